@@ -1,0 +1,35 @@
+// All that passes between a client's io thread and its haptic thread: three newest-wins mailboxes.
+#pragma once
+
+#include <cstdint>
+
+#include "common/coupling.hpp"
+#include "common/mailbox.hpp"
+#include "common/time.hpp"
+#include "common/workspace.hpp"
+#include "proto/state.hpp"
+
+namespace tandem {
+
+/// A server update with the instant it came in.
+struct ReceivedUpdate {
+  ServerUpdate update;
+  LocalTime received{};
+  Duration clock_offset{0};  ///< server − local at that instant
+};
+
+/// What the haptic path needs of the scene; published when the session joins, and when a parameter changes.
+struct HapticScene {
+  std::uint32_t generation = 0;  ///< one more for each join; a new one resets stages and restarts the ramp
+  bool may_display = false;      ///< false: observer, or not joined: zero force
+  WorkspaceMapping workspace;
+  CouplingParameters coupling;   ///< for the spring-damper law
+};
+
+struct ClientMailboxes {
+  Mailbox<ClientUpdate> outbox;   ///< haptic writes, io reads
+  Mailbox<ReceivedUpdate> inbox;  ///< io writes, haptic reads
+  Mailbox<HapticScene> scene;     ///< io writes, haptic reads
+};
+
+}  // namespace tandem

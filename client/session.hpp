@@ -1,0 +1,110 @@
+// The client's side of its connection, without a socket: bytes and time come in, bytes go out through
+// ClientTransport. Live it is driven by Asio (client/net), in the lab by simulated links.
+//
+//   haptic thread                         io thread
+//   ClientUpdate ──mailbox (outbox)──▶    poll(): encode and send the newest
+//   ◀──mailbox (inbox)── ReceivedUpdate   on_datagram(): check, decode, keep the newest
+//   ◀──mailbox (scene)── HapticScene      on Joined and ParameterSet
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+
+#include "client/mailboxes.hpp"
+#include "common/clock_sync.hpp"
+#include "common/mailbox.hpp"
+#include "common/time.hpp"
+#include "proto/datagram.hpp"
+#include "proto/drop_reason.hpp"
+#include "proto/state.hpp"
+#include "tandem/control.pb.h"
+
+namespace tandem {
+
+
+class ClientTransport {
+ public:
+  virtual ~ClientTransport() = default;
+  /// Starts (or restarts) the TCP connection; on_connected() or on_disconnected() follows.
+  virtual void connect(LocalTime now) = 0;
+  virtual void send_control(std::span<const std::byte> bytes) = 0;
+  /// Freshest-only; false when it could not be sent now.
+  virtual bool send_datagram(std::span<const std::byte> datagram) = 0;
+  /// Where datagrams go, from the server's Welcome.
+  virtual void set_datagram_port(std::uint16_t port) = 0;
+  virtual void close() = 0;
+};
+
+enum class StateTransport { kUdp, kTcp };
+
+struct SessionSettings {
+  std::string room;                ///< "": the server's only room
+  std::string user_name = "user";
+  wire::Role role = wire::ROLE_MANIPULATOR;
+  StateTransport state_transport = StateTransport::kUdp;
+  Duration silence_timeout{std::chrono::milliseconds(1500)};
+  Duration reconnect_delay{std::chrono::milliseconds(250)};  ///< first; doubled up to reconnect_delay_max
+  Duration reconnect_delay_max{std::chrono::seconds(2)};
+  bool may_reconnect = true;       ///< after a connection that once joined was lost
+  bool fetch_assets = true;
+};
+
+enum class SessionState { kConnecting, kGreeting, kJoining, kActive, kWaiting, kEnded };
+std::string_view name_of(SessionState state);
+
+struct SessionCounters {
+  DropCounters received_drops;
+  DropCounters sent_drops;
+  std::uint64_t datagrams_sent = 0;
+  std::uint64_t datagrams_received = 0;
+  std::uint64_t bytes_sent = 0;
+  std::uint64_t bytes_received = 0;
+  std::uint64_t reconnects = 0;
+};
+
+/// Why the session is not active, for people: the last error, goodbye or lost connection; empty when all is well.
+struct SessionStatus {
+  SessionState state = SessionState::kConnecting;
+  std::string why;
+  /// Set in kEnded: the set-up is wrong (version, room, name) and trying again would not help.
+  bool is_setup_error = false;
+};
+
+class ClientSession {
+ public:
+  ClientSession(SessionSettings settings, ClientTransport& transport, ClientMailboxes& mailboxes);
+  ~ClientSession();
+
+  void start(LocalTime now);
+  void on_connected(LocalTime now);
+  void on_disconnected(LocalTime now, const std::string& why);
+  void on_control_bytes(std::span<const std::byte> bytes, LocalTime now);
+  void on_datagram(std::span<const std::byte> datagram, LocalTime now);
+  /// Sends the newest haptic update if there is one; keeps time-outs and reconnection. At least every millisecond.
+  void poll(LocalTime now);
+
+  void grab(BodyId body);
+  void release();
+  void set_parameter(const std::string& name, double value);
+  void leave(LocalTime now);
+
+  const SessionStatus& status() const;
+  /// The scene and this user's place in it, from the last Joined; null before the first.
+  const wire::Joined* joined() const;
+  ClockSync& clock_sync();
+  const SessionCounters& counters() const;
+  /// Called on the io thread.
+  std::function<void(const wire::Joined&)> on_joined;
+  std::function<void(const std::string&)> on_log;
+  std::function<void(const wire::ParameterSet&)> on_parameter;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace tandem

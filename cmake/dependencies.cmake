@@ -1,0 +1,15 @@
+# Everything outside the project, from Debian 12 packages (deploy/install-deps names them).
+
+find_package(Threads REQUIRED)
+find_package(PkgConfig REQUIRED)
+find_package(Eigen3 3.4 REQUIRED NO_MODULE)
+find_package(Protobuf 3.21 REQUIRED)
+find_package(Boost 1.81 REQUIRED)
+find_package(OpenSSL 3.0 REQUIRED)
+find_package(GTest REQUIRED)
+find_package(CLI11 REQUIRED)
+find_package(assimp REQUIRED)
+find_package(spdlog REQUIRED)
+include(GoogleTest)
+
+pkg_check_modules(BULLET REQUIRED IMPORTED_TARGET bullet-float64)

@@ -1,0 +1,48 @@
+# How every target of the project is compiled: one place for the flags.
+
+add_library(tandem_flags INTERFACE)
+target_compile_options(tandem_flags INTERFACE
+  -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Woverloaded-virtual -Wcast-qual)
+if(TANDEM_WERROR)
+  target_compile_options(tandem_flags INTERFACE -Werror)
+endif()
+if(CMAKE_BUILD_TYPE STREQUAL "Release")
+  # GCC 12 reports false positives inside Eigen's and Asio's inlined code at -O3.
+  target_compile_options(tandem_flags INTERFACE -Wno-array-bounds -Wno-stringop-overflow -Wno-maybe-uninitialized)
+endif()
+# A sum has one fixed order and no contraction into FMA, so results do not change with the CPU.
+target_compile_options(tandem_flags INTERFACE -ffp-contract=off -fno-math-errno)
+target_include_directories(tandem_flags INTERFACE ${PROJECT_SOURCE_DIR})
+
+if(TANDEM_SANITIZE)
+  # Eigen and Bullet objects cross library borders, so every target gets the same switches.
+  add_compile_options(-fsanitize=${TANDEM_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all -O1)
+  add_link_options(-fsanitize=${TANDEM_SANITIZE})
+endif()
+
+# tandem_library(name SOURCES ... LINK public libraries... PRIVATE_LINK libraries kept out of our headers)
+function(tandem_library name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;LINK;PRIVATE_LINK" ${ARGN})
+  add_library(${name} STATIC ${ARG_SOURCES})
+  target_link_libraries(${name} PUBLIC tandem_flags ${ARG_LINK} PRIVATE ${ARG_PRIVATE_LINK})
+endfunction()
+
+# tandem_program(name SOURCES ... LINK ...)
+function(tandem_program name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;LINK" ${ARGN})
+  add_executable(${name} ${ARG_SOURCES})
+  target_link_libraries(${name} PRIVATE tandem_flags ${ARG_LINK})
+endfunction()
+
+# tandem_test(name [SLOW] SOURCES ... LINK ...): one GoogleTest program, one ctest entry a test.
+# The label `fast` marks what the sanitizer presets run; SLOW tests are left out there.
+function(tandem_test name)
+  cmake_parse_arguments(ARG "SLOW" "" "SOURCES;LINK" ${ARGN})
+  add_executable(${name} ${ARG_SOURCES})
+  target_link_libraries(${name} PRIVATE tandem_flags ${ARG_LINK} GTest::gmock GTest::gtest_main)
+  set(label fast)
+  if(ARG_SLOW)
+    set(label slow)
+  endif()
+  gtest_discover_tests(${name} PROPERTIES LABELS ${label} TIMEOUT 300 DISCOVERY_TIMEOUT 60)
+endfunction()

@@ -1,0 +1,21 @@
+#include "common/coupling.hpp"
+
+namespace tandem {
+
+CouplingState coupling_state(const Pose& X_WH, const Twist& V_WH, const Pose& X_WT, const Twist& V_WT) {
+  return {X_WH.p - X_WT.p, rotation_vector(X_WH.q * X_WT.q.conjugate()), V_WH.v - V_WT.v, V_WH.w - V_WT.w};
+}
+
+Wrench SpringDamper::wrench_on_tool_W(const CouplingState& state) const noexcept {
+  const CouplingParameters& c = parameters_;
+  const Vec3 force = c.stiffness_n_per_m * state.d_W + c.damping_n_s_per_m * state.v_W;
+  const Vec3 torque = c.stiffness_n_m_per_rad * state.theta_W + c.damping_n_m_s_per_rad * state.w_W;
+  return {clamped_to_length(force, c.force_limit_n), clamped_to_length(torque, c.torque_limit_n_m)};
+}
+
+std::unique_ptr<CouplingLaw> make_coupling_law(std::string_view name, const CouplingParameters& parameters) {
+  if (name.empty() || name == "spring-damper") return std::make_unique<SpringDamper>(parameters);
+  return nullptr;
+}
+
+}  // namespace tandem

@@ -1,0 +1,47 @@
+// Names for things that cross threads and the wire. Zero is "none" for every id, so a
+// default-constructed id never refers to anything and no pointer has to travel.
+#pragma once
+
+#include <compare>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+
+namespace tandem {
+
+/// An opaque number that only compares equal to ids of its own kind.
+template <class Tag, class Integer = std::uint32_t>
+struct Id {
+  Integer value = 0;
+
+  constexpr bool is_valid() const { return value != 0; }
+  constexpr auto operator<=>(const Id&) const = default;
+};
+
+/// A body of a room's scene: 1-based position in the scene's `bodies`, the same on server and client.
+using BodyId = Id<struct BodyTag>;
+/// A user in a room; never reused within the life of the room.
+using UserId = Id<struct UserTag>;
+/// A room of a server.
+using RoomId = Id<struct RoomTag>;
+/// A connection's name on the wire: random, so that a datagram cannot be aimed at it by guessing.
+using ConnectionId = Id<struct ConnectionTag, std::uint64_t>;
+
+/// Counts a client's haptic ticks (inputs), from 1. 0: no tick yet.
+struct Tick {
+  std::uint64_t value = 0;
+  constexpr auto operator<=>(const Tick&) const = default;
+};
+
+/// Counts a room's fixed simulation steps, from 1. 0: not stepped yet.
+struct Step {
+  std::uint64_t value = 0;
+  constexpr auto operator<=>(const Step&) const = default;
+};
+
+}  // namespace tandem
+
+template <class Tag, class Integer>
+struct std::hash<tandem::Id<Tag, Integer>> {
+  std::size_t operator()(tandem::Id<Tag, Integer> id) const noexcept { return std::hash<Integer>{}(id.value); }
+};

@@ -1,0 +1,84 @@
+// A network link with simulated delay, jitter and loss: one direction, no clock and no socket of its own, so
+// the same class runs under virtual time in the lab and live inside the client.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "common/random.hpp"
+#include "common/time.hpp"
+
+namespace tandem {
+
+enum class JitterDistribution { kNormal, kPareto, kTrace };
+
+/// One direction of a link.
+struct LinkParameters {
+  Duration delay{0};                  ///< fixed part
+  Duration jitter{0};                 ///< standard deviation of the variable part
+  JitterDistribution distribution = JitterDistribution::kNormal;
+  std::vector<Duration> trace;        ///< kTrace: delays used in turn instead of delay + jitter
+  bool allows_reordering = false;     ///< false: a packet waits for those sent before it
+  double loss = 0.0;                  ///< overall fraction lost, 0..1
+  Duration mean_bad_period{from_seconds(0.020)};  ///< loss comes in bad periods of this mean length; all in it is lost
+  double duplication = 0.0;           ///< fraction delivered twice
+  double rate_limit_bytes_per_s = 0;  ///< 0: unlimited
+  std::size_t queue_limit = 4096;     ///< packets in flight; more are dropped (tail drop)
+
+  /// The first bad field and what would do, e.g. "loss is 1.2; it must be 0 to 0.95"; empty when all is well.
+  std::string problem() const;
+};
+
+/// What happened to the packets so far.
+struct LinkCounters {
+  std::uint64_t sent = 0;
+  std::uint64_t delivered = 0;
+  std::uint64_t lost = 0;
+  std::uint64_t duplicated = 0;
+  std::uint64_t queue_full = 0;
+};
+
+/// Carries packets (or, when reliable, stream chunks) from send() to receive().
+class SimulatedLink {
+ public:
+  SimulatedLink(LinkParameters parameters, std::uint64_t seed, std::uint64_t stream);
+  /// A link for a byte stream: same delay and rate, order kept, nothing lost or doubled.
+  static SimulatedLink reliable(LinkParameters parameters, std::uint64_t seed, std::uint64_t stream);
+
+  void send(LocalTime now, std::span<const std::byte> packet);
+  /// The next packet due at `now`, in order of arrival; empty when none is due.
+  std::optional<std::vector<std::byte>> receive(LocalTime now);
+  /// When the next packet is due, if any is in flight.
+  std::optional<LocalTime> next_due() const;
+  const LinkCounters& counters() const { return counters_; }
+
+ private:
+  struct InFlight {
+    LocalTime due;
+    std::uint64_t order;
+    std::vector<std::byte> bytes;
+  };
+  bool is_lost(LocalTime now);
+  Duration draw_delay();
+  void enqueue(LocalTime due, std::span<const std::byte> packet);
+
+  LinkParameters parameters_;
+  bool is_reliable_ = false;
+  Random loss_random_;
+  Random delay_random_;
+  bool in_bad_period_ = false;
+  LocalTime period_end_{};
+  bool has_period_ = false;
+  LocalTime last_due_{};
+  LocalTime line_free_{};
+  std::uint64_t next_order_ = 0;
+  std::size_t trace_position_ = 0;
+  std::vector<InFlight> in_flight_;  ///< heap by (due, order)
+  LinkCounters counters_;
+};
+
+}  // namespace tandem

@@ -1,0 +1,53 @@
+// The Lennard-Jones interaction of two rigid molecules: exact over all pairs, no cut-off.
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "common/molecule/molecule.hpp"
+
+namespace tandem {
+
+/// Energy, and what molecule B feels, expressed in A's frame; A feels the opposite force.
+struct FieldResult {
+  double energy_kj_per_mol = 0;
+  Vec3 force_on_b = Vec3::Zero();   ///< kJ/mol/Å
+  Vec3 torque_on_b = Vec3::Zero();  ///< kJ/mol, about the origin of B's frame
+};
+
+/// Double precision, per-atom forces: for energies, reports and checks.
+///
+/// Model   V = Σ_ij 4 ε_ij [(σ_ij/r)¹² − (σ_ij/r)⁶], ε_ij = √(ε_i ε_j), σ_ij = √(σ_i σ_j)
+/// In      X_AB  pose of B's frame in A's, position in Å
+///         forces_on_a, forces_on_b  filled when not null, kJ/mol/Å, in A's frame
+FieldResult lennard_jones_exact(const Molecule& a, const Molecule& b, const Pose& X_AB_angstrom,
+                                std::vector<Vec3>* forces_on_a = nullptr, std::vector<Vec3>* forces_on_b = nullptr);
+
+/// The 1 kHz path: pair terms in float, sums in double, arrays laid out and padded once, one fixed order
+/// of summation per kernel.
+///
+/// Cost    |A|·|B| pairs, no allocation in evaluate(); a few Gpair/s with AVX-512, see `tandem-lab bench`
+class LennardJonesField {
+ public:
+  /// `kernel`: "" picks the widest that the CPU has; or a name of available_kernels().
+  LennardJonesField(const Molecule& a, const Molecule& b, std::string_view kernel = "");
+  ~LennardJonesField();
+  LennardJonesField(LennardJonesField&&) noexcept;
+  LennardJonesField& operator=(LennardJonesField&&) noexcept;
+
+  FieldResult evaluate(const Pose& X_AB_angstrom) noexcept;
+  std::string_view kernel() const;
+  std::size_t pair_count() const;
+
+  /// Names of the kernels this CPU can run, widest first; "portable" is always the last.
+  static std::vector<std::string_view> available_kernels();
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace tandem

@@ -1,0 +1,26 @@
+// Ordered hand-over of commands and events from one thread to another: nothing is overwritten, a full
+// ring refuses. For state, where only the newest counts, use mailbox.hpp. These two are the only ways in
+// which threads of this project exchange data.
+#pragma once
+
+#include <boost/lockfree/spsc_queue.hpp>
+#include <cstddef>
+
+namespace tandem {
+
+/// Wait-free queue for one writer thread and one reader thread, capacity fixed at construction.
+template <class T>
+class Ring {
+ public:
+  explicit Ring(std::size_t capacity) : queue_(capacity) {}
+
+  /// False when full: the caller counts or reports it, the value is not stored.
+  bool push(const T& value) { return queue_.push(value); }
+  /// False when empty.
+  bool pop(T& value) { return queue_.pop(value); }
+
+ private:
+  boost::lockfree::spsc_queue<T> queue_;
+};
+
+}  // namespace tandem

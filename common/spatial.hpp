@@ -1,0 +1,94 @@
+// Poses, twists and wrenches: the 6-DOF vocabulary of the whole project, over Eigen.
+//
+// Notation (a subset of monogram notation): X_AB is the pose of frame B measured in A, p_AB its
+// position, v_AB and w_AB its linear and angular velocity, everything expressed in the last-named
+// world frame unless a suffix says otherwise. Frames: W world, D device base, H device handle,
+// T tool, B body.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+namespace tandem {
+
+using Vec3 = Eigen::Vector3d;
+using Quat = Eigen::Quaterniond;
+
+/// A rigid pose X_AB: `p` = p_AB [m], `q` = rotation from B to A, unit length.
+struct Pose {
+  Vec3 p = Vec3::Zero();
+  Quat q = Quat::Identity();
+
+  Vec3 operator*(const Vec3& point) const { return p + q * point; }
+  Pose operator*(const Pose& X_BC) const { return {p + q * X_BC.p, (q * X_BC.q).normalized()}; }
+  Pose inverse() const {
+    const Quat inverse_q = q.conjugate();
+    return {-(inverse_q * p), inverse_q};
+  }
+};
+
+/// Velocities of a frame: `v` of its origin [m/s], `w` angular [rad/s].
+struct Twist {
+  Vec3 v = Vec3::Zero();
+  Vec3 w = Vec3::Zero();
+};
+
+/// Force `f` [N] and torque `t` [N·m] about the origin of the frame that the owner names.
+struct Wrench {
+  Vec3 f = Vec3::Zero();
+  Vec3 t = Vec3::Zero();
+
+  Wrench operator-() const { return {-f, -t}; }
+  Wrench operator+(const Wrench& other) const { return {f + other.f, t + other.t}; }
+  Wrench operator-(const Wrench& other) const { return {f - other.f, t - other.t}; }
+  Wrench operator*(double scale) const { return {f * scale, t * scale}; }
+  Wrench& operator+=(const Wrench& other) {
+    f += other.f;
+    t += other.t;
+    return *this;
+  }
+};
+
+inline bool is_finite(const Vec3& a) { return a.allFinite(); }
+inline bool is_finite(const Quat& q) { return q.coeffs().allFinite(); }
+inline bool is_finite(const Pose& X) { return is_finite(X.p) && is_finite(X.q); }
+inline bool is_finite(const Twist& V) { return is_finite(V.v) && is_finite(V.w); }
+inline bool is_finite(const Wrench& F) { return is_finite(F.f) && is_finite(F.t); }
+
+/// Rotation vector (axis · angle, |angle| ≤ π) of a unit quaternion, the short way round.
+inline Vec3 rotation_vector(const Quat& q) {
+  const double sign = q.w() < 0 ? -1.0 : 1.0;
+  const Vec3 v = sign * q.vec();
+  const double sine = v.norm();
+  // sin(a/2) ≈ a/2: below this the quotient angle/sine is 2 to the last bit.
+  if (sine < 1e-9) return 2.0 * v;
+  const double angle = 2.0 * std::atan2(sine, sign * q.w());
+  return v * (angle / sine);
+}
+
+/// Unit quaternion of a rotation vector; the inverse of rotation_vector().
+inline Quat quaternion_of(const Vec3& rotation) {
+  const double angle = rotation.norm();
+  if (angle < 1e-12) return Quat(1.0, 0.5 * rotation.x(), 0.5 * rotation.y(), 0.5 * rotation.z()).normalized();
+  return Quat(Eigen::AngleAxisd(angle, rotation / angle));
+}
+
+/// Pose after moving with a constant world-frame twist for `dt_s` seconds.
+inline Pose integrate(const Pose& X_WB, const Twist& V_WB, double dt_s) {
+  return {X_WB.p + V_WB.v * dt_s, (quaternion_of(V_WB.w * dt_s) * X_WB.q).normalized()};
+}
+
+/// `a` shortened to length `limit` when it is longer; the direction is kept. A non-finite `a` gives zero.
+inline Vec3 clamped_to_length(const Vec3& a, double limit) {
+  // Scaled by the largest component first, so that the squares of a huge `a` do not overflow.
+  const double largest = a.cwiseAbs().maxCoeff();
+  if (!std::isfinite(largest) || !a.allFinite()) return Vec3::Zero();
+  if (largest <= 0) return a;
+  const Vec3 scaled = a / largest;
+  const double length = scaled.norm() * largest;
+  if (length <= limit) return a;
+  return scaled / scaled.norm() * limit;
+}
+
+}  // namespace tandem

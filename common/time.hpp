@@ -1,0 +1,59 @@
+// Time is passed in, never fetched: components take `LocalTime now`, and only the programs' outermost
+// loops read a clock. Two machines have two clocks, so there are two types that do not convert
+// without a measured offset (clock_sync.hpp).
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+
+namespace tandem {
+
+using Duration = std::chrono::nanoseconds;
+
+/// Marks times read from this process's own monotonic clock.
+struct LocalClock {
+  using rep = Duration::rep;
+  using period = Duration::period;
+  using duration = Duration;
+};
+/// Marks times read from the server's monotonic clock.
+struct ServerClock {
+  using rep = Duration::rep;
+  using period = Duration::period;
+  using duration = Duration;
+};
+using LocalTime = std::chrono::time_point<LocalClock, Duration>;
+using ServerTime = std::chrono::time_point<ServerClock, Duration>;
+
+constexpr double to_seconds(Duration duration) { return std::chrono::duration<double>(duration).count(); }
+constexpr Duration from_seconds(double seconds) { return Duration(static_cast<Duration::rep>(seconds * 1e9)); }
+
+/// On the server its own clock *is* server time; this is the only place where that is said.
+constexpr ServerTime server_time_of_own_clock(LocalTime now) { return ServerTime(now.time_since_epoch()); }
+
+/// Where the programs' outermost loops get the time from.
+class Clock {
+ public:
+  virtual ~Clock() = default;
+  virtual LocalTime now() const noexcept = 0;
+};
+
+/// CLOCK_MONOTONIC, the clock of the absolute deadlines in realtime.hpp.
+class SteadyClock final : public Clock {
+ public:
+  LocalTime now() const noexcept override {
+    return LocalTime(std::chrono::duration_cast<Duration>(std::chrono::steady_clock::now().time_since_epoch()));
+  }
+};
+
+/// A clock that stands still until it is told otherwise: tests and the lab.
+class VirtualClock final : public Clock {
+ public:
+  LocalTime now() const noexcept override { return now_; }
+  void advance_to(LocalTime time) { now_ = time; }
+
+ private:
+  LocalTime now_{};
+};
+
+}  // namespace tandem

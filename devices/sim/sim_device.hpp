@@ -1,0 +1,70 @@
+// A simulated hand on a simulated device: the project's device for tests, the lab, and laptops without one.
+#pragma once
+
+#include <cstdint>
+
+#include "common/random.hpp"
+#include "devices/device.hpp"
+#include "devices/sim/hand_path.hpp"
+
+namespace tandem {
+
+/// The hand and the device it holds, as one mass–damper–spring in each of six directions.
+///
+/// Model   m ẍ = K (x_intended − x) + B (ẋ_intended − ẋ) + f_device + tremor, likewise in rotation; integrated
+///         exactly enough (semi-implicit Euler, sub-steps ≤ 0.1 ms) with the device's force held between writes
+/// Source  hand 0.3 kg, 200 N/m: the values behind the project's delay studies; damping ratio from
+///         arm-impedance literature, see devices/README.md
+struct HandParameters {
+  double mass_kg = 0.3;
+  double stiffness_n_per_m = 200.0;
+  double damping_n_s_per_m = 8.0;
+  double inertia_kg_m2 = 4e-4;
+  double stiffness_n_m_per_rad = 0.8;
+  double damping_n_m_s_per_rad = 0.02;
+  double tremor_rms_n = 0.0;           ///< force, narrow band around tremor_hz
+  double tremor_hz = 9.0;
+  double encoder_step_m = 0.0;         ///< quantisation of the reported position; 0: none
+  double encoder_step_rad = 0.0;
+};
+
+/// Device `sim`. read(now) advances the hand to `now` under the force last written.
+class SimDevice final : public Device {
+ public:
+  /// The hand starts at rest at the path's first pose; path time starts at the first read.
+  SimDevice(DeviceSpec spec, const HandParameters& hand, HandPath path, std::uint64_t seed);
+  /// The spec of `sim`: 6 axes, limits of a mid-range desktop device, sources named.
+  static DeviceSpec default_spec();
+
+  const DeviceSpec& spec() const noexcept override { return spec_; }
+  DeviceSample read(LocalTime now) noexcept override;
+  bool write(LocalTime now, const DeviceCommand& command) noexcept override;
+
+  const HandPath& path() const { return path_; }
+  /// Path time of the last read.
+  Duration path_time() const noexcept { return path_time_; }
+  /// The true (not quantised) state of the hand, in D.
+  const Pose& hand_pose() const { return X_DH_; }
+  const Twist& hand_twist() const { return V_DH_; }
+
+ private:
+  void advance(double dt_s) noexcept;
+  Vec3 tremor_force(double dt_s) noexcept;
+  Pose quantised(const Pose& X) const noexcept;
+
+  DeviceSpec spec_;
+  HandParameters hand_;
+  HandPath path_;
+  Random random_;
+  LocalTime started_{};
+  LocalTime last_read_{};
+  bool has_started_ = false;
+  Duration path_time_{0};
+  Pose X_DH_;
+  Twist V_DH_;
+  Wrench force_on_hand_D_;
+  Vec3 tremor_state_ = Vec3::Zero();
+  Vec3 tremor_rate_ = Vec3::Zero();
+};
+
+}  // namespace tandem

@@ -1,0 +1,64 @@
+// The 33 bytes before every state message, and the limits that hold for all datagrams. WIRE.md is the
+// normative text; tests/proto checks it against this code.
+//
+//   offset  size  field
+//   0       1     version (3 bits, high) | type (2 bits) | epoch (3 bits, low)
+//   1       8     connection id, big-endian
+//   9       8     sequence, big-endian, from 1, per direction and epoch
+//   17      16    tag: zero until the transport is secured (null cipher)
+//   33      …     one protobuf message: ClientUpdate or ServerUpdate
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "common/ids.hpp"
+#include "proto/drop_reason.hpp"
+
+namespace tandem {
+
+/// Version of everything on the wire, control and state; peers of another version are refused.
+inline constexpr std::uint32_t kProtocolVersion = 1;
+inline constexpr std::size_t kDatagramHeaderBytes = 33;
+/// Fits an IPv6 path of minimum MTU with room for tunnels; never fragmented.
+inline constexpr std::size_t kMaxDatagramBytes = 1200;
+inline constexpr std::size_t kMaxPayloadBytes = kMaxDatagramBytes - kDatagramHeaderBytes;
+/// A sequence this far ahead of the newest seen is not a gap but damage (about 17 minutes at 1 kHz).
+inline constexpr std::uint64_t kMaxSequenceJump = 1U << 20U;
+
+using Bytes = std::vector<std::byte>;
+
+enum class DatagramType : std::uint8_t { kClientUpdate = 0, kServerUpdate = 1 };
+
+struct DatagramHeader {
+  DatagramType type = DatagramType::kClientUpdate;
+  std::uint8_t epoch = 0;  ///< 0..7
+  ConnectionId connection;
+  std::uint64_t sequence = 0;
+};
+
+/// Appends the header to `out`.
+void append_header(const DatagramHeader& header, Bytes& out);
+
+/// Reads and checks the header: size limits, version, type, tag, non-zero connection and sequence.
+/// Fails   with the reason; `out` is then unspecified.
+DropReason parse_header(std::span<const std::byte> datagram, DatagramHeader& out);
+
+inline std::span<const std::byte> payload_of(std::span<const std::byte> datagram) {
+  return datagram.subspan(kDatagramHeaderBytes);
+}
+
+/// Freshest-only on receive: only a sequence newer than all before it passes.
+class FreshnessFilter {
+ public:
+  /// kNone when `sequence` is the newest so far (and remembers it), else kLate, kDuplicate or kSequenceJump.
+  DropReason accept(std::uint64_t sequence);
+  void reset() { newest_ = 0; }
+
+ private:
+  std::uint64_t newest_ = 0;
+};
+
+}  // namespace tandem

@@ -1,0 +1,73 @@
+// State as the loops see it: plain structs of fixed size, so that a haptic tick or a room step can fill
+// and read them without allocating. state_codec.hpp turns them into datagrams and back, on io threads.
+#pragma once
+
+#include <boost/container/static_vector.hpp>
+#include <cstdint>
+
+#include "common/ids.hpp"
+#include "common/spatial.hpp"
+#include "common/time.hpp"
+
+namespace tandem {
+
+/// Capacities of a room and of a state message; a scene that needs more is refused when it is loaded.
+inline constexpr std::size_t kMaxBodies = 64;
+inline constexpr std::size_t kMaxUsers = 16;
+
+/// Bits of ClientUpdate::buttons.
+enum Button : std::uint32_t {
+  kButtonGrab = 1U << 0U,    ///< held down: grab the nearest body in reach; let go: release it
+  kButtonClutch = 1U << 1U,  ///< held down: the tool stays while the hand moves back
+};
+
+struct RigidState {
+  Pose X;   ///< in W
+  Twist V;  ///< in W
+};
+
+/// One haptic tick of a client, as the server is told.
+struct ClientUpdate {
+  Tick input_tick;
+  RigidState handle;          ///< X_WH, V_WH after workspace mapping and clutch
+  bool handle_valid = false;  ///< false: the device lost track of the hand
+  std::uint32_t buttons = 0;
+  LocalTime sent{};  ///< t1
+  Step acknowledged_step;
+  ServerTime acknowledged_sent{};
+  Duration acknowledged_held{0};
+  double energy_to_hand_j = 0;    ///< world joules
+  double energy_from_hand_j = 0;  ///< world joules
+};
+
+struct BodyState {
+  BodyId id;
+  RigidState state;
+  UserId held_by;
+};
+struct OtherUserState {
+  UserId id;
+  RigidState tool;
+  BodyId holds;
+};
+
+/// One step of a room as one user is told: absolute, so that the newest one is enough.
+struct ServerUpdate {
+  Step step;
+  ServerTime stepped{};
+  Tick answered_input;
+  LocalTime echoed_sent{};     ///< t1, the client's own clock; 0: nothing received yet
+  ServerTime received{};       ///< t2
+  ServerTime sent{};           ///< t3
+  RigidState tool;             ///< X_WT, V_WT
+  Wrench wrench_on_hand_W;     ///< of the server's coupling, about the handle
+  BodyId held_body;
+  std::uint32_t tick_faults = 0;  ///< bits of TickFaults (server/tick_faults.hpp)
+  double energy_into_world_j = 0;
+  double energy_from_world_j = 0;
+  double field_energy_kj_per_mol = 0;
+  boost::container::static_vector<BodyState, kMaxBodies> bodies;  ///< complete at the server; thinned on the wire
+  boost::container::static_vector<OtherUserState, kMaxUsers> users;
+};
+
+}  // namespace tandem

@@ -1,0 +1,113 @@
+// A room: one scene, one fixed-step loop, its users.
+//
+//   io thread                             room thread (one at a time)
+//   ─────────                             ───────────
+//   RoomCommand  ──ring──▶                step(): 1 apply commands
+//   ClientUpdate ──mailbox per slot──▶            2 take each user's newest input
+//                ◀──mailbox per slot── ServerUpdate   3 step the world
+//                ◀──ring── RoomEvent              4 publish one update a user
+//
+// Nothing else crosses. The room thread never waits, allocates or logs in step().
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "common/mailbox.hpp"
+#include "common/ring.hpp"
+#include "proto/state.hpp"
+#include "server/scene_file.hpp"
+#include "server/tick_faults.hpp"
+#include "server/world.hpp"
+
+namespace tandem {
+
+enum class UserRole : std::uint8_t { kManipulator, kObserver };
+
+/// From io to the room. `slot` is the user's place in the room's fixed arrays.
+struct RoomCommand {
+  enum class Kind : std::uint8_t { kJoin, kLeave, kGrab, kRelease, kSetCoupling };
+  Kind kind = Kind::kJoin;
+  std::uint8_t slot = 0;
+  UserId user;
+  UserRole role = UserRole::kObserver;  ///< kJoin
+  std::uint8_t tool = 0;                ///< kJoin of a manipulator
+  BodyId body;                          ///< kGrab; invalid: the nearest in reach
+  std::uint32_t request = 0;            ///< kGrab, kRelease: carried back in the event
+  CouplingParameters coupling;          ///< kSetCoupling
+};
+
+/// From the room to io.
+struct RoomEvent {
+  enum class Kind : std::uint8_t { kGrabbed, kGrabRefused, kReleased };
+  Kind kind = Kind::kGrabbed;
+  std::uint8_t slot = 0;
+  UserId user;
+  BodyId body;
+  std::uint32_t request = 0;
+  GrabResult refusal = GrabResult::kGrabbed;  ///< kGrabRefused
+};
+
+/// One user's two mailboxes.
+struct UserSlot {
+  Mailbox<ClientUpdate> input;   ///< io writes, room reads
+  Mailbox<ServerUpdate> output;  ///< room writes, io reads
+};
+
+class Room {
+ public:
+  Room(RoomId id, std::string name, std::shared_ptr<const LoadedScene> scene);
+
+  RoomId id() const { return id_; }
+  const std::string& name() const { return name_; }
+  const LoadedScene& scene() const { return *scene_; }
+  Duration period() const { return period_; }
+
+  // io side
+  /// False when 256 commands are waiting: the room is stuck or flooded.
+  bool post(const RoomCommand& command) { return commands_.push(command); }
+  bool next_event(RoomEvent& event) { return events_.pop(event); }
+  UserSlot& slot(std::size_t index) { return *slots_[index]; }
+
+  // room side
+  /// One fixed step at `now` (stamps updates; does not change the physics).
+  void step(ServerTime now) noexcept;
+  Step steps_done() const { return step_; }
+  /// Adds `faults` to what the next updates report (the loop's own, e.g. kFaultOverrun).
+  void report(TickFaults faults) { pending_faults_ |= faults; }
+  const World& world() const { return world_; }
+
+ private:
+  struct Member {
+    UserId user;
+    UserRole role = UserRole::kObserver;
+    std::uint8_t tool = 0;
+    ClientUpdate newest;
+    Step input_seen_at;        ///< step in which `newest` arrived
+    bool has_input = false;
+    bool grab_button = false;
+  };
+
+  void apply_commands() noexcept;
+  void apply(const RoomCommand& command) noexcept;
+  TickFaults take_inputs() noexcept;
+  void follow_grab_button(std::size_t slot, bool is_down) noexcept;
+  void publish(ServerTime now, TickFaults faults) noexcept;
+  void emit(const RoomEvent& event) noexcept;
+
+  RoomId id_;
+  std::string name_;
+  std::shared_ptr<const LoadedScene> scene_;
+  Duration period_;
+  World world_;
+  Ring<RoomCommand> commands_{256};
+  Ring<RoomEvent> events_{256};
+  std::array<std::unique_ptr<UserSlot>, kMaxUsers> slots_;
+  std::array<Member, kMaxUsers> members_{};
+  Step step_;
+  TickFaults pending_faults_ = 0;
+};
+
+}  // namespace tandem

@@ -1,0 +1,85 @@
+// The server's side of every connection, without a socket: bytes and time come in, bytes go out through
+// ServerTransport. The live server drives it from Asio (server/net), the lab from simulated links.
+// The states of a connection are those of proto/STATES.md.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "common/ids.hpp"
+#include "common/random.hpp"
+#include "common/time.hpp"
+#include "proto/datagram.hpp"
+#include "server/room.hpp"
+
+namespace tandem {
+
+/// A TCP connection of the transport; chosen by it, never reused while open, not 0.
+using ConnectionHandle = std::uint64_t;
+
+/// How the hub sends. Called on the io thread, from inside the hub's calls.
+class ServerTransport {
+ public:
+  virtual ~ServerTransport() = default;
+  /// Queues control bytes, in order and whole.
+  virtual void send_control(ConnectionHandle connection, std::span<const std::byte> bytes) = 0;
+  /// Sends one state datagram to where that connection's last accepted datagram came from. Freshest-only:
+  /// false when it could not be sent now (it is then lost, and counted by the caller).
+  virtual bool send_datagram(ConnectionHandle connection, std::span<const std::byte> datagram) = 0;
+  /// Closes after what is queued has been sent.
+  virtual void close(ConnectionHandle connection) = 0;
+};
+
+struct HubSettings {
+  Duration silence_timeout{std::chrono::milliseconds(1500)};  ///< after joining: no state and no control for this long
+  Duration hello_timeout{std::chrono::seconds(5)};            ///< from connecting to having joined
+  std::size_t max_connections = 64;
+  std::uint16_t datagram_port = 0;
+  std::uint64_t seed = 0;  ///< of connection ids; live: from the system's entropy
+};
+
+struct HubCounters {
+  DropCounters received_drops;
+  DropCounters sent_drops;
+  std::uint64_t datagrams_received = 0;
+  std::uint64_t datagrams_sent = 0;
+  std::uint64_t bodies_thinned = 0;
+};
+
+class SessionHub {
+ public:
+  SessionHub(HubSettings settings, std::vector<Room*> rooms, ServerTransport& transport);
+  ~SessionHub();
+
+  void on_connected(ConnectionHandle connection, LocalTime now);
+  void on_control_bytes(ConnectionHandle connection, std::span<const std::byte> bytes, LocalTime now);
+  /// The TCP connection is gone; the user leaves its room and what it held is let go.
+  void on_disconnected(ConnectionHandle connection, LocalTime now);
+  /// A datagram from anywhere. Returns the connection that it was accepted for, else 0 (counted, no reply): the
+  /// transport may then remember where that connection's datagrams come from. `may_belong_to` lets the
+  /// transport veto a connection (wrong peer address).
+  ConnectionHandle on_datagram(std::span<const std::byte> datagram, LocalTime now,
+                               const std::function<bool(ConnectionHandle)>& may_belong_to);
+
+  /// Sends every update that a room has published since the last call, delivers room events, and ends what has
+  /// been silent for too long.
+  void poll(LocalTime now);
+  /// Says goodbye to everybody (DISCONNECT_SERVER_STOPPING).
+  void stop(LocalTime now);
+
+  std::size_t connection_count() const;
+  std::size_t user_count() const;
+  const HubCounters& counters() const;
+  /// For logs: one line a noteworthy event (joined, left and why, refused and why). Called on the io thread.
+  std::function<void(const std::string&)> on_log;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace tandem

@@ -1,0 +1,71 @@
+// The shared world: bodies, tools, contacts and fields, stepped at a fixed rate. Bullet lives behind this
+// header and nowhere else.
+#pragma once
+
+#include <memory>
+
+#include "common/ids.hpp"
+#include "proto/state.hpp"
+#include "server/scene_file.hpp"
+#include "server/tick_faults.hpp"
+
+namespace tandem {
+
+enum class GrabResult { kGrabbed, kUnknownBody, kNotGraspable, kOutOfReach, kAlreadyHolding };
+
+/// One user's tool after a step.
+struct ToolState {
+  RigidState tool;
+  Wrench wrench_on_hand_W;  ///< minus what the coupling puts on the tool, about the handle
+  BodyId held;
+  double energy_into_world_j = 0;    ///< Σ of positive work of the coupling on the world
+  double energy_from_world_j = 0;    ///< Σ of work drawn from the world, ≥ 0
+};
+
+/// A scene in motion.
+///
+/// Each tool is a rigid body pulled to its user's handle by the scene's coupling law. While a tool holds a body
+/// the two move as one: the coupling acts on the body, at the tool's place on it, and the tool does not collide.
+/// Several tools may hold the same body.
+///
+/// Thread  one at a time (the room's)
+class World {
+ public:
+  explicit World(std::shared_ptr<const LoadedScene> scene);
+  ~World();
+  World(const World&) = delete;
+  World& operator=(const World&) = delete;
+
+  /// Brings a tool to life at its start pose (and its held body into its hand) without a coupling until set_handle().
+  void activate_tool(std::size_t tool);
+  /// Takes a tool out of the world; what it held is let go.
+  void deactivate_tool(std::size_t tool);
+  /// The newest known handle of a tool's user; couples until clear_handle().
+  void set_handle(std::size_t tool, const RigidState& handle);
+  /// No input: the tool floats, gently damped, until the next set_handle().
+  void clear_handle(std::size_t tool);
+
+  /// `body` invalid: the nearest graspable body in reach.
+  GrabResult grab(std::size_t tool, BodyId body);
+  void release(std::size_t tool);
+
+  /// Replaces the coupling coefficients from the next step on.
+  void set_coupling(const CouplingParameters& parameters);
+
+  /// Advances by 1 / step_rate_hz seconds. No throw; faults are bits.
+  TickFaults step() noexcept;
+
+  ToolState tool(std::size_t tool) const;
+  std::size_t body_count() const;
+  RigidState body(BodyId id) const;
+  /// Of the whole scene; 0 without molecules.
+  double field_energy_kj_per_mol() const;
+  /// Kinetic + gravitational energy of the moving bodies and tools [J], for tests and reports.
+  double mechanical_energy_j() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace tandem
