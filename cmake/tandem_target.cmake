@@ -6,17 +6,15 @@ target_compile_options(tandem_flags INTERFACE
 if(TANDEM_WERROR)
   target_compile_options(tandem_flags INTERFACE -Werror)
 endif()
-if(CMAKE_BUILD_TYPE STREQUAL "Release")
-  # GCC 12 reports false positives inside Eigen's and Asio's inlined code at -O3.
-  target_compile_options(tandem_flags INTERFACE -Wno-array-bounds -Wno-stringop-overflow -Wno-maybe-uninitialized)
-endif()
+# GCC 12 reports false positives of these three inside Eigen's and Asio's inlined code.
+target_compile_options(tandem_flags INTERFACE -Wno-array-bounds -Wno-stringop-overflow -Wno-maybe-uninitialized)
 # A sum has one fixed order and no contraction into FMA, so results do not change with the CPU.
 target_compile_options(tandem_flags INTERFACE -ffp-contract=off -fno-math-errno)
 target_include_directories(tandem_flags INTERFACE ${PROJECT_SOURCE_DIR})
 
 if(TANDEM_SANITIZE)
-  # Eigen and Bullet objects cross library borders, so every target gets the same switches.
-  add_compile_options(-fsanitize=${TANDEM_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all -O1)
+  # Every target gets the same switches, generated code too. Assertions are on; line tables are enough to read a report.
+  add_compile_options(-fsanitize=${TANDEM_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all -O1 -g1 -UNDEBUG)
   add_link_options(-fsanitize=${TANDEM_SANITIZE})
 endif()
 
