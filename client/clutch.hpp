@@ -8,14 +8,19 @@ namespace tandem {
 
 /// Turns mapped handle states into clutched ones.
 ///
-/// Model   X_WH = O · X_raw, with the offset O (translation in W, rotation applied on the right: see clutch.cpp) chosen
-///         at release so that X_WH does not jump; while pressed X_WH is frozen and V_WH is zero
+/// Model   p_WH = p_raw + o,  R_WH = R_raw · O. Both offsets are chosen at release so that X_WH does not jump; while
+///         pressed X_WH is frozen and V_WH is zero. The rotation offset stands on the right, so that turning the
+///         hand about a world axis still turns the tool about that axis: w_WH = w_raw.
+/// Thread  haptic
 class Clutch {
  public:
   RigidState apply(const RigidState& raw_W, bool is_pressed) noexcept;
+  /// Forgets the offsets: the handle is where the workspace mapping puts it.
   void reset() noexcept;
 
  private:
+  Pose clutched(const Pose& raw) const noexcept;
+
   bool was_pressed_ = false;
   Pose frozen_;
   Vec3 offset_p_ = Vec3::Zero();

@@ -1,1 +1,230 @@
-// Placeholder: to be written.
+// See haptic_core.hpp. Nothing that came over the wire is trusted here either: a scene that makes no sense
+// displays nothing, and coefficients are bounded before they touch a hand.
+#include "client/haptic_core.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+namespace tandem {
+namespace {
+
+// Shorter gaps between two samples are rounded up to this before a speed is computed from them: a device that
+// updates at 1 kHz would seem to jump when it is read twice in a row.
+constexpr double kShortestSpeedGap_s = 0.001;
+
+std::unique_ptr<Stage> require_stage(const std::string& name) {
+  std::unique_ptr<Stage> stage = make_stage(name);
+  if (stage != nullptr) return stage;
+  std::string message = "stage '" + name + "' does not exist; use one of";
+  for (const std::string_view known : stage_names()) message.append(" ").append(known);
+  throw std::invalid_argument(message);
+}
+
+SafetySettings with_device_limits(SafetySettings settings, const DeviceSpec& spec) {
+  settings.slew_n_per_s = spec.slew_limit_n_per_s;
+  settings.slew_n_m_per_s = spec.slew_limit_n_m_per_s;
+  settings.speed_limit_m_per_s = spec.speed_limit_m_per_s;
+  return settings;
+}
+
+bool is_positive(double value) {
+  return std::isfinite(value) && value > 0;
+}
+
+bool is_usable(const HapticScene& scene) {
+  const CouplingParameters& c = scene.coupling;
+  for (const double value : {c.stiffness_n_per_m, c.damping_n_s_per_m, c.stiffness_n_m_per_rad, c.damping_n_m_s_per_rad,
+                             c.force_limit_n, c.torque_limit_n_m}) {
+    if (!std::isfinite(value) || value < 0) return false;
+  }
+  const WorkspaceMapping& map = scene.workspace;
+  return is_finite(map.X_WD) && std::abs(map.X_WD.q.norm() - 1) < 1e-3 && is_positive(map.position_scale) &&
+         is_positive(map.force_scale);
+}
+
+CouplingParameters bounded(const CouplingParameters& c, const CouplingParameters& bounds) {
+  return {.stiffness_n_per_m = std::min(c.stiffness_n_per_m, bounds.stiffness_n_per_m),
+          .damping_n_s_per_m = std::min(c.damping_n_s_per_m, bounds.damping_n_s_per_m),
+          .stiffness_n_m_per_rad = std::min(c.stiffness_n_m_per_rad, bounds.stiffness_n_m_per_rad),
+          .damping_n_m_s_per_rad = std::min(c.damping_n_m_s_per_rad, bounds.damping_n_m_s_per_rad),
+          .force_limit_n = std::min(c.force_limit_n, bounds.force_limit_n),
+          .torque_limit_n_m = std::min(c.torque_limit_n_m, bounds.torque_limit_n_m)};
+}
+
+}  // namespace
+
+HapticCore::HapticCore(const HapticSettings& settings, Device& device, ClientMailboxes& mailboxes)
+    : device_(device),
+      writer_(device),
+      mailboxes_(mailboxes),
+      coupling_bounds_(settings.coupling_bounds),
+      stage_(require_stage(settings.stage)),
+      coupling_(make_coupling_law("spring-damper", CouplingParameters{})),
+      safety_(with_device_limits(settings.safety, device.spec())) {}
+
+void HapticCore::tick(LocalTime now) noexcept {
+  const DeviceSample sample = read_device(now);
+  ++record_.tick.value;
+  record_.at = now;
+  record_.sample = sample;
+  const double speed_m_per_s = handle_speed(sample);
+  account_energy(sample);
+  take_mail();
+  if (scene_is_usable_ && sample.is_valid) {
+    const RigidState raw_W{scene_.workspace.world_pose(sample.X_DH), scene_.workspace.world_twist(sample.V_DH)};
+    record_.handle_W = clutch_.apply(raw_W, (sample.buttons & kButtonClutch) != 0);
+  }
+  record_.state_age = has_state_ ? std::max(Duration{0}, now - mailboxes_.inbox.front().received) : Duration{-1};
+  record_.stage_wrench_on_hand_D = stage_wrench_on_hand_D(now);
+  const Wrench safe_on_hand_D = through_safety(now, speed_m_per_s);
+  if (!writer_.write(now, safe_on_hand_D)) ++counters_.write_failures;
+  safety_.set_displayed(writer_.written());
+  record_.displayed_on_hand_D = writer_.written();
+  record_.is_clamped = writer_.was_clamped();
+  last_sample_ = sample;
+  count();
+  publish(now);
+}
+
+void HapticCore::write_zero(LocalTime now) noexcept {
+  writer_.write_zero(now);
+  safety_.set_displayed(Wrench{});
+  record_.displayed_on_hand_D = Wrench{};
+}
+
+DeviceSample HapticCore::read_device(LocalTime now) noexcept {
+  DeviceSample sample = device_.read(now);
+  sample.is_valid = sample.is_valid && is_finite(sample.X_DH) && is_finite(sample.V_DH);
+  return sample;
+}
+
+// The larger of what the device reports and what its poses say, so that neither a lagging filter nor a jump of
+// the position goes unseen.
+double HapticCore::handle_speed(const DeviceSample& sample) const noexcept {
+  if (!sample.is_valid) return 0;
+  const double reported_m_per_s = sample.V_DH.v.norm();
+  if (!last_sample_.is_valid) return reported_m_per_s;
+  const double gap_s = std::max(kShortestSpeedGap_s, to_seconds(sample.taken - last_sample_.taken));
+  return std::max(reported_m_per_s, (sample.X_DH.p - last_sample_.X_DH.p).norm() / gap_s);
+}
+
+// The state before the scene: a state of an older connection, published just before the scene that replaces it,
+// is then forgotten with that connection. The other way round it could be taken for one of the new scene.
+void HapticCore::take_mail() noexcept {
+  const bool has_new_state = mailboxes_.inbox.poll();
+  if (has_new_state) has_state_ = true;
+  if (mailboxes_.scene.poll()) enter_scene(mailboxes_.scene.front());
+  if (has_new_state && has_state_) take_state(mailboxes_.inbox.front().update);
+}
+
+void HapticCore::enter_scene(const HapticScene& scene) noexcept {
+  const bool is_new = scene.generation != scene_.generation;
+  scene_ = scene;
+  scene_is_usable_ = scene.generation != 0 && is_usable(scene);
+  if (scene_is_usable_) coupling_->set_parameters(bounded(scene.coupling, coupling_bounds_));
+  if (!is_new) return;
+  record_.scene_generation = scene.generation;
+  record_.has_watched_body = false;
+  has_state_ = false;
+  stage_->reset();
+  clutch_.reset();
+  safety_.rearm();
+}
+
+void HapticCore::take_state(const ServerUpdate& update) noexcept {
+  record_.tool_W = update.tool;
+  record_.server_wrench_on_hand_W = update.wrench_on_hand_W;
+  record_.newest_step = update.step;
+  record_.server_tick_faults = update.tick_faults;
+  record_.held_body = update.held_body;
+  note_watched_body(update);
+}
+
+// Updates are thinned on the wire, so the body may be missing from this one: then the last word holds.
+void HapticCore::note_watched_body(const ServerUpdate& update) noexcept {
+  const std::uint32_t watched = watched_.load(std::memory_order_relaxed);
+  if (watched != watched_last_) record_.has_watched_body = false;
+  watched_last_ = watched;
+  if (watched == 0) return;
+  for (const BodyState& body : update.bodies) {
+    if (body.id.value != watched) continue;
+    record_.watched_body_W = body.state;
+    record_.has_watched_body = true;
+  }
+}
+
+Wrench HapticCore::stage_wrench_on_hand_D(LocalTime now) noexcept {
+  if (!is_displaying() || !has_state_ || !record_.sample.is_valid) return {};
+  StageInput input;
+  input.now = now;
+  input.handle = record_.handle_W;
+  input.newest = &mailboxes_.inbox.front().update;
+  input.age = record_.state_age;
+  input.coupling = coupling_.get();
+  return scene_.workspace.device_wrench(stage_->wrench_on_hand_W(input));
+}
+
+Wrench HapticCore::through_safety(LocalTime now, double handle_speed_m_per_s) noexcept {
+  SafetyInput input;
+  input.wrench = record_.stage_wrench_on_hand_D;
+  input.state_age = record_.state_age;
+  input.has_state = has_state_ && is_displaying();
+  input.sample_is_valid = record_.sample.is_valid;
+  input.handle_speed_m_per_s = handle_speed_m_per_s;
+  const Wrench safe = safety_.apply(now, input);
+  record_.safety_faults = safety_.faults();
+  return safe;
+}
+
+// The wrench written at the last tick was held until this one. Over a gap of invalid samples nobody knows what the
+// hand did, so that stretch is left out.
+void HapticCore::account_energy(const DeviceSample& sample) noexcept {
+  if (!sample.is_valid || !last_sample_.is_valid) return;
+  const Wrench& held = writer_.written();
+  const Vec3 turn = rotation_vector(sample.X_DH.q * last_sample_.X_DH.q.conjugate());
+  const double work_j = held.f.dot(sample.X_DH.p - last_sample_.X_DH.p) + held.t.dot(turn);
+  const double world_work_j = scene_is_usable_ ? work_j / scene_.workspace.hand_joules_per_world_joule() : 0.0;
+  counters_.energy_to_hand_j += std::max(0.0, work_j);
+  counters_.energy_from_hand_j += std::max(0.0, -work_j);
+  world_energy_to_hand_j_ += std::max(0.0, world_work_j);
+  world_energy_from_hand_j_ += std::max(0.0, -world_work_j);
+}
+
+void HapticCore::count() noexcept {
+  const double force_n = record_.displayed_on_hand_D.f.norm();
+  const double torque_n_m = record_.displayed_on_hand_D.t.norm();
+  const SafetyFaults faults = record_.safety_faults;
+  ++counters_.ticks;
+  counters_.invalid_samples += record_.sample.is_valid ? 0 : 1;
+  counters_.clamped_ticks += record_.is_clamped ? 1 : 0;
+  counters_.slew_limited_ticks += (faults & kSafetySlewed) != 0 ? 1 : 0;
+  counters_.not_finite_ticks += is_finite(record_.stage_wrench_on_hand_D) ? 0 : 1;
+  counters_.silent_ticks += (faults & kSafetySilence) != 0 ? 1 : 0;
+  counters_.force_square_sum += force_n * force_n;
+  counters_.torque_square_sum += torque_n_m * torque_n_m;
+  counters_.force_max_n = std::max(counters_.force_max_n, force_n);
+  counters_.torque_max_n_m = std::max(counters_.torque_max_n_m, torque_n_m);
+  counters_.faults_seen |= faults;
+}
+
+void HapticCore::publish(LocalTime now) noexcept {
+  ClientUpdate& update = mailboxes_.outbox.back();
+  update = ClientUpdate{};
+  update.input_tick = record_.tick;
+  update.handle = record_.handle_W;
+  update.handle_valid = record_.sample.is_valid && is_displaying();
+  update.buttons = update.handle_valid ? record_.sample.buttons : 0;
+  update.sent = now;
+  if (has_state_) {
+    const ReceivedUpdate& newest = mailboxes_.inbox.front();
+    update.acknowledged_step = newest.update.step;
+    update.acknowledged_sent = newest.update.sent;
+    update.acknowledged_held = record_.state_age;
+  }
+  update.energy_to_hand_j = world_energy_to_hand_j_;
+  update.energy_from_hand_j = world_energy_from_hand_j_;
+  mailboxes_.outbox.publish();
+}
+
+}  // namespace tandem

@@ -8,6 +8,7 @@
 //   5 to the device base D                      10 publish the client update
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -15,7 +16,6 @@
 #include "client/clutch.hpp"
 #include "client/mailboxes.hpp"
 #include "client/stage.hpp"
-#include "common/ring.hpp"
 #include "common/safety.hpp"
 #include "devices/device_writer.hpp"
 
@@ -23,7 +23,16 @@ namespace tandem {
 
 struct HapticSettings {
   std::string stage = "late-pose";
-  SafetySettings safety;
+  SafetySettings safety;  ///< slew and speed limits are taken from the device's spec
+  /// Numbers of the coupling that come from the wire are bounded by these (and by the device's own limits).
+  /// Stiffness and damping are the largest that CHAI3D's device table allows a peer of 8 N; the rotational pair
+  /// is ours, for a handle of 4e-4 kg·m² at 1 kHz.
+  CouplingParameters coupling_bounds{.stiffness_n_per_m = 3000.0,
+                                     .damping_n_s_per_m = 20.0,
+                                     .stiffness_n_m_per_rad = 3.0,
+                                     .damping_n_m_s_per_rad = 0.05,
+                                     .force_limit_n = 50.0,
+                                     .torque_limit_n_m = 5.0};
 };
 
 /// What happened at one tick: for traces, metrics and tests.
@@ -32,73 +41,91 @@ struct TickRecord {
   LocalTime at{};
   DeviceSample sample;
   RigidState handle_W;
-  RigidState tool_W;             ///< newest of the server
-  Wrench stage_wrench_on_hand_D; ///< before the safety stages
-  Wrench displayed_on_hand_D;    ///< what the device was given
+  RigidState tool_W;              ///< newest of the server
+  Wrench stage_wrench_on_hand_D;  ///< before the safety stages
+  Wrench displayed_on_hand_D;     ///< what the device was given
   Wrench server_wrench_on_hand_W;
-  Duration state_age{0};         ///< since the newest server state arrived; negative: none yet
+  Duration state_age{0};  ///< since the newest server state arrived; negative: none yet
   Step newest_step;
+  std::uint32_t server_tick_faults = 0;  ///< bits of TickFaults, of the newest state
   BodyId held_body;
-  RigidState first_body_W;       ///< scene body `watched`, newest of the server
+  bool has_watched_body = false;  ///< the server has told of the watched body in this scene
+  RigidState watched_body_W;      ///< newest of the server
+  std::uint32_t scene_generation = 0;
   SafetyFaults safety_faults = 0;
   bool is_clamped = false;
 };
 
-/// Running sums over ticks since construction or reset_counters().
+/// Running sums over ticks since construction.
 struct HapticCounters {
   std::uint64_t ticks = 0;
   std::uint64_t invalid_samples = 0;
   std::uint64_t clamped_ticks = 0;
   std::uint64_t slew_limited_ticks = 0;
   std::uint64_t not_finite_ticks = 0;
-  std::uint64_t silent_ticks = 0;      ///< state older than the decay's start
+  std::uint64_t silent_ticks = 0;  ///< state older than the decay's start
   std::uint64_t write_failures = 0;
-  double force_square_sum = 0;         ///< displayed, N²
-  double torque_square_sum = 0;        ///< displayed, (N·m)²
+  double force_square_sum = 0;   ///< displayed, N²
+  double torque_square_sum = 0;  ///< displayed, (N·m)²
   double force_max_n = 0;
   double torque_max_n_m = 0;
-  double energy_to_hand_j = 0;         ///< device joules, Σ of positive F_k·(x_{k+1} − x_k)
-  double energy_from_hand_j = 0;       ///< device joules, Σ of the negative part, ≥ 0
+  double energy_to_hand_j = 0;    ///< device joules, Σ of positive F_k·(x_{k+1} − x_k) + τ_k·Δθ
+  double energy_from_hand_j = 0;  ///< device joules, Σ of the negative part, ≥ 0
   SafetyFaults faults_seen = 0;
 };
 
 /// Owns the client's haptic path except thread and clock.
 class HapticCore {
  public:
-  /// Fails   std::invalid_argument for an unknown stage (names those that exist)
+  /// Fails   std::invalid_argument for an unknown stage (names those that exist), bad safety settings, or device
+  ///         limits that DeviceWriter refuses
   HapticCore(const HapticSettings& settings, Device& device, ClientMailboxes& mailboxes);
 
   /// Thread  haptic: no allocation, lock, log or throw
   void tick(LocalTime now) noexcept;
   /// Ramps to zero from the next tick on; is_quiet() once nothing is displayed any more.
-  void begin_shutdown() noexcept;
-  bool is_quiet() const noexcept;
+  void begin_shutdown() noexcept { safety_.begin_shutdown(); }
+  bool is_quiet() const noexcept { return safety_.is_quiet(); }
+  /// Gives the device zero, whatever came before: the last call before the device is closed.
+  void write_zero(LocalTime now) noexcept;
 
   /// The last tick.
   const TickRecord& record() const { return record_; }
   const HapticCounters& counters() const { return counters_; }
-  /// Body whose state goes into TickRecord::first_body_W.
-  void watch(BodyId body) { watched_ = body; }
+  /// Body whose state goes into TickRecord::watched_body_W.
+  /// Thread  any
+  void watch(BodyId body) noexcept { watched_.store(body.value, std::memory_order_relaxed); }
 
  private:
-  void take_mail(LocalTime now) noexcept;
+  void take_mail() noexcept;
+  void enter_scene(const HapticScene& scene) noexcept;
+  void take_state(const ServerUpdate& update) noexcept;
+  void note_watched_body(const ServerUpdate& update) noexcept;
+  DeviceSample read_device(LocalTime now) noexcept;
+  double handle_speed(const DeviceSample& sample) const noexcept;
   Wrench stage_wrench_on_hand_D(LocalTime now) noexcept;
-  void account(const DeviceSample& sample) noexcept;
+  Wrench through_safety(LocalTime now, double handle_speed_m_per_s) noexcept;
+  void account_energy(const DeviceSample& sample) noexcept;
+  void count() noexcept;
   void publish(LocalTime now) noexcept;
+  bool is_displaying() const noexcept { return scene_is_usable_ && scene_.may_display; }
 
   Device& device_;
   DeviceWriter writer_;
   ClientMailboxes& mailboxes_;
+  CouplingParameters coupling_bounds_;
   std::unique_ptr<Stage> stage_;
   std::unique_ptr<CouplingLaw> coupling_;
   Clutch clutch_;
   SafetyChain safety_;
   HapticScene scene_;
+  bool scene_is_usable_ = false;
   bool has_state_ = false;
-  BodyId watched_;
-  Vec3 last_position_D_ = Vec3::Zero();
-  Quat last_rotation_D_ = Quat::Identity();
-  bool has_last_ = false;
+  std::atomic<std::uint32_t> watched_{0};
+  std::uint32_t watched_last_ = 0;
+  DeviceSample last_sample_;  ///< of the last tick, when valid
+  double world_energy_to_hand_j_ = 0;
+  double world_energy_from_hand_j_ = 0;
   TickRecord record_;
   HapticCounters counters_;
 };

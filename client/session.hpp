@@ -13,7 +13,9 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 
+#include "client/asset_fetcher.hpp"
 #include "client/mailboxes.hpp"
 #include "common/clock_sync.hpp"
 #include "common/mailbox.hpp"
@@ -25,7 +27,7 @@
 
 namespace tandem {
 
-
+/// How the session sends. After close(), nothing of the closed connection may be reported any more.
 class ClientTransport {
  public:
   virtual ~ClientTransport() = default;
@@ -36,20 +38,25 @@ class ClientTransport {
   virtual bool send_datagram(std::span<const std::byte> datagram) = 0;
   /// Where datagrams go, from the server's Welcome.
   virtual void set_datagram_port(std::uint16_t port) = 0;
+  /// Control bytes that the connection has not taken yet; over TCP, state is sent only when it is 0.
+  virtual std::size_t queued_control_bytes() const = 0;
+  /// Closes after what is queued has been sent, as far as that does not block.
   virtual void close() = 0;
 };
 
 enum class StateTransport { kUdp, kTcp };
 
 struct SessionSettings {
-  std::string room;                ///< "": the server's only room
+  std::string room = "";  ///< "": the server's only room
   std::string user_name = "user";
   wire::Role role = wire::ROLE_MANIPULATOR;
   StateTransport state_transport = StateTransport::kUdp;
   Duration silence_timeout{std::chrono::milliseconds(1500)};
+  Duration setup_timeout{std::chrono::seconds(5)};     ///< for each of connecting, greeting and joining
+  Duration keep_alive{std::chrono::milliseconds(50)};  ///< with no haptic update for this long, an empty one goes out
   Duration reconnect_delay{std::chrono::milliseconds(250)};  ///< first; doubled up to reconnect_delay_max
   Duration reconnect_delay_max{std::chrono::seconds(2)};
-  bool may_reconnect = true;       ///< after a connection that once joined was lost
+  bool may_reconnect = true;  ///< after a connection that once joined was lost
   bool fetch_assets = true;
 };
 
@@ -95,12 +102,16 @@ class ClientSession {
   const SessionStatus& status() const;
   /// The scene and this user's place in it, from the last Joined; null before the first.
   const wire::Joined* joined() const;
+  /// Verified bytes of the scene's files by their SHA-256; kept across reconnects. Fetched in the background.
+  const AssetMap& assets() const;
   ClockSync& clock_sync();
   const SessionCounters& counters() const;
   /// Called on the io thread.
   std::function<void(const wire::Joined&)> on_joined;
   std::function<void(const std::string&)> on_log;
   std::function<void(const wire::ParameterSet&)> on_parameter;
+  /// A grab, release or parameter that the server refused.
+  std::function<void(const wire::Error&)> on_refused;
 
  private:
   struct Impl;

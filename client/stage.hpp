@@ -16,9 +16,9 @@ namespace tandem {
 /// What a stage may use at one haptic tick.
 struct StageInput {
   LocalTime now{};
-  RigidState handle;                    ///< X_WH, V_WH of this tick
-  const ServerUpdate* newest = nullptr; ///< newest server state; null before the first
-  Duration age{0};                      ///< since `newest` arrived
+  RigidState handle;                      ///< X_WH, V_WH of this tick
+  const ServerUpdate* newest = nullptr;   ///< newest server state; null before the first
+  Duration age{0};                        ///< since `newest` arrived
   const CouplingLaw* coupling = nullptr;  ///< the scene's law, never null
 };
 

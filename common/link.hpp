@@ -14,20 +14,26 @@
 
 namespace tandem {
 
+/// How the delay of a packet varies; σ is LinkParameters::jitter.
+///
+/// Model   kNormal  max(0, delay + σ·N(0,1)): a jitter that is not small beside the delay raises its mean
+///         kPareto  delay + scale·((1 − u)^(−1/3) − 1), u uniform: `delay` is the least, σ exact, mean σ/√3 above
+///                  the least, P(later by x) falls as x⁻³
+///         kTrace   the delays of a list, in turn
 enum class JitterDistribution { kNormal, kPareto, kTrace };
 
 /// One direction of a link.
 struct LinkParameters {
-  Duration delay{0};                  ///< fixed part
-  Duration jitter{0};                 ///< standard deviation of the variable part
+  Duration delay{0};   ///< fixed part
+  Duration jitter{0};  ///< standard deviation of the variable part
   JitterDistribution distribution = JitterDistribution::kNormal;
-  std::vector<Duration> trace;        ///< kTrace: delays used in turn instead of delay + jitter
-  bool allows_reordering = false;     ///< false: a packet waits for those sent before it
-  double loss = 0.0;                  ///< overall fraction lost, 0..1
+  std::vector<Duration> trace;                    ///< kTrace: delays used in turn instead of delay + jitter
+  bool allows_reordering = false;                 ///< false: a packet waits for those sent before it
+  double loss = 0.0;                              ///< overall fraction lost, 0..1
   Duration mean_bad_period{from_seconds(0.020)};  ///< loss comes in bad periods of this mean length; all in it is lost
-  double duplication = 0.0;           ///< fraction delivered twice
-  double rate_limit_bytes_per_s = 0;  ///< 0: unlimited
-  std::size_t queue_limit = 4096;     ///< packets in flight; more are dropped (tail drop)
+  double duplication = 0.0;                       ///< fraction delivered twice
+  double rate_limit_bytes_per_s = 0;              ///< 0: unlimited
+  std::size_t queue_limit = 4096;                 ///< packets in flight; more are dropped (tail drop)
 
   /// The first bad field and what would do, e.g. "loss is 1.2; it must be 0 to 0.95"; empty when all is well.
   std::string problem() const;
@@ -42,16 +48,24 @@ struct LinkCounters {
   std::uint64_t queue_full = 0;
 };
 
-/// Carries packets (or, when reliable, stream chunks) from send() to receive().
+/// Carries packets (or, when reliable, stream chunks) from send() to receive(). Times must not decrease.
+///
+/// A packet passes the queue limit, then the rate limit, then the loss. The same seed and stream give the same
+/// fate to the same packets.
+/// Thread  one at a time
 class SimulatedLink {
  public:
+  /// `stream` tells the links of one experiment apart.
+  /// Fails   std::invalid_argument with LinkParameters::problem()
   SimulatedLink(LinkParameters parameters, std::uint64_t seed, std::uint64_t stream);
-  /// A link for a byte stream: same delay and rate, order kept, nothing lost or doubled.
+  /// A link for a byte stream: same delay and rate, order kept, nothing lost, doubled or refused.
   static SimulatedLink reliable(LinkParameters parameters, std::uint64_t seed, std::uint64_t stream);
 
   void send(LocalTime now, std::span<const std::byte> packet);
   /// The next packet due at `now`, in order of arrival; empty when none is due.
   std::optional<std::vector<std::byte>> receive(LocalTime now);
+  /// Bytes that still wait for the rate limit to let them onto the line.
+  std::size_t queued_bytes(LocalTime now) const;
   /// When the next packet is due, if any is in flight.
   std::optional<LocalTime> next_due() const;
   const LinkCounters& counters() const { return counters_; }

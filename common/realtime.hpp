@@ -12,13 +12,16 @@
 namespace tandem {
 
 struct RealtimeRequest {
-  int priority = 0;          ///< SCHED_FIFO priority 1–99; 0: stay with the normal scheduler
-  bool lock_memory = true;   ///< mlockall: no page fault in the loop
-  int cpu = -1;              ///< pin to this CPU; −1: do not pin
+  int priority = 0;         ///< SCHED_FIFO priority 1–99; 0: stay with the normal scheduler
+  bool lock_memory = true;  ///< mlockall, and the first 256 KiB of the stack touched: no page fault in the loop
+  int cpu = -1;             ///< pin to this CPU; −1: do not pin
 };
 
-/// For the calling thread. Returns one line for each thing not granted, with the remedy; empty when all was.
+/// For the calling thread (locked memory: for the process, also what it allocates later). Returns one line for each
+/// thing not granted, with the remedy; empty when all was.
 std::vector<std::string> request_realtime(const RealtimeRequest& request);
+/// Whether the calling thread runs at SCHED_FIFO (or SCHED_RR) priority.
+bool has_realtime_priority();
 
 /// Sleeps to absolute deadlines start + n·period on CLOCK_MONOTONIC (SteadyClock's clock), and records how late
 /// each wake-up was.
@@ -26,6 +29,7 @@ std::vector<std::string> request_realtime(const RealtimeRequest& request);
 /// Thread  the loop's own
 class PeriodicTimer {
  public:
+  /// Fails   std::invalid_argument: period not above 0
   PeriodicTimer(Duration period, LocalTime start);
   /// Sleeps to the next deadline. When that has passed by more than a period, the missed ones are skipped and
   /// counted, so that a late loop does not run a burst to catch up. Returns the deadline that it woke for.

@@ -1,1 +1,63 @@
-// Placeholder: to be written.
+// See device_writer.hpp. The limits are checked once, here, so that no device class can forget it.
+#include "devices/device_writer.hpp"
+
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+namespace tandem {
+namespace {
+
+// What a device may get whose maximum nobody has verified (our choice, far below every listed device).
+constexpr double kUnverifiedForce_n = 2.0;
+constexpr double kUnverifiedTorque_n_m = 0.1;
+
+void fail(const DeviceSpec& spec, const char* field, double value, const std::string& remedy) {
+  throw std::invalid_argument("device '" + spec.name + "': " + field + " is " + std::to_string(value) + "; " + remedy);
+}
+
+void check_positive(const DeviceSpec& spec, const char* field, double value) {
+  if (!std::isfinite(value) || value <= 0) fail(spec, field, value, "it must be a finite number above 0");
+}
+
+bool is_verified(const SourcedLimit& maximum) {
+  return std::isfinite(maximum.value) && !maximum.source.empty() && maximum.source != "unverified";
+}
+
+void check_limit(const DeviceSpec& spec, const char* field, double limit, const SourcedLimit& maximum,
+                 double unverified_maximum) {
+  if (!std::isfinite(limit) || limit < 0) fail(spec, field, limit, "it must be a finite number, 0 or more");
+  const bool verified = is_verified(maximum);
+  const double largest = verified ? maximum.value : unverified_maximum;
+  if (limit <= largest) return;
+  fail(spec, field, limit,
+       "it must be at most " + std::to_string(largest) +
+           (verified ? " (" + maximum.source + ")" : " while the device's maximum is unverified"));
+}
+
+}  // namespace
+
+DeviceWriter::DeviceWriter(Device& device) : device_(device) {
+  const DeviceSpec& spec = device.spec();
+  if (spec.force_axes != 3 && spec.force_axes != 6) fail(spec, "force_axes", spec.force_axes, "it must be 3 or 6");
+  check_limit(spec, "force_limit_n", spec.force_limit_n, spec.force_maximum_n, kUnverifiedForce_n);
+  if (spec.force_axes == 6) {
+    check_limit(spec, "torque_limit_n_m", spec.torque_limit_n_m, spec.torque_maximum_n_m, kUnverifiedTorque_n_m);
+  }
+  check_positive(spec, "speed_limit_m_per_s", spec.speed_limit_m_per_s);
+  check_positive(spec, "slew_limit_n_per_s", spec.slew_limit_n_per_s);
+  check_positive(spec, "slew_limit_n_m_per_s", spec.slew_limit_n_m_per_s);
+  force_limit_n_ = spec.force_limit_n;
+  torque_limit_n_m_ = spec.force_axes == 6 ? spec.torque_limit_n_m : 0.0;
+}
+
+bool DeviceWriter::write(LocalTime now, const Wrench& wrench_on_hand_D) noexcept {
+  const bool is_good = is_finite(wrench_on_hand_D);
+  const Wrench wanted = is_good ? wrench_on_hand_D : Wrench{};
+  written_ = {clamped_to_length(wanted.f, force_limit_n_), clamped_to_length(wanted.t, torque_limit_n_m_)};
+  // A device without torque shows none: that is not a clamp worth reporting.
+  was_clamped_ = !is_good || written_.f != wanted.f || (torque_limit_n_m_ > 0 && written_.t != wanted.t);
+  return device_.write(now, DeviceCommand{written_});
+}
+
+}  // namespace tandem

@@ -5,12 +5,14 @@
 
 namespace tandem {
 
-/// Clamps to the device's software limits with the direction kept, and writes.
+/// Clamps to the device's software limits with the direction kept, and writes. The limits are those of the spec at
+/// construction: nothing that arrives later can widen them.
 ///
 /// Thread  haptic
 class DeviceWriter {
  public:
-  /// Fails   std::invalid_argument when a limit of the spec is not finite, negative, or above its verified maximum
+  /// Fails   std::invalid_argument when a limit of the spec is not finite, negative, above its verified maximum, or
+  ///         above 2 N or 0.1 N·m while the maximum is unverified
   explicit DeviceWriter(Device& device);
   /// Writes the clamped wrench (zero when not finite). Returns false when the device did not take it.
   bool write(LocalTime now, const Wrench& wrench_on_hand_D) noexcept;
@@ -21,6 +23,8 @@ class DeviceWriter {
 
  private:
   Device& device_;
+  double force_limit_n_ = 0;
+  double torque_limit_n_m_ = 0;  ///< 0 for a device without torque
   Wrench written_;
   bool was_clamped_ = false;
 };

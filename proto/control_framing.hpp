@@ -1,4 +1,5 @@
-// Control messages on a byte stream: a 4-byte big-endian length, then one protobuf message.
+// Control messages on a byte stream: a 4-byte big-endian length, then one protobuf message. A length is
+// checked before any byte of its frame is kept, so a peer cannot make us allocate by announcing a size.
 #pragma once
 
 #include <cstddef>
@@ -11,29 +12,43 @@
 
 namespace tandem {
 
+/// Bytes of the length before each frame's payload.
+inline constexpr std::size_t kFrameLengthBytes = 4;
 /// Larger frames end the connection before anything is allocated for them.
 inline constexpr std::size_t kMaxControlBytes = 256 * 1024;
 /// Bytes of an asset in one AssetChunk.
 inline constexpr std::size_t kAssetChunkBytes = 64 * 1024;
+/// Bytes of the hash that names an asset.
+inline constexpr std::size_t kAssetHashBytes = 32;
 
 /// Appends length and message. Fails: std::length_error over kMaxControlBytes (a bug of the sender).
 void append_frame(const google::protobuf::MessageLite& message, Bytes& out);
 
-/// Collects stream bytes and cuts them into frames.
+/// Collects stream bytes and cuts them into frames, the same ones however the stream was cut into feeds.
+///
+/// Cost    amortised O(1) a byte; holds what was fed and not yet taken, so take all frames after each feed()
 class FrameReader {
  public:
-  /// Adds bytes as they came. False once a frame announced more than kMaxControlBytes: close the stream.
+  /// Adds bytes as they came. False once a frame announced more than kMaxControlBytes: close the stream. The
+  /// whole frames before that one can still be taken.
   bool feed(std::span<const std::byte> bytes);
   /// The next whole frame's payload, valid until the next call of feed() or next().
   std::optional<std::span<const std::byte>> next();
 
  private:
-  Bytes buffer_;
-  std::size_t read_ = 0;
+  std::size_t payload_size_at(std::size_t frame) const;
+  void drop_taken_bytes();
+
+  Bytes buffer_;           ///< taken frames | whole frames | the beginning of one more
+  std::size_t read_ = 0;   ///< where the first whole frame starts
+  std::size_t frame_ = 0;  ///< where the unfinished frame starts
   bool is_broken_ = false;
 };
 
-/// Parses one frame's payload; false on anything but a complete message with its oneof set.
+/// Parses one frame's payload.
+///
+/// Fails   false on anything but a message with its oneof set, every number in it finite, and the fields that
+///         name sizes and ports within the limits of WIRE.md; `out` is then unspecified
 bool parse_control(std::span<const std::byte> payload, wire::ClientControl& out);
 bool parse_control(std::span<const std::byte> payload, wire::ServerControl& out);
 

@@ -1,1 +1,66 @@
-// Placeholder: to be written.
+#include "proto/datagram.hpp"
+
+#include <algorithm>
+#include <array>
+#include <boost/endian/conversion.hpp>
+#include <cassert>
+
+namespace tandem {
+namespace {
+
+constexpr std::size_t kConnectionOffset = 1;
+constexpr std::size_t kSequenceOffset = 9;
+constexpr std::size_t kTagOffset = 17;
+
+constexpr unsigned kVersionShift = 5;
+constexpr unsigned kTypeShift = 3;
+constexpr unsigned kTypeMask = 0b11;
+constexpr unsigned kEpochMask = kMaxEpoch;
+constexpr unsigned kLargestType = static_cast<unsigned>(DatagramType::kServerUpdate);
+
+std::uint64_t load_u64(std::span<const std::byte> datagram, std::size_t offset) {
+  return boost::endian::load_big_u64(reinterpret_cast<const unsigned char*>(datagram.data() + offset));
+}
+
+}  // namespace
+
+void append_header(const DatagramHeader& header, Bytes& out) {
+  assert(header.epoch <= kMaxEpoch);
+  std::array<unsigned char, kDatagramHeaderBytes> bytes{};  // the tag stays zero: null cipher
+  bytes[0] =
+      static_cast<unsigned char>((kProtocolVersion << kVersionShift) |
+                                 (static_cast<unsigned>(header.type) << kTypeShift) | (header.epoch & kEpochMask));
+  boost::endian::store_big_u64(bytes.data() + kConnectionOffset, header.connection.value);
+  boost::endian::store_big_u64(bytes.data() + kSequenceOffset, header.sequence);
+  const auto as_bytes = std::as_bytes(std::span(bytes));
+  out.insert(out.end(), as_bytes.begin(), as_bytes.end());
+}
+
+DropReason parse_header(std::span<const std::byte> datagram, DatagramHeader& out) {
+  if (datagram.size() < kDatagramHeaderBytes) return DropReason::kTooShort;
+  if (datagram.size() > kMaxDatagramBytes) return DropReason::kTooLong;
+  const auto first = std::to_integer<unsigned>(datagram[0]);
+  if (first >> kVersionShift != kProtocolVersion) return DropReason::kVersion;
+  const unsigned type = (first >> kTypeShift) & kTypeMask;
+  if (type > kLargestType) return DropReason::kType;
+  const auto tag = datagram.subspan(kTagOffset, kDatagramHeaderBytes - kTagOffset);
+  if (std::ranges::any_of(tag, [](std::byte b) { return b != std::byte{0}; })) return DropReason::kTag;
+
+  out.type = static_cast<DatagramType>(type);
+  out.epoch = static_cast<std::uint8_t>(first & kEpochMask);
+  out.connection.value = load_u64(datagram, kConnectionOffset);
+  out.sequence = load_u64(datagram, kSequenceOffset);
+  if (!out.connection.is_valid()) return DropReason::kUnknownConnection;
+  if (out.sequence == 0) return DropReason::kMalformed;
+  return DropReason::kNone;
+}
+
+DropReason FreshnessFilter::accept(std::uint64_t sequence) {
+  if (sequence == newest_) return DropReason::kDuplicate;
+  if (sequence < newest_) return DropReason::kLate;
+  if (sequence - newest_ > kMaxSequenceJump) return DropReason::kSequenceJump;
+  newest_ = sequence;
+  return DropReason::kNone;
+}
+
+}  // namespace tandem

@@ -25,7 +25,9 @@ inline constexpr std::size_t kDatagramHeaderBytes = 33;
 /// Fits an IPv6 path of minimum MTU with room for tunnels; never fragmented.
 inline constexpr std::size_t kMaxDatagramBytes = 1200;
 inline constexpr std::size_t kMaxPayloadBytes = kMaxDatagramBytes - kDatagramHeaderBytes;
-/// A sequence this far ahead of the newest seen is not a gap but damage (about 17 minutes at 1 kHz).
+/// Epochs have three bits.
+inline constexpr std::uint8_t kMaxEpoch = 7;
+/// A sequence farther ahead of the newest seen than this is not a gap but damage (about 17 minutes at 1 kHz).
 inline constexpr std::uint64_t kMaxSequenceJump = 1U << 20U;
 
 using Bytes = std::vector<std::byte>;
@@ -34,7 +36,7 @@ enum class DatagramType : std::uint8_t { kClientUpdate = 0, kServerUpdate = 1 };
 
 struct DatagramHeader {
   DatagramType type = DatagramType::kClientUpdate;
-  std::uint8_t epoch = 0;  ///< 0..7
+  std::uint8_t epoch = 0;  ///< 0..kMaxEpoch
   ConnectionId connection;
   std::uint64_t sequence = 0;
 };
@@ -53,7 +55,8 @@ inline std::span<const std::byte> payload_of(std::span<const std::byte> datagram
 /// Freshest-only on receive: only a sequence newer than all before it passes.
 class FreshnessFilter {
  public:
-  /// kNone when `sequence` is the newest so far (and remembers it), else kLate, kDuplicate or kSequenceJump.
+  /// kNone when `sequence` is the newest so far (and remembers it), else kDuplicate (the newest once more), kLate
+  /// (anything older, seen before or not) or kSequenceJump (which moves nothing: damage cannot lock the sender out).
   DropReason accept(std::uint64_t sequence);
   void reset() { newest_ = 0; }
 

@@ -15,6 +15,21 @@ namespace tandem {
 inline constexpr std::size_t kMaxBodies = 64;
 inline constexpr std::size_t kMaxUsers = 16;
 
+/// What a state message may say; a reader drops one that says more (DropReason::kNotFinite), so a writer keeps its
+/// world inside. Far beyond any hand or tool, near enough that no sum or product of them overflows.
+inline constexpr double kMaxPositionM = 1000.0;
+inline constexpr double kMaxSpeedMPerS = 1000.0;
+inline constexpr double kMaxTurnRadPerS = 1e4;
+inline constexpr double kMaxForceN = 1e5;
+inline constexpr double kMaxTorqueNM = 1e5;
+inline constexpr double kMaxEnergyJ = 1e9;
+/// Overlapping molecules have energies without bound; they are sent as this.
+inline constexpr double kMaxFieldEnergyKjPerMol = 1e12;
+/// Largest | |q| − 1 | of a rotation; a rotation is made unit length when it is read.
+inline constexpr double kMaxQuaternionError = 1e-3;
+/// Largest time stamp and age, 73 years: four of them add up without overflow.
+inline constexpr Duration kMaxTimestamp{std::int64_t{1} << 61U};
+
 /// Bits of ClientUpdate::buttons.
 enum Button : std::uint32_t {
   kButtonGrab = 1U << 0U,    ///< held down: grab the nearest body in reach; let go: release it
@@ -56,11 +71,11 @@ struct ServerUpdate {
   Step step;
   ServerTime stepped{};
   Tick answered_input;
-  LocalTime echoed_sent{};     ///< t1, the client's own clock; 0: nothing received yet
-  ServerTime received{};       ///< t2
-  ServerTime sent{};           ///< t3
-  RigidState tool;             ///< X_WT, V_WT
-  Wrench wrench_on_hand_W;     ///< of the server's coupling, about the handle
+  LocalTime echoed_sent{};  ///< t1, the client's own clock; 0: nothing received yet
+  ServerTime received{};    ///< t2
+  ServerTime sent{};        ///< t3
+  RigidState tool;          ///< X_WT, V_WT
+  Wrench wrench_on_hand_W;  ///< of the server's coupling, about the handle
   BodyId held_body;
   std::uint32_t tick_faults = 0;  ///< bits of TickFaults (server/tick_faults.hpp)
   double energy_into_world_j = 0;

@@ -1,39 +1,88 @@
 // State structs ↔ datagram payloads. The only place where state protobufs are built or read.
+//
+// Messages live in a per-thread arena that is reused, so a thread that codes at 1 kHz allocates nothing after
+// its first messages (growth of `out` aside).
 #pragma once
 
+#include <boost/container/static_vector.hpp>
 #include <cstdint>
 #include <span>
-#include <vector>
+#include <tuple>
 
 #include "proto/datagram.hpp"
 #include "proto/state.hpp"
 
 namespace tandem {
 
+/// Slower than this a body counts as resting and its twist is not sent: 0.1 s later it is off by 10 µm and 0.1 mrad.
+inline constexpr double kRestSpeedMPerS = 1e-4;
+inline constexpr double kRestTurnRadPerS = 1e-3;
+
 /// Appends `update` as one protobuf message; always fits (tested with every field at its largest).
 void append_client_update(const ClientUpdate& update, Bytes& out);
 
-/// Reads a payload. kMalformed or kNotFinite on anything else than a complete, bounded, finite update.
+/// Reads a payload.
+///
+/// Fails   kMalformed when it is no message, too long, or lacks a part; kNotFinite when a number is NaN, infinite
+///         or outside the limits in state.hpp. `out` is then unspecified. Unknown fields are skipped.
 DropReason parse_client_update(std::span<const std::byte> payload, ClientUpdate& out);
 
 /// Encodes one user's server updates within kMaxPayloadBytes, thinning what does not fit.
 ///
 /// Priority (what is thinned last, first): 1 own tool, wrench, time stamps, energies: always sent;
-/// 2 the body this user holds; 3 other users' tools; 4 bodies held by others; 5 moving bodies;
-/// 6 resting bodies. Within 3–6 the one not sent for longest goes first, so each is sent in turn.
+/// 2 the body this user holds; 3 other users' tools; 4 bodies held by others; 5 moving bodies, and those that
+/// have stopped since they were last sent; 6 resting bodies. Within 3–6 the one not sent for longest goes first.
+/// So that a full class does not starve those below it, up to kOverduePerMessage items not sent for
+/// kOverdueMessages go before class 3: every item is sent at least once in kLongestWaitMessages.
+///
+/// A body or user outside the limits in state.hpp is left out: it would make the whole message unreadable.
 class ServerUpdateEncoder {
  public:
+  static constexpr std::uint64_t kOverdueMessages = 16;
+  static constexpr std::size_t kOverduePerMessage = 4;
+  /// When an item becomes overdue, at most all others are before it, kOverduePerMessage of them a message.
+  static constexpr std::uint64_t kLongestWaitMessages =
+      kOverdueMessages + (kMaxBodies + kMaxUsers + kOverduePerMessage - 1) / kOverduePerMessage;
+
+  /// Appends `update` as one protobuf message of at most kMaxPayloadBytes.
   void append(const ServerUpdate& update, Bytes& out);
   /// Bodies and users left out of the last message.
   std::size_t thinned() const { return thinned_; }
 
  private:
+  /// What the reader has been told about one body or user.
+  struct Turn {
+    std::uint32_t id = 0;
+    std::uint64_t sent = 0;  ///< message in which it was last sent; 0: never
+    std::size_t place = 0;   ///< in that message, so that those of one message keep their turns in the next
+    bool was_moving = false;
+  };
+  /// One body or user that could go into the message.
+  struct Candidate {
+    bool is_user = false;
+    std::size_t index = 0;  ///< in update.bodies or update.users, and in the turns
+    int rank = 0;           ///< lower goes first
+    std::uint64_t sent = 0;
+    std::size_t place = 0;
+
+    auto turn() const { return std::tuple(sent, place, is_user, index); }
+  };
+  using BodyTurns = boost::container::static_vector<Turn, kMaxBodies>;
+  using UserTurns = boost::container::static_vector<Turn, kMaxUsers>;
+  using Candidates = boost::container::static_vector<Candidate, kMaxBodies + kMaxUsers>;
+
+  void follow_membership(const ServerUpdate& update);
+  Candidates candidates_in_order(const ServerUpdate& update) const;
+  void promote_overdue(Candidates& candidates) const;
+
   std::size_t thinned_ = 0;
   std::uint64_t message_ = 0;
-  std::vector<std::uint64_t> body_sent_;  ///< message in which each body was last sent, by body id
-  std::vector<std::uint64_t> user_sent_;  ///< likewise by user id
+  BodyTurns body_turns_;  ///< in the order of update.bodies
+  UserTurns user_turns_;  ///< in the order of update.users
 };
 
+/// Reads a payload; fails as parse_client_update() does, and with kMalformed on a zero or repeated id and on more
+/// bodies or users than a room can have.
 DropReason parse_server_update(std::span<const std::byte> payload, ServerUpdate& out);
 
 }  // namespace tandem

@@ -7,6 +7,8 @@
 //                ◀──mailbox per slot── ServerUpdate   3 step the world
 //                ◀──ring── RoomEvent              4 publish one update a user
 //
+// The io side clears a slot's output before it gives the slot to another user, and stamps `received` and `sent`.
+//
 // Nothing else crosses. The room thread never waits, allocates or logs in step().
 #pragma once
 
@@ -14,6 +16,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "common/mailbox.hpp"
 #include "common/ring.hpp"
@@ -56,6 +59,9 @@ struct UserSlot {
   Mailbox<ServerUpdate> output;  ///< room writes, io reads
 };
 
+/// Older input than this is not followed any more: the hand may be anywhere by then.
+inline constexpr Duration kInputStaleAfter = std::chrono::milliseconds(100);
+
 class Room {
  public:
   Room(RoomId id, std::string name, std::shared_ptr<const LoadedScene> scene);
@@ -77,24 +83,34 @@ class Room {
   Step steps_done() const { return step_; }
   /// Adds `faults` to what the next updates report (the loop's own, e.g. kFaultOverrun).
   void report(TickFaults faults) { pending_faults_ |= faults; }
+  /// Events that found no place: io has not taken any for 256 of them.
+  std::uint64_t events_lost() const { return events_lost_; }
   const World& world() const { return world_; }
 
  private:
   struct Member {
-    UserId user;
+    UserId user;  ///< invalid: the slot is free
     UserRole role = UserRole::kObserver;
     std::uint8_t tool = 0;
     ClientUpdate newest;
-    Step input_seen_at;        ///< step in which `newest` arrived
+    Step input_seen_at;  ///< step in which `newest` arrived
     bool has_input = false;
     bool grab_button = false;
+
+    bool is_manipulator() const { return user.is_valid() && role == UserRole::kManipulator; }
   };
 
   void apply_commands() noexcept;
   void apply(const RoomCommand& command) noexcept;
+  void join(const RoomCommand& command) noexcept;
+  void leave(std::size_t slot) noexcept;
+  void grab(std::size_t slot, BodyId body, std::uint32_t request) noexcept;
+  void release(std::size_t slot, std::uint32_t request) noexcept;
   TickFaults take_inputs() noexcept;
+  TickFaults take_input(std::size_t slot) noexcept;
   void follow_grab_button(std::size_t slot, bool is_down) noexcept;
-  void publish(ServerTime now, TickFaults faults) noexcept;
+  void describe_world(ServerTime now, TickFaults faults) noexcept;
+  void publish_to(std::size_t slot) noexcept;
   void emit(const RoomEvent& event) noexcept;
 
   RoomId id_;
@@ -106,8 +122,11 @@ class Room {
   Ring<RoomEvent> events_{256};
   std::array<std::unique_ptr<UserSlot>, kMaxUsers> slots_;
   std::array<Member, kMaxUsers> members_{};
+  std::vector<BodyId> moving_bodies_;  ///< those that updates tell of
+  ServerUpdate common_;                ///< of this step: what all users are told alike
   Step step_;
   TickFaults pending_faults_ = 0;
+  std::uint64_t events_lost_ = 0;
 };
 
 }  // namespace tandem

@@ -1,1 +1,274 @@
-// Placeholder: to be written.
+#include "server/scene_file.hpp"
+
+#include <google/protobuf/util/json_util.h>
+
+#include <algorithm>
+#include <fstream>
+#include <numbers>
+#include <sstream>
+#include <stdexcept>
+
+#include "proto/control_framing.hpp"
+#include "server/coupling_limits.hpp"
+#include "server/scene_checks.hpp"
+
+namespace tandem {
+namespace {
+
+constexpr std::size_t kMaxSceneFileBytes = 1U << 20U;
+
+/// Line of a syntax error, from the piece of text that protobuf quotes above its caret; 0 when it quotes none.
+std::size_t line_of_error(const std::string& json, const std::string& message) {
+  const std::size_t quote_begin = message.find('\n');
+  const std::size_t quote_end = message.rfind('\n');
+  if (quote_begin == std::string::npos || quote_end <= quote_begin) return 0;
+  const std::string quote = message.substr(quote_begin + 1, quote_end - quote_begin - 1);
+  // An error at the end of the text is quoted as nothing.
+  std::size_t position = json.size();
+  if (!quote.empty()) {
+    position = json.find(quote);
+    if (position == std::string::npos) return 0;
+    position = std::min(json.size(), position + (message.size() - quote_end - 2));
+  }
+  return 1 +
+         static_cast<std::size_t>(std::count(json.begin(), json.begin() + static_cast<std::ptrdiff_t>(position), '\n'));
+}
+
+/// "(bodies[0]) nam: Cannot find field." → "bodies[0].nam"; empty when `message` says something else.
+std::string unknown_field(const std::string& message) {
+  const std::size_t suffix = message.find(": Cannot find field.");
+  if (suffix == std::string::npos) return {};
+  std::string field = message.substr(0, suffix);
+  const std::size_t close = field.find(") ");
+  if (field.front() != '(' || close == std::string::npos) return field;
+  return (close > 1 ? field.substr(1, close - 1) + "." : "") + field.substr(close + 2);
+}
+
+wire::Scene parse(const std::string& json, const SceneField& file) {
+  if (json.size() > kMaxSceneFileBytes) file.refuse("is larger than 1 MiB; a scene file holds no geometry");
+  wire::Scene scene;
+  const auto status = google::protobuf::util::JsonStringToMessage(json, &scene);
+  if (status.ok()) return scene;
+  const std::string message(status.message());
+  if (const std::string field = unknown_field(message); !field.empty()) {
+    file.in(field).refuse("is not a field of a scene; see proto/tandem/scene.proto for those that are");
+  }
+  const std::size_t line = line_of_error(json, message);
+  const std::string where = line > 0 ? "line " + std::to_string(line) + ": " : "";
+  file.refuse(where + "not a scene in JSON: " + message.substr(0, message.find('\n')));
+}
+
+std::vector<SolidShape> solids(const google::protobuf::RepeatedPtrField<wire::Shape>& shapes,
+                               const std::vector<LoadedShape>& loaded) {
+  std::vector<SolidShape> result;
+  for (int i = 0; i < shapes.size(); ++i) {
+    const LoadedShape& shape = loaded[static_cast<std::size_t>(i)];
+    result.push_back({shapes[i], shape.X_BS, shape.mesh.get()});
+  }
+  return result;
+}
+
+MassProperties checked_mass(double mass_kg, const std::vector<SolidShape>& shapes, const SceneField& field) {
+  try {
+    return mass_properties_of(mass_kg, shapes);
+  } catch (const std::domain_error& error) {
+    field.in("mass_kg").refuse("is " + number_text(mass_kg) + ", but " + error.what() +
+                               "; make it static (0) or give it thickness");
+  }
+}
+
+/// Turns a checked description into a loaded scene, part by part.
+class SceneBuilder {
+ public:
+  SceneBuilder(wire::Scene description, SceneField file, const std::filesystem::path& directory)
+      : file_(std::move(file)), assets_(directory), scene_(std::make_shared<LoadedScene>()) {
+    scene_->description = std::move(description);
+  }
+
+  std::shared_ptr<const LoadedScene> build() {
+    wire::Scene& description = scene_->description;
+    for (int i = 0; i < description.bodies_size(); ++i) {
+      add_body(*description.mutable_bodies(i), file_.in("bodies", static_cast<std::size_t>(i)));
+    }
+    for (int i = 0; i < description.tools_size(); ++i) {
+      add_tool(*description.mutable_tools(i), file_.in("tools", static_cast<std::size_t>(i)));
+    }
+    set_coupling(description.coupling());
+    if (description.has_molecular_field()) hide_directory(*description.mutable_molecular_field());
+    scene_->assets = std::move(assets_.assets);
+    scene_->notes = std::move(assets_.notes);
+    check_size();
+    return scene_;
+  }
+
+ private:
+  std::vector<LoadedShape> load_shapes(google::protobuf::RepeatedPtrField<wire::Shape>& shapes,
+                                       const SceneField& field) {
+    std::vector<LoadedShape> loaded;
+    for (int i = 0; i < shapes.size(); ++i) {
+      wire::Shape& shape = shapes[i];
+      LoadedShape& result = loaded.emplace_back(LoadedShape{pose_of(shape.placement()), nullptr});
+      const SceneField mesh_field = field.in("shapes", static_cast<std::size_t>(i)).in("mesh");
+      if (shape.has_mesh()) result.mesh = assets_.load_mesh(*shape.mutable_mesh(), mesh_field);
+    }
+    return loaded;
+  }
+
+  void add_body(wire::Body& body, const SceneField& field) {
+    LoadedBody loaded;
+    loaded.X_WB = pose_of(body.placement());
+    const wire::MolecularField& molecular = scene_->description.molecular_field();
+    if (body.shapes(0).has_molecule()) {
+      loaded.shapes.resize(1);
+      loaded.molecule =
+          assets_.load_centred_molecule(*body.mutable_shapes(0)->mutable_molecule(), molecular.force_field_directory(),
+                                        field.in("shapes", 0).in("molecule"));
+      loaded.mass = mass_properties_of(body.mass_kg(), *loaded.molecule, molecular.metres_per_angstrom());
+    } else {
+      loaded.shapes = load_shapes(*body.mutable_shapes(), field);
+      loaded.mass = checked_mass(body.mass_kg(), solids(body.shapes(), loaded.shapes), field);
+    }
+    scene_->bodies.push_back(std::move(loaded));
+  }
+
+  void add_tool(wire::Tool& tool, const SceneField& field) {
+    LoadedTool loaded;
+    loaded.shapes = load_shapes(*tool.mutable_shapes(), field);
+    loaded.X_WT = pose_of(tool.placement());
+    loaded.mass = checked_mass(tool.mass_kg(), solids(tool.shapes(), loaded.shapes), field);
+    const double least = tool.mass_kg() * kToolGyrationRadius_m * kToolGyrationRadius_m;
+    loaded.mass.principal_inertia_kg_m2 = loaded.mass.principal_inertia_kg_m2.cwiseMax(least);
+    const wire::Workspace& workspace = tool.workspace();
+    loaded.workspace = {pose_of(workspace.device_base()), workspace.position_scale(), workspace.force_scale()};
+    const auto& bodies = scene_->description.bodies();
+    const auto held = std::find_if(bodies.begin(), bodies.end(),
+                                   [&tool](const wire::Body& body) { return body.name() == tool.holds(); });
+    if (held != bodies.end()) loaded.holds_body = static_cast<std::size_t>(held - bodies.begin());
+    scene_->tools.push_back(std::move(loaded));
+  }
+
+  void set_coupling(const wire::Coupling& coupling) {
+    scene_->coupling = {coupling.stiffness_n_per_m(),     coupling.damping_n_s_per_m(),
+                        coupling.stiffness_n_m_per_rad(), coupling.damping_n_m_s_per_rad(),
+                        coupling.force_limit_n(),         coupling.torque_limit_n_m()};
+    const std::string problem = coupling_problem(*scene_, scene_->coupling);
+    if (!problem.empty()) file_.refuse("coupling." + problem);
+  }
+
+  /// Paths of the server are not the clients' business.
+  static void hide_directory(wire::MolecularField& field) {
+    field.set_force_field_directory(std::filesystem::path(field.force_field_directory()).filename().string());
+  }
+
+  void check_size() const {
+    // Joined carries the description with up to a few kilobytes of its own.
+    const std::size_t size = scene_->description.ByteSizeLong();
+    if (size > kMaxControlBytes / 2) {
+      file_.refuse("has a description of " + std::to_string(size) + " bytes; at most " +
+                   std::to_string(kMaxControlBytes / 2) + " can be sent to clients: use fewer shapes");
+    }
+  }
+
+  SceneField file_;
+  SceneAssets assets_;
+  std::shared_ptr<LoadedScene> scene_;
+};
+
+struct Coefficient {
+  const char* name;
+  double CouplingParameters::*value;
+};
+constexpr Coefficient kCoefficients[] = {
+    {"stiffness_n_per_m", &CouplingParameters::stiffness_n_per_m},
+    {"damping_n_s_per_m", &CouplingParameters::damping_n_s_per_m},
+    {"stiffness_n_m_per_rad", &CouplingParameters::stiffness_n_m_per_rad},
+    {"damping_n_m_s_per_rad", &CouplingParameters::damping_n_m_s_per_rad},
+};
+
+/// `what` says in words what is coupled.
+std::string stability_problem(const CouplingParameters& coupling, const CoupledInertia& pulled, double rate_hz,
+                              const std::string& what) {
+  const CouplingParameters stable = stable_coupling(coupling, pulled, 1 / rate_hz);
+  for (const Coefficient& coefficient : kCoefficients) {
+    const double wanted = coupling.*coefficient.value;
+    const double largest = stable.*coefficient.value;
+    if (wanted <= largest) continue;
+    return std::string(coefficient.name) + " is " + number_text(wanted) + "; with " + what + " at " +
+           number_text(rate_hz) + " Hz it must be at most " + number_text(largest);
+  }
+  return {};
+}
+
+std::string range_problem(const CouplingParameters& coupling) {
+  for (const Coefficient& coefficient : kCoefficients) {
+    const double value = coupling.*coefficient.value;
+    if (!(value >= 0)) return std::string(coefficient.name) + " is " + number_text(value) + "; it must be 0 or more";
+  }
+  if (!(coupling.force_limit_n > 0))
+    return "force_limit_n is " + number_text(coupling.force_limit_n) + "; it must be more than 0";
+  if (!(coupling.torque_limit_n_m > 0)) {
+    return "torque_limit_n_m is " + number_text(coupling.torque_limit_n_m) + "; it must be more than 0";
+  }
+  return {};
+}
+
+/// The body that tool `t` holds from the start, pulled at the tool's place by all that hold it.
+CoupledInertia held_inertia(const LoadedScene& scene, const LoadedTool& tool) {
+  const LoadedBody& body = scene.bodies[*tool.holds_body];
+  const Vec3 p_BT = body.X_WB.inverse() * tool.X_WT.p;
+  const auto holds_same = [&tool](const LoadedTool& other) { return other.holds_body == tool.holds_body; };
+  const auto hands = std::count_if(scene.tools.begin(), scene.tools.end(), holds_same);
+  return {body.mass.mass_at_point_kg(p_BT), body.mass.smallest_inertia_kg_m2(), static_cast<int>(hands)};
+}
+
+}  // namespace
+
+std::string coupling_problem(const LoadedScene& scene, const CouplingParameters& coupling) {
+  if (std::string problem = range_problem(coupling); !problem.empty()) return problem;
+  const double rate_hz = scene.description.step_rate_hz();
+  for (std::size_t t = 0; t < scene.tools.size(); ++t) {
+    const LoadedTool& tool = scene.tools[t];
+    const CoupledInertia own{tool.mass.mass_at_point_kg(Vec3::Zero()), tool.mass.smallest_inertia_kg_m2(), 1};
+    const std::string name = "tools[" + std::to_string(t) + "] (" + number_text(tool.mass.mass_kg) + " kg)";
+    if (std::string problem = stability_problem(coupling, own, rate_hz, name); !problem.empty()) return problem;
+    if (!tool.holds_body) continue;
+    const CoupledInertia held = held_inertia(scene, tool);
+    const std::string what = "bodies[" + std::to_string(*tool.holds_body) + "] (" + number_text(held.mass_kg) +
+                             " kg felt where " + name + " holds it, " + std::to_string(held.hands) + " holding)";
+    if (std::string problem = stability_problem(coupling, held, rate_hz, what); !problem.empty()) return problem;
+  }
+  return {};
+}
+
+std::shared_ptr<const LoadedScene> load_scene_text(const std::string& json, const std::string& origin,
+                                                   const std::filesystem::path& directory) {
+  const SceneField file(origin);
+  wire::Scene description = parse(json, file);
+  complete_and_check(description, file);
+  return SceneBuilder(std::move(description), file, directory).build();
+}
+
+std::shared_ptr<const LoadedScene> load_scene(const std::filesystem::path& file) {
+  std::ifstream stream(file);
+  if (!stream || std::filesystem::is_directory(file)) {
+    throw SceneError(file.string() + ": cannot be read; give the path of a scene file (server/scenes holds examples)");
+  }
+  std::ostringstream text;
+  text << stream.rdbuf();
+  return load_scene_text(text.str(), file.string(), file.parent_path());
+}
+
+Pose pose_of(const wire::Placement& placement) {
+  Pose X;
+  if (placement.position_m_size() == 3) {
+    X.p = {placement.position_m(0), placement.position_m(1), placement.position_m(2)};
+  }
+  if (placement.rotation_xyz_deg_size() != 3) return X;
+  const auto turn = [&placement](int i, const Vec3& axis) {
+    return Eigen::AngleAxisd(placement.rotation_xyz_deg(i) * std::numbers::pi / 180, axis);
+  };
+  X.q = (turn(2, Vec3::UnitZ()) * turn(1, Vec3::UnitY()) * turn(0, Vec3::UnitX())).normalized();
+  return X;
+}
+
+}  // namespace tandem

@@ -1,11 +1,9 @@
 // From a scene file to everything a room needs: checked, completed, with meshes and molecules loaded.
 #pragma once
 
-#include <array>
 #include <filesystem>
 #include <memory>
 #include <optional>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -13,33 +11,12 @@
 #include "common/molecule/molecule.hpp"
 #include "common/spatial.hpp"
 #include "common/workspace.hpp"
-#include "proto/datagram.hpp"
+#include "server/mass_properties.hpp"
+#include "server/scene_assets.hpp"
+#include "server/scene_field.hpp"
 #include "tandem/scene.pb.h"
 
 namespace tandem {
-
-/// A scene that cannot be used. what() names the file, the field with its index, the value and what would be right:
-///   peg.json: bodies[2].mass_kg is -1; it must be 0 (static) or more
-class SceneError : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
-};
-
-using Sha256 = std::array<std::byte, 32>;
-
-/// A file that the scene uses, offered to clients by the hash of its bytes.
-struct Asset {
-  Sha256 sha256{};
-  std::string kind;  ///< "mesh" or "structure"
-  std::string name;  ///< base name
-  std::shared_ptr<const Bytes> bytes;
-};
-
-/// Triangles in metres, in the frame of their shape.
-struct TriangleMesh {
-  std::vector<Vec3> vertices;
-  std::vector<std::array<int, 3>> triangles;
-};
 
 /// What a scene file leaves open and the loader found: meshes by body and shape, molecules by body.
 struct LoadedShape {
@@ -47,19 +24,22 @@ struct LoadedShape {
   std::shared_ptr<const TriangleMesh> mesh;  ///< for mesh shapes
 };
 struct LoadedBody {
-  std::vector<LoadedShape> shapes;             ///< parallel to description.bodies(i).shapes()
-  Pose X_WB;                                   ///< start pose
-  std::shared_ptr<const Molecule> molecule;    ///< null: feels no molecular field
+  std::vector<LoadedShape> shapes;  ///< parallel to description.bodies(i).shapes()
+  Pose X_WB;                        ///< start pose
+  MassProperties mass;
+  std::shared_ptr<const Molecule> molecule;  ///< origin: its centre of mass; null: feels no molecular field
 };
 struct LoadedTool {
-  Pose X_WT;                                   ///< start pose
+  std::vector<LoadedShape> shapes;  ///< parallel to description.tools(i).shapes()
+  Pose X_WT;                        ///< start pose
+  MassProperties mass;              ///< see kToolGyrationRadius_m
   WorkspaceMapping workspace;
-  std::optional<std::size_t> holds_body;       ///< index into bodies
+  std::optional<std::size_t> holds_body;  ///< index into bodies
 };
 
 /// A scene ready to run. Immutable; shared by the room and the sessions.
 struct LoadedScene {
-  wire::Scene description;      ///< every default filled in; file names reduced to base names
+  wire::Scene description;  ///< every default filled in; file names reduced to base names
   std::vector<LoadedBody> bodies;
   std::vector<LoadedTool> tools;
   CouplingParameters coupling;
@@ -67,12 +47,20 @@ struct LoadedScene {
   std::vector<std::string> notes;  ///< for people: e.g. atoms whose type was guessed, triangles read
 };
 
+/// A tool's inertia is at least that of its mass at this distance: it stands for a pen-like thing of 5 cm
+/// (length/√12), not for the small tip that collides, whose inertia no coupling of useful stiffness could turn stably.
+inline constexpr double kToolGyrationRadius_m = 0.015;
+
 /// Loads, completes and checks a scene file.
 /// Fails   SceneError; nothing is skipped silently
 std::shared_ptr<const LoadedScene> load_scene(const std::filesystem::path& file);
 /// The same from JSON text; `origin` names it in messages, relative paths start at `directory`.
 std::shared_ptr<const LoadedScene> load_scene_text(const std::string& json, const std::string& origin,
                                                    const std::filesystem::path& directory);
+
+/// Why `scene` cannot run with `coupling`, naming the coefficient and the largest value that would do; empty when it
+/// can. For the loader and for coefficients that a user asks for.
+std::string coupling_problem(const LoadedScene& scene, const CouplingParameters& coupling);
 
 Pose pose_of(const wire::Placement& placement);
 

@@ -8,6 +8,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "common/ids.hpp"
@@ -30,9 +31,20 @@ class ServerTransport {
   /// Sends one state datagram to where that connection's last accepted datagram came from. Freshest-only:
   /// false when it could not be sent now (it is then lost, and counted by the caller).
   virtual bool send_datagram(ConnectionHandle connection, std::span<const std::byte> datagram) = 0;
-  /// Closes after what is queued has been sent.
+  /// Control bytes that the connection has not taken yet. The hub sends state over TCP only when it is 0
+  /// (freshest-only), and ends a connection whose reader lets kMaxQueuedControlBytes pile up.
+  virtual std::size_t queued_control_bytes(ConnectionHandle connection) const = 0;
+  /// Closes after what is queued has been sent. The hub has forgotten the connection by then: no call about it
+  /// need follow, and one that does is ignored.
   virtual void close(ConnectionHandle connection) = 0;
 };
+
+/// A reader that leaves more than this unread is disconnected (DISCONNECT_SLOW).
+inline constexpr std::size_t kMaxQueuedControlBytes = 1024 * 1024;
+
+/// States of a connection (proto/STATES.md). kClosed: unknown, or ended.
+enum class ConnectionState : std::uint8_t { kGreeting, kJoining, kActive, kClosed };
+std::string_view name_of(ConnectionState state);
 
 struct HubSettings {
   Duration silence_timeout{std::chrono::milliseconds(1500)};  ///< after joining: no state and no control for this long
@@ -48,6 +60,7 @@ struct HubCounters {
   std::uint64_t datagrams_received = 0;
   std::uint64_t datagrams_sent = 0;
   std::uint64_t bodies_thinned = 0;
+  std::uint64_t joins = 0;
 };
 
 class SessionHub {
@@ -71,6 +84,7 @@ class SessionHub {
   /// Says goodbye to everybody (DISCONNECT_SERVER_STOPPING).
   void stop(LocalTime now);
 
+  ConnectionState state_of(ConnectionHandle connection) const;
   std::size_t connection_count() const;
   std::size_t user_count() const;
   const HubCounters& counters() const;

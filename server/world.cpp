@@ -1,1 +1,389 @@
-// Placeholder: to be written.
+#include "server/world.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "server/bullet_world.hpp"
+#include "server/coupling_limits.hpp"
+#include "server/molecular_forces.hpp"
+#include "server/tool_hand.hpp"
+
+namespace tandem {
+namespace {
+
+/// How fast a tool without a handle comes to rest. Ours: gone in a quarter of a second, without a jerk.
+constexpr double kIdleDamping_per_s = 20;
+
+/// A tool let go this deep in a body, or less, was pressing on it and goes on doing so; deeper, it was inside.
+constexpr double kPressedDepth_m = 2e-4;
+
+Vec3 gravity_of(const wire::Scene& scene) {
+  return {scene.gravity_m_per_s2(0), scene.gravity_m_per_s2(1), scene.gravity_m_per_s2(2)};
+}
+
+bool is_usable(const CouplingParameters& coupling) {
+  const double values[] = {coupling.stiffness_n_per_m,     coupling.damping_n_s_per_m, coupling.stiffness_n_m_per_rad,
+                           coupling.damping_n_m_s_per_rad, coupling.force_limit_n,     coupling.torque_limit_n_m};
+  return std::all_of(std::begin(values), std::end(values),
+                     [](double value) { return std::isfinite(value) && value >= 0; });
+}
+
+RigidBody make_body(const wire::Body& description, const LoadedBody& loaded) {
+  auto shape =
+      std::make_unique<CollisionShape>(description.shapes(), loaded.shapes, loaded.mass.X_BC, loaded.mass.mass_kg <= 0);
+  const BodyTraits traits{description.friction(), description.restitution(), description.linear_damping_per_s(),
+                          description.angular_damping_per_s(), description.gravity()};
+  return {std::move(shape), loaded.mass, traits, loaded.X_WB};
+}
+
+RigidBody make_tool(const wire::Tool& description, const LoadedTool& loaded) {
+  auto shape = std::make_unique<CollisionShape>(description.shapes(), loaded.shapes, loaded.mass.X_BC, false);
+  const BodyTraits traits{description.friction(), 0, 0, 0, false};
+  return {std::move(shape), loaded.mass, traits, loaded.X_WT};
+}
+
+struct Body {
+  RigidBody rigid;
+  RigidState start;
+  const Molecule* molecule = nullptr;
+  bool is_graspable = false;
+};
+
+struct Tool {
+  RigidBody rigid;
+  ToolHand hand;
+  RigidState start;
+  bool is_active = false;
+  std::optional<std::size_t> held;            ///< index of a body
+  Pose X_BT;                                  ///< its place on the held body
+  std::optional<std::size_t> passes_through;  ///< body that was released with the tool inside
+
+  bool is_in_bullet() const { return is_active && !held; }
+};
+
+}  // namespace
+
+// Order of members: Bullet's world is destroyed before the bodies that it refers to.
+struct World::Impl {
+  explicit Impl(std::shared_ptr<const LoadedScene> loaded);
+
+  double step_s() const { return 1.0 / scene->description.step_rate_hz(); }
+  RigidState tool_state(const Tool& tool) const;
+  void attach(Tool& tool, std::size_t body, const Pose& X_BT);
+  void detach(Tool& tool);
+  bool is_held(std::size_t body) const;
+  double distance_m(Tool& tool, std::size_t body, double limit_m);
+  void limit_couplings();
+  CoupledInertia inertia_pulled_by(const Tool& tool) const;
+
+  TickFaults pull_tools() noexcept;
+  TickFaults apply_field() noexcept;
+  void damp() noexcept;
+  TickFaults guard(RigidBody& rigid, const RigidState& start, bool is_in_bullet) noexcept;
+  TickFaults guard_all() noexcept;
+  void end_passing_through(Tool& tool) noexcept;
+
+  std::shared_ptr<const LoadedScene> scene;
+  Vec3 gravity;
+  CouplingParameters coupling;
+  std::vector<Body> bodies;
+  std::vector<Tool> tools;
+  MolecularForces field;
+  std::vector<Pose> poses;       ///< scratch of apply_field()
+  std::vector<Wrench> wrenches;  ///< likewise
+  BulletWorld bullet;
+};
+
+World::Impl::Impl(std::shared_ptr<const LoadedScene> loaded)
+    : scene(std::move(loaded)),
+      gravity(gravity_of(scene->description)),
+      coupling(scene->coupling),
+      field(*scene),
+      bullet(gravity) {
+  const wire::Scene& description = scene->description;
+  for (int i = 0; i < description.bodies_size(); ++i) {
+    const LoadedBody& body = scene->bodies[static_cast<std::size_t>(i)];
+    bodies.push_back({make_body(description.bodies(i), body),
+                      {body.X_WB, Twist{}},
+                      body.molecule.get(),
+                      description.bodies(i).graspable() && body.mass.mass_kg > 0});
+  }
+  for (int i = 0; i < description.tools_size(); ++i) {
+    const LoadedTool& tool = scene->tools[static_cast<std::size_t>(i)];
+    tools.push_back({make_tool(description.tools(i), tool),
+                     ToolHand(description.coupling().law(), coupling),
+                     {tool.X_WT, Twist{}},
+                     false,
+                     {},
+                     {},
+                     {}});
+  }
+  poses.resize(bodies.size());
+  wrenches.resize(bodies.size());
+  for (Body& body : bodies) bullet.add(body.rigid);
+}
+
+RigidState World::Impl::tool_state(const Tool& tool) const {
+  if (!tool.held) return tool.rigid.state();
+  const RigidBody& body = bodies[*tool.held].rigid;
+  const RigidState of_body = body.state();
+  const Pose X_WT = of_body.X * tool.X_BT;
+  return {X_WT, {body.velocity_at_W(X_WT.p), of_body.V.w}};
+}
+
+void World::Impl::attach(Tool& tool, std::size_t body, const Pose& X_BT) {
+  if (tool.passes_through) bullet.set_collision(tool.rigid, bodies[*tool.passes_through].rigid, true);
+  tool.passes_through.reset();
+  tool.held = body;
+  tool.X_BT = X_BT;
+  limit_couplings();
+}
+
+void World::Impl::detach(Tool& tool) {
+  tool.rigid.set_state(tool_state(tool));
+  RigidBody& body = bodies[*tool.held].rigid;
+  if (body.shape().collides() && bullet.distance_m(tool.rigid, body, 0) < -kPressedDepth_m) {
+    tool.passes_through = tool.held;
+    bullet.set_collision(tool.rigid, body, false);
+  }
+  tool.held.reset();
+  limit_couplings();
+}
+
+bool World::Impl::is_held(std::size_t body) const {
+  return std::any_of(tools.begin(), tools.end(), [body](const Tool& tool) { return tool.held == body; });
+}
+
+/// To the body's surface; of a molecule, from the tool's origin to the nearest atom.
+double World::Impl::distance_m(Tool& tool, std::size_t index, double limit_m) {
+  Body& body = bodies[index];
+  if (body.molecule == nullptr) return bullet.distance_m(tool.rigid, body.rigid, limit_m);
+  const double scale = scene->description.molecular_field().metres_per_angstrom();
+  const Vec3 tool_B = body.rigid.state().X.inverse() * tool.rigid.state().X.p;
+  double nearest = std::numeric_limits<double>::infinity();
+  for (const Vec3& atom : body.molecule->positions_angstrom) {
+    nearest = std::min(nearest, (scale * atom - tool_B).norm());
+  }
+  return nearest;
+}
+
+CoupledInertia World::Impl::inertia_pulled_by(const Tool& tool) const {
+  if (!tool.held) {
+    const MassProperties& own = tool.rigid.mass();
+    return {own.mass_at_point_kg(Vec3::Zero()), own.smallest_inertia_kg_m2(), 1};
+  }
+  const MassProperties& mass = bodies[*tool.held].rigid.mass();
+  const auto holds_same = [&tool](const Tool& other) { return other.held == tool.held; };
+  const auto hands = std::count_if(tools.begin(), tools.end(), holds_same);
+  return {mass.mass_at_point_kg(tool.X_BT.p), mass.smallest_inertia_kg_m2(), static_cast<int>(hands)};
+}
+
+void World::Impl::limit_couplings() {
+  for (Tool& tool : tools) tool.hand.set_coupling(stable_coupling(coupling, inertia_pulled_by(tool), step_s()));
+}
+
+TickFaults World::Impl::pull_tools() noexcept {
+  TickFaults faults = 0;
+  for (Tool& tool : tools) {
+    if (!tool.is_active) continue;
+    const RigidState state = tool_state(tool);
+    const Wrench wrench = tool.hand.pull(state);
+    RigidBody& pulled = tool.held ? bodies[*tool.held].rigid : tool.rigid;
+    pulled.apply_wrench(wrench, state.X.p);
+    if (tool.hand.is_saturated()) faults |= kFaultCouplingSaturated;
+  }
+  return faults;
+}
+
+TickFaults World::Impl::apply_field() noexcept {
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    if (bodies[i].molecule == nullptr) continue;
+    poses[i] = bodies[i].rigid.state().X;
+    wrenches[i] = Wrench{};
+  }
+  const bool is_limited = field.add_wrenches(poses, wrenches);
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    if (bodies[i].molecule != nullptr) bodies[i].rigid.apply_wrench(wrenches[i], poses[i].p);
+  }
+  return is_limited ? TickFaults{kFaultFieldLimited} : 0;
+}
+
+void World::Impl::damp() noexcept {
+  for (Body& body : bodies) {
+    if (!body.rigid.is_static()) body.rigid.damp(step_s(), 0);
+  }
+  for (Tool& tool : tools) {
+    if (tool.is_in_bullet() && !tool.hand.pulls()) tool.rigid.damp(step_s(), kIdleDamping_per_s);
+  }
+}
+
+TickFaults World::Impl::guard(RigidBody& rigid, const RigidState& start, bool is_in_bullet) noexcept {
+  if (!rigid.is_finite()) {
+    // Out and in again, so that no contact keeps a number that is not finite.
+    if (is_in_bullet) bullet.remove(rigid);
+    rigid.set_state(start);
+    if (is_in_bullet) bullet.add(rigid);
+    return kFaultNotFinite;
+  }
+  const double limit = scene->description.limits().body_speed_m_per_s();
+  return rigid.limit_speed(limit, step_s()) ? TickFaults{kFaultSpeedLimited} : 0;
+}
+
+TickFaults World::Impl::guard_all() noexcept {
+  TickFaults faults = 0;
+  for (Body& body : bodies) {
+    if (!body.rigid.is_static()) faults |= guard(body.rigid, body.start, true);
+  }
+  for (Tool& tool : tools) {
+    if (tool.is_in_bullet()) faults |= guard(tool.rigid, tool.start, true);
+  }
+  return faults;
+}
+
+void World::Impl::end_passing_through(Tool& tool) noexcept {
+  if (!tool.passes_through || !tool.is_active) return;
+  RigidBody& body = bodies[*tool.passes_through].rigid;
+  if (bullet.distance_m(tool.rigid, body, kCollisionMargin_m) <= kCollisionMargin_m) return;
+  bullet.set_collision(tool.rigid, body, true);
+  tool.passes_through.reset();
+}
+
+World::World(std::shared_ptr<const LoadedScene> scene) : impl_(std::make_unique<Impl>(std::move(scene))) {}
+World::~World() = default;
+
+void World::activate_tool(std::size_t index) {
+  Tool& tool = impl_->tools[index];
+  if (tool.is_active) return;
+  tool.is_active = true;
+  tool.hand.reset();
+  tool.rigid.set_state(tool.start);
+  const std::optional<std::size_t> held = impl_->scene->tools[index].holds_body;
+  if (!held) {
+    impl_->bullet.add(tool.rigid);
+    return;
+  }
+  Body& body = impl_->bodies[*held];
+  if (!impl_->is_held(*held)) body.rigid.set_state(body.start);
+  impl_->attach(tool, *held, body.start.X.inverse() * tool.start.X);
+  tool.hand.anchor_at(impl_->tool_state(tool).X);
+}
+
+void World::deactivate_tool(std::size_t index) {
+  Tool& tool = impl_->tools[index];
+  if (!tool.is_active) return;
+  release(index);
+  impl_->bullet.remove(tool.rigid);
+  if (tool.passes_through) impl_->bullet.set_collision(tool.rigid, impl_->bodies[*tool.passes_through].rigid, true);
+  tool.passes_through.reset();
+  tool.hand.let_go();
+  tool.is_active = false;
+}
+
+void World::set_handle(std::size_t tool, const RigidState& handle) {
+  if (is_finite(handle.X) && is_finite(handle.V)) impl_->tools[tool].hand.set_handle(handle);
+}
+
+void World::clear_handle(std::size_t index) {
+  Tool& tool = impl_->tools[index];
+  if (!tool.hand.has_handle()) return;
+  if (tool.held) {
+    tool.hand.anchor_at(impl_->tool_state(tool).X);
+  } else {
+    tool.hand.let_go();
+  }
+}
+
+GrabResult World::grab(std::size_t index, BodyId id) {
+  Tool& tool = impl_->tools[index];
+  if (tool.held) return GrabResult::kAlreadyHolding;
+  if (!tool.is_active) return GrabResult::kOutOfReach;
+  if (id.value > impl_->bodies.size()) return GrabResult::kUnknownBody;
+  if (id.is_valid() && !impl_->bodies[id.value - 1].is_graspable) return GrabResult::kNotGraspable;
+
+  double nearest_m = impl_->scene->description.limits().grab_reach_m();
+  std::optional<std::size_t> nearest;
+  for (std::size_t i = 0; i < impl_->bodies.size(); ++i) {
+    if (!impl_->bodies[i].is_graspable || (id.is_valid() && i + 1 != id.value)) continue;
+    const double distance = impl_->distance_m(tool, i, nearest_m);
+    // Of equally near ones the first: the order of the scene decides, not that of memory.
+    if (distance < nearest_m || (distance == nearest_m && !nearest)) {
+      nearest_m = distance;
+      nearest = i;
+    }
+  }
+  if (!nearest) return GrabResult::kOutOfReach;
+  const Pose X_WT = tool.rigid.state().X;
+  impl_->bullet.remove(tool.rigid);
+  impl_->attach(tool, *nearest, impl_->bodies[*nearest].rigid.state().X.inverse() * X_WT);
+  if (!tool.hand.has_handle()) tool.hand.anchor_at(X_WT);
+  return GrabResult::kGrabbed;
+}
+
+void World::release(std::size_t index) {
+  Tool& tool = impl_->tools[index];
+  if (!tool.held) return;
+  impl_->detach(tool);
+  impl_->bullet.add(tool.rigid);
+  if (!tool.hand.has_handle()) tool.hand.let_go();
+}
+
+void World::set_coupling(const CouplingParameters& parameters) {
+  if (!is_usable(parameters)) return;
+  impl_->coupling = parameters;
+  impl_->limit_couplings();
+}
+
+TickFaults World::step() noexcept {
+  TickFaults faults = impl_->pull_tools();
+  faults |= impl_->apply_field();
+  impl_->damp();
+  impl_->bullet.step(impl_->step_s());
+  faults |= impl_->guard_all();
+  for (Tool& tool : impl_->tools) {
+    if (!tool.is_active) continue;
+    tool.hand.account(impl_->tool_state(tool).X);
+    impl_->end_passing_through(tool);
+  }
+  return faults;
+}
+
+ToolState World::tool(std::size_t index) const {
+  const Tool& tool = impl_->tools[index];
+  ToolState state;
+  state.tool = impl_->tool_state(tool);
+  state.wrench_on_hand_W = tool.hand.wrench_on_hand_W();
+  if (tool.held) state.held = BodyId{static_cast<std::uint32_t>(*tool.held + 1)};
+  state.energy_into_world_j = tool.hand.energy_into_world_j();
+  state.energy_from_world_j = tool.hand.energy_from_world_j();
+  return state;
+}
+
+std::size_t World::body_count() const {
+  return impl_->bodies.size();
+}
+
+RigidState World::body(BodyId id) const {
+  if (!id.is_valid() || id.value > impl_->bodies.size()) return {};
+  return impl_->bodies[id.value - 1].rigid.state();
+}
+
+double World::field_energy_kj_per_mol() const {
+  return impl_->field.energy_kj_per_mol();
+}
+
+double World::mechanical_energy_j() const {
+  double energy = 0;
+  for (const Body& body : impl_->bodies) {
+    if (!body.rigid.is_static()) energy += body.rigid.mechanical_energy_j(impl_->gravity);
+  }
+  for (const Tool& tool : impl_->tools) {
+    if (tool.is_in_bullet()) energy += tool.rigid.mechanical_energy_j(impl_->gravity);
+  }
+  return energy;
+}
+
+}  // namespace tandem

@@ -18,15 +18,21 @@ struct ToolState {
   RigidState tool;
   Wrench wrench_on_hand_W;  ///< minus what the coupling puts on the tool, about the handle
   BodyId held;
-  double energy_into_world_j = 0;    ///< Σ of positive work of the coupling on the world
-  double energy_from_world_j = 0;    ///< Σ of work drawn from the world, ≥ 0
+  double energy_into_world_j = 0;  ///< Σ of positive work of the coupling on the world
+  double energy_from_world_j = 0;  ///< Σ of work drawn from the world, ≥ 0
 };
 
 /// A scene in motion.
 ///
-/// Each tool is a rigid body pulled to its user's handle by the scene's coupling law. While a tool holds a body
-/// the two move as one: the coupling acts on the body, at the tool's place on it, and the tool does not collide.
-/// Several tools may hold the same body.
+/// Each tool is a rigid body without weight, pulled to its user's handle by the scene's coupling law. While a tool
+/// holds a body the two move as one: the coupling acts on the body, at the tool's place on it, and the tool neither
+/// collides nor adds mass. Several tools may hold the same body. A tool that is inside the body that it releases
+/// passes through it until they have come apart.
+///
+/// The coupling is integrated explicitly. Where a body is too light for it (held by more hands, or farther from its
+/// centre, than the loader could know) its coefficients are reduced while it is held (coupling_limits.hpp).
+///
+/// The same calls in the same order give the same bits on the same machine.
 ///
 /// Thread  one at a time (the room's)
 class World {
@@ -36,20 +42,22 @@ class World {
   World(const World&) = delete;
   World& operator=(const World&) = delete;
 
-  /// Brings a tool to life at its start pose (and its held body into its hand) without a coupling until set_handle().
+  /// Brings a tool to life at its start pose, and the body that it holds from the start into its hand: moved to the
+  /// body's start pose, unless another tool holds it; then the tool appears at its place on the body.
   void activate_tool(std::size_t tool);
   /// Takes a tool out of the world; what it held is let go.
   void deactivate_tool(std::size_t tool);
   /// The newest known handle of a tool's user; couples until clear_handle().
   void set_handle(std::size_t tool, const RigidState& handle);
-  /// No input: the tool floats, gently damped, until the next set_handle().
+  /// No input, until the next set_handle(): a free tool floats, damped; a held body is held softly where it is.
   void clear_handle(std::size_t tool);
 
   /// `body` invalid: the nearest graspable body in reach.
   GrabResult grab(std::size_t tool, BodyId body);
   void release(std::size_t tool);
 
-  /// Replaces the coupling coefficients from the next step on.
+  /// Replaces the coupling coefficients from the next step on; ignored when one is negative or not finite.
+  /// For a scene's answer to a user see coupling_problem().
   void set_coupling(const CouplingParameters& parameters);
 
   /// Advances by 1 / step_rate_hz seconds. No throw; faults are bits.
@@ -57,6 +65,7 @@ class World {
 
   ToolState tool(std::size_t tool) const;
   std::size_t body_count() const;
+  /// At rest at the origin for an id that the scene does not have.
   RigidState body(BodyId id) const;
   /// Of the whole scene; 0 without molecules.
   double field_energy_kj_per_mol() const;

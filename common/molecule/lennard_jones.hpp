@@ -3,7 +3,6 @@
 
 #include <cstddef>
 #include <memory>
-#include <string>
 #include <string_view>
 #include <vector>
 
@@ -21,18 +20,26 @@ struct FieldResult {
 /// Double precision, per-atom forces: for energies, reports and checks.
 ///
 /// Model   V = Σ_ij 4 ε_ij [(σ_ij/r)¹² − (σ_ij/r)⁶], ε_ij = √(ε_i ε_j), σ_ij = √(σ_i σ_j)
-/// In      X_AB  pose of B's frame in A's, position in Å
+///         Inside the core r < r_c = σ_ij/4 (V there is above 3e7 ε) V goes on as the parabola with the value and the
+///         slope of r_c, so f = f(r_c)·d/r_c: overlap gives a huge but finite force, still the gradient of V, and
+///         two coincident atoms, between which no direction exists, give none.
+/// Source  Jorgensen, Maxwell, Tirado-Rives, JACS 118 (1996) 11225: form and geometric mixing; the core is ours
+/// In      X_AB  pose of B's frame in A's, position in Å; one that is not finite, not a rotation or farther than
+///               1e9 Å gives zeros
 ///         forces_on_a, forces_on_b  filled when not null, kJ/mol/Å, in A's frame
+/// Fails   std::invalid_argument, see validate()
 FieldResult lennard_jones_exact(const Molecule& a, const Molecule& b, const Pose& X_AB_angstrom,
                                 std::vector<Vec3>* forces_on_a = nullptr, std::vector<Vec3>* forces_on_b = nullptr);
 
 /// The 1 kHz path: pair terms in float, sums in double, arrays laid out and padded once, one fixed order
-/// of summation per kernel.
+/// of summation per kernel. The same model as lennard_jones_exact(), core included.
 ///
-/// Cost    |A|·|B| pairs, no allocation in evaluate(); a few Gpair/s with AVX-512, see `tandem-lab bench`
+/// Cost    pair_count() pairs, no allocation in evaluate(); README.md has measured rates
+/// Thread  any, one at a time per object
 class LennardJonesField {
  public:
   /// `kernel`: "" picks the widest that the CPU has; or a name of available_kernels().
+  /// Throws std::invalid_argument for another name, or see validate().
   LennardJonesField(const Molecule& a, const Molecule& b, std::string_view kernel = "");
   ~LennardJonesField();
   LennardJonesField(LennardJonesField&&) noexcept;
@@ -40,6 +47,7 @@ class LennardJonesField {
 
   FieldResult evaluate(const Pose& X_AB_angstrom) noexcept;
   std::string_view kernel() const;
+  /// Pairs that evaluate() computes: atoms without a Lennard-Jones term (polar hydrogens) are left out.
   std::size_t pair_count() const;
 
   /// Names of the kernels this CPU can run, widest first; "portable" is always the last.

@@ -12,11 +12,11 @@ namespace tandem {
 
 /// What is kept of an atom for people and reports.
 struct AtomLabel {
-  std::string name;      ///< "CA"
-  std::string residue;   ///< "GLU"
+  std::string name;        ///< "CA"
+  std::string residue;     ///< "GLU"
   std::string residue_id;  ///< number and insertion code, "12A"
   std::string chain;
-  std::string element;   ///< "C"
+  std::string element;  ///< "C"
   int serial = 0;
 };
 
@@ -34,13 +34,20 @@ struct Molecule {
   std::vector<double> charge_e;
   std::vector<double> mass_u;
   std::vector<AtomLabel> labels;
-  std::vector<std::string> types;     ///< force-field type of each atom, "opls_238"
+  std::vector<std::string> types;  ///< force-field type of each atom, "opls_238"
   std::vector<GuessedType> guessed;
-  std::string force_field;            ///< e.g. "oplsaa"
+  std::vector<std::string> notes;  ///< what else the loader saw and people should know: atoms left out or missing
+  std::string force_field;         ///< e.g. "oplsaa"
 
   std::size_t size() const { return positions_angstrom.size(); }
   Vec3 centre_of_mass_angstrom() const;
 };
+
+/// Refuses what the field kernels cannot bound: arrays of unequal length, coordinates not finite or beyond 1e6 Å,
+/// σ other than 0 or 0.1 … 20 Å, ε outside 0 … 1e4 kJ/mol.
+///
+/// Fails   std::invalid_argument naming the atom, the value and the range
+void validate(const Molecule& molecule);
 
 /// How molecular quantities become device-sized ones, kept consistent in work.
 ///

@@ -1,1 +1,146 @@
-// Placeholder: to be written.
+#include "devices/sim/hand_path.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include "common/json/fields.hpp"
+
+namespace tandem {
+namespace {
+
+constexpr double kLongestPath_s = 86400;
+constexpr double kFarthest_m = 10;
+constexpr std::size_t kMostPoints = 10000;
+
+/// Position and speed of the unit minimum-jerk movement at u = t/T in 0..1.
+///
+/// Model   s = 10u³ − 15u⁴ + 6u⁵
+/// Source  Flash, Hogan, "The coordination of arm movements: an experimentally confirmed mathematical model",
+///         J. Neuroscience 5 (1985), the point-to-point solution
+struct UnitMove {
+  double position;
+  double speed;
+};
+UnitMove minimum_jerk(double u) {
+  const double u2 = u * u;
+  return {u2 * u * (10 + u * (-15 + 6 * u)), 30 * u2 * (1 + u * (-2 + u))};
+}
+
+bool is_rotation(const Quat& q) {
+  return is_finite(q) && std::abs(q.norm() - 1.0) < 1e-6;
+}
+
+Quat quaternion_of_xyz_degrees(const Vec3& degrees) {
+  const Vec3 a = degrees * (std::numbers::pi / 180);
+  return (Eigen::AngleAxisd(a.z(), Vec3::UnitZ()) * Eigen::AngleAxisd(a.y(), Vec3::UnitY()) *
+          Eigen::AngleAxisd(a.x(), Vec3::UnitX()))
+      .normalized();
+}
+
+// Bits of Button (proto/state.hpp), which devices/ does not depend on.
+constexpr std::uint32_t kGrabBit = 1U << 0U;
+constexpr std::uint32_t kClutchBit = 1U << 1U;
+
+std::uint32_t buttons_of(JsonFields& point, std::uint32_t otherwise) {
+  if (!point.has("buttons")) return otherwise;
+  std::uint32_t bits = 0;
+  for (const std::string& name : point.texts("buttons")) {
+    if (name != "grab" && name != "clutch") point.fail("buttons", "it must be a list of \"grab\" and \"clutch\"");
+    bits |= name == "grab" ? kGrabBit : kClutchBit;
+  }
+  return bits;
+}
+
+WayPoint way_point_of(JsonFields& point, const WayPoint& before, bool is_first) {
+  WayPoint result = before;
+  const double earliest_s = is_first ? 0 : to_seconds(before.at);
+  result.at = from_seconds(point.required_number("t_s", earliest_s, kLongestPath_s));
+  if (!is_first && result.at <= before.at) point.fail("t_s", "it must be later than the point before");
+  result.X_DH.p = point.vector("position_m", before.X_DH.p, kFarthest_m);
+  if (point.has("rotation_xyz_deg")) {
+    result.X_DH.q = quaternion_of_xyz_degrees(point.vector("rotation_xyz_deg", Vec3::Zero(), 360));
+  }
+  result.buttons = buttons_of(point, before.buttons);
+  result.phase = point.text("phase", "");
+  point.finish();
+  return result;
+}
+
+}  // namespace
+
+HandPath::HandPath(std::vector<WayPoint> points) : points_(std::move(points)) {
+  if (points_.empty()) throw std::invalid_argument("hand path: has no way point; it needs at least one");
+  int phase = -1;
+  for (std::size_t i = 0; i < points_.size(); ++i) {
+    const WayPoint& point = points_[i];
+    const std::string name = "hand path: points[" + std::to_string(i) + "]";
+    if (!is_finite(point.X_DH.p) || !is_rotation(point.X_DH.q)) {
+      throw std::invalid_argument(name + ".X_DH is not a pose; it must be finite with a unit quaternion");
+    }
+    if (i > 0 && point.at <= points_[i - 1].at) {
+      throw std::invalid_argument(name + ".at is " + std::to_string(to_seconds(point.at)) +
+                                  " s; it must be later than the point before");
+    }
+    if (!point.phase.empty()) {
+      const auto known = std::find(phases_.begin(), phases_.end(), point.phase);
+      phase = static_cast<int>(known - phases_.begin());
+      if (known == phases_.end()) phases_.push_back(point.phase);
+    }
+    phase_of_point_.push_back(phase);
+  }
+}
+
+std::size_t HandPath::segment_of(Duration time) const noexcept {
+  const auto after = std::upper_bound(points_.begin(), points_.end(), time,
+                                      [](Duration t, const WayPoint& point) { return t < point.at; });
+  return after == points_.begin() ? 0 : static_cast<std::size_t>(after - points_.begin()) - 1;
+}
+
+Pose HandPath::pose_at(Duration time) const noexcept {
+  const std::size_t i = segment_of(time);
+  const WayPoint& from = points_[i];
+  if (time <= from.at || i + 1 == points_.size()) return from.X_DH;
+  const WayPoint& to = points_[i + 1];
+  const double s = minimum_jerk(to_seconds(time - from.at) / to_seconds(to.at - from.at)).position;
+  const Vec3 turn = rotation_vector(from.X_DH.q.conjugate() * to.X_DH.q);
+  return {from.X_DH.p + s * (to.X_DH.p - from.X_DH.p), (from.X_DH.q * quaternion_of(s * turn)).normalized()};
+}
+
+Twist HandPath::twist_at(Duration time) const noexcept {
+  const std::size_t i = segment_of(time);
+  const WayPoint& from = points_[i];
+  if (time <= from.at || i + 1 == points_.size()) return {};
+  const WayPoint& to = points_[i + 1];
+  const double length_s = to_seconds(to.at - from.at);
+  const double speed_per_s = minimum_jerk(to_seconds(time - from.at) / length_s).speed / length_s;
+  const Vec3 turn = rotation_vector(from.X_DH.q.conjugate() * to.X_DH.q);
+  return {speed_per_s * (to.X_DH.p - from.X_DH.p), speed_per_s * (from.X_DH.q * turn)};
+}
+
+std::uint32_t HandPath::buttons_at(Duration time) const noexcept {
+  return time < points_.front().at ? 0 : points_[segment_of(time)].buttons;
+}
+
+int HandPath::phase_at(Duration time) const noexcept {
+  return time < points_.front().at ? -1 : phase_of_point_[segment_of(time)];
+}
+
+HandPath parse_hand_path(std::string_view json, std::string_view origin) {
+  const std::string name(origin);
+  JsonFields file(parse_json(json, name), name);
+  std::vector<WayPoint> points;
+  for (JsonFields& point : file.objects("points", 1, kMostPoints)) {
+    const WayPoint before = points.empty() ? WayPoint{} : points.back();
+    points.push_back(way_point_of(point, before, points.empty()));
+  }
+  file.finish();
+  return HandPath(std::move(points));
+}
+
+HandPath load_hand_path(const std::filesystem::path& file) {
+  return parse_hand_path(read_text_file(file), file.string());
+}
+
+}  // namespace tandem

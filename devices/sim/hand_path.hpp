@@ -41,9 +41,9 @@ class HandPath {
   std::vector<int> phase_of_point_;
 };
 
-/// Reads {"points": [{"t_s": 0, "position_m": [x,y,z], "rotation_xyz_deg": [..], "buttons": ["grab"], "phase": "hold"}]}.
-/// Fields may be left out: the value of the point before holds.
-/// Fails   std::invalid_argument naming file, field, value and remedy
+/// Reads {"points": [{"t_s": 0, "position_m": [x,y,z], "rotation_xyz_deg": [..], "buttons": ["grab"], "phase":
+/// "hold"}]}. Fields may be left out: the value of the point before holds. Fails   std::invalid_argument naming file,
+/// field, value and remedy
 HandPath load_hand_path(const std::filesystem::path& file);
 HandPath parse_hand_path(std::string_view json, std::string_view origin);
 

@@ -13,18 +13,20 @@ namespace tandem {
 ///
 /// Model   m ẍ = K (x_intended − x) + B (ẋ_intended − ẋ) + f_device + tremor, likewise in rotation; integrated
 ///         exactly enough (semi-implicit Euler, sub-steps ≤ 0.1 ms) with the device's force held between writes
-/// Source  hand 0.3 kg, 200 N/m: the values behind the project's delay studies; damping ratio from
-///         arm-impedance literature, see devices/README.md
+/// Source  0.3 kg and 200 N/m: a light grip, the values behind the project's delay studies. The damping ratio, 0.37,
+///         is that of the typical trial in "Haptic perception of force magnitude and its relation to postural arm
+///         dynamics in 3D", Scientific Reports 5, 18004 (2015), fig. 3: 0.554 kg, 6.45 N·s/m, 135 N/m.
+///         The rotational triple is ours: a stylus-sized handle, 7 Hz, damping ratio 0.56
 struct HandParameters {
   double mass_kg = 0.3;
   double stiffness_n_per_m = 200.0;
-  double damping_n_s_per_m = 8.0;
+  double damping_n_s_per_m = 5.8;
   double inertia_kg_m2 = 4e-4;
   double stiffness_n_m_per_rad = 0.8;
   double damping_n_m_s_per_rad = 0.02;
-  double tremor_rms_n = 0.0;           ///< force, narrow band around tremor_hz
+  double tremor_rms_n = 0.0;  ///< force, narrow band around tremor_hz
   double tremor_hz = 9.0;
-  double encoder_step_m = 0.0;         ///< quantisation of the reported position; 0: none
+  double encoder_step_m = 0.0;  ///< quantisation of the reported position; 0: none
   double encoder_step_rad = 0.0;
 };
 
@@ -40,6 +42,11 @@ class SimDevice final : public Device {
   DeviceSample read(LocalTime now) noexcept override;
   bool write(LocalTime now, const DeviceCommand& command) noexcept override;
 
+  /// Keeps the hand at the path's first way point until start_path(); for hands that shall start together.
+  void hold_path() noexcept { is_path_held_ = true; }
+  /// Path time is 0 at `now` and runs from there.
+  void start_path(LocalTime now) noexcept;
+
   const HandPath& path() const { return path_; }
   /// Path time of the last read.
   Duration path_time() const noexcept { return path_time_; }
@@ -49,6 +56,7 @@ class SimDevice final : public Device {
 
  private:
   void advance(double dt_s) noexcept;
+  Duration path_time_at(LocalTime time) const noexcept;
   Vec3 tremor_force(double dt_s) noexcept;
   Pose quantised(const Pose& X) const noexcept;
 
@@ -59,6 +67,7 @@ class SimDevice final : public Device {
   LocalTime started_{};
   LocalTime last_read_{};
   bool has_started_ = false;
+  bool is_path_held_ = false;
   Duration path_time_{0};
   Pose X_DH_;
   Twist V_DH_;

@@ -1,0 +1,69 @@
+// One headless run of tandem-client: everything that main() puts together, in the order in which it lives and dies.
+//
+//   main thread (this file)            haptic thread (haptic_loop.hpp)     io thread (net/client_io.hpp)
+//   join, then every 10 ms:            1 kHz: read, compute, write         sockets, session, simulated links
+//   take tick records ◀──── ring ───── record
+//   trace, report, status line         outbox ─────────── mailbox ───────▶ send
+//   signals, end of time               ◀───────────────── mailboxes ────── state, scene
+//
+// The haptic thread starts when the room is joined, so that the hand's path and the session share their zero, and
+// stops first, so that the hand is let go while the session still stands.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "client/haptic_loop.hpp"
+#include "client/net/client_io.hpp"
+#include "client/options.hpp"
+#include "client/run_report.hpp"
+#include "client/summary.hpp"
+#include "client/trace.hpp"
+
+namespace tandem {
+
+/// Thread  main; SIGINT and SIGTERM must be blocked in every thread before construction
+class ClientRun {
+ public:
+  /// Fails   std::invalid_argument or std::system_error: bad set-up
+  explicit ClientRun(const ClientOptions& options);
+
+  /// Runs until the duration is over, a signal comes, or the session ends. Returns the exit code.
+  /// Fails   std::invalid_argument or std::runtime_error: bad set-up, found before anything was displayed
+  int run();
+
+ private:
+  bool join();
+  void start_loop();
+  void keep_going();
+  void drain_records();
+  void take_record(const TickRecord& record);
+  void follow_session(const ClientIoSnapshot& io);
+  void print_status(const ClientIoSnapshot& io);
+  RunSummary summary(ClientIoSnapshot io) const;
+  int finish();
+
+  ClientOptions options_;
+  SafetySettings safety_;
+  SimDevice device_;
+  ClientMailboxes mailboxes_;
+  HapticCore core_;
+  ClientIo io_;
+  std::optional<TraceWriter> trace_;
+  RunReport report_;
+  std::optional<WatchedBody> watched_;
+  std::vector<std::string> realtime_not_granted_;
+  std::string last_why_;
+  LocalTime started_{};
+  LocalTime next_status_{};
+  std::optional<LocalTime> first_tick_;
+  TickRecord newest_;
+  bool is_over_ = false;
+  std::optional<HapticLoop> loop_;  ///< last: it is gone before what it uses
+};
+
+/// Blocks SIGINT and SIGTERM for this thread and those it starts, so that ClientRun can wait for them.
+void block_stop_signals();
+
+}  // namespace tandem

@@ -1,0 +1,372 @@
+#include "client/net/asio_client_transport.hpp"
+
+#include <netinet/tcp.h>
+
+#include <algorithm>
+#include <array>
+#include <boost/asio/buffer.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/ip/udp.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <cctype>
+#include <stdexcept>
+
+namespace tandem {
+namespace {
+
+namespace asio = boost::asio;
+using asio::ip::tcp;
+using asio::ip::udp;
+using boost::system::error_code;
+
+/// How long a closed connection may take to send what is queued (and, with simulated links, in flight).
+constexpr Duration kLinger = std::chrono::milliseconds(500);
+/// Datagrams taken at one wake-up; only the newest matters, so all that wait are read.
+constexpr int kDatagramsPerWake = 1024;
+/// As on the server: bytes the kernel may hold unsent, small so that state over TCP stays fresh.
+constexpr int kUnsentBytes = 16 * 1024;
+constexpr std::uint64_t kLinksPerConnection = 4;
+
+std::string lower_first(std::string text) {
+  if (!text.empty()) text[0] = static_cast<char>(std::tolower(static_cast<unsigned char>(text[0])));
+  return text;
+}
+
+asio::ip::address loopback_address(const std::string& text) {
+  error_code error;
+  const asio::ip::address address = asio::ip::make_address(text == "localhost" ? "127.0.0.1" : text, error);
+  if (error) {
+    throw std::invalid_argument("cannot connect to \"" + text + "\": not a numeric address; use 127.0.0.1");
+  }
+  if (!address.is_loopback()) {
+    throw std::invalid_argument("cannot connect to " + text +
+                                ": the transport is not encrypted yet, so only loopback addresses are allowed; use "
+                                "127.0.0.1");
+  }
+  return address;
+}
+
+/// The four links of one connection.
+struct Links {
+  Links(const SimulatedLinks& links, std::uint64_t first_stream)
+      : up(links.up, links.seed, first_stream),
+        down(links.down, links.seed, first_stream + 1),
+        control_up(SimulatedLink::reliable(links.up, links.seed, first_stream + 2)),
+        control_down(SimulatedLink::reliable(links.down, links.seed, first_stream + 3)) {}
+
+  std::optional<LocalTime> next_due() const {
+    std::optional<LocalTime> earliest;
+    for (const SimulatedLink* link : {&up, &down, &control_up, &control_down}) {
+      const auto due = link->next_due();
+      if (due && (!earliest || *due < *earliest)) earliest = due;
+    }
+    return earliest;
+  }
+
+  SimulatedLink up;
+  SimulatedLink down;
+  SimulatedLink control_up;
+  SimulatedLink control_down;
+};
+
+void add(LinkCounters& sum, const LinkCounters& counters) {
+  sum.sent += counters.sent;
+  sum.delivered += counters.delivered;
+  sum.lost += counters.lost;
+  sum.duplicated += counters.duplicated;
+  sum.queue_full += counters.queue_full;
+}
+
+}  // namespace
+
+struct AsioClientTransport::Connection {
+  explicit Connection(asio::io_context& io) : stream(io), datagrams(io), pump_timer(io), linger(io) {}
+
+  tcp::socket stream;
+  udp::socket datagrams;
+  asio::steady_timer pump_timer;
+  asio::steady_timer linger;
+  std::unique_ptr<Links> links;
+  LinkCounters up_before;  // sums over earlier connections
+  LinkCounters down_before;
+  Bytes unsent;
+  bool is_waiting_to_write = false;
+  bool is_connected = false;
+  bool is_closing = false;
+  std::optional<std::string> lost_because;  // end of stream, not yet told
+  std::array<std::byte, 64 * 1024> incoming{};
+};
+
+AsioClientTransport::AsioClientTransport(asio::io_context& io, const std::string& host, std::uint16_t port,
+                                         std::optional<SimulatedLinks> links, const Clock& clock)
+    : io_(io), address_(loopback_address(host)), port_(port), links_(std::move(links)), clock_(clock) {
+  if (!links_) return;
+  for (const auto& [name, link] : {std::pair("up", &links_->up), std::pair("down", &links_->down)}) {
+    if (const std::string problem = link->problem(); !problem.empty()) {
+      throw std::invalid_argument("simulated link " + std::string(name) + ": " + problem);
+    }
+  }
+}
+
+AsioClientTransport::~AsioClientTransport() = default;
+
+std::string AsioClientTransport::server_name() const {
+  return address_.to_string() + ":" + std::to_string(port_);
+}
+
+bool AsioClientTransport::is_drained() const {
+  return closing_.expired();
+}
+
+void AsioClientTransport::connect(LocalTime) {
+  close();
+  const auto connection = std::make_shared<Connection>(io_);
+  if (links_) {
+    connection->links = std::make_unique<Links>(*links_, kLinksPerConnection * connections_);
+    connection->up_before = up_counters_;
+    connection->down_before = down_counters_;
+  }
+  ++connections_;
+  current_ = connection;
+  connection->stream.async_connect(tcp::endpoint(address_, port_), [this, connection](const error_code& error) {
+    if (!is_current(*connection)) return;
+    if (error) {
+      lost(connection, "cannot connect to " + server_name() + ": " + lower_first(error.message()) +
+                           "; is tandem-server running there?");
+    } else {
+      connected(connection);
+    }
+  });
+}
+
+void AsioClientTransport::connected(const ConnectionPointer& connection) {
+  error_code error;
+  // A client that keeps trying a local port that nobody listens on can be given that very port and meet itself.
+  if (connection->stream.local_endpoint(error) == tcp::endpoint(address_, port_)) {
+    lost(connection, "cannot connect to " + server_name() + ": connection refused; is tandem-server running there?");
+    return;
+  }
+  connection->is_connected = true;
+  connection->stream.non_blocking(true, error);
+  if (!error) connection->stream.set_option(tcp::no_delay(true), error);
+  if (error) {
+    lost(connection, "cannot set up the connection to " + server_name() + ": " + lower_first(error.message()));
+    return;
+  }
+  using UnsentLimit = asio::detail::socket_option::integer<IPPROTO_TCP, TCP_NOTSENT_LOWAT>;
+  connection->stream.set_option(UnsentLimit(kUnsentBytes), error);
+  read(connection);
+  session_->on_connected(clock_.now());
+}
+
+void AsioClientTransport::read(const ConnectionPointer& connection) {
+  connection->stream.async_read_some(
+      asio::buffer(connection->incoming), [this, connection](const error_code& error, std::size_t size) {
+        if (!is_current(*connection)) {
+          // Closing: what still comes is of no interest, only that the server has closed too.
+          if (error) abort(*connection);
+          if (!error) read(connection);
+          return;
+        }
+        if (error) {
+          lost(connection, "the connection to " + server_name() + " was lost: " + lower_first(error.message()));
+          return;
+        }
+        const auto bytes = std::span(connection->incoming).first(size);
+        if (connection->links != nullptr) {
+          connection->links->control_down.send(clock_.now(), bytes);
+          schedule_pump(connection);
+        } else {
+          session_->on_control_bytes(bytes, clock_.now());
+        }
+        read(connection);
+      });
+}
+
+void AsioClientTransport::lost(const ConnectionPointer& connection, const std::string& why) {
+  connection->lost_because = why;
+  report_loss_when_due(*connection);
+}
+
+// The end of a stream comes after its last bytes, also through a simulated link: they may be a goodbye.
+void AsioClientTransport::report_loss_when_due(Connection& connection) {
+  if (!connection.lost_because || !is_current(connection)) return;
+  if (connection.links != nullptr && connection.links->control_down.next_due()) return;
+  const std::string why = *connection.lost_because;
+  const ConnectionPointer kept = std::move(current_);
+  current_ = nullptr;
+  abort(connection);
+  session_->on_disconnected(clock_.now(), why);
+}
+
+void AsioClientTransport::set_datagram_port(std::uint16_t port) {
+  if (current_ == nullptr) return;
+  error_code error;
+  const udp::endpoint server(address_, port != 0 ? port : port_);
+  current_->datagrams.open(server.protocol(), error);
+  if (!error) current_->datagrams.non_blocking(true, error);
+  // Connected, so that the kernel lets only the server's datagrams through.
+  if (!error) current_->datagrams.connect(server, error);
+  if (!error) await_datagrams(current_);
+}
+
+void AsioClientTransport::await_datagrams(const ConnectionPointer& connection) {
+  connection->datagrams.async_wait(udp::socket::wait_read, [this, connection](const error_code& error) {
+    if (error || !is_current(*connection)) return;
+    receive_datagrams(*connection);
+    if (!is_current(*connection)) return;
+    if (connection->links != nullptr) schedule_pump(connection);
+    await_datagrams(connection);
+  });
+}
+
+void AsioClientTransport::receive_datagrams(Connection& connection) {
+  // One byte more than allowed, so that a longer datagram is seen as too long instead of being cut to size.
+  std::array<std::byte, kMaxDatagramBytes + 1> buffer;
+  for (int taken = 0; taken < kDatagramsPerWake && is_current(connection); ++taken) {
+    error_code error;
+    const std::size_t size = connection.datagrams.receive(asio::buffer(buffer), 0, error);
+    if (error == asio::error::would_block) return;
+    if (error) continue;  // a refusal of something sent earlier; TCP tells what it means
+    const auto datagram = std::span(buffer).first(size);
+    if (connection.links != nullptr) {
+      connection.links->down.send(clock_.now(), datagram);
+    } else {
+      session_->on_datagram(datagram, clock_.now());
+    }
+  }
+}
+
+void AsioClientTransport::send_control(std::span<const std::byte> bytes) {
+  if (current_ == nullptr) return;
+  if (current_->links != nullptr) {
+    current_->links->control_up.send(clock_.now(), bytes);
+    schedule_pump(current_);
+    return;
+  }
+  current_->unsent.insert(current_->unsent.end(), bytes.begin(), bytes.end());
+  flush(current_);
+}
+
+// A write error is left to the pending read, which sees it too: the session must not be called from inside its call.
+void AsioClientTransport::flush(const ConnectionPointer& connection) {
+  if (connection->is_waiting_to_write || !connection->stream.is_open()) return;
+  Bytes& unsent = connection->unsent;
+  error_code error;
+  std::size_t sent = 0;
+  while (!error && sent < unsent.size()) sent += connection->stream.write_some(asio::buffer(unsent) + sent, error);
+  unsent.erase(unsent.begin(), unsent.begin() + static_cast<std::ptrdiff_t>(sent));
+  if (error == asio::error::would_block) {
+    connection->is_waiting_to_write = true;
+    connection->stream.async_wait(tcp::socket::wait_write, [this, connection](const error_code& stopped) {
+      connection->is_waiting_to_write = false;
+      if (!stopped) flush(connection);
+    });
+    return;
+  }
+  if (error) unsent.clear();
+  finish_when_drained(*connection);
+}
+
+bool AsioClientTransport::send_datagram(std::span<const std::byte> datagram) {
+  if (current_ == nullptr || !current_->datagrams.is_open()) return false;
+  if (current_->links != nullptr) {
+    current_->links->up.send(clock_.now(), datagram);
+    schedule_pump(current_);
+    return true;
+  }
+  error_code error;
+  current_->datagrams.send(asio::buffer(datagram.data(), datagram.size()), 0, error);
+  return !error;
+}
+
+std::size_t AsioClientTransport::queued_control_bytes() const {
+  if (current_ == nullptr) return 0;
+  const std::size_t before_the_line =
+      current_->links != nullptr ? current_->links->control_up.queued_bytes(clock_.now()) : 0;
+  return before_the_line + current_->unsent.size();
+}
+
+void AsioClientTransport::close() {
+  if (current_ == nullptr) return;
+  const ConnectionPointer connection = std::move(current_);
+  current_ = nullptr;
+  if (!connection->is_connected) {
+    abort(*connection);
+    return;
+  }
+  error_code ignored;
+  connection->datagrams.close(ignored);
+  connection->is_closing = true;
+  closing_ = connection;
+  connection->linger.expires_after(kLinger);
+  connection->linger.async_wait([connection](const error_code& stopped) {
+    if (!stopped) abort(*connection);
+  });
+  finish_when_drained(*connection);
+}
+
+// Only the sending half: the server's end of stream then says that it has read everything.
+void AsioClientTransport::finish_when_drained(Connection& connection) {
+  if (!connection.is_closing || !connection.unsent.empty()) return;
+  if (connection.links != nullptr && connection.links->control_up.next_due()) return;
+  error_code ignored;
+  connection.stream.shutdown(tcp::socket::shutdown_send, ignored);
+}
+
+void AsioClientTransport::abort(Connection& connection) {
+  error_code ignored;
+  connection.stream.close(ignored);
+  connection.datagrams.close(ignored);
+  connection.pump_timer.cancel();
+  connection.linger.cancel();
+}
+
+void AsioClientTransport::schedule_pump(const ConnectionPointer& connection) {
+  const auto due = connection->links->next_due();
+  if (!due) return;
+  const asio::steady_timer::time_point at{due->time_since_epoch()};
+  if (connection->pump_timer.expiry() == at) return;
+  connection->pump_timer.expires_at(at);
+  connection->pump_timer.async_wait([this, connection](const error_code& moved) {
+    if (!moved) pump(connection);
+  });
+}
+
+void AsioClientTransport::pump(const ConnectionPointer& connection) {
+  // An expiry in the past, so that schedule_pump() cannot take it for the next one.
+  connection->pump_timer.expires_at(asio::steady_timer::time_point::min());
+  Links& links = *connection->links;
+  const LocalTime now = clock_.now();
+  while (const auto bytes = links.control_up.receive(now)) {
+    connection->unsent.insert(connection->unsent.end(), bytes->begin(), bytes->end());
+  }
+  flush(connection);
+  while (const auto datagram = links.up.receive(now)) {
+    error_code lost_on_the_way;
+    if (connection->datagrams.is_open()) connection->datagrams.send(asio::buffer(*datagram), 0, lost_on_the_way);
+  }
+  deliver_due(*connection, now);
+  if (is_current(*connection)) count_links(*connection);
+  if (connection->stream.is_open()) schedule_pump(connection);
+}
+
+void AsioClientTransport::deliver_due(Connection& connection, LocalTime now) {
+  Links& links = *connection.links;
+  while (const auto bytes = links.control_down.receive(now)) {
+    if (is_current(connection)) session_->on_control_bytes(*bytes, clock_.now());
+  }
+  while (const auto datagram = links.down.receive(now)) {
+    if (is_current(connection)) session_->on_datagram(*datagram, clock_.now());
+  }
+  report_loss_when_due(connection);
+}
+
+void AsioClientTransport::count_links(const Connection& connection) {
+  up_counters_ = connection.up_before;
+  down_counters_ = connection.down_before;
+  add(up_counters_, connection.links->up.counters());
+  add(down_counters_, connection.links->down.counters());
+}
+
+}  // namespace tandem

@@ -1,0 +1,90 @@
+// The client's sockets, and the simulated links that may stand between them and the session.
+//
+//   session ──▶ [link up] ──▶ socket        both links absent: bytes go straight through
+//   session ◀── [link down] ◀── socket      present: held until due, by one timer on the io thread
+//
+// State and control have a link each way (control: reliable). Each connection gets sockets and links of its own, so
+// nothing of an old one can reach the session. What the TCP socket does not take waits here, and state over TCP is
+// only sent when nothing waits.
+#pragma once
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/address.hpp>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "client/session.hpp"
+#include "common/link.hpp"
+
+namespace tandem {
+
+/// A link to simulate inside the client, for control and state alike (control bytes are never lost or reordered).
+struct SimulatedLinks {
+  LinkParameters up;    ///< client to server
+  LinkParameters down;  ///< server to client
+  std::uint64_t seed = 1;
+};
+
+/// ClientTransport over Asio.
+///
+/// Thread  the one that runs the io_context
+class AsioClientTransport final : public ClientTransport {
+ public:
+  /// `host` is a numeric loopback address or "localhost".
+  /// Fails   std::invalid_argument: another address (until the transport is secured), or a bad link parameter
+  AsioClientTransport(boost::asio::io_context& io, const std::string& host, std::uint16_t port,
+                      std::optional<SimulatedLinks> links, const Clock& clock);
+  ~AsioClientTransport() override;
+
+  /// Whom to call; before the first connect().
+  void attach(ClientSession& session) { session_ = &session; }
+  /// True when no closed connection still has bytes to send.
+  bool is_drained() const;
+  /// Datagrams through the simulated links, all connections together.
+  const LinkCounters& up_counters() const { return up_counters_; }
+  const LinkCounters& down_counters() const { return down_counters_; }
+
+  void connect(LocalTime now) override;
+  void send_control(std::span<const std::byte> bytes) override;
+  bool send_datagram(std::span<const std::byte> datagram) override;
+  void set_datagram_port(std::uint16_t port) override;
+  std::size_t queued_control_bytes() const override;
+  void close() override;
+
+ private:
+  struct Connection;
+  using ConnectionPointer = std::shared_ptr<Connection>;
+
+  void connected(const ConnectionPointer& connection);
+  void read(const ConnectionPointer& connection);
+  void await_datagrams(const ConnectionPointer& connection);
+  void receive_datagrams(Connection& connection);
+  void flush(const ConnectionPointer& connection);
+  void lost(const ConnectionPointer& connection, const std::string& why);
+  void report_loss_when_due(Connection& connection);
+  void pump(const ConnectionPointer& connection);
+  void deliver_due(Connection& connection, LocalTime now);
+  void schedule_pump(const ConnectionPointer& connection);
+  void finish_when_drained(Connection& connection);
+  static void abort(Connection& connection);
+  bool is_current(const Connection& connection) const { return current_.get() == &connection; }
+  void count_links(const Connection& connection);
+  std::string server_name() const;
+
+  boost::asio::io_context& io_;
+  boost::asio::ip::address address_;
+  std::uint16_t port_;
+  std::optional<SimulatedLinks> links_;
+  const Clock& clock_;
+  ClientSession* session_ = nullptr;
+  ConnectionPointer current_;
+  std::weak_ptr<Connection> closing_;
+  std::uint64_t connections_ = 0;
+  LinkCounters up_counters_;
+  LinkCounters down_counters_;
+};
+
+}  // namespace tandem

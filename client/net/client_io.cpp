@@ -1,0 +1,192 @@
+#include "client/net/client_io.hpp"
+
+#include <sys/eventfd.h>
+#include <unistd.h>
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/posix/stream_descriptor.hpp>
+#include <boost/asio/post.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <mutex>
+#include <system_error>
+#include <thread>
+
+#include "common/realtime.hpp"
+
+namespace tandem {
+namespace {
+
+namespace asio = boost::asio;
+using boost::system::error_code;
+
+/// Time-outs and reconnection are checked at least this often.
+constexpr Duration kPollPeriod = std::chrono::milliseconds(5);
+constexpr Duration kSnapshotPeriod = std::chrono::milliseconds(10);
+/// How long stop() waits for the leave to be sent.
+constexpr Duration kStopWithin = std::chrono::milliseconds(500);
+
+int open_eventfd() {
+  const int descriptor = eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC);
+  if (descriptor < 0) throw std::system_error(errno, std::generic_category(), "cannot open an eventfd");
+  return descriptor;
+}
+
+}  // namespace
+
+struct ClientIo::Impl {
+  Impl(ClientIo& client_io, ClientIoSettings client_settings, ClientMailboxes& mailboxes);
+
+  void run();
+  void poll();
+  void await_ticks();
+  void await_poll_time();
+  void finish_when_drained(LocalTime deadline);
+  void publish_snapshot(LocalTime now);
+
+  ClientIo& owner;
+  ClientIoSettings settings;
+  SteadyClock clock;
+  asio::io_context io{1};
+  AsioClientTransport transport;
+  ClientSession session;
+  asio::posix::stream_descriptor tick_event;
+  asio::steady_timer poll_timer{io};
+  asio::steady_timer stop_timer{io};
+  std::thread thread;
+
+  std::shared_ptr<const wire::Joined> joined;  // io thread's copy
+  LocalTime published_at{};
+  mutable std::mutex mutex;  // guards `published`; never taken by the haptic thread
+  ClientIoSnapshot published;
+};
+
+ClientIo::Impl::Impl(ClientIo& client_io, ClientIoSettings client_settings, ClientMailboxes& mailboxes)
+    : owner(client_io),
+      settings(std::move(client_settings)),
+      transport(io, settings.host, settings.port, settings.links, clock),
+      session(settings.session, transport, mailboxes),
+      tick_event(io, open_eventfd()) {
+  transport.attach(session);
+  session.on_log = [this](const std::string& line) {
+    if (owner.on_log) owner.on_log(line);
+  };
+  session.on_joined = [this](const wire::Joined& answer) { joined = std::make_shared<const wire::Joined>(answer); };
+}
+
+void ClientIo::Impl::run() {
+  RealtimeRequest request;
+  request.priority = settings.realtime_priority;
+  request.lock_memory = settings.realtime_priority > 0;
+  for (const std::string& line : request_realtime(request)) {
+    if (owner.on_log) owner.on_log(line);
+  }
+  session.start(clock.now());
+  await_ticks();
+  await_poll_time();
+  io.run();
+  publish_snapshot(clock.now());
+}
+
+void ClientIo::Impl::poll() {
+  const LocalTime now = clock.now();
+  session.poll(now);
+  if (session.status().state != published.status.state || now - published_at >= kSnapshotPeriod) publish_snapshot(now);
+}
+
+void ClientIo::Impl::await_ticks() {
+  tick_event.async_wait(asio::posix::stream_descriptor::wait_read, [this](const error_code& error) {
+    if (error) return;
+    std::uint64_t count = 0;
+    [[maybe_unused]] const auto taken = ::read(tick_event.native_handle(), &count, sizeof count);
+    poll();
+    await_ticks();
+  });
+}
+
+void ClientIo::Impl::await_poll_time() {
+  poll_timer.expires_after(kPollPeriod);
+  poll_timer.async_wait([this](const error_code& error) {
+    if (error) return;
+    poll();
+    await_poll_time();
+  });
+}
+
+void ClientIo::Impl::finish_when_drained(LocalTime deadline) {
+  if (transport.is_drained() || clock.now() >= deadline) {
+    io.stop();
+    return;
+  }
+  stop_timer.expires_after(kPollPeriod);
+  stop_timer.async_wait([this, deadline](const error_code&) { finish_when_drained(deadline); });
+}
+
+// Only this thread writes `published`, so it may compare with it unlocked.
+void ClientIo::Impl::publish_snapshot(LocalTime now) {
+  ClientIoSnapshot snapshot;
+  snapshot.status = session.status();
+  snapshot.counters = session.counters();
+  ClockSync& clock_sync = session.clock_sync();
+  snapshot.has_clock = clock_sync.has_offset();
+  if (snapshot.has_clock) {
+    snapshot.clock_offset = clock_sync.offset(now);
+    snapshot.round_trip = clock_sync.round_trip();
+    snapshot.minimum_round_trip = clock_sync.minimum_round_trip();
+  }
+  snapshot.link_up = transport.up_counters();
+  snapshot.link_down = transport.down_counters();
+  snapshot.counters.sent_drops.add(DropReason::kSimulatedLoss, snapshot.link_up.lost + snapshot.link_up.queue_full);
+  snapshot.counters.received_drops.add(DropReason::kSimulatedLoss,
+                                       snapshot.link_down.lost + snapshot.link_down.queue_full);
+  for (const auto& [hash, bytes] : session.assets()) snapshot.asset_bytes += bytes->size();
+  snapshot.joined = joined;
+  published_at = now;
+  const std::lock_guard lock(mutex);
+  published = std::move(snapshot);
+}
+
+ClientIo::ClientIo(ClientIoSettings settings, ClientMailboxes& mailboxes)
+    : impl_(std::make_unique<Impl>(*this, std::move(settings), mailboxes)) {}
+
+ClientIo::~ClientIo() {
+  stop();
+}
+
+void ClientIo::start() {
+  impl_->thread = std::thread([impl = impl_.get()] { impl->run(); });
+}
+
+void ClientIo::notify() noexcept {
+  const std::uint64_t one = 1;
+  // Fails only when the counter is full: then the io thread has been woken already.
+  [[maybe_unused]] const auto written = ::write(impl_->tick_event.native_handle(), &one, sizeof one);
+}
+
+void ClientIo::grab(BodyId body) {
+  asio::post(impl_->io, [impl = impl_.get(), body] { impl->session.grab(body); });
+}
+
+void ClientIo::release() {
+  asio::post(impl_->io, [impl = impl_.get()] { impl->session.release(); });
+}
+
+void ClientIo::set_parameter(const std::string& name, double value) {
+  asio::post(impl_->io, [impl = impl_.get(), name, value] { impl->session.set_parameter(name, value); });
+}
+
+void ClientIo::stop() {
+  if (!impl_->thread.joinable()) return;
+  asio::post(impl_->io, [impl = impl_.get()] {
+    const LocalTime now = impl->clock.now();
+    impl->session.leave(now);
+    impl->finish_when_drained(now + kStopWithin);
+  });
+  impl_->thread.join();
+}
+
+ClientIoSnapshot ClientIo::snapshot() const {
+  const std::lock_guard lock(impl_->mutex);
+  return impl_->published;
+}
+
+}  // namespace tandem

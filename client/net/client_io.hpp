@@ -1,0 +1,78 @@
+// The client's io thread: it owns the sockets and the session, and meets the haptic thread only in the three
+// mailboxes.
+//
+//   haptic thread                        io thread (this file)
+//   publish to outbox, notify() ─eventfd▶ session.poll(): encode, send
+//   ◀─────────── inbox, scene ─────────── sockets readable: check, decode, publish
+//
+// An eventfd wakes the thread after each haptic tick (one write system call there, no lock); polling the outbox
+// instead would add up to its period to every input's way. The thread runs below the haptic thread's priority:
+// a late datagram costs a millisecond of age, a late haptic tick is felt.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "client/net/asio_client_transport.hpp"
+#include "client/session.hpp"
+
+namespace tandem {
+
+struct ClientIoSettings {
+  std::string host = "127.0.0.1";  ///< numeric loopback address or "localhost", until the transport is secured
+  std::uint16_t port = 47800;
+  SessionSettings session;
+  std::optional<SimulatedLinks> links;
+  int realtime_priority = 0;  ///< SCHED_FIFO, below the haptic thread's; 0: normal scheduler
+};
+
+/// The session as other threads may see it.
+struct ClientIoSnapshot {
+  SessionStatus status;
+  SessionCounters counters;
+  bool has_clock = false;  ///< the next three are known
+  Duration clock_offset{0};
+  Duration round_trip{0};
+  Duration minimum_round_trip{0};
+  LinkCounters link_up;  ///< datagrams through the simulated links
+  LinkCounters link_down;
+  std::uint64_t asset_bytes = 0;               ///< fetched and verified
+  std::shared_ptr<const wire::Joined> joined;  ///< from the last join; null before the first
+};
+
+class ClientIo {
+ public:
+  /// Fails   std::invalid_argument: not a loopback address, or a bad link parameter; std::system_error: no sockets
+  ClientIo(ClientIoSettings settings, ClientMailboxes& mailboxes);
+  /// Stops.
+  ~ClientIo();
+  ClientIo(const ClientIo&) = delete;
+  ClientIo& operator=(const ClientIo&) = delete;
+
+  /// Starts the thread, which connects.
+  void start();
+  /// Says that the outbox holds something new.
+  /// Thread  haptic: one system call that cannot block
+  void notify() noexcept;
+  /// Thread  any but haptic
+  void grab(BodyId body);
+  void release();
+  void set_parameter(const std::string& name, double value);
+  /// Leaves the room (the server is told, at most 0.5 s), and joins the thread. Idempotent.
+  void stop();
+  /// At most 10 ms old; at once after a change of state.
+  /// Thread  any but haptic: takes a lock
+  ClientIoSnapshot snapshot() const;
+
+  /// Set before start(); called on the io thread.
+  std::function<void(const std::string&)> on_log;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace tandem

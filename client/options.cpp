@@ -1,0 +1,196 @@
+// See options.hpp.
+#include "client/options.hpp"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <charconv>
+#include <functional>
+#include <iostream>
+#include <map>
+#include <stdexcept>
+#include <vector>
+
+#include "client/stage.hpp"
+#include "common/units.hpp"
+
+namespace tandem {
+namespace {
+
+/// Registers an option of text that `take` turns into a setting; what it throws names the option.
+void add_text(CLI::App& app, const std::string& name, const std::string& help, const std::string& type,
+              const std::function<void(const std::string&)>& take) {
+  app.add_option_function<std::string>(
+         name,
+         [name, take](const std::string& text) {
+           try {
+             take(text);
+           } catch (const std::invalid_argument& error) {
+             throw CLI::ValidationError(name, error.what());
+           }
+         },
+         help)
+      ->type_name(type);
+}
+
+std::vector<std::string> owned(const std::vector<std::string_view>& names) {
+  return {names.begin(), names.end()};
+}
+
+std::string listed(const std::vector<std::string_view>& names) {
+  std::string text;
+  for (const std::string_view name : names) text.append(text.empty() ? "" : ", ").append(name);
+  return text;
+}
+
+template <class T>
+T chosen(const std::string& text, const std::map<std::string_view, T>& choices) {
+  const auto found = choices.find(text);
+  if (found != choices.end()) return found->second;
+  std::vector<std::string_view> names;
+  for (const auto& [name, value] : choices) names.push_back(name);
+  throw std::invalid_argument("'" + text + "' does not exist; use one of: " + listed(names));
+}
+
+void take_server(const std::string& text, ClientIoSettings& io) {
+  const std::size_t colon = text.rfind(':');
+  const bool has_port = colon != std::string::npos && text.find(']', colon) == std::string::npos;
+  std::string host = has_port ? text.substr(0, colon) : text;
+  if (host.size() > 2 && host.front() == '[' && host.back() == ']') host = host.substr(1, host.size() - 2);
+  if (host.empty()) throw std::invalid_argument("'" + text + "' names no address; write for example 127.0.0.1:47800");
+  io.host = host;
+  if (!has_port) return;
+  const char* const end = text.data() + text.size();
+  const auto [next, error] = std::from_chars(text.data() + colon + 1, end, io.port);
+  if (error != std::errc() || next != end || io.port == 0) {
+    throw std::invalid_argument("'" + text + "' has no port from 1 to 65535; write for example 127.0.0.1:47800");
+  }
+}
+
+void add_session_options(CLI::App& app, ClientOptions& options) {
+  ClientIoSettings& io = options.io;
+  add_text(app, "--server", "server to join [127.0.0.1:47800]; loopback only in this version", "ADDRESS:PORT",
+           [&io](const std::string& text) { take_server(text, io); });
+  app.add_option("--room", io.session.room, "room to join; default: the server's only room");
+  app.add_option("--name", io.session.user_name, "your name in the room")->capture_default_str();
+  add_text(app, "--role", "what you may do [manipulator]", "manipulator|observer", [&io](const std::string& text) {
+    io.session.role =
+        chosen<wire::Role>(text, {{"manipulator", wire::ROLE_MANIPULATOR}, {"observer", wire::ROLE_OBSERVER}});
+  });
+  add_text(app, "--transport", "what carries the state [udp]; tcp where UDP is blocked", "udp|tcp",
+           [&io](const std::string& text) {
+             io.session.state_transport =
+                 chosen<StateTransport>(text, {{"udp", StateTransport::kUdp}, {"tcp", StateTransport::kTcp}});
+           });
+}
+
+void add_hand_options(CLI::App& app, ClientOptions& options, std::string& device) {
+  app.add_option("--device", device, "haptic device [sim]: a simulated hand on a simulated device")
+      ->check(CLI::IsMember({"sim"}).description(""))
+      ->type_name("sim");
+  app.add_option("--hand", options.hand,
+                 "what the simulated hand intends [rest]: FILE.json or one of " + listed(hand_path_names()));
+  HandParameters& hand = options.hand_parameters;
+  app.add_option("--hand-mass", hand.mass_kg, "[kg]")->capture_default_str()->type_name("KG");
+  app.add_option("--hand-stiffness", hand.stiffness_n_per_m, "towards the intended place [N/m]")
+      ->capture_default_str()
+      ->type_name("N/M");
+  app.add_option("--hand-damping", hand.damping_n_s_per_m, "[N·s/m]")->capture_default_str()->type_name("N*S/M");
+  app.add_option("--hand-tremor", hand.tremor_rms_n, "force around 9 Hz [N rms]")
+      ->capture_default_str()
+      ->type_name("N");
+  app.add_option("--stage", options.stage, "what the hand is shown")
+      ->capture_default_str()
+      ->check(CLI::IsMember(owned(stage_names())).description(""))
+      ->type_name("late-pose|hold");
+}
+
+/// `link` is used for both directions, `is_used` is set when any of it was given.
+void add_link_options(CLI::App& app, LinkParameters& link, bool& is_used) {
+  const auto add = [&app, &is_used](const std::string& name, const std::string& help, const std::string& type,
+                                    std::function<void(const std::string&)> take) {
+    add_text(app, name, help, type, [&is_used, take = std::move(take)](const std::string& text) {
+      is_used = true;
+      take(text);
+    });
+  };
+  const std::string each = " in each direction";
+  add("--delay", "simulated one-way delay" + each + ", e.g. 25ms", "TIME",
+      [&link](const std::string& text) { link.delay = parse_duration(text); });
+  add("--jitter", "its standard deviation, e.g. 5ms", "TIME",
+      [&link](const std::string& text) { link.jitter = parse_duration(text); });
+  add("--loss", "share of datagrams lost" + each + ", in bad periods of 20 ms, e.g. 1%", "SHARE",
+      [&link](const std::string& text) { link.loss = parse_fraction(text); });
+  add("--duplication", "share of datagrams delivered twice, e.g. 1%", "SHARE",
+      [&link](const std::string& text) { link.duplication = parse_fraction(text); });
+  app.add_option_function<double>(
+         "--rate-limit",
+         [&link, &is_used](double value) {
+           link.rate_limit_bytes_per_s = value;
+           is_used = true;
+         },
+         "capacity" + each + " [bytes/s]")
+      ->type_name("BYTES/S");
+  app.add_flag_callback(
+      "--reorder", [&link, &is_used] { link.allows_reordering = is_used = true; }, "let jitter reorder datagrams");
+}
+
+void add_run_options(CLI::App& app, ClientOptions& options, bool& is_headless) {
+  app.add_flag("--headless", is_headless, "without a window; required in this version");
+  app.add_option("--seed", options.seed, "of the simulated hand and links")->capture_default_str();
+  add_text(app, "--duration", "how long to run after joining, e.g. 10s; default: until Ctrl-C", "TIME",
+           [&options](const std::string& text) {
+             options.duration = parse_duration(text);
+             if (*options.duration <= Duration{0}) throw std::invalid_argument("'" + text + "' must be above 0");
+           });
+  app.add_option("--rt-priority", options.realtime_priority,
+                 "SCHED_FIFO priority of the haptic thread, 1 to 99; 0: normal scheduler")
+      ->capture_default_str()
+      ->check(CLI::Range(0, 99).description(""));
+  app.add_option("--cpu", options.cpu, "pin the haptic thread to this CPU")->check(CLI::Range(0, 4095).description(""));
+  app.add_flag("--insist-realtime", options.insists_on_realtime, "end with exit code 2 when a right is not granted");
+  app.add_flag("--json", options.prints_json, "print one JSON object at the end instead of a status line each second");
+  app.add_flag("--verbose", options.is_verbose, "log what the session does to stderr");
+  app.add_option("--trace", options.trace, "write the time series of every haptic tick to this CSV file")
+      ->type_name("FILE.csv");
+  app.add_option("--trace-every", options.trace_every, "only every n-th tick")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 1000000).description(""));
+}
+
+std::string one_line(std::string text) {
+  std::replace(text.begin(), text.end(), '\n', ' ');
+  return text;
+}
+
+}  // namespace
+
+std::optional<ClientOptions> parse_client_options(int argc, const char* const* argv) {
+  CLI::App app{"Joins a shared haptic scene with one device. Exit codes: 0 done, 1 the session was lost, 2 bad set-up.",
+               "tandem-client"};
+  ClientOptions options;
+  std::string device = "sim";
+  LinkParameters link;
+  bool has_link = false;
+  bool is_headless = false;
+  add_session_options(app, options);
+  add_hand_options(app, options, device);
+  add_link_options(app, link, has_link);
+  add_run_options(app, options, is_headless);
+  app.set_version_flag("--version", "tandem-client " TANDEM_VERSION);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() != 0) throw std::invalid_argument(one_line(error.what()) + "; see --help");
+    app.exit(error);
+    return std::nullopt;
+  }
+  if (!is_headless) throw std::invalid_argument("the window is not part of this version; add --headless");
+  if (has_link) {
+    const std::string problem = link.problem();
+    if (!problem.empty()) throw std::invalid_argument("simulated link: " + problem);
+    options.io.links = SimulatedLinks{link, link, options.seed};
+  }
+  return options;
+}
+
+}  // namespace tandem

@@ -1,0 +1,88 @@
+// The smallest client: a simulated hand joins the room of a server on this machine and feels it for two seconds.
+// Read this first to embed the client in a program of your own; tandem-client is the same, with options and reports.
+//
+//   tandem-server --scene peg_in_hole &        01_smallest_client [PORT]
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <exception>
+#include <stdexcept>
+#include <thread>
+
+#include "client/haptic_loop.hpp"
+#include "client/net/client_io.hpp"
+#include "devices/sim/sim_device.hpp"
+
+namespace {
+
+using namespace std::chrono_literals;
+
+int run(int port) {
+  // The device: anything that implements devices/device.hpp. This one brings its own hand, which follows a path; a
+  // real one is opened here, before any real-time thread runs, because opening may block.
+  tandem::SimDevice device(tandem::SimDevice::default_spec(), tandem::HandParameters{},
+                           tandem::named_hand_path("peg-left"), /*seed=*/1);
+
+  // All that the io thread and the haptic thread share: three newest-wins mailboxes. It has to outlive both.
+  tandem::ClientMailboxes mailboxes;
+
+  // The haptic path: device, clutch, stage, safety, clamp. "late-pose" is the stage that stays calm under delay. The
+  // force limits come from the device's spec; no server can widen them.
+  tandem::HapticCore core({.stage = "late-pose", .safety = {}}, device, mailboxes);
+
+  // The connection. It joins the server's only room as a manipulator, and joins again by itself when it is lost;
+  // a program with users would set session.room, session.user_name and session.role.
+  tandem::ClientIoSettings settings;
+  settings.port = static_cast<std::uint16_t>(port);
+  settings.session.user_name = "smallest";
+  tandem::ClientIo io(settings, mailboxes);
+  io.start();
+
+  // Joining takes a round trip or two. Waiting for it here lets the hand's path begin with the session; a program
+  // with a window would show the status instead of blocking.
+  while (io.snapshot().status.state != tandem::SessionState::kActive) {
+    const tandem::SessionStatus status = io.snapshot().status;
+    if (status.state == tandem::SessionState::kEnded) throw std::runtime_error(status.why);
+    std::this_thread::sleep_for(10ms);
+  }
+
+  // The 1 kHz thread. Priority 70 is above the io thread and below the kernel's own threads. What the machine does not
+  // grant is only reported: the loop runs without it, with more lateness.
+  tandem::HapticLoopSettings loop_settings;
+  loop_settings.realtime.priority = 70;
+  tandem::HapticLoop loop(loop_settings, core, [&io] { io.notify(); });
+  for (const std::string& missing : loop.start()) std::fprintf(stderr, "%s\n", missing.c_str());
+
+  // From here on the hand feels the scene. This thread is free: draw, log, ask the user. The records of the ticks
+  // wait in a ring of four seconds; what is not taken in time is counted, not waited for.
+  for (int second = 1; second <= 2; ++second) {
+    std::this_thread::sleep_for(1s);
+    tandem::TickRecord newest;
+    while (loop.pop(newest)) {
+    }
+    std::printf("after %d s: force %.2f N, state %.1f ms old\n", second, newest.displayed_on_hand_D.f.norm(),
+                tandem::to_seconds(newest.state_age) * 1e3);
+  }
+
+  // A program that drives a real device also blocks SIGINT and SIGTERM before it starts any thread and comes here when
+  // one arrives (client_run.cpp does). In this order: the loop lets the hand go (ramp to zero, zero written last), then
+  // the session says good-bye.
+  loop.stop();
+  io.stop();
+  std::printf("%llu of %llu ticks, latest %.3f ms late\n", static_cast<unsigned long long>(loop.report().ticks_run),
+              static_cast<unsigned long long>(loop.report().ticks_expected),
+              tandem::to_seconds(loop.report().lateness.max()) * 1e3);
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  // Set-up errors (no server, wrong version, full room) are exceptions whose text says what would help.
+  try {
+    return run(argc > 1 ? std::atoi(argv[1]) : 47800);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "01_smallest_client: %s\n", error.what());
+    return 2;
+  }
+}

@@ -1,0 +1,183 @@
+// See summary.hpp.
+#include "client/summary.hpp"
+
+#include <array>
+#include <cmath>
+#include <string_view>
+
+namespace tandem {
+namespace {
+
+namespace json = boost::json;
+
+// Bit n of ServerUpdate::tick_faults; what each means stands at its definition, server/tick_faults.hpp.
+constexpr std::array<std::string_view, 6> kServerFaults{"not_finite",    "speed_limited", "coupling_saturated",
+                                                        "field_limited", "input_stale",   "overrun"};
+
+double in_ms(Duration duration) {
+  return to_seconds(duration) * 1e3;
+}
+double in_us(Duration duration) {
+  return to_seconds(duration) * 1e6;
+}
+
+json::array array_of(const std::vector<std::string>& texts) {
+  json::array result;
+  for (const std::string& text : texts) result.emplace_back(text);
+  return result;
+}
+
+double root_mean(double square_sum, std::uint64_t count) {
+  return count > 0 ? std::sqrt(square_sum / static_cast<double>(count)) : 0.0;
+}
+
+json::object drops_of(const DropCounters& counters) {
+  json::object result;
+  for (std::size_t i = 1; i < static_cast<std::size_t>(DropReason::kCount); ++i) {
+    const auto reason = static_cast<DropReason>(i);
+    if (counters.of(reason) > 0) result[name_of(reason)] = counters.of(reason);
+  }
+  return result;
+}
+
+json::object link_of(const LinkCounters& link) {
+  return {{"sent", link.sent},
+          {"delivered", link.delivered},
+          {"lost", link.lost},
+          {"duplicated", link.duplicated},
+          {"queue_full", link.queue_full}};
+}
+
+void add_loop(const RunSummary& s, json::object& out) {
+  out["ticks_run"] = s.loop.ticks_run;
+  out["ticks_expected"] = s.loop.ticks_expected;
+  out["tick_rate_hz"] = s.loop.tick_rate_hz;
+  const Histogram& late = s.loop.lateness;
+  out["lateness_us"] = {{"p50", in_us(late.quantile(0.5))},
+                        {"p99", in_us(late.quantile(0.99))},
+                        {"p999", in_us(late.quantile(0.999))},
+                        {"max", in_us(late.max())}};
+  out["missed"] = s.loop.missed;
+  out["throttle_suspects"] = s.loop.throttle_suspects;
+  out["realtime_not_granted"] = array_of(s.realtime_not_granted);
+  out["trace_overflows"] = s.trace_overflows;
+  out["became_quiet"] = s.loop.became_quiet;
+}
+
+void add_network(const ClientIoSnapshot& io, json::object& out) {
+  out["status"] = {{"state", name_of(io.status.state)}, {"why", io.status.why}};
+  out["reconnects"] = io.counters.reconnects;
+  const auto known_ms = [&io](Duration value) { return io.has_clock ? json::value(in_ms(value)) : json::value(); };
+  out["round_trip_ms"] = {{"newest", known_ms(io.round_trip)}, {"minimum", known_ms(io.minimum_round_trip)}};
+  out["clock_offset_ms"] = known_ms(io.clock_offset);
+  out["datagrams"] = {{"sent", io.counters.datagrams_sent}, {"received", io.counters.datagrams_received}};
+  out["bytes"] = {{"sent", io.counters.bytes_sent}, {"received", io.counters.bytes_received}};
+  out["drops"] = {{"sent", drops_of(io.counters.sent_drops)}, {"received", drops_of(io.counters.received_drops)}};
+  out["links"] = {{"up", link_of(io.link_up)}, {"down", link_of(io.link_down)}};
+  out["asset_bytes"] = io.asset_bytes;
+}
+
+void add_forces(const RunSummary& s, json::object& out) {
+  const HapticCounters& c = s.counters;
+  out["force_n"] = {{"rms", root_mean(c.force_square_sum, c.ticks)}, {"max", c.force_max_n}};
+  out["torque_n_m"] = {{"rms", root_mean(c.torque_square_sum, c.ticks)}, {"max", c.torque_max_n_m}};
+  out["force_limit_n"] = s.device.force_limit_n;
+  out["torque_limit_n_m"] = s.device.torque_limit_n_m;
+  // Computed and displayed alike: a single NaN in between would stay in the sums for good.
+  out["all_forces_finite"] =
+      c.not_finite_ticks == 0 && std::isfinite(c.force_square_sum) && std::isfinite(c.torque_square_sum);
+  out["not_finite_ticks"] = c.not_finite_ticks;
+  out["clamped_fraction"] = c.ticks > 0 ? static_cast<double>(c.clamped_ticks) / static_cast<double>(c.ticks) : 0.0;
+  out["slew_limited_ticks"] = c.slew_limited_ticks;
+  out["silent_ticks"] = c.silent_ticks;
+  out["invalid_samples"] = c.invalid_samples;
+  out["write_failures"] = c.write_failures;
+  out["safety_faults"] = array_of(safety_fault_names(c.faults_seen));
+  out["server_tick_faults"] = array_of(server_tick_fault_names(s.run.server_tick_faults_seen()));
+  out["energy_to_hand_j"] = c.energy_to_hand_j;
+  out["energy_from_hand_j"] = c.energy_from_hand_j;
+}
+
+/// The same names for a whole phase and for its settled part, which is null when the phase was too short.
+void add_stretch(const StretchStatistics& stretch, const std::string& prefix, json::object& out) {
+  const auto add = [&](const char* name, double value) {
+    out[prefix + name] = stretch.ticks() > 0 ? json::value(value) : json::value();
+  };
+  out[prefix + "ticks"] = stretch.ticks();
+  add("hand_speed_max_m_per_s", stretch.hand_speed_max_m_per_s());
+  add("hand_speed_rms_m_per_s", stretch.hand_speed_rms_m_per_s());
+  add("force_mean_n", stretch.force_mean_n());
+  add("force_mean_vector_n", stretch.force_mean_vector_n());
+  add("force_max_n", stretch.force_max_n());
+  add("torque_mean_n_m", stretch.torque_mean_n_m());
+  add("torque_mean_vector_n_m", stretch.torque_mean_vector_n_m());
+  add("torque_max_n_m", stretch.torque_max_n_m());
+  add("holding_fraction", stretch.holding_fraction());
+}
+
+json::array phases_of(const RunReport& run) {
+  json::array result;
+  for (const PhaseReport& phase : run.phases()) {
+    json::object entry{{"name", phase.name}, {"duration_s", to_seconds(phase.duration)}};
+    add_stretch(phase.whole, "", entry);
+    add_stretch(phase.settled, "settled_", entry);
+    result.emplace_back(std::move(entry));
+  }
+  return result;
+}
+
+json::array silences_of(const RunReport& run) {
+  json::array result;
+  for (const Silence& silence : run.silences()) {
+    json::object entry{{"last_arrival_s", to_seconds(silence.last_arrival)}, {"why", silence.why}};
+    entry["zero_after_ms"] = silence.zero_after ? json::value(in_ms(*silence.zero_after)) : json::value();
+    result.emplace_back(std::move(entry));
+  }
+  return result;
+}
+
+json::value watched_of(const RunSummary& s) {
+  if (!s.watched || !s.run.has_seen_body()) return nullptr;
+  return json::object{{"id", s.watched->id.value},
+                      {"name", s.watched->name},
+                      {"displacement_m", s.run.body_displacement_m()},
+                      {"rotation_rad", s.run.body_rotation_rad()}};
+}
+
+}  // namespace
+
+std::optional<WatchedBody> first_graspable(const wire::Joined& joined) {
+  for (int i = 0; i < joined.scene().bodies_size(); ++i) {
+    const wire::Body& body = joined.scene().bodies(i);
+    if (body.graspable()) return WatchedBody{BodyId{static_cast<std::uint32_t>(i + 1)}, body.name()};
+  }
+  return std::nullopt;
+}
+
+std::vector<std::string> server_tick_fault_names(std::uint32_t faults) {
+  std::vector<std::string> names;
+  for (unsigned bit = 0; bit < 32; ++bit) {
+    if ((faults >> bit & 1U) == 0) continue;
+    names.push_back(bit < kServerFaults.size() ? std::string(kServerFaults[bit]) : "bit_" + std::to_string(bit));
+  }
+  return names;
+}
+
+boost::json::object to_json(const RunSummary& summary) {
+  json::object out;
+  out["stage"] = summary.stage;
+  out["room"] = summary.room;
+  out["scene"] = summary.io.joined ? json::value(summary.io.joined->scene().name()) : json::value();
+  out["user"] = summary.user;
+  out["device"] = summary.device.name;
+  out["duration_s"] = to_seconds(summary.run.length());
+  add_network(summary.io, out);
+  add_loop(summary, out);
+  add_forces(summary, out);
+  out["watched_body"] = watched_of(summary);
+  out["phases"] = phases_of(summary.run);
+  out["silences"] = silences_of(summary.run);
+  return out;
+}
+
+}  // namespace tandem

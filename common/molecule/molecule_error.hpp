@@ -1,0 +1,14 @@
+// The one error type of the structure and parameter readers.
+#pragma once
+
+#include <stdexcept>
+
+namespace tandem {
+
+/// A structure or force-field file that cannot be used; what() names file, line and remedy.
+class MoleculeError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+}  // namespace tandem

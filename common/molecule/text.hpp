@@ -1,0 +1,29 @@
+// Small text helpers that the structure and parameter readers share. Inputs are hostile: nothing here can fail.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace tandem::text {
+
+std::string_view trimmed(std::string_view text);
+
+/// Columns first … last of a fixed-column line, counted from 1 as in format descriptions, without outer blanks;
+/// what the line is too short for is missing.
+std::string_view columns(std::string_view line, std::size_t first, std::size_t last);
+
+/// Blank-separated words.
+std::vector<std::string_view> words(std::string_view line);
+
+/// Cuts the first line off `rest`; knows LF and CRLF.
+std::string_view take_line(std::string_view& rest);
+
+/// True when the whole of `field` is one finite number.
+bool parse_finite(std::string_view field, double& value);
+
+/// For messages: in quotes, at most 40 characters, other than printable ASCII as '?'.
+std::string quoted(std::string_view text);
+
+}  // namespace tandem::text

@@ -1,0 +1,111 @@
+// The built-in hand paths: the gestures of the demonstrations and of the shipped experiments, so that both can
+// be named on a command line. Times in s, positions in m from where the hand starts; z is up.
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include "devices/sim/hand_path.hpp"
+
+namespace tandem {
+namespace {
+
+constexpr std::uint32_t kGrabBit = 1U << 0U;
+
+WayPoint point(double t_s, const Vec3& position_m, const char* phase = "", std::uint32_t buttons = 0) {
+  return {from_seconds(t_s), {position_m, Quat::Identity()}, buttons, phase};
+}
+
+HandPath rest() {
+  return HandPath({point(0, Vec3::Zero(), "hold")});
+}
+
+HandPath press_down() {
+  return HandPath({point(0, Vec3::Zero(), "approach"), point(1, Vec3::Zero(), "move"),
+                   point(2.5, {0, 0, -0.05}, "hold"), point(6.5, {0, 0, -0.05}, "retreat"), point(8, Vec3::Zero())});
+}
+
+// Two turns of radius 30 mm in 8 s each, as a polygon of 16 sides: minimum jerk rests at every way point.
+HandPath circle() {
+  constexpr int kSides = 16;
+  constexpr double kRadius_m = 0.03;
+  constexpr double kTurn_s = 8;
+  std::vector<WayPoint> points{point(0, Vec3::Zero(), "approach")};
+  for (int i = 0; i <= 2 * kSides; ++i) {
+    const double angle = 2 * std::numbers::pi * i / kSides;
+    const Vec3 position(kRadius_m * std::sin(angle), kRadius_m * (1 - std::cos(angle)), 0);
+    points.push_back(point(1 + kTurn_s * i / kSides, position, i == 0 ? "move" : ""));
+  }
+  points.back().phase = "hold";
+  return HandPath(std::move(points));
+}
+
+HandPath grab_and_lift() {
+  return HandPath({point(0, Vec3::Zero(), "approach"), point(1, Vec3::Zero(), "", kGrabBit),
+                   point(1.5, Vec3::Zero(), "move", kGrabBit), point(3.5, {0, 0, 0.06}, "hold", kGrabBit),
+                   point(6.5, {0, 0, 0.06}, "retreat", kGrabBit), point(8, Vec3::Zero(), "")});
+}
+
+// Pushes along x for 60 mm against whatever is there; one user's +1 is the other's −1.
+HandPath push(double sign) {
+  const Vec3 there(sign * 0.06, 0, 0);
+  return HandPath({point(0, Vec3::Zero(), "approach"), point(1, Vec3::Zero(), "move"), point(3, there, "hold"),
+                   point(7, there, "retreat"), point(8.5, Vec3::Zero())});
+}
+
+// Scene peg_in_hole: two users hold one peg at its near (−y) and far (+y) side, carry it 100 mm over the hole, lower
+// it to the ground of the hole (70 mm), then each presses 15 mm into the ground and pulls 10 mm to its own side.
+HandPath peg(double side) {
+  const Vec3 over_hole(0.1, 0, 0);
+  const Vec3 in_hole(0.1, 0, -0.07);
+  const Vec3 pressing(0.1, side * 0.010, -0.085);
+  return HandPath({point(0, Vec3::Zero(), "approach"), point(1, Vec3::Zero(), "move"), point(3, over_hole),
+                   point(3.4, over_hole), point(4.9, in_hole), point(5.5, pressing, "hold"),
+                   point(9, pressing, "retreat"), point(10, over_hole)});
+}
+
+// Scene docking_helices: two users bring their helices together along y and press them on each other.
+HandPath dock(double sign) {
+  const Vec3 there(0, sign * 0.045, 0);
+  return HandPath({point(0, Vec3::Zero(), "approach"), point(1, Vec3::Zero(), "move"), point(5, there, "hold"),
+                   point(9, there, "retreat"), point(10, Vec3::Zero())});
+}
+
+struct NamedPath {
+  std::string_view name;
+  HandPath (*make)();
+};
+
+constexpr std::array kNamedPaths = {
+    NamedPath{"rest", rest},
+    NamedPath{"press-down", press_down},
+    NamedPath{"circle", circle},
+    NamedPath{"grab-and-lift", grab_and_lift},
+    NamedPath{"push-right", [] { return push(1); }},
+    NamedPath{"push-left", [] { return push(-1); }},
+    NamedPath{"peg-left", [] { return peg(-1); }},
+    NamedPath{"peg-right", [] { return peg(1); }},
+    NamedPath{"dock-a", [] { return dock(1); }},
+    NamedPath{"dock-b", [] { return dock(-1); }},
+};
+
+}  // namespace
+
+HandPath named_hand_path(std::string_view name) {
+  std::string known;
+  for (const NamedPath& path : kNamedPaths) {
+    if (path.name == name) return path.make();
+    known += (known.empty() ? "" : ", ") + std::string(path.name);
+  }
+  throw std::invalid_argument("hand path \"" + std::string(name) + "\" is not known; known: " + known);
+}
+
+std::vector<std::string_view> hand_path_names() {
+  std::vector<std::string_view> names;
+  for (const NamedPath& path : kNamedPaths) names.push_back(path.name);
+  return names;
+}
+
+}  // namespace tandem

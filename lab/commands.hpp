@@ -1,0 +1,16 @@
+// The subcommands of tandem-lab, one file each. Each function adds its command to `app`; parsing the command line
+// then runs it and sets `exit_code`: 0 done, 1 a checked claim failed. Bad input throws; main answers with 2.
+#pragma once
+
+namespace CLI {
+class App;
+}
+
+namespace tandem::lab {
+
+/// run FILE --out DIR [--seed N] [--json]
+void add_run_command(CLI::App& app, int& exit_code);
+/// bench field [--scene NAME] [--seconds S] [--json]
+void add_bench_command(CLI::App& app, int& exit_code);
+
+}  // namespace tandem::lab

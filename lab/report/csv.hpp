@@ -1,0 +1,41 @@
+// Time series as the client writes them: a header of unit-suffixed names, then numbers. The files come from
+// other programs and machines, so everything is bounded and every complaint says where.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace tandem::report {
+
+/// More than these is refused: twenty minutes at 1 kHz with room to spare.
+struct CsvLimits {
+  std::size_t bytes = std::size_t{512} << 20U;
+  std::size_t columns = 256;
+  std::size_t rows = 2'000'000;
+};
+
+/// Columns of equal length.
+struct CsvTable {
+  std::string origin;  ///< the file, for messages
+  std::vector<std::string> names;
+  std::vector<std::vector<double>> columns;
+
+  std::size_t row_count() const { return columns.empty() ? 0 : columns.front().size(); }
+  /// Null when there is no such column.
+  const std::vector<double>* find(std::string_view name) const;
+  /// Fails   std::invalid_argument naming file and column, when there is no such column
+  const std::vector<double>& column(std::string_view name) const;
+};
+
+/// Parses comma-separated text. An empty field is NaN, as are "nan" and "-nan"; "inf" is infinite.
+///
+/// In      names of letters, digits and _; LF or CRLF; no quotes, no comments
+/// Fails   std::invalid_argument: "bob.csv: line 7, column 3 (force_n) is \"x\"; it must be a number"
+/// Cost    O(bytes)
+CsvTable parse_csv(std::string_view text, const std::string& origin, const CsvLimits& limits = {});
+CsvTable read_csv(const std::filesystem::path& file, const CsvLimits& limits = {});
+
+}  // namespace tandem::report

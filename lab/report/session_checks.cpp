@@ -1,0 +1,95 @@
+#include "lab/report/session_checks.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+namespace tandem::report {
+namespace {
+
+constexpr std::string_view kHoldPhase = "hold";
+/// The trace is decimal text: a force that is exactly at the limit may read a little above it.
+constexpr double kTraceRounding = 1e-4;
+constexpr double kPercent = 100;
+constexpr double kMillimetres = 1e3;
+
+const PhaseSummary& hold_phase(const Session& session, const ClientSummary& summary) {
+  if (const auto* phase = summary.phase(kHoldPhase)) return *phase;
+  std::string known;
+  for (const PhaseSummary& phase : summary.phases) known += (known.empty() ? "" : ", ") + phase.name;
+  throw std::invalid_argument("session " + session.name + ", user " + summary.user +
+                              ": phases has no \"hold\" (it has: " + (known.empty() ? "none" : known) +
+                              "); give the client a hand path with a phase of that name");
+}
+
+double largest_finite(const std::vector<double>& values) {
+  double largest = 0;
+  for (const double value : values) {
+    if (std::isfinite(value)) largest = std::max(largest, value);
+  }
+  return largest;
+}
+
+/// At least one when only the client, which sees more than the trace holds, says so.
+double not_finite_count(const UserRun& user) {
+  const auto& force = user.trace.force_n;
+  const auto& torque = user.trace.torque_n_m;
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < force.size(); ++i) {
+    if (!std::isfinite(force[i]) || !std::isfinite(torque[i])) ++count;
+  }
+  if (!user.summary.all_forces_finite) count = std::max<std::size_t>(count, 1);
+  return static_cast<double>(count);
+}
+
+void add_touch_checks(const std::string& scope, const UserRun& user, const PhaseSummary& hold,
+                      const CheckBounds& bounds, std::vector<Check>& out) {
+  out.push_back({scope, "shared body felt: mean force, settled hold phase", hold.settled_force_mean_n,
+                 Relation::kAtLeast, bounds.felt_force_n, "N", 2});
+  out.push_back({scope, "shared body moved: largest displacement", user.summary.body_displacement_m * kMillimetres,
+                 Relation::kAtLeast, bounds.body_displacement_m * kMillimetres, "mm", 1});
+  out.push_back({scope, "hand at rest: largest speed, settled hold phase",
+                 hold.settled_hand_speed_max_m_per_s * kMillimetres, Relation::kAtMost,
+                 bounds.settled_hand_speed_m_per_s * kMillimetres, "mm/s", 1});
+}
+
+void add_force_checks(const std::string& scope, const UserRun& user, const CheckBounds& bounds,
+                      std::vector<Check>& out) {
+  const double largest = std::max(user.summary.force_max_n, largest_finite(user.trace.force_n));
+  const double limit = user.summary.force_limit_n;
+  out.push_back({scope, "forces that are not finite", not_finite_count(user), Relation::kAtMost, 0, "ticks", 0});
+  out.push_back({scope, "largest force, within the device's limit",
+                 largest <= limit * (1 + kTraceRounding) ? std::min(largest, limit) : largest, Relation::kAtMost, limit,
+                 "N", 2});
+  out.push_back({scope, "time at the clamp", user.summary.clamped_fraction * kPercent, Relation::kBelow,
+                 bounds.clamped_fraction * kPercent, "%", 2});
+}
+
+void add_timing_checks(const std::string& scope, const ClientSummary& summary, const CheckBounds& bounds,
+                       std::vector<Check>& out) {
+  // No expected tick: 0/0 is NaN, and the check fails.
+  const double run = static_cast<double>(summary.ticks_run) / static_cast<double>(summary.ticks_expected);
+  const double error = std::abs(summary.tick_rate_hz / bounds.tick_rate_hz - 1);
+  out.push_back({scope, "haptic ticks run, of those expected", run * kPercent, Relation::kAtLeast,
+                 bounds.ticks_run_fraction * kPercent, "%", 2});
+  out.push_back({scope, "mean tick rate, off 1 kHz by", error * kPercent, Relation::kAtMost,
+                 bounds.tick_rate_error_fraction * kPercent, "%", 2});
+}
+
+}  // namespace
+
+std::vector<Check> check_sessions(std::span<const Session> sessions, const CheckBounds& bounds) {
+  std::vector<Check> checks;
+  for (const Session& session : sessions) {
+    for (const UserRun& user : session.users) {
+      const std::string scope = session.name + " · " + user.summary.user;
+      add_touch_checks(scope, user, hold_phase(session, user.summary), bounds, checks);
+      add_force_checks(scope, user, bounds, checks);
+      add_timing_checks(scope, user.summary, bounds, checks);
+    }
+  }
+  return checks;
+}
+
+}  // namespace tandem::report

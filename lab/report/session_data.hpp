@@ -1,0 +1,116 @@
+// What two programs left behind about one session: each client's JSON summary and its trace. The names of keys
+// and columns are known in session_data.cpp only; the rest of the report sees SI numbers.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <limits>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "common/json/json.hpp"
+#include "lab/report/csv.hpp"
+
+namespace tandem::report {
+
+/// One named stretch of a hand's path, as the client summed it up. "Settled": without the time in which it swings in.
+struct PhaseSummary {
+  std::string name;
+  double duration_s = 0;
+  double settled_hand_speed_max_m_per_s = 0;
+  double settled_force_mean_n = 0;
+};
+
+struct LatenessQuantiles {
+  double p50_us = 0;
+  double p99_us = 0;
+  double p999_us = 0;
+  double max_us = 0;
+};
+
+/// Counts by the reasons of proto/drop_reason.hpp, in the file's order.
+using Drops = std::vector<std::pair<std::string, std::uint64_t>>;
+
+/// A client's JSON summary; NaN where it says null, which is: not known.
+struct ClientSummary {
+  std::string user;
+  std::string scene;
+  std::string stage;
+
+  std::uint64_t ticks_run = 0;
+  std::uint64_t ticks_expected = 0;
+  double tick_rate_hz = 0;
+  LatenessQuantiles lateness;
+  std::uint64_t missed = 0;
+
+  double round_trip_newest_ms = 0;
+  double round_trip_minimum_ms = 0;
+  double clock_offset_ms = 0;
+  Drops received_drops;
+  Drops sent_drops;
+
+  double force_rms_n = 0;
+  double force_max_n = 0;
+  double torque_rms_n_m = 0;
+  double torque_max_n_m = 0;
+  double force_limit_n = 0;
+  double torque_limit_n_m = 0;
+  double clamped_fraction = 0;
+  bool all_forces_finite = false;
+
+  std::vector<PhaseSummary> phases;
+  std::string watched_body;  ///< "": none was seen
+  double body_displacement_m = std::numeric_limits<double>::quiet_NaN();
+
+  /// Null when there is no such phase.
+  const PhaseSummary* phase(std::string_view phase_name) const;
+};
+
+/// A position over time: x, y, z in W.
+using Axes = std::array<std::vector<double>, 3>;
+
+/// When a phase of ClientSummary::phases ran.
+struct PhaseStretch {
+  std::size_t phase = 0;
+  double begin_s = 0;
+  double end_s = 0;
+};
+
+/// A client's trace, one entry a tick; NaN where nothing was known yet.
+struct Trace {
+  std::vector<double> time_s;   ///< since the first tick of the session's first client, on the server's clock
+  std::vector<double> force_n;  ///< displayed
+  std::vector<double> torque_n_m;
+  Axes hand_m;  ///< p_WH
+  Axes tool_m;  ///< p_WT
+  Axes body_m;  ///< origin of the watched body
+  std::vector<double> state_age_s;
+  std::vector<PhaseStretch> phases;
+};
+
+struct UserRun {
+  ClientSummary summary;
+  Trace trace;
+};
+
+struct Session {
+  std::string name;
+  std::vector<UserRun> users;  ///< in the order of their files' names, at least two
+};
+
+/// Reads a summary. Keys that the report does not use are ignored.
+/// Fails   std::invalid_argument naming file, key, value and remedy
+ClientSummary parse_client_summary(const boost::json::value& json, const std::string& origin);
+
+/// Takes the columns that the report needs out of a client's CSV; time_s is then the server's clock since its start.
+/// Fails   std::invalid_argument: a column is missing, there is no row, time runs back, or a phase that `summary` lacks
+Trace make_trace(const CsvTable& table, const ClientSummary& summary);
+
+/// Reads every USER.json of `folder` with its USER.csv.
+/// Fails   std::invalid_argument naming the file that is missing or bad; fewer than 2 users, or more than 16
+Session load_session(const std::string& name, const std::filesystem::path& folder);
+
+}  // namespace tandem::report

@@ -1,0 +1,351 @@
+#include "lab/report/session_report.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string_view>
+
+#include "lab/report/format.hpp"
+#include "lab/report/html_report.hpp"
+
+namespace tandem::report {
+namespace {
+
+constexpr double kMilli = 1e3;
+constexpr double kPercent = 100;
+constexpr int kHalfWidthPx = 464;
+constexpr int kHalfHeightPx = 260;
+constexpr std::string_view kAxisNames = "xyz";
+constexpr std::string_view kTimeLabel = "time [s]";
+
+std::string user_list(const Session& session) {
+  std::string list;
+  for (const UserRun& user : session.users) list += (list.empty() ? "" : ", ") + user.summary.user;
+  return list;
+}
+
+std::vector<double> scaled(std::vector<double> values, double factor) {
+  for (double& value : values) value *= factor;
+  return values;
+}
+
+/// Values as the distance from the first one that is known.
+std::vector<double> since_first(std::vector<double> values) {
+  const auto first = std::find_if(values.begin(), values.end(), [](double value) { return std::isfinite(value); });
+  const double origin = first == values.end() ? 0 : *first;
+  for (double& value : values) value -= origin;
+  return values;
+}
+
+double extent(const std::vector<double>& values) {
+  double low = std::numeric_limits<double>::infinity();
+  double high = -low;
+  for (const double value : values) {
+    if (!std::isfinite(value)) continue;
+    low = std::min(low, value);
+    high = std::max(high, value);
+  }
+  return high > low ? high - low : 0;
+}
+
+/// The axis of W along which the hands of the session moved furthest.
+std::size_t main_axis(const Session& session) {
+  std::array<double, 3> moved{};
+  for (const UserRun& user : session.users) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      moved[axis] = std::max(moved[axis], extent(user.trace.hand_m[axis]));
+    }
+  }
+  return static_cast<std::size_t>(std::max_element(moved.begin(), moved.end()) - moved.begin());
+}
+
+/// Phases of the first user: the hands of a session play their parts together.
+std::vector<Band> phase_bands(const Session& session) {
+  std::vector<Band> bands;
+  const UserRun& user = session.users.front();
+  for (const PhaseStretch& stretch : user.trace.phases) {
+    bands.push_back({stretch.begin_s, stretch.end_s, user.summary.phases[stretch.phase].name});
+  }
+  return bands;
+}
+
+double end_s(const Session& session) {
+  double end = 0;
+  for (const UserRun& user : session.users) end = std::max(end, user.trace.time_s.back());
+  return end;
+}
+
+Plot base_plot(const Session& session, const std::string& what, const std::string& y_label) {
+  Plot plot;
+  plot.description = what + " over time, session " + session.name + ", users " + user_list(session);
+  plot.x = {std::string(kTimeLabel), Scale::kLinear, 0, end_s(session)};
+  plot.y.label = y_label;
+  plot.bands = phase_bands(session);
+  return plot;
+}
+
+Plot half_plot(const Session& session, const std::string& what, const std::string& y_label) {
+  Plot plot = base_plot(session, what, y_label);
+  plot.width_px = kHalfWidthPx;
+  plot.height_px = kHalfHeightPx;
+  return plot;
+}
+
+void add_per_user(Plot& plot, const Session& session, std::vector<double> Trace::*values, double factor) {
+  int color = 0;
+  for (const UserRun& user : session.users) {
+    plot.series.push_back({user.summary.user, user.trace.time_s, scaled(user.trace.*values, factor), color++});
+  }
+}
+
+/// The largest finite value over all users; 0 when there is none.
+double largest(const Session& session, std::vector<double> Trace::*values) {
+  double result = 0;
+  for (const UserRun& user : session.users) {
+    for (const double value : user.trace.*values) {
+      if (std::isfinite(value)) result = std::max(result, value);
+    }
+  }
+  return result;
+}
+
+/// Draws the devices' limits; one so high that the lines below could not be read any more is only put in words, which
+/// are returned for the caption.
+std::string add_limits(Plot& plot, const Session& session, double ClientSummary::*limit,
+                       std::vector<double> Trace::*values, double factor, const std::string& unit) {
+  constexpr double kReadable = 5;
+  const double largest_shown = largest(session, values) * factor;
+  std::vector<double> seen;
+  std::string words;
+  for (const UserRun& user : session.users) {
+    const double value = user.summary.*limit * factor;
+    if (std::find(seen.begin(), seen.end(), value) != seen.end()) continue;
+    seen.push_back(value);
+    const std::string text = "device limit " + format_significant(value, 3) + " " + unit;
+    if (value <= kReadable * largest_shown) {
+      plot.limits.push_back({value, text});
+    } else {
+      words += " The " + text + " lies above the figure.";
+    }
+  }
+  return words;
+}
+
+Figure force_figure(const Session& session) {
+  Plot plot = base_plot(session, "Displayed force", "force on the hand [N]");
+  plot.y.low = 0;
+  add_per_user(plot, session, &Trace::force_n, 1);
+  const std::string limit_words = add_limits(plot, session, &ClientSummary::force_limit_n, &Trace::force_n, 1, "N");
+  return {std::move(plot),
+          "Magnitude of the force that each device was given, after every safety stage. Shaded: the phases of the "
+          "hands' path." +
+              limit_words};
+}
+
+Figure torque_figure(const Session& session) {
+  Plot plot = half_plot(session, "Displayed torque", "torque on the hand [mN·m]");
+  plot.y.low = 0;
+  add_per_user(plot, session, &Trace::torque_n_m, kMilli);
+  const std::string limit_words =
+      add_limits(plot, session, &ClientSummary::torque_limit_n_m, &Trace::torque_n_m, kMilli, "mN·m");
+  return {std::move(plot), "Magnitude of the torque that each device was given." + limit_words};
+}
+
+Figure motion_figure(const Session& session) {
+  const std::size_t axis = main_axis(session);
+  const std::string name(1, kAxisNames[axis]);
+  Plot plot = half_plot(session, "Hand and tool along " + name, "position along " + name + " [mm]");
+  int color = 0;
+  for (const UserRun& user : session.users) {
+    const Trace& trace = user.trace;
+    const std::string& who = user.summary.user;
+    plot.series.push_back({who + ", hand", trace.time_s, scaled(trace.hand_m[axis], kMilli), color});
+    plot.series.push_back({who + ", tool", trace.time_s, scaled(trace.tool_m[axis], kMilli), color, Dash::kDashed});
+    ++color;
+  }
+  return {std::move(plot),
+          "Hand (as the client sent it) and tool (as the server answered) along the axis of the "
+          "largest motion. What separates them is the coupling's stretch and the delay."};
+}
+
+Figure body_figure(const Session& session) {
+  const UserRun& user = session.users.front();
+  Plot plot = half_plot(session, "Displacement of the shared body", "displacement [mm]");
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    plot.series.push_back({std::string(1, kAxisNames[axis]), user.trace.time_s,
+                           scaled(since_first(user.trace.body_m[axis]), kMilli), static_cast<int>(axis) + 2});
+  }
+  return {std::move(plot),
+          "The shared body (" + user.summary.watched_body + ") from where " + user.summary.user + " first saw it."};
+}
+
+/// The largest value of each stretch of `width_s`, at its beginning: a saw-tooth of 1 ms would only blacken the figure.
+Series largest_each(double width_s, const std::vector<double>& time_s, const std::vector<double>& values) {
+  Series series;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const double begin_s = std::floor(time_s[i] / width_s) * width_s;
+    if (series.x.empty() || series.x.back() != begin_s) {
+      series.x.push_back(begin_s);
+      series.y.push_back(values[i]);
+    }
+    series.y.back() = std::fmax(series.y.back(), values[i]);
+  }
+  return series;
+}
+
+Figure age_figure(const Session& session) {
+  Plot plot = half_plot(session, "Age of the newest state", "time since last arrival [ms]");
+  plot.y.low = 0;
+  int color = 0;
+  for (const UserRun& user : session.users) {
+    Series series = largest_each(0.050, user.trace.time_s, scaled(user.trace.state_age_s, kMilli));
+    series.label = user.summary.user;
+    series.color = color++;
+    plot.series.push_back(std::move(series));
+  }
+  return {
+      std::move(plot),
+      "How long ago the newest server state had arrived, the largest in each 50 ms. The time that it was on its way "
+      "is not in it: see the round trip below."};
+}
+
+void add_users_table(HtmlReport& report, const Session& session) {
+  Table table{"What each hand was shown",
+              {{"User", "", Align::kLeft},
+               {"Stage", "", Align::kLeft},
+               {"Force rms", "N"},
+               {"Force max", "N"},
+               {"Torque rms", "mN·m"},
+               {"Torque max", "mN·m"},
+               {"At the clamp", "%"},
+               {"Body moved", "mm"}},
+              {}};
+  for (const UserRun& user : session.users) {
+    const ClientSummary& s = user.summary;
+    table.rows.push_back({s.user, s.stage, format_fixed(s.force_rms_n, 2), format_fixed(s.force_max_n, 2),
+                          format_fixed(s.torque_rms_n_m * kMilli, 1), format_fixed(s.torque_max_n_m * kMilli, 1),
+                          format_fixed(s.clamped_fraction * kPercent, 2),
+                          format_fixed(s.body_displacement_m * kMilli, 1)});
+  }
+  report.table(table);
+}
+
+void add_phases_table(HtmlReport& report, const Session& session) {
+  Table table{"Phases of the hands' path, settled part",
+              {{"User", "", Align::kLeft},
+               {"Phase", "", Align::kLeft},
+               {"Lasts", "s"},
+               {"Mean force", "N"},
+               {"Largest hand speed", "mm/s"}},
+              {}};
+  for (const UserRun& user : session.users) {
+    for (const PhaseSummary& phase : user.summary.phases) {
+      table.rows.push_back({user.summary.user, phase.name, format_fixed(phase.duration_s, 2),
+                            format_fixed(phase.settled_force_mean_n, 2),
+                            format_fixed(phase.settled_hand_speed_max_m_per_s * kMilli, 1)});
+    }
+  }
+  report.table(table);
+}
+
+void add_timing_table(HtmlReport& report, const Session& session) {
+  Table table{"The haptic loop: lateness of its ticks behind their deadlines, and the way to the server",
+              {{"User", "", Align::kLeft},
+               {"Ticks run", ""},
+               {"Missed", ""},
+               {"Rate", "Hz"},
+               {"p50", "µs"},
+               {"p99", "µs"},
+               {"p99.9", "µs"},
+               {"Max", "µs"},
+               {"Round trip", "ms"},
+               {"Least", "ms"}},
+              {}};
+  for (const UserRun& user : session.users) {
+    const ClientSummary& s = user.summary;
+    table.rows.push_back({s.user, std::to_string(s.ticks_run), std::to_string(s.missed),
+                          format_fixed(s.tick_rate_hz, 2), format_fixed(s.lateness.p50_us, 0),
+                          format_fixed(s.lateness.p99_us, 0), format_fixed(s.lateness.p999_us, 0),
+                          format_fixed(s.lateness.max_us, 0), format_fixed(s.round_trip_newest_ms, 1),
+                          format_fixed(s.round_trip_minimum_ms, 1)});
+  }
+  report.table(table);
+}
+
+std::uint64_t count_of(const Drops& drops, std::string_view reason) {
+  const auto found = std::find_if(drops.begin(), drops.end(), [&](const auto& drop) { return drop.first == reason; });
+  return found == drops.end() ? 0 : found->second;
+}
+
+/// Reasons that occurred, in the order of their first mention.
+std::vector<std::string> reasons_seen(const Session& session) {
+  std::vector<std::string> reasons;
+  for (const UserRun& user : session.users) {
+    for (const Drops* drops : {&user.summary.received_drops, &user.summary.sent_drops}) {
+      for (const auto& [reason, count] : *drops) {
+        const bool is_new = std::find(reasons.begin(), reasons.end(), reason) == reasons.end();
+        if (count > 0 && is_new) reasons.push_back(reason);
+      }
+    }
+  }
+  return reasons;
+}
+
+void add_drops_table(HtmlReport& report, const Session& session) {
+  const auto reasons = reasons_seen(session);
+  if (reasons.empty()) {
+    report.paragraph("No datagram was dropped.");
+    return;
+  }
+  Table table{"Datagrams dropped, by reason", {{"Reason", "", Align::kLeft}}, {}};
+  for (const UserRun& user : session.users) {
+    table.columns.push_back({user.summary.user + ", received", ""});
+    table.columns.push_back({user.summary.user + ", sent", ""});
+  }
+  for (const std::string& reason : reasons) {
+    std::vector<std::string> row = {reason};
+    for (const UserRun& user : session.users) {
+      row.push_back(std::to_string(count_of(user.summary.received_drops, reason)));
+      row.push_back(std::to_string(count_of(user.summary.sent_drops, reason)));
+    }
+    table.rows.push_back(std::move(row));
+  }
+  report.table(table);
+}
+
+void add_session(HtmlReport& report, const Session& session) {
+  const ClientSummary& first = session.users.front().summary;
+  report.heading("Session " + session.name);
+  report.paragraph("Scene " + first.scene + ", users " + user_list(session) +
+                   "; shared body: " + (first.watched_body.empty() ? "none seen" : first.watched_body) + ".");
+  add_users_table(report, session);
+  report.figure(force_figure(session));
+  report.side_by_side(std::vector{motion_figure(session), body_figure(session)});
+  report.side_by_side(std::vector{torque_figure(session), age_figure(session)});
+  add_phases_table(report, session);
+  add_timing_table(report, session);
+  add_drops_table(report, session);
+}
+
+std::string subtitle(std::span<const Session> sessions) {
+  std::string text;
+  for (const Session& session : sessions) {
+    text += (text.empty() ? "" : " · ") + session.name + " (" + user_list(session) + ")";
+  }
+  return text;
+}
+
+}  // namespace
+
+std::string session_report_html(std::span<const Session> sessions, std::span<const Check> checks) {
+  HtmlReport report("What the hands felt", subtitle(sessions));
+  report.verdict(checks);
+  report.paragraph("Settled: without the first second of the phase, in which the hand swings in.");
+  for (const Session& session : sessions) add_session(report, session);
+  report.footer(
+      "SI units; W is the world frame of the scene. Displayed force and torque are those on the hand, in the device's "
+      "base frame. Every figure keeps the extremes of each pixel column, so no peak is lost in drawing.");
+  return report.html();
+}
+
+}  // namespace tandem::report

@@ -1,0 +1,67 @@
+// Everything that a trial leaves behind: what metrics, result files and reports are made from.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "client/haptic_core.hpp"
+#include "client/session.hpp"
+#include "common/link.hpp"
+#include "lab/experiment.hpp"
+#include "server/session_hub.hpp"
+
+namespace tandem::lab {
+
+/// One haptic tick of one user, from the inside of the client and from the outside of the simulated hand.
+struct TickSample {
+  Duration time{0};  ///< since the hands started
+  int phase = -1;    ///< index into the hand path's phases(); −1: none
+  Pose hand_D;       ///< true pose of the hand
+  Twist hand_twist_D;
+  Vec3 intended_D;  ///< where the hand wants to be
+  RigidState handle_W;
+  Pose tool_W;             ///< newest of the server
+  Wrench displayed_D;      ///< on the hand
+  Wrench server_wrench_W;  ///< on the hand, newest of the server
+  Duration state_age{0};   ///< negative: no state yet
+  Duration round_trip{0};
+  BodyId held_body;
+  SafetyFaults safety_faults = 0;
+  std::uint32_t server_tick_faults = 0;
+  bool is_clamped = false;
+};
+
+struct UserTrace {
+  ExperimentUser user;
+  std::uint64_t hand_seed = 0;
+  bool stayed_connected = true;
+  std::string why_disconnected;
+  std::vector<TickSample> ticks;
+  double energy_to_hand_j = 0;  ///< since the hands started
+  double energy_from_hand_j = 0;
+  SessionCounters session;
+  LinkCounters link_up;  ///< datagrams
+  LinkCounters link_down;
+};
+
+/// The bodies of the world at one instant, in the order of the scene.
+struct BodiesSample {
+  Duration time{0};
+  std::vector<Pose> X_WB;
+  double field_energy_kj_per_mol = 0;
+};
+
+struct SessionTrace {
+  std::vector<UserTrace> users;
+  std::vector<std::string> body_names;
+  std::vector<bool> body_can_move;
+  std::vector<BodiesSample> bodies;  ///< every sample_period
+  HubCounters hub;
+  std::uint64_t room_steps = 0;
+  TickFaults faults_seen = 0;
+  Duration joined_after{0};  ///< virtual time from the first connection to the start of the hands
+  std::string field_kernel;  ///< of the molecular field; "": the scene has none
+};
+
+}  // namespace tandem::lab

@@ -1,0 +1,251 @@
+#include "lab/virtual_session.hpp"
+
+#include <stdexcept>
+#include <utility>
+
+#include "common/molecule/lennard_jones.hpp"
+#include "lab/virtual_network.hpp"
+
+namespace tandem::lab {
+namespace {
+
+/// Streams of the experiment's seed: links take the small numbers (virtual_network.cpp).
+constexpr std::uint64_t kHandStreams = 1U << 16U;
+constexpr Duration kJoinTimeout = std::chrono::seconds(30);
+
+std::uint64_t hand_seed(std::uint64_t seed, std::size_t user) {
+  return Random(seed, kHandStreams + user).next_u64();
+}
+
+SessionSettings session_settings(const ExperimentUser& user) {
+  SessionSettings settings;
+  settings.user_name = user.name;
+  settings.role = user.role == UserRole::kManipulator ? wire::ROLE_MANIPULATOR : wire::ROLE_OBSERVER;
+  settings.state_transport = user.transport;
+  // The stages do not use the scene's files; a trial is about state, not about how long they take to load.
+  settings.fetch_assets = false;
+  return settings;
+}
+
+HapticSettings haptic_settings(const ExperimentUser& user) {
+  HapticSettings settings;
+  settings.stage = user.stage;
+  return settings;
+}
+
+/// A person with everything on their side of the network.
+struct VirtualUser {
+  VirtualUser(const ExperimentUser& description, VirtualClientTransport& its_transport, std::uint64_t seed)
+      : user(description),
+        transport(its_transport),
+        device(SimDevice::default_spec(), description.hand_parameters, description.hand, seed),
+        core(haptic_settings(description), device, mailboxes),
+        session(session_settings(description), transport, mailboxes),
+        seed_of_hand(seed) {
+    device.hold_path();
+  }
+
+  const ExperimentUser& user;
+  VirtualClientTransport& transport;
+  ClientMailboxes mailboxes;
+  SimDevice device;
+  HapticCore core;
+  ClientSession session;
+  std::uint64_t seed_of_hand;
+  HapticCounters at_start;
+};
+
+TickSample sample_of(VirtualUser& user, Duration time) {
+  const TickRecord& record = user.core.record();
+  TickSample sample;
+  sample.time = time;
+  sample.phase = user.device.path().phase_at(user.device.path_time());
+  sample.hand_D = user.device.hand_pose();
+  sample.hand_twist_D = user.device.hand_twist();
+  sample.intended_D = user.device.path().pose_at(user.device.path_time()).p;
+  sample.handle_W = record.handle_W;
+  sample.tool_W = record.tool_W.X;
+  sample.displayed_D = record.displayed_on_hand_D;
+  sample.server_wrench_W = record.server_wrench_on_hand_W;
+  sample.state_age = record.state_age;
+  sample.round_trip = user.session.clock_sync().round_trip();
+  sample.held_body = record.held_body;
+  sample.safety_faults = record.safety_faults;
+  sample.server_tick_faults = record.server_tick_faults;
+  sample.is_clamped = record.is_clamped;
+  return sample;
+}
+
+std::string field_kernel_of(const LoadedScene& scene) {
+  std::size_t molecules = 0;
+  for (const LoadedBody& body : scene.bodies) molecules += body.molecule != nullptr ? 1 : 0;
+  return molecules < 2 ? std::string() : std::string(LennardJonesField::available_kernels().front());
+}
+
+}  // namespace
+
+struct VirtualSession::Impl {
+  Impl(VirtualSession& its_owner, const Experiment& its_experiment, std::shared_ptr<const LoadedScene> its_scene);
+
+  void run_slot();
+  void run_client_slot(VirtualUser& user);
+  void join_all();
+  void start_hands();
+  void record_tick(std::size_t index);
+  void record_bodies();
+  SessionTrace take_trace();
+
+  VirtualSession& owner;
+  const Experiment& experiment;
+  std::shared_ptr<const LoadedScene> scene;
+  VirtualClock clock;
+  VirtualNetwork network{clock};
+  Room room;
+  SessionHub hub;
+  std::vector<std::unique_ptr<VirtualUser>> users;
+  std::int64_t slot = 0;
+  LocalTime next_room_step;
+  bool are_hands_moving = false;
+  LocalTime hands_started;
+  LocalTime next_sample;
+  SessionTrace trace;
+};
+
+VirtualSession::Impl::Impl(VirtualSession& its_owner, const Experiment& its_experiment,
+                           std::shared_ptr<const LoadedScene> its_scene)
+    : owner(its_owner),
+      experiment(its_experiment),
+      scene(std::move(its_scene)),
+      room(RoomId{1}, "lab", scene),
+      hub(HubSettings{.datagram_port = 1, .seed = experiment.seed}, {&room}, network),
+      next_room_step(LocalTime(experiment.server_phase)) {
+  std::size_t manipulators = 0;
+  for (const ExperimentUser& user : experiment.users) manipulators += user.role == UserRole::kManipulator ? 1 : 0;
+  if (manipulators > scene->tools.size()) {
+    throw std::invalid_argument("experiment " + experiment.name + ": users has " + std::to_string(manipulators) +
+                                " manipulators, but the scene has " + std::to_string(scene->tools.size()) +
+                                " tools; make the others observers");
+  }
+  for (std::size_t i = 0; i < experiment.users.size(); ++i) {
+    const ExperimentUser& user = experiment.users[i];
+    VirtualClientTransport& transport = network.add_client(user.up, user.down, experiment.seed);
+    users.push_back(std::make_unique<VirtualUser>(user, transport, hand_seed(experiment.seed, i)));
+    UserTrace& user_trace = trace.users.emplace_back();
+    user_trace.user = user;
+    user_trace.hand_seed = users.back()->seed_of_hand;
+    user_trace.ticks.reserve(static_cast<std::size_t>(experiment.duration / kHapticPeriod) + 1);
+  }
+  for (const auto& body : scene->description.bodies()) {
+    trace.body_names.push_back(body.name());
+    trace.body_can_move.push_back(body.mass_kg() > 0);
+  }
+  trace.field_kernel = field_kernel_of(*scene);
+}
+
+void VirtualSession::Impl::run_slot() {
+  const LocalTime now{kSlot * ++slot};
+  clock.advance_to(now);
+  network.deliver(hub, now);
+  if (now >= next_room_step) {
+    room.step(server_time_of_own_clock(now));
+    next_room_step += room.period();
+  }
+  hub.poll(now);
+  for (std::size_t i = 0; i < users.size(); ++i) {
+    VirtualUser& user = *users[i];
+    user.transport.deliver(user.session, now);
+    if ((now.time_since_epoch() - user.user.tick_phase) % kHapticPeriod == Duration(0)) {
+      user.core.tick(now);
+      if (are_hands_moving) record_tick(i);
+    }
+    user.session.poll(now);
+  }
+  if (are_hands_moving && now >= next_sample) record_bodies();
+}
+
+void VirtualSession::Impl::join_all() {
+  for (const auto& user : users) {
+    user->session.start(clock.now());
+    const LocalTime give_up = clock.now() + kJoinTimeout;
+    while (user->session.status().state != SessionState::kActive) {
+      const SessionStatus& status = user->session.status();
+      if (status.state == SessionState::kEnded || clock.now() >= give_up) {
+        throw std::runtime_error("user " + user->user.name +
+                                 " could not join: " + (status.why.empty() ? "no answer within 30 s" : status.why));
+      }
+      run_slot();
+    }
+  }
+  // One more round trip, so that the hands start with the world in sight of everybody.
+  for (const auto& user : users) {
+    const LocalTime give_up = clock.now() + kJoinTimeout;
+    const bool is_manipulator = user->user.role == UserRole::kManipulator;
+    while (is_manipulator && user->core.record().newest_step.value == 0 && clock.now() < give_up) run_slot();
+  }
+}
+
+void VirtualSession::Impl::start_hands() {
+  hands_started = clock.now();
+  next_sample = hands_started;
+  are_hands_moving = true;
+  trace.joined_after = hands_started.time_since_epoch();
+  for (const auto& user : users) {
+    user->device.start_path(hands_started);
+    user->at_start = user->core.counters();
+  }
+  record_bodies();
+}
+
+void VirtualSession::Impl::record_tick(std::size_t index) {
+  const TickSample sample = sample_of(*users[index], clock.now() - hands_started);
+  trace.faults_seen |= sample.server_tick_faults;
+  UserTrace& user = trace.users[index];
+  const SessionStatus& status = users[index]->session.status();
+  if (user.stayed_connected && status.state != SessionState::kActive) {
+    user.stayed_connected = false;
+    user.why_disconnected = status.why;
+  }
+  user.ticks.push_back(sample);
+  if (owner.on_tick) owner.on_tick(index, users[index]->core.record(), sample.phase);
+}
+
+void VirtualSession::Impl::record_bodies() {
+  BodiesSample sample;
+  sample.time = clock.now() - hands_started;
+  for (std::size_t i = 0; i < scene->bodies.size(); ++i) {
+    sample.X_WB.push_back(room.world().body(BodyId{static_cast<std::uint32_t>(i + 1)}).X);
+  }
+  sample.field_energy_kj_per_mol = room.world().field_energy_kj_per_mol();
+  trace.bodies.push_back(std::move(sample));
+  next_sample += experiment.sample_period;
+}
+
+SessionTrace VirtualSession::Impl::take_trace() {
+  for (std::size_t i = 0; i < users.size(); ++i) {
+    UserTrace& user = trace.users[i];
+    const HapticCounters& end = users[i]->core.counters();
+    user.energy_to_hand_j = end.energy_to_hand_j - users[i]->at_start.energy_to_hand_j;
+    user.energy_from_hand_j = end.energy_from_hand_j - users[i]->at_start.energy_from_hand_j;
+    user.session = users[i]->session.counters();
+    user.link_up = users[i]->transport.datagrams_up();
+    user.link_down = users[i]->transport.datagrams_down();
+  }
+  trace.hub = hub.counters();
+  trace.room_steps = room.steps_done().value;
+  return std::move(trace);
+}
+
+VirtualSession::VirtualSession(const Experiment& experiment, std::shared_ptr<const LoadedScene> scene)
+    : impl_(std::make_unique<Impl>(*this, experiment, std::move(scene))) {}
+
+VirtualSession::~VirtualSession() = default;
+
+SessionTrace VirtualSession::run() {
+  impl_->join_all();
+  impl_->start_hands();
+  const LocalTime end = impl_->clock.now() + impl_->experiment.duration;
+  while (impl_->clock.now() < end) impl_->run_slot();
+  return impl_->take_trace();
+}
+
+}  // namespace tandem::lab

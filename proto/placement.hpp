@@ -1,0 +1,25 @@
+// Placement as a pose. Server and client both need it, and neither may use the other.
+#pragma once
+
+#include <numbers>
+
+#include "common/spatial.hpp"
+#include "tandem/scene.pb.h"
+
+namespace tandem {
+
+/// The pose that a placement describes; numbers that are absent count as 0.
+///
+/// Model   R = R_z(γ) · R_y(β) · R_x(α): turns about the fixed axes x, then y, then z
+/// Out     finite exactly when the placement's numbers are; callers check counts and bounds
+inline Pose pose_from_placement(const wire::Placement& placement) {
+  const auto vector_of = [](const google::protobuf::RepeatedField<double>& numbers) {
+    return numbers.size() == 3 ? Vec3(numbers[0], numbers[1], numbers[2]) : Vec3(0, 0, 0);
+  };
+  const Vec3 angles = vector_of(placement.rotation_xyz_deg()) * (std::numbers::pi / 180.0);
+  const Quat rotation = Eigen::AngleAxisd(angles.z(), Vec3::UnitZ()) * Eigen::AngleAxisd(angles.y(), Vec3::UnitY()) *
+                        Eigen::AngleAxisd(angles.x(), Vec3::UnitX());
+  return {vector_of(placement.position_m()), rotation.normalized()};
+}
+
+}  // namespace tandem

@@ -1,0 +1,18 @@
+#include "server/content_hash.hpp"
+
+#include <openssl/evp.h>
+
+#include <stdexcept>
+
+namespace tandem {
+
+Sha256 sha256_of(std::span<const std::byte> bytes) {
+  Sha256 hash{};
+  unsigned int length = 0;
+  const int is_ok = EVP_Digest(bytes.data(), bytes.size(), reinterpret_cast<unsigned char*>(hash.data()), &length,
+                               EVP_sha256(), nullptr);
+  if (is_ok != 1 || length != hash.size()) throw std::runtime_error("OpenSSL cannot compute SHA-256");
+  return hash;
+}
+
+}  // namespace tandem

@@ -1,0 +1,15 @@
+// Files are named by what is in them: a client that has a file of the same hash need not fetch it again.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <span>
+
+namespace tandem {
+
+using Sha256 = std::array<std::byte, 32>;
+
+/// SHA-256 of `bytes`. Fails: std::runtime_error when OpenSSL has no SHA-256 (a broken installation).
+Sha256 sha256_of(std::span<const std::byte> bytes);
+
+}  // namespace tandem

@@ -1,0 +1,41 @@
+// Centre of mass and inertia of a body from its shapes, so that an author gives one number: the mass.
+#pragma once
+
+#include <vector>
+
+#include "common/molecule/molecule.hpp"
+#include "common/spatial.hpp"
+#include "server/triangle_mesh.hpp"
+#include "tandem/scene.pb.h"
+
+namespace tandem {
+
+/// How mass is spread in a body.
+struct MassProperties {
+  double mass_kg = 0;                           ///< 0: static; the rest is then unset
+  Pose X_BC;                                    ///< centre of mass and principal axes C in the body frame B
+  Vec3 principal_inertia_kg_m2 = Vec3::Zero();  ///< about C
+
+  double smallest_inertia_kg_m2() const { return principal_inertia_kg_m2.minCoeff(); }
+  /// What a force at the point `p_B` must accelerate, in the direction in which that is least.
+  ///
+  /// Model   1/m_p = largest eigenvalue of 1/m + [r]ᵀ I⁻¹ [r], r from the centre of mass to the point
+  double mass_at_point_kg(const Vec3& p_B) const;
+};
+
+/// A shape with the mesh that was loaded for it.
+struct SolidShape {
+  const wire::Shape& shape;
+  Pose X_BS;
+  const TriangleMesh* mesh = nullptr;  ///< of a mesh shape
+};
+
+/// Of solids of one density. Where shapes overlap, the overlap counts twice; a mesh counts as its convex hull.
+/// Fails   std::domain_error when the shapes enclose no volume (a flat mesh)
+MassProperties mass_properties_of(double mass_kg, const std::vector<SolidShape>& shapes);
+
+/// Of atoms about their centre of mass, which is the origin of `molecule`, with its mass scaled to `mass_kg`.
+/// In      metres_per_angstrom  S_x
+MassProperties mass_properties_of(double mass_kg, const Molecule& molecule, double metres_per_angstrom);
+
+}  // namespace tandem

@@ -1,0 +1,197 @@
+#include "server/net/live_server.hpp"
+
+#include <sys/eventfd.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/posix/stream_descriptor.hpp>
+#include <boost/asio/post.hpp>
+#include <boost/asio/signal_set.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <csignal>
+#include <system_error>
+
+#include "server/net/asio_server_transport.hpp"
+
+namespace tandem {
+namespace {
+
+namespace asio = boost::asio;
+using boost::system::error_code;
+
+/// Time-outs are checked at least this often, even when no room steps.
+constexpr Duration kPollPeriod = std::chrono::milliseconds(5);
+/// How long stop() waits for goodbyes to be read.
+constexpr Duration kStopWithin = std::chrono::seconds(1);
+
+int open_eventfd() {
+  const int descriptor = eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC);
+  if (descriptor < 0) throw std::system_error(errno, std::generic_category(), "cannot open an eventfd");
+  return descriptor;
+}
+
+}  // namespace
+
+struct LiveServer::Impl {
+  Impl(LiveServer& server, LiveServerSettings server_settings, std::vector<std::unique_ptr<Room>> server_rooms);
+
+  std::vector<Room*> room_pointers() const;
+  RealtimeRequest realtime(int priority) const;
+  void run();
+  void begin_stop(const std::string& why);
+  void finish_when_closed(LocalTime deadline);
+  void await_steps();
+  void await_poll_time();
+  void log(const std::string& line) const {
+    if (owner.on_log) owner.on_log(line);
+  }
+
+  LiveServer& owner;
+  LiveServerSettings settings;
+  std::vector<std::unique_ptr<Room>> rooms;
+  SteadyClock clock;
+  asio::io_context io{1};
+  AsioServerTransport transport;
+  SessionHub hub;
+  asio::posix::stream_descriptor step_event;
+  RoomScheduler scheduler;
+  asio::steady_timer poll_timer{io};
+  asio::steady_timer duration_timer{io};
+  asio::steady_timer stop_timer{io};
+  asio::signal_set signals{io};
+  bool is_stopping = false;
+  LocalTime started{};
+  LocalTime ended{};
+};
+
+LiveServer::Impl::Impl(LiveServer& server, LiveServerSettings server_settings,
+                       std::vector<std::unique_ptr<Room>> server_rooms)
+    : owner(server),
+      settings(std::move(server_settings)),
+      rooms(std::move(server_rooms)),
+      transport(io, settings.bind_address, settings.port, clock),
+      hub(
+          [this] {
+            settings.hub.datagram_port = transport.port();
+            return settings.hub;
+          }(),
+          room_pointers(), transport),
+      step_event(io, open_eventfd()),
+      scheduler(room_pointers(), realtime(settings.realtime_priority), [descriptor = step_event.native_handle()] {
+        const std::uint64_t one = 1;
+        // Fails only when the counter is full: then the io thread has been woken already.
+        [[maybe_unused]] const auto written = ::write(descriptor, &one, sizeof one);
+      }) {
+  hub.on_log = [this](const std::string& line) { log(line); };
+}
+
+std::vector<Room*> LiveServer::Impl::room_pointers() const {
+  std::vector<Room*> pointers;
+  for (const auto& room : rooms) pointers.push_back(room.get());
+  return pointers;
+}
+
+RealtimeRequest LiveServer::Impl::realtime(int priority) const {
+  RealtimeRequest request;
+  request.priority = priority;
+  request.lock_memory = priority > 0;
+  return request;
+}
+
+void LiveServer::Impl::run() {
+  started = clock.now();
+  std::vector<std::string> not_granted = scheduler.start();
+  const int io_priority = settings.realtime_priority > 0 ? settings.realtime_priority + 1 : 0;
+  for (const std::string& line : request_realtime(realtime(io_priority))) {
+    if (std::find(not_granted.begin(), not_granted.end(), line) == not_granted.end()) not_granted.push_back(line);
+  }
+  for (const std::string& line : not_granted) log(line);
+  transport.serve(hub);
+  await_steps();
+  await_poll_time();
+  if (settings.stops_on_signals) {
+    signals.add(SIGINT);
+    signals.add(SIGTERM);
+    signals.async_wait([this](const error_code& error, int) {
+      if (!error) begin_stop("stopping on a signal");
+    });
+  }
+  if (settings.duration) {
+    duration_timer.expires_after(*settings.duration);
+    duration_timer.async_wait([this](const error_code& error) {
+      if (!error) begin_stop("stopping after the asked duration");
+    });
+  }
+  io.run();
+  scheduler.stop();
+  ended = clock.now();
+}
+
+void LiveServer::Impl::await_steps() {
+  step_event.async_wait(asio::posix::stream_descriptor::wait_read, [this](const error_code& error) {
+    if (error) return;
+    std::uint64_t count = 0;
+    [[maybe_unused]] const auto taken = ::read(step_event.native_handle(), &count, sizeof count);
+    hub.poll(clock.now());
+    await_steps();
+  });
+}
+
+void LiveServer::Impl::await_poll_time() {
+  poll_timer.expires_after(kPollPeriod);
+  poll_timer.async_wait([this](const error_code& error) {
+    if (error) return;
+    hub.poll(clock.now());
+    await_poll_time();
+  });
+}
+
+void LiveServer::Impl::begin_stop(const std::string& why) {
+  if (is_stopping) return;
+  is_stopping = true;
+  log(why);
+  transport.stop_accepting();
+  hub.stop(clock.now());
+  finish_when_closed(clock.now() + kStopWithin);
+}
+
+void LiveServer::Impl::finish_when_closed(LocalTime deadline) {
+  if (transport.open_connections() == 0 || clock.now() >= deadline) {
+    io.stop();
+    return;
+  }
+  stop_timer.expires_after(kPollPeriod);
+  stop_timer.async_wait([this, deadline](const error_code&) { finish_when_closed(deadline); });
+}
+
+LiveServer::LiveServer(LiveServerSettings settings, std::vector<std::unique_ptr<Room>> rooms)
+    : impl_(std::make_unique<Impl>(*this, std::move(settings), std::move(rooms))) {}
+
+LiveServer::~LiveServer() = default;
+
+std::uint16_t LiveServer::port() const {
+  return impl_->transport.port();
+}
+
+const std::vector<std::unique_ptr<Room>>& LiveServer::rooms() const {
+  return impl_->rooms;
+}
+
+void LiveServer::run() {
+  impl_->run();
+}
+
+void LiveServer::stop() {
+  asio::post(impl_->io, [impl = impl_.get()] { impl->begin_stop("stopping"); });
+}
+
+void LiveServer::abandon() {
+  impl_->io.stop();
+}
+
+LiveServerReport LiveServer::report() const {
+  return {impl_->ended - impl_->started, impl_->hub.counters(), impl_->scheduler.timings()};
+}
+
+}  // namespace tandem

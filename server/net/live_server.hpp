@@ -1,0 +1,68 @@
+// A whole server in one object: sockets, session hub, rooms and their threads, for the program and for tests.
+//
+//   worker threads                          io thread (run())
+//   Room::step() ──mailboxes, rings──▶      SessionHub::poll(): updates and answers go out
+//        └──────── eventfd ─────────▶       wakes at once after each step
+//   ◀──mailboxes, rings──                   SessionHub::on_…: what the sockets bring
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "server/net/room_scheduler.hpp"
+#include "server/session_hub.hpp"
+
+namespace tandem {
+
+struct LiveServerSettings {
+  std::string bind_address = "127.0.0.1";  ///< loopback only, until the transport is secured
+  std::uint16_t port = 47800;              ///< TCP and UDP; 0: any
+  int realtime_priority = 0;               ///< SCHED_FIFO of the room threads, io one above; 0: normal scheduler
+  std::optional<Duration> duration{};      ///< stop by itself after this long
+  bool stops_on_signals = false;           ///< SIGINT and SIGTERM call stop()
+  HubSettings hub{};                       ///< datagram_port is filled in
+};
+
+/// What a server did; after run().
+struct LiveServerReport {
+  Duration up{0};
+  HubCounters counters;
+  std::vector<RoomTiming> rooms;
+};
+
+class LiveServer {
+ public:
+  /// Opens the port.
+  /// Fails   std::invalid_argument, std::runtime_error: as AsioServerTransport; std::system_error: no descriptor
+  LiveServer(LiveServerSettings settings, std::vector<std::unique_ptr<Room>> rooms);
+  ~LiveServer();
+  LiveServer(const LiveServer&) = delete;
+  LiveServer& operator=(const LiveServer&) = delete;
+
+  std::uint16_t port() const;
+  const std::vector<std::unique_ptr<Room>>& rooms() const;
+
+  /// Serves until stopped; the calling thread is the io thread. Once only.
+  void run();
+  /// Says goodbye to everybody and lets run() return, within about a second.
+  /// Thread  any
+  void stop();
+  /// Lets run() return at once, without a goodbye, as a crash would.
+  /// Thread  any
+  void abandon();
+  /// After run().
+  LiveServerReport report() const;
+
+  /// Set before run(); called on the io thread.
+  std::function<void(const std::string&)> on_log;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace tandem

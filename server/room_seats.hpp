@@ -1,0 +1,55 @@
+// Who sits where in a room, as the io thread knows it: slots, tools, user ids, and the coupling in force.
+#pragma once
+
+#include <array>
+#include <deque>
+#include <optional>
+
+#include "common/ids.hpp"
+#include "server/room.hpp"
+
+namespace tandem {
+
+/// A user's place.
+struct Seat {
+  UserId user;
+  UserRole role = UserRole::kObserver;
+  std::uint8_t slot = 0;
+  std::uint8_t tool = 0;  ///< manipulators only
+};
+
+/// Hands out the places of one room and tells the room's loop.
+///
+/// Thread  io
+class RoomSeats {
+ public:
+  explicit RoomSeats(Room& room);
+
+  Room& room() const { return room_; }
+  const CouplingParameters& coupling() const { return coupling_; }
+
+  /// The n-th manipulator takes the n-th free tool. Nothing when the scene's limits are reached.
+  std::optional<Seat> take(UserRole role);
+  void leave(const Seat& seat);
+  void set_coupling(const Seat& seat, const CouplingParameters& parameters);
+  /// False when the room does not keep up; the user is told.
+  bool grab(const Seat& seat, BodyId body, std::uint32_t request);
+  bool release(const Seat& seat, std::uint32_t request);
+  /// Retries what the room's full queue refused.
+  void flush();
+
+ private:
+  std::size_t count(UserRole role) const;
+  std::optional<std::uint8_t> free_tool() const;
+  void post_surely(const RoomCommand& command);
+  bool post_if_room(const RoomCommand& command);
+
+  Room& room_;
+  CouplingParameters coupling_;
+  std::array<std::optional<Seat>, kMaxUsers> seats_{};
+  std::uint32_t last_user_ = 0;
+  /// Joins and leaves must not be lost; bounded because a room that is behind takes nobody in.
+  std::deque<RoomCommand> waiting_;
+};
+
+}  // namespace tandem

@@ -1,0 +1,60 @@
+#include "server/tool_hand.hpp"
+
+#include <cmath>
+
+namespace tandem {
+
+void ToolHand::set_coupling(const CouplingParameters& coupling) noexcept {
+  coupling_ = coupling;
+  law_->set_parameters(coupling);
+}
+
+void ToolHand::reset() noexcept {
+  let_go();
+  energy_into_world_j_ = 0;
+  energy_from_world_j_ = 0;
+}
+
+void ToolHand::set_handle(const RigidState& handle) noexcept {
+  source_ = Source::kHandle;
+  target_ = handle;
+}
+
+void ToolHand::anchor_at(const Pose& X_WT) noexcept {
+  source_ = Source::kAnchor;
+  target_ = {X_WT, Twist{}};
+  wrench_on_hand_W_ = Wrench{};
+}
+
+void ToolHand::let_go() noexcept {
+  source_ = Source::kNone;
+  wrench_on_tool_W_ = Wrench{};
+  wrench_on_hand_W_ = Wrench{};
+}
+
+Wrench ToolHand::pull(const RigidState& tool) noexcept {
+  X_WT_before_ = tool.X;
+  if (!pulls()) return {};
+  wrench_on_tool_W_ = law_->wrench_on_tool_W(coupling_state(target_.X, target_.V, tool.X, tool.V));
+  if (has_handle()) {
+    const Vec3 p_HT = tool.X.p - target_.X.p;
+    wrench_on_hand_W_ = -Wrench{wrench_on_tool_W_.f, wrench_on_tool_W_.t + p_HT.cross(wrench_on_tool_W_.f)};
+  }
+  return wrench_on_tool_W_;
+}
+
+bool ToolHand::is_saturated() const noexcept {
+  // The law clamps to the limit up to rounding.
+  constexpr double kAtLimit = 1 - 1e-9;
+  return pulls() && (wrench_on_tool_W_.f.norm() >= kAtLimit * coupling_.force_limit_n ||
+                     wrench_on_tool_W_.t.norm() >= kAtLimit * coupling_.torque_limit_n_m);
+}
+
+void ToolHand::account(const Pose& X_WT_after) noexcept {
+  if (!has_handle()) return;
+  const Vec3 turn = rotation_vector(X_WT_after.q * X_WT_before_.q.conjugate());
+  const double work = wrench_on_tool_W_.f.dot(X_WT_after.p - X_WT_before_.p) + wrench_on_tool_W_.t.dot(turn);
+  (work > 0 ? energy_into_world_j_ : energy_from_world_j_) += std::abs(work);
+}
+
+}  // namespace tandem

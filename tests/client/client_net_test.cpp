@@ -1,0 +1,159 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "client/net/client_io.hpp"
+#include "tests/support/hub_bench.hpp"
+#include "tests/support/running_server.hpp"
+
+namespace tandem {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+
+ClientIoSettings settings_for(std::uint16_t port) {
+  ClientIoSettings settings;
+  settings.port = port;
+  settings.session.user_name = "ada";
+  settings.session.reconnect_delay = std::chrono::milliseconds(20);
+  return settings;
+}
+
+std::function<bool()> is_in(const ClientIo& io, SessionState state) {
+  return [&io, state] { return io.snapshot().status.state == state; };
+}
+
+std::function<bool()> has_received(const ClientIo& io, std::uint64_t datagrams) {
+  return [&io, datagrams] { return io.snapshot().counters.datagrams_received >= datagrams; };
+}
+
+/// A port that was free a moment ago.
+std::uint16_t unused_port() {
+  return LiveServer({.port = 0}, {}).port();
+}
+
+TEST(ClientIo, JoinsAndGetsStateUntilItLeaves) {
+  RunningServer running(two_hands_scene());
+  ClientMailboxes mailboxes;
+  ClientIo io(settings_for(running.server->port()), mailboxes);
+  io.start();
+  ASSERT_TRUE(eventually(is_in(io, SessionState::kActive))) << io.snapshot().status.why;
+  EXPECT_EQ(io.snapshot().joined->scene().name(), "bench");
+  ASSERT_TRUE(eventually(has_received(io, 100)));
+  EXPECT_TRUE(eventually([&io] { return io.snapshot().has_clock; }));
+  io.stop();
+  EXPECT_EQ(io.snapshot().status.state, SessionState::kEnded);
+  EXPECT_TRUE(eventually([&running] { return running.has_logged("asked to leave"); }));
+}
+
+TEST(ClientIo, WhatTheHapticThreadPublishesReachesTheRoom) {
+  RunningServer running(two_hands_scene());
+  ClientMailboxes mailboxes;
+  ClientIo io(settings_for(running.server->port()), mailboxes);
+  io.start();
+  ASSERT_TRUE(eventually(is_in(io, SessionState::kActive)));
+  ClientUpdate update;
+  update.handle_valid = true;
+  update.handle.X.p = Vec3(-0.02, 0.03, 0);
+  const bool has_arrived = eventually([&] {
+    ++update.input_tick.value;
+    mailboxes.outbox.publish(update);
+    io.notify();
+    return mailboxes.inbox.poll() && std::abs(mailboxes.inbox.front().update.tool.X.p.y() - 0.03) < 1e-3;
+  });
+  EXPECT_TRUE(has_arrived) << "the tool follows the handle";
+}
+
+TEST(ClientIo, StateGoesOverTcpWhenAsked) {
+  RunningServer running(two_hands_scene());
+  ClientIoSettings settings = settings_for(running.server->port());
+  settings.session.state_transport = StateTransport::kTcp;
+  ClientMailboxes mailboxes;
+  ClientIo io(settings, mailboxes);
+  io.start();
+  EXPECT_TRUE(eventually(has_received(io, 100)));
+}
+
+TEST(ClientIo, SaysThatNobodyListensThere) {
+  const std::uint16_t port = unused_port();
+  ClientMailboxes mailboxes;
+  ClientIo io(settings_for(port), mailboxes);
+  io.start();
+  ASSERT_TRUE(eventually(is_in(io, SessionState::kEnded)));
+  EXPECT_TRUE(io.snapshot().status.is_setup_error);
+  EXPECT_EQ(io.snapshot().status.why, "cannot connect to 127.0.0.1:" + std::to_string(port) +
+                                          ": connection refused; is tandem-server running there?");
+}
+
+TEST(ClientIo, RefusesAddressesAndLinksThatCannotWork) {
+  ClientMailboxes mailboxes;
+  for (const char* host : {"192.0.2.1", "example.org", ""}) {
+    ClientIoSettings settings;
+    settings.host = host;
+    EXPECT_THROW(ClientIo(settings, mailboxes), std::invalid_argument) << host;
+  }
+  ClientIoSettings settings;
+  settings.links.emplace();
+  settings.links->down.loss = 2;
+  try {
+    ClientIo io(settings, mailboxes);
+    FAIL() << "a loss of 2 was accepted";
+  } catch (const std::invalid_argument& error) {
+    EXPECT_THAT(error.what(), AllOf(HasSubstr("down"), HasSubstr("loss is 2")));
+  }
+}
+
+TEST(ClientIo, AnUnknownRoomEndsWithTheServersWords) {
+  RunningServer running(two_hands_scene());
+  ClientIoSettings settings = settings_for(running.server->port());
+  settings.session.room = "attic";
+  ClientMailboxes mailboxes;
+  ClientIo io(settings, mailboxes);
+  io.start();
+  ASSERT_TRUE(eventually(is_in(io, SessionState::kEnded)));
+  EXPECT_TRUE(io.snapshot().status.is_setup_error);
+  EXPECT_THAT(io.snapshot().status.why, AllOf(HasSubstr("attic"), HasSubstr("bench")));
+}
+
+TEST(ClientIo, RejoinsAServerThatWasKilledAndCameBackOnItsPort) {
+  auto running = std::make_unique<RunningServer>(two_hands_scene());
+  const std::uint16_t port = running->server->port();
+  ClientMailboxes mailboxes;
+  ClientIo io(settings_for(port), mailboxes);
+  io.start();
+  ASSERT_TRUE(eventually(has_received(io, 10)));
+  running->kill();
+  ASSERT_TRUE(eventually([&io] { return !io.snapshot().status.why.empty(); }));
+  EXPECT_THAT(io.snapshot().status.why, HasSubstr("127.0.0.1:" + std::to_string(port)));
+  EXPECT_FALSE(io.snapshot().status.is_setup_error);
+  running = std::make_unique<RunningServer>(two_hands_scene(), LiveServerSettings{.port = port});
+  ASSERT_TRUE(eventually(is_in(io, SessionState::kActive)));
+  EXPECT_EQ(io.snapshot().counters.reconnects, 1U);
+  const std::uint64_t before = io.snapshot().counters.datagrams_received;
+  EXPECT_TRUE(eventually(has_received(io, before + 50)));
+  EXPECT_EQ(io.snapshot().status.why, "");
+}
+
+TEST(ClientIo, SimulatedLinksDelayBothWaysAndLoseWhatTheySay) {
+  RunningServer running(two_hands_scene());
+  ClientIoSettings settings = settings_for(running.server->port());
+  settings.links.emplace();
+  settings.links->up.delay = settings.links->down.delay = std::chrono::milliseconds(15);
+  settings.links->down.loss = 0.3;
+  ClientMailboxes mailboxes;
+  ClientIo io(settings, mailboxes);
+  io.start();
+  ASSERT_TRUE(eventually(has_received(io, 300))) << io.snapshot().status.why;
+  const ClientIoSnapshot snapshot = io.snapshot();
+  ASSERT_TRUE(snapshot.has_clock);
+  EXPECT_GE(snapshot.minimum_round_trip, Duration(std::chrono::milliseconds(30)));
+  EXPECT_GT(snapshot.link_down.lost, 0U);
+  EXPECT_EQ(snapshot.counters.received_drops.of(DropReason::kSimulatedLoss), snapshot.link_down.lost);
+  EXPECT_GT(snapshot.link_up.delivered, 0U);
+  io.stop();
+  EXPECT_TRUE(eventually([&running] { return running.has_logged("asked to leave"); }))
+      << "the leave went through the link before the end";
+}
+
+}  // namespace
+}  // namespace tandem

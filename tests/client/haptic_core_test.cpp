@@ -1,0 +1,320 @@
+// The whole tick under a virtual clock, with a scripted device and hand-made server states.
+#include "client/haptic_core.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <limits>
+#include <stdexcept>
+#include <vector>
+
+#include "tests/client/scripted_device.hpp"
+
+namespace tandem {
+namespace {
+
+constexpr Duration kTick{std::chrono::milliseconds(1)};
+// Sums of a few thousand products of order 1.
+constexpr double kSumRounding = 1e-10;
+
+/// Core, device and mailboxes; server states arrive when the test says so.
+struct Rig {
+  explicit Rig(const std::string& stage = "late-pose") : core({.stage = stage, .safety = {}}, device, mailboxes) {}
+
+  void enter_scene() {
+    ++scene.generation;
+    scene.may_display = true;
+    mailboxes.scene.publish(scene);
+  }
+  void receive() {
+    ++received.update.step.value;
+    received.received = now;
+    mailboxes.inbox.publish(received);
+  }
+  void tick() {
+    now += kTick;
+    core.tick(now);
+  }
+  /// Ticks with a fresh state each.
+  void run(int ticks) {
+    for (int i = 0; i < ticks; ++i) {
+      receive();
+      tick();
+    }
+  }
+  const ClientUpdate& sent() {
+    EXPECT_TRUE(mailboxes.outbox.poll());
+    return mailboxes.outbox.front();
+  }
+  Vec3 force() const { return core.record().displayed_on_hand_D.f; }
+
+  ScriptedDevice device;
+  ClientMailboxes mailboxes;
+  HapticScene scene;
+  ReceivedUpdate received;
+  LocalTime now{std::chrono::seconds(1)};
+  HapticCore core;
+};
+
+TEST(HapticCore, DisplaysNothingBeforeAScene) {
+  Rig rig;
+  rig.device.sample.X_DH.p = Vec3(0.01, 0, 0);
+  rig.run(1000);
+  EXPECT_EQ(rig.core.counters().force_max_n, 0);
+  EXPECT_FALSE(rig.sent().handle_valid);
+}
+
+TEST(HapticCore, DisplaysNothingToAnObserver) {
+  Rig rig;
+  rig.enter_scene();
+  rig.scene.may_display = false;
+  rig.mailboxes.scene.publish(rig.scene);
+  rig.device.sample.X_DH.p = Vec3(0.01, 0, 0);
+  rig.run(1000);
+  EXPECT_EQ(rig.core.counters().force_max_n, 0);
+}
+
+TEST(HapticCore, AfterTheRampLatePoseIsTheCouplingThroughTheWorkspaceMapping) {
+  Rig rig;
+  rig.scene.workspace.X_WD = {Vec3(1, 0, 0), quaternion_of(Vec3(0, 0, std::acos(-1.0) / 2))};
+  rig.scene.workspace.position_scale = 2;
+  rig.scene.workspace.force_scale = 0.5;
+  rig.enter_scene();
+  rig.device.sample.X_DH.p = Vec3(0.005, 0, 0);
+  rig.received.update.tool.X.p = Vec3(1, 0, 0);
+  rig.run(700);
+  // World: the handle is 10 mm along y from the tool; 300 N/m pull it back by 3 N, of which the hand feels half,
+  // along its own −x.
+  EXPECT_LT((rig.core.record().handle_W.X.p - Vec3(1, 0.01, 0)).norm(), 1e-12);
+  EXPECT_LT((rig.force() - Vec3(-1.5, 0, 0)).norm(), 1e-9);
+}
+
+TEST(HapticCore, HoldShowsTheServersWrench) {
+  Rig rig("hold");
+  rig.enter_scene();
+  rig.received.update.wrench_on_hand_W = {Vec3(0, 0, 2), Vec3(0, 0.05, 0)};
+  rig.run(700);
+  EXPECT_LT((rig.force() - Vec3(0, 0, 2)).norm(), 1e-9);
+  EXPECT_LT((rig.core.record().displayed_on_hand_D.t - Vec3(0, 0.05, 0)).norm(), 1e-9);
+}
+
+TEST(HapticCore, SilentServerMeansZeroForceWithin150MillisecondsOfTheLastArrival) {
+  Rig rig("hold");
+  rig.enter_scene();
+  rig.received.update.wrench_on_hand_W.f = Vec3(0, 0, 2);
+  rig.run(700);
+  const LocalTime last_arrival = rig.received.received;
+  while (rig.now - last_arrival < std::chrono::milliseconds(59)) rig.tick();
+  EXPECT_NEAR(rig.force().z(), 2, 1e-9) << "a short gap is bridged";
+  while (rig.now - last_arrival < std::chrono::milliseconds(150)) rig.tick();
+  EXPECT_TRUE(rig.force().isZero(0));
+  EXPECT_TRUE(rig.core.record().safety_faults & kSafetySilence);
+}
+
+TEST(HapticCore, NewSceneForgetsTheOldStateAndRampsAgain) {
+  Rig rig("hold");
+  rig.enter_scene();
+  rig.received.update.wrench_on_hand_W.f = Vec3(0, 0, 2);
+  rig.run(700);
+  rig.receive();      // still of the old connection …
+  rig.enter_scene();  // … and the new one before the next tick
+  for (int i = 0; i < 50; ++i) rig.tick();
+  EXPECT_TRUE(rig.force().isZero(0)) << "no state of the new scene has come";
+  EXPECT_LT(rig.core.record().state_age, Duration{0});
+  rig.run(100);
+  EXPECT_GT(rig.force().z(), 0.3);
+  EXPECT_LT(rig.force().z(), 0.41) << "2 N · 0.1 s / 0.5 s";
+}
+
+TEST(HapticCore, ParameterChangeTakesEffectWithoutANewRamp) {
+  Rig rig;
+  rig.enter_scene();
+  rig.device.sample.X_DH.p = Vec3(0, 0.002, 0);
+  rig.run(700);
+  EXPECT_NEAR(rig.force().y(), -0.6, 1e-9);
+  rig.scene.coupling.stiffness_n_per_m = 600;
+  rig.mailboxes.scene.publish(rig.scene);
+  rig.run(2);
+  EXPECT_NEAR(rig.force().y(), -1.2, 1e-9);
+}
+
+TEST(HapticCore, SceneThatMakesNoSenseDisplaysNothing) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  std::vector<HapticScene> scenes(5);
+  scenes[0].coupling.stiffness_n_per_m = nan;
+  scenes[1].coupling.damping_n_s_per_m = -1;
+  scenes[2].workspace.position_scale = 0;
+  scenes[3].workspace.force_scale = std::numeric_limits<double>::infinity();
+  scenes[4].workspace.X_WD.q = Quat(2, 0, 0, 0);
+  for (const HapticScene& scene : scenes) {
+    Rig rig;
+    rig.scene = scene;
+    rig.enter_scene();
+    rig.device.sample.X_DH.p = Vec3(0.01, 0, 0);
+    rig.run(700);
+    EXPECT_EQ(rig.core.counters().force_max_n, 0);
+    EXPECT_FALSE(rig.sent().handle_valid);
+  }
+}
+
+TEST(HapticCore, StiffnessFromTheWireIsBoundedByTheClient) {
+  Rig rig;
+  rig.scene.coupling.stiffness_n_per_m = 1e6;
+  rig.enter_scene();
+  rig.device.sample.X_DH.p = Vec3(0.0001, 0, 0);
+  rig.run(700);
+  EXPECT_NEAR(rig.force().x(), -0.3, 1e-9) << "3000 N/m · 0.1 mm, not 100 N";
+}
+
+TEST(HapticCore, ClutchKeepsTheHandleAndStillFeelsTheTool) {
+  Rig rig;
+  rig.enter_scene();
+  rig.device.sample.X_DH.p = Vec3(0.005, 0, 0);
+  rig.run(700);
+  rig.device.sample.buttons = kButtonClutch;
+  for (int i = 0; i < 50; ++i) {
+    rig.device.sample.X_DH.p.y() += 0.0005;
+    rig.run(1);
+    ASSERT_LT((rig.core.record().handle_W.X.p - Vec3(0.005, 0.0005, 0)).norm(), 1e-12);
+  }
+  EXPECT_NEAR(rig.force().x(), -1.5, 1e-9);
+  rig.device.sample.buttons = 0;
+  const Vec3 before = rig.force();
+  rig.run(1);
+  EXPECT_LT((rig.force() - before).norm(), 1e-9) << "no step at release";
+}
+
+TEST(HapticCore, EnergyIsTheSumOfForceTimesTheMotionThatFollowed) {
+  Rig rig("hold");
+  rig.scene.workspace.position_scale = 4;
+  rig.enter_scene();
+  double to_hand_j = 0;
+  double from_hand_j = 0;
+  Vec3 last_p = Vec3::Zero();
+  Quat last_q = Quat::Identity();
+  Wrench held;
+  for (int i = 0; i < 3000; ++i) {
+    const double phase = 0.01 * i;
+    rig.received.update.wrench_on_hand_W = {Vec3(std::cos(3 * phase), 0, 1), Vec3(0, 0, 0.1 * std::sin(2 * phase))};
+    const Vec3 p(0.02 * std::sin(phase), 0, 0.01 * std::cos(phase));
+    const Quat q = quaternion_of(Vec3(0, 0, 0.3 * std::sin(phase)));
+    rig.device.sample.X_DH = {p, q};
+    rig.run(1);
+    if (i > 0) {
+      const double work_j = held.f.dot(p - last_p) + held.t.dot(rotation_vector(q * last_q.conjugate()));
+      (work_j > 0 ? to_hand_j : from_hand_j) += std::abs(work_j);
+    }
+    last_p = p;
+    last_q = q;
+    held = rig.core.record().displayed_on_hand_D;
+  }
+  EXPECT_GT(to_hand_j, 0.01);
+  EXPECT_NEAR(rig.core.counters().energy_to_hand_j, to_hand_j, kSumRounding);
+  EXPECT_NEAR(rig.core.counters().energy_from_hand_j, from_hand_j, kSumRounding);
+  // Hand joules are world joules · s_f / s_p, so the server is told four times as much.
+  EXPECT_NEAR(rig.sent().energy_to_hand_j, 4 * to_hand_j, 4 * kSumRounding);
+}
+
+TEST(HapticCore, UpdateForTheServerSaysWhatThisTickSaw) {
+  Rig rig;
+  rig.enter_scene();
+  rig.device.sample.X_DH.p = Vec3(0.003, 0, 0);
+  rig.device.sample.buttons = kButtonGrab;
+  rig.received.update.sent = ServerTime(std::chrono::milliseconds(77));
+  rig.run(10);
+  const ClientUpdate& sent = rig.sent();
+  EXPECT_EQ(sent.input_tick.value, 10U);
+  EXPECT_EQ(sent.handle.X.p, Vec3(0.003, 0, 0));
+  EXPECT_TRUE(sent.handle_valid);
+  EXPECT_EQ(sent.buttons, kButtonGrab);
+  EXPECT_EQ(sent.acknowledged_step.value, 10U);
+  EXPECT_EQ(sent.acknowledged_sent, rig.received.update.sent);
+  EXPECT_EQ(sent.acknowledged_held, kTick);
+  EXPECT_EQ(sent.sent, rig.now);
+}
+
+TEST(HapticCore, LostHandIsZeroForceAndToldToTheServer) {
+  Rig rig("hold");
+  rig.enter_scene();
+  rig.received.update.wrench_on_hand_W.f = Vec3(0, 0, 2);
+  rig.run(700);
+  rig.device.sample.X_DH.p.x() = std::numeric_limits<double>::quiet_NaN();  // claims to be valid
+  rig.run(20);
+  EXPECT_TRUE(rig.force().isZero(0));
+  EXPECT_FALSE(rig.sent().handle_valid);
+  EXPECT_EQ(rig.core.counters().invalid_samples, 20U);
+}
+
+TEST(HapticCore, JumpOfThePositionIsAFaultEvenIfTheDeviceReportsNoSpeed) {
+  Rig rig("hold");
+  rig.enter_scene();
+  rig.received.update.wrench_on_hand_W.f = Vec3(0, 0, 2);
+  rig.run(700);
+  rig.device.sample.X_DH.p.x() += 0.0031;  // 3.1 m/s
+  rig.run(1);
+  EXPECT_TRUE(rig.core.record().safety_faults & kSafetyTooFast);
+  int ticks = 1;
+  for (; !rig.force().isZero(0) && ticks <= 20; ++ticks) rig.run(1);
+  EXPECT_LE(ticks, 20);
+}
+
+TEST(HapticCore, NotANumberFromTheServerNeverReachesTheDevice) {
+  Rig rig("hold");
+  rig.enter_scene();
+  rig.received.update.wrench_on_hand_W.f = Vec3(0, 0, 2);
+  rig.run(700);
+  rig.received.update.wrench_on_hand_W.f.x() = std::numeric_limits<double>::quiet_NaN();
+  rig.run(50);
+  EXPECT_TRUE(rig.force().isZero(0));
+  EXPECT_EQ(rig.core.counters().not_finite_ticks, 50U);
+  EXPECT_TRUE(rig.device.all_finite);
+}
+
+TEST(HapticCore, ShutdownIsQuietAndEndsWithAZeroCommand) {
+  Rig rig("hold");
+  rig.enter_scene();
+  rig.received.update.wrench_on_hand_W.f = Vec3(0, 0, 2);
+  rig.run(700);
+  rig.core.begin_shutdown();
+  int ticks = 0;
+  while (!rig.core.is_quiet() && ticks < 100) {
+    rig.run(1);
+    ++ticks;
+  }
+  EXPECT_LE(ticks, 20);
+  rig.core.write_zero(rig.now);
+  EXPECT_TRUE(rig.device.last.f.isZero(0));
+}
+
+TEST(HapticCore, WatchedBodyIsFoundAndSurvivesThinnedUpdates) {
+  Rig rig;
+  rig.core.watch(BodyId{7});
+  rig.enter_scene();
+  rig.run(1);
+  EXPECT_FALSE(rig.core.record().has_watched_body);
+  BodyState body;
+  body.id = BodyId{7};
+  body.state.X.p = Vec3(1, 2, 3);
+  rig.received.update.bodies.push_back(body);
+  rig.run(1);
+  EXPECT_TRUE(rig.core.record().has_watched_body);
+  rig.received.update.bodies.clear();
+  rig.run(1);
+  EXPECT_TRUE(rig.core.record().has_watched_body);
+  EXPECT_EQ(rig.core.record().watched_body_W.X.p, Vec3(1, 2, 3));
+}
+
+TEST(HapticCore, UnknownStageIsRefusedWithTheNamesThatExist) {
+  ScriptedDevice device;
+  ClientMailboxes mailboxes;
+  try {
+    HapticCore core({.stage = "telepathy", .safety = {}}, device, mailboxes);
+    FAIL();
+  } catch (const std::invalid_argument& error) {
+    EXPECT_NE(std::strstr(error.what(), "telepathy"), nullptr);
+    EXPECT_NE(std::strstr(error.what(), "late-pose"), nullptr);
+  }
+}
+
+}  // namespace
+}  // namespace tandem

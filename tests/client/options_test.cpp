@@ -1,0 +1,153 @@
+// The command line: what is right is taken with its unit, what is wrong is answered by one line that says what would
+// do.
+#include "client/options.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <stdexcept>
+#include <vector>
+
+#include "client/summary.hpp"
+#include "server/tick_faults.hpp"
+
+namespace tandem {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+std::optional<ClientOptions> parse(std::vector<const char*> arguments) {
+  arguments.insert(arguments.begin(), {"tandem-client", "--headless"});
+  return parse_client_options(static_cast<int>(arguments.size()), arguments.data());
+}
+
+std::string error_of(const std::vector<const char*>& arguments) {
+  try {
+    parse(arguments);
+  } catch (const std::invalid_argument& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+TEST(ClientOptions, DefaultsRunTheSimulatedHandAgainstThisMachine) {
+  const auto options = parse({});
+  ASSERT_TRUE(options.has_value());
+  EXPECT_EQ(options->io.host, "127.0.0.1");
+  EXPECT_EQ(options->io.port, 47800);
+  EXPECT_EQ(options->hand, "rest");
+  EXPECT_EQ(options->stage, "late-pose");
+  EXPECT_EQ(options->realtime_priority, 70);
+  EXPECT_FALSE(options->io.links.has_value()) << "no simulated link unless asked for";
+  EXPECT_FALSE(options->duration.has_value());
+}
+
+TEST(ClientOptions, LinkOptionsHoldForBothDirections) {
+  const auto options = parse({"--delay", "25ms", "--jitter", "500us", "--loss", "1%", "--duplication", "0.5%",
+                              "--reorder", "--rate-limit", "1e6", "--seed", "9"});
+  ASSERT_TRUE(options && options->io.links);
+  for (const LinkParameters& link : {options->io.links->up, options->io.links->down}) {
+    EXPECT_EQ(link.delay, std::chrono::milliseconds(25));
+    EXPECT_EQ(link.jitter, std::chrono::microseconds(500));
+    EXPECT_DOUBLE_EQ(link.loss, 0.01);
+    EXPECT_DOUBLE_EQ(link.duplication, 0.005);
+    EXPECT_TRUE(link.allows_reordering);
+    EXPECT_DOUBLE_EQ(link.rate_limit_bytes_per_s, 1e6);
+  }
+  EXPECT_EQ(options->io.links->seed, 9U);
+}
+
+TEST(ClientOptions, SessionOptionsReachTheSession) {
+  const auto options = parse({"--server", "[::1]:1234", "--room", "attic", "--name", "anna", "--role", "observer",
+                              "--transport", "tcp", "--duration", "10s", "--rt-priority", "0"});
+  ASSERT_TRUE(options.has_value());
+  EXPECT_EQ(options->io.host, "::1");
+  EXPECT_EQ(options->io.port, 1234);
+  EXPECT_EQ(options->io.session.room, "attic");
+  EXPECT_EQ(options->io.session.user_name, "anna");
+  EXPECT_EQ(options->io.session.role, wire::ROLE_OBSERVER);
+  EXPECT_EQ(options->io.session.state_transport, StateTransport::kTcp);
+  EXPECT_EQ(options->duration, std::chrono::seconds(10));
+  EXPECT_EQ(options->realtime_priority, 0);
+}
+
+TEST(ClientOptions, EachMistakeIsOneLineThatNamesOptionAndRemedy) {
+  const struct {
+    std::vector<const char*> arguments;
+    std::vector<const char*> words;
+  } cases[] = {
+      {{"--stage", "telepathy"}, {"--stage", "telepathy", "late-pose"}},
+      {{"--delay", "25"}, {"--delay", "25ms"}},
+      {{"--loss", "120%"}, {"--loss", "120%"}},
+      {{"--loss", "99%"}, {"loss", "0.95"}},
+      {{"--device", "wand"}, {"--device", "sim"}},
+      {{"--role", "king"}, {"--role", "king", "manipulator"}},
+      {{"--transport", "carrier-pigeon"}, {"--transport", "udp"}},
+      {{"--server", "127.0.0.1:99999"}, {"--server", "65535"}},
+      {{"--server", ":47800"}, {"--server", "address"}},
+      {{"--duration", "0s"}, {"--duration", "above 0"}},
+      {{"--rt-priority", "200"}, {"--rt-priority", "99"}},
+      {{"--trace-every", "0"}, {"--trace-every"}},
+      {{"--hand-mass", "heavy"}, {"--hand-mass", "heavy"}},
+      {{"--no-such-option"}, {"--no-such-option", "--help"}},
+  };
+  for (const auto& one : cases) {
+    const std::string error = error_of(one.arguments);
+    for (const char* word : one.words) EXPECT_THAT(error, AllOf(HasSubstr(word), Not(HasSubstr("\n"))));
+  }
+}
+
+TEST(ClientOptions, WithoutHeadlessTheMissingWindowIsNamed) {
+  const char* const arguments[] = {"tandem-client"};
+  try {
+    parse_client_options(1, arguments);
+    FAIL();
+  } catch (const std::invalid_argument& error) {
+    EXPECT_THAT(error.what(), HasSubstr("add --headless"));
+  }
+}
+
+TEST(Summary, NamesServerFaultsAsTheServerDoes) {
+  for (unsigned bit = 0; bit < 6; ++bit) {
+    EXPECT_THAT(server_tick_fault_names(1U << bit), ::testing::ElementsAre(describe_faults(1U << bit)));
+  }
+  EXPECT_THAT(server_tick_fault_names(1U << 31U), ::testing::ElementsAre("bit_31")) << "of a newer server";
+}
+
+TEST(Summary, WatchesTheFirstGraspableBody) {
+  wire::Joined joined;
+  EXPECT_FALSE(first_graspable(joined).has_value());
+  joined.mutable_scene()->add_bodies()->set_name("table");
+  wire::Body* peg = joined.mutable_scene()->add_bodies();
+  peg->set_name("peg");
+  peg->set_graspable(true);
+  const auto watched = first_graspable(joined);
+  ASSERT_TRUE(watched.has_value());
+  EXPECT_EQ(watched->id, BodyId{2});
+  EXPECT_EQ(watched->name, "peg");
+}
+
+TEST(Summary, IsAValidObjectEvenOfARunThatNeverTicked) {
+  RunSummary empty{.stage = "hold",
+                   .room = "",
+                   .user = "anna",
+                   .device = {},
+                   .realtime_not_granted = {},
+                   .loop = {},
+                   .trace_overflows = 0,
+                   .counters = {},
+                   .io = {},
+                   .watched = std::nullopt,
+                   .run = RunReport({"hold"}, Duration{1})};
+  const boost::json::value parsed = boost::json::parse(boost::json::serialize(to_json(empty)));
+  EXPECT_TRUE(parsed.at("watched_body").is_null());
+  EXPECT_TRUE(parsed.at("round_trip_ms").at("newest").is_null());
+  EXPECT_EQ(parsed.at("ticks_run").to_number<int>(), 0);
+  EXPECT_TRUE(parsed.at("all_forces_finite").as_bool());
+  EXPECT_TRUE(parsed.at("phases").at(0).at("settled_force_max_n").is_null());
+}
+
+}  // namespace
+}  // namespace tandem

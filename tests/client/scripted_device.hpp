@@ -1,0 +1,38 @@
+// A device that is where the test puts it and remembers what it was given.
+#pragma once
+
+#include "devices/device.hpp"
+
+namespace tandem {
+
+class ScriptedDevice final : public Device {
+ public:
+  ScriptedDevice() {
+    spec_.name = "scripted";
+    spec_.force_axes = 6;
+    spec_.force_maximum_n = {10.0, "this test"};
+    spec_.torque_maximum_n_m = {1.0, "this test"};
+    spec_.force_limit_n = 8.0;
+    spec_.torque_limit_n_m = 0.5;
+    sample.is_valid = true;
+  }
+  const DeviceSpec& spec() const noexcept override { return spec_; }
+  DeviceSample read(LocalTime now) noexcept override {
+    sample.taken = now;
+    return sample;
+  }
+  bool write(LocalTime, const DeviceCommand& command) noexcept override {
+    last = command.wrench_on_hand_D;
+    all_finite = all_finite && is_finite(last);
+    return true;
+  }
+
+  DeviceSample sample;  ///< what the next read() gives
+  Wrench last;
+  bool all_finite = true;
+
+ private:
+  DeviceSpec spec_;
+};
+
+}  // namespace tandem

@@ -1,0 +1,157 @@
+#include "devices/sim/hand_path.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+namespace tandem {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+
+HandPath straight_move() {
+  WayPoint from;
+  from.at = seconds(1);
+  WayPoint to;
+  to.at = seconds(3);
+  to.X_DH = {Vec3(0.1, 0, -0.2), quaternion_of({0, 0, std::numbers::pi / 2})};
+  return HandPath({from, to});
+}
+
+TEST(HandPath, MovesByMinimumJerk) {
+  const HandPath path = straight_move();
+  // s(¼) = 10/64 − 15/256 + 6/1024 = 0.103515625 and s(½) = ½ exactly; s'(½) = 15/8 over T = 2 s.
+  EXPECT_NEAR(path.pose_at(milliseconds(1500)).p.x(), 0.1 * 0.103515625, 1e-15);
+  EXPECT_NEAR(path.pose_at(milliseconds(2000)).p.z(), -0.2 * 0.5, 1e-15);
+  EXPECT_NEAR(path.twist_at(milliseconds(2000)).v.x(), 0.1 * 1.875 / 2, 1e-15);
+  EXPECT_NEAR(rotation_vector(path.pose_at(milliseconds(2000)).q).z(), std::numbers::pi / 4, 1e-12);
+  EXPECT_NEAR(path.twist_at(milliseconds(2000)).w.z(), std::numbers::pi / 2 * 1.875 / 2, 1e-12);
+}
+
+TEST(HandPath, TwistIsTheDerivativeOfThePose) {
+  const HandPath path = straight_move();
+  constexpr double h_s = 1e-4;
+  for (int i = 1; i < 40; ++i) {
+    const Duration time = seconds(1) + milliseconds(50) * i;
+    const Pose before = path.pose_at(time - from_seconds(h_s));
+    const Pose after = path.pose_at(time + from_seconds(h_s));
+    const Twist twist = path.twist_at(time);
+    // Central differences err by h²/6 of the third derivative: |x‴| ≤ 60/T³·|Δ| < 2 here.
+    EXPECT_LT((twist.v - (after.p - before.p) / (2 * h_s)).norm(), h_s * h_s) << i;
+    EXPECT_LT((twist.w - rotation_vector(after.q * before.q.conjugate()) / (2 * h_s)).norm(), 10 * h_s * h_s) << i;
+  }
+}
+
+TEST(HandPath, RestsOutsideAndAtEachWayPoint) {
+  const HandPath path = straight_move();
+  for (const Duration time : {Duration(-seconds(1)), Duration(0), Duration(seconds(1))}) {
+    EXPECT_EQ(path.pose_at(time).p, Vec3::Zero());
+    EXPECT_EQ(path.twist_at(time).v, Vec3::Zero());
+  }
+  for (const Duration time : {Duration(seconds(3)), Duration(seconds(100))}) {
+    EXPECT_EQ(path.pose_at(time).p, Vec3(0.1, 0, -0.2));
+    EXPECT_EQ(path.twist_at(time).v, Vec3::Zero());
+  }
+}
+
+TEST(HandPath, ReadsWhatAFileSaysAndKeepsWhatItLeavesOut) {
+  const HandPath path = parse_hand_path(R"({"points": [
+      {"t_s": 0.5, "position_m": [1, 2, 3], "phase": "approach"},
+      {"t_s": 1, "rotation_xyz_deg": [90, 0, 90], "buttons": ["grab", "clutch"]},
+      {"t_s": 2, "position_m": [4, 5, 6], "phase": "hold"},
+      {"t_s": 3, "buttons": [], "phase": "approach"}]})",
+                                        "file.json");
+  EXPECT_EQ(path.pose_at(seconds(1)).p, Vec3(1, 2, 3));
+  // About fixed x first, then fixed z: y → z → z, and x → x → y.
+  EXPECT_LT((path.pose_at(seconds(1)).q * Vec3::UnitY() - Vec3::UnitZ()).norm(), 1e-12);
+  EXPECT_LT((path.pose_at(seconds(1)).q * Vec3::UnitX() - Vec3::UnitY()).norm(), 1e-12);
+  EXPECT_EQ(path.pose_at(seconds(2)).p, Vec3(4, 5, 6));
+  EXPECT_EQ(path.buttons_at(milliseconds(900)), 0U);
+  EXPECT_EQ(path.buttons_at(milliseconds(2500)), 3U);
+  EXPECT_EQ(path.buttons_at(seconds(9)), 0U);
+  EXPECT_THAT(path.phases(), testing::ElementsAre("approach", "hold"));
+  EXPECT_EQ(path.phase_at(milliseconds(400)), -1);
+  EXPECT_EQ(path.phase_at(milliseconds(1500)), 0);
+  EXPECT_EQ(path.phase_at(seconds(2)), 1);
+  EXPECT_EQ(path.phase_at(seconds(9)), 0);
+}
+
+TEST(HandPath, SaysWhatIsWrongWithAFile) {
+  struct Case {
+    const char* json;
+    const char* message;
+  };
+  const Case cases[] = {
+      {"[]", "p.json: the file is []; it must be an object { … }"},
+      {"{}", "p.json: points is missing; it must be a list of 1 to 10000 objects"},
+      {R"({"points": []})", "p.json: points is []; it must be a list of 1 to 10000 objects"},
+      {R"({"points": [7]})", "p.json: points[0] is 7; it must be an object { … }"},
+      {R"({"points": [{}]})", "p.json: points[0].t_s is missing; it must be a number from 0 to 86400"},
+      {R"({"points": [{"t_s": -1}]})", "p.json: points[0].t_s is -1; it must be a number from 0 to 86400"},
+      {R"({"points": [{"t_s": 1e999}]})", "p.json: points[0].t_s is null; it must be a number from 0 to 86400"},
+      {R"({"points": [{"t_s": 1}, {"t_s": 1}]})", "p.json: points[1].t_s is 1; it must be later than the point before"},
+      {R"({"points": [{"t_s": 0, "position_m": [1, 2]}]})",
+       "p.json: points[0].position_m is [1, 2]; it must be three numbers [x, y, z]"},
+      {R"({"points": [{"t_s": 0, "position_m": [1, "2", 3]}]})",
+       "p.json: points[0].position_m[1] is \"2\"; it must be a number from -10 to 10"},
+      {R"({"points": [{"t_s": 0, "rotation_xyz_deg": [361, 0, 0]}]})",
+       "p.json: points[0].rotation_xyz_deg[0] is 361; it must be a number from -360 to 360"},
+      {R"({"points": [{"t_s": 0, "buttons": ["fire"]}]})",
+       R"(p.json: points[0].buttons is ["fire"]; it must be a list of "grab" and "clutch")"},
+      {R"({"points": [{"t_s": 0, "phase": 3}]})", "p.json: points[0].phase is 3; it must be a text in quotes"},
+      {R"({"points": [{"t_s": 0, "positon_m": [0, 0, 0]}]})",
+       "p.json: points[0].positon_m is [0, 0, 0]; there is no such field here; known: buttons, phase, position_m, "
+       "rotation_xyz_deg, t_s"},
+      {"{\"points\": [\n  {\"t_s\": 0},,]}",
+       "p.json: line 2, column 14: syntax error; it must be one valid JSON value"},
+      {R"({"points": [{"t_s": 0}]} x)",
+       "p.json: line 1, column 26: text after the end of the JSON value; it must be one valid JSON value"},
+  };
+  for (const Case& each : cases) {
+    try {
+      parse_hand_path(each.json, "p.json");
+      ADD_FAILURE() << "accepted " << each.json;
+    } catch (const std::invalid_argument& error) {
+      EXPECT_STREQ(error.what(), each.message) << each.json;
+    }
+  }
+}
+
+TEST(HandPath, NamesAFileThatIsNotThere) {
+  EXPECT_THAT([] { load_hand_path("/nowhere/p.json"); },
+              testing::ThrowsMessage<std::invalid_argument>(testing::HasSubstr("/nowhere/p.json: cannot be read")));
+}
+
+TEST(HandPath, RefusesWayPointsThatAreNoPath) {
+  EXPECT_THROW(HandPath({}), std::invalid_argument);
+  WayPoint later;
+  later.at = seconds(1);
+  EXPECT_THROW(HandPath({later, later}), std::invalid_argument);
+  WayPoint broken;
+  broken.X_DH.p.x() = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THROW(HandPath({broken}), std::invalid_argument);
+  WayPoint unnormalised;
+  unnormalised.X_DH.q.w() = 2;
+  EXPECT_THROW(HandPath({unnormalised}), std::invalid_argument);
+}
+
+TEST(HandPath, EveryNamedPathStartsWhereTheHandRestsAndHasAHoldPhase) {
+  for (const std::string_view name : hand_path_names()) {
+    const HandPath path = named_hand_path(name);
+    EXPECT_EQ(path.pose_at(Duration(0)).p, Vec3::Zero()) << name;
+    EXPECT_THAT(path.phases(), testing::Contains("hold")) << name;
+  }
+}
+
+TEST(HandPath, ListsTheNamesWhenOneIsUnknown) {
+  EXPECT_THAT([] { named_hand_path("peg-middle"); },
+              testing::ThrowsMessage<std::invalid_argument>(testing::AllOf(
+                  testing::HasSubstr("\"peg-middle\" is not known"), testing::HasSubstr("peg-left, peg-right"))));
+}
+
+}  // namespace
+}  // namespace tandem

@@ -1,0 +1,281 @@
+#include "devices/sim/sim_device.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <vector>
+
+#include "tests/support/allocation_counter.hpp"
+
+namespace tandem {
+namespace {
+
+using std::chrono::microseconds;
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+
+constexpr double kPi = std::numbers::pi;
+
+SimDevice resting_hand(const HandParameters& hand = {}, std::uint64_t seed = 1) {
+  return {SimDevice::default_spec(), hand, named_hand_path("rest"), seed};
+}
+
+DeviceCommand force_x(double newtons) {
+  DeviceCommand command;
+  command.wrench_on_hand_D.f.x() = newtons;
+  return command;
+}
+
+// Zero crossings and peaks of x after being let go at rest from `start_m`.
+struct Ringing {
+  double frequency_hz;
+  double decay_per_s;
+};
+
+Ringing ringing_of(const std::vector<double>& x, double period_s) {
+  std::vector<double> crossings;
+  std::vector<double> peaks;
+  for (std::size_t i = 1; i + 1 < x.size(); ++i) {
+    if (x[i - 1] > 0 && x[i] <= 0) crossings.push_back(period_s * (i - x[i] / (x[i] - x[i - 1])));
+    if (x[i] > x[i - 1] && x[i] >= x[i + 1] && x[i] > 0) peaks.push_back(x[i]);
+  }
+  const double periods = static_cast<double>(crossings.size() - 1);
+  const double frequency_hz = periods / (crossings.back() - crossings.front());
+  const double decay = std::log(peaks.front() / peaks.back()) * frequency_hz / (peaks.size() - 1.0);
+  return {frequency_hz, decay};
+}
+
+TEST(SimDevice, RingsAtTheClosedFormFrequencyAndDecayInTranslation) {
+  HandParameters hand;
+  hand.damping_n_s_per_m = 0.6;  // lightly damped, so that several periods can be counted
+  SimDevice device = resting_hand(hand);
+  device.read(LocalTime{});
+  device.write(LocalTime{}, force_x(2));
+  device.read(LocalTime(seconds(10)));
+  LocalTime now(seconds(10));
+  for (; now < LocalTime(seconds(30)); now += seconds(1)) device.read(now);  // settled at 2 N / 200 N/m
+  device.write(now, force_x(0));
+  std::vector<double> x;
+  for (int i = 0; i < 3000; ++i) {
+    now += milliseconds(1);
+    x.push_back(device.read(now).X_DH.p.x());
+  }
+  const Ringing ringing = ringing_of(x, 1e-3);
+  const double omega = std::sqrt(200 / 0.3);
+  const double decay = 0.6 / (2 * 0.3);
+  // Semi-implicit Euler's frequency errs by (ωh)²/24 and its damping by h·B/2m: < 1e-3 together with the peaks'
+  // 1 ms grid.
+  EXPECT_NEAR(ringing.frequency_hz, std::sqrt(omega * omega - decay * decay) / (2 * kPi), 1e-3 * omega / (2 * kPi));
+  EXPECT_NEAR(ringing.decay_per_s, decay, 5e-3 * decay);
+}
+
+TEST(SimDevice, RingsAtTheClosedFormFrequencyAndDecayInRotation) {
+  HandParameters hand;
+  hand.damping_n_m_s_per_rad = 0.001;
+  SimDevice device = resting_hand(hand);
+  LocalTime now{};
+  device.read(now);
+  DeviceCommand command;
+  command.wrench_on_hand_D.t.y() = 0.04;
+  device.write(now, command);
+  for (; now < LocalTime(seconds(20)); now += seconds(1)) device.read(now);
+  device.write(now, {});
+  std::vector<double> angle;
+  for (int i = 0; i < 1500; ++i) {
+    now += milliseconds(1);
+    angle.push_back(rotation_vector(device.read(now).X_DH.q).y());
+  }
+  const Ringing ringing = ringing_of(angle, 1e-3);
+  const double omega = std::sqrt(0.8 / 4e-4);
+  const double decay = 0.001 / (2 * 4e-4);
+  EXPECT_NEAR(ringing.frequency_hz, std::sqrt(omega * omega - decay * decay) / (2 * kPi), 1e-3 * omega / (2 * kPi));
+  EXPECT_NEAR(ringing.decay_per_s, decay, 5e-3 * decay);
+}
+
+TEST(SimDevice, IsDeflectedByForceOverStiffness) {
+  SimDevice device = resting_hand();
+  LocalTime now{};
+  device.read(now);
+  DeviceCommand command;
+  command.wrench_on_hand_D = {Vec3(1, -2, 3), Vec3(0, 0, 0.08)};
+  device.write(now, command);
+  for (int i = 0; i < 5; ++i) device.read(now += seconds(1));
+  EXPECT_LT((device.hand_pose().p - Vec3(1, -2, 3) / 200).norm(), 1e-9);
+  EXPECT_NEAR(rotation_vector(device.hand_pose().q).z(), 0.08 / 0.8, 1e-9);
+  EXPECT_LT(device.hand_twist().v.norm(), 1e-9);
+}
+
+TEST(SimDevice, MovesTheSameWhateverThePeriodItIsReadAt) {
+  std::vector<Vec3> at_two_seconds;
+  for (const Duration period : {Duration(microseconds(250)), Duration(milliseconds(1)), Duration(milliseconds(4))}) {
+    SimDevice device(SimDevice::default_spec(), {}, named_hand_path("press-down"), 1);
+    device.read(LocalTime{});
+    device.write(LocalTime{}, force_x(1.5));
+    for (LocalTime now{}; now <= LocalTime(seconds(2)); now += period) device.read(now);
+    at_two_seconds.push_back(device.hand_pose().p);
+  }
+  // 1 and 4 ms are made of the same sub-steps.
+  EXPECT_LT((at_two_seconds[2] - at_two_seconds[1]).norm(), 1e-12);
+  // 0.25 ms is three sub-steps of 83 µs instead of 100: a first-order integrator is then ahead by at most that
+  // difference times the greatest speed, 15/8 · 50 mm / 1.5 s.
+  EXPECT_LT((at_two_seconds[0] - at_two_seconds[1]).norm(), 16.7e-6 * 0.0625);
+}
+
+TEST(SimDevice, HoldsTheForceBetweenWrites) {
+  // From rest without spring and damper a held force gives x = F t² / 2m; semi-implicit Euler adds h/t of it.
+  HandParameters hand;
+  hand.stiffness_n_per_m = 0;
+  hand.damping_n_s_per_m = 0;
+  SimDevice device = resting_hand(hand);
+  device.read(LocalTime{});
+  device.write(LocalTime{}, force_x(3));
+  device.read(LocalTime(milliseconds(50)));
+  device.write(LocalTime(milliseconds(100)), force_x(0));  // acts only from here on, though nothing was read before
+  EXPECT_NEAR(device.hand_pose().p.x(), 3 * 0.1 * 0.1 / 2 / 0.3, 3 * 0.1 * 1e-4 / 2 / 0.3 * 1.01);
+  EXPECT_NEAR(device.hand_twist().v.x(), 3 * 0.1 / 0.3, 1e-9);
+}
+
+TEST(SimDevice, FollowsItsPathWhenNothingPushes) {
+  SimDevice device(SimDevice::default_spec(), {}, named_hand_path("press-down"), 1);
+  double worst_m = 0;
+  for (LocalTime now{}; now < LocalTime(seconds(10)); now += milliseconds(1)) {
+    device.read(now);
+    worst_m = std::max(worst_m, (device.hand_pose().p - device.path().pose_at(device.path_time()).p).norm());
+  }
+  // What the spring cannot give is m·a: |a| ≤ 5.78·Δ/T² = 0.13 m/s² on this path, so about 0.3·0.13/200 m, up to
+  // twice that with overshoot.
+  EXPECT_LT(worst_m, 2 * 0.3 * 0.13 / 200);
+  EXPECT_GT(worst_m, 0);
+}
+
+TEST(SimDevice, TremorHasTheStatedStrengthAndBand) {
+  HandParameters hand;
+  hand.tremor_rms_n = 0.2;
+  hand.tremor_hz = 9;
+  // A free mass in front of a weak spring: x ≈ −F/(m ω²) at 9 Hz.
+  SimDevice device = resting_hand(hand, 7);
+  double force_square_sum = 0;
+  std::vector<double> x;
+  constexpr int kTicks = 120'000;
+  Vec3 last_v = Vec3::Zero();
+  for (int i = 0; i < kTicks; ++i) {
+    const DeviceSample sample = device.read(LocalTime(milliseconds(i)));
+    // The force from the motion itself: F = m a + B v + K x.
+    const Vec3 force = 0.3 * (sample.V_DH.v - last_v) / 1e-3 + HandParameters{}.damping_n_s_per_m * sample.V_DH.v +
+                       200 * sample.X_DH.p;
+    last_v = sample.V_DH.v;
+    if (i > 0) force_square_sum += force.squaredNorm();
+    x.push_back(force.x());
+  }
+  // 120 s of a band of 2ζω: correlation time 1/(ζω) = 0.18 s, so 3·670 independent values of the square: 3 % each
+  // standard error of the mean square, half of that of the root.
+  EXPECT_NEAR(std::sqrt(force_square_sum / kTicks), 0.2, 0.2 * 5 * 0.016);
+  double crossings = 0;
+  for (std::size_t i = 1; i < x.size(); ++i) crossings += x[i - 1] < 0 && x[i] >= 0;
+  EXPECT_NEAR(crossings / 120, 9, 1.0);
+}
+
+std::vector<Vec3> trembling(std::uint64_t seed) {
+  HandParameters hand;
+  hand.tremor_rms_n = 0.2;
+  SimDevice device = resting_hand(hand, seed);
+  std::vector<Vec3> positions;
+  for (int i = 0; i < 500; ++i) positions.push_back(device.read(LocalTime(milliseconds(i))).X_DH.p);
+  return positions;
+}
+
+TEST(SimDevice, TheSameSeedTremblesTheSameAndAnotherDoesNot) {
+  EXPECT_EQ(trembling(3), trembling(3));
+  EXPECT_NE(trembling(3), trembling(4));
+}
+
+TEST(SimDevice, ReportsWholeEncoderStepsOfTheTruePose) {
+  HandParameters hand;
+  hand.encoder_step_m = 23e-6;
+  hand.encoder_step_rad = 1e-3;
+  SimDevice device = resting_hand(hand);
+  device.read(LocalTime{});
+  DeviceCommand command;
+  command.wrench_on_hand_D = {Vec3(1, 0.5, 0), Vec3(0, 0, 0.05)};
+  device.write(LocalTime{}, command);
+  for (int i = 1; i < 200; ++i) {
+    const DeviceSample sample = device.read(LocalTime(milliseconds(i)));
+    const double steps = sample.X_DH.p.x() / 23e-6;
+    EXPECT_NEAR(steps, std::round(steps), 1e-9);
+    EXPECT_LE(std::abs(sample.X_DH.p.x() - device.hand_pose().p.x()), 11.5e-6 * (1 + 1e-9));
+    const double turns = rotation_vector(sample.X_DH.q).z() / 1e-3;
+    EXPECT_NEAR(turns, std::round(turns), 1e-6);
+  }
+}
+
+TEST(SimDevice, GivesTheButtonsOfThePath) {
+  SimDevice device(SimDevice::default_spec(), {}, named_hand_path("grab-and-lift"), 1);
+  EXPECT_EQ(device.read(LocalTime(seconds(50))).buttons, 0U);  // path time starts here
+  EXPECT_EQ(device.read(LocalTime(seconds(52))).buttons, 1U);
+}
+
+TEST(SimDevice, AHeldPathStartsWhenItIsTold) {
+  SimDevice device(SimDevice::default_spec(), {}, named_hand_path("press-down"), 1);
+  device.hold_path();
+  for (int i = 0; i < 30; ++i) device.read(LocalTime(milliseconds(100) * i));
+  EXPECT_EQ(device.hand_pose().p, Vec3::Zero());
+  device.start_path(LocalTime(seconds(3)));
+  EXPECT_EQ(device.path_time(), Duration(0));
+  for (int i = 30; i <= 70; ++i) device.read(LocalTime(milliseconds(100) * i));
+  EXPECT_EQ(device.path_time(), Duration(seconds(4)));
+  EXPECT_LT((device.hand_pose().p - Vec3(0, 0, -0.05)).norm(), 1e-6);
+}
+
+TEST(SimDevice, RefusesAForceThatIsNotFiniteAndKeepsTheLast) {
+  SimDevice device = resting_hand();
+  device.read(LocalTime{});
+  EXPECT_TRUE(device.write(LocalTime{}, force_x(2)));
+  EXPECT_FALSE(device.write(LocalTime{}, force_x(std::numeric_limits<double>::infinity())));
+  for (int i = 1; i <= 5; ++i) device.read(LocalTime(seconds(i)));
+  EXPECT_NEAR(device.hand_pose().p.x(), 0.01, 1e-9);
+}
+
+TEST(SimDevice, NeitherReadNorWriteAllocates) {
+  HandParameters hand;
+  hand.tremor_rms_n = 0.1;
+  hand.encoder_step_rad = 1e-4;
+  SimDevice device(SimDevice::default_spec(), hand, named_hand_path("circle"), 1);
+  const std::uint64_t before = allocation_count();
+  for (int i = 0; i < 2000; ++i) {
+    device.read(LocalTime(milliseconds(i)));
+    device.write(LocalTime(milliseconds(i)), force_x(1));
+  }
+  EXPECT_EQ(allocation_count(), before);
+}
+
+TEST(SimDevice, RefusesAHandThatCannotBe) {
+  struct Case {
+    void (*spoil)(HandParameters&);
+    const char* message;
+  };
+  const Case cases[] = {
+      {[](HandParameters& h) { h.mass_kg = 0; }, "simulated hand: mass_kg is 0.000000; it must be above 0"},
+      {[](HandParameters& h) { h.damping_n_s_per_m = -1; },
+       "simulated hand: damping_n_s_per_m is -1.000000; it must be 0 or more"},
+      {[](HandParameters& h) { h.stiffness_n_per_m = 1e9; },
+       "simulated hand: stiffness_n_per_m is 1000000000.000000; it must be 0 or more, and sqrt(stiffness / mass) below "
+       "3000 rad/s"},
+      {[](HandParameters& h) { h.tremor_hz = 0; },
+       "simulated hand: tremor_hz is 0.000000; it must be above 0, at most 100"},
+  };
+  for (const Case& each : cases) {
+    HandParameters hand;
+    each.spoil(hand);
+    try {
+      resting_hand(hand);
+      ADD_FAILURE() << "accepted: " << each.message;
+    } catch (const std::invalid_argument& error) {
+      EXPECT_STREQ(error.what(), each.message);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace tandem

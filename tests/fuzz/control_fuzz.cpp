@@ -1,0 +1,25 @@
+// Any bytes as a control stream, read by either side. The input's size chooses the size of the pieces in which
+// the stream arrives, so that the cutting into frames is exercised as well.
+#include <algorithm>
+#include <cstdint>
+#include <span>
+
+#include "proto/control_framing.hpp"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  const std::size_t piece = 1 + size % 61;
+  std::span<const std::byte> stream = std::as_bytes(std::span(data, size));
+  tandem::FrameReader reader;
+  tandem::wire::ClientControl from_client;
+  tandem::wire::ServerControl from_server;
+  while (!stream.empty()) {
+    const auto fed = stream.first(std::min(piece, stream.size()));
+    stream = stream.subspan(fed.size());
+    if (!reader.feed(fed)) break;
+    while (const auto payload = reader.next()) {
+      tandem::parse_control(*payload, from_client);
+      tandem::parse_control(*payload, from_server);
+    }
+  }
+  return 0;
+}

@@ -1,0 +1,293 @@
+#include "tests/proto/samples.hpp"
+
+#include <limits>
+
+#include "proto/state_codec.hpp"
+
+namespace tandem::samples {
+namespace {
+
+constexpr std::uint64_t kLongestVarint64 = std::numeric_limits<std::uint64_t>::max();
+constexpr std::uint32_t kLongestVarint32 = std::numeric_limits<std::uint32_t>::max();
+
+void add_numbers(google::protobuf::RepeatedField<double>& to, std::initializer_list<double> numbers) {
+  to.Add(numbers.begin(), numbers.end());
+}
+
+std::string hash_bytes() {
+  std::string hash;
+  for (std::size_t i = 0; i < kAssetHashBytes; ++i) hash.push_back(static_cast<char>(7 * i + 1));
+  return hash;
+}
+
+void fill_shapes(wire::Body& body) {
+  body.add_shapes()->mutable_sphere()->set_radius_m(0.03);
+  wire::Shape& box = *body.add_shapes();
+  add_numbers(*box.mutable_placement()->mutable_position_m(), {0.01, -0.02, 0.03});
+  add_numbers(*box.mutable_placement()->mutable_rotation_xyz_deg(), {10, 20, -30});
+  add_numbers(*box.mutable_box()->mutable_size_m(), {0.1, 0.05, 0.04});
+  body.add_shapes()->mutable_cylinder()->set_radius_m(0.02);
+  body.mutable_shapes(2)->mutable_cylinder()->set_length_m(0.2);
+  body.add_shapes()->mutable_capsule()->set_radius_m(0.01);
+  body.add_shapes()->mutable_mesh()->set_file("bunny.obj");
+  body.mutable_shapes(4)->mutable_mesh()->set_largest_size_m(0.15);
+  body.add_shapes()->mutable_molecule()->set_file("1abc.pdb");
+  body.mutable_shapes(5)->mutable_molecule()->add_chains(std::string("A"));
+}
+
+void fill_scene(wire::Scene& scene) {
+  scene.set_name("golden");
+  scene.set_description("every kind of shape");
+  wire::Body& body = *scene.add_bodies();
+  body.set_name("thing");
+  body.set_mass_kg(0.25);
+  body.set_friction(0.6);
+  body.set_restitution(0);
+  body.set_graspable(true);
+  body.set_gravity(false);
+  add_numbers(*body.mutable_placement()->mutable_position_m(), {0, 0, 0.5});
+  add_numbers(*body.mutable_color_rgb(), {1, 0.5, 0.25});
+  fill_shapes(body);
+  wire::Tool& tool = *scene.add_tools();
+  tool.set_name("left");
+  tool.set_mass_kg(0.05);
+  tool.set_holds("thing");
+  tool.mutable_workspace()->set_position_scale(2.5);
+  scene.mutable_coupling()->set_law("spring-damper");
+  scene.mutable_coupling()->set_stiffness_n_per_m(300);
+  scene.mutable_molecular_field()->set_metres_per_angstrom(0.01);
+  scene.mutable_limits()->set_observers(4);
+  add_numbers(*scene.mutable_gravity_m_per_s2(), {0, 0, -9.81});
+  scene.set_step_rate_hz(1000);
+}
+
+template <class Message>
+Bytes framed(const Message& message) {
+  Bytes bytes;
+  append_frame(message, bytes);
+  return bytes;
+}
+
+Bytes client_datagram() {
+  Bytes bytes;
+  append_header(client_header(), bytes);
+  append_client_update(client_update(), bytes);
+  return bytes;
+}
+
+Bytes server_datagram() {
+  Bytes bytes;
+  append_header(server_header(), bytes);
+  ServerUpdateEncoder().append(server_update(), bytes);
+  return bytes;
+}
+
+}  // namespace
+
+wire::ClientControl hello() {
+  wire::ClientControl message;
+  message.set_request(1);
+  message.mutable_hello()->set_protocol_version(kProtocolVersion);
+  message.mutable_hello()->set_program("tandem-client 0.1.0");
+  message.mutable_hello()->add_capabilities("state-udp");
+  message.mutable_hello()->add_capabilities("state-tcp");
+  return message;
+}
+
+wire::ClientControl join() {
+  wire::ClientControl message;
+  message.set_request(2);
+  message.mutable_join()->set_room("docking");
+  message.mutable_join()->set_user_name("Zoë");
+  message.mutable_join()->set_role(wire::ROLE_MANIPULATOR);
+  return message;
+}
+
+wire::ClientControl grab() {
+  wire::ClientControl message;
+  message.set_request(300);
+  message.mutable_grab()->set_body(5);
+  return message;
+}
+
+wire::ServerControl welcome() {
+  wire::ServerControl message;
+  message.set_request(1);
+  wire::Welcome& welcome = *message.mutable_welcome();
+  welcome.set_protocol_version(kProtocolVersion);
+  welcome.set_program("tandem-server 0.1.0");
+  welcome.add_capabilities("state-udp");
+  welcome.set_connection_id(0x0123456789abcdefULL);
+  welcome.set_epoch(5);
+  welcome.set_datagram_port(47'600);
+  welcome.add_rooms("docking");
+  welcome.add_rooms("assembly");
+  welcome.set_silence_timeout_ms(1500);
+  return message;
+}
+
+wire::ServerControl joined() {
+  wire::ServerControl message;
+  message.set_request(2);
+  wire::Joined& joined = *message.mutable_joined();
+  joined.set_user(3);
+  joined.set_role(wire::ROLE_MANIPULATOR);
+  joined.set_tool(1);
+  fill_scene(*joined.mutable_scene());
+  wire::AssetInfo& asset = *joined.add_assets();
+  asset.set_sha256(hash_bytes());
+  asset.set_size_bytes(123'456);
+  asset.set_kind("mesh");
+  asset.set_name("bunny.obj");
+  return message;
+}
+
+wire::ServerControl error() {
+  wire::ServerControl message;
+  message.set_request(300);
+  message.mutable_error()->set_code(wire::ERROR_OUT_OF_REACH);
+  message.mutable_error()->set_text("body 5 is 0.12 m from the tool; reach is 0.02 m");
+  return message;
+}
+
+wire::ServerControl goodbye() {
+  wire::ServerControl message;
+  message.mutable_goodbye()->set_reason(wire::DISCONNECT_SERVER_STOPPING);
+  message.mutable_goodbye()->set_text("the server is stopping");
+  return message;
+}
+
+wire::ServerControl asset_chunk() {
+  wire::ServerControl message;
+  message.set_request(9);
+  wire::AssetChunk& chunk = *message.mutable_asset_chunk();
+  chunk.set_sha256(hash_bytes());
+  chunk.set_offset(65'536);
+  chunk.set_total_bytes(65'600);
+  chunk.set_data("v 0.0 0.0 0.0\nv 1.0 0.0 0.0\n");
+  return message;
+}
+
+DatagramHeader client_header() {
+  return {.type = DatagramType::kClientUpdate,
+          .epoch = 5,
+          .connection = ConnectionId{0x0123456789abcdefULL},
+          .sequence = 0x1122};
+}
+
+DatagramHeader server_header() {
+  return {.type = DatagramType::kServerUpdate,
+          .epoch = 5,
+          .connection = ConnectionId{0x0123456789abcdefULL},
+          .sequence = 0x334455};
+}
+
+// Unit quaternions of numbers that binary fractions give exactly, so that reading changes nothing.
+ClientUpdate client_update() {
+  ClientUpdate update;
+  update.input_tick = Tick{120'000};
+  update.handle.X = {Vec3(0.125, -0.25, 0.5), Quat(0.5, -0.5, 0.5, 0.5)};
+  update.handle.V = {Vec3(0.01, 0.02, -0.03), Vec3(1, -2, 3)};
+  update.handle_valid = true;
+  update.buttons = kButtonGrab | kButtonClutch;
+  update.sent = LocalTime(std::chrono::nanoseconds(987'654'321'000));
+  update.acknowledged_step = Step{119'970};
+  update.acknowledged_sent = ServerTime(std::chrono::nanoseconds(123'456'789'000));
+  update.acknowledged_held = std::chrono::microseconds(750);
+  update.energy_to_hand_j = 1.25;
+  update.energy_from_hand_j = 2.75;
+  return update;
+}
+
+ServerUpdate server_update() {
+  ServerUpdate update;
+  update.step = Step{119'980};
+  update.stepped = ServerTime(std::chrono::nanoseconds(123'466'000'000));
+  update.answered_input = Tick{119'995};
+  update.echoed_sent = LocalTime(std::chrono::nanoseconds(987'654'321'000));
+  update.received = ServerTime(std::chrono::nanoseconds(123'465'500'000));
+  update.sent = ServerTime(std::chrono::nanoseconds(123'466'100'000));
+  update.tool.X = {Vec3(0.125, -0.25, 0.46875), Quat(0.5, 0.5, -0.5, 0.5)};
+  update.tool.V = {Vec3(0.5, 0.25, -0.125), Vec3(-1, 2, -3)};
+  update.wrench_on_hand_W = {Vec3(0, 0, 6.5), Vec3(0.125, -0.0625, 0)};
+  update.held_body = BodyId{2};
+  update.tick_faults = 0b101;
+  update.energy_into_world_j = 0.5;
+  update.energy_from_world_j = 0.75;
+  update.field_energy_kj_per_mol = -42.5;
+  BodyState held{BodyId{2}, update.tool, UserId{3}};
+  BodyState resting{BodyId{7}, {}, UserId{}};
+  resting.state.X.p = Vec3(0.25, 0.5, 0.75);
+  update.bodies = {resting, held};
+  update.users = {OtherUserState{UserId{4}, update.tool, BodyId{}}};
+  return update;
+}
+
+std::vector<GoldenMessage> golden_messages() {
+  return {{"hello", Packing::kClientControlFrame, framed(hello())},
+          {"join", Packing::kClientControlFrame, framed(join())},
+          {"grab", Packing::kClientControlFrame, framed(grab())},
+          {"welcome", Packing::kServerControlFrame, framed(welcome())},
+          {"joined", Packing::kServerControlFrame, framed(joined())},
+          {"error", Packing::kServerControlFrame, framed(error())},
+          {"goodbye", Packing::kServerControlFrame, framed(goodbye())},
+          {"asset_chunk", Packing::kServerControlFrame, framed(asset_chunk())},
+          {"client_update", Packing::kClientDatagram, client_datagram()},
+          {"server_update", Packing::kServerDatagram, server_datagram()}};
+}
+
+RigidState moving_state(std::size_t index) {
+  const double turn = 0.1 * static_cast<double>(index + 1);
+  RigidState state;
+  state.X.p = Vec3(100.1 + turn, -200.2, 300.3);
+  state.X.q = quaternion_of(Vec3(turn, 0.7, -0.3));
+  state.V = {Vec3(1.1, -2.2, 3.3), Vec3(-4.4, 5.5, turn)};
+  return state;
+}
+
+RigidState resting_state(std::size_t index) {
+  RigidState state = moving_state(index);
+  state.V = {};
+  return state;
+}
+
+ClientUpdate largest_client_update() {
+  ClientUpdate update;
+  update.input_tick = Tick{kLongestVarint64};
+  update.handle = moving_state(0);
+  update.handle_valid = true;
+  update.buttons = kLongestVarint32;
+  update.sent = LocalTime(kMaxTimestamp);
+  update.acknowledged_step = Step{kLongestVarint64};
+  update.acknowledged_sent = ServerTime(kMaxTimestamp);
+  update.acknowledged_held = kMaxTimestamp;
+  update.energy_to_hand_j = kMaxEnergyJ;
+  update.energy_from_hand_j = kMaxEnergyJ;
+  return update;
+}
+
+ServerUpdate largest_server_update(std::size_t held) {
+  ServerUpdate update;
+  update.step = Step{kLongestVarint64};
+  update.stepped = update.received = update.sent = ServerTime(kMaxTimestamp);
+  update.answered_input = Tick{kLongestVarint64};
+  update.echoed_sent = LocalTime(kMaxTimestamp);
+  update.tool = moving_state(0);
+  update.wrench_on_hand_W = {Vec3(5.1e4, -5.2e4, 5.3e4), Vec3(-5.4e4, 5.5e4, -5.6e4)};
+  update.tick_faults = kLongestVarint32;
+  update.energy_into_world_j = kMaxEnergyJ;
+  update.energy_from_world_j = kMaxEnergyJ;
+  update.field_energy_kj_per_mol = -kMaxFieldEnergyKjPerMol;
+  for (std::size_t i = 0; i < kMaxBodies; ++i) {
+    const auto id = static_cast<std::uint32_t>(kLongestVarint32 - i);
+    update.bodies.push_back({BodyId{id}, moving_state(i), UserId{kLongestVarint32}});
+  }
+  for (std::size_t i = 0; i < kMaxUsers; ++i) {
+    const auto id = static_cast<std::uint32_t>(kLongestVarint32 - i);
+    update.users.push_back({UserId{id}, moving_state(i), BodyId{kLongestVarint32}});
+  }
+  update.held_body = update.bodies.at(held).id;
+  return update;
+}
+
+}  // namespace tandem::samples

@@ -1,0 +1,273 @@
+// What goes in comes out, and nothing else gets in: every field once beyond its limit.
+#include "proto/state_codec.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <limits>
+
+#include "tandem/state.pb.h"
+#include "tests/proto/samples.hpp"
+
+namespace tandem {
+namespace {
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+Bytes bytes_of(const google::protobuf::MessageLite& message) {
+  const std::string text = message.SerializeAsString();
+  const auto bytes = std::as_bytes(std::span(text));
+  return {bytes.begin(), bytes.end()};
+}
+
+wire::ClientUpdate good_client_update() {
+  Bytes bytes;
+  append_client_update(samples::client_update(), bytes);
+  wire::ClientUpdate message;
+  EXPECT_TRUE(message.ParseFromArray(bytes.data(), static_cast<int>(bytes.size())));
+  return message;
+}
+
+wire::ServerUpdate good_server_update() {
+  Bytes bytes;
+  ServerUpdateEncoder().append(samples::server_update(), bytes);
+  wire::ServerUpdate message;
+  EXPECT_TRUE(message.ParseFromArray(bytes.data(), static_cast<int>(bytes.size())));
+  return message;
+}
+
+DropReason answer_to(const std::function<void(wire::ClientUpdate&)>& change) {
+  wire::ClientUpdate message = good_client_update();
+  change(message);
+  ClientUpdate out;
+  return parse_client_update(bytes_of(message), out);
+}
+
+DropReason answer_to(const std::function<void(wire::ServerUpdate&)>& change) {
+  wire::ServerUpdate message = good_server_update();
+  change(message);
+  ServerUpdate out;
+  return parse_server_update(bytes_of(message), out);
+}
+
+using Client = wire::ClientUpdate;
+using Server = wire::ServerUpdate;
+
+void expect_same(const RigidState& a, const RigidState& b, double tolerance) {
+  EXPECT_LE((a.X.p - b.X.p).norm(), tolerance);
+  EXPECT_LE(a.X.q.angularDistance(b.X.q), tolerance);
+  EXPECT_LE((a.V.v - b.V.v).norm(), tolerance);
+  EXPECT_LE((a.V.w - b.V.w).norm(), tolerance);
+}
+
+TEST(ClientUpdateCodec, ReadsBackEveryField) {
+  for (const ClientUpdate& written : {samples::client_update(), samples::largest_client_update(), ClientUpdate{}}) {
+    Bytes bytes;
+    append_client_update(written, bytes);
+    ClientUpdate read;
+    ASSERT_EQ(parse_client_update(bytes, read), DropReason::kNone);
+    EXPECT_EQ(read.input_tick, written.input_tick);
+    // Normalising a unit quaternion moves it by rounding only.
+    expect_same(read.handle, written.handle, 1e-12);
+    EXPECT_EQ(read.handle_valid, written.handle_valid);
+    EXPECT_EQ(read.buttons, written.buttons);
+    EXPECT_EQ(read.sent, written.sent);
+    EXPECT_EQ(read.acknowledged_step, written.acknowledged_step);
+    EXPECT_EQ(read.acknowledged_sent, written.acknowledged_sent);
+    EXPECT_EQ(read.acknowledged_held, written.acknowledged_held);
+    EXPECT_EQ(read.energy_to_hand_j, written.energy_to_hand_j);
+    EXPECT_EQ(read.energy_from_hand_j, written.energy_from_hand_j);
+  }
+}
+
+TEST(ClientUpdateCodec, LargestUpdateFitsADatagram) {
+  Bytes bytes;
+  append_client_update(samples::largest_client_update(), bytes);
+  EXPECT_LE(bytes.size(), kMaxPayloadBytes);
+}
+
+TEST(ClientUpdateCodec, EachPartMustBeThere) {
+  ClientUpdate out;
+  EXPECT_EQ(parse_client_update({}, out), DropReason::kMalformed);
+  EXPECT_EQ(answer_to([](Client& m) { m.clear_handle(); }), DropReason::kMalformed);
+  EXPECT_EQ(answer_to([](Client& m) { m.mutable_handle()->clear_p(); }), DropReason::kMalformed);
+  EXPECT_EQ(answer_to([](Client& m) { m.mutable_handle()->clear_q(); }), DropReason::kMalformed);
+  EXPECT_EQ(answer_to([](Client& m) { m.mutable_handle()->mutable_p()->Clear(); }), DropReason::kNone) << "the origin";
+}
+
+TEST(ClientUpdateCodec, EachNumberOutsideItsRangeIsRefused) {
+  for (const double bad : {kNan, kInfinity, -kInfinity, 1e300, -1e300}) {
+    SCOPED_TRACE(bad);
+    const auto refused = [](const std::function<void(Client&)>& change) {
+      return answer_to(change) == DropReason::kNotFinite;
+    };
+    EXPECT_TRUE(refused([&](Client& m) { m.mutable_handle()->mutable_p()->set_y_m(bad); }));
+    EXPECT_TRUE(refused([&](Client& m) { m.mutable_handle()->mutable_q()->set_w(bad); }));
+    EXPECT_TRUE(refused([&](Client& m) { m.mutable_handle()->set_vz_m_per_s(bad); }));
+    EXPECT_TRUE(refused([&](Client& m) { m.mutable_handle()->set_wx_rad_per_s(bad); }));
+    EXPECT_TRUE(refused([&](Client& m) { m.set_energy_to_hand_j(bad); }));
+    EXPECT_TRUE(refused([&](Client& m) { m.set_energy_from_hand_j(bad); }));
+  }
+  EXPECT_EQ(answer_to([](Client& m) { m.set_energy_to_hand_j(-1e-9); }), DropReason::kNotFinite);
+}
+
+TEST(ClientUpdateCodec, LimitsHoldForTheLengthOfAVectorAndAreInclusive) {
+  const auto answer_at = [](double x, double y) {
+    return answer_to([&](Client& m) {
+      m.mutable_handle()->mutable_p()->set_x_m(x);
+      m.mutable_handle()->mutable_p()->set_y_m(y);
+      m.mutable_handle()->mutable_p()->set_z_m(0);
+    });
+  };
+  EXPECT_EQ(answer_at(kMaxPositionM, 0), DropReason::kNone);
+  EXPECT_EQ(answer_at(std::nextafter(kMaxPositionM, 2e3), 0), DropReason::kNotFinite);
+  EXPECT_EQ(answer_at(0.8 * kMaxPositionM, 0.8 * kMaxPositionM), DropReason::kNotFinite);
+}
+
+TEST(ClientUpdateCodec, RotationIsMadeUnitLengthOrRefused) {
+  const auto scaled = [](double scale) {
+    wire::ClientUpdate message = good_client_update();
+    wire::Rotation& q = *message.mutable_handle()->mutable_q();
+    q.set_w(scale * q.w());
+    q.set_x(scale * q.x());
+    q.set_y(scale * q.y());
+    q.set_z(scale * q.z());
+    return bytes_of(message);
+  };
+  ClientUpdate out;
+  for (const double scale : {1 - 0.99 * kMaxQuaternionError, 1 + 0.99 * kMaxQuaternionError}) {
+    ASSERT_EQ(parse_client_update(scaled(scale), out), DropReason::kNone);
+    EXPECT_NEAR(out.handle.X.q.norm(), 1.0, 1e-15);
+    EXPECT_LE(out.handle.X.q.angularDistance(samples::client_update().handle.X.q), 1e-7);
+  }
+  for (const double scale : {0.0, 1 - 1.01 * kMaxQuaternionError, 1 + 1.01 * kMaxQuaternionError, 1e200}) {
+    EXPECT_EQ(parse_client_update(scaled(scale), out), DropReason::kNotFinite) << scale;
+  }
+}
+
+TEST(ClientUpdateCodec, TimesBeyondTheLimitAreRefused) {
+  const auto limit = static_cast<std::uint64_t>(kMaxTimestamp.count());
+  EXPECT_EQ(answer_to([&](Client& m) { m.set_sent_local_ns(limit); }), DropReason::kNone);
+  EXPECT_EQ(answer_to([&](Client& m) { m.set_sent_local_ns(limit + 1); }), DropReason::kNotFinite);
+  EXPECT_EQ(answer_to([&](Client& m) { m.set_acknowledged_server_ns(~0ULL); }), DropReason::kNotFinite);
+  EXPECT_EQ(answer_to([&](Client& m) { m.set_acknowledged_held_ns(limit + 1); }), DropReason::kNotFinite);
+}
+
+TEST(ClientUpdateCodec, UnknownFieldsAreSkippedWithinTheSizeLimit) {
+  wire::ClientUpdate message = good_client_update();
+  auto& unknown = *message.GetReflection()->MutableUnknownFields(&message);
+  unknown.AddVarint(1000, 1);
+  unknown.AddLengthDelimited(1001, std::string(700, 'x'));
+  Bytes bytes = bytes_of(message);
+  ClientUpdate out;
+  ASSERT_EQ(parse_client_update(bytes, out), DropReason::kNone);
+  EXPECT_EQ(out.input_tick, samples::client_update().input_tick);
+  unknown.AddLengthDelimited(1002, std::string(700, 'x'));
+  EXPECT_EQ(parse_client_update(bytes_of(message), out), DropReason::kMalformed) << "over kMaxPayloadBytes";
+}
+
+TEST(ServerUpdateCodec, ReadsBackEveryField) {
+  const ServerUpdate written = samples::server_update();
+  Bytes bytes;
+  ServerUpdateEncoder().append(written, bytes);
+  ServerUpdate read = samples::largest_server_update(0);  // what a reused slot holds must not shine through
+  ASSERT_EQ(parse_server_update(bytes, read), DropReason::kNone);
+  EXPECT_EQ(read.step, written.step);
+  EXPECT_EQ(read.stepped, written.stepped);
+  EXPECT_EQ(read.answered_input, written.answered_input);
+  EXPECT_EQ(read.echoed_sent, written.echoed_sent);
+  EXPECT_EQ(read.received, written.received);
+  EXPECT_EQ(read.sent, written.sent);
+  expect_same(read.tool, written.tool, 1e-12);
+  EXPECT_EQ(read.wrench_on_hand_W.f, written.wrench_on_hand_W.f);
+  EXPECT_EQ(read.wrench_on_hand_W.t, written.wrench_on_hand_W.t);
+  EXPECT_EQ(read.held_body, written.held_body);
+  EXPECT_EQ(read.tick_faults, written.tick_faults);
+  EXPECT_EQ(read.energy_into_world_j, written.energy_into_world_j);
+  EXPECT_EQ(read.energy_from_world_j, written.energy_from_world_j);
+  EXPECT_EQ(read.field_energy_kj_per_mol, written.field_energy_kj_per_mol);
+  ASSERT_EQ(read.bodies.size(), 2U);
+  EXPECT_EQ(read.bodies[0].id, BodyId{2}) << "the held body goes first";
+  EXPECT_EQ(read.bodies[0].held_by, UserId{3});
+  expect_same(read.bodies[0].state, written.bodies[1].state, 1e-6);  // single precision below 4 m/s and rad/s
+  EXPECT_EQ(read.bodies[1].id, BodyId{7});
+  EXPECT_EQ(read.bodies[1].held_by, UserId{});
+  expect_same(read.bodies[1].state, written.bodies[0].state, 1e-7);
+  ASSERT_EQ(read.users.size(), 1U);
+  EXPECT_EQ(read.users[0].id, UserId{4});
+  expect_same(read.users[0].tool, written.users[0].tool, 1e-6);
+}
+
+TEST(ServerUpdateCodec, ADefaultUpdateIsReadable) {
+  Bytes bytes;
+  ServerUpdateEncoder().append({}, bytes);
+  ServerUpdate read;
+  EXPECT_EQ(parse_server_update(bytes, read), DropReason::kNone);
+}
+
+TEST(ServerUpdateCodec, EachPartMustBeThereAndCountsAndIdsHold) {
+  const auto malformed = [](const std::function<void(Server&)>& change) {
+    return answer_to(change) == DropReason::kMalformed;
+  };
+  EXPECT_TRUE(malformed([](Server& m) { m.clear_tool(); }));
+  EXPECT_TRUE(malformed([](Server& m) { m.clear_wrench_on_hand(); }));
+  EXPECT_TRUE(malformed([](Server& m) { m.mutable_tool()->clear_q(); }));
+  EXPECT_TRUE(malformed([](Server& m) { m.mutable_bodies(0)->set_id(0); }));
+  EXPECT_TRUE(malformed([](Server& m) { m.mutable_users(0)->set_id(0); }));
+  EXPECT_TRUE(malformed([](Server& m) { m.mutable_bodies(0)->set_id(m.bodies(1).id()); }));
+  EXPECT_TRUE(malformed([](Server& m) { *m.add_users() = m.users(0); }));
+  EXPECT_TRUE(malformed([](Server& m) { m.mutable_bodies(0)->add_pose(0); }));
+  EXPECT_TRUE(malformed([](Server& m) { m.mutable_bodies(0)->mutable_pose()->RemoveLast(); }));
+  EXPECT_TRUE(malformed([](Server& m) { m.mutable_bodies(0)->add_twist(0); }));
+  EXPECT_TRUE(malformed([](Server& m) { m.mutable_bodies(0)->mutable_twist()->RemoveLast(); }));
+  EXPECT_TRUE(malformed([](Server& m) {
+    for (std::size_t i = 0; i <= kMaxBodies; ++i) m.add_bodies();
+  }));
+  EXPECT_TRUE(malformed([](Server& m) {
+    for (std::size_t i = 0; i <= kMaxUsers; ++i) m.add_users();
+  }));
+}
+
+TEST(ServerUpdateCodec, EachNumberOutsideItsRangeIsRefused) {
+  for (const double bad : {kNan, kInfinity, -kInfinity, 1e38, -1e38}) {
+    SCOPED_TRACE(bad);
+    const auto refused = [](const std::function<void(Server&)>& change) {
+      return answer_to(change) == DropReason::kNotFinite;
+    };
+    const auto bad_float = static_cast<float>(bad);
+    EXPECT_TRUE(refused([&](Server& m) { m.mutable_tool()->mutable_p()->set_x_m(bad); }));
+    EXPECT_TRUE(refused([&](Server& m) { m.mutable_tool()->set_wy_rad_per_s(bad); }));
+    EXPECT_TRUE(refused([&](Server& m) { m.mutable_wrench_on_hand()->set_fx_n(bad); }));
+    EXPECT_TRUE(refused([&](Server& m) { m.mutable_wrench_on_hand()->set_tz_n_m(bad); }));
+    EXPECT_TRUE(refused([&](Server& m) { m.set_energy_into_world_j(bad); }));
+    EXPECT_TRUE(refused([&](Server& m) { m.set_energy_from_world_j(bad); }));
+    EXPECT_TRUE(refused([&](Server& m) { m.set_field_energy_kj_per_mol(bad); }));
+    for (int i = 0; i < 7; ++i) {
+      EXPECT_TRUE(refused([&](Server& m) { m.mutable_bodies(0)->set_pose(i, bad_float); }));
+      EXPECT_TRUE(refused([&](Server& m) { m.mutable_users(0)->set_pose(i, bad_float); }));
+    }
+    for (int i = 0; i < 6; ++i) {
+      EXPECT_TRUE(refused([&](Server& m) { m.mutable_bodies(0)->set_twist(i, bad_float); }));
+    }
+  }
+  const auto late = static_cast<std::uint64_t>(kMaxTimestamp.count()) + 1;
+  EXPECT_EQ(answer_to([&](Server& m) { m.set_stepped_server_ns(late); }), DropReason::kNotFinite);
+  EXPECT_EQ(answer_to([&](Server& m) { m.set_echoed_local_ns(late); }), DropReason::kNotFinite);
+  EXPECT_EQ(answer_to([&](Server& m) { m.set_received_server_ns(late); }), DropReason::kNotFinite);
+  EXPECT_EQ(answer_to([&](Server& m) { m.set_sent_server_ns(late); }), DropReason::kNotFinite);
+}
+
+TEST(ServerUpdateCodec, InfiniteFieldEnergyIsSentAsTheLargest) {
+  ServerUpdate written = samples::server_update();
+  written.field_energy_kj_per_mol = kInfinity;
+  Bytes bytes;
+  ServerUpdateEncoder().append(written, bytes);
+  ServerUpdate read;
+  ASSERT_EQ(parse_server_update(bytes, read), DropReason::kNone);
+  EXPECT_EQ(read.field_energy_kj_per_mol, kMaxFieldEnergyKjPerMol);
+}
+
+}  // namespace
+}  // namespace tandem

@@ -1,0 +1,260 @@
+// WIRE.md is normative, so it must say what the code does: its tables are read and compared.
+#include <gmock/gmock.h>
+#include <google/protobuf/descriptor.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <map>
+#include <set>
+
+#include "proto/control_framing.hpp"
+#include "proto/state_codec.hpp"
+#include "tandem/state.pb.h"
+
+namespace tandem {
+namespace {
+
+using google::protobuf::Descriptor;
+using google::protobuf::FieldDescriptor;
+using google::protobuf::FileDescriptor;
+using testing::UnorderedElementsAreArray;
+
+using Row = std::vector<std::string>;
+using Table = std::vector<Row>;  ///< without the head
+
+std::string trimmed(const std::string& text) {
+  const std::size_t first = text.find_first_not_of(' ');
+  if (first == std::string::npos) return {};
+  return text.substr(first, text.find_last_not_of(' ') - first + 1);
+}
+
+/// The cells of `| a | b |`; a bar after a backslash belongs to its cell.
+Row cells_of(const std::string& line) {
+  Row cells;
+  std::string cell;
+  for (std::size_t i = 1; i < line.size(); ++i) {
+    if (line[i] == '|' && line[i - 1] != '\\') {
+      cells.push_back(trimmed(cell));
+      cell.clear();
+    } else {
+      cell += line[i];
+    }
+  }
+  return cells;
+}
+
+bool is_rule(const Row& row) {
+  return !row.empty() && row[0].starts_with("---");
+}
+
+/// Every table of WIRE.md under a heading, in order.
+std::vector<Table> tables_under(const std::string& heading) {
+  std::ifstream file(TANDEM_WIRE_DOCUMENT);
+  EXPECT_TRUE(file.good()) << TANDEM_WIRE_DOCUMENT << " cannot be read";
+  std::vector<Table> tables;
+  bool is_here = false;
+  Row previous;
+  for (std::string line; std::getline(file, line);) {
+    if (line.starts_with("## ")) is_here = line == "## " + heading;
+    const Row row = is_here && line.starts_with("|") ? cells_of(line) : Row{};
+    if (is_rule(row)) {
+      tables.emplace_back();
+    } else if (!row.empty() && !previous.empty()) {
+      tables.back().push_back(row);
+    }
+    previous = row;
+  }
+  EXPECT_FALSE(tables.empty()) << "no table under \"" << heading << '"';
+  return tables;
+}
+
+Table table_under(const std::string& heading, std::size_t index = 0) {
+  const std::vector<Table> tables = tables_under(heading);
+  if (index >= tables.size()) {
+    ADD_FAILURE() << "no table " << index << " under \"" << heading << '"';
+    return {};
+  }
+  return tables[index];
+}
+
+/// First column → second column.
+std::map<std::string, double> numbers_in(const Table& table) {
+  std::map<std::string, double> numbers;
+  for (const Row& row : table) numbers[row.at(0)] = std::stod(row.at(1));
+  return numbers;
+}
+
+/// The first `columns` cells of each row.
+std::vector<Row> columns_of(const Table& table, std::size_t columns) {
+  std::vector<Row> rows;
+  for (const Row& row : table) rows.emplace_back(row.begin(), row.begin() + static_cast<std::ptrdiff_t>(columns));
+  return rows;
+}
+
+std::string type_of(const FieldDescriptor& field) {
+  std::string type = field.type_name();
+  if (field.message_type() != nullptr) type = field.message_type()->name();
+  if (field.enum_type() != nullptr) type = field.enum_type()->name();
+  return field.is_repeated() ? "repeated " + type : type;
+}
+
+std::vector<Row> fields_of(const FileDescriptor& file) {
+  std::vector<Row> rows;
+  for (int m = 0; m < file.message_type_count(); ++m) {
+    const Descriptor& message = *file.message_type(m);
+    for (int f = 0; f < message.field_count(); ++f) {
+      const FieldDescriptor& field = *message.field(f);
+      rows.push_back({message.name(), std::to_string(field.number()), field.name(), type_of(field)});
+    }
+  }
+  return rows;
+}
+
+TEST(WireDocument, ConstantsAreThoseOfTheCode) {
+  const std::map<std::string, double> expected{{"kProtocolVersion", kProtocolVersion},
+                                               {"kDatagramHeaderBytes", kDatagramHeaderBytes},
+                                               {"kMaxDatagramBytes", kMaxDatagramBytes},
+                                               {"kMaxPayloadBytes", kMaxPayloadBytes},
+                                               {"kMaxEpoch", kMaxEpoch},
+                                               {"kMaxSequenceJump", kMaxSequenceJump},
+                                               {"kFrameLengthBytes", kFrameLengthBytes},
+                                               {"kMaxControlBytes", kMaxControlBytes},
+                                               {"kAssetChunkBytes", kAssetChunkBytes},
+                                               {"kAssetHashBytes", kAssetHashBytes},
+                                               {"kMaxBodies", kMaxBodies},
+                                               {"kMaxUsers", kMaxUsers}};
+  EXPECT_EQ(numbers_in(table_under("Constants")), expected);
+}
+
+TEST(WireDocument, RangesAreThoseOfTheCode) {
+  const std::map<std::string, double> expected{{"kMaxPositionM", kMaxPositionM},
+                                               {"kMaxSpeedMPerS", kMaxSpeedMPerS},
+                                               {"kMaxTurnRadPerS", kMaxTurnRadPerS},
+                                               {"kMaxForceN", kMaxForceN},
+                                               {"kMaxTorqueNM", kMaxTorqueNM},
+                                               {"kMaxEnergyJ", kMaxEnergyJ},
+                                               {"kMaxFieldEnergyKjPerMol", kMaxFieldEnergyKjPerMol},
+                                               {"kMaxQuaternionError", kMaxQuaternionError},
+                                               {"kMaxTimestamp", static_cast<double>(kMaxTimestamp.count())}};
+  EXPECT_EQ(numbers_in(table_under("Ranges of state")), expected);
+}
+
+TEST(WireDocument, ThinningConstantsAreThoseOfTheCode) {
+  const std::map<std::string, double> expected{{"kOverdueMessages", ServerUpdateEncoder::kOverdueMessages},
+                                               {"kOverduePerMessage", ServerUpdateEncoder::kOverduePerMessage},
+                                               {"kLongestWaitMessages", ServerUpdateEncoder::kLongestWaitMessages}};
+  EXPECT_EQ(numbers_in(table_under("Thinning of a ServerUpdate")), expected);
+}
+
+/// Where a header's only bytes that are not zero (first byte apart) are, from the code.
+std::pair<std::size_t, std::size_t> extent_in(const Bytes& header) {
+  std::size_t first = 1;
+  while (first < header.size() && header[first] == std::byte{0}) ++first;
+  std::size_t end = header.size();
+  while (end > first && header[end - 1] == std::byte{0}) --end;
+  return {first, end - first};
+}
+
+TEST(WireDocument, HeaderLayoutIsThatOfTheCode) {
+  std::map<std::string, std::pair<std::size_t, std::size_t>> documented;
+  std::size_t next = 0;
+  for (const Row& row : table_under("Datagram header")) {
+    EXPECT_EQ(std::stoul(row.at(0)), next) << row.at(2) << " does not follow the field before it";
+    documented[row.at(2)] = {std::stoul(row.at(0)), std::stoul(row.at(1))};
+    next += std::stoul(row.at(1));
+  }
+  EXPECT_EQ(next, kDatagramHeaderBytes);
+  Bytes with_connection;
+  append_header({.connection = ConnectionId{~0ULL}}, with_connection);
+  EXPECT_EQ(documented["connection"], extent_in(with_connection));
+  Bytes with_sequence;
+  append_header({.connection = {}, .sequence = ~0ULL}, with_sequence);
+  EXPECT_EQ(documented["sequence"], extent_in(with_sequence));
+  // The tag is what is left, and what makes a header refused by kTag: tested bit by bit in hostile_bytes_test.cpp.
+  EXPECT_EQ(documented["tag"], std::pair(kDatagramHeaderBytes - 16, std::size_t{16}));
+  EXPECT_EQ(documented["payload"].first, kDatagramHeaderBytes);
+}
+
+TEST(WireDocument, DatagramTypesAreThoseOfTheCode) {
+  const auto number = [](DatagramType type) { return std::to_string(static_cast<int>(type)); };
+  EXPECT_THAT(columns_of(table_under("Datagram header", 1), 2),
+              UnorderedElementsAreArray<Row>({{number(DatagramType::kClientUpdate), "ClientUpdate"},
+                                              {number(DatagramType::kServerUpdate), "ServerUpdate"}}));
+}
+
+TEST(WireDocument, DropReasonsAreThoseOfTheCode) {
+  std::vector<Row> expected;
+  for (unsigned i = 0; i < static_cast<unsigned>(DropReason::kCount); ++i) {
+    expected.push_back({std::to_string(i), std::string(name_of(static_cast<DropReason>(i)))});
+  }
+  EXPECT_EQ(columns_of(table_under("Drop reasons"), 2), expected);
+}
+
+TEST(WireDocument, ChecksOnReceiveNameOnlyDropReasons) {
+  std::set<std::string> reasons;
+  for (const Row& row : table_under("Drop reasons")) reasons.insert(row.at(1));
+  unsigned step = 0;
+  for (const Row& row : table_under("Checks on receive")) {
+    EXPECT_EQ(row.at(0), std::to_string(++step));
+    EXPECT_TRUE(reasons.contains(row.at(2))) << row.at(2);
+  }
+}
+
+/// A datagram that fails the header checks number `first` and all after it.
+Bytes failing_from(int first) {
+  if (first == 1) return Bytes(kDatagramHeaderBytes - 1);
+  Bytes bytes(first == 2 ? kMaxDatagramBytes + 1 : kDatagramHeaderBytes);
+  const unsigned version = first <= 3 ? 7 : kProtocolVersion;
+  const unsigned type = first <= 4 ? 3 : 0;
+  bytes[0] = std::byte((version << 5U) | (type << 3U));
+  if (first <= 5) bytes.at(20) = std::byte{1};
+  if (first > 6) bytes.at(8) = std::byte{1};
+  return bytes;
+}
+
+TEST(WireDocument, HeaderChecksAreMadeInTheDocumentedOrder) {
+  const Table checks = table_under("Checks on receive");
+  for (int step = 1; step <= 7; ++step) {
+    DatagramHeader header;
+    EXPECT_EQ(name_of(parse_header(failing_from(step), header)), checks.at(static_cast<std::size_t>(step) - 1).at(2))
+        << "step " << step;
+  }
+}
+
+TEST(WireDocument, StateFieldsAreThoseOfTheSchema) {
+  EXPECT_THAT(columns_of(table_under("State messages"), 4),
+              UnorderedElementsAreArray(fields_of(*wire::ClientUpdate::descriptor()->file())));
+}
+
+TEST(WireDocument, ControlFieldsAreThoseOfTheSchema) {
+  EXPECT_THAT(columns_of(table_under("Control messages"), 4),
+              UnorderedElementsAreArray(fields_of(*wire::ClientControl::descriptor()->file())));
+}
+
+TEST(WireDocument, EveryRequestHasAnAnswerThatTheServerCanSend) {
+  const Descriptor& server = *wire::ServerControl::descriptor();
+  const google::protobuf::OneofDescriptor& requests = *wire::ClientControl::descriptor()->oneof_decl(0);
+  std::set<std::string> documented;
+  for (const Row& row : table_under("Control messages", 1)) {
+    documented.insert(row.at(0));
+    EXPECT_TRUE(row.at(1) == "nothing" || server.FindFieldByName(row.at(1)) != nullptr) << row.at(1);
+  }
+  std::set<std::string> expected;
+  for (int i = 0; i < requests.field_count(); ++i) expected.insert(requests.field(i)->name());
+  EXPECT_EQ(documented, expected);
+}
+
+TEST(WireDocument, EnumsAreThoseOfTheSchema) {
+  std::vector<Row> expected;
+  const FileDescriptor& file = *wire::ClientControl::descriptor()->file();
+  for (int e = 0; e < file.enum_type_count(); ++e) {
+    for (int v = 0; v < file.enum_type(e)->value_count(); ++v) {
+      const auto& value = *file.enum_type(e)->value(v);
+      expected.push_back({file.enum_type(e)->name(), std::to_string(value.number()), value.name()});
+    }
+  }
+  EXPECT_THAT(columns_of(table_under("Numbers of the enums"), 3), UnorderedElementsAreArray(expected));
+}
+
+}  // namespace
+}  // namespace tandem

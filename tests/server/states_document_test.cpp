@@ -1,0 +1,195 @@
+// Holds the server's tables of proto/STATES.md against SessionHub: every row is brought about and compared.
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <map>
+
+#include "tests/support/hub_bench.hpp"
+#include "tests/support/markdown_table.hpp"
+
+namespace tandem {
+namespace {
+
+const std::string kDocument = TANDEM_STATES_DOCUMENT;
+
+/// A client of a bench, brought into the state of that name.
+struct Subject {
+  explicit Subject(const std::string& state, HubSettings settings = {}) : bench(settings) {
+    client = bench.connect();
+    if (state != "greeting") bench.greet(client);
+    if (state == "active") {
+      bench.send(client, HubBench::join_message("ada"));
+      client.joined = bench.take(client).at(0).joined();
+    }
+    if (state == "closed") bench.hub->on_disconnected(client.handle, bench.now);
+  }
+  std::string state() const { return std::string(name_of(bench.hub->state_of(client.handle))); }
+  void send(const std::function<void(wire::ClientControl&)>& fill) {
+    wire::ClientControl message;
+    message.set_request(1);
+    fill(message);
+    bench.send(client, message);
+  }
+
+  HubBench bench;
+  BenchClient client;
+};
+
+void fill_with(wire::ClientControl& message, const google::protobuf::FieldDescriptor& field) {
+  if (field.name() == "state_datagram") {
+    message.set_state_datagram("x");
+  } else {
+    message.GetReflection()->MutableMessage(&message, &field);
+  }
+}
+
+void wait_out(Subject& subject) {
+  for (int i = 0; i < 5000 && subject.state() != "closed"; ++i) {
+    subject.bench.now += std::chrono::milliseconds(1);
+    subject.bench.hub->poll(subject.bench.now);
+  }
+}
+
+void send_forbidden(Subject& subject) {
+  // A second hello is never allowed; before the first one, a ping is not.
+  if (subject.state() == "greeting") {
+    subject.send([](auto& message) { message.mutable_ping(); });
+  } else {
+    subject.send([](auto& message) { message.mutable_hello()->set_protocol_version(kProtocolVersion); });
+  }
+}
+
+void join_room(Subject& subject, const std::string& name, wire::Role role, const std::string& room) {
+  subject.bench.send(subject.client, HubBench::join_message(name, role, room));
+}
+
+void set_parameter(Subject& subject, const std::string& name, double value) {
+  subject.send([&](auto& message) {
+    message.mutable_set_parameter()->set_name(name);
+    message.mutable_set_parameter()->set_value(value);
+  });
+}
+
+using Event = std::function<void(Subject&)>;
+
+const std::map<std::string, Event>& events() {
+  static const std::map<std::string, Event> kEvents{
+      {"hello",
+       [](Subject& s) {
+         s.send([](auto& message) { message.mutable_hello()->set_protocol_version(kProtocolVersion); });
+       }},
+      {"hello of another version",
+       [](Subject& s) {
+         s.send([](auto& message) { message.mutable_hello()->set_protocol_version(kProtocolVersion + 1); });
+       }},
+      {"leave", [](Subject& s) { s.send([](auto& message) { message.mutable_leave(); }); }},
+      {"ping", [](Subject& s) { s.send([](auto& message) { message.mutable_ping(); }); }},
+      {"message not allowed here", send_forbidden},
+      {"unreadable bytes",
+       [](Subject& s) { s.bench.hub->on_control_bytes(s.client.handle, Bytes(8, std::byte{0xFF}), s.bench.now); }},
+      {"time-out", wait_out},
+      {"server stops", [](Subject& s) { s.bench.hub->stop(s.bench.now); }},
+      {"connection lost", [](Subject& s) { s.bench.hub->on_disconnected(s.client.handle, s.bench.now); }},
+      {"join", [](Subject& s) { join_room(s, "ada", wire::ROLE_MANIPULATOR, ""); }},
+      {"join of an unknown room", [](Subject& s) { join_room(s, "ada", wire::ROLE_MANIPULATOR, "attic"); }},
+      {"join of a full room",
+       [](Subject& s) {
+         s.bench.join("ben");
+         s.bench.join("cleo");
+         join_room(s, "ada", wire::ROLE_MANIPULATOR, "");
+       }},
+      {"join with a bad name", [](Subject& s) { join_room(s, "", wire::ROLE_MANIPULATOR, ""); }},
+      {"join without a role", [](Subject& s) { join_room(s, "ada", wire::ROLE_UNSPECIFIED, ""); }},
+      {"grab",
+       [](Subject& s) {
+         s.send([](auto& message) { message.mutable_grab()->set_body(1); });
+         s.bench.step();
+       }},
+      {"grab of an unknown body",
+       [](Subject& s) {
+         s.send([](auto& message) { message.mutable_grab()->set_body(60); });
+         s.bench.step();
+       }},
+      {"release",
+       [](Subject& s) {
+         s.send([](auto& message) { message.mutable_release(); });
+         s.bench.step();
+       }},
+      {"set_parameter", [](Subject& s) { set_parameter(s, "coupling.force_limit_n", 5); }},
+      {"set_parameter of an unknown name", [](Subject& s) { set_parameter(s, "colour", 5); }},
+      {"set_parameter out of range", [](Subject& s) { set_parameter(s, "coupling.force_limit_n", -5); }},
+      {"get_asset of an unknown hash",
+       [](Subject& s) { s.send([](auto& message) { message.mutable_get_asset()->set_sha256("?"); }); }},
+      {"state_datagram",
+       [](Subject& s) { s.send([](auto& message) { message.set_state_datagram("not a datagram"); }); }},
+      {"reader too slow",
+       [](Subject& s) {
+         s.bench.transport.queued = kMaxQueuedControlBytes + 1;
+         s.send([](auto& message) { message.mutable_ping(); });
+       }},
+      {"one connection too many", [](Subject&) {}},
+  };
+  return kEvents;
+}
+
+TEST(StatesDocument, EveryTransitionOfTheServerHappensAsWritten) {
+  std::map<std::string, int> caused;
+  for (const TableRow& row : table_under(kDocument, "### Transitions of the server")) {
+    const std::string& event = row.at("event");
+    SCOPED_TRACE(row.at("state") + " / " + event);
+    ASSERT_TRUE(events().contains(event)) << "the document has an event that the test cannot cause";
+    ++caused[event];
+    HubSettings settings;
+    if (event == "one connection too many") settings.max_connections = 0;
+    Subject subject(row.at("state"), settings);
+    if (event != "one connection too many") {
+      ASSERT_EQ(subject.state(), row.at("state"));
+      subject.bench.take(subject.client);
+    }
+    events().at(event)(subject);
+    const auto sent = subject.bench.take(subject.client);
+    EXPECT_EQ(described(sent), row.at("sent"));
+    EXPECT_EQ(subject.state(), row.at("next"));
+    if (row.at("reason").empty()) continue;
+    ASSERT_FALSE(sent.empty());
+    EXPECT_EQ(wire::DisconnectReason_Name(sent.back().goodbye().reason()), row.at("reason"));
+    EXPECT_TRUE(subject.bench.transport.closed.contains(subject.client.handle));
+  }
+  for (const auto& [event, action] : events()) EXPECT_GT(caused[event], 0) << event << " is not in the document";
+}
+
+TEST(StatesDocument, TheServerTakesExactlyTheListedMessages) {
+  const auto* fields = wire::ClientControl::descriptor()->FindOneofByName("message");
+  for (const TableRow& row : table_under(kDocument, "### Messages that the server takes")) {
+    if (row.at("state") == "closed") continue;
+    const auto allowed = split_trimmed(row.at("messages"), ',');
+    for (int i = 0; i < fields->field_count(); ++i) {
+      const auto& field = *fields->field(i);
+      SCOPED_TRACE(row.at("state") + " / " + field.name());
+      Subject subject(row.at("state"));
+      subject.bench.take(subject.client);
+      subject.send([&field](auto& message) { fill_with(message, field); });
+      bool was_protocol_error = false;
+      for (const auto& message : subject.bench.take(subject.client)) {
+        was_protocol_error |= message.goodbye().reason() == wire::DISCONNECT_PROTOCOL_ERROR;
+      }
+      const bool is_allowed = std::find(allowed.begin(), allowed.end(), field.name()) != allowed.end();
+      EXPECT_EQ(was_protocol_error, !is_allowed);
+    }
+  }
+}
+
+TEST(StatesDocument, TheServersTimeOutsAreThoseOfItsSettings) {
+  for (const TableRow& row : table_under(kDocument, "## Server")) {
+    SCOPED_TRACE(row.at("state"));
+    if (row.at("time-out").empty()) continue;
+    const Duration stated = std::chrono::milliseconds(std::stoi(row.at("time-out")));
+    Subject subject(row.at("state"));
+    const LocalTime begin = subject.bench.now;
+    wait_out(subject);
+    EXPECT_EQ(subject.bench.now - begin, stated);
+  }
+}
+
+}  // namespace
+}  // namespace tandem

@@ -1,0 +1,12 @@
+// Counts heap allocations of the calling thread, so that "allocates nothing here" is a test. Link
+// allocation_counter.cpp into the test program: it replaces the global operator new.
+#pragma once
+
+#include <cstdint>
+
+namespace tandem {
+
+/// Calls of operator new by this thread since it started.
+std::uint64_t allocation_count() noexcept;
+
+}  // namespace tandem

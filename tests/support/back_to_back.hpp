@@ -1,0 +1,232 @@
+// Real session hub, rooms and client sessions in one process under a virtual clock: what one sends, the other
+// gets after a fixed delay. No socket, no thread.
+#pragma once
+
+#include <deque>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "client/session.hpp"
+#include "server/session_hub.hpp"
+
+namespace tandem {
+
+class BackToBack;
+
+/// One client with its wire to the server. Its clock runs `clock_lead` ahead of the server's.
+class WiredClient final : public ClientTransport {
+ public:
+  WiredClient(BackToBack& net, SessionSettings settings, Duration clock_lead)
+      : net_(net), clock_lead_(clock_lead), session(std::move(settings), *this, mailboxes) {}
+
+  LocalTime own_time() const;
+  void run();
+  /// The haptic thread's part: a handle at `X_WH`.
+  void publish_handle(const Pose& X_WH, std::uint32_t buttons = 0) {
+    ClientUpdate update;
+    update.input_tick = Tick{++tick};
+    update.handle.X = X_WH;
+    update.handle_valid = true;
+    update.buttons = buttons;
+    mailboxes.outbox.publish(update);
+  }
+  /// The newest update received, or null.
+  const ServerUpdate* newest() {
+    has_newest_ |= mailboxes.inbox.poll();
+    return has_newest_ ? &mailboxes.inbox.front().update : nullptr;
+  }
+  /// The connection is gone without a word, for both ends.
+  void cut();
+
+  void connect(LocalTime now) override;
+  void send_control(std::span<const std::byte> bytes) override;
+  bool send_datagram(std::span<const std::byte> datagram) override;
+  void set_datagram_port(std::uint16_t) override {}
+  std::size_t queued_control_bytes() const override { return 0; }
+  void close() override;
+
+ private:
+  friend class BackToBack;
+  struct Packet {
+    LocalTime due;
+    bool is_control;
+    Bytes bytes;
+  };
+  void deliver_up(const Packet& packet);
+  void deliver_down(const Packet& packet);
+
+  BackToBack& net_;
+  Duration clock_lead_;
+  ConnectionHandle handle_ = 0;  ///< 0: not connected
+  bool wants_to_connect_ = false;
+  bool ends_after_queue_ = false;  ///< the server closed: end of stream after what is under way
+  bool has_newest_ = false;
+  std::deque<Packet> up_;
+  std::deque<Packet> down_;
+
+ public:
+  ClientMailboxes mailboxes;
+  ClientSession session;  // last: it calls the members above
+  std::uint64_t tick = 0;
+};
+
+class BackToBack final : public ServerTransport {
+ public:
+  explicit BackToBack(const std::string& scene_json, Duration delay = Duration{0})
+      : one_way(delay), scene_(load_scene_text(scene_json, "test scene", ".")) {
+    start_server();
+  }
+
+  void start_server() {
+    room = std::make_unique<Room>(RoomId{1}, scene_->description.name(), scene_);
+    hub = std::make_unique<SessionHub>(HubSettings{.seed = ++servers_started_}, std::vector<Room*>{room.get()}, *this);
+  }
+  /// As kill −9: every connection ends, nothing is said.
+  void kill_server() {
+    hub.reset();
+    for (const auto& client : clients) client->cut();
+  }
+
+  WiredClient& add_client(SessionSettings settings, Duration clock_lead = Duration{0}) {
+    clients.push_back(std::make_unique<WiredClient>(*this, std::move(settings), clock_lead));
+    clients.back()->session.start(clients.back()->own_time());
+    return *clients.back();
+  }
+
+  /// Milliseconds in which the room steps, the hub and the sessions poll.
+  void run(int milliseconds) {
+    for (int i = 0; i < milliseconds; ++i) {
+      now += std::chrono::milliseconds(1);
+      if (hub != nullptr) {
+        room->step(server_time_of_own_clock(now));
+        hub->poll(now);
+      }
+      for (const auto& client : clients) client->run();
+    }
+  }
+
+  void send_control(ConnectionHandle connection, std::span<const std::byte> bytes) override {
+    send_down(connection, true, bytes);
+  }
+  bool send_datagram(ConnectionHandle connection, std::span<const std::byte> datagram) override {
+    send_down(connection, false, datagram);
+    return true;
+  }
+  std::size_t queued_control_bytes(ConnectionHandle) const override { return 0; }
+  void close(ConnectionHandle connection) override {
+    if (WiredClient* client = find(connection)) client->ends_after_queue_ = true;
+  }
+
+  LocalTime now{std::chrono::seconds(1000)};
+  Duration one_way;
+  bool delivers_datagrams = true;
+  /// Changes bytes on their way, both directions; called with what is about to be delivered.
+  std::function<void(Bytes&)> damage;
+  std::unique_ptr<Room> room;
+  std::unique_ptr<SessionHub> hub;
+  std::vector<std::unique_ptr<WiredClient>> clients;
+
+ private:
+  friend class WiredClient;
+  WiredClient* find(ConnectionHandle connection) {
+    for (const auto& client : clients) {
+      if (client->handle_ == connection) return client.get();
+    }
+    return nullptr;
+  }
+  void send_down(ConnectionHandle connection, bool is_control, std::span<const std::byte> bytes) {
+    if (WiredClient* client = find(connection)) {
+      client->down_.push_back({now + one_way, is_control, Bytes(bytes.begin(), bytes.end())});
+    }
+  }
+
+  std::shared_ptr<const LoadedScene> scene_;
+  std::uint64_t servers_started_ = 0;
+  ConnectionHandle last_handle_ = 0;
+};
+
+inline LocalTime WiredClient::own_time() const {
+  return net_.now + clock_lead_;
+}
+
+inline void WiredClient::connect(LocalTime) {
+  close();
+  wants_to_connect_ = true;
+}
+
+inline void WiredClient::send_control(std::span<const std::byte> bytes) {
+  if (handle_ != 0) up_.push_back({net_.now + net_.one_way, true, Bytes(bytes.begin(), bytes.end())});
+}
+
+inline bool WiredClient::send_datagram(std::span<const std::byte> datagram) {
+  up_.push_back({net_.now + net_.one_way, false, Bytes(datagram.begin(), datagram.end())});
+  return true;
+}
+
+inline void WiredClient::close() {
+  // What was said before closing still arrives: a leave does.
+  for (const Packet& packet : std::exchange(up_, {})) deliver_up(packet);
+  const ConnectionHandle old = std::exchange(handle_, 0);
+  if (old != 0 && net_.hub != nullptr) net_.hub->on_disconnected(old, net_.now);
+  down_.clear();
+  wants_to_connect_ = false;
+  ends_after_queue_ = false;
+}
+
+inline void WiredClient::cut() {
+  if (handle_ == 0) return;
+  up_.clear();
+  close();
+  session.on_disconnected(own_time(), "the connection was cut");
+}
+
+inline void WiredClient::deliver_up(const Packet& packet) {
+  if (net_.hub == nullptr || handle_ == 0) return;
+  Bytes bytes = packet.bytes;
+  if (net_.damage) net_.damage(bytes);
+  if (packet.is_control) {
+    net_.hub->on_control_bytes(handle_, bytes, net_.now);
+  } else if (net_.delivers_datagrams) {
+    net_.hub->on_datagram(bytes, net_.now, {});
+  }
+}
+
+inline void WiredClient::deliver_down(const Packet& packet) {
+  Bytes bytes = packet.bytes;
+  if (net_.damage) net_.damage(bytes);
+  if (packet.is_control) {
+    session.on_control_bytes(bytes, own_time());
+  } else if (net_.delivers_datagrams) {
+    session.on_datagram(bytes, own_time());
+  }
+}
+
+inline void WiredClient::run() {
+  if (std::exchange(wants_to_connect_, false)) {
+    if (net_.hub == nullptr) {
+      session.on_disconnected(own_time(), "connection refused");
+    } else {
+      handle_ = ++net_.last_handle_;
+      net_.hub->on_connected(handle_, net_.now);
+      session.on_connected(own_time());
+    }
+  }
+  while (!up_.empty() && up_.front().due <= net_.now) {
+    const Packet packet = std::move(up_.front());
+    up_.pop_front();
+    deliver_up(packet);
+  }
+  while (!down_.empty() && down_.front().due <= net_.now) {
+    const Packet packet = std::move(down_.front());
+    down_.pop_front();
+    deliver_down(packet);
+  }
+  if (ends_after_queue_ && down_.empty()) {
+    close();
+    session.on_disconnected(own_time(), "the server closed the connection");
+  }
+  session.poll(own_time());
+}
+
+}  // namespace tandem

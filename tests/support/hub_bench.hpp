@@ -1,0 +1,193 @@
+// A session hub with its rooms under a virtual clock, and hand-made clients that say whatever a test wants.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "proto/control_framing.hpp"
+#include "proto/state_codec.hpp"
+#include "server/scene_file.hpp"
+#include "server/session_hub.hpp"
+
+namespace tandem {
+
+/// Two tools, one graspable box within reach of both that floats between them.
+inline std::string two_hands_scene(const std::string& name = "bench") {
+  return R"({"name": ")" + name + R"(",
+    "bodies": [{"name": "box", "shapes": [{"box": {"size_m": [0.02, 0.02, 0.02]}}], "mass_kg": 0.1,
+                "graspable": true, "gravity": false}],
+    "tools": [{"name": "a", "placement": {"position_m": [-0.02, 0, 0]}},
+              {"name": "b", "placement": {"position_m": [0.02, 0, 0]}}],
+    "coupling": {"stiffness_n_per_m": 200, "damping_n_s_per_m": 2},
+    "limits": {"observers": 1}})";
+}
+
+inline std::shared_ptr<const LoadedScene> scene_of(const std::string& json) {
+  return load_scene_text(json, "test scene", ".");
+}
+
+/// Remembers what the hub sends.
+class RecordingTransport final : public ServerTransport {
+ public:
+  void send_control(ConnectionHandle connection, std::span<const std::byte> bytes) override {
+    readers[connection].feed(bytes);
+    while (const auto payload = readers[connection].next()) {
+      if (!parse_control(*payload, messages[connection].emplace_back())) messages[connection].pop_back();
+    }
+  }
+  bool send_datagram(ConnectionHandle connection, std::span<const std::byte> datagram) override {
+    if (!takes_datagrams) return false;
+    datagrams[connection].emplace_back(datagram.begin(), datagram.end());
+    return true;
+  }
+  std::size_t queued_control_bytes(ConnectionHandle) const override { return queued; }
+  void close(ConnectionHandle connection) override { closed.insert(connection); }
+
+  std::map<ConnectionHandle, FrameReader> readers;
+  std::map<ConnectionHandle, std::vector<wire::ServerControl>> messages;
+  std::map<ConnectionHandle, std::vector<Bytes>> datagrams;
+  std::set<ConnectionHandle> closed;
+  std::size_t queued = 0;
+  bool takes_datagrams = true;
+};
+
+/// One hand-made client.
+struct BenchClient {
+  ConnectionHandle handle = 0;
+  ConnectionId connection;
+  std::uint8_t epoch = 0;
+  std::uint64_t sequence = 0;
+  std::uint64_t tick = 0;
+  wire::Joined joined;
+};
+
+class HubBench {
+ public:
+  explicit HubBench(HubSettings settings = {}, std::vector<std::string> scenes = {two_hands_scene()}) {
+    for (const std::string& json : scenes) {
+      const auto scene = scene_of(json);
+      rooms.push_back(std::make_unique<Room>(RoomId{static_cast<std::uint32_t>(rooms.size() + 1)},
+                                             scene->description.name(), scene));
+    }
+    std::vector<Room*> pointers;
+    for (const auto& room : rooms) pointers.push_back(room.get());
+    hub = std::make_unique<SessionHub>(settings, pointers, transport);
+    hub->on_log = [this](const std::string& line) { log.push_back(line); };
+  }
+
+  BenchClient connect() {
+    BenchClient client;
+    client.handle = ++last_handle;
+    hub->on_connected(client.handle, now);
+    return client;
+  }
+
+  void send(const BenchClient& client, const wire::ClientControl& message) {
+    Bytes frame;
+    append_frame(message, frame);
+    hub->on_control_bytes(client.handle, frame, now);
+  }
+
+  /// What the hub has said to the client since the last call.
+  std::vector<wire::ServerControl> take(const BenchClient& client) {
+    return std::exchange(transport.messages[client.handle], {});
+  }
+  std::vector<Bytes> take_datagrams(const BenchClient& client) {
+    return std::exchange(transport.datagrams[client.handle], {});
+  }
+
+  void greet(BenchClient& client, const std::string& capability = "state-udp") {
+    wire::ClientControl hello;
+    hello.mutable_hello()->set_protocol_version(kProtocolVersion);
+    hello.mutable_hello()->add_capabilities(capability);
+    send(client, hello);
+    for (const wire::ServerControl& message : take(client)) {
+      client.connection = ConnectionId{message.welcome().connection_id()};
+      client.epoch = static_cast<std::uint8_t>(message.welcome().epoch());
+    }
+  }
+
+  static wire::ClientControl join_message(const std::string& name, wire::Role role = wire::ROLE_MANIPULATOR,
+                                          const std::string& room = "") {
+    wire::ClientControl join;
+    join.set_request(7);
+    join.mutable_join()->set_room(room);
+    join.mutable_join()->set_user_name(name);
+    join.mutable_join()->set_role(role);
+    return join;
+  }
+
+  /// Connects, greets and joins; the answer is in `joined` (user 0 when refused).
+  BenchClient join(const std::string& name, wire::Role role = wire::ROLE_MANIPULATOR,
+                   const std::string& capability = "state-udp") {
+    BenchClient client = connect();
+    greet(client, capability);
+    send(client, join_message(name, role));
+    for (const wire::ServerControl& message : take(client)) {
+      if (message.has_joined()) client.joined = message.joined();
+    }
+    return client;
+  }
+
+  /// The tool's own start pose as the handle, so that nothing pulls.
+  ClientUpdate resting_input(BenchClient& client) {
+    ClientUpdate update;
+    update.input_tick = Tick{++client.tick};
+    update.handle_valid = client.joined.role() == wire::ROLE_MANIPULATOR;
+    if (update.handle_valid) update.handle.X = rooms.front()->scene().tools[client.joined.tool()].X_WT;
+    update.sent = now;
+    return update;
+  }
+
+  Bytes datagram_of(BenchClient& client, const ClientUpdate& update) {
+    Bytes datagram;
+    append_header({DatagramType::kClientUpdate, client.epoch, client.connection, ++client.sequence}, datagram);
+    append_client_update(update, datagram);
+    return datagram;
+  }
+
+  ConnectionHandle deliver(const Bytes& datagram) { return hub->on_datagram(datagram, now, {}); }
+  ConnectionHandle send_state(BenchClient& client) { return deliver(datagram_of(client, resting_input(client))); }
+
+  /// One millisecond: every room steps, then the hub polls.
+  void step() {
+    now += std::chrono::milliseconds(1);
+    for (const auto& room : rooms) room->step(server_time_of_own_clock(now));
+    hub->poll(now);
+  }
+  void step(int times) {
+    for (int i = 0; i < times; ++i) step();
+  }
+
+  /// The last update sent to the client, or nothing.
+  std::optional<ServerUpdate> newest_update(const BenchClient& client) {
+    const std::vector<Bytes>& sent = transport.datagrams[client.handle];
+    ServerUpdate update;
+    if (sent.empty() || parse_server_update(payload_of(sent.back()), update) != DropReason::kNone) return std::nullopt;
+    return update;
+  }
+
+  LocalTime now{std::chrono::seconds(100)};
+  RecordingTransport transport;
+  std::vector<std::unique_ptr<Room>> rooms;
+  std::unique_ptr<SessionHub> hub;
+  std::vector<std::string> log;
+  ConnectionHandle last_handle = 0;
+};
+
+/// Names of the messages, with the code of an error: "error ERROR_ROOM_FULL, goodbye".
+inline std::string described(const std::vector<wire::ServerControl>& messages) {
+  std::string text;
+  for (const wire::ServerControl& message : messages) {
+    if (!text.empty()) text += ", ";
+    const auto* field = message.GetDescriptor()->FindFieldByNumber(message.message_case());
+    text += field == nullptr ? "nothing" : field->name();
+    if (message.has_error()) text += " " + wire::ErrorCode_Name(message.error().code());
+  }
+  return text;
+}
+
+}  // namespace tandem

@@ -1,0 +1,69 @@
+// A live server on a loopback port, in a thread of this process.
+#pragma once
+
+#include <chrono>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "server/net/live_server.hpp"
+
+namespace tandem {
+
+/// Waits until `is_true`, for as long as only a hang would take.
+inline bool eventually(const std::function<bool()>& is_true) {
+  const auto give_up = std::chrono::steady_clock::now() + std::chrono::seconds(30);
+  while (!is_true()) {
+    if (std::chrono::steady_clock::now() > give_up) return false;
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  }
+  return true;
+}
+
+class RunningServer {
+ public:
+  explicit RunningServer(const std::string& scene_json, LiveServerSettings settings = {.port = 0}) {
+    const auto scene = load_scene_text(scene_json, "test scene", ".");
+    std::vector<std::unique_ptr<Room>> rooms;
+    rooms.push_back(std::make_unique<Room>(RoomId{1}, scene->description.name(), scene));
+    server = std::make_unique<LiveServer>(settings, std::move(rooms));
+    server->on_log = [this](const std::string& line) {
+      const std::lock_guard lock(mutex_);
+      log_.push_back(line);
+    };
+    thread_ = std::thread([this] { server->run(); });
+  }
+  ~RunningServer() { stop(); }
+
+  /// With goodbyes.
+  void stop() {
+    if (!thread_.joinable()) return;
+    server->stop();
+    thread_.join();
+  }
+  /// As kill −9 would: the sockets are gone, nobody is told.
+  void kill() {
+    server->abandon();
+    thread_.join();
+    server.reset();
+  }
+  bool has_logged(const std::string& words) {
+    const std::lock_guard lock(mutex_);
+    for (const std::string& line : log_) {
+      if (line.find(words) != std::string::npos) return true;
+    }
+    return false;
+  }
+
+  std::unique_ptr<LiveServer> server;
+
+ private:
+  std::mutex mutex_;
+  std::vector<std::string> log_;
+  std::thread thread_;
+};
+
+}  // namespace tandem

@@ -1,0 +1,145 @@
+// A client session under a virtual clock, with a hand-made server that says whatever a test wants.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "client/session.hpp"
+#include "proto/control_framing.hpp"
+#include "proto/coupling_fields.hpp"
+#include "proto/state_codec.hpp"
+
+namespace tandem {
+
+/// Remembers what the session sends.
+class RecordingClientTransport final : public ClientTransport {
+ public:
+  void connect(LocalTime) override { ++connects; }
+  void send_control(std::span<const std::byte> bytes) override {
+    reader.feed(bytes);
+    while (const auto payload = reader.next()) {
+      if (!parse_control(*payload, messages.emplace_back())) messages.pop_back();
+    }
+  }
+  bool send_datagram(std::span<const std::byte> datagram) override {
+    if (!takes_datagrams) return false;
+    datagrams.emplace_back(datagram.begin(), datagram.end());
+    return true;
+  }
+  void set_datagram_port(std::uint16_t its_port) override { port = its_port; }
+  std::size_t queued_control_bytes() const override { return queued; }
+  void close() override { ++closes; }
+
+  FrameReader reader;
+  std::vector<wire::ClientControl> messages;
+  std::vector<Bytes> datagrams;
+  std::uint16_t port = 0;
+  std::size_t queued = 0;
+  bool takes_datagrams = true;
+  int connects = 0;
+  int closes = 0;
+};
+
+/// A Joined with everything that a client needs and nothing more.
+inline wire::Joined minimal_joined(wire::Role role = wire::ROLE_MANIPULATOR) {
+  wire::Joined joined;
+  joined.set_user(3);
+  joined.set_role(role);
+  wire::Scene& scene = *joined.mutable_scene();
+  scene.set_name("bench");
+  scene.mutable_coupling()->set_law("spring-damper");
+  for (const CouplingField& field : kCouplingFields) (scene.mutable_coupling()->*field.set)(1.0);
+  wire::Workspace& workspace = *scene.add_tools()->mutable_workspace();
+  for (const double x : {0.1, 0.2, 0.3}) workspace.mutable_device_base()->add_position_m(x);
+  workspace.set_position_scale(2.0);
+  workspace.set_force_scale(0.5);
+  return joined;
+}
+
+class SessionBench {
+ public:
+  explicit SessionBench(SessionSettings settings = {}) : session(settings, transport, mailboxes) {
+    session.on_log = [this](const std::string& line) { log.push_back(line); };
+    session.on_refused = [this](const wire::Error& error) { refused.push_back(error.code()); };
+    session.start(now);
+  }
+
+  void say(const wire::ServerControl& message) {
+    Bytes frame;
+    append_frame(message, frame);
+    session.on_control_bytes(frame, now);
+  }
+  void say_welcome(std::uint64_t connection = 0xABCDEF) {
+    wire::ServerControl message;
+    message.mutable_welcome()->set_protocol_version(kProtocolVersion);
+    message.mutable_welcome()->set_connection_id(connection);
+    message.mutable_welcome()->set_epoch(5);
+    message.mutable_welcome()->set_datagram_port(4711);
+    say(message);
+  }
+  void say_joined(const wire::Joined& joined = minimal_joined()) {
+    wire::ServerControl message;
+    *message.mutable_joined() = joined;
+    say(message);
+  }
+  void say_error(wire::ErrorCode code, const std::string& text = "no") {
+    wire::ServerControl message;
+    message.mutable_error()->set_code(code);
+    message.mutable_error()->set_text(text);
+    say(message);
+  }
+  void join(const wire::Joined& joined = minimal_joined()) {
+    session.on_connected(now);
+    say_welcome();
+    say_joined(joined);
+    transport.messages.clear();
+  }
+
+  /// The update as the server's next datagram; the session's own clock is 50 s behind the server's.
+  Bytes datagram_of(ServerUpdate update) {
+    update.sent = server_time_of_own_clock(now + std::chrono::seconds(50));
+    Bytes datagram;
+    append_header({DatagramType::kServerUpdate, 5, ConnectionId{0xABCDEF}, ++sequence}, datagram);
+    ServerUpdateEncoder().append(update, datagram);
+    return datagram;
+  }
+  ServerUpdate next_update() {
+    ServerUpdate update;
+    update.step = Step{++step};
+    return update;
+  }
+  void send_update() { session.on_datagram(datagram_of(next_update()), now); }
+
+  void wait(Duration duration) {
+    for (Duration waited{0}; waited < duration; waited += std::chrono::milliseconds(1)) {
+      now += std::chrono::milliseconds(1);
+      session.poll(now);
+    }
+  }
+  std::string state() const { return std::string(name_of(session.status().state)); }
+  bool scene_may_display() {
+    mailboxes.scene.poll();
+    return mailboxes.scene.front().may_display;
+  }
+
+  LocalTime now{std::chrono::seconds(10)};
+  RecordingClientTransport transport;
+  ClientMailboxes mailboxes;
+  ClientSession session;
+  std::vector<std::string> log;
+  std::vector<wire::ErrorCode> refused;
+  std::uint64_t sequence = 0;
+  std::uint64_t step = 0;
+};
+
+/// Names of the messages: "hello, join".
+inline std::string described(const std::vector<wire::ClientControl>& messages) {
+  std::string text;
+  for (const wire::ClientControl& message : messages) {
+    const auto* field = message.GetDescriptor()->FindFieldByNumber(message.message_case());
+    text += (text.empty() ? "" : ", ") + (field == nullptr ? "nothing" : field->name());
+  }
+  return text;
+}
+
+}  // namespace tandem

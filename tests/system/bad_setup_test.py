@@ -1,0 +1,120 @@
+"""Every wrong set-up ends with exit code 2 and one clear line that names what is wrong and what would be right."""
+
+import json
+import socket
+import threading
+import unittest
+
+from support import ProgramTest, Server, bytes_field, finish, frame, free_port, receive_frame, run, start_client, varint_field
+
+ERROR_WRONG_VERSION = 1
+
+BOX = {"name": "box", "mass_kg": 0.1, "shapes": [{"box": {"size_m": [0.02, 0.02, 0.02]}}]}
+
+
+class ServerSetup(ProgramTest):
+    def start_with(self, scene):
+        return run("tandem-server", "--port", "0", "--scene", self.write("bad.json", json.dumps(scene)))
+
+    def test_a_scene_that_does_not_exist(self):
+        self.assert_setup_error(run("tandem-server", "--port", "0", "--scene", "no_such_scene"), "no_such_scene")
+
+    def test_a_scene_that_is_not_json(self):
+        path = self.write("broken.json", '{"name": "x", ')
+        self.assert_setup_error(run("tandem-server", "--port", "0", "--scene", path), "broken.json")
+
+    def test_a_field_that_no_scene_has(self):
+        self.assert_setup_error(self.start_with({"name": "x", "gravitas": 3}), "bad.json", "gravitas")
+
+    def test_a_negative_mass(self):
+        scene = {"name": "x", "bodies": [dict(BOX, mass_kg=-1)], "tools": [{"name": "a"}]}
+        self.assert_setup_error(self.start_with(scene), "bad.json", "bodies[0].mass_kg", "-1")
+
+    def test_a_missing_mesh(self):
+        mesh = {"name": "m", "shapes": [{"mesh": {"file": "/nowhere/bunny.obj"}}]}
+        self.assert_setup_error(self.start_with({"name": "x", "bodies": [mesh], "tools": [{"name": "a"}]}),
+                                "bodies[0].shapes[0].mesh.file", "/nowhere/bunny.obj")
+
+    def test_a_port_in_use(self):
+        with socket.socket() as holder:
+            holder.bind(("127.0.0.1", 0))
+            holder.listen()
+            port = str(holder.getsockname()[1])
+            self.assert_setup_error(run("tandem-server", "--port", port, "--scene", "two_boxes"), port, "in use")
+
+    def test_an_address_that_is_not_loopback(self):
+        result = run("tandem-server", "--port", "0", "--bind", "0.0.0.0", "--scene", "two_boxes")
+        self.assert_setup_error(result, "0.0.0.0", "loopback")
+
+
+class ClientSetup(ProgramTest):
+    def test_no_server_there(self):
+        port = free_port()
+        self.assert_setup_error(finish(start_client(port, "--duration", "1s")), str(port), "refused")
+
+    def test_an_address_that_is_not_loopback(self):
+        # Refused before any packet is sent (TEST-NET-1, which is routed nowhere).
+        result = run("tandem-client", "--headless", "--server", "192.0.2.1:47800", "--duration", "1s")
+        self.assert_setup_error(result, "192.0.2.1", "loopback")
+
+    def test_an_unknown_room(self):
+        with Server("--scene", "two_boxes") as server:
+            result = finish(start_client(server.port, "--room", "attic", "--duration", "1s"))
+            self.assert_setup_error(result, "attic", "two_boxes")
+
+    def test_a_full_room(self):
+        with Server("--scene", "two_boxes") as server:
+            first = [start_client(server.port, "--duration", "20s", "--name", name) for name in ("a", "b")]
+            server.wait_for_log("joined.*\n?", 0.0)
+            server.wait_for_log(r"\bb\b.*joined|joined.*\bb\b")
+            result = finish(start_client(server.port, "--duration", "1s", "--name", "c"))
+            for process in first:
+                process.kill()
+                process.communicate()
+            self.assert_setup_error(result, "full")
+
+    def test_options_that_make_no_sense(self):
+        for arguments, word in [(["--stage", "telepathy"], "late-pose"), (["--delay", "25"], "ms"),
+                                (["--loss", "120%"], "loss"), (["--hand", "no_such_hand"], "no_such_hand"),
+                                (["--device", "wand"], "sim")]:
+            with self.subTest(arguments=arguments):
+                self.assert_setup_error(run("tandem-client", "--headless", *arguments), word)
+
+    def test_without_headless(self):
+        self.assert_setup_error(run("tandem-client"), "--headless")
+
+
+class WrongVersion(ProgramTest):
+    def test_the_server_names_its_version_to_an_old_client(self):
+        with Server("--scene", "two_boxes") as server, socket.create_connection(("127.0.0.1", server.port)) as peer:
+            peer.settimeout(20)
+            hello = bytes_field(2, varint_field(1, 999))
+            peer.sendall(frame(varint_field(1, 1) + hello))
+            answer = receive_frame(peer)
+            error = bytes_field(10, b"")[:1]  # tag of ServerControl.error
+            self.assertIn(error, answer)
+            self.assertIn(varint_field(1, ERROR_WRONG_VERSION), answer)
+            self.assertIn(b"999", answer)
+
+    def test_the_client_ends_with_the_servers_words(self):
+        listener = socket.create_server(("127.0.0.1", 0))
+
+        def refuse():
+            connection, _ = listener.accept()
+            with connection:
+                receive_frame(connection)
+                text = b"this server speaks protocol version 999"
+                error = bytes_field(10, varint_field(1, ERROR_WRONG_VERSION) + bytes_field(2, text))
+                connection.sendall(frame(varint_field(1, 1) + error))
+                connection.recv(1000)
+
+        thread = threading.Thread(target=refuse)
+        thread.start()
+        result = finish(start_client(listener.getsockname()[1], "--duration", "2s"))
+        thread.join()
+        listener.close()
+        self.assert_setup_error(result, "version 999")
+
+
+if __name__ == "__main__":
+    unittest.main()

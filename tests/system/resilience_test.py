@@ -1,0 +1,92 @@
+"""Programs killed, frozen and cut off mid-session: no force without a partner, nothing held for ever."""
+
+import json
+import math
+import os
+import signal
+import time
+import unittest
+
+from support import ProgramTest, Server, finish, read_trace, start_client
+
+ZERO_WITHIN_S = 0.150
+RELEASE_WITHIN_S = 2.0
+
+
+def force_n(row):
+    return math.sqrt(sum(row[f"displayed_force_{axis}_n"] ** 2 for axis in "xyz"))
+
+
+class ServerKilled(ProgramTest):
+    def test_forces_fall_to_zero_and_the_client_rejoins(self):
+        trace = self.path("trace.csv")
+        server = Server("--scene", "peg_in_hole")
+        client = start_client(server.port, "--hand", "peg-left", "--duration", "9s", "--json", "--trace", trace)
+        time.sleep(3.0)
+        server.kill()
+        time.sleep(1.5)
+        with Server("--scene", "peg_in_hole", port=server.port):
+            code, out, err = finish(client)
+        self.assertEqual(code, 0, err)
+        summary = json.loads(out)
+        self.assertEqual(summary["status"]["state"], "active")
+        self.assertGreaterEqual(summary["reconnects"], 1)
+        self.assertTrue(summary["silences"], "the client reports the silence")
+        for silence in summary["silences"]:
+            self.assertLessEqual(silence["zero_after_ms"], 150.0)
+            self.assertTrue(silence["why"])
+        self.check_trace(read_trace(trace))
+
+    def check_trace(self, rows):
+        """The same from the time series: whatever arrived last, 150 ms later the hand feels nothing."""
+        self.assertGreater(max(force_n(row) for row in rows), 0.05, "there was a force to lose")
+        silent = [row for row in rows if row["state_age_s"] > ZERO_WITHIN_S]
+        self.assertGreater(len(silent), 500, "the server was away for more than a second")
+        for row in silent:
+            self.assertEqual(force_n(row), 0.0, f"at {row['t_s']} s, {row['state_age_s']} s after the last arrival")
+        after = [row for row in rows if row["t_s"] > silent[-1]["t_s"] + 1.0]
+        self.assertGreater(max(map(force_n, after)), 0.05, "the force comes back with the server")
+
+
+class ClientVanished(ProgramTest):
+    def test_a_frozen_client_is_released_within_two_seconds(self):
+        with Server("--scene", "peg_in_hole") as server:
+            client = start_client(server.port, "--hand", "rest", "--name", "frosty", "--duration", "60s")
+            server.wait_for_log(r"frosty.*joined|joined.*frosty")
+            time.sleep(0.5)
+            frozen = time.monotonic()
+            os.kill(client.pid, signal.SIGSTOP)  # as a pulled cable: the connection stays, nothing comes
+            left = server.wait_for_log(r"frosty.*(left|silence)", after=frozen)
+            os.kill(client.pid, signal.SIGKILL)
+            client.communicate()
+            self.assertLessEqual(left - frozen, RELEASE_WITHIN_S)
+            # The place is free again: two more can join a room of two.
+            others = [start_client(server.port, "--duration", "1s", "--name", name) for name in ("a", "b")]
+            for process in others:
+                code, _, err = finish(process)
+                self.assertEqual(code, 0, err)
+
+    def test_a_client_killed_leaves_at_once(self):
+        with Server("--scene", "peg_in_hole") as server:
+            client = start_client(server.port, "--name", "gone", "--duration", "60s")
+            server.wait_for_log(r"gone.*joined|joined.*gone")
+            killed = time.monotonic()
+            client.kill()
+            client.communicate()
+            self.assertLessEqual(server.wait_for_log("gone.*left", after=killed) - killed, RELEASE_WITHIN_S)
+
+
+class UdpBlocked(ProgramTest):
+    def test_tcp_carries_the_same_session(self):
+        with Server("--scene", "peg_in_hole") as server:
+            code, out, err = finish(start_client(server.port, "--transport", "tcp", "--hand", "peg-left",
+                                                 "--duration", "5s", "--json"))
+            self.assertEqual(code, 0, err)
+            summary = json.loads(out)
+            self.assertEqual(summary["status"]["state"], "active")
+            self.assertGreater(summary["datagrams"]["received"], 500)
+            self.assertGreater(summary["force_n"]["max"], 0.05)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,172 @@
+"""Starts the real programs as a user would, for the tests of this folder.
+
+The folder of the programs comes from the environment variable TANDEM_BIN (ctest sets it).
+"""
+
+import json
+import os
+import re
+import socket
+import struct
+import subprocess
+import tempfile
+import threading
+import time
+import unittest
+
+BIN = os.environ["TANDEM_BIN"]
+SOURCE = os.environ["TANDEM_SOURCE"]
+# Far above what anything here takes; reached only when a program hangs.
+PATIENCE_S = 60
+
+
+def program(name):
+    return os.path.join(BIN, name)
+
+
+class Server:
+    """A running tandem-server: `with Server("--scene", "two_boxes") as server: ... server.port`."""
+
+    def __init__(self, *arguments, port=0):
+        self.log = []
+        self.process = subprocess.Popen(
+            [program("tandem-server"), "--port", str(port), *arguments],
+            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        self._reader = threading.Thread(target=self._collect_log, daemon=True)
+        self._reader.start()
+        self.port = None
+        for line in self.process.stdout:
+            ready = re.search(r"listening on 127\.0\.0\.1:(\d+)", line)
+            if ready:
+                self.port = int(ready.group(1))
+                break
+        if self.port is None:
+            raise RuntimeError("the server did not start: " + " ".join(self.log))
+
+    def _collect_log(self):
+        for line in self.process.stderr:
+            self.log.append((time.monotonic(), line.rstrip()))
+
+    def wait_for_log(self, pattern, after=0.0):
+        """Time (monotonic) of the first log line after `after` that matches."""
+        deadline = time.monotonic() + PATIENCE_S
+        while time.monotonic() < deadline:
+            for at, line in list(self.log):
+                if at >= after and re.search(pattern, line):
+                    return at
+            time.sleep(0.01)
+        raise AssertionError(f"no log line matches {pattern!r}: {self.log}")
+
+    def kill(self):
+        self.process.kill()
+        self.process.wait()
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        if self.process.poll() is None:
+            self.process.terminate()
+            try:
+                self.process.wait(PATIENCE_S)
+            except subprocess.TimeoutExpired:
+                self.process.kill()
+        self.process.stdout.close()
+        self._reader.join(1)
+        self.process.stderr.close()
+
+
+def start_client(port, *arguments):
+    return subprocess.Popen(
+        [program("tandem-client"), "--server", f"127.0.0.1:{port}", "--headless", *arguments],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+def finish(process):
+    """(exit code, stdout, stderr)"""
+    out, err = process.communicate(timeout=PATIENCE_S)
+    return process.returncode, out, err
+
+
+def run(name, *arguments):
+    done = subprocess.run([program(name), *arguments], capture_output=True, text=True, timeout=PATIENCE_S)
+    return done.returncode, done.stdout, done.stderr
+
+
+def read_trace(path):
+    """Rows of a client's CSV trace as dictionaries of floats."""
+    with open(path) as file:
+        names = file.readline().strip().split(",")
+        rows = []
+        for line in file:
+            cells = line.strip().split(",")
+            rows.append({name: float(cell) if cell else float("nan") for name, cell in zip(names, cells)})
+        return rows
+
+
+class ProgramTest(unittest.TestCase):
+    def setUp(self):
+        self._folder = tempfile.TemporaryDirectory()
+        self.folder = self._folder.name
+
+    def tearDown(self):
+        self._folder.cleanup()
+
+    def path(self, name):
+        return os.path.join(self.folder, name)
+
+    def write(self, name, text):
+        with open(self.path(name), "w") as file:
+            file.write(text)
+        return self.path(name)
+
+    def assert_setup_error(self, result, *words):
+        """Exit code 2 and exactly one line on stderr, with these words in it."""
+        code, _, err = result
+        lines = [line for line in err.splitlines() if line.strip()]
+        self.assertEqual(code, 2, err)
+        self.assertEqual(len(lines), 1, f"one clear line expected, got: {err}")
+        for word in words:
+            self.assertIn(word, lines[0])
+
+
+def free_port():
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
+
+
+# Just enough of the protobuf wire format to be a peer of another version.
+def varint_field(number, value):
+    return _varint(number << 3) + _varint(value)
+
+
+def bytes_field(number, data):
+    return _varint(number << 3 | 2) + _varint(len(data)) + data
+
+
+def _varint(value):
+    out = b""
+    while value > 0x7F:
+        out += bytes([value & 0x7F | 0x80])
+        value >>= 7
+    return out + bytes([value])
+
+
+def frame(message):
+    return struct.pack(">I", len(message)) + message
+
+
+def receive_frame(connection):
+    (size,) = struct.unpack(">I", receive_exactly(connection, 4))
+    return receive_exactly(connection, size)
+
+
+def receive_exactly(connection, count):
+    data = b""
+    while len(data) < count:
+        more = connection.recv(count - len(data))
+        if not more:
+            raise ConnectionError("closed")
+        data += more
+    return data
