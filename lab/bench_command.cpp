@@ -50,7 +50,7 @@ struct Contestant {
 
 Pair first_pair(const Options& options) {
   Pair pair;
-  pair.scene = load_scene(find_scene(options.scene, ""));
+  pair.scene = load_scene(scene_path(options.scene, ""));
   const LoadedBody* body_a = nullptr;
   for (const LoadedBody& body : pair.scene->bodies) {
     if (!body.molecule) continue;

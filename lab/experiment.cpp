@@ -1,12 +1,12 @@
 #include "lab/experiment.hpp"
 
-#include <algorithm>
 #include <set>
 #include <stdexcept>
 #include <utility>
 
 #include "client/stage.hpp"
 #include "common/json/fields.hpp"
+#include "server/net/scene_library.hpp"
 
 namespace tandem::lab {
 namespace {
@@ -89,27 +89,11 @@ ExperimentUser user_of(JsonFields& user, std::size_t index, const std::filesyste
   return result;
 }
 
-std::vector<std::string> shipped_scenes() {
-  std::vector<std::string> names;
-  std::error_code error;
-  for (const auto& entry : std::filesystem::directory_iterator(TANDEM_SCENE_DIRECTORY, error)) {
-    if (entry.path().extension() == ".json") names.push_back(entry.path().stem().string());
-  }
-  std::sort(names.begin(), names.end());
-  return names;
-}
-
 }  // namespace
 
-std::filesystem::path find_scene(const std::string& scene, const std::filesystem::path& directory) {
-  const bool is_path = scene.find('/') != std::string::npos || std::filesystem::path(scene).extension() == ".json";
-  const std::filesystem::path file =
-      is_path ? directory / scene : std::filesystem::path(TANDEM_SCENE_DIRECTORY) / (scene + ".json");
-  if (std::filesystem::is_regular_file(file)) return file;
-  std::string known;
-  for (const std::string& name : shipped_scenes()) known += (known.empty() ? "" : ", ") + name;
-  throw std::invalid_argument("scene \"" + scene + "\" is not at " + file.string() +
-                              "; give the path of a scene file, or one of " + known);
+std::filesystem::path scene_path(const std::string& scene, const std::filesystem::path& directory) {
+  const std::filesystem::path beside = directory / scene;
+  return find_scene(std::filesystem::is_regular_file(beside) ? beside.string() : scene, scene_folders());
 }
 
 Experiment parse_experiment(std::string_view json, const std::string& origin, const std::filesystem::path& directory) {
@@ -118,8 +102,8 @@ Experiment parse_experiment(std::string_view json, const std::string& origin, co
   result.name = file.required_text("name");
   result.description = file.text("description", "");
   try {
-    result.scene = find_scene(file.required_text("scene"), directory);
-  } catch (const std::invalid_argument& error) {
+    result.scene = scene_path(file.required_text("scene"), directory);
+  } catch (const SceneError& error) {
     throw std::invalid_argument(origin + ": scene: " + error.what());
   }
   result.duration = from_seconds(file.number("duration_s", to_seconds(result.duration), 0.1, kLongest_s));

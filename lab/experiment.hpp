@@ -51,8 +51,8 @@ inline constexpr Duration kHapticPeriod{from_seconds(0.001)};
 Experiment load_experiment(const std::filesystem::path& file);
 Experiment parse_experiment(std::string_view json, const std::string& origin, const std::filesystem::path& directory);
 
-/// The file of a scene given by path, or by the name of a shipped scene ("peg_in_hole").
-/// Fails   std::invalid_argument (lists the shipped names)
-std::filesystem::path find_scene(const std::string& scene, const std::filesystem::path& directory);
+/// The file of a scene given by its path, relative to `directory`, or by the name of a shipped scene ("peg_in_hole").
+/// Fails   SceneError (lists the shipped names)
+std::filesystem::path scene_path(const std::string& scene, const std::filesystem::path& directory);
 
 }  // namespace tandem::lab

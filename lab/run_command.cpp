@@ -15,6 +15,7 @@
 #include "lab/commands.hpp"
 #include "lab/experiment.hpp"
 #include "lab/results.hpp"
+#include "lab/trial_report.hpp"
 #include "lab/virtual_session.hpp"
 
 namespace tandem::lab {
@@ -88,6 +89,7 @@ int run(const Options& options) {
   write_text_file(folder / "results.json", pretty_json(results));
   write_text_file(folder / "timing.json", pretty_json(timing_json(timing)));
   write_text_file(folder / "bodies.csv", bodies_csv(trace));
+  write_text_file(folder / "report.html", trial_report_html(experiment, trace));
   for (const auto& writer : traces) {
     if (!writer->flush())
       throw std::runtime_error(folder.string() + ": a trace could not be written; is the disk full?");
@@ -106,7 +108,7 @@ void add_run_command(CLI::App& app, int& exit_code) {
   const auto options = std::make_shared<Options>();
   CLI::App* command = app.add_subcommand("run", "Runs one trial of an experiment in virtual time");
   command->add_option("experiment", options->experiment, "experiment file (JSON; fields in lab/README.md)")->required();
-  command->add_option("--out", options->out, "folder for results.json, timing.json and the CSV files")->required();
+  command->add_option("--out", options->out, "folder for results.json, timing.json, report.html and the CSV files")->required();
   command->add_option("--seed", options->seed, "instead of the file's seed");
   command->add_option("--stage", options->stage, "for all users, instead of the file's: " + known_stages());
   command->add_flag("--json", options->wants_json, "print results.json instead of a table");

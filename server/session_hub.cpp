@@ -76,9 +76,9 @@ struct SessionHub::Impl {
   void refuse_when_full(Connection& connection, LocalTime now);
   void take_control_bytes(Connection& connection, std::span<const std::byte> bytes, LocalTime now);
   void handle(Connection& connection, const wire::ClientControl& message, LocalTime now);
-  bool handle_in_any_state(Connection& connection, const wire::ClientControl& message, LocalTime now);
+  bool handle_in_any_state(Connection& connection, const wire::ClientControl& message);
   bool handle_active(Connection& connection, const wire::ClientControl& message, LocalTime now);
-  void greet(Connection& connection, const wire::ClientControl& message, LocalTime now);
+  void greet(Connection& connection, const wire::ClientControl& message);
   void join(Connection& connection, const wire::ClientControl& message, LocalTime now);
   void introduce(Connection& newcomer);
   RoomSeats* find_room(const std::string& name);
@@ -159,16 +159,16 @@ void SessionHub::Impl::take_control_bytes(Connection& connection, std::span<cons
 void SessionHub::Impl::handle(Connection& connection, const wire::ClientControl& message, LocalTime now) {
   using Case = wire::ClientControl;
   if (message.message_case() == Case::kHello && connection.state == ConnectionState::kGreeting) {
-    greet(connection, message, now);
+    greet(connection, message);
   } else if (message.message_case() == Case::kJoin && connection.state == ConnectionState::kJoining) {
     join(connection, message, now);
-  } else if (!handle_in_any_state(connection, message, now) && !handle_active(connection, message, now)) {
+  } else if (!handle_in_any_state(connection, message) && !handle_active(connection, message, now)) {
     end(connection, wire::DISCONNECT_PROTOCOL_ERROR,
         "that control message is not allowed in state " + std::string(name_of(connection.state)));
   }
 }
 
-bool SessionHub::Impl::handle_in_any_state(Connection& connection, const wire::ClientControl& message, LocalTime) {
+bool SessionHub::Impl::handle_in_any_state(Connection& connection, const wire::ClientControl& message) {
   if (message.has_leave()) {
     end(connection, wire::DISCONNECT_LEFT, "asked to leave", message.request());
     return true;
@@ -205,7 +205,7 @@ bool SessionHub::Impl::handle_active(Connection& connection, const wire::ClientC
   }
 }
 
-void SessionHub::Impl::greet(Connection& connection, const wire::ClientControl& message, LocalTime) {
+void SessionHub::Impl::greet(Connection& connection, const wire::ClientControl& message) {
   const wire::Hello& hello = message.hello();
   if (hello.protocol_version() != kProtocolVersion) {
     const std::string text = "this server speaks protocol version " + std::to_string(kProtocolVersion) +

@@ -148,7 +148,7 @@ TEST_F(ExperimentFile, SaysWhatIsWrongWhereAndWhatWouldBeRight) {
                              testing::HasSubstr("known: rest, ")));
   EXPECT_THAT(complaint(one_user(R"("hand": "none.json")")), testing::HasSubstr("none.json: cannot be read"));
   EXPECT_THAT(complaint(R"({"name": "n", "scene": "no_such_scene", "users": [{"name": "a"}]})"),
-              testing::AllOf(testing::StartsWith("e.json: scene: scene \"no_such_scene\" is not at"),
+              testing::AllOf(testing::StartsWith("e.json: scene: scene \"no_such_scene\" is neither"),
                              testing::HasSubstr("peg_in_hole")));
 }
 
