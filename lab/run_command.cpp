@@ -108,7 +108,8 @@ void add_run_command(CLI::App& app, int& exit_code) {
   const auto options = std::make_shared<Options>();
   CLI::App* command = app.add_subcommand("run", "Runs one trial of an experiment in virtual time");
   command->add_option("experiment", options->experiment, "experiment file (JSON; fields in lab/README.md)")->required();
-  command->add_option("--out", options->out, "folder for results.json, timing.json, report.html and the CSV files")->required();
+  command->add_option("--out", options->out, "folder for results.json, timing.json, report.html and the CSV files")
+      ->required();
   command->add_option("--seed", options->seed, "instead of the file's seed");
   command->add_option("--stage", options->stage, "for all users, instead of the file's: " + known_stages());
   command->add_flag("--json", options->wants_json, "print results.json instead of a table");
