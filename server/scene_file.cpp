@@ -4,11 +4,11 @@
 
 #include <algorithm>
 #include <fstream>
-#include <numbers>
 #include <sstream>
 #include <stdexcept>
 
 #include "proto/control_framing.hpp"
+#include "proto/placement.hpp"
 #include "server/coupling_limits.hpp"
 #include "server/scene_checks.hpp"
 
@@ -107,7 +107,7 @@ class SceneBuilder {
     std::vector<LoadedShape> loaded;
     for (int i = 0; i < shapes.size(); ++i) {
       wire::Shape& shape = shapes[i];
-      LoadedShape& result = loaded.emplace_back(LoadedShape{pose_of(shape.placement()), nullptr});
+      LoadedShape& result = loaded.emplace_back(LoadedShape{pose_from_placement(shape.placement()), nullptr});
       const SceneField mesh_field = field.in("shapes", static_cast<std::size_t>(i)).in("mesh");
       if (shape.has_mesh()) result.mesh = assets_.load_mesh(*shape.mutable_mesh(), mesh_field);
     }
@@ -116,7 +116,7 @@ class SceneBuilder {
 
   void add_body(wire::Body& body, const SceneField& field) {
     LoadedBody loaded;
-    loaded.X_WB = pose_of(body.placement());
+    loaded.X_WB = pose_from_placement(body.placement());
     const wire::MolecularField& molecular = scene_->description.molecular_field();
     if (body.shapes(0).has_molecule()) {
       loaded.shapes.resize(1);
@@ -134,12 +134,12 @@ class SceneBuilder {
   void add_tool(wire::Tool& tool, const SceneField& field) {
     LoadedTool loaded;
     loaded.shapes = load_shapes(*tool.mutable_shapes(), field);
-    loaded.X_WT = pose_of(tool.placement());
+    loaded.X_WT = pose_from_placement(tool.placement());
     loaded.mass = checked_mass(tool.mass_kg(), solids(tool.shapes(), loaded.shapes), field);
     const double least = tool.mass_kg() * kToolGyrationRadius_m * kToolGyrationRadius_m;
     loaded.mass.principal_inertia_kg_m2 = loaded.mass.principal_inertia_kg_m2.cwiseMax(least);
     const wire::Workspace& workspace = tool.workspace();
-    loaded.workspace = {pose_of(workspace.device_base()), workspace.position_scale(), workspace.force_scale()};
+    loaded.workspace = {pose_from_placement(workspace.device_base()), workspace.position_scale(), workspace.force_scale()};
     const auto& bodies = scene_->description.bodies();
     const auto held = std::find_if(bodies.begin(), bodies.end(),
                                    [&tool](const wire::Body& body) { return body.name() == tool.holds(); });
@@ -256,19 +256,6 @@ std::shared_ptr<const LoadedScene> load_scene(const std::filesystem::path& file)
   std::ostringstream text;
   text << stream.rdbuf();
   return load_scene_text(text.str(), file.string(), file.parent_path());
-}
-
-Pose pose_of(const wire::Placement& placement) {
-  Pose X;
-  if (placement.position_m_size() == 3) {
-    X.p = {placement.position_m(0), placement.position_m(1), placement.position_m(2)};
-  }
-  if (placement.rotation_xyz_deg_size() != 3) return X;
-  const auto turn = [&placement](int i, const Vec3& axis) {
-    return Eigen::AngleAxisd(placement.rotation_xyz_deg(i) * std::numbers::pi / 180, axis);
-  };
-  X.q = (turn(2, Vec3::UnitZ()) * turn(1, Vec3::UnitY()) * turn(0, Vec3::UnitX())).normalized();
-  return X;
 }
 
 }  // namespace tandem

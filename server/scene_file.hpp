@@ -62,6 +62,4 @@ std::shared_ptr<const LoadedScene> load_scene_text(const std::string& json, cons
 /// can. For the loader and for coefficients that a user asks for.
 std::string coupling_problem(const LoadedScene& scene, const CouplingParameters& coupling);
 
-Pose pose_of(const wire::Placement& placement);
-
 }  // namespace tandem

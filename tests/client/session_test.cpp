@@ -6,7 +6,6 @@
 
 #include <limits>
 
-#include "proto/placement.hpp"
 #include "tests/support/back_to_back.hpp"
 #include "tests/support/hub_bench.hpp"
 #include "tests/support/session_bench.hpp"
@@ -304,23 +303,6 @@ TEST(AssetFetcher, PlansNoMoreThanItsLimitHoweverManyAreOffered) {
     info.set_size_bytes(size);
   }
   EXPECT_EQ(fetcher.begin(joined.assets()).size(), 2U);
-}
-
-TEST(Placement, MeansTheSameToServerAndClient) {
-  for (std::uint64_t seed = 1; seed <= 100; ++seed) {
-    Random random(seed);
-    wire::Placement placement;
-    for (int i = 0; i < 3; ++i) placement.add_position_m(random.uniform(-10, 10));
-    for (int i = 0; i < 3; ++i) placement.add_rotation_xyz_deg(random.uniform(-720, 720));
-    const Pose server = pose_of(placement);
-    const Pose client = pose_from_placement(placement);
-    EXPECT_LT((server.p - client.p).norm(), 1e-15) << "seed " << seed;
-    EXPECT_LT(server.q.angularDistance(client.q), 1e-7) << "seed " << seed;
-  }
-  wire::Placement turned;
-  for (const double degrees : {90.0, 0.0, 90.0}) turned.add_rotation_xyz_deg(degrees);
-  // x first: y goes to z, which the turn about z leaves alone.
-  EXPECT_LT((pose_from_placement(turned).q * Vec3::UnitY() - Vec3::UnitZ()).norm(), 1e-15);
 }
 
 TEST(SessionsBackToBack, TwoHandsShareARoomAndAnObserverSeesThem) {

@@ -10,6 +10,7 @@
 #include <limits>
 #include <span>
 
+#include "proto/placement.hpp"
 #include "proto/state.hpp"
 #include "tests/server/scene_support.hpp"
 
@@ -321,7 +322,7 @@ TEST(SceneFile, RotationTurnsAboutFixedXThenYThenZ) {
   wire::Placement placement;
   for (const double degrees : {90.0, 0.0, 90.0}) placement.add_rotation_xyz_deg(degrees);
   // x stays under the first turn, becomes y under the last; y becomes z, which stays.
-  const Quat q = pose_of(placement).q;
+  const Quat q = pose_from_placement(placement).q;
   EXPECT_TRUE((q * Vec3::UnitX()).isApprox(Vec3::UnitY(), 1e-12));
   EXPECT_TRUE((q * Vec3::UnitY()).isApprox(Vec3::UnitZ(), 1e-12));
 }
