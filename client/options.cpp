@@ -98,6 +98,9 @@ void add_hand_options(CLI::App& app, ClientOptions& options, std::string& device
   app.add_option("--hand-tremor", hand.tremor_rms_n, "force around 9 Hz [N rms]")
       ->capture_default_str()
       ->type_name("N");
+  app.add_option("--hand-encoder-step", hand.encoder_step_m, "quantisation of the reported position; 0: none [m]")
+      ->capture_default_str()
+      ->type_name("M");
   app.add_option("--stage", options.stage, "what the hand is shown")
       ->capture_default_str()
       ->check(CLI::IsMember(owned(stage_names())).description(""))
