@@ -1,7 +1,5 @@
 #include "client/asset_fetcher.hpp"
 
-#include <openssl/evp.h>
-
 #include <algorithm>
 #include <cstring>
 #include <vector>
@@ -11,19 +9,11 @@
 namespace tandem {
 namespace {
 
-std::optional<AssetHash> hash_of_field(const std::string& field) {
-  AssetHash hash{};
+std::optional<Sha256> hash_of_field(const std::string& field) {
+  Sha256 hash{};
   if (field.size() != hash.size()) return std::nullopt;
   std::memcpy(hash.data(), field.data(), hash.size());
   return hash;
-}
-
-bool hashes_to(const Bytes& bytes, const AssetHash& expected) {
-  AssetHash actual{};
-  unsigned int length = 0;
-  const int ok = EVP_Digest(bytes.data(), bytes.size(), reinterpret_cast<unsigned char*>(actual.data()), &length,
-                            EVP_sha256(), nullptr);
-  return ok == 1 && length == actual.size() && actual == expected;
 }
 
 }  // namespace
@@ -80,7 +70,7 @@ std::string AssetFetcher::on_chunk(const wire::AssetChunk& chunk) {
 
 std::string AssetFetcher::finish() {
   std::string problem;
-  if (hashes_to(partial_, wanted_.front().hash)) {
+  if (sha256_of(partial_) == wanted_.front().hash) {
     held_bytes_ += partial_.size();
     assets_[wanted_.front().hash] = std::make_shared<const Bytes>(std::move(partial_));
   } else {

@@ -1,8 +1,6 @@
 // Fetches the files of a scene by content hash, one chunk at a time, and keeps only what hashes right.
 #pragma once
 
-#include <array>
-#include <cstddef>
 #include <cstdint>
 #include <deque>
 #include <map>
@@ -11,13 +9,14 @@
 #include <string>
 #include <vector>
 
+#include "proto/content_hash.hpp"
 #include "proto/datagram.hpp"
 #include "tandem/control.pb.h"
 
 namespace tandem {
 
-using AssetHash = std::array<std::byte, 32>;
-using AssetMap = std::map<AssetHash, std::shared_ptr<const Bytes>>;
+/// What is here, by content.
+using AssetMap = std::map<Sha256, std::shared_ptr<const Bytes>>;
 
 /// Memory that a server can make a client use for assets.
 inline constexpr std::uint64_t kMaxAssetBytes = 256ULL * 1024 * 1024;
@@ -44,7 +43,7 @@ class AssetFetcher {
 
  private:
   struct Wanted {
-    AssetHash hash;
+    Sha256 hash;
     std::uint64_t size = 0;
     std::string name;
   };

@@ -1,13 +1,11 @@
 // See client_run.hpp.
 #include "client/client_run.hpp"
 
-#include <signal.h>
-#include <time.h>
-
 #include <algorithm>
 #include <cstdio>
 #include <iostream>
 #include <stdexcept>
+#include <thread>
 
 namespace tandem {
 namespace {
@@ -18,22 +16,6 @@ constexpr Duration kStatusPeriod{std::chrono::seconds(1)};
 constexpr Duration kLongestJoin{std::chrono::seconds(20)};
 // The io thread runs this far below the haptic thread.
 constexpr int kIoPriorityBelow = 10;
-
-sigset_t stop_signals() {
-  sigset_t signals;
-  sigemptyset(&signals);
-  sigaddset(&signals, SIGINT);
-  sigaddset(&signals, SIGTERM);
-  return signals;
-}
-
-/// Sleeps for one main period; true when a stop signal ended it.
-bool wait_for_stop_signal() {
-  const sigset_t signals = stop_signals();
-  timespec time{};
-  time.tv_nsec = kMainPeriod.count();
-  return sigtimedwait(&signals, nullptr, &time) > 0;
-}
 
 HandPath hand_path(const std::string& hand) {
   if (hand.ends_with(".json") || hand.find('/') != std::string::npos) return load_hand_path(hand);
@@ -62,11 +44,6 @@ std::string joined_lines(const std::vector<std::string>& lines) {
 }
 
 }  // namespace
-
-void block_stop_signals() {
-  const sigset_t signals = stop_signals();
-  pthread_sigmask(SIG_BLOCK, &signals, nullptr);
-}
 
 ClientRun::ClientRun(const ClientOptions& options)
     : options_(options),
@@ -98,7 +75,8 @@ bool ClientRun::join() {
     }
     if (io.status.state == SessionState::kEnded) throw std::runtime_error(io.status.why);
     if (clock.now() > give_up) throw std::runtime_error("not joined within 20 s: " + io.status.why);
-    if (wait_for_stop_signal()) {
+    std::this_thread::sleep_for(kMainPeriod);
+    if (stop_signals_.is_requested()) {
       std::cerr << "tandem-client: stopped by a signal before the room was joined\n";
       return false;
     }
@@ -110,23 +88,24 @@ void ClientRun::start_loop() {
   HapticLoopSettings settings;
   settings.realtime = {
       .priority = options_.realtime_priority, .lock_memory = options_.realtime_priority > 0, .cpu = options_.cpu};
+  settings.duration = options_.duration;
   loop_.emplace(settings, core_, [this] { io_.notify(); });
   realtime_not_granted_ = loop_->start();
   if (options_.insists_on_realtime && !realtime_not_granted_.empty()) {
     throw std::runtime_error("--insist-realtime: " + joined_lines(realtime_not_granted_));
   }
   for (const std::string& line : realtime_not_granted_) std::cerr << "tandem-client: " + line + "\n";
-  started_ = SteadyClock().now();
-  next_status_ = started_ + kStatusPeriod;
+  stop_signals_.when_requested([this] { loop_->request_stop(); });
+  next_status_ = SteadyClock().now() + kStatusPeriod;
 }
 
 void ClientRun::keep_going() {
-  if (wait_for_stop_signal()) is_over_ = true;
+  std::this_thread::sleep_for(kMainPeriod);
+  if (loop_->is_over()) is_over_ = true;
   drain_records();
   const ClientIoSnapshot io = io_.snapshot();
   follow_session(io);
   const LocalTime now = SteadyClock().now();
-  if (options_.duration && now - started_ >= *options_.duration) is_over_ = true;
   if (!options_.prints_json && now >= next_status_) {
     next_status_ += kStatusPeriod;
     print_status(io);
@@ -159,7 +138,7 @@ void ClientRun::follow_session(const ClientIoSnapshot& io) {
 
 void ClientRun::print_status(const ClientIoSnapshot& io) {
   const double round_trip_ms = to_seconds(io.round_trip) * 1e3;
-  std::printf("%6.1f s  %-10s round trip %6.1f ms  state age %6.1f ms  force %5.2f N  torque %6.3f N·m  %s\n",
+  std::printf("%6.1f s  %-10s round trip %6.1f ms  state age %6.1f ms  force %5.2f N  torque %6.3f N·m  safety %s\n",
               to_seconds(report_.length()), std::string(name_of(io.status.state)).c_str(), round_trip_ms,
               to_seconds(newest_.state_age) * 1e3, newest_.displayed_on_hand_D.f.norm(),
               newest_.displayed_on_hand_D.t.norm(), describe_safety_faults(newest_.safety_faults).c_str());
@@ -167,9 +146,7 @@ void ClientRun::print_status(const ClientIoSnapshot& io) {
 }
 
 RunSummary ClientRun::summary(ClientIoSnapshot io) const {
-  return {.stage = options_.stage,
-          .room = options_.io.session.room,
-          .user = options_.io.session.user_name,
+  return {.options = options_,
           .device = device_.spec(),
           .realtime_not_granted = realtime_not_granted_,
           .loop = loop_->report(),

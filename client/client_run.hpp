@@ -4,7 +4,11 @@
 //   join, then every 10 ms:            1 kHz: read, compute, write         sockets, session, simulated links
 //   take tick records ◀──── ring ───── record
 //   trace, report, status line         outbox ─────────── mailbox ───────▶ send
-//   signals, end of time               ◀───────────────── mailboxes ────── state, scene
+//                                      ◀───────────────── mailboxes ────── state, scene
+//                                      ◀─ request_stop() ── signal thread (stop_signals.hpp)
+//
+// Main may hang in a write to its terminal, so nothing that ends the force depends on it: the signal thread stops
+// the haptic thread, which knows its duration and shows the hand out by itself.
 //
 // The haptic thread starts when the room is joined, so that the hand's path and the session share their zero, and
 // stops first, so that the hand is let go while the session still stands.
@@ -18,12 +22,13 @@
 #include "client/net/client_io.hpp"
 #include "client/options.hpp"
 #include "client/run_report.hpp"
+#include "client/stop_signals.hpp"
 #include "client/summary.hpp"
 #include "client/trace.hpp"
 
 namespace tandem {
 
-/// Thread  main; SIGINT and SIGTERM must be blocked in every thread before construction
+/// Thread  main; block_stop_signals() must come before construction
 class ClientRun {
  public:
   /// Fails   std::invalid_argument or std::system_error: bad set-up
@@ -55,15 +60,12 @@ class ClientRun {
   std::optional<WatchedBody> watched_;
   std::vector<std::string> realtime_not_granted_;
   std::string last_why_;
-  LocalTime started_{};
   LocalTime next_status_{};
   std::optional<LocalTime> first_tick_;
   TickRecord newest_;
   bool is_over_ = false;
-  std::optional<HapticLoop> loop_;  ///< last: it is gone before what it uses
+  std::optional<HapticLoop> loop_;  ///< gone before what it uses
+  StopSignals stop_signals_;        ///< last: it stops the loop
 };
-
-/// Blocks SIGINT and SIGTERM for this thread and those it starts, so that ClientRun can wait for them.
-void block_stop_signals();
 
 }  // namespace tandem

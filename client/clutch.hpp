@@ -1,4 +1,8 @@
-// Clutching: while the button is down the tool stays and the hand moves back; neither edge makes a force step.
+// Clutching: while the button is down the tool stays and the hand moves back.
+//
+// The frozen handle pulls the hand nowhere: a force computed from it would not change as the hand moves, so it could
+// do any amount of work. The haptic core therefore tells the safety chain, which takes the force to zero within 20 ms
+// of the press and ramps it in after the release (kSafetyClutched); so the jump of V_WH at the edges is not felt.
 #pragma once
 
 #include "common/spatial.hpp"
@@ -6,7 +10,7 @@
 
 namespace tandem {
 
-/// Turns mapped handle states into clutched ones.
+/// Turns mapped handle states into clutched ones. Positions only; the force is the safety chain's.
 ///
 /// Model   p_WH = p_raw + o,  R_WH = R_raw · O. Both offsets are chosen at release so that X_WH does not jump; while
 ///         pressed X_WH is frozen and V_WH is zero. The rotation offset stands on the right, so that turning the

@@ -12,13 +12,18 @@ namespace {
 // Shorter gaps between two samples are rounded up to this before a speed is computed from them: a device that
 // updates at 1 kHz would seem to jump when it is read twice in a row.
 constexpr double kShortestSpeedGap_s = 0.001;
+// While samples are invalid the server is told the last valid buttons for this long; as long as it goes without a
+// handle before it lets the tool go.
+constexpr Duration kButtonsKept{std::chrono::milliseconds(100)};
+
+bool is_clutch_down(const DeviceSample& sample) {
+  return (sample.buttons & kButtonClutch) != 0;
+}
 
 std::unique_ptr<Stage> require_stage(const std::string& name) {
   std::unique_ptr<Stage> stage = make_stage(name);
   if (stage != nullptr) return stage;
-  std::string message = "stage '" + name + "' does not exist; use one of";
-  for (const std::string_view known : stage_names()) message.append(" ").append(known);
-  throw std::invalid_argument(message);
+  throw std::invalid_argument("stage '" + name + "' does not exist; use one of: " + listed_stage_names());
 }
 
 SafetySettings with_device_limits(SafetySettings settings, const DeviceSpec& spec) {
@@ -73,24 +78,32 @@ void HapticCore::tick(LocalTime now) noexcept {
   take_mail();
   if (scene_is_usable_ && sample.is_valid) {
     const RigidState raw_W{scene_.workspace.world_pose(sample.X_DH), scene_.workspace.world_twist(sample.V_DH)};
-    record_.handle_W = clutch_.apply(raw_W, (sample.buttons & kButtonClutch) != 0);
+    record_.handle_W = clutch_.apply(raw_W, is_clutch_down(sample));
   }
   record_.state_age = has_state_ ? std::max(Duration{0}, now - mailboxes_.inbox.front().received) : Duration{-1};
   record_.stage_wrench_on_hand_D = stage_wrench_on_hand_D(now);
   const Wrench safe_on_hand_D = through_safety(now, speed_m_per_s);
-  if (!writer_.write(now, safe_on_hand_D)) ++counters_.write_failures;
-  safety_.set_displayed(writer_.written());
-  record_.displayed_on_hand_D = writer_.written();
+  write(now, safe_on_hand_D);
   record_.is_clamped = writer_.was_clamped();
   last_sample_ = sample;
   count();
   publish(now);
 }
 
-void HapticCore::write_zero(LocalTime now) noexcept {
-  writer_.write_zero(now);
-  safety_.set_displayed(Wrench{});
-  record_.displayed_on_hand_D = Wrench{};
+bool HapticCore::write_zero(LocalTime now) noexcept {
+  return write(now, Wrench{});
+}
+
+// What a device did not take, the hand does not feel: it keeps the command before, and what comes next starts there.
+bool HapticCore::write(LocalTime now, const Wrench& wrench_on_hand_D) noexcept {
+  const bool is_taken = writer_.write(now, wrench_on_hand_D);
+  if (!is_taken) {
+    ++counters_.write_failures;
+    safety_.rearm();
+  }
+  safety_.set_displayed(writer_.written());
+  record_.displayed_on_hand_D = writer_.written();
+  return is_taken;
 }
 
 DeviceSample HapticCore::read_device(LocalTime now) noexcept {
@@ -129,6 +142,7 @@ void HapticCore::enter_scene(const HapticScene& scene) noexcept {
   has_state_ = false;
   stage_->reset();
   clutch_.reset();
+  buttons_ = 0;
   safety_.rearm();
 }
 
@@ -169,7 +183,9 @@ Wrench HapticCore::through_safety(LocalTime now, double handle_speed_m_per_s) no
   SafetyInput input;
   input.wrench = record_.stage_wrench_on_hand_D;
   input.state_age = record_.state_age;
-  input.has_state = has_state_ && is_displaying();
+  input.has_state = has_state_;
+  input.is_displaying = is_displaying();
+  input.is_clutched = record_.sample.is_valid && is_clutch_down(record_.sample);
   input.sample_is_valid = record_.sample.is_valid;
   input.handle_speed_m_per_s = handle_speed_m_per_s;
   const Wrench safe = safety_.apply(now, input);
@@ -201,11 +217,23 @@ void HapticCore::count() noexcept {
   counters_.slew_limited_ticks += (faults & kSafetySlewed) != 0 ? 1 : 0;
   counters_.not_finite_ticks += is_finite(record_.stage_wrench_on_hand_D) ? 0 : 1;
   counters_.silent_ticks += (faults & kSafetySilence) != 0 ? 1 : 0;
+  counters_.not_displaying_ticks += (faults & kSafetyNotDisplaying) != 0 ? 1 : 0;
   counters_.force_square_sum += force_n * force_n;
   counters_.torque_square_sum += torque_n_m * torque_n_m;
   counters_.force_max_n = std::max(counters_.force_max_n, force_n);
   counters_.torque_max_n_m = std::max(counters_.torque_max_n_m, torque_n_m);
   counters_.faults_seen |= faults;
+}
+
+// A sample missed on the bus must not drop what the hand holds; a hand that is lost must let go of it.
+std::uint32_t HapticCore::buttons_to_tell(LocalTime now) noexcept {
+  if (record_.sample.is_valid) {
+    buttons_ = record_.sample.buttons;
+    buttons_seen_at_ = now;
+  } else if (now - buttons_seen_at_ > kButtonsKept) {
+    buttons_ = 0;
+  }
+  return buttons_;
 }
 
 void HapticCore::publish(LocalTime now) noexcept {
@@ -214,7 +242,7 @@ void HapticCore::publish(LocalTime now) noexcept {
   update.input_tick = record_.tick;
   update.handle = record_.handle_W;
   update.handle_valid = record_.sample.is_valid && is_displaying();
-  update.buttons = update.handle_valid ? record_.sample.buttons : 0;
+  update.buttons = is_displaying() ? buttons_to_tell(now) : 0;
   update.sent = now;
   if (has_state_) {
     const ReceivedUpdate& newest = mailboxes_.inbox.front();

@@ -43,7 +43,7 @@ struct TickRecord {
   RigidState handle_W;
   RigidState tool_W;              ///< newest of the server
   Wrench stage_wrench_on_hand_D;  ///< before the safety stages
-  Wrench displayed_on_hand_D;     ///< what the device was given
+  Wrench displayed_on_hand_D;     ///< the last command that the device took
   Wrench server_wrench_on_hand_W;
   Duration state_age{0};  ///< since the newest server state arrived; negative: none yet
   Step newest_step;
@@ -63,7 +63,8 @@ struct HapticCounters {
   std::uint64_t clamped_ticks = 0;
   std::uint64_t slew_limited_ticks = 0;
   std::uint64_t not_finite_ticks = 0;
-  std::uint64_t silent_ticks = 0;  ///< state older than the decay's start
+  std::uint64_t silent_ticks = 0;          ///< state awaited, or older than the decay's start
+  std::uint64_t not_displaying_ticks = 0;  ///< observer, or no session
   std::uint64_t write_failures = 0;
   double force_square_sum = 0;   ///< displayed, N²
   double torque_square_sum = 0;  ///< displayed, (N·m)²
@@ -86,8 +87,9 @@ class HapticCore {
   /// Ramps to zero from the next tick on; is_quiet() once nothing is displayed any more.
   void begin_shutdown() noexcept { safety_.begin_shutdown(); }
   bool is_quiet() const noexcept { return safety_.is_quiet(); }
-  /// Gives the device zero, whatever came before: the last call before the device is closed.
-  void write_zero(LocalTime now) noexcept;
+  /// Gives the device zero, whatever came before: the last call before the device is closed. False when the device
+  /// did not take it.
+  bool write_zero(LocalTime now) noexcept;
 
   /// The last tick.
   const TickRecord& record() const { return record_; }
@@ -105,6 +107,8 @@ class HapticCore {
   double handle_speed(const DeviceSample& sample) const noexcept;
   Wrench stage_wrench_on_hand_D(LocalTime now) noexcept;
   Wrench through_safety(LocalTime now, double handle_speed_m_per_s) noexcept;
+  bool write(LocalTime now, const Wrench& wrench_on_hand_D) noexcept;
+  std::uint32_t buttons_to_tell(LocalTime now) noexcept;
   void account_energy(const DeviceSample& sample) noexcept;
   void count() noexcept;
   void publish(LocalTime now) noexcept;
@@ -123,7 +127,9 @@ class HapticCore {
   bool has_state_ = false;
   std::atomic<std::uint32_t> watched_{0};
   std::uint32_t watched_last_ = 0;
-  DeviceSample last_sample_;  ///< of the last tick, when valid
+  DeviceSample last_sample_;   ///< of the last tick, when valid
+  std::uint32_t buttons_ = 0;  ///< of the last valid sample in this scene
+  LocalTime buttons_seen_at_{};
   double world_energy_to_hand_j_ = 0;
   double world_energy_from_hand_j_ = 0;
   TickRecord record_;

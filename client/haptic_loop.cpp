@@ -25,7 +25,7 @@ std::vector<std::string> HapticLoop::start() {
 }
 
 void HapticLoop::stop() {
-  should_stop_.store(true, std::memory_order_relaxed);
+  request_stop();
   if (thread_.joinable()) thread_.join();
 }
 
@@ -36,8 +36,10 @@ void HapticLoop::run(const std::function<void(std::vector<std::string>)>& on_rea
   const SteadyClock clock;
   const LocalTime start = clock.now();
   PeriodicTimer timer(settings_.period, start);
-  while (!should_stop_.load(std::memory_order_relaxed)) {
-    timer.wait();
+  const LocalTime end = settings_.duration ? start + *settings_.duration : LocalTime::max();
+  LocalTime deadline = start;
+  while (!should_stop_.load(std::memory_order_relaxed) && deadline < end) {
+    deadline = timer.wait();
     tick(clock);
   }
   const LocalTime last_deadline = show_out(timer, clock);
@@ -48,6 +50,7 @@ void HapticLoop::run(const std::function<void(std::vector<std::string>)>& on_rea
   report_.lateness = timer.lateness();
   report_.missed = timer.missed();
   report_.throttle_suspects = is_realtime ? timer.throttle_suspects() : 0;
+  is_over_.store(true, std::memory_order_release);
 }
 
 void HapticLoop::tick(const Clock& clock) noexcept {
@@ -60,12 +63,14 @@ LocalTime HapticLoop::show_out(PeriodicTimer& timer, const Clock& clock) {
   core_.begin_shutdown();
   const LocalTime give_up = clock.now() + kLongestShowOut;
   LocalTime last_deadline;
+  bool is_let_go = false;
   do {
     last_deadline = timer.wait();
     tick(clock);
-  } while (!core_.is_quiet() && clock.now() < give_up);
-  report_.became_quiet = core_.is_quiet();
-  core_.write_zero(clock.now());
+    is_let_go = core_.is_quiet() && core_.write_zero(clock.now());
+  } while (!is_let_go && clock.now() < give_up);
+  report_.became_quiet = is_let_go;
+  if (!is_let_go) core_.write_zero(clock.now());
   return last_deadline;
 }
 

@@ -2,14 +2,17 @@
 //
 //   start() ─▶ asks for priority and locked memory, reports what was refused
 //            ─▶ wait for deadline → core.tick(now) → record into the trace ring → wake the io thread   (each ms)
-//   stop()  ─▶ begin_shutdown, ticks on until nothing is displayed (at most 50 ms) → zero written last
+//   request_stop(), stop() or the duration's end
+//            ─▶ begin_shutdown, ticks on until nothing is displayed and the device took a zero (at most 50 ms)
 //
-// Nothing is shared but the ring of tick records (haptic writes, the owner reads) and two atomics.
+// Nothing is shared but the ring of tick records (haptic writes, the owner reads) and three atomics. The end needs
+// nobody but this thread: the hand is let go even while the owner is stuck in a write to a terminal.
 #pragma once
 
 #include <atomic>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <thread>
 #include <vector>
@@ -23,6 +26,7 @@ namespace tandem {
 struct HapticLoopSettings {
   Duration period{std::chrono::milliseconds(1)};
   RealtimeRequest realtime;
+  std::optional<Duration> duration = std::nullopt;  ///< since the start; none: until it is told to stop
   /// Records that the reader may fall behind by before they are lost (and counted): 4 s at 1 kHz.
   std::size_t trace_capacity = 4096;
 };
@@ -35,7 +39,8 @@ struct HapticLoopReport {
   Histogram lateness;
   std::uint64_t missed = 0;
   std::uint64_t throttle_suspects = 0;  ///< only counted at real-time priority
-  bool became_quiet = true;             ///< false: the 50 ms ran out and zero was written at once
+  /// False: the 50 ms ran out, and zero was written at once or, by a failing device, not taken.
+  bool became_quiet = true;
 };
 
 /// Runs the haptic thread.
@@ -50,6 +55,12 @@ class HapticLoop {
 
   /// Starts the thread; returns once it has asked for its real-time rights, with what was not granted.
   std::vector<std::string> start();
+  /// Tells the thread to show the hand out and end, and does not wait for it.
+  /// Thread  any; cannot block
+  void request_stop() noexcept { should_stop_.store(true, std::memory_order_relaxed); }
+  /// The hand has been let go and the thread does nothing more.
+  /// Thread  any
+  bool is_over() const noexcept { return is_over_.load(std::memory_order_acquire); }
   /// Shows the hand out and joins the thread. Idempotent.
   void stop();
 
@@ -72,6 +83,7 @@ class HapticLoop {
   Ring<TickRecord> trace_;
   std::atomic<std::uint64_t> trace_overflows_{0};
   std::atomic<bool> should_stop_{false};
+  std::atomic<bool> is_over_{false};
   HapticLoopReport report_;
   std::thread thread_;
 };

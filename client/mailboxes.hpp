@@ -23,7 +23,7 @@ struct HapticScene {
   std::uint32_t generation = 0;  ///< one more for each join; a new one resets stages and restarts the ramp
   bool may_display = false;      ///< false: observer, or not joined: zero force
   WorkspaceMapping workspace;
-  CouplingParameters coupling;   ///< for the spring-damper law
+  CouplingParameters coupling;  ///< for the spring-damper law
 };
 
 struct ClientMailboxes {

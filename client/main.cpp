@@ -5,6 +5,7 @@
 
 #include "client/client_run.hpp"
 #include "client/options.hpp"
+#include "client/stop_signals.hpp"
 
 int main(int argc, char** argv) {
   try {

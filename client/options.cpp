@@ -1,12 +1,15 @@
 // See options.hpp.
 #include "client/options.hpp"
 
+#include <unistd.h>
+
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <charconv>
 #include <functional>
 #include <iostream>
 #include <map>
+#include <sstream>
 #include <stdexcept>
 #include <vector>
 
@@ -34,6 +37,20 @@ void add_text(CLI::App& app, const std::string& name, const std::string& help, c
 
 std::vector<std::string> owned(const std::vector<std::string_view>& names) {
   return {names.begin(), names.end()};
+}
+
+/// Registers a number from `least` to `largest`, both of which a mistake is answered with.
+void add_number(CLI::App& app, const std::string& name, double& value, double least, double largest,
+                const std::string& help, const std::string& type) {
+  const auto in_range = [&value, least, largest](const std::string& text) {
+    double number = 0;
+    // Written so that a NaN fails the comparison.
+    if (CLI::detail::lexical_cast(text, number) && number >= least && number <= largest) return std::string();
+    std::ostringstream remedy;
+    remedy << "'" << text << "' must be a number from " << least << " to " << largest;
+    return remedy.str();
+  };
+  app.add_option(name, value, help)->capture_default_str()->type_name(type)->check(in_range);
 }
 
 std::string listed(const std::vector<std::string_view>& names) {
@@ -90,17 +107,13 @@ void add_hand_options(CLI::App& app, ClientOptions& options, std::string& device
   app.add_option("--hand", options.hand,
                  "what the simulated hand intends [rest]: FILE.json or one of " + listed(hand_path_names()));
   HandParameters& hand = options.hand_parameters;
-  app.add_option("--hand-mass", hand.mass_kg, "[kg]")->capture_default_str()->type_name("KG");
-  app.add_option("--hand-stiffness", hand.stiffness_n_per_m, "towards the intended place [N/m]")
-      ->capture_default_str()
-      ->type_name("N/M");
-  app.add_option("--hand-damping", hand.damping_n_s_per_m, "[N·s/m]")->capture_default_str()->type_name("N*S/M");
-  app.add_option("--hand-tremor", hand.tremor_rms_n, "force around 9 Hz [N rms]")
-      ->capture_default_str()
-      ->type_name("N");
-  app.add_option("--hand-encoder-step", hand.encoder_step_m, "quantisation of the reported position; 0: none [m]")
-      ->capture_default_str()
-      ->type_name("M");
+  // The ranges of an experiment file (lab/experiment.cpp): a run of one is a run of the other.
+  add_number(app, "--hand-mass", hand.mass_kg, 0.01, 10, "[kg]", "KG");
+  add_number(app, "--hand-stiffness", hand.stiffness_n_per_m, 0, 10000, "towards the intended place [N/m]", "N/M");
+  add_number(app, "--hand-damping", hand.damping_n_s_per_m, 0, 1000, "[N·s/m]", "N*S/M");
+  add_number(app, "--hand-tremor", hand.tremor_rms_n, 0, 10, "force around 9 Hz [N rms]", "N");
+  add_number(app, "--hand-encoder-step", hand.encoder_step_m, 0, 0.01,
+             "quantisation of the reported position; 0: none [m]", "M");
   app.add_option("--stage", options.stage, "what the hand is shown")
       ->capture_default_str()
       ->check(CLI::IsMember(owned(stage_names())).description(""))
@@ -119,10 +132,12 @@ void add_link_options(CLI::App& app, LinkParameters& link, bool& is_used) {
   const std::string each = " in each direction";
   add("--delay", "simulated one-way delay" + each + ", e.g. 25ms", "TIME",
       [&link](const std::string& text) { link.delay = parse_duration(text); });
-  add("--jitter", "its standard deviation, e.g. 5ms", "TIME",
-      [&link](const std::string& text) { link.jitter = parse_duration(text); });
-  add("--loss", "share of datagrams lost" + each + ", in bad periods of 20 ms, e.g. 1%", "SHARE",
-      [&link](const std::string& text) { link.loss = parse_fraction(text); });
+  add("--jitter",
+      "its standard deviation, e.g. 5ms; without --reorder a late datagram holds up those behind it, so they arrive in "
+      "bursts",
+      "TIME", [&link](const std::string& text) { link.jitter = parse_duration(text); });
+  add("--loss", "share of datagrams lost" + each + ", 0% to 95%, in bad periods of 20 ms, e.g. 1%", "SHARE",
+      [&link](const std::string& text) { link.loss = parse_fraction(text, kLargestLoss); });
   add("--duplication", "share of datagrams delivered twice, e.g. 1%", "SHARE",
       [&link](const std::string& text) { link.duplication = parse_fraction(text); });
   app.add_option_function<double>(
@@ -137,19 +152,25 @@ void add_link_options(CLI::App& app, LinkParameters& link, bool& is_used) {
       "--reorder", [&link, &is_used] { link.allows_reordering = is_used = true; }, "let jitter reorder datagrams");
 }
 
+int last_cpu() {
+  return static_cast<int>(std::max(1L, sysconf(_SC_NPROCESSORS_CONF))) - 1;
+}
+
 void add_run_options(CLI::App& app, ClientOptions& options, bool& is_headless) {
   app.add_flag("--headless", is_headless, "without a window; required in this version");
   app.add_option("--seed", options.seed, "of the simulated hand and links")->capture_default_str();
   add_text(app, "--duration", "how long to run after joining, e.g. 10s; default: until Ctrl-C", "TIME",
            [&options](const std::string& text) {
-             options.duration = parse_duration(text);
+             options.duration = parse_duration(text, "s");
              if (*options.duration <= Duration{0}) throw std::invalid_argument("'" + text + "' must be above 0");
            });
   app.add_option("--rt-priority", options.realtime_priority,
                  "SCHED_FIFO priority of the haptic thread, 1 to 99; 0: normal scheduler")
       ->capture_default_str()
       ->check(CLI::Range(0, 99).description(""));
-  app.add_option("--cpu", options.cpu, "pin the haptic thread to this CPU")->check(CLI::Range(0, 4095).description(""));
+  app.add_option("--cpu", options.cpu, "pin the haptic thread to this CPU")
+      ->type_name("N")
+      ->check(CLI::Range(0, last_cpu()).description(""));
   app.add_flag("--insist-realtime", options.insists_on_realtime, "end with exit code 2 when a right is not granted");
   app.add_flag("--json", options.prints_json, "print one JSON object at the end instead of a status line each second");
   app.add_flag("--verbose", options.is_verbose, "log what the session does to stderr");
@@ -160,6 +181,16 @@ void add_run_options(CLI::App& app, ClientOptions& options, bool& is_headless) {
       ->check(CLI::Range(1, 1000000).description(""));
 }
 
+void check_links(const ClientOptions& options, const LinkParameters& link) {
+  const std::string problem = link.problem();
+  if (!problem.empty()) throw std::invalid_argument("simulated link: " + problem);
+  if (options.io.session.state_transport == StateTransport::kTcp && link.spoils_datagrams()) {
+    throw std::invalid_argument(
+        "--transport tcp: over a stream nothing is lost, doubled or reordered; leave out --loss, --duplication and "
+        "--reorder, or use --transport udp");
+  }
+}
+
 std::string one_line(std::string text) {
   std::replace(text.begin(), text.end(), '\n', ' ');
   return text;
@@ -168,8 +199,8 @@ std::string one_line(std::string text) {
 }  // namespace
 
 std::optional<ClientOptions> parse_client_options(int argc, const char* const* argv) {
-  CLI::App app{"Joins a shared haptic scene with one device. Exit codes: 0 done, 1 the session was lost, 2 bad set-up.",
-               "tandem-client"};
+  CLI::App app{"Joins a shared haptic scene with one device.", "tandem-client"};
+  app.footer("Exit code: 0 done, 1 the session was lost, 2 bad set-up.");
   ClientOptions options;
   std::string device = "sim";
   LinkParameters link;
@@ -189,8 +220,7 @@ std::optional<ClientOptions> parse_client_options(int argc, const char* const* a
   }
   if (!is_headless) throw std::invalid_argument("the window is not part of this version; add --headless");
   if (has_link) {
-    const std::string problem = link.problem();
-    if (!problem.empty()) throw std::invalid_argument("simulated link: " + problem);
+    check_links(options, link);
     options.io.links = SimulatedLinks{link, link, options.seed};
   }
   return options;

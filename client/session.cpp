@@ -90,7 +90,7 @@ struct ClientSession::Impl {
   DropReason take_datagram(std::span<const std::byte> datagram, LocalTime now);
   void take_update(LocalTime now);
   void send_newest(LocalTime now);
-  void send_update(ClientUpdate& update, LocalTime now);
+  void send_update(ClientUpdate update, LocalTime now);
 
   void log(const std::string& line) const {
     if (owner.on_log) owner.on_log(printable(line));
@@ -110,6 +110,7 @@ struct ClientSession::Impl {
   std::uint32_t asset_request = 0;  // 0: none awaited
 
   std::unique_ptr<wire::Joined> joined;
+  std::string room;
   HapticScene scene;
   AssetFetcher assets;
 
@@ -122,7 +123,8 @@ struct ClientSession::Impl {
   bool has_update = false;  // since the last join
   LocalTime last_arrival{};
   LocalTime last_sent{};
-  Tick last_tick;
+  ClientUpdate newest;  // of the haptic thread since the last join
+  LocalTime newest_taken{};
   SessionCounters counters;
   Bytes datagram_out;
   Bytes frame_out;
@@ -146,7 +148,7 @@ void ClientSession::Impl::connected(LocalTime now) {
   wire::Hello& hello = *message.mutable_hello();
   hello.set_protocol_version(kProtocolVersion);
   hello.set_program(kProgram);
-  hello.add_capabilities(settings.state_transport == StateTransport::kTcp ? "state-tcp" : "state-udp");
+  hello.add_capabilities(settings.state_transport == StateTransport::kTcp ? kCapabilityStateTcp : kCapabilityStateUdp);
   send_request(message);
 }
 
@@ -288,6 +290,8 @@ void ClientSession::Impl::take_welcome(const wire::Welcome& welcome, LocalTime n
   }
   connection = ConnectionId{welcome.connection_id()};
   epoch = static_cast<std::uint8_t>(welcome.epoch());
+  room = settings.room;
+  if (room.empty() && welcome.rooms_size() == 1) room = printable(welcome.rooms(0));
   transport.set_datagram_port(static_cast<std::uint16_t>(welcome.datagram_port()));
   enter(SessionState::kJoining, now);
   wire::ClientControl message;
@@ -319,7 +323,7 @@ void ClientSession::Impl::take_joined(const wire::Joined& answer, LocalTime now)
   has_update = false;
   last_arrival = now;
   last_sent = now;
-  last_tick = Tick{};
+  newest = ClientUpdate{};
   retry_delay = settings.reconnect_delay;
   enter(SessionState::kActive, now);
   status.why.clear();
@@ -424,20 +428,24 @@ void ClientSession::Impl::take_update(LocalTime now) {
 
 void ClientSession::Impl::send_newest(LocalTime now) {
   if (mailboxes.outbox.poll()) {
-    ClientUpdate update = mailboxes.outbox.front();
-    if (last_tick.value != 0 && update.input_tick.value > last_tick.value + 1) {
-      counters.sent_drops.add(DropReason::kOverwritten, update.input_tick.value - last_tick.value - 1);
+    const Tick before = newest.input_tick;
+    newest = mailboxes.outbox.front();
+    newest_taken = now;
+    if (before.value != 0 && newest.input_tick.value > before.value + 1) {
+      counters.sent_drops.add(DropReason::kOverwritten, newest.input_tick.value - before.value - 1);
     }
-    send_update(update, now);
+    send_update(newest, now);
   } else if (now - last_sent >= settings.keep_alive) {
-    ClientUpdate alive;
-    alive.input_tick = last_tick;
+    // The last word of the haptic thread, so that a stall neither opens the hand nor takes energy back; where the
+    // handle is by now nobody knows.
+    ClientUpdate alive = newest;
+    alive.handle_valid = false;
+    if (now - newest_taken > settings.buttons_kept) alive.buttons = 0;
     send_update(alive, now);
   }
 }
 
-void ClientSession::Impl::send_update(ClientUpdate& update, LocalTime now) {
-  last_tick = update.input_tick;
+void ClientSession::Impl::send_update(ClientUpdate update, LocalTime now) {
   last_sent = now;
   update.sent = now;
   if (has_update) {
@@ -542,6 +550,9 @@ const SessionStatus& ClientSession::status() const {
 }
 const wire::Joined* ClientSession::joined() const {
   return impl_->joined.get();
+}
+const std::string& ClientSession::room() const {
+  return impl_->room;
 }
 const AssetMap& ClientSession::assets() const {
   return impl_->assets.assets();

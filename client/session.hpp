@@ -52,8 +52,11 @@ struct SessionSettings {
   wire::Role role = wire::ROLE_MANIPULATOR;
   StateTransport state_transport = StateTransport::kUdp;
   Duration silence_timeout{std::chrono::milliseconds(1500)};
-  Duration setup_timeout{std::chrono::seconds(5)};     ///< for each of connecting, greeting and joining
-  Duration keep_alive{std::chrono::milliseconds(50)};  ///< with no haptic update for this long, an empty one goes out
+  Duration setup_timeout{std::chrono::seconds(5)};  ///< for each of connecting, greeting and joining
+  Duration keep_alive{
+      std::chrono::milliseconds(50)};  ///< with no haptic update for this long, the last is repeated, without a handle
+  /// A repeated update keeps the buttons for this long: a stall drops nothing, a dead haptic thread holds nothing.
+  Duration buttons_kept{std::chrono::milliseconds(250)};
   Duration reconnect_delay{std::chrono::milliseconds(250)};  ///< first; doubled up to reconnect_delay_max
   Duration reconnect_delay_max{std::chrono::seconds(2)};
   bool may_reconnect = true;  ///< after a connection that once joined was lost
@@ -91,7 +94,8 @@ class ClientSession {
   void on_disconnected(LocalTime now, const std::string& why);
   void on_control_bytes(std::span<const std::byte> bytes, LocalTime now);
   void on_datagram(std::span<const std::byte> datagram, LocalTime now);
-  /// Sends the newest haptic update if there is one; keeps time-outs and reconnection. At least every millisecond.
+  /// Sends the newest haptic update if there is one; keeps time-outs and reconnection. After every haptic tick, and
+  /// every few milliseconds without.
   void poll(LocalTime now);
 
   void grab(BodyId body);
@@ -102,6 +106,8 @@ class ClientSession {
   const SessionStatus& status() const;
   /// The scene and this user's place in it, from the last Joined; null before the first.
   const wire::Joined* joined() const;
+  /// The room that was asked for or, without a wish, the only one of the last Welcome; "" before that.
+  const std::string& room() const;
   /// Verified bytes of the scene's files by their SHA-256; kept across reconnects. Fetched in the background.
   const AssetMap& assets() const;
   ClockSync& clock_sync();

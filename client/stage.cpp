@@ -19,12 +19,10 @@ constexpr std::array<StageEntry, 2> kStages{{{"late-pose", &make<LatePose>}, {"h
 
 }  // namespace
 
-// The coupling gives the wrench on the tool about the tool's origin. Its negative acts on the hand about the handle's
-// origin: so the power into the coupling is what it stores and dissipates, whatever the distance between the two.
 Wrench LatePose::wrench_on_hand_W(const StageInput& input) noexcept {
   if (input.newest == nullptr) return {};
   const RigidState& tool = input.newest->tool;
-  return -input.coupling->wrench_on_tool_W(coupling_state(input.handle.X, input.handle.V, tool.X, tool.V));
+  return coupling_wrenches(*input.coupling, input.handle.X, input.handle.V, tool.X, tool.V).on_hand_W;
 }
 
 Wrench Hold::wrench_on_hand_W(const StageInput& input) noexcept {
@@ -43,6 +41,12 @@ std::vector<std::string_view> stage_names() {
   std::vector<std::string_view> names;
   for (const StageEntry& entry : kStages) names.push_back(entry.name);
   return names;
+}
+
+std::string listed_stage_names() {
+  std::string text;
+  for (const StageEntry& entry : kStages) text.append(text.empty() ? "" : ", ").append(entry.name);
+  return text;
 }
 
 }  // namespace tandem

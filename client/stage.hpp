@@ -4,6 +4,7 @@
 
 #include <memory>
 #include <optional>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -50,5 +51,7 @@ class Hold final : public Stage {
 /// Null for an unknown name.
 std::unique_ptr<Stage> make_stage(std::string_view name);
 std::vector<std::string_view> stage_names();
+/// "late-pose, hold": for messages.
+std::string listed_stage_names();
 
 }  // namespace tandem

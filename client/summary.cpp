@@ -1,18 +1,15 @@
 // See summary.hpp.
 #include "client/summary.hpp"
 
-#include <array>
 #include <cmath>
-#include <string_view>
+
+#include "client/parameters_json.hpp"
+#include "proto/tick_faults.hpp"
 
 namespace tandem {
 namespace {
 
 namespace json = boost::json;
-
-// Bit n of ServerUpdate::tick_faults; what each means stands at its definition, server/tick_faults.hpp.
-constexpr std::array<std::string_view, 6> kServerFaults{"not_finite",    "speed_limited", "coupling_saturated",
-                                                        "field_limited", "input_stale",   "overrun"};
 
 double in_ms(Duration duration) {
   return to_seconds(duration) * 1e3;
@@ -48,6 +45,27 @@ json::object link_of(const LinkCounters& link) {
           {"queue_full", link.queue_full}};
 }
 
+/// Together with the scene and the version, enough to run it again.
+void add_setup(const RunSummary& s, json::object& out) {
+  const ClientOptions& options = s.options;
+  const SessionSettings& session = options.io.session;
+  out["program"] = "tandem-client";
+  out["version"] = TANDEM_VERSION;
+  out["room"] = s.io.joined ? json::value(s.io.room) : json::value();
+  out["scene"] = s.io.joined ? json::value(s.io.joined->scene().name()) : json::value();
+  out["user"] = session.user_name;
+  out["role"] = session.role == wire::ROLE_OBSERVER ? "observer" : "manipulator";
+  out["transport"] = session.state_transport == StateTransport::kTcp ? "tcp" : "udp";
+  out["stage"] = options.stage;
+  out["hand"] = options.hand;
+  out["hand_parameters"] = to_json(options.hand_parameters);
+  out["seed"] = options.seed;
+  out["link_parameters"] = nullptr;
+  if (options.io.links) {
+    out["link_parameters"] = {{"up", to_json(options.io.links->up)}, {"down", to_json(options.io.links->down)}};
+  }
+}
+
 void add_loop(const RunSummary& s, json::object& out) {
   out["ticks_run"] = s.loop.ticks_run;
   out["ticks_expected"] = s.loop.ticks_expected;
@@ -73,7 +91,10 @@ void add_network(const ClientIoSnapshot& io, json::object& out) {
   out["datagrams"] = {{"sent", io.counters.datagrams_sent}, {"received", io.counters.datagrams_received}};
   out["bytes"] = {{"sent", io.counters.bytes_sent}, {"received", io.counters.bytes_received}};
   out["drops"] = {{"sent", drops_of(io.counters.sent_drops)}, {"received", drops_of(io.counters.received_drops)}};
-  out["links"] = {{"up", link_of(io.link_up)}, {"down", link_of(io.link_down)}};
+  out["links"] = {{"up", link_of(io.links.up)},
+                  {"down", link_of(io.links.down)},
+                  {"control_up", link_of(io.links.control_up)},
+                  {"control_down", link_of(io.links.control_down)}};
   out["asset_bytes"] = io.asset_bytes;
 }
 
@@ -90,10 +111,11 @@ void add_forces(const RunSummary& s, json::object& out) {
   out["clamped_fraction"] = c.ticks > 0 ? static_cast<double>(c.clamped_ticks) / static_cast<double>(c.ticks) : 0.0;
   out["slew_limited_ticks"] = c.slew_limited_ticks;
   out["silent_ticks"] = c.silent_ticks;
+  out["not_displaying_ticks"] = c.not_displaying_ticks;
   out["invalid_samples"] = c.invalid_samples;
   out["write_failures"] = c.write_failures;
   out["safety_faults"] = array_of(safety_fault_names(c.faults_seen));
-  out["server_tick_faults"] = array_of(server_tick_fault_names(s.run.server_tick_faults_seen()));
+  out["server_tick_faults"] = array_of(tick_fault_names(s.run.server_tick_faults_seen()));
   out["energy_to_hand_j"] = c.energy_to_hand_j;
   out["energy_from_hand_j"] = c.energy_from_hand_j;
 }
@@ -149,26 +171,14 @@ json::value watched_of(const RunSummary& s) {
 std::optional<WatchedBody> first_graspable(const wire::Joined& joined) {
   for (int i = 0; i < joined.scene().bodies_size(); ++i) {
     const wire::Body& body = joined.scene().bodies(i);
-    if (body.graspable()) return WatchedBody{BodyId{static_cast<std::uint32_t>(i + 1)}, body.name()};
+    if (body.graspable()) return WatchedBody{body_id_at(static_cast<std::size_t>(i)), body.name()};
   }
   return std::nullopt;
 }
 
-std::vector<std::string> server_tick_fault_names(std::uint32_t faults) {
-  std::vector<std::string> names;
-  for (unsigned bit = 0; bit < 32; ++bit) {
-    if ((faults >> bit & 1U) == 0) continue;
-    names.push_back(bit < kServerFaults.size() ? std::string(kServerFaults[bit]) : "bit_" + std::to_string(bit));
-  }
-  return names;
-}
-
 boost::json::object to_json(const RunSummary& summary) {
   json::object out;
-  out["stage"] = summary.stage;
-  out["room"] = summary.room;
-  out["scene"] = summary.io.joined ? json::value(summary.io.joined->scene().name()) : json::value();
-  out["user"] = summary.user;
+  add_setup(summary, out);
   out["device"] = summary.device.name;
   out["duration_s"] = to_seconds(summary.run.length());
   add_network(summary.io, out);

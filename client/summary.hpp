@@ -7,6 +7,7 @@
 
 #include "client/haptic_loop.hpp"
 #include "client/net/client_io.hpp"
+#include "client/options.hpp"
 #include "client/run_report.hpp"
 #include "common/json/json.hpp"
 
@@ -21,9 +22,7 @@ std::optional<WatchedBody> first_graspable(const wire::Joined& joined);
 
 /// Everything that a run leaves behind.
 struct RunSummary {
-  std::string stage;
-  std::string room;  ///< as asked for; "": the server's only room
-  std::string user;
+  ClientOptions options;  ///< as given: what it takes to repeat the run
   DeviceSpec device;
   std::vector<std::string> realtime_not_granted;
   HapticLoopReport loop;
@@ -35,8 +34,5 @@ struct RunSummary {
 };
 
 boost::json::object to_json(const RunSummary& summary);
-
-/// "not_finite", "speed_limited", …: the bits of ServerUpdate::tick_faults by word, unknown ones by number.
-std::vector<std::string> server_tick_fault_names(std::uint32_t faults);
 
 }  // namespace tandem

@@ -3,7 +3,8 @@
 namespace tandem {
 
 CouplingState coupling_state(const Pose& X_WH, const Twist& V_WH, const Pose& X_WT, const Twist& V_WT) {
-  return {X_WH.p - X_WT.p, rotation_vector(X_WH.q * X_WT.q.conjugate()), V_WH.v - V_WT.v, V_WH.w - V_WT.w};
+  const Vec3 d_W = X_WH.p - X_WT.p;
+  return {d_W, rotation_vector(X_WH.q * X_WT.q.conjugate()), V_WH.v - V_WH.w.cross(d_W) - V_WT.v, V_WH.w - V_WT.w};
 }
 
 Wrench SpringDamper::wrench_on_tool_W(const CouplingState& state) const noexcept {
@@ -11,6 +12,13 @@ Wrench SpringDamper::wrench_on_tool_W(const CouplingState& state) const noexcept
   const Vec3 force = c.stiffness_n_per_m * state.d_W + c.damping_n_s_per_m * state.v_W;
   const Vec3 torque = c.stiffness_n_m_per_rad * state.theta_W + c.damping_n_m_s_per_rad * state.w_W;
   return {clamped_to_length(force, c.force_limit_n), clamped_to_length(torque, c.torque_limit_n_m)};
+}
+
+CouplingWrenches coupling_wrenches(const CouplingLaw& law, const Pose& X_WH, const Twist& V_WH, const Pose& X_WT,
+                                   const Twist& V_WT) noexcept {
+  const CouplingState state = coupling_state(X_WH, V_WH, X_WT, V_WT);
+  const Wrench on_tool = law.wrench_on_tool_W(state);
+  return {on_tool, {-on_tool.f, state.d_W.cross(on_tool.f) - on_tool.t}};
 }
 
 std::unique_ptr<CouplingLaw> make_coupling_law(std::string_view name, const CouplingParameters& parameters) {

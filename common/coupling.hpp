@@ -14,8 +14,8 @@ namespace tandem {
 struct CouplingState {
   Vec3 d_W = Vec3::Zero();      ///< p_WH − p_WT [m]
   Vec3 theta_W = Vec3::Zero();  ///< rotation vector that turns T onto H, the short way [rad]
-  Vec3 v_W = Vec3::Zero();      ///< v_WH − v_WT [m/s]
-  Vec3 w_W = Vec3::Zero();      ///< w_WH − w_WT [rad/s]
+  Vec3 v_W = Vec3::Zero();  ///< v_WH − w_WH × d − v_WT: of the handle's point that is at T, past the tool [m/s]
+  Vec3 w_W = Vec3::Zero();  ///< w_WH − w_WT [rad/s]
 };
 
 CouplingState coupling_state(const Pose& X_WH, const Twist& V_WH, const Pose& X_WT, const Twist& V_WT);
@@ -26,11 +26,13 @@ struct CouplingParameters {
   double damping_n_s_per_m = 3.0;
   double stiffness_n_m_per_rad = 0.3;
   double damping_n_m_s_per_rad = 0.003;
-  double force_limit_n = 6.5;      ///< magnitude at which the coupling force stops growing
-  double torque_limit_n_m = 0.3;   ///< magnitude at which the coupling torque stops growing
+  double force_limit_n = 6.5;     ///< magnitude at which the coupling force stops growing
+  double torque_limit_n_m = 0.3;  ///< magnitude at which the coupling torque stops growing
+
+  bool operator==(const CouplingParameters&) const = default;
 };
 
-/// A coupling law gives the wrench on the tool, about the tool's origin; the hand feels its negative.
+/// A coupling law gives the wrench on the tool, about the tool's origin; for the hand's see coupling_wrenches().
 ///
 /// Thread  haptic and room: no allocation, no throw, output finite for finite input
 class CouplingLaw {
@@ -56,6 +58,22 @@ class SpringDamper final : public CouplingLaw {
  private:
   CouplingParameters parameters_;
 };
+
+/// What the coupling does to its two ends.
+struct CouplingWrenches {
+  Wrench on_tool_W;  ///< about the tool's origin
+  Wrench on_hand_W;  ///< about the handle's origin
+};
+
+/// Both ends of `law`, one the reaction of the other: their forces and their moments about any one point sum to zero.
+///
+/// Model   on tool (f, τ) about T, on hand (−f, −τ + d × f) about H. The power of both,
+///         f·v_T + τ·ω_T − f·v_H − (τ − d × f)·ω_H = −f·(v_H − ω_H × d − v_T) − τ·(ω_H − ω_T),
+///         is −f·v − τ·ω with CouplingState's v, ω: what a spring and damper store and dissipate, no more
+/// Source  our derivation. The lever is on the hand's side, because there it damps a hand. On the tool's, its damping
+///         b |d|² of the tool's rotation is integrated explicitly and would ring in a light tool (coupling_limits.hpp).
+CouplingWrenches coupling_wrenches(const CouplingLaw& law, const Pose& X_WH, const Twist& V_WH, const Pose& X_WT,
+                                   const Twist& V_WT) noexcept;
 
 /// The law called `name`, or null when there is none of that name ("" means "spring-damper").
 std::unique_ptr<CouplingLaw> make_coupling_law(std::string_view name, const CouplingParameters& parameters);

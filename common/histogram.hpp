@@ -25,8 +25,8 @@ class Histogram {
   Duration quantile(double q) const;
 
  private:
-  static constexpr std::size_t kSubBuckets = 32;                // per power of two
-  static constexpr std::size_t kBuckets = kSubBuckets * 34;     // up to 2^38 ns ≈ 275 s
+  static constexpr std::size_t kSubBuckets = 32;             // per power of two
+  static constexpr std::size_t kBuckets = kSubBuckets * 34;  // up to 2^38 ns ≈ 275 s
 
   static std::size_t bucket_of(std::uint64_t nanoseconds);
   static std::uint64_t upper_edge(std::size_t bucket);

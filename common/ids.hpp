@@ -20,6 +20,9 @@ struct Id {
 
 /// A body of a room's scene: 1-based position in the scene's `bodies`, the same on server and client.
 using BodyId = Id<struct BodyTag>;
+constexpr BodyId body_id_at(std::size_t index) {
+  return {static_cast<std::uint32_t>(index) + 1};
+}
 /// A user in a room; never reused within the life of the room.
 using UserId = Id<struct UserTag>;
 /// A room of a server.

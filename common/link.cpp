@@ -12,6 +12,10 @@ namespace {
 constexpr Duration kLongestDelay = std::chrono::seconds(10);
 // Shorter bad periods than a packet's spacing would make the loss independent, and cost a draw each.
 constexpr Duration kShortestBadPeriod = std::chrono::microseconds(100);
+// Three years: for every trial the same as never, and sums of a few stay far inside a Duration.
+constexpr double kLongestPeriod_s = 1e8;
+// Above the streams of all links.
+constexpr std::uint64_t kDuplicateStreams = 1ULL << 40U;
 
 // Pareto's shape: the smallest whole one with a finite standard deviation, so the tail is as heavy as can be
 // while `jitter` still means one. Ours.
@@ -53,7 +57,7 @@ std::string LinkParameters::problem() const {
   for (const Duration value : trace) {
     if (!is_delay(value)) return complaint("trace", milliseconds(value), "delays of 0 to 10000 ms");
   }
-  if (!(loss >= 0 && loss <= 0.95)) return complaint("loss", loss, "0 to 0.95");
+  if (!(loss >= 0 && loss <= kLargestLoss)) return complaint("loss", loss, "0 to 0.95");
   if (!(mean_bad_period >= kShortestBadPeriod && mean_bad_period <= kLongestDelay)) {
     return complaint("mean_bad_period", milliseconds(mean_bad_period), "0.1 to 10000 ms");
   }
@@ -65,7 +69,11 @@ std::string LinkParameters::problem() const {
 }
 
 SimulatedLink::SimulatedLink(LinkParameters parameters, std::uint64_t seed, std::uint64_t stream)
-    : parameters_(std::move(parameters)), loss_random_(seed, 2 * stream), delay_random_(seed, 2 * stream + 1) {
+    : parameters_(std::move(parameters)),
+      loss_random_(seed, 2 * stream),
+      delays_{Random(seed, 2 * stream + 1)},
+      duplicate_random_(seed, kDuplicateStreams + 2 * stream),
+      duplicate_delays_{Random(seed, kDuplicateStreams + 2 * stream + 1)} {
   const std::string problem = parameters_.problem();
   if (!problem.empty()) throw std::invalid_argument("link: " + problem);
 }
@@ -92,16 +100,16 @@ void SimulatedLink::send(LocalTime now, std::span<const std::byte> packet) {
     line_free_ = std::max(line_free_, now) + from_seconds(seconds);
     on_wire = line_free_;
   }
-  // Both are drawn for every packet, so that changing the loss leaves the delays as they were.
-  const Duration delay = draw_delay();
+  // Drawn for every packet, so that changing the loss leaves the delays as they were; copies have draws of their own.
+  const Duration delay = draw_delay(delays_);
   if (is_lost(on_wire)) {
     ++counters_.lost;
     return;
   }
   enqueue(on_wire + delay, packet);
-  if (parameters_.duplication > 0 && loss_random_.uniform() < parameters_.duplication) {
+  if (parameters_.duplication > 0 && duplicate_random_.uniform() < parameters_.duplication) {
     ++counters_.duplicated;
-    enqueue(on_wire + draw_delay(), packet);
+    enqueue(on_wire + draw_delay(duplicate_delays_), packet);
   }
 }
 
@@ -129,8 +137,10 @@ std::optional<LocalTime> SimulatedLink::next_due() const {
 bool SimulatedLink::is_lost(LocalTime now) {
   if (parameters_.loss <= 0) return false;
   const double bad_s = to_seconds(parameters_.mean_bad_period);
-  const double good_s = bad_s * (1 - parameters_.loss) / parameters_.loss;
-  const auto draw = [&] { return from_seconds(loss_random_.exponential(in_bad_period_ ? bad_s : good_s)); };
+  const double good_s = std::min(kLongestPeriod_s, bad_s * (1 - parameters_.loss) / parameters_.loss);
+  const auto draw = [&] {
+    return from_seconds(std::min(kLongestPeriod_s, loss_random_.exponential(in_bad_period_ ? bad_s : good_s)));
+  };
   if (!has_period_) {
     // An exponential period has no memory: the rest of one that is under way is distributed like a whole one.
     has_period_ = true;
@@ -144,25 +154,25 @@ bool SimulatedLink::is_lost(LocalTime now) {
   return in_bad_period_;
 }
 
-Duration SimulatedLink::draw_delay() {
+Duration SimulatedLink::draw_delay(DelaySource& source) {
   const double sigma_s = to_seconds(parameters_.jitter);
   switch (parameters_.distribution) {
     case JitterDistribution::kTrace: {
-      const Duration delay = parameters_.trace[trace_position_];
-      trace_position_ = (trace_position_ + 1) % parameters_.trace.size();
+      const Duration delay = parameters_.trace[source.trace_position];
+      source.trace_position = (source.trace_position + 1) % parameters_.trace.size();
       return delay;
     }
     case JitterDistribution::kPareto: {
       if (sigma_s <= 0) return parameters_.delay;
       const double scale_s = sigma_s / kParetoUnitSigma;
-      const double excess = std::pow(1.0 - delay_random_.uniform(), -1.0 / kParetoShape) - 1.0;
+      const double excess = std::pow(1.0 - source.random.uniform(), -1.0 / kParetoShape) - 1.0;
       return parameters_.delay + from_seconds(scale_s * excess);
     }
     case JitterDistribution::kNormal:
       break;
   }
   if (sigma_s <= 0) return parameters_.delay;
-  return std::max(Duration(0), parameters_.delay + from_seconds(sigma_s * delay_random_.normal()));
+  return std::max(Duration(0), parameters_.delay + from_seconds(sigma_s * source.random.normal()));
 }
 
 void SimulatedLink::enqueue(LocalTime due, std::span<const std::byte> packet) {

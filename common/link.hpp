@@ -22,19 +22,25 @@ namespace tandem {
 ///         kTrace   the delays of a list, in turn
 enum class JitterDistribution { kNormal, kPareto, kTrace };
 
+/// The most loss that a link has: with more, the good periods would be shorter than a packet's spacing.
+inline constexpr double kLargestLoss = 0.95;
+
 /// One direction of a link.
 struct LinkParameters {
   Duration delay{0};   ///< fixed part
   Duration jitter{0};  ///< standard deviation of the variable part
   JitterDistribution distribution = JitterDistribution::kNormal;
-  std::vector<Duration> trace;                    ///< kTrace: delays used in turn instead of delay + jitter
-  bool allows_reordering = false;                 ///< false: a packet waits for those sent before it
-  double loss = 0.0;                              ///< overall fraction lost, 0..1
+  std::vector<Duration> trace;  ///< kTrace: delays used in turn instead of delay + jitter
+  /// False: a packet waits for those sent before it, so a late one holds up those behind it and they arrive in bursts.
+  bool allows_reordering = false;
+  double loss = 0.0;                              ///< overall fraction lost, 0 to kLargestLoss
   Duration mean_bad_period{from_seconds(0.020)};  ///< loss comes in bad periods of this mean length; all in it is lost
   double duplication = 0.0;                       ///< fraction delivered twice
   double rate_limit_bytes_per_s = 0;              ///< 0: unlimited
   std::size_t queue_limit = 4096;                 ///< packets in flight; more are dropped (tail drop)
 
+  /// True when datagrams are lost, doubled or reordered: a stream hides that, so it must not be asked of one.
+  bool spoils_datagrams() const { return loss > 0 || duplication > 0 || allows_reordering; }
   /// The first bad field and what would do, e.g. "loss is 1.2; it must be 0 to 0.95"; empty when all is well.
   std::string problem() const;
 };
@@ -51,7 +57,7 @@ struct LinkCounters {
 /// Carries packets (or, when reliable, stream chunks) from send() to receive(). Times must not decrease.
 ///
 /// A packet passes the queue limit, then the rate limit, then the loss. The same seed and stream give the same
-/// fate to the same packets.
+/// fate to the same packets; loss and duplication leave the draws of the packets' own delays as they are.
 /// Thread  one at a time
 class SimulatedLink {
  public:
@@ -77,20 +83,26 @@ class SimulatedLink {
     std::vector<std::byte> bytes;
   };
   bool is_lost(LocalTime now);
-  Duration draw_delay();
+  /// Draws of delays, in an order of its own.
+  struct DelaySource {
+    Random random;
+    std::size_t trace_position = 0;
+  };
+  Duration draw_delay(DelaySource& source);
   void enqueue(LocalTime due, std::span<const std::byte> packet);
 
   LinkParameters parameters_;
   bool is_reliable_ = false;
   Random loss_random_;
-  Random delay_random_;
+  DelaySource delays_;
+  Random duplicate_random_;
+  DelaySource duplicate_delays_;
   bool in_bad_period_ = false;
   LocalTime period_end_{};
   bool has_period_ = false;
   LocalTime last_due_{};
   LocalTime line_free_{};
   std::uint64_t next_order_ = 0;
-  std::size_t trace_position_ = 0;
   std::vector<InFlight> in_flight_;  ///< heap by (due, order)
   LinkCounters counters_;
 };

@@ -17,8 +17,9 @@ constexpr double kLargestRise_s = 0.005;
 constexpr Duration kSilencePromise{std::chrono::milliseconds(150)};
 constexpr Duration kFaultPromise{std::chrono::milliseconds(20)};
 
-constexpr std::array<std::string_view, 7> kFaultNames{"ramping",  "silence",        "slewed",  "not_finite",
-                                                      "too_fast", "invalid_sample", "stopping"};
+constexpr std::array<std::string_view, 9> kFaultNames{"ramping",    "silence",        "slewed",
+                                                      "not_finite", "too_fast",       "invalid_sample",
+                                                      "stopping",   "not_displaying", "clutched"};
 
 void require(bool is_good, const char* field, double value, const char* remedy) {
   if (is_good) return;
@@ -72,7 +73,11 @@ Wrench SafetyChain::apply(LocalTime now, const SafetyInput& input) noexcept {
   update_gain(input, step);
 
   const double share = gain_ < gain_before ? gain_ / gain_before : 1.0;
-  const bool is_usable = input.has_state && input.sample_is_valid && is_plausible(input.wrench);
+  // At either edge of the clutch the handle's speed jumps, and a damper's force with it: until its decay is over the
+  // computed wrench does not count, even if the button has come up again.
+  const bool is_clutched = (latched_ & kSafetyClutched) != 0;
+  const bool is_usable =
+      input.has_state && input.is_displaying && !is_clutched && input.sample_is_valid && is_plausible(input.wrench);
   // Without a usable wrench the last one fades with the gain: no step, and zero when the gain is.
   Wrench out = is_usable ? slewed(input.wrench * gain_, step.rise_s) : displayed_ * share;
   if (share < 1) {
@@ -101,14 +106,15 @@ SafetyFaults SafetyChain::present_faults(const SafetyInput& input) const noexcep
   // Written so that a NaN speed counts as too fast.
   if (!(input.handle_speed_m_per_s <= settings_.speed_limit_m_per_s)) faults |= kSafetyTooFast;
   if (!input.sample_is_valid) faults |= kSafetyInvalidSample;
+  if (input.is_clutched) faults |= kSafetyClutched;
   if (is_stopping_) faults |= kSafetyStopping;
   return faults;
 }
 
 void SafetyChain::update_gain(const SafetyInput& input, const Step& step) noexcept {
-  // A fault that came and went within the decay is still played out to zero.
-  if (gain_ <= 0 && faults_ == 0) latched_ = 0;
-  if (latched_ != 0 || !input.has_state) {
+  // A fault that came and went within the decay is still played out to zero, and to a zero that the device took.
+  if (is_quiet() && faults_ == 0) latched_ = 0;
+  if (latched_ != 0 || !input.has_state || !input.is_displaying) {
     gain_ = std::max(0.0, gain_ - step.decay_s / to_seconds(settings_.fault_decay));
   } else {
     gain_ = std::min(1.0, gain_ + step.rise_s / to_seconds(settings_.start_ramp));
@@ -116,9 +122,11 @@ void SafetyChain::update_gain(const SafetyInput& input, const Step& step) noexce
   const double silence = silence_gain(input.state_age);
   gain_ = std::min(gain_, silence);
   faults_ |= latched_;
-  const bool is_silent = !input.has_state || silence < 1;
+  // Where nothing is to be displayed no state is awaited either, so its absence is no silence; its age still is.
+  const bool is_silent = (input.is_displaying && !input.has_state) || silence < 1;
   if (is_silent) faults_ |= kSafetySilence;
-  if (gain_ < 1 && latched_ == 0 && !is_silent) faults_ |= kSafetyRamping;
+  if (!input.is_displaying) faults_ |= kSafetyNotDisplaying;
+  if (gain_ < 1 && latched_ == 0 && !is_silent && input.is_displaying) faults_ |= kSafetyRamping;
 }
 
 double SafetyChain::silence_gain(Duration state_age) const noexcept {

@@ -23,12 +23,14 @@ namespace tandem {
 /// Why the displayed force differs from the computed one.
 enum SafetyFault : std::uint32_t {
   kSafetyRamping = 1U << 0U,    ///< start ramp, or re-arming after silence or a fault
-  kSafetySilence = 1U << 1U,    ///< no server state for longer than silence_start: decaying or zero
+  kSafetySilence = 1U << 1U,    ///< no server state, or none for longer than silence_start: decaying or zero
   kSafetySlewed = 1U << 2U,     ///< the change was limited
   kSafetyNotFinite = 1U << 3U,  ///< the computed wrench was NaN, infinite or absurd: zero, then re-armed by the ramp
   kSafetyTooFast = 1U << 4U,    ///< handle faster than the device's limit: zero within 20 ms, then re-armed
   kSafetyInvalidSample = 1U << 5U,  ///< the device lost the hand: zero within 20 ms, then re-armed
   kSafetyStopping = 1U << 6U,       ///< shutting down
+  kSafetyNotDisplaying = 1U << 7U,  ///< nothing is meant to be felt: an observer, or no session stands
+  kSafetyClutched = 1U << 8U,       ///< the hand moves back: zero within 20 ms, ramped in after release
 };
 using SafetyFaults = std::uint32_t;
 /// One word a set bit, in bit order: "ramping", "silence", …
@@ -48,9 +50,13 @@ struct SafetySettings {
 
 /// What the chain looks at besides the wrench.
 struct SafetyInput {
-  Wrench wrench;           ///< computed, on the hand
-  Duration state_age{0};   ///< since the last arrival from the server
-  bool has_state = false;  ///< false: none yet, or the session that it came from is gone
+  Wrench wrench;              ///< computed, on the hand
+  Duration state_age{0};      ///< since the last arrival from the server
+  bool has_state = false;     ///< false: none yet in this session
+  bool is_displaying = true;  ///< false: observer, or not joined; zero force, whether states come or not
+  /// The handle stands still in the world while the hand moves: a force computed from it would push the hand
+  /// for ever, with work that nobody did.
+  bool is_clutched = false;
   bool sample_is_valid = true;
   double handle_speed_m_per_s = 0;
 };
@@ -58,9 +64,11 @@ struct SafetyInput {
 /// The stages before the clamp. One call a tick.
 ///
 /// Model   gain g: rises by dt / start_ramp; g ≤ silence gain of the state's age; after a fault it falls by
-///         dt / fault_decay to 0 before it may rise again, and it falls so while there is no state.
+///         dt / fault_decay to 0 before it may rise again, and it falls so while there is no state or nothing to
+///         display.
 ///         out = slew(g · wrench), and while g falls |out| ≤ |displayed before| · g / g_before, for force and
-///         torque each. Without a usable wrench (no state, no sample, not finite) out is that bound itself.
+///         torque each. Without a usable wrench (no state, no sample, not finite, clutched) out is the displayed one
+///         · g / g_before. A fault's fall is over when zero has been displayed, not only computed.
 /// Thread  haptic: no allocation, no throw
 class SafetyChain {
  public:

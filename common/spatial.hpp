@@ -50,11 +50,21 @@ struct Wrench {
   }
 };
 
-inline bool is_finite(const Vec3& a) { return a.allFinite(); }
-inline bool is_finite(const Quat& q) { return q.coeffs().allFinite(); }
-inline bool is_finite(const Pose& X) { return is_finite(X.p) && is_finite(X.q); }
-inline bool is_finite(const Twist& V) { return is_finite(V.v) && is_finite(V.w); }
-inline bool is_finite(const Wrench& F) { return is_finite(F.f) && is_finite(F.t); }
+inline bool is_finite(const Vec3& a) {
+  return a.allFinite();
+}
+inline bool is_finite(const Quat& q) {
+  return q.coeffs().allFinite();
+}
+inline bool is_finite(const Pose& X) {
+  return is_finite(X.p) && is_finite(X.q);
+}
+inline bool is_finite(const Twist& V) {
+  return is_finite(V.v) && is_finite(V.w);
+}
+inline bool is_finite(const Wrench& F) {
+  return is_finite(F.f) && is_finite(F.t);
+}
 
 /// Rotation vector (axis · angle, |angle| ≤ π) of a unit quaternion, the short way round.
 inline Vec3 rotation_vector(const Quat& q) {

@@ -25,11 +25,17 @@ struct ServerClock {
 using LocalTime = std::chrono::time_point<LocalClock, Duration>;
 using ServerTime = std::chrono::time_point<ServerClock, Duration>;
 
-constexpr double to_seconds(Duration duration) { return std::chrono::duration<double>(duration).count(); }
-constexpr Duration from_seconds(double seconds) { return Duration(static_cast<Duration::rep>(seconds * 1e9)); }
+constexpr double to_seconds(Duration duration) {
+  return std::chrono::duration<double>(duration).count();
+}
+constexpr Duration from_seconds(double seconds) {
+  return Duration(static_cast<Duration::rep>(seconds * 1e9));
+}
 
 /// On the server its own clock *is* server time; this is the only place where that is said.
-constexpr ServerTime server_time_of_own_clock(LocalTime now) { return ServerTime(now.time_since_epoch()); }
+constexpr ServerTime server_time_of_own_clock(LocalTime now) {
+  return ServerTime(now.time_since_epoch());
+}
 
 /// Where the programs' outermost loops get the time from.
 class Clock {

@@ -5,6 +5,7 @@
 #include <charconv>
 #include <cmath>
 #include <optional>
+#include <sstream>
 #include <stdexcept>
 #include <string>
 
@@ -43,11 +44,12 @@ std::string quoted(std::string_view text) {
 
 }  // namespace
 
-Duration parse_duration(std::string_view text) {
+Duration parse_duration(std::string_view text, std::string_view usual_unit) {
   const std::optional<NumberAndRest> parts = split(text);
   if (!parts) throw std::invalid_argument(quoted(text) + " is not a time; write for example 25ms (ns, us, ms or s)");
   if (parts->rest.empty()) {
-    throw std::invalid_argument(quoted(text) + " has no unit; write " + std::string(text) + "ms (ns, us, ms or s)");
+    throw std::invalid_argument(quoted(text) + " has no unit; write " + std::string(text) + std::string(usual_unit) +
+                                " (ns, us, ms or s)");
   }
   for (const TimeUnit& unit : kTimeUnits) {
     if (parts->rest != unit.name) continue;
@@ -60,14 +62,18 @@ Duration parse_duration(std::string_view text) {
   throw std::invalid_argument(quoted(text) + " has the unknown unit " + quoted(parts->rest) + "; use ns, us, ms or s");
 }
 
-double parse_fraction(std::string_view text) {
+double parse_fraction(std::string_view text, double largest) {
   const std::optional<NumberAndRest> parts = split(text);
   const bool is_percent = parts && parts->rest == "%";
-  if (parts && (is_percent || parts->rest.empty())) {
+  const bool is_number = parts && (is_percent || parts->rest.empty());
+  if (is_number) {
     const double fraction = is_percent ? parts->number / 100 : parts->number;
-    if (fraction >= 0 && fraction <= 1) return fraction;
+    if (fraction >= 0 && fraction <= largest) return fraction;
   }
-  throw std::invalid_argument(quoted(text) + " is not a fraction; write 0% to 100%, or 0 to 1");
+  std::ostringstream remedy;
+  remedy << "write 0% to " << 100 * largest << "%, or 0 to " << largest;
+  throw std::invalid_argument(quoted(text) + (is_number ? " is out of range; " : " is not a fraction; ") +
+                              remedy.str());
 }
 
 }  // namespace tandem

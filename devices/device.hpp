@@ -19,20 +19,20 @@ struct SourcedLimit {
 /// What a device can do, and what we let it do.
 struct DeviceSpec {
   std::string name;
-  int force_axes = 3;                    ///< 3, or 6 with torque
-  SourcedLimit force_maximum_n;          ///< of the maker; describes, and bounds the software limit when verified
+  int force_axes = 3;            ///< 3, or 6 with torque
+  SourcedLimit force_maximum_n;  ///< of the maker; describes, and bounds the software limit when verified
   SourcedLimit torque_maximum_n_m;
-  double force_limit_n = 2.0;            ///< software limit, ≤ force_maximum_n; the default is for unverified devices
+  double force_limit_n = 2.0;  ///< software limit, ≤ force_maximum_n; the default is for unverified devices
   double torque_limit_n_m = 0.1;
-  double speed_limit_m_per_s = 3.0;      ///< a faster handle is a fault: force to zero within 20 ms, then re-armed
-  double slew_limit_n_per_s = 4000.0;    ///< how fast the displayed force may change
+  double speed_limit_m_per_s = 3.0;    ///< a faster handle is a fault: force to zero within 20 ms, then re-armed
+  double slew_limit_n_per_s = 4000.0;  ///< how fast the displayed force may change
   double slew_limit_n_m_per_s = 200.0;
 };
 
 /// Everything about the hand at one instant, in the device base frame D.
 struct DeviceSample {
   LocalTime taken{};
-  bool is_valid = false;      ///< false: do not use the rest
+  bool is_valid = false;  ///< false: do not use the rest
   Pose X_DH;
   Twist V_DH;
   std::uint32_t buttons = 0;  ///< bits of Button (proto/state.hpp gives them meaning)

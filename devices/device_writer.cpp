@@ -54,10 +54,12 @@ DeviceWriter::DeviceWriter(Device& device) : device_(device) {
 bool DeviceWriter::write(LocalTime now, const Wrench& wrench_on_hand_D) noexcept {
   const bool is_good = is_finite(wrench_on_hand_D);
   const Wrench wanted = is_good ? wrench_on_hand_D : Wrench{};
-  written_ = {clamped_to_length(wanted.f, force_limit_n_), clamped_to_length(wanted.t, torque_limit_n_m_)};
+  const Wrench command{clamped_to_length(wanted.f, force_limit_n_), clamped_to_length(wanted.t, torque_limit_n_m_)};
   // A device without torque shows none: that is not a clamp worth reporting.
-  was_clamped_ = !is_good || written_.f != wanted.f || (torque_limit_n_m_ > 0 && written_.t != wanted.t);
-  return device_.write(now, DeviceCommand{written_});
+  was_clamped_ = !is_good || command.f != wanted.f || (torque_limit_n_m_ > 0 && command.t != wanted.t);
+  if (!device_.write(now, DeviceCommand{command})) return false;
+  written_ = command;
+  return true;
 }
 
 }  // namespace tandem

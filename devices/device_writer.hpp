@@ -16,9 +16,10 @@ class DeviceWriter {
   explicit DeviceWriter(Device& device);
   /// Writes the clamped wrench (zero when not finite). Returns false when the device did not take it.
   bool write(LocalTime now, const Wrench& wrench_on_hand_D) noexcept;
-  void write_zero(LocalTime now) noexcept { write(now, Wrench{}); }
-  /// What was last written, after the clamp, and whether the clamp changed it.
+  bool write_zero(LocalTime now) noexcept { return write(now, Wrench{}); }
+  /// The last command that the device took, after the clamp: it acts until the next one is taken.
   const Wrench& written() const { return written_; }
+  /// Whether the clamp changed the last command, taken or not.
   bool was_clamped() const { return was_clamped_; }
 
  private:

@@ -38,7 +38,7 @@ LinkParameters link_of(JsonFields link) {
     link.fail("trace_ms", "distribution \"trace\" needs a list of one delay or more");
   }
   result.allows_reordering = link.boolean("reordering", false);
-  result.loss = link.number("loss", 0, 0, 0.95);
+  result.loss = link.number("loss", 0, 0, kLargestLoss);
   result.mean_bad_period = from_milliseconds(link.number("bad_period_ms", 20, 0.1, 10000));
   result.duplication = link.number("duplication", 0, 0, 1);
   result.rate_limit_bytes_per_s = link.number("rate_limit_bytes_per_s", 0, 0, 1e12);
@@ -84,6 +84,11 @@ ExperimentUser user_of(JsonFields& user, std::size_t index, const std::filesyste
   result.transport = user.choice("transport", 0, {"udp", "tcp"}) == 0 ? StateTransport::kUdp : StateTransport::kTcp;
   result.up = link_of(user.object("link"));
   result.down = user.has("downlink") ? link_of(user.object("downlink")) : result.up;
+  if (result.transport == StateTransport::kTcp && (result.up.spoils_datagrams() || result.down.spoils_datagrams())) {
+    user.fail("transport",
+              "over a stream nothing is lost, doubled or reordered; leave out loss, duplication and "
+              "reordering, or use udp");
+  }
   result.tick_phase = phase_of(user, "tick_phase_ms", kSlot * static_cast<int>(1 + index % 3));
   user.finish();
   return result;

@@ -1,11 +1,35 @@
 // tandem-lab: experiments in virtual time, benchmarks, and reports of what came out.
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <exception>
 #include <iostream>
+#include <string>
 
 #include "lab/commands.hpp"
 #include "lab/report/report_command.hpp"
+
+namespace {
+
+/// One line; a missing subcommand is answered by those that exist.
+std::string complaint(const CLI::App& app, const CLI::ParseError& error) {
+  const CLI::App* command = &app;
+  std::string help = "--help";
+  while (!command->get_subcommands().empty()) {
+    command = command->get_subcommands().front();
+    help = command->get_name() + " " + help;
+  }
+  std::string text = error.what();
+  const auto subcommands = command->get_subcommands([](const CLI::App*) { return true; });
+  if (!subcommands.empty() && dynamic_cast<const CLI::RequiredError*>(&error) != nullptr) {
+    text = "a subcommand is required: ";
+    for (const CLI::App* one : subcommands) text += (one == subcommands.front() ? "" : " or ") + one->get_name();
+  }
+  std::replace(text.begin(), text.end(), '\n', ' ');
+  return text + "; see tandem-lab " + help;
+}
+
+}  // namespace
 
 int main(int argument_count, char** arguments) {
   CLI::App app{"tandem-lab: experiments with simulated hands and links in virtual time, benchmarks and reports",
@@ -20,8 +44,11 @@ int main(int argument_count, char** arguments) {
   try {
     app.parse(argument_count, arguments);
     return exit_code;
+  } catch (const CLI::Success& help_or_version) {
+    return app.exit(help_or_version);
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : 2;
+    std::cerr << "tandem-lab: " << complaint(app, error) << '\n';
+    return 2;
   } catch (const std::exception& error) {
     std::cerr << "tandem-lab: " << error.what() << '\n';
     return 2;

@@ -7,6 +7,7 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "client/parameters_json.hpp"
 #include "lab/metrics.hpp"
 #include "proto/drop_reason.hpp"
 
@@ -19,54 +20,12 @@ double milliseconds(Duration duration) {
   return to_seconds(duration) * 1e3;
 }
 
-std::string_view name_of(JitterDistribution distribution) {
-  switch (distribution) {
-    case JitterDistribution::kPareto:
-      return "pareto";
-    case JitterDistribution::kTrace:
-      return "trace";
-    case JitterDistribution::kNormal:
-      break;
-  }
-  return "normal";
-}
-
-json::object link_json(const LinkParameters& link) {
-  json::object result{{"delay_ms", milliseconds(link.delay)},
-                      {"jitter_ms", milliseconds(link.jitter)},
-                      {"distribution", name_of(link.distribution)},
-                      {"reordering", link.allows_reordering},
-                      {"loss", link.loss},
-                      {"bad_period_ms", milliseconds(link.mean_bad_period)},
-                      {"duplication", link.duplication},
-                      {"rate_limit_bytes_per_s", link.rate_limit_bytes_per_s},
-                      {"queue_limit", link.queue_limit}};
-  if (!link.trace.empty()) {
-    json::array& trace = result["trace_ms"].emplace_array();
-    for (const Duration delay : link.trace) trace.push_back(milliseconds(delay));
-  }
-  return result;
-}
-
-json::object hand_json(const HandParameters& hand) {
-  return {{"mass_kg", hand.mass_kg},
-          {"stiffness_n_per_m", hand.stiffness_n_per_m},
-          {"damping_n_s_per_m", hand.damping_n_s_per_m},
-          {"inertia_kg_m2", hand.inertia_kg_m2},
-          {"stiffness_n_m_per_rad", hand.stiffness_n_m_per_rad},
-          {"damping_n_m_s_per_rad", hand.damping_n_m_s_per_rad},
-          {"tremor_rms_n", hand.tremor_rms_n},
-          {"tremor_hz", hand.tremor_hz},
-          {"encoder_step_m", hand.encoder_step_m},
-          {"encoder_step_rad", hand.encoder_step_rad}};
-}
-
 // Only reasons that occurred: the list of possible ones is in proto/drop_reason.hpp.
 json::object drops_json(const DropCounters& drops) {
   json::object result;
   for (std::size_t i = 0; i < static_cast<std::size_t>(DropReason::kCount); ++i) {
     const auto reason = static_cast<DropReason>(i);
-    if (drops.of(reason) > 0) result[tandem::name_of(reason)] = drops.of(reason);
+    if (drops.of(reason) > 0) result[name_of(reason)] = drops.of(reason);
   }
   return result;
 }
@@ -83,13 +42,13 @@ json::object parameters_json(const UserTrace& trace) {
   const ExperimentUser& user = trace.user;
   return {{"role", user.role == UserRole::kManipulator ? "manipulator" : "observer"},
           {"hand", user.hand_name},
-          {"hand_parameters", hand_json(user.hand_parameters)},
+          {"hand_parameters", to_json(user.hand_parameters)},
           {"hand_seed", trace.hand_seed},
           {"stage", user.stage},
           {"transport", user.transport == StateTransport::kUdp ? "udp" : "tcp"},
           {"tick_phase_ms", milliseconds(user.tick_phase)},
-          {"uplink", link_json(user.up)},
-          {"downlink", link_json(user.down)}};
+          {"uplink", to_json(user.up)},
+          {"downlink", to_json(user.down)}};
 }
 
 json::object user_json(const UserTrace& user) {

@@ -59,15 +59,12 @@ std::vector<std::unique_ptr<TraceWriter>> open_traces(const Experiment& experime
   return traces;
 }
 
-std::string known_stages() {
-  std::string names;
-  for (const std::string_view name : stage_names()) names.append(names.empty() ? "" : ", ").append(name);
-  return names;
-}
-
 Experiment experiment_of(const Options& options) {
   Experiment experiment = load_experiment(options.experiment);
   if (options.seed) experiment.seed = *options.seed;
+  if (!options.stage.empty() && make_stage(options.stage) == nullptr) {
+    throw std::invalid_argument("--stage " + options.stage + ": does not exist; use one of: " + listed_stage_names());
+  }
   for (ExperimentUser& user : experiment.users) {
     if (!options.stage.empty()) user.stage = options.stage;
   }
@@ -111,7 +108,7 @@ void add_run_command(CLI::App& app, int& exit_code) {
   command->add_option("--out", options->out, "folder for results.json, timing.json, report.html and the CSV files")
       ->required();
   command->add_option("--seed", options->seed, "instead of the file's seed");
-  command->add_option("--stage", options->stage, "for all users, instead of the file's: " + known_stages());
+  command->add_option("--stage", options->stage, "for all users, instead of the file's: " + listed_stage_names());
   command->add_flag("--json", options->wants_json, "print results.json instead of a table");
   command->footer("Exit code: 0 done, 1 a user lost its connection during the trial, 2 bad input or set-up.");
   command->callback([options, &exit_code] { exit_code = run(*options); });

@@ -30,6 +30,10 @@ std::uint32_t attempt_of(std::span<const std::byte> chunk) {
   return attempt;
 }
 
+void collect_from(SimulatedLink& link, LocalTime now, std::vector<std::vector<std::byte>>& arrived) {
+  while (auto packet = link.receive(now)) arrived.push_back(std::move(*packet));
+}
+
 std::span<const std::byte> bytes_of(std::span<const std::byte> chunk) {
   return chunk.subspan(kChunkHeaderBytes);
 }
@@ -71,15 +75,22 @@ void VirtualClientTransport::close() {
   send_chunk(stream_up_, clock_.now(), Chunk::kEnd, attempt_);
 }
 
+void VirtualClientTransport::collect(LocalTime now) {
+  collect_from(datagrams_up_, now, arrived_datagrams_up_);
+  collect_from(datagrams_down_, now, arrived_datagrams_down_);
+  collect_from(stream_up_, now, arrived_stream_up_);
+  collect_from(stream_down_, now, arrived_stream_down_);
+}
+
 void VirtualClientTransport::deliver(ClientSession& session, LocalTime now) {
-  while (const auto chunk = stream_down_.receive(now)) {
-    if (!is_open_ || attempt_of(*chunk) != attempt_) continue;
-    switch (kind_of(*chunk)) {
+  for (const auto& chunk : std::exchange(arrived_stream_down_, {})) {
+    if (!is_open_ || attempt_of(chunk) != attempt_) continue;
+    switch (kind_of(chunk)) {
       case Chunk::kAccepted:
         session.on_connected(now);
         break;
       case Chunk::kBytes:
-        session.on_control_bytes(bytes_of(*chunk), now);
+        session.on_control_bytes(bytes_of(chunk), now);
         break;
       case Chunk::kEnd:
         is_open_ = false;
@@ -89,8 +100,8 @@ void VirtualClientTransport::deliver(ClientSession& session, LocalTime now) {
         break;
     }
   }
-  while (const auto datagram = datagrams_down_.receive(now)) {
-    if (is_open_) session.on_datagram(*datagram, now);
+  for (const auto& datagram : std::exchange(arrived_datagrams_down_, {})) {
+    if (is_open_) session.on_datagram(datagram, now);
   }
 }
 
@@ -134,6 +145,10 @@ void VirtualNetwork::close(ConnectionHandle connection) {
   }
 }
 
+void VirtualNetwork::collect(LocalTime now) {
+  for (const auto& client : clients_) client->collect(now);
+}
+
 void VirtualNetwork::deliver(SessionHub& hub, LocalTime now) {
   for (const auto& client : clients_) {
     deliver_stream(*client, hub, now);
@@ -142,17 +157,17 @@ void VirtualNetwork::deliver(SessionHub& hub, LocalTime now) {
 }
 
 void VirtualNetwork::deliver_stream(VirtualClientTransport& client, SessionHub& hub, LocalTime now) {
-  while (const auto chunk = client.stream_up_.receive(now)) {
-    switch (kind_of(*chunk)) {
+  for (const auto& chunk : std::exchange(client.arrived_stream_up_, {})) {
+    switch (kind_of(chunk)) {
       case Chunk::kConnect:
         client.connection_ = ++last_connection_;
-        client.server_attempt_ = attempt_of(*chunk);
+        client.server_attempt_ = attempt_of(chunk);
         client.server_knows_address_ = false;
         send_chunk(client.stream_down_, now, Chunk::kAccepted, client.server_attempt_);
         hub.on_connected(client.connection_, now);
         break;
       case Chunk::kBytes:
-        if (client.connection_ != 0) hub.on_control_bytes(client.connection_, bytes_of(*chunk), now);
+        if (client.connection_ != 0) hub.on_control_bytes(client.connection_, bytes_of(chunk), now);
         break;
       case Chunk::kEnd:
         if (client.connection_ != 0) hub.on_disconnected(std::exchange(client.connection_, 0), now);
@@ -164,9 +179,9 @@ void VirtualNetwork::deliver_stream(VirtualClientTransport& client, SessionHub& 
 }
 
 void VirtualNetwork::deliver_datagrams(VirtualClientTransport& client, SessionHub& hub, LocalTime now) {
-  while (const auto datagram = client.datagrams_up_.receive(now)) {
+  for (const auto& datagram : std::exchange(client.arrived_datagrams_up_, {})) {
     const auto is_of_this_client = [&](ConnectionHandle connection) { return connection == client.connection_; };
-    if (hub.on_datagram(*datagram, now, is_of_this_client) != 0) client.server_knows_address_ = true;
+    if (hub.on_datagram(datagram, now, is_of_this_client) != 0) client.server_knows_address_ = true;
   }
 }
 

@@ -34,6 +34,8 @@ class VirtualClientTransport final : public ClientTransport {
   std::size_t queued_control_bytes() const override;
   void close() override;
 
+  /// Takes what is due off the lines, at both ends, before anybody sends in this slot.
+  void collect(LocalTime now);
   /// Hands what has arrived at this end to its session.
   void deliver(ClientSession& session, LocalTime now);
 
@@ -42,12 +44,18 @@ class VirtualClientTransport final : public ClientTransport {
 
  private:
   friend class VirtualNetwork;
+  using Packets = std::vector<std::vector<std::byte>>;
 
   const Clock& clock_;
   SimulatedLink datagrams_up_;
   SimulatedLink datagrams_down_;
   SimulatedLink stream_up_;
   SimulatedLink stream_down_;
+  // Arrived, not handed on yet.
+  Packets arrived_datagrams_up_;
+  Packets arrived_datagrams_down_;
+  Packets arrived_stream_up_;
+  Packets arrived_stream_down_;
   bool is_open_ = false;  ///< at the client's end
   bool has_datagram_port_ = false;
   std::uint32_t attempt_ = 0;         ///< connections started so far: chunks of older ones are ignored
@@ -69,6 +77,8 @@ class VirtualNetwork final : public ServerTransport {
   std::size_t queued_control_bytes(ConnectionHandle connection) const override;
   void close(ConnectionHandle connection) override;
 
+  /// What is due arrives at both ends of every client's links: first in a slot, then what any end does.
+  void collect(LocalTime now);
   /// Hands what has arrived at the server to the hub, clients in the order in which they were added.
   void deliver(SessionHub& hub, LocalTime now);
 

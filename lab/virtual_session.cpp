@@ -27,6 +27,13 @@ SessionSettings session_settings(const ExperimentUser& user) {
   return settings;
 }
 
+HubSettings hub_settings(std::uint64_t seed) {
+  HubSettings settings;
+  settings.datagram_port = 1;
+  settings.connection_ids = [ids = Random(seed)]() mutable { return ids.next_u64(); };
+  return settings;
+}
+
 HapticSettings haptic_settings(const ExperimentUser& user) {
   HapticSettings settings;
   settings.stage = user.stage;
@@ -117,7 +124,7 @@ VirtualSession::Impl::Impl(VirtualSession& its_owner, const Experiment& its_expe
       experiment(its_experiment),
       scene(std::move(its_scene)),
       room(RoomId{1}, "lab", scene),
-      hub(HubSettings{.datagram_port = 1, .seed = experiment.seed}, {&room}, network),
+      hub(hub_settings(experiment.seed), {&room}, network),
       next_room_step(LocalTime(experiment.server_phase)) {
   std::size_t manipulators = 0;
   for (const ExperimentUser& user : experiment.users) manipulators += user.role == UserRole::kManipulator ? 1 : 0;
@@ -145,6 +152,7 @@ VirtualSession::Impl::Impl(VirtualSession& its_owner, const Experiment& its_expe
 void VirtualSession::Impl::run_slot() {
   const LocalTime now{kSlot * ++slot};
   clock.advance_to(now);
+  network.collect(now);
   network.deliver(hub, now);
   if (now >= next_room_step) {
     room.step(server_time_of_own_clock(now));
@@ -213,7 +221,7 @@ void VirtualSession::Impl::record_bodies() {
   BodiesSample sample;
   sample.time = clock.now() - hands_started;
   for (std::size_t i = 0; i < scene->bodies.size(); ++i) {
-    sample.X_WB.push_back(room.world().body(BodyId{static_cast<std::uint32_t>(i + 1)}).X);
+    sample.X_WB.push_back(room.world().body(body_id_at(i)).X);
   }
   sample.field_energy_kj_per_mol = room.world().field_energy_kj_per_mol();
   trace.bodies.push_back(std::move(sample));

@@ -2,14 +2,16 @@
 //
 // Time advances in slots of 0.25 ms. What happens in one slot, in this order:
 //
+//   0 network       what is due arrives, at both ends; what is sent below can arrive in the next slot at the earliest
 //   1 server io     arrived bytes and datagrams → SessionHub
 //   2 room          step, when one is due (phase: Experiment::server_phase)
 //   3 server io     SessionHub::poll: send what the room published
 //   4 each client   io: arrived → ClientSession; haptic tick when due (its own phase in the millisecond);
 //                   io: ClientSession::poll, sends the tick's update
 //
-// Nothing else orders events, and nothing depends on the host: a packet sent in a slot is received in a later
-// one, so the order of clients within a slot cannot matter, and delays are rounded up to slots.
+// Nothing else orders events, and nothing depends on the host: a packet sent in a slot is received in a later one
+// (a link without delay takes one slot either way), so the order of clients within a slot cannot matter, and delays
+// are rounded up to slots.
 #pragma once
 
 #include <cstddef>

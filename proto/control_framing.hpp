@@ -7,6 +7,7 @@
 #include <optional>
 #include <span>
 
+#include "proto/content_hash.hpp"
 #include "proto/datagram.hpp"
 #include "tandem/control.pb.h"
 
@@ -19,7 +20,11 @@ inline constexpr std::size_t kMaxControlBytes = 256 * 1024;
 /// Bytes of an asset in one AssetChunk.
 inline constexpr std::size_t kAssetChunkBytes = 64 * 1024;
 /// Bytes of the hash that names an asset.
-inline constexpr std::size_t kAssetHashBytes = 32;
+inline constexpr std::size_t kAssetHashBytes = sizeof(Sha256);
+
+/// Words of Hello.capabilities and Welcome.capabilities: how that side can carry state.
+inline constexpr const char* kCapabilityStateUdp = "state-udp";  ///< in UDP datagrams
+inline constexpr const char* kCapabilityStateTcp = "state-tcp";  ///< in state_datagram of the control connection
 
 /// Appends length and message. Fails: std::length_error over kMaxControlBytes (a bug of the sender).
 void append_frame(const google::protobuf::MessageLite& message, Bytes& out);

@@ -77,7 +77,7 @@ struct ServerUpdate {
   RigidState tool;          ///< X_WT, V_WT
   Wrench wrench_on_hand_W;  ///< of the server's coupling, about the handle
   BodyId held_body;
-  std::uint32_t tick_faults = 0;  ///< bits of TickFaults (server/tick_faults.hpp)
+  std::uint32_t tick_faults = 0;  ///< bits of TickFaults (proto/tick_faults.hpp)
   double energy_into_world_j = 0;
   double energy_from_world_j = 0;
   double field_energy_kj_per_mol = 0;

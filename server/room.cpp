@@ -13,7 +13,7 @@ Room::Room(RoomId id, std::string name, std::shared_ptr<const LoadedScene> scene
       world_(scene_) {
   for (auto& slot : slots_) slot = std::make_unique<UserSlot>();
   for (std::size_t i = 0; i < scene_->bodies.size(); ++i) {
-    if (scene_->bodies[i].mass.mass_kg > 0) moving_bodies_.push_back(BodyId{static_cast<std::uint32_t>(i + 1)});
+    if (scene_->bodies[i].mass.mass_kg > 0) moving_bodies_.push_back(body_id_at(i));
   }
 }
 
@@ -30,8 +30,9 @@ void Room::step(ServerTime now) noexcept {
 }
 
 void Room::apply_commands() noexcept {
+  has_grabbed_.fill(false);
   RoomCommand command;
-  while (commands_.pop(command)) apply(command);
+  for (int i = 0; i < kMaxCommandsPerStep && commands_.pop(command); ++i) apply(command);
 }
 
 void Room::apply(const RoomCommand& command) noexcept {
@@ -44,11 +45,8 @@ void Room::apply(const RoomCommand& command) noexcept {
     case RoomCommand::Kind::kLeave:
       return leave(command.slot);
     case RoomCommand::Kind::kGrab:
-      if (member.is_manipulator()) grab(command.slot, command.body, command.request);
-      return;
     case RoomCommand::Kind::kRelease:
-      if (member.is_manipulator()) release(command.slot, command.request);
-      return;
+      return serve_request(command);
     case RoomCommand::Kind::kSetCoupling:
       return world_.set_coupling(command.coupling);
     case RoomCommand::Kind::kJoin:
@@ -75,8 +73,23 @@ void Room::leave(std::size_t slot) noexcept {
   member = Member{};
 }
 
+// A grab measures the distance to every graspable body, so a slot has one a step.
+void Room::serve_request(const RoomCommand& command) noexcept {
+  Member& member = members_[command.slot];
+  ++member.requests_served;
+  if (!member.is_manipulator()) return;
+  if (has_grabbed_[command.slot]) {
+    emit({RoomEvent::Kind::kGrabRefused, command.slot, command.user, command.body, command.request, GrabResult::kBusy});
+  } else if (command.kind == RoomCommand::Kind::kGrab) {
+    grab(command.slot, command.body, command.request);
+  } else {
+    release(command.slot, command.request);
+  }
+}
+
 void Room::grab(std::size_t slot, BodyId body, std::uint32_t request) noexcept {
   const Member& member = members_[slot];
+  has_grabbed_[slot] = true;
   RoomEvent event{RoomEvent::Kind::kGrabbed, static_cast<std::uint8_t>(slot), member.user, body, request, {}};
   event.refusal = world_.grab(member.tool, body);
   if (event.refusal == GrabResult::kGrabbed) {
@@ -90,6 +103,7 @@ void Room::grab(std::size_t slot, BodyId body, std::uint32_t request) noexcept {
 void Room::release(std::size_t slot, std::uint32_t request) noexcept {
   const Member& member = members_[slot];
   const BodyId held = world_.tool(member.tool).held;
+  has_grabbed_[slot] = true;
   world_.release(member.tool);
   // An answer is due to a request even when nothing was held; the button asks for none.
   if (!held.is_valid() && request == 0) return;
@@ -127,7 +141,8 @@ TickFaults Room::take_input(std::size_t slot) noexcept {
 
 void Room::follow_grab_button(std::size_t slot, bool is_down) noexcept {
   Member& member = members_[slot];
-  if (is_down == member.grab_button) return;
+  // After a command of this step the button has its turn with the next input.
+  if (is_down == member.grab_button || has_grabbed_[slot]) return;
   member.grab_button = is_down;
   if (is_down) {
     grab(slot, BodyId{}, 0);
@@ -155,7 +170,10 @@ void Room::describe_world(ServerTime now, TickFaults faults) noexcept {
 
 void Room::publish_to(std::size_t slot) noexcept {
   const Member& member = members_[slot];
-  ServerUpdate& update = slots_[slot]->output.back();
+  UserUpdate& told = slots_[slot]->output.back();
+  told.user = member.user;
+  told.requests_served = member.requests_served;
+  ServerUpdate& update = told.update;
   update = common_;
   update.answered_input = member.newest.input_tick;
   update.echoed_sent = member.newest.sent;

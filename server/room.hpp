@@ -4,12 +4,15 @@
 //   ─────────                             ───────────
 //   RoomCommand  ──ring──▶                step(): 1 apply commands
 //   ClientUpdate ──mailbox per slot──▶            2 take each user's newest input
-//                ◀──mailbox per slot── ServerUpdate   3 step the world
+//                ◀──mailbox per slot── UserUpdate     3 step the world
 //                ◀──ring── RoomEvent              4 publish one update a user
 //
-// The io side clears a slot's output before it gives the slot to another user, and stamps `received` and `sent`.
+// A slot changes hands while values wait in its mailboxes, so each update says whom it is for. The io side stamps
+// `received` and `sent`.
 //
-// Nothing else crosses. The room thread never waits, allocates or logs in step().
+// Nothing else crosses. The room thread never waits or logs in step(), and a step does a bounded amount of work
+// whatever users send: at most kMaxCommandsPerStep commands, among them one grab or release a slot. It allocates
+// nothing, except where the world itself changes: joins, leaves, grabs, releases and first contacts let Bullet grow.
 #pragma once
 
 #include <array>
@@ -21,8 +24,8 @@
 #include "common/mailbox.hpp"
 #include "common/ring.hpp"
 #include "proto/state.hpp"
+#include "proto/tick_faults.hpp"
 #include "server/scene_file.hpp"
-#include "server/tick_faults.hpp"
 #include "server/world.hpp"
 
 namespace tandem {
@@ -53,11 +56,21 @@ struct RoomEvent {
   GrabResult refusal = GrabResult::kGrabbed;  ///< kGrabRefused
 };
 
+/// What a slot's user is told after a step.
+struct UserUpdate {
+  UserId user;                        ///< whom it is for
+  std::uint64_t requests_served = 0;  ///< kGrab and kRelease of this user that the room has served so far
+  ServerUpdate update;
+};
+
 /// One user's two mailboxes.
 struct UserSlot {
-  Mailbox<ClientUpdate> input;   ///< io writes, room reads
-  Mailbox<ServerUpdate> output;  ///< room writes, io reads
+  Mailbox<ClientUpdate> input;  ///< io writes, room reads
+  Mailbox<UserUpdate> output;   ///< room writes, io reads
 };
+
+/// More commands wait for the next step: io refills the ring while the room empties it.
+inline constexpr int kMaxCommandsPerStep = 64;
 
 /// Older input than this is not followed any more: the hand may be anywhere by then.
 inline constexpr Duration kInputStaleAfter = std::chrono::milliseconds(100);
@@ -96,6 +109,7 @@ class Room {
     Step input_seen_at;  ///< step in which `newest` arrived
     bool has_input = false;
     bool grab_button = false;
+    std::uint64_t requests_served = 0;
 
     bool is_manipulator() const { return user.is_valid() && role == UserRole::kManipulator; }
   };
@@ -104,6 +118,7 @@ class Room {
   void apply(const RoomCommand& command) noexcept;
   void join(const RoomCommand& command) noexcept;
   void leave(std::size_t slot) noexcept;
+  void serve_request(const RoomCommand& command) noexcept;
   void grab(std::size_t slot, BodyId body, std::uint32_t request) noexcept;
   void release(std::size_t slot, std::uint32_t request) noexcept;
   TickFaults take_inputs() noexcept;
@@ -122,8 +137,9 @@ class Room {
   Ring<RoomEvent> events_{256};
   std::array<std::unique_ptr<UserSlot>, kMaxUsers> slots_;
   std::array<Member, kMaxUsers> members_{};
-  std::vector<BodyId> moving_bodies_;  ///< those that updates tell of
-  ServerUpdate common_;                ///< of this step: what all users are told alike
+  std::array<bool, kMaxUsers> has_grabbed_{};  ///< or released, in this step; outlives a change of users
+  std::vector<BodyId> moving_bodies_;          ///< those that updates tell of
+  ServerUpdate common_;                        ///< of this step: what all users are told alike
   Step step_;
   TickFaults pending_faults_ = 0;
   std::uint64_t events_lost_ = 0;

@@ -43,6 +43,7 @@ std::optional<Seat> RoomSeats::take(UserRole role) {
   }
   seat.user = UserId{++last_user_};
   *free = seat;
+  requested_[seat.slot] = served_[seat.slot] = 0;
   RoomCommand command;
   command.kind = RoomCommand::Kind::kJoin;
   command.slot = seat.slot;
@@ -81,7 +82,7 @@ bool RoomSeats::grab(const Seat& seat, BodyId body, std::uint32_t request) {
   command.user = seat.user;
   command.body = body;
   command.request = request;
-  return post_if_room(command);
+  return post_request(command);
 }
 
 bool RoomSeats::release(const Seat& seat, std::uint32_t request) {
@@ -90,7 +91,7 @@ bool RoomSeats::release(const Seat& seat, std::uint32_t request) {
   command.slot = seat.slot;
   command.user = seat.user;
   command.request = request;
-  return post_if_room(command);
+  return post_request(command);
 }
 
 void RoomSeats::flush() {
@@ -102,9 +103,12 @@ void RoomSeats::post_surely(const RoomCommand& command) {
   if (!waiting_.empty() || !room_.post(command)) waiting_.push_back(command);
 }
 
-bool RoomSeats::post_if_room(const RoomCommand& command) {
+bool RoomSeats::post_request(const RoomCommand& command) {
   flush();
-  return waiting_.empty() && room_.post(command);
+  if (requested_[command.slot] != served_[command.slot]) return false;
+  if (!waiting_.empty() || !room_.post(command)) return false;
+  ++requested_[command.slot];
+  return true;
 }
 
 }  // namespace tandem

@@ -32,9 +32,12 @@ class RoomSeats {
   std::optional<Seat> take(UserRole role);
   void leave(const Seat& seat);
   void set_coupling(const Seat& seat, const CouplingParameters& parameters);
-  /// False when the room does not keep up; the user is told.
+  /// False, and nothing is asked of the room, when it does not keep up or this seat's last request is not served yet
+  /// (on_served()): one user cannot fill the queue that all share. The user is told.
   bool grab(const Seat& seat, BodyId body, std::uint32_t request);
   bool release(const Seat& seat, std::uint32_t request);
+  /// The room has served that many requests of the seat's user since it joined (UserUpdate::requests_served).
+  void on_served(const Seat& seat, std::uint64_t requests) { served_[seat.slot] = requests; }
   /// Retries what the room's full queue refused.
   void flush();
 
@@ -42,11 +45,13 @@ class RoomSeats {
   std::size_t count(UserRole role) const;
   std::optional<std::uint8_t> free_tool() const;
   void post_surely(const RoomCommand& command);
-  bool post_if_room(const RoomCommand& command);
+  bool post_request(const RoomCommand& command);
 
   Room& room_;
   CouplingParameters coupling_;
   std::array<std::optional<Seat>, kMaxUsers> seats_{};
+  std::array<std::uint64_t, kMaxUsers> requested_{};  ///< grabs and releases since the slot's user joined
+  std::array<std::uint64_t, kMaxUsers> served_{};
   std::uint32_t last_user_ = 0;
   /// Joins and leaves must not be lost; bounded because a room that is behind takes nobody in.
   std::deque<RoomCommand> waiting_;

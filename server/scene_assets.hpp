@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "common/molecule/molecule.hpp"
+#include "proto/content_hash.hpp"
 #include "proto/datagram.hpp"
-#include "server/content_hash.hpp"
 #include "server/scene_field.hpp"
 #include "server/triangle_mesh.hpp"
 #include "tandem/scene.pb.h"

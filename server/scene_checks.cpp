@@ -5,6 +5,7 @@
 
 #include "common/coupling.hpp"
 #include "common/molecule/molecule.hpp"
+#include "proto/coupling_fields.hpp"
 #include "proto/state.hpp"
 
 namespace tandem {
@@ -209,24 +210,20 @@ void complete_tools(wire::Scene& scene, const SceneField& file) {
   }
 }
 
-void complete(wire::Coupling& coupling, const SceneField& field) {
+/// The ranges are those of the wire, so that a scene's clients accept what its server does.
+void complete_coupling(wire::Scene& scene, const SceneField& file) {
+  wire::Coupling& coupling = *scene.mutable_coupling();
   const CouplingParameters fallback;
   if (coupling.law().empty()) coupling.set_law("spring-damper");
   if (make_coupling_law(coupling.law(), fallback) == nullptr) {
-    field.in("law").refuse("is \"" + coupling.law() + "\"; it must be \"spring-damper\"");
+    file.in("coupling.law").refuse("is \"" + coupling.law() + "\"; it must be \"spring-damper\"");
   }
-  if (!coupling.has_stiffness_n_per_m()) coupling.set_stiffness_n_per_m(fallback.stiffness_n_per_m);
-  if (!coupling.has_damping_n_s_per_m()) coupling.set_damping_n_s_per_m(fallback.damping_n_s_per_m);
-  if (!coupling.has_stiffness_n_m_per_rad()) coupling.set_stiffness_n_m_per_rad(fallback.stiffness_n_m_per_rad);
-  if (!coupling.has_damping_n_m_s_per_rad()) coupling.set_damping_n_m_s_per_rad(fallback.damping_n_m_s_per_rad);
-  if (!coupling.has_force_limit_n()) coupling.set_force_limit_n(fallback.force_limit_n);
-  if (!coupling.has_torque_limit_n_m()) coupling.set_torque_limit_n_m(fallback.torque_limit_n_m);
-  field.in("stiffness_n_per_m").require_at_least_zero(coupling.stiffness_n_per_m(), 1e6);
-  field.in("damping_n_s_per_m").require_at_least_zero(coupling.damping_n_s_per_m(), 1e6);
-  field.in("stiffness_n_m_per_rad").require_at_least_zero(coupling.stiffness_n_m_per_rad(), 1e6);
-  field.in("damping_n_m_s_per_rad").require_at_least_zero(coupling.damping_n_m_s_per_rad(), 1e6);
-  field.in("force_limit_n").require_positive(coupling.force_limit_n(), 1000);
-  field.in("torque_limit_n_m").require_positive(coupling.torque_limit_n_m(), 1000);
+  for (const CouplingField& field : kCouplingFields) {
+    if (!(coupling.*field.has)()) (coupling.*field.set)(fallback.*field.value);
+    file.in(std::string(field.name))
+        .require_within((coupling.*field.get)(), field.low, field.high,
+                        "from " + number_text(field.low) + " to " + number_text(field.high));
+  }
 }
 
 void complete_molecular_field(wire::Scene& scene, const SceneField& field) {
@@ -271,7 +268,7 @@ void complete_and_check(wire::Scene& scene, const SceneField& file) {
   }
   complete_bodies(scene, file);
   complete_tools(scene, file);
-  complete(*scene.mutable_coupling(), file.in("coupling"));
+  complete_coupling(scene, file);
   complete_molecular_field(scene, file.in("molecular_field"));
   complete_limits(scene, file.in("limits"));
   file.in("gravity_m_per_s2").complete_vec3(*scene.mutable_gravity_m_per_s2(), Vec3(0, 0, -9.81), kMaxGravity_m_per_s2);

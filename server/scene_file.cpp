@@ -139,7 +139,8 @@ class SceneBuilder {
     const double least = tool.mass_kg() * kToolGyrationRadius_m * kToolGyrationRadius_m;
     loaded.mass.principal_inertia_kg_m2 = loaded.mass.principal_inertia_kg_m2.cwiseMax(least);
     const wire::Workspace& workspace = tool.workspace();
-    loaded.workspace = {pose_from_placement(workspace.device_base()), workspace.position_scale(), workspace.force_scale()};
+    loaded.workspace = {pose_from_placement(workspace.device_base()), workspace.position_scale(),
+                        workspace.force_scale()};
     const auto& bodies = scene_->description.bodies();
     const auto held = std::find_if(bodies.begin(), bodies.end(),
                                    [&tool](const wire::Body& body) { return body.name() == tool.holds(); });

@@ -18,6 +18,8 @@ wire::ErrorCode error_of(GrabResult result) {
       return wire::ERROR_OUT_OF_REACH;
     case GrabResult::kAlreadyHolding:
       return wire::ERROR_ALREADY_HOLDING;
+    case GrabResult::kBusy:
+      return wire::ERROR_NOT_ALLOWED;
     case GrabResult::kGrabbed:
       break;
   }
@@ -34,6 +36,8 @@ const char* text_of(GrabResult result) {
       return "no graspable body within limits.grab_reach_m of the tool";
     case GrabResult::kAlreadyHolding:
       return "the tool already holds a body; release it first";
+    case GrabResult::kBusy:
+      return kRoomBusy;
     case GrabResult::kGrabbed:
       break;
   }

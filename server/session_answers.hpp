@@ -11,6 +11,8 @@
 
 namespace tandem {
 
+inline constexpr const char* kRoomBusy = "the room is busy; try again";
+
 /// What a client wrote, made fit for a log or an error text.
 std::string quoted(const std::string& text);
 

@@ -33,7 +33,6 @@ struct Connection {
   std::string user_name;
   RoomSeats* seats = nullptr;
   Seat seat;
-  LocalTime joined{};
 
   // State in
   FreshnessFilter freshness;
@@ -79,7 +78,7 @@ struct SessionHub::Impl {
   bool handle_in_any_state(Connection& connection, const wire::ClientControl& message);
   bool handle_active(Connection& connection, const wire::ClientControl& message, LocalTime now);
   void greet(Connection& connection, const wire::ClientControl& message);
-  void join(Connection& connection, const wire::ClientControl& message, LocalTime now);
+  void join(Connection& connection, const wire::ClientControl& message);
   void introduce(Connection& newcomer);
   RoomSeats* find_room(const std::string& name);
   void grab_or_release(Connection& connection, const wire::ClientControl& message);
@@ -111,7 +110,6 @@ struct SessionHub::Impl {
   std::vector<std::unique_ptr<RoomSeats>> rooms;
   std::map<ConnectionHandle, std::unique_ptr<Connection>> connections;
   std::unordered_map<ConnectionId, Connection*> active;
-  Random random;
   HubCounters counters;
   ServerUpdate update;  // scratch, too big for the stack of a deep call
   Bytes datagram_out;
@@ -120,7 +118,8 @@ struct SessionHub::Impl {
 
 SessionHub::Impl::Impl(SessionHub& hub, HubSettings hub_settings, const std::vector<Room*>& hub_rooms,
                        ServerTransport& hub_transport)
-    : owner(hub), settings(std::move(hub_settings)), transport(hub_transport), random(settings.seed) {
+    : owner(hub), settings(std::move(hub_settings)), transport(hub_transport) {
+  if (!settings.connection_ids) throw std::invalid_argument("HubSettings.connection_ids is empty; give it a source");
   for (Room* room : hub_rooms) {
     if (joined_answer_bound(room->scene()) > kMaxControlBytes) {
       throw std::invalid_argument("room " + room->name() + ": the scene's description is over " +
@@ -161,7 +160,7 @@ void SessionHub::Impl::handle(Connection& connection, const wire::ClientControl&
   if (message.message_case() == Case::kHello && connection.state == ConnectionState::kGreeting) {
     greet(connection, message);
   } else if (message.message_case() == Case::kJoin && connection.state == ConnectionState::kJoining) {
-    join(connection, message, now);
+    join(connection, message);
   } else if (!handle_in_any_state(connection, message) && !handle_active(connection, message, now)) {
     end(connection, wire::DISCONNECT_PROTOCOL_ERROR,
         "that control message is not allowed in state " + std::string(name_of(connection.state)));
@@ -223,9 +222,9 @@ void SessionHub::Impl::greet(Connection& connection, const wire::ClientControl& 
     return std::find(hello.capabilities().begin(), hello.capabilities().end(), capability) !=
            hello.capabilities().end();
   };
-  connection.state_over_tcp = can("state-tcp") && !can("state-udp");
+  connection.state_over_tcp = can(kCapabilityStateTcp) && !can(kCapabilityStateUdp);
   do {
-    connection.id = ConnectionId{random.next_u64()};
+    connection.id = ConnectionId{settings.connection_ids()};
   } while (!connection.id.is_valid() || active.contains(connection.id));
   active[connection.id] = &connection;
   connection.state = ConnectionState::kJoining;
@@ -234,8 +233,8 @@ void SessionHub::Impl::greet(Connection& connection, const wire::ClientControl& 
   wire::Welcome& welcome = *answer.mutable_welcome();
   welcome.set_protocol_version(kProtocolVersion);
   welcome.set_program(kProgram);
-  welcome.add_capabilities("state-udp");
-  welcome.add_capabilities("state-tcp");
+  welcome.add_capabilities(kCapabilityStateUdp);
+  welcome.add_capabilities(kCapabilityStateTcp);
   welcome.set_connection_id(connection.id.value);
   welcome.set_epoch(connection.epoch);
   welcome.set_datagram_port(settings.datagram_port);
@@ -252,7 +251,7 @@ RoomSeats* SessionHub::Impl::find_room(const std::string& name) {
   return nullptr;
 }
 
-void SessionHub::Impl::join(Connection& connection, const wire::ClientControl& message, LocalTime now) {
+void SessionHub::Impl::join(Connection& connection, const wire::ClientControl& message) {
   const wire::JoinRoom& wanted = message.join();
   if (!is_acceptable_user_name(wanted.user_name())) {
     refuse(connection, message.request(), wire::ERROR_BAD_NAME,
@@ -283,7 +282,6 @@ void SessionHub::Impl::join(Connection& connection, const wire::ClientControl& m
   connection.user_name = wanted.user_name();
   connection.seats = seats;
   connection.seat = *seat;
-  connection.joined = now;
   connection.state = ConnectionState::kActive;
   ++counters.joins;
   log(connection.label() + " joined room " + seats->room().name() + " as " +
@@ -309,8 +307,7 @@ void SessionHub::Impl::grab_or_release(Connection& connection, const wire::Clien
   const bool was_posted =
       message.has_grab() ? connection.seats->grab(connection.seat, BodyId{message.grab().body()}, message.request())
                          : connection.seats->release(connection.seat, message.request());
-  if (!was_posted)
-    send(connection, error_answer(message.request(), wire::ERROR_NOT_ALLOWED, "the room is busy; try again"));
+  if (!was_posted) send(connection, error_answer(message.request(), wire::ERROR_NOT_ALLOWED, kRoomBusy));
 }
 
 void SessionHub::Impl::set_parameter(Connection& connection, const wire::ClientControl& message) {
@@ -385,9 +382,10 @@ void SessionHub::Impl::give_to_room(Connection& connection, const ClientUpdate& 
 void SessionHub::Impl::send_newest_update(Connection& connection, LocalTime now) {
   auto& output = connection.seats->room().slot(connection.seat.slot).output;
   if (!output.poll()) return;
-  const ServerUpdate& published = output.front();
   // What the slot's previous user was not sent any more.
-  if (published.stepped <= server_time_of_own_clock(connection.joined)) return;
+  if (output.front().user != connection.seat.user) return;
+  connection.seats->on_served(connection.seat, output.front().requests_served);
+  const ServerUpdate& published = output.front().update;
   if (connection.last_step.value != 0 && published.step.value > connection.last_step.value + 1) {
     counters.sent_drops.add(DropReason::kOverwritten, published.step.value - connection.last_step.value - 1);
   }

@@ -12,7 +12,6 @@
 #include <vector>
 
 #include "common/ids.hpp"
-#include "common/random.hpp"
 #include "common/time.hpp"
 #include "proto/datagram.hpp"
 #include "server/room.hpp"
@@ -51,7 +50,8 @@ struct HubSettings {
   Duration hello_timeout{std::chrono::seconds(5)};            ///< from connecting to having joined
   std::size_t max_connections = 64;
   std::uint16_t datagram_port = 0;
-  std::uint64_t seed = 0;  ///< of connection ids; live: from the system's entropy
+  /// Draws connection ids. They must not be guessed, so live: cryptographic (LiveServer); a seeded one is for trials.
+  std::function<std::uint64_t()> connection_ids{};
 };
 
 struct HubCounters {
@@ -65,6 +65,7 @@ struct HubCounters {
 
 class SessionHub {
  public:
+  /// Fails   std::invalid_argument: connection_ids is empty, or a scene's description is too long for the wire
   SessionHub(HubSettings settings, std::vector<Room*> rooms, ServerTransport& transport);
   ~SessionHub();
 

@@ -35,11 +35,9 @@ void ToolHand::let_go() noexcept {
 Wrench ToolHand::pull(const RigidState& tool) noexcept {
   X_WT_before_ = tool.X;
   if (!pulls()) return {};
-  wrench_on_tool_W_ = law_->wrench_on_tool_W(coupling_state(target_.X, target_.V, tool.X, tool.V));
-  if (has_handle()) {
-    const Vec3 p_HT = tool.X.p - target_.X.p;
-    wrench_on_hand_W_ = -Wrench{wrench_on_tool_W_.f, wrench_on_tool_W_.t + p_HT.cross(wrench_on_tool_W_.f)};
-  }
+  const CouplingWrenches wrenches = coupling_wrenches(*law_, target_.X, target_.V, tool.X, tool.V);
+  wrench_on_tool_W_ = wrenches.on_tool_W;
+  if (has_handle()) wrench_on_hand_W_ = wrenches.on_hand_W;
   return wrench_on_tool_W_;
 }
 

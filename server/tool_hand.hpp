@@ -11,8 +11,8 @@ namespace tandem {
 
 /// Per step: pull() before, account() after.
 ///
-/// Model   work of a step = F_k · (x_{k+1} − x_k) + τ_k · θ_{k,k+1}, the force held over the step; its positive and
-///         negative parts are summed apart, so that both sums only grow and loss of an update does no harm
+/// Model   work of a step = F_k · (x_{k+1} − x_k) + τ_k · θ_{k,k+1}, the wrench about T held over the step; its
+///         positive and negative parts are summed apart, so that both sums only grow and loss of an update does no harm
 class ToolHand {
  public:
   /// In      law  a name that make_coupling_law() knows
@@ -37,7 +37,7 @@ class ToolHand {
   bool is_saturated() const noexcept;
   void account(const Pose& X_WT_after) noexcept;
 
-  /// Of the last pull: minus the wrench on the tool, moved to the handle. Zero without a handle.
+  /// Of the last pull, about the handle (coupling_wrenches()). Zero without a handle.
   Wrench wrench_on_hand_W() const noexcept { return wrench_on_hand_W_; }
   double energy_into_world_j() const { return energy_into_world_j_; }
   double energy_from_world_j() const { return energy_from_world_j_; }

@@ -61,6 +61,7 @@ struct Tool {
   std::optional<std::size_t> held;            ///< index of a body
   Pose X_BT;                                  ///< its place on the held body
   std::optional<std::size_t> passes_through;  ///< body that was released with the tool inside
+  bool has_reduced_coupling = false;
 
   bool is_in_bullet() const { return is_active && !held; }
 };
@@ -78,6 +79,7 @@ struct World::Impl {
   bool is_held(std::size_t body) const;
   double distance_m(Tool& tool, std::size_t body, double limit_m);
   void limit_couplings();
+  void limit_coupling(Tool& tool);
   CoupledInertia inertia_pulled_by(const Tool& tool) const;
 
   TickFaults pull_tools() noexcept;
@@ -183,7 +185,13 @@ CoupledInertia World::Impl::inertia_pulled_by(const Tool& tool) const {
 }
 
 void World::Impl::limit_couplings() {
-  for (Tool& tool : tools) tool.hand.set_coupling(stable_coupling(coupling, inertia_pulled_by(tool), step_s()));
+  for (Tool& tool : tools) limit_coupling(tool);
+}
+
+void World::Impl::limit_coupling(Tool& tool) {
+  const CouplingParameters stable = stable_coupling(coupling, inertia_pulled_by(tool), step_s());
+  tool.has_reduced_coupling = stable != coupling;
+  tool.hand.set_coupling(stable);
 }
 
 TickFaults World::Impl::pull_tools() noexcept {
@@ -195,6 +203,7 @@ TickFaults World::Impl::pull_tools() noexcept {
     RigidBody& pulled = tool.held ? bodies[*tool.held].rigid : tool.rigid;
     pulled.apply_wrench(wrench, state.X.p);
     if (tool.hand.is_saturated()) faults |= kFaultCouplingSaturated;
+    if (tool.has_reduced_coupling) faults |= kFaultCouplingReduced;
   }
   return faults;
 }
@@ -356,7 +365,7 @@ ToolState World::tool(std::size_t index) const {
   ToolState state;
   state.tool = impl_->tool_state(tool);
   state.wrench_on_hand_W = tool.hand.wrench_on_hand_W();
-  if (tool.held) state.held = BodyId{static_cast<std::uint32_t>(*tool.held + 1)};
+  if (tool.held) state.held = body_id_at(*tool.held);
   state.energy_into_world_j = tool.hand.energy_into_world_j();
   state.energy_from_world_j = tool.hand.energy_from_world_j();
   return state;

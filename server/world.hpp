@@ -6,17 +6,18 @@
 
 #include "common/ids.hpp"
 #include "proto/state.hpp"
+#include "proto/tick_faults.hpp"
 #include "server/scene_file.hpp"
-#include "server/tick_faults.hpp"
 
 namespace tandem {
 
-enum class GrabResult { kGrabbed, kUnknownBody, kNotGraspable, kOutOfReach, kAlreadyHolding };
+/// kBusy: the room's own, see Room.
+enum class GrabResult { kGrabbed, kUnknownBody, kNotGraspable, kOutOfReach, kAlreadyHolding, kBusy };
 
 /// One user's tool after a step.
 struct ToolState {
   RigidState tool;
-  Wrench wrench_on_hand_W;  ///< minus what the coupling puts on the tool, about the handle
+  Wrench wrench_on_hand_W;  ///< the coupling's, about the handle
   BodyId held;
   double energy_into_world_j = 0;  ///< Σ of positive work of the coupling on the world
   double energy_from_world_j = 0;  ///< Σ of work drawn from the world, ≥ 0
@@ -30,7 +31,8 @@ struct ToolState {
 /// passes through it until they have come apart.
 ///
 /// The coupling is integrated explicitly. Where a body is too light for it (held by more hands, or farther from its
-/// centre, than the loader could know) its coefficients are reduced while it is held (coupling_limits.hpp).
+/// centre, than the loader could know) its coefficients are reduced while it is held (coupling_limits.hpp), and every
+/// step tells so with kFaultCouplingReduced.
 ///
 /// The same calls in the same order give the same bits on the same machine.
 ///

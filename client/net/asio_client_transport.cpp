@@ -87,8 +87,7 @@ struct AsioClientTransport::Connection {
   asio::steady_timer pump_timer;
   asio::steady_timer linger;
   std::unique_ptr<Links> links;
-  LinkCounters up_before;  // sums over earlier connections
-  LinkCounters down_before;
+  LinkTraffic before;  // sums over earlier connections
   Bytes unsent;
   bool is_waiting_to_write = false;
   bool is_connected = false;
@@ -123,8 +122,7 @@ void AsioClientTransport::connect(LocalTime) {
   const auto connection = std::make_shared<Connection>(io_);
   if (links_) {
     connection->links = std::make_unique<Links>(*links_, kLinksPerConnection * connections_);
-    connection->up_before = up_counters_;
-    connection->down_before = down_counters_;
+    connection->before = link_traffic_;
   }
   ++connections_;
   current_ = connection;
@@ -363,10 +361,11 @@ void AsioClientTransport::deliver_due(Connection& connection, LocalTime now) {
 }
 
 void AsioClientTransport::count_links(const Connection& connection) {
-  up_counters_ = connection.up_before;
-  down_counters_ = connection.down_before;
-  add(up_counters_, connection.links->up.counters());
-  add(down_counters_, connection.links->down.counters());
+  link_traffic_ = connection.before;
+  add(link_traffic_.up, connection.links->up.counters());
+  add(link_traffic_.down, connection.links->down.counters());
+  add(link_traffic_.control_up, connection.links->control_up.counters());
+  add(link_traffic_.control_down, connection.links->control_down.counters());
 }
 
 }  // namespace tandem

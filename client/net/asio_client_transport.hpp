@@ -28,6 +28,14 @@ struct SimulatedLinks {
   std::uint64_t seed = 1;
 };
 
+/// What went through the simulated links, all connections together.
+struct LinkTraffic {
+  LinkCounters up;  ///< datagrams
+  LinkCounters down;
+  LinkCounters control_up;  ///< chunks of the control stream; with state over TCP, the state too
+  LinkCounters control_down;
+};
+
 /// ClientTransport over Asio.
 ///
 /// Thread  the one that runs the io_context
@@ -43,9 +51,7 @@ class AsioClientTransport final : public ClientTransport {
   void attach(ClientSession& session) { session_ = &session; }
   /// True when no closed connection still has bytes to send.
   bool is_drained() const;
-  /// Datagrams through the simulated links, all connections together.
-  const LinkCounters& up_counters() const { return up_counters_; }
-  const LinkCounters& down_counters() const { return down_counters_; }
+  const LinkTraffic& link_traffic() const { return link_traffic_; }
 
   void connect(LocalTime now) override;
   void send_control(std::span<const std::byte> bytes) override;
@@ -83,8 +89,7 @@ class AsioClientTransport final : public ClientTransport {
   ConnectionPointer current_;
   std::weak_ptr<Connection> closing_;
   std::uint64_t connections_ = 0;
-  LinkCounters up_counters_;
-  LinkCounters down_counters_;
+  LinkTraffic link_traffic_;
 };
 
 }  // namespace tandem

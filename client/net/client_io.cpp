@@ -133,13 +133,14 @@ void ClientIo::Impl::publish_snapshot(LocalTime now) {
     snapshot.round_trip = clock_sync.round_trip();
     snapshot.minimum_round_trip = clock_sync.minimum_round_trip();
   }
-  snapshot.link_up = transport.up_counters();
-  snapshot.link_down = transport.down_counters();
-  snapshot.counters.sent_drops.add(DropReason::kSimulatedLoss, snapshot.link_up.lost + snapshot.link_up.queue_full);
-  snapshot.counters.received_drops.add(DropReason::kSimulatedLoss,
-                                       snapshot.link_down.lost + snapshot.link_down.queue_full);
+  snapshot.links = transport.link_traffic();
+  const LinkCounters& up = snapshot.links.up;
+  const LinkCounters& down = snapshot.links.down;
+  snapshot.counters.sent_drops.add(DropReason::kSimulatedLoss, up.lost + up.queue_full);
+  snapshot.counters.received_drops.add(DropReason::kSimulatedLoss, down.lost + down.queue_full);
   for (const auto& [hash, bytes] : session.assets()) snapshot.asset_bytes += bytes->size();
   snapshot.joined = joined;
+  snapshot.room = session.room();
   published_at = now;
   const std::lock_guard lock(mutex);
   published = std::move(snapshot);

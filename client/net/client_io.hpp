@@ -37,10 +37,10 @@ struct ClientIoSnapshot {
   Duration clock_offset{0};
   Duration round_trip{0};
   Duration minimum_round_trip{0};
-  LinkCounters link_up;  ///< datagrams through the simulated links
-  LinkCounters link_down;
+  LinkTraffic links;
   std::uint64_t asset_bytes = 0;               ///< fetched and verified
   std::shared_ptr<const wire::Joined> joined;  ///< from the last join; null before the first
+  std::string room;                            ///< joined; "" before the first welcome
 };
 
 class ClientIo {

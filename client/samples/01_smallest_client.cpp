@@ -2,22 +2,35 @@
 // Read this first to embed the client in a program of your own; tandem-client is the same, with options and reports.
 //
 //   tandem-server --scene peg_in_hole &        01_smallest_client [PORT]
+#include <charconv>
 #include <chrono>
+#include <cstdint>
 #include <cstdio>
-#include <cstdlib>
 #include <exception>
 #include <stdexcept>
+#include <string>
+#include <string_view>
 #include <thread>
 
 #include "client/haptic_loop.hpp"
 #include "client/net/client_io.hpp"
+#include "client/stop_signals.hpp"
 #include "devices/sim/sim_device.hpp"
 
 namespace {
 
 using namespace std::chrono_literals;
 
-int run(int port) {
+std::uint16_t port_of(std::string_view text) {
+  std::uint16_t port = 0;
+  const auto [next, error] = std::from_chars(text.data(), text.data() + text.size(), port);
+  if (error != std::errc() || next != text.data() + text.size() || port == 0) {
+    throw std::invalid_argument("port '" + std::string(text) + "' must be a whole number from 1 to 65535");
+  }
+  return port;
+}
+
+int run(std::uint16_t port) {
   // The device: anything that implements devices/device.hpp. This one brings its own hand, which follows a path; a
   // real one is opened here, before any real-time thread runs, because opening may block.
   tandem::SimDevice device(tandem::SimDevice::default_spec(), tandem::HandParameters{},
@@ -33,7 +46,7 @@ int run(int port) {
   // The connection. It joins the server's only room as a manipulator, and joins again by itself when it is lost;
   // a program with users would set session.room, session.user_name and session.role.
   tandem::ClientIoSettings settings;
-  settings.port = static_cast<std::uint16_t>(port);
+  settings.port = port;
   settings.session.user_name = "smallest";
   tandem::ClientIo io(settings, mailboxes);
   io.start();
@@ -53,9 +66,13 @@ int run(int port) {
   tandem::HapticLoop loop(loop_settings, core, [&io] { io.notify(); });
   for (const std::string& missing : loop.start()) std::fprintf(stderr, "%s\n", missing.c_str());
 
+  // Ctrl-C lets the hand go, too, and from a thread of its own: this one may hang in a write to its terminal.
+  tandem::StopSignals signals;
+  signals.when_requested([&loop] { loop.request_stop(); });
+
   // From here on the hand feels the scene. This thread is free: draw, log, ask the user. The records of the ticks
   // wait in a ring of four seconds; what is not taken in time is counted, not waited for.
-  for (int second = 1; second <= 2; ++second) {
+  for (int second = 1; second <= 2 && !loop.is_over(); ++second) {
     std::this_thread::sleep_for(1s);
     tandem::TickRecord newest;
     while (loop.pop(newest)) {
@@ -64,9 +81,7 @@ int run(int port) {
                 tandem::to_seconds(newest.state_age) * 1e3);
   }
 
-  // A program that drives a real device also blocks SIGINT and SIGTERM before it starts any thread and comes here when
-  // one arrives (client_run.cpp does). In this order: the loop lets the hand go (ramp to zero, zero written last), then
-  // the session says good-bye.
+  // In this order: the loop lets the hand go (ramp to zero, zero written last), then the session says good-bye.
   loop.stop();
   io.stop();
   std::printf("%llu of %llu ticks, latest %.3f ms late\n", static_cast<unsigned long long>(loop.report().ticks_run),
@@ -78,9 +93,11 @@ int run(int port) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  // Before any thread: a signal must not end the program with a force on.
+  tandem::block_stop_signals();
   // Set-up errors (no server, wrong version, full room) are exceptions whose text says what would help.
   try {
-    return run(argc > 1 ? std::atoi(argv[1]) : 47800);
+    return run(argc > 1 ? port_of(argv[1]) : 47800);
   } catch (const std::exception& error) {
     std::fprintf(stderr, "01_smallest_client: %s\n", error.what());
     return 2;

@@ -42,17 +42,26 @@ HandPath circle() {
   return HandPath(std::move(points));
 }
 
+// Down 40 mm onto what lies below, closes on it, lifts it 80 mm, waits, sets it down and goes home without it. What is
+// lifted rises by less: its weight stretches the arm and the coupling.
 HandPath grab_and_lift() {
-  return HandPath({point(0, Vec3::Zero(), "approach"), point(1, Vec3::Zero(), "", kGrabBit),
-                   point(1.5, Vec3::Zero(), "move", kGrabBit), point(3.5, {0, 0, 0.06}, "hold", kGrabBit),
-                   point(6.5, {0, 0, 0.06}, "retreat", kGrabBit), point(8, Vec3::Zero(), "")});
+  const Vec3 on_it(0, 0, -0.04);
+  const Vec3 lifted(0, 0, 0.04);
+  return HandPath({point(0, Vec3::Zero(), "approach"), point(0.5, Vec3::Zero()), point(1.6, on_it),
+                   point(1.9, on_it, "", kGrabBit), point(2.4, on_it, "move", kGrabBit),
+                   point(4.4, lifted, "hold", kGrabBit), point(7.4, lifted, "retreat", kGrabBit),
+                   point(9.4, on_it, "", kGrabBit), point(9.9, on_it), point(11, Vec3::Zero())});
 }
 
-// Pushes along x for 60 mm against whatever is there; one user's +1 is the other's −1.
+// From above a thing to its side, down beside it, and against it along x for 80 mm, to 20 mm beyond where the hand
+// started. One user's +1 is the other's −1.
 HandPath push(double sign) {
-  const Vec3 there(sign * 0.06, 0, 0);
-  return HandPath({point(0, Vec3::Zero(), "approach"), point(1, Vec3::Zero(), "move"), point(3, there, "hold"),
-                   point(7, there, "retreat"), point(8.5, Vec3::Zero())});
+  const Vec3 aside(-sign * 0.06, 0, 0);
+  const Vec3 beside(-sign * 0.06, 0, -0.065);
+  const Vec3 there(sign * 0.02, 0, -0.065);
+  return HandPath({point(0, Vec3::Zero(), "approach"), point(0.5, Vec3::Zero()), point(1.5, aside), point(2.5, beside),
+                   point(3, beside, "move"), point(5, there, "hold"), point(8, there, "retreat"), point(9, beside),
+                   point(10, aside), point(11, Vec3::Zero())});
 }
 
 // Scene peg_in_hole: two users hold one peg at its near (−y) and far (+y) side, carry it 100 mm over the hole, lower

@@ -1,15 +1,19 @@
 #include "server/net/live_server.hpp"
 
+#include <openssl/rand.h>
 #include <sys/eventfd.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/posix/stream_descriptor.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/asio/signal_set.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <csignal>
+#include <stdexcept>
 #include <system_error>
 
 #include "server/net/asio_server_transport.hpp"
@@ -29,6 +33,14 @@ int open_eventfd() {
   const int descriptor = eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC);
   if (descriptor < 0) throw std::system_error(errno, std::generic_category(), "cannot open an eventfd");
   return descriptor;
+}
+
+std::uint64_t unguessable_id() {
+  std::array<unsigned char, sizeof(std::uint64_t)> bytes{};
+  if (RAND_bytes(bytes.data(), static_cast<int>(bytes.size())) != 1) {
+    throw std::runtime_error("the system gives no random bytes, which connection ids need; look at /dev/urandom");
+  }
+  return std::bit_cast<std::uint64_t>(bytes);
 }
 
 }  // namespace
@@ -74,6 +86,7 @@ LiveServer::Impl::Impl(LiveServer& server, LiveServerSettings server_settings,
       hub(
           [this] {
             settings.hub.datagram_port = transport.port();
+            if (!settings.hub.connection_ids) settings.hub.connection_ids = unguessable_id;
             return settings.hub;
           }(),
           room_pointers(), transport),

@@ -24,7 +24,7 @@ struct LiveServerSettings {
   int realtime_priority = 0;               ///< SCHED_FIFO of the room threads, io one above; 0: normal scheduler
   std::optional<Duration> duration{};      ///< stop by itself after this long
   bool stops_on_signals = false;           ///< SIGINT and SIGTERM call stop()
-  HubSettings hub{};                       ///< datagram_port is filled in
+  HubSettings hub{};                       ///< datagram_port, and connection_ids where empty, are filled in
 };
 
 /// What a server did; after run().

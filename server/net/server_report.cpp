@@ -9,7 +9,7 @@ boost::json::object quantiles_us(const Histogram& histogram) {
   const auto us = [](Duration duration) { return to_seconds(duration) * 1e6; };
   return {{"p50", us(histogram.quantile(0.5))},
           {"p99", us(histogram.quantile(0.99))},
-          {"p99_9", us(histogram.quantile(0.999))},
+          {"p999", us(histogram.quantile(0.999))},
           {"max", us(histogram.max())}};
 }
 
@@ -32,12 +32,13 @@ boost::json::object report_json(const LiveServer& server) {
     rooms.push_back(boost::json::object{{"name", server.rooms()[i]->name()},
                                         {"steps", timing.steps},
                                         {"overruns", timing.overruns},
-                                        {"missed_deadlines", timing.missed},
+                                        {"missed", timing.missed},
                                         {"lateness_us", quantiles_us(timing.lateness)},
                                         {"step_time_us", quantiles_us(timing.step_time)}});
   }
   const HubCounters& counters = report.counters;
   return {{"program", "tandem-server"},
+          {"version", TANDEM_VERSION},
           {"port", server.port()},
           {"up_s", to_seconds(report.up)},
           {"joins", counters.joins},

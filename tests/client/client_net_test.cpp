@@ -134,6 +134,23 @@ TEST(ClientIo, RejoinsAServerThatWasKilledAndCameBackOnItsPort) {
   EXPECT_EQ(io.snapshot().status.why, "");
 }
 
+TEST(ClientIo, StateOverTcpIsCountedOnTheControlLinksAndTheOnlyRoomIsNamed) {
+  RunningServer running(two_hands_scene());
+  ClientIoSettings settings = settings_for(running.server->port());
+  settings.session.room = "";
+  settings.session.state_transport = StateTransport::kTcp;
+  settings.links.emplace();
+  ClientMailboxes mailboxes;
+  ClientIo io(settings, mailboxes);
+  io.start();
+  ASSERT_TRUE(eventually(has_received(io, 100))) << io.snapshot().status.why;
+  const ClientIoSnapshot snapshot = io.snapshot();
+  EXPECT_EQ(snapshot.room, "bench");
+  EXPECT_EQ(snapshot.links.down.sent, 0U);
+  EXPECT_GT(snapshot.links.control_down.delivered, 0U);
+  EXPECT_GT(snapshot.links.control_up.delivered, 0U);
+}
+
 TEST(ClientIo, SimulatedLinksDelayBothWaysAndLoseWhatTheySay) {
   RunningServer running(two_hands_scene());
   ClientIoSettings settings = settings_for(running.server->port());
@@ -147,9 +164,9 @@ TEST(ClientIo, SimulatedLinksDelayBothWaysAndLoseWhatTheySay) {
   const ClientIoSnapshot snapshot = io.snapshot();
   ASSERT_TRUE(snapshot.has_clock);
   EXPECT_GE(snapshot.minimum_round_trip, Duration(std::chrono::milliseconds(30)));
-  EXPECT_GT(snapshot.link_down.lost, 0U);
-  EXPECT_EQ(snapshot.counters.received_drops.of(DropReason::kSimulatedLoss), snapshot.link_down.lost);
-  EXPECT_GT(snapshot.link_up.delivered, 0U);
+  EXPECT_GT(snapshot.links.down.lost, 0U);
+  EXPECT_EQ(snapshot.counters.received_drops.of(DropReason::kSimulatedLoss), snapshot.links.down.lost);
+  EXPECT_GT(snapshot.links.up.delivered, 0U);
   io.stop();
   EXPECT_TRUE(eventually([&running] { return running.has_logged("asked to leave"); }))
       << "the leave went through the link before the end";

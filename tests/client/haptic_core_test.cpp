@@ -74,6 +74,35 @@ TEST(HapticCore, DisplaysNothingToAnObserver) {
   EXPECT_EQ(rig.core.counters().force_max_n, 0);
 }
 
+TEST(HapticCore, AnObserverThatGetsStatesIsNotSilent) {
+  Rig rig;
+  rig.enter_scene();
+  rig.scene.may_display = false;
+  rig.mailboxes.scene.publish(rig.scene);
+  for (int i = 0; i < 20; ++i) rig.tick();
+  rig.run(500);
+  EXPECT_EQ(rig.core.record().safety_faults, kSafetyNotDisplaying);
+  EXPECT_EQ(rig.core.counters().silent_ticks, 0U) << "nor while it waited for the first";
+  EXPECT_EQ(rig.core.counters().not_displaying_ticks, 520U);
+  for (int i = 0; i < 200; ++i) rig.tick();
+  EXPECT_TRUE(rig.core.record().safety_faults & kSafetySilence) << "the states stopped";
+}
+
+TEST(HapticCore, ALostSessionDisplaysNothingAtOnceAndIsSilentOnlyLater) {
+  Rig rig("hold");
+  rig.enter_scene();
+  rig.received.update.wrench_on_hand_W.f = Vec3(0, 0, 2);
+  rig.run(700);
+  ASSERT_EQ(rig.core.counters().not_displaying_ticks, 0U);
+  rig.scene.may_display = false;
+  rig.mailboxes.scene.publish(rig.scene);
+  for (int i = 0; i < 20; ++i) rig.tick();
+  EXPECT_TRUE(rig.force().isZero(0));
+  EXPECT_EQ(rig.core.record().safety_faults, kSafetyNotDisplaying);
+  for (int i = 0; i < 100; ++i) rig.tick();
+  EXPECT_EQ(rig.core.record().safety_faults, kSafetyNotDisplaying | kSafetySilence);
+}
+
 TEST(HapticCore, AfterTheRampLatePoseIsTheCouplingThroughTheWorkspaceMapping) {
   Rig rig;
   rig.scene.workspace.X_WD = {Vec3(1, 0, 0), quaternion_of(Vec3(0, 0, std::acos(-1.0) / 2))};
@@ -166,22 +195,133 @@ TEST(HapticCore, StiffnessFromTheWireIsBoundedByTheClient) {
   EXPECT_NEAR(rig.force().x(), -0.3, 1e-9) << "3000 N/m · 0.1 mm, not 100 N";
 }
 
-TEST(HapticCore, ClutchKeepsTheHandleAndStillFeelsTheTool) {
+TEST(HapticCore, ClutchKeepsTheHandleAndFadesTheForceWithoutAStepAtEitherEdge) {
   Rig rig;
   rig.enter_scene();
   rig.device.sample.X_DH.p = Vec3(0.005, 0, 0);
+  rig.device.sample.V_DH.v = Vec3(0, 0.5, 0);  // felt by the damper, and zero at once in a frozen handle
   rig.run(700);
+  const double before_n = rig.force().norm();
+  ASSERT_GT(rig.core.record().displayed_on_hand_D.f.dot(Vec3(0, -1, 0)), 0.5) << "the damper is felt";
   rig.device.sample.buttons = kButtonClutch;
+  Vec3 last = rig.force();
   for (int i = 0; i < 50; ++i) {
-    rig.device.sample.X_DH.p.y() += 0.0005;
     rig.run(1);
-    ASSERT_LT((rig.core.record().handle_W.X.p - Vec3(0.005, 0.0005, 0)).norm(), 1e-12);
+    rig.device.sample.X_DH.p.y() += 0.0005;
+    ASSERT_LT((rig.core.record().handle_W.X.p - Vec3(0.005, 0, 0)).norm(), 1e-12);
+    ASSERT_EQ(rig.core.record().handle_W.V.v, Vec3::Zero());
+    ASSERT_LE((rig.force() - last).norm(), before_n / 15 + 1e-9) << i << " ms: linear over the 15 ms of the decay";
+    ASSERT_TRUE(i < 20 || rig.force().isZero(0)) << i;
+    ASSERT_TRUE(rig.core.record().safety_faults & kSafetyClutched);
+    ASSERT_FALSE(rig.core.record().safety_faults & kSafetySilence);
+    last = rig.force();
   }
-  EXPECT_NEAR(rig.force().x(), -1.5, 1e-9);
+  const ClientUpdate& sent = rig.sent();
+  EXPECT_TRUE(sent.handle_valid) << "the tool stays where it is, held by the server";
+  EXPECT_EQ(sent.buttons, kButtonClutch);
   rig.device.sample.buttons = 0;
-  const Vec3 before = rig.force();
+  for (int i = 0; i < 600; ++i) {
+    rig.run(1);
+    ASSERT_LE((rig.force() - last).norm(), before_n / 500 + 1e-9) << i << " ms: linear over the 0.5 s of the ramp";
+    last = rig.force();
+  }
+  EXPECT_NEAR(rig.force().norm(), before_n, 1e-9);
+}
+
+TEST(HapticCore, ClutchOfAnyLengthDoesNoMoreWorkThanTwentyMillisecondsOfTheForceBefore) {
+  for (const int pressed_ticks : {1, 15, 100, 5000}) {
+    Rig rig;
+    rig.enter_scene();
+    rig.device.sample.X_DH.p = Vec3(0.005, 0, 0);
+    rig.run(700);
+    const double force_n = rig.force().norm();
+    ASSERT_NEAR(force_n, 1.5, 1e-9);
+    const double before_j = rig.core.counters().energy_to_hand_j;
+    rig.device.sample.buttons = kButtonClutch;
+    for (int i = 0; i < pressed_ticks; ++i) {
+      rig.device.sample.X_DH.p.x() -= 0.0005;  // gives way to the force
+      rig.run(1);
+    }
+    const double most_j = force_n * 0.0005 * 20;
+    EXPECT_LE(rig.core.counters().energy_to_hand_j - before_j, most_j) << pressed_ticks << " ms";
+  }
+}
+
+TEST(HapticCore, InvalidSamplesKeepTheButtonsForAHundredMillisecondsAndThenLetGo) {
+  Rig rig;
+  rig.enter_scene();
+  rig.device.sample.buttons = kButtonGrab;
+  rig.run(10);
+  rig.device.sample.is_valid = false;
+  rig.device.sample.buttons = 0;  // of an invalid sample: it says nothing
+  for (int i = 1; i <= 200; ++i) {
+    rig.run(1);
+    const ClientUpdate& sent = rig.sent();
+    ASSERT_FALSE(sent.handle_valid);
+    ASSERT_EQ(sent.buttons, i <= 100 ? kButtonGrab : 0U) << i << " ms";
+  }
+  rig.device.sample.is_valid = true;
   rig.run(1);
-  EXPECT_LT((rig.force() - before).norm(), 1e-9) << "no step at release";
+  EXPECT_EQ(rig.sent().buttons, 0U);
+}
+
+TEST(HapticCore, ButtonsOfAnOldSceneAreNotToldToANewOne) {
+  Rig rig;
+  rig.enter_scene();
+  rig.device.sample.buttons = kButtonGrab;
+  rig.run(10);
+  rig.device.sample.is_valid = false;
+  rig.enter_scene();
+  rig.run(1);
+  EXPECT_EQ(rig.sent().buttons, 0U);
+}
+
+TEST(HapticCore, RefusedWriteIsCountedAndTheForceComesBackByTheRamp) {
+  Rig rig("hold");
+  rig.enter_scene();
+  rig.received.update.wrench_on_hand_W.f = Vec3(0, 0, 2);
+  rig.run(700);
+  rig.device.accepts = false;
+  rig.received.update.wrench_on_hand_W.f = Vec3(0, 0, 3);
+  rig.run(300);
+  EXPECT_EQ(rig.core.counters().write_failures, 300U);
+  EXPECT_EQ(rig.force(), Vec3(0, 0, 2)) << "what the device was given last";
+  EXPECT_FALSE(rig.core.is_quiet());
+  rig.device.accepts = true;
+  rig.run(1);
+  EXPECT_TRUE(rig.device.last.f.isZero(0)) << "the first that it takes";
+  rig.run(250);
+  EXPECT_NEAR(rig.force().z(), 1.5, 0.02) << "3 N · 0.25 s / 0.5 s";
+}
+
+TEST(HapticCore, SingleRefusedWriteIsPlayedOutToZeroBeforeTheRamp) {
+  Rig rig("hold");
+  rig.enter_scene();
+  rig.received.update.wrench_on_hand_W.f = Vec3(0, 0, 2);
+  rig.run(700);
+  rig.device.accepts = false;
+  rig.run(1);
+  rig.device.accepts = true;
+  int ticks = 0;
+  for (; !rig.device.last.f.isZero(0) && ticks <= 20; ++ticks) rig.run(1);
+  EXPECT_LE(ticks, 20);
+  rig.run(100);
+  EXPECT_LT(rig.force().z(), 0.45) << "2 N · 0.1 s / 0.5 s";
+}
+
+TEST(HapticCore, ZeroThatTheDeviceRefusesIsNotQuiet) {
+  Rig rig("hold");
+  rig.enter_scene();
+  rig.received.update.wrench_on_hand_W.f = Vec3(0, 0, 2);
+  rig.run(700);
+  rig.core.begin_shutdown();
+  rig.device.accepts = false;
+  rig.run(100);
+  EXPECT_FALSE(rig.core.write_zero(rig.now));
+  EXPECT_FALSE(rig.core.is_quiet());
+  rig.device.accepts = true;
+  EXPECT_TRUE(rig.core.write_zero(rig.now));
+  EXPECT_TRUE(rig.core.is_quiet());
 }
 
 TEST(HapticCore, EnergyIsTheSumOfForceTimesTheMotionThatFollowed) {

@@ -21,6 +21,23 @@ struct Rig {
     while (wake_ups.load() < n) std::this_thread::yield();
   }
 
+  void wait_until_over() const {
+    while (!loop.is_over()) std::this_thread::yield();
+  }
+  void start_with_force() {
+    HapticScene scene;
+    scene.generation = 1;
+    scene.may_display = true;
+    mailboxes.scene.publish(scene);
+    ReceivedUpdate state;
+    state.update.wrench_on_hand_W.f = Vec3(0, 0, 2);
+    // Arrives for hours: the server never falls silent in these tests.
+    state.received = SteadyClock().now() + std::chrono::hours(1);
+    loop.start();
+    wait_for_ticks(5);  // the scene is taken; only then can a state belong to it
+    mailboxes.inbox.publish(state);
+  }
+
   ScriptedDevice device;
   ClientMailboxes mailboxes;
   HapticCore core;
@@ -73,22 +90,58 @@ TEST(HapticLoop, RecordsThatNobodyReadAreCountedNotSilentlyLost) {
 
 TEST(HapticLoop, StopWritesZeroLast) {
   Rig rig;
-  HapticScene scene;
-  scene.generation = 1;
-  scene.may_display = true;
-  rig.mailboxes.scene.publish(scene);
-  ReceivedUpdate state;
-  state.update.wrench_on_hand_W.f = Vec3(0, 0, 2);
-  // Arrives for hours: the server never falls silent in this test.
-  state.received = SteadyClock().now() + std::chrono::hours(1);
-  rig.loop.start();
-  rig.wait_for_ticks(5);  // the scene is taken; only then can a state belong to it
-  rig.mailboxes.inbox.publish(state);
+  rig.start_with_force();
   rig.wait_for_ticks(100);
   rig.loop.stop();
   EXPECT_GT(rig.core.counters().force_max_n, 0) << "there was a force to end";
   EXPECT_TRUE(rig.device.last.f.isZero(0));
   EXPECT_TRUE(rig.core.is_quiet());
+}
+
+TEST(HapticLoop, RequestedStopShowsZeroWhileNobodyDrainsOrJoins) {
+  Rig rig;
+  rig.start_with_force();
+  rig.wait_for_ticks(100);
+  EXPECT_FALSE(rig.loop.is_over());
+  rig.loop.request_stop();
+  rig.wait_until_over();
+  EXPECT_GT(rig.core.counters().force_max_n, 0) << "there was a force to end";
+  EXPECT_TRUE(rig.device.last.f.isZero(0));
+  EXPECT_TRUE(rig.loop.report().became_quiet);
+}
+
+TEST(HapticLoop, EndsByItselfWhenItsDurationIsOver) {
+  HapticLoopSettings settings = kNormalPriority;
+  settings.duration = std::chrono::milliseconds(150);
+  Rig rig(settings);
+  rig.start_with_force();
+  rig.wait_until_over();
+  EXPECT_TRUE(rig.device.last.f.isZero(0));
+  const HapticLoopReport& report = rig.loop.report();
+  EXPECT_GE(report.ticks_expected, 150U);
+  EXPECT_EQ(report.ticks_expected, report.ticks_run + report.missed);
+}
+
+TEST(HapticLoop, RepeatsTheLastZeroUntilTheDeviceTakesIt) {
+  Rig rig;
+  rig.start_with_force();
+  rig.wait_for_ticks(100);
+  rig.device.accepts = false;
+  rig.loop.request_stop();
+  while (rig.device.refused < 5) std::this_thread::yield();
+  rig.device.accepts = true;
+  rig.wait_until_over();
+  EXPECT_TRUE(rig.device.last.f.isZero(0));
+}
+
+TEST(HapticLoop, SaysThatItDidNotBecomeQuietWhenTheDeviceTakesNoZero) {
+  Rig rig;
+  rig.start_with_force();
+  rig.wait_for_ticks(100);
+  rig.device.accepts = false;
+  rig.loop.stop();
+  EXPECT_FALSE(rig.loop.report().became_quiet);
+  EXPECT_FALSE(rig.device.last.f.isZero(0)) << "and that is so";
 }
 
 TEST(HapticLoop, StopTwiceAndStopWithoutStartDoNoHarm) {

@@ -5,11 +5,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <memory>
 #include <stdexcept>
 #include <vector>
 
 #include "client/summary.hpp"
-#include "server/tick_faults.hpp"
 
 namespace tandem {
 namespace {
@@ -81,22 +81,35 @@ TEST(ClientOptions, EachMistakeIsOneLineThatNamesOptionAndRemedy) {
       {{"--stage", "telepathy"}, {"--stage", "telepathy", "late-pose"}},
       {{"--delay", "25"}, {"--delay", "25ms"}},
       {{"--loss", "120%"}, {"--loss", "120%"}},
-      {{"--loss", "99%"}, {"loss", "0.95"}},
+      {{"--loss", "99%"}, {"--loss", "0% to 95%"}},
+      {{"--transport", "tcp", "--loss", "1%"}, {"--transport tcp", "--loss", "udp"}},
+      {{"--transport", "tcp", "--duplication", "1%"}, {"--transport tcp", "--duplication", "udp"}},
+      {{"--transport", "tcp", "--reorder"}, {"--transport tcp", "--reorder", "udp"}},
       {{"--device", "wand"}, {"--device", "sim"}},
       {{"--role", "king"}, {"--role", "king", "manipulator"}},
       {{"--transport", "carrier-pigeon"}, {"--transport", "udp"}},
       {{"--server", "127.0.0.1:99999"}, {"--server", "65535"}},
       {{"--server", ":47800"}, {"--server", "address"}},
       {{"--duration", "0s"}, {"--duration", "above 0"}},
+      {{"--duration", "3"}, {"--duration", "3s"}},
+      {{"--cpu", "1000000"}, {"--cpu", "1000000", "0 to "}},
       {{"--rt-priority", "200"}, {"--rt-priority", "99"}},
       {{"--trace-every", "0"}, {"--trace-every"}},
       {{"--hand-mass", "heavy"}, {"--hand-mass", "heavy"}},
+      {{"--hand-mass", "0"}, {"--hand-mass", "0.01 to 10"}},
+      {{"--hand-stiffness", "nan"}, {"--hand-stiffness", "0 to 10000"}},
       {{"--no-such-option"}, {"--no-such-option", "--help"}},
   };
   for (const auto& one : cases) {
     const std::string error = error_of(one.arguments);
     for (const char* word : one.words) EXPECT_THAT(error, AllOf(HasSubstr(word), Not(HasSubstr("\n"))));
   }
+}
+
+TEST(ClientOptions, DelayAndRateAreAllowedOverAStream) {
+  const auto options = parse({"--transport", "tcp", "--delay", "25ms", "--jitter", "5ms", "--rate-limit", "1e6"});
+  ASSERT_TRUE(options && options->io.links);
+  EXPECT_EQ(options->io.links->up.delay, std::chrono::milliseconds(25));
 }
 
 TEST(ClientOptions, WithoutHeadlessTheMissingWindowIsNamed) {
@@ -107,13 +120,6 @@ TEST(ClientOptions, WithoutHeadlessTheMissingWindowIsNamed) {
   } catch (const std::invalid_argument& error) {
     EXPECT_THAT(error.what(), HasSubstr("add --headless"));
   }
-}
-
-TEST(Summary, NamesServerFaultsAsTheServerDoes) {
-  for (unsigned bit = 0; bit < 6; ++bit) {
-    EXPECT_THAT(server_tick_fault_names(1U << bit), ::testing::ElementsAre(describe_faults(1U << bit)));
-  }
-  EXPECT_THAT(server_tick_fault_names(1U << 31U), ::testing::ElementsAre("bit_31")) << "of a newer server";
 }
 
 TEST(Summary, WatchesTheFirstGraspableBody) {
@@ -129,19 +135,49 @@ TEST(Summary, WatchesTheFirstGraspableBody) {
   EXPECT_EQ(watched->name, "peg");
 }
 
+RunSummary empty_summary() {
+  return {.options = {},
+          .device = {},
+          .realtime_not_granted = {},
+          .loop = {},
+          .trace_overflows = 0,
+          .counters = {},
+          .io = {},
+          .watched = std::nullopt,
+          .run = RunReport({"hold"}, Duration{1})};
+}
+
+boost::json::value written(const RunSummary& summary) {
+  return boost::json::parse(boost::json::serialize(to_json(summary)));
+}
+
+TEST(Summary, SaysWhatItTakesToRunItAgain) {
+  RunSummary summary = empty_summary();
+  summary.options = *parse({"--role", "observer", "--hand", "circle", "--hand-mass", "0.5", "--seed", "77", "--delay",
+                            "25ms", "--loss", "2%", "--name", "anna", "--stage", "hold"});
+  summary.io.joined = std::make_shared<wire::Joined>();
+  summary.io.room = "attic";
+  const boost::json::value parsed = written(summary);
+  EXPECT_EQ(parsed.at("program").as_string(), "tandem-client");
+  EXPECT_FALSE(parsed.at("version").as_string().empty());
+  EXPECT_EQ(parsed.at("room").as_string(), "attic") << "though none was asked for";
+  EXPECT_EQ(parsed.at("user").as_string(), "anna");
+  EXPECT_EQ(parsed.at("role").as_string(), "observer");
+  EXPECT_EQ(parsed.at("transport").as_string(), "udp");
+  EXPECT_EQ(parsed.at("stage").as_string(), "hold");
+  EXPECT_EQ(parsed.at("hand").as_string(), "circle");
+  EXPECT_EQ(parsed.at("hand_parameters").at("mass_kg").to_number<double>(), 0.5);
+  EXPECT_EQ(parsed.at("seed").to_number<int>(), 77);
+  for (const char* direction : {"up", "down"}) {
+    EXPECT_EQ(parsed.at("link_parameters").at(direction).at("delay_ms").to_number<double>(), 25);
+    EXPECT_EQ(parsed.at("link_parameters").at(direction).at("loss").to_number<double>(), 0.02);
+  }
+}
+
 TEST(Summary, IsAValidObjectEvenOfARunThatNeverTicked) {
-  RunSummary empty{.stage = "hold",
-                   .room = "",
-                   .user = "anna",
-                   .device = {},
-                   .realtime_not_granted = {},
-                   .loop = {},
-                   .trace_overflows = 0,
-                   .counters = {},
-                   .io = {},
-                   .watched = std::nullopt,
-                   .run = RunReport({"hold"}, Duration{1})};
-  const boost::json::value parsed = boost::json::parse(boost::json::serialize(to_json(empty)));
+  const boost::json::value parsed = written(empty_summary());
+  EXPECT_TRUE(parsed.at("room").is_null());
+  EXPECT_TRUE(parsed.at("link_parameters").is_null()) << "no link was simulated";
   EXPECT_TRUE(parsed.at("watched_body").is_null());
   EXPECT_TRUE(parsed.at("round_trip_ms").at("newest").is_null());
   EXPECT_EQ(parsed.at("ticks_run").to_number<int>(), 0);

@@ -1,6 +1,8 @@
 // A device that is where the test puts it and remembers what it was given.
 #pragma once
 
+#include <atomic>
+
 #include "devices/device.hpp"
 
 namespace tandem {
@@ -22,14 +24,20 @@ class ScriptedDevice final : public Device {
     return sample;
   }
   bool write(LocalTime, const DeviceCommand& command) noexcept override {
+    all_finite = all_finite && is_finite(command.wrench_on_hand_D);
+    if (!accepts) {
+      ++refused;
+      return false;
+    }
     last = command.wrench_on_hand_D;
-    all_finite = all_finite && is_finite(last);
     return true;
   }
 
   DeviceSample sample;  ///< what the next read() gives
-  Wrench last;
+  Wrench last;          ///< taken
   bool all_finite = true;
+  std::atomic<bool> accepts{true};  ///< false: write() is refused
+  std::atomic<int> refused{0};
 
  private:
   DeviceSpec spec_;

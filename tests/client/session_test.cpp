@@ -2,9 +2,9 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <openssl/evp.h>
 
 #include <limits>
+#include <span>
 
 #include "tests/support/back_to_back.hpp"
 #include "tests/support/hub_bench.hpp"
@@ -136,6 +136,57 @@ TEST(ClientSession, StaysAudibleWithoutAHapticThread) {
   EXPECT_FALSE(sent.handle_valid);
 }
 
+ClientUpdate newest_sent(const SessionBench& bench) {
+  ClientUpdate sent;
+  EXPECT_EQ(parse_client_update(payload_of(bench.transport.datagrams.back()), sent), DropReason::kNone);
+  return sent;
+}
+
+ClientUpdate grabbing_update() {
+  ClientUpdate update;
+  update.input_tick = Tick{9};
+  update.handle_valid = true;
+  update.buttons = kButtonGrab;
+  update.energy_to_hand_j = 3;
+  update.energy_from_hand_j = 4;
+  return update;
+}
+
+TEST(ClientSession, AStallOfTheHapticThreadNeitherLetsGoNorTakesEnergyBackAndADeadOneLetsGo) {
+  SessionBench bench;
+  bench.join();
+  bench.mailboxes.outbox.publish(grabbing_update());
+  bench.session.poll(bench.now);
+  for (int stall_ms = 50; stall_ms <= 500; stall_ms += 50) {
+    bench.wait(std::chrono::milliseconds(50));
+    const ClientUpdate sent = newest_sent(bench);
+    EXPECT_FALSE(sent.handle_valid) << stall_ms;
+    EXPECT_EQ(sent.input_tick, Tick{9});
+    EXPECT_EQ(sent.buttons, stall_ms <= 250 ? kButtonGrab : 0U) << stall_ms;
+    EXPECT_EQ(sent.energy_to_hand_j, 3) << stall_ms;
+    EXPECT_EQ(sent.energy_from_hand_j, 4) << stall_ms;
+  }
+  EXPECT_EQ(bench.transport.datagrams.size(), 11U);
+}
+
+TEST(ClientSession, KeepAliveSaysNothingOfAnOlderConnection) {
+  SessionBench bench;
+  bench.join();
+  bench.mailboxes.outbox.publish(grabbing_update());
+  bench.session.poll(bench.now);
+  bench.session.on_disconnected(bench.now, "gone");
+  while (bench.state() != "connecting") bench.wait(std::chrono::milliseconds(1));
+  bench.mailboxes.outbox.publish(grabbing_update());  // written before the haptic thread knows the new scene
+  bench.join();
+  const std::size_t before = bench.transport.datagrams.size();
+  bench.wait(std::chrono::milliseconds(50));
+  ASSERT_EQ(bench.transport.datagrams.size(), before + 1);
+  const ClientUpdate sent = newest_sent(bench);
+  EXPECT_EQ(sent.buttons, 0U);
+  EXPECT_EQ(sent.energy_to_hand_j, 0);
+  EXPECT_EQ(sent.input_tick, Tick{});
+}
+
 TEST(ClientSession, DropsEachBadDatagramForItsOwnReasonAndKeepsTheNewestState) {
   SessionBench bench;
   bench.join();
@@ -236,8 +287,7 @@ TEST(ClientSession, AParameterFromTheServerIsBoundedBeforeItReachesTheHand) {
 
 wire::Joined joined_with_asset(const std::string& bytes) {
   wire::Joined joined = minimal_joined();
-  AssetHash hash;
-  EVP_Digest(bytes.data(), bytes.size(), reinterpret_cast<unsigned char*>(hash.data()), nullptr, EVP_sha256(), nullptr);
+  const Sha256 hash = sha256_of(std::as_bytes(std::span(bytes)));
   wire::AssetInfo& info = *joined.add_assets();
   info.set_sha256(hash.data(), hash.size());
   info.set_size_bytes(bytes.size());

@@ -63,7 +63,9 @@ TEST(Histogram, HoldsDurationsBeyondItsRangeInTheLastBucket) {
   EXPECT_GT(histogram.quantile(0.5), std::chrono::seconds(100));
 }
 
-TEST(Histogram, IsZeroWhenEmpty) { EXPECT_EQ(Histogram().quantile(0.99), Duration(0)); }
+TEST(Histogram, IsZeroWhenEmpty) {
+  EXPECT_EQ(Histogram().quantile(0.99), Duration(0));
+}
 
 }  // namespace
 }  // namespace tandem

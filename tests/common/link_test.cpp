@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <numbers>
 #include <numeric>
 #include <stdexcept>
@@ -280,6 +281,47 @@ TEST(SimulatedLink, TheSameSeedGivesTheSameFateAndAnotherSeedOrStreamAnother) {
   EXPECT_EQ(fate_of(1, 2), fate_of(1, 2));
   EXPECT_NE(fate_of(1, 2), fate_of(2, 2));
   EXPECT_NE(fate_of(1, 2), fate_of(1, 3));
+}
+
+/// Every arrival of packets that never meet: they are a second apart.
+std::vector<std::pair<std::uint32_t, LocalTime>> arrivals_of(const LinkParameters& parameters) {
+  SimulatedLink link(parameters, kSeed, 10);
+  std::vector<std::pair<std::uint32_t, LocalTime>> arrivals;
+  for (const Arrival& arrival : run(link, 2000, seconds(1))) arrivals.emplace_back(arrival.number, arrival.at);
+  return arrivals;
+}
+
+TEST(SimulatedLink, DuplicationAndLossLeaveTheDelaysOfTheOriginalsAsTheyWere) {
+  LinkParameters parameters;
+  parameters.allows_reordering = true;
+  for (const auto distribution :
+       {JitterDistribution::kNormal, JitterDistribution::kPareto, JitterDistribution::kTrace}) {
+    parameters.distribution = distribution;
+    parameters.delay = milliseconds(20);
+    parameters.jitter = milliseconds(5);
+    parameters.trace = {milliseconds(1), milliseconds(7), milliseconds(3)};
+    parameters.duplication = parameters.loss = 0;
+    const auto plain = arrivals_of(parameters);
+    parameters.duplication = 0.3;
+    const auto doubled = arrivals_of(parameters);
+    EXPECT_GT(doubled.size(), plain.size());
+    EXPECT_TRUE(std::includes(doubled.begin(), doubled.end(), plain.begin(), plain.end()));
+    parameters.duplication = 0;
+    parameters.loss = 0.3;
+    const auto kept = arrivals_of(parameters);
+    EXPECT_LT(kept.size(), plain.size());
+    EXPECT_TRUE(std::includes(plain.begin(), plain.end(), kept.begin(), kept.end()));
+  }
+}
+
+TEST(SimulatedLink, AVanishingLossLosesNothing) {
+  for (const double loss : {1e-12, 1e-30, std::numeric_limits<double>::denorm_min()}) {
+    LinkParameters parameters;
+    parameters.loss = loss;
+    parameters.mean_bad_period = seconds(10);
+    SimulatedLink link(parameters, kSeed, 11);
+    EXPECT_EQ(run(link, 1000, milliseconds(1)).size(), 1000U) << loss;
+  }
 }
 
 TEST(SimulatedLink, AReliableLinkKeepsEveryByteInOrder) {

@@ -88,6 +88,19 @@ TEST(Safety, NothingIsDisplayedBeforeTheFirstState) {
   EXPECT_TRUE(rig.chain.is_quiet());
 }
 
+TEST(Safety, WhatIsNotDisplayedFadesWithinTheFaultTimeAndIsNoSilence) {
+  Rig rig;
+  SafetyInput input = good_input();
+  rig.run(input, 600);
+  input.is_displaying = false;
+  EXPECT_LE(rig.ticks_until_zero(input, 100), 20);
+  EXPECT_EQ(rig.chain.faults(), kSafetyNotDisplaying);
+  EXPECT_EQ(describe_safety_faults(rig.chain.faults()), "not_displaying");
+  input.is_displaying = true;
+  rig.tick(input);
+  EXPECT_EQ(rig.chain.faults(), kSafetyRamping);
+}
+
 TEST(Safety, SlewBoundsEachChangeOfForceAndTorque) {
   SafetySettings settings;
   settings.slew_n_per_s = 100;
@@ -217,6 +230,42 @@ TEST(Safety, RearmGoesThroughZeroWithoutAStep) {
   EXPECT_NEAR(rig.out.f.z(), 1.5, 0.01);
 }
 
+TEST(Safety, ClutchFadesTheForceThatWasDisplayedWhateverIsComputedAndEvenIfItBounces) {
+  for (const int pressed_ticks : {1, 5, 1000}) {
+    Rig rig;
+    rig.run(good_input(), 600);
+    for (int i = 1; i <= 1000 + pressed_ticks; ++i) {
+      SafetyInput input = good_input(Vec3(0, 0, -5));  // the other way at once: a damper whose speed jumped
+      input.is_clutched = i <= pressed_ticks;
+      const double before_n = rig.out.f.z();
+      rig.tick(input);
+      ASSERT_LE(std::abs(rig.out.f.z() - before_n), 3.0 / 15 + kRounding) << i << " ms, of " << pressed_ticks;
+      ASSERT_TRUE(i > 15 || rig.out.f.z() >= 0) << i << " ms, of " << pressed_ticks;
+      ASSERT_TRUE(i < 20 || i > pressed_ticks || rig.out.f.isZero(0));
+      const bool is_named = (rig.chain.faults() & kSafetyClutched) != 0;
+      ASSERT_TRUE(is_named || i > std::max(pressed_ticks, 15)) << i << " ms, of " << pressed_ticks;
+      ASSERT_TRUE(!is_named || i <= std::max(pressed_ticks, 20)) << i << " ms, of " << pressed_ticks;
+    }
+    EXPECT_NEAR(rig.out.f.z(), -5, 1e-9) << "ramped in";
+  }
+}
+
+TEST(Safety, FaultIsNotOverBeforeTheDeviceHasTakenAZero) {
+  Rig rig;
+  rig.run(good_input(), 600);
+  rig.chain.rearm();
+  const Wrench stuck = rig.out;
+  for (int i = 0; i < 1000; ++i) {
+    rig.tick(good_input());
+    rig.chain.set_displayed(stuck);
+  }
+  EXPECT_TRUE(rig.out.f.isZero(0)) << "the gain does not rise on top of what is stuck";
+  rig.tick(good_input());
+  EXPECT_TRUE(rig.out.f.isZero(0)) << "taken";
+  rig.run(good_input(), 250);
+  EXPECT_NEAR(rig.out.f.z(), 1.5, 1e-9) << "ramped in";
+}
+
 TEST(Safety, StalledLoopComesBackWithoutAJumpUpButInTimeDown) {
   Rig rig;
   rig.run(good_input(Vec3::Zero()), 600);
@@ -256,6 +305,7 @@ TEST(Safety, SettingsThatBreakAPromiseAreRefused) {
 TEST(Safety, FaultsAreDescribedByWord) {
   EXPECT_EQ(describe_safety_faults(0), "none");
   EXPECT_EQ(describe_safety_faults(kSafetyRamping | kSafetyStopping), "ramping|stopping");
+  EXPECT_EQ(describe_safety_faults(kSafetyClutched), "clutched");
 }
 
 /// Any input at all: NaN, infinite and huge components, silence, lost samples, wild speeds.
@@ -272,7 +322,9 @@ class RandomInput {
     if (silent_ticks_ > 0) --silent_ticks_;
     input.state_age = age_;
     input.has_state = random_.uniform() > 0.0005;
+    input.is_displaying = random_.uniform() > 0.0005;
     input.sample_is_valid = random_.uniform() > 0.002;
+    input.is_clutched = random_.uniform() < 0.001;
     input.handle_speed_m_per_s = random_.uniform() < 0.002 ? 10 : 0.1;
     return input;
   }

@@ -14,7 +14,9 @@ namespace {
 Vec3 random_vector(Random& random, double scale) {
   return {random.uniform(-scale, scale), random.uniform(-scale, scale), random.uniform(-scale, scale)};
 }
-Pose random_pose(Random& random) { return {random_vector(random, 1.0), quaternion_of(random_vector(random, 3.0))}; }
+Pose random_pose(Random& random) {
+  return {random_vector(random, 1.0), quaternion_of(random_vector(random, 3.0))};
+}
 
 TEST(Pose, TimesItsInverseIsIdentity) {
   Random random(5);
@@ -29,7 +31,8 @@ TEST(Pose, TimesItsInverseIsIdentity) {
 TEST(RotationVector, InvertsQuaternionOfUpToHalfATurn) {
   Random random(6);
   for (int i = 0; i < 10'000; ++i) {
-    const double angle = i % 2 == 0 ? random.uniform(0, std::numbers::pi - 1e-6) : std::pow(10, random.uniform(-14, -3));
+    const double angle =
+        i % 2 == 0 ? random.uniform(0, std::numbers::pi - 1e-6) : std::pow(10, random.uniform(-14, -3));
     const Vec3 rotation = random_vector(random, 1).normalized() * angle;
     ASSERT_LT((rotation_vector(quaternion_of(rotation)) - rotation).norm(), 1e-8 * angle + 1e-15) << "angle " << angle;
   }

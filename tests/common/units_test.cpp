@@ -40,6 +40,25 @@ TEST(Units, NonsenseIsRefusedNotGuessed) {
   }
 }
 
+TEST(Units, MissingUnitIsAnsweredWithTheUsualOne) {
+  try {
+    parse_duration("3", "s");
+    FAIL() << "accepted";
+  } catch (const std::invalid_argument& error) {
+    EXPECT_STREQ(error.what(), "'3' has no unit; write 3s (ns, us, ms or s)");
+  }
+}
+
+TEST(Units, FractionsAboveTheLargestAreAnsweredWithIt) {
+  EXPECT_DOUBLE_EQ(parse_fraction("95%", 0.95), 0.95);
+  try {
+    parse_fraction("96%", 0.95);
+    FAIL() << "accepted";
+  } catch (const std::invalid_argument& error) {
+    EXPECT_STREQ(error.what(), "'96%' is out of range; write 0% to 95%, or 0 to 0.95");
+  }
+}
+
 TEST(Units, FractionsArePercentOrPlain) {
   EXPECT_DOUBLE_EQ(parse_fraction("1%"), 0.01);
   EXPECT_DOUBLE_EQ(parse_fraction("0.25"), 0.25);

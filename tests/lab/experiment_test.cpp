@@ -45,7 +45,7 @@ TEST_F(ExperimentFile, EveryFieldArrives) {
   const Experiment experiment = parse(R"({
       "name": "n", "description": "d", "scene": "./scene.json", "duration_s": 2.5, "seed": 9, "server_phase_ms": 0.5,
       "sample_period_ms": 2, "users": [{
-        "name": "anna", "role": "observer", "hand": "hand.json", "stage": "hold", "transport": "tcp",
+        "name": "anna", "role": "observer", "hand": "hand.json", "stage": "hold", "transport": "udp",
         "tick_phase_ms": 0.75,
         "hand_parameters": {"mass_kg": 0.4, "stiffness_n_per_m": 100, "damping_n_s_per_m": 5, "inertia_kg_m2": 0.001,
           "stiffness_n_m_per_rad": 1, "damping_n_m_s_per_rad": 0.1, "tremor_rms_n": 0.2, "tremor_hz": 8,
@@ -67,7 +67,7 @@ TEST_F(ExperimentFile, EveryFieldArrives) {
   EXPECT_EQ(user.role, UserRole::kObserver);
   EXPECT_THAT(user.hand.phases(), testing::ElementsAre("wave"));
   EXPECT_EQ(user.stage, "hold");
-  EXPECT_EQ(user.transport, StateTransport::kTcp);
+  EXPECT_EQ(user.transport, StateTransport::kUdp);
   EXPECT_EQ(user.tick_phase, microseconds(750));
   EXPECT_EQ(user.hand_parameters.mass_kg, 0.4);
   EXPECT_EQ(user.hand_parameters.stiffness_n_per_m, 100);
@@ -107,6 +107,17 @@ TEST_F(ExperimentFile, LeavesOutWhatItDoesNotSay) {
 
 std::string one_user(const std::string& fields) {
   return R"({"name": "n", "scene": "./scene.json", "users": [{"name": "a", )" + fields + "}]}";
+}
+
+TEST_F(ExperimentFile, AStreamMayBeSlowButLosesNothing) {
+  const Experiment experiment = parse(one_user(R"("transport": "tcp", "link": {"delay_ms": 7, "jitter_ms": 1})"));
+  EXPECT_EQ(experiment.users[0].transport, StateTransport::kTcp);
+  for (const char* spoilt :
+       {R"("link": {"loss": 0.01})", R"("downlink": {"duplication": 0.01})", R"("downlink": {"reordering": true})"}) {
+    EXPECT_EQ(complaint(one_user(std::string(R"("transport": "tcp", )") + spoilt)),
+              "e.json: users[0].transport is \"tcp\"; over a stream nothing is lost, doubled or reordered; leave out "
+              "loss, duplication and reordering, or use udp");
+  }
 }
 
 TEST_F(ExperimentFile, SaysWhatIsWrongWhereAndWhatWouldBeRight) {

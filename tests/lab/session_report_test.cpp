@@ -205,9 +205,7 @@ TEST(ClientSummary, IsWhatTheClientWrites) {
     record.displayed_on_hand_D.f.x() = 2.0;
     run.add(record, i < 500 ? 0 : 1);
   }
-  RunSummary summary{.stage = "hold",
-                     .room = "",
-                     .user = "ben",
+  RunSummary summary{.options = {},
                      .device = {},
                      .realtime_not_granted = {},
                      .loop = {},
@@ -216,6 +214,8 @@ TEST(ClientSummary, IsWhatTheClientWrites) {
                      .io = {},
                      .watched = {},
                      .run = run};
+  summary.options.io.session.user_name = "ben";
+  summary.options.stage = "hold";
   summary.io.joined = std::make_shared<wire::Joined>();
   json::object written = to_json(summary);
   written["scene"] = "peg";  // of a Joined without a scene it is ""

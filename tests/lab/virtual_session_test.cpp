@@ -27,15 +27,19 @@ constexpr const char* kScene = R"({
   "coupling": {"stiffness_n_per_m": 300, "damping_n_s_per_m": 3}
 })";
 
+// From the left tool's place 60 mm to the right, through where the block is.
+constexpr const char* kPush = R"({"points": [
+  {"t_s": 0, "phase": "approach"}, {"t_s": 1, "phase": "move"}, {"t_s": 3, "position_m": [0.06, 0, 0], "phase": "hold"}]})";
+
 std::shared_ptr<const LoadedScene> scene() {
   return load_scene_text(kScene, "lab_test.json", "/");
 }
 
-ExperimentUser user(const std::string& name, const std::string& hand, int phase) {
+ExperimentUser user(const std::string& name, const std::string& hand_name, const HandPath& hand, int phase) {
   ExperimentUser result;
   result.name = name;
-  result.hand_name = hand;
-  result.hand = named_hand_path(hand);
+  result.hand_name = hand_name;
+  result.hand = hand;
   result.up.delay = result.down.delay = milliseconds(10);
   result.tick_phase = kSlot * phase;
   return result;
@@ -46,7 +50,8 @@ Experiment pushing() {
   experiment.name = "pushing";
   experiment.scene = "lab_test.json";
   experiment.duration = seconds(3);
-  experiment.users = {user("anna", "push-right", 1), user("ben", "rest", 2)};
+  experiment.users = {user("anna", "push.json", parse_hand_path(kPush, "push.json"), 1),
+                      user("ben", "rest", named_hand_path("rest"), 2)};
   return experiment;
 }
 
@@ -72,6 +77,20 @@ TEST(VirtualSession, TheClientMeasuresTheConfiguredRoundTrip) {
     EXPECT_LE(user_metric(each, "round_trip_mean_ms"), 20.0 + 2 * 0.25 + 1e-9);
     // A new state every millisecond, at most one old when a tick comes.
     EXPECT_LT(user_metric(each, "state_age_p99_ms"), 1.0 + 1e-9);
+  }
+}
+
+TEST(VirtualSession, ALinkWithoutDelayTakesOneSlotEitherWay) {
+  for (const StateTransport transport : {StateTransport::kUdp, StateTransport::kTcp}) {
+    Experiment experiment = pushing();
+    for (ExperimentUser& each : experiment.users) {
+      each.transport = transport;
+      each.up.delay = each.down.delay = Duration(0);
+    }
+    const SessionTrace trace = VirtualSession(experiment, scene()).run();
+    for (const UserTrace& each : trace.users) {
+      EXPECT_NEAR(user_metric(each, "round_trip_mean_ms"), 2 * to_seconds(kSlot) * 1e3, 1e-9) << each.user.name;
+    }
   }
 }
 
@@ -135,7 +154,7 @@ TEST(VirtualSession, SaysWhyAUserLostItsConnection) {
 
 TEST(VirtualSession, RefusesMoreManipulatorsThanTools) {
   Experiment experiment = pushing();
-  experiment.users.push_back(user("cleo", "rest", 3));
+  experiment.users.push_back(user("cleo", "rest", named_hand_path("rest"), 3));
   EXPECT_THAT([&] { VirtualSession(experiment, scene()); },
               testing::ThrowsMessage<std::invalid_argument>(testing::HasSubstr("3 manipulators")));
   experiment.users.back().role = UserRole::kObserver;

@@ -3,12 +3,15 @@
 #include <google/protobuf/descriptor.h>
 #include <gtest/gtest.h>
 
+#include <bit>
 #include <fstream>
 #include <map>
 #include <set>
 
 #include "proto/control_framing.hpp"
+#include "proto/coupling_fields.hpp"
 #include "proto/state_codec.hpp"
+#include "proto/tick_faults.hpp"
 #include "tandem/state.pb.h"
 
 namespace tandem {
@@ -224,6 +227,69 @@ TEST(WireDocument, HeaderChecksAreMadeInTheDocumentedOrder) {
 TEST(WireDocument, StateFieldsAreThoseOfTheSchema) {
   EXPECT_THAT(columns_of(table_under("State messages"), 4),
               UnorderedElementsAreArray(fields_of(*wire::ClientUpdate::descriptor()->file())));
+}
+
+TEST(WireDocument, BodyIdsAreThoseOfTheCode) {
+  const Table examples = table_under("Ids");
+  ASSERT_FALSE(examples.empty());
+  for (const Row& row : examples) {
+    EXPECT_EQ(std::to_string(body_id_at(std::stoul(row.at(0))).value), row.at(1)) << "at index " << row.at(0);
+  }
+}
+
+/// Fields of `file` that hold the id of a body or user: those that are named so.
+void add_id_fields(const FileDescriptor& file, std::set<std::string>& names) {
+  const std::set<std::string> of_ids{"id", "body", "user", "held_body", "holds_body", "held_by_user"};
+  for (const Row& field : fields_of(file)) {
+    if (of_ids.contains(field[2]) && field[3] == "uint32") names.insert(field[0] + "." + field[2]);
+  }
+}
+
+TEST(WireDocument, EveryIdFieldSaysWhatZeroMeans) {
+  std::set<std::string> expected;
+  add_id_fields(*wire::ClientUpdate::descriptor()->file(), expected);
+  add_id_fields(*wire::ClientControl::descriptor()->file(), expected);
+  std::set<std::string> documented;
+  for (const Row& row : table_under("Ids", 1)) {
+    documented.insert(row.at(0));
+    EXPECT_FALSE(row.at(2).empty()) << row.at(0);
+  }
+  EXPECT_EQ(documented, expected);
+}
+
+std::string bit_number(std::uint32_t bit) {
+  EXPECT_TRUE(std::has_single_bit(bit)) << bit;
+  return std::to_string(std::countr_zero(bit));
+}
+
+TEST(WireDocument, ButtonsAreThoseOfTheCode) {
+  const std::vector<Row> expected{{bit_number(kButtonGrab), "kButtonGrab"},
+                                  {bit_number(kButtonClutch), "kButtonClutch"}};
+  EXPECT_EQ(columns_of(table_under("Buttons"), 2), expected);
+}
+
+TEST(WireDocument, TickFaultsAreThoseOfTheCode) {
+  std::vector<Row> expected;
+  for (const TickFaultName& fault : kTickFaultNames)
+    expected.push_back({bit_number(fault.bit), std::string(fault.name)});
+  EXPECT_EQ(columns_of(table_under("Tick faults"), 2), expected);
+}
+
+TEST(WireDocument, SettableParametersAreThoseOfTheCode) {
+  const Table documented = table_under("Settable parameters");
+  ASSERT_EQ(documented.size(), kCouplingFields.size());
+  for (std::size_t i = 0; i < documented.size(); ++i) {
+    const CouplingField& field = kCouplingFields[i];
+    EXPECT_EQ(documented[i].at(0), field.name);
+    EXPECT_EQ(std::stod(documented[i].at(1)), field.low) << field.name;
+    EXPECT_EQ(std::stod(documented[i].at(2)), field.high) << field.name;
+  }
+}
+
+TEST(WireDocument, CapabilitiesAreThoseOfTheCode) {
+  const std::vector<Row> expected{{"kCapabilityStateUdp", kCapabilityStateUdp},
+                                  {"kCapabilityStateTcp", kCapabilityStateTcp}};
+  EXPECT_EQ(columns_of(table_under("Capabilities"), 2), expected);
 }
 
 TEST(WireDocument, ControlFieldsAreThoseOfTheSchema) {

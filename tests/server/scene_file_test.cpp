@@ -8,7 +8,6 @@
 #include <filesystem>
 #include <fstream>
 #include <limits>
-#include <span>
 
 #include "proto/placement.hpp"
 #include "proto/state.hpp"
@@ -281,15 +280,6 @@ TEST_F(SceneFiles, ClientsSeeBaseNamesOnly) {
       load(scene_json({.bodies = R"({"name": "a", "shapes": [{"mesh": {"file": ")" + path + R"("}}]})"}));
   EXPECT_EQ(scene->description.bodies(0).shapes(0).mesh().file(), "t.obj");
   EXPECT_EQ(scene->description.SerializeAsString().find("secret"), std::string::npos);
-}
-
-TEST(ContentHash, IsTheStandardSha256) {
-  // FIPS 180-4 example: SHA-256("abc") begins ba7816bf and ends f20015ad.
-  const char text[] = {'a', 'b', 'c'};
-  const Sha256 hash = sha256_of(std::as_bytes(std::span(text)));
-  EXPECT_EQ(hash[0], std::byte{0xba});
-  EXPECT_EQ(hash[1], std::byte{0x78});
-  EXPECT_EQ(hash[31], std::byte{0xad});
 }
 
 TEST(SceneFile, EveryDefaultIsFilledIn) {

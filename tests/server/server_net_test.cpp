@@ -96,6 +96,17 @@ TEST(LiveServer, NamesThePortInUseAndTheRemedy) {
   EXPECT_THAT(why, AllOf(HasSubstr(std::to_string(first.port())), HasSubstr("in use"), HasSubstr("--port")));
 }
 
+TEST(LiveServer, ConnectionIdsOfNoTwoServersAgree) {
+  std::set<std::uint64_t> ids;
+  for (int i = 0; i < 3; ++i) {
+    RunningServer running(two_hands_scene());
+    RawClient raw(running.server->port());
+    ids.insert(raw.join().connection.value);
+    running.stop();
+  }
+  EXPECT_EQ(ids.size(), 3U) << "by chance once in 10^19 runs";
+}
+
 TEST(LiveServer, StepsItsRoomsAndReportsItsOwnTiming) {
   RunningServer running(two_hands_scene());
   RawClient raw(running.server->port());

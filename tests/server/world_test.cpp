@@ -335,6 +335,24 @@ TEST(World, ManyHandsAndAWildCouplingStayCalm) {
   EXPECT_LT(world.body(BodyId{1}).V.w.norm(), 1e-4);
 }
 
+TEST(World, AReducedCouplingIsReportedAsLongAsItIs) {
+  World world(load_parts({.bodies = cube("a", 0.02, {0, 0, 1}, R"(, "gravity": false)"),
+                          .tools = tool_at("t0", {0.022, 0.02, 1}) + "," + tool_at("t1", {0.022, 0.02, 1})}));
+  world.activate_tool(0);
+  EXPECT_EQ(world.step() & kFaultCouplingReduced, 0U);
+  CouplingParameters stiff;
+  stiff.stiffness_n_per_m = 1e6;
+  ASSERT_EQ(world.grab(0, BodyId{1}), GrabResult::kGrabbed);
+  world.set_coupling(stiff);
+  EXPECT_NE(world.step() & kFaultCouplingReduced, 0U);
+  EXPECT_NE(world.step() & kFaultCouplingReduced, 0U) << "not only when it begins";
+  CouplingParameters soft;
+  soft.stiffness_n_per_m = 10;
+  soft.stiffness_n_m_per_rad = soft.damping_n_m_s_per_rad = soft.damping_n_s_per_m = 1e-4;
+  world.set_coupling(soft);
+  EXPECT_EQ(world.step() & kFaultCouplingReduced, 0U);
+}
+
 TEST(World, CouplingThatIsNotFiniteIsIgnored) {
   World world(load_parts({.bodies = cube("a", 0.12, {0, 0, 1}), .tools = tool_at("t", {0, 0, 1}, "a")}));
   world.activate_tool(0);

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "client/session.hpp"
+#include "common/random.hpp"
 #include "server/session_hub.hpp"
 
 namespace tandem {
@@ -80,7 +81,9 @@ class BackToBack final : public ServerTransport {
 
   void start_server() {
     room = std::make_unique<Room>(RoomId{1}, scene_->description.name(), scene_);
-    hub = std::make_unique<SessionHub>(HubSettings{.seed = ++servers_started_}, std::vector<Room*>{room.get()}, *this);
+    HubSettings settings;
+    settings.connection_ids = [ids = Random(++servers_started_)]() mutable { return ids.next_u64(); };
+    hub = std::make_unique<SessionHub>(settings, std::vector<Room*>{room.get()}, *this);
   }
   /// As kill −9: every connection ends, nothing is said.
   void kill_server() {

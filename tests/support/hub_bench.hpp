@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "common/random.hpp"
 #include "proto/control_framing.hpp"
 #include "proto/state_codec.hpp"
 #include "server/scene_file.hpp"
@@ -74,6 +75,7 @@ class HubBench {
     }
     std::vector<Room*> pointers;
     for (const auto& room : rooms) pointers.push_back(room.get());
+    if (!settings.connection_ids) settings.connection_ids = [ids = Random(1)]() mutable { return ids.next_u64(); };
     hub = std::make_unique<SessionHub>(settings, pointers, transport);
     hub->on_log = [this](const std::string& line) { log.push_back(line); };
   }

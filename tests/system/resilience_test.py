@@ -88,5 +88,90 @@ class UdpBlocked(ProgramTest):
             self.assertGreater(summary["force_n"]["max"], 0.05)
 
 
+def full_pipe():
+    """(read end, write end) of a pipe that takes not one byte more."""
+    reading, writing = os.pipe()
+    os.set_blocking(writing, False)
+    for size in (65536, 1):
+        try:
+            while True:
+                os.write(writing, b"x" * size)
+        except BlockingIOError:
+            pass
+    os.set_blocking(writing, True)  # the client inherits the flag with the description
+    return reading, writing
+
+
+class Stopping(ProgramTest):
+    """Whatever stops a client, its last tick shows no force."""
+
+    def start(self, server, **streams):
+        self.trace = self.path("trace.csv")
+        client = start_client(server.port, "--hand", "peg-left", "--name", "ender", "--trace", self.trace, **streams)
+        server.wait_for_log(r"ender.*joined|joined.*ender")
+        return client
+
+    def assert_let_go(self, stopped_ns):
+        rows = read_trace(self.trace)
+        self.assertGreater(max(map(force_n, rows)), 0.05, "there was a force to end")
+        self.assertEqual(force_n(rows[-1]), 0.0)
+        self.assertLess((rows[-1]["local_ns"] - stopped_ns) * 1e-9, 1.0, "let go when asked, not later")
+
+    def test_each_signal_lets_the_hand_go(self):
+        with Server("--scene", "peg_in_hole") as server:
+            for number in (signal.SIGINT, signal.SIGTERM, signal.SIGQUIT, signal.SIGHUP):
+                with self.subTest(signal=number.name):
+                    client = self.start(server)
+                    time.sleep(2.5)
+                    stopped_ns = time.monotonic_ns()
+                    client.send_signal(number)
+                    code, _, err = finish(client)
+                    self.assertEqual(code, 0, err)
+                    self.assert_let_go(stopped_ns)
+
+    def test_a_reader_that_goes_away_does_not_kill_the_client(self):
+        with Server("--scene", "peg_in_hole") as server:
+            reading, writing = os.pipe()
+            client = self.start(server, stdout=writing)
+            os.close(writing)
+            os.close(reading)
+            time.sleep(2.5)  # two status lines
+            self.assertIsNone(client.poll(), "alive")
+            stopped_ns = time.monotonic_ns()
+            client.terminate()
+            code, _, err = finish(client)
+            self.assertEqual(code, 0, err)
+            self.assert_let_go(stopped_ns)
+
+    def test_a_terminal_that_blocks_does_not_keep_the_force_on(self):
+        with Server("--scene", "peg_in_hole") as server:
+            reading, writing = full_pipe()
+            client = self.start(server, stdout=writing)
+            os.close(writing)
+            time.sleep(2.5)  # main hangs in its first status line
+            stopped_ns = time.monotonic_ns()
+            client.terminate()
+            time.sleep(2.0)
+            self.assertIsNone(client.poll(), "main still hangs")
+            while os.read(reading, 65536):  # ends when the client does
+                pass
+            os.close(reading)
+            code, _, err = finish(client)
+            self.assertEqual(code, 0, err)
+            self.assert_let_go(stopped_ns)
+
+    def test_a_second_signal_ends_a_client_that_hangs(self):
+        with Server("--scene", "peg_in_hole") as server:
+            reading, writing = full_pipe()
+            client = self.start(server, stdout=writing)
+            os.close(writing)
+            time.sleep(2.5)
+            client.terminate()
+            time.sleep(1.5)
+            client.terminate()
+            self.assertEqual(finish(client)[0], 1)
+            os.close(reading)
+
+
 if __name__ == "__main__":
     unittest.main()

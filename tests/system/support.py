@@ -76,10 +76,10 @@ class Server:
         self.process.stderr.close()
 
 
-def start_client(port, *arguments):
+def start_client(port, *arguments, stdout=subprocess.PIPE):
     return subprocess.Popen(
         [program("tandem-client"), "--server", f"127.0.0.1:{port}", "--headless", *arguments],
-        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        stdout=stdout, stderr=subprocess.PIPE, text=True)
 
 
 def finish(process):

@@ -1,8 +1,12 @@
-// What went wrong in one room step: a bit mask, so that a step can report without logging or throwing.
+// What went wrong in one room step: a bit mask, so that a step can report without logging or throwing, and every
+// user can be told.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <string>
+#include <string_view>
+#include <vector>
 
 namespace tandem {
 
@@ -21,8 +25,30 @@ enum TickFault : std::uint32_t {
   kFaultInputStale = 1U << 4U,
   /// A step ended after its deadline (live only). Remedy: fewer bodies, fewer rooms, a faster machine.
   kFaultOverrun = 1U << 5U,
+  /// A tool's coupling is weaker than the scene or a user set it: what it holds is too light for it, at that place or
+  /// in that many hands. Remedy: soften the coupling, make the body heavier, or grab it nearer to its centre.
+  kFaultCouplingReduced = 1U << 6U,
 };
 using TickFaults = std::uint32_t;
+
+struct TickFaultName {
+  TickFault bit;
+  std::string_view name;
+};
+/// Every fault with its name in reports, in the order of the bits.
+inline constexpr std::array<TickFaultName, 7> kTickFaultNames{{
+    {kFaultNotFinite, "not_finite"},
+    {kFaultSpeedLimited, "speed_limited"},
+    {kFaultCouplingSaturated, "coupling_saturated"},
+    {kFaultFieldLimited, "field_limited"},
+    {kFaultInputStale, "input_stale"},
+    {kFaultOverrun, "overrun"},
+    {kFaultCouplingReduced, "coupling_reduced"},
+}};
+
+/// One name a bit. A newer server may send bits that this program does not know: they are shown ("bit_20"), not
+/// hidden.
+std::vector<std::string> tick_fault_names(TickFaults faults);
 
 /// "not_finite|speed_limited"; "none" for 0.
 std::string describe_faults(TickFaults faults);

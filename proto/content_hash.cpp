@@ -1,4 +1,4 @@
-#include "server/content_hash.hpp"
+#include "proto/content_hash.hpp"
 
 #include <openssl/evp.h>
 

@@ -1,0 +1,86 @@
+"""What the programs say about themselves: output for programs is one JSON object, mistakes are one clear line."""
+
+import json
+import unittest
+
+from support import ProgramTest, Server, finish, run, start_client
+
+LATENESS_KEYS = ["max", "p50", "p99", "p999"]
+
+
+class Json(ProgramTest):
+    def test_the_servers_output_is_one_object_and_the_ready_line_is_not_in_it(self):
+        code, out, err = run("tandem-server", "--json", "--port", "0", "--scene", "two_boxes", "--duration", "1s")
+        self.assertEqual(code, 0, err)
+        summary = json.loads(out)
+        self.assertEqual(summary["program"], "tandem-server")
+        self.assertTrue(summary["version"])
+        room = summary["rooms"][0]
+        self.assertGreater(room["steps"], 0)
+        self.assertIn("missed", room)
+        self.assertEqual(sorted(room["lateness_us"]), LATENESS_KEYS)
+        self.assertIn("listening on", err)
+
+    def test_the_clients_output_is_one_object_that_says_what_was_run(self):
+        with Server("--scene", "two_boxes", "--room", "attic") as server:
+            code, out, err = finish(start_client(server.port, "--json", "--duration", "1s", "--transport", "tcp",
+                                                 "--delay", "5ms", "--seed", "9", "--hand-mass", "0.4"))
+        self.assertEqual(code, 0, err)
+        summary = json.loads(out)
+        self.assertEqual(summary["program"], "tandem-client")
+        self.assertTrue(summary["version"])
+        self.assertEqual(summary["room"], "attic", "the only room was meant")
+        self.assertEqual((summary["role"], summary["transport"], summary["seed"]), ("manipulator", "tcp", 9))
+        self.assertEqual((summary["hand"], summary["hand_parameters"]["mass_kg"]), ("rest", 0.4))
+        self.assertEqual(summary["link_parameters"]["down"]["delay_ms"], 5)
+        self.assertEqual(sorted(summary["lateness_us"]), LATENESS_KEYS)
+        self.assertIn("missed", summary)
+        self.assertEqual(summary["links"]["up"]["sent"], 0)
+        self.assertGreater(summary["links"]["control_up"]["delivered"], 100, "state over TCP")
+
+    def test_an_observer_is_not_silent(self):
+        with Server("--scene", "two_boxes") as server:
+            code, out, err = finish(start_client(server.port, "--json", "--duration", "2s", "--role", "observer"))
+        self.assertEqual(code, 0, err)
+        summary = json.loads(out)
+        self.assertEqual(summary["role"], "observer")
+        self.assertGreater(summary["datagrams"]["received"], 100)
+        self.assertEqual(summary["not_displaying_ticks"], summary["ticks_run"])
+        self.assertLess(summary["silent_ticks"], summary["ticks_run"] / 2)
+
+
+class Mistakes(ProgramTest):
+    def test_of_the_server(self):
+        for arguments, words in [([], ["--scene"]), (["--bogus"], ["--bogus"]),
+                                 (["--scene", "two_boxes", "--port", "70000"], ["--port", "0 to 65535"]),
+                                 (["--scene", "two_boxes", "--duration", "3"], ["--duration", "3s"])]:
+            with self.subTest(arguments=arguments):
+                self.assert_setup_error(run("tandem-server", *arguments), "tandem-server: ", *words)
+
+    def test_of_the_lab(self):
+        experiment = self.write("e.json", json.dumps({"name": "e", "scene": "two_boxes", "users": [{"name": "a"}]}))
+        for arguments, words in [([], ["run or bench or report"]), (["run"], ["experiment", "tandem-lab run --help"]),
+                                 (["bench"], ["field", "tandem-lab bench --help"]),
+                                 (["run", experiment, "--out", self.folder, "--stage", "telepathy"],
+                                  ["--stage telepathy", "late-pose, hold"])]:
+            with self.subTest(arguments=arguments):
+                self.assert_setup_error(run("tandem-lab", *arguments), "tandem-lab: ", *words)
+
+    def test_of_the_smallest_client(self):
+        for port in ("0", "65536", "-1", "47800x", ""):
+            with self.subTest(port=port):
+                self.assert_setup_error(run("01_smallest_client", port), "01_smallest_client: ", f"'{port}'", "65535")
+
+
+class Help(ProgramTest):
+    def test_names_the_program_without_its_path_and_its_exit_codes(self):
+        for program in ("tandem-server", "tandem-client", "tandem-lab"):
+            with self.subTest(program=program):
+                code, out, _ = run(program, "--help")
+                self.assertEqual(code, 0)
+                self.assertIn(f"Usage: {program} ", out)
+                self.assertIn("Exit code: 0 done", out)
+
+
+if __name__ == "__main__":
+    unittest.main()
