@@ -1,15 +1,14 @@
 #include "client/net/asio_client_transport.hpp"
 
-#include <netinet/tcp.h>
-
 #include <algorithm>
 #include <array>
 #include <boost/asio/buffer.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/ip/udp.hpp>
 #include <boost/asio/steady_timer.hpp>
-#include <cctype>
 #include <stdexcept>
+
+#include "common/socket_rules.hpp"
 
 namespace tandem {
 namespace {
@@ -23,28 +22,7 @@ using boost::system::error_code;
 constexpr Duration kLinger = std::chrono::milliseconds(500);
 /// Datagrams taken at one wake-up; only the newest matters, so all that wait are read.
 constexpr int kDatagramsPerWake = 1024;
-/// As on the server: bytes the kernel may hold unsent, small so that state over TCP stays fresh.
-constexpr int kUnsentBytes = 16 * 1024;
 constexpr std::uint64_t kLinksPerConnection = 4;
-
-std::string lower_first(std::string text) {
-  if (!text.empty()) text[0] = static_cast<char>(std::tolower(static_cast<unsigned char>(text[0])));
-  return text;
-}
-
-asio::ip::address loopback_address(const std::string& text) {
-  error_code error;
-  const asio::ip::address address = asio::ip::make_address(text == "localhost" ? "127.0.0.1" : text, error);
-  if (error) {
-    throw std::invalid_argument("cannot connect to \"" + text + "\": not a numeric address; use 127.0.0.1");
-  }
-  if (!address.is_loopback()) {
-    throw std::invalid_argument("cannot connect to " + text +
-                                ": the transport is not encrypted yet, so only loopback addresses are allowed; use "
-                                "127.0.0.1");
-  }
-  return address;
-}
 
 /// The four links of one connection.
 struct Links {
@@ -98,7 +76,11 @@ struct AsioClientTransport::Connection {
 
 AsioClientTransport::AsioClientTransport(asio::io_context& io, const std::string& host, std::uint16_t port,
                                          std::optional<SimulatedLinks> links, const Clock& clock)
-    : io_(io), address_(loopback_address(host)), port_(port), links_(std::move(links)), clock_(clock) {
+    : io_(io),
+      address_(loopback_address("cannot connect to", host)),
+      port_(port),
+      links_(std::move(links)),
+      clock_(clock) {
   if (!links_) return;
   for (const auto& [name, link] : {std::pair("up", &links_->up), std::pair("down", &links_->down)}) {
     if (const std::string problem = link->problem(); !problem.empty()) {
@@ -151,7 +133,6 @@ void AsioClientTransport::connected(const ConnectionPointer& connection) {
     lost(connection, "cannot set up the connection to " + server_name() + ": " + lower_first(error.message()));
     return;
   }
-  using UnsentLimit = asio::detail::socket_option::integer<IPPROTO_TCP, TCP_NOTSENT_LOWAT>;
   connection->stream.set_option(UnsentLimit(kUnsentBytes), error);
   read(connection);
   session_->on_connected(clock_.now());

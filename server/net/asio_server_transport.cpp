@@ -1,13 +1,12 @@
 #include "server/net/asio_server_transport.hpp"
 
-#include <netinet/tcp.h>
-
 #include <algorithm>
 #include <array>
 #include <boost/asio/buffer.hpp>
-#include <cctype>
 #include <optional>
 #include <stdexcept>
+
+#include "common/socket_rules.hpp"
 
 namespace tandem {
 namespace {
@@ -23,31 +22,9 @@ constexpr Duration kLinger = std::chrono::seconds(1);
 constexpr Duration kAcceptAgain = std::chrono::milliseconds(100);
 /// Datagrams taken at one wake-up, so that a flood cannot keep TCP and the timers waiting.
 constexpr int kDatagramsPerWake = 256;
-/// Bytes that the kernel may hold unsent before it takes no more. Small, so that state over TCP stays fresh: what is
-/// in the kernel cannot be replaced by something newer.
-constexpr int kUnsentBytes = 16 * 1024;
 constexpr int kPortTries = 16;
 /// Above the hub's own limit, for connections that only linger; more are closed without a word.
 constexpr std::size_t kMaxPeers = 512;
-
-std::string lower_first(std::string text) {
-  if (!text.empty()) text[0] = static_cast<char>(std::tolower(static_cast<unsigned char>(text[0])));
-  return text;
-}
-
-asio::ip::address loopback_address(const std::string& text) {
-  error_code error;
-  const asio::ip::address address = asio::ip::make_address(text == "localhost" ? "127.0.0.1" : text, error);
-  if (error) {
-    throw std::invalid_argument("cannot listen on \"" + text + "\": not a numeric address; use 127.0.0.1");
-  }
-  if (!address.is_loopback()) {
-    throw std::invalid_argument("cannot listen on " + text +
-                                ": the transport is not encrypted yet, so only loopback addresses are allowed; use "
-                                "127.0.0.1");
-  }
-  return address;
-}
 
 }  // namespace
 
@@ -69,7 +46,7 @@ struct AsioServerTransport::Peer {
 AsioServerTransport::AsioServerTransport(asio::io_context& io, const std::string& address, std::uint16_t port,
                                          const Clock& clock)
     : io_(io), clock_(clock), acceptor_(io), udp_(io), accept_again_(io) {
-  listen(loopback_address(address), port);
+  listen(loopback_address("cannot listen on", address), port);
 }
 
 AsioServerTransport::~AsioServerTransport() = default;
@@ -133,7 +110,6 @@ void AsioServerTransport::welcome(tcp::socket socket) {
   if (!error) peer->socket.non_blocking(true, error);
   if (!error) peer->socket.set_option(tcp::no_delay(true), error);
   if (error) return;
-  using UnsentLimit = asio::detail::socket_option::integer<IPPROTO_TCP, TCP_NOTSENT_LOWAT>;
   peer->socket.set_option(UnsentLimit(kUnsentBytes), error);
   peers_[peer->handle] = peer;
   hub_->on_connected(peer->handle, clock_.now());

@@ -41,7 +41,7 @@ class Server:
                 self.port = int(ready.group(1))
                 break
         if self.port is None:
-            raise RuntimeError("the server did not start: " + " ".join(self.log))
+            raise RuntimeError("the server did not start: " + " ".join(line for _, line in self.log))
 
     def _collect_log(self):
         for line in self.process.stderr:
@@ -59,7 +59,13 @@ class Server:
 
     def kill(self):
         self.process.kill()
-        self.process.wait()
+        self._close()
+
+    def _close(self):
+        self.process.wait(PATIENCE_S)
+        self._reader.join(1)
+        self.process.stdout.close()
+        self.process.stderr.close()
 
     def __enter__(self):
         return self
@@ -71,9 +77,7 @@ class Server:
                 self.process.wait(PATIENCE_S)
             except subprocess.TimeoutExpired:
                 self.process.kill()
-        self.process.stdout.close()
-        self._reader.join(1)
-        self.process.stderr.close()
+        self._close()
 
 
 def start_client(port, *arguments, stdout=subprocess.PIPE):

@@ -1,0 +1,40 @@
+// What the sockets of both ends have in common: which addresses they may use until the transport is encrypted, and how
+// little the kernel may hold back.
+#pragma once
+
+#include <netinet/tcp.h>
+
+#include <boost/asio/detail/socket_option.hpp>
+#include <boost/asio/ip/address.hpp>
+#include <cctype>
+#include <stdexcept>
+#include <string>
+
+namespace tandem {
+
+/// Bytes that the kernel may hold unsent before it takes no more. Small, so that state over TCP stays fresh: what is
+/// in the kernel cannot be replaced by something newer.
+using UnsentLimit = boost::asio::detail::socket_option::integer<IPPROTO_TCP, TCP_NOTSENT_LOWAT>;
+inline constexpr int kUnsentBytes = 16 * 1024;
+
+/// A system's message as part of a sentence: "Connection refused" becomes "connection refused".
+inline std::string lower_first(std::string text) {
+  if (!text.empty()) text[0] = static_cast<char>(std::tolower(static_cast<unsigned char>(text[0])));
+  return text;
+}
+
+/// The address that `text` names; `purpose` begins the message, e.g. "cannot listen on".
+/// Fails   std::invalid_argument: not a numeric address (or localhost), or not loopback
+inline boost::asio::ip::address loopback_address(const std::string& purpose, const std::string& text) {
+  boost::system::error_code error;
+  const auto address = boost::asio::ip::make_address(text == "localhost" ? "127.0.0.1" : text, error);
+  if (error) throw std::invalid_argument(purpose + " \"" + text + "\": not a numeric address; use 127.0.0.1");
+  if (!address.is_loopback()) {
+    throw std::invalid_argument(purpose + " " + text +
+                                ": the transport is not encrypted yet, so only loopback addresses are allowed; use "
+                                "127.0.0.1");
+  }
+  return address;
+}
+
+}  // namespace tandem
