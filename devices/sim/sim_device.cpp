@@ -70,8 +70,8 @@ DeviceSpec SimDevice::default_spec() {
   spec.name = "sim";
   spec.force_axes = 6;
   // Sized like an existing desktop device with torque; of its three torque axes the weakest counts.
-  spec.force_maximum_n = {8.5, "data sheet of the 3D Systems Phantom Premium 1.5/6DOF, peak"};
-  spec.torque_maximum_n_m = {0.17, "data sheet of the 3D Systems Phantom Premium 1.5/6DOF, peak, roll axis"};
+  spec.force_maximum_n = {8.5, "Phantom Premium 1.5/6DOF: Hou, PhD thesis, NTU 2014, table A.1"};
+  spec.torque_maximum_n_m = {0.17, "Phantom Premium 1.5/6DOF, roll: Hou, PhD thesis, NTU 2014, table A.1"};
   spec.force_limit_n = 7.0;
   spec.torque_limit_n_m = 0.17;
   return spec;
