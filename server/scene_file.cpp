@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "proto/control_framing.hpp"
+#include "proto/coupling_fields.hpp"
 #include "proto/placement.hpp"
 #include "server/coupling_limits.hpp"
 #include "server/scene_checks.hpp"
@@ -149,9 +150,7 @@ class SceneBuilder {
   }
 
   void set_coupling(const wire::Coupling& coupling) {
-    scene_->coupling = {coupling.stiffness_n_per_m(),     coupling.damping_n_s_per_m(),
-                        coupling.stiffness_n_m_per_rad(), coupling.damping_n_m_s_per_rad(),
-                        coupling.force_limit_n(),         coupling.torque_limit_n_m()};
+    for (const CouplingField& field : kCouplingFields) scene_->coupling.*field.value = (coupling.*field.get)();
     const std::string problem = coupling_problem(*scene_, scene_->coupling);
     if (!problem.empty()) file_.refuse("coupling." + problem);
   }

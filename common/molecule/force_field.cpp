@@ -8,6 +8,7 @@
 #include <functional>
 #include <iterator>
 #include <system_error>
+#include <utility>
 
 #include "common/molecule/text.hpp"
 
@@ -21,6 +22,15 @@ constexpr double kAngstromsPerNanometre = 10;
 constexpr std::uintmax_t kMostBytes = std::uintmax_t{64} << 20;
 constexpr const char* kRemedy =
     "; install the Debian package gromacs-data or name another folder of GROMACS parameters (*.ff)";
+
+/// The name in "[ name ]"; empty for other lines.
+std::string section_name(const Words& words) {
+  if (words.front().front() != '[') return {};
+  std::string joined;
+  for (const std::string_view word : words) joined += word;
+  const std::size_t end = joined.find(']');
+  return end == std::string::npos ? std::string() : joined.substr(1, end - 1);
+}
 
 /// A parameter file line by line, without comments and blank lines; knows where it is for messages.
 class ParameterFile {
@@ -44,6 +54,18 @@ class ParameterFile {
       words = text::words(line.substr(0, line.find(';')));
       if (words.empty() || handled_by_preprocessor(words) || skipping_) continue;
       return true;
+    }
+    return false;
+  }
+
+  /// Words of the next line of the sections called `wanted`, passing over all others; false at the end.
+  bool next_in(std::string_view wanted, Words& words) {
+    while (next(words)) {
+      if (std::string name = section_name(words); !name.empty()) {
+        section_ = std::move(name);
+      } else if (section_ == wanted) {
+        return true;
+      }
     }
     return false;
   }
@@ -75,53 +97,33 @@ class ParameterFile {
   std::string path_;
   std::string text_;
   std::string_view rest_;
+  std::string section_;  ///< that next_in() is in
   std::size_t line_ = 0;
   std::vector<bool> left_out_;  ///< of each open #if: whether its present branch is left out
   bool skipping_ = false;
 };
 
-/// The name in "[ name ]"; empty for other lines.
-std::string section_name(const Words& words) {
-  if (words.front().front() != '[') return {};
-  std::string joined;
-  for (const std::string_view word : words) joined += word;
-  const std::size_t end = joined.find(']');
-  return end == std::string::npos ? std::string() : joined.substr(1, end - 1);
-}
-
 void check_combination_rule(const fs::path& path) {
   ParameterFile file(path);
   Words words;
-  std::string section;
-  while (file.next(words)) {
-    if (const std::string name = section_name(words); !name.empty()) {
-      section = name;
-    } else if (section == "defaults") {
-      if (words.size() >= 2 && words[0] == "1" && words[1] == "3") return;
-      file.fail("needs nbfunc 1 and comb-rule 3 (geometric σ and ε), as in oplsaa.ff; found " + text::quoted(words[0]) +
-                " and " + text::quoted(words.size() > 1 ? words[1] : std::string_view()));
-    }
-  }
-  file.fail("no [ defaults ] section");
+  if (!file.next_in("defaults", words)) file.fail("no [ defaults ] section");
+  if (words.size() >= 2 && words[0] == "1" && words[1] == "3") return;
+  file.fail("needs nbfunc 1 and comb-rule 3 (geometric σ and ε), as in oplsaa.ff; found " + text::quoted(words[0]) +
+            " and " + text::quoted(words.size() > 1 ? words[1] : std::string_view()));
 }
 
 /// Counted from the right, since the column of the atomic number may be missing.
 void read_types(const fs::path& path, ForceField& force_field) {
   ParameterFile file(path);
   Words words;
-  std::string section;
-  while (file.next(words)) {
-    if (const std::string name = section_name(words); !name.empty()) {
-      section = name;
-    } else if (section == "atomtypes") {
-      if (words.size() < 7) file.fail("an atom type needs name, bond type, mass, charge, ptype, sigma and epsilon");
-      const auto from_right = words.rbegin();
-      AtomType type;
-      type.epsilon_kj_per_mol = file.number(from_right[0]);
-      type.sigma_angstrom = file.number(from_right[1]) * kAngstromsPerNanometre;
-      type.mass_u = file.number(from_right[4]);
-      force_field.types.insert_or_assign(std::string(words.front()), type);
-    }
+  while (file.next_in("atomtypes", words)) {
+    if (words.size() < 7) file.fail("an atom type needs name, bond type, mass, charge, ptype, sigma and epsilon");
+    const auto from_right = words.rbegin();
+    AtomType type;
+    type.epsilon_kj_per_mol = file.number(from_right[0]);
+    type.sigma_angstrom = file.number(from_right[1]) * kAngstromsPerNanometre;
+    type.mass_u = file.number(from_right[4]);
+    force_field.types.insert_or_assign(std::string(words.front()), type);
   }
 }
 

@@ -40,7 +40,6 @@ class RoomScheduler {
   /// Starts the workers. Returns what they asked for and were not granted, each line once.
   std::vector<std::string> start();
   void stop();
-  std::size_t worker_count() const { return workers_.size(); }
   /// In the order of the rooms; after stop().
   std::vector<RoomTiming> timings() const;
 
