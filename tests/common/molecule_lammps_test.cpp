@@ -117,7 +117,7 @@ Molecule only_atom(const Molecule& all, std::size_t index) {
   return one;
 }
 
-// The kernels give the sum over B, so an atom's own force is that of a molecule of one atom.
+// The kernels give the sum over B, so an atom's own force is that of a molecule of one atom in B's place.
 TEST_F(AgainstLammps, TheFloatKernelsGiveEveryAtomForceTo1e5OfTheLargest) {
   for (const Golden& golden : poses_) {
     const double largest = largest_norm(golden.forces);
@@ -126,6 +126,12 @@ TEST_F(AgainstLammps, TheFloatKernelsGiveEveryAtomForceTo1e5OfTheLargest) {
         const FieldResult result = LennardJonesField(a_, only_atom(b_, j), kernel).evaluate(golden.X_AB);
         ASSERT_LE((result.force_on_b - golden.forces[a_.size() + j]).norm(), 1e-5 * largest)
             << kernel << ", atom " << j << " of B, pose " << golden.name;
+      }
+      for (std::size_t i = 0; i < a_.size(); ++i) {
+        const FieldResult result = LennardJonesField(b_, only_atom(a_, i), kernel).evaluate(golden.X_AB.inverse());
+        const Vec3 force_A = golden.X_AB.q * result.force_on_b;
+        ASSERT_LE((force_A - golden.forces[i]).norm(), 1e-5 * largest)
+            << kernel << ", atom " << i << " of A, pose " << golden.name;
       }
     }
   }
