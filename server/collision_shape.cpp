@@ -13,6 +13,7 @@
 #include <limits>
 
 #include "server/bullet_convert.hpp"
+#include "server/convex_hull.hpp"
 
 namespace tandem {
 namespace {

@@ -4,6 +4,8 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "server/convex_hull.hpp"
+
 namespace tandem {
 namespace {
 

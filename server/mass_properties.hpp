@@ -5,7 +5,7 @@
 
 #include "common/molecule/molecule.hpp"
 #include "common/spatial.hpp"
-#include "server/triangle_mesh.hpp"
+#include "common/contact/triangle_mesh.hpp"
 #include "tandem/scene.pb.h"
 
 namespace tandem {

@@ -11,7 +11,7 @@
 #include "proto/content_hash.hpp"
 #include "proto/datagram.hpp"
 #include "server/scene_field.hpp"
-#include "server/triangle_mesh.hpp"
+#include "common/contact/triangle_mesh.hpp"
 #include "tandem/scene.pb.h"
 
 namespace tandem {

@@ -1,4 +1,4 @@
-#include "server/triangle_mesh.hpp"
+#include "server/convex_hull.hpp"
 
 #include <LinearMath/btConvexHullComputer.h>
 

@@ -1,0 +1,1 @@
+#include "common/contact/contact_pair.hpp"

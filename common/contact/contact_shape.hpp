@@ -1,0 +1,52 @@
+// Everything that is known of a shape that can be touched: its distance field and its points. Built once, shared.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "common/contact/distance_grid.hpp"
+#include "common/contact/point_shell.hpp"
+
+namespace tandem {
+
+/// Immutable; shared by the bodies that look alike, by rooms, and by server and clients.
+struct ContactShape {
+  std::shared_ptr<const DistanceField> field;
+  PointShells shells;
+  Vec3 low_S = Vec3::Zero();  ///< bounding box of the points
+  Vec3 high_S = Vec3::Zero();
+  /// Depth at which contact becomes rigid: less than half of the shape's thin places, so that what presses is
+  /// stopped before it sees the far side.
+  double rigid_depth_m = 5e-4;
+
+  double radius_m() const { return std::max(low_S.norm(), high_S.norm()); }  ///< about the origin of S, an upper bound
+  std::size_t memory_bytes() const;
+};
+
+struct ContactShapeOptions {
+  DistanceGridOptions grid;
+  PointShellOptions shell;
+};
+
+std::shared_ptr<const ContactShape> make_contact_sphere(double radius_m, const ContactShapeOptions& options = {});
+std::shared_ptr<const ContactShape> make_contact_box(const Vec3& size_m, const ContactShapeOptions& options = {});
+std::shared_ptr<const ContactShape> make_contact_cylinder(double radius_m, double length_m,
+                                                          const ContactShapeOptions& options = {});
+std::shared_ptr<const ContactShape> make_contact_capsule(double radius_m, double length_m,
+                                                         const ContactShapeOptions& options = {});
+/// In      progress  0..1, called from the calling thread now and then; may be empty
+std::shared_ptr<const ContactShape> make_contact_mesh(const ContactMesh& mesh, const ContactShapeOptions& options = {},
+                                                      const std::function<void(double)>& progress = {});
+
+/// A mesh's shape as bytes: what the disk cache holds and what travels to clients. Little-endian, versioned.
+std::vector<std::uint8_t> contact_asset_bytes(const ContactShape& shape);
+/// Null for bytes that are not a whole asset of this version; safe for hostile bytes.
+std::shared_ptr<const ContactShape> contact_shape_from(std::span<const std::uint8_t> bytes);
+/// Changes whenever the same mesh would give other bytes: part of the key of the cache.
+inline constexpr std::uint32_t kContactAssetVersion = 1;
+
+}  // namespace tandem

@@ -1,0 +1,85 @@
+// One step of everything that tools touch: coupling, contact and friction solved together, implicitly, so that no mass
+// is too light and no contact too stiff.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "common/contact/contact_pair.hpp"
+#include "common/coupling.hpp"
+
+namespace tandem {
+
+inline constexpr int kStaticBody = -1;
+
+/// A rigid body that moves, at the start of a step. C: centre of mass, axes of W.
+struct SolverBody {
+  double mass_kg = 0;
+  Eigen::Matrix3d inertia_W = Eigen::Matrix3d::Zero();  ///< about C
+  Vec3 p_WC = Vec3::Zero();
+  Twist V_WC;       ///< of C
+  Wrench wrench_W;  ///< from outside (weight, fields), about C
+};
+
+/// A user's pull on a body.
+struct SolverCoupling {
+  int body = 0;
+  const CouplingLaw* law = nullptr;
+  Pose X_WH;
+  Twist V_WH;
+  Pose X_WT;  ///< the tool, fixed to the body
+};
+
+/// The contacts of body `a` with body `b`; either may be kStaticBody, not both.
+struct SolverPatch {
+  int a = 0;
+  int b = kStaticBody;
+  std::span<ContactPoint> contacts;  ///< normals out of b; bristles are read and written
+  double stiffness_n_per_m3 = 5e9;   ///< per area and depth
+  double rigid_depth_m = 5e-4;       ///< beyond, as hard as the step allows
+  double friction = 0.5;
+  double dissipation_s = 1e-3;  ///< damping of the normal contact: force ∝ depth + dissipation · closing speed
+};
+
+/// What the solver found for one patch.
+struct PatchResult {
+  Wrench on_a_W;  ///< mean over the step, about the origin of W; on b its opposite
+  double normal_force_n = 0;
+  double deepest_m = 0;
+  std::uint32_t pressing = 0;  ///< contacts with a force
+};
+
+struct SolverReport {
+  std::uint32_t iterations = 0;
+  bool has_converged = true;
+};
+
+/// Implicit Euler with contact as a potential.
+///
+/// Thread  one at a time; after construction no allocation as long as the limits hold
+class ContactSolver {
+ public:
+  struct Limits {
+    std::size_t bodies = 24;
+    std::size_t couplings = 16;
+    std::size_t patches = 64;
+    std::size_t contacts = 16384;
+    std::uint32_t iterations = 30;
+  };
+  explicit ContactSolver(const Limits& limits);
+  ~ContactSolver();
+
+  /// Velocities at the end of the step into `bodies[i].V_WC`; poses are the caller's to advance with them.
+  /// Out     results[i] of patches[i]; tool_wrenches_W[i] of couplings[i], about the tool's origin, mean over the step
+  SolverReport step(double step_s, std::span<SolverBody> bodies, std::span<const SolverCoupling> couplings,
+                    std::span<const SolverPatch> patches, std::span<PatchResult> results,
+                    std::span<Wrench> tool_wrenches_W) noexcept;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace tandem

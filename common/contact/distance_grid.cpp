@@ -1,0 +1,1 @@
+#include "common/contact/distance_grid.hpp"

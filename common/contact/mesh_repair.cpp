@@ -1,0 +1,1 @@
+#include "common/contact/mesh_repair.hpp"

@@ -1,0 +1,69 @@
+// A surface as points: what is asked of the other shape's distance field.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "common/contact/distance_field.hpp"
+#include "common/contact/mesh_repair.hpp"
+
+namespace tandem {
+
+/// One sample of a surface, in the frame of its shape S. Single precision: 10 cm to 10 nm.
+struct ShellPoint {
+  Eigen::Vector3f p_S = Eigen::Vector3f::Zero();
+  Eigen::Vector3f normal_S = Eigen::Vector3f::Zero();  ///< out of the shape, unit
+  float area_m2 = 0;                                   ///< its share of the surface; all shares sum to the surface
+};
+
+/// A ball around points first .. first + count − 1, and around all nodes below it.
+struct ShellNode {
+  Eigen::Vector3f centre_S = Eigen::Vector3f::Zero();
+  float radius_m = 0;
+  std::uint32_t first = 0;
+  std::uint32_t count = 0;
+  std::uint32_t next = 0;  ///< index of the node to go on with when this one is left out; node + 1 is its first child
+  bool is_leaf = false;
+  ShellPoint mean;  ///< all its points as one: used where work must be bounded
+};
+
+/// Points in the order of the tree over them (depth first), so that neighbours in space are neighbours in memory.
+struct PointShell {
+  std::vector<ShellPoint> points;
+  std::vector<ShellNode> nodes;  ///< node 0 is the root; empty without points
+  double spacing_m = 0;          ///< no point of the surface is farther than this from a shell point
+
+  double area_m2() const;
+  std::size_t memory_bytes() const;
+  void write(std::vector<std::uint8_t>& bytes) const;
+  /// Nothing for anything that write() did not write: counts, indices, finiteness, nesting are checked.
+  static std::optional<PointShell> read(std::span<const std::uint8_t>& bytes);
+};
+
+struct PointShellOptions {
+  double spacing_m = 4.5e-4;
+  /// Edges sharper than this, and corners of such edges, are sampled exactly and at `feature_spacing_m`: the points
+  /// between which a sharp feature would slip through.
+  double feature_angle_deg = 25;
+  double feature_spacing_m = 2.5e-4;
+  double feature_height_m = 5e-5;    ///< vertices that stand out farther than this from the shell are added to it
+  std::size_t max_points = 400'000;  ///< larger surfaces get a wider spacing (features keep theirs)
+  double sheet_thickness_m = 1e-3;   ///< as of DistanceGridOptions: a sheet's points lie half of it out, on both sides
+};
+
+/// Both shells of a surface.
+struct PointShells {
+  PointShell surface;   ///< everything, features included
+  PointShell features;  ///< sharp edges, corners and small bumps alone; may be empty
+};
+
+/// Deterministic: the same mesh gives the same points.
+PointShells sample_surface(const ContactMesh& mesh, const PointShellOptions& options,
+                           const std::function<void(double)>& progress);
+/// Of a primitive: `outline` is its tessellation, `field` its exact distance, on whose surface the points are put.
+PointShells sample_surface(const TriangleMesh& outline, const DistanceField& field, const PointShellOptions& options);
+
+}  // namespace tandem

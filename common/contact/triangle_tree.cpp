@@ -1,0 +1,1 @@
+#include "common/contact/triangle_tree.hpp"

@@ -1,0 +1,1 @@
+#include "common/contact/point_shell.hpp"

@@ -1,0 +1,1 @@
+#include "common/contact/primitive_fields.hpp"
