@@ -47,5 +47,7 @@ function(tandem_test name)
   if(ARG_SLOW)
     set(label slow)
   endif()
-  gtest_discover_tests(${name} PROPERTIES LABELS ${label} TIMEOUT 300 DISCOVERY_TIMEOUT 60)
+  # What is built of meshes is kept between tests, apart from the user's own cache.
+  gtest_discover_tests(${name} PROPERTIES LABELS ${label} TIMEOUT 300
+    ENVIRONMENT "TANDEM_CACHE=${PROJECT_BINARY_DIR}/cache" DISCOVERY_TIMEOUT 60)
 endfunction()

@@ -32,6 +32,14 @@ struct CouplingParameters {
   bool operator==(const CouplingParameters&) const = default;
 };
 
+/// How the wrench on the tool follows the state, in blocks; each is symmetric and has no negative eigenvalue.
+struct CouplingGradient {
+  Eigen::Matrix3d force_by_d = Eigen::Matrix3d::Zero();       ///< ∂f/∂d [N/m]
+  Eigen::Matrix3d force_by_v = Eigen::Matrix3d::Zero();       ///< ∂f/∂v [N·s/m]
+  Eigen::Matrix3d torque_by_theta = Eigen::Matrix3d::Zero();  ///< ∂τ/∂θ [N·m/rad]
+  Eigen::Matrix3d torque_by_w = Eigen::Matrix3d::Zero();      ///< ∂τ/∂ω [N·m·s/rad]
+};
+
 /// A coupling law gives the wrench on the tool, about the tool's origin; for the hand's see coupling_wrenches().
 ///
 /// Thread  haptic and room: no allocation, no throw, output finite for finite input
@@ -41,11 +49,15 @@ class CouplingLaw {
   virtual std::string_view name() const noexcept = 0;
   virtual void set_parameters(const CouplingParameters& parameters) noexcept = 0;
   virtual Wrench wrench_on_tool_W(const CouplingState& state) const noexcept = 0;
+  /// Of wrench_on_tool_W(): what an implicit step needs. Zero for an input that is not finite.
+  virtual CouplingGradient gradient(const CouplingState& state) const noexcept = 0;
 };
 
 /// Linear spring and damper, clamped to the limits with the direction kept.
 ///
-/// Model   f = k_t d + b_t (v_H − v_T);  τ = k_r θ + b_r (ω_H − ω_T);  |f| ≤ F_max, |τ| ≤ T_max
+/// Model   f = k_t d + b_t (v_H − v_T);  τ = k_r θ + b_r (ω_H − ω_T);  |f| ≤ F_max, |τ| ≤ T_max.
+///         Gradient beyond the limit, with u the unlimited force: F_max/|u| (I − ûûᵀ) times k_t and b_t, and alike for
+///         τ
 /// Source  McNeely, Puterbaugh, Troy, "Six degree-of-freedom haptic rendering using voxel sampling",
 ///         SIGGRAPH 1999; the clamp is ours: acting on both ends, it creates no energy.
 class SpringDamper final : public CouplingLaw {
@@ -54,6 +66,7 @@ class SpringDamper final : public CouplingLaw {
   std::string_view name() const noexcept override { return "spring-damper"; }
   void set_parameters(const CouplingParameters& parameters) noexcept override { parameters_ = parameters; }
   Wrench wrench_on_tool_W(const CouplingState& state) const noexcept override;
+  CouplingGradient gradient(const CouplingState& state) const noexcept override;
 
  private:
   CouplingParameters parameters_;
@@ -64,6 +77,11 @@ struct CouplingWrenches {
   Wrench on_tool_W;  ///< about the tool's origin
   Wrench on_hand_W;  ///< about the handle's origin
 };
+
+/// What a coupling's wrench on the tool does to the hand, `d_W` from the tool's origin to the handle's.
+inline Wrench reaction_on_hand(const Wrench& on_tool_W, const Vec3& d_W) noexcept {
+  return {-on_tool_W.f, d_W.cross(on_tool_W.f) - on_tool_W.t};
+}
 
 /// Both ends of `law`, one the reaction of the other: their forces and their moments about any one point sum to zero.
 ///

@@ -10,7 +10,9 @@ namespace tandem::lab {
 
 /// run FILE --out DIR [--seed N] [--json]
 void add_run_command(CLI::App& app, int& exit_code);
-/// bench field [--scene NAME] [--seconds S] [--json]
+/// bench …: see bench_commands.hpp
 void add_bench_command(CLI::App& app, int& exit_code);
+/// reproduce NAME --out DIR
+void add_reproduce_command(CLI::App& app, int& exit_code);
 
 }  // namespace tandem::lab

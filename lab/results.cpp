@@ -2,7 +2,6 @@
 
 #include <charconv>
 #include <cmath>
-#include <fstream>
 #include <iomanip>
 #include <sstream>
 #include <stdexcept>
@@ -138,13 +137,6 @@ json::object timing_json(const Timing& timing) {
   return {{"virtual_s", timing.virtual_s},
           {"wall_s", timing.wall_s},
           {"times_faster_than_real_time", timing.virtual_s / timing.wall_s}};
-}
-
-void write_text_file(const std::filesystem::path& file, const std::string& text) {
-  std::ofstream out(file, std::ios::binary);
-  out << text;
-  out.close();
-  if (!out) throw std::runtime_error(file.string() + ": cannot be written; check the folder's rights and free space");
 }
 
 std::string bodies_csv(const SessionTrace& trace) {

@@ -2,7 +2,6 @@
 // same experiment give the same bytes; what depends on the machine is in timing.json.
 #pragma once
 
-#include <filesystem>
 #include <ostream>
 #include <string>
 
@@ -23,9 +22,6 @@ bool is_complete(const SessionTrace& trace);
 
 boost::json::object results_json(const Experiment& experiment, const SessionTrace& trace);
 boost::json::object timing_json(const Timing& timing);
-
-/// Writes `text` to `file`. Fails: std::runtime_error naming the file and the reason.
-void write_text_file(const std::filesystem::path& file, const std::string& text);
 
 /// Poses of the bodies that can move, one row a sample: t_s, then NAME_x_m … NAME_qz; and the field's energy.
 std::string bodies_csv(const SessionTrace& trace);

@@ -9,11 +9,15 @@
 #include <string>
 #include <vector>
 
+#include <unistd.h>
+
 #include "client/stage.hpp"
 #include "client/trace.hpp"
 #include "common/json/pretty.hpp"
+#include "common/progress.hpp"
 #include "lab/commands.hpp"
 #include "lab/experiment.hpp"
+#include "lab/output_folder.hpp"
 #include "lab/results.hpp"
 #include "lab/trial_report.hpp"
 #include "lab/virtual_session.hpp"
@@ -37,16 +41,6 @@ std::string file_name(const std::string& user_name, std::size_t index) {
     result += is_plain ? c : '_';
   }
   return std::to_string(index + 1) + "-" + result + ".csv";
-}
-
-std::filesystem::path made_folder(const std::string& out) {
-  std::error_code error;
-  std::filesystem::create_directories(out, error);
-  if (!std::filesystem::is_directory(out)) {
-    throw std::invalid_argument("--out " + out + ": the folder cannot be made (" + error.message() +
-                                "); check the path and its rights");
-  }
-  return out;
 }
 
 std::vector<std::unique_ptr<TraceWriter>> open_traces(const Experiment& experiment,
@@ -73,7 +67,10 @@ Experiment experiment_of(const Options& options) {
 
 int run(const Options& options) {
   const Experiment experiment = experiment_of(options);
-  VirtualSession session(experiment, load_scene(experiment.scene));
+  ProgressLine line(std::cerr, isatty(STDERR_FILENO) != 0);
+  SceneLoading loading;
+  loading.progress = [&line](const std::string& what, double done) { line.show(what, done); };
+  VirtualSession session(experiment, load_scene(experiment.scene, loading));
   const std::filesystem::path folder = made_folder(options.out);
   auto traces = open_traces(experiment, folder);
   session.on_tick = [&](std::size_t user, const TickRecord& record, int phase) { traces[user]->write(record, phase); };

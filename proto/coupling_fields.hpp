@@ -36,9 +36,9 @@ inline constexpr std::array<CouplingField, 6> kCouplingFields{{
     {"coupling.damping_n_m_s_per_rad", &CouplingParameters::damping_n_m_s_per_rad, 0, 1e3,
      &wire::Coupling::damping_n_m_s_per_rad, &wire::Coupling::set_damping_n_m_s_per_rad,
      &wire::Coupling::has_damping_n_m_s_per_rad},
-    {"coupling.force_limit_n", &CouplingParameters::force_limit_n, 0, 1e3, &wire::Coupling::force_limit_n,
+    {"coupling.force_limit_n", &CouplingParameters::force_limit_n, 1e-3, 1e3, &wire::Coupling::force_limit_n,
      &wire::Coupling::set_force_limit_n, &wire::Coupling::has_force_limit_n},
-    {"coupling.torque_limit_n_m", &CouplingParameters::torque_limit_n_m, 0, 1e3, &wire::Coupling::torque_limit_n_m,
+    {"coupling.torque_limit_n_m", &CouplingParameters::torque_limit_n_m, 1e-3, 1e3, &wire::Coupling::torque_limit_n_m,
      &wire::Coupling::set_torque_limit_n_m, &wire::Coupling::has_torque_limit_n_m},
 }};
 

@@ -25,9 +25,16 @@ enum TickFault : std::uint32_t {
   kFaultInputStale = 1U << 4U,
   /// A step ended after its deadline (live only). Remedy: fewer bodies, fewer rooms, a faster machine.
   kFaultOverrun = 1U << 5U,
-  /// A tool's coupling is weaker than the scene or a user set it: what it holds is too light for it, at that place or
-  /// in that many hands. Remedy: soften the coupling, make the body heavier, or grab it nearer to its centre.
-  kFaultCouplingReduced = 1U << 6U,
+  /// Coupling, contact and friction did not come to one solution within the iterations allowed; the last, finite one
+  /// was
+  /// used. Remedy: none needed when rare; else softer surfaces (contact_stiffness_n_per_m3), or heavier tools.
+  kFaultContactUnsolved = 1U << 6U,
+  /// More contacts than limits.contact_points or limits.contact_pairs allow: points stood for their neighbours, or the
+  /// last pairs of shapes were left out. Remedy: raise the limit, or use shapes with fewer parts.
+  kFaultContactCoarse = 1U << 7U,
+  /// The soft bodies' step was not done when its result was due, and was waited for (live only). Remedy: fewer nodes
+  /// (spacing_m), a lower soft_step_rate_hz, a core more.
+  kFaultSoftLate = 1U << 8U,
 };
 using TickFaults = std::uint32_t;
 
@@ -36,14 +43,16 @@ struct TickFaultName {
   std::string_view name;
 };
 /// Every fault with its name in reports, in the order of the bits.
-inline constexpr std::array<TickFaultName, 7> kTickFaultNames{{
+inline constexpr std::array<TickFaultName, 9> kTickFaultNames{{
     {kFaultNotFinite, "not_finite"},
     {kFaultSpeedLimited, "speed_limited"},
     {kFaultCouplingSaturated, "coupling_saturated"},
     {kFaultFieldLimited, "field_limited"},
     {kFaultInputStale, "input_stale"},
     {kFaultOverrun, "overrun"},
-    {kFaultCouplingReduced, "coupling_reduced"},
+    {kFaultContactUnsolved, "contact_unsolved"},
+    {kFaultContactCoarse, "contact_coarse"},
+    {kFaultSoftLate, "soft_late"},
 }};
 
 /// One name a bit. A newer server may send bits that this program does not know: they are shown ("bit_20"), not

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "server/bullet_convert.hpp"
 
@@ -26,15 +25,6 @@ void install_contact_rules() {
     return true;
   }();
 }
-
-struct Nearest final : btCollisionWorld::ContactResultCallback {
-  double distance = std::numeric_limits<double>::infinity();
-  btScalar addSingleResult(btManifoldPoint& point, const btCollisionObjectWrapper*, int, int,
-                           const btCollisionObjectWrapper*, int, int) override {
-    distance = std::min<double>(distance, point.getDistance());
-    return 0;
-  }
-};
 
 }  // namespace
 
@@ -65,18 +55,6 @@ void BulletWorld::add(RigidBody& body) {
 void BulletWorld::step(double step_s) {
   // No sub-steps: Bullet then advances by exactly this time.
   world_.stepSimulation(step_s, 0);
-}
-
-double BulletWorld::distance_m(RigidBody& a, RigidBody& b, double limit_m) {
-  Nearest nearest;
-  nearest.m_closestDistanceThreshold = limit_m;
-  world_.contactPairTest(&a.bullet(), &b.bullet(), nearest);
-  return nearest.distance <= limit_m ? nearest.distance : std::numeric_limits<double>::infinity();
-}
-
-void BulletWorld::set_collision(RigidBody& a, RigidBody& b, bool is_on) {
-  a.bullet().setIgnoreCollisionCheck(&b.bullet(), !is_on);
-  b.bullet().setIgnoreCollisionCheck(&a.bullet(), !is_on);
 }
 
 }  // namespace tandem

@@ -26,11 +26,6 @@ class BulletWorld {
   void remove(RigidBody& body) { world_.removeRigidBody(&body.bullet()); }
   void step(double step_s);
 
-  /// Gap between two bodies, negative when they overlap; infinite when it is more than `limit_m`.
-  double distance_m(RigidBody& a, RigidBody& b, double limit_m);
-  /// Lets two bodies pass through each other, or not any more.
-  void set_collision(RigidBody& a, RigidBody& b, bool is_on);
-
  private:
   btDefaultCollisionConfiguration configuration_;
   btCollisionDispatcher dispatcher_;

@@ -72,7 +72,8 @@ Solid solid_of(const SolidShape& solid) {
     return diagonal_solid(pi * r2 * length, r2 / 4, r2 / 4, length * length / 12);
   }
   if (shape.has_capsule()) return capsule(shape.capsule().radius_m(), shape.capsule().length_m());
-  return solid.mesh == nullptr ? Solid{} : closed_mesh(convex_hull(solid.mesh->vertices));
+  if (solid.mesh == nullptr) return {};
+  return closed_mesh(solid.mesh_kind == SurfaceKind::kSolid ? *solid.mesh : convex_hull(solid.mesh->vertices));
 }
 
 void add(Solid& sum, const Solid& part) {

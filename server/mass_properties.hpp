@@ -3,9 +3,9 @@
 
 #include <vector>
 
+#include "common/contact/mesh_repair.hpp"
 #include "common/molecule/molecule.hpp"
 #include "common/spatial.hpp"
-#include "common/contact/triangle_mesh.hpp"
 #include "tandem/scene.pb.h"
 
 namespace tandem {
@@ -27,10 +27,11 @@ struct MassProperties {
 struct SolidShape {
   const wire::Shape& shape;
   Pose X_BS;
-  const TriangleMesh* mesh = nullptr;  ///< of a mesh shape
+  const TriangleMesh* mesh = nullptr;           ///< of a mesh shape, repaired
+  SurfaceKind mesh_kind = SurfaceKind::kSolid;  ///< a sheet has no volume of its own
 };
 
-/// Of solids of one density. Where shapes overlap, the overlap counts twice; a mesh counts as its convex hull.
+/// Of solids of one density. Where shapes overlap, the overlap counts twice; a sheet counts as its convex hull.
 /// Fails   std::domain_error when the shapes enclose no volume (a flat mesh)
 MassProperties mass_properties_of(double mass_kg, const std::vector<SolidShape>& shapes);
 

@@ -44,6 +44,27 @@ Vec3 RigidBody::centre_W() const {
   return from_bullet(body_->getWorldTransform().getOrigin());
 }
 
+Twist RigidBody::velocity_of_centre_W() const {
+  return {from_bullet(body_->getLinearVelocity()), from_bullet(body_->getAngularVelocity())};
+}
+
+Eigen::Matrix3d RigidBody::inertia_W() const {
+  const Eigen::Matrix3d R_WC = from_bullet(body_->getWorldTransform()).q.toRotationMatrix();
+  return R_WC * mass_.principal_inertia_kg_m2.asDiagonal() * R_WC.transpose();
+}
+
+Wrench RigidBody::weight_W(const Vec3& gravity_m_per_s2) const {
+  return {traits_.has_gravity ? Vec3(mass_.mass_kg * gravity_m_per_s2) : Vec3(Vec3::Zero()), Vec3::Zero()};
+}
+
+void RigidBody::advance(const Twist& V_WC, double step_s) {
+  const Pose X_WC = integrate(from_bullet(body_->getWorldTransform()), V_WC, step_s);
+  body_->setLinearVelocity(to_bullet(V_WC.v));
+  body_->setAngularVelocity(to_bullet(V_WC.w));
+  body_->setCenterOfMassTransform(to_bullet(X_WC));
+  body_->clearForces();
+}
+
 Vec3 RigidBody::velocity_at_W(const Vec3& p_W) const {
   return from_bullet(body_->getLinearVelocity()) + from_bullet(body_->getAngularVelocity()).cross(p_W - centre_W());
 }

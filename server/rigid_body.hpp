@@ -1,5 +1,5 @@
-// A rigid body in Bullet, seen by its body frame B. Bullet only knows the centre-of-mass frame C. Private to the
-// world.
+// A rigid body of the world, seen by its body frame B; Bullet, which keeps its state, only knows the centre-of-mass
+// frame C. Private to the world.
 #pragma once
 
 #include <BulletDynamics/Dynamics/btRigidBody.h>
@@ -27,6 +27,7 @@ class RigidBody {
 
   bool is_static() const { return mass_.mass_kg <= 0; }
   const MassProperties& mass() const { return mass_; }
+  double friction() const { return traits_.friction; }
   const CollisionShape& shape() const { return *shape_; }
   btRigidBody& bullet() { return *body_; }
 
@@ -42,12 +43,17 @@ class RigidBody {
   /// Slows to `limit`, at the centre of mass and at the rim alike; true when it had to.
   bool limit_speed(double limit_m_per_s, double step_s);
   bool is_finite() const;
+  Vec3 centre_W() const;
+  Twist velocity_of_centre_W() const;
+  Eigen::Matrix3d inertia_W() const;  ///< about the centre of mass
+  /// m g where the body feels gravity, about its centre of mass.
+  Wrench weight_W(const Vec3& gravity_m_per_s2) const;
+  /// Moves on with the centre's velocity `V_WC` for a step: what a solver outside of Bullet found.
+  void advance(const Twist& V_WC, double step_s);
   /// Kinetic, and potential in `gravity` where the body feels it.
   double mechanical_energy_j(const Vec3& gravity_m_per_s2) const;
 
  private:
-  Vec3 centre_W() const;
-
   std::unique_ptr<CollisionShape> shape_;
   MassProperties mass_;
   BodyTraits traits_;

@@ -1,98 +1,22 @@
 #include "server/scene_assets.hpp"
 
-#include <assimp/config.h>
-#include <assimp/postprocess.h>
-#include <assimp/scene.h>
 #include <algorithm>
-#include <assimp/Importer.hpp>
-#include <fstream>
 #include <limits>
 
 #include "common/molecule/loader.hpp"
+#include "server/mesh_file.hpp"
 
 namespace tandem {
 namespace {
 
-// A client must be able to fetch an asset in reasonable time, and Bullet's triangle tree stay in the cache.
-constexpr std::uintmax_t kMaxFileBytes = 64U << 20U;
-constexpr std::size_t kMaxTriangles = 1'000'000;
-
-/// What to install when a file of a known data package is missing.
-std::string remedy_for(const std::filesystem::path& file) {
-  const std::string text = file.string();
-  const auto is_below = [&text](const char* folder) { return text.rfind(folder, 0) == 0; };
-  if (is_below("/usr/share/glmark2/")) return "install Debian package glmark2-data";
-  if (is_below("/usr/share/pymol/")) return "install Debian package pymol-data";
-  if (is_below("/usr/share/gromacs/")) return "install Debian package gromacs-data";
-  return "give a file that is there, absolute or relative to the scene file";
-}
-
-/// Assimp's triangles of all its meshes in one list, in file units.
-TriangleMesh triangles_of(const aiScene& scene) {
-  TriangleMesh mesh;
-  for (unsigned m = 0; m < scene.mNumMeshes; ++m) {
-    const aiMesh& part = *scene.mMeshes[m];
-    const int first = static_cast<int>(mesh.vertices.size());
-    for (unsigned v = 0; v < part.mNumVertices; ++v) {
-      mesh.vertices.emplace_back(part.mVertices[v].x, part.mVertices[v].y, part.mVertices[v].z);
-    }
-    for (unsigned f = 0; f < part.mNumFaces; ++f) {
-      const aiFace& face = part.mFaces[f];
-      if (face.mNumIndices != 3) continue;
-      const auto index = [&face, first](int corner) { return first + static_cast<int>(face.mIndices[corner]); };
-      mesh.triangles.push_back({index(0), index(1), index(2)});
-    }
+/// What `read` gives; what it says against the file becomes a refusal of the field.
+template <class Read>
+auto or_refused(const SceneField& field, const Read& read) {
+  try {
+    return read();
+  } catch (const AssetFileError& error) {
+    field.refuse(std::string("is ") + error.what());
   }
-  return mesh;
-}
-
-/// Positions only, so that corners that differ in colour or normal join; nodes flattened into one frame.
-TriangleMesh import_mesh(const Bytes& bytes, const std::filesystem::path& file, const SceneField& field) {
-  Assimp::Importer importer;
-  importer.SetPropertyInteger(AI_CONFIG_PP_RVC_FLAGS, aiComponent_NORMALS | aiComponent_TANGENTS_AND_BITANGENTS |
-                                                          aiComponent_COLORS | aiComponent_TEXCOORDS |
-                                                          aiComponent_BONEWEIGHTS | aiComponent_ANIMATIONS |
-                                                          aiComponent_TEXTURES | aiComponent_LIGHTS |
-                                                          aiComponent_CAMERAS | aiComponent_MATERIALS);
-  importer.SetPropertyInteger(AI_CONFIG_PP_SBP_REMOVE, aiPrimitiveType_POINT | aiPrimitiveType_LINE);
-  std::string format = file.extension().string();
-  if (!format.empty()) format.erase(0, 1);
-  // From memory: what collides is then exactly the asset that clients get, and no second file is opened.
-  const aiScene* const scene =
-      importer.ReadFileFromMemory(bytes.data(), bytes.size(),
-                                  aiProcess_RemoveComponent | aiProcess_PreTransformVertices | aiProcess_Triangulate |
-                                      aiProcess_JoinIdenticalVertices | aiProcess_SortByPType,
-                                  format.c_str());
-  if (scene == nullptr || scene->mNumMeshes == 0) {
-    field.refuse("is " + file.string() + ", which is not a mesh that can be read (" + importer.GetErrorString() +
-                 "); give a file such as .obj, .ply or .stl");
-  }
-  return triangles_of(*scene);
-}
-
-void check_vertices(const TriangleMesh& mesh, const std::filesystem::path& file, const SceneField& field) {
-  if (mesh.triangles.size() > kMaxTriangles) {
-    field.refuse("is " + file.string() + ", which has " + std::to_string(mesh.triangles.size()) +
-                 " triangles; at most " + std::to_string(kMaxTriangles) + " are possible");
-  }
-  for (const Vec3& vertex : mesh.vertices) {
-    if (!is_finite(vertex))
-      field.refuse("is " + file.string() + ", which has a vertex that is not finite; repair the mesh");
-  }
-}
-
-/// Removes triangles without area (they have no normal); returns how many.
-std::size_t drop_degenerate(TriangleMesh& mesh) {
-  const auto is_degenerate = [&mesh](const std::array<int, 3>& triangle) {
-    const auto at = [&](int corner) {
-      return mesh.vertices[static_cast<std::size_t>(triangle[static_cast<std::size_t>(corner)])];
-    };
-    const Vec3 ab = at(1) - at(0), ac = at(2) - at(0);
-    // Thinner than a millionth of its length: below what single-precision files resolve.
-    const double longest = std::max({ab.squaredNorm(), ac.squaredNorm(), (ac - ab).squaredNorm()});
-    return ab.cross(ac).norm() <= 1e-6 * longest;
-  };
-  return std::erase_if(mesh.triangles, is_degenerate);
 }
 
 struct Bounds {
@@ -136,19 +60,7 @@ std::filesystem::path SceneAssets::located(const std::string& file) const {
 std::shared_ptr<const Bytes> SceneAssets::read(const std::filesystem::path& file, const std::string& kind,
                                                const SceneField& field) {
   if (const auto found = read_.find(file); found != read_.end()) return found->second;
-  std::error_code error;
-  if (!std::filesystem::is_regular_file(file, error)) {
-    field.refuse("is " + file.string() + ", which does not exist; " + remedy_for(file));
-  }
-  const std::uintmax_t size = std::filesystem::file_size(file, error);
-  if (error || size > kMaxFileBytes) {
-    field.refuse("is " + file.string() + ", which is too large; at most " + std::to_string(kMaxFileBytes >> 20U) +
-                 " MiB are possible");
-  }
-  auto bytes = std::make_shared<Bytes>(static_cast<std::size_t>(size));
-  std::ifstream stream(file, std::ios::binary);
-  stream.read(reinterpret_cast<char*>(bytes->data()), static_cast<std::streamsize>(size));
-  if (!stream) field.refuse("is " + file.string() + ", which cannot be read; check its permissions");
+  auto bytes = std::make_shared<const Bytes>(or_refused(field, [&] { return read_asset_file(file); }));
 
   const Asset asset{sha256_of(*bytes), kind, file.filename().string(), bytes};
   // Clients tell assets apart by their base name, which is all they see of the path.
@@ -163,20 +75,34 @@ std::shared_ptr<const Bytes> SceneAssets::read(const std::filesystem::path& file
   return bytes;
 }
 
-std::shared_ptr<const TriangleMesh> SceneAssets::load_mesh(wire::Mesh& message, const SceneField& field) {
+ContactMesh SceneAssets::load_mesh(wire::Mesh& message, const SceneField& field) {
   const SceneField file_field = field.in("file");
   const std::filesystem::path file = located(message.file());
   const auto bytes = read(file, "mesh", file_field);
-  auto mesh = std::make_shared<TriangleMesh>(import_mesh(*bytes, file, file_field));
-  check_vertices(*mesh, file, file_field);
-  const std::size_t dropped = drop_degenerate(*mesh);
-  if (mesh->triangles.empty())
-    file_field.refuse("is " + file.string() + ", which has no triangle; give a surface mesh");
-  place(*mesh, message, file, file_field);
+  TriangleMesh mesh = or_refused(file_field, [&] { return mesh_of_bytes(*bytes, file); });
+  if (mesh.triangles.empty()) file_field.refuse("is " + file.string() + ", which has no triangle; give a surface mesh");
+  place(mesh, message, file, file_field);
   message.set_file(file.filename().string());
-  notes.push_back(message.file() + ": " + std::to_string(mesh->triangles.size()) + " triangles" +
-                  (dropped > 0 ? ", " + std::to_string(dropped) + " without area left out" : ""));
-  return mesh;
+  try {
+    ContactMesh repaired_mesh = repaired(mesh);
+    notes.push_back(message.file() + ": " + std::to_string(repaired_mesh.mesh.triangles.size()) + " triangles, a " +
+                    (repaired_mesh.kind == SurfaceKind::kSolid ? "solid" : "sheet"));
+    for (const std::string& note : repaired_mesh.notes) notes.push_back(message.file() + ": " + note);
+    return repaired_mesh;
+  } catch (const MeshError& error) {
+    file_field.refuse("is " + file.string() + ", which cannot be touched: " + error.what());
+  }
+}
+
+void SceneAssets::add_contact(const ContactAsset& asset, wire::Mesh& message) {
+  message.set_contact_sha256(asset.sha256.data(), asset.sha256.size());
+  const auto is_same = [&asset](const Asset& other) { return other.sha256 == asset.sha256; };
+  if (std::any_of(assets.begin(), assets.end(), is_same)) return;
+  // The same mesh may be there in several sizes, and names must differ.
+  const auto size_um = static_cast<long long>(std::llround(message.largest_size_m() * 1e6));
+  const std::string name = message.file() + "." + std::to_string(size_um) + "um.contact";
+  assets.push_back({asset.sha256, "contact", name, asset.bytes});
+  notes.push_back(message.file() + ": " + asset.note);
 }
 
 std::shared_ptr<const Molecule> SceneAssets::load_centred_molecule(wire::MoleculeSource& message,

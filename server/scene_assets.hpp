@@ -7,11 +7,12 @@
 #include <string>
 #include <vector>
 
+#include "common/contact/mesh_repair.hpp"
 #include "common/molecule/molecule.hpp"
 #include "proto/content_hash.hpp"
 #include "proto/datagram.hpp"
+#include "server/contact_library.hpp"
 #include "server/scene_field.hpp"
-#include "common/contact/triangle_mesh.hpp"
 #include "tandem/scene.pb.h"
 
 namespace tandem {
@@ -19,7 +20,7 @@ namespace tandem {
 /// A file that the scene uses, offered to clients by the hash of its bytes.
 struct Asset {
   Sha256 sha256{};
-  std::string kind;  ///< "mesh" or "structure"
+  std::string kind;  ///< "mesh", "structure", or "contact" (common/contact/contact_shape.hpp)
   std::string name;  ///< base name
   std::shared_ptr<const Bytes> bytes;
 };
@@ -30,9 +31,12 @@ class SceneAssets {
   /// Relative file names start at `directory`.
   explicit SceneAssets(std::filesystem::path directory) : directory_(std::move(directory)) {}
 
-  /// Reads, scales and centres the mesh. `message` leaves with its base name and the scale that was used.
-  /// Fails   SceneError: no such file, not a mesh, too large, not finite, no triangle left
-  std::shared_ptr<const TriangleMesh> load_mesh(wire::Mesh& message, const SceneField& field);
+  /// Reads, scales, centres and repairs the mesh. `message` leaves with its base name and the scale that was used.
+  /// Fails   SceneError: no such file, not a mesh, too large, not finite, beyond repair
+  ContactMesh load_mesh(wire::Mesh& message, const SceneField& field);
+
+  /// Offers `asset` to clients and writes its hash into the message of its mesh.
+  void add_contact(const ContactAsset& asset, wire::Mesh& message);
 
   /// Reads the chosen chains; the origin is the centre of mass. `message` leaves with its base name.
   /// Fails   SceneError

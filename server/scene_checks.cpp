@@ -7,6 +7,7 @@
 #include "common/molecule/molecule.hpp"
 #include "proto/coupling_fields.hpp"
 #include "proto/state.hpp"
+#include "server/scene_soft_checks.hpp"
 
 namespace tandem {
 namespace {
@@ -22,22 +23,15 @@ constexpr std::size_t kMaxNameBytes = 64;
 constexpr std::size_t kMaxDescriptionBytes = 2000;
 constexpr int kMaxShapes = 256;
 
+/// 5 N on the ball of 5 mm of a tool then presses it 0.25 mm into a plane of the same stiffness. Ours.
+constexpr double kDefaultContactStiffness_n_per_m3 = 1e10;
+
 void check_name(const std::string& name, const SceneField& field) {
   if (name.empty()) field.refuse("is empty; give it a name");
   if (name.size() > kMaxNameBytes) {
     field.refuse("has " + std::to_string(name.size()) + " bytes; it must have at most " +
                  std::to_string(kMaxNameBytes));
   }
-}
-
-void check_unique_name(const std::string& name, std::set<std::string>& taken, const SceneField& field) {
-  check_name(name, field);
-  if (!taken.insert(name).second) field.refuse("is \"" + name + "\", which is taken; names must be unique");
-}
-
-void complete(wire::Placement& placement, const SceneField& field) {
-  field.in("position_m").complete_vec3(*placement.mutable_position_m(), Vec3::Zero(), kMaxPosition_m);
-  field.in("rotation_xyz_deg").complete_vec3(*placement.mutable_rotation_xyz_deg(), Vec3::Zero(), 360);
 }
 
 void check(wire::Box& box, const SceneField& field) {
@@ -49,14 +43,9 @@ void check(wire::Box& box, const SceneField& field) {
     field.in("size_m", static_cast<std::size_t>(i)).require_positive(box.size_m(i), kMaxSize_m);
 }
 
-void check(wire::Mesh& mesh, const SceneField& field) {
-  if (mesh.file().empty()) field.in("file").refuse("is empty; name a mesh file");
-  field.in("scale").require_at_least_zero(mesh.scale(), 1e6);
-  field.in("largest_size_m").require_at_least_zero(mesh.largest_size_m(), kMaxSize_m);
-  if (mesh.scale() > 0 && mesh.largest_size_m() > 0) {
-    field.refuse("has both scale and largest_size_m; give one of them");
-  }
-  if (mesh.largest_size_m() <= 0 && mesh.scale() <= 0) mesh.set_scale(1);
+void complete_stiffness(double value, const SceneField& field) {
+  // From soft rubber over a few millimetres to what double precision still resolves at a kilohertz.
+  field.in("contact_stiffness_n_per_m3").require_within(value, 1e5, 1e13, "from 1e5 to 1e13");
 }
 
 void complete(wire::Shape& shape, const SceneField& field) {
@@ -110,6 +99,8 @@ void complete_surface(wire::Body& body, const SceneField& field) {
   if (!body.has_restitution()) body.set_restitution(0);
   field.in("friction").require_at_least_zero(body.friction(), 10);
   field.in("restitution").require_at_least_zero(body.restitution(), 1);
+  if (!body.has_contact_stiffness_n_per_m3()) body.set_contact_stiffness_n_per_m3(kDefaultContactStiffness_n_per_m3);
+  complete_stiffness(body.contact_stiffness_n_per_m3(), field);
   // The colour only informs viewers: a middle grey, as nothing else is known.
   if (body.color_rgb().empty()) {
     for (int i = 0; i < 3; ++i) body.add_color_rgb(0.7);
@@ -193,6 +184,8 @@ void complete(wire::Tool& tool, const wire::Scene& scene, const SceneField& fiel
   complete_workspace(tool, field.in("workspace"));
   if (!tool.has_friction()) tool.set_friction(0.5);
   field.in("friction").require_at_least_zero(tool.friction(), 10);
+  if (!tool.has_contact_stiffness_n_per_m3()) tool.set_contact_stiffness_n_per_m3(kDefaultContactStiffness_n_per_m3);
+  complete_stiffness(tool.contact_stiffness_n_per_m3(), field);
 }
 
 void complete_tools(wire::Scene& scene, const SceneField& file) {
@@ -256,9 +249,36 @@ void complete_limits(wire::Scene& scene, const SceneField& field) {
   if (!limits.has_grab_reach_m()) limits.set_grab_reach_m(0.02);
   field.in("body_speed_m_per_s").require_positive(limits.body_speed_m_per_s(), 1000);
   field.in("grab_reach_m").require_at_least_zero(limits.grab_reach_m(), 10);
+  if (!limits.has_contact_points()) limits.set_contact_points(2048);
+  if (!limits.has_contact_pairs()) limits.set_contact_pairs(64);
+  field.in("contact_points").require_within(limits.contact_points(), 256, 65536, "from 256 to 65536");
+  field.in("contact_pairs").require_within(limits.contact_pairs(), 1, 1024, "from 1 to 1024");
 }
 
 }  // namespace
+
+void check_unique_name(const std::string& name, std::set<std::string>& taken, const SceneField& field) {
+  check_name(name, field);
+  if (!taken.insert(name).second) field.refuse("is \"" + name + "\", which is taken; names must be unique");
+}
+
+void complete(wire::Placement& placement, const SceneField& field) {
+  field.in("position_m").complete_vec3(*placement.mutable_position_m(), Vec3::Zero(), kMaxPosition_m);
+  field.in("rotation_xyz_deg").complete_vec3(*placement.mutable_rotation_xyz_deg(), Vec3::Zero(), 360);
+}
+
+void check(wire::Mesh& mesh, const SceneField& field) {
+  if (mesh.file().empty()) field.in("file").refuse("is empty; name a mesh file");
+  field.in("scale").require_at_least_zero(mesh.scale(), 1e6);
+  field.in("largest_size_m").require_at_least_zero(mesh.largest_size_m(), kMaxSize_m);
+  if (mesh.scale() > 0 && mesh.largest_size_m() > 0) {
+    field.refuse("has both scale and largest_size_m; give one of them");
+  }
+  if (mesh.largest_size_m() <= 0 && mesh.scale() <= 0) mesh.set_scale(1);
+  if (!mesh.has_sheet_thickness_m()) mesh.set_sheet_thickness_m(1e-3);
+  field.in("sheet_thickness_m").require_within(mesh.sheet_thickness_m(), 2e-4, 0.1, "from 0.0002 to 0.1");
+  if (!mesh.contact_sha256().empty()) field.in("contact_sha256").refuse("is the server's to set; leave it out");
+}
 
 void complete_and_check(wire::Scene& scene, const SceneField& file) {
   check_name(scene.name(), file.in("name"));
@@ -274,6 +294,7 @@ void complete_and_check(wire::Scene& scene, const SceneField& file) {
   file.in("gravity_m_per_s2").complete_vec3(*scene.mutable_gravity_m_per_s2(), Vec3(0, 0, -9.81), kMaxGravity_m_per_s2);
   if (!scene.has_step_rate_hz()) scene.set_step_rate_hz(1000);
   file.in("step_rate_hz").require_within(scene.step_rate_hz(), 60, 4000, "from 60 to 4000");
+  complete_soft_bodies(scene, file);
 }
 
 }  // namespace tandem

@@ -10,8 +10,8 @@
 #include "proto/control_framing.hpp"
 #include "proto/coupling_fields.hpp"
 #include "proto/placement.hpp"
-#include "server/coupling_limits.hpp"
 #include "server/scene_checks.hpp"
+#include "server/soft_scene.hpp"
 
 namespace tandem {
 namespace {
@@ -64,7 +64,7 @@ std::vector<SolidShape> solids(const google::protobuf::RepeatedPtrField<wire::Sh
   std::vector<SolidShape> result;
   for (int i = 0; i < shapes.size(); ++i) {
     const LoadedShape& shape = loaded[static_cast<std::size_t>(i)];
-    result.push_back({shapes[i], shape.X_BS, shape.mesh.get()});
+    result.push_back({shapes[i], shape.X_BS, shape.mesh.get(), shape.mesh_kind});
   }
   return result;
 }
@@ -81,8 +81,9 @@ MassProperties checked_mass(double mass_kg, const std::vector<SolidShape>& shape
 /// Turns a checked description into a loaded scene, part by part.
 class SceneBuilder {
  public:
-  SceneBuilder(wire::Scene description, SceneField file, const std::filesystem::path& directory)
-      : file_(std::move(file)), assets_(directory), scene_(std::make_shared<LoadedScene>()) {
+  SceneBuilder(wire::Scene description, SceneField file, const std::filesystem::path& directory,
+               const SceneLoading& loading)
+      : file_(std::move(file)), assets_(directory), library_(loading), scene_(std::make_shared<LoadedScene>()) {
     scene_->description = std::move(description);
   }
 
@@ -93,6 +94,9 @@ class SceneBuilder {
     }
     for (int i = 0; i < description.tools_size(); ++i) {
       add_tool(*description.mutable_tools(i), file_.in("tools", static_cast<std::size_t>(i)));
+    }
+    for (int i = 0; i < description.soft_bodies_size(); ++i) {
+      add_soft_body(*description.mutable_soft_bodies(i), file_.in("soft_bodies", static_cast<std::size_t>(i)));
     }
     set_coupling(description.coupling());
     if (description.has_molecular_field()) hide_directory(*description.mutable_molecular_field());
@@ -108,11 +112,33 @@ class SceneBuilder {
     std::vector<LoadedShape> loaded;
     for (int i = 0; i < shapes.size(); ++i) {
       wire::Shape& shape = shapes[i];
-      LoadedShape& result = loaded.emplace_back(LoadedShape{pose_from_placement(shape.placement()), nullptr});
-      const SceneField mesh_field = field.in("shapes", static_cast<std::size_t>(i)).in("mesh");
-      if (shape.has_mesh()) result.mesh = assets_.load_mesh(*shape.mutable_mesh(), mesh_field);
+      LoadedShape& result = loaded.emplace_back(LoadedShape{pose_from_placement(shape.placement()), nullptr, SurfaceKind::kSolid, nullptr});
+      if (shape.has_mesh()) {
+        load_mesh(*shape.mutable_mesh(), result, field.in("shapes", static_cast<std::size_t>(i)).in("mesh"));
+      } else {
+        result.contact = library_.primitive(shape);
+      }
     }
     return loaded;
+  }
+
+  void load_mesh(wire::Mesh& message, LoadedShape& shape, const SceneField& field) {
+    ContactMesh mesh = assets_.load_mesh(message, field);
+    const ContactAsset asset = library_.mesh(mesh, message.sheet_thickness_m(), message.file());
+    assets_.add_contact(asset, message);
+    shape.mesh = std::make_shared<const TriangleMesh>(std::move(mesh.mesh));
+    shape.mesh_kind = mesh.kind;
+    shape.contact = asset.shape;
+  }
+
+  static TouchModel touch_model(const std::vector<LoadedShape>& shapes, double stiffness_n_per_m3) {
+    TouchModel model;
+    model.stiffness_n_per_m3 = stiffness_n_per_m3;
+    for (const LoadedShape& shape : shapes) {
+      model.parts.push_back({shape.contact, shape.X_BS});
+      model.radius_m = std::max(model.radius_m, shape.X_BS.p.norm() + shape.contact->radius_m());
+    }
+    return model;
   }
 
   void add_body(wire::Body& body, const SceneField& field) {
@@ -128,6 +154,7 @@ class SceneBuilder {
     } else {
       loaded.shapes = load_shapes(*body.mutable_shapes(), field);
       loaded.mass = checked_mass(body.mass_kg(), solids(body.shapes(), loaded.shapes), field);
+      loaded.touch = touch_model(loaded.shapes, body.contact_stiffness_n_per_m3());
     }
     scene_->bodies.push_back(std::move(loaded));
   }
@@ -135,6 +162,7 @@ class SceneBuilder {
   void add_tool(wire::Tool& tool, const SceneField& field) {
     LoadedTool loaded;
     loaded.shapes = load_shapes(*tool.mutable_shapes(), field);
+    loaded.touch = touch_model(loaded.shapes, tool.contact_stiffness_n_per_m3());
     loaded.X_WT = pose_from_placement(tool.placement());
     loaded.mass = checked_mass(tool.mass_kg(), solids(tool.shapes(), loaded.shapes), field);
     const double least = tool.mass_kg() * kToolGyrationRadius_m * kToolGyrationRadius_m;
@@ -149,10 +177,15 @@ class SceneBuilder {
     scene_->tools.push_back(std::move(loaded));
   }
 
+  void add_soft_body(wire::SoftBody& body, const SceneField& field) {
+    std::optional<ContactMesh> mesh;
+    if (body.has_mesh()) mesh = assets_.load_mesh(*body.mutable_mesh(), field.in("mesh"));
+    scene_->soft_bodies.push_back(soft_model_of(body, mesh ? &*mesh : nullptr, field));
+    assets_.notes.push_back(soft_note(scene_->soft_bodies.back(), scene_->description));
+  }
+
   void set_coupling(const wire::Coupling& coupling) {
     for (const CouplingField& field : kCouplingFields) scene_->coupling.*field.value = (coupling.*field.get)();
-    const std::string problem = coupling_problem(*scene_, scene_->coupling);
-    if (!problem.empty()) file_.refuse("coupling." + problem);
   }
 
   /// Paths of the server are not the clients' business.
@@ -171,91 +204,29 @@ class SceneBuilder {
 
   SceneField file_;
   SceneAssets assets_;
+  ContactLibrary library_;
   std::shared_ptr<LoadedScene> scene_;
 };
 
-struct Coefficient {
-  const char* name;
-  double CouplingParameters::*value;
-};
-constexpr Coefficient kCoefficients[] = {
-    {"stiffness_n_per_m", &CouplingParameters::stiffness_n_per_m},
-    {"damping_n_s_per_m", &CouplingParameters::damping_n_s_per_m},
-    {"stiffness_n_m_per_rad", &CouplingParameters::stiffness_n_m_per_rad},
-    {"damping_n_m_s_per_rad", &CouplingParameters::damping_n_m_s_per_rad},
-};
-
-/// `what` says in words what is coupled.
-std::string stability_problem(const CouplingParameters& coupling, const CoupledInertia& pulled, double rate_hz,
-                              const std::string& what) {
-  const CouplingParameters stable = stable_coupling(coupling, pulled, 1 / rate_hz);
-  for (const Coefficient& coefficient : kCoefficients) {
-    const double wanted = coupling.*coefficient.value;
-    const double largest = stable.*coefficient.value;
-    if (wanted <= largest) continue;
-    return std::string(coefficient.name) + " is " + number_text(wanted) + "; with " + what + " at " +
-           number_text(rate_hz) + " Hz it must be at most " + number_text(largest);
-  }
-  return {};
-}
-
-std::string range_problem(const CouplingParameters& coupling) {
-  for (const Coefficient& coefficient : kCoefficients) {
-    const double value = coupling.*coefficient.value;
-    if (!(value >= 0)) return std::string(coefficient.name) + " is " + number_text(value) + "; it must be 0 or more";
-  }
-  if (!(coupling.force_limit_n > 0))
-    return "force_limit_n is " + number_text(coupling.force_limit_n) + "; it must be more than 0";
-  if (!(coupling.torque_limit_n_m > 0)) {
-    return "torque_limit_n_m is " + number_text(coupling.torque_limit_n_m) + "; it must be more than 0";
-  }
-  return {};
-}
-
-/// The body that tool `t` holds from the start, pulled at the tool's place by all that hold it.
-CoupledInertia held_inertia(const LoadedScene& scene, const LoadedTool& tool) {
-  const LoadedBody& body = scene.bodies[*tool.holds_body];
-  const Vec3 p_BT = body.X_WB.inverse() * tool.X_WT.p;
-  const auto holds_same = [&tool](const LoadedTool& other) { return other.holds_body == tool.holds_body; };
-  const auto hands = std::count_if(scene.tools.begin(), scene.tools.end(), holds_same);
-  return {body.mass.mass_at_point_kg(p_BT), body.mass.smallest_inertia_kg_m2(), static_cast<int>(hands)};
-}
-
 }  // namespace
 
-std::string coupling_problem(const LoadedScene& scene, const CouplingParameters& coupling) {
-  if (std::string problem = range_problem(coupling); !problem.empty()) return problem;
-  const double rate_hz = scene.description.step_rate_hz();
-  for (std::size_t t = 0; t < scene.tools.size(); ++t) {
-    const LoadedTool& tool = scene.tools[t];
-    const CoupledInertia own{tool.mass.mass_at_point_kg(Vec3::Zero()), tool.mass.smallest_inertia_kg_m2(), 1};
-    const std::string name = "tools[" + std::to_string(t) + "] (" + number_text(tool.mass.mass_kg) + " kg)";
-    if (std::string problem = stability_problem(coupling, own, rate_hz, name); !problem.empty()) return problem;
-    if (!tool.holds_body) continue;
-    const CoupledInertia held = held_inertia(scene, tool);
-    const std::string what = "bodies[" + std::to_string(*tool.holds_body) + "] (" + number_text(held.mass_kg) +
-                             " kg felt where " + name + " holds it, " + std::to_string(held.hands) + " holding)";
-    if (std::string problem = stability_problem(coupling, held, rate_hz, what); !problem.empty()) return problem;
-  }
-  return {};
-}
-
 std::shared_ptr<const LoadedScene> load_scene_text(const std::string& json, const std::string& origin,
-                                                   const std::filesystem::path& directory) {
+                                                   const std::filesystem::path& directory,
+                                                   const SceneLoading& loading) {
   const SceneField file(origin);
   wire::Scene description = parse(json, file);
   complete_and_check(description, file);
-  return SceneBuilder(std::move(description), file, directory).build();
+  return SceneBuilder(std::move(description), file, directory, loading).build();
 }
 
-std::shared_ptr<const LoadedScene> load_scene(const std::filesystem::path& file) {
+std::shared_ptr<const LoadedScene> load_scene(const std::filesystem::path& file, const SceneLoading& loading) {
   std::ifstream stream(file);
   if (!stream || std::filesystem::is_directory(file)) {
     throw SceneError(file.string() + ": cannot be read; give the path of a scene file (server/scenes holds examples)");
   }
   std::ostringstream text;
   text << stream.rdbuf();
-  return load_scene_text(text.str(), file.string(), file.parent_path());
+  return load_scene_text(text.str(), file.string(), file.parent_path(), loading);
 }
 
 }  // namespace tandem

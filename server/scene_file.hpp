@@ -11,9 +11,12 @@
 #include "common/molecule/molecule.hpp"
 #include "common/spatial.hpp"
 #include "common/workspace.hpp"
+#include "server/contact_library.hpp"
 #include "server/mass_properties.hpp"
 #include "server/scene_assets.hpp"
 #include "server/scene_field.hpp"
+#include "server/soft_model.hpp"
+#include "server/touch_model.hpp"
 #include "tandem/scene.pb.h"
 
 namespace tandem {
@@ -21,18 +24,22 @@ namespace tandem {
 /// What a scene file leaves open and the loader found: meshes by body and shape, molecules by body.
 struct LoadedShape {
   Pose X_BS;
-  std::shared_ptr<const TriangleMesh> mesh;  ///< for mesh shapes
+  std::shared_ptr<const TriangleMesh> mesh;  ///< for mesh shapes, repaired
+  SurfaceKind mesh_kind = SurfaceKind::kSolid;
+  std::shared_ptr<const ContactShape> contact;  ///< null for molecules
 };
 struct LoadedBody {
   std::vector<LoadedShape> shapes;  ///< parallel to description.bodies(i).shapes()
   Pose X_WB;                        ///< start pose
   MassProperties mass;
+  TouchModel touch;
   std::shared_ptr<const Molecule> molecule;  ///< origin: its centre of mass; null: feels no molecular field
 };
 struct LoadedTool {
   std::vector<LoadedShape> shapes;  ///< parallel to description.tools(i).shapes()
   Pose X_WT;                        ///< start pose
   MassProperties mass;              ///< see kToolGyrationRadius_m
+  TouchModel touch;
   WorkspaceMapping workspace;
   std::optional<std::size_t> holds_body;  ///< index into bodies
 };
@@ -42,6 +49,7 @@ struct LoadedScene {
   wire::Scene description;  ///< every default filled in; file names reduced to base names
   std::vector<LoadedBody> bodies;
   std::vector<LoadedTool> tools;
+  std::vector<SoftModel> soft_bodies;  ///< parallel to description.soft_bodies()
   CouplingParameters coupling;
   std::vector<Asset> assets;
   std::vector<std::string> notes;  ///< for people: e.g. atoms whose type was guessed, triangles read
@@ -53,13 +61,10 @@ inline constexpr double kToolGyrationRadius_m = 0.015;
 
 /// Loads, completes and checks a scene file.
 /// Fails   SceneError; nothing is skipped silently
-std::shared_ptr<const LoadedScene> load_scene(const std::filesystem::path& file);
+std::shared_ptr<const LoadedScene> load_scene(const std::filesystem::path& file, const SceneLoading& loading = {});
 /// The same from JSON text; `origin` names it in messages, relative paths start at `directory`.
 std::shared_ptr<const LoadedScene> load_scene_text(const std::string& json, const std::string& origin,
-                                                   const std::filesystem::path& directory);
-
-/// Why `scene` cannot run with `coupling`, naming the coefficient and the largest value that would do; empty when it
-/// can. For the loader and for coefficients that a user asks for.
-std::string coupling_problem(const LoadedScene& scene, const CouplingParameters& coupling);
+                                                   const std::filesystem::path& directory,
+                                                   const SceneLoading& loading = {});
 
 }  // namespace tandem

@@ -325,9 +325,6 @@ void SessionHub::Impl::set_parameter(Connection& connection, const wire::ClientC
     send(connection, error_answer(message.request(), wire::ERROR_BAD_VALUE,
                                   std::string(field->name) + " must be " + std::to_string(field->low) + " to " +
                                       std::to_string(field->high)));
-  } else if (const std::string problem = coupling_problem(connection.seats->room().scene(), parameters);
-             !problem.empty()) {
-    send(connection, error_answer(message.request(), wire::ERROR_BAD_VALUE, problem));
   } else {
     connection.seats->set_coupling(connection.seat, parameters);
     wire::ServerControl answer;

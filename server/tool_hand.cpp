@@ -32,15 +32,6 @@ void ToolHand::let_go() noexcept {
   wrench_on_hand_W_ = Wrench{};
 }
 
-Wrench ToolHand::pull(const RigidState& tool) noexcept {
-  X_WT_before_ = tool.X;
-  if (!pulls()) return {};
-  const CouplingWrenches wrenches = coupling_wrenches(*law_, target_.X, target_.V, tool.X, tool.V);
-  wrench_on_tool_W_ = wrenches.on_tool_W;
-  if (has_handle()) wrench_on_hand_W_ = wrenches.on_hand_W;
-  return wrench_on_tool_W_;
-}
-
 bool ToolHand::is_saturated() const noexcept {
   // The law clamps to the limit up to rounding.
   constexpr double kAtLimit = 1 - 1e-9;
@@ -48,10 +39,12 @@ bool ToolHand::is_saturated() const noexcept {
                      wrench_on_tool_W_.t.norm() >= kAtLimit * coupling_.torque_limit_n_m);
 }
 
-void ToolHand::account(const Pose& X_WT_after) noexcept {
+void ToolHand::settle(const Pose& X_WT_before, const RigidState& tool, const Wrench& on_tool_W) noexcept {
+  wrench_on_tool_W_ = on_tool_W;
   if (!has_handle()) return;
-  const Vec3 turn = rotation_vector(X_WT_after.q * X_WT_before_.q.conjugate());
-  const double work = wrench_on_tool_W_.f.dot(X_WT_after.p - X_WT_before_.p) + wrench_on_tool_W_.t.dot(turn);
+  wrench_on_hand_W_ = reaction_on_hand(on_tool_W, target_.X.p - tool.X.p);
+  const Vec3 turn = rotation_vector(tool.X.q * X_WT_before.q.conjugate());
+  const double work = on_tool_W.f.dot(tool.X.p - X_WT_before.p) + on_tool_W.t.dot(turn);
   (work > 0 ? energy_into_world_j_ : energy_from_world_j_) += std::abs(work);
 }
 

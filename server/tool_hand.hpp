@@ -4,15 +4,17 @@
 #include <memory>
 #include <string_view>
 
+#include "common/contact/contact_solver.hpp"
 #include "common/coupling.hpp"
 #include "proto/state.hpp"
 
 namespace tandem {
 
-/// Per step: pull() before, account() after.
+/// Per step: coupling() before the solver, settle() with what it found.
 ///
-/// Model   work of a step = F_k · (x_{k+1} − x_k) + τ_k · θ_{k,k+1}, the wrench about T held over the step; its
-///         positive and negative parts are summed apart, so that both sums only grow and loss of an update does no harm
+/// Model   work of a step = F_k · (x_{k+1} − x_k) + τ_k · θ_{k,k+1}, the mean wrench of the step about T; its positive
+/// and
+///         negative parts are summed apart, so that both sums only grow and loss of an update does no harm
 class ToolHand {
  public:
   /// In      law  a name that make_coupling_law() knows
@@ -31,13 +33,16 @@ class ToolHand {
   bool has_handle() const { return source_ == Source::kHandle; }
   bool pulls() const { return source_ != Source::kNone; }
 
-  /// Wrench on the tool about its origin; zero without something to pull to.
-  Wrench pull(const RigidState& tool) noexcept;
-  /// The last pull reached the coupling's force or torque limit.
+  /// What the solver needs to know of the pull on `body`, the tool being at `X_WT` now. Only while it pulls.
+  SolverCoupling coupling(int body, const Pose& X_WT) const noexcept {
+    return {body, law_.get(), target_.X, target_.V, X_WT};
+  }
+  /// After a step in which the tool came from `X_WT_before` and the coupling did `on_tool_W`, about the tool's origin.
+  void settle(const Pose& X_WT_before, const RigidState& tool, const Wrench& on_tool_W) noexcept;
+  /// The last step's coupling reached its force or torque limit.
   bool is_saturated() const noexcept;
-  void account(const Pose& X_WT_after) noexcept;
 
-  /// Of the last pull, about the handle (coupling_wrenches()). Zero without a handle.
+  /// Of the last step, about the handle (reaction_on_hand()). Zero without a handle.
   Wrench wrench_on_hand_W() const noexcept { return wrench_on_hand_W_; }
   double energy_into_world_j() const { return energy_into_world_j_; }
   double energy_from_world_j() const { return energy_from_world_j_; }
@@ -49,7 +54,6 @@ class ToolHand {
   CouplingParameters coupling_;
   Source source_ = Source::kNone;
   RigidState target_;
-  Pose X_WT_before_;
   Wrench wrench_on_tool_W_;
   Wrench wrench_on_hand_W_;
   double energy_into_world_j_ = 0;

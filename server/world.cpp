@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "server/bullet_world.hpp"
-#include "server/coupling_limits.hpp"
 #include "server/molecular_forces.hpp"
 #include "server/tool_hand.hpp"
+#include "server/touch_stage.hpp"
 
 namespace tandem {
 namespace {
@@ -48,23 +48,38 @@ RigidBody make_tool(const wire::Tool& description, const LoadedTool& loaded) {
 
 struct Body {
   RigidBody rigid;
+  const TouchModel* touch = nullptr;
   RigidState start;
   const Molecule* molecule = nullptr;
   bool is_graspable = false;
+  int hands = 0;  ///< tools that hold it
+
+  bool is_in_bullet() const { return hands == 0; }
 };
 
 struct Tool {
   RigidBody rigid;
+  const TouchModel* touch = nullptr;
   ToolHand hand;
   RigidState start;
   bool is_active = false;
   std::optional<std::size_t> held;            ///< index of a body
   Pose X_BT;                                  ///< its place on the held body
   std::optional<std::size_t> passes_through;  ///< body that was released with the tool inside
-  bool has_reduced_coupling = false;
 
-  bool is_in_bullet() const { return is_active && !held; }
+  bool is_free() const { return is_active && !held; }
 };
+
+TouchStage::Limits touch_limits(const LoadedScene& scene) {
+  const wire::Limits& limits = scene.description.limits();
+  const double force = scene.coupling.force_limit_n * static_cast<double>(scene.tools.size());
+  return {scene.bodies.size() + scene.tools.size(),
+          scene.tools.size(),
+          limits.contact_pairs(),
+          {limits.contact_points()},
+          limits.body_speed_m_per_s(),
+          force};
+}
 
 }  // namespace
 
@@ -76,18 +91,17 @@ struct World::Impl {
   RigidState tool_state(const Tool& tool) const;
   void attach(Tool& tool, std::size_t body, const Pose& X_BT);
   void detach(Tool& tool);
-  bool is_held(std::size_t body) const;
-  double distance_m(Tool& tool, std::size_t body, double limit_m);
-  void limit_couplings();
-  void limit_coupling(Tool& tool);
-  CoupledInertia inertia_pulled_by(const Tool& tool) const;
+  double distance_m(const Tool& tool, std::size_t body, double limit_m) const;
 
-  TickFaults pull_tools() noexcept;
   TickFaults apply_field() noexcept;
   void damp() noexcept;
+  void describe_things() noexcept;
+  TickFaults step_touch() noexcept;
+  TickFaults settle_hands() noexcept;
   TickFaults guard(RigidBody& rigid, const RigidState& start, bool is_in_bullet) noexcept;
   TickFaults guard_all() noexcept;
   void end_passing_through(Tool& tool) noexcept;
+  std::size_t thing_of(const Tool& tool) const;
 
   std::shared_ptr<const LoadedScene> scene;
   Vec3 gravity;
@@ -95,8 +109,12 @@ struct World::Impl {
   std::vector<Body> bodies;
   std::vector<Tool> tools;
   MolecularForces field;
-  std::vector<Pose> poses;       ///< scratch of apply_field()
-  std::vector<Wrench> wrenches;  ///< likewise
+  std::vector<Pose> poses;         ///< scratch of apply_field()
+  std::vector<Wrench> wrenches;    ///< likewise
+  std::vector<TouchThing> things;  ///< bodies, then tools
+  std::vector<TouchPull> pulls;
+  std::vector<std::size_t> pulling;  ///< tool of pulls[i]
+  TouchStage touch;
   BulletWorld bullet;
 };
 
@@ -105,11 +123,13 @@ World::Impl::Impl(std::shared_ptr<const LoadedScene> loaded)
       gravity(gravity_of(scene->description)),
       coupling(scene->coupling),
       field(*scene),
+      touch(touch_limits(*scene)),
       bullet(gravity) {
   const wire::Scene& description = scene->description;
   for (int i = 0; i < description.bodies_size(); ++i) {
     const LoadedBody& body = scene->bodies[static_cast<std::size_t>(i)];
     bodies.push_back({make_body(description.bodies(i), body),
+                      &body.touch,
                       {body.X_WB, Twist{}},
                       body.molecule.get(),
                       description.bodies(i).graspable() && body.mass.mass_kg > 0});
@@ -117,6 +137,7 @@ World::Impl::Impl(std::shared_ptr<const LoadedScene> loaded)
   for (int i = 0; i < description.tools_size(); ++i) {
     const LoadedTool& tool = scene->tools[static_cast<std::size_t>(i)];
     tools.push_back({make_tool(description.tools(i), tool),
+                     &tool.touch,
                      ToolHand(description.coupling().law(), coupling),
                      {tool.X_WT, Twist{}},
                      false,
@@ -124,6 +145,9 @@ World::Impl::Impl(std::shared_ptr<const LoadedScene> loaded)
                      {},
                      {}});
   }
+  things.resize(bodies.size() + tools.size());
+  pulls.reserve(tools.size());
+  pulling.reserve(tools.size());
   poses.resize(bodies.size());
   wrenches.resize(bodies.size());
   for (Body& body : bodies) bullet.add(body.rigid);
@@ -137,35 +161,30 @@ RigidState World::Impl::tool_state(const Tool& tool) const {
   return {X_WT, {body.velocity_at_W(X_WT.p), of_body.V.w}};
 }
 
-void World::Impl::attach(Tool& tool, std::size_t body, const Pose& X_BT) {
-  if (tool.passes_through) bullet.set_collision(tool.rigid, bodies[*tool.passes_through].rigid, true);
+void World::Impl::attach(Tool& tool, std::size_t index, const Pose& X_BT) {
+  Body& body = bodies[index];
+  if (body.hands++ == 0) bullet.remove(body.rigid);
   tool.passes_through.reset();
-  tool.held = body;
+  tool.held = index;
   tool.X_BT = X_BT;
-  limit_couplings();
 }
 
 void World::Impl::detach(Tool& tool) {
   tool.rigid.set_state(tool_state(tool));
-  RigidBody& body = bodies[*tool.held].rigid;
-  if (body.shape().collides() && bullet.distance_m(tool.rigid, body, 0) < -kPressedDepth_m) {
-    tool.passes_through = tool.held;
-    bullet.set_collision(tool.rigid, body, false);
-  }
+  Body& body = bodies[*tool.held];
+  if (--body.hands == 0) bullet.add(body.rigid);
+  if (distance_m(tool, *tool.held, 0) < -kPressedDepth_m && body.molecule == nullptr) tool.passes_through = tool.held;
   tool.held.reset();
-  limit_couplings();
-}
-
-bool World::Impl::is_held(std::size_t body) const {
-  return std::any_of(tools.begin(), tools.end(), [body](const Tool& tool) { return tool.held == body; });
 }
 
 /// To the body's surface; of a molecule, from the tool's origin to the nearest atom.
-double World::Impl::distance_m(Tool& tool, std::size_t index, double limit_m) {
-  Body& body = bodies[index];
-  if (body.molecule == nullptr) return bullet.distance_m(tool.rigid, body.rigid, limit_m);
+double World::Impl::distance_m(const Tool& tool, std::size_t index, double limit_m) const {
+  const Body& body = bodies[index];
+  const Pose X_WT = tool.rigid.state().X;
+  const Pose X_WB = body.rigid.state().X;
+  if (body.molecule == nullptr) return tandem::distance_m(*tool.touch, X_WT, *body.touch, X_WB, limit_m);
   const double scale = scene->description.molecular_field().metres_per_angstrom();
-  const Vec3 tool_B = body.rigid.state().X.inverse() * tool.rigid.state().X.p;
+  const Vec3 tool_B = X_WB.inverse() * X_WT.p;
   double nearest = std::numeric_limits<double>::infinity();
   for (const Vec3& atom : body.molecule->positions_angstrom) {
     nearest = std::min(nearest, (scale * atom - tool_B).norm());
@@ -173,39 +192,8 @@ double World::Impl::distance_m(Tool& tool, std::size_t index, double limit_m) {
   return nearest;
 }
 
-CoupledInertia World::Impl::inertia_pulled_by(const Tool& tool) const {
-  if (!tool.held) {
-    const MassProperties& own = tool.rigid.mass();
-    return {own.mass_at_point_kg(Vec3::Zero()), own.smallest_inertia_kg_m2(), 1};
-  }
-  const MassProperties& mass = bodies[*tool.held].rigid.mass();
-  const auto holds_same = [&tool](const Tool& other) { return other.held == tool.held; };
-  const auto hands = std::count_if(tools.begin(), tools.end(), holds_same);
-  return {mass.mass_at_point_kg(tool.X_BT.p), mass.smallest_inertia_kg_m2(), static_cast<int>(hands)};
-}
-
-void World::Impl::limit_couplings() {
-  for (Tool& tool : tools) limit_coupling(tool);
-}
-
-void World::Impl::limit_coupling(Tool& tool) {
-  const CouplingParameters stable = stable_coupling(coupling, inertia_pulled_by(tool), step_s());
-  tool.has_reduced_coupling = stable != coupling;
-  tool.hand.set_coupling(stable);
-}
-
-TickFaults World::Impl::pull_tools() noexcept {
-  TickFaults faults = 0;
-  for (Tool& tool : tools) {
-    if (!tool.is_active) continue;
-    const RigidState state = tool_state(tool);
-    const Wrench wrench = tool.hand.pull(state);
-    RigidBody& pulled = tool.held ? bodies[*tool.held].rigid : tool.rigid;
-    pulled.apply_wrench(wrench, state.X.p);
-    if (tool.hand.is_saturated()) faults |= kFaultCouplingSaturated;
-    if (tool.has_reduced_coupling) faults |= kFaultCouplingReduced;
-  }
-  return faults;
+std::size_t World::Impl::thing_of(const Tool& tool) const {
+  return tool.held ? *tool.held : bodies.size() + static_cast<std::size_t>(&tool - tools.data());
 }
 
 TickFaults World::Impl::apply_field() noexcept {
@@ -216,7 +204,9 @@ TickFaults World::Impl::apply_field() noexcept {
   }
   const bool is_limited = field.add_wrenches(poses, wrenches);
   for (std::size_t i = 0; i < bodies.size(); ++i) {
-    if (bodies[i].molecule != nullptr) bodies[i].rigid.apply_wrench(wrenches[i], poses[i].p);
+    // Held ones feel it in the touch stage (describe_things()).
+    if (bodies[i].molecule != nullptr && bodies[i].is_in_bullet())
+      bodies[i].rigid.apply_wrench(wrenches[i], poses[i].p);
   }
   return is_limited ? TickFaults{kFaultFieldLimited} : 0;
 }
@@ -226,8 +216,51 @@ void World::Impl::damp() noexcept {
     if (!body.rigid.is_static()) body.rigid.damp(step_s(), 0);
   }
   for (Tool& tool : tools) {
-    if (tool.is_in_bullet() && !tool.hand.pulls()) tool.rigid.damp(step_s(), kIdleDamping_per_s);
+    if (tool.is_free() && !tool.hand.pulls()) tool.rigid.damp(step_s(), kIdleDamping_per_s);
   }
+}
+
+/// Guests' weight and field are told as well, so that the stage foresees how they move.
+void World::Impl::describe_things() noexcept {
+  using Role = TouchThing::Role;
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    Body& body = bodies[i];
+    TouchThing& thing = things[i];
+    thing = {&body.rigid, body.touch, Role::kStatic, {}, {}};
+    if (body.rigid.is_static()) continue;
+    thing.role = body.is_in_bullet() ? Role::kGuest : Role::kOurs;
+    thing.wrench_W = body.rigid.weight_W(gravity);
+    if (body.molecule == nullptr) continue;
+    const Vec3 lever = poses[i].p - body.rigid.centre_W();
+    thing.wrench_W += {wrenches[i].f, wrenches[i].t + lever.cross(wrenches[i].f)};
+  }
+  for (std::size_t i = 0; i < tools.size(); ++i) {
+    Tool& tool = tools[i];
+    things[bodies.size() + i] = {
+        &tool.rigid, tool.touch, tool.is_free() ? Role::kOurs : Role::kAbsent, {}, tool.passes_through};
+  }
+}
+
+TickFaults World::Impl::step_touch() noexcept {
+  describe_things();
+  pulls.clear();
+  pulling.clear();
+  for (std::size_t i = 0; i < tools.size(); ++i) {
+    if (!tools[i].is_active || !tools[i].hand.pulls()) continue;
+    pulls.push_back({thing_of(tools[i]), &tools[i].hand, tool_state(tools[i]).X, {}});
+    pulling.push_back(i);
+  }
+  return touch.step(step_s(), things, pulls);
+}
+
+TickFaults World::Impl::settle_hands() noexcept {
+  TickFaults faults = 0;
+  for (std::size_t i = 0; i < pulls.size(); ++i) {
+    Tool& tool = tools[pulling[i]];
+    tool.hand.settle(pulls[i].X_WT, tool_state(tool), pulls[i].wrench_W);
+    if (tool.hand.is_saturated()) faults |= kFaultCouplingSaturated;
+  }
+  return faults;
 }
 
 TickFaults World::Impl::guard(RigidBody& rigid, const RigidState& start, bool is_in_bullet) noexcept {
@@ -245,20 +278,17 @@ TickFaults World::Impl::guard(RigidBody& rigid, const RigidState& start, bool is
 TickFaults World::Impl::guard_all() noexcept {
   TickFaults faults = 0;
   for (Body& body : bodies) {
-    if (!body.rigid.is_static()) faults |= guard(body.rigid, body.start, true);
+    if (!body.rigid.is_static()) faults |= guard(body.rigid, body.start, body.is_in_bullet());
   }
   for (Tool& tool : tools) {
-    if (tool.is_in_bullet()) faults |= guard(tool.rigid, tool.start, true);
+    if (tool.is_free()) faults |= guard(tool.rigid, tool.start, false);
   }
   return faults;
 }
 
 void World::Impl::end_passing_through(Tool& tool) noexcept {
   if (!tool.passes_through || !tool.is_active) return;
-  RigidBody& body = bodies[*tool.passes_through].rigid;
-  if (bullet.distance_m(tool.rigid, body, kCollisionMargin_m) <= kCollisionMargin_m) return;
-  bullet.set_collision(tool.rigid, body, true);
-  tool.passes_through.reset();
+  if (distance_m(tool, *tool.passes_through, 0) > 0) tool.passes_through.reset();
 }
 
 World::World(std::shared_ptr<const LoadedScene> scene) : impl_(std::make_unique<Impl>(std::move(scene))) {}
@@ -271,12 +301,9 @@ void World::activate_tool(std::size_t index) {
   tool.hand.reset();
   tool.rigid.set_state(tool.start);
   const std::optional<std::size_t> held = impl_->scene->tools[index].holds_body;
-  if (!held) {
-    impl_->bullet.add(tool.rigid);
-    return;
-  }
+  if (!held) return;
   Body& body = impl_->bodies[*held];
-  if (!impl_->is_held(*held)) body.rigid.set_state(body.start);
+  if (body.hands == 0) body.rigid.set_state(body.start);
   impl_->attach(tool, *held, body.start.X.inverse() * tool.start.X);
   tool.hand.anchor_at(impl_->tool_state(tool).X);
 }
@@ -285,8 +312,6 @@ void World::deactivate_tool(std::size_t index) {
   Tool& tool = impl_->tools[index];
   if (!tool.is_active) return;
   release(index);
-  impl_->bullet.remove(tool.rigid);
-  if (tool.passes_through) impl_->bullet.set_collision(tool.rigid, impl_->bodies[*tool.passes_through].rigid, true);
   tool.passes_through.reset();
   tool.hand.let_go();
   tool.is_active = false;
@@ -326,7 +351,6 @@ GrabResult World::grab(std::size_t index, BodyId id) {
   }
   if (!nearest) return GrabResult::kOutOfReach;
   const Pose X_WT = tool.rigid.state().X;
-  impl_->bullet.remove(tool.rigid);
   impl_->attach(tool, *nearest, impl_->bodies[*nearest].rigid.state().X.inverse() * X_WT);
   if (!tool.hand.has_handle()) tool.hand.anchor_at(X_WT);
   return GrabResult::kGrabbed;
@@ -336,28 +360,29 @@ void World::release(std::size_t index) {
   Tool& tool = impl_->tools[index];
   if (!tool.held) return;
   impl_->detach(tool);
-  impl_->bullet.add(tool.rigid);
   if (!tool.hand.has_handle()) tool.hand.let_go();
 }
 
 void World::set_coupling(const CouplingParameters& parameters) {
   if (!is_usable(parameters)) return;
   impl_->coupling = parameters;
-  impl_->limit_couplings();
+  for (Tool& tool : impl_->tools) tool.hand.set_coupling(parameters);
 }
 
 TickFaults World::step() noexcept {
-  TickFaults faults = impl_->pull_tools();
-  faults |= impl_->apply_field();
+  TickFaults faults = impl_->apply_field();
   impl_->damp();
+  faults |= impl_->step_touch();
   impl_->bullet.step(impl_->step_s());
   faults |= impl_->guard_all();
-  for (Tool& tool : impl_->tools) {
-    if (!tool.is_active) continue;
-    tool.hand.account(impl_->tool_state(tool).X);
-    impl_->end_passing_through(tool);
-  }
+  faults |= impl_->settle_hands();
+  for (Tool& tool : impl_->tools) impl_->end_passing_through(tool);
   return faults;
+}
+
+TouchSummary World::touch(std::size_t index) const {
+  const TouchContact& contact = impl_->touch.contact(impl_->thing_of(impl_->tools[index]));
+  return {contact.pressing, contact.deepest_m, contact.wrench_W.f.norm()};
 }
 
 ToolState World::tool(std::size_t index) const {
@@ -390,7 +415,7 @@ double World::mechanical_energy_j() const {
     if (!body.rigid.is_static()) energy += body.rigid.mechanical_energy_j(impl_->gravity);
   }
   for (const Tool& tool : impl_->tools) {
-    if (tool.is_in_bullet()) energy += tool.rigid.mechanical_energy_j(impl_->gravity);
+    if (tool.is_free()) energy += tool.rigid.mechanical_energy_j(impl_->gravity);
   }
   return energy;
 }

@@ -23,6 +23,13 @@ struct ToolState {
   double energy_from_world_j = 0;  ///< Σ of work drawn from the world, ≥ 0
 };
 
+/// What a tool touched in a step.
+struct TouchSummary {
+  std::uint32_t contacts = 0;  ///< points that pressed
+  double deepest_m = 0;
+  double force_n = 0;  ///< of all contacts together
+};
+
 /// A scene in motion.
 ///
 /// Each tool is a rigid body without weight, pulled to its user's handle by the scene's coupling law. While a tool
@@ -30,9 +37,9 @@ struct ToolState {
 /// collides nor adds mass. Several tools may hold the same body. A tool that is inside the body that it releases
 /// passes through it until they have come apart.
 ///
-/// The coupling is integrated explicitly. Where a body is too light for it (held by more hands, or farther from its
-/// centre, than the loader could know) its coefficients are reduced while it is held (coupling_limits.hpp), and every
-/// step tells so with kFaultCouplingReduced.
+/// Tools and held bodies are stepped by the implicit solver of common/contact (touch_stage.hpp), with coupling, contact
+/// and friction in one solution: no tool is too light and no coupling or surface too stiff. Bullet steps the bodies
+/// that nobody holds; of tools it only sees what they push with.
 ///
 /// The same calls in the same order give the same bits on the same machine.
 ///
@@ -66,6 +73,8 @@ class World {
   TickFaults step() noexcept;
 
   ToolState tool(std::size_t tool) const;
+  /// What the tool, or the body that it holds, touched in the last step.
+  TouchSummary touch(std::size_t tool) const;
   std::size_t body_count() const;
   /// At rest at the origin for an id that the scene does not have.
   RigidState body(BodyId id) const;

@@ -1,1 +1,140 @@
 #include "common/contact/contact_pair.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace tandem {
+namespace {
+
+// A shell wider than this is not trusted to find all there is: the accuracy that contact promises.
+constexpr double kFineSpacing_m = 5e-4;
+// Candidates keep distances in single precision.
+constexpr double kRounding_m = 1e-8;
+
+double area_m2(const ContactShape& shape) {
+  return shape.shells.surface.nodes.empty() ? 0 : shape.shells.surface.nodes[0].mean.area_m2;
+}
+
+// Whether `a` gives all of its points, and `b` its features alone.
+bool is_primary(const ContactShape& a, const ContactShape& b) {
+  const bool is_a_fine = a.shells.surface.spacing_m <= kFineSpacing_m && !a.shells.surface.nodes.empty();
+  const bool is_b_fine = b.shells.surface.spacing_m <= kFineSpacing_m && !b.shells.surface.nodes.empty();
+  if (is_a_fine != is_b_fine) return is_a_fine;
+  return area_m2(a) <= area_m2(b);
+}
+
+BoundingBall ball_around(const ContactShape& shape) {
+  // The surface bulges out of the box around its points by less than the way to the next of them.
+  return {(shape.low_S + shape.high_S) / 2, (shape.high_S - shape.low_S).norm() / 2 + shape.shells.surface.spacing_m};
+}
+
+}  // namespace
+
+/// Points of one shape (frame P) against the field of the other (frame F).
+struct ContactPair::Direction {
+  const DistanceField& field;
+  Pose X_WF;
+  Pose X_FP;
+  std::uint32_t id_bits = 0;
+  double sign = 1;  ///< of the field's gradient, so that it points out of B
+};
+
+ContactPair::ContactPair(const ContactBudget& budget)
+    : budget_(std::max(8U, budget.points)), primary_(budget_), other_(budget_ / 4) {
+  for (Found* found : {&now_, &before_}) {
+    found->points.reserve(budget_);
+    found->counts.reserve(budget_);
+  }
+}
+
+void ContactPair::bind(const ContactShape* a, const ContactShape* b) noexcept {
+  a_ = a;
+  b_ = b;
+  for (Found* found : {&now_, &before_}) {
+    found->points.clear();
+    found->counts.clear();
+    found->first_of_other = 0;
+  }
+  if (!is_bound()) return;
+  is_a_primary_ = is_primary(*a, *b);
+  const ContactShape& first = is_a_primary_ ? *a : *b;
+  const ContactShape& second = is_a_primary_ ? *b : *a;
+  const std::uint32_t for_features = second.shells.features.nodes.empty() ? 0 : budget_ / 4;
+  primary_.bind(&first.shells.surface, ball_around(first), second.field.get(), ball_around(second),
+                budget_ - for_features);
+  other_.bind(&second.shells.features, ball_around(second), first.field.get(), ball_around(first), for_features);
+}
+
+ContactWork ContactPair::find(const Pose& X_WA, const Pose& X_WB, double band_m) noexcept {
+  std::swap(now_, before_);
+  now_.points.clear();
+  now_.counts.clear();
+  now_.first_of_other = 0;
+  if (!is_bound() || !is_finite(X_WA) || !is_finite(X_WB)) return {};
+
+  const Pose X_BA = X_WB.inverse() * X_WA;
+  const Pose X_AB = X_WA.inverse() * X_WB;
+  const Direction a_in_b{*b_->field, X_WB, X_BA, is_a_primary_ ? 0 : ContactPoint::kOtherDirection, 1};
+  const Direction b_in_a{*a_->field, X_WA, X_AB, is_a_primary_ ? ContactPoint::kOtherDirection : 0, -1};
+  const Direction& first = is_a_primary_ ? a_in_b : b_in_a;
+  const Direction& second = is_a_primary_ ? b_in_a : a_in_b;
+  const double band = std::min({band_m, a_->field->band_m(), b_->field->band_m()});
+
+  ContactWork work = primary_.refresh(first.X_FP, band);
+  work += other_.refresh(second.X_FP, band);
+  search(primary_, first, band);
+  now_.first_of_other = now_.points.size();
+  search(other_, second, band);
+
+  const Eigen::Matrix3d turn = (X_WB.q * q_WB_before_.conjugate()).toRotationMatrix();
+  carry_bristles(0, now_.first_of_other, 0, before_.first_of_other, turn);
+  carry_bristles(now_.first_of_other, now_.points.size(), before_.first_of_other, before_.points.size(), turn);
+  q_WB_before_ = X_WB.q;
+  return work;
+}
+
+void ContactPair::search(ShellCandidates& candidates, const Direction& direction, double band_m) noexcept {
+  const Eigen::Matrix3d R_FP = direction.X_FP.q.toRotationMatrix();
+  const Eigen::Matrix3d R_WF = direction.X_WF.q.toRotationMatrix();
+  const Eigen::Matrix3d R_out = direction.sign * R_WF;
+  const double margin_m = band_m + 2 * direction.field.error_m() + kRounding_m;
+  for (const ShellPart& part : candidates.parts()) {
+    for (const ShellCandidate& candidate : candidates.candidates(part)) {
+      if (candidate.distance_m > margin_m + part.motion_m) continue;
+      const Vec3 p_F = R_FP * candidate.p_P.cast<double>() + direction.X_FP.p;
+      const DistanceSample sample = direction.field.sample(p_F);
+      if (sample.distance_m >= band_m) continue;
+      ContactPoint& point = now_.points.emplace_back();
+      point.p_W = R_WF * p_F + direction.X_WF.p;
+      point.normal_W = R_out * sample.gradient.normalized();
+      point.depth_m = -sample.distance_m;
+      point.area_m2 = candidate.area_m2;
+      point.id = candidate.first | direction.id_bits;
+      now_.counts.push_back(candidate.count);
+    }
+  }
+}
+
+// Both lists are in the order of their points. What stands for several points takes the mean of what they had, and
+// gives it to each of them: friction does not let go where contact gets coarser or finer.
+void ContactPair::carry_bristles(std::size_t now, std::size_t now_end, std::size_t before, std::size_t before_end,
+                                 const Eigen::Matrix3d& turn_of_b) noexcept {
+  for (; now < now_end; ++now) {
+    ContactPoint& point = now_.points[now];
+    const std::uint32_t end = point.id + now_.counts[now];
+    while (before < before_end && before_.points[before].id + before_.counts[before] <= point.id) ++before;
+    Vec3 sum = Vec3::Zero();
+    double weights = 0;
+    for (std::size_t old = before; old < before_end && before_.points[old].id < end; ++old) {
+      const std::uint32_t overlap_end = std::min(end, before_.points[old].id + before_.counts[old]);
+      const double weight = overlap_end - std::max(point.id, before_.points[old].id);
+      sum += weight * before_.points[old].bristle_W;
+      weights += weight;
+    }
+    if (weights <= 0) continue;
+    const Vec3 bristle_W = turn_of_b * sum / weights;
+    point.bristle_W = bristle_W - point.normal_W * point.normal_W.dot(bristle_W);
+  }
+}
+
+}  // namespace tandem

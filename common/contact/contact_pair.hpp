@@ -1,22 +1,28 @@
 // Where two shapes touch: found 1000 times a second, with the work bounded, from what was found before.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
 
 #include "common/contact/contact_shape.hpp"
+#include "common/contact/shell_candidates.hpp"
 
 namespace tandem {
 
 /// One place where A meets B.
 struct ContactPoint {
-  Vec3 p_W = Vec3::Zero();
+  Vec3 p_W = Vec3::Zero();        ///< the sample itself: on the surface of the shape whose point it is
   Vec3 normal_W = Vec3::UnitZ();  ///< unit, out of B towards A: the force on A is along it
   double depth_m = 0;             ///< overlap along the normal; negative: a gap
   double area_m2 = 0;
   Vec3 bristle_W = Vec3::Zero();  ///< tangential displacement of A past B since they stuck; written by the solver
-  std::uint32_t id = 0;           ///< which sample it is: the same from step to step
+  /// Which sample it is, the same from step to step: the index of the point in its shell, of the first point where it
+  /// stands for several; with kOtherDirection for the points of the shape that has the larger surface.
+  std::uint32_t id = 0;
+
+  static constexpr std::uint32_t kOtherDirection = 1U << 31;
 };
 
 /// In points asked of a distance field and nodes of a tree, never in time: a replay degrades alike.
@@ -24,19 +30,12 @@ struct ContactBudget {
   std::uint32_t points = 2048;  ///< a pair and step; beyond it, points are merged with their neighbours
 };
 
-/// What a search had to do.
-struct ContactWork {
-  std::uint32_t nodes = 0;
-  std::uint32_t points = 0;
-  bool is_coarse = false;     ///< the budget was reached: points stand for several
-  bool is_refreshed = false;  ///< the tree was walked
-};
-
 /// The contacts of shape A with shape B, searched each step. Remembers the candidates of the last walk of the tree and
 /// how far the shapes may move before they are not enough.
 ///
 /// Model   all surface points of the shape with the smaller surface against the distance field of the other, and the
-///         feature points of the other against the field of the first
+///         feature points of the other against the field of the first. A shape whose shell is wider than 0.5 mm gives
+///         its features alone when the other's is not
 /// Thread  one at a time
 class ContactPair {
  public:
@@ -45,14 +44,41 @@ class ContactPair {
 
   /// Forgets everything and looks at these shapes from now on. Null: none. No allocation.
   void bind(const ContactShape* a, const ContactShape* b) noexcept;
-  bool is_bound() const;
+  bool is_bound() const { return a_ != nullptr && b_ != nullptr; }
 
   /// Finds every point deeper than −`band_m`. Bristles of points that were there before are carried along with B.
+  ///
+  /// Model   while the budget holds, the result depends on the poses alone, not on those before. Beyond it, points are
+  ///         merged where contact is shallowest; their areas add up
+  /// In      band_m  more than either field's `band_m()` is cut to that
+  /// Fails   no contact for a pose that is not finite
   ContactWork find(const Pose& X_WA, const Pose& X_WB, double band_m) noexcept;
 
   /// Of the last find(), in the order of their ids.
-  std::span<ContactPoint> contacts() noexcept;
-  std::span<const ContactPoint> contacts() const noexcept;
+  std::span<ContactPoint> contacts() noexcept { return now_.points; }
+  std::span<const ContactPoint> contacts() const noexcept { return now_.points; }
+
+ private:
+  struct Found {
+    std::vector<ContactPoint> points;
+    std::vector<std::uint32_t> counts;  ///< how many points of the shell each stands for
+    std::size_t first_of_other = 0;     ///< where the second direction begins
+  };
+  struct Direction;
+
+  void search(ShellCandidates& candidates, const Direction& direction, double band_m) noexcept;
+  void carry_bristles(std::size_t now, std::size_t now_end, std::size_t before, std::size_t before_end,
+                      const Eigen::Matrix3d& turn_of_b) noexcept;
+
+  const ContactShape* a_ = nullptr;
+  const ContactShape* b_ = nullptr;
+  std::uint32_t budget_;
+  bool is_a_primary_ = true;
+  ShellCandidates primary_;
+  ShellCandidates other_;
+  Found now_;
+  Found before_;
+  Quat q_WB_before_ = Quat::Identity();
 };
 
 }  // namespace tandem

@@ -1,1 +1,195 @@
 #include "common/contact/contact_shape.hpp"
+
+#include <limits>
+#include <stdexcept>
+
+#include "common/contact/byte_io.hpp"
+#include "common/contact/primitive_fields.hpp"
+#include "common/contact/tessellation.hpp"
+
+namespace tandem {
+namespace {
+
+constexpr std::uint32_t kMagic = 0x41435454;  // "TTCA"
+constexpr double kMostRigidDepth = 5e-4;
+// Of the half thickness. Below 1/2, with something left for what a hard contact still gives way.
+constexpr double kRigidShare = 0.4;
+// The share of a surface that may be thinner than what the rigid depth is made for: the tips of wedges and spikes, of
+// which there is no thinnest.
+constexpr double kThinShare = 0.02;
+// However thin a shape is: a fifth of what single contacts give way under a hand.
+constexpr double kLeastRigidDepth = 5e-5;
+
+double rigid_depth_of(double half_thickness_m) {
+  return std::clamp(kRigidShare * half_thickness_m, kLeastRigidDepth, kMostRigidDepth);
+}
+
+void require_positive(double value, const char* shape, const char* field) {
+  if (value > 0 && std::isfinite(value)) return;
+  throw std::invalid_argument(std::string(shape) + ": " + field + " is " + std::to_string(value) +
+                              ", but must be a positive length in metres");
+}
+
+void set_bounds(ContactShape& shape) {
+  const auto& points = shape.shells.surface.points;
+  if (points.empty()) return;
+  Eigen::Vector3f low = points.front().p_S;
+  Eigen::Vector3f high = low;
+  for (const ShellPoint& point : points) {
+    low = low.cwiseMin(point.p_S);
+    high = high.cwiseMax(point.p_S);
+  }
+  shape.low_S = low.cast<double>();
+  shape.high_S = high.cast<double>();
+}
+
+std::shared_ptr<const ContactShape> make_primitive(std::shared_ptr<const DistanceField> field,
+                                                   const TriangleMesh& outline, double half_thickness_m,
+                                                   const ContactShapeOptions& options) {
+  auto shape = std::make_shared<ContactShape>();
+  shape->shells = sample_surface(outline, *field, options.shell);
+  shape->field = std::move(field);
+  shape->rigid_depth_m = rigid_depth_of(half_thickness_m);
+  set_bounds(*shape);
+  return shape;
+}
+
+/// How far it is from a surface point straight inward to where the opposite surface is nearer; infinite if beyond
+/// `limit_m`. Where walls meet at an angle they are not opposite, however near.
+double half_thickness_at(const DistanceField& field, const ShellPoint& point, double limit_m) {
+  const int steps = 24;
+  const Vec3 normal = point.normal_S.cast<double>();
+  const Vec3 p = point.p_S.cast<double>();
+  // Twice in a row, because on a crease of the field its gradient may be any.
+  bool was_opposite = false;
+  for (int i = 1; i <= steps + 1; ++i) {
+    const double depth = limit_m * i / steps;
+    const bool is_opposite = field.sample(p - depth * normal).gradient.dot(normal) < -0.5;
+    if (is_opposite && was_opposite) return limit_m * (i - 1) / steps;
+    was_opposite = is_opposite;
+  }
+  return std::numeric_limits<double>::infinity();
+}
+
+/// The half thickness than which all but a small share of the surface is thicker.
+double thin_half_thickness(const DistanceField& field, const PointShell& shell) {
+  const std::size_t most_samples = 20'000;
+  const double limit_m = kMostRigidDepth / kRigidShare;
+  std::vector<double> found;
+  for (std::size_t i = 0; i < shell.points.size(); i += 1 + shell.points.size() / most_samples) {
+    found.push_back(half_thickness_at(field, shell.points[i], limit_m));
+  }
+  if (found.empty()) return limit_m;
+  const auto thin = found.begin() + static_cast<std::ptrdiff_t>(kThinShare * static_cast<double>(found.size()));
+  std::nth_element(found.begin(), thin, found.end());
+  return std::min(*thin, limit_m);
+}
+
+/// Joins the progress of stages, which may each begin again, into one that never goes back.
+class StagedProgress {
+ public:
+  explicit StagedProgress(const std::function<void(double)>& progress) : progress_(progress) {}
+
+  std::function<void(double)> stage(double from, double to) {
+    return [this, from, to](double done) { reach(from + (to - from) * done); };
+  }
+  void reach(double done) {
+    reached_ = std::max(reached_, done);
+    if (progress_) progress_(reached_);
+  }
+
+ private:
+  const std::function<void(double)>& progress_;
+  double reached_ = 0;
+};
+
+}  // namespace
+
+std::size_t ContactShape::memory_bytes() const {
+  const auto* grid = dynamic_cast<const DistanceGrid*>(field.get());
+  return sizeof(*this) + shells.surface.memory_bytes() + shells.features.memory_bytes() +
+         (grid != nullptr ? grid->memory_bytes() : sizeof(DistanceField));
+}
+
+std::shared_ptr<const ContactShape> make_contact_sphere(double radius_m, const ContactShapeOptions& options) {
+  require_positive(radius_m, "sphere", "radius");
+  return make_primitive(std::make_shared<SphereField>(radius_m), tessellated_sphere(radius_m), radius_m, options);
+}
+
+std::shared_ptr<const ContactShape> make_contact_box(const Vec3& size_m, const ContactShapeOptions& options) {
+  for (const double edge : size_m) require_positive(edge, "box", "an edge");
+  return make_primitive(std::make_shared<BoxField>(size_m), tessellated_box(size_m), size_m.minCoeff() / 2, options);
+}
+
+std::shared_ptr<const ContactShape> make_contact_cylinder(double radius_m, double length_m,
+                                                          const ContactShapeOptions& options) {
+  require_positive(radius_m, "cylinder", "radius");
+  require_positive(length_m, "cylinder", "length");
+  return make_primitive(std::make_shared<CylinderField>(radius_m, length_m), tessellated_cylinder(radius_m, length_m),
+                        std::min(radius_m, length_m / 2), options);
+}
+
+std::shared_ptr<const ContactShape> make_contact_capsule(double radius_m, double length_m,
+                                                         const ContactShapeOptions& options) {
+  require_positive(radius_m, "capsule", "radius");
+  require_positive(length_m, "capsule", "length");
+  return make_primitive(std::make_shared<CapsuleField>(radius_m, length_m), tessellated_capsule(radius_m, length_m),
+                        radius_m, options);
+}
+
+std::shared_ptr<const ContactShape> make_contact_mesh(const ContactMesh& mesh, const ContactShapeOptions& options,
+                                                      const std::function<void(double)>& progress) {
+  auto shape = std::make_shared<ContactShape>();
+  StagedProgress staged(progress);
+  const TriangleTree tree(mesh.mesh);
+  shape->field = DistanceGrid::build(mesh, tree, options.grid, staged.stage(0.05, 0.7));
+  PointShellOptions shell = options.shell;
+  shell.sheet_thickness_m = options.grid.sheet_thickness_m;
+  shape->shells = sample_surface(mesh, shell, staged.stage(0.7, 0.95));
+  shape->rigid_depth_m = rigid_depth_of(thin_half_thickness(*shape->field, shape->shells.surface));
+  set_bounds(*shape);
+  staged.reach(1);
+  return shape;
+}
+
+std::vector<std::uint8_t> contact_asset_bytes(const ContactShape& shape) {
+  const auto* grid = dynamic_cast<const DistanceGrid*>(shape.field.get());
+  if (grid == nullptr) throw std::invalid_argument("only the shape of a mesh is an asset: a primitive is its formula");
+  std::vector<std::uint8_t> bytes;
+  ByteWriter writer(bytes);
+  writer.u32(kMagic);
+  writer.u32(kContactAssetVersion);
+  writer.f64(shape.rigid_depth_m);
+  grid->write(bytes);
+  shape.shells.surface.write(bytes);
+  shape.shells.features.write(bytes);
+  writer.number(checksum_of(bytes));
+  return bytes;
+}
+
+std::shared_ptr<const ContactShape> contact_shape_from(std::span<const std::uint8_t> bytes) {
+  constexpr std::size_t kChecksumBytes = sizeof(std::uint64_t);
+  if (bytes.size() < kChecksumBytes) return nullptr;
+  const auto content = bytes.first(bytes.size() - kChecksumBytes);
+  auto ending = bytes.last(kChecksumBytes);
+  if (ByteReader(ending).number<std::uint64_t>() != checksum_of(content)) return nullptr;
+
+  auto rest = content;
+  ByteReader reader(rest);
+  if (reader.u32() != kMagic || reader.u32() != kContactAssetVersion) return nullptr;
+  auto shape = std::make_shared<ContactShape>();
+  shape->rigid_depth_m = reader.f64();
+  if (!reader.ok() || !(shape->rigid_depth_m >= kLeastRigidDepth && shape->rigid_depth_m <= kMostRigidDepth)) {
+    return nullptr;
+  }
+  shape->field = DistanceGrid::read(rest);
+  if (!shape->field) return nullptr;
+  auto surface = PointShell::read(rest);
+  auto features = PointShell::read(rest);
+  if (!surface || !features || surface->points.empty() || !rest.empty()) return nullptr;
+  shape->shells = {std::move(*surface), std::move(*features)};
+  set_bounds(*shape);
+  return shape;
+}
+
+}  // namespace tandem

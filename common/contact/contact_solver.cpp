@@ -1,1 +1,228 @@
 #include "common/contact/contact_solver.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+#include "common/contact/contact_island.hpp"
+
+namespace tandem {
+namespace {
+
+bool is_usable(const SolverBody& body) {
+  return std::isfinite(body.mass_kg) && body.mass_kg > 0 && body.inertia_W.allFinite() && is_finite(body.p_WC) &&
+         is_finite(body.V_WC) && is_finite(body.wrench_W);
+}
+
+bool is_usable(const SolverPatch& patch) {
+  const auto is_amount = [](double x) { return std::isfinite(x) && x >= 0; };
+  return is_amount(patch.stiffness_n_per_m3) && is_amount(patch.rigid_depth_m) && is_amount(patch.friction) &&
+         is_amount(patch.dissipation_s);
+}
+
+bool is_usable(const SolverCoupling& coupling) {
+  return coupling.law != nullptr && is_finite(coupling.X_WH) && is_finite(coupling.V_WH) && is_finite(coupling.X_WT);
+}
+
+/// Not moving when its numbers are of no body.
+IslandBody loaded(const SolverBody& in, double step_s) {
+  IslandBody body;
+  if (!is_usable(in)) return body;
+  const Eigen::LLT<Eigen::Matrix3d> inertia(in.inertia_W);
+  if (inertia.info() != Eigen::Success) return body;
+  body.mass_kg = in.mass_kg;
+  body.inertia_W = in.inertia_W;
+  body.inverse_inertia_W = inertia.solve(Eigen::Matrix3d::Identity());
+  body.p_WC = in.p_WC;
+  body.velocity << in.V_WC.v, in.V_WC.w;
+  body.free << in.V_WC.v + step_s / in.mass_kg * in.wrench_W.f,
+      in.V_WC.w + step_s * (body.inverse_inertia_W * in.wrench_W.t);
+  body.push_n = body.force_of(in.wrench_W);
+  body.is_moving = body.free.allFinite() && body.inverse_inertia_W.allFinite() && std::isfinite(body.push_n);
+  return body;
+}
+
+}  // namespace
+
+struct ContactSolver::Impl {
+  explicit Impl(const Limits& limits_in)
+      : limits(limits_in), rows(limits.contacts, limits.patches), problem(limits.bodies, rows), bodies(limits.bodies) {
+    members.reserve(limits.bodies);
+    patches.reserve(limits.patches);
+    couplings.reserve(limits.couplings);
+  }
+
+  void load(std::span<const SolverBody> bodies_in, std::span<const SolverCoupling> couplings_in,
+            std::span<const SolverPatch> patches_in) noexcept;
+  void load_patch(const SolverPatch& in, std::size_t index) noexcept;
+  void find_islands() noexcept;
+  void solve_island(int island) noexcept;
+  void let_fly(std::span<IslandPatch> touched, std::span<IslandCoupling> pulled) noexcept;
+  void finish(std::span<SolverBody> bodies_out, std::span<const SolverPatch> patches_in, std::span<PatchResult> results,
+              std::span<Wrench> tool_wrenches_W) const noexcept;
+
+  IslandBody* moving(int body) {
+    const bool is_there = body >= 0 && body < body_count && bodies[static_cast<std::size_t>(body)].is_moving;
+    return is_there ? &bodies[static_cast<std::size_t>(body)] : nullptr;
+  }
+
+  Limits limits;
+  ContactRows rows;
+  ContactIsland problem;
+  std::vector<IslandBody> bodies;
+  int body_count = 0;
+  std::vector<IslandPatch> patches;
+  std::vector<IslandCoupling> couplings;
+  std::vector<IslandBody*> members;  ///< of the island that is solved
+  double step_s = 0;
+  SolverReport report;
+};
+
+void ContactSolver::Impl::load(std::span<const SolverBody> bodies_in, std::span<const SolverCoupling> couplings_in,
+                               std::span<const SolverPatch> patches_in) noexcept {
+  report = {};
+  rows.clear();
+  patches.clear();
+  couplings.clear();
+  const std::size_t count = std::min(bodies_in.size(), limits.bodies);
+  body_count = static_cast<int>(count);
+  report.left_out += static_cast<std::uint32_t>(bodies_in.size() - count);
+  for (std::size_t i = 0; i < count; ++i) {
+    bodies[i] = loaded(bodies_in[i], step_s);
+    bodies[i].island = static_cast<int>(i);
+    if (!bodies[i].is_moving) ++report.left_out;
+  }
+  for (std::size_t i = 0; i < couplings_in.size(); ++i) {
+    IslandBody* body = moving(couplings_in[i].body);
+    if (body == nullptr || !is_usable(couplings_in[i]) || couplings.size() == limits.couplings) {
+      ++report.left_out;
+      continue;
+    }
+    const SolverBody& of = bodies_in[static_cast<std::size_t>(couplings_in[i].body)];
+    couplings.push_back({CouplingTerm(couplings_in[i], of, step_s), body, 0, i});
+  }
+  for (std::size_t i = 0; i < patches_in.size(); ++i) load_patch(patches_in[i], i);
+}
+
+void ContactSolver::Impl::load_patch(const SolverPatch& in, std::size_t index) noexcept {
+  IslandPatch patch;
+  patch.a = moving(in.a);
+  patch.b = moving(in.b);
+  patch.index = index;
+  if (patch.a == patch.b || !is_usable(in) || patches.size() == limits.patches) {
+    ++report.left_out;
+    return;
+  }
+  PatchTerms& terms = patch.terms;
+  terms.about_W = patch.a != nullptr ? patch.a->p_WC : patch.b->p_WC;
+  terms.step_s = step_s;
+  terms.stiffness_n_per_m3 = in.stiffness_n_per_m3;
+  terms.dissipation_s = in.dissipation_s;
+  terms.friction = in.friction;
+  terms.rigid_depth_m = in.rigid_depth_m;
+  if (rows.append(in.contacts, terms, report.left_out)) {
+    patches.push_back(patch);
+  } else {
+    ++report.left_out;
+  }
+}
+
+// An island is called by the lowest index of its bodies.
+void ContactSolver::Impl::find_islands() noexcept {
+  for (const IslandPatch& patch : patches) {
+    if (patch.a == nullptr || patch.b == nullptr || patch.terms.first == patch.terms.end) continue;
+    const auto [keep, drop] = std::minmax(patch.a->island, patch.b->island);
+    const int kept = keep, dropped = drop;
+    if (kept == dropped) continue;
+    for (int i = 0; i < body_count; ++i) {
+      int& island = bodies[static_cast<std::size_t>(i)].island;
+      if (island == dropped) island = kept;
+    }
+  }
+  for (IslandPatch& patch : patches) patch.island = patch.a != nullptr ? patch.a->island : patch.b->island;
+  for (IslandCoupling& coupling : couplings) coupling.island = coupling.body->island;
+  const auto in_order = [](const auto& x, const auto& y) {
+    return x.island != y.island ? x.island < y.island : x.index < y.index;
+  };
+  std::sort(patches.begin(), patches.end(), in_order);
+  std::sort(couplings.begin(), couplings.end(), in_order);
+}
+
+namespace {
+
+template <typename Entry>
+std::span<Entry> of_island(std::vector<Entry>& entries, int island) {
+  const auto [first, last] = std::ranges::equal_range(entries, island, {}, &Entry::island);
+  return {first, last};
+}
+
+}  // namespace
+
+void ContactSolver::Impl::solve_island(int island) noexcept {
+  members.clear();
+  for (int i = 0; i < body_count; ++i) {
+    IslandBody& body = bodies[static_cast<std::size_t>(i)];
+    if (body.is_moving && body.island == island) members.push_back(&body);
+  }
+  if (members.empty()) return;
+  const std::span<IslandPatch> touched = of_island(patches, island);
+  const std::span<IslandCoupling> pulled = of_island(couplings, island);
+  problem.begin(step_s, members, touched, pulled);
+  if (!problem.solve(limits.iterations)) report.has_converged = false;
+  report.iterations = std::max(report.iterations, problem.iterations());
+  const bool is_sound = std::all_of(members.begin(), members.end(), [](const IslandBody* body) {
+    return body->velocity.allFinite() && body->residual.allFinite();
+  });
+  if (!is_sound) let_fly(touched, pulled);
+}
+
+void ContactSolver::Impl::let_fly(std::span<IslandPatch> touched, std::span<IslandCoupling> pulled) noexcept {
+  report.has_converged = false;
+  for (IslandBody* body : members) body->velocity = body->free;
+  for (IslandPatch& patch : touched) patch.is_void = true;
+  for (IslandCoupling& coupling : pulled) coupling.is_void = true;
+}
+
+void ContactSolver::Impl::finish(std::span<SolverBody> bodies_out, std::span<const SolverPatch> patches_in,
+                                 std::span<PatchResult> results, std::span<Wrench> tool_wrenches_W) const noexcept {
+  for (std::size_t i = 0; i < bodies_out.size(); ++i) {
+    const bool is_moving = i < static_cast<std::size_t>(body_count) && bodies[i].is_moving;
+    const Vector6 v = is_moving ? bodies[i].velocity : Vector6::Zero();
+    bodies_out[i].V_WC = {v.head<3>(), v.tail<3>()};
+  }
+  for (const IslandPatch& patch : patches) {
+    const std::span<ContactPoint> contacts = patches_in[patch.index].contacts;
+    if (patch.is_void) {
+      for (ContactPoint& contact : contacts) contact.bristle_W.setZero();
+      continue;
+    }
+    const ContactRows::Outcome outcome = rows.finish(patch.terms, contacts);
+    if (patch.index >= results.size()) continue;
+    const Wrench about_origin{patch.on_a_W.f, patch.on_a_W.t + patch.terms.about_W.cross(patch.on_a_W.f)};
+    results[patch.index] = {about_origin, outcome.normal_force_n, outcome.deepest_m, outcome.pressing};
+  }
+  for (const IslandCoupling& coupling : couplings) {
+    if (coupling.is_void || coupling.index >= tool_wrenches_W.size()) continue;
+    tool_wrenches_W[coupling.index] = coupling.term.on_tool_W();
+  }
+}
+
+ContactSolver::ContactSolver(const Limits& limits) : impl_(std::make_unique<Impl>(limits)) {}
+ContactSolver::~ContactSolver() = default;
+
+SolverReport ContactSolver::step(double step_s, std::span<SolverBody> bodies, std::span<const SolverCoupling> couplings,
+                                 std::span<const SolverPatch> patches, std::span<PatchResult> results,
+                                 std::span<Wrench> tool_wrenches_W) noexcept {
+  std::fill(results.begin(), results.end(), PatchResult{});
+  std::fill(tool_wrenches_W.begin(), tool_wrenches_W.end(), Wrench{});
+  if (!(step_s > 0) || !std::isfinite(step_s)) return {.has_converged = false};
+  Impl& impl = *impl_;
+  impl.step_s = step_s;
+  impl.load(bodies, couplings, patches);
+  impl.find_islands();
+  for (int island = 0; island < impl.body_count; ++island) impl.solve_island(island);
+  impl.finish(bodies, patches, results, tool_wrenches_W);
+  return impl.report;
+}
+
+}  // namespace tandem

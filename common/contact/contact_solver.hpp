@@ -45,19 +45,33 @@ struct SolverPatch {
 
 /// What the solver found for one patch.
 struct PatchResult {
-  Wrench on_a_W;  ///< mean over the step, about the origin of W; on b its opposite
-  double normal_force_n = 0;
-  double deepest_m = 0;
+  Wrench on_a_W;               ///< mean over the step, about the origin of W; on b its opposite
+  double normal_force_n = 0;   ///< sum of the magnitudes
+  double deepest_m = 0;        ///< of the contacts with a force, at the start of the step
   std::uint32_t pressing = 0;  ///< contacts with a force
 };
 
 struct SolverReport {
-  std::uint32_t iterations = 0;
-  bool has_converged = true;
+  std::uint32_t iterations = 0;  ///< of Newton's method, the most of any island
+  bool has_converged = true;     ///< false: the best velocities found; free flight where not even those are finite
+  /// Bodies, couplings, patches and contacts that were not used: beyond the limits, not finite, or of a body that is
+  /// not there. Such a body stands still.
+  std::uint32_t left_out = 0;
 };
 
 /// Implicit Euler with contact as a potential.
 ///
+/// Model   For each island of bodies that touch: the velocities V that minimise
+///         ½ (V − V*)ᵀ M (V − V*) + contact, friction and coupling as potentials of V (ContactRows, CouplingTerm),
+///         V* = V₀ + h M⁻¹ w_ext; that is M (V − V*) = h Σ forces at the end of the step. Convex; Newton's method with
+///         a line search on the slope along the step. In the first iterations friction is limited by the normal force
+///         of the iterate, then by the last of those. Contact planes are those of the start of the step, and so is the
+///         inertia. There is no gyroscopic torque: a free body keeps its energy exactly and its spin axis too.
+///         Beyond the rigid depth each contact is as stiff as stops the whole island, hands and all, within 0.1 mm from
+///         1 m/s.
+/// Source  our derivation
+/// Fails   see SolverReport; outputs are always finite
+/// Cost    linear in contacts, cubic in the bodies of an island; one body at rest on 285 contacts: 8 µs
 /// Thread  one at a time; after construction no allocation as long as the limits hold
 class ContactSolver {
  public:
@@ -71,7 +85,8 @@ class ContactSolver {
   explicit ContactSolver(const Limits& limits);
   ~ContactSolver();
 
-  /// Velocities at the end of the step into `bodies[i].V_WC`; poses are the caller's to advance with them.
+  /// Velocities at the end of the step into `bodies[i].V_WC`. Poses are the caller's to advance with them, as
+  /// integrate() does: p_WC + h v, exp(h ω) q; then the inertia in W.
   /// Out     results[i] of patches[i]; tool_wrenches_W[i] of couplings[i], about the tool's origin, mean over the step
   SolverReport step(double step_s, std::span<SolverBody> bodies, std::span<const SolverCoupling> couplings,
                     std::span<const SolverPatch> patches, std::span<PatchResult> results,

@@ -1,1 +1,286 @@
+// The query is the innermost loop of contact: one look-up of a brick, four short rows of samples, no division.
 #include "common/contact/distance_grid.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/contact/byte_io.hpp"
+
+namespace tandem {
+namespace {
+
+constexpr double kShortestGradient = 0.1;
+constexpr double kLongestGradient = 2.0;
+/// Bounds of what is read from files: a brick from a micrometre to a kilometre, in a world of a thousand kilometres.
+constexpr double kSmallest = 1e-6;
+constexpr double kLargestBrick = 1e3;
+constexpr double kWorld = 1e6;
+constexpr double kFarthest = 1e100;  ///< its square is finite
+constexpr std::uint32_t kMostBricksAlong = 1U << 16U;
+
+/// Eight neighbouring values and a place between them, 0..1 along each axis.
+template <typename T>
+struct Cell {
+  const T* at;  ///< first of the values; its neighbours are 1, `row` and `plane` further
+  std::size_t row;
+  std::size_t plane;
+  double x, y, z;
+};
+
+template <typename T>
+double value(const Cell<T>& cell) {
+  const auto mix = [](double a, double b, double t) { return a + t * (b - a); };
+  const auto along_x = [&](const T* at) { return mix(at[0], at[1], cell.x); };
+  const auto along_y = [&](const T* at) { return mix(along_x(at), along_x(at + cell.row), cell.y); };
+  return mix(along_y(cell.at), along_y(cell.at + cell.plane), cell.z);
+}
+
+/// Single numbers: loading them as a vector right after they were stored one by one would stall.
+struct Slope {
+  double value, x, y, z;
+};
+
+/// The slope is per cell.
+template <typename T>
+Slope value_and_slope(const Cell<T>& cell) {
+  const auto& [at, row, plane, x, y, z] = cell;
+  const double v000 = at[0];
+  const double v010 = at[row];
+  const double v001 = at[plane];
+  const double v011 = at[plane + row];
+  const double dx00 = at[1] - v000;
+  const double dx10 = at[row + 1] - v010;
+  const double dx01 = at[plane + 1] - v001;
+  const double dx11 = at[plane + row + 1] - v011;
+  const double v00 = v000 + x * dx00;
+  const double v01 = v001 + x * dx01;
+  const double dy0 = v010 + x * dx10 - v00;
+  const double dy1 = v011 + x * dx11 - v01;
+  const double v0 = v00 + y * dy0;
+  const double dz = v01 + y * dy1 - v0;
+  const double dx0 = dx00 + y * (dx10 - dx00);
+  const double dx1 = dx01 + y * (dx11 - dx01);
+  return {v0 + z * dz, dx0 + z * (dx1 - dx0), dy0 + z * (dy1 - dy0), dz};
+}
+
+/// The cell of a brick of `cells`³ that a place in the brick is in.
+Cell<std::int16_t> cell_of(const std::int16_t* samples, std::int32_t cells, const Vec3& in_brick) {
+  // A place just below 1 may be rounded up to it by the scaling: it belongs to the last cell.
+  const auto whole = [cells](double scaled) { return std::min(static_cast<std::int32_t>(scaled), cells - 1); };
+  const double x = in_brick.x() * cells;
+  const double y = in_brick.y() * cells;
+  const double z = in_brick.z() * cells;
+  const std::int32_t ix = whole(x);
+  const std::int32_t iy = whole(y);
+  const std::int32_t iz = whole(z);
+  const std::int32_t row = cells + 1;
+  return {samples + ((iz * row + iy) * row + ix),
+          static_cast<std::size_t>(row),
+          static_cast<std::size_t>(row * row),
+          x - ix,
+          y - iy,
+          z - iz};
+}
+
+double with_sign_of(double sign, double magnitude) {
+  return std::copysign(magnitude, sign);
+}
+
+bool is_usable(double squared_length) {
+  return squared_length >= kShortestGradient * kShortestGradient &&
+         squared_length <= kLongestGradient * kLongestGradient;
+}
+
+Vec3 usable(const Vec3& gradient) {
+  const double length = gradient.norm();
+  if (is_usable(length * length)) return gradient;
+  return length > kLongestGradient ? Vec3(gradient / length) : Vec3(Vec3::UnitZ());
+}
+
+bool is_between(double value, double low, double high) {
+  return value >= low && value <= high;
+}
+
+bool is_in_world(const Vec3& p) {
+  return p.cwiseAbs().maxCoeff() <= kWorld && p.allFinite();
+}
+
+}  // namespace
+
+std::size_t DistanceGrid::brick_total() const {
+  return std::size_t{bricks_[0]} * bricks_[1] * bricks_[2];
+}
+
+std::size_t DistanceGrid::corner_total() const {
+  return (std::size_t{bricks_[0]} + 1) * (bricks_[1] + 1) * (bricks_[2] + 1);
+}
+
+inline bool DistanceGrid::locate(const Vec3& p_S, Place& place) const noexcept {
+  const double x = (p_S.x() - origin_S_.x()) * bricks_per_m_;
+  const double y = (p_S.y() - origin_S_.y()) * bricks_per_m_;
+  const double z = (p_S.z() - origin_S_.z()) * bricks_per_m_;
+  if (!(x >= 0 && y >= 0 && z >= 0 && x < bricks_[0] && y < bricks_[1] && z < bricks_[2])) return false;
+  const auto ix = static_cast<std::int32_t>(x);
+  const auto iy = static_cast<std::int32_t>(y);
+  const auto iz = static_cast<std::int32_t>(z);
+  place.brick = {static_cast<std::uint32_t>(ix), static_cast<std::uint32_t>(iy), static_cast<std::uint32_t>(iz)};
+  place.in_brick = {x - ix, y - iy, z - iz};
+  return true;
+}
+
+inline std::uint32_t DistanceGrid::ref_at(const Place& place) const noexcept {
+  return refs_[(std::size_t{place.brick[2]} * bricks_[1] + place.brick[1]) * bricks_[0] + place.brick[0]];
+}
+
+DistanceSample DistanceGrid::sample_corners(const Place& place) const noexcept {
+  const std::size_t row = std::size_t{bricks_[0]} + 1;
+  const std::size_t plane = row * (std::size_t{bricks_[1]} + 1);
+  const Vec3& part = place.in_brick;
+  const float* first = &corners_m_[place.brick[2] * plane + place.brick[1] * row + place.brick[0]];
+  const Slope slope = value_and_slope(Cell<float>{first, row, plane, part.x(), part.y(), part.z()});
+  return {slope.value, usable(Vec3(slope.x, slope.y, slope.z) * bricks_per_m_)};
+}
+
+double DistanceGrid::distance_to_bounds_m(const Vec3& p_S) const noexcept {
+  return (low_S_ - p_S).cwiseMax(p_S - high_S_).cwiseMax(0.0).cwiseMin(kFarthest).norm();
+}
+
+double DistanceGrid::distance_m(const Vec3& p_S) const noexcept {
+  Place place;
+  if (!locate(p_S, place)) return distance_to_bounds_m(p_S);
+  const std::uint32_t ref = ref_at(place);
+  if (ref == 0) return far_distance_m(place);
+  const std::uint32_t level = level_of(ref);
+  const auto cells = static_cast<std::int32_t>(cells_of(level));
+  const double distance = quantum_m_ * value(cell_of(&samples_[ref >> kLevelBits], cells, place.in_brick));
+  if (std::abs(distance) <= band_m_) [[likely]]
+    return distance;
+  return with_sign_of(distance, std::max(band_m_, std::abs(distance) - slack_m(level)));
+}
+
+double DistanceGrid::far_distance_m(const Place& place) const noexcept {
+  // |d(p) − Σ wᵢ d(cᵢ)| ≤ Σ wᵢ |p − cᵢ| ≤ √(Σ wᵢ |p − cᵢ|²), and the last sum is Σ t (1 − t) over the axes.
+  const double distance = sample_corners(place).distance_m;
+  const double slack = brick_m_ * std::sqrt((place.in_brick.array() * (1.0 - place.in_brick.array())).sum());
+  return with_sign_of(distance, std::max(band_m_, std::abs(distance) - slack));
+}
+
+DistanceSample DistanceGrid::sample(const Vec3& p_S) const noexcept {
+  Place place;
+  if (!locate(p_S, place)) return sample_outside(p_S);
+  const std::uint32_t ref = ref_at(place);
+  if (ref == 0) return sample_corners(place);
+  const auto cells = static_cast<std::int32_t>(cells_of(level_of(ref)));
+  const Slope slope = value_and_slope(cell_of(&samples_[ref >> kLevelBits], cells, place.in_brick));
+  const double per_cell = quantum_m_ * bricks_per_m_ * cells;
+  const double x = slope.x * per_cell;
+  const double y = slope.y * per_cell;
+  const double z = slope.z * per_cell;
+  // Where two sides are equally far the slope vanishes; the neighbourhood at large still knows a way out.
+  if (!is_usable(x * x + y * y + z * z)) [[unlikely]]
+    return {slope.value * quantum_m_, sample_corners(place).gradient};
+  return {slope.value * quantum_m_, {x, y, z}};
+}
+
+DistanceSample DistanceGrid::sample_outside(const Vec3& p_S) const noexcept {
+  const Vec3 p = p_S.cwiseMax(-kWorld).cwiseMin(kWorld);
+  Place place;
+  Vec3 border;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const auto i = static_cast<Eigen::Index>(axis);
+    const double scaled = std::clamp((p[i] - origin_S_[i]) * bricks_per_m_, 0.0, static_cast<double>(bricks_[axis]));
+    place.brick[axis] = std::min(static_cast<std::uint32_t>(scaled), bricks_[axis] - 1);
+    place.in_brick[i] = scaled - place.brick[axis];
+    border[i] = origin_S_[i] + scaled * brick_m_;
+  }
+  const DistanceSample at_border = sample_corners(place);
+  const Vec3 surface = border - at_border.gradient.normalized() * at_border.distance_m;
+  const Vec3 away = p - surface;
+  const double distance = away.norm();
+  return {distance, distance > 0 ? Vec3(away / distance) : Vec3(Vec3::UnitZ())};
+}
+
+std::size_t DistanceGrid::brick_count(int cells) const {
+  return static_cast<std::size_t>(std::count_if(refs_.begin(), refs_.end(), [cells](std::uint32_t ref) {
+    const std::uint32_t level = ref & ((1U << kLevelBits) - 1U);
+    return level > 0 && static_cast<int>(cells_of(level - 1)) == cells;
+  }));
+}
+
+std::size_t DistanceGrid::memory_bytes() const {
+  return sizeof(*this) + refs_.capacity() * sizeof(refs_[0]) + corners_m_.capacity() * sizeof(corners_m_[0]) +
+         samples_.capacity() * sizeof(samples_[0]);
+}
+
+/// In      levels  for each brick 0 without samples, else level + 1
+/// Out     false when the bricks do not have that many samples in all
+bool DistanceGrid::set_levels(std::span<const std::uint8_t> levels, std::size_t sample_count) {
+  refs_.resize(levels.size());
+  finest_ = 0;
+  coarsest_ = kLevels - 1;
+  std::size_t first = 0;
+  bool has_bricks = false;
+  for (std::size_t i = 0; i < levels.size(); ++i) {
+    refs_[i] = 0;
+    if (levels[i] == 0) continue;
+    if (levels[i] > kLevels || first >= kFirstSampleLimit) return false;
+    const std::uint32_t level = levels[i] - 1U;
+    refs_[i] = static_cast<std::uint32_t>(first << kLevelBits) | levels[i];
+    finest_ = std::max(finest_, level);
+    coarsest_ = std::min(coarsest_, level);
+    has_bricks = true;
+    first += samples_of(level);
+  }
+  return has_bricks && first == sample_count;
+}
+
+void DistanceGrid::write(std::vector<std::uint8_t>& bytes) const {
+  ByteWriter writer(bytes);
+  for (const std::uint32_t count : bricks_) writer.u32(count);
+  writer.u32(static_cast<std::uint32_t>(samples_.size()));
+  for (const Vec3& p : {origin_S_, low_S_, high_S_}) writer.array(std::span<const double>(p.data(), 3));
+  for (const double value : {brick_m_, quantum_m_, band_m_, error_m_}) writer.f64(value);
+  std::vector<std::uint8_t> levels(refs_.size());
+  std::transform(refs_.begin(), refs_.end(), levels.begin(),
+                 [](std::uint32_t ref) { return static_cast<std::uint8_t>(ref & ((1U << kLevelBits) - 1U)); });
+  writer.array(std::span<const std::uint8_t>(levels));
+  writer.array(std::span<const float>(corners_m_));
+  writer.array(std::span<const std::int16_t>(samples_));
+}
+
+/// Whether all single numbers are such that every query is finite.
+bool DistanceGrid::is_sound() const {
+  const bool has_numbers = is_between(brick_m_, kSmallest, kLargestBrick) &&
+                           is_between(quantum_m_, 1e-15, kLargestBrick) && is_between(band_m_, 0, kLargestBrick) &&
+                           is_between(error_m_, 0, kLargestBrick);
+  const bool has_corners = std::all_of(corners_m_.begin(), corners_m_.end(),
+                                       [](float corner) { return is_between(corner, -kWorld, kWorld); });
+  return has_numbers && has_corners && is_in_world(origin_S_) && is_in_world(low_S_) && is_in_world(high_S_);
+}
+
+std::unique_ptr<DistanceGrid> DistanceGrid::read(std::span<const std::uint8_t>& bytes) {
+  ByteReader reader(bytes);
+  std::unique_ptr<DistanceGrid> grid(new DistanceGrid);
+  for (std::uint32_t& count : grid->bricks_) count = reader.u32();
+  const std::size_t sample_count = reader.u32();
+  for (Vec3* p : {&grid->origin_S_, &grid->low_S_, &grid->high_S_}) reader.array(std::span<double>(p->data(), 3));
+  for (double* value : {&grid->brick_m_, &grid->quantum_m_, &grid->band_m_, &grid->error_m_}) *value = reader.f64();
+  if (!reader.ok()) return nullptr;
+  for (const std::uint32_t count : grid->bricks_) {
+    if (count < 1 || count > kMostBricksAlong) return nullptr;
+  }
+  // Of counts up to 2¹⁶ these sums do not overflow, and nothing is allocated that the bytes do not fill.
+  const std::size_t needed =
+      grid->brick_total() + grid->corner_total() * sizeof(float) + sample_count * sizeof(std::int16_t);
+  if (needed > bytes.size()) return nullptr;
+  std::vector<std::uint8_t> levels(grid->brick_total());
+  grid->corners_m_.resize(grid->corner_total());
+  grid->samples_.resize(sample_count);
+  reader.array(std::span<std::uint8_t>(levels));
+  reader.array(std::span<float>(grid->corners_m_));
+  reader.array(std::span<std::int16_t>(grid->samples_));
+  grid->bricks_per_m_ = 1.0 / grid->brick_m_;
+  return reader.ok() && grid->is_sound() && grid->set_levels(levels, sample_count) ? std::move(grid) : nullptr;
+}
+
+}  // namespace tandem

@@ -1,6 +1,8 @@
 // The distance to a mesh, sampled so finely that interpolation is as good as the mesh, and only near its surface.
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -15,7 +17,7 @@ namespace tandem {
 
 struct DistanceGridOptions {
   double cell_m = 8e-4;       ///< largest cell edge near the surface; cells are halved up to twice where needed
-  double tolerance_m = 1e-5;  ///< largest interpolation error near the surface that does not halve the cells
+  double tolerance_m = 2e-5;  ///< largest interpolation error near the surface that does not halve the cells
   double band_m = 1.5e-3;     ///< distances up to this are sampled at full resolution
   /// A sheet is felt as a plate of this thickness around it.
   double sheet_thickness_m = 1e-3;
@@ -26,12 +28,17 @@ struct DistanceGridOptions {
 ///
 /// Model   trilinear interpolation of exact samples; the gradient is that of the interpolant, so that force is the
 ///         gradient of one potential. Where bricks of different resolution meet, the finer one's border follows the
-///         coarser's interpolation: the distance is continuous everywhere.
+///         coarser's interpolation: the distance is continuous wherever there are bricks, so in the whole band.
+///         Beyond the band, distance_m() gives a lower bound that no interpolation error can make too large, while
+///         sample() gives the interpolated distance itself: it has a slope to look ahead along. So there |distance_m()|
+///         ≤ |sample().distance_m|. Outside of the lattice, sample() measures to the surface point that the lattice's
+///         border points at.
 /// Source  Frisken, Perry, Rockwood, Jones, "Adaptively sampled distance fields", SIGGRAPH 2000, for the refinement by
 ///         interpolation error
 class DistanceGrid final : public DistanceField {
  public:
-  /// In      progress  called from one thread now and then, 0..1; may be empty
+  /// In      progress  called from the calling thread now and then, 0..1; may be empty
+  /// Fails   std::invalid_argument: an option out of its range; MeshError: the mesh is too large for these cells
   /// Cost    see `tandem-lab bench contact`; the same bytes for any number of threads
   static std::unique_ptr<DistanceGrid> build(const ContactMesh& mesh, const TriangleTree& tree,
                                              const DistanceGridOptions& options,
@@ -39,11 +46,14 @@ class DistanceGrid final : public DistanceField {
 
   double distance_m(const Vec3& p_S) const noexcept override;
   DistanceSample sample(const Vec3& p_S) const noexcept override;
-  double error_m() const noexcept override;
-  double band_m() const noexcept override;
+  /// The largest error at the points that the build tested: middles of cells, where interpolation is worst. Most of it
+  /// is inside of sharp convex edges and beneath them, where the distance itself has a crease.
+  double error_m() const noexcept override { return error_m_; }
+  double band_m() const noexcept override { return band_m_; }
 
-  double finest_cell_m() const;
-  double coarsest_cell_m() const;  ///< of the cells near the surface
+  double finest_cell_m() const { return cell_m(finest_); }
+  double coarsest_cell_m() const { return cell_m(coarsest_); }  ///< of the cells near the surface
+  std::size_t brick_count(int cells) const;                     ///< of those with `cells`³ cells
   std::size_t memory_bytes() const;
 
   /// Appends to `bytes`, little-endian.
@@ -51,6 +61,60 @@ class DistanceGrid final : public DistanceField {
   /// Reads what write() wrote and moves `bytes` past it. Null for anything else: every count, index and number of a
   /// hostile file is checked.
   static std::unique_ptr<DistanceGrid> read(std::span<const std::uint8_t>& bytes);
+
+ private:
+  friend class DistanceGridBuilder;
+
+  static constexpr std::uint32_t kLevels = 3;
+  static constexpr std::uint32_t kLevelBits = 2;
+  static constexpr std::uint32_t kFirstSampleLimit = 1U << (32U - kLevelBits);
+
+  static constexpr std::uint32_t cells_of(std::uint32_t level) { return 4U << level; }
+  static constexpr std::uint32_t samples_of(std::uint32_t level) {
+    const std::uint32_t edge = cells_of(level) + 1;
+    return edge * edge * edge;
+  }
+
+  struct Place {
+    std::array<std::uint32_t, 3> brick;
+    Vec3 in_brick;  ///< 0..1 along each axis
+  };
+
+  DistanceGrid() = default;
+  double cell_m(std::uint32_t level) const { return brick_m_ / cells_of(level); }
+  std::size_t brick_total() const;
+  std::size_t corner_total() const;
+  bool set_levels(std::span<const std::uint8_t> levels, std::size_t sample_count);
+  bool is_sound() const;
+  static constexpr std::uint32_t level_of(std::uint32_t ref) { return (ref & ((1U << kLevelBits) - 1U)) - 1U; }
+  /// Where the interpolated distance may err to beyond the band. Half a cell's diagonal for the samples of each lattice
+  /// from the coarsest on: as distances change by no more than the way, interpolation errs by less.
+  double slack_m(std::uint32_t level) const {
+    constexpr double kHalfDiagonal = 0.8660254037844386;
+    return kHalfDiagonal * (2.0 * cell_m(0) - cell_m(level));
+  }
+  bool locate(const Vec3& p_S, Place& place) const noexcept;
+  std::uint32_t ref_at(const Place& place) const noexcept;
+  DistanceSample sample_corners(const Place& place) const noexcept;
+  double far_distance_m(const Place& place) const noexcept;
+  DistanceSample sample_outside(const Vec3& p_S) const noexcept;
+  double distance_to_bounds_m(const Vec3& p_S) const noexcept;
+
+  Vec3 origin_S_ = Vec3::Zero();                     ///< low corner of the lattice
+  std::array<std::uint32_t, 3> bricks_ = {1, 1, 1};  ///< along x, y, z
+  double brick_m_ = 1;                               ///< edge of a brick
+  double bricks_per_m_ = 1;
+  double quantum_m_ = 1;  ///< of the samples
+  double band_m_ = 0;
+  double error_m_ = 0;
+  Vec3 low_S_ = Vec3::Zero();  ///< box around all that is nearer than 0
+  Vec3 high_S_ = Vec3::Zero();
+  std::uint32_t finest_ = 0;
+  std::uint32_t coarsest_ = 0;
+  /// For each brick, x fastest: 0 without samples, else first sample · 4 + level + 1.
+  std::vector<std::uint32_t> refs_;
+  std::vector<float> corners_m_;  ///< exact distances at the corners of all bricks
+  std::vector<std::int16_t> samples_;
 };
 
 }  // namespace tandem

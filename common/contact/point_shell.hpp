@@ -30,11 +30,17 @@ struct ShellNode {
   ShellPoint mean;  ///< all its points as one: used where work must be bounded
 };
 
+/// The most points below a leaf.
+inline constexpr std::uint32_t kShellLeafPoints = 8;
+
 /// Points in the order of the tree over them (depth first), so that neighbours in space are neighbours in memory.
 struct PointShell {
   std::vector<ShellPoint> points;
   std::vector<ShellNode> nodes;  ///< node 0 is the root; empty without points
   double spacing_m = 0;          ///< no point of the surface is farther than this from a shell point
+
+  /// Builds the tree over `points`, which it puts in order.
+  static PointShell of(std::vector<ShellPoint> points, double spacing_m);
 
   double area_m2() const;
   std::size_t memory_bytes() const;

@@ -1,1 +1,88 @@
 #include "common/contact/primitive_fields.hpp"
+
+#include <limits>
+
+namespace tandem {
+namespace {
+
+/// `a` as a unit vector, or `otherwise` where it has no direction.
+Vec3 direction_or(const Vec3& a, const Vec3& otherwise) {
+  const double length = a.norm();
+  return length > 0 ? Vec3(a / length) : otherwise;
+}
+
+/// Half-plane coordinates of a point around z: its distance from the axis, and the direction in which that grows.
+struct Radial {
+  explicit Radial(const Vec3& p) : radius_m(std::hypot(p.x(), p.y())) {
+    if (radius_m > 0) outward = Vec3(p.x() / radius_m, p.y() / radius_m, 0);
+  }
+  double radius_m;
+  Vec3 outward = Vec3::UnitX();  ///< on the axis every direction is as good
+};
+
+/// Distance to what is bounded by planes (or a tube) from the signed distances to each: of a corner when outside
+/// several, of the nearest when inside all.
+double distance_to_corner(double a, double b) {
+  if (a > 0 && b > 0) return std::hypot(a, b);
+  return std::max(a, b);
+}
+
+}  // namespace
+
+double ExactField::band_m() const noexcept {
+  return std::numeric_limits<double>::infinity();
+}
+
+double SphereField::distance_m(const Vec3& p_S) const noexcept {
+  return p_S.norm() - radius_m_;
+}
+
+DistanceSample SphereField::sample(const Vec3& p_S) const noexcept {
+  return {p_S.norm() - radius_m_, direction_or(p_S, Vec3::UnitZ())};
+}
+
+double BoxField::distance_m(const Vec3& p_S) const noexcept {
+  const Vec3 beyond = p_S.cwiseAbs() - half_m_;
+  const double nearest = beyond.maxCoeff();
+  return nearest > 0 ? beyond.cwiseMax(0.0).norm() : nearest;
+}
+
+DistanceSample BoxField::sample(const Vec3& p_S) const noexcept {
+  const Vec3 beyond = p_S.cwiseAbs() - half_m_;
+  const Vec3 side(std::copysign(1.0, p_S.x()), std::copysign(1.0, p_S.y()), std::copysign(1.0, p_S.z()));
+  int axis = 0;
+  const double nearest = beyond.maxCoeff(&axis);
+  Vec3 face = Vec3::Zero();
+  face[axis] = side[axis];
+  if (nearest <= 0) return {nearest, face};
+  const Vec3 outside = beyond.cwiseMax(0.0);
+  return {outside.norm(), direction_or(outside.cwiseProduct(side), face)};
+}
+
+double CylinderField::distance_m(const Vec3& p_S) const noexcept {
+  return distance_to_corner(std::hypot(p_S.x(), p_S.y()) - radius_m_, std::abs(p_S.z()) - half_length_m_);
+}
+
+DistanceSample CylinderField::sample(const Vec3& p_S) const noexcept {
+  const Radial radial(p_S);
+  const double beyond_side = radial.radius_m - radius_m_;
+  const double beyond_end = std::abs(p_S.z()) - half_length_m_;
+  const Vec3 axial(0, 0, std::copysign(1.0, p_S.z()));
+  const double distance = distance_to_corner(beyond_side, beyond_end);
+  const Vec3 nearest = beyond_side > beyond_end ? radial.outward : axial;
+  if (beyond_side <= 0 || beyond_end <= 0) return {distance, nearest};
+  return {distance, direction_or(beyond_side * radial.outward + beyond_end * axial, nearest)};
+}
+
+double CapsuleField::distance_m(const Vec3& p_S) const noexcept {
+  const double along = std::clamp(p_S.z(), -half_length_m_, half_length_m_);
+  return (p_S - Vec3(0, 0, along)).norm() - radius_m_;
+}
+
+DistanceSample CapsuleField::sample(const Vec3& p_S) const noexcept {
+  const double along = std::clamp(p_S.z(), -half_length_m_, half_length_m_);
+  const Vec3 from_axis = p_S - Vec3(0, 0, along);
+  return {from_axis.norm() - radius_m_, direction_or(from_axis, Vec3::UnitX())};
+}
+
+}  // namespace tandem

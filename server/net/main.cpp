@@ -6,6 +6,9 @@
 #include <iostream>
 #include <optional>
 
+#include <unistd.h>
+
+#include "common/progress.hpp"
 #include "common/units.hpp"
 #include "server/net/live_server.hpp"
 #include "server/net/scene_library.hpp"
@@ -23,6 +26,7 @@ struct Options {
   std::string bind = "127.0.0.1";
   int port = 47800;
   std::optional<Duration> duration;
+  std::string cache = default_cache_directory().string();
   int realtime_priority = 60;
   bool writes_json = false;
 };
@@ -51,6 +55,10 @@ void declare(CLI::App& app, Options& options) {
          },
          "stop after this long, with unit, e.g. 30s [default: never]")
       ->type_name("TIME");
+  app.add_option("--cache", options.cache,
+                 "folder that keeps what was built of meshes for contact; \"\": none, build at every start")
+      ->type_name("DIR")
+      ->capture_default_str();
   app.add_option("--rt-priority", options.realtime_priority,
                  "SCHED_FIFO priority of the room threads, io one above; 0: normal scheduler")
       ->check(CLI::Range(0, 98))
@@ -64,8 +72,10 @@ std::vector<std::unique_ptr<Room>> open_rooms(const Options& options) {
   if (options.scenes.empty()) throw std::invalid_argument("--scene is required, e.g. --scene peg_in_hole; see --help");
   if (options.rooms.size() > options.scenes.size()) throw std::invalid_argument("more --room than --scene were given");
   std::vector<std::unique_ptr<Room>> rooms;
+  ProgressLine line(std::cerr, isatty(STDERR_FILENO) != 0);
+  const SceneLoading loading{options.cache, [&line](const std::string& what, double done) { line.show(what, done); }};
   for (std::size_t i = 0; i < options.scenes.size(); ++i) {
-    const auto scene = load_scene(find_scene(options.scenes[i], scene_folders()));
+    const auto scene = load_scene(find_scene(options.scenes[i], scene_folders()), loading);
     const std::string name = i < options.rooms.size() ? options.rooms[i] : scene->description.name();
     for (const auto& other : rooms) {
       if (other->name() == name) {

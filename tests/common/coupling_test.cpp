@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Eigenvalues>
 #include <limits>
 #include <numbers>
 
@@ -54,6 +55,51 @@ TEST(SpringDamper, KeepsTheDirectionWhenItClamps) {
   const Wrench wrench = law.wrench_on_tool_W({.d_W = d});
   EXPECT_NEAR(wrench.f.norm(), 5, 1e-12);
   EXPECT_NEAR(wrench.f.normalized().dot(d.normalized()), 1, 1e-12);
+}
+
+TEST(SpringDamper, GradientIsThatOfTheWrenchBelowAndBeyondTheLimits) {
+  constexpr std::uint64_t kSeed = 13;
+  Random random(kSeed);
+  CouplingParameters c;
+  const SpringDamper law(c);
+  const auto slope_of = [&law](const CouplingState& state, Vec3 CouplingState::*by, Vec3 Wrench::*of) {
+    Eigen::Matrix3d slope;
+    for (int k = 0; k < 3; ++k) {
+      CouplingState more = state, less = state;
+      const double difference = 1e-6 * (1e-3 + (state.*by).norm());
+      (more.*by)[k] += difference;
+      (less.*by)[k] -= difference;
+      slope.col(k) =
+          (law.wrench_on_tool_W(more).*of - law.wrench_on_tool_W(less).*of) / ((more.*by)[k] - (less.*by)[k]);
+    }
+    return slope;
+  };
+  int limited = 0;
+  for (int i = 0; i < 1000; ++i) {
+    const double scale = std::pow(10.0, random.uniform(-2, 1));
+    const CouplingState state{random_vector(random, scale * 0.02), random_vector(random, scale),
+                              random_vector(random, scale), random_vector(random, 10 * scale)};
+    const CouplingGradient gradient = law.gradient(state);
+    const auto expect = [&](const Eigen::Matrix3d& given, Vec3 CouplingState::*by, Vec3 Wrench::*of, double most) {
+      ASSERT_LT((given - slope_of(state, by, of)).norm(), 1e-5 * most) << "seed " << kSeed << " draw " << i;
+      ASSERT_LT((given - given.transpose()).norm(), 1e-12 * most);
+      ASSERT_GT(given.selfadjointView<Eigen::Lower>().eigenvalues().minCoeff(), -1e-12 * most);
+    };
+    expect(gradient.force_by_d, &CouplingState::d_W, &Wrench::f, c.stiffness_n_per_m);
+    expect(gradient.force_by_v, &CouplingState::v_W, &Wrench::f, c.damping_n_s_per_m);
+    expect(gradient.torque_by_theta, &CouplingState::theta_W, &Wrench::t, c.stiffness_n_m_per_rad);
+    expect(gradient.torque_by_w, &CouplingState::w_W, &Wrench::t, c.damping_n_m_s_per_rad);
+    if (law.wrench_on_tool_W(state).f.norm() > c.force_limit_n * (1 - 1e-9)) ++limited;
+  }
+  EXPECT_GT(limited, 100);
+  EXPECT_LT(limited, 900);
+}
+
+TEST(SpringDamper, GradientOfWhatIsNotFiniteIsZero) {
+  const SpringDamper law({});
+  const CouplingGradient gradient = law.gradient({.d_W = {std::numeric_limits<double>::quiet_NaN(), 0, 0}});
+  EXPECT_EQ(gradient.force_by_d.norm(), 0);
+  EXPECT_EQ(gradient.force_by_v.norm(), 0);
 }
 
 TEST(CouplingState, TurnsTheShortWayRound) {

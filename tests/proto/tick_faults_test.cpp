@@ -12,7 +12,8 @@ using ::testing::IsEmpty;
 TEST(TickFaults, AreDescribedInWords) {
   EXPECT_EQ(describe_faults(0), "none");
   EXPECT_EQ(describe_faults(kFaultNotFinite | kFaultInputStale), "not_finite|input_stale");
-  EXPECT_EQ(describe_faults(kFaultCouplingReduced), "coupling_reduced");
+  EXPECT_EQ(describe_faults(kFaultContactUnsolved | kFaultContactCoarse), "contact_unsolved|contact_coarse");
+  EXPECT_EQ(describe_faults(kFaultSoftLate), "soft_late");
 }
 
 TEST(TickFaults, BitsOfANewerServerAreShownByNumber) {

@@ -24,8 +24,9 @@ TEST(ToolHand, WrenchesOnHandAndToolSumToZeroAboutAnyPoint) {
   for (int i = 0; i < 1000; ++i) {
     const RigidState handle = random_state(random);
     const RigidState tool = random_state(random);
+    const Wrench on_tool{random_vector(random, 5), random_vector(random, 0.2)};
     hand.set_handle(handle);
-    const Wrench on_tool = hand.pull(tool);
+    hand.settle({}, tool, on_tool);
     const Wrench on_hand = hand.wrench_on_hand_W();
     const Vec3 origin = random_vector(random, 1);
     const Vec3 force = on_tool.f + on_hand.f;
@@ -36,46 +37,41 @@ TEST(ToolHand, WrenchesOnHandAndToolSumToZeroAboutAnyPoint) {
   }
 }
 
-TEST(ToolHand, WorkOfASpringThatRelaxesIsTheRectangleUnderItsStartForce) {
-  CouplingParameters coupling;
-  coupling.stiffness_n_per_m = 100;
-  ToolHand hand("", coupling);
+TEST(ToolHand, WorkIsTheWrenchOfTheStepTimesItsWay) {
+  ToolHand hand("", CouplingParameters{});
   hand.set_handle({{Vec3(0.02, 0, 0), Quat::Identity()}, Twist{}});
-  hand.pull({});                                        // 2 N
-  hand.account({Vec3(0.005, 0, 0), Quat::Identity()});  // moved with the force
+  const Wrench two_newtons{Vec3(2, 0, 0), Vec3::Zero()};
+  hand.settle({}, {{Vec3(0.005, 0, 0), Quat::Identity()}, {}}, two_newtons);  // moved with the force
   EXPECT_NEAR(hand.energy_into_world_j(), 0.01, 1e-15);
-  hand.account({Vec3(-0.001, 0, 0), Quat::Identity()});  // moved against it
+  hand.settle({}, {{Vec3(-0.001, 0, 0), Quat::Identity()}, {}}, two_newtons);  // moved against it
   EXPECT_NEAR(hand.energy_from_world_j(), 0.002, 1e-15);
   EXPECT_NEAR(hand.energy_into_world_j(), 0.01, 1e-15);
 }
 
 TEST(ToolHand, TurningIsPartOfTheWork) {
-  CouplingParameters coupling;
-  coupling.stiffness_n_m_per_rad = 0.5;
-  ToolHand hand("", coupling);
+  ToolHand hand("", CouplingParameters{});
   hand.set_handle({{Vec3::Zero(), quaternion_of(Vec3(0, 0, 0.2))}, Twist{}});
-  hand.pull({});
-  hand.account({Vec3::Zero(), quaternion_of(Vec3(0, 0, 0.1))});
-  EXPECT_NEAR(hand.energy_into_world_j(), 0.5 * 0.2 * 0.1, 1e-12);
+  hand.settle({}, {{Vec3::Zero(), quaternion_of(Vec3(0, 0, 0.1))}, {}}, {Vec3::Zero(), Vec3(0, 0, 0.1)});
+  EXPECT_NEAR(hand.energy_into_world_j(), 0.1 * 0.1, 1e-12);
 }
 
 TEST(ToolHand, AnAnchorPullsTheToolButNotTheHand) {
   ToolHand hand("", CouplingParameters{});
   hand.anchor_at({Vec3(0.01, 0, 0), Quat::Identity()});
-  EXPECT_GT(hand.pull({}).f.x(), 1);
+  ASSERT_TRUE(hand.pulls());
+  const SolverCoupling coupling = hand.coupling(0, {});
+  EXPECT_GT(coupling_wrenches(*coupling.law, coupling.X_WH, coupling.V_WH, coupling.X_WT, {}).on_tool_W.f.x(), 1);
+  hand.settle({}, {{Vec3(0.005, 0, 0), Quat::Identity()}, {}}, {Vec3(3, 0, 0), Vec3::Zero()});
   EXPECT_EQ(hand.wrench_on_hand_W().f, Vec3::Zero());
-  hand.account({Vec3(0.005, 0, 0), Quat::Identity()});
   EXPECT_EQ(hand.energy_into_world_j(), 0) << "no hand did this work";
 }
 
 TEST(ToolHand, SaturationIsReportedAtTheLimitOnly) {
-  CouplingParameters coupling;  // 300 N/m up to 6.5 N
-  ToolHand hand("", coupling);
-  hand.set_handle({{Vec3(0.0216, 0, 0), Quat::Identity()}, Twist{}});
-  hand.pull({});
+  ToolHand hand("", CouplingParameters{});  // up to 6.5 N
+  hand.set_handle({});
+  hand.settle({}, {}, {Vec3(6.4999, 0, 0), Vec3::Zero()});
   EXPECT_FALSE(hand.is_saturated());
-  hand.set_handle({{Vec3(0.0217, 0, 0), Quat::Identity()}, Twist{}});
-  hand.pull({});
+  hand.settle({}, {}, {Vec3(6.5, 0, 0), Vec3::Zero()});
   EXPECT_TRUE(hand.is_saturated());
 }
 

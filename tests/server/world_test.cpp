@@ -313,7 +313,7 @@ TEST(World, NextUserFindsTheBodyInTheHandAgain) {
 }
 
 TEST(World, ManyHandsAndAWildCouplingStayCalm) {
-  // 4 hands at 5 mm from the centre of 20 g: far beyond what the explicit coupling could hold unlimited.
+  // 4 hands beside the centre of 20 g, each 40 times stiffer than an explicit step could hold.
   std::string tools;
   for (const char* name : {"t0", "t1", "t2", "t3"}) {
     if (!tools.empty()) tools += ",";
@@ -333,24 +333,6 @@ TEST(World, ManyHandsAndAWildCouplingStayCalm) {
   run(world, 3000);
   EXPECT_LT(world.body(BodyId{1}).V.v.norm(), 1e-6);
   EXPECT_LT(world.body(BodyId{1}).V.w.norm(), 1e-4);
-}
-
-TEST(World, AReducedCouplingIsReportedAsLongAsItIs) {
-  World world(load_parts({.bodies = cube("a", 0.02, {0, 0, 1}, R"(, "gravity": false)"),
-                          .tools = tool_at("t0", {0.022, 0.02, 1}) + "," + tool_at("t1", {0.022, 0.02, 1})}));
-  world.activate_tool(0);
-  EXPECT_EQ(world.step() & kFaultCouplingReduced, 0U);
-  CouplingParameters stiff;
-  stiff.stiffness_n_per_m = 1e6;
-  ASSERT_EQ(world.grab(0, BodyId{1}), GrabResult::kGrabbed);
-  world.set_coupling(stiff);
-  EXPECT_NE(world.step() & kFaultCouplingReduced, 0U);
-  EXPECT_NE(world.step() & kFaultCouplingReduced, 0U) << "not only when it begins";
-  CouplingParameters soft;
-  soft.stiffness_n_per_m = 10;
-  soft.stiffness_n_m_per_rad = soft.damping_n_m_s_per_rad = soft.damping_n_s_per_m = 1e-4;
-  world.set_coupling(soft);
-  EXPECT_EQ(world.step() & kFaultCouplingReduced, 0U);
 }
 
 TEST(World, CouplingThatIsNotFiniteIsIgnored) {
@@ -542,9 +524,9 @@ TEST(ShippedScenes, ToolLiesOnTheBunnyAndNotInIt) {
     if (i % 50 == 0) nearest = std::min(nearest, distance_to_mesh(X_SW * world.tool(0).tool.X.p, *bunny.mesh));
   }
   EXPECT_GT(strongest_n, 2) << "the tool must have been pressed against it";
-  // Radius of the tool 5 mm; the mesh is felt 0.1 mm outside its surface.
-  EXPECT_GT(nearest, 0.0048);
-  EXPECT_LT(nearest, 0.0052);
+  // Radius of the tool 5 mm; it sinks in until the pressure carries the hand's force.
+  EXPECT_GT(nearest, 0.0045);
+  EXPECT_LT(nearest, 0.0050);
 }
 
 TEST(ShippedScenes, HelicesPullEachOtherTogetherAndRest) {

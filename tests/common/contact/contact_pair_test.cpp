@@ -1,1 +1,384 @@
 #include "common/contact/contact_pair.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <map>
+#include <memory>
+#include <random>
+#include <utility>
+
+#include "common/contact/primitive_fields.hpp"
+#include "tests/common/contact/hand_made_shell.hpp"
+#include "tests/support/allocation_counter.hpp"
+
+namespace tandem {
+namespace {
+
+constexpr double kBand_m = 2e-4;
+
+ContactShape sphere_shape(double radius_m = 0.01, int count = 6000) {
+  return hand_made_shape(std::make_shared<SphereField>(radius_m),
+                         PointShell::of(sphere_points(radius_m, count), 4.5e-4));
+}
+
+ContactShape box_shape(const Vec3& size_m, double spacing_m = 4.5e-4) {
+  return hand_made_shape(std::make_shared<BoxField>(size_m), PointShell::of(box_points(size_m, spacing_m), 4.5e-4),
+                         PointShell::of(box_edge_points(size_m, spacing_m), spacing_m));
+}
+
+std::map<std::uint32_t, double> depths(std::span<const ContactPoint> contacts) {
+  std::map<std::uint32_t, double> by_id;
+  for (const ContactPoint& contact : contacts) by_id[contact.id] = contact.depth_m;
+  return by_id;
+}
+
+// Every point of the shell, by its id.
+void add_all_depths(const PointShell& shell, const DistanceField& field, const Pose& X_FP, std::uint32_t id_bits,
+                    std::map<std::uint32_t, double>& by_id) {
+  for (std::uint32_t i = 0; i < shell.points.size(); ++i) {
+    const double depth = -field.distance_m(X_FP * shell.points[i].p_S.cast<double>());
+    if (depth > -kBand_m) by_id[i | id_bits] = depth;
+  }
+}
+
+double net_normal_force_n(std::span<const ContactPoint> contacts, double stiffness_n_per_m3 = 5e9) {
+  double sum = 0;
+  for (const ContactPoint& contact : contacts) {
+    sum += stiffness_n_per_m3 * contact.area_m2 * std::max(0.0, contact.depth_m);
+  }
+  return sum;
+}
+
+// Questions to the distance field.
+double asked(const ContactWork& work) {
+  return work.nodes + work.points;
+}
+
+double deepest_m(std::span<const ContactPoint> contacts) {
+  double deepest = -1;
+  for (const ContactPoint& contact : contacts) deepest = std::max(deepest, contact.depth_m);
+  return deepest;
+}
+
+// A path that wanders over the surface of a 4 cm box and into it: smooth most of the time, with leaps.
+class Wander {
+ public:
+  explicit Wander(unsigned seed) : random_(seed) {}
+  Pose next() {
+    std::normal_distribution<double> normal;
+    if (step_ % 97 == 0) {
+      X_.p = Vec3(normal(random_), normal(random_), normal(random_)).normalized() * 0.029;
+      v_ = 0.2 * std::pow(10.0, 0.5 * normal(random_)) * Vec3(normal(random_), normal(random_), normal(random_));
+    }
+    ++step_;
+    v_ += Vec3(normal(random_), normal(random_), normal(random_)) * 0.02 - 4e-2 * X_.p;
+    const Vec3 w(normal(random_), normal(random_), normal(random_));
+    X_ = integrate(X_, {v_, 3 * w}, 1e-3);
+    return X_;
+  }
+
+ private:
+  std::mt19937 random_;
+  int step_ = 0;
+  Pose X_;
+  Vec3 v_ = Vec3::Zero();
+};
+
+TEST(ContactPair, FindsEveryPointThatACheckOfAllPointsFinds) {
+  const ContactShape sphere = sphere_shape();
+  const ContactShape box = box_shape(Vec3(0.04, 0.04, 0.04));
+  ContactPair pair({12'000});
+  pair.bind(&sphere, &box);
+  Wander wander(1);
+  std::size_t found = 0;
+  for (int i = 0; i < 600; ++i) {
+    const Pose X_BA = wander.next();
+    const Pose X_WB{Vec3(0.1, -0.2, 0.3), quaternion_of(Vec3(0.3, 1e-3 * i, 0.1))};
+    const ContactWork work = pair.find(X_WB * X_BA, X_WB, kBand_m);
+    ASSERT_FALSE(work.is_coarse);
+    std::map<std::uint32_t, double> all;
+    add_all_depths(sphere.shells.surface, *box.field, X_BA, 0, all);
+    add_all_depths(box.shells.features, *sphere.field, X_BA.inverse(), ContactPoint::kOtherDirection, all);
+    const auto contacts = depths(pair.contacts());
+    ASSERT_EQ(contacts.size(), pair.contacts().size()) << "an id was there twice";
+    // What is on the edge of the band within rounding may be there or not.
+    for (const auto& [id, depth] : all) {
+      if (depth > -kBand_m + 1e-9) {
+        ASSERT_TRUE(contacts.contains(id)) << "step " << i << ", depth " << depth;
+        ASSERT_NEAR(contacts.at(id), depth, 1e-12);
+      }
+    }
+    for (const auto& [id, depth] : contacts) ASSERT_GT(depth, -kBand_m) << id;
+    ASSERT_LE(contacts.size(), all.size() + 2);
+    found += contacts.size();
+  }
+  EXPECT_GT(found, 10'000U) << "the path hardly touches";
+}
+
+TEST(ContactPair, FindsTheSameWhateverCameBefore) {
+  const ContactShape sphere = sphere_shape();
+  const ContactShape box = box_shape(Vec3(0.04, 0.04, 0.04));
+  ContactPair old({12'000});
+  ContactPair fresh({12'000});
+  old.bind(&box, &sphere);
+  Wander wander(2);
+  for (int i = 0; i < 400; ++i) {
+    const Pose X_BA = wander.next();
+    fresh.bind(&box, &sphere);
+    fresh.find(X_BA.inverse(), {}, kBand_m);
+    old.find(X_BA.inverse(), {}, kBand_m);
+    ASSERT_EQ(depths(old.contacts()), depths(fresh.contacts())) << "step " << i;
+  }
+}
+
+TEST(ContactPair, KeepsContactsInTheOrderOfTheirIds) {
+  const ContactShape a = box_shape(Vec3(0.03, 0.03, 0.03));
+  const ContactShape b = box_shape(Vec3(0.04, 0.04, 0.04));
+  for (const std::uint32_t budget : {4096U, 128U}) {
+    ContactPair pair({budget});
+    pair.bind(&a, &b);
+    pair.find({Vec3(0.025, 0.01, 0.0348), Quat::Identity()}, {}, kBand_m);
+    const auto contacts = pair.contacts();
+    ASSERT_GT(contacts.size(), 20U);
+    EXPECT_TRUE(contacts.front().id < ContactPoint::kOtherDirection);
+    EXPECT_TRUE(contacts.back().id >= ContactPoint::kOtherDirection) << "an edge of b is in a";
+    for (std::size_t i = 1; i < contacts.size(); ++i) ASSERT_LT(contacts[i - 1].id, contacts[i].id);
+  }
+}
+
+TEST(ContactPair, NormalsPointOutOfBWhicheverShapeGivesThePoints) {
+  const ContactShape small = sphere_shape(0.01);
+  const ContactShape large = sphere_shape(0.02, 24000);
+  const Pose X_small{Vec3(0.0, 0.0, 0.0298), quaternion_of(Vec3(0.4, 0.2, 0.1))};
+  ContactPair pair({4096});
+  ContactPair swapped({4096});
+  pair.bind(&small, &large);
+  swapped.bind(&large, &small);
+  pair.find(X_small, {}, kBand_m);
+  swapped.find({}, X_small, kBand_m);
+  ASSERT_GT(pair.contacts().size(), 10U);
+  ASSERT_EQ(depths(pair.contacts()), depths(swapped.contacts()));
+  for (std::size_t i = 0; i < pair.contacts().size(); ++i) {
+    const ContactPoint& contact = pair.contacts()[i];
+    EXPECT_NEAR(contact.normal_W.norm(), 1, 1e-12);
+    EXPECT_GT(contact.normal_W.z(), 0.9) << "out of the large sphere, towards the small one";
+    EXPECT_LT((contact.normal_W + swapped.contacts()[i].normal_W).norm(), 1e-12);
+    EXPECT_LT((contact.p_W - swapped.contacts()[i].p_W).norm(), 1e-12);
+    EXPECT_NEAR((contact.p_W - X_small.p).norm(), 0.01, 1e-8) << "on the surface of the small one";
+  }
+}
+
+TEST(ContactPair, TakesThePointsOfTheShapeThatIsSampledFinely) {
+  const ContactShape fine = sphere_shape(0.02, 24000);
+  ContactShape wide = sphere_shape(0.01, 500);
+  wide.shells.surface.spacing_m = 2e-3;
+  ContactPair pair({4096});
+  pair.bind(&wide, &fine);
+  pair.find({Vec3(0.0, 0.0, 0.0298), Quat::Identity()}, {}, kBand_m);
+  ASSERT_FALSE(pair.contacts().empty());
+  for (const ContactPoint& contact : pair.contacts()) EXPECT_NEAR(contact.p_W.norm(), 0.02, 1e-8);
+}
+
+TEST(ContactPair, RemembersMostOfTheTreeWhileShapesSlide) {
+  const ContactShape sphere = sphere_shape();
+  const ContactShape box = box_shape(Vec3(0.1, 0.1, 0.02), 1e-3);
+  for (const auto& [speed_m_s, share] : {std::pair(0.01, 0.1), std::pair(0.1, 0.4), std::pair(1.0, 1.0)}) {
+    ContactPair pair({2048});
+    ContactPair fresh({2048});
+    pair.bind(&sphere, &box);
+    double work = 0;
+    double fresh_work = 0;
+    for (int i = 0; i < 80; ++i) {
+      const Pose X_WA{Vec3(-0.04 + 1e-3 * speed_m_s * i, 0, 0.0199), quaternion_of(Vec3(0, 1e-3 * i, 0))};
+      work += asked(pair.find(X_WA, {}, kBand_m));
+      fresh.bind(&sphere, &box);
+      fresh_work += asked(fresh.find(X_WA, {}, kBand_m));
+      ASSERT_GT(deepest_m(pair.contacts()), 5e-5);
+    }
+    EXPECT_LT(work, share * fresh_work) << speed_m_s << " m/s";
+  }
+}
+
+TEST(ContactPair, DoesNothingWhileTheGapIsNotUsedUp) {
+  const ContactShape sphere = sphere_shape();
+  const ContactShape box = box_shape(Vec3(0.04, 0.04, 0.04));
+  ContactPair pair({2048});
+  pair.bind(&sphere, &box);
+  EXPECT_TRUE(pair.find({Vec3(0.2, 0, 0), Quat::Identity()}, {}, kBand_m).is_refreshed);
+  for (int i = 1; i < 40; ++i) {
+    const Pose X_WA{Vec3(0.2 - 1e-3 * i, 0, 0), quaternion_of(Vec3(0, 0.02 * i, 0))};
+    const ContactWork work = pair.find(X_WA, {}, kBand_m);
+    EXPECT_EQ(work.nodes + work.points, 0U) << "step " << i;
+  }
+}
+
+TEST(ContactPair, SmallToolMayTurnOnALargeTable) {
+  const ContactShape tool = sphere_shape();
+  const ContactShape table = box_shape(Vec3(0.5, 0.5, 0.02), 4e-3);
+  ContactPair pair({2048});
+  pair.bind(&tool, &table);
+  double work = 0;
+  double first_work = 0;
+  for (int i = 0; i < 100; ++i) {
+    // Far from the origin of the table, whose points sweep past the tool when that turns.
+    const Pose X_WA{Vec3(0.2, 0.1, 0.0199), quaternion_of(Vec3(0, 0, 2e-3 * i))};
+    (i == 0 ? first_work : work) += asked(pair.find(X_WA, {}, kBand_m));
+    ASSERT_NEAR(deepest_m(pair.contacts()), 1e-4, 2e-5);
+  }
+  EXPECT_LT(work / 99, 0.05 * first_work);
+}
+
+TEST(ContactPair, OverBudgetAFlatFaceKeepsItsForceAndMoment) {
+  const ContactShape block = box_shape(Vec3(0.04, 0.04, 0.01), 4e-4);
+  const ContactShape table = box_shape(Vec3(0.5, 0.5, 0.02), 4e-3);
+  ContactPair all({40'000});
+  ContactPair few({ContactBudget{}.points});
+  all.bind(&block, &table);
+  few.bind(&block, &table);
+  for (const double tilt_rad : {0.0, 2e-3, 4e-3}) {
+    const Pose X_WA{Vec3(0.03, 0.01, 0.015 - 1e-4), quaternion_of(Vec3(0, tilt_rad, 0))};
+    const ContactWork fine = all.find(X_WA, {}, kBand_m);
+    const ContactWork coarse = few.find(X_WA, {}, kBand_m);
+    EXPECT_FALSE(fine.is_coarse);
+    EXPECT_TRUE(coarse.is_coarse) << tilt_rad;
+    EXPECT_GT(all.contacts().size(), ContactBudget{}.points);
+    EXPECT_LE(few.contacts().size(), ContactBudget{}.points);
+    const double force_n = net_normal_force_n(all.contacts());
+    EXPECT_NEAR(net_normal_force_n(few.contacts()), force_n, 0.02 * force_n) << tilt_rad;
+    Vec3 moment_fine = Vec3::Zero();
+    Vec3 moment_coarse = Vec3::Zero();
+    for (const ContactPoint& c : all.contacts()) {
+      moment_fine += 5e9 * c.area_m2 * std::max(0.0, c.depth_m) * (c.p_W - X_WA.p).cross(c.normal_W);
+    }
+    for (const ContactPoint& c : few.contacts()) {
+      moment_coarse += 5e9 * c.area_m2 * std::max(0.0, c.depth_m) * (c.p_W - X_WA.p).cross(c.normal_W);
+    }
+    EXPECT_LT((moment_coarse - moment_fine).norm(), 0.02 * (moment_fine.norm() + force_n * 0.02)) << tilt_rad;
+  }
+}
+
+TEST(ContactPair, OverBudgetTheDeepestPlaceIsStillFound) {
+  // Far inside: the whole sphere is deeper than the band, and most of it must be merged.
+  const ContactShape sphere = sphere_shape(0.01, 24'000);
+  const ContactShape box = box_shape(Vec3(0.04, 0.04, 0.04));
+  ContactPair all({40'000});
+  ContactPair few({512});
+  all.bind(&sphere, &box);
+  few.bind(&sphere, &box);
+  for (const double z_m : {0.028, 0.024, 0.016}) {
+    const Pose X_WA{Vec3(0.001, 0.002, z_m), Quat::Identity()};
+    all.find(X_WA, {}, kBand_m);
+    EXPECT_TRUE(few.find(X_WA, {}, kBand_m).is_coarse);
+    EXPECT_LE(few.contacts().size(), 512U);
+    const double deepest = deepest_m(all.contacts());
+    EXPECT_NEAR(deepest_m(few.contacts()), deepest, 0.02 * deepest) << z_m;
+    const double force_n = net_normal_force_n(all.contacts());
+    EXPECT_NEAR(net_normal_force_n(few.contacts()), force_n, 0.05 * force_n) << z_m;
+  }
+}
+
+TEST(ContactPair, CoarseAndFineDoNotAlternateAtTheBudget) {
+  const ContactShape sphere = sphere_shape(0.01, 24'000);
+  const ContactShape box = box_shape(Vec3(0.04, 0.04, 0.04));
+  ContactPair counter({40'000});
+  counter.bind(&sphere, &box);
+  const auto pose = [](int i) { return Pose{Vec3(0, 0, 0.0297 + 2e-5 * std::sin(1.3 * i)), Quat::Identity()}; };
+  counter.find(pose(0), {}, kBand_m + 2e-4);
+  ContactPair pair({static_cast<std::uint32_t>(counter.contacts().size() * 4 / 3)});
+  pair.bind(&sphere, &box);
+  int changes = 0;
+  bool was_coarse = false;
+  for (int i = 0; i < 300; ++i) {
+    const bool is_coarse = pair.find(pose(i), {}, kBand_m).is_coarse;
+    changes += is_coarse != was_coarse ? 1 : 0;
+    was_coarse = is_coarse;
+  }
+  EXPECT_LE(changes, 2);
+}
+
+TEST(ContactPair, BristlesTurnWithBAndStayTangential) {
+  const ContactShape sphere = sphere_shape();
+  const ContactShape box = box_shape(Vec3(0.04, 0.04, 0.04));
+  ContactPair pair({2048});
+  pair.bind(&sphere, &box);
+  const Pose X_BA{Vec3(0, 0, 0.0299), Quat::Identity()};
+  pair.find(X_BA, {}, kBand_m);
+  ASSERT_GT(pair.contacts().size(), 10U);
+  for (ContactPoint& contact : pair.contacts()) {
+    EXPECT_EQ(contact.bristle_W, Vec3::Zero());
+    contact.bristle_W = Vec3(1e-5, 2e-5, 0);
+  }
+  const Pose X_WB{Vec3(0.3, 0, 0), quaternion_of(Vec3(0.2, -0.4, 0.3))};
+  pair.find(X_WB * X_BA, X_WB, kBand_m);
+  for (const ContactPoint& contact : pair.contacts()) {
+    EXPECT_LT((contact.bristle_W - X_WB.q * Vec3(1e-5, 2e-5, 0)).norm(), 1e-15);
+    EXPECT_NEAR(contact.bristle_W.dot(contact.normal_W), 0, 1e-18);
+  }
+}
+
+TEST(ContactPair, ForgetsTheBristleOfWhatLeft) {
+  const ContactShape sphere = sphere_shape();
+  const ContactShape box = box_shape(Vec3(0.04, 0.04, 0.04));
+  ContactPair pair({2048});
+  pair.bind(&sphere, &box);
+  const Pose X_in{Vec3(0, 0, 0.0299), Quat::Identity()};
+  const Pose X_out{Vec3(0, 0, 0.0303), Quat::Identity()};
+  pair.find(X_in, {}, kBand_m);
+  ASSERT_FALSE(pair.contacts().empty());
+  for (ContactPoint& contact : pair.contacts()) contact.bristle_W = Vec3(1e-5, 0, 0);
+  pair.find(X_out, {}, kBand_m);
+  EXPECT_TRUE(pair.contacts().empty());
+  pair.find(X_in, {}, kBand_m);
+  for (const ContactPoint& contact : pair.contacts()) EXPECT_EQ(contact.bristle_W, Vec3::Zero());
+}
+
+TEST(ContactPair, BristlesSurviveWhenPointsAreMerged) {
+  const ContactShape block = box_shape(Vec3(0.04, 0.04, 0.01), 4e-4);
+  const ContactShape table = box_shape(Vec3(0.5, 0.5, 0.02), 4e-3);
+  ContactPair pair({2048});
+  pair.bind(&block, &table);
+  // Tilted, only an edge touches and fits; flat, the face does not.
+  const Pose X_tilted{Vec3(0, 0, 0.0205), quaternion_of(Vec3(0, 0.3, 0))};
+  const Pose X_flat{Vec3(0, 0, 0.0149), Quat::Identity()};
+  EXPECT_FALSE(pair.find(X_tilted, {}, kBand_m).is_coarse);
+  ASSERT_FALSE(pair.contacts().empty());
+  for (ContactPoint& contact : pair.contacts()) contact.bristle_W = Vec3(1e-5, 0, 0);
+  EXPECT_TRUE(pair.find(X_flat, {}, kBand_m).is_coarse);
+  double carried_area_m2 = 0;
+  for (const ContactPoint& contact : pair.contacts()) {
+    if (contact.bristle_W.x() > 0.9e-5) carried_area_m2 += contact.area_m2;
+  }
+  EXPECT_GT(carried_area_m2, 0.04 * 1e-3) << "of the strip that touched before";
+}
+
+TEST(ContactPair, APoseThatIsNotFiniteHasNoContacts) {
+  const ContactShape sphere = sphere_shape();
+  const ContactShape box = box_shape(Vec3(0.04, 0.04, 0.04));
+  ContactPair pair({2048});
+  pair.bind(&sphere, &box);
+  const Pose X_in{Vec3(0, 0, 0.0299), Quat::Identity()};
+  pair.find({Vec3(std::numeric_limits<double>::quiet_NaN(), 0, 0), Quat::Identity()}, {}, kBand_m);
+  EXPECT_TRUE(pair.contacts().empty());
+  pair.find(X_in, {}, kBand_m);
+  EXPECT_FALSE(pair.contacts().empty()) << "and harms nothing";
+}
+
+TEST(ContactPair, AllocatesNothingOnceItIsThere) {
+  const ContactShape sphere = sphere_shape();
+  const ContactShape box = box_shape(Vec3(0.04, 0.04, 0.04));
+  ContactPair pair({128});
+  Wander wander(5);
+  bool was_coarse = false;
+  const std::uint64_t before = allocation_count();
+  pair.bind(&sphere, &box);
+  for (int i = 0; i < 300; ++i) was_coarse = pair.find(wander.next(), {}, kBand_m).is_coarse || was_coarse;
+  pair.bind(nullptr, nullptr);
+  pair.find({}, {}, kBand_m);
+  EXPECT_EQ(allocation_count(), before);
+  EXPECT_TRUE(was_coarse) << "the path must reach the budget too";
+}
+
+}  // namespace
+}  // namespace tandem

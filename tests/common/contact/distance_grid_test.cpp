@@ -1,1 +1,397 @@
 #include "common/contact/distance_grid.hpp"
+
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <stdexcept>
+#include <thread>
+
+#include "common/random.hpp"
+#include "tests/common/contact/test_meshes.hpp"
+#include "tests/support/allocation_counter.hpp"
+
+namespace tandem {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::ThrowsMessage;
+
+constexpr std::uint64_t kSeed = 5;
+constexpr double kQuantumM = 0.22e-6;  ///< of the default options: band and brick diagonal in 32767 steps
+
+std::unique_ptr<DistanceGrid> grid_of(const TriangleMesh& mesh, const DistanceGridOptions& options = {},
+                                      SurfaceKind kind = SurfaceKind::kSolid) {
+  return DistanceGrid::build({mesh, kind, {}}, TriangleTree(mesh), options, {});
+}
+
+std::vector<std::uint8_t> bytes_of(const DistanceGrid& grid) {
+  std::vector<std::uint8_t> bytes;
+  grid.write(bytes);
+  return bytes;
+}
+
+Vec3 random_point(Random& random, double reach_m) {
+  return {random.uniform(-reach_m, reach_m), random.uniform(-reach_m, reach_m), random.uniform(-reach_m, reach_m)};
+}
+
+/// Curved and creased, so that bricks of all levels meet.
+TriangleMesh bumpy_sphere() {
+  TriangleMesh mesh = sphere_mesh(0.008, 5);
+  for (Vec3& p : mesh.vertices) {
+    const double bump = std::max(0.0, p.x()) / 0.008;
+    p *= 1 + 0.03 * bump * bump * std::sin(3000 * p.y()) * std::cos(2000 * p.z());
+  }
+  return mesh;
+}
+
+/// Near the surface, at most `reach_m` off.
+Vec3 point_near(const TriangleMesh& mesh, Random& random, double reach_m) {
+  const auto& [a, b, c] = mesh.triangles[random.next_u32() % mesh.triangles.size()];
+  const Vec3 at_a = mesh.vertices[static_cast<std::size_t>(a)];
+  const Vec3 ab = mesh.vertices[static_cast<std::size_t>(b)] - at_a;
+  const Vec3 ac = mesh.vertices[static_cast<std::size_t>(c)] - at_a;
+  const double u = random.uniform();
+  const double v = random.uniform(0, 1 - u);
+  return at_a + u * ab + v * ac + random_point(random, reach_m / std::sqrt(3.0));
+}
+
+double signed_distance_to_box_m(const Vec3& p, const Vec3& size_m) {
+  const Vec3 beyond = p.cwiseAbs() - 0.5 * size_m;
+  return beyond.cwiseMax(0.0).norm() + std::min(beyond.maxCoeff(), 0.0);
+}
+
+TEST(DistanceGrid, IsRightToItsStatedErrorInTheWholeBand) {
+  const TriangleMesh mesh = bumpy_sphere();
+  const TriangleTree tree(mesh);
+  const auto grid = grid_of(mesh);
+  Random random(kSeed);
+  for (const int cells : {4, 8, 16}) EXPECT_GT(grid->brick_count(cells), 5U) << cells;
+  EXPECT_LT(grid->error_m(), 1e-4);
+  for (int i = 0; i < 20000; ++i) {
+    const Vec3 p = point_near(mesh, random, grid->band_m());
+    const double exact = tree.signed_distance_m(p);
+    if (std::abs(exact) > grid->band_m()) continue;
+    EXPECT_NEAR(grid->distance_m(p), exact, grid->error_m() + kQuantumM) << p.transpose();
+    EXPECT_EQ(grid->sample(p).distance_m, grid->distance_m(p));
+  }
+}
+
+TEST(DistanceGrid, SphereIsTheFormula) {
+  // Chords of 1/32 of a quarter of the circle: they lie r (1 − cos(1.5 · π / 128)) below it at the middle of a
+  // triangle.
+  constexpr double kRadiusM = 0.02;
+  constexpr double kSagM = 14e-6;
+  const auto grid = grid_of(sphere_mesh(kRadiusM, 5));
+  Random random(kSeed);
+  for (int i = 0; i < 5000; ++i) {
+    const Vec3 out = random_point(random, 1).normalized();
+    const double height = random.uniform(-1.5e-3, 1.5e-3);
+    const DistanceSample sample = grid->sample((kRadiusM + height) * out);
+    EXPECT_NEAR(sample.distance_m, height, kSagM + 2e-5);
+    EXPECT_GT(sample.gradient.normalized().dot(out), std::cos(0.06)) << "facets are turned by up to 0.03 rad";
+  }
+}
+
+TEST(DistanceGrid, FlatFacesAreRightToTheQuantum) {
+  const Vec3 size(0.02, 0.015, 0.01);
+  const auto grid = grid_of(box_mesh(size));
+  Random random(kSeed);
+  for (int i = 0; i < 5000; ++i) {
+    // More than a brick from the edges, which may make the bricks beside them finer, not these less right.
+    const Vec3 p(random.uniform(-0.006, 0.006), random.uniform(-0.003, 0.003), 0.005 + random.uniform(-1.5e-3, 1.5e-3));
+    const DistanceSample sample = grid->sample(p);
+    EXPECT_NEAR(sample.distance_m, p.z() - 0.005, kQuantumM);
+    EXPECT_NEAR((sample.gradient - Vec3::UnitZ()).norm(), 0, 4 * kQuantumM / grid->coarsest_cell_m());
+  }
+}
+
+TEST(DistanceGrid, SharpEdgesErrByLessThanHalfTheFinestCell) {
+  const Vec3 size(0.02, 0.015, 0.01);
+  const TriangleMesh mesh = box_mesh(size);
+  const auto grid = grid_of(mesh);
+  Random random(kSeed);
+  EXPECT_EQ(grid->finest_cell_m(), 2e-4);
+  EXPECT_EQ(grid->coarsest_cell_m(), 8e-4);
+  EXPECT_LT(grid->error_m(), 0.5 * grid->finest_cell_m());
+  for (int i = 0; i < 20000; ++i) {
+    const Vec3 p = (Vec3(0.01, 0.0075, random.uniform(-0.005, 0.005)) + random_point(random, 1e-3));
+    EXPECT_NEAR(grid->distance_m(p), signed_distance_to_box_m(p, size), 0.5 * grid->finest_cell_m());
+  }
+}
+
+TEST(DistanceGrid, GradientIsTheSlopeOfTheDistance) {
+  const TriangleMesh mesh = bumpy_sphere();
+  const auto grid = grid_of(mesh);
+  Random random(kSeed);
+  constexpr double kStepM = 1e-8;
+  for (int i = 0; i < 5000; ++i) {
+    const Vec3 p = point_near(mesh, random, 1e-3);
+    const Vec3 gradient = grid->sample(p).gradient;
+    for (int axis = 0; axis < 3; ++axis) {
+      const Vec3 step = kStepM * Vec3::Unit(axis);
+      const double slope = (grid->distance_m(p + step) - grid->distance_m(p - step)) / (2 * kStepM);
+      EXPECT_NEAR(gradient[axis], slope, 1e-4) << p.transpose();
+    }
+  }
+}
+
+TEST(DistanceGrid, HasNoStepsAcrossBricksOfAnyLevel) {
+  const TriangleMesh mesh = bumpy_sphere();
+  const auto grid = grid_of(mesh);
+  Random random(kSeed);
+  constexpr double kStepM = 5e-7;
+  int compared = 0;
+  for (int line = 0; line < 100; ++line) {
+    Vec3 p = point_near(mesh, random, 1e-3);
+    const Vec3 step = kStepM * p.cross(random_point(random, 1)).normalized();
+    double before = grid->distance_m(p);
+    for (int i = 0; i < 10000; ++i) {
+      p += step;
+      const double after = grid->distance_m(p);
+      if (std::max(std::abs(before), std::abs(after)) < grid->band_m()) {
+        // A trilinear interpolant of distances is no steeper than √3.
+        ASSERT_NEAR(after, before, std::sqrt(3.0) * kStepM + kQuantumM) << p.transpose();
+        ++compared;
+      }
+      before = after;
+    }
+  }
+  EXPECT_GT(compared, 300000);
+}
+
+TEST(DistanceGrid, BeyondTheBandItIsNeverFartherThanTheTruth) {
+  const TriangleMesh mesh = bumpy_sphere();
+  const TriangleTree tree(mesh);
+  const auto grid = grid_of(mesh);
+  Random random(kSeed);
+  int outside = 0;
+  for (int i = 0; i < 20000; ++i) {
+    const Vec3 p = random_point(random, 0.025);
+    const double exact = tree.signed_distance_m(p);
+    const double distance = grid->distance_m(p);
+    ASSERT_LE(std::abs(distance), std::abs(exact) + grid->error_m()) << p.transpose();
+    if (std::abs(exact) < grid->band_m() + grid->error_m()) continue;
+    ASSERT_GE(std::abs(distance), grid->band_m() - grid->error_m()) << p.transpose();
+    ASSERT_EQ(distance < 0, exact < 0) << p.transpose();
+    ++outside;
+  }
+  EXPECT_GT(outside, 10000);
+}
+
+TEST(DistanceGrid, LooksAheadToTheSurfaceFromAfar) {
+  constexpr double kRadiusM = 0.008;
+  const auto grid = grid_of(sphere_mesh(kRadiusM, 4));
+  Random random(kSeed);
+  for (int i = 0; i < 5000; ++i) {
+    const Vec3 out = random_point(random, 1).normalized();
+    const double height = random.uniform(0, 0.015);
+    const DistanceSample sample = grid->sample((kRadiusM + height) * out);
+    // Of cells of 3.2 mm at a radius of 10 mm: h² · 2/8r = 0.26 mm, and twice that at the corner of the lattice.
+    EXPECT_NEAR(sample.distance_m, height, 6e-4);
+    EXPECT_GT(sample.gradient.normalized().dot(out), std::cos(0.2)) << height;
+  }
+}
+
+TEST(DistanceGrid, AnswersEveryFinitePointWithAFiniteDirection) {
+  const auto grid = grid_of(box_mesh({0.004, 0.004, 0.004}));
+  Random random(kSeed);
+  for (int i = 0; i < 20000; ++i) {
+    const double reach = std::pow(10.0, random.uniform(-4, 300));
+    const Vec3 p = i == 0 ? Vec3(Vec3::Zero()) : random_point(random, reach);
+    const DistanceSample sample = grid->sample(p);
+    ASSERT_TRUE(std::isfinite(sample.distance_m) && std::isfinite(grid->distance_m(p))) << p.transpose();
+    ASSERT_TRUE(is_finite(sample.gradient)) << p.transpose();
+    ASSERT_GE(sample.gradient.norm(), 0.0999) << p.transpose();
+    ASSERT_LE(sample.gradient.norm(), 2.0) << p.transpose();
+  }
+}
+
+TEST(DistanceGrid, SheetIsAPlateThatCanBeTouchedFromBothSides) {
+  TriangleMesh mesh;
+  mesh.vertices = {{-0.01, -0.01, 0}, {0.01, -0.01, 0}, {0.01, 0.01, 0}, {-0.01, 0.01, 0}};
+  mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
+  DistanceGridOptions options;
+  options.sheet_thickness_m = 2e-3;
+  const auto grid = grid_of(mesh, options, SurfaceKind::kSheet);
+  Random random(kSeed);
+  for (int i = 0; i < 3000; ++i) {
+    const double side = i % 2 == 0 ? 1 : -1;
+    const double height = random.uniform(4e-4, 2.4e-3);
+    const DistanceSample sample =
+        grid->sample({random.uniform(-0.008, 0.008), random.uniform(-0.008, 0.008), side * height});
+    EXPECT_NEAR(sample.distance_m, height - 1e-3, grid->error_m() + kQuantumM);
+    EXPECT_GT(sample.gradient.z() * side, 0.9);
+  }
+  EXPECT_NEAR(grid->distance_m({0.012, 0, 0}), 1e-3, grid->error_m() + kQuantumM) << "its rim is round";
+}
+
+TEST(DistanceGrid, ATurnedTriangleDoesNotTurnTheSpaceAboveIt) {
+  TriangleMesh mesh = subdivided(box_mesh({0.02, 0.02, 0.02}), 5);
+  for (auto& triangle : mesh.triangles) {
+    Vec3 middle = Vec3::Zero();
+    for (const int vertex : triangle) middle += mesh.vertices[static_cast<std::size_t>(vertex)] / 3;
+    if (middle.z() > 0.0099 && middle.head<2>().norm() < 5e-4) std::swap(triangle[1], triangle[2]);
+  }
+  const TriangleTree tree(mesh);
+  ASSERT_LT(tree.signed_distance_m({1e-4, 2e-4, 0.0105}), 0) << "pseudo-normals alone are deceived";
+  const auto grid = grid_of(mesh);
+  Random random(kSeed);
+  for (int i = 0; i < 3000; ++i) {
+    const Vec3 p(random.uniform(-1e-3, 1e-3), random.uniform(-1e-3, 1e-3), 0.01 + random.uniform(-4e-3, 8e-3));
+    const double height = p.z() - 0.01;
+    if (std::abs(height) < 3e-4) continue;
+    EXPECT_EQ(grid->sample(p).distance_m < 0, height < 0) << p.transpose();
+  }
+}
+
+TEST(DistanceGrid, BunnyIsRightToItsStatedError) {
+  // Small, and less exact than by default: this is about the flaws of a scanned mesh, and sampling takes seconds.
+  const std::optional<TriangleMesh> bunny = bunny_mesh(0.02);
+  if (!bunny) GTEST_SKIP() << "glmark2-data is not installed";
+  const TriangleTree tree(*bunny);
+  DistanceGridOptions options;
+  options.tolerance_m = 5e-5;
+  const auto grid = grid_of(*bunny, options);
+  Random random(kSeed);
+  int wrong = 0;
+  for (int i = 0; i < 10000; ++i) {
+    const Vec3 p = point_near(*bunny, random, grid->band_m());
+    const double exact = tree.signed_distance_m(p);
+    if (std::abs(exact) > grid->band_m()) continue;
+    wrong += std::abs(grid->distance_m(p) - exact) > grid->error_m() ? 1 : 0;
+  }
+  EXPECT_LE(wrong, 10) << "only above folds of the mesh, where the tree's sign is noise";
+  EXPECT_LE(grid->error_m(), std::sqrt(0.75) * grid->finest_cell_m());
+  EXPECT_LE(grid->coarsest_cell_m(), 8e-4);
+}
+
+TEST(DistanceGrid, IsTheSameForAnyNumberOfThreads) {
+  const TriangleMesh mesh = bumpy_sphere();
+  DistanceGridOptions options;
+  options.threads = 1;
+  const std::vector<std::uint8_t> alone = bytes_of(*grid_of(mesh, options));
+  options.threads = 3;
+  EXPECT_EQ(bytes_of(*grid_of(mesh, options)), alone);
+}
+
+TEST(DistanceGrid, ProgressRisesToOneOnTheCallingThread) {
+  const TriangleMesh mesh = sphere_mesh(0.005, 3);
+  std::vector<double> told;
+  const auto caller = std::this_thread::get_id();
+  DistanceGrid::build({mesh, SurfaceKind::kSolid, {}}, TriangleTree(mesh), {}, [&](double done) {
+    EXPECT_EQ(std::this_thread::get_id(), caller);
+    told.push_back(done);
+  });
+  EXPECT_TRUE(std::is_sorted(told.begin(), told.end()));
+  ASSERT_FALSE(told.empty());
+  EXPECT_GE(told.front(), 0);
+  EXPECT_EQ(told.back(), 1.0);
+}
+
+TEST(DistanceGrid, AThrowOfProgressEndsTheBuild) {
+  const TriangleMesh mesh = sphere_mesh(0.005, 3);
+  const auto cancel = [](double) { throw std::runtime_error("cancelled"); };
+  EXPECT_THAT(
+      [&] {
+        DistanceGrid::build({mesh, SurfaceKind::kSolid, {}}, TriangleTree(mesh), {}, cancel);
+      },
+      ThrowsMessage<std::runtime_error>("cancelled"));
+}
+
+TEST(DistanceGrid, ReadsBackWhatItWrote) {
+  const TriangleMesh mesh = bumpy_sphere();
+  const auto grid = grid_of(mesh);
+  std::vector<std::uint8_t> bytes = bytes_of(*grid);
+  bytes.push_back(42);
+  std::span<const std::uint8_t> rest = bytes;
+  const auto copy = DistanceGrid::read(rest);
+  ASSERT_NE(copy, nullptr);
+  ASSERT_EQ(rest.size(), 1U);
+  EXPECT_EQ(bytes_of(*copy), bytes_of(*grid));
+  EXPECT_EQ(copy->finest_cell_m(), grid->finest_cell_m());
+  EXPECT_EQ(copy->coarsest_cell_m(), grid->coarsest_cell_m());
+  Random random(kSeed);
+  for (int i = 0; i < 1000; ++i) {
+    const Vec3 p = random_point(random, 0.015);
+    EXPECT_EQ(copy->distance_m(p), grid->distance_m(p));
+    EXPECT_EQ(copy->sample(p).gradient, grid->sample(p).gradient);
+  }
+}
+
+TEST(DistanceGrid, CutBytesAreNoGrid) {
+  const std::vector<std::uint8_t> bytes = bytes_of(*grid_of(box_mesh({0.004, 0.004, 0.004})));
+  for (std::size_t size = 0; size < bytes.size(); size += size < 300 ? 1 : 997) {
+    std::span<const std::uint8_t> cut(bytes.data(), size);
+    EXPECT_EQ(DistanceGrid::read(cut), nullptr) << size;
+  }
+}
+
+TEST(DistanceGrid, SpoiltBytesGiveNothingOrFiniteAnswers) {
+  const std::vector<std::uint8_t> bytes = bytes_of(*grid_of(box_mesh({0.004, 0.004, 0.004})));
+  Random random(kSeed);
+  int read = 0;
+  for (int round = 0; round < 2000; ++round) {
+    std::vector<std::uint8_t> spoilt = bytes;
+    // Half of the rounds hit the header, where it hurts most.
+    const std::size_t reach = round % 2 == 0 ? 120 : spoilt.size();
+    for (int i = 0; i < 3; ++i) spoilt[random.next_u32() % reach] = static_cast<std::uint8_t>(random.next_u32());
+    std::span<const std::uint8_t> rest = spoilt;
+    const auto grid = DistanceGrid::read(rest);
+    if (grid == nullptr) continue;
+    ++read;
+    for (int i = 0; i < 20; ++i) {
+      const Vec3 p = random_point(random, 0.01);
+      const DistanceSample sample = grid->sample(p);
+      ASSERT_TRUE(std::isfinite(sample.distance_m) && std::isfinite(grid->distance_m(p))) << "round " << round;
+      ASSERT_TRUE(is_finite(sample.gradient) && sample.gradient.norm() > 0.09) << "round " << round;
+      ASSERT_LE(sample.gradient.norm(), 2.001) << "round " << round;
+    }
+  }
+  EXPECT_GT(read, 100) << "seed " << kSeed;
+}
+
+TEST(DistanceGrid, HugeCountsAreRefusedBeforeMemoryIsTaken) {
+  std::vector<std::uint8_t> bytes = bytes_of(*grid_of(box_mesh({0.004, 0.004, 0.004})));
+  const std::uint64_t before = allocation_count();
+  for (std::size_t first = 0; first < 16; first += 4) {
+    std::vector<std::uint8_t> huge = bytes;
+    for (std::size_t i = 0; i < 4; ++i) huge[first + i] = i == 3 ? 0x3F : 0xFF;
+    std::span<const std::uint8_t> rest = huge;
+    EXPECT_EQ(DistanceGrid::read(rest), nullptr);
+  }
+  EXPECT_LE(allocation_count() - before, 8U) << "the bytes and the object only";
+}
+
+TEST(DistanceGrid, AQueryAllocatesNothing) {
+  const auto grid = grid_of(box_mesh({0.004, 0.004, 0.004}));
+  Random random(kSeed);
+  const std::uint64_t before = allocation_count();
+  double sum = 0;
+  for (int i = 0; i < 100; ++i) {
+    const Vec3 p = random_point(random, 0.02);
+    sum += grid->distance_m(p) + grid->sample(p).distance_m;
+  }
+  EXPECT_EQ(allocation_count(), before) << sum;
+}
+
+TEST(DistanceGrid, NamesTheOptionThatIsOutOfItsRange) {
+  const auto build_with = [](double DistanceGridOptions::*option, double value) {
+    return [=] {
+      DistanceGridOptions options;
+      options.*option = value;
+      grid_of(box_mesh({0.004, 0.004, 0.004}), options);
+    };
+  };
+  const auto names = [](const char* what) { return ThrowsMessage<std::invalid_argument>(HasSubstr(what)); };
+  EXPECT_THAT(build_with(&DistanceGridOptions::cell_m, 0), names("cell_m"));
+  EXPECT_THAT(build_with(&DistanceGridOptions::tolerance_m, std::nan("")), names("tolerance_m"));
+  EXPECT_THAT(build_with(&DistanceGridOptions::band_m, 1e-4), names("band_m"));
+  EXPECT_THAT(build_with(&DistanceGridOptions::sheet_thickness_m, -1), names("sheet_thickness_m"));
+}
+
+TEST(DistanceGrid, AMeshInMillimetresIsNotTakenForMetres) {
+  EXPECT_THAT([] { grid_of(box_mesh({50, 40, 30})); }, ThrowsMessage<MeshError>(HasSubstr("is its unit metres?")));
+}
+
+}  // namespace
+}  // namespace tandem

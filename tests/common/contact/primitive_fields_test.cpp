@@ -1,1 +1,118 @@
 #include "common/contact/primitive_fields.hpp"
+
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "common/contact/tessellation.hpp"
+#include "common/contact/triangle_tree.hpp"
+#include "common/random.hpp"
+
+namespace tandem {
+namespace {
+
+constexpr double kRadius = 0.01;
+constexpr double kLength = 0.05;
+const Vec3 kBox(0.02, 0.03, 0.05);
+
+struct Primitive {
+  std::string name;
+  std::unique_ptr<DistanceField> field;
+  TriangleMesh outline;
+};
+
+std::vector<Primitive> primitives() {
+  std::vector<Primitive> all;
+  all.push_back({"sphere", std::make_unique<SphereField>(kRadius), tessellated_sphere(kRadius)});
+  all.push_back({"box", std::make_unique<BoxField>(kBox), tessellated_box(kBox)});
+  all.push_back(
+      {"cylinder", std::make_unique<CylinderField>(kRadius, kLength), tessellated_cylinder(kRadius, kLength)});
+  all.push_back({"capsule", std::make_unique<CapsuleField>(kRadius, kLength), tessellated_capsule(kRadius, kLength)});
+  return all;
+}
+
+Vec3 random_point(Random& random, double size_m) {
+  return {random.uniform(-size_m, size_m), random.uniform(-size_m, size_m), random.uniform(-size_m, size_m)};
+}
+
+TEST(PrimitiveFields, AgreeWithTheDistanceToTheirTessellation) {
+  // The chord of a tessellation lies this far inside the arc: R (1 − cos(π/96)) around, and once more along an arc.
+  const double chord = 2 * kRadius * 5.4e-4;
+  for (const Primitive& primitive : primitives()) {
+    const TriangleTree tree(primitive.outline);
+    Random random(7);
+    for (int i = 0; i < 2000; ++i) {
+      const Vec3 p = random_point(random, 0.04);
+      const double distance = tree.signed_distance_m(p);
+      ASSERT_NEAR(primitive.field->distance_m(p), distance, chord) << primitive.name << " at " << p.transpose();
+    }
+  }
+}
+
+TEST(PrimitiveFields, HaveTheGradientOfTheirDistance) {
+  const double step = 1e-6;
+  for (const Primitive& primitive : primitives()) {
+    Random random(3);
+    int checked = 0;
+    for (int i = 0; i < 5000; ++i) {
+      const Vec3 p = random_point(random, 0.04);
+      const DistanceSample sample = primitive.field->sample(p);
+      EXPECT_EQ(sample.distance_m, primitive.field->distance_m(p));
+      ASSERT_NEAR(sample.gradient.norm(), 1, 1e-12);
+      Vec3 difference;
+      for (int axis = 0; axis < 3; ++axis) {
+        const Vec3 offset = step * Vec3::Unit(axis);
+        difference[axis] =
+            (primitive.field->distance_m(p + offset) - primitive.field->distance_m(p - offset)) / (2 * step);
+      }
+      // On the creases inside, where two sides are equally near, the difference is of neither: its length is below 1.
+      if (difference.norm() < 1 - 1e-4) continue;
+      ++checked;
+      // The second derivative is at most 1 over the distance to the axis or edge, the third its square.
+      EXPECT_LT((sample.gradient - difference).norm(), 1e-4) << primitive.name << " at " << p.transpose();
+    }
+    EXPECT_GT(checked, 4900) << primitive.name;
+  }
+}
+
+TEST(PrimitiveFields, LeadBackToTheSurface) {
+  for (const Primitive& primitive : primitives()) {
+    Random random(11);
+    for (int i = 0; i < 2000; ++i) {
+      const Vec3 p = random_point(random, 0.06);
+      const DistanceSample sample = primitive.field->sample(p);
+      const Vec3 foot = p - sample.distance_m * sample.gradient;
+      EXPECT_NEAR(primitive.field->distance_m(foot), 0, 1e-15) << primitive.name << " at " << p.transpose();
+    }
+  }
+}
+
+TEST(PrimitiveFields, HaveADirectionWhereTheyHaveNone) {
+  for (const Primitive& primitive : primitives()) {
+    for (const Vec3& p : {Vec3(0, 0, 0), Vec3(0, 0, 0.01), Vec3(0, 0, kLength / 2), Vec3(0, 0, 1)}) {
+      const DistanceSample sample = primitive.field->sample(p);
+      EXPECT_NEAR(sample.gradient.norm(), 1, 1e-12) << primitive.name << " at " << p.transpose();
+      EXPECT_TRUE(std::isfinite(sample.distance_m));
+    }
+  }
+  EXPECT_DOUBLE_EQ(SphereField(kRadius).distance_m(Vec3::Zero()), -kRadius);
+  EXPECT_DOUBLE_EQ(BoxField(kBox).distance_m(Vec3::Zero()), -kBox.minCoeff() / 2);
+  EXPECT_DOUBLE_EQ(CylinderField(kRadius, kLength).distance_m(Vec3::Zero()), -kRadius);
+  EXPECT_DOUBLE_EQ(CapsuleField(kRadius, kLength).distance_m(Vec3(0, 0, 1)), 1 - kLength / 2 - kRadius);
+}
+
+TEST(PrimitiveFields, MeasureToTheNearestEdgeAndCorner) {
+  const BoxField box(kBox);
+  const DistanceSample corner = box.sample(kBox / 2 + Vec3(0.003, 0.004, 0.012));
+  EXPECT_NEAR(corner.distance_m, 0.013, 1e-15);
+  EXPECT_LT((corner.gradient - Vec3(3, 4, 12) / 13).norm(), 1e-12);
+  const CylinderField cylinder(kRadius, kLength);
+  const DistanceSample rim = cylinder.sample(Vec3(0, -kRadius - 0.003, -kLength / 2 - 0.004));
+  EXPECT_NEAR(rim.distance_m, 0.005, 1e-15);
+  EXPECT_LT((rim.gradient - Vec3(0, -0.6, -0.8)).norm(), 1e-12);
+}
+
+}  // namespace
+}  // namespace tandem

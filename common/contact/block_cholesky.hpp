@@ -1,0 +1,39 @@
+// The linear systems of the contact solver: 6×6 blocks, one row of them a body, in memory that is taken once.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include <Eigen/Core>
+
+namespace tandem {
+
+using Vector6 = Eigen::Matrix<double, 6, 1>;
+using Matrix6 = Eigen::Matrix<double, 6, 6>;
+
+/// A symmetric positive definite matrix of n × n blocks, factored where it is stored. Blocks that nobody touched are
+/// zero and cost nothing. Eigen's own factorisations take memory for temporaries once a matrix outgrows the stack's.
+class BlockCholesky {
+ public:
+  explicit BlockCholesky(std::size_t capacity);
+
+  /// A zero matrix of `blocks` × `blocks`, at most the capacity.
+  void reset(std::size_t blocks) noexcept;
+  /// Of the lower triangle: row ≥ column.
+  Matrix6& block(std::size_t row, std::size_t column) noexcept;
+
+  /// Replaces the matrix by its factor. False: not positive definite, or not finite.
+  bool factor() noexcept;
+  /// x ← A⁻¹ x, after factor().
+  void solve(std::span<Vector6> x) const noexcept;
+
+ private:
+  std::size_t index(std::size_t row, std::size_t column) const { return row * (row + 1) / 2 + column; }
+
+  std::size_t blocks_ = 0;
+  std::vector<Matrix6> lower_;
+  std::vector<std::uint8_t> is_used_;
+};
+
+}  // namespace tandem

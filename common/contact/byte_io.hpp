@@ -1,0 +1,114 @@
+// Assets are written once and read on many machines, from disks and sockets that may hold anything: numbers in
+// little-endian order, and a reader that cannot leave its bytes.
+#pragma once
+
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <span>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+namespace tandem {
+
+template <typename T>
+concept WireNumber = std::is_arithmetic_v<T> && !std::is_same_v<T, bool>;
+
+/// Appends numbers to bytes.
+class ByteWriter {
+ public:
+  explicit ByteWriter(std::vector<std::uint8_t>& bytes) : bytes_(bytes) {}
+
+  template <WireNumber T>
+  void number(T value) {
+    array(std::span<const T>(&value, 1));
+  }
+  void u32(std::uint32_t value) { number(value); }
+  void f32(float value) { number(value); }
+  void f64(double value) { number(value); }
+
+  /// The numbers alone, without their count.
+  template <WireNumber T>
+  void array(std::span<const T> values) {
+    if (values.empty()) return;
+    const std::size_t start = bytes_.size();
+    bytes_.resize(start + values.size_bytes());
+    std::memcpy(bytes_.data() + start, values.data(), values.size_bytes());
+    if constexpr (std::endian::native == std::endian::big) {
+      for (std::size_t i = start; i < bytes_.size(); i += sizeof(T)) reverse(bytes_.data() + i, sizeof(T));
+    }
+  }
+
+  static void reverse(std::uint8_t* first, std::size_t count) {
+    for (std::size_t i = 0; i < count / 2; ++i) std::swap(first[i], first[count - 1 - i]);
+  }
+
+ private:
+  std::vector<std::uint8_t>& bytes_;
+};
+
+/// Takes numbers from the front of bytes. Past the end it gives zeros and is no longer ok(): check once, after the
+/// last read and before anything read is used as a size or an index.
+class ByteReader {
+ public:
+  /// In      bytes  moved past what is read, as it is read
+  explicit ByteReader(std::span<const std::uint8_t>& bytes) : bytes_(bytes) {}
+
+  bool ok() const { return is_ok_; }
+  void fail() { is_ok_ = false; }
+
+  template <WireNumber T>
+  T number() {
+    T value{};
+    array(std::span<T>(&value, 1));
+    return value;
+  }
+  std::uint32_t u32() { return number<std::uint32_t>(); }
+  float f32() { return number<float>(); }
+  double f64() { return number<double>(); }
+
+  /// A count of things of which each takes at least `bytes_each` of what is left; else 0 and not ok(): so that no
+  /// hostile count can make the caller take more memory than a small multiple of the bytes it was given.
+  std::uint32_t count(std::size_t bytes_each) {
+    const std::uint32_t value = u32();
+    if (value <= bytes_.size() / bytes_each) return value;
+    fail();
+    return 0;
+  }
+
+  /// Fills `values`, with zeros when there is less left.
+  template <WireNumber T>
+  void array(std::span<T> values) {
+    if (values.empty()) return;
+    if (!is_ok_ || bytes_.size() < values.size_bytes()) {
+      fail();
+      std::memset(values.data(), 0, values.size_bytes());
+      return;
+    }
+    std::memcpy(values.data(), bytes_.data(), values.size_bytes());
+    bytes_ = bytes_.subspan(values.size_bytes());
+    if constexpr (std::endian::native == std::endian::big) {
+      auto* raw = reinterpret_cast<std::uint8_t*>(values.data());
+      for (std::size_t i = 0; i < values.size_bytes(); i += sizeof(T)) ByteWriter::reverse(raw + i, sizeof(T));
+    }
+  }
+
+ private:
+  std::span<const std::uint8_t>& bytes_;
+  bool is_ok_ = true;
+};
+
+/// Tells a torn or altered file from a whole one, at the speed of memory. It is no defence against intent: the readers'
+/// own checks are.
+inline std::uint64_t checksum_of(std::span<const std::uint8_t> bytes) {
+  constexpr std::uint64_t kOdd = 0x9E3779B97F4A7C15U;  // 2^64 / golden ratio
+  std::uint64_t sum = bytes.size();
+  ByteReader reader(bytes);
+  while (bytes.size() >= sizeof(std::uint64_t)) sum = (std::rotl(sum, 29) ^ reader.number<std::uint64_t>()) * kOdd;
+  while (!bytes.empty()) sum = (std::rotl(sum, 29) ^ reader.number<std::uint8_t>()) * kOdd;
+  return sum ^ sum >> 32U;
+}
+
+}  // namespace tandem

@@ -1,0 +1,221 @@
+#include "common/contact/contact_island.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tandem {
+namespace {
+
+/// Residual velocity, in the norm of the kinetic energy, that ends an iteration. What is smaller is not worked off in
+/// later steps either: as an acceleration it is 1e-8 m/s². Rounding leaves less.
+constexpr double kTolerance_m_per_s = 1e-11;
+/// After so many iterations normal forces are good to some parts in a thousand, and friction with them.
+constexpr std::uint32_t kFollowingIterations = 4;
+/// Couplings that have not converged by then are not going to soon.
+constexpr std::uint32_t kExactIterations = 12;
+/// Part of the slope at the start of the line that a search may leave.
+constexpr double kSlopeLeft = 0.1;
+constexpr int kLineSearchSteps = 12;
+/// The hard floor against the island's inertia: from 1 m/s it gives way by h · 1 m/s / (1 + this), 0.09 mm at 1 kHz.
+constexpr double kHardness = 10;
+/// How far what pushes the island at the start of a step may press one contact into the hard floor.
+constexpr double kHardGive_m = 2e-5;
+
+Twist twist_of(const Vector6& v) {
+  return {v.head<3>(), v.tail<3>()};
+}
+
+Vector6 vector_of(const Wrench& w) {
+  return (Vector6() << w.f, w.t).finished();
+}
+
+/// Of the body's point that is at `about_W`; nothing moves the rest of the world.
+Twist twist_at(const IslandBody* body, const Vec3& about_W) {
+  if (body == nullptr) return {};
+  const Vec3 w = body->velocity.tail<3>();
+  return {body->velocity.head<3>() + w.cross(about_W - body->p_WC), w};
+}
+
+Twist relative_twist(const IslandPatch& patch) {
+  const Twist of_a = twist_at(patch.a, patch.terms.about_W), of_b = twist_at(patch.b, patch.terms.about_W);
+  return {of_a.v - of_b.v, of_a.w - of_b.w};
+}
+
+/// About the body's centre, of a wrench about `about_W`.
+Vector6 at_centre(const IslandBody& body, const Wrench& wrench, const Vec3& about_W) {
+  return (Vector6() << wrench.f, wrench.t + (about_W - body.p_WC).cross(wrench.f)).finished();
+}
+
+/// Turns a twist of the body into the twist at `about_W`.
+Matrix6 shift_to(const Vec3& about_W, const IslandBody& body) {
+  const Vec3 r = about_W - body.p_WC;
+  Matrix6 shift = Matrix6::Identity();
+  shift.topRightCorner<3, 3>() << 0, r.z(), -r.y(), -r.z(), 0, r.x(), r.y(), -r.x(), 0;
+  return shift;
+}
+
+}  // namespace
+
+Vector6 IslandBody::momentum(const Vector6& v) const {
+  return (Vector6() << mass_kg * v.head<3>(), inertia_W * v.tail<3>()).finished();
+}
+
+double IslandBody::residual_energy() const {
+  return residual.head<3>().squaredNorm() / mass_kg + residual.tail<3>().dot(inverse_inertia_W * residual.tail<3>());
+}
+
+double IslandBody::force_of(const Wrench& wrench) const {
+  const double gyration_m = std::sqrt(inertia_W.trace() / (2 * mass_kg));
+  return wrench.f.norm() + wrench.t.norm() / gyration_m;
+}
+
+ContactIsland::ContactIsland(std::size_t bodies, ContactRows& rows)
+    : rows_(rows), system_(bodies), start_(bodies), direction_(bodies) {}
+
+void ContactIsland::begin(double step_s, std::span<IslandBody* const> bodies, std::span<IslandPatch> patches,
+                          std::span<IslandCoupling> couplings) noexcept {
+  step_s_ = step_s;
+  bodies_ = bodies;
+  patches_ = patches;
+  couplings_ = couplings;
+  iterations_ = 0;
+  mass_kg_ = 0;
+  for (std::size_t i = 0; i < bodies_.size(); ++i) {
+    bodies_[i]->row = i;
+    mass_kg_ += bodies_[i]->mass_kg;
+  }
+  set_hardness();
+}
+
+// The whole island and everything that pushes it may bear on one contact of its lightest body.
+void ContactIsland::set_hardness() noexcept {
+  double push_n = 0;
+  for (const IslandBody* body : bodies_) push_n += body->push_n;
+  for (IslandCoupling& coupling : couplings_) {
+    push_n += coupling.body->force_of(coupling.term.evaluate(twist_of(coupling.body->velocity)));
+  }
+  const double hard_n_per_m = kHardness * mass_kg_ / (step_s_ * step_s_) + push_n / kHardGive_m;
+  for (IslandPatch& patch : patches_) patch.terms.hard_n_per_m = hard_n_per_m;
+}
+
+// First friction follows the normal forces, which is the wanted solution but has no potential; most steps end here.
+// What has not settled by then is solved for the limits that were reached, and if need be for linear couplings: that
+// always converges.
+bool ContactIsland::solve(std::uint32_t iterations) noexcept {
+  friction_ = FrictionLimit::kFollows;
+  evaluate();
+  while (iterations_ < iterations) {
+    if (iterations_ == kFollowingIterations) friction_ = FrictionLimit::kKept;
+    if (iterations_ == kExactIterations) linearise();
+    const Progress progress = iterate();
+    if (progress != Progress::kMore) return progress == Progress::kDone;
+  }
+  return residual_energy() <= enough();
+}
+
+void ContactIsland::linearise() noexcept {
+  for (IslandCoupling& coupling : couplings_) coupling.term.linearise(twist_of(coupling.body->velocity));
+}
+
+ContactIsland::Progress ContactIsland::iterate() noexcept {
+  if (residual_energy() <= enough()) return Progress::kDone;
+  assemble();
+  if (!system_.factor()) return Progress::kFailed;
+  for (std::size_t k = 0; k < bodies_.size(); ++k) direction_[k] = -bodies_[k]->residual;
+  system_.solve({direction_.data(), bodies_.size()});
+  double slope = 0;
+  for (std::size_t k = 0; k < bodies_.size(); ++k) slope += bodies_[k]->residual.dot(direction_[k]);
+  if (!std::isfinite(slope)) return Progress::kFailed;
+  if (-slope <= enough()) return Progress::kDone;
+  ++iterations_;
+  return search_line(slope) ? Progress::kMore : Progress::kFailed;
+}
+
+double ContactIsland::enough() const {
+  return mass_kg_ * kTolerance_m_per_s * kTolerance_m_per_s;
+}
+
+void ContactIsland::evaluate() noexcept {
+  for (IslandBody* body : bodies_) body->residual = body->momentum(body->velocity - body->free);
+  for (IslandCoupling& coupling : couplings_) {
+    coupling.body->residual -= step_s_ * vector_of(coupling.term.evaluate(twist_of(coupling.body->velocity)));
+  }
+  for (IslandPatch& patch : patches_) {
+    const Vec3& about_W = patch.terms.about_W;
+    patch.on_a_W = rows_.evaluate(patch.terms, relative_twist(patch), friction_);
+    if (patch.a != nullptr) patch.a->residual -= step_s_ * at_centre(*patch.a, patch.on_a_W, about_W);
+    if (patch.b != nullptr) patch.b->residual += step_s_ * at_centre(*patch.b, patch.on_a_W, about_W);
+  }
+}
+
+void ContactIsland::assemble() noexcept {
+  system_.reset(bodies_.size());
+  for (const IslandBody* body : bodies_) {
+    Matrix6& own = system_.block(body->row, body->row);
+    own.diagonal().head<3>().setConstant(body->mass_kg);
+    own.bottomRightCorner<3, 3>() = body->inertia_W;
+  }
+  for (const IslandCoupling& coupling : couplings_) {
+    system_.block(coupling.body->row, coupling.body->row) += step_s_ * coupling.term.derivative();
+  }
+  for (const IslandPatch& patch : patches_) add_patch(patch);
+}
+
+void ContactIsland::add_patch(const IslandPatch& patch) noexcept {
+  const Matrix6 k = step_s_ * rows_.derivative(patch.terms);
+  if (patch.b == nullptr) {  // terms.about_W is the centre of the only body
+    system_.block(patch.a->row, patch.a->row) += k;
+    return;
+  }
+  const Matrix6 shift_b = shift_to(patch.terms.about_W, *patch.b);
+  const Matrix6 k_b = k * shift_b;
+  system_.block(patch.b->row, patch.b->row).noalias() += shift_b.transpose() * k_b;
+  if (patch.a == nullptr) return;
+  const Matrix6 shift_a = shift_to(patch.terms.about_W, *patch.a);
+  system_.block(patch.a->row, patch.a->row).noalias() += shift_a.transpose() * (k * shift_a);
+  const Matrix6 a_b = shift_a.transpose() * k_b;
+  if (patch.a->row > patch.b->row) {
+    system_.block(patch.a->row, patch.b->row) -= a_b;
+  } else {
+    system_.block(patch.b->row, patch.a->row) -= a_b.transpose();
+  }
+}
+
+// The slope grows along the line because the potential is convex: its zero is bracketed and found by regula falsi. A
+// full step that does not climb is taken as it is.
+bool ContactIsland::search_line(double slope) noexcept {
+  for (std::size_t k = 0; k < bodies_.size(); ++k) start_[k] = bodies_[k]->velocity;
+  const double enough = -kSlopeLeft * slope;
+  double low = 0, slope_low = slope, high = 1, slope_high = slope_at(1);
+  if (slope_high <= enough) return true;
+  for (int i = 0; i < kLineSearchSteps && std::isfinite(slope_high); ++i) {
+    const double part = std::clamp(slope_low / (slope_low - slope_high), 0.1, 0.9);
+    const double middle = low + part * (high - low);
+    const double slope_middle = slope_at(middle);
+    if (std::abs(slope_middle) <= enough) return true;
+    if (!(slope_middle > 0)) {
+      low = middle;
+      slope_low = slope_middle;
+    } else {
+      high = middle;
+      slope_high = slope_middle;
+    }
+  }
+  return std::isfinite(slope_at(low > 0 ? low : high));
+}
+
+double ContactIsland::slope_at(double scale) noexcept {
+  for (std::size_t k = 0; k < bodies_.size(); ++k) bodies_[k]->velocity = start_[k] + scale * direction_[k];
+  evaluate();
+  double slope = 0;
+  for (std::size_t k = 0; k < bodies_.size(); ++k) slope += bodies_[k]->residual.dot(direction_[k]);
+  return slope;
+}
+
+double ContactIsland::residual_energy() const noexcept {
+  double energy = 0;
+  for (const IslandBody* body : bodies_) energy += body->residual_energy();
+  return energy;
+}
+
+}  // namespace tandem

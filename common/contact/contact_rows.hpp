@@ -1,0 +1,102 @@
+// What one contact does to two bodies in a step, for hundreds of contacts at once: the inner loops of the contact
+// solver. Stored in pairs, each quantity of the pair side by side, so that the compiler's vectors are full.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "common/contact/block_cholesky.hpp"
+#include "common/contact/contact_pair.hpp"
+
+namespace tandem {
+
+/// What all contacts of a patch have in common, and where its rows are.
+struct PatchTerms {
+  Vec3 about_W = Vec3::Zero();  ///< twists and wrenches of the patch are taken here
+  double step_s = 0;
+  double stiffness_n_per_m3 = 0;
+  double dissipation_s = 0;
+  double friction = 0;
+  double rigid_depth_m = 0;
+  double hard_n_per_m = 0;  ///< stiffness of each contact beyond the rigid depth
+  std::size_t first = 0;
+  std::size_t end = 0;
+
+  /// A force answers to where the contact will be at the end of the step, and to its dissipation.
+  double lag_s() const { return step_s + dissipation_s; }
+};
+
+/// Whether friction is limited by μ times the normal force of this evaluation, or of the last one that said so. Forces
+/// have a potential in the velocities only while the limit is kept.
+enum class FrictionLimit : std::uint8_t { kFollows, kKept };
+
+/// Forces of contacts at trial velocities, and their derivatives. Twists are of A past B, wrenches on A.
+///
+/// Model   With n out of B, w = stiffness · area, δ the depth at the start, u = −n·v the closing speed, h the step,
+///         τ the dissipation, ρ the rigid depth:
+///         f_n = w (min(δ, ρ) + (h + τ) u)₊ + w_hard (min(δ − ρ, h·0.2 m/s) + h u)₊.
+///         A soft layer with a Kelvin-Voigt damper at the end of the step, and a hard floor under it. Over a gap the
+///         layer's δ is taken (h + τ)/h times, so that the damper begins where the surfaces meet. The floor lifts by
+///         0.2 m/s at most, and the layer by ρ/(h + τ): what starts in overlap comes out, but is not thrown out.
+///         Friction is −k_t z clamped to length μ f_n, with z = s + (h + τ) v_t, k_t = 0.8 w, and s the bristle: a
+///         spring as long as the contact sticks, so that nothing creeps. After the step s ← s + h v_t, at most
+///         μ f_n / k_t long.
+///         Both only take energy: f_n h u is at least what the layer's ½ w δ² gains, for either sign of u; and the
+///         clamp, a projection on a ball, is monotone, so that friction takes at least what s gains.
+/// Source  our derivation; 0.8 is Mindlin's k_t / k_n of two elastic spheres, 2 (1 − ν)/(2 − ν), at ν = 0.3 to 0.35
+class ContactRows {
+ public:
+  ContactRows(std::size_t contacts, std::size_t patches);
+
+  void clear() noexcept { used_ = 0; }
+  /// Rows of these contacts, whose range goes to `terms`. False: no room. Contacts that are not finite get rows without
+  /// any force; their number is added to `ill`.
+  bool append(std::span<const ContactPoint> contacts, PatchTerms& terms, std::uint32_t& ill) noexcept;
+
+  /// Wrench on A at this twist of A past B, both about terms.about_W.
+  Wrench evaluate(const PatchTerms& terms, const Twist& twist, FrictionLimit friction) noexcept;
+  /// −∂wrench/∂twist where evaluate() was last asked: symmetric, no negative eigenvalue.
+  Matrix6 derivative(const PatchTerms& terms) const noexcept;
+
+  struct Outcome {
+    double normal_force_n = 0;
+    double deepest_m = 0;
+    std::uint32_t pressing = 0;
+  };
+  /// Moves the bristles by the twist of the last evaluate().
+  Outcome finish(const PatchTerms& terms, std::span<ContactPoint> contacts) const noexcept;
+
+ private:
+  /// Two contacts; unused halves have no force.
+  using Lane = Eigen::Array<double, 2, 1>;
+  struct Row {
+    Lane nx, ny, nz;  // normal
+    Lane rx, ry, rz;  // from about_W
+    Lane depth;       // min(δ, ρ), or of a gap δ (h + τ)/h
+    Lane excess;      // min(δ − ρ, h · recovery speed)
+    Lane soft;        // w
+    Lane tangential;  // k_t
+    Lane sx, sy, sz;  // bristle
+    Lane limit;       // μ f_n
+    // Of the last evaluate():
+    Lane normal_force;
+    Lane zx, zy, zz;
+    Lane by_twist;  // −∂f/∂v = by_twist 1 + along_normal nnᵀ − along_slip zzᵀ
+    Lane along_normal;
+    Lane along_slip;
+  };
+  /// Velocity of A past B at the contact, and how fast the contact closes.
+  struct Motion {
+    Lane vx, vy, vz, closing;
+  };
+  static Motion motion(const Row& row, const Twist& twist) noexcept;
+  static void set(Row& row, Eigen::Index half, const ContactPoint& contact, const PatchTerms& terms) noexcept;
+  static void set_empty(Row& row, Eigen::Index half) noexcept;
+
+  std::vector<Row> rows_;
+  std::size_t used_ = 0;
+};
+
+}  // namespace tandem

@@ -1,0 +1,61 @@
+#include "common/contact/coupling_term.hpp"
+
+namespace tandem {
+namespace {
+
+Eigen::Matrix3d cross_matrix(const Vec3& a) {
+  Eigen::Matrix3d m;
+  m << 0, -a.z(), a.y(), a.z(), 0, -a.x(), -a.y(), a.x(), 0;
+  return m;
+}
+
+}  // namespace
+
+CouplingTerm::CouplingTerm(const SolverCoupling& coupling, const SolverBody& body, double step_s)
+    : law_(coupling.law),
+      X_WH_(coupling.X_WH),
+      V_WH_(coupling.V_WH),
+      q_WT_(coupling.X_WT.q),
+      p_WC_(body.p_WC),
+      r_W_(coupling.X_WT.p - body.p_WC),
+      step_s_(step_s) {}
+
+Wrench CouplingTerm::evaluate(const Twist& V_WC) noexcept {
+  if (is_linear_) {
+    const Vector6 wrench = wrench_ - derivative_ * ((Vector6() << V_WC.v, V_WC.w).finished() - at_);
+    const Vec3 force = wrench.head<3>(), torque = wrench.tail<3>();
+    on_tool_W_ = {force, torque - lever_W_.cross(force)};
+    return {force, torque};
+  }
+  const Quat turn = quaternion_of(V_WC.w * step_s_);
+  lever_W_ = turn * r_W_;
+  const Pose X_WT{p_WC_ + V_WC.v * step_s_ + lever_W_, (turn * q_WT_).normalized()};
+  const Twist V_WT{V_WC.v + V_WC.w.cross(lever_W_), V_WC.w};
+  state_ = coupling_state(X_WH_, V_WH_, X_WT, V_WT);
+  on_tool_W_ = coupling_wrenches(*law_, X_WH_, V_WH_, X_WT, V_WT).on_tool_W;
+  return {on_tool_W_.f, on_tool_W_.t + lever_W_.cross(on_tool_W_.f)};
+}
+
+void CouplingTerm::linearise(const Twist& V_WC) noexcept {
+  const Wrench wrench = evaluate(V_WC);
+  derivative_ = derivative();
+  wrench_ << wrench.f, wrench.t;
+  at_ << V_WC.v, V_WC.w;
+  is_linear_ = true;
+}
+
+Matrix6 CouplingTerm::derivative() const noexcept {
+  if (is_linear_) return derivative_;
+  const CouplingGradient gradient = law_->gradient(state_);
+  const Eigen::Matrix3d pull = step_s_ * gradient.force_by_d + gradient.force_by_v;
+  const Eigen::Matrix3d lever = cross_matrix(lever_W_);
+  const Eigen::Matrix3d turned = lever * pull;
+  Matrix6 k;
+  k.topLeftCorner<3, 3>() = pull;
+  k.bottomLeftCorner<3, 3>() = turned;
+  k.topRightCorner<3, 3>() = turned.transpose();
+  k.bottomRightCorner<3, 3>() = step_s_ * gradient.torque_by_theta + gradient.torque_by_w - turned * lever;
+  return k;
+}
+
+}  // namespace tandem

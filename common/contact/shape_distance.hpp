@@ -1,0 +1,21 @@
+// How far apart two shapes are: for grabs, and to see when two bodies have come apart.
+#pragma once
+
+#include "common/contact/contact_shape.hpp"
+
+namespace tandem {
+
+/// Gap between the surfaces, negative when they overlap; infinite when it is more than `limit_m`.
+///
+/// Model   smallest distance of a point of either shell in the other's field, found by branch and bound over the
+/// shells'
+///         trees; right to the spacing of the shells' points
+/// Thread  any; no allocation
+double shape_distance_m(const ContactShape& a, const Pose& X_WA, const ContactShape& b, const Pose& X_WB,
+                        double limit_m) noexcept;
+
+/// False only when the bounding boxes are farther apart than `gap_m`; cheap.
+bool boxes_are_near(const ContactShape& a, const Pose& X_WA, const ContactShape& b, const Pose& X_WB,
+                    double gap_m) noexcept;
+
+}  // namespace tandem

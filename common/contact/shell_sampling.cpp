@@ -1,0 +1,391 @@
+#include "common/contact/shell_sampling.hpp"
+
+#include <array>
+#include <limits>
+#include <span>
+
+#include "common/random.hpp"
+
+namespace tandem {
+namespace {
+
+// The nearer to 1, the fewer the samples and the longer the search for the last gaps.
+constexpr double kSeparation = 0.9;
+// Samples of a maximal spread a square of that separation: 0.70, the density at which random discs jam.
+constexpr double kSamplesPerSquare = 0.75;
+// In spacings: pieces up to this are compared with one set of samples. Their corners are within 2/3 of it from their
+// centroid, for no median is longer than the longest side.
+constexpr float kPatch = 1.5F;
+constexpr double kPatchReach = 1 + 2 * kPatch / 3;
+// Rounding of the single-precision coordinates must not open a gap.
+constexpr double kRounding = 1 - 1e-4;
+
+// Below, no spacing could be wide enough for the corners of a simple body.
+constexpr std::size_t kFewestPoints = 1000;
+
+using Corners = std::array<Eigen::Vector3f, 3>;
+
+/// A piece of a triangle, and the side along which it is halved.
+struct Piece {
+  Corners corner;
+  int longest = 0;
+  float longest_squared = 0;
+
+  explicit Piece(const Corners& corners) : corner(corners) {
+    for (int side = 0; side < 3; ++side) {
+      const float squared = (at(side + 1) - at(side)).squaredNorm();
+      if (squared <= longest_squared) continue;
+      longest_squared = squared;
+      longest = side;
+    }
+  }
+  const Eigen::Vector3f& at(int index) const { return corner[static_cast<std::size_t>(index % 3)]; }
+  Eigen::Vector3f centroid() const { return (corner[0] + corner[1] + corner[2]) / 3; }
+  float radius() const {
+    const Eigen::Vector3f middle = centroid();
+    float squared = 0;
+    for (const Eigen::Vector3f& p : corner) squared = std::max(squared, (p - middle).squaredNorm());
+    return std::sqrt(squared);
+  }
+  float area() const { return 0.5F * (corner[1] - corner[0]).cross(corner[2] - corner[0]).norm(); }
+
+  std::array<Piece, 2> halves() const {
+    const Eigen::Vector3f middle = (at(longest) + at(longest + 1)) / 2;
+    return {Piece({at(longest), middle, at(longest + 2)}), Piece({middle, at(longest + 1), at(longest + 2)})};
+  }
+};
+
+Piece whole(const TriangleMesh& mesh, std::size_t triangle) {
+  Corners corners;
+  for (std::size_t i = 0; i < 3; ++i) {
+    corners[i] = mesh.vertices[static_cast<std::size_t>(mesh.triangles[triangle][i])].cast<float>();
+  }
+  return Piece(corners);
+}
+
+bool is_compatible(const SurfaceSample& sample, const Eigen::Vector3f& normal) {
+  return sample.normal_S.dot(normal) > 0;
+}
+
+/// Cuts a triangle that is long and narrow across, into pieces about as long as `longest` or as they are wide: halving
+/// would keep them as narrow as the triangle.
+void append_slices(const Piece& triangle, float longest, std::vector<Piece>& pieces) {
+  const float length = std::sqrt(triangle.longest_squared);
+  const float height = 2 * triangle.area() / length;
+  if (length <= longest || height > length / 4) {
+    pieces.push_back(triangle);
+    return;
+  }
+  const Eigen::Vector3f& from = triangle.at(triangle.longest);
+  const Eigen::Vector3f& to = triangle.at(triangle.longest + 1);
+  const Eigen::Vector3f& top = triangle.at(triangle.longest + 2);
+  const Eigen::Vector3f foot = from + (to - from) * ((top - from).dot(to - from) / triangle.longest_squared);
+  for (const Eigen::Vector3f& tip : {from, to}) {
+    const float slices = std::ceil((tip - foot).norm() / std::max(height, 0.7F * longest));
+    for (float i = 0; i < slices; ++i) {
+      const Eigen::Vector3f near_foot = foot + (tip - foot) * (i / slices);
+      const Eigen::Vector3f far_foot = foot + (tip - foot) * ((i + 1) / slices);
+      const Eigen::Vector3f near_top = top + (tip - top) * (i / slices);
+      const Eigen::Vector3f far_top = top + (tip - top) * ((i + 1) / slices);
+      pieces.emplace_back(Corners{near_foot, far_foot, near_top});
+      if (i + 1 < slices) pieces.emplace_back(Corners{near_top, far_foot, far_top});
+    }
+  }
+}
+
+/// Calls visit(patch) with pieces of the triangle that are no longer than `longest`.
+template <typename Visit>
+void visit_patches(const Piece& triangle, float longest, std::vector<Piece>& stack, Visit&& visit) {
+  append_slices(triangle, longest, stack);
+  while (!stack.empty()) {
+    const Piece piece = stack.back();
+    stack.pop_back();
+    if (piece.longest_squared <= longest * longest) {
+      visit(piece);
+    } else {
+      for (const Piece& half : piece.halves()) stack.push_back(half);
+    }
+  }
+}
+
+class Spreader {
+ public:
+  Spreader(const SurfaceTopology& surface, double spacing_m, std::size_t max_samples)
+      : surface_(surface),
+        reach_(static_cast<float>(spacing_m * kRounding)),
+        apart_(static_cast<float>(spacing_m * kSeparation)),
+        max_samples_(max_samples),
+        grid_(spacing_m * kPatchReach) {}
+
+  SampleGrid& grid() { return grid_; }
+
+  /// Out     false: more than `max_samples` would be needed
+  bool cover(const std::function<void(double)>& progress) {
+    const std::size_t count = surface_.mesh.triangles.size();
+    for (std::size_t i = 0; i < count; ++i) {
+      if (i % 16384 == 0 && progress) progress(static_cast<double>(i) / static_cast<double>(count));
+      const Eigen::Vector3f normal = surface_.face_normals[i].cast<float>();
+      if (normal.isZero()) continue;
+      visit_patches(whole(surface_.mesh, i), kPatch * reach_, stack_,
+                    [&](const Piece& patch) { cover_patch(patch, normal); });
+      if (grid_.samples().size() > max_samples_) return false;
+    }
+    return true;
+  }
+
+  /// Adds what stands out by more than `height_m`: vertices, and points of long edges. The highest first, no more than
+  /// fit, and none nearer than `apart_m` to one that reaches as far.
+  void add_bumps(std::size_t sharp_count, double height_m, double apart_m) {
+    sharp_count_ = sharp_count;
+    smooth_end_ = grid_.samples().size();
+    std::vector<Bump> bumps = find_bumps(static_cast<float>(height_m), apart_m);
+    std::stable_sort(bumps.begin(), bumps.end(), [](const Bump& a, const Bump& b) { return a.height > b.height; });
+    for (const Bump& bump : bumps) {
+      if (4 * grid_.samples().size() >= 5 * max_samples_) return;
+      if (!is_represented(bump.sample, static_cast<float>(height_m), static_cast<float>(apart_m))) {
+        grid_.add(bump.sample);
+      }
+    }
+  }
+
+  bool is_feature(std::size_t index) const { return index < sharp_count_ || index >= smooth_end_; }
+
+ private:
+  void cover_patch(const Piece& patch, const Eigen::Vector3f& normal) {
+    const Eigen::Vector3f middle = patch.centroid();
+    const float reach = reach_ + patch.radius();
+    near_.clear();
+    bool is_covered = false;
+    grid_.visit_near(middle, [&](std::uint32_t, const SurfaceSample& sample) {
+      if ((sample.p_S - middle).squaredNorm() > reach * reach || !is_compatible(sample, normal)) return;
+      near_.push_back(sample.p_S);
+      is_covered = is_covered || is_within_reach(patch, sample.p_S);
+    });
+    if (!is_covered) cover_piece(patch, normal);
+  }
+
+  void cover_piece(const Piece& piece, const Eigen::Vector3f& normal) {
+    if (grid_.samples().size() > max_samples_) return;
+    const Eigen::Vector3f dart = random_point(piece);
+    bool is_free = true;
+    for (const Eigen::Vector3f& p : near_) {
+      if (is_within_reach(piece, p)) return;
+      is_free = is_free && (p - dart).squaredNorm() >= apart_ * apart_;
+    }
+    if (is_free) {
+      grid_.add({dart, normal});
+      near_.push_back(dart);
+      if (is_within_reach(piece, dart)) return;
+    }
+    for (const Piece& half : piece.halves()) cover_piece(half, normal);
+  }
+
+  struct Bump {
+    SurfaceSample sample;
+    float height;
+  };
+
+  std::vector<Bump> find_bumps(float height, double step_m) {
+    std::vector<Bump> bumps;
+    const auto look_at = [&](const Vec3& p, const Vec3& normal) {
+      const SurfaceSample sample{p.cast<float>(), normal.cast<float>()};
+      if (sample.normal_S.isZero()) return;
+      const float found = height_of(sample);
+      if (found > height) bumps.push_back({sample, found});
+    };
+    for (std::size_t v = 0; v < surface_.mesh.vertices.size(); ++v) {
+      look_at(surface_.mesh.vertices[v], surface_.vertex_normals[v]);
+    }
+    // Between its ends a long edge stands out by no more than the gap between samples times the sine of half its fold.
+    const double least_fold = 2 * std::asin(std::min(1.0F, height / reach_));
+    for (const MeshEdge& edge : surface_.edges) {
+      const Vec3 along = surface_.vertex(edge.b) - surface_.vertex(edge.a);
+      const double pieces = std::ceil(along.norm() / step_m);
+      if (pieces < 2 || surface_.fold_rad(edge) < least_fold) continue;
+      const Vec3 normal = surface_.edge_normal(edge);
+      for (double i = 1; i < pieces; ++i) look_at(surface_.vertex(edge.a) + along * (i / pieces), normal);
+    }
+    return bumps;
+  }
+
+  /// How far a point stands out, seen along its normal: above all samples within reach, which a flat body would miss;
+  /// or above most of those about one spacing away, between whose like on another body it would slip.
+  float height_of(const SurfaceSample& point) {
+    const float ring_inside = 0.5F * reach_;
+    const float ring_outside = 1.25F * reach_;
+    float above_all = std::numeric_limits<float>::infinity();
+    ring_drops_.clear();
+    grid_.visit_near(point.p_S, [&](std::uint32_t, const SurfaceSample& sample) {
+      const Eigen::Vector3f to_sample = sample.p_S - point.p_S;
+      const float squared = to_sample.squaredNorm();
+      if (squared > ring_outside * ring_outside || !is_compatible(sample, point.normal_S)) return;
+      const float drop = -point.normal_S.dot(to_sample);
+      if (squared <= reach_ * reach_) above_all = std::min(above_all, drop);
+      if (squared >= ring_inside * ring_inside) ring_drops_.push_back(drop);
+    });
+    if (ring_drops_.empty()) return above_all;
+    const auto most = ring_drops_.begin() + static_cast<std::ptrdiff_t>(ring_drops_.size() / 4);
+    std::nth_element(ring_drops_.begin(), most, ring_drops_.end());
+    return std::max(above_all, *most);
+  }
+
+  bool is_represented(const SurfaceSample& bump, float height, float apart) const {
+    bool is_found = false;
+    grid_.visit_near(bump.p_S, [&](std::uint32_t index, const SurfaceSample& sample) {
+      const Eigen::Vector3f to_sample = sample.p_S - bump.p_S;
+      is_found = is_found || (is_feature(index) && to_sample.squaredNorm() < apart * apart &&
+                              is_compatible(sample, bump.normal_S) && bump.normal_S.dot(to_sample) >= -height);
+    });
+    return is_found;
+  }
+
+  bool is_within_reach(const Piece& piece, const Eigen::Vector3f& p) const {
+    const float squared = reach_ * reach_;
+    return (piece.corner[0] - p).squaredNorm() <= squared && (piece.corner[1] - p).squaredNorm() <= squared &&
+           (piece.corner[2] - p).squaredNorm() <= squared;
+  }
+
+  Eigen::Vector3f random_point(const Piece& piece) {
+    float u = static_cast<float>(random_.next_u32() >> 8U) * 0x1.0p-24F;
+    float v = static_cast<float>(random_.next_u32() >> 8U) * 0x1.0p-24F;
+    if (u + v > 1) {
+      u = 1 - u;
+      v = 1 - v;
+    }
+    return piece.corner[0] + u * (piece.corner[1] - piece.corner[0]) + v * (piece.corner[2] - piece.corner[0]);
+  }
+
+  const SurfaceTopology& surface_;
+  float reach_;
+  float apart_;
+  std::size_t max_samples_;
+  SampleGrid grid_;
+  std::vector<Piece> stack_;
+  std::vector<Eigen::Vector3f> near_;  // what can cover the patch at hand
+  std::vector<float> ring_drops_;
+  std::size_t sharp_count_ = 0;     // features come before the other samples,
+  std::size_t smooth_end_ = 0;      // and after them
+  Random random_{0x7368656C6CULL};  // any seed: the spread only has to be the same each time
+};
+
+/// Divides a covered surface among its samples: each piece goes to the nearest that faces the same way.
+class Shares {
+ public:
+  Shares(const SurfaceTopology& surface, std::span<const SurfaceSample> samples, double spacing_m)
+      : surface_(surface),
+        spacing_(static_cast<float>(spacing_m)),
+        grid_(spacing_m * kPatchReach),
+        areas_(samples.size(), 0.0) {
+    for (const SurfaceSample& sample : samples) grid_.add(sample);
+  }
+
+  std::vector<float> divide() {
+    for (std::size_t i = 0; i < surface_.mesh.triangles.size(); ++i) {
+      const Eigen::Vector3f normal = surface_.face_normals[i].cast<float>();
+      if (normal.isZero()) continue;
+      visit_patches(whole(surface_.mesh, i), kPatch * spacing_, stack_,
+                    [&](const Piece& patch) { divide_patch(patch, normal); });
+    }
+    give_to_the_empty();
+    return {areas_.begin(), areas_.end()};
+  }
+
+ private:
+  // In spacings: pieces up to this have one owner.
+  static constexpr float kGrain = 0.5F;
+
+  struct Owner {
+    Eigen::Vector3f p_S;
+    std::uint32_t index;
+  };
+
+  void divide_patch(const Piece& patch, const Eigen::Vector3f& normal) {
+    const Eigen::Vector3f middle = patch.centroid();
+    const float reach = spacing_ + patch.radius();
+    owners_.clear();
+    grid_.visit_near(middle, [&](std::uint32_t index, const SurfaceSample& sample) {
+      if ((sample.p_S - middle).squaredNorm() <= reach * reach && is_compatible(sample, normal)) {
+        owners_.push_back({sample.p_S, index});
+      }
+    });
+    if (!owners_.empty()) divide_piece(patch);
+  }
+
+  void divide_piece(const Piece& piece) {
+    if (piece.longest_squared > kGrain * kGrain * spacing_ * spacing_) {
+      for (const Piece& half : piece.halves()) divide_piece(half);
+      return;
+    }
+    const Eigen::Vector3f middle = piece.centroid();
+    std::uint32_t nearest = 0;
+    float least = std::numeric_limits<float>::infinity();
+    for (const Owner& owner : owners_) {
+      const float squared = (owner.p_S - middle).squaredNorm();
+      if (squared >= least) continue;
+      least = squared;
+      nearest = owner.index;
+    }
+    areas_[nearest] += piece.area();
+  }
+
+  /// A sample whose share is too small to be seen takes half of its nearest neighbour's: none is without a force.
+  void give_to_the_empty() {
+    const auto samples = grid_.samples();
+    for (std::size_t i = 0; i < areas_.size(); ++i) {
+      if (areas_[i] > 0) continue;
+      std::size_t giver = i;
+      float least = std::numeric_limits<float>::infinity();
+      grid_.visit_near(samples[i].p_S, [&](std::uint32_t index, const SurfaceSample& sample) {
+        const float squared = (sample.p_S - samples[i].p_S).squaredNorm();
+        if (squared >= least || !(areas_[index] > 0)) return;
+        least = squared;
+        giver = index;
+      });
+      areas_[giver] /= 2;
+      areas_[i] = areas_[giver];
+    }
+  }
+
+  const SurfaceTopology& surface_;
+  float spacing_;
+  SampleGrid grid_;
+  std::vector<double> areas_;
+  std::vector<Piece> stack_;
+  std::vector<Owner> owners_;
+};
+
+double area_m2(const TriangleMesh& mesh) {
+  double sum = 0;
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) sum += doubled_area(mesh, i).norm() / 2;
+  return sum;
+}
+
+}  // namespace
+
+SpreadSamples spread_samples(const SurfaceTopology& surface, const SpreadOptions& options,
+                             const std::function<void(double)>& progress) {
+  // Features keep their spacing unless they alone would be half of the points.
+  double feature_spacing = options.feature_spacing_m;
+  const std::size_t max_points = std::max(options.max_points, kFewestPoints);
+  std::vector<SurfaceSample> sharp = sharp_samples(surface, options.feature_angle_rad, feature_spacing);
+  while (sharp.size() > max_points / 2) {
+    feature_spacing *= 1.5;
+    sharp = sharp_samples(surface, options.feature_angle_rad, feature_spacing);
+  }
+  const double budget = static_cast<double>(max_points - sharp.size());
+  const double narrowest = std::sqrt(kSamplesPerSquare * area_m2(surface.mesh) / budget) / kSeparation;
+  for (double spacing = std::max(options.spacing_m, narrowest);; spacing *= 1.1) {
+    Spreader spreader(surface, spacing, max_points);
+    for (const SurfaceSample& sample : sharp) spreader.grid().add(sample);
+    if (!spreader.cover(progress)) continue;
+    spreader.add_bumps(sharp.size(), options.feature_height_m, feature_spacing);
+    SpreadSamples spread;
+    spread.samples.assign(spreader.grid().samples().begin(), spreader.grid().samples().end());
+    spread.areas_m2 = Shares(surface, spread.samples, spacing).divide();
+    spread.spacing_m = spacing;
+    for (std::size_t i = 0; i < spread.samples.size(); ++i) spread.is_feature.push_back(spreader.is_feature(i));
+    return spread;
+  }
+}
+
+}  // namespace tandem

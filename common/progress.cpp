@@ -1,0 +1,20 @@
+#include "common/progress.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <ostream>
+
+namespace tandem {
+
+void ProgressLine::show(const std::string& what, double done) {
+  if (what != what_) shown_percent_ = -1;
+  what_ = what;
+  const int every = is_terminal_ ? 1 : 25;
+  const int percent = static_cast<int>(std::floor(100 * std::clamp(done, 0.0, 1.0))) / every * every;
+  if (percent <= shown_percent_) return;
+  shown_percent_ = percent;
+  const bool ends = percent == 100 || !is_terminal_;
+  out_ << (is_terminal_ ? "\r" : "") << what << ": " << percent << " %" << (ends ? "\n" : "") << std::flush;
+}
+
+}  // namespace tandem

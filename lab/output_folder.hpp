@@ -1,0 +1,15 @@
+// Where the lab's commands write what they found.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+namespace tandem::lab {
+
+/// Makes the folder that `--out` names. Fails: std::invalid_argument naming it and the reason.
+std::filesystem::path made_folder(const std::string& out);
+
+/// Writes `text` to `file`. Fails: std::runtime_error naming the file and the reason.
+void write_text_file(const std::filesystem::path& file, const std::string& text);
+
+}  // namespace tandem::lab

@@ -1,0 +1,179 @@
+#include "server/contact_library.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+#include <iomanip>
+#include <sstream>
+#include <thread>
+
+#include <unistd.h>
+
+namespace tandem {
+namespace {
+
+/// Meshes larger than this get cells and spacings in proportion: the default ones would fill the memory.
+constexpr double kFullResolutionSize_m = 0.2;
+
+std::string hex(const Sha256& hash) {
+  std::ostringstream out;
+  out << std::hex << std::setfill('0');
+  for (const std::byte byte : hash) out << std::setw(2) << std::to_integer<int>(byte);
+  return out.str();
+}
+
+ContactShapeOptions options_for(const ContactMesh& mesh, double sheet_thickness_m) {
+  Vec3 low = mesh.mesh.vertices.front(), high = low;
+  for (const Vec3& vertex : mesh.mesh.vertices) {
+    low = low.cwiseMin(vertex);
+    high = high.cwiseMax(vertex);
+  }
+  const double scale = std::max(1.0, (high - low).maxCoeff() / kFullResolutionSize_m);
+  ContactShapeOptions options;
+  options.grid.cell_m *= scale;
+  options.grid.tolerance_m *= scale;
+  options.grid.band_m *= scale;
+  options.grid.sheet_thickness_m = sheet_thickness_m;
+  options.grid.threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+  options.shell.spacing_m *= scale;
+  options.shell.feature_spacing_m *= scale;
+  options.shell.feature_height_m *= scale;
+  options.shell.sheet_thickness_m = sheet_thickness_m;
+  return options;
+}
+
+template <typename T>
+void append(Bytes& bytes, const T& value) {
+  const auto* const first = reinterpret_cast<const std::byte*>(&value);
+  bytes.insert(bytes.end(), first, first + sizeof(T));
+}
+
+/// Everything that the asset's bytes depend on. The cache is this machine's own, so its byte order will do.
+Sha256 key_of(const ContactMesh& mesh, double sheet_thickness_m) {
+  Bytes bytes;
+  bytes.reserve(32 + mesh.mesh.vertices.size() * sizeof(Vec3) + mesh.mesh.triangles.size() * sizeof(int) * 3);
+  append(bytes, kContactAssetVersion);
+  append(bytes, sheet_thickness_m);
+  append(bytes, static_cast<std::uint32_t>(mesh.kind));
+  for (const Vec3& vertex : mesh.mesh.vertices) {
+    for (int i = 0; i < 3; ++i) append(bytes, vertex[i]);
+  }
+  for (const auto& triangle : mesh.mesh.triangles) append(bytes, triangle);
+  return sha256_of(bytes);
+}
+
+std::vector<std::uint8_t> read_file(const std::filesystem::path& file) {
+  std::ifstream stream(file, std::ios::binary | std::ios::ate);
+  if (!stream) return {};
+  std::vector<std::uint8_t> bytes(static_cast<std::size_t>(stream.tellg()));
+  stream.seekg(0);
+  stream.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+  if (!stream) return {};
+  return bytes;
+}
+
+/// Under another name first: who reads meanwhile sees all of it or nothing. True when it is there.
+bool write_file(const std::filesystem::path& file, const std::vector<std::uint8_t>& bytes) {
+  static std::atomic<unsigned> serial{0};
+  std::error_code error;
+  std::filesystem::create_directories(file.parent_path(), error);
+  const std::filesystem::path partial =
+      file.string() + "." + std::to_string(getpid()) + "-" + std::to_string(serial++) + ".partial";
+  {
+    std::ofstream stream(partial, std::ios::binary);
+    stream.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+    stream.flush();
+    if (!stream) {
+      std::filesystem::remove(partial, error);
+      return false;
+    }
+  }
+  std::filesystem::rename(partial, file, error);
+  if (error) std::filesystem::remove(partial, error);
+  return !error;
+}
+
+std::string describe(const ContactShape& shape, const std::string& from, double seconds) {
+  std::ostringstream out;
+  out << "contact " << from << " in " << std::fixed << std::setprecision(2) << seconds
+      << " s: " << shape.shells.surface.points.size() << " points every " << shape.shells.surface.spacing_m * 1e3
+      << " mm, " << std::setprecision(1) << static_cast<double>(shape.memory_bytes()) / (1 << 20U) << " MiB";
+  return out.str();
+}
+
+double seconds_since(std::chrono::steady_clock::time_point begin) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+}
+
+}  // namespace
+
+std::filesystem::path default_cache_directory() {
+  const auto variable = [](const char* name) -> std::filesystem::path {
+    const char* const value = std::getenv(name);
+    return value == nullptr ? "" : value;
+  };
+  if (const auto own = variable("TANDEM_CACHE"); !own.empty()) return own;
+  if (const auto xdg = variable("XDG_CACHE_HOME"); !xdg.empty()) return xdg / "tandem";
+  if (const auto home = variable("HOME"); !home.empty()) return home / ".cache" / "tandem";
+  return {};
+}
+
+std::shared_ptr<const ContactShape> ContactLibrary::primitive(const wire::Shape& shape) {
+  const auto made_once = [this](const std::array<double, 4>& key, const auto& make) {
+    std::shared_ptr<const ContactShape>& entry = primitives_[key];
+    if (!entry) entry = make();
+    return entry;
+  };
+  const auto kind = static_cast<double>(shape.kind_case());
+  if (shape.has_box()) {
+    const Vec3 size(shape.box().size_m(0), shape.box().size_m(1), shape.box().size_m(2));
+    return made_once({kind, size.x(), size.y(), size.z()}, [&] { return make_contact_box(size); });
+  }
+  if (shape.has_cylinder()) {
+    const wire::Cylinder& c = shape.cylinder();
+    return made_once({kind, c.radius_m(), c.length_m(), 0},
+                     [&] { return make_contact_cylinder(c.radius_m(), c.length_m()); });
+  }
+  if (shape.has_capsule()) {
+    const wire::Capsule& c = shape.capsule();
+    return made_once({kind, c.radius_m(), c.length_m(), 0},
+                     [&] { return make_contact_capsule(c.radius_m(), c.length_m()); });
+  }
+  const double radius = shape.sphere().radius_m();
+  return made_once({kind, radius, 0, 0}, [&] { return make_contact_sphere(radius); });
+}
+
+ContactAsset ContactLibrary::mesh(const ContactMesh& mesh, double sheet_thickness_m, const std::string& name) {
+  const Sha256 key = key_of(mesh, sheet_thickness_m);
+  if (const auto found = meshes_.find(key); found != meshes_.end()) return found->second;
+  const auto begin = std::chrono::steady_clock::now();
+  const std::filesystem::path cached =
+      loading_.cache_directory.empty() ? "" : loading_.cache_directory / (hex(key) + ".contact");
+
+  ContactAsset asset;
+  std::vector<std::uint8_t> bytes = cached.empty() ? std::vector<std::uint8_t>{} : read_file(cached);
+  if (!bytes.empty()) asset.shape = contact_shape_from(bytes);
+  if (asset.shape) {
+    asset.note = describe(*asset.shape, "from cache", seconds_since(begin));
+  } else {
+    const auto progress = [&](double done) {
+      if (loading_.progress) loading_.progress("building contact of " + name, done);
+    };
+    asset.shape = make_contact_mesh(mesh, options_for(mesh, sheet_thickness_m), progress);
+    asset.note = describe(*asset.shape, "built", seconds_since(begin));
+    bytes = contact_asset_bytes(*asset.shape);
+    if (!cached.empty() && !write_file(cached, bytes)) {
+      asset.note += "; " + loading_.cache_directory.string() + " cannot be written, so the next start builds it again";
+    }
+  }
+  const auto* const first = reinterpret_cast<const std::byte*>(bytes.data());
+  asset.bytes = std::make_shared<const Bytes>(first, first + bytes.size());
+  asset.sha256 = sha256_of(*asset.bytes);
+  meshes_.emplace(key, asset);
+  return asset;
+}
+
+}  // namespace tandem

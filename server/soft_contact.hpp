@@ -1,0 +1,29 @@
+// What soft bodies do to a rigid thing between two soft steps: a force with its derivative, used only where it holds.
+#pragma once
+
+#include "common/contact/contact_reduction.hpp"
+#include "common/spatial.hpp"
+
+namespace tandem {
+
+/// The contact of one rigid thing T with all soft bodies, linearised at the pose that the soft step was made with.
+struct SoftContact {
+  Wrench wrench_W;                         ///< on T about its origin: impulse of the soft step over its length
+  Matrix6 stiffness = Matrix6::Zero();     ///< −∂W/∂X, symmetric, never negative; translation [m], then rotation [rad]
+  Pose X_WT0;                              ///< where T was
+  double trust_radius_m = 0;               ///< how far T may move until the contact is another one; 0: no contact
+  double lever_m = 0;                      ///< a turn by θ counts as a way of lever · θ
+};
+
+/// The soft bodies' wrench on T about its origin, now that T is at `X_WT`.
+///
+/// Model   W = W₀ − K (X − X₀), where three rules bound it, in this order. Farther than the trust radius from X₀, W
+///         stays what it was at the radius, in the same direction: never extrapolated. A contact never pulls: where
+///         the part of W along W₀'s force has fallen below a quarter of W₀'s, W is scaled down with it, to zero
+///         where it would turn. From the trust radius to four times it, W fades to zero: T has left, or went deep.
+///         Continuous everywhere.
+/// Limit   a thing squeezed from two sides at once is held weakly: the net force is all that "pulls" is judged by
+/// Thread  any; no allocation, finite for finite input
+Wrench soft_wrench(const SoftContact& contact, const Pose& X_WT) noexcept;
+
+}  // namespace tandem

@@ -1,0 +1,93 @@
+// Soft bodies beside a room's fast step: Bullet's position-based solver at its own rate, for tools at 1 kHz.
+//
+//   room step   k            k+1 … k+n−1            k+n                       (n room steps: one soft period)
+//   advance()   poses ─┐     contact(): result      take the result of k,
+//                      │     of k−n, linear         begin with poses of k+n ─┐
+//   soft step          └──── computed from the poses of k ────┘              └── …
+//
+// A result is used exactly one soft period after its inputs, whether it is computed at once inside advance() (kInline:
+// the lab, replays) or by a thread of its own (kWorker: live). So both give the same bits.
+#pragma once
+
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "proto/tick_faults.hpp"
+#include "server/soft_contact.hpp"
+#include "server/soft_model.hpp"
+#include "server/touch_model.hpp"
+
+namespace tandem {
+
+/// A rigid thing that soft bodies meet: a tool, a body, a table.
+struct SoftRigid {
+  TouchModel model;  ///< in the frame of the thing T
+  double friction = 0.5;
+};
+/// One that never moves.
+struct SoftObstacle {
+  SoftRigid rigid;
+  Pose X_WT;
+};
+/// Where a movable one is in this room step. Not present: touches nothing.
+struct SoftTool {
+  Pose X_WT;
+  bool is_present = false;
+};
+
+struct SoftWorldSettings {
+  std::vector<SoftModel> bodies;
+  std::vector<SoftRigid> tools;  ///< everything movable, in the order of advance()
+  std::vector<SoftObstacle> obstacles;
+  Vec3 gravity_m_per_s2{0, 0, -9.81};
+  double room_rate_hz = 1000;
+  double rate_hz = 60;  ///< of soft steps; the nearest whole number of room steps is taken
+  double speed_limit_m_per_s = 10;
+};
+
+/// Room steps in a soft step, at least 1.
+int soft_period_steps(double room_rate_hz, double rate_hz);
+
+/// Soft bodies in motion.
+///
+/// Same calls, same bits. Third law: the impulse of a soft step on a tool, W₀ times the soft step's length, is
+/// the opposite of what the soft bodies' nodes got from it, push by push.
+///
+/// Thread  one at a time (the room's); with kWorker a thread of its own does the steps
+class SoftWorld {
+ public:
+  enum class Execution { kInline, kWorker };
+
+  SoftWorld(SoftWorldSettings settings, Execution execution);
+  ~SoftWorld();
+  SoftWorld(const SoftWorld&) = delete;
+  SoftWorld& operator=(const SoftWorld&) = delete;
+
+  /// Once a room step, after the tools have their new poses. `tools` as in the settings.
+  ///
+  /// Out     faults of the soft step whose result is taken now: kFaultNotFinite (that body starts anew),
+  ///         kFaultSpeedLimited; kFaultSoftLate: the worker was not ready, and was waited for
+  /// Cost    kWorker: one step in n copies poses and swaps buffers; no allocation, no lock. kInline: a soft step in n
+  TickFaults advance(std::span<const SoftTool> tools) noexcept;
+
+  /// For soft_wrench(): of a tool, until the next advance(). Empty for one that is not present.
+  const SoftContact& contact(std::size_t tool) const;
+
+  /// For viewers, of the last result: nodes, and the surface over them.
+  std::size_t body_count() const;
+  std::span<const Vec3> nodes_W(std::size_t body) const;
+  const SoftModel& model(std::size_t body) const;
+
+  int period_steps() const;
+  /// Results that were waited for, since the start.
+  std::uint64_t late_count() const;
+  /// Of the soft step whose result was taken last: for benchmarks, never for decisions.
+  double last_step_seconds() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace tandem

@@ -1,0 +1,23 @@
+#include "server/touch_model.hpp"
+
+#include <algorithm>
+#include <limits>
+
+#include "common/contact/shape_distance.hpp"
+
+namespace tandem {
+
+double distance_m(const TouchModel& a, const Pose& X_WA, const TouchModel& b, const Pose& X_WB,
+                  double limit_m) noexcept {
+  double nearest = std::numeric_limits<double>::infinity();
+  for (const TouchModel::Part& part_a : a.parts) {
+    for (const TouchModel::Part& part_b : b.parts) {
+      const double distance = shape_distance_m(*part_a.shape, X_WA * part_a.X_BS, *part_b.shape, X_WB * part_b.X_BS,
+                                               std::min(limit_m, nearest));
+      nearest = std::min(nearest, distance);
+    }
+  }
+  return nearest;
+}
+
+}  // namespace tandem

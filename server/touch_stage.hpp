@@ -1,0 +1,112 @@
+// The part of a step in which tools, what they hold and what they touch are stepped together (common/contact). Private
+// to the world.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "common/contact/contact_solver.hpp"
+#include "proto/tick_faults.hpp"
+#include "server/rigid_body.hpp"
+#include "server/tool_hand.hpp"
+#include "server/touch_model.hpp"
+
+namespace tandem {
+
+/// One rigid thing of the world, as it is in this step.
+struct TouchThing {
+  /// kAbsent: not there. kOurs: moved by this stage alone. kGuest: moves in Bullet; while something of ours touches it,
+  /// the stage accounts for its inertia and hands the contacts' wrench on. kStatic: does not move.
+  enum class Role : std::uint8_t { kAbsent, kOurs, kGuest, kStatic };
+
+  RigidBody* rigid = nullptr;
+  const TouchModel* model = nullptr;
+  Role role = Role::kAbsent;
+  Wrench wrench_W;                            ///< weight and fields, about the centre of mass
+  std::optional<std::size_t> passes_through;  ///< a thing that it does not touch
+};
+
+/// One tool's coupling; `wrench_W` is the answer: on the tool, about its origin at the end of the step.
+struct TouchPull {
+  std::size_t thing = 0;
+  const ToolHand* hand = nullptr;
+  Pose X_WT;
+  Wrench wrench_W;
+};
+
+/// What a thing of ours felt in the last step.
+struct TouchContact {
+  std::uint32_t pressing = 0;  ///< contact points with a force
+  double deepest_m = 0;
+  Wrench wrench_W;  ///< of all contacts on it, about the origin of W
+};
+
+/// Contact and coupling of one step.
+///
+/// Third law: what a contact does to a thing of ours and to a guest is one number with two signs; the guest gets it as
+/// an outside force of Bullet's next step.
+class TouchStage {
+ public:
+  struct Limits {
+    std::size_t things = 80;
+    std::size_t pulls = 16;
+    std::size_t pairs = 64;  ///< pairs of shapes near each other at a time
+    ContactBudget budget;    ///< of a pair
+    double speed_m_per_s = 10;
+    double coupling_force_n = 10;
+  };
+  explicit TouchStage(const Limits& limits);
+
+  /// Moves the things of ours by `step_s` and pushes the guests. No allocation.
+  TickFaults step(double step_s, std::span<TouchThing> things, std::span<TouchPull> pulls) noexcept;
+
+  /// Of a thing of ours in the last step.
+  const TouchContact& contact(std::size_t thing) const { return felt_[thing]; }
+  std::uint32_t pairs_near() const { return static_cast<std::uint32_t>(near_.size()); }
+
+ private:
+  /// Which shape of which thing.
+  struct Key {
+    std::uint16_t thing_a = 0, part_a = 0, thing_b = 0, part_b = 0;
+    bool operator==(const Key&) const = default;
+  };
+  struct Slot {
+    explicit Slot(const ContactBudget& budget) : pair(budget) {}
+    ContactPair pair;
+    Key key;
+    bool is_used = false;
+    bool is_near = false;
+  };
+  struct Near {
+    Key key;
+    double band_m = 0;
+    Slot* slot = nullptr;
+  };
+
+  TickFaults find_near(double step_s, std::span<const TouchThing> things) noexcept;
+  bool add_near(std::span<const TouchThing> things, std::size_t a, std::size_t b, double band_m) noexcept;
+  TickFaults bind_slots(std::span<const TouchThing> things) noexcept;
+  TickFaults find_contacts(std::span<const TouchThing> things) noexcept;
+  void add_body(std::span<const TouchThing> things, std::size_t thing) noexcept;
+  void add_patch(std::span<const TouchThing> things, const Near& near) noexcept;
+  TickFaults solve(double step_s, std::span<TouchPull> pulls) noexcept;
+  void write_back(double step_s, std::span<TouchThing> things) noexcept;
+
+  Limits limits_;
+  std::vector<Slot> slots_;
+  std::vector<Near> near_;
+  std::vector<TouchContact> felt_;
+  std::vector<int> body_of_thing_;  ///< index of the solver's body, or kStaticBody
+  std::vector<std::size_t> thing_of_body_;
+  std::vector<SolverBody> bodies_;
+  std::vector<SolverCoupling> couplings_;
+  std::vector<Wrench> tool_wrenches_;
+  std::vector<SolverPatch> patches_;
+  std::vector<Key> patch_keys_;
+  std::vector<PatchResult> results_;
+  ContactSolver solver_;
+};
+
+}  // namespace tandem

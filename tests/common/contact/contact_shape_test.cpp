@@ -1,0 +1,168 @@
+#include "common/contact/contact_shape.hpp"
+
+#include <gmock/gmock.h>
+
+#include <stdexcept>
+
+#include "common/contact/byte_io.hpp"
+#include "common/contact/tessellation.hpp"
+#include "common/random.hpp"
+#include "tests/common/contact/mesh_measures.hpp"
+
+namespace tandem {
+namespace {
+
+ContactMesh mesh_box(const Vec3& size_m) {
+  return {tessellated_box(size_m), SurfaceKind::kSolid, {}};
+}
+
+/// Everything that the search for contacts asks of a shape; a sum, so that nothing is optimised away.
+double used(const ContactShape& shape, Random& random) {
+  double sum = shape.rigid_depth_m;
+  for (int i = 0; i < 50; ++i) {
+    const Vec3 p(random.uniform(-0.02, 0.02), random.uniform(-0.02, 0.02), random.uniform(-0.02, 0.02));
+    const DistanceSample sample = shape.field->sample(p);
+    sum += sample.distance_m + sample.gradient.x() + shape.field->distance_m(100 * p);
+  }
+  for (const PointShell* shell : {&shape.shells.surface, &shape.shells.features}) {
+    for (std::uint32_t i = 0; i < shell->nodes.size(); i = random.uniform() < 0.5 ? i + 1 : shell->nodes[i].next) {
+      const ShellNode& node = shell->nodes[i];
+      if (node.is_leaf) sum += shell->points[node.first + node.count - 1].area_m2;
+    }
+  }
+  return sum;
+}
+
+void seal(std::vector<std::uint8_t>& bytes) {
+  bytes.resize(bytes.size() - sizeof(std::uint64_t));
+  const std::uint64_t sum = checksum_of(bytes);
+  ByteWriter(bytes).number(sum);
+}
+
+TEST(ContactShape, IsRigidBeforeThePressingSideSeesTheFarSide) {
+  // Mesh and formula, of a 2 mm wall and of a thinner one.
+  const Vec3 wall(0.02, 0.02, 2e-3);
+  const Vec3 foil(0.02, 0.02, 4e-4);
+  EXPECT_NEAR(make_contact_box(wall)->rigid_depth_m, 4e-4, 1e-9);
+  EXPECT_NEAR(make_contact_mesh(mesh_box(wall))->rigid_depth_m, 4e-4, 6e-5);
+  EXPECT_NEAR(make_contact_box(foil)->rigid_depth_m, 8e-5, 1e-9);
+  EXPECT_LT(make_contact_mesh(mesh_box(foil))->rigid_depth_m, 1.5e-4);
+}
+
+TEST(ContactShape, IsNotThinBecauseItHasEdges) {
+  EXPECT_EQ(make_contact_mesh(mesh_box(Vec3::Constant(0.01)))->rigid_depth_m, 5e-4);
+}
+
+TEST(ContactShape, BoundsItsPoints) {
+  const auto box = make_contact_box(Vec3(0.02, 0.03, 0.05));
+  EXPECT_LT((box->low_S - Vec3(-0.01, -0.015, -0.025)).norm(), 1e-8);
+  EXPECT_LT((box->high_S - Vec3(0.01, 0.015, 0.025)).norm(), 1e-8);
+  for (const ShellPoint& point : box->shells.surface.points) ASSERT_LE(point.p_S.norm(), box->radius_m() + 1e-9);
+}
+
+TEST(ContactShape, HasItsPointsOnTheSurfaceOfItsField) {
+  // A solid, and a bent sheet, of which the plate around it is the surface.
+  const ContactMesh roof{
+      test::height_field(0.02, 20, [](double x, double) { return 0.5 * std::abs(x); }), SurfaceKind::kSheet, {}};
+  for (const ContactMesh& mesh : {mesh_box(Vec3(0.01, 0.008, 0.006)), roof}) {
+    const auto shape = make_contact_mesh(mesh);
+    // Between samples a crease is rounded off by a part of a cell, beyond the error on smooth surfaces.
+    const double tolerance_m = 1e-4;
+    double sum = 0;
+    for (const ShellPoint& point : shape->shells.surface.points) {
+      const double distance = shape->field->distance_m(point.p_S.cast<double>());
+      ASSERT_NEAR(distance, 0, tolerance_m) << point.p_S.transpose();
+      sum += std::abs(distance);
+    }
+    EXPECT_LT(sum / static_cast<double>(shape->shells.surface.points.size()), 1e-5);
+  }
+}
+
+TEST(ContactShape, RefusesSizesThatAreNone) {
+  EXPECT_THROW(make_contact_sphere(0), std::invalid_argument);
+  EXPECT_THROW(make_contact_box(Vec3(0.1, -0.1, 0.1)), std::invalid_argument);
+  EXPECT_THROW(make_contact_cylinder(0.1, std::numeric_limits<double>::infinity()), std::invalid_argument);
+  EXPECT_THROW(make_contact_capsule(std::numeric_limits<double>::quiet_NaN(), 0.1), std::invalid_argument);
+}
+
+TEST(ContactShape, ReportsProgressUpToOne) {
+  std::vector<double> steps;
+  make_contact_mesh(mesh_box(Vec3::Constant(0.01)), {}, [&steps](double done) { steps.push_back(done); });
+  ASSERT_FALSE(steps.empty());
+  EXPECT_TRUE(std::is_sorted(steps.begin(), steps.end()));
+  EXPECT_GE(steps.front(), 0);
+  EXPECT_EQ(steps.back(), 1);
+}
+
+class ContactAsset : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    // Small, so that damaging it thousands of times is quick: 3 mm.
+    bytes_ = contact_asset_bytes(*make_contact_mesh(mesh_box(Vec3(3e-3, 3e-3, 2e-3))));
+  }
+  static inline std::vector<std::uint8_t> bytes_;
+};
+
+TEST_F(ContactAsset, IsTheSameShapeAgain) {
+  const auto shape = contact_shape_from(bytes_);
+  ASSERT_TRUE(shape);
+  EXPECT_EQ(contact_asset_bytes(*shape), bytes_);
+  const auto original = make_contact_mesh(mesh_box(Vec3(3e-3, 3e-3, 2e-3)));
+  EXPECT_EQ(shape->low_S, original->low_S);
+  EXPECT_EQ(shape->high_S, original->high_S);
+  Random random(1);
+  for (int i = 0; i < 1000; ++i) {
+    const Vec3 p(random.uniform(-0.003, 0.003), random.uniform(-0.003, 0.003), random.uniform(-0.003, 0.003));
+    ASSERT_EQ(shape->field->distance_m(p), original->field->distance_m(p));
+  }
+}
+
+TEST_F(ContactAsset, IsNotReadWhenTorn) {
+  for (std::size_t size = 0; size < bytes_.size(); size += 1 + bytes_.size() / 500) {
+    EXPECT_FALSE(contact_shape_from(std::span(bytes_).first(size))) << size;
+    // Nor with a checksum that fits.
+    std::vector<std::uint8_t> cut(bytes_.begin(), bytes_.begin() + static_cast<std::ptrdiff_t>(size));
+    if (cut.size() < sizeof(std::uint64_t)) continue;
+    seal(cut);
+    EXPECT_FALSE(contact_shape_from(cut)) << size;
+  }
+}
+
+TEST_F(ContactAsset, IsNotReadWhenAByteHasChanged) {
+  Random random(2);
+  for (int i = 0; i < 300; ++i) {
+    std::vector<std::uint8_t> damaged = bytes_;
+    damaged[random.next_u32() % damaged.size()] ^= static_cast<std::uint8_t>(1U << (random.next_u32() % 8));
+    EXPECT_FALSE(contact_shape_from(damaged));
+  }
+}
+
+TEST_F(ContactAsset, SurvivesHostileBytes) {
+  int refused = 0;
+  for (std::uint64_t seed = 1; seed <= 2000; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    Random random(seed);
+    std::vector<std::uint8_t> hostile = bytes_;
+    const std::uint32_t changes = 1 + random.next_u32() % 4;
+    for (std::uint32_t k = 0; k < changes; ++k) {
+      // Half of them in the headers, where counts are.
+      const std::size_t range = random.uniform() < 0.5 ? 256 : hostile.size();
+      hostile[random.next_u32() % range] = static_cast<std::uint8_t>(random.next_u32());
+    }
+    seal(hostile);
+    const auto shape = contact_shape_from(hostile);
+    if (!shape) {
+      ++refused;
+      continue;
+    }
+    ASSERT_TRUE(std::isfinite(used(*shape, random)));
+  }
+  EXPECT_GT(refused, 500);
+}
+
+TEST_F(ContactAsset, IsOnlyMadeOfMeshes) {
+  EXPECT_THROW(contact_asset_bytes(*make_contact_sphere(0.005)), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace tandem

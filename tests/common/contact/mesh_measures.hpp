@@ -1,0 +1,88 @@
+// What the tests of repair and sampling do to meshes and measure on them.
+#pragma once
+
+#include "common/contact/mesh_edges.hpp"
+#include "common/contact/triangle_mesh.hpp"
+#include "common/random.hpp"
+
+namespace tandem::test {
+
+inline void append(TriangleMesh& mesh, const TriangleMesh& other, const Vec3& moved_by = Vec3::Zero()) {
+  const auto first = static_cast<int>(mesh.vertices.size());
+  for (const Vec3& p : other.vertices) mesh.vertices.push_back(p + moved_by);
+  for (const auto& t : other.triangles) mesh.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+}
+
+inline TriangleMesh turned(TriangleMesh mesh) {
+  for (auto& triangle : mesh.triangles) std::swap(triangle[1], triangle[2]);
+  return mesh;
+}
+
+inline double enclosed_m3(const TriangleMesh& mesh) {
+  double sum = 0;
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+    sum += mesh.vertices[static_cast<std::size_t>(mesh.triangles[i][0])].dot(doubled_area(mesh, i)) / 6;
+  }
+  return sum;
+}
+
+inline double area_m2(const TriangleMesh& mesh) {
+  double sum = 0;
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) sum += doubled_area(mesh, i).norm() / 2;
+  return sum;
+}
+
+/// Whether every edge has two triangles that run along it in opposite directions.
+inline bool is_closed(const TriangleMesh& mesh) {
+  const EdgeUses edges(mesh);
+  for (std::size_t edge = 0; edge < edges.edge_count(); ++edge) {
+    const auto uses = edges.uses(edge);
+    if (uses.size() != 2 || start_of(mesh, uses[0]) != end_of(mesh, uses[1])) return false;
+  }
+  return true;
+}
+
+/// A rectangle in the plane z = 0 as a grid of squares, its corners lifted to height(x, y).
+template <typename Height>
+TriangleMesh height_field(double size_m, int squares, Height&& height) {
+  TriangleMesh mesh;
+  for (int j = 0; j <= squares; ++j) {
+    for (int i = 0; i <= squares; ++i) {
+      const double x = size_m * (static_cast<double>(i) / squares - 0.5);
+      const double y = size_m * (static_cast<double>(j) / squares - 0.5);
+      mesh.vertices.emplace_back(x, y, height(x, y));
+    }
+  }
+  for (int j = 0; j < squares; ++j) {
+    for (int i = 0; i < squares; ++i) {
+      const int a = j * (squares + 1) + i;
+      const int d = a + squares + 1;
+      mesh.triangles.push_back({a, a + 1, d + 1});
+      mesh.triangles.push_back({a, d + 1, d});
+    }
+  }
+  return mesh;
+}
+
+/// A point of the surface with the normal of its triangle.
+struct SurfacePoint {
+  Vec3 p = Vec3::Zero();
+  Vec3 normal = Vec3::Zero();
+};
+
+/// A point of triangle `triangle`, uniformly spread over it.
+inline SurfacePoint random_point(const TriangleMesh& mesh, std::size_t triangle, Random& random) {
+  const auto& corner = mesh.triangles[triangle];
+  double u = random.uniform();
+  double v = random.uniform();
+  if (u + v > 1) {
+    u = 1 - u;
+    v = 1 - v;
+  }
+  const Vec3& a = mesh.vertices[static_cast<std::size_t>(corner[0])];
+  const Vec3& b = mesh.vertices[static_cast<std::size_t>(corner[1])];
+  const Vec3& c = mesh.vertices[static_cast<std::size_t>(corner[2])];
+  return {a + u * (b - a) + v * (c - a), doubled_area(mesh, triangle).normalized()};
+}
+
+}  // namespace tandem::test

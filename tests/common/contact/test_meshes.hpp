@@ -1,0 +1,109 @@
+// Meshes whose distance is known, and one that is like those people bring.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <fstream>
+#include <map>
+#include <optional>
+#include <sstream>
+#include <string>
+#include <utility>
+
+#include "common/contact/triangle_mesh.hpp"
+
+namespace tandem {
+
+/// Every triangle as four, `times` times; the shape stays.
+inline TriangleMesh subdivided(TriangleMesh mesh, int times = 1) {
+  for (; times > 0; --times) {
+    std::map<std::pair<int, int>, int> middles;
+    TriangleMesh finer;
+    finer.vertices = mesh.vertices;
+    const auto middle = [&](int a, int b) {
+      const auto [found, is_new] = middles.try_emplace(std::minmax(a, b), static_cast<int>(finer.vertices.size()));
+      if (is_new) {
+        finer.vertices.emplace_back(
+            0.5 * (mesh.vertices[static_cast<std::size_t>(a)] + mesh.vertices[static_cast<std::size_t>(b)]));
+      }
+      return found->second;
+    };
+    for (const auto& [a, b, c] : mesh.triangles) {
+      const int ab = middle(a, b);
+      const int bc = middle(b, c);
+      const int ca = middle(c, a);
+      finer.triangles.insert(finer.triangles.end(), {{a, ab, ca}, {ab, b, bc}, {ca, bc, c}, {ab, bc, ca}});
+    }
+    mesh = std::move(finer);
+  }
+  return mesh;
+}
+
+inline TriangleMesh box_mesh(const Vec3& size_m, const Vec3& centre_S = Vec3::Zero()) {
+  TriangleMesh mesh;
+  for (int corner = 0; corner < 8; ++corner) {
+    const Vec3 sign(corner & 1 ? 0.5 : -0.5, corner & 2 ? 0.5 : -0.5, corner & 4 ? 0.5 : -0.5);
+    mesh.vertices.emplace_back(centre_S + sign.cwiseProduct(size_m));
+  }
+  for (const auto& [a, b, c, d] : {std::array{0, 4, 6, 2}, std::array{1, 3, 7, 5}, std::array{0, 1, 5, 4},
+                                   std::array{2, 6, 7, 3}, std::array{0, 2, 3, 1}, std::array{4, 5, 7, 6}}) {
+    mesh.triangles.push_back({a, b, c});
+    mesh.triangles.push_back({a, c, d});
+  }
+  return mesh;
+}
+
+/// A subdivided octahedron with its vertices on the sphere: 8 · 4^`times` triangles.
+inline TriangleMesh sphere_mesh(double radius_m, int times) {
+  TriangleMesh mesh;
+  for (int i = 0; i < 6; ++i) mesh.vertices.emplace_back(Vec3::Unit(i / 2) * (i % 2 == 0 ? radius_m : -radius_m));
+  mesh.triangles = {{0, 2, 4}, {2, 1, 4}, {1, 3, 4}, {3, 0, 4}, {2, 0, 5}, {1, 2, 5}, {3, 1, 5}, {0, 3, 5}};
+  for (; times > 0; --times) {
+    mesh = subdivided(std::move(mesh));
+    for (Vec3& vertex : mesh.vertices) vertex *= radius_m / vertex.norm();
+  }
+  return mesh;
+}
+
+/// The Stanford bunny of Debian's glmark2-data, welded, its longest side `size_m`; nothing where it is not installed.
+inline std::optional<TriangleMesh> bunny_mesh(double size_m) {
+  std::ifstream file("/usr/share/glmark2/models/bunny.obj");
+  if (!file) return std::nullopt;
+  TriangleMesh mesh;
+  std::map<std::array<double, 3>, int> index_of;
+  std::vector<int> welded;
+  std::string line;
+  while (std::getline(file, line)) {
+    std::istringstream words(line);
+    std::string kind;
+    words >> kind;
+    if (kind == "v") {
+      std::array<double, 3> p{};
+      words >> p[0] >> p[1] >> p[2];
+      const auto [found, is_new] = index_of.try_emplace(p, static_cast<int>(mesh.vertices.size()));
+      if (is_new) mesh.vertices.emplace_back(p[0], p[1], p[2]);
+      welded.push_back(found->second);
+    } else if (kind == "f") {
+      std::array<int, 3> triangle{};
+      for (int& corner : triangle) {
+        words >> corner;
+        words.ignore(100, ' ');
+        corner = welded.at(static_cast<std::size_t>(corner - 1));
+      }
+      if (triangle[0] != triangle[1] && triangle[1] != triangle[2] && triangle[2] != triangle[0]) {
+        mesh.triangles.push_back(triangle);
+      }
+    }
+  }
+  Vec3 low = mesh.vertices.front();
+  Vec3 high = low;
+  for (const Vec3& vertex : mesh.vertices) {
+    low = low.cwiseMin(vertex);
+    high = high.cwiseMax(vertex);
+  }
+  const double scale = size_m / (high - low).maxCoeff();
+  for (Vec3& vertex : mesh.vertices) vertex = (vertex - 0.5 * (low + high)) * scale;
+  return mesh;
+}
+
+}  // namespace tandem
