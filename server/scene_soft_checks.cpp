@@ -25,8 +25,8 @@ void complete(wire::SoftBlock& block, const SceneField& field) {
   const auto nodes = soft_block_nodes(soft_block_cells(size_m, block.spacing_m()));
   if (nodes > kMaxSoftNodes) {
     field.in("spacing_m")
-        .refuse("is " + number_text(block.spacing_m()) + ", which makes " + std::to_string(nodes) +
-                " nodes; at most " + std::to_string(kMaxSoftNodes) + " are possible: widen it");
+        .refuse("is " + number_text(block.spacing_m()) + ", which makes " + std::to_string(nodes) + " nodes; at most " +
+                std::to_string(kMaxSoftNodes) + " are possible: widen it");
   }
 }
 

@@ -12,7 +12,8 @@ SoftBody::SoftBody(const SoftModel& model, const Vec3& gravity_m_per_s2)
   body_ = std::make_unique<btSoftBody>(&world_);
   btSoftBody::Material* const material = body_->appendMaterial();
   material->m_kLST = model.material.stiffness;
-  for (std::size_t i = 0; i < model.nodes_W.size(); ++i) body_->appendNode(to_bullet(model.nodes_W[i]), model.mass_kg[i]);
+  for (std::size_t i = 0; i < model.nodes_W.size(); ++i)
+    body_->appendNode(to_bullet(model.nodes_W[i]), model.mass_kg[i]);
   // Without looking for links that exist already, which costs the square of their number.
   for (const auto& [a, b] : model.links) body_->appendLink(a, b, material, false);
   rest_volume_m3_ = enclosed_volume_m3(model.nodes_W, model.faces);

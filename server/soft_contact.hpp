@@ -8,11 +8,11 @@ namespace tandem {
 
 /// The contact of one rigid thing T with all soft bodies, linearised at the pose that the soft step was made with.
 struct SoftContact {
-  Wrench wrench_W;                         ///< on T about its origin: impulse of the soft step over its length
-  Matrix6 stiffness = Matrix6::Zero();     ///< −∂W/∂X, symmetric, never negative; translation [m], then rotation [rad]
-  Pose X_WT0;                              ///< where T was
-  double trust_radius_m = 0;               ///< how far T may move until the contact is another one; 0: no contact
-  double lever_m = 0;                      ///< a turn by θ counts as a way of lever · θ
+  Wrench wrench_W;                      ///< on T about its origin: impulse of the soft step over its length
+  Matrix6 stiffness = Matrix6::Zero();  ///< −∂W/∂X, symmetric, never negative; translation [m], then rotation [rad]
+  Pose X_WT0;                           ///< where T was
+  double trust_radius_m = 0;            ///< how far T may move until the contact is another one; 0: no contact
+  double lever_m = 0;                   ///< a turn by θ counts as a way of lever · θ
 };
 
 /// The soft bodies' wrench on T about its origin, now that T is at `X_WT`.

@@ -128,7 +128,8 @@ void anchor(SoftModel& model, SoftSides sides) {
     for (int axis = 0; axis < 3; ++axis) {
       const bool is_low = model.nodes_W[i][axis] <= low[axis] + reach;
       const bool is_high = model.nodes_W[i][axis] >= high[axis] - reach;
-      const bool is_glued = (is_low && (sides >> (2 * axis) & 1) != 0) || (is_high && (sides >> (2 * axis + 1) & 1) != 0);
+      const bool is_glued =
+          (is_low && (sides >> (2 * axis) & 1) != 0) || (is_high && (sides >> (2 * axis + 1) & 1) != 0);
       if (is_glued) model.mass_kg[i] = 0;
     }
   }
@@ -178,8 +179,7 @@ class Sampler {
     for (int i = 1; i < n; ++i) samples_.push_back({{a, b, b}, {1.0 - double(i) / n, double(i) / n, 0}});
   }
   void add_inside(const std::array<int, 3>& face) {
-    const double longest =
-        std::max({length(face[0], face[1]), length(face[1], face[2]), length(face[2], face[0])});
+    const double longest = std::max({length(face[0], face[1]), length(face[1], face[2]), length(face[2], face[0])});
     const int n = parts(longest);
     for (int i = 1; i < n; ++i) {
       for (int j = 1; i + j < n; ++j) {

@@ -38,8 +38,8 @@ using SoftSides = std::uint8_t;
 
 struct SoftModel {
   std::string name;
-  std::vector<Vec3> nodes_W;     ///< at the start
-  std::vector<double> mass_kg;   ///< of each node; 0: glued to the world
+  std::vector<Vec3> nodes_W;    ///< at the start
+  std::vector<double> mass_kg;  ///< of each node; 0: glued to the world
   std::vector<std::array<int, 2>> links;
   std::vector<std::array<int, 3>> faces;  ///< closed; corners counter-clockwise seen from outside
   std::vector<SoftSample> samples;        ///< nodes of the surface first

@@ -29,22 +29,22 @@ struct SoftPush {
   int candidate = 0;  ///< the same number in all sweeps of a step, from 0
   int sample = 0;
   int thing = 0;
-  double mass_kg = 0;            ///< that the sample opposes
-  double way_share = 0;          ///< of the thing's way in this step, done by then
-  Vec3 normal_W = Vec3::Zero();  ///< out of the thing
-  Vec3 lever_W = Vec3::Zero();   ///< from the thing's origin
-  double size = 0;               ///< kPress: λ [kg·m]
+  double mass_kg = 0;                                ///< that the sample opposes
+  double way_share = 0;                              ///< of the thing's way in this step, done by then
+  Vec3 normal_W = Vec3::Zero();                      ///< out of the thing
+  Vec3 lever_W = Vec3::Zero();                       ///< from the thing's origin
+  double size = 0;                                   ///< kPress: λ [kg·m]
   Eigen::Matrix3d bend_W = Eigen::Matrix3d::Zero();  ///< kPress: ∂normal/∂p [1/m]
-  double friction = 0;           ///< kStick, kSlide
-  Vec3 slide_W = Vec3::Zero();   ///< kSlide: direction of the friction on the sample, unit
-  double slide_share = 0;        ///< kSlide: μ Σλ over what it would take to stick
+  double friction = 0;                               ///< kStick, kSlide
+  Vec3 slide_W = Vec3::Zero();                       ///< kSlide: direction of the friction on the sample, unit
+  double slide_share = 0;                            ///< kSlide: μ Σλ over what it would take to stick
 };
 
 /// What a soft step did to a thing.
 struct SoftReaction {
-  Wrench impulse_W;         ///< about the thing's origin [N·s, N·m·s]
-  double lever_sum_m = 0;   ///< Σ |lever| · |impulse|, over
-  double impulse_sum = 0;   ///< Σ |impulse| along normals
+  Wrench impulse_W;        ///< about the thing's origin [N·s, N·m·s]
+  double lever_sum_m = 0;  ///< Σ |lever| · |impulse|, over
+  double impulse_sum = 0;  ///< Σ |impulse| along normals
 };
 
 /// Sweeps over links, volume and contacts.

@@ -9,12 +9,13 @@
 
 namespace tandem {
 
-/// Forward differentiation of a SoftStep by the pose X of one thing (translation, then rotation about its origin, in W).
+/// Forward differentiation of a SoftStep by the pose X of one thing (translation, then rotation about its origin, in
+/// W).
 ///
 /// Model   δx of every node is a 3×6 matrix, 0 before the step (prediction does not know X), and so are the sums of
 ///         each contact. A link, moved by Bullet along Δ by Δ (l₀² − |Δ|²) / (c₀ (l₀² + |Δ|²)), is differentiated
-///         where it was then: the sweep over the links is done again. With the way that the thing's surface is ahead, δm = s [1, −r×] − δp (s: the
-///         share of the thing's way done by then), a pressing contact gives
+///         where it was then: the sweep over the links is done again. With the way that the thing's surface is ahead,
+///         δm = s [1, −r×] − δp (s: the share of the thing's way done by then), a pressing contact gives
 ///           δ(λ n) = n nᵀ δm / w − λ H δm,   H = ∂n/∂p;
 ///         friction F that sticks, P = 1 − n nᵀ: δF = δF + P δm / w =: δG; that slides along t, with F = μ Σλ t and
 ///         G what it would take to stick: δF = μ t δΣλ + (|F|/|G|) (1 − t tᵀ) δG.
@@ -27,8 +28,8 @@ namespace tandem {
 ///         kRings links from those that the thing pushes are held, as are those beyond kMaxPatch
 class SoftTangent {
  public:
-  static constexpr int kRings = 3;
-  static constexpr std::size_t kMaxPatch = 160;
+  static constexpr int kRings = 2;
+  static constexpr std::size_t kMaxPatch = 96;
 
   explicit SoftTangent(const SoftModel& model);
 

@@ -54,6 +54,7 @@ class Stepper {
   }
 
   void step(std::span<const SoftTool> tools, Result& result) {
+    if (settings_.before_step) settings_.before_step();
     const auto begin = std::chrono::steady_clock::now();
     result.faults = 0;
     result.contacts.assign(settings_.tools.size(), SoftContact{});
@@ -158,15 +159,18 @@ struct SoftWorld::Impl {
       work_to_do.acquire();
       if (is_ending.load(std::memory_order_relaxed)) return;
       stepper.step(input, made);
+      is_done.store(true, std::memory_order_release);
       work_done.release();
     }
   }
 
   TickFaults take() {
     TickFaults faults = 0;
-    if (worker.joinable() && !work_done.try_acquire()) {
-      faults |= kFaultSoftLate;
-      ++late;
+    if (worker.joinable()) {
+      // Not try_acquire(), which yields for a while before it says no.
+      const bool is_late = !is_done.load(std::memory_order_acquire);
+      if (is_late) faults |= kFaultSoftLate;
+      if (is_late) late.fetch_add(1, std::memory_order_relaxed);
       work_done.acquire();
     }
     std::swap(taken, made);
@@ -176,6 +180,7 @@ struct SoftWorld::Impl {
   void begin(std::span<const SoftTool> tools) {
     std::copy_n(tools.begin(), std::min(tools.size(), input.size()), input.begin());
     if (worker.joinable()) {
+      is_done.store(false, std::memory_order_relaxed);
       work_to_do.release();
     } else {
       stepper.step(input, made);
@@ -190,9 +195,10 @@ struct SoftWorld::Impl {
   Result taken;                 ///< what the room reads
   int steps_to_go = 0;
   bool is_under_way = false;
-  std::uint64_t late = 0;
+  std::atomic<std::uint64_t> late{0};
   std::counting_semaphore<2> work_to_do{0};
   std::counting_semaphore<2> work_done{0};
+  std::atomic<bool> is_done{false};
   std::atomic<bool> is_ending{false};
   std::thread worker;
 };
@@ -234,7 +240,7 @@ int SoftWorld::period_steps() const {
   return impl_->period;
 }
 std::uint64_t SoftWorld::late_count() const {
-  return impl_->late;
+  return impl_->late.load(std::memory_order_relaxed);
 }
 double SoftWorld::last_step_seconds() const {
   return impl_->taken.seconds;

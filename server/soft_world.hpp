@@ -9,6 +9,8 @@
 // the lab, replays) or by a thread of its own (kWorker: live). So both give the same bits.
 #pragma once
 
+#include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <vector>
@@ -44,6 +46,8 @@ struct SoftWorldSettings {
   double room_rate_hz = 1000;
   double rate_hz = 60;  ///< of soft steps; the nearest whole number of room steps is taken
   double speed_limit_m_per_s = 10;
+  /// Called before each soft step on the thread that does it, for tests and tracing; may be empty.
+  std::function<void()> before_step;
 };
 
 /// Room steps in a soft step, at least 1.
@@ -80,7 +84,7 @@ class SoftWorld {
   const SoftModel& model(std::size_t body) const;
 
   int period_steps() const;
-  /// Results that were waited for, since the start.
+  /// Results that were waited for, since the start. Any thread.
   std::uint64_t late_count() const;
   /// Of the soft step whose result was taken last: for benchmarks, never for decisions.
   double last_step_seconds() const;

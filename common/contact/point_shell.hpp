@@ -56,7 +56,7 @@ struct PointShellOptions {
   double feature_angle_deg = 25;
   double feature_spacing_m = 2.5e-4;
   double feature_height_m = 5e-5;    ///< vertices that stand out farther than this from the shell are added to it
-  std::size_t max_points = 400'000;  ///< larger surfaces get a wider spacing (features keep theirs)
+  std::size_t max_points = 400'000;  ///< larger surfaces get a wider spacing; bumps may add a quarter
   double sheet_thickness_m = 1e-3;   ///< as of DistanceGridOptions: a sheet's points lie half of it out, on both sides
 };
 

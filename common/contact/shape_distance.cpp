@@ -5,23 +5,49 @@
 namespace tandem {
 namespace {
 
+/// The nearest sample found so far.
+struct Nearest {
+  double distance_m = 0;
+  Vec3 p_S = Vec3::Zero();  ///< in the frame of its shell
+  bool is_found = false;
+};
+
 /// Lowers `nearest` to the smallest distance of a point of `shell` in `field`, if there is a smaller one.
-void search(const PointShell& shell, const DistanceField& field, const Pose& X_FS, double& nearest) noexcept {
+void search(const PointShell& shell, const DistanceField& field, const Pose& X_FS, Nearest& nearest) noexcept {
   std::uint32_t index = 0;
   while (index < shell.nodes.size()) {
     const ShellNode& node = shell.nodes[index];
     const double at_centre = field.distance_m(X_FS * node.centre_S.cast<double>());
-    if (at_centre - node.radius_m >= nearest) {
+    if (at_centre - node.radius_m >= nearest.distance_m) {
       index = node.next;
       continue;
     }
     if (node.is_leaf) {
       for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
-        nearest = std::min(nearest, field.distance_m(X_FS * shell.points[i].p_S.cast<double>()));
+        const Vec3 p_S = shell.points[i].p_S.cast<double>();
+        const double distance = field.distance_m(X_FS * p_S);
+        if (distance < nearest.distance_m) nearest = {distance, p_S, true};
       }
     }
     index = node.is_leaf ? node.next : index + 1;
   }
+}
+
+/// From a point of one surface to the nearest of the other, and back: closes in on the gap between two samples.
+double refined(const Nearest& from, const DistanceField& own, const DistanceField& other, const Pose& X_OS) noexcept {
+  constexpr int kRounds = 8;
+  const Pose X_SO = X_OS.inverse();
+  double nearest = from.distance_m;
+  Vec3 p_O = X_OS * from.p_S;
+  for (int i = 0; i < kRounds && nearest > 0; ++i) {
+    const DistanceSample there = other.sample(p_O);
+    const Vec3 p_S = X_SO * Vec3(p_O - there.distance_m * there.gradient);
+    const DistanceSample back = own.sample(p_S);
+    if (!(back.distance_m < nearest)) break;
+    nearest = back.distance_m;
+    p_O = X_OS * Vec3(p_S - back.distance_m * back.gradient);
+  }
+  return nearest;
 }
 
 /// B's box, turned into A's axes, against A's box.
@@ -43,12 +69,18 @@ bool boxes_are_near(const ContactShape& a, const Pose& X_WA, const ContactShape&
 
 double shape_distance_m(const ContactShape& a, const Pose& X_WA, const ContactShape& b, const Pose& X_WB,
                         double limit_m) noexcept {
-  // One bit above the limit, so that a gap of exactly the limit still counts.
-  double nearest = std::nextafter(limit_m, std::numeric_limits<double>::infinity());
+  // A little farther, for the samples lie beside the nearest points of the surfaces.
+  const double reach = limit_m + a.shells.surface.spacing_m + b.shells.surface.spacing_m;
   const Pose X_BA = X_WB.inverse() * X_WA;
-  search(a.shells.surface, *b.field, X_BA, nearest);
-  search(b.shells.surface, *a.field, X_BA.inverse(), nearest);
-  return nearest <= limit_m ? nearest : std::numeric_limits<double>::infinity();
+  const Pose X_AB = X_BA.inverse();
+  Nearest of_a{reach, Vec3::Zero(), false};
+  search(a.shells.surface, *b.field, X_BA, of_a);
+  double nearest = of_a.is_found ? refined(of_a, *a.field, *b.field, X_BA) : reach;
+  Nearest of_b{of_a.distance_m, Vec3::Zero(), false};
+  search(b.shells.surface, *a.field, X_AB, of_b);
+  if (of_b.is_found) nearest = std::min(nearest, refined(of_b, *b.field, *a.field, X_AB));
+  // The last nanometre is rounding.
+  return nearest <= limit_m + 1e-9 ? std::min(nearest, limit_m) : std::numeric_limits<double>::infinity();
 }
 
 }  // namespace tandem

@@ -103,6 +103,7 @@ class ShellCandidates {
   bool is_reached(double nearest_m, double reach_m) noexcept;
   bool gather_all(std::uint32_t root, double reach_m) noexcept;
   bool gather_leaf(const ShellNode& node, double reach_m, std::size_t room) noexcept;
+  void merge_from(std::size_t begin) noexcept;
   void gather_coarse(double reach_m) noexcept;
   void gather_leaf_coarse(const ShellNode& node, double reach_m, std::size_t used) noexcept;
   void gather_halves(const ShellNode& leaf, double reach_m) noexcept;

@@ -139,12 +139,14 @@ PegRun peg_run(const TouchObject& peg, const TouchObject& box, const std::vector
 
 std::vector<Check> peg_claims(const PegRun& run, double force_limit_n, double top_z_m) {
   const std::string scope = format_significant(run.mass_kg, 3) + " kg";
-  return {{scope, "largest force", run.force_n, Relation::kAtMost, force_limit_n * (1 + 1e-9), "N", 2},
-          {scope, "buzz above 25 Hz", run.buzz_n, Relation::kAtMost, 0.05, "N", 4},
-          {scope, "tip below the top of the hole", 1e3 * (top_z_m - run.deepest_z_m), Relation::kAtLeast, 30, "mm", 1},
-          {scope, "penetration", 1e3 * run.figures.max_penetration_m, Relation::kAtMost, 0.5, "mm", 3},
-          {scope, "pop-throughs", static_cast<double>(run.figures.pop_throughs), Relation::kAtMost, 0, "", 0},
-          {scope, "step p99", run.figures.step_us.p99_us, Relation::kAtMost, 250, "µs", 1}};
+  return {
+      {scope, "largest force", run.force_n, Relation::kAtMost, force_limit_n * (1 + 1e-9), "N", 2},
+      {scope, "largest force, laid down and pressed", run.force_n, Relation::kAtLeast, 0.99 * force_limit_n, "N", 2},
+      {scope, "buzz above 25 Hz", run.buzz_n, Relation::kAtMost, 0.05, "N", 4},
+      {scope, "tip below the top of the hole", 1e3 * (top_z_m - run.deepest_z_m), Relation::kAtLeast, 30, "mm", 1},
+      {scope, "penetration", 1e3 * run.figures.max_penetration_m, Relation::kAtMost, 0.5, "mm", 3},
+      {scope, "pop-throughs", static_cast<double>(run.figures.pop_throughs), Relation::kAtMost, 0, "", 0},
+      {scope, "step p99, of the 1 ms of a haptic loop", run.figures.step_us.p99_us, Relation::kAtMost, 1000, "µs", 0}};
 }
 
 ReproductionRow peg_row(const PegRun& run) {

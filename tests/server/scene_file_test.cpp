@@ -225,7 +225,9 @@ TEST_F(SceneFiles, MeshIsScaledToItsLargestSizeAndCentred) {
 
 TEST_F(SceneFiles, DroppedTrianglesAreNoted) {
   write("t.obj", kTetrahedron);
-  EXPECT_THAT(load(mesh_body(""))->notes, ::testing::ElementsAre(HasSubstr("t.obj: 4 triangles, 1 without area")));
+  EXPECT_THAT(load(mesh_body(""))->notes,
+              ::testing::ElementsAre("t.obj: 4 triangles, a solid", HasSubstr("1 triangles without area"),
+                                     ::testing::AllOf(HasSubstr("t.obj: contact"), HasSubstr("points every"))));
 }
 
 TEST_F(SceneFiles, MovingMeshHasTheInertiaOfItsSolid) {
@@ -245,7 +247,7 @@ TEST_F(SceneFiles, BrokenMeshesAreRefused) {
   EXPECT_THAT(refusal(mesh_body("", R"(, "mass_kg": 1)")),
               HasSubstr("bodies[0].mass_kg is 1, but a shape encloses no volume"));
   write("t.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 2\n");
-  EXPECT_THAT(refusal(mesh_body("")), HasSubstr("t.obj, which has no triangle"));
+  EXPECT_THAT(refusal(mesh_body("")), HasSubstr("t.obj, which cannot be touched: no triangle"));
   write("t.obj", "v 0 0 0\nv nan 0 0\nv 0 1 0\nf 1 2 3\n");
   EXPECT_THAT(refusal(mesh_body("")), HasSubstr("t.obj, which"));
   write("t.obj", std::string("\0\1\2garbage", 10));
@@ -256,11 +258,35 @@ TEST_F(SceneFiles, AssetIsTheFileAndItsHash) {
   write("t.obj", kTetrahedron);
   const std::string body = R"("shapes": [{"mesh": {"file": "t.obj"}}]})";
   const auto scene = load(scene_json({.bodies = R"({"name": "a", )" + body + R"(, {"name": "b", )" + body}));
-  ASSERT_EQ(scene->assets.size(), 1U) << "the same file twice is one asset";
+  ASSERT_EQ(scene->assets.size(), 2U) << "the same file twice is one asset, and so is what is made of it";
   EXPECT_EQ(scene->assets[0].name, "t.obj");
   EXPECT_EQ(scene->assets[0].kind, "mesh");
   EXPECT_EQ(scene->assets[0].bytes->size(), std::string(kTetrahedron).size());
   EXPECT_EQ(scene->assets[0].sha256, sha256_of(*scene->assets[0].bytes));
+  EXPECT_EQ(scene->assets[1].kind, "contact");
+  EXPECT_EQ(scene->assets[1].sha256, sha256_of(*scene->assets[1].bytes));
+  const std::string& named = scene->description.bodies(1).shapes(0).mesh().contact_sha256();
+  EXPECT_EQ(named, std::string(reinterpret_cast<const char*>(scene->assets[1].sha256.data()), 32))
+      << "a client finds a mesh's contact asset by its hash";
+}
+
+TEST_F(SceneFiles, ContactAssetOfAMeshComesFromTheCacheTheSecondTime) {
+  write("t.obj", kTetrahedron);
+  SceneLoading loading;
+  loading.cache_directory = directory_ / "cache";
+  const auto load_with_cache = [&] { return load_scene_text(mesh_body(""), "test.json", directory_, loading); };
+  const auto built = load_with_cache();
+  EXPECT_THAT(built->notes.back(), HasSubstr("contact built in"));
+  const auto cached = load_with_cache();
+  EXPECT_THAT(cached->notes.back(), HasSubstr("contact from cache in"));
+  EXPECT_EQ(built->assets[1].sha256, cached->assets[1].sha256);
+
+  // A torn entry is not believed.
+  const auto entry = *std::filesystem::directory_iterator(loading.cache_directory);
+  std::filesystem::resize_file(entry.path(), entry.file_size() / 2);
+  const auto rebuilt = load_with_cache();
+  EXPECT_THAT(rebuilt->notes.back(), HasSubstr("contact built in"));
+  EXPECT_EQ(built->assets[1].sha256, rebuilt->assets[1].sha256) << "the same mesh gives the same bytes";
 }
 
 TEST_F(SceneFiles, ClientsSeeBaseNamesOnly) {
@@ -357,7 +383,7 @@ TEST_P(ShippedScene, Loads) {
   EXPECT_EQ(scene->tools.size(), 2U);
 }
 INSTANTIATE_TEST_SUITE_P(SceneFile, ShippedScene,
-                         ::testing::Values("peg_in_hole", "two_boxes", "bunny", "docking_helices"),
+                         ::testing::Values("peg_in_hole", "two_boxes", "bunny", "docking_helices", "soft_pad"),
                          [](const auto& test) { return test.param; });
 
 }  // namespace

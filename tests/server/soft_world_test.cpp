@@ -2,12 +2,15 @@
 // how that changes with the tool, is held here against momentum and against the step itself.
 #include "server/soft_world.hpp"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <atomic>
 #include <limits>
 #include <map>
+#include <thread>
 
 #include "common/contact/primitive_fields.hpp"
 #include "server/soft_scene.hpp"
@@ -39,7 +42,8 @@ SoftWorldSettings pad_settings(SoftSides anchored, double friction = 0.5) {
   traits.X_WS.p = Vec3(0, 0, kPadHeight_m / 2);
   SoftWorldSettings settings;
   settings.bodies.push_back(make_soft_block(Vec3(0.08, 0.08, kPadHeight_m), 0.0134, traits));
-  settings.obstacles.push_back({rigid(make_contact_box(Vec3(0.5, 0.4, 0.02)), 0.5), {Vec3(0, 0, -0.01), Quat::Identity()}});
+  settings.obstacles.push_back(
+      {rigid(make_contact_box(Vec3(0.5, 0.4, 0.02)), 0.5), {Vec3(0, 0, -0.01), Quat::Identity()}});
   settings.tools.push_back(rigid(make_contact_sphere(kBallRadius_m), friction));
   return settings;
 }
@@ -103,7 +107,8 @@ TEST(SoftModel, NoPlaceOfTheSurfaceIsFarFromASample) {
     double nearest = std::numeric_limits<double>::infinity();
     for (const SoftSample& sample : model.samples) {
       Vec3 p = Vec3::Zero();
-      for (std::size_t i = 0; i < 3; ++i) p += sample.weights[i] * model.nodes_W[static_cast<std::size_t>(sample.nodes[i])];
+      for (std::size_t i = 0; i < 3; ++i)
+        p += sample.weights[i] * model.nodes_W[static_cast<std::size_t>(sample.nodes[i])];
       nearest = std::min(nearest, (p - place).norm());
     }
     EXPECT_LT(nearest, kSoftSampleSpacing_m / std::sqrt(2.0));
@@ -125,7 +130,7 @@ TEST(SoftWorld, PadDroppedOnATableRestsOnIt) {
   std::vector<Vec3> before(world.nodes_W(0).begin(), world.nodes_W(0).end());
   double energy_start = 0;
   for (std::size_t i = 0; i < before.size(); ++i) energy_start += model.mass_kg[i] * 9.81 * before[i].z();
-  for (int step = 0; step < 300; ++step) {
+  for (int step = 0; step < 150; ++step) {
     soft_step(world, kAway);
     double energy = 0;
     for (std::size_t i = 0; i < before.size(); ++i) {
@@ -145,10 +150,10 @@ TEST(SoftWorld, PadDroppedOnATableRestsOnIt) {
 
 TEST(SoftWorld, ForceRisesWithDepthAndIsGoneAfterLeaving) {
   SoftWorld world(pad_settings(0), Execution::kInline);
-  soft_steps(world, kAway, 60);
+  soft_steps(world, kAway, 20);
   double before_n = 0;
   for (const double depth_m : {0.004, 0.006, 0.008, 0.010, 0.012}) {
-    soft_steps(world, ball_in_pad(depth_m), 60);
+    soft_steps(world, ball_in_pad(depth_m), 20);
     const double force_n = world.contact(0).wrench_W.f.z();
     EXPECT_GT(force_n, before_n) << depth_m;
     before_n = force_n;
@@ -186,12 +191,12 @@ TEST(SoftWorld, WhatTheToolGetsTheNodesLose) {
   EXPECT_GT(largest_n, 0.05) << "nothing was pushed";
 }
 
-/// The contact after `rest` soft steps near `depth_m` and one with the tool at `last`.
+/// The contact after a while at `depth_m` and one soft step with the tool at `last`.
 SoftContact contact_after(const SoftWorldSettings& settings, double depth_m, const SoftTool& last) {
   SoftWorld world(settings, Execution::kInline);
-  soft_steps(world, kAway, 30);
-  for (int i = 1; i <= 20; ++i) soft_step(world, ball_in_pad(depth_m * i / 20));
-  soft_steps(world, ball_in_pad(depth_m), 10);
+  soft_steps(world, kAway, 10);
+  for (int i = 1; i <= 10; ++i) soft_step(world, ball_in_pad(depth_m * i / 10));
+  soft_steps(world, ball_in_pad(depth_m), 5);
   soft_step(world, last);
   world.advance({&last, 1});
   return world.contact(0);
@@ -243,7 +248,8 @@ std::vector<double> story(Execution execution) {
   std::vector<double> numbers;
   for (int step = 0; step < 20 * world.period_steps(); ++step) {
     const double phase = 0.01 * step;
-    const SoftTool tool = ball_at(Vec3(0.01 * std::sin(phase), 0.01 * std::cos(phase), 0.048 + 0.004 * std::sin(3 * phase)));
+    const SoftTool tool =
+        ball_at(Vec3(0.01 * std::sin(phase), 0.01 * std::cos(phase), 0.048 + 0.004 * std::sin(3 * phase)));
     world.advance({&tool, 1});
     const Vector6 wrench = as_vector(soft_wrench(world.contact(0), tool.X_WT));
     numbers.insert(numbers.end(), wrench.data(), wrench.data() + 6);
@@ -276,14 +282,19 @@ TEST(SoftWorld, RoomAllocatesNothingWhileAWorkerSteps) {
 }
 
 TEST(SoftWorld, WaitsForALateWorkerAndSaysSo) {
-  // Called as fast as the room can: the worker cannot be done.
-  SoftWorldSettings settings = pad_settings(0);
-  settings.rate_hz = 1000;
+  SoftWorldSettings settings = pad_settings(16);
+  std::atomic<const SoftWorld*> slow{nullptr};
+  // Does not begin before it is late.
+  settings.before_step = [&slow] {
+    const SoftWorld* const world = slow.exchange(nullptr);
+    while (world != nullptr && world->late_count() == 0) std::this_thread::yield();
+  };
   SoftWorld world(std::move(settings), Execution::kWorker);
-  TickFaults faults = 0;
-  for (int i = 0; i < 50; ++i) faults |= soft_step(world, ball_in_pad(0.006));
-  EXPECT_EQ((faults & kFaultSoftLate) != 0, world.late_count() > 0);
-  EXPECT_GT(world.late_count(), 0U);
+  slow = &world;
+  EXPECT_EQ(soft_step(world, kAway) & kFaultSoftLate, 0U);
+  EXPECT_NE(soft_step(world, kAway) & kFaultSoftLate, 0U);
+  EXPECT_EQ(world.contact(0).X_WT0.p, kAway.X_WT.p) << "the late result is taken all the same";
+  EXPECT_GE(world.late_count(), 1U);
 }
 
 TEST(SoftWorld, StartsAnewWhenItIsNotFinite) {
@@ -319,8 +330,9 @@ TEST(SoftWorld, BallDoesNotJumpThroughAPadInOneSoftStep) {
   soft_steps(world, ball_at(Vec3(0, 0, 0.07)), 3);
   soft_steps(world, ball_at(Vec3(0, 0, 0.03)), 2);
   EXPECT_GT(world.contact(0).wrench_W.f.z(), 0.5);
-  for (const Vec3& node : world.nodes_W(0)) {
-    EXPECT_GT((node - Vec3(0, 0, 0.03)).norm(), kBallRadius_m - 2e-3);
+  for (const auto& face : world.model(0).faces) {
+    const Vec3& node = world.nodes_W(0)[static_cast<std::size_t>(face[0])];
+    EXPECT_GT((node - Vec3(0, 0, 0.03)).norm(), kBallRadius_m - 1e-3);
   }
 }
 
@@ -328,8 +340,8 @@ SoftContact pushing_up() {
   SoftContact contact;
   contact.wrench_W = {Vec3(0.1, 0, 1), Vec3(0.01, 0, 0)};
   Matrix6 root = Matrix6::Zero();
-  root << 4, 1, 2, 0, 0.1, 0, 0, 6, 1, 0.1, 0, 0, 1, 0, 15, 0, 0, 0.1, 0, 0, 0, 0.2, 0, 0, 0, 0, 0, 0, 0.2, 0, 0, 0, 0, 0,
-      0, 0.1;
+  root << 4, 1, 2, 0, 0.1, 0, 0, 6, 1, 0.1, 0, 0, 1, 0, 15, 0, 0, 0.1, 0, 0, 0, 0.2, 0, 0, 0, 0, 0, 0, 0.2, 0, 0, 0, 0,
+      0, 0, 0.1;
   contact.stiffness = root.transpose() * root;
   contact.X_WT0.p = Vec3(1, 2, 3);
   contact.trust_radius_m = 0.005;
@@ -377,6 +389,87 @@ TEST(SoftWrench, IsFiniteForEveryFinitePose) {
   EXPECT_EQ(soft_wrench(SoftContact{}, Pose{}).f.norm(), 0);
 }
 
+std::string soft_refusal(const std::string& body, const std::string& rest = "") {
+  try {
+    load_parts({.rest = R"("soft_bodies": [{"name": "pad", )" + body + "}]" + rest});
+  } catch (const SceneError& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+TEST(SoftScene, MistakesAreRefusedInWordsThatLeadToThem) {
+  const std::string block = R"("block": {"size_m": [0.08, 0.08, 0.04]})";
+  const std::pair<std::string, std::string> cases[] = {
+      {soft_refusal(R"("mass_kg": 1)"), "soft_bodies[0] has no kind; it must have one of block, mesh"},
+      {soft_refusal(R"("block": {"size_m": [1, 1]})"), "soft_bodies[0].block.size_m has 2 numbers"},
+      {soft_refusal(R"("block": {"size_m": [1, 1, 0]})"), "soft_bodies[0].block.size_m[2] is 0"},
+      {soft_refusal(R"("block": {"size_m": [1, 1, 1], "spacing_m": 0.05})"),
+       "soft_bodies[0].block.spacing_m is 0.05, which makes 9261 nodes; at most 2000 are possible: widen it"},
+      {soft_refusal(R"("block": {"size_m": [1, 1, 1], "spacing_m": "NaN"})"), "soft_bodies[0].block.spacing_m is nan"},
+      {soft_refusal(block + R"(, "mass_kg": 0)"), "soft_bodies[0].mass_kg is 0"},
+      {soft_refusal(block + R"(, "stiffness": 0)"), "soft_bodies[0].stiffness is 0; it must be from 0.001 to 1"},
+      {soft_refusal(block + R"(, "damping": 2)"), "soft_bodies[0].damping is 2"},
+      {soft_refusal(block + R"(, "volume_stiffness": -1)"), "soft_bodies[0].volume_stiffness is -1"},
+      {soft_refusal(block + R"(, "friction": 11)"), "soft_bodies[0].friction is 11"},
+      {soft_refusal(block + R"(, "anchored": ["-z", "down"])"),
+       "soft_bodies[0].anchored[1] is \"down\"; it must be one of"},
+      {soft_refusal(block + R"(, "color_rgb": [1])"), "soft_bodies[0].color_rgb has 1 numbers"},
+      {soft_refusal(block, R"(, "soft_step_rate_hz": 29)"), "soft_step_rate_hz is 29; it must be from 30 to 1000"},
+      {soft_refusal(block, R"(, "step_rate_hz": 100, "soft_step_rate_hz": 200)"),
+       "soft_step_rate_hz is 200; it must be"},
+      {soft_refusal(R"("mesh": {"file": "/x/y.obj"})"), "soft_bodies[0].mesh.file is /x/y.obj, which does not exist"},
+      {soft_refusal(block + R"(}, {"name": "pad", )" + block), "soft_bodies[1].name is \"pad\", which is taken"},
+  };
+  for (const auto& [message, expected] : cases) EXPECT_THAT(message, ::testing::HasSubstr(expected));
+  EXPECT_EQ(soft_refusal(block), "accepted");
+}
+
+ContactMesh octahedron(SurfaceKind kind) {
+  ContactMesh mesh;
+  mesh.kind = kind;
+  mesh.mesh.vertices = {{0.02, 0, 0}, {-0.02, 0, 0}, {0, 0.02, 0}, {0, -0.02, 0}, {0, 0, 0.02}, {0, 0, -0.02}};
+  mesh.mesh.triangles = {{0, 2, 4}, {2, 1, 4}, {1, 3, 4}, {3, 0, 4}, {2, 0, 5}, {1, 2, 5}, {3, 1, 5}, {0, 3, 5}};
+  return mesh;
+}
+
+TEST(SoftScene, OpenOrTooFineSurfaceIsRefused) {
+  wire::SoftBody body;
+  body.mutable_mesh()->set_file("skin.obj");
+  const auto refusal = [&body](const ContactMesh& mesh) -> std::string {
+    try {
+      soft_model_of(body, &mesh, SceneField("s.json").in("soft_bodies", 0));
+    } catch (const SceneError& error) {
+      return error.what();
+    }
+    return "accepted";
+  };
+  EXPECT_THAT(refusal(octahedron(SurfaceKind::kSheet)),
+              ::testing::HasSubstr("soft_bodies[0].mesh.file is skin.obj, which is open"));
+  ContactMesh fine = octahedron(SurfaceKind::kSolid);
+  fine.mesh.vertices.resize(kMaxSoftNodes + 1, Vec3::Zero());
+  EXPECT_THAT(refusal(fine), ::testing::HasSubstr("has 2001 vertices; at most 2000 are possible: simplify it"));
+}
+
+TEST(SoftScene, ClosedSurfaceKeepsItsVolumeOnATable) {
+  SoftTraits traits;
+  traits.X_WS.p = Vec3(0, 0, 0.03);
+  traits.material.volume_stiffness = 1;
+  SoftWorldSettings settings = pad_settings(0);
+  settings.bodies = {make_soft_surface(octahedron(SurfaceKind::kSolid).mesh, traits)};
+  const double volume_m3 = enclosed_volume_m3(settings.bodies[0].nodes_W, settings.bodies[0].faces);
+  SoftWorld world(std::move(settings), Execution::kInline);
+  soft_steps(world, kAway, 120);
+  const std::vector<Vec3> nodes(world.nodes_W(0).begin(), world.nodes_W(0).end());
+  EXPECT_NEAR(enclosed_volume_m3(nodes, world.model(0).faces), volume_m3, 0.1 * volume_m3);
+  EXPECT_NEAR(lowest_m(world), 0, 1e-3);
+}
+
+TEST(SoftScene, NoteSaysTheRateThatIsReallyUsed) {
+  TANDEM_LOAD_OR_SKIP(scene, "soft_pad");
+  EXPECT_THAT(scene->notes, ::testing::Contains(::testing::HasSubstr("every 17 steps, at 58.8235 Hz (asked: 60 Hz)")));
+}
+
 TEST(SoftScene, ShippedPadIsPressedByItsTool) {
   TANDEM_LOAD_OR_SKIP(scene, "soft_pad");
   ASSERT_EQ(scene->soft_bodies.size(), 1U);
@@ -387,7 +480,8 @@ TEST(SoftScene, ShippedPadIsPressedByItsTool) {
     double fastest_s = std::numeric_limits<double>::infinity();
     for (int i = 0; i < count * world.period_steps(); ++i) {
       world.advance(tools);
-      if (world.last_step_seconds() > 0) fastest_s = std::min(fastest_s, world.last_step_seconds());
+      // The first result is still of the poses before.
+      if (i > world.period_steps()) fastest_s = std::min(fastest_s, world.last_step_seconds());
     }
     return 1e3 * fastest_s;
   };

@@ -59,7 +59,7 @@ class Mistakes(ProgramTest):
 
     def test_of_the_lab(self):
         experiment = self.write("e.json", json.dumps({"name": "e", "scene": "two_boxes", "users": [{"name": "a"}]}))
-        for arguments, words in [([], ["run or bench or report"]), (["run"], ["experiment", "tandem-lab run --help"]),
+        for arguments, words in [([], ["run or bench or reproduce or report"]), (["run"], ["experiment", "tandem-lab run --help"]),
                                  (["bench"], ["field", "tandem-lab bench --help"]),
                                  (["run", experiment, "--out", self.folder, "--stage", "telepathy"],
                                   ["--stage telepathy", "late-pose, hold"])]:
