@@ -10,7 +10,7 @@ namespace tandem {
 namespace {
 
 // Primitives are made when a scene is loaded: with this many points, of a table 0.5 m wide, it takes 0.3 s.
-constexpr std::size_t kPrimitivePoints = 60'000;
+constexpr std::size_t kPrimitivePoints = 20'000;
 // A tessellation is a little smaller than the round shape in it: points moved out to the surface move apart as much.
 constexpr double kOutlineMargin = 0.998;
 // The outer side of a bent sheet is wider than its middle: samples of the middle are this much denser.

@@ -19,7 +19,7 @@ using google::protobuf::Message;
 /// "Message.field" → the numbers behind "default" in its comment; empty where words stand there ("default: …").
 std::map<std::string, std::string> documented_defaults() {
   static const std::regex kMessage(R"(message (\w+) \{.*)");
-  static const std::regex kField(R"(.* (\w+) = \d+; *//.*default(?: ([-.0-9a-z ]+)|:).*)");
+  static const std::regex kField(R"(.* (\w+) = \d+; *//.*default(?: ([-+.0-9a-z ]+)|:).*)");
   std::ifstream file(TANDEM_SCENE_SCHEMA);
   EXPECT_TRUE(file.good()) << TANDEM_SCENE_SCHEMA << " cannot be read";
   std::map<std::string, std::string> defaults;

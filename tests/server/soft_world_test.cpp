@@ -34,6 +34,12 @@ SoftRigid rigid(std::shared_ptr<const ContactShape> shape, double friction) {
   return result;
 }
 
+/// Built once: a table has a hundred thousand points, which nothing here needs.
+const std::shared_ptr<const ContactShape>& table_shape() {
+  static const auto kShape = make_contact_box(Vec3(0.5, 0.4, 0.02));
+  return kShape;
+}
+
 /// A pad above a table whose top is z = 0, and a ball as tool.
 SoftWorldSettings pad_settings(SoftSides anchored, double friction = 0.5) {
   SoftTraits traits;
@@ -42,8 +48,7 @@ SoftWorldSettings pad_settings(SoftSides anchored, double friction = 0.5) {
   traits.X_WS.p = Vec3(0, 0, kPadHeight_m / 2);
   SoftWorldSettings settings;
   settings.bodies.push_back(make_soft_block(Vec3(0.08, 0.08, kPadHeight_m), 0.0134, traits));
-  settings.obstacles.push_back(
-      {rigid(make_contact_box(Vec3(0.5, 0.4, 0.02)), 0.5), {Vec3(0, 0, -0.01), Quat::Identity()}});
+  settings.obstacles.push_back({rigid(table_shape(), 0.5), {Vec3(0, 0, -0.01), Quat::Identity()}});
   settings.tools.push_back(rigid(make_contact_sphere(kBallRadius_m), friction));
   return settings;
 }
