@@ -60,7 +60,7 @@ void record_touch(const Room& room, std::size_t users, RoomBenchResult& result) 
     const TouchSummary touch = room.world().touch(i);
     contacts += touch.contacts;
     result.depth_max_m = std::max(result.depth_max_m, touch.deepest_m);
-    result.force_max_n = std::max(result.force_max_n, touch.force_n);
+    result.force_max_n = std::max({result.force_max_n, touch.force_n, touch.soft_force_n});
   }
   result.contacts_max = std::max(result.contacts_max, contacts);
 }
@@ -72,7 +72,7 @@ RoomBenchResult bench_room(const std::shared_ptr<const LoadedScene>& scene, cons
     throw std::invalid_argument("--users " + std::to_string(settings.hands.size()) + ": the scene has " +
                                 std::to_string(scene->tools.size()) + " tools; ask for fewer users");
   }
-  const auto room = std::make_unique<Room>(RoomId{1}, scene->description.name(), scene);
+  const auto room = std::make_unique<Room>(RoomId{1}, scene->description.name(), scene, World::SoftStepping::kWorker);
   std::vector<std::unique_ptr<Seat>> seats;
   for (std::size_t i = 0; i < settings.hands.size(); ++i) {
     seats.push_back(std::make_unique<Seat>(*room, i, settings.hands[i], settings.seed + i));

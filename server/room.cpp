@@ -5,12 +5,12 @@
 
 namespace tandem {
 
-Room::Room(RoomId id, std::string name, std::shared_ptr<const LoadedScene> scene)
+Room::Room(RoomId id, std::string name, std::shared_ptr<const LoadedScene> scene, World::SoftStepping soft_stepping)
     : id_(id),
       name_(std::move(name)),
       scene_(std::move(scene)),
       period_(from_seconds(1.0 / scene_->description.step_rate_hz())),
-      world_(scene_) {
+      world_(scene_, soft_stepping) {
   for (auto& slot : slots_) slot = std::make_unique<UserSlot>();
   for (std::size_t i = 0; i < scene_->bodies.size(); ++i) {
     if (scene_->bodies[i].mass.mass_kg > 0) moving_bodies_.push_back(body_id_at(i));

@@ -77,7 +77,8 @@ inline constexpr Duration kInputStaleAfter = std::chrono::milliseconds(100);
 
 class Room {
  public:
-  Room(RoomId id, std::string name, std::shared_ptr<const LoadedScene> scene);
+  Room(RoomId id, std::string name, std::shared_ptr<const LoadedScene> scene,
+       World::SoftStepping soft_stepping = World::SoftStepping::kInline);
 
   RoomId id() const { return id_; }
   const std::string& name() const { return name_; }

@@ -112,7 +112,8 @@ class SceneBuilder {
     std::vector<LoadedShape> loaded;
     for (int i = 0; i < shapes.size(); ++i) {
       wire::Shape& shape = shapes[i];
-      LoadedShape& result = loaded.emplace_back(LoadedShape{pose_from_placement(shape.placement()), nullptr, SurfaceKind::kSolid, nullptr});
+      LoadedShape& result = loaded.emplace_back(
+          LoadedShape{pose_from_placement(shape.placement()), nullptr, SurfaceKind::kSolid, nullptr});
       if (shape.has_mesh()) {
         load_mesh(*shape.mutable_mesh(), result, field.in("shapes", static_cast<std::size_t>(i)).in("mesh"));
       } else {

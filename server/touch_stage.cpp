@@ -178,7 +178,8 @@ TickFaults TouchStage::solve(double step_s, std::span<TouchPull> pulls) noexcept
   const std::span results(results_.data(), patches_.size());
   const SolverReport report = solver_.step(step_s, bodies_, couplings_, patches_, results, wrenches);
   for (std::size_t i = 0; i < pulls.size(); ++i) pulls[i].wrench_W = wrenches[i];
-  TickFaults faults = report.has_converged ? 0 : kFaultContactUnsolved;
+  TickFaults faults = 0;
+  if (!report.has_converged) faults |= kFaultContactUnsolved;
   if (report.left_out > 0) faults |= kFaultContactCoarse;
   return faults;
 }

@@ -9,6 +9,8 @@
 
 #include "server/bullet_world.hpp"
 #include "server/molecular_forces.hpp"
+#include "server/soft_scene.hpp"
+#include "server/soft_world.hpp"
 #include "server/tool_hand.hpp"
 #include "server/touch_stage.hpp"
 
@@ -85,7 +87,7 @@ TouchStage::Limits touch_limits(const LoadedScene& scene) {
 
 // Order of members: Bullet's world is destroyed before the bodies that it refers to.
 struct World::Impl {
-  explicit Impl(std::shared_ptr<const LoadedScene> loaded);
+  Impl(std::shared_ptr<const LoadedScene> loaded, SoftStepping soft_stepping);
 
   double step_s() const { return 1.0 / scene->description.step_rate_hz(); }
   RigidState tool_state(const Tool& tool) const;
@@ -96,6 +98,9 @@ struct World::Impl {
   TickFaults apply_field() noexcept;
   void damp() noexcept;
   void describe_things() noexcept;
+  void add_soft_wrenches() noexcept;
+  TickFaults step_soft() noexcept;
+  std::size_t soft_index_of(std::size_t thing) const;
   TickFaults step_touch() noexcept;
   TickFaults settle_hands() noexcept;
   TickFaults guard(RigidBody& rigid, const RigidState& start, bool is_in_bullet) noexcept;
@@ -114,11 +119,13 @@ struct World::Impl {
   std::vector<TouchThing> things;  ///< bodies, then tools
   std::vector<TouchPull> pulls;
   std::vector<std::size_t> pulling;  ///< tool of pulls[i]
+  std::vector<SoftTool> soft_tools;  ///< tools, then bodies
   TouchStage touch;
+  std::unique_ptr<SoftWorld> soft;  ///< null without soft bodies
   BulletWorld bullet;
 };
 
-World::Impl::Impl(std::shared_ptr<const LoadedScene> loaded)
+World::Impl::Impl(std::shared_ptr<const LoadedScene> loaded, SoftStepping soft_stepping)
     : scene(std::move(loaded)),
       gravity(gravity_of(scene->description)),
       coupling(scene->coupling),
@@ -148,6 +155,12 @@ World::Impl::Impl(std::shared_ptr<const LoadedScene> loaded)
   things.resize(bodies.size() + tools.size());
   pulls.reserve(tools.size());
   pulling.reserve(tools.size());
+  soft_tools.resize(things.size());
+  if (!scene->soft_bodies.empty()) {
+    const bool is_inline = soft_stepping == SoftStepping::kInline;
+    soft = std::make_unique<SoftWorld>(soft_world_settings(*scene),
+                                       is_inline ? SoftWorld::Execution::kInline : SoftWorld::Execution::kWorker);
+  }
   poses.resize(bodies.size());
   wrenches.resize(bodies.size());
   for (Body& body : bodies) bullet.add(body.rigid);
@@ -241,8 +254,35 @@ void World::Impl::describe_things() noexcept {
   }
 }
 
+/// Soft bodies list tools first.
+std::size_t World::Impl::soft_index_of(std::size_t thing) const {
+  return thing < bodies.size() ? tools.size() + thing : thing - bodies.size();
+}
+
+/// Evaluated where the things are now: soft bodies are soft enough for that to be stable.
+void World::Impl::add_soft_wrenches() noexcept {
+  for (std::size_t i = 0; i < things.size(); ++i) {
+    TouchThing& thing = things[i];
+    if (thing.role != TouchThing::Role::kOurs && thing.role != TouchThing::Role::kGuest) continue;
+    const Pose X_WT = thing.rigid->state().X;
+    const Wrench wrench = soft_wrench(soft->contact(soft_index_of(i)), X_WT);
+    const Vec3 lever = X_WT.p - thing.rigid->centre_W();
+    thing.wrench_W += {wrench.f, wrench.t + lever.cross(wrench.f)};
+    if (thing.role == TouchThing::Role::kGuest) thing.rigid->apply_wrench(wrench, X_WT.p);
+  }
+}
+
+TickFaults World::Impl::step_soft() noexcept {
+  for (std::size_t i = 0; i < things.size(); ++i) {
+    const TouchThing& thing = things[i];
+    soft_tools[soft_index_of(i)] = {thing.rigid->state().X, thing.role != TouchThing::Role::kAbsent};
+  }
+  return soft->advance(soft_tools);
+}
+
 TickFaults World::Impl::step_touch() noexcept {
   describe_things();
+  if (soft) add_soft_wrenches();
   pulls.clear();
   pulling.clear();
   for (std::size_t i = 0; i < tools.size(); ++i) {
@@ -291,7 +331,8 @@ void World::Impl::end_passing_through(Tool& tool) noexcept {
   if (distance_m(tool, *tool.passes_through, 0) > 0) tool.passes_through.reset();
 }
 
-World::World(std::shared_ptr<const LoadedScene> scene) : impl_(std::make_unique<Impl>(std::move(scene))) {}
+World::World(std::shared_ptr<const LoadedScene> scene, SoftStepping soft_stepping)
+    : impl_(std::make_unique<Impl>(std::move(scene), soft_stepping)) {}
 World::~World() = default;
 
 void World::activate_tool(std::size_t index) {
@@ -376,13 +417,21 @@ TickFaults World::step() noexcept {
   impl_->bullet.step(impl_->step_s());
   faults |= impl_->guard_all();
   faults |= impl_->settle_hands();
+  if (impl_->soft) faults |= impl_->step_soft();
   for (Tool& tool : impl_->tools) impl_->end_passing_through(tool);
   return faults;
 }
 
 TouchSummary World::touch(std::size_t index) const {
-  const TouchContact& contact = impl_->touch.contact(impl_->thing_of(impl_->tools[index]));
-  return {contact.pressing, contact.deepest_m, contact.wrench_W.f.norm()};
+  const std::size_t thing = impl_->thing_of(impl_->tools[index]);
+  const TouchContact& contact = impl_->touch.contact(thing);
+  TouchSummary summary{contact.pressing, contact.deepest_m, contact.wrench_W.f.norm(), 0};
+  if (impl_->soft) {
+    const Tool& tool = impl_->tools[index];
+    const Pose X_W = (tool.held ? impl_->bodies[*tool.held].rigid : tool.rigid).state().X;
+    summary.soft_force_n = soft_wrench(impl_->soft->contact(impl_->soft_index_of(thing)), X_W).f.norm();
+  }
+  return summary;
 }
 
 ToolState World::tool(std::size_t index) const {

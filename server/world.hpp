@@ -27,7 +27,8 @@ struct ToolState {
 struct TouchSummary {
   std::uint32_t contacts = 0;  ///< points that pressed
   double deepest_m = 0;
-  double force_n = 0;  ///< of all contacts together
+  double force_n = 0;       ///< of all contacts together
+  double soft_force_n = 0;  ///< of soft bodies
 };
 
 /// A scene in motion.
@@ -39,14 +40,18 @@ struct TouchSummary {
 ///
 /// Tools and held bodies are stepped by the implicit solver of common/contact (touch_stage.hpp), with coupling, contact
 /// and friction in one solution: no tool is too light and no coupling or surface too stiff. Bullet steps the bodies
-/// that nobody holds; of tools it only sees what they push with.
+/// that nobody holds; of tools it only sees what they push with. Soft bodies step at a rate
+/// of their own (soft_world.hpp).
 ///
 /// The same calls in the same order give the same bits on the same machine.
 ///
 /// Thread  one at a time (the room's)
 class World {
  public:
-  explicit World(std::shared_ptr<const LoadedScene> scene);
+  /// How soft bodies are stepped: within step(), or by a thread of their own. Both give the same bits.
+  enum class SoftStepping { kInline, kWorker };
+
+  explicit World(std::shared_ptr<const LoadedScene> scene, SoftStepping soft_stepping = SoftStepping::kInline);
   ~World();
   World(const World&) = delete;
   World& operator=(const World&) = delete;

@@ -78,13 +78,12 @@ ContactWork ContactPair::find(const Pose& X_WA, const Pose& X_WB, double band_m)
   const Direction b_in_a{*a_->field, X_WA, X_AB, is_a_primary_ ? ContactPoint::kOtherDirection : 0, -1};
   const Direction& first = is_a_primary_ ? a_in_b : b_in_a;
   const Direction& second = is_a_primary_ ? b_in_a : a_in_b;
-  const double band = std::min({band_m, a_->field->band_m(), b_->field->band_m()});
 
-  ContactWork work = primary_.refresh(first.X_FP, band);
-  work += other_.refresh(second.X_FP, band);
-  search(primary_, first, band);
+  ContactWork work = primary_.refresh(first.X_FP, band_m);
+  work += other_.refresh(second.X_FP, band_m);
+  search(primary_, first, band_m);
   now_.first_of_other = now_.points.size();
-  search(other_, second, band);
+  search(other_, second, band_m);
 
   const Eigen::Matrix3d turn = (X_WB.q * q_WB_before_.conjugate()).toRotationMatrix();
   carry_bristles(0, now_.first_of_other, 0, before_.first_of_other, turn);

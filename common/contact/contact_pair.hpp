@@ -50,7 +50,7 @@ class ContactPair {
   ///
   /// Model   while the budget holds, the result depends on the poses alone, not on those before. Beyond it, points are
   ///         merged where contact is shallowest; their areas add up
-  /// In      band_m  more than either field's `band_m()` is cut to that
+  /// In      band_m  beyond a field's `band_m()` depths are as good as its sample(): to look ahead in fast motion
   /// Fails   no contact for a pose that is not finite
   ContactWork find(const Pose& X_WA, const Pose& X_WB, double band_m) noexcept;
 

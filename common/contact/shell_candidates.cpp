@@ -18,8 +18,8 @@ constexpr double kFineAgain = 0.8;
 constexpr double kDepthMatters = 0.1;
 // Parts of a shell: their balls are small, so that they move little when the shape turns.
 constexpr std::size_t kParts = 64;
-// Points of a leaf whose distances differ by less than this act as one: where flat meets flat, the resolution of contact
-// is a leaf (a millimetre or two), and its work an eighth. A few quanta of a distance grid.
+// Points of a leaf whose distances differ by less than this act as one: where flat meets flat, the resolution of
+// contact is a leaf (a millimetre or two), and its work an eighth. A few quanta of a distance grid.
 constexpr double kFlat_m = 1e-6;
 // Room for rounding: candidates keep distances in single precision.
 constexpr double kRounding_m = 1e-8;

@@ -82,7 +82,8 @@ std::vector<std::unique_ptr<Room>> open_rooms(const Options& options) {
         throw std::invalid_argument("two rooms are called \"" + name + "\"; name them with --room");
       }
     }
-    rooms.push_back(std::make_unique<Room>(RoomId{static_cast<std::uint32_t>(i + 1)}, name, scene));
+    rooms.push_back(
+        std::make_unique<Room>(RoomId{static_cast<std::uint32_t>(i + 1)}, name, scene, World::SoftStepping::kWorker));
   }
   return rooms;
 }
