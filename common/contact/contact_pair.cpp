@@ -15,11 +15,13 @@ double area_m2(const ContactShape& shape) {
   return shape.shells.surface.nodes.empty() ? 0 : shape.shells.surface.nodes[0].mean.area_m2;
 }
 
-// Whether `a` gives all of its points, and `b` its features alone.
+bool is_fine(const ContactShape& shape) {
+  return shape.shells.surface.spacing_m <= kFineSpacing_m && !shape.shells.surface.nodes.empty();
+}
+
+// Whether `a` gives all of its points first.
 bool is_primary(const ContactShape& a, const ContactShape& b) {
-  const bool is_a_fine = a.shells.surface.spacing_m <= kFineSpacing_m && !a.shells.surface.nodes.empty();
-  const bool is_b_fine = b.shells.surface.spacing_m <= kFineSpacing_m && !b.shells.surface.nodes.empty();
-  if (is_a_fine != is_b_fine) return is_a_fine;
+  if (is_fine(a) != is_fine(b)) return is_fine(a);
   return area_m2(a) <= area_m2(b);
 }
 
@@ -37,10 +39,11 @@ struct ContactPair::Direction {
   Pose X_FP;
   std::uint32_t id_bits = 0;
   double sign = 1;  ///< of the field's gradient, so that it points out of B
+  double share = 1;  ///< of the points' area
 };
 
 ContactPair::ContactPair(const ContactBudget& budget)
-    : budget_(std::max(8U, budget.points)), primary_(budget_), other_(budget_ / 4) {
+    : budget_(std::max(8U, budget.points)), primary_(budget_), other_(budget_ / 2) {
   for (Found* found : {&now_, &before_}) {
     found->points.reserve(budget_);
     found->counts.reserve(budget_);
@@ -59,10 +62,14 @@ void ContactPair::bind(const ContactShape* a, const ContactShape* b) noexcept {
   is_a_primary_ = is_primary(*a, *b);
   const ContactShape& first = is_a_primary_ ? *a : *b;
   const ContactShape& second = is_a_primary_ ? *b : *a;
-  const std::uint32_t for_features = second.shells.features.nodes.empty() ? 0 : budget_ / 4;
+  // A blunt tip that goes in between the other's points is deep as seen from its own points alone: where both shells are
+  // fine, each gives all of its points, for half of their area.
+  is_mutual_ = is_fine(*a) && is_fine(*b);
+  const PointShell& others = is_mutual_ ? second.shells.surface : second.shells.features;
+  const std::uint32_t for_others = others.nodes.empty() ? 0 : budget_ / (is_mutual_ ? 2 : 4);
   primary_.bind(&first.shells.surface, ball_around(first), second.field.get(), ball_around(second),
-                budget_ - for_features);
-  other_.bind(&second.shells.features, ball_around(second), first.field.get(), ball_around(first), for_features);
+                budget_ - for_others);
+  other_.bind(&others, ball_around(second), first.field.get(), ball_around(first), for_others);
 }
 
 ContactWork ContactPair::find(const Pose& X_WA, const Pose& X_WB, double band_m) noexcept {
@@ -74,8 +81,9 @@ ContactWork ContactPair::find(const Pose& X_WA, const Pose& X_WB, double band_m)
 
   const Pose X_BA = X_WB.inverse() * X_WA;
   const Pose X_AB = X_WA.inverse() * X_WB;
-  const Direction a_in_b{*b_->field, X_WB, X_BA, is_a_primary_ ? 0 : ContactPoint::kOtherDirection, 1};
-  const Direction b_in_a{*a_->field, X_WA, X_AB, is_a_primary_ ? ContactPoint::kOtherDirection : 0, -1};
+  const double share = is_mutual_ ? 0.5 : 1;
+  const Direction a_in_b{*b_->field, X_WB, X_BA, is_a_primary_ ? 0 : ContactPoint::kOtherDirection, 1, share};
+  const Direction b_in_a{*a_->field, X_WA, X_AB, is_a_primary_ ? ContactPoint::kOtherDirection : 0, -1, share};
   const Direction& first = is_a_primary_ ? a_in_b : b_in_a;
   const Direction& second = is_a_primary_ ? b_in_a : a_in_b;
 
@@ -107,7 +115,7 @@ void ContactPair::search(ShellCandidates& candidates, const Direction& direction
       point.p_W = R_WF * p_F + direction.X_WF.p;
       point.normal_W = R_out * sample.gradient.normalized();
       point.depth_m = -sample.distance_m;
-      point.area_m2 = candidate.area_m2;
+      point.area_m2 = direction.share * candidate.area_m2;
       point.id = candidate.first | direction.id_bits;
       now_.counts.push_back(candidate.count);
     }

@@ -33,9 +33,9 @@ struct ContactBudget {
 /// The contacts of shape A with shape B, searched each step. Remembers the candidates of the last walk of the tree and
 /// how far the shapes may move before they are not enough.
 ///
-/// Model   all surface points of the shape with the smaller surface against the distance field of the other, and the
-///         feature points of the other against the field of the first. A shape whose shell is wider than 0.5 mm gives
-///         its features alone when the other's is not
+/// Model   the surface points of each shape against the distance field of the other, each for half of its area. A shape
+///         whose shell is wider than 0.5 mm (a large primitive) gives its feature points alone; the other's then stand
+///         for their whole area
 /// Thread  one at a time
 class ContactPair {
  public:
@@ -74,6 +74,7 @@ class ContactPair {
   const ContactShape* b_ = nullptr;
   std::uint32_t budget_;
   bool is_a_primary_ = true;
+  bool is_mutual_ = false;  ///< all points of both
   ShellCandidates primary_;
   ShellCandidates other_;
   Found now_;

@@ -18,7 +18,7 @@ namespace tandem {
 struct DistanceGridOptions {
   double cell_m = 8e-4;       ///< largest cell edge near the surface; cells are halved up to twice where needed
   double tolerance_m = 3e-5;  ///< largest interpolation error near the surface that does not halve the cells
-  double band_m = 1.5e-3;     ///< distances up to this are sampled at full resolution
+  double band_m = 2.5e-3;     ///< distances up to this are sampled at full resolution
   /// A sheet is felt as a plate of this thickness around it.
   double sheet_thickness_m = 1e-3;
   int threads = 2;

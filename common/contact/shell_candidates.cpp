@@ -16,6 +16,8 @@ constexpr double kStepsPerWalk = 2;
 constexpr double kFineAgain = 0.8;
 // Weight of depth against error of force in choosing what to refine; between 0.03 and 0.3 it changes little.
 constexpr double kDepthMatters = 0.1;
+// More than any gain: goes first.
+constexpr double kDeepestFirst_m = 1;
 // Parts of a shell: their balls are small, so that they move little when the shape turns.
 constexpr std::size_t kParts = 64;
 // Points of a leaf whose distances differ by less than this act as one: where flat meets flat, the resolution of
@@ -247,7 +249,7 @@ bool ShellCandidates::gather_all(std::uint32_t root, double reach_m) noexcept {
 //
 // A node that lies wholly inside or outside may be replaced by its mean, for force is linear in depth; one that the
 // other surface cuts through may not. A flat node at an angle to the surface, or one around an edge, spans `rise` in
-// depth. A little for the depth itself, so that what is deepest is known best.
+// depth. A little for the depth itself, and what holds the deepest point before all else: that one is never merged.
 void ShellCandidates::open_node(std::uint32_t index, double reach_m) noexcept {
   const ShellNode& node = shell_->nodes[index];
   ++work_.nodes;
@@ -257,7 +259,9 @@ void ShellCandidates::open_node(std::uint32_t index, double reach_m) noexcept {
   const double rise = node.radius_m * normal_F.cross(sample.gradient).norm();
   const double depth = -sample.distance_m;
   const double error = depth > rise ? 0 : std::max(0.0, depth + rise);
-  cut_.push_back({static_cast<float>(error + kDepthMatters * (depth + node.radius_m)), index});
+  const bool has_deepest = deepest_point_ >= node.first && deepest_point_ < node.first + node.count;
+  const double first = has_deepest ? kDeepestFirst_m : 0;
+  cut_.push_back({static_cast<float>(first + error + kDepthMatters * (depth + node.radius_m)), index});
 }
 
 // False, and nothing gathered: its points do not fit into `room`.
@@ -306,6 +310,7 @@ void ShellCandidates::gather_coarse(double reach_m) noexcept {
   candidates_.clear();
   cut_.clear();
   fine_count_ = 0;
+  deepest_point_ = find_deepest();
   open_node(0, reach_m);
   while (!cut_.empty()) {
     std::pop_heap(cut_.begin(), cut_.end(), best_last);
@@ -325,6 +330,29 @@ void ShellCandidates::gather_coarse(double reach_m) noexcept {
   }
   std::sort(candidates_.begin(), candidates_.end(),
             [](const ShellCandidate& a, const ShellCandidate& b) { return a.first < b.first; });
+}
+
+// No point inside: one that is not there.
+std::uint32_t ShellCandidates::find_deepest() noexcept {
+  const auto& nodes = shell_->nodes;
+  double deepest = 0;
+  auto point = std::numeric_limits<std::uint32_t>::max();
+  for (std::uint32_t i = 0; i < nodes.size();) {
+    const ShellNode& node = nodes[i];
+    ++work_.nodes;
+    const bool may_be_deeper = -distance_at(node.centre_S) + node.radius_m > deepest;
+    if (may_be_deeper && node.is_leaf) {
+      for (std::uint32_t k = node.first; k < node.first + node.count; ++k) {
+        const double depth = -distance_at(shell_->points[k].p_S);
+        if (depth <= deepest) continue;
+        deepest = depth;
+        point = k;
+      }
+      work_.points += node.count;
+    }
+    i = may_be_deeper && !node.is_leaf ? i + 1 : node.next;
+  }
+  return point;
 }
 
 void ShellCandidates::gather_leaf_coarse(const ShellNode& node, double reach_m, std::size_t used) noexcept {

@@ -105,6 +105,7 @@ class ShellCandidates {
   bool gather_leaf(const ShellNode& node, double reach_m, std::size_t room) noexcept;
   void merge_from(std::size_t begin) noexcept;
   void gather_coarse(double reach_m) noexcept;
+  std::uint32_t find_deepest() noexcept;
   void gather_leaf_coarse(const ShellNode& node, double reach_m, std::size_t used) noexcept;
   void gather_halves(const ShellNode& leaf, double reach_m) noexcept;
   void gather_mean(const ShellNode& node) noexcept;
@@ -131,7 +132,8 @@ class ShellCandidates {
   Eigen::Matrix3d R_FP_ = Eigen::Matrix3d::Identity();
   Vec3 p_FP_ = Vec3::Zero();
   double reach_m_ = 0;
-  std::size_t fine_count_ = 0;  ///< at least how many candidates a coarse walk would have had as points
+  std::uint32_t deepest_point_ = 0;  ///< of a coarse walk
+  std::size_t fine_count_ = 0;       ///< at least how many candidates a coarse walk would have had as points
   ContactWork work_;
 };
 
