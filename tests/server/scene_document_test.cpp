@@ -72,7 +72,8 @@ void expect_defaults_documented(const std::map<std::string, std::string>& docume
 TEST(SceneDocument, DefaultsBesideTheFieldsAreThoseOfTheLoader) {
   const std::map<std::string, std::string> documented = documented_defaults();
   // Nothing in this scene but what must be there.
-  const auto loaded = load_parts({.rest = R"("molecular_field": {}, "soft_bodies": [{"name": "s", "block": {"size_m": [1, 1, 1]}}])"});
+  const auto loaded =
+      load_parts({.rest = R"("molecular_field": {}, "soft_bodies": [{"name": "s", "block": {"size_m": [1, 1, 1]}}])"});
   const wire::Scene& scene = loaded->description;
   expect_defaults_documented(documented, scene);
   expect_defaults_documented(documented, scene.bodies(0));

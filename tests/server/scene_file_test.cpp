@@ -383,7 +383,8 @@ TEST_P(ShippedScene, Loads) {
   EXPECT_EQ(scene->tools.size(), 2U);
 }
 INSTANTIATE_TEST_SUITE_P(SceneFile, ShippedScene,
-                         ::testing::Values("peg_in_hole", "two_boxes", "bunny", "docking_helices", "soft_pad"),
+                         ::testing::Values("peg_in_hole", "two_boxes", "bunny", "two_bunnies", "docking_helices",
+                                           "soft_pad"),
                          [](const auto& test) { return test.param; });
 
 }  // namespace

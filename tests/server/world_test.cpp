@@ -529,6 +529,43 @@ TEST(ShippedScenes, ToolLiesOnTheBunnyAndNotInIt) {
   EXPECT_LT(nearest, 0.0050);
 }
 
+TEST(ShippedScenes, TwoBunniesPressOnEachOtherEquallyAndCalmly) {
+  TANDEM_LOAD_OR_SKIP(scene, "two_bunnies");
+  World world(scene);
+  for (const std::size_t tool : {0U, 1U}) world.activate_tool(tool);
+  for (int i = 0; i <= 4000; ++i) {
+    world.set_handle(0, at({0, 0, 0.05}));
+    world.set_handle(1, at({0.03, 0, 0.15 - 2e-5 * std::min(i, 2500)}));
+    world.step();
+  }
+  EXPECT_GT(world.touch(0).contacts, 3U);
+  EXPECT_NEAR(world.touch(0).force_n, world.touch(1).force_n, 1e-9) << "action and reaction";
+  EXPECT_GT(world.touch(0).force_n, 0.5);
+  EXPECT_LT(world.touch(0).deepest_m, 5e-4);
+  for (const std::uint32_t body : {1U, 2U}) EXPECT_LT(world.body(BodyId{body}).V.v.norm(), 1e-3) << body;
+}
+
+TEST(ShippedScenes, SoftPadPushesBackMoreTheDeeperItIsPressed) {
+  TANDEM_LOAD_OR_SKIP(scene, "soft_pad");
+  World world(scene);
+  world.activate_tool(0);
+  std::array<double, 3> force_n{};
+  // The pad's top is at 40 mm, the ball's radius 10 mm.
+  for (std::size_t level = 0; level < force_n.size(); ++level) {
+    const double z = 0.055 - 0.008 * static_cast<double>(level);
+    for (int i = 0; i < 1500; ++i) {
+      world.set_handle(0, at({-0.02, 0, z}));
+      world.step();
+    }
+    force_n[level] = world.tool(0).wrench_on_hand_W.f.z();
+    EXPECT_LT(world.tool(0).tool.V.v.norm(), 2e-3) << level;
+  }
+  EXPECT_NEAR(force_n[0], 0, 1e-3) << "above the pad";
+  EXPECT_GT(force_n[1], 0.1);
+  EXPECT_GT(force_n[2], 1.5 * force_n[1]);
+  EXPECT_NEAR(world.touch(0).soft_force_n, force_n[2], 0.1 * force_n[2]) << "the hand feels what the pad does";
+}
+
 TEST(ShippedScenes, HelicesPullEachOtherTogetherAndRest) {
   TANDEM_LOAD_OR_SKIP(scene, "docking_helices");
   World world(scene);
