@@ -7,11 +7,18 @@
 namespace tandem {
 namespace {
 
-// Slack is worth its price (more candidates a step) when a walk is spared often enough. Half or twice these values cost
-// a few per cent (measured on two bunnies that slide over each other at 0.01 to 0.5 m/s).
-constexpr double kSlackMin_m = 2e-4;
-constexpr double kSlackMax_m = 2e-3;
-constexpr double kStepsPerWalk = 2;
+// What comes within the band is looked for this much farther out, so that not every step opens something.
+constexpr double kAheadMin_m = 1e-4;
+constexpr double kAheadMax_m = 1e-3;
+constexpr double kStepsAhead = 2;
+// A part that has travelled so far is walked anew when there is occasion, for what it left behind; and must be when
+// travel would take the resolution from distances in single precision.
+constexpr double kRenew_m = 1e-3;
+constexpr double kRenewAlways_m = 0.05;
+// Candidates that are kept for each that may be near: most wait farther out.
+constexpr std::size_t kKeptPerNear = 6;
+// A coarse list holds while nothing has moved farther.
+constexpr double kCoarseSlack_m = 2e-4;
 // Of a capacity, what a list must shrink to before it is fine again: no flicker between fine and coarse.
 constexpr double kFineAgain = 0.8;
 // Weight of depth against error of force in choosing what to refine; between 0.03 and 0.3 it changes little.
@@ -20,11 +27,14 @@ constexpr double kDepthMatters = 0.1;
 constexpr double kDeepestFirst_m = 1;
 // Parts of a shell: their balls are small, so that they move little when the shape turns.
 constexpr std::size_t kParts = 64;
-// Points of a leaf whose distances differ by less than this act as one: where flat meets flat, the resolution of
-// contact is a leaf (a millimetre or two), and its work an eighth. A few quanta of a distance grid.
+// Points of a leaf whose distances differ by less than this act as one. A few quanta of a distance grid.
 constexpr double kFlat_m = 1e-6;
+// How far a leaf may slide until all of its points are asked again: an edge of the other shape may have come under it by
+// then, but by less than half of what points resolve.
+constexpr double kFlatSlide_m = 2e-4;
 // Room for rounding: candidates keep distances in single precision.
-constexpr double kRounding_m = 1e-8;
+constexpr double kRounding_m = 1e-7;
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 }  // namespace
 
@@ -38,8 +48,7 @@ ContactWork& ContactWork::operator+=(const ContactWork& other) {
 
 ShellCandidates::ShellCandidates(std::uint32_t capacity) : capacity_(capacity) {
   parts_.reserve(kParts);
-  candidates_.reserve(capacity + 1);
-  old_candidates_.reserve(capacity + 1);
+  candidates_.reserve(kKeptPerNear * capacity + kParts);
   cut_.reserve(std::max<std::size_t>(capacity, kParts) + 2);
 }
 
@@ -49,10 +58,10 @@ void ShellCandidates::bind(const PointShell* shell, const BoundingBall& points, 
   field_ = field;
   points_ = points;
   solid_ = solid;
-  capacity_ = std::min<std::uint32_t>(capacity, static_cast<std::uint32_t>(candidates_.capacity()) - 1);
+  capacity_ = std::min<std::uint32_t>(capacity, static_cast<std::uint32_t>(cut_.capacity()) - 2);
+  margin_m_ = 2 * field->error_m() + kRounding_m;
   candidates_.clear();
   is_coarse_ = false;
-  slack_limit_m_ = kSlackMax_m;
   gap_m_ = -1;
   divide(kParts);
 }
@@ -85,163 +94,227 @@ void ShellCandidates::divide(std::size_t parts) noexcept {
 ContactWork ShellCandidates::refresh(const Pose& X_FP, double band_m) noexcept {
   work_ = {};
   if (parts_.empty() || is_out_of_reach(X_FP, band_m)) return work_;
-  R_FP_ = X_FP.q.toRotationMatrix();
-  p_FP_ = X_FP.p;
-  bool is_expired = false;
-  for (ShellPart& part : parts_) is_expired = has_expired(part, X_FP, band_m) || is_expired;
-  if (is_expired) {
-    work_.is_refreshed = true;
-    if (is_coarse_) {
-      walk_coarse(X_FP, band_m + kSlackMin_m);
-    } else if (!walk_expired(X_FP, band_m)) {
-      // Slack must not make contact coarse: with the least of it, all may still fit.
-      slack_limit_m_ = kSlackMin_m;
-      if (!walk_all(X_FP, band_m + kSlackMin_m)) walk_coarse(X_FP, band_m + kSlackMin_m);
+  step_m_ = travel(X_FP);
+  has_renewed_ = false;
+  if (is_coarse_ && parts_[0].travel_m + band_m > reach_m_) {
+    walk_coarse(band_m);
+    if (fine_count_ < kFineAgain * capacity_) {
+      is_coarse_ = false;
+      divide(kParts);
     }
   }
-  remember_gap(X_FP, band_m);
+  if (!is_coarse_ && !update_all(band_m)) coarsen(band_m);
+  remember_gap();
   work_.is_coarse = is_coarse_;
   return work_;
 }
 
-// Far apart, one look at the poses is enough.
-bool ShellCandidates::is_out_of_reach(const Pose& X_FP, double band_m) noexcept {
-  if (gap_m_ < 0) return false;
-  const double chord = 2 * (X_FP_gap_.q.conjugate() * X_FP.q).vec().norm();
-  const double motion = (X_FP * points_.centre_S - X_FP_gap_ * points_.centre_S).norm() + chord * points_.radius_m;
-  return motion + band_m <= gap_m_;
-}
-
-void ShellCandidates::remember_gap(const Pose& X_FP, double band_m) noexcept {
-  gap_m_ = -1;
-  if (!candidates_.empty()) return;
-  gap_m_ = std::numeric_limits<double>::infinity();
-  for (const ShellPart& part : parts_) gap_m_ = std::min(gap_m_, part.reach_m - part.motion_m);
-  gap_m_ = std::max(gap_m_, band_m);
-  X_FP_gap_ = X_FP;
-}
-
-double ShellCandidates::motion_of(const ShellPart& part, const Pose& X_FP) const {
-  const ShellNode& node = shell_->nodes[part.node];
-  const double chord = 2 * (part.q_FP.conjugate() * X_FP.q).vec().norm();
-  // Seen from the field, the points moved; seen from the points, the solid did. Distances change by the smaller of
-  // both: a small tool may turn above a large table.
-  const Vec3 centre_F = R_FP_ * node.centre_S.cast<double>() + p_FP_;
-  const double of_points = (centre_F - part.centre_F).norm() + chord * node.radius_m;
-  const Vec3 solid_P = R_FP_.transpose() * (solid_.centre_S - p_FP_);
-  return std::min(of_points, (solid_P - part.solid_P).norm() + chord * solid_.radius_m);
-}
-
-bool ShellCandidates::has_expired(ShellPart& part, const Pose& X_FP, double band_m) const {
-  if (!part.is_walked) return true;
-  ++part.steps_since;
-  part.motion_m = motion_of(part, X_FP);
-  return part.motion_m + band_m > part.reach_m;
-}
-
-// Faster parts get more slack, so that a walk lasts for some steps.
-double ShellCandidates::slack_of(const ShellPart& part) const {
-  const double motion_a_step = part.is_walked ? part.motion_m / std::max(1U, part.steps_since) : 0;
-  return std::clamp(kStepsPerWalk * motion_a_step, kSlackMin_m, slack_limit_m_);
-}
-
-void ShellCandidates::begin_walk(ShellPart& part, const Pose& X_FP) noexcept {
-  part.begin = static_cast<std::uint32_t>(candidates_.size());
-  part.is_walked = true;
-  part.motion_m = 0;
-  part.steps_since = 0;
-  part.centre_F = R_FP_ * shell_->nodes[part.node].centre_S.cast<double>() + p_FP_;
-  part.solid_P = R_FP_.transpose() * (solid_.centre_S - p_FP_);
-  part.q_FP = X_FP.q;
-  reach_m_ = std::numeric_limits<double>::infinity();
-}
-
-void ShellCandidates::end_walk(ShellPart& part) noexcept {
-  part.count = static_cast<std::uint32_t>(candidates_.size()) - part.begin;
-  part.reach_m = reach_m_;
-}
-
-// False: there are more than fit.
-bool ShellCandidates::walk_expired(const Pose& X_FP, double band_m) noexcept {
-  std::swap(candidates_, old_candidates_);
-  candidates_.clear();
-  for (ShellPart& part : parts_) {
-    if (!part.is_walked || part.motion_m + band_m > part.reach_m) {
-      const double slack = slack_of(part);
-      begin_walk(part, X_FP);
-      if (!gather_all(part.node, band_m + slack)) return false;
-      end_walk(part);
-    } else {
-      if (candidates_.size() + part.count > capacity_) return false;
-      const auto from = old_candidates_.begin() + part.begin;
-      part.begin = static_cast<std::uint32_t>(candidates_.size());
-      candidates_.insert(candidates_.end(), from, from + part.count);
-    }
-  }
-  if (2 * candidates_.size() < capacity_) slack_limit_m_ = std::min(kSlackMax_m, 1.25 * slack_limit_m_);
-  return true;
-}
-
-bool ShellCandidates::walk_all(const Pose& X_FP, double reach_m) noexcept {
-  candidates_.clear();
-  for (ShellPart& part : parts_) {
-    begin_walk(part, X_FP);
-    if (!gather_all(part.node, reach_m)) return false;
-    end_walk(part);
-  }
-  return true;
-}
-
-void ShellCandidates::walk_coarse(const Pose& X_FP, double reach_m) noexcept {
-  if (is_coarse_) {
-    walk_whole(X_FP, reach_m);
-    if (fine_count_ > kFineAgain * capacity_) return;
-    // That count was a lower bound: all may be too many still.
-    divide(kParts);
-    is_coarse_ = !walk_all(X_FP, reach_m);
-    if (!is_coarse_) return;
-  }
+ContactWork ShellCandidates::coarsen(double band_m) noexcept {
   divide(1);
   is_coarse_ = true;
-  walk_whole(X_FP, reach_m);
+  walk_coarse(band_m);
+  remember_gap();
+  work_.is_coarse = true;
+  return work_;
 }
 
-void ShellCandidates::walk_whole(const Pose& X_FP, double reach_m) noexcept {
-  candidates_.clear();
-  begin_walk(parts_[0], X_FP);
-  gather_coarse(reach_m);
-  end_walk(parts_[0]);
+// Far apart, one look at the poses is enough.
+bool ShellCandidates::is_out_of_reach(const Pose& X_FP, double band_m) const noexcept {
+  if (gap_m_ < 0) return false;
+  const double chord = 2 * (X_FP_.q.conjugate() * X_FP.q).vec().norm();
+  const double motion = (X_FP * points_.centre_S - X_FP_ * points_.centre_S).norm() + chord * points_.radius_m;
+  return motion + band_m + margin_m_ <= gap_m_;
 }
 
-double ShellCandidates::distance_at(const Eigen::Vector3f& p_P) const {
-  return field_->distance_m(R_FP_ * p_P.cast<double>() + p_FP_);
+void ShellCandidates::remember_gap() noexcept {
+  gap_m_ = is_coarse_ ? reach_m_ - parts_[0].travel_m : kInfinity;
+  for (const ShellPart& part : parts_) gap_m_ = std::min(gap_m_, part.due_m - part.travel_m);
 }
 
-// What is not reached limits how far the list reaches: often much farther than was asked for.
-bool ShellCandidates::is_reached(double nearest_m, double reach_m) noexcept {
-  const double nearest = nearest_m - 2 * field_->error_m() - kRounding_m;
-  if (nearest <= reach_m) return true;
-  reach_m_ = std::min(reach_m_, nearest);
-  return false;
+// Seen from the field, the points moved; seen from the points, the solid did. Distances change by the smaller of both:
+// a small tool may turn above a large table. Returns the largest motion of a part.
+double ShellCandidates::travel(const Pose& X_FP) noexcept {
+  const Eigen::Matrix3d R_before = R_FP_;
+  const Eigen::Matrix3d R_now = X_FP.q.toRotationMatrix();
+  const Eigen::Matrix3d turn = R_now - R_before;
+  const Vec3 shift = X_FP.p - X_FP_.p;
+  const double chord = 2 * (X_FP_.q.conjugate() * X_FP.q).vec().norm();
+  const Vec3 solid_before = R_before.transpose() * (solid_.centre_S - X_FP_.p);
+  const Vec3 solid_now = R_now.transpose() * (solid_.centre_S - X_FP.p);
+  const double of_solid = (solid_now - solid_before).norm() + chord * solid_.radius_m;
+  double largest = 0;
+  for (ShellPart& part : parts_) {
+    const ShellNode& node = shell_->nodes[part.node];
+    const double of_points = (turn * node.centre_S.cast<double>() + shift).norm() + chord * node.radius_m;
+    const double motion = std::min(of_points, of_solid);
+    part.travel_m += motion;
+    largest = std::max(largest, motion);
+  }
+  X_FP_ = X_FP;
+  R_FP_ = R_now;
+  return largest;
+}
+
+bool ShellCandidates::is_checked(const ShellPart& part, const ShellCandidate& leaf) const {
+  return part.travel_m - leaf.checked_m <= kFlatSlide_m;
 }
 
 // False: there are more than fit.
-bool ShellCandidates::gather_all(std::uint32_t root, double reach_m) noexcept {
+bool ShellCandidates::update_all(double band_m) noexcept {
+  return std::all_of(parts_.begin(), parts_.end(), [&](ShellPart& part) { return update(part, band_m); });
+}
+
+bool ShellCandidates::update(ShellPart& part, double band_m) noexcept {
+  const bool is_worn = part.travel_m > kRenewAlways_m;
+  if (part.is_walked && !is_worn && part.open_m > reach_m(part, band_m) && part.check_m > part.travel_m) return true;
+  work_.is_refreshed = true;
+  const bool is_old = is_worn || (part.travel_m > kRenew_m && !has_renewed_);
+  if (!part.is_walked || is_old) {
+    has_renewed_ = part.is_walked;
+    begin_walk(part);
+  }
+  if (rebuild(part, band_m)) return true;
+  compact();
+  return rebuild(part, band_m);
+}
+
+void ShellCandidates::begin_walk(ShellPart& part) noexcept {
+  part.is_walked = false;
+  part.begin = part.count = 0;
+  part.travel_m = 0;
+}
+
+// Puts the part's candidates once more at the end, those opened that must be. False: it did not fit, and is as before.
+bool ShellCandidates::rebuild(ShellPart& part, double band_m) noexcept {
+  const ShellPart before = part;
+  const std::size_t begin = candidates_.size();
+  part.due_m = part.open_m = part.check_m = kInfinity;
+  is_full_ = false;
+  if (part.is_walked) {
+    for (std::uint32_t i = 0; i < before.count && !is_full_; ++i) replace(part, candidates_[before.begin + i], band_m);
+  } else {
+    open(part, part.node, band_m);
+  }
+  if (is_full_) {
+    candidates_.resize(begin);
+    part = before;
+    return false;
+  }
+  part.is_walked = true;
+  part.begin = static_cast<std::uint32_t>(begin);
+  part.count = static_cast<std::uint32_t>(candidates_.size() - begin);
+  return true;
+}
+
+// Drops what parts have left behind.
+void ShellCandidates::compact() noexcept {
+  std::array<ShellPart*, kParts + 1> by_begin;
+  const auto end = std::transform(parts_.begin(), parts_.end(), by_begin.begin(), [](ShellPart& part) { return &part; });
+  std::sort(by_begin.begin(), end, [](const ShellPart* a, const ShellPart* b) { return a->begin < b->begin; });
+  std::uint32_t size = 0;
+  for (auto part = by_begin.begin(); part != end; ++part) {
+    const auto from = candidates_.begin() + (*part)->begin;
+    std::copy(from, from + (*part)->count, candidates_.begin() + size);
+    (*part)->begin = size;
+    size += (*part)->count;
+  }
+  candidates_.resize(size);
+}
+
+void ShellCandidates::replace(ShellPart& part, const ShellCandidate& old, double band_m) noexcept {
+  const bool is_near = old.nearest_m <= reach_m(part, band_m);
+  if (is_near && old.kind == ShellCandidate::Kind::kUnopened) {
+    open(part, old.node, band_m);
+  } else if (is_near && old.kind == ShellCandidate::Kind::kFlatLeaf && !is_checked(part, old)) {
+    open_leaf(part, old.node);
+  } else {
+    put(part, old);
+    if (old.kind == ShellCandidate::Kind::kUnopened) part.open_m = std::min<double>(part.open_m, old.nearest_m);
+    if (old.kind == ShellCandidate::Kind::kFlatLeaf) {
+      const double near_at_m = old.nearest_m - band_m - margin_m_;
+      part.check_m = std::min(part.check_m, std::max(near_at_m, old.checked_m + kFlatSlide_m));
+    }
+  }
+}
+
+void ShellCandidates::put(ShellPart& part, const ShellCandidate& candidate) noexcept {
+  if (candidates_.size() == candidates_.capacity()) {
+    is_full_ = true;
+    return;
+  }
+  candidates_.push_back(candidate);
+  part.due_m = std::min<double>(part.due_m, candidate.nearest_m);
+}
+
+// What is below a node: down to the points where it is near, as few nodes as possible elsewhere.
+void ShellCandidates::open(ShellPart& part, std::uint32_t root, double band_m) noexcept {
+  const double open_m = band_m + margin_m_ + std::clamp(kStepsAhead * step_m_, kAheadMin_m, kAheadMax_m);
   const auto& nodes = shell_->nodes;
   const std::uint32_t end = nodes[root].next;
-  for (std::uint32_t i = root; i < end;) {
+  for (std::uint32_t i = root; i < end && !is_full_;) {
     const ShellNode& node = nodes[i];
     ++work_.nodes;
-    if (!is_reached(distance_at(node.centre_S) - node.radius_m, reach_m)) {
+    const double nearest_m = distance_at(node.centre_S) - node.radius_m;
+    if (nearest_m > open_m) {
+      const auto nearest = static_cast<float>(nearest_m + part.travel_m);
+      put(part, {node.centre_S, 0, nearest, 0, node.first, node.count, i, ShellCandidate::Kind::kUnopened});
+      part.open_m = std::min<double>(part.open_m, nearest);
       i = node.next;
     } else if (node.is_leaf) {
-      if (!gather_leaf(node, reach_m, capacity_ - candidates_.size())) return false;
+      open_leaf(part, i);
       i = node.next;
     } else {
       ++i;
     }
   }
-  return true;
+}
+
+void ShellCandidates::open_leaf(ShellPart& part, std::uint32_t index) noexcept {
+  const ShellNode& leaf = shell_->nodes[index];
+  std::array<double, kShellLeafPoints> distances;
+  double nearest = kInfinity;
+  double farthest = -kInfinity;
+  work_.points += leaf.count;
+  for (std::uint32_t i = 0; i < leaf.count; ++i) {
+    distances[i] = distance_at(shell_->points[leaf.first + i].p_S);
+    nearest = std::min(nearest, distances[i]);
+    farthest = std::max(farthest, distances[i]);
+  }
+  if (leaf.count > 1 && farthest - nearest < kFlat_m) {
+    put(part, {leaf.mean.p_S, leaf.mean.area_m2, static_cast<float>(nearest + part.travel_m),
+               static_cast<float>(part.travel_m), leaf.first, leaf.count, index, ShellCandidate::Kind::kFlatLeaf});
+    part.check_m = std::min(part.check_m, part.travel_m + kFlatSlide_m);
+    return;
+  }
+  for (std::uint32_t i = 0; i < leaf.count; ++i) {
+    const ShellPoint& point = shell_->points[leaf.first + i];
+    const auto nearest_m = static_cast<float>(distances[i] + part.travel_m);
+    put(part, {point.p_S, point.area_m2, nearest_m, 0, leaf.first + i, 1, index, ShellCandidate::Kind::kPoints});
+  }
+}
+
+void ShellCandidates::walk_coarse(double band_m) noexcept {
+  work_.is_refreshed = true;
+  ShellPart& part = parts_[0];
+  part.travel_m = 0;
+  reach_m_ = kInfinity;
+  gather_coarse(band_m + kCoarseSlack_m);
+  part.begin = 0;
+  part.count = static_cast<std::uint32_t>(candidates_.size());
+  part.due_m = kInfinity;
+  for (const ShellCandidate& candidate : candidates_) part.due_m = std::min<double>(part.due_m, candidate.nearest_m);
+}
+
+double ShellCandidates::distance_at(const Eigen::Vector3f& p_P) const {
+  return field_->distance_m(R_FP_ * p_P.cast<double>() + X_FP_.p);
+}
+
+// What is not reached limits how far the list reaches: often much farther than was asked for.
+bool ShellCandidates::is_reached(double nearest_m, double reach_m) noexcept {
+  const double nearest = nearest_m - margin_m_;
+  if (nearest <= reach_m) return true;
+  reach_m_ = std::min(reach_m_, nearest);
+  return false;
 }
 
 // Adds the node to the cut if it is near. Its gain: what its force is wrong by at most when its points are one, as
@@ -253,7 +326,7 @@ bool ShellCandidates::gather_all(std::uint32_t root, double reach_m) noexcept {
 void ShellCandidates::open_node(std::uint32_t index, double reach_m) noexcept {
   const ShellNode& node = shell_->nodes[index];
   ++work_.nodes;
-  const DistanceSample sample = field_->sample(R_FP_ * node.centre_S.cast<double>() + p_FP_);
+  const DistanceSample sample = field_->sample(R_FP_ * node.centre_S.cast<double>() + X_FP_.p);
   if (!is_reached(sample.distance_m - node.radius_m, reach_m)) return;
   const Vec3 normal_F = R_FP_ * node.mean.normal_S.cast<double>();
   const double rise = node.radius_m * normal_F.cross(sample.gradient).norm();
@@ -267,8 +340,6 @@ void ShellCandidates::open_node(std::uint32_t index, double reach_m) noexcept {
 // False, and nothing gathered: its points do not fit into `room`.
 bool ShellCandidates::gather_leaf(const ShellNode& node, double reach_m, std::size_t room) noexcept {
   const std::size_t size_before = candidates_.size();
-  double nearest = std::numeric_limits<double>::infinity();
-  double farthest = -nearest;
   for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
     const ShellPoint& point = shell_->points[i];
     const double distance = distance_at(point.p_S);
@@ -278,27 +349,9 @@ bool ShellCandidates::gather_leaf(const ShellNode& node, double reach_m, std::si
       candidates_.resize(size_before);
       return false;
     }
-    candidates_.push_back({point.p_S, point.area_m2, static_cast<float>(distance), i, 1});
-    nearest = std::min(nearest, distance);
-    farthest = std::max(farthest, distance);
+    candidates_.push_back({point.p_S, point.area_m2, static_cast<float>(distance), 0, i, 1});
   }
-  if (farthest - nearest < kFlat_m) merge_from(size_before);
   return true;
-}
-
-// What is at equal distance, as one.
-void ShellCandidates::merge_from(std::size_t begin) noexcept {
-  if (candidates_.size() < begin + 2) return;
-  ShellCandidate merged = candidates_[begin];
-  merged.p_P *= merged.area_m2;
-  for (std::size_t i = begin + 1; i < candidates_.size(); ++i) {
-    merged.p_P += candidates_[i].area_m2 * candidates_[i].p_P;
-    merged.area_m2 += candidates_[i].area_m2;
-  }
-  merged.p_P /= merged.area_m2;
-  merged.count = candidates_.back().first + 1 - merged.first;
-  candidates_.resize(begin);
-  candidates_.push_back(merged);
 }
 
 // Refines the cut through the tree where that gains most, until nothing finer fits. Nothing that may be near is left
@@ -385,7 +438,7 @@ void ShellCandidates::gather_halves(const ShellNode& leaf, double reach_m) noexc
   for (ShellCandidate& half : halves) {
     if (half.area_m2 <= 0) continue;
     half.p_P /= half.area_m2;
-    half.distance_m = static_cast<float>(distance_at(half.p_P));
+    half.nearest_m = static_cast<float>(distance_at(half.p_P));
     candidates_.push_back(half);
   }
 }
@@ -408,7 +461,8 @@ void ShellCandidates::gather_mean(const ShellNode& node) noexcept {
   const double distance = distance_at(node.mean.p_S);
   ++work_.points;
   fine_count_ += node.count;
-  candidates_.push_back({node.mean.p_S, node.mean.area_m2, static_cast<float>(distance), node.first, node.count});
+  candidates_.push_back(
+      {node.mean.p_S, node.mean.area_m2, static_cast<float>(distance), 0, node.first, node.count});
 }
 
 }  // namespace tandem

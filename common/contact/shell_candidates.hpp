@@ -1,8 +1,8 @@
-// Which points of a shell may touch another shape in the next few steps. A walk of the tree over the shell costs much
-// more than a step may; so it gathers the points of a wider neighbourhood, and is repeated when the shapes have moved
-// so far that others may have come near.
+// Which points of a shell may touch another shape. A walk of the tree over the shell costs much more than a step may; so
+// what was found is kept, each with how far it still is, and asked again when the shapes have moved that far.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -28,57 +28,77 @@ struct BoundingBall {
   double radius_m = 0;
 };
 
-/// A point of the shell, or the mean of several.
+/// What a list holds: a point of the shell, a flat leaf of it, the mean of many points, or a node not looked into yet.
 struct ShellCandidate {
+  enum class Kind : std::uint8_t { kPoints, kFlatLeaf, kUnopened };
+
   Eigen::Vector3f p_P = Eigen::Vector3f::Zero();
   float area_m2 = 0;
-  float distance_m = 0;  ///< at the last walk
+  float nearest_m = 0;  ///< its points are farther than this, less what the part has travelled
+  float checked_m = 0;  ///< of a flat leaf: what the part had travelled when its points were last all asked
   std::uint32_t first = 0;
   std::uint32_t count = 0;  ///< it stands for points first .. first + count − 1
+  std::uint32_t node = 0;   ///< of the shell; without meaning for kPoints
+  Kind kind = Kind::kPoints;
 };
 
-/// A part of the shell with its candidates: parts are walked one by one, when they have moved too far.
+/// A part of the shell with its candidates: a ball small enough to move little when the shape turns.
 struct ShellPart {
   std::uint32_t node = 0;   ///< the root of its tree
   std::uint32_t begin = 0;  ///< its candidates
   std::uint32_t count = 0;
-  double motion_m = 0;  ///< none of its points is nearer to the field than at its last walk, less this
-
-  // Of the last walk:
   bool is_walked = false;
-  std::uint32_t steps_since = 0;
-  double reach_m = 0;  ///< all points that were nearer than this are candidates
-  Vec3 centre_F = Vec3::Zero();
-  Vec3 solid_P = Vec3::Zero();
-  Quat q_FP = Quat::Identity();
+  double travel_m = 0;  ///< a bound of what distances of its points have changed since it was walked, step by step
+  double due_m = 0;     ///< no candidate has a smaller nearest_m
+
+  // None of its candidates must be replaced before travel_m plus the band comes to `open_m`, or travel_m to `check_m`.
+  double open_m = 0;
+  double check_m = 0;
 };
 
-/// The points of a shell (frame P) near the surface of a field (frame F), or inside it: a Verlet list in parts.
+/// The points of a shell (frame P) near the surface of a field (frame F), or inside it.
 ///
-/// Model   of a node, nothing is near when distance(centre) − radius exceeds the reach; the list of a part lacks no
-///         point until part and field have moved by (reach − band) against each other
-/// Source  Verlet, "Computer experiments on classical fluids I", Phys. Rev. 159, 1967, for the list; the bound of the
-///         motion and the parts are ours
+/// Model   a cut through the tree over the shell. Each node and point of it was asked for its distance once, and cannot
+///         be near before it has travelled that far; only then it is asked again, a node by way of its children. So a
+///         step costs what has come near in that step; shapes that rest cost nothing here. A leaf whose points all are
+///         at one distance stays whole: flat contact is resolved by leaves, an eighth of the points
+/// Source  Verlet, "Computer experiments on classical fluids I", Phys. Rev. 159, 1967, for lists that hold while nothing
+///         has moved farther than a margin; the margin of each entry, and its tree, are ours
 /// Thread  one at a time; after construction no allocation
 class ShellCandidates {
  public:
-  /// In      capacity  most candidates
+  /// In      capacity  most contacts that bind() may ask for
   explicit ShellCandidates(std::uint32_t capacity);
 
-  /// In      shell   may be empty
-  ///         points  a ball around the shell's points
-  ///         solid   a ball around what `field` is the distance to
+  /// In      shell     may be empty
+  ///         points    a ball around the shell's points
+  ///         solid     a ball around what `field` is the distance to
+  ///         capacity  most candidates that may be near at once; with more, points are merged
   void bind(const PointShell* shell, const BoundingBall& points, const DistanceField* field, const BoundingBall& solid,
             std::uint32_t capacity) noexcept;
+  std::uint32_t capacity() const { return capacity_; }
 
-  /// Makes the list hold at this pose: walks the tree where it must.
+  /// Makes the list hold at this pose: none of the candidates whose nearest_m is within reach_m() is unopened.
   ContactWork refresh(const Pose& X_FP, double band_m) noexcept;
+  /// Makes the list one of at most capacity() candidates, in which points are merged where contact is shallowest. It
+  /// stays like that until there is less.
+  ContactWork coarsen(double band_m) noexcept;
+
+  /// A candidate with a larger nearest_m is out of the band.
+  double reach_m(const ShellPart& part, double band_m) const { return band_m + margin_m_ + part.travel_m; }
+  /// Whether a flat leaf was checked lately enough to be taken as one point, as far as sliding goes.
+  bool is_checked(const ShellPart& part, const ShellCandidate& leaf) const;
+  /// Notes what was found at the pose of the last refresh(): a distance from the field's sample().
+  void note(const ShellPart& part, ShellCandidate& point, double distance_m) const {
+    point.nearest_m = static_cast<float>(std::min(distance_m, field_->band_m()) + part.travel_m);
+  }
 
   /// In the order of the shell; no point of the shell is in two of them.
-  std::span<const ShellCandidate> candidates(const ShellPart& part) const {
+  std::span<ShellCandidate> candidates(const ShellPart& part) {
     return std::span(candidates_).subspan(part.begin, part.count);
   }
-  std::span<const ShellPart> parts() const { return parts_; }
+  std::span<ShellPart> parts() { return parts_; }
+  const PointShell* shell() const { return shell_; }
 
  private:
   /// A node of the cut through the tree, and what refining it gains.
@@ -88,24 +108,25 @@ class ShellCandidates {
   };
 
   void divide(std::size_t parts) noexcept;
-  bool is_out_of_reach(const Pose& X_FP, double band_m) noexcept;
-  double motion_of(const ShellPart& part, const Pose& X_FP) const;
-  bool has_expired(ShellPart& part, const Pose& X_FP, double band_m) const;
-  void remember_gap(const Pose& X_FP, double band_m) noexcept;
-  bool walk_expired(const Pose& X_FP, double band_m) noexcept;
-  bool walk_all(const Pose& X_FP, double reach_m) noexcept;
-  void walk_coarse(const Pose& X_FP, double reach_m) noexcept;
-  void walk_whole(const Pose& X_FP, double reach_m) noexcept;
-  void begin_walk(ShellPart& part, const Pose& X_FP) noexcept;
-  void end_walk(ShellPart& part) noexcept;
-  double slack_of(const ShellPart& part) const;
+  bool is_out_of_reach(const Pose& X_FP, double band_m) const noexcept;
+  double travel(const Pose& X_FP) noexcept;
+  void remember_gap() noexcept;
 
+  bool update_all(double band_m) noexcept;
+  bool update(ShellPart& part, double band_m) noexcept;
+  bool rebuild(ShellPart& part, double band_m) noexcept;
+  void begin_walk(ShellPart& part) noexcept;
+  void compact() noexcept;
+  void replace(ShellPart& part, const ShellCandidate& old, double band_m) noexcept;
+  void open(ShellPart& part, std::uint32_t root, double open_m) noexcept;
+  void open_leaf(ShellPart& part, std::uint32_t index) noexcept;
+  void put(ShellPart& part, const ShellCandidate& candidate) noexcept;
+
+  void walk_coarse(double band_m) noexcept;
   bool is_reached(double nearest_m, double reach_m) noexcept;
-  bool gather_all(std::uint32_t root, double reach_m) noexcept;
-  bool gather_leaf(const ShellNode& node, double reach_m, std::size_t room) noexcept;
-  void merge_from(std::size_t begin) noexcept;
   void gather_coarse(double reach_m) noexcept;
   std::uint32_t find_deepest() noexcept;
+  bool gather_leaf(const ShellNode& node, double reach_m, std::size_t room) noexcept;
   void gather_leaf_coarse(const ShellNode& node, double reach_m, std::size_t used) noexcept;
   void gather_halves(const ShellNode& leaf, double reach_m) noexcept;
   void gather_mean(const ShellNode& node) noexcept;
@@ -118,20 +139,21 @@ class ShellCandidates {
   BoundingBall points_;
   BoundingBall solid_;
   std::uint32_t capacity_ = 0;
+  double margin_m_ = 0;  ///< for what the field errs and rounding
 
   std::vector<ShellPart> parts_;
-  std::vector<ShellCandidate> candidates_;
-  std::vector<ShellCandidate> old_candidates_;
+  std::vector<ShellCandidate> candidates_;  ///< of all parts, and what some of them have left behind
   std::vector<Cut> cut_;
   bool is_coarse_ = false;
-  double slack_limit_m_ = 0;
-  double gap_m_ = 0;  ///< motion until which there is nothing to do
-  Pose X_FP_gap_;
-
-  // Of the walk that goes on.
+  double gap_m_ = 0;  ///< nothing is nearer at the last pose
+  Pose X_FP_;         ///< the last pose
   Eigen::Matrix3d R_FP_ = Eigen::Matrix3d::Identity();
-  Vec3 p_FP_ = Vec3::Zero();
-  double reach_m_ = 0;
+
+  // Of the refresh that goes on.
+  double step_m_ = 0;         ///< the largest motion of a part since the last pose
+  bool has_renewed_ = false;  ///< one part a step is walked anew
+  bool is_full_ = false;
+  double reach_m_ = 0;               ///< of a coarse list
   std::uint32_t deepest_point_ = 0;  ///< of a coarse walk
   std::size_t fine_count_ = 0;       ///< at least how many candidates a coarse walk would have had as points
   ContactWork work_;

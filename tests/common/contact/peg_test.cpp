@@ -1,1 +1,141 @@
+// The task that haptic assembly is judged by: a peg in a hole hardly wider than itself.
 #include <gtest/gtest.h>
+
+#include "tests/common/contact/test_meshes.hpp"
+#include "tests/common/contact/touch_rig.hpp"
+
+namespace tandem {
+namespace {
+
+constexpr double kClearance_m = 1e-4;  // each side
+constexpr double kPeg_m = 0.02;
+constexpr double kPegLength_m = 0.06;
+constexpr double kMouth_m = 0.04;  // height of the block; the hole goes down to z = 0
+constexpr double kWall_m = 0.03;
+
+/// The hole's walls: where each stands, its size.
+std::vector<std::pair<Vec3, Vec3>> wall_boxes() {
+  const double inner = kPeg_m + 2 * kClearance_m;
+  const double outer = inner + 2 * kWall_m;
+  const double off = (inner + kWall_m) / 2;
+  const double z = kMouth_m / 2;
+  return {{{-off, 0, z}, {kWall_m, outer, kMouth_m}},
+          {{off, 0, z}, {kWall_m, outer, kMouth_m}},
+          {{0, -off, z}, {inner, kWall_m, kMouth_m}},
+          {{0, off, z}, {inner, kWall_m, kMouth_m}}};
+}
+
+/// One solid with a square hole through it.
+TriangleMesh block_mesh() {
+  TriangleMesh mesh;
+  const double inner = kPeg_m / 2 + kClearance_m;
+  for (const double half : {inner, inner + kWall_m}) {
+    for (const double z : {0.0, kMouth_m}) {
+      for (const auto& [x, y] : {std::pair(1, 1), std::pair(-1, 1), std::pair(-1, -1), std::pair(1, -1)}) {
+        mesh.vertices.emplace_back(half * x, half * y, z);
+      }
+    }
+  }
+  // Rings of four corners: 0 inner low, 4 inner high, 8 outer low, 12 outer high; each face joins two rings.
+  for (int i = 0; i < 4; ++i) {
+    const int next = (i + 1) % 4;
+    for (const auto& [from, to] : {std::pair(8, 12), std::pair(12, 4), std::pair(4, 0), std::pair(0, 8)}) {
+      mesh.triangles.push_back({from + i, from + next, to + next});
+      mesh.triangles.push_back({from + i, to + next, to + i});
+    }
+  }
+  return mesh;
+}
+
+class Peg {
+ public:
+  explicit Peg(bool is_mesh) : rig(solver_) {
+    rig.shape = make_contact_box({kPeg_m, kPeg_m, kPegLength_m});
+    rig.mass_kg = 0.12;
+    rig.inertia_B = box_inertia(rig.mass_kg, {kPeg_m, kPeg_m, kPegLength_m});
+    rig.friction = 0.2;
+    rig.gravity_m_per_s2 = kGravity_m_per_s2;
+    rig.law = &law_;
+    rig.coupling_force_n = 6.5;
+    rig.X_WB.p.z() = kMouth_m + kPegLength_m / 2 - 0.003;
+    rig.X_WH = rig.X_WB;
+    rig.add_obstacle(make_contact_box({0.4, 0.4, 0.02}), {{0, 0, -0.01}, Quat::Identity()});
+    if (is_mesh) {
+      rig.add_obstacle(solid_of(block_mesh()));
+      return;
+    }
+    for (const auto& [p, size] : wall_boxes()) rig.add_obstacle(make_contact_box(size), {p, Quat::Identity()});
+  }
+
+  double bottom_m() const { return rig.X_WB.p.z() - kPegLength_m / 2; }
+  /// Moves the handle to this height at 40 mm/s; the most force it has to pull up with.
+  double lead_to(double z_m) {
+    double pull_n = 0;
+    const double step = 0.04 * kStep_s * (z_m > rig.X_WH.p.z() ? 1 : -1);
+    rig.V_WH.v.z() = step / kStep_s;
+    while (std::abs(z_m - rig.X_WH.p.z()) > std::abs(step)) {
+      rig.X_WH.p.z() += step;
+      rig.step();
+      EXPECT_TRUE(rig.report.has_converged);
+      pull_n = std::max(pull_n, rig.tool_wrench_W.f.z());
+      deepest_m = std::max(deepest_m, rig.deepest_m);
+    }
+    rig.V_WH = {};
+    return pull_n;
+  }
+
+  double deepest_m = 0;
+
+ private:
+  ContactSolver solver_{ContactSolver::Limits{}};
+  SpringDamper law_{critical_coupling(0.12, 4e-5, 400)};
+
+ public:
+  TouchRig rig;
+};
+
+void expect_goes_in_and_out(bool is_mesh) {
+  Peg peg(is_mesh);
+  // From the mouth on the hand errs by three times the clearance, and by half a degree.
+  peg.rig.X_WH.p += Vec3(3e-4, -3e-4, 0);
+  peg.rig.X_WH.q = quaternion_of(Vec3(1, 1, 0.3).normalized() * 0.5 * std::numbers::pi / 180);
+  peg.lead_to(kPegLength_m / 2 - 0.005);
+  peg.rig.run(0.5);
+  EXPECT_NEAR(peg.bottom_m(), 0, 2e-4);
+  double fastest = 0;
+  Vec3 low = peg.rig.X_WB.p;
+  Vec3 high = low;
+  for (int i = 0; i < 500; ++i) {
+    peg.rig.step();
+    fastest = std::max(fastest, peg.rig.speed_m_per_s());
+    low = low.cwiseMin(peg.rig.X_WB.p);
+    high = high.cwiseMax(peg.rig.X_WB.p);
+  }
+  EXPECT_LT(fastest, 1e-3);
+  EXPECT_LT((high - low).norm(), 2e-5);
+  const double weight_n = peg.rig.mass_kg * kGravity_m_per_s2;
+  const double pull_n = peg.lead_to(kMouth_m + kPegLength_m / 2 + 0.02);
+  EXPECT_LT(pull_n, 5);
+  EXPECT_GT(pull_n, weight_n);
+  EXPECT_GT(peg.bottom_m(), kMouth_m);
+  EXPECT_LT(peg.deepest_m, 2e-4);
+}
+
+TEST(Peg, GoesInAndOutOfAHoleOfBoxes) {
+  expect_goes_in_and_out(false);
+}
+
+TEST(Peg, GoesInAndOutOfAHoleInAMesh) {
+  expect_goes_in_and_out(true);
+}
+
+TEST(Peg, FallsIntoTheHoleByItself) {
+  Peg peg(false);
+  peg.rig.law = nullptr;
+  peg.rig.run(0.5);
+  EXPECT_NEAR(peg.bottom_m(), 0, 1e-4);
+  EXPECT_LT(peg.rig.speed_m_per_s(), 1e-3);
+}
+
+}  // namespace
+}  // namespace tandem

@@ -2,7 +2,6 @@
 #include <gtest/gtest.h>
 
 #include "common/contact/contact_reduction.hpp"
-#include "common/contact/tessellation.hpp"
 #include "tests/common/contact/test_meshes.hpp"
 #include "tests/common/contact/touch_rig.hpp"
 
@@ -18,8 +17,7 @@ struct Touch {
   Pose X_WA;
   Vec3 direction_W = Vec3::UnitZ();  ///< in which A is pushed
   double depth_m = 0;
-  double spacing_m = 4.5e-4;  ///< of the points that stand for the surfaces
-  double field_error_m = 0;   ///< of a mesh's distance, and of the mesh against the shape it stands for
+  double error_m = 0;  ///< of the triangles against the shape they stand for
 };
 
 std::vector<ContactPoint> contacts_of(const ContactShape& a, const ContactShape& b, const Pose& X_WA) {
@@ -38,7 +36,7 @@ void expect_depth_and_direction(const Touch& touch, const std::string& what) {
   ASSERT_FALSE(contacts.empty()) << what;
   double deepest_m = -1;
   for (const ContactPoint& c : contacts) deepest_m = std::max(deepest_m, c.depth_m);
-  EXPECT_NEAR(deepest_m, touch.depth_m, 0.02 * touch.spacing_m + touch.field_error_m) << what;
+  EXPECT_NEAR(deepest_m, touch.depth_m, 0.02 * touch.a->shells.surface.spacing_m + touch.error_m) << what;
   const Vec3 force = contact_wrench(contacts, kStiffness, touch.X_WA.p).on_a_W.f;
   EXPECT_LT(angle_between(force, touch.direction_W), kOneDegree) << what;
 }
@@ -54,27 +52,143 @@ double cap_force_n(double radius_m, double depth_m) {
   return kStiffness * std::numbers::pi * radius_m * depth_m * depth_m;
 }
 
-void expect_ball_on_floor(const ShapePointer& ball, const ShapePointer& floor, double radius_m, double ball_error_m,
-                          double force_share) {
+void expect_ball_on_floor(const ShapePointer& ball, const ShapePointer& floor, double floor_top_m, double error_m,
+                          const std::string& what) {
+  const double radius_m = 0.02;
   for (const double depth_m : {1e-4, 2e-4, 4e-4}) {
     for (const Vec3& turn : turns()) {
-      Touch touch{ball, floor, {{0.0011, -0.0007, radius_m - depth_m}, quaternion_of(turn)}};
-      touch.depth_m = depth_m;
-      touch.spacing_m = std::max(ball->shells.surface.spacing_m, 4.5e-4);
-      // Between the lowest sample and the lowest point of the ball.
-      touch.field_error_m = ball_error_m;
-      const std::string what = "depth " + std::to_string(depth_m);
-      expect_depth_and_direction(touch, what);
-      const auto contacts = contacts_of(*ball, *floor, touch.X_WA);
-      for (const ContactPoint& c : contacts) {
-        if (c.depth_m > 0) EXPECT_LT(angle_between(c.normal_W, Vec3::UnitZ()), 0.1) << what;
-      }
+      const Pose X_WA{{0.0011, -0.0007, floor_top_m + radius_m - depth_m}, quaternion_of(turn)};
+      const std::string at = what + " at depth " + std::to_string(depth_m * 1e3) + " mm";
+      expect_depth_and_direction({ball, floor, X_WA, Vec3::UnitZ(), depth_m, error_m}, at);
+      const auto contacts = contacts_of(*ball, *floor, X_WA);
       const double force_n = contact_wrench(contacts, kStiffness, Vec3::Zero()).on_a_W.f.norm();
-      EXPECT_NEAR(force_n, cap_force_n(radius_m, depth_m), force_share * cap_force_n(radius_m, depth_m)) << what;
+      const double formula_n = cap_force_n(radius_m, depth_m);
+      EXPECT_NEAR(force_n, formula_n, 0.03 * formula_n) << at;
     }
   }
 }
 
+TEST(TouchClosedForm, ABallOnAPlaneIsPushedAlongItsNormalByStiffnessTimesPiRadiusDepthSquared) {
+  const ShapePointer ball = make_contact_sphere(0.02);
+  const ShapePointer large = make_contact_box({0.4, 0.4, 0.05});
+  const ShapePointer small = make_contact_box({0.03, 0.03, 0.01});
+  expect_ball_on_floor(ball, large, 0.025, 0, "large floor");
+  expect_ball_on_floor(ball, small, 0.005, 0, "finely sampled floor");
+  expect_ball_on_floor(ball, solid_of(box_mesh({0.03, 0.03, 0.01})), 0.005, 0, "mesh floor");
+}
+
+TEST(TouchClosedForm, ABallOfTrianglesIsAsGoodAsTheFormula) {
+  // Its facets are at most 1 − cos(half an edge's angle) of the radius inside of the sphere.
+  const double edge_rad = std::numbers::pi / 2 / 64;
+  const double facet_error_m = 0.02 * edge_rad * edge_rad / 2;
+  const ShapePointer ball = solid_of(sphere_mesh(0.02, 6));
+  expect_ball_on_floor(ball, make_contact_box({0.4, 0.4, 0.05}), 0.025, facet_error_m, "large floor");
+  expect_ball_on_floor(ball, solid_of(box_mesh({0.03, 0.03, 0.01})), 0.005, facet_error_m, "mesh floor");
+}
+
+constexpr int kBoreCorners = 512;
+
+/// A tube around z.
+TriangleMesh tube_mesh(double bore_m, double outer_m, double length_m) {
+  TriangleMesh mesh;
+  for (int i = 0; i < kBoreCorners; ++i) {
+    const double angle = 2 * std::numbers::pi * i / kBoreCorners;
+    const Vec3 out(std::cos(angle), std::sin(angle), 0);
+    for (const double z : {-length_m / 2, length_m / 2}) {
+      mesh.vertices.push_back(bore_m * out + z * Vec3::UnitZ());
+      mesh.vertices.push_back(outer_m * out + z * Vec3::UnitZ());
+    }
+  }
+  // Corners of the cut at one angle: bore low, outer low, bore high, outer high.
+  for (int i = 0; i < kBoreCorners; ++i) {
+    const int a = 4 * i;
+    const int b = 4 * ((i + 1) % kBoreCorners);
+    for (const auto& [from, to] : {std::pair(1, 3), std::pair(3, 2), std::pair(2, 0), std::pair(0, 1)}) {
+      mesh.triangles.push_back({a + from, b + from, b + to});
+      mesh.triangles.push_back({a + from, b + to, a + to});
+    }
+  }
+  return mesh;
+}
+
+TEST(TouchClosedForm, ABallInABoreIsPushedTowardsTheAxis) {
+  const double bore_m = 0.02;
+  const double radius_m = 0.012;
+  const double facet_error_m = bore_m * (1 - std::cos(std::numbers::pi / kBoreCorners));
+  const ShapePointer tube = solid_of(tube_mesh(bore_m, 0.026, 0.05));
+  const ShapePointer ball = make_contact_sphere(radius_m);
+  for (const double angle : {0.0, 0.4, 1.3, 2.9, 4.4}) {
+    for (const double depth_m : {1e-4, 3e-4}) {
+      const Vec3 out(std::cos(angle), std::sin(angle), 0);
+      const Pose X_WA{(bore_m - radius_m + depth_m) * out + Vec3(0, 0, 0.003), quaternion_of({1, angle, 0})};
+      expect_depth_and_direction({ball, tube, X_WA, -out, depth_m, facet_error_m},
+                                 "at " + std::to_string(angle) + " rad, depth " + std::to_string(depth_m * 1e3));
+    }
+  }
+}
+
+TEST(TouchClosedForm, AnEdgeOnAPlaneIsPushedAlongThePlanesNormal) {
+  const ShapePointer box = make_contact_box({0.02, 0.02, 0.02});
+  const ShapePointer mesh_box = solid_of(box_mesh({0.02, 0.02, 0.02}));
+  const ShapePointer large = make_contact_box({0.4, 0.4, 0.05});
+  const ShapePointer mesh_floor = solid_of(box_mesh({0.05, 0.05, 0.01}));
+  for (const double tilt_deg : {30.0, 45.0, 70.0}) {
+    for (const double depth_m : {5e-5, 2e-4}) {
+      const double tilt = tilt_deg * kOneDegree;
+      const double reach_m = 0.01 * (std::sin(tilt) + std::cos(tilt));
+      const Quat q = quaternion_of({0, 0, 0.3}) * quaternion_of({tilt, 0, 0});
+      const std::string what = std::to_string(tilt_deg) + " deg, depth " + std::to_string(depth_m * 1e3) + " mm";
+      const auto above = [&](double top_m) { return Pose{{0, 0, top_m + reach_m - depth_m}, q}; };
+      expect_depth_and_direction({box, large, above(0.025), Vec3::UnitZ(), depth_m}, what + ", box");
+      expect_depth_and_direction({mesh_box, large, above(0.025), Vec3::UnitZ(), depth_m}, what + ", mesh");
+      expect_depth_and_direction({mesh_box, mesh_floor, above(0.005), Vec3::UnitZ(), depth_m}, what + ", two meshes");
+    }
+  }
+}
+
+/// By central differences of the search itself: A moves by ± 1 µm, ± 10 µrad.
+Matrix6 searched_derivative(const ContactShape& a, const ContactShape& b, const Pose& X_WA) {
+  Matrix6 derivative;
+  for (int axis = 0; axis < 6; ++axis) {
+    const double step = axis < 3 ? 1e-6 : 1e-5;
+    Eigen::Matrix<double, 6, 1> change = Eigen::Matrix<double, 6, 1>::Zero();
+    for (const double sign : {1.0, -1.0}) {
+      Pose moved = X_WA;
+      if (axis < 3) moved.p[axis] += sign * step;
+      if (axis >= 3) moved.q = quaternion_of(sign * step * Vec3::Unit(axis - 3)) * X_WA.q;
+      const Wrench wrench = contact_wrench(contacts_of(a, b, moved), kStiffness, X_WA.p).on_a_W;
+      change.head<3>() += sign * wrench.f;
+      change.tail<3>() += sign * wrench.t;
+    }
+    derivative.col(axis) = change / (2 * step);
+  }
+  return derivative;
+}
+
+/// With lengths in units of `unit_m`.
+double derivative_error(const ContactShape& a, const ContactShape& b, const Pose& X_WA, double unit_m) {
+  Eigen::Matrix<double, 6, 1> scale;
+  scale << 1, 1, 1, 1 / unit_m, 1 / unit_m, 1 / unit_m;
+  const Matrix6 stated = contact_wrench(contacts_of(a, b, X_WA), kStiffness, X_WA.p).derivative;
+  const Matrix6 searched = searched_derivative(a, b, X_WA);
+  return (scale.asDiagonal() * (stated - searched) * scale.asDiagonal()).norm() /
+         (scale.asDiagonal() * searched * scale.asDiagonal()).norm();
+}
+
+TEST(TouchDerivative, IsThatOfTheSearchForABallAndAnEdgeOnAPlane) {
+  const ShapePointer ball = make_contact_sphere(0.02);
+  const ShapePointer box = make_contact_box({0.02, 0.02, 0.02});
+  const ShapePointer floor = make_contact_box({0.4, 0.4, 0.05});
+  const ShapePointer mesh_floor = solid_of(box_mesh({0.03, 0.03, 0.05}));
+  const Quat q = quaternion_of({std::numbers::pi / 4, 0, 0});
+  for (const ShapePointer& below : {floor, mesh_floor}) {
+    for (const double depth_m : {1e-4, 3e-4}) {
+      EXPECT_LT(derivative_error(*ball, *below, {{0, 0, 0.045 - depth_m}, q}, 0.02), 0.1) << depth_m;
+      const double edge_m = 0.025 + 0.01 * std::sqrt(2.0) - depth_m;
+      EXPECT_LT(derivative_error(*box, *below, {{0, 0, edge_m}, q}, 0.02), 0.1) << depth_m;
+    }
+  }
+}
 
 }  // namespace
 }  // namespace tandem
