@@ -9,8 +9,6 @@ namespace {
 
 // A shell wider than this is not trusted to find all there is: the accuracy that contact promises.
 constexpr double kFineSpacing_m = 5e-4;
-// By how much the points of a flat leaf may differ in depth, as its slope tells, for it to be one contact.
-constexpr double kFlatRise_m = 3e-6;
 
 double area_m2(const ContactShape& shape) {
   return shape.shells.surface.nodes.empty() ? 0 : shape.shells.surface.nodes[0].mean.area_m2;
@@ -126,14 +124,15 @@ ContactWork ContactPair::find(const Pose& X_WA, const Pose& X_WB, double band_m)
   return work;
 }
 
-// With more contacts than fit, once more with fewer.
+// With more contacts than fit, again with fewer; a coarse list always fits.
 ContactWork ContactPair::search(ShellCandidates& candidates, const Direction& direction, double band_m) noexcept {
+  ContactWork work;
   const std::size_t begin = now_.points.size();
-  if (search_parts(candidates, direction, band_m)) return {};
-  now_.points.resize(begin);
-  now_.counts.resize(begin);
-  const ContactWork work = candidates.coarsen(band_m);
-  search_parts(candidates, direction, band_m);
+  while (!search_parts(candidates, direction, band_m)) {
+    now_.points.resize(begin);
+    now_.counts.resize(begin);
+    work += candidates.shorten(band_m);
+  }
   return work;
 }
 
@@ -162,9 +161,8 @@ bool ContactPair::look_at(const ShellCandidates& candidates, const ShellPart& pa
     const ShellNode& leaf = candidates.shell()->nodes[candidate.node];
     const Vec3 normal_F = placing.R_FP * leaf.mean.normal_S.cast<double>();
     const double rise_m = leaf.radius_m * normal_F.cross(sample.gradient).norm();
-    if (rise_m > kFlatRise_m || !candidates.is_checked(part, candidate)) {
-      return look_at_points(candidates, leaf, placing);
-    }
+    const bool is_flat = ShellCandidates::is_flat(sample.distance_m - rise_m, sample.distance_m + rise_m);
+    if (!is_flat || candidate.whole_m < part.travel_m) return look_at_points(candidates, leaf, placing);
   } else {
     candidates.note(part, candidate, sample.distance_m);
   }

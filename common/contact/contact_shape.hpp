@@ -47,6 +47,6 @@ std::vector<std::uint8_t> contact_asset_bytes(const ContactShape& shape);
 /// Null for bytes that are not a whole asset of this version; safe for hostile bytes.
 std::shared_ptr<const ContactShape> contact_shape_from(std::span<const std::uint8_t> bytes);
 /// Changes whenever the same mesh would give other bytes: part of the key of the cache.
-inline constexpr std::uint32_t kContactAssetVersion = 1;
+inline constexpr std::uint32_t kContactAssetVersion = 2;
 
 }  // namespace tandem

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 
 #include "common/contact/byte_io.hpp"
 
@@ -11,6 +12,8 @@ namespace {
 // Where a ball is moved to the point farthest from its centre, by 1/2, 1/3, …: the radius is then within a few per cent
 // of the smallest (Bădoiu & Clarkson, "Smaller core-sets for balls", 2003).
 constexpr int kBallRounds = 8;
+// Points that lie this near to a plane are as good as their mean.
+constexpr double kFlatBulge_m = 1e-5;
 
 struct Ball {
   Vec3 centre = Vec3::Zero();
@@ -41,6 +44,22 @@ Ball small_ball(std::span<const ShellPoint> points, const Vec3& start) {
   return best;
 }
 
+/// `mean` where the points are flat. Where they are not it is off the surface: around the edge of a hole it is in the
+/// air, and would press on a peg that does not touch. There it is the point nearest to it.
+Eigen::Vector3f on_surface(std::span<const ShellPoint> points, const Vec3& mean, const Vec3& normal) {
+  double bulge_m = 0;
+  double nearest_m = std::numeric_limits<double>::infinity();
+  const ShellPoint* nearest = &points.front();
+  for (const ShellPoint& point : points) {
+    const Vec3 off = point.p_S.cast<double>() - mean;
+    bulge_m = std::max(bulge_m, std::abs(normal.dot(off)));
+    if (off.norm() >= nearest_m) continue;
+    nearest_m = off.norm();
+    nearest = &point;
+  }
+  return bulge_m > kFlatBulge_m ? nearest->p_S : Eigen::Vector3f(mean.cast<float>());
+}
+
 ShellPoint merged(std::span<const ShellPoint> points) {
   double area = 0;
   Vec3 position = Vec3::Zero();
@@ -55,7 +74,7 @@ ShellPoint merged(std::span<const ShellPoint> points) {
   const bool has_direction = normal.norm() > 1e-6 * area;
   const Eigen::Vector3f direction =
       has_direction ? Eigen::Vector3f(normal.normalized().cast<float>()) : points.front().normal_S;
-  return {(position / area).cast<float>(), direction, static_cast<float>(area)};
+  return {on_surface(points, position / area, direction.cast<double>()), direction, static_cast<float>(area)};
 }
 
 class TreeBuilder {

@@ -27,7 +27,8 @@ struct ShellNode {
   std::uint32_t count = 0;
   std::uint32_t next = 0;  ///< index of the node to go on with when this one is left out; node + 1 is its first child
   bool is_leaf = false;
-  ShellPoint mean;  ///< all its points as one: used where work must be bounded
+  /// All its points as one, on the surface as they are: used where work must be bounded.
+  ShellPoint mean;
 };
 
 /// The most points below a leaf.

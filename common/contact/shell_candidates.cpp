@@ -11,9 +11,9 @@ namespace {
 constexpr double kAheadMin_m = 1e-4;
 constexpr double kAheadMax_m = 1e-3;
 constexpr double kStepsAhead = 2;
-// A part that has travelled so far is walked anew when there is occasion, for what it left behind; and must be when
-// travel would take the resolution from distances in single precision.
-constexpr double kRenew_m = 1e-3;
+// A part that has travelled so far may be walked anew, one each step: its points have been asked one by one since, where
+// a leaf would do. It must be when travel would take the resolution from distances in single precision.
+constexpr double kRenew_m = 5e-4;
 constexpr double kRenewAlways_m = 0.05;
 // Candidates that are kept for each that may be near: most wait farther out.
 constexpr std::size_t kKeptPerNear = 6;
@@ -27,8 +27,14 @@ constexpr double kDepthMatters = 0.1;
 constexpr double kDeepestFirst_m = 1;
 // Parts of a shell: their balls are small, so that they move little when the shape turns.
 constexpr std::size_t kParts = 64;
-// Points of a leaf whose distances differ by less than this act as one. A few quanta of a distance grid.
+// Points of a leaf act as one where their distances differ by no more than this (a few quanta of a distance grid)…
 constexpr double kFlat_m = 1e-6;
+// …or this part of the gap: what is merged will be apart again before it touches, or off by that part of a step's way…
+constexpr double kFlatGap = 0.5;
+// …or this part of the depth, but at most so much. Force is linear in depth, so that the mean has the sum of their
+// forces; their moment about the mean is lost.
+constexpr double kFlatDepth = 0.1;
+constexpr double kFlatDepthMax_m = 1e-5;
 // How far a leaf may slide until all of its points are asked again: an edge of the other shape may have come under it by
 // then, but by less than half of what points resolve.
 constexpr double kFlatSlide_m = 2e-4;
@@ -95,7 +101,6 @@ ContactWork ShellCandidates::refresh(const Pose& X_FP, double band_m) noexcept {
   work_ = {};
   if (parts_.empty() || is_out_of_reach(X_FP, band_m)) return work_;
   step_m_ = travel(X_FP);
-  has_renewed_ = false;
   if (is_coarse_ && parts_[0].travel_m + band_m > reach_m_) {
     walk_coarse(band_m);
     if (fine_count_ < kFineAgain * capacity_) {
@@ -109,13 +114,18 @@ ContactWork ShellCandidates::refresh(const Pose& X_FP, double band_m) noexcept {
   return work_;
 }
 
-ContactWork ShellCandidates::coarsen(double band_m) noexcept {
+ContactWork ShellCandidates::shorten(double band_m) noexcept {
+  work_ = {};
+  if (is_coarse_ || !renew_all(band_m)) coarsen(band_m);
+  remember_gap();
+  work_.is_coarse = is_coarse_;
+  return work_;
+}
+
+void ShellCandidates::coarsen(double band_m) noexcept {
   divide(1);
   is_coarse_ = true;
   walk_coarse(band_m);
-  remember_gap();
-  work_.is_coarse = true;
-  return work_;
 }
 
 // Far apart, one look at the poses is enough.
@@ -155,24 +165,45 @@ double ShellCandidates::travel(const Pose& X_FP) noexcept {
   return largest;
 }
 
-bool ShellCandidates::is_checked(const ShellPart& part, const ShellCandidate& leaf) const {
-  return part.travel_m - leaf.checked_m <= kFlatSlide_m;
+bool ShellCandidates::is_flat(double nearest_m, double farthest_m) {
+  const double of_gap = kFlatGap * std::max(0.0, nearest_m);
+  const double of_depth = std::min(kFlatDepthMax_m, kFlatDepth * std::max(0.0, -farthest_m));
+  return farthest_m - nearest_m <= kFlat_m + of_gap + of_depth;
 }
 
 // False: there are more than fit.
 bool ShellCandidates::update_all(double band_m) noexcept {
+  renew_one(band_m);
   return std::all_of(parts_.begin(), parts_.end(), [&](ShellPart& part) { return update(part, band_m); });
 }
 
-bool ShellCandidates::update(ShellPart& part, double band_m) noexcept {
-  const bool is_worn = part.travel_m > kRenewAlways_m;
-  if (part.is_walked && !is_worn && part.open_m > reach_m(part, band_m) && part.check_m > part.travel_m) return true;
-  work_.is_refreshed = true;
-  const bool is_old = is_worn || (part.travel_m > kRenew_m && !has_renewed_);
-  if (!part.is_walked || is_old) {
-    has_renewed_ = part.is_walked;
+// The part that has most need of it, if one has.
+void ShellCandidates::renew_one(double band_m) noexcept {
+  ShellPart* oldest = nullptr;
+  double oldest_m = kRenew_m;
+  for (ShellPart& part : parts_) {
+    const bool is_near = part.due_m <= reach_m(part, band_m) || part.travel_m > kRenewAlways_m;
+    if (!part.is_walked || !is_near || part.travel_m <= oldest_m) continue;
+    oldest = &part;
+    oldest_m = part.travel_m;
+  }
+  if (oldest != nullptr) begin_walk(*oldest);
+}
+
+// False: nothing was out of date, or there are more than fit.
+bool ShellCandidates::renew_all(double band_m) noexcept {
+  bool is_old = false;
+  for (ShellPart& part : parts_) {
+    if (part.travel_m <= kAheadMin_m || part.due_m > reach_m(part, band_m)) continue;
+    is_old = true;
     begin_walk(part);
   }
+  return is_old && update_all(band_m);
+}
+
+bool ShellCandidates::update(ShellPart& part, double band_m) noexcept {
+  if (part.is_walked && part.open_m > reach_m(part, band_m) && part.check_m > part.travel_m) return true;
+  work_.is_refreshed = true;
   if (rebuild(part, band_m)) return true;
   compact();
   return rebuild(part, band_m);
@@ -225,14 +256,14 @@ void ShellCandidates::replace(ShellPart& part, const ShellCandidate& old, double
   const bool is_near = old.nearest_m <= reach_m(part, band_m);
   if (is_near && old.kind == ShellCandidate::Kind::kUnopened) {
     open(part, old.node, band_m);
-  } else if (is_near && old.kind == ShellCandidate::Kind::kFlatLeaf && !is_checked(part, old)) {
+  } else if (is_near && old.kind == ShellCandidate::Kind::kFlatLeaf && old.whole_m < part.travel_m) {
     open_leaf(part, old.node);
   } else {
     put(part, old);
     if (old.kind == ShellCandidate::Kind::kUnopened) part.open_m = std::min<double>(part.open_m, old.nearest_m);
     if (old.kind == ShellCandidate::Kind::kFlatLeaf) {
       const double near_at_m = old.nearest_m - band_m - margin_m_;
-      part.check_m = std::min(part.check_m, std::max(near_at_m, old.checked_m + kFlatSlide_m));
+      part.check_m = std::min(part.check_m, std::max<double>(near_at_m, old.whole_m));
     }
   }
 }
@@ -280,10 +311,13 @@ void ShellCandidates::open_leaf(ShellPart& part, std::uint32_t index) noexcept {
     nearest = std::min(nearest, distances[i]);
     farthest = std::max(farthest, distances[i]);
   }
-  if (leaf.count > 1 && farthest - nearest < kFlat_m) {
+  if (leaf.count > 1 && is_flat(nearest, farthest)) {
+    const bool is_level = farthest - nearest <= kFlat_m;
+    const double slide_m = is_level ? kFlatSlide_m : std::min(kFlatSlide_m, kFlatGap * std::abs(nearest));
+    const double whole_m = part.travel_m + slide_m;
     put(part, {leaf.mean.p_S, leaf.mean.area_m2, static_cast<float>(nearest + part.travel_m),
-               static_cast<float>(part.travel_m), leaf.first, leaf.count, index, ShellCandidate::Kind::kFlatLeaf});
-    part.check_m = std::min(part.check_m, part.travel_m + kFlatSlide_m);
+               static_cast<float>(whole_m), leaf.first, leaf.count, index, ShellCandidate::Kind::kFlatLeaf});
+    part.check_m = std::min(part.check_m, whole_m);
     return;
   }
   for (std::uint32_t i = 0; i < leaf.count; ++i) {
@@ -411,8 +445,9 @@ std::uint32_t ShellCandidates::find_deepest() noexcept {
 void ShellCandidates::gather_leaf_coarse(const ShellNode& node, double reach_m, std::size_t used) noexcept {
   const std::size_t for_points = capacity_ / 8;
   if (used < for_points && gather_leaf(node, reach_m, for_points - used)) {
-    fine_count_ += node.count;
-  } else if (used + 2 <= capacity_) {
+    return;
+  }
+  if (used + 2 <= capacity_) {
     gather_halves(node, reach_m);
   } else {
     gather_mean(node);
@@ -423,18 +458,20 @@ void ShellCandidates::gather_leaf_coarse(const ShellNode& node, double reach_m, 
 // either side, so that the means stand for their points exactly where the other surface is flat.
 void ShellCandidates::gather_halves(const ShellNode& leaf, double reach_m) noexcept {
   std::array<ShellCandidate, 2> halves;
+  LeafSpan span;
   for (std::uint32_t i = leaf.first; i < leaf.first + leaf.count; ++i) {
     const ShellPoint& point = shell_->points[i];
     const double distance = distance_at(point.p_S);
     ++work_.points;
+    span.add(distance);
     if (!is_reached(distance, reach_m)) continue;
-    ++fine_count_;
     ShellCandidate& half = halves[distance < 0 ? 0 : 1];
     if (half.count == 0) half.first = i;
     half.p_P += point.area_m2 * point.p_S;
     half.area_m2 += point.area_m2;
     half.count = i + 1 - half.first;
   }
+  fine_count_ += span.candidates(reach_m - kCoarseSlack_m);
   for (ShellCandidate& half : halves) {
     if (half.area_m2 <= 0) continue;
     half.p_P /= half.area_m2;
@@ -460,7 +497,7 @@ bool ShellCandidates::open_children(std::uint32_t parent, double reach_m, std::s
 void ShellCandidates::gather_mean(const ShellNode& node) noexcept {
   const double distance = distance_at(node.mean.p_S);
   ++work_.points;
-  fine_count_ += node.count;
+  fine_count_ += node.count / kShellLeafPoints;
   candidates_.push_back(
       {node.mean.p_S, node.mean.area_m2, static_cast<float>(distance), 0, node.first, node.count});
 }

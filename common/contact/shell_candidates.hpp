@@ -35,7 +35,7 @@ struct ShellCandidate {
   Eigen::Vector3f p_P = Eigen::Vector3f::Zero();
   float area_m2 = 0;
   float nearest_m = 0;  ///< its points are farther than this, less what the part has travelled
-  float checked_m = 0;  ///< of a flat leaf: what the part had travelled when its points were last all asked
+  float whole_m = 0;    ///< of a flat leaf: it may be taken as one point until the part has travelled this
   std::uint32_t first = 0;
   std::uint32_t count = 0;  ///< it stands for points first .. first + count − 1
   std::uint32_t node = 0;   ///< of the shell; without meaning for kPoints
@@ -60,8 +60,9 @@ struct ShellPart {
 ///
 /// Model   a cut through the tree over the shell. Each node and point of it was asked for its distance once, and cannot
 ///         be near before it has travelled that far; only then it is asked again, a node by way of its children. So a
-///         step costs what has come near in that step; shapes that rest cost nothing here. A leaf whose points all are
-///         at one distance stays whole: flat contact is resolved by leaves, an eighth of the points
+///         step costs what has come near in that step; shapes that rest cost nothing here. A leaf whose points are at
+///         nearly one distance stays whole: flat contact is resolved by leaves, an eighth of the points. Nearly: to
+///         half of the gap, for what does not touch yet; to a tenth of the depth and 10 µm for what is inside
 /// Source  Verlet, "Computer experiments on classical fluids I", Phys. Rev. 159, 1967, for lists that hold while nothing
 ///         has moved farther than a margin; the margin of each entry, and its tree, are ours
 /// Thread  one at a time; after construction no allocation
@@ -80,14 +81,14 @@ class ShellCandidates {
 
   /// Makes the list hold at this pose: none of the candidates whose nearest_m is within reach_m() is unopened.
   ContactWork refresh(const Pose& X_FP, double band_m) noexcept;
-  /// Makes the list one of at most capacity() candidates, in which points are merged where contact is shallowest. It
-  /// stays like that until there is less.
-  ContactWork coarsen(double band_m) noexcept;
+  /// For a list that has more candidates in the band than capacity(): drops what is not up to date, else merges points
+  /// where contact is shallowest. It stays like that until there is less.
+  ContactWork shorten(double band_m) noexcept;
 
   /// A candidate with a larger nearest_m is out of the band.
   double reach_m(const ShellPart& part, double band_m) const { return band_m + margin_m_ + part.travel_m; }
-  /// Whether a flat leaf was checked lately enough to be taken as one point, as far as sliding goes.
-  bool is_checked(const ShellPart& part, const ShellCandidate& leaf) const;
+  /// Whether points at distances from `nearest_m` to `farthest_m` may be taken as one.
+  static bool is_flat(double nearest_m, double farthest_m);
   /// Notes what was found at the pose of the last refresh(): a distance from the field's sample().
   void note(const ShellPart& part, ShellCandidate& point, double distance_m) const {
     point.nearest_m = static_cast<float>(std::min(distance_m, field_->band_m()) + part.travel_m);
@@ -113,6 +114,8 @@ class ShellCandidates {
   void remember_gap() noexcept;
 
   bool update_all(double band_m) noexcept;
+  void renew_one(double band_m) noexcept;
+  bool renew_all(double band_m) noexcept;
   bool update(ShellPart& part, double band_m) noexcept;
   bool rebuild(ShellPart& part, double band_m) noexcept;
   void begin_walk(ShellPart& part) noexcept;
@@ -122,6 +125,7 @@ class ShellCandidates {
   void open_leaf(ShellPart& part, std::uint32_t index) noexcept;
   void put(ShellPart& part, const ShellCandidate& candidate) noexcept;
 
+  void coarsen(double band_m) noexcept;
   void walk_coarse(double band_m) noexcept;
   bool is_reached(double nearest_m, double reach_m) noexcept;
   void gather_coarse(double reach_m) noexcept;
@@ -151,7 +155,6 @@ class ShellCandidates {
 
   // Of the refresh that goes on.
   double step_m_ = 0;         ///< the largest motion of a part since the last pose
-  bool has_renewed_ = false;  ///< one part a step is walked anew
   bool is_full_ = false;
   double reach_m_ = 0;               ///< of a coarse list
   std::uint32_t deepest_point_ = 0;  ///< of a coarse walk

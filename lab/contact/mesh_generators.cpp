@@ -1,5 +1,6 @@
 #include "lab/contact/mesh_generators.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -117,7 +118,7 @@ TriangleMesh make_sphere(double radius_m, int levels) {
   mesh.triangles = {{0, 11, 5},  {0, 5, 1},  {0, 1, 7},  {0, 7, 10}, {0, 10, 11}, {1, 5, 9}, {5, 11, 4},
                     {11, 10, 2}, {10, 7, 6}, {7, 1, 8},  {3, 9, 4},  {3, 4, 2},   {3, 2, 6}, {3, 6, 8},
                     {3, 8, 9},   {4, 9, 5},  {2, 4, 11}, {6, 2, 10}, {8, 6, 7},   {9, 8, 1}};
-  for (int level = 0; level < levels; ++level) mesh = subdivided(mesh, 0);
+  for (int level = 0; level < levels; ++level) mesh = subdivided(mesh, 2, 0);
   for (Vec3& vertex : mesh.vertices) vertex *= radius_m / vertex.norm();
   return mesh;
 }
@@ -133,55 +134,71 @@ TriangleMesh make_cube(double edge_m) {
   return mesh;
 }
 
-TriangleMesh subdivided(const TriangleMesh& mesh, double height_m) {
-  TriangleMesh result{mesh.vertices, {}};
-  std::vector<Vec3> normals(mesh.vertices.size(), Vec3::Zero());
-  for (const auto& [a, b, c] : mesh.triangles) {
-    const Vec3 normal = (corner(mesh, b) - corner(mesh, a)).cross(corner(mesh, c) - corner(mesh, a));
-    for (const int i : {a, b, c}) normals[static_cast<std::size_t>(i)] += normal;
-  }
-  std::map<std::pair<int, int>, int> middles;
-  const auto middle = [&](int a, int b) {
-    const auto [found, is_new] = middles.try_emplace(std::minmax(a, b), static_cast<int>(result.vertices.size()));
-    if (is_new) {
-      const Vec3 p = (corner(mesh, a) + corner(mesh, b)) / 2;
-      const Vec3 normal = normals[static_cast<std::size_t>(a)] + normals[static_cast<std::size_t>(b)];
-      result.vertices.push_back(p + height_m * smooth_noise(p) * normal.stableNormalized());
-    }
-    return found->second;
-  };
-  for (const auto& [a, b, c] : mesh.triangles) {
-    const int ab = middle(a, b), bc = middle(b, c), ca = middle(c, a);
-    for (const auto& triangle : {std::array{a, ab, ca}, {ab, b, bc}, {ca, bc, c}, {ab, bc, ca}}) {
-      result.triangles.push_back(triangle);
-    }
-  }
-  return result;
-}
+namespace {
 
-TriangleMesh clustered(const TriangleMesh& mesh, double cell_m) {
-  TriangleMesh result;
-  std::vector<int> counts;
-  std::vector<int> cluster_of(mesh.vertices.size());
-  std::map<std::tuple<long, long, long>, int> clusters;
-  for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
-    const Vec3 cell = (mesh.vertices[i] / cell_m).array().floor();
-    const auto key = std::tuple(std::lround(cell.x()), std::lround(cell.y()), std::lround(cell.z()));
-    const int cluster = clusters.try_emplace(key, static_cast<int>(counts.size())).first->second;
-    if (cluster == static_cast<int>(counts.size())) {
-      counts.push_back(0);
-      result.vertices.push_back(Vec3::Zero());
+/// Cuts every edge and triangle of a mesh; neighbours share the points on their edge.
+class Subdivision {
+ public:
+  Subdivision(const TriangleMesh& mesh, int pieces, double height_m)
+      : mesh_(mesh), pieces_(pieces), height_m_(height_m), normals_(mesh.vertices.size(), Vec3::Zero()) {
+    result_.vertices = mesh.vertices;
+    for (const auto& [a, b, c] : mesh.triangles) {
+      const Vec3 normal = (corner(mesh, b) - corner(mesh, a)).cross(corner(mesh, c) - corner(mesh, a));
+      for (const int i : {a, b, c}) normals_[static_cast<std::size_t>(i)] += normal;
     }
-    cluster_of[i] = cluster;
-    ++counts[static_cast<std::size_t>(cluster)];
-    result.vertices[static_cast<std::size_t>(cluster)] += mesh.vertices[i];
   }
-  for (std::size_t i = 0; i < counts.size(); ++i) result.vertices[i] /= counts[i];
-  for (const auto& triangle : mesh.triangles) {
-    const auto of = [&](std::size_t k) { return cluster_of[static_cast<std::size_t>(triangle[k])]; };
-    if (of(0) != of(1) && of(1) != of(2) && of(2) != of(0)) result.triangles.push_back({of(0), of(1), of(2)});
+
+  TriangleMesh run() {
+    for (const auto& triangle : mesh_.triangles) cut(triangle);
+    return std::move(result_);
   }
-  return result;
+
+ private:
+  /// Places on a triangle: towards b and c in pieces of its edges, the rest towards a.
+  void cut(const std::array<int, 3>& triangle) {
+    std::map<std::pair<int, int>, int> at;
+    for (int to_b = 0; to_b <= pieces_; ++to_b) {
+      for (int to_c = 0; to_b + to_c <= pieces_; ++to_c) at[{to_b, to_c}] = point(triangle, to_b, to_c);
+    }
+    for (int i = 0; i < pieces_; ++i) {
+      for (int j = 0; i + j < pieces_; ++j) {
+        result_.triangles.push_back({at[{i, j}], at[{i + 1, j}], at[{i, j + 1}]});
+        if (i + j + 1 < pieces_) result_.triangles.push_back({at[{i + 1, j}], at[{i + 1, j + 1}], at[{i, j + 1}]});
+      }
+    }
+  }
+
+  int point(const std::array<int, 3>& triangle, int to_b, int to_c) {
+    // Sorted, so that both triangles at an edge name, and add up, its points alike.
+    std::array<std::pair<int, int>, 3> shares{
+        {{triangle[0], pieces_ - to_b - to_c}, {triangle[1], to_b}, {triangle[2], to_c}}};
+    std::sort(shares.begin(), shares.end());
+    Vec3 p = Vec3::Zero(), normal = Vec3::Zero();
+    std::vector<int> key;
+    for (const auto& [vertex, share] : shares) {
+      if (share == 0) continue;
+      if (share == pieces_) return vertex;
+      key.insert(key.end(), {vertex, share});
+      p += corner(mesh_, vertex) * share / pieces_;
+      normal += normals_[static_cast<std::size_t>(vertex)] * share;
+    }
+    const auto [found, is_new] = points_.try_emplace(key, static_cast<int>(result_.vertices.size()));
+    if (is_new) result_.vertices.push_back(p + height_m_ * smooth_noise(p) * normal.stableNormalized());
+    return found->second;
+  }
+
+  const TriangleMesh& mesh_;
+  int pieces_;
+  double height_m_;
+  std::vector<Vec3> normals_;
+  std::map<std::vector<int>, int> points_;  ///< by the corners between which they lie, and how near to each
+  TriangleMesh result_;
+};
+
+}  // namespace
+
+TriangleMesh subdivided(const TriangleMesh& mesh, int pieces, double height_m) {
+  return Subdivision(mesh, pieces, height_m).run();
 }
 
 MeshBounds bounds_of(const TriangleMesh& mesh) {

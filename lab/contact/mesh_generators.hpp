@@ -31,11 +31,9 @@ TriangleMesh make_sphere(double radius_m, int levels);
 /// 12 triangles, centred.
 TriangleMesh make_cube(double edge_m);
 
-/// Each triangle becomes four; new corners leave the old surface by up to `height_m` along its normal, by a smooth
-/// function of place, so that the finer mesh is not made of flat patches.
-TriangleMesh subdivided(const TriangleMesh& mesh, double height_m);
-/// Corners in the same cube of `cell_m` become one, their mean; triangles that lose their area go.
-TriangleMesh clustered(const TriangleMesh& mesh, double cell_m);
+/// Each edge becomes `pieces`, each triangle pieces²; new corners leave the old surface by up to `height_m` along its
+/// normal, by a smooth function of place, so that the finer mesh is not made of flat patches.
+TriangleMesh subdivided(const TriangleMesh& mesh, int pieces, double height_m);
 
 struct MeshBounds {
   Vec3 low = Vec3::Zero();

@@ -14,8 +14,8 @@ namespace tandem {
 
 using ShapePointer = std::shared_ptr<const ContactShape>;
 
-inline ShapePointer solid_of(TriangleMesh mesh) {
-  return make_contact_mesh({std::move(mesh), SurfaceKind::kSolid, {}});
+inline ShapePointer solid_of(const TriangleMesh& mesh) {
+  return make_contact_mesh(repaired(mesh));
 }
 
 /// A coupling without overshoot for this body, unless asked for otherwise.
