@@ -20,6 +20,16 @@ double reach_m(const TouchThing& thing, double step_s, const TouchStage::Limits&
   return std::min(speed, limits.speed_m_per_s) * step_s;
 }
 
+/// A thing must not get farther than reach_m() says: what it would meet there was not looked for. Moving less than was
+/// solved for is safe, for it is less of the same way. True when it had to be slowed.
+bool limit_motion(Twist& V_WC, double radius_m, const TouchStage::Limits& limits) {
+  const double fastest = V_WC.v.norm() + V_WC.w.norm() * radius_m;
+  if (!(fastest > limits.speed_m_per_s)) return false;
+  V_WC.v *= limits.speed_m_per_s / fastest;
+  V_WC.w *= limits.speed_m_per_s / fastest;
+  return true;
+}
+
 double in_a_row(double stiffness_a, double stiffness_b) {
   return stiffness_a * stiffness_b / (stiffness_a + stiffness_b);
 }
@@ -57,7 +67,7 @@ TickFaults TouchStage::step(double step_s, std::span<TouchThing> things, std::sp
   }
   faults |= find_contacts(things);
   faults |= solve(step_s, pulls);
-  write_back(step_s, things);
+  faults |= write_back(step_s, things);
   return faults;
 }
 
@@ -184,7 +194,8 @@ TickFaults TouchStage::solve(double step_s, std::span<TouchPull> pulls) noexcept
   return faults;
 }
 
-void TouchStage::write_back(double step_s, std::span<TouchThing> things) noexcept {
+TickFaults TouchStage::write_back(double step_s, std::span<TouchThing> things) noexcept {
+  TickFaults faults = 0;
   for (std::size_t i = 0; i < patches_.size(); ++i) {
     const auto feel = [&](std::size_t thing, const Wrench& wrench) {
       felt_[thing].pressing += results_[i].pressing;
@@ -197,11 +208,13 @@ void TouchStage::write_back(double step_s, std::span<TouchThing> things) noexcep
   for (std::size_t i = 0; i < bodies_.size(); ++i) {
     TouchThing& thing = things[thing_of_body_[i]];
     if (thing.role == TouchThing::Role::kOurs) {
+      if (limit_motion(bodies_[i].V_WC, 2 * thing.model->radius_m, limits_)) faults |= kFaultSpeedLimited;
       thing.rigid->advance(bodies_[i].V_WC, step_s);
     } else {
       thing.rigid->apply_wrench(felt_[thing_of_body_[i]].wrench_W, Vec3::Zero());
     }
   }
+  return faults;
 }
 
 }  // namespace tandem

@@ -92,7 +92,7 @@ class TouchStage {
   void add_body(std::span<const TouchThing> things, std::size_t thing) noexcept;
   void add_patch(std::span<const TouchThing> things, const Near& near) noexcept;
   TickFaults solve(double step_s, std::span<TouchPull> pulls) noexcept;
-  void write_back(double step_s, std::span<TouchThing> things) noexcept;
+  TickFaults write_back(double step_s, std::span<TouchThing> things) noexcept;
 
   Limits limits_;
   std::vector<Slot> slots_;

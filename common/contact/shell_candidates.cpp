@@ -301,30 +301,35 @@ void ShellCandidates::open(ShellPart& part, std::uint32_t root, double band_m) n
 }
 
 void ShellCandidates::open_leaf(ShellPart& part, std::uint32_t index) noexcept {
-  const ShellNode& leaf = shell_->nodes[index];
-  std::array<double, kShellLeafPoints> distances;
-  double nearest = kInfinity;
-  double farthest = -kInfinity;
-  work_.points += leaf.count;
-  for (std::uint32_t i = 0; i < leaf.count; ++i) {
-    distances[i] = distance_at(shell_->points[leaf.first + i].p_S);
-    nearest = std::min(nearest, distances[i]);
-    farthest = std::max(farthest, distances[i]);
-  }
-  if (leaf.count > 1 && is_flat(nearest, farthest)) {
-    const bool is_level = farthest - nearest <= kFlat_m;
-    const double slide_m = is_level ? kFlatSlide_m : std::min(kFlatSlide_m, kFlatGap * std::abs(nearest));
-    const double whole_m = part.travel_m + slide_m;
-    put(part, {leaf.mean.p_S, leaf.mean.area_m2, static_cast<float>(nearest + part.travel_m),
-               static_cast<float>(whole_m), leaf.first, leaf.count, index, ShellCandidate::Kind::kFlatLeaf});
-    part.check_m = std::min(part.check_m, whole_m);
+  const ShellNode& node = shell_->nodes[index];
+  const Leaf leaf = ask(node);
+  if (node.count > 1 && is_flat(leaf.nearest_m, leaf.farthest_m)) {
+    const bool is_level = leaf.farthest_m - leaf.nearest_m <= kFlat_m;
+    const double way_m = is_level ? kFlatSlide_m : std::min(kFlatSlide_m, kFlatGap * std::abs(leaf.nearest_m));
+    const auto nearest_m = static_cast<float>(leaf.nearest_m + part.travel_m);
+    const auto whole_m = static_cast<float>(part.travel_m + way_m);
+    put(part, {node.mean.p_S, node.mean.area_m2, nearest_m, whole_m, node.first, node.count, index,
+               ShellCandidate::Kind::kFlatLeaf});
+    part.check_m = std::min<double>(part.check_m, whole_m);
     return;
   }
-  for (std::uint32_t i = 0; i < leaf.count; ++i) {
-    const ShellPoint& point = shell_->points[leaf.first + i];
-    const auto nearest_m = static_cast<float>(distances[i] + part.travel_m);
-    put(part, {point.p_S, point.area_m2, nearest_m, 0, leaf.first + i, 1, index, ShellCandidate::Kind::kPoints});
+  for (std::uint32_t i = 0; i < node.count; ++i) {
+    const ShellPoint& point = shell_->points[node.first + i];
+    const auto nearest_m = static_cast<float>(leaf.distances_m[i] + part.travel_m);
+    put(part, {point.p_S, point.area_m2, nearest_m, 0, node.first + i, 1, index, ShellCandidate::Kind::kPoints});
   }
+}
+
+ShellCandidates::Leaf ShellCandidates::ask(const ShellNode& node) noexcept {
+  Leaf leaf{{}, kInfinity, -kInfinity};
+  work_.points += node.count;
+  for (std::uint32_t i = 0; i < node.count; ++i) {
+    const double distance = distance_at(shell_->points[node.first + i].p_S);
+    leaf.distances_m[i] = distance;
+    leaf.nearest_m = std::min(leaf.nearest_m, distance);
+    leaf.farthest_m = std::max(leaf.farthest_m, distance);
+  }
+  return leaf;
 }
 
 void ShellCandidates::walk_coarse(double band_m) noexcept {
@@ -372,18 +377,17 @@ void ShellCandidates::open_node(std::uint32_t index, double reach_m) noexcept {
 }
 
 // False, and nothing gathered: its points do not fit into `room`.
-bool ShellCandidates::gather_leaf(const ShellNode& node, double reach_m, std::size_t room) noexcept {
+bool ShellCandidates::gather_leaf(const ShellNode& node, const Leaf& leaf, double reach_m, std::size_t room) noexcept {
   const std::size_t size_before = candidates_.size();
-  for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
-    const ShellPoint& point = shell_->points[i];
-    const double distance = distance_at(point.p_S);
-    ++work_.points;
+  for (std::uint32_t i = 0; i < node.count; ++i) {
+    const double distance = leaf.distances_m[i];
     if (!is_reached(distance, reach_m)) continue;
     if (candidates_.size() - size_before == room) {
       candidates_.resize(size_before);
       return false;
     }
-    candidates_.push_back({point.p_S, point.area_m2, static_cast<float>(distance), 0, i, 1});
+    const ShellPoint& point = shell_->points[node.first + i];
+    candidates_.push_back({point.p_S, point.area_m2, static_cast<float>(distance), 0, node.first + i, 1});
   }
   return true;
 }
@@ -443,35 +447,37 @@ std::uint32_t ShellCandidates::find_deepest() noexcept {
 }
 
 void ShellCandidates::gather_leaf_coarse(const ShellNode& node, double reach_m, std::size_t used) noexcept {
-  const std::size_t for_points = capacity_ / 8;
-  if (used < for_points && gather_leaf(node, reach_m, for_points - used)) {
+  if (used + 2 > capacity_) {
+    gather_mean(node);
     return;
   }
-  if (used + 2 <= capacity_) {
-    gather_halves(node, reach_m);
+  const Leaf leaf = ask(node);
+  const double fine_m = reach_m - kCoarseSlack_m + margin_m_;
+  if (is_flat(leaf.nearest_m, leaf.farthest_m)) {
+    fine_count_ += leaf.nearest_m <= fine_m ? 1 : 0;
   } else {
-    gather_mean(node);
+    const auto end = leaf.distances_m.begin() + node.count;
+    fine_count_ += static_cast<std::size_t>(
+        std::count_if(leaf.distances_m.begin(), end, [fine_m](double distance) { return distance <= fine_m; }));
   }
+  const std::size_t for_points = capacity_ / 8;
+  if (used >= for_points || !gather_leaf(node, leaf, reach_m, for_points - used)) gather_halves(node, leaf, reach_m);
 }
 
 // A leaf that the other surface cuts through, as two: what is inside, and what is near. Force is linear in depth on
 // either side, so that the means stand for their points exactly where the other surface is flat.
-void ShellCandidates::gather_halves(const ShellNode& leaf, double reach_m) noexcept {
+void ShellCandidates::gather_halves(const ShellNode& node, const Leaf& leaf, double reach_m) noexcept {
   std::array<ShellCandidate, 2> halves;
-  LeafSpan span;
-  for (std::uint32_t i = leaf.first; i < leaf.first + leaf.count; ++i) {
-    const ShellPoint& point = shell_->points[i];
-    const double distance = distance_at(point.p_S);
-    ++work_.points;
-    span.add(distance);
+  for (std::uint32_t i = 0; i < node.count; ++i) {
+    const double distance = leaf.distances_m[i];
     if (!is_reached(distance, reach_m)) continue;
+    const ShellPoint& point = shell_->points[node.first + i];
     ShellCandidate& half = halves[distance < 0 ? 0 : 1];
-    if (half.count == 0) half.first = i;
+    if (half.count == 0) half.first = node.first + i;
     half.p_P += point.area_m2 * point.p_S;
     half.area_m2 += point.area_m2;
-    half.count = i + 1 - half.first;
+    half.count = node.first + i + 1 - half.first;
   }
-  fine_count_ += span.candidates(reach_m - kCoarseSlack_m);
   for (ShellCandidate& half : halves) {
     if (half.area_m2 <= 0) continue;
     half.p_P /= half.area_m2;

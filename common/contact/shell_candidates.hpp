@@ -3,6 +3,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -108,6 +109,13 @@ class ShellCandidates {
     std::uint32_t node = 0;
   };
 
+  /// What the points of a leaf were found to be at.
+  struct Leaf {
+    std::array<double, kShellLeafPoints> distances_m;
+    double nearest_m;
+    double farthest_m;
+  };
+
   void divide(std::size_t parts) noexcept;
   bool is_out_of_reach(const Pose& X_FP, double band_m) const noexcept;
   double travel(const Pose& X_FP) noexcept;
@@ -130,12 +138,13 @@ class ShellCandidates {
   bool is_reached(double nearest_m, double reach_m) noexcept;
   void gather_coarse(double reach_m) noexcept;
   std::uint32_t find_deepest() noexcept;
-  bool gather_leaf(const ShellNode& node, double reach_m, std::size_t room) noexcept;
+  bool gather_leaf(const ShellNode& node, const Leaf& leaf, double reach_m, std::size_t room) noexcept;
   void gather_leaf_coarse(const ShellNode& node, double reach_m, std::size_t used) noexcept;
-  void gather_halves(const ShellNode& leaf, double reach_m) noexcept;
+  void gather_halves(const ShellNode& node, const Leaf& leaf, double reach_m) noexcept;
   void gather_mean(const ShellNode& node) noexcept;
   void open_node(std::uint32_t index, double reach_m) noexcept;
   bool open_children(std::uint32_t parent, double reach_m, std::size_t room) noexcept;
+  Leaf ask(const ShellNode& leaf) noexcept;
   double distance_at(const Eigen::Vector3f& p_P) const;
 
   const PointShell* shell_ = nullptr;
@@ -158,7 +167,7 @@ class ShellCandidates {
   bool is_full_ = false;
   double reach_m_ = 0;               ///< of a coarse list
   std::uint32_t deepest_point_ = 0;  ///< of a coarse walk
-  std::size_t fine_count_ = 0;       ///< at least how many candidates a coarse walk would have had as points
+  std::size_t fine_count_ = 0;       ///< at least how many candidates in the band there would be if they fitted
   ContactWork work_;
 };
 

@@ -23,21 +23,39 @@ constexpr double kLeastSpread_m = 1e-3;
 /// How far the reduced contacts' wrench is from that of all.
 class ReductionError {
  public:
-  /// The change of the error since the call before, as a force.
-  double change_n(std::span<const ContactPoint> contacts, double stiffness_n_per_m3, const Vec3& about_W) {
+  /// What a receiver feels too much when it changes from the contacts reduced at the call before, carried on to here by
+  /// their own stiffness, to those reduced now: as a force.
+  double change_n(std::span<const ContactPoint> contacts, double stiffness_n_per_m3, const Pose& X_WT) {
     const std::size_t count = reduce_contacts(contacts, stiffness_n_per_m3, reduced_);
-    const Wrench all = contact_wrench(contacts, stiffness_n_per_m3, about_W).on_a_W;
-    const Wrench error = contact_wrench(std::span(reduced_).first(count), about_W).on_a_W - all;
-    double spread = kLeastSpread_m;
-    for (const ContactPoint& contact : contacts) spread = std::max(spread, (contact.p_W - about_W).norm());
-    const Wrench change = error - before_;
+    const ContactWrench all = contact_wrench(contacts, stiffness_n_per_m3, X_WT.p);
+    const ContactWrench few = contact_wrench(std::span(reduced_).first(count), X_WT.p);
+    const Error error{few.on_a_W - all.on_a_W, few.derivative - all.derivative, X_WT};
+    const Wrench change = error.wrench_W - before_.carried_to(X_WT);
     before_ = error;
+    double spread = kLeastSpread_m;
+    for (const ContactPoint& contact : contacts) spread = std::max(spread, (contact.p_W - X_WT.p).norm());
     return std::max(change.f.norm(), change.t.norm() / spread);
   }
 
  private:
+  /// Of the reduced contacts' wrench about the tool's origin, and of its derivative.
+  struct Error {
+    Wrench wrench_W;
+    Matrix6 derivative = Matrix6::Zero();
+    Pose X_WT;
+
+    Wrench carried_to(const Pose& X_WT_now) const {
+      const Vec3 way = X_WT_now.p - X_WT.p;
+      Eigen::Matrix<double, 6, 1> motion;
+      motion << way, rotation_vector(X_WT_now.q * X_WT.q.conjugate());
+      const Eigen::Matrix<double, 6, 1> change = derivative * motion;
+      const Vec3 force = wrench_W.f + change.head<3>();
+      return {force, wrench_W.t + change.tail<3>() - way.cross(force)};
+    }
+  };
+
   std::array<ReducedContact, kReducedContacts> reduced_;
-  Wrench before_;
+  Error before_;
 };
 
 /// Our own contact: search and implicit solver.
@@ -75,7 +93,7 @@ class TouchSimulation {
     result.contacts = patch_result_.pressing;
     result.reported_depth_m = patch_result_.deepest_m;
     result.has_converged = report.has_converged;
-    result.force_jump_n = error_.change_n(pair_.contacts(), SolverPatch{}.stiffness_n_per_m3, X_WT_.p);
+    result.force_jump_n = error_.change_n(pair_.contacts(), SolverPatch{}.stiffness_n_per_m3, X_WT_);
     result.on_hand_W = reaction_on_hand(tool_wrench_W_, X_WH.p - X_WT_.p);
     X_WT_ = integrate(X_WT_, V_WT_, h);
     result.X_WT = X_WT_;

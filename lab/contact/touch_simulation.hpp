@@ -57,9 +57,9 @@ struct TouchStretch {
 
 /// Steps a tool with the mass of a solid box around `tool` along the path; `fixed` stands at the origin of W.
 ///
-/// The force jump is what a receiver of 16 reduced contacts would feel too much: the change, from step to step, of
-/// the difference between their net wrench and that of all contacts (torque over the contacts' spread).
-/// In      clock  for TouchStep's times
+/// The force jump is what a receiver of 16 reduced contacts would feel too much when the next ones come: their net
+/// wrench against that of the last ones, carried on by their own stiffness, less the same for all contacts (torque over
+/// the contacts' spread). In      clock  for TouchStep's times
 TouchTrace run_touch(const ContactShape& tool, const ContactShape& fixed, const HandPath& path,
                      const TouchSettings& settings, const TouchStretch& stretch, const Clock& clock);
 

@@ -1,9 +1,9 @@
 // The seam between what tools touch and what Bullet moves: nothing may be lost or made there.
 #include <gtest/gtest.h>
 
-#include <array>
+#include <algorithm>
 #include <cmath>
-#include <numbers>
+#include <sstream>
 
 #include "server/world.hpp"
 #include "tests/server/scene_support.hpp"
@@ -38,7 +38,7 @@ std::string table(double friction = 0.5) {
   return box("table", {1, 1, 0.1}, {0, 0, -0.05}, R"(, "friction": )" + std::to_string(friction));
 }
 std::string tool_at(const Vec3& p, double friction = 0.5, const std::string& more = "") {
-  return R"({"name": "tool_)" + vector_json(p) + R"(", "placement": {"position_m": )" + vector_json(p) +
+  return R"({"name": "at )" + std::to_string(p.x()) + R"(", "placement": {"position_m": )" + vector_json(p) +
          R"(}, "friction": )" + std::to_string(friction) + more + "}";
 }
 RigidState at(const Vec3& p, const Vec3& v = Vec3::Zero()) {
