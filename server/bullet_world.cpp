@@ -53,6 +53,16 @@ void BulletWorld::add(RigidBody& body) {
 }
 
 void BulletWorld::step(double step_s) {
+  // As velocity, because Bullet's friction does not see the torque of forces: a body that is pushed above or below its
+  // centre would creep.
+  const auto& bodies = world_.getNonStaticRigidBodies();
+  for (int i = 0; i < bodies.size(); ++i) {
+    btRigidBody& body = *bodies[i];
+    body.setLinearVelocity(body.getLinearVelocity() + body.getTotalForce() * (body.getInvMass() * step_s));
+    body.setAngularVelocity(body.getAngularVelocity() +
+                            body.getInvInertiaTensorWorld() * body.getTotalTorque() * step_s);
+    body.clearForces();
+  }
   // No sub-steps: Bullet then advances by exactly this time.
   world_.stepSimulation(step_s, 0);
 }

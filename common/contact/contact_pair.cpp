@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <numeric>
 #include <utility>
 
 namespace tandem {
@@ -133,6 +134,8 @@ ContactWork ContactPair::search(ShellCandidates& candidates, const Direction& di
     now_.counts.resize(begin);
     work += candidates.shorten(band_m);
   }
+  const auto counts = now_.counts.begin() + static_cast<std::ptrdiff_t>(begin);
+  candidates.count_points(std::accumulate(counts, now_.counts.end(), std::size_t{0}));
   return work;
 }
 
@@ -161,7 +164,7 @@ bool ContactPair::look_at(const ShellCandidates& candidates, const ShellPart& pa
     const ShellNode& leaf = candidates.shell()->nodes[candidate.node];
     const Vec3 normal_F = placing.R_FP * leaf.mean.normal_S.cast<double>();
     const double rise_m = leaf.radius_m * normal_F.cross(sample.gradient).norm();
-    const bool is_flat = ShellCandidates::is_flat(sample.distance_m - rise_m, sample.distance_m + rise_m);
+    const bool is_flat = candidates.is_flat(sample.distance_m - rise_m, sample.distance_m + rise_m);
     if (!is_flat || candidate.whole_m < part.travel_m) return look_at_points(candidates, leaf, placing);
   } else {
     candidates.note(part, candidate, sample.distance_m);

@@ -27,7 +27,7 @@ struct ContactPoint {
 
 /// In points asked of a distance field and nodes of a tree, never in time: a replay degrades alike.
 struct ContactBudget {
-  std::uint32_t points = 4096;  ///< a pair and step; beyond it, points are merged with their neighbours
+  std::uint32_t points = 3072;  ///< a pair and step; beyond it, points are merged with their neighbours
 };
 
 /// The contacts of shape A with shape B, searched each step. Remembers the candidates of the last walk of the tree and

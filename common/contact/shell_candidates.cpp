@@ -68,6 +68,7 @@ void ShellCandidates::bind(const PointShell* shell, const BoundingBall& points, 
   margin_m_ = 2 * field->error_m() + kRounding_m;
   candidates_.clear();
   is_coarse_ = false;
+  merges_outside_ = false;
   gap_m_ = -1;
   divide(kParts);
 }
@@ -105,26 +106,32 @@ ContactWork ShellCandidates::refresh(const Pose& X_FP, double band_m) noexcept {
     walk_coarse(band_m);
     if (fine_count_ < kFineAgain * capacity_) {
       is_coarse_ = false;
+      points_in_band_ = capacity_;
       divide(kParts);
     }
   }
-  if (!is_coarse_ && !update_all(band_m)) coarsen(band_m);
+  if (merges_outside_ && !is_coarse_ && points_in_band_ < kFineAgain * capacity_) {
+    merges_outside_ = false;
+    for (ShellPart& part : parts_) begin_walk(part);
+  }
+  if (!is_coarse_ && !update_all(band_m) && !merge_outside(band_m)) coarsen(band_m);
   remember_gap();
-  work_.is_coarse = is_coarse_;
+  work_.is_coarse = is_coarse_ || merges_outside_;
   return work_;
 }
 
 ContactWork ShellCandidates::shorten(double band_m) noexcept {
   work_ = {};
-  if (is_coarse_ || !renew_all(band_m)) coarsen(band_m);
+  if (is_coarse_ || (!renew_all(band_m) && !merge_outside(band_m))) coarsen(band_m);
   remember_gap();
-  work_.is_coarse = is_coarse_;
+  work_.is_coarse = is_coarse_ || merges_outside_;
   return work_;
 }
 
 void ShellCandidates::coarsen(double band_m) noexcept {
   divide(1);
   is_coarse_ = true;
+  merges_outside_ = true;
   walk_coarse(band_m);
 }
 
@@ -165,7 +172,17 @@ double ShellCandidates::travel(const Pose& X_FP) noexcept {
   return largest;
 }
 
-bool ShellCandidates::is_flat(double nearest_m, double farthest_m) {
+// False: that was done before, or there are more than fit even so.
+bool ShellCandidates::merge_outside(double band_m) noexcept {
+  if (merges_outside_) return false;
+  merges_outside_ = true;
+  points_in_band_ = std::numeric_limits<std::size_t>::max();
+  for (ShellPart& part : parts_) begin_walk(part);
+  return update_all(band_m);
+}
+
+bool ShellCandidates::is_flat(double nearest_m, double farthest_m) const {
+  if (merges_outside_ && nearest_m > 0) return true;
   const double of_gap = kFlatGap * std::max(0.0, nearest_m);
   const double of_depth = std::min(kFlatDepthMax_m, kFlatDepth * std::max(0.0, -farthest_m));
   return farthest_m - nearest_m <= kFlat_m + of_gap + of_depth;

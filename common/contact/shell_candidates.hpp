@@ -82,14 +82,17 @@ class ShellCandidates {
 
   /// Makes the list hold at this pose: none of the candidates whose nearest_m is within reach_m() is unopened.
   ContactWork refresh(const Pose& X_FP, double band_m) noexcept;
-  /// For a list that has more candidates in the band than capacity(): drops what is not up to date, else merges points
-  /// where contact is shallowest. It stays like that until there is less.
+  /// For a list that has more candidates in the band than capacity(): drops what is not up to date; then leaves that do
+  /// not touch become one candidate each; then points are merged where contact is shallowest. It stays like that until
+  /// there is less.
   ContactWork shorten(double band_m) noexcept;
 
   /// A candidate with a larger nearest_m is out of the band.
   double reach_m(const ShellPart& part, double band_m) const { return band_m + margin_m_ + part.travel_m; }
   /// Whether points at distances from `nearest_m` to `farthest_m` may be taken as one.
-  static bool is_flat(double nearest_m, double farthest_m);
+  bool is_flat(double nearest_m, double farthest_m) const;
+  /// Tells how many points there were in the band, those that were merged included.
+  void count_points(std::size_t points) { points_in_band_ = points; }
   /// Notes what was found at the pose of the last refresh(): a distance from the field's sample().
   void note(const ShellPart& part, ShellCandidate& point, double distance_m) const {
     point.nearest_m = static_cast<float>(std::min(distance_m, field_->band_m()) + part.travel_m);
@@ -124,6 +127,7 @@ class ShellCandidates {
   bool update_all(double band_m) noexcept;
   void renew_one(double band_m) noexcept;
   bool renew_all(double band_m) noexcept;
+  bool merge_outside(double band_m) noexcept;
   bool update(ShellPart& part, double band_m) noexcept;
   bool rebuild(ShellPart& part, double band_m) noexcept;
   void begin_walk(ShellPart& part) noexcept;
@@ -157,7 +161,9 @@ class ShellCandidates {
   std::vector<ShellPart> parts_;
   std::vector<ShellCandidate> candidates_;  ///< of all parts, and what some of them have left behind
   std::vector<Cut> cut_;
-  bool is_coarse_ = false;
+  bool is_coarse_ = false;         ///< one part, of a coarse walk
+  bool merges_outside_ = false;    ///< leaves that do not touch
+  std::size_t points_in_band_ = 0;
   double gap_m_ = 0;  ///< nothing is nearer at the last pose
   Pose X_FP_;         ///< the last pose
   Eigen::Matrix3d R_FP_ = Eigen::Matrix3d::Identity();

@@ -51,32 +51,26 @@ void run(World& world, int steps) {
 
 constexpr double kToolMass_kg = 0.05;
 
-// Bullet applies in the next step what a contact did in this one; so momentum is whole one step later.
 TEST(TouchSeam, MomentumOfToolAndPushedBodyChangesByTheHandsPullAlone) {
   const double mass_kg = 0.3;
-  World world(load_parts({.bodies = cube(mass_kg, {0, 0, 0}), .tools = tool_at({-0.03, 0.006, 0.004}), .rest = kNoGravity}));
+  World world(
+      load_parts({.bodies = cube(mass_kg, {0, 0, 0}), .tools = tool_at({-0.03, 0.006, 0.004}), .rest = kNoGravity}));
   world.activate_tool(0);
   Vec3 given = Vec3::Zero();
-  Vec3 owed = Vec3::Zero();  // of the last step's contact, to the cube
-  const auto momentum = [&] {
-    return Vec3(kToolMass_kg * world.tool(0).tool.V.v + mass_kg * world.body(BodyId{1}).V.v);
-  };
+  const int steps = 400;
   std::uint32_t contacts = 0;
-  for (int i = 0; i < 400; ++i) {
+  for (int i = 0; i < steps; ++i) {
     world.set_handle(0, at({-0.03 + 0.1 * i * kStep_s, 0.006, 0.004}));
-    const Vec3 tool_before = kToolMass_kg * world.tool(0).tool.V.v;
     world.step();
-    const Vec3 pull = -kStep_s * world.tool(0).wrench_on_hand_W.f;
-    given += pull;
-    owed = -(kToolMass_kg * world.tool(0).tool.V.v - tool_before - pull);
+    given -= kStep_s * world.tool(0).wrench_on_hand_W.f;
     contacts += world.touch(0).contacts;
   }
   EXPECT_GT(contacts, 0U);
   EXPECT_GT(world.body(BodyId{1}).V.v.x(), 0.05);
-  // Sums of 400 terms of at most 0.01 N s.
-  const Vec3 all = momentum();
-  const Vec3 settled = all + owed;
-  EXPECT_LT(std::min((all - given).norm(), (settled - given).norm()), 1e-13);
+  const Vec3 momentum = kToolMass_kg * world.tool(0).tool.V.v + mass_kg * world.body(BodyId{1}).V.v;
+  // What the solver may leave of each step's equation, see ContactIsland.
+  const double left_m_per_s = 1e-11;
+  EXPECT_LT((momentum - given).norm(), steps * left_m_per_s * (kToolMass_kg + mass_kg));
 }
 
 /// How far a cube of 0.5 kg on a table moves in a second, pushed sideways with this share of μ m g.

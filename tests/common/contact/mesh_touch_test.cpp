@@ -1,1 +1,130 @@
+// What people bring: meshes of many triangles, felt in every detail.
 #include <gtest/gtest.h>
+
+#include "common/contact/contact_reduction.hpp"
+#include "tests/common/contact/mesh_measures.hpp"
+#include "tests/common/contact/test_meshes.hpp"
+#include "tests/common/contact/touch_rig.hpp"
+
+namespace tandem {
+namespace {
+
+/// A plate of 100 × 100 mm and 1 M triangles with a ridge along y: 0.3 mm high, 0.3 mm wide at its foot.
+TriangleMesh ridged_plate(double ridge_m) {
+  const double foot_m = 1.5e-4;
+  TriangleMesh mesh = test::height_field(0.1, 707, [&](double x, double) {
+    return ridge_m * std::max(0.0, 1 - std::abs(x) / foot_m);
+  });
+  // A floor and sides make it a solid: one fan below, from the middle to the border.
+  const int row = 708;
+  const int below = static_cast<int>(mesh.vertices.size());
+  mesh.vertices.emplace_back(0, 0, -0.01);
+  std::vector<int> border;
+  for (int i = 0; i < row - 1; ++i) border.push_back(i);
+  for (int j = 0; j < row - 1; ++j) border.push_back(j * row + row - 1);
+  for (int i = row - 1; i > 0; --i) border.push_back((row - 1) * row + i);
+  for (int j = row - 1; j > 0; --j) border.push_back(j * row);
+  for (std::size_t i = 0; i < border.size(); ++i) {
+    mesh.triangles.push_back({border[(i + 1) % border.size()], border[i], below});
+  }
+  return mesh;
+}
+
+TEST(MeshTouch, ARidgeOfThreeTenthsOfAMillimetreOnAMillionTrianglesLiftsASlidingBall) {
+  // Squares of 0.14 mm: the ridge's crest must be on a line of them.
+  TriangleMesh mesh = ridged_plate(3e-4);
+  double crest_m = 0;
+  for (const Vec3& vertex : mesh.vertices) crest_m = std::max(crest_m, vertex.z());
+  ASSERT_GT(mesh.triangles.size(), 990'000U);
+  ContactSolver solver({});
+  TouchRig rig(solver);
+  rig.shape = make_contact_sphere(0.005);
+  rig.friction = 0.1;
+  rig.add_obstacle(solid_of(mesh));
+  const SpringDamper law(critical_coupling(rig.mass_kg, rig.inertia_B(0, 0), 1000));
+  rig.law = &law;
+  rig.coupling_force_n = 6.5;
+  rig.X_WB.p = {-0.006, 0.0123, 0.0051};
+  rig.X_WH = rig.X_WB;
+  rig.X_WH.p.z() = 0.004;
+  rig.run(0.1);
+  const double flat_m = rig.X_WB.p.z();
+  const double flat_n = rig.tool_wrench_W.f.z();
+  double highest_m = flat_m;
+  double most_n = 0;
+  for (int i = 0; i < 600; ++i) {
+    rig.X_WH.p.x() += 0.02 * kStep_s;
+    rig.V_WH.v.x() = 0.02;
+    rig.step();
+    highest_m = std::max(highest_m, rig.X_WB.p.z());
+    most_n = std::max(most_n, std::abs(rig.tool_wrench_W.f.z() - flat_n));
+  }
+  EXPECT_GT(rig.X_WB.p.x(), 0.004);
+  // The ball rides over the crest, sunk into it by less than the rigid depth.
+  EXPECT_GT(highest_m - flat_m, 0.5 * crest_m);
+  EXPECT_GT(most_n, 0.5 * crest_m * 1000);
+}
+
+/// With lengths in units of 5 cm, of the search against the statement.
+TEST(TouchDerivative, IsThatOfTheSearchForTwoBunnies) {
+  const auto mesh = bunny_mesh(0.1);
+  if (!mesh) GTEST_SKIP() << "needs bunny.obj of Debian's glmark2-data";
+  const ShapePointer bunny = solid_of(*mesh);
+  const auto wrench_at = [&](const Pose& X_WA, const Vec3& about) {
+    ContactPair pair({8192});
+    pair.bind(bunny.get(), bunny.get());
+    pair.find(X_WA, {}, 2e-4);
+    return contact_wrench(pair.contacts(), 5e9, about);
+  };
+  const double unit_m = 0.05;
+  Eigen::Matrix<double, 6, 1> scale;
+  scale << 1, 1, 1, 1 / unit_m, 1 / unit_m, 1 / unit_m;
+  for (const Vec3& from : {Vec3(1, 0, 0), Vec3(0, 1, 0.2), Vec3(-0.3, 0.2, 1)}) {
+    Pose X_WA{0.2 * from.normalized(), quaternion_of(from)};
+    while (wrench_at(X_WA, X_WA.p).on_a_W.f.norm() < 5) X_WA.p -= 2e-5 * from.normalized();
+    Matrix6 searched;
+    for (int axis = 0; axis < 6; ++axis) {
+      const double step = axis < 3 ? 1e-6 : 1e-5;
+      searched.col(axis).setZero();
+      for (const double sign : {1.0, -1.0}) {
+        Pose moved = X_WA;
+        if (axis < 3) moved.p[axis] += sign * step;
+        if (axis >= 3) moved.q = quaternion_of(sign * step * Vec3::Unit(axis - 3)) * X_WA.q;
+        const Wrench wrench = wrench_at(moved, X_WA.p).on_a_W;
+        searched.col(axis).head<3>() += sign / (2 * step) * wrench.f;
+        searched.col(axis).tail<3>() += sign / (2 * step) * wrench.t;
+      }
+    }
+    const Matrix6 stated = wrench_at(X_WA, X_WA.p).derivative;
+    const double error = (scale.asDiagonal() * (stated - searched) * scale.asDiagonal()).norm();
+    EXPECT_LT(error, 0.1 * (scale.asDiagonal() * searched * scale.asDiagonal()).norm()) << from.transpose();
+  }
+}
+
+TEST(Drop, ABunnyComesToRestAndNeverGainsEnergy) {
+  const auto mesh = bunny_mesh(0.1);
+  if (!mesh) GTEST_SKIP() << "needs bunny.obj of Debian's glmark2-data";
+  ContactSolver solver({});
+  TouchRig rig(solver);
+  rig.shape = solid_of(*mesh);
+  rig.mass_kg = 0.1;
+  rig.inertia_B = sphere_inertia(0.1, 0.04);
+  rig.X_WB = {{0, 0, 0.1}, quaternion_of({1, 0.3, 0})};
+  rig.gravity_m_per_s2 = kGravity_m_per_s2;
+  rig.add_obstacle(make_contact_box({1, 1, 0.05}), {{0, 0, -0.025}, Quat::Identity()});
+  const double start_j = rig.energy_j();
+  double least_j = start_j;
+  double risen_j = 0;
+  for (int i = 0; i < 3000; ++i) {
+    rig.step();
+    const double energy_j = rig.energy_j();
+    risen_j = std::max(risen_j, energy_j - least_j);
+    least_j = std::min(least_j, energy_j);
+  }
+  EXPECT_LT(risen_j, 1e-4 * (start_j - least_j));
+  EXPECT_GT(start_j - least_j, 0.01);
+  EXPECT_LT(rig.speed_m_per_s(), 5e-3);
+}
+
+}  // namespace
+}  // namespace tandem
