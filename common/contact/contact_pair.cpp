@@ -1,8 +1,6 @@
 #include "common/contact/contact_pair.hpp"
 
 #include <algorithm>
-#include <limits>
-#include <numeric>
 #include <utility>
 
 namespace tandem {
@@ -10,6 +8,8 @@ namespace {
 
 // A shell wider than this is not trusted to find all there is: the accuracy that contact promises.
 constexpr double kFineSpacing_m = 5e-4;
+// Candidates keep distances in single precision.
+constexpr double kRounding_m = 1e-8;
 
 double area_m2(const ContactShape& shape) {
   return shape.shells.surface.nodes.empty() ? 0 : shape.shells.surface.nodes[0].mean.area_m2;
@@ -38,33 +38,8 @@ struct ContactPair::Direction {
   Pose X_WF;
   Pose X_FP;
   std::uint32_t id_bits = 0;
-  double sign = 1;   ///< of the field's gradient, so that it points out of B
+  double sign = 1;  ///< of the field's gradient, so that it points out of B
   double share = 1;  ///< of the points' area
-};
-
-/// A direction as matrices.
-struct ContactPair::Placing {
-  Placing(const Direction& direction, double band)
-      : field(direction.field),
-        R_FP(direction.X_FP.q.toRotationMatrix()),
-        p_FP(direction.X_FP.p),
-        R_WF(direction.X_WF.q.toRotationMatrix()),
-        p_WF(direction.X_WF.p),
-        R_out(direction.sign * R_WF),
-        id_bits(direction.id_bits),
-        share(direction.share),
-        band_m(band) {}
-  Vec3 in_field(const Eigen::Vector3f& p_P) const { return R_FP * p_P.cast<double>() + p_FP; }
-
-  const DistanceField& field;
-  Eigen::Matrix3d R_FP;
-  Vec3 p_FP;
-  Eigen::Matrix3d R_WF;
-  Vec3 p_WF;
-  Eigen::Matrix3d R_out;
-  std::uint32_t id_bits;
-  double share;
-  double band_m;
 };
 
 ContactPair::ContactPair(const ContactBudget& budget)
@@ -114,9 +89,9 @@ ContactWork ContactPair::find(const Pose& X_WA, const Pose& X_WB, double band_m)
 
   ContactWork work = primary_.refresh(first.X_FP, band_m);
   work += other_.refresh(second.X_FP, band_m);
-  work += search(primary_, first, band_m);
+  search(primary_, first, band_m);
   now_.first_of_other = now_.points.size();
-  work += search(other_, second, band_m);
+  search(other_, second, band_m);
 
   const Eigen::Matrix3d turn = (X_WB.q * q_WB_before_.conjugate()).toRotationMatrix();
   carry_bristles(0, now_.first_of_other, 0, before_.first_of_other, turn);
@@ -125,75 +100,26 @@ ContactWork ContactPair::find(const Pose& X_WA, const Pose& X_WB, double band_m)
   return work;
 }
 
-// With more contacts than fit, again with fewer; a coarse list always fits.
-ContactWork ContactPair::search(ShellCandidates& candidates, const Direction& direction, double band_m) noexcept {
-  ContactWork work;
-  const std::size_t begin = now_.points.size();
-  while (!search_parts(candidates, direction, band_m)) {
-    now_.points.resize(begin);
-    now_.counts.resize(begin);
-    work += candidates.shorten(band_m);
-  }
-  const auto counts = now_.counts.begin() + static_cast<std::ptrdiff_t>(begin);
-  candidates.count_points(std::accumulate(counts, now_.counts.end(), std::size_t{0}));
-  return work;
-}
-
-bool ContactPair::search_parts(ShellCandidates& candidates, const Direction& direction, double band_m) noexcept {
-  room_end_ = now_.points.size() + candidates.capacity();
-  const Placing placing(direction, band_m);
-  for (ShellPart& part : candidates.parts()) {
-    const auto reach_m = static_cast<float>(candidates.reach_m(part, band_m));
-    if (part.due_m > reach_m) continue;
-    float due_m = std::numeric_limits<float>::infinity();
-    for (ShellCandidate& candidate : candidates.candidates(part)) {
-      if (candidate.nearest_m <= reach_m && !look_at(candidates, part, candidate, placing)) return false;
-      due_m = std::min(due_m, candidate.nearest_m);
+void ContactPair::search(ShellCandidates& candidates, const Direction& direction, double band_m) noexcept {
+  const Eigen::Matrix3d R_FP = direction.X_FP.q.toRotationMatrix();
+  const Eigen::Matrix3d R_WF = direction.X_WF.q.toRotationMatrix();
+  const Eigen::Matrix3d R_out = direction.sign * R_WF;
+  const double margin_m = band_m + 2 * direction.field.error_m() + kRounding_m;
+  for (const ShellPart& part : candidates.parts()) {
+    for (const ShellCandidate& candidate : candidates.candidates(part)) {
+      if (candidate.distance_m > margin_m + part.motion_m) continue;
+      const Vec3 p_F = R_FP * candidate.p_P.cast<double>() + direction.X_FP.p;
+      const DistanceSample sample = direction.field.sample(p_F);
+      if (sample.distance_m >= band_m) continue;
+      ContactPoint& point = now_.points.emplace_back();
+      point.p_W = R_WF * p_F + direction.X_WF.p;
+      point.normal_W = R_out * sample.gradient.normalized();
+      point.depth_m = -sample.distance_m;
+      point.area_m2 = direction.share * candidate.area_m2;
+      point.id = candidate.first | direction.id_bits;
+      now_.counts.push_back(candidate.count);
     }
-    part.due_m = due_m;
   }
-  return true;
-}
-
-// False: there is no room.
-bool ContactPair::look_at(const ShellCandidates& candidates, const ShellPart& part, ShellCandidate& candidate,
-                          const Placing& placing) noexcept {
-  const Vec3 p_F = placing.in_field(candidate.p_P);
-  const DistanceSample sample = placing.field.sample(p_F);
-  if (candidate.kind == ShellCandidate::Kind::kFlatLeaf) {
-    const ShellNode& leaf = candidates.shell()->nodes[candidate.node];
-    const Vec3 normal_F = placing.R_FP * leaf.mean.normal_S.cast<double>();
-    const double rise_m = leaf.radius_m * normal_F.cross(sample.gradient).norm();
-    const bool is_flat = candidates.is_flat(sample.distance_m - rise_m, sample.distance_m + rise_m);
-    if (!is_flat || candidate.whole_m < part.travel_m) return look_at_points(candidates, leaf, placing);
-  } else {
-    candidates.note(part, candidate, sample.distance_m);
-  }
-  return add(placing, p_F, sample, candidate.area_m2, candidate.first, candidate.count);
-}
-
-bool ContactPair::look_at_points(const ShellCandidates& candidates, const ShellNode& leaf,
-                                 const Placing& placing) noexcept {
-  for (std::uint32_t i = leaf.first; i < leaf.first + leaf.count; ++i) {
-    const ShellPoint& point = candidates.shell()->points[i];
-    const Vec3 p_F = placing.in_field(point.p_S);
-    if (!add(placing, p_F, placing.field.sample(p_F), point.area_m2, i, 1)) return false;
-  }
-  return true;
-}
-
-bool ContactPair::add(const Placing& placing, const Vec3& p_F, const DistanceSample& sample, float area_m2,
-                      std::uint32_t first, std::uint32_t count) noexcept {
-  if (sample.distance_m >= placing.band_m) return true;
-  if (now_.points.size() == room_end_) return false;
-  ContactPoint& point = now_.points.emplace_back();
-  point.p_W = placing.R_WF * p_F + placing.p_WF;
-  point.normal_W = placing.R_out * sample.gradient.normalized();
-  point.depth_m = -sample.distance_m;
-  point.area_m2 = placing.share * area_m2;
-  point.id = first | placing.id_bits;
-  now_.counts.push_back(count);
-  return true;
 }
 
 // Both lists are in the order of their points. What stands for several points takes the mean of what they had, and

@@ -27,7 +27,7 @@ struct ContactPoint {
 
 /// In points asked of a distance field and nodes of a tree, never in time: a replay degrades alike.
 struct ContactBudget {
-  std::uint32_t points = 3072;  ///< a pair and step; beyond it, points are merged with their neighbours
+  std::uint32_t points = 2048;  ///< a pair and step; beyond it, points are merged with their neighbours
 };
 
 /// The contacts of shape A with shape B, searched each step. Remembers the candidates of the last walk of the tree and
@@ -65,15 +65,8 @@ class ContactPair {
     std::size_t first_of_other = 0;     ///< where the second direction begins
   };
   struct Direction;
-  struct Placing;
 
-  ContactWork search(ShellCandidates& candidates, const Direction& direction, double band_m) noexcept;
-  bool search_parts(ShellCandidates& candidates, const Direction& direction, double band_m) noexcept;
-  bool look_at(const ShellCandidates& candidates, const ShellPart& part, ShellCandidate& candidate,
-               const Placing& placing) noexcept;
-  bool look_at_points(const ShellCandidates& candidates, const ShellNode& leaf, const Placing& placing) noexcept;
-  bool add(const Placing& placing, const Vec3& p_F, const DistanceSample& sample, float area_m2, std::uint32_t first,
-           std::uint32_t count) noexcept;
+  void search(ShellCandidates& candidates, const Direction& direction, double band_m) noexcept;
   void carry_bristles(std::size_t now, std::size_t now_end, std::size_t before, std::size_t before_end,
                       const Eigen::Matrix3d& turn_of_b) noexcept;
 
@@ -86,7 +79,6 @@ class ContactPair {
   ShellCandidates other_;
   Found now_;
   Found before_;
-  std::size_t room_end_ = 0;  ///< of the search that goes on
   Quat q_WB_before_ = Quat::Identity();
 };
 

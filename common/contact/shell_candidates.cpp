@@ -7,18 +7,11 @@
 namespace tandem {
 namespace {
 
-// What comes within the band is looked for this much farther out, so that not every step opens something.
-constexpr double kAheadMin_m = 1e-4;
-constexpr double kAheadMax_m = 1e-3;
-constexpr double kStepsAhead = 2;
-// A part that has travelled so far may be walked anew, one each step: its points have been asked one by one since, where
-// a leaf would do. It must be when travel would take the resolution from distances in single precision.
-constexpr double kRenew_m = 5e-4;
-constexpr double kRenewAlways_m = 0.05;
-// Candidates that are kept for each that may be near: most wait farther out.
-constexpr std::size_t kKeptPerNear = 6;
-// A coarse list holds while nothing has moved farther.
-constexpr double kCoarseSlack_m = 2e-4;
+// Slack is worth its price (more candidates a step) when a walk is spared often enough. Half or twice these values cost
+// a few per cent (measured on two bunnies that slide over each other at 0.01 to 0.5 m/s).
+constexpr double kSlackMin_m = 2e-4;
+constexpr double kSlackMax_m = 2e-3;
+constexpr double kStepsPerWalk = 2;
 // Of a capacity, what a list must shrink to before it is fine again: no flicker between fine and coarse.
 constexpr double kFineAgain = 0.8;
 // Weight of depth against error of force in choosing what to refine; between 0.03 and 0.3 it changes little.
@@ -27,20 +20,11 @@ constexpr double kDepthMatters = 0.1;
 constexpr double kDeepestFirst_m = 1;
 // Parts of a shell: their balls are small, so that they move little when the shape turns.
 constexpr std::size_t kParts = 64;
-// Points of a leaf act as one where their distances differ by no more than this (a few quanta of a distance grid)…
+// Points of a leaf whose distances differ by less than this act as one: where flat meets flat, the resolution of
+// contact is a leaf (a millimetre or two), and its work an eighth. A few quanta of a distance grid.
 constexpr double kFlat_m = 1e-6;
-// …or this part of the gap: what is merged will be apart again before it touches, or off by that part of a step's way…
-constexpr double kFlatGap = 0.5;
-// …or this part of the depth, but at most so much. Force is linear in depth, so that the mean has the sum of their
-// forces; their moment about the mean is lost.
-constexpr double kFlatDepth = 0.1;
-constexpr double kFlatDepthMax_m = 1e-5;
-// How far a leaf may slide until all of its points are asked again: an edge of the other shape may have come under it by
-// then, but by less than half of what points resolve.
-constexpr double kFlatSlide_m = 2e-4;
 // Room for rounding: candidates keep distances in single precision.
-constexpr double kRounding_m = 1e-7;
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kRounding_m = 1e-8;
 
 }  // namespace
 
@@ -54,7 +38,8 @@ ContactWork& ContactWork::operator+=(const ContactWork& other) {
 
 ShellCandidates::ShellCandidates(std::uint32_t capacity) : capacity_(capacity) {
   parts_.reserve(kParts);
-  candidates_.reserve(kKeptPerNear * capacity + kParts);
+  candidates_.reserve(capacity + 1);
+  old_candidates_.reserve(capacity + 1);
   cut_.reserve(std::max<std::size_t>(capacity, kParts) + 2);
 }
 
@@ -64,11 +49,10 @@ void ShellCandidates::bind(const PointShell* shell, const BoundingBall& points, 
   field_ = field;
   points_ = points;
   solid_ = solid;
-  capacity_ = std::min<std::uint32_t>(capacity, static_cast<std::uint32_t>(cut_.capacity()) - 2);
-  margin_m_ = 2 * field->error_m() + kRounding_m;
+  capacity_ = std::min<std::uint32_t>(capacity, static_cast<std::uint32_t>(candidates_.capacity()) - 1);
   candidates_.clear();
   is_coarse_ = false;
-  merges_outside_ = false;
+  slack_limit_m_ = kSlackMax_m;
   gap_m_ = -1;
   divide(kParts);
 }
@@ -101,276 +85,163 @@ void ShellCandidates::divide(std::size_t parts) noexcept {
 ContactWork ShellCandidates::refresh(const Pose& X_FP, double band_m) noexcept {
   work_ = {};
   if (parts_.empty() || is_out_of_reach(X_FP, band_m)) return work_;
-  step_m_ = travel(X_FP);
-  if (is_coarse_ && parts_[0].travel_m + band_m > reach_m_) {
-    walk_coarse(band_m);
-    if (fine_count_ < kFineAgain * capacity_) {
-      is_coarse_ = false;
-      points_in_band_ = capacity_;
-      divide(kParts);
+  R_FP_ = X_FP.q.toRotationMatrix();
+  p_FP_ = X_FP.p;
+  bool is_expired = false;
+  for (ShellPart& part : parts_) is_expired = has_expired(part, X_FP, band_m) || is_expired;
+  if (is_expired) {
+    work_.is_refreshed = true;
+    if (is_coarse_) {
+      walk_coarse(X_FP, band_m + kSlackMin_m);
+    } else if (!walk_expired(X_FP, band_m)) {
+      // Slack must not make contact coarse: with the least of it, all may still fit.
+      slack_limit_m_ = kSlackMin_m;
+      if (!walk_all(X_FP, band_m + kSlackMin_m)) walk_coarse(X_FP, band_m + kSlackMin_m);
     }
   }
-  if (merges_outside_ && !is_coarse_ && points_in_band_ < kFineAgain * capacity_) {
-    merges_outside_ = false;
-    for (ShellPart& part : parts_) begin_walk(part);
-  }
-  if (!is_coarse_ && !update_all(band_m) && !merge_outside(band_m)) coarsen(band_m);
-  remember_gap();
-  work_.is_coarse = is_coarse_ || merges_outside_;
+  remember_gap(X_FP, band_m);
+  work_.is_coarse = is_coarse_;
   return work_;
-}
-
-ContactWork ShellCandidates::shorten(double band_m) noexcept {
-  work_ = {};
-  if (is_coarse_ || (!renew_all(band_m) && !merge_outside(band_m))) coarsen(band_m);
-  remember_gap();
-  work_.is_coarse = is_coarse_ || merges_outside_;
-  return work_;
-}
-
-void ShellCandidates::coarsen(double band_m) noexcept {
-  divide(1);
-  is_coarse_ = true;
-  merges_outside_ = true;
-  walk_coarse(band_m);
 }
 
 // Far apart, one look at the poses is enough.
-bool ShellCandidates::is_out_of_reach(const Pose& X_FP, double band_m) const noexcept {
+bool ShellCandidates::is_out_of_reach(const Pose& X_FP, double band_m) noexcept {
   if (gap_m_ < 0) return false;
-  const double chord = 2 * (X_FP_.q.conjugate() * X_FP.q).vec().norm();
-  const double motion = (X_FP * points_.centre_S - X_FP_ * points_.centre_S).norm() + chord * points_.radius_m;
-  return motion + band_m + margin_m_ <= gap_m_;
+  const double chord = 2 * (X_FP_gap_.q.conjugate() * X_FP.q).vec().norm();
+  const double motion = (X_FP * points_.centre_S - X_FP_gap_ * points_.centre_S).norm() + chord * points_.radius_m;
+  return motion + band_m <= gap_m_;
 }
 
-void ShellCandidates::remember_gap() noexcept {
-  gap_m_ = is_coarse_ ? reach_m_ - parts_[0].travel_m : kInfinity;
-  for (const ShellPart& part : parts_) gap_m_ = std::min(gap_m_, part.due_m - part.travel_m);
+void ShellCandidates::remember_gap(const Pose& X_FP, double band_m) noexcept {
+  gap_m_ = -1;
+  if (!candidates_.empty()) return;
+  gap_m_ = std::numeric_limits<double>::infinity();
+  for (const ShellPart& part : parts_) gap_m_ = std::min(gap_m_, part.reach_m - part.motion_m);
+  gap_m_ = std::max(gap_m_, band_m);
+  X_FP_gap_ = X_FP;
 }
 
-// Seen from the field, the points moved; seen from the points, the solid did. Distances change by the smaller of both:
-// a small tool may turn above a large table. Returns the largest motion of a part.
-double ShellCandidates::travel(const Pose& X_FP) noexcept {
-  const Eigen::Matrix3d R_before = R_FP_;
-  const Eigen::Matrix3d R_now = X_FP.q.toRotationMatrix();
-  const Eigen::Matrix3d turn = R_now - R_before;
-  const Vec3 shift = X_FP.p - X_FP_.p;
-  const double chord = 2 * (X_FP_.q.conjugate() * X_FP.q).vec().norm();
-  const Vec3 solid_before = R_before.transpose() * (solid_.centre_S - X_FP_.p);
-  const Vec3 solid_now = R_now.transpose() * (solid_.centre_S - X_FP.p);
-  const double of_solid = (solid_now - solid_before).norm() + chord * solid_.radius_m;
-  double largest = 0;
-  for (ShellPart& part : parts_) {
-    const ShellNode& node = shell_->nodes[part.node];
-    const double of_points = (turn * node.centre_S.cast<double>() + shift).norm() + chord * node.radius_m;
-    const double motion = std::min(of_points, of_solid);
-    part.travel_m += motion;
-    largest = std::max(largest, motion);
-  }
-  X_FP_ = X_FP;
-  R_FP_ = R_now;
-  return largest;
+double ShellCandidates::motion_of(const ShellPart& part, const Pose& X_FP) const {
+  const ShellNode& node = shell_->nodes[part.node];
+  const double chord = 2 * (part.q_FP.conjugate() * X_FP.q).vec().norm();
+  // Seen from the field, the points moved; seen from the points, the solid did. Distances change by the smaller of
+  // both: a small tool may turn above a large table.
+  const Vec3 centre_F = R_FP_ * node.centre_S.cast<double>() + p_FP_;
+  const double of_points = (centre_F - part.centre_F).norm() + chord * node.radius_m;
+  const Vec3 solid_P = R_FP_.transpose() * (solid_.centre_S - p_FP_);
+  return std::min(of_points, (solid_P - part.solid_P).norm() + chord * solid_.radius_m);
 }
 
-// False: that was done before, or there are more than fit even so.
-bool ShellCandidates::merge_outside(double band_m) noexcept {
-  if (merges_outside_) return false;
-  merges_outside_ = true;
-  points_in_band_ = std::numeric_limits<std::size_t>::max();
-  for (ShellPart& part : parts_) begin_walk(part);
-  return update_all(band_m);
+bool ShellCandidates::has_expired(ShellPart& part, const Pose& X_FP, double band_m) const {
+  if (!part.is_walked) return true;
+  ++part.steps_since;
+  part.motion_m = motion_of(part, X_FP);
+  return part.motion_m + band_m > part.reach_m;
 }
 
-bool ShellCandidates::is_flat(double nearest_m, double farthest_m) const {
-  if (merges_outside_ && nearest_m > 0) return true;
-  const double of_gap = kFlatGap * std::max(0.0, nearest_m);
-  const double of_depth = std::min(kFlatDepthMax_m, kFlatDepth * std::max(0.0, -farthest_m));
-  return farthest_m - nearest_m <= kFlat_m + of_gap + of_depth;
+// Faster parts get more slack, so that a walk lasts for some steps.
+double ShellCandidates::slack_of(const ShellPart& part) const {
+  const double motion_a_step = part.is_walked ? part.motion_m / std::max(1U, part.steps_since) : 0;
+  return std::clamp(kStepsPerWalk * motion_a_step, kSlackMin_m, slack_limit_m_);
+}
+
+void ShellCandidates::begin_walk(ShellPart& part, const Pose& X_FP) noexcept {
+  part.begin = static_cast<std::uint32_t>(candidates_.size());
+  part.is_walked = true;
+  part.motion_m = 0;
+  part.steps_since = 0;
+  part.centre_F = R_FP_ * shell_->nodes[part.node].centre_S.cast<double>() + p_FP_;
+  part.solid_P = R_FP_.transpose() * (solid_.centre_S - p_FP_);
+  part.q_FP = X_FP.q;
+  reach_m_ = std::numeric_limits<double>::infinity();
+}
+
+void ShellCandidates::end_walk(ShellPart& part) noexcept {
+  part.count = static_cast<std::uint32_t>(candidates_.size()) - part.begin;
+  part.reach_m = reach_m_;
 }
 
 // False: there are more than fit.
-bool ShellCandidates::update_all(double band_m) noexcept {
-  renew_one(band_m);
-  return std::all_of(parts_.begin(), parts_.end(), [&](ShellPart& part) { return update(part, band_m); });
-}
-
-// The part that has most need of it, if one has.
-void ShellCandidates::renew_one(double band_m) noexcept {
-  ShellPart* oldest = nullptr;
-  double oldest_m = kRenew_m;
+bool ShellCandidates::walk_expired(const Pose& X_FP, double band_m) noexcept {
+  std::swap(candidates_, old_candidates_);
+  candidates_.clear();
   for (ShellPart& part : parts_) {
-    const bool is_near = part.due_m <= reach_m(part, band_m) || part.travel_m > kRenewAlways_m;
-    if (!part.is_walked || !is_near || part.travel_m <= oldest_m) continue;
-    oldest = &part;
-    oldest_m = part.travel_m;
+    if (!part.is_walked || part.motion_m + band_m > part.reach_m) {
+      const double slack = slack_of(part);
+      begin_walk(part, X_FP);
+      if (!gather_all(part.node, band_m + slack)) return false;
+      end_walk(part);
+    } else {
+      if (candidates_.size() + part.count > capacity_) return false;
+      const auto from = old_candidates_.begin() + part.begin;
+      part.begin = static_cast<std::uint32_t>(candidates_.size());
+      candidates_.insert(candidates_.end(), from, from + part.count);
+    }
   }
-  if (oldest != nullptr) begin_walk(*oldest);
-}
-
-// False: nothing was out of date, or there are more than fit.
-bool ShellCandidates::renew_all(double band_m) noexcept {
-  bool is_old = false;
-  for (ShellPart& part : parts_) {
-    if (part.travel_m <= kAheadMin_m || part.due_m > reach_m(part, band_m)) continue;
-    is_old = true;
-    begin_walk(part);
-  }
-  return is_old && update_all(band_m);
-}
-
-bool ShellCandidates::update(ShellPart& part, double band_m) noexcept {
-  if (part.is_walked && part.open_m > reach_m(part, band_m) && part.check_m > part.travel_m) return true;
-  work_.is_refreshed = true;
-  if (rebuild(part, band_m)) return true;
-  compact();
-  return rebuild(part, band_m);
-}
-
-void ShellCandidates::begin_walk(ShellPart& part) noexcept {
-  part.is_walked = false;
-  part.begin = part.count = 0;
-  part.travel_m = 0;
-}
-
-// Puts the part's candidates once more at the end, those opened that must be. False: it did not fit, and is as before.
-bool ShellCandidates::rebuild(ShellPart& part, double band_m) noexcept {
-  const ShellPart before = part;
-  const std::size_t begin = candidates_.size();
-  part.due_m = part.open_m = part.check_m = kInfinity;
-  is_full_ = false;
-  if (part.is_walked) {
-    for (std::uint32_t i = 0; i < before.count && !is_full_; ++i) replace(part, candidates_[before.begin + i], band_m);
-  } else {
-    open(part, part.node, band_m);
-  }
-  if (is_full_) {
-    candidates_.resize(begin);
-    part = before;
-    return false;
-  }
-  part.is_walked = true;
-  part.begin = static_cast<std::uint32_t>(begin);
-  part.count = static_cast<std::uint32_t>(candidates_.size() - begin);
+  if (2 * candidates_.size() < capacity_) slack_limit_m_ = std::min(kSlackMax_m, 1.25 * slack_limit_m_);
   return true;
 }
 
-// Drops what parts have left behind.
-void ShellCandidates::compact() noexcept {
-  std::array<ShellPart*, kParts + 1> by_begin;
-  const auto end = std::transform(parts_.begin(), parts_.end(), by_begin.begin(), [](ShellPart& part) { return &part; });
-  std::sort(by_begin.begin(), end, [](const ShellPart* a, const ShellPart* b) { return a->begin < b->begin; });
-  std::uint32_t size = 0;
-  for (auto part = by_begin.begin(); part != end; ++part) {
-    const auto from = candidates_.begin() + (*part)->begin;
-    std::copy(from, from + (*part)->count, candidates_.begin() + size);
-    (*part)->begin = size;
-    size += (*part)->count;
+bool ShellCandidates::walk_all(const Pose& X_FP, double reach_m) noexcept {
+  candidates_.clear();
+  for (ShellPart& part : parts_) {
+    begin_walk(part, X_FP);
+    if (!gather_all(part.node, reach_m)) return false;
+    end_walk(part);
   }
-  candidates_.resize(size);
+  return true;
 }
 
-void ShellCandidates::replace(ShellPart& part, const ShellCandidate& old, double band_m) noexcept {
-  const bool is_near = old.nearest_m <= reach_m(part, band_m);
-  if (is_near && old.kind == ShellCandidate::Kind::kUnopened) {
-    open(part, old.node, band_m);
-  } else if (is_near && old.kind == ShellCandidate::Kind::kFlatLeaf && old.whole_m < part.travel_m) {
-    open_leaf(part, old.node);
-  } else {
-    put(part, old);
-    if (old.kind == ShellCandidate::Kind::kUnopened) part.open_m = std::min<double>(part.open_m, old.nearest_m);
-    if (old.kind == ShellCandidate::Kind::kFlatLeaf) {
-      const double near_at_m = old.nearest_m - band_m - margin_m_;
-      part.check_m = std::min(part.check_m, std::max<double>(near_at_m, old.whole_m));
-    }
+void ShellCandidates::walk_coarse(const Pose& X_FP, double reach_m) noexcept {
+  if (is_coarse_) {
+    walk_whole(X_FP, reach_m);
+    if (fine_count_ > kFineAgain * capacity_) return;
+    // That count was a lower bound: all may be too many still.
+    divide(kParts);
+    is_coarse_ = !walk_all(X_FP, reach_m);
+    if (!is_coarse_) return;
   }
+  divide(1);
+  is_coarse_ = true;
+  walk_whole(X_FP, reach_m);
 }
 
-void ShellCandidates::put(ShellPart& part, const ShellCandidate& candidate) noexcept {
-  if (candidates_.size() == candidates_.capacity()) {
-    is_full_ = true;
-    return;
-  }
-  candidates_.push_back(candidate);
-  part.due_m = std::min<double>(part.due_m, candidate.nearest_m);
+void ShellCandidates::walk_whole(const Pose& X_FP, double reach_m) noexcept {
+  candidates_.clear();
+  begin_walk(parts_[0], X_FP);
+  gather_coarse(reach_m);
+  end_walk(parts_[0]);
 }
 
-// What is below a node: down to the points where it is near, as few nodes as possible elsewhere.
-void ShellCandidates::open(ShellPart& part, std::uint32_t root, double band_m) noexcept {
-  const double open_m = band_m + margin_m_ + std::clamp(kStepsAhead * step_m_, kAheadMin_m, kAheadMax_m);
+double ShellCandidates::distance_at(const Eigen::Vector3f& p_P) const {
+  return field_->distance_m(R_FP_ * p_P.cast<double>() + p_FP_);
+}
+
+// What is not reached limits how far the list reaches: often much farther than was asked for.
+bool ShellCandidates::is_reached(double nearest_m, double reach_m) noexcept {
+  const double nearest = nearest_m - 2 * field_->error_m() - kRounding_m;
+  if (nearest <= reach_m) return true;
+  reach_m_ = std::min(reach_m_, nearest);
+  return false;
+}
+
+// False: there are more than fit.
+bool ShellCandidates::gather_all(std::uint32_t root, double reach_m) noexcept {
   const auto& nodes = shell_->nodes;
   const std::uint32_t end = nodes[root].next;
-  for (std::uint32_t i = root; i < end && !is_full_;) {
+  for (std::uint32_t i = root; i < end;) {
     const ShellNode& node = nodes[i];
     ++work_.nodes;
-    const double nearest_m = distance_at(node.centre_S) - node.radius_m;
-    if (nearest_m > open_m) {
-      const auto nearest = static_cast<float>(nearest_m + part.travel_m);
-      put(part, {node.centre_S, 0, nearest, 0, node.first, node.count, i, ShellCandidate::Kind::kUnopened});
-      part.open_m = std::min<double>(part.open_m, nearest);
+    if (!is_reached(distance_at(node.centre_S) - node.radius_m, reach_m)) {
       i = node.next;
     } else if (node.is_leaf) {
-      open_leaf(part, i);
+      if (!gather_leaf(node, reach_m, capacity_ - candidates_.size())) return false;
       i = node.next;
     } else {
       ++i;
     }
   }
-}
-
-void ShellCandidates::open_leaf(ShellPart& part, std::uint32_t index) noexcept {
-  const ShellNode& node = shell_->nodes[index];
-  const Leaf leaf = ask(node);
-  if (node.count > 1 && is_flat(leaf.nearest_m, leaf.farthest_m)) {
-    const bool is_level = leaf.farthest_m - leaf.nearest_m <= kFlat_m;
-    const double way_m = is_level ? kFlatSlide_m : std::min(kFlatSlide_m, kFlatGap * std::abs(leaf.nearest_m));
-    const auto nearest_m = static_cast<float>(leaf.nearest_m + part.travel_m);
-    const auto whole_m = static_cast<float>(part.travel_m + way_m);
-    put(part, {node.mean.p_S, node.mean.area_m2, nearest_m, whole_m, node.first, node.count, index,
-               ShellCandidate::Kind::kFlatLeaf});
-    part.check_m = std::min<double>(part.check_m, whole_m);
-    return;
-  }
-  for (std::uint32_t i = 0; i < node.count; ++i) {
-    const ShellPoint& point = shell_->points[node.first + i];
-    const auto nearest_m = static_cast<float>(leaf.distances_m[i] + part.travel_m);
-    put(part, {point.p_S, point.area_m2, nearest_m, 0, node.first + i, 1, index, ShellCandidate::Kind::kPoints});
-  }
-}
-
-ShellCandidates::Leaf ShellCandidates::ask(const ShellNode& node) noexcept {
-  Leaf leaf{{}, kInfinity, -kInfinity};
-  work_.points += node.count;
-  for (std::uint32_t i = 0; i < node.count; ++i) {
-    const double distance = distance_at(shell_->points[node.first + i].p_S);
-    leaf.distances_m[i] = distance;
-    leaf.nearest_m = std::min(leaf.nearest_m, distance);
-    leaf.farthest_m = std::max(leaf.farthest_m, distance);
-  }
-  return leaf;
-}
-
-void ShellCandidates::walk_coarse(double band_m) noexcept {
-  work_.is_refreshed = true;
-  ShellPart& part = parts_[0];
-  part.travel_m = 0;
-  reach_m_ = kInfinity;
-  gather_coarse(band_m + kCoarseSlack_m);
-  part.begin = 0;
-  part.count = static_cast<std::uint32_t>(candidates_.size());
-  part.due_m = kInfinity;
-  for (const ShellCandidate& candidate : candidates_) part.due_m = std::min<double>(part.due_m, candidate.nearest_m);
-}
-
-double ShellCandidates::distance_at(const Eigen::Vector3f& p_P) const {
-  return field_->distance_m(R_FP_ * p_P.cast<double>() + X_FP_.p);
-}
-
-// What is not reached limits how far the list reaches: often much farther than was asked for.
-bool ShellCandidates::is_reached(double nearest_m, double reach_m) noexcept {
-  const double nearest = nearest_m - margin_m_;
-  if (nearest <= reach_m) return true;
-  reach_m_ = std::min(reach_m_, nearest);
-  return false;
+  return true;
 }
 
 // Adds the node to the cut if it is near. Its gain: what its force is wrong by at most when its points are one, as
@@ -382,7 +253,7 @@ bool ShellCandidates::is_reached(double nearest_m, double reach_m) noexcept {
 void ShellCandidates::open_node(std::uint32_t index, double reach_m) noexcept {
   const ShellNode& node = shell_->nodes[index];
   ++work_.nodes;
-  const DistanceSample sample = field_->sample(R_FP_ * node.centre_S.cast<double>() + X_FP_.p);
+  const DistanceSample sample = field_->sample(R_FP_ * node.centre_S.cast<double>() + p_FP_);
   if (!is_reached(sample.distance_m - node.radius_m, reach_m)) return;
   const Vec3 normal_F = R_FP_ * node.mean.normal_S.cast<double>();
   const double rise = node.radius_m * normal_F.cross(sample.gradient).norm();
@@ -394,19 +265,40 @@ void ShellCandidates::open_node(std::uint32_t index, double reach_m) noexcept {
 }
 
 // False, and nothing gathered: its points do not fit into `room`.
-bool ShellCandidates::gather_leaf(const ShellNode& node, const Leaf& leaf, double reach_m, std::size_t room) noexcept {
+bool ShellCandidates::gather_leaf(const ShellNode& node, double reach_m, std::size_t room) noexcept {
   const std::size_t size_before = candidates_.size();
-  for (std::uint32_t i = 0; i < node.count; ++i) {
-    const double distance = leaf.distances_m[i];
+  double nearest = std::numeric_limits<double>::infinity();
+  double farthest = -nearest;
+  for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
+    const ShellPoint& point = shell_->points[i];
+    const double distance = distance_at(point.p_S);
+    ++work_.points;
     if (!is_reached(distance, reach_m)) continue;
     if (candidates_.size() - size_before == room) {
       candidates_.resize(size_before);
       return false;
     }
-    const ShellPoint& point = shell_->points[node.first + i];
-    candidates_.push_back({point.p_S, point.area_m2, static_cast<float>(distance), 0, node.first + i, 1});
+    candidates_.push_back({point.p_S, point.area_m2, static_cast<float>(distance), i, 1});
+    nearest = std::min(nearest, distance);
+    farthest = std::max(farthest, distance);
   }
+  if (farthest - nearest < kFlat_m) merge_from(size_before);
   return true;
+}
+
+// What is at equal distance, as one.
+void ShellCandidates::merge_from(std::size_t begin) noexcept {
+  if (candidates_.size() < begin + 2) return;
+  ShellCandidate merged = candidates_[begin];
+  merged.p_P *= merged.area_m2;
+  for (std::size_t i = begin + 1; i < candidates_.size(); ++i) {
+    merged.p_P += candidates_[i].area_m2 * candidates_[i].p_P;
+    merged.area_m2 += candidates_[i].area_m2;
+  }
+  merged.p_P /= merged.area_m2;
+  merged.count = candidates_.back().first + 1 - merged.first;
+  candidates_.resize(begin);
+  candidates_.push_back(merged);
 }
 
 // Refines the cut through the tree where that gains most, until nothing finer fits. Nothing that may be near is left
@@ -464,41 +356,36 @@ std::uint32_t ShellCandidates::find_deepest() noexcept {
 }
 
 void ShellCandidates::gather_leaf_coarse(const ShellNode& node, double reach_m, std::size_t used) noexcept {
-  if (used + 2 > capacity_) {
-    gather_mean(node);
-    return;
-  }
-  const Leaf leaf = ask(node);
-  const double fine_m = reach_m - kCoarseSlack_m + margin_m_;
-  if (is_flat(leaf.nearest_m, leaf.farthest_m)) {
-    fine_count_ += leaf.nearest_m <= fine_m ? 1 : 0;
-  } else {
-    const auto end = leaf.distances_m.begin() + node.count;
-    fine_count_ += static_cast<std::size_t>(
-        std::count_if(leaf.distances_m.begin(), end, [fine_m](double distance) { return distance <= fine_m; }));
-  }
   const std::size_t for_points = capacity_ / 8;
-  if (used >= for_points || !gather_leaf(node, leaf, reach_m, for_points - used)) gather_halves(node, leaf, reach_m);
+  if (used < for_points && gather_leaf(node, reach_m, for_points - used)) {
+    fine_count_ += node.count;
+  } else if (used + 2 <= capacity_) {
+    gather_halves(node, reach_m);
+  } else {
+    gather_mean(node);
+  }
 }
 
 // A leaf that the other surface cuts through, as two: what is inside, and what is near. Force is linear in depth on
 // either side, so that the means stand for their points exactly where the other surface is flat.
-void ShellCandidates::gather_halves(const ShellNode& node, const Leaf& leaf, double reach_m) noexcept {
+void ShellCandidates::gather_halves(const ShellNode& leaf, double reach_m) noexcept {
   std::array<ShellCandidate, 2> halves;
-  for (std::uint32_t i = 0; i < node.count; ++i) {
-    const double distance = leaf.distances_m[i];
+  for (std::uint32_t i = leaf.first; i < leaf.first + leaf.count; ++i) {
+    const ShellPoint& point = shell_->points[i];
+    const double distance = distance_at(point.p_S);
+    ++work_.points;
     if (!is_reached(distance, reach_m)) continue;
-    const ShellPoint& point = shell_->points[node.first + i];
+    ++fine_count_;
     ShellCandidate& half = halves[distance < 0 ? 0 : 1];
-    if (half.count == 0) half.first = node.first + i;
+    if (half.count == 0) half.first = i;
     half.p_P += point.area_m2 * point.p_S;
     half.area_m2 += point.area_m2;
-    half.count = node.first + i + 1 - half.first;
+    half.count = i + 1 - half.first;
   }
   for (ShellCandidate& half : halves) {
     if (half.area_m2 <= 0) continue;
     half.p_P /= half.area_m2;
-    half.nearest_m = static_cast<float>(distance_at(half.p_P));
+    half.distance_m = static_cast<float>(distance_at(half.p_P));
     candidates_.push_back(half);
   }
 }
@@ -520,9 +407,8 @@ bool ShellCandidates::open_children(std::uint32_t parent, double reach_m, std::s
 void ShellCandidates::gather_mean(const ShellNode& node) noexcept {
   const double distance = distance_at(node.mean.p_S);
   ++work_.points;
-  fine_count_ += node.count / kShellLeafPoints;
-  candidates_.push_back(
-      {node.mean.p_S, node.mean.area_m2, static_cast<float>(distance), 0, node.first, node.count});
+  fine_count_ += node.count;
+  candidates_.push_back({node.mean.p_S, node.mean.area_m2, static_cast<float>(distance), node.first, node.count});
 }
 
 }  // namespace tandem

@@ -9,7 +9,6 @@
 #include <random>
 #include <utility>
 
-#include "common/contact/contact_reduction.hpp"
 #include "common/contact/primitive_fields.hpp"
 #include "tests/common/contact/hand_made_shell.hpp"
 #include "tests/support/allocation_counter.hpp"
@@ -41,24 +40,6 @@ void add_all_depths(const PointShell& shell, const DistanceField& field, const P
   for (std::uint32_t i = 0; i < shell.points.size(); ++i) {
     const double depth = -field.distance_m(X_FP * shell.points[i].p_S.cast<double>());
     if (depth > -kBand_m) by_id[i | id_bits] = depth;
-  }
-}
-
-// Holds what was found against every point: each is there, alone or in the leaf that stands for it, and deep as it is
-// found one by one; what is merged may be off by what ShellCandidates allows for.
-void expect_all_found(const ContactPair& pair, const std::map<std::uint32_t, double>& all, int step) {
-  std::map<std::uint32_t, const ContactPoint*> found;
-  for (const ContactPoint& contact : pair.contacts()) found[contact.id] = &contact;
-  ASSERT_EQ(found.size(), pair.contacts().size()) << "an id was there twice";
-  for (const auto& [id, depth] : all) {
-    // What is on the edge of the band within rounding may be there or not; what is merged, within half of the gap.
-    if (depth < -kBand_m / 2) continue;
-    const auto after = found.upper_bound(id);
-    ASSERT_NE(after, found.begin()) << "step " << step << ", depth " << depth;
-    const auto& [first, contact] = *std::prev(after);
-    ASSERT_LT(id - first, kShellLeafPoints) << "step " << step << ", depth " << depth;
-    const double tolerance_m = first == id && after != found.end() && after->first == id + 1 ? 1e-9 : 1.2e-5;
-    ASSERT_NEAR(contact->depth_m, depth, tolerance_m + std::max(0.0, -depth)) << "step " << step;
   }
 }
 
@@ -108,30 +89,39 @@ class Wander {
 TEST(ContactPair, FindsEveryPointThatACheckOfAllPointsFinds) {
   const ContactShape sphere = sphere_shape();
   const ContactShape box = box_shape(Vec3(0.04, 0.04, 0.04));
-  ContactPair pair({40'000});
+  ContactPair pair({12'000});
   pair.bind(&sphere, &box);
   Wander wander(1);
   std::size_t found = 0;
-  for (int i = 0; i < 400; ++i) {
+  for (int i = 0; i < 600; ++i) {
     const Pose X_BA = wander.next();
     const Pose X_WB{Vec3(0.1, -0.2, 0.3), quaternion_of(Vec3(0.3, 1e-3 * i, 0.1))};
     const ContactWork work = pair.find(X_WB * X_BA, X_WB, kBand_m);
     ASSERT_FALSE(work.is_coarse);
     std::map<std::uint32_t, double> all;
     add_all_depths(sphere.shells.surface, *box.field, X_BA, 0, all);
-    add_all_depths(box.shells.surface, *sphere.field, X_BA.inverse(), ContactPoint::kOtherDirection, all);
-    ASSERT_NO_FATAL_FAILURE(expect_all_found(pair, all, i));
-    found += pair.contacts().size();
+    add_all_depths(box.shells.features, *sphere.field, X_BA.inverse(), ContactPoint::kOtherDirection, all);
+    const auto contacts = depths(pair.contacts());
+    ASSERT_EQ(contacts.size(), pair.contacts().size()) << "an id was there twice";
+    // What is on the edge of the band within rounding may be there or not.
+    for (const auto& [id, depth] : all) {
+      if (depth > -kBand_m + 1e-9) {
+        ASSERT_TRUE(contacts.contains(id)) << "step " << i << ", depth " << depth;
+        ASSERT_NEAR(contacts.at(id), depth, 1e-12);
+      }
+    }
+    for (const auto& [id, depth] : contacts) ASSERT_GT(depth, -kBand_m) << id;
+    ASSERT_LE(contacts.size(), all.size() + 2);
+    found += contacts.size();
   }
   EXPECT_GT(found, 10'000U) << "the path hardly touches";
 }
 
-// Which leaves stand for their points depends on what came before; what that may do to the force does not add up.
-TEST(ContactPair, FindsTheSameForceWhateverCameBefore) {
+TEST(ContactPair, FindsTheSameWhateverCameBefore) {
   const ContactShape sphere = sphere_shape();
   const ContactShape box = box_shape(Vec3(0.04, 0.04, 0.04));
-  ContactPair old({40'000});
-  ContactPair fresh({40'000});
+  ContactPair old({12'000});
+  ContactPair fresh({12'000});
   old.bind(&box, &sphere);
   Wander wander(2);
   for (int i = 0; i < 400; ++i) {
@@ -139,9 +129,7 @@ TEST(ContactPair, FindsTheSameForceWhateverCameBefore) {
     fresh.bind(&box, &sphere);
     fresh.find(X_BA.inverse(), {}, kBand_m);
     old.find(X_BA.inverse(), {}, kBand_m);
-    const double force_n = net_normal_force_n(fresh.contacts());
-    ASSERT_NEAR(net_normal_force_n(old.contacts()), force_n, 0.01 * force_n + 1e-3) << "step " << i;
-    ASSERT_NEAR(deepest_m(old.contacts()), deepest_m(fresh.contacts()), 2e-5 + kBand_m * (force_n > 0 ? 0 : 1));
+    ASSERT_EQ(depths(old.contacts()), depths(fresh.contacts())) << "step " << i;
   }
 }
 
@@ -178,10 +166,7 @@ TEST(ContactPair, NormalsPointOutOfBWhicheverShapeGivesThePoints) {
     EXPECT_GT(contact.normal_W.z(), 0.9) << "out of the large sphere, towards the small one";
     EXPECT_LT((contact.normal_W + swapped.contacts()[i].normal_W).norm(), 1e-12);
     EXPECT_LT((contact.p_W - swapped.contacts()[i].p_W).norm(), 1e-12);
-    // A leaf's mean lies beneath a curved surface: by up to half the square of its radius over that of the sphere.
-    const bool is_of_small = contact.id < ContactPoint::kOtherDirection;
-    const double off_m = is_of_small ? 0.01 - (contact.p_W - X_small.p).norm() : 0.02 - contact.p_W.norm();
-    EXPECT_NEAR(off_m, 0, 6e-5) << "on the surface of its shape";
+    EXPECT_NEAR((contact.p_W - X_small.p).norm(), 0.01, 1e-8) << "on the surface of the small one";
   }
 }
 
@@ -242,15 +227,14 @@ TEST(ContactPair, SmallToolMayTurnOnALargeTable) {
     (i == 0 ? first_work : work) += asked(pair.find(X_WA, {}, kBand_m));
     ASSERT_NEAR(deepest_m(pair.contacts()), 1e-4, 2e-5);
   }
-  EXPECT_LT(work / 99, 0.1 * first_work);
+  EXPECT_LT(work / 99, 0.05 * first_work);
 }
 
 TEST(ContactPair, OverBudgetAFlatFaceKeepsItsForceAndMoment) {
   const ContactShape block = box_shape(Vec3(0.04, 0.04, 0.01), 4e-4);
   const ContactShape table = box_shape(Vec3(0.5, 0.5, 0.02), 4e-3);
   ContactPair all({40'000});
-  constexpr std::uint32_t kFew = 512;
-  ContactPair few({kFew});
+  ContactPair few({ContactBudget{}.points});
   all.bind(&block, &table);
   few.bind(&block, &table);
   for (const double tilt_rad : {0.0, 2e-3, 4e-3}) {
@@ -259,8 +243,8 @@ TEST(ContactPair, OverBudgetAFlatFaceKeepsItsForceAndMoment) {
     const ContactWork coarse = few.find(X_WA, {}, kBand_m);
     EXPECT_FALSE(fine.is_coarse);
     EXPECT_TRUE(coarse.is_coarse) << tilt_rad;
-    EXPECT_GT(all.contacts().size(), kFew);
-    EXPECT_LE(few.contacts().size(), kFew);
+    EXPECT_GT(all.contacts().size(), ContactBudget{}.points);
+    EXPECT_LE(few.contacts().size(), ContactBudget{}.points);
     const double force_n = net_normal_force_n(all.contacts());
     EXPECT_NEAR(net_normal_force_n(few.contacts()), force_n, 0.02 * force_n) << tilt_rad;
     Vec3 moment_fine = Vec3::Zero();
@@ -312,53 +296,6 @@ TEST(ContactPair, CoarseAndFineDoNotAlternateAtTheBudget) {
     was_coarse = is_coarse;
   }
   EXPECT_LE(changes, 2);
-}
-
-TEST(ContactPair, FlatOnFlatTakesLeavesForPoints) {
-  const ContactShape block = box_shape(Vec3(0.02, 0.02, 0.01), 4e-4);
-  const ContactShape table = box_shape(Vec3(0.1, 0.1, 0.02), 4e-3);
-  ContactPair pair({ContactBudget{}.points});
-  pair.bind(&block, &table);
-  const double stiffness_n_per_m = 5e9 * 0.02 * 0.02;
-  for (const double tilt_rad : {0.0, 1e-3, 2e-3, 4e-3}) {
-    const Pose X_WA{Vec3(0.001, 0.002, 0.015 - 1e-4), quaternion_of(Vec3(0, tilt_rad, 0))};
-    EXPECT_FALSE(pair.find(X_WA, {}, kBand_m).is_coarse);
-    if (tilt_rad == 0) EXPECT_LT(pair.contacts().size(), 2500U / 4) << "of 50 × 50 points";
-    const ContactWrench net = contact_wrench(pair.contacts(), 5e9, X_WA.p);
-    const double moment_n_m = stiffness_n_per_m * tilt_rad * 0.02 * 0.02 / 12;
-    EXPECT_NEAR(net.on_a_W.f.z(), stiffness_n_per_m * 1e-4, 0.02 * stiffness_n_per_m * 1e-4) << tilt_rad;
-    EXPECT_NEAR(net.on_a_W.t.y(), -moment_n_m, 0.02 * (moment_n_m + 1e-2)) << tilt_rad;
-  }
-}
-
-TEST(ContactPair, ABluntTipBetweenTheOthersPointsIsFound) {
-  const ContactShape tip = sphere_shape(5e-4, 200);
-  const ContactShape face = box_shape(Vec3(0.02, 0.02, 0.02), 4e-4);
-  ContactPair pair({2048});
-  for (const ContactShape* a : {&tip, &face}) {
-    const ContactShape* b = a == &tip ? &face : &tip;
-    pair.bind(a, b);
-    for (int i = 0; i < 20; ++i) {
-      const Vec3 p(1e-4 * i, 3e-5 * i, 0.01 + 5e-4 - 3e-4);
-      const Pose X_tip{p, quaternion_of(Vec3(0.1 * i, 0.2 * i, 0))};
-      pair.find(a == &tip ? X_tip : Pose{}, a == &tip ? Pose{} : X_tip, kBand_m);
-      EXPECT_NEAR(deepest_m(pair.contacts()), 3e-4, 1e-4) << i;
-    }
-  }
-}
-
-TEST(ContactPair, OverBudgetTheDeepestPointIsExact) {
-  const ContactShape sphere = sphere_shape(0.01, 24'000);
-  const ContactShape box = box_shape(Vec3(0.04, 0.04, 0.04));
-  ContactPair pair({64});
-  pair.bind(&sphere, &box);
-  const Pose X_WA{Vec3(0.001, 0.002, 0.0285), quaternion_of(Vec3(0.3, 0.1, 0))};
-  EXPECT_TRUE(pair.find(X_WA, {}, kBand_m).is_coarse);
-  std::map<std::uint32_t, double> all;
-  add_all_depths(sphere.shells.surface, *box.field, X_WA, 0, all);
-  double deepest = 0;
-  for (const auto& [id, depth] : all) deepest = std::max(deepest, depth);
-  EXPECT_GE(deepest_m(pair.contacts()), deepest - 1e-9);
 }
 
 TEST(ContactPair, BristlesTurnWithBAndStayTangential) {

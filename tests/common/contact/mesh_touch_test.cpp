@@ -12,9 +12,8 @@ namespace {
 /// A plate of 100 × 100 mm and 1 M triangles with a ridge along y: 0.3 mm high, 0.3 mm wide at its foot.
 TriangleMesh ridged_plate(double ridge_m) {
   const double foot_m = 1.5e-4;
-  TriangleMesh mesh = test::height_field(0.1, 707, [&](double x, double) {
-    return ridge_m * std::max(0.0, 1 - std::abs(x) / foot_m);
-  });
+  TriangleMesh mesh =
+      test::height_field(0.1, 707, [&](double x, double) { return ridge_m * std::max(0.0, 1 - std::abs(x) / foot_m); });
   // A floor and sides make it a solid: one fan below, from the middle to the border.
   const int row = 708;
   const int below = static_cast<int>(mesh.vertices.size());

@@ -18,6 +18,7 @@ struct Touch {
   Pose X_WA;
   Vec3 direction_W = Vec3::UnitZ();  ///< in which A is pushed
   double depth_m = 0;
+  double angle_rad = kOneDegree;
   double error_m = 0;  ///< of the triangles against the shape they stand for
 };
 
@@ -39,7 +40,7 @@ void expect_depth_and_direction(const Touch& touch, const std::string& what) {
   for (const ContactPoint& c : contacts) deepest_m = std::max(deepest_m, c.depth_m);
   EXPECT_NEAR(deepest_m, touch.depth_m, 0.02 * touch.a->shells.surface.spacing_m + touch.error_m) << what;
   const Vec3 force = contact_wrench(contacts, kStiffness, touch.X_WA.p).on_a_W.f;
-  EXPECT_LT(angle_between(force, touch.direction_W), kOneDegree) << what;
+  EXPECT_LT(angle_between(force, touch.direction_W), touch.angle_rad) << what;
 }
 
 /// Where a lattice of samples may lie on the curved surface.
@@ -54,17 +55,17 @@ double cap_force_n(double radius_m, double depth_m) {
 }
 
 void expect_ball_on_floor(const ShapePointer& ball, const ShapePointer& floor, double floor_top_m, double error_m,
-                          const std::string& what) {
+                          const std::string& what, double field_error_m = 0) {
   const double radius_m = 0.02;
   for (const double depth_m : {1e-4, 2e-4, 4e-4}) {
     for (const Vec3& turn : turns()) {
       const Pose X_WA{{0.0011, -0.0007, floor_top_m + radius_m - depth_m}, quaternion_of(turn)};
       const std::string at = what + " at depth " + std::to_string(depth_m * 1e3) + " mm";
-      expect_depth_and_direction({ball, floor, X_WA, Vec3::UnitZ(), depth_m, error_m}, at);
+      expect_depth_and_direction({ball, floor, X_WA, Vec3::UnitZ(), depth_m, kOneDegree, error_m}, at);
       const auto contacts = contacts_of(*ball, *floor, X_WA);
       const double force_n = contact_wrench(contacts, kStiffness, Vec3::Zero()).on_a_W.f.norm();
       const double formula_n = cap_force_n(radius_m, depth_m);
-      EXPECT_NEAR(force_n, formula_n, 0.03 * formula_n) << at;
+      EXPECT_NEAR(force_n, formula_n, (0.03 + 2 * field_error_m / depth_m) * formula_n) << at;
     }
   }
 }
@@ -88,8 +89,11 @@ TEST(TouchClosedForm, ABallOfTrianglesIsAsGoodAsTheFormula) {
   const double edge_rad = std::numbers::pi / 2 / 64;
   const double facet_error_m = radius_m * edge_rad * edge_rad / 4;
   const ShapePointer ball = solid_of(mesh);
+  // The floor's points see the ball's grid: cells of 0.8 mm on a surface that is curved in two directions.
+  const double interpolation_error_m = 2 * 8e-4 * 8e-4 / (8 * radius_m);
   expect_ball_on_floor(ball, make_contact_box({0.4, 0.4, 0.05}), 0.025, facet_error_m, "large floor");
-  expect_ball_on_floor(ball, solid_of(box_mesh({0.03, 0.03, 0.01})), 0.005, facet_error_m, "mesh floor");
+  expect_ball_on_floor(ball, solid_of(box_mesh({0.03, 0.03, 0.01})), 0.005, facet_error_m, "mesh floor",
+                       interpolation_error_m);
 }
 
 constexpr int kBoreCorners = 512;
@@ -127,7 +131,7 @@ TEST(TouchClosedForm, ABallInABoreIsPushedTowardsTheAxis) {
     for (const double depth_m : {1e-4, 3e-4}) {
       const Vec3 out(std::cos(angle), std::sin(angle), 0);
       const Pose X_WA{(bore_m - radius_m + depth_m) * out + Vec3(0, 0, 0.003), quaternion_of({1, angle, 0})};
-      expect_depth_and_direction({ball, tube, X_WA, -out, depth_m, facet_error_m},
+      expect_depth_and_direction({ball, tube, X_WA, -out, depth_m, kOneDegree, facet_error_m},
                                  "at " + std::to_string(angle) + " rad, depth " + std::to_string(depth_m * 1e3));
     }
   }
@@ -147,7 +151,9 @@ TEST(TouchClosedForm, AnEdgeOnAPlaneIsPushedAlongThePlanesNormal) {
       const auto above = [&](double top_m) { return Pose{{0, 0, top_m + reach_m - depth_m}, q}; };
       expect_depth_and_direction({box, large, above(0.025), Vec3::UnitZ(), depth_m}, what + ", box");
       expect_depth_and_direction({mesh_box, large, above(0.025), Vec3::UnitZ(), depth_m}, what + ", mesh");
-      expect_depth_and_direction({mesh_box, mesh_floor, above(0.005), Vec3::UnitZ(), depth_m}, what + ", two meshes");
+      // The floor's own points are pushed out of the box's nearest face, which is not square to the floor.
+      expect_depth_and_direction({mesh_box, mesh_floor, above(0.005), Vec3::UnitZ(), depth_m, 1.5 * kOneDegree},
+                                 what + ", two meshes");
     }
   }
 }

@@ -90,7 +90,9 @@ class TouchRig {
       is_coarse = obstacle.pair.find(X_WB, obstacle.X_WO, band_m).is_coarse || is_coarse;
     }
   }
-  std::span<const ContactPoint> contacts(std::size_t obstacle = 0) const { return obstacles_[obstacle].pair.contacts(); }
+  std::span<const ContactPoint> contacts(std::size_t obstacle = 0) const {
+    return obstacles_[obstacle].pair.contacts();
+  }
 
   /// Of motion, height, and the contacts' springs where the body is now.
   double energy_j() {
