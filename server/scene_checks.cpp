@@ -22,6 +22,7 @@ constexpr double kMaxGravity_m_per_s2 = 1e3;
 constexpr std::size_t kMaxNameBytes = 64;
 constexpr std::size_t kMaxDescriptionBytes = 2000;
 constexpr int kMaxShapes = 256;
+constexpr double kMaxContactPoints = 1 << 20U;  // of a room; about 1 KiB each
 
 /// 5 N on the ball of 5 mm of a tool then presses it 0.25 mm into a plane of the same stiffness. Ours.
 constexpr double kDefaultContactStiffness_n_per_m3 = 1e10;
@@ -252,7 +253,12 @@ void complete_limits(wire::Scene& scene, const SceneField& field) {
   if (!limits.has_contact_points()) limits.set_contact_points(2048);
   if (!limits.has_contact_pairs()) limits.set_contact_pairs(64);
   field.in("contact_points").require_within(limits.contact_points(), 256, 65536, "from 256 to 65536");
-  field.in("contact_pairs").require_within(limits.contact_pairs(), 1, 1024, "from 1 to 1024");
+  field.in("contact_pairs").require_within(limits.contact_pairs(), 1, 256, "from 1 to 256");
+  const double product = static_cast<double>(limits.contact_points()) * limits.contact_pairs();
+  field.in("contact_points")
+      .require_within(
+          product, 0, kMaxContactPoints,
+          "times contact_pairs at most " + number_text(kMaxContactPoints) + ", so that the memory suffices");
 }
 
 }  // namespace

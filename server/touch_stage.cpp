@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 #include "common/contact/shape_distance.hpp"
 
@@ -11,17 +12,14 @@ namespace {
 /// Shapes nearer than this are searched for contacts even when they are at rest.
 constexpr double kLeastBand_m = 2e-4;
 
-/// How far the thing's surface may get in a step: as fast as it is, and as the coupling may make it.
-double reach_m(const TouchThing& thing, double step_s, const TouchStage::Limits& limits) {
-  if (thing.role == TouchThing::Role::kStatic) return 0;
-  const Twist V = thing.rigid->velocity_of_centre_W();
-  const double gained = (limits.coupling_force_n + thing.wrench_W.f.norm()) / thing.rigid->mass().mass_kg * step_s;
-  const double speed = V.v.norm() + V.w.norm() * 2 * thing.model->radius_m + gained;
-  return std::min(speed, limits.speed_m_per_s) * step_s;
-}
+/// Pairs of shapes that may be near at a time, of which limits.pairs are searched.
+constexpr std::size_t kMostNear = 4096;
 
-/// A thing must not get farther than reach_m() says: what it would meet there was not looked for. Moving less than was
-/// solved for is safe, for it is less of the same way. True when it had to be slowed.
+/// Rows of the solver: contacts of all pairs in a step.
+constexpr std::size_t kMostRows = 65536;
+
+/// A thing must not get farther than predict_reach() says: what it would meet there was not looked for. Moving less
+/// than was solved for is safe, for it is less of the same way. True when it had to be slowed.
 bool limit_motion(Twist& V_WC, double radius_m, const TouchStage::Limits& limits) {
   const double fastest = V_WC.v.norm() + V_WC.w.norm() * radius_m;
   if (!(fastest > limits.speed_m_per_s)) return false;
@@ -39,27 +37,32 @@ double in_a_row(double stiffness_a, double stiffness_b) {
 TouchStage::TouchStage(const Limits& limits)
     : limits_(limits),
       felt_(limits.things),
+      gained_(limits.things),
+      reach_m_(limits.things),
       body_of_thing_(limits.things, kStaticBody),
       results_(limits.pairs),
-      solver_({limits.things, limits.pulls, limits.pairs, limits.pairs * limits.budget.points, 30}) {
+      solver_(
+          {limits.things, limits.pulls, limits.pairs, std::min(limits.pairs * limits.budget.points, kMostRows), 30}) {
   slots_.reserve(limits.pairs);
   for (std::size_t i = 0; i < limits.pairs; ++i) slots_.emplace_back(limits.budget);
-  near_.reserve(limits.pairs);
+  near_.reserve(std::max(limits.pairs, kMostNear));
   thing_of_body_.reserve(limits.things);
   bodies_.reserve(limits.things);
   couplings_.reserve(limits.pulls);
   tool_wrenches_.resize(limits.pulls);
   patches_.reserve(limits.pairs);
-  patch_keys_.reserve(limits.pairs);
+  patch_slots_.reserve(limits.pairs);
 }
 
 TickFaults TouchStage::step(double step_s, std::span<TouchThing> things, std::span<TouchPull> pulls) noexcept {
-  TickFaults faults = find_near(step_s, things);
-  faults |= bind_slots(things);
+  predict_reach(step_s, things, pulls);
+  TickFaults faults = find_near(things);
+  faults |= choose_nearest();
+  bind_slots(things);
   bodies_.clear();
   thing_of_body_.clear();
   patches_.clear();
-  patch_keys_.clear();
+  patch_slots_.clear();
   std::fill(body_of_thing_.begin(), body_of_thing_.end(), kStaticBody);
   std::fill(felt_.begin(), felt_.end(), TouchContact{});
   for (std::size_t i = 0; i < things.size(); ++i) {
@@ -71,12 +74,39 @@ TickFaults TouchStage::step(double step_s, std::span<TouchThing> things, std::sp
   return faults;
 }
 
-TickFaults TouchStage::find_near(double step_s, std::span<const TouchThing> things) noexcept {
+// As fast as a thing is, and as what pulls it will make it.
+void TouchStage::predict_reach(double step_s, std::span<const TouchThing> things,
+                               std::span<const TouchPull> pulls) noexcept {
+  std::fill(gained_.begin(), gained_.end(), Twist{Vec3::Zero(), Vec3::Zero()});
+  std::fill(reach_m_.begin(), reach_m_.end(), 0.0);
+  const auto gain = [&](std::size_t thing, const Wrench& about_centre_W) {
+    const RigidBody& rigid = *things[thing].rigid;
+    gained_[thing].v += step_s / rigid.mass().mass_kg * about_centre_W.f;
+    gained_[thing].w += step_s * rigid.inertia_W().inverse() * about_centre_W.t;
+  };
+  for (const TouchPull& pull : pulls) {
+    const RigidBody& rigid = *things[pull.thing].rigid;
+    const SolverCoupling coupling = pull.hand->coupling(0, pull.X_WT);
+    const Twist V_WT{rigid.velocity_at_W(pull.X_WT.p), rigid.velocity_of_centre_W().w};
+    const Wrench on_tool = coupling_wrenches(*coupling.law, coupling.X_WH, coupling.V_WH, pull.X_WT, V_WT).on_tool_W;
+    gain(pull.thing, {on_tool.f, on_tool.t + (pull.X_WT.p - rigid.centre_W()).cross(on_tool.f)});
+  }
+  for (std::size_t i = 0; i < things.size(); ++i) {
+    if (things[i].role != TouchThing::Role::kOurs && things[i].role != TouchThing::Role::kGuest) continue;
+    gain(i, things[i].wrench_W);
+    const Twist V = things[i].rigid->velocity_of_centre_W();
+    // What it gains may as well be stopped before: the faster of both.
+    const double linear = std::max(V.v.norm(), (V.v + gained_[i].v).norm());
+    const double angular = std::max(V.w.norm(), (V.w + gained_[i].w).norm());
+    reach_m_[i] = step_s * std::min(linear + 2 * things[i].model->radius_m * angular, limits_.speed_m_per_s);
+  }
+}
+
+TickFaults TouchStage::find_near(std::span<const TouchThing> things) noexcept {
   near_.clear();
   bool has_room = true;
   for (std::size_t a = 0; a < things.size(); ++a) {
     if (things[a].role != TouchThing::Role::kOurs || !things[a].model->can_be_touched()) continue;
-    const double reach_a = reach_m(things[a], step_s, limits_);
     for (std::size_t b = 0; b < things.size(); ++b) {
       const TouchThing& other = things[b];
       // Two of ours meet once.
@@ -84,7 +114,7 @@ TickFaults TouchStage::find_near(double step_s, std::span<const TouchThing> thin
       if (other.role == TouchThing::Role::kAbsent || is_met_later || !other.model->can_be_touched()) continue;
       if (things[a].passes_through == b || other.passes_through == a) continue;
       // Half as much again: a contact can push its neighbour on within the step.
-      const double band = std::max(kLeastBand_m, 1.5 * (reach_a + reach_m(other, step_s, limits_)));
+      const double band = std::max(kLeastBand_m, 1.5 * (reach_m_[a] + reach_m_[b]));
       has_room = add_near(things, a, b, band) && has_room;
     }
   }
@@ -114,17 +144,34 @@ bool TouchStage::add_near(std::span<const TouchThing> things, std::size_t a, std
   return true;
 }
 
-TickFaults TouchStage::bind_slots(std::span<const TouchThing> things) noexcept {
-  for (Slot& slot : slots_) slot.is_near = false;
+/// Finds the slots of pairs that have one. Of too many pairs, those that press deepest stay, then those that were near
+/// before.
+TickFaults TouchStage::choose_nearest() noexcept {
   for (Near& near : near_) {
     const auto is_same = [&near](const Slot& slot) { return slot.is_used && slot.key == near.key; };
     const auto found = std::find_if(slots_.begin(), slots_.end(), is_same);
-    if (found == slots_.end()) continue;
-    near.slot = &*found;
-    found->is_near = true;
+    if (found != slots_.end()) near.slot = &*found;
+  }
+  if (near_.size() <= limits_.pairs) return 0;
+  const auto is_before = [](const Near& x, const Near& y) {
+    if (x.deepest_m() != y.deepest_m()) return x.deepest_m() > y.deepest_m();
+    if ((x.slot != nullptr) != (y.slot != nullptr)) return x.slot != nullptr;
+    return std::tie(x.key.thing_a, x.key.thing_b, x.key.part_a, x.key.part_b) <
+           std::tie(y.key.thing_a, y.key.thing_b, y.key.part_a, y.key.part_b);
+  };
+  std::sort(near_.begin(), near_.end(), is_before);
+  near_.resize(limits_.pairs);
+  return kFaultContactCoarse;
+}
+
+void TouchStage::bind_slots(std::span<const TouchThing> things) noexcept {
+  for (Slot& slot : slots_) slot.is_near = false;
+  for (Near& near : near_) {
+    if (near.slot != nullptr) near.slot->is_near = true;
   }
   for (Slot& slot : slots_) {
-    if (slot.is_used && !slot.is_near) slot.is_used = false;
+    slot.is_used = slot.is_used && slot.is_near;
+    slot.deepest_m = 0;
   }
   for (Near& near : near_) {
     if (near.slot != nullptr) continue;
@@ -136,7 +183,6 @@ TickFaults TouchStage::bind_slots(std::span<const TouchThing> things) noexcept {
                     things[near.key.thing_b].model->parts[near.key.part_b].shape.get());
     near.slot = &*free;
   }
-  return 0;
 }
 
 void TouchStage::add_body(std::span<const TouchThing> things, std::size_t thing) noexcept {
@@ -176,7 +222,7 @@ void TouchStage::add_patch(std::span<const TouchThing> things, const Near& near)
                                  b.model->parts[near.key.part_b].shape->rigid_depth_m);
   patch.friction = std::sqrt(a.rigid->friction() * b.rigid->friction());
   patches_.push_back(patch);
-  patch_keys_.push_back(near.key);
+  patch_slots_.push_back(near.slot);
 }
 
 TickFaults TouchStage::solve(double step_s, std::span<TouchPull> pulls) noexcept {
@@ -194,6 +240,25 @@ TickFaults TouchStage::solve(double step_s, std::span<TouchPull> pulls) noexcept
   return faults;
 }
 
+/// From led things outwards, until nothing is added: chains are short.
+void TouchStage::find_reached(std::span<const TouchThing> things) noexcept {
+  for (std::size_t i = 0; i < things.size(); ++i) {
+    felt_[i].is_reached = things[i].role == TouchThing::Role::kOurs && things[i].is_led;
+  }
+  for (bool has_grown = true; has_grown;) {
+    has_grown = false;
+    for (std::size_t i = 0; i < patches_.size(); ++i) {
+      if (results_[i].pressing == 0) continue;
+      TouchContact& a = felt_[patch_slots_[i]->key.thing_a];
+      TouchContact& b = felt_[patch_slots_[i]->key.thing_b];
+      const bool is_passed_on = a.is_reached != b.is_reached &&
+                                things[patch_slots_[i]->key.thing_a].role != TouchThing::Role::kStatic &&
+                                things[patch_slots_[i]->key.thing_b].role != TouchThing::Role::kStatic;
+      if (is_passed_on) a.is_reached = b.is_reached = has_grown = true;
+    }
+  }
+}
+
 TickFaults TouchStage::write_back(double step_s, std::span<TouchThing> things) noexcept {
   TickFaults faults = 0;
   for (std::size_t i = 0; i < patches_.size(); ++i) {
@@ -202,9 +267,11 @@ TickFaults TouchStage::write_back(double step_s, std::span<TouchThing> things) n
       felt_[thing].deepest_m = std::max(felt_[thing].deepest_m, results_[i].deepest_m);
       felt_[thing].wrench_W += wrench;
     };
-    feel(patch_keys_[i].thing_a, results_[i].on_a_W);
-    feel(patch_keys_[i].thing_b, -results_[i].on_a_W);
+    feel(patch_slots_[i]->key.thing_a, results_[i].on_a_W);
+    feel(patch_slots_[i]->key.thing_b, -results_[i].on_a_W);
+    patch_slots_[i]->deepest_m = results_[i].deepest_m;
   }
+  find_reached(things);
   for (std::size_t i = 0; i < bodies_.size(); ++i) {
     TouchThing& thing = things[thing_of_body_[i]];
     if (thing.role == TouchThing::Role::kOurs) {

@@ -17,13 +17,15 @@ namespace tandem {
 
 /// One rigid thing of the world, as it is in this step.
 struct TouchThing {
-  /// kAbsent: not there. kOurs: moved by this stage alone. kGuest: moves in Bullet; while something of ours touches it,
-  /// the stage accounts for its inertia and hands the contacts' wrench on. kStatic: does not move.
+  /// kAbsent: not there. kOurs: moved by this stage alone. kGuest: moves in Bullet; in the step in which something of
+  /// ours first touches it, the stage accounts for its inertia and hands the contacts' wrench on. kStatic: does not
+  /// move.
   enum class Role : std::uint8_t { kAbsent, kOurs, kGuest, kStatic };
 
   RigidBody* rigid = nullptr;
   const TouchModel* model = nullptr;
   Role role = Role::kAbsent;
+  bool is_led = false;                        ///< a tool, or held by one
   Wrench wrench_W;                            ///< weight and fields, about the centre of mass
   std::optional<std::size_t> passes_through;  ///< a thing that it does not touch
 };
@@ -40,7 +42,8 @@ struct TouchPull {
 struct TouchContact {
   std::uint32_t pressing = 0;  ///< contact points with a force
   double deepest_m = 0;
-  Wrench wrench_W;  ///< of all contacts on it, about the origin of W
+  bool is_reached = false;  ///< a led thing, or pressed by one, directly or through others
+  Wrench wrench_W;          ///< of all contacts on it, about the origin of W
 };
 
 /// Contact and coupling of one step.
@@ -55,7 +58,6 @@ class TouchStage {
     std::size_t pairs = 64;  ///< pairs of shapes near each other at a time
     ContactBudget budget;    ///< of a pair
     double speed_m_per_s = 10;
-    double coupling_force_n = 10;
   };
   explicit TouchStage(const Limits& limits);
 
@@ -78,16 +80,22 @@ class TouchStage {
     Key key;
     bool is_used = false;
     bool is_near = false;
+    double deepest_m = 0;  ///< in the last step; 0: nothing pressed
   };
   struct Near {
     Key key;
     double band_m = 0;
     Slot* slot = nullptr;
+
+    double deepest_m() const { return slot == nullptr ? 0 : slot->deepest_m; }
   };
 
-  TickFaults find_near(double step_s, std::span<const TouchThing> things) noexcept;
+  void predict_reach(double step_s, std::span<const TouchThing> things, std::span<const TouchPull> pulls) noexcept;
+  TickFaults find_near(std::span<const TouchThing> things) noexcept;
   bool add_near(std::span<const TouchThing> things, std::size_t a, std::size_t b, double band_m) noexcept;
-  TickFaults bind_slots(std::span<const TouchThing> things) noexcept;
+  TickFaults choose_nearest() noexcept;
+  void bind_slots(std::span<const TouchThing> things) noexcept;
+  void find_reached(std::span<const TouchThing> things) noexcept;
   TickFaults find_contacts(std::span<const TouchThing> things) noexcept;
   void add_body(std::span<const TouchThing> things, std::size_t thing) noexcept;
   void add_patch(std::span<const TouchThing> things, const Near& near) noexcept;
@@ -98,13 +106,15 @@ class TouchStage {
   std::vector<Slot> slots_;
   std::vector<Near> near_;
   std::vector<TouchContact> felt_;
+  std::vector<Twist> gained_;       ///< by couplings, weight and fields in this step, of each thing
+  std::vector<double> reach_m_;     ///< how far each thing may get in this step
   std::vector<int> body_of_thing_;  ///< index of the solver's body, or kStaticBody
   std::vector<std::size_t> thing_of_body_;
   std::vector<SolverBody> bodies_;
   std::vector<SolverCoupling> couplings_;
   std::vector<Wrench> tool_wrenches_;
   std::vector<SolverPatch> patches_;
-  std::vector<Key> patch_keys_;
+  std::vector<Slot*> patch_slots_;
   std::vector<PatchResult> results_;
   ContactSolver solver_;
 };

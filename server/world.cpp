@@ -54,10 +54,15 @@ struct Body {
   RigidState start;
   const Molecule* molecule = nullptr;
   bool is_graspable = false;
-  int hands = 0;  ///< tools that hold it
+  int hands = 0;    ///< tools that hold it
+  int adopted = 0;  ///< steps that the touch stage still steps it for, after something led has touched it
 
-  bool is_in_bullet() const { return hands == 0; }
+  bool is_in_bullet() const { return hands == 0 && adopted == 0; }
 };
+
+/// A body that tools touch belongs to the touch stage, and for so long after: taps and slides do not change its owner
+/// at every bounce.
+constexpr double kAdoption_s = 0.25;
 
 struct Tool {
   RigidBody rigid;
@@ -74,13 +79,11 @@ struct Tool {
 
 TouchStage::Limits touch_limits(const LoadedScene& scene) {
   const wire::Limits& limits = scene.description.limits();
-  const double force = scene.coupling.force_limit_n * static_cast<double>(scene.tools.size());
   return {scene.bodies.size() + scene.tools.size(),
           scene.tools.size(),
           limits.contact_pairs(),
           {limits.contact_points()},
-          limits.body_speed_m_per_s(),
-          force};
+          limits.body_speed_m_per_s()};
 }
 
 }  // namespace
@@ -102,6 +105,8 @@ struct World::Impl {
   TickFaults step_soft() noexcept;
   std::size_t soft_index_of(std::size_t thing) const;
   TickFaults step_touch() noexcept;
+  void adopt() noexcept;
+  int adoption_steps() const { return static_cast<int>(std::ceil(kAdoption_s / step_s())); }
   TickFaults settle_hands() noexcept;
   TickFaults guard(RigidBody& rigid, const RigidState& start, bool is_in_bullet) noexcept;
   TickFaults guard_all() noexcept;
@@ -176,7 +181,8 @@ RigidState World::Impl::tool_state(const Tool& tool) const {
 
 void World::Impl::attach(Tool& tool, std::size_t index, const Pose& X_BT) {
   Body& body = bodies[index];
-  if (body.hands++ == 0) bullet.remove(body.rigid);
+  if (body.is_in_bullet()) bullet.remove(body.rigid);
+  ++body.hands;
   tool.passes_through.reset();
   tool.held = index;
   tool.X_BT = X_BT;
@@ -185,7 +191,9 @@ void World::Impl::attach(Tool& tool, std::size_t index, const Pose& X_BT) {
 void World::Impl::detach(Tool& tool) {
   tool.rigid.set_state(tool_state(tool));
   Body& body = bodies[*tool.held];
-  if (--body.hands == 0) bullet.add(body.rigid);
+  // It goes back to Bullet when no tool has touched it for a while (adopt()).
+  --body.hands;
+  body.adopted = adoption_steps();
   if (distance_m(tool, *tool.held, 0) < -kPressedDepth_m && body.molecule == nullptr) tool.passes_through = tool.held;
   tool.held.reset();
 }
@@ -239,7 +247,7 @@ void World::Impl::describe_things() noexcept {
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     Body& body = bodies[i];
     TouchThing& thing = things[i];
-    thing = {&body.rigid, body.touch, Role::kStatic, {}, {}};
+    thing = {&body.rigid, body.touch, Role::kStatic, body.hands > 0, {}, {}};
     if (body.rigid.is_static()) continue;
     thing.role = body.is_in_bullet() ? Role::kGuest : Role::kOurs;
     thing.wrench_W = body.rigid.weight_W(gravity);
@@ -249,8 +257,8 @@ void World::Impl::describe_things() noexcept {
   }
   for (std::size_t i = 0; i < tools.size(); ++i) {
     Tool& tool = tools[i];
-    things[bodies.size() + i] = {
-        &tool.rigid, tool.touch, tool.is_free() ? Role::kOurs : Role::kAbsent, {}, tool.passes_through};
+    things[bodies.size() + i] = {&tool.rigid, tool.touch, tool.is_free() ? Role::kOurs : Role::kAbsent,
+                                 true,        {},         tool.passes_through};
   }
 }
 
@@ -291,6 +299,19 @@ TickFaults World::Impl::step_touch() noexcept {
     pulling.push_back(i);
   }
   return touch.step(step_s(), things, pulls);
+}
+
+/// What a tool touches, directly or through other bodies, is the touch stage's from the next step on, with all that it
+/// leans on; when it has not been touched for a while, it is Bullet's again.
+void World::Impl::adopt() noexcept {
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    Body& body = bodies[i];
+    if (body.rigid.is_static() || body.hands > 0) continue;
+    const bool was_in_bullet = body.is_in_bullet();
+    body.adopted = touch.contact(i).is_reached ? adoption_steps() : std::max(0, body.adopted - 1);
+    if (was_in_bullet && !body.is_in_bullet()) bullet.remove(body.rigid);
+    if (!was_in_bullet && body.is_in_bullet()) bullet.add(body.rigid);
+  }
 }
 
 TickFaults World::Impl::settle_hands() noexcept {
@@ -416,6 +437,7 @@ TickFaults World::step() noexcept {
   faults |= impl_->step_touch();
   impl_->bullet.step(impl_->step_s());
   faults |= impl_->guard_all();
+  impl_->adopt();
   faults |= impl_->settle_hands();
   if (impl_->soft) faults |= impl_->step_soft();
   for (Tool& tool : impl_->tools) impl_->end_passing_through(tool);

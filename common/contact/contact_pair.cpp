@@ -38,7 +38,7 @@ struct ContactPair::Direction {
   Pose X_WF;
   Pose X_FP;
   std::uint32_t id_bits = 0;
-  double sign = 1;  ///< of the field's gradient, so that it points out of B
+  double sign = 1;   ///< of the field's gradient, so that it points out of B
   double share = 1;  ///< of the points' area
 };
 
@@ -62,8 +62,8 @@ void ContactPair::bind(const ContactShape* a, const ContactShape* b) noexcept {
   is_a_primary_ = is_primary(*a, *b);
   const ContactShape& first = is_a_primary_ ? *a : *b;
   const ContactShape& second = is_a_primary_ ? *b : *a;
-  // A blunt tip that goes in between the other's points is deep as seen from its own points alone: where both shells are
-  // fine, each gives all of its points, for half of their area.
+  // A blunt tip that goes in between the other's points is deep as seen from its own points alone: where both shells
+  // are fine, each gives all of its points, for half of their area.
   is_mutual_ = is_fine(*a) && is_fine(*b);
   const PointShell& others = is_mutual_ ? second.shells.surface : second.shells.features;
   const std::uint32_t for_others = others.nodes.empty() ? 0 : budget_ / (is_mutual_ ? 2 : 4);
@@ -87,11 +87,9 @@ ContactWork ContactPair::find(const Pose& X_WA, const Pose& X_WB, double band_m)
   const Direction& first = is_a_primary_ ? a_in_b : b_in_a;
   const Direction& second = is_a_primary_ ? b_in_a : a_in_b;
 
-  ContactWork work = primary_.refresh(first.X_FP, band_m);
-  work += other_.refresh(second.X_FP, band_m);
-  search(primary_, first, band_m);
+  ContactWork work = find_one_way(primary_, first, band_m);
   now_.first_of_other = now_.points.size();
-  search(other_, second, band_m);
+  work += find_one_way(other_, second, band_m);
 
   const Eigen::Matrix3d turn = (X_WB.q * q_WB_before_.conjugate()).toRotationMatrix();
   carry_bristles(0, now_.first_of_other, 0, before_.first_of_other, turn);
@@ -100,7 +98,20 @@ ContactWork ContactPair::find(const Pose& X_WA, const Pose& X_WB, double band_m)
   return work;
 }
 
-void ContactPair::search(ShellCandidates& candidates, const Direction& direction, double band_m) noexcept {
+ContactWork ContactPair::find_one_way(ShellCandidates& candidates, const Direction& direction, double band_m) noexcept {
+  ContactWork work = candidates.refresh(direction.X_FP, band_m);
+  const std::size_t size_before = now_.points.size();
+  if (search(candidates, direction, band_m)) return work;
+  now_.points.resize(size_before);
+  now_.counts.resize(size_before);
+  work += candidates.coarsen(direction.X_FP, band_m);
+  search(candidates, direction, band_m);
+  return work;
+}
+
+// False: more are near than the budget allows for.
+bool ContactPair::search(ShellCandidates& candidates, const Direction& direction, double band_m) noexcept {
+  const std::size_t end = now_.points.size() + candidates.budget();
   const Eigen::Matrix3d R_FP = direction.X_FP.q.toRotationMatrix();
   const Eigen::Matrix3d R_WF = direction.X_WF.q.toRotationMatrix();
   const Eigen::Matrix3d R_out = direction.sign * R_WF;
@@ -111,6 +122,7 @@ void ContactPair::search(ShellCandidates& candidates, const Direction& direction
       const Vec3 p_F = R_FP * candidate.p_P.cast<double>() + direction.X_FP.p;
       const DistanceSample sample = direction.field.sample(p_F);
       if (sample.distance_m >= band_m) continue;
+      if (now_.points.size() == end) return false;
       ContactPoint& point = now_.points.emplace_back();
       point.p_W = R_WF * p_F + direction.X_WF.p;
       point.normal_W = R_out * sample.gradient.normalized();
@@ -120,6 +132,7 @@ void ContactPair::search(ShellCandidates& candidates, const Direction& direction
       now_.counts.push_back(candidate.count);
     }
   }
+  return true;
 }
 
 // Both lists are in the order of their points. What stands for several points takes the mean of what they had, and

@@ -12,7 +12,8 @@ namespace {
 constexpr double kSlackMin_m = 2e-4;
 constexpr double kSlackMax_m = 2e-3;
 constexpr double kStepsPerWalk = 2;
-// Of a capacity, what a list must shrink to before it is fine again: no flicker between fine and coarse.
+// Of a budget, what the points that are near must shrink to before they are one by one again: no flicker between fine
+// and coarse.
 constexpr double kFineAgain = 0.8;
 // Weight of depth against error of force in choosing what to refine; between 0.03 and 0.3 it changes little.
 constexpr double kDepthMatters = 0.1;
@@ -22,7 +23,11 @@ constexpr double kDeepestFirst_m = 1;
 constexpr std::size_t kParts = 64;
 // Points of a leaf whose distances differ by less than this act as one: where flat meets flat, the resolution of
 // contact is a leaf (a millimetre or two), and its work an eighth. A few quanta of a distance grid.
+// Wherever the shapes go from there, the leaf is off by no more than its size × how far they turn before the next walk.
 constexpr double kFlat_m = 1e-6;
+// A peg in its hole has most of its points a little outside of the band. They cost next to nothing in a list, but much
+// when they do not fit and the tree must be walked again.
+constexpr std::uint32_t kListPerPoint = 8;
 // Room for rounding: candidates keep distances in single precision.
 constexpr double kRounding_m = 1e-8;
 
@@ -36,20 +41,21 @@ ContactWork& ContactWork::operator+=(const ContactWork& other) {
   return *this;
 }
 
-ShellCandidates::ShellCandidates(std::uint32_t capacity) : capacity_(capacity) {
+ShellCandidates::ShellCandidates(std::uint32_t budget) : budget_(budget) {
   parts_.reserve(kParts);
-  candidates_.reserve(capacity + 1);
-  old_candidates_.reserve(capacity + 1);
-  cut_.reserve(std::max<std::size_t>(capacity, kParts) + 2);
+  candidates_.reserve(kListPerPoint * budget + 1);
+  old_candidates_.reserve(kListPerPoint * budget + 1);
+  cut_.reserve(std::max<std::size_t>(budget, kParts) + 2);
 }
 
 void ShellCandidates::bind(const PointShell* shell, const BoundingBall& points, const DistanceField* field,
-                           const BoundingBall& solid, std::uint32_t capacity) noexcept {
+                           const BoundingBall& solid, std::uint32_t budget) noexcept {
   shell_ = shell;
   field_ = field;
   points_ = points;
   solid_ = solid;
-  capacity_ = std::min<std::uint32_t>(capacity, static_cast<std::uint32_t>(candidates_.capacity()) - 1);
+  budget_ = std::min(budget, static_cast<std::uint32_t>(candidates_.capacity()) / kListPerPoint);
+  list_capacity_ = kListPerPoint * budget_;
   candidates_.clear();
   is_coarse_ = false;
   slack_limit_m_ = kSlackMax_m;
@@ -87,6 +93,7 @@ ContactWork ShellCandidates::refresh(const Pose& X_FP, double band_m) noexcept {
   if (parts_.empty() || is_out_of_reach(X_FP, band_m)) return work_;
   R_FP_ = X_FP.q.toRotationMatrix();
   p_FP_ = X_FP.p;
+  band_m_ = band_m;
   bool is_expired = false;
   for (ShellPart& part : parts_) is_expired = has_expired(part, X_FP, band_m) || is_expired;
   if (is_expired) {
@@ -100,6 +107,14 @@ ContactWork ShellCandidates::refresh(const Pose& X_FP, double band_m) noexcept {
     }
   }
   remember_gap(X_FP, band_m);
+  work_.is_coarse = is_coarse_;
+  return work_;
+}
+
+ContactWork ShellCandidates::coarsen(const Pose& X_FP, double band_m) noexcept {
+  work_ = {};
+  work_.is_refreshed = true;
+  walk_coarse(X_FP, band_m + kSlackMin_m);
   work_.is_coarse = is_coarse_;
   return work_;
 }
@@ -172,31 +187,32 @@ bool ShellCandidates::walk_expired(const Pose& X_FP, double band_m) noexcept {
       if (!gather_all(part.node, band_m + slack)) return false;
       end_walk(part);
     } else {
-      if (candidates_.size() + part.count > capacity_) return false;
+      if (candidates_.size() + part.count > list_capacity_) return false;
       const auto from = old_candidates_.begin() + part.begin;
       part.begin = static_cast<std::uint32_t>(candidates_.size());
       candidates_.insert(candidates_.end(), from, from + part.count);
     }
   }
-  if (2 * candidates_.size() < capacity_) slack_limit_m_ = std::min(kSlackMax_m, 1.25 * slack_limit_m_);
+  if (2 * candidates_.size() < list_capacity_) slack_limit_m_ = std::min(kSlackMax_m, 1.25 * slack_limit_m_);
   return true;
 }
 
 bool ShellCandidates::walk_all(const Pose& X_FP, double reach_m) noexcept {
   candidates_.clear();
+  near_count_ = 0;
   for (ShellPart& part : parts_) {
     begin_walk(part, X_FP);
     if (!gather_all(part.node, reach_m)) return false;
     end_walk(part);
   }
-  return true;
+  return near_count_ <= budget_;
 }
 
 void ShellCandidates::walk_coarse(const Pose& X_FP, double reach_m) noexcept {
   if (is_coarse_) {
     walk_whole(X_FP, reach_m);
-    if (fine_count_ > kFineAgain * capacity_) return;
-    // That count was a lower bound: all may be too many still.
+    if (near_count_ > kFineAgain * budget_) return;
+    // That count was an estimate: all may be too many still.
     divide(kParts);
     is_coarse_ = !walk_all(X_FP, reach_m);
     if (!is_coarse_) return;
@@ -225,6 +241,10 @@ bool ShellCandidates::is_reached(double nearest_m, double reach_m) noexcept {
   return false;
 }
 
+bool ShellCandidates::is_near(double distance_m) const {
+  return distance_m < band_m_;
+}
+
 // False: there are more than fit.
 bool ShellCandidates::gather_all(std::uint32_t root, double reach_m) noexcept {
   const auto& nodes = shell_->nodes;
@@ -235,7 +255,7 @@ bool ShellCandidates::gather_all(std::uint32_t root, double reach_m) noexcept {
     if (!is_reached(distance_at(node.centre_S) - node.radius_m, reach_m)) {
       i = node.next;
     } else if (node.is_leaf) {
-      if (!gather_leaf(node, reach_m, capacity_ - candidates_.size())) return false;
+      if (!gather_leaf(node, reach_m, list_capacity_ - candidates_.size())) return false;
       i = node.next;
     } else {
       ++i;
@@ -267,8 +287,6 @@ void ShellCandidates::open_node(std::uint32_t index, double reach_m) noexcept {
 // False, and nothing gathered: its points do not fit into `room`.
 bool ShellCandidates::gather_leaf(const ShellNode& node, double reach_m, std::size_t room) noexcept {
   const std::size_t size_before = candidates_.size();
-  double nearest = std::numeric_limits<double>::infinity();
-  double farthest = -nearest;
   for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
     const ShellPoint& point = shell_->points[i];
     const double distance = distance_at(point.p_S);
@@ -279,26 +297,35 @@ bool ShellCandidates::gather_leaf(const ShellNode& node, double reach_m, std::si
       return false;
     }
     candidates_.push_back({point.p_S, point.area_m2, static_cast<float>(distance), i, 1});
-    nearest = std::min(nearest, distance);
-    farthest = std::max(farthest, distance);
   }
-  if (farthest - nearest < kFlat_m) merge_from(size_before);
+  merge_flat(size_before);
+  for (std::size_t i = size_before; i < candidates_.size(); ++i)
+    near_count_ += is_near(candidates_[i].distance_m) ? 1 : 0;
   return true;
 }
 
-// What is at equal distance, as one.
-void ShellCandidates::merge_from(std::size_t begin) noexcept {
-  if (candidates_.size() < begin + 2) return;
-  ShellCandidate merged = candidates_[begin];
-  merged.p_P *= merged.area_m2;
-  for (std::size_t i = begin + 1; i < candidates_.size(); ++i) {
-    merged.p_P += candidates_[i].area_m2 * candidates_[i].p_P;
-    merged.area_m2 += candidates_[i].area_m2;
+// What is at equal distance, as one; the mean of what lies around something round is not.
+void ShellCandidates::merge_flat(std::size_t begin) noexcept {
+  const auto first = candidates_.begin() + static_cast<std::ptrdiff_t>(begin);
+  if (candidates_.end() - first < 2) return;
+  const auto [low, high] =
+      std::minmax_element(first, candidates_.end(),
+                          [](const ShellCandidate& a, const ShellCandidate& b) { return a.distance_m < b.distance_m; });
+  if (high->distance_m - low->distance_m > kFlat_m) return;
+  ShellCandidate mean = *first;
+  mean.p_P.setZero();
+  mean.area_m2 = 0;
+  for (auto candidate = first; candidate != candidates_.end(); ++candidate) {
+    mean.p_P += candidate->area_m2 * candidate->p_P;
+    mean.area_m2 += candidate->area_m2;
   }
-  merged.p_P /= merged.area_m2;
-  merged.count = candidates_.back().first + 1 - merged.first;
+  mean.p_P /= mean.area_m2;
+  mean.distance_m = static_cast<float>(distance_at(mean.p_P));
+  ++work_.points;
+  if (mean.distance_m - high->distance_m > kFlat_m || low->distance_m - mean.distance_m > kFlat_m) return;
+  mean.count = candidates_.back().first + 1 - mean.first;
   candidates_.resize(begin);
-  candidates_.push_back(merged);
+  candidates_.push_back(mean);
 }
 
 // Refines the cut through the tree where that gains most, until nothing finer fits. Nothing that may be near is left
@@ -309,7 +336,7 @@ void ShellCandidates::gather_coarse(double reach_m) noexcept {
   };
   candidates_.clear();
   cut_.clear();
-  fine_count_ = 0;
+  near_count_ = 0;
   deepest_point_ = find_deepest();
   open_node(0, reach_m);
   while (!cut_.empty()) {
@@ -321,7 +348,7 @@ void ShellCandidates::gather_coarse(double reach_m) noexcept {
     const std::size_t used = candidates_.size() + opened;
     if (node.is_leaf) {
       gather_leaf_coarse(node, reach_m, used);
-    } else if (!open_children(index, reach_m, capacity_ - used)) {
+    } else if (!open_children(index, reach_m, budget_ - used)) {
       gather_mean(node);
     }
     for (std::size_t size = opened + 1; size <= cut_.size(); ++size) {
@@ -356,10 +383,9 @@ std::uint32_t ShellCandidates::find_deepest() noexcept {
 }
 
 void ShellCandidates::gather_leaf_coarse(const ShellNode& node, double reach_m, std::size_t used) noexcept {
-  const std::size_t for_points = capacity_ / 8;
-  if (used < for_points && gather_leaf(node, reach_m, for_points - used)) {
-    fine_count_ += node.count;
-  } else if (used + 2 <= capacity_) {
+  const std::size_t for_points = budget_ / 8;
+  if (used < for_points && gather_leaf(node, reach_m, for_points - used)) return;
+  if (used + 2 <= budget_) {
     gather_halves(node, reach_m);
   } else {
     gather_mean(node);
@@ -375,7 +401,7 @@ void ShellCandidates::gather_halves(const ShellNode& leaf, double reach_m) noexc
     const double distance = distance_at(point.p_S);
     ++work_.points;
     if (!is_reached(distance, reach_m)) continue;
-    ++fine_count_;
+    near_count_ += is_near(distance) ? 1 : 0;
     ShellCandidate& half = halves[distance < 0 ? 0 : 1];
     if (half.count == 0) half.first = i;
     half.p_P += point.area_m2 * point.p_S;
@@ -407,7 +433,7 @@ bool ShellCandidates::open_children(std::uint32_t parent, double reach_m, std::s
 void ShellCandidates::gather_mean(const ShellNode& node) noexcept {
   const double distance = distance_at(node.mean.p_S);
   ++work_.points;
-  fine_count_ += node.count;
+  if (is_near(distance)) near_count_ += node.count;
   candidates_.push_back({node.mean.p_S, node.mean.area_m2, static_cast<float>(distance), node.first, node.count});
 }
 

@@ -100,7 +100,7 @@ TEST(ContactPair, FindsEveryPointThatACheckOfAllPointsFinds) {
     ASSERT_FALSE(work.is_coarse);
     std::map<std::uint32_t, double> all;
     add_all_depths(sphere.shells.surface, *box.field, X_BA, 0, all);
-    add_all_depths(box.shells.features, *sphere.field, X_BA.inverse(), ContactPoint::kOtherDirection, all);
+    add_all_depths(box.shells.surface, *sphere.field, X_BA.inverse(), ContactPoint::kOtherDirection, all);
     const auto contacts = depths(pair.contacts());
     ASSERT_EQ(contacts.size(), pair.contacts().size()) << "an id was there twice";
     // What is on the edge of the band within rounding may be there or not.
@@ -129,7 +129,8 @@ TEST(ContactPair, FindsTheSameWhateverCameBefore) {
     fresh.bind(&box, &sphere);
     fresh.find(X_BA.inverse(), {}, kBand_m);
     old.find(X_BA.inverse(), {}, kBand_m);
-    ASSERT_EQ(depths(old.contacts()), depths(fresh.contacts())) << "step " << i;
+    for (const auto& [id,d] : depths(old.contacts())) { auto m = depths(fresh.contacts()); if (!m.contains(id) || m[id]!=d) printf("OLD %x %g now %g coarse? sizes %zu %zu\n", id, d, m.contains(id)?m[id]:-9, old.contacts().size(), fresh.contacts().size()); }
+    ASSERT_TRUE(depths(old.contacts()) == depths(fresh.contacts())) << "step " << i;
   }
 }
 
