@@ -26,14 +26,14 @@ enum TickFault : std::uint32_t {
   /// A step ended after its deadline (live only). Remedy: fewer bodies, fewer rooms, a faster machine.
   kFaultOverrun = 1U << 5U,
   /// Coupling, contact and friction did not come to one solution within the iterations allowed; the last, finite one
-  /// was
-  /// used. Remedy: none needed when rare; else softer surfaces (contact_stiffness_n_per_m3), or heavier tools.
+  /// was used. Remedy: none needed when rare; else softer surfaces (contact_stiffness_n_per_m3), or heavier tools.
   kFaultContactUnsolved = 1U << 6U,
   /// More contacts than limits.contact_points or limits.contact_pairs allow: points stood for their neighbours, or the
   /// last pairs of shapes were left out. Remedy: raise the limit, or use shapes with fewer parts.
   kFaultContactCoarse = 1U << 7U,
-  /// The soft bodies' step was not done when its result was due, and was waited for (live only). Remedy: fewer nodes
-  /// (spacing_m), a lower soft_step_rate_hz, a core more.
+  /// The soft bodies' step is not done although its result is due (live only): the last one serves on. Remedy: fewer
+  /// nodes
+  /// or samples, a lower soft_step_rate_hz, a faster machine.
   kFaultSoftLate = 1U << 8U,
 };
 using TickFaults = std::uint32_t;

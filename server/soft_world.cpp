@@ -6,6 +6,7 @@
 #include <cmath>
 #include <semaphore>
 #include <thread>
+#include <utility>
 
 #include "server/soft_step.hpp"
 #include "server/soft_tangent.hpp"
@@ -160,21 +161,22 @@ struct SoftWorld::Impl {
       if (is_ending.load(std::memory_order_relaxed)) return;
       stepper.step(input, made);
       is_done.store(true, std::memory_order_release);
-      work_done.release();
+      is_done.notify_one();
     }
   }
 
+  /// The room never waits: a result that is not there in time is taken in a later step.
+  bool is_ready() {
+    if (!worker.joinable() || is_done.load(std::memory_order_acquire)) return true;
+    if (!std::exchange(is_known_late, true)) late.fetch_add(1, std::memory_order_relaxed);
+    if (settings.waits_for_worker) is_done.wait(false, std::memory_order_acquire);
+    return settings.waits_for_worker;
+  }
+
   TickFaults take() {
-    TickFaults faults = 0;
-    if (worker.joinable()) {
-      // Not try_acquire(), which yields for a while before it says no.
-      const bool is_late = !is_done.load(std::memory_order_acquire);
-      if (is_late) faults |= kFaultSoftLate;
-      if (is_late) late.fetch_add(1, std::memory_order_relaxed);
-      work_done.acquire();
-    }
+    is_known_late = false;
     std::swap(taken, made);
-    return faults | taken.faults;
+    return taken.faults;
   }
 
   void begin(std::span<const SoftTool> tools) {
@@ -195,9 +197,9 @@ struct SoftWorld::Impl {
   Result taken;                 ///< what the room reads
   int steps_to_go = 0;
   bool is_under_way = false;
+  bool is_known_late = false;
   std::atomic<std::uint64_t> late{0};
   std::counting_semaphore<2> work_to_do{0};
-  std::counting_semaphore<2> work_done{0};
   std::atomic<bool> is_done{false};
   std::atomic<bool> is_ending{false};
   std::thread worker;
@@ -210,13 +212,17 @@ SoftWorld::~SoftWorld() = default;
 TickFaults SoftWorld::advance(std::span<const SoftTool> tools) noexcept {
   Impl& impl = *impl_;
   TickFaults faults = 0;
+  if (impl.steps_to_go > 0) --impl.steps_to_go;
   if (impl.steps_to_go == 0) {
-    if (impl.is_under_way) faults = impl.take();
-    impl.begin(tools);
-    impl.is_under_way = true;
-    impl.steps_to_go = impl.period;
+    if (impl.is_under_way && !impl.is_ready()) {
+      faults = kFaultSoftLate;
+    } else {
+      if (impl.is_under_way) faults = impl.take();
+      impl.begin(tools);
+      impl.is_under_way = true;
+      impl.steps_to_go = impl.period;
+    }
   }
-  --impl.steps_to_go;
   // What was computed for a tool that has left since would meet its next user.
   for (std::size_t i = 0; i < impl.taken.contacts.size() && i < tools.size(); ++i) {
     if (!tools[i].is_present) impl.taken.contacts[i] = SoftContact{};

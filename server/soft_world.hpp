@@ -6,7 +6,8 @@
 //   soft step          └──── computed from the poses of k ────┘              └── …
 //
 // A result is used exactly one soft period after its inputs, whether it is computed at once inside advance() (kInline:
-// the lab, replays) or by a thread of its own (kWorker: live). So both give the same bits.
+// the lab, replays) or by a thread of its own (kWorker: live). So both give the same bits, as long as the worker is in
+// time. One that is late is not waited for: the last result serves on, and kFaultSoftLate says so at every step.
 #pragma once
 
 #include <cstdint>
@@ -46,6 +47,8 @@ struct SoftWorldSettings {
   double room_rate_hz = 1000;
   double rate_hz = 60;  ///< of soft steps; the nearest whole number of room steps is taken
   double speed_limit_m_per_s = 10;
+  /// Wait for a worker that is late: for who steps the room faster than time, and wants kInline's bits.
+  bool waits_for_worker = false;
   /// Called before each soft step on the thread that does it, for tests and tracing; may be empty.
   std::function<void()> before_step;
 };
@@ -71,7 +74,7 @@ class SoftWorld {
   /// Once a room step, after the tools have their new poses. `tools` as in the settings.
   ///
   /// Out     faults of the soft step whose result is taken now: kFaultNotFinite (that body starts anew),
-  ///         kFaultSpeedLimited; kFaultSoftLate: the worker was not ready, and was waited for
+  ///         kFaultSpeedLimited; kFaultSoftLate: the worker is not ready, the last result serves on
   /// Cost    kWorker: one step in n copies poses and swaps buffers; no allocation, no lock. kInline: a soft step in n
   TickFaults advance(std::span<const SoftTool> tools) noexcept;
 
@@ -84,7 +87,7 @@ class SoftWorld {
   const SoftModel& model(std::size_t body) const;
 
   int period_steps() const;
-  /// Results that were waited for, since the start. Any thread.
+  /// Results that came late, since the start. Any thread.
   std::uint64_t late_count() const;
   /// Of the soft step whose result was taken last: for benchmarks, never for decisions.
   double last_step_seconds() const;

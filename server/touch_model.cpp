@@ -20,4 +20,17 @@ double distance_m(const TouchModel& a, const Pose& X_WA, const TouchModel& b, co
   return nearest;
 }
 
+bool overlaps(const TouchModel& a, const Pose& X_WA, const TouchModel& b, const Pose& X_WB, double depth_m) noexcept {
+  for (const TouchModel::Part& part_a : a.parts) {
+    for (const TouchModel::Part& part_b : b.parts) {
+      const Pose X_WPa = X_WA * part_a.X_BS, X_WPb = X_WB * part_b.X_BS;
+      if (boxes_are_near(*part_a.shape, X_WPa, *part_b.shape, X_WPb, 0) &&
+          overlaps(*part_a.shape, X_WPa, *part_b.shape, X_WPb, depth_m)) {
+        return true;
+      }
+    }
+  }
+  return false;
+}
+
 }  // namespace tandem

@@ -25,4 +25,7 @@ struct TouchModel {
 double distance_m(const TouchModel& a, const Pose& X_WA, const TouchModel& b, const Pose& X_WB,
                   double limit_m) noexcept;
 
+/// Whether one is deeper than `depth_m` in the other.
+bool overlaps(const TouchModel& a, const Pose& X_WA, const TouchModel& b, const Pose& X_WB, double depth_m) noexcept;
+
 }  // namespace tandem

@@ -236,7 +236,8 @@ TickFaults TouchStage::solve(double step_s, std::span<TouchPull> pulls) noexcept
   for (std::size_t i = 0; i < pulls.size(); ++i) pulls[i].wrench_W = wrenches[i];
   TickFaults faults = 0;
   if (!report.has_converged) faults |= kFaultContactUnsolved;
-  if (report.left_out > 0) faults |= kFaultContactCoarse;
+  if (report.left_out > report.ill_formed) faults |= kFaultContactCoarse;
+  if (report.ill_formed > 0) faults |= kFaultNotFinite;
   return faults;
 }
 

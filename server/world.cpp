@@ -194,7 +194,8 @@ void World::Impl::detach(Tool& tool) {
   // It goes back to Bullet when no tool has touched it for a while (adopt()).
   --body.hands;
   body.adopted = adoption_steps();
-  if (distance_m(tool, *tool.held, 0) < -kPressedDepth_m && body.molecule == nullptr) tool.passes_through = tool.held;
+  const Pose X_WT = tool.rigid.state().X, X_WB = body.rigid.state().X;
+  if (overlaps(*tool.touch, X_WT, *body.touch, X_WB, kPressedDepth_m)) tool.passes_through = tool.held;
   tool.held.reset();
 }
 
@@ -349,7 +350,8 @@ TickFaults World::Impl::guard_all() noexcept {
 
 void World::Impl::end_passing_through(Tool& tool) noexcept {
   if (!tool.passes_through || !tool.is_active) return;
-  if (distance_m(tool, *tool.passes_through, 0) > 0) tool.passes_through.reset();
+  const Body& body = bodies[*tool.passes_through];
+  if (!overlaps(*tool.touch, tool.rigid.state().X, *body.touch, body.rigid.state().X, 0)) tool.passes_through.reset();
 }
 
 World::World(std::shared_ptr<const LoadedScene> scene, SoftStepping soft_stepping)

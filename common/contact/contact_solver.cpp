@@ -90,12 +90,13 @@ void ContactSolver::Impl::load(std::span<const SolverBody> bodies_in, std::span<
   for (std::size_t i = 0; i < count; ++i) {
     bodies[i] = loaded(bodies_in[i], step_s);
     bodies[i].island = static_cast<int>(i);
-    if (!bodies[i].is_moving) ++report.left_out;
+    if (!bodies[i].is_moving) ++report.ill_formed;
   }
   for (std::size_t i = 0; i < couplings_in.size(); ++i) {
     IslandBody* body = moving(couplings_in[i].body);
-    if (body == nullptr || !is_usable(couplings_in[i]) || couplings.size() == limits.couplings) {
-      ++report.left_out;
+    const bool is_sound = body != nullptr && is_usable(couplings_in[i]);
+    if (!is_sound || couplings.size() == limits.couplings) {
+      ++(is_sound ? report.left_out : report.ill_formed);
       continue;
     }
     const SolverBody& of = bodies_in[static_cast<std::size_t>(couplings_in[i].body)];
@@ -109,8 +110,9 @@ void ContactSolver::Impl::load_patch(const SolverPatch& in, std::size_t index) n
   patch.a = moving(in.a);
   patch.b = moving(in.b);
   patch.index = index;
-  if (patch.a == patch.b || !is_usable(in) || patches.size() == limits.patches) {
-    ++report.left_out;
+  const bool is_sound = patch.a != patch.b && is_usable(in);
+  if (!is_sound || patches.size() == limits.patches) {
+    ++(is_sound ? report.left_out : report.ill_formed);
     return;
   }
   PatchTerms& terms = patch.terms;
@@ -120,7 +122,7 @@ void ContactSolver::Impl::load_patch(const SolverPatch& in, std::size_t index) n
   terms.dissipation_s = in.dissipation_s;
   terms.friction = in.friction;
   terms.rigid_depth_m = in.rigid_depth_m;
-  if (rows.append(in.contacts, terms, report.left_out)) {
+  if (rows.append(in.contacts, terms, report.ill_formed)) {
     patches.push_back(patch);
   } else {
     ++report.left_out;
@@ -222,6 +224,7 @@ SolverReport ContactSolver::step(double step_s, std::span<SolverBody> bodies, st
   impl.find_islands();
   for (int island = 0; island < impl.body_count; ++island) impl.solve_island(island);
   impl.finish(bodies, patches, results, tool_wrenches_W);
+  impl.report.left_out += impl.report.ill_formed;
   return impl.report;
 }
 

@@ -57,6 +57,7 @@ struct SolverReport {
   /// Bodies, couplings, patches and contacts that were not used: beyond the limits, not finite, or of a body that is
   /// not there. Such a body stands still.
   std::uint32_t left_out = 0;
+  std::uint32_t ill_formed = 0;  ///< of these, by bad numbers and not for want of room
 };
 
 /// Implicit Euler with contact as a potential.

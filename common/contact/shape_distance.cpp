@@ -33,6 +33,25 @@ void search(const PointShell& shell, const DistanceField& field, const Pose& X_F
   }
 }
 
+/// Whether a point of `shell` is deeper than `depth_m` in `field`.
+bool has_deeper(const PointShell& shell, const DistanceField& field, const Pose& X_FS, double depth_m) noexcept {
+  std::uint32_t index = 0;
+  while (index < shell.nodes.size()) {
+    const ShellNode& node = shell.nodes[index];
+    const double depth = -field.distance_m(X_FS * node.centre_S.cast<double>());
+    // The ball is around points: where its centre is deeper than its radius, so are they.
+    if (depth > depth_m + node.radius_m) return true;
+    const bool may_be_deeper = depth + node.radius_m > depth_m;
+    if (may_be_deeper && node.is_leaf) {
+      for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
+        if (-field.distance_m(X_FS * shell.points[i].p_S.cast<double>()) > depth_m) return true;
+      }
+    }
+    index = may_be_deeper && !node.is_leaf ? index + 1 : node.next;
+  }
+  return false;
+}
+
 /// From a point of one surface to the nearest of the other, and back: closes in on the gap between two samples.
 double refined(const Nearest& from, const DistanceField& own, const DistanceField& other, const Pose& X_OS) noexcept {
   constexpr int kRounds = 8;
@@ -60,6 +79,13 @@ bool is_apart(const ContactShape& a, const ContactShape& b, const Pose& X_AB, do
 }
 
 }  // namespace
+
+bool overlaps(const ContactShape& a, const Pose& X_WA, const ContactShape& b, const Pose& X_WB,
+              double depth_m) noexcept {
+  const Pose X_BA = X_WB.inverse() * X_WA;
+  return has_deeper(a.shells.surface, *b.field, X_BA, depth_m) ||
+         has_deeper(b.shells.surface, *a.field, X_BA.inverse(), depth_m);
+}
 
 bool boxes_are_near(const ContactShape& a, const Pose& X_WA, const ContactShape& b, const Pose& X_WB,
                     double gap_m) noexcept {

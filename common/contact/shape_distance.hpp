@@ -15,6 +15,11 @@ namespace tandem {
 double shape_distance_m(const ContactShape& a, const Pose& X_WA, const ContactShape& b, const Pose& X_WB,
                         double limit_m) noexcept;
 
+/// Whether a point of either shell is deeper than `depth_m` in the other's field.
+/// Cost    ends at the first such point: much less than shape_distance_m() for shapes that are deep in each other
+bool overlaps(const ContactShape& a, const Pose& X_WA, const ContactShape& b, const Pose& X_WB,
+              double depth_m) noexcept;
+
 /// False only when the bounding boxes are farther apart than `gap_m`; cheap.
 bool boxes_are_near(const ContactShape& a, const Pose& X_WA, const ContactShape& b, const Pose& X_WB,
                     double gap_m) noexcept;
