@@ -14,10 +14,10 @@ namespace {
 /// One line; a missing subcommand is answered by those that exist.
 std::string complaint(const CLI::App& app, const CLI::ParseError& error) {
   const CLI::App* command = &app;
-  std::string help = "--help";
+  std::string path = "tandem-lab";
   while (!command->get_subcommands().empty()) {
     command = command->get_subcommands().front();
-    help = command->get_name() + " " + help;
+    path += " " + command->get_name();
   }
   std::string text = error.what();
   const auto subcommands = command->get_subcommands([](const CLI::App*) { return true; });
@@ -26,7 +26,7 @@ std::string complaint(const CLI::App& app, const CLI::ParseError& error) {
     for (const CLI::App* one : subcommands) text += (one == subcommands.front() ? "" : " or ") + one->get_name();
   }
   std::replace(text.begin(), text.end(), '\n', ' ');
-  return text + "; see tandem-lab " + help;
+  return text + "; see " + path + " --help";
 }
 
 }  // namespace

@@ -17,6 +17,8 @@ namespace {
 
 /// Meshes larger than this get cells and spacings in proportion: the default ones would fill the memory.
 constexpr double kFullResolutionSize_m = 0.2;
+/// No asset is as large: what is larger is not one.
+constexpr std::uintmax_t kMaxEntryBytes = 1U << 30U;
 
 std::string hex(const Sha256& hash) {
   std::ostringstream out;
@@ -65,18 +67,25 @@ Sha256 key_of(const ContactMesh& mesh, double sheet_thickness_m) {
   return sha256_of(bytes);
 }
 
-std::vector<std::uint8_t> read_file(const std::filesystem::path& file) {
-  std::ifstream stream(file, std::ios::binary | std::ios::ate);
-  if (!stream) return {};
-  std::vector<std::uint8_t> bytes(static_cast<std::size_t>(stream.tellg()));
-  stream.seekg(0);
+/// An entry of the cache is the asset's key, which tells a renamed file from the right one, and the asset's bytes.
+/// Empty for anything else: the cache is a folder that others can write to.
+std::vector<std::uint8_t> read_entry(const std::filesystem::path& file, const Sha256& key) {
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(file, error)) return {};
+  const std::uintmax_t size = std::filesystem::file_size(file, error);
+  if (error || size < key.size() || size > kMaxEntryBytes) return {};
+  std::ifstream stream(file, std::ios::binary);
+  Sha256 found{};
+  stream.read(reinterpret_cast<char*>(found.data()), static_cast<std::streamsize>(found.size()));
+  if (!stream || found != key) return {};
+  std::vector<std::uint8_t> bytes(static_cast<std::size_t>(size) - key.size());
   stream.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
   if (!stream) return {};
   return bytes;
 }
 
 /// Under another name first: who reads meanwhile sees all of it or nothing. True when it is there.
-bool write_file(const std::filesystem::path& file, const std::vector<std::uint8_t>& bytes) {
+bool write_entry(const std::filesystem::path& file, const Sha256& key, const std::vector<std::uint8_t>& bytes) {
   static std::atomic<unsigned> serial{0};
   std::error_code error;
   std::filesystem::create_directories(file.parent_path(), error);
@@ -84,6 +93,7 @@ bool write_file(const std::filesystem::path& file, const std::vector<std::uint8_
       file.string() + "." + std::to_string(getpid()) + "-" + std::to_string(serial++) + ".partial";
   {
     std::ofstream stream(partial, std::ios::binary);
+    stream.write(reinterpret_cast<const char*>(key.data()), static_cast<std::streamsize>(key.size()));
     stream.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
     stream.flush();
     if (!stream) {
@@ -92,8 +102,9 @@ bool write_file(const std::filesystem::path& file, const std::vector<std::uint8_
     }
   }
   std::filesystem::rename(partial, file, error);
-  if (error) std::filesystem::remove(partial, error);
-  return !error;
+  const bool is_there = !error;
+  if (!is_there) std::filesystem::remove(partial, error);
+  return is_there;
 }
 
 std::string describe(const ContactShape& shape, const std::string& from, double seconds) {
@@ -154,7 +165,7 @@ ContactAsset ContactLibrary::mesh(const ContactMesh& mesh, double sheet_thicknes
       loading_.cache_directory.empty() ? "" : loading_.cache_directory / (hex(key) + ".contact");
 
   ContactAsset asset;
-  std::vector<std::uint8_t> bytes = cached.empty() ? std::vector<std::uint8_t>{} : read_file(cached);
+  std::vector<std::uint8_t> bytes = cached.empty() ? std::vector<std::uint8_t>{} : read_entry(cached, key);
   if (!bytes.empty()) asset.shape = contact_shape_from(bytes);
   if (asset.shape) {
     asset.note = describe(*asset.shape, "from cache", seconds_since(begin));
@@ -165,8 +176,8 @@ ContactAsset ContactLibrary::mesh(const ContactMesh& mesh, double sheet_thicknes
     asset.shape = make_contact_mesh(mesh, options_for(mesh, sheet_thickness_m), progress);
     asset.note = describe(*asset.shape, "built", seconds_since(begin));
     bytes = contact_asset_bytes(*asset.shape);
-    if (!cached.empty() && !write_file(cached, bytes)) {
-      asset.note += "; " + loading_.cache_directory.string() + " cannot be written, so the next start builds it again";
+    if (!cached.empty() && !write_entry(cached, key, bytes)) {
+      asset.note += "; " + cached.string() + " cannot be written, so the next start builds it again";
     }
   }
   const auto* const first = reinterpret_cast<const std::byte*>(bytes.data());

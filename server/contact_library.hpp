@@ -42,9 +42,10 @@ class ContactLibrary {
 
   /// Of a sphere, box, cylinder or capsule.
   std::shared_ptr<const ContactShape> primitive(const wire::Shape& shape);
-  /// Of a mesh, from the cache when it is there. An unreadable or damaged entry is built anew; a cache that cannot be
-  /// written is told of in the note, and is no error.
+  /// Of a mesh, from the cache when it is there. An unreadable, damaged or foreign entry is built anew; a cache that
+  /// cannot be written is told of in the note, and is no error.
   /// In      name  for progress and notes
+  /// Fails   as make_contact_mesh()
   ContactAsset mesh(const ContactMesh& mesh, double sheet_thickness_m, const std::string& name);
 
  private:

@@ -104,15 +104,6 @@ void set_inertia(MassProperties& properties, const Mat3& second_moment) {
 
 }  // namespace
 
-double MassProperties::mass_at_point_kg(const Vec3& p_B) const {
-  const Vec3 r = X_BC.inverse() * p_B;
-  Mat3 cross;
-  cross << 0, -r.z(), r.y(), r.z(), 0, -r.x(), -r.y(), r.x(), 0;
-  const Mat3 mobility =
-      Mat3::Identity() / mass_kg + cross.transpose() * principal_inertia_kg_m2.cwiseInverse().asDiagonal() * cross;
-  return 1 / Eigen::SelfAdjointEigenSolver<Mat3>(mobility, Eigen::EigenvaluesOnly).eigenvalues().maxCoeff();
-}
-
 MassProperties mass_properties_of(double mass_kg, const std::vector<SolidShape>& shapes) {
   MassProperties properties;
   properties.mass_kg = mass_kg;

@@ -17,10 +17,6 @@ struct MassProperties {
   Vec3 principal_inertia_kg_m2 = Vec3::Zero();  ///< about C
 
   double smallest_inertia_kg_m2() const { return principal_inertia_kg_m2.minCoeff(); }
-  /// What a force at the point `p_B` must accelerate, in the direction in which that is least.
-  ///
-  /// Model   1/m_p = largest eigenvalue of 1/m + [r]ᵀ I⁻¹ [r], r from the centre of mass to the point
-  double mass_at_point_kg(const Vec3& p_B) const;
 };
 
 /// A shape with the mesh that was loaded for it.

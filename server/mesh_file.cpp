@@ -11,18 +11,18 @@
 namespace tandem {
 namespace {
 
-// A client must be able to fetch an asset in reasonable time, and Bullet's triangle tree stay in the cache.
+// A client must be able to fetch an asset, and the server to build contact of it, in reasonable time.
 constexpr std::uintmax_t kMaxFileBytes = 64U << 20U;
 constexpr std::size_t kMaxTriangles = 1'000'000;
 
 /// What to install when a file of a known data package is missing.
-std::string remedy_for(const std::filesystem::path& file) {
+std::string remedy_for(const std::filesystem::path& file, const std::string& otherwise) {
   const std::string text = file.string();
   const auto is_below = [&text](const char* folder) { return text.rfind(folder, 0) == 0; };
   if (is_below("/usr/share/glmark2/")) return "install Debian package glmark2-data";
   if (is_below("/usr/share/pymol/")) return "install Debian package pymol-data";
   if (is_below("/usr/share/gromacs/")) return "install Debian package gromacs-data";
-  return "give a file that is there, absolute or relative to the scene file";
+  return otherwise;
 }
 
 /// Assimp's triangles of all its meshes in one list, in file units.
@@ -46,6 +46,7 @@ TriangleMesh triangles_of(const aiScene& scene) {
 
 /// Positions only, so that corners that differ in colour or normal join; nodes flattened into one frame.
 TriangleMesh import_mesh(const std::vector<std::byte>& bytes, const std::filesystem::path& file) {
+  if (bytes.empty()) throw AssetFileError(file.string() + ", which is empty; export the mesh again");
   Assimp::Importer importer;
   importer.SetPropertyInteger(AI_CONFIG_PP_RVC_FLAGS, aiComponent_NORMALS | aiComponent_TANGENTS_AND_BITANGENTS |
                                                           aiComponent_COLORS | aiComponent_TEXCOORDS |
@@ -62,8 +63,9 @@ TriangleMesh import_mesh(const std::vector<std::byte>& bytes, const std::filesys
                                       aiProcess_JoinIdenticalVertices | aiProcess_SortByPType,
                                   format.c_str());
   if (scene == nullptr || scene->mNumMeshes == 0) {
-    throw AssetFileError(file.string() + ", which is not a mesh that can be read (" + importer.GetErrorString() +
-                         "); give a file such as .obj, .ply or .stl");
+    const std::string reason = importer.GetErrorString();
+    throw AssetFileError(file.string() + ", which is not a mesh that can be read" +
+                         (reason.empty() ? "" : " (" + reason + ")") + "; give a file such as .obj, .ply or .stl");
   }
   return triangles_of(*scene);
 }
@@ -82,10 +84,10 @@ void check(const TriangleMesh& mesh, const std::filesystem::path& file) {
 
 }  // namespace
 
-std::vector<std::byte> read_asset_file(const std::filesystem::path& file) {
+std::vector<std::byte> read_asset_file(const std::filesystem::path& file, const std::string& remedy) {
   std::error_code error;
   if (!std::filesystem::is_regular_file(file, error)) {
-    throw AssetFileError(file.string() + ", which does not exist; " + remedy_for(file));
+    throw AssetFileError(file.string() + ", which does not exist; " + remedy_for(file, remedy));
   }
   const std::uintmax_t size = std::filesystem::file_size(file, error);
   if (error || size > kMaxFileBytes) {
@@ -105,8 +107,8 @@ TriangleMesh mesh_of_bytes(const std::vector<std::byte>& bytes, const std::files
   return mesh;
 }
 
-TriangleMesh read_mesh_file(const std::filesystem::path& file) {
-  return mesh_of_bytes(read_asset_file(file), file);
+TriangleMesh read_mesh_file(const std::filesystem::path& file, const std::string& remedy) {
+  return mesh_of_bytes(read_asset_file(file, remedy), file);
 }
 
 }  // namespace tandem

@@ -18,15 +18,16 @@ class AssetFileError : public std::runtime_error {
 };
 
 /// The whole of a file of at most 64 MiB.
-/// Fails   AssetFileError; names the Debian package of a data file that ought to be there
-std::vector<std::byte> read_asset_file(const std::filesystem::path& file);
+/// In      remedy  what to do when there is no such file; for a data file of Debian it is the package to install
+/// Fails   AssetFileError
+std::vector<std::byte> read_asset_file(const std::filesystem::path& file, const std::string& remedy);
 
 /// Triangles of all parts of a mesh in one frame, in the file's units; corners that differ only in colour or normal are
 /// joined. `file` tells the format by its extension and is named in messages; only `bytes` are read.
-/// Fails   AssetFileError: not a mesh, more than a million triangles, a vertex that is not finite
+/// Fails   AssetFileError: empty, not a mesh, more than a million triangles, a vertex that is not finite
 TriangleMesh mesh_of_bytes(const std::vector<std::byte>& bytes, const std::filesystem::path& file);
 
 /// Both of the above.
-TriangleMesh read_mesh_file(const std::filesystem::path& file);
+TriangleMesh read_mesh_file(const std::filesystem::path& file, const std::string& remedy);
 
 }  // namespace tandem

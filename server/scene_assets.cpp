@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "common/contact/counted.hpp"
 #include "common/molecule/loader.hpp"
 #include "server/mesh_file.hpp"
 
@@ -60,7 +61,8 @@ std::filesystem::path SceneAssets::located(const std::string& file) const {
 std::shared_ptr<const Bytes> SceneAssets::read(const std::filesystem::path& file, const std::string& kind,
                                                const SceneField& field) {
   if (const auto found = read_.find(file); found != read_.end()) return found->second;
-  auto bytes = std::make_shared<const Bytes>(or_refused(field, [&] { return read_asset_file(file); }));
+  const std::string remedy = "give a file that is there, absolute or relative to the scene file";
+  auto bytes = std::make_shared<const Bytes>(or_refused(field, [&] { return read_asset_file(file, remedy); }));
 
   const Asset asset{sha256_of(*bytes), kind, file.filename().string(), bytes};
   // Clients tell assets apart by their base name, which is all they see of the path.
@@ -85,8 +87,8 @@ ContactMesh SceneAssets::load_mesh(wire::Mesh& message, const SceneField& field)
   message.set_file(file.filename().string());
   try {
     ContactMesh repaired_mesh = repaired(mesh);
-    notes.push_back(message.file() + ": " + std::to_string(repaired_mesh.mesh.triangles.size()) + " triangles, a " +
-                    (repaired_mesh.kind == SurfaceKind::kSolid ? "solid" : "sheet"));
+    notes.push_back(message.file() + ": " + counted(repaired_mesh.mesh.triangles.size(), "triangle", "triangles") +
+                    ", a " + (repaired_mesh.kind == SurfaceKind::kSolid ? "solid" : "sheet"));
     for (const std::string& note : repaired_mesh.notes) notes.push_back(message.file() + ": " + note);
     return repaired_mesh;
   } catch (const MeshError& error) {

@@ -69,12 +69,14 @@ std::vector<SolidShape> solids(const google::protobuf::RepeatedPtrField<wire::Sh
   return result;
 }
 
-MassProperties checked_mass(double mass_kg, const std::vector<SolidShape>& shapes, const SceneField& field) {
+/// In      remedy  what else can be done about a body without volume
+MassProperties checked_mass(double mass_kg, const std::vector<SolidShape>& shapes, const SceneField& field,
+                            const std::string& remedy) {
   try {
     return mass_properties_of(mass_kg, shapes);
   } catch (const std::domain_error& error) {
     field.in("mass_kg").refuse("is " + number_text(mass_kg) + ", but " + error.what() +
-                               "; make it static (0) or give it thickness");
+                               ": a sheet has none of its own, only that of its convex hull; " + remedy);
   }
 }
 
@@ -107,6 +109,7 @@ class SceneBuilder {
   }
 
  private:
+  /// Without the contact shapes, which take long: what is wrong with a body is said before they are made.
   std::vector<LoadedShape> load_shapes(google::protobuf::RepeatedPtrField<wire::Shape>& shapes,
                                        const SceneField& field) {
     std::vector<LoadedShape> loaded;
@@ -114,22 +117,44 @@ class SceneBuilder {
       wire::Shape& shape = shapes[i];
       LoadedShape& result = loaded.emplace_back(
           LoadedShape{pose_from_placement(shape.placement()), nullptr, SurfaceKind::kSolid, nullptr});
-      if (shape.has_mesh()) {
-        load_mesh(*shape.mutable_mesh(), result, field.in("shapes", static_cast<std::size_t>(i)).in("mesh"));
-      } else {
-        result.contact = library_.primitive(shape);
-      }
+      if (!shape.has_mesh()) continue;
+      ContactMesh mesh = assets_.load_mesh(*shape.mutable_mesh(), mesh_field(field, i));
+      result.mesh = std::make_shared<const TriangleMesh>(std::move(mesh.mesh));
+      result.mesh_kind = mesh.kind;
     }
     return loaded;
   }
 
-  void load_mesh(wire::Mesh& message, LoadedShape& shape, const SceneField& field) {
-    ContactMesh mesh = assets_.load_mesh(message, field);
-    const ContactAsset asset = library_.mesh(mesh, message.sheet_thickness_m(), message.file());
-    assets_.add_contact(asset, message);
-    shape.mesh = std::make_shared<const TriangleMesh>(std::move(mesh.mesh));
-    shape.mesh_kind = mesh.kind;
-    shape.contact = asset.shape;
+  void make_contacts(google::protobuf::RepeatedPtrField<wire::Shape>& shapes, const SceneField& field,
+                     std::vector<LoadedShape>& loaded) {
+    for (int i = 0; i < shapes.size(); ++i) {
+      LoadedShape& result = loaded[static_cast<std::size_t>(i)];
+      if (shapes[i].has_mesh()) {
+        make_mesh_contact(*shapes[i].mutable_mesh(), result, mesh_field(field, i).in("file"));
+      } else {
+        result.contact = library_.primitive(shapes[i]);
+      }
+    }
+  }
+
+  void make_mesh_contact(wire::Mesh& message, LoadedShape& shape, const SceneField& file_field) {
+    const ContactMesh mesh{*shape.mesh, shape.mesh_kind, {}};
+    const auto refuse = [&](const std::exception& error) {
+      file_field.refuse("is " + message.file() + ", which cannot be touched: " + error.what());
+    };
+    try {
+      const ContactAsset asset = library_.mesh(mesh, message.sheet_thickness_m(), message.file());
+      assets_.add_contact(asset, message);
+      shape.contact = asset.shape;
+    } catch (const MeshError& error) {
+      refuse(error);
+    } catch (const std::invalid_argument& error) {
+      refuse(error);
+    }
+  }
+
+  static SceneField mesh_field(const SceneField& field, int shape) {
+    return field.in("shapes", static_cast<std::size_t>(shape)).in("mesh");
   }
 
   static TouchModel touch_model(const std::vector<LoadedShape>& shapes, double stiffness_n_per_m3) {
@@ -154,7 +179,9 @@ class SceneBuilder {
       loaded.mass = mass_properties_of(body.mass_kg(), *loaded.molecule, molecular.metres_per_angstrom());
     } else {
       loaded.shapes = load_shapes(*body.mutable_shapes(), field);
-      loaded.mass = checked_mass(body.mass_kg(), solids(body.shapes(), loaded.shapes), field);
+      loaded.mass = checked_mass(body.mass_kg(), solids(body.shapes(), loaded.shapes), field,
+                                 "make it static (0), or give the mesh thickness");
+      make_contacts(*body.mutable_shapes(), field, loaded.shapes);
       loaded.touch = touch_model(loaded.shapes, body.contact_stiffness_n_per_m3());
     }
     scene_->bodies.push_back(std::move(loaded));
@@ -163,9 +190,10 @@ class SceneBuilder {
   void add_tool(wire::Tool& tool, const SceneField& field) {
     LoadedTool loaded;
     loaded.shapes = load_shapes(*tool.mutable_shapes(), field);
-    loaded.touch = touch_model(loaded.shapes, tool.contact_stiffness_n_per_m3());
     loaded.X_WT = pose_from_placement(tool.placement());
-    loaded.mass = checked_mass(tool.mass_kg(), solids(tool.shapes(), loaded.shapes), field);
+    loaded.mass = checked_mass(tool.mass_kg(), solids(tool.shapes(), loaded.shapes), field, "give the mesh thickness");
+    make_contacts(*tool.mutable_shapes(), field, loaded.shapes);
+    loaded.touch = touch_model(loaded.shapes, tool.contact_stiffness_n_per_m3());
     const double least = tool.mass_kg() * kToolGyrationRadius_m * kToolGyrationRadius_m;
     loaded.mass.principal_inertia_kg_m2 = loaded.mass.principal_inertia_kg_m2.cwiseMax(least);
     const wire::Workspace& workspace = tool.workspace();

@@ -66,7 +66,6 @@ class TouchStage {
 
   /// Of a thing of ours in the last step.
   const TouchContact& contact(std::size_t thing) const { return felt_[thing]; }
-  std::uint32_t pairs_near() const { return static_cast<std::uint32_t>(near_.size()); }
 
  private:
   /// Which shape of which thing.

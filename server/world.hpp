@@ -38,10 +38,9 @@ struct TouchSummary {
 /// collides nor adds mass. Several tools may hold the same body. A tool that is inside the body that it releases
 /// passes through it until they have come apart.
 ///
-/// Tools and held bodies are stepped by the implicit solver of common/contact (touch_stage.hpp), with coupling, contact
-/// and friction in one solution: no tool is too light and no coupling or surface too stiff. Bullet steps the bodies
-/// that nobody holds; of tools it only sees what they push with. Soft bodies step at a rate
-/// of their own (soft_world.hpp).
+/// Tools, held bodies, and what these touch are stepped by the implicit solver of common/contact (touch_stage.hpp),
+/// with coupling, contact and friction in one solution: no tool is too light and no coupling or surface too stiff.
+/// Bullet steps the bodies that nobody touches. Soft bodies step at a rate of their own (soft_world.hpp).
 ///
 /// The same calls in the same order give the same bits on the same machine.
 ///
@@ -71,7 +70,6 @@ class World {
   void release(std::size_t tool);
 
   /// Replaces the coupling coefficients from the next step on; ignored when one is negative or not finite.
-  /// For a scene's answer to a user see coupling_problem().
   void set_coupling(const CouplingParameters& parameters);
 
   /// Advances by 1 / step_rate_hz seconds. No throw; faults are bits.

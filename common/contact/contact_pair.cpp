@@ -87,9 +87,11 @@ ContactWork ContactPair::find(const Pose& X_WA, const Pose& X_WB, double band_m)
   const Direction& first = is_a_primary_ ? a_in_b : b_in_a;
   const Direction& second = is_a_primary_ ? b_in_a : a_in_b;
 
-  ContactWork work = find_one_way(primary_, first, band_m);
+  ContactWork work = primary_.refresh(first.X_FP, band_m);
+  work += other_.refresh(second.X_FP, band_m);
+  search(primary_, first, band_m);
   now_.first_of_other = now_.points.size();
-  work += find_one_way(other_, second, band_m);
+  search(other_, second, band_m);
 
   const Eigen::Matrix3d turn = (X_WB.q * q_WB_before_.conjugate()).toRotationMatrix();
   carry_bristles(0, now_.first_of_other, 0, before_.first_of_other, turn);
@@ -98,20 +100,7 @@ ContactWork ContactPair::find(const Pose& X_WA, const Pose& X_WB, double band_m)
   return work;
 }
 
-ContactWork ContactPair::find_one_way(ShellCandidates& candidates, const Direction& direction, double band_m) noexcept {
-  ContactWork work = candidates.refresh(direction.X_FP, band_m);
-  const std::size_t size_before = now_.points.size();
-  if (search(candidates, direction, band_m)) return work;
-  now_.points.resize(size_before);
-  now_.counts.resize(size_before);
-  work += candidates.coarsen(direction.X_FP, band_m);
-  search(candidates, direction, band_m);
-  return work;
-}
-
-// False: more are near than the budget allows for.
-bool ContactPair::search(ShellCandidates& candidates, const Direction& direction, double band_m) noexcept {
-  const std::size_t end = now_.points.size() + candidates.budget();
+void ContactPair::search(ShellCandidates& candidates, const Direction& direction, double band_m) noexcept {
   const Eigen::Matrix3d R_FP = direction.X_FP.q.toRotationMatrix();
   const Eigen::Matrix3d R_WF = direction.X_WF.q.toRotationMatrix();
   const Eigen::Matrix3d R_out = direction.sign * R_WF;
@@ -122,7 +111,6 @@ bool ContactPair::search(ShellCandidates& candidates, const Direction& direction
       const Vec3 p_F = R_FP * candidate.p_P.cast<double>() + direction.X_FP.p;
       const DistanceSample sample = direction.field.sample(p_F);
       if (sample.distance_m >= band_m) continue;
-      if (now_.points.size() == end) return false;
       ContactPoint& point = now_.points.emplace_back();
       point.p_W = R_WF * p_F + direction.X_WF.p;
       point.normal_W = R_out * sample.gradient.normalized();
@@ -132,7 +120,6 @@ bool ContactPair::search(ShellCandidates& candidates, const Direction& direction
       now_.counts.push_back(candidate.count);
     }
   }
-  return true;
 }
 
 // Both lists are in the order of their points. What stands for several points takes the mean of what they had, and

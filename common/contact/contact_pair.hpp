@@ -27,7 +27,7 @@ struct ContactPoint {
 
 /// In points asked of a distance field and nodes of a tree, never in time: a replay degrades alike.
 struct ContactBudget {
-  std::uint32_t points = 2048;  ///< of a pair within the band; beyond it, points are merged with their neighbours
+  std::uint32_t points = 2048;  ///< a pair and step; beyond it, points are merged with their neighbours
 };
 
 /// The contacts of shape A with shape B, searched each step. Remembers the candidates of the last walk of the tree and
@@ -48,10 +48,10 @@ class ContactPair {
 
   /// Finds every point deeper than −`band_m`. Bristles of points that were there before are carried along with B.
   ///
-  /// Model   while the budget holds, each point stands for itself, but where the shapes were parallel when the tree was
-  ///         last walked (some steps ago at most): there, a leaf of up to eight points is one, as deep as they are on
-  ///         average, and off from one of them by no more than its size × the turn since. All else depends on the poses
-  ///         alone. Beyond the budget, points are merged where contact is shallowest; their areas add up
+  /// Model   while the budget holds, the result depends on the poses alone, not on those before; but where the shapes
+  ///         were parallel at the last walk of the tree, up to eight points of a leaf are one, whose depth differs from
+  ///         theirs by at most the size of the leaf × the turn since then, which the slack of the walk bounds. Beyond
+  ///         the budget, points are merged where contact is shallowest; their areas add up
   /// In      band_m  beyond a field's `band_m()` depths are as good as its sample(): to look ahead in fast motion
   /// Fails   no contact for a pose that is not finite
   ContactWork find(const Pose& X_WA, const Pose& X_WB, double band_m) noexcept;
@@ -68,8 +68,7 @@ class ContactPair {
   };
   struct Direction;
 
-  ContactWork find_one_way(ShellCandidates& candidates, const Direction& direction, double band_m) noexcept;
-  bool search(ShellCandidates& candidates, const Direction& direction, double band_m) noexcept;
+  void search(ShellCandidates& candidates, const Direction& direction, double band_m) noexcept;
   void carry_bristles(std::size_t now, std::size_t now_end, std::size_t before, std::size_t before_end,
                       const Eigen::Matrix3d& turn_of_b) noexcept;
 

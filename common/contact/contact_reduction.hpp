@@ -45,9 +45,8 @@ inline constexpr std::size_t kReducedContacts = 16;
 ///         forces until net force and moment are right. Nothing is chosen or sorted, so that each group moves as
 ///         continuously as the patch does. What fits into `out` is given as it is
 /// Source  the pattern: two-level fractional factorial designs (Box & Hunter, Technometrics 3, 1961); its use: the
-/// sigma
-///         points of Julier & Uhlmann, "Unscented filtering and nonlinear estimation", Proc. IEEE 92, 2004; sharing:
-///         fuzzy c-means (Bezdek 1981); the bending is ours
+///         sigma points of Julier & Uhlmann, "Unscented filtering and nonlinear estimation", Proc. IEEE 92, 2004;
+///         sharing: fuzzy c-means (Bezdek 1981); the bending is ours
 /// Out     number written. The derivative (Frobenius norm, about the middle of the patch, lengths in units of its
 ///         radius) of 16 is right to rounding on planes, to 0.2 % on spheres, 5 % in grooves, 8 % in corners and around
 ///         pegs (worst of 2,000 random patches each); it changes by that much when contacts just cease to fit

@@ -1,6 +1,8 @@
 #include "common/contact/contact_shape.hpp"
 
+#include <iomanip>
 #include <limits>
+#include <sstream>
 #include <stdexcept>
 
 #include "common/contact/byte_io.hpp"
@@ -19,6 +21,8 @@ constexpr double kRigidShare = 0.4;
 constexpr double kThinShare = 0.02;
 // However thin a shape is: a fifth of what single contacts give way under a hand.
 constexpr double kLeastRigidDepth = 5e-5;
+// Of a shell's spacing: what the rounding of its points may come to.
+constexpr double kRoundingShare = 1e-3;
 
 double rigid_depth_of(double half_thickness_m) {
   return std::clamp(kRigidShare * half_thickness_m, kLeastRigidDepth, kMostRigidDepth);
@@ -28,6 +32,19 @@ void require_positive(double value, const char* shape, const char* field) {
   if (value > 0 && std::isfinite(value)) return;
   throw std::invalid_argument(std::string(shape) + ": " + field + " is " + std::to_string(value) +
                               ", but must be a positive length in metres");
+}
+
+/// Shells have single-precision points: far from the origin they would all fall on a few places.
+void require_near_origin(const TriangleMesh& mesh, double spacing_m) {
+  double reach_m = 0;
+  for (const Vec3& vertex : mesh.vertices) reach_m = std::max(reach_m, vertex.cwiseAbs().maxCoeff());
+  const double rounding_m = reach_m * 0x1.0p-24;
+  if (rounding_m <= kRoundingShare * spacing_m) return;
+  std::ostringstream message;
+  message << std::setprecision(3) << "the mesh reaches " << reach_m
+          << " m from its origin, where single precision would round its points by " << rounding_m * 1e3
+          << " mm: set \"centre\": true of the mesh, or move it nearer to its origin";
+  throw MeshError(message.str());
 }
 
 void set_bounds(ContactShape& shape) {
@@ -139,6 +156,7 @@ std::shared_ptr<const ContactShape> make_contact_capsule(double radius_m, double
 
 std::shared_ptr<const ContactShape> make_contact_mesh(const ContactMesh& mesh, const ContactShapeOptions& options,
                                                       const std::function<void(double)>& progress) {
+  require_near_origin(mesh.mesh, options.shell.spacing_m);
   auto shape = std::make_shared<ContactShape>();
   StagedProgress staged(progress);
   const TriangleTree tree(mesh.mesh);

@@ -39,6 +39,8 @@ std::shared_ptr<const ContactShape> make_contact_cylinder(double radius_m, doubl
 std::shared_ptr<const ContactShape> make_contact_capsule(double radius_m, double length_m,
                                                          const ContactShapeOptions& options = {});
 /// In      progress  0..1, called from the calling thread now and then; may be empty
+/// Fails   MeshError: too large for the grid's cells, or so far from its origin that single precision is too coarse;
+///         std::invalid_argument: an option out of its range
 std::shared_ptr<const ContactShape> make_contact_mesh(const ContactMesh& mesh, const ContactShapeOptions& options = {},
                                                       const std::function<void(double)>& progress = {});
 

@@ -183,6 +183,8 @@ DistanceSample DistanceGrid::sample(const Vec3& p_S) const noexcept {
 }
 
 DistanceSample DistanceGrid::sample_outside(const Vec3& p_S) const noexcept {
+  // A place that is not a number is near nothing, and in no brick.
+  if (p_S.hasNaN()) return {kFarthest, Vec3::UnitZ()};
   const Vec3 p = p_S.cwiseMax(-kWorld).cwiseMin(kWorld);
   Place place;
   Vec3 border;

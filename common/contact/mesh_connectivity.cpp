@@ -5,6 +5,7 @@
 #include <numeric>
 #include <sstream>
 
+#include "common/contact/counted.hpp"
 #include "common/contact/mesh_repair.hpp"
 
 namespace tandem {
@@ -162,8 +163,8 @@ class Connector {
   [[noreturn]] void refuse(std::size_t count, const HalfEdge& first) const {
     const Vec3& p = mesh_.vertices[static_cast<std::size_t>(start_of(mesh_, first))];
     std::ostringstream message;
-    message << count
-            << " edges have three or more triangles that do not pair up as surfaces of solids, the first near ("
+    message << counted(count, "edge has", "edges have")
+            << " three or more triangles that do not pair up as surfaces of solids, the first near ("
             << std::setprecision(6) << p.x() << ", " << p.y() << ", " << p.z()
             << ") m: separate the parts that meet there, or remove the inner walls";
     throw MeshError(message.str());
@@ -231,10 +232,15 @@ std::vector<MeshPart> connect(TriangleMesh& mesh, std::vector<std::string>& note
   Connector connector(mesh);
   connector.pair_edges();
   const std::size_t separated = connector.separate_fans();
-  if (separated > 0) notes.push_back(std::to_string(separated) + " vertices doubled where parts only touch");
+  if (separated > 0) {
+    notes.push_back(counted(separated, "vertex", "vertices") + " doubled where parts only touch");
+  }
   std::vector<MeshPart> parts;
   const std::size_t turned = connector.orient(parts);
-  if (turned > 0) notes.push_back(std::to_string(turned) + " triangles turned to run as their neighbours do");
+  if (turned > 0) {
+    notes.push_back(counted(turned, "triangle turned to run as its neighbours do",
+                            "triangles turned to run as their neighbours do"));
+  }
   std::vector<int> border_from(mesh.vertices.size(), kNone);
   for (MeshPart& part : parts) connector.find_borders(part, border_from);
   return parts;

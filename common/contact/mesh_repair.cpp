@@ -1,8 +1,11 @@
 #include "common/contact/mesh_repair.hpp"
 
+#include <iomanip>
 #include <numbers>
 #include <optional>
+#include <sstream>
 
+#include "common/contact/counted.hpp"
 #include "common/contact/mesh_connectivity.hpp"
 #include "common/contact/mesh_weld.hpp"
 #include "common/contact/triangle_tree.hpp"
@@ -10,8 +13,8 @@
 namespace tandem {
 namespace {
 
-// A part with borders is a solid with holes when a disc of all their length would be less than this share of its
-// surface: a cup is 1/3 to 1/2, a cut pipe ten times as long as wide 1/10, the holes of a scan 1/1000.
+// A part with borders is a solid with holes when what closes them is less than this share of its surface: for a cup it
+// is 1/3 to 1/2, a cut pipe ten times as long as wide 1/10, the holes of a scan 1/1000.
 constexpr double kHoleShare = 0.05;
 // Longer loops are closed from their middle: clipping takes the square of their length.
 constexpr std::size_t kLongestClipped = 1000;
@@ -56,13 +59,24 @@ PartMeasures measured(const TriangleMesh& mesh, const MeshPart& part) {
   return measures;
 }
 
-double perimeter_m(const TriangleMesh& mesh, const std::vector<int>& loop) {
-  double sum = 0;
+/// What is known of a hole before it is closed.
+struct HoleMeasures {
+  double perimeter_m = 0;
+  double area_m2 = 0;  ///< of triangles from its border to the middle of that
+};
+
+HoleMeasures measured(const TriangleMesh& mesh, const std::vector<int>& loop) {
+  const auto at = [&](std::size_t i) -> const Vec3& {
+    return mesh.vertices[static_cast<std::size_t>(loop[i % loop.size()])];
+  };
+  Vec3 middle = Vec3::Zero();
+  for (std::size_t i = 0; i < loop.size(); ++i) middle += at(i) / static_cast<double>(loop.size());
+  HoleMeasures measures;
   for (std::size_t i = 0; i < loop.size(); ++i) {
-    const Vec3& from = mesh.vertices[static_cast<std::size_t>(loop[i])];
-    sum += (mesh.vertices[static_cast<std::size_t>(loop[(i + 1) % loop.size()])] - from).norm();
+    measures.perimeter_m += (at(i + 1) - at(i)).norm();
+    measures.area_m2 += (at(i) - middle).cross(at(i + 1) - middle).norm() / 2;
   }
-  return sum;
+  return measures;
 }
 
 bool is_solid(const TriangleMesh& mesh, const MeshPart& part) {
@@ -70,28 +84,26 @@ bool is_solid(const TriangleMesh& mesh, const MeshPart& part) {
   if (part.borders.empty()) return true;
   double holes = 0;
   for (const auto& loop : part.borders) {
-    const double length = perimeter_m(mesh, loop);
-    holes += length * length / (4 * std::numbers::pi);
+    // A jagged border is long, a slit's is too: the first closes with a disc at most, the second with next to nothing.
+    const HoleMeasures hole = measured(mesh, loop);
+    holes += std::min(hole.perimeter_m * hole.perimeter_m / (4 * std::numbers::pi), hole.area_m2);
   }
   return holes < kHoleShare * measured(mesh, part).area_m2;
 }
 
-/// Closes the loops of a part; what is added belongs to it.
+/// Closes holes of a part; what is added belongs to it.
 class HoleCloser {
  public:
   HoleCloser(TriangleMesh& mesh, MeshPart& part) : mesh_(mesh), part_(part) {}
 
-  void close() {
-    for (std::vector<int> loop : part_.borders) {
-      // The new triangles run against those at the border.
-      std::reverse(loop.begin(), loop.end());
-      if (loop.size() <= kLongestClipped) {
-        clip(loop);
-      } else {
-        close_from_middle(loop);
-      }
+  void close(std::vector<int> loop) {
+    // The new triangles run against those at the border.
+    std::reverse(loop.begin(), loop.end());
+    if (loop.size() <= kLongestClipped) {
+      clip(loop);
+    } else {
+      close_from_middle(loop);
     }
-    part_.borders.clear();
   }
 
  private:
@@ -228,19 +240,64 @@ void close_holes(ContactMesh& result, std::vector<MeshPart>& parts) {
   const std::size_t before = result.mesh.triangles.size();
   for (MeshPart& part : parts) {
     closed += part.borders.size();
-    HoleCloser(result.mesh, part).close();
+    HoleCloser closer(result.mesh, part);
+    for (const auto& loop : part.borders) closer.close(loop);
+    part.borders.clear();
   }
   if (closed == 0) return;
-  result.notes.push_back(std::to_string(closed) + " holes closed with " +
-                         std::to_string(result.mesh.triangles.size() - before) + " triangles");
+  result.notes.push_back(counted(closed, "hole", "holes") + " closed with " +
+                         counted(result.mesh.triangles.size() - before, "triangle", "triangles"));
+}
+
+/// Closes slits: where a vertex lies on the edge of a triangle that does not use it, no surface is missing.
+void close_slits(ContactMesh& result, std::vector<MeshPart>& parts) {
+  const double widest_m = weld_tolerance_m(result.mesh);
+  std::size_t closed = 0;
+  for (MeshPart& part : parts) {
+    HoleCloser closer(result.mesh, part);
+    for (const auto& loop : part.borders) {
+      const HoleMeasures hole = measured(result.mesh, loop);
+      if (hole.area_m2 > widest_m * hole.perimeter_m / 2) continue;
+      closer.close(loop);
+      ++closed;
+    }
+  }
+  if (closed == 0) return;
+  result.notes.push_back(counted(closed, "slit", "slits") + " without width closed");
+  // The triangles in the slits are flat: welding divides those beyond them instead. What it says has been said.
+  std::vector<std::string> repeated;
+  weld(result.mesh, repeated);
+  parts = connect(result.mesh, repeated);
+}
+
+std::string note_of_sheet(const TriangleMesh& mesh, const std::vector<MeshPart>& parts) {
+  std::size_t open = 0;
+  std::optional<Vec3> first;
+  for (const MeshPart& part : parts) {
+    for (const auto& loop : part.borders) {
+      open += loop.size();
+      if (!first) first = mesh.vertices[static_cast<std::size_t>(loop.front())];
+    }
+  }
+  if (!first) return "surface with one side only: felt as a plate from both sides";
+  std::ostringstream note;
+  note << "open surface (" << counted(open, "open edge", "open edges") << ", the first near (" << std::setprecision(6)
+       << first->x() << ", " << first->y() << ", " << first->z() << ") m): felt as a plate from both sides";
+  return note.str();
 }
 
 void turn_parts(ContactMesh& result, const std::vector<MeshPart>& parts) {
   Nesting nesting(result.mesh, parts);
   const std::size_t buried = nesting.buried();
   const std::size_t turned = nesting.turn_inside_out();
-  if (turned > 0) result.notes.push_back(std::to_string(turned) + " parts were inside out and are turned");
-  if (buried > 0) result.notes.push_back(std::to_string(buried) + " parts lie inside others and are felt only there");
+  if (turned > 0) {
+    result.notes.push_back(
+        counted(turned, "part was inside out and is turned", "parts were inside out and are turned"));
+  }
+  if (buried > 0) {
+    result.notes.push_back(counted(buried, "part lies inside another and is felt only there",
+                                   "parts lie inside others and are felt only there"));
+  }
 }
 
 }  // namespace
@@ -255,16 +312,18 @@ ContactMesh repaired(const TriangleMesh& mesh) {
                     " triangles are points or lines; is the scale right?");
   }
   std::vector<MeshPart> parts = connect(result.mesh, result.notes);
+  close_slits(result, parts);
   const auto solids = static_cast<std::size_t>(
       std::count_if(parts.begin(), parts.end(), [&](const MeshPart& part) { return is_solid(result.mesh, part); }));
   if (solids == 0) {
     result.kind = SurfaceKind::kSheet;
-    result.notes.push_back("open surface: felt as a plate from both sides");
+    result.notes.push_back(note_of_sheet(result.mesh, parts));
     return result;
   }
   if (solids < parts.size()) {
-    throw MeshError("the mesh has " + std::to_string(solids) + " closed and " + std::to_string(parts.size() - solids) +
-                    " open parts: close the open ones, or put them in a file of their own");
+    throw MeshError("the mesh has " + std::to_string(solids) + " closed and " +
+                    counted(parts.size() - solids, "open part", "open parts") +
+                    ": close what is open, or put it in a file of its own");
   }
   close_holes(result, parts);
   turn_parts(result, parts);

@@ -3,6 +3,7 @@
 #include <bit>
 #include <cstdint>
 
+#include "common/contact/counted.hpp"
 #include "common/contact/mesh_edges.hpp"
 
 namespace tandem {
@@ -13,16 +14,6 @@ constexpr double kWeldShare = 1e-7;
 constexpr double kFlatShare = 1e-9;
 // Dividing the neighbour of a flat triangle may make another flat one; chains longer than this stay gaps.
 constexpr int kFlatRounds = 8;
-
-double diagonal_m(const TriangleMesh& mesh) {
-  Vec3 low = mesh.vertices.front();
-  Vec3 high = low;
-  for (const Vec3& p : mesh.vertices) {
-    low = low.cwiseMin(p);
-    high = high.cwiseMax(p);
-  }
-  return (high - low).norm();
-}
 
 /// Places already seen, hashed by cubes so much wider than the tolerance that most places look into one only.
 class Places {
@@ -183,17 +174,27 @@ std::size_t drop_flat(TriangleMesh& mesh, double tolerance_m) {
   return first;
 }
 
-void note(std::vector<std::string>& notes, std::size_t count, const char* what) {
-  if (count > 0) notes.push_back(std::to_string(count) + " " + what);
+void note(std::vector<std::string>& notes, std::size_t count, const char* one, const char* many) {
+  if (count > 0) notes.push_back(counted(count, one, many));
 }
 
 }  // namespace
 
+double weld_tolerance_m(const TriangleMesh& mesh) {
+  Vec3 low = mesh.vertices.front();
+  Vec3 high = low;
+  for (const Vec3& p : mesh.vertices) {
+    low = low.cwiseMin(p);
+    high = high.cwiseMax(p);
+  }
+  // A box of one point has no size to take a share of.
+  return kWeldShare * std::max((high - low).norm(), 1e-6);
+}
+
 void weld(TriangleMesh& mesh, std::vector<std::string>& notes) {
   if (mesh.vertices.empty()) return;
-  // A box of one point has no size to take a share of.
-  const double size_m = std::max(diagonal_m(mesh), 1e-6);
-  Places places(kWeldShare * size_m, mesh.vertices.size());
+  const double tolerance_m = weld_tolerance_m(mesh);
+  Places places(tolerance_m, mesh.vertices.size());
   std::vector<int> place_of;
   place_of.reserve(mesh.vertices.size());
   for (const Vec3& p : mesh.vertices) place_of.push_back(places.index_of(p));
@@ -202,9 +203,11 @@ void weld(TriangleMesh& mesh, std::vector<std::string>& notes) {
   for (auto& triangle : mesh.triangles) {
     for (int& corner : triangle) corner = place_of[static_cast<std::size_t>(corner)];
   }
-  note(notes, before - mesh.vertices.size(), "vertices merged with others at the same place");
-  note(notes, drop_collapsed(mesh) + drop_flat(mesh, kFlatShare * size_m), "triangles without area taken out");
-  note(notes, drop_twins(mesh), "triangles taken out that were there twice");
+  note(notes, before - mesh.vertices.size(), "vertex merged with another at the same place",
+       "vertices merged with others at the same place");
+  note(notes, drop_collapsed(mesh) + drop_flat(mesh, tolerance_m * kFlatShare / kWeldShare),
+       "triangle without area taken out", "triangles without area taken out");
+  note(notes, drop_twins(mesh), "triangle taken out that was there twice", "triangles taken out that were there twice");
   drop_unused_vertices(mesh);
 }
 

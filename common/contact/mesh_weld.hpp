@@ -16,6 +16,10 @@ namespace tandem {
 /// In      mesh  indices in range, vertices finite
 void weld(TriangleMesh& mesh, std::vector<std::string>& notes);
 
+/// How far apart vertices may be that are merged.
+/// In      mesh  has a vertex
+double weld_tolerance_m(const TriangleMesh& mesh);
+
 /// Takes out vertices that no triangle uses; the order of the others stays.
 void drop_unused_vertices(TriangleMesh& mesh);
 

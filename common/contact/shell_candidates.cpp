@@ -12,8 +12,7 @@ namespace {
 constexpr double kSlackMin_m = 2e-4;
 constexpr double kSlackMax_m = 2e-3;
 constexpr double kStepsPerWalk = 2;
-// Of a budget, what the points that are near must shrink to before they are one by one again: no flicker between fine
-// and coarse.
+// Of a capacity, what a list must shrink to before it is fine again: no flicker between fine and coarse.
 constexpr double kFineAgain = 0.8;
 // Weight of depth against error of force in choosing what to refine; between 0.03 and 0.3 it changes little.
 constexpr double kDepthMatters = 0.1;
@@ -22,12 +21,9 @@ constexpr double kDeepestFirst_m = 1;
 // Parts of a shell: their balls are small, so that they move little when the shape turns.
 constexpr std::size_t kParts = 64;
 // Points of a leaf whose distances differ by less than this act as one: where flat meets flat, the resolution of
-// contact is a leaf (a millimetre or two), and its work an eighth. A few quanta of a distance grid.
-// Wherever the shapes go from there, the leaf is off by no more than its size × how far they turn before the next walk.
+// contact is a leaf (a millimetre or two), and its work a quarter or less. A few quanta of a distance grid.
+// Until the next walk the shapes may turn: then each point is off by up to the size of the leaf × that angle.
 constexpr double kFlat_m = 1e-6;
-// A peg in its hole has most of its points a little outside of the band. They cost next to nothing in a list, but much
-// when they do not fit and the tree must be walked again.
-constexpr std::uint32_t kListPerPoint = 8;
 // Room for rounding: candidates keep distances in single precision.
 constexpr double kRounding_m = 1e-8;
 
@@ -41,21 +37,20 @@ ContactWork& ContactWork::operator+=(const ContactWork& other) {
   return *this;
 }
 
-ShellCandidates::ShellCandidates(std::uint32_t budget) : budget_(budget) {
+ShellCandidates::ShellCandidates(std::uint32_t capacity) : capacity_(capacity) {
   parts_.reserve(kParts);
-  candidates_.reserve(kListPerPoint * budget + 1);
-  old_candidates_.reserve(kListPerPoint * budget + 1);
-  cut_.reserve(std::max<std::size_t>(budget, kParts) + 2);
+  candidates_.reserve(capacity + 1);
+  old_candidates_.reserve(capacity + 1);
+  cut_.reserve(std::max<std::size_t>(capacity, kParts) + 2);
 }
 
 void ShellCandidates::bind(const PointShell* shell, const BoundingBall& points, const DistanceField* field,
-                           const BoundingBall& solid, std::uint32_t budget) noexcept {
+                           const BoundingBall& solid, std::uint32_t capacity) noexcept {
   shell_ = shell;
   field_ = field;
   points_ = points;
   solid_ = solid;
-  budget_ = std::min(budget, static_cast<std::uint32_t>(candidates_.capacity()) / kListPerPoint);
-  list_capacity_ = kListPerPoint * budget_;
+  capacity_ = std::min<std::uint32_t>(capacity, static_cast<std::uint32_t>(candidates_.capacity()) - 1);
   candidates_.clear();
   is_coarse_ = false;
   slack_limit_m_ = kSlackMax_m;
@@ -93,7 +88,6 @@ ContactWork ShellCandidates::refresh(const Pose& X_FP, double band_m) noexcept {
   if (parts_.empty() || is_out_of_reach(X_FP, band_m)) return work_;
   R_FP_ = X_FP.q.toRotationMatrix();
   p_FP_ = X_FP.p;
-  band_m_ = band_m;
   bool is_expired = false;
   for (ShellPart& part : parts_) is_expired = has_expired(part, X_FP, band_m) || is_expired;
   if (is_expired) {
@@ -107,14 +101,6 @@ ContactWork ShellCandidates::refresh(const Pose& X_FP, double band_m) noexcept {
     }
   }
   remember_gap(X_FP, band_m);
-  work_.is_coarse = is_coarse_;
-  return work_;
-}
-
-ContactWork ShellCandidates::coarsen(const Pose& X_FP, double band_m) noexcept {
-  work_ = {};
-  work_.is_refreshed = true;
-  walk_coarse(X_FP, band_m + kSlackMin_m);
   work_.is_coarse = is_coarse_;
   return work_;
 }
@@ -187,32 +173,31 @@ bool ShellCandidates::walk_expired(const Pose& X_FP, double band_m) noexcept {
       if (!gather_all(part.node, band_m + slack)) return false;
       end_walk(part);
     } else {
-      if (candidates_.size() + part.count > list_capacity_) return false;
+      if (candidates_.size() + part.count > capacity_) return false;
       const auto from = old_candidates_.begin() + part.begin;
       part.begin = static_cast<std::uint32_t>(candidates_.size());
       candidates_.insert(candidates_.end(), from, from + part.count);
     }
   }
-  if (2 * candidates_.size() < list_capacity_) slack_limit_m_ = std::min(kSlackMax_m, 1.25 * slack_limit_m_);
+  if (2 * candidates_.size() < capacity_) slack_limit_m_ = std::min(kSlackMax_m, 1.25 * slack_limit_m_);
   return true;
 }
 
 bool ShellCandidates::walk_all(const Pose& X_FP, double reach_m) noexcept {
   candidates_.clear();
-  near_count_ = 0;
   for (ShellPart& part : parts_) {
     begin_walk(part, X_FP);
     if (!gather_all(part.node, reach_m)) return false;
     end_walk(part);
   }
-  return near_count_ <= budget_;
+  return true;
 }
 
 void ShellCandidates::walk_coarse(const Pose& X_FP, double reach_m) noexcept {
   if (is_coarse_) {
     walk_whole(X_FP, reach_m);
-    if (near_count_ > kFineAgain * budget_) return;
-    // That count was an estimate: all may be too many still.
+    if (fine_count_ > kFineAgain * capacity_) return;
+    // That count was a lower bound: all may be too many still.
     divide(kParts);
     is_coarse_ = !walk_all(X_FP, reach_m);
     if (!is_coarse_) return;
@@ -241,10 +226,6 @@ bool ShellCandidates::is_reached(double nearest_m, double reach_m) noexcept {
   return false;
 }
 
-bool ShellCandidates::is_near(double distance_m) const {
-  return distance_m < band_m_;
-}
-
 // False: there are more than fit.
 bool ShellCandidates::gather_all(std::uint32_t root, double reach_m) noexcept {
   const auto& nodes = shell_->nodes;
@@ -255,7 +236,7 @@ bool ShellCandidates::gather_all(std::uint32_t root, double reach_m) noexcept {
     if (!is_reached(distance_at(node.centre_S) - node.radius_m, reach_m)) {
       i = node.next;
     } else if (node.is_leaf) {
-      if (!gather_leaf(node, reach_m, list_capacity_ - candidates_.size())) return false;
+      if (!gather_leaf(node, reach_m, capacity_ - candidates_.size())) return false;
       i = node.next;
     } else {
       ++i;
@@ -279,8 +260,7 @@ void ShellCandidates::open_node(std::uint32_t index, double reach_m) noexcept {
   const double rise = node.radius_m * normal_F.cross(sample.gradient).norm();
   const double depth = -sample.distance_m;
   const double error = depth > rise ? 0 : std::max(0.0, depth + rise);
-  const bool has_deepest = deepest_point_ >= node.first && deepest_point_ < node.first + node.count;
-  const double first = has_deepest ? kDeepestFirst_m : 0;
+  const double first = has_deepest(node) ? kDeepestFirst_m : 0;
   cut_.push_back({static_cast<float>(first + error + kDepthMatters * (depth + node.radius_m)), index});
 }
 
@@ -298,9 +278,7 @@ bool ShellCandidates::gather_leaf(const ShellNode& node, double reach_m, std::si
     }
     candidates_.push_back({point.p_S, point.area_m2, static_cast<float>(distance), i, 1});
   }
-  merge_flat(size_before);
-  for (std::size_t i = size_before; i < candidates_.size(); ++i)
-    near_count_ += is_near(candidates_[i].distance_m) ? 1 : 0;
+  if (candidates_.size() - size_before == node.count) merge_flat(size_before);
   return true;
 }
 
@@ -336,7 +314,7 @@ void ShellCandidates::gather_coarse(double reach_m) noexcept {
   };
   candidates_.clear();
   cut_.clear();
-  near_count_ = 0;
+  fine_count_ = 0;
   deepest_point_ = find_deepest();
   open_node(0, reach_m);
   while (!cut_.empty()) {
@@ -348,7 +326,7 @@ void ShellCandidates::gather_coarse(double reach_m) noexcept {
     const std::size_t used = candidates_.size() + opened;
     if (node.is_leaf) {
       gather_leaf_coarse(node, reach_m, used);
-    } else if (!open_children(index, reach_m, budget_ - used)) {
+    } else if (!open_children(index, reach_m, capacity_ - used)) {
       gather_mean(node);
     }
     for (std::size_t size = opened + 1; size <= cut_.size(); ++size) {
@@ -382,10 +360,15 @@ std::uint32_t ShellCandidates::find_deepest() noexcept {
   return point;
 }
 
+bool ShellCandidates::has_deepest(const ShellNode& node) const {
+  return deepest_point_ >= node.first && deepest_point_ < node.first + node.count;
+}
+
 void ShellCandidates::gather_leaf_coarse(const ShellNode& node, double reach_m, std::size_t used) noexcept {
-  const std::size_t for_points = budget_ / 8;
-  if (used < for_points && gather_leaf(node, reach_m, for_points - used)) return;
-  if (used + 2 <= budget_) {
+  const std::size_t for_points = has_deepest(node) ? capacity_ : capacity_ / 8;
+  if (used < for_points && gather_leaf(node, reach_m, for_points - used)) {
+    fine_count_ += node.count;
+  } else if (used + 2 <= capacity_) {
     gather_halves(node, reach_m);
   } else {
     gather_mean(node);
@@ -401,7 +384,7 @@ void ShellCandidates::gather_halves(const ShellNode& leaf, double reach_m) noexc
     const double distance = distance_at(point.p_S);
     ++work_.points;
     if (!is_reached(distance, reach_m)) continue;
-    near_count_ += is_near(distance) ? 1 : 0;
+    ++fine_count_;
     ShellCandidate& half = halves[distance < 0 ? 0 : 1];
     if (half.count == 0) half.first = i;
     half.p_P += point.area_m2 * point.p_S;
@@ -433,7 +416,7 @@ bool ShellCandidates::open_children(std::uint32_t parent, double reach_m, std::s
 void ShellCandidates::gather_mean(const ShellNode& node) noexcept {
   const double distance = distance_at(node.mean.p_S);
   ++work_.points;
-  if (is_near(distance)) near_count_ += node.count;
+  fine_count_ += node.count;
   candidates_.push_back({node.mean.p_S, node.mean.area_m2, static_cast<float>(distance), node.first, node.count});
 }
 

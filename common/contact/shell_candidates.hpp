@@ -62,21 +62,17 @@ struct ShellPart {
 /// Thread  one at a time; after construction no allocation
 class ShellCandidates {
  public:
-  /// In      budget  most points near the field, or inside it; the list itself holds eight times as many
-  explicit ShellCandidates(std::uint32_t budget);
+  /// In      capacity  most candidates
+  explicit ShellCandidates(std::uint32_t capacity);
 
   /// In      shell   may be empty
   ///         points  a ball around the shell's points
   ///         solid   a ball around what `field` is the distance to
   void bind(const PointShell* shell, const BoundingBall& points, const DistanceField* field, const BoundingBall& solid,
-            std::uint32_t budget) noexcept;
+            std::uint32_t capacity) noexcept;
 
   /// Makes the list hold at this pose: walks the tree where it must.
   ContactWork refresh(const Pose& X_FP, double band_m) noexcept;
-  /// Merges points until no more than the budget are left, at the pose of the last refresh(): for when more of the list
-  /// have come near than that.
-  ContactWork coarsen(const Pose& X_FP, double band_m) noexcept;
-  std::uint32_t budget() const { return budget_; }
 
   /// In the order of the shell; no point of the shell is in two of them.
   std::span<const ShellCandidate> candidates(const ShellPart& part) const {
@@ -105,12 +101,12 @@ class ShellCandidates {
   double slack_of(const ShellPart& part) const;
 
   bool is_reached(double nearest_m, double reach_m) noexcept;
-  bool is_near(double distance_m) const;
   bool gather_all(std::uint32_t root, double reach_m) noexcept;
   bool gather_leaf(const ShellNode& node, double reach_m, std::size_t room) noexcept;
   void merge_flat(std::size_t begin) noexcept;
   void gather_coarse(double reach_m) noexcept;
   std::uint32_t find_deepest() noexcept;
+  bool has_deepest(const ShellNode& node) const;
   void gather_leaf_coarse(const ShellNode& node, double reach_m, std::size_t used) noexcept;
   void gather_halves(const ShellNode& leaf, double reach_m) noexcept;
   void gather_mean(const ShellNode& node) noexcept;
@@ -122,8 +118,7 @@ class ShellCandidates {
   const DistanceField* field_ = nullptr;
   BoundingBall points_;
   BoundingBall solid_;
-  std::uint32_t budget_ = 0;
-  std::size_t list_capacity_ = 0;
+  std::uint32_t capacity_ = 0;
 
   std::vector<ShellPart> parts_;
   std::vector<ShellCandidate> candidates_;
@@ -137,10 +132,9 @@ class ShellCandidates {
   // Of the walk that goes on.
   Eigen::Matrix3d R_FP_ = Eigen::Matrix3d::Identity();
   Vec3 p_FP_ = Vec3::Zero();
-  double band_m_ = 0;
   double reach_m_ = 0;
   std::uint32_t deepest_point_ = 0;  ///< of a coarse walk
-  std::size_t near_count_ = 0;       ///< candidates within the band; of a coarse walk, about how many points
+  std::size_t fine_count_ = 0;       ///< at least how many candidates a coarse walk would have had as points
   ContactWork work_;
 };
 

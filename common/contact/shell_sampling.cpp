@@ -20,6 +20,10 @@ constexpr double kPatchReach = 1 + 2 * kPatch / 3;
 // Rounding of the single-precision coordinates must not open a gap.
 constexpr double kRounding = 1 - 1e-4;
 
+// A piece of a patch halved this often is narrower than 1/30 of a spacing, and covered, unless single precision cannot
+// divide it: then it counts as covered. For halving the longest side n times leaves at most √3 · 2^(−n/2) of it.
+constexpr int kMostHalvings = 14;
+
 // Below, no spacing could be wide enough for the corners of a simple body.
 constexpr std::size_t kFewestPoints = 1000;
 
@@ -30,8 +34,9 @@ struct Piece {
   Corners corner;
   int longest = 0;
   float longest_squared = 0;
+  int halvings = 0;
 
-  explicit Piece(const Corners& corners) : corner(corners) {
+  explicit Piece(const Corners& corners, int halved = 0) : corner(corners), halvings(halved) {
     for (int side = 0; side < 3; ++side) {
       const float squared = (at(side + 1) - at(side)).squaredNorm();
       if (squared <= longest_squared) continue;
@@ -51,7 +56,8 @@ struct Piece {
 
   std::array<Piece, 2> halves() const {
     const Eigen::Vector3f middle = (at(longest) + at(longest + 1)) / 2;
-    return {Piece({at(longest), middle, at(longest + 2)}), Piece({middle, at(longest + 1), at(longest + 2)})};
+    return {Piece({at(longest), middle, at(longest + 2)}, halvings + 1),
+            Piece({middle, at(longest + 1), at(longest + 2)}, halvings + 1)};
   }
 };
 
@@ -97,10 +103,13 @@ void append_slices(const Piece& triangle, float longest, std::vector<Piece>& pie
 template <typename Visit>
 void visit_patches(const Piece& triangle, float longest, std::vector<Piece>& stack, Visit&& visit) {
   append_slices(triangle, longest, stack);
+  // As of kMostHalvings: more would not make the piece any shorter.
+  const float ratio = std::max(1.0F, std::sqrt(triangle.longest_squared) / longest);
+  const int most_halvings = 3 + static_cast<int>(std::ceil(2 * std::log2(ratio)));
   while (!stack.empty()) {
     const Piece piece = stack.back();
     stack.pop_back();
-    if (piece.longest_squared <= longest * longest) {
+    if (piece.longest_squared <= longest * longest || piece.halvings >= most_halvings) {
       visit(piece);
     } else {
       for (const Piece& half : piece.halves()) stack.push_back(half);
@@ -161,10 +170,10 @@ class Spreader {
       near_.push_back(sample.p_S);
       is_covered = is_covered || is_within_reach(patch, sample.p_S);
     });
-    if (!is_covered) cover_piece(patch, normal);
+    if (!is_covered) cover_piece(patch, normal, kMostHalvings);
   }
 
-  void cover_piece(const Piece& piece, const Eigen::Vector3f& normal) {
+  void cover_piece(const Piece& piece, const Eigen::Vector3f& normal, int halvings_left) {
     if (grid_.samples().size() > max_samples_) return;
     const Eigen::Vector3f dart = random_point(piece);
     bool is_free = true;
@@ -177,7 +186,8 @@ class Spreader {
       near_.push_back(dart);
       if (is_within_reach(piece, dart)) return;
     }
-    for (const Piece& half : piece.halves()) cover_piece(half, normal);
+    if (halvings_left == 0) return;
+    for (const Piece& half : piece.halves()) cover_piece(half, normal, halvings_left - 1);
   }
 
   struct Bump {
@@ -308,12 +318,12 @@ class Shares {
         owners_.push_back({sample.p_S, index});
       }
     });
-    if (!owners_.empty()) divide_piece(patch);
+    if (!owners_.empty()) divide_piece(patch, kMostHalvings);
   }
 
-  void divide_piece(const Piece& piece) {
-    if (piece.longest_squared > kGrain * kGrain * spacing_ * spacing_) {
-      for (const Piece& half : piece.halves()) divide_piece(half);
+  void divide_piece(const Piece& piece, int halvings_left) {
+    if (halvings_left > 0 && piece.longest_squared > kGrain * kGrain * spacing_ * spacing_) {
+      for (const Piece& half : piece.halves()) divide_piece(half, halvings_left - 1);
       return;
     }
     const Eigen::Vector3f middle = piece.centroid();

@@ -41,7 +41,7 @@ TriangleMesh mesh_from(const std::string& name, const std::string& option, const
   }
   TriangleMesh mesh;
   try {
-    mesh = read_mesh_file(name);
+    mesh = read_mesh_file(name, "give a file that is there");
   } catch (const AssetFileError& error) {
     throw std::invalid_argument(option + " is " + error.what() + "; or a generated mesh: " + generated_names());
   }

@@ -208,9 +208,8 @@ Reproduction reproduce_peg(const Clock& clock) {
   result.title = "Peg in hole in five steps";
   result.summary =
       "A peg of 180 triangles and a box with hole of 176, as in the thesis, with 0.5 mm of clearance; sizes are ours, "
-      "the "
-      "thesis gives none. The same hand path for every mass: slide the tip on top, lay down and slide, push the front "
-      "side, insert, leave. Spring and damper with a limit of 4 N; the peg has weight.";
+      "the thesis gives none. The same hand path for every mass: slide the tip on top, lay down and slide, push the "
+      "front side, insert, leave. Spring and damper with a limit of 4 N; the peg has weight.";
   std::vector<NamedTrace> runs;
   boost::json::array details;
   for (const double mass_kg : {0.02, 0.05, 0.1, 0.15, 0.2}) {

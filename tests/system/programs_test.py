@@ -61,6 +61,13 @@ class Mistakes(ProgramTest):
         experiment = self.write("e.json", json.dumps({"name": "e", "scene": "two_boxes", "users": [{"name": "a"}]}))
         for arguments, words in [([], ["run or bench or reproduce or report"]), (["run"], ["experiment", "tandem-lab run --help"]),
                                  (["bench"], ["field", "tandem-lab bench --help"]),
+                                 (["bench", "contact"], ["--a", "tandem-lab bench contact --help"]),
+                                 (["bench", "contact", "--a", "no.obj", "--b", "cube"],
+                                  ["--a is no.obj", "which does not exist; give a file that is there; or", "cube"]),
+                                 (["bench", "contact", "--a", "cube", "--b", self.write("empty.obj", "")],
+                                  ["--b is ", "empty.obj, which is empty"]),
+                                 (["bench", "room", "--users", "1", "--hands", "rest", "rest"],
+                                  ["--hands names 2 paths for 1 user"]),
                                  (["run", experiment, "--out", self.folder, "--stage", "telepathy"],
                                   ["--stage telepathy", "late-pose, hold"])]:
             with self.subTest(arguments=arguments):

@@ -85,6 +85,24 @@ TEST(ContactShape, RefusesSizesThatAreNone) {
   EXPECT_THROW(make_contact_capsule(std::numeric_limits<double>::quiet_NaN(), 0.1), std::invalid_argument);
 }
 
+TEST(ContactShape, RefusesAMeshWhereSinglePrecisionIsTooCoarse) {
+  const auto cube_at = [](double distance_m) {
+    ContactMesh mesh = mesh_box(Vec3::Constant(0.005));
+    for (Vec3& vertex : mesh.mesh.vertices) vertex.x() += distance_m;
+    return mesh;
+  };
+  // At 5 m points are rounded by up to 0.3 µm, of a spacing of 450 µm.
+  EXPECT_NE(make_contact_mesh(cube_at(5)), nullptr);
+  try {
+    make_contact_mesh(cube_at(700));
+    FAIL() << "accepted";
+  } catch (const MeshError& error) {
+    EXPECT_THAT(error.what(), ::testing::HasSubstr("reaches 700 m from its origin"));
+    EXPECT_THAT(error.what(), ::testing::HasSubstr("round its points by 0.0417 mm"));
+    EXPECT_THAT(error.what(), ::testing::HasSubstr("\"centre\": true"));
+  }
+}
+
 TEST(ContactShape, ReportsProgressUpToOne) {
   std::vector<double> steps;
   make_contact_mesh(mesh_box(Vec3::Constant(0.01)), {}, [&steps](double done) { steps.push_back(done); });

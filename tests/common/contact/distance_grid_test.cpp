@@ -393,5 +393,18 @@ TEST(DistanceGrid, AMeshInMillimetresIsNotTakenForMetres) {
   EXPECT_THAT([] { grid_of(box_mesh({50, 40, 30})); }, ThrowsMessage<MeshError>(HasSubstr("is its unit metres?")));
 }
 
+TEST(DistanceGrid, IsFarFromAPlaceThatIsNotANumber) {
+  const ContactMesh mesh{box_mesh(Vec3::Constant(0.01)), SurfaceKind::kSolid, {}};
+  const auto grid = DistanceGrid::build(mesh, TriangleTree(mesh.mesh), {}, {});
+  for (int axis = 0; axis < 3; ++axis) {
+    Vec3 p = Vec3::Zero();
+    p[axis] = std::numeric_limits<double>::quiet_NaN();
+    const DistanceSample sample = grid->sample(p);
+    EXPECT_GT(sample.distance_m, 1.0);
+    EXPECT_TRUE(std::isfinite(sample.distance_m));
+    EXPECT_EQ(sample.gradient.norm(), 1.0);
+  }
+}
+
 }  // namespace
 }  // namespace tandem

@@ -78,7 +78,7 @@ TEST(MeshRepair, TurnsTrianglesThatRunAgainstTheirNeighbours) {
 TEST(MeshRepair, TurnsASolidThatIsInsideOut) {
   const ContactMesh result = repaired(test::turned(tessellated_box(kCube)));
   EXPECT_NEAR(test::enclosed_m3(result.mesh), kCubeVolume, 1e-15);
-  EXPECT_THAT(result.notes, Contains("1 parts were inside out and are turned"));
+  EXPECT_THAT(result.notes, Contains("1 part was inside out and is turned"));
 }
 
 TEST(MeshRepair, KeepsACavityEvenWhenAllIsInsideOut) {
@@ -140,6 +140,46 @@ TEST(MeshRepair, CallsOpenSurfacesSheets) {
   EXPECT_EQ(repaired(bowl).kind, SurfaceKind::kSheet);
 }
 
+TEST(MeshRepair, ClosesASlitWhereAVertexLiesOnAnEdge) {
+  // The face −z is divided at the middle of an edge, the face beyond that edge is not: nothing lies between.
+  TriangleMesh mesh = tessellated_box(kCube);
+  const auto middle = static_cast<int>(mesh.vertices.size());
+  mesh.vertices.push_back((mesh.vertices[0] + mesh.vertices[2]) / 2);
+  ASSERT_EQ(std::erase(mesh.triangles, std::array<int, 3>{0, 2, 3}), 1U);
+  mesh.triangles.insert(mesh.triangles.end(), {{0, middle, 3}, {middle, 2, 3}});
+  const ContactMesh result = repaired(mesh);
+  EXPECT_EQ(result.kind, SurfaceKind::kSolid);
+  EXPECT_TRUE(test::is_closed(result.mesh));
+  EXPECT_NEAR(test::enclosed_m3(result.mesh), kCubeVolume, 1e-15);
+  EXPECT_THAT(result.notes, Contains("1 slit without width closed"));
+  for (std::size_t i = 0; i < result.mesh.triangles.size(); ++i) EXPECT_GT(doubled_area(result.mesh, i).norm(), 1e-6);
+}
+
+TEST(MeshRepair, ClosesALongNarrowCrack) {
+  // The same with the vertex 20 µm off the edge: a disc of the crack's length would be 5 % of the cube.
+  TriangleMesh mesh = tessellated_box(kCube);
+  const auto middle = static_cast<int>(mesh.vertices.size());
+  const Vec3 inward = -((mesh.vertices[0] + mesh.vertices[2]) / 2).normalized();
+  mesh.vertices.push_back((mesh.vertices[0] + mesh.vertices[2]) / 2 + 2e-5 * inward);
+  ASSERT_EQ(std::erase(mesh.triangles, std::array<int, 3>{0, 2, 3}), 1U);
+  mesh.triangles.insert(mesh.triangles.end(), {{0, middle, 3}, {middle, 2, 3}});
+  const ContactMesh result = repaired(mesh);
+  EXPECT_EQ(result.kind, SurfaceKind::kSolid);
+  EXPECT_TRUE(test::is_closed(result.mesh));
+  EXPECT_THAT(result.notes, Contains("1 hole closed with 1 triangle"));
+}
+
+TEST(MeshRepair, SaysWhereASheetIsOpen) {
+  const TriangleMesh square = test::height_field(0.1, 8, [](double, double) { return 0.0; });
+  EXPECT_THAT(repaired(square).notes, Contains(HasSubstr("(32 open edges, the first near (")));
+  TriangleMesh cup = tessellated_box(kCube);
+  cup.triangles.pop_back();
+  cup.triangles.pop_back();
+  const ContactMesh result = repaired(cup);
+  EXPECT_EQ(result.kind, SurfaceKind::kSheet);
+  EXPECT_THAT(result.notes, Contains(HasSubstr("(4 open edges, the first near (")));
+}
+
 TEST(MeshRepair, AcceptsAMoebiusStripAsASheet) {
   TriangleMesh mesh;
   const int steps = 60;
@@ -199,8 +239,8 @@ TEST(MeshRepair, DropsTwinsAndTrianglesWithoutArea) {
   const ContactMesh result = repaired(mesh);
   EXPECT_EQ(result.mesh.triangles.size(), 12U);
   EXPECT_EQ(result.mesh.vertices.size(), 8U);
-  EXPECT_THAT(result.notes, Contains("1 triangles without area taken out"));
-  EXPECT_THAT(result.notes, Contains("1 triangles taken out that were there twice"));
+  EXPECT_THAT(result.notes, Contains("1 triangle without area taken out"));
+  EXPECT_THAT(result.notes, Contains("1 triangle taken out that was there twice"));
 }
 
 TEST(MeshRepair, LeavesNoGapWhereAFlatTriangleWas) {

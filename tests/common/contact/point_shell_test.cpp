@@ -308,5 +308,16 @@ TEST(PointShell, RefusesTreesThatLeadAstray) {
   EXPECT_FALSE(spoilt([](PointShell& s) { s.spacing_m = std::numeric_limits<double>::quiet_NaN(); }));
 }
 
+TEST(PointShell, EndsWhereSinglePrecisionCannotDivideASurface) {
+  // At 700 m and 70 km, steps of 60 µm and 8 mm are all there is, and darts fall on top of each other.
+  for (const double distance_m : {700.0, 7e4}) {
+    ContactMesh mesh{tessellated_box(Vec3::Constant(0.005)), SurfaceKind::kSolid, {}};
+    for (Vec3& vertex : mesh.mesh.vertices) vertex.x() += distance_m;
+    const PointShells shells = sample_surface(mesh, {}, {});
+    for (const ShellPoint& point : shells.surface.points) ASSERT_TRUE(point.p_S.allFinite());
+    EXPECT_LE(shells.surface.points.size(), 500'000U);
+  }
+}
+
 }  // namespace
 }  // namespace tandem

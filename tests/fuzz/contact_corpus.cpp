@@ -1,0 +1,55 @@
+// Writes what contact_asset_fuzz starts from: assets of a small solid and a small sheet, as this version writes them.
+// Committed ones would be refused at their version number after the first change of the format, and nobody would see.
+#include <filesystem>
+#include <fstream>
+#include <iomanip>
+#include <iostream>
+#include <string>
+
+#include "common/contact/contact_shape.hpp"
+#include "common/contact/tessellation.hpp"
+
+namespace {
+
+using namespace tandem;
+
+/// As small as can be, for the runner changes every byte: coarse cells, and few points.
+ContactShapeOptions coarse_options() {
+  ContactShapeOptions options;
+  options.grid.cell_m = 2e-3;
+  options.grid.tolerance_m = 1e-3;
+  options.grid.band_m = 2e-3;
+  options.shell.spacing_m = 3e-3;
+  options.shell.feature_spacing_m = 3e-3;
+  return options;
+}
+
+/// Raw for a fuzzer, hexadecimal for the runner.
+bool write(const std::filesystem::path& file, const ContactMesh& mesh) {
+  const std::vector<std::uint8_t> bytes = contact_asset_bytes(*make_contact_mesh(mesh, coarse_options()));
+  std::ofstream raw(file.string() + ".contact", std::ios::binary);
+  raw.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+  std::ofstream hex(file.string() + ".hex");
+  hex << std::hex << std::setfill('0');
+  for (const std::uint8_t byte : bytes) hex << std::setw(2) << static_cast<int>(byte);
+  std::cout << file.string() << ": " << bytes.size() << " bytes\n";
+  raw.flush();
+  hex.flush();
+  return raw && hex;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc != 2) {
+    std::cerr << "usage: " << argv[0] << " FOLDER\n";
+    return 2;
+  }
+  const std::filesystem::path folder(argv[1]);
+  std::filesystem::create_directories(folder);
+  const TriangleMesh triangle{{Vec3(0, 0, 0), Vec3(3e-3, 0, 0), Vec3(0, 3e-3, 0)}, {{0, 1, 2}}};
+  const bool is_written = write(folder / "solid", {tessellated_box(Vec3(3e-3, 3e-3, 2e-3)), SurfaceKind::kSolid, {}}) &&
+                          write(folder / "sheet", {triangle, SurfaceKind::kSheet, {}});
+  if (!is_written) std::cerr << "cannot write to " << folder << '\n';
+  return is_written ? 0 : 2;
+}
