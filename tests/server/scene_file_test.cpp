@@ -308,7 +308,9 @@ TEST_F(SceneFiles, ContactAssetOfAMeshComesFromTheCacheTheSecondTime) {
   write("t.obj", kTetrahedron);
   SceneLoading loading;
   loading.cache_directory = directory_ / "cache";
-  const auto load_with_cache = [&] { return load_scene_text(mesh_body(""), "test.json", directory_, loading); };
+  const auto load_with_cache = [&] {
+    return load_scene_text(mesh_body(R"(, "largest_size_m": 0.02)"), "test.json", directory_, loading);
+  };
   const auto built = load_with_cache();
   EXPECT_THAT(built->notes.back(), HasSubstr("contact built in"));
   const auto cached = load_with_cache();
