@@ -13,9 +13,9 @@ namespace {
 TriangleMesh ridged_plate(double ridge_m) {
   const double foot_m = 1.5e-4;
   TriangleMesh mesh =
-      test::height_field(0.1, 707, [&](double x, double) { return ridge_m * std::max(0.0, 1 - std::abs(x) / foot_m); });
+      test::height_field(0.1, 708, [&](double x, double) { return ridge_m * std::max(0.0, 1 - std::abs(x) / foot_m); });
   // A floor and sides make it a solid: one fan below, from the middle to the border.
-  const int row = 708;
+  const int row = 709;
   const int below = static_cast<int>(mesh.vertices.size());
   mesh.vertices.emplace_back(0, 0, -0.01);
   std::vector<int> border;
@@ -60,6 +60,7 @@ TEST(MeshTouch, ARidgeOfThreeTenthsOfAMillimetreOnAMillionTrianglesLiftsASliding
   }
   EXPECT_GT(rig.X_WB.p.x(), 0.004);
   // The ball rides over the crest, sunk into it by less than the rigid depth.
+  EXPECT_NEAR(crest_m, 3e-4, 1e-9);
   EXPECT_GT(highest_m - flat_m, 0.5 * crest_m);
   EXPECT_GT(most_n, 0.5 * crest_m * 1000);
 }
