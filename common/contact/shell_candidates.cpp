@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
 
 namespace tandem {
@@ -379,22 +380,32 @@ void ShellCandidates::gather_leaf_coarse(const ShellNode& node, double reach_m, 
 // either side, so that the means stand for their points exactly where the other surface is flat.
 void ShellCandidates::gather_halves(const ShellNode& leaf, double reach_m) noexcept {
   std::array<ShellCandidate, 2> halves;
+  std::array<double, 2> sums{};  // of area × distance
   for (std::uint32_t i = leaf.first; i < leaf.first + leaf.count; ++i) {
     const ShellPoint& point = shell_->points[i];
     const double distance = distance_at(point.p_S);
     ++work_.points;
     if (!is_reached(distance, reach_m)) continue;
     ++fine_count_;
-    ShellCandidate& half = halves[distance < 0 ? 0 : 1];
+    const std::size_t side = distance < 0 ? 0 : 1;
+    ShellCandidate& half = halves[side];
+    sums[side] += point.area_m2 * distance;
     if (half.count == 0) half.first = i;
     half.p_P += point.area_m2 * point.p_S;
     half.area_m2 += point.area_m2;
     half.count = i + 1 - half.first;
   }
-  for (ShellCandidate& half : halves) {
+  for (std::size_t side = 0; side < halves.size(); ++side) {
+    ShellCandidate& half = halves[side];
     if (half.area_m2 <= 0) continue;
     half.p_P /= half.area_m2;
-    half.distance_m = static_cast<float>(distance_at(half.p_P));
+    // Around something round the mean lies off the surface: moved to where it is as near as its points are. Beyond the
+    // band distances are bounds, and nothing is to be made of them.
+    const DistanceSample mean = field_->sample(R_FP_ * half.p_P.cast<double>() + p_FP_);
+    const bool is_known = std::abs(mean.distance_m) <= field_->band_m();
+    const double distance = is_known ? sums[side] / half.area_m2 : distance_at(half.p_P);
+    if (is_known) half.p_P += (R_FP_.transpose() * mean.gradient * (distance - mean.distance_m)).cast<float>();
+    half.distance_m = static_cast<float>(distance);
     candidates_.push_back(half);
   }
 }

@@ -49,8 +49,7 @@ TriangleMesh block_mesh() {
 
 class Peg {
  public:
-  // All points of the hole are near the peg: enough of a budget that none must be merged.
-  explicit Peg(bool is_mesh) : rig(solver_, {is_mesh ? 16384U : 2048U}) {
+  explicit Peg(bool is_mesh) : rig(solver_, {2048U}) {
     rig.shape = make_contact_box({kPeg_m, kPeg_m, kPegLength_m});
     rig.mass_kg = 0.12;
     rig.inertia_B = box_inertia(rig.mass_kg, {kPeg_m, kPeg_m, kPegLength_m});
