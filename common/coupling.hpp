@@ -88,9 +88,8 @@ inline Wrench reaction_on_hand(const Wrench& on_tool_W, const Vec3& d_W) noexcep
 /// Model   on tool (f, τ) about T, on hand (−f, −τ + d × f) about H. The power of both,
 ///         f·v_T + τ·ω_T − f·v_H − (τ − d × f)·ω_H = −f·(v_H − ω_H × d − v_T) − τ·(ω_H − ω_T),
 ///         is −f·v − τ·ω with CouplingState's v, ω: what a spring and damper store and dissipate, no more
-/// Source  our derivation. The lever is on the hand's side: the tool is then turned by nothing but the coupling's
-/// torque,
-///         wherever the handle is.
+/// Source  our derivation. The lever is on the hand's side: only the coupling's torque turns the tool, wherever the
+///         handle is.
 CouplingWrenches coupling_wrenches(const CouplingLaw& law, const Pose& X_WH, const Twist& V_WH, const Pose& X_WT,
                                    const Twist& V_WT) noexcept;
 
