@@ -7,11 +7,16 @@ namespace {
 
 thread_local std::uint64_t count = 0;
 
-void* counted(std::size_t size, std::size_t alignment) {
+void* counted(std::size_t size, std::size_t alignment) noexcept {
   ++count;
   // aligned_alloc wants a multiple of the alignment.
   const std::size_t bytes = (size + alignment - 1) / alignment * alignment;
   void* memory = std::aligned_alloc(alignment, bytes == 0 ? alignment : bytes);
+  return memory;
+}
+
+void* counted_or_throw(std::size_t size, std::size_t alignment) {
+  void* memory = counted(size, alignment);
   if (memory == nullptr) throw std::bad_alloc();
   return memory;
 }
@@ -22,10 +27,17 @@ std::uint64_t tandem::allocation_count() noexcept {
   return count;
 }
 
+// Each form that operator delete below may be given: a sanitizer brings its own for those left out.
 void* operator new(std::size_t size) {
-  return counted(size, __STDCPP_DEFAULT_NEW_ALIGNMENT__);
+  return counted_or_throw(size, __STDCPP_DEFAULT_NEW_ALIGNMENT__);
 }
 void* operator new(std::size_t size, std::align_val_t alignment) {
+  return counted_or_throw(size, static_cast<std::size_t>(alignment));
+}
+void* operator new(std::size_t size, const std::nothrow_t&) noexcept {
+  return counted(size, __STDCPP_DEFAULT_NEW_ALIGNMENT__);
+}
+void* operator new(std::size_t size, std::align_val_t alignment, const std::nothrow_t&) noexcept {
   return counted(size, static_cast<std::size_t>(alignment));
 }
 void operator delete(void* memory) noexcept {
