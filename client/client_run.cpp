@@ -24,6 +24,7 @@ HandPath hand_path(const std::string& hand) {
 
 ClientIoSettings io_settings(const ClientOptions& options) {
   ClientIoSettings settings = options.io;
+  settings.session.device = options.device;
   if (options.realtime_priority > 0) {
     settings.realtime_priority = std::max(1, options.realtime_priority - kIoPriorityBelow);
   }
@@ -34,6 +35,7 @@ HapticSettings haptic_settings(const ClientOptions& options, const SafetySetting
   HapticSettings settings;
   settings.stage = options.stage;
   settings.safety = safety;
+  settings.coupling_bounds = coupling_bounds(options.device);
   return settings;
 }
 
@@ -43,11 +45,22 @@ std::string joined_lines(const std::vector<std::string>& lines) {
   return text;
 }
 
+std::string coupling_lines(const std::vector<StabilityFinding>& findings) {
+  std::string text;
+  for (const StabilityFinding& finding : findings) {
+    const bool is_refused = finding.verdict == StabilityVerdict::kUnstable;
+    text +=
+        std::string("tandem-client: ") + (is_refused ? "no force is displayed: " : "warning: ") + finding.text + "\n";
+  }
+  return text;
+}
+
 }  // namespace
 
 ClientRun::ClientRun(const ClientOptions& options)
     : options_(options),
-      device_(SimDevice::default_spec(), options.hand_parameters, hand_path(options.hand), options.seed),
+      device_(options.device.spec, holding(options.hand_parameters, options.device), hand_path(options.hand),
+              options.seed),
       core_(haptic_settings(options, safety_), device_, mailboxes_),
       io_(io_settings(options), mailboxes_),
       report_(device_.path().phases(), safety_.silence_zero) {
@@ -133,6 +146,10 @@ void ClientRun::follow_session(const ClientIoSnapshot& io) {
   }
   if (status.why != last_why_ && !status.why.empty()) std::cerr << "tandem-client: " + status.why + "\n";
   last_why_ = status.why;
+  if (std::string lines = coupling_lines(io.coupling_findings); lines != last_coupling_lines_) {
+    std::cerr << lines;
+    last_coupling_lines_ = std::move(lines);
+  }
   if (status.state == SessionState::kEnded) is_over_ = true;
 }
 

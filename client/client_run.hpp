@@ -60,6 +60,7 @@ class ClientRun {
   std::optional<WatchedBody> watched_;
   std::vector<std::string> realtime_not_granted_;
   std::string last_why_;
+  std::string last_coupling_lines_;
   LocalTime next_status_{};
   std::optional<LocalTime> first_tick_;
   TickRecord newest_;

@@ -6,6 +6,10 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "common/coupling/laws.hpp"
+#include "common/coupling/stability.hpp"
+#include "proto/coupling_fields.hpp"
+
 namespace tandem {
 namespace {
 
@@ -38,23 +42,42 @@ bool is_positive(double value) {
 }
 
 bool is_usable(const HapticScene& scene) {
-  const CouplingParameters& c = scene.coupling;
-  for (const double value : {c.stiffness_n_per_m, c.damping_n_s_per_m, c.stiffness_n_m_per_rad, c.damping_n_m_s_per_rad,
-                             c.force_limit_n, c.torque_limit_n_m}) {
-    if (!std::isfinite(value) || value < 0) return false;
-  }
+  if (scene.law >= coupling_laws().size() || !is_usable(scene.coupling)) return false;
   const WorkspaceMapping& map = scene.workspace;
   return is_finite(map.X_WD) && std::abs(map.X_WD.q.norm() - 1) < 1e-3 && is_positive(map.position_scale) &&
          is_positive(map.force_scale);
 }
 
-CouplingParameters bounded(const CouplingParameters& c, const CouplingParameters& bounds) {
-  return {.stiffness_n_per_m = std::min(c.stiffness_n_per_m, bounds.stiffness_n_per_m),
-          .damping_n_s_per_m = std::min(c.damping_n_s_per_m, bounds.damping_n_s_per_m),
-          .stiffness_n_m_per_rad = std::min(c.stiffness_n_m_per_rad, bounds.stiffness_n_m_per_rad),
-          .damping_n_m_s_per_rad = std::min(c.damping_n_m_s_per_rad, bounds.damping_n_m_s_per_rad),
-          .force_limit_n = std::min(c.force_limit_n, bounds.force_limit_n),
-          .torque_limit_n_m = std::min(c.torque_limit_n_m, bounds.torque_limit_n_m)};
+CouplingParameters bounded(std::string_view law, const CouplingParameters& c, const CouplingParameters& bounds) {
+  CouplingParameters result;
+  for (const CouplingField& field : kCouplingFields) {
+    result.*field.value = std::min(c.*field.value, bounds.*field.value);
+  }
+  const double steepest = std::max(1.0, steepest_slope_factor(law, result));
+  result.stiffness_n_per_m = std::min(c.stiffness_n_per_m, bounds.stiffness_n_per_m / steepest);
+  result.stiffness_n_m_per_rad = std::min(c.stiffness_n_m_per_rad, bounds.stiffness_n_m_per_rad / steepest);
+  return result;
+}
+
+/// What a coupling in W may be so that the device D, which is moved and pushed by scaled amounts, stays within
+/// `bounds`.
+CouplingParameters in_world(const CouplingParameters& bounds, const WorkspaceMapping& map) {
+  const double linear = map.force_scale * map.position_scale;  // f_D / f_W for each p_W / p_D
+  const double angular = map.hand_joules_per_world_joule();
+  CouplingParameters result = bounds;
+  result.stiffness_n_per_m /= linear;
+  result.damping_n_s_per_m /= linear;
+  result.force_limit_n /= map.force_scale;
+  result.stiffness_n_m_per_rad /= angular;
+  result.damping_n_m_s_per_rad /= angular;
+  result.torque_limit_n_m /= angular;
+  return result;
+}
+
+std::vector<std::unique_ptr<CouplingLaw>> all_laws() {
+  std::vector<std::unique_ptr<CouplingLaw>> laws;
+  for (const CouplingLawInfo& law : coupling_laws()) laws.push_back(law.make(CouplingParameters{}));
+  return laws;
 }
 
 }  // namespace
@@ -65,7 +88,8 @@ HapticCore::HapticCore(const HapticSettings& settings, Device& device, ClientMai
       mailboxes_(mailboxes),
       coupling_bounds_(settings.coupling_bounds),
       stage_(require_stage(settings.stage)),
-      coupling_(make_coupling_law("spring-damper", CouplingParameters{})),
+      laws_(all_laws()),
+      coupling_(laws_.front().get()),
       safety_(with_device_limits(settings.safety, device.spec())) {}
 
 void HapticCore::tick(LocalTime now) noexcept {
@@ -76,6 +100,7 @@ void HapticCore::tick(LocalTime now) noexcept {
   const double speed_m_per_s = handle_speed(sample);
   account_energy(sample);
   take_mail();
+  ramp_coupling(now);
   if (scene_is_usable_ && sample.is_valid) {
     const RigidState raw_W{scene_.workspace.world_pose(sample.X_DH), scene_.workspace.world_twist(sample.V_DH)};
     record_.handle_W = clutch_.apply(raw_W, is_clutch_down(sample));
@@ -135,8 +160,16 @@ void HapticCore::enter_scene(const HapticScene& scene) noexcept {
   const bool is_new = scene.generation != scene_.generation;
   scene_ = scene;
   scene_is_usable_ = scene.generation != 0 && is_usable(scene);
-  if (scene_is_usable_) coupling_->set_parameters(bounded(scene.coupling, coupling_bounds_));
+  if (scene_is_usable_) {
+    const std::string_view law = laws_[scene.law]->name();
+    ramp_.go_to(bounded(law, scene.coupling, in_world(coupling_bounds_, scene.workspace)));
+  }
   if (!is_new) return;
+  if (scene_is_usable_) {
+    coupling_ = laws_[scene.law].get();
+    ramp_.jump_to(ramp_.target());
+    coupling_->set_parameters(ramp_.now());
+  }
   record_.scene_generation = scene.generation;
   record_.has_watched_body = false;
   has_state_ = false;
@@ -144,6 +177,12 @@ void HapticCore::enter_scene(const HapticScene& scene) noexcept {
   clutch_.reset();
   buttons_ = 0;
   safety_.rearm();
+}
+
+// As the server does, so that a change under a stretched coupling is felt as no step.
+void HapticCore::ramp_coupling(LocalTime now) noexcept {
+  if (ramp_.advance(to_seconds(now - ramped_at_))) coupling_->set_parameters(ramp_.now());
+  ramped_at_ = now;
 }
 
 void HapticCore::take_state(const ServerUpdate& update) noexcept {
@@ -175,7 +214,7 @@ Wrench HapticCore::stage_wrench_on_hand_D(LocalTime now) noexcept {
   input.handle = record_.handle_W;
   input.newest = &mailboxes_.inbox.front().update;
   input.age = record_.state_age;
-  input.coupling = coupling_.get();
+  input.coupling = coupling_;
   return scene_.workspace.device_wrench(stage_->wrench_on_hand_W(input));
 }
 

@@ -12,10 +12,12 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "client/clutch.hpp"
 #include "client/mailboxes.hpp"
 #include "client/stage.hpp"
+#include "common/coupling/coupling_ramp.hpp"
 #include "common/safety.hpp"
 #include "devices/device_writer.hpp"
 
@@ -24,15 +26,19 @@ namespace tandem {
 struct HapticSettings {
   std::string stage = "late-pose";
   SafetySettings safety;  ///< slew and speed limits are taken from the device's spec
-  /// Numbers of the coupling that come from the wire are bounded by these (and by the device's own limits).
-  /// Stiffness and damping are the largest that CHAI3D's device table allows a peer of 8 N; the rotational pair
-  /// is ours, for a handle of 4e-4 kg·m² at 1 kHz.
+  /// Numbers of the coupling that come from the wire are bounded by these (and by the device's own limits), in newtons
+  /// and metres of the device; coupling_bounds() (devices/device_profile.hpp) gives those of a known device. Stiffness,
+  /// as the steepest slope of the law's force, and damping are the largest that CHAI3D's device table allows a peer of
+  /// 8 N; the rotational pair is ours, for a handle of 4e-4 kg·m² at 1 kHz. The shape of the curve is not bounded
+  /// further than the wire does.
   CouplingParameters coupling_bounds{.stiffness_n_per_m = 3000.0,
                                      .damping_n_s_per_m = 20.0,
                                      .stiffness_n_m_per_rad = 3.0,
                                      .damping_n_m_s_per_rad = 0.05,
                                      .force_limit_n = 50.0,
-                                     .torque_limit_n_m = 5.0};
+                                     .torque_limit_n_m = 5.0,
+                                     .saturation_softness = 1.0,
+                                     .curve_sharpness = 10.0};
 };
 
 /// What happened at one tick: for traces, metrics and tests.
@@ -101,6 +107,7 @@ class HapticCore {
  private:
   void take_mail() noexcept;
   void enter_scene(const HapticScene& scene) noexcept;
+  void ramp_coupling(LocalTime now) noexcept;
   void take_state(const ServerUpdate& update) noexcept;
   void note_watched_body(const ServerUpdate& update) noexcept;
   DeviceSample read_device(LocalTime now) noexcept;
@@ -119,7 +126,10 @@ class HapticCore {
   ClientMailboxes& mailboxes_;
   CouplingParameters coupling_bounds_;
   std::unique_ptr<Stage> stage_;
-  std::unique_ptr<CouplingLaw> coupling_;
+  std::vector<std::unique_ptr<CouplingLaw>> laws_;  ///< parallel to coupling_laws(): a scene may ask for any
+  CouplingLaw* coupling_ = nullptr;                 ///< one of them, the scene's
+  CouplingRamp ramp_{CouplingParameters{}};
+  LocalTime ramped_at_{};
   Clutch clutch_;
   SafetyChain safety_;
   HapticScene scene_;

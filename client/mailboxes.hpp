@@ -1,9 +1,10 @@
 // All that passes between a client's io thread and its haptic thread: three newest-wins mailboxes.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 
-#include "common/coupling.hpp"
+#include "common/coupling/coupling_law.hpp"
 #include "common/mailbox.hpp"
 #include "common/time.hpp"
 #include "common/workspace.hpp"
@@ -23,7 +24,8 @@ struct HapticScene {
   std::uint32_t generation = 0;  ///< one more for each join; a new one resets stages and restarts the ramp
   bool may_display = false;      ///< false: observer, or not joined: zero force
   WorkspaceMapping workspace;
-  CouplingParameters coupling;  ///< for the spring-damper law
+  std::size_t law = 0;          ///< index into coupling_laws()
+  CouplingParameters coupling;  ///< in force for this user's tool, where it is going (CouplingRamp)
 };
 
 struct ClientMailboxes {

@@ -100,20 +100,22 @@ void add_session_options(CLI::App& app, ClientOptions& options) {
            });
 }
 
-void add_hand_options(CLI::App& app, ClientOptions& options, std::string& device) {
-  app.add_option("--device", device, "haptic device [sim]: a simulated hand on a simulated device")
-      ->check(CLI::IsMember({"sim"}).description(""))
-      ->type_name("sim");
+void add_hand_options(CLI::App& app, ClientOptions& options) {
+  add_text(
+      app, "--device",
+      "the simulated hand's device [sim]: its limits [N, N*m], axes, encoder steps [m, rad], mass [kg] and damping "
+      "[N*s/m]; a profile of devices/README.md or FILE.json",
+      "NAME|FILE.json", [&options](const std::string& text) { options.device = find_device_profile(text); });
   app.add_option("--hand", options.hand,
                  "what the simulated hand intends [rest]: FILE.json or one of " + listed(hand_path_names()));
   HandParameters& hand = options.hand_parameters;
   // The ranges of an experiment file (lab/experiment.cpp): a run of one is a run of the other.
-  add_number(app, "--hand-mass", hand.mass_kg, 0.01, 10, "[kg]", "KG");
+  add_number(app, "--hand-mass", hand.mass_kg, 0.01, 10, "without the device [kg]", "KG");
   add_number(app, "--hand-stiffness", hand.stiffness_n_per_m, 0, 10000, "towards the intended place [N/m]", "N/M");
   add_number(app, "--hand-damping", hand.damping_n_s_per_m, 0, 1000, "[N·s/m]", "N*S/M");
   add_number(app, "--hand-tremor", hand.tremor_rms_n, 0, 10, "force around 9 Hz [N rms]", "N");
   add_number(app, "--hand-encoder-step", hand.encoder_step_m, 0, 0.01,
-             "quantisation of the reported position; 0: none [m]", "M");
+             "quantisation of the reported position, where coarser than the device's; 0: none [m]", "M");
   app.add_option("--stage", options.stage, "what the hand is shown")
       ->capture_default_str()
       ->check(CLI::IsMember(owned(stage_names())).description(""))
@@ -202,12 +204,12 @@ std::optional<ClientOptions> parse_client_options(int argc, const char* const* a
   CLI::App app{"Joins a shared haptic scene with one device.", "tandem-client"};
   app.footer("Exit code: 0 done, 1 the session was lost, 2 bad set-up.");
   ClientOptions options;
-  std::string device = "sim";
+  options.device = find_device_profile("sim");
   LinkParameters link;
   bool has_link = false;
   bool is_headless = false;
   add_session_options(app, options);
-  add_hand_options(app, options, device);
+  add_hand_options(app, options);
   add_link_options(app, link, has_link);
   add_run_options(app, options, is_headless);
   app.set_version_flag("--version", "tandem-client " TANDEM_VERSION);

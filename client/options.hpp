@@ -7,14 +7,15 @@
 #include <string>
 
 #include "client/net/client_io.hpp"
-#include "devices/sim/sim_device.hpp"
+#include "devices/device_profile.hpp"
 
 namespace tandem {
 
 struct ClientOptions {
   ClientIoSettings io;  ///< server, room, name, role, transport and simulated links
   std::string hand = "rest";
-  HandParameters hand_parameters;
+  HandParameters hand_parameters;  ///< without the device
+  DeviceProfile device;            ///< of the device that the simulated hand holds
   std::string stage = "late-pose";
   std::uint64_t seed = 1;
   std::optional<Duration> duration;  ///< none: until a signal

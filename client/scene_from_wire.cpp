@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "common/coupling/laws.hpp"
 #include "proto/coupling_fields.hpp"
 #include "proto/placement.hpp"
 #include "proto/state.hpp"
@@ -55,11 +56,13 @@ std::string fill_workspace(const wire::Workspace& workspace, const std::string& 
   return {};
 }
 
-std::string fill_coupling(const wire::Coupling& coupling, CouplingParameters& out) {
-  if (make_coupling_law(coupling.law(), {}) == nullptr) {
-    return "scene.coupling.law is \"" + coupling.law() +
-           "\"; this client does not know it, use one of the same version";
+std::string fill_coupling(const wire::Coupling& coupling, HapticScene& out) {
+  const CouplingLawInfo* law = coupling.law().empty() ? nullptr : find_coupling_law(coupling.law());
+  if (law == nullptr) {
+    return "scene.coupling.law is \"" + coupling.law() + "\"; this client knows " + listed_coupling_law_names() +
+           ": use one of the server's version";
   }
+  out.law = static_cast<std::size_t>(law - coupling_laws().data());
   for (const CouplingField& field : kCouplingFields) {
     const std::string name = "scene." + std::string(field.name);
     if (!(coupling.*field.has)()) return name + " is absent; the server must fill it in";
@@ -67,7 +70,7 @@ std::string fill_coupling(const wire::Coupling& coupling, CouplingParameters& ou
     if (!field.accepts(value)) {
       return complaint(name, value, "it must be " + std::to_string(field.low) + " to " + std::to_string(field.high));
     }
-    out.*(field.value) = value;
+    out.coupling.*(field.value) = value;
   }
   return {};
 }
@@ -84,7 +87,7 @@ std::string fill_haptic_scene(const wire::Joined& joined, HapticScene& out) {
   if (static_cast<std::size_t>(scene.tools_size()) > kMaxUsers) {
     return "scene.tools has " + std::to_string(scene.tools_size()) + " entries; at most " + std::to_string(kMaxUsers);
   }
-  if (std::string problem = fill_coupling(scene.coupling(), out.coupling); !problem.empty()) return problem;
+  if (std::string problem = fill_coupling(scene.coupling(), out); !problem.empty()) return problem;
   out.may_display = joined.role() == wire::ROLE_MANIPULATOR;
   if (!out.may_display) return {};
   if (joined.tool() >= static_cast<std::uint32_t>(scene.tools_size())) {

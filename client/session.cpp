@@ -78,6 +78,7 @@ struct ClientSession::Impl {
   bool handle_active(const wire::ServerControl& message, LocalTime now);
   void take_welcome(const wire::Welcome& welcome, LocalTime now);
   void take_joined(const wire::Joined& joined, LocalTime now);
+  void check_coupling_of(const wire::Joined& answer);
   void take_error(const wire::ServerControl& message, LocalTime now);
   void take_goodbye(const wire::Goodbye& goodbye, LocalTime now);
   void take_parameter(const wire::ParameterSet& parameter);
@@ -112,6 +113,8 @@ struct ClientSession::Impl {
   std::unique_ptr<wire::Joined> joined;
   std::string room;
   HapticScene scene;
+  bool is_manipulator = false;
+  std::vector<StabilityFinding> coupling_findings;
   AssetFetcher assets;
 
   ConnectionId connection;
@@ -317,6 +320,8 @@ void ClientSession::Impl::take_joined(const wire::Joined& answer, LocalTime now)
   joined = std::make_unique<wire::Joined>(answer);
   scene = offered;
   ++scene.generation;
+  is_manipulator = scene.may_display;
+  check_coupling_of(*joined);
   sequence = 0;
   freshness.reset();
   clock.reset();
@@ -336,6 +341,18 @@ void ClientSession::Impl::take_joined(const wire::Joined& answer, LocalTime now)
     request_asset();
   }
   if (owner.on_joined) owner.on_joined(*joined);
+}
+
+// The session goes on either way: others are not to suffer from what this device cannot show.
+void ClientSession::Impl::check_coupling_of(const wire::Joined& answer) {
+  coupling_findings.clear();
+  if (!settings.device || !is_manipulator) return;
+  coupling_findings = check_scene_coupling(scene, tool_masses(answer), *settings.device);
+  const bool may_display = !has_unstable(coupling_findings);
+  // A force that comes back comes as it does after a join: ramped.
+  if (may_display && !scene.may_display) ++scene.generation;
+  scene.may_display = may_display;
+  for (const StabilityFinding& finding : coupling_findings) log(finding.text);
 }
 
 void ClientSession::Impl::take_error(const wire::ServerControl& message, LocalTime now) {
@@ -363,6 +380,7 @@ void ClientSession::Impl::take_parameter(const wire::ParameterSet& parameter) {
     return;
   }
   scene.coupling.*(field->value) = parameter.value();
+  check_coupling_of(*joined);
   mailboxes.scene.publish(scene);
   log(parameter.name() + " is now " + std::to_string(parameter.value()));
   if (owner.on_parameter) owner.on_parameter(parameter);
@@ -550,6 +568,9 @@ const SessionStatus& ClientSession::status() const {
 }
 const wire::Joined* ClientSession::joined() const {
   return impl_->joined.get();
+}
+const std::vector<StabilityFinding>& ClientSession::coupling_findings() const {
+  return impl_->coupling_findings;
 }
 const std::string& ClientSession::room() const {
   return impl_->room;

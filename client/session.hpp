@@ -14,8 +14,10 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "client/asset_fetcher.hpp"
+#include "client/coupling_check.hpp"
 #include "client/mailboxes.hpp"
 #include "common/clock_sync.hpp"
 #include "common/mailbox.hpp"
@@ -61,6 +63,8 @@ struct SessionSettings {
   Duration reconnect_delay_max{std::chrono::seconds(2)};
   bool may_reconnect = true;  ///< after a connection that once joined was lost
   bool fetch_assets = true;
+  /// What the scene's coupling is checked with: one that is unstable on it is not displayed. None: no check.
+  std::optional<DeviceProfile> device{};
 };
 
 enum class SessionState { kConnecting, kGreeting, kJoining, kActive, kWaiting, kEnded };
@@ -106,6 +110,8 @@ class ClientSession {
   const SessionStatus& status() const;
   /// The scene and this user's place in it, from the last Joined; null before the first.
   const wire::Joined* joined() const;
+  /// What the check found about the coupling in force; while one is unstable, nothing is displayed.
+  const std::vector<StabilityFinding>& coupling_findings() const;
   /// The room that was asked for or, without a wish, the only one of the last Welcome; "" before that.
   const std::string& room() const;
   /// Verified bytes of the scene's files by their SHA-256; kept across reconnects. Fetched in the background.

@@ -21,6 +21,7 @@ constexpr std::array<StageEntry, 2> kStages{{{"late-pose", &make<LatePose>}, {"h
 
 Wrench LatePose::wrench_on_hand_W(const StageInput& input) noexcept {
   if (input.newest == nullptr) return {};
+  if (input.coupling->tool_dynamics() == ToolDynamics::kAtHandle) return input.newest->wrench_on_hand_W;
   const RigidState& tool = input.newest->tool;
   return coupling_wrenches(*input.coupling, input.handle.X, input.handle.V, tool.X, tool.V).on_hand_W;
 }

@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "common/coupling.hpp"
+#include "common/coupling/coupling_law.hpp"
 #include "common/time.hpp"
 #include "proto/state.hpp"
 
@@ -34,7 +34,8 @@ class Stage {
   virtual void reset() noexcept {}
 };
 
-/// "late-pose": local coupling to the newest tool pose of the server.
+/// "late-pose": local coupling to the newest tool pose of the server. A law whose tool is at the handle has no coupling
+/// that could be rendered here: then the server's wrench is shown, as "hold" does.
 class LatePose final : public Stage {
  public:
   std::string_view name() const noexcept override { return "late-pose"; }

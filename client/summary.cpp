@@ -57,6 +57,7 @@ void add_setup(const RunSummary& s, json::object& out) {
   out["role"] = session.role == wire::ROLE_OBSERVER ? "observer" : "manipulator";
   out["transport"] = session.state_transport == StateTransport::kTcp ? "tcp" : "udp";
   out["stage"] = options.stage;
+  out["device"] = options.device.name;
   out["hand"] = options.hand;
   out["hand_parameters"] = to_json(options.hand_parameters);
   out["seed"] = options.seed;
@@ -64,6 +65,20 @@ void add_setup(const RunSummary& s, json::object& out) {
   if (options.io.links) {
     out["link_parameters"] = {{"up", to_json(options.io.links->up)}, {"down", to_json(options.io.links->down)}};
   }
+}
+
+void add_coupling_check(const ClientIoSnapshot& io, json::object& out) {
+  json::array findings;
+  for (const StabilityFinding& finding : io.coupling_findings) {
+    findings.emplace_back(
+        json::object{{"is_unstable", finding.verdict == StabilityVerdict::kUnstable},
+                     {"parameter", finding.parameter},
+                     {"value", finding.value},
+                     {"remedy", std::isfinite(finding.remedy) ? json::value(finding.remedy) : json::value()},
+                     {"spectral_radius", finding.spectral_radius},
+                     {"text", finding.text}});
+  }
+  out["coupling_check"] = {{"is_refused", has_unstable(io.coupling_findings)}, {"findings", std::move(findings)}};
 }
 
 void add_loop(const RunSummary& s, json::object& out) {
@@ -179,8 +194,8 @@ std::optional<WatchedBody> first_graspable(const wire::Joined& joined) {
 boost::json::object to_json(const RunSummary& summary) {
   json::object out;
   add_setup(summary, out);
-  out["device"] = summary.device.name;
   out["duration_s"] = to_seconds(summary.run.length());
+  add_coupling_check(summary.io, out);
   add_network(summary.io, out);
   add_loop(summary, out);
   add_forces(summary, out);

@@ -37,14 +37,19 @@ function(tandem_program name)
   target_link_libraries(${name} PRIVATE tandem_flags ${ARG_LINK})
 endfunction()
 
-# tandem_test(name [SLOW] SOURCES ... LINK ...): one GoogleTest program, one ctest entry a test.
-# The label `fast` marks what the sanitizer presets run; SLOW tests are left out there.
+# tandem_test(name [SLOW|THREADS] SOURCES ... LINK ...): one GoogleTest program, one ctest entry a test.
+# Labels: `fast` is what AddressSanitizer runs too, `fast-threads` (THREADS: more than one thread takes part) what
+# ThreadSanitizer runs, `slow` (SLOW) what neither does. The target `threaded_tests` builds the second kind.
+add_custom_target(threaded_tests)
 function(tandem_test name)
-  cmake_parse_arguments(ARG "SLOW" "" "SOURCES;LINK" ${ARGN})
+  cmake_parse_arguments(ARG "SLOW;THREADS" "" "SOURCES;LINK" ${ARGN})
   add_executable(${name} ${ARG_SOURCES})
   target_link_libraries(${name} PRIVATE tandem_flags ${ARG_LINK} GTest::gmock GTest::gtest_main)
   set(label fast)
-  if(ARG_SLOW)
+  if(ARG_THREADS)
+    set(label fast-threads)
+    add_dependencies(threaded_tests ${name})
+  elseif(ARG_SLOW)
     set(label slow)
   endif()
   # What is built of meshes is kept between tests, apart from the user's own cache.

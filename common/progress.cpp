@@ -1,8 +1,11 @@
 #include "common/progress.hpp"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <cmath>
-#include <ostream>
+#include <iostream>
+#include <memory>
 
 namespace tandem {
 
@@ -15,6 +18,11 @@ void ProgressLine::show(const std::string& what, double done) {
   shown_percent_ = percent;
   const bool ends = percent == 100 || !is_terminal_;
   out_ << (is_terminal_ ? "\r" : "") << what << ": " << percent << " %" << (ends ? "\n" : "") << std::flush;
+}
+
+std::function<void(const std::string& what, double done)> progress_on_stderr() {
+  const auto line = std::make_shared<ProgressLine>(std::cerr, isatty(STDERR_FILENO) != 0);
+  return [line](const std::string& what, double done) { line->show(what, done); };
 }
 
 }  // namespace tandem

@@ -1,6 +1,7 @@
 // A line that grows on a terminal while something takes seconds.
 #pragma once
 
+#include <functional>
 #include <iosfwd>
 #include <string>
 
@@ -21,5 +22,8 @@ class ProgressLine {
   std::string what_;
   int shown_percent_ = -1;
 };
+
+/// A line on the standard error output: what takes long, and how much of it is done (0..1).
+std::function<void(const std::string& what, double done)> progress_on_stderr();
 
 }  // namespace tandem

@@ -1,6 +1,7 @@
 // What a haptic device is to this project: one sample read at once, one command out, limits with sources.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <string>
 #include <string_view>
@@ -14,7 +15,14 @@ namespace tandem {
 struct SourcedLimit {
   double value = 0;
   std::string source;
+
+  bool operator==(const SourcedLimit&) const = default;
 };
+
+/// A source that is empty or begins with "unverified" says what the value is thought to be; nothing may rely on it.
+inline bool is_verified(const SourcedLimit& limit) {
+  return std::isfinite(limit.value) && !limit.source.empty() && !limit.source.starts_with("unverified");
+}
 
 /// What a device can do, and what we let it do.
 struct DeviceSpec {

@@ -20,10 +20,6 @@ void check_positive(const DeviceSpec& spec, const char* field, double value) {
   if (!std::isfinite(value) || value <= 0) fail(spec, field, value, "it must be a finite number above 0");
 }
 
-bool is_verified(const SourcedLimit& maximum) {
-  return std::isfinite(maximum.value) && !maximum.source.empty() && maximum.source != "unverified";
-}
-
 void check_limit(const DeviceSpec& spec, const char* field, double limit, const SourcedLimit& maximum,
                  double unverified_maximum) {
   if (!std::isfinite(limit) || limit < 0) fail(spec, field, limit, "it must be a finite number, 0 or more");
@@ -37,8 +33,7 @@ void check_limit(const DeviceSpec& spec, const char* field, double limit, const 
 
 }  // namespace
 
-DeviceWriter::DeviceWriter(Device& device) : device_(device) {
-  const DeviceSpec& spec = device.spec();
+void check_device_spec(const DeviceSpec& spec) {
   if (spec.force_axes != 3 && spec.force_axes != 6) fail(spec, "force_axes", spec.force_axes, "it must be 3 or 6");
   check_limit(spec, "force_limit_n", spec.force_limit_n, spec.force_maximum_n, kUnverifiedForce_n);
   if (spec.force_axes == 6) {
@@ -47,6 +42,11 @@ DeviceWriter::DeviceWriter(Device& device) : device_(device) {
   check_positive(spec, "speed_limit_m_per_s", spec.speed_limit_m_per_s);
   check_positive(spec, "slew_limit_n_per_s", spec.slew_limit_n_per_s);
   check_positive(spec, "slew_limit_n_m_per_s", spec.slew_limit_n_m_per_s);
+}
+
+DeviceWriter::DeviceWriter(Device& device) : device_(device) {
+  const DeviceSpec& spec = device.spec();
+  check_device_spec(spec);
   force_limit_n_ = spec.force_limit_n;
   torque_limit_n_m_ = spec.force_axes == 6 ? spec.torque_limit_n_m : 0.0;
 }

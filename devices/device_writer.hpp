@@ -5,14 +5,17 @@
 
 namespace tandem {
 
+/// Fails   std::invalid_argument when a limit of the spec is not finite, negative, above its verified maximum, or
+///         above 2 N or 0.1 N·m while the maximum is unverified
+void check_device_spec(const DeviceSpec& spec);
+
 /// Clamps to the device's software limits with the direction kept, and writes. The limits are those of the spec at
 /// construction: nothing that arrives later can widen them.
 ///
 /// Thread  haptic
 class DeviceWriter {
  public:
-  /// Fails   std::invalid_argument when a limit of the spec is not finite, negative, above its verified maximum, or
-  ///         above 2 N or 0.1 N·m while the maximum is unverified
+  /// Fails   as check_device_spec()
   explicit DeviceWriter(Device& device);
   /// Writes the clamped wrench (zero when not finite). Returns false when the device did not take it.
   bool write(LocalTime now, const Wrench& wrench_on_hand_D) noexcept;

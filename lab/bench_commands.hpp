@@ -7,8 +7,12 @@ class App;
 
 namespace tandem::lab {
 
+/// coupling [--seconds S] [--check] [--json]
+void add_coupling_bench(CLI::App& bench, int& exit_code);
 /// field [--scene NAME] [--seconds S] [--json]
 void add_field_bench(CLI::App& bench, int& exit_code);
+/// proxy --mesh FILE [--size-mm S] [--radius-mm R] [--steps N] [--no-shading] [--check] [--json]
+void add_proxy_bench(CLI::App& bench, int& exit_code);
 /// room [--scene NAME] [--users N] [--json]
 void add_room_bench(CLI::App& bench, int& exit_code);
 

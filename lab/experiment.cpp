@@ -73,6 +73,15 @@ HandPath hand_of(JsonFields& user, const std::string& name, const std::filesyste
   }
 }
 
+DeviceProfile device_of(JsonFields& user, const std::filesystem::path& directory) {
+  const std::string name = user.text("device", "sim");
+  try {
+    return find_device_profile(name.ends_with(".json") ? (directory / name).string() : name);
+  } catch (const std::invalid_argument& error) {
+    user.fail("device", error.what());
+  }
+}
+
 ExperimentUser user_of(JsonFields& user, std::size_t index, const std::filesystem::path& directory) {
   ExperimentUser result;
   result.name = user.required_text("name");
@@ -80,6 +89,7 @@ ExperimentUser user_of(JsonFields& user, std::size_t index, const std::filesyste
   result.hand_name = user.text("hand", "rest");
   result.hand = hand_of(user, result.hand_name, directory);
   result.hand_parameters = hand_parameters_of(user.object("hand_parameters"));
+  result.device = device_of(user, directory);
   result.stage = stage_names()[user.choice("stage", 0, stage_names())];
   result.transport = user.choice("transport", 0, {"udp", "tcp"}) == 0 ? StateTransport::kUdp : StateTransport::kTcp;
   result.up = link_of(user.object("link"));

@@ -11,8 +11,8 @@
 
 #include "client/session.hpp"
 #include "common/link.hpp"
+#include "devices/device_profile.hpp"
 #include "devices/sim/hand_path.hpp"
-#include "devices/sim/sim_device.hpp"
 #include "server/room.hpp"
 
 namespace tandem::lab {
@@ -23,7 +23,8 @@ struct ExperimentUser {
   UserRole role = UserRole::kManipulator;
   std::string hand_name = "rest";
   HandPath hand = named_hand_path("rest");
-  HandParameters hand_parameters;
+  HandParameters hand_parameters;                     ///< without the device
+  DeviceProfile device = find_device_profile("sim");  ///< what the hand holds
   std::string stage = "late-pose";
   StateTransport transport = StateTransport::kUdp;
   LinkParameters up;

@@ -40,6 +40,7 @@ json::object link_counters_json(const LinkCounters& counters) {
 json::object parameters_json(const UserTrace& trace) {
   const ExperimentUser& user = trace.user;
   return {{"role", user.role == UserRole::kManipulator ? "manipulator" : "observer"},
+          {"device", user.device.name},
           {"hand", user.hand_name},
           {"hand_parameters", to_json(user.hand_parameters)},
           {"hand_seed", trace.hand_seed},

@@ -6,8 +6,6 @@
 #include <memory>
 #include <stdexcept>
 
-#include <unistd.h>
-
 #include "common/json/pretty.hpp"
 #include "common/progress.hpp"
 #include "common/realtime.hpp"
@@ -96,9 +94,8 @@ std::vector<std::string> hands_of(const Options& options) {
 }
 
 int run(Options options) {
-  ProgressLine line(std::cerr, isatty(STDERR_FILENO) != 0);
   SceneLoading loading;
-  loading.progress = [&line](const std::string& what, double done) { line.show(what, done); };
+  loading.progress = progress_on_stderr();
   const auto scene = load_scene(scene_path(options.scene, ""), loading);
   if (options.users == 0) options.users = std::min(kDefaultUsers, scene->tools.size());
   RoomBenchSettings settings;

@@ -9,8 +9,6 @@
 #include <string>
 #include <vector>
 
-#include <unistd.h>
-
 #include "client/stage.hpp"
 #include "client/trace.hpp"
 #include "common/json/pretty.hpp"
@@ -67,9 +65,8 @@ Experiment experiment_of(const Options& options) {
 
 int run(const Options& options) {
   const Experiment experiment = experiment_of(options);
-  ProgressLine line(std::cerr, isatty(STDERR_FILENO) != 0);
   SceneLoading loading;
-  loading.progress = [&line](const std::string& what, double done) { line.show(what, done); };
+  loading.progress = progress_on_stderr();
   VirtualSession session(experiment, load_scene(experiment.scene, loading));
   const std::filesystem::path folder = made_folder(options.out);
   auto traces = open_traces(experiment, folder);

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -60,7 +62,9 @@ class Figures {
     Plot plot = wide("Displayed force of each user over time", "force on the hand [N]");
     plot.y.low = 0;
     add_each_user(plot, [](const TickSample& tick) { return tick.displayed_D.f.norm(); });
-    plot.limits.push_back({SimDevice::default_spec().force_limit_n, "device limit"});
+    std::map<double, std::string> devices;  // those of equal limits share a line
+    for (const UserTrace& user : trace_.users) devices[user.user.device.spec.force_limit_n] = user.user.device.name;
+    for (const auto& [limit_n, name] : devices) plot.limits.push_back({limit_n, "limit of " + name});
     return {std::move(plot),
             "Magnitude of the force that each device was given, after every safety stage. Shaded: the "
             "phases of the first user's hand path."};

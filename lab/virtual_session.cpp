@@ -37,6 +37,7 @@ HubSettings hub_settings(std::uint64_t seed) {
 HapticSettings haptic_settings(const ExperimentUser& user) {
   HapticSettings settings;
   settings.stage = user.stage;
+  settings.coupling_bounds = coupling_bounds(user.device);
   return settings;
 }
 
@@ -45,7 +46,8 @@ struct VirtualUser {
   VirtualUser(const ExperimentUser& description, VirtualClientTransport& its_transport, std::uint64_t seed)
       : user(description),
         transport(its_transport),
-        device(SimDevice::default_spec(), description.hand_parameters, description.hand, seed),
+        device(description.device.spec, holding(description.hand_parameters, description.device), description.hand,
+               seed),
         core(haptic_settings(description), device, mailboxes),
         session(session_settings(description), transport, mailboxes),
         seed_of_hand(seed) {

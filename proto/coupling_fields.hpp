@@ -6,7 +6,7 @@
 #include <cmath>
 #include <string_view>
 
-#include "common/coupling.hpp"
+#include "common/coupling/coupling_law.hpp"
 #include "tandem/scene.pb.h"
 
 namespace tandem {
@@ -25,7 +25,7 @@ struct CouplingField {
   bool accepts(double number) const { return std::isfinite(number) && number >= low && number <= high; }
 };
 
-inline constexpr std::array<CouplingField, 6> kCouplingFields{{
+inline constexpr std::array<CouplingField, 8> kCouplingFields{{
     {"coupling.stiffness_n_per_m", &CouplingParameters::stiffness_n_per_m, 0, 1e5, &wire::Coupling::stiffness_n_per_m,
      &wire::Coupling::set_stiffness_n_per_m, &wire::Coupling::has_stiffness_n_per_m},
     {"coupling.damping_n_s_per_m", &CouplingParameters::damping_n_s_per_m, 0, 1e4, &wire::Coupling::damping_n_s_per_m,
@@ -40,7 +40,21 @@ inline constexpr std::array<CouplingField, 6> kCouplingFields{{
      &wire::Coupling::set_force_limit_n, &wire::Coupling::has_force_limit_n},
     {"coupling.torque_limit_n_m", &CouplingParameters::torque_limit_n_m, 1e-3, 1e3, &wire::Coupling::torque_limit_n_m,
      &wire::Coupling::set_torque_limit_n_m, &wire::Coupling::has_torque_limit_n_m},
+    {"coupling.saturation_softness", &CouplingParameters::saturation_softness, 0, 1,
+     &wire::Coupling::saturation_softness, &wire::Coupling::set_saturation_softness,
+     &wire::Coupling::has_saturation_softness},
+    {"coupling.curve_sharpness", &CouplingParameters::curve_sharpness, 0.1, 10, &wire::Coupling::curve_sharpness,
+     &wire::Coupling::set_curve_sharpness, &wire::Coupling::has_curve_sharpness},
 }};
+
+/// Whether arithmetic with these coefficients is sound; their ranges are for what comes from outside.
+inline bool is_usable(const CouplingParameters& parameters) {
+  for (const CouplingField& field : kCouplingFields) {
+    const double value = parameters.*field.value;
+    if (!std::isfinite(value) || value < 0) return false;
+  }
+  return true;
+}
 
 /// Null for an unknown name.
 constexpr const CouplingField* find_coupling_field(std::string_view name) {

@@ -17,7 +17,8 @@ enum TickFault : std::uint32_t {
   kFaultNotFinite = 1U << 0U,
   /// A body was faster than limits.body_speed_m_per_s and was slowed to it. Remedy: as above, or raise the limit.
   kFaultSpeedLimited = 1U << 1U,
-  /// The coupling force or torque of a tool reached its limit. Remedy: none needed when rare; else soften it.
+  /// The coupling force or torque of a tool was at its limit: past half of the bend to it.
+  /// Remedy: none needed when rare; else soften it.
   kFaultCouplingSaturated = 1U << 2U,
   /// The molecular field was bounded by molecular_field.force_limit_n: the molecules overlap.
   kFaultFieldLimited = 1U << 3U,

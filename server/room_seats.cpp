@@ -10,7 +10,7 @@ constexpr std::size_t kMaxWaiting = 4 * kMaxUsers;
 
 }  // namespace
 
-RoomSeats::RoomSeats(Room& room) : room_(room), coupling_(room.scene().coupling) {}
+RoomSeats::RoomSeats(Room& room) : room_(room), coupling_(room.scene().coupling.parameters) {}
 
 std::size_t RoomSeats::count(UserRole role) const {
   return static_cast<std::size_t>(
@@ -44,6 +44,11 @@ std::optional<Seat> RoomSeats::take(UserRole role) {
   seat.user = UserId{++last_user_};
   *free = seat;
   requested_[seat.slot] = served_[seat.slot] = 0;
+  held_[seat.slot] = BodyId{};
+  if (role == UserRole::kManipulator) {
+    const auto holds = room_.scene().tools[seat.tool].holds_body;
+    if (holds) held_[seat.slot] = body_id_at(*holds);
+  }
   RoomCommand command;
   command.kind = RoomCommand::Kind::kJoin;
   command.slot = seat.slot;
@@ -73,6 +78,20 @@ void RoomSeats::set_coupling(const Seat& seat, const CouplingParameters& paramet
   // Only the newest counts, so a flood of them waits as one.
   std::erase_if(waiting_, [](const RoomCommand& older) { return older.kind == RoomCommand::Kind::kSetCoupling; });
   post_surely(command);
+}
+
+CouplingParameters RoomSeats::coupling_in_force(const Seat& seat) const {
+  if (seat.role != UserRole::kManipulator) return coupling_;
+  const BodyId held = held_[seat.slot];
+  const auto body = held.is_valid() ? std::optional<std::size_t>(held.value - 1) : std::nullopt;
+  return tandem::coupling_in_force(room_.scene().coupling, coupling_, moved_mass(room_.scene(), seat.tool, body));
+}
+
+void RoomSeats::on_event(const RoomEvent& event) {
+  const auto& seat = seats_[event.slot];
+  if (!seat || seat->user != event.user) return;
+  if (event.kind == RoomEvent::Kind::kGrabbed) held_[event.slot] = event.body;
+  if (event.kind == RoomEvent::Kind::kReleased) held_[event.slot] = BodyId{};
 }
 
 bool RoomSeats::grab(const Seat& seat, BodyId body, std::uint32_t request) {

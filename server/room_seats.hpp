@@ -26,12 +26,17 @@ class RoomSeats {
   explicit RoomSeats(Room& room);
 
   Room& room() const { return room_; }
+  /// As the scene's file or a user has set it.
   const CouplingParameters& coupling() const { return coupling_; }
+  /// What this is for the seat's tool and what it holds (server/scene_coupling.hpp).
+  CouplingParameters coupling_in_force(const Seat& seat) const;
 
   /// The n-th manipulator takes the n-th free tool. Nothing when the scene's limits are reached.
   std::optional<Seat> take(UserRole role);
   void leave(const Seat& seat);
   void set_coupling(const Seat& seat, const CouplingParameters& parameters);
+  /// What the room says of grabs and releases.
+  void on_event(const RoomEvent& event);
   /// False, and nothing is asked of the room, when it does not keep up or this seat's last request is not served yet
   /// (on_served()): one user cannot fill the queue that all share. The user is told.
   bool grab(const Seat& seat, BodyId body, std::uint32_t request);
@@ -50,6 +55,7 @@ class RoomSeats {
   Room& room_;
   CouplingParameters coupling_;
   std::array<std::optional<Seat>, kMaxUsers> seats_{};
+  std::array<BodyId, kMaxUsers> held_{};              ///< by the slot's tool
   std::array<std::uint64_t, kMaxUsers> requested_{};  ///< grabs and releases since the slot's user joined
   std::array<std::uint64_t, kMaxUsers> served_{};
   std::uint32_t last_user_ = 0;

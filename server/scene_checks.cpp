@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <set>
 
-#include "common/coupling.hpp"
 #include "common/molecule/molecule.hpp"
-#include "proto/coupling_fields.hpp"
 #include "proto/state.hpp"
+#include "server/scene_coupling.hpp"
+#include "server/scene_effects.hpp"
 #include "server/scene_soft_checks.hpp"
 
 namespace tandem {
@@ -204,22 +204,6 @@ void complete_tools(wire::Scene& scene, const SceneField& file) {
   }
 }
 
-/// The ranges are those of the wire, so that a scene's clients accept what its server does.
-void complete_coupling(wire::Scene& scene, const SceneField& file) {
-  wire::Coupling& coupling = *scene.mutable_coupling();
-  const CouplingParameters fallback;
-  if (coupling.law().empty()) coupling.set_law("spring-damper");
-  if (make_coupling_law(coupling.law(), fallback) == nullptr) {
-    file.in("coupling.law").refuse("is \"" + coupling.law() + "\"; it must be \"spring-damper\"");
-  }
-  for (const CouplingField& field : kCouplingFields) {
-    if (!(coupling.*field.has)()) (coupling.*field.set)(fallback.*field.value);
-    file.in(std::string(field.name))
-        .require_within((coupling.*field.get)(), field.low, field.high,
-                        "from " + number_text(field.low) + " to " + number_text(field.high));
-  }
-}
-
 void complete_molecular_field(wire::Scene& scene, const SceneField& field) {
   const auto has_molecule = [](const wire::Body& body) { return body.shapes(0).has_molecule(); };
   const bool is_needed = std::any_of(scene.bodies().begin(), scene.bodies().end(), has_molecule);
@@ -294,13 +278,14 @@ void complete_and_check(wire::Scene& scene, const SceneField& file) {
   }
   complete_bodies(scene, file);
   complete_tools(scene, file);
-  complete_coupling(scene, file);
+  complete_coupling(*scene.mutable_coupling(), file);
   complete_molecular_field(scene, file.in("molecular_field"));
   complete_limits(scene, file.in("limits"));
   file.in("gravity_m_per_s2").complete_vec3(*scene.mutable_gravity_m_per_s2(), Vec3(0, 0, -9.81), kMaxGravity_m_per_s2);
   if (!scene.has_step_rate_hz()) scene.set_step_rate_hz(1000);
   file.in("step_rate_hz").require_within(scene.step_rate_hz(), 60, 4000, "from 60 to 4000");
   complete_soft_bodies(scene, file);
+  complete_effects(scene, file);
 }
 
 }  // namespace tandem

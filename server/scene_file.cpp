@@ -8,7 +8,6 @@
 #include <stdexcept>
 
 #include "proto/control_framing.hpp"
-#include "proto/coupling_fields.hpp"
 #include "proto/placement.hpp"
 #include "server/scene_checks.hpp"
 #include "server/soft_scene.hpp"
@@ -52,6 +51,7 @@ wire::Scene parse(const std::string& json, const SceneField& file) {
   if (status.ok()) return scene;
   const std::string message(status.message());
   if (const std::string field = unknown_field(message); !field.empty()) {
+    if (const std::string text = unknown_effect_field_remedy(field); !text.empty()) file.in(field).refuse(text);
     file.in(field).refuse("is not a field of a scene; see proto/tandem/scene.proto for those that are");
   }
   const std::size_t line = line_of_error(json, message);
@@ -100,10 +100,11 @@ class SceneBuilder {
     for (int i = 0; i < description.soft_bodies_size(); ++i) {
       add_soft_body(*description.mutable_soft_bodies(i), file_.in("soft_bodies", static_cast<std::size_t>(i)));
     }
-    set_coupling(description.coupling());
+    scene_->coupling = scene_coupling(description.coupling());
     if (description.has_molecular_field()) hide_directory(*description.mutable_molecular_field());
     scene_->assets = std::move(assets_.assets);
     scene_->notes = std::move(assets_.notes);
+    scene_->effects = effects_of(description);
     check_size();
     return scene_;
   }
@@ -213,10 +214,6 @@ class SceneBuilder {
     assets_.notes.push_back(soft_note(scene_->soft_bodies.back(), scene_->description));
   }
 
-  void set_coupling(const wire::Coupling& coupling) {
-    for (const CouplingField& field : kCouplingFields) scene_->coupling.*field.value = (coupling.*field.get)();
-  }
-
   /// Paths of the server are not the clients' business.
   static void hide_directory(wire::MolecularField& field) {
     field.set_force_field_directory(std::filesystem::path(field.force_field_directory()).filename().string());
@@ -238,6 +235,11 @@ class SceneBuilder {
 };
 
 }  // namespace
+
+MovedMass moved_mass(const LoadedScene& scene, std::size_t tool, std::optional<std::size_t> held) noexcept {
+  const MassProperties& mass = held ? scene.bodies[*held].mass : scene.tools[tool].mass;
+  return {mass.mass_kg, mass.principal_inertia_kg_m2.mean(), held.has_value()};
+}
 
 std::shared_ptr<const LoadedScene> load_scene_text(const std::string& json, const std::string& origin,
                                                    const std::filesystem::path& directory,

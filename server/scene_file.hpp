@@ -7,13 +7,14 @@
 #include <string>
 #include <vector>
 
-#include "common/coupling.hpp"
 #include "common/molecule/molecule.hpp"
 #include "common/spatial.hpp"
 #include "common/workspace.hpp"
 #include "server/contact_library.hpp"
 #include "server/mass_properties.hpp"
 #include "server/scene_assets.hpp"
+#include "server/scene_coupling.hpp"
+#include "server/scene_effects.hpp"
 #include "server/scene_field.hpp"
 #include "server/soft_model.hpp"
 #include "server/touch_model.hpp"
@@ -50,7 +51,8 @@ struct LoadedScene {
   std::vector<LoadedBody> bodies;
   std::vector<LoadedTool> tools;
   std::vector<SoftModel> soft_bodies;  ///< parallel to description.soft_bodies()
-  CouplingParameters coupling;
+  SceneCoupling coupling;
+  std::vector<SceneEffect> effects;
   std::vector<Asset> assets;
   std::vector<std::string> notes;  ///< for people: e.g. atoms whose type was guessed, triangles read
 };
@@ -58,6 +60,9 @@ struct LoadedScene {
 /// A tool's inertia is at least that of its mass at this distance: it stands for a pen-like thing of 5 cm
 /// (length/√12), not for the small tip that collides, whose inertia no coupling of useful stiffness could turn stably.
 inline constexpr double kToolGyrationRadius_m = 0.015;
+
+/// What the coupling of tool `tool` moves while it holds body `held`, or nothing.
+MovedMass moved_mass(const LoadedScene& scene, std::size_t tool, std::optional<std::size_t> held) noexcept;
 
 /// Loads, completes and checks a scene file.
 /// Fails   SceneError; nothing is skipped silently

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "proto/coupling_fields.hpp"
 #include "server/user_name.hpp"
 
 namespace tandem {
@@ -85,8 +84,9 @@ wire::ServerControl joined_answer(std::uint32_t request, const RoomSeats& seats,
   joined.set_user(seat.user.value);
   joined.set_role(wire_role(seat.role));
   *joined.mutable_scene() = scene.description;
+  const CouplingParameters coupling = seats.coupling_in_force(seat);
   for (const CouplingField& field : kCouplingFields) {
-    (joined.mutable_scene()->mutable_coupling()->*field.set)(seats.coupling().*field.value);
+    (joined.mutable_scene()->mutable_coupling()->*field.set)(coupling.*field.value);
   }
   joined.set_tool(seat.tool);
   for (const Asset& asset : scene.assets) fill(asset, *joined.add_assets());
@@ -94,7 +94,7 @@ wire::ServerControl joined_answer(std::uint32_t request, const RoomSeats& seats,
 }
 
 std::size_t joined_answer_bound(const LoadedScene& scene) {
-  // The coupling's six doubles and a user's numbers, rounded up.
+  // A user's numbers, and coefficients that are zero in the description, rounded up.
   constexpr std::size_t kBesides = 256;
   wire::Joined joined;
   *joined.mutable_scene() = scene.description;
@@ -129,6 +129,13 @@ wire::ServerControl grab_answer(const RoomEvent& event) {
     answer.mutable_released()->set_body(event.body.value);
   }
   return answer;
+}
+
+wire::ServerControl parameter_set(const CouplingField& field, const CouplingParameters& in_force) {
+  wire::ServerControl message;
+  message.mutable_parameter_set()->set_name(std::string(field.name));
+  message.mutable_parameter_set()->set_value(in_force.*field.value);
+  return message;
 }
 
 wire::ServerControl asset_answer(std::uint32_t request, const wire::GetAsset& wanted, const LoadedScene& scene) {

@@ -83,6 +83,7 @@ struct SessionHub::Impl {
   RoomSeats* find_room(const std::string& name);
   void grab_or_release(Connection& connection, const wire::ClientControl& message);
   void set_parameter(Connection& connection, const wire::ClientControl& message);
+  void tell_parameter(const Connection& setter, std::uint32_t request, const CouplingField& field);
 
   DropReason take_datagram(std::span<const std::byte> datagram, LocalTime now,
                            const std::function<bool(ConnectionHandle)>& may_belong_to, ConnectionHandle& accepted);
@@ -90,6 +91,7 @@ struct SessionHub::Impl {
   void send_newest_update(Connection& connection, LocalTime now);
   void send_state(Connection& connection);
   void deliver_events(RoomSeats& seats);
+  void deliver(Connection& connection, const RoomEvent& event);
   void end_overdue(Connection& connection, LocalTime now);
 
   void send(Connection& connection, const wire::ServerControl& message);
@@ -325,14 +327,23 @@ void SessionHub::Impl::set_parameter(Connection& connection, const wire::ClientC
     send(connection, error_answer(message.request(), wire::ERROR_BAD_VALUE,
                                   std::string(field->name) + " must be " + std::to_string(field->low) + " to " +
                                       std::to_string(field->high)));
+  } else if (is_chosen_by_law(connection.seats->room().scene().coupling, *field)) {
+    send(connection,
+         error_answer(message.request(), wire::ERROR_NOT_ALLOWED,
+                      std::string(field->name) + " follows what a tool moves: the scene's law is adaptive"));
   } else {
     connection.seats->set_coupling(connection.seat, parameters);
-    wire::ServerControl answer;
-    answer.mutable_parameter_set()->set_name(wanted.name());
-    answer.mutable_parameter_set()->set_value(wanted.value());
-    broadcast(*connection.seats, answer, &connection);
-    answer.set_request(message.request());
-    send(connection, answer);
+    tell_parameter(connection, message.request(), *field);
+  }
+}
+
+/// Each the value for the own tool.
+void SessionHub::Impl::tell_parameter(const Connection& setter, std::uint32_t request, const CouplingField& field) {
+  for (const auto& [handle, member] : connections) {
+    if (member->state != ConnectionState::kActive || member->seats != setter.seats) continue;
+    wire::ServerControl answer = parameter_set(field, setter.seats->coupling_in_force(member->seat));
+    if (member.get() == &setter) answer.set_request(request);
+    send(*member, answer);
   }
 }
 
@@ -422,8 +433,22 @@ void SessionHub::Impl::deliver_events(RoomSeats& seats) {
   while (seats.room().next_event(event)) {
     for (const auto& [handle, connection] : connections) {
       if (connection->state != ConnectionState::kActive || connection->seats != &seats) continue;
-      if (connection->seat.user == event.user) send(*connection, grab_answer(event));
+      if (connection->seat.user == event.user) deliver(*connection, event);
     }
+  }
+}
+
+/// With what it changes of the coupling.
+void SessionHub::Impl::deliver(Connection& connection, const RoomEvent& event) {
+  RoomSeats& seats = *connection.seats;
+  const Seat seat = connection.seat;
+  const CouplingParameters before = seats.coupling_in_force(seat);
+  seats.on_event(event);
+  const CouplingParameters after = seats.coupling_in_force(seat);
+  send(connection, grab_answer(event));
+  for (const CouplingField& field : kCouplingFields) {
+    if (connection.state != ConnectionState::kActive) return;
+    if (before.*field.value != after.*field.value) send(connection, parameter_set(field, after));
   }
 }
 

@@ -4,13 +4,14 @@
 
 namespace tandem {
 
-void ToolHand::set_coupling(const CouplingParameters& coupling) noexcept {
-  coupling_ = coupling;
-  law_->set_parameters(coupling);
+void ToolHand::advance(double step_s) noexcept {
+  if (ramp_.advance(step_s)) law_->set_parameters(ramp_.now());
 }
 
-void ToolHand::reset() noexcept {
+void ToolHand::reset(const CouplingParameters& coupling) noexcept {
   let_go();
+  ramp_.jump_to(coupling);
+  law_->set_parameters(coupling);
   energy_into_world_j_ = 0;
   energy_from_world_j_ = 0;
 }
@@ -33,10 +34,12 @@ void ToolHand::let_go() noexcept {
 }
 
 bool ToolHand::is_saturated() const noexcept {
-  // The law clamps to the limit up to rounding.
+  // A bent force never quite reaches its limit, and without a bend it does so up to rounding.
   constexpr double kAtLimit = 1 - 1e-9;
-  return pulls() && (wrench_on_tool_W_.f.norm() >= kAtLimit * coupling_.force_limit_n ||
-                     wrench_on_tool_W_.t.norm() >= kAtLimit * coupling_.torque_limit_n_m);
+  const CouplingParameters& c = ramp_.now();
+  const double share = kAtLimit * (1 - c.saturation_softness / 2);
+  return pulls() && (wrench_on_tool_W_.f.norm() >= share * c.force_limit_n ||
+                     wrench_on_tool_W_.t.norm() >= share * c.torque_limit_n_m);
 }
 
 void ToolHand::settle(const Pose& X_WT_before, const RigidState& tool, const Wrench& on_tool_W) noexcept {

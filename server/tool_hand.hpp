@@ -5,7 +5,8 @@
 #include <string_view>
 
 #include "common/contact/contact_solver.hpp"
-#include "common/coupling.hpp"
+#include "common/coupling/coupling_ramp.hpp"
+#include "common/coupling/laws.hpp"
 #include "proto/state.hpp"
 
 namespace tandem {
@@ -19,11 +20,13 @@ class ToolHand {
  public:
   /// In      law  a name that make_coupling_law() knows
   ToolHand(std::string_view law, const CouplingParameters& coupling)
-      : law_(make_coupling_law(law, coupling)), coupling_(coupling) {}
+      : law_(make_coupling_law(law, coupling)), ramp_(coupling) {}
 
-  void set_coupling(const CouplingParameters& coupling) noexcept;
-  /// A new user: no handle, empty account.
-  void reset() noexcept;
+  /// Moves there (CouplingRamp), with advance().
+  void set_coupling(const CouplingParameters& coupling) noexcept { ramp_.go_to(coupling); }
+  void advance(double step_s) noexcept;
+  /// A new user, with this coupling at once: no handle, empty account.
+  void reset(const CouplingParameters& coupling) noexcept;
   void set_handle(const RigidState& handle) noexcept;
   /// Pulls to where the tool is now, at rest, until the next handle.
   void anchor_at(const Pose& X_WT) noexcept;
@@ -32,6 +35,12 @@ class ToolHand {
 
   bool has_handle() const { return source_ == Source::kHandle; }
   bool pulls() const { return source_ != Source::kNone; }
+  /// What the law makes of a tool that holds nothing.
+  ToolDynamics dynamics() const { return law_->tool_dynamics(); }
+  /// In force now.
+  const CouplingParameters& parameters() const { return ramp_.now(); }
+  /// Where the tool is pulled to. Only while it pulls.
+  const Pose& target_pose() const { return target_.X; }
 
   /// What the solver needs to know of the pull on `body`, the tool being at `X_WT` now. Only while it pulls.
   SolverCoupling coupling(int body, const Pose& X_WT) const noexcept {
@@ -39,7 +48,7 @@ class ToolHand {
   }
   /// After a step in which the tool came from `X_WT_before` and the coupling did `on_tool_W`, about the tool's origin.
   void settle(const Pose& X_WT_before, const RigidState& tool, const Wrench& on_tool_W) noexcept;
-  /// The last step's coupling reached its force or torque limit.
+  /// The last step's force or torque was at its limit: past half of the bend that saturation makes.
   bool is_saturated() const noexcept;
 
   /// Of the last step, about the handle (reaction_on_hand()). Zero without a handle.
@@ -51,7 +60,7 @@ class ToolHand {
   enum class Source { kNone, kHandle, kAnchor };
 
   std::unique_ptr<CouplingLaw> law_;
-  CouplingParameters coupling_;
+  CouplingRamp ramp_;
   Source source_ = Source::kNone;
   RigidState target_;
   Wrench wrench_on_tool_W_;

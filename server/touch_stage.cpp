@@ -5,6 +5,7 @@
 #include <tuple>
 
 #include "common/contact/shape_distance.hpp"
+#include "common/coupling/saturation.hpp"
 
 namespace tandem {
 namespace {
@@ -28,6 +29,21 @@ bool limit_motion(Twist& V_WC, double radius_m, const TouchStage::Limits& limits
   return true;
 }
 
+/// Inertia that stands for none: what it resists within a step is this part of what the coupling's spring does, so that
+/// the tool ends where it would without, to as many parts. Ours; the matrix of the solver stays that well conditioned.
+constexpr double kInertiaOfNone = 1e-4;
+/// With a spring of zero. A step of 1 mm then takes 1e-6 N at 1 kHz.
+constexpr double kMassOfNone_kg = 1e-9;
+/// Its turning mass is at this distance, at least; as kToolGyrationRadius_m.
+constexpr double kGyrationOfNone_m = 0.015;
+
+/// What takes a thing from where it is to where the hand wants the tool T, within a step.
+Twist twist_to_handle(const Pose& X_WH, const Pose& X_WT, const Vec3& p_WC, double step_s) {
+  const Vec3 turn = rotation_vector(X_WH.q * X_WT.q.conjugate());
+  const Vec3 p_WC_then = X_WH.p - quaternion_of(turn) * (X_WT.p - p_WC);
+  return {(p_WC_then - p_WC) / step_s, turn / step_s};
+}
+
 double in_a_row(double stiffness_a, double stiffness_b) {
   return stiffness_a * stiffness_b / (stiffness_a + stiffness_b);
 }
@@ -38,6 +54,7 @@ TouchStage::TouchStage(const Limits& limits)
     : limits_(limits),
       felt_(limits.things),
       gained_(limits.things),
+      leads_(limits.things),
       reach_m_(limits.things),
       body_of_thing_(limits.things, kStaticBody),
       results_(limits.pairs),
@@ -55,8 +72,9 @@ TouchStage::TouchStage(const Limits& limits)
 }
 
 TickFaults TouchStage::step(double step_s, std::span<TouchThing> things, std::span<TouchPull> pulls) noexcept {
+  TickFaults faults = follow_hands(step_s, things, pulls);
   predict_reach(step_s, things, pulls);
-  TickFaults faults = find_near(things);
+  faults |= find_near(things);
   faults |= choose_nearest();
   bind_slots(things);
   bodies_.clear();
@@ -69,8 +87,38 @@ TickFaults TouchStage::step(double step_s, std::span<TouchThing> things, std::sp
     if (things[i].role == TouchThing::Role::kOurs) add_body(things, i);
   }
   faults |= find_contacts(things);
-  faults |= solve(step_s, pulls);
+  faults |= solve(step_s, things, pulls);
   faults |= write_back(step_s, things);
+  return faults;
+}
+
+/// A thing at the handle is slowed before it moves, so that its contacts are those of where it gets.
+TickFaults TouchStage::follow_hands(double step_s, std::span<const TouchThing> things,
+                                    std::span<const TouchPull> pulls) noexcept {
+  TickFaults faults = 0;
+  std::fill(leads_.begin(), leads_.end(), Lead{0, {Vec3::Zero(), Vec3::Zero()}, 0, 0, 0});
+  for (const TouchPull& pull : pulls) ++leads_[pull.thing].hands;
+  for (const TouchPull& pull : pulls) {
+    const TouchThing& thing = things[pull.thing];
+    Lead& lead = leads_[pull.thing];
+    const Twist V_WC = twist_to_handle(pull.hand->target_pose(), pull.X_WT, thing.rigid->centre_W(), step_s);
+    // Of several hands the middle.
+    lead.V_WC.v += V_WC.v / lead.hands;
+    lead.V_WC.w += V_WC.w / lead.hands;
+    // Beside what holds it back, a massless tool slides as far as it was off the handle: its spring gets no longer.
+    lead.reach_m += 2 * step_s * (V_WC.v.norm() + 2 * thing.model->radius_m * V_WC.w.norm());
+    const CouplingParameters& spring = pull.hand->parameters();
+    lead.mass_kg += kInertiaOfNone * spring.stiffness_n_per_m * step_s * step_s;
+    lead.inertia_kg_m2 += kInertiaOfNone * spring.stiffness_n_m_per_rad * step_s * step_s;
+  }
+  for (std::size_t i = 0; i < things.size(); ++i) {
+    Lead& lead = leads_[i];
+    if (things[i].role != TouchThing::Role::kOurs) continue;
+    const bool is_slowed = limit_motion(lead.V_WC, 2 * things[i].model->radius_m, limits_);
+    if (is_slowed && things[i].dynamics == ToolDynamics::kAtHandle) faults |= kFaultSpeedLimited;
+    lead.mass_kg = std::max(lead.mass_kg, kMassOfNone_kg);
+    lead.inertia_kg_m2 = std::max(lead.inertia_kg_m2, lead.mass_kg * kGyrationOfNone_m * kGyrationOfNone_m);
+  }
   return faults;
 }
 
@@ -85,6 +133,7 @@ void TouchStage::predict_reach(double step_s, std::span<const TouchThing> things
     gained_[thing].w += step_s * rigid.inertia_W().inverse() * about_centre_W.t;
   };
   for (const TouchPull& pull : pulls) {
+    if (things[pull.thing].dynamics != ToolDynamics::kWithMass) continue;
     const RigidBody& rigid = *things[pull.thing].rigid;
     const SolverCoupling coupling = pull.hand->coupling(0, pull.X_WT);
     const Twist V_WT{rigid.velocity_at_W(pull.X_WT.p), rigid.velocity_of_centre_W().w};
@@ -93,6 +142,12 @@ void TouchStage::predict_reach(double step_s, std::span<const TouchThing> things
   }
   for (std::size_t i = 0; i < things.size(); ++i) {
     if (things[i].role != TouchThing::Role::kOurs && things[i].role != TouchThing::Role::kGuest) continue;
+    if (things[i].dynamics != ToolDynamics::kWithMass) {
+      // What pushes from outside stretches the spring.
+      const double given_m = 2 * kInertiaOfNone * step_s * step_s * things[i].wrench_W.f.norm() / leads_[i].mass_kg;
+      reach_m_[i] = std::min(leads_[i].reach_m + given_m, step_s * limits_.speed_m_per_s);
+      continue;
+    }
     gain(i, things[i].wrench_W);
     const Twist V = things[i].rigid->velocity_of_centre_W();
     // What it gains may as well be stopped before: the faster of both.
@@ -189,8 +244,18 @@ void TouchStage::add_body(std::span<const TouchThing> things, std::size_t thing)
   const RigidBody& rigid = *things[thing].rigid;
   body_of_thing_[thing] = static_cast<int>(bodies_.size());
   thing_of_body_.push_back(thing);
-  bodies_.push_back({rigid.mass().mass_kg, rigid.inertia_W(), rigid.centre_W(), rigid.velocity_of_centre_W(),
-                     things[thing].wrench_W});
+  SolverBody body{rigid.mass().mass_kg, rigid.inertia_W(), rigid.centre_W(), rigid.velocity_of_centre_W(),
+                  things[thing].wrench_W};
+  const Lead& lead = leads_[thing];
+  if (things[thing].dynamics == ToolDynamics::kMassless) {
+    body.mass_kg = lead.mass_kg;
+    body.inertia_W = lead.inertia_kg_m2 * Eigen::Matrix3d::Identity();
+    body.V_WC = {Vec3::Zero(), Vec3::Zero()};
+  } else if (things[thing].dynamics == ToolDynamics::kAtHandle) {
+    body.V_WC = lead.V_WC;
+    body.is_prescribed = true;
+  }
+  bodies_.push_back(body);
 }
 
 TickFaults TouchStage::find_contacts(std::span<const TouchThing> things) noexcept {
@@ -225,20 +290,58 @@ void TouchStage::add_patch(std::span<const TouchThing> things, const Near& near)
   patch_slots_.push_back(near.slot);
 }
 
-TickFaults TouchStage::solve(double step_s, std::span<TouchPull> pulls) noexcept {
+TickFaults TouchStage::solve(double step_s, std::span<const TouchThing> things, std::span<TouchPull> pulls) noexcept {
   couplings_.clear();
   for (const TouchPull& pull : pulls) {
+    if (things[pull.thing].dynamics == ToolDynamics::kAtHandle) continue;
     couplings_.push_back(pull.hand->coupling(body_of_thing_[pull.thing], pull.X_WT));
   }
-  const std::span wrenches(tool_wrenches_.data(), pulls.size());
+  const std::span wrenches(tool_wrenches_.data(), couplings_.size());
   const std::span results(results_.data(), patches_.size());
   const SolverReport report = solver_.step(step_s, bodies_, couplings_, patches_, results, wrenches);
-  for (std::size_t i = 0; i < pulls.size(); ++i) pulls[i].wrench_W = wrenches[i];
+  feel();
+  std::size_t next = 0;
+  for (TouchPull& pull : pulls) {
+    if (things[pull.thing].dynamics != ToolDynamics::kAtHandle) pull.wrench_W = wrenches[next++];
+  }
+  show_contacts(step_s, things, pulls);
   TickFaults faults = 0;
   if (!report.has_converged) faults |= kFaultContactUnsolved;
   if (report.left_out > report.ill_formed) faults |= kFaultContactCoarse;
   if (report.ill_formed > 0) faults |= kFaultNotFinite;
   return faults;
+}
+
+void TouchStage::feel() noexcept {
+  for (std::size_t i = 0; i < patches_.size(); ++i) {
+    const auto add = [&](std::size_t thing, const Wrench& wrench) {
+      felt_[thing].pressing += results_[i].pressing;
+      felt_[thing].deepest_m = std::max(felt_[thing].deepest_m, results_[i].deepest_m);
+      felt_[thing].wrench_W += wrench;
+    };
+    add(patch_slots_[i]->key.thing_a, results_[i].on_a_W);
+    add(patch_slots_[i]->key.thing_b, -results_[i].on_a_W);
+    patch_slots_[i]->deepest_m = results_[i].deepest_m;
+  }
+}
+
+/// The hand carries what bears on a thing that is where the hand is, within the limits of its coupling.
+void TouchStage::show_contacts(double step_s, std::span<const TouchThing> things,
+                               std::span<TouchPull> pulls) const noexcept {
+  for (TouchPull& pull : pulls) {
+    const TouchThing& thing = things[pull.thing];
+    if (thing.dynamics != ToolDynamics::kAtHandle) continue;
+    const Lead& lead = leads_[pull.thing];
+    const Vec3 p_WC = thing.rigid->centre_W();
+    const Vec3 lever_W = quaternion_of(lead.V_WC.w * step_s) * (pull.X_WT.p - p_WC);
+    const Vec3 p_WT = p_WC + step_s * lead.V_WC.v + lever_W;
+    const Wrench& contact = felt_[pull.thing].wrench_W;
+    const Vec3 force = contact.f + thing.wrench_W.f;
+    const Vec3 torque = contact.t - p_WT.cross(contact.f) + thing.wrench_W.t - lever_W.cross(thing.wrench_W.f);
+    const CouplingParameters& c = pull.hand->parameters();
+    pull.wrench_W = {saturated(Vec3(-force / lead.hands), c.force_limit_n, c.saturation_softness),
+                     saturated(Vec3(-torque / lead.hands), c.torque_limit_n_m, c.saturation_softness)};
+  }
 }
 
 /// From led things outwards, until nothing is added: chains are short.
@@ -262,27 +365,36 @@ void TouchStage::find_reached(std::span<const TouchThing> things) noexcept {
 
 TickFaults TouchStage::write_back(double step_s, std::span<TouchThing> things) noexcept {
   TickFaults faults = 0;
-  for (std::size_t i = 0; i < patches_.size(); ++i) {
-    const auto feel = [&](std::size_t thing, const Wrench& wrench) {
-      felt_[thing].pressing += results_[i].pressing;
-      felt_[thing].deepest_m = std::max(felt_[thing].deepest_m, results_[i].deepest_m);
-      felt_[thing].wrench_W += wrench;
-    };
-    feel(patch_slots_[i]->key.thing_a, results_[i].on_a_W);
-    feel(patch_slots_[i]->key.thing_b, -results_[i].on_a_W);
-    patch_slots_[i]->deepest_m = results_[i].deepest_m;
-  }
   find_reached(things);
   for (std::size_t i = 0; i < bodies_.size(); ++i) {
     TouchThing& thing = things[thing_of_body_[i]];
     if (thing.role == TouchThing::Role::kOurs) {
       if (limit_motion(bodies_[i].V_WC, 2 * thing.model->radius_m, limits_)) faults |= kFaultSpeedLimited;
       thing.rigid->advance(bodies_[i].V_WC, step_s);
+      if (thing.dynamics == ToolDynamics::kMassless) thing.rigid->set_state({thing.rigid->state().X, Twist{}});
     } else {
       thing.rigid->apply_wrench(felt_[thing_of_body_[i]].wrench_W, Vec3::Zero());
     }
   }
   return faults;
+}
+
+TouchBetween TouchStage::between(std::size_t thing, std::size_t other) const noexcept {
+  TouchBetween sum;
+  for (std::size_t i = 0; i < patches_.size(); ++i) {
+    const Key& key = patch_slots_[i]->key;
+    const bool is_first = key.thing_a == thing && key.thing_b == other;
+    if (!is_first && (key.thing_a != other || key.thing_b != thing)) continue;
+    sum.normal_force_n += results_[i].normal_force_n;
+    for (const ContactPoint& contact : patches_[i].contacts) {
+      // As the pressure is: by depth and area.
+      const double weight = std::max(0.0, contact.depth_m) * contact.area_m2;
+      sum.normal_W += (is_first ? weight : -weight) * contact.normal_W;
+    }
+  }
+  const double length = sum.normal_W.norm();
+  if (length > 0) sum.normal_W /= length;
+  return sum;
 }
 
 }  // namespace tandem

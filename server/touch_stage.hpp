@@ -25,12 +25,16 @@ struct TouchThing {
   RigidBody* rigid = nullptr;
   const TouchModel* model = nullptr;
   Role role = Role::kAbsent;
-  bool is_led = false;                        ///< a tool, or held by one
+  bool is_led = false;  ///< a tool, or held by one
+  /// Of ours only. kMassless: moves to where its coupling, contacts and wrench_W balance, and has no velocity after.
+  /// kAtHandle: is taken to where its pulls say, each of which is shown an equal share of what bears on it.
+  ToolDynamics dynamics = ToolDynamics::kWithMass;
   Wrench wrench_W;                            ///< weight and fields, about the centre of mass
   std::optional<std::size_t> passes_through;  ///< a thing that it does not touch
 };
 
-/// One tool's coupling; `wrench_W` is the answer: on the tool, about its origin at the end of the step.
+/// One tool's coupling; `wrench_W` is the answer: what the hand does to the tool, about the tool's origin at the end of
+/// the step.
 struct TouchPull {
   std::size_t thing = 0;
   const ToolHand* hand = nullptr;
@@ -44,6 +48,12 @@ struct TouchContact {
   double deepest_m = 0;
   bool is_reached = false;  ///< a led thing, or pressed by one, directly or through others
   Wrench wrench_W;          ///< of all contacts on it, about the origin of W
+};
+
+/// How two things pressed on each other in the last step.
+struct TouchBetween {
+  double normal_force_n = 0;     ///< sum of the magnitudes
+  Vec3 normal_W = Vec3::Zero();  ///< mean, unit, out of the second thing; zero: no contact
 };
 
 /// Contact and coupling of one step.
@@ -66,6 +76,8 @@ class TouchStage {
 
   /// Of a thing of ours in the last step.
   const TouchContact& contact(std::size_t thing) const { return felt_[thing]; }
+  /// Of `thing` on `other` in the last step. Cost: the pairs that were near.
+  TouchBetween between(std::size_t thing, std::size_t other) const noexcept;
 
  private:
   /// Which shape of which thing.
@@ -89,6 +101,16 @@ class TouchStage {
     double deepest_m() const { return slot == nullptr ? 0 : slot->deepest_m; }
   };
 
+  /// How pulls move a thing whose mass does not matter.
+  struct Lead {
+    int hands = 0;
+    Twist V_WC;                ///< of a thing at the handle
+    double mass_kg = 0;        ///< stands for none, of a massless one
+    double inertia_kg_m2 = 0;  ///< likewise
+    double reach_m = 0;
+  };
+
+  TickFaults follow_hands(double step_s, std::span<const TouchThing> things, std::span<const TouchPull> pulls) noexcept;
   void predict_reach(double step_s, std::span<const TouchThing> things, std::span<const TouchPull> pulls) noexcept;
   TickFaults find_near(std::span<const TouchThing> things) noexcept;
   bool add_near(std::span<const TouchThing> things, std::size_t a, std::size_t b, double band_m) noexcept;
@@ -98,7 +120,9 @@ class TouchStage {
   TickFaults find_contacts(std::span<const TouchThing> things) noexcept;
   void add_body(std::span<const TouchThing> things, std::size_t thing) noexcept;
   void add_patch(std::span<const TouchThing> things, const Near& near) noexcept;
-  TickFaults solve(double step_s, std::span<TouchPull> pulls) noexcept;
+  TickFaults solve(double step_s, std::span<const TouchThing> things, std::span<TouchPull> pulls) noexcept;
+  void feel() noexcept;
+  void show_contacts(double step_s, std::span<const TouchThing> things, std::span<TouchPull> pulls) const noexcept;
   TickFaults write_back(double step_s, std::span<TouchThing> things) noexcept;
 
   Limits limits_;
@@ -106,6 +130,7 @@ class TouchStage {
   std::vector<Near> near_;
   std::vector<TouchContact> felt_;
   std::vector<Twist> gained_;       ///< by couplings, weight and fields in this step, of each thing
+  std::vector<Lead> leads_;         ///< of each thing
   std::vector<double> reach_m_;     ///< how far each thing may get in this step
   std::vector<int> body_of_thing_;  ///< index of the solver's body, or kStaticBody
   std::vector<std::size_t> thing_of_body_;

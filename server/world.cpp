@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "server/bullet_world.hpp"
+#include "server/effect_stage.hpp"
 #include "server/molecular_forces.hpp"
 #include "server/soft_scene.hpp"
 #include "server/soft_world.hpp"
@@ -25,13 +26,6 @@ constexpr double kPressedDepth_m = 2e-4;
 
 Vec3 gravity_of(const wire::Scene& scene) {
   return {scene.gravity_m_per_s2(0), scene.gravity_m_per_s2(1), scene.gravity_m_per_s2(2)};
-}
-
-bool is_usable(const CouplingParameters& coupling) {
-  const double values[] = {coupling.stiffness_n_per_m,     coupling.damping_n_s_per_m, coupling.stiffness_n_m_per_rad,
-                           coupling.damping_n_m_s_per_rad, coupling.force_limit_n,     coupling.torque_limit_n_m};
-  return std::all_of(std::begin(values), std::end(values),
-                     [](double value) { return std::isfinite(value) && value >= 0; });
 }
 
 RigidBody make_body(const wire::Body& description, const LoadedBody& loaded) {
@@ -75,6 +69,7 @@ struct Tool {
   std::optional<std::size_t> passes_through;  ///< body that was released with the tool inside
 
   bool is_free() const { return is_active && !held; }
+  bool has_mass() const { return hand.dynamics() == ToolDynamics::kWithMass; }
 };
 
 TouchStage::Limits touch_limits(const LoadedScene& scene) {
@@ -97,11 +92,13 @@ struct World::Impl {
   void attach(Tool& tool, std::size_t body, const Pose& X_BT);
   void detach(Tool& tool);
   double distance_m(const Tool& tool, std::size_t body, double limit_m) const;
+  CouplingParameters coupling_of(const Tool& tool) const;
 
   TickFaults apply_field() noexcept;
-  void damp() noexcept;
+  void damp_and_ramp() noexcept;
   void describe_things() noexcept;
   void add_soft_wrenches() noexcept;
+  void add_effects() noexcept;
   TickFaults step_soft() noexcept;
   std::size_t soft_index_of(std::size_t thing) const;
   TickFaults step_touch() noexcept;
@@ -127,15 +124,19 @@ struct World::Impl {
   std::vector<SoftTool> soft_tools;  ///< tools, then bodies
   TouchStage touch;
   std::unique_ptr<SoftWorld> soft;  ///< null without soft bodies
+  EffectStage effects;
+  std::vector<EffectTool> effect_tools;  ///< scratch of add_effects()
+  std::uint64_t steps_done = 0;
   BulletWorld bullet;
 };
 
 World::Impl::Impl(std::shared_ptr<const LoadedScene> loaded, SoftStepping soft_stepping)
     : scene(std::move(loaded)),
       gravity(gravity_of(scene->description)),
-      coupling(scene->coupling),
+      coupling(scene->coupling.parameters),
       field(*scene),
       touch(touch_limits(*scene)),
+      effects(scene->effects, scene->bodies.size() + scene->tools.size(), scene->tools.size()),
       bullet(gravity) {
   const wire::Scene& description = scene->description;
   for (int i = 0; i < description.bodies_size(); ++i) {
@@ -160,6 +161,7 @@ World::Impl::Impl(std::shared_ptr<const LoadedScene> loaded, SoftStepping soft_s
   things.resize(bodies.size() + tools.size());
   pulls.reserve(tools.size());
   pulling.reserve(tools.size());
+  effect_tools.reserve(tools.size());
   soft_tools.resize(things.size());
   if (!scene->soft_bodies.empty()) {
     const bool is_inline = soft_stepping == SoftStepping::kInline;
@@ -186,6 +188,7 @@ void World::Impl::attach(Tool& tool, std::size_t index, const Pose& X_BT) {
   tool.passes_through.reset();
   tool.held = index;
   tool.X_BT = X_BT;
+  tool.hand.set_coupling(coupling_of(tool));
 }
 
 void World::Impl::detach(Tool& tool) {
@@ -197,6 +200,12 @@ void World::Impl::detach(Tool& tool) {
   const Pose X_WT = tool.rigid.state().X, X_WB = body.rigid.state().X;
   if (overlaps(*tool.touch, X_WT, *body.touch, X_WB, kPressedDepth_m)) tool.passes_through = tool.held;
   tool.held.reset();
+  tool.hand.set_coupling(coupling_of(tool));
+}
+
+CouplingParameters World::Impl::coupling_of(const Tool& tool) const {
+  const auto index = static_cast<std::size_t>(&tool - tools.data());
+  return coupling_in_force(scene->coupling, coupling, moved_mass(*scene, index, tool.held));
 }
 
 /// To the body's surface; of a molecule, from the tool's origin to the nearest atom.
@@ -233,11 +242,12 @@ TickFaults World::Impl::apply_field() noexcept {
   return is_limited ? TickFaults{kFaultFieldLimited} : 0;
 }
 
-void World::Impl::damp() noexcept {
+void World::Impl::damp_and_ramp() noexcept {
   for (Body& body : bodies) {
     if (!body.rigid.is_static()) body.rigid.damp(step_s(), 0);
   }
   for (Tool& tool : tools) {
+    tool.hand.advance(step_s());
     if (tool.is_free() && !tool.hand.pulls()) tool.rigid.damp(step_s(), kIdleDamping_per_s);
   }
 }
@@ -248,7 +258,7 @@ void World::Impl::describe_things() noexcept {
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     Body& body = bodies[i];
     TouchThing& thing = things[i];
-    thing = {&body.rigid, body.touch, Role::kStatic, body.hands > 0, {}, {}};
+    thing = {&body.rigid, body.touch, Role::kStatic, body.hands > 0, ToolDynamics::kWithMass, {}, {}};
     if (body.rigid.is_static()) continue;
     thing.role = body.is_in_bullet() ? Role::kGuest : Role::kOurs;
     thing.wrench_W = body.rigid.weight_W(gravity);
@@ -258,8 +268,11 @@ void World::Impl::describe_things() noexcept {
   }
   for (std::size_t i = 0; i < tools.size(); ++i) {
     Tool& tool = tools[i];
-    things[bodies.size() + i] = {&tool.rigid, tool.touch, tool.is_free() ? Role::kOurs : Role::kAbsent,
-                                 true,        {},         tool.passes_through};
+    const Role role = tool.is_free() ? Role::kOurs : Role::kAbsent;
+    things[bodies.size() + i] = {&tool.rigid, tool.touch, role, true, tool.hand.dynamics(), {}, tool.passes_through};
+    // A body keeps its mass in a massless tool, but not its freedom in one that is at the handle.
+    if (tool.held && tool.hand.dynamics() == ToolDynamics::kAtHandle)
+      things[*tool.held].dynamics = tool.hand.dynamics();
   }
 }
 
@@ -281,6 +294,16 @@ void World::Impl::add_soft_wrenches() noexcept {
   }
 }
 
+/// On tools that a hand moves: one that floats would be blown away. `pulls` are those of this step.
+void World::Impl::add_effects() noexcept {
+  effect_tools.clear();
+  for (std::size_t i = 0; i < pulls.size(); ++i) effect_tools.push_back({pulling[i], pulls[i].thing, pulls[i].X_WT});
+  for (std::size_t i = 0; i < tools.size(); ++i) {
+    if (!tools[i].hand.pulls()) effects.forget(i);
+  }
+  effects.apply(static_cast<double>(steps_done) * step_s(), step_s(), things, effect_tools, touch);
+}
+
 TickFaults World::Impl::step_soft() noexcept {
   for (std::size_t i = 0; i < things.size(); ++i) {
     const TouchThing& thing = things[i];
@@ -299,6 +322,7 @@ TickFaults World::Impl::step_touch() noexcept {
     pulls.push_back({thing_of(tools[i]), &tools[i].hand, tool_state(tools[i]).X, {}});
     pulling.push_back(i);
   }
+  if (!effects.is_empty()) add_effects();
   return touch.step(step_s(), things, pulls);
 }
 
@@ -362,13 +386,13 @@ void World::activate_tool(std::size_t index) {
   Tool& tool = impl_->tools[index];
   if (tool.is_active) return;
   tool.is_active = true;
-  tool.hand.reset();
   tool.rigid.set_state(tool.start);
   const std::optional<std::size_t> held = impl_->scene->tools[index].holds_body;
-  if (!held) return;
+  if (!held) return tool.hand.reset(impl_->coupling_of(tool));
   Body& body = impl_->bodies[*held];
   if (body.hands == 0) body.rigid.set_state(body.start);
   impl_->attach(tool, *held, body.start.X.inverse() * tool.start.X);
+  tool.hand.reset(impl_->coupling_of(tool));
   tool.hand.anchor_at(impl_->tool_state(tool).X);
 }
 
@@ -378,6 +402,7 @@ void World::deactivate_tool(std::size_t index) {
   release(index);
   tool.passes_through.reset();
   tool.hand.let_go();
+  impl_->effects.forget(index);
   tool.is_active = false;
 }
 
@@ -430,12 +455,12 @@ void World::release(std::size_t index) {
 void World::set_coupling(const CouplingParameters& parameters) {
   if (!is_usable(parameters)) return;
   impl_->coupling = parameters;
-  for (Tool& tool : impl_->tools) tool.hand.set_coupling(parameters);
+  for (Tool& tool : impl_->tools) tool.hand.set_coupling(impl_->coupling_of(tool));
 }
 
 TickFaults World::step() noexcept {
   TickFaults faults = impl_->apply_field();
-  impl_->damp();
+  impl_->damp_and_ramp();
   faults |= impl_->step_touch();
   impl_->bullet.step(impl_->step_s());
   faults |= impl_->guard_all();
@@ -443,6 +468,7 @@ TickFaults World::step() noexcept {
   faults |= impl_->settle_hands();
   if (impl_->soft) faults |= impl_->step_soft();
   for (Tool& tool : impl_->tools) impl_->end_passing_through(tool);
+  ++impl_->steps_done;
   return faults;
 }
 
@@ -488,7 +514,7 @@ double World::mechanical_energy_j() const {
     if (!body.rigid.is_static()) energy += body.rigid.mechanical_energy_j(impl_->gravity);
   }
   for (const Tool& tool : impl_->tools) {
-    if (tool.is_free()) energy += tool.rigid.mechanical_energy_j(impl_->gravity);
+    if (tool.is_free() && tool.has_mass()) energy += tool.rigid.mechanical_energy_j(impl_->gravity);
   }
   return energy;
 }

@@ -33,10 +33,11 @@ struct TouchSummary {
 
 /// A scene in motion.
 ///
-/// Each tool is a rigid body without weight, pulled to its user's handle by the scene's coupling law. While a tool
-/// holds a body the two move as one: the coupling acts on the body, at the tool's place on it, and the tool neither
-/// collides nor adds mass. Several tools may hold the same body. A tool that is inside the body that it releases
-/// passes through it until they have come apart.
+/// Each tool is a rigid body without weight, pulled to its user's handle by the scene's coupling law; or, as the law
+/// has it, one without mass, that is where coupling and contact balance, or one that is where the handle is
+/// (ToolDynamics). While a tool holds a body the two move as one: the coupling acts on the body, at the tool's place on
+/// it, and the tool neither collides nor adds mass. Several tools may hold the same body. A tool that is inside the
+/// body that it releases passes through it until they have come apart.
 ///
 /// Tools, held bodies, and what these touch are stepped by the implicit solver of common/contact (touch_stage.hpp),
 /// with coupling, contact and friction in one solution: no tool is too light and no coupling or surface too stiff.
@@ -69,7 +70,8 @@ class World {
   GrabResult grab(std::size_t tool, BodyId body);
   void release(std::size_t tool);
 
-  /// Replaces the coupling coefficients from the next step on; ignored when one is negative or not finite.
+  /// Replaces the coupling's coefficients, by CouplingRamp from the next step on; what the law chooses itself for a
+  /// tool stays (coupling_in_force()). Ignored when one is negative or not finite.
   void set_coupling(const CouplingParameters& parameters);
 
   /// Advances by 1 / step_rate_hz seconds. No throw; faults are bits.

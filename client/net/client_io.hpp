@@ -15,6 +15,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "client/net/asio_client_transport.hpp"
 #include "client/session.hpp"
@@ -38,9 +39,10 @@ struct ClientIoSnapshot {
   Duration round_trip{0};
   Duration minimum_round_trip{0};
   LinkTraffic links;
-  std::uint64_t asset_bytes = 0;               ///< fetched and verified
-  std::shared_ptr<const wire::Joined> joined;  ///< from the last join; null before the first
-  std::string room;                            ///< joined; "" before the first welcome
+  std::uint64_t asset_bytes = 0;                    ///< fetched and verified
+  std::shared_ptr<const wire::Joined> joined;       ///< from the last join; null before the first
+  std::string room;                                 ///< joined; "" before the first welcome
+  std::vector<StabilityFinding> coupling_findings;  ///< of the coupling in force
 };
 
 class ClientIo {

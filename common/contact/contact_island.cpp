@@ -36,11 +36,6 @@ Twist twist_at(const IslandBody* body, const Vec3& about_W) {
   return {body->velocity.head<3>() + w.cross(about_W - body->p_WC), w};
 }
 
-Twist relative_twist(const IslandPatch& patch) {
-  const Twist of_a = twist_at(patch.a, patch.terms.about_W), of_b = twist_at(patch.b, patch.terms.about_W);
-  return {of_a.v - of_b.v, of_a.w - of_b.w};
-}
-
 /// About the body's centre, of a wrench about `about_W`.
 Vector6 at_centre(const IslandBody& body, const Wrench& wrench, const Vec3& about_W) {
   return (Vector6() << wrench.f, wrench.t + (about_W - body.p_WC).cross(wrench.f)).finished();
@@ -55,6 +50,11 @@ Matrix6 shift_to(const Vec3& about_W, const IslandBody& body) {
 }
 
 }  // namespace
+
+Twist relative_twist(const IslandPatch& patch) {
+  const Twist of_a = twist_at(patch.a, patch.terms.about_W), of_b = twist_at(patch.b, patch.terms.about_W);
+  return {of_a.v - of_b.v, of_a.w - of_b.w};
+}
 
 Vector6 IslandBody::momentum(const Vector6& v) const {
   return (Vector6() << mass_kg * v.head<3>(), inertia_W * v.tail<3>()).finished();
@@ -143,8 +143,8 @@ void ContactIsland::evaluate() noexcept {
   for (IslandPatch& patch : patches_) {
     const Vec3& about_W = patch.terms.about_W;
     patch.on_a_W = rows_.evaluate(patch.terms, relative_twist(patch), friction_);
-    if (patch.a != nullptr) patch.a->residual -= step_s_ * at_centre(*patch.a, patch.on_a_W, about_W);
-    if (patch.b != nullptr) patch.b->residual += step_s_ * at_centre(*patch.b, patch.on_a_W, about_W);
+    if (patch.moves_a()) patch.a->residual -= step_s_ * at_centre(*patch.a, patch.on_a_W, about_W);
+    if (patch.moves_b()) patch.b->residual += step_s_ * at_centre(*patch.b, patch.on_a_W, about_W);
   }
 }
 
@@ -163,14 +163,14 @@ void ContactIsland::assemble() noexcept {
 
 void ContactIsland::add_patch(const IslandPatch& patch) noexcept {
   const Matrix6 k = step_s_ * rows_.derivative(patch.terms);
-  if (patch.b == nullptr) {  // terms.about_W is the centre of the only body
+  if (!patch.moves_b()) {  // terms.about_W is the centre of the only body that moves
     system_.block(patch.a->row, patch.a->row) += k;
     return;
   }
   const Matrix6 shift_b = shift_to(patch.terms.about_W, *patch.b);
   const Matrix6 k_b = k * shift_b;
   system_.block(patch.b->row, patch.b->row).noalias() += shift_b.transpose() * k_b;
-  if (patch.a == nullptr) return;
+  if (!patch.moves_a()) return;
   const Matrix6 shift_a = shift_to(patch.terms.about_W, *patch.a);
   system_.block(patch.a->row, patch.a->row).noalias() += shift_a.transpose() * (k * shift_a);
   const Matrix6 a_b = shift_a.transpose() * k_b;

@@ -20,8 +20,9 @@ struct IslandBody {
   Vector6 residual = Vector6::Zero();  ///< M (V − V*) − h Σ wrenches
   double push_n = 0;                   ///< force from outside
   int island = 0;
-  std::size_t row = 0;  ///< in the system of the island
-  bool is_moving = false;
+  std::size_t row = 0;         ///< in the system of the island
+  bool is_moving = false;      ///< as the solution says
+  bool is_prescribed = false;  ///< as the caller says
 
   Vector6 momentum(const Vector6& v) const;
   /// Of the residual: twice the kinetic energy of the velocity that it would make.
@@ -38,7 +39,13 @@ struct IslandPatch {
   std::size_t index = 0;  ///< among the caller's patches
   Wrench on_a_W;          ///< about terms.about_W
   bool is_void = false;   ///< its forces are not to be used
+
+  bool moves_a() const { return a != nullptr && a->is_moving; }
+  bool moves_b() const { return b != nullptr && b->is_moving; }
 };
+
+/// Of A past B, at terms.about_W.
+Twist relative_twist(const IslandPatch& patch);
 
 struct IslandCoupling {
   CouplingTerm term;

@@ -3,11 +3,15 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "common/contact/contact_island.hpp"
 
 namespace tandem {
 namespace {
+
+/// Island of the contacts between bodies that do not yield.
+constexpr int kUnyielding = -1;
 
 bool is_usable(const SolverBody& body) {
   return std::isfinite(body.mass_kg) && body.mass_kg > 0 && body.inertia_W.allFinite() && is_finite(body.p_WC) &&
@@ -27,6 +31,13 @@ bool is_usable(const SolverCoupling& coupling) {
 /// Not moving when its numbers are of no body.
 IslandBody loaded(const SolverBody& in, double step_s) {
   IslandBody body;
+  if (in.is_prescribed) {
+    body.is_prescribed = is_finite(in.p_WC) && is_finite(in.V_WC);
+    if (!body.is_prescribed) return body;
+    body.p_WC = in.p_WC;
+    body.velocity << in.V_WC.v, in.V_WC.w;
+    return body;
+  }
   if (!is_usable(in)) return body;
   const Eigen::LLT<Eigen::Matrix3d> inertia(in.inertia_W);
   if (inertia.info() != Eigen::Success) return body;
@@ -58,12 +69,15 @@ struct ContactSolver::Impl {
   void find_islands() noexcept;
   void solve_island(int island) noexcept;
   void let_fly(std::span<IslandPatch> touched, std::span<IslandCoupling> pulled) noexcept;
+  void solve_unyielding() noexcept;
   void finish(std::span<SolverBody> bodies_out, std::span<const SolverPatch> patches_in, std::span<PatchResult> results,
               std::span<Wrench> tool_wrenches_W) const noexcept;
 
-  IslandBody* moving(int body) {
-    const bool is_there = body >= 0 && body < body_count && bodies[static_cast<std::size_t>(body)].is_moving;
-    return is_there ? &bodies[static_cast<std::size_t>(body)] : nullptr;
+  /// Null: static.
+  IslandBody* body_of(int index) {
+    if (index < 0 || index >= body_count) return nullptr;
+    IslandBody& body = bodies[static_cast<std::size_t>(index)];
+    return body.is_moving || body.is_prescribed ? &body : nullptr;
   }
 
   Limits limits;
@@ -90,11 +104,11 @@ void ContactSolver::Impl::load(std::span<const SolverBody> bodies_in, std::span<
   for (std::size_t i = 0; i < count; ++i) {
     bodies[i] = loaded(bodies_in[i], step_s);
     bodies[i].island = static_cast<int>(i);
-    if (!bodies[i].is_moving) ++report.ill_formed;
+    if (!bodies[i].is_moving && !bodies[i].is_prescribed) ++report.ill_formed;
   }
   for (std::size_t i = 0; i < couplings_in.size(); ++i) {
-    IslandBody* body = moving(couplings_in[i].body);
-    const bool is_sound = body != nullptr && is_usable(couplings_in[i]);
+    IslandBody* body = body_of(couplings_in[i].body);
+    const bool is_sound = body != nullptr && body->is_moving && is_usable(couplings_in[i]);
     if (!is_sound || couplings.size() == limits.couplings) {
       ++(is_sound ? report.left_out : report.ill_formed);
       continue;
@@ -107,8 +121,8 @@ void ContactSolver::Impl::load(std::span<const SolverBody> bodies_in, std::span<
 
 void ContactSolver::Impl::load_patch(const SolverPatch& in, std::size_t index) noexcept {
   IslandPatch patch;
-  patch.a = moving(in.a);
-  patch.b = moving(in.b);
+  patch.a = body_of(in.a);
+  patch.b = body_of(in.b);
   patch.index = index;
   const bool is_sound = patch.a != patch.b && is_usable(in);
   if (!is_sound || patches.size() == limits.patches) {
@@ -116,12 +130,14 @@ void ContactSolver::Impl::load_patch(const SolverPatch& in, std::size_t index) n
     return;
   }
   PatchTerms& terms = patch.terms;
-  terms.about_W = patch.a != nullptr ? patch.a->p_WC : patch.b->p_WC;
+  const bool is_about_a = patch.moves_a() || (patch.a != nullptr && !patch.moves_b());
+  terms.about_W = is_about_a ? patch.a->p_WC : patch.b->p_WC;
   terms.step_s = step_s;
   terms.stiffness_n_per_m3 = in.stiffness_n_per_m3;
   terms.dissipation_s = in.dissipation_s;
   terms.friction = in.friction;
-  terms.rigid_depth_m = in.rigid_depth_m;
+  const bool can_yield = patch.moves_a() || patch.moves_b();
+  terms.rigid_depth_m = can_yield ? in.rigid_depth_m : std::numeric_limits<double>::max();
   if (rows.append(in.contacts, terms, report.ill_formed)) {
     patches.push_back(patch);
   } else {
@@ -129,10 +145,10 @@ void ContactSolver::Impl::load_patch(const SolverPatch& in, std::size_t index) n
   }
 }
 
-// An island is called by the lowest index of its bodies.
+// An island is called by the lowest index of its bodies that move.
 void ContactSolver::Impl::find_islands() noexcept {
   for (const IslandPatch& patch : patches) {
-    if (patch.a == nullptr || patch.b == nullptr || patch.terms.first == patch.terms.end) continue;
+    if (!patch.moves_a() || !patch.moves_b() || patch.terms.first == patch.terms.end) continue;
     const auto [keep, drop] = std::minmax(patch.a->island, patch.b->island);
     const int kept = keep, dropped = drop;
     if (kept == dropped) continue;
@@ -141,7 +157,9 @@ void ContactSolver::Impl::find_islands() noexcept {
       if (island == dropped) island = kept;
     }
   }
-  for (IslandPatch& patch : patches) patch.island = patch.a != nullptr ? patch.a->island : patch.b->island;
+  for (IslandPatch& patch : patches) {
+    patch.island = patch.moves_a() ? patch.a->island : patch.moves_b() ? patch.b->island : kUnyielding;
+  }
   for (IslandCoupling& coupling : couplings) coupling.island = coupling.body->island;
   const auto in_order = [](const auto& x, const auto& y) {
     return x.island != y.island ? x.island < y.island : x.index < y.index;
@@ -185,11 +203,18 @@ void ContactSolver::Impl::let_fly(std::span<IslandPatch> touched, std::span<Isla
   for (IslandCoupling& coupling : pulled) coupling.is_void = true;
 }
 
+/// All is given there: the forces follow.
+void ContactSolver::Impl::solve_unyielding() noexcept {
+  for (IslandPatch& patch : of_island(patches, kUnyielding)) {
+    patch.on_a_W = rows.evaluate(patch.terms, relative_twist(patch), FrictionLimit::kFollows);
+  }
+}
+
 void ContactSolver::Impl::finish(std::span<SolverBody> bodies_out, std::span<const SolverPatch> patches_in,
                                  std::span<PatchResult> results, std::span<Wrench> tool_wrenches_W) const noexcept {
   for (std::size_t i = 0; i < bodies_out.size(); ++i) {
-    const bool is_moving = i < static_cast<std::size_t>(body_count) && bodies[i].is_moving;
-    const Vector6 v = is_moving ? bodies[i].velocity : Vector6::Zero();
+    const bool is_used = i < static_cast<std::size_t>(body_count) && (bodies[i].is_moving || bodies[i].is_prescribed);
+    const Vector6 v = is_used ? bodies[i].velocity : Vector6::Zero();
     bodies_out[i].V_WC = {v.head<3>(), v.tail<3>()};
   }
   for (const IslandPatch& patch : patches) {
@@ -223,6 +248,7 @@ SolverReport ContactSolver::step(double step_s, std::span<SolverBody> bodies, st
   impl.load(bodies, couplings, patches);
   impl.find_islands();
   for (int island = 0; island < impl.body_count; ++island) impl.solve_island(island);
+  impl.solve_unyielding();
   impl.finish(bodies, patches, results, tool_wrenches_W);
   impl.report.left_out += impl.report.ill_formed;
   return impl.report;

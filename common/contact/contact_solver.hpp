@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "common/contact/contact_pair.hpp"
-#include "common/coupling.hpp"
+#include "common/coupling/coupling_law.hpp"
 
 namespace tandem {
 
@@ -21,9 +21,12 @@ struct SolverBody {
   Vec3 p_WC = Vec3::Zero();
   Twist V_WC;       ///< of C
   Wrench wrench_W;  ///< from outside (weight, fields), about C
+  /// Moves as V_WC says, whatever pushes it: mass, inertia and wrench_W are not used. Against others that do not yield
+  /// it has no rigid depth, for nothing there could end the overlap: the layer goes on.
+  bool is_prescribed = false;
 };
 
-/// A user's pull on a body.
+/// A user's pull on a body that moves freely.
 struct SolverCoupling {
   int body = 0;
   const CouplingLaw* law = nullptr;

@@ -33,6 +33,14 @@ double ExactField::band_m() const noexcept {
   return std::numeric_limits<double>::infinity();
 }
 
+double HalfSpaceField::distance_m(const Vec3& p_S) const noexcept {
+  return p_S.z();
+}
+
+DistanceSample HalfSpaceField::sample(const Vec3& p_S) const noexcept {
+  return {p_S.z(), Vec3::UnitZ()};
+}
+
 double SphereField::distance_m(const Vec3& p_S) const noexcept {
   return p_S.norm() - radius_m_;
 }

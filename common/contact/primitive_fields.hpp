@@ -5,11 +5,18 @@
 
 namespace tandem {
 
-/// What the four have in common: exact everywhere.
+/// What they have in common: exact everywhere, and convex.
 class ExactField : public DistanceField {
  public:
   double error_m() const noexcept override { return 0; }
   double band_m() const noexcept override;
+};
+
+/// All that is below z = 0.
+class HalfSpaceField final : public ExactField {
+ public:
+  double distance_m(const Vec3& p_S) const noexcept override;
+  DistanceSample sample(const Vec3& p_S) const noexcept override;
 };
 
 class SphereField final : public ExactField {

@@ -8,6 +8,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "common/contact/closest_on_triangle.hpp"
+
 namespace tandem {
 namespace {
 
@@ -58,41 +60,6 @@ Box box_of(const TriangleMesh& mesh, const std::array<int, 3>& triangle) {
     box.add(point);
   }
   return box;
-}
-
-/// a / b, or 0 where a triangle without area would give 0 / 0.
-double ratio(double a, double b) {
-  return b > 0 ? a / b : 0.0;
-}
-
-struct OnTriangle {
-  Vec3 from_a;
-  int feature;
-};
-
-/// The closest point of a triangle, relative to its corner a, and what it lies on.
-///
-/// Source  Ericson, "Real-Time Collision Detection", 2005, §5.1.5: by Voronoi regions
-OnTriangle closest_on(const Vec3& ab, const Vec3& ac, const Vec3& ap) {
-  const double d1 = ab.dot(ap);
-  const double d2 = ac.dot(ap);
-  if (d1 <= 0 && d2 <= 0) return {Vec3::Zero(), 4};
-  const double ab_ab = ab.squaredNorm();
-  const double ab_ac = ab.dot(ac);
-  const double d3 = d1 - ab_ab;
-  const double d4 = d2 - ab_ac;
-  if (d3 >= 0 && d4 <= d3) return {ab, 5};
-  const double vc = d1 * d4 - d3 * d2;
-  if (vc <= 0 && d1 >= 0 && d3 <= 0) return {ratio(d1, d1 - d3) * ab, 1};
-  const double d5 = d1 - ab_ac;
-  const double d6 = d2 - ac.squaredNorm();
-  if (d6 >= 0 && d5 <= d6) return {ac, 6};
-  const double vb = d5 * d2 - d1 * d6;
-  if (vb <= 0 && d2 >= 0 && d6 <= 0) return {ratio(d2, d2 - d6) * ac, 3};
-  const double va = d3 * d6 - d5 * d4;
-  if (va <= 0 && d4 >= d3 && d5 >= d6) return {ab + ratio(d4 - d3, (d4 - d3) + (d5 - d6)) * (ac - ab), 2};
-  const double scale = ratio(1.0, va + vb + vc);
-  return {ab * (vb * scale) + ac * (vc * scale), 0};
 }
 
 }  // namespace
@@ -301,7 +268,7 @@ double TriangleTree::squared_to_box(const Child& child, const Vec3& p_S) const n
 void TriangleTree::try_triangle(std::uint32_t slot, const Vec3& p_S, Nearest& best) const noexcept {
   const Corners& corners = corners_[slot];
   const Vec3 ap = p_S - corners.a;
-  const OnTriangle on = closest_on(corners.ab, corners.ac, ap);
+  const OnTriangle on = closest_on_triangle(corners.ab, corners.ac, ap);
   const double squared = (ap - on.from_a).squaredNorm();
   if (squared < best.squared_m2) best = {squared, slot, on.from_a, on.feature};
 }
@@ -357,6 +324,33 @@ TriangleTree::Closest TriangleTree::closest(const Vec3& p_S, double limit_m, int
   closest.triangle = static_cast<int>(triangle_of_slot_[best.slot]);
   closest.normal_S = pseudo_normal(best.slot, best.feature);
   return closest;
+}
+
+std::size_t TriangleTree::within(const Vec3& p_S, double limit_m, std::span<Near> found) const noexcept {
+  const double squared_limit = limit_m * limit_m;
+  std::array<std::uint32_t, kStackSize> stack;
+  std::size_t height = 0;
+  stack[height++] = root_;
+  std::size_t count = 0;
+  while (height > 0 && count <= found.size()) {
+    const std::uint32_t link = stack[--height];
+    if ((link & kLeafBit) == 0) {
+      for (const Child& child : nodes_[link].children) {
+        if (squared_to_box(child, p_S) <= squared_limit) stack[height++] = child.link;
+      }
+      continue;
+    }
+    const std::uint32_t first = link & kSlotMask;
+    const std::uint32_t last = first + ((link & ~kLeafBit) >> kCountShift);
+    for (std::uint32_t slot = first; slot <= last; ++slot) {
+      const auto& [a, ab, ac] = corners_[slot];
+      const Vec3 ap = p_S - a;
+      if (!((ap - closest_on_triangle(ab, ac, ap).from_a).squaredNorm() <= squared_limit)) continue;
+      if (count < found.size()) found[count] = {static_cast<int>(triangle_of_slot_[slot]), a, ab, ac};
+      ++count;
+    }
+  }
+  return count;
 }
 
 double TriangleTree::signed_distance_m(const Vec3& p_S) const noexcept {

@@ -30,6 +30,14 @@ class TriangleTree {
   /// In      hint  a triangle that is probably near (of a neighbouring query), or −1
   Closest closest(const Vec3& p_S, double limit_m = std::numeric_limits<double>::infinity(),
                   int hint = -1) const noexcept;
+  /// A triangle of the mesh with its corners a, a + ab, a + ac.
+  struct Near {
+    int triangle = -1;
+    Vec3 a, ab, ac;
+  };
+  /// The triangles that are not farther than `limit_m`, in no special order, as many as the span holds.
+  /// Out     how many; more than the span holds: there are others
+  std::size_t within(const Vec3& p_S, double limit_m, std::span<Near> found) const noexcept;
   /// Negative inside. For solids.
   ///
   /// Model   sign of (p − c)·n with the pseudo-normal n at the closest point c

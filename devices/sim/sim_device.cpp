@@ -25,7 +25,7 @@ bool is_at_least_zero(double value) {
   return std::isfinite(value) && value >= 0;
 }
 
-// Semi-implicit Euler is stable while ω·h < 2; below 0.3 its frequency is right to 0.4 %.
+// The steps are stable while ω·h < 2; below 0.3 their frequency is right to 0.4 %.
 bool can_be_stepped(double stiffness, double inertia) {
   return std::sqrt(stiffness / inertia) * kLongestSubStep_s < 0.3;
 }
@@ -54,7 +54,12 @@ Vec3 rounded_to(const Vec3& a, double step) {
 }  // namespace
 
 SimDevice::SimDevice(DeviceSpec spec, const HandParameters& hand, HandPath path, std::uint64_t seed)
-    : spec_(std::move(spec)), hand_(hand), path_(std::move(path)), random_(seed), X_DH_(path_.pose_at(Duration(0))) {
+    : spec_(std::move(spec)),
+      hand_(hand),
+      path_(std::move(path)),
+      random_(seed),
+      estimator_({.position_step_m = hand.encoder_step_m, .rotation_step_rad = hand.encoder_step_rad}),
+      X_DH_(path_.pose_at(Duration(0))) {
   check_parameters(hand_);
   // The tremor is under way from the first sample: its state is drawn from the stationary distribution.
   const double omega = 2 * std::numbers::pi * hand_.tremor_hz;
@@ -87,7 +92,7 @@ DeviceSample SimDevice::read(LocalTime now) noexcept {
     const auto steps = static_cast<int>(std::ceil(to_seconds(span) / kLongestSubStep_s - 1e-9));
     const double dt_s = to_seconds(span) / steps;
     for (int i = 1; i <= steps; ++i) {
-      path_time_ = path_time_at(last_read_ + span * i / steps);
+      path_time_ = path_time_at(last_read_ + span * (2 * i - 1) / (2 * steps));
       advance(dt_s);
     }
     path_time_ = path_time_at(now);
@@ -97,7 +102,7 @@ DeviceSample SimDevice::read(LocalTime now) noexcept {
   sample.taken = now;
   sample.is_valid = true;
   sample.X_DH = quantised(X_DH_);
-  sample.V_DH = V_DH_;
+  sample.V_DH = reported_twist(now, sample.X_DH);
   sample.buttons = path_.buttons_at(path_time_);
   return sample;
 }
@@ -121,23 +126,28 @@ bool SimDevice::write(LocalTime now, const DeviceCommand& command) noexcept {
   return true;
 }
 
-// Semi-implicit Euler with the damping implicit: v⁺ = (v + h (K e + B v_intended + f)/m) / (1 + h B/m).
+// Half of the way, the force there, the other half: exact in position and speed under a held force alone, which decides
+// how stiff a sampled spring may be. Damping by the mean of old and new speed:
+// v⁺ = ((1 − h B/2m) v + h (K e + B v_intended + f)/m) / (1 + h B/2m).
 void SimDevice::advance(double dt_s) noexcept {
   const Pose intended = path_.pose_at(path_time_);
   const Twist intended_rate = path_.twist_at(path_time_);
+  X_DH_ = integrate(X_DH_, V_DH_, dt_s / 2);
 
   const Vec3 force = hand_.stiffness_n_per_m * (intended.p - X_DH_.p) + hand_.damping_n_s_per_m * intended_rate.v +
                      force_on_hand_D_.f + tremor_force(dt_s);
   const double per_mass = dt_s / hand_.mass_kg;
-  V_DH_.v = (V_DH_.v + per_mass * force) / (1 + per_mass * hand_.damping_n_s_per_m);
+  const double half_drag = per_mass * hand_.damping_n_s_per_m / 2;
+  V_DH_.v = ((1 - half_drag) * V_DH_.v + per_mass * force) / (1 + half_drag);
 
   const Vec3 turn = rotation_vector(intended.q * X_DH_.q.conjugate());
   const Vec3 torque =
       hand_.stiffness_n_m_per_rad * turn + hand_.damping_n_m_s_per_rad * intended_rate.w + force_on_hand_D_.t;
   const double per_inertia = dt_s / hand_.inertia_kg_m2;
-  V_DH_.w = (V_DH_.w + per_inertia * torque) / (1 + per_inertia * hand_.damping_n_m_s_per_rad);
+  const double half_turning_drag = per_inertia * hand_.damping_n_m_s_per_rad / 2;
+  V_DH_.w = ((1 - half_turning_drag) * V_DH_.w + per_inertia * torque) / (1 + half_turning_drag);
 
-  X_DH_ = integrate(X_DH_, V_DH_, dt_s);
+  X_DH_ = integrate(X_DH_, V_DH_, dt_s / 2);
 }
 
 // White noise through a resonator: ẍ + 2ζω ẋ + ω² x = w; with ⟨w w'⟩ = S δ the variance of x is S / (4ζω³).
@@ -151,6 +161,15 @@ Vec3 SimDevice::tremor_force(double dt_s) noexcept {
       kick * noise - dt_s * (2 * kTremorDampingRatio * omega * tremor_rate_ + omega * omega * tremor_state_);
   tremor_state_ += dt_s * tremor_rate_;
   return tremor_state_;
+}
+
+Twist SimDevice::reported_twist(LocalTime now, const Pose& reported) noexcept {
+  Twist result = V_DH_;
+  if (hand_.encoder_step_m <= 0 && hand_.encoder_step_rad <= 0) return result;
+  const Twist estimate = estimator_.add(now, reported);
+  if (hand_.encoder_step_m > 0) result.v = estimate.v;
+  if (hand_.encoder_step_rad > 0) result.w = estimate.w;
+  return result;
 }
 
 Pose SimDevice::quantised(const Pose& X) const noexcept {

@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "common/random.hpp"
+#include "common/velocity_estimator.hpp"
 #include "devices/device.hpp"
 #include "devices/sim/hand_path.hpp"
 
@@ -12,7 +13,7 @@ namespace tandem {
 /// The hand and the device it holds, as one mass–damper–spring in each of six directions.
 ///
 /// Model   m ẍ = K (x_intended − x) + B (ẋ_intended − ẋ) + f_device + tremor, likewise in rotation; integrated
-///         exactly enough (semi-implicit Euler, sub-steps ≤ 0.1 ms) with the device's force held between writes
+///         exactly enough (leapfrog, sub-steps ≤ 0.1 ms) with the device's force held between writes
 /// Source  0.3 kg and 200 N/m: a light grip, the values behind the project's delay studies. The damping ratio, 0.37,
 ///         is that of the typical trial in "Haptic perception of force magnitude and its relation to postural arm
 ///         dynamics in 3D", Scientific Reports 5, 18004 (2015), fig. 3: 0.554 kg, 6.45 N·s/m, 135 N/m.
@@ -26,7 +27,9 @@ struct HandParameters {
   double damping_n_m_s_per_rad = 0.02;
   double tremor_rms_n = 0.0;  ///< force, narrow band around tremor_hz
   double tremor_hz = 9.0;
-  double encoder_step_m = 0.0;  ///< quantisation of the reported position; 0: none
+  /// Quantisation of the reported position; 0: none. With it the reported velocity is that of the positions
+  /// (VelocityEstimator), as of a device that has nothing else.
+  double encoder_step_m = 0.0;
   double encoder_step_rad = 0.0;
 };
 
@@ -58,12 +61,14 @@ class SimDevice final : public Device {
   void advance(double dt_s) noexcept;
   Duration path_time_at(LocalTime time) const noexcept;
   Vec3 tremor_force(double dt_s) noexcept;
+  Twist reported_twist(LocalTime now, const Pose& reported) noexcept;
   Pose quantised(const Pose& X) const noexcept;
 
   DeviceSpec spec_;
   HandParameters hand_;
   HandPath path_;
   Random random_;
+  VelocityEstimator estimator_;
   LocalTime started_{};
   LocalTime last_read_{};
   bool has_started_ = false;

@@ -160,6 +160,10 @@ ReproductionRow peg_row(const PegRun& run) {
 
 }  // namespace
 
+std::filesystem::path bunny_file() {
+  return kBunny;
+}
+
 Reproduction reproduce_bunny(const Clock& clock) {
   const TouchPair pair{make_touch_object("bunny", mesh_from(kBunny, "the bunny", MeshScale{}), clock), {}};
   const TouchObject& bunny = pair.a;

@@ -8,6 +8,7 @@
 #include "common/contact/contact_pair.hpp"
 #include "common/contact/contact_reduction.hpp"
 #include "common/contact/contact_solver.hpp"
+#include "common/coupling/laws.hpp"
 #include "lab/contact/mesh_generators.hpp"
 #include "server/gimpact_reference.hpp"
 

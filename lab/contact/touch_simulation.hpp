@@ -9,7 +9,7 @@
 
 #include "common/contact/contact_shape.hpp"
 #include "common/contact/triangle_mesh.hpp"
-#include "common/coupling.hpp"
+#include "common/coupling/coupling_law.hpp"
 #include "common/time.hpp"
 #include "devices/sim/hand_path.hpp"
 
@@ -20,8 +20,8 @@ struct TouchSettings {
   double mass_kg = 0.1;
   Vec3 gravity_m_per_s2 = Vec3::Zero();
   double friction = 0.5;
-  /// Limits are part of it: 5 N is how hard the benchmark presses. Damping is damped_for()'s.
-  CouplingParameters coupling{.force_limit_n = 5.0};
+  /// Limits are part of it: 5 N, met with a corner, is how hard the benchmark presses. Damping is damped_for()'s.
+  CouplingParameters coupling{.force_limit_n = 5.0, .saturation_softness = 0};
 };
 
 /// One step of either method. Times are of the machine; everything else is the same on every run.

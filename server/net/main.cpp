@@ -6,8 +6,6 @@
 #include <iostream>
 #include <optional>
 
-#include <unistd.h>
-
 #include "common/progress.hpp"
 #include "common/units.hpp"
 #include "server/net/live_server.hpp"
@@ -72,8 +70,7 @@ std::vector<std::unique_ptr<Room>> open_rooms(const Options& options) {
   if (options.scenes.empty()) throw std::invalid_argument("--scene is required, e.g. --scene peg_in_hole; see --help");
   if (options.rooms.size() > options.scenes.size()) throw std::invalid_argument("more --room than --scene were given");
   std::vector<std::unique_ptr<Room>> rooms;
-  ProgressLine line(std::cerr, isatty(STDERR_FILENO) != 0);
-  const SceneLoading loading{options.cache, [&line](const std::string& what, double done) { line.show(what, done); }};
+  const SceneLoading loading{options.cache, progress_on_stderr()};
   for (std::size_t i = 0; i < options.scenes.size(); ++i) {
     const auto scene = load_scene(find_scene(options.scenes[i], scene_folders()), loading);
     const std::string name = i < options.rooms.size() ? options.rooms[i] : scene->description.name();

@@ -44,6 +44,15 @@ TEST(ClientOptions, DefaultsRunTheSimulatedHandAgainstThisMachine) {
   EXPECT_FALSE(options->duration.has_value());
 }
 
+TEST(ClientOptions, ADeviceIsAProfileByName) {
+  EXPECT_EQ(parse({})->device.name, "sim");
+  const auto options = parse({"--device", "falcon"});
+  ASSERT_TRUE(options.has_value());
+  EXPECT_EQ(options->device.spec.force_axes, 3);
+  EXPECT_EQ(options->device.spec.force_limit_n, 7);
+  EXPECT_EQ(options->hand_parameters.mass_kg, HandParameters{}.mass_kg) << "the hand alone: the device is added later";
+}
+
 TEST(ClientOptions, LinkOptionsHoldForBothDirections) {
   const auto options = parse({"--delay", "25ms", "--jitter", "500us", "--loss", "1%", "--duplication", "0.5%",
                               "--reorder", "--rate-limit", "1e6", "--seed", "9"});
@@ -85,7 +94,8 @@ TEST(ClientOptions, EachMistakeIsOneLineThatNamesOptionAndRemedy) {
       {{"--transport", "tcp", "--loss", "1%"}, {"--transport tcp", "--loss", "udp"}},
       {{"--transport", "tcp", "--duplication", "1%"}, {"--transport tcp", "--duplication", "udp"}},
       {{"--transport", "tcp", "--reorder"}, {"--transport tcp", "--reorder", "udp"}},
-      {{"--device", "wand"}, {"--device", "sim"}},
+      {{"--device", "wand"}, {"--device", "wand", "sim", "omega.6"}},
+      {{"--device", "/nonexistent/mine.json"}, {"--device", "/nonexistent/mine.json", "check the path"}},
       {{"--role", "king"}, {"--role", "king", "manipulator"}},
       {{"--transport", "carrier-pigeon"}, {"--transport", "udp"}},
       {{"--server", "127.0.0.1:99999"}, {"--server", "65535"}},
@@ -154,7 +164,7 @@ boost::json::value written(const RunSummary& summary) {
 TEST(Summary, SaysWhatItTakesToRunItAgain) {
   RunSummary summary = empty_summary();
   summary.options = *parse({"--role", "observer", "--hand", "circle", "--hand-mass", "0.5", "--seed", "77", "--delay",
-                            "25ms", "--loss", "2%", "--name", "anna", "--stage", "hold"});
+                            "25ms", "--loss", "2%", "--name", "anna", "--stage", "hold", "--device", "touch"});
   summary.io.joined = std::make_shared<wire::Joined>();
   summary.io.room = "attic";
   const boost::json::value parsed = written(summary);
@@ -165,6 +175,7 @@ TEST(Summary, SaysWhatItTakesToRunItAgain) {
   EXPECT_EQ(parsed.at("role").as_string(), "observer");
   EXPECT_EQ(parsed.at("transport").as_string(), "udp");
   EXPECT_EQ(parsed.at("stage").as_string(), "hold");
+  EXPECT_EQ(parsed.at("device").as_string(), "touch");
   EXPECT_EQ(parsed.at("hand").as_string(), "circle");
   EXPECT_EQ(parsed.at("hand_parameters").at("mass_kg").to_number<double>(), 0.5);
   EXPECT_EQ(parsed.at("seed").to_number<int>(), 77);

@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <string>
 
+#include "common/coupling/laws.hpp"
 #include "common/random.hpp"
 
 namespace tandem {
@@ -81,6 +82,17 @@ TEST(LatePose, IsZeroAtTheToolAndWithoutAnyState) {
   rig.input.newest = nullptr;
   rig.input.handle.X.p = Vec3::Zero();
   EXPECT_TRUE(stage.wrench_on_hand_W(rig.input).f.isZero(0));
+}
+
+TEST(LatePose, OfALawWithoutASpringShowsTheServersWrench) {
+  Rig rig;
+  const auto direct = make_coupling_law("direct", unlimited());
+  rig.input.coupling = direct.get();
+  rig.input.handle.X.p = Vec3(0.01, 0, 0);
+  rig.newest.wrench_on_hand_W = {Vec3(1, 2, 3), Vec3(0.1, 0.2, 0.3)};
+  LatePose stage;
+  EXPECT_EQ(stage.wrench_on_hand_W(rig.input).f, rig.newest.wrench_on_hand_W.f);
+  EXPECT_EQ(stage.wrench_on_hand_W(rig.input).t, rig.newest.wrench_on_hand_W.t);
 }
 
 TEST(Hold, ShowsTheServersWrenchUnchangedWhateverTheHandDoes) {

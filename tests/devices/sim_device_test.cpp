@@ -210,6 +210,34 @@ TEST(SimDevice, ReportsWholeEncoderStepsOfTheTruePose) {
   }
 }
 
+TEST(SimDevice, OfAnEncoderReportsTheVelocityOfItsPositionsLateButQuiet) {
+  HandParameters hand;
+  hand.encoder_step_m = 30e-6;
+  hand.encoder_step_rad = 1e-3;
+  SimDevice device = resting_hand(hand);
+  for (int i = 0; i < 50; ++i) {
+    const DeviceSample sample = device.read(LocalTime(milliseconds(i)));
+    ASSERT_EQ(sample.V_DH.v.norm(), 0) << "nothing moves, nothing is reported";
+  }
+  DeviceCommand command;
+  command.wrench_on_hand_D = {Vec3(2, 0, 0), Vec3(0, 0, 0.05)};
+  device.write(LocalTime(milliseconds(49)), command);
+  double worst = 0, worst_turning = 0, fastest = 0;
+  for (int i = 50; i < 300; ++i) {
+    const DeviceSample sample = device.read(LocalTime(milliseconds(i)));
+    EXPECT_NE(sample.V_DH.v, device.hand_twist().v);
+    worst = std::max(worst, (sample.V_DH.v - device.hand_twist().v).norm());
+    worst_turning = std::max(worst_turning, (sample.V_DH.w - device.hand_twist().w).norm());
+    fastest = std::max(fastest, device.hand_twist().v.norm());
+  }
+  // One period's difference would jump by 30 mm/s and 1 rad/s between whole steps. Late by half a window, √(12 step /
+  // a) at most, at up to 2 N / 0.3 kg: √(3 step a) = 25 mm/s and what half a period changes, 3 mm/s; turning, at 0.05
+  // N·m / 4e-4 kg·m²: 0.6 rad/s and 0.06 rad/s.
+  EXPECT_GT(fastest, 0.05);
+  EXPECT_LT(worst, 0.028);
+  EXPECT_LT(worst_turning, 0.66);
+}
+
 TEST(SimDevice, GivesTheButtonsOfThePath) {
   SimDevice device(SimDevice::default_spec(), {}, named_hand_path("grab-and-lift"), 1);
   EXPECT_EQ(device.read(LocalTime(seconds(50))).buttons, 0U);  // path time starts here
@@ -240,6 +268,7 @@ TEST(SimDevice, RefusesAForceThatIsNotFiniteAndKeepsTheLast) {
 TEST(SimDevice, NeitherReadNorWriteAllocates) {
   HandParameters hand;
   hand.tremor_rms_n = 0.1;
+  hand.encoder_step_m = 1e-5;
   hand.encoder_step_rad = 1e-4;
   SimDevice device(SimDevice::default_spec(), hand, named_hand_path("circle"), 1);
   const std::uint64_t before = allocation_count();

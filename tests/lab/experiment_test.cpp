@@ -45,7 +45,7 @@ TEST_F(ExperimentFile, EveryFieldArrives) {
   const Experiment experiment = parse(R"({
       "name": "n", "description": "d", "scene": "./scene.json", "duration_s": 2.5, "seed": 9, "server_phase_ms": 0.5,
       "sample_period_ms": 2, "users": [{
-        "name": "anna", "role": "observer", "hand": "hand.json", "stage": "hold", "transport": "udp",
+        "name": "anna", "role": "observer", "hand": "hand.json", "device": "omega.6", "stage": "hold", "transport": "udp",
         "tick_phase_ms": 0.75,
         "hand_parameters": {"mass_kg": 0.4, "stiffness_n_per_m": 100, "damping_n_s_per_m": 5, "inertia_kg_m2": 0.001,
           "stiffness_n_m_per_rad": 1, "damping_n_m_s_per_rad": 0.1, "tremor_rms_n": 0.2, "tremor_hz": 8,
@@ -66,6 +66,8 @@ TEST_F(ExperimentFile, EveryFieldArrives) {
   EXPECT_EQ(user.name, "anna");
   EXPECT_EQ(user.role, UserRole::kObserver);
   EXPECT_THAT(user.hand.phases(), testing::ElementsAre("wave"));
+  EXPECT_EQ(user.device.name, "omega.6");
+  EXPECT_EQ(user.device.spec.force_axes, 3);
   EXPECT_EQ(user.stage, "hold");
   EXPECT_EQ(user.transport, StateTransport::kUdp);
   EXPECT_EQ(user.tick_phase, microseconds(750));
@@ -103,6 +105,7 @@ TEST_F(ExperimentFile, LeavesOutWhatItDoesNotSay) {
   EXPECT_EQ(experiment.users[0].tick_phase, microseconds(250));
   EXPECT_EQ(experiment.users[1].tick_phase, microseconds(500));
   EXPECT_EQ(experiment.users[1].hand_parameters.mass_kg, HandParameters{}.mass_kg);
+  EXPECT_EQ(experiment.users[1].device.name, "sim");
 }
 
 std::string one_user(const std::string& fields) {
@@ -157,6 +160,10 @@ TEST_F(ExperimentFile, SaysWhatIsWrongWhereAndWhatWouldBeRight) {
   EXPECT_THAT(complaint(one_user(R"("hand": "peg-middle")")),
               testing::AllOf(testing::StartsWith("e.json: users[0].hand is \"peg-middle\""),
                              testing::HasSubstr("known: rest, ")));
+  EXPECT_THAT(complaint(one_user(R"("device": "omega.9")")),
+              testing::AllOf(testing::StartsWith("e.json: users[0].device is \"omega.9\""),
+                             testing::HasSubstr("one of: sim, ")));
+  EXPECT_THAT(complaint(one_user(R"("device": "mine.json")")), testing::HasSubstr("mine.json: cannot be read"));
   EXPECT_THAT(complaint(one_user(R"("hand": "none.json")")), testing::HasSubstr("none.json: cannot be read"));
   EXPECT_THAT(complaint(R"({"name": "n", "scene": "no_such_scene", "users": [{"name": "a"}]})"),
               testing::AllOf(testing::StartsWith("e.json: scene: scene \"no_such_scene\" is neither"),

@@ -24,7 +24,7 @@ constexpr const char* kScene = R"({
              "workspace": {"device_base": {"position_m": [-0.04, 0, 0]}}},
             {"name": "right", "placement": {"position_m": [0.04, 0, 0]},
              "workspace": {"device_base": {"position_m": [0.04, 0, 0]}}}],
-  "coupling": {"stiffness_n_per_m": 300, "damping_n_s_per_m": 3}
+  "coupling": {"law": "spring-damper", "stiffness_n_per_m": 300, "damping_n_s_per_m": 3}
 })";
 
 // From the left tool's place 60 mm to the right, through where the block is.
@@ -160,6 +160,20 @@ TEST(VirtualSession, RefusesMoreManipulatorsThanTools) {
   experiment.users.back().role = UserRole::kObserver;
   const SessionTrace trace = VirtualSession(experiment, scene()).run();
   EXPECT_EQ(user_metric(trace.users[2], "force_max_n"), 0) << "an observer feels nothing";
+}
+
+TEST(VirtualSession, AHandOnAnotherDeviceHasThatDevicesLimits) {
+  Experiment experiment = pushing();
+  DeviceProfile& device = experiment.users[0].device;
+  device = find_device_profile("touch");
+  device.spec.force_limit_n = 0.3;
+  const SessionTrace trace = VirtualSession(experiment, scene()).run();
+  EXPECT_LE(user_metric(trace.users[0], "force_max_n"), 0.3 * (1 + 1e-12));
+  EXPECT_GT(user_metric(trace.users[0], "clamped_fraction"), 0);
+  for (const TickSample& tick : trace.users[0].ticks) ASSERT_EQ(tick.displayed_D.t.norm(), 0) << "it shows no torque";
+  const boost::json::object results = results_json(experiment, trace);
+  EXPECT_EQ(results.at("users").at(0).at("parameters").at("device").as_string(), "touch");
+  EXPECT_EQ(results.at("users").at(1).at("parameters").at("device").as_string(), "sim");
 }
 
 TEST(VirtualSession, TheResultsNameEveryMetricAndParameter) {

@@ -73,7 +73,8 @@ TEST(SceneDocument, DefaultsBesideTheFieldsAreThoseOfTheLoader) {
   const std::map<std::string, std::string> documented = documented_defaults();
   // Nothing in this scene but what must be there.
   const auto loaded =
-      load_parts({.rest = R"("molecular_field": {}, "soft_bodies": [{"name": "s", "block": {"size_m": [1, 1, 1]}}])"});
+      load_parts({.coupling = "",
+                  .rest = R"("molecular_field": {}, "soft_bodies": [{"name": "s", "block": {"size_m": [1, 1, 1]}}])"});
   const wire::Scene& scene = loaded->description;
   expect_defaults_documented(documented, scene);
   expect_defaults_documented(documented, scene.bodies(0));
@@ -85,6 +86,20 @@ TEST(SceneDocument, DefaultsBesideTheFieldsAreThoseOfTheLoader) {
   expect_defaults_documented(documented, scene.limits());
   expect_defaults_documented(documented, scene.soft_bodies(0));
   expect_defaults_documented(documented, scene.soft_bodies(0).block());
+}
+
+TEST(SceneDocument, DefaultsOfEffectsAreThoseOfTheLoader) {
+  const std::map<std::string, std::string> documented = documented_defaults();
+  const auto loaded =
+      load_parts({.bodies = R"({"name": "b", "shapes": [{"sphere": {"radius_m": 1}}], "effects": [{"texture": {}}]})",
+                  .rest = R"("effects": [{"viscosity": {}}, {"magnet": {}}, {"vibration": {}}, {"stick_slip": {}}])"});
+  const auto& effects = loaded->description.effects();
+  expect_defaults_documented(documented, effects[0]);
+  expect_defaults_documented(documented, effects[0].viscosity());
+  expect_defaults_documented(documented, effects[1].magnet());
+  expect_defaults_documented(documented, effects[2].vibration());
+  expect_defaults_documented(documented, effects[3].stick_slip());
+  expect_defaults_documented(documented, loaded->description.bodies(0).effects(0).texture());
 }
 
 }  // namespace

@@ -13,6 +13,7 @@
 
 #include <sys/stat.h>
 
+#include "common/coupling/laws.hpp"
 #include "proto/placement.hpp"
 #include "proto/state.hpp"
 #include "tests/server/scene_support.hpp"
@@ -57,7 +58,11 @@ std::string with_tool(const std::string& fields) {
   return scene_json({.tools = R"({"name": "t", )" + fields + "}"});
 }
 std::string with(const std::string& fields) {
-  return scene_json({.rest = fields});
+  return scene_json({.coupling = "", .rest = fields});
+}
+
+std::string with_fit(const std::string& fields) {
+  return with(R"("coupling": {"law": "adaptive", "adaptive": {)" + fields + "}}");
 }
 
 std::vector<BadScene> bad_bodies() {
@@ -135,8 +140,33 @@ std::vector<BadScene> bad_tools_and_settings() {
        {"tools[0].holds is \"ball\", which is not graspable"}},
       {"WeightlessTool", with_tool(R"("mass_kg": 0)"), {"tools[0].mass_kg is 0"}},
       {"NoScaling", with_tool(R"("workspace": {"position_scale": 0})"), {"tools[0].workspace.position_scale is 0"}},
-      {"UnknownLaw", with(R"("coupling": {"law": "rubber"})"), {"coupling.law is \"rubber\"", "spring-damper"}},
+      {"UnknownLaw",
+       with(R"("coupling": {"law": "rubber"})"),
+       {"coupling.law is \"rubber\"", "stable-dynamic", "spring-damper", "direct"}},
       {"NegativeStiffness", with(R"("coupling": {"stiffness_n_per_m": -1})"), {"coupling.stiffness_n_per_m is -1"}},
+      {"SaturationBeyondAll",
+       with(R"("coupling": {"saturation_softness": 1.1})"),
+       {"coupling.saturation_softness is 1.1", "from 0 to 1"}},
+      {"BluntCurve",
+       with(R"("coupling": {"curve_sharpness": 0})"),
+       {"coupling.curve_sharpness is 0", "from 0.1 to 10"}},
+      {"FitOfAnotherLaw",
+       with(R"("coupling": {"law": "direct", "adaptive": {"mass_range_kg": [0, 1]}})"),
+       {"coupling.adaptive is given", "\"direct\"", "\"adaptive\""}},
+      {"FitWithoutRange", with_fit(R"("stiffness_n_per_m": [1])"), {"coupling.adaptive.mass_range_kg has 0 numbers"}},
+      {"FitOfNoMass",
+       with_fit(R"("mass_range_kg": [0.2, 0.1], "stiffness_n_per_m": [1], "damping_n_s_per_m": [1])"),
+       {"coupling.adaptive.mass_range_kg is 0.2 to 0.1"}},
+      {"FitOfTooHighADegree",
+       with_fit(R"("mass_range_kg": [0, 1], "stiffness_n_per_m": [1, 2, 3, 4, 5], "damping_n_s_per_m": [1])"),
+       {"coupling.adaptive.stiffness_n_per_m has 5 coefficients; it must have 1 to 4"}},
+      {"FitThatDips",
+       with_fit(R"("mass_range_kg": [0, 1], "stiffness_n_per_m": [1, -3, 2.2], "damping_n_s_per_m": [1])"),
+       {"coupling.adaptive.stiffness_n_per_m gives -", "over the whole range"}},
+      {"HalfOfARotation",
+       with_fit(R"("mass_range_kg": [0, 1], "stiffness_n_per_m": [1], "damping_n_s_per_m": [1],
+                   "stiffness_n_m_per_rad": [1])"),
+       {"coupling.adaptive.stiffness_n_m_per_rad is given without inertia_range_kg_m2"}},
       {"ZeroForceLimit", with(R"("coupling": {"force_limit_n": 0})"), {"coupling.force_limit_n is 0"}},
       {"StifferThanTheWire",
        with(R"("coupling": {"stiffness_n_per_m": 2e5})"),
@@ -389,7 +419,7 @@ TEST_F(SceneFiles, ClientsSeeBaseNamesOnly) {
 }
 
 TEST(SceneFile, EveryDefaultIsFilledIn) {
-  const auto scene = load_scene_text(scene_json({}), "s.json", ".");
+  const auto scene = load_scene_text(scene_json({.coupling = ""}), "s.json", ".");
   const wire::Scene& d = scene->description;
   EXPECT_EQ(d.step_rate_hz(), 1000U);
   EXPECT_EQ(d.gravity_m_per_s2(2), -9.81);
@@ -398,11 +428,45 @@ TEST(SceneFile, EveryDefaultIsFilledIn) {
   EXPECT_EQ(d.bodies(0).placement().position_m_size(), 3);
   EXPECT_EQ(d.tools(0).mass_kg(), 0.05);
   EXPECT_EQ(d.tools(0).shapes(0).sphere().radius_m(), 0.005);
-  EXPECT_EQ(d.coupling().law(), "spring-damper");
-  EXPECT_EQ(d.coupling().stiffness_n_per_m(), CouplingParameters{}.stiffness_n_per_m);
+  EXPECT_EQ(d.coupling().law(), kDefaultCouplingLaw);
+  EXPECT_EQ(scene->coupling.parameters, CouplingParameters{});
+  EXPECT_FALSE(d.coupling().has_adaptive()) << "of another law";
   EXPECT_EQ(d.limits().manipulators(), 1U);
   EXPECT_EQ(d.limits().observers(), 4U);
   EXPECT_EQ(d.limits().grab_reach_m(), 0.02);
+}
+
+TEST(SceneFile, AdaptiveLawWithoutAFitTakesTheThesissAndTellsClients) {
+  const auto scene = load_scene_text(scene_json({.coupling = R"({"law": "adaptive"})"}), "s.json", ".");
+  ASSERT_TRUE(scene->coupling.fit.has_value());
+  const AdaptiveFit thesis = thesis_adaptive_fit();
+  for (const double mass_kg : {0.05, 0.1, 0.2}) {
+    EXPECT_EQ(scene->coupling.fit->stiffness_n_per_m(mass_kg), thesis.stiffness_n_per_m(mass_kg));
+  }
+  EXPECT_EQ(scene->description.coupling().adaptive().mass_range_kg(1), thesis.mass_high_kg);
+}
+
+TEST(SceneFile, AdaptiveFitIsReadAsWritten) {
+  const auto scene = load_scene_text(scene_json({.coupling = R"({"law": "adaptive", "adaptive": {
+      "mass_range_kg": [0.1, 1], "stiffness_n_per_m": [100, 200], "damping_n_s_per_m": [1, 0.01],
+      "inertia_range_kg_m2": [1e-5, 1e-3], "stiffness_n_m_per_rad": [0.1, 100], "damping_n_m_s_per_rad": [0.01]}})"}),
+                                     "s.json", ".");
+  const CouplingParameters base;
+  const CouplingParameters c = coupling_in_force(scene->coupling, base, {0.5, 1e-4, true});
+  EXPECT_DOUBLE_EQ(c.stiffness_n_per_m, 200);
+  EXPECT_DOUBLE_EQ(c.damping_n_s_per_m, 3);
+  EXPECT_DOUBLE_EQ(c.stiffness_n_m_per_rad, 0.11);
+  EXPECT_DOUBLE_EQ(c.damping_n_m_s_per_rad, 0.01);
+  EXPECT_EQ(c.force_limit_n, base.force_limit_n);
+  EXPECT_DOUBLE_EQ(coupling_in_force(scene->coupling, base, {9, 1e-4, true}).stiffness_n_per_m, 300) << "nearest end";
+}
+
+TEST(SceneFile, EveryLawOfTheCatalogIsAccepted) {
+  for (const CouplingLawInfo& law : coupling_laws()) {
+    const std::string name(law.name);
+    const auto scene = load_parts({.coupling = R"({"law": ")" + name + "\"}"});
+    EXPECT_EQ(scene->description.coupling().law(), name);
+  }
 }
 
 TEST(SceneFile, RestingHandleMeetsTheToolWhereItStarts) {
@@ -466,7 +530,7 @@ TEST_P(ShippedScene, Loads) {
 }
 INSTANTIATE_TEST_SUITE_P(SceneFile, ShippedScene,
                          ::testing::Values("peg_in_hole", "two_boxes", "bunny", "two_bunnies", "docking_helices",
-                                           "soft_pad"),
+                                           "soft_pad", "effects"),
                          [](const auto& test) { return test.param; });
 
 }  // namespace

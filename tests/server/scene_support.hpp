@@ -12,15 +12,20 @@ namespace tandem {
 
 inline constexpr const char* kWall = R"({"name": "wall", "shapes": [{"box": {"size_m": [1, 1, 1]}}]})";
 
+/// The law whose forces are known in closed form.
+inline constexpr const char* kLinear = R"({"law": "spring-damper"})";
+
 /// The parts of a scene that is valid as it stands.
 struct SceneParts {
   std::string bodies = kWall;
   std::string tools = R"({"name": "t", "placement": {"position_m": [0, 0, 2]}})";
-  std::string rest = "";  ///< more fields of the scene
+  std::string coupling = kLinear;  ///< "": not in the file
+  std::string rest = "";           ///< more fields of the scene
 };
 
 inline std::string scene_json(const SceneParts& parts) {
   return R"({"name": "s", "bodies": [)" + parts.bodies + R"(], "tools": [)" + parts.tools + "]" +
+         (parts.coupling.empty() ? "" : R"(, "coupling": )" + parts.coupling) +
          (parts.rest.empty() ? "" : ", " + parts.rest) + "}";
 }
 

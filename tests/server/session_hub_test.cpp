@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <map>
+
 #include <filesystem>
 #include <fstream>
 
@@ -266,18 +268,19 @@ TEST(SessionHub, AnObserverSeesEverythingAndMovesNothing) {
   EXPECT_EQ(bench.join("eva", wire::ROLE_OBSERVER).joined.user(), 0U) << "limits.observers is 1";
 }
 
+wire::ClientControl set_parameter(const std::string& name, double value) {
+  return message_of([&](auto& message) {
+    message.mutable_set_parameter()->set_name(name);
+    message.mutable_set_parameter()->set_value(value);
+  });
+}
+
 TEST(SessionHub, AParameterIsBoundedToldToAllAndKnownToNewcomers) {
   HubBench bench;
   BenchClient ada = bench.join("ada");
   BenchClient ben = bench.join("ben");
   bench.take(ada);
-  const auto set = [](const std::string& name, double value) {
-    return message_of([&](auto& message) {
-      message.mutable_set_parameter()->set_name(name);
-      message.mutable_set_parameter()->set_value(value);
-    });
-  };
-  bench.send(ada, set("coupling.stiffness_n_per_m", 250));
+  bench.send(ada, set_parameter("coupling.stiffness_n_per_m", 250));
   const auto own = bench.take(ada);
   ASSERT_EQ(described(own), "parameter_set");
   EXPECT_EQ(own[0].request(), 42U);
@@ -286,13 +289,69 @@ TEST(SessionHub, AParameterIsBoundedToldToAllAndKnownToNewcomers) {
   EXPECT_EQ(others[0].request(), 0U);
   EXPECT_EQ(others[0].parameter_set().value(), 250);
   for (const double bad : {-1.0, 1e9, 100001.0}) {
-    bench.send(ada, set("coupling.stiffness_n_per_m", bad));
+    bench.send(ada, set_parameter("coupling.stiffness_n_per_m", bad));
     EXPECT_EQ(described(bench.take(ada)), "error ERROR_BAD_VALUE") << bad;
   }
-  bench.send(ada, set("gravity", 1));
+  bench.send(ada, set_parameter("gravity", 1));
   EXPECT_EQ(described(bench.take(ada)), "error ERROR_UNKNOWN_PARAMETER");
   bench.send(ben, message_of([](auto& message) { message.mutable_leave(); }));
   EXPECT_EQ(bench.join("cleo").joined.scene().coupling().stiffness_n_per_m(), 250);
+}
+
+/// two_hands_scene() with another coupling.
+HubBench bench_with_coupling(const std::string& coupling) {
+  std::string scene = two_hands_scene();
+  const std::string old = R"({"law": "spring-damper", "stiffness_n_per_m": 200, "damping_n_s_per_m": 2})";
+  EXPECT_NE(scene.find(old), std::string::npos);
+  return HubBench({}, {scene.replace(scene.find(old), old.size(), coupling)});
+}
+
+/// name → value of the parameter_set messages.
+std::map<std::string, double> parameters_in(const std::vector<wire::ServerControl>& messages) {
+  std::map<std::string, double> values;
+  for (const wire::ServerControl& message : messages) {
+    if (message.has_parameter_set()) values[message.parameter_set().name()] = message.parameter_set().value();
+  }
+  return values;
+}
+
+TEST(SessionHub, UnderTheAdaptiveLawOneIsToldTheStiffnessOfWhatOneHolds) {
+  HubBench bench = bench_with_coupling(R"({"law": "adaptive", "adaptive": {
+      "mass_range_kg": [0.01, 1], "stiffness_n_per_m": [100, 1000], "damping_n_s_per_m": [5]}})");
+  BenchClient ada = bench.join("ada");
+  BenchClient ben = bench.join("ben");
+  EXPECT_DOUBLE_EQ(ada.joined.scene().coupling().stiffness_n_per_m(), 150) << "the tool's 0.05 kg";
+  bench.take(ada);
+  bench.send(ada, message_of([](auto& message) { message.mutable_grab()->set_body(1); }));
+  bench.step();
+  const auto grabbed = bench.take(ada);
+  EXPECT_EQ(described(grabbed), "grabbed, parameter_set");
+  EXPECT_EQ(parameters_in(grabbed), (std::map<std::string, double>{{"coupling.stiffness_n_per_m", 200}}));
+  EXPECT_EQ(described(bench.take(ben)), "") << "it is ada's alone";
+  bench.send(ada, set_parameter("coupling.force_limit_n", 4));
+  EXPECT_EQ(parameters_in(bench.take(ben)), (std::map<std::string, double>{{"coupling.force_limit_n", 4}}));
+  bench.take(ada);
+  bench.send(ada, set_parameter("coupling.stiffness_n_per_m", 500));
+  EXPECT_EQ(described(bench.take(ada)), "error ERROR_NOT_ALLOWED") << "the law chooses it";
+  bench.send(ada, message_of([](auto& message) { message.mutable_release(); }));
+  bench.step();
+  EXPECT_EQ(parameters_in(bench.take(ada)), (std::map<std::string, double>{{"coupling.stiffness_n_per_m", 150}}));
+}
+
+TEST(SessionHub, AMasslessToolHasDampingOnlyWhileItHoldsABody) {
+  HubBench bench =
+      bench_with_coupling(R"({"law": "qsa-static", "damping_n_s_per_m": 4, "damping_n_m_s_per_rad": 0.01})");
+  BenchClient ada = bench.join("ada");
+  EXPECT_EQ(ada.joined.scene().coupling().damping_n_s_per_m(), 0);
+  bench.send(ada, message_of([](auto& message) { message.mutable_grab()->set_body(1); }));
+  bench.step();
+  EXPECT_EQ(parameters_in(bench.take(ada)), (std::map<std::string, double>{{"coupling.damping_n_s_per_m", 4},
+                                                                           {"coupling.damping_n_m_s_per_rad", 0.01}}));
+  BenchClient ben = bench.join("ben");
+  bench.take(ada);
+  bench.send(ben, set_parameter("coupling.damping_n_s_per_m", 7));
+  EXPECT_EQ(parameters_in(bench.take(ada)), (std::map<std::string, double>{{"coupling.damping_n_s_per_m", 7}}));
+  EXPECT_EQ(parameters_in(bench.take(ben)), (std::map<std::string, double>{{"coupling.damping_n_s_per_m", 0}}));
 }
 
 // The flat square that a scene of bytes needs; the comment makes the file larger than one chunk.

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "common/random.hpp"
+#include "proto/coupling_fields.hpp"
 
 namespace tandem {
 namespace {
@@ -20,7 +21,7 @@ RigidState random_state(Random& random) {
 TEST(ToolHand, WrenchesOnHandAndToolSumToZeroAboutAnyPoint) {
   constexpr std::uint64_t kSeed = 7;
   Random random(kSeed);
-  ToolHand hand("", CouplingParameters{});
+  ToolHand hand("spring-damper", CouplingParameters{});
   for (int i = 0; i < 1000; ++i) {
     const RigidState handle = random_state(random);
     const RigidState tool = random_state(random);
@@ -38,7 +39,7 @@ TEST(ToolHand, WrenchesOnHandAndToolSumToZeroAboutAnyPoint) {
 }
 
 TEST(ToolHand, WorkIsTheWrenchOfTheStepTimesItsWay) {
-  ToolHand hand("", CouplingParameters{});
+  ToolHand hand("spring-damper", CouplingParameters{});
   hand.set_handle({{Vec3(0.02, 0, 0), Quat::Identity()}, Twist{}});
   const Wrench two_newtons{Vec3(2, 0, 0), Vec3::Zero()};
   hand.settle({}, {{Vec3(0.005, 0, 0), Quat::Identity()}, {}}, two_newtons);  // moved with the force
@@ -49,14 +50,14 @@ TEST(ToolHand, WorkIsTheWrenchOfTheStepTimesItsWay) {
 }
 
 TEST(ToolHand, TurningIsPartOfTheWork) {
-  ToolHand hand("", CouplingParameters{});
+  ToolHand hand("spring-damper", CouplingParameters{});
   hand.set_handle({{Vec3::Zero(), quaternion_of(Vec3(0, 0, 0.2))}, Twist{}});
   hand.settle({}, {{Vec3::Zero(), quaternion_of(Vec3(0, 0, 0.1))}, {}}, {Vec3::Zero(), Vec3(0, 0, 0.1)});
   EXPECT_NEAR(hand.energy_into_world_j(), 0.1 * 0.1, 1e-12);
 }
 
 TEST(ToolHand, AnAnchorPullsTheToolButNotTheHand) {
-  ToolHand hand("", CouplingParameters{});
+  ToolHand hand("spring-damper", CouplingParameters{});
   hand.anchor_at({Vec3(0.01, 0, 0), Quat::Identity()});
   ASSERT_TRUE(hand.pulls());
   const SolverCoupling coupling = hand.coupling(0, {});
@@ -67,12 +68,39 @@ TEST(ToolHand, AnAnchorPullsTheToolButNotTheHand) {
 }
 
 TEST(ToolHand, SaturationIsReportedAtTheLimitOnly) {
-  ToolHand hand("", CouplingParameters{});  // up to 6.5 N
+  ToolHand hand("spring-damper", {.saturation_softness = 0});  // up to 6.5 N
   hand.set_handle({});
   hand.settle({}, {}, {Vec3(6.4999, 0, 0), Vec3::Zero()});
   EXPECT_FALSE(hand.is_saturated());
   hand.settle({}, {}, {Vec3(6.5, 0, 0), Vec3::Zero()});
   EXPECT_TRUE(hand.is_saturated());
+}
+
+TEST(ToolHand, SaturationIsReportedPastHalfOfItsBend) {
+  ToolHand hand("spring-damper", {.force_limit_n = 10, .saturation_softness = 0.2});  // bends from 8 N on
+  hand.set_handle({});
+  hand.settle({}, {}, {Vec3(8.9, 0, 0), Vec3::Zero()});
+  EXPECT_FALSE(hand.is_saturated());
+  hand.settle({}, {}, {Vec3(9.1, 0, 0), Vec3::Zero()});
+  EXPECT_TRUE(hand.is_saturated());
+}
+
+TEST(ToolHand, ANewCouplingIsReachedInATenthOfASecondAndByNoStep) {
+  const CouplingParameters before{.stiffness_n_per_m = 100};
+  CouplingParameters after;
+  for (const CouplingField& field : kCouplingFields) after.*field.value = 2 * before.*field.value;
+  ToolHand hand("spring-damper", before);
+  hand.set_coupling(after);
+  double last = before.stiffness_n_per_m;
+  for (int i = 0; i < 100; ++i) {
+    hand.advance(1e-3);
+    ASSERT_NEAR(hand.parameters().stiffness_n_per_m - last, 1, 1e-9) << i;
+    last = hand.parameters().stiffness_n_per_m;
+  }
+  EXPECT_EQ(hand.parameters(), after) << "every coefficient";
+  hand.set_coupling(before);
+  hand.reset(before);
+  EXPECT_EQ(hand.parameters(), before) << "a new user starts with it";
 }
 
 }  // namespace

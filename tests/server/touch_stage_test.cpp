@@ -188,9 +188,10 @@ TEST(TouchSeam, NoLightPlateOnATableLetsTheToolThrough) {
       const std::string plate = box("plate", {0.05, 0.05, thickness_m}, {0, 0, thickness_m / 2},
                                     R"(, "mass_kg": )" + std::to_string(mass_kg));
       const Vec3 start(0.004, 0.003, thickness_m + 0.006);
-      World world(load_parts({.bodies = table() + "," + plate,
-                              .tools = tool_at(start),
-                              .rest = R"("coupling": {"stiffness_n_per_m": 1000, "force_limit_n": 10})"}));
+      World world(
+          load_parts({.bodies = table() + "," + plate,
+                      .tools = tool_at(start),
+                      .coupling = R"({"law": "spring-damper", "stiffness_n_per_m": 1000, "force_limit_n": 10})"}));
       world.activate_tool(0);
       for (int i = 0; i < 1500; ++i) {
         world.set_handle(0, at(start - std::min(1.0, i / 500.0) * 0.02 * Vec3::UnitZ()));
@@ -280,9 +281,9 @@ TEST(TouchSeam, AHeldBodyPressesOnAFreeOneAndBothRest) {
 TEST(TouchStage, AToolThatIsPulledBeyondTheSpeedLimitIsSlowedBeforeItMovesNotAfter) {
   // 5 g, pulled by 1000 N from 2 cm before a wall to 3 cm behind it, in one step.
   const std::string wall = box("wall", {0.2, 0.2, 0.002}, {0, 0, 0});
-  const std::string coupling = R"("coupling": {"stiffness_n_per_m": 100000, "force_limit_n": 1000})";
-  World world(
-      load_parts({.bodies = wall, .tools = tool_at({0, 0, 0.026}, 0.5, R"(, "mass_kg": 0.005)"), .rest = coupling}));
+  const std::string coupling = R"({"law": "spring-damper", "stiffness_n_per_m": 100000, "force_limit_n": 1000})";
+  World world(load_parts(
+      {.bodies = wall, .tools = tool_at({0, 0, 0.026}, 0.5, R"(, "mass_kg": 0.005)"), .coupling = coupling}));
   world.activate_tool(0);
   world.set_handle(0, at({0, 0, 0.026}));
   run(world, 10);

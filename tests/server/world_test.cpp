@@ -57,9 +57,10 @@ TEST(World, BodyWithoutGravityStaysToTheBit) {
 }
 
 TEST(World, DampingIsExponentialInTime) {
-  World world(load_parts({.bodies = cube("a", 0.1, {0, 0, 1}, R"(, "gravity": false, "linear_damping_per_s": 4)"),
-                          .tools = tool_at("t", {0, 0, 1}, "a"),
-                          .rest = R"("coupling": {"damping_n_s_per_m": 0, "damping_n_m_s_per_rad": 0})"}));
+  World world(
+      load_parts({.bodies = cube("a", 0.1, {0, 0, 1}, R"(, "gravity": false, "linear_damping_per_s": 4)"),
+                  .tools = tool_at("t", {0, 0, 1}, "a"),
+                  .coupling = R"({"law": "spring-damper", "damping_n_s_per_m": 0, "damping_n_m_s_per_rad": 0})"}));
   world.activate_tool(0);
   world.set_handle(0, at({0, 0, 1.01}));
   run(world, 20);
@@ -421,7 +422,7 @@ TEST(World, OffCentreBodyTurnsAboutItsCentreOfMass) {
       {"sphere": {"radius_m": 0.02}}, {"sphere": {"radius_m": 0.02}, "placement": {"position_m": [0.1, 0, 0]}}]})";
   World world(load_parts({.bodies = body,
                           .tools = tool_at("t", {0.05, 0, 0}, "a"),
-                          .rest = R"("coupling": {"stiffness_n_per_m": 0, "damping_n_s_per_m": 0})"}));
+                          .coupling = R"({"law": "spring-damper", "stiffness_n_per_m": 0, "damping_n_s_per_m": 0})"}));
   world.activate_tool(0);
   world.set_handle(0, {{Vec3(0.05, 0, 0), quaternion_of(Vec3(0, 0, 1))}, Twist{}});
   run(world, 300);

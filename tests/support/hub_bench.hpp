@@ -22,7 +22,7 @@ inline std::string two_hands_scene(const std::string& name = "bench") {
                 "graspable": true, "gravity": false}],
     "tools": [{"name": "a", "placement": {"position_m": [-0.02, 0, 0]}},
               {"name": "b", "placement": {"position_m": [0.02, 0, 0]}}],
-    "coupling": {"stiffness_n_per_m": 200, "damping_n_s_per_m": 2},
+    "coupling": {"law": "spring-damper", "stiffness_n_per_m": 200, "damping_n_s_per_m": 2},
     "limits": {"observers": 1}})";
 }
 

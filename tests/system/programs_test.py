@@ -49,6 +49,19 @@ class Json(ProgramTest):
         self.assertLess(summary["silent_ticks"], summary["ticks_run"] / 2)
 
 
+class Check(ProgramTest):
+    def test_a_coupling_that_is_unstable_is_refused_with_a_value_that_is_not(self):
+        arguments = ["check", "--law", "spring-damper", "--device", "omega.6", "--tool-mass", "0.05", "--json"]
+        code, out, err = run("tandem-lab", *arguments, "--stiffness", "50000")
+        self.assertEqual(code, 1, err)
+        finding = json.loads(out)["findings"][0]
+        self.assertTrue(finding["is_unstable"])
+        self.assertEqual(finding["parameter"], "coupling.stiffness_n_per_m")
+        code, out, err = run("tandem-lab", *arguments, "--stiffness", str(finding["remedy"]))
+        self.assertEqual(code, 0, err)
+        self.assertFalse(json.loads(out)["is_refused"])
+
+
 class Mistakes(ProgramTest):
     def test_of_the_server(self):
         for arguments, words in [([], ["--scene"]), (["--bogus"], ["--bogus"]),
@@ -59,7 +72,7 @@ class Mistakes(ProgramTest):
 
     def test_of_the_lab(self):
         experiment = self.write("e.json", json.dumps({"name": "e", "scene": "two_boxes", "users": [{"name": "a"}]}))
-        for arguments, words in [([], ["run or bench or reproduce or report"]), (["run"], ["experiment", "tandem-lab run --help"]),
+        for arguments, words in [([], ["run or bench or calibrate or check or reproduce or report"]), (["run"], ["experiment", "tandem-lab run --help"]),
                                  (["bench"], ["field", "tandem-lab bench --help"]),
                                  (["bench", "contact"], ["--a", "tandem-lab bench contact --help"]),
                                  (["bench", "contact", "--a", "no.obj", "--b", "cube"],

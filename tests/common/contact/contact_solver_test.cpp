@@ -291,5 +291,58 @@ TEST(ContactSolver, GivesTheSameBitsAgain) {
   EXPECT_EQ(first.q.coeffs(), again.q.coeffs());
 }
 
+class Prescribed : public testing::Test {
+ protected:
+  /// A square of contacts of the prescribed body, which comes down at `speed_m_per_s`, on the other.
+  PatchResult step(std::vector<SolverBody>& bodies, int other, double depth_m, double speed_m_per_s) {
+    std::vector<ContactPoint> contacts = square(0, depth_m);
+    bodies[0].is_prescribed = true;
+    bodies[0].V_WC = {Vec3(0, 0, -speed_m_per_s), Vec3::Zero()};
+    const SolverPatch patch{0, other, contacts, kStiffness_n_per_m3};
+    PatchResult result;
+    report_ = solver_.step(kStep_s, bodies, {}, {&patch, 1}, {&result, 1}, {});
+    area_m2_ = 0;
+    for (const ContactPoint& contact : contacts) area_m2_ += contact.area_m2;
+    return result;
+  }
+
+  static constexpr double kStiffness_n_per_m3 = 1e8;
+  ContactSolver solver_{{}};
+  SolverReport report_;
+  double area_m2_ = 0;
+};
+
+TEST_F(Prescribed, GoesOnWhateverPushesItAndIsPushedByTheLayerHoweverDeep) {
+  for (const double depth_m : {1e-4, 5e-3}) {
+    std::vector<SolverBody> bodies(1);
+    const double speed_m_per_s = 0.02;
+    const PatchResult result = step(bodies, kStaticBody, depth_m, speed_m_per_s);
+    EXPECT_EQ(bodies[0].V_WC.v, Vec3(0, 0, -speed_m_per_s));
+    const double lag_s = kStep_s + SolverPatch{}.dissipation_s;
+    const double expected_n = kStiffness_n_per_m3 * area_m2_ * (depth_m + lag_s * speed_m_per_s);
+    EXPECT_NEAR(result.normal_force_n, expected_n, 1e-9 * expected_n);
+    EXPECT_NEAR(result.on_a_W.f.z(), expected_n, 1e-9 * expected_n);
+    EXPECT_EQ(report_.left_out, 0U);
+  }
+}
+
+TEST_F(Prescribed, PushesABodyThatMovesByTheReactionOfWhatItFeels) {
+  std::vector<SolverBody> bodies(2);
+  bodies[1].mass_kg = 0.3;
+  bodies[1].inertia_W = box_inertia(0.3, {0.02, 0.02, 0.02});
+  bodies[1].p_WC = {0, 0, -0.01};
+  const PatchResult result = step(bodies, 1, 1e-4, 0.1);
+  EXPECT_LT(bodies[1].V_WC.v.z(), -1e-4);
+  EXPECT_NEAR(0.3 * bodies[1].V_WC.v.z(), -kStep_s * result.on_a_W.f.z(), 1e-11);
+  EXPECT_EQ(bodies[0].V_WC.v.z(), -0.1);
+}
+
+TEST_F(Prescribed, IsRefusedWhenItIsToGoNowhereFinite) {
+  std::vector<SolverBody> bodies(1);
+  step(bodies, kStaticBody, 1e-4, kNan);
+  EXPECT_EQ(report_.left_out, 2U);  // the body and its patch
+  EXPECT_TRUE(is_finite(bodies[0].V_WC));
+}
+
 }  // namespace
 }  // namespace tandem

@@ -102,6 +102,35 @@ TEST(TriangleTree, SeesNothingBeyondTheLimit) {
   EXPECT_NEAR(tree.closest(p, 0.0051).distance_m, 0.005, 1e-15);
 }
 
+TEST(TriangleTree, FindsAllTrianglesWithinADistanceAndSaysWhenThereAreMore) {
+  Random random(kSeed);
+  const TriangleMesh mesh = rough_sphere(random);
+  const TriangleTree tree(mesh);
+  std::vector<TriangleTree::Near> found(mesh.triangles.size());
+  for (int i = 0; i < 100; ++i) {
+    const Vec3 p = random_point(random, 0.025);
+    const double limit = random.uniform(1e-3, 0.02);
+    std::vector<int> expected;
+    for (std::size_t k = 0; k < mesh.triangles.size(); ++k) {
+      const auto corner = [&](std::size_t at) {
+        return mesh.vertices[static_cast<std::size_t>(mesh.triangles[k][at])];
+      };
+      if (distance_to_triangle_m(p, corner(0), corner(1), corner(2)) <= limit) expected.push_back(static_cast<int>(k));
+    }
+    const std::size_t count = tree.within(p, limit, found);
+    std::vector<int> triangles;
+    for (std::size_t k = 0; k < count; ++k) {
+      triangles.push_back(found[k].triangle);
+      const auto& corners = mesh.triangles[static_cast<std::size_t>(found[k].triangle)];
+      EXPECT_EQ(found[k].a, mesh.vertices[static_cast<std::size_t>(corners[0])]);
+    }
+    EXPECT_THAT(triangles, testing::UnorderedElementsAreArray(expected));
+    if (count > 1) {
+      EXPECT_GT(tree.within(p, limit, std::span(found).first(count - 1)), count - 1);
+    }
+  }
+}
+
 TEST(TriangleTree, SignedDistanceToABoxIsTheFormula) {
   Random random(kSeed);
   const Vec3 size(0.02, 0.03, 0.05);

@@ -3,6 +3,7 @@
 // delayed handle, the client to pull the handle to the delayed tool.
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <string_view>
 
@@ -14,20 +15,24 @@ namespace tandem {
 struct CouplingState {
   Vec3 d_W = Vec3::Zero();      ///< p_WH − p_WT [m]
   Vec3 theta_W = Vec3::Zero();  ///< rotation vector that turns T onto H, the short way [rad]
-  Vec3 v_W = Vec3::Zero();  ///< v_WH − w_WH × d − v_WT: of the handle's point that is at T, past the tool [m/s]
-  Vec3 w_W = Vec3::Zero();  ///< w_WH − w_WT [rad/s]
+  Vec3 v_W = Vec3::Zero();   ///< v_WH − w_WH × d − v_WT: of the handle's point that is at T, past the tool [m/s]
+  Vec3 w_W = Vec3::Zero();   ///< w_WH − w_WT [rad/s]
+  Vec3 v_WH = Vec3::Zero();  ///< of the handle itself: what laws that ask "pushing or receding?" look at [m/s]
+  Vec3 w_WH = Vec3::Zero();  ///< [rad/s]
 };
 
 CouplingState coupling_state(const Pose& X_WH, const Twist& V_WH, const Pose& X_WT, const Twist& V_WT);
 
 /// Coefficients shared by the laws; limits act on the whole wrench, on hand and tool alike.
 struct CouplingParameters {
-  double stiffness_n_per_m = 300.0;
+  double stiffness_n_per_m = 300.0;  ///< k_t: of the linear laws; of the curved ones the scale, d_max = F_max / k_t
   double damping_n_s_per_m = 3.0;
   double stiffness_n_m_per_rad = 0.3;
   double damping_n_m_s_per_rad = 0.003;
-  double force_limit_n = 6.5;     ///< magnitude at which the coupling force stops growing
-  double torque_limit_n_m = 0.3;  ///< magnitude at which the coupling torque stops growing
+  double force_limit_n = 6.5;        ///< F_max: magnitude that the coupling force never exceeds
+  double torque_limit_n_m = 0.3;     ///< T_max, alike
+  double saturation_softness = 0.2;  ///< ε of saturated(): how much of the limit is spent on bending, 0 (a corner) to 1
+  double curve_sharpness = 1.0;      ///< c of the stable dynamic curve, 0.1 to 10
 
   bool operator==(const CouplingParameters&) const = default;
 };
@@ -40,36 +45,28 @@ struct CouplingGradient {
   Eigen::Matrix3d torque_by_w = Eigen::Matrix3d::Zero();      ///< ∂τ/∂ω [N·m·s/rad]
 };
 
+/// What the tool is to a law.
+enum class ToolDynamics : std::uint8_t {
+  kWithMass,  ///< a body: mass, weight, velocity
+  kMassless,  ///< no mass and no weight: each step it rests where coupling and contact balance
+  kAtHandle,  ///< it is where the handle is; the hand is shown the contact itself
+};
+
 /// A coupling law gives the wrench on the tool, about the tool's origin; for the hand's see coupling_wrenches().
+/// All laws, what each is, and whether it is passive: coupling/laws.hpp.
 ///
-/// Thread  haptic and room: no allocation, no throw, output finite for finite input
+/// Thread  haptic and room: no allocation, no throw, output finite for any input
 class CouplingLaw {
  public:
   virtual ~CouplingLaw() = default;
   virtual std::string_view name() const noexcept = 0;
   virtual void set_parameters(const CouplingParameters& parameters) noexcept = 0;
   virtual Wrench wrench_on_tool_W(const CouplingState& state) const noexcept = 0;
-  /// Of wrench_on_tool_W(): what an implicit step needs. Zero for an input that is not finite.
+  /// Of wrench_on_tool_W(): what an implicit step needs. Exact below the knee of the saturation, for a linear law, and
+  /// where elastic part and damper pull along one line; else, of ∂f/∂d, a symmetric form with the same eigenvalues
+  /// (radial_law.hpp). Zero for an input that is not finite.
   virtual CouplingGradient gradient(const CouplingState& state) const noexcept = 0;
-};
-
-/// Linear spring and damper, clamped to the limits with the direction kept.
-///
-/// Model   f = k_t d + b_t (v_H − v_T);  τ = k_r θ + b_r (ω_H − ω_T);  |f| ≤ F_max, |τ| ≤ T_max.
-///         Gradient beyond the limit, with u the unlimited force: F_max/|u| (I − ûûᵀ) times k_t and b_t, and alike for
-///         τ
-/// Source  McNeely, Puterbaugh, Troy, "Six degree-of-freedom haptic rendering using voxel sampling",
-///         SIGGRAPH 1999; the clamp is ours: acting on both ends, it creates no energy.
-class SpringDamper final : public CouplingLaw {
- public:
-  explicit SpringDamper(const CouplingParameters& parameters) : parameters_(parameters) {}
-  std::string_view name() const noexcept override { return "spring-damper"; }
-  void set_parameters(const CouplingParameters& parameters) noexcept override { parameters_ = parameters; }
-  Wrench wrench_on_tool_W(const CouplingState& state) const noexcept override;
-  CouplingGradient gradient(const CouplingState& state) const noexcept override;
-
- private:
-  CouplingParameters parameters_;
+  virtual ToolDynamics tool_dynamics() const noexcept { return ToolDynamics::kWithMass; }
 };
 
 /// What the coupling does to its two ends.
@@ -92,8 +89,5 @@ inline Wrench reaction_on_hand(const Wrench& on_tool_W, const Vec3& d_W) noexcep
 ///         handle is.
 CouplingWrenches coupling_wrenches(const CouplingLaw& law, const Pose& X_WH, const Twist& V_WH, const Pose& X_WT,
                                    const Twist& V_WT) noexcept;
-
-/// The law called `name`, or null when there is none of that name ("" means "spring-damper").
-std::unique_ptr<CouplingLaw> make_coupling_law(std::string_view name, const CouplingParameters& parameters);
 
 }  // namespace tandem

@@ -1,0 +1,330 @@
+// See device_profile.hpp. A profile file is written by people: every mistake is named with its profile and remedy.
+#include "devices/device_profile.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstdlib>
+#include <set>
+#include <stdexcept>
+#include <tuple>
+#include <utility>
+
+#include "common/json/fields.hpp"
+#include "common/json/pretty.hpp"
+#include "devices/device_writer.hpp"
+
+namespace tandem {
+namespace {
+
+namespace fs = std::filesystem;
+namespace json = boost::json;
+
+constexpr std::size_t kMostProfiles = 1000;
+constexpr std::size_t kCoefficients = 4;
+/// Points at which a fit's polynomials are looked at.
+constexpr int kFitProbes = 64;
+// CHAI3D 3.2's device table, the softest entry with and the softest without torque: PHANTOM Premium 1.5 6DOF, Touch.
+constexpr CouplingParameters kUnverifiedBounds{.stiffness_n_per_m = 400,
+                                               .damping_n_s_per_m = 4,
+                                               .stiffness_n_m_per_rad = 0.3,
+                                               .damping_n_m_s_per_rad = 0.004,
+                                               .force_limit_n = 2.0,
+                                               .torque_limit_n_m = 0.1};
+
+// The shape of a law's curve is the scene's: the largest that there are.
+constexpr CouplingParameters kShapes{.saturation_softness = 1.0, .curve_sharpness = 10.0};
+
+/// A value with its source, as in the file: {"value": 3.3, "source": "…"}.
+struct ValueField {
+  const char* name;
+  SourcedLimit DeviceProfile::*member;
+  double high;
+  bool is_of_torque;  ///< only devices that show torque have it
+};
+constexpr std::array kValues{
+    ValueField{"stiffness_maximum_n_per_m", &DeviceProfile::stiffness_maximum_n_per_m, 1e6, false},
+    ValueField{"stiffness_maximum_n_m_per_rad", &DeviceProfile::stiffness_maximum_n_m_per_rad, 1e4, true},
+    ValueField{"damping_maximum_n_s_per_m", &DeviceProfile::damping_maximum_n_s_per_m, 1e4, false},
+    ValueField{"damping_maximum_n_m_s_per_rad", &DeviceProfile::damping_maximum_n_m_s_per_rad, 100, true},
+    ValueField{"apparent_mass_kg", &DeviceProfile::apparent_mass_kg, 20, false},
+    ValueField{"apparent_inertia_kg_m2", &DeviceProfile::apparent_inertia_kg_m2, 1, false},
+    ValueField{"physical_damping_n_s_per_m", &DeviceProfile::physical_damping_n_s_per_m, 1000, false},
+    ValueField{"physical_damping_n_m_s_per_rad", &DeviceProfile::physical_damping_n_m_s_per_rad, 10, false},
+    ValueField{"position_step_m", &DeviceProfile::position_step_m, 0.01, false},
+    ValueField{"rotation_step_rad", &DeviceProfile::rotation_step_rad, 0.1, false},
+};
+constexpr double kMostForce_n = 1000;
+constexpr double kMostTorque_n_m = 100;
+
+SourcedLimit sourced(JsonFields& profile, const char* name, double high) {
+  if (!profile.has(name)) profile.fail(name, R"(it must be {"value": number, "source": "where from"})");
+  JsonFields field = profile.object(name);
+  SourcedLimit result{field.required_number("value", 0, high), field.required_text("source")};
+  field.finish();
+  return result;
+}
+
+void read_limits(JsonFields& profile, DeviceProfile& result) {
+  JsonFields limits = profile.object("limits");
+  DeviceSpec& spec = result.spec;
+  spec.force_limit_n = limits.required_number("force_n", 0, kMostForce_n);
+  spec.torque_limit_n_m = limits.number("torque_n_m", 0, 0, kMostTorque_n_m);
+  spec.speed_limit_m_per_s = limits.required_number("speed_m_per_s", 0.01, 100);
+  spec.slew_limit_n_per_s = limits.required_number("slew_n_per_s", 1, 1e6);
+  spec.slew_limit_n_m_per_s = limits.required_number("slew_n_m_per_s", 0.01, 1e5);
+  result.rate_hz = limits.required_number("rate_hz", 100, 20000);
+  result.limits_source = limits.required_text("source");
+  limits.finish();
+}
+
+void read_workspace(JsonFields& profile, DeviceProfile& result) {
+  JsonFields workspace = profile.object("workspace_m");
+  result.workspace_m = workspace.vector("value", Vec3::Zero(), 10);
+  if (!(result.workspace_m.minCoeff() > 0)) workspace.fail("value", "it must be three widths above 0");
+  result.workspace_source = workspace.required_text("source");
+  workspace.finish();
+}
+
+std::pair<double, double> range_of(JsonFields& fit, const char* name, double high) {
+  const std::vector<double> ends = fit.numbers(name, 0, high);
+  if (ends.size() != 2 || !(ends[0] > 0) || ends[1] < ends[0]) {
+    fit.fail(name, "it must be [low, high], 0 < low <= high");
+  }
+  return {ends[0], ends[1]};
+}
+
+Cubic cubic_of(JsonFields& fit, const char* name) {
+  const std::vector<double> coefficients = fit.numbers(name, -1e15, 1e15);
+  if (coefficients.size() != kCoefficients) fit.fail(name, "it must be four numbers [c0, c1, c2, c3]");
+  Cubic result;
+  std::copy(coefficients.begin(), coefficients.end(), result.c.begin());
+  return result;
+}
+
+/// A pair that is negative or huge anywhere in the range would be used as it is: it is refused here.
+void check_pair(const JsonFields& fit, const std::pair<double, double>& range, const Cubic& stiffness,
+                const char* stiffness_name, const Cubic& damping, const char* damping_name) {
+  constexpr double kMost = 1e6;
+  for (int i = 0; i <= kFitProbes; ++i) {
+    const double k = stiffness(range.first + (range.second - range.first) * i / kFitProbes);
+    if (!(k > 0 && k <= kMost)) fit.fail(stiffness_name, "it must give a stiffness above 0, at most 1e6, in the range");
+    const double b = damping(k);
+    if (!(b >= 0 && b <= kMost)) fit.fail(damping_name, "it must give a damping of 0 to 1e6 in the range");
+  }
+}
+
+AdaptiveFit fit_of(JsonFields fit, std::string& source) {
+  AdaptiveFit result;
+  source = fit.required_text("source");
+  const auto mass = range_of(fit, "mass_kg", 1000);
+  std::tie(result.mass_low_kg, result.mass_high_kg) = mass;
+  result.stiffness_n_per_m = cubic_of(fit, "stiffness_n_per_m");
+  result.damping_n_s_per_m = cubic_of(fit, "damping_n_s_per_m");
+  check_pair(fit, mass, result.stiffness_n_per_m, "stiffness_n_per_m", result.damping_n_s_per_m, "damping_n_s_per_m");
+  if (fit.has("inertia_kg_m2")) {
+    const auto inertia = range_of(fit, "inertia_kg_m2", 1000);
+    std::tie(result.inertia_low_kg_m2, result.inertia_high_kg_m2) = inertia;
+    result.stiffness_n_m_per_rad = cubic_of(fit, "stiffness_n_m_per_rad");
+    result.damping_n_m_s_per_rad = cubic_of(fit, "damping_n_m_s_per_rad");
+    check_pair(fit, inertia, result.stiffness_n_m_per_rad, "stiffness_n_m_per_rad", result.damping_n_m_s_per_rad,
+               "damping_n_m_s_per_rad");
+  }
+  fit.finish();
+  return result;
+}
+
+bool is_plain_name(std::string_view name) {
+  return !name.empty() && name.size() <= 64 && std::all_of(name.begin(), name.end(), [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '-' || c == '.';
+  });
+}
+
+DeviceProfile profile_of(JsonFields profile, const std::string& origin) {
+  DeviceProfile result;
+  result.name = profile.required_text("name");
+  result.title = profile.required_text("title");
+  result.spec.name = result.name;
+  result.spec.force_axes = static_cast<int>(profile.whole_number("force_axes", 0, 6));
+  if (result.spec.force_axes != 3 && result.spec.force_axes != 6) profile.fail("force_axes", "it must be 3 or 6");
+  result.spec.force_maximum_n = sourced(profile, "force_maximum_n", kMostForce_n);
+  if (result.has_torque()) result.spec.torque_maximum_n_m = sourced(profile, "torque_maximum_n_m", kMostTorque_n_m);
+  read_limits(profile, result);
+  read_workspace(profile, result);
+  for (const ValueField& field : kValues) {
+    if (field.is_of_torque && !result.has_torque()) continue;
+    result.*field.member = sourced(profile, field.name, field.high);
+  }
+  if (profile.has("adaptive")) result.adaptive = fit_of(profile.object("adaptive"), result.adaptive_source);
+  profile.finish();
+  try {
+    check_device_spec(result.spec);
+  } catch (const std::invalid_argument& error) {
+    throw std::invalid_argument(origin + ": profiles[" + result.name + "].limits: " + error.what());
+  }
+  return result;
+}
+
+/// Messages shall say which profile: by its name once that is known to be one.
+std::string path_of(const json::value& profile, std::size_t index, const std::string& origin) {
+  const std::string by_index = "profiles[" + std::to_string(index) + "]";
+  JsonFields fields(profile, origin, by_index);
+  const std::string name = fields.required_text("name");
+  if (!is_plain_name(name)) fields.fail("name", "it must be of a-z, 0-9, '-' and '.', at most 64 of them");
+  return "profiles[" + name + "]";
+}
+
+std::string value_text(const SourcedLimit& limit) {
+  return compact_json(json::object{{"value", limit.value}, {"source", limit.source}});
+}
+
+json::array array_of(const Cubic& cubic) {
+  return {cubic.c[0], cubic.c[1], cubic.c[2], cubic.c[3]};
+}
+
+std::string fit_text(const AdaptiveFit& fit, const std::string& source) {
+  json::object result{{"source", source},
+                      {"mass_kg", {fit.mass_low_kg, fit.mass_high_kg}},
+                      {"stiffness_n_per_m", array_of(fit.stiffness_n_per_m)},
+                      {"damping_n_s_per_m", array_of(fit.damping_n_s_per_m)}};
+  if (fit.inertia_high_kg_m2 > 0) {
+    result["inertia_kg_m2"] = {fit.inertia_low_kg_m2, fit.inertia_high_kg_m2};
+    result["stiffness_n_m_per_rad"] = array_of(fit.stiffness_n_m_per_rad);
+    result["damping_n_m_s_per_rad"] = array_of(fit.damping_n_m_s_per_rad);
+  }
+  return compact_json(result);
+}
+
+std::string limits_text(const DeviceProfile& profile) {
+  const DeviceSpec& spec = profile.spec;
+  return compact_json(json::object{{"force_n", spec.force_limit_n},
+                                   {"torque_n_m", spec.torque_limit_n_m},
+                                   {"speed_m_per_s", spec.speed_limit_m_per_s},
+                                   {"slew_n_per_s", spec.slew_limit_n_per_s},
+                                   {"slew_n_m_per_s", spec.slew_limit_n_m_per_s},
+                                   {"rate_hz", profile.rate_hz},
+                                   {"source", profile.limits_source}});
+}
+
+std::string profile_text(const DeviceProfile& profile) {
+  std::string text;
+  const auto add = [&text](const char* name, const std::string& value) {
+    text.append(text.empty() ? "" : ",\n").append("    \"").append(name).append("\": ").append(value);
+  };
+  add("name", compact_json(json::value(profile.name)));
+  add("title", compact_json(json::value(profile.title)));
+  add("force_axes", profile.has_torque() ? "6" : "3");
+  add("force_maximum_n", value_text(profile.spec.force_maximum_n));
+  if (profile.has_torque()) add("torque_maximum_n_m", value_text(profile.spec.torque_maximum_n_m));
+  add("limits", limits_text(profile));
+  const Vec3& size = profile.workspace_m;
+  add("workspace_m",
+      compact_json(json::object{{"value", {size.x(), size.y(), size.z()}}, {"source", profile.workspace_source}}));
+  for (const ValueField& field : kValues) {
+    if (!field.is_of_torque || profile.has_torque()) add(field.name, value_text(profile.*field.member));
+  }
+  if (profile.adaptive) add("adaptive", fit_text(*profile.adaptive, profile.adaptive_source));
+  return "  {\n" + text + "\n  }";
+}
+
+double verified_or(const SourcedLimit& limit, double otherwise) {
+  return is_verified(limit) ? limit.value : std::min(otherwise, limit.value);
+}
+
+std::vector<fs::path> profile_places() {
+  std::vector<fs::path> places;
+  const char* const chosen = std::getenv("TANDEM_DEVICE_PROFILES");
+  if (chosen != nullptr && *chosen != '\0') return {chosen};
+  places.emplace_back(TANDEM_DEVICE_FOLDER "/profiles.json");
+  std::error_code error;
+  const fs::path program = fs::read_symlink("/proc/self/exe", error);
+  if (!error) places.push_back(program.parent_path().parent_path() / "share" / "tandem" / "devices" / "profiles.json");
+  return places;
+}
+
+}  // namespace
+
+std::vector<DeviceProfile> parse_device_profiles(std::string_view text, const std::string& origin) {
+  const json::value value = parse_json(text, origin);
+  JsonFields file(value, origin);
+  // Counts and types are checked here; the profiles themselves are read under their names.
+  static_cast<void>(file.objects("profiles", 1, kMostProfiles));
+  file.finish();
+  std::vector<DeviceProfile> result;
+  std::set<std::string> names;
+  for (const json::value& one : value.at("profiles").as_array()) {
+    const std::string path = path_of(one, result.size(), origin);
+    JsonFields fields(one, origin, path);
+    if (!names.insert(fields.required_text("name")).second) fields.fail("name", "each profile needs a name of its own");
+    result.push_back(profile_of(JsonFields(one, origin, path), origin));
+  }
+  return result;
+}
+
+std::vector<DeviceProfile> load_device_profiles(const fs::path& file) {
+  return parse_device_profiles(read_text_file(file), file.string());
+}
+
+std::string device_profiles_text(const std::vector<DeviceProfile>& profiles) {
+  std::string text = "{\"profiles\": [\n";
+  for (const DeviceProfile& profile : profiles) {
+    text.append(&profile == &profiles.front() ? "" : ",\n").append(profile_text(profile));
+  }
+  return text + "\n]}\n";
+}
+
+fs::path shipped_device_profiles() {
+  std::string tried;
+  for (const fs::path& place : profile_places()) {
+    std::error_code error;
+    if (fs::is_regular_file(place, error)) return place;
+    tried += (tried.empty() ? "" : ", ") + place.string();
+  }
+  throw std::invalid_argument("device profiles: no file at " + tried +
+                              "; name one with the environment variable TANDEM_DEVICE_PROFILES");
+}
+
+DeviceProfile find_device_profile(std::string_view name) {
+  if (name.ends_with(".json")) {
+    const fs::path file(name);
+    std::vector<DeviceProfile> profiles = load_device_profiles(file);
+    if (profiles.size() == 1) return std::move(profiles.front());
+    throw std::invalid_argument(file.string() + ": profiles has " + std::to_string(profiles.size()) +
+                                " of them; a file named as a device must hold one");
+  }
+  std::string known;
+  for (DeviceProfile& profile : load_device_profiles(shipped_device_profiles())) {
+    if (profile.name == name) return std::move(profile);
+    known += (known.empty() ? "" : ", ") + profile.name;
+  }
+  throw std::invalid_argument("device \"" + std::string(name) + "\" is not known; use FILE.json or one of: " + known);
+}
+
+HandParameters holding(const HandParameters& hand, const DeviceProfile& profile) {
+  HandParameters result = hand;
+  result.mass_kg += profile.apparent_mass_kg.value;
+  result.damping_n_s_per_m += profile.physical_damping_n_s_per_m.value;
+  result.inertia_kg_m2 += profile.apparent_inertia_kg_m2.value;
+  result.damping_n_m_s_per_rad += profile.physical_damping_n_m_s_per_rad.value;
+  result.encoder_step_m = std::max(hand.encoder_step_m, profile.position_step_m.value);
+  result.encoder_step_rad = std::max(hand.encoder_step_rad, profile.rotation_step_rad.value);
+  return result;
+}
+
+CouplingParameters coupling_bounds(const DeviceProfile& profile) {
+  const CouplingParameters& soft = kUnverifiedBounds;
+  CouplingParameters bounds = kShapes;
+  bounds.stiffness_n_per_m = verified_or(profile.stiffness_maximum_n_per_m, soft.stiffness_n_per_m);
+  bounds.damping_n_s_per_m = verified_or(profile.damping_maximum_n_s_per_m, soft.damping_n_s_per_m);
+  bounds.force_limit_n = verified_or(profile.spec.force_maximum_n, soft.force_limit_n);
+  // A device without torque never shows what these bound: the tool at the other end feels it alone.
+  bounds.stiffness_n_m_per_rad = soft.stiffness_n_m_per_rad;
+  bounds.damping_n_m_s_per_rad = soft.damping_n_m_s_per_rad;
+  bounds.torque_limit_n_m = soft.torque_limit_n_m;
+  if (!profile.has_torque()) return bounds;
+  bounds.stiffness_n_m_per_rad = verified_or(profile.stiffness_maximum_n_m_per_rad, soft.stiffness_n_m_per_rad);
+  bounds.damping_n_m_s_per_rad = verified_or(profile.damping_maximum_n_m_s_per_rad, soft.damping_n_m_s_per_rad);
+  bounds.torque_limit_n_m = verified_or(profile.spec.torque_maximum_n_m, soft.torque_limit_n_m);
+  return bounds;
+}
+
+}  // namespace tandem

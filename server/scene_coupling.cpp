@@ -1,0 +1,179 @@
+#include "server/scene_coupling.hpp"
+
+#include <algorithm>
+#include <memory>
+#include <string>
+
+#include "common/coupling/laws.hpp"
+
+namespace tandem {
+namespace {
+
+constexpr std::string_view kAdaptiveLaw = "adaptive";
+constexpr double kMostMass_kg = 1e4;
+constexpr double kMostInertia_kg_m2 = 1e4;
+/// Between the ends of a range, where a cubic is looked at. Ours: it turns twice at most.
+constexpr int kLooks = 64;
+
+using Numbers = google::protobuf::RepeatedField<double>;
+
+void set(Numbers& numbers, std::initializer_list<double> values) {
+  numbers.Assign(values.begin(), values.end());
+}
+
+void set(Numbers& numbers, const Cubic& cubic) {
+  numbers.Assign(cubic.c.begin(), cubic.c.end());
+}
+
+Cubic cubic_of(const Numbers& numbers) {
+  Cubic cubic;
+  std::copy_n(numbers.begin(), std::min<std::size_t>(cubic.c.size(), static_cast<std::size_t>(numbers.size())),
+              cubic.c.begin());
+  return cubic;
+}
+
+wire::AdaptiveFit to_wire(const AdaptiveFit& fit) {
+  wire::AdaptiveFit message;
+  set(*message.mutable_mass_range_kg(), {fit.mass_low_kg, fit.mass_high_kg});
+  set(*message.mutable_stiffness_n_per_m(), fit.stiffness_n_per_m);
+  set(*message.mutable_damping_n_s_per_m(), fit.damping_n_s_per_m);
+  if (fit.inertia_high_kg_m2 <= 0) return message;
+  set(*message.mutable_inertia_range_kg_m2(), {fit.inertia_low_kg_m2, fit.inertia_high_kg_m2});
+  set(*message.mutable_stiffness_n_m_per_rad(), fit.stiffness_n_m_per_rad);
+  set(*message.mutable_damping_n_m_s_per_rad(), fit.damping_n_m_s_per_rad);
+  return message;
+}
+
+/// Of a checked message.
+AdaptiveFit from_wire(const wire::AdaptiveFit& message) {
+  AdaptiveFit fit;
+  fit.mass_low_kg = message.mass_range_kg(0);
+  fit.mass_high_kg = message.mass_range_kg(1);
+  fit.stiffness_n_per_m = cubic_of(message.stiffness_n_per_m());
+  fit.damping_n_s_per_m = cubic_of(message.damping_n_s_per_m());
+  if (message.inertia_range_kg_m2().empty()) return fit;
+  fit.inertia_low_kg_m2 = message.inertia_range_kg_m2(0);
+  fit.inertia_high_kg_m2 = message.inertia_range_kg_m2(1);
+  fit.stiffness_n_m_per_rad = cubic_of(message.stiffness_n_m_per_rad());
+  fit.damping_n_m_s_per_rad = cubic_of(message.damping_n_m_s_per_rad());
+  return fit;
+}
+
+void check_range(const Numbers& range, double most, const SceneField& field) {
+  if (range.size() != 2) {
+    field.refuse("has " + std::to_string(range.size()) + " numbers; it must have 2, the lowest and the highest");
+  }
+  for (const double end : range) field.require_at_least_zero(end, most);
+  if (range[1] <= 0 || range[0] > range[1]) {
+    field.refuse("is " + number_text(range[0]) + " to " + number_text(range[1]) +
+                 "; the second must be positive and not below the first");
+  }
+}
+
+void check_polynomial(const Numbers& coefficients, const SceneField& field) {
+  if (coefficients.empty() || coefficients.size() > 4) {
+    field.refuse("has " + std::to_string(coefficients.size()) + " coefficients; it must have 1 to 4");
+  }
+  for (const double coefficient : coefficients) {
+    field.require_within(coefficient, -1e12, 1e12, "from -1e12 to 1e12");
+  }
+}
+
+/// What the two polynomials give over the range must be what the wire accepts.
+void check_values(const Numbers& range, const Cubic& stiffness, const Cubic& damping, std::string_view stiffness_name,
+                  std::string_view damping_name, const SceneField& fit) {
+  for (int i = 0; i <= kLooks; ++i) {
+    const double x = range[0] + (range[1] - range[0]) * i / kLooks;
+    const double k = stiffness(x);
+    const auto check = [&](std::string_view name, double value) {
+      const CouplingField& field = *find_coupling_field("coupling." + std::string(name));
+      if (field.accepts(value)) return;
+      fit.in(std::string(name))
+          .refuse("gives " + number_text(value) + " for " + number_text(x) + "; it must give from " +
+                  number_text(field.low) + " to " + number_text(field.high) + " over the whole range");
+    };
+    check(stiffness_name, k);
+    check(damping_name, damping(k));
+  }
+}
+
+void check_fit(const wire::AdaptiveFit& message, const SceneField& field) {
+  check_range(message.mass_range_kg(), kMostMass_kg, field.in("mass_range_kg"));
+  check_polynomial(message.stiffness_n_per_m(), field.in("stiffness_n_per_m"));
+  check_polynomial(message.damping_n_s_per_m(), field.in("damping_n_s_per_m"));
+  check_values(message.mass_range_kg(), cubic_of(message.stiffness_n_per_m()), cubic_of(message.damping_n_s_per_m()),
+               "stiffness_n_per_m", "damping_n_s_per_m", field);
+  if (message.inertia_range_kg_m2().empty()) {
+    for (const auto& [numbers, name] : {std::pair{&message.stiffness_n_m_per_rad(), "stiffness_n_m_per_rad"},
+                                        std::pair{&message.damping_n_m_s_per_rad(), "damping_n_m_s_per_rad"}}) {
+      if (!numbers->empty()) field.in(name).refuse("is given without inertia_range_kg_m2; give that too");
+    }
+    return;
+  }
+  check_range(message.inertia_range_kg_m2(), kMostInertia_kg_m2, field.in("inertia_range_kg_m2"));
+  check_polynomial(message.stiffness_n_m_per_rad(), field.in("stiffness_n_m_per_rad"));
+  check_polynomial(message.damping_n_m_s_per_rad(), field.in("damping_n_m_s_per_rad"));
+  check_values(message.inertia_range_kg_m2(), cubic_of(message.stiffness_n_m_per_rad()),
+               cubic_of(message.damping_n_m_s_per_rad()), "stiffness_n_m_per_rad", "damping_n_m_s_per_rad", field);
+}
+
+}  // namespace
+
+void complete_coupling(wire::Coupling& coupling, const SceneField& file) {
+  const CouplingParameters fallback;
+  if (coupling.law().empty()) coupling.set_law(std::string(kDefaultCouplingLaw));
+  if (find_coupling_law(coupling.law()) == nullptr) {
+    file.in("coupling.law")
+        .refuse("is \"" + coupling.law() + "\", which is no law; use one of: " + listed_coupling_law_names());
+  }
+  for (const CouplingField& field : kCouplingFields) {
+    if (!(coupling.*field.has)()) (coupling.*field.set)(fallback.*field.value);
+    file.in(std::string(field.name))
+        .require_within((coupling.*field.get)(), field.low, field.high,
+                        "from " + number_text(field.low) + " to " + number_text(field.high));
+  }
+  const SceneField fit = file.in("coupling.adaptive");
+  if (coupling.law() == kAdaptiveLaw) {
+    if (!coupling.has_adaptive()) *coupling.mutable_adaptive() = to_wire(thesis_adaptive_fit());
+    check_fit(coupling.adaptive(), fit);
+  } else if (coupling.has_adaptive()) {
+    fit.refuse("is given, but coupling.law is \"" + coupling.law() + "\"; it is of the law \"adaptive\" alone");
+  }
+}
+
+SceneCoupling scene_coupling(const wire::Coupling& description) {
+  SceneCoupling coupling;
+  for (const CouplingField& field : kCouplingFields) coupling.parameters.*field.value = (description.*field.get)();
+  if (description.has_adaptive()) coupling.fit = from_wire(description.adaptive());
+  coupling.dynamics = find_coupling_law(description.law())->tool;
+  return coupling;
+}
+
+CouplingParameters coupling_in_force(const SceneCoupling& coupling, const CouplingParameters& base,
+                                     const MovedMass& moved) noexcept {
+  CouplingParameters result = base;
+  if (coupling.fit) {
+    result = adapted(*coupling.fit, moved.mass_kg, moved.inertia_kg_m2, base);
+    // A cubic may dip between the places where it was checked.
+    for (const CouplingField& field : kCouplingFields) {
+      if (is_chosen_by_law(coupling, field)) {
+        result.*field.value = std::clamp(result.*field.value, field.low, field.high);
+      }
+    }
+  }
+  if (coupling.dynamics == ToolDynamics::kMassless && !moved.is_held_body) {
+    result.damping_n_s_per_m = result.damping_n_m_s_per_rad = 0;
+  }
+  return result;
+}
+
+bool is_chosen_by_law(const SceneCoupling& coupling, const CouplingField& field) noexcept {
+  if (!coupling.fit) return false;
+  const bool is_linear =
+      field.value == &CouplingParameters::stiffness_n_per_m || field.value == &CouplingParameters::damping_n_s_per_m;
+  const bool is_angular = field.value == &CouplingParameters::stiffness_n_m_per_rad ||
+                          field.value == &CouplingParameters::damping_n_m_s_per_rad;
+  return is_linear || (is_angular && coupling.fit->inertia_high_kg_m2 > 0);
+}
+
+}  // namespace tandem
