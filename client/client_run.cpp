@@ -146,11 +146,18 @@ void ClientRun::follow_session(const ClientIoSnapshot& io) {
   }
   if (status.why != last_why_ && !status.why.empty()) std::cerr << "tandem-client: " + status.why + "\n";
   last_why_ = status.why;
-  if (std::string lines = coupling_lines(io.coupling_findings); lines != last_coupling_lines_) {
-    std::cerr << lines;
-    last_coupling_lines_ = std::move(lines);
-  }
+  explain_coupling(io.coupling_check);
   if (status.state == SessionState::kEnded) is_over_ = true;
+}
+
+// Here and not on the io thread, which has displayed or refused it already: the search for a remedy takes tens of milliseconds.
+void ClientRun::explain_coupling(const CouplingCheck& check) {
+  if (check.number == explained_check_) return;
+  explained_check_ = check.number;
+  coupling_findings_ = explained(check, options_.device);
+  std::string lines = coupling_lines(coupling_findings_);
+  if (lines != last_coupling_lines_) std::cerr << lines;
+  last_coupling_lines_ = std::move(lines);
 }
 
 void ClientRun::print_status(const ClientIoSnapshot& io) {
@@ -170,6 +177,7 @@ RunSummary ClientRun::summary(ClientIoSnapshot io) const {
           .trace_overflows = loop_->trace_overflows(),
           .counters = core_.counters(),
           .io = std::move(io),
+          .coupling_findings = coupling_findings_,
           .watched = watched_,
           .run = report_};
 }
@@ -179,6 +187,7 @@ int ClientRun::finish() {
   drain_records();
   const ClientIoSnapshot io = io_.snapshot();
   io_.stop();
+  explain_coupling(io.coupling_check);
   if (options_.prints_json) std::cout << boost::json::serialize(to_json(summary(io))) << std::endl;
   bool is_good = true;
   if (trace_ && !trace_->flush()) {

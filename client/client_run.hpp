@@ -45,6 +45,7 @@ class ClientRun {
   void drain_records();
   void take_record(const TickRecord& record);
   void follow_session(const ClientIoSnapshot& io);
+  void explain_coupling(const CouplingCheck& check);
   void print_status(const ClientIoSnapshot& io);
   RunSummary summary(ClientIoSnapshot io) const;
   int finish();
@@ -60,6 +61,8 @@ class ClientRun {
   std::optional<WatchedBody> watched_;
   std::vector<std::string> realtime_not_granted_;
   std::string last_why_;
+  std::uint64_t explained_check_ = 0;
+  std::vector<StabilityFinding> coupling_findings_;
   std::string last_coupling_lines_;
   LocalTime next_status_{};
   std::optional<LocalTime> first_tick_;

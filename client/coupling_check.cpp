@@ -2,8 +2,9 @@
 
 #include <algorithm>
 
-#include "common/coupling/laws.hpp"
+#include "client/rendered_coupling.hpp"
 #include "devices/device_check.hpp"
+#include "proto/state.hpp"
 
 namespace tandem {
 namespace {
@@ -13,20 +14,12 @@ double guessed_inertia(double mass_kg) {
   return mass_kg * 0.05 * 0.05 / 12;
 }
 
-/// As the haptic path bounds them: numbers of the world in, numbers of the world out.
-CouplingParameters rendered(const CouplingParameters& asked, const DeviceProfile& profile, const LoopDevice& device,
-                            double slope_factor) {
-  const CouplingParameters bounds = coupling_bounds(profile);
-  const double steepness = std::max(1.0, slope_factor);
-  CouplingParameters result = asked;
-  const auto bound = [&](double CouplingParameters::*value, double divisor) {
-    result.*value = std::min(asked.*value, bounds.*value / divisor);
-  };
-  bound(&CouplingParameters::stiffness_n_per_m, steepness * device.coupling_scale);
-  bound(&CouplingParameters::damping_n_s_per_m, device.coupling_scale);
-  bound(&CouplingParameters::stiffness_n_m_per_rad, steepness * device.rotational_coupling_scale);
-  bound(&CouplingParameters::damping_n_m_s_per_rad, device.rotational_coupling_scale);
-  return result;
+bool follows_what_is_moved(const CouplingLawInfo& law) {
+  return law.tool == ToolDynamics::kMassless || law.name == "adaptive";
+}
+
+LoopCoupling loop_coupling(const CouplingLawInfo& law, const CouplingParameters& parameters, const MovedThing& thing) {
+  return loop_coupling(law, parameters, thing.mass_kg, guessed_inertia(thing.mass_kg), thing.is_held_body);
 }
 
 bool is_graver(const StabilityFinding& a, const StabilityFinding& b) {
@@ -46,43 +39,81 @@ void merge(const StabilityFinding& finding, std::vector<StabilityFinding>& into)
   }
 }
 
-}  // namespace
-
-MassRange tool_masses(const wire::Joined& joined) {
-  const wire::Scene& scene = joined.scene();
-  if (joined.tool() >= static_cast<std::uint32_t>(scene.tools_size())) return {};
-  const double own = scene.tools(static_cast<int>(joined.tool())).mass_kg();
-  MassRange range{own, own};
-  for (const wire::Body& body : scene.bodies()) {
-    if (!body.graspable() || !(body.mass_kg() > 0)) continue;
-    range.low_kg = std::min(range.low_kg, body.mass_kg());
-    range.high_kg = std::max(range.high_kg, body.mass_kg());
-  }
-  return range;
+/// What is to be checked, in numbers of the world; null where there is none.
+const CouplingLawInfo* law_of(const HapticScene& scene) {
+  return scene.law < coupling_laws().size() ? &coupling_laws()[scene.law] : nullptr;
+}
+CouplingParameters rendered(const HapticScene& scene, const CouplingLawInfo& law, const DeviceProfile& device) {
+  return rendered_coupling(law.name, scene.coupling, coupling_bounds(device), scene.workspace);
 }
 
-std::vector<StabilityFinding> check_scene_coupling(const HapticScene& scene, const MassRange& tools,
-                                                   const DeviceProfile& profile) {
-  if (scene.law >= coupling_laws().size()) return {};
-  const CouplingLawInfo& law = coupling_laws()[scene.law];
-  const double slope_factor = steepest_slope_factor(law.name, scene.coupling);
-  if (!(slope_factor > 0)) return {};
+}  // namespace
+
+std::vector<MovedThing> things_to_move(const wire::Joined& joined, const CouplingLawInfo& law, BodyId held) {
+  const wire::Scene& scene = joined.scene();
+  if (joined.tool() >= static_cast<std::uint32_t>(scene.tools_size())) return {MovedThing{}};
+  const MovedThing tool{scene.tools(static_cast<int>(joined.tool())).mass_kg(), false};
+  std::optional<MovedThing> lightest, heaviest;
+  for (int i = 0; i < scene.bodies_size(); ++i) {
+    const MovedThing body{scene.bodies(i).mass_kg(), true};
+    if (follows_what_is_moved(law)) {
+      if (held == body_id_at(static_cast<std::size_t>(i))) return {body};
+      continue;
+    }
+    if (!scene.bodies(i).graspable() || !(body.mass_kg > 0)) continue;
+    if (!lightest || body.mass_kg < lightest->mass_kg) lightest = body;
+    if (!heaviest || body.mass_kg > heaviest->mass_kg) heaviest = body;
+  }
+  std::vector<MovedThing> things{tool};
+  if (lightest && lightest->mass_kg < tool.mass_kg) things.push_back(*lightest);
+  if (heaviest && heaviest->mass_kg > tool.mass_kg) things.push_back(*heaviest);
+  return things;
+}
+
+bool is_stable_coupling(const HapticScene& scene, const std::vector<MovedThing>& moved, const DeviceProfile& profile) {
+  const CouplingLawInfo* law = law_of(scene);
+  if (law == nullptr) return true;
+  const CouplingParameters parameters = rendered(scene, *law, profile);
   const LoopDevice device = loop_device(profile, scene.workspace);
-  const CouplingParameters parameters = rendered(scene.coupling, profile, device, slope_factor);
+  return std::all_of(moved.begin(), moved.end(), [&](const MovedThing& thing) {
+    const LoopCoupling coupling = loop_coupling(*law, parameters, thing);
+    return is_stable_coupling(coupling.parameters, coupling.tool_mass_kg, coupling.tool_inertia_kg_m2, device,
+                              coupling.slope_factor);
+  });
+}
+
+std::vector<StabilityFinding> explained(const CouplingCheck& check, const DeviceProfile& profile) {
+  const CouplingLawInfo* law = law_of(check.scene);
+  if (check.number == 0 || law == nullptr) return {};
+  const CouplingParameters parameters = rendered(check.scene, *law, profile);
+  const LoopDevice device = loop_device(profile, check.scene.workspace);
   std::vector<StabilityFinding> findings;
-  for (const double mass_kg : {tools.low_kg, tools.high_kg}) {
+  for (const MovedThing& thing : check.moved) {
+    const LoopCoupling coupling = loop_coupling(*law, parameters, thing);
     for (const StabilityFinding& finding :
-         check_coupling(parameters, mass_kg, guessed_inertia(mass_kg), device, slope_factor)) {
+         check_coupling(coupling.parameters, coupling.tool_mass_kg, coupling.tool_inertia_kg_m2, device,
+                        coupling.slope_factor, &check.scene.coupling)) {
       merge(finding, findings);
     }
-    if (tools.low_kg == tools.high_kg) break;
   }
+  if (const auto active = find_active_law(*law)) findings.push_back(*active);
   return findings;
 }
 
-bool has_unstable(const std::vector<StabilityFinding>& findings) {
-  return std::any_of(findings.begin(), findings.end(),
-                     [](const StabilityFinding& finding) { return finding.verdict == StabilityVerdict::kUnstable; });
+void CouplingWatch::note_change(LocalTime now) {
+  if (!waits_) latest_ = now + kAtLatest;
+  waits_ = true;
+  due_ = std::min(now + kQuiet, latest_);
+}
+
+bool CouplingWatch::check(const HapticScene& scene, const wire::Joined& joined, BodyId held) {
+  const CouplingLawInfo* law = law_of(scene);
+  if (!device_ || law == nullptr) return true;
+  ++last_.number;
+  last_.scene = scene;
+  last_.moved = things_to_move(joined, *law, held);
+  last_.is_refused = !is_stable_coupling(scene, last_.moved, *device_);
+  return !last_.is_refused;
 }
 
 }  // namespace tandem

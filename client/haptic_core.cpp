@@ -6,8 +6,8 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "client/rendered_coupling.hpp"
 #include "common/coupling/laws.hpp"
-#include "common/coupling/stability.hpp"
 #include "proto/coupling_fields.hpp"
 
 namespace tandem {
@@ -46,32 +46,6 @@ bool is_usable(const HapticScene& scene) {
   const WorkspaceMapping& map = scene.workspace;
   return is_finite(map.X_WD) && std::abs(map.X_WD.q.norm() - 1) < 1e-3 && is_positive(map.position_scale) &&
          is_positive(map.force_scale);
-}
-
-CouplingParameters bounded(std::string_view law, const CouplingParameters& c, const CouplingParameters& bounds) {
-  CouplingParameters result;
-  for (const CouplingField& field : kCouplingFields) {
-    result.*field.value = std::min(c.*field.value, bounds.*field.value);
-  }
-  const double steepest = std::max(1.0, steepest_slope_factor(law, result));
-  result.stiffness_n_per_m = std::min(c.stiffness_n_per_m, bounds.stiffness_n_per_m / steepest);
-  result.stiffness_n_m_per_rad = std::min(c.stiffness_n_m_per_rad, bounds.stiffness_n_m_per_rad / steepest);
-  return result;
-}
-
-/// What a coupling in W may be so that the device D, which is moved and pushed by scaled amounts, stays within
-/// `bounds`.
-CouplingParameters in_world(const CouplingParameters& bounds, const WorkspaceMapping& map) {
-  const double linear = map.force_scale * map.position_scale;  // f_D / f_W for each p_W / p_D
-  const double angular = map.hand_joules_per_world_joule();
-  CouplingParameters result = bounds;
-  result.stiffness_n_per_m /= linear;
-  result.damping_n_s_per_m /= linear;
-  result.force_limit_n /= map.force_scale;
-  result.stiffness_n_m_per_rad /= angular;
-  result.damping_n_m_s_per_rad /= angular;
-  result.torque_limit_n_m /= angular;
-  return result;
 }
 
 std::vector<std::unique_ptr<CouplingLaw>> all_laws() {
@@ -162,13 +136,14 @@ void HapticCore::enter_scene(const HapticScene& scene) noexcept {
   scene_is_usable_ = scene.generation != 0 && is_usable(scene);
   if (scene_is_usable_) {
     const std::string_view law = laws_[scene.law]->name();
-    ramp_.go_to(bounded(law, scene.coupling, in_world(coupling_bounds_, scene.workspace)));
+    ramp_.go_to(rendered_coupling(law, scene.coupling, coupling_bounds_, scene.workspace));
   }
+  // What nobody feels need not be ramped, and what was refused should not be felt on the way to something better.
+  if (!is_new && !is_displaying()) jump_coupling();
   if (!is_new) return;
   if (scene_is_usable_) {
     coupling_ = laws_[scene.law].get();
-    ramp_.jump_to(ramp_.target());
-    coupling_->set_parameters(ramp_.now());
+    jump_coupling();
   }
   record_.scene_generation = scene.generation;
   record_.has_watched_body = false;
@@ -177,6 +152,11 @@ void HapticCore::enter_scene(const HapticScene& scene) noexcept {
   clutch_.reset();
   buttons_ = 0;
   safety_.rearm();
+}
+
+void HapticCore::jump_coupling() noexcept {
+  ramp_.jump_to(ramp_.target());
+  coupling_->set_parameters(ramp_.now());
 }
 
 // As the server does, so that a change under a stretched coupling is felt as no step.
@@ -280,8 +260,8 @@ void HapticCore::publish(LocalTime now) noexcept {
   update = ClientUpdate{};
   update.input_tick = record_.tick;
   update.handle = record_.handle_W;
-  update.handle_valid = record_.sample.is_valid && is_displaying();
-  update.buttons = is_displaying() ? buttons_to_tell(now) : 0;
+  update.handle_valid = record_.sample.is_valid && is_driving();
+  update.buttons = is_driving() ? buttons_to_tell(now) : 0;
   update.sent = now;
   if (has_state_) {
     const ReceivedUpdate& newest = mailboxes_.inbox.front();

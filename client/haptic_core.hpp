@@ -70,7 +70,7 @@ struct HapticCounters {
   std::uint64_t slew_limited_ticks = 0;
   std::uint64_t not_finite_ticks = 0;
   std::uint64_t silent_ticks = 0;          ///< state awaited, or older than the decay's start
-  std::uint64_t not_displaying_ticks = 0;  ///< observer, or no session
+  std::uint64_t not_displaying_ticks = 0;  ///< observer, no session, or a coupling that is refused
   std::uint64_t write_failures = 0;
   double force_square_sum = 0;   ///< displayed, N²
   double torque_square_sum = 0;  ///< displayed, (N·m)²
@@ -107,6 +107,7 @@ class HapticCore {
  private:
   void take_mail() noexcept;
   void enter_scene(const HapticScene& scene) noexcept;
+  void jump_coupling() noexcept;
   void ramp_coupling(LocalTime now) noexcept;
   void take_state(const ServerUpdate& update) noexcept;
   void note_watched_body(const ServerUpdate& update) noexcept;
@@ -119,7 +120,10 @@ class HapticCore {
   void account_energy(const DeviceSample& sample) noexcept;
   void count() noexcept;
   void publish(LocalTime now) noexcept;
-  bool is_displaying() const noexcept { return scene_is_usable_ && scene_.may_display; }
+  /// The server is told of the hand.
+  bool is_driving() const noexcept { return scene_is_usable_ && scene_.may_drive; }
+  /// The hand is told of the scene.
+  bool is_displaying() const noexcept { return is_driving() && scene_.may_display; }
 
   Device& device_;
   DeviceWriter writer_;

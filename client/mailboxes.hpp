@@ -22,7 +22,9 @@ struct ReceivedUpdate {
 /// What the haptic path needs of the scene; published when the session joins, and when a parameter changes.
 struct HapticScene {
   std::uint32_t generation = 0;  ///< one more for each join; a new one resets stages and restarts the ramp
-  bool may_display = false;      ///< false: observer, or not joined: zero force
+  bool may_drive = false;        ///< joined as a manipulator: handle and buttons are told to the server
+  bool may_display =
+      false;  ///< and what that does is felt; false: zero force, as for a coupling unstable on this device
   WorkspaceMapping workspace;
   std::size_t law = 0;          ///< index into coupling_laws()
   CouplingParameters coupling;  ///< in force for this user's tool, where it is going (CouplingRamp)

@@ -100,12 +100,12 @@ void add_session_options(CLI::App& app, ClientOptions& options) {
            });
 }
 
-void add_hand_options(CLI::App& app, ClientOptions& options) {
-  add_text(
-      app, "--device",
-      "the simulated hand's device [sim]: its limits [N, N*m], axes, encoder steps [m, rad], mass [kg] and damping "
-      "[N*s/m]; a profile of devices/README.md or FILE.json",
-      "NAME|FILE.json", [&options](const std::string& text) { options.device = find_device_profile(text); });
+void add_hand_options(CLI::App& app, ClientOptions& options, std::string& device) {
+  app.add_option(
+         "--device", device,
+         "the simulated hand's device [sim]: its limits [N, N*m], axes, encoder steps [m, rad], mass [kg] and damping "
+         "[N*s/m]; a profile of devices/README.md or FILE.json")
+      ->type_name("NAME|FILE.json");
   app.add_option("--hand", options.hand,
                  "what the simulated hand intends [rest]: FILE.json or one of " + listed(hand_path_names()));
   HandParameters& hand = options.hand_parameters;
@@ -193,6 +193,14 @@ void check_links(const ClientOptions& options, const LinkParameters& link) {
   }
 }
 
+DeviceProfile device_named(const std::string& name) {
+  try {
+    return find_device_profile(name);
+  } catch (const std::exception& error) {
+    throw std::invalid_argument("--device: " + std::string(error.what()) + "; see --help");
+  }
+}
+
 std::string one_line(std::string text) {
   std::replace(text.begin(), text.end(), '\n', ' ');
   return text;
@@ -204,12 +212,12 @@ std::optional<ClientOptions> parse_client_options(int argc, const char* const* a
   CLI::App app{"Joins a shared haptic scene with one device.", "tandem-client"};
   app.footer("Exit code: 0 done, 1 the session was lost, 2 bad set-up.");
   ClientOptions options;
-  options.device = find_device_profile("sim");
+  std::string device = "sim";
   LinkParameters link;
   bool has_link = false;
   bool is_headless = false;
   add_session_options(app, options);
-  add_hand_options(app, options);
+  add_hand_options(app, options, device);
   add_link_options(app, link, has_link);
   add_run_options(app, options, is_headless);
   app.set_version_flag("--version", "tandem-client " TANDEM_VERSION);
@@ -220,6 +228,8 @@ std::optional<ClientOptions> parse_client_options(int argc, const char* const* a
     app.exit(error);
     return std::nullopt;
   }
+  // Not before: help and version need no file.
+  options.device = device_named(device);
   if (!is_headless) throw std::invalid_argument("the window is not part of this version; add --headless");
   if (has_link) {
     check_links(options, link);

@@ -88,8 +88,8 @@ std::string fill_haptic_scene(const wire::Joined& joined, HapticScene& out) {
     return "scene.tools has " + std::to_string(scene.tools_size()) + " entries; at most " + std::to_string(kMaxUsers);
   }
   if (std::string problem = fill_coupling(scene.coupling(), out); !problem.empty()) return problem;
-  out.may_display = joined.role() == wire::ROLE_MANIPULATOR;
-  if (!out.may_display) return {};
+  out.may_drive = out.may_display = joined.role() == wire::ROLE_MANIPULATOR;
+  if (!out.may_drive) return {};
   if (joined.tool() >= static_cast<std::uint32_t>(scene.tools_size())) {
     return "tool is " + std::to_string(joined.tool()) + "; the scene has " + std::to_string(scene.tools_size()) +
            " tools";

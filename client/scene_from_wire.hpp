@@ -8,8 +8,8 @@
 
 namespace tandem {
 
-/// Fills workspace and coupling of `out` from the user's place in the joined scene; `may_display` tells a
-/// manipulator from an observer.
+/// Fills workspace and coupling of `out` from the user's place in the joined scene; `may_drive` and
+/// `may_display` tell a manipulator from an observer.
 ///
 /// Out     empty, or the first field that cannot be used, with its value and what would do (`out` is then unspecified)
 std::string fill_haptic_scene(const wire::Joined& joined, HapticScene& out);

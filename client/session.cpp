@@ -1,6 +1,7 @@
 #include "client/session.hpp"
 
 #include <algorithm>
+#include <array>
 
 #include "client/scene_from_wire.hpp"
 #include "proto/control_framing.hpp"
@@ -37,21 +38,8 @@ bool may_pass(wire::ErrorCode code) {
 }  // namespace
 
 std::string_view name_of(SessionState state) {
-  switch (state) {
-    case SessionState::kConnecting:
-      return "connecting";
-    case SessionState::kGreeting:
-      return "greeting";
-    case SessionState::kJoining:
-      return "joining";
-    case SessionState::kActive:
-      return "active";
-    case SessionState::kWaiting:
-      return "waiting";
-    case SessionState::kEnded:
-      break;
-  }
-  return "ended";
+  constexpr std::array<std::string_view, 6> kNames{"connecting", "greeting", "joining", "active", "waiting", "ended"};
+  return kNames.at(static_cast<std::size_t>(state));
 }
 
 struct ClientSession::Impl {
@@ -61,6 +49,7 @@ struct ClientSession::Impl {
         settings(std::move(session_settings)),
         transport(session_transport),
         mailboxes(session_mailboxes),
+        coupling_watch(settings.device),
         retry_delay(settings.reconnect_delay) {}
 
   // Connecting and losing
@@ -78,10 +67,12 @@ struct ClientSession::Impl {
   bool handle_active(const wire::ServerControl& message, LocalTime now);
   void take_welcome(const wire::Welcome& welcome, LocalTime now);
   void take_joined(const wire::Joined& joined, LocalTime now);
-  void check_coupling_of(const wire::Joined& answer);
+  void hold(BodyId body, LocalTime now);
+  void check_coupling();
+  void check_changed_coupling(LocalTime now);
   void take_error(const wire::ServerControl& message, LocalTime now);
   void take_goodbye(const wire::Goodbye& goodbye, LocalTime now);
-  void take_parameter(const wire::ParameterSet& parameter);
+  void take_parameter(const wire::ParameterSet& parameter, LocalTime now);
   void take_asset_chunk(const wire::AssetChunk& chunk);
   void request_asset();
   void send(wire::ClientControl& message);
@@ -101,6 +92,7 @@ struct ClientSession::Impl {
   SessionSettings settings;
   ClientTransport& transport;
   ClientMailboxes& mailboxes;
+  CouplingWatch coupling_watch;
 
   SessionStatus status;
   LocalTime entered{};  // the present state
@@ -113,8 +105,7 @@ struct ClientSession::Impl {
   std::unique_ptr<wire::Joined> joined;
   std::string room;
   HapticScene scene;
-  bool is_manipulator = false;
-  std::vector<StabilityFinding> coupling_findings;
+  BodyId held;
   AssetFetcher assets;
 
   ConnectionId connection;
@@ -179,8 +170,9 @@ void ClientSession::Impl::end(const std::string& why, bool is_setup_error) {
 }
 
 void ClientSession::Impl::hide_scene() {
-  if (!scene.may_display) return;
-  scene.may_display = false;
+  coupling_watch.forget_changes();
+  if (!scene.may_drive) return;
+  scene.may_drive = scene.may_display = false;
   mailboxes.scene.publish(scene);
 }
 
@@ -252,9 +244,11 @@ bool ClientSession::Impl::handle_active(const wire::ServerControl& message, Loca
   if (status.state != SessionState::kActive) return false;
   switch (message.message_case()) {
     case wire::ServerControl::kGrabbed:
+      hold(BodyId{message.grabbed().body()}, now);
       log("grabbed body " + std::to_string(message.grabbed().body()));
       return true;
     case wire::ServerControl::kReleased:
+      hold(BodyId{}, now);
       log("released body " + std::to_string(message.released().body()));
       return true;
     case wire::ServerControl::kUserJoined:
@@ -267,7 +261,7 @@ bool ClientSession::Impl::handle_active(const wire::ServerControl& message, Loca
       take_asset_chunk(message.asset_chunk());
       return true;
     case wire::ServerControl::kParameterSet:
-      take_parameter(message.parameter_set());
+      take_parameter(message.parameter_set(), now);
       return true;
     case wire::ServerControl::kStateDatagram:
       owner.on_datagram(std::as_bytes(std::span(message.state_datagram())), now);
@@ -320,8 +314,8 @@ void ClientSession::Impl::take_joined(const wire::Joined& answer, LocalTime now)
   joined = std::make_unique<wire::Joined>(answer);
   scene = offered;
   ++scene.generation;
-  is_manipulator = scene.may_display;
-  check_coupling_of(*joined);
+  held = BodyId{};
+  check_coupling();
   sequence = 0;
   freshness.reset();
   clock.reset();
@@ -343,16 +337,28 @@ void ClientSession::Impl::take_joined(const wire::Joined& answer, LocalTime now)
   if (owner.on_joined) owner.on_joined(*joined);
 }
 
-// The session goes on either way: others are not to suffer from what this device cannot show.
-void ClientSession::Impl::check_coupling_of(const wire::Joined& answer) {
-  coupling_findings.clear();
-  if (!settings.device || !is_manipulator) return;
-  coupling_findings = check_scene_coupling(scene, tool_masses(answer), *settings.device);
-  const bool may_display = !has_unstable(coupling_findings);
-  // A force that comes back comes as it does after a join: ramped.
-  if (may_display && !scene.may_display) ++scene.generation;
+void ClientSession::Impl::hold(BodyId body, LocalTime now) {
+  held = body;
+  coupling_watch.note_change(now);
+}
+
+// The session goes on either way, and the hand drives its tool: only what it would feel is left out.
+void ClientSession::Impl::check_coupling() {
+  if (!scene.may_drive) return;
+  const bool may_display = coupling_watch.check(scene, *joined, held);
+  if (may_display != scene.may_display) {
+    log(may_display ? "the coupling is stable on this device again"
+                    : "the coupling is unstable on this device: no force is displayed");
+  }
   scene.may_display = may_display;
-  for (const StabilityFinding& finding : coupling_findings) log(finding.text);
+}
+
+void ClientSession::Impl::check_changed_coupling(LocalTime now) {
+  if (!coupling_watch.is_due(now)) return;
+  coupling_watch.forget_changes();
+  const bool did_display = scene.may_display;
+  check_coupling();
+  if (scene.may_display != did_display) mailboxes.scene.publish(scene);
 }
 
 void ClientSession::Impl::take_error(const wire::ServerControl& message, LocalTime now) {
@@ -373,15 +379,16 @@ void ClientSession::Impl::take_goodbye(const wire::Goodbye& goodbye, LocalTime n
   lose(now, "the server ended the connection: " + goodbye.text(), goodbye.reason() == wire::DISCONNECT_WRONG_VERSION);
 }
 
-void ClientSession::Impl::take_parameter(const wire::ParameterSet& parameter) {
+void ClientSession::Impl::take_parameter(const wire::ParameterSet& parameter, LocalTime now) {
   const CouplingField* field = find_coupling_field(parameter.name());
   if (field == nullptr || !field->accepts(parameter.value())) {
     log("ignored parameter " + parameter.name() + " = " + std::to_string(parameter.value()));
     return;
   }
   scene.coupling.*(field->value) = parameter.value();
-  check_coupling_of(*joined);
+  // At once, so that the hand's end of the coupling stays the server's; whether it is fit, when all of it is here.
   mailboxes.scene.publish(scene);
+  coupling_watch.note_change(now);
   log(parameter.name() + " is now " + std::to_string(parameter.value()));
   if (owner.on_parameter) owner.on_parameter(parameter);
 }
@@ -527,6 +534,7 @@ void ClientSession::on_datagram(std::span<const std::byte> datagram, LocalTime n
 
 void ClientSession::poll(LocalTime now) {
   if (impl_->status.state == SessionState::kActive) impl_->send_newest(now);
+  impl_->check_changed_coupling(now);
   impl_->check_time_outs(now);
 }
 
@@ -569,8 +577,8 @@ const SessionStatus& ClientSession::status() const {
 const wire::Joined* ClientSession::joined() const {
   return impl_->joined.get();
 }
-const std::vector<StabilityFinding>& ClientSession::coupling_findings() const {
-  return impl_->coupling_findings;
+const CouplingCheck& ClientSession::coupling_check() const {
+  return impl_->coupling_watch.last();
 }
 const std::string& ClientSession::room() const {
   return impl_->room;

@@ -63,7 +63,8 @@ struct SessionSettings {
   Duration reconnect_delay_max{std::chrono::seconds(2)};
   bool may_reconnect = true;  ///< after a connection that once joined was lost
   bool fetch_assets = true;
-  /// What the scene's coupling is checked with: one that is unstable on it is not displayed. None: no check.
+  /// What the scene's coupling is checked with (CouplingWatch): one that is unstable on it is not displayed, and the
+  /// hand still drives its tool. None: no check.
   std::optional<DeviceProfile> device{};
 };
 
@@ -110,8 +111,8 @@ class ClientSession {
   const SessionStatus& status() const;
   /// The scene and this user's place in it, from the last Joined; null before the first.
   const wire::Joined* joined() const;
-  /// What the check found about the coupling in force; while one is unstable, nothing is displayed.
-  const std::vector<StabilityFinding>& coupling_findings() const;
+  /// The last check of the coupling in force; explained() says what it found.
+  const CouplingCheck& coupling_check() const;
   /// The room that was asked for or, without a wish, the only one of the last Welcome; "" before that.
   const std::string& room() const;
   /// Verified bytes of the scene's files by their SHA-256; kept across reconnects. Fetched in the background.

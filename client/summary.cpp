@@ -67,18 +67,23 @@ void add_setup(const RunSummary& s, json::object& out) {
   }
 }
 
-void add_coupling_check(const ClientIoSnapshot& io, json::object& out) {
+json::value finite_or_null(double value) {
+  return std::isfinite(value) ? json::value(value) : json::value();
+}
+
+void add_coupling_check(const RunSummary& s, json::object& out) {
   json::array findings;
-  for (const StabilityFinding& finding : io.coupling_findings) {
-    findings.emplace_back(
-        json::object{{"is_unstable", finding.verdict == StabilityVerdict::kUnstable},
-                     {"parameter", finding.parameter},
-                     {"value", finding.value},
-                     {"remedy", std::isfinite(finding.remedy) ? json::value(finding.remedy) : json::value()},
-                     {"spectral_radius", finding.spectral_radius},
-                     {"text", finding.text}});
+  for (const StabilityFinding& finding : s.coupling_findings) {
+    findings.emplace_back(json::object{{"is_unstable", finding.verdict == StabilityVerdict::kUnstable},
+                                       {"parameter", finding.parameter},
+                                       {"value", finite_or_null(finding.value)},
+                                       {"rendered_value", finite_or_null(finding.rendered_value)},
+                                       {"remedy", finite_or_null(finding.remedy)},
+                                       {"remedy_damping", finite_or_null(finding.remedy_damping)},
+                                       {"spectral_radius", finite_or_null(finding.spectral_radius)},
+                                       {"text", finding.text}});
   }
-  out["coupling_check"] = {{"is_refused", has_unstable(io.coupling_findings)}, {"findings", std::move(findings)}};
+  out["coupling_check"] = {{"is_refused", s.io.coupling_check.is_refused}, {"findings", std::move(findings)}};
 }
 
 void add_loop(const RunSummary& s, json::object& out) {
@@ -195,7 +200,7 @@ boost::json::object to_json(const RunSummary& summary) {
   json::object out;
   add_setup(summary, out);
   out["duration_s"] = to_seconds(summary.run.length());
-  add_coupling_check(summary.io, out);
+  add_coupling_check(summary, out);
   add_network(summary.io, out);
   add_loop(summary, out);
   add_forces(summary, out);

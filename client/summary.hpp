@@ -29,6 +29,7 @@ struct RunSummary {
   std::uint64_t trace_overflows = 0;
   HapticCounters counters;
   ClientIoSnapshot io;
+  std::vector<StabilityFinding> coupling_findings;  ///< of the coupling in force
   std::optional<WatchedBody> watched;
   RunReport run;
 };

@@ -12,8 +12,9 @@ namespace tandem {
 /// First-order adaptive windowing: the longest window over which the positions still lie on a line to within their
 /// resolution. Long at rest (quiet), short when the hand turns (prompt).
 ///
-/// Source  Janabi-Sharifi, Hayward, Chen, "Discrete-time adaptive windowing for velocity estimation", IEEE T-CST 8(6),
-/// 2000 Thread  haptic: no allocation, no throw
+/// Source  Janabi-Sharifi, Hayward, Chen, "Discrete-time adaptive windowing for velocity estimation", IEEE T-CST
+///         8(6), 2000
+/// Thread  haptic: no allocation, no throw
 class VelocityEstimator {
  public:
   static constexpr std::size_t kMostSamples = 32;

@@ -1,17 +1,15 @@
 // What a haptic device is to this project: one sample read at once, one command out, limits with sources.
 #pragma once
 
-#include <cmath>
 #include <cstdint>
 #include <string>
-#include <string_view>
 
 #include "common/spatial.hpp"
 #include "common/time.hpp"
 
 namespace tandem {
 
-/// A number and where it comes from: a data sheet, a measurement, or "unverified".
+/// A number and where it comes from: a data sheet, a measurement, or "unverified: …".
 struct SourcedLimit {
   double value = 0;
   std::string source;
@@ -19,10 +17,9 @@ struct SourcedLimit {
   bool operator==(const SourcedLimit&) const = default;
 };
 
-/// A source that is empty or begins with "unverified" says what the value is thought to be; nothing may rely on it.
-inline bool is_verified(const SourcedLimit& limit) {
-  return std::isfinite(limit.value) && !limit.source.empty() && !limit.source.starts_with("unverified");
-}
+/// False for a source that is empty or begins with "unverified", in any case and after any blanks. Such a maximum can
+/// lower what is allowed, never raise it; such a mass, damping or step is used, as nothing better is known.
+bool is_verified(const SourcedLimit& limit) noexcept;
 
 /// What a device can do, and what we let it do.
 struct DeviceSpec {

@@ -1,11 +1,24 @@
 #include "devices/device_check.hpp"
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+
+#include "common/velocity_estimator.hpp"
+
 namespace tandem {
 namespace {
 
-/// Periods that are left of the velocity estimator's adaptive window once an oscillation is felt: at 30 Hz and 20 steps
-/// wide a line fits to within a step over √(12 step / acceleration) = 4 ms. Smaller ones are a buzz that does not grow.
-constexpr int kWindowOfSteps = 4;
+/// What is left of the velocity estimator's adaptive window once an oscillation is felt: at 30 Hz and 20 steps wide a
+/// line fits to within a step over √(12 step / acceleration). Smaller ones are a buzz that does not grow.
+constexpr double kWindowOfSteps_s = 0.004;
+
+int velocity_window(const SourcedLimit& step, double rate_hz) {
+  if (!(step.value > 0)) return 1;
+  const auto longest = static_cast<double>(VelocityEstimator::Settings{}.window);
+  return static_cast<int>(std::clamp(std::round(kWindowOfSteps_s * rate_hz), 1.0, longest));
+}
 
 }  // namespace
 
@@ -13,14 +26,49 @@ LoopDevice loop_device(const DeviceProfile& profile, const WorkspaceMapping& wor
   LoopDevice device;
   device.mass_kg = profile.apparent_mass_kg.value;
   device.damping_n_s_per_m = profile.physical_damping_n_s_per_m.value;
+  device.is_verified = is_verified(profile.apparent_mass_kg) && is_verified(profile.physical_damping_n_s_per_m);
   device.has_torque = profile.has_torque();
   device.inertia_kg_m2 = profile.apparent_inertia_kg_m2.value;
   device.damping_n_m_s_per_rad = profile.physical_damping_n_m_s_per_rad.value;
+  device.is_rotation_verified =
+      is_verified(profile.apparent_inertia_kg_m2) && is_verified(profile.physical_damping_n_m_s_per_rad);
   device.period_s = 1 / profile.rate_hz;
-  device.velocity_window = profile.position_step_m.value > 0 ? kWindowOfSteps : 1;
+  device.velocity_window = velocity_window(profile.position_step_m, profile.rate_hz);
+  device.rotational_velocity_window = velocity_window(profile.rotation_step_rad, profile.rate_hz);
   device.coupling_scale = workspace.force_scale * workspace.position_scale;
   device.rotational_coupling_scale = workspace.hand_joules_per_world_joule();
   return device;
+}
+
+LoopCoupling loop_coupling(const CouplingLawInfo& law, const CouplingParameters& parameters, double mass_kg,
+                           double inertia_kg_m2, bool is_held_body) {
+  LoopCoupling loop{parameters, mass_kg, inertia_kg_m2, steepest_slope_factor(law.name, parameters)};
+  if (law.tool == ToolDynamics::kMassless && !is_held_body) {
+    loop.tool_mass_kg = loop.tool_inertia_kg_m2 = 0;
+    loop.parameters.damping_n_s_per_m = loop.parameters.damping_n_m_s_per_rad = 0;
+  } else if (law.tool == ToolDynamics::kAtHandle) {
+    loop.parameters.stiffness_n_per_m = loop.parameters.stiffness_n_m_per_rad = 0;
+    loop.parameters.damping_n_s_per_m = loop.parameters.damping_n_m_s_per_rad = 0;
+  }
+  return loop;
+}
+
+std::optional<StabilityFinding> find_active_law(const CouplingLawInfo& law) {
+  if (law.is_passive) return std::nullopt;
+  StabilityFinding finding;
+  finding.verdict = StabilityVerdict::kNotPassive;
+  finding.parameter = "coupling.law";
+  finding.value = finding.rendered_value = finding.remedy = std::numeric_limits<double>::quiet_NaN();
+  finding.text = "coupling.law is \"" + std::string(law.name) + "\": ";
+  if (law.tool == ToolDynamics::kAtHandle) {
+    finding.text +=
+        "contact is closed through the network's delay, as stiff as it is, and no check of the device's loop covers "
+        "that: expect kicks and ringing";
+  } else {
+    finding.text += "by its own nature it can give the hand energy, whatever its coefficients";
+  }
+  finding.text += "; \"" + std::string(kDefaultCouplingLaw) + "\" is passive";
+  return finding;
 }
 
 }  // namespace tandem

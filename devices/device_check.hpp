@@ -1,6 +1,10 @@
-// A coupling on a device: what the stability check (common/coupling/stability.hpp) needs to know of a profile.
+// A coupling law on a device: what the stability check (common/coupling/stability.hpp) needs to know of a profile and of
+// how a room runs the law.
 #pragma once
 
+#include <optional>
+
+#include "common/coupling/laws.hpp"
 #include "common/coupling/stability.hpp"
 #include "common/workspace.hpp"
 #include "devices/device_profile.hpp"
@@ -9,5 +13,20 @@ namespace tandem {
 
 /// The device as the loop sees it, through the scene's workspace mapping.
 LoopDevice loop_device(const DeviceProfile& profile, const WorkspaceMapping& workspace = {});
+
+/// A coupling as a room runs it, ready for check_coupling().
+struct LoopCoupling {
+  CouplingParameters parameters;
+  double tool_mass_kg = 0;
+  double tool_inertia_kg_m2 = 0;
+  double slope_factor = 1;  ///< 0: the law has no loop of its own
+};
+/// A massless law's free tool has no mass and no damper; a body that it holds keeps both. A law without a coupling gets
+/// one of 0, in which check_coupling() finds nothing.
+LoopCoupling loop_coupling(const CouplingLawInfo& law, const CouplingParameters& parameters, double mass_kg,
+                           double inertia_kg_m2, bool is_held_body = false);
+
+/// A warning about a law that is not passive by itself, whatever its coefficients; nothing about a passive one.
+std::optional<StabilityFinding> find_active_law(const CouplingLawInfo& law);
 
 }  // namespace tandem

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdlib>
 #include <set>
+#include <sstream>
 #include <stdexcept>
 #include <tuple>
 #include <utility>
@@ -21,8 +22,6 @@ namespace json = boost::json;
 
 constexpr std::size_t kMostProfiles = 1000;
 constexpr std::size_t kCoefficients = 4;
-/// Points at which a fit's polynomials are looked at.
-constexpr int kFitProbes = 64;
 // CHAI3D 3.2's device table, the softest entry with and the softest without torque: PHANTOM Premium 1.5 6DOF, Touch.
 constexpr CouplingParameters kUnverifiedBounds{.stiffness_n_per_m = 400,
                                                .damping_n_s_per_m = 4,
@@ -94,22 +93,41 @@ std::pair<double, double> range_of(JsonFields& fit, const char* name, double hig
 }
 
 Cubic cubic_of(JsonFields& fit, const char* name) {
-  const std::vector<double> coefficients = fit.numbers(name, -1e15, 1e15);
+  const std::vector<double> coefficients =
+      fit.numbers(name, -AdaptiveFitRange::kPolynomial, AdaptiveFitRange::kPolynomial);
   if (coefficients.size() != kCoefficients) fit.fail(name, "it must be four numbers [c0, c1, c2, c3]");
   Cubic result;
   std::copy(coefficients.begin(), coefficients.end(), result.c.begin());
   return result;
 }
 
+std::string text_of(double value) {
+  std::ostringstream text;
+  text << value;
+  return text.str();
+}
+
+/// A cubic of a fit, and what it may give.
+struct FittedCubic {
+  const char* name;
+  const Cubic& cubic;
+  double most;
+};
+
 /// A pair that is negative or huge anywhere in the range would be used as it is: it is refused here.
-void check_pair(const JsonFields& fit, const std::pair<double, double>& range, const Cubic& stiffness,
-                const char* stiffness_name, const Cubic& damping, const char* damping_name) {
-  constexpr double kMost = 1e6;
-  for (int i = 0; i <= kFitProbes; ++i) {
-    const double k = stiffness(range.first + (range.second - range.first) * i / kFitProbes);
-    if (!(k > 0 && k <= kMost)) fit.fail(stiffness_name, "it must give a stiffness above 0, at most 1e6, in the range");
-    const double b = damping(k);
-    if (!(b >= 0 && b <= kMost)) fit.fail(damping_name, "it must give a damping of 0 to 1e6 in the range");
+void check_pair(const JsonFields& fit, const std::pair<double, double>& range, const FittedCubic& stiffness,
+                const FittedCubic& damping) {
+  constexpr int kLooks = AdaptiveFitRange::kLooks;
+  for (int i = 0; i <= kLooks; ++i) {
+    const double k = stiffness.cubic(range.first + (range.second - range.first) * i / kLooks);
+    if (!(k > 0 && k <= stiffness.most)) {
+      fit.fail(stiffness.name,
+               "it must give a stiffness above 0, at most " + text_of(stiffness.most) + ", over the whole range");
+    }
+    const double b = damping.cubic(k);
+    if (!(b >= 0 && b <= damping.most)) {
+      fit.fail(damping.name, "it must give a damping of 0 to " + text_of(damping.most) + " over the whole range");
+    }
   }
 }
 
@@ -120,14 +138,16 @@ AdaptiveFit fit_of(JsonFields fit, std::string& source) {
   std::tie(result.mass_low_kg, result.mass_high_kg) = mass;
   result.stiffness_n_per_m = cubic_of(fit, "stiffness_n_per_m");
   result.damping_n_s_per_m = cubic_of(fit, "damping_n_s_per_m");
-  check_pair(fit, mass, result.stiffness_n_per_m, "stiffness_n_per_m", result.damping_n_s_per_m, "damping_n_s_per_m");
+  check_pair(fit, mass, {"stiffness_n_per_m", result.stiffness_n_per_m, AdaptiveFitRange::kStiffness_n_per_m},
+             {"damping_n_s_per_m", result.damping_n_s_per_m, AdaptiveFitRange::kDamping_n_s_per_m});
   if (fit.has("inertia_kg_m2")) {
     const auto inertia = range_of(fit, "inertia_kg_m2", 1000);
     std::tie(result.inertia_low_kg_m2, result.inertia_high_kg_m2) = inertia;
     result.stiffness_n_m_per_rad = cubic_of(fit, "stiffness_n_m_per_rad");
     result.damping_n_m_s_per_rad = cubic_of(fit, "damping_n_m_s_per_rad");
-    check_pair(fit, inertia, result.stiffness_n_m_per_rad, "stiffness_n_m_per_rad", result.damping_n_m_s_per_rad,
-               "damping_n_m_s_per_rad");
+    check_pair(fit, inertia,
+               {"stiffness_n_m_per_rad", result.stiffness_n_m_per_rad, AdaptiveFitRange::kStiffness_n_m_per_rad},
+               {"damping_n_m_s_per_rad", result.damping_n_m_s_per_rad, AdaptiveFitRange::kDamping_n_m_s_per_rad});
   }
   fit.finish();
   return result;
@@ -315,7 +335,9 @@ CouplingParameters coupling_bounds(const DeviceProfile& profile) {
   CouplingParameters bounds = kShapes;
   bounds.stiffness_n_per_m = verified_or(profile.stiffness_maximum_n_per_m, soft.stiffness_n_per_m);
   bounds.damping_n_s_per_m = verified_or(profile.damping_maximum_n_s_per_m, soft.damping_n_s_per_m);
-  bounds.force_limit_n = verified_or(profile.spec.force_maximum_n, soft.force_limit_n);
+  // Above the writer's limit the force would end in the writer's corner, on the hand alone.
+  bounds.force_limit_n =
+      std::min(verified_or(profile.spec.force_maximum_n, soft.force_limit_n), profile.spec.force_limit_n);
   // A device without torque never shows what these bound: the tool at the other end feels it alone.
   bounds.stiffness_n_m_per_rad = soft.stiffness_n_m_per_rad;
   bounds.damping_n_m_s_per_rad = soft.damping_n_m_s_per_rad;
@@ -323,7 +345,8 @@ CouplingParameters coupling_bounds(const DeviceProfile& profile) {
   if (!profile.has_torque()) return bounds;
   bounds.stiffness_n_m_per_rad = verified_or(profile.stiffness_maximum_n_m_per_rad, soft.stiffness_n_m_per_rad);
   bounds.damping_n_m_s_per_rad = verified_or(profile.damping_maximum_n_m_s_per_rad, soft.damping_n_m_s_per_rad);
-  bounds.torque_limit_n_m = verified_or(profile.spec.torque_maximum_n_m, soft.torque_limit_n_m);
+  bounds.torque_limit_n_m =
+      std::min(verified_or(profile.spec.torque_maximum_n_m, soft.torque_limit_n_m), profile.spec.torque_limit_n_m);
   return bounds;
 }
 

@@ -13,7 +13,7 @@
 
 namespace tandem {
 
-/// One kind of device. A maximum with an unverified source describes and never limits (device.hpp, is_verified()).
+/// One kind of device. A maximum with an unverified source never raises a limit (device.hpp, is_verified()).
 struct DeviceProfile {
   std::string name;   ///< as on the command line: "omega.6"
   std::string title;  ///< for people

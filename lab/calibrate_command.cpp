@@ -1,10 +1,9 @@
 // `tandem-lab calibrate`: the adaptive law's table of one device.
 
 #include <CLI/CLI.hpp>
-#include <filesystem>
+#include <array>
 #include <iostream>
 #include <memory>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -13,7 +12,7 @@
 #include "common/json/pretty.hpp"
 #include "common/progress.hpp"
 #include "lab/commands.hpp"
-#include "lab/output_folder.hpp"
+#include "lab/output_files.hpp"
 #include "lab/rendering/calibration.hpp"
 #include "lab/rendering/calibration_report.hpp"
 
@@ -28,16 +27,9 @@ struct Options {
   bool wants_json = false;
 };
 
-// Complete or not there: whoever is interrupted finds the file of before, or none.
-void write_at_once(const std::filesystem::path& file, const std::string& text) {
-  const std::filesystem::path unfinished = file.string() + ".unfinished";
-  write_text_file(unfinished, text);
-  std::filesystem::rename(unfinished, file);
-}
-
 int run(const Options& options) {
   const DeviceProfile profile = find_device_profile(options.device);
-  const std::filesystem::path folder = made_folder(options.out);
+  check_folder_can_be_made(options.out);
   CalibrationSettings settings;
   settings.masses_kg = options.masses_kg;
   settings.trial.seed = options.seed;
@@ -46,9 +38,9 @@ int run(const Options& options) {
       calibrate(profile, settings, [&](double done) { line.show("calibrating " + profile.name, done); });
 
   const std::string results = pretty_json(to_json(calibration));
-  write_at_once(folder / (profile.name + ".json"), device_profiles_text({calibration.profile}));
-  write_at_once(folder / "calibration.json", results);
-  write_at_once(folder / "report.html", to_html(calibration));
+  const std::array files{OutputFile{profile.name + ".json", device_profiles_text({calibration.profile})},
+                         OutputFile{"calibration.json", results}, OutputFile{"report.html", to_html(calibration)}};
+  write_all_files(options.out, files);
   std::cout << (options.wants_json ? results : to_text(calibration));
   return report::all_hold(checks_of(calibration)) ? 0 : 1;
 }
@@ -70,8 +62,8 @@ void add_calibrate_command(CLI::App& app, int& exit_code) {
   command->add_option("--seed", options->seed, "of the hands' tremor")->capture_default_str();
   command->add_flag("--json", options->wants_json, "print calibration.json instead of a table");
   command->footer(
-      "Takes up to two minutes; Ctrl-C leaves no file.\n"
-      "Exit code: 0 done, 1 the fitted pairs do not keep the margins, 2 bad input or set-up.");
+      "Takes up to 15 s on one core; Ctrl-C leaves nothing.\n"
+      "Exit code: 0 done, 1 the fitted pairs break the rules or are far from the best ones, 2 bad input or set-up.");
   command->callback([options, &exit_code] { exit_code = run(*options); });
 }
 

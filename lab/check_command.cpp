@@ -1,24 +1,37 @@
 // `tandem-lab check`: is a coupling stable and passive on a device, and what would do instead?
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <iostream>
 #include <memory>
 #include <optional>
+#include <sstream>
 #include <stdexcept>
 #include <string>
+#include <string_view>
+#include <vector>
 
+#include "common/coupling/adaptive.hpp"
 #include "common/coupling/laws.hpp"
 #include "common/coupling/stability.hpp"
 #include "common/json/pretty.hpp"
 #include "devices/device_check.hpp"
 #include "lab/commands.hpp"
+#include "proto/coupling_fields.hpp"
 
 namespace tandem::lab {
 namespace {
 
 namespace json = boost::json;
+
+constexpr std::string_view kAdaptiveLaw = "adaptive";
+// Ours: far beyond any tool and any device; what is outside is a mistake.
+constexpr double kLeastMass = 1e-6;
+constexpr double kLeastInertia = 1e-12;
+constexpr double kMostMass = 1e4;
+constexpr double kMostDamping = 1e4;
 
 struct Options {
   std::string law{kDefaultCouplingLaw};
@@ -34,24 +47,50 @@ struct Options {
   std::optional<int> velocity_window;
   int delay_periods = 0;
   bool wants_json = false;
+  std::vector<const CLI::Option*> chosen_by_fit;          ///< by the adaptive law
+  std::vector<const CLI::Option*> turning_chosen_by_fit;  ///< when the fit is of rotation too
 };
 
 struct Check {
+  CouplingParameters coupling;  ///< as it was checked
+  std::string fit_source;       ///< where the adaptive law's pairs are from; empty for the other laws
   std::vector<CheckedLoop> loops;
   std::vector<StabilityFinding> findings;
   bool is_refused = false;
 };
 
-LoopDevice device_of(const Options& options) {
-  LoopDevice device = loop_device(find_device_profile(options.device));
+LoopDevice device_of(const Options& options, DeviceProfile profile) {
+  profile.rate_hz = options.rate_hz.value_or(profile.rate_hz);
+  LoopDevice device = loop_device(profile);
   device.mass_kg = options.device_mass_kg.value_or(device.mass_kg);
   device.damping_n_s_per_m = options.device_damping_n_s_per_m.value_or(device.damping_n_s_per_m);
   device.inertia_kg_m2 = options.device_inertia_kg_m2.value_or(device.inertia_kg_m2);
   device.damping_n_m_s_per_rad = options.device_damping_n_m_s_per_rad.value_or(device.damping_n_m_s_per_rad);
-  if (options.rate_hz) device.period_s = 1 / *options.rate_hz;
+  device.is_verified |= options.device_mass_kg && options.device_damping_n_s_per_m;
+  device.is_rotation_verified |= options.device_inertia_kg_m2 && options.device_damping_n_m_s_per_rad;
   device.velocity_window = options.velocity_window.value_or(device.velocity_window);
+  device.rotational_velocity_window = options.velocity_window.value_or(device.rotational_velocity_window);
   device.delay_periods = options.delay_periods;
   return device;
+}
+
+/// An option that would be ignored is a mistake.
+void refuse_given(const std::vector<const CLI::Option*>& options) {
+  for (const CLI::Option* const option : options) {
+    if (option->count() == 0) continue;
+    throw std::invalid_argument(option->get_name() +
+                                ": the law \"adaptive\" takes it from the device's table, by the " +
+                                "tool; leave it out, or use another --law");
+  }
+}
+
+/// The adaptive law has its pairs from a table, by the tool's mass.
+void adapt(Check& check, const Options& options, const DeviceProfile& profile) {
+  const AdaptiveFit fit = profile.adaptive.value_or(thesis_adaptive_fit());
+  refuse_given(options.chosen_by_fit);
+  if (fit.inertia_high_kg_m2 > 0) refuse_given(options.turning_chosen_by_fit);
+  check.coupling = adapted(fit, options.tool_mass_kg, options.tool_inertia_kg_m2, options.coupling);
+  check.fit_source = profile.adaptive ? profile.adaptive_source : "Hou, PhD thesis, NTU, 2014: the profile has no fit";
 }
 
 Check check_of(const Options& options) {
@@ -60,17 +99,18 @@ Check check_of(const Options& options) {
     throw std::invalid_argument("--law: \"" + options.law +
                                 "\" is not known; use one of: " + listed_coupling_law_names());
   }
-  const double slope_factor = steepest_slope_factor(law->name, options.coupling);
-  if (!(slope_factor > 0)) {
-    throw std::invalid_argument("--law: \"" + options.law + "\" has no coupling to check; use another one");
-  }
-  const bool is_massless = law->tool == ToolDynamics::kMassless;
-  const double mass_kg = is_massless ? 0 : options.tool_mass_kg;
-  const double inertia_kg_m2 = is_massless ? 0 : options.tool_inertia_kg_m2;
-  const LoopDevice device = device_of(options);
+  const DeviceProfile profile = find_device_profile(options.device);
   Check check;
-  check.loops = checked_loops(options.coupling, mass_kg, inertia_kg_m2, device, slope_factor);
-  check.findings = check_coupling(options.coupling, mass_kg, inertia_kg_m2, device, slope_factor);
+  check.coupling = options.coupling;
+  if (law->name == kAdaptiveLaw) adapt(check, options, profile);
+  const LoopCoupling loop = loop_coupling(*law, check.coupling, options.tool_mass_kg, options.tool_inertia_kg_m2);
+  const LoopDevice device = device_of(options, profile);
+  if (loop.slope_factor > 0) {
+    check.loops = checked_loops(loop.parameters, loop.tool_mass_kg, loop.tool_inertia_kg_m2, device, loop.slope_factor);
+    check.findings =
+        check_coupling(loop.parameters, loop.tool_mass_kg, loop.tool_inertia_kg_m2, device, loop.slope_factor);
+  }
+  if (const auto active = find_active_law(*law)) check.findings.push_back(*active);
   for (const StabilityFinding& finding : check.findings) {
     check.is_refused = check.is_refused || finding.verdict == StabilityVerdict::kUnstable;
   }
@@ -98,14 +138,29 @@ json::object to_json(const Options& options, const Check& check) {
                                        {"spectral_radius", finite_or_null(finding.spectral_radius)},
                                        {"text", finding.text}});
   }
+  const CouplingParameters& c = check.coupling;
   return {{"law", options.law},
           {"device", options.device},
+          {"coupling",
+           {{"stiffness_n_per_m", c.stiffness_n_per_m},
+            {"damping_n_s_per_m", c.damping_n_s_per_m},
+            {"stiffness_n_m_per_rad", c.stiffness_n_m_per_rad},
+            {"damping_n_m_s_per_rad", c.damping_n_m_s_per_rad},
+            {"fit", check.fit_source.empty() ? json::value() : json::value(check.fit_source)}}},
           {"is_refused", check.is_refused},
           {"loops", std::move(loops)},
           {"findings", std::move(findings)}};
 }
 
-void print(const Check& check) {
+void print_adapted(const Check& check, const Options& options) {
+  const CouplingParameters& c = check.coupling;
+  std::printf("%g kg: %.6g N/m, %.6g N·s/m; %g kg·m²: %.6g N·m/rad, %.6g N·m·s/rad (%s)\n", options.tool_mass_kg,
+              c.stiffness_n_per_m, c.damping_n_s_per_m, options.tool_inertia_kg_m2, c.stiffness_n_m_per_rad,
+              c.damping_n_m_s_per_rad, check.fit_source.c_str());
+}
+
+void print(const Check& check, const Options& options) {
+  if (!check.fit_source.empty()) print_adapted(check, options);
   std::printf("%-12s %-12s %-12s %15s\n", "motion", "hand", "tool", "spectral radius");
   for (const CheckedLoop& loop : check.loops) {
     std::printf("%-12s %-12s %-12s %15.6f%s\n", loop.is_rotation ? "rotation" : "translation",
@@ -119,22 +174,62 @@ void print(const Check& check) {
   if (check.findings.empty()) std::printf("nothing to complain of\n");
 }
 
-void add_options(CLI::App& command, Options& options) {
-  CouplingParameters& c = options.coupling;
-  command.add_option("--law", options.law, "coupling law: " + listed_coupling_law_names())->capture_default_str();
-  command.add_option("--stiffness", c.stiffness_n_per_m, "of the coupling, N/m")->capture_default_str();
-  command.add_option("--damping", c.damping_n_s_per_m, "of the coupling, N·s/m")->capture_default_str();
-  command.add_option("--stiffness-rotation", c.stiffness_n_m_per_rad, "N·m/rad")->capture_default_str();
-  command.add_option("--damping-rotation", c.damping_n_m_s_per_rad, "N·m·s/rad")->capture_default_str();
-  command.add_option("--sharpness", c.curve_sharpness, "c of the stable dynamic curve")->capture_default_str();
-  command.add_option("--tool-mass", options.tool_mass_kg, "kg")->capture_default_str();
-  command.add_option("--tool-inertia", options.tool_inertia_kg_m2, "kg·m²")->capture_default_str();
+/// A number from `low` to `high`, both of which a mistake is answered with.
+template <class T>
+CLI::Option* add_number(CLI::App& command, const std::string& name, T& value, double low, double high,
+                        const std::string& help) {
+  const auto problem = [low, high](const std::string& text) {
+    double number = 0;
+    // Written so that a NaN fails the comparison.
+    if (CLI::detail::lexical_cast(text, number) && number >= low && number <= high) return std::string();
+    std::ostringstream remedy;
+    remedy << "'" << text << "' must be a number from " << low << " to " << high;
+    return remedy.str();
+  };
+  return command.add_option(name, value, help)->check(problem);
+}
+
+/// In the range that a scene may give it.
+CLI::Option* add_coefficient(CLI::App& command, const std::string& name, Options& options,
+                             double CouplingParameters::*value, const std::string& help) {
+  const auto* const field = std::ranges::find(kCouplingFields, value, &CouplingField::value);
+  return add_number(command, name, options.coupling.*value, field->low, field->high, help)->capture_default_str();
+}
+
+void add_pair_options(CLI::App& command, Options& options) {
+  using C = CouplingParameters;
+  for (CLI::Option* const option :
+       {add_coefficient(command, "--stiffness", options, &C::stiffness_n_per_m, "of the coupling, N/m"),
+        add_coefficient(command, "--damping", options, &C::damping_n_s_per_m, "of the coupling, N·s/m")}) {
+    options.chosen_by_fit.push_back(option);
+  }
+  for (CLI::Option* const option :
+       {add_coefficient(command, "--stiffness-rotation", options, &C::stiffness_n_m_per_rad, "N·m/rad"),
+        add_coefficient(command, "--damping-rotation", options, &C::damping_n_m_s_per_rad, "N·m·s/rad")}) {
+    options.turning_chosen_by_fit.push_back(option);
+  }
+}
+
+void add_device_options(CLI::App& command, Options& options) {
   command.add_option("--device", options.device, "device profile, by name or a .json file")->capture_default_str();
-  command.add_option("--device-mass", options.device_mass_kg, "kg; instead of the profile's");
-  command.add_option("--device-damping", options.device_damping_n_s_per_m, "N·s/m of the mechanism; alike");
-  command.add_option("--device-inertia", options.device_inertia_kg_m2, "kg·m²; alike");
-  command.add_option("--device-damping-rotation", options.device_damping_n_m_s_per_rad, "N·m·s/rad; alike");
-  command.add_option("--rate", options.rate_hz, "Hz; alike")->check(CLI::Range(1.0, 1e6));
+  add_number(command, "--device-mass", options.device_mass_kg, 0, kMostMass, "kg; instead of the profile's");
+  add_number(command, "--device-damping", options.device_damping_n_s_per_m, 0, kMostDamping,
+             "N·s/m of the mechanism; alike");
+  add_number(command, "--device-inertia", options.device_inertia_kg_m2, 0, kMostMass, "kg·m²; alike");
+  add_number(command, "--device-damping-rotation", options.device_damping_n_m_s_per_rad, 0, kMostDamping,
+             "N·m·s/rad; alike");
+  add_number(command, "--rate", options.rate_hz, 1, 1e6, "Hz; alike");
+}
+
+void add_options(CLI::App& command, Options& options) {
+  command.add_option("--law", options.law, "coupling law: " + listed_coupling_law_names())->capture_default_str();
+  add_pair_options(command, options);
+  add_coefficient(command, "--sharpness", options, &CouplingParameters::curve_sharpness,
+                  "c of the stable dynamic curve");
+  add_number(command, "--tool-mass", options.tool_mass_kg, kLeastMass, kMostMass, "kg")->capture_default_str();
+  add_number(command, "--tool-inertia", options.tool_inertia_kg_m2, kLeastInertia, kMostMass, "kg·m²")
+      ->capture_default_str();
+  add_device_options(command, options);
   command.add_option("--velocity-window", options.velocity_window, "periods that the handle's velocity is taken over")
       ->check(CLI::Range(1, 64));
   command.add_option("--delay", options.delay_periods, "periods from sample to force")
@@ -155,7 +250,7 @@ void add_check_command(CLI::App& app, int& exit_code) {
     if (options->wants_json) {
       std::cout << pretty_json(to_json(*options, check));
     } else {
-      print(check);
+      print(check, *options);
     }
     exit_code = check.is_refused ? 1 : 0;
   });

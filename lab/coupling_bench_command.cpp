@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "common/coupling/laws.hpp"
+#include "common/coupling/saturation.hpp"
 #include "common/histogram.hpp"
 #include "common/json/pretty.hpp"
 #include "common/random.hpp"
@@ -92,6 +93,13 @@ Wrench plain_spring(const Tick& tick) {
           c.damping_n_m_s_per_rad * (tick.V_WT.w - tick.V_WH.w)};
 }
 
+/// What direct rendering does to a contact before it is shown, as the room does: any wrench will do for one.
+Wrench limited(const Wrench& contact) {
+  const CouplingParameters c;
+  return {saturated(contact.f, c.force_limit_n, c.saturation_softness),
+          saturated(contact.t, c.torque_limit_n_m, c.saturation_softness)};
+}
+
 /// The safety chain at full force, in virtual time, a period a call.
 class Safety {
  public:
@@ -118,6 +126,14 @@ std::vector<Contestant> contestants() {
                  [safety = std::make_shared<Safety>()](const Tick&) { return safety->apply({}); },
                  {}});
   for (const CouplingLawInfo& info : coupling_laws()) {
+    if (info.tool == ToolDynamics::kAtHandle) {
+      // No law acts: what is left is to limit the contact.
+      const auto tick_of = [safety = std::make_shared<Safety>()](const Tick& tick) {
+        return safety->apply(limited(plain_spring(tick)));
+      };
+      all.push_back({std::string(info.name), "saturation, safety chain", true, tick_of, {}});
+      continue;
+    }
     const std::shared_ptr<const CouplingLaw> law = info.make({});
     const auto tick_of = [law, safety = std::make_shared<Safety>()](const Tick& tick) {
       return safety->apply(coupling_wrenches(*law, tick.X_WH, tick.V_WH, tick.X_WT, tick.V_WT).on_hand_W);

@@ -48,18 +48,23 @@ bool run(const Benchmark& benchmark, const std::filesystem::path& folder) {
   return report::all_hold(reproduction.claims);
 }
 
-/// Each into a folder of its own. One that lacks its file is left out, and said to be.
+/// Each into a folder of its own. One that lacks its file is left out, and said to be; the last line has the count.
 bool run_all(const std::string& out) {
   bool do_all_hold = true;
+  std::size_t done = 0;
+  std::string left_out;
   for (const Benchmark& benchmark : kBenchmarks) {
     const std::filesystem::path needed = benchmark.needs();
     if (!needed.empty() && !std::filesystem::exists(needed)) {
-      std::cout << benchmark.name << ": left out, " << needed.string() << " is not there\n\n";
+      left_out += ", " + std::string(benchmark.name) + " left out: " + needed.string() + " is not there";
       continue;
     }
     do_all_hold &= run(benchmark, made_folder((std::filesystem::path(out) / benchmark.name).string()));
+    ++done;
     std::cout << std::endl;
   }
+  std::cout << done << " of " << kBenchmarks.size() << " run, "
+            << (do_all_hold ? "all their claims hold" : "not all their claims hold") << left_out << '\n';
   return do_all_hold;
 }
 

@@ -6,6 +6,25 @@
 #include "lab/report/format.hpp"
 
 namespace tandem::lab {
+namespace {
+
+constexpr std::size_t kTextWidth = 120;
+
+/// In lines of no more than kTextWidth where words allow.
+std::string wrapped(const std::string& text) {
+  std::istringstream words(text);
+  std::string result, line;
+  for (std::string word; words >> word;) {
+    if (!line.empty() && report::text_width(line + ' ' + word) > kTextWidth) {
+      result += line + '\n';
+      line.clear();
+    }
+    line += (line.empty() ? "" : " ") + word;
+  }
+  return result + line + '\n';
+}
+
+}  // namespace
 
 boost::json::object to_json(const Reproduction& reproduction) {
   boost::json::array rows;
@@ -13,6 +32,7 @@ boost::json::object to_json(const Reproduction& reproduction) {
     rows.push_back(boost::json::object{{"what", row.what}, {"published", row.published}, {"ours", row.ours}});
   }
   return {{"title", reproduction.title},
+          {"summary", reproduction.summary},
           {"rows", rows},
           {"claims", report::to_json(reproduction.claims)},
           {"details", reproduction.details}};
@@ -41,7 +61,8 @@ std::string to_text(const Reproduction& reproduction) {
     return text + std::string(width - report::text_width(text) + 2, ' ');
   };
   std::ostringstream text;
-  text << reproduction.title << "\n\n" << padded("", what_width) << padded("published", published_width) << "here\n";
+  text << reproduction.title << "\n\n" << wrapped(reproduction.summary) << '\n';
+  text << padded("", what_width) << padded("published", published_width) << "here\n";
   for (const ReproductionRow& row : reproduction.rows) {
     text << padded(row.what, what_width) << padded(row.published, published_width) << row.ours << '\n';
   }

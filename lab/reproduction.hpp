@@ -23,10 +23,10 @@ struct Reproduction {
   std::vector<ReproductionRow> rows;
   std::vector<report::Check> claims;
   std::vector<report::Figure> figures;
-  boost::json::value details;  ///< every measured number
+  boost::json::value details;  ///< the settings and every measured number
 };
 
-/// {"title", "rows", "claims", "details"}
+/// {"title", "summary", "rows", "claims", "details"}
 boost::json::object to_json(const Reproduction& reproduction);
 std::string to_html(const Reproduction& reproduction);
 std::string to_text(const Reproduction& reproduction);

@@ -32,9 +32,8 @@ enum TickFault : std::uint32_t {
   /// More contacts than limits.contact_points or limits.contact_pairs allow: points stood for their neighbours, or the
   /// last pairs of shapes were left out. Remedy: raise the limit, or use shapes with fewer parts.
   kFaultContactCoarse = 1U << 7U,
-  /// The soft bodies' step is not done although its result is due (live only): the last one serves on. Remedy: fewer
-  /// nodes
-  /// or samples, a lower soft_step_rate_hz, a faster machine.
+  /// The soft bodies' step is not done although its result is due (live only): the last one serves on. Remedy:
+  /// fewer nodes or samples, a lower soft_step_rate_hz, a faster machine.
   kFaultSoftLate = 1U << 8U,
 };
 using TickFaults = std::uint32_t;

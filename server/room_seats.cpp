@@ -87,11 +87,9 @@ CouplingParameters RoomSeats::coupling_in_force(const Seat& seat) const {
   return tandem::coupling_in_force(room_.scene().coupling, coupling_, moved_mass(room_.scene(), seat.tool, body));
 }
 
-void RoomSeats::on_event(const RoomEvent& event) {
-  const auto& seat = seats_[event.slot];
-  if (!seat || seat->user != event.user) return;
-  if (event.kind == RoomEvent::Kind::kGrabbed) held_[event.slot] = event.body;
-  if (event.kind == RoomEvent::Kind::kReleased) held_[event.slot] = BodyId{};
+void RoomSeats::on_update(const Seat& seat, const UserUpdate& told) {
+  served_[seat.slot] = told.requests_served;
+  held_[seat.slot] = told.update.held_body;
 }
 
 bool RoomSeats::grab(const Seat& seat, BodyId body, std::uint32_t request) {

@@ -35,14 +35,13 @@ class RoomSeats {
   std::optional<Seat> take(UserRole role);
   void leave(const Seat& seat);
   void set_coupling(const Seat& seat, const CouplingParameters& parameters);
-  /// What the room says of grabs and releases.
-  void on_event(const RoomEvent& event);
   /// False, and nothing is asked of the room, when it does not keep up or this seat's last request is not served yet
-  /// (on_served()): one user cannot fill the queue that all share. The user is told.
+  /// (on_update()): one user cannot fill the queue that all share. The user is told.
   bool grab(const Seat& seat, BodyId body, std::uint32_t request);
   bool release(const Seat& seat, std::uint32_t request);
-  /// The room has served that many requests of the seat's user since it joined (UserUpdate::requests_served).
-  void on_served(const Seat& seat, std::uint64_t requests) { served_[seat.slot] = requests; }
+  /// What the room says of the seat's user: requests served, and what is held. Said anew after each step, so that a
+  /// lost event leaves nothing wrong for long.
+  void on_update(const Seat& seat, const UserUpdate& told);
   /// Retries what the room's full queue refused.
   void flush();
 

@@ -10,20 +10,18 @@ namespace tandem {
 namespace {
 
 constexpr std::string_view kAdaptiveLaw = "adaptive";
-constexpr double kMostMass_kg = 1e4;
-constexpr double kMostInertia_kg_m2 = 1e4;
-/// Between the ends of a range, where a cubic is looked at. Ours: it turns twice at most.
-constexpr int kLooks = 64;
+using Range = AdaptiveFitRange;
+
+constexpr double most(std::string_view coefficient) {
+  return find_coupling_field(coefficient)->high;
+}
+// What a device's profile may hold, a scene accepts.
+static_assert(Range::kStiffness_n_per_m == most("coupling.stiffness_n_per_m"));
+static_assert(Range::kDamping_n_s_per_m == most("coupling.damping_n_s_per_m"));
+static_assert(Range::kStiffness_n_m_per_rad == most("coupling.stiffness_n_m_per_rad"));
+static_assert(Range::kDamping_n_m_s_per_rad == most("coupling.damping_n_m_s_per_rad"));
 
 using Numbers = google::protobuf::RepeatedField<double>;
-
-void set(Numbers& numbers, std::initializer_list<double> values) {
-  numbers.Assign(values.begin(), values.end());
-}
-
-void set(Numbers& numbers, const Cubic& cubic) {
-  numbers.Assign(cubic.c.begin(), cubic.c.end());
-}
 
 Cubic cubic_of(const Numbers& numbers) {
   Cubic cubic;
@@ -32,17 +30,9 @@ Cubic cubic_of(const Numbers& numbers) {
   return cubic;
 }
 
-wire::AdaptiveFit to_wire(const AdaptiveFit& fit) {
-  wire::AdaptiveFit message;
-  set(*message.mutable_mass_range_kg(), {fit.mass_low_kg, fit.mass_high_kg});
-  set(*message.mutable_stiffness_n_per_m(), fit.stiffness_n_per_m);
-  set(*message.mutable_damping_n_s_per_m(), fit.damping_n_s_per_m);
-  if (fit.inertia_high_kg_m2 <= 0) return message;
-  set(*message.mutable_inertia_range_kg_m2(), {fit.inertia_low_kg_m2, fit.inertia_high_kg_m2});
-  set(*message.mutable_stiffness_n_m_per_rad(), fit.stiffness_n_m_per_rad);
-  set(*message.mutable_damping_n_m_s_per_rad(), fit.damping_n_m_s_per_rad);
-  return message;
-}
+/// thesis_adaptive_fit(), as a scene writes it.
+constexpr std::string_view kThesisFit =
+    R"({"mass_range_kg": [0.05, 0.2], "stiffness_n_per_m": [16.21, 116.53], "damping_n_s_per_m": [0.2]})";
 
 /// Of a checked message.
 AdaptiveFit from_wire(const wire::AdaptiveFit& message) {
@@ -75,15 +65,15 @@ void check_polynomial(const Numbers& coefficients, const SceneField& field) {
     field.refuse("has " + std::to_string(coefficients.size()) + " coefficients; it must have 1 to 4");
   }
   for (const double coefficient : coefficients) {
-    field.require_within(coefficient, -1e12, 1e12, "from -1e12 to 1e12");
+    field.require_within(coefficient, -Range::kPolynomial, Range::kPolynomial, "from -1e15 to 1e15");
   }
 }
 
 /// What the two polynomials give over the range must be what the wire accepts.
 void check_values(const Numbers& range, const Cubic& stiffness, const Cubic& damping, std::string_view stiffness_name,
                   std::string_view damping_name, const SceneField& fit) {
-  for (int i = 0; i <= kLooks; ++i) {
-    const double x = range[0] + (range[1] - range[0]) * i / kLooks;
+  for (int i = 0; i <= Range::kLooks; ++i) {
+    const double x = range[0] + (range[1] - range[0]) * i / Range::kLooks;
     const double k = stiffness(x);
     const auto check = [&](std::string_view name, double value) {
       const CouplingField& field = *find_coupling_field("coupling." + std::string(name));
@@ -98,7 +88,7 @@ void check_values(const Numbers& range, const Cubic& stiffness, const Cubic& dam
 }
 
 void check_fit(const wire::AdaptiveFit& message, const SceneField& field) {
-  check_range(message.mass_range_kg(), kMostMass_kg, field.in("mass_range_kg"));
+  check_range(message.mass_range_kg(), Range::kMass_kg, field.in("mass_range_kg"));
   check_polynomial(message.stiffness_n_per_m(), field.in("stiffness_n_per_m"));
   check_polynomial(message.damping_n_s_per_m(), field.in("damping_n_s_per_m"));
   check_values(message.mass_range_kg(), cubic_of(message.stiffness_n_per_m()), cubic_of(message.damping_n_s_per_m()),
@@ -110,7 +100,7 @@ void check_fit(const wire::AdaptiveFit& message, const SceneField& field) {
     }
     return;
   }
-  check_range(message.inertia_range_kg_m2(), kMostInertia_kg_m2, field.in("inertia_range_kg_m2"));
+  check_range(message.inertia_range_kg_m2(), Range::kInertia_kg_m2, field.in("inertia_range_kg_m2"));
   check_polynomial(message.stiffness_n_m_per_rad(), field.in("stiffness_n_m_per_rad"));
   check_polynomial(message.damping_n_m_s_per_rad(), field.in("damping_n_m_s_per_rad"));
   check_values(message.inertia_range_kg_m2(), cubic_of(message.stiffness_n_m_per_rad()),
@@ -134,7 +124,14 @@ void complete_coupling(wire::Coupling& coupling, const SceneField& file) {
   }
   const SceneField fit = file.in("coupling.adaptive");
   if (coupling.law() == kAdaptiveLaw) {
-    if (!coupling.has_adaptive()) *coupling.mutable_adaptive() = to_wire(thesis_adaptive_fit());
+    if (!coupling.has_adaptive()) {
+      fit.refuse(
+          "is missing; the law \"adaptive\" needs the fit of a device: run `tandem-lab calibrate --device NAME` and "
+          "copy "
+          "\"adaptive\" of the profile that it writes, \"mass_kg\" as \"mass_range_kg\", \"inertia_kg_m2\" as "
+          "\"inertia_range_kg_m2\", without \"source\". Hou's, which sags by 50 mm at 0.2 kg, is " +
+          std::string(kThesisFit));
+    }
     check_fit(coupling.adaptive(), fit);
   } else if (coupling.has_adaptive()) {
     fit.refuse("is given, but coupling.law is \"" + coupling.law() + "\"; it is of the law \"adaptive\" alone");

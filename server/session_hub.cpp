@@ -91,7 +91,7 @@ struct SessionHub::Impl {
   void send_newest_update(Connection& connection, LocalTime now);
   void send_state(Connection& connection);
   void deliver_events(RoomSeats& seats);
-  void deliver(Connection& connection, const RoomEvent& event);
+  void note(Connection& connection, const UserUpdate& told);
   void end_overdue(Connection& connection, LocalTime now);
 
   void send(Connection& connection, const wire::ServerControl& message);
@@ -392,7 +392,8 @@ void SessionHub::Impl::send_newest_update(Connection& connection, LocalTime now)
   if (!output.poll()) return;
   // What the slot's previous user was not sent any more.
   if (output.front().user != connection.seat.user) return;
-  connection.seats->on_served(connection.seat, output.front().requests_served);
+  note(connection, output.front());
+  if (connection.state != ConnectionState::kActive) return;
   const ServerUpdate& published = output.front().update;
   if (connection.last_step.value != 0 && published.step.value > connection.last_step.value + 1) {
     counters.sent_drops.add(DropReason::kOverwritten, published.step.value - connection.last_step.value - 1);
@@ -433,19 +434,18 @@ void SessionHub::Impl::deliver_events(RoomSeats& seats) {
   while (seats.room().next_event(event)) {
     for (const auto& [handle, connection] : connections) {
       if (connection->state != ConnectionState::kActive || connection->seats != &seats) continue;
-      if (connection->seat.user == event.user) deliver(*connection, event);
+      if (connection->seat.user == event.user) send(*connection, grab_answer(event));
     }
   }
 }
 
 /// With what it changes of the coupling.
-void SessionHub::Impl::deliver(Connection& connection, const RoomEvent& event) {
+void SessionHub::Impl::note(Connection& connection, const UserUpdate& told) {
   RoomSeats& seats = *connection.seats;
   const Seat seat = connection.seat;
   const CouplingParameters before = seats.coupling_in_force(seat);
-  seats.on_event(event);
+  seats.on_update(seat, told);
   const CouplingParameters after = seats.coupling_in_force(seat);
-  send(connection, grab_answer(event));
   for (const CouplingField& field : kCouplingFields) {
     if (connection.state != ConnectionState::kActive) return;
     if (before.*field.value != after.*field.value) send(connection, parameter_set(field, after));

@@ -33,6 +33,16 @@ void ToolHand::let_go() noexcept {
   wrench_on_hand_W_ = Wrench{};
 }
 
+CouplingTether ToolHand::tether(const Pose& X_WT) const noexcept {
+  constexpr double kNoStretch = 1e-6;  // m, rad
+  const CouplingState state = coupling_state(target_.X, target_.V, X_WT, target_.V);
+  const Wrench pull = law_->wrench_on_tool_W(state);
+  const double d = state.d_W.norm(), theta = state.theta_W.norm();
+  const CouplingParameters& c = ramp_.now();
+  return {d > kNoStretch ? pull.f.norm() / d : c.stiffness_n_per_m,
+          theta > kNoStretch ? pull.t.norm() / theta : c.stiffness_n_m_per_rad};
+}
+
 bool ToolHand::is_saturated() const noexcept {
   // A bent force never quite reaches its limit, and without a bend it does so up to rounding.
   constexpr double kAtLimit = 1 - 1e-9;

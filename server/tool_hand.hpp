@@ -11,11 +11,16 @@
 
 namespace tandem {
 
+/// How stiffly a coupling ties the tool to the hand: force over displacement, as stretched now.
+struct CouplingTether {
+  double stiffness_n_per_m = 0;
+  double stiffness_n_m_per_rad = 0;
+};
+
 /// Per step: coupling() before the solver, settle() with what it found.
 ///
-/// Model   work of a step = F_k · (x_{k+1} − x_k) + τ_k · θ_{k,k+1}, the mean wrench of the step about T; its positive
-/// and
-///         negative parts are summed apart, so that both sums only grow and loss of an update does no harm
+/// Model   work of a step = F_k · (x_{k+1} − x_k) + τ_k · θ_{k,k+1}, the mean wrench of the step about T; its
+///         positive and negative parts are summed apart, so that both sums only grow and loss of an update does no harm
 class ToolHand {
  public:
   /// In      law  a name that make_coupling_law() knows
@@ -46,6 +51,8 @@ class ToolHand {
   SolverCoupling coupling(int body, const Pose& X_WT) const noexcept {
     return {body, law_.get(), target_.X, target_.V, X_WT};
   }
+  /// The tool being at `X_WT`. Only while it pulls.
+  CouplingTether tether(const Pose& X_WT) const noexcept;
   /// After a step in which the tool came from `X_WT_before` and the coupling did `on_tool_W`, about the tool's origin.
   void settle(const Pose& X_WT_before, const RigidState& tool, const Wrench& on_tool_W) noexcept;
   /// The last step's force or torque was at its limit: past half of the bend that saturation makes.

@@ -50,6 +50,18 @@ double in_a_row(double stiffness_a, double stiffness_b) {
 
 }  // namespace
 
+void TouchDrag::add(const EffectDamping& more, const Twist& V_more_W, double more_force_n,
+                    double more_torque_n_m) noexcept {
+  const auto mix = [](Vec3& mean, double& sum, const Vec3& value, double weight) {
+    sum += weight;
+    if (sum > 0) mean += weight / sum * (value - mean);
+  };
+  mix(V_W.v, damping.n_s_per_m, V_more_W.v, more.n_s_per_m);
+  mix(V_W.w, damping.n_m_s_per_rad, V_more_W.w, more.n_m_s_per_rad);
+  force_limit_n += more_force_n;
+  torque_limit_n_m += more_torque_n_m;
+}
+
 TouchStage::TouchStage(const Limits& limits)
     : limits_(limits),
       felt_(limits.things),
@@ -58,15 +70,16 @@ TouchStage::TouchStage(const Limits& limits)
       reach_m_(limits.things),
       body_of_thing_(limits.things, kStaticBody),
       results_(limits.pairs),
-      solver_(
-          {limits.things, limits.pulls, limits.pairs, std::min(limits.pairs * limits.budget.points, kMostRows), 30}) {
+      solver_({limits.things, 2 * limits.pulls, limits.pairs, std::min(limits.pairs * limits.budget.points, kMostRows),
+               30}) {
   slots_.reserve(limits.pairs);
   for (std::size_t i = 0; i < limits.pairs; ++i) slots_.emplace_back(limits.budget);
   near_.reserve(std::max(limits.pairs, kMostNear));
   thing_of_body_.reserve(limits.things);
   bodies_.reserve(limits.things);
-  couplings_.reserve(limits.pulls);
-  tool_wrenches_.resize(limits.pulls);
+  couplings_.reserve(2 * limits.pulls);
+  drag_laws_.resize(limits.pulls, SpringDamper(CouplingParameters{}));
+  tool_wrenches_.resize(2 * limits.pulls);
   patches_.reserve(limits.pairs);
   patch_slots_.reserve(limits.pairs);
 }
@@ -96,7 +109,7 @@ TickFaults TouchStage::step(double step_s, std::span<TouchThing> things, std::sp
 TickFaults TouchStage::follow_hands(double step_s, std::span<const TouchThing> things,
                                     std::span<const TouchPull> pulls) noexcept {
   TickFaults faults = 0;
-  std::fill(leads_.begin(), leads_.end(), Lead{0, {Vec3::Zero(), Vec3::Zero()}, 0, 0, 0});
+  std::fill(leads_.begin(), leads_.end(), Lead{0, Twist{}, 0, 0, 0, Vec3::Zero()});
   for (const TouchPull& pull : pulls) ++leads_[pull.thing].hands;
   for (const TouchPull& pull : pulls) {
     const TouchThing& thing = things[pull.thing];
@@ -107,6 +120,7 @@ TickFaults TouchStage::follow_hands(double step_s, std::span<const TouchThing> t
     lead.V_WC.w += V_WC.w / lead.hands;
     // Beside what holds it back, a massless tool slides as far as it was off the handle: its spring gets no longer.
     lead.reach_m += 2 * step_s * (V_WC.v.norm() + 2 * thing.model->radius_m * V_WC.w.norm());
+    lead.lever_W = pull.X_WT.p - thing.rigid->centre_W();
     const CouplingParameters& spring = pull.hand->parameters();
     lead.mass_kg += kInertiaOfNone * spring.stiffness_n_per_m * step_s * step_s;
     lead.inertia_kg_m2 += kInertiaOfNone * spring.stiffness_n_m_per_rad * step_s * step_s;
@@ -143,9 +157,7 @@ void TouchStage::predict_reach(double step_s, std::span<const TouchThing> things
   for (std::size_t i = 0; i < things.size(); ++i) {
     if (things[i].role != TouchThing::Role::kOurs && things[i].role != TouchThing::Role::kGuest) continue;
     if (things[i].dynamics != ToolDynamics::kWithMass) {
-      // What pushes from outside stretches the spring.
-      const double given_m = 2 * kInertiaOfNone * step_s * step_s * things[i].wrench_W.f.norm() / leads_[i].mass_kg;
-      reach_m_[i] = std::min(leads_[i].reach_m + given_m, step_s * limits_.speed_m_per_s);
+      reach_m_[i] = std::min(massless_reach_m(step_s, things[i], leads_[i]), step_s * limits_.speed_m_per_s);
       continue;
     }
     gain(i, things[i].wrench_W);
@@ -155,6 +167,19 @@ void TouchStage::predict_reach(double step_s, std::span<const TouchThing> things
     const double angular = std::max(V.w.norm(), (V.w + gained_[i].w).norm());
     reach_m_[i] = step_s * std::min(linear + 2 * things[i].model->radius_m * angular, limits_.speed_m_per_s);
   }
+}
+
+/// What pushes and turns from outside stretches the spring, and a fluid carries along.
+double TouchStage::massless_reach_m(double step_s, const TouchThing& thing, const Lead& lead) const noexcept {
+  const Vec3& f = thing.wrench_W.f;
+  const Vec3 about_tool_W = thing.wrench_W.t - lead.lever_W.cross(f);
+  // Twice: a curved law gives way more than its first slope says.
+  const double squared = 2 * kInertiaOfNone * step_s * step_s;
+  const double moved_m = squared * f.norm() / lead.mass_kg;
+  const double turned_rad = squared * about_tool_W.norm() / lead.inertia_kg_m2;
+  const double carried_m = thing.drag.is_there() ? step_s * thing.drag.V_W.v.norm() : 0;
+  const double carried_rad = thing.drag.is_there() ? step_s * thing.drag.V_W.w.norm() : 0;
+  return lead.reach_m + moved_m + carried_m + 2 * thing.model->radius_m * (turned_rad + carried_rad);
 }
 
 TickFaults TouchStage::find_near(std::span<const TouchThing> things) noexcept {
@@ -290,12 +315,26 @@ void TouchStage::add_patch(std::span<const TouchThing> things, const Near& near)
   patch_slots_.push_back(near.slot);
 }
 
-TickFaults TouchStage::solve(double step_s, std::span<const TouchThing> things, std::span<TouchPull> pulls) noexcept {
+void TouchStage::add_couplings(std::span<const TouchThing> things, std::span<const TouchPull> pulls) noexcept {
   couplings_.clear();
   for (const TouchPull& pull : pulls) {
     if (things[pull.thing].dynamics == ToolDynamics::kAtHandle) continue;
     couplings_.push_back(pull.hand->coupling(body_of_thing_[pull.thing], pull.X_WT));
   }
+  std::size_t drags = 0;
+  for (std::size_t i = 0; i < things.size() && drags < drag_laws_.size(); ++i) {
+    const TouchDrag& drag = things[i].drag;
+    if (things[i].dynamics != ToolDynamics::kMassless || body_of_thing_[i] == kStaticBody || !drag.is_there()) continue;
+    SpringDamper& law = drag_laws_[drags++];
+    law.set_parameters(
+        {0, drag.damping.n_s_per_m, 0, drag.damping.n_m_s_per_rad, drag.force_limit_n, drag.torque_limit_n_m, 0, 1});
+    const Pose X_W = things[i].rigid->state().X;
+    couplings_.push_back({body_of_thing_[i], &law, X_W, drag.V_W, X_W});
+  }
+}
+
+TickFaults TouchStage::solve(double step_s, std::span<const TouchThing> things, std::span<TouchPull> pulls) noexcept {
+  add_couplings(things, pulls);
   const std::span wrenches(tool_wrenches_.data(), couplings_.size());
   const std::span results(results_.data(), patches_.size());
   const SolverReport report = solver_.step(step_s, bodies_, couplings_, patches_, results, wrenches);
@@ -371,6 +410,7 @@ TickFaults TouchStage::write_back(double step_s, std::span<TouchThing> things) n
     if (thing.role == TouchThing::Role::kOurs) {
       if (limit_motion(bodies_[i].V_WC, 2 * thing.model->radius_m, limits_)) faults |= kFaultSpeedLimited;
       thing.rigid->advance(bodies_[i].V_WC, step_s);
+      felt_[thing_of_body_[i]].V_WC = bodies_[i].V_WC;
       if (thing.dynamics == ToolDynamics::kMassless) thing.rigid->set_state({thing.rigid->state().X, Twist{}});
     } else {
       thing.rigid->apply_wrench(felt_[thing_of_body_[i]].wrench_W, Vec3::Zero());

@@ -8,12 +8,27 @@
 #include <vector>
 
 #include "common/contact/contact_solver.hpp"
+#include "common/coupling/laws.hpp"
+#include "common/effects/effect.hpp"
 #include "proto/tick_faults.hpp"
 #include "server/rigid_body.hpp"
 #include "server/tool_hand.hpp"
 #include "server/touch_model.hpp"
 
 namespace tandem {
+
+/// Fluid round a massless thing, at the thing's origin: what slows it is solved for together with all else, because the
+/// thing brings no velocity into the step.
+struct TouchDrag {
+  EffectDamping damping;
+  Twist V_W;  ///< of the fluid
+  double force_limit_n = 0;
+  double torque_limit_n_m = 0;
+
+  bool is_there() const { return damping.n_s_per_m > 0 || damping.n_m_s_per_rad > 0; }
+  /// Another fluid in the same place: dampings and limits add up, velocities mix by damping.
+  void add(const EffectDamping& more, const Twist& V_more_W, double more_force_n, double more_torque_n_m) noexcept;
+};
 
 /// One rigid thing of the world, as it is in this step.
 struct TouchThing {
@@ -31,6 +46,7 @@ struct TouchThing {
   ToolDynamics dynamics = ToolDynamics::kWithMass;
   Wrench wrench_W;                            ///< weight and fields, about the centre of mass
   std::optional<std::size_t> passes_through;  ///< a thing that it does not touch
+  TouchDrag drag = {};                        ///< of a massless one only
 };
 
 /// One tool's coupling; `wrench_W` is the answer: what the hand does to the tool, about the tool's origin at the end of
@@ -48,6 +64,7 @@ struct TouchContact {
   double deepest_m = 0;
   bool is_reached = false;  ///< a led thing, or pressed by one, directly or through others
   Wrench wrench_W;          ///< of all contacts on it, about the origin of W
+  Twist V_WC;               ///< with which its centre went through the step; a massless thing has no other velocity
 };
 
 /// How two things pressed on each other in the last step.
@@ -108,6 +125,7 @@ class TouchStage {
     double mass_kg = 0;        ///< stands for none, of a massless one
     double inertia_kg_m2 = 0;  ///< likewise
     double reach_m = 0;
+    Vec3 lever_W;  ///< from the centre to the tool's origin, of a thing with one hand
   };
 
   TickFaults follow_hands(double step_s, std::span<const TouchThing> things, std::span<const TouchPull> pulls) noexcept;
@@ -120,6 +138,8 @@ class TouchStage {
   TickFaults find_contacts(std::span<const TouchThing> things) noexcept;
   void add_body(std::span<const TouchThing> things, std::size_t thing) noexcept;
   void add_patch(std::span<const TouchThing> things, const Near& near) noexcept;
+  double massless_reach_m(double step_s, const TouchThing& thing, const Lead& lead) const noexcept;
+  void add_couplings(std::span<const TouchThing> things, std::span<const TouchPull> pulls) noexcept;
   TickFaults solve(double step_s, std::span<const TouchThing> things, std::span<TouchPull> pulls) noexcept;
   void feel() noexcept;
   void show_contacts(double step_s, std::span<const TouchThing> things, std::span<TouchPull> pulls) const noexcept;
@@ -135,7 +155,8 @@ class TouchStage {
   std::vector<int> body_of_thing_;  ///< index of the solver's body, or kStaticBody
   std::vector<std::size_t> thing_of_body_;
   std::vector<SolverBody> bodies_;
-  std::vector<SolverCoupling> couplings_;
+  std::vector<SolverCoupling> couplings_;  ///< of pulls, then of drags
+  std::vector<SpringDamper> drag_laws_;
   std::vector<Wrench> tool_wrenches_;
   std::vector<SolverPatch> patches_;
   std::vector<Slot*> patch_slots_;

@@ -297,7 +297,12 @@ void World::Impl::add_soft_wrenches() noexcept {
 /// On tools that a hand moves: one that floats would be blown away. `pulls` are those of this step.
 void World::Impl::add_effects() noexcept {
   effect_tools.clear();
-  for (std::size_t i = 0; i < pulls.size(); ++i) effect_tools.push_back({pulling[i], pulls[i].thing, pulls[i].X_WT});
+  for (std::size_t i = 0; i < pulls.size(); ++i) {
+    const TouchPull& pull = pulls[i];
+    const bool is_massless = things[pull.thing].dynamics == ToolDynamics::kMassless;
+    effect_tools.push_back(
+        {pulling[i], pull.thing, pull.X_WT, is_massless ? pull.hand->tether(pull.X_WT) : CouplingTether{}});
+  }
   for (std::size_t i = 0; i < tools.size(); ++i) {
     if (!tools[i].hand.pulls()) effects.forget(i);
   }

@@ -141,7 +141,7 @@ void ClientIo::Impl::publish_snapshot(LocalTime now) {
   for (const auto& [hash, bytes] : session.assets()) snapshot.asset_bytes += bytes->size();
   snapshot.joined = joined;
   snapshot.room = session.room();
-  snapshot.coupling_findings = session.coupling_findings();
+  snapshot.coupling_check = session.coupling_check();
   published_at = now;
   const std::lock_guard lock(mutex);
   published = std::move(snapshot);

@@ -39,10 +39,10 @@ struct ClientIoSnapshot {
   Duration round_trip{0};
   Duration minimum_round_trip{0};
   LinkTraffic links;
-  std::uint64_t asset_bytes = 0;                    ///< fetched and verified
-  std::shared_ptr<const wire::Joined> joined;       ///< from the last join; null before the first
-  std::string room;                                 ///< joined; "" before the first welcome
-  std::vector<StabilityFinding> coupling_findings;  ///< of the coupling in force
+  std::uint64_t asset_bytes = 0;               ///< fetched and verified
+  std::shared_ptr<const wire::Joined> joined;  ///< from the last join; null before the first
+  std::string room;                            ///< joined; "" before the first welcome
+  CouplingCheck coupling_check;                ///< of the coupling in force
 };
 
 class ClientIo {

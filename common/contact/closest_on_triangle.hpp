@@ -11,8 +11,7 @@ struct OnTriangle {
   int feature;  ///< 0 face, 1..3 edges ab, bc, ca, 4..6 corners a, b, c
 };
 
-/// The closest point of a triangle a, a + ab, a + ac to a + ap, and what it lies on. A triangle without area is its
-/// edges.
+/// The closest point of a triangle a, a + ab, a + ac to a + ap, and what it lies on. One without area is its edges.
 ///
 /// Source  Ericson, "Real-Time Collision Detection", 2005, §5.1.5: by Voronoi regions
 inline OnTriangle closest_on_triangle(const Vec3& ab, const Vec3& ac, const Vec3& ap) noexcept {

@@ -7,10 +7,9 @@ namespace tandem {
 
 /// Gap between the surfaces, negative when they overlap; infinite when it is more than `limit_m`.
 ///
-/// Model   smallest distance of a point of either shell in the other's field, found by branch and bound over the
-/// shells'
-///         trees, then refined by projecting to and fro between the surfaces (von Neumann's alternating projections);
-///         overlap is right to the spacing of the shells' points
+/// Model   smallest distance of a point of either shell in the other's field, found by branch and bound over
+///         the shells' trees, then refined by projecting to and fro between the surfaces (von Neumann's
+///         alternating projections); overlap is right to the spacing of the shells' points
 /// Thread  any; no allocation
 double shape_distance_m(const ContactShape& a, const Pose& X_WA, const ContactShape& b, const Pose& X_WB,
                         double limit_m) noexcept;

@@ -31,7 +31,9 @@ constexpr std::array kLaws{
     CouplingLawInfo{"qsa-static", false, ToolDynamics::kMassless,
                     "f = F_max (1 - exp(-d/d_max)) + b v pushing, k d + b v receding",
                     "Wan, McNeely, IEEE Visualization 2003, as in Hou, PhD thesis, NTU, 2014, eqs. 3.10-3.14",
-                    "no weight and no inertia to feel; the force jumps when the hand turns", &make<QsaStatic>},
+                    "no weight and no inertia to feel; a room sets b = 0 while the tool holds nothing; the force jumps "
+                    "when the hand turns",
+                    &make<QsaStatic>},
     CouplingLawInfo{"qsa-dynamic", false, ToolDynamics::kWithMass,
                     "f = F_max (1 - exp(-d/d_max)) + b v pushing, k d + b v receding",
                     "Hou, PhD thesis, NTU, 2014, ch. 4: the curve of 3.10-3.14 on a tool with mass",

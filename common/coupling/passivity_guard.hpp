@@ -1,12 +1,14 @@
 // Sampling creates energy: a spring whose force is held for a period gives back more than was put in. The guard keeps
-// the account of the coupling as a port between hand and tool, and lets the hand have no more than is in it.
+// the account of the coupling as a port between hand and tool, and lets the hand have no more than is in it. For loops
+// that step hand and tool together, as the lab's hand rig does. Not part of the live client: its tool is stepped at the
+// other end of a network, and what was done on it is not known in time.
 #pragma once
 
 #include "common/coupling/coupling_law.hpp"
 
 namespace tandem {
 
-/// Time-domain passivity observer and controller of a coupling whose tool is stepped here (no network between).
+/// Time-domain passivity observer and controller of a coupling whose tool is stepped in the same loop as the hand.
 ///
 /// Model   account E_k = −Σ F_j·(x_{j+1} − x_j) − Σ τ_j·θ_{j,j+1} + (what the tool gave beyond all that it ever got),
 ///         F, τ as displayed and held. The next step can take at most |F| δ + |τ| δ_θ, δ = |x_k − x_{k−1}| + a T²,
@@ -18,9 +20,11 @@ namespace tandem {
 ///         not pay, and the force would never come back.
 /// Source  Hannaford, Ryu, "Time-domain passivity control of haptic interfaces", IEEE T-RA 18(1), 2002; theirs looks
 ///         back and adds damping, ours looks one step ahead and scales
-/// Limits  What dampers and friction took stays in the account: the guard bounds what is created since reset(), not a
-///         limit cycle after long work. The account is of the positions that it is told; a hand that accelerates
-///         more than stated overdraws it by |F| times the excess, once, until it is paid back.
+/// Limits  Valid only where work_on_tool_j is that of the same period: no delay, no network between hand and tool.
+///         What dampers and friction took stays in the account: the guard bounds what is created since reset(), not a
+///         limit cycle after long work. The account is of the positions that it is told: what a hand does within the
+///         steps of an encoder is not in it. A hand that accelerates more than stated overdraws it by |F| times the
+///         excess, once, until it is paid back.
 /// Thread  haptic: no allocation, no throw; output finite for any input
 class PassivityGuard {
  public:

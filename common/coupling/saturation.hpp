@@ -9,9 +9,8 @@ namespace tandem {
 ///
 /// Model   H(F) = F up to the knee (1 − ε) F_max; above, F_max (1 − ε exp(−(F − (1−ε) F_max) / (ε F_max))): C1, rising,
 ///         asymptotic to F_max. ε = 0: a clamp
-/// Source  Hou, "Stable Haptic Rendering in Virtual Environment", PhD thesis, NTU, 2014, eqs. 5.10–5.12; the
-/// exponential
-///         is our form of the described properties
+/// Source  Hou, "Stable Haptic Rendering in Virtual Environment", PhD thesis, NTU, 2014, eqs. 5.10–5.12;
+///         the exponential is our form of the described properties
 /// In      magnitude ≥ 0 [any unit], limit > 0 in the same, softness ε in 0..1
 double saturated(double magnitude, double limit, double softness) noexcept;
 /// dH/dF, from 1 to 0.

@@ -17,7 +17,7 @@ namespace {
 
 constexpr int kMostPeriodsBack = 64;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-/// Ours: as good as held fast, and that at a lever of 5 cm.
+/// Ours: as good as held fast, and that at a lever of 5 cm; of the world, the device feels it scaled as the coupling.
 constexpr double kStiffContact = 1e6;
 constexpr double kStiffContactRotation = 2500;
 
@@ -134,6 +134,7 @@ struct Setup {
   double tool_inertia_kg_m2 = 0;
   LoopDevice device;
   double slope_factor = 1;
+  CouplingParameters asked;  ///< by the scene; for the text alone
 };
 
 /// One of translation and rotation.
@@ -170,7 +171,7 @@ LoopModel loop_model(const Axis& axis, const Setup& setup, const CheckedHand& ha
   const double scale = axis.is_rotation ? setup.device.rotational_coupling_scale : setup.device.coupling_scale;
   m.stiffness = setup.parameters.*axis.stiffness * setup.slope_factor * scale;
   m.damping = setup.parameters.*axis.damping * scale;
-  m.velocity_window = setup.device.velocity_window;
+  m.velocity_window = axis.is_rotation ? setup.device.rotational_velocity_window : setup.device.velocity_window;
   m.delay_periods = setup.device.delay_periods;
   m.tool_mass = (axis.is_rotation ? setup.tool_inertia_kg_m2 : setup.tool_mass_kg) * scale;
   m.device_mass = axis.is_rotation ? setup.device.inertia_kg_m2 : setup.device.mass_kg;
@@ -178,13 +179,16 @@ LoopModel loop_model(const Axis& axis, const Setup& setup, const CheckedHand& ha
   m.hand_mass = axis.is_rotation ? hand.inertia_kg_m2 : hand.mass_kg;
   m.hand_stiffness = axis.is_rotation ? hand.stiffness_n_m_per_rad : hand.stiffness_n_per_m;
   m.hand_damping = axis.is_rotation ? hand.damping_n_m_s_per_rad : hand.damping_n_s_per_m;
-  if (is_touching) m.contact_stiffness = axis.is_rotation ? kStiffContactRotation : kStiffContact;
+  if (is_touching) m.contact_stiffness = (axis.is_rotation ? kStiffContactRotation : kStiffContact) * scale;
   return m;
 }
 
 bool has_own_mass(const Axis& axis, const Setup& setup) {
   const double mass = axis.is_rotation ? setup.device.inertia_kg_m2 : setup.device.mass_kg;
   return !(mass == 0);
+}
+bool is_verified(const Axis& axis, const Setup& setup) {
+  return axis.is_rotation ? setup.device.is_rotation_verified : setup.device.is_verified;
 }
 bool is_nobody(const CheckedHand& hand) {
   return &hand == &kHands.front();
@@ -209,7 +213,11 @@ CheckedLoop worst_loop(const Axis& axis, const Setup& setup) {
 }
 
 bool is_stable(const Axis& axis, const Setup& setup) {
-  return worst_loop(axis, setup).spectral_radius < 1;
+  return std::all_of(kHands.begin(), kHands.end(), [&](const CheckedHand& hand) {
+    if (is_nobody(hand) && !has_own_mass(axis, setup)) return true;
+    return spectral_radius(loop_model(axis, setup, hand, true)) < 1 &&
+           spectral_radius(loop_model(axis, setup, hand, false)) < 1;
+  });
 }
 
 /// Three digits are enough to type; rounded to the safe side.
@@ -261,7 +269,7 @@ std::string circumstances(const CheckedLoop& loop) {
 
 void name_remedy(StabilityFinding& finding, const char* parameter, double value, double remedy) {
   finding.parameter = parameter;
-  finding.value = value;
+  finding.value = finding.rendered_value = value;
   finding.remedy = remedy;
 }
 
@@ -338,9 +346,14 @@ std::optional<StabilityFinding> find_bad_number(const Axis& axis, const Setup& s
   return std::nullopt;
 }
 
-std::string value_text(const Axis& axis, const StabilityFinding& finding) {
-  return finding.parameter + " is " + number(finding.value) + " " +
-         (finding.parameter == axis.stiffness_name ? axis.stiffness_unit : axis.damping_unit);
+/// Names the value, and what the scene has under that name where that is another.
+std::string name_value(const Axis& axis, const Setup& setup, StabilityFinding& finding) {
+  if (finding.parameter == axis.stiffness_name) finding.value = setup.asked.*axis.stiffness;
+  if (finding.parameter == axis.damping_name) finding.value = setup.asked.*axis.damping;
+  const std::string unit = finding.parameter == axis.stiffness_name ? axis.stiffness_unit : axis.damping_unit;
+  const std::string text = finding.parameter + " is " + number(finding.value) + " " + unit;
+  if (finding.value == finding.rendered_value) return text;
+  return text + " in the scene, " + number(finding.rendered_value) + " " + unit + " on this device";
 }
 
 std::optional<StabilityFinding> find_instability(const Axis& axis, const Setup& setup) {
@@ -355,7 +368,7 @@ std::optional<StabilityFinding> find_instability(const Axis& axis, const Setup& 
     return finding;
   }
   const std::string remedy = find_stable(axis, setup, finding);
-  finding.text = value_text(axis, finding) + ": unstable at " + number(1 / setup.device.period_s) + " Hz " +
+  finding.text = name_value(axis, setup, finding) + ": unstable at " + number(1 / setup.device.period_s) + " Hz " +
                  circumstances(worst) + " (spectral radius " + number(worst.spectral_radius) + "); " + remedy;
   return finding;
 }
@@ -400,9 +413,9 @@ std::optional<StabilityFinding> find_activity(const Axis& axis, const Setup& set
     name_remedy(finding, axis.device_damping_name, own, rounded(needed, true));
     remedy = "neither less stiffness nor less damping alone would do";
   }
-  finding.text = value_text(axis, finding) + ": some hands can take energy from it, for it needs " + number(needed) +
-                 " " + axis.damping_unit + " of friction in the mechanism (k T/2 + b), which has " + number(own) +
-                 "; " + remedy;
+  finding.text = name_value(axis, setup, finding) + ": some hands can take energy from it, for it needs " +
+                 number(needed) + " " + axis.damping_unit + " of friction in the mechanism (k T/2 + b), which has " +
+                 number(own) + "; " + remedy;
   return finding;
 }
 
@@ -412,6 +425,9 @@ void check_axis(const Axis& axis, const Setup& setup, std::vector<StabilityFindi
   if (!finding && has_own_mass(axis, setup)) finding = find_activity(axis, setup);
   if (!finding) return;
   finding->is_rotation = axis.is_rotation;
+  if (has_own_mass(axis, setup) && !is_verified(axis, setup)) {
+    finding->text += "; this rests on numbers of the device that nobody has verified: its mass and friction";
+  }
   findings.push_back(std::move(*finding));
 }
 
@@ -437,7 +453,7 @@ std::span<const CheckedHand> checked_hands() noexcept {
 
 std::vector<CheckedLoop> checked_loops(const CouplingParameters& parameters, double tool_mass_kg,
                                        double tool_inertia_kg_m2, const LoopDevice& device, double slope_factor) {
-  const Setup setup{parameters, tool_mass_kg, tool_inertia_kg_m2, device, slope_factor};
+  const Setup setup{parameters, tool_mass_kg, tool_inertia_kg_m2, device, slope_factor, parameters};
   std::vector<CheckedLoop> loops;
   add_loops(kTranslation, setup, loops);
   if (device.has_torque) add_loops(kRotation, setup, loops);
@@ -445,12 +461,21 @@ std::vector<CheckedLoop> checked_loops(const CouplingParameters& parameters, dou
 }
 
 std::vector<StabilityFinding> check_coupling(const CouplingParameters& parameters, double tool_mass_kg,
-                                             double tool_inertia_kg_m2, const LoopDevice& device, double slope_factor) {
-  const Setup setup{parameters, tool_mass_kg, tool_inertia_kg_m2, device, slope_factor};
+                                             double tool_inertia_kg_m2, const LoopDevice& device, double slope_factor,
+                                             const CouplingParameters* asked) {
+  const Setup setup{parameters, tool_mass_kg, tool_inertia_kg_m2,
+                    device,     slope_factor, asked == nullptr ? parameters : *asked};
   std::vector<StabilityFinding> findings;
   check_axis(kTranslation, setup, findings);
   if (device.has_torque) check_axis(kRotation, setup, findings);
   return findings;
+}
+
+bool is_stable_coupling(const CouplingParameters& parameters, double tool_mass_kg, double tool_inertia_kg_m2,
+                        const LoopDevice& device, double slope_factor) {
+  const Setup setup{parameters, tool_mass_kg, tool_inertia_kg_m2, device, slope_factor, parameters};
+  const auto is_good = [&](const Axis& axis) { return !find_bad_number(axis, setup) && is_stable(axis, setup); };
+  return is_good(kTranslation) && (!device.has_torque || is_good(kRotation));
 }
 
 double steepest_slope_factor(std::string_view law, const CouplingParameters& parameters) noexcept {

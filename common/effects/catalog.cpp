@@ -7,7 +7,7 @@ namespace {
 
 constexpr std::array<EffectInfo, 6> kCatalog{{
     {"viscosity", EffectEnergy::kDissipative, "f = -min(w b, m/h) v; torque alike", "Newtonian drag; bound: ours",
-     "no stronger than what stops the tool within a step; at rest not felt"},
+     "no stronger than what stops the tool within a step, of a massless tool unbounded; at rest not felt"},
     {"constant_field", EffectEnergy::kActive, "f = w f0", "weight on a slope",
      "in its fading edge it is not conservative: a tool taken round the edge gains energy each turn"},
     {"magnet", EffectEnergy::kConservative, "U = -U0 (1 - s^2)^3, s = distance/R, from the core; f = -grad U",
@@ -22,8 +22,8 @@ constexpr std::array<EffectInfo, 6> kCatalog{{
      "conservative only while the normal force is constant; the normal force itself does not follow the bumps"},
     {"stick_slip", EffectEnergy::kDissipative,
      "f = -k (x - x_anchor) up to w F_b; there x_anchor jumps to where f is w F_s",
-     "Salisbury, Brock, Massie, Swarup, Zilles, \"Haptic rendering: programming touch interaction with virtual "
-     "objects\", 1995 (stiction anchor); level of slip: ours",
+     "ours, after the materials of Salisbury, Brock, Massie, Swarup, Zilles, \"Haptic rendering: programming touch "
+     "interaction with virtual objects\", 1995",
      "the breakaway force does not follow the normal force beyond full_contact_n"},
 }};
 

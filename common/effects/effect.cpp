@@ -25,6 +25,10 @@ struct Probe {
   bool in_contact = false;
 
   double stiffest_n_per_m() const { return kStiffestShare * input->mass_kg / (input->step_s * input->step_s); }
+  /// How far it will have got after this share of the step, as far as a force may look ahead.
+  Vec3 ahead_E(double share) const {
+    return input->is_massless ? Vec3(Vec3::Zero()) : Vec3(share * input->step_s * v_E);
+  }
 };
 
 /// 0 up to 0, 1 from 1 on, with level ends.
@@ -67,8 +71,7 @@ Wrench wrench_of(const ConstantField& model, const Probe& probe, EffectMemory& /
 /// U = −U₀ (1 − s²)³, s = r/R, so f = k (1 − s²)² r with k = 6 U₀/R²; the peak is at s = 1/√5.
 Wrench wrench_of(const Magnet& model, const Probe& probe, EffectMemory& /*memory*/) {
   constexpr double kPeak = 0.28621670111997307;  // 16/(25√5)
-  const Vec3 ahead_E = probe.p_E + 0.5 * probe.input->step_s * probe.v_E;
-  const Vec3 off = off_block(ahead_E, model.core_size_m / 2);
+  const Vec3 off = off_block(probe.p_E + probe.ahead_E(0.5), model.core_size_m / 2);
   const double inside = 1 - (off / model.range_m).squaredNorm();
   if (!(inside > 0)) return {};
   const double k = std::min(model.peak_force_n / (kPeak * model.range_m), probe.stiffest_n_per_m());
@@ -86,24 +89,25 @@ Wrench wrench_of(const Vibration& model, const Probe& probe, EffectMemory& memor
 
 /// Force along one axis of N a sin(2π x/λ), the mean over the way that the tool is about to go: bumps that are passed
 /// faster than they can be sampled fade instead of giving another rhythm.
-double slope_force_n(double height_m, double period_m, double x_m, double way_m, double normal_force_n,
+double slope_force_n(double height_m, double period_m, double middle_m, double way_m, double normal_force_n,
                      double stiffest) {
   const double q = kTurn / period_m;
   const double stiffness = normal_force_n * height_m * q * q;
   const double half = 0.5 * q * way_m;
   const double fading = std::abs(half) < 1e-6 ? 1 : std::sin(half) / half;
   const double share = stiffness > stiffest ? stiffest / stiffness : 1;
-  return -share * normal_force_n * height_m * q * std::cos(q * x_m + half) * fading;
+  return -share * normal_force_n * height_m * q * std::cos(q * middle_m) * fading;
 }
 
 Wrench wrench_of(const Texture& model, const Probe& probe, EffectMemory& /*memory*/) {
   const Vec3 way_E = probe.input->step_s * probe.v_E;
+  const Vec3 middle_E = probe.p_E + probe.ahead_E(0.5);
   const double pressed_n = probe.strength * probe.input->normal_force_n;
   const double stiffest = probe.stiffest_n_per_m();
   Vec3 f_E = Vec3::Zero();
-  f_E.x() = slope_force_n(model.height_m, model.period_x_m, probe.p_E.x(), way_E.x(), pressed_n, stiffest);
+  f_E.x() = slope_force_n(model.height_m, model.period_x_m, middle_E.x(), way_E.x(), pressed_n, stiffest);
   if (model.period_y_m > 0) {
-    f_E.y() = slope_force_n(model.height_m, model.period_y_m, probe.p_E.y(), way_E.y(), pressed_n, stiffest);
+    f_E.y() = slope_force_n(model.height_m, model.period_y_m, middle_E.y(), way_E.y(), pressed_n, stiffest);
   }
   return {f_E - probe.normal_E * probe.normal_E.dot(f_E), Vec3::Zero()};
 }
@@ -122,7 +126,7 @@ Wrench wrench_of(const StickSlip& model, const Probe& probe, EffectMemory& memor
   if (k * stretch.norm() > holds_n) stretch = clamped_to_length(stretch, probe.strength * model.slip_force_n / k);
   memory.anchor_E = probe.p_E - stretch;
   memory.stiffness_n_per_m = k;
-  const Vec3 ahead = stretch + probe.input->step_s * along_surface(probe.v_E);
+  const Vec3 ahead = stretch + along_surface(probe.ahead_E(1));
   return {-clamped_to_length(k * ahead, holds_n), Vec3::Zero()};
 }
 
@@ -146,6 +150,13 @@ double Effect::strength(const Vec3& p_E, double normal_force_n) const noexcept {
   const double outside = std::visit([&p_E](const auto& region) { return outside_m(region, p_E); }, settings_.region);
   const double in_region = smooth_step(1 - outside / settings_.fade_m);
   return settings_.in_contact ? in_region * smooth_step(normal_force_n / settings_.full_contact_n) : in_region;
+}
+
+EffectDamping Effect::damping(const EffectInput& input) const noexcept {
+  const auto* fluid = std::get_if<Viscosity>(&settings_.model);
+  if (fluid == nullptr || !is_usable(input)) return {};
+  const double w = strength(X_EO_ * input.p_OT, input.normal_force_n);
+  return {w * fluid->damping_n_s_per_m, w * fluid->damping_n_m_s_per_rad};
 }
 
 Wrench Effect::wrench_on_tool_O(const EffectInput& input, EffectMemory& memory) const noexcept {

@@ -29,10 +29,8 @@ struct GodObjectSettings {
 /// What went wrong in an update; a mask of these.
 enum ProxyFault : std::uint8_t {
   kProxyBadInput = 1,  ///< the goal or a pose was not finite: held at the last good one, no force for a bad goal
-  kProxyHeldBack =
-      2,  ///< not yet where it should be: squeezed between bodies, or too far for one update. Later ones go on
-  kProxyTooDense =
-      4,  ///< more triangles around the proxy than it can hold: it stays. Use a coarser mesh or a smaller ball
+  kProxyHeldBack = 2,  ///< not yet at its place: squeezed between bodies, or too far for one update; later ones go on
+  kProxyTooDense = 4,  ///< more triangles around than it can hold: it stays. Use a coarser mesh or a smaller ball
 };
 
 /// One body that the proxy leans on.
@@ -105,7 +103,8 @@ class GodObject {
   double unblocked_fraction(const Vec3& target_W, double fraction) const noexcept;
   Vec3 shaded_goal(const Vec3& goal_W) const noexcept;
   Vec3 with_friction(const Vec3& goal_W) noexcept;
-  void relax(const Vec3& move) noexcept;
+  double relaxation_of(const Vec3& move) const noexcept;
+  Vec3 lengthened(const Vec3& pulled_to_W, const Vec3& target_W) noexcept;
   double move_towards(const Vec3& target_W, double fraction) noexcept;
   const NearPiece& piece_of(const PlaneProjection::Active& active) const {
     return pieces_[static_cast<std::size_t>(active.tag)];
@@ -128,16 +127,24 @@ class GodObject {
   std::array<Vec3, kMostSteps> way_W_;
   std::size_t way_count_ = 0;
   Vec3 last_move_ = Vec3::Zero();  ///< of the last step
-  double relaxation_ = 1;
+  double relaxation_ = 1;          ///< of the last step
+  double taken_ = 1;               ///< how much of the way to its target it went
   bool was_sticking_ = false;
   bool has_slipped_ = false;
   Vec3 unhindered_W_ = Vec3::Zero();  ///< where the proxy would be if there were nothing
 };
 
+/// Depth of the hand at which the damper has its full coefficient. Ours: a hand at 0.1 m/s passes it in 5 ms.
+inline constexpr double kFullDamping_m = 5e-4;
+
 /// Force on the hand: the law's spring between goal and proxy, and its damper along the pull alone, against what the
-/// proxy leans on; so sliding is not damped. Zero where nothing is touched.
+/// proxy leans on; so sliding is not damped. Zero where nothing is touched. It never draws the hand in: where it leaves
+/// so fast that the damper outweighs the spring, it is zero.
 ///
-/// Model   on tool f = law(d = goal − p, v = u u·(v_hand − v_surface)), u = d/|d|; on hand −f
+/// Model   on tool f = law(d = goal − p, v = w u u·(v_hand − v_surface)), u = d/|d|, w = min(1, |d|/kFullDamping_m);
+///         on hand −f where f·u > 0, else 0. With the damper faded in, there is no force where contact begins and ends
+/// Source  the fade is that of Hunt & Crossley, "Coefficient of restitution interpreted as damping in vibroimpact",
+///         J. Appl. Mech. 1975, whose damping grows with depth; theirs grows on, ours ends at the law's own
 /// In      v_WH  velocity of the hand's point [m/s]
 Vec3 proxy_force_on_hand_W(const ProxyState& state, const CouplingLaw& law, const Vec3& v_WH) noexcept;
 

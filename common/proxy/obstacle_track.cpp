@@ -14,7 +14,7 @@ namespace {
 
 /// How much farther than needed triangles are fetched: so often that a hand at 0.1 m/s asks the tree every fifth tick.
 constexpr double kLeastMargin_m = 3e-4;
-constexpr double kMostMargin_m = 1e-3;
+constexpr double kMostMargin_m = 7e-4;
 /// With less, the place has too many triangles.
 constexpr double kNoMargin_m = 1e-5;
 /// A ball that overlaps a mesh (it was put there) leaves it by this much in every step.

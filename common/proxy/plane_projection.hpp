@@ -1,5 +1,4 @@
-// Where a point goes that is drawn to a goal and held back by planes: the small optimisation inside every step of the
-// proxy.
+// Where a point goes that is drawn to a goal and held back by planes: the small problem inside every step of the proxy.
 #pragma once
 
 #include <array>

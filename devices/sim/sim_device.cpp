@@ -46,6 +46,18 @@ void check_parameters(const HandParameters& hand) {
         "0 or more, and sqrt(stiffness / inertia) below 3000 rad/s");
 }
 
+/// What a damper leaves of a speed after a while, and how much speed a force then has given.
+struct Decay {
+  double kept;
+  double speed_per_force;
+};
+
+Decay decay_of(double damping, double inertia, double dt_s) {
+  if (damping <= 0) return {1, dt_s / inertia};
+  const double lost = -std::expm1(-damping / inertia * dt_s);
+  return {1 - lost, lost / damping};
+}
+
 Vec3 rounded_to(const Vec3& a, double step) {
   if (step <= 0) return a;
   return (a / step).array().round().matrix() * step;
@@ -74,6 +86,7 @@ DeviceSpec SimDevice::default_spec() {
   DeviceSpec spec;
   spec.name = "sim";
   spec.force_axes = 6;
+  // Here and not read from the profile "sim", so that a program needs no file for it; a test holds the two together.
   // Sized like an existing desktop device with torque; of its three torque axes the weakest counts.
   spec.force_maximum_n = {8.5, "Phantom Premium 1.5/6DOF: Hou, PhD thesis, NTU 2014, table A.1"};
   spec.torque_maximum_n_m = {0.17, "Phantom Premium 1.5/6DOF, roll: Hou, PhD thesis, NTU 2014, table A.1"};
@@ -127,8 +140,8 @@ bool SimDevice::write(LocalTime now, const DeviceCommand& command) noexcept {
 }
 
 // Half of the way, the force there, the other half: exact in position and speed under a held force alone, which decides
-// how stiff a sampled spring may be. Damping by the mean of old and new speed:
-// v⁺ = ((1 − h B/2m) v + h (K e + B v_intended + f)/m) / (1 + h B/2m).
+// how stiff a sampled spring may be. The damper acts for the whole sub-step while the force is held,
+// v⁺ = e^(−h B/m) v + (1 − e^(−h B/m)) (K e + B v_intended + f)/B, so that no damping is too much for the sub-steps.
 void SimDevice::advance(double dt_s) noexcept {
   const Pose intended = path_.pose_at(path_time_);
   const Twist intended_rate = path_.twist_at(path_time_);
@@ -136,16 +149,14 @@ void SimDevice::advance(double dt_s) noexcept {
 
   const Vec3 force = hand_.stiffness_n_per_m * (intended.p - X_DH_.p) + hand_.damping_n_s_per_m * intended_rate.v +
                      force_on_hand_D_.f + tremor_force(dt_s);
-  const double per_mass = dt_s / hand_.mass_kg;
-  const double half_drag = per_mass * hand_.damping_n_s_per_m / 2;
-  V_DH_.v = ((1 - half_drag) * V_DH_.v + per_mass * force) / (1 + half_drag);
+  const Decay decay = decay_of(hand_.damping_n_s_per_m, hand_.mass_kg, dt_s);
+  V_DH_.v = decay.kept * V_DH_.v + decay.speed_per_force * force;
 
   const Vec3 turn = rotation_vector(intended.q * X_DH_.q.conjugate());
   const Vec3 torque =
       hand_.stiffness_n_m_per_rad * turn + hand_.damping_n_m_s_per_rad * intended_rate.w + force_on_hand_D_.t;
-  const double per_inertia = dt_s / hand_.inertia_kg_m2;
-  const double half_turning_drag = per_inertia * hand_.damping_n_m_s_per_rad / 2;
-  V_DH_.w = ((1 - half_turning_drag) * V_DH_.w + per_inertia * torque) / (1 + half_turning_drag);
+  const Decay turning = decay_of(hand_.damping_n_m_s_per_rad, hand_.inertia_kg_m2, dt_s);
+  V_DH_.w = turning.kept * V_DH_.w + turning.speed_per_force * torque;
 
   X_DH_ = integrate(X_DH_, V_DH_, dt_s / 2);
 }

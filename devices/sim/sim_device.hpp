@@ -13,7 +13,8 @@ namespace tandem {
 /// The hand and the device it holds, as one mass–damper–spring in each of six directions.
 ///
 /// Model   m ẍ = K (x_intended − x) + B (ẋ_intended − ẋ) + f_device + tremor, likewise in rotation; integrated
-///         exactly enough (leapfrog, sub-steps ≤ 0.1 ms) with the device's force held between writes
+///         exactly enough (leapfrog, sub-steps ≤ 0.1 ms; damping as its exponential, so any is stable) with the
+///         device's force held between writes
 /// Source  0.3 kg and 200 N/m: a light grip, the values behind the project's delay studies. The damping ratio, 0.37,
 ///         is that of the typical trial in "Haptic perception of force magnitude and its relation to postural arm
 ///         dynamics in 3D", Scientific Reports 5, 18004 (2015), fig. 3: 0.554 kg, 6.45 N·s/m, 135 N/m.
@@ -38,7 +39,7 @@ class SimDevice final : public Device {
  public:
   /// The hand starts at rest at the path's first pose; path time starts at the first read.
   SimDevice(DeviceSpec spec, const HandParameters& hand, HandPath path, std::uint64_t seed);
-  /// The spec of `sim`: 6 axes, limits of a mid-range desktop device, sources named.
+  /// The spec of `sim`: 6 axes, limits of a mid-range desktop device, sources named; that of the profile of this name.
   static DeviceSpec default_spec();
 
   const DeviceSpec& spec() const noexcept override { return spec_; }

@@ -18,6 +18,11 @@ constexpr double kWiden = 1.3;
 constexpr double kRound_s = 7;
 constexpr double kUpAndDown_s = 3.1;
 constexpr double kElevation_rad = 1.2;
+/// Of lag_of(): a stride that no period of the path has; updates until rest.
+constexpr std::size_t kLagStride = 7;
+constexpr int kMostSettling = 200;
+/// An update that moves less has come to rest.
+constexpr double kAtRest_m = 1e-7;
 
 /// Volume of a tetrahedron times six, signed.
 double volume6(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
@@ -93,7 +98,7 @@ ProxyRun run_closest_point(const TriangleTree& tree, double radius_m, const std:
     run.times.push_back(clock.now() - begin);
     run.way_W.push_back(touch);
   }
-  run.ball_W = hand;
+  run.ball_W = run.way_W;
   return run;
 }
 
@@ -123,10 +128,8 @@ bool CrossingJudge::crosses(const Vec3& from, const Vec3& to) const {
 ProxyFigures figures_of(const std::vector<ProxyRun>& runs, const TriangleTree& tree, const CrossingJudge& judge,
                         double radius_m) {
   ProxyFigures figures;
-  std::vector<Duration> times = runs.front().times;
-  for (const ProxyRun& run : runs) {
-    for (std::size_t i = 0; i < times.size(); ++i) times[i] = std::min(times[i], run.times[i]);
-  }
+  std::vector<Duration> times;
+  for (const ProxyRun& run : runs) times.insert(times.end(), run.times.begin(), run.times.end());
   figures.loop_us = quantiles_of(std::move(times));
   for (const Vec3& p : runs.front().ball_W) {
     figures.max_penetration_m = std::max(figures.max_penetration_m, radius_m - tree.signed_distance_m(p));
@@ -134,6 +137,43 @@ ProxyFigures figures_of(const std::vector<ProxyRun>& runs, const TriangleTree& t
   const std::vector<Vec3>& way = runs.front().way_W;
   for (std::size_t i = 1; i < way.size(); ++i) figures.pop_throughs += judge.crosses(way[i - 1], way[i]) ? 1 : 0;
   return figures;
+}
+
+ProxyLag lag_of(const std::shared_ptr<const ProxyMesh>& mesh, const GodObjectSettings& settings,
+                const std::vector<Vec3>& hand) {
+  ProxyObstacle obstacle;
+  obstacle.mesh = mesh;
+  GodObject proxy(settings, {obstacle}, hand.front());
+  GodObject waiting = proxy;
+  std::size_t held_back = 0;
+  std::vector<double> lags_m;
+  for (std::size_t i = 0; i < hand.size(); ++i) {
+    const ProxyState& state = proxy.update(hand[i]);
+    held_back += (state.faults & kProxyHeldBack) != 0 ? 1 : 0;
+    if (i % kLagStride != 0) continue;
+    waiting = proxy;
+    for (int more = 0; more < kMostSettling; ++more) {
+      const Vec3 before_W = waiting.state().p_W;
+      if ((waiting.update(hand[i]).p_W - before_W).norm() < kAtRest_m) break;
+    }
+    lags_m.push_back((waiting.state().p_W - state.p_W).norm());
+  }
+  std::sort(lags_m.begin(), lags_m.end());
+  const auto at = [&](double q) {
+    return lags_m[static_cast<std::size_t>(q * static_cast<double>(lags_m.size() - 1))];
+  };
+  return {static_cast<double>(held_back) / static_cast<double>(hand.size()), at(0.5), at(0.99), at(1)};
+}
+
+double depth_of(const std::vector<Vec3>& hand, const TriangleTree& tree) {
+  double deepest_m = 0;
+  for (const Vec3& p : hand) deepest_m = std::max(deepest_m, -tree.signed_distance_m(p));
+  return deepest_m;
+}
+
+boost::json::object to_json(const ProxyLag& lag) {
+  return {{"held_back_share", lag.held_back_share},
+          {"lag_m", boost::json::object{{"p50", lag.p50_m}, {"p99", lag.p99_m}, {"max", lag.max_m}}}};
 }
 
 boost::json::object to_json(const ProxyFigures& figures) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "common/contact/triangle_mesh.hpp"
@@ -21,24 +22,37 @@ std::vector<Vec3> wandering_hand(const TriangleMesh& mesh, std::size_t steps);
 /// What one loop did along a path.
 struct ProxyRun {
   std::vector<Duration> times;
-  std::vector<Vec3> ball_W;  ///< what is kept out of the mesh, or is not: its centre
-  std::vector<Vec3> way_W;   ///< corners of the way of a ball that touches where the loop says that the hand touches
+  std::vector<Vec3> ball_W;  ///< centre of the ball where the loop says that it touches: one a tick
+  std::vector<Vec3> way_W;   ///< corners of its way
 };
 
-/// The god-object: both are its proxy.
+/// The god-object: the ball is its proxy.
 ProxyRun run_god_object(const std::shared_ptr<const ProxyMesh>& mesh, const GodObjectSettings& settings,
                         const std::vector<Vec3>& hand, const Clock& clock);
-/// The mesh's closest point by the bounding-volume tree, from scratch in every tick, pushing the hand's point away from
-/// it: no history.
+/// The mesh's closest point by the bounding-volume tree, from scratch in every tick: no history. The ball is beside it,
+/// on the side that the surface faces.
 ProxyRun run_closest_point(const TriangleTree& tree, double radius_m, const std::vector<Vec3>& hand,
                            const Clock& clock);
 
 /// Judged from places and triangles alone, without any of the loops' own code but the exact distance to a mesh.
 struct ProxyFigures {
-  TimeQuantiles loop_us;  ///< each tick as fast as in the fastest of kRounds equal runs
-  double max_penetration_m = 0;
+  TimeQuantiles loop_us;         ///< over all ticks of all runs
+  double max_penetration_m = 0;  ///< of the ball: radius less the signed distance of its centre
   std::uint64_t pop_throughs = 0;
 };
+
+/// How far the god-object is from where it would be if it had more time in a tick.
+struct ProxyLag {
+  double held_back_share = 0;  ///< of the ticks that end with kProxyHeldBack
+  double p50_m = 0;            ///< distance from the place where it comes to rest if the hand holds still
+  double p99_m = 0;
+  double max_m = 0;
+};
+/// Every kLagStride-th tick is followed to its rest, for at most kMostSettling updates. Reads no clock.
+ProxyLag lag_of(const std::shared_ptr<const ProxyMesh>& mesh, const GodObjectSettings& settings,
+                const std::vector<Vec3>& hand);
+/// How deep the hand's point is at most.
+double depth_of(const std::vector<Vec3>& hand, const TriangleTree& tree);
 
 /// Counts straight ways that cross a mesh, by trying every triangle that overlaps their extent in x.
 class CrossingJudge {
@@ -55,9 +69,10 @@ class CrossingJudge {
   double widest_m_ = 0;              ///< in x
 };
 
-/// In      runs  of the same loop and path, at least one
+/// In      runs  of the same loop and path, at least one; leave out a first one, which finds caches cold
 ProxyFigures figures_of(const std::vector<ProxyRun>& runs, const TriangleTree& tree, const CrossingJudge& judge,
                         double radius_m);
 boost::json::object to_json(const ProxyFigures& figures);
+boost::json::object to_json(const ProxyLag& lag);
 
 }  // namespace tandem::lab

@@ -25,10 +25,11 @@ constexpr int kBisections = 7;
 constexpr int kDampings = 9;
 constexpr int kFinerDampings = 3;
 constexpr double kLeastDamping = 1.0 / 64;
-/// Of the roughness that is allowed the stiffness may take this much: the rest is for the damping's choice.
-constexpr double kShareOfStiffness = 0.75;
 /// What the polynomial may leave of the roughness that is allowed at a point.
 constexpr double kFitTolerance = 1.1;
+/// What it may give away of the stiffness that was found, and how far its damping may be off, either way. Ours.
+constexpr double kLeastShareOfStiffness = 0.5;
+constexpr double kMostOfDamping = 2;
 constexpr int kProbes = 64;
 /// So that rounding to kDigits does not end above the most.
 constexpr double kBelowMost = 1 - 1e-9;
@@ -90,6 +91,8 @@ class AxisCalibrator {
         on_progress_(std::move(on_progress)) {
     const CouplingParameters most = coupling_bounds(profile);
     result_.stiffness_maximum = is_rotation ? most.stiffness_n_m_per_rad : most.stiffness_n_per_m;
+    result_.is_maximum_verified =
+        is_verified(is_rotation ? profile.stiffness_maximum_n_m_per_rad : profile.stiffness_maximum_n_per_m);
     result_.damping_maximum = is_rotation ? most.damping_n_m_s_per_rad : most.damping_n_s_per_m;
   }
 
@@ -116,7 +119,9 @@ class AxisCalibrator {
     return std::min(wanted, result_.damping_maximum);
   }
   void find_stiffnesses();
-  void find_stiffness(CalibrationPoint& point) const;
+  /// False: even the softest is too much.
+  bool find_stiffness(CalibrationPoint& point) const;
+  std::string why_left_out() const;
   /// "" when nothing is wrong; fills in what was measured.
   /// In      share  of the roughness that is allowed
   std::string_view objection(CalibrationPoint& point, double share) const;
@@ -146,24 +151,24 @@ std::string_view AxisCalibrator::objection(CalibrationPoint& point, double share
   return "";
 }
 
-/// By bisection: all three objections grow with the stiffness.
-void AxisCalibrator::find_stiffness(CalibrationPoint& point) const {
+/// By bisection: on the whole all three objections grow with the stiffness; roughness scatters by some 10 %.
+bool AxisCalibrator::find_stiffness(CalibrationPoint& point) const {
   const auto tried = [&](double stiffness) {
-    point.best = {stiffness, first_damping(stiffness, point.inertia)};
-    return objection(point, kShareOfStiffness);
+    point.first_damping = first_damping(stiffness, point.inertia);
+    point.best = {stiffness, point.first_damping};
+    return objection(point, settings_.stiffness_share_of_roughness);
   };
   point.limited_by = tried(result_.stiffness_maximum);
   if (point.limited_by.empty()) {
-    point.limited_by = "maximum";
-    return;
+    point.limited_by = result_.is_maximum_verified ? "maximum" : "cap";
+    return true;
   }
   double low = kSoftest * result_.stiffness_maximum;
   double high = result_.stiffness_maximum;
-  if (!tried(low).empty()) {
-    throw std::invalid_argument("device " + name_ + ": even " + std::to_string(low) +
-                                (is_rotation_ ? " N·m/rad" : " N/m") + " is too much for a tool of " +
-                                std::to_string(point.mass_kg) +
-                                " kg; leave out the lightest masses, or check steps and damping of the profile");
+  const std::string_view wrong_with_softest = tried(low);
+  if (!wrong_with_softest.empty()) {
+    point.limited_by = wrong_with_softest;
+    return false;
   }
   for (int i = 0; i < kBisections; ++i) {
     const double middle = std::sqrt(low * high);
@@ -172,19 +177,33 @@ void AxisCalibrator::find_stiffness(CalibrationPoint& point) const {
     if (!wrong.empty()) point.limited_by = wrong;
   }
   tried(low);
+  return true;
+}
+
+std::string AxisCalibrator::why_left_out() const {
+  std::string text;
+  for (const CalibrationPoint& point : result_.left_out) {
+    text += (text.empty() ? "" : ", ") + std::to_string(point.mass_kg) + " kg (" + std::string(point.limited_by) + ")";
+  }
+  return text;
 }
 
 void AxisCalibrator::find_stiffnesses() {
   for (std::size_t i = 0; i < masses_kg_.size(); ++i) {
-    CalibrationPoint& point = result_.points.emplace_back();
+    CalibrationPoint point;
     point.mass_kg = masses_kg_[i];
     point.inertia = inertia_of(point.mass_kg);
     point.roughness_allowed = roughness_allowed(point.mass_kg);
-    find_stiffness(point);
+    const bool is_found = find_stiffness(point);
+    (is_found ? result_.points : result_.left_out).push_back(point);
     advance(0.6 * static_cast<double>(i + 1) / static_cast<double>(masses_kg_.size()));
     // From here on more mass changes nothing, and the law holds the last value.
-    if (point.limited_by == "maximum") break;
+    if (is_found && point.best.stiffness == result_.stiffness_maximum) break;
   }
+  if (!result_.points.empty()) return;
+  throw std::invalid_argument("device " + name_ + ": even " + std::to_string(kSoftest * result_.stiffness_maximum) +
+                              (is_rotation_ ? " N·m/rad" : " N/m") + " is too much for each of the tools of " +
+                              why_left_out() + "; try heavier masses, or check steps and damping of the profile");
 }
 
 std::vector<double> column(const std::vector<CalibrationPoint>& points, double (*of)(const CalibrationPoint&)) {
@@ -284,22 +303,49 @@ void AxisCalibrator::judge_fit() {
   advance(1);
 }
 
+/// The worst of an axis' points.
+struct Worst {
+  double radius = 0;
+  double stiffness = 0;
+  double rest = 0;
+  double roughness = 0;
+  double share_of_stiffness = INFINITY;
+  double least_damping = INFINITY;
+  double most_damping = 0;
+};
+
+Worst worst_of(const AxisCalibration& axis) {
+  Worst worst;
+  for (const CalibrationPoint& point : axis.points) {
+    worst.radius = std::max(worst.radius, point.fitted_spectral_radius);
+    worst.stiffness = std::max(worst.stiffness, point.fitted.stiffness / axis.stiffness_maximum);
+    worst.rest = std::max(worst.rest, point.fitted_press.restlessness);
+    worst.roughness = std::max(worst.roughness, point.fitted_press.roughness / point.roughness_allowed);
+    worst.share_of_stiffness = std::min(worst.share_of_stiffness, point.fitted.stiffness / point.best.stiffness);
+    worst.least_damping = std::min(worst.least_damping, point.fitted.damping / point.best.damping);
+    worst.most_damping = std::max(worst.most_damping, point.fitted.damping / point.best.damping);
+  }
+  return worst;
+}
+
 void add_checks(const AxisCalibration& axis, const CalibrationSettings& settings, const std::string& scope,
                 std::vector<report::Check>& checks) {
   using report::Relation;
-  double radius = 0, stiffness = 0, rest = 0, roughness = 0;
-  for (const CalibrationPoint& point : axis.points) {
-    radius = std::max(radius, point.fitted_spectral_radius);
-    stiffness = std::max(stiffness, point.fitted.stiffness / axis.stiffness_maximum);
-    rest = std::max(rest, point.fitted_press.restlessness);
-    roughness = std::max(roughness, point.fitted_press.roughness / point.roughness_allowed);
-  }
-  checks.push_back({scope, "largest spectral radius, with gain and delay margin", radius, Relation::kBelow, 1, "", 6});
-  checks.push_back({scope, "largest stiffness as a share of the device's", stiffness, Relation::kAtMost, 1, "", 3});
-  checks.push_back({scope, "range of a resting handle in encoder steps", rest, Relation::kAtMost,
-                    kFitTolerance * settings.restlessness_steps, "", 2});
-  checks.push_back(
-      {scope, "roughness as a share of what is allowed", roughness, Relation::kAtMost, kFitTolerance, "", 3});
+  const Worst worst = worst_of(axis);
+  const auto add = [&](const char* claim, double value, Relation relation, double bound, int decimals) {
+    checks.push_back({scope, claim, value, relation, bound, "", decimals});
+  };
+  add("largest spectral radius, with gain and delay margin", worst.radius, Relation::kBelow, 1, 6);
+  add(axis.is_maximum_verified ? "largest stiffness as a share of the device's"
+                               : "largest stiffness as a share of the cap",
+      worst.stiffness, Relation::kAtMost, 1, 3);
+  add("range of a resting handle in encoder steps", worst.rest, Relation::kAtMost,
+      kFitTolerance * settings.restlessness_steps, 2);
+  add("roughness as a share of what is allowed", worst.roughness, Relation::kAtMost, kFitTolerance, 3);
+  add("least fitted stiffness as a share of the best", worst.share_of_stiffness, Relation::kAtLeast,
+      kLeastShareOfStiffness, 3);
+  add("least fitted damping as a share of the best", worst.least_damping, Relation::kAtLeast, 1 / kMostOfDamping, 3);
+  add("most fitted damping as a share of the best", worst.most_damping, Relation::kAtMost, kMostOfDamping, 3);
 }
 
 }  // namespace

@@ -47,11 +47,16 @@ json::object pair_json(const Pair& pair, double spectral_radius, const CouplingT
 }
 
 json::object axis_json(const AxisCalibration& axis, const Words& words) {
-  json::array points;
+  json::array points, left_out;
+  const char* const inertia = words.is_rotation ? "inertia_kg_m2" : "inertia_kg";
+  for (const CalibrationPoint& point : axis.left_out) {
+    left_out.push_back(
+        json::object{{"mass_kg", point.mass_kg}, {inertia, point.inertia}, {"limited_by", point.limited_by}});
+  }
   for (const CalibrationPoint& point : axis.points) {
     points.push_back(
         json::object{{"mass_kg", point.mass_kg},
-                     {words.is_rotation ? "inertia_kg_m2" : "inertia_kg", point.inertia},
+                     {inertia, point.inertia},
                      {"limited_by", point.limited_by},
                      {"roughness_allowed", point.roughness_allowed},
                      {"best", pair_json(point.best, point.spectral_radius, point.press)},
@@ -61,9 +66,11 @@ json::object axis_json(const AxisCalibration& axis, const Words& words) {
     return json::object{{"coefficients", json::array(cubic.c.begin(), cubic.c.end())}, {"degree", degree}};
   };
   return {{"points", points},
+          {"left_out", left_out},
           {"stiffness", polynomial(axis.stiffness, axis.stiffness_degree)},
           {"damping", polynomial(axis.damping, axis.damping_degree)},
           {"stiffness_maximum", axis.stiffness_maximum},
+          {"is_maximum_verified", axis.is_maximum_verified},
           {"damping_maximum", axis.damping_maximum}};
 }
 
@@ -76,6 +83,7 @@ json::object settings_json(const CalibrationSettings& settings) {
           {"seed", trial.seed},
           {"roughness_floor_n", settings.roughness_floor_n},
           {"roughness_share_of_weight", settings.roughness_share_of_weight},
+          {"stiffness_share_of_roughness", settings.stiffness_share_of_roughness},
           {"rest_range_steps", settings.restlessness_steps},
           {"gyration_radius_m", settings.gyration_radius_m}};
 }
@@ -112,7 +120,8 @@ Figure stiffness_figure(const AxisCalibration& axis, const Words& words) {
   plot.series = {
       curve("fit, degree " + std::to_string(axis.stiffness_degree), axis.stiffness, found.x.front(), found.x.back()),
       std::move(found)};
-  plot.limits.push_back({axis.stiffness_maximum, "most of the device"});
+  plot.limits.push_back(
+      {axis.stiffness_maximum, axis.is_maximum_verified ? "most of the device" : "cap: its own is unverified"});
   return {std::move(plot),
           "The largest stiffness that is stable with the margins, calm and quiet. Beyond the ends the "
           "nearest value holds."};
@@ -175,11 +184,28 @@ std::string method(const Calibration& calibration) {
   return text.str();
 }
 
+/// What a reader has to know beside the points.
+std::vector<std::string> remarks_of(const AxisCalibration& axis, const Words& words) {
+  const std::string unit = words.is_rotation ? " N·m/rad" : " N/m";
+  std::vector<std::string> remarks;
+  for (const CalibrationPoint& point : axis.left_out) {
+    remarks.push_back("left out, too light: " + text_of(point.mass_kg) + " kg; even " + text_of(point.best.stiffness) +
+                      unit + " breaks \"" + std::string(point.limited_by) +
+                      "\"; it gets what the lightest tried one gets");
+  }
+  if (!axis.is_maximum_verified) {
+    remarks.push_back("capped at " + text_of(axis.stiffness_maximum) + unit +
+                      ": nobody has verified what this device can show; this table is not its own");
+  }
+  return remarks;
+}
+
 void add_axis(report::HtmlReport& page, const char* heading, const AxisCalibration& axis, const Words& words) {
   page.heading(heading);
   const std::array figures{stiffness_figure(axis, words), damping_figure(axis, words)};
   page.side_by_side(figures);
   page.table(points_table(axis, words));
+  for (const std::string& remark : remarks_of(axis, words)) page.paragraph(remark);
 }
 
 void print_axis(std::ostream& out, const AxisCalibration& axis, const Words& words) {
@@ -189,6 +215,7 @@ void print_axis(std::ostream& out, const AxisCalibration& axis, const Words& wor
         << text_of(point.best.damping) << "; " << point.limited_by << "   fitted " << text_of(point.fitted.stiffness)
         << ", " << text_of(point.fitted.damping) << '\n';
   }
+  for (const std::string& remark : remarks_of(axis, words)) out << "  " << remark << '\n';
 }
 
 }  // namespace

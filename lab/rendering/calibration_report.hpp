@@ -9,7 +9,8 @@
 namespace tandem::lab {
 
 /// {"device", "settings", "translation", "rotation" (null without), "checks"}; an axis has "points" (one for each mass:
-/// the best pair, why not stiffer, what was measured, the fitted pair), "stiffness", "damping" (coefficients, degree).
+/// the best pair, why not stiffer, what was measured, the fitted pair), "left_out" (masses that are too light),
+/// "stiffness", "damping" (coefficients, degree), and the most that was allowed.
 boost::json::object to_json(const Calibration& calibration);
 std::string to_html(const Calibration& calibration);
 std::string to_text(const Calibration& calibration);

@@ -15,6 +15,8 @@ constexpr double kVibration_hz = 30;
 /// How much of its limit a hand presses with, at first and at last.
 constexpr double kLightPress = 0.1;
 constexpr double kFirmPress = 0.3;
+/// As far as a hand wants to turn at most: beyond half a turn from the tool a spring takes the other way round.
+constexpr double kFurthestTurn_rad = 1.5;
 /// The tool that a hand turns against: in these seconds it does not move.
 constexpr double kHeldFast_kg_m2 = 1e6;
 /// Of the tool in the direction that is not tried.
@@ -80,9 +82,11 @@ HandRigSettings rig_with(const DeviceProfile& profile, bool is_rotation, const P
   return rig;
 }
 
-/// Where a hand has to want to be, so that it presses with `force`: what its own spring and the coupling take.
-double wanted_for(double force, double hand_stiffness, double stiffness) {
-  return -force * (1 / hand_stiffness + 1 / stiffness);
+/// Where a hand has to want to be, so that it presses with `force`: what its own spring and the coupling take. A soft
+/// coupling is turned with less.
+double wanted_for(double force, double hand_stiffness, double stiffness, bool is_rotation) {
+  const double deflection = force * (1 / hand_stiffness + 1 / stiffness);
+  return -(is_rotation ? std::min(deflection, kFurthestTurn_rad) : deflection);
 }
 
 void make_hard(HandRigSettings& rig, bool is_rotation) {
@@ -144,7 +148,7 @@ double CouplingTrial::restlessness(const Pair& pair, double inertia, std::size_t
   make_hard(rig, is_rotation_);
   const double limit = is_rotation_ ? profile_.spec.torque_limit_n_m : profile_.spec.force_limit_n;
   const double hand_stiffness = is_rotation_ ? held.stiffness_n_m_per_rad : held.stiffness_n_per_m;
-  const double wanted = wanted_for(kLightPress * limit, hand_stiffness, pair.stiffness);
+  const double wanted = wanted_for(kLightPress * limit, hand_stiffness, pair.stiffness, is_rotation_);
   HandRig loop(rig,
                HandPath({{Duration(0), moved(is_rotation_, 0), 0, ""}, {kReach, moved(is_rotation_, wanted), 0, ""}}));
   Range before, last;
@@ -167,7 +171,7 @@ double CouplingTrial::roughness(const Pair& pair, double inertia, std::size_t of
   const double limit = is_rotation_ ? profile_.spec.torque_limit_n_m : profile_.spec.force_limit_n;
   const double hand_stiffness = is_rotation_ ? held.stiffness_n_m_per_rad : held.stiffness_n_per_m;
   const auto pressing = [&](double share) {
-    return moved(is_rotation_, wanted_for(share * limit, hand_stiffness, pair.stiffness));
+    return moved(is_rotation_, wanted_for(share * limit, hand_stiffness, pair.stiffness, is_rotation_));
   };
   HandRig loop(rig, HandPath({{Duration(0), moved(is_rotation_, 0), 0, ""},
                               {kReach, pressing(kLightPress), 0, ""},

@@ -31,7 +31,23 @@ double work_j(const Wrench& wrench, const Pose& from, const Pose& to) {
   return wrench.f.dot(to.p - from.p) + wrench.t.dot(rotation_vector(to.q * from.q.conjugate()));
 }
 
+Vec3 rounded_to(const Vec3& a, double step) {
+  if (step <= 0) return a;
+  return (a / step).array().round().matrix() * step;
+}
+
 }  // namespace
+
+HandParameters hand_of(const CheckedHand& checked) {
+  HandParameters hand;
+  hand.mass_kg = checked.mass_kg;
+  hand.damping_n_s_per_m = checked.damping_n_s_per_m;
+  hand.stiffness_n_per_m = checked.stiffness_n_per_m;
+  hand.inertia_kg_m2 = checked.inertia_kg_m2;
+  hand.damping_n_m_s_per_rad = checked.damping_n_m_s_per_rad;
+  hand.stiffness_n_m_per_rad = checked.stiffness_n_m_per_rad;
+  return hand;
+}
 
 struct HandRig::Impl {
   Impl(const HandRigSettings& settings_in, HandPath path);
@@ -61,8 +77,10 @@ struct HandRig::Impl {
   double work_on_tool_j = 0;  ///< of the last step
 
   Pose X_WH_before;  ///< true
+  Pose X_WH_reported;
   Wrench on_hand_W;
   double hand_work_j = 0;
+  double reported_work_j = 0;
 };
 
 HandRig::Impl::Impl(const HandRigSettings& settings_in, HandPath path)
@@ -79,7 +97,9 @@ HandRig::Impl::Impl(const HandRigSettings& settings_in, HandPath path)
 
 HandRigTick HandRig::Impl::respond(const Pose& X_WH_true, const Twist& V_WH_true, const Pose& X_WH) {
   hand_work_j -= work_j(on_hand_W, X_WH_before, X_WH_true);
+  reported_work_j -= work_j(on_hand_W, X_WH_reported, X_WH);
   X_WH_before = X_WH_true;
+  X_WH_reported = X_WH;
   const Twist estimated = estimator.add(now, X_WH);
   const Twist& V_WH = settings.estimates_velocity ? estimated : V_WH_true;
   const bool is_direct = law->tool_dynamics() == ToolDynamics::kAtHandle;
@@ -99,6 +119,7 @@ HandRigTick HandRig::Impl::respond(const Pose& X_WH_true, const Twist& V_WH_true
   tick.on_tool_W = on_tool_W;
   tick.normal_force_n = normal_force_n;
   tick.hand_work_j = hand_work_j;
+  tick.reported_work_j = reported_work_j;
   return tick;
 }
 
@@ -159,15 +180,17 @@ HandRigTick HandRig::tick() {
   return rig.respond(rig.device.hand_pose(), rig.device.hand_twist(), sample.X_DH);
 }
 
-HandRigTick HandRig::tick_driven(const Vec3& step_W) {
+HandRigTick HandRig::tick_driven(const Vec3& step_W, const Vec3& turn_W) {
   Impl& rig = *impl_;
   rig.now = LocalTime(from_seconds(static_cast<double>(++rig.ticks) * rig.period_s));
   Pose X_WH = rig.X_WH_before;
   X_WH.p += step_W;
+  X_WH.q = (quaternion_of(turn_W) * X_WH.q).normalized();
   Pose reported = X_WH;
-  const double grid_m = rig.settings.hand.encoder_step_m;
-  if (grid_m > 0) reported.p = (X_WH.p / grid_m).array().round().matrix() * grid_m;
-  return rig.respond(X_WH, {step_W / rig.period_s, Vec3::Zero()}, reported);
+  const HandParameters& hand = rig.settings.hand;
+  reported.p = rounded_to(X_WH.p, hand.encoder_step_m);
+  if (hand.encoder_step_rad > 0) reported.q = quaternion_of(rounded_to(rotation_vector(X_WH.q), hand.encoder_step_rad));
+  return rig.respond(X_WH, {step_W / rig.period_s, turn_W / rig.period_s}, reported);
 }
 
 double HandRig::withheld_j() const {

@@ -14,6 +14,7 @@
 #include "common/contact/contact_solver.hpp"
 #include "common/coupling/laws.hpp"
 #include "common/coupling/passivity_guard.hpp"
+#include "common/coupling/stability.hpp"
 #include "common/velocity_estimator.hpp"
 #include "devices/sim/sim_device.hpp"
 
@@ -31,7 +32,7 @@ struct HandRigSettings {
   std::optional<double> plane_z_m;  ///< a fixed plane, normal +z, that the tool's origin cannot pass
   double contact_n_per_m = 20000;   ///< stiffness of that plane against the tool
   double friction = 0.5;
-  bool is_guarded = false;  ///< PassivityGuard between coupling and hand
+  bool is_guarded = false;  ///< PassivityGuard between coupling and hand; its account is of the reported positions
   std::uint64_t seed = 1;
 };
 
@@ -45,8 +46,12 @@ struct HandRigTick {
   Wrench on_hand_W;           ///< displayed from now to the next tick, about the handle
   Wrench on_tool_W;           ///< of the coupling, about the tool
   double normal_force_n = 0;  ///< of the contact
-  double hand_work_j = 0;     ///< W: −Σ F_j·(x_{j+1} − x_j) − Σ τ_j·θ, up to this tick
+  double hand_work_j = 0;  ///< W: −Σ F_j·(x_{j+1} − x_j) − Σ τ_j·θ, up to this tick; F, τ as displayed, x, θ true
+  double reported_work_j = 0;  ///< the same of the positions that the encoder reported: all that a guard can know
 };
+
+/// The simulated hand with the impedance of one that check_coupling() tries; nobody's is not one.
+HandParameters hand_of(const CheckedHand& checked);
 
 /// Steps device, coupling and tool together.
 class HandRig {
@@ -58,9 +63,9 @@ class HandRig {
   HandRig(HandRig&&) noexcept;
 
   HandRigTick tick();
-  /// Moves the handle by itself instead of the simulated hand: a prescribed displacement per tick, for drivers that
-  /// choose their direction.
-  HandRigTick tick_driven(const Vec3& step_W);
+  /// Moves and turns the handle by itself instead of the simulated hand: prescribed for each tick, for drivers that
+  /// choose their direction. What the law sees goes through the encoder, W does not.
+  HandRigTick tick_driven(const Vec3& step_W, const Vec3& turn_W = Vec3::Zero());
   double withheld_j() const;
 
  private:

@@ -12,9 +12,10 @@ constexpr int kHighestDegree = 3;
 /// What a further coefficient has to be worth.
 constexpr double kWorthwhile = 0.9;
 
+// The ends stay in: beyond what it was shown a fit is never used, so there it is not judged either.
 double left_out_rms(std::span<const double> x, std::span<const double> y, int degree) {
   double square_sum = 0;
-  for (std::size_t out = 0; out < x.size(); ++out) {
+  for (std::size_t out = 1; out + 1 < x.size(); ++out) {
     std::vector<double> some_x(x.begin(), x.end());
     std::vector<double> some_y(y.begin(), y.end());
     some_x.erase(some_x.begin() + static_cast<std::ptrdiff_t>(out));
@@ -22,7 +23,7 @@ double left_out_rms(std::span<const double> x, std::span<const double> y, int de
     const double error = least_squares(some_x, some_y, degree)(x[out]) - y[out];
     square_sum += error * error;
   }
-  return std::sqrt(square_sum / static_cast<double>(x.size()));
+  return std::sqrt(square_sum / static_cast<double>(x.size() - 2));
 }
 
 }  // namespace
@@ -48,7 +49,14 @@ Cubic least_squares(std::span<const double> x, std::span<const double> y, int de
 
 ChosenFit chosen_fit(std::span<const double> x, std::span<const double> y,
                      const std::function<bool(const Cubic&)>& is_allowed) {
-  ChosenFit best{least_squares(x, y, 0), 0, x.size() > 1 ? left_out_rms(x, y, 0) : 0};
+  if (x.size() <= 2) {
+    // Nothing can be left out of a line through two points, yet one value for both would be wrong at both.
+    const ChosenFit constant{least_squares(x, y, 0), 0, 0};
+    if (x.size() < 2 || y[0] == y[1]) return constant;
+    const ChosenFit line{least_squares(x, y, 1), 1, 0};
+    return is_allowed(line.cubic) ? line : constant;
+  }
+  ChosenFit best{least_squares(x, y, 0), 0, left_out_rms(x, y, 0)};
   for (int degree = 1; degree <= kHighestDegree && x.size() >= static_cast<std::size_t>(degree) + 2; ++degree) {
     const Cubic cubic = least_squares(x, y, degree);
     const double error = left_out_rms(x, y, degree);

@@ -14,11 +14,13 @@ Cubic least_squares(std::span<const double> x, std::span<const double> y, int de
 struct ChosenFit {
   Cubic cubic;
   int degree = 0;
-  double left_out_rms = 0;  ///< error at points that the fit was not shown, one at a time
+  double left_out_rms = 0;  ///< error at points that the fit was not shown, one at a time; 0 for two or one
 };
 
-/// The degree, 0 to 3, whose fits miss left-out points least; a higher one has to lower that by a tenth. Degrees that
-/// leave no point over, or whose fit `is_allowed` refuses, do not count; degree 0 always does.
+/// The degree, 0 to 3, whose fits miss left-out points least, the first and the last always kept in; a higher one has
+/// to lower that by a tenth. Degrees that leave no point over, or whose fit `is_allowed` refuses, do not count; degree 0
+/// always does. Two points that differ are the exception: a line where it is allowed.
+/// In      x  not falling
 ChosenFit chosen_fit(std::span<const double> x, std::span<const double> y,
                      const std::function<bool(const Cubic&)>& is_allowed);
 

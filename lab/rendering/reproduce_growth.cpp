@@ -24,14 +24,15 @@ constexpr double kDepth_m = 0.010;
 constexpr int kSamples = 1000;
 constexpr double kSpeed_m_per_s = 0.02;
 constexpr double kToolMass_kg = 0.02;
-constexpr std::array kLaws{"spring-damper",          "qsa-static", "qsa-dynamic", "stable-dynamic",
-                           "stable-dynamic-literal", "adaptive"};
+/// The adaptive law at a given stiffness is the spring-damper.
+constexpr std::array kLaws{"spring-damper", "qsa-static", "qsa-dynamic", "stable-dynamic", "stable-dynamic-literal"};
+constexpr double kDamping_n_s_per_m = 0.4;
 
 CouplingParameters coupling() {
   CouplingParameters result;
   result.stiffness_n_per_m = kStiffness_n_per_m;
   // Twice k T: pays for sampling many times over at this speed, and is 0.2 % of the force.
-  result.damping_n_s_per_m = 0.4;
+  result.damping_n_s_per_m = kDamping_n_s_per_m;
   result.force_limit_n = kLimit_n;
   result.saturation_softness = kSoftness;
   return result;
@@ -160,9 +161,16 @@ Reproduction reproduce_growth(const Clock&) {
   result.summary =
       "F_max 4 N, k_t 200 N/m, so d_max 20 mm; pressed by 10 mm. The curves are the laws alone; in the strokes a "
       "handle is moved at 20 mm/s into a plane and back by a 0.02 kg tool, damping 0.4 N·s/m. The literal law takes "
-      "its curve on the way in and k_t on the way out: what it returns is more than what was stored. The adaptive law "
-      "is given the same k_t and is then the spring-damper.";
+      "its curve on the way in and k_t on the way out: what it returns is more than what was stored. Given the same "
+      "k_t the adaptive law is the spring-damper.";
   boost::json::object details;
+  details["settings"] = {{"force_limit_n", kLimit_n},
+                         {"softness", kSoftness},
+                         {"stiffness_n_per_m", kStiffness_n_per_m},
+                         {"damping_n_s_per_m", kDamping_n_s_per_m},
+                         {"depth_m", kDepth_m},
+                         {"speed_m_per_s", kSpeed_m_per_s},
+                         {"tool_mass_kg", kToolMass_kg}};
   for (const char* law : kLaws) add_law(result, details, law);
   result.details = std::move(details);
   return result;

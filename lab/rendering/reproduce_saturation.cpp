@@ -21,6 +21,8 @@ using report::Relation;
 constexpr double kKnee_n = (1 - kSoftness) * kForceLimit_n;
 constexpr std::array kMasses_kg{0.05, 0.1, 0.15, 0.2};
 constexpr double kPressDepth_m = 0.07;
+constexpr double kStiffness_n_per_m = 300;
+constexpr double kDamping_n_s_per_m = 3;
 
 /// Down by kPressDepth_m in a second, held, and up again.
 HandPath press() {
@@ -34,8 +36,8 @@ HandPath press() {
 HandRigSettings pressing(std::string_view law, double mass_kg) {
   HandRigSettings settings;
   settings.law = law;
-  settings.coupling.stiffness_n_per_m = 300;
-  settings.coupling.damping_n_s_per_m = 3;
+  settings.coupling.stiffness_n_per_m = kStiffness_n_per_m;
+  settings.coupling.damping_n_s_per_m = kDamping_n_s_per_m;
   settings.coupling.force_limit_n = kForceLimit_n;
   settings.coupling.saturation_softness = kSoftness;
   settings.tool_mass_kg = mass_kg;
@@ -134,12 +136,20 @@ Reproduction reproduce_saturation(const Clock&) {
   result.title = "Force saturation of the coupling";
   result.summary =
       "A hand of 200 N/m presses 70 mm into a plane and comes back, k_t 300 N/m, damping 3 N·s/m, F_max 6.5 N, "
-      "softness "
-      "0.2, for every law and mass. Saturation is part of the coupling: hand and tool get the same force. Identity and "
+      "softness 0.2, for every law and mass. Saturation is part of the coupling: hand and tool get the same force. "
+      "Identity and "
       "limit are read from the simulated forces, the slope at the knee from the curve.";
   std::vector<Press> linear;
   double largest_n = 0, unequal_n = 0, asked_n = 0;
   boost::json::object details;
+  details["settings"] = {
+      {"force_limit_n", kForceLimit_n},
+      {"softness", kSoftness},
+      {"stiffness_n_per_m", kStiffness_n_per_m},
+      {"damping_n_s_per_m", kDamping_n_s_per_m},
+      {"press_depth_m", kPressDepth_m},
+      {"hand_n_per_m", HandParameters{}.stiffness_n_per_m},
+      {"mass_kg", boost::json::value_from(std::vector<double>(kMasses_kg.begin(), kMasses_kg.end()))}};
   for (const CouplingLawInfo& info : coupling_laws()) {
     const std::string law(info.name);
     boost::json::array of_masses;

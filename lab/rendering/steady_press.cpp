@@ -26,21 +26,24 @@ HandPath reaching(double force_n, const HandRigSettings& rig) {
   return HandPath({{Duration(0), above, 0, ""}, {from_seconds(kReach_s), pressing, 0, ""}});
 }
 
+CouplingParameters coupling_for(std::string_view law, const PressSettings& settings) {
+  if (settings.coupling) return *settings.coupling;
+  CouplingParameters coupling;
+  coupling.force_limit_n = settings.force_limit_n;
+  coupling.saturation_softness = kSoftness;
+  coupling.damping_n_s_per_m = settings.damping_n_s_per_m;
+  return is_at_handle(law) ? coupling : with_secant_stiffness(law, coupling, settings.secant_n_per_m, 1);
+}
+
 }  // namespace
 
 HandRigSettings equal_rig(std::string_view law, const PressSettings& settings) {
   HandRigSettings rig;
   rig.law = law;
-  rig.coupling.force_limit_n = settings.force_limit_n;
-  rig.coupling.saturation_softness = kSoftness;
-  rig.coupling.damping_n_s_per_m = settings.damping_n_s_per_m;
+  rig.coupling = coupling_for(law, settings);
   rig.tool_mass_kg = settings.tool_mass_kg;
   rig.plane_z_m = 0;
-  if (is_at_handle(law)) {
-    rig.contact_n_per_m = settings.secant_n_per_m;
-  } else {
-    rig.coupling = with_secant_stiffness(law, rig.coupling, settings.secant_n_per_m, 1);
-  }
+  if (is_at_handle(law)) rig.contact_n_per_m = settings.secant_n_per_m;
   rig.hand.encoder_step_m = settings.encoder_step_m;
   rig.hand.tremor_rms_n = settings.tremor_rms_n;
   rig.seed = settings.seed;
@@ -49,7 +52,7 @@ HandRigSettings equal_rig(std::string_view law, const PressSettings& settings) {
 
 double encoder_quantum_n(std::string_view law, double force_n, const PressSettings& settings) {
   const HandRigSettings rig = equal_rig(law, settings);
-  const double by_velocity_n = settings.damping_n_s_per_m * settings.encoder_step_m * rig.rate_hz;
+  const double by_velocity_n = rig.coupling.damping_n_s_per_m * settings.encoder_step_m * rig.rate_hz;
   if (is_at_handle(law)) return rig.contact_n_per_m * settings.encoder_step_m;
   const double d_m = displacement_m(law, rig.coupling, force_n);
   const auto model = make_coupling_law(law, rig.coupling);

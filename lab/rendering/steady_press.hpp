@@ -1,16 +1,20 @@
 // A hand that presses a light tool on a plane with a wanted force, and what it feels meanwhile.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "lab/rendering/conventions.hpp"
 #include "lab/rendering/hand_rig.hpp"
 
 namespace tandem::lab {
 
 /// What is the same for every law: those of the thesis where it says (tool, limit, damping, encoder), else ours.
 struct PressSettings {
+  /// For every law as it is, not made equal: then limit, secant stiffness and damping below do not count.
+  std::optional<CouplingParameters> coupling;
   double force_limit_n = 4;
   double secant_n_per_m = 300;     ///< of every law at 1 N
   double damping_n_s_per_m = 0.2;  ///< of every law with a damper
@@ -29,9 +33,7 @@ struct SteadyPress {
   std::vector<double> normal_n;  ///< on the hand, one a tick
 };
 
-inline constexpr double kVibration_hz = 30;
-
-/// The rig of a law with this secant stiffness at 1 N. For direct rendering the plane is as soft as that.
+/// The rig of a law with this secant stiffness at 1 N, or with the coupling that is given. For direct rendering the plane is as soft as that.
 HandRigSettings equal_rig(std::string_view law, const PressSettings& settings);
 
 /// What one step of the encoder does to the force: by the slope at this force, and by the damper in the worst case,

@@ -25,7 +25,7 @@ TEST_P(HapticTickAllocation, IsNoneFromTheFirstTickToShutdown) {
   auto received = std::make_unique<ReceivedUpdate>();
   received->update.bodies.resize(kMaxBodies);
   HapticScene scene;
-  scene.may_display = true;
+  scene.may_drive = scene.may_display = true;
   core.watch(BodyId{3});
 
   const std::uint64_t before = allocation_count();

@@ -32,7 +32,7 @@ struct Rig {
 
   void enter_scene() {
     ++scene.generation;
-    scene.may_display = true;
+    scene.may_drive = scene.may_display = true;
     mailboxes.scene.publish(scene);
   }
   void receive() {
@@ -76,7 +76,7 @@ TEST(HapticCore, DisplaysNothingBeforeAScene) {
 TEST(HapticCore, DisplaysNothingToAnObserver) {
   Rig rig;
   rig.enter_scene();
-  rig.scene.may_display = false;
+  rig.scene.may_drive = rig.scene.may_display = false;
   rig.mailboxes.scene.publish(rig.scene);
   rig.device.sample.X_DH.p = Vec3(0.01, 0, 0);
   rig.run(1000);
@@ -86,7 +86,7 @@ TEST(HapticCore, DisplaysNothingToAnObserver) {
 TEST(HapticCore, AnObserverThatGetsStatesIsNotSilent) {
   Rig rig;
   rig.enter_scene();
-  rig.scene.may_display = false;
+  rig.scene.may_drive = rig.scene.may_display = false;
   rig.mailboxes.scene.publish(rig.scene);
   for (int i = 0; i < 20; ++i) rig.tick();
   rig.run(500);
@@ -103,13 +103,82 @@ TEST(HapticCore, ALostSessionDisplaysNothingAtOnceAndIsSilentOnlyLater) {
   rig.received.update.wrench_on_hand_W.f = Vec3(0, 0, 2);
   rig.run(700);
   ASSERT_EQ(rig.core.counters().not_displaying_ticks, 0U);
-  rig.scene.may_display = false;
+  rig.scene.may_drive = rig.scene.may_display = false;
   rig.mailboxes.scene.publish(rig.scene);
   for (int i = 0; i < 20; ++i) rig.tick();
   EXPECT_TRUE(rig.force().isZero(0));
   EXPECT_EQ(rig.core.record().safety_faults, kSafetyNotDisplaying);
   for (int i = 0; i < 100; ++i) rig.tick();
   EXPECT_EQ(rig.core.record().safety_faults, kSafetyNotDisplaying | kSafetySilence);
+}
+
+TEST(HapticCore, WhoIsRefusedTheForceStillDrivesToolAndButtons) {
+  Rig rig;
+  rig.enter_scene();
+  rig.device.sample.buttons = kButtonGrab;
+  rig.device.sample.X_DH.p = Vec3(0.005, 0, 0);
+  rig.run(700);
+  ASSERT_NEAR(rig.force().x(), -1.5, 1e-9);
+  rig.scene.may_display = false;
+  rig.mailboxes.scene.publish(rig.scene);
+  for (int i = 0; i < 300; ++i) {
+    rig.device.sample.X_DH.p.y() += 1e-4;
+    rig.run(1);
+    const ClientUpdate& sent = rig.sent();
+    ASSERT_TRUE(sent.handle_valid) << i;
+    ASSERT_EQ(sent.buttons, kButtonGrab) << i;
+    ASSERT_EQ(sent.handle.X.p, rig.device.sample.X_DH.p) << i;
+    ASSERT_TRUE(i < 20 || rig.force().isZero(0)) << i << " ms";
+  }
+}
+
+TEST(HapticCore, AForceThatIsAllowedAgainIsRampedAndTheClutchedHandleStaysWhereItWas) {
+  Rig rig;
+  rig.enter_scene();
+  rig.device.sample.buttons = kButtonClutch;
+  rig.run(10);
+  rig.device.sample.X_DH.p = Vec3(0.02, 0, 0);
+  rig.run(10);
+  rig.device.sample.buttons = 0;
+  rig.run(1);
+  rig.scene.may_display = false;
+  rig.scene.coupling.stiffness_n_per_m = 2500;
+  rig.mailboxes.scene.publish(rig.scene);
+  rig.device.sample.X_DH.p = Vec3(0.021, 0, 0);
+  rig.run(700);
+  ASSERT_NEAR(rig.sent().handle.X.p.x(), 0.001, 1e-12);
+  rig.scene.may_display = true;
+  rig.scene.coupling.stiffness_n_per_m = 1000;
+  rig.mailboxes.scene.publish(rig.scene);
+  double last_n = 0;
+  for (int i = 0; i < 600; ++i) {
+    rig.run(1);
+    ASSERT_NEAR(rig.sent().handle.X.p.x(), 0.001, 1e-12);
+    // 1 N over the 0.5 s of the ramp, and the coefficient's own 100 ms from 2500 N/m: at most 2.5 N over 0.5 s.
+    ASSERT_LE(std::abs(rig.force().x()) - last_n, 2.5 / 500 + 1e-9) << i << " ms";
+    last_n = std::abs(rig.force().x());
+  }
+  EXPECT_NEAR(rig.force().x(), -1, 1e-9);
+}
+
+TEST(HapticCore, WhatWasRefusedIsNotFeltOnTheWayToSomethingBetter) {
+  Rig rig;
+  rig.enter_scene();
+  rig.scene.may_display = false;
+  rig.scene.coupling.stiffness_n_per_m = 3000;
+  rig.mailboxes.scene.publish(rig.scene);
+  rig.device.sample.X_DH.p = Vec3(0.001, 0, 0);
+  rig.run(50);
+  rig.scene.coupling.stiffness_n_per_m = 300;  // checked, and only then displayed
+  rig.mailboxes.scene.publish(rig.scene);
+  rig.run(50);
+  rig.scene.may_display = true;
+  rig.mailboxes.scene.publish(rig.scene);
+  for (int i = 1; i <= 500; ++i) {
+    rig.run(1);
+    ASSERT_LE(std::abs(rig.force().x()), 0.3 * i / 500 + 1e-9) << i << " ms";
+  }
+  EXPECT_NEAR(rig.force().x(), -0.3, 1e-3);
 }
 
 TEST(HapticCore, AfterTheRampLatePoseIsTheCouplingThroughTheWorkspaceMapping) {

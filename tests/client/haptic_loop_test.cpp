@@ -27,7 +27,7 @@ struct Rig {
   void start_with_force() {
     HapticScene scene;
     scene.generation = 1;
-    scene.may_display = true;
+    scene.may_drive = scene.may_display = true;
     mailboxes.scene.publish(scene);
     ReceivedUpdate state;
     state.update.wrench_on_hand_W.f = Vec3(0, 0, 2);

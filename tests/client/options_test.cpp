@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cstdlib>
 #include <memory>
 #include <stdexcept>
 #include <vector>
@@ -116,6 +117,17 @@ TEST(ClientOptions, EachMistakeIsOneLineThatNamesOptionAndRemedy) {
   }
 }
 
+TEST(ClientOptions, HelpAndVersionNeedNoDeviceProfiles) {
+  setenv("TANDEM_DEVICE_PROFILES", "/nonexistent/devices.json", 1);
+  for (const char* option : {"--help", "--version"}) {
+    testing::internal::CaptureStdout();
+    EXPECT_FALSE(parse({option}).has_value());
+    EXPECT_FALSE(testing::internal::GetCapturedStdout().empty());
+  }
+  EXPECT_THAT(error_of({}), AllOf(HasSubstr("--device"), HasSubstr("/nonexistent/devices.json")));
+  unsetenv("TANDEM_DEVICE_PROFILES");
+}
+
 TEST(ClientOptions, DelayAndRateAreAllowedOverAStream) {
   const auto options = parse({"--transport", "tcp", "--delay", "25ms", "--jitter", "5ms", "--rate-limit", "1e6"});
   ASSERT_TRUE(options && options->io.links);
@@ -153,6 +165,7 @@ RunSummary empty_summary() {
           .trace_overflows = 0,
           .counters = {},
           .io = {},
+          .coupling_findings = {},
           .watched = std::nullopt,
           .run = RunReport({"hold"}, Duration{1})};
 }

@@ -29,6 +29,7 @@ TEST(ClientSession, PublishesTheSceneOfEachJoinAsANewGeneration) {
   bench.session.on_disconnected(bench.now, "cut");
   ASSERT_TRUE(bench.mailboxes.scene.poll());
   EXPECT_FALSE(bench.mailboxes.scene.front().may_display) << "forces end with the connection";
+  EXPECT_FALSE(bench.mailboxes.scene.front().may_drive);
   EXPECT_EQ(bench.mailboxes.scene.front().generation, 1U);
   bench.wait(std::chrono::milliseconds(250));
   bench.join();

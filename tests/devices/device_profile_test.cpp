@@ -4,8 +4,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstdlib>
 #include <fstream>
+#include <limits>
 #include <set>
 
 #include "devices/device_writer.hpp"
@@ -95,6 +97,33 @@ TEST(ShippedProfiles, SimIsTheDefaultSimulatedDevice) {
   EXPECT_EQ(holding(hand, sim).encoder_step_m, 0);
 }
 
+TEST(IsVerified, SeesThroughBlanksAndCapitals) {
+  for (const char* source :
+       {"", " ", "unverified", "Unverified: a guess", "UNVERIFIED", " \t\n unverified: heard of"}) {
+    EXPECT_FALSE(is_verified({1, source})) << "\"" << source << '"';
+  }
+  for (const char* source : {"its data sheet", " table A.1", "verified: measured, not unverified", "unverif", "u"}) {
+    EXPECT_TRUE(is_verified({1, source})) << "\"" << source << '"';
+  }
+  EXPECT_FALSE(is_verified({std::numeric_limits<double>::quiet_NaN(), "its data sheet"}));
+}
+
+TEST(ShippedProfiles, HaveAFitOverARangeOfMassesOrNone) {
+  for (const DeviceProfile& profile : shipped()) {
+    if (!profile.adaptive) continue;
+    EXPECT_LT(profile.adaptive->mass_low_kg, profile.adaptive->mass_high_kg)
+        << profile.name << ": one mass is no calibration";
+    EXPECT_EQ(profile.adaptive->inertia_high_kg_m2 > 0, profile.has_torque()) << profile.name;
+  }
+}
+
+/// As the README has it.
+std::string calibrated_text(const DeviceProfile& profile) {
+  const bool is_capped = !is_verified(profile.stiffness_maximum_n_per_m);
+  const auto cap = std::to_string(std::lround(coupling_bounds(profile).stiffness_n_per_m));
+  return std::string(profile.adaptive ? "yes" : "no") + (is_capped ? ", capped at " + cap + " N/m" : "");
+}
+
 TEST(ShippedProfiles, StayWithinTheirStiffnessWhereTheyAreCalibrated) {
   for (const DeviceProfile& profile : shipped()) {
     if (!profile.adaptive) continue;
@@ -134,7 +163,7 @@ TEST(ShippedProfiles, AreThoseOfTheReadme) {
     EXPECT_EQ(in_table("stiffness [N/m]"), maximum(profile.stiffness_maximum_n_per_m)) << profile.name;
     EXPECT_EQ(in_table("step [µm]"), maximum({profile.position_step_m.value * 1e6, profile.position_step_m.source}))
         << profile.name;
-    EXPECT_EQ(in_table("calibrated"), profile.adaptive ? "yes" : "no") << profile.name;
+    EXPECT_EQ(in_table("calibrated"), calibrated_text(profile)) << profile.name;
   }
 }
 
@@ -144,7 +173,8 @@ TEST(CouplingBounds, OfTheSimulatedDeviceAreThoseWithoutAProfile) {
   EXPECT_EQ(bounds.damping_n_s_per_m, 20);
   EXPECT_EQ(bounds.stiffness_n_m_per_rad, 3);
   EXPECT_EQ(bounds.damping_n_m_s_per_rad, 0.05);
-  EXPECT_EQ(bounds.force_limit_n, 8.5);
+  EXPECT_EQ(bounds.force_limit_n, 7) << "the writer's, below the maximum";
+  EXPECT_EQ(bounds.torque_limit_n_m, 0.17);
 }
 
 TEST(CouplingBounds, AnUnverifiedMaximumCanLowerThemButNotRaise) {
@@ -233,7 +263,9 @@ TEST(ProfileFile, AMistakeIsNamedWithFileProfileFieldValueAndRemedy) {
       {"[0.02, 1]", "[1, 0.02]", {"profiles[mine].adaptive.mass_kg", "low <= high"}},
       {"[100, 300, 0, 0]", "[100, -300, 0, 0]", {"profiles[mine].adaptive.stiffness_n_per_m", "above 0"}},
       {"[100, 300, 0, 0]", "[100, 300]", {"profiles[mine].adaptive.stiffness_n_per_m", "four"}},
-      {"[1, 0.01, 0, 0]", "[-9, 0.01, 0, 0]", {"profiles[mine].adaptive.damping_n_s_per_m", "0 to 1e6"}},
+      {"[1, 0.01, 0, 0]", "[-9, 0.01, 0, 0]", {"profiles[mine].adaptive.damping_n_s_per_m", "0 to 10000"}},
+      {"[1, 0.01, 0, 0]", "[2e4, 0, 0, 0]", {"profiles[mine].adaptive.damping_n_s_per_m", "0 to 10000"}},
+      {"[100, 300, 0, 0]", "[2e5, 0, 0, 0]", {"profiles[mine].adaptive.stiffness_n_per_m", "at most 100000"}},
       {"{\"profiles\": [", "{\"profiles\": [7, ", {"profiles[0]", "object"}},
       {"{\"profiles\": [", "{\"profiles\": 7, \"x\": [", {"profiles", "list"}},
   };

@@ -94,6 +94,54 @@ TEST(SimDevice, RingsAtTheClosedFormFrequencyAndDecayInRotation) {
   EXPECT_NEAR(ringing.decay_per_s, decay, 5e-3 * decay);
 }
 
+TEST(SimDevice, ComesToRestWithoutASwingWhateverItsDamping) {
+  // The lightest hand with the most damping that a command line allows: B h/m = 10 a sub-step; and a handle alike.
+  HandParameters hand;
+  hand.mass_kg = 0.01;
+  hand.damping_n_s_per_m = 1000;
+  hand.stiffness_n_per_m = 0;
+  hand.inertia_kg_m2 = 1e-6;
+  hand.damping_n_m_s_per_rad = 0.1;
+  hand.stiffness_n_m_per_rad = 0;
+  SimDevice device = resting_hand(hand);
+  LocalTime now{};
+  device.read(now);
+  DeviceCommand command;
+  command.wrench_on_hand_D = {Vec3(5, 0, 0), Vec3(0, 0, 1e-3)};
+  device.write(now, command);
+  device.read(now += milliseconds(5));
+  EXPECT_NEAR(device.hand_twist().v.x(), 5.0 / 1000, 1e-9) << "f/B";
+  EXPECT_NEAR(device.hand_twist().w.z(), 1e-3 / 0.1, 1e-9);
+  device.write(now, {});
+  for (int i = 1; i <= 3; ++i) {
+    device.read(now += microseconds(100));
+    EXPECT_NEAR(device.hand_twist().v.x(), 5e-3 * std::exp(-10.0 * i), 1e-9 * std::exp(-10.0 * i));
+    EXPECT_NEAR(device.hand_twist().w.z(), 1e-2 * std::exp(-10.0 * i), 1e-9 * std::exp(-10.0 * i));
+  }
+}
+
+TEST(SimDevice, CreepsBackOneWayWhenItsSpringIsOverdamped) {
+  HandParameters hand;
+  hand.mass_kg = 0.01;
+  hand.damping_n_s_per_m = 1000;
+  SimDevice device = resting_hand(hand);
+  LocalTime now{};
+  device.read(now);
+  device.write(now, force_x(2));
+  for (int i = 0; i < 30; ++i) device.read(now += seconds(1));
+  device.write(now, force_x(0));
+  double before_m = device.hand_pose().p.x();
+  EXPECT_NEAR(before_m, 0.01 * (1 - std::exp(-6.0)), 1e-6) << "30 s of B/K = 5 s each";
+  for (int i = 0; i < 5000; ++i) {
+    device.read(now += milliseconds(1));
+    const double at_m = device.hand_pose().p.x();
+    ASSERT_LT(at_m, before_m) << "after " << i << " ms";
+    ASSERT_GT(at_m, 0) << "after " << i << " ms";
+    before_m = at_m;
+  }
+  EXPECT_NEAR(before_m, 0.01 * std::exp(-1.0), 0.01 * std::exp(-6.0)) << "5 s later";
+}
+
 TEST(SimDevice, IsDeflectedByForceOverStiffness) {
   SimDevice device = resting_hand();
   LocalTime now{};

@@ -2,17 +2,10 @@
 #include <gtest/gtest.h>
 
 #include "lab/rendering/reproduce_laws.hpp"
+#include "tests/lab/expect_claims.hpp"
 
 namespace tandem::lab {
 namespace {
-
-void expect_claims(const Reproduction& reproduction) {
-  EXPECT_FALSE(reproduction.claims.empty());
-  for (const report::Check& claim : reproduction.claims) {
-    EXPECT_TRUE(claim.holds()) << claim.scope << ": " << claim.claim << " is " << claim.value_text() << ", must be "
-                               << claim.bound_text();
-  }
-}
 
 TEST(ReproduceLaws, TheDefaultBuzzesLeastInALightTouch) {
   expect_claims(reproduce_buzz(SteadyClock{}));

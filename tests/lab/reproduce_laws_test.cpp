@@ -11,22 +11,10 @@
 #include "lab/rendering/high_pass.hpp"
 #include "lab/rendering/law_curves.hpp"
 #include "lab/rendering/steady_press.hpp"
+#include "tests/lab/expect_claims.hpp"
 
 namespace tandem::lab {
 namespace {
-
-void expect_claims(const Reproduction& reproduction) {
-  EXPECT_FALSE(reproduction.claims.empty());
-  EXPECT_FALSE(reproduction.figures.empty());
-  for (const report::Check& claim : reproduction.claims) {
-    EXPECT_TRUE(claim.holds()) << claim.scope << ": " << claim.claim << " is " << claim.value_text() << ", must be "
-                               << claim.bound_text();
-  }
-  const boost::json::object json = to_json(reproduction);
-  EXPECT_EQ(json.at("claims").as_array().size(), reproduction.claims.size());
-  EXPECT_TRUE(json.at("details").is_object());
-  EXPECT_EQ(json.at("rows").as_array().size(), reproduction.rows.size());
-}
 
 TEST(ReproduceLaws, SagIsWeightOverStiffness) {
   expect_claims(reproduce_displacement(SteadyClock{}));

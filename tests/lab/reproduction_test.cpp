@@ -19,6 +19,7 @@ using ::testing::HasSubstr;
 Reproduction example() {
   Reproduction example;
   example.title = "A <b>title</b>";
+  example.summary = "Run on a <i>bench</i>" + std::string(40, ' ') + "with a word after many blanks.";
   example.rows = {{"time of a frame", "2 ms", "20 µs"}};
   example.claims = {{"scope", "fast", 20, Relation::kAtMost, 60, "µs", 1},
                     {"scope", "deep", 2, Relation::kAtMost, 1, "mm", 1}};
@@ -28,6 +29,7 @@ Reproduction example() {
 
 TEST(Reproduction, JsonHasRowsAndClaimsWithValueBoundAndWhetherTheyHold) {
   const boost::json::object json = to_json(example());
+  EXPECT_EQ(json.at("summary").as_string(), example().summary);
   EXPECT_EQ(json.at("rows").at(0).at("published").as_string(), "2 ms");
   EXPECT_EQ(json.at("rows").at(0).at("ours").as_string(), "20 µs");
   const boost::json::array& claims = json.at("claims").as_array();
@@ -41,6 +43,8 @@ TEST(Reproduction, JsonHasRowsAndClaimsWithValueBoundAndWhetherTheyHold) {
 
 TEST(Reproduction, PageAndTextShowBothSidesAndEscapeMarkup) {
   EXPECT_THAT(to_html(example()), AllOf(HasSubstr("2 ms"), HasSubstr("20 µs"), HasSubstr("A &lt;b&gt;title")));
+  EXPECT_THAT(to_html(example()), HasSubstr("Run on a &lt;i&gt;bench"));
+  EXPECT_THAT(to_text(example()), HasSubstr("Run on a <i>bench</i> with a word after many blanks.\n"));
   EXPECT_THAT(to_text(example()), AllOf(HasSubstr("time of a frame  2 ms       20 µs\n"), HasSubstr("FAILED")));
 }
 

@@ -212,6 +212,7 @@ TEST(ClientSummary, IsWhatTheClientWrites) {
                      .trace_overflows = 0,
                      .counters = {},
                      .io = {},
+                     .coupling_findings = {},
                      .watched = {},
                      .run = run};
   summary.options.io.session.user_name = "ben";

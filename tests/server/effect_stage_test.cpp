@@ -172,6 +172,115 @@ TEST(EffectStage, AGratingIsFeltAtItsPeriodAndAPadSticks) {
   EXPECT_NEAR(*std::min_element(pad.begin(), pad.end()), -1, 0.05);
 }
 
+constexpr const char* kMassless = R"({"law": "qsa-static", "stiffness_n_per_m": 300, "force_limit_n": 6.5})";
+
+/// How far the tool still moves in a step when the hand has rested at `hand` for two seconds.
+double unrest_m(World& world, const Vec3& hand) {
+  hold(world, 0, hand, 2000);
+  double largest = 0;
+  for (int i = 0; i < 100; ++i) {
+    const Vec3 before = world.tool(0).tool.X.p;
+    EXPECT_EQ(world.step(), 0U);
+    largest = std::max(largest, (world.tool(0).tool.X.p - before).norm());
+  }
+  return largest;
+}
+
+// Each is stiffer than the coupling, so that x ← x_H + f(x)/k alone would run away from where it balances.
+TEST(EffectStage, NothingStiffMakesAMasslessToolChatter) {
+  const std::string magnet = R"({"magnet": {"peak_force_n": 3, "range_m": 0.01}})";
+  const std::string stick = R"({"stick_slip": {"stiffness_n_per_m": 100000, "breakaway_force_n": 2}})";
+  for (const std::string& effects : {magnet, stick, magnet + "," + stick}) {
+    World world(load_parts(
+        {.bodies = kGround, .tools = kToolAtOrigin, .coupling = kMassless, .rest = R"("effects": [)" + effects + "]"}));
+    world.activate_tool(0);
+    hold(world, 0, {0.002, 0, 0}, 50);
+    EXPECT_LT(unrest_m(world, {0.004, 0.002, 0}), 1e-9) << effects;
+    EXPECT_GT(world.tool(0).wrench_on_hand_W.f.norm(), 0.1) << "it is felt: " << effects;
+  }
+}
+
+TEST(EffectStage, ASteepGratingMakesNoMasslessToolChatter) {
+  const std::string plate =
+      R"({"name": "plate", "friction": 0, "shapes": [{"box": {"size_m": [0.2, 0.2, 0.02]}}],
+          "placement": {"position_m": [0, 0, -0.015]}, "effects": [
+            {"texture": {"height_m": 0.0005, "period_x_m": 0.001}}]})";
+  World world(load_parts({.bodies = plate, .tools = kToolAtOrigin, .coupling = kMassless}));
+  world.activate_tool(0);
+  hold(world, 0, {0, 0, -0.004}, 100);
+  for (const double x : {0.0002, 0.0007, 0.003}) EXPECT_LT(unrest_m(world, {x, 0, -0.004}), 1e-8) << x;
+}
+
+TEST(EffectStage, FluidsDragAMasslessToolByWhatTheySay) {
+  World world(load_parts({.bodies = kGround,
+                          .tools = kToolAtOrigin,
+                          .coupling = kMassless,
+                          .rest = R"("effects": [{"viscosity": {"damping_n_s_per_m": 6}},
+                                                 {"viscosity": {"damping_n_s_per_m": 2}}])"}));
+  world.activate_tool(0);
+  constexpr double kSpeed = 0.1;
+  double last_x = 0;
+  for (int i = 1; i <= 1000; ++i) {
+    world.set_handle(0, at({kSpeed * kStep_s * i, 0, 0}, {kSpeed, 0, 0}));
+    ASSERT_EQ(world.step(), 0U);
+    ASSERT_GE(world.tool(0).tool.X.p.x(), last_x) << "never turned back";
+    last_x = world.tool(0).tool.X.p.x();
+  }
+  EXPECT_NEAR(world.tool(0).wrench_on_hand_W.f.x(), -8 * kSpeed, 1e-3);
+  hold(world, 0, {kSpeed, 0, 0}, 1000);
+  EXPECT_LT(world.tool(0).wrench_on_hand_W.f.norm(), 1e-6) << "at rest it is not felt";
+}
+
+TEST(EffectStage, AMasslessToolInAFluidIsStoppedByAWallAndNotByTheFluid) {
+  const std::string wall = R"({"name": "wall", "friction": 0, "shapes": [{"box": {"size_m": [0.1, 0.1, 0.1]}}],
+                               "placement": {"position_m": [0, 0, -0.055]}})";
+  World world(load_parts({.bodies = wall,
+                          .tools = kToolAtOrigin,
+                          .coupling = kMassless,
+                          .rest = R"("effects": [{"viscosity": {"damping_n_s_per_m": 8}}])"}));
+  world.activate_tool(0);
+  hold(world, 0, {0, 0, -0.01}, 2000);
+  EXPECT_NEAR(world.tool(0).wrench_on_hand_W.f.z(), world.touch(0).force_n, 1e-6);
+  EXPECT_GT(world.touch(0).force_n, 2);
+}
+
+TEST(EffectStage, AFluidThatMovesDragsAMasslessToolAlongAndIsDraggedBack) {
+  const std::string body =
+      floating_body("carrier", 0, 0.2, R"({"sphere": {"radius_m": 0.5}, "viscosity": {"damping_n_s_per_m": 0.6}})");
+  World world(load_parts(
+      {.bodies = body,
+       .tools = R"({"name": "t", "placement": {"position_m": [0, 0, 0.1]}}, {"name": "c", "holds": "carrier"})",
+       .coupling = R"({"law": "qsa-static", "stiffness_n_m_per_rad": 300})"}));
+  world.activate_tool(0);
+  world.activate_tool(1);
+  world.set_handle(0, at({0, 0, 0.1}));
+  for (int i = 1; i <= 2000; ++i) {
+    world.set_handle(1, at({5e-5 * i, 0, 0}, {0.05, 0, 0}));
+    ASSERT_EQ(world.step(), 0U);
+  }
+  const double drag_n = 0.6 * 0.05;
+  EXPECT_NEAR(world.tool(0).wrench_on_hand_W.f.x(), drag_n, 1e-3 * drag_n);
+  EXPECT_NEAR(world.tool(1).wrench_on_hand_W.f.x(), -drag_n, 0.01 * drag_n);
+}
+
+TEST(EffectStage, ABodyInTwoHandsFeelsAnEffectOnce) {
+  const std::string body = floating_body("carried", 0, 0.2, "");
+  const std::string tools = R"({"name": "l", "holds": "carried", "placement": {"position_m": [-0.02, 0, 0]}},
+                               {"name": "r", "holds": "carried", "placement": {"position_m": [0.02, 0, 0]}})";
+  for (const char* law : {"spring-damper", "qsa-static"}) {
+    World world(load_parts({.bodies = body,
+                            .tools = tools,
+                            .coupling = coupling_with(law),
+                            .rest = R"("effects": [{"constant_field": {"force_n": [0, 0.9, 0]}}])"}));
+    world.activate_tool(0);
+    world.activate_tool(1);
+    world.set_handle(1, at({0.02, 0, 0}));
+    hold(world, 0, {-0.02, 0, 0}, 3000);
+    const double felt_n = world.tool(0).wrench_on_hand_W.f.y() + world.tool(1).wrench_on_hand_W.f.y();
+    EXPECT_NEAR(felt_n, 0.9, 1e-3) << law;
+  }
+}
+
 // Turning is stiff, for the field turns with its body.
 TEST(EffectStage, AnEffectTravelsWithItsBody) {
   const std::string body = floating_body(
@@ -239,10 +348,10 @@ TEST(EffectStage, ShippedSceneStepsWithoutAFaultOrAnAllocationAndTwiceAlike) {
     TickFaults faults = 0;
     std::uint64_t allocations = 0;
     for (int i = 0; i < 6000; ++i) {
-      // Down onto the plates, then across all of them; the other through the bath and the wind.
+      // Down onto the plates and across all of them, over their edges; the other through the bath and the wind.
       const double t = kStep_s * i;
-      const Vec3 left(-0.2 + 0.05 * std::max(0.0, t - 1), 0, std::max(0.005, 0.06 - 0.055 * t));
-      const Vec3 right(0.2 - 0.02 * t, 0.1 - 0.05 * t, 0.06);
+      const Vec3 left(-0.2 + 0.05 * std::max(0.0, t - 1), 0, std::max(0.007, 0.05 - 0.045 * t));
+      const Vec3 right(0.2 - 0.02 * t, -0.05 * t, 0.05);
       world.set_handle(0, at(left));
       world.set_handle(1, at(right));
       const std::uint64_t before = allocation_count();

@@ -27,7 +27,7 @@ std::string shipped_with_law(const std::string& scene, const std::string& law_na
   const std::string old = R"("law": "stable-dynamic")";
   const std::size_t place = json.find(old);
   EXPECT_NE(place, std::string::npos);
-  return json.replace(place, old.size(), R"("law": ")" + law_name + "\"");
+  return json.replace(place, old.size(), law_fields(law_name));
 }
 
 std::vector<std::string> law_names() {
@@ -64,7 +64,7 @@ TEST_P(EveryLaw, PressesABallOnABlockForTwoSecondsWithoutAFault) {
                                 "placement": {"position_m": [0, 0, -0.05]}})";
   World world(load_parts({.bodies = block,
                           .tools = R"({"name": "ball", "placement": {"position_m": [0, 0, 0.02]}})",
-                          .coupling = R"({"law": ")" + GetParam() + "\"}"}));
+                          .coupling = coupling_with(GetParam())}));
   world.activate_tool(0);
   for (int i = 0; i < 2000; ++i) {
     const double x = 0.02 * std::sin(0.003 * i), z = 0.008 + 0.008 * std::cos(0.01 * i);

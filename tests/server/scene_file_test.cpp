@@ -153,6 +153,9 @@ std::vector<BadScene> bad_tools_and_settings() {
       {"FitOfAnotherLaw",
        with(R"("coupling": {"law": "direct", "adaptive": {"mass_range_kg": [0, 1]}})"),
        {"coupling.adaptive is given", "\"direct\"", "\"adaptive\""}},
+      {"AdaptiveWithoutAFit",
+       with(R"("coupling": {"law": "adaptive"})"),
+       {"peg.json: coupling.adaptive is missing", "tandem-lab calibrate --device NAME", "mass_range_kg", "16.21"}},
       {"FitWithoutRange", with_fit(R"("stiffness_n_per_m": [1])"), {"coupling.adaptive.mass_range_kg has 0 numbers"}},
       {"FitOfNoMass",
        with_fit(R"("mass_range_kg": [0.2, 0.1], "stiffness_n_per_m": [1], "damping_n_s_per_m": [1])"),
@@ -436,14 +439,38 @@ TEST(SceneFile, EveryDefaultIsFilledIn) {
   EXPECT_EQ(d.limits().grab_reach_m(), 0.02);
 }
 
-TEST(SceneFile, AdaptiveLawWithoutAFitTakesTheThesissAndTellsClients) {
-  const auto scene = load_scene_text(scene_json({.coupling = R"({"law": "adaptive"})"}), "s.json", ".");
+TEST(SceneFile, TheFitThatTheRefusalOfNoneShowsIsTheThesissAndTellsClients) {
+  std::string refusal;
+  try {
+    load_scene_text(scene_json({.coupling = R"({"law": "adaptive"})"}), "s.json", ".");
+  } catch (const SceneError& error) {
+    refusal = error.what();
+  }
+  const std::size_t shown = refusal.find("{");
+  ASSERT_NE(shown, std::string::npos) << refusal;
+  const std::string fit = refusal.substr(shown, refusal.rfind('}') + 1 - shown);
+  const auto scene =
+      load_scene_text(scene_json({.coupling = R"({"law": "adaptive", "adaptive": )" + fit + "}"}), "s.json", ".");
   ASSERT_TRUE(scene->coupling.fit.has_value());
   const AdaptiveFit thesis = thesis_adaptive_fit();
-  for (const double mass_kg : {0.05, 0.1, 0.2}) {
-    EXPECT_EQ(scene->coupling.fit->stiffness_n_per_m(mass_kg), thesis.stiffness_n_per_m(mass_kg));
+  for (const double mass_kg : {0.01, 0.05, 0.1, 0.2, 0.5}) {
+    EXPECT_EQ(adapted(*scene->coupling.fit, mass_kg, 1e-4, {}), adapted(thesis, mass_kg, 1e-4, {})) << mass_kg;
   }
   EXPECT_EQ(scene->description.coupling().adaptive().mass_range_kg(1), thesis.mass_high_kg);
+}
+
+TEST(SceneFile, WhatAProfileMayHoldAtMostAFitAccepts) {
+  using Range = AdaptiveFitRange;
+  const auto fit = [](double share) {
+    const auto value = [share](double most) { return "[" + number_text(share * most) + "]"; };
+    return R"({"law": "adaptive", "adaptive": {"mass_range_kg": [0.1, 1000], "stiffness_n_per_m": )" +
+           value(Range::kStiffness_n_per_m) + R"(, "damping_n_s_per_m": )" + value(Range::kDamping_n_s_per_m) +
+           R"(, "inertia_range_kg_m2": [1e-6, 1000], "stiffness_n_m_per_rad": )" +
+           value(Range::kStiffness_n_m_per_rad) + R"(, "damping_n_m_s_per_rad": )" +
+           value(Range::kDamping_n_m_s_per_rad) + "}}";
+  };
+  EXPECT_NO_THROW(load_parts({.coupling = fit(1)}));
+  EXPECT_THROW(load_parts({.coupling = fit(1.01)}), SceneError);
 }
 
 TEST(SceneFile, AdaptiveFitIsReadAsWritten) {
@@ -464,7 +491,7 @@ TEST(SceneFile, AdaptiveFitIsReadAsWritten) {
 TEST(SceneFile, EveryLawOfTheCatalogIsAccepted) {
   for (const CouplingLawInfo& law : coupling_laws()) {
     const std::string name(law.name);
-    const auto scene = load_parts({.coupling = R"({"law": ")" + name + "\"}"});
+    const auto scene = load_parts({.coupling = coupling_with(name)});
     EXPECT_EQ(scene->description.coupling().law(), name);
   }
 }

@@ -15,6 +15,16 @@ inline constexpr const char* kWall = R"({"name": "wall", "shapes": [{"box": {"si
 /// The law whose forces are known in closed form.
 inline constexpr const char* kLinear = R"({"law": "spring-damper"})";
 
+/// Fields of a coupling: the law by its name, and a fit where it needs one (100 N/m at 0.05 kg, 400 N/m at 1 kg).
+inline std::string law_fields(const std::string& law) {
+  const std::string fit = R"(, "adaptive": {"mass_range_kg": [0.05, 1], "stiffness_n_per_m": [84.2, 315.8],
+                                            "damping_n_s_per_m": [4]})";
+  return R"("law": ")" + law + "\"" + (law == "adaptive" ? fit : "");
+}
+inline std::string coupling_with(const std::string& law) {
+  return "{" + law_fields(law) + "}";
+}
+
 /// The parts of a scene that is valid as it stands.
 struct SceneParts {
   std::string bodies = kWall;

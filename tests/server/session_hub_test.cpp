@@ -338,6 +338,21 @@ TEST(SessionHub, UnderTheAdaptiveLawOneIsToldTheStiffnessOfWhatOneHolds) {
   EXPECT_EQ(parameters_in(bench.take(ada)), (std::map<std::string, double>{{"coupling.stiffness_n_per_m", 150}}));
 }
 
+TEST(SessionHub, ALostEventLeavesTheCouplingThatIsToldRight) {
+  HubBench bench = bench_with_coupling(R"({"law": "adaptive", "adaptive": {
+      "mass_range_kg": [0.01, 1], "stiffness_n_per_m": [100, 1000], "damping_n_s_per_m": [5]}})");
+  BenchClient ada = bench.join("ada");
+  bench.take(ada);
+  bench.send(ada, message_of([](auto& message) { message.mutable_grab()->set_body(1); }));
+  Room& room = *bench.rooms.front();
+  room.step(ServerTime(room.period()));
+  RoomEvent lost;
+  ASSERT_TRUE(room.next_event(lost));
+  EXPECT_EQ(lost.kind, RoomEvent::Kind::kGrabbed);
+  bench.step();
+  EXPECT_EQ(parameters_in(bench.take(ada)), (std::map<std::string, double>{{"coupling.stiffness_n_per_m", 200}}));
+}
+
 TEST(SessionHub, AMasslessToolHasDampingOnlyWhileItHoldsABody) {
   HubBench bench =
       bench_with_coupling(R"({"law": "qsa-static", "damping_n_s_per_m": 4, "damping_n_m_s_per_rad": 0.01})");

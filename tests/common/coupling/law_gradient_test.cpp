@@ -6,14 +6,13 @@
 
 #include "tests/common/coupling/coupling_draws.hpp"
 #include "tests/common/coupling/law_instances.hpp"
+#include "tests/support/test_seed.hpp"
 
 namespace tandem {
 namespace {
 
 using test::random_magnitude;
 using test::random_vector;
-
-constexpr std::uint64_t kSeed = 71;
 
 /// Translation or rotation of a law: what it takes, what it gives, and the scales of both.
 struct Channel {
@@ -122,7 +121,8 @@ class EveryLawsGradient : public testing::TestWithParam<CouplingLawInfo> {
     ++(is_pushing ? regimes_.pushing : regimes_.receding);
   }
 
-  Random random_{kSeed};
+  std::uint64_t seed_ = test::test_seed(71);
+  Random random_{seed_};
   bool is_along_ = false;
   Regimes regimes_;
 };
@@ -135,7 +135,7 @@ TEST_P(EveryLawsGradient, IsThatOfTheWrenchSymmetricAndNotNegative) {
     const CouplingState state = draw(channel);
     if (is_at_a_switch(*law, c, channel, state)) continue;
     const CouplingGradient g = law->gradient(state);
-    SCOPED_TRACE("seed " + std::to_string(kSeed) + " draw " + std::to_string(i));
+    SCOPED_TRACE("seed " + std::to_string(seed_) + " draw " + std::to_string(i));
     if (i % 2 == 0) {
       compare(*law, c, channel, state, g.force_by_d, g.force_by_v);
     } else {

@@ -8,6 +8,7 @@
 #include "tests/common/coupling/coupling_draws.hpp"
 #include "tests/common/coupling/law_instances.hpp"
 #include "tests/support/allocation_counter.hpp"
+#include "tests/support/test_seed.hpp"
 
 namespace tandem {
 namespace {
@@ -28,20 +29,20 @@ TEST_P(EveryCouplingLaw, IsMadeUnderItsNameForItsKindOfTool) {
 }
 
 TEST_P(EveryCouplingLaw, IsZeroWhereHandleAndToolCoincide) {
-  constexpr std::uint64_t kSeed = 51;
-  Random random(kSeed);
+  const std::uint64_t seed = test::test_seed(51);
+  Random random(seed);
   for (int i = 0; i < 100; ++i) {
     const auto law = make(test::random_parameters(random));
     // Both moving alike: no velocity past the tool either.
     const CouplingState state{.v_WH = random_vector(random, 1), .w_WH = random_vector(random, 10)};
-    ASSERT_EQ(law->wrench_on_tool_W(state).f, Vec3::Zero()) << "seed " << kSeed << " draw " << i;
-    ASSERT_EQ(law->wrench_on_tool_W(state).t, Vec3::Zero()) << "seed " << kSeed << " draw " << i;
+    ASSERT_EQ(law->wrench_on_tool_W(state).f, Vec3::Zero()) << "seed " << seed << " draw " << i;
+    ASSERT_EQ(law->wrench_on_tool_W(state).t, Vec3::Zero()) << "seed " << seed << " draw " << i;
   }
 }
 
 TEST_P(EveryCouplingLaw, PullsHarderTheFartherTheHandle) {
-  constexpr std::uint64_t kSeed = 53;
-  Random random(kSeed);
+  const std::uint64_t seed = test::test_seed(53);
+  Random random(seed);
   for (int i = 0; i < 100; ++i) {
     const CouplingParameters c = test::random_parameters(random);
     const auto law = make(c);
@@ -53,39 +54,39 @@ TEST_P(EveryCouplingLaw, PullsHarderTheFartherTheHandle) {
                                    .theta_W = u * c.torque_limit_n_m / c.stiffness_n_m_per_rad * direction,
                                    .v_WH = way * direction,
                                    .w_WH = way * direction});
-      ASSERT_GE(now.f.dot(direction), before.f.dot(direction) * (1 - 1e-14)) << "seed " << kSeed << " draw " << i;
-      ASSERT_GE(now.t.dot(direction), before.t.dot(direction) * (1 - 1e-14)) << "seed " << kSeed << " draw " << i;
+      ASSERT_GE(now.f.dot(direction), before.f.dot(direction) * (1 - 1e-14)) << "seed " << seed << " draw " << i;
+      ASSERT_GE(now.t.dot(direction), before.t.dot(direction) * (1 - 1e-14)) << "seed " << seed << " draw " << i;
       before = now;
     }
     if (!pulls()) continue;
     // A curve that reaches its own limit before the saturation leaves ε/e of it, here at most 37 %.
-    ASSERT_GT(now.f.dot(direction), 0.63 * c.force_limit_n) << "seed " << kSeed << " draw " << i;
-    ASSERT_GT(now.t.dot(direction), 0.63 * c.torque_limit_n_m) << "seed " << kSeed << " draw " << i;
+    ASSERT_GT(now.f.dot(direction), 0.63 * c.force_limit_n) << "seed " << seed << " draw " << i;
+    ASSERT_GT(now.t.dot(direction), 0.63 * c.torque_limit_n_m) << "seed " << seed << " draw " << i;
   }
 }
 
 TEST_P(EveryCouplingLaw, StaysFiniteAndWithinItsLimitsForAnyInput) {
-  constexpr std::uint64_t kSeed = 57;
-  Random random(kSeed);
+  const std::uint64_t seed = test::test_seed(57);
+  Random random(seed);
   for (int i = 0; i < 20'000; ++i) {
     const CouplingParameters c = test::random_parameters(random);
     const auto law = make(c);
     const CouplingState state = test::hostile_state(random);
     const Wrench wrench = law->wrench_on_tool_W(state);
-    ASSERT_TRUE(is_finite(wrench)) << "seed " << kSeed << " draw " << i;
+    ASSERT_TRUE(is_finite(wrench)) << "seed " << seed << " draw " << i;
     // The direction's length is 1 to the last bit only.
-    ASSERT_LE(wrench.f.norm(), c.force_limit_n * (1 + 1e-15)) << "seed " << kSeed << " draw " << i;
-    ASSERT_LE(wrench.t.norm(), c.torque_limit_n_m * (1 + 1e-15)) << "seed " << kSeed << " draw " << i;
+    ASSERT_LE(wrench.f.norm(), c.force_limit_n * (1 + 1e-15)) << "seed " << seed << " draw " << i;
+    ASSERT_LE(wrench.t.norm(), c.torque_limit_n_m * (1 + 1e-15)) << "seed " << seed << " draw " << i;
     const CouplingGradient gradient = law->gradient(state);
     ASSERT_TRUE(gradient.force_by_d.allFinite() && gradient.force_by_v.allFinite() &&
                 gradient.torque_by_theta.allFinite() && gradient.torque_by_w.allFinite())
-        << "seed " << kSeed << " draw " << i;
+        << "seed " << seed << " draw " << i;
   }
 }
 
 TEST_P(EveryCouplingLaw, StaysFiniteForAnyParameters) {
-  constexpr std::uint64_t kSeed = 59;
-  Random random(kSeed);
+  const std::uint64_t seed = test::test_seed(59);
+  Random random(seed);
   for (int i = 0; i < 20'000; ++i) {
     const CouplingParameters c{test::hostile_number(random), test::hostile_number(random), test::hostile_number(random),
                                test::hostile_number(random), test::hostile_number(random), test::hostile_number(random),
@@ -93,27 +94,27 @@ TEST_P(EveryCouplingLaw, StaysFiniteForAnyParameters) {
     const auto law = make(c);
     const CouplingState plain{random_vector(random, 1), random_vector(random, 1), random_vector(random, 1),
                               random_vector(random, 1), random_vector(random, 1), random_vector(random, 1)};
-    ASSERT_TRUE(is_finite(law->wrench_on_tool_W(plain))) << "seed " << kSeed << " draw " << i;
-    ASSERT_TRUE(is_finite(law->wrench_on_tool_W(test::hostile_state(random)))) << "seed " << kSeed << " draw " << i;
+    ASSERT_TRUE(is_finite(law->wrench_on_tool_W(plain))) << "seed " << seed << " draw " << i;
+    ASSERT_TRUE(is_finite(law->wrench_on_tool_W(test::hostile_state(random)))) << "seed " << seed << " draw " << i;
   }
 }
 
 TEST_P(EveryCouplingLaw, TakesParametersWhileItRuns) {
-  constexpr std::uint64_t kSeed = 61;
-  Random random(kSeed);
+  const std::uint64_t seed = test::test_seed(61);
+  Random random(seed);
   const auto law = make({});
   for (int i = 0; i < 100; ++i) {
     const CouplingParameters c = test::random_parameters(random);
     const CouplingState state{.d_W = random_vector(random, 0.01), .theta_W = random_vector(random, 0.1)};
     law->set_parameters(c);
-    ASSERT_EQ(law->wrench_on_tool_W(state).f, make(c)->wrench_on_tool_W(state).f) << "seed " << kSeed;
-    ASSERT_EQ(law->wrench_on_tool_W(state).t, make(c)->wrench_on_tool_W(state).t) << "seed " << kSeed;
+    ASSERT_EQ(law->wrench_on_tool_W(state).f, make(c)->wrench_on_tool_W(state).f) << "seed " << seed;
+    ASSERT_EQ(law->wrench_on_tool_W(state).t, make(c)->wrench_on_tool_W(state).t) << "seed " << seed;
   }
 }
 
 TEST_P(EveryCouplingLaw, SumsToZeroOverBothEndsAboutAnyPoint) {
-  constexpr std::uint64_t kSeed = 23;
-  Random random(kSeed);
+  const std::uint64_t seed = test::test_seed(23);
+  Random random(seed);
   for (int i = 0; i < 1000; ++i) {
     const auto law = make(test::random_parameters(random));
     const auto pose = [&random] { return Pose{random_vector(random, 0.1), quaternion_of(random_vector(random, 0.8))}; };
@@ -122,9 +123,9 @@ TEST_P(EveryCouplingLaw, SumsToZeroOverBothEndsAboutAnyPoint) {
     const auto [on_tool, on_hand] = coupling_wrenches(*law, X_WH, twist(), X_WT, twist());
     const Vec3 point = random_vector(random, 1);
     const Vec3 moment = on_tool.t + (X_WT.p - point).cross(on_tool.f) + on_hand.t + (X_WH.p - point).cross(on_hand.f);
-    ASSERT_EQ(on_tool.f + on_hand.f, Vec3::Zero()) << "seed " << kSeed << " draw " << i;
+    ASSERT_EQ(on_tool.f + on_hand.f, Vec3::Zero()) << "seed " << seed << " draw " << i;
     // Levers of some metres, forces of at most 40 N: the last bits of 100 N·m.
-    ASSERT_LT(moment.norm(), 1e-13) << "seed " << kSeed << " draw " << i;
+    ASSERT_LT(moment.norm(), 1e-13) << "seed " << seed << " draw " << i;
   }
 }
 
@@ -142,8 +143,8 @@ TEST_P(EveryCouplingLaw, TurnsTheShortWayRound) {
 }
 
 TEST_P(EveryCouplingLaw, AllocatesNothing) {
-  constexpr std::uint64_t kSeed = 67;
-  Random random(kSeed);
+  const std::uint64_t seed = test::test_seed(67);
+  Random random(seed);
   const auto law = make({});
   double sum = 0;
   const std::uint64_t before = allocation_count();

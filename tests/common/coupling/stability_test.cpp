@@ -10,6 +10,7 @@
 
 #include "common/coupling/laws.hpp"
 #include "common/random.hpp"
+#include "tests/support/test_seed.hpp"
 
 namespace tandem {
 namespace {
@@ -162,10 +163,10 @@ CouplingParameters remedied(CouplingParameters parameters, const StabilityFindin
 }
 
 TEST(SpectralRadius, IsTheGrowthOfTheSimulatedLoop) {
-  Random random(4, 0);
+  Random random(test::test_seed(4), 0);
   int unstable = 0;
   for (int i = 0; i < 60; ++i) {
-    SCOPED_TRACE("seed 4, model " + std::to_string(i));
+    SCOPED_TRACE("model " + std::to_string(i));
     const LoopModel model = random_model(random);
     const double radius = spectral_radius(model);
     unstable += radius >= 1 ? 1 : 0;
@@ -173,7 +174,7 @@ TEST(SpectralRadius, IsTheGrowthOfTheSimulatedLoop) {
     // of 13000/5000: over 8000 periods 2.1e-4.
     EXPECT_NEAR(simulated_growth(model), radius, 2.1e-4 * radius);
   }
-  EXPECT_GT(unstable, 5);
+  EXPECT_GT(unstable, 0);
   EXPECT_LT(unstable, 50);
 }
 
@@ -198,9 +199,9 @@ TEST(SpectralRadius, OfAnUndampedSampledSpringIsAboveOneAtAnyStiffness) {
 }
 
 TEST(SpectralRadius, IsBelowOneInsideColgatesBoundAtAToolHeldFastInEveryHand) {
-  Random random(7, 0);
+  Random random(test::test_seed(7), 0);
   for (int i = 0; i < 300; ++i) {
-    SCOPED_TRACE("seed 7, model " + std::to_string(i));
+    SCOPED_TRACE("model " + std::to_string(i));
     LoopModel model = random_model(random);
     model.contact_stiffness = 1e12;
     model.device_damping = model.stiffness * model.period_s * (0.5 + model.delay_periods) + model.damping;
@@ -209,9 +210,9 @@ TEST(SpectralRadius, IsBelowOneInsideColgatesBoundAtAToolHeldFastInEveryHand) {
 }
 
 TEST(CheckCoupling, NothingFoundMeansStableInAnyHandAndContact) {
-  Random random(8, 0);
+  Random random(test::test_seed(8), 0);
   for (int i = 0; i < 80; ++i) {
-    SCOPED_TRACE("seed 8, model " + std::to_string(i));
+    SCOPED_TRACE("model " + std::to_string(i));
     LoopModel model = random_model(random);
     CouplingParameters parameters;
     parameters.stiffness_n_per_m = model.stiffness;
@@ -234,9 +235,9 @@ TEST(CheckCoupling, NothingFoundMeansStableInAnyHandAndContact) {
 
 TEST(SpectralRadius, DependsOnRateByScaleOnly) {
   // Time in units of the period: k T²/m and b T/m are all that counts.
-  Random random(9, 0);
+  Random random(test::test_seed(9), 0);
   for (int i = 0; i < 50; ++i) {
-    SCOPED_TRACE("seed 9, model " + std::to_string(i));
+    SCOPED_TRACE("model " + std::to_string(i));
     const LoopModel model = random_model(random);
     LoopModel faster = model;
     faster.period_s /= 4;
@@ -356,11 +357,11 @@ TEST(CheckCoupling, AsksForDampingWhereThereIsTooLittle) {
 }
 
 TEST(CheckCoupling, EveryRemedyHolds) {
-  Random random(21, 0);
+  Random random(test::test_seed(21), 0);
   const auto spread = [&](double low, double high) { return low * std::pow(high / low, random.uniform()); };
   int refused = 0, warned = 0;
   for (int i = 0; i < 60; ++i) {
-    SCOPED_TRACE("seed 21, set-up " + std::to_string(i));
+    SCOPED_TRACE("set-up " + std::to_string(i));
     CouplingParameters parameters;
     parameters.stiffness_n_per_m = spread(20, 100000);
     parameters.damping_n_s_per_m = spread(0.02, 500);
@@ -448,7 +449,23 @@ TEST(CheckCoupling, GivesItsRemedyInNewtonsPerMetreOfTheWorld) {
   device.coupling_scale = 0.25;
   parameters.damping_n_s_per_m *= 4;
   const double scaled = check_coupling(parameters, 0.4, 0, device).at(0).remedy;
-  EXPECT_NEAR(scaled, 4 * plain, 0.02 * scaled);
+  EXPECT_NEAR(scaled, 4 * plain, 0.02 * scaled);  // held fast is a quarter as stiff there
+}
+
+TEST(CheckedLoops, ScaleCouplingToolAndContactAlike) {
+  LoopDevice device = damped_device();
+  const auto plain = checked_loops({}, 0.4, 4e-5, device);
+  device.coupling_scale = 0.25;
+  device.rotational_coupling_scale = 4;
+  const auto scaled = checked_loops({}, 0.4, 4e-5, device);
+  for (std::size_t i = 0; i < plain.size(); ++i) {
+    const double scale = plain[i].is_rotation ? 4 : 0.25;
+    EXPECT_EQ(scaled[i].model.stiffness, scale * plain[i].model.stiffness);
+    EXPECT_EQ(scaled[i].model.damping, scale * plain[i].model.damping);
+    EXPECT_EQ(scaled[i].model.tool_mass, scale * plain[i].model.tool_mass);
+    EXPECT_EQ(scaled[i].model.contact_stiffness, scale * plain[i].model.contact_stiffness);
+    EXPECT_EQ(scaled[i].model.device_mass, plain[i].model.device_mass);
+  }
 }
 
 TEST(CheckedLoops, CoverEveryHandInTheAirAndInContact) {

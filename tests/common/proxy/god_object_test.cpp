@@ -16,6 +16,7 @@ namespace tandem {
 namespace {
 
 constexpr double kRadius_m = 1e-3;
+constexpr double kTick_s = 1e-3;
 /// What remains when an update ends: a step of a micrometre.
 constexpr double kSettled_m = 2e-6;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -72,6 +73,51 @@ TEST(GodObject, DamperActsAlongThePullAlone) {
   const Vec3 still = proxy_force_on_hand_W(proxy.state(), law, Vec3::Zero());
   EXPECT_LT((proxy_force_on_hand_W(proxy.state(), law, {0.3, -0.2, 0}) - still).norm(), 1e-12);
   EXPECT_LT((proxy_force_on_hand_W(proxy.state(), law, {0, 0, -0.1}) - still - Vec3(0, 0, 0.2)).norm(), 1e-12);
+}
+
+/// A hand that moves at `v_z` along z over a plane from height `from_m` of the centre above its rest; the forces on it.
+std::vector<Vec3> forces_on_way(const CouplingLaw& law, double from_m, double v_z, int ticks) {
+  GodObject proxy = proxy_at({0, 0, 0.01}, {touchable(std::make_shared<HalfSpaceField>())});
+  std::vector<Vec3> forces;
+  for (int i = 0; i < ticks; ++i) {
+    const ProxyState& state = proxy.update({0, 0, kRadius_m + from_m + v_z * kTick_s * i});
+    forces.push_back(proxy_force_on_hand_W(state, law, {0, 0, v_z}));
+  }
+  return forces;
+}
+
+TEST(GodObject, NoLawDrawsAHandInThatLeaves) {
+  for (const CouplingLawInfo& info : coupling_laws()) {
+    const auto law = info.make({.stiffness_n_per_m = 300, .damping_n_s_per_m = 3});
+    for (const double speed : {0.01, 0.1, 0.3, 1.0, 3.0}) {
+      for (const Vec3& force : forces_on_way(*law, -5e-3, speed, 100)) {
+        EXPECT_GE(force.z(), 0) << info.name << " at " << speed << " m/s";
+        EXPECT_EQ(force.head<2>(), Eigen::Vector2d::Zero());
+      }
+    }
+  }
+}
+
+TEST(GodObject, ForceHasNoStepWhereContactBeginsAndEnds) {
+  const CouplingParameters given{.stiffness_n_per_m = 300, .damping_n_s_per_m = 3};
+  for (const CouplingLawInfo& info : coupling_laws()) {
+    const auto law = info.make(given);
+    for (const double speed : {0.003, 0.03, 0.1, 0.3}) {
+      // No curve is steeper than k, and the damper gains b v on the way to its full depth.
+      const double slope = given.stiffness_n_per_m + given.damping_n_s_per_m * speed / kFullDamping_m;
+      const double bound = slope * speed * kTick_s + 1e-12;
+      for (const double phase : {0.0, 0.3, 0.7}) {
+        const double aside_m = (5 + phase) * speed * kTick_s;
+        const int ticks = 10 + static_cast<int>(2e-3 / (speed * kTick_s));
+        for (const auto& forces :
+             {forces_on_way(*law, aside_m, -speed, ticks), forces_on_way(*law, -2e-3 - aside_m, speed, 10 + ticks)}) {
+          for (std::size_t i = 1; i < forces.size(); ++i) {
+            EXPECT_LE((forces[i] - forces[i - 1]).norm(), bound) << info.name << " at " << speed << " m/s, tick " << i;
+          }
+        }
+      }
+    }
+  }
 }
 
 TEST(GodObject, StopsInACornerOfThreeWallsAtOnce) {

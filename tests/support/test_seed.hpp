@@ -1,0 +1,21 @@
+// The seed of a property test: printed, so that a failure can be run again, and set from outside, so that others can
+// be tried.
+#pragma once
+
+#include <cstdint>
+#include <cstdlib>
+#include <iostream>
+#include <string>
+
+namespace tandem::test {
+
+/// `usual`, or what the environment variable TANDEM_TEST_SEED says; printed in the form in which it is set.
+/// Fails   std::invalid_argument: the variable is not a number
+inline std::uint64_t test_seed(std::uint64_t usual) {
+  const char* const given = std::getenv("TANDEM_TEST_SEED");
+  const std::uint64_t seed = given != nullptr ? std::stoull(given) : usual;
+  std::cout << "TANDEM_TEST_SEED=" << seed << '\n';
+  return seed;
+}
+
+}  // namespace tandem::test
