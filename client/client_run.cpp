@@ -150,7 +150,8 @@ void ClientRun::follow_session(const ClientIoSnapshot& io) {
   if (status.state == SessionState::kEnded) is_over_ = true;
 }
 
-// Here and not on the io thread, which has displayed or refused it already: the search for a remedy takes tens of milliseconds.
+// Here and not on the io thread, which has displayed or refused it already: the search for a remedy takes tens of
+// milliseconds.
 void ClientRun::explain_coupling(const CouplingCheck& check) {
   if (check.number == explained_check_) return;
   explained_check_ = check.number;

@@ -52,7 +52,12 @@ function(tandem_test name)
   elseif(ARG_SLOW)
     set(label slow)
   endif()
+  # A sanitizer makes numerical code up to a hundred times slower.
+  set(timeout 300)
+  if(TANDEM_SANITIZE)
+    set(timeout 1200)
+  endif()
   # What is built of meshes is kept between tests, apart from the user's own cache.
-  gtest_discover_tests(${name} PROPERTIES LABELS ${label} TIMEOUT 300
+  gtest_discover_tests(${name} PROPERTIES LABELS ${label} TIMEOUT ${timeout}
     ENVIRONMENT "TANDEM_CACHE=${PROJECT_BINARY_DIR}/cache" DISCOVERY_TIMEOUT 60)
 endfunction()
