@@ -7,12 +7,12 @@
 #include <stdexcept>
 #include <string>
 
+#include "lab/rendering/conventions.hpp"
 #include "lab/rendering/polynomial_fit.hpp"
 
 namespace tandem::lab {
 namespace {
 
-constexpr double kGravity_m_per_s2 = 9.81;
 constexpr int kMasses = 8;
 constexpr double kLightest_kg = 0.02;
 constexpr double kHeaviest_kg = 2;
@@ -49,10 +49,6 @@ void round(AdaptiveFit& fit) {
        {&fit.stiffness_n_per_m, &fit.damping_n_s_per_m, &fit.stiffness_n_m_per_rad, &fit.damping_n_m_s_per_rad}) {
     for (double& coefficient : cubic->c) coefficient = rounded(coefficient);
   }
-}
-
-double weight_n(double mass_kg) {
-  return mass_kg * kGravity_m_per_s2;
 }
 
 std::vector<double> default_masses(const DeviceProfile& profile) {

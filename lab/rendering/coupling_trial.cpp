@@ -5,13 +5,13 @@
 #include <vector>
 
 #include "common/coupling/stability.hpp"
+#include "lab/rendering/conventions.hpp"
 #include "lab/rendering/hand_rig.hpp"
 #include "lab/rendering/high_pass.hpp"
 
 namespace tandem::lab {
 namespace {
 
-constexpr double kVibration_hz = 30;
 /// How much of its limit a hand presses with, at first and at last.
 constexpr double kLightPress = 0.1;
 constexpr double kFirmPress = 0.3;
@@ -127,14 +127,7 @@ CouplingTrial::Press CouplingTrial::press(const Pair& pair, double inertia) cons
 }
 
 HandParameters CouplingTrial::hand(double tremor_rms_n, std::size_t of_checked) const {
-  const CheckedHand& checked = checked_hands()[of_checked];
-  HandParameters hand;
-  hand.mass_kg = checked.mass_kg;
-  hand.damping_n_s_per_m = checked.damping_n_s_per_m;
-  hand.stiffness_n_per_m = checked.stiffness_n_per_m;
-  hand.inertia_kg_m2 = checked.inertia_kg_m2;
-  hand.damping_n_m_s_per_rad = checked.damping_n_m_s_per_rad;
-  hand.stiffness_n_m_per_rad = checked.stiffness_n_m_per_rad;
+  HandParameters hand = hand_of(checked_hands()[of_checked]);
   hand.tremor_rms_n = tremor_rms_n;
   hand = holding(hand, profile_);
   if (hand.encoder_step_m == 0) hand.encoder_step_m = settings_.nominal_step_m;
