@@ -8,6 +8,7 @@
 
 #include "client/rendered_coupling.hpp"
 #include "common/coupling/laws.hpp"
+#include "common/work.hpp"
 #include "proto/coupling_fields.hpp"
 
 namespace tandem {
@@ -216,9 +217,7 @@ Wrench HapticCore::through_safety(LocalTime now, double handle_speed_m_per_s) no
 // hand did, so that stretch is left out.
 void HapticCore::account_energy(const DeviceSample& sample) noexcept {
   if (!sample.is_valid || !last_sample_.is_valid) return;
-  const Wrench& held = writer_.written();
-  const Vec3 turn = rotation_vector(sample.X_DH.q * last_sample_.X_DH.q.conjugate());
-  const double work_j = held.f.dot(sample.X_DH.p - last_sample_.X_DH.p) + held.t.dot(turn);
+  const double work_j = held_work_j(writer_.written(), last_sample_.X_DH, sample.X_DH);
   const double world_work_j = scene_is_usable_ ? work_j / scene_.workspace.hand_joules_per_world_joule() : 0.0;
   counters_.energy_to_hand_j += std::max(0.0, work_j);
   counters_.energy_from_hand_j += std::max(0.0, -work_j);

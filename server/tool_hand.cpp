@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "common/work.hpp"
+
 namespace tandem {
 
 void ToolHand::advance(double step_s) noexcept {
@@ -56,8 +58,7 @@ void ToolHand::settle(const Pose& X_WT_before, const RigidState& tool, const Wre
   wrench_on_tool_W_ = on_tool_W;
   if (!has_handle()) return;
   wrench_on_hand_W_ = reaction_on_hand(on_tool_W, target_.X.p - tool.X.p);
-  const Vec3 turn = rotation_vector(tool.X.q * X_WT_before.q.conjugate());
-  const double work = on_tool_W.f.dot(tool.X.p - X_WT_before.p) + on_tool_W.t.dot(turn);
+  const double work = held_work_j(on_tool_W, X_WT_before, tool.X);
   (work > 0 ? energy_into_world_j_ : energy_from_world_j_) += std::abs(work);
 }
 

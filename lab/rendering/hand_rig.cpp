@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "common/coupling/saturation.hpp"
+#include "common/work.hpp"
 
 namespace tandem::lab {
 namespace {
@@ -25,10 +26,6 @@ std::unique_ptr<CouplingLaw> made_law(const HandRigSettings& settings) {
 double checked_period_s(double rate_hz) {
   if (std::isfinite(rate_hz) && rate_hz >= 10 && rate_hz <= 20000) return 1 / rate_hz;
   throw std::invalid_argument("hand rig: rate_hz is " + std::to_string(rate_hz) + "; it must be 10 to 20000");
-}
-
-double work_j(const Wrench& wrench, const Pose& from, const Pose& to) {
-  return wrench.f.dot(to.p - from.p) + wrench.t.dot(rotation_vector(to.q * from.q.conjugate()));
 }
 
 Vec3 rounded_to(const Vec3& a, double step) {
@@ -96,8 +93,8 @@ HandRig::Impl::Impl(const HandRigSettings& settings_in, HandPath path)
 }
 
 HandRigTick HandRig::Impl::respond(const Pose& X_WH_true, const Twist& V_WH_true, const Pose& X_WH) {
-  hand_work_j -= work_j(on_hand_W, X_WH_before, X_WH_true);
-  reported_work_j -= work_j(on_hand_W, X_WH_reported, X_WH);
+  hand_work_j -= held_work_j(on_hand_W, X_WH_before, X_WH_true);
+  reported_work_j -= held_work_j(on_hand_W, X_WH_reported, X_WH);
   X_WH_before = X_WH_true;
   X_WH_reported = X_WH;
   const Twist estimated = estimator.add(now, X_WH);
@@ -152,7 +149,7 @@ Wrench HandRig::Impl::step_tool(const Pose& X_WH, const Twist& V_WH) {
   normal_force_n = pressed.normal_force_n;
   V_WT = body.V_WC;
   const Pose before = std::exchange(X_WT, integrate(X_WT, V_WT, period_s));
-  work_on_tool_j = work_j(on_tool_W, before, X_WT);
+  work_on_tool_j = held_work_j(on_tool_W, before, X_WT);
   return reaction_on_hand(on_tool_W, X_WH.p - X_WT.p);
 }
 
