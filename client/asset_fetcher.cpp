@@ -35,10 +35,19 @@ std::vector<std::string> AssetFetcher::begin(const google::protobuf::RepeatedPtr
                          std::to_string(limit_bytes_) + " bytes");
     } else {
       planned += info.size_bytes();
-      wanted_.push_back({*hash, info.size_bytes(), info.name()});
+      if (!take_from_store(*hash, info.size_bytes())) wanted_.push_back({*hash, info.size_bytes(), info.name()});
     }
   }
+  is_lacking_ = !left_out.empty();
   return left_out;
+}
+
+bool AssetFetcher::take_from_store(const Sha256& hash, std::uint64_t size) {
+  const auto found = store_ ? store_->find(hash) : nullptr;
+  if (found == nullptr || found->size() != size) return false;
+  held_bytes_ += size;
+  assets_[hash] = found;
+  return true;
 }
 
 std::optional<wire::GetAsset> AssetFetcher::next_request() {
@@ -69,18 +78,26 @@ std::string AssetFetcher::on_chunk(const wire::AssetChunk& chunk) {
 }
 
 std::string AssetFetcher::finish() {
-  std::string problem;
-  if (sha256_of(partial_) == wanted_.front().hash) {
-    held_bytes_ += partial_.size();
-    assets_[wanted_.front().hash] = std::make_shared<const Bytes>(std::move(partial_));
-  } else {
-    problem = "asset " + wanted_.front().name + ": the bytes do not match their hash";
+  const Wanted& wanted = wanted_.front();
+  if (sha256_of(partial_) != wanted.hash) {
+    const std::string problem = "asset " + wanted.name + ": the bytes do not match their hash";
+    on_refused();
+    return problem;
   }
-  on_refused();
-  return problem;
+  const auto bytes = std::make_shared<const Bytes>(std::move(partial_));
+  held_bytes_ += bytes->size();
+  assets_[wanted.hash] = bytes;
+  if (store_) store_->keep(wanted.hash, bytes);
+  forget_first();
+  return {};
 }
 
 void AssetFetcher::on_refused() {
+  is_lacking_ = true;
+  forget_first();
+}
+
+void AssetFetcher::forget_first() {
   is_awaiting_ = false;
   partial_ = Bytes();
   if (!wanted_.empty()) wanted_.pop_front();

@@ -7,6 +7,8 @@
 #include <stdexcept>
 #include <thread>
 
+#include "client/stages/stage.hpp"
+
 namespace tandem {
 namespace {
 
@@ -25,6 +27,7 @@ HandPath hand_path(const std::string& hand) {
 ClientIoSettings io_settings(const ClientOptions& options) {
   ClientIoSettings settings = options.io;
   settings.session.device = options.device;
+  settings.makes_local_model = needs_local_model(options.stage.name);
   if (options.realtime_priority > 0) {
     settings.realtime_priority = std::max(1, options.realtime_priority - kIoPriorityBelow);
   }
@@ -65,6 +68,7 @@ ClientRun::ClientRun(const ClientOptions& options)
       io_(io_settings(options), mailboxes_),
       report_(device_.path().phases(), safety_.silence_zero) {
   if (!options.trace.empty()) trace_.emplace(options.trace, options.trace_every);
+  io_.on_tick = [this] { core_.service(); };
   if (options.is_verbose) io_.on_log = [](const std::string& line) { std::cerr << "tandem-client: " + line + "\n"; };
 }
 

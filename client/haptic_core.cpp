@@ -25,10 +25,22 @@ bool is_clutch_down(const DeviceSample& sample) {
   return (sample.buttons & kButtonClutch) != 0;
 }
 
-std::unique_ptr<Stage> require_stage(const std::string& name) {
-  std::unique_ptr<Stage> stage = make_stage(name);
-  if (stage != nullptr) return stage;
-  throw std::invalid_argument("stage '" + name + "' does not exist; use one of: " + listed_stage_names());
+bool is_among(const std::vector<std::string_view>& names, std::string_view name) {
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+std::unique_ptr<Stage> require_stage(const StageSettings& settings) {
+  if (!is_among(stage_names(), settings.name)) {
+    throw std::invalid_argument("stage '" + settings.name + "' does not exist; use one of: " + listed_stage_names());
+  }
+  if (!is_among(predictor_names(), settings.predictor)) {
+    throw std::invalid_argument("predictor '" + settings.predictor +
+                                "' does not exist; use one of: " + listed_predictor_names());
+  }
+  if (!is_usable(settings.wave)) {
+    throw std::invalid_argument("the wave's impedance must be above 0, for example 10 N*s/m and 0.01 N*m*s/rad");
+  }
+  return make_stage(settings);
 }
 
 SafetySettings with_device_limits(SafetySettings settings, const DeviceSpec& spec) {
@@ -63,6 +75,8 @@ HapticCore::HapticCore(const HapticSettings& settings, Device& device, ClientMai
       mailboxes_(mailboxes),
       coupling_bounds_(settings.coupling_bounds),
       stage_(require_stage(settings.stage)),
+      is_guarded_(settings.stage.guard),
+      guard_(settings.guard),
       laws_(all_laws()),
       coupling_(laws_.front().get()),
       safety_(with_device_limits(settings.safety, device.spec())) {}
@@ -72,22 +86,34 @@ void HapticCore::tick(LocalTime now) noexcept {
   ++record_.tick.value;
   record_.at = now;
   record_.sample = sample;
+  advance_time(now);
   const double speed_m_per_s = handle_speed(sample);
   account_energy(sample);
   take_mail();
   ramp_coupling(now);
   if (scene_is_usable_ && sample.is_valid) {
     const RigidState raw_W{scene_.workspace.world_pose(sample.X_DH), scene_.workspace.world_twist(sample.V_DH)};
+    raw_X_WH_ = raw_W.X;
     record_.handle_W = clutch_.apply(raw_W, is_clutch_down(sample));
   }
   record_.state_age = has_state_ ? std::max(Duration{0}, now - mailboxes_.inbox.front().received) : Duration{-1};
-  record_.stage_wrench_on_hand_D = stage_wrench_on_hand_D(now);
-  const Wrench safe_on_hand_D = through_safety(now, speed_m_per_s);
-  write(now, safe_on_hand_D);
+  run_stage(now);
+  const Wrench guarded_on_hand_D = scene_.workspace.device_wrench(through_guard(stage_output_.wrench_on_hand_W));
+  write(now, through_safety(now, guarded_on_hand_D, speed_m_per_s));
+  tell_displayed();
   record_.is_clamped = writer_.was_clamped();
   last_sample_ = sample;
+  record_stage();
   count();
   publish(now);
+}
+
+// After a stall nothing is computed as if the stall had been one long tick.
+void HapticCore::advance_time(LocalTime now) noexcept {
+  constexpr double kUsual_s = 0.001, kShortest_s = 1e-5, kLongest_s = 0.01;
+  const bool is_first = record_.tick.value == 1;
+  period_s_ = is_first ? kUsual_s : std::clamp(to_seconds(now - ticked_at_), kShortest_s, kLongest_s);
+  ticked_at_ = now;
 }
 
 bool HapticCore::write_zero(LocalTime now) noexcept {
@@ -128,7 +154,10 @@ void HapticCore::take_mail() noexcept {
   const bool has_new_state = mailboxes_.inbox.poll();
   if (has_new_state) has_state_ = true;
   if (mailboxes_.scene.poll()) enter_scene(mailboxes_.scene.front());
-  if (has_new_state && has_state_) take_state(mailboxes_.inbox.front().update);
+  state_is_new_ = has_new_state && has_state_;
+  if (!state_is_new_) return;
+  take_state(mailboxes_.inbox.front().update);
+  report_energy(mailboxes_.inbox.front());
 }
 
 void HapticCore::enter_scene(const HapticScene& scene) noexcept {
@@ -150,6 +179,8 @@ void HapticCore::enter_scene(const HapticScene& scene) noexcept {
   record_.has_watched_body = false;
   has_state_ = false;
   stage_->reset();
+  stage_output_ = {};
+  guard_.reset();
   clutch_.reset();
   buttons_ = 0;
   safety_.rearm();
@@ -188,20 +219,53 @@ void HapticCore::note_watched_body(const ServerUpdate& update) noexcept {
   }
 }
 
-Wrench HapticCore::stage_wrench_on_hand_D(LocalTime now) noexcept {
-  if (!is_displaying() || !has_state_ || !record_.sample.is_valid) return {};
-  StageInput input;
-  input.now = now;
-  input.handle = record_.handle_W;
-  input.newest = &mailboxes_.inbox.front().update;
-  input.age = record_.state_age;
-  input.coupling = coupling_;
-  return scene_.workspace.device_wrench(stage_->wrench_on_hand_W(input));
+void HapticCore::report_energy(const ReceivedUpdate& received) noexcept {
+  const ServerUpdate& update = received.update;
+  guard_.world_reported(update.energy_from_world_j, update.energy_into_world_j,
+                        to_seconds(received.received - energy_told_at_));
+  energy_told_at_ = received.received;
 }
 
-Wrench HapticCore::through_safety(LocalTime now, double handle_speed_m_per_s) noexcept {
+// Without a hand for a tick or two the server is told the last tool and wave again; who is not displaying has none.
+void HapticCore::run_stage(LocalTime now) noexcept {
+  if (!is_displaying()) stage_output_ = {};
+  stage_output_.wrench_on_hand_W = {};
+  if (!is_displaying() || !has_state_ || !record_.sample.is_valid) return;
+  stage_output_ = stage_->tick(stage_input(now));
+}
+
+StageInput HapticCore::stage_input(LocalTime now) const noexcept {
+  StageInput input;
+  input.now = now;
+  input.tick = record_.tick;
+  input.period_s = period_s_;
+  input.handle = record_.handle_W;
+  input.buttons = record_.sample.buttons;
+  input.newest = &mailboxes_.inbox.front();
+  input.is_new = state_is_new_;
+  input.age = record_.state_age;
+  input.coupling = coupling_;
+  input.parameters = &ramp_.now();
+  input.parameter_bounds = coupling_bounds_;
+  input.local_model = scene_.local_model;
+  input.watched = BodyId{watched_last_};
+  return input;
+}
+
+Wrench HapticCore::through_guard(const Wrench& stage_wrench_on_hand_W) noexcept {
+  if (!is_guarded_) return stage_wrench_on_hand_W;
+  if (!record_.sample.is_valid || !scene_is_usable_) {
+    guard_.lose_hand();
+    return {};
+  }
+  guard_.local_gave(stage_output_.energy_from_local_j);
+  return guard_.apply(raw_X_WH_, stage_wrench_on_hand_W, period_s_);
+}
+
+Wrench HapticCore::through_safety(LocalTime now, const Wrench& guarded_on_hand_D,
+                                  double handle_speed_m_per_s) noexcept {
   SafetyInput input;
-  input.wrench = record_.stage_wrench_on_hand_D;
+  input.wrench = guarded_on_hand_D;
   input.state_age = record_.state_age;
   input.has_state = has_state_;
   input.is_displaying = is_displaying();
@@ -211,6 +275,25 @@ Wrench HapticCore::through_safety(LocalTime now, double handle_speed_m_per_s) no
   const Wrench safe = safety_.apply(now, input);
   record_.safety_faults = safety_.faults();
   return safe;
+}
+
+void HapticCore::tell_displayed() noexcept {
+  if (!scene_is_usable_) return;
+  const Wrench on_hand_W = scene_.workspace.world_wrench(writer_.written());
+  if (is_guarded_) guard_.set_displayed(on_hand_W);
+  stage_->set_displayed(on_hand_W);
+}
+
+void HapticCore::record_stage() noexcept {
+  record_.stage_wrench_on_hand_D = scene_.workspace.device_wrench(stage_output_.wrench_on_hand_W);
+  record_.is_local = stage_output_.is_local;
+  record_.local_tool_W = stage_output_.tool;
+  record_.has_local_body = stage_output_.has_watched_body;
+  record_.local_body_W = stage_output_.watched_body;
+  record_.is_predicting = stage_output_.is_predicting;
+  record_.joint_share = stage_output_.joint_share;
+  record_.guard_gain = is_guarded_ ? guard_.gain() : 1.0;
+  record_.guard_withheld_j = guard_.withheld_j();
 }
 
 // The wrench written at the last tick was held until this one. Over a gap of invalid samples nobody knows what the
@@ -240,6 +323,9 @@ void HapticCore::count() noexcept {
   counters_.torque_square_sum += torque_n_m * torque_n_m;
   counters_.force_max_n = std::max(counters_.force_max_n, force_n);
   counters_.torque_max_n_m = std::max(counters_.torque_max_n_m, torque_n_m);
+  counters_.guard_withheld_j = guard_.withheld_j() * scene_.workspace.hand_joules_per_world_joule();
+  counters_.guarded_ticks = guard_.acted_ticks();
+  counters_.bad_energy_reports = guard_.dropped_reports();
   counters_.faults_seen |= faults;
 }
 
@@ -252,6 +338,16 @@ std::uint32_t HapticCore::buttons_to_tell(LocalTime now) noexcept {
     buttons_ = 0;
   }
   return buttons_;
+}
+
+// Of the stage, which knows what it waits for besides; else of the newest exchange.
+Duration HapticCore::round_trip() const noexcept {
+  if (stage_output_.round_trip > Duration{0}) return std::min(stage_output_.round_trip, kMaxDelay);
+  if (!has_state_) return Duration{0};
+  const ReceivedUpdate& newest = mailboxes_.inbox.front();
+  if (newest.update.echoed_sent == LocalTime{}) return Duration{0};
+  const Duration away = newest.received - newest.update.echoed_sent;
+  return std::clamp(away - (newest.update.sent - newest.update.received), Duration{0}, kMaxDelay);
 }
 
 void HapticCore::publish(LocalTime now) noexcept {
@@ -268,6 +364,11 @@ void HapticCore::publish(LocalTime now) noexcept {
     update.acknowledged_sent = newest.update.sent;
     update.acknowledged_held = record_.state_age;
   }
+  update.mode = stage_output_.mode;
+  update.tool = stage_output_.tool;
+  update.copies = stage_output_.copies;
+  update.wave = stage_output_.wave;
+  update.round_trip = round_trip();
   update.energy_to_hand_j = world_energy_to_hand_j_;
   update.energy_from_hand_j = world_energy_from_hand_j_;
   mailboxes_.outbox.publish();

@@ -1,11 +1,11 @@
 // One haptic tick, from device sample to device command. The live loop (haptic_loop.hpp) and the lab call
 // the same tick(); neither time nor thread is known here.
 //
-//   1 read the device once                       6 ramp and decay   (safety, common/safety.hpp)
-//   2 newest scene and server state              7 slew limit
-//   3 workspace mapping, clutch                  8 finite check
-//   4 stage: wrench on the hand in W             9 clamp and write  (devices/device_writer.hpp)
-//   5 to the device base D                      10 publish the client update
+//   1 read the device once                       6 to the device base D
+//   2 newest scene and server state              7 ramp and decay, slew limit, finite check  (common/safety.hpp)
+//   3 workspace mapping, clutch                  8 clamp and write  (devices/device_writer.hpp)
+//   4 stage: wrench on the hand in W             9 tell stage and guard what was displayed
+//   5 guard: what the account allows of it      10 publish the client update
 #pragma once
 
 #include <atomic>
@@ -16,16 +16,18 @@
 
 #include "client/clutch.hpp"
 #include "client/mailboxes.hpp"
-#include "client/stage.hpp"
+#include "client/stages/stage.hpp"
 #include "common/coupling/coupling_ramp.hpp"
+#include "common/passivity/guarded_port.hpp"
 #include "common/safety.hpp"
 #include "devices/device_writer.hpp"
 
 namespace tandem {
 
 struct HapticSettings {
-  std::string stage = "late-pose";
-  SafetySettings safety;  ///< slew and speed limits are taken from the device's spec
+  StageSettings stage{};
+  GuardedPort::Settings guard{};  ///< used when stage.guard
+  SafetySettings safety{};        ///< slew and speed limits are taken from the device's spec
   /// Numbers of the coupling that come from the wire are bounded by these (and by the device's own limits), in newtons
   /// and metres of the device; coupling_bounds() (devices/device_profile.hpp) gives those of a known device. Stiffness,
   /// as the steepest slope of the law's force, and damping are the largest that CHAI3D's device table allows a peer of
@@ -48,7 +50,7 @@ struct TickRecord {
   DeviceSample sample;
   RigidState handle_W;
   RigidState tool_W;              ///< newest of the server
-  Wrench stage_wrench_on_hand_D;  ///< before the safety stages
+  Wrench stage_wrench_on_hand_D;  ///< before guard and safety
   Wrench displayed_on_hand_D;     ///< the last command that the device took
   Wrench server_wrench_on_hand_W;
   Duration state_age{0};  ///< since the newest server state arrived; negative: none yet
@@ -57,6 +59,14 @@ struct TickRecord {
   BodyId held_body;
   bool has_watched_body = false;  ///< the server has told of the watched body in this scene
   RigidState watched_body_W;      ///< newest of the server
+  bool is_local = false;          ///< the stage has a tool of its own
+  RigidState local_tool_W;        ///< that tool
+  bool has_local_body = false;    ///< the stage has a copy of the watched body
+  RigidState local_body_W;        ///< that copy
+  bool is_predicting = false;     ///< the wrench has a predicted part
+  double joint_share = 0;         ///< of a shared body's delayed joint
+  double guard_gain = 1;          ///< share of the stage's wrench that the guard let through
+  double guard_withheld_j = 0;    ///< world joules, running sum
   std::uint32_t scene_generation = 0;
   SafetyFaults safety_faults = 0;
   bool is_clamped = false;
@@ -76,16 +86,19 @@ struct HapticCounters {
   double torque_square_sum = 0;  ///< displayed, (N·m)²
   double force_max_n = 0;
   double torque_max_n_m = 0;
-  double energy_to_hand_j = 0;    ///< device joules, Σ of positive F_k·(x_{k+1} − x_k) + τ_k·Δθ
-  double energy_from_hand_j = 0;  ///< device joules, Σ of the negative part, ≥ 0
+  double energy_to_hand_j = 0;           ///< device joules, Σ of positive F_k·(x_{k+1} − x_k) + τ_k·Δθ
+  double energy_from_hand_j = 0;         ///< device joules, Σ of the negative part, ≥ 0
+  double guard_withheld_j = 0;           ///< device joules that the guard kept from the hand
+  std::uint64_t guarded_ticks = 0;       ///< at which it kept something back
+  std::uint64_t bad_energy_reports = 0;  ///< of the server: a sum that fell
   SafetyFaults faults_seen = 0;
 };
 
 /// Owns the client's haptic path except thread and clock.
 class HapticCore {
  public:
-  /// Fails   std::invalid_argument for an unknown stage (names those that exist), bad safety settings, or device
-  ///         limits that DeviceWriter refuses
+  /// Fails   std::invalid_argument for an unknown stage or predictor (names those that exist), an unusable impedance,
+  ///         bad safety settings, or device limits that DeviceWriter refuses
   HapticCore(const HapticSettings& settings, Device& device, ClientMailboxes& mailboxes);
 
   /// Thread  haptic: no allocation, lock, log or throw
@@ -96,6 +109,9 @@ class HapticCore {
   /// Gives the device zero, whatever came before: the last call before the device is closed. False when the device
   /// did not take it.
   bool write_zero(LocalTime now) noexcept;
+  /// Off-path work of the stage (Stage::service()), a millisecond of it at most.
+  /// Thread  one at a time other than the haptic one
+  void service() noexcept { stage_->service(); }
 
   /// The last tick.
   const TickRecord& record() const { return record_; }
@@ -113,8 +129,15 @@ class HapticCore {
   void note_watched_body(const ServerUpdate& update) noexcept;
   DeviceSample read_device(LocalTime now) noexcept;
   double handle_speed(const DeviceSample& sample) const noexcept;
-  Wrench stage_wrench_on_hand_D(LocalTime now) noexcept;
-  Wrench through_safety(LocalTime now, double handle_speed_m_per_s) noexcept;
+  void advance_time(LocalTime now) noexcept;
+  void report_energy(const ReceivedUpdate& received) noexcept;
+  void run_stage(LocalTime now) noexcept;
+  StageInput stage_input(LocalTime now) const noexcept;
+  Wrench through_guard(const Wrench& stage_wrench_on_hand_W) noexcept;
+  Wrench through_safety(LocalTime now, const Wrench& guarded_on_hand_D, double handle_speed_m_per_s) noexcept;
+  void tell_displayed() noexcept;
+  void record_stage() noexcept;
+  Duration round_trip() const noexcept;
   bool write(LocalTime now, const Wrench& wrench_on_hand_D) noexcept;
   std::uint32_t buttons_to_tell(LocalTime now) noexcept;
   void account_energy(const DeviceSample& sample) noexcept;
@@ -130,6 +153,9 @@ class HapticCore {
   ClientMailboxes& mailboxes_;
   CouplingParameters coupling_bounds_;
   std::unique_ptr<Stage> stage_;
+  StageOutput stage_output_;  ///< of the last tick at which it ran
+  bool is_guarded_;
+  GuardedPort guard_;
   std::vector<std::unique_ptr<CouplingLaw>> laws_;  ///< parallel to coupling_laws(): a scene may ask for any
   CouplingLaw* coupling_ = nullptr;                 ///< one of them, the scene's
   CouplingRamp ramp_{CouplingParameters{}};
@@ -139,6 +165,11 @@ class HapticCore {
   HapticScene scene_;
   bool scene_is_usable_ = false;
   bool has_state_ = false;
+  bool state_is_new_ = false;
+  LocalTime ticked_at_{};
+  double period_s_ = 0.001;
+  Pose raw_X_WH_;  ///< of the hand, without clutch: what it does work along
+  LocalTime energy_told_at_{};
   std::atomic<std::uint32_t> watched_{0};
   std::uint32_t watched_last_ = 0;
   DeviceSample last_sample_;   ///< of the last tick, when valid

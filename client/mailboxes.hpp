@@ -12,6 +12,8 @@
 
 namespace tandem {
 
+class LocalModel;
+
 /// A server update with the instant it came in.
 struct ReceivedUpdate {
   ServerUpdate update;
@@ -28,6 +30,9 @@ struct HapticScene {
   WorkspaceMapping workspace;
   std::size_t law = 0;          ///< index into coupling_laws()
   CouplingParameters coupling;  ///< in force for this user's tool, where it is going (CouplingRamp)
+  /// What stages that render the scene themselves have of it; null: nothing. Owned by the io side, which keeps it until
+  /// two generations later: by then the haptic thread has let it go. Only the haptic thread calls it meanwhile.
+  LocalModel* local_model = nullptr;
 };
 
 struct ClientMailboxes {

@@ -13,7 +13,9 @@
 #include <stdexcept>
 #include <vector>
 
-#include "client/stage.hpp"
+#include "client/asset_store.hpp"
+#include "common/cache_directory.hpp"
+#include "common/deadband.hpp"
 #include "common/units.hpp"
 
 namespace tandem {
@@ -100,6 +102,15 @@ void add_session_options(CLI::App& app, ClientOptions& options) {
            });
 }
 
+void add_deadband_option(CLI::App& app, ClientOptions& options) {
+  add_text(
+      app, "--deadband",
+      "change of force or motion that is not sent at once, as a share of it, 0% to 50%; both directions, 100 Hz are "
+      "always sent [0%]; hands tell about 10% apart",
+      "SHARE",
+      [&options](const std::string& text) { options.io.session.deadband = parse_fraction(text, kMaxDeadband); });
+}
+
 void add_hand_options(CLI::App& app, ClientOptions& options, std::string& device) {
   app.add_option(
          "--device", device,
@@ -116,10 +127,25 @@ void add_hand_options(CLI::App& app, ClientOptions& options, std::string& device
   add_number(app, "--hand-tremor", hand.tremor_rms_n, 0, 10, "force around 9 Hz [N rms]", "N");
   add_number(app, "--hand-encoder-step", hand.encoder_step_m, 0, 0.01,
              "quantisation of the reported position, where coarser than the device's; 0: none [m]", "M");
-  app.add_option("--stage", options.stage, "what the hand is shown")
+}
+
+void add_stage_options(CLI::App& app, StageSettings& stage) {
+  app.add_option("--stage", stage.name, "what the hand is shown: " + listed_stage_names())
       ->capture_default_str()
       ->check(CLI::IsMember(owned(stage_names())).description(""))
-      ->type_name("late-pose|hold");
+      ->type_name("NAME");
+  app.add_option("--predictor", stage.predictor,
+                 "of what the stage's local model does not know, where it has one: " + listed_predictor_names())
+      ->capture_default_str()
+      ->check(CLI::IsMember(owned(predictor_names())).description(""))
+      ->type_name("NAME");
+  add_text(app, "--guard", "bound what the hand gets by its energy account [on]", "on|off",
+           [&stage](const std::string& text) {
+             stage.guard = chosen<bool>(text, {{"on", true}, {"off", false}});
+           });
+  add_number(app, "--wave-impedance", stage.wave.linear_n_s_per_m, 0.1, 1000, "of the stage wave [N*s/m]", "N*S/M");
+  add_number(app, "--wave-impedance-angular", stage.wave.angular_n_m_s_per_rad, 1e-4, 10,
+             "of the stage wave [N*m*s/rad]", "N*M*S/RAD");
 }
 
 /// `link` is used for both directions, `is_used` is set when any of it was given.
@@ -217,7 +243,9 @@ std::optional<ClientOptions> parse_client_options(int argc, const char* const* a
   bool has_link = false;
   bool is_headless = false;
   add_session_options(app, options);
+  add_deadband_option(app, options);
   add_hand_options(app, options, device);
+  add_stage_options(app, options.stage);
   add_link_options(app, link, has_link);
   add_run_options(app, options, is_headless);
   app.set_version_flag("--version", "tandem-client " TANDEM_VERSION);
@@ -227,6 +255,9 @@ std::optional<ClientOptions> parse_client_options(int argc, const char* const* a
     if (error.get_exit_code() != 0) throw std::invalid_argument(one_line(error.what()) + "; see --help");
     app.exit(error);
     return std::nullopt;
+  }
+  if (const auto cache = default_cache_directory(); !cache.empty()) {
+    options.io.session.asset_store = std::make_shared<DiskAssetStore>(cache / "assets");
   }
   // Not before: help and version need no file.
   options.device = device_named(device);

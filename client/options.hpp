@@ -7,6 +7,7 @@
 #include <string>
 
 #include "client/net/client_io.hpp"
+#include "client/stages/stage.hpp"
 #include "devices/device_profile.hpp"
 
 namespace tandem {
@@ -16,7 +17,7 @@ struct ClientOptions {
   std::string hand = "rest";
   HandParameters hand_parameters;  ///< without the device
   DeviceProfile device;            ///< of the device that the simulated hand holds
-  std::string stage = "late-pose";
+  StageSettings stage;             ///< what the hand is shown, predictor and guard
   std::uint64_t seed = 1;
   std::optional<Duration> duration;  ///< none: until a signal
   int realtime_priority = 70;

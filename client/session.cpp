@@ -4,6 +4,7 @@
 #include <array>
 
 #include "client/scene_from_wire.hpp"
+#include "common/deadband.hpp"
 #include "proto/control_framing.hpp"
 #include "proto/coupling_fields.hpp"
 #include "proto/state_codec.hpp"
@@ -50,7 +51,9 @@ struct ClientSession::Impl {
         transport(session_transport),
         mailboxes(session_mailboxes),
         coupling_watch(settings.device),
-        retry_delay(settings.reconnect_delay) {}
+        deadband(settings.deadband),
+        retry_delay(settings.reconnect_delay),
+        assets(kMaxAssetBytes, settings.asset_store) {}
 
   // Connecting and losing
   void enter(SessionState state, LocalTime now);
@@ -75,6 +78,7 @@ struct ClientSession::Impl {
   void take_parameter(const wire::ParameterSet& parameter, LocalTime now);
   void take_asset_chunk(const wire::AssetChunk& chunk);
   void request_asset();
+  void announce_assets();
   void send(wire::ClientControl& message);
   void send_request(wire::ClientControl& message);
 
@@ -82,6 +86,7 @@ struct ClientSession::Impl {
   DropReason take_datagram(std::span<const std::byte> datagram, LocalTime now);
   void take_update(LocalTime now);
   void send_newest(LocalTime now);
+  bool must_be_told(const ClientUpdate& update, LocalTime now) const;
   void send_update(ClientUpdate update, LocalTime now);
 
   void log(const std::string& line) const {
@@ -93,6 +98,7 @@ struct ClientSession::Impl {
   ClientTransport& transport;
   ClientMailboxes& mailboxes;
   CouplingWatch coupling_watch;
+  Deadband deadband;
 
   SessionStatus status;
   LocalTime entered{};  // the present state
@@ -107,6 +113,7 @@ struct ClientSession::Impl {
   HapticScene scene;
   BodyId held;
   AssetFetcher assets;
+  bool has_announced_assets = false;  // of this join
 
   ConnectionId connection;
   std::uint8_t epoch = 0;
@@ -119,6 +126,7 @@ struct ClientSession::Impl {
   LocalTime last_sent{};
   ClientUpdate newest;  // of the haptic thread since the last join
   LocalTime newest_taken{};
+  ClientUpdate told;  // sent last
   SessionCounters counters;
   Bytes datagram_out;
   Bytes frame_out;
@@ -295,6 +303,7 @@ void ClientSession::Impl::take_welcome(const wire::Welcome& welcome, LocalTime n
   message.mutable_join()->set_room(settings.room);
   message.mutable_join()->set_user_name(settings.user_name);
   message.mutable_join()->set_role(settings.role);
+  message.mutable_join()->set_deadband(settings.deadband);
   send_request(message);
 }
 
@@ -314,6 +323,7 @@ void ClientSession::Impl::take_joined(const wire::Joined& answer, LocalTime now)
   joined = std::make_unique<wire::Joined>(answer);
   scene = offered;
   ++scene.generation;
+  scene.local_model = nullptr;
   held = BodyId{};
   check_coupling();
   sequence = 0;
@@ -330,11 +340,10 @@ void ClientSession::Impl::take_joined(const wire::Joined& answer, LocalTime now)
   mailboxes.outbox.poll();
   mailboxes.scene.publish(scene);
   log("joined \"" + joined->scene().name() + "\" as user " + std::to_string(joined->user()));
-  if (settings.fetch_assets) {
-    for (const std::string& line : assets.begin(joined->assets())) log(line);
-    request_asset();
-  }
   if (owner.on_joined) owner.on_joined(*joined);
+  has_announced_assets = false;
+  for (const std::string& line : assets.begin(joined->assets())) log(line);
+  request_asset();
 }
 
 void ClientSession::Impl::hold(BodyId body, LocalTime now) {
@@ -400,12 +409,19 @@ void ClientSession::Impl::take_asset_chunk(const wire::AssetChunk& chunk) {
 
 void ClientSession::Impl::request_asset() {
   asset_request = 0;
-  const auto wanted = assets.next_request();
+  if (assets.has_all()) return announce_assets();
+  const auto wanted = settings.fetch_assets ? assets.next_request() : std::nullopt;
   if (!wanted) return;
   wire::ClientControl message;
   *message.mutable_get_asset() = *wanted;
   send_request(message);
   asset_request = last_request;
+}
+
+void ClientSession::Impl::announce_assets() {
+  if (has_announced_assets) return;
+  has_announced_assets = true;
+  if (owner.on_assets) owner.on_assets();
 }
 
 void ClientSession::Impl::send(wire::ClientControl& message) {
@@ -459,7 +475,11 @@ void ClientSession::Impl::send_newest(LocalTime now) {
     if (before.value != 0 && newest.input_tick.value > before.value + 1) {
       counters.sent_drops.add(DropReason::kOverwritten, newest.input_tick.value - before.value - 1);
     }
-    send_update(newest, now);
+    if (must_be_told(newest, now)) {
+      send_update(newest, now);
+    } else {
+      ++counters.updates_held_back;
+    }
   } else if (now - last_sent >= settings.keep_alive) {
     // The last word of the haptic thread, so that a stall neither opens the hand nor takes energy back; where the
     // handle is by now nobody knows.
@@ -470,8 +490,23 @@ void ClientSession::Impl::send_newest(LocalTime now) {
   }
 }
 
+// Waves are sums that the receiver smooths as they come, so each of them is told.
+bool ClientSession::Impl::must_be_told(const ClientUpdate& update, LocalTime now) const {
+  if (deadband.is_off() || !has_update || now - last_sent >= kDeadbandFloor) return true;
+  if (update.mode == ClientMode::kWave || update.mode != told.mode) return true;
+  if (update.handle_valid != told.handle_valid || update.buttons != told.buttons) return true;
+  const FeltStiffness stiffness{scene.coupling.stiffness_n_per_m, scene.coupling.stiffness_n_m_per_rad};
+  const auto notices = [&](const RigidState& state, const RigidState& last) {
+    return deadband.notices(state, last, now - last_sent, BetweenStates::kExtrapolated,
+                            received.update.wrench_on_hand_W, stiffness);
+  };
+  if (notices(update.handle, told.handle)) return true;
+  return update.mode == ClientMode::kLocalModel && notices(update.tool, told.tool);
+}
+
 void ClientSession::Impl::send_update(ClientUpdate update, LocalTime now) {
   last_sent = now;
+  told = update;
   update.sent = now;
   if (has_update) {
     update.acknowledged_step = received.update.step;
@@ -558,6 +593,12 @@ void ClientSession::set_parameter(const std::string& name, double value) {
   message.mutable_set_parameter()->set_name(name);
   message.mutable_set_parameter()->set_value(value);
   impl_->send_request(message);
+}
+
+void ClientSession::use_local_model(LocalModel* model) {
+  if (impl_->status.state != SessionState::kActive) return;
+  impl_->scene.local_model = model;
+  impl_->mailboxes.scene.publish(impl_->scene);
 }
 
 void ClientSession::leave(LocalTime) {

@@ -29,6 +29,8 @@
 
 namespace tandem {
 
+class LocalModel;
+
 /// How the session sends. After close(), nothing of the closed connection may be reported any more.
 class ClientTransport {
  public:
@@ -62,7 +64,12 @@ struct SessionSettings {
   Duration reconnect_delay{std::chrono::milliseconds(250)};  ///< first; doubled up to reconnect_delay_max
   Duration reconnect_delay_max{std::chrono::seconds(2)};
   bool may_reconnect = true;  ///< after a connection that once joined was lost
-  bool fetch_assets = true;
+  bool fetch_assets = true;   ///< false: only what the store has
+  /// Asked for assets before the server is, and told what came from it; null: what is fetched lives as long as
+  /// the session.
+  std::shared_ptr<AssetStore> asset_store{};
+  /// Weber fraction (common/deadband.hpp): what differs by less is not sent at once, in either direction; 0: all is.
+  double deadband = 0;
   /// What the scene's coupling is checked with (CouplingWatch): one that is unstable on it is not displayed, and the
   /// hand still drives its tool. None: no check.
   std::optional<DeviceProfile> device{};
@@ -75,6 +82,7 @@ struct SessionCounters {
   DropCounters received_drops;
   DropCounters sent_drops;
   std::uint64_t datagrams_sent = 0;
+  std::uint64_t updates_held_back = 0;  ///< by the deadband
   std::uint64_t datagrams_received = 0;
   std::uint64_t bytes_sent = 0;
   std::uint64_t bytes_received = 0;
@@ -107,6 +115,9 @@ class ClientSession {
   void release();
   void set_parameter(const std::string& name, double value);
   void leave(LocalTime now);
+  /// From now on the haptic path has this model of the joined scene; it must live until the next scene is taken. The
+  /// next join forgets it.
+  void use_local_model(LocalModel* model);
 
   const SessionStatus& status() const;
   /// The scene and this user's place in it, from the last Joined; null before the first.
@@ -121,6 +132,8 @@ class ClientSession {
   const SessionCounters& counters() const;
   /// Called on the io thread.
   std::function<void(const wire::Joined&)> on_joined;
+  /// All assets that the server offers for the joined scene are in assets(); once a join, never when one is missing.
+  std::function<void()> on_assets;
   std::function<void(const std::string&)> on_log;
   std::function<void(const wire::ParameterSet&)> on_parameter;
   /// A grab, release or parameter that the server refused.

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "client/parameters_json.hpp"
-#include "proto/tick_faults.hpp"
+#include "common/tick_faults.hpp"
 
 namespace tandem {
 namespace {
@@ -56,7 +56,11 @@ void add_setup(const RunSummary& s, json::object& out) {
   out["user"] = session.user_name;
   out["role"] = session.role == wire::ROLE_OBSERVER ? "observer" : "manipulator";
   out["transport"] = session.state_transport == StateTransport::kTcp ? "tcp" : "udp";
-  out["stage"] = options.stage;
+  out["stage"] = options.stage.name;
+  out["predictor"] = options.stage.predictor;
+  out["guard"] = options.stage.guard;
+  out["wave_impedance"] = {{"linear_n_s_per_m", options.stage.wave.linear_n_s_per_m},
+                           {"angular_n_m_s_per_rad", options.stage.wave.angular_n_m_s_per_rad}};
   out["device"] = options.device.name;
   out["hand"] = options.hand;
   out["hand_parameters"] = to_json(options.hand_parameters);
@@ -108,7 +112,9 @@ void add_network(const ClientIoSnapshot& io, json::object& out) {
   const auto known_ms = [&io](Duration value) { return io.has_clock ? json::value(in_ms(value)) : json::value(); };
   out["round_trip_ms"] = {{"newest", known_ms(io.round_trip)}, {"minimum", known_ms(io.minimum_round_trip)}};
   out["clock_offset_ms"] = known_ms(io.clock_offset);
-  out["datagrams"] = {{"sent", io.counters.datagrams_sent}, {"received", io.counters.datagrams_received}};
+  out["datagrams"] = {{"sent", io.counters.datagrams_sent},
+                      {"received", io.counters.datagrams_received},
+                      {"held_back", io.counters.updates_held_back}};
   out["bytes"] = {{"sent", io.counters.bytes_sent}, {"received", io.counters.bytes_received}};
   out["drops"] = {{"sent", drops_of(io.counters.sent_drops)}, {"received", drops_of(io.counters.received_drops)}};
   out["links"] = {{"up", link_of(io.links.up)},
@@ -136,6 +142,9 @@ void add_forces(const RunSummary& s, json::object& out) {
   out["write_failures"] = c.write_failures;
   out["safety_faults"] = array_of(safety_fault_names(c.faults_seen));
   out["server_tick_faults"] = array_of(tick_fault_names(s.run.server_tick_faults_seen()));
+  out["guard_withheld_j"] = c.guard_withheld_j;
+  out["guarded_ticks"] = c.guarded_ticks;
+  out["bad_energy_reports"] = c.bad_energy_reports;
   out["energy_to_hand_j"] = c.energy_to_hand_j;
   out["energy_from_hand_j"] = c.energy_from_hand_j;
 }

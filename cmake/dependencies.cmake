@@ -13,3 +13,4 @@ find_package(spdlog REQUIRED)
 include(GoogleTest)
 
 pkg_check_modules(BULLET REQUIRED IMPORTED_TARGET bullet-float64)
+pkg_check_modules(HDF5 REQUIRED IMPORTED_TARGET hdf5)

@@ -89,6 +89,11 @@ std::vector<std::string> request_realtime(const RealtimeRequest& request) {
   return missing;
 }
 
+void drop_realtime() {
+  const sched_param normal{};
+  pthread_setschedparam(pthread_self(), SCHED_OTHER, &normal);
+}
+
 bool has_realtime_priority() {
   int policy = SCHED_OTHER;
   sched_param parameters{};

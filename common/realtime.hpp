@@ -20,6 +20,8 @@ struct RealtimeRequest {
 /// For the calling thread (locked memory: for the process, also what it allocates later). Returns one line for each
 /// thing not granted, with the remedy; empty when all was.
 std::vector<std::string> request_realtime(const RealtimeRequest& request);
+/// Puts the calling thread back to the normal scheduler: for work that may take long.
+void drop_realtime();
 /// Whether the calling thread runs at SCHED_FIFO (or SCHED_RR) priority.
 bool has_realtime_priority();
 

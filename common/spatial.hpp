@@ -34,6 +34,12 @@ struct Twist {
   Vec3 w = Vec3::Zero();
 };
 
+/// Where a frame is and how it moves, both in W.
+struct RigidState {
+  Pose X;
+  Twist V;
+};
+
 /// Force `f` [N] and torque `t` [N·m] about the origin of the frame that the owner names.
 struct Wrench {
   Vec3 f = Vec3::Zero();

@@ -23,6 +23,10 @@ struct WorkspaceMapping {
     const Quat q_DW = X_WD.q.conjugate();
     return {q_DW * (force_scale * wrench_on_hand_W.f), q_DW * (hand_joules_per_world_joule() * wrench_on_hand_W.t)};
   }
+  /// The inverse of device_wrench().
+  Wrench world_wrench(const Wrench& wrench_on_hand_D) const {
+    return {X_WD.q * (wrench_on_hand_D.f / force_scale), X_WD.q * (wrench_on_hand_D.t / hand_joules_per_world_joule())};
+  }
   double hand_joules_per_world_joule() const { return force_scale / position_scale; }
 };
 

@@ -11,6 +11,7 @@ namespace tandem::lab {
 void add_bench_command(CLI::App& app, int& exit_code) {
   CLI::App* bench = app.add_subcommand("bench", "Measures speed against a peer or a limit in the same run");
   bench->require_subcommand(1);
+  add_client_bench(*bench, exit_code);
   add_coupling_bench(*bench, exit_code);
   add_field_bench(*bench, exit_code);
   add_proxy_bench(*bench, exit_code);

@@ -7,6 +7,8 @@ class App;
 
 namespace tandem::lab {
 
+/// client [--rtt-ms MS] [--repetitions N] [--check] [--json]
+void add_client_bench(CLI::App& bench, int& exit_code);
 /// coupling [--seconds S] [--check] [--json]
 void add_coupling_bench(CLI::App& bench, int& exit_code);
 /// field [--scene NAME] [--seconds S] [--json]

@@ -8,8 +8,10 @@ class App;
 
 namespace tandem::lab {
 
-/// run FILE --out DIR [--seed N] [--json]
+/// run [FILE|NAME …] --out DIR [--set NAME=VALUE,…] [--single|--full] [--seeds N] [--samples] [--json] …
 void add_run_command(CLI::App& app, int& exit_code);
+/// live FILE|NAME --out DIR [--set NAME=VALUE,…] [--stage S,…] [--single] [--seeds N] [--rt-priority N] [--json]
+void add_live_command(CLI::App& app, int& exit_code);
 /// bench …: see bench_commands.hpp
 void add_bench_command(CLI::App& app, int& exit_code);
 /// calibrate --device NAME|FILE.json --out DIR [--masses KG,…] [--seed N] [--json]

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "lab/commands.hpp"
+#include "lab/prediction/fit_order_command.hpp"
 #include "lab/report/report_command.hpp"
 
 namespace {
@@ -39,10 +40,12 @@ int main(int argument_count, char** arguments) {
   app.footer("Exit code: 0 done, 1 a checked claim failed, 2 bad input or set-up.");
   int exit_code = 0;
   tandem::lab::add_run_command(app, exit_code);
+  tandem::lab::add_live_command(app, exit_code);
   tandem::lab::add_bench_command(app, exit_code);
   tandem::lab::add_calibrate_command(app, exit_code);
   tandem::lab::add_check_command(app, exit_code);
   tandem::lab::add_reproduce_command(app, exit_code);
+  tandem::lab::add_fit_order_command(app, exit_code);
   tandem::report::add_report_command(app, exit_code);
   try {
     app.parse(argument_count, arguments);

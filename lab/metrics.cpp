@@ -156,7 +156,7 @@ double user_metric(const UserTrace& user, std::string_view name) {
   for (const UserMetric& metric : user_metrics()) {
     if (metric.name == name) return metric.of(user);
   }
-  throw std::invalid_argument("metric \"" + std::string(name) + "\" is not known; see results.json for the names");
+  throw std::invalid_argument("metric \"" + std::string(name) + "\" is not known; see trial.json for the names");
 }
 
 BodyTravel body_travel(const SessionTrace& trace, std::size_t body) {

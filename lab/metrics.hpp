@@ -1,5 +1,5 @@
-// The numbers that a trial is judged by. Each is one function of a user's trace, named with its unit in the
-// table of metrics.cpp; adding one there puts it into results.json and the summary.
+// What one user's trace says by itself. Each is one function, named with its unit in the table of metrics.cpp; adding
+// one there puts it into trial.json and the trial's report. What stages are compared by is in trial_metrics.hpp.
 #pragma once
 
 #include <string_view>
@@ -17,7 +17,7 @@ inline constexpr Duration kSettling{from_seconds(1.0)};
 std::vector<const TickSample*> settled_hold_ticks(const UserTrace& user);
 
 struct UserMetric {
-  std::string_view name;           ///< as in results.json, unit included
+  std::string_view name;           ///< as in trial.json, unit included
   std::string_view meaning;        ///< one line, for people
   double (*of)(const UserTrace&);  ///< NaN: does not apply
 };

@@ -14,6 +14,7 @@
 #include "lab/commands.hpp"
 #include "lab/contact/reproduce_touch.hpp"
 #include "lab/output_folder.hpp"
+#include "lab/prediction/reproduce_prediction.hpp"
 #include "lab/rendering/reproduce_laws.hpp"
 
 namespace tandem::lab {
@@ -35,6 +36,8 @@ constexpr std::array kBenchmarks{
     Benchmark{"growth", "force against displacement, in and out", no_file, reproduce_growth},
     Benchmark{"buzz", "vibration of a light tool under a trembling hand", no_file, reproduce_buzz},
     Benchmark{"zwidth", "largest stable stiffness, predicted and simulated", no_file, reproduce_zwidth},
+    Benchmark{"prediction", "a force of 200 Hz shown at 1000 Hz: AR, spline, hold, linear", no_file,
+              reproduce_prediction},
     Benchmark{"peg", "peg in hole in five steps, five masses", no_file, reproduce_peg},
     Benchmark{"bunny", "Stanford bunny against Stanford bunny (needs glmark2-data)", bunny_file, reproduce_bunny},
 };

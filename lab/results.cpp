@@ -1,10 +1,6 @@
 #include "lab/results.hpp"
 
 #include <charconv>
-#include <cmath>
-#include <iomanip>
-#include <sstream>
-#include <stdexcept>
 
 #include "client/parameters_json.hpp"
 #include "lab/metrics.hpp"
@@ -44,11 +40,11 @@ json::object parameters_json(const UserTrace& trace) {
           {"hand", user.hand_name},
           {"hand_parameters", to_json(user.hand_parameters)},
           {"hand_seed", trace.hand_seed},
-          {"stage", user.stage},
+          {"pipeline", pipeline_json(user.pipeline)},
           {"transport", user.transport == StateTransport::kUdp ? "udp" : "tcp"},
           {"tick_phase_ms", milliseconds(user.tick_phase)},
-          {"uplink", to_json(user.up)},
-          {"downlink", to_json(user.down)}};
+          {"uplink", link_json(user.up)},
+          {"downlink", link_json(user.down)}};
 }
 
 json::object user_json(const UserTrace& user) {
@@ -134,12 +130,6 @@ json::object results_json(const Experiment& experiment, const SessionTrace& trac
           {"server", server_json(trace)}};
 }
 
-json::object timing_json(const Timing& timing) {
-  return {{"virtual_s", timing.virtual_s},
-          {"wall_s", timing.wall_s},
-          {"times_faster_than_real_time", timing.virtual_s / timing.wall_s}};
-}
-
 std::string bodies_csv(const SessionTrace& trace) {
   std::string text = "t_s,field_energy_kj_per_mol";
   for (std::size_t i = 0; i < trace.body_names.size(); ++i) {
@@ -164,42 +154,6 @@ std::string bodies_csv(const SessionTrace& trace) {
   }
   text += '\n';
   return text;
-}
-
-void print_summary(std::ostream& out, const Experiment& experiment, const SessionTrace& trace, const Timing& timing) {
-  constexpr int kNameWidth = 26;
-  constexpr int kValueWidth = 14;
-  std::ostringstream text;
-  text << experiment.name << ": " << timing.virtual_s << " s of virtual time in " << std::setprecision(3)
-       << timing.wall_s << " s (" << timing.virtual_s / timing.wall_s << " times real time), seed " << experiment.seed
-       << "\n\n"
-       << std::left << std::setw(kNameWidth) << "" << std::right;
-  for (const UserTrace& user : trace.users) text << std::setw(kValueWidth) << user.user.name;
-  text << '\n';
-  for (const UserMetric& metric : user_metrics()) {
-    text << std::left << std::setw(kNameWidth) << metric.name << std::right;
-    for (const UserTrace& user : trace.users) {
-      const double value = metric.of(user);
-      text << std::setw(kValueWidth);
-      if (std::isfinite(value)) {
-        text << value;
-      } else {
-        text << "-";
-      }
-    }
-    text << "  " << metric.meaning << '\n';
-  }
-  for (std::size_t i = 0; i < trace.body_names.size(); ++i) {
-    if (!trace.body_can_move[i]) continue;
-    const BodyTravel travel = body_travel(trace, i);
-    text << "body " << trace.body_names[i] << ": moved up to " << travel.greatest_m << " m, at the end "
-         << travel.final_m << " m from its start\n";
-  }
-  text << "room: " << describe_faults(trace.faults_seen) << " (faults seen by the users)\n";
-  for (const UserTrace& user : trace.users) {
-    if (!user.stayed_connected) text << "user " << user.user.name << " was lost: " << user.why_disconnected << '\n';
-  }
-  out << text.str();
 }
 
 }  // namespace tandem::lab

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "common/histogram.hpp"
+#include "common/tick_faults.hpp"
 #include "common/time.hpp"
-#include "proto/tick_faults.hpp"
 #include "server/scene_file.hpp"
 
 namespace tandem::lab {

@@ -2,13 +2,16 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "client/haptic_core.hpp"
+#include "client/local/model_ledger.hpp"
 #include "client/session.hpp"
 #include "common/link.hpp"
 #include "lab/experiment.hpp"
+#include "lab/virtual_network.hpp"
 #include "server/session_hub.hpp"
 
 namespace tandem::lab {
@@ -22,14 +25,18 @@ struct TickSample {
   Vec3 intended_D;  ///< where the hand wants to be
   RigidState handle_W;
   Pose tool_W;             ///< newest of the server
+  Wrench stage_D;          ///< on the hand, before the safety stages
   Wrench displayed_D;      ///< on the hand
   Wrench server_wrench_W;  ///< on the hand, newest of the server
   Duration state_age{0};   ///< negative: no state yet
   Duration round_trip{0};
   BodyId held_body;
+  Vec3 view_W = Vec3::Zero();  ///< where this user sees the watched body
+  bool has_view = false;
   SafetyFaults safety_faults = 0;
   std::uint32_t server_tick_faults = 0;
   bool is_clamped = false;
+  ModelEnergy model;  ///< of the local model after this tick; zero without one
 };
 
 struct UserTrace {
@@ -40,9 +47,13 @@ struct UserTrace {
   std::vector<TickSample> ticks;
   double energy_to_hand_j = 0;  ///< since the hands started
   double energy_from_hand_j = 0;
+  double guard_dissipated_j = 0;  ///< world joules, since the hands started; NaN: no guard
+  double hand_joules_per_world_joule = 1;
+  double coupling_stiffness_n_per_m = 0;  ///< as the scene says
   SessionCounters session;
   LinkCounters link_up;  ///< datagrams
   LinkCounters link_down;
+  TrafficCounters traffic;  ///< since the hands started
 };
 
 /// The bodies of the world at one instant, in the order of the scene.
@@ -52,11 +63,19 @@ struct BodiesSample {
   double field_energy_kj_per_mol = 0;
 };
 
+/// Energy at the server that counts, after a step of its world (energy_ledger.hpp).
+struct StoredEnergySample {
+  Duration time{0};
+  double energy_j = 0;
+};
+
 struct SessionTrace {
   std::vector<UserTrace> users;
   std::vector<std::string> body_names;
   std::vector<bool> body_can_move;
   std::vector<BodiesSample> bodies;  ///< every sample_period
+  std::vector<StoredEnergySample> stored;
+  std::optional<std::size_t> watched_body;  ///< index into body_names; which TickSample::view_W is of
   HubCounters hub;
   std::uint64_t room_steps = 0;
   TickFaults faults_seen = 0;

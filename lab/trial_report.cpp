@@ -187,7 +187,7 @@ report::Table users_table(const SessionTrace& trace) {
                        {"Outcome", "", kLeft}},
                       {}};
   for (const UserTrace& user : trace.users) {
-    table.rows.push_back({user.user.name, user.user.hand_name, user.user.stage, link_words(user.user.up),
+    table.rows.push_back({user.user.name, user.user.hand_name, user.user.pipeline.stage, link_words(user.user.up),
                           link_words(user.user.down),
                           user.stayed_connected ? "completed" : "lost: " + user.why_disconnected});
   }

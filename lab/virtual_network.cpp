@@ -55,11 +55,14 @@ void VirtualClientTransport::connect(LocalTime now) {
 }
 
 void VirtualClientTransport::send_control(std::span<const std::byte> bytes) {
-  if (is_open_) send_chunk(stream_up_, clock_.now(), Chunk::kBytes, attempt_, bytes);
+  if (!is_open_) return;
+  traffic_.bytes += bytes.size();
+  send_chunk(stream_up_, clock_.now(), Chunk::kBytes, attempt_, bytes);
 }
 
 bool VirtualClientTransport::send_datagram(std::span<const std::byte> datagram) {
   if (!is_open_ || !has_datagram_port_) return false;
+  count_datagram(datagram.size());
   datagrams_up_.send(clock_.now(), datagram);
   return true;
 }
@@ -122,6 +125,7 @@ VirtualClientTransport* VirtualNetwork::client_of(ConnectionHandle connection) c
 
 void VirtualNetwork::send_control(ConnectionHandle connection, std::span<const std::byte> bytes) {
   if (auto* client = client_of(connection)) {
+    client->traffic_.bytes += bytes.size();
     send_chunk(client->stream_down_, clock_.now(), Chunk::kBytes, client->server_attempt_, bytes);
   }
 }
@@ -129,6 +133,7 @@ void VirtualNetwork::send_control(ConnectionHandle connection, std::span<const s
 bool VirtualNetwork::send_datagram(ConnectionHandle connection, std::span<const std::byte> datagram) {
   auto* client = client_of(connection);
   if (client == nullptr || !client->server_knows_address_) return false;
+  client->count_datagram(datagram.size());
   client->datagrams_down_.send(clock_.now(), datagram);
   return true;
 }

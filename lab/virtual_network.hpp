@@ -21,6 +21,12 @@ namespace tandem::lab {
 
 class VirtualNetwork;
 
+/// What one client and the server gave the network, both ways together; lost or not.
+struct TrafficCounters {
+  std::uint64_t datagrams = 0;
+  std::uint64_t bytes = 0;  ///< of datagrams and streams, without the headers of UDP, TCP and IP
+};
+
 /// One client's end.
 class VirtualClientTransport final : public ClientTransport {
  public:
@@ -41,16 +47,22 @@ class VirtualClientTransport final : public ClientTransport {
 
   const LinkCounters& datagrams_up() const { return datagrams_up_.counters(); }
   const LinkCounters& datagrams_down() const { return datagrams_down_.counters(); }
+  const TrafficCounters& traffic() const { return traffic_; }
 
  private:
   friend class VirtualNetwork;
   using Packets = std::vector<std::vector<std::byte>>;
+  void count_datagram(std::size_t bytes) {
+    ++traffic_.datagrams;
+    traffic_.bytes += bytes;
+  }
 
   const Clock& clock_;
   SimulatedLink datagrams_up_;
   SimulatedLink datagrams_down_;
   SimulatedLink stream_up_;
   SimulatedLink stream_down_;
+  TrafficCounters traffic_;
   // Arrived, not handed on yet.
   Packets arrived_datagrams_up_;
   Packets arrived_datagrams_down_;

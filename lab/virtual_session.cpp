@@ -3,7 +3,11 @@
 #include <stdexcept>
 #include <utility>
 
+#include "client/asset_store.hpp"
+#include "client/local/local_model_maker.hpp"
+#include "client/stages/stage.hpp"
 #include "common/molecule/lennard_jones.hpp"
+#include "lab/pipeline.hpp"
 #include "lab/virtual_network.hpp"
 
 namespace tandem::lab {
@@ -17,13 +21,21 @@ std::uint64_t hand_seed(std::uint64_t seed, std::size_t user) {
   return Random(seed, kHandStreams + user).next_u64();
 }
 
-SessionSettings session_settings(const ExperimentUser& user) {
+/// All files of a scene: a trial is about state, not about how long they take to load.
+std::shared_ptr<AssetStore> assets_of(const LoadedScene& scene) {
+  auto store = std::make_shared<MemoryAssetStore>();
+  for (const Asset& asset : scene.assets) store->keep(asset.sha256, asset.bytes);
+  return store;
+}
+
+SessionSettings session_settings(const ExperimentUser& user, const std::shared_ptr<AssetStore>& assets) {
   SessionSettings settings;
   settings.user_name = user.name;
   settings.role = user.role == UserRole::kManipulator ? wire::ROLE_MANIPULATOR : wire::ROLE_OBSERVER;
   settings.state_transport = user.transport;
-  // The stages do not use the scene's files; a trial is about state, not about how long they take to load.
-  settings.fetch_assets = false;
+  settings.deadband = user.pipeline.deadband;
+  settings.fetch_assets = true;
+  settings.asset_store = assets;
   return settings;
 }
 
@@ -34,24 +46,46 @@ HubSettings hub_settings(std::uint64_t seed) {
   return settings;
 }
 
-HapticSettings haptic_settings(const ExperimentUser& user) {
-  HapticSettings settings;
-  settings.stage = user.stage;
-  settings.coupling_bounds = coupling_bounds(user.device);
-  return settings;
+// The body of the outcome's rule, else the first that hands can hold, else the first that can move: what users look at.
+std::optional<std::size_t> watched_body(const Experiment& experiment, const LoadedScene& scene) {
+  std::optional<std::size_t> movable;
+  std::optional<std::size_t> graspable;
+  for (int i = scene.description.bodies_size() - 1; i >= 0; --i) {
+    const auto& body = scene.description.bodies(i);
+    const auto index = static_cast<std::size_t>(i);
+    if (experiment.outcome && body.name() == experiment.outcome->body) return index;
+    if (body.mass_kg() > 0) movable = index;
+    if (body.graspable()) graspable = index;
+  }
+  if (experiment.outcome) {
+    throw std::invalid_argument("experiment " + experiment.name + ": outcome.body is \"" + experiment.outcome->body +
+                                "\"; the scene has no such body");
+  }
+  return graspable ? graspable : movable;
 }
 
 /// A person with everything on their side of the network.
 struct VirtualUser {
-  VirtualUser(const ExperimentUser& description, VirtualClientTransport& its_transport, std::uint64_t seed)
+  VirtualUser(const ExperimentUser& description, VirtualClientTransport& its_transport, std::uint64_t seed,
+              const std::shared_ptr<AssetStore>& assets)
       : user(description),
         transport(its_transport),
         device(description.device.spec, holding(description.hand_parameters, description.device), description.hand,
                seed),
-        core(haptic_settings(description), device, mailboxes),
-        session(session_settings(description), transport, mailboxes),
+        core(haptic_settings(description.pipeline, coupling_bounds(description.device)), device, mailboxes),
+        session(session_settings(description, assets), transport, mailboxes),
+        models(local_model_settings(description.pipeline), LocalModelMaker::Execution::kInline),
         seed_of_hand(seed) {
     device.hold_path();
+    session.on_assets = [this] { make_local_model(); };
+  }
+
+  void make_local_model() {
+    if (user.role != UserRole::kManipulator || !needs_local_model(user.pipeline.stage)) return;
+    models.begin(*session.joined(), session.assets());
+    model = models.take();
+    if (model != nullptr) return session.use_local_model(model);
+    throw std::runtime_error("user " + user.name + " has no local model: " + models.problem());
   }
 
   const ExperimentUser& user;
@@ -60,8 +94,13 @@ struct VirtualUser {
   SimDevice device;
   HapticCore core;
   ClientSession session;
+  LocalModelMaker models;
+  LocalModel* model = nullptr;      ///< the one in use; null: the stage has none
+  std::optional<std::size_t> tool;  ///< a manipulator's, index into the scene's
   std::uint64_t seed_of_hand;
   HapticCounters at_start;
+  TrafficCounters traffic_at_start;
+  double guard_dissipated_at_start_j = 0;
 };
 
 TickSample sample_of(VirtualUser& user, Duration time) {
@@ -74,21 +113,25 @@ TickSample sample_of(VirtualUser& user, Duration time) {
   sample.intended_D = user.device.path().pose_at(user.device.path_time()).p;
   sample.handle_W = record.handle_W;
   sample.tool_W = record.tool_W.X;
+  sample.stage_D = record.stage_wrench_on_hand_D;
   sample.displayed_D = record.displayed_on_hand_D;
   sample.server_wrench_W = record.server_wrench_on_hand_W;
   sample.state_age = record.state_age;
   sample.round_trip = user.session.clock_sync().round_trip();
   sample.held_body = record.held_body;
+  sample.view_W = record.has_local_body ? record.local_body_W.X.p : record.watched_body_W.X.p;
+  sample.has_view = record.has_local_body || record.has_watched_body;
   sample.safety_faults = record.safety_faults;
   sample.server_tick_faults = record.server_tick_faults;
   sample.is_clamped = record.is_clamped;
+  if (user.model != nullptr) sample.model = user.model->energy();
   return sample;
 }
 
 std::string field_kernel_of(const LoadedScene& scene) {
   std::size_t molecules = 0;
   for (const LoadedBody& body : scene.bodies) molecules += body.molecule != nullptr ? 1 : 0;
-  return molecules < 2 ? std::string() : std::string(LennardJonesField::available_kernels().front());
+  return molecules < 2 ? std::string() : std::string(LennardJonesField::default_kernel());
 }
 
 }  // namespace
@@ -102,6 +145,8 @@ struct VirtualSession::Impl {
   void start_hands();
   void record_tick(std::size_t index);
   void record_bodies();
+  void record_stored_energy();
+  double energy_at_server_j() const;
   SessionTrace take_trace();
 
   VirtualSession& owner;
@@ -135,13 +180,24 @@ VirtualSession::Impl::Impl(VirtualSession& its_owner, const Experiment& its_expe
                                 " manipulators, but the scene has " + std::to_string(scene->tools.size()) +
                                 " tools; make the others observers");
   }
+  const std::optional<std::size_t> watched = watched_body(experiment, *scene);
+  trace.watched_body = watched;
+  trace.stored.reserve(static_cast<std::size_t>(experiment.duration / room.period()) + 1);
+  const std::shared_ptr<AssetStore> assets = assets_of(*scene);
+  std::size_t tool = 0;
   for (std::size_t i = 0; i < experiment.users.size(); ++i) {
     const ExperimentUser& user = experiment.users[i];
     VirtualClientTransport& transport = network.add_client(user.up, user.down, experiment.seed);
-    users.push_back(std::make_unique<VirtualUser>(user, transport, hand_seed(experiment.seed, i)));
+    users.push_back(std::make_unique<VirtualUser>(user, transport, hand_seed(experiment.seed, i), assets));
+    if (watched) users.back()->core.watch(body_id_at(*watched));
     UserTrace& user_trace = trace.users.emplace_back();
     user_trace.user = user;
     user_trace.hand_seed = users.back()->seed_of_hand;
+    if (user.role == UserRole::kManipulator) {
+      users.back()->tool = tool;
+      user_trace.coupling_stiffness_n_per_m = scene->coupling.parameters.stiffness_n_per_m;
+      user_trace.hand_joules_per_world_joule = scene->tools[tool++].workspace.hand_joules_per_world_joule();
+    }
     user_trace.ticks.reserve(static_cast<std::size_t>(experiment.duration / kHapticPeriod) + 1);
   }
   for (const auto& body : scene->description.bodies()) {
@@ -159,6 +215,7 @@ void VirtualSession::Impl::run_slot() {
   if (now >= next_room_step) {
     room.step(server_time_of_own_clock(now));
     next_room_step += room.period();
+    if (are_hands_moving) record_stored_energy();
   }
   hub.poll(now);
   for (std::size_t i = 0; i < users.size(); ++i) {
@@ -166,6 +223,7 @@ void VirtualSession::Impl::run_slot() {
     user.transport.deliver(user.session, now);
     if ((now.time_since_epoch() - user.user.tick_phase) % kHapticPeriod == Duration(0)) {
       user.core.tick(now);
+      user.core.service();
       if (are_hands_moving) record_tick(i);
     }
     user.session.poll(now);
@@ -180,8 +238,8 @@ void VirtualSession::Impl::join_all() {
     while (user->session.status().state != SessionState::kActive) {
       const SessionStatus& status = user->session.status();
       if (status.state == SessionState::kEnded || clock.now() >= give_up) {
-        throw std::runtime_error("user " + user->user.name +
-                                 " could not join: " + (status.why.empty() ? "no answer within 30 s" : status.why));
+        throw CouldNotJoin("user " + user->user.name +
+                           " could not join: " + (status.why.empty() ? "no answer within 30 s" : status.why));
       }
       run_slot();
     }
@@ -194,7 +252,9 @@ void VirtualSession::Impl::join_all() {
   }
 }
 
+// At a whole millisecond, so that ticks of the same hand in two trials are at the same times.
 void VirtualSession::Impl::start_hands() {
+  while (clock.now().time_since_epoch() % kHapticPeriod != Duration(0)) run_slot();
   hands_started = clock.now();
   next_sample = hands_started;
   are_hands_moving = true;
@@ -202,8 +262,36 @@ void VirtualSession::Impl::start_hands() {
   for (const auto& user : users) {
     user->device.start_path(hands_started);
     user->at_start = user->core.counters();
+    user->traffic_at_start = user->transport.traffic();
+    user->guard_dissipated_at_start_j = guard_dissipated_j(user->core, user->user.pipeline);
   }
   record_bodies();
+  record_stored_energy();
+}
+
+void VirtualSession::Impl::record_stored_energy() {
+  trace.stored.push_back({clock.now() - hands_started, energy_at_server_j()});
+}
+
+/// See energy_ledger.hpp: S.
+double VirtualSession::Impl::energy_at_server_j() const {
+  const World& world = room.world();
+  std::uint32_t with_model = 0;
+  double by_copies_j = 0;
+  double by_models_j = 0;
+  bool is_for_all = true;
+  for (const auto& user : users) {
+    if (!user->tool) continue;
+    if (user->model == nullptr) {
+      is_for_all = false;
+      continue;
+    }
+    const ToolState state = world.tool(*user->tool);
+    with_model |= std::uint32_t{1} << *user->tool;
+    by_copies_j += state.copies_work_j;
+    by_models_j += state.energy_into_world_j - state.energy_from_world_j;
+  }
+  return is_for_all ? by_copies_j : by_copies_j + world.stored_energy_j(with_model) - by_models_j;
 }
 
 void VirtualSession::Impl::record_tick(std::size_t index) {
@@ -236,6 +324,11 @@ SessionTrace VirtualSession::Impl::take_trace() {
     const HapticCounters& end = users[i]->core.counters();
     user.energy_to_hand_j = end.energy_to_hand_j - users[i]->at_start.energy_to_hand_j;
     user.energy_from_hand_j = end.energy_from_hand_j - users[i]->at_start.energy_from_hand_j;
+    user.guard_dissipated_j =
+        guard_dissipated_j(users[i]->core, users[i]->user.pipeline) - users[i]->guard_dissipated_at_start_j;
+    user.traffic = users[i]->transport.traffic();
+    user.traffic.datagrams -= users[i]->traffic_at_start.datagrams;
+    user.traffic.bytes -= users[i]->traffic_at_start.bytes;
     user.session = users[i]->session.counters();
     user.link_up = users[i]->transport.datagrams_up();
     user.link_down = users[i]->transport.datagrams_down();

@@ -17,11 +17,17 @@
 #include <cstddef>
 #include <functional>
 #include <memory>
+#include <stdexcept>
 
 #include "lab/experiment.hpp"
 #include "lab/trace.hpp"
 
 namespace tandem::lab {
+
+/// A user could not join: the link is too bad, or the scene refused.
+struct CouldNotJoin : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
 
 /// Runs one trial of an experiment.
 ///
@@ -33,7 +39,7 @@ class VirtualSession {
   VirtualSession(const Experiment& experiment, std::shared_ptr<const LoadedScene> scene);
   ~VirtualSession();
 
-  /// Fails   std::runtime_error when a user could not join (says why)
+  /// Fails   CouldNotJoin (says who and why)
   SessionTrace run();
 
   /// Called after each haptic tick of a moving hand, with the index of the user and of the hand path's phase.

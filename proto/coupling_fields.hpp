@@ -6,13 +6,12 @@
 #include <cmath>
 #include <string_view>
 
-#include "common/coupling/coupling_law.hpp"
+#include "common/coupling/coupling_ranges.hpp"
 #include "tandem/scene.pb.h"
 
 namespace tandem {
 
-/// One coefficient. The ranges keep arithmetic sane (a hand is protected by its own device's limits, never by
-/// these): wide enough for scenes from nanometres to rooms after workspace scaling.
+/// One coefficient.
 struct CouplingField {
   std::string_view name;  ///< as in SetParameter and ParameterSet
   double CouplingParameters::*value;
@@ -25,36 +24,31 @@ struct CouplingField {
   bool accepts(double number) const { return std::isfinite(number) && number >= low && number <= high; }
 };
 
-inline constexpr std::array<CouplingField, 8> kCouplingFields{{
-    {"coupling.stiffness_n_per_m", &CouplingParameters::stiffness_n_per_m, 0, 1e5, &wire::Coupling::stiffness_n_per_m,
-     &wire::Coupling::set_stiffness_n_per_m, &wire::Coupling::has_stiffness_n_per_m},
-    {"coupling.damping_n_s_per_m", &CouplingParameters::damping_n_s_per_m, 0, 1e4, &wire::Coupling::damping_n_s_per_m,
-     &wire::Coupling::set_damping_n_s_per_m, &wire::Coupling::has_damping_n_s_per_m},
-    {"coupling.stiffness_n_m_per_rad", &CouplingParameters::stiffness_n_m_per_rad, 0, 1e4,
-     &wire::Coupling::stiffness_n_m_per_rad, &wire::Coupling::set_stiffness_n_m_per_rad,
+/// In the order of kCouplingRanges.
+inline constexpr std::array<CouplingField, kCouplingRanges.size()> kCouplingFields{{
+    {"coupling.stiffness_n_per_m", &CouplingParameters::stiffness_n_per_m, kCouplingRanges[0].low,
+     kCouplingRanges[0].high, &wire::Coupling::stiffness_n_per_m, &wire::Coupling::set_stiffness_n_per_m,
+     &wire::Coupling::has_stiffness_n_per_m},
+    {"coupling.damping_n_s_per_m", &CouplingParameters::damping_n_s_per_m, kCouplingRanges[1].low,
+     kCouplingRanges[1].high, &wire::Coupling::damping_n_s_per_m, &wire::Coupling::set_damping_n_s_per_m,
+     &wire::Coupling::has_damping_n_s_per_m},
+    {"coupling.stiffness_n_m_per_rad", &CouplingParameters::stiffness_n_m_per_rad, kCouplingRanges[2].low,
+     kCouplingRanges[2].high, &wire::Coupling::stiffness_n_m_per_rad, &wire::Coupling::set_stiffness_n_m_per_rad,
      &wire::Coupling::has_stiffness_n_m_per_rad},
-    {"coupling.damping_n_m_s_per_rad", &CouplingParameters::damping_n_m_s_per_rad, 0, 1e3,
-     &wire::Coupling::damping_n_m_s_per_rad, &wire::Coupling::set_damping_n_m_s_per_rad,
+    {"coupling.damping_n_m_s_per_rad", &CouplingParameters::damping_n_m_s_per_rad, kCouplingRanges[3].low,
+     kCouplingRanges[3].high, &wire::Coupling::damping_n_m_s_per_rad, &wire::Coupling::set_damping_n_m_s_per_rad,
      &wire::Coupling::has_damping_n_m_s_per_rad},
-    {"coupling.force_limit_n", &CouplingParameters::force_limit_n, 1e-3, 1e3, &wire::Coupling::force_limit_n,
-     &wire::Coupling::set_force_limit_n, &wire::Coupling::has_force_limit_n},
-    {"coupling.torque_limit_n_m", &CouplingParameters::torque_limit_n_m, 1e-3, 1e3, &wire::Coupling::torque_limit_n_m,
-     &wire::Coupling::set_torque_limit_n_m, &wire::Coupling::has_torque_limit_n_m},
-    {"coupling.saturation_softness", &CouplingParameters::saturation_softness, 0, 1,
-     &wire::Coupling::saturation_softness, &wire::Coupling::set_saturation_softness,
+    {"coupling.force_limit_n", &CouplingParameters::force_limit_n, kCouplingRanges[4].low, kCouplingRanges[4].high,
+     &wire::Coupling::force_limit_n, &wire::Coupling::set_force_limit_n, &wire::Coupling::has_force_limit_n},
+    {"coupling.torque_limit_n_m", &CouplingParameters::torque_limit_n_m, kCouplingRanges[5].low,
+     kCouplingRanges[5].high, &wire::Coupling::torque_limit_n_m, &wire::Coupling::set_torque_limit_n_m,
+     &wire::Coupling::has_torque_limit_n_m},
+    {"coupling.saturation_softness", &CouplingParameters::saturation_softness, kCouplingRanges[6].low,
+     kCouplingRanges[6].high, &wire::Coupling::saturation_softness, &wire::Coupling::set_saturation_softness,
      &wire::Coupling::has_saturation_softness},
-    {"coupling.curve_sharpness", &CouplingParameters::curve_sharpness, 0.1, 10, &wire::Coupling::curve_sharpness,
-     &wire::Coupling::set_curve_sharpness, &wire::Coupling::has_curve_sharpness},
+    {"coupling.curve_sharpness", &CouplingParameters::curve_sharpness, kCouplingRanges[7].low, kCouplingRanges[7].high,
+     &wire::Coupling::curve_sharpness, &wire::Coupling::set_curve_sharpness, &wire::Coupling::has_curve_sharpness},
 }};
-
-/// Whether arithmetic with these coefficients is sound; their ranges are for what comes from outside.
-inline bool is_usable(const CouplingParameters& parameters) {
-  for (const CouplingField& field : kCouplingFields) {
-    const double value = parameters.*field.value;
-    if (!std::isfinite(value) || value < 0) return false;
-  }
-  return true;
-}
 
 /// Null for an unknown name.
 constexpr const CouplingField* find_coupling_field(std::string_view name) {

@@ -8,6 +8,8 @@
 #include "common/ids.hpp"
 #include "common/spatial.hpp"
 #include "common/time.hpp"
+#include "common/world/soft_contact.hpp"
+#include "common/world/world.hpp"
 
 namespace tandem {
 
@@ -27,6 +29,14 @@ inline constexpr double kMaxEnergyJ = 1e9;
 inline constexpr double kMaxFieldEnergyKjPerMol = 1e12;
 /// Largest | |q| − 1 | of a rotation; a rotation is made unit length when it is read.
 inline constexpr double kMaxQuaternionError = 1e-3;
+/// Length of the translational and of the rotational part of a wave's sum, √W·s.
+inline constexpr double kMaxWaveSum = 1e4;
+/// Magnitude of each number of a soft contact's stiffness, N/m, N/rad or N·m/rad.
+inline constexpr double kMaxContactStiffness = 1e9;
+/// Least eigenvalue of a soft contact's stiffness, as a share of the largest: what rounding leaves of zero.
+inline constexpr double kMaxNegativeStiffness = 1e-5;
+/// Round trips and playout delays; longer ones are sent as this.
+inline constexpr Duration kMaxDelay = std::chrono::seconds(10);
 /// Largest time stamp and age, 73 years: four of them add up without overflow.
 inline constexpr Duration kMaxTimestamp{std::int64_t{1} << 61U};
 
@@ -36,9 +46,11 @@ enum Button : std::uint32_t {
   kButtonClutch = 1U << 1U,  ///< held down: the tool stays while the hand moves back
 };
 
-struct RigidState {
-  Pose X;   ///< in W
-  Twist V;  ///< in W
+/// How a client bridges the delay, which says what its update tells and what the room does with it.
+enum class ClientMode : std::uint32_t {
+  kHandle = 0,      ///< the room couples the newest handle to its tool
+  kLocalModel = 1,  ///< the client has a tool of its own; the room plays handles and tools out at a constant delay
+  kWave = 2,        ///< force and velocity travel as wave variables
 };
 
 /// One haptic tick of a client, as the server is told.
@@ -53,12 +65,19 @@ struct ClientUpdate {
   Duration acknowledged_held{0};
   double energy_to_hand_j = 0;    ///< world joules
   double energy_from_hand_j = 0;  ///< world joules
+  ClientMode mode = ClientMode::kHandle;
+  RigidState tool;  ///< kLocalModel: X_WT, V_WT of the client's own tool
+  /// kLocalModel: the bodies that its tool touches, as the client steps them by itself.
+  boost::container::static_vector<CopyTarget, kMostCopies> copies;
+  Duration round_trip{0};  ///< as the client measured it, with what it waits before it uses what comes; 0: unknown
+  Wrench wave;             ///< kWave: sum of the wave towards the tool, √W·s (WaveSum)
 };
 
 struct BodyState {
   BodyId id;
   RigidState state;
   UserId held_by;
+  std::uint32_t hands = 0;  ///< how many users hold or touch it
 };
 struct OtherUserState {
   UserId id;
@@ -70,17 +89,23 @@ struct OtherUserState {
 struct ServerUpdate {
   Step step;
   ServerTime stepped{};
-  Tick answered_input;
+  Tick answered_input;      ///< of which handle, and tool and copies, this step used exactly that
   LocalTime echoed_sent{};  ///< t1, the client's own clock; 0: nothing received yet
   ServerTime received{};    ///< t2
   ServerTime sent{};        ///< t3
   RigidState tool;          ///< X_WT, V_WT
   Wrench wrench_on_hand_W;  ///< of the server's coupling, about the handle
   BodyId held_body;
-  std::uint32_t tick_faults = 0;  ///< bits of TickFaults (proto/tick_faults.hpp)
+  Pose X_BT;                      ///< the tool in the held body, while there is one
+  std::uint32_t tick_faults = 0;  ///< bits of TickFaults (common/tick_faults.hpp)
   double energy_into_world_j = 0;
   double energy_from_world_j = 0;
   double field_energy_kj_per_mol = 0;
+  double joint_share = 0;  ///< of what moves the bodies that this user touches: 0 the coupling, 1 joints to the copies
+  Duration slowest_loop{0};  ///< the longest round_trip of those who share a body with this user; 0: nobody does
+  Duration playout{0};       ///< present delay between a handle's arrival and its use; 0: the newest is used at once
+  SoftContact soft_contact;  ///< of this user's tool or what it holds; trust_radius_m 0: none
+  Wrench wave;               ///< kWave: sum of the wave towards the hand, √W·s
   boost::container::static_vector<BodyState, kMaxBodies> bodies;  ///< complete at the server; thinned on the wire
   boost::container::static_vector<OtherUserState, kMaxUsers> users;
 };

@@ -3,6 +3,7 @@
 #include <google/protobuf/arena.h>
 #include <google/protobuf/io/coded_stream.h>
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <tuple>
@@ -15,6 +16,8 @@ namespace {
 
 constexpr int kPoseNumbers = 7;
 constexpr int kTwistNumbers = 6;
+constexpr int kWrenchNumbers = 6;
+constexpr int kTriangleNumbers = 21;
 
 /// Where this thread builds and parses its messages. Protobuf frees sub-messages at every Clear() unless they
 /// live in an arena; the first block holds any message that a peer of this version can send.
@@ -109,31 +112,114 @@ DropReason read_rigid(const wire::RigidState& in, RigidState& out) {
   return accept_rigid(out);
 }
 
+/// A number each of the vector and of the quaternion (w x y z), and so on for the others below.
+template <class Number>
+void write_pose(const Pose& X, google::protobuf::RepeatedField<Number>& out) {
+  out.Reserve(kPoseNumbers);
+  for (const double number : X.p) out.Add(static_cast<Number>(number));
+  for (const double number : {X.q.w(), X.q.x(), X.q.y(), X.q.z()}) out.Add(static_cast<Number>(number));
+}
+
+template <class Number>
+DropReason read_pose(const google::protobuf::RepeatedField<Number>& in, Pose& out) {
+  if (in.size() != kPoseNumbers) return DropReason::kMalformed;
+  out.p = {in[0], in[1], in[2]};
+  out.q = Quat(in[3], in[4], in[5], in[6]);
+  if (!is_within(out.p, kMaxPositionM) || !is_unit(out.q)) return DropReason::kNotFinite;
+  out.q.normalize();
+  return DropReason::kNone;
+}
+
+template <class Number>
+void write_six(const Wrench& six, google::protobuf::RepeatedField<Number>& out) {
+  out.Reserve(kWrenchNumbers);
+  for (const double number : six.f) out.Add(static_cast<Number>(number));
+  for (const double number : six.t) out.Add(static_cast<Number>(number));
+}
+
+template <class Number>
+Wrench six_of(const google::protobuf::RepeatedField<Number>& in) {
+  return {Vec3(in[0], in[1], in[2]), Vec3(in[3], in[4], in[5])};
+}
+
+bool is_wave(const Wrench& wave) {
+  return is_within(wave.f, kMaxWaveSum) && is_within(wave.t, kMaxWaveSum);
+}
+bool is_zero(const Wrench& wrench) {
+  return wrench.f.isZero(0) && wrench.t.isZero(0);
+}
+
+/// Absent: zeros.
+DropReason read_wave(const google::protobuf::RepeatedField<double>& in, Wrench& out) {
+  out = {};
+  if (in.empty()) return DropReason::kNone;
+  if (in.size() != kWrenchNumbers) return DropReason::kMalformed;
+  out = six_of(in);
+  return is_wave(out) ? DropReason::kNone : DropReason::kNotFinite;
+}
+
+bool read_delay(std::uint64_t nanoseconds, Duration& out) {
+  return read_time(nanoseconds, out) && out <= kMaxDelay;
+}
+std::uint64_t nanoseconds_of_delay(Duration delay) {
+  return nanoseconds_of(std::min(delay, kMaxDelay));
+}
+
+/// A stiffness that is negative in some direction would give a tool energy out of nothing.
+bool is_never_negative(const Matrix6& stiffness) {
+  const Eigen::SelfAdjointEigenSolver<Matrix6> solver(stiffness, Eigen::EigenvaluesOnly);
+  const auto& values = solver.eigenvalues();  // in rising order
+  return values(0) >= -kMaxNegativeStiffness * std::max(values(5), 0.0);
+}
+
+bool is_in_range(const SoftContact& contact) {
+  const bool has_lengths = contact.trust_radius_m > 0 && contact.trust_radius_m <= kMaxPositionM &&
+                           contact.lever_m >= 0 && contact.lever_m <= kMaxPositionM;
+  const bool has_wrench = is_within(contact.wrench_W.f, kMaxForceN) && is_within(contact.wrench_W.t, kMaxTorqueNM);
+  const bool has_pose = is_within(contact.X_WT0.p, kMaxPositionM) && is_unit(contact.X_WT0.q);
+  return has_lengths && has_wrench && has_pose && contact.stiffness.allFinite() &&
+         contact.stiffness.cwiseAbs().maxCoeff() <= kMaxContactStiffness && is_never_negative(contact.stiffness);
+}
+
+void write_soft_contact(const SoftContact& contact, wire::SoftContact& out) {
+  write_six(contact.wrench_W, *out.mutable_wrench());
+  out.mutable_stiffness()->Reserve(kTriangleNumbers);
+  for (int row = 0; row < 6; ++row) {
+    for (int column = row; column < 6; ++column) out.add_stiffness(static_cast<float>(contact.stiffness(row, column)));
+  }
+  write_pose(contact.X_WT0, *out.mutable_pose());
+  out.set_trust_radius_m(contact.trust_radius_m);
+  out.set_lever_m(contact.lever_m);
+}
+
+DropReason read_soft_contact(const wire::SoftContact& in, SoftContact& out) {
+  if (in.wrench_size() != kWrenchNumbers || in.stiffness_size() != kTriangleNumbers) return DropReason::kMalformed;
+  if (const DropReason drop = read_pose(in.pose(), out.X_WT0); drop != DropReason::kNone) return drop;
+  out.wrench_W = six_of(in.wrench());
+  for (int row = 0, next = 0; row < 6; ++row) {
+    for (int column = row; column < 6; ++column) {
+      out.stiffness(row, column) = out.stiffness(column, row) = in.stiffness(next++);
+    }
+  }
+  out.trust_radius_m = in.trust_radius_m();
+  out.lever_m = in.lever_m();
+  return is_in_range(out) ? DropReason::kNone : DropReason::kNotFinite;
+}
+
 void write_compact(std::uint32_t id, const RigidState& state, wire::CompactState& out) {
   out.set_id(id);
-  const auto add_to = [](google::protobuf::RepeatedField<float>& numbers, double number) {
-    numbers.Add(static_cast<float>(number));
-  };
-  google::protobuf::RepeatedField<float>& pose = *out.mutable_pose();
-  pose.Reserve(kPoseNumbers);
-  for (const double number : state.X.p) add_to(pose, number);
-  for (const double number : {state.X.q.w(), state.X.q.x(), state.X.q.y(), state.X.q.z()}) add_to(pose, number);
-  if (is_at_rest(state.V)) return;
-  google::protobuf::RepeatedField<float>& twist = *out.mutable_twist();
-  twist.Reserve(kTwistNumbers);
-  for (const double number : state.V.v) add_to(twist, number);
-  for (const double number : state.V.w) add_to(twist, number);
+  write_pose(state.X, *out.mutable_pose());
+  if (!is_at_rest(state.V)) write_six({state.V.v, state.V.w}, *out.mutable_twist());
 }
 
 DropReason read_compact(const wire::CompactState& in, RigidState& out) {
-  if (in.id() == 0 || in.pose_size() != kPoseNumbers) return DropReason::kMalformed;
+  if (in.id() == 0) return DropReason::kMalformed;
   if (in.twist_size() != 0 && in.twist_size() != kTwistNumbers) return DropReason::kMalformed;
-  out.X.p = {in.pose(0), in.pose(1), in.pose(2)};
-  out.X.q = Quat(in.pose(3), in.pose(4), in.pose(5), in.pose(6));
+  if (const DropReason drop = read_pose(in.pose(), out.X); drop != DropReason::kNone) return drop;
   out.V = {};
   if (in.twist_size() == kTwistNumbers) {
-    out.V.v = {in.twist(0), in.twist(1), in.twist(2)};
-    out.V.w = {in.twist(3), in.twist(4), in.twist(5)};
+    const Wrench numbers = six_of(in.twist());
+    out.V = {numbers.f, numbers.t};
   }
   return accept_rigid(out);
 }
@@ -166,6 +252,36 @@ void append_bytes(const google::protobuf::MessageLite& message, std::size_t size
   message.SerializeWithCachedSizesToArray(reinterpret_cast<std::uint8_t*>(out.data() + start));
 }
 
+/// What a client with a local model, or with wave variables, needs besides.
+void write_bridge_part(const ServerUpdate& update, wire::ServerUpdate& out) {
+  if (update.held_body.is_valid()) write_pose(update.X_BT, *out.mutable_tool_in_held_body());
+  out.set_joint_share(update.joint_share);
+  out.set_playout_ns(nanoseconds_of_delay(update.playout));
+  out.set_slowest_loop_ns(nanoseconds_of_delay(update.slowest_loop));
+  // One that is out of range would make the whole message unreadable.
+  if (is_in_range(update.soft_contact)) write_soft_contact(update.soft_contact, *out.mutable_soft_contact());
+  if (!is_zero(update.wave)) write_six(update.wave, *out.mutable_wave());
+}
+
+DropReason read_bridge_part(const wire::ServerUpdate& in, ServerUpdate& out) {
+  out.joint_share = in.joint_share();
+  const bool is_share = out.joint_share >= 0 && out.joint_share <= 1;
+  const bool has_delays =
+      read_delay(in.playout_ns(), out.playout) && read_delay(in.slowest_loop_ns(), out.slowest_loop);
+  if (!is_share || !has_delays) return DropReason::kNotFinite;
+  out.X_BT = {};
+  if (out.held_body.is_valid() != !in.tool_in_held_body().empty()) return DropReason::kMalformed;
+  if (out.held_body.is_valid()) {
+    if (const DropReason drop = read_pose(in.tool_in_held_body(), out.X_BT); drop != DropReason::kNone) return drop;
+  }
+  out.soft_contact = {};
+  if (in.has_soft_contact()) {
+    const DropReason drop = read_soft_contact(in.soft_contact(), out.soft_contact);
+    if (drop != DropReason::kNone) return drop;
+  }
+  return read_wave(in.wave(), out.wave);
+}
+
 /// Everything but bodies and users: always sent.
 void write_own_part(const ServerUpdate& update, wire::ServerUpdate& out) {
   out.set_step(update.step.value);
@@ -183,6 +299,7 @@ void write_own_part(const ServerUpdate& update, wire::ServerUpdate& out) {
   // Clamped, unlike the rest: overlapping atoms give any energy, up to infinity, in a sound world.
   out.set_field_energy_kj_per_mol(
       std::clamp(update.field_energy_kj_per_mol, -kMaxFieldEnergyKjPerMol, kMaxFieldEnergyKjPerMol));
+  write_bridge_part(update, out);
 }
 
 DropReason read_own_part(const wire::ServerUpdate& in, ServerUpdate& out) {
@@ -202,7 +319,10 @@ DropReason read_own_part(const wire::ServerUpdate& in, ServerUpdate& out) {
                             std::abs(out.field_energy_kj_per_mol) <= kMaxFieldEnergyKjPerMol;
   if (!has_times || !has_energies) return DropReason::kNotFinite;
   if (const DropReason drop = read_rigid(in.tool(), out.tool); drop != DropReason::kNone) return drop;
-  return read_wrench(in.wrench_on_hand(), out.wrench_on_hand_W);
+  if (const DropReason drop = read_wrench(in.wrench_on_hand(), out.wrench_on_hand_W); drop != DropReason::kNone) {
+    return drop;
+  }
+  return read_bridge_part(in, out);
 }
 
 template <class Items>
@@ -214,7 +334,8 @@ DropReason read_bodies(const wire::ServerUpdate& in, ServerUpdate& out) {
   out.bodies.clear();
   if (in.bodies_size() > static_cast<int>(kMaxBodies)) return DropReason::kMalformed;
   for (const wire::CompactState& compact : in.bodies()) {
-    BodyState body{BodyId{compact.id()}, {}, UserId{compact.held_by_user()}};
+    BodyState body{BodyId{compact.id()}, {}, UserId{compact.held_by_user()}, compact.hands()};
+    if (body.hands > kMaxUsers) return DropReason::kNotFinite;
     if (const DropReason drop = read_compact(compact, body.state); drop != DropReason::kNone) return drop;
     if (has_id(out.bodies, compact.id())) return DropReason::kMalformed;
     out.bodies.push_back(body);
@@ -290,11 +411,85 @@ bool keep_last_if_it_fits(WireItems& items, std::size_t& left) {
 void write_body(const BodyState& body, wire::CompactState& out) {
   write_compact(body.id.value, body.state, out);
   out.set_held_by_user(body.held_by.value);
+  out.set_hands(body.hands);
 }
 
 void write_user(const OtherUserState& user, wire::CompactState& out) {
   write_compact(user.id.value, user.tool, out);
   out.set_holds_body(user.holds.value);
+}
+
+bool is_direction_or_none(const Vec3& a) {
+  return a.isZero(0) || std::abs(a.norm() - 1) <= kMaxQuaternionError;
+}
+bool is_sendable(const CopyTarget& copy) {
+  return copy.body.is_valid() && is_sendable(copy.state) && is_within(copy.p_BJ, 0.999 * kMaxPositionM) &&
+         is_direction_or_none(copy.pressing_B);
+}
+
+void write_copy(const CopyTarget& copy, wire::BodyCopy& out) {
+  write_compact(copy.body.value, copy.state, *out.mutable_state());
+  for (const double number : copy.p_BJ) out.add_point(static_cast<float>(number));
+  if (copy.pressing_B.isZero(0)) return;
+  for (const double number : copy.pressing_B) out.add_pressing(static_cast<float>(number));
+}
+
+DropReason read_copy(const wire::BodyCopy& in, CopyTarget& out) {
+  const bool has_direction = in.pressing_size() == 3;
+  if (!in.has_state() || in.point_size() != 3 || (!has_direction && !in.pressing().empty())) {
+    return DropReason::kMalformed;
+  }
+  if (const DropReason drop = read_compact(in.state(), out.state); drop != DropReason::kNone) return drop;
+  out.body = BodyId{in.state().id()};
+  out.p_BJ = {in.point(0), in.point(1), in.point(2)};
+  out.pressing_B = Vec3::Zero();
+  if (!is_within(out.p_BJ, kMaxPositionM)) return DropReason::kNotFinite;
+  if (!has_direction) return DropReason::kNone;
+  out.pressing_B = {in.pressing(0), in.pressing(1), in.pressing(2)};
+  if (!(std::abs(out.pressing_B.norm() - 1) <= kMaxQuaternionError)) return DropReason::kNotFinite;
+  out.pressing_B.normalize();
+  return DropReason::kNone;
+}
+
+DropReason read_copies(const wire::ClientUpdate& in, ClientUpdate& out) {
+  out.copies.clear();
+  const bool may_have = out.mode == ClientMode::kLocalModel;
+  if (in.copies_size() > (may_have ? static_cast<int>(kMostCopies) : 0)) return DropReason::kMalformed;
+  for (const wire::BodyCopy& message : in.copies()) {
+    CopyTarget copy;
+    if (const DropReason drop = read_copy(message, copy); drop != DropReason::kNone) return drop;
+    const auto is_same = [&copy](const CopyTarget& other) { return other.body == copy.body; };
+    if (std::ranges::any_of(out.copies, is_same)) return DropReason::kMalformed;
+    out.copies.push_back(copy);
+  }
+  return DropReason::kNone;
+}
+
+/// What belongs to the mode; absent in the others.
+void write_mode_part(const ClientUpdate& update, wire::ClientUpdate& out) {
+  out.set_mode(static_cast<std::uint32_t>(update.mode));
+  out.set_round_trip_ns(nanoseconds_of_delay(update.round_trip));
+  if (update.mode == ClientMode::kLocalModel) {
+    write_rigid(update.tool, *out.mutable_tool());
+    for (const CopyTarget& copy : update.copies) {
+      if (is_sendable(copy)) write_copy(copy, *out.add_copies());
+    }
+  }
+  if (update.mode == ClientMode::kWave) write_six(update.wave, *out.mutable_wave());
+}
+
+DropReason read_mode_part(const wire::ClientUpdate& in, ClientUpdate& out) {
+  out.tool = {};
+  if (in.mode() > static_cast<std::uint32_t>(ClientMode::kWave)) return DropReason::kNotFinite;
+  out.mode = static_cast<ClientMode>(in.mode());
+  if (!read_delay(in.round_trip_ns(), out.round_trip)) return DropReason::kNotFinite;
+  if (in.has_tool() != (out.mode == ClientMode::kLocalModel)) return DropReason::kMalformed;
+  if (in.wave().empty() != (out.mode != ClientMode::kWave)) return DropReason::kMalformed;
+  if (in.has_tool()) {
+    if (const DropReason drop = read_rigid(in.tool(), out.tool); drop != DropReason::kNone) return drop;
+  }
+  if (const DropReason drop = read_copies(in, out); drop != DropReason::kNone) return drop;
+  return read_wave(in.wave(), out.wave);
 }
 
 }  // namespace
@@ -311,6 +506,7 @@ void append_client_update(const ClientUpdate& update, Bytes& out) {
   message.set_acknowledged_held_ns(nanoseconds_of(update.acknowledged_held));
   message.set_energy_to_hand_j(update.energy_to_hand_j);
   message.set_energy_from_hand_j(update.energy_from_hand_j);
+  write_mode_part(update, message);
   append_bytes(message, message.ByteSizeLong(), out);
 }
 
@@ -329,7 +525,8 @@ DropReason parse_client_update(std::span<const std::byte> payload, ClientUpdate&
   if (!has_times || !is_cumulative_energy(out.energy_to_hand_j) || !is_cumulative_energy(out.energy_from_hand_j)) {
     return DropReason::kNotFinite;
   }
-  return read_rigid(in.handle(), out.handle);
+  if (const DropReason drop = read_rigid(in.handle(), out.handle); drop != DropReason::kNone) return drop;
+  return read_mode_part(in, out);
 }
 
 void ServerUpdateEncoder::follow_membership(const ServerUpdate& update) {

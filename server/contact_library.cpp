@@ -1,16 +1,12 @@
 #include "server/contact_library.hpp"
 
 #include <algorithm>
-#include <atomic>
 #include <chrono>
-#include <cstdlib>
 #include <cstring>
 #include <fstream>
 #include <iomanip>
 #include <sstream>
 #include <thread>
-
-#include <unistd.h>
 
 namespace tandem {
 namespace {
@@ -84,29 +80,6 @@ std::vector<std::uint8_t> read_entry(const std::filesystem::path& file, const Sh
   return bytes;
 }
 
-/// Under another name first: who reads meanwhile sees all of it or nothing. True when it is there.
-bool write_entry(const std::filesystem::path& file, const Sha256& key, const std::vector<std::uint8_t>& bytes) {
-  static std::atomic<unsigned> serial{0};
-  std::error_code error;
-  std::filesystem::create_directories(file.parent_path(), error);
-  const std::filesystem::path partial =
-      file.string() + "." + std::to_string(getpid()) + "-" + std::to_string(serial++) + ".partial";
-  {
-    std::ofstream stream(partial, std::ios::binary);
-    stream.write(reinterpret_cast<const char*>(key.data()), static_cast<std::streamsize>(key.size()));
-    stream.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
-    stream.flush();
-    if (!stream) {
-      std::filesystem::remove(partial, error);
-      return false;
-    }
-  }
-  std::filesystem::rename(partial, file, error);
-  const bool is_there = !error;
-  if (!is_there) std::filesystem::remove(partial, error);
-  return is_there;
-}
-
 std::string describe(const ContactShape& shape, const std::string& from, double seconds) {
   std::ostringstream out;
   out << "contact " << from << " in " << std::fixed << std::setprecision(2) << seconds
@@ -120,17 +93,6 @@ double seconds_since(std::chrono::steady_clock::time_point begin) {
 }
 
 }  // namespace
-
-std::filesystem::path default_cache_directory() {
-  const auto variable = [](const char* name) -> std::filesystem::path {
-    const char* const value = std::getenv(name);
-    return value == nullptr ? "" : value;
-  };
-  if (const auto own = variable("TANDEM_CACHE"); !own.empty()) return own;
-  if (const auto xdg = variable("XDG_CACHE_HOME"); !xdg.empty()) return xdg / "tandem";
-  if (const auto home = variable("HOME"); !home.empty()) return home / ".cache" / "tandem";
-  return {};
-}
 
 std::shared_ptr<const ContactShape> ContactLibrary::primitive(const wire::Shape& shape) {
   const auto made_once = [this](const std::array<double, 4>& key, const auto& make) {
@@ -176,7 +138,7 @@ ContactAsset ContactLibrary::mesh(const ContactMesh& mesh, double sheet_thicknes
     asset.shape = make_contact_mesh(mesh, options_for(mesh, sheet_thickness_m), progress);
     asset.note = describe(*asset.shape, "built", seconds_since(begin));
     bytes = contact_asset_bytes(*asset.shape);
-    if (!cached.empty() && !write_entry(cached, key, bytes)) {
+    if (!cached.empty() && !write_whole_file(cached, {key, std::as_bytes(std::span(bytes))})) {
       asset.note += "; " + cached.string() + " cannot be written, so the next start builds it again";
     }
   }

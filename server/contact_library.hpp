@@ -10,15 +10,13 @@
 #include <string>
 #include <vector>
 
+#include "common/cache_directory.hpp"
 #include "common/contact/contact_shape.hpp"
 #include "proto/content_hash.hpp"
 #include "proto/datagram.hpp"
 #include "tandem/scene.pb.h"
 
 namespace tandem {
-
-/// $TANDEM_CACHE, else $XDG_CACHE_HOME/tandem, else $HOME/.cache/tandem; empty (no cache) when none is set.
-std::filesystem::path default_cache_directory();
 
 /// How a scene is loaded, beside what its file says.
 struct SceneLoading {

@@ -113,6 +113,10 @@ void GImpactReference::place(const Pose& X_WT) {
   impl_->tool.setAngularVelocity(btVector3(0, 0, 0));
 }
 
+void GImpactReference::set_step(double step_s) {
+  impl_->settings.step_s = step_s;
+}
+
 GImpactReference::Step GImpactReference::step(const Wrench& on_tool_W) {
   Impl& all = *impl_;
   const LocalTime begin = all.clock.now();

@@ -34,6 +34,8 @@ class GImpactReference {
   ~GImpactReference();
 
   void place(const Pose& X_WT);
+  /// Length of the steps from here on.
+  void set_step(double step_s);
   /// Advances by one step with this wrench on the moving mesh, about its origin.
   Step step(const Wrench& on_tool_W);
 

@@ -5,19 +5,10 @@
 
 #include "common/contact/mesh_repair.hpp"
 #include "common/molecule/molecule.hpp"
-#include "common/spatial.hpp"
+#include "common/world/mass_properties.hpp"
 #include "tandem/scene.pb.h"
 
 namespace tandem {
-
-/// How mass is spread in a body.
-struct MassProperties {
-  double mass_kg = 0;                           ///< 0: static; the rest is then unset
-  Pose X_BC;                                    ///< centre of mass and principal axes C in the body frame B
-  Vec3 principal_inertia_kg_m2 = Vec3::Zero();  ///< about C
-
-  double smallest_inertia_kg_m2() const { return principal_inertia_kg_m2.minCoeff(); }
-};
 
 /// A shape with the mesh that was loaded for it.
 struct SolidShape {

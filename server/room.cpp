@@ -1,17 +1,33 @@
 #include "server/room.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <utility>
 
 namespace tandem {
+namespace {
 
-Room::Room(RoomId id, std::string name, std::shared_ptr<const LoadedScene> scene, World::SoftStepping soft_stepping)
+bool has_several(std::uint32_t hands) {
+  return std::popcount(hands) > 1;
+}
+
+/// A client that has not measured its loop yet is taken to have a long one, and is joined softly.
+Duration loop_of(const ClientUpdate& input) {
+  constexpr Duration kUnknownLoop = std::chrono::milliseconds(200);
+  return input.round_trip > Duration{0} ? input.round_trip : kUnknownLoop;
+}
+
+}  // namespace
+
+Room::Room(RoomId id, std::string name, std::shared_ptr<const LoadedScene> scene, SoftStepping soft_stepping)
     : id_(id),
       name_(std::move(name)),
       scene_(std::move(scene)),
       period_(from_seconds(1.0 / scene_->description.step_rate_hz())),
-      world_(scene_, soft_stepping) {
+      world_(make_server_world(scene_, soft_stepping)),
+      coupling_(scene_->coupling.parameters) {
   for (auto& slot : slots_) slot = std::make_unique<UserSlot>();
+  for (auto& bridge : bridges_) bridge = std::make_unique<Bridge>(to_seconds(period_));
   for (std::size_t i = 0; i < scene_->bodies.size(); ++i) {
     if (scene_->bodies[i].mass.mass_kg > 0) moving_bodies_.push_back(body_id_at(i));
   }
@@ -23,6 +39,7 @@ void Room::step(ServerTime now) noexcept {
   faults |= take_inputs();
   faults |= world_.step();
   ++step_.value;
+  settle_waves();
   describe_world(now, faults);
   for (std::size_t slot = 0; slot < kMaxUsers; ++slot) {
     if (members_[slot].user.is_valid()) publish_to(slot);
@@ -48,6 +65,7 @@ void Room::apply(const RoomCommand& command) noexcept {
     case RoomCommand::Kind::kRelease:
       return serve_request(command);
     case RoomCommand::Kind::kSetCoupling:
+      coupling_ = command.coupling;
       return world_.set_coupling(command.coupling);
     case RoomCommand::Kind::kJoin:
       return;
@@ -62,14 +80,20 @@ void Room::join(const RoomCommand& command) noexcept {
   member.user = command.user;
   member.role = command.role;
   member.tool = command.tool;
+  member.leaves_gaps = command.leaves_gaps;
   // What the slot's former user sent last is not this one's.
   slots_[command.slot]->input.poll();
+  bridges_[command.slot]->playout.reset();
+  bridges_[command.slot]->wave.reset();
   if (member.is_manipulator()) world_.activate_tool(member.tool);
 }
 
 void Room::leave(std::size_t slot) noexcept {
   Member& member = members_[slot];
-  if (member.is_manipulator()) world_.deactivate_tool(member.tool);
+  if (member.is_manipulator()) {
+    let_tool_be(slot);
+    world_.deactivate_tool(member.tool);
+  }
   member = Member{};
 }
 
@@ -120,23 +144,126 @@ TickFaults Room::take_inputs() noexcept {
 
 TickFaults Room::take_input(std::size_t slot) noexcept {
   Member& member = members_[slot];
-  if (slots_[slot]->input.poll()) {
-    member.newest = slots_[slot]->input.front();
-    member.input_seen_at = step_;
-    member.has_input = true;
-    // Let go in any case: a hand that is lost must be able to open.
-    const bool is_down = (member.newest.buttons & kButtonGrab) != 0;
-    if (member.newest.handle_valid || !is_down) follow_grab_button(slot, is_down);
-  }
+  if (slots_[slot]->input.poll()) take_newest(slot);
   if (!member.has_input) return 0;
-  const Duration age = period_ * static_cast<Duration::rep>(step_.value - member.input_seen_at.value);
-  const bool is_stale = age > kInputStaleAfter;
+  const bool is_stale = input_age(member) > kInputStaleAfter;
   if (is_stale || !member.newest.handle_valid) {
-    world_.clear_handle(member.tool);
+    let_tool_be(slot);
   } else {
-    world_.set_handle(member.tool, member.newest.handle);
+    drive_tool(slot);
   }
   return is_stale ? TickFaults{kFaultInputStale} : 0;
+}
+
+void Room::take_newest(std::size_t slot) noexcept {
+  Member& member = members_[slot];
+  const ClientMode before = member.newest.mode;
+  member.newest = slots_[slot]->input.front();
+  member.input_seen_at = step_;
+  member.has_input = true;
+  // Let go in any case: a hand that is lost must be able to open.
+  const bool is_down = (member.newest.buttons & kButtonGrab) != 0;
+  if (member.newest.handle_valid || !is_down) follow_grab_button(slot, is_down);
+  if (member.newest.mode != before) let_tool_be(slot);
+  if (!member.newest.handle_valid) return;
+  if (member.newest.mode == ClientMode::kLocalModel) bridges_[slot]->playout.take(member.newest, time_done());
+}
+
+void Room::drive_tool(std::size_t slot) noexcept {
+  Member& member = members_[slot];
+  switch (member.newest.mode) {
+    case ClientMode::kLocalModel:
+      return play_out(slot);
+    case ClientMode::kWave:
+      return move_by_wave(slot);
+    case ClientMode::kHandle:
+      break;
+  }
+  member.answered = member.newest.input_tick;
+  RigidState handle = member.newest.handle;
+  if (member.leaves_gaps) {
+    handle.X = integrate(handle.X, handle.V, to_seconds(std::min(input_age(member), kExtrapolatedFor)));
+  }
+  world_.set_handle(member.tool, handle);
+}
+
+/// Until there is an input again: nothing that is on its way is played any more.
+void Room::let_tool_be(std::size_t slot) noexcept {
+  Member& member = members_[slot];
+  member.answered = member.newest.input_tick;
+  member.joint_share.reset();
+  member.shared_until = Step{};
+  member.slowest_loop = Duration{0};
+  bridges_[slot]->playout.reset();
+  bridges_[slot]->wave.reset();
+  world_.join_copies(member.tool, RigidState{}, {}, {}, 0);
+  world_.clear_handle(member.tool);
+}
+
+void Room::play_out(std::size_t slot) noexcept {
+  Member& member = members_[slot];
+  InputPlayout& playout = bridges_[slot]->playout;
+  const auto played = playout.play(time_done());
+  if (!played) return;
+  member.answered = played->tick;
+  world_.set_handle(member.tool, played->handle);
+  join_copies(slot, *played);
+}
+
+void Room::join_copies(std::size_t slot, const PlayedInput& played) noexcept {
+  Member& member = members_[slot];
+  member.slowest_loop = slowest_loop(slot);
+  if (member.slowest_loop > Duration{0}) {
+    member.shared_until = Step{step_.value + static_cast<std::uint64_t>(kSharedFor / period_)};
+  }
+  const double share = member.joint_share.step(to_seconds(period_), step_ < member.shared_until);
+  boost::container::static_vector<Joint, kMostCopies> joints;
+  for (const CopyTarget& copy : played.copies) {
+    const Vec3 pressing_W = world_.body(copy.body).X.q * copy.pressing_B;
+    joints.push_back(joint_for(loop_of(member.newest), member.slowest_loop, pressing_W));
+  }
+  world_.join_copies(member.tool, played.tool, played.copies, joints, share);
+}
+
+/// The waves move a handle of their own; where the hand is, only keeps it from drifting away.
+void Room::move_by_wave(std::size_t slot) noexcept {
+  Member& member = members_[slot];
+  const BodyId held = world_.tool(member.tool).held;
+  const auto body = held.is_valid() ? std::optional<std::size_t>(held.value - 1) : std::nullopt;
+  const CouplingParameters in_force =
+      coupling_in_force(scene_->coupling, coupling_, moved_mass(*scene_, member.tool, body));
+  member.answered = member.newest.input_tick;
+  world_.set_handle(member.tool, bridges_[slot]->wave.target(member.newest, in_force, to_seconds(period_)));
+}
+
+void Room::settle_waves() noexcept {
+  for (std::size_t slot = 0; slot < kMaxUsers; ++slot) {
+    const Member& member = members_[slot];
+    if (!member.is_in(ClientMode::kWave) || !member.newest.handle_valid) continue;
+    bridges_[slot]->wave.settle(world_.tool(member.tool).wrench_on_hand_W, to_seconds(period_));
+  }
+}
+
+/// Another user has a hand on it too.
+bool Room::is_shared(BodyId body, std::size_t tool) const noexcept {
+  const std::uint32_t hands = hands_[body.value - 1];
+  return (hands >> tool & 1U) != 0 && has_several(hands);
+}
+
+/// The longest loop of all whose copies are joined to a body that this user's tool holds or touches together with
+/// another user, this one among them; 0: nobody else has a hand on it.
+Duration Room::slowest_loop(std::size_t slot) const noexcept {
+  const std::size_t tool = members_[slot].tool;
+  std::uint32_t hands = 0;
+  for (const BodyId body : moving_bodies_) {
+    if (is_shared(body, tool)) hands |= hands_[body.value - 1];
+  }
+  Duration slowest{0};
+  for (const Member& member : members_) {
+    if (!member.is_in(ClientMode::kLocalModel) || (hands >> member.tool & 1U) == 0) continue;
+    slowest = std::max(slowest, loop_of(member.newest));
+  }
+  return slowest;
 }
 
 void Room::follow_grab_button(std::size_t slot, bool is_down) noexcept {
@@ -157,7 +284,11 @@ void Room::describe_world(ServerTime now, TickFaults faults) noexcept {
   common_.tick_faults = faults;
   common_.field_energy_kj_per_mol = world_.field_energy_kj_per_mol();
   common_.bodies.clear();
-  for (const BodyId id : moving_bodies_) common_.bodies.push_back({id, world_.body(id), UserId{}});
+  for (const BodyId id : moving_bodies_) {
+    hands_[id.value - 1] = world_.hands_on(id);
+    const auto hands = static_cast<std::uint32_t>(std::popcount(hands_[id.value - 1]));
+    common_.bodies.push_back({id, world_.body(id), UserId{}, hands});
+  }
   for (const Member& member : members_) {
     if (!member.is_manipulator()) continue;
     const BodyId held = world_.tool(member.tool).held;
@@ -175,22 +306,34 @@ void Room::publish_to(std::size_t slot) noexcept {
   told.requests_served = member.requests_served;
   ServerUpdate& update = told.update;
   update = common_;
-  update.answered_input = member.newest.input_tick;
+  update.answered_input = member.answered;
   update.echoed_sent = member.newest.sent;
-  if (member.is_manipulator()) {
-    const ToolState tool = world_.tool(member.tool);
-    update.tool = tool.tool;
-    update.wrench_on_hand_W = tool.wrench_on_hand_W;
-    update.held_body = tool.held;
-    update.energy_into_world_j = tool.energy_into_world_j;
-    update.energy_from_world_j = tool.energy_from_world_j;
-  }
+  if (member.is_manipulator()) describe_tool(slot, update);
   for (std::size_t other = 0; other < kMaxUsers; ++other) {
     if (other == slot || !members_[other].is_manipulator()) continue;
     const ToolState tool = world_.tool(members_[other].tool);
     update.users.push_back({members_[other].user, tool.tool, tool.held});
   }
   slots_[slot]->output.publish();
+}
+
+void Room::describe_tool(std::size_t slot, ServerUpdate& update) const noexcept {
+  const Member& member = members_[slot];
+  const ToolState tool = world_.tool(member.tool);
+  update.tool = tool.tool;
+  update.wrench_on_hand_W = tool.wrench_on_hand_W;
+  update.held_body = tool.held;
+  if (tool.held.is_valid()) update.X_BT = world_.body(tool.held).X.inverse() * tool.tool.X;
+  update.energy_into_world_j = tool.energy_into_world_j;
+  update.energy_from_world_j = tool.energy_from_world_j;
+  update.soft_contact = world_.soft_contact(member.tool);
+  const Bridge& bridge = *bridges_[slot];
+  if (member.is_in(ClientMode::kLocalModel)) {
+    update.joint_share = member.joint_share.now();
+    update.playout = bridge.playout.delay();
+    update.slowest_loop = member.slowest_loop;
+  }
+  if (member.is_in(ClientMode::kWave)) update.wave = bridge.wave.wave();
 }
 
 void Room::emit(const RoomEvent& event) noexcept {

@@ -3,7 +3,7 @@
 //   io thread                             room thread (one at a time)
 //   ─────────                             ───────────
 //   RoomCommand  ──ring──▶                step(): 1 apply commands
-//   ClientUpdate ──mailbox per slot──▶            2 take each user's newest input
+//   ClientUpdate ──mailbox per slot──▶            2 take each user's newest input, or play it out (input_playout.hpp)
 //                ◀──mailbox per slot── UserUpdate     3 step the world
 //                ◀──ring── RoomEvent              4 publish one update a user
 //
@@ -23,10 +23,13 @@
 
 #include "common/mailbox.hpp"
 #include "common/ring.hpp"
+#include "common/tick_faults.hpp"
+#include "common/world/delayed_joint.hpp"
 #include "proto/state.hpp"
-#include "proto/tick_faults.hpp"
+#include "server/input_playout.hpp"
 #include "server/scene_file.hpp"
-#include "server/world.hpp"
+#include "server/server_world.hpp"
+#include "server/wave_hand.hpp"
 
 namespace tandem {
 
@@ -40,6 +43,7 @@ struct RoomCommand {
   UserId user;
   UserRole role = UserRole::kObserver;  ///< kJoin
   std::uint8_t tool = 0;                ///< kJoin of a manipulator
+  bool leaves_gaps = false;             ///< kJoin: between inputs the handle goes on as it last moved
   BodyId body;                          ///< kGrab; invalid: the nearest in reach
   std::uint32_t request = 0;            ///< kGrab, kRelease: carried back in the event
   CouplingParameters coupling;          ///< kSetCoupling
@@ -75,10 +79,18 @@ inline constexpr int kMaxCommandsPerStep = 64;
 /// Older input than this is not followed any more: the hand may be anywhere by then.
 inline constexpr Duration kInputStaleAfter = std::chrono::milliseconds(100);
 
+/// Of a user that leaves gaps on purpose the handle is extrapolated for so long: the longest such gap (kDeadbandFloor),
+/// and what the network adds to it.
+inline constexpr Duration kExtrapolatedFor = std::chrono::milliseconds(15);
+
+/// After another user's hand was on the same body, it counts as shared for so long: hands that touch it in turns do not
+/// switch what joins them.
+inline constexpr Duration kSharedFor = std::chrono::milliseconds(500);
+
 class Room {
  public:
   Room(RoomId id, std::string name, std::shared_ptr<const LoadedScene> scene,
-       World::SoftStepping soft_stepping = World::SoftStepping::kInline);
+       SoftStepping soft_stepping = SoftStepping::kInline);
 
   RoomId id() const { return id_; }
   const std::string& name() const { return name_; }
@@ -106,15 +118,33 @@ class Room {
     UserId user;  ///< invalid: the slot is free
     UserRole role = UserRole::kObserver;
     std::uint8_t tool = 0;
+    bool leaves_gaps = false;
     ClientUpdate newest;
     Step input_seen_at;  ///< step in which `newest` arrived
     bool has_input = false;
     bool grab_button = false;
+    Tick answered;  ///< whose handle is in use
+    JointShare joint_share;
+    Step shared_until;         ///< the body that the tool has a hand on counts as shared
+    Duration slowest_loop{0};  ///< of all who share a body with this user
     std::uint64_t requests_served = 0;
 
     bool is_manipulator() const { return user.is_valid() && role == UserRole::kManipulator; }
+    bool is_in(ClientMode mode) const { return is_manipulator() && has_input && newest.mode == mode; }
+  };
+  /// What bridges a slot's delay; large, so made once.
+  struct Bridge {
+    explicit Bridge(double step_s) : playout(step_s) {}
+
+    InputPlayout playout;  ///< ClientMode::kLocalModel
+    WaveHand wave;         ///< ClientMode::kWave
   };
 
+  /// Time as the physics knows it.
+  Duration time_done() const noexcept { return period_ * static_cast<Duration::rep>(step_.value); }
+  Duration input_age(const Member& member) const noexcept {
+    return period_ * static_cast<Duration::rep>(step_.value - member.input_seen_at.value);
+  }
   void apply_commands() noexcept;
   void apply(const RoomCommand& command) noexcept;
   void join(const RoomCommand& command) noexcept;
@@ -124,9 +154,19 @@ class Room {
   void release(std::size_t slot, std::uint32_t request) noexcept;
   TickFaults take_inputs() noexcept;
   TickFaults take_input(std::size_t slot) noexcept;
+  void take_newest(std::size_t slot) noexcept;
+  void drive_tool(std::size_t slot) noexcept;
+  void let_tool_be(std::size_t slot) noexcept;
+  void play_out(std::size_t slot) noexcept;
+  void move_by_wave(std::size_t slot) noexcept;
+  void settle_waves() noexcept;
+  void join_copies(std::size_t slot, const PlayedInput& played) noexcept;
+  bool is_shared(BodyId body, std::size_t tool) const noexcept;
+  Duration slowest_loop(std::size_t slot) const noexcept;
   void follow_grab_button(std::size_t slot, bool is_down) noexcept;
   void describe_world(ServerTime now, TickFaults faults) noexcept;
   void publish_to(std::size_t slot) noexcept;
+  void describe_tool(std::size_t slot, ServerUpdate& update) const noexcept;
   void emit(const RoomEvent& event) noexcept;
 
   RoomId id_;
@@ -138,9 +178,12 @@ class Room {
   Ring<RoomEvent> events_{256};
   std::array<std::unique_ptr<UserSlot>, kMaxUsers> slots_;
   std::array<Member, kMaxUsers> members_{};
-  std::array<bool, kMaxUsers> has_grabbed_{};  ///< or released, in this step; outlives a change of users
-  std::vector<BodyId> moving_bodies_;          ///< those that updates tell of
-  ServerUpdate common_;                        ///< of this step: what all users are told alike
+  std::array<std::unique_ptr<Bridge>, kMaxUsers> bridges_;
+  std::array<std::uint32_t, kMaxBodies> hands_{};  ///< World::hands_on() of the last step
+  std::array<bool, kMaxUsers> has_grabbed_{};      ///< or released, in this step; outlives a change of users
+  std::vector<BodyId> moving_bodies_;              ///< those that updates tell of
+  ServerUpdate common_;                            ///< of this step: what all users are told alike
+  CouplingParameters coupling_;                    ///< as last set
   Step step_;
   TickFaults pending_faults_ = 0;
   std::uint64_t events_lost_ = 0;

@@ -27,7 +27,7 @@ std::optional<std::uint8_t> RoomSeats::free_tool() const {
   return std::nullopt;
 }
 
-std::optional<Seat> RoomSeats::take(UserRole role) {
+std::optional<Seat> RoomSeats::take(UserRole role, bool leaves_gaps) {
   const auto& limits = room_.scene().description.limits();
   const std::size_t limit = role == UserRole::kManipulator ? limits.manipulators() : limits.observers();
   const auto free = std::find(seats_.begin(), seats_.end(), std::nullopt);
@@ -55,6 +55,7 @@ std::optional<Seat> RoomSeats::take(UserRole role) {
   command.user = seat.user;
   command.role = role;
   command.tool = seat.tool;
+  command.leaves_gaps = leaves_gaps;
   post_surely(command);
   return seat;
 }

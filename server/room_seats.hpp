@@ -32,7 +32,8 @@ class RoomSeats {
   CouplingParameters coupling_in_force(const Seat& seat) const;
 
   /// The n-th manipulator takes the n-th free tool. Nothing when the scene's limits are reached.
-  std::optional<Seat> take(UserRole role);
+  /// In      leaves_gaps  what does not come from this user is little enough to be extrapolated (a deadband)
+  std::optional<Seat> take(UserRole role, bool leaves_gaps = false);
   void leave(const Seat& seat);
   void set_coupling(const Seat& seat, const CouplingParameters& parameters);
   /// False, and nothing is asked of the room, when it does not keep up or this seat's last request is not served yet

@@ -5,6 +5,7 @@
 
 #include "common/contact/counted.hpp"
 #include "common/molecule/loader.hpp"
+#include "common/molecule/molecule_asset.hpp"
 #include "server/mesh_file.hpp"
 
 namespace tandem {
@@ -126,7 +127,24 @@ std::shared_ptr<const Molecule> SceneAssets::load_centred_molecule(wire::Molecul
   notes.push_back(message.file() + ": " + std::to_string(molecule->size()) + " atoms, force field " +
                   molecule->force_field);
   for (const GuessedType& guess : molecule->guessed) notes.push_back(message.file() + ": " + guess.reason);
+  try {
+    add_molecule(*molecule, message);
+  } catch (const std::invalid_argument& error) {
+    field.refuse(std::string("cannot be used: ") + error.what());
+  }
   return molecule;
+}
+
+void SceneAssets::add_molecule(const Molecule& molecule, wire::MoleculeSource& message) {
+  const auto bytes = std::make_shared<const Bytes>(molecule_asset_bytes(molecule));
+  const Sha256 hash = sha256_of(*bytes);
+  message.set_asset_sha256(hash.data(), hash.size());
+  const auto is_same = [&hash](const Asset& other) { return other.sha256 == hash; };
+  if (std::any_of(assets.begin(), assets.end(), is_same)) return;
+  // The same file may be there with several choices of chains, and names must differ.
+  std::string name = message.file();
+  for (const std::string& chain : message.chains()) name += "." + chain;
+  assets.push_back({hash, "molecule", name + ".molecule", bytes});
 }
 
 }  // namespace tandem

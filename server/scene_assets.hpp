@@ -20,7 +20,9 @@ namespace tandem {
 /// A file that the scene uses, offered to clients by the hash of its bytes.
 struct Asset {
   Sha256 sha256{};
-  std::string kind;  ///< "mesh", "structure", or "contact" (common/contact/contact_shape.hpp)
+  /// "mesh", "structure", "contact" (common/contact/contact_shape.hpp), or "molecule"
+  /// (common/molecule/molecule_asset.hpp)
+  std::string kind;
   std::string name;  ///< base name
   std::shared_ptr<const Bytes> bytes;
 };
@@ -38,7 +40,8 @@ class SceneAssets {
   /// Offers `asset` to clients and writes its hash into the message of its mesh.
   void add_contact(const ContactAsset& asset, wire::Mesh& message);
 
-  /// Reads the chosen chains; the origin is the centre of mass. `message` leaves with its base name.
+  /// Reads the chosen chains; the origin is the centre of mass. Offered to clients; `message` leaves with its base name
+  /// and the hash of what is offered.
   /// Fails   SceneError
   std::shared_ptr<const Molecule> load_centred_molecule(wire::MoleculeSource& message,
                                                         const std::string& force_field_directory,
@@ -52,6 +55,7 @@ class SceneAssets {
   std::shared_ptr<const Bytes> read(const std::filesystem::path& file, const std::string& kind,
                                     const SceneField& field);
   std::filesystem::path located(const std::string& file) const;
+  void add_molecule(const Molecule& molecule, wire::MoleculeSource& message);
 
   std::filesystem::path directory_;
   std::map<std::filesystem::path, std::shared_ptr<const Bytes>> read_;

@@ -66,6 +66,9 @@ void complete(wire::Shape& shape, const SceneField& field) {
       return check(*shape.mutable_mesh(), field.in("mesh"));
     case wire::Shape::kMolecule:
       if (shape.molecule().file().empty()) field.in("molecule").in("file").refuse("is empty; name a PDB file");
+      if (!shape.molecule().asset_sha256().empty()) {
+        field.in("molecule").in("asset_sha256").refuse("is the server's to set; leave it out");
+      }
       return;
     case wire::Shape::KIND_NOT_SET:
       break;
@@ -114,6 +117,18 @@ void complete_surface(wire::Body& body, const SceneField& field) {
   }
 }
 
+/// A scene's default coupling: felt by hand, and calm.
+void complete(wire::Anchor& anchor, const SceneField& field) {
+  if (!anchor.has_stiffness_n_per_m()) anchor.set_stiffness_n_per_m(300);
+  if (!anchor.has_damping_n_s_per_m()) anchor.set_damping_n_s_per_m(3);
+  if (!anchor.has_stiffness_n_m_per_rad()) anchor.set_stiffness_n_m_per_rad(0.3);
+  if (!anchor.has_damping_n_m_s_per_rad()) anchor.set_damping_n_m_s_per_rad(0.003);
+  field.in("stiffness_n_per_m").require_at_least_zero(anchor.stiffness_n_per_m(), 1e5);
+  field.in("damping_n_s_per_m").require_at_least_zero(anchor.damping_n_s_per_m(), 1e4);
+  field.in("stiffness_n_m_per_rad").require_at_least_zero(anchor.stiffness_n_m_per_rad(), 1e4);
+  field.in("damping_n_m_s_per_rad").require_at_least_zero(anchor.damping_n_m_s_per_rad(), 1e3);
+}
+
 void complete(wire::Body& body, const SceneField& field) {
   check_shape_count(body.shapes_size(), field.in("shapes"));
   for (int i = 0; i < body.shapes_size(); ++i) {
@@ -131,6 +146,11 @@ void complete(wire::Body& body, const SceneField& field) {
   if (body.graspable() && body.mass_kg() <= 0) {
     field.in("graspable").refuse("is true; a static body cannot be held: give it a mass_kg, or leave graspable out");
   }
+  if (!body.has_anchor()) return;
+  if (body.mass_kg() <= 0) {
+    field.in("anchor").refuse("is given; a static body stays where it is: give it a mass_kg, or leave anchor out");
+  }
+  complete(*body.mutable_anchor(), field.in("anchor"));
 }
 
 void complete_bodies(wire::Scene& scene, const SceneField& file) {

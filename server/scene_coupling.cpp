@@ -140,37 +140,11 @@ void complete_coupling(wire::Coupling& coupling, const SceneField& file) {
 
 SceneCoupling scene_coupling(const wire::Coupling& description) {
   SceneCoupling coupling;
+  coupling.law = description.law();
   for (const CouplingField& field : kCouplingFields) coupling.parameters.*field.value = (description.*field.get)();
   if (description.has_adaptive()) coupling.fit = from_wire(description.adaptive());
   coupling.dynamics = find_coupling_law(description.law())->tool;
   return coupling;
-}
-
-CouplingParameters coupling_in_force(const SceneCoupling& coupling, const CouplingParameters& base,
-                                     const MovedMass& moved) noexcept {
-  CouplingParameters result = base;
-  if (coupling.fit) {
-    result = adapted(*coupling.fit, moved.mass_kg, moved.inertia_kg_m2, base);
-    // A cubic may dip between the places where it was checked.
-    for (const CouplingField& field : kCouplingFields) {
-      if (is_chosen_by_law(coupling, field)) {
-        result.*field.value = std::clamp(result.*field.value, field.low, field.high);
-      }
-    }
-  }
-  if (coupling.dynamics == ToolDynamics::kMassless && !moved.is_held_body) {
-    result.damping_n_s_per_m = result.damping_n_m_s_per_rad = 0;
-  }
-  return result;
-}
-
-bool is_chosen_by_law(const SceneCoupling& coupling, const CouplingField& field) noexcept {
-  if (!coupling.fit) return false;
-  const bool is_linear =
-      field.value == &CouplingParameters::stiffness_n_per_m || field.value == &CouplingParameters::damping_n_s_per_m;
-  const bool is_angular = field.value == &CouplingParameters::stiffness_n_m_per_rad ||
-                          field.value == &CouplingParameters::damping_n_m_s_per_rad;
-  return is_linear || (is_angular && coupling.fit->inertia_high_kg_m2 > 0);
 }
 
 }  // namespace tandem

@@ -4,7 +4,7 @@
 #include <type_traits>
 
 #include "common/effects/catalog.hpp"
-#include "proto/placement.hpp"
+#include "proto/effects_from_wire.hpp"
 #include "server/scene_checks.hpp"
 
 namespace tandem {
@@ -14,10 +14,6 @@ constexpr std::size_t kMaxLabelBytes = 64;
 
 /// Any number: ranges are those of find_problem().
 constexpr double kAnyMagnitude = 1e300;
-
-Vec3 vec3_of(const google::protobuf::RepeatedField<double>& values) {
-  return {values[0], values[1], values[2]};
-}
 
 void complete_model(wire::Viscosity& model, const SceneField& /*field*/) {
   const Viscosity fallback;
@@ -56,75 +52,6 @@ void complete_model(wire::StickSlip& model, const SceneField& /*field*/) {
   if (!model.has_stiffness_n_per_m()) model.set_stiffness_n_per_m(fallback.stiffness_n_per_m);
   if (!model.has_breakaway_force_n()) model.set_breakaway_force_n(fallback.breakaway_force_n);
   if (!model.has_slip_force_n()) model.set_slip_force_n(std::min(fallback.slip_force_n, model.breakaway_force_n()));
-}
-
-Viscosity model_of(const wire::Viscosity& model) {
-  return {model.damping_n_s_per_m(), model.damping_n_m_s_per_rad()};
-}
-ConstantField model_of(const wire::ConstantField& model) {
-  return {vec3_of(model.force_n())};
-}
-Magnet model_of(const wire::Magnet& model) {
-  return {model.peak_force_n(), model.range_m(), vec3_of(model.core_size_m())};
-}
-Vibration model_of(const wire::Vibration& model) {
-  return {model.frequency_hz(), model.amplitude_n(), model.decay_s(), vec3_of(model.direction())};
-}
-Texture model_of(const wire::Texture& model) {
-  return {model.height_m(), model.period_x_m(), model.period_y_m()};
-}
-StickSlip model_of(const wire::StickSlip& model) {
-  return {model.stiffness_n_per_m(), model.breakaway_force_n(), model.slip_force_n()};
-}
-
-/// Calls `visit(name, model)` with the model that the effect has. False: it has none.
-template <typename Effect, typename Visit>
-bool visit_model(Effect& effect, const Visit& visit) {
-  const auto part = [&effect]([[maybe_unused]] auto constant, [[maybe_unused]] auto variable) -> decltype(auto) {
-    if constexpr (std::is_const_v<Effect>) {
-      return (effect.*constant)();
-    } else {
-      return *(effect.*variable)();
-    }
-  };
-  using E = wire::Effect;
-  switch (effect.kind_case()) {
-    case E::kViscosity:
-      visit("viscosity", part(&E::viscosity, &E::mutable_viscosity));
-      return true;
-    case E::kConstantField:
-      visit("constant_field", part(&E::constant_field, &E::mutable_constant_field));
-      return true;
-    case E::kMagnet:
-      visit("magnet", part(&E::magnet, &E::mutable_magnet));
-      return true;
-    case E::kVibration:
-      visit("vibration", part(&E::vibration, &E::mutable_vibration));
-      return true;
-    case E::kTexture:
-      visit("texture", part(&E::texture, &E::mutable_texture));
-      return true;
-    case E::kStickSlip:
-      visit("stick_slip", part(&E::stick_slip, &E::mutable_stick_slip));
-      return true;
-    case E::KIND_NOT_SET:
-      break;
-  }
-  return false;
-}
-
-EffectSettings settings_of(const wire::Effect& effect) {
-  EffectSettings settings;
-  settings.X_OE = pose_from_placement(effect.placement());
-  if (effect.has_box()) settings.region = BoxRegion{vec3_of(effect.box().size_m())};
-  if (effect.has_sphere()) settings.region = SphereRegion{effect.sphere().radius_m()};
-  settings.fade_m = effect.fade_m();
-  settings.in_contact = effect.in_contact();
-  settings.full_contact_n = effect.full_contact_n();
-  settings.force_limit_n = effect.force_limit_n();
-  settings.torque_limit_n_m = effect.torque_limit_n_m();
-  visit_model(effect, [&settings](const char* /*name*/, const auto& model) { settings.model = model_of(model); });
-  return settings;
 }
 
 enum class Owner { kBody, kScene };
@@ -197,17 +124,6 @@ void complete_effects(wire::Scene& scene, const SceneField& file) {
     complete(*scene.mutable_effects(k), Owner::kScene, scene.step_rate_hz(),
              file.in("effects", static_cast<std::size_t>(k)));
   }
-}
-
-std::vector<SceneEffect> effects_of(const wire::Scene& scene) {
-  std::vector<SceneEffect> effects;
-  for (int i = 0; i < scene.bodies_size(); ++i) {
-    for (const wire::Effect& effect : scene.bodies(i).effects()) {
-      effects.push_back({static_cast<std::size_t>(i), settings_of(effect)});
-    }
-  }
-  for (const wire::Effect& effect : scene.effects()) effects.push_back({{}, settings_of(effect)});
-  return effects;
 }
 
 std::string unknown_effect_field_remedy(const std::string& field) {

@@ -1,11 +1,10 @@
 // Effects in scene files: defaults, checks, and what the world makes of them.
 #pragma once
 
-#include <optional>
 #include <string>
 #include <vector>
 
-#include "common/effects/effect_settings.hpp"
+#include "common/world/scene_effect.hpp"
 #include "server/scene_field.hpp"
 #include "tandem/scene.pb.h"
 
@@ -17,20 +16,11 @@ inline constexpr std::size_t kMaxEffects = 32;
 /// Of the step rate: what a sampled sinusoid needs to be one.
 inline constexpr double kMostVibrationShare = 0.4;
 
-struct SceneEffect {
-  std::optional<std::size_t> body;  ///< that it belongs to; none: the scene
-  EffectSettings settings;
-};
-
 /// Fills in every default of the effects and refuses the first field that cannot be.
 ///
 /// In      scene  its step_rate_hz is complete
 /// Fails   SceneError
 void complete_effects(wire::Scene& scene, const SceneField& file);
-
-/// Those of the bodies first, all in the order of the scene.
-/// In      scene  complete
-std::vector<SceneEffect> effects_of(const wire::Scene& scene);
 
 /// What to say of a field of an effect that does not exist; "" for a field elsewhere.
 std::string unknown_effect_field_remedy(const std::string& field);

@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "proto/control_framing.hpp"
+#include "proto/effects_from_wire.hpp"
 #include "proto/placement.hpp"
 #include "server/scene_checks.hpp"
 #include "server/soft_scene.hpp"
@@ -237,8 +238,7 @@ class SceneBuilder {
 }  // namespace
 
 MovedMass moved_mass(const LoadedScene& scene, std::size_t tool, std::optional<std::size_t> held) noexcept {
-  const MassProperties& mass = held ? scene.bodies[*held].mass : scene.tools[tool].mass;
-  return {mass.mass_kg, mass.principal_inertia_kg_m2.mean(), held.has_value()};
+  return moved_mass(held ? scene.bodies[*held].mass : scene.tools[tool].mass, held.has_value());
 }
 
 std::shared_ptr<const LoadedScene> load_scene_text(const std::string& json, const std::string& origin,

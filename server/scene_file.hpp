@@ -10,6 +10,7 @@
 #include "common/molecule/molecule.hpp"
 #include "common/spatial.hpp"
 #include "common/workspace.hpp"
+#include "common/world/touch_model.hpp"
 #include "server/contact_library.hpp"
 #include "server/mass_properties.hpp"
 #include "server/scene_assets.hpp"
@@ -17,7 +18,6 @@
 #include "server/scene_effects.hpp"
 #include "server/scene_field.hpp"
 #include "server/soft_model.hpp"
-#include "server/touch_model.hpp"
 #include "tandem/scene.pb.h"
 
 namespace tandem {

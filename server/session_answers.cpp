@@ -54,6 +54,23 @@ void fill(const Asset& asset, wire::AssetInfo& info) {
   info.set_name(asset.name);
 }
 
+void fill(const MassProperties& mass, wire::MassProperties& out) {
+  out.set_mass_kg(mass.mass_kg);
+  if (!(mass.mass_kg > 0)) return;
+  const Pose& X_BC = mass.X_BC;
+  for (const double number : X_BC.p) out.add_centre(number);
+  for (const double number : {X_BC.q.w(), X_BC.q.x(), X_BC.q.y(), X_BC.q.z()}) out.add_centre(number);
+  for (const double number : mass.principal_inertia_kg_m2) out.add_principal_inertia_kg_m2(number);
+}
+
+/// What is the same for every newcomer.
+void fill(const LoadedScene& scene, wire::Joined& joined) {
+  *joined.mutable_scene() = scene.description;
+  for (const Asset& asset : scene.assets) fill(asset, *joined.add_assets());
+  for (const LoadedBody& body : scene.bodies) fill(body.mass, *joined.add_body_masses());
+  for (const LoadedTool& tool : scene.tools) fill(tool.mass, *joined.add_tool_masses());
+}
+
 }  // namespace
 
 std::string quoted(const std::string& text) {
@@ -83,13 +100,12 @@ wire::ServerControl joined_answer(std::uint32_t request, const RoomSeats& seats,
   wire::Joined& joined = *answer.mutable_joined();
   joined.set_user(seat.user.value);
   joined.set_role(wire_role(seat.role));
-  *joined.mutable_scene() = scene.description;
+  fill(scene, joined);
   const CouplingParameters coupling = seats.coupling_in_force(seat);
   for (const CouplingField& field : kCouplingFields) {
     (joined.mutable_scene()->mutable_coupling()->*field.set)(coupling.*field.value);
   }
   joined.set_tool(seat.tool);
-  for (const Asset& asset : scene.assets) fill(asset, *joined.add_assets());
   return answer;
 }
 
@@ -97,8 +113,7 @@ std::size_t joined_answer_bound(const LoadedScene& scene) {
   // A user's numbers, and coefficients that are zero in the description, rounded up.
   constexpr std::size_t kBesides = 256;
   wire::Joined joined;
-  *joined.mutable_scene() = scene.description;
-  for (const Asset& asset : scene.assets) fill(asset, *joined.add_assets());
+  fill(scene, joined);
   return joined.ByteSizeLong() + kBesides;
 }
 

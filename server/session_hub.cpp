@@ -6,6 +6,7 @@
 #include <unordered_map>
 #include <utility>
 
+#include "common/deadband.hpp"
 #include "proto/control_framing.hpp"
 #include "proto/coupling_fields.hpp"
 #include "proto/state_codec.hpp"
@@ -39,10 +40,14 @@ struct Connection {
   bool has_input = false;
   LocalTime input_sent{};      // t1 of the newest accepted
   LocalTime input_received{};  // t2
+  ClientMode mode = ClientMode::kHandle;
   // State out
   ServerUpdateEncoder encoder;
   std::uint64_t sequence = 0;
   Step last_step;
+  Deadband deadband{0};
+  LocalTime told_at{};
+  ServerUpdate told;  // sent last
 
   std::string label() const {
     if (seats == nullptr) return "connection " + std::to_string(handle);
@@ -89,6 +94,7 @@ struct SessionHub::Impl {
                            const std::function<bool(ConnectionHandle)>& may_belong_to, ConnectionHandle& accepted);
   void give_to_room(Connection& connection, const ClientUpdate& update, LocalTime now);
   void send_newest_update(Connection& connection, LocalTime now);
+  bool must_be_told(const Connection& connection, const ServerUpdate& published, LocalTime now) const;
   void send_state(Connection& connection);
   void deliver_events(RoomSeats& seats);
   void note(Connection& connection, const UserUpdate& told);
@@ -273,8 +279,14 @@ void SessionHub::Impl::join(Connection& connection, const wire::ClientControl& m
                "; rooms here: " + names);
     return;
   }
+  // Every comparison with NaN is false.
+  if (!(wanted.deadband() >= 0 && wanted.deadband() <= kMaxDeadband)) {
+    refuse(connection, message.request(), wire::ERROR_BAD_VALUE, "the deadband must be 0 to 0.5");
+    return;
+  }
   const UserRole role = wanted.role() == wire::ROLE_MANIPULATOR ? UserRole::kManipulator : UserRole::kObserver;
-  const auto seat = seats->take(role);
+  connection.deadband = Deadband(wanted.deadband());
+  const auto seat = seats->take(role, !connection.deadband.is_off());
   if (!seat) {
     refuse(connection, message.request(), wire::ERROR_ROOM_FULL,
            "room " + seats->room().name() + " is full: no free place for " +
@@ -380,6 +392,7 @@ void SessionHub::Impl::give_to_room(Connection& connection, const ClientUpdate& 
   connection.has_input = true;
   connection.input_sent = input.sent;
   connection.input_received = now;
+  connection.mode = input.mode;
   // An observer's updates only say that it is there and where; they never reach the world.
   if (connection.seat.role != UserRole::kManipulator) return;
   if (connection.seats->room().slot(connection.seat.slot).input.publish(input)) {
@@ -401,11 +414,35 @@ void SessionHub::Impl::send_newest_update(Connection& connection, LocalTime now)
   connection.last_step = published.step;
   // Until its first datagram nobody knows where a user's datagrams should go.
   if (!connection.has_input && !connection.state_over_tcp) return;
+  if (!must_be_told(connection, published, now)) {
+    ++counters.updates_held_back;
+    return;
+  }
+  if (!connection.deadband.is_off()) {
+    connection.told = published;
+    connection.told_at = now;
+  }
   update = published;
   update.echoed_sent = connection.input_sent;
   update.received = connection.has_input ? server_time_of_own_clock(connection.input_received) : ServerTime{};
   update.sent = server_time_of_own_clock(now);
   send_state(connection);
+}
+
+// A client without a local model of its own couples to the tool where it was last told to be; one with a model compares
+// it with what was, at that input.
+bool SessionHub::Impl::must_be_told(const Connection& connection, const ServerUpdate& published, LocalTime now) const {
+  const Deadband& deadband = connection.deadband;
+  const ServerUpdate& told = connection.told;
+  if (deadband.is_off() || now - connection.told_at >= kDeadbandFloor) return true;
+  if (connection.mode == ClientMode::kWave || published.held_body != told.held_body) return true;
+  if (published.tick_faults != told.tick_faults || published.users.size() != told.users.size()) return true;
+  const CouplingParameters coupling = connection.seats->coupling_in_force(connection.seat);
+  const bool has_model = connection.mode == ClientMode::kLocalModel;
+  return deadband.notices(published.wrench_on_hand_W, told.wrench_on_hand_W) ||
+         deadband.notices(published.tool, told.tool, now - connection.told_at,
+                          has_model ? BetweenStates::kExtrapolated : BetweenStates::kHeld, published.wrench_on_hand_W,
+                          {coupling.stiffness_n_per_m, coupling.stiffness_n_m_per_rad});
 }
 
 void SessionHub::Impl::send_state(Connection& connection) {

@@ -59,6 +59,7 @@ struct HubCounters {
   DropCounters sent_drops;
   std::uint64_t datagrams_received = 0;
   std::uint64_t datagrams_sent = 0;
+  std::uint64_t updates_held_back = 0;  ///< by the users' deadbands
   std::uint64_t bodies_thinned = 0;
   std::uint64_t joins = 0;
 };

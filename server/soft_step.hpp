@@ -5,9 +5,9 @@
 #include <span>
 #include <vector>
 
+#include "common/world/soft_contact.hpp"
+#include "common/world/touch_model.hpp"
 #include "server/soft_body.hpp"
-#include "server/soft_contact.hpp"
-#include "server/touch_model.hpp"
 
 namespace tandem {
 

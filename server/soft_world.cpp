@@ -230,7 +230,7 @@ TickFaults SoftWorld::advance(std::span<const SoftTool> tools) noexcept {
   return faults;
 }
 
-const SoftContact& SoftWorld::contact(std::size_t tool) const {
+const SoftContact& SoftWorld::contact(std::size_t tool) const noexcept {
   return impl_->taken.contacts[tool];
 }
 std::size_t SoftWorld::body_count() const {

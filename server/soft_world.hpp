@@ -16,10 +16,10 @@
 #include <span>
 #include <vector>
 
-#include "proto/tick_faults.hpp"
-#include "server/soft_contact.hpp"
+#include "common/tick_faults.hpp"
+#include "common/world/soft_bodies.hpp"
+#include "common/world/touch_model.hpp"
 #include "server/soft_model.hpp"
-#include "server/touch_model.hpp"
 
 namespace tandem {
 
@@ -32,11 +32,6 @@ struct SoftRigid {
 struct SoftObstacle {
   SoftRigid rigid;
   Pose X_WT;
-};
-/// Where a movable one is in this room step. Not present: touches nothing.
-struct SoftTool {
-  Pose X_WT;
-  bool is_present = false;
 };
 
 struct SoftWorldSettings {
@@ -62,12 +57,12 @@ int soft_period_steps(double room_rate_hz, double rate_hz);
 /// the opposite of what the soft bodies' nodes got from it, push by push.
 ///
 /// Thread  one at a time (the room's); with kWorker a thread of its own does the steps
-class SoftWorld {
+class SoftWorld final : public SoftBodies {
  public:
   enum class Execution { kInline, kWorker };
 
   SoftWorld(SoftWorldSettings settings, Execution execution);
-  ~SoftWorld();
+  ~SoftWorld() override;
   SoftWorld(const SoftWorld&) = delete;
   SoftWorld& operator=(const SoftWorld&) = delete;
 
@@ -76,10 +71,10 @@ class SoftWorld {
   /// Out     faults of the soft step whose result is taken now: kFaultNotFinite (that body starts anew),
   ///         kFaultSpeedLimited; kFaultSoftLate: the worker is not ready, the last result serves on
   /// Cost    kWorker: one step in n copies poses and swaps buffers; no allocation, no lock. kInline: a soft step in n
-  TickFaults advance(std::span<const SoftTool> tools) noexcept;
+  TickFaults advance(std::span<const SoftTool> tools) noexcept override;
 
   /// For soft_wrench(): of a tool, until the next advance(). Empty for one that is not present.
-  const SoftContact& contact(std::size_t tool) const;
+  const SoftContact& contact(std::size_t tool) const noexcept override;
 
   /// For viewers, of the last result: nodes, and the surface over them.
   std::size_t body_count() const;

@@ -11,6 +11,7 @@
 #include <system_error>
 #include <thread>
 
+#include "client/local/local_model_maker.hpp"
 #include "common/realtime.hpp"
 
 namespace tandem {
@@ -38,6 +39,8 @@ struct ClientIo::Impl {
 
   void run();
   void poll();
+  void begin_local_model();
+  void take_local_model();
   void await_ticks();
   void await_poll_time();
   void finish_when_drained(LocalTime deadline);
@@ -49,6 +52,8 @@ struct ClientIo::Impl {
   asio::io_context io{1};
   AsioClientTransport transport;
   ClientSession session;
+  LocalModelMaker models{LocalModelSettings{}, LocalModelMaker::Execution::kThread};
+  std::string told_problem;
   asio::posix::stream_descriptor tick_event;
   asio::steady_timer poll_timer{io};
   asio::steady_timer stop_timer{io};
@@ -70,6 +75,7 @@ ClientIo::Impl::Impl(ClientIo& client_io, ClientIoSettings client_settings, Clie
   session.on_log = [this](const std::string& line) {
     if (owner.on_log) owner.on_log(line);
   };
+  session.on_assets = [this] { begin_local_model(); };
   session.on_joined = [this](const wire::Joined& answer) { joined = std::make_shared<const wire::Joined>(answer); };
 }
 
@@ -87,8 +93,21 @@ void ClientIo::Impl::run() {
   publish_snapshot(clock.now());
 }
 
+void ClientIo::Impl::begin_local_model() {
+  const bool is_wanted = settings.makes_local_model && session.joined()->role() == wire::ROLE_MANIPULATOR;
+  if (is_wanted) models.begin(*session.joined(), session.assets());
+}
+
+void ClientIo::Impl::take_local_model() {
+  if (LocalModel* const model = models.take()) session.use_local_model(model);
+  if (models.problem().empty() || models.problem() == told_problem) return;
+  told_problem = models.problem();
+  if (owner.on_log) owner.on_log("no local model of this scene, the late pose is shown instead: " + told_problem);
+}
+
 void ClientIo::Impl::poll() {
   const LocalTime now = clock.now();
+  take_local_model();
   session.poll(now);
   if (session.status().state != published.status.state || now - published_at >= kSnapshotPeriod) publish_snapshot(now);
 }
@@ -99,6 +118,7 @@ void ClientIo::Impl::await_ticks() {
     std::uint64_t count = 0;
     [[maybe_unused]] const auto taken = ::read(tick_event.native_handle(), &count, sizeof count);
     poll();
+    if (owner.on_tick) owner.on_tick();
     await_ticks();
   });
 }

@@ -27,7 +27,8 @@ struct ClientIoSettings {
   std::uint16_t port = 47800;
   SessionSettings session;
   std::optional<SimulatedLinks> links;
-  int realtime_priority = 0;  ///< SCHED_FIFO, below the haptic thread's; 0: normal scheduler
+  bool makes_local_model = false;  ///< of each scene that is joined as a manipulator: for the stage "local-model"
+  int realtime_priority = 0;       ///< SCHED_FIFO, below the haptic thread's; 0: normal scheduler
 };
 
 /// The session as other threads may see it.
@@ -71,6 +72,9 @@ class ClientIo {
 
   /// Set before start(); called on the io thread.
   std::function<void(const std::string&)> on_log;
+  /// After each haptic tick was sent, for what the haptic path leaves to this thread: HapticCore::service(). Short:
+  /// what comes from the server waits meanwhile.
+  std::function<void()> on_tick;
 
  private:
   struct Impl;

@@ -41,7 +41,7 @@ int run(std::uint16_t port) {
 
   // The haptic path: device, clutch, stage, safety, clamp. "late-pose" is the stage that stays calm under delay. The
   // force limits come from the device's spec; no server can widen them.
-  tandem::HapticCore core({.stage = "late-pose", .safety = {}}, device, mailboxes);
+  tandem::HapticCore core({.stage = {.name = "late-pose"}}, device, mailboxes);
 
   // The connection. It joins the server's only room as a manipulator, and joins again by itself when it is lost;
   // a program with users would set session.room, session.user_name and session.role.
@@ -49,6 +49,7 @@ int run(std::uint16_t port) {
   settings.port = port;
   settings.session.user_name = "smallest";
   tandem::ClientIo io(settings, mailboxes);
+  io.on_tick = [&core] { core.service(); };  // what the stage leaves to a thread that may take its time
   io.start();
 
   // Joining takes a round trip or two. Waiting for it here lets the hand's path begin with the session; a program

@@ -5,6 +5,7 @@
 #include "common/molecule/lennard_jones.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <new>
 #include <stdexcept>
@@ -77,10 +78,15 @@ std::vector<NamedKernel> runnable_kernels() {
   return kernels;
 }
 
+/// Index into runnable_kernels(): process-wide, because results that must not depend on the CPU need the same kernel at
+/// both ends of a session, wherever a field is made.
+std::atomic<std::size_t> default_kernel_index{0};
+
 NamedKernel kernel_named(std::string_view name) {
+  if (name.empty()) return runnable_kernels()[default_kernel_index];
   std::string known;
   for (const NamedKernel& kernel : runnable_kernels()) {
-    if (name.empty() || kernel.name == name) return kernel;
+    if (kernel.name == name) return kernel;
     known += (known.empty() ? "" : ", ") + std::string(kernel.name);
   }
   throw std::invalid_argument("Lennard-Jones kernel '" + std::string(name) + "': this CPU has " + known);
@@ -185,6 +191,18 @@ LennardJonesField::LennardJonesField(const Molecule& a, const Molecule& b, std::
   impl_->kernel = kernel_named(kernel);
   impl_->lay_out_a(a);
   impl_->lay_out_b(b);
+}
+
+void LennardJonesField::use_by_default(std::string_view kernel) {
+  const auto kernels = runnable_kernels();
+  const std::string_view wanted = kernel.empty() ? kernels.front().name : kernel_named(kernel).name;
+  std::size_t index = 0;
+  while (kernels[index].name != wanted) ++index;
+  default_kernel_index = index;
+}
+
+std::string_view LennardJonesField::default_kernel() {
+  return kernel_named("").name;
 }
 
 LennardJonesField::~LennardJonesField() = default;

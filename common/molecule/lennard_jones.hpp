@@ -52,6 +52,12 @@ class LennardJonesField {
 
   /// Names of the kernels this CPU can run, widest first; "portable" is always the last.
   static std::vector<std::string_view> available_kernels();
+  /// From now on "" picks this kernel in the whole process; "": the widest again. Before fields are made.
+  /// Throws std::invalid_argument for a name that is not one of available_kernels().
+  /// Thread  any
+  static void use_by_default(std::string_view kernel);
+  /// What "" picks.
+  static std::string_view default_kernel();
 
  private:
   struct Impl;

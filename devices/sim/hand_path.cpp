@@ -13,6 +13,10 @@ namespace {
 constexpr double kLongestPath_s = 86400;
 constexpr double kFarthest_m = 10;
 constexpr std::size_t kMostPoints = 10000;
+constexpr std::size_t kMostComponents = 64;
+// A hand does not follow more, and a device is sampled at 1 kHz.
+constexpr double kHighestFrequency_hz = 50;
+constexpr double kLargestAmplitude_m = 1;
 
 /// Position and speed of the unit minimum-jerk movement at u = t/T in 0..1.
 ///
@@ -68,9 +72,88 @@ WayPoint way_point_of(JsonFields& point, const WayPoint& before, bool is_first) 
   return result;
 }
 
+SineComponent component_of(JsonFields& component) {
+  SineComponent result;
+  const Vec3 axis = component.vector("axis", Vec3::UnitX(), 1);
+  if (axis.norm() < 1e-3) component.fail("axis", "it must have a direction");
+  result.axis = axis.normalized();
+  result.frequency_hz = component.required_number("frequency_hz", 0, kHighestFrequency_hz);
+  result.amplitude_m = component.required_number("amplitude_m", 0, kLargestAmplitude_m);
+  result.phase_rad = component.number("phase_rad", 0, -1000, 1000);
+  component.finish();
+  return result;
+}
+
+Multisine multisine_of(JsonFields fields) {
+  Multisine result;
+  result.from = from_seconds(fields.required_number("from_s", 0, kLongestPath_s));
+  result.to = from_seconds(fields.required_number("to_s", 0, kLongestPath_s));
+  result.fade = from_seconds(fields.number("fade_s", 0.5, 0, kLongestPath_s));
+  if (result.to <= result.from) fields.fail("to_s", "it must be later than from_s");
+  if (2 * result.fade > result.to - result.from) fields.fail("fade_s", "it must be at most half of to_s - from_s");
+  for (JsonFields& component : fields.objects("components", 1, kMostComponents)) {
+    result.components.push_back(component_of(component));
+  }
+  fields.finish();
+  return result;
+}
+
+bool is_unit(const Vec3& axis) {
+  return is_finite(axis) && std::abs(axis.norm() - 1) < 1e-9;
+}
+
+void check_multisine(const Multisine& multisine) {
+  const bool has_room = multisine.fade >= Duration(0) && multisine.from >= Duration(0) &&
+                        multisine.to > multisine.from && 2 * multisine.fade <= multisine.to - multisine.from;
+  if (!has_room)
+    throw std::invalid_argument("hand path: multisine.to must be later than from, with room for two fades");
+  for (const SineComponent& component : multisine.components) {
+    const bool is_good = is_unit(component.axis) && std::isfinite(component.frequency_hz) &&
+                         std::isfinite(component.amplitude_m) && std::isfinite(component.phase_rad);
+    if (!is_good) throw std::invalid_argument("hand path: multisine.components must be finite with unit axes");
+  }
+}
+
+/// Displacement and its rate.
+struct Sway {
+  Vec3 p = Vec3::Zero();
+  Vec3 v = Vec3::Zero();
+};
+
+Sway sway_of(const std::vector<SineComponent>& components, double t_s) {
+  Sway sway;
+  for (const SineComponent& each : components) {
+    const double omega = 2 * std::numbers::pi * each.frequency_hz;
+    const double angle = omega * t_s + each.phase_rad;
+    sway.p += each.amplitude_m * std::sin(angle) * each.axis;
+    sway.v += each.amplitude_m * omega * std::cos(angle) * each.axis;
+  }
+  return sway;
+}
+
+/// Share of the multisine that is there, and its rate in 1/s: 0 at both ends, 1 between the fades.
+UnitMove envelope_of(const Multisine& multisine, Duration time) {
+  const Duration inside = std::min(time - multisine.from, multisine.to - time);
+  if (inside >= multisine.fade) return {1, 0};
+  const double fade_s = to_seconds(multisine.fade);
+  const UnitMove rising = minimum_jerk(to_seconds(inside) / fade_s);
+  const bool is_ending = multisine.to - time < time - multisine.from;
+  return {rising.position, (is_ending ? -1 : 1) * rising.speed / fade_s};
+}
+
+// With the envelope w: p = w s, v = w s' + w' s.
+Sway sway_at(const Multisine& multisine, Duration time) {
+  if (multisine.components.empty() || time <= multisine.from || time >= multisine.to) return {};
+  const Sway full = sway_of(multisine.components, to_seconds(time - multisine.from));
+  const UnitMove envelope = envelope_of(multisine, time);
+  return {envelope.position * full.p, envelope.position * full.v + envelope.speed * full.p};
+}
+
 }  // namespace
 
-HandPath::HandPath(std::vector<WayPoint> points) : points_(std::move(points)) {
+HandPath::HandPath(std::vector<WayPoint> points, Multisine multisine)
+    : points_(std::move(points)), multisine_(std::move(multisine)) {
+  if (!multisine_.components.empty()) check_multisine(multisine_);
   if (points_.empty()) throw std::invalid_argument("hand path: has no way point; it needs at least one");
   int phase = -1;
   for (std::size_t i = 0; i < points_.size(); ++i) {
@@ -98,7 +181,24 @@ std::size_t HandPath::segment_of(Duration time) const noexcept {
   return after == points_.begin() ? 0 : static_cast<std::size_t>(after - points_.begin()) - 1;
 }
 
+Duration HandPath::length() const {
+  const Duration last = points_.back().at;
+  return multisine_.components.empty() ? last : std::max(last, multisine_.to);
+}
+
 Pose HandPath::pose_at(Duration time) const noexcept {
+  Pose X = way_pose_at(time);
+  X.p += sway_at(multisine_, time).p;
+  return X;
+}
+
+Twist HandPath::twist_at(Duration time) const noexcept {
+  Twist V = way_twist_at(time);
+  V.v += sway_at(multisine_, time).v;
+  return V;
+}
+
+Pose HandPath::way_pose_at(Duration time) const noexcept {
   const std::size_t i = segment_of(time);
   const WayPoint& from = points_[i];
   if (time <= from.at || i + 1 == points_.size()) return from.X_DH;
@@ -108,7 +208,7 @@ Pose HandPath::pose_at(Duration time) const noexcept {
   return {from.X_DH.p + s * (to.X_DH.p - from.X_DH.p), (from.X_DH.q * quaternion_of(s * turn)).normalized()};
 }
 
-Twist HandPath::twist_at(Duration time) const noexcept {
+Twist HandPath::way_twist_at(Duration time) const noexcept {
   const std::size_t i = segment_of(time);
   const WayPoint& from = points_[i];
   if (time <= from.at || i + 1 == points_.size()) return {};
@@ -135,8 +235,10 @@ HandPath parse_hand_path(std::string_view json, std::string_view origin) {
     const WayPoint before = points.empty() ? WayPoint{} : points.back();
     points.push_back(way_point_of(point, before, points.empty()));
   }
+  Multisine multisine;
+  if (file.has("multisine")) multisine = multisine_of(file.object("multisine"));
   file.finish();
-  return HandPath(std::move(points));
+  return HandPath(std::move(points), std::move(multisine));
 }
 
 HandPath load_hand_path(const std::filesystem::path& file) {

@@ -20,11 +20,28 @@ struct WayPoint {
   std::string phase;          ///< name of the stretch that begins here, e.g. "approach", "hold"; "": as before
 };
 
+/// One sine of a multisine: amplitude·sin(2π·frequency·t + phase) along an axis, t from the multisine's beginning.
+struct SineComponent {
+  Vec3 axis = Vec3::UnitX();  ///< unit vector in D
+  double frequency_hz = 1;
+  double amplitude_m = 0;
+  double phase_rad = 0;
+};
+
+/// A movement made of sines, added to the way points between `from` and `to`; for shaking what the hand holds, and for
+/// circles at a steady speed. It comes and goes by minimum jerk over `fade`, so that position and speed never jump.
+struct Multisine {
+  Duration from{0};
+  Duration to{0};
+  Duration fade{0};
+  std::vector<SineComponent> components;  ///< none: no such movement
+};
+
 /// A path with at least one way point, times increasing. Before the first and after the last it rests there.
 class HandPath {
  public:
-  /// Fails   std::invalid_argument: no way point, times not increasing, not finite
-  explicit HandPath(std::vector<WayPoint> points);
+  /// Fails   std::invalid_argument: no way point, times not increasing, not finite; a multisine without room to fade
+  explicit HandPath(std::vector<WayPoint> points, Multisine multisine = {});
 
   Pose pose_at(Duration time) const noexcept;
   Twist twist_at(Duration time) const noexcept;
@@ -32,18 +49,25 @@ class HandPath {
   /// Index into phases(), or −1 before the first named one.
   int phase_at(Duration time) const noexcept;
   const std::vector<std::string>& phases() const { return phases_; }
-  Duration length() const { return points_.back().at; }
+  const std::vector<WayPoint>& points() const { return points_; }
+  const Multisine& multisine() const { return multisine_; }
+  Duration length() const;
 
  private:
   std::size_t segment_of(Duration time) const noexcept;
+  Pose way_pose_at(Duration time) const noexcept;
+  Twist way_twist_at(Duration time) const noexcept;
   std::vector<WayPoint> points_;
+  Multisine multisine_;
   std::vector<std::string> phases_;
   std::vector<int> phase_of_point_;
 };
 
 /// Reads {"points": [{"t_s": 0, "position_m": [x,y,z], "rotation_xyz_deg": [..], "buttons": ["grab"], "phase":
-/// "hold"}]}. Fields may be left out: the value of the point before holds. Fails   std::invalid_argument naming file,
-/// field, value and remedy
+/// "hold"}]}; fields of a point may be left out: the value of the point before holds. Beside the points may stand
+/// "multisine": {"from_s": 2, "to_s": 6, "fade_s": 0.5, "components": [{"axis": [x,y,z], "frequency_hz": 1,
+/// "amplitude_m": 0.01, "phase_rad": 0}]}.
+/// Fails   std::invalid_argument naming file, field, value and remedy
 HandPath load_hand_path(const std::filesystem::path& file);
 HandPath parse_hand_path(std::string_view json, std::string_view origin);
 

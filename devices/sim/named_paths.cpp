@@ -82,6 +82,42 @@ HandPath dock(double sign) {
                    point(9, there, "retreat"), point(10, Vec3::Zero())});
 }
 
+// All with a whole number of periods in 4 s; amplitudes fall with the frequency, so that the speeds are alike; phases
+// that fall with the square of the number (Schroeder's, for a flat spectrum) keep the peaks low.
+std::vector<SineComponent> multisine_components(double speed_m_per_s) {
+  constexpr std::array kFrequencies_hz = {0.5, 0.75, 1.25, 1.75, 2.5, 3.25, 4.0, 5.0};
+  std::vector<SineComponent> components;
+  for (std::size_t n = 0; n < kFrequencies_hz.size(); ++n) {
+    const double number = static_cast<double>(n);
+    const double amplitude_m = speed_m_per_s / (2 * std::numbers::pi * kFrequencies_hz[n]);
+    const double phase_rad = -std::numbers::pi * number * number / static_cast<double>(kFrequencies_hz.size());
+    components.push_back({Vec3::UnitX(), kFrequencies_hz[n], amplitude_m, phase_rad});
+  }
+  return components;
+}
+
+// Grabs what lies 40 mm below, lifts it by 80 mm, shakes it along x with 0.5 to 5 Hz for four periods of 4 s, holds
+// it still, sets it down: what a mass feels like.
+HandPath shake() {
+  const Vec3 on_it(0, 0, -0.04);
+  const Vec3 lifted(0, 0, 0.04);
+  constexpr double kSpeed_m_per_s = 0.035;
+  std::vector<WayPoint> points{point(0, Vec3::Zero(), "approach"),
+                               point(0.5, Vec3::Zero()),
+                               point(1.4, on_it),
+                               point(1.6, on_it, "", kGrabBit),
+                               point(1.9, on_it, "", kGrabBit),
+                               point(3.2, lifted, "", kGrabBit),
+                               point(3.4, lifted, "shake", kGrabBit),
+                               point(20.4, lifted, "hold", kGrabBit),
+                               point(23.9, lifted, "retreat", kGrabBit),
+                               point(25.2, on_it, "", kGrabBit),
+                               point(25.5, on_it),
+                               point(26.5, Vec3::Zero())};
+  return HandPath(std::move(points),
+                  {from_seconds(3.4), from_seconds(20.4), from_seconds(0.5), multisine_components(kSpeed_m_per_s)});
+}
+
 struct NamedPath {
   std::string_view name;
   HandPath (*make)();
@@ -92,6 +128,7 @@ constexpr std::array kNamedPaths = {
     NamedPath{"press-down", press_down},
     NamedPath{"circle", circle},
     NamedPath{"grab-and-lift", grab_and_lift},
+    NamedPath{"shake", shake},
     NamedPath{"push-right", [] { return push(1); }},
     NamedPath{"push-left", [] { return push(-1); }},
     NamedPath{"peg-left", [] { return peg(-1); }},

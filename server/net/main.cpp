@@ -80,7 +80,7 @@ std::vector<std::unique_ptr<Room>> open_rooms(const Options& options) {
       }
     }
     rooms.push_back(
-        std::make_unique<Room>(RoomId{static_cast<std::uint32_t>(i + 1)}, name, scene, World::SoftStepping::kWorker));
+        std::make_unique<Room>(RoomId{static_cast<std::uint32_t>(i + 1)}, name, scene, SoftStepping::kWorker));
   }
   return rooms;
 }

@@ -46,7 +46,8 @@ boost::json::object report_json(const LiveServer& server) {
                                             {"sent", counters.datagrams_sent},
                                             {"received_drops", drops(counters.received_drops)},
                                             {"sent_drops", drops(counters.sent_drops)},
-                                            {"items_thinned", counters.bodies_thinned}}},
+                                            {"items_thinned", counters.bodies_thinned},
+                                            {"held_back", counters.updates_held_back}}},
           {"rooms", std::move(rooms)}};
 }
 

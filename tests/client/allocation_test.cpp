@@ -19,7 +19,7 @@ class HapticTickAllocation : public ::testing::TestWithParam<std::string_view> {
 TEST_P(HapticTickAllocation, IsNoneFromTheFirstTickToShutdown) {
   ScriptedDevice device;
   auto mailboxes = std::make_unique<ClientMailboxes>();
-  HapticCore core({.stage = std::string(GetParam()), .safety = {}}, device, *mailboxes);
+  HapticCore core({.stage = {.name = std::string(GetParam())}}, device, *mailboxes);
   Ring<TickRecord> trace(16);
   TickRecord taken;
   auto received = std::make_unique<ReceivedUpdate>();

@@ -1,6 +1,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <atomic>
+
 #include "client/net/client_io.hpp"
 #include "tests/support/hub_bench.hpp"
 #include "tests/support/running_server.hpp"
@@ -50,8 +52,11 @@ TEST(ClientIo, WhatTheHapticThreadPublishesReachesTheRoom) {
   RunningServer running(two_hands_scene());
   ClientMailboxes mailboxes;
   ClientIo io(settings_for(running.server->port()), mailboxes);
+  std::atomic<int> services = 0;
+  io.on_tick = [&services] { ++services; };
   io.start();
   ASSERT_TRUE(eventually(is_in(io, SessionState::kActive)));
+  EXPECT_EQ(services, 0) << "no tick yet";
   ClientUpdate update;
   update.handle_valid = true;
   update.handle.X.p = Vec3(-0.02, 0.03, 0);
@@ -62,6 +67,7 @@ TEST(ClientIo, WhatTheHapticThreadPublishesReachesTheRoom) {
     return mailboxes.inbox.poll() && std::abs(mailboxes.inbox.front().update.tool.X.p.y() - 0.03) < 1e-3;
   });
   EXPECT_TRUE(has_arrived) << "the tool follows the handle";
+  EXPECT_GT(services, 0);
 }
 
 TEST(ClientIo, StateGoesOverTcpWhenAsked) {

@@ -26,7 +26,8 @@ std::size_t law_index(std::string_view name) {
 
 /// Core, device and mailboxes; server states arrive when the test says so.
 struct Rig {
-  explicit Rig(const std::string& stage = "late-pose") : core({.stage = stage, .safety = {}}, device, mailboxes) {
+  explicit Rig(const std::string& stage = "late-pose")
+      : core({.stage = {.name = stage, .guard = false}}, device, mailboxes) {
     scene.law = law_index("spring-damper");
   }
 
@@ -573,15 +574,214 @@ TEST(HapticCore, WatchedBodyIsFoundAndSurvivesThinnedUpdates) {
   EXPECT_EQ(rig.core.record().watched_body_W.X.p, Vec3(1, 2, 3));
 }
 
+/// What a hand gets that moves along a force of the server which answers it 100 ms late.
+double energy_taken_j(bool is_guarded) {
+  ScriptedDevice device;
+  ClientMailboxes mailboxes;
+  HapticCore core({.stage = {.name = "hold", .guard = is_guarded}}, device, mailboxes);
+  HapticScene scene;
+  scene.generation = 1;
+  scene.may_drive = scene.may_display = true;
+  mailboxes.scene.publish(scene);
+  ReceivedUpdate received;
+  LocalTime now{std::chrono::seconds(1)};
+  double x = 0, v = 0;
+  std::vector<double> places;
+  for (int k = 0; k < 6000; ++k) {
+    now += kTick;
+    places.push_back(x);
+    ++received.update.step.value;
+    received.received = now;
+    received.update.wrench_on_hand_W.f.x() = k < 100 ? 0.0 : -300 * places[static_cast<std::size_t>(k - 100)];
+    mailboxes.inbox.publish(received);
+    device.sample.X_DH.p.x() = x;
+    device.sample.V_DH.v.x() = v;
+    device.sample.taken = now;
+    core.tick(now);
+    // A hand of 0.3 kg, hardly held.
+    v += (core.record().displayed_on_hand_D.f.x() + 20 * (0.005 - x)) / 0.3 * 0.001;
+    x += v * 0.001;
+  }
+  return core.counters().energy_to_hand_j - core.counters().energy_from_hand_j;
+}
+
+TEST(HapticCore, WithTheGuardALateForceGivesTheHandNoEnergy) {
+  EXPECT_GT(energy_taken_j(false), 5e-3);
+  // Beside the allowance what the ramp at the start has spared it.
+  EXPECT_LT(energy_taken_j(true), 1e-3);
+}
+
+/// A hand of 0.3 kg on 200 N/m that presses a wall of 5 kN/m through a massless tool of a server, `delay` each way, and
+/// leaves it, four times.
+struct PressedWall {
+  void run(int ticks) {
+    scene.generation = 1;
+    scene.law = law_index("spring-damper");
+    scene.may_drive = scene.may_display = true;
+    mailboxes.scene.publish(scene);
+    for (k = 0; k < ticks; ++k) tick();
+  }
+  void tick() {
+    now += kTick;
+    handles.emplace_back(x, v, 0);
+    if (k >= delay) step(handles[static_cast<std::size_t>(k - delay)]);
+    told.push_back(server);
+    if (k >= 2 * delay) {
+      received.update = told[static_cast<std::size_t>(k - delay)];
+      received.received = now;
+      mailboxes.inbox.publish(received);
+    }
+    device.sample.X_DH.p.x() = x;
+    device.sample.V_DH.v.x() = v;
+    device.sample.taken = now;
+    core.tick(now);
+    const double intended = k / 1000 % 2 == 1 ? 0.012 : -0.005;
+    v += (core.record().displayed_on_hand_D.f.x() + 200 * (intended - x) - 6 * v) / 0.3 * 0.001;
+    x += v * 0.001;
+  }
+  void step(const Vec3& handle) {
+    const double k_c = scene.coupling.stiffness_n_per_m, b_c = scene.coupling.damping_n_s_per_m;
+    const double before = server.tool.X.p.x();
+    const double pull = k_c * handle.x() + b_c * handle.y() + b_c * 1e3 * before;
+    double next = pull / (k_c + b_c * 1e3);
+    if (next > 0) next = pull / (k_c + b_c * 1e3 + 5000);
+    const double on_tool = k_c * (handle.x() - next) + b_c * (handle.y() - (next - before) * 1e3);
+    const double work_j = on_tool * (next - before);
+    server.energy_into_world_j += std::max(0.0, work_j);
+    server.energy_from_world_j += std::max(0.0, -work_j);
+    server.tool.X.p.x() = next;
+    server.tool.V.v.x() = (next - before) * 1e3;
+    server.wrench_on_hand_W.f.x() = -on_tool;
+    ++server.step.value;
+  }
+
+  explicit PressedWall(int delay_ticks) : delay(delay_ticks) {}
+  int delay, k = 0;
+  ScriptedDevice device;
+  ClientMailboxes mailboxes;
+  HapticScene scene;
+  ReceivedUpdate received;
+  ServerUpdate server;
+  LocalTime now{std::chrono::seconds(1)};
+  double x = -0.005, v = 0;
+  std::vector<Vec3> handles;
+  std::vector<ServerUpdate> told;
+  HapticCore core{{.stage = {.name = "late-pose"}}, device, mailboxes};
+};
+
+TEST(HapticCore, TheGuardLeavesAHandThatPressesAWallAlone) {
+  for (const int delay : {0, 15, 50}) {
+    PressedWall wall(delay);
+    wall.run(8000);
+    const HapticCounters& counters = wall.core.counters();
+    const double exchanged_j = counters.energy_to_hand_j + counters.energy_from_hand_j;
+    EXPECT_GT(exchanged_j, 0.01) << delay << " ms";
+    EXPECT_LE(counters.guard_withheld_j, 0.01 * exchanged_j) << delay << " ms: " << counters.guarded_ticks << " ticks, "
+                                                             << counters.guard_withheld_j << " J of " << exchanged_j;
+  }
+}
+
+TEST(HapticCore, WhatTheGuardKeptIsRecordedAndCounted) {
+  ScriptedDevice device;
+  ClientMailboxes mailboxes;
+  HapticCore core({.stage = {.name = "hold"}}, device, mailboxes);
+  HapticScene scene;
+  scene.generation = 1;
+  scene.may_drive = scene.may_display = true;
+  mailboxes.scene.publish(scene);
+  ReceivedUpdate received;
+  received.update.wrench_on_hand_W.f.x() = 3;
+  LocalTime now{std::chrono::seconds(1)};
+  for (int k = 0; k < 2000; ++k) {
+    now += kTick;
+    received.received = now;
+    mailboxes.inbox.publish(received);
+    device.sample.X_DH.p.x() += 1e-4;  // with the force
+    core.tick(now);
+  }
+  EXPECT_EQ(core.record().stage_wrench_on_hand_D.f.x(), 3) << "before the guard";
+  EXPECT_LT(core.record().guard_gain, 0.1);
+  EXPECT_NEAR(core.counters().guard_withheld_j, 3 * 0.2, 0.01) << "nearly all of it";
+  EXPECT_GT(core.counters().guarded_ticks, 1900U);
+  EXPECT_LE(core.counters().energy_to_hand_j, GuardedPort::Settings{}.allowance_j + 1e-9);
+}
+
+TEST(HapticCore, WhatTheServerDrewFromTheWorldMayReachTheHand) {
+  ScriptedDevice device;
+  ClientMailboxes mailboxes;
+  HapticCore core({.stage = {.name = "hold"}}, device, mailboxes);
+  HapticScene scene;
+  scene.generation = 1;
+  scene.may_drive = scene.may_display = true;
+  scene.workspace.position_scale = 2;
+  scene.workspace.force_scale = 0.5;
+  mailboxes.scene.publish(scene);
+  ReceivedUpdate received;
+  received.update.wrench_on_hand_W.f.x() = 3;
+  LocalTime now{std::chrono::seconds(1)};
+  for (int k = 0; k < 2000; ++k) {
+    now += kTick;
+    received.received = now;
+    received.update.energy_from_world_j += 3 * 2 * 1e-4;
+    mailboxes.inbox.publish(received);
+    device.sample.X_DH.p.x() += 1e-4;
+    core.tick(now);
+  }
+  EXPECT_EQ(core.record().guard_gain, 1);
+  EXPECT_NEAR(core.record().displayed_on_hand_D.f.x(), 1.5, 1e-9);
+}
+
+TEST(HapticCore, TheWaveStageSpeaksToTheServerAndKeepsItsWordThroughAMissedSample) {
+  Rig rig("wave");
+  rig.enter_scene();
+  rig.run(10);
+  for (int k = 0; k < 100; ++k) {
+    rig.device.sample.X_DH.p.x() += 1e-4;
+    rig.run(1);
+  }
+  const ClientUpdate moving = rig.sent();
+  EXPECT_EQ(moving.mode, ClientMode::kWave);
+  EXPECT_GT(moving.wave.f.x(), 0);
+  rig.device.sample.is_valid = false;
+  rig.run(1);
+  const ClientUpdate blind = rig.sent();
+  EXPECT_FALSE(blind.handle_valid);
+  EXPECT_EQ(blind.mode, ClientMode::kWave);
+  EXPECT_EQ(blind.wave.f, moving.wave.f);
+}
+
+TEST(HapticCore, TellsTheRoundTripOfTheNewestExchange) {
+  Rig rig;
+  rig.enter_scene();
+  rig.run(5);
+  rig.received.update.echoed_sent = rig.now - std::chrono::milliseconds(40);
+  rig.received.update.received = ServerTime(std::chrono::hours(1));
+  rig.received.update.sent = ServerTime(std::chrono::hours(1) + std::chrono::milliseconds(3));
+  rig.run(1);
+  EXPECT_EQ(rig.sent().round_trip, std::chrono::milliseconds(37));
+}
+
 TEST(HapticCore, UnknownStageIsRefusedWithTheNamesThatExist) {
   ScriptedDevice device;
   ClientMailboxes mailboxes;
   try {
-    HapticCore core({.stage = "telepathy", .safety = {}}, device, mailboxes);
+    HapticCore core({.stage = {.name = "telepathy"}}, device, mailboxes);
     FAIL();
   } catch (const std::invalid_argument& error) {
     EXPECT_NE(std::strstr(error.what(), "telepathy"), nullptr);
     EXPECT_NE(std::strstr(error.what(), "late-pose"), nullptr);
+  }
+}
+
+TEST(HapticCore, UnknownPredictorIsRefusedWithTheNamesThatExist) {
+  ScriptedDevice device;
+  ClientMailboxes mailboxes;
+  try {
+    HapticCore core({.stage = {.predictor = "telepathy"}}, device, mailboxes);
+    FAIL();
+  } catch (const std::invalid_argument& error) {
+    EXPECT_NE(std::strstr(error.what(), "telepathy"), nullptr);
+    EXPECT_NE(std::strstr(error.what(), "ar-spline"), nullptr);
   }
 }
 

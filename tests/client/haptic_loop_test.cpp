@@ -15,7 +15,7 @@ constexpr HapticLoopSettings kNormalPriority{.realtime = {.priority = 0, .lock_m
 
 struct Rig {
   explicit Rig(const HapticLoopSettings& settings = kNormalPriority)
-      : core({.stage = "hold", .safety = {}}, device, mailboxes), loop(settings, core, [this] { ++wake_ups; }) {}
+      : core({.stage = {.name = "hold"}}, device, mailboxes), loop(settings, core, [this] { ++wake_ups; }) {}
 
   void wait_for_ticks(int n) const {
     while (wake_ups.load() < n) std::this_thread::yield();

@@ -39,7 +39,9 @@ TEST(ClientOptions, DefaultsRunTheSimulatedHandAgainstThisMachine) {
   EXPECT_EQ(options->io.host, "127.0.0.1");
   EXPECT_EQ(options->io.port, 47800);
   EXPECT_EQ(options->hand, "rest");
-  EXPECT_EQ(options->stage, "late-pose");
+  EXPECT_EQ(options->stage.name, StageSettings{}.name);
+  EXPECT_EQ(options->stage.predictor, "none");
+  EXPECT_TRUE(options->stage.guard);
   EXPECT_EQ(options->realtime_priority, 70);
   EXPECT_FALSE(options->io.links.has_value()) << "no simulated link unless asked for";
   EXPECT_FALSE(options->duration.has_value());
@@ -52,6 +54,14 @@ TEST(ClientOptions, ADeviceIsAProfileByName) {
   EXPECT_EQ(options->device.spec.force_axes, 3);
   EXPECT_EQ(options->device.spec.force_limit_n, 7);
   EXPECT_EQ(options->hand_parameters.mass_kg, HandParameters{}.mass_kg) << "the hand alone: the device is added later";
+}
+
+TEST(ClientOptions, ADeadbandIsAShareUpToHalf) {
+  EXPECT_EQ(parse({})->io.session.deadband, 0) << "everything is sent unless asked otherwise";
+  EXPECT_DOUBLE_EQ(parse({"--deadband", "10%"})->io.session.deadband, 0.1);
+  for (const char* bad : {"60%", "-1%", "much", "nan"}) {
+    EXPECT_THAT(error_of({"--deadband", bad}), HasSubstr("--deadband")) << bad;
+  }
 }
 
 TEST(ClientOptions, LinkOptionsHoldForBothDirections) {
@@ -89,6 +99,9 @@ TEST(ClientOptions, EachMistakeIsOneLineThatNamesOptionAndRemedy) {
     std::vector<const char*> words;
   } cases[] = {
       {{"--stage", "telepathy"}, {"--stage", "telepathy", "late-pose"}},
+      {{"--predictor", "telepathy"}, {"--predictor", "telepathy", "ar-spline"}},
+      {{"--guard", "maybe"}, {"--guard", "maybe", "off"}},
+      {{"--wave-impedance", "0"}, {"--wave-impedance", "0.1"}},
       {{"--delay", "25"}, {"--delay", "25ms"}},
       {{"--loss", "120%"}, {"--loss", "120%"}},
       {{"--loss", "99%"}, {"--loss", "0% to 95%"}},
@@ -176,8 +189,9 @@ boost::json::value written(const RunSummary& summary) {
 
 TEST(Summary, SaysWhatItTakesToRunItAgain) {
   RunSummary summary = empty_summary();
-  summary.options = *parse({"--role", "observer", "--hand", "circle", "--hand-mass", "0.5", "--seed", "77", "--delay",
-                            "25ms", "--loss", "2%", "--name", "anna", "--stage", "hold", "--device", "touch"});
+  summary.options = *parse({"--role",      "observer", "--hand",  "circle", "--hand-mass", "0.5",  "--seed",  "77",
+                            "--delay",     "25ms",     "--loss",  "2%",     "--name",      "anna", "--stage", "hold",
+                            "--predictor", "linear",   "--guard", "off",    "--device",    "touch"});
   summary.io.joined = std::make_shared<wire::Joined>();
   summary.io.room = "attic";
   const boost::json::value parsed = written(summary);
@@ -188,6 +202,9 @@ TEST(Summary, SaysWhatItTakesToRunItAgain) {
   EXPECT_EQ(parsed.at("role").as_string(), "observer");
   EXPECT_EQ(parsed.at("transport").as_string(), "udp");
   EXPECT_EQ(parsed.at("stage").as_string(), "hold");
+  EXPECT_EQ(parsed.at("predictor").as_string(), "linear");
+  EXPECT_FALSE(parsed.at("guard").as_bool());
+  EXPECT_EQ(parsed.at("wave_impedance").at("linear_n_s_per_m").to_number<double>(), WaveImpedance{}.linear_n_s_per_m);
   EXPECT_EQ(parsed.at("device").as_string(), "touch");
   EXPECT_EQ(parsed.at("hand").as_string(), "circle");
   EXPECT_EQ(parsed.at("hand_parameters").at("mass_kg").to_number<double>(), 0.5);

@@ -2,8 +2,12 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
+#include <filesystem>
+#include <fstream>
 #include <limits>
+#include <numbers>
 #include <span>
 
 #include "tests/support/back_to_back.hpp"
@@ -345,6 +349,157 @@ TEST(ClientSession, FetchesAnAssetOnceAndKeepsItOnlyWhenItsHashIsRight) {
   EXPECT_EQ(cheated.state(), "active") << "a bad file is no reason to let go of the hand";
 }
 
+/// Joins with a scene that has one asset; the store and the session are asked before the server is.
+struct StoreBench {
+  explicit StoreBench(std::shared_ptr<AssetStore> store, const wire::Joined& joined)
+      : bench([&store] {
+          SessionSettings settings;
+          settings.asset_store = std::move(store);
+          return settings;
+        }()) {
+    bench.session.on_assets = [this] { ++announced; };
+    bench.session.on_connected(bench.now);
+    bench.say_welcome();
+    bench.transport.messages.clear();
+    bench.say_joined(joined);
+  }
+
+  SessionBench bench;
+  int announced = 0;
+};
+
+TEST(ClientSession, AsksTheStoreBeforeTheServerAndAnnouncesAllAssetsOnceAJoin) {
+  const std::string bytes(150'000, 'v');
+  const wire::Joined joined = joined_with_asset(bytes);
+  const auto store = std::make_shared<MemoryAssetStore>();
+  StoreBench first(store, joined);
+  EXPECT_EQ(first.announced, 0) << "it is not here yet";
+  EXPECT_EQ(serve_assets(first.bench, bytes), 3);
+  EXPECT_EQ(first.announced, 1);
+  StoreBench second(store, joined);
+  EXPECT_EQ(serve_assets(second.bench, bytes), 0);
+  EXPECT_EQ(second.announced, 1);
+  EXPECT_EQ(second.bench.session.assets().size(), 1U);
+  StoreBench without(nullptr, minimal_joined());
+  EXPECT_EQ(without.announced, 1) << "a scene without assets has them all";
+  StoreBench cheated(nullptr, joined);
+  serve_assets(cheated.bench, std::string(150'000, 'w'));
+  EXPECT_EQ(cheated.announced, 0);
+}
+
+class DiskStore : public ::testing::Test {
+ protected:
+  DiskStore() : directory_(std::filesystem::temp_directory_path() / ("tandem_store_" + std::to_string(getpid()))) {
+    std::filesystem::remove_all(directory_);
+  }
+  ~DiskStore() override { std::filesystem::remove_all(directory_); }
+
+  static std::shared_ptr<const Bytes> bytes_of(char letter, std::size_t count) {
+    return std::make_shared<const Bytes>(count, static_cast<std::byte>(letter));
+  }
+  std::filesystem::path only_file() const { return std::filesystem::directory_iterator(directory_)->path(); }
+
+  std::filesystem::path directory_;
+};
+
+TEST_F(DiskStore, GivesBackWhatAnotherProgramKept) {
+  const auto bytes = bytes_of('a', 1000);
+  const Sha256 hash = sha256_of(*bytes);
+  EXPECT_EQ(DiskAssetStore(directory_).find(hash), nullptr);
+  DiskAssetStore(directory_).keep(hash, bytes);
+  const auto found = DiskAssetStore(directory_).find(hash);
+  ASSERT_NE(found, nullptr);
+  EXPECT_EQ(*found, *bytes);
+}
+
+TEST_F(DiskStore, NeverGivesBytesOfAnotherHashAndRemovesThem) {
+  const auto bytes = bytes_of('a', 1000);
+  const Sha256 hash = sha256_of(*bytes);
+  DiskAssetStore store(directory_);
+  store.keep(hash, bytes);
+  std::fstream(only_file(), std::ios::binary | std::ios::in | std::ios::out).seekp(500).put('b');
+  EXPECT_EQ(store.find(hash), nullptr);
+  EXPECT_TRUE(std::filesystem::is_empty(directory_));
+}
+
+TEST_F(DiskStore, StaysWithinItsLimitByWhatWasNotUsedForLongest) {
+  DiskAssetStore store(directory_, 2500);
+  std::vector<Sha256> hashes;
+  for (const char letter : {'a', 'b', 'c'}) {
+    const auto bytes = bytes_of(letter, 1000);
+    hashes.push_back(sha256_of(*bytes));
+    store.keep(hashes.back(), bytes);
+    // The clock of a file system may be coarse.
+    const auto hours = std::chrono::hours(letter == 'a' ? 1 : 2);
+    for (const auto& entry : std::filesystem::directory_iterator(directory_)) {
+      if (letter == 'c') continue;
+      std::filesystem::last_write_time(entry, std::filesystem::file_time_type::clock::now() - hours);
+    }
+    if (letter != 'b') continue;
+    EXPECT_NE(store.find(hashes[0]), nullptr) << "used now, so b is the oldest";
+  }
+  EXPECT_NE(store.find(hashes[0]), nullptr);
+  EXPECT_EQ(store.find(hashes[1]), nullptr);
+  EXPECT_NE(store.find(hashes[2]), nullptr);
+  const auto huge = bytes_of('d', 3000);
+  store.keep(sha256_of(*huge), huge);
+  EXPECT_EQ(store.find(sha256_of(*huge)), nullptr);
+  EXPECT_NE(store.find(hashes[0]), nullptr) << "what cannot be kept must push nothing out";
+}
+
+/// Datagrams sent while the haptic thread publishes `handle_at(ms)` for a second, at 1 kHz.
+std::size_t datagrams_in_a_second(
+    double deadband, const std::function<RigidState(int)>& handle_at,
+    const std::function<std::uint32_t(int)>& buttons_at = [](int) { return 0U; }) {
+  SessionSettings settings;
+  settings.deadband = deadband;
+  wire::Joined joined = minimal_joined();
+  joined.mutable_scene()->mutable_coupling()->set_stiffness_n_per_m(300);
+  SessionBench bench(settings);
+  bench.join(joined);
+  bench.send_update();
+  for (int ms = 0; ms < 1000; ++ms) {
+    ClientUpdate update;
+    update.input_tick = Tick{static_cast<std::uint64_t>(ms) + 1};
+    update.handle = handle_at(ms);
+    update.handle_valid = true;
+    update.buttons = buttons_at(ms);
+    bench.mailboxes.outbox.publish(update);
+    bench.wait(std::chrono::milliseconds(1));
+    if (ms % 10 == 0) bench.send_update();
+  }
+  EXPECT_EQ(bench.session.counters().updates_held_back + bench.session.counters().datagrams_sent, 1000U);
+  return bench.transport.datagrams.size();
+}
+
+TEST(ClientSession, ADeadbandThinsRestAndSteadyMotionToTheFloorRate) {
+  const auto resting = [](int) { return RigidState{}; };
+  const auto steady = [](int ms) {
+    RigidState state;
+    state.V.v = Vec3(0.2, 0, 0);
+    state.X.p = state.V.v * 1e-3 * ms;
+    return state;
+  };
+  EXPECT_EQ(datagrams_in_a_second(0, resting), 1000U);
+  EXPECT_EQ(datagrams_in_a_second(0.1, resting), 100U);
+  EXPECT_EQ(datagrams_in_a_second(0.1, steady), 100U) << "the server goes on as it last moved";
+}
+
+TEST(ClientSession, ADeadbandLetsThroughAtOnceWhatAHandWouldNotice) {
+  const auto resting = [](int) { return RigidState{}; };
+  const auto jerky = [](int ms) {
+    RigidState state;
+    state.X.p.x() = 0.001 * (ms % 2);  // 0.3 N of 300 N/m
+    return state;
+  };
+  EXPECT_EQ(datagrams_in_a_second(0.1, jerky), 1000U);
+  // Pressed and let go, each time between two of the floor's: two more.
+  const auto pressed = [](int ms) { return ms >= 505 && ms < 512 ? std::uint32_t{kButtonGrab} : 0U; };
+  const std::size_t sent = datagrams_in_a_second(0.1, resting, pressed);
+  EXPECT_GT(sent, 100U);
+  EXPECT_LE(sent, 102U);
+}
+
 TEST(AssetFetcher, PlansNoMoreThanItsLimitHoweverManyAreOffered) {
   AssetFetcher fetcher(1000);
   wire::Joined joined;
@@ -384,6 +539,64 @@ TEST(SessionsBackToBack, TwoHandsShareARoomAndAnObserverSeesThem) {
   net.run(30);
   EXPECT_EQ(ada.newest()->held_body, BodyId{1});
   EXPECT_EQ(eve.newest()->bodies.at(0).held_by.value, ada.session.joined()->user());
+}
+
+/// Down to a floor in 1 s, 15 mm into it for 2 s with a tremor of 0.1 mm at 9 Hz, and up again.
+RigidState pressing_hand(double t) {
+  constexpr double kWay_m = 0.05, kTremor_m = 1e-4, kTremorRate = 2 * std::numbers::pi * 9;
+  const double u = t < 1 ? t : t < 3 ? 1 : std::max(0.0, 4 - t);
+  const double direction = t < 1 ? 1 : t < 3 ? 0 : -1;
+  RigidState hand;
+  // Minimum jerk, as hands move.
+  hand.X.p.z() = 0.04 - kWay_m * u * u * u * (10 - 15 * u + 6 * u * u) + kTremor_m * std::sin(kTremorRate * t);
+  hand.V.v.z() =
+      -kWay_m * direction * 30 * u * u * (1 - u) * (1 - u) + kTremor_m * kTremorRate * std::cos(kTremorRate * t);
+  return hand;
+}
+
+struct Pressed {
+  double sent_up = 0;  ///< share of what would be without a deadband
+  double sent_down = 0;
+  double largest_n = 0;
+};
+
+Pressed press_on_a_floor(double deadband) {
+  const std::string scene = R"({"name": "wall",
+    "bodies": [{"name": "floor", "shapes": [{"box": {"size_m": [1, 1, 0.1]}}],
+                "placement": {"position_m": [0, 0, -0.05]}}],
+    "tools": [{"name": "t", "placement": {"position_m": [0, 0, 0.04]}}],
+    "coupling": {"law": "spring-damper", "stiffness_n_per_m": 300, "damping_n_s_per_m": 3}})";
+  BackToBack net(scene, std::chrono::milliseconds(10));
+  WiredClient& ada = net.add_client({.user_name = "ada", .deadband = deadband});
+  net.run(100);
+  Pressed pressed;
+  for (int ms = 0; ms < 4000; ++ms) {
+    const RigidState hand = pressing_hand(1e-3 * ms);
+    ada.publish_handle(hand.X, 0, hand.V);
+    net.run(1);
+    const ServerUpdate* told = ada.newest();
+    if (told == nullptr) continue;
+    pressed.largest_n = std::max(pressed.largest_n, told->wrench_on_hand_W.f.norm());
+  }
+  const auto share = [](std::uint64_t sent, std::uint64_t held_back) {
+    return static_cast<double>(sent) / static_cast<double>(sent + held_back);
+  };
+  const SessionCounters& up = ada.session.counters();
+  const HubCounters& down = net.hub->counters();
+  pressed.sent_up = share(up.datagrams_sent, up.updates_held_back);
+  pressed.sent_down = share(down.datagrams_sent, down.updates_held_back);
+  return pressed;
+}
+
+TEST(SessionsBackToBack, ADeadbandOfTenPercentSavesMostDatagramsOfPressingOnAFloorAndLittleIsFelt) {
+  const Pressed all = press_on_a_floor(0);
+  const Pressed thinned = press_on_a_floor(0.1);
+  EXPECT_EQ(all.sent_up, 1);
+  EXPECT_EQ(all.sent_down, 1);
+  EXPECT_LE(thinned.sent_up, 0.15);
+  EXPECT_LE(thinned.sent_down, 0.15);
+  ASSERT_GT(all.largest_n, 2);
+  EXPECT_NEAR(thinned.largest_n, all.largest_n, 0.1 * all.largest_n);
 }
 
 TEST(SessionsBackToBack, ASessionOverTcpIsTheSameSession) {

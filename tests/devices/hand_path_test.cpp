@@ -3,9 +3,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <utility>
+#include <vector>
 
 namespace tandem {
 namespace {
@@ -145,6 +148,144 @@ TEST(HandPath, EveryNamedPathStartsWhereTheHandRestsAndHasAHoldPhase) {
     EXPECT_EQ(path.pose_at(Duration(0)).p, Vec3::Zero()) << name;
     EXPECT_THAT(path.phases(), testing::Contains("hold")) << name;
   }
+}
+
+SineComponent sine(const Vec3& axis, double frequency_hz, double amplitude_m, double phase_rad) {
+  return {axis, frequency_hz, amplitude_m, phase_rad};
+}
+
+/// Two way points, and from 4 s to 10 s, over fades of half a second, a circle of 10 mm and a sine of 5 Hz.
+HandPath shaken_move() {
+  std::vector<WayPoint> points(2);
+  points[1].at = seconds(12);
+  points[1].X_DH.p = Vec3(0.1, 0, 0);
+  const double quarter = std::numbers::pi / 2;
+  return HandPath(std::move(points), {seconds(4),
+                                      seconds(10),
+                                      milliseconds(500),
+                                      {sine(Vec3::UnitX(), 1, 0.01, 0), sine(Vec3::UnitY(), 1, 0.01, quarter),
+                                       sine(Vec3::UnitZ(), 5, 0.002, 0.3)}});
+}
+
+TEST(Multisine, AddsItsSinesToTheWayPointsBetweenItsFades) {
+  const HandPath path = shaken_move();
+  const HandPath alone(path.points());
+  for (int i = 0; i <= 50; ++i) {
+    const Duration time = milliseconds(4500) + milliseconds(100) * i;
+    const double t_s = to_seconds(time) - 4;
+    const double angle = 2 * std::numbers::pi * t_s;
+    const Vec3 expected(0.01 * std::sin(angle), 0.01 * std::cos(angle), 0.002 * std::sin(5 * angle + 0.3));
+    EXPECT_LT((path.pose_at(time).p - alone.pose_at(time).p - expected).norm(), 1e-14) << t_s;
+  }
+}
+
+TEST(Multisine, OfTwoSinesAQuarterTurnApartIsACircleAtASteadySpeed) {
+  const HandPath path = shaken_move();
+  const HandPath alone(path.points());
+  for (int i = 0; i <= 50; ++i) {
+    const Duration time = milliseconds(4500) + milliseconds(100) * i;
+    const Vec3 v = path.twist_at(time).v - alone.twist_at(time).v;
+    EXPECT_NEAR(std::hypot(v.x(), v.y()), 2 * std::numbers::pi * 0.01, 1e-14);
+  }
+}
+
+TEST(Multisine, TwistIsTheDerivativeOfThePoseAlsoInTheFades) {
+  const HandPath path = shaken_move();
+  constexpr double h_s = 1e-4;
+  for (int i = 1; i < 240; ++i) {
+    const Duration time = milliseconds(50) * i;
+    const Vec3 slope =
+        (path.pose_at(time + from_seconds(h_s)).p - path.pose_at(time - from_seconds(h_s)).p) / (2 * h_s);
+    // h²/6 of the third derivative: the sine of 5 Hz has 0.002 (2π 5)³ = 62 m/s³, its fade 0.002 · 60/0.5³ = 1.
+    EXPECT_LT((path.twist_at(time).v - slope).norm(), 20 * h_s * h_s) << to_seconds(time);
+  }
+}
+
+TEST(Multisine, IsNotThereBeforeAndAfter) {
+  const HandPath path = shaken_move();
+  const HandPath alone(path.points());
+  for (const Duration time : {Duration(0), Duration(seconds(4)), Duration(seconds(10)), Duration(seconds(20))}) {
+    EXPECT_EQ(path.pose_at(time).p, alone.pose_at(time).p);
+    EXPECT_EQ(path.twist_at(time).v, alone.twist_at(time).v);
+  }
+  // It comes and goes without a jump: a nanosecond inside, position and speed are those outside.
+  for (const Duration time : {Duration(seconds(4)) + Duration(1), Duration(seconds(10)) - Duration(1)}) {
+    EXPECT_LT((path.pose_at(time).p - alone.pose_at(time).p).norm(), 1e-15);
+    EXPECT_LT((path.twist_at(time).v - alone.twist_at(time).v).norm(), 1e-12);
+  }
+}
+
+TEST(Multisine, IsReadFromAFileAndLengthensThePath) {
+  const HandPath path = parse_hand_path(R"({"points": [{"t_s": 0, "phase": "hold"}], "multisine": {
+      "from_s": 1, "to_s": 5, "fade_s": 1, "components": [
+        {"axis": [0, 0, -0.5], "frequency_hz": 0.25, "amplitude_m": 0.02, "phase_rad": 1.5},
+        {"frequency_hz": 3, "amplitude_m": 0.001}]}})",
+                                        "file.json");
+  EXPECT_EQ(path.length(), seconds(5));
+  ASSERT_EQ(path.multisine().components.size(), 2U);
+  EXPECT_EQ(path.multisine().components[1].axis, Vec3(Vec3::UnitX()));
+  // Two seconds in, half a turn of the first and six of the second: 0.02 sin(π + 1.5) along −z.
+  const Vec3 p = path.pose_at(seconds(3)).p;
+  EXPECT_NEAR(p.z(), 0.02 * std::sin(1.5), 1e-15);
+  EXPECT_NEAR(p.x(), 0, 1e-15);
+}
+
+TEST(Multisine, SaysWhatIsWrongWithAFile) {
+  const std::pair<const char*, const char*> cases[] = {
+      {R"({"to_s": 1})", "p.json: multisine.from_s is missing"},
+      {R"({"from_s": 2, "to_s": 1})", "p.json: multisine.to_s is 1; it must be later than from_s"},
+      {R"({"from_s": 0, "to_s": 1, "fade_s": 0.6})", "p.json: multisine.fade_s is 0.6; it must be at most half"},
+      {R"({"from_s": 0, "to_s": 1})", "p.json: multisine.components is missing"},
+      {R"({"from_s": 0, "to_s": 1, "components": []})", "p.json: multisine.components is []"},
+      {R"({"from_s": 0, "to_s": 1, "components": [{"amplitude_m": 1}]})",
+       "p.json: multisine.components[0].frequency_hz is missing"},
+      {R"({"from_s": 0, "to_s": 1, "components": [{"frequency_hz": 51, "amplitude_m": 1}]})",
+       "p.json: multisine.components[0].frequency_hz is 51"},
+      {R"({"from_s": 0, "to_s": 1, "components": [{"frequency_hz": 1, "amplitude_m": -1}]})",
+       "p.json: multisine.components[0].amplitude_m is -1"},
+      {R"({"from_s": 0, "to_s": 1, "components": [{"axis": [0, 0, 0], "frequency_hz": 1, "amplitude_m": 1}]})",
+       "p.json: multisine.components[0].axis is [0, 0, 0]; it must have a direction"},
+  };
+  for (const auto& [multisine, message] : cases) {
+    const std::string file = R"({"points": [{"t_s": 0}], "multisine": )" + std::string(multisine) + "}";
+    EXPECT_THAT([&] { parse_hand_path(file, "p.json"); },
+                testing::ThrowsMessage<std::invalid_argument>(testing::HasSubstr(message)))
+        << multisine;
+  }
+}
+
+TEST(Multisine, RefusesWhatIsNoMovement) {
+  const std::vector<WayPoint> rest(1);
+  const auto refuses = [&](const Multisine& multisine) {
+    EXPECT_THROW(HandPath(rest, multisine), std::invalid_argument);
+  };
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  refuses({seconds(1), seconds(1), Duration(0), {sine(Vec3::UnitX(), 1, 1, 0)}});
+  refuses({seconds(0), seconds(1), seconds(1), {sine(Vec3::UnitX(), 1, 1, 0)}});
+  refuses({seconds(0), seconds(1), -seconds(1), {sine(Vec3::UnitX(), 1, 1, 0)}});
+  refuses({seconds(0), seconds(1), Duration(0), {sine(Vec3(1, 1, 0), 1, 1, 0)}});
+  refuses({seconds(0), seconds(1), Duration(0), {sine(Vec3::UnitX(), nan, 1, 0)}});
+  refuses({seconds(0), seconds(1), Duration(0), {sine(Vec3::UnitX(), 1, nan, 0)}});
+}
+
+TEST(NamedPaths, ShakeHasSinesFromHalfToFiveHertzOverTwoWholePeriods) {
+  const HandPath path = named_hand_path("shake");
+  const Multisine& shaking = path.multisine();
+  const double full_s = to_seconds(shaking.to - shaking.from - 2 * shaking.fade);
+  double lowest = 100;
+  double highest = 0;
+  for (const SineComponent& each : shaking.components) {
+    lowest = std::min(lowest, each.frequency_hz);
+    highest = std::max(highest, each.frequency_hz);
+    EXPECT_NEAR(std::remainder(each.frequency_hz * full_s / 2, 1), 0, 1e-12) << each.frequency_hz;
+  }
+  EXPECT_EQ(lowest, 0.5);
+  EXPECT_EQ(highest, 5);
+  // All that time it has grabbed, and it holds still afterwards.
+  for (Duration time = shaking.from; time <= shaking.to; time += milliseconds(10)) {
+    EXPECT_EQ(path.buttons_at(time), 1U);
+  }
+  EXPECT_EQ(path.phases().at(static_cast<std::size_t>(path.phase_at(shaking.to))), "hold");
 }
 
 TEST(HandPath, ListsTheNamesWhenOneIsUnknown) {

@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "common/json/pretty.hpp"
+#include "lab/experiment_library.hpp"
 
 namespace tandem::lab {
 namespace {
@@ -44,16 +45,19 @@ class ExperimentFile : public testing::Test {
 TEST_F(ExperimentFile, EveryFieldArrives) {
   const Experiment experiment = parse(R"({
       "name": "n", "description": "d", "scene": "./scene.json", "duration_s": 2.5, "seed": 9, "server_phase_ms": 0.5,
-      "sample_period_ms": 2, "users": [{
-        "name": "anna", "role": "observer", "hand": "hand.json", "device": "omega.6", "stage": "hold", "transport": "udp",
-        "tick_phase_ms": 0.75,
+      "sample_period_ms": 2, "link": {"rtt_ms": 9, "queue_limit": 12}, "deadband": 0.1, "guard": false,
+      "model": {"mass_scale": 1.4}, "reference_stage": "hold", "law": "qsa-static",
+      "coupling": {"stiffness_n_per_m": 250}, "scene_changes": {"bodies.cube.friction": 0.5},
+      "outcome": {"body": "cube", "lifted_above_m": 0.05, "during": "wave"}, "seeds": 4, "grid": [],
+      "users": [{
+        "name": "anna", "role": "observer", "hand": "hand.json", "device": "omega.6", "stage": "hold", "guard": true,
+        "transport": "udp", "tick_phase_ms": 0.75,
         "hand_parameters": {"mass_kg": 0.4, "stiffness_n_per_m": 100, "damping_n_s_per_m": 5, "inertia_kg_m2": 0.001,
           "stiffness_n_m_per_rad": 1, "damping_n_m_s_per_rad": 0.1, "tremor_rms_n": 0.2, "tremor_hz": 8,
           "encoder_step_m": 2e-5, "encoder_step_rad": 1e-4},
-        "link": {"delay_ms": 25, "jitter_ms": 5, "distribution": "trace", "trace_ms": [1, 2.5], "loss": 0.05,
-          "bad_period_ms": 30, "duplication": 0.01, "reordering": true, "rate_limit_bytes_per_s": 1e6,
-          "queue_limit": 12},
-        "downlink": {"delay_ms": 100, "distribution": "pareto"}}]})");
+        "link": {"rtt_ms": 50, "jitter_ms": 5, "distribution": "trace", "trace_ms": [1, 2.5], "loss": 0.05,
+          "bad_period_ms": 30, "duplication": 0.01, "reordering": true, "rate_limit_bytes_per_s": 1e6},
+        "downlink": {"rtt_ms": 200, "distribution": "pareto"}}]})");
   EXPECT_EQ(experiment.name, "n");
   EXPECT_EQ(experiment.description, "d");
   EXPECT_TRUE(std::filesystem::equivalent(experiment.scene, folder_ / "scene.json"));
@@ -68,7 +72,19 @@ TEST_F(ExperimentFile, EveryFieldArrives) {
   EXPECT_THAT(user.hand.phases(), testing::ElementsAre("wave"));
   EXPECT_EQ(user.device.name, "omega.6");
   EXPECT_EQ(user.device.spec.force_axes, 3);
-  EXPECT_EQ(user.stage, "hold");
+  EXPECT_EQ(user.pipeline.stage, "hold");
+  EXPECT_TRUE(user.pipeline.guard) << "the user's own";
+  EXPECT_FALSE(experiment.pipeline.guard);
+  EXPECT_EQ(user.pipeline.deadband, 0.1);
+  EXPECT_EQ(user.pipeline.model_mass_scale, 1.4);
+  EXPECT_EQ(experiment.reference_stage, "hold");
+  EXPECT_EQ(experiment.scene_changes.at("bodies.cube.friction"), boost::json::value(0.5));
+  EXPECT_EQ(experiment.scene_changes.at("coupling.law"), boost::json::value("qsa-static"));
+  EXPECT_EQ(experiment.scene_changes.at("coupling.stiffness_n_per_m"), boost::json::value(250));
+  ASSERT_TRUE(experiment.outcome.has_value());
+  EXPECT_EQ(experiment.outcome->body, "cube");
+  EXPECT_EQ(experiment.outcome->lifted_above_m, 0.05);
+  EXPECT_EQ(experiment.outcome->during, "wave");
   EXPECT_EQ(user.transport, StateTransport::kUdp);
   EXPECT_EQ(user.tick_phase, microseconds(750));
   EXPECT_EQ(user.hand_parameters.mass_kg, 0.4);
@@ -92,14 +108,15 @@ TEST_F(ExperimentFile, EveryFieldArrives) {
   EXPECT_EQ(user.up.rate_limit_bytes_per_s, 1e6);
   EXPECT_EQ(user.up.queue_limit, 12U);
   EXPECT_EQ(user.down.delay, milliseconds(100));
+  EXPECT_EQ(user.down.loss, 0.05) << "what the way down does not say is as the link";
   EXPECT_EQ(user.down.distribution, JitterDistribution::kPareto);
 }
 
 TEST_F(ExperimentFile, LeavesOutWhatItDoesNotSay) {
   const Experiment experiment = parse(
-      R"({"name": "n", "scene": "./scene.json", "users": [{"name": "a", "link": {"delay_ms": 7}}, {"name": "b"}]})");
+      R"({"name": "n", "scene": "./scene.json", "users": [{"name": "a", "link": {"rtt_ms": 14}}, {"name": "b"}]})");
   EXPECT_EQ(experiment.duration, seconds(10));
-  EXPECT_EQ(experiment.users[0].stage, "late-pose");
+  EXPECT_EQ(experiment.users[0].pipeline.stage, default_stage());
   EXPECT_EQ(experiment.users[0].transport, StateTransport::kUdp);
   EXPECT_EQ(experiment.users[0].down.delay, milliseconds(7)) << "downlink is like link unless it is given";
   EXPECT_EQ(experiment.users[0].tick_phase, microseconds(250));
@@ -113,7 +130,7 @@ std::string one_user(const std::string& fields) {
 }
 
 TEST_F(ExperimentFile, AStreamMayBeSlowButLosesNothing) {
-  const Experiment experiment = parse(one_user(R"("transport": "tcp", "link": {"delay_ms": 7, "jitter_ms": 1})"));
+  const Experiment experiment = parse(one_user(R"("transport": "tcp", "link": {"rtt_ms": 14, "jitter_ms": 1})"));
   EXPECT_EQ(experiment.users[0].transport, StateTransport::kTcp);
   for (const char* spoilt :
        {R"("link": {"loss": 0.01})", R"("downlink": {"duplication": 0.01})", R"("downlink": {"reordering": true})"}) {
@@ -129,8 +146,10 @@ TEST_F(ExperimentFile, SaysWhatIsWrongWhereAndWhatWouldBeRight) {
       {"{}", "e.json: name is missing; it must be a text in quotes"},
       {R"({"name": "n", "scene": "./scene.json"})", "e.json: users is missing; it must be a list of 1 to 16 objects"},
       {R"({"name": "n", "scene": "./scene.json", "users": [{"name": "a"}], "sed": 1})",
-       "e.json: sed is 1; there is no such field here; known: description, duration_s, name, sample_period_ms, scene, "
-       "seed, server_phase_ms, users"},
+       "e.json: sed is 1; there is no such field here; known: coupling, deadband, description, duration_s, grid, "
+       "guard, "
+       "law, link, model, name, outcome, predictor, reference_stage, sample_period_ms, scene, scene_changes, seed, "
+       "seeds, server_phase_ms, stage, users"},
       {R"({"name": "n", "scene": "./scene.json", "seed": -1, "users": [{"name": "a"}]})",
        "e.json: seed is -1; it must be a whole number from 0 to 9007199254740992"},
       {R"({"name": "n", "scene": "./scene.json", "duration_s": 601, "users": [{"name": "a"}]})",
@@ -141,13 +160,21 @@ TEST_F(ExperimentFile, SaysWhatIsWrongWhereAndWhatWouldBeRight) {
       {R"({"name": "n", "scene": "./scene.json", "users": [{"name": "a"}, {"name": "a"}]})",
        "e.json: users[1].name is \"a\"; each user needs a name of its own"},
       {one_user(R"("stage": "telepathy")"),
-       "e.json: users[0].stage is \"telepathy\"; it must be one of late-pose, hold"},
+       "e.json: users[0].stage is \"telepathy\"; it must be one of " + listed_stages()},
       {one_user(R"("role": "king")"), "e.json: users[0].role is \"king\"; it must be one of manipulator, observer"},
       {one_user(R"("transport": 7)"), "e.json: users[0].transport is 7; it must be a text in quotes"},
       {one_user(R"("tick_phase_ms": 0.3)"), "e.json: users[0].tick_phase_ms is 0.3; it must be 0, 0.25, 0.5 or 0.75"},
       {one_user(R"("link": {"loss": 1.2})"), "e.json: users[0].link.loss is 1.2; it must be a number from 0 to 0.95"},
-      {one_user(R"("link": {"delay_ms": -1})"),
-       "e.json: users[0].link.delay_ms is -1; it must be a number from 0 to 10000"},
+      {one_user(R"("link": {"rtt_ms": -1})"),
+       "e.json: users[0].link.rtt_ms is -1; it must be a number from 0 to 20000"},
+      {one_user(R"("link": {"delay_ms": 1})"),
+       "e.json: users[0].link.delay_ms is 1; there is no such field here; known: bad_period_ms, distribution, "
+       "duplication, jitter_ms, loss, queue_limit, rate_limit_bytes_per_s, reordering, rtt_ms, trace_ms"},
+      {R"({"name": "n", "scene": "./scene.json", "link": {"loss": 2}, "users": [{"name": "a"}]})",
+       "e.json: link.loss is 2; it must be a number from 0 to 0.95"},
+      {R"({"name": "n", "scene": "./scene.json", "users": [{"name": "a"}],
+           "outcome": {"body": "cube", "lifted_above_m": 0.1, "during": "carry"}})",
+       "e.json: outcome.during is \"carry\"; the first user's hand has no such phase; it has: hold"},
       {one_user(R"("link": {"distribution": "trace"})"),
        "e.json: users[0].link.trace_ms is missing; distribution \"trace\" needs a list of one delay or more"},
       {one_user(R"("link": {"reordering": "yes"})"),
@@ -181,6 +208,19 @@ TEST(ShippedExperiments, AreAllGood) {
     }) << entry.path();
   }
   EXPECT_GE(count, 2);
+}
+
+TEST(ExperimentLibrary, FindsShippedOnesByNameAndAllWithout) {
+  const std::vector<std::string> names{"wall", (shipped_experiments() / "free.json").string()};
+  const auto files = experiment_files(names);
+  ASSERT_EQ(files.size(), 2U);
+  EXPECT_EQ(files[0].filename(), "wall.json");
+  EXPECT_EQ(files[1].filename(), "free.json");
+  EXPECT_GE(experiment_files({}).size(), 11U);
+  const std::vector<std::string> unknown{"wal"};
+  EXPECT_THAT([&] { experiment_files(unknown); },
+              testing::ThrowsMessage<std::invalid_argument>(testing::AllOf(
+                  testing::HasSubstr("\"wal\" is neither a file nor shipped"), testing::HasSubstr("wall"))));
 }
 
 TEST(PrettyJson, ReadsBackToTheSameBits) {

@@ -216,7 +216,7 @@ TEST(ClientSummary, IsWhatTheClientWrites) {
                      .watched = {},
                      .run = run};
   summary.options.io.session.user_name = "ben";
-  summary.options.stage = "hold";
+  summary.options.stage.name = "hold";
   summary.io.joined = std::make_shared<wire::Joined>();
   json::object written = to_json(summary);
   written["scene"] = "peg";  // of a Joined without a scene it is ""

@@ -22,7 +22,7 @@ Experiment shipped(const std::string& name) {
 }
 
 SessionTrace run(Experiment experiment, const std::string& stage) {
-  for (ExperimentUser& user : experiment.users) user.stage = stage;
+  for (ExperimentUser& user : experiment.users) user.pipeline.stage = stage;
   return VirtualSession(experiment, load_scene(experiment.scene)).run();
 }
 

@@ -29,7 +29,8 @@ constexpr const char* kScene = R"({
 
 // From the left tool's place 60 mm to the right, through where the block is.
 constexpr const char* kPush = R"({"points": [
-  {"t_s": 0, "phase": "approach"}, {"t_s": 1, "phase": "move"}, {"t_s": 3, "position_m": [0.06, 0, 0], "phase": "hold"}]})";
+  {"t_s": 0, "phase": "approach"}, {"t_s": 1, "phase": "move"},
+  {"t_s": 3, "position_m": [0.06, 0, 0], "phase": "hold"}]})";
 
 std::shared_ptr<const LoadedScene> scene() {
   return load_scene_text(kScene, "lab_test.json", "/");
@@ -184,10 +185,47 @@ TEST(VirtualSession, TheResultsNameEveryMetricAndParameter) {
     for (const UserMetric& metric : user_metrics()) {
       EXPECT_TRUE(each.at("metrics").as_object().contains(metric.name)) << metric.name;
     }
-    EXPECT_EQ(each.at("parameters").at("uplink").at("delay_ms").as_double(), 10);
+    EXPECT_EQ(each.at("parameters").at("uplink").at("rtt_ms").as_double(), 20);
   }
   EXPECT_EQ(results.at("seed").as_uint64(), 1U);
   EXPECT_EQ(results.at("bodies").at(0).at("name").as_string(), "block");
+}
+
+TEST(VirtualSession, HandsStartAtAWholeMillisecondWhateverTheLinks) {
+  for (const int delay_us : {0, 250, 500, 7750}) {
+    Experiment experiment = pushing();
+    for (ExperimentUser& each : experiment.users) each.up.delay = each.down.delay = std::chrono::microseconds(delay_us);
+    const SessionTrace trace = VirtualSession(experiment, scene()).run();
+    EXPECT_EQ(trace.joined_after % kHapticPeriod, Duration(0));
+    EXPECT_EQ(trace.users[0].ticks.front().time, kSlot) << "so that ticks of two trials are at the same times";
+    EXPECT_EQ(trace.users[1].ticks.front().time, 2 * kSlot);
+    EXPECT_EQ(trace.stored.size(), 3001U) << "after every step, and at the start";
+  }
+}
+
+TEST(VirtualSession, TrafficCountsBothWaysAndWhatIsLost) {
+  Experiment experiment = pushing();
+  for (ExperimentUser& each : experiment.users) each.up.loss = each.down.loss = 0.3;
+  const SessionTrace trace = VirtualSession(experiment, scene()).run();
+  for (const UserTrace& each : trace.users) {
+    EXPECT_NEAR(static_cast<double>(each.traffic.datagrams), 2 * 3000, 2);
+    EXPECT_GT(each.traffic.bytes, 6000U * 40);
+  }
+}
+
+TEST(VirtualSession, UsersSeeTheBodyThatHandsCanHold) {
+  const SessionTrace trace = VirtualSession(pushing(), scene()).run();
+  ASSERT_TRUE(trace.watched_body.has_value());
+  EXPECT_EQ(trace.body_names[*trace.watched_body], "block");
+  for (const UserTrace& each : trace.users) {
+    EXPECT_TRUE(each.ticks.back().has_view) << each.user.name;
+    // At rest on its way? It glides on; 10 ms ago it was nearer.
+    EXPECT_NEAR((each.ticks.back().view_W - trace.bodies.back().X_WB[0].p).norm(), 0, 0.02);
+  }
+  Experiment elsewhere = pushing();
+  elsewhere.outcome = {"moon", 1, "hold"};
+  EXPECT_THAT([&] { VirtualSession(elsewhere, scene()); },
+              testing::ThrowsMessage<std::invalid_argument>(testing::HasSubstr("outcome.body is \"moon\"")));
 }
 
 TEST(VirtualSession, TheBodiesTableHasARowASampleFromStartToEnd) {

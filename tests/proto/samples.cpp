@@ -14,6 +14,10 @@ void add_numbers(google::protobuf::RepeatedField<double>& to, std::initializer_l
   to.Add(numbers.begin(), numbers.end());
 }
 
+Wrench largest_wave() {
+  return {kMaxWaveSum * Vec3(0.3, -0.5, 0.7), kMaxWaveSum * Vec3(-0.7, 0.3, 0.6)};
+}
+
 std::string hash_bytes() {
   std::string hash;
   for (std::size_t i = 0; i < kAssetHashBytes; ++i) hash.push_back(static_cast<char>(7 * i + 1));
@@ -33,6 +37,7 @@ void fill_shapes(wire::Body& body) {
   body.mutable_shapes(4)->mutable_mesh()->set_largest_size_m(0.15);
   body.add_shapes()->mutable_molecule()->set_file("1abc.pdb");
   body.mutable_shapes(5)->mutable_molecule()->add_chains(std::string("A"));
+  body.mutable_shapes(5)->mutable_molecule()->set_asset_sha256(hash_bytes());
 }
 
 void fill_scene(wire::Scene& scene) {
@@ -100,6 +105,7 @@ wire::ClientControl join() {
   message.mutable_join()->set_room("docking");
   message.mutable_join()->set_user_name("Zoë");
   message.mutable_join()->set_role(wire::ROLE_MANIPULATOR);
+  message.mutable_join()->set_deadband(0.1);
   return message;
 }
 
@@ -139,6 +145,11 @@ wire::ServerControl joined() {
   asset.set_size_bytes(123'456);
   asset.set_kind("mesh");
   asset.set_name("bunny.obj");
+  wire::MassProperties& mass = *joined.add_body_masses();
+  mass.set_mass_kg(0.25);
+  add_numbers(*mass.mutable_centre(), {0.01, 0, -0.02, 0.5, 0.5, 0.5, -0.5});
+  add_numbers(*mass.mutable_principal_inertia_kg_m2(), {1e-4, 2e-4, 2.5e-4});
+  joined.add_tool_masses()->set_mass_kg(0.05);
   return message;
 }
 
@@ -196,6 +207,12 @@ ClientUpdate client_update() {
   update.acknowledged_held = std::chrono::microseconds(750);
   update.energy_to_hand_j = 1.25;
   update.energy_from_hand_j = 2.75;
+  update.mode = ClientMode::kLocalModel;
+  update.tool.X = {Vec3(0.125, -0.25, 0.46875), Quat(0.5, 0.5, -0.5, 0.5)};
+  update.tool.V = {Vec3(0.5, 0.25, -0.125), Vec3(-1, 2, -3)};
+  update.copies.push_back({BodyId{2}, update.handle, Vec3(0.25, 0, -0.5), Vec3(0, -1, 0)});
+  update.copies.push_back({BodyId{7}, {}, Vec3(0, 0.125, 0), Vec3::Zero()});
+  update.round_trip = std::chrono::milliseconds(42);
   return update;
 }
 
@@ -215,12 +232,32 @@ ServerUpdate server_update() {
   update.energy_into_world_j = 0.5;
   update.energy_from_world_j = 0.75;
   update.field_energy_kj_per_mol = -42.5;
-  BodyState held{BodyId{2}, update.tool, UserId{3}};
-  BodyState resting{BodyId{7}, {}, UserId{}};
+  update.X_BT = {Vec3(0.03125, 0, -0.0625), Quat(0.5, 0.5, 0.5, -0.5)};
+  update.joint_share = 0.25;
+  update.playout = std::chrono::microseconds(12'500);
+  update.slowest_loop = std::chrono::milliseconds(80);
+  update.soft_contact = soft_contact();
+  update.wave = {Vec3(0.5, -0.25, 0), Vec3(0.125, 0, 1)};
+  BodyState held{BodyId{2}, update.tool, UserId{3}, 2};
+  BodyState resting{BodyId{7}, {}, UserId{}, 0};
   resting.state.X.p = Vec3(0.25, 0.5, 0.75);
   update.bodies = {resting, held};
   update.users = {OtherUserState{UserId{4}, update.tool, BodyId{}}};
   return update;
+}
+
+// As a cushion of two springs would be: K = Σ k gᵀg with g of binary fractions.
+SoftContact soft_contact() {
+  SoftContact contact;
+  contact.wrench_W = {Vec3(0, 0.5, 2), Vec3(0.0625, 0, -0.03125)};
+  Eigen::Matrix<double, 1, 6> a, b;
+  a << 0, 0, 1, 0.25, -0.125, 0;
+  b << 0.5, 1, 0, 0, 0.0625, 0.25;
+  contact.stiffness = 256.0 * a.transpose() * a + 64.0 * b.transpose() * b;
+  contact.X_WT0 = {Vec3(0.125, -0.25, 0.46875), Quat(0.5, 0.5, -0.5, 0.5)};
+  contact.trust_radius_m = 0.002;
+  contact.lever_m = 0.015;
+  return contact;
 }
 
 std::vector<GoldenMessage> golden_messages() {
@@ -251,7 +288,7 @@ RigidState resting_state(std::size_t index) {
   return state;
 }
 
-ClientUpdate largest_client_update() {
+ClientUpdate largest_client_update(ClientMode mode) {
   ClientUpdate update;
   update.input_tick = Tick{kLongestVarint64};
   update.handle = moving_state(0);
@@ -263,6 +300,16 @@ ClientUpdate largest_client_update() {
   update.acknowledged_held = kMaxTimestamp;
   update.energy_to_hand_j = kMaxEnergyJ;
   update.energy_from_hand_j = kMaxEnergyJ;
+  update.mode = mode;
+  if (mode == ClientMode::kLocalModel) {
+    update.tool = moving_state(1);
+    for (std::size_t i = 0; i < kMostCopies; ++i) {
+      const auto id = static_cast<std::uint32_t>(kLongestVarint32 - i);
+      update.copies.push_back({BodyId{id}, moving_state(2 + i), Vec3(1.1, -2.2, 3.3), Vec3(1, 2, -2) / 3});
+    }
+  }
+  if (mode == ClientMode::kWave) update.wave = largest_wave();
+  update.round_trip = kMaxDelay;
   return update;
 }
 
@@ -280,13 +327,21 @@ ServerUpdate largest_server_update(std::size_t held) {
   update.field_energy_kj_per_mol = -kMaxFieldEnergyKjPerMol;
   for (std::size_t i = 0; i < kMaxBodies; ++i) {
     const auto id = static_cast<std::uint32_t>(kLongestVarint32 - i);
-    update.bodies.push_back({BodyId{id}, moving_state(i), UserId{kLongestVarint32}});
+    update.bodies.push_back({BodyId{id}, moving_state(i), UserId{kLongestVarint32}, kMaxUsers});
   }
   for (std::size_t i = 0; i < kMaxUsers; ++i) {
     const auto id = static_cast<std::uint32_t>(kLongestVarint32 - i);
     update.users.push_back({UserId{id}, moving_state(i), BodyId{kLongestVarint32}});
   }
   update.held_body = update.bodies.at(held).id;
+  update.X_BT = moving_state(2).X;
+  update.joint_share = 0.7;
+  update.playout = kMaxDelay;
+  update.slowest_loop = kMaxDelay;
+  update.soft_contact = soft_contact();
+  update.soft_contact.X_WT0 = moving_state(3).X;
+  update.soft_contact.trust_radius_m = 0.1;
+  update.wave = largest_wave();
   return update;
 }
 

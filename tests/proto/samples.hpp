@@ -31,7 +31,9 @@ wire::ServerControl goodbye();
 wire::ServerControl asset_chunk();
 DatagramHeader client_header();
 DatagramHeader server_header();
+/// With a local model's tool.
 ClientUpdate client_update();
+SoftContact soft_contact();
 /// Two bodies (one moving and held, one resting) and another user.
 ServerUpdate server_update();
 
@@ -39,7 +41,7 @@ ServerUpdate server_update();
 std::vector<GoldenMessage> golden_messages();
 
 /// Every varint at its longest, every double with all its bytes, within what readers accept.
-ClientUpdate largest_client_update();
+ClientUpdate largest_client_update(ClientMode mode = ClientMode::kLocalModel);
 /// kMaxBodies moving bodies held by others and kMaxUsers moving users with the longest ids, and likewise all else.
 /// The body with index `held` is held by the reader.
 ServerUpdate largest_server_update(std::size_t held);

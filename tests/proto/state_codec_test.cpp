@@ -63,10 +63,13 @@ void expect_same(const RigidState& a, const RigidState& b, double tolerance) {
 }
 
 TEST(ClientUpdateCodec, ReadsBackEveryField) {
-  for (const ClientUpdate& written : {samples::client_update(), samples::largest_client_update(), ClientUpdate{}}) {
+  for (const ClientUpdate& written :
+       {samples::client_update(), samples::largest_client_update(), samples::largest_client_update(ClientMode::kWave),
+        samples::largest_client_update(ClientMode::kHandle), ClientUpdate{}}) {
     Bytes bytes;
     append_client_update(written, bytes);
-    ClientUpdate read;
+    ClientUpdate read = samples::largest_client_update(ClientMode::kWave);  // a reused slot
+    read.tool = samples::moving_state(9);
     ASSERT_EQ(parse_client_update(bytes, read), DropReason::kNone);
     EXPECT_EQ(read.input_tick, written.input_tick);
     // Normalising a unit quaternion moves it by rounding only.
@@ -79,13 +82,92 @@ TEST(ClientUpdateCodec, ReadsBackEveryField) {
     EXPECT_EQ(read.acknowledged_held, written.acknowledged_held);
     EXPECT_EQ(read.energy_to_hand_j, written.energy_to_hand_j);
     EXPECT_EQ(read.energy_from_hand_j, written.energy_from_hand_j);
+    EXPECT_EQ(read.mode, written.mode);
+    expect_same(read.tool, written.tool, 1e-12);
+    ASSERT_EQ(read.copies.size(), written.copies.size());
+    for (std::size_t i = 0; i < read.copies.size(); ++i) {
+      EXPECT_EQ(read.copies[i].body, written.copies[i].body);
+      expect_same(read.copies[i].state, written.copies[i].state, 1e-4);  // single precision at hundreds of metres
+      EXPECT_LE((read.copies[i].p_BJ - written.copies[i].p_BJ).norm(), 1e-6);
+      EXPECT_LE((read.copies[i].pressing_B - written.copies[i].pressing_B).norm(), 1e-6);
+    }
+    EXPECT_EQ(read.round_trip, written.round_trip);
+    EXPECT_EQ(read.wave.f, written.wave.f);
+    EXPECT_EQ(read.wave.t, written.wave.t);
   }
 }
 
 TEST(ClientUpdateCodec, LargestUpdateFitsADatagram) {
+  for (const ClientMode mode : {ClientMode::kHandle, ClientMode::kLocalModel, ClientMode::kWave}) {
+    Bytes bytes;
+    append_client_update(samples::largest_client_update(mode), bytes);
+    EXPECT_LE(bytes.size(), kMaxPayloadBytes);
+  }
+}
+
+TEST(ClientUpdateCodec, AModeHasItsOwnPartsAndNoOthers) {
+  EXPECT_EQ(answer_to([](Client& m) { m.clear_tool(); }), DropReason::kMalformed);
+  EXPECT_EQ(answer_to([](Client& m) { m.set_mode(0); }), DropReason::kMalformed) << "the tool is still there";
+  EXPECT_EQ(answer_to([](Client& m) { m.add_wave(0); }), DropReason::kMalformed);
+  EXPECT_EQ(answer_to([](Client& m) { m.set_mode(3); }), DropReason::kNotFinite);
+  EXPECT_EQ(answer_to([](Client& m) {
+              m.set_mode(2);
+              m.clear_tool();
+              m.clear_copies();
+            }),
+            DropReason::kMalformed)
+      << "without waves";
+  for (const int count : {5, 6, 7}) {
+    const auto with_waves = [count](Client& m) {
+      m.set_mode(2);
+      m.clear_tool();
+      m.clear_copies();
+      for (int i = 0; i < count; ++i) m.add_wave(1);
+    };
+    EXPECT_EQ(answer_to(with_waves), count == 6 ? DropReason::kNone : DropReason::kMalformed) << count;
+  }
+}
+
+TEST(ClientUpdateCodec, EachPartOfACopyIsChecked) {
+  const auto answer = [](const std::function<void(wire::BodyCopy&)>& change) {
+    return answer_to([&](Client& m) { change(*m.mutable_copies(0)); });
+  };
+  EXPECT_EQ(answer([](auto&) {}), DropReason::kNone);
+  EXPECT_EQ(answer([](auto& c) { c.clear_state(); }), DropReason::kMalformed);
+  EXPECT_EQ(answer([](auto& c) { c.mutable_state()->set_id(0); }), DropReason::kMalformed);
+  EXPECT_EQ(answer([](auto& c) { c.mutable_state()->set_id(7); }), DropReason::kMalformed) << "named twice";
+  EXPECT_EQ(answer([](auto& c) { c.add_point(0); }), DropReason::kMalformed);
+  EXPECT_EQ(answer([](auto& c) { c.mutable_pressing()->RemoveLast(); }), DropReason::kMalformed);
+  EXPECT_EQ(answer([](auto& c) { c.set_pressing(1, 1.1F); }), DropReason::kNotFinite);
+  for (const double bad : {kNan, kInfinity, -kInfinity, 1e38}) {
+    const auto bad_float = static_cast<float>(bad);
+    for (int i = 0; i < 3; ++i) {
+      EXPECT_EQ(answer([&](auto& c) { c.set_point(i, bad_float); }), DropReason::kNotFinite);
+      EXPECT_EQ(answer([&](auto& c) { c.set_pressing(i, bad_float); }), DropReason::kNotFinite);
+    }
+    EXPECT_EQ(answer([&](auto& c) { c.mutable_state()->set_pose(2, bad_float); }), DropReason::kNotFinite);
+  }
+  EXPECT_EQ(answer_to([](Client& m) {
+              for (std::uint32_t id = 10; id < 13; ++id) {
+                *m.add_copies() = m.copies(0);
+                m.mutable_copies(m.copies_size() - 1)->mutable_state()->set_id(id);
+              }
+            }),
+            DropReason::kMalformed)
+      << "more than kMostCopies";
+}
+
+TEST(ClientUpdateCodec, ALongRoundTripIsSentAsTheLongestAndRefusedBeyondIt) {
+  ClientUpdate written = samples::client_update();
+  written.round_trip = 3 * kMaxDelay;
   Bytes bytes;
-  append_client_update(samples::largest_client_update(), bytes);
-  EXPECT_LE(bytes.size(), kMaxPayloadBytes);
+  append_client_update(written, bytes);
+  ClientUpdate read;
+  ASSERT_EQ(parse_client_update(bytes, read), DropReason::kNone);
+  EXPECT_EQ(read.round_trip, kMaxDelay);
+  const auto limit = static_cast<std::uint64_t>(kMaxDelay.count());
+  EXPECT_EQ(answer_to([&](Client& m) { m.set_round_trip_ns(limit + 1); }), DropReason::kNotFinite);
+  EXPECT_EQ(answer_to([&](Client& m) { m.set_round_trip_ns(~0ULL); }), DropReason::kNotFinite);
 }
 
 TEST(ClientUpdateCodec, EachPartMustBeThere) {
@@ -109,6 +191,16 @@ TEST(ClientUpdateCodec, EachNumberOutsideItsRangeIsRefused) {
     EXPECT_TRUE(refused([&](Client& m) { m.mutable_handle()->set_wx_rad_per_s(bad); }));
     EXPECT_TRUE(refused([&](Client& m) { m.set_energy_to_hand_j(bad); }));
     EXPECT_TRUE(refused([&](Client& m) { m.set_energy_from_hand_j(bad); }));
+    EXPECT_TRUE(refused([&](Client& m) { m.mutable_tool()->mutable_p()->set_x_m(bad); }));
+    EXPECT_TRUE(refused([&](Client& m) { m.mutable_tool()->set_wz_rad_per_s(bad); }));
+    for (int i = 0; i < 6; ++i) {
+      EXPECT_TRUE(refused([&](Client& m) {
+        m.set_mode(2);
+        m.clear_tool();
+        m.clear_copies();
+        for (int k = 0; k < 6; ++k) m.add_wave(k == i ? bad : 0);
+      }));
+    }
   }
   EXPECT_EQ(answer_to([](Client& m) { m.set_energy_to_hand_j(-1e-9); }), DropReason::kNotFinite);
 }
@@ -188,7 +280,21 @@ TEST(ServerUpdateCodec, ReadsBackEveryField) {
   EXPECT_EQ(read.energy_into_world_j, written.energy_into_world_j);
   EXPECT_EQ(read.energy_from_world_j, written.energy_from_world_j);
   EXPECT_EQ(read.field_energy_kj_per_mol, written.field_energy_kj_per_mol);
+  expect_same({read.X_BT, {}}, {written.X_BT, {}}, 1e-7);
+  EXPECT_EQ(read.joint_share, written.joint_share);
+  EXPECT_EQ(read.playout, written.playout);
+  EXPECT_EQ(read.slowest_loop, written.slowest_loop);
+  EXPECT_EQ(read.soft_contact.wrench_W.f, written.soft_contact.wrench_W.f);
+  EXPECT_EQ(read.soft_contact.wrench_W.t, written.soft_contact.wrench_W.t);
+  EXPECT_EQ(read.soft_contact.stiffness, written.soft_contact.stiffness) << "of numbers that a float holds";
+  expect_same({read.soft_contact.X_WT0, {}}, {written.soft_contact.X_WT0, {}}, 1e-12);
+  EXPECT_EQ(read.soft_contact.trust_radius_m, written.soft_contact.trust_radius_m);
+  EXPECT_EQ(read.soft_contact.lever_m, written.soft_contact.lever_m);
+  EXPECT_EQ(read.wave.f, written.wave.f);
+  EXPECT_EQ(read.wave.t, written.wave.t);
   ASSERT_EQ(read.bodies.size(), 2U);
+  EXPECT_EQ(read.bodies[0].hands, 2U);
+  EXPECT_EQ(read.bodies[1].hands, 0U);
   EXPECT_EQ(read.bodies[0].id, BodyId{2}) << "the held body goes first";
   EXPECT_EQ(read.bodies[0].held_by, UserId{3});
   expect_same(read.bodies[0].state, written.bodies[1].state, 1e-6);  // single precision below 4 m/s and rad/s
@@ -200,11 +306,60 @@ TEST(ServerUpdateCodec, ReadsBackEveryField) {
   expect_same(read.users[0].tool, written.users[0].tool, 1e-6);
 }
 
-TEST(ServerUpdateCodec, ADefaultUpdateIsReadable) {
+TEST(ServerUpdateCodec, ADefaultUpdateIsReadableAndLeavesNothingOfAnOlderOne) {
   Bytes bytes;
   ServerUpdateEncoder().append({}, bytes);
-  ServerUpdate read;
-  EXPECT_EQ(parse_server_update(bytes, read), DropReason::kNone);
+  ServerUpdate read = samples::largest_server_update(0);
+  ASSERT_EQ(parse_server_update(bytes, read), DropReason::kNone);
+  EXPECT_EQ(read.X_BT.p, Vec3::Zero());
+  EXPECT_EQ(read.soft_contact.trust_radius_m, 0);
+  EXPECT_TRUE(read.soft_contact.stiffness.isZero(0));
+  EXPECT_EQ(read.wave.f, Vec3::Zero());
+  EXPECT_EQ(read.joint_share, 0);
+  EXPECT_EQ(read.playout, Duration{0});
+}
+
+TEST(ServerUpdateCodec, ASoftContactThatNobodyMayReadIsLeftOutByTheWriter) {
+  const auto reads_as_none = [](const std::function<void(SoftContact&)>& change) {
+    ServerUpdate written = samples::server_update();
+    change(written.soft_contact);
+    Bytes bytes;
+    ServerUpdateEncoder().append(written, bytes);
+    ServerUpdate read;
+    return parse_server_update(bytes, read) == DropReason::kNone && read.soft_contact.trust_radius_m == 0;
+  };
+  EXPECT_FALSE(reads_as_none([](SoftContact&) {}));
+  EXPECT_TRUE(reads_as_none([](SoftContact& c) { c.stiffness(3, 3) = kNan; }));
+  EXPECT_TRUE(reads_as_none([](SoftContact& c) { c.stiffness = -c.stiffness; }));
+  EXPECT_TRUE(reads_as_none([](SoftContact& c) { c.stiffness *= 1e10; }));
+  EXPECT_TRUE(reads_as_none([](SoftContact& c) { c.wrench_W.f.x() = kInfinity; }));
+  EXPECT_TRUE(reads_as_none([](SoftContact& c) { c.trust_radius_m = 0; }));
+}
+
+TEST(ServerUpdateCodec, EachPartOfASoftContactIsCheckedOnReading) {
+  using Change = std::function<void(wire::SoftContact&)>;
+  const auto answer = [](const Change& change) {
+    return answer_to([&](Server& m) { change(*m.mutable_soft_contact()); });
+  };
+  EXPECT_EQ(answer([](auto& c) { c.add_wrench(0); }), DropReason::kMalformed);
+  EXPECT_EQ(answer([](auto& c) { c.clear_stiffness(); }), DropReason::kMalformed);
+  EXPECT_EQ(answer([](auto& c) { c.add_stiffness(0); }), DropReason::kMalformed);
+  EXPECT_EQ(answer([](auto& c) { c.mutable_pose()->RemoveLast(); }), DropReason::kMalformed);
+  EXPECT_EQ(answer([](auto& c) { c.clear_trust_radius_m(); }), DropReason::kNotFinite);
+  EXPECT_EQ(answer([](auto& c) { c.set_lever_m(-1e-9); }), DropReason::kNotFinite);
+  // Its first diagonal number: a spring that pushes a tool on wherever it goes.
+  EXPECT_EQ(answer([](auto& c) { c.set_stiffness(0, -1000); }), DropReason::kNotFinite);
+  for (const double bad : {kNan, kInfinity, -kInfinity, 1e38, -1e38}) {
+    SCOPED_TRACE(bad);
+    const auto bad_float = static_cast<float>(bad);
+    for (int i = 0; i < 21; ++i) {
+      EXPECT_EQ(answer([&](auto& c) { c.set_stiffness(i, bad_float); }), DropReason::kNotFinite);
+    }
+    for (int i = 0; i < 6; ++i) EXPECT_EQ(answer([&](auto& c) { c.set_wrench(i, bad_float); }), DropReason::kNotFinite);
+    for (int i = 0; i < 7; ++i) EXPECT_EQ(answer([&](auto& c) { c.set_pose(i, bad); }), DropReason::kNotFinite);
+    EXPECT_EQ(answer([&](auto& c) { c.set_trust_radius_m(bad); }), DropReason::kNotFinite);
+    EXPECT_EQ(answer([&](auto& c) { c.set_lever_m(bad); }), DropReason::kNotFinite);
+  }
 }
 
 TEST(ServerUpdateCodec, EachPartMustBeThereAndCountsAndIdsHold) {
@@ -222,6 +377,10 @@ TEST(ServerUpdateCodec, EachPartMustBeThereAndCountsAndIdsHold) {
   EXPECT_TRUE(malformed([](Server& m) { m.mutable_bodies(0)->mutable_pose()->RemoveLast(); }));
   EXPECT_TRUE(malformed([](Server& m) { m.mutable_bodies(0)->add_twist(0); }));
   EXPECT_TRUE(malformed([](Server& m) { m.mutable_bodies(0)->mutable_twist()->RemoveLast(); }));
+  EXPECT_TRUE(malformed([](Server& m) { m.clear_tool_in_held_body(); }));
+  EXPECT_TRUE(malformed([](Server& m) { m.add_tool_in_held_body(0); }));
+  EXPECT_TRUE(malformed([](Server& m) { m.clear_held_body(); })) << "a grasp of nothing";
+  EXPECT_TRUE(malformed([](Server& m) { m.mutable_wave()->RemoveLast(); }));
   EXPECT_TRUE(malformed([](Server& m) {
     for (std::size_t i = 0; i <= kMaxBodies; ++i) m.add_bodies();
   }));
@@ -244,6 +403,9 @@ TEST(ServerUpdateCodec, EachNumberOutsideItsRangeIsRefused) {
     EXPECT_TRUE(refused([&](Server& m) { m.set_energy_into_world_j(bad); }));
     EXPECT_TRUE(refused([&](Server& m) { m.set_energy_from_world_j(bad); }));
     EXPECT_TRUE(refused([&](Server& m) { m.set_field_energy_kj_per_mol(bad); }));
+    EXPECT_TRUE(refused([&](Server& m) { m.set_joint_share(bad); }));
+    for (int i = 0; i < 6; ++i) EXPECT_TRUE(refused([&](Server& m) { m.set_wave(i, bad); }));
+    for (int i = 0; i < 7; ++i) EXPECT_TRUE(refused([&](Server& m) { m.set_tool_in_held_body(i, bad_float); }));
     for (int i = 0; i < 7; ++i) {
       EXPECT_TRUE(refused([&](Server& m) { m.mutable_bodies(0)->set_pose(i, bad_float); }));
       EXPECT_TRUE(refused([&](Server& m) { m.mutable_users(0)->set_pose(i, bad_float); }));
@@ -252,6 +414,9 @@ TEST(ServerUpdateCodec, EachNumberOutsideItsRangeIsRefused) {
       EXPECT_TRUE(refused([&](Server& m) { m.mutable_bodies(0)->set_twist(i, bad_float); }));
     }
   }
+  EXPECT_EQ(answer_to([](Server& m) { m.set_joint_share(1.001); }), DropReason::kNotFinite);
+  EXPECT_EQ(answer_to([](Server& m) { m.mutable_bodies(0)->set_hands(kMaxUsers + 1); }), DropReason::kNotFinite);
+  EXPECT_EQ(answer_to([](Server& m) { m.set_playout_ns(~0ULL); }), DropReason::kNotFinite);
   const auto late = static_cast<std::uint64_t>(kMaxTimestamp.count()) + 1;
   EXPECT_EQ(answer_to([&](Server& m) { m.set_stepped_server_ns(late); }), DropReason::kNotFinite);
   EXPECT_EQ(answer_to([&](Server& m) { m.set_echoed_local_ns(late); }), DropReason::kNotFinite);

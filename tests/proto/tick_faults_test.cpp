@@ -1,4 +1,4 @@
-#include "proto/tick_faults.hpp"
+#include "common/tick_faults.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

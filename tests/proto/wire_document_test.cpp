@@ -8,10 +8,11 @@
 #include <map>
 #include <set>
 
+#include "common/deadband.hpp"
+#include "common/tick_faults.hpp"
 #include "proto/control_framing.hpp"
 #include "proto/coupling_fields.hpp"
 #include "proto/state_codec.hpp"
-#include "proto/tick_faults.hpp"
 #include "tandem/state.pb.h"
 
 namespace tandem {
@@ -125,7 +126,8 @@ TEST(WireDocument, ConstantsAreThoseOfTheCode) {
                                                {"kAssetChunkBytes", kAssetChunkBytes},
                                                {"kAssetHashBytes", kAssetHashBytes},
                                                {"kMaxBodies", kMaxBodies},
-                                               {"kMaxUsers", kMaxUsers}};
+                                               {"kMaxUsers", kMaxUsers},
+                                               {"kMostCopies", kMostCopies}};
   EXPECT_EQ(numbers_in(table_under("Constants")), expected);
 }
 
@@ -137,6 +139,10 @@ TEST(WireDocument, RangesAreThoseOfTheCode) {
                                                {"kMaxTorqueNM", kMaxTorqueNM},
                                                {"kMaxEnergyJ", kMaxEnergyJ},
                                                {"kMaxFieldEnergyKjPerMol", kMaxFieldEnergyKjPerMol},
+                                               {"kMaxWaveSum", kMaxWaveSum},
+                                               {"kMaxContactStiffness", kMaxContactStiffness},
+                                               {"kMaxNegativeStiffness", kMaxNegativeStiffness},
+                                               {"kMaxDelay", static_cast<double>(kMaxDelay.count())},
                                                {"kMaxQuaternionError", kMaxQuaternionError},
                                                {"kMaxTimestamp", static_cast<double>(kMaxTimestamp.count())}};
   EXPECT_EQ(numbers_in(table_under("Ranges of state")), expected);
@@ -225,8 +231,21 @@ TEST(WireDocument, HeaderChecksAreMadeInTheDocumentedOrder) {
 }
 
 TEST(WireDocument, StateFieldsAreThoseOfTheSchema) {
-  EXPECT_THAT(columns_of(table_under("State messages"), 4),
+  EXPECT_THAT(columns_of(table_under("State messages", 1), 4),
               UnorderedElementsAreArray(fields_of(*wire::ClientUpdate::descriptor()->file())));
+}
+
+TEST(WireDocument, ModesAreThoseOfTheCode) {
+  const auto number = [](ClientMode mode) { return std::to_string(static_cast<std::uint32_t>(mode)); };
+  const std::vector<Row> expected{{number(ClientMode::kHandle), "kHandle"},
+                                  {number(ClientMode::kLocalModel), "kLocalModel"},
+                                  {number(ClientMode::kWave), "kWave"}};
+  EXPECT_EQ(columns_of(table_under("State messages"), 2), expected);
+}
+
+TEST(WireDocument, TheDeadbandsFloorIsThatOfTheCode) {
+  const std::map<std::string, double> expected{{"kDeadbandFloor", static_cast<double>(kDeadbandFloor.count())}};
+  EXPECT_EQ(numbers_in(table_under("Deadband")), expected);
 }
 
 TEST(WireDocument, BodyIdsAreThoseOfTheCode) {
@@ -301,7 +320,7 @@ TEST(WireDocument, EveryRequestHasAnAnswerThatTheServerCanSend) {
   const Descriptor& server = *wire::ServerControl::descriptor();
   const google::protobuf::OneofDescriptor& requests = *wire::ClientControl::descriptor()->oneof_decl(0);
   std::set<std::string> documented;
-  for (const Row& row : table_under("Control messages", 1)) {
+  for (const Row& row : table_under("Control messages", 2)) {
     documented.insert(row.at(0));
     EXPECT_TRUE(row.at(1) == "nothing" || server.FindFieldByName(row.at(1)) != nullptr) << row.at(1);
   }

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "common/coupling/laws.hpp"
-#include "server/world.hpp"
+#include "server/server_world.hpp"
 #include "tests/server/scene_support.hpp"
 
 namespace tandem {
@@ -39,7 +39,7 @@ std::vector<std::string> law_names() {
 class EveryLaw : public testing::TestWithParam<std::string> {};
 
 TEST_P(EveryLaw, MovesThePegForTwoSecondsWithoutAFault) {
-  World world(load_scene_text(shipped_with_law("peg_in_hole", GetParam()), "peg", "."));
+  World world(make_server_world(load_scene_text(shipped_with_law("peg_in_hole", GetParam()), "peg", ".")));
   for (const std::size_t tool : {0U, 1U}) world.activate_tool(tool);
   for (int i = 0; i < 2000; ++i) {
     // Across to the hole and down on the block beside it, with a tremor of 10 Hz.
@@ -62,9 +62,9 @@ TEST_P(EveryLaw, MovesThePegForTwoSecondsWithoutAFault) {
 TEST_P(EveryLaw, PressesABallOnABlockForTwoSecondsWithoutAFault) {
   const std::string block = R"({"name": "block", "shapes": [{"box": {"size_m": [0.2, 0.2, 0.1]}}],
                                 "placement": {"position_m": [0, 0, -0.05]}})";
-  World world(load_parts({.bodies = block,
-                          .tools = R"({"name": "ball", "placement": {"position_m": [0, 0, 0.02]}})",
-                          .coupling = coupling_with(GetParam())}));
+  World world(make_server_world(load_parts({.bodies = block,
+                                            .tools = R"({"name": "ball", "placement": {"position_m": [0, 0, 0.02]}})",
+                                            .coupling = coupling_with(GetParam())})));
   world.activate_tool(0);
   for (int i = 0; i < 2000; ++i) {
     const double x = 0.02 * std::sin(0.003 * i), z = 0.008 + 0.008 * std::cos(0.01 * i);

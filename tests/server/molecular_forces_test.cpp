@@ -1,5 +1,5 @@
 // The molecular field in the world: units, action and reaction, and its bound.
-#include "server/molecular_forces.hpp"
+#include "common/world/molecular_forces.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "common/random.hpp"
-#include "server/world.hpp"
+#include "server/server_world.hpp"
 #include "tests/server/scene_support.hpp"
 
 namespace tandem {
@@ -72,7 +72,7 @@ TEST(SoftLimit, HasNoEdgeAtTheKnee) {
 
 TEST(MolecularForces, TwoAtomsPullAsTheClosedFormSays) {
   const auto scene = two_molecules(1, 0.05, 0);  // 5 Å
-  MolecularForces forces(*scene);
+  MolecularForces forces(*world_description(*scene));
   const std::array<Pose, 2> poses{Pose{}, Pose{Vec3(0.05, 0, 0), Quat::Identity()}};
   std::array<Wrench, 2> wrenches{};
   EXPECT_FALSE(forces.add_wrenches(poses, wrenches));
@@ -87,7 +87,7 @@ TEST(MolecularForces, SumToZeroInForceAndTorqueEvenWhenBounded) {
   constexpr std::uint64_t kSeed = 11;
   Random random(kSeed);
   const auto scene = two_molecules(8, 0.1, 0);
-  MolecularForces forces(*scene);
+  MolecularForces forces(*world_description(*scene));
   int bounded = 0;
   for (int i = 0; i < 300; ++i) {
     const auto draw = [&random](double size) {
@@ -109,7 +109,7 @@ TEST(MolecularForces, SumToZeroInForceAndTorqueEvenWhenBounded) {
 
 TEST(MolecularForces, CoincidingAtomsPushNoMoreThanTheLimit) {
   const auto scene = two_molecules(1, 0.1, 0);
-  MolecularForces forces(*scene);
+  MolecularForces forces(*world_description(*scene));
   const std::array<Pose, 2> poses{};
   std::array<Wrench, 2> wrenches{};
   forces.add_wrenches(poses, wrenches);
@@ -120,7 +120,7 @@ TEST(MolecularForces, CoincidingAtomsPushNoMoreThanTheLimit) {
 
 TEST(MolecularForces, ShippedHelicesPullWithOneNewtonAtMost) {
   TANDEM_LOAD_OR_SKIP(scene, "docking_helices");
-  MolecularForces forces(*scene);
+  MolecularForces forces(*world_description(*scene));
   double strongest_n = 0;
   for (double gap_m = 0.20; gap_m > 0.125; gap_m -= 0.0005) {
     std::array<Pose, 2> poses{scene->bodies[0].X_WB, scene->bodies[1].X_WB};
@@ -135,7 +135,7 @@ TEST(MolecularForces, ShippedHelicesPullWithOneNewtonAtMost) {
 
 TEST(MolecularPair, KeepsItsMomentum) {
   const auto scene = two_molecules(8, 0.10, 0);
-  World world(scene);
+  World world(make_server_world(scene));
   Vec3 largest = Vec3::Zero();
   for (int i = 0; i < 2000; ++i) {
     world.step();
@@ -149,7 +149,7 @@ TEST(MolecularPair, KeepsItsMomentum) {
 
 TEST(MolecularPair, DroppedTogetherSettlesWithoutGainingEnergy) {
   const auto scene = two_molecules(8, 0.12, 3);
-  World world(scene);
+  World world(make_server_world(scene));
   const double joules = 0.5 * 0.01 / kKilojoulesPerKilocalorie;  // S_f S_x
   world.step();
   double start = joules * world.field_energy_kj_per_mol() + world.mechanical_energy_j();

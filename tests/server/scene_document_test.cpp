@@ -88,6 +88,12 @@ TEST(SceneDocument, DefaultsBesideTheFieldsAreThoseOfTheLoader) {
   expect_defaults_documented(documented, scene.soft_bodies(0).block());
 }
 
+TEST(SceneDocument, DefaultsOfAnAnchorAreThoseOfTheLoader) {
+  const auto loaded =
+      load_parts({.bodies = R"({"name": "b", "shapes": [{"sphere": {"radius_m": 1}}], "mass_kg": 1, "anchor": {}})"});
+  expect_defaults_documented(documented_defaults(), loaded->description.bodies(0).anchor());
+}
+
 TEST(SceneDocument, DefaultsOfEffectsAreThoseOfTheLoader) {
   const std::map<std::string, std::string> documented = documented_defaults();
   const auto loaded =

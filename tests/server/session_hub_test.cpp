@@ -521,6 +521,63 @@ TEST(SessionHub, ANewUserNeverGetsAnUpdateMadeForTheSlotsFormerUser) {
   EXPECT_LT(std::abs(bench.newest_update(ben)->tool.X.p.y()), 0.01) << "the tool starts anew";
 }
 
+/// Joins with a deadband and sends its state every millisecond, at rest; returns how many updates it got in a second.
+std::size_t updates_in_a_second(double deadband) {
+  HubBench bench;
+  BenchClient ada = bench.connect();
+  bench.greet(ada);
+  wire::ClientControl join = HubBench::join_message("ada");
+  join.mutable_join()->set_deadband(deadband);
+  bench.send(ada, join);
+  for (const wire::ServerControl& message : bench.take(ada)) {
+    if (message.has_joined()) ada.joined = message.joined();
+  }
+  const auto run = [&](int steps) {
+    for (int i = 0; i < steps; ++i) {
+      bench.send_state(ada);
+      bench.step();
+    }
+  };
+  run(200);
+  bench.take_datagrams(ada);
+  run(1000);
+  const std::size_t sent = bench.take_datagrams(ada).size();
+  EXPECT_EQ(bench.hub->counters().updates_held_back > 0, deadband > 0);
+  return sent;
+}
+
+TEST(SessionHub, WithADeadbandAUserAtRestIsToldAtTheFloorRateAndNoLess) {
+  EXPECT_EQ(updates_in_a_second(0), 1000U);
+  EXPECT_EQ(updates_in_a_second(0.1), 100U);
+}
+
+TEST(SessionHub, RefusesADeadbandThatHidesMoreThanItMay) {
+  for (const double deadband : {-0.01, 0.51, 1e9}) {
+    HubBench bench;
+    BenchClient ada = bench.connect();
+    bench.greet(ada);
+    wire::ClientControl join = HubBench::join_message("ada");
+    join.mutable_join()->set_deadband(deadband);
+    bench.send(ada, join);
+    EXPECT_EQ(described(bench.take(ada)), "error ERROR_BAD_VALUE, goodbye") << deadband;
+    EXPECT_EQ(bench.hub->user_count(), 0U);
+  }
+}
+
+TEST(SessionHub, JoinedTellsHowMassIsSpreadInEveryBodyAndTool) {
+  HubBench bench;
+  const BenchClient ada = bench.join("ada");
+  const LoadedScene& scene = bench.rooms.front()->scene();
+  ASSERT_EQ(ada.joined.body_masses_size(), static_cast<int>(scene.bodies.size()));
+  ASSERT_EQ(ada.joined.tool_masses_size(), static_cast<int>(scene.tools.size()));
+  const wire::MassProperties& box = ada.joined.body_masses(0);
+  EXPECT_EQ(box.mass_kg(), 0.1);
+  ASSERT_EQ(box.centre_size(), 7);
+  ASSERT_EQ(box.principal_inertia_kg_m2_size(), 3);
+  // A cube: m a²/6 about every axis.
+  for (const double moment : box.principal_inertia_kg_m2()) EXPECT_NEAR(moment, 0.1 * 0.02 * 0.02 / 6, 1e-12);
+}
+
 TEST(SessionHub, TakesNoMoreConnectionsThanItsLimit) {
   HubBench bench({.max_connections = 2});
   bench.connect();

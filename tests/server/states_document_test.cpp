@@ -99,6 +99,12 @@ const std::map<std::string, Event>& events() {
          join_room(s, "ada", wire::ROLE_MANIPULATOR, "");
        }},
       {"join with a bad name", [](Subject& s) { join_room(s, "", wire::ROLE_MANIPULATOR, ""); }},
+      {"join with a bad deadband",
+       [](Subject& s) {
+         wire::ClientControl join = HubBench::join_message("ada");
+         join.mutable_join()->set_deadband(0.6);
+         s.bench.send(s.client, join);
+       }},
       {"join without a role", [](Subject& s) { join_room(s, "ada", wire::ROLE_UNSPECIFIED, ""); }},
       {"grab",
        [](Subject& s) {

@@ -1,5 +1,5 @@
 // The pull of a hand on its tool: action and reaction, and the account of its work.
-#include "server/tool_hand.hpp"
+#include "common/world/tool_hand.hpp"
 
 #include <gtest/gtest.h>
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <sstream>
 
-#include "server/world.hpp"
+#include "server/server_world.hpp"
 #include "tests/server/scene_support.hpp"
 #include "tests/support/allocation_counter.hpp"
 
@@ -53,8 +53,8 @@ constexpr double kToolMass_kg = 0.05;
 
 TEST(TouchSeam, MomentumOfToolAndPushedBodyChangesByTheHandsPullAlone) {
   const double mass_kg = 0.3;
-  World world(
-      load_parts({.bodies = cube(mass_kg, {0, 0, 0}), .tools = tool_at({-0.03, 0.006, 0.004}), .rest = kNoGravity}));
+  World world(make_server_world(
+      load_parts({.bodies = cube(mass_kg, {0, 0, 0}), .tools = tool_at({-0.03, 0.006, 0.004}), .rest = kNoGravity})));
   world.activate_tool(0);
   Vec3 given = Vec3::Zero();
   const int steps = 400;
@@ -79,7 +79,8 @@ double pushed_m(double share) {
   const double push_n = share * 0.5 * mass_kg * kG;
   // Low, so that it does not tip; without friction at the tool, which would press it down.
   const Vec3 start(-0.0251, 0, 0.008);
-  World world(load_parts({.bodies = table() + "," + cube(mass_kg, {0, 0, kEdge_m / 2}), .tools = tool_at(start, 0)}));
+  World world(make_server_world(
+      load_parts({.bodies = table() + "," + cube(mass_kg, {0, 0, kEdge_m / 2}), .tools = tool_at(start, 0)})));
   world.activate_tool(0);
   run(world, 50);
   const double before = world.body(BodyId{2}).X.p.x();
@@ -108,9 +109,9 @@ struct Squeeze {
 Squeeze squeeze(double friction) {
   const double height_m = kEdge_m / 2;
   const double off_m = kEdge_m / 2 + 0.005;
-  World world(load_parts({.bodies = table() + "," + cube(0.3, {0, 0, height_m}, friction),
-                          .tools = tool_at({-off_m - 0.001, 0, height_m}, friction) + "," +
-                                   tool_at({off_m + 0.001, 0, height_m}, friction)}));
+  World world(make_server_world(load_parts({.bodies = table() + "," + cube(0.3, {0, 0, height_m}, friction),
+                                            .tools = tool_at({-off_m - 0.001, 0, height_m}, friction) + "," +
+                                                     tool_at({off_m + 0.001, 0, height_m}, friction)})));
   const double in_m = 3.6 / 300;
   const auto hold_at = [&](double squeeze, double z, double v) {
     for (const double side : {-1.0, 1.0}) {
@@ -154,7 +155,8 @@ TEST(TouchSeam, ABodyTooSlipperyForItsWeightIsNotLifted) {
 /// A cube on the table, pressed down by a tool, is calm and keeps the tool out.
 void expect_calm_under(double mass_kg, double press_n) {
   const Vec3 start(0.004, 0.003, kEdge_m + 0.006);
-  World world(load_parts({.bodies = table() + "," + cube(mass_kg, {0, 0, kEdge_m / 2}), .tools = tool_at(start)}));
+  World world(make_server_world(
+      load_parts({.bodies = table() + "," + cube(mass_kg, {0, 0, kEdge_m / 2}), .tools = tool_at(start)})));
   world.activate_tool(0);
   const double press_m = 0.001 + press_n / 300;
   for (int i = 0; i < 500; ++i) {
@@ -188,10 +190,10 @@ TEST(TouchSeam, NoLightPlateOnATableLetsTheToolThrough) {
       const std::string plate = box("plate", {0.05, 0.05, thickness_m}, {0, 0, thickness_m / 2},
                                     R"(, "mass_kg": )" + std::to_string(mass_kg));
       const Vec3 start(0.004, 0.003, thickness_m + 0.006);
-      World world(
+      World world(make_server_world(
           load_parts({.bodies = table() + "," + plate,
                       .tools = tool_at(start),
-                      .coupling = R"({"law": "spring-damper", "stiffness_n_per_m": 1000, "force_limit_n": 10})"}));
+                      .coupling = R"({"law": "spring-damper", "stiffness_n_per_m": 1000, "force_limit_n": 10})"})));
       world.activate_tool(0);
       for (int i = 0; i < 1500; ++i) {
         world.set_handle(0, at(start - std::min(1.0, i / 500.0) * 0.02 * Vec3::UnitZ()));
@@ -206,7 +208,8 @@ TEST(TouchSeam, NoLightPlateOnATableLetsTheToolThrough) {
 
 TEST(TouchSeam, ATouchedBodyLeftAloneIsBulletsAgainAndRests) {
   const Vec3 start(-0.06, 0, 0.02);
-  World world(load_parts({.bodies = table() + "," + cube(0.1, {0, 0, kEdge_m / 2}), .tools = tool_at(start)}));
+  World world(make_server_world(
+      load_parts({.bodies = table() + "," + cube(0.1, {0, 0, kEdge_m / 2}), .tools = tool_at(start)})));
   world.activate_tool(0);
   for (int i = 0; i < 1500; ++i) {
     // Pushes the cube on by a centimetre or two, then goes back.
@@ -227,8 +230,8 @@ TEST(TouchStage, OfTooManyPairsThoseThatPressStay) {
   const std::string pebble = R"({"name": "pebble", "shapes": [{"sphere": {"radius_m": 0.002}}],
                                  "placement": {"position_m": [0.0065, 0, 0.009]}})";
   const Vec3 start(0, 0, 0.006);
-  World world(load_parts(
-      {.bodies = table() + "," + pebble, .tools = tool_at(start), .rest = R"("limits": {"contact_pairs": 1})"}));
+  World world(make_server_world(load_parts(
+      {.bodies = table() + "," + pebble, .tools = tool_at(start), .rest = R"("limits": {"contact_pairs": 1})"})));
   world.activate_tool(0);
   TickFaults faults = 0;
   for (int i = 0; i < 1000; ++i) {
@@ -242,7 +245,8 @@ TEST(TouchStage, OfTooManyPairsThoseThatPressStay) {
 
 TEST(TouchStage, AForceLimitThatIsRaisedLaterDoesNotCarryTheToolThroughAWall) {
   const std::string wall = box("wall", {0.2, 0.2, 0.002}, {0, 0, 0});
-  World world(load_parts({.bodies = wall, .tools = tool_at({0, 0, 0.02}, 0.5, R"(, "mass_kg": 0.005)")}));
+  World world(
+      make_server_world(load_parts({.bodies = wall, .tools = tool_at({0, 0, 0.02}, 0.5, R"(, "mass_kg": 0.005)")})));
   world.activate_tool(0);
   CouplingParameters strong;
   strong.stiffness_n_per_m = 1e5;
@@ -259,8 +263,9 @@ TEST(TouchSeam, AHeldBodyPressesOnAFreeOneAndBothRest) {
   // The lower cube is free on the table, the upper one held: pressed down by 3 N.
   const std::string upper = box("upper", Vec3::Constant(kEdge_m), {0.003, 0, 1.5 * kEdge_m + 0.002},
                                 R"(, "graspable": true, "mass_kg": 0.1)");
-  World world(load_parts({.bodies = table() + "," + cube(0.3, {0, 0, kEdge_m / 2}) + "," + upper,
-                          .tools = tool_at({0.003, 0, 1.5 * kEdge_m + 0.002}, 0.5, R"(, "holds": "upper")")}));
+  World world(make_server_world(
+      load_parts({.bodies = table() + "," + cube(0.3, {0, 0, kEdge_m / 2}) + "," + upper,
+                  .tools = tool_at({0.003, 0, 1.5 * kEdge_m + 0.002}, 0.5, R"(, "holds": "upper")")})));
   world.activate_tool(0);
   for (int i = 0; i < 500; ++i) {
     world.set_handle(0, at({0.003, 0, 1.5 * kEdge_m + 0.002 - std::min(1.0, i / 400.0) * 0.012}));
@@ -282,8 +287,8 @@ TEST(TouchStage, AToolThatIsPulledBeyondTheSpeedLimitIsSlowedBeforeItMovesNotAft
   // 5 g, pulled by 1000 N from 2 cm before a wall to 3 cm behind it, in one step.
   const std::string wall = box("wall", {0.2, 0.2, 0.002}, {0, 0, 0});
   const std::string coupling = R"({"law": "spring-damper", "stiffness_n_per_m": 100000, "force_limit_n": 1000})";
-  World world(load_parts(
-      {.bodies = wall, .tools = tool_at({0, 0, 0.026}, 0.5, R"(, "mass_kg": 0.005)"), .coupling = coupling}));
+  World world(make_server_world(load_parts(
+      {.bodies = wall, .tools = tool_at({0, 0, 0.026}, 0.5, R"(, "mass_kg": 0.005)"), .coupling = coupling})));
   world.activate_tool(0);
   world.set_handle(0, at({0, 0, 0.026}));
   run(world, 10);
@@ -301,7 +306,8 @@ TEST(TouchStage, AToolThatIsPulledBeyondTheSpeedLimitIsSlowedBeforeItMovesNotAft
 
 TEST(TouchStage, AllocatesNeitherAtFirstContactNorLater) {
   const std::string soft = R"(, "contact_stiffness_n_per_m3": 1e8)";
-  World world(load_parts({.bodies = box("table", {1, 1, 0.1}, {0, 0, -0.05}, soft), .tools = tool_at({0, 0, 0.02})}));
+  World world(make_server_world(
+      load_parts({.bodies = box("table", {1, 1, 0.1}, {0, 0, -0.05}, soft), .tools = tool_at({0, 0, 0.02})})));
   world.activate_tool(0);
   world.set_handle(0, at({0, 0, 0.02}));
   run(world, 5);

@@ -1,5 +1,5 @@
 // The world against closed forms, and against what a hand would notice.
-#include "server/world.hpp"
+#include "server/server_world.hpp"
 
 #include <gtest/gtest.h>
 
@@ -43,7 +43,7 @@ TickFaults run(World& world, int steps) {
 }
 
 TEST(World, FreeFallIsSymplecticEulersToTheRounding) {
-  World world(load_parts({.bodies = cube("a", 0.1, {0, 0, 1})}));
+  World world(make_server_world(load_parts({.bodies = cube("a", 0.1, {0, 0, 1})})));
   constexpr int kSteps = 300;
   run(world, kSteps);
   EXPECT_NEAR(world.body(BodyId{1}).V.v.z(), -kG * kSteps * kStep_s, 1e-12);
@@ -51,16 +51,16 @@ TEST(World, FreeFallIsSymplecticEulersToTheRounding) {
 }
 
 TEST(World, BodyWithoutGravityStaysToTheBit) {
-  World world(load_parts({.bodies = cube("a", 0.1, {0.1, 0.2, 0.3}, R"(, "gravity": false)")}));
+  World world(make_server_world(load_parts({.bodies = cube("a", 0.1, {0.1, 0.2, 0.3}, R"(, "gravity": false)")})));
   run(world, 100);
   EXPECT_EQ(world.body(BodyId{1}).X.p, Vec3(0.1, 0.2, 0.3));
 }
 
 TEST(World, DampingIsExponentialInTime) {
-  World world(
+  World world(make_server_world(
       load_parts({.bodies = cube("a", 0.1, {0, 0, 1}, R"(, "gravity": false, "linear_damping_per_s": 4)"),
                   .tools = tool_at("t", {0, 0, 1}, "a"),
-                  .coupling = R"({"law": "spring-damper", "damping_n_s_per_m": 0, "damping_n_m_s_per_rad": 0})"}));
+                  .coupling = R"({"law": "spring-damper", "damping_n_s_per_m": 0, "damping_n_m_s_per_rad": 0})"})));
   world.activate_tool(0);
   world.set_handle(0, at({0, 0, 1.01}));
   run(world, 20);
@@ -72,7 +72,7 @@ TEST(World, DampingIsExponentialInTime) {
 }
 
 TEST(World, RestingBoxStaysPutAndGainsNoEnergy) {
-  World world(load_parts({.bodies = std::string(kTable) + "," + cube("a", 0.2, {0, 0, 0.02})}));
+  World world(make_server_world(load_parts({.bodies = std::string(kTable) + "," + cube("a", 0.2, {0, 0, 0.02})})));
   const double start = world.mechanical_energy_j();
   double highest = start;
   for (int i = 0; i < 3000; ++i) {
@@ -87,7 +87,7 @@ TEST(World, RestingBoxStaysPutAndGainsNoEnergy) {
 }
 
 TEST(World, DroppedBoxDoesNotBounceHigherThanItsRestitution) {
-  World world(load_parts({.bodies = std::string(kTable) + "," + cube("a", 0.2, {0, 0, 0.12})}));
+  World world(make_server_world(load_parts({.bodies = std::string(kTable) + "," + cube("a", 0.2, {0, 0, 0.12})})));
   double after_impact = 0;
   for (int i = 0; i < 2000; ++i) {
     world.step();
@@ -105,7 +105,7 @@ double slid_after_1_s(double tangent) {
                               std::to_string(-kG * std::cos(slope)) + R"(], "limits": {"body_speed_m_per_s": 100})";
   const std::string table =
       R"({"name": "table", "shapes": [{"box": {"size_m": [20, 1, 0.1]}}], "placement": {"position_m": [0, 0, -0.05]}})";
-  World world(load_parts({.bodies = table + "," + cube("a", 0.2, {0, 0, 0.02}), .rest = gravity}));
+  World world(make_server_world(load_parts({.bodies = table + "," + cube("a", 0.2, {0, 0, 0.02}), .rest = gravity})));
   for (int i = 0; i < 1000; ++i) world.step();
   return world.body(BodyId{2}).X.p.x();
 }
@@ -124,7 +124,8 @@ TEST(World, BoxSlidesOutsideTheFrictionConeAsCoulombSays) {
 }
 
 TEST(World, HeldBodySagsByItsWeightOverTheStiffness) {
-  World world(load_parts({.bodies = cube("a", 0.12, {0, 0, 1}), .tools = tool_at("t", {0, 0, 1}, "a")}));
+  World world(
+      make_server_world(load_parts({.bodies = cube("a", 0.12, {0, 0, 1}), .tools = tool_at("t", {0, 0, 1}, "a")})));
   world.activate_tool(0);
   world.set_handle(0, at({0, 0, 1}));
   run(world, 3000);
@@ -135,8 +136,9 @@ TEST(World, HeldBodySagsByItsWeightOverTheStiffness) {
 }
 
 TEST(World, TwoToolsThatHoldOneBodyShareItsWeight) {
-  World world(load_parts({.bodies = cube("a", 0.12, {0, 0, 1}),
-                          .tools = tool_at("l", {-0.02, 0, 1}, "a") + "," + tool_at("r", {0.02, 0, 1}, "a")}));
+  World world(make_server_world(
+      load_parts({.bodies = cube("a", 0.12, {0, 0, 1}),
+                  .tools = tool_at("l", {-0.02, 0, 1}, "a") + "," + tool_at("r", {0.02, 0, 1}, "a")})));
   for (const std::size_t tool : {0U, 1U}) {
     world.activate_tool(tool);
     world.set_handle(tool, at({tool == 0 ? -0.02 : 0.02, 0, 1}));
@@ -149,7 +151,7 @@ TEST(World, TwoToolsThatHoldOneBodyShareItsWeight) {
 }
 
 TEST(World, ForceOnTheHandIsMinusTheChangeOfTheToolsMomentum) {
-  World world(load_parts({}));
+  World world(make_server_world(load_parts({})));
   world.activate_tool(0);
   world.set_handle(0, {{Vec3(0.005, 0.002, 2), Quat::Identity()}, {Vec3(0.1, 0, 0), Vec3::Zero()}});
   for (int i = 0; i < 50; ++i) {
@@ -162,7 +164,7 @@ TEST(World, ForceOnTheHandIsMinusTheChangeOfTheToolsMomentum) {
 }
 
 TEST(World, WorkOfTheCouplingIsTheToolsKineticEnergyAndWhatSamplingAdds) {
-  World world(load_parts({}));
+  World world(make_server_world(load_parts({})));
   world.activate_tool(0);
   world.set_handle(0, at({0.01, 0, 2}));
   double sampling = 0;
@@ -180,7 +182,7 @@ TEST(World, WorkOfTheCouplingIsTheToolsKineticEnergyAndWhatSamplingAdds) {
 }
 
 TEST(World, ToolWithoutAHandleFloatsAndStops) {
-  World world(load_parts({}));
+  World world(make_server_world(load_parts({})));
   world.activate_tool(0);
   world.set_handle(0, at({0.02, 0, 2}));
   run(world, 15);
@@ -193,7 +195,8 @@ TEST(World, ToolWithoutAHandleFloatsAndStops) {
 }
 
 TEST(World, BodyHeldByALostHandIsNotDropped) {
-  World world(load_parts({.bodies = cube("a", 0.12, {0, 0, 1}), .tools = tool_at("t", {0, 0, 1}, "a")}));
+  World world(
+      make_server_world(load_parts({.bodies = cube("a", 0.12, {0, 0, 1}), .tools = tool_at("t", {0, 0, 1}, "a")})));
   world.activate_tool(0);
   world.set_handle(0, at({0, 0, 1}));
   run(world, 500);
@@ -216,8 +219,8 @@ struct ForceSteps {
 };
 
 TEST(World, GrabAndReleaseMakeNoForceStep) {
-  World world(load_parts(
-      {.bodies = std::string(kTable) + "," + cube("a", 0.2, {0, 0, 0.02}), .tools = tool_at("t", {0, 0, 0.05})}));
+  World world(make_server_world(load_parts(
+      {.bodies = std::string(kTable) + "," + cube("a", 0.2, {0, 0, 0.02}), .tools = tool_at("t", {0, 0, 0.05})})));
   world.activate_tool(0);
   world.set_handle(0, at({0, 0, 0.041}));  // presses on the box with about (45 − 41) mm · 300 N/m = 1.2 N
   run(world, 2000);
@@ -240,8 +243,8 @@ TEST(World, GrabAndReleaseMakeNoForceStep) {
 }
 
 TEST(World, ReleasedBodyIsNotKickedByTheToolInside) {
-  World world(load_parts(
-      {.bodies = cube("a", 0.2, {0, 0, 1}, R"(, "gravity": false)"), .tools = tool_at("t", {0, 0, 1}, "a")}));
+  World world(make_server_world(load_parts(
+      {.bodies = cube("a", 0.2, {0, 0, 1}, R"(, "gravity": false)"), .tools = tool_at("t", {0, 0, 1}, "a")})));
   world.activate_tool(0);
   world.set_handle(0, at({0, 0, 1}));
   run(world, 100);
@@ -263,10 +266,11 @@ TEST(World, ReleasedBodyIsNotKickedByTheToolInside) {
 TEST(World, GrabTakesTheNearestGraspableBodyInReach) {
   const std::string ungraspable = R"({"name": "stone", "shapes": [{"sphere": {"radius_m": 0.01}}], "mass_kg": 1,
                                       "gravity": false, "placement": {"position_m": [0, 0, 0.02]}})";
-  World world(load_parts({.bodies = ungraspable + "," + cube("far", 0.1, {-0.045, 0, 0}, R"(, "gravity": false)") +
-                                    "," + cube("near", 0.1, {0.04, 0, 0}, R"(, "gravity": false)") + "," +
-                                    cube("away", 0.1, {1, 0, 0}, R"(, "gravity": false)"),
-                          .tools = tool_at("t", {0, 0, 0})}));
+  World world(make_server_world(
+      load_parts({.bodies = ungraspable + "," + cube("far", 0.1, {-0.045, 0, 0}, R"(, "gravity": false)") + "," +
+                            cube("near", 0.1, {0.04, 0, 0}, R"(, "gravity": false)") + "," +
+                            cube("away", 0.1, {1, 0, 0}, R"(, "gravity": false)"),
+                  .tools = tool_at("t", {0, 0, 0})})));
   EXPECT_EQ(world.grab(0, BodyId{}), GrabResult::kOutOfReach) << "no user has this tool yet";
   world.activate_tool(0);
   EXPECT_EQ(world.grab(0, BodyId{9}), GrabResult::kUnknownBody);
@@ -284,14 +288,16 @@ TEST(World, GrabAgreesWithTheDistanceToTheSurface) {
   // Reach 20 mm from the surface of a tool of 5 mm radius to a cube of 20 mm half edge: 45 mm between centres.
   for (const auto& [gap_m, expected] :
        {std::pair{0.0449, GrabResult::kGrabbed}, std::pair{0.0451, GrabResult::kOutOfReach}}) {
-    World world(load_parts({.bodies = cube("a", 0.1, {gap_m, 0, 0}), .tools = tool_at("t", {0, 0, 0})}));
+    World world(
+        make_server_world(load_parts({.bodies = cube("a", 0.1, {gap_m, 0, 0}), .tools = tool_at("t", {0, 0, 0})})));
     world.activate_tool(0);
     EXPECT_EQ(world.grab(0, BodyId{1}), expected) << gap_m;
   }
 }
 
 TEST(World, DeactivatedToolLetsGoAndLeavesTheWorld) {
-  World world(load_parts({.bodies = cube("a", 0.12, {0, 0, 1}), .tools = tool_at("t", {0, 0, 1}, "a")}));
+  World world(
+      make_server_world(load_parts({.bodies = cube("a", 0.12, {0, 0, 1}), .tools = tool_at("t", {0, 0, 1}, "a")})));
   world.activate_tool(0);
   world.set_handle(0, at({0, 0, 1}));
   run(world, 100);
@@ -303,7 +309,8 @@ TEST(World, DeactivatedToolLetsGoAndLeavesTheWorld) {
 }
 
 TEST(World, NextUserFindsTheBodyInTheHandAgain) {
-  World world(load_parts({.bodies = cube("a", 0.12, {0, 0, 1}), .tools = tool_at("t", {0.01, 0, 1}, "a")}));
+  World world(
+      make_server_world(load_parts({.bodies = cube("a", 0.12, {0, 0, 1}), .tools = tool_at("t", {0.01, 0, 1}, "a")})));
   world.activate_tool(0);
   world.deactivate_tool(0);
   run(world, 300);
@@ -320,7 +327,8 @@ TEST(World, ManyHandsAndAWildCouplingStayCalm) {
     if (!tools.empty()) tools += ",";
     tools += tool_at(name, {0.022, 0.02, 1});
   }
-  World world(load_parts({.bodies = cube("a", 0.02, {0, 0, 1}, R"(, "gravity": false)"), .tools = tools}));
+  World world(
+      make_server_world(load_parts({.bodies = cube("a", 0.02, {0, 0, 1}, R"(, "gravity": false)"), .tools = tools})));
   CouplingParameters wild;
   wild.stiffness_n_per_m = 1e6;
   wild.damping_n_s_per_m = 1e4;
@@ -337,7 +345,8 @@ TEST(World, ManyHandsAndAWildCouplingStayCalm) {
 }
 
 TEST(World, CouplingThatIsNotFiniteIsIgnored) {
-  World world(load_parts({.bodies = cube("a", 0.12, {0, 0, 1}), .tools = tool_at("t", {0, 0, 1}, "a")}));
+  World world(
+      make_server_world(load_parts({.bodies = cube("a", 0.12, {0, 0, 1}), .tools = tool_at("t", {0, 0, 1}, "a")})));
   world.activate_tool(0);
   world.set_handle(0, at({0, 0, 1}));
   CouplingParameters broken;
@@ -348,7 +357,8 @@ TEST(World, CouplingThatIsNotFiniteIsIgnored) {
 }
 
 std::string wall_of_2_mm() {
-  return R"({"name": "wall", "shapes": [{"box": {"size_m": [0.002, 0.5, 0.5]}}], "placement": {"position_m": [0.05, 0, 0]}})";
+  return R"({"name": "wall", "shapes": [{"box": {"size_m": [0.002, 0.5, 0.5]}}],
+             "placement": {"position_m": [0.05, 0, 0]}})";
 }
 
 /// Moves the handle from 0 through the wall at 5 cm, then holds it there; the tool's largest x.
@@ -366,7 +376,7 @@ double deepest_x(World& world, double speed_m_per_s) {
 }
 
 TEST(World, ToolDoesNotPassAWallOf2MillimetresAt1MetreASecond) {
-  World world(load_parts({.bodies = wall_of_2_mm(), .tools = tool_at("t", {0, 0, 0})}));
+  World world(make_server_world(load_parts({.bodies = wall_of_2_mm(), .tools = tool_at("t", {0, 0, 0})})));
   // Surface of the wall at 49 mm, radius of the tool 5 mm; it may dip in by a step's way (1 mm) and no more.
   EXPECT_LT(deepest_x(world, 1.0), 0.045);
 }
@@ -374,9 +384,10 @@ TEST(World, ToolDoesNotPassAWallOf2MillimetresAt1MetreASecond) {
 TEST(World, ToolDoesNotPassAnExactMeshWallAt1MetreASecond) {
   const std::filesystem::path file = std::filesystem::path(::testing::TempDir()) / "tandem_world_wall.obj";
   std::ofstream(file) << "v 0 -1 -1\nv 0 1 -1\nv 0 1 1\nv 0 -1 1\nf 1 2 3\nf 1 3 4\n";
-  World world(load_parts({.bodies = R"({"name": "wall", "shapes": [{"mesh": {"file": ")" + file.string() +
-                                    R"("}}], "placement": {"position_m": [0.05, 0, 0]}})",
-                          .tools = tool_at("t", {0, 0, 0})}));
+  World world(
+      make_server_world(load_parts({.bodies = R"({"name": "wall", "shapes": [{"mesh": {"file": ")" + file.string() +
+                                              R"("}}], "placement": {"position_m": [0.05, 0, 0]}})",
+                                    .tools = tool_at("t", {0, 0, 0})})));
   std::filesystem::remove(file);
   EXPECT_LT(deepest_x(world, 1.0), 0.0465);
 }
@@ -385,14 +396,14 @@ TEST(World, BodyThatIsNotFiniteIsPutBackAndReported) {
   auto scene = std::make_shared<LoadedScene>(*load_parts({.bodies = cube("a", 0.1, {0, 0, 1})}));
   // The loader would refuse this gravity; here it stands for any way in which a number may break.
   scene->description.set_gravity_m_per_s2(0, std::numeric_limits<double>::quiet_NaN());
-  World world(scene);
+  World world(make_server_world(scene));
   EXPECT_NE(world.step() & kFaultNotFinite, 0U);
   EXPECT_EQ(world.body(BodyId{1}).X.p, Vec3(0, 0, 1));
   EXPECT_EQ(world.body(BodyId{1}).V.v, Vec3::Zero());
 }
 
 TEST(World, HandleThatIsNotFiniteIsNotFollowed) {
-  World world(load_parts({}));
+  World world(make_server_world(load_parts({})));
   world.activate_tool(0);
   RigidState handle = at({0, 0, 2});
   handle.X.p.x() = std::numeric_limits<double>::infinity();
@@ -402,14 +413,15 @@ TEST(World, HandleThatIsNotFiniteIsNotFollowed) {
 }
 
 TEST(World, FastBodyIsSlowedAndReported) {
-  World world(load_parts({.bodies = cube("a", 0.1, {0, 0, 1}), .rest = R"("limits": {"body_speed_m_per_s": 0.5})"}));
+  World world(make_server_world(
+      load_parts({.bodies = cube("a", 0.1, {0, 0, 1}), .rest = R"("limits": {"body_speed_m_per_s": 0.5})"})));
   EXPECT_EQ(run(world, 50), 0U);
   EXPECT_EQ(run(world, 50), static_cast<TickFaults>(kFaultSpeedLimited));
   EXPECT_LE(world.body(BodyId{1}).V.v.norm(), 0.5 + 1e-12);
 }
 
 TEST(World, SaturatedCouplingIsReportedAndBounded) {
-  World world(load_parts({}));
+  World world(make_server_world(load_parts({})));
   world.activate_tool(0);
   world.set_handle(0, at({0.5, 0, 2}));
   EXPECT_EQ(world.step(), static_cast<TickFaults>(kFaultCouplingSaturated));
@@ -420,9 +432,10 @@ TEST(World, OffCentreBodyTurnsAboutItsCentreOfMass) {
   // A dumb-bell whose frame is in one of its balls, spun by a couple: its centre must stay.
   const std::string body = R"({"name": "a", "mass_kg": 0.2, "gravity": false, "graspable": true, "shapes": [
       {"sphere": {"radius_m": 0.02}}, {"sphere": {"radius_m": 0.02}, "placement": {"position_m": [0.1, 0, 0]}}]})";
-  World world(load_parts({.bodies = body,
-                          .tools = tool_at("t", {0.05, 0, 0}, "a"),
-                          .coupling = R"({"law": "spring-damper", "stiffness_n_per_m": 0, "damping_n_s_per_m": 0})"}));
+  World world(make_server_world(
+      load_parts({.bodies = body,
+                  .tools = tool_at("t", {0.05, 0, 0}, "a"),
+                  .coupling = R"({"law": "spring-damper", "stiffness_n_per_m": 0, "damping_n_s_per_m": 0})"})));
   world.activate_tool(0);
   world.set_handle(0, {{Vec3(0.05, 0, 0), quaternion_of(Vec3(0, 0, 1))}, Twist{}});
   run(world, 300);
@@ -451,7 +464,7 @@ std::uint64_t state_hash(const World& world, std::size_t tools) {
 /// Two hands push, grab, carry and drop the boxes of a shipped scene, the same way for the same seed.
 std::uint64_t hash_of_session(const std::shared_ptr<const LoadedScene>& scene, std::uint64_t seed) {
   Random random(seed);
-  World world(scene);
+  World world(make_server_world(scene));
   for (const std::size_t tool : {0U, 1U}) world.activate_tool(tool);
   std::array<Vec3, 2> hands{Vec3(-0.08, 0, 0.09), Vec3(0.08, 0, 0.09)};
   for (int i = 0; i < 3000; ++i) {
@@ -474,7 +487,7 @@ TEST(World, SameInputsGiveTheSameBits) {
 
 TEST(ShippedScenes, PegGoesIntoTheHoleInTwoHands) {
   TANDEM_LOAD_OR_SKIP(scene, "peg_in_hole");
-  World world(scene);
+  World world(make_server_world(scene));
   const auto lead = [&world](const Vec3& offset) {
     world.set_handle(0, at(Vec3(-0.04, -0.01, 0.12) + offset));
     world.set_handle(1, at(Vec3(-0.04, 0.01, 0.12) + offset));
@@ -512,7 +525,7 @@ double distance_to_mesh(const Vec3& p, const TriangleMesh& mesh) {
 
 TEST(ShippedScenes, ToolLiesOnTheBunnyAndNotInIt) {
   TANDEM_LOAD_OR_SKIP(scene, "bunny");
-  World world(scene);
+  World world(make_server_world(scene));
   world.activate_tool(0);
   const LoadedShape& bunny = scene->bodies[1].shapes[0];
   const Pose X_SW = (scene->bodies[1].X_WB * bunny.X_BS).inverse();
@@ -532,7 +545,7 @@ TEST(ShippedScenes, ToolLiesOnTheBunnyAndNotInIt) {
 
 TEST(ShippedScenes, TwoBunniesPressOnEachOtherEquallyAndCalmly) {
   TANDEM_LOAD_OR_SKIP(scene, "two_bunnies");
-  World world(scene);
+  World world(make_server_world(scene));
   for (const std::size_t tool : {0U, 1U}) world.activate_tool(tool);
   for (int i = 0; i <= 4000; ++i) {
     world.set_handle(0, at({0, 0, 0.05}));
@@ -548,7 +561,7 @@ TEST(ShippedScenes, TwoBunniesPressOnEachOtherEquallyAndCalmly) {
 
 TEST(ShippedScenes, SoftPadPushesBackMoreTheDeeperItIsPressed) {
   TANDEM_LOAD_OR_SKIP(scene, "soft_pad");
-  World world(scene);
+  World world(make_server_world(scene));
   world.activate_tool(0);
   std::array<double, 3> force_n{};
   // The pad's top is at 40 mm, the ball's radius 10 mm.
@@ -569,7 +582,7 @@ TEST(ShippedScenes, SoftPadPushesBackMoreTheDeeperItIsPressed) {
 
 TEST(ShippedScenes, HelicesPullEachOtherTogetherAndRest) {
   TANDEM_LOAD_OR_SKIP(scene, "docking_helices");
-  World world(scene);
+  World world(make_server_world(scene));
   const double S_f = scene->description.molecular_field().newtons_per_kcal_per_mol_angstrom();
   const double joules = S_f * scene->description.molecular_field().metres_per_angstrom() / kKilojoulesPerKilocalorie;
   world.step();

@@ -24,10 +24,10 @@ class WiredClient final : public ClientTransport {
   LocalTime own_time() const;
   void run();
   /// The haptic thread's part: a handle at `X_WH`.
-  void publish_handle(const Pose& X_WH, std::uint32_t buttons = 0) {
+  void publish_handle(const Pose& X_WH, std::uint32_t buttons = 0, const Twist& V_WH = {}) {
     ClientUpdate update;
     update.input_tick = Tick{++tick};
-    update.handle.X = X_WH;
+    update.handle = {X_WH, V_WH};
     update.handle_valid = true;
     update.buttons = buttons;
     mailboxes.outbox.publish(update);

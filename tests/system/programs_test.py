@@ -72,7 +72,8 @@ class Mistakes(ProgramTest):
 
     def test_of_the_lab(self):
         experiment = self.write("e.json", json.dumps({"name": "e", "scene": "two_boxes", "users": [{"name": "a"}]}))
-        for arguments, words in [([], ["run or bench or calibrate or check or reproduce or report"]), (["run"], ["experiment", "tandem-lab run --help"]),
+        subcommands = "run or live or bench or calibrate or check or reproduce or fit-order or report"
+        for arguments, words in [([], [subcommands]), (["run"], ["--out", "tandem-lab run --help"]),
                                  (["bench"], ["field", "tandem-lab bench --help"]),
                                  (["bench", "contact"], ["--a", "tandem-lab bench contact --help"]),
                                  (["bench", "contact", "--a", "no.obj", "--b", "cube"],

@@ -1,0 +1,78 @@
+// Autoregressive models of a force series: fitted three ways, used for prediction, and compared by order.
+//
+// Letters   x_t  series   φ_i  coefficients   p  order   N  samples   V  variance of the one-step error
+//           x̂_{t+1} = m + Σ_{i=1..p} φ_i (x_{t+1−i} − m)      m  mean of the window (0 where differences are modelled)
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string_view>
+#include <vector>
+
+namespace tandem {
+
+inline constexpr std::size_t kMostArOrder = 32;
+
+enum class ArFit : std::uint8_t {
+  kYuleWalker,    ///< biased autocovariance, Levinson: stable by construction; smears what is near the unit circle
+  kLeastSquares,  ///< covariance method: the smallest one-step error; made stable when it is not
+  kBurg,          ///< least forward and backward error: stable by construction, sharp on short windows
+};
+/// Null text for a value that is none of them.
+std::string_view name_of(ArFit fit);
+
+/// Coefficients of one series. `order` 0 predicts the mean.
+struct ArModel {
+  std::size_t order = 0;
+  std::array<double, kMostArOrder> phi{};  ///< φ_1 … φ_p; those beyond `order` are zero
+  double mean = 0;
+  double error_variance = 0;  ///< V, of the one-step error within the window
+
+  /// x̂ one step past `newest_first` (x_t, x_{t−1}, …; at least `order` of them).
+  double next(std::span<const double> newest_first) const noexcept;
+};
+
+/// Fits φ to `series` (oldest first). A series without variance, too short (N ≤ 2p) or not finite gives order 0 with
+/// the mean of its finite samples; coefficients are always finite and the model is always stable.
+///
+/// Model    Yule–Walker: Σ_j φ_j r_|i−j| = r_i, r_k = (1/N) Σ x_t x_{t+k}, by Levinson's recursion
+///          least squares: min Σ_{t>p} (x_t − Σ φ_i x_{t−i})², normal equations with a ridge of 1e-9 of their trace;
+///          Burg: reflection coefficients k_m = 2 Σ f b / Σ (f² + b²)
+/// Source   Kay, "Modern Spectral Estimation", 1988, ch. 7; Burg, PhD thesis, Stanford, 1975
+/// Limits   least squares can be unstable: then φ_i ← φ_i γ^i, which pulls every root towards 0 by γ, with the largest
+///          γ that puts them within kMostArRadius. Its fit then is no longer the least.
+/// In       order  0 … kMostArOrder    takes_mean  subtracts the mean of the series first
+/// Cost     O(N p) (Burg, Yule–Walker), O(N p²/2) (least squares); Burg allocates
+/// Thread   any but the haptic
+ArModel fit_ar(std::span<const double> series, std::size_t order, ArFit fit, bool takes_mean);
+
+inline constexpr double kMostArRadius = 0.999;
+
+/// Solves the Toeplitz system Σ_j φ_j r_|i−j| = r_i for φ_1 … φ_p; r has p + 1 elements. False where it is not positive
+/// definite; `phi` then holds the solution of the largest order that is, zeros beyond.
+bool levinson(std::span<const double> r, std::span<double> phi, double& error_variance) noexcept;
+
+/// Whether all roots of z^p − Σ φ_i z^(p−i) lie inside the circle of this radius.
+///
+/// Model    Schur–Cohn: step-down recursion, all reflection coefficients below 1
+bool is_stable(std::span<const double> phi, double radius = 1.0) noexcept;
+/// Pulls the roots in until is_stable(phi, radius); what is stable already is left alone.
+void make_stable(std::span<double> phi, double radius) noexcept;
+
+/// One row of an order selection.
+struct ArOrder {
+  std::size_t order = 0;
+  double error_variance = 0;  ///< V
+  double fpe = 0;             ///< Akaike's final prediction error: V (1 + d/N)/(1 − d/N)
+};
+/// For orders 0 … most_order (less where the series is too short: N ≤ 2p).
+///
+/// Source   Akaike, "Fitting autoregressive models for prediction", Ann. Inst. Statist. Math. 21, 1969; with d the
+///          number of estimated coefficients: p
+std::vector<ArOrder> fpe_of_orders(std::span<const double> series, std::size_t most_order, ArFit fit, bool takes_mean);
+/// The order of the smallest FPE. Fails: std::invalid_argument when there is none.
+std::size_t best_order(std::span<const ArOrder> orders);
+
+}  // namespace tandem

@@ -1,0 +1,67 @@
+#include "lab/energy_ledger.hpp"
+
+#include <algorithm>
+
+#include "common/work.hpp"
+
+namespace tandem::lab {
+namespace {
+
+/// One user's port, advanced tick by tick.
+class HandPort {
+ public:
+  explicit HandPort(const UserTrace& user) : user_(user) {}
+
+  /// Takes in all periods that have ended by `time`.
+  void advance_to(Duration time) {
+    for (; next_ < user_.ticks.size() && user_.ticks[next_].time <= time; ++next_) {
+      const TickSample& from = user_.ticks[next_ - 1];
+      const Pose& to = user_.ticks[next_].hand_D;
+      work_j_ += world_joules(held_work_j(from.displayed_D, from.hand_D, to));
+      const Wrench spared{from.stage_D.f - from.displayed_D.f, from.stage_D.t - from.displayed_D.t};
+      if (from.is_clamped) clamp_j_ += world_joules(held_work_j(spared, from.hand_D, to));
+    }
+  }
+  double work_j() const { return work_j_; }
+  /// M(t) − M(0), at the last tick so far.
+  double model_change_j() const { return user_.ticks.empty() ? 0 : held_j(now()) - held_j(user_.ticks.front()); }
+  double corrected_j() const {
+    return user_.ticks.empty() ? 0 : now().model.corrected_j - user_.ticks.front().model.corrected_j;
+  }
+  double clamp_j() const { return clamp_j_; }
+
+ private:
+  static double held_j(const TickSample& tick) { return tick.model.stored_j - tick.model.exchanged_j; }
+  const TickSample& now() const { return user_.ticks[next_ - 1]; }
+  double world_joules(double hand_joules) const { return hand_joules / user_.hand_joules_per_world_joule; }
+
+  const UserTrace& user_;
+  std::size_t next_ = 1;
+  double work_j_ = 0;
+  double clamp_j_ = 0;
+};
+
+}  // namespace
+
+EnergyLedger energy_ledger(const SessionTrace& trace) {
+  EnergyLedger ledger;
+  std::vector<HandPort> ports(trace.users.begin(), trace.users.end());
+  for (const StoredEnergySample& sample : trace.stored) {
+    double energy_j = sample.energy_j - trace.stored.front().energy_j;
+    for (HandPort& port : ports) {
+      port.advance_to(sample.time);
+      energy_j += port.work_j() + port.model_change_j();
+    }
+    ledger.created_max_j = std::max(ledger.created_max_j, energy_j);
+    ledger.stored_change_j = sample.energy_j - trace.stored.front().energy_j;
+  }
+  for (const HandPort& port : ports) {
+    ledger.hand_ports_j.push_back(port.work_j());
+    ledger.clamp_j += port.clamp_j();
+    ledger.stored_change_j += port.model_change_j();
+    ledger.corrected_j += port.corrected_j();
+  }
+  return ledger;
+}
+
+}  // namespace tandem::lab

@@ -1,0 +1,45 @@
+// Where the energy of a trial went: what the hands were given and what is held on their behalf, at every step.
+#pragma once
+
+#include <vector>
+
+#include "lab/trace.hpp"
+
+namespace tandem::lab {
+
+/// Energies in world joules.
+struct EnergyLedger {
+  double created_max_j = 0;          ///< the greatest of E(t); 0 or more, for E(0) = 0
+  double stored_change_j = 0;        ///< of S and of all models, at the end
+  double corrected_j = 0;            ///< what corrections of the models towards the server put in; part of the above
+  std::vector<double> hand_ports_j;  ///< of each user at the end: work done on the hand, less than 0 when it gave
+  double clamp_j = 0;                ///< what hands were spared by clamp and safety stages: of none of the ports
+};
+
+/// Balances a trial.
+///
+/// Model   E(t) = Σ_users [Σ_k F_k·(x_{k+1} − x_k) + M(t) − M(0)] + S(t) − S(0)
+///         F_k  wrench displayed at tick k, held until the next; x  true pose of the hand
+///         M    of a user of a local model: what the model holds, less what came into it from elsewhere than the hand
+///              (ModelLedger: bodies that changed their owner there, the field). Corrections towards the server are not
+///              taken off: what they lend a hand was created
+///         S    of what is at the server:
+///              + for users of a local model, the work that joints to their copies did on bodies there. A shared body
+///                and its copy are two things with a joint between; what one end loses the other should get. What the
+///                joint stores is in neither, so it lowers E while it is there
+///              + for users of other stages, who touch the server's world itself, all that it stores, less what users of
+///                a local model did to it. A thing that such a user alone touches is at the server only as a late copy
+///                of what is in M already; counted too, it would be energy that a hand has got back and the copy
+///                still has
+///         Whatever friction, dampers and guards take makes E fall, so E > 0 means that energy came from nowhere: from
+///         sampling, from delay, or from a model that is not the server's.
+/// Source  Hannaford, Ryu, "Time-domain passivity control of haptic interfaces", IEEE T-RA 18(1), 2002: the observer;
+///         with the sum over the held force, for the backward sum hides what sampling creates
+/// Limits  For stages other than the local model, what is in flight between hand and world is in neither: a force that
+///         the hand has given and the world has not yet felt makes E fall first, so a surplus shows as late as the
+///         delay; and what the world has felt and the hand not yet makes E rise for so long. What contacts store is
+///         not counted.
+/// Cost    O(ticks)
+EnergyLedger energy_ledger(const SessionTrace& trace);
+
+}  // namespace tandem::lab

@@ -1,0 +1,30 @@
+// Force series of other programs: CSV files as ours write them, and .traj files of the haptic data repository.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace tandem::lab {
+
+struct NamedSeries {
+  std::string name;
+  std::vector<double> values;  ///< at the even rate that was asked for
+};
+
+struct SeriesFileOptions {
+  double rate_hz = 200;    ///< that the series are resampled to, by straight lines
+  double time_unit_s = 1;  ///< of the file's times: 0.001 for milliseconds
+  std::string columns{};   ///< of a CSV file, separated by commas; "": all that end in _n or _n_m
+};
+
+/// Every force (and torque) column of a file: `.traj` by its name, else CSV with a column t_s or time_s.
+///
+/// .traj   lines of numbers between blanks: time, position x y z, force x y z, anything more; lines that begin with #,
+///         % or a letter are skipped. README.md says what of this is known and what is assumed.
+/// Fails   std::invalid_argument naming file, line, what is wrong and the remedy
+std::vector<NamedSeries> load_series(const std::filesystem::path& file, const SeriesFileOptions& options);
+std::vector<NamedSeries> parse_traj(std::string_view text, const std::string& origin, const SeriesFileOptions& options);
+
+}  // namespace tandem::lab

@@ -1,0 +1,95 @@
+#include "proto/world_from_wire.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "common/coupling/laws.hpp"
+#include "proto/coupling_fields.hpp"
+#include "proto/effects_from_wire.hpp"
+#include "proto/placement.hpp"
+
+namespace tandem {
+namespace {
+
+BodyDescription body_from_wire(const wire::Body& body) {
+  BodyDescription result;
+  result.traits = {body.friction(), body.restitution(), body.linear_damping_per_s(), body.angular_damping_per_s(),
+                   body.gravity()};
+  result.X_WB = pose_from_placement(body.placement());
+  result.is_graspable = body.graspable() && body.mass_kg() > 0;
+  if (body.has_anchor() && body.mass_kg() > 0) {
+    const wire::Anchor& anchor = body.anchor();
+    result.anchor = Joint{anchor.stiffness_n_per_m(), anchor.damping_n_s_per_m(), anchor.stiffness_n_m_per_rad(),
+                          anchor.damping_n_m_s_per_rad()};
+  }
+  return result;
+}
+
+ToolDescription tool_from_wire(const wire::Tool& tool, const wire::Scene& scene) {
+  ToolDescription result;
+  result.friction = tool.friction();
+  result.X_WT = pose_from_placement(tool.placement());
+  const auto& bodies = scene.bodies();
+  const auto held = std::find_if(bodies.begin(), bodies.end(),
+                                 [&tool](const wire::Body& body) { return body.name() == tool.holds(); });
+  if (held != bodies.end()) result.holds_body = static_cast<std::size_t>(held - bodies.begin());
+  return result;
+}
+
+WorldLimits limits_from_wire(const wire::Limits& limits) {
+  return {limits.body_speed_m_per_s(), limits.grab_reach_m(), limits.contact_points(), limits.contact_pairs()};
+}
+
+}  // namespace
+
+WorldDescription world_from_wire(const wire::Scene& scene) {
+  WorldDescription world;
+  if (scene.gravity_m_per_s2_size() == 3) {
+    world.gravity_m_per_s2 = {scene.gravity_m_per_s2(0), scene.gravity_m_per_s2(1), scene.gravity_m_per_s2(2)};
+  }
+  world.step_s = 1.0 / scene.step_rate_hz();
+  world.limits = limits_from_wire(scene.limits());
+  for (const wire::Body& body : scene.bodies()) world.bodies.push_back(body_from_wire(body));
+  for (const wire::Tool& tool : scene.tools()) world.tools.push_back(tool_from_wire(tool, scene));
+  world.coupling.law = scene.coupling().law();
+  for (const CouplingField& field : kCouplingFields) {
+    world.coupling.parameters.*(field.value) = (scene.coupling().*field.get)();
+  }
+  if (const auto law = make_coupling_law(world.coupling.law, world.coupling.parameters)) {
+    world.coupling.dynamics = law->tool_dynamics();
+  }
+  const wire::MolecularField& field = scene.molecular_field();
+  world.field = {{field.metres_per_angstrom(), field.newtons_per_kcal_per_mol_angstrom()}, field.force_limit_n()};
+  world.effects = effects_of(scene);
+  return world;
+}
+
+std::shared_ptr<const ContactShape> primitive_contact(const wire::Shape& shape) {
+  switch (shape.kind_case()) {
+    case wire::Shape::kSphere:
+      return make_contact_sphere(shape.sphere().radius_m());
+    case wire::Shape::kBox: {
+      const auto& size = shape.box().size_m();
+      return size.size() == 3 ? make_contact_box({size[0], size[1], size[2]}) : nullptr;
+    }
+    case wire::Shape::kCylinder:
+      return make_contact_cylinder(shape.cylinder().radius_m(), shape.cylinder().length_m());
+    case wire::Shape::kCapsule:
+      return make_contact_capsule(shape.capsule().radius_m(), shape.capsule().length_m());
+    default:
+      return nullptr;
+  }
+}
+
+TouchModel touch_model_of(std::vector<TouchModel::Part> parts, double stiffness_n_per_m3) {
+  TouchModel model;
+  model.stiffness_n_per_m3 = stiffness_n_per_m3;
+  for (TouchModel::Part& part : parts) {
+    if (part.shape == nullptr) continue;
+    model.radius_m = std::max(model.radius_m, part.X_BS.p.norm() + part.shape->radius_m());
+    model.parts.push_back(std::move(part));
+  }
+  return model;
+}
+
+}  // namespace tandem

@@ -1,0 +1,44 @@
+// Stages that close the loop through the network fail where theory says: k_c · delay against the hand's damping.
+
+#include <gtest/gtest.h>
+
+#include "tests/lab/shows/shown.hpp"
+
+namespace tandem::lab {
+namespace {
+
+/// A hand that rings goes many times as fast as one that shakes.
+constexpr double kRings_m_per_s = 0.02;
+constexpr double kCalm_m_per_s = 0.001;
+
+TEST(Hold, RingsOnTheWallAt100Ms) {
+  EXPECT_GT(Shown("wall", bare("hold", 100))["limit_cycle_m_per_s"], kRings_m_per_s);
+}
+
+TEST(Hold, CreatesEnergyOnTheWallAt100MsWithoutGuard) {
+  EXPECT_GT(Shown("wall", bare("hold", 100))["energy_created_max_j"], 0.001);
+}
+
+TEST(Hold, DropsWhatTwoSqueezeAt100Ms) {
+  EXPECT_NE(Shown("squeeze", bare("hold", 100)).outcome(), "completed");
+}
+
+// It carries on a force that has stopped growing: the longer the delay, the farther beyond.
+TEST(Linear, Overshoots) {
+  const Shown linear("wall", bare("linear", 100));
+  const Shown hold("wall", bare("hold", 100));
+  EXPECT_GT(linear["contact_error_rms_n"], hold["contact_error_rms_n"]);
+  EXPECT_GT(linear["peak_force_n"], hold["peak_force_n"]);
+}
+
+TEST(Ar, BeatsHoldAt30MsAndRingsBy100Ms) {
+  const Shown ar("wall", bare("ar", 30));
+  const Shown hold("wall", bare("hold", 30));
+  EXPECT_LE(ar["limit_cycle_m_per_s"], kCalm_m_per_s);
+  EXPECT_GT(hold["limit_cycle_m_per_s"], kRings_m_per_s);
+  EXPECT_LT(ar["contact_error_rms_n"], hold["contact_error_rms_n"]);
+  EXPECT_GT(Shown("wall", bare("ar", 100))["limit_cycle_m_per_s"], kRings_m_per_s);
+}
+
+}  // namespace
+}  // namespace tandem::lab

@@ -1,0 +1,55 @@
+// What one user feels of things that move, or give way: lifted, pressed into, pulled by a field; and of a guard that is
+// asked to let a force come back.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "tests/lab/shows/loss_burst.hpp"
+#include "tests/lab/shows/shown.hpp"
+
+namespace tandem::lab {
+namespace {
+
+TEST(Mass, IsFeltWithin15PercentAt200Ms) {
+  const Shown mass("mass", disturbed(200));
+  EXPECT_NEAR(mass["felt_mass_ratio"], 1, 0.15);
+  EXPECT_LE(mass["felt_mass_interval_fraction"], 0.05);
+  EXPECT_EQ(mass.outcome(), "completed");
+}
+
+TEST(Soft, HasATenthOfTheRattleOfHeldForces) {
+  const Shown model("soft", disturbed(100));
+  const Shown hold("soft", bare("hold", 100));
+  EXPECT_LE(model["force_above_60_hz_n"], 0.1 * hold["force_above_60_hz_n"]);
+}
+
+TEST(Docking, ErrsByATenthOfTheAttractionAt100Ms) {
+  const Shown docking("docking", disturbed(100));
+  double peak_n = 0;
+  for (const UserTrace& user : docking.reference().users) {
+    for (const TickSample& tick : user.ticks) peak_n = std::max(peak_n, tick.displayed_D.f.norm());
+  }
+  EXPECT_LE(docking["contact_error_rms_n"], 0.1 * peak_n);
+}
+
+TEST(LossBurst, LetsTheForceRecoverUnderTheGuard) {
+  expect_recovery_from_bursts(true);
+}
+
+class Moving : public testing::TestWithParam<At> {};
+
+TEST_P(Moving, MakesNoStepNoEnergyAndNoWorkForTheGuard) {
+  const Shown shown(GetParam().experiment, GetParam().quantities());
+  EXPECT_LE(shown["force_step_max_n_per_ms"], 0.1);
+  EXPECT_EQ(shown["slew_activations"], 0);
+  EXPECT_LE(shown["energy_created_max_j"], 0.001);
+  const double guard = shown["guard_dissipated_fraction"];
+  EXPECT_FALSE(guard > 0.05) << guard;
+}
+
+INSTANTIATE_TEST_SUITE_P(Default, Moving, testing::Values(At{"mass", 200}, At{"soft", 100}, At{"docking", 100}),
+                         [](const auto& each) { return name_of_case(each); });
+
+}  // namespace
+}  // namespace tandem::lab

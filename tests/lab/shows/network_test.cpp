@@ -1,0 +1,56 @@
+// What fewer and lost datagrams do to the default stage.
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "common/json/pretty.hpp"
+#include "lab/study_results.hpp"
+#include "lab/trial_runner.hpp"
+#include "tests/lab/shows/deadband.hpp"
+#include "tests/lab/shows/loss_burst.hpp"
+#include "tests/lab/shows/shown.hpp"
+
+namespace tandem::lab {
+namespace {
+
+TEST(Deadband, OfATenthLeavesOut85PercentOfTheDatagramsAndNotTheForceOfTheWall) {
+  expect_few_datagrams("wall");
+}
+
+TEST(Deadband, DoesNotDivergeOnTheWallWhenATenthIsLost) {
+  expect_no_divergence("wall");
+}
+
+TEST(LossBurst, LetsTheForceDecayAndRecoverWithoutAKick) {
+  expect_recovery_from_bursts(false);
+}
+
+/// What `tandem-lab run` would write.
+std::string results_text(const std::string& folder, std::size_t threads) {
+  RunSettings settings;
+  settings.out = std::filesystem::path(testing::TempDir()) / folder;
+  settings.threads = threads;
+  settings.program = "test";
+  std::filesystem::remove_all(settings.out);
+  std::filesystem::create_directories(settings.out);
+  std::vector<Trial> trials;
+  for (const char* name : {"wall", "push"}) {
+    trials.push_back(shipped_trial(name, disturbed(100, {"duration_s=3"})));
+    trials.push_back(shipped_trial(name, disturbed(30, {"duration_s=3", "stage=ar"})));
+  }
+  const auto results = TrialRunner(std::move(trials), settings).run([](const StudyProgress&) {});
+  std::filesystem::remove_all(settings.out);
+  return pretty_json(study_json(results));
+}
+
+TEST(Results, AreTheSameBytesTwiceWhateverTheThreads) {
+  const std::string once = results_text("shows_once", 1);
+  EXPECT_GT(once.size(), 4000U);
+  EXPECT_EQ(results_text("shows_twice", 2), once);
+}
+
+}  // namespace
+}  // namespace tandem::lab

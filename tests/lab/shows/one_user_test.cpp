@@ -1,0 +1,94 @@
+// What one user of the default stage feels of a late, jittering, lossy link: on things that nobody else moves, nothing.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/lab/shows/shown.hpp"
+
+namespace tandem::lab {
+namespace {
+
+using testing::Values;
+
+/// A metric that has no meaning in a trial is not above a bound.
+bool is_above(double value, double bound) {
+  return std::isfinite(value) && value > bound;
+}
+
+TEST(Free, DragsNoMoreThan50MillinewtonAt200Ms) {
+  EXPECT_LE(Shown("free", disturbed(200))["free_drag_rms_n"], 0.05);
+}
+
+TEST(Free, DragsMoreThanANewtonWhereTheToolIsShownLate) {
+  EXPECT_GT(Shown("free", bare("late-pose", 200))["free_drag_rms_n"], 1.0);
+}
+
+TEST(Wall, IsAsHardAndAsStillAt200MsAsWithoutDelay) {
+  const Shown wall("wall", disturbed(200));
+  EXPECT_LE(wall["contact_error_fraction"], 0.05);
+  EXPECT_LE(wall["limit_cycle_m_per_s"], 0.001);
+  EXPECT_NEAR(wall["felt_stiffness_ratio"], 1, 0.10);
+}
+
+TEST(Wall, HasNoLimitCycleAt300Ms) {
+  EXPECT_LE(Shown("wall", disturbed(300))["limit_cycle_m_per_s"], 0.001);
+}
+
+class Sliding : public testing::TestWithParam<At> {};
+
+TEST_P(Sliding, ShowsTheForceWithin15Percent) {
+  const Shown shown(GetParam().experiment, GetParam().quantities());
+  EXPECT_GT(shown["contact_force_mean_n"], 1.0) << "there is something to be felt";
+  EXPECT_LE(shown["contact_error_fraction"], 0.15);
+}
+
+INSTANTIATE_TEST_SUITE_P(Default, Sliding, Values(At{"curve", 100}, At{"rim", 100}, At{"bunny", 100}),
+                         [](const auto& each) { return name_of_case(each); });
+
+TEST(Rim, IsNotFeltLongerThan20MsAfterTheToolHasLeftIt) {
+  EXPECT_LE(Shown("rim", disturbed(100))["ghost_contact_ms"], 20);
+}
+
+TEST(Rim, IsFeltForAsLongAsTheDelayWhereForcesAreHeld) {
+  EXPECT_GT(Shown("rim", bare("hold", 100))["ghost_contact_ms"], 50);
+}
+
+TEST(Push, IsFeltWithin150MillinewtonAt200Ms) {
+  EXPECT_LE(Shown("push", disturbed(200))["contact_error_rms_n"], 0.15);
+}
+
+class PushOfAnotherMass : public testing::TestWithParam<double> {};
+
+TEST_P(PushOfAnotherMass, IsCalm) {
+  const Shown push("push", disturbed(200, {"model.mass_scale=" + std::to_string(GetParam())}));
+  EXPECT_LE(push["limit_cycle_m_per_s"], 0.001);
+  EXPECT_LE(push["force_step_max_n_per_ms"], 0.1);
+  EXPECT_EQ(push["slew_activations"], 0);
+}
+
+INSTANTIATE_TEST_SUITE_P(ThanTheModelBelieves, PushOfAnotherMass, testing::Values(0.6, 1.4));
+
+/// On what does not move, and on what only this user moves, at every delay of the default set from 0 to 300 ms.
+class Alone : public testing::TestWithParam<At> {};
+
+TEST_P(Alone, MakesNoStepNoEnergyAndNoWorkForTheGuard) {
+  const Shown shown(GetParam().experiment, GetParam().quantities());
+  EXPECT_LE(shown["force_step_max_n_per_ms"], 0.1);
+  EXPECT_EQ(shown["slew_activations"], 0);
+  EXPECT_LE(shown["energy_created_max_j"], 0.001);
+  EXPECT_FALSE(is_above(shown["guard_dissipated_fraction"], 0.05)) << shown["guard_dissipated_fraction"];
+  EXPECT_EQ(shown.outcome(), "completed");
+}
+
+INSTANTIATE_TEST_SUITE_P(Default, Alone,
+                         Values(At{"free", 0}, At{"free", 100}, At{"free", 200}, At{"free", 300},  //
+                                At{"wall", 0}, At{"wall", 100}, At{"wall", 200}, At{"wall", 300},  //
+                                At{"curve", 0}, At{"curve", 100}, At{"curve", 200}, At{"curve", 300}, At{"rim", 0},
+                                At{"rim", 100}, At{"rim", 200}, At{"rim", 300},  //
+                                At{"bunny", 0}, At{"bunny", 100}, At{"bunny", 200}, At{"bunny", 300}, At{"push", 0},
+                                At{"push", 100}, At{"push", 200}, At{"push", 300}),
+                         [](const auto& each) { return name_of_case(each); });
+
+}  // namespace
+}  // namespace tandem::lab

@@ -1,0 +1,79 @@
+// A shipped experiment, run once under given conditions and held against the same hands at zero delay.
+#pragma once
+
+#include <filesystem>
+#include <ostream>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "lab/experiment_library.hpp"
+#include "lab/metrics.hpp"
+#include "lab/trial_grid.hpp"
+#include "lab/trial_metrics.hpp"
+#include "lab/virtual_session.hpp"
+
+namespace tandem::lab {
+
+using Quantities = std::vector<std::string>;  ///< as with --set: "link.rtt_ms=100"
+
+/// What the claims about the default stage are made under: late, and with jitter and loss in bursts of 20 ms.
+inline Quantities disturbed(double round_trip_ms, const Quantities& more = {}) {
+  Quantities all{"link.rtt_ms=" + std::to_string(round_trip_ms), "link.jitter_ms=10", "link.loss=0.05"};
+  all.insert(all.end(), more.begin(), more.end());
+  return all;
+}
+/// And those about other stages: late, nothing else, without guard.
+inline Quantities bare(const std::string& stage, double round_trip_ms) {
+  return {"stage=" + stage, "guard=false", "link.rtt_ms=" + std::to_string(round_trip_ms)};
+}
+
+inline Trial shipped_trial(const std::string& name, const Quantities& quantities) {
+  GridRequest request;
+  request.is_single = true;
+  for (const std::string& text : quantities) request.axes.push_back(parse_axis(text));
+  std::vector<Trial> trials =
+      expand(read_experiment_file(std::filesystem::path(TANDEM_EXPERIMENT_DIRECTORY) / (name + ".json")), request);
+  if (trials.size() != 1) throw std::invalid_argument(name + ": one trial was meant");
+  return std::move(trials.front());
+}
+
+/// A trial and its reference.
+class Shown {
+ public:
+  Shown(const std::string& name, const Quantities& quantities) : trial_(shipped_trial(name, quantities)) {
+    const auto scene = load_experiment_scene(trial_.experiment);
+    reference_ = VirtualSession(reference_of(trial_).experiment, scene).run();
+    trace_ = VirtualSession(trial_.experiment, scene).run();
+  }
+
+  double operator[](std::string_view metric) const { return trial_metric(view(), metric); }
+  std::string outcome() const { return outcome_of(trial_.experiment, trace_); }
+  const SessionTrace& trace() const { return trace_; }
+  const SessionTrace& reference() const { return reference_; }
+
+ private:
+  TrialView view() const { return {trial_.experiment, trace_, &reference_}; }
+
+  Trial trial_;
+  SessionTrace reference_;
+  SessionTrace trace_;
+};
+
+/// An experiment at a round trip: the parameter of claims that hold for several.
+struct At {
+  const char* experiment;
+  double round_trip_ms;
+
+  Quantities quantities() const { return disturbed(round_trip_ms); }
+};
+inline std::ostream& operator<<(std::ostream& out, const At& at) {
+  return out << at.experiment << " at " << at.round_trip_ms << " ms";
+}
+template <class Info>
+std::string name_of_case(const Info& info) {
+  return std::string(info.param.experiment) + "_" + std::to_string(static_cast<int>(info.param.round_trip_ms)) + "ms";
+}
+
+}  // namespace tandem::lab

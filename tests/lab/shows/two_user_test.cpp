@@ -1,0 +1,69 @@
+// Two hands on one thing: lifted by friction alone, handed over. The loop closes through the other person.
+
+#include <gtest/gtest.h>
+
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "tests/lab/shows/deadband.hpp"
+#include "tests/lab/shows/shown.hpp"
+
+namespace tandem::lab {
+namespace {
+
+Quantities at(double near_ms, double far_ms) {
+  return disturbed(far_ms, {"users.anna.link.rtt_ms=" + std::to_string(near_ms)});
+}
+
+class Squeeze : public testing::TestWithParam<std::pair<double, double>> {};
+
+TEST_P(Squeeze, IsLiftedCarriedAndNotDropped) {
+  const Shown squeeze("squeeze", at(GetParam().first, GetParam().second));
+  EXPECT_EQ(squeeze.outcome(), "completed");
+  EXPECT_LE(squeeze["limit_cycle_m_per_s"], 0.002);
+  EXPECT_GE(squeeze["contact_force_ratio"], 0.55);
+  EXPECT_LE(squeeze["force_step_max_n_per_ms"], 0.1);
+  EXPECT_LE(squeeze["energy_created_max_j"], 0.001);
+}
+
+INSTANTIATE_TEST_SUITE_P(RoundTrips, Squeeze, testing::Values(std::pair(100.0, 100.0), std::pair(25.0, 200.0)));
+
+TEST(SqueezeFarApart, IsCalmEvenWhereItIsSoft) {
+  for (const double round_trip_ms : {200.0, 300.0}) {
+    const Shown squeeze("squeeze", disturbed(round_trip_ms));
+    EXPECT_LE(squeeze["limit_cycle_m_per_s"], 0.005) << round_trip_ms;
+  }
+}
+
+TEST(SqueezeFarApart, StaysBelowThePassiveBound) {
+  for (const double round_trip_ms : {100.0, 200.0}) {
+    const Shown squeeze("squeeze", {"link.rtt_ms=" + std::to_string(round_trip_ms)});
+    EXPECT_LE(squeeze["hold_force_mean_n"], squeeze["hold_force_bound_n"] + 0.1) << round_trip_ms;
+  }
+}
+
+TEST(SqueezeSlippery, IsDroppedByEveryStageAt100Ms) {
+  for (const std::string_view stage : known_stages()) {
+    EXPECT_NE(Shown("squeeze_slippery", bare(std::string(stage), 100)).outcome(), "completed") << stage;
+  }
+}
+
+TEST(Peg, IsHandedOverAt100Ms) {
+  const Shown peg("peg", disturbed(100));
+  EXPECT_LE(peg["limit_cycle_m_per_s"], 0.002);
+  EXPECT_LE(peg["force_step_max_n_per_ms"], 0.1);
+  EXPECT_EQ(peg["slew_activations"], 0);
+  EXPECT_LE(peg["energy_created_max_j"], 0.001);
+}
+
+TEST(Deadband, OfATenthLeavesOut85PercentOfTheDatagramsAndNotTheForceOfThePeg) {
+  expect_few_datagrams("peg");
+}
+
+TEST(Deadband, DoesNotDivergeOnThePegWhenATenthIsLost) {
+  expect_no_divergence("peg");
+}
+
+}  // namespace
+}  // namespace tandem::lab
