@@ -21,6 +21,8 @@ constexpr double kFollowTime_s = 0.08;
 constexpr double kJointPlace_s = 0.1;
 /// From one linearised contact of soft bodies to the next: a step of theirs (60 Hz).
 constexpr double kSoftBlend_s = 1.0 / 60;
+/// What the steps of soft bodies leave in the force above their rate is taken out by two low passes of this each.
+constexpr double kSoftSmoothing_s = 0.015;
 /// A tool so far from the server's, for so long, is on the other side of something: it is put where the server has it.
 constexpr double kAstray_m = 0.01;
 constexpr double kAstray_s = 0.5;
@@ -331,9 +333,12 @@ void LocalModel::follow_soft_contact(const ServerUpdate& update, bool is_new, do
     soft_blend_s_ = 0;
   }
   SoftContact here;
-  here.wrench_W = blended();
+  const double part = period_s / kSoftSmoothing_s;
+  soft_smoothed_[0] = soft_smoothed_[0] * (1 - part) + blended() * part;
+  soft_smoothed_[1] = soft_smoothed_[1] * (1 - part) + soft_smoothed_[0] * part;
+  here.wrench_W = soft_smoothed_[1];
   here.X_WT0 = X_WT;
-  here.trust_radius_m = soft_from_.trust_radius_m > 0 || soft_to_.trust_radius_m > 0 ? 1.0 : 0.0;
+  here.trust_radius_m = here.wrench_W.f.norm() + here.wrench_W.t.norm() > 0 ? 1.0 : 0.0;
   world_.set_soft_contact(tool_, here);
 }
 

@@ -11,6 +11,7 @@
 //   soft bodies              the server's linearised contact, within its trust radius, blended from one to the next
 #pragma once
 
+#include <array>
 #include <boost/container/static_vector.hpp>
 #include <cstdint>
 #include <memory>
@@ -170,6 +171,7 @@ class LocalModel {
   double astray_s_ = 0;  ///< for how long the tool has been far from the server's
   SoftContact soft_from_, soft_to_;
   double soft_blend_s_ = 0;
+  std::array<Wrench, 2> soft_smoothed_{};
 };
 
 }  // namespace tandem

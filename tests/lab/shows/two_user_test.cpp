@@ -57,13 +57,5 @@ TEST(Peg, IsHandedOverAt100Ms) {
   EXPECT_LE(peg["energy_created_max_j"], 0.001);
 }
 
-TEST(Deadband, OfATenthLeavesOut85PercentOfTheDatagramsAndNotTheForceOfThePeg) {
-  expect_few_datagrams("peg");
-}
-
-TEST(Deadband, DoesNotDivergeOnThePegWhenATenthIsLost) {
-  expect_no_divergence("peg");
-}
-
 }  // namespace
 }  // namespace tandem::lab
