@@ -30,11 +30,15 @@ function(tandem_library name)
   target_link_libraries(${name} PUBLIC tandem_flags ${ARG_LINK} PRIVATE ${ARG_PRIVATE_LINK})
 endfunction()
 
+# What the labels `fast` and `fast-threads` need: what a sanitizer builds.
+add_custom_target(fast_tests)
+
 # tandem_program(name SOURCES ... LINK ...)
 function(tandem_program name)
   cmake_parse_arguments(ARG "" "" "SOURCES;LINK" ${ARGN})
   add_executable(${name} ${ARG_SOURCES})
   target_link_libraries(${name} PRIVATE tandem_flags ${ARG_LINK})
+  add_dependencies(fast_tests ${name})
 endfunction()
 
 # tandem_test(name [SLOW|THREADS] SOURCES ... LINK ...): one GoogleTest program, one ctest entry a test.
@@ -51,6 +55,9 @@ function(tandem_test name)
     add_dependencies(threaded_tests ${name})
   elseif(ARG_SLOW)
     set(label slow)
+  endif()
+  if(NOT ARG_SLOW)
+    add_dependencies(fast_tests ${name})
   endif()
   # A sanitizer makes numerical code up to a hundred times slower.
   set(timeout 300)
