@@ -34,10 +34,12 @@ MassProperties cube_mass(double mass_kg, double edge_m) {
 std::shared_ptr<WorldDescription> scene() {
   auto world = std::make_shared<WorldDescription>();
   BodyDescription table;
-  table.touch = touch_of(make_contact_box({1, 1, 0.02}));
+  static const auto plate = make_contact_box({0.3, 0.3, 0.02});
+  table.touch = touch_of(plate);
   table.X_WB.p.z() = -0.01;
   BodyDescription block;
-  block.touch = touch_of(make_contact_box(Vec3::Constant(0.04)));
+  static const auto box = make_contact_box(Vec3::Constant(0.04));
+  block.touch = touch_of(box);
   block.mass = cube_mass(0.5, 0.04);
   block.X_WB.p = {0, 0, 0.02};
   block.traits.friction = 0.1;
@@ -45,7 +47,8 @@ std::shared_ptr<WorldDescription> scene() {
   world->bodies = {table, block};
   for (const double side : {-1.0, 1.0}) {
     ToolDescription tool;
-    tool.touch = touch_of(make_contact_sphere(0.005));
+    static const auto ball = make_contact_sphere(0.005);
+    tool.touch = touch_of(ball);
     tool.mass = cube_mass(0.03, 0.04);
     tool.X_WT.p = {side * 0.04, 0, 0.02};
     world->tools.push_back(tool);
@@ -220,7 +223,7 @@ TEST_P(LocalModelDelay, AGraspIsForetoldAndThenTheServers) {
   EXPECT_FALSE(far.model.held().is_valid());
 }
 
-INSTANTIATE_TEST_SUITE_P(OneWay, LocalModelDelay, testing::Values(5, 50, 150));
+INSTANTIATE_TEST_SUITE_P(OneWay, LocalModelDelay, testing::Values(5, 150));
 
 TEST(LocalModel, FollowsABodyThatOthersMove) {
   auto world = scene();
