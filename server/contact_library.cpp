@@ -7,6 +7,7 @@
 #include <iomanip>
 #include <sstream>
 #include <thread>
+#include "proto/world_from_wire.hpp"
 
 namespace tandem {
 namespace {
@@ -95,28 +96,14 @@ double seconds_since(std::chrono::steady_clock::time_point begin) {
 }  // namespace
 
 std::shared_ptr<const ContactShape> ContactLibrary::primitive(const wire::Shape& shape) {
-  const auto made_once = [this](const std::array<double, 4>& key, const auto& make) {
-    std::shared_ptr<const ContactShape>& entry = primitives_[key];
-    if (!entry) entry = make();
-    return entry;
-  };
-  const auto kind = static_cast<double>(shape.kind_case());
-  if (shape.has_box()) {
-    const Vec3 size(shape.box().size_m(0), shape.box().size_m(1), shape.box().size_m(2));
-    return made_once({kind, size.x(), size.y(), size.z()}, [&] { return make_contact_box(size); });
-  }
-  if (shape.has_cylinder()) {
-    const wire::Cylinder& c = shape.cylinder();
-    return made_once({kind, c.radius_m(), c.length_m(), 0},
-                     [&] { return make_contact_cylinder(c.radius_m(), c.length_m()); });
-  }
-  if (shape.has_capsule()) {
-    const wire::Capsule& c = shape.capsule();
-    return made_once({kind, c.radius_m(), c.length_m(), 0},
-                     [&] { return make_contact_capsule(c.radius_m(), c.length_m()); });
-  }
-  const double radius = shape.sphere().radius_m();
-  return made_once({kind, radius, 0, 0}, [&] { return make_contact_sphere(radius); });
+  std::array<double, 4> key{static_cast<double>(shape.kind_case())};
+  if (shape.has_box()) std::copy_n(shape.box().size_m().begin(), 3, key.begin() + 1);
+  if (shape.has_cylinder()) key = {key[0], shape.cylinder().radius_m(), shape.cylinder().length_m(), 0};
+  if (shape.has_capsule()) key = {key[0], shape.capsule().radius_m(), shape.capsule().length_m(), 0};
+  if (shape.has_sphere()) key[1] = shape.sphere().radius_m();
+  std::shared_ptr<const ContactShape>& entry = primitives_[key];
+  if (!entry) entry = primitive_contact(shape);
+  return entry;
 }
 
 ContactAsset ContactLibrary::mesh(const ContactMesh& mesh, double sheet_thickness_m, const std::string& name) {

@@ -10,6 +10,7 @@
 #include "proto/control_framing.hpp"
 #include "proto/effects_from_wire.hpp"
 #include "proto/placement.hpp"
+#include "proto/world_from_wire.hpp"
 #include "server/scene_checks.hpp"
 #include "server/soft_scene.hpp"
 
@@ -160,13 +161,9 @@ class SceneBuilder {
   }
 
   static TouchModel touch_model(const std::vector<LoadedShape>& shapes, double stiffness_n_per_m3) {
-    TouchModel model;
-    model.stiffness_n_per_m3 = stiffness_n_per_m3;
-    for (const LoadedShape& shape : shapes) {
-      model.parts.push_back({shape.contact, shape.X_BS});
-      model.radius_m = std::max(model.radius_m, shape.X_BS.p.norm() + shape.contact->radius_m());
-    }
-    return model;
+    std::vector<TouchModel::Part> parts;
+    for (const LoadedShape& shape : shapes) parts.push_back({shape.contact, shape.X_BS});
+    return touch_model_of(std::move(parts), stiffness_n_per_m3);
   }
 
   void add_body(wire::Body& body, const SceneField& field) {

@@ -56,22 +56,6 @@ const std::string& needed_hash(const wire::Shape& shape) {
   return shape.has_mesh() ? shape.mesh().contact_sha256() : shape.molecule().asset_sha256();
 }
 
-/// Calls `visit(shape)` for all shapes of bodies and tools until one returns false.
-template <class Visit>
-bool for_all_shapes(const wire::Scene& scene, const Visit& visit) {
-  for (const wire::Body& body : scene.bodies()) {
-    for (const wire::Shape& shape : body.shapes()) {
-      if (!visit(shape)) return false;
-    }
-  }
-  for (const wire::Tool& tool : scene.tools()) {
-    for (const wire::Shape& shape : tool.shapes()) {
-      if (!visit(shape)) return false;
-    }
-  }
-  return true;
-}
-
 class Builder {
  public:
   Builder(const wire::Joined& joined, const AssetMap& assets) : joined_(joined), assets_(assets) {}
@@ -215,14 +199,6 @@ class Builder {
 };
 
 }  // namespace
-
-bool has_local_assets(const wire::Joined& joined, const AssetMap& assets) {
-  return for_all_shapes(joined.scene(), [&assets](const wire::Shape& shape) {
-    if (!shape.has_mesh() && !shape.has_molecule()) return true;
-    const auto hash = hash_of(needed_hash(shape));
-    return hash && assets.contains(*hash);
-  });
-}
 
 LocalWorld make_local_world(const wire::Joined& joined, const AssetMap& assets) {
   LocalWorld result;

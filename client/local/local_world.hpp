@@ -18,9 +18,6 @@ struct LocalWorld {
   std::string problem;  ///< names the field or asset; the hand is then shown the late pose
 };
 
-/// Whether everything that a local world of this scene needs is among `assets`.
-bool has_local_assets(const wire::Joined& joined, const AssetMap& assets);
-
 /// In      joined  of a manipulator, as fill_haptic_scene() accepts it
 /// Cost    milliseconds a shape of its own kind, tens of milliseconds a mesh: not for the io thread of a live client
 LocalWorld make_local_world(const wire::Joined& joined, const AssetMap& assets);
