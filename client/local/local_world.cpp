@@ -109,6 +109,7 @@ class Builder {
     BodyDescription& body = world_.bodies[static_cast<std::size_t>(index)];
     require_pose(body.X_WB, field + ".placement");
     check_traits(body.traits, field);
+    if (body.anchor && !is_usable(*body.anchor)) throw Unusable(field + ".anchor has a number that is not usable");
     body.mass = mass_from(joined_.body_masses(index), field);
     if (message.shapes_size() == 1 && message.shapes(0).has_molecule()) {
       body.molecule = molecule(message.shapes(0), field);
