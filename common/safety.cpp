@@ -14,6 +14,11 @@ namespace {
 constexpr double kAbsurdWrench = 1e6;
 // After a stall the ramp and the slew limit count at most this much time.
 constexpr double kLargestRise_s = 0.005;
+// When a state ends a silence, the gain falls on for about so long, and what the wrench rose by meanwhile comes in
+// slowly: neither the force nor its slope jumps.
+constexpr double kFallEnds_s = 0.006;
+constexpr double kKeptBack_s = 0.020;
+constexpr double kSteepestFall_per_s = 20;
 constexpr Duration kSilencePromise{std::chrono::milliseconds(150)};
 constexpr Duration kFaultPromise{std::chrono::milliseconds(20)};
 
@@ -78,13 +83,15 @@ Wrench SafetyChain::apply(LocalTime now, const SafetyInput& input) noexcept {
   const bool is_clutched = (latched_ & kSafetyClutched) != 0;
   const bool is_usable =
       input.has_state && input.is_displaying && !is_clutched && input.sample_is_valid && is_plausible(input.wrench);
+  kept_back_ = kept_back_ * std::exp(-step.rise_s / kKeptBack_s);
   // Without a usable wrench the last one fades with the gain: no step, and zero when the gain is.
-  Wrench out = is_usable ? slewed(input.wrench * gain_, step.rise_s) : displayed_ * share;
+  Wrench out = is_usable ? slewed(input.wrench * gain_ - kept_back_, step.rise_s) : displayed_ * share;
   if (share < 1) {
     out.f = clamped_to_length(out.f, displayed_.f.norm() * share);
     out.t = clamped_to_length(out.t, displayed_.t.norm() * share);
+    kept_back_ = is_usable ? input.wrench * gain_ - out : Wrench{};
   }
-  if (gain_ <= 0 || !is_finite(out)) out = Wrench{};
+  if (gain_ <= 0 || !is_finite(out)) out = kept_back_ = Wrench{};
   displayed_ = out;
   return out;
 }
@@ -112,15 +119,22 @@ SafetyFaults SafetyChain::present_faults(const SafetyInput& input) const noexcep
 }
 
 void SafetyChain::update_gain(const SafetyInput& input, const Step& step) noexcept {
+  const double gain_before = gain_;
   // A fault that came and went within the decay is still played out to zero, and to a zero that the device took.
   if (is_quiet() && faults_ == 0) latched_ = 0;
   if (latched_ != 0 || !input.has_state || !input.is_displaying) {
     gain_ = std::max(0.0, gain_ - step.decay_s / to_seconds(settings_.fault_decay));
   } else {
-    gain_ = std::min(1.0, gain_ + step.rise_s / to_seconds(settings_.start_ramp));
+    gain_ = std::clamp(gain_ + step.rise_s / to_seconds(settings_.start_ramp) - fall_per_s_ * step.rise_s, 0.0, 1.0);
   }
+  fall_per_s_ *= std::exp(-step.decay_s / kFallEnds_s);
   const double silence = silence_gain(input.state_age);
   gain_ = std::min(gain_, silence);
+  if (gain_ <= 0) {
+    fall_per_s_ = 0;
+  } else if (silence < 1 && step.decay_s > 0) {
+    fall_per_s_ = std::clamp((gain_before - gain_) / step.decay_s, 0.0, kSteepestFall_per_s);
+  }
   faults_ |= latched_;
   // Where nothing is to be displayed no state is awaited either, so its absence is no silence; its age still is.
   const bool is_silent = (input.is_displaying && !input.has_state) || silence < 1;
@@ -131,7 +145,9 @@ void SafetyChain::update_gain(const SafetyInput& input, const Step& step) noexce
 
 double SafetyChain::silence_gain(Duration state_age) const noexcept {
   const double left_s = to_seconds(settings_.silence_zero - state_age);
-  return std::clamp(left_s / to_seconds(settings_.silence_zero - settings_.silence_start), 0.0, 1.0);
+  const double left = std::clamp(left_s / to_seconds(settings_.silence_zero - settings_.silence_start), 0.0, 1.0);
+  // Flat at both ends: a silence that is hardly one is hardly felt.
+  return left * left * left * (10 - 15 * left + 6 * left * left);
 }
 
 Wrench SafetyChain::slewed(const Wrench& target, double rise_s) noexcept {

@@ -63,12 +63,13 @@ struct SafetyInput {
 
 /// The stages before the clamp. One call a tick.
 ///
-/// Model   gain g: rises by dt / start_ramp; g ≤ silence gain of the state's age; after a fault it falls by
-///         dt / fault_decay to 0 before it may rise again, and it falls so while there is no state or nothing to
-///         display.
+/// Model   gain g: rises by dt / start_ramp; g ≤ silence gain of the state's age, from 1 to 0 without a corner, as there
+///         is none when the silence ends; after a fault it falls by dt / fault_decay to 0 before it may rise again,
+///         and it falls so while there is no state or nothing to display.
 ///         out = slew(g · wrench), and while g falls |out| ≤ |displayed before| · g / g_before, for force and
-///         torque each. Without a usable wrench (no state, no sample, not finite, clutched) out is the displayed one
-///         · g / g_before. A fault's fall is over when zero has been displayed, not only computed.
+///         torque each; what that kept back comes in evenly once g falls no more. Without a usable wrench (no state, no
+///         sample, not finite, clutched) out is the displayed one · g / g_before. A fault's fall is over when zero has
+///         been displayed, not only computed.
 /// Thread  haptic: no allocation, no throw
 class SafetyChain {
  public:
@@ -102,7 +103,9 @@ class SafetyChain {
   LocalTime last_time_{};
   bool has_time_ = false;
   double gain_ = 0.0;
+  double fall_per_s_ = 0.0;  ///< of the gain in a silence; dies out after it
   Wrench displayed_;
+  Wrench kept_back_;          ///< of the wrench times the gain, while that fell
   SafetyFaults latched_ = 0;  ///< faults whose decay has not yet reached zero
   bool is_stopping_ = false;
   SafetyFaults faults_ = 0;

@@ -29,6 +29,9 @@ class HandPort {
     return user_.ticks.empty() ? 0 : now().model.corrected_j - user_.ticks.front().model.corrected_j;
   }
   double clamp_j() const { return clamp_j_; }
+  double field_work_j() const {
+    return user_.ticks.empty() ? 0 : now().model.field_work_j - user_.ticks.front().model.field_work_j;
+  }
 
  private:
   static double held_j(const TickSample& tick) { return tick.model.stored_j - tick.model.exchanged_j; }
@@ -41,17 +44,32 @@ class HandPort {
   double clamp_j_ = 0;
 };
 
+/// The most that the field between molecules can have given: as far as its energy fell in the eyes of any user.
+double field_depth_j(const SessionTrace& trace) {
+  double depth_j = 0;
+  for (const UserTrace& user : trace.users) {
+    if (user.ticks.empty()) continue;
+    const double start_j = user.ticks.front().model.field_j;
+    for (const TickSample& tick : user.ticks) depth_j = std::max(depth_j, start_j - tick.model.field_j);
+  }
+  return depth_j;
+}
+
 }  // namespace
 
 EnergyLedger energy_ledger(const SessionTrace& trace) {
   EnergyLedger ledger;
   std::vector<HandPort> ports(trace.users.begin(), trace.users.end());
+  const double depth_j = field_depth_j(trace);
   for (const StoredEnergySample& sample : trace.stored) {
     double energy_j = sample.energy_j - trace.stored.front().energy_j;
+    double by_field_j = 0;
     for (HandPort& port : ports) {
       port.advance_to(sample.time);
+      by_field_j += port.field_work_j();
       energy_j += port.work_j() + port.model_change_j();
     }
+    energy_j += std::max(0.0, by_field_j - depth_j);
     ledger.created_max_j = std::max(ledger.created_max_j, energy_j);
     ledger.stored_change_j = sample.energy_j - trace.stored.front().energy_j;
   }

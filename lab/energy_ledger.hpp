@@ -18,11 +18,15 @@ struct EnergyLedger {
 
 /// Balances a trial.
 ///
-/// Model   E(t) = Σ_users [Σ_k F_k·(x_{k+1} − x_k) + M(t) − M(0)] + S(t) − S(0)
+/// Model   E(t) = Σ_users [Σ_k F_k·(x_{k+1} − x_k) + M(t) − M(0)] + U(t) + S(t) − S(0)
 ///         F_k  wrench displayed at tick k, held until the next; x  true pose of the hand
 ///         M    of a user of a local model: what the model holds, less what came into it from elsewhere than the hand
 ///              (ModelLedger: bodies that changed their owner there, the field). Corrections towards the server are not
 ///              taken off: what they lend a hand was created
+///         U    what the field between molecules gave local models beyond what it holds: max(0, its work on the
+///              molecules that they step − the deepest that its energy ever got in a user's view). Each user has his own
+///              late view of it, so it has no one value at an instant; but hands that get more out of it, turn by turn,
+///              than it is deep, got that from the delay
 ///         S    of what is at the server:
 ///              + for users of a local model, the work that joints to their copies did on bodies there. A shared body
 ///                and its copy are two things with a joint between; what one end loses the other should get. What the
@@ -33,7 +37,8 @@ struct EnergyLedger {
 ///                still has
 ///         Whatever friction, dampers and guards take makes E fall, so E > 0 means that energy came from nowhere: from
 ///         sampling, from delay, or from a model that is not the server's.
-/// Source  Hannaford, Ryu, "Time-domain passivity control of haptic interfaces", IEEE T-RA 18(1), 2002: the observer;
+/// Source  U: available storage, Willems, "Dissipative dynamical systems I", Arch. Rational Mech. Anal. 45, 1972.
+///         Hannaford, Ryu, "Time-domain passivity control of haptic interfaces", IEEE T-RA 18(1), 2002: the observer;
 ///         with the sum over the held force, for the backward sum hides what sampling creates
 /// Limits  For stages other than the local model, what is in flight between hand and world is in neither: a force that
 ///         the hand has given and the world has not yet felt makes E fall first, so a surplus shows as late as the

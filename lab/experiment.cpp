@@ -178,6 +178,13 @@ std::optional<OutcomeRule> outcome_of(JsonFields& file, const std::vector<Experi
   JsonFields fields = file.object("outcome");
   OutcomeRule rule;
   rule.body = fields.required_text("body");
+  if (fields.has("ends_at_m")) {
+    constexpr double kFarthest_m = 10;
+    rule.ends_at = EndPlace{fields.vector("ends_at_m", Vec3::Zero(), kFarthest_m),
+                            fields.required_number("within_m", 0, kFarthest_m)};
+    fields.finish();
+    return rule;
+  }
   rule.lifted_above_m = fields.required_number("lifted_above_m", 0, 10);
   rule.during = fields.required_text("during");
   const auto& phases = users.front().hand.phases();
@@ -188,6 +195,14 @@ std::optional<OutcomeRule> outcome_of(JsonFields& file, const std::vector<Experi
   }
   fields.finish();
   return rule;
+}
+
+json::object json_of(const OutcomeRule& rule) {
+  if (!rule.ends_at) {
+    return {{"body", rule.body}, {"lifted_above_m", rule.lifted_above_m}, {"during", rule.during}};
+  }
+  const Vec3& p = rule.ends_at->p_WB;
+  return {{"body", rule.body}, {"ends_at_m", json::array{p.x(), p.y(), p.z()}}, {"within_m", rule.ends_at->within_m}};
 }
 
 /// Law, coupling and everything else that the scene's file may say, by one mechanism.
@@ -329,11 +344,7 @@ json::object experiment_json(const Experiment& experiment) {
                       {"reference_stage", experiment.reference_stage},
                       {"link", link_json(experiment.link)}};
   result = with(std::move(result), pipeline_json(experiment.pipeline));
-  if (experiment.outcome) {
-    result["outcome"] = json::object{{"body", experiment.outcome->body},
-                                     {"lifted_above_m", experiment.outcome->lifted_above_m},
-                                     {"during", experiment.outcome->during}};
-  }
+  if (experiment.outcome) result["outcome"] = json_of(*experiment.outcome);
   json::array& users = result["users"].emplace_array();
   for (const ExperimentUser& user : experiment.users) users.push_back(user_json(user));
   return result;

@@ -35,11 +35,18 @@ struct ExperimentUser {
   Duration tick_phase{0};  ///< of its 1 kHz loop within the millisecond: a whole number of slots
 };
 
+/// Where a body has to be when a trial ends.
+struct EndPlace {
+  Vec3 p_WB = Vec3::Zero();
+  double within_m = 0;
+};
+
 /// What has to happen for a trial to have succeeded, beyond that nobody lost the connection.
 struct OutcomeRule {
   std::string body;
-  double lifted_above_m = 0;  ///< over where it was at the start …
-  std::string during;         ///< … all through this phase of the first user's hand
+  double lifted_above_m = 0;             ///< over where it was at the start …
+  std::string during;                    ///< … all through this phase of the first user's hand
+  std::optional<EndPlace> ends_at = {};  ///< counts instead of the two
 };
 
 struct Experiment {

@@ -290,10 +290,24 @@ double height_m(const SessionTrace& trace, const BodiesSample& sample, std::size
   return sample.X_WB[body].p.z() - trace.bodies.front().X_WB[body].p.z();
 }
 
-std::string lift_outcome(const OutcomeRule& rule, const SessionTrace& trace) {
+/// Index of the rule's body; none: not there, or nothing is known of it.
+std::optional<std::size_t> body_of(const OutcomeRule& rule, const SessionTrace& trace) {
   const auto name = std::find(trace.body_names.begin(), trace.body_names.end(), rule.body);
-  const auto body = static_cast<std::size_t>(name - trace.body_names.begin());
-  if (name == trace.body_names.end() || trace.bodies.empty()) return "never-lifted";
+  if (name == trace.body_names.end() || trace.bodies.empty()) return std::nullopt;
+  return static_cast<std::size_t>(name - trace.body_names.begin());
+}
+
+std::string place_outcome(const OutcomeRule& rule, const SessionTrace& trace) {
+  const auto found = body_of(rule, trace);
+  if (!found) return "missed";
+  const double off_m = (trace.bodies.back().X_WB[*found].p - rule.ends_at->p_WB).norm();
+  return off_m <= rule.ends_at->within_m ? "completed" : "missed";
+}
+
+std::string lift_outcome(const OutcomeRule& rule, const SessionTrace& trace) {
+  const auto found = body_of(rule, trace);
+  if (!found) return "never-lifted";
+  const std::size_t body = *found;
   const HandPath& hand = trace.users.front().user.hand;
   const int phase = phase_called(trace.users.front(), rule.during);
   bool was_lifted = false;
@@ -439,7 +453,9 @@ std::string outcome_of(const Experiment& experiment, const SessionTrace& trace) 
   for (const UserTrace& user : trace.users) {
     if (!user.stayed_connected) return "lost";
   }
-  return experiment.outcome ? lift_outcome(*experiment.outcome, trace) : "completed";
+  if (!experiment.outcome) return "completed";
+  const OutcomeRule& rule = *experiment.outcome;
+  return rule.ends_at ? place_outcome(rule, trace) : lift_outcome(rule, trace);
 }
 
 }  // namespace tandem::lab

@@ -60,7 +60,7 @@ void InputPlayout::take(const ClientUpdate& input, Duration now) noexcept {
   }
   delay_.add(sent, now);
   newest_ = (newest_ + 1) % kHistory;
-  samples_[newest_] = {input.input_tick, sent, input.handle, input.tool, input.copies};
+  samples_[newest_] = {input.input_tick, sent, input.handle, input.tool, input.copies, input.buttons};
   count_ = std::min(count_ + 1, kHistory);
 }
 
@@ -108,13 +108,18 @@ PlayedInput InputPlayout::at_tick(std::uint64_t tick) const noexcept {
   std::size_t age = 0;
   while (age + 1 < count_ && sample(age).tick.value > tick) ++age;
   const Sample& before = sample(age);
-  if (age == 0 || before.tick.value == tick) return {before.tick, before.handle, before.tool, before.copies, false};
+  if (age == 0 || before.tick.value == tick)
+    return {before.tick, before.handle, before.tool, before.copies, before.buttons, false};
   const Sample& after = sample(age - 1);
   const double u =
       static_cast<double>(tick - before.tick.value) / static_cast<double>(after.tick.value - before.tick.value);
   const double length_s = to_seconds(after.sent - before.sent);
-  PlayedInput played{Tick{tick}, between(before.handle, after.handle, length_s, u),
-                     between(before.tool, after.tool, length_s, u), before.copies, false};
+  PlayedInput played{Tick{tick},
+                     between(before.handle, after.handle, length_s, u),
+                     between(before.tool, after.tool, length_s, u),
+                     before.copies,
+                     after.buttons,
+                     false};
   for (CopyTarget& copy : played.copies) {
     const auto next = std::find_if(after.copies.begin(), after.copies.end(),
                                    [&copy](const CopyTarget& other) { return other.body == copy.body; });

@@ -19,10 +19,11 @@ struct PlayedInput {
   RigidState handle;
   RigidState tool;
   boost::container::static_vector<CopyTarget, kMostCopies> copies;
-  bool is_dry = false;  ///< nothing newer has come: the last is held
+  std::uint32_t buttons = 0;  ///< of a tick that did not come, those of the next that did: not later than pressed
+  bool is_dry = false;        ///< nothing newer has come: the last is held
 };
 
-/// Plays a client's handle, tool and copies at a delay that nearly all of its inputs keep, one of its ticks after
+/// Plays a client's handle, tool, copies and buttons at a delay that nearly all of its inputs keep, one of its ticks after
 /// the other.
 ///
 /// Model   The delay is PlayoutDelay's, of stamps by the client and steps of the room.
@@ -61,6 +62,7 @@ class InputPlayout {
     RigidState handle;
     RigidState tool;
     boost::container::static_vector<CopyTarget, kMostCopies> copies;
+    std::uint32_t buttons = 0;
   };
   const Sample& sample(std::size_t age) const noexcept;  ///< 0: the newest
   double ticks_per_second() const noexcept;

@@ -161,9 +161,11 @@ void Room::take_newest(std::size_t slot) noexcept {
   member.newest = slots_[slot]->input.front();
   member.input_seen_at = step_;
   member.has_input = true;
-  // Let go in any case: a hand that is lost must be able to open.
+  // What a local model's user presses is played out with the rest (play_out()): tool and body are then where he had
+  // them. Let go in any case: a hand that is lost must be able to open.
   const bool is_down = (member.newest.buttons & kButtonGrab) != 0;
-  if (member.newest.handle_valid || !is_down) follow_grab_button(slot, is_down);
+  const bool is_played = member.newest.mode == ClientMode::kLocalModel;
+  if (member.newest.handle_valid ? !is_played : !is_down) follow_grab_button(slot, is_down);
   if (member.newest.mode != before) let_tool_be(slot);
   if (!member.newest.handle_valid) return;
   if (member.newest.mode == ClientMode::kLocalModel) bridges_[slot]->playout.take(member.newest, time_done());
@@ -208,6 +210,7 @@ void Room::play_out(std::size_t slot) noexcept {
   member.answered = played->tick;
   world_.set_handle(member.tool, played->handle);
   join_copies(slot, *played);
+  follow_grab_button(slot, (played->buttons & kButtonGrab) != 0);
 }
 
 void Room::join_copies(std::size_t slot, const PlayedInput& played) noexcept {
@@ -217,12 +220,36 @@ void Room::join_copies(std::size_t slot, const PlayedInput& played) noexcept {
     member.shared_until = Step{step_.value + static_cast<std::uint64_t>(kSharedFor / period_)};
   }
   const double share = member.joint_share.step(to_seconds(period_), step_ < member.shared_until);
+  const BodyId held = world_.tool(member.tool).held;
+  const double weight = weight_on_copy(member, held);
   boost::container::static_vector<Joint, kMostCopies> joints;
+  boost::container::static_vector<double, kMostCopies> weights;
   for (const CopyTarget& copy : played.copies) {
+    weights.push_back(copy.body == held ? weight : 0);
     const Vec3 pressing_W = world_.body(copy.body).X.q * copy.pressing_B;
     joints.push_back(joint_for(loop_of(member.newest), member.slowest_loop, pressing_W));
   }
-  world_.join_copies(member.tool, played.tool, played.copies, joints, share);
+  world_.join_copies(member.tool, played.tool, played.copies, joints, share, weights);
+}
+
+/// What one user holds and others touch hangs in his hand, as it would without a network: his copy bears the weight, so
+/// that the joints, which are soft, have none to bear. His client does the same when it is told that nobody else holds
+/// it, and what it does then is here a loop after. What several hold bears its weight here, and hangs in all their
+/// joints alike.
+double Room::weight_on_copy(Member& member, BodyId held) const noexcept {
+  const double wanted = held.is_valid() && holders_of(held) == 1 ? 1.0 : 0.0;
+  if (!held.is_valid()) member.weight.reset();
+  if (wanted != member.weight_wanted) member.weight_wanted_since = step_;
+  member.weight_wanted = wanted;
+  const Duration known_for = period_ * static_cast<Duration::rep>(step_.value - member.weight_wanted_since.value);
+  return known_for < loop_of(member.newest) ? member.weight.now() : member.weight.step(to_seconds(period_), wanted);
+}
+
+std::size_t Room::holders_of(BodyId body) const noexcept {
+  const auto holds = [&](const Member& member) {
+    return member.is_manipulator() && world_.tool(member.tool).held == body;
+  };
+  return static_cast<std::size_t>(std::count_if(members_.begin(), members_.end(), holds));
 }
 
 /// The waves move a handle of their own; where the hand is, only keeps it from drifting away.

@@ -127,6 +127,9 @@ class Room {
     JointShare joint_share;
     Step shared_until;         ///< the body that the tool has a hand on counts as shared
     Duration slowest_loop{0};  ///< of all who share a body with this user
+    double weight_wanted = 0;  ///< of the held body, for its copy to bear: 1 all
+    Step weight_wanted_since;
+    WeightShare weight;
     std::uint64_t requests_served = 0;
 
     bool is_manipulator() const { return user.is_valid() && role == UserRole::kManipulator; }
@@ -163,6 +166,8 @@ class Room {
   void join_copies(std::size_t slot, const PlayedInput& played) noexcept;
   bool is_shared(BodyId body, std::size_t tool) const noexcept;
   Duration slowest_loop(std::size_t slot) const noexcept;
+  std::size_t holders_of(BodyId body) const noexcept;
+  double weight_on_copy(Member& member, BodyId held) const noexcept;
   void follow_grab_button(std::size_t slot, bool is_down) noexcept;
   void describe_world(ServerTime now, TickFaults faults) noexcept;
   void publish_to(std::size_t slot) noexcept;

@@ -97,6 +97,16 @@ void SoftBody::reset() {
   }
 }
 
+void SoftBody::copy(const SoftBody& other) {
+  for (int i = 0; i < node_count(); ++i) {
+    btSoftBody::Node& node = body_->m_nodes[i];
+    node.m_x = node.m_q = other.body_->m_nodes[i].m_x;
+    node.m_v.setZero();
+    node.m_vn.setZero();
+    node.m_f.setZero();
+  }
+}
+
 bool SoftBody::is_finite() const {
   // Farther than any scene reaches is as wrong as infinite, and its squares are safe.
   constexpr double kFar_m = 1e6;

@@ -37,6 +37,8 @@ class SoftBody {
   bool finish(double step_s, double speed_limit_m_per_s);
   /// Back to the start, at rest.
   void reset();
+  /// Where another of the same model is, at rest.
+  void copy(const SoftBody& other);
 
   bool is_finite() const;
   int node_count() const { return static_cast<int>(model_.nodes_W.size()); }

@@ -8,6 +8,7 @@
 #include <thread>
 #include <utility>
 
+#include "server/soft_foresight.hpp"
 #include "server/soft_step.hpp"
 #include "server/soft_tangent.hpp"
 
@@ -31,10 +32,11 @@ struct Result {
 
 /// One soft body with its derivative.
 struct SteppedBody {
-  SteppedBody(const SoftModel& model, const Vec3& gravity_m_per_s2)
-      : step(model, gravity_m_per_s2, kSweeps), tangent(model) {}
+  SteppedBody(const SoftModel& model, const Vec3& gravity_m_per_s2, std::size_t things)
+      : step(model, gravity_m_per_s2, kSweeps), tangent(model), foresight(model, gravity_m_per_s2, kSweeps, things) {}
   SoftStep step;
   SoftTangent tangent;
+  SoftForesight foresight;
 };
 
 /// The steps, without when they happen.
@@ -45,7 +47,7 @@ class Stepper {
         step_s_(soft_period_steps(settings.room_rate_hz, settings.rate_hz) / settings.room_rate_hz),
         was_present_(settings.tools.size(), false) {
     for (const SoftModel& model : settings.bodies) {
-      bodies_.push_back(std::make_unique<SteppedBody>(model, settings.gravity_m_per_s2));
+      bodies_.push_back(std::make_unique<SteppedBody>(model, settings.gravity_m_per_s2, settings.tools.size()));
     }
     for (const SoftRigid& tool : settings.tools) things_.push_back({&tool.model, tool.friction, false, {}, {}});
     for (const SoftObstacle& obstacle : settings.obstacles) {
@@ -63,6 +65,7 @@ class Stepper {
     move_things(tools);
     for (std::size_t b = 0; b < bodies_.size(); ++b) step_body(*bodies_[b], result);
     finish_contacts(result);
+    foretell(result);
     copy_nodes(result);
     result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   }
@@ -106,6 +109,7 @@ class Stepper {
       contact.stiffness += body.tangent.stiffness(body.step, static_cast<int>(i), step_s_);
       contact.lever_m = std::max(contact.lever_m, reaction.lever_sum_m / reaction.impulse_sum);
     }
+    body.foresight.advance(body.step.body(), step_s_, settings_.speed_limit_m_per_s, things_);
   }
 
   /// Trust: the depth at which a linear contact of this force and stiffness would begin.
@@ -120,6 +124,13 @@ class Stepper {
       const bool is_sound = is_finite(contact.wrench_W) && contact.stiffness.allFinite();
       if (!is_sound) contact = SoftContact{{}, Matrix6::Zero(), contact.X_WT0, 0, 0};
       if (!is_sound) result.faults |= kFaultNotFinite;
+    }
+  }
+
+  void foretell(Result& result) const {
+    for (std::size_t i = 0; i < result.contacts.size(); ++i) {
+      SoftContact& contact = result.contacts[i];
+      for (const auto& body : bodies_) contact = body->foresight.foretold(i, things_[i].X_WT, contact);
     }
   }
 

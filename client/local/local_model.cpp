@@ -19,10 +19,6 @@ constexpr double kOursAfterTouch_s = 0.25;
 constexpr double kFollowTime_s = 0.08;
 /// Where a joint acts follows a tool that slides.
 constexpr double kJointPlace_s = 0.1;
-/// From one linearised contact of soft bodies to the next: a step of theirs (60 Hz).
-constexpr double kSoftBlend_s = 1.0 / 60;
-/// What the steps of soft bodies leave in the force above their rate is taken out by two low passes of this each.
-constexpr double kSoftSmoothing_s = 0.015;
 /// A tool so far from the server's, for so long, is on the other side of something: it is put where the server has it.
 constexpr double kAstray_m = 0.01;
 constexpr double kAstray_s = 0.5;
@@ -30,6 +26,8 @@ constexpr double kAstray_s = 0.5;
 constexpr std::uint64_t kGraspAnsweredAfter = 5;
 /// The client's loop, and so its model, runs at this whatever the room's rate.
 constexpr Duration kInputPeriod{std::chrono::milliseconds(1)};
+/// A user whom the server has not told of for so long has left.
+constexpr Duration kHoldKept = std::chrono::seconds(1);
 /// Of the smoothed loop delay: jitter does not move the joint's stiffness.
 constexpr double kLoopDelaySmoothing_s = 0.5;
 
@@ -54,11 +52,6 @@ RigidState shifted(const RigidState& state, const Shift& shift) {
   return {{state.X.p + shift.p, (quaternion_of(shift.theta) * state.X.q).normalized()}, state.V};
 }
 
-bool is_same(const SoftContact& a, const SoftContact& b) {
-  return a.trust_radius_m == b.trust_radius_m && a.wrench_W.f == b.wrench_W.f && a.wrench_W.t == b.wrench_W.t &&
-         a.X_WT0.p == b.X_WT0.p;
-}
-
 Pose pose_of(const Shift& shift) {
   return {shift.p, quaternion_of(shift.theta)};
 }
@@ -72,19 +65,25 @@ LocalModel::LocalModel(std::shared_ptr<const WorldDescription> description, std:
       step_s_(to_seconds(kInputPeriod)),
       world_(for_a_client(description, settings.mass_scale),
              std::make_unique<FollowedBodies>(description->bodies.size()), nullptr),
+      copies_(copies_of(*description, settings)),
       ledger_(world_, tool, settings.keeps_ledger),
-      history_(kInputsKept, 0),
+      history_(kInputsKept, copies_.size()),
       tool_reconciler_(settings.tool),
       playout_(settings.playout) {
-  for (std::size_t i = 0; i < description->bodies.size(); ++i) {
-    const BodyDescription& body = description->bodies[i];
-    if (body.mass.mass_kg > 0) copies_.emplace_back(body_id_at(i), body.molecule != nullptr, settings);
-  }
-  for (const Copy& copy : copies_) ledger_.add(copy.id);
-  history_ = InputHistory(kInputsKept, copies_.size());
+  for (const Copy& copy : copies_) ledger_.add(copy.id, copy.is_felt_from_afar);
 }
 
 LocalModel::~LocalModel() = default;
+
+std::vector<LocalModel::Copy> LocalModel::copies_of(const WorldDescription& description,
+                                                    const LocalModelSettings& settings) {
+  std::vector<Copy> copies;
+  for (std::size_t i = 0; i < description.bodies.size(); ++i) {
+    const BodyDescription& body = description.bodies[i];
+    if (body.mass.mass_kg > 0) copies.emplace_back(body_id_at(i), body.molecule != nullptr, settings);
+  }
+  return copies;
+}
 
 Wrench LocalModel::step(const LocalModelInput& input) noexcept {
   if (input.newest == nullptr) return {};
@@ -128,6 +127,8 @@ void LocalModel::take_update(const LocalModelInput& input) noexcept {
   const Duration stepped = update.stepped.time_since_epoch();
   playout_.add(stepped, input.newest->received.time_since_epoch());
   slowest_loop_ = update.slowest_loop;
+  told_held_ = update.held_body;
+  note_holds(update);
   const ModelThen* const then = history_.find(update.answered_input);
   for (Copy& copy : copies_) {
     const auto told = std::find_if(update.bodies.begin(), update.bodies.end(),
@@ -150,21 +151,42 @@ void LocalModel::take_update(const LocalModelInput& input) noexcept {
   mirror_grasp(update);
 }
 
+void LocalModel::note_holds(const ServerUpdate& update) noexcept {
+  for (const OtherUserState& told : update.users) {
+    auto known = std::find_if(other_holds_.begin(), other_holds_.end(),
+                              [&told](const OtherHold& other) { return other.user == told.id; });
+    if (known == other_holds_.end()) {
+      if (other_holds_.size() == other_holds_.capacity()) continue;
+      known = other_holds_.insert(known, OtherHold{told.id, {}, {}});
+    }
+    known->body = told.holds;
+    known->told = update.stepped;
+  }
+  const auto is_gone = [&update](const OtherHold& other) { return update.stepped - other.told > kHoldKept; };
+  other_holds_.erase(std::remove_if(other_holds_.begin(), other_holds_.end(), is_gone), other_holds_.end());
+}
+
 /// The server counts our own hand too, some milliseconds before or after we felt the same touch.
 void LocalModel::note_others(const BodyState& told, Copy& copy, const ServerUpdate& update) noexcept {
   const auto index = static_cast<std::size_t>(&copy - copies_.data());
-  const bool is_mine = touched_then(index, update.answered_input) || update.held_body == copy.id;
+  const auto holds_it = [&copy](const OtherHold& other) { return other.body == copy.id; };
+  copy.others_hold = static_cast<std::size_t>(std::count_if(other_holds_.begin(), other_holds_.end(), holds_it));
+  if (copy.others_hold > 0) {
+    copy.others_touch = true;
+    return;
+  }
+  // Touches are remembered for kTouchKept_s; half of it later covers a touch that the server felt first.
+  const Tick input = update.answered_input;
+  const auto half_kept = static_cast<std::uint64_t>(0.5 * kTouchKept_s / step_s_);
+  const bool is_mine = touched_then(index, input) || update.held_body == copy.id;
+  const bool was_soon_mine = touched_then(index, Tick{std::min(input.value + half_kept, newest_input_.value)});
+  // That one hand may then be ours or not: as it was.
+  if (!is_mine && was_soon_mine && told.hands == 1) return;
   copy.others_touch = told.hands > (is_mine ? 1U : 0U);
 }
 
 bool LocalModel::touched_then(std::size_t copy, Tick input) noexcept {
-  // Touches are remembered for kTouchKept_s; half of it later covers a touch that the server felt first.
-  const auto half_kept = static_cast<std::uint64_t>(0.5 * kTouchKept_s / step_s_);
-  const Tick later{std::min(input.value + half_kept, newest_input_.value)};
-  for (const Tick at : {input, later}) {
-    if (history_.find(at) != nullptr && history_.bodies(at)[copy].is_touched) return true;
-  }
-  return false;
+  return history_.find(input) != nullptr && history_.bodies(input)[copy].is_touched;
 }
 
 void LocalModel::compare_tool(const ServerUpdate& update, const ModelThen& then,
@@ -225,16 +247,30 @@ bool LocalModel::is_ours(const Copy& copy) const noexcept {
   return copy.is_touched() || (!copy.others_touch && copy.untouched_s < kOursAfterTouch_s + to_seconds(loop_delay_));
 }
 
+double LocalModel::joint_share() const {
+  double greatest = 0;
+  for (const Copy& copy : copies_) greatest = std::max(greatest, copy.share.now());
+  return greatest;
+}
+
+/// A body that others hold, and that we begin to touch, has followed the server so far: it is joined to it at once.
+/// Without, it would fall until its joint has come in.
+void LocalModel::follow_touches(double period_s) noexcept {
+  bool is_shared = false;
+  for (Copy& copy : copies_) {
+    copy.untouched_s = touches(copy.id) ? 0 : copy.untouched_s + period_s;
+    if (!copy.is_touched() || !copy.others_touch) continue;
+    is_shared = true;
+    if (copy.was_followed) copy.share.fill();
+  }
+  for (Copy& copy : copies_) copy.share.step(period_s, is_shared && copy.is_touched());
+}
+
 void LocalModel::drive_copies(const LocalModelInput& input, double period_s) noexcept {
   if (!playout_.has_started()) return;
   const Duration played = playout_.play_at(input.now.time_since_epoch());
   const Duration present = input.now.time_since_epoch() + input.newest->clock_offset;
-  bool is_shared = false;
-  for (Copy& copy : copies_) {
-    copy.untouched_s = touches(copy.id) ? 0 : copy.untouched_s + period_s;
-    is_shared = is_shared || (copy.is_touched() && copy.others_touch);
-  }
-  share_.step(period_s, is_shared);
+  follow_touches(period_s);
   for (Copy& copy : copies_) {
     if (!copy.is_known) continue;
     if (is_ours(copy)) {
@@ -267,11 +303,14 @@ void LocalModel::drive_ours(Copy& copy, Duration played, double period_s) noexce
   copy.was_followed = false;
   ledger_.take(index);
   world_.keep_adopted(copy.id, 2 * period_s);
-  const double share = copy.is_touched() ? share_.now() : 0;
+  const double share = copy.is_touched() ? copy.share.now() : 0;
   follow_grip(copy, period_s);
+  const bool is_held = tool_state_.held == copy.id && told_held_ == copy.id;
+  if (!is_held) copy.weight.reset();
+  copy.weight.step(period_s, is_held && copy.others_hold == 0 ? 1.0 : 0.0);
   const Vec3 pressing_W = world_.body(copy.id).X.q * copy.pressing_B;
   const Joint joint = joint_for(loop_delay_, slowest_loop_, pressing_W, settings_.joint);
-  world_.join_body(copy.id, copy.track.at(played), copy.p_BJ, joint, share);
+  world_.join_body(copy.id, copy.track.at(played), copy.p_BJ, joint, share, 1 - copy.weight.now());
   ledger_.joined(index);
   const Shift shift = copy.reconciler.step(period_s, to_seconds(loop_delay_), 1 - share);
   world_.shift_body(copy.id, pose_of(shift), {shift.v, shift.w});
@@ -314,29 +353,11 @@ void LocalModel::correct_tool(double period_s) noexcept {
   ledger_.corrected_tool();
 }
 
-/// The wrench goes evenly from what the last contact says here to what the newest says here.
 void LocalModel::follow_soft_contact(const ServerUpdate& update, bool is_new, double period_s) noexcept {
   const Pose X_WT = tool_state_.held.is_valid() ? world_.body(tool_state_.held).X : tool_state_.tool.X;
-  soft_blend_s_ = std::min(kSoftBlend_s, soft_blend_s_ + period_s);
-  const auto blended = [&] {
-    const double u = soft_blend_s_ / kSoftBlend_s, eased = u * u * (3 - 2 * u);
-    return soft_wrench(soft_from_, X_WT) * (1 - eased) + soft_wrench(soft_to_, X_WT) * eased;
-  };
-  if (is_new && !is_same(update.soft_contact, soft_to_)) {
-    // What was on its way is taken as it is here, and forgotten with the distance at which the contact was trusted.
-    soft_from_.wrench_W = blended();
-    soft_from_.stiffness = soft_to_.stiffness;
-    soft_from_.X_WT0 = X_WT;
-    soft_from_.trust_radius_m = soft_to_.trust_radius_m;
-    soft_from_.lever_m = soft_to_.lever_m;
-    soft_to_ = update.soft_contact;
-    soft_blend_s_ = 0;
-  }
+  if (is_new) soft_.take(update.soft_contact, X_WT);
   SoftContact here;
-  const double part = period_s / kSoftSmoothing_s;
-  soft_smoothed_[0] = soft_smoothed_[0] * (1 - part) + blended() * part;
-  soft_smoothed_[1] = soft_smoothed_[1] * (1 - part) + soft_smoothed_[0] * part;
-  here.wrench_W = soft_smoothed_[1];
+  here.wrench_W = soft_.step(X_WT, period_s);
   here.X_WT0 = X_WT;
   here.trust_radius_m = here.wrench_W.f.norm() + here.wrench_W.t.norm() > 0 ? 1.0 : 0.0;
   world_.set_soft_contact(tool_, here);

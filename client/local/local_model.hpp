@@ -5,13 +5,13 @@
 //   bodies nobody else       predicted here; the server's state answers an old input, is compared with what was here
 //   touches                  at that input, and the difference is taken out slowly (Reconciler)
 //   bodies that others       a copy here, joined to the server's body by a delayed spring–damper (delayed_joint.hpp), as
-//   touch as well            the server's body is joined to ours; no weight here, for the server's body bears it
+//   touch as well            the server's body is joined to ours; its weight is at the copy of who alone holds it, else
+//                            at the server's body
 //   bodies that others       follow the server, played at a constant delay and carried on to the present by their
 //   move                     velocity
 //   soft bodies              the server's linearised contact, within its trust radius, blended from one to the next
 #pragma once
 
-#include <array>
 #include <boost/container/static_vector.hpp>
 #include <cstdint>
 #include <memory>
@@ -23,6 +23,7 @@
 #include "client/local/model_ledger.hpp"
 #include "client/local/reconciler.hpp"
 #include "client/local/smoothed_motion.hpp"
+#include "client/local/soft_follower.hpp"
 #include "client/mailboxes.hpp"
 #include "common/playout.hpp"
 #include "common/world/delayed_joint.hpp"
@@ -87,7 +88,7 @@ class LocalModel {
   /// As the model has it now.
   RigidState body(BodyId id) const { return world_.body(id); }
   /// How far what the tool touches is held by the joint to the server's, for others touch it as well.
-  double joint_share() const { return share_.now(); }
+  double joint_share() const;
   /// What the tool touches and could move, as the model has it: what the server joins its bodies to.
   std::span<const CopyTarget> copies() const { return touched_; }
   /// From an input to its effect being used here, the waiting at both ends included; 0: not known yet.
@@ -114,6 +115,9 @@ class LocalModel {
     Reconciler reconciler;
     bool is_known = false;  ///< the server has told of it
     bool others_touch = false;
+    JointShare share;                ///< of its joint, while our tool touches it
+    std::size_t others_hold = 0;     ///< users who do
+    WeightShare weight;              ///< how much of its weight stays here although it is shared
     Vec3 p_BJ = Vec3::Zero();        ///< where our tool is on it
     Vec3 pressing_B = Vec3::Zero();  ///< along which it presses there; zero: holds it
     double untouched_s = 1e9;        ///< since our tool last held or pressed it
@@ -123,14 +127,22 @@ class LocalModel {
     /// Now, or not long enough ago to have been given up.
     bool is_touched() const;
   };
+  /// What another user held when the server last told of him: not every update has room for all.
+  struct OtherHold {
+    UserId user;
+    BodyId body;
+    ServerTime told{};
+  };
   /// A grasp or release that was foretold here and that the server has not answered yet.
   struct Foretold {
     Tick at;
     bool is_waiting = false;
   };
 
+  static std::vector<Copy> copies_of(const WorldDescription& description, const LocalModelSettings& settings);
   void start(const ServerUpdate& update) noexcept;
   void take_update(const LocalModelInput& input) noexcept;
+  void note_holds(const ServerUpdate& update) noexcept;
   void note_others(const BodyState& told, Copy& copy, const ServerUpdate& update) noexcept;
   bool touched_then(std::size_t copy, Tick input) noexcept;
   void compare_tool(const ServerUpdate& update, const ModelThen& then, const LocalModelInput& input) noexcept;
@@ -139,6 +151,7 @@ class LocalModel {
   void follow_soft_contact(const ServerUpdate& update, bool is_new, double period_s) noexcept;
   void drive_copies(const LocalModelInput& input, double period_s) noexcept;
   bool is_ours(const Copy& copy) const noexcept;
+  void follow_touches(double period_s) noexcept;
   void follow_grip(Copy& copy, double period_s) noexcept;
   void drive_ours(Copy& copy, Duration played, double period_s) noexcept;
   RigidState seen_at_present(Copy& copy, Duration played, Duration present, double period_s) noexcept;
@@ -159,19 +172,18 @@ class LocalModel {
   ToolState tool_state_;
   TickFaults faults_ = 0;
   bool has_started_ = false;
-  JointShare share_;
   boost::container::static_vector<CopyTarget, kMostCopies> touched_;
   Duration loop_delay_{0};
   Duration slowest_loop_{0};  ///< of all who touch what our tool touches, as the server knows it
   Tick newest_input_;
   std::optional<WrenchResidual> residual_;
+  boost::container::static_vector<OtherHold, kMaxUsers> other_holds_;
+  BodyId told_held_;  ///< what the server has our tool hold
   Foretold foretold_;
   bool grab_button_ = false;
   bool has_jumped_ = false;
   double astray_s_ = 0;  ///< for how long the tool has been far from the server's
-  SoftContact soft_from_, soft_to_;
-  double soft_blend_s_ = 0;
-  std::array<Wrench, 2> soft_smoothed_{};
+  SoftFollower soft_;
 };
 
 }  // namespace tandem

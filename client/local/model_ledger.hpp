@@ -10,33 +10,38 @@ namespace tandem {
 
 /// Energies of a local model [J].
 struct ModelEnergy {
-  double stored_j = 0;     ///< in its tool, the tool's coupling, and the bodies that the model steps itself
-  double exchanged_j = 0;  ///< what came with bodies and from the field, less what went; see ModelLedger
+  double stored_j = 0;      ///< in its tool, the tool's coupling, and the bodies that the model steps itself
+  double exchanged_j = 0;   ///< what came with bodies and from the field, less what went; see ModelLedger
+  double field_work_j = 0;  ///< the field's part of that
+  double field_j = 0;      ///< change of the field's energy, as the model has all molecules, since it steps one of them
   double corrected_j = 0;  ///< what small corrections towards the server put in: part of what stored_j rose by
 };
 
 /// Keeps the account for experiments; when it is not kept, every call is a comparison.
 ///
-/// Model   stored     Σ of the bodies that the model steps: ½ m v² + ½ ωᵀ I ω + (1 − share) m g z + anchor; the same of the
-///                    tool, and what its coupling holds. Joints to the server's bodies hold nothing here: what they do
-///                    is accounted as work, at both ends
+/// Model   stored     Σ of the bodies that the model steps: ½ m v² + ½ ωᵀ I ω + c m g z + anchor, c the part of the weight
+///                    that is borne here; the same of the tool, and what its coupling holds. Joints to the server's
+///                    bodies hold nothing here: what they do is accounted as work, at both ends
 ///         exchanged  + the energy of a body as the server had it, when the model takes it over
 ///                    − its energy as the model had it, when the model gives it up to follow the server
-///                    + the change when `share` of its weight goes over to the server's body
+///                    + the change when a part of its weight goes over to the server's body, or comes back
 ///                    + the field's work on bodies that the model steps, by the mean of the wrenches at both ends of a
 ///                      step. Bodies that are followed move the field and so do work through it; this way that is from
 ///                      outside, as it is, and the energy that sampling the field makes is not: the model's bodies got
 ///                      the wrench of the step's begin
+///         field      − Σ of its work on all molecules, those that are followed too: the bounded field has no potential.
+///                    How deep it gets is what the field can give; what it gave beyond, a delay made
+///                    (lab/energy_ledger.hpp)
 ///         A body's first step after a touch is counted with what the touch gave it: it is taken over with the energy
 ///         that it had where it was followed last.
-/// Limits  what is taken over is the server's word, not checked here. The field's mean wrench is of second order
+/// Limits  what is taken over is the server's word, not checked here
 /// Thread  of the local model
 class ModelLedger {
  public:
   /// In      world  outlives it
   ModelLedger(const World& world, std::size_t tool, bool is_kept) : world_(world), tool_(tool), is_kept_(is_kept) {}
   /// A body that the model may step; before the first step. It is known by how many were added before it.
-  void add(BodyId id);
+  void add(BodyId id, bool has_molecule);
 
   /// About to be stepped here no more; then put where it follows.
   void give_up(std::size_t body) noexcept;
@@ -48,6 +53,7 @@ class ModelLedger {
   /// Before and after the tool is corrected.
   void take_tool() noexcept;
   void corrected_tool() noexcept;
+
   /// Before and after the world's step.
   void begin_step() noexcept;
   void end_step() noexcept;
@@ -58,15 +64,18 @@ class ModelLedger {
  private:
   struct Entry {
     BodyId id;
+    bool has_molecule = false;
     bool is_followed = false;
-    double followed_j = 0;  ///< where it was followed last
-    double marked_j = 0;    ///< before what is being accounted
-    Pose now;               ///< at the begin of a step
-    Pose from, to;          ///< of its last step here
-    double field_work_j = 0;
+    double followed_j = 0;    ///< where it was followed last
+    double marked_j = 0;      ///< before what is being accounted
+    Pose before, now;         ///< at the begin of the last step, and of this
+    Pose from, to;            ///< of its last step here
+    Wrench field_W;           ///< at the begin of this step
+    double half_known_j = 0;  ///< the field's work in its last step, by the wrench of the begin alone
     bool has_stepped = false;
   };
 
+  void count_field_work(Entry& entry) noexcept;
   double energy_j(const Entry& entry) const noexcept { return world_.energy_of_body_j(entry.id); }
 
   const World& world_;
@@ -75,6 +84,9 @@ class ModelLedger {
   std::vector<Entry> bodies_;
   double exchanged_j_ = 0;
   double corrected_j_ = 0;
+  double field_work_j_ = 0;
+  double field_j_ = 0;
+  bool was_in_field_ = false;
   double marked_tool_j_ = 0;
 };
 

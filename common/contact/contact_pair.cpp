@@ -19,6 +19,11 @@ bool is_fine(const ContactShape& shape) {
   return shape.shells.surface.spacing_m <= kFineSpacing_m && !shape.shells.surface.nodes.empty();
 }
 
+// Most fields answer with a unit vector: a root and three quotients a point are spared.
+Vec3 unit(const Vec3& a) {
+  return a.squaredNorm() == 1 ? a : a.normalized();
+}
+
 // Whether `a` gives all of its points first.
 bool is_primary(const ContactShape& a, const ContactShape& b) {
   if (is_fine(a) != is_fine(b)) return is_fine(a);
@@ -113,7 +118,7 @@ void ContactPair::search(ShellCandidates& candidates, const Direction& direction
       if (sample.distance_m >= band_m) continue;
       ContactPoint& point = now_.points.emplace_back();
       point.p_W = R_WF * p_F + direction.X_WF.p;
-      point.normal_W = R_out * sample.gradient.normalized();
+      point.normal_W = R_out * unit(sample.gradient);
       point.depth_m = -sample.distance_m;
       point.area_m2 = direction.share * candidate.area_m2;
       point.id = candidate.first | direction.id_bits;
@@ -138,7 +143,8 @@ void ContactPair::carry_bristles(std::size_t now, std::size_t now_end, std::size
       sum += weight * before_.points[old].bristle_W;
       weights += weight;
     }
-    if (weights <= 0) continue;
+    // What did not press has none.
+    if (weights <= 0 || sum == Vec3::Zero()) continue;
     const Vec3 bristle_W = turn_of_b * sum / weights;
     point.bristle_W = bristle_W - point.normal_W * point.normal_W.dot(bristle_W);
   }

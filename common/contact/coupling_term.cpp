@@ -32,7 +32,7 @@ Wrench CouplingTerm::evaluate(const Twist& V_WC) noexcept {
   const Pose X_WT{p_WC_ + V_WC.v * step_s_ + lever_W_, (turn * q_WT_).normalized()};
   const Twist V_WT{V_WC.v + V_WC.w.cross(lever_W_), V_WC.w};
   state_ = coupling_state(X_WH_, V_WH_, X_WT, V_WT);
-  on_tool_W_ = coupling_wrenches(*law_, X_WH_, V_WH_, X_WT, V_WT).on_tool_W;
+  on_tool_W_ = law_->wrench_on_tool_W(state_);
   return {on_tool_W_.f, on_tool_W_.t + lever_W_.cross(on_tool_W_.f)};
 }
 

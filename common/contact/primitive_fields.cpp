@@ -57,14 +57,18 @@ double BoxField::distance_m(const Vec3& p_S) const noexcept {
 
 DistanceSample BoxField::sample(const Vec3& p_S) const noexcept {
   const Vec3 beyond = p_S.cwiseAbs() - half_m_;
-  const Vec3 side(std::copysign(1.0, p_S.x()), std::copysign(1.0, p_S.y()), std::copysign(1.0, p_S.z()));
   int axis = 0;
   const double nearest = beyond.maxCoeff(&axis);
-  Vec3 face = Vec3::Zero();
-  face[axis] = side[axis];
-  if (nearest <= 0) return {nearest, face};
+  DistanceSample sample{nearest, Vec3::Zero()};
+  sample.gradient[axis] = std::copysign(1.0, p_S[axis]);
+  if (nearest <= 0) return sample;
   const Vec3 outside = beyond.cwiseMax(0.0);
-  return {outside.norm(), direction_or(outside.cwiseProduct(side), face)};
+  sample.distance_m = outside.norm();
+  const Vec3 way(std::copysign(outside.x(), p_S.x()), std::copysign(outside.y(), p_S.y()),
+                 std::copysign(outside.z(), p_S.z()));
+  // Squares of lengths below 1e-162 m vanish.
+  if (sample.distance_m > 0) sample.gradient = way / sample.distance_m;
+  return sample;
 }
 
 double CylinderField::distance_m(const Vec3& p_S) const noexcept {

@@ -56,6 +56,8 @@ void ShellCandidates::bind(const PointShell* shell, const BoundingBall& points, 
   is_coarse_ = false;
   slack_limit_m_ = kSlackMax_m;
   gap_m_ = -1;
+  drift_m_ = 0;
+  X_FP_before_ = Pose{};
   divide(kParts);
 }
 
@@ -81,7 +83,12 @@ void ShellCandidates::divide(std::size_t parts) noexcept {
     }
   }
   std::sort(cut_.begin(), cut_.end(), [](const Cut& a, const Cut& b) { return a.node < b.node; });
-  for (const Cut& cut : cut_) parts_.emplace_back().node = cut.node;
+  lever_m_ = 0;
+  for (const Cut& cut : cut_) {
+    parts_.emplace_back().node = cut.node;
+    const Vec3 lever = nodes[cut.node].centre_S.cast<double>() - points_.centre_S;
+    lever_m_ = std::max(lever_m_, lever.norm() + nodes[cut.node].radius_m);
+  }
 }
 
 ContactWork ShellCandidates::refresh(const Pose& X_FP, double band_m) noexcept {
@@ -89,6 +96,8 @@ ContactWork ShellCandidates::refresh(const Pose& X_FP, double band_m) noexcept {
   if (parts_.empty() || is_out_of_reach(X_FP, band_m)) return work_;
   R_FP_ = X_FP.q.toRotationMatrix();
   p_FP_ = X_FP.p;
+  solid_P_ = R_FP_.transpose() * (solid_.centre_S - p_FP_);
+  add_drift(X_FP);
   bool is_expired = false;
   for (ShellPart& part : parts_) is_expired = has_expired(part, X_FP, band_m) || is_expired;
   if (is_expired) {
@@ -118,26 +127,43 @@ void ShellCandidates::remember_gap(const Pose& X_FP, double band_m) noexcept {
   gap_m_ = -1;
   if (!candidates_.empty()) return;
   gap_m_ = std::numeric_limits<double>::infinity();
-  for (const ShellPart& part : parts_) gap_m_ = std::min(gap_m_, part.reach_m - part.motion_m);
+  for (ShellPart& part : parts_) {
+    if (part.has_old_look) look_at(part, X_FP);
+    gap_m_ = std::min(gap_m_, part.reach_m - part.motion_m);
+  }
   gap_m_ = std::max(gap_m_, band_m);
   X_FP_gap_ = X_FP;
 }
 
-double ShellCandidates::motion_of(const ShellPart& part, const Pose& X_FP) const {
+// By how much `of_points` below can have grown since the last refresh, of any part.
+void ShellCandidates::add_drift(const Pose& X_FP) noexcept {
+  const double chord = 2 * (X_FP_before_.q.conjugate() * X_FP.q).vec().norm();
+  drift_m_ += (X_FP * points_.centre_S - X_FP_before_ * points_.centre_S).norm() + chord * lever_m_;
+  X_FP_before_ = X_FP;
+}
+
+void ShellCandidates::look_at(ShellPart& part, const Pose& X_FP) const noexcept {
   const ShellNode& node = shell_->nodes[part.node];
   const double chord = 2 * (part.q_FP.conjugate() * X_FP.q).vec().norm();
   // Seen from the field, the points moved; seen from the points, the solid did. Distances change by the smaller of
   // both: a small tool may turn above a large table.
   const Vec3 centre_F = R_FP_ * node.centre_S.cast<double>() + p_FP_;
   const double of_points = (centre_F - part.centre_F).norm() + chord * node.radius_m;
-  const Vec3 solid_P = R_FP_.transpose() * (solid_.centre_S - p_FP_);
-  return std::min(of_points, (solid_P - part.solid_P).norm() + chord * solid_.radius_m);
+  part.motion_m = std::min(of_points, (solid_P_ - part.solid_P).norm() + chord * solid_.radius_m);
+  part.looked_motion_m = of_points;
+  part.looked_drift_m = drift_m_;
+  part.has_old_look = false;
 }
 
-bool ShellCandidates::has_expired(ShellPart& part, const Pose& X_FP, double band_m) const {
+bool ShellCandidates::has_expired(ShellPart& part, const Pose& X_FP, double band_m) const noexcept {
   if (!part.is_walked) return true;
   ++part.steps_since;
-  part.motion_m = motion_of(part, X_FP);
+  // Most parts are far from contact and have no candidates: nobody asks how far they moved while it is less than they
+  // may.
+  const double most_m = part.looked_motion_m + (drift_m_ - part.looked_drift_m) + kRounding_m;
+  part.has_old_look = part.count == 0 && most_m + band_m <= part.reach_m;
+  if (part.has_old_look) return false;
+  look_at(part, X_FP);
   return part.motion_m + band_m > part.reach_m;
 }
 
@@ -153,8 +179,11 @@ void ShellCandidates::begin_walk(ShellPart& part, const Pose& X_FP) noexcept {
   part.motion_m = 0;
   part.steps_since = 0;
   part.centre_F = R_FP_ * shell_->nodes[part.node].centre_S.cast<double>() + p_FP_;
-  part.solid_P = R_FP_.transpose() * (solid_.centre_S - p_FP_);
+  part.solid_P = solid_P_;
   part.q_FP = X_FP.q;
+  part.looked_motion_m = 0;
+  part.looked_drift_m = drift_m_;
+  part.has_old_look = false;
   reach_m_ = std::numeric_limits<double>::infinity();
 }
 

@@ -44,6 +44,11 @@ struct ShellPart {
   std::uint32_t count = 0;
   double motion_m = 0;  ///< none of its points is nearer to the field than at its last walk, less this
 
+  /// Of the points alone at the last look, and where ShellCandidates::drift_m_ was then.
+  double looked_motion_m = 0;
+  double looked_drift_m = 0;
+  bool has_old_look = false;  ///< motion_m is of an earlier pose than the last refresh
+
   // Of the last walk:
   bool is_walked = false;
   std::uint32_t steps_since = 0;
@@ -89,8 +94,9 @@ class ShellCandidates {
 
   void divide(std::size_t parts) noexcept;
   bool is_out_of_reach(const Pose& X_FP, double band_m) noexcept;
-  double motion_of(const ShellPart& part, const Pose& X_FP) const;
-  bool has_expired(ShellPart& part, const Pose& X_FP, double band_m) const;
+  void add_drift(const Pose& X_FP) noexcept;
+  void look_at(ShellPart& part, const Pose& X_FP) const noexcept;
+  bool has_expired(ShellPart& part, const Pose& X_FP, double band_m) const noexcept;
   void remember_gap(const Pose& X_FP, double band_m) noexcept;
   bool walk_expired(const Pose& X_FP, double band_m) noexcept;
   bool walk_all(const Pose& X_FP, double reach_m) noexcept;
@@ -128,10 +134,14 @@ class ShellCandidates {
   double slack_limit_m_ = 0;
   double gap_m_ = 0;  ///< motion until which there is nothing to do
   Pose X_FP_gap_;
+  double drift_m_ = 0;  ///< sum over refreshes: no part of the shell moved farther
+  double lever_m_ = 0;  ///< of the parts about the centre of points_
+  Pose X_FP_before_;
 
   // Of the walk that goes on.
   Eigen::Matrix3d R_FP_ = Eigen::Matrix3d::Identity();
   Vec3 p_FP_ = Vec3::Zero();
+  Vec3 solid_P_ = Vec3::Zero();
   double reach_m_ = 0;
   std::uint32_t deepest_point_ = 0;  ///< of a coarse walk
   std::size_t fine_count_ = 0;       ///< at least how many candidates a coarse walk would have had as points

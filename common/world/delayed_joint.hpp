@@ -69,10 +69,28 @@ class JointShare {
   }
   /// Eased at both ends.
   double now() const noexcept { return ramp_ * ramp_ * (3 - 2 * ramp_); }
+  /// At once: of a thing that the joint's other end has led so far.
+  void fill() noexcept { ramp_ = 1; }
   void reset() noexcept { ramp_ = 0; }
 
  private:
   double ramp_ = 0;
+};
+
+/// How much of a shared body's weight the copy of a user who holds it bears; moved evenly.
+class WeightShare {
+ public:
+  static constexpr double kTurn_s = 0.1;  ///< for all of it
+
+  double step(double period_s, double wanted) noexcept {
+    now_ += std::clamp(wanted - now_, -period_s / kTurn_s, period_s / kTurn_s);
+    return now_;
+  }
+  double now() const noexcept { return now_; }
+  void reset() noexcept { now_ = 0; }
+
+ private:
+  double now_ = 0;
 };
 
 }  // namespace tandem

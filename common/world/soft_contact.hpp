@@ -17,11 +17,10 @@ struct SoftContact {
 
 /// The soft bodies' wrench on T about its origin, now that T is at `X_WT`.
 ///
-/// Model   W = W₀ − K (X − X₀), where three rules bound it, in this order. Farther than the trust radius from X₀, W
-///         stays what it was at the radius, in the same direction: never extrapolated. A contact never pulls: where
-///         the part of W along W₀'s force has fallen below a quarter of W₀'s, W is scaled down with it, to zero
-///         where it would turn. From the trust radius to four times it, W fades to zero: T has left, or went deep.
-///         Continuous everywhere.
+/// Model   W = W₀ − K (X − X₀). Along W₀'s force the contact is a spring: pressed deeper it grows, up to 50 mm; moved
+///         out it falls, and never pulls: where the part of W along W₀'s force has fallen below a quarter of W₀'s, W is
+///         scaled down with it, to zero where it would turn. To the sides, turns included, it is used no farther than
+///         the trust radius, and fades to zero between that and four times it: T has left. Continuous everywhere.
 /// Limit   a thing squeezed from two sides at once is held weakly: the net force is all that "pulls" is judged by
 /// Thread  any; no allocation, finite for finite input
 Wrench soft_wrench(const SoftContact& contact, const Pose& X_WT) noexcept;

@@ -261,10 +261,11 @@ bool TouchStage::add_near(std::span<const TouchThing> things, std::size_t a, std
 /// Finds the slots of pairs that have one. Of too many pairs, those that press deepest stay, then those that were near
 /// before.
 TickFaults TouchStage::choose_nearest() noexcept {
+  const auto used = std::span(slots_).first(slots_end_);
   for (Near& near : near_) {
     const auto is_same = [&near](const Slot& slot) { return slot.is_used && slot.key == near.key; };
-    const auto found = std::find_if(slots_.begin(), slots_.end(), is_same);
-    if (found != slots_.end()) near.slot = &*found;
+    const auto found = std::find_if(used.begin(), used.end(), is_same);
+    if (found != used.end()) near.slot = &*found;
   }
   if (near_.size() <= limits_.pairs) return 0;
   const auto is_before = [](const Near& x, const Near& y) {
@@ -279,18 +280,21 @@ TickFaults TouchStage::choose_nearest() noexcept {
 }
 
 void TouchStage::bind_slots(std::span<const TouchThing> things) noexcept {
-  for (Slot& slot : slots_) slot.is_near = false;
+  const auto used = std::span(slots_).first(slots_end_);
+  for (Slot& slot : used) slot.is_near = false;
   for (Near& near : near_) {
     if (near.slot != nullptr) near.slot->is_near = true;
   }
-  for (Slot& slot : slots_) {
+  for (Slot& slot : used) {
     slot.is_used = slot.is_used && slot.is_near;
     slot.deepest_m = 0;
   }
+  while (slots_end_ > 0 && !slots_[slots_end_ - 1].is_used) --slots_end_;
   for (Near& near : near_) {
     if (near.slot != nullptr) continue;
     // There are as many slots as near pairs at most.
     const auto free = std::find_if(slots_.begin(), slots_.end(), [](const Slot& slot) { return !slot.is_used; });
+    slots_end_ = std::max(slots_end_, static_cast<std::size_t>(free - slots_.begin()) + 1);
     free->is_used = true;
     free->key = near.key;
     free->pair.bind(things[near.key.thing_a].model->parts[near.key.part_a].shape.get(),

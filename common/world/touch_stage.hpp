@@ -171,6 +171,7 @@ class TouchStage {
 
   Limits limits_;
   std::vector<Slot> slots_;
+  std::size_t slots_end_ = 0;  ///< none from here on is used
   std::vector<Near> near_;
   std::vector<TouchContact> felt_;
   std::vector<Twist> gained_;       ///< by couplings, weight and fields in this step, of each thing

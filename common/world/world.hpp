@@ -106,13 +106,16 @@ class World {
   /// touches nothing here and is where the client has it, as seen from the first copy. Work and wrench of these joints
   /// are the tool's. Ignored with a number that is not finite; copies of bodies that are static or not there are left
   /// out. In force until the next call.
-  /// In      joints  one a copy
+  /// In      joints   one a copy
+  ///         weights  one a copy: the part of the body's weight, 0..1, that this copy bears, and the body with `share` not;
+  ///                  none: 0
   void join_copies(std::size_t tool, const RigidState& tool_there, std::span<const CopyTarget> copies,
-                   std::span<const Joint> joints, double share);
+                   std::span<const Joint> joints, double share, std::span<const double> weights = {});
   /// From now on `share` of the joint pulls the body at `p_BJ` to where `target`, another state of it, has that point; it
-  /// then bears 1 − share of its weight. The touch stage steps it while share > 0. Ignored with a number that is not
-  /// finite.
-  void join_body(BodyId body, const RigidState& target, const Vec3& p_BJ, const Joint& joint, double share);
+  /// then bears 1 − share · weight_there of its weight. The touch stage steps it while share > 0. Ignored with a number
+  /// that is not finite.
+  void join_body(BodyId body, const RigidState& target, const Vec3& p_BJ, const Joint& joint, double share,
+                 double weight_there = 1);
 
   /// Puts a body, or a tool that holds nothing, where somebody else says it is. Not finite: ignored.
   void set_body(BodyId body, const RigidState& state);

@@ -127,7 +127,8 @@ TEST(Safety, SilenceDecaysBetweenItsTwoAgesWhateverTheSlewLimitIs) {
     for (int age_ms = 1; age_ms <= 150; ++age_ms) {
       input.state_age = std::chrono::milliseconds(age_ms);
       rig.tick(input);
-      const double expected_n = 3.0 * std::clamp((140.0 - age_ms) / 80.0, 0.0, 1.0);
+      const double left = std::clamp((140.0 - age_ms) / 80.0, 0.0, 1.0);
+      const double expected_n = 3.0 * left * left * left * (10 - 15 * left + 6 * left * left);
       ASSERT_NEAR(rig.out.f.z(), expected_n, 1e-9) << "age " << age_ms << " ms";
       ASSERT_NEAR(rig.out.t.z(), 0.02 * expected_n, 1e-9) << "age " << age_ms << " ms";
     }
@@ -158,6 +159,29 @@ TEST(Safety, StateAfterSilenceIsRampedInFromZero) {
   ASSERT_TRUE(rig.out.f.isZero(0));
   rig.run(good_input(), 250);
   EXPECT_NEAR(rig.out.f.z(), 1.5, 1e-9);
+}
+
+/// A touch that grows while nothing is heard for 75 ms: what the decay keeps back must not come as a kick.
+TEST(Safety, ShortSilenceBeginsAndEndsWithoutStepOrCorner) {
+  Rig rig;
+  rig.run(good_input(), 600);
+  double steepest_n = 0, sharpest_n = 0, most_missing_n = 0;
+  double before_n = 3, rise_before_n = 0;
+  for (int ms = 1; ms <= 300; ++ms) {
+    SafetyInput input = good_input(Vec3(0, 0, 3 + 0.005 * ms));
+    input.state_age = std::chrono::milliseconds(ms < 75 ? ms : 0);
+    rig.tick(input);
+    const double rise_n = rig.out.f.z() - before_n;
+    steepest_n = std::max(steepest_n, std::abs(rise_n));
+    sharpest_n = std::max(sharpest_n, std::abs(rise_n - rise_before_n));
+    most_missing_n = std::max(most_missing_n, input.wrench.f.z() - rig.out.f.z());
+    before_n = rig.out.f.z();
+    rise_before_n = rise_n;
+  }
+  EXPECT_GT(most_missing_n, 0.1) << "it decayed";
+  EXPECT_LT(steepest_n, 0.045);
+  EXPECT_LT(sharpest_n, 0.02);
+  EXPECT_FALSE(rig.chain.faults() & kSafetySlewed);
 }
 
 TEST(Safety, EachFaultReachesZeroWithinTwentyMillisecondsAndStaysNamedUntilThen) {

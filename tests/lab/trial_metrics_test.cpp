@@ -224,7 +224,9 @@ TEST(EnergyLedger, CountsWhatAModelHoldsLessWhatCameFromElsewhere) {
   std::vector<TickSample>& ticks = trace.users[0].ticks;
   for (std::size_t k = 0; k < ticks.size(); ++k) {
     const double share = static_cast<double>(k) / 1000;
-    ticks[k].model = {7 - 0.1 * share, 3 + 0.1 * share, 0.05 * share};
+    ticks[k].model.stored_j = 7 - 0.1 * share;
+    ticks[k].model.exchanged_j = 3 + 0.1 * share;
+    ticks[k].model.corrected_j = 0.05 * share;
   }
   const EnergyLedger ledger = energy_ledger(trace);
   EXPECT_NEAR(ledger.created_max_j, 0, 1e-9);
@@ -232,6 +234,20 @@ TEST(EnergyLedger, CountsWhatAModelHoldsLessWhatCameFromElsewhere) {
   EXPECT_NEAR(ledger.corrected_j, 0.05, 1e-9) << "told, and not taken off";
   for (TickSample& tick : ticks) tick.model.exchanged_j = 3;
   EXPECT_NEAR(energy_ledger(trace).created_max_j, 0.1, 1e-9);
+}
+
+/// The hand gets 0.2 J from a field whose energy goes up and down; by how much, is what counts.
+TEST(EnergyLedger, AFieldThatGivesMoreThanItHoldsCreatedIt) {
+  SessionTrace trace = working(2, 0);
+  std::vector<TickSample>& ticks = trace.users[0].ticks;
+  for (std::size_t k = 0; k < ticks.size(); ++k) {
+    const double share = static_cast<double>(k) / 1000;
+    ticks[k].model.exchanged_j = ticks[k].model.field_work_j = 0.2 * share;
+    ticks[k].model.field_j = -0.3 * std::sin(20 * share);
+  }
+  EXPECT_NEAR(energy_ledger(trace).created_max_j, 0, 1e-9) << "it could have";
+  for (TickSample& tick : ticks) tick.model.field_j /= 6;
+  EXPECT_NEAR(energy_ledger(trace).created_max_j, 0.15, 1e-4) << "all beyond 0.05 J";
 }
 
 TEST(EnergyLedger, CountsInWorldJoulesAndKeepsTheClampApart) {
@@ -334,6 +350,25 @@ TEST(Outcome, SaysWhetherTheBodyWasCarriedAllTheWay) {
   EXPECT_EQ(outcome_with({0, 0.06, 0.06, 0.10, 0.06, 0, 0}), "completed") << "it may be set down afterwards";
   EXPECT_EQ(outcome_with({0, 0.06, 0.06, 0.04, 0.06, 0, 0}), "dropped");
   EXPECT_EQ(outcome_with({0, 0.04, 0.04, 0.04, 0.04, 0, 0}), "never-lifted");
+}
+
+TEST(Outcome, SaysWhetherTheBodyEndsInItsPlace) {
+  const auto outcome_at = [](const Vec3& first, const Vec3& last) {
+    Experiment experiment;
+    experiment.outcome = OutcomeRule{"peg", 0, "", EndPlace{Vec3(0.06, 0, 0.03), 0.002}};
+    SessionTrace trace = pressing([](TickSample&, double) {});
+    trace.body_names = {"table", "peg"};
+    for (const Vec3& p : {first, last}) {
+      BodiesSample sample;
+      sample.X_WB.resize(2);
+      sample.X_WB[1].p = p;
+      trace.bodies.push_back(sample);
+    }
+    return outcome_of(experiment, trace);
+  };
+  EXPECT_EQ(outcome_at({0, 0, 0}, {0.061, 0.001, 0.031}), "completed");
+  EXPECT_EQ(outcome_at({0, 0, 0}, {0.06, 0, 0.0325}), "missed");
+  EXPECT_EQ(outcome_at({0.06, 0, 0.03}, {0, 0, 0}), "missed") << "it was there, and is not any more";
 }
 
 TEST(Outcome, AUserWhoLostItsConnectionComesFirst) {

@@ -144,6 +144,57 @@ TEST_F(RoomBridge, TheJointPullsTheBodyToTheClientsCopy) {
   EXPECT_EQ(told.slowest_loop, std::chrono::milliseconds(60)) << "the other one has no copies";
 }
 
+TEST_F(RoomBridge, AGraspIsOfTheInputThatPressed) {
+  Bench bench(scene_);
+  bench.join(0);
+  constexpr std::uint64_t kPressed = 404;
+  ServerUpdate before, told;
+  for (std::uint64_t step = 1; step <= 500 && !told.held_body.is_valid(); ++step) {
+    // Ten at a time, of which the newest is kept: the playout has to wait for them.
+    if (step % 10 == 0) {
+      bench.room.slot(0).input.publish(
+          input(step, {-0.03, 0, 0}, ClientMode::kLocalModel, step >= kPressed ? std::uint32_t{kButtonGrab} : 0U));
+    }
+    before = told;
+    told = bench.step();
+  }
+  ASSERT_TRUE(told.held_body.is_valid());
+  EXPECT_GT(told.playout, std::chrono::milliseconds(4)) << "played at once, so nothing was tested";
+  // That input was lost; the one before had the button up, the one after down: somewhere between.
+  EXPECT_GT(told.answered_input, Tick{400});
+  EXPECT_LE(before.answered_input, Tick{400});
+}
+
+TEST_F(RoomBridge, ASharedBodyHangsInTheCopyOfWhoAloneHoldsIt) {
+  Bench bench(load_parts({.bodies = R"({"name": "box", "shapes": [{"box": {"size_m": [0.04, 0.04, 0.04]}}],
+                                        "mass_kg": 0.2, "graspable": true})",
+                          .tools = kTwoTools}));
+  bench.join(0);
+  bench.join(1);
+  std::uint64_t tick = 0;
+  const auto height_after = [&](std::uint32_t first, std::uint32_t second) {
+    ServerUpdate told;
+    for (int i = 0; i < 2500; ++i) {
+      ++tick;
+      for (const std::uint8_t slot : {0, 1}) {
+        const Vec3 p(slot == 0 ? -0.03 : 0.03, 0, 0);
+        ClientUpdate update = input(tick, p, ClientMode::kLocalModel, slot == 0 ? first : second);
+        update.copies.push_back({BodyId{1}, {}, p, Vec3::Zero()});
+        bench.room.slot(slot).input.publish(update);
+      }
+      told = bench.step();
+    }
+    EXPECT_EQ(told.joint_share, 1);
+    return told.bodies.at(0).state.X.p.z();
+  };
+  // Both copies are kept at the origin; of two who hold it, the two joints bear the weight.
+  const Duration loop = std::chrono::milliseconds(60);
+  const double sag_m = 0.2 * 9.81 / (2 * joint_for(loop, loop, Vec3::Zero()).stiffness_n_per_m);
+  EXPECT_NEAR(height_after(kButtonGrab, kButtonGrab), -sag_m, 1e-4);
+  EXPECT_NEAR(height_after(0, kButtonGrab), 0, 1e-4);
+  EXPECT_NEAR(height_after(0, 0), -sag_m, 1e-4);
+}
+
 TEST_F(RoomBridge, TheGraspIsToldAsThePlaceOfTheToolOnTheBody) {
   Bench bench(scene_);
   bench.join(0);

@@ -322,6 +322,41 @@ TEST(SoftWorld, ToolThatIsNotFiniteIsNotThere) {
   EXPECT_EQ(world.contact(0).trust_radius_m, 0);
 }
 
+/// Of a ball held so deep in the pad for a second [N].
+double resting_force_n(double depth_m) {
+  SoftWorld world(pad_settings(16), Execution::kInline);
+  soft_steps(world, ball_in_pad(depth_m), 60);
+  return soft_wrench(world.contact(0), ball_in_pad(depth_m).X_WT).f.z();
+}
+
+TEST(SoftWorld, ForetellsATouch) {
+  SoftWorld world(pad_settings(16), Execution::kInline);
+  soft_steps(world, kAway, 5);
+  EXPECT_EQ(world.contact(0).trust_radius_m, 0) << "too far to be told of";
+  soft_steps(world, ball_in_pad(-0.02), 25);
+  const SoftContact contact = world.contact(0);
+  const auto force_n = [&](double depth_m) { return soft_wrench(contact, ball_in_pad(depth_m).X_WT).f.z(); };
+  EXPECT_EQ(force_n(-0.02), 0) << "where the ball is";
+  EXPECT_EQ(force_n(-0.001), 0);
+  EXPECT_NEAR(force_n(0.003), resting_force_n(0.003), 0.3 * resting_force_n(0.003));
+  EXPECT_NEAR(force_n(0.006), resting_force_n(0.006), 0.4 * resting_force_n(0.006));
+}
+
+TEST(SoftWorld, ForetoldTouchGoesOverIntoTheTouchWithoutAStep) {
+  SoftWorld world(pad_settings(16), Execution::kInline);
+  soft_steps(world, ball_in_pad(-0.01), 25);
+  double before_n = 0, greatest_step_n = 0;
+  for (int ms = 0; ms <= 800; ++ms) {
+    const SoftTool tool = ball_in_pad(-0.01 + 2.5e-5 * ms);  // 25 mm/s, 10 mm deep at last
+    world.advance({&tool, 1});
+    const double force_n = soft_wrench(world.contact(0), tool.X_WT).f.z();
+    greatest_step_n = std::max(greatest_step_n, std::abs(force_n - before_n));
+    before_n = force_n;
+  }
+  EXPECT_GT(before_n, 0.3);
+  EXPECT_LT(greatest_step_n, 0.25 * before_n) << "from one soft step's contact to the next";
+}
+
 TEST(SoftWorld, ToolThatLeavesHasNoContactAtOnce) {
   SoftWorld world(pad_settings(16), Execution::kInline);
   soft_steps(world, ball_in_pad(0.008), 10);
@@ -368,11 +403,11 @@ TEST(SoftWrench, IsLinearWhereItIsTrusted) {
   EXPECT_LT((as_vector(soft_wrench(contact, X_WT)) - expected).norm(), 1e-9);
 }
 
-TEST(SoftWrench, NeverPullsNeverGrowsBeyondTrustAndEndsContinuously) {
+TEST(SoftWrench, NeverPullsIsNotCarriedToTheSidesAndEndsContinuously) {
   const SoftContact contact = pushing_up();
   const double most_n =
       contact.wrench_W.f.norm() + contact.stiffness.topRows<3>().norm() * contact.trust_radius_m * std::hypot(1, 100);
-  for (const Vec3& direction : {Vec3(0, 0, 1), Vec3(0, 0, -1), Vec3(1, 0, 0), Vec3(0.6, 0, -0.8)}) {
+  for (const Vec3& direction : {Vec3(0, 0, 1), Vec3(1, 0, 0), Vec3(0.8, 0, 0.6)}) {
     Wrench before = contact.wrench_W;
     for (int i = 1; i <= 3000; ++i) {
       const double way = 1e-5 * i;
@@ -386,6 +421,19 @@ TEST(SoftWrench, NeverPullsNeverGrowsBeyondTrustAndEndsContinuously) {
     EXPECT_EQ(before.f.norm(), 0) << "30 mm away";
     EXPECT_EQ(before.t.norm(), 0);
   }
+}
+
+TEST(SoftWrench, PressedDeeperIsASpringThatEnds) {
+  SoftContact contact;
+  contact.wrench_W.f = Vec3(0, 0, 0.3);
+  contact.stiffness(2, 2) = 100;
+  contact.trust_radius_m = 0.003;
+  const auto force_n = [&](double depth_m) {
+    return soft_wrench(contact, {Vec3(0, 0, -depth_m), Quat::Identity()}).f.z();
+  };
+  EXPECT_NEAR(force_n(0.02), 0.3 + 100 * 0.02, 1e-12) << "far beyond the radius to the sides";
+  EXPECT_EQ(force_n(0.06), force_n(0.05));
+  EXPECT_EQ(force_n(-0.003), 0) << "out of it";
 }
 
 TEST(SoftWrench, IsFiniteForEveryFinitePose) {
@@ -493,7 +541,7 @@ TEST(SoftScene, ShippedPadIsPressedByItsTool) {
     return 1e3 * fastest_s;
   };
   RecordProperty("ms_per_soft_step_untouched", std::to_string(fewest(30)));
-  EXPECT_EQ(world.contact(0).wrench_W.f.norm(), 0);
+  EXPECT_EQ(soft_wrench(world.contact(0), tools[0].X_WT).f.norm(), 0) << "foretold only";
   tools[0].X_WT.p.z() = 0.042;
   RecordProperty("ms_per_soft_step_pressed", std::to_string(fewest(30)));
   EXPECT_GT(world.contact(0).wrench_W.f.z(), 0.1);

@@ -243,6 +243,28 @@ TEST(TouchStage, OfTooManyPairsThoseThatPressStay) {
   EXPECT_GT(world.tool(0).tool.X.p.z(), 0.0045);
 }
 
+TEST(TouchStage, AContactSticksOnWhileOthersEndAndBegin) {
+  const Vec3 first(-0.1, 0, 0.006), second(0.1, 0, 0.006);
+  World world(make_server_world(load_parts({.bodies = table(), .tools = tool_at(first) + "," + tool_at(second)})));
+  for (const std::size_t tool : {0U, 1U}) world.activate_tool(tool);
+  // The second presses and is pulled aside, within what friction bears; the first comes, goes and comes again.
+  const auto hold = [&](double first_down_m) {
+    world.set_handle(0, at(first - first_down_m * Vec3::UnitZ()));
+    world.set_handle(1, at(second + Vec3(0.002, 0, -0.011)));
+    run(world, 500);
+  };
+  hold(0.011);
+  ASSERT_GT(world.touch(0).contacts, 0U);
+  const Vec3 stuck = world.tool(1).tool.X.p;
+  ASSERT_LT(stuck.x() - second.x(), 1e-3);
+  hold(-0.02);
+  ASSERT_EQ(world.touch(0).contacts, 0U);
+  EXPECT_LT((world.tool(1).tool.X.p - stuck).norm(), 1e-8);
+  hold(0.011);
+  ASSERT_GT(world.touch(0).contacts, 0U);
+  EXPECT_LT((world.tool(1).tool.X.p - stuck).norm(), 1e-8);
+}
+
 TEST(TouchStage, AForceLimitThatIsRaisedLaterDoesNotCarryTheToolThroughAWall) {
   const std::string wall = box("wall", {0.2, 0.2, 0.002}, {0, 0, 0});
   World world(

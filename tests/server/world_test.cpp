@@ -356,6 +356,29 @@ TEST(World, CouplingThatIsNotFiniteIsIgnored) {
   EXPECT_NEAR(1 - world.body(BodyId{1}).X.p.z(), 0.12 * kG / 300, 1e-6);
 }
 
+TEST(World, ACouplingAskedForEveryStepIsThatAskedForOnce) {
+  CouplingParameters other;
+  other.stiffness_n_per_m = 900;
+  const auto height_after = [&](int steps, bool asks_every_step, bool asks_before) {
+    World world(
+        make_server_world(load_parts({.bodies = cube("a", 0.12, {0, 0, 1}), .tools = tool_at("t", {0, 0, 1}, "a")})));
+    if (asks_before) world.set_coupling(other);
+    world.activate_tool(0);
+    world.set_handle(0, at({0, 0, 1}));
+    for (int i = 0; i < steps; ++i) {
+      if (i == 0 || asks_every_step) world.set_coupling(other);
+      world.step();
+    }
+    return world.body(BodyId{1}).X.p.z();
+  };
+  // Within the ramp, and long after.
+  for (const int steps : {40, 3000}) EXPECT_EQ(height_after(steps, true, false), height_after(steps, false, false));
+  EXPECT_NEAR(1 - height_after(3000, true, false), 0.12 * kG / 900, 1e-6);
+  // A tool that comes later has it at once.
+  EXPECT_GT(height_after(40, true, true), height_after(40, true, false));
+  EXPECT_NEAR(1 - height_after(3000, true, true), 0.12 * kG / 900, 1e-6);
+}
+
 std::string wall_of_2_mm() {
   return R"({"name": "wall", "shapes": [{"box": {"size_m": [0.002, 0.5, 0.5]}}],
              "placement": {"position_m": [0.05, 0, 0]}})";

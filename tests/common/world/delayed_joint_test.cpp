@@ -90,6 +90,22 @@ TEST_F(JoinedCopies, WithAShareOfOneOnlyTheCopyMovesTheBody) {
   EXPECT_EQ(world.touch(0).contacts, 0u);
 }
 
+TEST_F(JoinedCopies, WhatACopyBearsOfTheWeightTheJointNeedNot) {
+  for (const double there : {0.0, 0.5, 1.0}) {
+    WorldDescription description = world_of({cube(Vec3::Zero(), 0.3)}, {ball_tool({-0.026, 0, 0})});
+    description.gravity_m_per_s2 = {0, 0, -9.81};
+    World heavy = client_world(description);
+    heavy.activate_tool(0);
+    const CopyTarget copy{kBody, at(Vec3::Zero()), Vec3::Zero(), Vec3::Zero()};
+    for (int i = 0; i < 4000; ++i) {
+      heavy.join_copies(0, at({-0.026, 0, 0}), {&copy, 1}, {&kJoint, 1}, 1, {&there, 1});
+      heavy.step();
+    }
+    const double sag_m = (1 - there) * 0.3 * 9.81 / kJoint.stiffness_n_per_m;
+    EXPECT_NEAR(heavy.body(kBody).X.p.z(), -sag_m, 1e-5) << there;
+  }
+}
+
 TEST_F(JoinedCopies, TheHandIsToldTheOppositeOfWhatTheJointDoes) {
   join({0.001, 0.002, 0.003}, 1);
   world.step();

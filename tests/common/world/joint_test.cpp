@@ -213,6 +213,20 @@ TEST(JoinBody, BearsItsShareOfTheWeight) {
   }
 }
 
+TEST(JoinBody, BearsWhatTheOtherEndDoesNot) {
+  for (const double there : {0.0, 0.4, 1.0}) {
+    WorldDescription description = one_tool();
+    description.gravity_m_per_s2 = {0, 0, -9.81};
+    World world = falling_world(description);
+    for (int i = 0; i < 4000; ++i) {
+      world.join_body(kBody, at({0, 0, 1}), Vec3::Zero(), kJoint, 1, there);
+      ASSERT_EQ(world.step(), 0U);
+    }
+    const double sag_m = (1 - there) * 0.3 * 9.81 / kJoint.stiffness_n_per_m;
+    EXPECT_NEAR(world.body(kBody).X.p.z(), 1 - sag_m, 1e-6) << there;
+  }
+}
+
 TEST(JoinBody, FollowsAMovingTargetWithoutLag) {
   World world = client_world(one_tool());
   const double speed = 0.2;

@@ -69,6 +69,18 @@ TEST_P(PushOfAnotherMass, IsCalm) {
 
 INSTANTIATE_TEST_SUITE_P(ThanTheModelBelieves, PushOfAnotherMass, testing::Values(0.6, 1.4));
 
+TEST(Soft, IsAsStiffAndAsStillAt200MsAsWithoutDelay) {
+  const Shown soft("soft", disturbed(200));
+  EXPECT_NEAR(soft["felt_stiffness_ratio"], 1, 0.10);
+  EXPECT_LE(soft["limit_cycle_m_per_s"], 0.001);
+}
+
+TEST(Soft, HasATenthOfTheTextureAbove60HzThatHeldForcesHave) {
+  const double held_n = Shown("soft", bare("hold", 100))["force_above_60_hz_n"];
+  EXPECT_GT(held_n, 0.001);
+  EXPECT_LE(Shown("soft", disturbed(100))["force_above_60_hz_n"], 0.1 * held_n);
+}
+
 /// On what does not move, and on what only this user moves, at every delay of the default set from 0 to 300 ms.
 class Alone : public testing::TestWithParam<At> {};
 
@@ -87,7 +99,8 @@ INSTANTIATE_TEST_SUITE_P(Default, Alone,
                                 At{"curve", 0}, At{"curve", 100}, At{"curve", 200}, At{"curve", 300}, At{"rim", 0},
                                 At{"rim", 100}, At{"rim", 200}, At{"rim", 300},  //
                                 At{"bunny", 0}, At{"bunny", 100}, At{"bunny", 200}, At{"bunny", 300}, At{"push", 0},
-                                At{"push", 100}, At{"push", 200}, At{"push", 300}),
+                                At{"push", 100}, At{"push", 200}, At{"push", 300},  //
+                                At{"soft", 0}, At{"soft", 100}, At{"soft", 200}, At{"soft", 300}),
                          [](const auto& each) { return name_of_case(each); });
 
 }  // namespace

@@ -49,12 +49,39 @@ TEST(SqueezeSlippery, IsDroppedByEveryStageAt100Ms) {
   }
 }
 
-TEST(Peg, IsHandedOverAt100Ms) {
-  const Shown peg("peg", disturbed(100));
+TEST(SqueezeSlippery, SlidesOutOfTheFingersWithoutAKick) {
+  const Shown squeeze("squeeze_slippery", disturbed(200));
+  EXPECT_NE(squeeze.outcome(), "completed");
+  EXPECT_LE(squeeze["force_step_max_n_per_ms"], 0.1);
+  EXPECT_EQ(squeeze["slew_activations"], 0);
+}
+
+class Peg : public testing::TestWithParam<double> {};
+
+TEST_P(Peg, IsHandedOverAndPutIntoTheHole) {
+  const Shown peg("peg", disturbed(GetParam()));
+  EXPECT_EQ(peg.outcome(), "completed");
+  EXPECT_LE(peg["contact_error_fraction"], 0.10) << "it is gripped where it is without a delay";
   EXPECT_LE(peg["limit_cycle_m_per_s"], 0.002);
   EXPECT_LE(peg["force_step_max_n_per_ms"], 0.1);
   EXPECT_EQ(peg["slew_activations"], 0);
   EXPECT_LE(peg["energy_created_max_j"], 0.001);
+}
+
+// 25 ms: a loop as short as the time by which client and server may know of a touch apart.
+INSTANTIATE_TEST_SUITE_P(RoundTrips, Peg, testing::Values(25.0, 100.0, 300.0));
+
+TEST(Deadband, OfATenthLeavesOut85PercentOfTheDatagramsAndNotTheForceOfThePeg) {
+  expect_few_datagrams("peg");
+}
+
+// A burst of 60 ms lets the force go (LossBurst), and the hand moves with it: that is no divergence.
+TEST(Deadband, DoesNotDivergeOnThePegWhenATenthIsLost) {
+  const Shown lossy("peg", {"link.rtt_ms=100", "deadband=0.1", "link.loss=0.1"});
+  EXPECT_EQ(lossy.outcome(), "completed");
+  EXPECT_LE(lossy["contact_error_fraction"], 0.15);
+  EXPECT_LE(lossy["limit_cycle_m_per_s"], 0.02);
+  EXPECT_LE(lossy["force_step_max_n_per_ms"], 0.1);
 }
 
 }  // namespace

@@ -1,0 +1,73 @@
+// What the contact of a thing will be that is about to touch a soft body: so that a client that hears of it late can feel
+// the touch when it comes. Private to the soft world.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "server/soft_step.hpp"
+
+namespace tandem {
+
+/// Presses a copy of the body to learn how stiff it is where things come near, and tells their contacts before they are.
+///
+/// Model   surface   the plane through the samples of the body that are nearest to the thing, each weighed by
+///                   exp(−(its distance − the least) / 1 mm)
+///         stiffness  k = n·f / d of a copy of the body, after the thing has been held d = 3 mm in it for kSteps soft
+///                   steps. One press at a time, so a soft step costs at most twice as much; each begins with the body
+///                   as it is then,
+///                   and none where nothing has changed
+///         contact   spring k along n, linearised at the depth d: it is zero at the surface and beyond, see soft_wrench().
+///                   A thing that touches has it in the measure in which its force is less than k d, the rest is the
+///                   contact of the step itself
+/// Limits  a plane; no friction before the touch; a body that gives way as a whole feels stiffer than it is
+class SoftForesight {
+ public:
+  /// Nearer than this a thing is looked at.
+  static constexpr double kReach_m = 0.06;
+  static constexpr double kDepth_m = 3e-3;
+  static constexpr int kSteps = 15;
+
+  /// In      things  how many may touch, the first ones of every step's
+  SoftForesight(const SoftModel& model, const Vec3& gravity_m_per_s2, int sweeps, std::size_t things);
+
+  /// After a step of the body: looks which things are near, and presses on.
+  void advance(const SoftBody& body, double step_s, double speed_limit_m_per_s, std::span<const SoftThing> things);
+  /// `now` is the thing's contact of the step; nothing near, or not pressed yet: as it is.
+  SoftContact foretold(std::size_t thing, const Pose& X_WT, const SoftContact& now) const;
+
+ private:
+  /// The body's surface where a thing comes near.
+  struct Surface {
+    double gap_m = 0;
+    Vec3 normal_W = Vec3::UnitZ();  ///< towards the thing
+    Vec3 lever_W = Vec3::Zero();    ///< from the thing's origin to its point that will touch
+  };
+  /// A sample of the body.
+  struct Near {
+    double distance_m = 0;
+    Vec3 p_W;
+    Vec3 out_W;  ///< of the thing
+  };
+  struct Watched {
+    std::optional<Surface> surface;
+    double stiffness_n_per_m = 0;  ///< 0: not known
+    Vec3 p_WT = Vec3::Zero();      ///< where the thing was when that was found
+  };
+
+  std::optional<Surface> surface_near(const SoftBody& body, const SoftThing& thing);
+  void choose_thing(const SoftBody& body, std::span<const SoftThing> things);
+  void press(double step_s, double speed_limit_m_per_s, std::span<const SoftThing> things);
+
+  SoftStep pressed_;
+  std::vector<Watched> watched_;
+  std::vector<SoftThing> things_;
+  std::vector<SoftReaction> reactions_;
+  std::vector<Near> near_;  ///< samples; scratch
+  std::size_t pressing_ = 0;
+  int steps_ = kSteps;  ///< of the press so far
+  Pose X_WT_pressing_;
+};
+
+}  // namespace tandem
