@@ -17,7 +17,7 @@ constexpr double kLargestRise_s = 0.005;
 // When a state ends a silence, the gain falls on for about so long, and what the wrench rose by meanwhile comes in
 // slowly: neither the force nor its slope jumps.
 constexpr double kFallEnds_s = 0.006;
-constexpr double kKeptBack_s = 0.020;
+constexpr double kShownAgain_s = 0.020;
 constexpr double kSteepestFall_per_s = 20;
 constexpr Duration kSilencePromise{std::chrono::milliseconds(150)};
 constexpr Duration kFaultPromise{std::chrono::milliseconds(20)};
@@ -43,6 +43,12 @@ void check(const SafetySettings& s) {
           "it must be above 0");
   require(std::isfinite(s.speed_limit_m_per_s) && s.speed_limit_m_per_s > 0, "speed_limit_m_per_s",
           s.speed_limit_m_per_s, "it must be above 0");
+}
+
+/// |part| / |whole|, at most 1.
+double length_share(const Vec3& part, const Vec3& whole) {
+  const double length = whole.norm();
+  return length > 0 ? std::min(1.0, part.norm() / length) : 1.0;
 }
 
 bool is_plausible(const Wrench& wrench) {
@@ -83,17 +89,28 @@ Wrench SafetyChain::apply(LocalTime now, const SafetyInput& input) noexcept {
   const bool is_clutched = (latched_ & kSafetyClutched) != 0;
   const bool is_usable =
       input.has_state && input.is_displaying && !is_clutched && input.sample_is_valid && is_plausible(input.wrench);
-  kept_back_ = kept_back_ * std::exp(-step.rise_s / kKeptBack_s);
+  if (!is_usable) shown_ = {};
+  shown_.rise(step.rise_s);
+  const Wrench target{input.wrench.f * (gain_ * shown_.force), input.wrench.t * (gain_ * shown_.torque)};
   // Without a usable wrench the last one fades with the gain: no step, and zero when the gain is.
-  Wrench out = is_usable ? slewed(input.wrench * gain_ - kept_back_, step.rise_s) : displayed_ * share;
+  Wrench out = is_usable ? slewed(target, step.rise_s) : displayed_ * share;
   if (share < 1) {
     out.f = clamped_to_length(out.f, displayed_.f.norm() * share);
     out.t = clamped_to_length(out.t, displayed_.t.norm() * share);
-    kept_back_ = is_usable ? input.wrench * gain_ - out : Wrench{};
+    if (is_usable) shown_ = {length_share(out.f, input.wrench.f * gain_), length_share(out.t, input.wrench.t * gain_)};
   }
-  if (gain_ <= 0 || !is_finite(out)) out = kept_back_ = Wrench{};
+  if (gain_ <= 0 || !is_finite(out)) {
+    out = Wrench{};
+    shown_ = {};
+  }
   displayed_ = out;
   return out;
+}
+
+void SafetyChain::Shown::rise(double rise_s) noexcept {
+  const double left = std::exp(-rise_s / kShownAgain_s);
+  force = 1 - (1 - force) * left;
+  torque = 1 - (1 - torque) * left;
 }
 
 bool SafetyChain::is_quiet() const noexcept {

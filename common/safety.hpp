@@ -67,7 +67,7 @@ struct SafetyInput {
 ///         is none when the silence ends; after a fault it falls by dt / fault_decay to 0 before it may rise again,
 ///         and it falls so while there is no state or nothing to display.
 ///         out = slew(g · wrench), and while g falls |out| ≤ |displayed before| · g / g_before, for force and
-///         torque each; what that kept back comes in evenly once g falls no more. Without a usable wrench (no state, no
+///         torque each; what that kept back comes in again within 60 ms once g falls no more. Without a usable wrench (no state, no
 ///         sample, not finite, clutched) out is the displayed one · g / g_before. A fault's fall is over when zero has
 ///         been displayed, not only computed.
 /// Thread  haptic: no allocation, no throw
@@ -93,6 +93,12 @@ class SafetyChain {
     double decay_s = 0;  ///< real time since the last tick: deadlines count in it
     double rise_s = 0;   ///< the same, bounded: after a stall nothing may jump up
   };
+  /// What of the wrench times the gain was shown while the gain fell and the wrench rose: back to all of it after.
+  struct Shown {
+    double force = 1;
+    double torque = 1;
+    void rise(double rise_s) noexcept;
+  };
   Step advance_time(LocalTime now) noexcept;
   SafetyFaults present_faults(const SafetyInput& input) const noexcept;
   void update_gain(const SafetyInput& input, const Step& step) noexcept;
@@ -105,7 +111,7 @@ class SafetyChain {
   double gain_ = 0.0;
   double fall_per_s_ = 0.0;  ///< of the gain in a silence; dies out after it
   Wrench displayed_;
-  Wrench kept_back_;          ///< of the wrench times the gain, while that fell
+  Shown shown_;
   SafetyFaults latched_ = 0;  ///< faults whose decay has not yet reached zero
   bool is_stopping_ = false;
   SafetyFaults faults_ = 0;

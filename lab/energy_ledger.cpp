@@ -18,8 +18,9 @@ class HandPort {
       const TickSample& from = user_.ticks[next_ - 1];
       const Pose& to = user_.ticks[next_].hand_D;
       work_j_ += world_joules(held_work_j(from.displayed_D, from.hand_D, to));
-      const Wrench spared{from.stage_D.f - from.displayed_D.f, from.stage_D.t - from.displayed_D.t};
-      if (from.is_clamped) clamp_j_ += world_joules(held_work_j(spared, from.hand_D, to));
+      if (is_finite(from.asked_D)) {
+        spared_j_ += world_joules(held_work_j(from.asked_D - from.displayed_D, from.hand_D, to));
+      }
     }
   }
   double work_j() const { return work_j_; }
@@ -28,7 +29,7 @@ class HandPort {
   double corrected_j() const {
     return user_.ticks.empty() ? 0 : now().model.corrected_j - user_.ticks.front().model.corrected_j;
   }
-  double clamp_j() const { return clamp_j_; }
+  double spared_j() const { return spared_j_; }
   double field_work_j() const {
     return user_.ticks.empty() ? 0 : now().model.field_work_j - user_.ticks.front().model.field_work_j;
   }
@@ -41,41 +42,31 @@ class HandPort {
   const UserTrace& user_;
   std::size_t next_ = 1;
   double work_j_ = 0;
-  double clamp_j_ = 0;
+  double spared_j_ = 0;
 };
-
-/// The most that the field between molecules can have given: as far as its energy fell in the eyes of any user.
-double field_depth_j(const SessionTrace& trace) {
-  double depth_j = 0;
-  for (const UserTrace& user : trace.users) {
-    if (user.ticks.empty()) continue;
-    const double start_j = user.ticks.front().model.field_j;
-    for (const TickSample& tick : user.ticks) depth_j = std::max(depth_j, start_j - tick.model.field_j);
-  }
-  return depth_j;
-}
 
 }  // namespace
 
 EnergyLedger energy_ledger(const SessionTrace& trace) {
   EnergyLedger ledger;
   std::vector<HandPort> ports(trace.users.begin(), trace.users.end());
-  const double depth_j = field_depth_j(trace);
   for (const StoredEnergySample& sample : trace.stored) {
     double energy_j = sample.energy_j - trace.stored.front().energy_j;
     double by_field_j = 0;
     for (HandPort& port : ports) {
       port.advance_to(sample.time);
       by_field_j += port.field_work_j();
-      energy_j += port.work_j() + port.model_change_j();
+      energy_j += port.work_j() + port.spared_j() + port.model_change_j();
     }
-    energy_j += std::max(0.0, by_field_j - depth_j);
+    const double at_server_j = trace.stored.front().field_j - sample.field_j;
+    energy_j -= std::max(0.0, at_server_j - by_field_j);
+    energy_j += std::max(0.0, by_field_j - trace.field_depth_j);
     ledger.created_max_j = std::max(ledger.created_max_j, energy_j);
     ledger.stored_change_j = sample.energy_j - trace.stored.front().energy_j;
   }
   for (const HandPort& port : ports) {
     ledger.hand_ports_j.push_back(port.work_j());
-    ledger.clamp_j += port.clamp_j();
+    ledger.spared_j += port.spared_j();
     ledger.stored_change_j += port.model_change_j();
     ledger.corrected_j += port.corrected_j();
   }

@@ -26,6 +26,7 @@ struct TickSample {
   RigidState handle_W;
   Pose tool_W;             ///< newest of the server
   Wrench stage_D;          ///< on the hand, before the safety stages
+  Wrench asked_D;          ///< on the hand, after the guard, before safety stages and clamp
   Wrench displayed_D;      ///< on the hand
   Wrench server_wrench_W;  ///< on the hand, newest of the server
   Duration state_age{0};   ///< negative: no state yet
@@ -67,6 +68,7 @@ struct BodiesSample {
 struct StoredEnergySample {
   Duration time{0};
   double energy_j = 0;
+  double field_j = 0;  ///< of the molecular field there, where all users have a local model; else in energy_j
 };
 
 struct SessionTrace {
@@ -80,6 +82,7 @@ struct SessionTrace {
   std::uint64_t room_steps = 0;
   TickFaults faults_seen = 0;
   Duration joined_after{0};  ///< virtual time from the first connection to the start of the hands
+  double field_depth_j = 0;  ///< what the molecular field can have given at most, in world joules
   std::string field_kernel;  ///< of the molecular field; "": the scene has none
 };
 

@@ -230,8 +230,8 @@ double energy_corrected_j(const TrialView& view) {
   return view.trace.stored.empty() ? kNothing : energy_ledger(view.trace).corrected_j;
 }
 
-double energy_clamp_j(const TrialView& view) {
-  return view.trace.stored.empty() ? kNothing : energy_ledger(view.trace).clamp_j;
+double energy_spared_j(const TrialView& view) {
+  return view.trace.stored.empty() ? kNothing : energy_ledger(view.trace).spared_j;
 }
 
 /// Where a user saw the watched body at `time`, straight between ticks. `from` is where the search begins.
@@ -397,7 +397,7 @@ const std::vector<TrialMetric>& trial_metrics() {
       {"energy_created_max_j",
        "Greatest E(t) = Σ over users of Σ F_k·(x_{k+1} − x_k) + energy stored for them − the same at the start, in "
        "world "
-       "joules, F_k the displayed wrench: what came from nowhere. Stored: in a user's local model, else in the "
+       "joules, F_k the wrench after the guard: what came from nowhere. Stored: in a user's local model, else in the "
        "server's "
        "world (energy_ledger.hpp).",
        Combine::kGreatest, nullptr, energy_created_max_j},
@@ -406,9 +406,11 @@ const std::vector<TrialMetric>& trial_metrics() {
        "in "
        "the line above.",
        Combine::kGreatest, nullptr, energy_corrected_j},
-      {"energy_clamp_j",
-       "Work on the hands that the device limits left out, in world joules; no part of the line above.",
-       Combine::kGreatest, nullptr, energy_clamp_j},
+      {"energy_spared_j",
+       "Work on the hands that ramp, decay in silence, slew limit and clamp left out, in world joules; a line of its "
+       "own, "
+       "for E(t) is of the force before them.",
+       Combine::kGreatest, nullptr, energy_spared_j},
       {"hand_port_j", "Work done on the hand over the trial, in world joules; less than 0 when it gave.", Combine::kSum,
        hand_port_j},
       {"guard_dissipated_fraction",

@@ -7,8 +7,10 @@
 #include "client/local/local_model_maker.hpp"
 #include "client/stages/stage.hpp"
 #include "common/molecule/lennard_jones.hpp"
+#include "lab/field_depth.hpp"
 #include "lab/pipeline.hpp"
 #include "lab/virtual_network.hpp"
+#include "server/server_world.hpp"
 
 namespace tandem::lab {
 namespace {
@@ -114,6 +116,7 @@ TickSample sample_of(VirtualUser& user, Duration time) {
   sample.handle_W = record.handle_W;
   sample.tool_W = record.tool_W.X;
   sample.stage_D = record.stage_wrench_on_hand_D;
+  sample.asked_D = record.stage_wrench_on_hand_D * record.guard_gain;
   sample.displayed_D = record.displayed_on_hand_D;
   sample.server_wrench_W = record.server_wrench_on_hand_W;
   sample.state_age = record.state_age;
@@ -146,7 +149,7 @@ struct VirtualSession::Impl {
   void record_tick(std::size_t index);
   void record_bodies();
   void record_stored_energy();
-  double energy_at_server_j() const;
+  StoredEnergySample energy_at_server() const;
   SessionTrace take_trace();
 
   VirtualSession& owner;
@@ -270,11 +273,11 @@ void VirtualSession::Impl::start_hands() {
 }
 
 void VirtualSession::Impl::record_stored_energy() {
-  trace.stored.push_back({clock.now() - hands_started, energy_at_server_j()});
+  trace.stored.push_back(energy_at_server());
 }
 
-/// See energy_ledger.hpp: S.
-double VirtualSession::Impl::energy_at_server_j() const {
+/// See energy_ledger.hpp: S, and the field's energy where S is without it.
+StoredEnergySample VirtualSession::Impl::energy_at_server() const {
   const World& world = room.world();
   std::uint32_t with_model = 0;
   double by_copies_j = 0;
@@ -291,7 +294,9 @@ double VirtualSession::Impl::energy_at_server_j() const {
     by_copies_j += state.copies_work_j;
     by_models_j += state.energy_into_world_j - state.energy_from_world_j;
   }
-  return is_for_all ? by_copies_j : by_copies_j + world.stored_energy_j(with_model) - by_models_j;
+  const Duration time = clock.now() - hands_started;
+  if (!is_for_all) return {time, by_copies_j + world.stored_energy_j(with_model) - by_models_j, 0};
+  return {time, by_copies_j, world.field_energy_j()};
 }
 
 void VirtualSession::Impl::record_tick(std::size_t index) {
@@ -333,6 +338,7 @@ SessionTrace VirtualSession::Impl::take_trace() {
     user.link_up = users[i]->transport.datagrams_up();
     user.link_down = users[i]->transport.datagrams_down();
   }
+  if (!trace.field_kernel.empty()) trace.field_depth_j = field_depth_j(*world_description(*scene), trace.bodies);
   trace.hub = hub.counters();
   trace.room_steps = room.steps_done().value;
   return std::move(trace);

@@ -148,6 +148,8 @@ TickFaults Room::take_input(std::size_t slot) noexcept {
   if (!member.has_input) return 0;
   const bool is_stale = input_age(member) > kInputStaleAfter;
   if (is_stale || !member.newest.handle_valid) {
+    // What waits to be played is dropped there: an opened hand must not be.
+    if ((member.newest.buttons & kButtonGrab) == 0) follow_grab_button(slot, false);
     let_tool_be(slot);
   } else {
     drive_tool(slot);

@@ -22,22 +22,24 @@ constexpr double kMostStiffness_n_per_m = 2000;
 }  // namespace
 
 SoftForesight::SoftForesight(const SoftModel& model, const Vec3& gravity_m_per_s2, int sweeps, std::size_t things)
-    : pressed_(model, gravity_m_per_s2, sweeps), watched_(things) {}
+    : pressed_(model, gravity_m_per_s2, sweeps), watched_(things) {
+  p_W_.reserve(model.samples.size());
+  near_.reserve(model.samples.size());
+}
 
 std::optional<SoftForesight::Surface> SoftForesight::surface_near(const SoftBody& body, const SoftThing& thing) {
-  if (!thing.is_present) return std::nullopt;
   near_.clear();
   double least = kReach_m;
-  for (const TouchModel::Part& part : thing.model->parts) {
-    const Pose X_WS = thing.X_WT * part.X_BS;
-    const double radius = part.shape->radius_m();
-    for (const SoftSample& sample : body.model().samples) {
-      const Vec3 p_W = body.position(sample);
-      const Vec3 p_S = X_WS.q.conjugate() * (p_W - X_WS.p);
-      if (p_S.norm() > radius + least + 5 * kPlane_m || body.inverse_mass(sample) <= 0) continue;
-      const DistanceSample found = part.shape->field->sample(p_S);
+  for (std::size_t i = 0; i < p_W_.size(); ++i) {
+    if (body.inverse_mass(body.model().samples[i]) <= 0) continue;
+    const Vec3& p_W = p_W_[i];
+    for (const TouchModel::Part& part : thing.model->parts) {
+      const Vec3 from_W = p_W - thing.X_WT * part.X_BS.p;
+      if (from_W.norm() > part.shape->radius_m() + least + 5 * kPlane_m) continue;
+      const Quat q_WS = thing.X_WT.q * part.X_BS.q;
+      const DistanceSample found = part.shape->field->sample(q_WS.conjugate() * from_W);
       least = std::min(least, found.distance_m);
-      near_.push_back({found.distance_m, p_W, X_WS.q * found.gradient.normalized()});
+      near_.push_back({found.distance_m, p_W, q_WS * found.gradient.normalized()});
     }
   }
   if (near_.empty() || !(least < kReach_m)) return std::nullopt;
@@ -55,11 +57,20 @@ std::optional<SoftForesight::Surface> SoftForesight::surface_near(const SoftBody
   return surface;
 }
 
-void SoftForesight::advance(const SoftBody& body, double step_s, double speed_limit_m_per_s,
+void SoftForesight::advance(const SoftStep& real, double step_s, double speed_limit_m_per_s,
                             std::span<const SoftThing> things) {
+  const SoftBody& body = real.body();
+  p_W_.clear();
   for (std::size_t i = 0; i < watched_.size(); ++i) {
+    watched_[i].surface.reset();
+    if (!things[i].is_present || !real.is_near(things[i], kReach_m)) continue;
+    if (p_W_.empty()) {
+      for (const SoftSample& sample : body.model().samples) p_W_.push_back(body.position(sample));
+    }
     watched_[i].surface = surface_near(body, things[i]);
-    if (!watched_[i].surface) watched_[i].stiffness_n_per_m = 0;
+  }
+  for (Watched& watched : watched_) {
+    if (!watched.surface) watched.stiffness_n_per_m.reset();
   }
   if (steps_ >= kSteps) choose_thing(body, things);
   if (steps_ < kSteps) press(step_s, speed_limit_m_per_s, things);
@@ -71,8 +82,10 @@ void SoftForesight::choose_thing(const SoftBody& body, std::span<const SoftThing
     const std::size_t thing = (pressing_ + i) % watched_.size();
     const Watched& watched = watched_[thing];
     if (!watched.surface || watched.surface->gap_m < kLeastGap_m) continue;
-    if (watched.stiffness_n_per_m > 0 && (things[thing].X_WT.p - watched.p_WT).norm() < kSamePlace_m) continue;
+    if (watched.stiffness_n_per_m && (things[thing].X_WT.p - watched.p_WT).norm() < kSamePlace_m) continue;
     pressing_ = thing;
+    normal_W_pressing_ = watched.surface->normal_W;
+    p_WT_pressing_ = things[thing].X_WT.p;
     pressed_.body().copy(body);
     X_WT_pressing_ = things[thing].X_WT;
     X_WT_pressing_.p -= watched.surface->normal_W * (watched.surface->gap_m + kDepth_m);
@@ -91,31 +104,34 @@ void SoftForesight::press(double step_s, double speed_limit_m_per_s, std::span<c
   const bool is_sound = pressed_.body().is_finite();
   steps_ = is_sound && watched.surface ? steps_ + 1 : kSteps;
   if (steps_ < kSteps || !is_sound || !watched.surface) return;
-  const double force_n = reactions_[pressing_].impulse_W.f.dot(watched.surface->normal_W) / step_s;
-  watched.stiffness_n_per_m = std::clamp(force_n / kDepth_m, 0.0, kMostStiffness_n_per_m);
-  watched.p_WT = things[pressing_].X_WT.p;
+  const double force_n = reactions_[pressing_].impulse_W.f.dot(normal_W_pressing_) / step_s;
+  watched.stiffness_n_per_m = std::isfinite(force_n) ? std::clamp(force_n / kDepth_m, 0.0, kMostStiffness_n_per_m) : 0;
+  watched.p_WT = p_WT_pressing_;
+}
+
+double SoftForesight::gap_m(std::size_t index) const {
+  const Watched& watched = watched_[index];
+  const bool is_known = watched.surface && watched.stiffness_n_per_m.value_or(0) >= kLeastStiffness_n_per_m;
+  return is_known ? watched.surface->gap_m : std::numeric_limits<double>::infinity();
 }
 
 SoftContact SoftForesight::foretold(std::size_t index, const Pose& X_WT, const SoftContact& now) const {
-  const Watched& watched = watched_[index];
-  const double k = watched.stiffness_n_per_m;
-  if (!watched.surface || k < kLeastStiffness_n_per_m) return now;
+  if (!std::isfinite(gap_m(index))) return now;
+  const Surface& surface = *watched_[index].surface;
+  const double k = *watched_[index].stiffness_n_per_m;
   const double own_share = now.wrench_W.f.norm() / (k * kDepth_m);
   if (own_share >= 1) return now;
-  const Surface& surface = *watched.surface;
-  const double ahead_m = std::max(0.0, surface.gap_m) + kDepth_m;
   Eigen::Matrix<double, 6, 1> along;
   along << surface.normal_W, surface.lever_W.cross(surface.normal_W);
-  SoftContact contact;
-  contact.X_WT0 = X_WT;
-  contact.X_WT0.p -= surface.normal_W * ahead_m;
+  SoftContact contact = now;
   contact.stiffness = (1 - own_share) * k * along * along.transpose() + own_share * now.stiffness;
-  const Eigen::Matrix<double, 6, 1> gained = now.stiffness.leftCols<3>() * surface.normal_W * ahead_m;
-  const Wrench own{now.wrench_W.f + gained.head<3>(), now.wrench_W.t + gained.tail<3>()};
-  const Eigen::Matrix<double, 6, 1> pressed = k * kDepth_m * along;
-  contact.wrench_W = Wrench{pressed.head<3>(), pressed.tail<3>()} * (1 - own_share) + own * own_share;
   contact.trust_radius_m = (1 - own_share) * kTrust_m + own_share * now.trust_radius_m;
   contact.lever_m = std::max(surface.lever_W.norm(), now.lever_m);
+  if (own_share > 0) return contact;
+  const Eigen::Matrix<double, 6, 1> pressed = k * kDepth_m * along;
+  contact.wrench_W = {pressed.head<3>(), pressed.tail<3>()};
+  contact.X_WT0 = X_WT;
+  contact.X_WT0.p -= surface.normal_W * (std::max(0.0, surface.gap_m) + kDepth_m);
   return contact;
 }
 

@@ -73,6 +73,8 @@ class SoftStep {
   /// Of the last step: where the nodes were when a sweep began.
   std::span<const Vec3> nodes_at(int sweep) const;
   int sweeps() const { return sweeps_; }
+  /// May the thing be this near the body, as it was when the last step began?
+  bool is_near(const SoftThing& thing, double margin_m) const;
 
  private:
   /// A sample that may meet a part of a thing in this step.
@@ -97,7 +99,6 @@ class SoftStep {
 
   void find_candidates(std::span<const SoftThing> things);
   void find_candidates(const SoftThing& thing, int index);
-  bool is_near(const SoftThing& thing, double margin_m) const;
   void update_bounds();
   void place_things(std::span<const SoftThing> things, int sweep);
   void remember_nodes(int sweep);

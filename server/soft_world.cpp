@@ -109,7 +109,7 @@ class Stepper {
       contact.stiffness += body.tangent.stiffness(body.step, static_cast<int>(i), step_s_);
       contact.lever_m = std::max(contact.lever_m, reaction.lever_sum_m / reaction.impulse_sum);
     }
-    body.foresight.advance(body.step.body(), step_s_, settings_.speed_limit_m_per_s, things_);
+    body.foresight.advance(body.step, step_s_, settings_.speed_limit_m_per_s, things_);
   }
 
   /// Trust: the depth at which a linear contact of this force and stiffness would begin.
@@ -129,8 +129,11 @@ class Stepper {
 
   void foretell(Result& result) const {
     for (std::size_t i = 0; i < result.contacts.size(); ++i) {
-      SoftContact& contact = result.contacts[i];
-      for (const auto& body : bodies_) contact = body->foresight.foretold(i, things_[i].X_WT, contact);
+      const auto nearest = std::min_element(bodies_.begin(), bodies_.end(), [i](const auto& a, const auto& b) {
+        return a->foresight.gap_m(i) < b->foresight.gap_m(i);
+      });
+      if (nearest == bodies_.end()) continue;
+      result.contacts[i] = (*nearest)->foresight.foretold(i, things_[i].X_WT, result.contacts[i]);
     }
   }
 

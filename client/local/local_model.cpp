@@ -70,7 +70,7 @@ LocalModel::LocalModel(std::shared_ptr<const WorldDescription> description, std:
       history_(kInputsKept, copies_.size()),
       tool_reconciler_(settings.tool),
       playout_(settings.playout) {
-  for (const Copy& copy : copies_) ledger_.add(copy.id, copy.is_felt_from_afar);
+  for (const Copy& copy : copies_) ledger_.add(copy.id);
 }
 
 LocalModel::~LocalModel() = default;
@@ -171,6 +171,8 @@ void LocalModel::note_others(const BodyState& told, Copy& copy, const ServerUpda
   const auto index = static_cast<std::size_t>(&copy - copies_.data());
   const auto holds_it = [&copy](const OtherHold& other) { return other.body == copy.id; };
   copy.others_hold = static_cast<std::size_t>(std::count_if(other_holds_.begin(), other_holds_.end(), holds_it));
+  // Who has left is told of no more, but his hand is off the body at once.
+  if (told.hands <= (update.held_body == copy.id ? 1U : 0U)) copy.others_hold = 0;
   if (copy.others_hold > 0) {
     copy.others_touch = true;
     return;
@@ -283,9 +285,11 @@ void LocalModel::drive_copies(const LocalModelInput& input, double period_s) noe
 
 /// Where our tool is and how it presses: friction there then turns neither the copy nor, at the other end, the body.
 /// Both follow slowly, for what moves a joint's frame does work.
-void LocalModel::follow_grip(Copy& copy, double period_s) noexcept {
+void LocalModel::follow_grip(Copy& copy, double period_s, bool is_begin) noexcept {
   const Pose X_BW = world_.body(copy.id).X.inverse();
-  const double part = joint_share() > 0 ? std::min(1.0, period_s / kJointPlace_s) : 1.0;
+  const bool is_at_once = is_begin || joint_share() <= 0;
+  const double part = is_at_once ? 1.0 : std::min(1.0, period_s / kJointPlace_s);
+  if (is_begin) copy.pressing_B = Vec3::Zero();
   copy.p_BJ += part * (X_BW * tool_state_.tool.X.p - copy.p_BJ);
   if (tool_state_.held == copy.id) {
     copy.pressing_B = Vec3::Zero();
@@ -300,17 +304,21 @@ void LocalModel::follow_grip(Copy& copy, double period_s) noexcept {
 
 void LocalModel::drive_ours(Copy& copy, Duration played, double period_s) noexcept {
   const auto index = static_cast<std::size_t>(&copy - copies_.data());
-  copy.was_followed = false;
+  const bool is_begin = std::exchange(copy.was_followed, false);
   ledger_.take(index);
   world_.keep_adopted(copy.id, 2 * period_s);
   const double share = copy.is_touched() ? copy.share.now() : 0;
-  follow_grip(copy, period_s);
+  follow_grip(copy, period_s, is_begin);
   const bool is_held = tool_state_.held == copy.id && told_held_ == copy.id;
   if (!is_held) copy.weight.reset();
   copy.weight.step(period_s, is_held && copy.others_hold == 0 ? 1.0 : 0.0);
   const Vec3 pressing_W = world_.body(copy.id).X.q * copy.pressing_B;
   const Joint joint = joint_for(loop_delay_, slowest_loop_, pressing_W, settings_.joint);
-  world_.join_body(copy.id, copy.track.at(played), copy.p_BJ, joint, share, 1 - copy.weight.now());
+  // It begins where the copy is, which is ahead of what is played of the server's.
+  if (is_begin) copy.offset = shift_between(copy.track.at(played), world_.body(copy.id));
+  copy.offset = faded(copy.offset, period_s);
+  world_.join_body(copy.id, shifted(copy.track.at(played), copy.offset), copy.p_BJ, joint, share,
+                   1 - copy.weight.now());
   ledger_.joined(index);
   const Shift shift = copy.reconciler.step(period_s, to_seconds(loop_delay_), 1 - share);
   world_.shift_body(copy.id, pose_of(shift), {shift.v, shift.w});
@@ -334,14 +342,14 @@ void LocalModel::follow(Copy& copy, Duration played, Duration present, double pe
   const auto index = static_cast<std::size_t>(&copy - copies_.data());
   if (!copy.was_followed) {
     ledger_.give_up(index);
-    copy.follow_offset = shift_between(target, world_.body(copy.id));
+    copy.offset = shift_between(target, world_.body(copy.id));
     copy.reconciler.reset();
     world_.join_body(copy.id, target, Vec3::Zero(), Joint{}, 0);
     world_.keep_adopted(copy.id, 0);
     copy.was_followed = true;
   }
-  copy.follow_offset = faded(copy.follow_offset, period_s);
-  world_.set_body(copy.id, shifted(target, copy.follow_offset));
+  copy.offset = faded(copy.offset, period_s);
+  world_.set_body(copy.id, shifted(target, copy.offset));
   ledger_.follow(index);
 }
 
@@ -355,7 +363,9 @@ void LocalModel::correct_tool(double period_s) noexcept {
 
 void LocalModel::follow_soft_contact(const ServerUpdate& update, bool is_new, double period_s) noexcept {
   const Pose X_WT = tool_state_.held.is_valid() ? world_.body(tool_state_.held).X : tool_state_.tool.X;
-  if (is_new) soft_.take(update.soft_contact, X_WT);
+  // The contact is of what the tool holds, else of the tool: another thing's says nothing here.
+  if (std::exchange(soft_of_, tool_state_.held) != tool_state_.held) soft_ = SoftFollower{};
+  if (is_new && update.held_body == tool_state_.held) soft_.take(update.soft_contact, X_WT);
   SoftContact here;
   here.wrench_W = soft_.step(X_WT, period_s);
   here.X_WT0 = X_WT;

@@ -9,7 +9,7 @@
 //                            at the server's body
 //   bodies that others       follow the server, played at a constant delay and carried on to the present by their
 //   move                     velocity
-//   soft bodies              the server's linearised contact, within its trust radius, blended from one to the next
+//   soft bodies              the server's linearised contact, told before the touch (SoftFollower)
 #pragma once
 
 #include <boost/container/static_vector.hpp>
@@ -121,7 +121,7 @@ class LocalModel {
     Vec3 p_BJ = Vec3::Zero();        ///< where our tool is on it
     Vec3 pressing_B = Vec3::Zero();  ///< along which it presses there; zero: holds it
     double untouched_s = 1e9;        ///< since our tool last held or pressed it
-    Shift follow_offset = {};        ///< left of where it was when it began to be followed
+    Shift offset = {};               ///< left of where it was when it began to be followed, or to be ours
     bool was_followed = false;
 
     /// Now, or not long enough ago to have been given up.
@@ -152,7 +152,7 @@ class LocalModel {
   void drive_copies(const LocalModelInput& input, double period_s) noexcept;
   bool is_ours(const Copy& copy) const noexcept;
   void follow_touches(double period_s) noexcept;
-  void follow_grip(Copy& copy, double period_s) noexcept;
+  void follow_grip(Copy& copy, double period_s, bool is_begin) noexcept;
   void drive_ours(Copy& copy, Duration played, double period_s) noexcept;
   RigidState seen_at_present(Copy& copy, Duration played, Duration present, double period_s) noexcept;
   void follow(Copy& copy, Duration played, Duration present, double period_s) noexcept;
@@ -184,6 +184,7 @@ class LocalModel {
   bool has_jumped_ = false;
   double astray_s_ = 0;  ///< for how long the tool has been far from the server's
   SoftFollower soft_;
+  BodyId soft_of_;  ///< what soft_ is about: what the tool holds, else itself
 };
 
 }  // namespace tandem

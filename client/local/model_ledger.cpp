@@ -4,10 +4,9 @@
 
 namespace tandem {
 
-void ModelLedger::add(BodyId id, bool has_molecule) {
+void ModelLedger::add(BodyId id) {
   bodies_.emplace_back();
   bodies_.back().id = id;
-  bodies_.back().has_molecule = has_molecule;
 }
 
 void ModelLedger::give_up(std::size_t body) noexcept {
@@ -52,43 +51,29 @@ void ModelLedger::corrected_tool() noexcept {
 
 void ModelLedger::begin_step() noexcept {
   if (!is_kept_) return;
-  for (Entry& entry : bodies_) {
-    entry.before = entry.now;
-    entry.now = world_.body(entry.id).X;
-  }
+  for (Entry& entry : bodies_) entry.now = world_.body(entry.id).X;
 }
 
 void ModelLedger::end_step() noexcept {
   if (!is_kept_) return;
-  double view_j = 0;
-  bool is_in_field = false;
   for (Entry& entry : bodies_) {
-    if (!entry.has_molecule) continue;
-    const Wrench field_W = world_.field_wrench_W(entry.id);
-    view_j -= held_work_j((entry.field_W + field_W) * 0.5, entry.before, entry.now);
-    entry.field_W = field_W;
     if (entry.is_followed) continue;
-    is_in_field = true;
-    count_field_work(entry);
+    const Wrench field_W = world_.field_wrench_W(entry.id);
+    // Of the last step only the wrench of its begin was known, and not yet what it was shifted by after.
+    if (entry.has_stepped) {
+      field_work_j_ += held_work_j((entry.field_W + field_W) * 0.5, entry.before, entry.now) - entry.provisional_j;
+    }
+    entry.before = entry.now;
+    entry.field_W = field_W;
+    entry.provisional_j = held_work_j(field_W, entry.now, world_.body(entry.id).X);
+    entry.has_stepped = true;
+    field_work_j_ += entry.provisional_j;
   }
-  if (is_in_field && was_in_field_) field_j_ += view_j;
-  was_in_field_ = is_in_field;
-}
-
-void ModelLedger::count_field_work(Entry& entry) noexcept {
-  // The wrench of this step's begin is that of the last one's end.
-  if (entry.has_stepped) field_work_j_ += 0.5 * (held_work_j(entry.field_W, entry.from, entry.to) - entry.half_known_j);
-  entry.from = entry.now;
-  entry.to = world_.body(entry.id).X;
-  entry.half_known_j = held_work_j(entry.field_W, entry.from, entry.to);
-  entry.has_stepped = true;
-  field_work_j_ += entry.half_known_j;
 }
 
 ModelEnergy ModelLedger::energy() const noexcept {
   if (!is_kept_) return {};
-  ModelEnergy energy{world_.energy_of_tool_j(tool_), exchanged_j_ + field_work_j_, field_work_j_, field_j_,
-                     corrected_j_};
+  ModelEnergy energy{world_.energy_of_tool_j(tool_), exchanged_j_ + field_work_j_, field_work_j_, corrected_j_};
   for (const Entry& entry : bodies_) {
     if (!entry.is_followed) energy.stored_j += energy_j(entry);
   }

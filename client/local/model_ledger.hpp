@@ -13,8 +13,7 @@ struct ModelEnergy {
   double stored_j = 0;      ///< in its tool, the tool's coupling, and the bodies that the model steps itself
   double exchanged_j = 0;   ///< what came with bodies and from the field, less what went; see ModelLedger
   double field_work_j = 0;  ///< the field's part of that
-  double field_j = 0;      ///< change of the field's energy, as the model has all molecules, since it steps one of them
-  double corrected_j = 0;  ///< what small corrections towards the server put in: part of what stored_j rose by
+  double corrected_j = 0;   ///< of what stored_j rose by, that of small corrections towards the server
 };
 
 /// Keeps the account for experiments; when it is not kept, every call is a comparison.
@@ -26,12 +25,9 @@ struct ModelEnergy {
 ///                    − its energy as the model had it, when the model gives it up to follow the server
 ///                    + the change when a part of its weight goes over to the server's body, or comes back
 ///                    + the field's work on bodies that the model steps, by the mean of the wrenches at both ends of a
-///                      step. Bodies that are followed move the field and so do work through it; this way that is from
-///                      outside, as it is, and the energy that sampling the field makes is not: the model's bodies got
-///                      the wrench of the step's begin
-///         field      − Σ of its work on all molecules, those that are followed too: the bounded field has no potential.
-///                    How deep it gets is what the field can give; what it gave beyond, a delay made
-///                    (lab/energy_ledger.hpp)
+///                      step; corrections move a body in the field too. Bodies that are followed move the field and so do
+///                      work through it; this way that is from outside, as it is, and the energy that sampling the
+///                      field makes is not: the model's bodies got the wrench of the step's begin
 ///         A body's first step after a touch is counted with what the touch gave it: it is taken over with the energy
 ///         that it had where it was followed last.
 /// Limits  what is taken over is the server's word, not checked here
@@ -41,7 +37,7 @@ class ModelLedger {
   /// In      world  outlives it
   ModelLedger(const World& world, std::size_t tool, bool is_kept) : world_(world), tool_(tool), is_kept_(is_kept) {}
   /// A body that the model may step; before the first step. It is known by how many were added before it.
-  void add(BodyId id, bool has_molecule);
+  void add(BodyId id);
 
   /// About to be stepped here no more; then put where it follows.
   void give_up(std::size_t body) noexcept;
@@ -64,18 +60,15 @@ class ModelLedger {
  private:
   struct Entry {
     BodyId id;
-    bool has_molecule = false;
     bool is_followed = false;
-    double followed_j = 0;    ///< where it was followed last
-    double marked_j = 0;      ///< before what is being accounted
-    Pose before, now;         ///< at the begin of the last step, and of this
-    Pose from, to;            ///< of its last step here
-    Wrench field_W;           ///< at the begin of this step
-    double half_known_j = 0;  ///< the field's work in its last step, by the wrench of the begin alone
+    double followed_j = 0;     ///< where it was followed last
+    double marked_j = 0;       ///< before what is being accounted
+    Pose before, now;          ///< at the begin of the last step here, and of this
+    Wrench field_W;            ///< at the begin of the last step
+    double provisional_j = 0;  ///< the field's work in it, as far as known
     bool has_stepped = false;
   };
 
-  void count_field_work(Entry& entry) noexcept;
   double energy_j(const Entry& entry) const noexcept { return world_.energy_of_body_j(entry.id); }
 
   const World& world_;
@@ -85,8 +78,6 @@ class ModelLedger {
   double exchanged_j_ = 0;
   double corrected_j_ = 0;
   double field_work_j_ = 0;
-  double field_j_ = 0;
-  bool was_in_field_ = false;
   double marked_tool_j_ = 0;
 };
 

@@ -1,5 +1,7 @@
 #include "client/local/soft_follower.hpp"
 
+#include <algorithm>
+
 namespace tandem {
 namespace {
 
@@ -24,7 +26,14 @@ Wrench SoftFollower::step(const Pose& X_WT, double period_s) noexcept {
   constexpr double kRate = 1 / kSettling_s;
   left_rate_ += (left_ * (-kRate * kRate) + left_rate_ * (-2 * kRate)) * period_s;
   left_ += left_rate_ * period_s;
-  return soft_wrench(told_, X_WT) + left_;
+  Wrench wrench = soft_wrench(told_, X_WT) + left_;
+  // What is left of a weaker contact must not make the present one pull.
+  const double pressing = told_.wrench_W.f.norm();
+  if (pressing > 0) {
+    const Vec3 normal_W = told_.wrench_W.f / pressing;
+    wrench.f -= normal_W * std::min(0.0, wrench.f.dot(normal_W));
+  }
+  return wrench;
 }
 
 }  // namespace tandem

@@ -1,4 +1,5 @@
-// What soft bodies do to the user's own tool, between what the server says of it: their linearised contact, felt at 1 kHz.
+// What soft bodies do to the user's own tool, between what the server says of it: their linearised contact, felt at
+// 1 kHz.
 #pragma once
 
 #include "common/world/soft_contact.hpp"
@@ -9,8 +10,9 @@ namespace tandem {
 ///
 /// Model   W = W_told(X) + e. A new contact changes e so that W does not change; e then goes to zero as a critically
 ///         damped spring does, so the steps of the soft bodies (60 Hz) are not felt. A touch is there before the server
-///         has heard of it, for the server foretells it (SoftForesight).
-/// Limits  what the soft body does by itself, or under others' hands, comes late by the delay and the settling of e
+///         has heard of it, for the server foretells it (SoftForesight). Never pulls.
+/// Limits  what the soft body does by itself, or under others' hands, comes late by the delay and the settling of e; so
+///         does its end, when it is taken away from the tool
 /// Thread  haptic: no allocation, no throw
 class SoftFollower {
  public:

@@ -69,7 +69,7 @@ class JointShare {
   }
   /// Eased at both ends.
   double now() const noexcept { return ramp_ * ramp_ * (3 - 2 * ramp_); }
-  /// At once: of a thing that the joint's other end has led so far.
+  /// At once, for a thing that the joint's other end has led so far: its target has to begin where the thing is.
   void fill() noexcept { ramp_ = 1; }
   void reset() noexcept { ramp_ = 0; }
 

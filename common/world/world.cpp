@@ -196,6 +196,10 @@ double World::field_energy_kj_per_mol() const {
   return impl_->field.energy_kj_per_mol();
 }
 
+double World::field_energy_j() const {
+  return impl_->field_energy_j();
+}
+
 Wrench World::field_wrench_W(BodyId id) const {
   const WorldBody* const body = impl_->body_of(id);
   if (body == nullptr || body->molecule() == nullptr) return {};

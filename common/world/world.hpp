@@ -150,6 +150,7 @@ class World {
   RigidState body(BodyId id) const;
   /// Of the whole scene; 0 without molecules.
   double field_energy_kj_per_mol() const;
+  double field_energy_j() const;  ///< the same in the world's joules
   /// Kinetic + gravitational energy of the moving bodies and tools, and that of the anchors [J], for tests and reports.
   double mechanical_energy_j() const;
   /// All that the world holds [J]: mechanical_energy_j(), what couplings and joints store, each as in force, and the

@@ -11,6 +11,7 @@
 #include <limits>
 #include <map>
 #include <thread>
+#include <utility>
 
 #include "common/contact/primitive_fields.hpp"
 #include "server/soft_scene.hpp"
@@ -182,20 +183,30 @@ Vec3 way_of_mass(const SoftModel& model, std::span<const Vec3> before, std::span
 TEST(SoftWorld, WhatTheToolGetsTheNodesLose) {
   SoftWorld world(floating_settings(), Execution::kInline);
   const double step_s = world.period_steps() / 1000.0;
+  // Long enough for the touch to be foretold.
+  soft_steps(world, ball_at(Vec3(0, 0, 0.0555)), 25);
+  int light_touches = 0;
+  Vec3 p_WT(0, 0, 0.0555);
   std::vector<Vec3> before(world.nodes_W(0).begin(), world.nodes_W(0).end());
   Vec3 way_before = Vec3::Zero();
   double largest_n = 0;
   for (int step = 0; step < 40; ++step) {
     // Down into the pad, and sideways so that friction takes part.
-    soft_step(world, ball_at(Vec3(0.0005 * step, 0, 0.056 - 0.0004 * step)));
+    const SoftTool tool = ball_at(Vec3(0.0005 * step, 0, 0.056 - 0.0004 * step));
+    soft_step(world, tool);
     const Vec3 way = way_of_mass(world.model(0), before, world.nodes_W(0));
     const Vec3 force_on_nodes_W = (way - way_before) / (step_s * step_s);
-    EXPECT_LT((force_on_nodes_W + world.contact(0).wrench_W.f).norm(), 1e-9) << "soft step " << step;
-    largest_n = std::max(largest_n, force_on_nodes_W.norm());
     way_before = way;
     before.assign(world.nodes_W(0).begin(), world.nodes_W(0).end());
+    const Vec3 p_WT_before = std::exchange(p_WT, tool.X_WT.p);
+    if (force_on_nodes_W.norm() < 1e-9) continue;  // foretold, at most
+    EXPECT_LT((force_on_nodes_W + world.contact(0).wrench_W.f).norm(), 1e-9) << "soft step " << step;
+    EXPECT_EQ(world.contact(0).X_WT0.p, p_WT_before) << "where that step had it";
+    light_touches += force_on_nodes_W.norm() < 0.1 ? 1 : 0;
+    largest_n = std::max(largest_n, force_on_nodes_W.norm());
   }
   EXPECT_GT(largest_n, 0.05) << "nothing was pushed";
+  EXPECT_GT(light_touches, 2);
 }
 
 /// The contact after a while at `depth_m` and one soft step with the tool at `last`.
@@ -342,19 +353,41 @@ TEST(SoftWorld, ForetellsATouch) {
   EXPECT_NEAR(force_n(0.006), resting_force_n(0.006), 0.4 * resting_force_n(0.006));
 }
 
-TEST(SoftWorld, ForetoldTouchGoesOverIntoTheTouchWithoutAStep) {
+TEST(SoftWorld, ForetoldTouchIsFeltWhenItComesAndGoesOverIntoTheTouchWithoutAStep) {
   SoftWorld world(pad_settings(16), Execution::kInline);
   soft_steps(world, ball_in_pad(-0.01), 25);
-  double before_n = 0, greatest_step_n = 0;
+  double before_n = 0, greatest_step_n = 0, touched_at_m = 1;
   for (int ms = 0; ms <= 800; ++ms) {
-    const SoftTool tool = ball_in_pad(-0.01 + 2.5e-5 * ms);  // 25 mm/s, 10 mm deep at last
+    const double depth_m = -0.01 + 2.5e-5 * ms;  // 25 mm/s, 10 mm deep at last
+    const SoftTool tool = ball_in_pad(depth_m);
     world.advance({&tool, 1});
     const double force_n = soft_wrench(world.contact(0), tool.X_WT).f.z();
     greatest_step_n = std::max(greatest_step_n, std::abs(force_n - before_n));
+    if (force_n > 0 && touched_at_m == 1) touched_at_m = depth_m;
     before_n = force_n;
   }
   EXPECT_GT(before_n, 0.3);
-  EXPECT_LT(greatest_step_n, 0.25 * before_n) << "from one soft step's contact to the next";
+  // A soft step is 0.4 mm of the way: without foresight its whole force would come in one.
+  EXPECT_NEAR(touched_at_m, 0, 3e-4);
+  EXPECT_LT(greatest_step_n, 0.12 * before_n) << "from one soft step's contact to the next";
+}
+
+TEST(SoftWorld, OfTwoSoftBodiesTheNearerIsForetold) {
+  SoftWorldSettings settings = pad_settings(16);
+  SoftTraits traits;
+  traits.mass_kg = 0.25;
+  traits.anchored = 16;
+  traits.X_WS.p = Vec3(0, 0.1, kPadHeight_m / 2 - 0.015);
+  settings.bodies.push_back(make_soft_block(Vec3(0.08, 0.08, kPadHeight_m), 0.0134, traits));
+  SoftWorld world(std::move(settings), Execution::kInline);
+  const SoftTool tool = ball_at(Vec3(0.003, 0.03, kPadHeight_m + kBallRadius_m + 0.01));
+  soft_steps(world, tool, 60);
+  const auto force_n = [&](double down_m) {
+    return soft_wrench(world.contact(0), ball_at(tool.X_WT.p - Vec3(0, 0, down_m)).X_WT).f.norm();
+  };
+  EXPECT_EQ(force_n(0), 0) << "1 cm above";
+  EXPECT_EQ(force_n(0.009), 0);
+  EXPECT_GT(force_n(0.013), 0.1) << "in the nearer one, and far above the other";
 }
 
 TEST(SoftWorld, ToolThatLeavesHasNoContactAtOnce) {
