@@ -67,9 +67,9 @@ struct SafetyInput {
 ///         is none when the silence ends; after a fault it falls by dt / fault_decay to 0 before it may rise again,
 ///         and it falls so while there is no state or nothing to display.
 ///         out = slew(g · wrench), and while g falls |out| ≤ |displayed before| · g / g_before, for force and
-///         torque each; what that kept back comes in again within 60 ms once g falls no more. Without a usable wrench (no state, no
-///         sample, not finite, clutched) out is the displayed one · g / g_before. A fault's fall is over when zero has
-///         been displayed, not only computed.
+///         torque each; what that kept back comes in again within 60 ms once g falls no more. Without a usable
+///         wrench (no state, no sample, not finite, clutched) out is the displayed one · g / g_before. A fault's
+///         fall is over when zero has been displayed, not only computed.
 /// Thread  haptic: no allocation, no throw
 class SafetyChain {
  public:
