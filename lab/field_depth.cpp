@@ -22,12 +22,12 @@ class Landscape {
     for (const BodyDescription& body : world.bodies) can_move_.push_back(body.mass.mass_kg > 0 && body.molecule);
   }
 
-  double energy_kj_per_mol(const std::vector<Pose>& X_WB) {
+  double energy_j(const std::vector<Pose>& X_WB) {
     std::fill(wrenches_W_.begin(), wrenches_W_.end(), Wrench{});
     forces_.add_wrenches(X_WB, wrenches_W_);
-    return forces_.energy_kj_per_mol();
+    return forces_.energy_j();
   }
-  /// Along the wrenches of the last energy_kj_per_mol(); the farthest goes by `step_m`.
+  /// Along the wrenches of the last energy_j(); the farthest goes by `step_m`.
   std::vector<Pose> moved(const std::vector<Pose>& X_WB, double step_m) const {
     double strongest = 0;
     for (std::size_t i = 0; i < X_WB.size(); ++i) {
@@ -51,19 +51,19 @@ class Landscape {
   std::vector<bool> can_move_;
 };
 
-double lowest_kj_per_mol(Landscape& landscape, std::vector<Pose> X_WB) {
-  double lowest = landscape.energy_kj_per_mol(X_WB);
+double lowest_j(Landscape& landscape, std::vector<Pose> X_WB) {
+  double lowest = landscape.energy_j(X_WB);
   double step_m = kFirstStep_m;
   for (int i = 0; i < kMostSteps && step_m > kLastStep_m; ++i) {
     const std::vector<Pose> next = landscape.moved(X_WB, step_m);
-    const double energy = landscape.energy_kj_per_mol(next);
+    const double energy = landscape.energy_j(next);
     if (energy < lowest) {
       lowest = energy;
       X_WB = next;
       step_m *= 1.2;
     } else {
       step_m /= 2;
-      landscape.energy_kj_per_mol(X_WB);
+      landscape.energy_j(X_WB);
     }
   }
   return lowest;
@@ -77,10 +77,8 @@ double field_depth_j(const WorldDescription& world, std::span<const BodiesSample
     return a.field_energy_kj_per_mol < b.field_energy_kj_per_mol;
   });
   Landscape landscape(world);
-  const double depth = samples.front().field_energy_kj_per_mol - lowest_kj_per_mol(landscape, deepest->X_WB);
-  const MolecularScale& scale = world.field.scale;
-  return std::max(0.0, depth) * scale.newtons_per_kcal_per_mol_angstrom * scale.metres_per_angstrom /
-         kKilojoulesPerKilocalorie;
+  const double start_j = landscape.energy_j(samples.front().X_WB);
+  return std::max(0.0, start_j - lowest_j(landscape, deepest->X_WB));
 }
 
 }  // namespace tandem::lab

@@ -88,23 +88,19 @@ bool SoftBody::finish(double step_s, double speed_limit_m_per_s) {
 }
 
 void SoftBody::reset() {
-  for (int i = 0; i < node_count(); ++i) {
-    btSoftBody::Node& node = body_->m_nodes[i];
-    node.m_x = node.m_q = to_bullet(model_.nodes_W[static_cast<std::size_t>(i)]);
-    node.m_v.setZero();
-    node.m_vn.setZero();
-    node.m_f.setZero();
-  }
+  for (int i = 0; i < node_count(); ++i) put_at_rest(i, to_bullet(model_.nodes_W[static_cast<std::size_t>(i)]));
 }
 
 void SoftBody::copy(const SoftBody& other) {
-  for (int i = 0; i < node_count(); ++i) {
-    btSoftBody::Node& node = body_->m_nodes[i];
-    node.m_x = node.m_q = other.body_->m_nodes[i].m_x;
-    node.m_v.setZero();
-    node.m_vn.setZero();
-    node.m_f.setZero();
-  }
+  for (int i = 0; i < node_count(); ++i) put_at_rest(i, other.body_->m_nodes[i].m_x);
+}
+
+void SoftBody::put_at_rest(int index, const btVector3& p_W) {
+  btSoftBody::Node& node = body_->m_nodes[index];
+  node.m_x = node.m_q = p_W;
+  node.m_v.setZero();
+  node.m_vn.setZero();
+  node.m_f.setZero();
 }
 
 bool SoftBody::is_finite() const {

@@ -61,6 +61,7 @@ class SoftBody {
   double volume_gain() const { return volume_gain_; }
 
  private:
+  void put_at_rest(int index, const btVector3& p_W);
   void damp_links();
   double update_volume();
 

@@ -30,16 +30,15 @@ SoftForesight::SoftForesight(const SoftModel& model, const Vec3& gravity_m_per_s
 std::optional<SoftForesight::Surface> SoftForesight::surface_near(const SoftBody& body, const SoftThing& thing) {
   near_.clear();
   double least = kReach_m;
-  for (std::size_t i = 0; i < p_W_.size(); ++i) {
-    if (body.inverse_mass(body.model().samples[i]) <= 0) continue;
-    const Vec3& p_W = p_W_[i];
-    for (const TouchModel::Part& part : thing.model->parts) {
-      const Vec3 from_W = p_W - thing.X_WT * part.X_BS.p;
-      if (from_W.norm() > part.shape->radius_m() + least + 5 * kPlane_m) continue;
-      const Quat q_WS = thing.X_WT.q * part.X_BS.q;
-      const DistanceSample found = part.shape->field->sample(q_WS.conjugate() * from_W);
+  for (const TouchModel::Part& part : thing.model->parts) {
+    const Pose X_WS = thing.X_WT * part.X_BS;
+    const double radius_m = part.shape->radius_m();
+    for (std::size_t i = 0; i < p_W_.size(); ++i) {
+      const Vec3 from_W = p_W_[i] - X_WS.p;
+      if (from_W.norm() > radius_m + least + 5 * kPlane_m || body.inverse_mass(body.model().samples[i]) <= 0) continue;
+      const DistanceSample found = part.shape->field->sample(X_WS.q.conjugate() * from_W);
       least = std::min(least, found.distance_m);
-      near_.push_back({found.distance_m, p_W, q_WS * found.gradient.normalized()});
+      near_.push_back({found.distance_m, p_W_[i], X_WS.q * found.gradient.normalized()});
     }
   }
   if (near_.empty() || !(least < kReach_m)) return std::nullopt;
@@ -62,15 +61,12 @@ void SoftForesight::advance(const SoftStep& real, double step_s, double speed_li
   const SoftBody& body = real.body();
   p_W_.clear();
   for (std::size_t i = 0; i < watched_.size(); ++i) {
-    watched_[i].surface.reset();
-    if (!things[i].is_present || !real.is_near(things[i], kReach_m)) continue;
-    if (p_W_.empty()) {
+    const bool is_near = things[i].is_present && real.is_near(things[i], kReach_m);
+    if (is_near && p_W_.empty()) {
       for (const SoftSample& sample : body.model().samples) p_W_.push_back(body.position(sample));
     }
-    watched_[i].surface = surface_near(body, things[i]);
-  }
-  for (Watched& watched : watched_) {
-    if (!watched.surface) watched.stiffness_n_per_m.reset();
+    watched_[i].surface = is_near ? surface_near(body, things[i]) : std::nullopt;
+    if (!watched_[i].surface) watched_[i].stiffness_n_per_m.reset();
   }
   if (steps_ >= kSteps) choose_thing(body, things);
   if (steps_ < kSteps) press(step_s, speed_limit_m_per_s, things);

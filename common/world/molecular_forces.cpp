@@ -44,6 +44,11 @@ bool MolecularForces::add_wrenches(std::span<const Pose> X_WB, std::span<Wrench>
   return is_limited;
 }
 
+double MolecularForces::energy_j() const {
+  return scale_.newtons_per_kcal_per_mol_angstrom * scale_.metres_per_angstrom * energy_kj_per_mol_ /
+         kKilojoulesPerKilocalorie;
+}
+
 bool MolecularForces::add_pair(Pair& pair, std::span<const Pose> X_WB, std::span<Wrench> wrenches_W) noexcept {
   const Pose X_AB = X_WB[pair.a].inverse() * X_WB[pair.b];
   const FieldResult result = pair.field.evaluate({X_AB.p / scale_.metres_per_angstrom, X_AB.q});

@@ -31,6 +31,8 @@ class MolecularForces {
 
   /// Sum of the pairs at the last add_wrenches(), unbounded field.
   double energy_kj_per_mol() const { return energy_kj_per_mol_; }
+  /// The same in the world's joules.
+  double energy_j() const;
 
  private:
   struct Pair {

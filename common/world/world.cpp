@@ -197,7 +197,7 @@ double World::field_energy_kj_per_mol() const {
 }
 
 double World::field_energy_j() const {
-  return impl_->field_energy_j();
+  return impl_->field.energy_j();
 }
 
 Wrench World::field_wrench_W(BodyId id) const {

@@ -24,12 +24,6 @@ double World::Impl::coupling_energy_j(std::uint32_t without_hands) const {
   return energy;
 }
 
-double World::Impl::field_energy_j() const {
-  const MolecularScale& scale = scene->field.scale;
-  return scale.newtons_per_kcal_per_mol_angstrom * scale.metres_per_angstrom * field.energy_kj_per_mol() /
-         kKilojoulesPerKilocalorie;
-}
-
 double World::mechanical_energy_j() const {
   double energy = 0;
   for (const WorldBody& body : impl_->bodies) {
@@ -44,7 +38,7 @@ double World::mechanical_energy_j() const {
 }
 
 double World::stored_energy_j(std::uint32_t without_hands) const {
-  return mechanical_energy_j() + impl_->coupling_energy_j(without_hands) + impl_->field_energy_j();
+  return mechanical_energy_j() + impl_->coupling_energy_j(without_hands) + impl_->field.energy_j();
 }
 
 double World::energy_of_body_j(BodyId id) const {

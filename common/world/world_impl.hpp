@@ -156,7 +156,6 @@ struct World::Impl {
 
   // The accounts.
   double coupling_energy_j(std::uint32_t without_hands) const;
-  double field_energy_j() const;
 
   std::shared_ptr<const WorldDescription> scene;
   CouplingParameters coupling;
