@@ -5,6 +5,7 @@
 
 #include "client/scene_from_wire.hpp"
 #include "common/deadband.hpp"
+#include "common/send_rate.hpp"
 #include "proto/control_framing.hpp"
 #include "proto/coupling_fields.hpp"
 #include "proto/state_codec.hpp"
@@ -56,6 +57,7 @@ struct ClientSession::Impl {
         assets(kMaxAssetBytes, settings.asset_store) {}
 
   // Connecting and losing
+  static SendRate freshly_paced() { return SendRate(kDeadbandFloor, kFastestState_hz); }
   void enter(SessionState state, LocalTime now);
   void connect(LocalTime now);
   void connected(LocalTime now);
@@ -87,6 +89,7 @@ struct ClientSession::Impl {
   void take_update(LocalTime now);
   void send_newest(LocalTime now);
   bool must_be_told(const ClientUpdate& update, LocalTime now) const;
+  bool may_wait(const ClientUpdate& update, LocalTime now) const;
   void send_update(ClientUpdate update, LocalTime now);
 
   void log(const std::string& line) const {
@@ -99,6 +102,7 @@ struct ClientSession::Impl {
   ClientMailboxes& mailboxes;
   CouplingWatch coupling_watch;
   Deadband deadband;
+  SendRate send_rate = freshly_paced();
 
   SessionStatus status;
   LocalTime entered{};  // the present state
@@ -329,6 +333,7 @@ void ClientSession::Impl::take_joined(const wire::Joined& answer, LocalTime now)
   sequence = 0;
   freshness.reset();
   clock.reset();
+  send_rate = freshly_paced();
   has_update = false;
   last_arrival = now;
   last_sent = now;
@@ -459,6 +464,10 @@ void ClientSession::Impl::take_update(LocalTime now) {
   has_update = true;
   last_arrival = now;
   const Duration echo_age = now - update.echoed_sent;
+  if (update.echoed_sent != LocalTime{}) {
+    const Duration sent = update.echoed_sent.time_since_epoch();
+    send_rate.delivered(sent, update.received.time_since_epoch() - sent);
+  }
   if (update.echoed_sent != LocalTime{} && echo_age >= Duration{0} && echo_age < kMaxEchoAge) {
     clock.add({update.echoed_sent, update.received, update.sent, now});
   }
@@ -475,10 +484,12 @@ void ClientSession::Impl::send_newest(LocalTime now) {
     if (before.value != 0 && newest.input_tick.value > before.value + 1) {
       counters.sent_drops.add(DropReason::kOverwritten, newest.input_tick.value - before.value - 1);
     }
-    if (must_be_told(newest, now)) {
-      send_update(newest, now);
-    } else {
+    if (!must_be_told(newest, now)) {
       ++counters.updates_held_back;
+    } else if (may_wait(newest, now)) {
+      ++counters.updates_paced;
+    } else {
+      send_update(newest, now);
     }
   } else if (now - last_sent >= settings.keep_alive) {
     // The last word of the haptic thread, so that a stall neither opens the hand nor takes energy back; where the
@@ -504,8 +515,15 @@ bool ClientSession::Impl::must_be_told(const ClientUpdate& update, LocalTime now
   return update.mode == ClientMode::kLocalModel && notices(update.tool, told.tool);
 }
 
+/// For a link that does not carry every tick; not what a hand has just pressed. A stream paces itself.
+bool ClientSession::Impl::may_wait(const ClientUpdate& update, LocalTime now) const {
+  const bool is_news = update.handle_valid != told.handle_valid || update.buttons != told.buttons;
+  return settings.state_transport == StateTransport::kUdp && !is_news && !send_rate.may_send(now.time_since_epoch());
+}
+
 void ClientSession::Impl::send_update(ClientUpdate update, LocalTime now) {
   last_sent = now;
+  send_rate.sent(now.time_since_epoch());
   told = update;
   update.sent = now;
   if (has_update) {

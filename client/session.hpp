@@ -83,6 +83,7 @@ struct SessionCounters {
   DropCounters sent_drops;
   std::uint64_t datagrams_sent = 0;
   std::uint64_t updates_held_back = 0;  ///< by the deadband
+  std::uint64_t updates_paced = 0;      ///< left out because the link up does not carry as many
   std::uint64_t datagrams_received = 0;
   std::uint64_t bytes_sent = 0;
   std::uint64_t bytes_received = 0;

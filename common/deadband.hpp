@@ -6,7 +6,8 @@
 
 namespace tandem {
 
-/// However little changes, a message is sent this often, so that a lost one does no harm for long: 100 Hz.
+/// However little changes, and however little a link carries, a message is sent this often, so that a lost one does no
+/// harm for long: 100 Hz.
 inline constexpr Duration kDeadbandFloor = std::chrono::milliseconds(10);
 inline constexpr double kMaxDeadband = 0.5;
 

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "common/deadband.hpp"
+#include "common/send_rate.hpp"
 #include "proto/control_framing.hpp"
 #include "proto/coupling_fields.hpp"
 #include "proto/state_codec.hpp"
@@ -46,6 +47,7 @@ struct Connection {
   std::uint64_t sequence = 0;
   Step last_step;
   Deadband deadband{0};
+  SendRate send_rate{kDeadbandFloor, kFastestState_hz};
   LocalTime told_at{};
   ServerUpdate told;  // sent last
 
@@ -393,6 +395,10 @@ void SessionHub::Impl::give_to_room(Connection& connection, const ClientUpdate& 
   connection.input_sent = input.sent;
   connection.input_received = now;
   connection.mode = input.mode;
+  if (input.acknowledged_sent != ServerTime{}) {
+    const Duration sent = input.acknowledged_sent.time_since_epoch();
+    connection.send_rate.delivered(sent, input.sent.time_since_epoch() - input.acknowledged_held - sent);
+  }
   // An observer's updates only say that it is there and where; they never reach the world.
   if (connection.seat.role != UserRole::kManipulator) return;
   if (connection.seats->room().slot(connection.seat.slot).input.publish(input)) {
@@ -418,6 +424,12 @@ void SessionHub::Impl::send_newest_update(Connection& connection, LocalTime now)
     ++counters.updates_held_back;
     return;
   }
+  // A stream paces itself (send_state()).
+  if (!connection.state_over_tcp && !connection.send_rate.may_send(now.time_since_epoch())) {
+    ++counters.updates_paced;
+    return;
+  }
+  connection.send_rate.sent(now.time_since_epoch());
   if (!connection.deadband.is_off()) {
     connection.told = published;
     connection.told_at = now;

@@ -60,6 +60,7 @@ struct HubCounters {
   std::uint64_t datagrams_received = 0;
   std::uint64_t datagrams_sent = 0;
   std::uint64_t updates_held_back = 0;  ///< by the users' deadbands
+  std::uint64_t updates_paced = 0;      ///< left out because a link down does not carry as many
   std::uint64_t bodies_thinned = 0;
   std::uint64_t joins = 0;
 };

@@ -47,7 +47,8 @@ boost::json::object report_json(const LiveServer& server) {
                                             {"received_drops", drops(counters.received_drops)},
                                             {"sent_drops", drops(counters.sent_drops)},
                                             {"items_thinned", counters.bodies_thinned},
-                                            {"held_back", counters.updates_held_back}}},
+                                            {"held_back", counters.updates_held_back},
+                                            {"paced", counters.updates_paced}}},
           {"rooms", std::move(rooms)}};
 }
 

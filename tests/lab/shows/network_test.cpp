@@ -52,5 +52,16 @@ TEST(Results, AreTheSameBytesTwiceWhateverTheThreads) {
   EXPECT_EQ(results_text("shows_twice", 2), once);
 }
 
+// At the full rate each way wants some 375 kB/s: the queue would grow without end, and nothing would ever be lifted.
+TEST(NarrowLink, IsGivenWhatItCarriesAndTwoSqueezeAllTheSame) {
+  for (const double carried : {300e3, 80e3}) {
+    const Shown squeeze("squeeze", {"link.rtt_ms=50", "link.rate_limit_bytes_per_s=" + std::to_string(carried)});
+    EXPECT_EQ(squeeze.outcome(), "completed") << carried;
+    EXPECT_LE(squeeze["limit_cycle_m_per_s"], 0.002) << carried;
+    EXPECT_LE(squeeze["force_step_max_n_per_ms"], 0.1) << carried;
+    EXPECT_LE(squeeze["energy_created_max_j"], 0.001) << carried;
+  }
+}
+
 }  // namespace
 }  // namespace tandem::lab
