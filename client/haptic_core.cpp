@@ -99,6 +99,7 @@ void HapticCore::tick(LocalTime now) noexcept {
   record_.state_age = has_state_ ? std::max(Duration{0}, now - mailboxes_.inbox.front().received) : Duration{-1};
   run_stage(now);
   const Wrench guarded_on_hand_D = scene_.workspace.device_wrench(through_guard(stage_output_.wrench_on_hand_W));
+  asked_on_hand_D_ = is_finite(guarded_on_hand_D) ? guarded_on_hand_D : Wrench{};
   write(now, through_safety(now, guarded_on_hand_D, speed_m_per_s));
   tell_displayed();
   record_.is_clamped = writer_.was_clamped();
@@ -301,11 +302,13 @@ void HapticCore::record_stage() noexcept {
 void HapticCore::account_energy(const DeviceSample& sample) noexcept {
   if (!sample.is_valid || !last_sample_.is_valid) return;
   const double work_j = held_work_j(writer_.written(), last_sample_.X_DH, sample.X_DH);
-  const double world_work_j = scene_is_usable_ ? work_j / scene_.workspace.hand_joules_per_world_joule() : 0.0;
   counters_.energy_to_hand_j += std::max(0.0, work_j);
   counters_.energy_from_hand_j += std::max(0.0, -work_j);
-  world_energy_to_hand_j_ += std::max(0.0, world_work_j);
-  world_energy_from_hand_j_ += std::max(0.0, -world_work_j);
+  if (!scene_is_usable_) return;
+  const double asked_j = held_work_j(asked_on_hand_D_, last_sample_.X_DH, sample.X_DH);
+  const double asked_world_j = asked_j / scene_.workspace.hand_joules_per_world_joule();
+  asked_to_hand_j_ += std::max(0.0, asked_world_j);
+  asked_from_hand_j_ += std::max(0.0, -asked_world_j);
 }
 
 void HapticCore::count() noexcept {
@@ -369,8 +372,8 @@ void HapticCore::publish(LocalTime now) noexcept {
   update.copies = stage_output_.copies;
   update.wave = stage_output_.wave;
   update.round_trip = round_trip();
-  update.energy_to_hand_j = world_energy_to_hand_j_;
-  update.energy_from_hand_j = world_energy_from_hand_j_;
+  update.energy_to_hand_j = asked_to_hand_j_;
+  update.energy_from_hand_j = asked_from_hand_j_;
   mailboxes_.outbox.publish();
 }
 

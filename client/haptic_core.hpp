@@ -175,8 +175,11 @@ class HapticCore {
   DeviceSample last_sample_;   ///< of the last tick, when valid
   std::uint32_t buttons_ = 0;  ///< of the last valid sample in this scene
   LocalTime buttons_seen_at_{};
-  double world_energy_to_hand_j_ = 0;
-  double world_energy_from_hand_j_ = 0;
+  /// After the guard, before the safety stages: what ramp, slew limit and the device's own limit keep from the hand, its
+  /// tool does in the world all the same, so it counts as paid.
+  Wrench asked_on_hand_D_;
+  double asked_to_hand_j_ = 0;  ///< world joules
+  double asked_from_hand_j_ = 0;
   TickRecord record_;
   HapticCounters counters_;
 };

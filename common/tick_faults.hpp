@@ -35,6 +35,9 @@ enum TickFault : std::uint32_t {
   /// The soft bodies' step is not done although its result is due (live only): the last one serves on. Remedy:
   /// fewer nodes or samples, a lower soft_step_rate_hz, a faster machine.
   kFaultSoftLate = 1U << 8U,
+  /// A user's tool would have put more into the world than his hand has paid, and was held back. Remedy: a stage that
+  /// pays what it moves (local-model, wave), or a shorter delay.
+  kFaultToolGuarded = 1U << 9U,
 };
 using TickFaults = std::uint32_t;
 
@@ -43,7 +46,7 @@ struct TickFaultName {
   std::string_view name;
 };
 /// Every fault with its name in reports, in the order of the bits.
-inline constexpr std::array<TickFaultName, 9> kTickFaultNames{{
+inline constexpr std::array<TickFaultName, 10> kTickFaultNames{{
     {kFaultNotFinite, "not_finite"},
     {kFaultSpeedLimited, "speed_limited"},
     {kFaultCouplingSaturated, "coupling_saturated"},
@@ -53,6 +56,7 @@ inline constexpr std::array<TickFaultName, 9> kTickFaultNames{{
     {kFaultContactUnsolved, "contact_unsolved"},
     {kFaultContactCoarse, "contact_coarse"},
     {kFaultSoftLate, "soft_late"},
+    {kFaultToolGuarded, "tool_guarded"},
 }};
 
 /// One name a bit. A newer server may send bits that this program does not know: they are shown ("bit_20"), not

@@ -127,7 +127,7 @@ class BenchSession {
 BenchSession::BenchSession(const Experiment& experiment, const std::shared_ptr<const LoadedScene>& scene)
     : experiment_(experiment),
       user_(experiment.users.front()),
-      room_(RoomId{1}, "lab", scene),
+      room_(RoomId{1}, "lab", scene, {.guards_tools = experiment.has_guard()}),
       hub_(hub_settings(experiment.seed), {&room_}, network_),
       transport_(network_.add_client(user_.up, user_.down, experiment.seed)),
       device_(user_.device.spec, holding(user_.hand_parameters, user_.device), user_.hand, experiment.seed),

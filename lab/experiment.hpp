@@ -2,6 +2,7 @@
 // scene, and one seed. Everything that happens in a trial follows from this; lab/README.md lists the fields.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
@@ -63,6 +64,11 @@ struct Experiment {
   std::string reference_stage;                  ///< of the run at zero delay that this one is held against
   std::optional<OutcomeRule> outcome;
   std::vector<ExperimentUser> users;
+
+  /// Somebody's account is watched: then by the room too.
+  bool has_guard() const {
+    return std::any_of(users.begin(), users.end(), [](const ExperimentUser& user) { return user.pipeline.guard; });
+  }
 };
 
 /// Virtual time advances in these; loops with a period of 1 ms can be in one of four phases to each other.

@@ -80,7 +80,7 @@ LiveRoom::Impl::Impl(std::shared_ptr<const LoadedScene> its_scene, const Experim
     : scene(std::move(its_scene)),
       experiment(its_experiment),
       priority(its_priority),
-      room(RoomId{1}, "lab", scene, SoftStepping::kWorker),
+      room(RoomId{1}, "lab", scene, {.soft_stepping = SoftStepping::kWorker, .guards_tools = experiment.has_guard()}),
       transport(io, "127.0.0.1", 0, clock),
       hub(hub_settings(transport.port(), experiment.seed), {&room}, transport),
       step_event(io, open_eventfd()),

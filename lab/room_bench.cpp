@@ -72,7 +72,9 @@ RoomBenchResult bench_room(const std::shared_ptr<const LoadedScene>& scene, cons
     throw std::invalid_argument("--users " + std::to_string(settings.hands.size()) + ": the scene has " +
                                 std::to_string(scene->tools.size()) + " tools; ask for fewer users");
   }
-  const auto room = std::make_unique<Room>(RoomId{1}, scene->description.name(), scene, SoftStepping::kWorker);
+  // Its hands are paths and pay nothing.
+  const RoomOptions options{.soft_stepping = SoftStepping::kWorker, .guards_tools = false};
+  const auto room = std::make_unique<Room>(RoomId{1}, scene->description.name(), scene, options);
   std::vector<std::unique_ptr<Seat>> seats;
   for (std::size_t i = 0; i < settings.hands.size(); ++i) {
     seats.push_back(std::make_unique<Seat>(*room, i, settings.hands[i], settings.seed + i));

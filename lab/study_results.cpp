@@ -46,7 +46,7 @@ struct PrintedColumn {
   double scale;
   int decimals;
 };
-constexpr std::array<PrintedColumn, 10> kPrinted{{{"drag N", "free_drag_rms_n", 1, 3},
+constexpr std::array<PrintedColumn, 11> kPrinted{{{"drag N", "free_drag_rms_n", 1, 3},
                                                   {"force N", "contact_force_mean_n", 1, 2},
                                                   {"error N", "contact_error_rms_n", 1, 3},
                                                   {"stiff", "felt_stiffness_ratio", 1, 2},
@@ -54,6 +54,7 @@ constexpr std::array<PrintedColumn, 10> kPrinted{{{"drag N", "free_drag_rms_n", 
                                                   {"cycle mm/s", "limit_cycle_m_per_s", 1e3, 2},
                                                   {"step N/ms", "force_step_max_n_per_ms", 1, 3},
                                                   {"made mJ", "energy_created_max_j", 1e3, 2},
+                                                  {"bound mJ", "energy_created_bound_j", 1e3, 2},
                                                   {"apart mm", "view_divergence_max_m", 1e3, 2},
                                                   {"kB/s", "bytes_per_s", 1e-3, 1}}};
 constexpr int kColumnWidth = 11;

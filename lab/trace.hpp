@@ -18,6 +18,7 @@ namespace tandem::lab {
 
 /// One haptic tick of one user, from the inside of the client and from the outside of the simulated hand.
 struct TickSample {
+  Tick tick;
   Duration time{0};  ///< since the hands started
   int phase = -1;    ///< index into the hand path's phases(); −1: none
   Pose hand_D;       ///< true pose of the hand
@@ -40,17 +41,29 @@ struct TickSample {
   ModelEnergy model;  ///< of the local model after this tick; zero without one
 };
 
+/// What the tick's record has of it; the hand's side is left at rest.
+TickSample sample_of(const TickRecord& record);
+
+/// An input as the server took it.
+struct AnsweredInput {
+  Duration time{0};  ///< of the first step that used it
+  Tick tick;
+  Wrench on_hand_W;  ///< about the handle, in the last step that did
+};
+
 struct UserTrace {
   ExperimentUser user;
   std::uint64_t hand_seed = 0;
   bool stayed_connected = true;
   std::string why_disconnected;
   std::vector<TickSample> ticks;
-  double energy_to_hand_j = 0;  ///< since the hands started
+  std::vector<AnsweredInput> answered;  ///< since the hands started; in virtual time
+  double energy_to_hand_j = 0;          ///< since the hands started
   double energy_from_hand_j = 0;
   double guard_dissipated_j = 0;  ///< world joules, since the hands started; NaN: no guard
   double hand_joules_per_world_joule = 1;
   double coupling_stiffness_n_per_m = 0;  ///< as the scene says
+  double coupling_stiffness_n_m_per_rad = 0;
   SessionCounters session;
   LinkCounters link_up;  ///< datagrams
   LinkCounters link_down;

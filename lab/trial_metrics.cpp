@@ -8,6 +8,8 @@
 #include <optional>
 #include <stdexcept>
 
+#include "common/tick_faults.hpp"
+#include "lab/energy_bound.hpp"
 #include "lab/energy_ledger.hpp"
 #include "lab/felt_mass.hpp"
 #include "lab/metrics.hpp"
@@ -214,6 +216,13 @@ double guard_dissipated_fraction(const UserView& view) {
   return exchanged_j < kLeastExchange_j ? kNothing : view.user.guard_dissipated_j / exchanged_j;
 }
 
+double tool_guarded_fraction(const UserView& view) {
+  const auto is_guarded = [](const TickSample& tick) { return (tick.server_tick_faults & kFaultToolGuarded) != 0; };
+  const auto guarded = std::count_if(view.user.ticks.begin(), view.user.ticks.end(), is_guarded);
+  return view.user.ticks.empty() ? kNothing
+                                 : static_cast<double>(guarded) / static_cast<double>(view.user.ticks.size());
+}
+
 double hand_port_j(const UserView& view) {
   return (view.user.energy_to_hand_j - view.user.energy_from_hand_j) / view.user.hand_joules_per_world_joule;
 }
@@ -401,10 +410,14 @@ const std::vector<TrialMetric>& trial_metrics() {
        "server's "
        "world (energy_ledger.hpp).",
        Combine::kGreatest, nullptr, energy_created_max_j},
+      {"energy_created_bound_j",
+       "What that can be at most where the loop is closed through the network: Σ |F·Δx − A·Δh| over inputs, A the "
+       "server's answer to the same input and h its handle, and what jumps of the handle and inputs on their way hold "
+       "(energy_bound.hpp); 0 of waves, null of local models.",
+       Combine::kGreatest, nullptr, [](const TrialView& view) { return energy_created_bound_j(view.trace); }},
       {"energy_corrected_j",
        "What corrections of local models towards the server put into them over the trial, in world joules; contained "
-       "in "
-       "the line above.",
+       "in energy_created_max_j.",
        Combine::kGreatest, nullptr, energy_corrected_j},
       {"energy_spared_j",
        "Work on the hands that ramp, decay in silence, slew limit and clamp left out, in world joules; a line of its "
@@ -417,6 +430,10 @@ const std::vector<TrialMetric>& trial_metrics() {
        "What the passivity guard took, over what hand and display exchanged in both directions; null below 20 mJ "
        "exchanged.",
        Combine::kGreatest, guard_dissipated_fraction},
+      {"tool_guarded_fraction",
+       "Share of the trial in which the room held a tool back that would have put more into the world than its user's "
+       "hand had paid.",
+       Combine::kGreatest, tool_guarded_fraction},
       {"view_divergence_max_m",
        "Greatest distance between where two users see the watched body at the same instant. It contains what the body "
        "moves in the difference of their delays.",

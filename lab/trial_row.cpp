@@ -58,12 +58,10 @@ json::object trial_row(const Trial& trial, const SessionTrace& trace, const Sess
   const Experiment& experiment = trial.experiment;
   const TrialView view{experiment, trace, reference};
   const LinkSummary link = link_summary(experiment);
-  const bool guard = std::any_of(experiment.users.begin(), experiment.users.end(),
-                                 [](const ExperimentUser& user) { return user.pipeline.guard; });
   json::object row{{"experiment", experiment.name},
                    {"stage", of_users(experiment, [](const auto& user) { return user.pipeline.stage; })},
                    {"predictor", of_users(experiment, [](const auto& user) { return user.pipeline.predictor; })},
-                   {"guard", guard},
+                   {"guard", experiment.has_guard()},
                    {"deadband", experiment.pipeline.deadband},
                    {"rtt_ms", link.rtt_ms},
                    {"jitter_ms", link.jitter_ms},

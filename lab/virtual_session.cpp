@@ -106,27 +106,13 @@ struct VirtualUser {
 };
 
 TickSample sample_of(VirtualUser& user, Duration time) {
-  const TickRecord& record = user.core.record();
-  TickSample sample;
+  TickSample sample = lab::sample_of(user.core.record());
   sample.time = time;
   sample.phase = user.device.path().phase_at(user.device.path_time());
   sample.hand_D = user.device.hand_pose();
   sample.hand_twist_D = user.device.hand_twist();
   sample.intended_D = user.device.path().pose_at(user.device.path_time()).p;
-  sample.handle_W = record.handle_W;
-  sample.tool_W = record.tool_W.X;
-  sample.stage_D = record.stage_wrench_on_hand_D;
-  sample.asked_D = record.stage_wrench_on_hand_D * record.guard_gain;
-  sample.displayed_D = record.displayed_on_hand_D;
-  sample.server_wrench_W = record.server_wrench_on_hand_W;
-  sample.state_age = record.state_age;
   sample.round_trip = user.session.clock_sync().round_trip();
-  sample.held_body = record.held_body;
-  sample.view_W = record.has_local_body ? record.local_body_W.X.p : record.watched_body_W.X.p;
-  sample.has_view = record.has_local_body || record.has_watched_body;
-  sample.safety_faults = record.safety_faults;
-  sample.server_tick_faults = record.server_tick_faults;
-  sample.is_clamped = record.is_clamped;
   if (user.model != nullptr) sample.model = user.model->energy();
   return sample;
 }
@@ -148,7 +134,7 @@ struct VirtualSession::Impl {
   void start_hands();
   void record_tick(std::size_t index);
   void record_bodies();
-  void record_stored_energy();
+  void record_step();
   StoredEnergySample energy_at_server() const;
   SessionTrace take_trace();
 
@@ -173,7 +159,7 @@ VirtualSession::Impl::Impl(VirtualSession& its_owner, const Experiment& its_expe
     : owner(its_owner),
       experiment(its_experiment),
       scene(std::move(its_scene)),
-      room(RoomId{1}, "lab", scene),
+      room(RoomId{1}, "lab", scene, {.guards_tools = experiment.has_guard()}),
       hub(hub_settings(experiment.seed), {&room}, network),
       next_room_step(LocalTime(experiment.server_phase)) {
   std::size_t manipulators = 0;
@@ -199,6 +185,7 @@ VirtualSession::Impl::Impl(VirtualSession& its_owner, const Experiment& its_expe
     if (user.role == UserRole::kManipulator) {
       users.back()->tool = tool;
       user_trace.coupling_stiffness_n_per_m = scene->coupling.parameters.stiffness_n_per_m;
+      user_trace.coupling_stiffness_n_m_per_rad = scene->coupling.parameters.stiffness_n_m_per_rad;
       user_trace.hand_joules_per_world_joule = scene->tools[tool++].workspace.hand_joules_per_world_joule();
     }
     user_trace.ticks.reserve(static_cast<std::size_t>(experiment.duration / kHapticPeriod) + 1);
@@ -218,7 +205,7 @@ void VirtualSession::Impl::run_slot() {
   if (now >= next_room_step) {
     room.step(server_time_of_own_clock(now));
     next_room_step += room.period();
-    if (are_hands_moving) record_stored_energy();
+    if (are_hands_moving) record_step();
   }
   hub.poll(now);
   for (std::size_t i = 0; i < users.size(); ++i) {
@@ -269,11 +256,19 @@ void VirtualSession::Impl::start_hands() {
     user->guard_dissipated_at_start_j = guard_dissipated_j(user->core, user->user.pipeline);
   }
   record_bodies();
-  record_stored_energy();
+  record_step();
 }
 
-void VirtualSession::Impl::record_stored_energy() {
+void VirtualSession::Impl::record_step() {
   trace.stored.push_back(energy_at_server());
+  for (std::size_t i = 0; i < users.size(); ++i) {
+    if (!users[i]->tool) continue;
+    std::vector<AnsweredInput>& answered = trace.users[i].answered;
+    const Tick tick = room.answered(*users[i]->tool);
+    const bool is_newer = answered.empty() || answered.back().tick != tick;
+    if (is_newer) answered.push_back({clock.now() - hands_started, tick, {}});
+    answered.back().on_hand_W = room.world().tool(*users[i]->tool).wrench_on_hand_W;
+  }
 }
 
 /// See energy_ledger.hpp: S, and the field's energy where S is without it.

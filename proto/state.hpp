@@ -63,8 +63,8 @@ struct ClientUpdate {
   Step acknowledged_step;
   ServerTime acknowledged_sent{};
   Duration acknowledged_held{0};
-  double energy_to_hand_j = 0;    ///< world joules
-  double energy_from_hand_j = 0;  ///< world joules
+  double energy_to_hand_j = 0;    ///< world joules, of the wrench before the safety stages
+  double energy_from_hand_j = 0;  ///< likewise
   ClientMode mode = ClientMode::kHandle;
   RigidState tool;  ///< kLocalModel: X_WT, V_WT of the client's own tool
   /// kLocalModel: the bodies that its tool touches, as the client steps them by itself.

@@ -60,7 +60,8 @@ void InputPlayout::take(const ClientUpdate& input, Duration now) noexcept {
   }
   delay_.add(sent, now);
   newest_ = (newest_ + 1) % kHistory;
-  samples_[newest_] = {input.input_tick, sent, input.handle, input.tool, input.copies, input.buttons};
+  samples_[newest_] = {input.input_tick, sent,          input.handle,           input.tool,
+                       input.copies,     input.buttons, input.energy_to_hand_j, input.energy_from_hand_j};
   count_ = std::min(count_ + 1, kHistory);
 }
 
@@ -109,7 +110,14 @@ PlayedInput InputPlayout::at_tick(std::uint64_t tick) const noexcept {
   while (age + 1 < count_ && sample(age).tick.value > tick) ++age;
   const Sample& before = sample(age);
   if (age == 0 || before.tick.value == tick)
-    return {before.tick, before.handle, before.tool, before.copies, before.buttons, false};
+    return {before.tick,
+            before.handle,
+            before.tool,
+            before.copies,
+            before.buttons,
+            before.energy_to_hand_j,
+            before.energy_from_hand_j,
+            false};
   const Sample& after = sample(age - 1);
   const double u =
       static_cast<double>(tick - before.tick.value) / static_cast<double>(after.tick.value - before.tick.value);
@@ -119,6 +127,8 @@ PlayedInput InputPlayout::at_tick(std::uint64_t tick) const noexcept {
                      between(before.tool, after.tool, length_s, u),
                      before.copies,
                      after.buttons,
+                     std::lerp(before.energy_to_hand_j, after.energy_to_hand_j, u),
+                     std::lerp(before.energy_from_hand_j, after.energy_from_hand_j, u),
                      false};
   for (CopyTarget& copy : played.copies) {
     const auto next = std::find_if(after.copies.begin(), after.copies.end(),

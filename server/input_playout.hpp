@@ -19,17 +19,19 @@ struct PlayedInput {
   RigidState handle;
   RigidState tool;
   boost::container::static_vector<CopyTarget, kMostCopies> copies;
-  std::uint32_t buttons = 0;  ///< of a tick that did not come, those of the next that did: not later than pressed
-  bool is_dry = false;        ///< nothing newer has come: the last is held
+  std::uint32_t buttons = 0;      ///< of a tick that did not come, those of the next that did: not later than pressed
+  double energy_to_hand_j = 0;    ///< as in ClientUpdate
+  double energy_from_hand_j = 0;  ///< likewise
+  bool is_dry = false;            ///< nothing newer has come: the last is held
 };
 
-/// Plays a client's handle, tool, copies and buttons at a delay that nearly all of its inputs keep, one of its ticks after
+/// Plays a client's handle, tool, copies, buttons and energies at a delay that nearly all of its inputs keep, one of its ticks after
 /// the other.
 ///
 /// Model   The delay is PlayoutDelay's, of stamps by the client and steps of the room.
 ///         A tick that did not come is put between its neighbours: a cubic for the position and for the rotation
 ///         vector from the first to the second, with their twists at its ends. It errs by T⁴/384 max|x⁗| over a gap
-///         of T. Which tick is played moves on by as many as fit into a step, and changes stride only when it has
+///         of T. Energies go evenly. Which tick is played moves on by as many as fit into a step, and changes stride only when it has
 ///         drifted 0.75 ticks from where the delay wants it: a jitter of time stamps moves nothing.
 ///         When dry, the last one's poses are held and its twists fade to zero in kTwistFade_s; what then comes is
 ///         caught up with at kCatchUp times the hand's pace, not by a jump.
@@ -63,6 +65,8 @@ class InputPlayout {
     RigidState tool;
     boost::container::static_vector<CopyTarget, kMostCopies> copies;
     std::uint32_t buttons = 0;
+    double energy_to_hand_j = 0;
+    double energy_from_hand_j = 0;
   };
   const Sample& sample(std::size_t age) const noexcept;  ///< 0: the newest
   double ticks_per_second() const noexcept;

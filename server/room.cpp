@@ -19,12 +19,13 @@ Duration loop_of(const ClientUpdate& input) {
 
 }  // namespace
 
-Room::Room(RoomId id, std::string name, std::shared_ptr<const LoadedScene> scene, SoftStepping soft_stepping)
+Room::Room(RoomId id, std::string name, std::shared_ptr<const LoadedScene> scene, const RoomOptions& options)
     : id_(id),
       name_(std::move(name)),
       scene_(std::move(scene)),
       period_(from_seconds(1.0 / scene_->description.step_rate_hz())),
-      world_(make_server_world(scene_, soft_stepping)),
+      guards_tools_(options.guards_tools),
+      world_(make_server_world(scene_, options.soft_stepping)),
       coupling_(scene_->coupling.parameters) {
   for (auto& slot : slots_) slot = std::make_unique<UserSlot>();
   for (auto& bridge : bridges_) bridge = std::make_unique<Bridge>(to_seconds(period_));
@@ -40,6 +41,7 @@ void Room::step(ServerTime now) noexcept {
   faults |= world_.step();
   ++step_.value;
   settle_waves();
+  settle_tool_guards();
   describe_world(now, faults);
   for (std::size_t slot = 0; slot < kMaxUsers; ++slot) {
     if (members_[slot].user.is_valid()) publish_to(slot);
@@ -85,6 +87,7 @@ void Room::join(const RoomCommand& command) noexcept {
   slots_[command.slot]->input.poll();
   bridges_[command.slot]->playout.reset();
   bridges_[command.slot]->wave.reset();
+  bridges_[command.slot]->tool_guard.reset();
   if (member.is_manipulator()) world_.activate_tool(member.tool);
 }
 
@@ -146,20 +149,23 @@ TickFaults Room::take_input(std::size_t slot) noexcept {
   Member& member = members_[slot];
   if (slots_[slot]->input.poll()) take_newest(slot);
   if (!member.has_input) return 0;
+  TickFaults faults = 0;
   const bool is_stale = input_age(member) > kInputStaleAfter;
   if (is_stale || !member.newest.handle_valid) {
     // What waits to be played is dropped there: an opened hand must not be.
     if ((member.newest.buttons & kButtonGrab) == 0) follow_grab_button(slot, false);
     let_tool_be(slot);
   } else {
+    faults |= limit_tool(slot);
     drive_tool(slot);
   }
-  return is_stale ? TickFaults{kFaultInputStale} : 0;
+  return is_stale ? faults | kFaultInputStale : faults;
 }
 
 void Room::take_newest(std::size_t slot) noexcept {
   Member& member = members_[slot];
   const ClientMode before = member.newest.mode;
+  const double since_last_s = to_seconds(input_age(member));
   member.newest = slots_[slot]->input.front();
   member.input_seen_at = step_;
   member.has_input = true;
@@ -170,7 +176,20 @@ void Room::take_newest(std::size_t slot) noexcept {
   if (member.newest.handle_valid ? !is_played : !is_down) follow_grab_button(slot, is_down);
   if (member.newest.mode != before) let_tool_be(slot);
   if (!member.newest.handle_valid) return;
-  if (member.newest.mode == ClientMode::kLocalModel) bridges_[slot]->playout.take(member.newest, time_done());
+  Bridge& bridge = *bridges_[slot];
+  if (is_played) {
+    bridge.playout.take(member.newest, time_done());
+  } else {
+    bridge.tool_guard.hand_reported(member.newest.energy_from_hand_j, member.newest.energy_to_hand_j, since_last_s);
+  }
+}
+
+/// To what its user's hand has paid.
+TickFaults Room::limit_tool(std::size_t slot) noexcept {
+  if (!guards_tools_) return 0;
+  const double share = bridges_[slot]->tool_guard.gain(to_seconds(period_));
+  world_.limit_pull(members_[slot].tool, share);
+  return share < 1 ? TickFaults{kFaultToolGuarded} : 0;
 }
 
 void Room::drive_tool(std::size_t slot) noexcept {
@@ -200,6 +219,7 @@ void Room::let_tool_be(std::size_t slot) noexcept {
   member.slowest_loop = Duration{0};
   bridges_[slot]->playout.reset();
   bridges_[slot]->wave.reset();
+  world_.limit_pull(member.tool, 1);
   world_.join_copies(member.tool, RigidState{}, {}, {}, 0);
   world_.clear_handle(member.tool);
 }
@@ -210,6 +230,7 @@ void Room::play_out(std::size_t slot) noexcept {
   const auto played = playout.play(time_done());
   if (!played) return;
   member.answered = played->tick;
+  bridges_[slot]->tool_guard.hand_reported(played->energy_from_hand_j, played->energy_to_hand_j, to_seconds(period_));
   world_.set_handle(member.tool, played->handle);
   join_copies(slot, *played);
   follow_grab_button(slot, (played->buttons & kButtonGrab) != 0);
@@ -270,6 +291,17 @@ void Room::settle_waves() noexcept {
     const Member& member = members_[slot];
     if (!member.is_in(ClientMode::kWave) || !member.newest.handle_valid) continue;
     bridges_[slot]->wave.settle(world_.tool(member.tool).wrench_on_hand_W, to_seconds(period_));
+  }
+}
+
+void Room::settle_tool_guards() noexcept {
+  if (!guards_tools_) return;
+  for (std::size_t slot = 0; slot < kMaxUsers; ++slot) {
+    const Member& member = members_[slot];
+    if (!member.is_manipulator()) continue;
+    const ToolState tool = world_.tool(member.tool);
+    const double net_into_world_j = tool.energy_into_world_j + tool.weight_work_j - tool.energy_from_world_j;
+    bridges_[slot]->tool_guard.stepped(tool.tool.X, tool.pull_on_tool_W, net_into_world_j);
   }
 }
 
@@ -363,6 +395,12 @@ void Room::describe_tool(std::size_t slot, ServerUpdate& update) const noexcept 
     update.slowest_loop = member.slowest_loop;
   }
   if (member.is_in(ClientMode::kWave)) update.wave = bridge.wave.wave();
+}
+
+Tick Room::answered(std::size_t tool) const {
+  const auto moves = [tool](const Member& member) { return member.is_manipulator() && member.tool == tool; };
+  const auto member = std::find_if(members_.begin(), members_.end(), moves);
+  return member == members_.end() ? Tick{} : member->answered;
 }
 
 void Room::emit(const RoomEvent& event) noexcept {

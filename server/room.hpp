@@ -4,7 +4,7 @@
 //   ─────────                             ───────────
 //   RoomCommand  ──ring──▶                step(): 1 apply commands
 //   ClientUpdate ──mailbox per slot──▶            2 take each user's newest input, or play it out (input_playout.hpp)
-//                ◀──mailbox per slot── UserUpdate     3 step the world
+//                ◀──mailbox per slot── UserUpdate     3 step the world, and see what each tool put into it
 //                ◀──ring── RoomEvent              4 publish one update a user
 //
 // A slot changes hands while values wait in its mailboxes, so each update says whom it is for. The io side stamps
@@ -22,6 +22,7 @@
 #include <vector>
 
 #include "common/mailbox.hpp"
+#include "common/passivity/tool_port_guard.hpp"
 #include "common/ring.hpp"
 #include "common/tick_faults.hpp"
 #include "common/world/delayed_joint.hpp"
@@ -87,10 +88,14 @@ inline constexpr Duration kExtrapolatedFor = std::chrono::milliseconds(15);
 /// switch what joins them.
 inline constexpr Duration kSharedFor = std::chrono::milliseconds(500);
 
+struct RoomOptions {
+  SoftStepping soft_stepping = SoftStepping::kInline;
+  bool guards_tools = true;  ///< what a tool puts into the world must be paid by its user's hand (ToolPortGuard)
+};
+
 class Room {
  public:
-  Room(RoomId id, std::string name, std::shared_ptr<const LoadedScene> scene,
-       SoftStepping soft_stepping = SoftStepping::kInline);
+  Room(RoomId id, std::string name, std::shared_ptr<const LoadedScene> scene, const RoomOptions& options = {});
 
   RoomId id() const { return id_; }
   const std::string& name() const { return name_; }
@@ -112,6 +117,10 @@ class Room {
   /// Events that found no place: io has not taken any for 256 of them.
   std::uint64_t events_lost() const { return events_lost_; }
   const World& world() const { return world_; }
+  /// The newest input that moves a tool; Tick{} without one.
+  Tick answered(std::size_t tool) const;
+  /// Of the user in the slot; without effect in a room that guards no tools.
+  const ToolPortGuard& tool_guard(std::size_t slot) const { return bridges_[slot]->tool_guard; }
 
  private:
   struct Member {
@@ -141,6 +150,7 @@ class Room {
 
     InputPlayout playout;  ///< ClientMode::kLocalModel
     WaveHand wave;         ///< ClientMode::kWave
+    ToolPortGuard tool_guard{ToolPortGuard::Settings{}};
   };
 
   /// Time as the physics knows it.
@@ -158,11 +168,13 @@ class Room {
   TickFaults take_inputs() noexcept;
   TickFaults take_input(std::size_t slot) noexcept;
   void take_newest(std::size_t slot) noexcept;
+  TickFaults limit_tool(std::size_t slot) noexcept;
   void drive_tool(std::size_t slot) noexcept;
   void let_tool_be(std::size_t slot) noexcept;
   void play_out(std::size_t slot) noexcept;
   void move_by_wave(std::size_t slot) noexcept;
   void settle_waves() noexcept;
+  void settle_tool_guards() noexcept;
   void join_copies(std::size_t slot, const PlayedInput& played) noexcept;
   bool is_shared(BodyId body, std::size_t tool) const noexcept;
   Duration slowest_loop(std::size_t slot) const noexcept;
@@ -178,6 +190,7 @@ class Room {
   std::string name_;
   std::shared_ptr<const LoadedScene> scene_;
   Duration period_;
+  bool guards_tools_;
   World world_;
   Ring<RoomCommand> commands_{256};
   Ring<RoomEvent> events_{256};

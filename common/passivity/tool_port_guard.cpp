@@ -10,18 +10,16 @@ void ToolPortGuard::hand_reported(double from_hand_j, double to_hand_j, double e
   credit(hand_.take(from_hand_j, to_hand_j, elapsed_s));
 }
 
-void ToolPortGuard::stepped(const Pose& X_WT, const Wrench& on_tool_W, double into_world_j,
-                            double from_world_j) noexcept {
+void ToolPortGuard::stepped(const Pose& X_WT, const Wrench& on_tool_W, double net_into_world_j) noexcept {
   if (!is_finite(X_WT)) return;
   step_m_ = has_pose_ ? (X_WT.p - X_WT_.p).norm() : 0.0;
   turn_rad_ = has_pose_ ? rotation_vector(X_WT.q * X_WT_.q.conjugate()).norm() : 0.0;
   X_WT_ = X_WT;
   has_pose_ = true;
   note_full_wrench(on_tool_W);
-  const double net_j = into_world_j - from_world_j;
-  if (!std::isfinite(net_j)) return;
-  credit(net_into_world_j_ - net_j);
-  net_into_world_j_ = net_j;
+  if (!std::isfinite(net_into_world_j)) return;
+  credit(net_into_world_j_ - net_into_world_j);
+  net_into_world_j_ = net_into_world_j;
 }
 
 // What the whole coupling would have done, not what was left of it.

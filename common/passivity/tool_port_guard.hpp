@@ -14,9 +14,9 @@ namespace tandem {
 /// Model   paid P = Σ from_hand − Σ to_hand as reported; spent S = Σ into_world − Σ from_world as measured. The next
 ///         step can put in at most m = |F| (δ + a T²) + |τ| (δ_θ + α T²), with the wrench and the tool's step of the
 ///         last one. gain = min(1, (P − S + allowance) / (n m)), falling at once, rising slowly. The room scales
-///         stiffness and damping of the user's coupling by it.
+///         all that pulls for the user by it (World::limit_pull()).
 ///         Pose and payment travel in one message, so the delay by itself makes no debt: what the tool does now answers
-///         a hand that had paid so much then.
+///         a hand that had paid so much then. Of inputs that are played out, the payment is played out with them.
 /// Limits  m is of the last step's wrench: one that grows within a step (first contact) overdraws once, and is paid
 ///         back before more is let through. Dissipation on the hand's side stays in P up to account_limit_j.
 /// Source  as GuardedPort
@@ -37,8 +37,8 @@ class ToolPortGuard {
   /// The client's running sums, for every input that came; `elapsed_s` since the one before.
   void hand_reported(double from_hand_j, double to_hand_j, double elapsed_s) noexcept;
   /// After a step: where the tool is, what the coupling, scaled by the last gain(), did on it, and the world's running
-  /// sums for this user (its own, so trusted).
-  void stepped(const Pose& X_WT, const Wrench& on_tool_W, double into_world_j, double from_world_j) noexcept;
+  /// sum of what this user put in less what he drew (its own, so trusted).
+  void stepped(const Pose& X_WT, const Wrench& on_tool_W, double net_into_world_j) noexcept;
   /// What share of the coupling may act in the coming step, 0 … 1.
   double gain(double step_s) noexcept;
   /// A new user, or a new session of the same.

@@ -31,6 +31,7 @@ void ToolHand::reset(const CouplingParameters& coupling) noexcept {
   energy_into_world_j_ = 0;
   energy_from_world_j_ = 0;
   copies_work_j_ = 0;
+  weight_work_j_ = 0;
 }
 
 void ToolHand::set_handle(const RigidState& handle) noexcept {
@@ -96,10 +97,12 @@ void ToolHand::settle(const Pose& X_WT_before, const RigidState& tool, const Wre
   add_work(held_work_j(by_user_W, X_WT_before, tool.X));
 }
 
-void ToolHand::settle_copy(const Pose& X_WB_before, const Pose& X_WB, const Wrench& on_body_W) noexcept {
+void ToolHand::settle_copy(const Pose& X_WB_before, const Pose& X_WB, const Wrench& on_body_W,
+                           double weight_work_j) noexcept {
   if (has_handle()) wrench_on_hand_W_ += reaction_on_hand(on_body_W, target_.X.p - X_WB.p);
   const double work_j = held_work_j(on_body_W, X_WB_before, X_WB);
   copies_work_j_ += work_j;
+  weight_work_j_ += weight_work_j;
   add_work(work_j);
 }
 

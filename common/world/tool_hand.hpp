@@ -84,8 +84,8 @@ class ToolHand {
   void settle(const Pose& X_WT_before, const RigidState& tool, const Wrench& on_tool_W,
               const Wrench& by_joint_W = {}) noexcept;
   /// And then, for each body that a copy of the user's pulls: from where to where it went, and what pulled it, about
-  /// its origin.
-  void settle_copy(const Pose& X_WB_before, const Pose& X_WB, const Wrench& on_body_W) noexcept;
+  /// its origin; `weight_work_j` is what that of its weight did which the copy bears.
+  void settle_copy(const Pose& X_WB_before, const Pose& X_WB, const Wrench& on_body_W, double weight_work_j) noexcept;
   /// The last step's force or torque was at its limit: past half of the bend that saturation makes.
   bool is_saturated() const noexcept;
 
@@ -95,6 +95,8 @@ class ToolHand {
   double energy_from_world_j() const { return energy_from_world_j_; }
   /// Of both: what settle_copy() was told of, less than 0 when it was drawn from the world.
   double copies_work_j() const { return copies_work_j_; }
+  /// In neither: what copies did that bear the weight of bodies here, by lifting it.
+  double weight_work_j() const { return weight_work_j_; }
 
  private:
   void add_work(double work_j) noexcept;
@@ -112,6 +114,7 @@ class ToolHand {
   double energy_into_world_j_ = 0;
   double energy_from_world_j_ = 0;
   double copies_work_j_ = 0;
+  double weight_work_j_ = 0;
 };
 
 }  // namespace tandem

@@ -176,10 +176,15 @@ ToolState World::tool(std::size_t index) const {
   ToolState state;
   state.tool = impl_->tool_state(tool);
   state.wrench_on_hand_W = tool.hand.wrench_on_hand_W();
+  if (tool.hand.has_handle()) {
+    const Vec3 d_W = state.tool.X.p - tool.hand.target_pose().p;
+    state.pull_on_tool_W = reaction_on_hand(state.wrench_on_hand_W, d_W);
+  }
   if (tool.held) state.held = body_id_at(*tool.held);
   state.energy_into_world_j = tool.hand.energy_into_world_j();
   state.energy_from_world_j = tool.hand.energy_from_world_j();
   state.copies_work_j = tool.hand.copies_work_j();
+  state.weight_work_j = tool.hand.weight_work_j();
   return state;
 }
 

@@ -22,10 +22,12 @@ enum class GrabResult { kGrabbed, kUnknownBody, kNotGraspable, kOutOfReach, kAlr
 struct ToolState {
   RigidState tool;
   Wrench wrench_on_hand_W;  ///< of all that pulls the tool, coupling and joint, about the handle
+  Wrench pull_on_tool_W;    ///< the same from the tool's end, about its origin
   BodyId held;
   double energy_into_world_j = 0;  ///< Σ of positive work of coupling and joint on the world
   double energy_from_world_j = 0;  ///< Σ of work drawn from the world, ≥ 0
   double copies_work_j = 0;        ///< of both, what joints to the user's copies did on bodies (World::join_copies())
+  double weight_work_j = 0;        ///< of neither: what the copies did that bear a body's weight, by lifting it
 };
 
 /// What a tool touched in a step.
@@ -95,6 +97,9 @@ class World {
   /// tool stays (coupling_in_force()). Ignored when one is negative or not finite.
   void set_coupling(const CouplingParameters& parameters);
 
+  /// From now on this share, 0..1, of all that pulls for the tool's user acts: of the coupling, and of joints and of what
+  /// copies bear as they are joined next. A tool that is where its handle is (ToolDynamics::kAtHandle) is not held back.
+  void limit_pull(std::size_t tool, double share);
   /// From now on `share` of the joint pulls the tool, or the body that it holds at the tool's place, to `target`, beside
   /// 1 − share of the coupling to its handle (scaled as a whole, so every law's force is exactly that share). 0: the
   /// coupling alone. Both are in tool(). Ignored with a number that is not finite; a tool that is where its handle is

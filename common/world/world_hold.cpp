@@ -78,9 +78,10 @@ void World::deactivate_tool(std::size_t index) {
   release(index);
   tool.passes_through.reset();
   tool.hand.let_go();
-  tool.hand.set_strength(1);
   tool.join = {};
   impl_->forget_copies(tool);
+  tool.pull_share = 1;
+  tool.tune_coupling();
   tool.soft = {};
   impl_->effects.forget(index);
   tool.is_active = false;

@@ -70,6 +70,7 @@ struct WorldTool {
   boost::container::static_vector<CopyJoin, kMostCopies> copies = {};
   RigidState tool_there = {};  ///< with copies: the client's tool, which they were touched with
   double copies_share = 0;
+  double pull_share = 1;                 ///< World::limit_pull()
   SoftContact soft = {};                 ///< told from outside
   std::optional<std::size_t> pull = {};  ///< its place among this step's pulls
   std::optional<std::size_t> tie = {};   ///< and among the ties
@@ -82,6 +83,8 @@ struct WorldTool {
   bool is_pulled() const { return hand.pulls() || join.is_there(); }
   bool has_mass() const { return hand.dynamics() == ToolDynamics::kWithMass; }
   RigidState start() const { return {description->X_WT, Twist{}}; }
+  /// Of the coupling, what joints leave of it.
+  void tune_coupling() { hand.set_strength(pull_share * (1 - std::max(join.share, copies_share))); }
 };
 
 /// The frame at `p_BJ` on a body, with the body's axes.

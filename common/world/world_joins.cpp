@@ -23,13 +23,20 @@ double World::Impl::weight_borne(std::size_t body) const {
   return std::max(0.0, 1 - there);
 }
 
+void World::limit_pull(std::size_t index, double share) {
+  if (!std::isfinite(share)) return;
+  WorldTool& tool = impl_->tools[index];
+  tool.pull_share = std::clamp(share, 0.0, 1.0);
+  tool.tune_coupling();
+}
+
 void World::join_tool(std::size_t index, const RigidState& target, const Joint& joint, double share) {
   if (!is_finite(target) || !is_usable(joint) || !std::isfinite(share)) return;
   WorldTool& tool = impl_->tools[index];
   tool.join.share = std::clamp(share, 0.0, 1.0);
-  tool.join.law.set(joint, tool.join.share);
+  tool.join.law.set(joint, tool.join.share * tool.pull_share);
   tool.join.target = target;
-  tool.hand.set_strength(1 - tool.join.share);
+  tool.tune_coupling();
 }
 
 void World::join_copies(std::size_t index, const RigidState& tool_there, std::span<const CopyTarget> copies,
@@ -41,7 +48,8 @@ void World::join_copies(std::size_t index, const RigidState& tool_there, std::sp
   tool.copies.clear();
   tool.copies_share = copies.empty() && share < 1 ? 0 : std::clamp(share, 0.0, 1.0);
   tool.tool_there = tool_there;
-  tool.hand.set_strength(1 - tool.copies_share);
+  tool.tune_coupling();
+  const double acting = tool.copies_share * tool.pull_share;
   for (std::size_t i = 0; i < std::min({copies.size(), joints.size(), kMostCopies}); ++i) {
     const CopyTarget& copy = copies[i];
     WorldBody* const body = impl_->body_of(copy.body);
@@ -51,10 +59,10 @@ void World::join_copies(std::size_t index, const RigidState& tool_there, std::sp
     impl_->change_owner(*body, [](WorldBody& changed) { ++changed.copies; });
     CopyJoin& join = tool.copies.emplace_back();
     join.body = copy.body.value - 1;
-    join.law.set(joints[i], tool.copies_share);
+    join.law.set(joints[i], acting);
     join.target = copy.state;
     join.p_BJ = copy.p_BJ;
-    join.weight_there = i < weights.size() && weights[i] > 0 ? std::min(weights[i], 1.0) * tool.copies_share : 0;
+    join.weight_there = i < weights.size() && weights[i] > 0 ? std::min(weights[i], 1.0) * acting : 0;
   }
   for (const CopyJoin& old : before) {
     impl_->change_owner(impl_->bodies[old.body], [](WorldBody& changed) { --changed.copies; });

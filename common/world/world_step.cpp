@@ -208,7 +208,12 @@ TickFaults World::Impl::settle_hands() noexcept {
     tool.hand.settle(X_WT_before, now, by_hand_W, by_joint_W);
     for (const CopyJoin& copy : tool.copies) {
       const TouchTie& tie = ties[copy.tie];
-      tool.hand.settle_copy(tie.X_WT, joined_pose(bodies[copy.body].rigid.state().X, copy.p_BJ), tie.wrench_W);
+      const RigidBody& body = bodies[copy.body].rigid;
+      const Pose X_WJ = joined_pose(body.state().X, copy.p_BJ);
+      const Vec3 p_JCo_J = X_WJ.inverse() * body.centre_W();
+      const Vec3 rise_W = body.centre_W() - tie.X_WT * p_JCo_J;
+      const double weight_work_j = -copy.weight_there * body.weight_W(scene->gravity_m_per_s2).f.dot(rise_W);
+      tool.hand.settle_copy(tie.X_WT, X_WJ, tie.wrench_W, weight_work_j);
     }
     if (tool.hand.is_saturated()) faults |= kFaultCouplingSaturated;
   }

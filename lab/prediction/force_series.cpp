@@ -108,7 +108,8 @@ const std::vector<SceneHands>& shipped_hands() {
 
 ForceSeries scene_series(const SceneHands& hands) {
   const auto scene = load_scene(find_scene(hands.scene, scene_folders()));
-  const auto room = std::make_unique<Room>(RoomId{1}, hands.scene, scene);
+  // Its hands are paths and pay nothing.
+  const auto room = std::make_unique<Room>(RoomId{1}, hands.scene, scene, RoomOptions{.guards_tools = false});
   std::vector<std::unique_ptr<Seat>> seats;
   for (const std::string& path : hands.paths) seats.push_back(std::make_unique<Seat>(*room, seats.size(), path));
   ForceSeries series{hands.scene, "scene " + hands.scene, {}};

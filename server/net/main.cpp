@@ -26,6 +26,7 @@ struct Options {
   std::optional<Duration> duration;
   std::string cache = default_cache_directory().string();
   int realtime_priority = 60;
+  bool guards_tools = true;
   bool writes_json = false;
 };
 
@@ -53,6 +54,11 @@ void declare(CLI::App& app, Options& options) {
          },
          "stop after this long, with unit, e.g. 30s [default: never]")
       ->type_name("TIME");
+  app.add_option_function<std::string>(
+         "--guard", [&options](const std::string& text) { options.guards_tools = text == "on"; },
+         "hold a tool back that puts more into the world than its user's hand has paid [on]")
+      ->check(CLI::IsMember({"on", "off"}).description(""))
+      ->type_name("on|off");
   app.add_option("--cache", options.cache,
                  "folder that keeps what was built of meshes for contact; \"\": none, build at every start")
       ->type_name("DIR")
@@ -79,8 +85,9 @@ std::vector<std::unique_ptr<Room>> open_rooms(const Options& options) {
         throw std::invalid_argument("two rooms are called \"" + name + "\"; name them with --room");
       }
     }
-    rooms.push_back(
-        std::make_unique<Room>(RoomId{static_cast<std::uint32_t>(i + 1)}, name, scene, SoftStepping::kWorker));
+    rooms.push_back(std::make_unique<Room>(
+        RoomId{static_cast<std::uint32_t>(i + 1)}, name, scene,
+        RoomOptions{.soft_stepping = SoftStepping::kWorker, .guards_tools = options.guards_tools}));
   }
   return rooms;
 }

@@ -460,9 +460,10 @@ TEST(HapticCore, EnergyIsTheSumOfForceTimesTheMotionThatFollowed) {
   rig.enter_scene();
   double to_hand_j = 0;
   double from_hand_j = 0;
+  double asked_to_hand_j = 0;
   Vec3 last_p = Vec3::Zero();
   Quat last_q = Quat::Identity();
-  Wrench held;
+  Wrench held, asked;
   for (int i = 0; i < 3000; ++i) {
     const double phase = 0.01 * i;
     rig.received.update.wrench_on_hand_W = {Vec3(std::cos(3 * phase), 0, 1), Vec3(0, 0, 0.1 * std::sin(2 * phase))};
@@ -471,18 +472,43 @@ TEST(HapticCore, EnergyIsTheSumOfForceTimesTheMotionThatFollowed) {
     rig.device.sample.X_DH = {p, q};
     rig.run(1);
     if (i > 0) {
-      const double work_j = held.f.dot(p - last_p) + held.t.dot(rotation_vector(q * last_q.conjugate()));
+      const auto work_of = [&](const Wrench& wrench) {
+        return wrench.f.dot(p - last_p) + wrench.t.dot(rotation_vector(q * last_q.conjugate()));
+      };
+      const double work_j = work_of(held);
+      asked_to_hand_j += std::max(0.0, work_of(asked));
       (work_j > 0 ? to_hand_j : from_hand_j) += std::abs(work_j);
     }
     last_p = p;
     last_q = q;
     held = rig.core.record().displayed_on_hand_D;
+    asked = rig.core.record().stage_wrench_on_hand_D * rig.core.record().guard_gain;
   }
   EXPECT_GT(to_hand_j, 0.01);
   EXPECT_NEAR(rig.core.counters().energy_to_hand_j, to_hand_j, kSumRounding);
   EXPECT_NEAR(rig.core.counters().energy_from_hand_j, from_hand_j, kSumRounding);
-  // Hand joules are world joules · s_f / s_p, so the server is told four times as much.
-  EXPECT_NEAR(rig.sent().energy_to_hand_j, 4 * to_hand_j, 4 * kSumRounding);
+  // The server is told of what was asked for before the ramp, and four times as much: hand joules are world joules
+  // · s_f / s_p.
+  EXPECT_GT(asked_to_hand_j, 1.02 * to_hand_j);
+  EXPECT_NEAR(rig.sent().energy_to_hand_j, 4 * asked_to_hand_j, 4 * kSumRounding);
+}
+
+TEST(HapticCore, TheServerIsToldWhatTheHandWouldHavePaidForWhatTheDeviceCannotShow) {
+  Rig rig("hold");
+  rig.enter_scene();
+  rig.run(700);
+  rig.received.update.wrench_on_hand_W.f = Vec3(0, 0, -100);
+  const double before_j = rig.core.counters().energy_from_hand_j;
+  rig.run(50);
+  const double told_before_j = rig.sent().energy_from_hand_j;
+  const double paid_before_j = rig.core.counters().energy_from_hand_j;
+  for (int i = 0; i < 100; ++i) {
+    rig.device.sample.X_DH.p.z() += 1e-5;
+    rig.run(1);
+  }
+  EXPECT_NEAR(rig.sent().energy_from_hand_j - told_before_j, 100 * 1e-3, 2e-3);
+  EXPECT_LT(rig.core.counters().energy_from_hand_j - paid_before_j, 20 * 1e-3) << "no device here shows 100 N";
+  EXPECT_GE(paid_before_j, before_j);
 }
 
 TEST(HapticCore, UpdateForTheServerSaysWhatThisTickSaw) {

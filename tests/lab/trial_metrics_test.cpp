@@ -236,6 +236,64 @@ TEST(EnergyLedger, CountsWhatAModelHoldsLessWhatCameFromElsewhere) {
   EXPECT_NEAR(energy_ledger(trace).created_max_j, 0.1, 1e-9);
 }
 
+/// A hand that swings 5 mm at 5 Hz on a spring of 500 N/m at a server, whose answer it is shown `late_ms` after it moved.
+SessionTrace swinging(int late_ms) {
+  constexpr double kSpring = 500, kSwing_m = 0.005;
+  const auto at = [](double t) { return kSwing_m * sine(5, std::max(0.0, t)); };
+  SessionTrace trace = trace_of({begin_of("contact", 0)}, 1.001, [=](TickSample& tick, double t) {
+    tick.tick = Tick{static_cast<std::uint64_t>(std::lround(1000 * t)) + 77};
+    tick.hand_D.p.z() = tick.handle_W.X.p.z() = at(t);
+    force(tick, -kSpring * at(t - late_ms * 1e-3));
+  });
+  UserTrace& user = trace.users[0];
+  user.user.pipeline.stage = "hold";
+  user.user.role = UserRole::kManipulator;
+  user.coupling_stiffness_n_per_m = kSpring;
+  for (int k = 0; k <= 1000; ++k) {
+    const int moved = std::max(0, k - late_ms / 2);
+    const double z = at(moved * 1e-3);
+    trace.stored.push_back({milliseconds(k), 0.5 * kSpring * z * z});
+    if (k > 0 && moved == 0) continue;
+    user.answered.push_back({milliseconds(k), Tick{static_cast<std::uint64_t>(moved) + 77}, {}});
+    user.answered.back().on_hand_W.f.z() = -kSpring * z;
+  }
+  return trace;
+}
+
+TEST(EnergyBound, IsAboveWhatALateSpringMakesAndNotFar) {
+  for (const int late_ms : {4, 20, 40}) {
+    const SessionTrace trace = swinging(late_ms);
+    const double made_j = energy_ledger(trace).created_max_j;
+    // Each of the five swings gives π k A² sin(ωT).
+    const double theory_j = 5 * std::numbers::pi * 500 * 0.005 * 0.005 * sine(5, late_ms * 1e-3);
+    EXPECT_NEAR(made_j, theory_j, 0.1 * theory_j + 0.01) << late_ms;
+    const double bound_j = metric("energy_created_bound_j", trace);
+    EXPECT_GE(bound_j, made_j) << late_ms;
+    EXPECT_LE(bound_j, 2 * made_j + 0.01) << late_ms;
+  }
+}
+
+TEST(EnergyBound, IsNoneWhereItDoesNotHoldAndZeroForWaves) {
+  const auto changed = [](const auto& change) {
+    SessionTrace trace = swinging(20);
+    change(trace.users[0]);
+    return metric("energy_created_bound_j", trace);
+  };
+  EXPECT_GT(changed([](UserTrace&) {}), 0);
+  EXPECT_TRUE(std::isnan(changed([](UserTrace& user) { user.user.pipeline.stage = "local-model"; })));
+  EXPECT_TRUE(std::isnan(changed([](UserTrace& user) { user.user.pipeline.deadband = 0.1; })));
+  EXPECT_TRUE(std::isnan(changed([](UserTrace& user) { user.answered.clear(); })));
+  EXPECT_TRUE(std::isnan(changed([](UserTrace& user) { user.ticks[5].server_tick_faults = kFaultToolGuarded; })));
+  EXPECT_EQ(changed([](UserTrace& user) { user.user.pipeline.stage = "wave"; }), 0);
+}
+
+TEST(TrialMetrics, ToolGuardedIsTheShareOfTicksThatSaySo) {
+  SessionTrace trace = pressing([](TickSample& tick, double t) {
+    tick.server_tick_faults = t < 0.7 ? kFaultToolGuarded | kFaultFieldLimited : kFaultFieldLimited;
+  });
+  EXPECT_NEAR(metric("tool_guarded_fraction", trace), 0.1, 1e-12);
+}
+
 /// The hand gets 0.2 J from a field.
 TEST(EnergyLedger, AFieldThatGivesMoreThanItHoldsCreatedIt) {
   SessionTrace trace = working(2, 0);

@@ -74,6 +74,23 @@ TEST_P(EveryLaw, PressesABallOnABlockForTwoSecondsWithoutAFault) {
   }
 }
 
+TEST_P(EveryLaw, IsHeldBackToNothingAndLetThroughAgainWithoutAFault) {
+  const std::string block = R"({"name": "block", "shapes": [{"box": {"size_m": [0.2, 0.2, 0.1]}}],
+                                "placement": {"position_m": [0, 0, -0.05]}})";
+  World world(make_server_world(load_parts({.bodies = block,
+                                            .tools = R"({"name": "ball", "placement": {"position_m": [0, 0, 0.02]}})",
+                                            .coupling = coupling_with(GetParam())})));
+  world.activate_tool(0);
+  for (int i = 0; i < 1000; ++i) {
+    world.limit_pull(0, std::clamp(0.5 + std::sin(0.02 * i), 0.0, 1.0));
+    const double z = 0.002 + 1e-4 * std::max(0, 180 - i);
+    world.set_handle(0, at({0.02 * std::sin(0.003 * i), 0, z}, {0.06 * std::cos(0.003 * i), 0, i < 180 ? -0.1 : 0}));
+    ASSERT_EQ(world.step() & ~static_cast<TickFaults>(kFaultCouplingSaturated), 0U) << "step " << i;
+    ASSERT_TRUE(is_finite(world.tool(0).tool.X)) << i;
+    ASSERT_LE(world.tool(0).wrench_on_hand_W.f.norm(), 6.5 + 1e-9) << i;
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Catalog, EveryLaw, testing::ValuesIn(law_names()), [](const auto& law) {
   std::string name = law.param;
   std::erase(name, '-');

@@ -26,7 +26,7 @@ struct PushedBody {
       x += v * kStep;
       const double work_j = f * v * kStep;
       (work_j > 0 ? into_j : from_j) += std::abs(work_j);
-      guard.stepped({Vec3(x, 0, 0), Quat::Identity()}, {Vec3(f, 0, 0), Vec3::Zero()}, into_j, from_j);
+      guard.stepped({Vec3(x, 0, 0), Quat::Identity()}, {Vec3(f, 0, 0), Vec3::Zero()}, into_j - from_j);
       paid.push_back(paid_share * into_j);
       if (k >= report_delay) {
         guard.hand_reported(paid[static_cast<std::size_t>(k - report_delay)], paid_share * from_j, kStep);
@@ -77,8 +77,8 @@ TEST(ToolPortGuard, IsFiniteAndWithinZeroAndOneForAnyInput) {
   ToolPortGuard guard({});
   const double infinity = std::numeric_limits<double>::infinity();
   for (const double bad : {std::nan(""), infinity, 1e300}) {
-    guard.stepped({Vec3(bad, 0, 0), Quat::Identity()}, {Vec3(bad, 0, 0), Vec3::Zero()}, bad, bad);
-    guard.stepped({}, {Vec3(bad, 0, 0), Vec3::Zero()}, 0, bad);
+    guard.stepped({Vec3(bad, 0, 0), Quat::Identity()}, {Vec3(bad, 0, 0), Vec3::Zero()}, bad);
+    guard.stepped({}, {Vec3(bad, 0, 0), Vec3::Zero()}, -bad);
     for (const double step : {bad, kStep}) {
       const double gain = guard.gain(step);
       EXPECT_TRUE(gain >= 0 && gain <= 1) << gain;
@@ -91,7 +91,7 @@ TEST(ToolPortGuard, AllocatesNothing) {
   const std::uint64_t before = allocation_count();
   for (int k = 0; k < 100; ++k) {
     guard.hand_reported(0.01 * k, 0, kStep);
-    guard.stepped({Vec3(1e-4 * k, 0, 0), Quat::Identity()}, {Vec3(1, 0, 0), Vec3::Zero()}, 0.01 * k, 0);
+    guard.stepped({Vec3(1e-4 * k, 0, 0), Quat::Identity()}, {Vec3(1, 0, 0), Vec3::Zero()}, 0.01 * k);
     guard.gain(kStep);
   }
   EXPECT_EQ(allocation_count() - before, 0U);

@@ -103,6 +103,7 @@ TEST_F(JoinedCopies, WhatACopyBearsOfTheWeightTheJointNeedNot) {
     }
     const double sag_m = (1 - there) * 0.3 * 9.81 / kJoint.stiffness_n_per_m;
     EXPECT_NEAR(heavy.body(kBody).X.p.z(), -sag_m, 1e-5) << there;
+    EXPECT_NEAR(heavy.tool(0).weight_work_j, -there * 0.3 * 9.81 * sag_m, 1e-7) << there;
   }
 }
 
@@ -124,6 +125,19 @@ TEST_F(JoinedCopies, TheirWorkIsTheEnergyOfTheBody) {
   // The work of the mean force over the way of the step, against v²: implicit Euler loses m (Δv)²/2 a step.
   EXPECT_NEAR(world.tool(0).copies_work_j, kinetic_j, 0.1 * kinetic_j);
   EXPECT_EQ(world.tool(0).energy_into_world_j, world.tool(0).copies_work_j);
+}
+
+TEST_F(JoinedCopies, OfALimitedPullOnlyThatShareActs) {
+  join({0, 0, 0.003}, 1, kSpring);
+  world.step();
+  const double whole = world.tool(0).wrench_on_hand_W.f.z();
+  for (const double share : {0.5, 0.0, 1.0}) {
+    world.set_body(kBody, at(Vec3::Zero()));
+    world.limit_pull(0, share);
+    join({0, 0, 0.003}, 1, kSpring);
+    world.step();
+    EXPECT_NEAR(world.tool(0).wrench_on_hand_W.f.z(), share * whole, 0.02 * std::abs(whole)) << share;
+  }
 }
 
 TEST_F(JoinedCopies, SomebodyWithACopyIsAHandOnTheBody) {

@@ -23,6 +23,31 @@ TEST(Hold, DropsWhatTwoSqueezeAt100Ms) {
   EXPECT_NE(Shown("squeeze", bare("hold", 100)).outcome(), "completed");
 }
 
+// Without delay none of them makes any; what is made is within what theory says, and not far below.
+TEST(EveryOtherStage, MakesNoMoreEnergyThanItsBound) {
+  for (const char* stage : {"late-pose", "hold", "linear", "ar", "ar-spline", "wave"}) {
+    for (const char* experiment : {"wall", "push"}) {
+      const Shown shown(experiment, bare(stage, 100));
+      const double made_j = shown["energy_created_max_j"], bound_j = shown["energy_created_bound_j"];
+      EXPECT_LE(made_j, bound_j + 1e-9) << stage << " on " << experiment;
+      if (made_j < 1) continue;
+      EXPECT_LE(bound_j, 4 * made_j) << stage << " on " << experiment;
+    }
+  }
+}
+
+// A tool that follows a late pose pays nothing for what it pushes, until the room asks for it.
+TEST(LatePose, PushesWithEnergyFromNowhereUnlessTheToolIsGuarded) {
+  const Shown off("push", bare("late-pose", 100));
+  const Shown on("push", {"stage=late-pose", "guard=true", "link.rtt_ms=100"});
+  EXPECT_GT(off["energy_created_max_j"], 0.5);
+  EXPECT_LT(on["energy_created_max_j"], 0.1);
+  EXPECT_GT(off["limit_cycle_m_per_s"], kRings_m_per_s);
+  EXPECT_LE(on["limit_cycle_m_per_s"], kCalm_m_per_s);
+  EXPECT_EQ(off["tool_guarded_fraction"], 0);
+  EXPECT_GT(on["tool_guarded_fraction"], 0);
+}
+
 // It carries on a force that has stopped growing: the longer the delay, the farther beyond.
 TEST(Linear, Overshoots) {
   const Shown linear("wall", bare("linear", 100));

@@ -40,6 +40,7 @@ TEST_P(Moving, MakesNoStepNoEnergyAndNoWorkForTheGuard) {
   EXPECT_LE(shown["energy_created_max_j"], 0.001);
   const double guard = shown["guard_dissipated_fraction"];
   EXPECT_FALSE(guard > 0.05) << guard;
+  EXPECT_EQ(shown["tool_guarded_fraction"], 0);
 }
 
 INSTANTIATE_TEST_SUITE_P(Default, Moving, testing::Values(At{"mass", 200}, At{"docking", 100}),

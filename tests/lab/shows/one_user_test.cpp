@@ -90,6 +90,7 @@ TEST_P(Alone, MakesNoStepNoEnergyAndNoWorkForTheGuard) {
   EXPECT_EQ(shown["slew_activations"], 0);
   EXPECT_LE(shown["energy_created_max_j"], 0.001);
   EXPECT_FALSE(is_above(shown["guard_dissipated_fraction"], 0.05)) << shown["guard_dissipated_fraction"];
+  EXPECT_EQ(shown["tool_guarded_fraction"], 0);
   EXPECT_EQ(shown.outcome(), "completed");
 }
 
