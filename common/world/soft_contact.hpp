@@ -12,8 +12,8 @@ struct SoftContact {
   Wrench wrench_W;                      ///< on T at X_WT0, about its origin: impulse of the soft step over its length
   Matrix6 stiffness = Matrix6::Zero();  ///< −∂W/∂X, symmetric, never negative; translation [m], then rotation [rad]
   Pose X_WT0;                           ///< where T was, or will be
-  double trust_radius_m = 0;            ///< how far T may move aside until the contact is another one; 0: none, nor near
-  double lever_m = 0;                   ///< a turn by θ counts as a way of lever · θ
+  double trust_radius_m = 0;  ///< how far T may move aside until the contact is another one; 0: none, nor near
+  double lever_m = 0;         ///< a turn by θ counts as a way of lever · θ
 };
 
 /// The soft bodies' wrench on T about its origin, now that T is at `X_WT`.
