@@ -1,5 +1,5 @@
-// Whether a scene's coupling is fit for this client's device. The verdict is quick and the io thread's, the reasons take
-// their time and are asked for by a thread that nobody waits for.
+// Whether a scene's coupling is fit for this client's device. The verdict is quick and the io thread's, the reasons
+// take their time and are asked for by a thread that nobody waits for.
 #pragma once
 
 #include <cstdint>
@@ -41,7 +41,8 @@ bool is_stable_coupling(const HapticScene& scene, const std::vector<MovedThing>&
 
 /// Why, and what would do instead; kUnstable exactly where is_stable_coupling() is false.
 ///
-/// Out     at most one finding each for translation and rotation, the graver, and one for a law that is active by itself
+/// Out     at most one finding each for translation and rotation, the graver, and one for a law that is active by
+/// itself
 /// Cost    6 ms; tens of milliseconds where a remedy is searched (thread any that nothing waits for)
 std::vector<StabilityFinding> explained(const CouplingCheck& check, const DeviceProfile& device);
 
@@ -51,8 +52,8 @@ std::vector<StabilityFinding> explained(const CouplingCheck& check, const Device
 /// Thread  the session's
 class CouplingWatch {
  public:
-  /// Ours: the messages of one burst come together. What is unstable has no time to grow meanwhile, for the coefficients
-  /// themselves take kCouplingRamp_s.
+  /// Ours: the messages of one burst come together. What is unstable has no time to grow meanwhile, for the
+  /// coefficients themselves take kCouplingRamp_s.
   static constexpr Duration kQuiet{std::chrono::milliseconds(50)};
   /// A slider that is dragged is looked at this often.
   static constexpr Duration kAtLatest{std::chrono::milliseconds(250)};

@@ -98,9 +98,9 @@ void HapticCore::tick(LocalTime now) noexcept {
   }
   record_.state_age = has_state_ ? std::max(Duration{0}, now - mailboxes_.inbox.front().received) : Duration{-1};
   run_stage(now);
-  const Wrench guarded_on_hand_D = scene_.workspace.device_wrench(through_guard(stage_output_.wrench_on_hand_W));
-  asked_on_hand_D_ = is_finite(guarded_on_hand_D) ? guarded_on_hand_D : Wrench{};
-  write(now, through_safety(now, guarded_on_hand_D, speed_m_per_s));
+  const Wrench guarded_on_hand_W = through_guard(stage_output_.wrench_on_hand_W);
+  write(now, through_safety(now, scene_.workspace.device_wrench(guarded_on_hand_W), speed_m_per_s));
+  account_payment(guarded_on_hand_W);
   tell_displayed();
   record_.is_clamped = writer_.was_clamped();
   last_sample_ = sample;
@@ -304,11 +304,24 @@ void HapticCore::account_energy(const DeviceSample& sample) noexcept {
   const double work_j = held_work_j(writer_.written(), last_sample_.X_DH, sample.X_DH);
   counters_.energy_to_hand_j += std::max(0.0, work_j);
   counters_.energy_from_hand_j += std::max(0.0, -work_j);
-  if (!scene_is_usable_) return;
-  const double asked_j = held_work_j(asked_on_hand_D_, last_sample_.X_DH, sample.X_DH);
-  const double asked_world_j = asked_j / scene_.workspace.hand_joules_per_world_joule();
-  asked_to_hand_j_ += std::max(0.0, asked_world_j);
-  asked_from_hand_j_ += std::max(0.0, -asked_world_j);
+}
+
+// By the handle, which is where the tool is pulled to: while the clutch is down it stands, and nothing is paid. Who
+// drives a tool without being shown what it feels pays what the server would have him feel.
+void HapticCore::account_payment(const Wrench& guarded_on_hand_W) noexcept {
+  // No coupling is that strong; a sum of less never leaves what the wire takes.
+  constexpr double kMost_n = 1000, kMost_n_m = 100;
+  const bool is_paying = record_.sample.is_valid && is_driving();
+  if (is_paying && is_paying_) {
+    const double work_j = held_work_j(asked_on_hand_W_, paid_at_X_WH_, record_.handle_W.X);
+    asked_to_hand_j_ += std::max(0.0, work_j);
+    asked_from_hand_j_ += std::max(0.0, -work_j);
+  }
+  const Wrench& asked = is_displaying() ? guarded_on_hand_W : record_.server_wrench_on_hand_W;
+  asked_on_hand_W_ = Wrench{};
+  if (is_finite(asked)) asked_on_hand_W_ = {clamped_to_length(asked.f, kMost_n), clamped_to_length(asked.t, kMost_n_m)};
+  paid_at_X_WH_ = record_.handle_W.X;
+  is_paying_ = is_paying;
 }
 
 void HapticCore::count() noexcept {

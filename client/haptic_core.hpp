@@ -141,6 +141,7 @@ class HapticCore {
   bool write(LocalTime now, const Wrench& wrench_on_hand_D) noexcept;
   std::uint32_t buttons_to_tell(LocalTime now) noexcept;
   void account_energy(const DeviceSample& sample) noexcept;
+  void account_payment(const Wrench& guarded_on_hand_W) noexcept;
   void count() noexcept;
   void publish(LocalTime now) noexcept;
   /// The server is told of the hand.
@@ -175,9 +176,11 @@ class HapticCore {
   DeviceSample last_sample_;   ///< of the last tick, when valid
   std::uint32_t buttons_ = 0;  ///< of the last valid sample in this scene
   LocalTime buttons_seen_at_{};
-  /// After the guard, before the safety stages: what ramp, slew limit and the device's own limit keep from the hand, its
-  /// tool does in the world all the same, so it counts as paid.
-  Wrench asked_on_hand_D_;
+  /// After the guard, before the safety stages: what ramp, slew limit and the device's own limit keep from the hand,
+  /// its tool does in the world all the same, so it counts as paid.
+  Wrench asked_on_hand_W_;
+  Pose paid_at_X_WH_;           ///< handle of the last tick
+  bool is_paying_ = false;      ///< it was known then
   double asked_to_hand_j_ = 0;  ///< world joules
   double asked_from_hand_j_ = 0;
   TickRecord record_;

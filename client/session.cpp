@@ -57,7 +57,9 @@ struct ClientSession::Impl {
         assets(kMaxAssetBytes, settings.asset_store) {}
 
   // Connecting and losing
-  static SendRate freshly_paced() { return SendRate(kDeadbandFloor, kFastestState_hz); }
+  /// Of the haptic loop.
+  static constexpr double kTicks_per_s = 1000;
+  static SendRate freshly_paced() { return SendRate(kDeadbandFloor, kTicks_per_s); }
   void enter(SessionState state, LocalTime now);
   void connect(LocalTime now);
   void connected(LocalTime now);
@@ -501,7 +503,7 @@ void ClientSession::Impl::send_newest(LocalTime now) {
   }
 }
 
-// Waves are sums that the receiver smooths as they come, so each of them is told.
+// Waves are sums that the receiver smooths as they come: none of them is left out because it is small.
 bool ClientSession::Impl::must_be_told(const ClientUpdate& update, LocalTime now) const {
   if (deadband.is_off() || !has_update || now - last_sent >= kDeadbandFloor) return true;
   if (update.mode == ClientMode::kWave || update.mode != told.mode) return true;
@@ -517,7 +519,8 @@ bool ClientSession::Impl::must_be_told(const ClientUpdate& update, LocalTime now
 
 /// For a link that does not carry every tick; not what a hand has just pressed. A stream paces itself.
 bool ClientSession::Impl::may_wait(const ClientUpdate& update, LocalTime now) const {
-  const bool is_news = update.handle_valid != told.handle_valid || update.buttons != told.buttons;
+  const bool is_news =
+      update.handle_valid != told.handle_valid || update.buttons != told.buttons || update.mode != told.mode;
   return settings.state_transport == StateTransport::kUdp && !is_news && !send_rate.may_send(now.time_since_epoch());
 }
 

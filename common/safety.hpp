@@ -63,9 +63,9 @@ struct SafetyInput {
 
 /// The stages before the clamp. One call a tick.
 ///
-/// Model   gain g: rises by dt / start_ramp; g ≤ silence gain of the state's age, from 1 to 0 without a corner, as there
-///         is none when the silence ends; after a fault it falls by dt / fault_decay to 0 before it may rise again,
-///         and it falls so while there is no state or nothing to display.
+/// Model   gain g: rises by dt / start_ramp; g ≤ silence gain of the state's age, from 1 to 0 without a corner, as
+///         there is none when the silence ends; after a fault it falls by dt / fault_decay to 0 before it may rise
+///         again, and it falls so while there is no state or nothing to display.
 ///         out = slew(g · wrench), and while g falls |out| ≤ |displayed before| · g / g_before, for force and
 ///         torque each; what that kept back comes in again within 60 ms once g falls no more. Without a usable
 ///         wrench (no state, no sample, not finite, clutched) out is the displayed one · g / g_before. A fault's

@@ -31,7 +31,8 @@ void SendRate::sent(Duration now) noexcept {
 }
 
 void SendRate::delivered(Duration sent, Duration delay) noexcept {
-  if (sent <= newest_) return;
+  const bool is_news = sent > newest_ && sent <= last_sent_;
+  if (!is_news || most_hz_ * to_seconds(floor_) <= 1) return;
   const Duration since_last = newest_ == Duration::min() ? Duration{0} : sent - newest_;
   newest_ = sent;
   if (changed_at_ == Duration::min()) changed_at_ = calm_at_ = sent;

@@ -8,22 +8,22 @@
 
 namespace tandem {
 
-/// Haptic ticks and room steps; nobody sends more often.
-inline constexpr double kFastestState_hz = 1000;
-
 /// One direction's. The sender asks may_send(), and hears how long what it sent has taken.
 ///
 /// Model   A link that is given more than it carries queues: the least delay of a short time rises above the least of a
-///         long one, and goes on rising, which jitter does not do. Of a queue that has grown by q while messages of a time
-///         t were sent, the link carries 1 / (1 + q/t) of their rate. At kQueue the sender falls to the floor rate until
-///         the queue is gone, and goes on with kMargin of what the link carries. A queue that neither shrinks nor grows by
-///         2 kGone within kWatch of that is a longer way, and nothing was too much. Without a queue the rate is raised
-///         again, evenly, after kPatience; that doubles with each time that it was too much, up to kLongestPatience.
-///         Delays are differences of two clocks: only their changes count, so the clocks need not agree.
-/// Limits  a queue of less than kQueue, and what a link with a short queue drops, are not noticed
-/// Source  delay as the sign of a queue: LEDBAT (RFC 6817); rate from what arrives: Cardwell et al., "BBR: congestion-based
-///         congestion control", ACM Queue 14(5), 2016. States instead of a window, for messages that are not repeated, and
-///         the figures are ours
+///         long one, which the jitter of single messages does not do. Of a queue that has grown by q while messages of
+///         a time t were sent, the link carries 1 / (1 + q/t) of their rate. At kQueue the sender falls to the floor
+///         rate until the queue is gone, and goes on with kMargin of what the link carries. A queue that neither
+///         shrinks nor grows by 2 kGone within kWatch of that is a longer way, and nothing was too much. Without a
+///         queue the rate is raised again, evenly, after kPatience; that doubles with each time that it was too much,
+///         up to kLongestPatience. Delays are differences of two clocks: only their changes count, so the clocks need
+///         not agree.
+/// Limits  A queue of less than kQueue, and what a link with a short queue drops, are not noticed. A delay that stays
+///         for longer than kShort though nothing of ours queues (a radio link's pause, somebody else's traffic) is
+///         taken for one: that costs rate, which comes back within a minute, and no force.
+/// Source  delay as the sign of a queue: LEDBAT (RFC 6817); rate from what arrives: Cardwell et al., "BBR:
+///         congestion-based congestion control", ACM Queue 14(5), 2016. States instead of a window, for messages that
+///         are not repeated, and the figures are ours
 /// Thread  any, one at a time; no allocation
 class SendRate {
  public:
@@ -37,8 +37,8 @@ class SendRate {
   static constexpr double kMargin = 0.85;
   static constexpr double kRise_per_s = 0.05;
 
-  /// In      floor  longest time between two messages, however little the link carries
-  ///         most_hz  nobody sends faster: a rate above is no limit any more
+  /// In      floor    longest time between two messages, however little the link carries
+  ///         most_hz  as often as the sender would like to; at the floor rate or less it is never held back
   SendRate(Duration floor, double most_hz) : floor_(floor), most_hz_(most_hz) {}
 
   /// Whether a message may go now; the caller says so with sent() when it goes.

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <limits>
 
-#include "common/tick_faults.hpp"
 #include "common/work.hpp"
 
 namespace tandem::lab {
@@ -32,9 +31,8 @@ struct HandWork {
 };
 
 bool has_bound(const UserTrace& user) {
-  const auto is_guarded = [](const TickSample& tick) { return (tick.server_tick_faults & kFaultToolGuarded) != 0; };
   return user.user.pipeline.stage != "local-model" && !(user.user.pipeline.deadband > 0) && !user.answered.empty() &&
-         std::none_of(user.ticks.begin(), user.ticks.end(), is_guarded);
+         std::none_of(user.ticks.begin(), user.ticks.end(), tells_of_guarded_tool);
 }
 
 /// Of the coupling, when its handle jumps.
@@ -53,10 +51,13 @@ double bound_of(const UserTrace& user) {
   double in_flight_j = 0;
   std::size_t newest = 0;
   std::size_t before = 0;
+  const auto see_in_flight = [&] {
+    in_flight_j = std::max(in_flight_j, work.size_j[newest] - work.size_j[std::min(before, newest)]);
+  };
   const AnsweredInput* answered = nullptr;
   for (const AnsweredInput& answer : user.answered) {
     while (newest + 1 < user.ticks.size() && user.ticks[newest + 1].time <= answer.time) ++newest;
-    in_flight_j = std::max(in_flight_j, work.size_j[newest] - work.size_j[std::min(before, newest)]);
+    see_in_flight();
     const std::size_t place = place_of(answer);
     const Pose& from = user.ticks[before].handle_W.X;
     const Pose& to = user.ticks[place].handle_W.X;
@@ -66,6 +67,8 @@ double bound_of(const UserTrace& user) {
     before = place;
     answered = &answer;
   }
+  newest = user.ticks.size() - 1;
+  see_in_flight();
   return bound_j + in_flight_j;
 }
 

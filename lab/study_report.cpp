@@ -113,8 +113,8 @@ std::vector<Figure> figures_of(const std::vector<SeedGroup>& groups, const std::
   return figures;
 }
 
-/// What the weaker of two users feels over the round trip, under what passive joints would let through; nothing where no
-/// trial has such a bound.
+/// What the weaker of two users feels over the round trip, under what passive joints would let through; nothing where
+/// no trial has such a bound.
 std::vector<Figure> frontier_of(const std::vector<SeedGroup>& groups, const std::map<std::string, int>& colors) {
   const auto bounds = curves_of(groups, "hold_force_bound_n");
   if (bounds.empty()) return {};

@@ -10,6 +10,7 @@
 #include "client/local/model_ledger.hpp"
 #include "client/session.hpp"
 #include "common/link.hpp"
+#include "common/tick_faults.hpp"
 #include "lab/experiment.hpp"
 #include "lab/virtual_network.hpp"
 #include "server/session_hub.hpp"
@@ -40,6 +41,11 @@ struct TickSample {
   bool is_clamped = false;
   ModelEnergy model;  ///< of the local model after this tick; zero without one
 };
+
+/// The room held a tool back, in the newest step that this tick knew of.
+inline bool tells_of_guarded_tool(const TickSample& tick) {
+  return (tick.server_tick_faults & kFaultToolGuarded) != 0;
+}
 
 /// What the tick's record has of it; the hand's side is left at rest.
 TickSample sample_of(const TickRecord& record);

@@ -8,7 +8,6 @@
 #include <optional>
 #include <stdexcept>
 
-#include "common/tick_faults.hpp"
 #include "lab/energy_bound.hpp"
 #include "lab/energy_ledger.hpp"
 #include "lab/felt_mass.hpp"
@@ -217,8 +216,7 @@ double guard_dissipated_fraction(const UserView& view) {
 }
 
 double tool_guarded_fraction(const UserView& view) {
-  const auto is_guarded = [](const TickSample& tick) { return (tick.server_tick_faults & kFaultToolGuarded) != 0; };
-  const auto guarded = std::count_if(view.user.ticks.begin(), view.user.ticks.end(), is_guarded);
+  const auto guarded = std::count_if(view.user.ticks.begin(), view.user.ticks.end(), tells_of_guarded_tool);
   return view.user.ticks.empty() ? kNothing
                                  : static_cast<double>(guarded) / static_cast<double>(view.user.ticks.size());
 }

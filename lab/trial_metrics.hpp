@@ -50,7 +50,8 @@ inline constexpr double kContactForce_n = 0.1;
 std::vector<bool> contact_phases(const UserView& view);
 
 /// "completed"; "lost": a user lost its connection. With a rule also "never-lifted": the body never got as high as it
-/// should; "dropped": it was not that high at some instant of the rule's phase; or "missed": it did not end where it should.
+/// should; "dropped": it was not that high at some instant of the rule's phase; or "missed": it did not end where it
+/// should.
 std::string outcome_of(const Experiment& experiment, const SessionTrace& trace);
 
 }  // namespace tandem::lab

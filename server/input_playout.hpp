@@ -25,14 +25,14 @@ struct PlayedInput {
   bool is_dry = false;            ///< nothing newer has come: the last is held
 };
 
-/// Plays a client's handle, tool, copies, buttons and energies at a delay that nearly all of its inputs keep, one of its ticks after
-/// the other.
+/// Plays a client's handle, tool, copies, buttons and energies at a delay that nearly all of its inputs keep, one of
+/// its ticks after the other.
 ///
 /// Model   The delay is PlayoutDelay's, of stamps by the client and steps of the room.
 ///         A tick that did not come is put between its neighbours: a cubic for the position and for the rotation
 ///         vector from the first to the second, with their twists at its ends. It errs by T⁴/384 max|x⁗| over a gap
-///         of T. Energies go evenly. Which tick is played moves on by as many as fit into a step, and changes stride only when it has
-///         drifted 0.75 ticks from where the delay wants it: a jitter of time stamps moves nothing.
+///         of T. Energies go evenly. Which tick is played moves on by as many as fit into a step, and changes stride
+///         only when it has drifted 0.75 ticks from where the delay wants it: a jitter of time stamps moves nothing.
 ///         When dry, the last one's poses are held and its twists fade to zero in kTwistFade_s; what then comes is
 ///         caught up with at kCatchUp times the hand's pace, not by a jump.
 /// Limits  a client that leaves gaps by itself (a deadband) is played later by their length

@@ -24,7 +24,7 @@ Room::Room(RoomId id, std::string name, std::shared_ptr<const LoadedScene> scene
       name_(std::move(name)),
       scene_(std::move(scene)),
       period_(from_seconds(1.0 / scene_->description.step_rate_hz())),
-      guards_tools_(options.guards_tools),
+      guards_tools_(options.guards_tools && scene_->coupling.dynamics != ToolDynamics::kAtHandle),
       world_(make_server_world(scene_, options.soft_stepping)),
       coupling_(scene_->coupling.parameters) {
   for (auto& slot : slots_) slot = std::make_unique<UserSlot>();
@@ -165,9 +165,11 @@ TickFaults Room::take_input(std::size_t slot) noexcept {
 void Room::take_newest(std::size_t slot) noexcept {
   Member& member = members_[slot];
   const ClientMode before = member.newest.mode;
+  const Tick tick_before = member.newest.input_tick;
   const double since_last_s = to_seconds(input_age(member));
   member.newest = slots_[slot]->input.front();
   member.input_seen_at = step_;
+  member.has_left_a_gap = member.has_input && member.newest.input_tick.value > tick_before.value + 1;
   member.has_input = true;
   // What a local model's user presses is played out with the rest (play_out()): tool and body are then where he had
   // them. Let go in any case: a hand that is lost must be able to open.
@@ -204,16 +206,24 @@ void Room::drive_tool(std::size_t slot) noexcept {
   }
   member.answered = member.newest.input_tick;
   RigidState handle = member.newest.handle;
-  if (member.leaves_gaps) {
+  if (member.leaves_gaps || member.has_left_a_gap) {
     handle.X = integrate(handle.X, handle.V, to_seconds(std::min(input_age(member), kExtrapolatedFor)));
   }
+  pull_to(slot, handle);
+}
+
+void Room::pull_to(std::size_t slot, const RigidState& handle) noexcept {
+  Member& member = members_[slot];
   world_.set_handle(member.tool, handle);
+  if (std::exchange(member.is_driven, true)) return;
+  bridges_[slot]->tool_guard.handle_began(world_.energy_of_tool_j(member.tool));
 }
 
 /// Until there is an input again: nothing that is on its way is played any more.
 void Room::let_tool_be(std::size_t slot) noexcept {
   Member& member = members_[slot];
   member.answered = member.newest.input_tick;
+  member.is_driven = false;
   member.joint_share.reset();
   member.shared_until = Step{};
   member.slowest_loop = Duration{0};
@@ -231,7 +241,7 @@ void Room::play_out(std::size_t slot) noexcept {
   if (!played) return;
   member.answered = played->tick;
   bridges_[slot]->tool_guard.hand_reported(played->energy_from_hand_j, played->energy_to_hand_j, to_seconds(period_));
-  world_.set_handle(member.tool, played->handle);
+  pull_to(slot, played->handle);
   join_copies(slot, *played);
   follow_grab_button(slot, (played->buttons & kButtonGrab) != 0);
 }
@@ -283,7 +293,7 @@ void Room::move_by_wave(std::size_t slot) noexcept {
   const CouplingParameters in_force =
       coupling_in_force(scene_->coupling, coupling_, moved_mass(*scene_, member.tool, body));
   member.answered = member.newest.input_tick;
-  world_.set_handle(member.tool, bridges_[slot]->wave.target(member.newest, in_force, to_seconds(period_)));
+  pull_to(slot, bridges_[slot]->wave.target(member.newest, in_force, to_seconds(period_)));
 }
 
 void Room::settle_waves() noexcept {

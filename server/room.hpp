@@ -132,7 +132,9 @@ class Room {
     Step input_seen_at;  ///< step in which `newest` arrived
     bool has_input = false;
     bool grab_button = false;
-    Tick answered;  ///< whose handle is in use
+    bool is_driven = false;       ///< its tool follows a handle
+    bool has_left_a_gap = false;  ///< between the last two inputs there were ticks that did not come
+    Tick answered;                ///< whose handle is in use
     JointShare joint_share;
     Step shared_until;         ///< the body that the tool has a hand on counts as shared
     Duration slowest_loop{0};  ///< of all who share a body with this user
@@ -170,6 +172,7 @@ class Room {
   void take_newest(std::size_t slot) noexcept;
   TickFaults limit_tool(std::size_t slot) noexcept;
   void drive_tool(std::size_t slot) noexcept;
+  void pull_to(std::size_t slot, const RigidState& handle) noexcept;
   void let_tool_be(std::size_t slot) noexcept;
   void play_out(std::size_t slot) noexcept;
   void move_by_wave(std::size_t slot) noexcept;

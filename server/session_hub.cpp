@@ -47,7 +47,8 @@ struct Connection {
   std::uint64_t sequence = 0;
   Step last_step;
   Deadband deadband{0};
-  SendRate send_rate{kDeadbandFloor, kFastestState_hz};
+  SendRate send_rate{kDeadbandFloor, 0};  // of the room, when it has joined
+  TickFaults untold_faults = 0;           // of steps that nothing was sent of
   LocalTime told_at{};
   ServerUpdate told;  // sent last
 
@@ -288,6 +289,7 @@ void SessionHub::Impl::join(Connection& connection, const wire::ClientControl& m
   }
   const UserRole role = wanted.role() == wire::ROLE_MANIPULATOR ? UserRole::kManipulator : UserRole::kObserver;
   connection.deadband = Deadband(wanted.deadband());
+  connection.send_rate = SendRate(kDeadbandFloor, 1 / to_seconds(seats->room().period()));
   const auto seat = seats->take(role, !connection.deadband.is_off());
   if (!seat) {
     refuse(connection, message.request(), wire::ERROR_ROOM_FULL,
@@ -418,6 +420,7 @@ void SessionHub::Impl::send_newest_update(Connection& connection, LocalTime now)
     counters.sent_drops.add(DropReason::kOverwritten, published.step.value - connection.last_step.value - 1);
   }
   connection.last_step = published.step;
+  connection.untold_faults |= published.tick_faults;
   // Until its first datagram nobody knows where a user's datagrams should go.
   if (!connection.has_input && !connection.state_over_tcp) return;
   if (!must_be_told(connection, published, now)) {
@@ -435,6 +438,7 @@ void SessionHub::Impl::send_newest_update(Connection& connection, LocalTime now)
     connection.told_at = now;
   }
   update = published;
+  update.tick_faults = std::exchange(connection.untold_faults, 0);
   update.echoed_sent = connection.input_sent;
   update.received = connection.has_input ? server_time_of_own_clock(connection.input_received) : ServerTime{};
   update.sent = server_time_of_own_clock(now);

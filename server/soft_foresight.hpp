@@ -10,7 +10,8 @@
 
 namespace tandem {
 
-/// Presses a copy of the body to learn how stiff it is where things come near, and tells their contacts before they are.
+/// Presses a copy of the body to learn how stiff it is where things come near, and tells their contacts before they
+/// are.
 ///
 /// Model   surface    the plane through the samples of the body that are nearest to the thing, each weighed by
 ///                    exp(−(its distance − the least) / 1 mm)
@@ -20,8 +21,8 @@ namespace tandem {
 ///         contact    of a thing that does not touch: spring k along n, linearised at the depth d; it is zero at the
 ///                    surface and beyond, see soft_wrench(). Of one that touches with less than k d: the step's own
 ///                    wrench, with a stiffness between the two, for a first touch of a few samples is no measure of it
-/// Limits  a plane; no friction before the touch; a body that gives way as a whole feels stiffer than it is; one who comes
-///         near within less than kSteps soft steps (0.25 s), or while others are pressed, comes untold
+/// Limits  a plane; no friction before the touch; a body that gives way as a whole feels stiffer than it is; one who
+///         comes near within less than kSteps soft steps (0.25 s), or while others are pressed, comes untold
 class SoftForesight {
  public:
   /// Nearer than this a thing is looked at.

@@ -1,5 +1,5 @@
-// Makes a local model when a scene's assets are here: it takes up to a second for a large mesh, which neither the haptic
-// thread nor the one with the sockets may wait for.
+// Makes a local model when a scene's assets are here: it takes up to a second for a large mesh, which neither the
+// haptic thread nor the one with the sockets may wait for.
 #pragma once
 
 #include <array>

@@ -25,8 +25,8 @@ Shift shift_between(const RigidState& from, const RigidState& to) noexcept;
 /// How quickly a difference is taken out, and how fast at most.
 struct ReconcilerSettings {
   double time_constant_s = 0.1;  ///< without a delay
-  /// And this times the loop's delay more. Taken out at once, an error of a thing that swings would come back a part of a
-  /// swing later with the other sign; with 1/τ below 2 ζ ω of every swing the loop is stable whatever the phase.
+  /// And this times the loop's delay more. Taken out at once, an error of a thing that swings would come back a part of
+  /// a swing later with the other sign; with 1/τ below 2 ζ ω of every swing the loop is stable whatever the phase.
   double loops = 5;
   double speed_limit_m_per_s = 0.05;  ///< of the correction: slow enough to be felt as a drift, not as a knock
   double turn_limit_rad_per_s = 0.5;  ///< likewise

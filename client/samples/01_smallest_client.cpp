@@ -39,7 +39,7 @@ int run(std::uint16_t port) {
   // All that the io thread and the haptic thread share: three newest-wins mailboxes. It has to outlive both.
   tandem::ClientMailboxes mailboxes;
 
-  // The haptic path: device, clutch, stage, safety, clamp. "late-pose" is the stage that stays calm under delay. The
+  // The haptic path: device, clutch, stage, safety, clamp. "late-pose" is the stage that needs no assets. The
   // force limits come from the device's spec; no server can widen them.
   tandem::HapticCore core({.stage = {.name = "late-pose"}}, device, mailboxes);
 

@@ -1,5 +1,5 @@
-// "local-model": the hand touches the client's own piece of the world (client/local); what the server knows beyond it may
-// be predicted on top.
+// "local-model": the hand touches the client's own piece of the world (client/local); what the server knows beyond it
+// may be predicted on top.
 #pragma once
 
 #include <memory>
@@ -13,10 +13,10 @@ namespace tandem {
 
 /// Shows the local model's coupling.
 ///
-/// Model   wrench = local model + r̂, r the server's wrench less the model's at the same input, continued over its age by
-///         the predictor, and bounded by a third of the coupling's limits: it may tell of other hands and of what the model
-///         lacks, but a contact that is only late must not push twice. With a joint it is left out: the joint is how the
-///         other hand is felt. Without a local model (its assets are not all here yet): "late-pose".
+/// Model   wrench = local model + r̂, r the server's wrench less the model's at the same input, continued over its age
+///         by the predictor, and bounded by a third of the coupling's limits: it may tell of other hands and of what
+///         the model lacks, but a contact that is only late must not push twice. With a joint it is left out: the joint
+///         is how the other hand is felt. Without a local model (its assets are not all here yet): "late-pose".
 /// Limits  r̂ closes a loop over the network as "hold" does, with the model's error as its gain
 class LocalModelStage final : public Stage {
  public:

@@ -20,8 +20,8 @@ struct CouplingChannel {
 ///
 /// Model   e  the law's curve, not falling; S  saturated() with F_max, ε; v past the tool. S is the gradient of
 ///         a convex function, so (S(e + b v) − S(e))·v ≥ 0: the damper takes energy also where the limit bends the sum,
-///         and what the elastic part stores is the integral of S(e), a function of |d| alone. θ turns along its own axis
-///         (d|θ|/dt = θ̂·ω), so the same holds for τ.
+///         and what the elastic part stores is the integral of S(e), a function of |d| alone. θ turns along its own
+///         axis (d|θ|/dt = θ̂·ω), so the same holds for τ.
 ///         Gradient: K = radial_gradient() of e, G = saturation_gradient(): ∂f/∂d = K^½ G K^½, which has the
 ///         eigenvalues of the exact G K, and ∂f/∂v = b G, exact
 /// Source  Hou, PhD thesis, NTU, 2014, eqs. 3.4, 3.5, 5.10: the whole force is bent, spring and damper. Gradient and

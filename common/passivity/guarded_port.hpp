@@ -42,7 +42,8 @@ class GuardedPort {
     double periods_ahead = 2.0;    ///< n: more is softer, and acts sooner
     double rise_s = 0.05;          ///< of g from 0 to 1
     /// Of the loop. A tick that came late does not make the next one as long, and of what the hand took meanwhile only
-    /// this much of the time is charged: nobody could have foreseen it, and a debt would never be paid with no force left.
+    /// this much of the time is charged: nobody could have foreseen it, and a debt would never be paid with no force
+    /// left.
     double period_s = 0.001;
     double acceleration_m_per_s2 = 100;  ///< the most that the speed of hand and device can change by
     double acceleration_rad_per_s2 = 5000;

@@ -32,6 +32,7 @@ void ToolPortGuard::note_full_wrench(const Wrench& on_tool_W) noexcept {
 
 double ToolPortGuard::gain(double step_s) noexcept {
   if (!(step_s > 0) || !std::isfinite(step_s)) return gain_;
+  if (account_j_ < 0) account_j_ = std::min(0.0, account_j_ + settings_.forgiven_w * step_s);
   const double square = step_s * step_s;
   const double most_j = full_on_tool_W_.f.norm() * (step_m_ + settings_.acceleration_m_per_s2 * square) +
                         full_on_tool_W_.t.norm() * (turn_rad_ + settings_.acceleration_rad_per_s2 * square);
@@ -44,9 +45,15 @@ double ToolPortGuard::gain(double step_s) noexcept {
   return gain_;
 }
 
+void ToolPortGuard::handle_began(double stretched_j) noexcept {
+  account_j_ = std::max(account_j_, 0.0);
+  if (stretched_j > 0) credit(stretched_j);
+}
+
 void ToolPortGuard::credit(double energy_j) noexcept {
   const double account_j = account_j_ + energy_j;
-  if (std::isfinite(account_j)) account_j_ = std::min(account_j, settings_.account_limit_j);
+  if (!std::isfinite(account_j)) return;
+  account_j_ = std::clamp(account_j, -settings_.most_debt_j, settings_.account_limit_j);
 }
 
 }  // namespace tandem

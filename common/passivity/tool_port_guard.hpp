@@ -17,14 +17,20 @@ namespace tandem {
 ///         all that pulls for the user by it (World::limit_pull()).
 ///         Pose and payment travel in one message, so the delay by itself makes no debt: what the tool does now answers
 ///         a hand that had paid so much then. Of inputs that are played out, the payment is played out with them.
+///         Debt is forgiven slowly, and beyond most_debt_j not kept: P falls while the hand is given what it put in
+///         itself, which is its own end's to watch (GuardedPort), and a tool would be dead until its user joins again.
 /// Limits  m is of the last step's wrench: one that grows within a step (first contact) overdraws once, and is paid
-///         back before more is let through. Dissipation on the hand's side stays in P up to account_limit_j.
+///         back before more is let through. Braking is held back like driving. Dissipation on the hand's side stays in
+///         P up to account_limit_j.
 /// Source  as GuardedPort
 /// Thread  room: no allocation, no throw
 class ToolPortGuard {
  public:
   struct Settings {
     double allowance_j = 5e-3;  ///< what the coupling itself may store before the hand's first report
+    /// Debt is forgiven so fast: a tool that is not pulled at all gives its hand nothing to pay against.
+    double forgiven_w = 2e-3;
+    double most_debt_j = 0.05;
     double account_limit_j = 2.0;
     double credit_limit_w = 20.0;
     double steps_ahead = 4.0;  ///< n
@@ -41,6 +47,9 @@ class ToolPortGuard {
   void stepped(const Pose& X_WT, const Wrench& on_tool_W, double net_into_world_j) noexcept;
   /// What share of the coupling may act in the coming step, 0 … 1.
   double gain(double step_s) noexcept;
+  /// The handle begins somewhere else than the last was, or than the tool is, with no way there that could have been
+  /// paid: debt is forgotten, and what the coupling is stretched by is lent.
+  void handle_began(double stretched_j) noexcept;
   /// A new user, or a new session of the same.
   void reset() noexcept { *this = ToolPortGuard(settings_); }
 

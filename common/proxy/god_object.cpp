@@ -26,8 +26,8 @@ constexpr double kLeastReach_m = 1e-4;
 constexpr double kReachGrowth = 2;
 /// Shading beyond this angle (cosine) would be a normal of another side.
 constexpr double kLeastShadingCosine = 0.5;
-/// Of a step while shading: see relaxation_of(). Lengthened only where the last two steps go the same way (cosine). Tried
-/// on the bunny, pressed 5 mm: fewest ticks held back.
+/// Of a step while shading: see relaxation_of(). Lengthened only where the last two steps go the same way (cosine).
+/// Tried on the bunny, pressed 5 mm: fewest ticks held back.
 constexpr double kLeastRelaxation = 0.1;
 constexpr double kMostRelaxation = 5;
 constexpr double kStraightCosine = 0.8;

@@ -6,8 +6,8 @@
 
 namespace tandem {
 
-/// The contact of one rigid thing T with all soft bodies, linearised at the pose that the soft step was made with. Or, of
-/// a T that does not touch yet, the contact that it is going to have, linearised at a pose within the soft body.
+/// The contact of one rigid thing T with all soft bodies, linearised at the pose that the soft step was made with. Or,
+/// of a T that does not touch yet, the contact that it is going to have, linearised at a pose within the soft body.
 struct SoftContact {
   Wrench wrench_W;                      ///< on T at X_WT0, about its origin: impulse of the soft step over its length
   Matrix6 stiffness = Matrix6::Zero();  ///< −∂W/∂X, symmetric, never negative; translation [m], then rotation [rad]

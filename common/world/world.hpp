@@ -1,5 +1,5 @@
-// A scene in motion: bodies, tools, contacts and fields, stepped at a fixed rate. The server has one a room, a client one
-// of what its user touches.
+// A scene in motion: bodies, tools, contacts and fields, stepped at a fixed rate. The server has one a room, a client
+// one of what its user touches.
 #pragma once
 
 #include <cstdint>
@@ -57,11 +57,11 @@ inline constexpr std::size_t kMostCopies = 4;
 /// body that it releases passes through it until they have come apart.
 ///
 /// Tools, held bodies, and what these touch are stepped by the implicit solver of common/contact (touch_stage.hpp),
-/// with coupling, joints, anchors, contact and friction in one solution: no tool is too light and no coupling or surface
-/// too stiff. FreeBodies steps the bodies that nobody touches. Soft bodies step at a rate of their own.
+/// with coupling, joints, anchors, contact and friction in one solution: no tool is too light and no coupling or
+/// surface too stiff. FreeBodies steps the bodies that nobody touches. Soft bodies step at a rate of their own.
 ///
-/// The same calls in the same order give the same bits on the same machine. Tools and bodies are named by their place in
-/// the description; a tool that is not there must not be asked for, a body may.
+/// The same calls in the same order give the same bits on the same machine. Tools and bodies are named by their place
+/// in the description; a tool that is not there must not be asked for, a body may.
 ///
 /// Thread  one at a time (the room's, or the client's haptic loop)
 class World {
@@ -97,28 +97,29 @@ class World {
   /// tool stays (coupling_in_force()). Ignored when one is negative or not finite.
   void set_coupling(const CouplingParameters& parameters);
 
-  /// From now on this share, 0..1, of all that pulls for the tool's user acts: of the coupling, and of joints and of what
-  /// copies bear as they are joined next. A tool that is where its handle is (ToolDynamics::kAtHandle) is not held back.
+  /// From now on this share, 0..1, of all that pulls for the tool's user acts: of the coupling, and of joints and of
+  /// what copies bear as they are joined next. A tool that is where its handle is (ToolDynamics::kAtHandle) is not held
+  /// back.
   void limit_pull(std::size_t tool, double share);
-  /// From now on `share` of the joint pulls the tool, or the body that it holds at the tool's place, to `target`, beside
-  /// 1 − share of the coupling to its handle (scaled as a whole, so every law's force is exactly that share). 0: the
-  /// coupling alone. Both are in tool(). Ignored with a number that is not finite; a tool that is where its handle is
-  /// (ToolDynamics::kAtHandle) is not pulled.
+  /// From now on `share` of the joint pulls the tool, or the body that it holds at the tool's place, to `target`,
+  /// beside 1 − share of the coupling to its handle (scaled as a whole, so every law's force is exactly that share). 0:
+  /// the coupling alone. Both are in tool(). Ignored with a number that is not finite; a tool that is where its handle
+  /// is (ToolDynamics::kAtHandle) is not pulled.
   /// In      share  0..1, clamped
   void join_tool(std::size_t tool, const RigidState& target, const Joint& joint, double share);
   /// What the tool touches came about elsewhere, on the copies that its user's client steps: `share` of a joint pulls
-  /// each of these bodies to its copy at p_BJ, and the coupling to the handle does 1 − share. With a share of 1 the tool
-  /// touches nothing here and is where the client has it, as seen from the first copy. Work and wrench of these joints
-  /// are the tool's. Ignored with a number that is not finite; copies of bodies that are static or not there are left
-  /// out. In force until the next call.
+  /// each of these bodies to its copy at p_BJ, and the coupling to the handle does 1 − share. With a share of 1 the
+  /// tool touches nothing here and is where the client has it, as seen from the first copy. Work and wrench of these
+  /// joints are the tool's. Ignored with a number that is not finite; copies of bodies that are static or not there are
+  /// left out. In force until the next call.
   /// In      joints   one a copy
-  ///         weights  one a copy: the part of the body's weight, 0..1, that this copy bears, and the body with `share` not;
-  ///                  none: 0
+  ///         weights  one a copy: the part of the body's weight, 0..1, that this copy bears, and the body with `share`
+  ///                  not; none: 0
   void join_copies(std::size_t tool, const RigidState& tool_there, std::span<const CopyTarget> copies,
                    std::span<const Joint> joints, double share, std::span<const double> weights = {});
-  /// From now on `share` of the joint pulls the body at `p_BJ` to where `target`, another state of it, has that point; it
-  /// then bears 1 − share · weight_there of its weight. The touch stage steps it while share > 0. Ignored with a number
-  /// that is not finite.
+  /// From now on `share` of the joint pulls the body at `p_BJ` to where `target`, another state of it, has that point;
+  /// it then bears 1 − share · weight_there of its weight. The touch stage steps it while share > 0. Ignored with a
+  /// number that is not finite.
   void join_body(BodyId body, const RigidState& target, const Vec3& p_BJ, const Joint& joint, double share,
                  double weight_there = 1);
 
@@ -162,7 +163,8 @@ class World {
   /// molecular field, unbounded. Contacts hold more, which is not counted.
   /// In      without_hands  bit i: what pulls tool i, coupling and joints, is left out
   double stored_energy_j(std::uint32_t without_hands = 0) const;
-  /// Of one body: kinetic, that of the part of its weight that it bears, and of its anchor [J]; not of joints and field.
+  /// Of one body: kinetic, that of the part of its weight that it bears, and of its anchor [J]; not of joints and
+  /// field.
   double energy_of_body_j(BodyId body) const;
   /// Of a tool: kinetic where it has mass and holds nothing, and what its coupling stores [J]; not of joints.
   double energy_of_tool_j(std::size_t tool) const;

@@ -18,8 +18,8 @@ struct ChosenFit {
 };
 
 /// The degree, 0 to 3, whose fits miss left-out points least, the first and the last always kept in; a higher one has
-/// to lower that by a tenth. Degrees that leave no point over, or whose fit `is_allowed` refuses, do not count; degree 0
-/// always does. Two points that differ are the exception: a line where it is allowed.
+/// to lower that by a tenth. Degrees that leave no point over, or whose fit `is_allowed` refuses, do not count; degree
+/// 0 always does. Two points that differ are the exception: a line where it is allowed.
 /// In      x  not falling
 ChosenFit chosen_fit(std::span<const double> x, std::span<const double> y,
                      const std::function<bool(const Cubic&)>& is_allowed);

@@ -33,8 +33,8 @@ struct SteadyPress {
   std::vector<double> normal_n;  ///< on the hand, one a tick
 };
 
-/// The rig of a law with this secant stiffness at 1 N, or with the coupling that is given. For direct rendering the plane
-/// is as soft as that.
+/// The rig of a law with this secant stiffness at 1 N, or with the coupling that is given. For direct rendering the
+/// plane is as soft as that.
 HandRigSettings equal_rig(std::string_view law, const PressSettings& settings);
 
 /// What one step of the encoder does to the force: by the slope at this force, and by the damper in the worst case,

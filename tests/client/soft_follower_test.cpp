@@ -1,5 +1,5 @@
-// Between two contacts that the server tells, a soft body is felt at once where the tool moves, and evenly where it does
-// not.
+// Between two contacts that the server tells, a soft body is felt at once where the tool moves, and evenly where it
+// does not.
 #include "client/local/soft_follower.hpp"
 
 #include <gtest/gtest.h>

@@ -236,7 +236,8 @@ TEST(EnergyLedger, CountsWhatAModelHoldsLessWhatCameFromElsewhere) {
   EXPECT_NEAR(energy_ledger(trace).created_max_j, 0.1, 1e-9);
 }
 
-/// A hand that swings 5 mm at 5 Hz on a spring of 500 N/m at a server, whose answer it is shown `late_ms` after it moved.
+/// A hand that swings 5 mm at 5 Hz on a spring of 500 N/m at a server, whose answer it is shown `late_ms` after it
+/// moved.
 SessionTrace swinging(int late_ms) {
   constexpr double kSpring = 500, kSwing_m = 0.005;
   const auto at = [](double t) { return kSwing_m * sine(5, std::max(0.0, t)); };

@@ -7,80 +7,19 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
-#include <atomic>
 #include <limits>
 #include <map>
-#include <thread>
 #include <utility>
 
 #include "common/contact/primitive_fields.hpp"
 #include "server/soft_scene.hpp"
 #include "tests/server/scene_support.hpp"
-#include "tests/support/allocation_counter.hpp"
+#include "tests/server/soft_support.hpp"
 
 namespace tandem {
 namespace {
 
 using Execution = SoftWorld::Execution;
-using Vector6 = Eigen::Matrix<double, 6, 1>;
-
-constexpr double kBallRadius_m = 0.015;
-constexpr double kPadHeight_m = 0.04;
-
-SoftRigid rigid(std::shared_ptr<const ContactShape> shape, double friction) {
-  SoftRigid result;
-  result.model.radius_m = shape->radius_m();
-  result.model.parts.push_back({std::move(shape), Pose{}});
-  result.friction = friction;
-  return result;
-}
-
-/// Built once: a table has a hundred thousand points, which nothing here needs.
-const std::shared_ptr<const ContactShape>& table_shape() {
-  static const auto kShape = make_contact_box(Vec3(0.5, 0.4, 0.02));
-  return kShape;
-}
-
-/// A pad above a table whose top is z = 0, and a ball as tool.
-SoftWorldSettings pad_settings(SoftSides anchored, double friction = 0.5) {
-  SoftTraits traits;
-  traits.mass_kg = 0.3;
-  traits.anchored = anchored;
-  traits.X_WS.p = Vec3(0, 0, kPadHeight_m / 2);
-  SoftWorldSettings settings;
-  // The tests step faster than time.
-  settings.waits_for_worker = true;
-  settings.bodies.push_back(make_soft_block(Vec3(0.08, 0.08, kPadHeight_m), 0.0134, traits));
-  settings.obstacles.push_back({rigid(table_shape(), 0.5), {Vec3(0, 0, -0.01), Quat::Identity()}});
-  settings.tools.push_back(rigid(make_contact_sphere(kBallRadius_m), friction));
-  return settings;
-}
-/// The same without table and weight.
-SoftWorldSettings floating_settings() {
-  SoftWorldSettings settings = pad_settings(0);
-  settings.obstacles.clear();
-  settings.gravity_m_per_s2 = Vec3::Zero();
-  return settings;
-}
-
-SoftTool ball_at(const Vec3& p_W) {
-  return {Pose{p_W, Quat::Identity()}, true};
-}
-/// A ball that is `depth_m` below the top of the pad, off its middle so that nothing cancels by symmetry.
-SoftTool ball_in_pad(double depth_m) {
-  return ball_at(Vec3(0.003, 0.002, kPadHeight_m + kBallRadius_m - depth_m));
-}
-const SoftTool kAway = ball_at(Vec3(0, 0, 0.3));
-
-/// One soft step; its result can be read afterwards (the tool of the next one is the same).
-TickFaults soft_step(SoftWorld& world, const SoftTool& tool) {
-  TickFaults faults = 0;
-  for (int i = 0; i < world.period_steps(); ++i) faults |= world.advance({&tool, 1});
-  return faults;
-}
-void soft_steps(SoftWorld& world, const SoftTool& tool, int count) {
-  for (int i = 0; i < count; ++i) soft_step(world, tool);
-}
 
 double lowest_m(const SoftWorld& world) {
   double lowest = std::numeric_limits<double>::infinity();
@@ -220,12 +159,6 @@ SoftContact contact_after(const SoftWorldSettings& settings, double depth_m, con
   return world.contact(0);
 }
 
-Vector6 as_vector(const Wrench& wrench) {
-  Vector6 vector;
-  vector << wrench.f, wrench.t;
-  return vector;
-}
-
 class SoftGradient : public ::testing::TestWithParam<std::tuple<SoftSides, double>> {};
 
 TEST_P(SoftGradient, IsThatOfTheSoftStep) {
@@ -260,28 +193,6 @@ INSTANTIATE_TEST_SUITE_P(SoftWorld, SoftGradient,
                                   std::to_string(std::lround(std::get<1>(test.param) * 1e3)) + "mm";
                          });
 
-/// What a room sees of 20 soft steps with a wandering tool.
-std::vector<double> story(Execution execution) {
-  SoftWorld world(pad_settings(16), execution);
-  std::vector<double> numbers;
-  for (int step = 0; step < 20 * world.period_steps(); ++step) {
-    const double phase = 0.01 * step;
-    const SoftTool tool =
-        ball_at(Vec3(0.01 * std::sin(phase), 0.01 * std::cos(phase), 0.048 + 0.004 * std::sin(3 * phase)));
-    world.advance({&tool, 1});
-    const Vector6 wrench = as_vector(soft_wrench(world.contact(0), tool.X_WT));
-    numbers.insert(numbers.end(), wrench.data(), wrench.data() + 6);
-    for (const Vec3& node : world.nodes_W(0)) numbers.push_back(node.sum());
-  }
-  return numbers;
-}
-
-TEST(SoftWorld, WorkerAndInlineGiveTheSameBits) {
-  const std::vector<double> at_once = story(Execution::kInline);
-  EXPECT_EQ(at_once, story(Execution::kWorker));
-  EXPECT_EQ(at_once, story(Execution::kInline));
-}
-
 TEST(SoftWorld, ResultIsUsedOneSoftPeriodAfterItsInput) {
   SoftWorld world(pad_settings(16), Execution::kInline);
   const SoftTool tool = ball_in_pad(0.006);
@@ -289,30 +200,6 @@ TEST(SoftWorld, ResultIsUsedOneSoftPeriodAfterItsInput) {
     world.advance({&tool, 1});
     EXPECT_EQ(world.contact(0).trust_radius_m > 0, step == world.period_steps()) << "room step " << step;
   }
-}
-
-TEST(SoftWorld, RoomAllocatesNothingWhileAWorkerSteps) {
-  SoftWorld world(pad_settings(16), Execution::kWorker);
-  soft_steps(world, ball_in_pad(0.004), 3);
-  const std::uint64_t before = allocation_count();
-  soft_steps(world, ball_in_pad(0.006), 10);
-  EXPECT_EQ(allocation_count(), before);
-}
-
-TEST(SoftWorld, DoesNotWaitForALateWorkerAndSaysSo) {
-  SoftWorldSettings settings = pad_settings(16);
-  settings.waits_for_worker = false;
-  std::atomic<bool> may_step{false};
-  settings.before_step = [&may_step] { may_step.wait(false); };
-  SoftWorld world(std::move(settings), Execution::kWorker);
-  EXPECT_EQ(soft_step(world, kAway) & kFaultSoftLate, 0U);
-  EXPECT_NE(soft_step(world, kAway) & kFaultSoftLate, 0U);
-  EXPECT_NE(soft_step(world, kAway) & kFaultSoftLate, 0U) << "at every step, until it is there";
-  EXPECT_EQ(world.late_count(), 1U);
-  may_step = true;
-  may_step.notify_all();
-  while ((world.advance({&kAway, 1}) & kFaultSoftLate) != 0) std::this_thread::yield();
-  EXPECT_EQ(world.contact(0).X_WT0.p, kAway.X_WT.p) << "the late result is taken all the same";
 }
 
 TEST(SoftWorld, StartsAnewWhenItIsNotFinite) {

@@ -23,7 +23,7 @@ TEST(Hold, DropsWhatTwoSqueezeAt100Ms) {
   EXPECT_NE(Shown("squeeze", bare("hold", 100)).outcome(), "completed");
 }
 
-// Without delay none of them makes any; what is made is within what theory says, and not far below.
+// What is made is within what theory says, and where it is much, not far below.
 TEST(EveryOtherStage, MakesNoMoreEnergyThanItsBound) {
   for (const char* stage : {"late-pose", "hold", "linear", "ar", "ar-spline", "wave"}) {
     for (const char* experiment : {"wall", "push"}) {
