@@ -14,20 +14,17 @@ constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 /// Work on one user's hand from tick to tick, summed up to each.
 struct HandWork {
   explicit HandWork(const UserTrace& user) {
-    for (std::size_t k = 0; k < user.ticks.size(); ++k) {
-      const TickSample& tick = user.ticks[k];
-      sum_j.push_back(k == 0 ? 0 : sum_j.back() + work_j);
-      size_j.push_back(k == 0 ? 0 : size_j.back() + std::abs(work_j));
-      if (k + 1 == user.ticks.size()) break;
+    for (std::size_t k = 1; k < user.ticks.size(); ++k) {
+      const TickSample& tick = user.ticks[k - 1];
       const Wrench& asked = is_finite(tick.asked_D) ? tick.asked_D : tick.displayed_D;
-      work_j = held_work_j(asked, tick.hand_D, user.ticks[k + 1].hand_D) / user.hand_joules_per_world_joule;
+      const double hand_j = held_work_j(asked, tick.hand_D, user.ticks[k].hand_D);
+      const double work_j = hand_j / user.hand_joules_per_world_joule;
+      sum_j.push_back(sum_j.back() + work_j);
+      size_j.push_back(size_j.back() + std::abs(work_j));
     }
   }
-  std::vector<double> sum_j;
-  std::vector<double> size_j;  ///< of the amounts without sign
-
- private:
-  double work_j = 0;
+  std::vector<double> sum_j{0};
+  std::vector<double> size_j{0};  ///< of the amounts without sign
 };
 
 bool has_bound(const UserTrace& user) {

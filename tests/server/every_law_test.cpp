@@ -59,12 +59,17 @@ TEST_P(EveryLaw, MovesThePegForTwoSecondsWithoutAFault) {
   EXPECT_GT(world.body(BodyId{3}).X.p.x(), 0.0) << "the peg came along";
 }
 
-TEST_P(EveryLaw, PressesABallOnABlockForTwoSecondsWithoutAFault) {
+/// A ball as tool, 20 mm above the top of a block, which is z = 0.
+std::shared_ptr<const LoadedScene> ball_over_block(const std::string& law) {
   const std::string block = R"({"name": "block", "shapes": [{"box": {"size_m": [0.2, 0.2, 0.1]}}],
                                 "placement": {"position_m": [0, 0, -0.05]}})";
-  World world(make_server_world(load_parts({.bodies = block,
-                                            .tools = R"({"name": "ball", "placement": {"position_m": [0, 0, 0.02]}})",
-                                            .coupling = coupling_with(GetParam())})));
+  return load_parts({.bodies = block,
+                     .tools = R"({"name": "ball", "placement": {"position_m": [0, 0, 0.02]}})",
+                     .coupling = coupling_with(law)});
+}
+
+TEST_P(EveryLaw, PressesABallOnABlockForTwoSecondsWithoutAFault) {
+  World world(make_server_world(ball_over_block(GetParam())));
   world.activate_tool(0);
   for (int i = 0; i < 2000; ++i) {
     const double x = 0.02 * std::sin(0.003 * i), z = 0.008 + 0.008 * std::cos(0.01 * i);
@@ -75,11 +80,7 @@ TEST_P(EveryLaw, PressesABallOnABlockForTwoSecondsWithoutAFault) {
 }
 
 TEST_P(EveryLaw, IsHeldBackToNothingAndLetThroughAgainWithoutAFault) {
-  const std::string block = R"({"name": "block", "shapes": [{"box": {"size_m": [0.2, 0.2, 0.1]}}],
-                                "placement": {"position_m": [0, 0, -0.05]}})";
-  World world(make_server_world(load_parts({.bodies = block,
-                                            .tools = R"({"name": "ball", "placement": {"position_m": [0, 0, 0.02]}})",
-                                            .coupling = coupling_with(GetParam())})));
+  World world(make_server_world(ball_over_block(GetParam())));
   world.activate_tool(0);
   for (int i = 0; i < 1000; ++i) {
     world.limit_pull(0, std::clamp(0.5 + std::sin(0.02 * i), 0.0, 1.0));
