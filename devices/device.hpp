@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <string>
 
-#include "common/spatial.hpp"
-#include "common/time.hpp"
+#include "common/base/spatial.hpp"
+#include "common/base/time.hpp"
 
 namespace tandem {
 

@@ -5,7 +5,7 @@
 #include <limits>
 #include <string>
 
-#include "common/velocity_estimator.hpp"
+#include "common/haptics/velocity_estimator.hpp"
 
 namespace tandem {
 namespace {

@@ -1,12 +1,12 @@
-// A coupling law on a device: what the stability check (common/coupling/stability.hpp) needs to know of a profile and
+// A coupling law on a device: what the stability check (common/haptics/coupling/stability.hpp) needs to know of a profile and
 // of how a room runs the law.
 #pragma once
 
 #include <optional>
 
-#include "common/coupling/laws.hpp"
-#include "common/coupling/stability.hpp"
-#include "common/workspace.hpp"
+#include "common/base/workspace.hpp"
+#include "common/haptics/coupling/laws.hpp"
+#include "common/haptics/coupling/stability.hpp"
 #include "devices/device_profile.hpp"
 
 namespace tandem {

@@ -10,8 +10,8 @@
 #include <tuple>
 #include <utility>
 
-#include "common/json/fields.hpp"
-#include "common/json/pretty.hpp"
+#include "common/base/json_fields.hpp"
+#include "common/base/json_pretty.hpp"
 #include "devices/device_writer.hpp"
 
 namespace tandem {

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "common/coupling/adaptive.hpp"
+#include "common/haptics/coupling/adaptive.hpp"
 #include "devices/device.hpp"
 #include "devices/sim/sim_device.hpp"
 

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <string_view>
 
-#include "common/coupling/coupling_ranges.hpp"
+#include "common/haptics/coupling/coupling_ranges.hpp"
 #include "tandem/scene.pb.h"
 
 namespace tandem {

@@ -14,7 +14,7 @@
 #include <span>
 #include <vector>
 
-#include "common/ids.hpp"
+#include "common/base/ids.hpp"
 #include "proto/drop_reason.hpp"
 
 namespace tandem {

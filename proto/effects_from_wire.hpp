@@ -4,7 +4,7 @@
 #include <type_traits>
 #include <vector>
 
-#include "common/world/scene_effect.hpp"
+#include "common/physics/effects/scene_effect.hpp"
 #include "tandem/scene.pb.h"
 
 namespace tandem {
@@ -45,7 +45,7 @@ bool visit_model(Effect& effect, const Visit& visit) {
   return false;
 }
 
-/// Numbers that are absent count as 0; find_problem() (common/effects) says what cannot be.
+/// Numbers that are absent count as 0; find_problem() (common/physics/effects) says what cannot be.
 EffectSettings settings_of(const wire::Effect& effect);
 
 /// Those of the bodies first, all in the order of the scene.

@@ -3,7 +3,7 @@
 
 #include <numbers>
 
-#include "common/spatial.hpp"
+#include "common/base/spatial.hpp"
 #include "tandem/scene.pb.h"
 
 namespace tandem {

@@ -5,11 +5,11 @@
 #include <boost/container/static_vector.hpp>
 #include <cstdint>
 
-#include "common/ids.hpp"
-#include "common/spatial.hpp"
-#include "common/time.hpp"
-#include "common/world/soft_contact.hpp"
-#include "common/world/world.hpp"
+#include "common/base/ids.hpp"
+#include "common/base/spatial.hpp"
+#include "common/base/time.hpp"
+#include "common/physics/soft_contact.hpp"
+#include "common/physics/world.hpp"
 
 namespace tandem {
 
@@ -97,7 +97,7 @@ struct ServerUpdate {
   Wrench wrench_on_hand_W;  ///< of the server's coupling, about the handle
   BodyId held_body;
   Pose X_BT;                      ///< the tool in the held body, while there is one
-  std::uint32_t tick_faults = 0;  ///< bits of TickFaults (common/tick_faults.hpp)
+  std::uint32_t tick_faults = 0;  ///< bits of TickFaults (common/base/tick_faults.hpp)
   double energy_into_world_j = 0;
   double energy_from_world_j = 0;
   double field_energy_kj_per_mol = 0;

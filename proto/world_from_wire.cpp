@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "common/coupling/laws.hpp"
+#include "common/haptics/coupling/laws.hpp"
 #include "proto/coupling_fields.hpp"
 #include "proto/effects_from_wire.hpp"
 #include "proto/placement.hpp"

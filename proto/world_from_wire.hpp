@@ -5,7 +5,7 @@
 #include <memory>
 
 #include "common/contact/contact_shape.hpp"
-#include "common/world/world_description.hpp"
+#include "common/physics/world_description.hpp"
 #include "tandem/scene.pb.h"
 
 namespace tandem {

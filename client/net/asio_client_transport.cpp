@@ -8,7 +8,7 @@
 #include <boost/asio/steady_timer.hpp>
 #include <stdexcept>
 
-#include "common/socket_rules.hpp"
+#include "common/net/socket_rules.hpp"
 
 namespace tandem {
 namespace {

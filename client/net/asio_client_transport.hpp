@@ -16,8 +16,8 @@
 #include <optional>
 #include <string>
 
-#include "client/session.hpp"
-#include "common/link.hpp"
+#include "client/session/session.hpp"
+#include "common/net/link.hpp"
 
 namespace tandem {
 

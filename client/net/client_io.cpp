@@ -11,8 +11,8 @@
 #include <system_error>
 #include <thread>
 
-#include "client/local/local_model_maker.hpp"
-#include "common/realtime.hpp"
+#include "client/model/local_model_maker.hpp"
+#include "common/realtime/realtime.hpp"
 
 namespace tandem {
 namespace {

@@ -18,7 +18,7 @@
 #include <vector>
 
 #include "client/net/asio_client_transport.hpp"
-#include "client/session.hpp"
+#include "client/session/session.hpp"
 
 namespace tandem {
 

@@ -12,9 +12,9 @@
 #include <string_view>
 #include <thread>
 
-#include "client/haptic_loop.hpp"
+#include "client/app/stop_signals.hpp"
+#include "client/haptics/haptic_loop.hpp"
 #include "client/net/client_io.hpp"
-#include "client/stop_signals.hpp"
 #include "devices/sim/sim_device.hpp"
 
 namespace {

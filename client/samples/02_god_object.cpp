@@ -8,8 +8,8 @@
 #include <exception>
 #include <memory>
 
-#include "common/coupling/laws.hpp"
-#include "common/proxy/god_object.hpp"
+#include "common/haptics/coupling/laws.hpp"
+#include "common/haptics/proxy/god_object.hpp"
 #include "devices/device_writer.hpp"
 #include "devices/sim/sim_device.hpp"
 
@@ -44,7 +44,7 @@ int run() {
   tandem::DeviceWriter writer(device);
 
   // What can be touched: primitives with a formula, or a ProxyMesh of any triangles. The device's frame is the world's
-  // here; a program with a scene puts its workspace mapping between them (common/workspace.hpp).
+  // here; a program with a scene puts its workspace mapping between them (common/base/workspace.hpp).
   tandem::ProxyObstacle box;
   box.primitive = std::make_shared<tandem::BoxField>(Vec3(0.08, 0.08, 0.02));
   box.static_friction = 0.5;
@@ -60,7 +60,7 @@ int run() {
   std::puts("   time   hand z  proxy x  proxy z    depth    force");
   std::puts("      s       mm       mm       mm       mm        N");
   for (int tick = 0; tick < 3000; ++tick) {
-    // A program with a real device waits here for the next millisecond: common/realtime.hpp has the loop, with absolute
+    // A program with a real device waits here for the next millisecond: common/realtime/realtime.hpp has the loop, with absolute
     // deadlines, priority and a record of lateness. This one steps as fast as it can, the simulated hand along with it.
     const tandem::LocalTime now(1ms * tick);
     const tandem::DeviceSample sample = device.read(now);

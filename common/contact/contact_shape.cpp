@@ -5,9 +5,9 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "common/contact/byte_io.hpp"
+#include "common/base/byte_io.hpp"
 #include "common/contact/primitive_fields.hpp"
-#include "common/contact/tessellation.hpp"
+#include "common/geometry/tessellation.hpp"
 
 namespace tandem {
 namespace {

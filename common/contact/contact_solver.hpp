@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "common/contact/contact_pair.hpp"
-#include "common/coupling/coupling_law.hpp"
+#include "common/haptics/coupling/coupling_law.hpp"
 
 namespace tandem {
 

@@ -1,7 +1,7 @@
 // The one question that contact asks of a shape: how far is this point from your surface, and which way is out?
 #pragma once
 
-#include "common/spatial.hpp"
+#include "common/base/spatial.hpp"
 
 namespace tandem {
 

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/contact/byte_io.hpp"
+#include "common/base/byte_io.hpp"
 
 namespace tandem {
 namespace {

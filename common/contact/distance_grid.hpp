@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "common/contact/distance_field.hpp"
-#include "common/contact/mesh_repair.hpp"
-#include "common/contact/triangle_tree.hpp"
+#include "common/geometry/mesh_repair.hpp"
+#include "common/geometry/triangle_tree.hpp"
 
 namespace tandem {
 

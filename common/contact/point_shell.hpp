@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "common/contact/distance_field.hpp"
-#include "common/contact/mesh_repair.hpp"
+#include "common/geometry/mesh_repair.hpp"
 
 namespace tandem {
 

@@ -4,7 +4,7 @@
 #include <limits>
 #include <span>
 
-#include "common/random.hpp"
+#include "common/base/random.hpp"
 
 namespace tandem {
 namespace {

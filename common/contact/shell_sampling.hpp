@@ -4,8 +4,8 @@
 #include <functional>
 #include <vector>
 
-#include "common/contact/sample_grid.hpp"
-#include "common/contact/surface_features.hpp"
+#include "common/geometry/sample_grid.hpp"
+#include "common/geometry/surface_features.hpp"
 
 namespace tandem {
 

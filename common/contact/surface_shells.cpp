@@ -4,7 +4,7 @@
 
 #include "common/contact/point_shell.hpp"
 #include "common/contact/shell_sampling.hpp"
-#include "common/contact/triangle_tree.hpp"
+#include "common/geometry/triangle_tree.hpp"
 
 namespace tandem {
 namespace {

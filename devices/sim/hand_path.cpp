@@ -5,7 +5,7 @@
 #include <numbers>
 #include <utility>
 
-#include "common/json/fields.hpp"
+#include "common/base/json_fields.hpp"
 
 namespace tandem {
 namespace {

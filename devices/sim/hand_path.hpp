@@ -7,8 +7,8 @@
 #include <string_view>
 #include <vector>
 
-#include "common/spatial.hpp"
-#include "common/time.hpp"
+#include "common/base/spatial.hpp"
+#include "common/base/time.hpp"
 
 namespace tandem {
 

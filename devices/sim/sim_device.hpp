@@ -3,8 +3,8 @@
 
 #include <cstdint>
 
-#include "common/random.hpp"
-#include "common/velocity_estimator.hpp"
+#include "common/base/random.hpp"
+#include "common/haptics/velocity_estimator.hpp"
 #include "devices/device.hpp"
 #include "devices/sim/hand_path.hpp"
 

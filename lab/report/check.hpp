@@ -7,7 +7,7 @@
 #include <span>
 #include <string>
 
-#include "common/json/json.hpp"
+#include "common/base/json.hpp"
 
 namespace tandem::report {
 

@@ -7,7 +7,7 @@
 #include <stdexcept>
 #include <system_error>
 
-#include "common/json/fields.hpp"
+#include "common/base/json_fields.hpp"
 
 namespace tandem::report {
 namespace {

@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "common/json/json.hpp"
+#include "common/base/json.hpp"
 #include "lab/report/csv.hpp"
 
 namespace tandem::report {

@@ -6,7 +6,7 @@
 #include <optional>
 #include <stdexcept>
 
-#include "common/socket_rules.hpp"
+#include "common/net/socket_rules.hpp"
 
 namespace tandem {
 namespace {

@@ -14,8 +14,8 @@
 #include <memory>
 #include <string>
 
-#include "common/time.hpp"
-#include "server/session_hub.hpp"
+#include "common/base/time.hpp"
+#include "server/session/session_hub.hpp"
 
 namespace tandem {
 

@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "server/net/room_scheduler.hpp"
-#include "server/session_hub.hpp"
+#include "server/session/session_hub.hpp"
 
 namespace tandem {
 

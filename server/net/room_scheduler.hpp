@@ -13,9 +13,9 @@
 #include <thread>
 #include <vector>
 
-#include "common/histogram.hpp"
-#include "common/realtime.hpp"
-#include "server/room.hpp"
+#include "common/base/histogram.hpp"
+#include "common/realtime/realtime.hpp"
+#include "server/room/room.hpp"
 
 namespace tandem {
 

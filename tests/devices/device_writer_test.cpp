@@ -8,7 +8,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "common/random.hpp"
+#include "common/base/random.hpp"
 
 namespace tandem {
 namespace {

@@ -5,7 +5,7 @@
 #include <cstdlib>
 #include <vector>
 
-#include "common/contact/byte_io.hpp"
+#include "common/base/byte_io.hpp"
 #include "common/contact/contact_shape.hpp"
 
 namespace {

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "common/contact/contact_shape.hpp"
-#include "common/contact/tessellation.hpp"
+#include "common/geometry/tessellation.hpp"
 
 namespace {
 

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "common/random.hpp"
+#include "common/base/random.hpp"
 #include "tests/proto/samples.hpp"
 
 namespace tandem {

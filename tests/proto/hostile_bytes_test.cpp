@@ -6,7 +6,7 @@
 #include <cstdlib>
 #include <sstream>
 
-#include "common/random.hpp"
+#include "common/base/random.hpp"
 #include "proto/state_codec.hpp"
 #include "tests/proto/samples.hpp"
 

@@ -1,4 +1,4 @@
-#include "common/tick_faults.hpp"
+#include "common/base/tick_faults.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

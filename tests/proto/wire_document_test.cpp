@@ -8,8 +8,8 @@
 #include <map>
 #include <set>
 
-#include "common/deadband.hpp"
-#include "common/tick_faults.hpp"
+#include "common/base/tick_faults.hpp"
+#include "common/net/deadband.hpp"
 #include "proto/control_framing.hpp"
 #include "proto/coupling_fields.hpp"
 #include "proto/state_codec.hpp"

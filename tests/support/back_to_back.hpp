@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "client/session.hpp"
-#include "common/random.hpp"
-#include "server/session_hub.hpp"
+#include "client/session/session.hpp"
+#include "common/base/random.hpp"
+#include "server/session/session_hub.hpp"
 
 namespace tandem {
 

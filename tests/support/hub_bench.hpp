@@ -7,11 +7,11 @@
 #include <string>
 #include <vector>
 
-#include "common/random.hpp"
+#include "common/base/random.hpp"
 #include "proto/control_framing.hpp"
 #include "proto/state_codec.hpp"
-#include "server/scene_file.hpp"
-#include "server/session_hub.hpp"
+#include "server/assets/scene_file.hpp"
+#include "server/session/session_hub.hpp"
 
 namespace tandem {
 

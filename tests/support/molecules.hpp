@@ -7,7 +7,7 @@
 #include <random>
 #include <string>
 
-#include "common/molecule/molecule.hpp"
+#include "common/docking/molecule.hpp"
 
 namespace tandem::test {
 

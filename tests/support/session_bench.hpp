@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "client/session.hpp"
+#include "client/session/session.hpp"
 #include "proto/control_framing.hpp"
 #include "proto/coupling_fields.hpp"
 #include "proto/state_codec.hpp"

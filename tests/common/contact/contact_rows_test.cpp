@@ -4,7 +4,7 @@
 
 #include <Eigen/Cholesky>
 
-#include "common/random.hpp"
+#include "common/base/random.hpp"
 
 namespace tandem {
 namespace {

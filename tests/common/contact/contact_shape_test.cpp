@@ -4,9 +4,9 @@
 
 #include <stdexcept>
 
-#include "common/contact/byte_io.hpp"
-#include "common/contact/tessellation.hpp"
-#include "common/random.hpp"
+#include "common/base/byte_io.hpp"
+#include "common/base/random.hpp"
+#include "common/geometry/tessellation.hpp"
 #include "tests/common/contact/mesh_measures.hpp"
 
 namespace tandem {

@@ -4,7 +4,7 @@
 
 #include <limits>
 
-#include "common/random.hpp"
+#include "common/base/random.hpp"
 #include "tests/common/contact/touch_scene.hpp"
 #include "tests/support/allocation_counter.hpp"
 

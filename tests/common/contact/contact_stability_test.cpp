@@ -1,7 +1,7 @@
 // What a hand would feel as wrong: buzzing, bouncing by itself, creeping energy, falling through.
 #include <gtest/gtest.h>
 
-#include "common/random.hpp"
+#include "common/base/random.hpp"
 #include "tests/common/contact/touch_scene.hpp"
 
 namespace tandem {

@@ -6,7 +6,7 @@
 #include <stdexcept>
 #include <thread>
 
-#include "common/random.hpp"
+#include "common/base/random.hpp"
 #include "tests/common/contact/test_meshes.hpp"
 #include "tests/support/allocation_counter.hpp"
 

@@ -1,9 +1,9 @@
 // What the tests of repair and sampling do to meshes and measure on them.
 #pragma once
 
-#include "common/contact/mesh_edges.hpp"
-#include "common/contact/triangle_mesh.hpp"
-#include "common/random.hpp"
+#include "common/base/random.hpp"
+#include "common/geometry/mesh_edges.hpp"
+#include "common/geometry/triangle_mesh.hpp"
 
 namespace tandem::test {
 

@@ -5,8 +5,8 @@
 #include <numbers>
 
 #include "common/contact/primitive_fields.hpp"
-#include "common/contact/tessellation.hpp"
-#include "common/contact/triangle_tree.hpp"
+#include "common/geometry/tessellation.hpp"
+#include "common/geometry/triangle_tree.hpp"
 #include "tests/common/contact/mesh_measures.hpp"
 #include "tests/common/contact/test_meshes.hpp"
 

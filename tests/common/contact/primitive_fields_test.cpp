@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "common/contact/tessellation.hpp"
-#include "common/contact/triangle_tree.hpp"
-#include "common/random.hpp"
+#include "common/base/random.hpp"
+#include "common/geometry/tessellation.hpp"
+#include "common/geometry/triangle_tree.hpp"
 
 namespace tandem {
 namespace {

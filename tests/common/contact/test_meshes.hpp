@@ -10,7 +10,7 @@
 #include <string>
 #include <utility>
 
-#include "common/contact/triangle_mesh.hpp"
+#include "common/geometry/triangle_mesh.hpp"
 
 namespace tandem {
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "common/contact/contact_solver.hpp"
-#include "common/contact/mesh_repair.hpp"
+#include "common/geometry/mesh_repair.hpp"
 #include "tests/common/contact/touch_scene.hpp"
 
 namespace tandem {

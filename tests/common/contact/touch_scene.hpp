@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "common/contact/contact_solver.hpp"
-#include "common/coupling/laws.hpp"
+#include "common/haptics/coupling/laws.hpp"
 
 namespace tandem {
 

@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "common/json/pretty.hpp"
-#include "lab/study_results.hpp"
-#include "lab/trial_runner.hpp"
+#include "common/base/json_pretty.hpp"
+#include "lab/results/study_results.hpp"
+#include "lab/results/trial_runner.hpp"
 #include "tests/lab/shows/deadband.hpp"
 #include "tests/lab/shows/loss_burst.hpp"
 #include "tests/lab/shows/shown.hpp"

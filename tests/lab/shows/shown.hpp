@@ -8,11 +8,11 @@
 #include <utility>
 #include <vector>
 
-#include "lab/experiment_library.hpp"
-#include "lab/metrics.hpp"
-#include "lab/trial_grid.hpp"
-#include "lab/trial_metrics.hpp"
-#include "lab/virtual_session.hpp"
+#include "lab/experiment/experiment_library.hpp"
+#include "lab/experiment/trial_grid.hpp"
+#include "lab/metrics/metrics.hpp"
+#include "lab/metrics/trial_metrics.hpp"
+#include "lab/session/virtual_session.hpp"
 
 namespace tandem::lab {
 

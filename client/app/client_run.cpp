@@ -1,0 +1,209 @@
+// See client_run.hpp.
+#include "client/app/client_run.hpp"
+
+#include <algorithm>
+#include <cstdio>
+#include <iostream>
+#include <stdexcept>
+#include <thread>
+
+#include "client/haptics/stages/stage.hpp"
+
+namespace tandem {
+namespace {
+
+constexpr Duration kMainPeriod{std::chrono::milliseconds(10)};
+constexpr Duration kStatusPeriod{std::chrono::seconds(1)};
+// The session has time-outs of its own for each step; this only bounds their sum.
+constexpr Duration kLongestJoin{std::chrono::seconds(20)};
+// The io thread runs this far below the haptic thread.
+constexpr int kIoPriorityBelow = 10;
+
+HandPath hand_path(const std::string& hand) {
+  if (hand.ends_with(".json") || hand.find('/') != std::string::npos) return load_hand_path(hand);
+  return named_hand_path(hand);
+}
+
+ClientIoSettings io_settings(const ClientOptions& options) {
+  ClientIoSettings settings = options.io;
+  settings.session.device = options.device;
+  settings.makes_local_model = needs_local_model(options.stage.name);
+  if (options.realtime_priority > 0) {
+    settings.realtime_priority = std::max(1, options.realtime_priority - kIoPriorityBelow);
+  }
+  return settings;
+}
+
+HapticSettings haptic_settings(const ClientOptions& options, const SafetySettings& safety) {
+  HapticSettings settings;
+  settings.stage = options.stage;
+  settings.safety = safety;
+  settings.coupling_bounds = coupling_bounds(options.device);
+  return settings;
+}
+
+std::string joined_lines(const std::vector<std::string>& lines) {
+  std::string text;
+  for (const std::string& line : lines) text += (text.empty() ? "" : "; ") + line;
+  return text;
+}
+
+std::string coupling_lines(const std::vector<StabilityFinding>& findings) {
+  std::string text;
+  for (const StabilityFinding& finding : findings) {
+    const bool is_refused = finding.verdict == StabilityVerdict::kUnstable;
+    text +=
+        std::string("tandem-client: ") + (is_refused ? "no force is displayed: " : "warning: ") + finding.text + "\n";
+  }
+  return text;
+}
+
+}  // namespace
+
+ClientRun::ClientRun(const ClientOptions& options)
+    : options_(options),
+      device_(options.device.spec, holding(options.hand_parameters, options.device), hand_path(options.hand),
+              options.seed),
+      core_(haptic_settings(options, safety_), device_, mailboxes_),
+      io_(io_settings(options), mailboxes_),
+      report_(device_.path().phases(), safety_.silence_zero) {
+  if (!options.trace.empty()) trace_.emplace(options.trace, options.trace_every);
+  io_.on_tick = [this] { core_.service(); };
+  if (options.is_verbose) io_.on_log = [](const std::string& line) { std::cerr << "tandem-client: " + line + "\n"; };
+}
+
+int ClientRun::run() {
+  io_.start();
+  if (!join()) return 1;
+  start_loop();
+  while (!is_over_) keep_going();
+  return finish();
+}
+
+/// False when a signal came first.
+bool ClientRun::join() {
+  const SteadyClock clock;
+  const LocalTime give_up = clock.now() + kLongestJoin;
+  while (true) {
+    const ClientIoSnapshot io = io_.snapshot();
+    if (io.status.state == SessionState::kActive && io.joined) {
+      watched_ = first_graspable(*io.joined);
+      return true;
+    }
+    if (io.status.state == SessionState::kEnded) throw std::runtime_error(io.status.why);
+    if (clock.now() > give_up) throw std::runtime_error("not joined within 20 s: " + io.status.why);
+    std::this_thread::sleep_for(kMainPeriod);
+    if (stop_signals_.is_requested()) {
+      std::cerr << "tandem-client: stopped by a signal before the room was joined\n";
+      return false;
+    }
+  }
+}
+
+void ClientRun::start_loop() {
+  if (watched_) core_.watch(watched_->id);
+  HapticLoopSettings settings;
+  settings.realtime = {
+      .priority = options_.realtime_priority, .lock_memory = options_.realtime_priority > 0, .cpu = options_.cpu};
+  settings.duration = options_.duration;
+  loop_.emplace(settings, core_, [this] { io_.notify(); });
+  realtime_not_granted_ = loop_->start();
+  if (options_.insists_on_realtime && !realtime_not_granted_.empty()) {
+    throw std::runtime_error("--insist-realtime: " + joined_lines(realtime_not_granted_));
+  }
+  for (const std::string& line : realtime_not_granted_) std::cerr << "tandem-client: " + line + "\n";
+  stop_signals_.when_requested([this] { loop_->request_stop(); });
+  next_status_ = SteadyClock().now() + kStatusPeriod;
+}
+
+void ClientRun::keep_going() {
+  std::this_thread::sleep_for(kMainPeriod);
+  if (loop_->is_over()) is_over_ = true;
+  drain_records();
+  const ClientIoSnapshot io = io_.snapshot();
+  follow_session(io);
+  const LocalTime now = SteadyClock().now();
+  if (!options_.prints_json && now >= next_status_) {
+    next_status_ += kStatusPeriod;
+    print_status(io);
+  }
+}
+
+void ClientRun::drain_records() {
+  TickRecord record;
+  while (loop_->pop(record)) take_record(record);
+}
+
+void ClientRun::take_record(const TickRecord& record) {
+  // The simulated hand's path starts at its first read, which is the first tick.
+  if (!first_tick_) first_tick_ = record.at;
+  const int phase = device_.path().phase_at(record.at - *first_tick_);
+  report_.add(record, phase);
+  if (trace_) trace_->write(record, phase);
+  newest_ = record;
+}
+
+void ClientRun::follow_session(const ClientIoSnapshot& io) {
+  const SessionStatus& status = io.status;
+  if (report_.is_silent()) {
+    report_.explain_silence(status.why.empty() ? "no state came, though the connection stands" : status.why);
+  }
+  if (status.why != last_why_ && !status.why.empty()) std::cerr << "tandem-client: " + status.why + "\n";
+  last_why_ = status.why;
+  explain_coupling(io.coupling_check);
+  if (status.state == SessionState::kEnded) is_over_ = true;
+}
+
+// Here and not on the io thread, which has displayed or refused it already: the search for a remedy takes tens of
+// milliseconds.
+void ClientRun::explain_coupling(const CouplingCheck& check) {
+  if (check.number == explained_check_) return;
+  explained_check_ = check.number;
+  coupling_findings_ = explained(check, options_.device);
+  std::string lines = coupling_lines(coupling_findings_);
+  if (lines != last_coupling_lines_) std::cerr << lines;
+  last_coupling_lines_ = std::move(lines);
+}
+
+void ClientRun::print_status(const ClientIoSnapshot& io) {
+  const double round_trip_ms = to_seconds(io.round_trip) * 1e3;
+  std::printf("%6.1f s  %-10s round trip %6.1f ms  state age %6.1f ms  force %5.2f N  torque %6.3f N·m  safety %s\n",
+              to_seconds(report_.length()), std::string(name_of(io.status.state)).c_str(), round_trip_ms,
+              to_seconds(newest_.state_age) * 1e3, newest_.displayed_on_hand_D.f.norm(),
+              newest_.displayed_on_hand_D.t.norm(), describe_safety_faults(newest_.safety_faults).c_str());
+  std::fflush(stdout);
+}
+
+RunSummary ClientRun::summary(ClientIoSnapshot io) const {
+  return {.options = options_,
+          .device = device_.spec(),
+          .realtime_not_granted = realtime_not_granted_,
+          .loop = loop_->report(),
+          .trace_overflows = loop_->trace_overflows(),
+          .counters = core_.counters(),
+          .io = std::move(io),
+          .coupling_findings = coupling_findings_,
+          .watched = watched_,
+          .run = report_};
+}
+
+int ClientRun::finish() {
+  loop_->stop();
+  drain_records();
+  const ClientIoSnapshot io = io_.snapshot();
+  io_.stop();
+  explain_coupling(io.coupling_check);
+  if (options_.prints_json) std::cout << boost::json::serialize(to_json(summary(io))) << std::endl;
+  bool is_good = true;
+  if (trace_ && !trace_->flush()) {
+    std::cerr << "tandem-client: the trace is incomplete: " + options_.trace.string() + " could not be written\n";
+    is_good = false;
+  }
+  if (io.status.state != SessionState::kActive) {
+    std::cerr << "tandem-client: the session was lost and not regained: " + io.status.why + "\n";
+    is_good = false;
+  }
+  return is_good ? 0 : 1;
+}
+
+}  // namespace tandem

@@ -1,0 +1,272 @@
+// See options.hpp.
+#include "client/app/options.hpp"
+
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <charconv>
+#include <functional>
+#include <iostream>
+#include <map>
+#include <sstream>
+#include <stdexcept>
+#include <vector>
+
+#include "client/session/asset_store.hpp"
+#include "common/base/cache_directory.hpp"
+#include "common/base/units.hpp"
+#include "common/net/deadband.hpp"
+
+namespace tandem {
+namespace {
+
+/// Registers an option of text that `take` turns into a setting; what it throws names the option.
+void add_text(CLI::App& app, const std::string& name, const std::string& help, const std::string& type,
+              const std::function<void(const std::string&)>& take) {
+  app.add_option_function<std::string>(
+         name,
+         [name, take](const std::string& text) {
+           try {
+             take(text);
+           } catch (const std::invalid_argument& error) {
+             throw CLI::ValidationError(name, error.what());
+           }
+         },
+         help)
+      ->type_name(type);
+}
+
+std::vector<std::string> owned(const std::vector<std::string_view>& names) {
+  return {names.begin(), names.end()};
+}
+
+/// Registers a number from `least` to `largest`, both of which a mistake is answered with.
+void add_number(CLI::App& app, const std::string& name, double& value, double least, double largest,
+                const std::string& help, const std::string& type) {
+  const auto in_range = [&value, least, largest](const std::string& text) {
+    double number = 0;
+    // Written so that a NaN fails the comparison.
+    if (CLI::detail::lexical_cast(text, number) && number >= least && number <= largest) return std::string();
+    std::ostringstream remedy;
+    remedy << "'" << text << "' must be a number from " << least << " to " << largest;
+    return remedy.str();
+  };
+  app.add_option(name, value, help)->capture_default_str()->type_name(type)->check(in_range);
+}
+
+std::string listed(const std::vector<std::string_view>& names) {
+  std::string text;
+  for (const std::string_view name : names) text.append(text.empty() ? "" : ", ").append(name);
+  return text;
+}
+
+template <class T>
+T chosen(const std::string& text, const std::map<std::string_view, T>& choices) {
+  const auto found = choices.find(text);
+  if (found != choices.end()) return found->second;
+  std::vector<std::string_view> names;
+  for (const auto& [name, value] : choices) names.push_back(name);
+  throw std::invalid_argument("'" + text + "' does not exist; use one of: " + listed(names));
+}
+
+void take_server(const std::string& text, ClientIoSettings& io) {
+  const std::size_t colon = text.rfind(':');
+  const bool has_port = colon != std::string::npos && text.find(']', colon) == std::string::npos;
+  std::string host = has_port ? text.substr(0, colon) : text;
+  if (host.size() > 2 && host.front() == '[' && host.back() == ']') host = host.substr(1, host.size() - 2);
+  if (host.empty()) throw std::invalid_argument("'" + text + "' names no address; write for example 127.0.0.1:47800");
+  io.host = host;
+  if (!has_port) return;
+  const char* const end = text.data() + text.size();
+  const auto [next, error] = std::from_chars(text.data() + colon + 1, end, io.port);
+  if (error != std::errc() || next != end || io.port == 0) {
+    throw std::invalid_argument("'" + text + "' has no port from 1 to 65535; write for example 127.0.0.1:47800");
+  }
+}
+
+void add_session_options(CLI::App& app, ClientOptions& options) {
+  ClientIoSettings& io = options.io;
+  add_text(app, "--server", "server to join [127.0.0.1:47800]; loopback only in this version", "ADDRESS:PORT",
+           [&io](const std::string& text) { take_server(text, io); });
+  app.add_option("--room", io.session.room, "room to join; default: the server's only room");
+  app.add_option("--name", io.session.user_name, "your name in the room")->capture_default_str();
+  add_text(app, "--role", "what you may do [manipulator]", "manipulator|observer", [&io](const std::string& text) {
+    io.session.role =
+        chosen<wire::Role>(text, {{"manipulator", wire::ROLE_MANIPULATOR}, {"observer", wire::ROLE_OBSERVER}});
+  });
+  add_text(app, "--transport", "what carries the state [udp]; tcp where UDP is blocked", "udp|tcp",
+           [&io](const std::string& text) {
+             io.session.state_transport =
+                 chosen<StateTransport>(text, {{"udp", StateTransport::kUdp}, {"tcp", StateTransport::kTcp}});
+           });
+}
+
+void add_deadband_option(CLI::App& app, ClientOptions& options) {
+  add_text(
+      app, "--deadband",
+      "change of force or motion that is not sent at once, as a share of it, 0% to 50%; both directions, 100 Hz are "
+      "always sent [0%]; hands tell about 10% apart",
+      "SHARE",
+      [&options](const std::string& text) { options.io.session.deadband = parse_fraction(text, kMaxDeadband); });
+}
+
+void add_hand_options(CLI::App& app, ClientOptions& options, std::string& device) {
+  app.add_option(
+         "--device", device,
+         "the simulated hand's device [sim]: its limits [N, N*m], axes, encoder steps [m, rad], mass [kg] and damping "
+         "[N*s/m]; a profile of devices/README.md or FILE.json")
+      ->type_name("NAME|FILE.json");
+  app.add_option("--hand", options.hand,
+                 "what the simulated hand intends [rest]: FILE.json or one of " + listed(hand_path_names()));
+  HandParameters& hand = options.hand_parameters;
+  // The ranges of an experiment file (lab/experiment/experiment.cpp): a run of one is a run of the other.
+  add_number(app, "--hand-mass", hand.mass_kg, 0.01, 10, "without the device [kg]", "KG");
+  add_number(app, "--hand-stiffness", hand.stiffness_n_per_m, 0, 10000, "towards the intended place [N/m]", "N/M");
+  add_number(app, "--hand-damping", hand.damping_n_s_per_m, 0, 1000, "[N·s/m]", "N*S/M");
+  add_number(app, "--hand-tremor", hand.tremor_rms_n, 0, 10, "force around 9 Hz [N rms]", "N");
+  add_number(app, "--hand-encoder-step", hand.encoder_step_m, 0, 0.01,
+             "quantisation of the reported position, where coarser than the device's; 0: none [m]", "M");
+}
+
+void add_stage_options(CLI::App& app, StageSettings& stage) {
+  app.add_option("--stage", stage.name, "what the hand is shown: " + listed_stage_names())
+      ->capture_default_str()
+      ->check(CLI::IsMember(owned(stage_names())).description(""))
+      ->type_name("NAME");
+  app.add_option("--predictor", stage.predictor,
+                 "of what the stage's local model does not know, where it has one: " + listed_predictor_names())
+      ->capture_default_str()
+      ->check(CLI::IsMember(owned(predictor_names())).description(""))
+      ->type_name("NAME");
+  add_text(app, "--guard", "bound what the hand gets by its energy account [on]", "on|off",
+           [&stage](const std::string& text) {
+             stage.guard = chosen<bool>(text, {{"on", true}, {"off", false}});
+           });
+  add_number(app, "--wave-impedance", stage.wave.linear_n_s_per_m, 0.1, 1000, "of the stage wave [N*s/m]", "N*S/M");
+  add_number(app, "--wave-impedance-angular", stage.wave.angular_n_m_s_per_rad, 1e-4, 10,
+             "of the stage wave [N*m*s/rad]", "N*M*S/RAD");
+}
+
+/// `link` is used for both directions, `is_used` is set when any of it was given.
+void add_link_options(CLI::App& app, LinkParameters& link, bool& is_used) {
+  const auto add = [&app, &is_used](const std::string& name, const std::string& help, const std::string& type,
+                                    std::function<void(const std::string&)> take) {
+    add_text(app, name, help, type, [&is_used, take = std::move(take)](const std::string& text) {
+      is_used = true;
+      take(text);
+    });
+  };
+  const std::string each = " in each direction";
+  add("--delay", "simulated one-way delay" + each + ", e.g. 25ms", "TIME",
+      [&link](const std::string& text) { link.delay = parse_duration(text); });
+  add("--jitter",
+      "its standard deviation, e.g. 5ms; without --reorder a late datagram holds up those behind it, so they arrive in "
+      "bursts",
+      "TIME", [&link](const std::string& text) { link.jitter = parse_duration(text); });
+  add("--loss", "share of datagrams lost" + each + ", 0% to 95%, in bad periods of 20 ms, e.g. 1%", "SHARE",
+      [&link](const std::string& text) { link.loss = parse_fraction(text, kLargestLoss); });
+  add("--duplication", "share of datagrams delivered twice, e.g. 1%", "SHARE",
+      [&link](const std::string& text) { link.duplication = parse_fraction(text); });
+  app.add_option_function<double>(
+         "--rate-limit",
+         [&link, &is_used](double value) {
+           link.rate_limit_bytes_per_s = value;
+           is_used = true;
+         },
+         "capacity" + each + " [bytes/s]")
+      ->type_name("BYTES/S");
+  app.add_flag_callback(
+      "--reorder", [&link, &is_used] { link.allows_reordering = is_used = true; }, "let jitter reorder datagrams");
+}
+
+int last_cpu() {
+  return static_cast<int>(std::max(1L, sysconf(_SC_NPROCESSORS_CONF))) - 1;
+}
+
+void add_run_options(CLI::App& app, ClientOptions& options, bool& is_headless) {
+  app.add_flag("--headless", is_headless, "without a window; required in this version");
+  app.add_option("--seed", options.seed, "of the simulated hand and links")->capture_default_str();
+  add_text(app, "--duration", "how long to run after joining, e.g. 10s; default: until Ctrl-C", "TIME",
+           [&options](const std::string& text) {
+             options.duration = parse_duration(text, "s");
+             if (*options.duration <= Duration{0}) throw std::invalid_argument("'" + text + "' must be above 0");
+           });
+  app.add_option("--rt-priority", options.realtime_priority,
+                 "SCHED_FIFO priority of the haptic thread, 1 to 99; 0: normal scheduler")
+      ->capture_default_str()
+      ->check(CLI::Range(0, 99).description(""));
+  app.add_option("--cpu", options.cpu, "pin the haptic thread to this CPU")
+      ->type_name("N")
+      ->check(CLI::Range(0, last_cpu()).description(""));
+  app.add_flag("--insist-realtime", options.insists_on_realtime, "end with exit code 2 when a right is not granted");
+  app.add_flag("--json", options.prints_json, "print one JSON object at the end instead of a status line each second");
+  app.add_flag("--verbose", options.is_verbose, "log what the session does to stderr");
+  app.add_option("--trace", options.trace, "write the time series of every haptic tick to this CSV file")
+      ->type_name("FILE.csv");
+  app.add_option("--trace-every", options.trace_every, "only every n-th tick")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 1000000).description(""));
+}
+
+void check_links(const ClientOptions& options, const LinkParameters& link) {
+  const std::string problem = link.problem();
+  if (!problem.empty()) throw std::invalid_argument("simulated link: " + problem);
+  if (options.io.session.state_transport == StateTransport::kTcp && link.spoils_datagrams()) {
+    throw std::invalid_argument(
+        "--transport tcp: over a stream nothing is lost, doubled or reordered; leave out --loss, --duplication and "
+        "--reorder, or use --transport udp");
+  }
+}
+
+DeviceProfile device_named(const std::string& name) {
+  try {
+    return find_device_profile(name);
+  } catch (const std::exception& error) {
+    throw std::invalid_argument("--device: " + std::string(error.what()) + "; see --help");
+  }
+}
+
+std::string one_line(std::string text) {
+  std::replace(text.begin(), text.end(), '\n', ' ');
+  return text;
+}
+
+}  // namespace
+
+std::optional<ClientOptions> parse_client_options(int argc, const char* const* argv) {
+  CLI::App app{"Joins a shared haptic scene with one device.", "tandem-client"};
+  app.footer("Exit code: 0 done, 1 the session was lost, 2 bad set-up.");
+  ClientOptions options;
+  std::string device = "sim";
+  LinkParameters link;
+  bool has_link = false;
+  bool is_headless = false;
+  add_session_options(app, options);
+  add_deadband_option(app, options);
+  add_hand_options(app, options, device);
+  add_stage_options(app, options.stage);
+  add_link_options(app, link, has_link);
+  add_run_options(app, options, is_headless);
+  app.set_version_flag("--version", "tandem-client " TANDEM_VERSION);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() != 0) throw std::invalid_argument(one_line(error.what()) + "; see --help");
+    app.exit(error);
+    return std::nullopt;
+  }
+  if (const auto cache = default_cache_directory(); !cache.empty()) {
+    options.io.session.asset_store = std::make_shared<DiskAssetStore>(cache / "assets");
+  }
+  // Not before: help and version need no file.
+  options.device = device_named(device);
+  if (!is_headless) throw std::invalid_argument("the window is not part of this version; add --headless");
+  if (has_link) {
+    check_links(options, link);
+    options.io.links = SimulatedLinks{link, link, options.seed};
+  }
+  return options;
+}
+
+}  // namespace tandem

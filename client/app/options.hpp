@@ -1,0 +1,37 @@
+// The command line of tandem-client, checked before anything is opened.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "client/haptics/stages/stage.hpp"
+#include "client/net/client_io.hpp"
+#include "devices/device_profile.hpp"
+
+namespace tandem {
+
+struct ClientOptions {
+  ClientIoSettings io;  ///< server, room, name, role, transport and simulated links
+  std::string hand = "rest";
+  HandParameters hand_parameters;  ///< without the device
+  DeviceProfile device;            ///< of the device that the simulated hand holds
+  StageSettings stage;             ///< what the hand is shown, predictor and guard
+  std::uint64_t seed = 1;
+  std::optional<Duration> duration;  ///< none: until a signal
+  int realtime_priority = 70;
+  int cpu = -1;
+  bool insists_on_realtime = false;
+  bool prints_json = false;
+  bool is_verbose = false;
+  std::filesystem::path trace;  ///< empty: none
+  std::uint64_t trace_every = 1;
+};
+
+/// Empty when --help or --version was asked for, and answered on stdout.
+///
+/// Fails   std::invalid_argument: one line that names the option, the value and what would do
+std::optional<ClientOptions> parse_client_options(int argc, const char* const* argv);
+
+}  // namespace tandem

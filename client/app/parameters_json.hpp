@@ -1,0 +1,14 @@
+// What a run was given, as JSON, under the names that an experiment file has for the same (lab/README.md), so that
+// a live run can be repeated in the lab.
+#pragma once
+
+#include "common/base/json.hpp"
+#include "common/net/link.hpp"
+#include "devices/sim/sim_device.hpp"
+
+namespace tandem {
+
+boost::json::object to_json(const LinkParameters& link);
+boost::json::object to_json(const HandParameters& hand);
+
+}  // namespace tandem

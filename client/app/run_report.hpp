@@ -1,0 +1,107 @@
+// What a session felt like, gathered tick by tick: per phase of the hand's path, per silence of the server, and how
+// far the watched body went. The JSON at the end of a headless run is made from this (client/app/summary.hpp).
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "client/haptics/haptic_core.hpp"
+
+namespace tandem {
+
+/// Speeds, forces and torques over a stretch of ticks; forces as displayed, in the device frame.
+class StretchStatistics {
+ public:
+  void add(const TickRecord& record);
+
+  std::uint64_t ticks() const { return ticks_; }
+  double hand_speed_max_m_per_s() const { return speed_max_; }
+  double hand_speed_rms_m_per_s() const;
+  double force_mean_n() const { return mean(force_sum_); }
+  /// Norm of the mean vector: far below force_mean_n() where the force swings about zero.
+  double force_mean_vector_n() const;
+  double force_max_n() const { return force_max_; }
+  double torque_mean_n_m() const { return mean(torque_sum_); }
+  double torque_mean_vector_n_m() const;
+  double torque_max_n_m() const { return torque_max_; }
+  /// Share of the ticks in which this user held a body.
+  double holding_fraction() const { return mean(static_cast<double>(holding_ticks_)); }
+
+ private:
+  double mean(double sum) const { return ticks_ > 0 ? sum / static_cast<double>(ticks_) : 0.0; }
+
+  std::uint64_t ticks_ = 0;
+  std::uint64_t hand_ticks_ = 0;  ///< with a valid sample
+  std::uint64_t holding_ticks_ = 0;
+  double speed_max_ = 0;
+  double speed_square_sum_ = 0;
+  double force_sum_ = 0;
+  double force_max_ = 0;
+  double torque_sum_ = 0;
+  double torque_max_ = 0;
+  Vec3 force_vector_sum_ = Vec3::Zero();
+  Vec3 torque_vector_sum_ = Vec3::Zero();
+};
+
+struct PhaseReport {
+  std::string name;
+  Duration duration{0};
+  StretchStatistics whole;
+  StretchStatistics settled;  ///< without the first second after the phase was entered
+};
+
+/// A stretch in which nothing came from the server until the force had to be zero.
+struct Silence {
+  Duration last_arrival{0};            ///< since the first tick
+  std::optional<Duration> zero_after;  ///< from the last arrival to the first tick of lasting zero; none: never zero
+  std::string why;
+};
+
+/// Takes the ticks of a run in order.
+///
+/// Thread  any one but the haptic
+class RunReport {
+ public:
+  /// `phases` are the names of the hand path's phases; a silence counts from `silence_zero` on.
+  RunReport(const std::vector<std::string>& phases, Duration silence_zero);
+
+  /// `phase` is an index into the names, −1 for none.
+  void add(const TickRecord& record, int phase);
+  bool is_silent() const { return is_silent_; }
+  /// Says why the present silence is; the first reason stays.
+  void explain_silence(const std::string& why);
+
+  const std::vector<PhaseReport>& phases() const { return phases_; }
+  const std::vector<Silence>& silences() const { return silences_; }
+  std::uint32_t server_tick_faults_seen() const { return server_tick_faults_seen_; }
+  bool has_seen_body() const { return has_seen_body_; }
+  /// Farthest that the watched body was from where it was first seen.
+  double body_displacement_m() const { return body_displacement_m_; }
+  double body_rotation_rad() const { return body_rotation_rad_; }
+  Duration length() const { return newest_ - start_; }
+
+ private:
+  void add_to_phase(const TickRecord& record, int phase, Duration step);
+  void follow_silence(const TickRecord& record);
+  void follow_body(const TickRecord& record);
+
+  std::vector<PhaseReport> phases_;
+  Duration silence_zero_;
+  bool has_started_ = false;
+  LocalTime start_{};
+  LocalTime newest_{};
+  int phase_ = -1;
+  LocalTime phase_entered_{};
+  bool is_silent_ = false;
+  std::optional<LocalTime> zero_since_;
+  std::vector<Silence> silences_;
+  std::uint32_t server_tick_faults_seen_ = 0;
+  bool has_seen_body_ = false;
+  Pose first_body_pose_;
+  double body_displacement_m_ = 0;
+  double body_rotation_rad_ = 0;
+};
+
+}  // namespace tandem

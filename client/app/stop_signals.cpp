@@ -1,0 +1,79 @@
+// See stop_signals.hpp.
+#include "client/app/stop_signals.hpp"
+
+#include <signal.h>
+#include <time.h>
+#include <unistd.h>
+
+#include <optional>
+#include <utility>
+
+#include "common/base/time.hpp"
+
+namespace tandem {
+namespace {
+
+// How long the end of the program may wait for this thread.
+constexpr Duration kLookPeriod{std::chrono::milliseconds(50)};
+// Far longer than a hand takes to be let go (haptic_loop.cpp), short for a person who presses Ctrl-C again.
+constexpr Duration kSecondSignalAfter{std::chrono::seconds(1)};
+
+bool is_ignored(int signal) {
+  struct sigaction action {};
+  return sigaction(signal, nullptr, &action) == 0 && action.sa_handler == SIG_IGN;
+}
+
+sigset_t stop_signals() {
+  sigset_t signals;
+  sigemptyset(&signals);
+  for (const int signal : {SIGINT, SIGTERM, SIGQUIT}) sigaddset(&signals, signal);
+  // A blocked signal is kept even when it is ignored, so the wish of nohup has to be kept here.
+  if (!is_ignored(SIGHUP)) sigaddset(&signals, SIGHUP);
+  return signals;
+}
+
+}  // namespace
+
+void block_stop_signals() {
+  const sigset_t signals = stop_signals();
+  pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+  struct sigaction ignore {};
+  ignore.sa_handler = SIG_IGN;
+  sigaction(SIGPIPE, &ignore, nullptr);
+}
+
+StopSignals::StopSignals() : thread_([this] { watch(); }) {}
+
+StopSignals::~StopSignals() {
+  is_closing_.store(true, std::memory_order_relaxed);
+  thread_.join();
+}
+
+void StopSignals::when_requested(std::function<void()> on_stop) {
+  const std::lock_guard lock(mutex_);
+  on_stop_ = std::move(on_stop);
+  if (is_requested() && on_stop_) on_stop_();
+}
+
+void StopSignals::watch() {
+  const sigset_t signals = stop_signals();
+  const SteadyClock clock;
+  timespec look{};
+  look.tv_nsec = kLookPeriod.count();
+  std::optional<LocalTime> first;
+  while (!is_closing_.load(std::memory_order_relaxed)) {
+    if (sigtimedwait(&signals, nullptr, &look) <= 0) continue;
+    if (first && clock.now() - *first >= kSecondSignalAfter) _exit(1);
+    if (first) continue;
+    first = clock.now();
+    request();
+  }
+}
+
+void StopSignals::request() {
+  const std::lock_guard lock(mutex_);
+  is_requested_.store(true, std::memory_order_relaxed);
+  if (on_stop_) on_stop_();
+}
+
+}  // namespace tandem

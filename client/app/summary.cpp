@@ -1,0 +1,223 @@
+// See summary.hpp.
+#include "client/app/summary.hpp"
+
+#include <cmath>
+
+#include "client/app/parameters_json.hpp"
+#include "common/base/tick_faults.hpp"
+
+namespace tandem {
+namespace {
+
+namespace json = boost::json;
+
+double in_ms(Duration duration) {
+  return to_seconds(duration) * 1e3;
+}
+double in_us(Duration duration) {
+  return to_seconds(duration) * 1e6;
+}
+
+json::array array_of(const std::vector<std::string>& texts) {
+  json::array result;
+  for (const std::string& text : texts) result.emplace_back(text);
+  return result;
+}
+
+double root_mean(double square_sum, std::uint64_t count) {
+  return count > 0 ? std::sqrt(square_sum / static_cast<double>(count)) : 0.0;
+}
+
+json::object drops_of(const DropCounters& counters) {
+  json::object result;
+  for (std::size_t i = 1; i < static_cast<std::size_t>(DropReason::kCount); ++i) {
+    const auto reason = static_cast<DropReason>(i);
+    if (counters.of(reason) > 0) result[name_of(reason)] = counters.of(reason);
+  }
+  return result;
+}
+
+json::object link_of(const LinkCounters& link) {
+  return {{"sent", link.sent},
+          {"delivered", link.delivered},
+          {"lost", link.lost},
+          {"duplicated", link.duplicated},
+          {"queue_full", link.queue_full}};
+}
+
+/// Together with the scene and the version, enough to run it again.
+void add_setup(const RunSummary& s, json::object& out) {
+  const ClientOptions& options = s.options;
+  const SessionSettings& session = options.io.session;
+  out["program"] = "tandem-client";
+  out["version"] = TANDEM_VERSION;
+  out["room"] = s.io.joined ? json::value(s.io.room) : json::value();
+  out["scene"] = s.io.joined ? json::value(s.io.joined->scene().name()) : json::value();
+  out["user"] = session.user_name;
+  out["role"] = session.role == wire::ROLE_OBSERVER ? "observer" : "manipulator";
+  out["transport"] = session.state_transport == StateTransport::kTcp ? "tcp" : "udp";
+  out["stage"] = options.stage.name;
+  out["predictor"] = options.stage.predictor;
+  out["guard"] = options.stage.guard;
+  out["wave_impedance"] = {{"linear_n_s_per_m", options.stage.wave.linear_n_s_per_m},
+                           {"angular_n_m_s_per_rad", options.stage.wave.angular_n_m_s_per_rad}};
+  out["device"] = options.device.name;
+  out["hand"] = options.hand;
+  out["hand_parameters"] = to_json(options.hand_parameters);
+  out["seed"] = options.seed;
+  out["link_parameters"] = nullptr;
+  if (options.io.links) {
+    out["link_parameters"] = {{"up", to_json(options.io.links->up)}, {"down", to_json(options.io.links->down)}};
+  }
+}
+
+json::value finite_or_null(double value) {
+  return std::isfinite(value) ? json::value(value) : json::value();
+}
+
+void add_coupling_check(const RunSummary& s, json::object& out) {
+  json::array findings;
+  for (const StabilityFinding& finding : s.coupling_findings) {
+    findings.emplace_back(json::object{{"is_unstable", finding.verdict == StabilityVerdict::kUnstable},
+                                       {"parameter", finding.parameter},
+                                       {"value", finite_or_null(finding.value)},
+                                       {"rendered_value", finite_or_null(finding.rendered_value)},
+                                       {"remedy", finite_or_null(finding.remedy)},
+                                       {"remedy_damping", finite_or_null(finding.remedy_damping)},
+                                       {"spectral_radius", finite_or_null(finding.spectral_radius)},
+                                       {"text", finding.text}});
+  }
+  out["coupling_check"] = {{"is_refused", s.io.coupling_check.is_refused}, {"findings", std::move(findings)}};
+}
+
+void add_loop(const RunSummary& s, json::object& out) {
+  out["ticks_run"] = s.loop.ticks_run;
+  out["ticks_expected"] = s.loop.ticks_expected;
+  out["tick_rate_hz"] = s.loop.tick_rate_hz;
+  const Histogram& late = s.loop.lateness;
+  out["lateness_us"] = {{"p50", in_us(late.quantile(0.5))},
+                        {"p99", in_us(late.quantile(0.99))},
+                        {"p999", in_us(late.quantile(0.999))},
+                        {"max", in_us(late.max())}};
+  out["missed"] = s.loop.missed;
+  out["throttle_suspects"] = s.loop.throttle_suspects;
+  out["realtime_not_granted"] = array_of(s.realtime_not_granted);
+  out["trace_overflows"] = s.trace_overflows;
+  out["became_quiet"] = s.loop.became_quiet;
+}
+
+void add_network(const ClientIoSnapshot& io, json::object& out) {
+  out["status"] = {{"state", name_of(io.status.state)}, {"why", io.status.why}};
+  out["reconnects"] = io.counters.reconnects;
+  const auto known_ms = [&io](Duration value) { return io.has_clock ? json::value(in_ms(value)) : json::value(); };
+  out["round_trip_ms"] = {{"newest", known_ms(io.round_trip)}, {"minimum", known_ms(io.minimum_round_trip)}};
+  out["clock_offset_ms"] = known_ms(io.clock_offset);
+  out["datagrams"] = {{"sent", io.counters.datagrams_sent},
+                      {"received", io.counters.datagrams_received},
+                      {"held_back", io.counters.updates_held_back},
+                      {"paced", io.counters.updates_paced}};
+  out["bytes"] = {{"sent", io.counters.bytes_sent}, {"received", io.counters.bytes_received}};
+  out["drops"] = {{"sent", drops_of(io.counters.sent_drops)}, {"received", drops_of(io.counters.received_drops)}};
+  out["links"] = {{"up", link_of(io.links.up)},
+                  {"down", link_of(io.links.down)},
+                  {"control_up", link_of(io.links.control_up)},
+                  {"control_down", link_of(io.links.control_down)}};
+  out["asset_bytes"] = io.asset_bytes;
+}
+
+void add_forces(const RunSummary& s, json::object& out) {
+  const HapticCounters& c = s.counters;
+  out["force_n"] = {{"rms", root_mean(c.force_square_sum, c.ticks)}, {"max", c.force_max_n}};
+  out["torque_n_m"] = {{"rms", root_mean(c.torque_square_sum, c.ticks)}, {"max", c.torque_max_n_m}};
+  out["force_limit_n"] = s.device.force_limit_n;
+  out["torque_limit_n_m"] = s.device.torque_limit_n_m;
+  // Computed and displayed alike: a single NaN in between would stay in the sums for good.
+  out["all_forces_finite"] =
+      c.not_finite_ticks == 0 && std::isfinite(c.force_square_sum) && std::isfinite(c.torque_square_sum);
+  out["not_finite_ticks"] = c.not_finite_ticks;
+  out["clamped_fraction"] = c.ticks > 0 ? static_cast<double>(c.clamped_ticks) / static_cast<double>(c.ticks) : 0.0;
+  out["slew_limited_ticks"] = c.slew_limited_ticks;
+  out["silent_ticks"] = c.silent_ticks;
+  out["not_displaying_ticks"] = c.not_displaying_ticks;
+  out["invalid_samples"] = c.invalid_samples;
+  out["write_failures"] = c.write_failures;
+  out["safety_faults"] = array_of(safety_fault_names(c.faults_seen));
+  out["server_tick_faults"] = array_of(tick_fault_names(s.run.server_tick_faults_seen()));
+  out["guard_withheld_j"] = c.guard_withheld_j;
+  out["guarded_ticks"] = c.guarded_ticks;
+  out["bad_energy_reports"] = c.bad_energy_reports;
+  out["energy_to_hand_j"] = c.energy_to_hand_j;
+  out["energy_from_hand_j"] = c.energy_from_hand_j;
+}
+
+/// The same names for a whole phase and for its settled part, which is null when the phase was too short.
+void add_stretch(const StretchStatistics& stretch, const std::string& prefix, json::object& out) {
+  const auto add = [&](const char* name, double value) {
+    out[prefix + name] = stretch.ticks() > 0 ? json::value(value) : json::value();
+  };
+  out[prefix + "ticks"] = stretch.ticks();
+  add("hand_speed_max_m_per_s", stretch.hand_speed_max_m_per_s());
+  add("hand_speed_rms_m_per_s", stretch.hand_speed_rms_m_per_s());
+  add("force_mean_n", stretch.force_mean_n());
+  add("force_mean_vector_n", stretch.force_mean_vector_n());
+  add("force_max_n", stretch.force_max_n());
+  add("torque_mean_n_m", stretch.torque_mean_n_m());
+  add("torque_mean_vector_n_m", stretch.torque_mean_vector_n_m());
+  add("torque_max_n_m", stretch.torque_max_n_m());
+  add("holding_fraction", stretch.holding_fraction());
+}
+
+json::array phases_of(const RunReport& run) {
+  json::array result;
+  for (const PhaseReport& phase : run.phases()) {
+    json::object entry{{"name", phase.name}, {"duration_s", to_seconds(phase.duration)}};
+    add_stretch(phase.whole, "", entry);
+    add_stretch(phase.settled, "settled_", entry);
+    result.emplace_back(std::move(entry));
+  }
+  return result;
+}
+
+json::array silences_of(const RunReport& run) {
+  json::array result;
+  for (const Silence& silence : run.silences()) {
+    json::object entry{{"last_arrival_s", to_seconds(silence.last_arrival)}, {"why", silence.why}};
+    entry["zero_after_ms"] = silence.zero_after ? json::value(in_ms(*silence.zero_after)) : json::value();
+    result.emplace_back(std::move(entry));
+  }
+  return result;
+}
+
+json::value watched_of(const RunSummary& s) {
+  if (!s.watched || !s.run.has_seen_body()) return nullptr;
+  return json::object{{"id", s.watched->id.value},
+                      {"name", s.watched->name},
+                      {"displacement_m", s.run.body_displacement_m()},
+                      {"rotation_rad", s.run.body_rotation_rad()}};
+}
+
+}  // namespace
+
+std::optional<WatchedBody> first_graspable(const wire::Joined& joined) {
+  for (int i = 0; i < joined.scene().bodies_size(); ++i) {
+    const wire::Body& body = joined.scene().bodies(i);
+    if (body.graspable()) return WatchedBody{body_id_at(static_cast<std::size_t>(i)), body.name()};
+  }
+  return std::nullopt;
+}
+
+boost::json::object to_json(const RunSummary& summary) {
+  json::object out;
+  add_setup(summary, out);
+  out["duration_s"] = to_seconds(summary.run.length());
+  add_coupling_check(summary, out);
+  add_network(summary.io, out);
+  add_loop(summary, out);
+  add_forces(summary, out);
+  out["watched_body"] = watched_of(summary);
+  out["phases"] = phases_of(summary.run);
+  out["silences"] = silences_of(summary.run);
+  return out;
+}
+
+}  // namespace tandem

@@ -1,0 +1,39 @@
+// The one JSON object that a headless run ends with. Field names carry units; what is unknown is null.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "client/app/options.hpp"
+#include "client/app/run_report.hpp"
+#include "client/haptics/haptic_loop.hpp"
+#include "client/net/client_io.hpp"
+#include "common/base/json.hpp"
+
+namespace tandem {
+
+/// The body that the run watched: the scene's first graspable one.
+struct WatchedBody {
+  BodyId id;
+  std::string name;
+};
+std::optional<WatchedBody> first_graspable(const wire::Joined& joined);
+
+/// Everything that a run leaves behind.
+struct RunSummary {
+  ClientOptions options;  ///< as given: what it takes to repeat the run
+  DeviceSpec device;
+  std::vector<std::string> realtime_not_granted;
+  HapticLoopReport loop;
+  std::uint64_t trace_overflows = 0;
+  HapticCounters counters;
+  ClientIoSnapshot io;
+  std::vector<StabilityFinding> coupling_findings;  ///< of the coupling in force
+  std::optional<WatchedBody> watched;
+  RunReport run;
+};
+
+boost::json::object to_json(const RunSummary& summary);
+
+}  // namespace tandem

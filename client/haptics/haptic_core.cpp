@@ -1,0 +1,393 @@
+// See haptic_core.hpp. Nothing that came over the wire is trusted here either: a scene that makes no sense
+// displays nothing, and coefficients are bounded before they touch a hand.
+#include "client/haptics/haptic_core.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "client/haptics/rendered_coupling.hpp"
+#include "common/base/work.hpp"
+#include "common/haptics/coupling/laws.hpp"
+#include "proto/coupling_fields.hpp"
+
+namespace tandem {
+namespace {
+
+// Shorter gaps between two samples are rounded up to this before a speed is computed from them: a device that
+// updates at 1 kHz would seem to jump when it is read twice in a row.
+constexpr double kShortestSpeedGap_s = 0.001;
+// While samples are invalid the server is told the last valid buttons for this long; as long as it goes without a
+// handle before it lets the tool go.
+constexpr Duration kButtonsKept{std::chrono::milliseconds(100)};
+
+bool is_clutch_down(const DeviceSample& sample) {
+  return (sample.buttons & kButtonClutch) != 0;
+}
+
+bool is_among(const std::vector<std::string_view>& names, std::string_view name) {
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+std::unique_ptr<Stage> require_stage(const StageSettings& settings) {
+  if (!is_among(stage_names(), settings.name)) {
+    throw std::invalid_argument("stage '" + settings.name + "' does not exist; use one of: " + listed_stage_names());
+  }
+  if (!is_among(predictor_names(), settings.predictor)) {
+    throw std::invalid_argument("predictor '" + settings.predictor +
+                                "' does not exist; use one of: " + listed_predictor_names());
+  }
+  if (!is_usable(settings.wave)) {
+    throw std::invalid_argument("the wave's impedance must be above 0, for example 10 N*s/m and 0.01 N*m*s/rad");
+  }
+  return make_stage(settings);
+}
+
+SafetySettings with_device_limits(SafetySettings settings, const DeviceSpec& spec) {
+  settings.slew_n_per_s = spec.slew_limit_n_per_s;
+  settings.slew_n_m_per_s = spec.slew_limit_n_m_per_s;
+  settings.speed_limit_m_per_s = spec.speed_limit_m_per_s;
+  return settings;
+}
+
+bool is_positive(double value) {
+  return std::isfinite(value) && value > 0;
+}
+
+bool is_usable(const HapticScene& scene) {
+  if (scene.law >= coupling_laws().size() || !is_usable(scene.coupling)) return false;
+  const WorkspaceMapping& map = scene.workspace;
+  return is_finite(map.X_WD) && std::abs(map.X_WD.q.norm() - 1) < 1e-3 && is_positive(map.position_scale) &&
+         is_positive(map.force_scale);
+}
+
+std::vector<std::unique_ptr<CouplingLaw>> all_laws() {
+  std::vector<std::unique_ptr<CouplingLaw>> laws;
+  for (const CouplingLawInfo& law : coupling_laws()) laws.push_back(law.make(CouplingParameters{}));
+  return laws;
+}
+
+}  // namespace
+
+HapticCore::HapticCore(const HapticSettings& settings, Device& device, ClientMailboxes& mailboxes)
+    : device_(device),
+      writer_(device),
+      mailboxes_(mailboxes),
+      coupling_bounds_(settings.coupling_bounds),
+      stage_(require_stage(settings.stage)),
+      is_guarded_(settings.stage.guard),
+      guard_(settings.guard),
+      laws_(all_laws()),
+      coupling_(laws_.front().get()),
+      safety_(with_device_limits(settings.safety, device.spec())) {}
+
+void HapticCore::tick(LocalTime now) noexcept {
+  const DeviceSample sample = read_device(now);
+  ++record_.tick.value;
+  record_.at = now;
+  record_.sample = sample;
+  advance_time(now);
+  const double speed_m_per_s = handle_speed(sample);
+  account_energy(sample);
+  take_mail();
+  ramp_coupling(now);
+  if (scene_is_usable_ && sample.is_valid) {
+    const RigidState raw_W{scene_.workspace.world_pose(sample.X_DH), scene_.workspace.world_twist(sample.V_DH)};
+    raw_X_WH_ = raw_W.X;
+    record_.handle_W = clutch_.apply(raw_W, is_clutch_down(sample));
+  }
+  record_.state_age = has_state_ ? std::max(Duration{0}, now - mailboxes_.inbox.front().received) : Duration{-1};
+  run_stage(now);
+  const Wrench guarded_on_hand_W = through_guard(stage_output_.wrench_on_hand_W);
+  write(now, through_safety(now, scene_.workspace.device_wrench(guarded_on_hand_W), speed_m_per_s));
+  account_payment(guarded_on_hand_W);
+  tell_displayed();
+  record_.is_clamped = writer_.was_clamped();
+  last_sample_ = sample;
+  record_stage();
+  count();
+  publish(now);
+}
+
+// After a stall nothing is computed as if the stall had been one long tick.
+void HapticCore::advance_time(LocalTime now) noexcept {
+  constexpr double kUsual_s = 0.001, kShortest_s = 1e-5, kLongest_s = 0.01;
+  const bool is_first = record_.tick.value == 1;
+  period_s_ = is_first ? kUsual_s : std::clamp(to_seconds(now - ticked_at_), kShortest_s, kLongest_s);
+  ticked_at_ = now;
+}
+
+bool HapticCore::write_zero(LocalTime now) noexcept {
+  return write(now, Wrench{});
+}
+
+// What a device did not take, the hand does not feel: it keeps the command before, and what comes next starts there.
+bool HapticCore::write(LocalTime now, const Wrench& wrench_on_hand_D) noexcept {
+  const bool is_taken = writer_.write(now, wrench_on_hand_D);
+  if (!is_taken) {
+    ++counters_.write_failures;
+    safety_.rearm();
+  }
+  safety_.set_displayed(writer_.written());
+  record_.displayed_on_hand_D = writer_.written();
+  return is_taken;
+}
+
+DeviceSample HapticCore::read_device(LocalTime now) noexcept {
+  DeviceSample sample = device_.read(now);
+  sample.is_valid = sample.is_valid && is_finite(sample.X_DH) && is_finite(sample.V_DH);
+  return sample;
+}
+
+// The larger of what the device reports and what its poses say, so that neither a lagging filter nor a jump of
+// the position goes unseen.
+double HapticCore::handle_speed(const DeviceSample& sample) const noexcept {
+  if (!sample.is_valid) return 0;
+  const double reported_m_per_s = sample.V_DH.v.norm();
+  if (!last_sample_.is_valid) return reported_m_per_s;
+  const double gap_s = std::max(kShortestSpeedGap_s, to_seconds(sample.taken - last_sample_.taken));
+  return std::max(reported_m_per_s, (sample.X_DH.p - last_sample_.X_DH.p).norm() / gap_s);
+}
+
+// The state before the scene: a state of an older connection, published just before the scene that replaces it,
+// is then forgotten with that connection. The other way round it could be taken for one of the new scene.
+void HapticCore::take_mail() noexcept {
+  const bool has_new_state = mailboxes_.inbox.poll();
+  if (has_new_state) has_state_ = true;
+  if (mailboxes_.scene.poll()) enter_scene(mailboxes_.scene.front());
+  state_is_new_ = has_new_state && has_state_;
+  if (!state_is_new_) return;
+  take_state(mailboxes_.inbox.front().update);
+  report_energy(mailboxes_.inbox.front());
+}
+
+void HapticCore::enter_scene(const HapticScene& scene) noexcept {
+  const bool is_new = scene.generation != scene_.generation;
+  scene_ = scene;
+  scene_is_usable_ = scene.generation != 0 && is_usable(scene);
+  if (scene_is_usable_) {
+    const std::string_view law = laws_[scene.law]->name();
+    ramp_.go_to(rendered_coupling(law, scene.coupling, coupling_bounds_, scene.workspace));
+  }
+  // What nobody feels need not be ramped, and what was refused should not be felt on the way to something better.
+  if (!is_new && !is_displaying()) jump_coupling();
+  if (!is_new) return;
+  if (scene_is_usable_) {
+    coupling_ = laws_[scene.law].get();
+    jump_coupling();
+  }
+  record_.scene_generation = scene.generation;
+  record_.has_watched_body = false;
+  has_state_ = false;
+  stage_->reset();
+  stage_output_ = {};
+  guard_.reset();
+  clutch_.reset();
+  buttons_ = 0;
+  safety_.rearm();
+}
+
+void HapticCore::jump_coupling() noexcept {
+  ramp_.jump_to(ramp_.target());
+  coupling_->set_parameters(ramp_.now());
+}
+
+// As the server does, so that a change under a stretched coupling is felt as no step.
+void HapticCore::ramp_coupling(LocalTime now) noexcept {
+  if (ramp_.advance(to_seconds(now - ramped_at_))) coupling_->set_parameters(ramp_.now());
+  ramped_at_ = now;
+}
+
+void HapticCore::take_state(const ServerUpdate& update) noexcept {
+  record_.tool_W = update.tool;
+  record_.server_wrench_on_hand_W = update.wrench_on_hand_W;
+  record_.newest_step = update.step;
+  record_.server_tick_faults = update.tick_faults;
+  record_.held_body = update.held_body;
+  note_watched_body(update);
+}
+
+// Updates are thinned on the wire, so the body may be missing from this one: then the last word holds.
+void HapticCore::note_watched_body(const ServerUpdate& update) noexcept {
+  const std::uint32_t watched = watched_.load(std::memory_order_relaxed);
+  if (watched != watched_last_) record_.has_watched_body = false;
+  watched_last_ = watched;
+  if (watched == 0) return;
+  for (const BodyState& body : update.bodies) {
+    if (body.id.value != watched) continue;
+    record_.watched_body_W = body.state;
+    record_.has_watched_body = true;
+  }
+}
+
+void HapticCore::report_energy(const ReceivedUpdate& received) noexcept {
+  const ServerUpdate& update = received.update;
+  guard_.world_reported(update.energy_from_world_j, update.energy_into_world_j,
+                        to_seconds(received.received - energy_told_at_));
+  energy_told_at_ = received.received;
+}
+
+// Without a hand for a tick or two the server is told the last tool and wave again; who is not displaying has none.
+void HapticCore::run_stage(LocalTime now) noexcept {
+  if (!is_displaying()) stage_output_ = {};
+  stage_output_.wrench_on_hand_W = {};
+  if (!is_displaying() || !has_state_ || !record_.sample.is_valid) return;
+  stage_output_ = stage_->tick(stage_input(now));
+}
+
+StageInput HapticCore::stage_input(LocalTime now) const noexcept {
+  StageInput input;
+  input.now = now;
+  input.tick = record_.tick;
+  input.period_s = period_s_;
+  input.handle = record_.handle_W;
+  input.buttons = record_.sample.buttons;
+  input.newest = &mailboxes_.inbox.front();
+  input.is_new = state_is_new_;
+  input.age = record_.state_age;
+  input.coupling = coupling_;
+  input.parameters = &ramp_.now();
+  input.parameter_bounds = coupling_bounds_;
+  input.local_model = scene_.local_model;
+  input.watched = BodyId{watched_last_};
+  return input;
+}
+
+Wrench HapticCore::through_guard(const Wrench& stage_wrench_on_hand_W) noexcept {
+  if (!is_guarded_) return stage_wrench_on_hand_W;
+  if (!record_.sample.is_valid || !scene_is_usable_) {
+    guard_.lose_hand();
+    return {};
+  }
+  guard_.local_gave(stage_output_.energy_from_local_j);
+  return guard_.apply(raw_X_WH_, stage_wrench_on_hand_W, period_s_);
+}
+
+Wrench HapticCore::through_safety(LocalTime now, const Wrench& guarded_on_hand_D,
+                                  double handle_speed_m_per_s) noexcept {
+  SafetyInput input;
+  input.wrench = guarded_on_hand_D;
+  input.state_age = record_.state_age;
+  input.has_state = has_state_;
+  input.is_displaying = is_displaying();
+  input.is_clutched = record_.sample.is_valid && is_clutch_down(record_.sample);
+  input.sample_is_valid = record_.sample.is_valid;
+  input.handle_speed_m_per_s = handle_speed_m_per_s;
+  const Wrench safe = safety_.apply(now, input);
+  record_.safety_faults = safety_.faults();
+  return safe;
+}
+
+void HapticCore::tell_displayed() noexcept {
+  if (!scene_is_usable_) return;
+  const Wrench on_hand_W = scene_.workspace.world_wrench(writer_.written());
+  if (is_guarded_) guard_.set_displayed(on_hand_W);
+  stage_->set_displayed(on_hand_W);
+}
+
+void HapticCore::record_stage() noexcept {
+  record_.stage_wrench_on_hand_D = scene_.workspace.device_wrench(stage_output_.wrench_on_hand_W);
+  record_.is_local = stage_output_.is_local;
+  record_.local_tool_W = stage_output_.tool;
+  record_.has_local_body = stage_output_.has_watched_body;
+  record_.local_body_W = stage_output_.watched_body;
+  record_.is_predicting = stage_output_.is_predicting;
+  record_.joint_share = stage_output_.joint_share;
+  record_.guard_gain = is_guarded_ ? guard_.gain() : 1.0;
+  record_.guard_withheld_j = guard_.withheld_j();
+}
+
+// The wrench written at the last tick was held until this one. Over a gap of invalid samples nobody knows what the
+// hand did, so that stretch is left out.
+void HapticCore::account_energy(const DeviceSample& sample) noexcept {
+  if (!sample.is_valid || !last_sample_.is_valid) return;
+  const double work_j = held_work_j(writer_.written(), last_sample_.X_DH, sample.X_DH);
+  counters_.energy_to_hand_j += std::max(0.0, work_j);
+  counters_.energy_from_hand_j += std::max(0.0, -work_j);
+}
+
+// By the handle, which is where the tool is pulled to: while the clutch is down it stands, and nothing is paid. Who
+// drives a tool without being shown what it feels pays what the server would have him feel.
+void HapticCore::account_payment(const Wrench& guarded_on_hand_W) noexcept {
+  // No coupling is that strong; a sum of less never leaves what the wire takes.
+  constexpr double kMost_n = 1000, kMost_n_m = 100;
+  const bool is_paying = record_.sample.is_valid && is_driving();
+  if (is_paying && is_paying_) {
+    const double work_j = held_work_j(asked_on_hand_W_, paid_at_X_WH_, record_.handle_W.X);
+    asked_to_hand_j_ += std::max(0.0, work_j);
+    asked_from_hand_j_ += std::max(0.0, -work_j);
+  }
+  const Wrench& asked = is_displaying() ? guarded_on_hand_W : record_.server_wrench_on_hand_W;
+  asked_on_hand_W_ = Wrench{};
+  if (is_finite(asked)) asked_on_hand_W_ = {clamped_to_length(asked.f, kMost_n), clamped_to_length(asked.t, kMost_n_m)};
+  paid_at_X_WH_ = record_.handle_W.X;
+  is_paying_ = is_paying;
+}
+
+void HapticCore::count() noexcept {
+  const double force_n = record_.displayed_on_hand_D.f.norm();
+  const double torque_n_m = record_.displayed_on_hand_D.t.norm();
+  const SafetyFaults faults = record_.safety_faults;
+  ++counters_.ticks;
+  counters_.invalid_samples += record_.sample.is_valid ? 0 : 1;
+  counters_.clamped_ticks += record_.is_clamped ? 1 : 0;
+  counters_.slew_limited_ticks += (faults & kSafetySlewed) != 0 ? 1 : 0;
+  counters_.not_finite_ticks += is_finite(record_.stage_wrench_on_hand_D) ? 0 : 1;
+  counters_.silent_ticks += (faults & kSafetySilence) != 0 ? 1 : 0;
+  counters_.not_displaying_ticks += (faults & kSafetyNotDisplaying) != 0 ? 1 : 0;
+  counters_.force_square_sum += force_n * force_n;
+  counters_.torque_square_sum += torque_n_m * torque_n_m;
+  counters_.force_max_n = std::max(counters_.force_max_n, force_n);
+  counters_.torque_max_n_m = std::max(counters_.torque_max_n_m, torque_n_m);
+  counters_.guard_withheld_j = guard_.withheld_j() * scene_.workspace.hand_joules_per_world_joule();
+  counters_.guarded_ticks = guard_.acted_ticks();
+  counters_.bad_energy_reports = guard_.dropped_reports();
+  counters_.faults_seen |= faults;
+}
+
+// A sample missed on the bus must not drop what the hand holds; a hand that is lost must let go of it.
+std::uint32_t HapticCore::buttons_to_tell(LocalTime now) noexcept {
+  if (record_.sample.is_valid) {
+    buttons_ = record_.sample.buttons;
+    buttons_seen_at_ = now;
+  } else if (now - buttons_seen_at_ > kButtonsKept) {
+    buttons_ = 0;
+  }
+  return buttons_;
+}
+
+// Of the stage, which knows what it waits for besides; else of the newest exchange.
+Duration HapticCore::round_trip() const noexcept {
+  if (stage_output_.round_trip > Duration{0}) return std::min(stage_output_.round_trip, kMaxDelay);
+  if (!has_state_) return Duration{0};
+  const ReceivedUpdate& newest = mailboxes_.inbox.front();
+  if (newest.update.echoed_sent == LocalTime{}) return Duration{0};
+  const Duration away = newest.received - newest.update.echoed_sent;
+  return std::clamp(away - (newest.update.sent - newest.update.received), Duration{0}, kMaxDelay);
+}
+
+void HapticCore::publish(LocalTime now) noexcept {
+  ClientUpdate& update = mailboxes_.outbox.back();
+  update = ClientUpdate{};
+  update.input_tick = record_.tick;
+  update.handle = record_.handle_W;
+  update.handle_valid = record_.sample.is_valid && is_driving();
+  update.buttons = is_driving() ? buttons_to_tell(now) : 0;
+  update.sent = now;
+  if (has_state_) {
+    const ReceivedUpdate& newest = mailboxes_.inbox.front();
+    update.acknowledged_step = newest.update.step;
+    update.acknowledged_sent = newest.update.sent;
+    update.acknowledged_held = record_.state_age;
+  }
+  update.mode = stage_output_.mode;
+  update.tool = stage_output_.tool;
+  update.copies = stage_output_.copies;
+  update.wave = stage_output_.wave;
+  update.round_trip = round_trip();
+  update.energy_to_hand_j = asked_to_hand_j_;
+  update.energy_from_hand_j = asked_from_hand_j_;
+  mailboxes_.outbox.publish();
+}
+
+}  // namespace tandem

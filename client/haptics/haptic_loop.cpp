@@ -1,0 +1,77 @@
+// See haptic_loop.hpp.
+#include "client/haptics/haptic_loop.hpp"
+
+#include <future>
+#include <utility>
+
+namespace tandem {
+namespace {
+
+constexpr Duration kLongestShowOut{std::chrono::milliseconds(50)};
+
+}  // namespace
+
+HapticLoop::HapticLoop(HapticLoopSettings settings, HapticCore& core, std::function<void()> after_tick)
+    : settings_(settings), core_(core), after_tick_(std::move(after_tick)), trace_(settings.trace_capacity) {}
+
+HapticLoop::~HapticLoop() {
+  stop();
+}
+
+std::vector<std::string> HapticLoop::start() {
+  std::promise<std::vector<std::string>> ready;
+  thread_ = std::thread([this, &ready] { run([&ready](auto missing) { ready.set_value(std::move(missing)); }); });
+  return ready.get_future().get();
+}
+
+void HapticLoop::stop() {
+  request_stop();
+  if (thread_.joinable()) thread_.join();
+}
+
+void HapticLoop::run(const std::function<void(std::vector<std::string>)>& on_ready) {
+  on_ready(request_realtime(settings_.realtime));
+  const bool is_realtime = has_realtime_priority();
+
+  const SteadyClock clock;
+  const LocalTime start = clock.now();
+  PeriodicTimer timer(settings_.period, start);
+  const LocalTime end = settings_.duration ? start + *settings_.duration : LocalTime::max();
+  LocalTime deadline = start;
+  while (!should_stop_.load(std::memory_order_relaxed) && deadline < end) {
+    deadline = timer.wait();
+    tick(clock);
+  }
+  const LocalTime last_deadline = show_out(timer, clock);
+
+  report_.ticks_run = core_.counters().ticks;
+  report_.ticks_expected = static_cast<std::uint64_t>((last_deadline - start) / settings_.period);
+  report_.tick_rate_hz = static_cast<double>(report_.ticks_run) / to_seconds(clock.now() - start);
+  report_.lateness = timer.lateness();
+  report_.missed = timer.missed();
+  report_.throttle_suspects = is_realtime ? timer.throttle_suspects() : 0;
+  is_over_.store(true, std::memory_order_release);
+}
+
+void HapticLoop::tick(const Clock& clock) noexcept {
+  core_.tick(clock.now());
+  if (!trace_.push(core_.record())) trace_overflows_.fetch_add(1, std::memory_order_relaxed);
+  if (after_tick_) after_tick_();
+}
+
+LocalTime HapticLoop::show_out(PeriodicTimer& timer, const Clock& clock) {
+  core_.begin_shutdown();
+  const LocalTime give_up = clock.now() + kLongestShowOut;
+  LocalTime last_deadline;
+  bool is_let_go = false;
+  do {
+    last_deadline = timer.wait();
+    tick(clock);
+    is_let_go = core_.is_quiet() && core_.write_zero(clock.now());
+  } while (!is_let_go && clock.now() < give_up);
+  report_.became_quiet = is_let_go;
+  if (!is_let_go) core_.write_zero(clock.now());
+  return last_deadline;
+}
+
+}  // namespace tandem

@@ -1,0 +1,44 @@
+// All that passes between a client's io thread and its haptic thread: three newest-wins mailboxes.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "common/base/time.hpp"
+#include "common/base/workspace.hpp"
+#include "common/haptics/coupling/coupling_law.hpp"
+#include "common/realtime/mailbox.hpp"
+#include "proto/state.hpp"
+
+namespace tandem {
+
+class LocalModel;
+
+/// A server update with the instant it came in.
+struct ReceivedUpdate {
+  ServerUpdate update;
+  LocalTime received{};
+  Duration clock_offset{0};  ///< server − local at that instant
+};
+
+/// What the haptic path needs of the scene; published when the session joins, and when a parameter changes.
+struct HapticScene {
+  std::uint32_t generation = 0;  ///< one more for each join; a new one resets stages and restarts the ramp
+  bool may_drive = false;        ///< joined as a manipulator: handle and buttons are told to the server
+  bool may_display =
+      false;  ///< and what that does is felt; false: zero force, as for a coupling unstable on this device
+  WorkspaceMapping workspace;
+  std::size_t law = 0;          ///< index into coupling_laws()
+  CouplingParameters coupling;  ///< in force for this user's tool, where it is going (CouplingRamp)
+  /// What stages that render the scene themselves have of it; null: nothing. Owned by the io side, which keeps it until
+  /// two generations later: by then the haptic thread has let it go. Only the haptic thread calls it meanwhile.
+  LocalModel* local_model = nullptr;
+};
+
+struct ClientMailboxes {
+  Mailbox<ClientUpdate> outbox;   ///< haptic writes, io reads
+  Mailbox<ReceivedUpdate> inbox;  ///< io writes, haptic reads
+  Mailbox<HapticScene> scene;     ///< io writes, haptic reads
+};
+
+}  // namespace tandem

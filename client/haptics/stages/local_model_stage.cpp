@@ -1,0 +1,78 @@
+#include "client/haptics/stages/local_model_stage.hpp"
+
+#include "client/model/local_model.hpp"
+
+namespace tandem {
+namespace {
+
+/// Of the coupling's limits: what a residual may add.
+constexpr double kResidualShare = 1.0 / 3;
+
+LocalModelInput model_input(const StageInput& input) {
+  LocalModelInput result;
+  result.input = input.tick;
+  result.now = input.now;
+  result.handle = input.handle;
+  result.buttons = input.buttons;
+  result.newest = input.newest;
+  result.is_new = input.is_new;
+  result.coupling = *input.parameters;
+  return result;
+}
+
+}  // namespace
+
+LocalModelStage::LocalModelStage(const std::string& predictor)
+    : residual_(predictor == "none" ? nullptr : make_force_stream(predictor)) {}
+
+StageOutput LocalModelStage::tick(const StageInput& input) noexcept {
+  blend_.advance(input.period_s);
+  LocalModel* const model = input.newest == nullptr ? nullptr : input.local_model;
+  StageOutput output;
+  if (model == nullptr) {
+    output = without_model_.tick(input);
+  } else {
+    output.local_wrench_on_hand_W = model->step(model_input(input));
+    const Wrench residual = predicted_residual(input);
+    output.wrench_on_hand_W = output.local_wrench_on_hand_W + residual;
+    output.is_predicting = residual_ != nullptr;
+    output.mode = ClientMode::kLocalModel;
+    output.is_local = true;
+    output.tool = model->tool();
+    output.copies.assign(model->copies().begin(), model->copies().end());
+    output.energy_from_local_j = -model->coupling_work_j();
+    output.round_trip = model->loop_delay();
+    output.joint_share = model->joint_share();
+    output.has_watched_body = input.watched.is_valid();
+    if (output.has_watched_body) output.watched_body = model->body(input.watched);
+  }
+  const bool has_jumped = model != nullptr && model->take_jump();
+  if (has_jumped || output.is_local != was_local_) blend_.jump(before_, output.wrench_on_hand_W);
+  was_local_ = output.is_local;
+  before_ = output.wrench_on_hand_W;
+  output.wrench_on_hand_W = blend_.apply(output.wrench_on_hand_W);
+  return output;
+}
+
+Wrench LocalModelStage::predicted_residual(const StageInput& input) noexcept {
+  if (residual_ == nullptr) return {};
+  if (const auto newest = input.local_model->take_residual()) residual_->push(newest->of, newest->on_hand_W);
+  const Wrench predicted = residual_->at(input.now);
+  const double share = kResidualShare * (1 - input.local_model->joint_share());
+  return {clamped_to_length(predicted.f, share * input.parameters->force_limit_n),
+          clamped_to_length(predicted.t, share * input.parameters->torque_limit_n_m)};
+}
+
+void LocalModelStage::reset() noexcept {
+  without_model_.reset();
+  if (residual_ != nullptr) residual_->reset();
+  blend_.reset();
+  before_ = {};
+  was_local_ = false;
+}
+
+void LocalModelStage::service() noexcept {
+  if (residual_ != nullptr) residual_->fit();
+}
+
+}  // namespace tandem

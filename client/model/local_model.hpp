@@ -1,0 +1,190 @@
+// The client's own piece of the world: its tool and what it touches, stepped at 1 kHz by the code that the server runs,
+// so that contact, friction and fields answer the hand at once, whatever the delay.
+//
+//   static things            here as at the server: nothing to reconcile but the tool itself
+//   bodies nobody else       predicted here; the server's state answers an old input, is compared with what was here
+//   touches                  at that input, and the difference is taken out slowly (Reconciler)
+//   bodies that others       a copy here, joined to the server's body by a delayed spring–damper (delayed_joint.hpp), as
+//   touch as well            the server's body is joined to ours; its weight is at the copy of who alone holds it, else
+//                            at the server's body
+//   bodies that others       follow the server, played at a constant delay and carried on to the present by their
+//   move                     velocity
+//   soft bodies              the server's linearised contact, told before the touch (SoftFollower)
+#pragma once
+
+#include <boost/container/static_vector.hpp>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "client/haptics/mailboxes.hpp"
+#include "client/model/input_history.hpp"
+#include "client/model/model_ledger.hpp"
+#include "client/model/reconciler.hpp"
+#include "client/model/smoothed_motion.hpp"
+#include "client/model/soft_follower.hpp"
+#include "common/net/playout.hpp"
+#include "common/physics/joints/delayed_joint.hpp"
+#include "common/physics/world.hpp"
+#include "proto/state.hpp"
+
+namespace tandem {
+
+struct LocalModelSettings {
+  ReconcilerSettings body{};
+  /// The tool is held by its coupling, so it needs little: what friction or a gap passed on another side left.
+  ReconcilerSettings tool{.time_constant_s = 0.3,
+                          .speed_limit_m_per_s = 0.02,
+                          .turn_limit_rad_per_s = 0.3,
+                          .dead_zone_m = 2e-4,
+                          .dead_zone_rad = 5e-3};
+  DelayedJointSettings joint;
+  PlayoutSettings playout;
+  /// Bodies that others move are carried on by their velocity for so long at most.
+  Duration longest_extrapolation{std::chrono::milliseconds(150)};
+  double farthest_extrapolation_m = 0.02;
+  /// Of bodies that are felt through a field, without being touched.
+  SmoothedMotion::Settings field{};
+  /// For experiments: the mass of moving bodies is taken as this times what the server says.
+  double mass_scale = 1.0;
+  /// For experiments: energy() is accounted for.
+  bool keeps_ledger = false;
+};
+
+struct LocalModelInput {
+  Tick input;
+  LocalTime now{};
+  RigidState handle;
+  bool has_handle = true;
+  std::uint32_t buttons = 0;
+  const ReceivedUpdate* newest = nullptr;  ///< of this scene; null before the first
+  bool is_new = false;
+  CouplingParameters coupling;  ///< bounded by the device
+};
+
+/// What the server's wrench was beyond the model's, for the same input.
+struct WrenchResidual {
+  LocalTime of{};  ///< when that input was
+  Wrench on_hand_W;
+};
+
+/// Thread  constructed anywhere; then haptic only: no allocation, no throw
+class LocalModel {
+ public:
+  /// In      tool  the user's own, index into description.tools
+  LocalModel(std::shared_ptr<const WorldDescription> description, std::size_t tool,
+             const LocalModelSettings& settings = {});
+  ~LocalModel();
+
+  /// One step. Zero before the first state of the server.
+  /// Out     on the hand, about the handle, in W
+  Wrench step(const LocalModelInput& input) noexcept;
+
+  bool has_started() const { return has_started_; }
+  RigidState tool() const { return tool_state_.tool; }
+  BodyId held() const { return tool_state_.held; }
+  /// As the model has it now.
+  RigidState body(BodyId id) const { return world_.body(id); }
+  /// How far what the tool touches is held by the joint to the server's, for others touch it as well.
+  double joint_share() const;
+  /// What the tool touches and could move, as the model has it: what the server joins its bodies to.
+  std::span<const CopyTarget> copies() const { return touched_; }
+  /// From an input to its effect being used here, the waiting at both ends included; 0: not known yet.
+  Duration loop_delay() const { return loop_delay_; }
+  /// Of the newest update that answered a known input; consumed by the call.
+  std::optional<WrenchResidual> take_residual() noexcept;
+  /// Work of the hand's coupling on the model, less what it gave back [J].
+  double coupling_work_j() const { return tool_state_.energy_into_world_j - tool_state_.energy_from_world_j; }
+  /// The tool was put where the server has it: what is displayed should not jump with it. Consumed by the call.
+  bool take_jump() noexcept;
+  TickFaults faults() const { return faults_; }
+  /// Where the model's energy came from; zero unless settings.keeps_ledger.
+  ModelEnergy energy() const noexcept { return ledger_.energy(); }
+
+ private:
+  /// A body that can move.
+  struct Copy {
+    Copy(BodyId its_id, bool has_field, const LocalModelSettings& settings)
+        : id(its_id), is_felt_from_afar(has_field), smoothed(settings.field), reconciler(settings.body) {}
+    BodyId id;
+    bool is_felt_from_afar;
+    SmoothedMotion smoothed;
+    RigidTrack track;
+    Reconciler reconciler;
+    bool is_known = false;  ///< the server has told of it
+    bool others_touch = false;
+    JointShare share;                ///< of its joint, while our tool touches it
+    std::size_t others_hold = 0;     ///< users who do
+    WeightShare weight;              ///< how much of its weight stays here although it is shared
+    Vec3 p_BJ = Vec3::Zero();        ///< where our tool is on it
+    Vec3 pressing_B = Vec3::Zero();  ///< along which it presses there; zero: holds it
+    double untouched_s = 1e9;        ///< since our tool last held or pressed it
+    Shift offset = {};               ///< left of where it was when it began to be followed, or to be ours
+    bool was_followed = false;
+
+    /// Now, or not long enough ago to have been given up.
+    bool is_touched() const;
+  };
+  /// What another user held when the server last told of him: not every update has room for all.
+  struct OtherHold {
+    UserId user;
+    BodyId body;
+    ServerTime told{};
+  };
+  /// A grasp or release that was foretold here and that the server has not answered yet.
+  struct Foretold {
+    Tick at;
+    bool is_waiting = false;
+  };
+
+  static std::vector<Copy> copies_of(const WorldDescription& description, const LocalModelSettings& settings);
+  void start(const ServerUpdate& update) noexcept;
+  void take_update(const LocalModelInput& input) noexcept;
+  void note_holds(const ServerUpdate& update) noexcept;
+  void note_others(const BodyState& told, Copy& copy, const ServerUpdate& update) noexcept;
+  bool touched_then(std::size_t copy, Tick input) noexcept;
+  void compare_tool(const ServerUpdate& update, const ModelThen& then, const LocalModelInput& input) noexcept;
+  void mirror_grasp(const ServerUpdate& update) noexcept;
+  void follow_buttons(const LocalModelInput& input) noexcept;
+  void follow_soft_contact(const ServerUpdate& update, bool is_new, double period_s) noexcept;
+  void drive_copies(const LocalModelInput& input, double period_s) noexcept;
+  bool is_ours(const Copy& copy) const noexcept;
+  void follow_touches(double period_s) noexcept;
+  void follow_grip(Copy& copy, double period_s, bool is_begin) noexcept;
+  void drive_ours(Copy& copy, Duration played, double period_s) noexcept;
+  RigidState seen_at_present(Copy& copy, Duration played, Duration present, double period_s) noexcept;
+  void follow(Copy& copy, Duration played, Duration present, double period_s) noexcept;
+  void correct_tool(double period_s) noexcept;
+  void remember(Tick input) noexcept;
+  bool touches(BodyId id) const noexcept { return (world_.hands_on(id) >> tool_ & 1U) != 0; }
+
+  LocalModelSettings settings_;
+  std::size_t tool_;
+  double step_s_;
+  World world_;
+  std::vector<Copy> copies_;
+  ModelLedger ledger_;
+  InputHistory history_;
+  Reconciler tool_reconciler_;
+  PlayoutDelay playout_;
+  ToolState tool_state_;
+  TickFaults faults_ = 0;
+  bool has_started_ = false;
+  boost::container::static_vector<CopyTarget, kMostCopies> touched_;
+  Duration loop_delay_{0};
+  Duration slowest_loop_{0};  ///< of all who touch what our tool touches, as the server knows it
+  Tick newest_input_;
+  std::optional<WrenchResidual> residual_;
+  boost::container::static_vector<OtherHold, kMaxUsers> other_holds_;
+  BodyId told_held_;  ///< what the server has our tool hold
+  Foretold foretold_;
+  bool grab_button_ = false;
+  bool has_jumped_ = false;
+  double astray_s_ = 0;  ///< for how long the tool has been far from the server's
+  SoftFollower soft_;
+  BodyId soft_of_;  ///< what soft_ is about: what the tool holds, else itself
+};
+
+}  // namespace tandem

@@ -1,0 +1,96 @@
+#include "client/session/asset_store.hpp"
+
+#include <algorithm>
+#include <fstream>
+#include <string>
+#include <system_error>
+#include <vector>
+
+#include "common/base/cache_directory.hpp"
+
+namespace tandem {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kExtension = ".asset";
+
+std::string hex(const Sha256& hash) {
+  constexpr const char* kDigits = "0123456789abcdef";
+  std::string text;
+  for (const std::byte byte : hash) {
+    const auto value = std::to_integer<unsigned>(byte);
+    text += kDigits[value >> 4U];
+    text += kDigits[value & 15U];
+  }
+  return text;
+}
+
+struct Entry {
+  fs::file_time_type used;
+  std::uint64_t bytes = 0;
+  fs::path file;
+};
+
+std::vector<Entry> entries_in(const fs::path& directory) {
+  std::vector<Entry> entries;
+  std::error_code error;
+  for (fs::directory_iterator item(directory, error), end; !error && item != end; item.increment(error)) {
+    if (item->path().extension() != kExtension) continue;
+    std::error_code problem;
+    const std::uint64_t bytes = item->file_size(problem);
+    const auto used = problem ? fs::file_time_type{} : item->last_write_time(problem);
+    if (!problem) entries.push_back({used, bytes, item->path()});
+  }
+  return entries;
+}
+
+}  // namespace
+
+std::shared_ptr<const Bytes> MemoryAssetStore::find(const Sha256& hash) {
+  const auto found = assets_.find(hash);
+  return found == assets_.end() ? nullptr : found->second;
+}
+
+fs::path DiskAssetStore::file_of(const Sha256& hash) const {
+  return directory_ / (hex(hash) + kExtension);
+}
+
+std::shared_ptr<const Bytes> DiskAssetStore::find(const Sha256& hash) {
+  const fs::path file = file_of(hash);
+  std::error_code error;
+  if (!fs::is_regular_file(file, error)) return nullptr;
+  const std::uint64_t size = fs::file_size(file, error);
+  if (error || size > limit_bytes_) return nullptr;
+  auto bytes = std::make_shared<Bytes>(static_cast<std::size_t>(size));
+  std::ifstream stream(file, std::ios::binary);
+  stream.read(reinterpret_cast<char*>(bytes->data()), static_cast<std::streamsize>(size));
+  if (!stream || sha256_of(*bytes) != hash) {
+    fs::remove(file, error);
+    return nullptr;
+  }
+  // Used now: what is old goes first.
+  fs::last_write_time(file, fs::file_time_type::clock::now(), error);
+  return bytes;
+}
+
+void DiskAssetStore::keep(const Sha256& hash, const std::shared_ptr<const Bytes>& bytes) {
+  if (bytes->size() > limit_bytes_) return;
+  make_room_for(bytes->size());
+  write_whole_file(file_of(hash), {std::span<const std::byte>(*bytes)});
+}
+
+void DiskAssetStore::make_room_for(std::uint64_t bytes) const {
+  std::vector<Entry> entries = entries_in(directory_);
+  std::ranges::sort(entries, {}, &Entry::used);
+  std::uint64_t total = bytes;
+  for (const Entry& entry : entries) total += entry.bytes;
+  for (const Entry& entry : entries) {
+    if (total <= limit_bytes_) return;
+    std::error_code error;
+    fs::remove(entry.file, error);
+    total -= entry.bytes;
+  }
+}
+
+}  // namespace tandem

@@ -1,0 +1,17 @@
+// What the server says about the scene, checked before it can reach the haptic path.
+#pragma once
+
+#include <string>
+
+#include "client/haptics/mailboxes.hpp"
+#include "tandem/control.pb.h"
+
+namespace tandem {
+
+/// Fills workspace and coupling of `out` from the user's place in the joined scene; `may_drive` and
+/// `may_display` tell a manipulator from an observer.
+///
+/// Out     empty, or the first field that cannot be used, with its value and what would do (`out` is then unspecified)
+std::string fill_haptic_scene(const wire::Joined& joined, HapticScene& out);
+
+}  // namespace tandem

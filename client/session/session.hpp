@@ -1,0 +1,148 @@
+// The client's side of its connection, without a socket: bytes and time come in, bytes go out through
+// ClientTransport. Live it is driven by Asio (client/net), in the lab by simulated links.
+//
+//   haptic thread                         io thread
+//   ClientUpdate ──mailbox (outbox)──▶    poll(): encode and send the newest
+//   ◀──mailbox (inbox)── ReceivedUpdate   on_datagram(): check, decode, keep the newest
+//   ◀──mailbox (scene)── HapticScene      on Joined and ParameterSet
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "client/haptics/coupling_check.hpp"
+#include "client/haptics/mailboxes.hpp"
+#include "client/session/asset_fetcher.hpp"
+#include "common/base/time.hpp"
+#include "common/net/clock_sync.hpp"
+#include "common/realtime/mailbox.hpp"
+#include "proto/datagram.hpp"
+#include "proto/drop_reason.hpp"
+#include "proto/state.hpp"
+#include "tandem/control.pb.h"
+
+namespace tandem {
+
+class LocalModel;
+
+/// How the session sends. After close(), nothing of the closed connection may be reported any more.
+class ClientTransport {
+ public:
+  virtual ~ClientTransport() = default;
+  /// Starts (or restarts) the TCP connection; on_connected() or on_disconnected() follows.
+  virtual void connect(LocalTime now) = 0;
+  virtual void send_control(std::span<const std::byte> bytes) = 0;
+  /// Freshest-only; false when it could not be sent now.
+  virtual bool send_datagram(std::span<const std::byte> datagram) = 0;
+  /// Where datagrams go, from the server's Welcome.
+  virtual void set_datagram_port(std::uint16_t port) = 0;
+  /// Control bytes that the connection has not taken yet; over TCP, state is sent only when it is 0.
+  virtual std::size_t queued_control_bytes() const = 0;
+  /// Closes after what is queued has been sent, as far as that does not block.
+  virtual void close() = 0;
+};
+
+enum class StateTransport { kUdp, kTcp };
+
+struct SessionSettings {
+  std::string room = "";  ///< "": the server's only room
+  std::string user_name = "user";
+  wire::Role role = wire::ROLE_MANIPULATOR;
+  StateTransport state_transport = StateTransport::kUdp;
+  Duration silence_timeout{std::chrono::milliseconds(1500)};
+  Duration setup_timeout{std::chrono::seconds(5)};  ///< for each of connecting, greeting and joining
+  Duration keep_alive{
+      std::chrono::milliseconds(50)};  ///< with no haptic update for this long, the last is repeated, without a handle
+  /// A repeated update keeps the buttons for this long: a stall drops nothing, a dead haptic thread holds nothing.
+  Duration buttons_kept{std::chrono::milliseconds(250)};
+  Duration reconnect_delay{std::chrono::milliseconds(250)};  ///< first; doubled up to reconnect_delay_max
+  Duration reconnect_delay_max{std::chrono::seconds(2)};
+  bool may_reconnect = true;  ///< after a connection that once joined was lost
+  bool fetch_assets = true;   ///< false: only what the store has
+  /// Asked for assets before the server is, and told what came from it; null: what is fetched lives as long as
+  /// the session.
+  std::shared_ptr<AssetStore> asset_store{};
+  /// Weber fraction (common/net/deadband.hpp): what differs by less is not sent at once, in either direction; 0: all is.
+  double deadband = 0;
+  /// What the scene's coupling is checked with (CouplingWatch): one that is unstable on it is not displayed, and the
+  /// hand still drives its tool. None: no check.
+  std::optional<DeviceProfile> device{};
+};
+
+enum class SessionState { kConnecting, kGreeting, kJoining, kActive, kWaiting, kEnded };
+std::string_view name_of(SessionState state);
+
+struct SessionCounters {
+  DropCounters received_drops;
+  DropCounters sent_drops;
+  std::uint64_t datagrams_sent = 0;
+  std::uint64_t updates_held_back = 0;  ///< by the deadband
+  std::uint64_t updates_paced = 0;      ///< left out because the link up does not carry as many
+  std::uint64_t datagrams_received = 0;
+  std::uint64_t bytes_sent = 0;
+  std::uint64_t bytes_received = 0;
+  std::uint64_t reconnects = 0;
+};
+
+/// Why the session is not active, for people: the last error, goodbye or lost connection; empty when all is well.
+struct SessionStatus {
+  SessionState state = SessionState::kConnecting;
+  std::string why;
+  /// Set in kEnded: the set-up is wrong (version, room, name) and trying again would not help.
+  bool is_setup_error = false;
+};
+
+class ClientSession {
+ public:
+  ClientSession(SessionSettings settings, ClientTransport& transport, ClientMailboxes& mailboxes);
+  ~ClientSession();
+
+  void start(LocalTime now);
+  void on_connected(LocalTime now);
+  void on_disconnected(LocalTime now, const std::string& why);
+  void on_control_bytes(std::span<const std::byte> bytes, LocalTime now);
+  void on_datagram(std::span<const std::byte> datagram, LocalTime now);
+  /// Sends the newest haptic update if there is one; keeps time-outs and reconnection. After every haptic tick, and
+  /// every few milliseconds without.
+  void poll(LocalTime now);
+
+  void grab(BodyId body);
+  void release();
+  void set_parameter(const std::string& name, double value);
+  void leave(LocalTime now);
+  /// From now on the haptic path has this model of the joined scene; it must live until the next scene is taken. The
+  /// next join forgets it.
+  void use_local_model(LocalModel* model);
+
+  const SessionStatus& status() const;
+  /// The scene and this user's place in it, from the last Joined; null before the first.
+  const wire::Joined* joined() const;
+  /// The last check of the coupling in force; explained() says what it found.
+  const CouplingCheck& coupling_check() const;
+  /// The room that was asked for or, without a wish, the only one of the last Welcome; "" before that.
+  const std::string& room() const;
+  /// Verified bytes of the scene's files by their SHA-256; kept across reconnects. Fetched in the background.
+  const AssetMap& assets() const;
+  ClockSync& clock_sync();
+  const SessionCounters& counters() const;
+  /// Called on the io thread.
+  std::function<void(const wire::Joined&)> on_joined;
+  /// All assets that the server offers for the joined scene are in assets(); once a join, never when one is missing.
+  std::function<void()> on_assets;
+  std::function<void(const std::string&)> on_log;
+  std::function<void(const wire::ParameterSet&)> on_parameter;
+  /// A grab, release or parameter that the server refused.
+  std::function<void(const wire::Error&)> on_refused;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace tandem

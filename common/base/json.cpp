@@ -1,0 +1,2 @@
+// Boost.JSON's definitions, compiled here alone, so that Boost stays headers only.
+#include <boost/json/src.hpp>

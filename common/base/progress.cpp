@@ -1,0 +1,28 @@
+#include "common/base/progress.hpp"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iostream>
+#include <memory>
+
+namespace tandem {
+
+void ProgressLine::show(const std::string& what, double done) {
+  if (what != what_) shown_percent_ = -1;
+  what_ = what;
+  const int every = is_terminal_ ? 1 : 25;
+  const int percent = static_cast<int>(std::floor(100 * std::clamp(done, 0.0, 1.0))) / every * every;
+  if (percent <= shown_percent_) return;
+  shown_percent_ = percent;
+  const bool ends = percent == 100 || !is_terminal_;
+  out_ << (is_terminal_ ? "\r" : "") << what << ": " << percent << " %" << (ends ? "\n" : "") << std::flush;
+}
+
+std::function<void(const std::string& what, double done)> progress_on_stderr() {
+  const auto line = std::make_shared<ProgressLine>(std::cerr, isatty(STDERR_FILENO) != 0);
+  return [line](const std::string& what, double done) { line->show(what, done); };
+}
+
+}  // namespace tandem

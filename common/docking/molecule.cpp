@@ -1,0 +1,56 @@
+// The parts of a molecule that are more than data: its centre, and the check that every field kernel relies on.
+#include "common/docking/molecule.hpp"
+
+#include <cmath>
+#include <stdexcept>
+
+namespace tandem {
+namespace {
+
+constexpr double kLargestCoordinateAngstrom = 1e6;
+constexpr double kSmallestSigmaAngstrom = 0.1;
+constexpr double kLargestSigmaAngstrom = 20;
+constexpr double kLargestEpsilonKjPerMol = 1e4;
+
+[[noreturn]] void refuse(std::size_t atom, const std::string& field, double value, const std::string& range) {
+  throw std::invalid_argument("molecule: atom " + std::to_string(atom) + ": " + field + " = " + std::to_string(value) +
+                              ", must be " + range);
+}
+
+}  // namespace
+
+Vec3 Molecule::centre_of_mass_angstrom() const {
+  Vec3 weighted = Vec3::Zero();
+  Vec3 sum = Vec3::Zero();
+  double mass = 0;
+  for (std::size_t i = 0; i < size(); ++i) {
+    const double mass_i = i < mass_u.size() ? mass_u[i] : 0.0;
+    weighted += mass_i * positions_angstrom[i];
+    sum += positions_angstrom[i];
+    mass += mass_i;
+  }
+  if (mass > 0) return weighted / mass;
+  return size() == 0 ? sum : Vec3(sum / static_cast<double>(size()));
+}
+
+void validate(const Molecule& molecule) {
+  const std::size_t count = molecule.size();
+  if (molecule.sigma_angstrom.size() != count || molecule.epsilon_kj_per_mol.size() != count) {
+    throw std::invalid_argument("molecule: " + std::to_string(count) + " positions, but " +
+                                std::to_string(molecule.sigma_angstrom.size()) + " sigma and " +
+                                std::to_string(molecule.epsilon_kj_per_mol.size()) + " epsilon values");
+  }
+  for (std::size_t i = 0; i < count; ++i) {
+    for (const double coordinate : molecule.positions_angstrom[i]) {
+      if (!(std::abs(coordinate) <= kLargestCoordinateAngstrom)) refuse(i, "coordinate", coordinate, "within 1e6 Å");
+    }
+    const double sigma = molecule.sigma_angstrom[i];
+    if (sigma != 0 && !(sigma >= kSmallestSigmaAngstrom && sigma <= kLargestSigmaAngstrom)) {
+      refuse(i, "sigma", sigma, "0 or 0.1 to 20 Å");
+    }
+    const double epsilon = molecule.epsilon_kj_per_mol[i];
+    if (!(epsilon >= 0 && epsilon <= kLargestEpsilonKjPerMol)) refuse(i, "epsilon", epsilon, "0 to 1e4 kJ/mol");
+  }
+}
+
+}  // namespace tandem

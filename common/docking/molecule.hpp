@@ -1,0 +1,62 @@
+// A rigid molecule as the field sees it: atom positions and Lennard-Jones parameters. Å, kJ/mol and e inside
+// this folder; metres and newtons begin at MolecularScale.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "common/base/spatial.hpp"
+
+namespace tandem {
+
+/// What is kept of an atom for people and reports.
+struct AtomLabel {
+  std::string name;        ///< "CA"
+  std::string residue;     ///< "GLU"
+  std::string residue_id;  ///< number and insertion code, "12A"
+  std::string chain;
+  std::string element;  ///< "C"
+  int serial = 0;
+};
+
+/// An atom for which the force field has no exact entry, and what was taken instead.
+struct GuessedType {
+  std::size_t atom = 0;
+  std::string reason;  ///< for people: names the atom, the residue, the stand-in
+};
+
+/// Atoms with parameters, positions in the file's frame.
+struct Molecule {
+  std::vector<Vec3> positions_angstrom;
+  std::vector<double> sigma_angstrom;
+  std::vector<double> epsilon_kj_per_mol;
+  std::vector<double> charge_e;
+  std::vector<double> mass_u;
+  std::vector<AtomLabel> labels;
+  std::vector<std::string> types;  ///< force-field type of each atom, "opls_238"
+  std::vector<GuessedType> guessed;
+  std::vector<std::string> notes;  ///< what else the loader saw and people should know: atoms left out or missing
+  std::string force_field;         ///< e.g. "oplsaa"
+
+  std::size_t size() const { return positions_angstrom.size(); }
+  Vec3 centre_of_mass_angstrom() const;
+};
+
+/// Refuses what the field kernels cannot bound: arrays of unequal length, coordinates not finite or beyond 1e6 Å,
+/// σ other than 0 or 0.1 … 20 Å, ε outside 0 … 1e4 kJ/mol.
+///
+/// Fails   std::invalid_argument naming the atom, the value and the range
+void validate(const Molecule& molecule);
+
+/// How molecular quantities become device-sized ones, kept consistent in work.
+///
+/// Model   x [m] = S_x · x [Å];  f [N] = S_f · f [kcal/mol/Å];  τ [N·m] = S_f · S_x · τ [kcal/mol]
+struct MolecularScale {
+  double metres_per_angstrom = 0.01;
+  double newtons_per_kcal_per_mol_angstrom = 0.03;
+};
+
+inline constexpr double kKilojoulesPerKilocalorie = 4.184;
+
+}  // namespace tandem

@@ -1,0 +1,93 @@
+#include "common/docking/molecule_asset.hpp"
+
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+#include "common/base/byte_io.hpp"
+
+namespace tandem {
+namespace {
+
+constexpr std::uint32_t kMagic = 0x4C4F4D54;  // "TMOL"
+constexpr std::size_t kAtomBytes = 7 * sizeof(double);
+constexpr double kMaxCharge_e = 100;
+constexpr double kMaxMass_u = 1e4;
+
+std::span<const std::uint8_t> octets_of(std::span<const std::byte> bytes) {
+  return {reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()};
+}
+
+bool has_sound_charges_and_masses(const Molecule& molecule) {
+  for (std::size_t i = 0; i < molecule.size(); ++i) {
+    const bool is_charge = std::abs(molecule.charge_e[i]) <= kMaxCharge_e;
+    const bool is_mass = molecule.mass_u[i] >= 0 && molecule.mass_u[i] <= kMaxMass_u;
+    if (!is_charge || !is_mass) return false;
+  }
+  return true;
+}
+
+bool is_sound(const Molecule& molecule) {
+  try {
+    validate(molecule);
+  } catch (const std::invalid_argument&) {
+    return false;
+  }
+  return molecule.size() > 0 && has_sound_charges_and_masses(molecule);
+}
+
+void write_atom(const Molecule& molecule, std::size_t atom, ByteWriter& writer) {
+  for (const double coordinate : molecule.positions_angstrom[atom]) writer.f64(coordinate);
+  writer.f64(molecule.sigma_angstrom[atom]);
+  writer.f64(molecule.epsilon_kj_per_mol[atom]);
+  writer.f64(molecule.charge_e[atom]);
+  writer.f64(molecule.mass_u[atom]);
+}
+
+void read_atom(ByteReader& reader, Molecule& molecule) {
+  const double x = reader.f64(), y = reader.f64(), z = reader.f64();
+  molecule.positions_angstrom.emplace_back(x, y, z);
+  molecule.sigma_angstrom.push_back(reader.f64());
+  molecule.epsilon_kj_per_mol.push_back(reader.f64());
+  molecule.charge_e.push_back(reader.f64());
+  molecule.mass_u.push_back(reader.f64());
+}
+
+}  // namespace
+
+std::vector<std::byte> molecule_asset_bytes(const Molecule& molecule) {
+  const std::size_t count = molecule.size();
+  const bool is_complete = molecule.charge_e.size() == count && molecule.mass_u.size() == count;
+  if (!is_complete || count > kMaxMoleculeAssetAtoms || !is_sound(molecule)) {
+    throw std::invalid_argument("molecule: " + std::to_string(count) + " atoms cannot be made an asset: each needs " +
+                                "position, parameters, charge and mass within their ranges, and 1 to " +
+                                std::to_string(kMaxMoleculeAssetAtoms) + " are allowed");
+  }
+  std::vector<std::uint8_t> octets;
+  ByteWriter writer(octets);
+  writer.u32(kMagic);
+  writer.u32(kMoleculeAssetVersion);
+  writer.u32(static_cast<std::uint32_t>(count));
+  for (std::size_t atom = 0; atom < count; ++atom) write_atom(molecule, atom, writer);
+  writer.number(checksum_of(octets));
+  const auto* const first = reinterpret_cast<const std::byte*>(octets.data());
+  return {first, first + octets.size()};
+}
+
+std::optional<Molecule> molecule_from(std::span<const std::byte> bytes) {
+  constexpr std::size_t kChecksumBytes = sizeof(std::uint64_t);
+  if (bytes.size() < kChecksumBytes) return std::nullopt;
+  auto content = octets_of(bytes.first(bytes.size() - kChecksumBytes));
+  auto ending = octets_of(bytes.last(kChecksumBytes));
+  if (ByteReader(ending).number<std::uint64_t>() != checksum_of(content)) return std::nullopt;
+  ByteReader reader(content);
+  if (reader.u32() != kMagic || reader.u32() != kMoleculeAssetVersion) return std::nullopt;
+  const std::uint32_t count = reader.count(kAtomBytes);
+  if (!reader.ok() || count > kMaxMoleculeAssetAtoms) return std::nullopt;
+  Molecule molecule;
+  for (std::uint32_t atom = 0; atom < count; ++atom) read_atom(reader, molecule);
+  if (!reader.ok() || !content.empty() || !is_sound(molecule)) return std::nullopt;
+  return molecule;
+}
+
+}  // namespace tandem

@@ -1,0 +1,249 @@
+#include "common/geometry/mesh_connectivity.hpp"
+
+#include <cstdint>
+#include <iomanip>
+#include <numeric>
+#include <sstream>
+
+#include "common/base/counted.hpp"
+#include "common/geometry/mesh_repair.hpp"
+
+namespace tandem {
+namespace {
+
+constexpr int kNone = -1;
+
+/// Half-edges as one number: 3 · triangle + side.
+int number_of(const HalfEdge& half) {
+  return 3 * half.triangle + half.side;
+}
+
+/// How a triangle runs, compared with the first of its part.
+enum class Turning : std::uint8_t { kUnknown, kAlong, kAgainst };
+
+class Connector {
+ public:
+  explicit Connector(TriangleMesh& mesh)
+      : mesh_(mesh), partner_(mesh.triangles.size() * 3, kNone), turning_(mesh.triangles.size(), Turning::kUnknown) {}
+
+  /// Finds the other half of every edge.
+  void pair_edges() {
+    const EdgeUses edges(mesh_);
+    std::size_t refused = 0;
+    HalfEdge first_refused;
+    for (std::size_t edge = 0; edge < edges.edge_count(); ++edge) {
+      const auto uses = edges.uses(edge);
+      if (uses.size() == 2) {
+        join(uses[0], uses[1]);
+      } else if (uses.size() > 2 && !pair_around(uses)) {
+        if (refused++ == 0) first_refused = uses[0];
+      }
+    }
+    if (refused > 0) refuse(refused, first_refused);
+  }
+
+  /// Gives each fan of triangles around a vertex a vertex of its own. Out: how many were added.
+  std::size_t separate_fans() {
+    std::vector<int> root(partner_.size());
+    std::iota(root.begin(), root.end(), 0);
+    for (std::size_t half = 0; half < partner_.size(); ++half) {
+      const int other = partner_[half];
+      if (other <= static_cast<int>(half)) continue;
+      const int a = static_cast<int>(half);
+      const int b = next_side(a);
+      const int c = other;
+      const int d = next_side(c);
+      const bool is_opposed = vertex_at(a) == vertex_at(d);
+      unite(root, a, is_opposed ? d : c);
+      unite(root, b, is_opposed ? c : d);
+    }
+    const std::size_t before = mesh_.vertices.size();
+    std::vector<int> fan_of_vertex(before, kNone);
+    std::vector<int> vertex_of_fan(partner_.size(), kNone);
+    for (int corner = 0; corner < static_cast<int>(partner_.size()); ++corner) {
+      const auto fan = static_cast<std::size_t>(find(root, corner));
+      int& vertex = mesh_.triangles[static_cast<std::size_t>(corner / 3)][static_cast<std::size_t>(corner % 3)];
+      if (vertex_of_fan[fan] == kNone) {
+        const bool is_taken = fan_of_vertex[static_cast<std::size_t>(vertex)] != kNone;
+        vertex_of_fan[fan] = is_taken ? static_cast<int>(mesh_.vertices.size()) : vertex;
+        if (is_taken) {
+          mesh_.vertices.push_back(Vec3(mesh_.vertices[static_cast<std::size_t>(vertex)]));
+        } else {
+          fan_of_vertex[static_cast<std::size_t>(vertex)] = static_cast<int>(fan);
+        }
+      }
+      vertex = vertex_of_fan[fan];
+    }
+    return mesh_.vertices.size() - before;
+  }
+
+  /// Finds the parts and turns their triangles alike. Out: how many were turned.
+  std::size_t orient(std::vector<MeshPart>& parts) {
+    std::size_t total = 0;
+    for (std::size_t seed = 0; seed < turning_.size(); ++seed) {
+      if (turning_[seed] != Turning::kUnknown) continue;
+      parts.push_back(flood(static_cast<int>(seed)));
+      const auto& triangles = parts.back().triangles;
+      const auto is_turned = [this](int t) { return turning_[static_cast<std::size_t>(t)] == Turning::kAgainst; };
+      const auto count = std::count_if(triangles.begin(), triangles.end(), is_turned);
+      // As the most of them run: else those that are not marked are the ones to turn.
+      const bool is_minority = 2 * static_cast<std::size_t>(count) <= triangles.size();
+      for (const int t : triangles) {
+        if (is_turned(t) != is_minority) continue;
+        turn(t);
+        ++total;
+      }
+    }
+    return total;
+  }
+
+  void find_borders(MeshPart& part, std::vector<int>& border_from) const {
+    if (!part.is_orientable) return;
+    std::vector<int> halves;
+    for (const int t : part.triangles) {
+      for (int half = 3 * t; half < 3 * t + 3; ++half) {
+        if (partner_[static_cast<std::size_t>(half)] != kNone) continue;
+        halves.push_back(half);
+        border_from[static_cast<std::size_t>(vertex_at(half))] = half;
+      }
+    }
+    for (const int first : halves) {
+      std::vector<int> loop;
+      // A vertex has one fan, so one border leaves it: the walk ends where it began.
+      for (int half = first; half != kNone;) {
+        int& leaving = border_from[static_cast<std::size_t>(vertex_at(half))];
+        if (leaving == kNone) break;
+        leaving = kNone;
+        loop.push_back(vertex_at(half));
+        half = border_from[static_cast<std::size_t>(vertex_at(next_side(half)))];
+      }
+      if (!loop.empty()) part.borders.push_back(std::move(loop));
+    }
+  }
+
+ private:
+  static int next_side(int half) { return half % 3 == 2 ? half - 2 : half + 1; }
+  int vertex_at(int half) const {
+    return mesh_.triangles[static_cast<std::size_t>(half / 3)][static_cast<std::size_t>(half % 3)];
+  }
+
+  void join(const HalfEdge& a, const HalfEdge& b) {
+    partner_[static_cast<std::size_t>(number_of(a))] = number_of(b);
+    partner_[static_cast<std::size_t>(number_of(b))] = number_of(a);
+  }
+
+  /// Seen along the edge, material lies anticlockwise of triangles that run against it and clockwise of those that run
+  /// along it: each of the first is joined with the next one around, which has to be one of the others.
+  bool pair_around(std::span<const HalfEdge> uses) {
+    struct Spoke {
+      double angle_rad;
+      bool runs_along;
+      HalfEdge half;
+    };
+    const int a = start_of(mesh_, uses[0]);
+    const Vec3& origin = mesh_.vertices[static_cast<std::size_t>(a)];
+    const Vec3 axis = (mesh_.vertices[static_cast<std::size_t>(end_of(mesh_, uses[0]))] - origin).normalized();
+    const Vec3 u = axis.unitOrthogonal();
+    const Vec3 v = axis.cross(u);
+    std::vector<Spoke> spokes;
+    for (const HalfEdge& half : uses) {
+      const Vec3 to_apex = mesh_.vertices[static_cast<std::size_t>(apex_of(mesh_, half))] - origin;
+      spokes.push_back({std::atan2(to_apex.dot(v), to_apex.dot(u)), start_of(mesh_, half) == a, half});
+    }
+    std::sort(spokes.begin(), spokes.end(), [](const Spoke& x, const Spoke& y) { return x.angle_rad < y.angle_rad; });
+    for (std::size_t i = 0; i < spokes.size(); ++i) {
+      if (spokes[i].runs_along == spokes[(i + 1) % spokes.size()].runs_along) return false;
+    }
+    for (std::size_t i = spokes[0].runs_along ? 1 : 0; i < spokes.size(); i += 2) {
+      join(spokes[i].half, spokes[(i + 1) % spokes.size()].half);
+    }
+    return true;
+  }
+
+  [[noreturn]] void refuse(std::size_t count, const HalfEdge& first) const {
+    const Vec3& p = mesh_.vertices[static_cast<std::size_t>(start_of(mesh_, first))];
+    std::ostringstream message;
+    message << counted(count, "edge has", "edges have")
+            << " three or more triangles that do not pair up as surfaces of solids, the first near ("
+            << std::setprecision(6) << p.x() << ", " << p.y() << ", " << p.z()
+            << ") m: separate the parts that meet there, or remove the inner walls";
+    throw MeshError(message.str());
+  }
+
+  static int find(std::vector<int>& root, int corner) {
+    while (root[static_cast<std::size_t>(corner)] != corner) {
+      int& above = root[static_cast<std::size_t>(corner)];
+      above = root[static_cast<std::size_t>(above)];
+      corner = above;
+    }
+    return corner;
+  }
+  static void unite(std::vector<int>& root, int a, int b) {
+    const int first = find(root, a);
+    const int second = find(root, b);
+    root[static_cast<std::size_t>(std::max(first, second))] = std::min(first, second);
+  }
+
+  MeshPart flood(int seed) {
+    MeshPart part;
+    part.triangles.push_back(seed);
+    turning_[static_cast<std::size_t>(seed)] = Turning::kAlong;
+    for (std::size_t i = 0; i < part.triangles.size(); ++i) {
+      const int triangle = part.triangles[i];
+      for (int half = 3 * triangle; half < 3 * triangle + 3; ++half) {
+        const int other = partner_[static_cast<std::size_t>(half)];
+        if (other == kNone) continue;
+        // Neighbours agree when they run along their edge in opposite directions.
+        const bool agrees = vertex_at(half) == vertex_at(next_side(other));
+        const bool is_along = (turning_[static_cast<std::size_t>(triangle)] == Turning::kAlong) == agrees;
+        const Turning wanted = is_along ? Turning::kAlong : Turning::kAgainst;
+        Turning& state = turning_[static_cast<std::size_t>(other / 3)];
+        if (state == Turning::kUnknown) {
+          state = wanted;
+          part.triangles.push_back(other / 3);
+        } else if (state != wanted) {
+          part.is_orientable = false;
+        }
+      }
+    }
+    return part;
+  }
+
+  void turn(int triangle) {
+    auto& corners = mesh_.triangles[static_cast<std::size_t>(triangle)];
+    std::swap(corners[1], corners[2]);
+    // Side s is now side 2 − s.
+    std::swap(partner_[static_cast<std::size_t>(3 * triangle)], partner_[static_cast<std::size_t>(3 * triangle + 2)]);
+    for (int half = 3 * triangle; half < 3 * triangle + 3; ++half) {
+      const int other = partner_[static_cast<std::size_t>(half)];
+      if (other == kNone) continue;
+      partner_[static_cast<std::size_t>(other)] = half;
+    }
+  }
+
+  TriangleMesh& mesh_;
+  std::vector<int> partner_;  // of each half-edge; kNone: a border
+  std::vector<Turning> turning_;
+};
+
+}  // namespace
+
+std::vector<MeshPart> connect(TriangleMesh& mesh, std::vector<std::string>& notes) {
+  Connector connector(mesh);
+  connector.pair_edges();
+  const std::size_t separated = connector.separate_fans();
+  if (separated > 0) {
+    notes.push_back(counted(separated, "vertex", "vertices") + " doubled where parts only touch");
+  }
+  std::vector<MeshPart> parts;
+  const std::size_t turned = connector.orient(parts);
+  if (turned > 0) {
+    notes.push_back(counted(turned, "triangle turned to run as its neighbours do",
+                            "triangles turned to run as their neighbours do"));
+  }
+  std::vector<int> border_from(mesh.vertices.size(), kNone);
+  for (MeshPart& part : parts) connector.find_borders(part, border_from);
+  return parts;
+}
+
+}  // namespace tandem

@@ -1,0 +1,26 @@
+// The second half of repair: which triangle goes on in which, which way each part faces, and where it ends.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "common/geometry/mesh_edges.hpp"
+
+namespace tandem {
+
+/// Triangles that hang together by their edges.
+struct MeshPart {
+  std::vector<int> triangles;
+  std::vector<std::vector<int>> borders;  ///< loops of vertices, in the direction of the triangles at them
+  bool is_orientable = true;
+};
+
+/// Makes `mesh` a manifold: where more than two triangles meet at an edge, those that enclose material between them are
+/// taken together, and parts that touch only at an edge or a vertex get vertices of their own. Turns the triangles of
+/// each part alike, as most of them run.
+///
+/// In      mesh  welded
+/// Fails   MeshError: edges at which triangles do not pair up
+std::vector<MeshPart> connect(TriangleMesh& mesh, std::vector<std::string>& notes);
+
+}  // namespace tandem

@@ -1,0 +1,68 @@
+#include "common/geometry/mesh_edges.hpp"
+
+#include <cstdint>
+
+namespace tandem {
+
+EdgeUses::EdgeUses(const TriangleMesh& mesh) {
+  struct Use {
+    std::uint64_t edge;
+    std::uint32_t half;
+    bool operator<(const Use& other) const { return edge != other.edge ? edge < other.edge : half < other.half; }
+  };
+  std::vector<Use> sorted;
+  sorted.reserve(mesh.triangles.size() * 3);
+  for (std::size_t triangle = 0; triangle < mesh.triangles.size(); ++triangle) {
+    for (std::size_t side = 0; side < 3; ++side) {
+      const auto a = static_cast<std::uint64_t>(mesh.triangles[triangle][side]);
+      const auto b = static_cast<std::uint64_t>(mesh.triangles[triangle][(side + 1) % 3]);
+      sorted.push_back({std::min(a, b) << 32U | std::max(a, b), static_cast<std::uint32_t>(3 * triangle + side)});
+    }
+  }
+  std::sort(sorted.begin(), sorted.end());
+  uses_.reserve(sorted.size());
+  for (std::size_t i = 0; i < sorted.size(); ++i) {
+    if (i == 0 || sorted[i].edge != sorted[i - 1].edge) starts_.push_back(i);
+    uses_.push_back({static_cast<int>(sorted[i].half / 3), static_cast<int>(sorted[i].half % 3)});
+  }
+  starts_.push_back(uses_.size());
+}
+
+std::vector<MeshEdge> mesh_edges(const TriangleMesh& mesh) {
+  const EdgeUses edges(mesh);
+  std::vector<MeshEdge> found;
+  found.reserve(edges.edge_count());
+  for (std::size_t edge = 0; edge < edges.edge_count(); ++edge) {
+    const auto uses = edges.uses(edge);
+    for (std::size_t i = 0; i < uses.size(); i += 2) {
+      const int right = i + 1 < uses.size() ? uses[i + 1].triangle : -1;
+      found.push_back({start_of(mesh, uses[i]), end_of(mesh, uses[i]), uses[i].triangle, right});
+    }
+  }
+  return found;
+}
+
+std::vector<Vec3> face_normals(const TriangleMesh& mesh) {
+  std::vector<Vec3> normals;
+  normals.reserve(mesh.triangles.size());
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) normals.push_back(doubled_area(mesh, i).stableNormalized());
+  return normals;
+}
+
+std::vector<Vec3> vertex_normals(const TriangleMesh& mesh, const std::vector<Vec3>& normals) {
+  std::vector<Vec3> sums(mesh.vertices.size(), Vec3::Zero());
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+    for (std::size_t corner = 0; corner < 3; ++corner) {
+      const auto at = static_cast<std::size_t>(mesh.triangles[i][corner]);
+      const Vec3& p = mesh.vertices[at];
+      const Vec3 u = mesh.vertices[static_cast<std::size_t>(mesh.triangles[i][(corner + 1) % 3])] - p;
+      const Vec3 v = mesh.vertices[static_cast<std::size_t>(mesh.triangles[i][(corner + 2) % 3])] - p;
+      sums[at] += std::atan2(u.cross(v).norm(), u.dot(v)) * normals[i];
+    }
+  }
+  // Opposite faces cancel to rounding: no direction is better than a random one.
+  for (Vec3& sum : sums) sum = sum.norm() > 1e-9 ? Vec3(sum.normalized()) : Vec3(Vec3::Zero());
+  return sums;
+}
+
+}  // namespace tandem

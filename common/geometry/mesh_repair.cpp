@@ -1,0 +1,333 @@
+#include "common/geometry/mesh_repair.hpp"
+
+#include <iomanip>
+#include <numbers>
+#include <optional>
+#include <sstream>
+
+#include "common/base/counted.hpp"
+#include "common/geometry/mesh_connectivity.hpp"
+#include "common/geometry/mesh_weld.hpp"
+#include "common/geometry/triangle_tree.hpp"
+
+namespace tandem {
+namespace {
+
+// A part with borders is a solid with holes when what closes them is less than this share of its surface: for a cup it
+// is 1/3 to 1/2, a cut pipe ten times as long as wide 1/10, the holes of a scan 1/1000.
+constexpr double kHoleShare = 0.05;
+// Longer loops are closed from their middle: clipping takes the square of their length.
+constexpr std::size_t kLongestClipped = 1000;
+
+void check(const TriangleMesh& mesh) {
+  if (mesh.triangles.empty()) throw MeshError("the mesh has no triangle: export its surface as triangles");
+  const auto count = static_cast<int>(mesh.vertices.size());
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+    for (const int corner : mesh.triangles[i]) {
+      if (corner >= 0 && corner < count) continue;
+      throw MeshError("triangle " + std::to_string(i) + " uses vertex " + std::to_string(corner) + " of " +
+                      std::to_string(count) + ": the file is damaged, export it again");
+    }
+  }
+  for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
+    if (is_finite(mesh.vertices[v])) continue;
+    throw MeshError("vertex " + std::to_string(v) + " is not a finite number: the file is damaged, export it again");
+  }
+}
+
+/// What the kind of a part is decided by.
+struct PartMeasures {
+  double area_m2 = 0;
+  double volume_m3 = 0;  ///< enclosed, negative when it is inside out
+  Vec3 low = Vec3::Constant(std::numeric_limits<double>::infinity());
+  Vec3 high = Vec3::Constant(-std::numeric_limits<double>::infinity());
+};
+
+PartMeasures measured(const TriangleMesh& mesh, const MeshPart& part) {
+  PartMeasures measures;
+  const Vec3& about = mesh.vertices[static_cast<std::size_t>(mesh.triangles[part.triangles.front()][0])];
+  for (const int t : part.triangles) {
+    const auto& corners = mesh.triangles[static_cast<std::size_t>(t)];
+    const Vec3 doubled = doubled_area(mesh, static_cast<std::size_t>(t));
+    measures.area_m2 += doubled.norm() / 2;
+    measures.volume_m3 += (mesh.vertices[static_cast<std::size_t>(corners[0])] - about).dot(doubled) / 6;
+    for (const int corner : corners) {
+      measures.low = measures.low.cwiseMin(mesh.vertices[static_cast<std::size_t>(corner)]);
+      measures.high = measures.high.cwiseMax(mesh.vertices[static_cast<std::size_t>(corner)]);
+    }
+  }
+  return measures;
+}
+
+/// What is known of a hole before it is closed.
+struct HoleMeasures {
+  double perimeter_m = 0;
+  double area_m2 = 0;  ///< of triangles from its border to the middle of that
+};
+
+HoleMeasures measured(const TriangleMesh& mesh, const std::vector<int>& loop) {
+  const auto at = [&](std::size_t i) -> const Vec3& {
+    return mesh.vertices[static_cast<std::size_t>(loop[i % loop.size()])];
+  };
+  Vec3 middle = Vec3::Zero();
+  for (std::size_t i = 0; i < loop.size(); ++i) middle += at(i) / static_cast<double>(loop.size());
+  HoleMeasures measures;
+  for (std::size_t i = 0; i < loop.size(); ++i) {
+    measures.perimeter_m += (at(i + 1) - at(i)).norm();
+    measures.area_m2 += (at(i) - middle).cross(at(i + 1) - middle).norm() / 2;
+  }
+  return measures;
+}
+
+bool is_solid(const TriangleMesh& mesh, const MeshPart& part) {
+  if (!part.is_orientable) return false;
+  if (part.borders.empty()) return true;
+  double holes = 0;
+  for (const auto& loop : part.borders) {
+    // A jagged border is long, a slit's is too: the first closes with a disc at most, the second with next to nothing.
+    const HoleMeasures hole = measured(mesh, loop);
+    holes += std::min(hole.perimeter_m * hole.perimeter_m / (4 * std::numbers::pi), hole.area_m2);
+  }
+  return holes < kHoleShare * measured(mesh, part).area_m2;
+}
+
+/// Closes holes of a part; what is added belongs to it.
+class HoleCloser {
+ public:
+  HoleCloser(TriangleMesh& mesh, MeshPart& part) : mesh_(mesh), part_(part) {}
+
+  void close(std::vector<int> loop) {
+    // The new triangles run against those at the border.
+    std::reverse(loop.begin(), loop.end());
+    if (loop.size() <= kLongestClipped) {
+      clip(loop);
+    } else {
+      close_from_middle(loop);
+    }
+  }
+
+ private:
+  const Vec3& at(int vertex) const { return mesh_.vertices[static_cast<std::size_t>(vertex)]; }
+
+  void add(int a, int b, int c) {
+    part_.triangles.push_back(static_cast<int>(mesh_.triangles.size()));
+    mesh_.triangles.push_back({a, b, c});
+  }
+
+  /// Cuts off the corner with the smallest angle until three are left; corners that point inward come last.
+  void clip(std::vector<int>& loop) {
+    Vec3 facing = Vec3::Zero();
+    for (std::size_t i = 0; i < loop.size(); ++i) {
+      facing += (at(loop[i]) - at(loop[0])).cross(at(loop[(i + 1) % loop.size()]) - at(loop[0]));
+    }
+    while (loop.size() > 3) {
+      std::size_t best = 0;
+      double least = std::numeric_limits<double>::infinity();
+      for (std::size_t i = 0; i < loop.size(); ++i) {
+        const double angle = angle_at(loop, i, facing);
+        if (angle >= least) continue;
+        least = angle;
+        best = i;
+      }
+      const std::size_t n = loop.size();
+      add(loop[(best + n - 1) % n], loop[best], loop[(best + 1) % n]);
+      loop.erase(loop.begin() + static_cast<std::ptrdiff_t>(best));
+    }
+    if (loop.size() == 3) add(loop[0], loop[1], loop[2]);
+  }
+
+  double angle_at(const std::vector<int>& loop, std::size_t i, const Vec3& facing) const {
+    const std::size_t n = loop.size();
+    const Vec3 back = at(loop[(i + n - 1) % n]) - at(loop[i]);
+    const Vec3 ahead = at(loop[(i + 1) % n]) - at(loop[i]);
+    const Vec3 turn = ahead.cross(back);
+    const double angle = std::atan2(turn.norm(), ahead.dot(back));
+    return turn.dot(facing) < 0 ? 2 * std::numbers::pi - angle : angle;
+  }
+
+  void close_from_middle(const std::vector<int>& loop) {
+    Vec3 middle = Vec3::Zero();
+    for (const int vertex : loop) middle += at(vertex);
+    const auto index = static_cast<int>(mesh_.vertices.size());
+    mesh_.vertices.push_back(middle / static_cast<double>(loop.size()));
+    for (std::size_t i = 0; i < loop.size(); ++i) add(loop[i], loop[(i + 1) % loop.size()], index);
+  }
+
+  TriangleMesh& mesh_;
+  MeshPart& part_;
+};
+
+/// Which closed parts lie inside which, and which of them are inside out.
+class Nesting {
+ public:
+  Nesting(TriangleMesh& mesh, const std::vector<MeshPart>& parts) : mesh_(mesh), parts_(parts) {
+    for (const MeshPart& part : parts) measures_.push_back(measured(mesh, part));
+    container_.assign(parts.size(), kNone);
+    for (std::size_t outer = 0; outer < parts.size(); ++outer) find_inside(outer);
+  }
+
+  /// Turns outermost parts that enclose a negative volume, and what is in them with them: a cavity stays one.
+  /// Out     how many parts were turned
+  std::size_t turn_inside_out() {
+    std::size_t turned = 0;
+    for (std::size_t i = 0; i < parts_.size(); ++i) {
+      if (measures_[outermost(i)].volume_m3 >= 0) continue;
+      ++turned;
+      for (const int t : parts_[i].triangles) {
+        auto& corners = mesh_.triangles[static_cast<std::size_t>(t)];
+        std::swap(corners[1], corners[2]);
+      }
+    }
+    return turned;
+  }
+
+  /// Parts that are not turned against the part around them: material in material.
+  std::size_t buried() const {
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < parts_.size(); ++i) {
+      if (container_[i] == kNone) continue;
+      const auto around = static_cast<std::size_t>(container_[i]);
+      if ((measures_[i].volume_m3 > 0) == (measures_[around].volume_m3 > 0)) ++count;
+    }
+    return count;
+  }
+
+ private:
+  static constexpr int kNone = -1;
+
+  void find_inside(std::size_t outer) {
+    std::optional<TriangleTree> tree;
+    for (std::size_t inner = 0; inner < parts_.size(); ++inner) {
+      const PartMeasures& in = measures_[inner];
+      const PartMeasures& out = measures_[outer];
+      if (inner == outer || !(in.low.array() > out.low.array()).all() || !(in.high.array() < out.high.array()).all()) {
+        continue;
+      }
+      if (!tree) tree.emplace(alone(outer));
+      const auto corner = mesh_.triangles[static_cast<std::size_t>(parts_[inner].triangles.front())][0];
+      const double distance = tree->signed_distance_m(mesh_.vertices[static_cast<std::size_t>(corner)]);
+      if ((distance < 0) != (out.volume_m3 > 0)) continue;
+      // The smallest part around it.
+      int& container = container_[inner];
+      const bool is_closer =
+          container == kNone ||
+          std::abs(out.volume_m3) < std::abs(measures_[static_cast<std::size_t>(container)].volume_m3);
+      if (is_closer) container = static_cast<int>(outer);
+    }
+  }
+
+  TriangleMesh alone(std::size_t part) const {
+    TriangleMesh mesh;
+    mesh.vertices = mesh_.vertices;
+    for (const int t : parts_[part].triangles) mesh.triangles.push_back(mesh_.triangles[static_cast<std::size_t>(t)]);
+    drop_unused_vertices(mesh);
+    return mesh;
+  }
+
+  std::size_t outermost(std::size_t part) const {
+    while (container_[part] != kNone) part = static_cast<std::size_t>(container_[part]);
+    return part;
+  }
+
+  TriangleMesh& mesh_;
+  const std::vector<MeshPart>& parts_;
+  std::vector<PartMeasures> measures_;
+  std::vector<int> container_;
+};
+
+void close_holes(ContactMesh& result, std::vector<MeshPart>& parts) {
+  std::size_t closed = 0;
+  const std::size_t before = result.mesh.triangles.size();
+  for (MeshPart& part : parts) {
+    closed += part.borders.size();
+    HoleCloser closer(result.mesh, part);
+    for (const auto& loop : part.borders) closer.close(loop);
+    part.borders.clear();
+  }
+  if (closed == 0) return;
+  result.notes.push_back(counted(closed, "hole", "holes") + " closed with " +
+                         counted(result.mesh.triangles.size() - before, "triangle", "triangles"));
+}
+
+/// Closes slits: where a vertex lies on the edge of a triangle that does not use it, no surface is missing.
+void close_slits(ContactMesh& result, std::vector<MeshPart>& parts) {
+  const double widest_m = weld_tolerance_m(result.mesh);
+  std::size_t closed = 0;
+  for (MeshPart& part : parts) {
+    HoleCloser closer(result.mesh, part);
+    for (const auto& loop : part.borders) {
+      const HoleMeasures hole = measured(result.mesh, loop);
+      if (hole.area_m2 > widest_m * hole.perimeter_m / 2) continue;
+      closer.close(loop);
+      ++closed;
+    }
+  }
+  if (closed == 0) return;
+  result.notes.push_back(counted(closed, "slit", "slits") + " without width closed");
+  // The triangles in the slits are flat: welding divides those beyond them instead. What it says has been said.
+  std::vector<std::string> repeated;
+  weld(result.mesh, repeated);
+  parts = connect(result.mesh, repeated);
+}
+
+std::string note_of_sheet(const TriangleMesh& mesh, const std::vector<MeshPart>& parts) {
+  std::size_t open = 0;
+  std::optional<Vec3> first;
+  for (const MeshPart& part : parts) {
+    for (const auto& loop : part.borders) {
+      open += loop.size();
+      if (!first) first = mesh.vertices[static_cast<std::size_t>(loop.front())];
+    }
+  }
+  if (!first) return "surface with one side only: felt as a plate from both sides";
+  std::ostringstream note;
+  note << "open surface (" << counted(open, "open edge", "open edges") << ", the first near (" << std::setprecision(6)
+       << first->x() << ", " << first->y() << ", " << first->z() << ") m): felt as a plate from both sides";
+  return note.str();
+}
+
+void turn_parts(ContactMesh& result, const std::vector<MeshPart>& parts) {
+  Nesting nesting(result.mesh, parts);
+  const std::size_t buried = nesting.buried();
+  const std::size_t turned = nesting.turn_inside_out();
+  if (turned > 0) {
+    result.notes.push_back(
+        counted(turned, "part was inside out and is turned", "parts were inside out and are turned"));
+  }
+  if (buried > 0) {
+    result.notes.push_back(counted(buried, "part lies inside another and is felt only there",
+                                   "parts lie inside others and are felt only there"));
+  }
+}
+
+}  // namespace
+
+ContactMesh repaired(const TriangleMesh& mesh) {
+  check(mesh);
+  ContactMesh result;
+  result.mesh = mesh;
+  weld(result.mesh, result.notes);
+  if (result.mesh.triangles.empty()) {
+    throw MeshError("no triangle of the mesh has an area: its " + std::to_string(mesh.triangles.size()) +
+                    " triangles are points or lines; is the scale right?");
+  }
+  std::vector<MeshPart> parts = connect(result.mesh, result.notes);
+  close_slits(result, parts);
+  const auto solids = static_cast<std::size_t>(
+      std::count_if(parts.begin(), parts.end(), [&](const MeshPart& part) { return is_solid(result.mesh, part); }));
+  if (solids == 0) {
+    result.kind = SurfaceKind::kSheet;
+    result.notes.push_back(note_of_sheet(result.mesh, parts));
+    return result;
+  }
+  if (solids < parts.size()) {
+    throw MeshError("the mesh has " + std::to_string(solids) + " closed and " +
+                    counted(parts.size() - solids, "open part", "open parts") +
+                    ": close what is open, or put it in a file of its own");
+  }
+  close_holes(result, parts);
+  turn_parts(result, parts);
+  return result;
+}
+
+}  // namespace tandem

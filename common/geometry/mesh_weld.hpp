@@ -1,0 +1,26 @@
+// The first half of repair: one vertex a place, and only triangles that have an area.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "common/geometry/triangle_mesh.hpp"
+
+namespace tandem {
+
+/// Merges vertices that are no farther apart than 1e-7 of the bounding box's diagonal (what single-precision files
+/// round by), and takes out unused vertices, triangles that are there twice, and those less high than 1e-9 of the
+/// diagonal. One whose middle corner lies on its longest side leaves no gap: the triangle beyond is divided at the
+/// corner.
+///
+/// In      mesh  indices in range, vertices finite
+void weld(TriangleMesh& mesh, std::vector<std::string>& notes);
+
+/// How far apart vertices may be that are merged.
+/// In      mesh  has a vertex
+double weld_tolerance_m(const TriangleMesh& mesh);
+
+/// Takes out vertices that no triangle uses; the order of the others stays.
+void drop_unused_vertices(TriangleMesh& mesh);
+
+}  // namespace tandem

@@ -1,0 +1,93 @@
+// Surface samples that can be found by place while they are being spread.
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "common/base/spatial.hpp"
+
+namespace tandem {
+
+/// A surface sample on its way into a shell.
+struct SurfaceSample {
+  Eigen::Vector3f p_S = Eigen::Vector3f::Zero();
+  Eigen::Vector3f normal_S = Eigen::Vector3f::Zero();
+};
+
+/// Samples hashed by the cube they are in.
+class SampleGrid {
+ public:
+  /// In      reach_m  the largest distance at which visit_near() is complete
+  explicit SampleGrid(double reach_m) : cubes_per_m_(static_cast<float>(0.5 / (reach_m * (1 + 1e-5)))) {
+    slots_.assign(1024, Slot{});
+  }
+
+  std::uint32_t add(const SurfaceSample& sample) {
+    if (2 * used_slots_ >= slots_.size()) grow();
+    const std::uint64_t key = key_of(sample.p_S * cubes_per_m_);
+    Slot& slot = slots_[slot_of(slots_, key)];
+    if (slot.first == kNone) ++used_slots_;
+    const auto index = static_cast<std::uint32_t>(samples_.size());
+    samples_.push_back(sample);
+    next_.push_back(slot.first);
+    slot = {key, index};
+    return index;
+  }
+
+  std::span<const SurfaceSample> samples() const { return samples_; }
+
+  /// Calls visit(index, sample) with all samples within reach of `p_S`, and some others.
+  template <typename Visit>
+  void visit_near(const Eigen::Vector3f& p_S, Visit&& visit) const {
+    // Cubes are twice the reach wide: the eight around the nearest corner of the lattice hold all that is in reach.
+    const Eigen::Vector3f low = p_S * cubes_per_m_ - Eigen::Vector3f::Constant(0.5F);
+    for (int corner = 0; corner < 8; ++corner) {
+      const Eigen::Vector3f offset(static_cast<float>(corner & 1), static_cast<float>((corner >> 1) & 1),
+                                   static_cast<float>(corner >> 2));
+      for (std::uint32_t i = slots_[slot_of(slots_, key_of(low + offset))].first; i != kNone; i = next_[i])
+        visit(i, samples_[i]);
+    }
+  }
+
+ private:
+  static constexpr std::uint32_t kNone = 0xFFFFFFFF;
+  struct Slot {
+    std::uint64_t key = 0;
+    std::uint32_t first = kNone;  ///< kNone: free
+  };
+
+  /// 21 bits an axis; cubes whose keys wrap around share a list, which costs time only.
+  static std::uint64_t key_of(const Eigen::Vector3f& cube) {
+    const auto axis = [](float value) {
+      return static_cast<std::uint64_t>(static_cast<std::int64_t>(std::floor(value))) & 0x1FFFFFU;
+    };
+    return axis(cube.x()) << 42U | axis(cube.y()) << 21U | axis(cube.z());
+  }
+
+  static std::size_t slot_of(const std::vector<Slot>& slots, std::uint64_t key) {
+    const std::size_t mask = slots.size() - 1;
+    // The high half of the product depends on all bits of the key; folded, so do its low bits.
+    const std::uint64_t product = key * 0x9E3779B97F4A7C15U;
+    std::size_t at = static_cast<std::size_t>(product >> 32U ^ product >> 48U) & mask;
+    while (slots[at].first != kNone && slots[at].key != key) at = (at + 1) & mask;
+    return at;
+  }
+
+  void grow() {
+    std::vector<Slot> wider(slots_.size() * 2);
+    for (const Slot& slot : slots_) {
+      if (slot.first != kNone) wider[slot_of(wider, slot.key)] = slot;
+    }
+    slots_ = std::move(wider);
+  }
+
+  float cubes_per_m_;
+  std::vector<Slot> slots_;  // a power of two of them
+  std::size_t used_slots_ = 0;
+  std::vector<SurfaceSample> samples_;
+  std::vector<std::uint32_t> next_;  // of the same cube
+};
+
+}  // namespace tandem

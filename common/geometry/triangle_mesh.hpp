@@ -1,0 +1,17 @@
+// Triangles as they are loaded, repaired and turned into contact assets.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "common/base/spatial.hpp"
+
+namespace tandem {
+
+/// Triangles in metres, in the frame of their shape S; corners run counter-clockwise seen from outside.
+struct TriangleMesh {
+  std::vector<Vec3> vertices;
+  std::vector<std::array<int, 3>> triangles;
+};
+
+}  // namespace tandem

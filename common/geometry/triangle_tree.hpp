@@ -1,0 +1,91 @@
+// The exact distance to a mesh: what distance grids are sampled from, and what tests hold them against.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <vector>
+
+#include "common/geometry/triangle_mesh.hpp"
+
+namespace tandem {
+
+/// Bounding-volume tree over the triangles of a mesh. Immutable; a query allocates nothing.
+///
+/// Thread  any, at the same time
+class TriangleTree {
+ public:
+  /// In      mesh  at least one triangle; it need not live on
+  explicit TriangleTree(const TriangleMesh& mesh);
+
+  struct Closest {
+    Vec3 point_S = Vec3::Zero();
+    double distance_m = std::numeric_limits<double>::infinity();  ///< ≥ 0; infinite: none nearer than the limit
+    int triangle = -1;
+    Vec3 normal_S = Vec3::Zero();  ///< angle-weighted pseudo-normal of the closest face, edge or corner, not unit
+  };
+  /// The closest point of the surface, if nearer than `limit_m`.
+  /// In      hint  a triangle that is probably near (of a neighbouring query), or −1
+  Closest closest(const Vec3& p_S, double limit_m = std::numeric_limits<double>::infinity(),
+                  int hint = -1) const noexcept;
+  /// A triangle of the mesh with its corners a, a + ab, a + ac.
+  struct Near {
+    int triangle = -1;
+    Vec3 a, ab, ac;
+  };
+  /// The triangles that are not farther than `limit_m`, in no special order, as many as the span holds.
+  /// Out     how many; more than the span holds: there are others
+  std::size_t within(const Vec3& p_S, double limit_m, std::span<Near> found) const noexcept;
+  /// Negative inside. For solids.
+  ///
+  /// Model   sign of (p − c)·n with the pseudo-normal n at the closest point c
+  /// Source  Baerentzen & Aanaes, "Signed distance computation using the angle weighted pseudonormal", 2005
+  double signed_distance_m(const Vec3& p_S) const noexcept;
+
+  std::size_t triangle_count() const { return corners_.size(); }
+
+ private:
+  /// Of one child: a box in single precision, rounded outward, and where it goes on.
+  struct Child {
+    std::array<float, 3> low;
+    std::array<float, 3> high;
+    std::uint32_t link = 0;  ///< a node, or kLeafBit | slots − 1 in the next bits | first slot
+  };
+  struct Node {
+    std::array<Child, 2> children;
+  };
+  struct Corners {
+    Vec3 a, ab, ac;
+  };
+  struct Nearest {
+    double squared_m2;
+    std::uint32_t slot;
+    Vec3 from_a_S;  ///< closest point − corner a
+    int feature;    ///< 0 face, 1..3 edges ab, bc, ca, 4..6 corners a, b, c
+  };
+  struct Builder;
+
+  void build_nodes(const TriangleMesh& mesh);
+  void store_triangles(const TriangleMesh& mesh);
+  void sum_corner_normals(const TriangleMesh& mesh);
+  void sum_edge_normals(const TriangleMesh& mesh);
+  double squared_to_box(const Child& child, const Vec3& p_S) const noexcept;
+  void try_triangle(std::uint32_t slot, const Vec3& p_S, Nearest& best) const noexcept;
+  void descend(const Vec3& p_S, Nearest& best) const noexcept;
+  Vec3 pseudo_normal(std::uint32_t slot, int feature) const noexcept;
+
+  // Triangles are in the order of the leaves: slot i is triangle triangle_of_slot_[i] of the mesh.
+  std::vector<Node> nodes_;
+  std::uint32_t root_ = 0;  ///< a link as in Child
+  std::vector<Corners> corners_;
+  std::vector<std::uint32_t> triangle_of_slot_;
+  std::vector<std::uint32_t> slot_of_triangle_;
+  std::vector<std::array<std::uint32_t, 3>> vertices_of_slot_;
+  std::vector<std::array<std::uint32_t, 3>> edges_of_slot_;
+  std::vector<Vec3> vertex_normals_;
+  std::vector<Vec3> edge_normals_;
+};
+
+}  // namespace tandem

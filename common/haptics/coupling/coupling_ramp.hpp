@@ -1,0 +1,61 @@
+// A coefficient that changes under a stretched coupling must not make a step of force: it moves there. Server and
+// client use the same ramp, so that both ends of the coupling agree but for the delay.
+#pragma once
+
+#include <algorithm>
+
+#include "common/haptics/coupling/coupling_law.hpp"
+
+namespace tandem {
+
+/// How long a change takes. Ours: no longer than a hand needs to notice what it has grabbed.
+inline constexpr double kCouplingRamp_s = 0.1;
+
+/// Coefficients that follow what is asked for, linearly in time.
+///
+/// Model   c(t) = c₀ + (c₁ − c₀) min(1, t / 100 ms). A stretched spring that gets stiffer is given ½ Δk d²:
+///         who asks for a change pays for it, no law does
+/// Thread  haptic and room: no allocation, no throw
+class CouplingRamp {
+ public:
+  explicit CouplingRamp(const CouplingParameters& parameters) noexcept { jump_to(parameters); }
+
+  void jump_to(const CouplingParameters& parameters) noexcept {
+    from_ = to_ = now_ = parameters;
+    part_ = 1;
+  }
+  void go_to(const CouplingParameters& parameters) noexcept {
+    if (parameters == to_) return;
+    from_ = now_;
+    to_ = parameters;
+    part_ = 0;
+  }
+  /// False when nothing changed.
+  bool advance(double step_s) noexcept;
+
+  const CouplingParameters& now() const noexcept { return now_; }
+  /// Where they will be.
+  const CouplingParameters& target() const noexcept { return to_; }
+
+ private:
+  CouplingParameters from_;
+  CouplingParameters to_;
+  CouplingParameters now_;
+  double part_ = 1;  ///< of the way from `from_` to `to_`
+};
+
+inline bool CouplingRamp::advance(double step_s) noexcept {
+  if (part_ >= 1) return false;
+  part_ = std::min(1.0, part_ + std::max(0.0, step_s) / kCouplingRamp_s);
+  for (double CouplingParameters::*value :
+       {&CouplingParameters::stiffness_n_per_m, &CouplingParameters::damping_n_s_per_m,
+        &CouplingParameters::stiffness_n_m_per_rad, &CouplingParameters::damping_n_m_s_per_rad,
+        &CouplingParameters::force_limit_n, &CouplingParameters::torque_limit_n_m,
+        &CouplingParameters::saturation_softness, &CouplingParameters::curve_sharpness}) {
+    now_.*value = from_.*value + part_ * (to_.*value - from_.*value);
+  }
+  if (part_ >= 1) now_ = to_;
+  return true;
+}
+
+}  // namespace tandem

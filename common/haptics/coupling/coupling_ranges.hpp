@@ -1,0 +1,39 @@
+// The range of each coefficient of a coupling that is accepted from outside. They keep arithmetic sane (a hand is
+// protected by its own device's limits, never by these): wide enough for scenes from nanometres to rooms after
+// workspace scaling.
+#pragma once
+
+#include <array>
+#include <cmath>
+
+#include "common/haptics/coupling/coupling_law.hpp"
+
+namespace tandem {
+
+struct CouplingRange {
+  double CouplingParameters::*value;
+  double low;
+  double high;
+};
+
+inline constexpr std::array<CouplingRange, 8> kCouplingRanges{{
+    {&CouplingParameters::stiffness_n_per_m, 0, 1e5},
+    {&CouplingParameters::damping_n_s_per_m, 0, 1e4},
+    {&CouplingParameters::stiffness_n_m_per_rad, 0, 1e4},
+    {&CouplingParameters::damping_n_m_s_per_rad, 0, 1e3},
+    {&CouplingParameters::force_limit_n, 1e-3, 1e3},
+    {&CouplingParameters::torque_limit_n_m, 1e-3, 1e3},
+    {&CouplingParameters::saturation_softness, 0, 1},
+    {&CouplingParameters::curve_sharpness, 0.1, 10},
+}};
+
+/// Whether arithmetic with these coefficients is sound; their ranges are for what comes from outside.
+inline bool is_usable(const CouplingParameters& parameters) {
+  for (const CouplingRange& range : kCouplingRanges) {
+    const double value = parameters.*range.value;
+    if (!std::isfinite(value) || value < 0) return false;
+  }
+  return true;
+}
+
+}  // namespace tandem

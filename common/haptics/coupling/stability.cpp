@@ -1,0 +1,489 @@
+#include "common/haptics/coupling/stability.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <complex>
+#include <cstdio>
+#include <functional>
+#include <limits>
+#include <numbers>
+#include <optional>
+#include <unsupported/Eigen/MatrixFunctions>
+
+namespace tandem {
+namespace {
+
+constexpr int kMostPeriodsBack = 64;
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+/// Ours: as good as held fast, and that at a lever of 5 cm; of the world, the device feels it scaled as the coupling.
+constexpr double kStiffContact = 1e6;
+constexpr double kStiffContactRotation = 2500;
+
+constexpr std::array kHands{
+    CheckedHand{"nobody", "the device alone", 0, 0, 0, 0, 0, 0},
+    CheckedHand{"relaxed", "typical trial of Scientific Reports 5, 18004 (2015), fig. 3; rotation: ours", 0.554, 6.45,
+                135, 4e-4, 0.012, 0.3},
+    CheckedHand{"light grip", "as the simulated hand, sim_device.hpp", 0.3, 5.8, 200, 4e-4, 0.02, 0.8},
+    CheckedHand{"firm grip", "ours: five times as stiff, damping ratio 0.4", 0.5, 18, 1000, 6e-4, 0.039, 4},
+};
+
+bool is_usable(const LoopModel& m) {
+  const std::array numbers{m.stiffness, m.damping,        m.tool_mass,    m.device_mass,      m.device_damping,
+                           m.hand_mass, m.hand_stiffness, m.hand_damping, m.contact_stiffness};
+  const auto is_good = [](double a) { return std::isfinite(a) && a >= 0; };
+  return std::all_of(numbers.begin(), numbers.end(), is_good) && std::isfinite(m.period_s) && m.period_s > 0 &&
+         m.device_mass + m.hand_mass > 0 && m.velocity_window >= 1 && m.delay_periods >= 0 &&
+         m.velocity_window <= kMostPeriodsBack && m.delay_periods <= kMostPeriodsBack;
+}
+
+/// Hand and device over one period: (x, v)⁺ = state (x, v) + force F.
+struct HandStep {
+  Eigen::Matrix2d state;
+  Eigen::Vector2d force;
+};
+HandStep hand_step(const LoopModel& m) {
+  const double mass = m.device_mass + m.hand_mass;
+  // exp of [A B; 0 0]: the last column is the response to a force held over the period.
+  Eigen::Matrix3d rates = Eigen::Matrix3d::Zero();
+  rates(0, 1) = 1;
+  rates(1, 0) = -m.hand_stiffness / mass;
+  rates(1, 1) = -(m.device_damping + m.hand_damping) / mass;
+  rates(1, 2) = 1 / mass;
+  const Eigen::Matrix3d step = (rates * m.period_s).exp();
+  return {step.topLeftCorner<2, 2>(), step.topRightCorner<2, 1>()};
+}
+
+/// The loop's state z = (x, x_{−1} − x, …, x_{−L} − x, place of the tool, v, u): x, v of the hand, y, u of the tool.
+/// The tool's place is y − x where the coupling has a spring, which feels nothing else of it, and y where it has none.
+class LoopState {
+ public:
+  explicit LoopState(const LoopModel& m)
+      : back_(m.velocity_window + m.delay_periods), is_tool_relative_(m.stiffness > 0) {}
+  int size() const { return back_ + 4; }
+  int back() const { return back_; }
+  int tool_index() const { return back_ + 1; }
+  bool is_tool_relative() const { return is_tool_relative_; }
+
+  /// Each as a function of z.
+  Eigen::RowVectorXd x(int periods_ago = 0) const { return periods_ago == 0 ? unit(0) : unit(0) + unit(periods_ago); }
+  Eigen::RowVectorXd y() const { return is_tool_relative_ ? unit(0) + unit(tool_index()) : unit(tool_index()); }
+  Eigen::RowVectorXd v() const { return unit(back_ + 2); }
+  Eigen::RowVectorXd u() const { return unit(back_ + 3); }
+
+ private:
+  Eigen::RowVectorXd unit(int index) const { return Eigen::RowVectorXd::Unit(size(), index); }
+  int back_;
+  bool is_tool_relative_;
+};
+
+Eigen::MatrixXd transition(const LoopModel& m, const LoopState& z) {
+  const double T = m.period_s;
+  const Eigen::RowVectorXd handle = z.x(m.delay_periods);
+  const Eigen::RowVectorXd handle_velocity =
+      (handle - z.x(m.delay_periods + m.velocity_window)) / (m.velocity_window * T);
+  // m (u⁺ − u)/T = k (x_h − y⁺) + b (v_h − u⁺) − k_c y⁺ with y⁺ = y + T u⁺, solved for u⁺.
+  const double resistance = m.tool_mass + T * m.damping + T * T * (m.stiffness + m.contact_stiffness);
+  const Eigen::RowVectorXd push =
+      m.stiffness * (handle - z.y()) + m.damping * handle_velocity - m.contact_stiffness * z.y();
+  const Eigen::RowVectorXd u_next = (m.tool_mass * z.u() + T * push) / resistance;
+  const Eigen::RowVectorXd y_next = z.y() + T * u_next;
+  const Eigen::RowVectorXd on_hand = -m.stiffness * (handle - y_next) - m.damping * (handle_velocity - u_next);
+  const HandStep hand = hand_step(m);
+  const Eigen::RowVectorXd x_next = hand.state(0, 0) * z.x() + hand.state(0, 1) * z.v() + hand.force(0) * on_hand;
+
+  Eigen::MatrixXd next(z.size(), z.size());
+  next.row(0) = x_next;
+  for (int i = 1; i <= z.back(); ++i) next.row(i) = z.x(i - 1) - x_next;
+  next.row(z.tool_index()) = z.is_tool_relative() ? Eigen::RowVectorXd(y_next - x_next) : y_next;
+  next.row(z.tool_index() + 1) = hand.state(1, 0) * z.x() + hand.state(1, 1) * z.v() + hand.force(1) * on_hand;
+  next.row(z.tool_index() + 2) = u_next;
+  return next;
+}
+
+Eigen::MatrixXd without(const Eigen::MatrixXd& a, int index) {
+  const Eigen::Index rest = a.rows() - index - 1;
+  Eigen::MatrixXd result(a.rows() - 1, a.cols() - 1);
+  result.topLeftCorner(index, index) = a.topLeftCorner(index, index);
+  result.topRightCorner(index, rest) = a.topRightCorner(index, rest);
+  result.bottomLeftCorner(rest, index) = a.bottomLeftCorner(rest, index);
+  result.bottomRightCorner(rest, rest) = a.bottomRightCorner(rest, rest);
+  return result;
+}
+
+// Places that nothing depends on have an eigenvalue 1 each; their rows and columns go.
+Eigen::MatrixXd felt_transition(const LoopModel& m) {
+  const LoopState z(m);
+  Eigen::MatrixXd a = transition(m, z);
+  const bool is_hand_tied = m.hand_stiffness > 0, is_tool_tied = m.contact_stiffness > 0;
+  if (!z.is_tool_relative() && !is_tool_tied) a = without(a, z.tool_index());
+  if (!is_hand_tied && !(z.is_tool_relative() && is_tool_tied)) a = without(a, 0);
+  return a;
+}
+
+// Momentum is kept by a coupling that gives the hand the opposite of what it gives the tool.
+bool can_glide(const LoopModel& m) {
+  return !(m.hand_stiffness > 0) && !(m.contact_stiffness > 0) && !(m.device_damping + m.hand_damping > 0);
+}
+
+/// A set-up and the numbers in it that a remedy may change.
+struct Setup {
+  CouplingParameters parameters;
+  double tool_mass_kg = 0;
+  double tool_inertia_kg_m2 = 0;
+  LoopDevice device;
+  double slope_factor = 1;
+  CouplingParameters asked;  ///< by the scene; for the text alone
+};
+
+/// One of translation and rotation.
+struct Axis {
+  bool is_rotation;
+  double CouplingParameters::*stiffness;
+  double CouplingParameters::*damping;
+  const char* stiffness_name;
+  const char* damping_name;
+  const char* device_damping_name;
+  const char* stiffness_unit;
+  const char* damping_unit;
+};
+constexpr Axis kTranslation{false,
+                            &CouplingParameters::stiffness_n_per_m,
+                            &CouplingParameters::damping_n_s_per_m,
+                            "coupling.stiffness_n_per_m",
+                            "coupling.damping_n_s_per_m",
+                            "device.damping_n_s_per_m",
+                            "N/m",
+                            "N·s/m"};
+constexpr Axis kRotation{true,
+                         &CouplingParameters::stiffness_n_m_per_rad,
+                         &CouplingParameters::damping_n_m_s_per_rad,
+                         "coupling.stiffness_n_m_per_rad",
+                         "coupling.damping_n_m_s_per_rad",
+                         "device.damping_n_m_s_per_rad",
+                         "N·m/rad",
+                         "N·m·s/rad"};
+
+LoopModel loop_model(const Axis& axis, const Setup& setup, const CheckedHand& hand, bool is_touching) {
+  LoopModel m;
+  m.period_s = setup.device.period_s;
+  const double scale = axis.is_rotation ? setup.device.rotational_coupling_scale : setup.device.coupling_scale;
+  m.stiffness = setup.parameters.*axis.stiffness * setup.slope_factor * scale;
+  m.damping = setup.parameters.*axis.damping * scale;
+  m.velocity_window = axis.is_rotation ? setup.device.rotational_velocity_window : setup.device.velocity_window;
+  m.delay_periods = setup.device.delay_periods;
+  m.tool_mass = (axis.is_rotation ? setup.tool_inertia_kg_m2 : setup.tool_mass_kg) * scale;
+  m.device_mass = axis.is_rotation ? setup.device.inertia_kg_m2 : setup.device.mass_kg;
+  m.device_damping = axis.is_rotation ? setup.device.damping_n_m_s_per_rad : setup.device.damping_n_s_per_m;
+  m.hand_mass = axis.is_rotation ? hand.inertia_kg_m2 : hand.mass_kg;
+  m.hand_stiffness = axis.is_rotation ? hand.stiffness_n_m_per_rad : hand.stiffness_n_per_m;
+  m.hand_damping = axis.is_rotation ? hand.damping_n_m_s_per_rad : hand.damping_n_s_per_m;
+  if (is_touching) m.contact_stiffness = (axis.is_rotation ? kStiffContactRotation : kStiffContact) * scale;
+  return m;
+}
+
+bool has_own_mass(const Axis& axis, const Setup& setup) {
+  const double mass = axis.is_rotation ? setup.device.inertia_kg_m2 : setup.device.mass_kg;
+  return !(mass == 0);
+}
+bool is_verified(const Axis& axis, const Setup& setup) {
+  return axis.is_rotation ? setup.device.is_rotation_verified : setup.device.is_verified;
+}
+bool is_nobody(const CheckedHand& hand) {
+  return &hand == &kHands.front();
+}
+
+void add_loops(const Axis& axis, const Setup& setup, std::vector<CheckedLoop>& loops) {
+  for (const CheckedHand& hand : kHands) {
+    if (is_nobody(hand) && !has_own_mass(axis, setup)) continue;
+    for (const bool is_touching : {false, true}) {
+      const LoopModel model = loop_model(axis, setup, hand, is_touching);
+      loops.push_back({axis.is_rotation, hand.name, is_touching, model, spectral_radius(model)});
+    }
+  }
+}
+
+CheckedLoop worst_loop(const Axis& axis, const Setup& setup) {
+  std::vector<CheckedLoop> loops;
+  add_loops(axis, setup, loops);
+  return *std::max_element(loops.begin(), loops.end(), [](const CheckedLoop& a, const CheckedLoop& b) {
+    return a.spectral_radius < b.spectral_radius;
+  });
+}
+
+bool is_stable(const Axis& axis, const Setup& setup) {
+  return std::all_of(kHands.begin(), kHands.end(), [&](const CheckedHand& hand) {
+    if (is_nobody(hand) && !has_own_mass(axis, setup)) return true;
+    return spectral_radius(loop_model(axis, setup, hand, true)) < 1 &&
+           spectral_radius(loop_model(axis, setup, hand, false)) < 1;
+  });
+}
+
+/// Three digits are enough to type; rounded to the safe side.
+double rounded(double value, bool is_up) {
+  if (!(value > 0)) return value;
+  const double unit = std::pow(10, std::floor(std::log10(value)) - 2);
+  const double count = value / unit;
+  return unit * (is_up ? std::ceil(count - 1e-9) : std::floor(count + 1e-9));
+}
+
+using Holds = std::function<bool(const Setup&)>;
+
+/// The value nearest to `bad` on the one side that is good; none when 20 halvings or doublings meet no such value.
+std::optional<double> nearest_good(double bad, bool is_up, const std::function<bool(double)>& is_good) {
+  const double factor = is_up ? 2 : 0.5;
+  double good = bad * factor;
+  for (int i = 1; i < 20 && !is_good(good); ++i) {
+    bad = good;
+    good *= factor;
+  }
+  if (!is_good(good)) return std::nullopt;
+  while (std::abs(good - bad) > 1e-4 * good) {
+    const double middle = (good + bad) / 2;
+    (is_good(middle) ? good : bad) = middle;
+  }
+  const double value = rounded(good, is_up);
+  return is_good(value) ? value : good;
+}
+
+std::optional<double> nearest_good(Setup setup, double CouplingParameters::*field, double start, bool is_up,
+                                   const Holds& holds) {
+  return nearest_good(start, is_up, [&](double value) {
+    setup.parameters.*field = value;
+    return holds(setup);
+  });
+}
+
+std::string number(double value) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.4g", value);
+  return text.data();
+}
+
+std::string circumstances(const CheckedLoop& loop) {
+  const std::string hand = loop.hand == kHands.front().name ? "when nobody holds the device"
+                                                            : "in the hand \"" + std::string(loop.hand) + "\"";
+  return hand + (loop.is_touching ? " and the tool is in stiff contact" : " and the tool is in the air");
+}
+
+void name_remedy(StabilityFinding& finding, const char* parameter, double value, double remedy) {
+  finding.parameter = parameter;
+  finding.value = finding.rendered_value = value;
+  finding.remedy = remedy;
+}
+
+// Below this part of what was asked for, a coupling is not softer but another one: then the damping is what is wrong.
+constexpr double kLeastPartOfStiffness = 0.02;
+
+/// Fills parameter, value and remedy of a finding. The text that says what would do; empty when softness and less
+/// damping do not help.
+std::string find_smaller(const Axis& axis, const Setup& setup, const Holds& holds, StabilityFinding& finding) {
+  const double stiffness = setup.parameters.*axis.stiffness;
+  const double damping = setup.parameters.*axis.damping;
+  const auto softer = nearest_good(setup, axis.stiffness, stiffness, false, holds);
+  if (softer && *softer >= kLeastPartOfStiffness * stiffness) {
+    name_remedy(finding, axis.stiffness_name, stiffness, *softer);
+    return "at most " + number(*softer) + " " + axis.stiffness_unit + " would do";
+  }
+  if (const auto less = nearest_good(setup, axis.damping, damping, false, holds)) {
+    name_remedy(finding, axis.damping_name, damping, *less);
+    return "at most " + number(*less) + " " + axis.damping_unit + " would do";
+  }
+  return {};
+}
+
+// A damping of k T pays for the sampling of k twice over.
+std::string find_softer_pair(const Axis& axis, Setup setup, const Holds& holds, StabilityFinding& finding) {
+  const double stiffness = setup.parameters.*axis.stiffness;
+  const double damping = setup.parameters.*axis.damping;
+  const double share = damping / std::max(stiffness, std::numeric_limits<double>::min());
+  const double sampling = setup.device.period_s * setup.slope_factor;
+  const auto damping_for = [&](double softer) { return softer * std::max(share, sampling); };
+  const auto softer = nearest_good(stiffness, false, [&](double value) {
+    setup.parameters.*axis.stiffness = value;
+    setup.parameters.*axis.damping = damping_for(value);
+    return holds(setup);
+  });
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  name_remedy(finding, axis.stiffness_name, stiffness, softer.value_or(nan));
+  if (!softer) return "no stiffness and damping would do on this device";
+  finding.remedy_damping = damping_for(*softer);
+  return "at most " + number(*softer) + " " + axis.stiffness_unit + " together with " + number(finding.remedy_damping) +
+         " " + axis.damping_unit + " of damping would do";
+}
+
+std::string find_stable(const Axis& axis, const Setup& setup, StabilityFinding& finding) {
+  const Holds holds = [&axis](const Setup& changed) { return is_stable(axis, changed); };
+  if (std::string text = find_smaller(axis, setup, holds, finding); !text.empty()) return text;
+  const double damping = setup.parameters.*axis.damping;
+  // From nothing, the search begins far below what sampling takes, k T/2.
+  const double least = 1e-3 * setup.device.period_s * setup.parameters.*axis.stiffness * setup.slope_factor;
+  if (const auto more = nearest_good(setup, axis.damping, std::max(damping, least), true, holds)) {
+    name_remedy(finding, axis.damping_name, damping, *more);
+    return "at least " + number(*more) + " " + axis.damping_unit + " would do";
+  }
+  return find_softer_pair(axis, setup, holds, finding);
+}
+
+std::optional<StabilityFinding> find_bad_number(const Axis& axis, const Setup& setup) {
+  const std::array<std::pair<const char*, double>, 4> numbers{
+      {{axis.stiffness_name, setup.parameters.*axis.stiffness},
+       {axis.damping_name, setup.parameters.*axis.damping},
+       {axis.is_rotation ? "tool inertia" : "tool mass",
+        axis.is_rotation ? setup.tool_inertia_kg_m2 : setup.tool_mass_kg},
+       {axis.device_damping_name,
+        axis.is_rotation ? setup.device.damping_n_m_s_per_rad : setup.device.damping_n_s_per_m}}};
+  for (const auto& [name, value] : numbers) {
+    if (std::isfinite(value) && value >= 0) continue;
+    StabilityFinding finding;
+    finding.verdict = StabilityVerdict::kUnstable;
+    finding.spectral_radius = kInfinity;
+    name_remedy(finding, name, value, 0);
+    finding.text = std::string(name) + " is " + number(value) + "; it must be a number, 0 or more";
+    return finding;
+  }
+  return std::nullopt;
+}
+
+/// Names the value, and what the scene has under that name where that is another.
+std::string name_value(const Axis& axis, const Setup& setup, StabilityFinding& finding) {
+  if (finding.parameter == axis.stiffness_name) finding.value = setup.asked.*axis.stiffness;
+  if (finding.parameter == axis.damping_name) finding.value = setup.asked.*axis.damping;
+  const std::string unit = finding.parameter == axis.stiffness_name ? axis.stiffness_unit : axis.damping_unit;
+  const std::string text = finding.parameter + " is " + number(finding.value) + " " + unit;
+  if (finding.value == finding.rendered_value) return text;
+  return text + " in the scene, " + number(finding.rendered_value) + " " + unit + " on this device";
+}
+
+std::optional<StabilityFinding> find_instability(const Axis& axis, const Setup& setup) {
+  const CheckedLoop worst = worst_loop(axis, setup);
+  if (worst.spectral_radius < 1) return std::nullopt;
+  StabilityFinding finding;
+  finding.verdict = StabilityVerdict::kUnstable;
+  finding.spectral_radius = worst.spectral_radius;
+  if (!std::isfinite(worst.spectral_radius)) {
+    name_remedy(finding, "device", setup.device.mass_kg, std::numeric_limits<double>::quiet_NaN());
+    finding.text = "the device cannot be checked: its mass, period, velocity window or delay is out of range";
+    return finding;
+  }
+  const std::string remedy = find_stable(axis, setup, finding);
+  finding.text = name_value(axis, setup, finding) + ": unstable at " + number(1 / setup.device.period_s) + " Hz " +
+                 circumstances(worst) + " (spectral radius " + number(worst.spectral_radius) + "); " + remedy;
+  return finding;
+}
+
+/// T/2 · Re{(1 − e^(−jθ)) H} / (1 − cos θ) of the loop as it is, tool and all; H = force / handle position.
+double needed_at(const LoopModel& m, double theta) {
+  const std::complex<double> back = std::polar(1.0, -theta);  // z⁻¹
+  const std::complex<double> rate = (1.0 - back) / m.period_s;
+  const std::complex<double> handle = std::pow(back, m.delay_periods);
+  const std::complex<double> handle_velocity =
+      handle * (1.0 - std::pow(back, m.velocity_window)) / (m.velocity_window * m.period_s);
+  const std::complex<double> coupling = m.stiffness + m.damping * rate;
+  const std::complex<double> pull = m.stiffness * handle + m.damping * handle_velocity;
+  const std::complex<double> tool = pull / (m.tool_mass * rate * rate + coupling + m.contact_stiffness);
+  return m.period_s / 2 * ((1.0 - back) * (pull - coupling * tool)).real() / (1 - std::cos(theta));
+}
+
+/// What the mechanism must pay: Colgate and Schenkel's bound of the coupling itself, and of tools that give way.
+double needed_damping(const Axis& axis, const Setup& setup) {
+  constexpr int kFrequencies = 256;
+  const LoopModel wall = loop_model(axis, setup, kHands.front(), true);
+  double needed = wall.stiffness * wall.period_s * (0.5 + wall.delay_periods) + wall.damping;
+  for (const bool is_touching : {false, true}) {
+    const LoopModel model = loop_model(axis, setup, kHands.front(), is_touching);
+    for (int i = 1; i <= kFrequencies; ++i) {
+      needed = std::max(needed, needed_at(model, std::numbers::pi * i / kFrequencies));
+    }
+  }
+  return needed;
+}
+
+std::optional<StabilityFinding> find_activity(const Axis& axis, const Setup& setup) {
+  const double own = axis.is_rotation ? setup.device.damping_n_m_s_per_rad : setup.device.damping_n_s_per_m;
+  const Holds holds = [&axis, own](const Setup& changed) { return own >= needed_damping(axis, changed); };
+  if (holds(setup)) return std::nullopt;
+  StabilityFinding finding;
+  finding.verdict = StabilityVerdict::kNotPassive;
+  finding.spectral_radius = worst_loop(axis, setup).spectral_radius;
+  const double needed = needed_damping(axis, setup);
+  std::string remedy = find_smaller(axis, setup, holds, finding);
+  if (remedy.empty()) {
+    name_remedy(finding, axis.device_damping_name, own, rounded(needed, true));
+    remedy = "neither less stiffness nor less damping alone would do";
+  }
+  finding.text = name_value(axis, setup, finding) + ": some hands can take energy from it, for it needs " +
+                 number(needed) + " " + axis.damping_unit + " of friction in the mechanism (k T/2 + b), which has " +
+                 number(own) + "; " + remedy;
+  return finding;
+}
+
+void check_axis(const Axis& axis, const Setup& setup, std::vector<StabilityFinding>& findings) {
+  auto finding = find_bad_number(axis, setup);
+  if (!finding) finding = find_instability(axis, setup);
+  if (!finding && has_own_mass(axis, setup)) finding = find_activity(axis, setup);
+  if (!finding) return;
+  finding->is_rotation = axis.is_rotation;
+  if (has_own_mass(axis, setup) && !is_verified(axis, setup)) {
+    finding->text += "; this rests on numbers of the device that nobody has verified: its mass and friction";
+  }
+  findings.push_back(std::move(*finding));
+}
+
+}  // namespace
+
+double spectral_radius(const LoopModel& model) {
+  if (!is_usable(model)) return kInfinity;
+  if (!(model.stiffness > 0) && !(model.damping > 0)) return 0;
+  const Eigen::MatrixXd a = felt_transition(model);
+  if (!a.allFinite()) return kInfinity;
+  Eigen::VectorXcd eigenvalues = a.eigenvalues();
+  if (can_glide(model)) {
+    Eigen::Index glide = 0;
+    (eigenvalues.array() - 1.0).abs().minCoeff(&glide);
+    eigenvalues(glide) = 0;
+  }
+  return eigenvalues.cwiseAbs().maxCoeff();
+}
+
+std::span<const CheckedHand> checked_hands() noexcept {
+  return kHands;
+}
+
+std::vector<CheckedLoop> checked_loops(const CouplingParameters& parameters, double tool_mass_kg,
+                                       double tool_inertia_kg_m2, const LoopDevice& device, double slope_factor) {
+  const Setup setup{parameters, tool_mass_kg, tool_inertia_kg_m2, device, slope_factor, parameters};
+  std::vector<CheckedLoop> loops;
+  add_loops(kTranslation, setup, loops);
+  if (device.has_torque) add_loops(kRotation, setup, loops);
+  return loops;
+}
+
+std::vector<StabilityFinding> check_coupling(const CouplingParameters& parameters, double tool_mass_kg,
+                                             double tool_inertia_kg_m2, const LoopDevice& device, double slope_factor,
+                                             const CouplingParameters* asked) {
+  const Setup setup{parameters, tool_mass_kg, tool_inertia_kg_m2,
+                    device,     slope_factor, asked == nullptr ? parameters : *asked};
+  std::vector<StabilityFinding> findings;
+  check_axis(kTranslation, setup, findings);
+  if (device.has_torque) check_axis(kRotation, setup, findings);
+  return findings;
+}
+
+bool is_stable_coupling(const CouplingParameters& parameters, double tool_mass_kg, double tool_inertia_kg_m2,
+                        const LoopDevice& device, double slope_factor) {
+  const Setup setup{parameters, tool_mass_kg, tool_inertia_kg_m2, device, slope_factor, parameters};
+  const auto is_good = [&](const Axis& axis) { return !find_bad_number(axis, setup) && is_stable(axis, setup); };
+  return is_good(kTranslation) && (!device.has_torque || is_good(kRotation));
+}
+
+double steepest_slope_factor(std::string_view law, const CouplingParameters& parameters) noexcept {
+  const double curve = std::sqrt(2 * parameters.curve_sharpness / std::numbers::e);
+  if (law.empty() || law == "stable-dynamic") return curve;
+  if (law == "stable-dynamic-literal") return std::max(1.0, curve);
+  if (law == "direct") return 0;
+  return 1;
+}
+
+}  // namespace tandem

@@ -1,0 +1,26 @@
+// See energy_report.hpp.
+#include "common/haptics/passivity/energy_report.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tandem {
+
+double EnergyReport::take(double in_j, double out_j, double elapsed_s) noexcept {
+  // Negated, so that NaN is refused.
+  const bool is_sound = std::isfinite(in_j) && std::isfinite(out_j) && in_j >= in_j_ && out_j >= out_j_;
+  if (!is_sound) {
+    ++dropped_;
+    return 0;
+  }
+  if (std::isfinite(elapsed_s)) believed_s_ = std::clamp(believed_s_ + elapsed_s, believed_s_, kMostAtOnce_s);
+  const double gained_j = has_report_ ? std::min(in_j - in_j_, power_limit_w_ * believed_s_) : 0.0;
+  const double spent_j = has_report_ ? out_j - out_j_ : 0.0;
+  believed_s_ = std::max(0.0, believed_s_ - gained_j / power_limit_w_);
+  has_report_ = true;
+  in_j_ = in_j;
+  out_j_ = out_j;
+  return gained_j - spent_j;
+}
+
+}  // namespace tandem

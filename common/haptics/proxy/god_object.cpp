@@ -1,0 +1,376 @@
+#include "common/haptics/proxy/god_object.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+namespace tandem {
+namespace {
+
+constexpr std::size_t kMostPieces = 2048;
+/// Planes tried in a step; far more than the at most three that end up active.
+constexpr int kMostPlanes = 32;
+/// As far below a plane still counts as above. Rounding of coordinates within 10 km is 1e-12.
+constexpr double kSlack_m = 1e-9;
+/// A step that moves less ends the update: 1 mN at 1 N/mm. Shading approaches its place geometrically: so does one that
+/// moves less than this share of the first step; the rest waits for the next update.
+constexpr double kSettled_m = 1e-6;
+constexpr double kSettledShare = 0.1;
+/// First reach of an update while touching: a little more than the last one's longest step, at least a hand's 0.1 m/s.
+/// With more, more triangles have to be looked at in every step.
+constexpr double kTravelReserve = 1.25;
+constexpr double kLeastReach_m = 1e-4;
+constexpr double kReachGrowth = 2;
+/// Shading beyond this angle (cosine) would be a normal of another side.
+constexpr double kLeastShadingCosine = 0.5;
+/// Of a step while shading: see relaxation_of(). Lengthened only where the last two steps go the same way (cosine).
+/// Tried on the bunny, pressed 5 mm: fewest ticks held back.
+constexpr double kLeastRelaxation = 0.1;
+constexpr double kMostRelaxation = 5;
+constexpr double kStraightCosine = 0.8;
+/// Goals farther from the origin are taken as there: so that squares stay finite.
+constexpr double kFarthestGoal_m = 1e3;
+
+bool is_far(const Vec3& a, const Vec3& b) {
+  return (a - b).squaredNorm() > 1e-14;  // 0.1 µm: below it, two places are one
+}
+
+}  // namespace
+
+GodObject::GodObject(const GodObjectSettings& settings, std::vector<ProxyObstacle> obstacles, const Vec3& p_W)
+    : settings_(settings), pieces_(kMostPieces) {
+  if (!(settings.radius_m >= 5e-5 && settings.radius_m <= 0.1)) {
+    throw std::invalid_argument("radius_m of the proxy is " + std::to_string(settings.radius_m) +
+                                "; it must be 0.00005 to 0.1 m");
+  }
+  if (obstacles.size() > kMostObstacles) {
+    throw std::invalid_argument(std::to_string(obstacles.size()) + " obstacles for a proxy; give at most " +
+                                std::to_string(kMostObstacles));
+  }
+  if (!is_finite(p_W)) throw std::invalid_argument("the proxy's first place is not finite");
+  tracks_.reserve(obstacles.size());
+  for (ProxyObstacle& obstacle : obstacles) tracks_.emplace_back(std::move(obstacle), static_cast<int>(tracks_.size()));
+  reset(p_W);
+}
+
+void GodObject::reset(const Vec3& p_W) noexcept {
+  std::uint8_t faults = 0;
+  const Vec3 place_W = sane_goal(p_W, faults);
+  for (ObstacleTrack& track : tracks_) track.set_place_W(place_W);
+  state_ = {};
+  state_.p_W = state_.goal_W = unhindered_W_ = place_W;
+  state_.faults = faults;
+  travel_m_ = 0;
+  was_sticking_ = false;
+}
+
+Vec3 GodObject::sane_goal(const Vec3& goal_W, std::uint8_t& faults) const noexcept {
+  if (is_finite(goal_W)) return clamped_to_length(goal_W, kFarthestGoal_m);
+  faults |= kProxyBadInput;
+  return state_.p_W;
+}
+
+void GodObject::take_motions(std::span<const ObstacleMotion> motions, std::uint8_t& faults) noexcept {
+  const std::size_t count = std::min(motions.size(), tracks_.size());
+  for (std::size_t i = 0; i < count; ++i) {
+    if (!tracks_[i].move_to(motions[i])) faults |= kProxyBadInput;
+  }
+}
+
+const ProxyState& GodObject::update(const Vec3& goal_W, std::span<const ObstacleMotion> motions) noexcept {
+  std::uint8_t faults = 0;
+  take_motions(motions, faults);
+  const Vec3 goal = sane_goal(goal_W, faults);
+  wanted_m_ = state_.is_touching ? std::max(kLeastReach_m, kTravelReserve * travel_m_) : longest_way_m(goal);
+  last_move_ = Vec3::Zero();
+  relaxation_ = 1;
+  has_slipped_ = false;
+  travel_m_ = 0;
+  bool is_settled = false;
+  double first = 0;
+  way_count_ = 0;
+  while (way_count_ < kMostSteps && !is_settled) {
+    const double moved = step(goal, faults);
+    if (way_count_ == 0) first = moved;
+    travel_m_ = std::max(travel_m_, moved);
+    is_settled = moved <= std::max(kSettled_m, kSettledShare * first);
+    way_W_[way_count_++] = held_place_W();
+  }
+  if (!is_settled) faults |= kProxyHeldBack;
+  settle_state(goal, faults);
+  return state_;
+}
+
+double GodObject::step(const Vec3& goal_W, std::uint8_t& faults) noexcept {
+  gather(goal_W, faults);
+  project(goal_W, false);
+  Vec3 pulled_to_W = goal_W;
+  if (settings_.is_shaded && !planes_.active().empty()) {
+    pulled_to_W = shaded_goal(goal_W);
+    project(pulled_to_W, true);
+  }
+  Vec3 target_W = with_friction(pulled_to_W);
+  const Vec3 move = tracks_.empty() ? Vec3(Vec3::Zero()) : Vec3(target_W - tracks_.front().place_W());
+  relaxation_ = relaxation_of(move);
+  if (relaxation_ > 1) target_W = lengthened(pulled_to_W, target_W);
+  last_move_ = move;
+  const double allowed = allowed_fraction(target_W);
+  if (allowed < 1) wanted_m_ = planes_.active().empty() ? longest_way_m(goal_W) : kReachGrowth * wanted_m_;
+  return move_towards(target_W, unblocked_fraction(target_W, allowed));
+}
+
+void GodObject::gather(const Vec3& goal_W, std::uint8_t& faults) noexcept {
+  reach_m_ = wanted_m_;
+  for (ObstacleTrack& track : tracks_) {
+    const double reach = track.prepare(goal_W, settings_.radius_m, wanted_m_);
+    if (reach <= 0) faults |= kProxyTooDense;
+    reach_m_ = std::min(reach_m_, reach);
+  }
+  // Fewer pieces within less reach; a place that has too many at any reach holds the proxy.
+  for (int attempt = 0; attempt < 8; ++attempt, reach_m_ /= 4) {
+    piece_count_ = 0;
+    bool fits = true;
+    for (const ObstacleTrack& track : tracks_) {
+      fits = fits && track.gather(settings_.radius_m, reach_m_, pieces_, piece_count_);
+    }
+    if (fits) return;
+  }
+  faults |= kProxyTooDense;
+  reach_m_ = 0;
+}
+
+/// `is_begun`: with the same pieces as before, so that the planes active then are likely to be so again.
+void GodObject::project(const Vec3& goal_W, bool is_begun) noexcept {
+  const PlaneProjection last = planes_;
+  planes_.start(goal_W);
+  for (const PlaneProjection::Active& active : last.active()) {
+    if (is_begun && active.side.height_m(planes_.point()) < -kSlack_m) planes_.add(active.side, active.tag);
+  }
+  for (int i = 0; i < kMostPlanes; ++i) {
+    const int violated = nearest_violated();
+    if (violated < 0) return;
+    const NearPiece& piece = pieces_[static_cast<std::size_t>(violated)];
+    const Vec3& place_W = track_of(piece).place_W();
+    const Vec3 at_W = place_W + allowed_fraction(planes_.point()) * (planes_.point() - place_W);
+    if (!planes_.add(piece.higher_side(at_W), violated)) return;
+  }
+}
+
+/// The nearest first: the planes of what is touched often keep the ball above their neighbours too, whose own planes,
+/// when the ball is beside them, would stop it half-way to the common edge.
+int GodObject::nearest_violated() const noexcept {
+  const Vec3& x = planes_.point();
+  const double fraction = allowed_fraction(x);
+  int nearest = -1;
+  // What is farther than the way is long cannot be met.
+  double nearest_m = settings_.radius_m + fraction * longest_way_m(x);
+  for (std::size_t i = 0; i < piece_count_; ++i) {
+    const NearPiece& piece = pieces_[i];
+    if (piece.distance_m >= nearest_m) continue;
+    const Vec3& place_W = track_of(piece).place_W();
+    const Vec3 at_W = place_W + fraction * (x - place_W);
+    if (piece.is_clear(at_W, kSlack_m)) continue;
+    const auto active = planes_.active();
+    const auto tag = static_cast<int>(i);
+    if (std::any_of(active.begin(), active.end(), [&](const auto& one) { return one.tag == tag; })) continue;
+    if (is_kept_by_active(piece, at_W)) continue;
+    nearest = tag;
+    nearest_m = piece.distance_m;
+  }
+  return nearest;
+}
+
+/// One plane with the piece below, and above it both ends of the way: then the way is free of the piece.
+bool GodObject::is_kept_by_active(const NearPiece& piece, const Vec3& at_W) const noexcept {
+  const ObstacleTrack& track = track_of(piece);
+  for (const PlaneProjection::Active& active : planes_.active()) {
+    if (active.side.height_m(at_W) >= -kSlack_m && active.side.height_m(track.place_W()) >= -kSlack_m &&
+        track.is_below(piece, active.side, settings_.radius_m)) {
+      return true;
+    }
+  }
+  return false;
+}
+
+/// What is known around the obstacles' places does not reach farther.
+double GodObject::allowed_fraction(const Vec3& target_W) const noexcept {
+  double squared = 0;
+  for (const ObstacleTrack& track : tracks_) {
+    if (track.obstacle().mesh) squared = std::max(squared, (target_W - track.place_W()).squaredNorm());
+  }
+  return squared <= reach_m_ * reach_m_ ? 1 : reach_m_ / std::sqrt(squared);
+}
+
+double GodObject::longest_way_m(const Vec3& target_W) const noexcept {
+  double squared = 0;
+  for (const ObstacleTrack& track : tracks_) squared = std::max(squared, (target_W - track.place_W()).squaredNorm());
+  return std::sqrt(squared);
+}
+
+/// Friction may have moved the target off what project() has checked, and planes may have run out.
+double GodObject::unblocked_fraction(const Vec3& target_W, double fraction) const noexcept {
+  double free = fraction;
+  const double reach_m = settings_.radius_m + fraction * longest_way_m(target_W);
+  for (std::size_t i = 0; i < piece_count_; ++i) {
+    const NearPiece& piece = pieces_[i];
+    if (piece.distance_m >= reach_m) continue;
+    const Vec3& place_W = track_of(piece).place_W();
+    const Vec3 at_W = place_W + free * (target_W - place_W);
+    if (piece.is_clear(at_W, kSlack_m)) continue;
+    const auto free_of = [&](const AllowedSide& side) {
+      const double end = side.height_m(at_W);
+      if (end >= -kSlack_m) return free;
+      const double begin = side.height_m(place_W);
+      // A ball that overlaps is below its plane at both ends, and rising.
+      if (begin < 0) return end >= begin ? free : 0.0;
+      return free * begin / (begin - end);
+    };
+    double of_piece = free_of(piece.closest);
+    if (piece.has_face) of_piece = std::max(of_piece, free_of(piece.face));
+    if (of_piece < free && !is_kept_by_active(piece, at_W)) free = of_piece;
+  }
+  return free;
+}
+
+Vec3 GodObject::shaded_goal(const Vec3& goal_W) const noexcept {
+  const Vec3 load = planes_.point() - goal_W;
+  const double depth = load.norm();
+  if (!(depth > 0)) return goal_W;
+  Vec3 smooth = Vec3::Zero();
+  for (const PlaneProjection::Active& active : planes_.active()) {
+    const NearPiece& piece = piece_of(active);
+    smooth += active.load_m * track_of(piece).shaded_normal_W(piece);
+  }
+  smooth = smooth.stableNormalized();
+  const Vec3 n = load / depth;
+  const double cosine = smooth.dot(n);
+  if (!(cosine > kLeastShadingCosine)) return goal_W;
+  return goal_W + depth * (smooth / cosine - n);
+}
+
+Vec3 GodObject::with_friction(const Vec3& goal_W) noexcept {
+  const Vec3& x = planes_.point();
+  const auto active = planes_.active();
+  if (active.empty()) return x;
+  const PlaneProjection::Active* heaviest = &active.front();
+  double load = 0, still = 0, sliding = 0;
+  for (const PlaneProjection::Active& one : active) {
+    const ProxyObstacle& obstacle = track_of(piece_of(one)).obstacle();
+    load += one.load_m;
+    still += one.load_m * obstacle.static_friction;
+    sliding += one.load_m * obstacle.dynamic_friction;
+    if (one.load_m > heaviest->load_m) heaviest = &one;
+  }
+  if (!(still > 0)) {
+    has_slipped_ = true;
+    return x;
+  }
+  // Back to where the body has carried the proxy, within the active planes.
+  Vec3 back = track_of(piece_of(*heaviest)).place_W() - x;
+  std::array<Vec3, 3> axes;
+  for (std::size_t i = 0; i < active.size(); ++i) {
+    Vec3 axis = active[i].side.normal;
+    for (std::size_t j = 0; j < i; ++j) axis -= axis.dot(axes[j]) * axes[j];
+    axes[i] = axis.stableNormalized();
+    back -= back.dot(axes[i]) * axes[i];
+  }
+  const double length = back.norm();
+  const double depth = (x - goal_W).norm() / load;
+  if (length <= depth * (was_sticking_ && !has_slipped_ ? still : sliding) + kSlack_m) return x + back;
+  has_slipped_ = true;
+  return x + back * (depth * sliding / length);
+}
+
+/// By what a step is lengthened or shortened. Shading moves the goal with the proxy, so the steps to its place shrink
+/// geometrically: all one way on some ground, back and forth where it is hollow and the goal deep. Two of them say how.
+///
+/// Source  Irons & Tuck, "A version of the Aitken accelerator for computer iteration", 1969
+double GodObject::relaxation_of(const Vec3& move) const noexcept {
+  if (!settings_.is_shaded || way_count_ == 0 || planes_.active().empty()) return 1;
+  const Vec3 change = move - last_move_;
+  const double along = last_move_.dot(move);
+  const double aitken = change.squaredNorm() > 0 ? -taken_ * last_move_.dot(change) / change.squaredNorm() : 0;
+  if (along < 0) return std::clamp(aitken, kLeastRelaxation, 1.0);
+  const bool is_straight = along > kStraightCosine * last_move_.norm() * move.norm();
+  // The last step of an update is not lengthened: no other one would see where it led.
+  const bool is_last = way_count_ + 1 == kMostSteps;
+  return is_straight && aitken > 0 ? std::min(aitken, is_last ? 1.0 : kMostRelaxation) : std::min(1.0, relaxation_);
+}
+
+/// The goal is moved on, not the target: so the target stays above the planes.
+Vec3 GodObject::lengthened(const Vec3& pulled_to_W, const Vec3& target_W) noexcept {
+  const Vec3 farther_W = pulled_to_W + (relaxation_ - 1) * (target_W - tracks_.front().place_W());
+  project(farther_W, true);
+  if (!planes_.active().empty()) return with_friction(farther_W);
+  relaxation_ = 1;
+  project(pulled_to_W, true);
+  return target_W;
+}
+
+/// All places move by the same share of their way, so that those that were together stay together.
+double GodObject::move_towards(const Vec3& target_W, double fraction) noexcept {
+  unhindered_W_ = target_W;
+  const double share = fraction * std::min(1.0, relaxation_);
+  taken_ = fraction * relaxation_;
+  double moved = 0;
+  for (ObstacleTrack& track : tracks_) {
+    const Vec3 way = share * (target_W - track.place_W());
+    moved = std::max(moved, way.norm());
+    track.set_place_W(share >= 1 ? target_W : Vec3(track.place_W() + way));
+  }
+  return moved;
+}
+
+/// Places differ while bodies squeeze the proxy: it is shown where it is held back most.
+Vec3 GodObject::held_place_W() const noexcept {
+  Vec3 place_W = unhindered_W_;
+  double farthest = -1;
+  for (const ObstacleTrack& track : tracks_) {
+    const double distance = (track.place_W() - unhindered_W_).squaredNorm();
+    if (distance > farthest) place_W = track.place_W();
+    farthest = std::max(farthest, distance);
+  }
+  return place_W;
+}
+
+void GodObject::settle_state(const Vec3& goal_W, std::uint8_t faults) noexcept {
+  state_ = {};
+  state_.goal_W = goal_W;
+  state_.p_W = held_place_W();
+  for (const ObstacleTrack& track : tracks_) {
+    if (is_far(track.place_W(), state_.p_W)) faults |= kProxyHeldBack;
+  }
+  double load = 0;
+  for (const PlaneProjection::Active& active : planes_.active()) load += active.load_m;
+  const bool is_goal_known = is_far(goal_W, state_.p_W);
+  for (const PlaneProjection::Active& active : planes_.active()) {
+    if (!(load > 0) || !is_goal_known) break;
+    const NearPiece& piece = piece_of(active);
+    const double share = active.load_m / load;
+    state_.contacts[state_.contact_count++] = {piece.obstacle, state_.p_W - settings_.radius_m * active.side.normal,
+                                               active.side.normal, share};
+    state_.surface_velocity_W += share * track_of(piece).surface_velocity_W(state_.p_W);
+  }
+  state_.is_touching = state_.contact_count > 0;
+  state_.is_sticking = state_.is_touching && !has_slipped_;
+  was_sticking_ = state_.is_sticking;
+  state_.faults = faults;
+}
+
+Vec3 proxy_force_on_hand_W(const ProxyState& state, const CouplingLaw& law, const Vec3& v_WH) noexcept {
+  if (!state.is_touching) return Vec3::Zero();
+  CouplingState coupling;
+  coupling.d_W = state.goal_W - state.p_W;
+  const Vec3 pull = coupling.d_W.stableNormalized();
+  const Vec3 v_W = is_finite(v_WH) ? clamped_to_length(v_WH, 1e3) : Vec3::Zero();
+  coupling.v_WH = v_W;
+  const double faded_in = std::min(1.0, coupling.d_W.norm() / kFullDamping_m);
+  coupling.v_W = faded_in * pull.dot(v_W - clamped_to_length(state.surface_velocity_W, 1e3)) * pull;
+  const Vec3 on_tool_W = law.wrench_on_tool_W(coupling).f;
+  return on_tool_W.dot(pull) > 0 ? Vec3(-on_tool_W) : Vec3::Zero();
+}
+
+}  // namespace tandem

@@ -1,0 +1,98 @@
+#include "common/haptics/proxy/proxy_mesh.hpp"
+
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+#include "common/geometry/mesh_edges.hpp"
+
+namespace tandem {
+namespace {
+
+/// Twice the area, below which a triangle has no direction: of sides of a micrometre.
+constexpr double kLeastDoubledArea_m2 = 1e-12;
+
+TriangleMesh checked(const TriangleMesh& mesh) {
+  TriangleMesh result{mesh.vertices, {}};
+  for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
+    if (!is_finite(mesh.vertices[i])) {
+      throw std::invalid_argument("vertex " + std::to_string(i) + " of the mesh is not finite; repair the mesh");
+    }
+  }
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+    std::array<const Vec3*, 3> corners{};
+    for (std::size_t k = 0; k < 3; ++k) {
+      const int index = mesh.triangles[i][k];
+      if (index < 0 || static_cast<std::size_t>(index) >= mesh.vertices.size()) {
+        throw std::invalid_argument("triangle " + std::to_string(i) + " of the mesh names vertex " +
+                                    std::to_string(index) + " of " + std::to_string(mesh.vertices.size()) +
+                                    "; repair the mesh");
+      }
+      corners[k] = &mesh.vertices[static_cast<std::size_t>(index)];
+    }
+    const double doubled_area = (*corners[1] - *corners[0]).cross(*corners[2] - *corners[0]).norm();
+    if (doubled_area > kLeastDoubledArea_m2) result.triangles.push_back(mesh.triangles[i]);
+  }
+  if (result.triangles.empty()) {
+    throw std::invalid_argument("the mesh has no triangle with an area; give it in metres, with at least one");
+  }
+  return result;
+}
+
+/// The triangles at each vertex, those of one vertex beside each other.
+struct Fans {
+  explicit Fans(const TriangleMesh& mesh) : first(mesh.vertices.size() + 1, 0) {
+    for (const auto& triangle : mesh.triangles) {
+      for (const int vertex : triangle) ++first[static_cast<std::size_t>(vertex) + 1];
+    }
+    for (std::size_t i = 1; i < first.size(); ++i) first[i] += first[i - 1];
+    triangles.resize(first.back());
+    std::vector<std::size_t> next = first;
+    for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+      for (const int vertex : mesh.triangles[i]) triangles[next[static_cast<std::size_t>(vertex)]++] = i;
+    }
+  }
+  std::vector<std::size_t> first;
+  std::vector<std::size_t> triangles;
+};
+
+double angle_at(const TriangleMesh& mesh, const std::array<int, 3>& triangle, int vertex) {
+  const std::size_t k = triangle[0] == vertex ? 0 : triangle[1] == vertex ? 1 : 2;
+  const auto corner = [&](std::size_t i) { return mesh.vertices[static_cast<std::size_t>(triangle[i % 3])]; };
+  const Vec3 u = corner(k + 1) - corner(k);
+  const Vec3 v = corner(k + 2) - corner(k);
+  return std::atan2(u.cross(v).norm(), u.dot(v));
+}
+
+/// Sum over the neighbours at a corner that bend by less than the crease, weighted by their angles there.
+Vec3 smooth_normal(const TriangleMesh& mesh, const std::vector<Vec3>& flat, const Fans& fans, std::size_t triangle,
+                   int vertex, double crease_cosine) {
+  Vec3 sum = Vec3::Zero();
+  const auto v = static_cast<std::size_t>(vertex);
+  for (std::size_t at = fans.first[v]; at < fans.first[v + 1]; ++at) {
+    const std::size_t other = fans.triangles[at];
+    const double cosine = flat[other].dot(flat[triangle]);
+    // A neighbour that is turned over is the same surface seen from behind.
+    if (std::abs(cosine) < crease_cosine) continue;
+    sum += std::copysign(angle_at(mesh, mesh.triangles[other], vertex), cosine) * flat[other];
+  }
+  return sum.stableNormalized();
+}
+
+}  // namespace
+
+ProxyMesh::ProxyMesh(const TriangleMesh& mesh, const ProxyMeshOptions& options)
+    : ProxyMesh(checked(mesh), std::cos(options.crease_rad)) {}
+
+ProxyMesh::ProxyMesh(const TriangleMesh& mesh, double crease_cosine) : tree_(mesh) {
+  const std::vector<Vec3> flat = face_normals(mesh);
+  const Fans fans(mesh);
+  normals_.resize(mesh.triangles.size());
+  for (std::size_t i = 0; i < normals_.size(); ++i) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      normals_[i][k] = smooth_normal(mesh, flat, fans, i, mesh.triangles[i][k], crease_cosine).cast<float>();
+    }
+  }
+}
+
+}  // namespace tandem

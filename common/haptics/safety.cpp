@@ -1,0 +1,179 @@
+// See safety.hpp. One gain carries ramp, silence and faults, so that no sequence of them can add up to a step.
+#include "common/haptics/safety.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <stdexcept>
+#include <string_view>
+
+namespace tandem {
+namespace {
+
+// Beyond this a wrench is as wrong as NaN: five orders above any device, and every sum below stays finite.
+constexpr double kAbsurdWrench = 1e6;
+// After a stall the ramp and the slew limit count at most this much time.
+constexpr double kLargestRise_s = 0.005;
+// When a state ends a silence, the gain falls on for about so long, and what the wrench rose by meanwhile comes in
+// slowly: neither the force nor its slope jumps.
+constexpr double kFallEnds_s = 0.006;
+constexpr double kShownAgain_s = 0.020;
+constexpr double kSteepestFall_per_s = 20;
+constexpr Duration kSilencePromise{std::chrono::milliseconds(150)};
+constexpr Duration kFaultPromise{std::chrono::milliseconds(20)};
+
+constexpr std::array<std::string_view, 9> kFaultNames{"ramping",    "silence",        "slewed",
+                                                      "not_finite", "too_fast",       "invalid_sample",
+                                                      "stopping",   "not_displaying", "clutched"};
+
+void require(bool is_good, const char* field, double value, const char* remedy) {
+  if (is_good) return;
+  throw std::invalid_argument(std::string("safety setting ") + field + " is " + std::to_string(value) + "; " + remedy);
+}
+
+void check(const SafetySettings& s) {
+  require(s.start_ramp > Duration{0}, "start_ramp [s]", to_seconds(s.start_ramp), "it must be above 0");
+  require(s.silence_start >= Duration{0}, "silence_start [s]", to_seconds(s.silence_start), "it must be 0 or more");
+  require(s.silence_zero > s.silence_start && s.silence_zero <= kSilencePromise, "silence_zero [s]",
+          to_seconds(s.silence_zero), "it must be above silence_start and at most 0.15");
+  require(s.fault_decay > Duration{0} && s.fault_decay <= kFaultPromise, "fault_decay [s]", to_seconds(s.fault_decay),
+          "it must be above 0 and at most 0.02");
+  require(std::isfinite(s.slew_n_per_s) && s.slew_n_per_s > 0, "slew_n_per_s", s.slew_n_per_s, "it must be above 0");
+  require(std::isfinite(s.slew_n_m_per_s) && s.slew_n_m_per_s > 0, "slew_n_m_per_s", s.slew_n_m_per_s,
+          "it must be above 0");
+  require(std::isfinite(s.speed_limit_m_per_s) && s.speed_limit_m_per_s > 0, "speed_limit_m_per_s",
+          s.speed_limit_m_per_s, "it must be above 0");
+}
+
+/// |part| / |whole|, at most 1.
+double length_share(const Vec3& part, const Vec3& whole) {
+  const double length = whole.norm();
+  return length > 0 ? std::min(1.0, part.norm() / length) : 1.0;
+}
+
+bool is_plausible(const Wrench& wrench) {
+  return is_finite(wrench) && wrench.f.cwiseAbs().maxCoeff() < kAbsurdWrench &&
+         wrench.t.cwiseAbs().maxCoeff() < kAbsurdWrench;
+}
+
+}  // namespace
+
+std::vector<std::string> safety_fault_names(SafetyFaults faults) {
+  std::vector<std::string> names;
+  for (std::size_t bit = 0; bit < kFaultNames.size(); ++bit) {
+    if ((faults & (1U << bit)) != 0) names.emplace_back(kFaultNames[bit]);
+  }
+  return names;
+}
+
+std::string describe_safety_faults(SafetyFaults faults) {
+  std::string text;
+  for (const std::string& name : safety_fault_names(faults)) text += (text.empty() ? "" : "|") + name;
+  return text.empty() ? "none" : text;
+}
+
+SafetyChain::SafetyChain(const SafetySettings& settings) : settings_(settings) {
+  check(settings_);
+}
+
+Wrench SafetyChain::apply(LocalTime now, const SafetyInput& input) noexcept {
+  const Step step = advance_time(now);
+  faults_ = present_faults(input);
+  latched_ |= faults_;
+  const double gain_before = gain_;
+  update_gain(input, step);
+
+  const double share = gain_ < gain_before ? gain_ / gain_before : 1.0;
+  // At either edge of the clutch the handle's speed jumps, and a damper's force with it: until its decay is over the
+  // computed wrench does not count, even if the button has come up again.
+  const bool is_clutched = (latched_ & kSafetyClutched) != 0;
+  const bool is_usable =
+      input.has_state && input.is_displaying && !is_clutched && input.sample_is_valid && is_plausible(input.wrench);
+  if (!is_usable) shown_ = {};
+  shown_.rise(step.rise_s);
+  const Wrench target{input.wrench.f * (gain_ * shown_.force), input.wrench.t * (gain_ * shown_.torque)};
+  // Without a usable wrench the last one fades with the gain: no step, and zero when the gain is.
+  Wrench out = is_usable ? slewed(target, step.rise_s) : displayed_ * share;
+  if (share < 1) {
+    out.f = clamped_to_length(out.f, displayed_.f.norm() * share);
+    out.t = clamped_to_length(out.t, displayed_.t.norm() * share);
+    if (is_usable) shown_ = {length_share(out.f, input.wrench.f * gain_), length_share(out.t, input.wrench.t * gain_)};
+  }
+  if (gain_ <= 0 || !is_finite(out)) {
+    out = Wrench{};
+    shown_ = {};
+  }
+  displayed_ = out;
+  return out;
+}
+
+void SafetyChain::Shown::rise(double rise_s) noexcept {
+  const double left = std::exp(-rise_s / kShownAgain_s);
+  force = 1 - (1 - force) * left;
+  torque = 1 - (1 - torque) * left;
+}
+
+bool SafetyChain::is_quiet() const noexcept {
+  return gain_ <= 0 && displayed_.f.isZero(0) && displayed_.t.isZero(0);
+}
+
+SafetyChain::Step SafetyChain::advance_time(LocalTime now) noexcept {
+  const double elapsed_s = has_time_ ? std::max(0.0, to_seconds(now - last_time_)) : 0.0;
+  last_time_ = has_time_ ? std::max(now, last_time_) : now;
+  has_time_ = true;
+  return {elapsed_s, std::min(elapsed_s, kLargestRise_s)};
+}
+
+SafetyFaults SafetyChain::present_faults(const SafetyInput& input) const noexcept {
+  SafetyFaults faults = 0;
+  if (!is_plausible(input.wrench)) faults |= kSafetyNotFinite;
+  // Written so that a NaN speed counts as too fast.
+  if (!(input.handle_speed_m_per_s <= settings_.speed_limit_m_per_s)) faults |= kSafetyTooFast;
+  if (!input.sample_is_valid) faults |= kSafetyInvalidSample;
+  if (input.is_clutched) faults |= kSafetyClutched;
+  if (is_stopping_) faults |= kSafetyStopping;
+  return faults;
+}
+
+void SafetyChain::update_gain(const SafetyInput& input, const Step& step) noexcept {
+  const double gain_before = gain_;
+  // A fault that came and went within the decay is still played out to zero, and to a zero that the device took.
+  if (is_quiet() && faults_ == 0) latched_ = 0;
+  if (latched_ != 0 || !input.has_state || !input.is_displaying) {
+    gain_ = std::max(0.0, gain_ - step.decay_s / to_seconds(settings_.fault_decay));
+  } else {
+    gain_ = std::clamp(gain_ + step.rise_s / to_seconds(settings_.start_ramp) - fall_per_s_ * step.rise_s, 0.0, 1.0);
+  }
+  fall_per_s_ *= std::exp(-step.decay_s / kFallEnds_s);
+  const double silence = silence_gain(input.state_age);
+  gain_ = std::min(gain_, silence);
+  if (gain_ <= 0) {
+    fall_per_s_ = 0;
+  } else if (silence < 1 && step.decay_s > 0) {
+    fall_per_s_ = std::clamp((gain_before - gain_) / step.decay_s, 0.0, kSteepestFall_per_s);
+  }
+  faults_ |= latched_;
+  // Where nothing is to be displayed no state is awaited either, so its absence is no silence; its age still is.
+  const bool is_silent = (input.is_displaying && !input.has_state) || silence < 1;
+  if (is_silent) faults_ |= kSafetySilence;
+  if (!input.is_displaying) faults_ |= kSafetyNotDisplaying;
+  if (gain_ < 1 && latched_ == 0 && !is_silent && input.is_displaying) faults_ |= kSafetyRamping;
+}
+
+double SafetyChain::silence_gain(Duration state_age) const noexcept {
+  const double left_s = to_seconds(settings_.silence_zero - state_age);
+  const double left = std::clamp(left_s / to_seconds(settings_.silence_zero - settings_.silence_start), 0.0, 1.0);
+  // Flat at both ends: a silence that is hardly one is hardly felt.
+  return left * left * left * (10 - 15 * left + 6 * left * left);
+}
+
+Wrench SafetyChain::slewed(const Wrench& target, double rise_s) noexcept {
+  const Wrench change = target - displayed_;
+  const double largest_f = settings_.slew_n_per_s * rise_s;
+  const double largest_t = settings_.slew_n_m_per_s * rise_s;
+  if (change.f.norm() <= largest_f && change.t.norm() <= largest_t) return target;
+  faults_ |= kSafetySlewed;
+  return displayed_ + Wrench{clamped_to_length(change.f, largest_f), clamped_to_length(change.t, largest_t)};
+}
+
+}  // namespace tandem

@@ -1,0 +1,28 @@
+#include "common/net/deadband.hpp"
+
+#include <algorithm>
+
+namespace tandem {
+
+// Written so that what is not finite is noticed.
+bool Deadband::differs(const Vec3& a, const Vec3& b, double floor) const {
+  return !((a - b).norm() <= fraction_ * std::max(b.norm(), floor));
+}
+
+bool Deadband::notices(const Wrench& now, const Wrench& told) const {
+  return is_off() || differs(now.f, told.f, kForceFloor_n) || differs(now.t, told.t, kTorqueFloor_n_m);
+}
+
+bool Deadband::notices(const RigidState& now, const RigidState& told, Duration since_told, BetweenStates between,
+                       const Wrench& felt, const FeltStiffness& stiffness) const {
+  if (is_off()) return true;
+  if (differs(now.V.v, told.V.v, kSpeedFloor_m_per_s) || differs(now.V.w, told.V.w, kTurnFloor_rad_per_s)) return true;
+  const bool is_extrapolated = between == BetweenStates::kExtrapolated;
+  const Pose believed = is_extrapolated ? integrate(told.X, told.V, to_seconds(since_told)) : told.X;
+  const double way_n = stiffness.n_per_m * (now.X.p - believed.p).norm();
+  const double turn_n_m = stiffness.n_m_per_rad * rotation_vector(now.X.q * believed.q.conjugate()).norm();
+  return !(way_n <= fraction_ * std::max(felt.f.norm(), kForceFloor_n) &&
+           turn_n_m <= fraction_ * std::max(felt.t.norm(), kTorqueFloor_n_m));
+}
+
+}  // namespace tandem

@@ -1,0 +1,187 @@
+#include "common/net/link.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+#include <stdexcept>
+#include <utility>
+
+namespace tandem {
+namespace {
+
+constexpr Duration kLongestDelay = std::chrono::seconds(10);
+// Shorter bad periods than a packet's spacing would make the loss independent, and cost a draw each.
+constexpr Duration kShortestBadPeriod = std::chrono::microseconds(100);
+// Three years: for every trial the same as never, and sums of a few stay far inside a Duration.
+constexpr double kLongestPeriod_s = 1e8;
+// Above the streams of all links.
+constexpr std::uint64_t kDuplicateStreams = 1ULL << 40U;
+
+// Pareto's shape: the smallest whole one with a finite standard deviation, so the tail is as heavy as can be
+// while `jitter` still means one. Ours.
+constexpr double kParetoShape = 3.0;
+// σ of a Pareto (type I) variable of scale 1: √(a / ((a−1)² (a−2))).
+const double kParetoUnitSigma = std::sqrt(kParetoShape / (std::pow(kParetoShape - 1, 2) * (kParetoShape - 2)));
+
+template <class Value>
+std::string complaint(const char* field, Value value, const char* remedy) {
+  std::ostringstream text;
+  text << field << " is " << value << "; it must be " << remedy;
+  return text.str();
+}
+
+double milliseconds(Duration duration) {
+  return to_seconds(duration) * 1e3;
+}
+
+bool is_delay(Duration delay) {
+  return delay >= Duration(0) && delay <= kLongestDelay;
+}
+
+struct ArrivesLater {
+  template <class Packet>
+  bool operator()(const Packet& a, const Packet& b) const {
+    return std::pair(a.due, a.order) > std::pair(b.due, b.order);
+  }
+};
+
+}  // namespace
+
+std::string LinkParameters::problem() const {
+  // Written so that a NaN fails every comparison.
+  if (!is_delay(delay)) return complaint("delay", milliseconds(delay), "0 to 10000 ms");
+  if (!is_delay(jitter)) return complaint("jitter", milliseconds(jitter), "0 to 10000 ms");
+  if (distribution == JitterDistribution::kTrace && trace.empty()) {
+    return complaint("trace", "empty", "one delay or more");
+  }
+  for (const Duration value : trace) {
+    if (!is_delay(value)) return complaint("trace", milliseconds(value), "delays of 0 to 10000 ms");
+  }
+  if (!(loss >= 0 && loss <= kLargestLoss)) return complaint("loss", loss, "0 to 0.95");
+  if (!(mean_bad_period >= kShortestBadPeriod && mean_bad_period <= kLongestDelay)) {
+    return complaint("mean_bad_period", milliseconds(mean_bad_period), "0.1 to 10000 ms");
+  }
+  if (!(duplication >= 0 && duplication <= 1)) return complaint("duplication", duplication, "0 to 1");
+  const bool is_rate = rate_limit_bytes_per_s == 0 || (rate_limit_bytes_per_s >= 1 && rate_limit_bytes_per_s <= 1e12);
+  if (!is_rate) return complaint("rate_limit_bytes_per_s", rate_limit_bytes_per_s, "0 (unlimited) or 1 to 1e12");
+  if (queue_limit == 0) return complaint("queue_limit", queue_limit, "1 or more");
+  return "";
+}
+
+SimulatedLink::SimulatedLink(LinkParameters parameters, std::uint64_t seed, std::uint64_t stream)
+    : parameters_(std::move(parameters)),
+      loss_random_(seed, 2 * stream),
+      delays_{Random(seed, 2 * stream + 1)},
+      duplicate_random_(seed, kDuplicateStreams + 2 * stream),
+      duplicate_delays_{Random(seed, kDuplicateStreams + 2 * stream + 1)} {
+  const std::string problem = parameters_.problem();
+  if (!problem.empty()) throw std::invalid_argument("link: " + problem);
+}
+
+SimulatedLink SimulatedLink::reliable(LinkParameters parameters, std::uint64_t seed, std::uint64_t stream) {
+  parameters.loss = 0;
+  parameters.duplication = 0;
+  parameters.allows_reordering = false;
+  SimulatedLink link(std::move(parameters), seed, stream);
+  link.is_reliable_ = true;
+  return link;
+}
+
+void SimulatedLink::send(LocalTime now, std::span<const std::byte> packet) {
+  ++counters_.sent;
+  // A stream's sender is slowed down by its peer instead of losing bytes; that is outside of this model.
+  if (!is_reliable_ && in_flight_.size() >= parameters_.queue_limit) {
+    ++counters_.queue_full;
+    return;
+  }
+  LocalTime on_wire = now;
+  if (parameters_.rate_limit_bytes_per_s > 0) {
+    const double seconds = static_cast<double>(packet.size()) / parameters_.rate_limit_bytes_per_s;
+    line_free_ = std::max(line_free_, now) + from_seconds(seconds);
+    on_wire = line_free_;
+  }
+  // Drawn for every packet, so that changing the loss leaves the delays as they were; copies have draws of their own.
+  const Duration delay = draw_delay(delays_);
+  if (is_lost(on_wire)) {
+    ++counters_.lost;
+    return;
+  }
+  enqueue(on_wire + delay, packet);
+  if (parameters_.duplication > 0 && duplicate_random_.uniform() < parameters_.duplication) {
+    ++counters_.duplicated;
+    enqueue(on_wire + draw_delay(duplicate_delays_), packet);
+  }
+}
+
+std::optional<std::vector<std::byte>> SimulatedLink::receive(LocalTime now) {
+  if (in_flight_.empty() || in_flight_.front().due > now) return std::nullopt;
+  std::pop_heap(in_flight_.begin(), in_flight_.end(), ArrivesLater{});
+  std::vector<std::byte> bytes = std::move(in_flight_.back().bytes);
+  in_flight_.pop_back();
+  ++counters_.delivered;
+  return bytes;
+}
+
+std::size_t SimulatedLink::queued_bytes(LocalTime now) const {
+  if (line_free_ <= now) return 0;
+  return static_cast<std::size_t>(to_seconds(line_free_ - now) * parameters_.rate_limit_bytes_per_s);
+}
+
+std::optional<LocalTime> SimulatedLink::next_due() const {
+  if (in_flight_.empty()) return std::nullopt;
+  return in_flight_.front().due;
+}
+
+// Good and bad periods with exponential lengths (a two-state Markov chain in continuous time): the fraction
+// lost is bad / (bad + good), whatever the packet rate.
+bool SimulatedLink::is_lost(LocalTime now) {
+  if (parameters_.loss <= 0) return false;
+  const double bad_s = to_seconds(parameters_.mean_bad_period);
+  const double good_s = std::min(kLongestPeriod_s, bad_s * (1 - parameters_.loss) / parameters_.loss);
+  const auto draw = [&] {
+    return from_seconds(std::min(kLongestPeriod_s, loss_random_.exponential(in_bad_period_ ? bad_s : good_s)));
+  };
+  if (!has_period_) {
+    // An exponential period has no memory: the rest of one that is under way is distributed like a whole one.
+    has_period_ = true;
+    in_bad_period_ = loss_random_.uniform() < parameters_.loss;
+    period_end_ = now + draw();
+  }
+  while (period_end_ <= now) {
+    in_bad_period_ = !in_bad_period_;
+    period_end_ += draw();
+  }
+  return in_bad_period_;
+}
+
+Duration SimulatedLink::draw_delay(DelaySource& source) {
+  const double sigma_s = to_seconds(parameters_.jitter);
+  switch (parameters_.distribution) {
+    case JitterDistribution::kTrace: {
+      const Duration delay = parameters_.trace[source.trace_position];
+      source.trace_position = (source.trace_position + 1) % parameters_.trace.size();
+      return delay;
+    }
+    case JitterDistribution::kPareto: {
+      if (sigma_s <= 0) return parameters_.delay;
+      const double scale_s = sigma_s / kParetoUnitSigma;
+      const double excess = std::pow(1.0 - source.random.uniform(), -1.0 / kParetoShape) - 1.0;
+      return parameters_.delay + from_seconds(scale_s * excess);
+    }
+    case JitterDistribution::kNormal:
+      break;
+  }
+  if (sigma_s <= 0) return parameters_.delay;
+  return std::max(Duration(0), parameters_.delay + from_seconds(sigma_s * source.random.normal()));
+}
+
+void SimulatedLink::enqueue(LocalTime due, std::span<const std::byte> packet) {
+  if (!parameters_.allows_reordering) {
+    due = std::max(due, last_due_);
+    last_due_ = due;
+  }
+  in_flight_.push_back({due, next_order_++, {packet.begin(), packet.end()}});
+  std::push_heap(in_flight_.begin(), in_flight_.end(), ArrivesLater{});
+}
+
+}  // namespace tandem

@@ -1,0 +1,110 @@
+// A network link with simulated delay, jitter and loss: one direction, no clock and no socket of its own, so
+// the same class runs under virtual time in the lab and live inside the client.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "common/base/random.hpp"
+#include "common/base/time.hpp"
+
+namespace tandem {
+
+/// How the delay of a packet varies; σ is LinkParameters::jitter.
+///
+/// Model   kNormal  max(0, delay + σ·N(0,1)): a jitter that is not small beside the delay raises its mean
+///         kPareto  delay + scale·((1 − u)^(−1/3) − 1), u uniform: `delay` is the least, σ exact, mean σ/√3 above
+///                  the least, P(later by x) falls as x⁻³
+///         kTrace   the delays of a list, in turn
+enum class JitterDistribution { kNormal, kPareto, kTrace };
+
+/// The most loss that a link has: with more, the good periods would be shorter than a packet's spacing.
+inline constexpr double kLargestLoss = 0.95;
+
+/// One direction of a link.
+struct LinkParameters {
+  Duration delay{0};   ///< fixed part
+  Duration jitter{0};  ///< standard deviation of the variable part
+  JitterDistribution distribution = JitterDistribution::kNormal;
+  std::vector<Duration> trace;  ///< kTrace: delays used in turn instead of delay + jitter
+  /// False: a packet waits for those sent before it, so a late one holds up those behind it and they arrive in bursts.
+  bool allows_reordering = false;
+  double loss = 0.0;                              ///< overall fraction lost, 0 to kLargestLoss
+  Duration mean_bad_period{from_seconds(0.020)};  ///< loss comes in bad periods of this mean length; all in it is lost
+  double duplication = 0.0;                       ///< fraction delivered twice
+  double rate_limit_bytes_per_s = 0;              ///< 0: unlimited
+  std::size_t queue_limit = 4096;                 ///< packets in flight; more are dropped (tail drop)
+
+  /// True when datagrams are lost, doubled or reordered: a stream hides that, so it must not be asked of one.
+  bool spoils_datagrams() const { return loss > 0 || duplication > 0 || allows_reordering; }
+  /// The first bad field and what would do, e.g. "loss is 1.2; it must be 0 to 0.95"; empty when all is well.
+  std::string problem() const;
+};
+
+/// What happened to the packets so far.
+struct LinkCounters {
+  std::uint64_t sent = 0;
+  std::uint64_t delivered = 0;
+  std::uint64_t lost = 0;
+  std::uint64_t duplicated = 0;
+  std::uint64_t queue_full = 0;
+};
+
+/// Carries packets (or, when reliable, stream chunks) from send() to receive(). Times must not decrease.
+///
+/// A packet passes the queue limit, then the rate limit, then the loss. The same seed and stream give the same
+/// fate to the same packets; loss and duplication leave the draws of the packets' own delays as they are.
+/// Thread  one at a time
+class SimulatedLink {
+ public:
+  /// `stream` tells the links of one experiment apart.
+  /// Fails   std::invalid_argument with LinkParameters::problem()
+  SimulatedLink(LinkParameters parameters, std::uint64_t seed, std::uint64_t stream);
+  /// A link for a byte stream: same delay and rate, order kept, nothing lost, doubled or refused.
+  static SimulatedLink reliable(LinkParameters parameters, std::uint64_t seed, std::uint64_t stream);
+
+  void send(LocalTime now, std::span<const std::byte> packet);
+  /// The next packet due at `now`, in order of arrival; empty when none is due.
+  std::optional<std::vector<std::byte>> receive(LocalTime now);
+  /// Bytes that still wait for the rate limit to let them onto the line.
+  std::size_t queued_bytes(LocalTime now) const;
+  /// When the next packet is due, if any is in flight.
+  std::optional<LocalTime> next_due() const;
+  const LinkCounters& counters() const { return counters_; }
+
+ private:
+  struct InFlight {
+    LocalTime due;
+    std::uint64_t order;
+    std::vector<std::byte> bytes;
+  };
+  bool is_lost(LocalTime now);
+  /// Draws of delays, in an order of its own.
+  struct DelaySource {
+    Random random;
+    std::size_t trace_position = 0;
+  };
+  Duration draw_delay(DelaySource& source);
+  void enqueue(LocalTime due, std::span<const std::byte> packet);
+
+  LinkParameters parameters_;
+  bool is_reliable_ = false;
+  Random loss_random_;
+  DelaySource delays_;
+  Random duplicate_random_;
+  DelaySource duplicate_delays_;
+  bool in_bad_period_ = false;
+  LocalTime period_end_{};
+  bool has_period_ = false;
+  LocalTime last_due_{};
+  LocalTime line_free_{};
+  std::uint64_t next_order_ = 0;
+  std::vector<InFlight> in_flight_;  ///< heap by (due, order)
+  LinkCounters counters_;
+};
+
+}  // namespace tandem

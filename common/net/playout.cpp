@@ -1,0 +1,145 @@
+#include "common/net/playout.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tandem {
+namespace {
+
+constexpr Duration kSettling{std::chrono::milliseconds(500)};
+constexpr Duration kClockJump{std::chrono::milliseconds(200)};
+/// A gap counts with at most this length, so that a long silence does not fill the window.
+constexpr Duration kLongestGap{std::chrono::milliseconds(100)};
+
+std::uint32_t microseconds(Duration duration) {
+  return static_cast<std::uint32_t>(duration / std::chrono::microseconds(1));
+}
+
+/// Cubic Hermite: positions and velocities at both ends, u from 0 to 1 over `gap_s`.
+Vec3 hermite(const Vec3& p0, const Vec3& v0, const Vec3& p1, const Vec3& v1, double u, double gap_s) {
+  const double u2 = u * u, u3 = u2 * u;
+  return (2 * u3 - 3 * u2 + 1) * p0 + (u3 - 2 * u2 + u) * gap_s * v0 + (3 * u2 - 2 * u3) * p1 + (u3 - u2) * gap_s * v1;
+}
+
+/// After the last news: the twist fades linearly, so the way is that of an even braking.
+RigidState run_out(const RigidState& last, Duration since) {
+  const double whole_s = to_seconds(RigidTrack::kRunOut);
+  const double t_s = std::min(to_seconds(since), whole_s);
+  const double left = 1 - t_s / whole_s;
+  const double way_s = t_s - t_s * t_s / (2 * whole_s);
+  return {integrate(last.X, last.V, way_s), {last.V.v * left, last.V.w * left}};
+}
+
+}  // namespace
+
+void PlayoutDelay::add(Duration sampled, Duration arrived) noexcept {
+  if (has_started_ && sampled <= last_sampled_) return;
+  if (!has_started_) {
+    has_started_ = true;
+    started_ = half_began_ = arrived;
+    last_sampled_ = sampled;
+  }
+  if (arrived - half_began_ >= settings_.window) {
+    newer_ = 1 - newer_;
+    halves_[newer_] = Half{};
+    half_began_ = arrived;
+  }
+  Half& half = halves_[newer_];
+  const Duration transit = arrived - sampled;
+  half.base = half.is_used ? std::min(half.base, transit) : transit;
+  half.is_used = true;
+  const Duration gap = std::clamp(sampled - last_sampled_, Duration{0}, kLongestGap);
+  const Duration waiting = std::max(Duration{0}, arrived - last_sampled_ - base());
+  const auto bin = std::min(static_cast<std::size_t>(waiting / kBin), kBins - 1);
+  half.weight_us[bin] += microseconds(gap);
+  half.sum_us += microseconds(gap);
+  last_sampled_ = sampled;
+}
+
+Duration PlayoutDelay::base() const noexcept {
+  const Half& newer = halves_[newer_];
+  const Half& older = halves_[1 - newer_];
+  return older.is_used ? std::min(newer.base, older.base) : newer.base;
+}
+
+Duration PlayoutDelay::target() const noexcept {
+  const std::uint64_t sum = halves_[0].sum_us + halves_[1].sum_us;
+  const auto enough = static_cast<std::uint64_t>(settings_.quantile * static_cast<double>(sum));
+  std::uint64_t reached = 0;
+  for (std::size_t bin = 0; bin < kBins; ++bin) {
+    reached += halves_[0].weight_us[bin] + halves_[1].weight_us[bin];
+    if (reached >= enough) return base() + std::min(settings_.longest, kBin * static_cast<int>(bin + 1));
+  }
+  return base() + settings_.longest;
+}
+
+Duration PlayoutDelay::play_at(Duration now) noexcept {
+  const Duration wanted = target();
+  const Duration off = wanted > offset_ ? wanted - offset_ : offset_ - wanted;
+  if (!has_played_ || now - started_ < kSettling || off > kClockJump) {
+    offset_ = wanted;
+  } else {
+    const auto most = std::chrono::duration_cast<Duration>((now - played_at_) * settings_.slew);
+    offset_ += std::clamp(wanted - offset_, -most, most);
+  }
+  has_played_ = true;
+  played_at_ = now;
+  return now - offset_;
+}
+
+Duration PlayoutDelay::delay() const noexcept {
+  return has_played_ ? std::max(Duration{0}, offset_ - base()) : Duration{0};
+}
+
+void RigidTrack::add(Duration sampled, const RigidState& state, std::uint64_t tag) noexcept {
+  if (count_ > 0 && sampled <= newest_time()) return;
+  if (count_ == kSamples) {
+    first_ = (first_ + 1) % kSamples;
+    --count_;
+  }
+  samples_[(first_ + count_) % kSamples] = {sampled, state, tag};
+  ++count_;
+}
+
+std::size_t RigidTrack::after(Duration time) const noexcept {
+  std::size_t low = 0, high = count_;
+  while (low < high) {
+    const std::size_t middle = (low + high) / 2;
+    if (sample(middle).time > time) {
+      high = middle;
+    } else {
+      low = middle + 1;
+    }
+  }
+  return low;
+}
+
+RigidState RigidTrack::at(Duration time) const noexcept {
+  if (count_ == 0) return {};
+  const std::size_t next = after(time);
+  if (next == count_) return run_out(newest(), time - newest_time());
+  if (next == 0) return sample(0).state;
+  const Sample& a = sample(next - 1);
+  const Sample& b = sample(next);
+  const double gap_s = to_seconds(b.time - a.time);
+  const double u = to_seconds(time - a.time) / gap_s;
+  RigidState state;
+  state.X.p = hermite(a.state.X.p, a.state.V.v, b.state.X.p, b.state.V.v, u, gap_s);
+  state.X.q = (quaternion_of(u * rotation_vector(b.state.X.q * a.state.X.q.conjugate())) * a.state.X.q).normalized();
+  state.V.v = (1 - u) * a.state.V.v + u * b.state.V.v;
+  state.V.w = (1 - u) * a.state.V.w + u * b.state.V.w;
+  return state;
+}
+
+std::uint64_t RigidTrack::tag_at(Duration time) const noexcept {
+  if (count_ == 0) return 0;
+  const std::size_t next = after(time);
+  if (next == count_) return sample(count_ - 1).tag;
+  if (next == 0) return sample(0).tag;
+  const Sample& a = sample(next - 1);
+  const Sample& b = sample(next);
+  const double u = to_seconds(time - a.time) / to_seconds(b.time - a.time);
+  return a.tag + static_cast<std::uint64_t>(std::llround(u * static_cast<double>(b.tag - a.tag)));
+}
+
+}  // namespace tandem

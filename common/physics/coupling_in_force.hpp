@@ -1,0 +1,40 @@
+// What joins hands and tools in a scene: the law, its coefficients, and what is in force for one tool.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "common/base/mass_properties.hpp"
+#include "common/haptics/coupling/adaptive.hpp"
+#include "common/haptics/coupling/coupling_law.hpp"
+
+namespace tandem {
+
+/// A scene's coupling as the world uses it.
+struct SceneCoupling {
+  std::string law;  ///< a name that make_coupling_law() knows
+  CouplingParameters parameters;
+  std::optional<AdaptiveFit> fit;  ///< of the law `adaptive` alone
+  ToolDynamics dynamics = ToolDynamics::kWithMass;
+};
+
+/// What a coupling moves: a tool, or the body that it holds.
+struct MovedMass {
+  double mass_kg = 0;
+  double inertia_kg_m2 = 0;  ///< mean principal
+  bool is_held_body = false;
+};
+
+/// In      mass  of the tool, or of the body that it holds
+inline MovedMass moved_mass(const MassProperties& mass, bool is_held_body) noexcept {
+  return {mass.mass_kg, mass.principal_inertia_kg_m2.mean(), is_held_body};
+}
+
+/// `base` as it is in force for a tool: by the fit for what it moves, and without damping where the tool has no mass,
+/// for that would hold it back from where spring and contact balance.
+CouplingParameters coupling_in_force(const SceneCoupling& coupling, const CouplingParameters& base,
+                                     const MovedMass& moved) noexcept;
+/// The law chooses this coefficient itself: nobody can set it.
+bool is_chosen_by_law(const SceneCoupling& coupling, double CouplingParameters::*coefficient) noexcept;
+
+}  // namespace tandem

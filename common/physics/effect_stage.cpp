@@ -1,0 +1,166 @@
+#include "common/physics/effect_stage.hpp"
+
+#include <algorithm>
+
+namespace tandem {
+namespace {
+
+/// Of m/h of the body that a fluid belongs to: what the fluid may have round a massless tool. Its push on the body
+/// comes a step late; up to this it still slows the body without turning it back.
+constexpr double kLateShare = 0.25;
+
+bool can_move(const TouchThing& thing) {
+  return thing.role == TouchThing::Role::kOurs || thing.role == TouchThing::Role::kGuest;
+}
+
+bool is_massless(const TouchThing& thing) {
+  return thing.dynamics == ToolDynamics::kMassless;
+}
+
+/// Largest sum of a row: not less than the largest eigenvalue of a symmetric matrix, and that itself for a free ball.
+double bound_of(const Eigen::Matrix3d& matrix) {
+  return matrix.cwiseAbs().rowwise().sum().maxCoeff();
+}
+
+/// How a thing gives way: to a force at a point, and to a torque.
+struct Mobility {
+  Eigen::Matrix3d linear = Eigen::Matrix3d::Zero();   ///< [1/kg]
+  Eigen::Matrix3d angular = Eigen::Matrix3d::Zero();  ///< [1/(kg m²)]
+};
+
+Mobility mobility_at(const TouchThing& thing, const Vec3& p_W) {
+  if (!can_move(thing)) return {};
+  const Vec3 r = p_W - thing.rigid->centre_W();
+  Eigen::Matrix3d cross;
+  cross << 0, -r.z(), r.y(), r.z(), 0, -r.x(), -r.y(), r.x(), 0;
+  const Eigen::Matrix3d inverse_inertia = thing.rigid->inertia_W().inverse();
+  const Eigen::Matrix3d linear = Eigen::Matrix3d::Identity() / thing.rigid->mass().mass_kg;
+  return {linear + cross.transpose() * inverse_inertia * cross, inverse_inertia};
+}
+
+/// A force f moves a massless tool by f/k within the step, as it would move a mass of k h².
+Mobility mobility_of(const CouplingTether& tether, double step_s) {
+  constexpr double kLeast = 1e-9;  // of no spring at all
+  const double squared = step_s * step_s;
+  return {Eigen::Matrix3d::Identity() / std::max(kLeast, tether.stiffness_n_per_m * squared),
+          Eigen::Matrix3d::Identity() / std::max(kLeast, tether.stiffness_n_m_per_rad * squared)};
+}
+
+/// Of the thing's point at `p_W`, from the velocity of its centre.
+Twist velocity_at(const Twist& V_WC, const TouchThing& thing, const Vec3& p_W) {
+  return {V_WC.v + V_WC.w.cross(p_W - thing.rigid->centre_W()), V_WC.w};
+}
+
+Wrench scaled(const Wrench& wrench, double factor) {
+  return {factor * wrench.f, factor * wrench.t};
+}
+
+}  // namespace
+
+struct EffectStage::Meeting {
+  const Owned& owned;
+  const EffectTool& tool;
+  Pose X_WO;
+  Twist V_WT;         ///< of the tool's origin
+  Twist V_WO;         ///< of the owner's point there
+  Mobility of_owner;  ///< there; none: it does not move
+};
+
+EffectStage::EffectStage(std::span<const SceneEffect> effects, std::size_t things, std::size_t tools)
+    : memories_(effects.size() * tools), flows_(effects.size() * tools), hands_(things), velocities_(things) {
+  for (const SceneEffect& effect : effects) effects_.push_back({Effect(effect.settings), effect.body});
+}
+
+void EffectStage::forget(std::size_t tool) noexcept {
+  const auto first = static_cast<std::ptrdiff_t>(tool * effects_.size());
+  std::fill_n(memories_.begin() + first, effects_.size(), EffectMemory{});
+  std::fill_n(flows_.begin() + first, effects_.size(), Flow{});
+}
+
+void EffectStage::apply(double time_s, double step_s, std::span<TouchThing> things, std::span<const EffectTool> tools,
+                        const TouchStage& touch) noexcept {
+  for (std::size_t i = 0; i < things.size(); ++i) {
+    velocities_[i] = can_move(things[i]) ? things[i].rigid->velocity_of_centre_W() : Twist{};
+    if (is_massless(things[i])) velocities_[i] = touch.contact(i).V_WC;
+  }
+  std::fill(hands_.begin(), hands_.end(), 0);
+  for (const EffectTool& tool : tools) ++hands_[tool.thing];
+  for (const EffectTool& tool : tools) {
+    for (std::size_t i = 0; i < effects_.size(); ++i) apply_one(time_s, step_s, i, things, tool, touch);
+  }
+}
+
+void EffectStage::apply_one(double time_s, double step_s, std::size_t effect, std::span<TouchThing> things,
+                            const EffectTool& tool, const TouchStage& touch) noexcept {
+  const Owned& owned = effects_[effect];
+  EffectMemory& memory = memories_[tool.tool * effects_.size() + effect];
+  Flow& flow = flows_[tool.tool * effects_.size() + effect];
+  if (owned.body == tool.thing) {
+    memory = EffectMemory{};
+    flow = Flow{};
+    return;
+  }
+  const Vec3& p_WT = tool.X_WT.p;
+  const bool has_no_mass = is_massless(things[tool.thing]);
+  Meeting meeting{owned, tool, {}, velocity_at(velocities_[tool.thing], things[tool.thing], p_WT), {}, {}};
+  TouchBetween between;
+  if (owned.body) {
+    const TouchThing& owner = things[*owned.body];
+    meeting.of_owner = mobility_at(owner, p_WT);
+    meeting.X_WO = owner.rigid->state().X;
+    if (can_move(owner)) meeting.V_WO = velocity_at(velocities_[*owned.body], owner, p_WT);
+    between = touch.between(tool.thing, *owned.body);
+  }
+  const Mobility own = has_no_mass ? mobility_of(tool.tether, step_s) : mobility_at(things[tool.thing], p_WT);
+  const Quat q_OW = meeting.X_WO.q.conjugate();
+  const EffectInput input{time_s,
+                          step_s,
+                          q_OW * (p_WT - meeting.X_WO.p),
+                          {q_OW * (meeting.V_WT.v - meeting.V_WO.v), q_OW * (meeting.V_WT.w - meeting.V_WO.w)},
+                          1 / bound_of(own.linear + meeting.of_owner.linear),
+                          1 / bound_of(own.angular + meeting.of_owner.angular),
+                          between.normal_force_n,
+                          q_OW * between.normal_W,
+                          has_no_mass};
+  if (has_no_mass && owned.effect.is_viscous()) return flow_round(meeting, input, things, flow);
+  flow = Flow{};
+  const Wrench on_tool_O = owned.effect.wrench_on_tool_O(input, memory);
+  const Wrench on_tool_W =
+      scaled({meeting.X_WO.q * on_tool_O.f, meeting.X_WO.q * on_tool_O.t}, 1.0 / hands_[tool.thing]);
+  push(step_s, things[tool.thing], tool.thing, on_tool_W, p_WT);
+  if (owned.body) push(step_s, things[*owned.body], *owned.body, -on_tool_W, p_WT);
+}
+
+/// First the owner's share of what the fluid did in the last step, then what it is in this one.
+void EffectStage::flow_round(const Meeting& meeting, const EffectInput& input, std::span<TouchThing> things,
+                             Flow& flow) noexcept {
+  const EffectSettings& settings = meeting.owned.effect.settings();
+  if (meeting.owned.body) {
+    const Wrench on_owner_W{
+        clamped_to_length(flow.damping.n_s_per_m * (meeting.V_WT.v - flow.V_WT.v), settings.force_limit_n),
+        clamped_to_length(flow.damping.n_m_s_per_rad * (meeting.V_WT.w - flow.V_WT.w), settings.torque_limit_n_m)};
+    push(input.step_s, things[*meeting.owned.body], *meeting.owned.body, on_owner_W, meeting.tool.X_WT.p);
+  }
+  flow = {meeting.owned.effect.damping(input), meeting.V_WO};
+  const double linear = bound_of(meeting.of_owner.linear), angular = bound_of(meeting.of_owner.angular);
+  if (linear > 0) flow.damping.n_s_per_m = std::min(flow.damping.n_s_per_m, kLateShare / (linear * input.step_s));
+  if (angular > 0) {
+    flow.damping.n_m_s_per_rad = std::min(flow.damping.n_m_s_per_rad, kLateShare / (angular * input.step_s));
+  }
+  if (flow.damping.n_s_per_m <= 0 && flow.damping.n_m_s_per_rad <= 0) return;
+  things[meeting.tool.thing].drag.add(flow.damping, flow.V_WT, settings.force_limit_n, settings.torque_limit_n_m);
+}
+
+void EffectStage::push(double step_s, TouchThing& thing, std::size_t index, const Wrench& wrench_W,
+                       const Vec3& p_W) noexcept {
+  if (!can_move(thing)) return;
+  const Vec3 lever = p_W - thing.rigid->centre_W();
+  const Wrench about_centre_W{wrench_W.f, wrench_W.t + lever.cross(wrench_W.f)};
+  thing.wrench_W += about_centre_W;
+  if (thing.role == TouchThing::Role::kGuest) thing.rigid->apply_wrench(wrench_W, p_W);
+  if (is_massless(thing)) return;
+  velocities_[index].v += step_s / thing.rigid->mass().mass_kg * about_centre_W.f;
+  velocities_[index].w += step_s * thing.rigid->inertia_W().inverse() * about_centre_W.t;
+}
+
+}  // namespace tandem

@@ -1,0 +1,70 @@
+// The part of a step in which the scene's effects (common/physics/effects) act on the tools. Private to the world.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "common/physics/effects/effect.hpp"
+#include "common/physics/effects/scene_effect.hpp"
+#include "common/physics/touch_stage.hpp"
+
+namespace tandem {
+
+/// A tool that a hand moves.
+struct EffectTool {
+  std::size_t tool = 0;
+  std::size_t thing = 0;  ///< the tool itself, or the body that it holds
+  Pose X_WT;
+  CouplingTether tether;  ///< of a massless tool alone
+};
+
+/// Effects as wrenches from outside, on tools and, oppositely, on the bodies that the effects belong to.
+///
+/// One after the other, each seeing the velocities that those before it leave behind: dampers that overlap then slow
+/// a tool as one damper would, and never turn it back. Contact is that of the last step. A body's own effects
+/// do not act on a tool that holds it: what it does to itself is nothing. A body that several tools hold gets an equal
+/// share of what acts at each.
+///
+/// A massless tool gives way by its coupling, k h² instead of a mass; fluids are given to TouchStage to solve with
+/// (TouchDrag), for a wrench from the last step's velocity would be unstable from b = k h/2 on.
+///
+/// Third law: both wrenches have one line of action, through the tool's origin. What such a fluid does to the body that
+/// it belongs to comes a step later, when it is known.
+class EffectStage {
+ public:
+  EffectStage(std::span<const SceneEffect> effects, std::size_t things, std::size_t tools);
+
+  bool is_empty() const { return effects_.empty(); }
+  /// A new user, or none: what the effects remember of the tool is of somebody else.
+  void forget(std::size_t tool) noexcept;
+  /// Adds to `wrench_W` of things of ours and guests; guests are pushed where they are stepped as well. No allocation.
+  /// In      things  bodies first, in the order of the scene
+  void apply(double time_s, double step_s, std::span<TouchThing> things, std::span<const EffectTool> tools,
+             const TouchStage& touch) noexcept;
+
+ private:
+  struct Owned {
+    Effect effect;
+    std::optional<std::size_t> body;
+  };
+  /// What a fluid was to a massless tool in the last step.
+  struct Flow {
+    EffectDamping damping;
+    Twist V_WT;  ///< of the fluid, at the tool
+  };
+  /// One effect and one tool in this step.
+  struct Meeting;
+
+  void apply_one(double time_s, double step_s, std::size_t effect, std::span<TouchThing> things, const EffectTool& tool,
+                 const TouchStage& touch) noexcept;
+  void flow_round(const Meeting& meeting, const EffectInput& input, std::span<TouchThing> things, Flow& flow) noexcept;
+  void push(double step_s, TouchThing& thing, std::size_t index, const Wrench& wrench_W, const Vec3& p_W) noexcept;
+
+  std::vector<Owned> effects_;
+  std::vector<EffectMemory> memories_;  ///< of tool t and effect e: t · effects + e
+  std::vector<Flow> flows_;             ///< alike
+  std::vector<int> hands_;              ///< that pull at each thing
+  std::vector<Twist> velocities_;       ///< of the things' centres, as far as effects have changed them
+};
+
+}  // namespace tandem

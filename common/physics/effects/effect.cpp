@@ -1,0 +1,184 @@
+#include "common/physics/effects/effect.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+
+namespace tandem {
+namespace {
+
+constexpr double kTurn = 2 * std::numbers::pi;
+
+/// Of m/h²: what an effect that is a spring may have. The sampled spring with its damper gives out nothing up to 1;
+/// two such effects may meet.
+constexpr double kStiffestShare = 0.5;
+
+/// A tool seen from the effect's frame.
+struct Probe {
+  const EffectInput* input = nullptr;
+  Vec3 p_E;
+  Vec3 v_E;
+  Vec3 w_E;
+  Vec3 normal_E;
+  double strength = 0;
+  bool in_contact = false;
+
+  double stiffest_n_per_m() const { return kStiffestShare * input->mass_kg / (input->step_s * input->step_s); }
+  /// How far it will have got after this share of the step, as far as a force may look ahead.
+  Vec3 ahead_E(double share) const {
+    return input->is_massless ? Vec3(Vec3::Zero()) : Vec3(share * input->step_s * v_E);
+  }
+};
+
+/// 0 up to 0, 1 from 1 on, with level ends.
+double smooth_step(double x) {
+  const double t = std::clamp(x, 0.0, 1.0);
+  return t * t * (3 - 2 * t);
+}
+
+/// To the nearest point of a block of half edges `half`, centred on the origin.
+Vec3 off_block(const Vec3& p, const Vec3& half) {
+  return p - p.cwiseMax(-half).cwiseMin(half);
+}
+
+double outside_m(const Everywhere& /*region*/, const Vec3& /*p_E*/) {
+  return 0;
+}
+double outside_m(const BoxRegion& region, const Vec3& p_E) {
+  return off_block(p_E, region.size_m / 2).norm();
+}
+double outside_m(const SphereRegion& region, const Vec3& p_E) {
+  return std::max(0.0, p_E.norm() - region.radius_m);
+}
+
+/// No more than stops a free mass in the step: more would turn it back. Less than that is exact at constant speed.
+double bounded_damping(double damping, double step_s, double inertia) {
+  return std::min(damping, inertia / step_s);
+}
+
+Wrench wrench_of(const Viscosity& model, const Probe& probe, EffectMemory& /*memory*/) {
+  const EffectInput& input = *probe.input;
+  const double b = bounded_damping(probe.strength * model.damping_n_s_per_m, input.step_s, input.mass_kg);
+  const double c = bounded_damping(probe.strength * model.damping_n_m_s_per_rad, input.step_s, input.inertia_kg_m2);
+  return {-b * probe.v_E, -c * probe.w_E};
+}
+
+Wrench wrench_of(const ConstantField& model, const Probe& probe, EffectMemory& /*memory*/) {
+  return {probe.strength * model.force_n, Vec3::Zero()};
+}
+
+/// U = −U₀ (1 − s²)³, s = r/R, so f = k (1 − s²)² r with k = 6 U₀/R²; the peak is at s = 1/√5.
+Wrench wrench_of(const Magnet& model, const Probe& probe, EffectMemory& /*memory*/) {
+  constexpr double kPeak = 0.28621670111997307;  // 16/(25√5)
+  const Vec3 off = off_block(probe.p_E + probe.ahead_E(0.5), model.core_size_m / 2);
+  const double inside = 1 - (off / model.range_m).squaredNorm();
+  if (!(inside > 0)) return {};
+  const double k = std::min(model.peak_force_n / (kPeak * model.range_m), probe.stiffest_n_per_m());
+  return {-k * inside * inside * off, Vec3::Zero()};
+}
+
+Wrench wrench_of(const Vibration& model, const Probe& probe, EffectMemory& memory) {
+  const double since_s = probe.input->time_s - memory.inside_since_s;
+  const bool rings = model.decay_s > 0;
+  // What rings starts at zero when it is entered; what goes on is the same for every tool.
+  const double phase = kTurn * model.frequency_hz * (rings ? since_s : probe.input->time_s);
+  const double amplitude = model.amplitude_n * (rings ? std::exp(-since_s / model.decay_s) : 1);
+  return {probe.strength * amplitude * std::sin(phase) * model.direction.normalized(), Vec3::Zero()};
+}
+
+/// Force along one axis of N a sin(2π x/λ), the mean over the way that the tool is about to go: bumps that are passed
+/// faster than they can be sampled fade instead of giving another rhythm.
+double slope_force_n(double height_m, double period_m, double middle_m, double way_m, double normal_force_n,
+                     double stiffest) {
+  const double q = kTurn / period_m;
+  const double stiffness = normal_force_n * height_m * q * q;
+  const double half = 0.5 * q * way_m;
+  const double fading = std::abs(half) < 1e-6 ? 1 : std::sin(half) / half;
+  const double share = stiffness > stiffest ? stiffest / stiffness : 1;
+  return -share * normal_force_n * height_m * q * std::cos(q * middle_m) * fading;
+}
+
+Wrench wrench_of(const Texture& model, const Probe& probe, EffectMemory& /*memory*/) {
+  const Vec3 way_E = probe.input->step_s * probe.v_E;
+  const Vec3 middle_E = probe.p_E + probe.ahead_E(0.5);
+  const double pressed_n = probe.strength * probe.input->normal_force_n;
+  const double stiffest = probe.stiffest_n_per_m();
+  Vec3 f_E = Vec3::Zero();
+  f_E.x() = slope_force_n(model.height_m, model.period_x_m, middle_E.x(), way_E.x(), pressed_n, stiffest);
+  if (model.period_y_m > 0) {
+    f_E.y() = slope_force_n(model.height_m, model.period_y_m, middle_E.y(), way_E.y(), pressed_n, stiffest);
+  }
+  return {f_E - probe.normal_E * probe.normal_E.dot(f_E), Vec3::Zero()};
+}
+
+/// A spring from the anchor; the breakaway force, not the spring, fades with the strength: a spring that grew stiffer
+/// while stretched would give out energy.
+Wrench wrench_of(const StickSlip& model, const Probe& probe, EffectMemory& memory) {
+  const auto along_surface = [&probe](const Vec3& a) -> Vec3 {
+    return probe.in_contact ? Vec3(a - probe.normal_E * probe.normal_E.dot(a)) : a;
+  };
+  const double k = std::min(model.stiffness_n_per_m, probe.stiffest_n_per_m());
+  Vec3 stretch = along_surface(probe.p_E - memory.anchor_E);
+  // A tool may get heavier while it sticks: what is stored stays.
+  if (memory.stiffness_n_per_m > 0 && memory.stiffness_n_per_m < k) stretch *= std::sqrt(memory.stiffness_n_per_m / k);
+  const double holds_n = probe.strength * model.breakaway_force_n;
+  if (k * stretch.norm() > holds_n) stretch = clamped_to_length(stretch, probe.strength * model.slip_force_n / k);
+  memory.anchor_E = probe.p_E - stretch;
+  memory.stiffness_n_per_m = k;
+  const Vec3 ahead = stretch + along_surface(probe.ahead_E(1));
+  return {-clamped_to_length(k * ahead, holds_n), Vec3::Zero()};
+}
+
+bool is_usable(const EffectInput& input) {
+  const bool is_positive = input.step_s > 0 && input.mass_kg > 0 && input.inertia_kg_m2 > 0;
+  return is_positive && std::isfinite(input.time_s) && std::isfinite(input.step_s) && std::isfinite(input.mass_kg) &&
+         std::isfinite(input.inertia_kg_m2) && std::isfinite(input.normal_force_n) && is_finite(input.normal_O) &&
+         is_finite(input.p_OT) && is_finite(input.V_OT);
+}
+
+}  // namespace
+
+Effect::Effect(const EffectSettings& settings) : settings_(settings), X_EO_(settings.X_OE.inverse()) {
+  if (const auto problem = find_problem(settings)) {
+    throw std::invalid_argument("effect: " + problem->field + " is " + problem->value + "; it must be " +
+                                problem->demand);
+  }
+}
+
+double Effect::strength(const Vec3& p_E, double normal_force_n) const noexcept {
+  const double outside = std::visit([&p_E](const auto& region) { return outside_m(region, p_E); }, settings_.region);
+  const double in_region = smooth_step(1 - outside / settings_.fade_m);
+  return settings_.in_contact ? in_region * smooth_step(normal_force_n / settings_.full_contact_n) : in_region;
+}
+
+EffectDamping Effect::damping(const EffectInput& input) const noexcept {
+  const auto* fluid = std::get_if<Viscosity>(&settings_.model);
+  if (fluid == nullptr || !is_usable(input)) return {};
+  const double w = strength(X_EO_ * input.p_OT, input.normal_force_n);
+  return {w * fluid->damping_n_s_per_m, w * fluid->damping_n_m_s_per_rad};
+}
+
+Wrench Effect::wrench_on_tool_O(const EffectInput& input, EffectMemory& memory) const noexcept {
+  if (!is_usable(input)) {
+    memory = EffectMemory{};
+    return {};
+  }
+  const Quat& q_EO = X_EO_.q;
+  Probe probe{&input, X_EO_ * input.p_OT,  q_EO * input.V_OT.v, q_EO * input.V_OT.w, q_EO * input.normal_O,
+              0,      settings_.in_contact};
+  probe.strength = strength(probe.p_E, input.normal_force_n);
+  if (!(probe.strength > 0)) {
+    memory = EffectMemory{};
+    return {};
+  }
+  if (!memory.is_inside) memory = {true, input.time_s, probe.p_E, 0};
+  const Wrench wrench_E =
+      std::visit([&](const auto& model) { return wrench_of(model, probe, memory); }, settings_.model);
+  if (!is_finite(memory.anchor_E)) memory = EffectMemory{};
+  const Quat& q_OE = settings_.X_OE.q;
+  return {q_OE * clamped_to_length(wrench_E.f, settings_.force_limit_n),
+          q_OE * clamped_to_length(wrench_E.t, settings_.torque_limit_n_m)};
+}
+
+}  // namespace tandem

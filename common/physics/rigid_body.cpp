@@ -1,0 +1,75 @@
+#include "common/physics/rigid_body.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tandem {
+
+RigidBody::RigidBody(const MassProperties& mass, const BodyTraits& traits, double radius_m, const Pose& X_WB)
+    : mass_(mass), traits_(traits), radius_m_(radius_m), X_CB_(mass.X_BC.inverse()) {
+  set_state({X_WB, Twist{}});
+}
+
+RigidState RigidBody::state() const {
+  RigidState state;
+  state.X = X_WC_ * X_CB_;
+  state.V = {velocity_at_W(state.X.p), V_WC_.w};
+  return state;
+}
+
+void RigidBody::set_state(const RigidState& state) {
+  const Pose X_WC = state.X * mass_.X_BC;
+  set_centre(X_WC, {state.V.v + state.V.w.cross(X_WC.p - state.X.p), state.V.w});
+}
+
+void RigidBody::set_centre(const Pose& X_WC, const Twist& V_WC) {
+  X_WC_ = X_WC;
+  V_WC_ = V_WC;
+  applied_W_ = {};
+}
+
+Eigen::Matrix3d RigidBody::inertia_W() const {
+  const Eigen::Matrix3d R_WC = X_WC_.q.toRotationMatrix();
+  return R_WC * mass_.principal_inertia_kg_m2.asDiagonal() * R_WC.transpose();
+}
+
+Wrench RigidBody::weight_W(const Vec3& gravity_m_per_s2) const {
+  return {traits_.has_gravity ? Vec3(mass_.mass_kg * gravity_m_per_s2) : Vec3(Vec3::Zero()), Vec3::Zero()};
+}
+
+void RigidBody::advance(const Twist& V_WC, double step_s) {
+  set_centre(integrate(X_WC_, V_WC, step_s), V_WC);
+}
+
+void RigidBody::shift(const Pose& by_W, const Twist& dv) {
+  X_WC_ = {X_WC_.p + by_W.p, (by_W.q * X_WC_.q).normalized()};
+  V_WC_ = {V_WC_.v + dv.v, V_WC_.w + dv.w};
+}
+
+void RigidBody::apply_wrench(const Wrench& wrench_W, const Vec3& p_W) {
+  applied_W_ += {wrench_W.f, wrench_W.t + (p_W - X_WC_.p).cross(wrench_W.f)};
+}
+
+void RigidBody::damp(double step_s, double extra_per_s) {
+  V_WC_.v *= std::exp(-(traits_.linear_damping_per_s + extra_per_s) * step_s);
+  V_WC_.w *= std::exp(-(traits_.angular_damping_per_s + extra_per_s) * step_s);
+}
+
+bool RigidBody::limit_speed(double limit_m_per_s, double step_s) {
+  const double speed = V_WC_.v.norm();
+  const double turn = V_WC_.w.norm();
+  // Half a radian a step is as far as a step's rotation is sound.
+  const double turn_limit = std::min(limit_m_per_s / radius_m_, 0.5 / step_s);
+  if (speed > limit_m_per_s) V_WC_.v *= limit_m_per_s / speed;
+  if (turn > turn_limit) V_WC_.w *= turn_limit / turn;
+  return speed > limit_m_per_s || turn > turn_limit;
+}
+
+double RigidBody::mechanical_energy_j(const Vec3& gravity_m_per_s2) const {
+  const Vec3 w_C = X_WC_.q.conjugate() * V_WC_.w;
+  const double spin = w_C.cwiseAbs2().dot(mass_.principal_inertia_kg_m2);
+  const double height = traits_.has_gravity ? -mass_.mass_kg * gravity_m_per_s2.dot(X_WC_.p) : 0.0;
+  return 0.5 * mass_.mass_kg * V_WC_.v.squaredNorm() + 0.5 * spin + height;
+}
+
+}  // namespace tandem

@@ -1,0 +1,120 @@
+// One user's pull on the world: the coupling from handle to tool, and the account of the work it does.
+#pragma once
+
+#include <memory>
+#include <string_view>
+
+#include "common/contact/contact_solver.hpp"
+#include "common/haptics/coupling/coupling_ramp.hpp"
+#include "common/haptics/coupling/laws.hpp"
+
+namespace tandem {
+
+/// How stiffly a coupling ties the tool to the hand: force over displacement, as stretched now.
+struct CouplingTether {
+  double stiffness_n_per_m = 0;
+  double stiffness_n_m_per_rad = 0;
+};
+
+/// A share of what a law does; exact for every law, which its coefficients would not be.
+class ScaledLaw final : public CouplingLaw {
+ public:
+  explicit ScaledLaw(const CouplingLaw& law) noexcept : law_(&law) {}
+  void set_scale(double scale) noexcept { scale_ = scale; }
+
+  std::string_view name() const noexcept override { return law_->name(); }
+  /// Those are the law's own.
+  void set_parameters(const CouplingParameters& /*parameters*/) noexcept override {}
+  Wrench wrench_on_tool_W(const CouplingState& state) const noexcept override {
+    return law_->wrench_on_tool_W(state) * scale_;
+  }
+  CouplingGradient gradient(const CouplingState& state) const noexcept override;
+  ToolDynamics tool_dynamics() const noexcept override { return law_->tool_dynamics(); }
+
+ private:
+  const CouplingLaw* law_;
+  double scale_ = 1;
+};
+
+/// Per step: coupling() before the solver, settle() with what it found.
+///
+/// Model   work of a step = F_k · (x_{k+1} − x_k) + τ_k · θ_{k,k+1}, the mean wrench of the step about T; its
+///         positive and negative parts are summed apart, so that both sums only grow and loss of an update does no harm
+class ToolHand {
+ public:
+  /// In      law  a name that make_coupling_law() knows
+  ToolHand(std::string_view law, const CouplingParameters& coupling)
+      : law_(make_coupling_law(law, coupling)), scaled_(*law_), ramp_(coupling) {}
+
+  /// Moves there (CouplingRamp), with advance().
+  void set_coupling(const CouplingParameters& coupling) noexcept { ramp_.go_to(coupling); }
+  void advance(double step_s) noexcept;
+  /// A new user, with this coupling at once: no handle, empty account.
+  void reset(const CouplingParameters& coupling) noexcept;
+  void set_handle(const RigidState& handle) noexcept;
+  /// Pulls to where the tool is now, at rest, until the next handle.
+  void anchor_at(const Pose& X_WT) noexcept;
+  /// Pulls no more.
+  void let_go() noexcept;
+
+  /// From now on the coupling does this share of what its law says; 1 at first.
+  void set_strength(double strength) noexcept;
+  double strength() const { return strength_; }
+
+  bool has_handle() const { return source_ == Source::kHandle; }
+  bool pulls() const { return source_ != Source::kNone; }
+  /// What the law makes of a tool that holds nothing.
+  ToolDynamics dynamics() const { return law_->tool_dynamics(); }
+  /// In force now, at strength 1.
+  const CouplingParameters& parameters() const { return ramp_.now(); }
+  /// Where the tool is pulled to. Only while it pulls.
+  const Pose& target_pose() const { return target_.X; }
+
+  /// What the solver needs to know of the pull on `body`, the tool being at `X_WT` now. Only while it pulls.
+  SolverCoupling coupling(int body, const Pose& X_WT) const noexcept {
+    const CouplingLaw* law = strength_ < 1 ? &scaled_ : law_.get();
+    return {body, law, target_.X, target_.V, X_WT};
+  }
+  /// The tool being at `X_WT`. Only while it pulls.
+  CouplingTether tether(const Pose& X_WT) const noexcept;
+  /// What the law's elastic part holds of the stretch to a tool at `X_WT`: its force at rest, along the way there.
+  double stored_energy_j(const Pose& X_WT) const noexcept;
+  /// After a step in which the tool came from `X_WT_before` and the coupling did `on_tool_W`, about the tool's origin,
+  /// and beside it a joint `by_joint_W`, which is shown to the hand and accounted for too.
+  void settle(const Pose& X_WT_before, const RigidState& tool, const Wrench& on_tool_W,
+              const Wrench& by_joint_W = {}) noexcept;
+  /// And then, for each body that a copy of the user's pulls: from where to where it went, and what pulled it, about
+  /// its origin; `weight_work_j` is what that of its weight did which the copy bears.
+  void settle_copy(const Pose& X_WB_before, const Pose& X_WB, const Wrench& on_body_W, double weight_work_j) noexcept;
+  /// The last step's force or torque was at its limit: past half of the bend that saturation makes.
+  bool is_saturated() const noexcept;
+
+  /// Of the last step, about the handle (reaction_on_hand()). Zero without a handle.
+  Wrench wrench_on_hand_W() const noexcept { return wrench_on_hand_W_; }
+  double energy_into_world_j() const { return energy_into_world_j_; }
+  double energy_from_world_j() const { return energy_from_world_j_; }
+  /// Of both: what settle_copy() was told of, less than 0 when it was drawn from the world.
+  double copies_work_j() const { return copies_work_j_; }
+  /// In neither: what copies did that bear the weight of bodies here, by lifting it.
+  double weight_work_j() const { return weight_work_j_; }
+
+ private:
+  void add_work(double work_j) noexcept;
+
+  enum class Source { kNone, kHandle, kAnchor };
+
+  std::unique_ptr<CouplingLaw> law_;
+  ScaledLaw scaled_;
+  double strength_ = 1;
+  CouplingRamp ramp_;
+  Source source_ = Source::kNone;
+  RigidState target_;
+  Wrench wrench_on_tool_W_;
+  Wrench wrench_on_hand_W_;
+  double energy_into_world_j_ = 0;
+  double energy_from_world_j_ = 0;
+  double copies_work_j_ = 0;
+  double weight_work_j_ = 0;
+};
+
+}  // namespace tandem

@@ -1,0 +1,214 @@
+// What is there: the world as it is made from its description, looked up, put in its place, and read.
+#include "common/physics/world.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/physics/world_impl.hpp"
+
+namespace tandem {
+namespace {
+
+/// Of a thing that cannot be touched: what limits its turning.
+constexpr double kRadiusOfNone_m = 0.01;
+
+/// Of the ball about the centre of mass.
+double radius_m(const TouchModel& touch, const MassProperties& mass) {
+  return touch.can_be_touched() ? touch.radius_m + mass.X_BC.p.norm() : kRadiusOfNone_m;
+}
+
+RigidBody make_body(const BodyDescription& body) {
+  return {body.mass, body.traits, radius_m(body.touch, body.mass), body.X_WB};
+}
+
+RigidBody make_tool(const ToolDescription& tool) {
+  const BodyTraits traits{tool.friction, 0, 0, 0, false};
+  return {tool.mass, traits, radius_m(tool.touch, tool.mass), tool.X_WT};
+}
+
+TouchStage::Limits touch_limits(const WorldDescription& world) {
+  return {world.bodies.size() + world.tools.size(),
+          world.tools.size(),
+          2 * world.bodies.size() + (1 + kMostCopies) * world.tools.size(),
+          world.limits.contact_pairs,
+          {world.limits.contact_points},
+          world.limits.body_speed_m_per_s};
+}
+
+}  // namespace
+
+World::Impl::Impl(std::shared_ptr<const WorldDescription> world, std::unique_ptr<FreeBodies> free_bodies,
+                  std::unique_ptr<SoftBodies> soft_bodies)
+    : scene(std::move(world)),
+      coupling(scene->coupling.parameters),
+      field(*scene),
+      touch(touch_limits(*scene)),
+      soft(std::move(soft_bodies)),
+      effects(scene->effects, scene->bodies.size() + scene->tools.size(), scene->tools.size()),
+      free(std::move(free_bodies)) {
+  for (const BodyDescription& body : scene->bodies) {
+    bodies.push_back({make_body(body), &body});
+    if (body.anchor) bodies.back().anchor.set(*body.anchor, 1);
+  }
+  for (const ToolDescription& tool : scene->tools) {
+    tools.push_back({make_tool(tool), &tool, ToolHand(scene->coupling.law, coupling), false, {}, {}, {}});
+  }
+  things.resize(bodies.size() + tools.size());
+  pulls.reserve(tools.size());
+  pulling.reserve(tools.size());
+  ties.reserve(2 * bodies.size() + (1 + kMostCopies) * tools.size());
+  effect_tools.reserve(tools.size());
+  soft_tools.resize(things.size());
+  poses.resize(bodies.size());
+  wrenches.resize(bodies.size());
+  for (std::size_t i = 0; i < bodies.size(); ++i) free->add(i, bodies[i].rigid);
+}
+
+RigidState World::Impl::tool_state(const WorldTool& tool) const {
+  if (!tool.held) return tool.rigid.state();
+  const RigidBody& body = bodies[*tool.held].rigid;
+  const RigidState of_body = body.state();
+  const Pose X_WT = of_body.X * tool.X_BT;
+  return {X_WT, {body.velocity_at_W(X_WT.p), of_body.V.w}};
+}
+
+WorldBody* World::Impl::body_of(BodyId id) {
+  return id.is_valid() && id.value <= bodies.size() ? &bodies[id.value - 1] : nullptr;
+}
+
+std::size_t World::Impl::thing_of(const WorldTool& tool) const {
+  return tool.held ? *tool.held : bodies.size() + static_cast<std::size_t>(&tool - tools.data());
+}
+
+std::uint32_t World::Impl::holders_of(std::size_t body) const {
+  std::uint32_t holders = 0;
+  for (std::size_t i = 0; i < tools.size(); ++i) {
+    const auto is_copy = [body](const CopyJoin& copy) { return copy.body == body; };
+    const bool has_copy = std::any_of(tools[i].copies.begin(), tools[i].copies.end(), is_copy);
+    if (tools[i].held == body || has_copy) holders |= bit_of(i);
+  }
+  return holders;
+}
+
+/// Soft bodies list tools first.
+std::size_t World::Impl::soft_index_of(std::size_t thing) const {
+  return thing < bodies.size() ? tools.size() + thing : thing - bodies.size();
+}
+
+World::World(std::shared_ptr<const WorldDescription> description, std::unique_ptr<FreeBodies> free_bodies,
+             std::unique_ptr<SoftBodies> soft_bodies)
+    : impl_(std::make_unique<Impl>(std::move(description), std::move(free_bodies), std::move(soft_bodies))) {}
+World::~World() = default;
+
+void World::set_body(BodyId id, const RigidState& state) {
+  WorldBody* const body = impl_->body_of(id);
+  if (body != nullptr && !body->rigid.is_static() && is_finite(state)) body->rigid.set_state(state);
+}
+
+void World::set_tool(std::size_t index, const RigidState& state) {
+  WorldTool& tool = impl_->tools[index];
+  if (!tool.held && is_finite(state)) tool.rigid.set_state(state);
+}
+
+void World::shift_body(BodyId id, const Pose& by_W, const Twist& dv) {
+  WorldBody* const body = impl_->body_of(id);
+  if (body == nullptr || body->rigid.is_static()) return;
+  if (is_finite(by_W) && is_finite(dv)) body->rigid.shift(by_W, dv);
+}
+
+void World::shift_tool(std::size_t index, const Pose& by_W, const Twist& dv) {
+  WorldTool& tool = impl_->tools[index];
+  if (!tool.held && is_finite(by_W) && is_finite(dv)) tool.rigid.shift(by_W, dv);
+}
+
+bool World::is_adopted(BodyId id) const {
+  const WorldBody* const body = impl_->body_of(id);
+  return body != nullptr && !body->rigid.is_static() && !body->is_free();
+}
+
+void World::keep_adopted(BodyId id, double seconds) {
+  WorldBody* const body = impl_->body_of(id);
+  constexpr double kLongest_s = 3600;
+  if (body == nullptr || body->rigid.is_static() || !(seconds >= 0)) return;
+  const int steps = impl_->steps_in(std::min(seconds, kLongest_s));
+  impl_->change_owner(*body, [steps](WorldBody& changed) {
+    changed.kept = steps > 0 ? std::max(changed.kept, steps) : 0;
+    if (steps == 0) changed.adopted = 0;
+  });
+}
+
+void World::set_soft_contact(std::size_t tool, const SoftContact& contact) {
+  impl_->tools[tool].soft = contact;
+}
+
+TouchSummary World::touch(std::size_t index) const {
+  const std::size_t thing = impl_->thing_of(impl_->tools[index]);
+  const TouchContact& contact = impl_->touch.contact(thing);
+  TouchSummary summary{contact.pressing, contact.deepest_m, contact.wrench_W.f.norm(), 0};
+  const SoftContact& soft = soft_contact(index);
+  if (soft.trust_radius_m > 0) {
+    const WorldTool& tool = impl_->tools[index];
+    const Pose X_W = (tool.held ? impl_->bodies[*tool.held].rigid : tool.rigid).state().X;
+    summary.soft_force_n = soft_wrench(soft, X_W).f.norm();
+  }
+  return summary;
+}
+
+const SoftContact& World::soft_contact(std::size_t index) const noexcept {
+  const WorldTool& tool = impl_->tools[index];
+  return impl_->soft ? impl_->soft->contact(impl_->soft_index_of(impl_->thing_of(tool))) : tool.soft;
+}
+
+Vec3 World::pressing_normal_W(std::size_t index, BodyId id) const {
+  const WorldTool& tool = impl_->tools[index];
+  if (!tool.touches() || impl_->body_of(id) == nullptr) return Vec3::Zero();
+  return impl_->touch.between(impl_->thing_of(tool), id.value - 1).normal_W;
+}
+
+std::uint32_t World::hands_on(BodyId id) const {
+  const WorldBody* const body = impl_->body_of(id);
+  if (body == nullptr || body->rigid.is_static()) return 0;
+  return impl_->touch.contact(id.value - 1).hands | impl_->holders_of(id.value - 1);
+}
+
+ToolState World::tool(std::size_t index) const {
+  const WorldTool& tool = impl_->tools[index];
+  ToolState state;
+  state.tool = impl_->tool_state(tool);
+  state.wrench_on_hand_W = tool.hand.wrench_on_hand_W();
+  if (tool.hand.has_handle()) {
+    const Vec3 d_W = state.tool.X.p - tool.hand.target_pose().p;
+    state.pull_on_tool_W = reaction_on_hand(state.wrench_on_hand_W, d_W);
+  }
+  if (tool.held) state.held = body_id_at(*tool.held);
+  state.energy_into_world_j = tool.hand.energy_into_world_j();
+  state.energy_from_world_j = tool.hand.energy_from_world_j();
+  state.copies_work_j = tool.hand.copies_work_j();
+  state.weight_work_j = tool.hand.weight_work_j();
+  return state;
+}
+
+std::size_t World::body_count() const {
+  return impl_->bodies.size();
+}
+
+RigidState World::body(BodyId id) const {
+  if (!id.is_valid() || id.value > impl_->bodies.size()) return {};
+  return impl_->bodies[id.value - 1].rigid.state();
+}
+
+double World::field_energy_kj_per_mol() const {
+  return impl_->field.energy_kj_per_mol();
+}
+
+double World::field_energy_j() const {
+  return impl_->field.energy_j();
+}
+
+Wrench World::field_wrench_W(BodyId id) const {
+  const WorldBody* const body = impl_->body_of(id);
+  if (body == nullptr || body->molecule() == nullptr) return {};
+  return impl_->wrenches[id.value - 1];
+}
+
+}  // namespace tandem

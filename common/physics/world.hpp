@@ -1,0 +1,179 @@
+// A scene in motion: bodies, tools, contacts and fields, stepped at a fixed rate. The server has one a room, a client
+// one of what its user touches.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+
+#include "common/base/ids.hpp"
+#include "common/base/tick_faults.hpp"
+#include "common/physics/free_bodies.hpp"
+#include "common/physics/joints/joint.hpp"
+#include "common/physics/soft_bodies.hpp"
+#include "common/physics/world_description.hpp"
+
+namespace tandem {
+
+/// kBusy: the room's own, see Room.
+enum class GrabResult { kGrabbed, kUnknownBody, kNotGraspable, kOutOfReach, kAlreadyHolding, kBusy };
+
+/// One user's tool after a step.
+struct ToolState {
+  RigidState tool;
+  Wrench wrench_on_hand_W;  ///< of all that pulls the tool, coupling and joint, about the handle
+  Wrench pull_on_tool_W;    ///< the same from the tool's end, about its origin
+  BodyId held;
+  double energy_into_world_j = 0;  ///< Σ of positive work of coupling and joint on the world
+  double energy_from_world_j = 0;  ///< Σ of work drawn from the world, ≥ 0
+  double copies_work_j = 0;        ///< of both, what joints to the user's copies did on bodies (World::join_copies())
+  double weight_work_j = 0;        ///< of neither: what the copies did that bear a body's weight, by lifting it
+};
+
+/// What a tool touched in a step.
+struct TouchSummary {
+  std::uint32_t contacts = 0;  ///< points that pressed
+  double deepest_m = 0;
+  double force_n = 0;       ///< of all contacts together
+  double soft_force_n = 0;  ///< of soft bodies
+};
+
+/// A body as a client has it that steps it by itself.
+struct CopyTarget {
+  BodyId body;
+  RigidState state;
+  Vec3 p_BJ = Vec3::Zero();        ///< where the joint acts: where the user's tool is on the body
+  Vec3 pressing_B = Vec3::Zero();  ///< unit: along which the tool presses on it; zero: it holds it
+};
+/// That one user can have at a time.
+inline constexpr std::size_t kMostCopies = 4;
+
+/// A scene in motion.
+///
+/// Each tool is a rigid body without weight, pulled to its user's handle by the scene's coupling law; or, as the law
+/// has it, one without mass, that is where coupling and contact balance, or one that is where the handle is
+/// (ToolDynamics). While a tool holds a body the two move as one: the coupling acts on the body, at the tool's place on
+/// it, and the tool neither collides nor adds mass. Several tools may hold the same body. A tool that is inside the
+/// body that it releases passes through it until they have come apart.
+///
+/// Tools, held bodies, and what these touch are stepped by the implicit solver of common/contact (touch_stage.hpp),
+/// with coupling, joints, anchors, contact and friction in one solution: no tool is too light and no coupling or
+/// surface too stiff. FreeBodies steps the bodies that nobody touches. Soft bodies step at a rate of their own.
+///
+/// The same calls in the same order give the same bits on the same machine. Tools and bodies are named by their place
+/// in the description; a tool that is not there must not be asked for, a body may.
+///
+/// Thread  one at a time (the room's, or the client's haptic loop)
+class World {
+ public:
+  /// In      soft  null without soft bodies
+  World(std::shared_ptr<const WorldDescription> description, std::unique_ptr<FreeBodies> free_bodies,
+        std::unique_ptr<SoftBodies> soft_bodies);
+  ~World();
+  World(const World&) = delete;
+  World& operator=(const World&) = delete;
+
+  /// Brings a tool to life at its start pose, and the body that it holds from the start into its hand: moved to the
+  /// body's start pose, unless another tool holds it; then the tool appears at its place on the body.
+  void activate_tool(std::size_t tool);
+  /// Takes a tool out of the world; what it held is let go.
+  void deactivate_tool(std::size_t tool);
+  /// The newest known handle of a tool's user; couples until clear_handle().
+  void set_handle(std::size_t tool, const RigidState& handle);
+  /// No input, until the next set_handle(): a free tool floats, damped; a held body is held softly where it is.
+  void clear_handle(std::size_t tool);
+
+  /// `body` invalid: the nearest graspable body in reach.
+  GrabResult grab(std::size_t tool, BodyId body);
+  /// Takes the body at a place of the tool's on it, wherever the tool is: somebody else has decided. What the tool held
+  /// is let go. Ignored for a body that is not there or static, or a tool that is not active.
+  void hold(std::size_t tool, BodyId body, const Pose& X_BT);
+  /// Moves the tool's place on the body that it holds towards `X_BT`, by `most_m` at most, and as many of 50 mrad as
+  /// that has of 5 mm: where it took hold and where somebody else says it did are one place again, without a jerk.
+  void move_grip(std::size_t tool, const Pose& X_BT, double most_m);
+  void release(std::size_t tool);
+
+  /// Replaces the coupling's coefficients, by CouplingRamp from the next step on; what the law chooses itself for a
+  /// tool stays (coupling_in_force()). Ignored when one is negative or not finite.
+  void set_coupling(const CouplingParameters& parameters);
+
+  /// From now on this share, 0..1, of all that pulls for the tool's user acts: of the coupling, and of joints and of
+  /// what copies bear as they are joined next. A tool that is where its handle is (ToolDynamics::kAtHandle) is not held
+  /// back.
+  void limit_pull(std::size_t tool, double share);
+  /// From now on `share` of the joint pulls the tool, or the body that it holds at the tool's place, to `target`,
+  /// beside 1 − share of the coupling to its handle (scaled as a whole, so every law's force is exactly that share). 0:
+  /// the coupling alone. Both are in tool(). Ignored with a number that is not finite; a tool that is where its handle
+  /// is (ToolDynamics::kAtHandle) is not pulled.
+  /// In      share  0..1, clamped
+  void join_tool(std::size_t tool, const RigidState& target, const Joint& joint, double share);
+  /// What the tool touches came about elsewhere, on the copies that its user's client steps: `share` of a joint pulls
+  /// each of these bodies to its copy at p_BJ, and the coupling to the handle does 1 − share. With a share of 1 the
+  /// tool touches nothing here and is where the client has it, as seen from the first copy. Work and wrench of these
+  /// joints are the tool's. Ignored with a number that is not finite; copies of bodies that are static or not there are
+  /// left out. In force until the next call.
+  /// In      joints   one a copy
+  ///         weights  one a copy: the part of the body's weight, 0..1, that this copy bears, and the body with `share`
+  ///                  not; none: 0
+  void join_copies(std::size_t tool, const RigidState& tool_there, std::span<const CopyTarget> copies,
+                   std::span<const Joint> joints, double share, std::span<const double> weights = {});
+  /// From now on `share` of the joint pulls the body at `p_BJ` to where `target`, another state of it, has that point;
+  /// it then bears 1 − share · weight_there of its weight. The touch stage steps it while share > 0. Ignored with a
+  /// number that is not finite.
+  void join_body(BodyId body, const RigidState& target, const Vec3& p_BJ, const Joint& joint, double share,
+                 double weight_there = 1);
+
+  /// Puts a body, or a tool that holds nothing, where somebody else says it is. Not finite: ignored.
+  void set_body(BodyId body, const RigidState& state);
+  void set_tool(std::size_t tool, const RigidState& state);
+  /// Small corrections between steps, which no account of work sees: displaced by `by_W`, whose turn is about the
+  /// centre of mass (of a tool about that of the tool), and `dv` added to the centre's velocity. A tool that holds a
+  /// body is moved with the body alone.
+  void shift_body(BodyId body, const Pose& by_W, const Twist& dv);
+  void shift_tool(std::size_t tool, const Pose& by_W, const Twist& dv);
+  /// The touch stage steps the body: it is held, joined, or was touched not long ago.
+  bool is_adopted(BodyId body) const;
+  /// The touch stage steps the body for so long at least; 0: no longer than it is held, joined or touched.
+  void keep_adopted(BodyId body, double seconds);
+  /// What soft bodies do to the tool, or to what it holds, where this world has no soft bodies itself; until the next.
+  void set_soft_contact(std::size_t tool, const SoftContact& contact);
+
+  /// Advances by step_s. No throw; faults are bits.
+  TickFaults step() noexcept;
+
+  ToolState tool(std::size_t tool) const;
+  /// What the tool, or the body that it holds, touched in the last step.
+  TouchSummary touch(std::size_t tool) const;
+  /// What soft bodies do to the tool, or to what it holds, linearised; a trust radius of 0: nothing.
+  const SoftContact& soft_contact(std::size_t tool) const noexcept;
+  /// Mean normal of the contacts of a free tool with a body in the last step, unit, out of the body; zero: none.
+  Vec3 pressing_normal_W(std::size_t tool, BodyId body) const;
+  /// Bit i: tool i holds the body, or pressed on it in the last step, itself or through other things that move. 0 of a
+  /// static body.
+  std::uint32_t hands_on(BodyId body) const;
+  std::size_t body_count() const;
+  /// At rest at the origin for an id that the scene does not have.
+  RigidState body(BodyId id) const;
+  /// Of the whole scene; 0 without molecules.
+  double field_energy_kj_per_mol() const;
+  double field_energy_j() const;  ///< the same in the world's joules
+  /// Kinetic + gravitational energy of the moving bodies and tools, and that of the anchors [J], for tests and reports.
+  double mechanical_energy_j() const;
+  /// All that the world holds [J]: mechanical_energy_j(), what couplings and joints store, each as in force, and the
+  /// molecular field, unbounded. Contacts hold more, which is not counted.
+  /// In      without_hands  bit i: what pulls tool i, coupling and joints, is left out
+  double stored_energy_j(std::uint32_t without_hands = 0) const;
+  /// Of one body: kinetic, that of the part of its weight that it bears, and of its anchor [J]; not of joints and
+  /// field.
+  double energy_of_body_j(BodyId body) const;
+  /// Of a tool: kinetic where it has mass and holds nothing, and what its coupling stores [J]; not of joints.
+  double energy_of_tool_j(std::size_t tool) const;
+  /// Of the molecular field on a body in the last step, about the body's origin, bounded; zero without a molecule.
+  Wrench field_wrench_W(BodyId body) const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace tandem

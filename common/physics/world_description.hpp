@@ -1,0 +1,62 @@
+// Everything that a world is made from, as plain data: the server makes it from a scene file, a client from what it was
+// sent.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "common/base/mass_properties.hpp"
+#include "common/docking/molecule.hpp"
+#include "common/physics/coupling_in_force.hpp"
+#include "common/physics/effects/scene_effect.hpp"
+#include "common/physics/joints/joint.hpp"
+#include "common/physics/rigid_body.hpp"
+#include "common/physics/touch_model.hpp"
+
+namespace tandem {
+
+struct WorldLimits {
+  double body_speed_m_per_s = 10;       ///< faster bodies are slowed to this, and reported
+  double grab_reach_m = 0.02;           ///< a body farther than this is not grabbed
+  std::uint32_t contact_points = 2048;  ///< of a pair of shapes and step
+  std::size_t contact_pairs = 64;       ///< of shapes near each other at a time
+};
+
+struct BodyDescription {
+  TouchModel touch;
+  MassProperties mass;
+  BodyTraits traits;
+  Pose X_WB;                                 ///< start pose
+  bool is_graspable = false;                 ///< only of a body with a mass
+  std::shared_ptr<const Molecule> molecule;  ///< origin: its centre of mass; null: feels no molecular field
+  std::optional<Joint> anchor;               ///< to the start pose; only of a body with a mass
+};
+
+struct ToolDescription {
+  TouchModel touch;
+  MassProperties mass;
+  double friction = 0.5;
+  Pose X_WT;                              ///< start pose
+  std::optional<std::size_t> holds_body;  ///< from the start; index into bodies
+};
+
+struct MolecularFieldDescription {
+  MolecularScale scale;
+  double force_limit_n = 20;  ///< the force between two bodies is bounded smoothly by this
+};
+
+/// Immutable while a world runs.
+struct WorldDescription {
+  Vec3 gravity_m_per_s2{0, 0, -9.81};
+  double step_s = 1e-3;
+  WorldLimits limits;
+  std::vector<BodyDescription> bodies;  ///< body_id_at(i) is bodies[i]
+  std::vector<ToolDescription> tools;
+  SceneCoupling coupling;
+  MolecularFieldDescription field;
+  std::vector<SceneEffect> effects;
+};
+
+}  // namespace tandem

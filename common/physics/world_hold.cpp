@@ -1,0 +1,161 @@
+// What hands do in the world: tools that come and go, their handles and couplings, and the bodies that they hold.
+#include <algorithm>
+#include <limits>
+
+#include "common/haptics/coupling/coupling_ranges.hpp"
+#include "common/physics/world_impl.hpp"
+
+namespace tandem {
+namespace {
+
+/// A tool let go this deep in a body, or less, was pressing on it and goes on doing so; deeper, it was inside.
+constexpr double kPressedDepth_m = 2e-4;
+
+}  // namespace
+
+void World::Impl::attach(WorldTool& tool, std::size_t index, const Pose& X_BT) {
+  change_owner(bodies[index], [](WorldBody& body) { ++body.hands; });
+  tool.soft = {};
+  tool.passes_through.reset();
+  tool.held = index;
+  tool.X_BT = X_BT;
+  tool.hand.set_coupling(coupling_of(tool));
+}
+
+void World::Impl::detach(WorldTool& tool) {
+  tool.rigid.set_state(tool_state(tool));
+  tool.soft = {};
+  WorldBody& body = bodies[*tool.held];
+  // It is free again when no tool has touched it for a while (adopt()).
+  --body.hands;
+  body.adopted = adoption_steps();
+  const Pose X_WT = tool.rigid.state().X, X_WB = body.rigid.state().X;
+  if (overlaps(tool.description->touch, X_WT, body.description->touch, X_WB, kPressedDepth_m))
+    tool.passes_through = tool.held;
+  tool.held.reset();
+  tool.hand.set_coupling(coupling_of(tool));
+}
+
+CouplingParameters World::Impl::coupling_of(const WorldTool& tool) const {
+  const RigidBody& moved = tool.held ? bodies[*tool.held].rigid : tool.rigid;
+  return coupling_in_force(scene->coupling, coupling, moved_mass(moved.mass(), tool.held.has_value()));
+}
+
+/// To the body's surface; of a molecule, from the tool's origin to the nearest atom.
+double World::Impl::distance_m(const WorldTool& tool, std::size_t index, double limit_m) const {
+  const WorldBody& body = bodies[index];
+  const Pose X_WT = tool.rigid.state().X;
+  const Pose X_WB = body.rigid.state().X;
+  if (body.molecule() == nullptr) {
+    return tandem::distance_m(tool.description->touch, X_WT, body.description->touch, X_WB, limit_m);
+  }
+  const double scale = scene->field.scale.metres_per_angstrom;
+  const Vec3 tool_B = X_WB.inverse() * X_WT.p;
+  double nearest = std::numeric_limits<double>::infinity();
+  for (const Vec3& atom : body.molecule()->positions_angstrom) {
+    nearest = std::min(nearest, (scale * atom - tool_B).norm());
+  }
+  return nearest;
+}
+
+void World::activate_tool(std::size_t index) {
+  WorldTool& tool = impl_->tools[index];
+  if (tool.is_active) return;
+  tool.is_active = true;
+  tool.rigid.set_state(tool.start());
+  const std::optional<std::size_t> held = impl_->scene->tools[index].holds_body;
+  if (!held) return tool.hand.reset(impl_->coupling_of(tool));
+  WorldBody& body = impl_->bodies[*held];
+  if (body.hands == 0) body.rigid.set_state(body.start());
+  impl_->attach(tool, *held, body.start().X.inverse() * tool.start().X);
+  tool.hand.reset(impl_->coupling_of(tool));
+  tool.hand.anchor_at(impl_->tool_state(tool).X);
+}
+
+void World::deactivate_tool(std::size_t index) {
+  WorldTool& tool = impl_->tools[index];
+  if (!tool.is_active) return;
+  release(index);
+  tool.passes_through.reset();
+  tool.hand.let_go();
+  tool.join = {};
+  impl_->forget_copies(tool);
+  tool.pull_share = 1;
+  tool.tune_coupling();
+  tool.soft = {};
+  impl_->effects.forget(index);
+  tool.is_active = false;
+}
+
+void World::set_handle(std::size_t tool, const RigidState& handle) {
+  if (is_finite(handle.X) && is_finite(handle.V)) impl_->tools[tool].hand.set_handle(handle);
+}
+
+void World::clear_handle(std::size_t index) {
+  WorldTool& tool = impl_->tools[index];
+  if (!tool.hand.has_handle()) return;
+  if (tool.held) {
+    tool.hand.anchor_at(impl_->tool_state(tool).X);
+  } else {
+    tool.hand.let_go();
+  }
+}
+
+GrabResult World::grab(std::size_t index, BodyId id) {
+  WorldTool& tool = impl_->tools[index];
+  if (tool.held) return GrabResult::kAlreadyHolding;
+  if (!tool.is_active) return GrabResult::kOutOfReach;
+  if (id.value > impl_->bodies.size()) return GrabResult::kUnknownBody;
+  if (id.is_valid() && !impl_->bodies[id.value - 1].description->is_graspable) return GrabResult::kNotGraspable;
+
+  double nearest_m = impl_->scene->limits.grab_reach_m;
+  std::optional<std::size_t> nearest;
+  for (std::size_t i = 0; i < impl_->bodies.size(); ++i) {
+    if (!impl_->bodies[i].description->is_graspable || (id.is_valid() && i + 1 != id.value)) continue;
+    const double distance = impl_->distance_m(tool, i, nearest_m);
+    // Of equally near ones the first: the order of the scene decides, not that of memory.
+    if (distance < nearest_m || (distance == nearest_m && !nearest)) {
+      nearest_m = distance;
+      nearest = i;
+    }
+  }
+  if (!nearest) return GrabResult::kOutOfReach;
+  const Pose X_WT = tool.rigid.state().X;
+  impl_->attach(tool, *nearest, impl_->bodies[*nearest].rigid.state().X.inverse() * X_WT);
+  if (!tool.hand.has_handle()) tool.hand.anchor_at(X_WT);
+  return GrabResult::kGrabbed;
+}
+
+void World::hold(std::size_t index, BodyId id, const Pose& X_BT) {
+  WorldTool& tool = impl_->tools[index];
+  const WorldBody* const body = impl_->body_of(id);
+  if (!tool.is_active || body == nullptr || body->rigid.is_static() || !is_finite(X_BT)) return;
+  release(index);
+  impl_->attach(tool, id.value - 1, X_BT);
+  if (!tool.hand.has_handle()) tool.hand.anchor_at(impl_->tool_state(tool).X);
+}
+
+void World::move_grip(std::size_t index, const Pose& X_BT, double most_m) {
+  constexpr double kTurnOfWay_rad_per_m = 10;
+  WorldTool& tool = impl_->tools[index];
+  if (!tool.held || !is_finite(X_BT)) return;
+  const Vec3 turn = rotation_vector(X_BT.q * tool.X_BT.q.conjugate());
+  tool.X_BT.p += clamped_to_length(X_BT.p - tool.X_BT.p, most_m);
+  tool.X_BT.q = (quaternion_of(clamped_to_length(turn, most_m * kTurnOfWay_rad_per_m)) * tool.X_BT.q).normalized();
+}
+
+void World::release(std::size_t index) {
+  WorldTool& tool = impl_->tools[index];
+  if (!tool.held) return;
+  impl_->detach(tool);
+  if (!tool.hand.has_handle()) tool.hand.let_go();
+}
+
+void World::set_coupling(const CouplingParameters& parameters) {
+  // Asked every tick: what is in force for each tool costs more to find than to keep.
+  if (parameters == impl_->coupling || !is_usable(parameters)) return;
+  impl_->coupling = parameters;
+  for (WorldTool& tool : impl_->tools) tool.hand.set_coupling(impl_->coupling_of(tool));
+}
+
+}  // namespace tandem

@@ -1,0 +1,192 @@
+// What the world is made of inside: its bodies and tools, what holds and joins them, and what one step works with.
+// Private to the world: world.cpp has what is there and how it is read, world_hold.cpp what hands do, world_joins.cpp
+// what pulls things to somewhere else, world_step.cpp the step, world_energy.cpp the accounts.
+#pragma once
+
+#include <boost/container/static_vector.hpp>
+#include <cmath>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "common/physics/effect_stage.hpp"
+#include "common/physics/molecular_forces.hpp"
+#include "common/physics/tool_hand.hpp"
+#include "common/physics/touch_stage.hpp"
+#include "common/physics/world.hpp"
+
+namespace tandem {
+
+/// What joins a thing to somewhere else in this step and the next ones.
+struct Join {
+  JointLaw law;
+  RigidState target;         ///< of the frame that is joined
+  Vec3 p_BJ = Vec3::Zero();  ///< of a body's: where that is
+  double share = 0;
+  double weight_there = 0;  ///< part of a body's weight that the target bears
+
+  bool is_there() const { return share > 0; }
+};
+
+/// The same of a body, by a user who has a copy of it.
+struct CopyJoin {
+  std::size_t body = 0;
+  JointLaw law;
+  RigidState target;         ///< of the body
+  Vec3 p_BJ = Vec3::Zero();  ///< where it is joined
+  double weight_there = 0;   ///< part of the body's weight that the copy bears
+  std::size_t tie = 0;       ///< its place among this step's ties
+};
+
+struct WorldBody {
+  RigidBody rigid;
+  const BodyDescription* description = nullptr;
+  JointLaw anchor = {};  ///< as the description says
+  Join join = {};
+  int hands = 0;    ///< tools that hold it
+  int copies = 0;   ///< users whose copies pull it
+  int adopted = 0;  ///< steps that the touch stage still steps it for, after something led has touched it
+  int kept = 0;     ///< the same, because somebody asked
+
+  /// It stays the touch stage's, and what it touches becomes that too.
+  bool is_led() const { return hands > 0 || copies > 0 || kept > 0 || join.is_there(); }
+  bool is_free() const { return !is_led() && adopted == 0; }
+  bool has_anchor() const { return description->anchor.has_value() && !rigid.is_static(); }
+  const Molecule* molecule() const { return description->molecule.get(); }
+  RigidState start() const { return {description->X_WB, Twist{}}; }
+};
+
+struct WorldTool {
+  RigidBody rigid;
+  const ToolDescription* description = nullptr;
+  ToolHand hand;
+  bool is_active = false;
+  std::optional<std::size_t> held;            ///< index of a body
+  Pose X_BT;                                  ///< its place on the held body
+  std::optional<std::size_t> passes_through;  ///< body that was released with the tool inside
+  Join join = {};
+  boost::container::static_vector<CopyJoin, kMostCopies> copies = {};
+  RigidState tool_there = {};  ///< with copies: the client's tool, which they were touched with
+  double copies_share = 0;
+  double pull_share = 1;                 ///< World::limit_pull()
+  SoftContact soft = {};                 ///< told from outside
+  std::optional<std::size_t> pull = {};  ///< its place among this step's pulls
+  std::optional<std::size_t> tie = {};   ///< and among the ties
+
+  bool is_free() const { return is_active && !held; }
+  /// Its user acts by copies alone.
+  bool is_away() const { return copies_share >= 1; }
+  bool touches() const { return is_free() && !is_away(); }
+  /// By a hand, or by what holds its place.
+  bool is_pulled() const { return hand.pulls() || join.is_there(); }
+  bool has_mass() const { return hand.dynamics() == ToolDynamics::kWithMass; }
+  RigidState start() const { return {description->X_WT, Twist{}}; }
+  /// Of the coupling, what joints leave of it.
+  void tune_coupling() { hand.set_strength(pull_share * (1 - std::max(join.share, copies_share))); }
+};
+
+/// The frame at `p_BJ` on a body, with the body's axes.
+inline RigidState joined_frame(const RigidState& body, const Vec3& p_BJ) {
+  const Vec3 lever = body.X.q * p_BJ;
+  return {{body.X.p + lever, body.X.q}, {body.V.v + body.V.w.cross(lever), body.V.w}};
+}
+inline Pose joined_pose(const Pose& X_WB, const Vec3& p_BJ) {
+  return {X_WB * p_BJ, X_WB.q};
+}
+
+inline bool is_finite(const RigidState& state) {
+  return is_finite(state.X) && is_finite(state.V);
+}
+
+/// A body that tools touch belongs to the touch stage, and for so long after: taps and slides do not change its owner
+/// at every bounce.
+inline constexpr double kAdoption_s = 0.25;
+
+/// Of tool i in a set of hands; there are at most as many tools as users.
+inline std::uint32_t bit_of(std::size_t tool) {
+  return tool < 32 ? std::uint32_t{1} << tool : 0;
+}
+
+// Order of members: those that refer to bodies are destroyed before them.
+struct World::Impl {
+  Impl(std::shared_ptr<const WorldDescription> world, std::unique_ptr<FreeBodies> free_bodies,
+       std::unique_ptr<SoftBodies> soft_bodies);
+
+  double step_s() const { return scene->step_s; }
+  int steps_in(double seconds) const { return static_cast<int>(std::ceil(seconds / step_s())); }
+  int adoption_steps() const { return steps_in(kAdoption_s); }
+
+  // What is there.
+  WorldBody* body_of(BodyId id);
+  RigidState tool_state(const WorldTool& tool) const;
+  std::size_t thing_of(const WorldTool& tool) const;
+  std::size_t soft_index_of(std::size_t thing) const;
+  std::uint32_t holders_of(std::size_t body) const;
+  /// Calls `change` on the body, whose owner may be another one then.
+  template <class Change>
+  void change_owner(WorldBody& body, const Change& change);
+
+  // What hands do.
+  void attach(WorldTool& tool, std::size_t body, const Pose& X_BT);
+  void detach(WorldTool& tool);
+  double distance_m(const WorldTool& tool, std::size_t body, double limit_m) const;
+  CouplingParameters coupling_of(const WorldTool& tool) const;
+
+  // What pulls things to somewhere else.
+  void forget_copies(WorldTool& tool) noexcept;
+  double weight_borne(std::size_t body) const;
+
+  // The step, in this order.
+  TickFaults apply_field() noexcept;
+  void damp_and_ramp() noexcept;
+  TickFaults step_touch() noexcept;
+  void describe_things() noexcept;
+  void place_away(WorldTool& tool) noexcept;
+  void add_soft_wrenches() noexcept;
+  void describe_ties() noexcept;
+  void describe_pulls() noexcept;
+  void add_effects() noexcept;
+  void anchor_free_bodies() noexcept;
+  TickFaults guard_all() noexcept;
+  TickFaults guard(std::size_t body) noexcept;
+  TickFaults limit_speed(RigidBody& rigid) noexcept;
+  void adopt() noexcept;
+  TickFaults settle_hands() noexcept;
+  TickFaults step_soft() noexcept;
+  void end_passing_through(WorldTool& tool) noexcept;
+
+  // The accounts.
+  double coupling_energy_j(std::uint32_t without_hands) const;
+
+  std::shared_ptr<const WorldDescription> scene;
+  CouplingParameters coupling;
+  std::vector<WorldBody> bodies;
+  std::vector<WorldTool> tools;
+  MolecularForces field;
+  std::vector<Pose> poses;         ///< scratch of apply_field()
+  std::vector<Wrench> wrenches;    ///< likewise
+  std::vector<TouchThing> things;  ///< bodies, then tools
+  std::vector<TouchPull> pulls;
+  std::vector<std::size_t> pulling;  ///< tool of pulls[i]
+  std::vector<TouchTie> ties;        ///< anchors and joints
+  std::vector<SoftTool> soft_tools;  ///< tools, then bodies
+  TouchStage touch;
+  std::unique_ptr<SoftBodies> soft;  ///< null without soft bodies
+  EffectStage effects;
+  std::vector<EffectTool> effect_tools;  ///< scratch of add_effects()
+  std::uint64_t steps_done = 0;
+  std::unique_ptr<FreeBodies> free;
+};
+
+template <class Change>
+void World::Impl::change_owner(WorldBody& body, const Change& change) {
+  const auto index = static_cast<std::size_t>(&body - bodies.data());
+  const bool was_free = body.is_free();
+  change(body);
+  if (was_free && !body.is_free()) free->remove(index);
+  if (!was_free && body.is_free()) free->add(index, body.rigid);
+}
+
+}  // namespace tandem

@@ -1,0 +1,275 @@
+// One step of the world: what is there is described to the touch stage and the engines, and what they found is taken.
+#include <algorithm>
+
+#include "common/physics/joints/anchor.hpp"
+#include "common/physics/world_impl.hpp"
+
+namespace tandem {
+namespace {
+
+/// How fast a tool without a handle comes to rest. Ours: gone in a quarter of a second, without a jerk.
+constexpr double kIdleDamping_per_s = 20;
+
+}  // namespace
+
+TickFaults World::Impl::apply_field() noexcept {
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    if (bodies[i].molecule() == nullptr) continue;
+    poses[i] = bodies[i].rigid.state().X;
+    wrenches[i] = Wrench{};
+  }
+  const bool is_limited = field.add_wrenches(poses, wrenches);
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    // Held ones feel it in the touch stage (describe_things()).
+    if (bodies[i].molecule() != nullptr && bodies[i].is_free()) {
+      bodies[i].rigid.apply_wrench(wrenches[i], poses[i].p);
+    }
+  }
+  return is_limited ? TickFaults{kFaultFieldLimited} : 0;
+}
+
+void World::Impl::damp_and_ramp() noexcept {
+  for (WorldBody& body : bodies) {
+    if (!body.rigid.is_static()) body.rigid.damp(step_s(), 0);
+  }
+  for (WorldTool& tool : tools) {
+    tool.hand.advance(step_s());
+    if (tool.is_free() && !tool.is_pulled()) tool.rigid.damp(step_s(), kIdleDamping_per_s);
+  }
+}
+
+/// Guests' weight and field are told as well, so that the stage foresees how they move.
+void World::Impl::describe_things() noexcept {
+  using Role = TouchThing::Role;
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    WorldBody& body = bodies[i];
+    TouchThing& thing = things[i];
+    thing = {&body.rigid, &body.description->touch, Role::kStatic, body.is_led(), holders_of(i)};
+    if (body.rigid.is_static()) continue;
+    thing.role = body.is_free() ? Role::kGuest : Role::kOurs;
+    thing.wrench_W = body.rigid.weight_W(scene->gravity_m_per_s2) * weight_borne(i);
+    if (body.molecule() == nullptr) continue;
+    const Vec3 lever = poses[i].p - body.rigid.centre_W();
+    thing.wrench_W += {wrenches[i].f, wrenches[i].t + lever.cross(wrenches[i].f)};
+  }
+  for (std::size_t i = 0; i < tools.size(); ++i) {
+    WorldTool& tool = tools[i];
+    place_away(tool);
+    const Role role = tool.touches() ? Role::kOurs : Role::kAbsent;
+    things[bodies.size() + i] = {&tool.rigid, &tool.description->touch, role, true,
+                                 bit_of(i),   tool.hand.dynamics(),     {},   tool.passes_through};
+    // A body keeps its mass in a massless tool, but not its freedom in one that is at the handle.
+    if (tool.held && tool.hand.dynamics() == ToolDynamics::kAtHandle)
+      things[*tool.held].dynamics = tool.hand.dynamics();
+  }
+}
+
+void World::Impl::describe_ties() noexcept {
+  ties.clear();
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    const WorldBody& body = bodies[i];
+    if (body.has_anchor()) ties.push_back({i, &body.anchor, body.start(), body.rigid.state().X});
+    if (!body.join.is_there()) continue;
+    ties.push_back({i, &body.join.law, body.join.target, joined_pose(body.rigid.state().X, body.join.p_BJ)});
+  }
+  for (WorldTool& tool : tools) {
+    for (CopyJoin& copy : tool.copies) {
+      copy.tie = ties.size();
+      const Pose X_WJ = joined_pose(bodies[copy.body].rigid.state().X, copy.p_BJ);
+      ties.push_back({copy.body, &copy.law, joined_frame(copy.target, copy.p_BJ), X_WJ});
+    }
+    tool.tie.reset();
+    const bool is_joined = tool.is_active && tool.join.is_there() && tool.hand.dynamics() != ToolDynamics::kAtHandle;
+    if (!is_joined) continue;
+    tool.tie = ties.size();
+    ties.push_back({thing_of(tool), &tool.join.law, tool.join.target, tool_state(tool).X});
+  }
+}
+
+/// Where its user's client has it, carried over from copy to body, so that it can touch again from there.
+void World::Impl::place_away(WorldTool& tool) noexcept {
+  if (!tool.is_away() || !tool.is_free()) return;
+  RigidState state = tool.tool_there;
+  if (!tool.copies.empty()) {
+    const CopyJoin& copy = tool.copies.front();
+    state.X = bodies[copy.body].rigid.state().X * copy.target.X.inverse() * state.X;
+  }
+  tool.rigid.set_state(state);
+}
+
+/// A guest's anchor was solved with what touched it; of all others, alone.
+void World::Impl::anchor_free_bodies() noexcept {
+  for (const TouchTie& tie : ties) {
+    WorldBody* const body = tie.thing < bodies.size() ? &bodies[tie.thing] : nullptr;
+    if (body == nullptr || !body->is_free()) continue;
+    if (tie.is_solved) {
+      body->rigid.apply_wrench(tie.wrench_W, tie.X_WT.p);
+      continue;
+    }
+    const Wrench others_W = body->rigid.applied_W() + body->rigid.weight_W(scene->gravity_m_per_s2);
+    const Wrench wrench_W = anchor_wrench_W(body->rigid, tie.target.X, *body->description->anchor, others_W, step_s());
+    body->rigid.apply_wrench(wrench_W, body->rigid.centre_W());
+  }
+}
+
+/// Evaluated where the things are now: soft bodies are soft enough for that to be stable.
+void World::Impl::add_soft_wrenches() noexcept {
+  const auto add = [](TouchThing& thing, const SoftContact& contact) {
+    if (thing.role != TouchThing::Role::kOurs && thing.role != TouchThing::Role::kGuest) return;
+    const Pose X_WT = thing.rigid->state().X;
+    const Wrench wrench = soft_wrench(contact, X_WT);
+    const Vec3 lever = X_WT.p - thing.rigid->centre_W();
+    thing.wrench_W += {wrench.f, wrench.t + lever.cross(wrench.f)};
+    if (thing.role == TouchThing::Role::kGuest) thing.rigid->apply_wrench(wrench, X_WT.p);
+  };
+  if (soft) {
+    for (std::size_t i = 0; i < things.size(); ++i) add(things[i], soft->contact(soft_index_of(i)));
+    return;
+  }
+  for (const WorldTool& tool : tools) {
+    if (tool.soft.trust_radius_m > 0) add(things[thing_of(tool)], tool.soft);
+  }
+}
+
+/// On tools that a hand moves: one that floats would be blown away. `pulls` are those of this step.
+void World::Impl::add_effects() noexcept {
+  effect_tools.clear();
+  for (std::size_t i = 0; i < pulls.size(); ++i) {
+    const TouchPull& pull = pulls[i];
+    const bool is_massless = things[pull.thing].dynamics == ToolDynamics::kMassless;
+    CouplingTether tether = is_massless ? pull.hand->tether(pull.X_WT) : CouplingTether{};
+    const Join& join = tools[pulling[i]].join;
+    if (is_massless && join.is_there()) {
+      tether.stiffness_n_per_m += join.law.joint().stiffness_n_per_m;
+      tether.stiffness_n_m_per_rad += join.law.joint().stiffness_n_m_per_rad;
+    }
+    effect_tools.push_back({pulling[i], pull.thing, pull.X_WT, tether});
+  }
+  for (std::size_t i = 0; i < tools.size(); ++i) {
+    if (!tools[i].hand.pulls()) effects.forget(i);
+  }
+  effects.apply(static_cast<double>(steps_done) * step_s(), step_s(), things, effect_tools, touch);
+}
+
+TickFaults World::Impl::step_soft() noexcept {
+  for (std::size_t i = 0; i < things.size(); ++i) {
+    const TouchThing& thing = things[i];
+    soft_tools[soft_index_of(i)] = {thing.rigid->state().X, thing.role != TouchThing::Role::kAbsent};
+  }
+  return soft->advance(soft_tools);
+}
+
+void World::Impl::describe_pulls() noexcept {
+  pulls.clear();
+  pulling.clear();
+  for (std::size_t i = 0; i < tools.size(); ++i) {
+    WorldTool& tool = tools[i];
+    tool.pull.reset();
+    // One that is away is not stepped, and of one that holds a body nothing of the coupling is left.
+    if (!tool.is_active || !tool.hand.pulls() || tool.is_away()) continue;
+    tool.pull = pulls.size();
+    pulls.push_back({thing_of(tool), &tool.hand, tool_state(tool).X, {}});
+    pulling.push_back(i);
+  }
+}
+
+TickFaults World::Impl::step_touch() noexcept {
+  describe_things();
+  add_soft_wrenches();
+  describe_ties();
+  describe_pulls();
+  if (!effects.is_empty()) add_effects();
+  const TickFaults faults = touch.step(step_s(), things, pulls, ties);
+  anchor_free_bodies();
+  return faults;
+}
+
+/// What a tool touches, directly or through other bodies, is the touch stage's from the next step on, with all that it
+/// leans on; when it has not been touched for a while, it is free again.
+void World::Impl::adopt() noexcept {
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    WorldBody& body = bodies[i];
+    if (body.rigid.is_static() || body.hands > 0) continue;
+    change_owner(body, [&](WorldBody& changed) {
+      changed.adopted = touch.contact(i).is_reached ? adoption_steps() : std::max(0, changed.adopted - 1);
+      changed.kept = std::max(0, changed.kept - 1);
+    });
+  }
+}
+
+TickFaults World::Impl::settle_hands() noexcept {
+  TickFaults faults = 0;
+  for (WorldTool& tool : tools) {
+    if (!tool.is_active || (!tool.pull && !tool.tie && tool.copies.empty())) continue;
+    const RigidState now = tool_state(tool);
+    const Pose X_WT_before = tool.pull ? pulls[*tool.pull].X_WT : (tool.tie ? ties[*tool.tie].X_WT : now.X);
+    const Wrench by_hand_W = tool.pull ? pulls[*tool.pull].wrench_W : Wrench{};
+    const Wrench by_joint_W = tool.tie ? ties[*tool.tie].wrench_W : Wrench{};
+    tool.hand.settle(X_WT_before, now, by_hand_W, by_joint_W);
+    for (const CopyJoin& copy : tool.copies) {
+      const TouchTie& tie = ties[copy.tie];
+      const RigidBody& body = bodies[copy.body].rigid;
+      const Pose X_WJ = joined_pose(body.state().X, copy.p_BJ);
+      const Vec3 p_JCo_J = X_WJ.inverse() * body.centre_W();
+      const Vec3 rise_W = body.centre_W() - tie.X_WT * p_JCo_J;
+      const double weight_work_j = -copy.weight_there * body.weight_W(scene->gravity_m_per_s2).f.dot(rise_W);
+      tool.hand.settle_copy(tie.X_WT, X_WJ, tie.wrench_W, weight_work_j);
+    }
+    if (tool.hand.is_saturated()) faults |= kFaultCouplingSaturated;
+  }
+  return faults;
+}
+
+TickFaults World::Impl::limit_speed(RigidBody& rigid) noexcept {
+  return rigid.limit_speed(scene->limits.body_speed_m_per_s, step_s()) ? TickFaults{kFaultSpeedLimited} : 0;
+}
+
+TickFaults World::Impl::guard(std::size_t index) noexcept {
+  WorldBody& body = bodies[index];
+  if (body.rigid.is_finite()) return limit_speed(body.rigid);
+  // Out and in again, so that no contact keeps a number that is not finite.
+  if (body.is_free()) free->remove(index);
+  body.rigid.set_state(body.start());
+  if (body.is_free()) free->add(index, body.rigid);
+  return kFaultNotFinite;
+}
+
+TickFaults World::Impl::guard_all() noexcept {
+  TickFaults faults = 0;
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    if (!bodies[i].rigid.is_static()) faults |= guard(i);
+  }
+  for (WorldTool& tool : tools) {
+    if (!tool.is_free()) continue;
+    if (tool.rigid.is_finite()) {
+      faults |= limit_speed(tool.rigid);
+    } else {
+      tool.rigid.set_state(tool.start());
+      faults |= kFaultNotFinite;
+    }
+  }
+  return faults;
+}
+
+void World::Impl::end_passing_through(WorldTool& tool) noexcept {
+  if (!tool.passes_through || !tool.is_active) return;
+  const WorldBody& body = bodies[*tool.passes_through];
+  const Pose X_WT = tool.rigid.state().X, X_WB = body.rigid.state().X;
+  if (!overlaps(tool.description->touch, X_WT, body.description->touch, X_WB, 0)) tool.passes_through.reset();
+}
+
+TickFaults World::step() noexcept {
+  TickFaults faults = impl_->apply_field();
+  impl_->damp_and_ramp();
+  faults |= impl_->step_touch();
+  impl_->free->step(impl_->step_s());
+  faults |= impl_->guard_all();
+  impl_->adopt();
+  faults |= impl_->settle_hands();
+  if (impl_->soft) faults |= impl_->step_soft();
+  for (WorldTool& tool : impl_->tools) impl_->end_passing_through(tool);
+  ++impl_->steps_done;
+  return faults;
+}
+
+}  // namespace tandem

@@ -1,0 +1,126 @@
+// See realtime.hpp. Linux only: SCHED_FIFO, mlockall and absolute sleeps are what the loops are built on.
+#include "common/realtime/realtime.hpp"
+
+#include <pthread.h>
+#include <sched.h>
+#include <sys/mman.h>
+#include <time.h>
+
+#include <cerrno>
+#include <cstddef>
+#include <stdexcept>
+#include <system_error>
+
+namespace tandem {
+namespace {
+
+constexpr std::size_t kPrefaultedStackBytes = 256U * 1024U;
+constexpr std::size_t kPageBytes = 4096;
+// The kernel's throttling takes 50 ms of each second by default (sched_rt_runtime_us 950000 of 1000000); half of
+// that is told apart from a busy machine well enough.
+constexpr Duration kThrottleLateness{std::chrono::milliseconds(25)};
+
+std::string not_granted(const std::string& what, int error, const std::string& remedy) {
+  return what + " not granted (" + std::generic_category().message(error) + "): " + remedy;
+}
+
+void request_priority(int priority, std::vector<std::string>& missing) {
+  sched_param parameters{};
+  parameters.sched_priority = priority;
+  const int error = pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameters);
+  if (error == 0) return;
+  const std::string what = "real-time priority " + std::to_string(priority);
+  if (error == EPERM) {
+    missing.push_back(not_granted(what, error,
+                                  "raise the limit shown by 'ulimit -r' (a line '<user> - rtprio 95' in "
+                                  "/etc/security/limits.conf, then log in again) or give the program CAP_SYS_NICE; in "
+                                  "a container also check sysctl kernel.sched_rt_runtime_us"));
+  } else {
+    missing.push_back(not_granted(what, error, "use a priority from 1 to 99, or 0 for the normal scheduler"));
+  }
+}
+
+// Writes one byte a page below the current frame, so that the loop's stack is resident before it is needed.
+[[gnu::noinline]] void prefault_stack() {
+  std::byte pages[kPrefaultedStackBytes];
+  volatile std::byte* const touched = pages;
+  for (std::size_t i = 0; i < kPrefaultedStackBytes; i += kPageBytes) touched[i] = std::byte{0};
+}
+
+void request_locked_memory(std::vector<std::string>& missing) {
+  if (mlockall(MCL_CURRENT | MCL_FUTURE) != 0) {
+    missing.push_back(not_granted("locked memory", errno,
+                                  "raise the limit shown by 'ulimit -l' (a line '<user> - memlock unlimited' in "
+                                  "/etc/security/limits.conf, then log in again) or give the program CAP_IPC_LOCK"));
+  }
+  prefault_stack();
+}
+
+void request_cpu(int cpu, std::vector<std::string>& missing) {
+  cpu_set_t cpus;
+  CPU_ZERO(&cpus);
+  int error = EINVAL;
+  if (cpu < CPU_SETSIZE) {
+    CPU_SET(static_cast<std::size_t>(cpu), &cpus);
+    error = pthread_setaffinity_np(pthread_self(), sizeof(cpus), &cpus);
+  }
+  if (error == 0) return;
+  missing.push_back(not_granted("CPU " + std::to_string(cpu), error,
+                                "choose one of those that 'nproc' counts and "
+                                "'taskset -cp $$' lists, or do not pin"));
+}
+
+timespec timespec_of(LocalTime time) {
+  constexpr Duration::rep kSecond = 1'000'000'000;
+  const Duration::rep ns = time.time_since_epoch().count();
+  timespec result{};
+  result.tv_sec = static_cast<time_t>(ns / kSecond);
+  result.tv_nsec = static_cast<long>(ns % kSecond);
+  return result;
+}
+
+}  // namespace
+
+std::vector<std::string> request_realtime(const RealtimeRequest& request) {
+  std::vector<std::string> missing;
+  if (request.lock_memory) request_locked_memory(missing);
+  if (request.cpu >= 0) request_cpu(request.cpu, missing);
+  if (request.priority != 0) request_priority(request.priority, missing);
+  return missing;
+}
+
+void drop_realtime() {
+  const sched_param normal{};
+  pthread_setschedparam(pthread_self(), SCHED_OTHER, &normal);
+}
+
+bool has_realtime_priority() {
+  int policy = SCHED_OTHER;
+  sched_param parameters{};
+  if (pthread_getschedparam(pthread_self(), &policy, &parameters) != 0) return false;
+  return policy == SCHED_FIFO || policy == SCHED_RR;
+}
+
+PeriodicTimer::PeriodicTimer(Duration period, LocalTime start) : period_(period), next_(start) {
+  if (period <= Duration{0}) throw std::invalid_argument("the period of a timer must be above 0");
+}
+
+LocalTime PeriodicTimer::wait() {
+  const SteadyClock clock;
+  next_ += period_;
+  const Duration behind = clock.now() - next_;
+  if (behind > period_) {
+    const auto skipped = behind / period_;
+    missed_ += static_cast<std::uint64_t>(skipped);
+    next_ += skipped * period_;
+  }
+  const timespec deadline = timespec_of(next_);
+  while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &deadline, nullptr) == EINTR) {
+  }
+  const Duration late = clock.now() - next_;
+  lateness_.record(late);
+  if (late > kThrottleLateness) ++throttle_suspects_;
+  return next_;
+}
+
+}  // namespace tandem

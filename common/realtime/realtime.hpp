@@ -1,0 +1,54 @@
+// What a haptic or room loop asks of the machine, and how it keeps time. Asking never fails: what was not
+// granted is returned, printed once by the program, and the loop goes on unless told to insist.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "common/base/histogram.hpp"
+#include "common/base/time.hpp"
+
+namespace tandem {
+
+struct RealtimeRequest {
+  int priority = 0;         ///< SCHED_FIFO priority 1–99; 0: stay with the normal scheduler
+  bool lock_memory = true;  ///< mlockall, and the first 256 KiB of the stack touched: no page fault in the loop
+  int cpu = -1;             ///< pin to this CPU; −1: do not pin
+};
+
+/// For the calling thread (locked memory: for the process, also what it allocates later). Returns one line for each
+/// thing not granted, with the remedy; empty when all was.
+std::vector<std::string> request_realtime(const RealtimeRequest& request);
+/// Puts the calling thread back to the normal scheduler: for work that may take long.
+void drop_realtime();
+/// Whether the calling thread runs at SCHED_FIFO (or SCHED_RR) priority.
+bool has_realtime_priority();
+
+/// Sleeps to absolute deadlines start + n·period on CLOCK_MONOTONIC (SteadyClock's clock), and records how late
+/// each wake-up was.
+///
+/// Thread  the loop's own
+class PeriodicTimer {
+ public:
+  /// Fails   std::invalid_argument: period not above 0
+  PeriodicTimer(Duration period, LocalTime start);
+  /// Sleeps to the next deadline. When that has passed by more than a period, the missed ones are skipped and
+  /// counted, so that a late loop does not run a burst to catch up. Returns the deadline that it woke for.
+  LocalTime wait();
+
+  const Histogram& lateness() const { return lateness_; }
+  std::uint64_t missed() const { return missed_; }
+  /// Wake-ups more than 25 ms late while running at real-time priority look like the kernel's real-time
+  /// throttling (sched_rt_runtime_us); counted here so that a program can say so.
+  std::uint64_t throttle_suspects() const { return throttle_suspects_; }
+
+ private:
+  Duration period_;
+  LocalTime next_;
+  Histogram lateness_;
+  std::uint64_t missed_ = 0;
+  std::uint64_t throttle_suspects_ = 0;
+};
+
+}  // namespace tandem

@@ -1,0 +1,70 @@
+// `tandem-lab calibrate`: the adaptive law's table of one device.
+
+#include <CLI/CLI.hpp>
+#include <array>
+#include <iostream>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <unistd.h>
+
+#include "common/base/json_pretty.hpp"
+#include "common/base/progress.hpp"
+#include "lab/cli/commands.hpp"
+#include "lab/results/output_files.hpp"
+#include "lab/studies/rendering/calibration.hpp"
+#include "lab/studies/rendering/calibration_report.hpp"
+
+namespace tandem::lab {
+namespace {
+
+struct Options {
+  std::string device;
+  std::string out;
+  std::vector<double> masses_kg;
+  std::uint64_t seed = 1;
+  bool wants_json = false;
+};
+
+int run(const Options& options) {
+  const DeviceProfile profile = find_device_profile(options.device);
+  check_folder_can_be_made(options.out);
+  CalibrationSettings settings;
+  settings.masses_kg = options.masses_kg;
+  settings.trial.seed = options.seed;
+  ProgressLine line(std::cerr, isatty(STDERR_FILENO) != 0);
+  const Calibration calibration =
+      calibrate(profile, settings, [&](double done) { line.show("calibrating " + profile.name, done); });
+
+  const std::string results = pretty_json(to_json(calibration));
+  const std::array files{OutputFile{profile.name + ".json", device_profiles_text({calibration.profile})},
+                         OutputFile{"calibration.json", results}, OutputFile{"report.html", to_html(calibration)}};
+  write_all_files(options.out, files);
+  std::cout << (options.wants_json ? results : to_text(calibration));
+  return report::all_hold(checks_of(calibration)) ? 0 : 1;
+}
+
+}  // namespace
+
+void add_calibrate_command(CLI::App& app, int& exit_code) {
+  const auto options = std::make_shared<Options>();
+  CLI::App* command = app.add_subcommand(
+      "calibrate", "Finds stiffness by mass and damping by stiffness for a device, on simulated hands");
+  command->add_option("--device", options->device, "profile of devices/README.md, or FILE.json")
+      ->required()
+      ->type_name("NAME|FILE.json");
+  command->add_option("--out", options->out, "folder for NAME.json (a profile), calibration.json and report.html")
+      ->required();
+  command->add_option("--masses", options->masses_kg, "of the tools, increasing [kg]; default: eight that it can hold")
+      ->delimiter(',')
+      ->type_name("KG,KG,...");
+  command->add_option("--seed", options->seed, "of the hands' tremor")->capture_default_str();
+  command->add_flag("--json", options->wants_json, "print calibration.json instead of a table");
+  command->footer(
+      "Takes up to 15 s on one core; Ctrl-C leaves nothing.\n"
+      "Exit code: 0 done, 1 the fitted pairs break the rules or are far from the best ones, 2 bad input or set-up.");
+  command->callback([options, &exit_code] { exit_code = run(*options); });
+}
+
+}  // namespace tandem::lab

@@ -1,0 +1,259 @@
+// `tandem-lab check`: is a coupling stable and passive on a device, and what would do instead?
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <iostream>
+#include <memory>
+#include <optional>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "common/base/json_pretty.hpp"
+#include "common/haptics/coupling/adaptive.hpp"
+#include "common/haptics/coupling/laws.hpp"
+#include "common/haptics/coupling/stability.hpp"
+#include "devices/device_check.hpp"
+#include "lab/cli/commands.hpp"
+#include "proto/coupling_fields.hpp"
+
+namespace tandem::lab {
+namespace {
+
+namespace json = boost::json;
+
+constexpr std::string_view kAdaptiveLaw = "adaptive";
+// Ours: far beyond any tool and any device; what is outside is a mistake.
+constexpr double kLeastMass = 1e-6;
+constexpr double kLeastInertia = 1e-12;
+constexpr double kMostMass = 1e4;
+constexpr double kMostDamping = 1e4;
+
+struct Options {
+  std::string law{kDefaultCouplingLaw};
+  CouplingParameters coupling;
+  double tool_mass_kg = 0.1;
+  double tool_inertia_kg_m2 = 4e-5;
+  std::string device = "sim";
+  std::optional<double> device_mass_kg;
+  std::optional<double> device_damping_n_s_per_m;
+  std::optional<double> device_inertia_kg_m2;
+  std::optional<double> device_damping_n_m_s_per_rad;
+  std::optional<double> rate_hz;
+  std::optional<int> velocity_window;
+  int delay_periods = 0;
+  bool wants_json = false;
+  std::vector<const CLI::Option*> chosen_by_fit;          ///< by the adaptive law
+  std::vector<const CLI::Option*> turning_chosen_by_fit;  ///< when the fit is of rotation too
+};
+
+struct Check {
+  CouplingParameters coupling;  ///< as it was checked
+  std::string fit_source;       ///< where the adaptive law's pairs are from; empty for the other laws
+  std::vector<CheckedLoop> loops;
+  std::vector<StabilityFinding> findings;
+  bool is_refused = false;
+};
+
+LoopDevice device_of(const Options& options, DeviceProfile profile) {
+  profile.rate_hz = options.rate_hz.value_or(profile.rate_hz);
+  LoopDevice device = loop_device(profile);
+  device.mass_kg = options.device_mass_kg.value_or(device.mass_kg);
+  device.damping_n_s_per_m = options.device_damping_n_s_per_m.value_or(device.damping_n_s_per_m);
+  device.inertia_kg_m2 = options.device_inertia_kg_m2.value_or(device.inertia_kg_m2);
+  device.damping_n_m_s_per_rad = options.device_damping_n_m_s_per_rad.value_or(device.damping_n_m_s_per_rad);
+  device.is_verified |= options.device_mass_kg && options.device_damping_n_s_per_m;
+  device.is_rotation_verified |= options.device_inertia_kg_m2 && options.device_damping_n_m_s_per_rad;
+  device.velocity_window = options.velocity_window.value_or(device.velocity_window);
+  device.rotational_velocity_window = options.velocity_window.value_or(device.rotational_velocity_window);
+  device.delay_periods = options.delay_periods;
+  return device;
+}
+
+/// An option that would be ignored is a mistake.
+void refuse_given(const std::vector<const CLI::Option*>& options) {
+  for (const CLI::Option* const option : options) {
+    if (option->count() == 0) continue;
+    throw std::invalid_argument(option->get_name() +
+                                ": the law \"adaptive\" takes it from the device's table, by the " +
+                                "tool; leave it out, or use another --law");
+  }
+}
+
+/// The adaptive law has its pairs from a table, by the tool's mass.
+void adapt(Check& check, const Options& options, const DeviceProfile& profile) {
+  const AdaptiveFit fit = profile.adaptive.value_or(thesis_adaptive_fit());
+  refuse_given(options.chosen_by_fit);
+  if (fit.inertia_high_kg_m2 > 0) refuse_given(options.turning_chosen_by_fit);
+  check.coupling = adapted(fit, options.tool_mass_kg, options.tool_inertia_kg_m2, options.coupling);
+  check.fit_source = profile.adaptive ? profile.adaptive_source : "Hou, PhD thesis, NTU, 2014: the profile has no fit";
+}
+
+Check check_of(const Options& options) {
+  const CouplingLawInfo* law = find_coupling_law(options.law);
+  if (law == nullptr) {
+    throw std::invalid_argument("--law: \"" + options.law +
+                                "\" is not known; use one of: " + listed_coupling_law_names());
+  }
+  const DeviceProfile profile = find_device_profile(options.device);
+  Check check;
+  check.coupling = options.coupling;
+  if (law->name == kAdaptiveLaw) adapt(check, options, profile);
+  const LoopCoupling loop = loop_coupling(*law, check.coupling, options.tool_mass_kg, options.tool_inertia_kg_m2);
+  const LoopDevice device = device_of(options, profile);
+  if (loop.slope_factor > 0) {
+    check.loops = checked_loops(loop.parameters, loop.tool_mass_kg, loop.tool_inertia_kg_m2, device, loop.slope_factor);
+    check.findings =
+        check_coupling(loop.parameters, loop.tool_mass_kg, loop.tool_inertia_kg_m2, device, loop.slope_factor);
+  }
+  if (const auto active = find_active_law(*law)) check.findings.push_back(*active);
+  for (const StabilityFinding& finding : check.findings) {
+    check.is_refused = check.is_refused || finding.verdict == StabilityVerdict::kUnstable;
+  }
+  return check;
+}
+
+json::value finite_or_null(double value) {
+  return std::isfinite(value) ? json::value(value) : json::value();
+}
+
+json::object to_json(const Options& options, const Check& check) {
+  json::array loops, findings;
+  for (const CheckedLoop& loop : check.loops) {
+    loops.emplace_back(json::object{{"motion", loop.is_rotation ? "rotation" : "translation"},
+                                    {"hand", loop.hand},
+                                    {"is_touching", loop.is_touching},
+                                    {"spectral_radius", finite_or_null(loop.spectral_radius)}});
+  }
+  for (const StabilityFinding& finding : check.findings) {
+    findings.emplace_back(json::object{{"is_unstable", finding.verdict == StabilityVerdict::kUnstable},
+                                       {"parameter", finding.parameter},
+                                       {"value", finite_or_null(finding.value)},
+                                       {"remedy", finite_or_null(finding.remedy)},
+                                       {"remedy_damping", finite_or_null(finding.remedy_damping)},
+                                       {"spectral_radius", finite_or_null(finding.spectral_radius)},
+                                       {"text", finding.text}});
+  }
+  const CouplingParameters& c = check.coupling;
+  return {{"law", options.law},
+          {"device", options.device},
+          {"coupling",
+           {{"stiffness_n_per_m", c.stiffness_n_per_m},
+            {"damping_n_s_per_m", c.damping_n_s_per_m},
+            {"stiffness_n_m_per_rad", c.stiffness_n_m_per_rad},
+            {"damping_n_m_s_per_rad", c.damping_n_m_s_per_rad},
+            {"fit", check.fit_source.empty() ? json::value() : json::value(check.fit_source)}}},
+          {"is_refused", check.is_refused},
+          {"loops", std::move(loops)},
+          {"findings", std::move(findings)}};
+}
+
+void print_adapted(const Check& check, const Options& options) {
+  const CouplingParameters& c = check.coupling;
+  std::printf("%g kg: %.6g N/m, %.6g N·s/m; %g kg·m²: %.6g N·m/rad, %.6g N·m·s/rad (%s)\n", options.tool_mass_kg,
+              c.stiffness_n_per_m, c.damping_n_s_per_m, options.tool_inertia_kg_m2, c.stiffness_n_m_per_rad,
+              c.damping_n_m_s_per_rad, check.fit_source.c_str());
+}
+
+void print(const Check& check, const Options& options) {
+  if (!check.fit_source.empty()) print_adapted(check, options);
+  std::printf("%-12s %-12s %-12s %15s\n", "motion", "hand", "tool", "spectral radius");
+  for (const CheckedLoop& loop : check.loops) {
+    std::printf("%-12s %-12s %-12s %15.6f%s\n", loop.is_rotation ? "rotation" : "translation",
+                std::string(loop.hand).c_str(), loop.is_touching ? "in contact" : "in the air", loop.spectral_radius,
+                loop.spectral_radius < 1 ? "" : "  unstable");
+  }
+  for (const StabilityFinding& finding : check.findings) {
+    std::printf("%s: %s\n", finding.verdict == StabilityVerdict::kUnstable ? "refused" : "warning",
+                finding.text.c_str());
+  }
+  if (check.findings.empty()) std::printf("nothing to complain of\n");
+}
+
+/// A number from `low` to `high`, both of which a mistake is answered with.
+template <class T>
+CLI::Option* add_number(CLI::App& command, const std::string& name, T& value, double low, double high,
+                        const std::string& help) {
+  const auto problem = [low, high](const std::string& text) {
+    double number = 0;
+    // Written so that a NaN fails the comparison.
+    if (CLI::detail::lexical_cast(text, number) && number >= low && number <= high) return std::string();
+    std::ostringstream remedy;
+    remedy << "'" << text << "' must be a number from " << low << " to " << high;
+    return remedy.str();
+  };
+  return command.add_option(name, value, help)->check(problem);
+}
+
+/// In the range that a scene may give it.
+CLI::Option* add_coefficient(CLI::App& command, const std::string& name, Options& options,
+                             double CouplingParameters::*value, const std::string& help) {
+  const auto* const field = std::ranges::find(kCouplingFields, value, &CouplingField::value);
+  return add_number(command, name, options.coupling.*value, field->low, field->high, help)->capture_default_str();
+}
+
+void add_pair_options(CLI::App& command, Options& options) {
+  using C = CouplingParameters;
+  for (CLI::Option* const option :
+       {add_coefficient(command, "--stiffness", options, &C::stiffness_n_per_m, "of the coupling, N/m"),
+        add_coefficient(command, "--damping", options, &C::damping_n_s_per_m, "of the coupling, N·s/m")}) {
+    options.chosen_by_fit.push_back(option);
+  }
+  for (CLI::Option* const option :
+       {add_coefficient(command, "--stiffness-rotation", options, &C::stiffness_n_m_per_rad, "N·m/rad"),
+        add_coefficient(command, "--damping-rotation", options, &C::damping_n_m_s_per_rad, "N·m·s/rad")}) {
+    options.turning_chosen_by_fit.push_back(option);
+  }
+}
+
+void add_device_options(CLI::App& command, Options& options) {
+  command.add_option("--device", options.device, "device profile, by name or a .json file")->capture_default_str();
+  add_number(command, "--device-mass", options.device_mass_kg, 0, kMostMass, "kg; instead of the profile's");
+  add_number(command, "--device-damping", options.device_damping_n_s_per_m, 0, kMostDamping,
+             "N·s/m of the mechanism; alike");
+  add_number(command, "--device-inertia", options.device_inertia_kg_m2, 0, kMostMass, "kg·m²; alike");
+  add_number(command, "--device-damping-rotation", options.device_damping_n_m_s_per_rad, 0, kMostDamping,
+             "N·m·s/rad; alike");
+  add_number(command, "--rate", options.rate_hz, 1, 1e6, "Hz; alike");
+}
+
+void add_options(CLI::App& command, Options& options) {
+  command.add_option("--law", options.law, "coupling law: " + listed_coupling_law_names())->capture_default_str();
+  add_pair_options(command, options);
+  add_coefficient(command, "--sharpness", options, &CouplingParameters::curve_sharpness,
+                  "c of the stable dynamic curve");
+  add_number(command, "--tool-mass", options.tool_mass_kg, kLeastMass, kMostMass, "kg")->capture_default_str();
+  add_number(command, "--tool-inertia", options.tool_inertia_kg_m2, kLeastInertia, kMostMass, "kg·m²")
+      ->capture_default_str();
+  add_device_options(command, options);
+  command.add_option("--velocity-window", options.velocity_window, "periods that the handle's velocity is taken over")
+      ->check(CLI::Range(1, 64));
+  command.add_option("--delay", options.delay_periods, "periods from sample to force")
+      ->capture_default_str()
+      ->check(CLI::Range(0, 64));
+  command.add_flag("--json", options.wants_json, "print one JSON object");
+}
+
+}  // namespace
+
+void add_check_command(CLI::App& app, int& exit_code) {
+  const auto options = std::make_shared<Options>();
+  CLI::App* command = app.add_subcommand("check", "Whether a coupling is stable and passive on a device");
+  add_options(*command, *options);
+  command->footer("Exit code: 0 stable, 1 refused: unstable in some hand, 2 bad input.");
+  command->callback([options, &exit_code] {
+    const Check check = check_of(*options);
+    if (options->wants_json) {
+      std::cout << pretty_json(to_json(*options, check));
+    } else {
+      print(check, *options);
+    }
+    exit_code = check.is_refused ? 1 : 0;
+  });
+}
+
+}  // namespace tandem::lab

@@ -1,0 +1,156 @@
+#include "lab/cli/contact_bench_command.hpp"
+
+#include <CLI/CLI.hpp>
+#include <array>
+#include <cmath>
+#include <iostream>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <string>
+
+#include "common/base/json_pretty.hpp"
+#include "lab/report/check.hpp"
+#include "lab/studies/contact/contact_bench.hpp"
+#include "lab/studies/contact/contact_scaling.hpp"
+#include "lab/studies/contact/mesh_source.hpp"
+#include "lab/studies/contact/pose_check.hpp"
+
+namespace tandem::lab {
+namespace {
+
+constexpr std::uint64_t kPoseSeed = 1;
+
+struct Options {
+  std::string a;
+  std::string b;
+  std::optional<double> scale;
+  double size_mm = 100;
+  double mass_kg = 0.1;
+  std::array<double, 3> direction{0, 0, -1};
+  std::size_t steps = 0;
+  std::size_t peer_steps = 3000;
+  std::size_t check = 0;
+  bool has_peer = true;
+  bool wants_json = false;
+};
+
+void check_numbers(const Options& options) {
+  const auto is_positive = [](double value) { return std::isfinite(value) && value > 0; };
+  if (options.scale && !is_positive(*options.scale)) {
+    throw std::invalid_argument("--scale is " + std::to_string(*options.scale) +
+                                "; it must be more than 0 metres per unit of the file");
+  }
+  if (!is_positive(options.size_mm) || options.size_mm > 10'000) {
+    throw std::invalid_argument("--size-mm is " + std::to_string(options.size_mm) +
+                                "; it must be more than 0 and at most 10000 mm");
+  }
+  if (!is_positive(options.mass_kg) || options.mass_kg > 100) {
+    throw std::invalid_argument("--mass-kg is " + std::to_string(options.mass_kg) +
+                                "; it must be more than 0 and at most 100 kg");
+  }
+}
+
+Vec3 direction_of(const Options& options) {
+  const Vec3 direction(options.direction[0], options.direction[1], options.direction[2]);
+  if (!is_finite(direction) || direction.norm() < 1e-6) {
+    throw std::invalid_argument("--direction has no direction; give three numbers that are not all 0");
+  }
+  return direction;
+}
+
+TouchPair load_pair(const Options& options, const Clock& clock) {
+  const MeshScale scale{options.scale, options.size_mm / 1e3};
+  TouchPair pair{make_touch_object(options.a, mesh_from(options.a, "--a", scale), clock), {}};
+  if (options.b != options.a) pair.other = make_touch_object(options.b, mesh_from(options.b, "--b", scale), clock);
+  return pair;
+}
+
+ContactBench measure(const Options& options, const TouchPair& pair, const Clock& clock) {
+  TouchSettings settings;
+  settings.mass_kg = options.mass_kg;
+  const TouchObject &a = pair.a, &b = pair.b();
+  TouchPlan plan = bench_plan(settings);
+  plan.direction_W = direction_of(options);
+  const HandPath path = touch_path(*a.exact, *b.exact, plan);
+  TouchStretch whole;
+  if (options.steps > 0) whole.steps = options.steps;
+  ContactBench bench = describe(pair);
+  bench.ours = figures_of(in_rounds([&] { return run_touch(*a.shape, *b.shape, path, settings, whole, clock); }),
+                          *a.exact, *b.exact);
+  if (options.has_peer) {
+    const TouchStretch contact_only{begin_of_phase(path, "press"), std::min(options.peer_steps, whole.steps)};
+    const auto peer = [&] { return run_gimpact(a.mesh.mesh, b.mesh.mesh, path, settings, contact_only, clock); };
+    bench.gimpact = figures_of(in_rounds(peer), *a.exact, *b.exact);
+  }
+  bench.machine = measure_machine(*b.shape, clock);
+  return bench;
+}
+
+std::vector<report::Check> checks_of(const PoseCheck& check) {
+  using report::Relation;
+  const std::string scope = std::to_string(check.poses) + " poses";
+  return {{scope, "poses with a missed contact deeper than 0.2 mm", static_cast<double>(check.missed_poses),
+           Relation::kAtMost, 0, "", 0},
+          {scope, "largest error of the deepest penetration", 1e3 * check.deepest_error_max_m, Relation::kAtMost,
+           1e3 * kDeepestErrorBound_m, "mm", 3}};
+}
+
+boost::json::object to_json(const PoseCheck& check) {
+  return {{"poses", check.poses},
+          {"exact_points", check.exact_points},
+          {"missed_deeper_than_0p2mm", check.missed_poses},
+          {"deepest_error_max_m", check.deepest_error_max_m},
+          {"worst_pose", check.worst_pose},
+          {"deepest_max_m", check.deepest_max_m},
+          {"checks", report::to_json(checks_of(check))}};
+}
+
+int run(const Options& options) {
+  check_numbers(options);
+  const SteadyClock clock;
+  const TouchPair pair = load_pair(options, clock);
+  const ContactBench bench = measure(options, pair, clock);
+  boost::json::object json = to_json(bench);
+  std::string text = to_text(bench);
+  bool holds = true;
+  if (options.check > 0) {
+    const PoseCheck check = check_poses(pair.a, pair.b(), options.check, kPoseSeed);
+    json["check"] = to_json(check);
+    const auto checks = checks_of(check);
+    holds = report::all_hold(checks);
+    if (!options.wants_json) {
+      std::cout << text << '\n';
+      report::print_checks(std::cout, checks);
+      return holds ? 0 : 1;
+    }
+  }
+  std::cout << (options.wants_json ? pretty_json(json) : text);
+  return holds ? 0 : 1;
+}
+
+}  // namespace
+
+void add_contact_bench_commands(CLI::App& bench, int& exit_code) {
+  const auto options = std::make_shared<Options>();
+  CLI::App* contact = bench.add_subcommand("contact", "One mesh touching another, against Bullet's GImpact");
+  contact->add_option("--a", options->a, "the tool: a mesh file, or peg, box_with_hole, sphere, cube")->required();
+  contact->add_option("--b", options->b, "what it touches, likewise")->required();
+  contact->add_option("--scale", options->scale, "metres per unit of the files, instead of --size-mm");
+  contact->add_option("--size-mm", options->size_mm, "longest edge of the bounding box of meshes from files [mm]")
+      ->capture_default_str();
+  contact->add_option("--mass-kg", options->mass_kg, "of the tool [kg]")->capture_default_str();
+  contact->add_option("--direction", options->direction, "in which the tool approaches: x y z")->capture_default_str();
+  contact->add_option("--steps", options->steps, "of 1 ms; 0: the whole path")->capture_default_str();
+  contact->add_option("--peer-steps", options->peer_steps, "of GImpact, from where the tool begins to press")
+      ->capture_default_str();
+  contact->add_option("--check", options->check, "poses to compare with an exhaustive search")->capture_default_str();
+  contact->add_flag("!--no-peer", options->has_peer, "leave GImpact out");
+  contact->add_flag("--json", options->wants_json, "print JSON instead of a table");
+  contact->footer("Exit code: 0 done, 1 a bound of --check does not hold, 2 bad input or set-up.");
+  contact->callback([options, &exit_code] { exit_code = run(*options); });
+  add_contact_scaling_command(bench, exit_code);
+}
+
+}  // namespace tandem::lab

@@ -1,0 +1,237 @@
+// `tandem-lab bench coupling`: what one haptic tick spends on coupling law, saturation and safety chain, for every law,
+// against a plain spring and damper and against reading the clock, in the same run.
+
+#include <CLI/CLI.hpp>
+#include <cmath>
+#include <functional>
+#include <iomanip>
+#include <iostream>
+#include <memory>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "common/base/histogram.hpp"
+#include "common/base/json_pretty.hpp"
+#include "common/base/random.hpp"
+#include "common/haptics/coupling/laws.hpp"
+#include "common/haptics/coupling/saturation.hpp"
+#include "common/haptics/safety.hpp"
+#include "lab/cli/bench_commands.hpp"
+#include "lab/report/check.hpp"
+
+namespace tandem::lab {
+namespace {
+
+/// Of the 1000 µs of a tick: what is left to device, network and proxy is what this does not take.
+constexpr double kMedianBound_us = 2;
+/// Contestants take turns, so that a change of the clock rate meets them all.
+constexpr int kRounds = 5;
+constexpr std::size_t kTicks = 4096;
+constexpr Duration kPeriod{std::chrono::milliseconds(1)};
+constexpr std::uint64_t kSeed = 1;
+
+struct Options {
+  double seconds = 0.5;
+  bool wants_json = false;
+  bool has_check = false;
+};
+
+struct Tick {
+  Pose X_WH, X_WT;
+  Twist V_WH, V_WT;
+};
+
+/// One coordinate that wanders and is drawn back, as a hand around its aim: standard deviation `spread`.
+///
+/// Model   Ornstein–Uhlenbeck process, sampled every period
+class Wander {
+ public:
+  Wander(double spread, double memory_s) : spread_(spread), keep_(std::exp(-to_seconds(kPeriod) / memory_s)) {}
+  Vec3 next(Random& random) {
+    const double fresh = spread_ * std::sqrt(1 - keep_ * keep_);
+    for (double& x : value_) x = keep_ * x + fresh * random.normal();
+    return value_;
+  }
+
+ private:
+  double spread_;
+  double keep_;
+  Vec3 value_ = Vec3::Zero();
+};
+
+/// A hand that wanders through its workspace, and a tool up to some centimetres and half a radian away: on the flat,
+/// on the steep and on the spent part of every curve.
+std::vector<Tick> random_walk() {
+  Random random(kSeed);
+  Wander place(0.04, 1), turn(0.5, 1), apart(0.012, 0.3), twisted(0.3, 0.3), speed(0.1, 0.1), spin(1, 0.1),
+      slip(0.02, 0.02), slip_turn(0.3, 0.02);
+  std::vector<Tick> walk(kTicks);
+  for (Tick& tick : walk) {
+    tick.X_WT = {place.next(random), quaternion_of(turn.next(random))};
+    tick.V_WT = {speed.next(random), spin.next(random)};
+    tick.X_WH = {tick.X_WT.p + apart.next(random), quaternion_of(twisted.next(random)) * tick.X_WT.q};
+    tick.V_WH = {tick.V_WT.v + slip.next(random), tick.V_WT.w + slip_turn.next(random)};
+  }
+  return walk;
+}
+
+struct Contestant {
+  std::string name;
+  std::string what;
+  bool is_claimed = false;  ///< the bound is for this one
+  /// Called through a pointer the compiler cannot see through: otherwise it may move the work out of the clock's sight.
+  std::function<Wrench(const Tick&)> work;
+  Histogram times;
+};
+
+/// What a tick cannot do without, and no more: no limit, no short way round, no safety.
+Wrench plain_spring(const Tick& tick) {
+  const CouplingParameters c;
+  return {c.stiffness_n_per_m * (tick.X_WT.p - tick.X_WH.p) + c.damping_n_s_per_m * (tick.V_WT.v - tick.V_WH.v),
+          c.damping_n_m_s_per_rad * (tick.V_WT.w - tick.V_WH.w)};
+}
+
+/// What direct rendering does to a contact before it is shown, as the room does: any wrench will do for one.
+Wrench limited(const Wrench& contact) {
+  const CouplingParameters c;
+  return {saturated(contact.f, c.force_limit_n, c.saturation_softness),
+          saturated(contact.t, c.torque_limit_n_m, c.saturation_softness)};
+}
+
+/// The safety chain at full force, in virtual time, a period a call.
+class Safety {
+ public:
+  Wrench apply(const Wrench& on_hand) {
+    now_ += kPeriod;
+    SafetyInput input;
+    input.wrench = on_hand;
+    input.has_state = true;
+    return chain_.apply(now_, input);
+  }
+
+ private:
+  SafetyChain chain_{SafetySettings{}};
+  LocalTime now_{};
+};
+
+std::vector<Contestant> contestants() {
+  std::vector<Contestant> all;
+  all.push_back({"clock", "reading the clock", false, [](const Tick&) { return Wrench{}; }, {}});
+  all.push_back({"plain", "k d + b v, nothing else", false, &plain_spring, {}});
+  all.push_back({"safety",
+                 "safety chain alone",
+                 false,
+                 [safety = std::make_shared<Safety>()](const Tick&) { return safety->apply({}); },
+                 {}});
+  for (const CouplingLawInfo& info : coupling_laws()) {
+    if (info.tool == ToolDynamics::kAtHandle) {
+      // No law acts: what is left is to limit the contact.
+      const auto tick_of = [safety = std::make_shared<Safety>()](const Tick& tick) {
+        return safety->apply(limited(plain_spring(tick)));
+      };
+      all.push_back({std::string(info.name), "saturation, safety chain", true, tick_of, {}});
+      continue;
+    }
+    const std::shared_ptr<const CouplingLaw> law = info.make({});
+    const auto tick_of = [law, safety = std::make_shared<Safety>()](const Tick& tick) {
+      return safety->apply(coupling_wrenches(*law, tick.X_WH, tick.V_WH, tick.X_WT, tick.V_WT).on_hand_W);
+    };
+    all.push_back({std::string(info.name), "law, saturation, safety chain", true, tick_of, {}});
+  }
+  return all;
+}
+
+void run_round(Contestant& contestant, const std::vector<Tick>& walk, double seconds) {
+  const SteadyClock clock;
+  const LocalTime end = clock.now() + from_seconds(seconds);
+  Wrench sum;
+  LocalTime before = clock.now();
+  do {
+    for (const Tick& tick : walk) {
+      before = clock.now();
+      sum += contestant.work(tick);
+      contestant.times.record(clock.now() - before);
+    }
+  } while (before < end);
+  if (!is_finite(sum)) throw std::runtime_error("law " + contestant.name + " gave an infinite force");
+}
+
+double microseconds(Duration duration) {
+  return to_seconds(duration) * 1e6;
+}
+
+std::vector<report::Check> checks_of(const std::vector<Contestant>& all) {
+  std::vector<report::Check> checks;
+  for (const Contestant& contestant : all) {
+    if (!contestant.is_claimed) continue;
+    checks.push_back({contestant.name, "median of a tick", microseconds(contestant.times.quantile(0.5)),
+                      report::Relation::kAtMost, kMedianBound_us, "µs", 3});
+  }
+  return checks;
+}
+
+boost::json::object report_of(const std::vector<Contestant>& all, const std::vector<report::Check>& checks) {
+  boost::json::array rows;
+  for (const Contestant& contestant : all) {
+    rows.push_back(
+        boost::json::object{{"name", contestant.name},
+                            {"what", contestant.what},
+                            {"ticks", contestant.times.count()},
+                            {"tick_us", boost::json::object{{"p50", microseconds(contestant.times.quantile(0.5))},
+                                                            {"p99", microseconds(contestant.times.quantile(0.99))},
+                                                            {"max", microseconds(contestant.times.max())}}}});
+  }
+  return {{"seed", kSeed},
+          {"states", kTicks},
+          {"median_bound_us", kMedianBound_us},
+          {"rows", rows},
+          {"checks", report::to_json(checks)}};
+}
+
+void print(const std::vector<Contestant>& all, const std::vector<report::Check>& checks) {
+  std::ostringstream text;
+  text << "time of a tick, clock reading included [µs]\n\n"
+       << std::left << std::setw(24) << "" << std::setw(32) << "what" << std::right << std::setw(8) << "median"
+       << std::setw(8) << "p99" << '\n'
+       << std::fixed << std::setprecision(3);
+  for (const Contestant& contestant : all) {
+    text << std::left << std::setw(24) << contestant.name << std::setw(32) << contestant.what << std::right
+         << std::setw(8) << microseconds(contestant.times.quantile(0.5)) << std::setw(8)
+         << microseconds(contestant.times.quantile(0.99)) << '\n';
+  }
+  std::cout << text.str() << '\n';
+  report::print_checks(std::cout, checks);
+}
+
+int run(const Options& options) {
+  const std::vector<Tick> walk = random_walk();
+  std::vector<Contestant> all = contestants();
+  for (int round = 0; round < kRounds; ++round) {
+    for (Contestant& contestant : all) run_round(contestant, walk, options.seconds / kRounds);
+  }
+  const std::vector<report::Check> checks = checks_of(all);
+  if (options.wants_json) {
+    std::cout << pretty_json(report_of(all, checks));
+  } else {
+    print(all, checks);
+  }
+  return !options.has_check || report::all_hold(checks) ? 0 : 1;
+}
+
+}  // namespace
+
+void add_coupling_bench(CLI::App& bench, int& exit_code) {
+  const auto options = std::make_shared<Options>();
+  CLI::App* command = bench.add_subcommand("coupling", "Coupling law, saturation and safety chain, tick by tick");
+  command->add_option("--seconds", options->seconds, "time spent on each law [s]")
+      ->check(CLI::Range(0.01, 10.0))
+      ->capture_default_str();
+  command->add_flag("--check", options->has_check, "exit code 1 when a median is above its bound");
+  command->add_flag("--json", options->wants_json, "print JSON instead of a table");
+  command->footer("Exit code: 0 done, 1 a bound does not hold and --check is given, 2 bad input or set-up.");
+  command->callback([options, &exit_code] { exit_code = run(*options); });
+}
+
+}  // namespace tandem::lab

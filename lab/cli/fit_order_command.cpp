@@ -1,0 +1,126 @@
+#include "lab/cli/fit_order_command.hpp"
+
+#include <CLI/CLI.hpp>
+#include <array>
+#include <cstdio>
+#include <iostream>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "common/base/json_pretty.hpp"
+#include "common/haptics/prediction/ar_model.hpp"
+#include "lab/studies/prediction/ar_of_series.hpp"
+#include "lab/studies/prediction/series_file.hpp"
+
+namespace tandem::lab {
+namespace {
+
+constexpr std::array kFits{ArFit::kYuleWalker, ArFit::kLeastSquares, ArFit::kBurg};
+
+struct Options {
+  std::string file;
+  SeriesFileOptions reading;
+  std::string time_unit = "s";
+  std::string fit{name_of(ArFit::kLeastSquares)};
+  std::size_t most_order = 16;
+  bool on_values = false;
+  bool wants_json = false;
+};
+
+struct SeriesOrders {
+  std::string name;
+  std::size_t samples = 0;
+  std::vector<ArOrder> orders;  ///< empty: constant, or too short
+};
+
+ArFit fit_named(const std::string& name) {
+  for (const ArFit fit : kFits) {
+    if (name_of(fit) == name) return fit;
+  }
+  throw std::invalid_argument("--fit " + name + " is not known");  // the option's check lists them
+}
+
+std::vector<SeriesOrders> orders_of(const Options& options) {
+  std::vector<SeriesOrders> result;
+  for (const NamedSeries& series : load_series(options.file, options.reading)) {
+    const std::vector<double> values = options.on_values ? series.values : differences(series.values);
+    auto orders = fpe_of_orders(values, options.most_order, fit_named(options.fit), options.on_values);
+    // Order 0 alone: nothing varies.
+    if (orders.size() < 2) orders.clear();
+    result.push_back({series.name, values.size(), std::move(orders)});
+  }
+  return result;
+}
+
+boost::json::object to_json(const Options& options, const std::vector<SeriesOrders>& all) {
+  boost::json::array series;
+  for (const SeriesOrders& one : all) {
+    boost::json::array orders;
+    for (const ArOrder& row : one.orders) {
+      orders.push_back({{"order", row.order}, {"error_variance", row.error_variance}, {"fpe", row.fpe}});
+    }
+    series.push_back({{"name", one.name},
+                      {"samples", one.samples},
+                      {"best_order", one.orders.empty() ? boost::json::value() : best_order(one.orders)},
+                      {"orders", std::move(orders)}});
+  }
+  return {{"file", options.file},
+          {"rate_hz", options.reading.rate_hz},
+          {"fit", options.fit},
+          {"on_differences", !options.on_values},
+          {"series", std::move(series)}};
+}
+
+void print(const std::vector<SeriesOrders>& all) {
+  for (const SeriesOrders& one : all) {
+    if (one.orders.empty()) {
+      std::printf("%s: constant or too short, nothing to fit\n\n", one.name.c_str());
+      continue;
+    }
+    const std::size_t best = best_order(one.orders);
+    std::printf("%s: %zu samples, least FPE at order %zu\n%6s %14s %14s\n", one.name.c_str(), one.samples, best,
+                "order", "V", "FPE");
+    for (const ArOrder& row : one.orders) {
+      std::printf("%6zu %14.6g %14.6g%s\n", row.order, row.error_variance, row.fpe, row.order == best ? "  least" : "");
+    }
+    std::printf("\n");
+  }
+}
+
+}  // namespace
+
+void add_fit_order_command(CLI::App& app, int&) {
+  const auto options = std::make_shared<Options>();
+  CLI::App* command = app.add_subcommand("fit-order", "Akaike's final prediction error of a force series, by AR order");
+  command->add_option("series", options->file, "a .csv file with t_s and force columns, or a .traj file")->required();
+  command->add_option("--most", options->most_order, "highest order")->capture_default_str()->check(CLI::Range(1, 32));
+  std::vector<std::string> fits;
+  for (const ArFit fit : kFits) fits.emplace_back(name_of(fit));
+  command->add_option("--fit", options->fit, "how the coefficients are found")
+      ->capture_default_str()
+      ->check(CLI::IsMember(fits));
+  command->add_flag("--values", options->on_values,
+                    "fit the values themselves, less their mean; else their differences");
+  command->add_option("--rate", options->reading.rate_hz, "Hz that the series is resampled to")
+      ->capture_default_str()
+      ->check(CLI::Range(1.0, 10000.0));
+  command->add_option("--time-unit", options->time_unit, "of a file's times")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"s", "ms"}));
+  command->add_option("--columns", options->reading.columns, "of a .csv, separated by commas; else all in N and N·m");
+  command->add_flag("--json", options->wants_json, "print one JSON object");
+  command->footer("V: variance of the one-step error. FPE = V (1 + p/N)/(1 - p/N). Exit code: 0 done, 2 bad input.");
+  command->callback([options] {
+    options->reading.time_unit_s = options->time_unit == "ms" ? 1e-3 : 1.0;
+    const std::vector<SeriesOrders> all = orders_of(*options);
+    if (options->wants_json) {
+      std::cout << pretty_json(to_json(*options, all));
+    } else {
+      print(all);
+    }
+  });
+}
+
+}  // namespace tandem::lab

@@ -1,0 +1,312 @@
+// `tandem-lab live`: the trials of an experiment file in real time, over sockets, and held against the same trials in
+// virtual time: does what the lab says of a client hold for the client that people run?
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <filesystem>
+#include <iomanip>
+#include <iostream>
+#include <map>
+#include <memory>
+#include <optional>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "common/base/json_fields.hpp"
+#include "common/base/json_pretty.hpp"
+#include "common/base/progress.hpp"
+#include "lab/cli/commands.hpp"
+#include "lab/experiment/experiment_library.hpp"
+#include "lab/experiment/trial_grid.hpp"
+#include "lab/metrics/trial_metrics.hpp"
+#include "lab/results/output_folder.hpp"
+#include "lab/results/study_hdf5.hpp"
+#include "lab/results/study_report.hpp"
+#include "lab/results/study_results.hpp"
+#include "lab/results/trial_files.hpp"
+#include "lab/results/trial_runner.hpp"
+#include "lab/session/live_session.hpp"
+#include "lab/session/virtual_session.hpp"
+
+namespace tandem::lab {
+namespace {
+
+namespace json = boost::json;
+
+/// What live and virtual trial shall agree in, and how far they may be apart: the greater of a share of the virtual
+/// value and an absolute one. Both are ours: what is looked for is a part that works in one and not in the other, not
+/// the last per cent.
+struct Compared {
+  std::string_view metric;
+  const char* what;
+  double allowed = 0;  ///< absolute
+};
+constexpr double kAllowedShare = 0.15;
+constexpr std::array kCompared{Compared{"free_drag_rms_n", "drag [N]", 0.05},
+                               Compared{"contact_error_rms_n", "contact force error [N]", 0.05},
+                               Compared{"felt_stiffness_ratio", "felt stiffness, ratio", 0}};
+
+struct Comparison {
+  const Compared* of = nullptr;
+  double live = 0;
+  double virtual_value = 0;
+
+  double allowed() const { return std::max(of->allowed, kAllowedShare * std::abs(virtual_value)); }
+  /// Where neither trial has such a number there is nothing to disagree about.
+  bool agrees() const {
+    if (std::isnan(live) && std::isnan(virtual_value)) return true;
+    return std::abs(live - virtual_value) <= allowed();
+  }
+};
+
+struct LiveResult {
+  TrialResult live;
+  TrialResult beside;
+  std::vector<Comparison> comparisons;
+  LiveTiming timing;
+};
+
+struct Options {
+  std::string experiment;
+  std::string out;
+  std::vector<std::string> settings;
+  std::string stage;
+  std::optional<std::uint64_t> seeds;
+  int realtime_priority = 0;
+  bool is_single = false;
+  bool wants_json = false;
+};
+
+std::vector<Trial> trials_of(const Options& options) {
+  GridRequest request;
+  request.is_single = options.is_single;
+  request.seeds = options.seeds;
+  if (!options.stage.empty()) request.axes.push_back(parse_axis("stage=" + options.stage));
+  for (const std::string& setting : options.settings) request.axes.push_back(parse_axis(setting));
+  const std::vector<std::string> names{options.experiment};
+  return expand(read_experiment_file(experiment_files(names).front()), request);
+}
+
+/// Virtual runs at zero delay, each done once.
+class References {
+ public:
+  const SessionTrace& of(const Trial& trial, const std::shared_ptr<const LoadedScene>& scene) {
+    const Trial reference = reference_of(trial);
+    const std::string key = compact_json(experiment_json(reference.experiment));
+    const auto [place, is_new] = traces_.try_emplace(key);
+    if (is_new) place->second = VirtualSession(reference.experiment, scene).run();
+    return place->second;
+  }
+
+ private:
+  std::map<std::string, SessionTrace> traces_;
+};
+
+TrialResult result_of(const Trial& trial, const SessionTrace& trace, const SessionTrace& reference) {
+  TrialResult result;
+  result.row = parse_json(pretty_json(trial_row(trial, trace, &reference)), "a trial's row").get_object();
+  result.virtual_s = to_seconds(trace.joined_after + trial.experiment.duration);
+  result.wall_s = result.virtual_s;
+  return result;
+}
+
+std::vector<Comparison> compared(const json::object& live, const json::object& beside) {
+  std::vector<Comparison> comparisons;
+  for (const Compared& each : kCompared) {
+    comparisons.push_back({&each, number_in(live, each.metric), number_in(beside, each.metric)});
+  }
+  return comparisons;
+}
+
+SessionTrace run_live(LiveSession& session, const Trial& trial, const std::optional<std::filesystem::path>& files_in) {
+  if (!files_in) return session.run();
+  TrialFiles files(trial.experiment, *files_in);
+  session.on_tick = [&](std::size_t user, const TickRecord& record, int phase) {
+    files.write_tick(user, record, phase);
+  };
+  SessionTrace trace = session.run();
+  files.finish(trace, "live");
+  return trace;
+}
+
+/// `files_in`: where the time series go; none: nowhere.
+LiveResult run_trial(const Trial& trial, References& references, int realtime_priority,
+                     const std::optional<std::filesystem::path>& files_in) {
+  SceneLoading loading;
+  loading.progress = progress_on_stderr();
+  const auto scene = load_experiment_scene(trial.experiment, loading);
+  const SessionTrace& reference = references.of(trial, scene);
+  const SessionTrace beside = VirtualSession(trial.experiment, scene).run();
+  LiveSession session(trial.experiment, scene, beside, realtime_priority);
+  LiveResult result;
+  result.beside = result_of(trial, beside, reference);
+  const SessionTrace live = run_live(session, trial, files_in);
+  result.live = result_of(trial, live, reference);
+  if (files_in) result.live.samples = *files_in;
+  result.comparisons = compared(result.live.row, result.beside.row);
+  result.timing = session.timing();
+  return result;
+}
+
+bool agrees(const LiveResult& result) {
+  return std::all_of(result.comparisons.begin(), result.comparisons.end(),
+                     [](const Comparison& each) { return each.agrees(); });
+}
+
+double milliseconds(Duration duration) {
+  return to_seconds(duration) * 1e3;
+}
+
+json::object timing_json(const LiveTiming& timing) {
+  json::array users;
+  for (const LiveUserTiming& user : timing.users) {
+    users.push_back(json::object{{"ticks", user.ticks},
+                                 {"milliseconds_without_tick", user.skipped},
+                                 {"records_lost", user.lost},
+                                 {"lateness_p50_ms", milliseconds(user.loop.lateness.quantile(0.5))},
+                                 {"lateness_p99_ms", milliseconds(user.loop.lateness.quantile(0.99))},
+                                 {"lateness_max_ms", milliseconds(user.loop.lateness.max())}});
+  }
+  return {{"users", std::move(users)},
+          {"room_step_p99_ms", milliseconds(timing.room.step_time.quantile(0.99))},
+          {"room_steps_missed", timing.room.missed},
+          {"room_overruns", timing.room.overruns}};
+}
+
+json::object comparison_json(const LiveResult& result) {
+  json::array compared;
+  for (const Comparison& each : result.comparisons) {
+    compared.push_back(json::object{{"metric", each.of->metric},
+                                    {"live", each.live},
+                                    {"virtual", each.virtual_value},
+                                    {"allowed_difference", each.allowed()},
+                                    {"agrees", each.agrees()}});
+  }
+  return {{"stage", text_in(result.live.row, "stage")},
+          {"rtt_ms", number_in(result.live.row, "rtt_ms")},
+          {"seed", result.live.row.at("seed")},
+          {"outcome", text_in(result.live.row, "outcome")},
+          {"compared", std::move(compared)},
+          {"timing", timing_json(result.timing)}};
+}
+
+json::object comparisons_json(const std::vector<LiveResult>& results) {
+  json::array trials;
+  for (const LiveResult& result : results) trials.push_back(comparison_json(result));
+  return {{"allowed_share", kAllowedShare}, {"trials", std::move(trials)}};
+}
+
+std::string number_text(double value) {
+  if (!std::isfinite(value)) return "-";
+  std::ostringstream text;
+  text << std::fixed << std::setprecision(3) << value;
+  return text.str();
+}
+
+void print_result(const LiveResult& result) {
+  std::cout << '\n'
+            << text_in(result.live.row, "experiment") << ", " << text_in(result.live.row, "stage") << ", round trip "
+            << number_in(result.live.row, "rtt_ms") << " ms, seed " << compact_json(result.live.row.at("seed")) << ": "
+            << text_in(result.live.row, "outcome") << '\n'
+            << std::left << std::setw(30) << "  compared" << std::right << std::setw(10) << "live" << std::setw(10)
+            << "virtual" << std::setw(12) << "difference" << std::setw(9) << "allowed" << '\n';
+  for (const Comparison& each : result.comparisons) {
+    std::cout << "  " << std::left << std::setw(28) << each.of->what << std::right << std::setw(10)
+              << number_text(each.live) << std::setw(10) << number_text(each.virtual_value) << std::setw(12)
+              << number_text(each.live - each.virtual_value) << std::setw(9)
+              << number_text(std::isnan(each.virtual_value) ? each.virtual_value : each.allowed())
+              << (each.agrees() ? "  ok\n" : "  DISAGREES\n");
+  }
+  for (const LiveUserTiming& user : result.timing.users) {
+    std::cout << "  " << user.ticks << " ticks, " << user.skipped << " ms without one, late p99 "
+              << number_text(milliseconds(user.loop.lateness.quantile(0.99))) << " ms, max "
+              << number_text(milliseconds(user.loop.lateness.max())) << " ms\n";
+  }
+}
+
+void write_files(const std::filesystem::path& folder, const std::vector<LiveResult>& results, double wall_s) {
+  std::vector<TrialResult> live;
+  std::vector<TrialResult> beside;
+  for (const LiveResult& result : results) {
+    live.push_back(result.live);
+    beside.push_back(result.beside);
+  }
+  write_text_file(folder / "results.json", pretty_json(study_json(live)));
+  write_text_file(folder / "results.csv", study_csv(live));
+  write_study_hdf5(folder / "results.h5", live);
+  write_text_file(folder / "virtual.json", pretty_json(study_json(beside)));
+  write_text_file(folder / "comparison.json", pretty_json(comparisons_json(results)));
+  write_text_file(folder / "timing.json", pretty_json(json::object{{"wall_s", wall_s}}));
+  // The only trial's own report shows its forces over time; curves over delay would have one point.
+  if (results.size() > 1) write_text_file(folder / "report.html", study_report_html(live));
+}
+
+void print_size(const std::vector<Trial>& trials) {
+  double seconds = 0;
+  for (const Trial& trial : trials) seconds += to_seconds(trial.experiment.duration);
+  std::cerr << trials.size() << (trials.size() == 1 ? " trial" : " trials") << " in real time: " << std::ceil(seconds)
+            << " s, and some seconds each for the same in virtual time\n";
+}
+
+int run(const Options& options) {
+  const std::vector<Trial> trials = trials_of(options);
+  if (trials.empty()) throw std::invalid_argument("there is nothing to run; the grid has no trial");
+  print_size(trials);
+  const std::filesystem::path folder = made_folder(options.out);
+  std::optional<std::filesystem::path> files_in;
+  if (trials.size() == 1) files_in = folder;
+  References references;
+  std::vector<LiveResult> results;
+  const SteadyClock wall;
+  const LocalTime begin = wall.now();
+  for (const Trial& trial : trials) {
+    results.push_back(run_trial(trial, references, options.realtime_priority, files_in));
+    for (const std::string& line : results.front().timing.realtime_not_granted) {
+      if (results.size() == 1) std::cerr << line << '\n';
+    }
+    if (!options.wants_json) print_result(results.back());
+    write_files(folder, results, to_seconds(wall.now() - begin));  // each time: the next may fail
+  }
+  if (options.wants_json) std::cout << pretty_json(comparisons_json(results));
+  const bool is_good = std::all_of(results.begin(), results.end(), [](const LiveResult& result) {
+    return agrees(result) && text_in(result.live.row, "outcome") != "lost";
+  });
+  return is_good ? 0 : 1;
+}
+
+}  // namespace
+
+void add_live_command(CLI::App& app, int& exit_code) {
+  const auto options = std::make_shared<Options>();
+  CLI::App* command =
+      app.add_subcommand("live", "Runs trials in real time over sockets, and holds them against virtual time");
+  command
+      ->add_option("experiment", options->experiment,
+                   "experiment file (JSON; fields in lab/README.md), or name of a shipped one")
+      ->required();
+  command
+      ->add_option("--out", options->out,
+                   "folder for results.json, virtual.json, comparison.json, report.html and, of a single trial, the "
+                   "time series")
+      ->required();
+  command->add_option("--set", options->settings,
+                      "a quantity with its value, or with several to try, as of run; may be repeated");
+  command->add_option("--stage", options->stage, "as --set stage=: one or more of " + listed_stages());
+  command->add_option("--seeds", options->seeds, "how many seeds, from the file's on");
+  command->add_flag("--single", options->is_single, "the file as it stands, without its grid");
+  command
+      ->add_option("--rt-priority", options->realtime_priority,
+                   "SCHED_FIFO priority of the haptic threads and the room, 1 to 99; 0: normal scheduler")
+      ->check(CLI::Range(0, 99))
+      ->capture_default_str();
+  command->add_flag("--json", options->wants_json, "print comparison.json instead of a table");
+  command->footer(
+      "Exit code: 0 all agree, 1 a trial does not agree or a user lost its connection, 2 bad input or set-up.");
+  command->callback([options, &exit_code] { exit_code = run(*options); });
+}
+
+}  // namespace tandem::lab

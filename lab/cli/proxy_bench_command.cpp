@@ -1,0 +1,143 @@
+// `tandem-lab bench proxy`: touch with a point on a mesh, against a closest-point loop in the same run.
+
+#include <CLI/CLI.hpp>
+#include <iostream>
+#include <memory>
+#include <sstream>
+#include <string>
+
+#include "common/base/json_pretty.hpp"
+#include "lab/cli/bench_commands.hpp"
+#include "lab/report/check.hpp"
+#include "lab/report/format.hpp"
+#include "lab/studies/contact/mesh_source.hpp"
+#include "lab/studies/contact/proxy_bench.hpp"
+
+namespace tandem::lab {
+namespace {
+
+/// What a tick of touch with a point may take beside everything else in a millisecond.
+constexpr double kMedianBudget_us = 4;
+constexpr double kP99Budget_us = 20;
+/// Of each loop in turn; their times are pooled. One more before, untimed, fills the caches.
+constexpr int kRounds = 3;
+
+struct Options {
+  std::string mesh;
+  double size_mm = 100;
+  double radius_mm = 1;
+  std::size_t steps = 20'000;
+  bool is_shaded = true;
+  bool is_checked = false;
+  bool wants_json = false;
+};
+
+struct Result {
+  std::size_t triangles = 0;
+  double hand_depth_m = 0;
+  ProxyFigures ours;
+  ProxyLag lag;
+  ProxyFigures closest_point;
+};
+
+Result measure(const Options& options) {
+  const SteadyClock clock;
+  const TriangleMesh mesh = mesh_from(options.mesh, "--mesh", {{}, options.size_mm / 1e3});
+  const GodObjectSettings settings{options.radius_mm / 1e3, options.is_shaded};
+  const auto shared = std::make_shared<const ProxyMesh>(mesh);
+  const std::vector<Vec3> hand = wandering_hand(mesh, options.steps);
+  const TriangleTree tree(mesh);
+  const CrossingJudge judge(mesh);
+  std::vector<ProxyRun> ours, closest_point;
+  for (int round = 0; round < 1 + kRounds; ++round) {
+    ours.push_back(run_god_object(shared, settings, hand, clock));
+    closest_point.push_back(run_closest_point(tree, settings.radius_m, hand, clock));
+  }
+  ours.erase(ours.begin());
+  closest_point.erase(closest_point.begin());
+  Result result;
+  result.triangles = mesh.triangles.size();
+  result.hand_depth_m = depth_of(hand, tree);
+  result.ours = figures_of(ours, tree, judge, settings.radius_m);
+  result.lag = lag_of(shared, settings, hand);
+  result.closest_point = figures_of(closest_point, tree, judge, settings.radius_m);
+  return result;
+}
+
+std::vector<report::Check> checks_of(const Result& result) {
+  using report::Relation;
+  return {{"proxy", "median of an update", result.ours.loop_us.p50_us, Relation::kAtMost, kMedianBudget_us, "µs", 2},
+          {"proxy", "p99 of an update", result.ours.loop_us.p99_us, Relation::kAtMost, kP99Budget_us, "µs", 2},
+          {"proxy", "deepest inside the mesh", 1e9 * result.ours.max_penetration_m, Relation::kAtMost,
+           1e9 * GodObject::kTolerance_m, "nm", 2},
+          {"proxy", "pop-throughs", static_cast<double>(result.ours.pop_throughs), Relation::kAtMost, 0, "", 0}};
+}
+
+boost::json::object to_json(const Options& options, const Result& result, const std::vector<report::Check>& checks) {
+  boost::json::object json{{"mesh", options.mesh},
+                           {"triangles", result.triangles},
+                           {"radius_m", options.radius_mm / 1e3},
+                           {"steps", options.steps},
+                           {"rounds", kRounds},
+                           {"hand_depth_m", result.hand_depth_m}};
+  for (const auto& [key, value] : to_json(result.ours)) json[key] = value;
+  for (const auto& [key, value] : to_json(result.lag)) json[key] = value;
+  boost::json::object closest_point = to_json(result.closest_point);
+  closest_point["triangles"] = result.triangles;
+  json["closest_point"] = std::move(closest_point);
+  json["checks"] = report::to_json(checks);
+  return json;
+}
+
+std::string to_text(const std::string& name, const ProxyFigures& figures) {
+  using report::format_significant;
+  const TimeQuantiles& times = figures.loop_us;
+  return name + format_significant(times.p50_us, 3) + " / " + format_significant(times.p99_us, 3) + " / " +
+         format_significant(times.max_us, 3) + " µs, " + format_significant(1e3 * figures.max_penetration_m, 3) +
+         " mm inside, " + std::to_string(figures.pop_throughs) + " pop-throughs\n";
+}
+
+std::string to_text(const ProxyLag& lag) {
+  using report::format_significant;
+  return "proxy not yet at rest in " + format_significant(100 * lag.held_back_share, 2) +
+         " % of the ticks; lag behind where it would rest p50 / p99 / max " + format_significant(1e3 * lag.p50_m, 3) +
+         " / " + format_significant(1e3 * lag.p99_m, 3) + " / " + format_significant(1e3 * lag.max_m, 3) + " mm\n";
+}
+
+int run(const Options& options) {
+  const Result result = measure(options);
+  const std::vector<report::Check> checks = checks_of(result);
+  if (options.wants_json) {
+    std::cout << pretty_json(to_json(options, result, checks));
+  } else {
+    std::cout << options.mesh << ", " << result.triangles << " triangles, " << options.steps
+              << " ticks of 1 ms, the hand up to " << report::format_significant(1e3 * result.hand_depth_m, 3)
+              << " mm deep\ntimes p50 / p99 / max over " << kRounds << " runs\n"
+              << to_text("proxy          ", result.ours) << to_text("closest point  ", result.closest_point)
+              << to_text(result.lag);
+    if (options.is_checked) report::print_checks(std::cout, checks);
+  }
+  return options.is_checked && !report::all_hold(checks) ? 1 : 0;
+}
+
+}  // namespace
+
+void add_proxy_bench(CLI::App& bench, int& exit_code) {
+  const auto options = std::make_shared<Options>();
+  CLI::App* command = bench.add_subcommand("proxy", "A point pressed into a mesh and drawn over it");
+  command->add_option("--mesh", options->mesh, "a mesh file, or peg, box_with_hole, sphere, cube")->required();
+  command->add_option("--size-mm", options->size_mm, "longest edge of the bounding box of a mesh from a file [mm]")
+      ->check(CLI::Range(1.0, 10'000.0))
+      ->capture_default_str();
+  command->add_option("--radius-mm", options->radius_mm, "of the proxy [mm]")
+      ->check(CLI::Range(0.05, 100.0))
+      ->capture_default_str();
+  command->add_option("--steps", options->steps, "of 1 ms")->check(CLI::Range(1, 1'000'000))->capture_default_str();
+  command->add_flag("!--no-shading", options->is_shaded, "leave force shading out");
+  command->add_flag("--check", options->is_checked, "exit code 1 when a bound does not hold");
+  command->add_flag("--json", options->wants_json, "print JSON instead of a table");
+  command->footer("Exit code: 0 done, 1 a bound of --check does not hold, 2 bad input or set-up.");
+  command->callback([options, &exit_code] { exit_code = run(*options); });
+}
+
+}  // namespace tandem::lab

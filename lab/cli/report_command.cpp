@@ -1,0 +1,87 @@
+#include "lab/cli/report_command.hpp"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "common/base/json_pretty.hpp"
+#include "lab/report/session_checks.hpp"
+#include "lab/report/session_data.hpp"
+#include "lab/report/session_report.hpp"
+
+namespace tandem::report {
+namespace {
+
+struct Options {
+  std::vector<std::string> sessions;  ///< NAME=DIR
+  std::string out;
+  bool wants_json = false;
+};
+
+Session session_from_option(const std::string& option) {
+  const std::size_t equals = option.find('=');
+  if (equals == std::string::npos || equals == 0 || equals + 1 == option.size()) {
+    throw std::invalid_argument("--session " + option + ": it must be NAME=DIR, e.g. peg_in_hole=demo/peg_in_hole");
+  }
+  return load_session(option.substr(0, equals), option.substr(equals + 1));
+}
+
+std::vector<Session> load_sessions(const std::vector<std::string>& options) {
+  std::vector<Session> sessions;
+  for (const std::string& option : options) {
+    Session session = session_from_option(option);
+    const bool is_second =
+        std::any_of(sessions.begin(), sessions.end(), [&](const Session& other) { return other.name == session.name; });
+    if (is_second) throw std::invalid_argument("--session " + option + ": there is a session of that name already");
+    sessions.push_back(std::move(session));
+  }
+  return sessions;
+}
+
+void write_file(const std::filesystem::path& file, const std::string& text) {
+  std::error_code error;
+  if (file.has_parent_path()) std::filesystem::create_directories(file.parent_path(), error);
+  std::ofstream out(file, std::ios::binary | std::ios::trunc);
+  out << text << std::flush;
+  if (!out) throw std::invalid_argument("--out " + file.string() + ": cannot be written; check folder and rights");
+}
+
+int run(const Options& options) {
+  const std::vector<Session> sessions = load_sessions(options.sessions);
+  const std::vector<Check> checks = check_sessions(sessions);
+  write_file(options.out, session_report_html(sessions, checks));
+  const bool holds = all_hold(checks);
+  if (options.wants_json) {
+    std::cout << pretty_json(
+        boost::json::object{{"report", options.out}, {"holds", holds}, {"checks", to_json(checks)}});
+  } else {
+    print_checks(std::cout, checks);
+  }
+  return holds ? 0 : 1;
+}
+
+}  // namespace
+
+void add_report_command(CLI::App& app, int& exit_code) {
+  // Lives as long as the callback that needs it.
+  const auto options = std::make_shared<Options>();
+  CLI::App* command = app.add_subcommand("report", "Checks sessions of tandem-client and writes an HTML report");
+  command
+      ->add_option("--session", options->sessions,
+                   "NAME=DIR; DIR holds USER.json (--json) and USER.csv (--trace) of each client; may be repeated")
+      ->required()
+      ->expected(1)
+      ->take_all();
+  command->add_option("--out", options->out, "the HTML file to write")->required();
+  command->add_flag("--json", options->wants_json, "print the checks as JSON instead of as a table");
+  command->footer("Exit code: 0 every check holds, 1 one does not, 2 bad input.");
+  command->callback([options, &exit_code] { exit_code = run(*options); });
+}
+
+}  // namespace tandem::report

@@ -1,0 +1,135 @@
+// `tandem-lab bench room`: a scene's room at its own pace, with hands that touch it.
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <iostream>
+#include <memory>
+#include <stdexcept>
+
+#include "common/base/json_pretty.hpp"
+#include "common/base/progress.hpp"
+#include "common/realtime/realtime.hpp"
+#include "lab/cli/bench_commands.hpp"
+#include "lab/experiment/experiment.hpp"
+#include "lab/report/check.hpp"
+#include "lab/session/room_bench.hpp"
+
+namespace tandem::lab {
+namespace {
+
+/// What the thesis of 1 kHz touch leaves for a step, beside client, network and operating system.
+constexpr double kStepBudget_us = 250;
+constexpr double kOverlongShare_percent = 0.1;
+constexpr std::size_t kDefaultUsers = 2;
+
+struct Options {
+  std::string scene = "bunny";
+  std::size_t users = 0;  ///< 0: as many as the scene has tools, up to kDefaultUsers
+  std::vector<std::string> hands;
+  double seconds = 11;
+  bool wants_json = false;
+};
+
+double microseconds(Duration duration) {
+  return to_seconds(duration) * 1e6;
+}
+
+boost::json::object quantiles_us(const Histogram& histogram) {
+  return {{"p50", microseconds(histogram.quantile(0.5))},
+          {"p99", microseconds(histogram.quantile(0.99))},
+          {"p999", microseconds(histogram.quantile(0.999))},
+          {"max", microseconds(histogram.max())}};
+}
+
+std::vector<report::Check> checks_of(const RoomBenchResult& result) {
+  const double overlong = 100.0 * static_cast<double>(result.overlong) / static_cast<double>(result.step.count());
+  return {
+      {"room", "p99 of a step", microseconds(result.step.quantile(0.99)), report::Relation::kAtMost, kStepBudget_us,
+       "µs", 0},
+      {"room", "steps longer than the period", overlong, report::Relation::kAtMost, kOverlongShare_percent, "%", 2}};
+}
+
+boost::json::object to_json(const Options& options, const RoomBenchResult& result,
+                            const std::vector<report::Check>& checks) {
+  boost::json::array faults;
+  for (const std::string& name : tick_fault_names(result.faults)) faults.emplace_back(name);
+  return {{"scene", options.scene},
+          {"users", options.users},
+          {"steps", result.step.count()},
+          {"step_us", quantiles_us(result.step)},
+          {"steps_longer_than_period", result.overlong},
+          {"wake_up_lateness_us", quantiles_us(result.lateness)},
+          {"periods_missed_by_late_wake_ups", result.missed},
+          {"contacts_max", result.contacts_max},
+          {"depth_max_m", result.depth_max_m},
+          {"force_max_n", result.force_max_n},
+          {"tick_faults", faults},
+          {"checks", report::to_json(checks)}};
+}
+
+void print(const Options& options, const RoomBenchResult& result, const std::vector<report::Check>& checks) {
+  const auto line = [](const char* what, const Histogram& h) {
+    std::cout << what << "  p50 " << microseconds(h.quantile(0.5)) << ", p99 " << microseconds(h.quantile(0.99))
+              << ", p99.9 " << microseconds(h.quantile(0.999)) << ", max " << microseconds(h.max()) << " µs\n";
+  };
+  std::cout << options.scene << ", " << options.users << " users, " << result.step.count() << " steps\n";
+  line("step              ", result.step);
+  line("wake-up lateness  ", result.lateness);
+  std::cout << "contacts up to " << result.contacts_max << ", depth up to " << result.depth_max_m * 1e3
+            << " mm, force up to " << result.force_max_n << " N, tick faults " << describe_faults(result.faults)
+            << "\n";
+  report::print_checks(std::cout, checks);
+}
+
+/// One path a user: those that were named, then presses, for the shipped scenes put something below every tool.
+std::vector<std::string> hands_of(const Options& options) {
+  std::vector<std::string> hands = options.hands;
+  if (hands.size() > options.users) {
+    throw std::invalid_argument("--hands names " + std::to_string(hands.size()) + " paths for " +
+                                std::to_string(options.users) + (options.users == 1 ? " user" : " users") +
+                                "; name fewer, or give --users");
+  }
+  hands.resize(options.users, "press-down");
+  return hands;
+}
+
+int run(Options options) {
+  SceneLoading loading;
+  loading.progress = progress_on_stderr();
+  const auto scene = load_scene(scene_path(options.scene, ""), loading);
+  if (options.users == 0) options.users = std::min(kDefaultUsers, scene->tools.size());
+  RoomBenchSettings settings;
+  settings.hands = hands_of(options);
+  settings.duration = from_seconds(options.seconds);
+  for (const std::string& refusal : request_realtime({.priority = 60})) std::cerr << refusal << '\n';
+  const RoomBenchResult result = bench_room(scene, settings);
+  const std::vector<report::Check> checks = checks_of(result);
+  if (options.wants_json) {
+    std::cout << pretty_json(to_json(options, result, checks));
+  } else {
+    print(options, result, checks);
+  }
+  return report::all_hold(checks) ? 0 : 1;
+}
+
+}  // namespace
+
+void add_room_bench(CLI::App& bench, int& exit_code) {
+  const auto options = std::make_shared<Options>();
+  CLI::App* command = bench.add_subcommand("room", "Steps of a scene's room in real time, with hands that touch it");
+  command->add_option("--scene", options->scene, "name of a shipped scene, or path of a scene file")
+      ->capture_default_str();
+  command
+      ->add_option("--users", options->users,
+                   "users; the n-th gets the n-th tool [default: 2, or 1 when the scene has one tool]")
+      ->check(CLI::Range(1, 16));
+  command->add_option("--hands", options->hands, "named hand path of each user [default: press-down for all]")
+      ->type_name("NAME");
+  command->add_option("--seconds", options->seconds, "how long [s]")
+      ->check(CLI::Range(0.1, 3600.0))
+      ->capture_default_str();
+  command->add_flag("--json", options->wants_json, "print JSON instead of a table");
+  command->callback([options, &exit_code] { exit_code = run(*options); });
+}
+
+}  // namespace tandem::lab

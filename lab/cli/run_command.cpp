@@ -1,0 +1,205 @@
+// `tandem-lab run`: the trials of experiment files, in virtual time.
+
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <filesystem>
+#include <iomanip>
+#include <iostream>
+#include <memory>
+#include <optional>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "common/base/json_pretty.hpp"
+#include "common/base/progress.hpp"
+#include "common/docking/lennard_jones.hpp"
+#include "lab/cli/commands.hpp"
+#include "lab/experiment/experiment_library.hpp"
+#include "lab/experiment/trial_grid.hpp"
+#include "lab/results/output_folder.hpp"
+#include "lab/results/study_hdf5.hpp"
+#include "lab/results/study_report.hpp"
+#include "lab/results/study_results.hpp"
+#include "lab/results/trial_runner.hpp"
+
+namespace tandem::lab {
+namespace {
+
+/// What studies have been seen to run at on one core, times real time; only for the estimate before the first trial.
+constexpr double kExpectedSpeed = 10;
+
+struct Options {
+  std::vector<std::string> experiments;
+  std::string out;
+  std::optional<std::uint64_t> seed;
+  std::optional<std::uint64_t> seeds;
+  std::vector<std::string> settings;
+  std::string stage;
+  std::string kernel;
+  std::size_t threads = 0;
+  bool is_single = false;
+  bool is_full = false;
+  bool wants_samples = false;
+  bool wants_json = false;
+  bool is_dry = false;
+};
+
+Axis stage_axis(const std::string& names) {
+  const std::vector<std::string_view> known = known_stages();
+  Axis axis = parse_axis("stage=" + names);
+  for (const boost::json::value& value : axis.values) {
+    const std::string name = value.is_string() ? std::string(value.get_string()) : "";
+    if (std::find(known.begin(), known.end(), name) != known.end()) continue;
+    throw std::invalid_argument("--stage " + names + ": does not exist; use one or more of: " + listed_stages());
+  }
+  return axis;
+}
+
+GridRequest request_of(const Options& options) {
+  GridRequest request;
+  request.is_single = options.is_single;
+  request.is_full = options.is_full;
+  request.seeds = options.seeds;
+  if (options.seed) request.axes.push_back({"seed", {*options.seed}});
+  if (!options.stage.empty()) request.axes.push_back(stage_axis(options.stage));
+  for (const std::string& setting : options.settings) request.axes.push_back(parse_axis(setting));
+  return request;
+}
+
+std::vector<Trial> trials_of(const Options& options) {
+  const GridRequest request = request_of(options);
+  std::vector<Trial> trials;
+  for (const std::filesystem::path& file : experiment_files(options.experiments)) {
+    for (Trial& trial : expand(read_experiment_file(file), request)) trials.push_back(std::move(trial));
+  }
+  if (trials.empty()) throw std::invalid_argument("there is nothing to run; the grid has no trial");
+  return trials;
+}
+
+std::string time_text(double seconds) {
+  std::ostringstream text;
+  text << std::fixed << std::setprecision(seconds < 600 ? 0 : 1);
+  if (seconds < 120) {
+    text << seconds << " s";
+  } else {
+    text << seconds / 60 << " min";
+  }
+  return text.str();
+}
+
+/// A bar on a terminal; else a line now and then.
+class StudyLine {
+ public:
+  void show(const StudyProgress& progress) {
+    constexpr std::size_t kWidth = 30;
+    const std::size_t filled = progress.total == 0 ? kWidth : kWidth * progress.done / progress.total;
+    const std::size_t run = progress.done - progress.reused;
+    const double left_s =
+        run == 0 ? 0 : progress.wall_s * static_cast<double>(progress.total - progress.done) / static_cast<double>(run);
+    std::ostringstream line;
+    line << '[' << std::string(filled, '#') << std::string(kWidth - filled, '.') << "] " << progress.done << '/'
+         << progress.total << " trials, " << time_text(left_s) << " left";
+    const bool is_end = progress.done == progress.total;
+    if (is_terminal_) {
+      std::cerr << '\r' << line.str() << "    " << (is_end ? "\n" : "") << std::flush;
+    } else if (is_end || filled >= last_shown_ + kWidth / 5) {
+      std::cerr << line.str() << '\n';
+      last_shown_ = filled;
+    }
+  }
+
+ private:
+  bool is_terminal_ = isatty(STDERR_FILENO) != 0;
+  std::size_t last_shown_ = 0;
+};
+
+void print_size(const StudySize& size, std::size_t threads) {
+  std::cerr << size.trials << (size.trials == 1 ? " trial" : " trials");
+  if (size.there > 0) std::cerr << ", " << size.there << " of them done already";
+  if (size.references > 0) std::cerr << ", and " << size.references << " at zero delay to hold them against";
+  std::cerr << "; about " << time_text(size.virtual_s / kExpectedSpeed / static_cast<double>(threads)) << " on "
+            << threads << (threads == 1 ? " core\n" : " cores\n");
+}
+
+void write_results(const std::filesystem::path& folder, std::span<const TrialResult> results, double wall_s,
+                   bool is_one_with_files) {
+  write_text_file(folder / "results.json", pretty_json(study_json(results)));
+  write_text_file(folder / "results.csv", study_csv(results));
+  write_study_hdf5(folder / "results.h5", results);
+  write_text_file(folder / "timing.json", pretty_json(study_timing_json(results, wall_s)));
+  // The only trial's own report shows its forces over time; curves over delay would have one point.
+  if (!is_one_with_files) write_text_file(folder / "report.html", study_report_html(results));
+}
+
+int run(const Options& options) {
+  if (!options.kernel.empty()) LennardJonesField::use_by_default(options.kernel);
+  std::vector<Trial> trials = trials_of(options);
+  RunSettings settings;
+  settings.out = options.out;
+  settings.threads = options.threads > 0 ? options.threads : std::max(1U, std::thread::hardware_concurrency());
+  settings.samples_lie_in_out = trials.size() == 1;
+  settings.wants_samples = options.wants_samples || settings.samples_lie_in_out;
+  settings.program = program_fingerprint() + options.kernel;
+  const bool is_one_with_files = settings.samples_lie_in_out;
+  SceneLoading loading;
+  loading.progress = progress_on_stderr();
+  TrialRunner runner(std::move(trials), settings, loading);
+  print_size(runner.size(), settings.threads);
+  if (options.is_dry) return 0;
+
+  const std::filesystem::path folder = made_folder(options.out);
+  StudyLine line;
+  const SteadyClock wall;
+  const LocalTime begin = wall.now();
+  const std::vector<TrialResult> results = runner.run([&](const StudyProgress& progress) { line.show(progress); });
+  const double wall_s = to_seconds(wall.now() - begin);
+  write_results(folder, results, wall_s, is_one_with_files);
+  if (options.wants_json) {
+    std::cout << pretty_json(study_json(results));
+  } else {
+    print_study(std::cout, results);
+    std::cout << "\n"
+              << results.size() << " trials in " << time_text(wall_s) << "; files in " << folder.string() << '\n';
+  }
+  return has_lost_users(results) ? 1 : 0;
+}
+
+}  // namespace
+
+void add_run_command(CLI::App& app, int& exit_code) {
+  const auto options = std::make_shared<Options>();
+  CLI::App* command = app.add_subcommand("run", "Runs the trials of experiments in virtual time");
+  command->add_option("experiment", options->experiments,
+                      "experiment files (JSON; fields in lab/README.md), or names of shipped ones; none: all of these");
+  command
+      ->add_option(
+          "--out", options->out,
+          "folder for results.json, results.csv, results.h5, report.html and timing.json; what is in it from an "
+          "earlier run is not run again")
+      ->required();
+  command->add_option("--set", options->settings,
+                      "a quantity with its value, or with several to try: link.rtt_ms=0,50,100, hand.mass_kg=0.5, "
+                      "users.1.device=falcon, scene.bodies.cube.friction=0.5; may be repeated");
+  command->add_option("--seeds", options->seeds, "how many seeds, from the file's on");
+  command->add_option("--seed", options->seed, "the first seed, instead of the file's");
+  command->add_option("--stage", options->stage, "as --set stage=: one or more of " + listed_stages());
+  auto* single = command->add_flag("--single", options->is_single, "the file as it stands, without its grid");
+  command->add_flag("--full", options->is_full, "every stage with every predictor, guard, delay, jitter and loss")
+      ->excludes(single);
+  command->add_flag("--samples", options->wants_samples, "keep the time series of every trial; of a single one always");
+  command->add_option("--kernel", options->kernel,
+                      "of the molecular field, instead of the widest that this CPU has: \"portable\" gives the same "
+                      "bytes on every x86-64");
+  command->add_option("--threads", options->threads, "trials at a time; default: as many as there are cores");
+  command->add_flag("--dry", options->is_dry, "only say how many trials there are and how long they may take");
+  command->add_flag("--json", options->wants_json, "print results.json instead of a table");
+  command->footer("Exit code: 0 done, 1 a user lost its connection during a trial, 2 bad input or set-up.");
+  command->callback([options, &exit_code] { exit_code = run(*options); });
+}
+
+}  // namespace tandem::lab

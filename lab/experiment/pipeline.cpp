@@ -1,0 +1,55 @@
+#include "lab/experiment/pipeline.hpp"
+
+#include <limits>
+
+#include "client/haptics/stages/stage.hpp"
+
+namespace tandem::lab {
+
+std::string default_stage() {
+  return StageSettings{}.name;
+}
+
+std::vector<std::string_view> known_stages() {
+  return stage_names();
+}
+
+std::vector<std::string_view> known_predictors() {
+  return predictor_names();
+}
+
+std::string listed_stages() {
+  std::string text;
+  for (const std::string_view stage : known_stages()) text.append(text.empty() ? "" : ", ").append(stage);
+  return text;
+}
+
+boost::json::object pipeline_json(const Pipeline& pipeline) {
+  return {{"stage", pipeline.stage},
+          {"predictor", pipeline.predictor},
+          {"guard", pipeline.guard},
+          {"deadband", pipeline.deadband},
+          {"model", boost::json::object{{"mass_scale", pipeline.model_mass_scale}}}};
+}
+
+LocalModelSettings local_model_settings(const Pipeline& pipeline) {
+  LocalModelSettings settings;
+  settings.mass_scale = pipeline.model_mass_scale;
+  settings.keeps_ledger = true;
+  return settings;
+}
+
+HapticSettings haptic_settings(const Pipeline& pipeline, const CouplingParameters& coupling_bounds) {
+  HapticSettings settings;
+  settings.stage.name = pipeline.stage;
+  settings.stage.predictor = pipeline.predictor;
+  settings.stage.guard = pipeline.guard;
+  settings.coupling_bounds = coupling_bounds;
+  return settings;
+}
+
+double guard_dissipated_j(const HapticCore& core, const Pipeline& pipeline) {
+  return pipeline.guard ? core.record().guard_withheld_j : std::numeric_limits<double>::quiet_NaN();
+}
+
+}  // namespace tandem::lab

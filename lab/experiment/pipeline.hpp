@@ -1,0 +1,38 @@
+// What stands between the server's state and a hand, by name: the one place of the lab that knows how a client is told.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "client/haptics/haptic_core.hpp"
+#include "client/model/local_model.hpp"
+#include "common/base/json.hpp"
+
+namespace tandem::lab {
+
+/// The stage that a client uses when nobody asks for another.
+std::string default_stage();
+std::vector<std::string_view> known_stages();
+std::vector<std::string_view> known_predictors();
+/// "late-pose, hold": for messages.
+std::string listed_stages();
+
+struct Pipeline {
+  std::string stage = default_stage();
+  std::string predictor = StageSettings{}.predictor;  ///< of what the stage's model does not know
+  bool guard = StageSettings{}.guard;                 ///< passivity guard
+  double deadband = 0;                                ///< Weber fraction below which nothing is sent; 0: everything is
+  double model_mass_scale = 1;                        ///< masses of the local model are wrong by this factor
+};
+
+/// As an experiment file has it.
+boost::json::object pipeline_json(const Pipeline& pipeline);
+
+LocalModelSettings local_model_settings(const Pipeline& pipeline);
+HapticSettings haptic_settings(const Pipeline& pipeline, const CouplingParameters& coupling_bounds);
+
+/// What the client's guard has kept from the hand so far [world joules]; NaN: it has none.
+double guard_dissipated_j(const HapticCore& core, const Pipeline& pipeline);
+
+}  // namespace tandem::lab

@@ -1,0 +1,173 @@
+#include "lab/metrics/metrics.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <string>
+
+namespace tandem::lab {
+namespace {
+
+constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
+
+template <class Ticks, class Value>
+double greatest(const Ticks& ticks, Value value) {
+  double result = kNothing;
+  for (const auto& tick : ticks) result = std::fmax(result, value(tick));
+  return result;
+}
+
+template <class Ticks, class Value>
+double mean(const Ticks& ticks, Value value) {
+  double sum = 0;
+  for (const auto& tick : ticks) sum += value(tick);
+  return ticks.empty() ? kNothing : sum / static_cast<double>(ticks.size());
+}
+
+template <class Ticks, class Value>
+double rms(const Ticks& ticks, Value value) {
+  return std::sqrt(mean(ticks, [&](const auto& tick) { return value(tick) * value(tick); }));
+}
+
+double force_n(const TickSample& tick) {
+  return tick.displayed_D.f.norm();
+}
+double torque_n_m(const TickSample& tick) {
+  return tick.displayed_D.t.norm();
+}
+double speed_m_per_s(const TickSample& tick) {
+  return tick.hand_twist_D.v.norm();
+}
+double deviation_m(const TickSample& tick) {
+  return (tick.hand_D.p - tick.intended_D).norm();
+}
+double state_age_ms(const TickSample& tick) {
+  return to_seconds(tick.state_age) * 1e3;
+}
+double round_trip_ms(const TickSample& tick) {
+  return to_seconds(tick.round_trip) * 1e3;
+}
+
+// Settled hold ticks are pointers; the functions above take samples.
+template <double (*F)(const TickSample&)>
+double of_pointer(const TickSample* tick) {
+  return F(*tick);
+}
+
+double ticks_with(const UserTrace& user, SafetyFaults fault) {
+  return static_cast<double>(std::count_if(user.ticks.begin(), user.ticks.end(),
+                                           [&](const TickSample& tick) { return (tick.safety_faults & fault) != 0; }));
+}
+
+/// What would stop a device in earnest; ramp, slew limit and silence are ordinary life.
+constexpr SafetyFaults kRealFaults = kSafetyNotFinite | kSafetyTooFast | kSafetyInvalidSample;
+
+double clamped_fraction(const UserTrace& user) {
+  return mean(user.ticks, [](const TickSample& tick) { return tick.is_clamped ? 1.0 : 0.0; });
+}
+
+double hold_mean_force(const UserTrace& user) {
+  return mean(settled_hold_ticks(user), of_pointer<force_n>);
+}
+
+double hold_force_deviation(const UserTrace& user) {
+  const auto ticks = settled_hold_ticks(user);
+  const double centre = mean(ticks, of_pointer<force_n>);
+  return rms(ticks, [&](const TickSample* tick) { return force_n(*tick) - centre; });
+}
+
+double free_force(const UserTrace& user) {
+  const auto& phases = user.user.hand.phases();
+  const auto move = std::find(phases.begin(), phases.end(), "move") - phases.begin();
+  std::vector<const TickSample*> ticks;
+  for (const TickSample& tick : user.ticks) {
+    if (tick.phase == move) ticks.push_back(&tick);
+  }
+  return rms(ticks, of_pointer<force_n>);
+}
+
+double state_age_quantile(const UserTrace& user, double q) {
+  std::vector<double> ages;
+  for (const TickSample& tick : user.ticks) {
+    if (tick.state_age >= Duration(0)) ages.push_back(state_age_ms(tick));
+  }
+  if (ages.empty()) return kNothing;
+  const auto rank = static_cast<std::ptrdiff_t>(q * static_cast<double>(ages.size() - 1));
+  std::nth_element(ages.begin(), ages.begin() + rank, ages.end());
+  return ages[static_cast<std::size_t>(rank)];
+}
+
+}  // namespace
+
+std::vector<const TickSample*> settled_hold_ticks(const UserTrace& user) {
+  const auto& phases = user.user.hand.phases();
+  const auto hold = std::find(phases.begin(), phases.end(), "hold") - phases.begin();
+  std::vector<const TickSample*> settled;
+  Duration since{0};
+  bool was_hold = false;
+  for (const TickSample& tick : user.ticks) {
+    const bool is_hold = tick.phase == hold;
+    if (is_hold && !was_hold) since = tick.time;
+    if (is_hold && tick.time - since >= kSettling) settled.push_back(&tick);
+    was_hold = is_hold;
+  }
+  return settled;
+}
+
+const std::vector<UserMetric>& user_metrics() {
+  static const std::vector<UserMetric> metrics = {
+      {"force_rms_n", "displayed force, all ticks", [](const UserTrace& u) { return rms(u.ticks, force_n); }},
+      {"force_max_n", "displayed force, all ticks", [](const UserTrace& u) { return greatest(u.ticks, force_n); }},
+      {"torque_rms_n_m", "displayed torque, all ticks", [](const UserTrace& u) { return rms(u.ticks, torque_n_m); }},
+      {"torque_max_n_m", "displayed torque, all ticks",
+       [](const UserTrace& u) { return greatest(u.ticks, torque_n_m); }},
+      {"clamped_fraction", "ticks at which the device's limit cut the force", clamped_fraction},
+      {"move_force_rms_n", "displayed force in the move phase: the drag of the delay in free motion", free_force},
+      {"hold_force_mean_n", "displayed force, settled hold phase", hold_mean_force},
+      {"hold_force_deviation_n", "its standard deviation", hold_force_deviation},
+      {"hold_torque_mean_n_m", "displayed torque, settled hold phase",
+       [](const UserTrace& u) { return mean(settled_hold_ticks(u), of_pointer<torque_n_m>); }},
+      {"hold_speed_rms_m_per_s", "true speed of the hand, settled hold phase",
+       [](const UserTrace& u) { return rms(settled_hold_ticks(u), of_pointer<speed_m_per_s>); }},
+      {"hold_speed_max_m_per_s", "likewise, greatest: a limit cycle shows here",
+       [](const UserTrace& u) { return greatest(settled_hold_ticks(u), of_pointer<speed_m_per_s>); }},
+      {"hold_deviation_mean_m", "from where the hand wants to be, settled hold phase",
+       [](const UserTrace& u) { return mean(settled_hold_ticks(u), of_pointer<deviation_m>); }},
+      {"slew_limited_ticks", "force changes that the slew limit slowed",
+       [](const UserTrace& u) { return ticks_with(u, kSafetySlewed); }},
+      {"silent_ticks", "state so old that the force decayed",
+       [](const UserTrace& u) { return ticks_with(u, kSafetySilence); }},
+      {"safety_fault_ticks", "not finite, too fast or invalid sample",
+       [](const UserTrace& u) { return ticks_with(u, kRealFaults); }},
+      {"energy_to_hand_j", "work done on the hand", [](const UserTrace& u) { return u.energy_to_hand_j; }},
+      {"energy_from_hand_j", "work done by the hand", [](const UserTrace& u) { return u.energy_from_hand_j; }},
+      {"state_age_median_ms", "since the newest state arrived",
+       [](const UserTrace& u) { return state_age_quantile(u, 0.5); }},
+      {"state_age_p99_ms", "likewise", [](const UserTrace& u) { return state_age_quantile(u, 0.99); }},
+      {"round_trip_mean_ms", "as the client measures it",
+       [](const UserTrace& u) { return mean(u.ticks, round_trip_ms); }},
+      {"round_trip_max_ms", "likewise", [](const UserTrace& u) { return greatest(u.ticks, round_trip_ms); }},
+  };
+  return metrics;
+}
+
+double user_metric(const UserTrace& user, std::string_view name) {
+  for (const UserMetric& metric : user_metrics()) {
+    if (metric.name == name) return metric.of(user);
+  }
+  throw std::invalid_argument("metric \"" + std::string(name) + "\" is not known; see trial.json for the names");
+}
+
+BodyTravel body_travel(const SessionTrace& trace, std::size_t body) {
+  BodyTravel travel;
+  if (trace.bodies.empty()) return travel;
+  const Vec3 start = trace.bodies.front().X_WB[body].p;
+  for (const BodiesSample& sample : trace.bodies) {
+    travel.final_m = (sample.X_WB[body].p - start).norm();
+    travel.greatest_m = std::max(travel.greatest_m, travel.final_m);
+  }
+  return travel;
+}
+
+}  // namespace tandem::lab

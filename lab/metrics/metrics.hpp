@@ -1,0 +1,35 @@
+// What one user's trace says by itself. Each is one function, named with its unit in the table of metrics.cpp; adding
+// one there puts it into trial.json and the trial's report. What stages are compared by is in trial_metrics.hpp.
+#pragma once
+
+#include <string_view>
+#include <vector>
+
+#include "lab/session/trace.hpp"
+
+namespace tandem::lab {
+
+/// A stretch of ticks in which the hand rests at a hold way point, without the first second.
+///
+/// A hand that holds is still settling when the phase begins; what is left after a second is either calm or a
+/// limit cycle.
+inline constexpr Duration kSettling{from_seconds(1.0)};
+std::vector<const TickSample*> settled_hold_ticks(const UserTrace& user);
+
+struct UserMetric {
+  std::string_view name;           ///< as in trial.json, unit included
+  std::string_view meaning;        ///< one line, for people
+  double (*of)(const UserTrace&);  ///< NaN: does not apply
+};
+const std::vector<UserMetric>& user_metrics();
+/// The value of the metric called `name`. Fails: std::invalid_argument for an unknown name.
+double user_metric(const UserTrace& user, std::string_view name);
+
+/// How far a body got from where it started, greatest and at the end [m].
+struct BodyTravel {
+  double greatest_m = 0;
+  double final_m = 0;
+};
+BodyTravel body_travel(const SessionTrace& trace, std::size_t body);
+
+}  // namespace tandem::lab

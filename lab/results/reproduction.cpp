@@ -1,0 +1,74 @@
+#include "lab/results/reproduction.hpp"
+
+#include <algorithm>
+#include <sstream>
+
+#include "lab/report/format.hpp"
+
+namespace tandem::lab {
+namespace {
+
+constexpr std::size_t kTextWidth = 120;
+
+/// In lines of no more than kTextWidth where words allow.
+std::string wrapped(const std::string& text) {
+  std::istringstream words(text);
+  std::string result, line;
+  for (std::string word; words >> word;) {
+    if (!line.empty() && report::text_width(line + ' ' + word) > kTextWidth) {
+      result += line + '\n';
+      line.clear();
+    }
+    line += (line.empty() ? "" : " ") + word;
+  }
+  return result + line + '\n';
+}
+
+}  // namespace
+
+boost::json::object to_json(const Reproduction& reproduction) {
+  boost::json::array rows;
+  for (const ReproductionRow& row : reproduction.rows) {
+    rows.push_back(boost::json::object{{"what", row.what}, {"published", row.published}, {"ours", row.ours}});
+  }
+  return {{"title", reproduction.title},
+          {"summary", reproduction.summary},
+          {"rows", rows},
+          {"claims", report::to_json(reproduction.claims)},
+          {"details", reproduction.details}};
+}
+
+std::string to_html(const Reproduction& reproduction) {
+  constexpr auto kLeft = report::Align::kLeft;
+  report::HtmlReport page(reproduction.title, "Published figures beside those of this run");
+  page.paragraph(reproduction.summary);
+  page.verdict(reproduction.claims);
+  report::Table table{"Side by side", {{"Figure", "", kLeft}, {"Published", "", kLeft}, {"Here", "", kLeft}}, {}};
+  for (const ReproductionRow& row : reproduction.rows) table.rows.push_back({row.what, row.published, row.ours});
+  page.table(table);
+  for (const report::Figure& figure : reproduction.figures) page.figure(figure);
+  page.footer("Times depend on the machine; everything else is the same on every run.");
+  return page.html();
+}
+
+std::string to_text(const Reproduction& reproduction) {
+  std::size_t what_width = 0, published_width = std::string("published").size();
+  for (const ReproductionRow& row : reproduction.rows) {
+    what_width = std::max(what_width, report::text_width(row.what));
+    published_width = std::max(published_width, report::text_width(row.published));
+  }
+  const auto padded = [](const std::string& text, std::size_t width) {
+    return text + std::string(width - report::text_width(text) + 2, ' ');
+  };
+  std::ostringstream text;
+  text << reproduction.title << "\n\n" << wrapped(reproduction.summary) << '\n';
+  text << padded("", what_width) << padded("published", published_width) << "here\n";
+  for (const ReproductionRow& row : reproduction.rows) {
+    text << padded(row.what, what_width) << padded(row.published, published_width) << row.ours << '\n';
+  }
+  text << '\n';
+  report::print_checks(text, reproduction.claims);
+  return text.str();
+}
+
+}  // namespace tandem::lab

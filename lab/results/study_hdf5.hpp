@@ -1,0 +1,18 @@
+// The results of a study as one HDF5 file, for those who analyse with Python, MATLAB or R.
+//
+//   /trials/0000   attributes: experiment, stage, …, seed, overrides (JSON), outcome, and every metric (NaN: null)
+//   /trials/0000/users/NAME          attributes: the user's own metrics
+//   /trials/0000/samples/1-anna/t_s  a dataset a column of the time series, where they were kept
+#pragma once
+
+#include <filesystem>
+#include <span>
+
+#include "lab/results/trial_runner.hpp"
+
+namespace tandem::lab {
+
+/// Fails   std::runtime_error: the file cannot be written
+void write_study_hdf5(const std::filesystem::path& file, std::span<const TrialResult> results);
+
+}  // namespace tandem::lab

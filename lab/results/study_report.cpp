@@ -1,0 +1,208 @@
+#include "lab/results/study_report.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "common/base/json_pretty.hpp"
+#include "lab/metrics/trial_metrics.hpp"
+#include "lab/report/format.hpp"
+#include "lab/report/html_report.hpp"
+#include "lab/results/study_results.hpp"
+
+namespace tandem::lab {
+namespace {
+
+namespace json = boost::json;
+using report::Dash;
+using report::Figure;
+using report::Plot;
+using report::Series;
+
+constexpr int kColors = 6;
+constexpr int kHalfWidth_px = 464;
+constexpr int kHalfHeight_px = 260;
+
+/// What tells one curve of a figure from another.
+struct CurveName {
+  std::string stage;
+  bool is_disturbed = false;  ///< jitter or loss
+  std::string text;
+  bool operator<(const CurveName& other) const { return text < other.text; }
+};
+
+std::string compact_text(const json::object& row, const char* name) {
+  return report::format_significant(number_in(row, name), 3);
+}
+
+CurveName curve_of(const json::object& row) {
+  CurveName name;
+  name.stage = text_in(row, "stage");
+  name.text = name.stage;
+  if (const std::string predictor = text_in(row, "predictor"); predictor != "none") name.text += " + " + predictor;
+  if (row.at("guard") == json::value(true)) name.text += ", guard";
+  if (number_in(row, "deadband") > 0) name.text += ", deadband " + compact_text(row, "deadband");
+  const double jitter_ms = number_in(row, "jitter_ms");
+  const double loss = number_in(row, "loss");
+  if (jitter_ms > 0) name.text += ", " + compact_text(row, "jitter_ms") + " ms jitter";
+  if (loss > 0) name.text += ", " + report::format_significant(100 * loss, 3) + " % lost";
+  name.is_disturbed = jitter_ms > 0 || loss > 0;
+  if (const json::value* overrides = row.if_contains("overrides")) {
+    if (overrides->is_object() && !overrides->get_object().empty()) name.text += ", " + compact_json(*overrides);
+  }
+  return name;
+}
+
+/// The curves of one experiment and metric: over the round trip, means over seeds.
+std::map<CurveName, std::map<double, double>> curves_of(const std::vector<SeedGroup>& groups, std::string_view metric) {
+  std::map<CurveName, std::map<double, double>> curves;
+  for (const SeedGroup& group : groups) {
+    const double value = group.mean(metric);
+    if (std::isfinite(value)) curves[curve_of(group.first())][number_in(group.first(), "rtt_ms")] = value;
+  }
+  return curves;
+}
+
+/// A stage keeps its colour through all figures.
+std::map<std::string, int> stage_colors(std::span<const TrialResult> results) {
+  std::map<std::string, int> colors;
+  for (const TrialResult& result : results) {
+    colors.emplace(text_in(result.row, "stage"), static_cast<int>(colors.size()));
+  }
+  return colors;
+}
+
+Dash dash_of(const CurveName& name, int color) {
+  if (name.is_disturbed) return Dash::kDotted;
+  return color >= kColors ? Dash::kDashed : Dash::kSolid;
+}
+
+Figure figure_of(const TrialMetric& metric, const std::map<CurveName, std::map<double, double>>& curves,
+                 const std::map<std::string, int>& colors) {
+  Figure figure;
+  figure.plot.description = std::string(metric.name) + " of each stage over the round trip";
+  figure.plot.width_px = kHalfWidth_px;
+  figure.plot.height_px = kHalfHeight_px;
+  figure.plot.x.label = "round trip [ms]";
+  figure.plot.y.label = std::string(metric.name);
+  for (const auto& [name, points] : curves) {
+    const int color = colors.at(name.stage);
+    Series series{name.text, {}, {}, color % kColors, dash_of(name, color)};
+    for (const auto& [rtt_ms, value] : points) {
+      series.x.push_back(rtt_ms);
+      series.y.push_back(value);
+    }
+    figure.plot.series.push_back(std::move(series));
+  }
+  figure.caption = std::string(metric.name) + ": " + std::string(metric.definition) + " Means over seeds.";
+  return figure;
+}
+
+/// Of every metric that has a curve.
+std::vector<Figure> figures_of(const std::vector<SeedGroup>& groups, const std::map<std::string, int>& colors) {
+  std::vector<Figure> figures;
+  for (const TrialMetric& metric : trial_metrics()) {
+    const auto curves = curves_of(groups, metric.name);
+    const bool is_a_curve =
+        std::any_of(curves.begin(), curves.end(), [](const auto& curve) { return curve.second.size() > 1; });
+    if (is_a_curve) figures.push_back(figure_of(metric, curves, colors));
+  }
+  return figures;
+}
+
+/// What the weaker of two users feels over the round trip, under what passive joints would let through; nothing where
+/// no trial has such a bound.
+std::vector<Figure> frontier_of(const std::vector<SeedGroup>& groups, const std::map<std::string, int>& colors) {
+  const auto bounds = curves_of(groups, "hold_force_bound_n");
+  if (bounds.empty()) return {};
+  Figure figure;
+  figure.plot.description = "hold force of the weaker user over the round trip, and the passive bound";
+  figure.plot.x.label = "round trip [ms]";
+  figure.plot.y.label = "force of the weaker user [N]";
+  figure.plot.y.low = 0;
+  const auto add = [&](const std::string& label, const std::map<double, double>& points, int color, Dash dash) {
+    Series series{label, {}, {}, color % kColors, dash};
+    for (const auto& [rtt_ms, value] : points) {
+      series.x.push_back(rtt_ms);
+      series.y.push_back(value);
+    }
+    figure.plot.series.push_back(std::move(series));
+  };
+  std::map<double, double> bound;
+  for (const auto& [name, points] : bounds) bound.insert(points.begin(), points.end());
+  add("passive bound", bound, kColors - 1, Dash::kDashed);
+  for (const auto& [name, points] : curves_of(groups, "hold_force_mean_n")) {
+    const int color = colors.at(name.stage);
+    add(name.text, points, color, dash_of(name, color));
+  }
+  figure.caption =
+      "The frontier of squeezing: mean force of the weaker user in the settled hold, and what springs in a row allow: "
+      "hands, couplings, and joints as stiff as their damper over the one-way delay. Means over seeds.";
+  return {figure};
+}
+
+report::Table definitions_table() {
+  report::Table table{"Metrics",
+                      {{"Metric", "", report::Align::kLeft},
+                       {"Of several users", "", report::Align::kLeft},
+                       {"Definition", "", report::Align::kLeft}},
+                      {}};
+  for (const TrialMetric& metric : trial_metrics()) {
+    table.rows.push_back({std::string(metric.name),
+                          metric.of_user != nullptr ? std::string(name_of(metric.combine)) : "of the trial",
+                          std::string(metric.definition)});
+  }
+  return table;
+}
+
+report::Table results_table(const std::vector<SeedGroup>& groups) {
+  report::Table table{
+      "Means over seeds", {{"Trial", "", report::Align::kLeft}, {"Round trip", "ms"}, {"Seeds", ""}}, {}};
+  for (const TrialMetric& metric : trial_metrics()) table.columns.push_back({std::string(metric.name), ""});
+  table.columns.push_back({"Outcome", "", report::Align::kLeft});
+  for (const SeedGroup& group : groups) {
+    std::vector<std::string> row{curve_of(group.first()).text, compact_text(group.first(), "rtt_ms"),
+                                 std::to_string(group.rows.size())};
+    for (const TrialMetric& metric : trial_metrics()) {
+      row.push_back(report::format_significant(group.mean(metric.name), 3));
+    }
+    row.push_back(group.outcomes());
+    table.rows.push_back(std::move(row));
+  }
+  return table;
+}
+
+std::map<std::string, std::vector<SeedGroup>> by_experiment(std::span<const TrialResult> results) {
+  std::map<std::string, std::vector<SeedGroup>> experiments;
+  for (SeedGroup& group : seed_groups(results)) experiments[text_in(group.first(), "experiment")].push_back(group);
+  return experiments;
+}
+
+}  // namespace
+
+std::string study_report_html(std::span<const TrialResult> results) {
+  report::HtmlReport page("Latency bridged, stage by stage",
+                          std::to_string(results.size()) + " trials in virtual time");
+  page.paragraph(
+      "Simulated hands repeat the same movements over simulated links. Each trial is held against the run of the same "
+      "hands at zero delay. Solid or dashed: an undisturbed link; dotted: with jitter or loss.");
+  const auto colors = stage_colors(results);
+  for (const auto& [experiment, groups] : by_experiment(results)) {
+    page.heading(experiment);
+    const std::vector<Figure> figures = figures_of(groups, colors);
+    for (std::size_t i = 0; i < figures.size(); i += 2) {
+      page.side_by_side(std::span(figures).subspan(i, std::min<std::size_t>(2, figures.size() - i)));
+    }
+    for (const Figure& figure : frontier_of(groups, colors)) page.figure(figure);
+    page.table(results_table(groups));
+  }
+  page.heading("Definitions");
+  page.table(definitions_table());
+  page.footer("SI units. The numbers of single trials are in results.json, results.csv and results.h5.");
+  return page.html();
+}
+
+}  // namespace tandem::lab

@@ -1,0 +1,42 @@
+// The results of a study for programs (results.json, results.csv) and for a terminal.
+#pragma once
+
+#include <ostream>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "common/base/json.hpp"
+#include "lab/results/trial_runner.hpp"
+
+namespace tandem::lab {
+
+/// {"trials": [...]}: nothing of the host or of the time that it took, so that the same study gives the same bytes.
+boost::json::object study_json(std::span<const TrialResult> results);
+/// One line a trial, without what is of single users.
+std::string study_csv(std::span<const TrialResult> results);
+/// How long it took: of the whole and of each trial.
+boost::json::object study_timing_json(std::span<const TrialResult> results, double wall_s);
+
+/// A number of a row; NaN where it is null or missing.
+double number_in(const boost::json::object& row, std::string_view name);
+std::string text_in(const boost::json::object& row, std::string_view name);
+
+/// Trials that differ in nothing but their seed.
+struct SeedGroup {
+  std::vector<const boost::json::object*> rows;
+  const boost::json::object& first() const { return *rows.front(); }
+  /// Mean over the seeds; NaN when all are null.
+  double mean(std::string_view name) const;
+  /// Outcomes, each once: "completed", "completed/dropped".
+  std::string outcomes() const;
+};
+/// In the order of their first trials.
+std::vector<SeedGroup> seed_groups(std::span<const TrialResult> results);
+
+/// One line for every group of seeds.
+void print_study(std::ostream& out, std::span<const TrialResult> results);
+/// Whether a user lost its connection, or never got one, in any trial.
+bool has_lost_users(std::span<const TrialResult> results);
+
+}  // namespace tandem::lab

@@ -1,0 +1,61 @@
+#include "lab/results/trial_files.hpp"
+
+#include <stdexcept>
+#include <string>
+
+#include "common/base/json_fields.hpp"
+#include "common/base/json_pretty.hpp"
+#include "lab/results/output_folder.hpp"
+#include "lab/results/results.hpp"
+#include "lab/results/trial_report.hpp"
+
+namespace tandem::lab {
+namespace {
+
+// File names are made of user names, which may hold anything.
+std::string file_name(const std::string& user_name, std::size_t index) {
+  std::string result;
+  for (const char c : user_name) {
+    const bool is_plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-';
+    result += is_plain ? c : '_';
+  }
+  return std::to_string(index + 1) + "-" + result + ".csv";
+}
+
+}  // namespace
+
+TrialFiles::TrialFiles(const Experiment& experiment, const std::filesystem::path& folder)
+    : experiment_(experiment), folder_(made_folder(folder.string())) {
+  std::filesystem::remove(folder_ / "trial.json");
+  const auto every = static_cast<std::uint64_t>(experiment.sample_period / kHapticPeriod);
+  for (std::size_t i = 0; i < experiment.users.size(); ++i) {
+    traces_.push_back(std::make_unique<TraceWriter>(folder_ / file_name(experiment.users[i].name, i), every));
+  }
+}
+
+void TrialFiles::finish(const SessionTrace& trace, const std::string& key) {
+  for (const auto& writer : traces_) {
+    if (!writer->flush()) {
+      throw std::runtime_error(folder_.string() + ": a trace could not be written; is the disk full?");
+    }
+  }
+  write_text_file(folder_ / "bodies.csv", bodies_csv(trace));
+  write_text_file(folder_ / "report.html", trial_report_html(experiment_, trace));
+  boost::json::object details{{"key", key}};
+  for (const auto& field : results_json(experiment_, trace)) details[field.key()] = field.value();
+  write_text_file(folder_ / "trial.json", pretty_json(details));
+}
+
+bool has_trial_files(const std::filesystem::path& folder, const std::string& key) {
+  const std::filesystem::path file = folder / "trial.json";
+  if (!std::filesystem::is_regular_file(file)) return false;
+  try {
+    const boost::json::value details = parse_json(read_text_file(file), file.string());
+    const auto* own = details.is_object() ? details.get_object().if_contains("key") : nullptr;
+    return own != nullptr && *own == boost::json::value(key);
+  } catch (const std::exception&) {
+    return false;  // not whole: written anew
+  }
+}
+
+}  // namespace tandem::lab

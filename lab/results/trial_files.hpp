@@ -1,0 +1,35 @@
+// The time series of one trial, as files.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <vector>
+
+#include "client/app/trace.hpp"
+#include "lab/experiment/experiment.hpp"
+#include "lab/session/trace.hpp"
+
+namespace tandem::lab {
+
+/// Writes N-NAME.csv of every user while the trial runs, and the rest when it is over: bodies.csv, report.html, and
+/// trial.json (results.hpp) last, so that a folder with it is complete.
+class TrialFiles {
+ public:
+  /// Makes the folder.
+  /// Fails   std::invalid_argument: folder or file cannot be made
+  TrialFiles(const Experiment& experiment, const std::filesystem::path& folder);
+
+  void write_tick(std::size_t user, const TickRecord& record, int phase) { traces_[user]->write(record, phase); }
+  /// Fails   std::runtime_error: a file could not be written
+  void finish(const SessionTrace& trace, const std::string& key);
+
+ private:
+  const Experiment& experiment_;
+  std::filesystem::path folder_;
+  std::vector<std::unique_ptr<TraceWriter>> traces_;
+};
+
+/// Whether the folder holds the complete files of the trial with this key.
+bool has_trial_files(const std::filesystem::path& folder, const std::string& key);
+
+}  // namespace tandem::lab

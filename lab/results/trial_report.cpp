@@ -1,0 +1,220 @@
+#include "lab/results/trial_report.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "lab/metrics/metrics.hpp"
+#include "lab/report/format.hpp"
+#include "lab/report/html_report.hpp"
+
+namespace tandem::lab {
+namespace {
+
+using report::Figure;
+using report::Plot;
+using report::Series;
+
+constexpr double kMilli = 1e3;
+constexpr int kHalfWidth_px = 464;
+constexpr int kHalfHeight_px = 260;
+
+/// The values of one user's ticks; `of` gives one, NaN where nothing is known.
+template <class Of>
+Series series_of(const UserTrace& user, std::string label, int color, const Of& of) {
+  Series series;
+  series.label = std::move(label);
+  series.color = color;
+  series.x.reserve(user.ticks.size());
+  series.y.reserve(user.ticks.size());
+  for (const TickSample& tick : user.ticks) {
+    series.x.push_back(to_seconds(tick.time));
+    series.y.push_back(of(tick));
+  }
+  return series;
+}
+
+/// Phases of the first user's hand: the hands of an experiment play their parts together.
+std::vector<report::Band> phase_bands(const SessionTrace& trace) {
+  std::vector<report::Band> bands;
+  const UserTrace& user = trace.users.front();
+  int phase = -1;
+  for (const TickSample& tick : user.ticks) {
+    const double now_s = to_seconds(tick.time);
+    if (!bands.empty() && phase >= 0) bands.back().end = now_s;
+    if (tick.phase == phase) continue;
+    phase = tick.phase;
+    if (phase >= 0) bands.push_back({now_s, now_s, user.user.hand.phases()[static_cast<std::size_t>(phase)]});
+  }
+  return bands;
+}
+
+class Figures {
+ public:
+  Figures(const Experiment& experiment, const SessionTrace& trace)
+      : trace_(trace), bands_(phase_bands(trace)), end_s_(to_seconds(experiment.duration)) {}
+
+  Figure force() const {
+    Plot plot = wide("Displayed force of each user over time", "force on the hand [N]");
+    plot.y.low = 0;
+    add_each_user(plot, [](const TickSample& tick) { return tick.displayed_D.f.norm(); });
+    std::map<double, std::string> devices;  // those of equal limits share a line
+    for (const UserTrace& user : trace_.users) devices[user.user.device.spec.force_limit_n] = user.user.device.name;
+    for (const auto& [limit_n, name] : devices) plot.limits.push_back({limit_n, "limit of " + name});
+    return {std::move(plot),
+            "Magnitude of the force that each device was given, after every safety stage. Shaded: the "
+            "phases of the first user's hand path."};
+  }
+
+  Figure torque() const {
+    Plot plot = half("Displayed torque of each user over time", "torque on the hand [mN·m]");
+    plot.y.low = 0;
+    add_each_user(plot, [](const TickSample& tick) { return kMilli * tick.displayed_D.t.norm(); });
+    return {std::move(plot), "Magnitude of the torque that each device was given."};
+  }
+
+  Figure deviation() const {
+    Plot plot = half("Distance of each hand from where it wants to be", "deviation of the hand [mm]");
+    plot.y.low = 0;
+    add_each_user(plot, [](const TickSample& tick) { return kMilli * (tick.hand_D.p - tick.intended_D).norm(); });
+    return {std::move(plot), "How far the force moved each hand from its intended path."};
+  }
+
+  Figure stretch() const {
+    Plot plot = half("Distance between handle and tool of each user", "handle to tool [mm]");
+    plot.y.low = 0;
+    add_each_user(plot, [](const TickSample& tick) {
+      const bool is_known = tick.state_age >= Duration{0};
+      return is_known ? kMilli * (tick.handle_W.X.p - tick.tool_W.p).norm() : std::numeric_limits<double>::quiet_NaN();
+    });
+    return {std::move(plot),
+            "Between the handle now and the server's newest tool pose: the coupling's stretch and the "
+            "delay together."};
+  }
+
+  Figure bodies() const {
+    Plot plot = half("Displacement of the bodies", "displacement [mm]");
+    plot.y.low = 0;
+    int color = 2;
+    for (std::size_t i = 0; i < trace_.body_names.size(); ++i) {
+      if (!trace_.body_can_move[i]) continue;
+      Series series{trace_.body_names[i], {}, {}, color++};
+      for (const BodiesSample& sample : trace_.bodies) {
+        series.x.push_back(to_seconds(sample.time));
+        series.y.push_back(kMilli * (sample.X_WB[i].p - trace_.bodies.front().X_WB[i].p).norm());
+      }
+      plot.series.push_back(std::move(series));
+    }
+    return {std::move(plot),
+            "The moving bodies from where they were when the hands started; true poses, at the server."};
+  }
+
+  Figure field() const {
+    Plot plot = half("Energy of the molecular field", "Lennard-Jones energy [kJ/mol]");
+    Series series{"", {}, {}, 3};
+    for (const BodiesSample& sample : trace_.bodies) {
+      series.x.push_back(to_seconds(sample.time));
+      series.y.push_back(sample.field_energy_kj_per_mol);
+    }
+    plot.series.push_back(std::move(series));
+    return {std::move(plot), "Of the whole scene, at the server."};
+  }
+
+  Figure round_trip() const {
+    Plot plot = half("Round trip as each client measures it", "round trip [ms]");
+    plot.y.low = 0;
+    add_each_user(plot, [](const TickSample& tick) { return kMilli * to_seconds(tick.round_trip); });
+    return {std::move(plot), "As each client measures it from four time stamps."};
+  }
+
+ private:
+  Plot wide(const std::string& what, const std::string& y_label) const {
+    Plot plot;
+    plot.description = what;
+    plot.x = {"virtual time [s]", report::Scale::kLinear, 0, end_s_};
+    plot.y.label = y_label;
+    plot.bands = bands_;
+    return plot;
+  }
+  Plot half(const std::string& what, const std::string& y_label) const {
+    Plot plot = wide(what, y_label);
+    plot.width_px = kHalfWidth_px;
+    plot.height_px = kHalfHeight_px;
+    return plot;
+  }
+  template <class Of>
+  void add_each_user(Plot& plot, const Of& of) const {
+    int color = 0;
+    for (const UserTrace& user : trace_.users) plot.series.push_back(series_of(user, user.user.name, color++, of));
+  }
+
+  const SessionTrace& trace_;
+  std::vector<report::Band> bands_;
+  double end_s_;
+};
+
+report::Table metrics_table(const SessionTrace& trace) {
+  report::Table table{"Metrics", {{"Metric", "", report::Align::kLeft}}, {}};
+  for (const UserTrace& user : trace.users) table.columns.push_back({user.user.name, ""});
+  table.columns.push_back({"Meaning", "", report::Align::kLeft});
+  for (const UserMetric& metric : user_metrics()) {
+    std::vector<std::string> row{std::string(metric.name)};
+    for (const UserTrace& user : trace.users) row.push_back(report::format_significant(metric.of(user), 4));
+    row.emplace_back(metric.meaning);
+    table.rows.push_back(std::move(row));
+  }
+  return table;
+}
+
+std::string link_words(const LinkParameters& link) {
+  return report::format_significant(kMilli * to_seconds(link.delay), 4) + " ± " +
+         report::format_significant(kMilli * to_seconds(link.jitter), 4) + " ms, " +
+         report::format_significant(100 * link.loss, 3) + " % lost";
+}
+
+report::Table users_table(const SessionTrace& trace) {
+  constexpr auto kLeft = report::Align::kLeft;
+  report::Table table{"Users",
+                      {{"User", "", kLeft},
+                       {"Hand", "", kLeft},
+                       {"Stage", "", kLeft},
+                       {"To the server", "", kLeft},
+                       {"From the server", "", kLeft},
+                       {"Outcome", "", kLeft}},
+                      {}};
+  for (const UserTrace& user : trace.users) {
+    table.rows.push_back({user.user.name, user.user.hand_name, user.user.pipeline.stage, link_words(user.user.up),
+                          link_words(user.user.down),
+                          user.stayed_connected ? "completed" : "lost: " + user.why_disconnected});
+  }
+  return table;
+}
+
+}  // namespace
+
+std::string trial_report_html(const Experiment& experiment, const SessionTrace& trace) {
+  report::HtmlReport page(experiment.name, "Scene " + experiment.scene.stem().string() + ", seed " +
+                                               std::to_string(experiment.seed) + ", virtual time");
+  if (!experiment.description.empty()) page.paragraph(experiment.description);
+  page.table(users_table(trace));
+  const Figures figures(experiment, trace);
+  page.figure(figures.force());
+  page.side_by_side(std::vector{figures.deviation(), figures.bodies()});
+  page.side_by_side(std::vector{figures.torque(), figures.stretch()});
+  if (trace.field_kernel.empty()) {
+    page.figure(figures.round_trip());
+  } else {
+    page.side_by_side(std::vector{figures.field(), figures.round_trip()});
+  }
+  page.table(metrics_table(trace));
+  page.footer(
+      "SI units unless a label says otherwise; W is the world frame of the scene. Every figure keeps the "
+      "extremes of each pixel column, so no peak is lost in drawing.");
+  return page.html();
+}
+
+}  // namespace tandem::lab

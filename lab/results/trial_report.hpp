@@ -1,0 +1,15 @@
+// report.html of a trial: what each hand felt, over virtual time. It is made of the trace alone, so that the same
+// trial gives the same bytes.
+#pragma once
+
+#include <string>
+
+#include "lab/experiment/experiment.hpp"
+#include "lab/session/trace.hpp"
+
+namespace tandem::lab {
+
+/// One HTML file, readable without network.
+std::string trial_report_html(const Experiment& experiment, const SessionTrace& trace);
+
+}  // namespace tandem::lab

@@ -1,0 +1,78 @@
+// A trial as a line of results.json: see trial_runner.hpp.
+#include <algorithm>
+#include <array>
+#include <set>
+#include <string>
+#include <string_view>
+
+#include "lab/metrics/trial_metrics.hpp"
+#include "lab/results/trial_runner.hpp"
+
+namespace tandem::lab {
+namespace {
+
+namespace json = boost::json;
+
+/// Words of all users, each once, joined by "+".
+template <class Of>
+std::string of_users(const Experiment& experiment, const Of& of) {
+  std::string text;
+  std::set<std::string> seen;
+  for (const ExperimentUser& user : experiment.users) {
+    const std::string word = of(user);
+    if (seen.insert(word).second) text.append(text.empty() ? "" : "+").append(word);
+  }
+  return text;
+}
+
+json::object users_json(const TrialView& view, std::size_t index) {
+  const ExperimentUser& user = view.trace.users[index].user;
+  const LinkSummary link = link_summary(user);
+  json::object result{{"name", user.name},
+                      {"stage", user.pipeline.stage},
+                      {"rtt_ms", link.rtt_ms},
+                      {"jitter_ms", link.jitter_ms},
+                      {"loss", link.loss}};
+  for (const TrialMetric& metric : trial_metrics()) {
+    if (metric.of_user != nullptr) result[metric.name] = metric.of_user(view_of_user(view, index));
+  }
+  return result;
+}
+
+/// Settings that have no column of their own.
+json::object overrides_json(const Trial& trial) {
+  constexpr std::array<std::string_view, 7> kColumns{"stage",          "predictor", "guard", "link.rtt_ms",
+                                                     "link.jitter_ms", "link.loss", "seed"};
+  json::object result;
+  for (const Setting& setting : trial.settings) {
+    if (std::find(kColumns.begin(), kColumns.end(), setting.name) == kColumns.end()) {
+      result[setting.name] = setting.value;
+    }
+  }
+  return result;
+}
+
+}  // namespace
+
+json::object trial_row(const Trial& trial, const SessionTrace& trace, const SessionTrace* reference) {
+  const Experiment& experiment = trial.experiment;
+  const TrialView view{experiment, trace, reference};
+  const LinkSummary link = link_summary(experiment);
+  json::object row{{"experiment", experiment.name},
+                   {"stage", of_users(experiment, [](const auto& user) { return user.pipeline.stage; })},
+                   {"predictor", of_users(experiment, [](const auto& user) { return user.pipeline.predictor; })},
+                   {"guard", experiment.has_guard()},
+                   {"deadband", experiment.pipeline.deadband},
+                   {"rtt_ms", link.rtt_ms},
+                   {"jitter_ms", link.jitter_ms},
+                   {"loss", link.loss},
+                   {"seed", experiment.seed},
+                   {"overrides", overrides_json(trial)}};
+  for (const TrialMetric& metric : trial_metrics()) row[metric.name] = value_of(metric, view);
+  row["outcome"] = outcome_of(experiment, trace);
+  json::array& users = row["users"].emplace_array();
+  for (std::size_t i = 0; i < trace.users.size(); ++i) users.push_back(users_json(view, i));
+  return row;
+}
+
+}  // namespace tandem::lab

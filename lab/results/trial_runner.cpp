@@ -1,0 +1,343 @@
+#include "lab/results/trial_runner.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <exception>
+#include <fstream>
+#include <limits>
+#include <map>
+#include <mutex>
+#include <numeric>
+#include <optional>
+#include <set>
+#include <sstream>
+#include <stdexcept>
+#include <thread>
+#include <utility>
+
+#include "common/base/json_fields.hpp"
+#include "common/base/json_pretty.hpp"
+#include "lab/metrics/trial_metrics.hpp"
+#include "lab/results/output_folder.hpp"
+#include "lab/results/trial_files.hpp"
+#include "lab/session/virtual_session.hpp"
+#include "proto/content_hash.hpp"
+
+namespace tandem::lab {
+namespace {
+
+namespace json = boost::json;
+namespace fs = std::filesystem;
+
+std::string hex(const Sha256& hash) {
+  constexpr std::string_view kDigits = "0123456789abcdef";
+  std::string text;
+  for (const std::byte byte : hash) {
+    text += kDigits[std::to_integer<unsigned>(byte) >> 4U];
+    text += kDigits[std::to_integer<unsigned>(byte) & 15U];
+  }
+  return text;
+}
+
+std::string hash_of(std::string_view text) {
+  return hex(sha256_of(std::as_bytes(std::span(text.data(), text.size()))));
+}
+
+/// A scene with what tells it from others.
+struct KeptScene {
+  std::shared_ptr<const LoadedScene> scene;
+  std::string fingerprint;  ///< of its text and of the files that it names
+};
+
+std::string fingerprint_of(const std::string& text, const LoadedScene& scene) {
+  std::string all = hash_of(text);
+  for (const Asset& asset : scene.assets) all += hex(asset.sha256);
+  return hash_of(all);
+}
+
+/// Everything that a hand and its device are made of, whatever files they came from.
+std::string hands_text(const Experiment& experiment, const fs::path& directory) {
+  std::string text;
+  std::vector<DeviceProfile> devices;
+  for (const ExperimentUser& user : experiment.users) {
+    const bool is_file = fs::path(user.hand_name).extension() == ".json";
+    text += is_file ? read_text_file(directory / user.hand_name) : user.hand_name;
+    text += device_profiles_text({user.device});
+  }
+  return text;
+}
+
+/// The hash of everything that decides what comes out of a trial.
+std::string key_of(const Trial& trial, const KeptScene& scene, const std::string& program) {
+  json::object document = experiment_json(trial.experiment);
+  document.erase("description");
+  document.erase("scene");
+  return hash_of(compact_json(document) + scene.fingerprint + hands_text(trial.experiment, trial.file.directory) +
+                 program)
+      .substr(0, 32);
+}
+
+std::string scene_key(const Experiment& experiment) {
+  return experiment.scene.string() + "\n" + compact_json(experiment.scene_changes);
+}
+
+/// Runs that several trials are held against: done by the first who asks, forgotten after the last.
+struct SharedReference {
+  Trial trial;
+  std::size_t open = 0;  ///< trials that will still ask
+  std::mutex running;
+  std::shared_ptr<const SessionTrace> trace;
+};
+
+struct Job {
+  std::size_t trial = 0;
+  const KeptScene* scene = nullptr;
+  std::string key;
+  SharedReference* reference = nullptr;
+};
+
+double seconds_between(LocalTime from, LocalTime to) {
+  return to_seconds(to - from);
+}
+
+// In the order in which numbers come out when they are read back, so that what was just measured and what was kept
+// give the same bytes.
+json::object as_read_back(const json::object& row) {
+  return parse_json(pretty_json(row), "a trial's row").get_object();
+}
+
+std::optional<TrialResult> kept_result(const fs::path& file, const std::string& key) {
+  if (!fs::is_regular_file(file)) return std::nullopt;
+  try {
+    const json::value value = parse_json(read_text_file(file), file.string());
+    JsonFields fields(value, file.string());
+    TrialResult result;
+    result.key = fields.required_text("key");
+    result.virtual_s = fields.required_number("virtual_s", 0, 1e9);
+    result.wall_s = fields.required_number("wall_s", 0, 1e9);
+    result.row = value.as_object().at("row").as_object();
+    result.was_there = true;
+    if (result.key == key) return result;
+  } catch (const std::exception&) {
+    return std::nullopt;  // not ours, or damaged: run anew
+  }
+  return std::nullopt;
+}
+
+void keep_result(const fs::path& file, const TrialResult& result) {
+  const json::object kept{
+      {"key", result.key}, {"virtual_s", result.virtual_s}, {"wall_s", result.wall_s}, {"row", result.row}};
+  const fs::path unfinished = file.string() + ".unfinished";
+  write_text_file(unfinished, pretty_json(kept));
+  fs::rename(unfinished, file);
+}
+
+/// A trial whose users could not even join: nothing was measured.
+json::object row_without_trace(const Trial& trial, const std::string& why) {
+  SessionTrace nothing;
+  for (const ExperimentUser& user : trial.experiment.users) nothing.users.emplace_back().user = user;
+  json::object row = trial_row(trial, nothing, nullptr);
+  for (const TrialMetric& metric : trial_metrics()) row[metric.name] = nullptr;
+  row["outcome"] = "not-joined";
+  row["why"] = why;
+  return row;
+}
+
+}  // namespace
+
+struct TrialRunner::Impl {
+  Impl(std::vector<Trial> its_trials, RunSettings its_settings, const SceneLoading& loading);
+
+  void load_scenes(const SceneLoading& loading);
+  void make_jobs();
+  fs::path file_of(const Job& job) const { return settings.out / "trials" / (job.key + ".json"); }
+  fs::path samples_of(const Job& job) const;
+  std::optional<TrialResult> kept(const Job& job) const;
+  void work();
+  void do_job(const Job& job);
+  TrialResult run_job(const Job& job);
+  std::shared_ptr<const SessionTrace> reference_trace(SharedReference& reference, const KeptScene& scene);
+  void forget_if_last(SharedReference& reference);
+  void note_done(const Job& job, TrialResult result);
+
+  std::vector<Trial> trials;
+  RunSettings settings;
+  std::map<std::string, KeptScene> scenes;
+  std::map<std::string, std::unique_ptr<SharedReference>> references;
+  std::vector<Job> jobs;  ///< those that share a reference next to each other
+  std::atomic<std::size_t> next_job{0};
+  std::atomic<bool> has_failed{false};
+
+  std::mutex mutex;  ///< of everything below
+  std::vector<TrialResult> results;
+  std::exception_ptr failure;
+  StudyProgress progress;
+  std::function<void(const StudyProgress&)> on_progress;
+  SteadyClock wall;
+  LocalTime begin{};
+};
+
+TrialRunner::Impl::Impl(std::vector<Trial> its_trials, RunSettings its_settings, const SceneLoading& loading)
+    : trials(std::move(its_trials)), settings(std::move(its_settings)) {
+  load_scenes(loading);
+  make_jobs();
+  results.resize(trials.size());
+}
+
+void TrialRunner::Impl::load_scenes(const SceneLoading& loading) {
+  for (const Trial& trial : trials) {
+    KeptScene& kept = scenes[scene_key(trial.experiment)];
+    if (kept.scene != nullptr) continue;
+    kept.scene = load_experiment_scene(trial.experiment, loading);
+    kept.fingerprint = fingerprint_of(scene_text(trial.experiment), *kept.scene);
+  }
+}
+
+void TrialRunner::Impl::make_jobs() {
+  for (std::size_t i = 0; i < trials.size(); ++i) {
+    const KeptScene& scene = scenes.at(scene_key(trials[i].experiment));
+    Trial reference = reference_of(trials[i]);
+    auto& shared = references[key_of(reference, scene, settings.program)];
+    if (shared == nullptr) {
+      shared = std::make_unique<SharedReference>();
+      shared->trial = std::move(reference);
+    }
+    jobs.push_back({i, &scene, key_of(trials[i], scene, settings.program), shared.get()});
+    shared->open += kept(jobs.back()) ? 0 : 1;
+  }
+  std::map<const SharedReference*, std::size_t> first;
+  for (const Job& job : jobs) first.emplace(job.reference, job.trial);
+  std::stable_sort(jobs.begin(), jobs.end(),
+                   [&](const Job& a, const Job& b) { return first.at(a.reference) < first.at(b.reference); });
+}
+
+fs::path TrialRunner::Impl::samples_of(const Job& job) const {
+  return settings.samples_lie_in_out ? settings.out : settings.out / "samples" / job.key;
+}
+
+std::optional<TrialResult> TrialRunner::Impl::kept(const Job& job) const {
+  if (settings.wants_samples && !has_trial_files(samples_of(job), job.key)) return std::nullopt;
+  return kept_result(file_of(job), job.key);
+}
+
+std::shared_ptr<const SessionTrace> TrialRunner::Impl::reference_trace(SharedReference& reference,
+                                                                       const KeptScene& scene) {
+  const std::lock_guard lock(reference.running);
+  if (reference.trace == nullptr) {
+    reference.trace =
+        std::make_shared<const SessionTrace>(VirtualSession(reference.trial.experiment, scene.scene).run());
+  }
+  return reference.trace;
+}
+
+void TrialRunner::Impl::forget_if_last(SharedReference& reference) {
+  const std::lock_guard lock(reference.running);
+  if (--reference.open == 0) reference.trace.reset();
+}
+
+TrialResult TrialRunner::Impl::run_job(const Job& job) {
+  const Trial& trial = trials[job.trial];
+  TrialResult result;
+  result.key = job.key;
+  const auto reference = reference_trace(*job.reference, *job.scene);
+  VirtualSession session(trial.experiment, job.scene->scene);
+  std::optional<TrialFiles> files;
+  if (settings.wants_samples) {
+    files.emplace(trial.experiment, samples_of(job));
+    session.on_tick = [&](std::size_t user, const TickRecord& record, int phase) {
+      files->write_tick(user, record, phase);
+    };
+  }
+  const LocalTime from = wall.now();
+  try {
+    const SessionTrace trace = session.run();
+    result.virtual_s = to_seconds(trace.joined_after + trial.experiment.duration);
+    result.row = as_read_back(trial_row(trial, trace, reference.get()));
+    if (files) files->finish(trace, job.key);
+  } catch (const CouldNotJoin& error) {
+    result.row = as_read_back(row_without_trace(trial, error.what()));
+  }
+  result.wall_s = seconds_between(from, wall.now());
+  return result;
+}
+
+void TrialRunner::Impl::note_done(const Job& job, TrialResult result) {
+  if (settings.wants_samples && has_trial_files(samples_of(job), job.key)) result.samples = samples_of(job);
+  const std::lock_guard lock(mutex);
+  ++progress.done;
+  progress.reused += result.was_there ? 1 : 0;
+  progress.wall_s = seconds_between(begin, wall.now());
+  results[job.trial] = std::move(result);
+  if (on_progress) on_progress(progress);
+}
+
+void TrialRunner::Impl::do_job(const Job& job) {
+  if (auto there = kept(job)) {
+    note_done(job, std::move(*there));
+    return;
+  }
+  TrialResult result = run_job(job);
+  forget_if_last(*job.reference);
+  keep_result(file_of(job), result);
+  note_done(job, std::move(result));
+}
+
+void TrialRunner::Impl::work() {
+  while (!has_failed) {
+    const std::size_t index = next_job++;
+    if (index >= jobs.size()) return;
+    try {
+      do_job(jobs[index]);
+    } catch (...) {
+      const std::lock_guard lock(mutex);
+      if (!failure) failure = std::current_exception();
+      has_failed = true;
+    }
+  }
+}
+
+TrialRunner::TrialRunner(std::vector<Trial> trials, RunSettings settings, const SceneLoading& loading)
+    : impl_(std::make_unique<Impl>(std::move(trials), std::move(settings), loading)) {}
+
+TrialRunner::~TrialRunner() = default;
+
+StudySize TrialRunner::size() const {
+  StudySize size;
+  size.trials = impl_->trials.size();
+  for (const Job& job : impl_->jobs) {
+    if (impl_->kept(job)) {
+      ++size.there;
+    } else {
+      size.virtual_s += to_seconds(impl_->trials[job.trial].experiment.duration);
+    }
+  }
+  for (const auto& [key, reference] : impl_->references) {
+    if (reference->open == 0) continue;
+    ++size.references;
+    size.virtual_s += to_seconds(reference->trial.experiment.duration);
+  }
+  return size;
+}
+
+std::vector<TrialResult> TrialRunner::run(const std::function<void(const StudyProgress&)>& on_progress) {
+  made_folder((impl_->settings.out / "trials").string());
+  impl_->on_progress = on_progress;
+  impl_->progress.total = impl_->jobs.size();
+  impl_->begin = impl_->wall.now();
+  std::vector<std::jthread> threads;
+  for (std::size_t i = 1; i < impl_->settings.threads; ++i) threads.emplace_back([this] { impl_->work(); });
+  impl_->work();
+  threads.clear();  // waits for them
+  if (impl_->failure) std::rethrow_exception(impl_->failure);
+  return std::move(impl_->results);
+}
+
+std::string program_fingerprint() {
+  std::ifstream program("/proc/self/exe", std::ios::binary);
+  std::ostringstream bytes;
+  bytes << program.rdbuf();
+  if (!program) throw std::runtime_error("/proc/self/exe: this program's own file cannot be read");
+  return hash_of(std::move(bytes).str());
+}
+
+}  // namespace tandem::lab

@@ -1,0 +1,371 @@
+#include "lab/session/live_session.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <optional>
+#include <stdexcept>
+#include <thread>
+#include <utility>
+
+#include "client/haptics/stages/stage.hpp"
+#include "client/net/client_io.hpp"
+#include "client/session/asset_store.hpp"
+#include "common/realtime/ring.hpp"
+#include "devices/sim/sim_device.hpp"
+#include "lab/session/live_room.hpp"
+#include "lab/session/live_rows.hpp"
+#include "lab/session/virtual_session.hpp"
+
+namespace tandem::lab {
+namespace {
+
+constexpr Duration kMainPeriod = std::chrono::milliseconds(10);
+constexpr Duration kJoinTimeout = std::chrono::seconds(30);
+/// From the decision to start the hands to their start: every haptic thread has read it by then.
+constexpr Duration kStartIn = std::chrono::milliseconds(50);
+/// As HapticLoopSettings::trace_capacity: what the main thread may fall behind by.
+constexpr std::size_t kRingTicks = 4096;
+/// The io thread runs this far below the haptic thread, as in the client.
+constexpr int kIoPriorityBelow = 10;
+constexpr Duration::rep kNotYet = -1;
+
+LocalTime next_whole_millisecond(LocalTime time) {
+  const Duration since = time.time_since_epoch();
+  return LocalTime((since / kHapticPeriod + 1) * kHapticPeriod);
+}
+
+std::shared_ptr<AssetStore> assets_of(const LoadedScene& scene) {
+  auto store = std::make_shared<MemoryAssetStore>();
+  for (const Asset& asset : scene.assets) store->keep(asset.sha256, asset.bytes);
+  return store;
+}
+
+// A link without delay is no link: the loopback's own is what is left.
+bool is_perfect(const LinkParameters& link) {
+  return link.delay == Duration(0) && link.jitter == Duration(0) && link.trace.empty() && !link.spoils_datagrams() &&
+         link.rate_limit_bytes_per_s == 0;
+}
+
+ClientIoSettings io_settings(const ExperimentUser& user, const LoadedScene& scene, std::uint16_t port,
+                             std::uint64_t link_seed, int realtime_priority) {
+  ClientIoSettings settings;
+  settings.port = port;
+  settings.session.user_name = user.name;
+  settings.session.role = user.role == UserRole::kManipulator ? wire::ROLE_MANIPULATOR : wire::ROLE_OBSERVER;
+  settings.session.state_transport = user.transport;
+  settings.session.deadband = user.pipeline.deadband;
+  settings.session.asset_store = assets_of(scene);
+  settings.session.may_reconnect = false;
+  if (!is_perfect(user.up) || !is_perfect(user.down)) settings.links = SimulatedLinks{user.up, user.down, link_seed};
+  settings.makes_local_model = needs_local_model(user.pipeline.stage);
+  if (realtime_priority > 0) settings.realtime_priority = std::max(1, realtime_priority - kIoPriorityBelow);
+  return settings;
+}
+
+/// A person with everything on their side of the network.
+class LiveUser {
+ public:
+  LiveUser(const ExperimentUser& description, ClientIoSettings io, std::uint64_t hand_seed, int realtime_priority,
+           const std::atomic<Duration::rep>& hands_start_ns);
+
+  const ExperimentUser& user() const { return user_; }
+  void watch(BodyId body) { core_.watch(body); }
+  void connect() { io_.start(); }
+  /// Starts the haptic thread near the user's phase of the millisecond. Returns what it asked for and did not get.
+  std::vector<std::string> start_loop();
+  /// Moves what the ring holds to ticks().
+  void take_ticks();
+  void stop();
+
+  ClientIoSnapshot io() const { return io_.snapshot(); }
+  /// The newest tick taken; null before the first.
+  const TickRecord* newest() const { return ticks_.empty() ? nullptr : &ticks_.back().record; }
+  const std::vector<LiveTick>& ticks() const { return ticks_; }
+  /// Whether the hand has something true to feel: the server's state and, where the stage wants it, the local model.
+  bool is_ready() const;
+  /// The same, and of those of before only the newest stays.
+  void take_newest_tick();
+  void forget_ticks_before(LocalTime time);
+
+  // after stop()
+  const HapticCounters& counters() const { return core_.counters(); }
+  const HapticCounters& counters_at_start() const { return at_start_; }
+  double guard_dissipated() const { return guard_dissipated_j(core_, user_.pipeline) - guard_dissipated_at_start_j_; }
+  const HapticLoopReport& loop_report() const { return loop_->report(); }
+  std::uint64_t lost() const { return lost_.load(std::memory_order_relaxed); }
+
+ private:
+  void after_tick() noexcept;
+
+  const ExperimentUser& user_;
+  int realtime_priority_;
+  const std::atomic<Duration::rep>& hands_start_ns_;
+  ClientMailboxes mailboxes_;
+  SimDevice device_;
+  HapticCore core_;
+  ClientIo io_;
+  Ring<LiveTick> ring_{kRingTicks};
+  std::atomic<std::uint64_t> lost_{0};
+  std::vector<LiveTick> ticks_;  // main thread
+  bool is_hand_moving_ = false;  // haptic thread, as the next two until it has stopped
+  HapticCounters at_start_;
+  double guard_dissipated_at_start_j_ = 0;
+  std::optional<HapticLoop> loop_;  // gone before what it uses
+};
+
+LiveUser::LiveUser(const ExperimentUser& description, ClientIoSettings io, std::uint64_t hand_seed,
+                   int realtime_priority, const std::atomic<Duration::rep>& hands_start_ns)
+    : user_(description),
+      realtime_priority_(realtime_priority),
+      hands_start_ns_(hands_start_ns),
+      device_(description.device.spec, holding(description.hand_parameters, description.device), description.hand,
+              hand_seed),
+      core_(haptic_settings(description.pipeline, coupling_bounds(description.device)), device_, mailboxes_),
+      io_(std::move(io), mailboxes_) {
+  device_.hold_path();
+  io_.on_tick = [this] { core_.service(); };
+}
+
+std::vector<std::string> LiveUser::start_loop() {
+  HapticLoopSettings settings;
+  settings.realtime = {.priority = realtime_priority_, .lock_memory = realtime_priority_ > 0};
+  settings.trace_capacity = 1;  // the ring here has the hand's true state too
+  loop_.emplace(settings, core_, [this] { after_tick(); });
+  std::this_thread::sleep_until(std::chrono::steady_clock::time_point(
+      (next_whole_millisecond(SteadyClock().now()) + user_.tick_phase).time_since_epoch()));
+  return loop_->start();
+}
+
+// On the haptic thread.
+void LiveUser::after_tick() noexcept {
+  io_.notify();
+  const LiveTick tick{core_.record(), device_.hand_pose(), device_.hand_twist(), Duration(0)};
+  if (!ring_.push(tick)) lost_.fetch_add(1, std::memory_order_relaxed);
+  const Duration::rep start = hands_start_ns_.load(std::memory_order_acquire);
+  if (is_hand_moving_ || start == kNotYet || tick.record.at.time_since_epoch().count() < start) return;
+  is_hand_moving_ = true;
+  device_.start_path(LocalTime(Duration(start)));
+  at_start_ = core_.counters();
+  guard_dissipated_at_start_j_ = guard_dissipated_j(core_, user_.pipeline);
+}
+
+void LiveUser::take_ticks() {
+  const Duration round_trip = io_.snapshot().round_trip;
+  LiveTick tick;
+  while (ring_.pop(tick)) {
+    tick.round_trip = round_trip;
+    ticks_.push_back(tick);
+  }
+}
+
+bool LiveUser::is_ready() const {
+  if (user_.role != UserRole::kManipulator) return true;
+  if (newest() == nullptr || newest()->newest_step.value == 0) return false;
+  return newest()->is_local || !needs_local_model(user_.pipeline.stage);
+}
+
+void LiveUser::take_newest_tick() {
+  take_ticks();
+  if (ticks_.size() > 1) ticks_.erase(ticks_.begin(), ticks_.end() - 1);
+}
+
+void LiveUser::forget_ticks_before(LocalTime time) {
+  const auto first = std::find_if(ticks_.begin(), ticks_.end(), [&](const LiveTick& t) { return t.record.at >= time; });
+  ticks_.erase(ticks_.begin(), first);
+}
+
+void LiveUser::stop() {
+  if (loop_) loop_->stop();
+  io_.stop();
+}
+
+/// Datagrams and bytes of both directions that one client sent and got; those that its simulated link lost on the way
+/// to it count as datagrams, not as bytes.
+TrafficCounters traffic_of(const ClientIoSnapshot& io) {
+  TrafficCounters traffic;
+  const bool has_link = io.links.up.sent > 0;
+  traffic.datagrams =
+      has_link ? io.links.up.sent + io.links.down.sent : io.counters.datagrams_sent + io.counters.datagrams_received;
+  traffic.bytes = io.counters.bytes_sent + io.counters.bytes_received;
+  return traffic;
+}
+
+}  // namespace
+
+struct LiveSession::Impl {
+  Impl(LiveSession& its_owner, const Experiment& its_experiment, std::shared_ptr<const LoadedScene> its_scene,
+       const SessionTrace& its_beside, int its_priority);
+
+  void join_all();
+  template <class IsDone>
+  void wait_for(const LiveUser& user, const char* missing, const IsDone& is_done);
+  void start_hands();
+  void keep_going();
+  void follow(std::size_t index);
+  SessionTrace take_trace();
+  void take_user(std::size_t index);
+
+  LiveSession& owner;
+  const Experiment& experiment;
+  std::shared_ptr<const LoadedScene> scene;
+  const SessionTrace& beside;
+  int priority;
+  SteadyClock clock;
+  std::atomic<Duration::rep> hands_start_ns{kNotYet};
+  LocalTime begun{};
+  LocalTime hands_started{};
+  LiveRoom room;
+  std::vector<std::unique_ptr<LiveUser>> users;
+  std::vector<TrafficCounters> traffic_at_start;
+  std::vector<std::size_t> told;  // ticks that on_tick has had
+  SessionTrace trace;
+  LiveTiming timing;
+};
+
+LiveSession::Impl::Impl(LiveSession& its_owner, const Experiment& its_experiment,
+                        std::shared_ptr<const LoadedScene> its_scene, const SessionTrace& its_beside, int its_priority)
+    : owner(its_owner),
+      experiment(its_experiment),
+      scene(std::move(its_scene)),
+      beside(its_beside),
+      priority(its_priority),
+      room(scene, experiment, its_priority) {
+  trace.watched_body = beside.watched_body;
+  trace.body_names = beside.body_names;
+  trace.body_can_move = beside.body_can_move;
+  trace.field_kernel = beside.field_kernel;
+  timing.users.resize(experiment.users.size());
+  told.resize(experiment.users.size());
+  for (std::size_t i = 0; i < experiment.users.size(); ++i) {
+    const ExperimentUser& user = experiment.users[i];
+    if (user.pipeline.model_mass_scale != 1) {
+      throw std::invalid_argument("experiment " + experiment.name +
+                                  ": model.mass_scale is not 1; a live client has no " + "such setting: leave it out");
+    }
+    const UserTrace& virtual_user = beside.users[i];
+    users.push_back(std::make_unique<LiveUser>(user,
+                                               io_settings(user, *scene, room.port(), experiment.seed + i, priority),
+                                               virtual_user.hand_seed, priority, hands_start_ns));
+    if (trace.watched_body) users.back()->watch(body_id_at(*trace.watched_body));
+    UserTrace& user_trace = trace.users.emplace_back();
+    user_trace.user = user;
+    user_trace.hand_seed = virtual_user.hand_seed;
+    user_trace.hand_joules_per_world_joule = virtual_user.hand_joules_per_world_joule;
+  }
+}
+
+/// Waits until `is_done`; says what is missing when that is not in time. What the rings hold meanwhile is of no use.
+template <class IsDone>
+void LiveSession::Impl::wait_for(const LiveUser& user, const char* missing, const IsDone& is_done) {
+  const LocalTime give_up = clock.now() + kJoinTimeout;
+  while (!is_done()) {
+    const SessionStatus status = user.io().status;
+    if (status.state == SessionState::kEnded || clock.now() >= give_up) {
+      throw CouldNotJoin("user " + user.user().name +
+                         " could not join: " + (status.why.empty() ? missing : status.why));
+    }
+    std::this_thread::sleep_for(kMainPeriod);
+    for (const auto& each : users) each->take_newest_tick();
+  }
+}
+
+// One after the other, so that the n-th manipulator gets the n-th tool.
+void LiveSession::Impl::join_all() {
+  begun = clock.now();
+  for (const auto& user : users) {
+    user->connect();
+    wait_for(*user, "no answer within 30 s", [&] {
+      const ClientIoSnapshot io = user->io();
+      return io.status.state == SessionState::kActive && io.joined != nullptr;
+    });
+    timing.realtime_not_granted = user->start_loop();
+  }
+  for (const auto& user : users) {
+    wait_for(*user, "no state or no local model within 30 s", [&] { return user->is_ready(); });
+  }
+}
+
+void LiveSession::Impl::start_hands() {
+  for (const auto& user : users) traffic_at_start.push_back(traffic_of(user->io()));
+  hands_started = next_whole_millisecond(clock.now() + kStartIn);
+  room.record_from(hands_started);
+  hands_start_ns.store(hands_started.time_since_epoch().count(), std::memory_order_release);
+  trace.joined_after = hands_started - begun;
+  while (clock.now() < hands_started) std::this_thread::sleep_for(kHapticPeriod);
+}
+
+void LiveSession::Impl::follow(std::size_t index) {
+  LiveUser& user = *users[index];
+  user.take_ticks();
+  // Until a tick of the moving hand is there, told is 0 and everything is of before.
+  if (told[index] == 0) user.forget_ticks_before(hands_started);
+  for (; told[index] < user.ticks().size(); ++told[index]) {
+    const TickRecord& record = user.ticks()[told[index]].record;
+    if (record.at >= hands_started + experiment.duration) break;
+    if (owner.on_tick) owner.on_tick(index, record, user.user().hand.phase_at(record.at - hands_started));
+  }
+  UserTrace& user_trace = trace.users[index];
+  const SessionStatus status = user.io().status;
+  if (!user_trace.stayed_connected || status.state == SessionState::kActive) return;
+  user_trace.stayed_connected = false;
+  user_trace.why_disconnected = status.why;
+}
+
+// Some more than the duration, so that the last tick before its end is there too.
+void LiveSession::Impl::keep_going() {
+  const LocalTime end = hands_started + experiment.duration + kMainPeriod;
+  while (clock.now() < end) {
+    std::this_thread::sleep_for(kMainPeriod);
+    for (std::size_t i = 0; i < users.size(); ++i) follow(i);
+  }
+}
+
+void LiveSession::Impl::take_user(std::size_t index) {
+  LiveUser& live = *users[index];
+  UserTrace& user = trace.users[index];
+  const ClientIoSnapshot io = live.io();
+  live.stop();
+  LiveRows rows = live_rows(live.user(), live.ticks(), hands_started, experiment.duration);
+  user.ticks = std::move(rows.rows);
+  for (const TickSample& tick : user.ticks) trace.faults_seen |= tick.server_tick_faults;
+  user.energy_to_hand_j = live.counters().energy_to_hand_j - live.counters_at_start().energy_to_hand_j;
+  user.energy_from_hand_j = live.counters().energy_from_hand_j - live.counters_at_start().energy_from_hand_j;
+  user.guard_dissipated_j = live.guard_dissipated();
+  user.session = io.counters;
+  user.link_up = io.links.up;
+  user.link_down = io.links.down;
+  user.traffic = traffic_of(io);
+  user.traffic.datagrams -= traffic_at_start[index].datagrams;
+  user.traffic.bytes -= traffic_at_start[index].bytes;
+  timing.users[index] = {told[index], rows.skipped, live.lost(), live.loop_report()};
+}
+
+SessionTrace LiveSession::Impl::take_trace() {
+  for (std::size_t i = 0; i < users.size(); ++i) take_user(i);
+  room.stop();
+  trace.bodies = std::move(room.bodies());
+  trace.stored = std::move(room.stored());
+  trace.hub = room.counters();
+  trace.room_steps = room.steps();
+  timing.room = room.timing();
+  return std::move(trace);
+}
+
+LiveSession::LiveSession(const Experiment& experiment, std::shared_ptr<const LoadedScene> scene,
+                         const SessionTrace& beside, int realtime_priority)
+    : impl_(std::make_unique<Impl>(*this, experiment, std::move(scene), beside, realtime_priority)) {}
+
+LiveSession::~LiveSession() = default;
+
+SessionTrace LiveSession::run() {
+  impl_->join_all();
+  impl_->start_hands();
+  impl_->keep_going();
+  return impl_->take_trace();
+}
+
+const LiveTiming& LiveSession::timing() const {
+  return impl_->timing;
+}
+
+}  // namespace tandem::lab

@@ -1,0 +1,70 @@
+// A trial in real time: the server's sockets and room thread, and for each user a client's haptic and io threads, over
+// loopback and the live simulated links. It leaves the same trace as VirtualSession, so the same metrics can be had of
+// it.
+//
+//   main thread (run())      per user: haptic thread           per user: io thread        server: room, io thread
+//   join, one after another  HapticLoop, 1 kHz                 ClientIo                   LiveRoom
+//   says when hands start ──▶ hand starts on its path
+//   every 10 ms: takes       ── ring: tick and true hand ──▶
+//   what the rings hold
+//   afterwards: rows at whole milliseconds
+//
+// What lines up with the virtual trial: all hands start at one whole millisecond, path time is counted from there, and
+// row k of a user is its newest tick before k + 1 ms. A tick that the machine skipped repeats the one before it, which
+// is what the hand felt; how many there were is counted.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "client/haptics/haptic_loop.hpp"
+#include "lab/experiment/experiment.hpp"
+#include "lab/session/trace.hpp"
+#include "server/net/room_scheduler.hpp"
+
+namespace tandem::lab {
+
+/// How well the machine kept the time of one client.
+struct LiveUserTiming {
+  std::uint64_t ticks = 0;    ///< of the haptic thread since the hands started
+  std::uint64_t skipped = 0;  ///< milliseconds without a tick of their own
+  std::uint64_t lost = 0;     ///< records that this thread did not take in time
+  HapticLoopReport loop;
+};
+
+struct LiveTiming {
+  std::vector<LiveUserTiming> users;
+  RoomTiming room;
+  std::vector<std::string> realtime_not_granted;
+};
+
+/// Runs one trial of an experiment in real time. Once only.
+///
+/// Limits  the local model's mass_scale and the coupling's check against the device are left out: a client has no
+///         setting for the first, and a virtual trial no check
+class LiveSession {
+ public:
+  /// In      beside  the virtual trial of the same experiment: seeds, names and the watched body are taken from it
+  /// Fails   std::invalid_argument: mass_scale is not 1
+  LiveSession(const Experiment& experiment, std::shared_ptr<const LoadedScene> scene, const SessionTrace& beside,
+              int realtime_priority = 0);
+  ~LiveSession();
+
+  /// Fails   CouldNotJoin (says who and why); std::runtime_error, std::system_error: no port, no thread
+  SessionTrace run();
+  /// After run().
+  const LiveTiming& timing() const;
+
+  /// Called on the thread of run() for each haptic tick of a moving hand, with the index of the user and of the hand
+  /// path's phase, at most some ten milliseconds late.
+  std::function<void(std::size_t, const TickRecord&, int)> on_tick;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace tandem::lab

@@ -1,0 +1,24 @@
+#include "lab/session/trace.hpp"
+
+namespace tandem::lab {
+
+TickSample sample_of(const TickRecord& record) {
+  TickSample sample;
+  sample.tick = record.tick;
+  sample.handle_W = record.handle_W;
+  sample.tool_W = record.tool_W.X;
+  sample.stage_D = record.stage_wrench_on_hand_D;
+  sample.asked_D = record.stage_wrench_on_hand_D * record.guard_gain;
+  sample.displayed_D = record.displayed_on_hand_D;
+  sample.server_wrench_W = record.server_wrench_on_hand_W;
+  sample.state_age = record.state_age;
+  sample.held_body = record.held_body;
+  sample.view_W = record.has_local_body ? record.local_body_W.X.p : record.watched_body_W.X.p;
+  sample.has_view = record.has_local_body || record.has_watched_body;
+  sample.safety_faults = record.safety_faults;
+  sample.server_tick_faults = record.server_tick_faults;
+  sample.is_clamped = record.is_clamped;
+  return sample;
+}
+
+}  // namespace tandem::lab

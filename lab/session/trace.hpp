@@ -1,0 +1,108 @@
+// Everything that a trial leaves behind: what metrics, result files and reports are made from.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "client/haptics/haptic_core.hpp"
+#include "client/model/model_ledger.hpp"
+#include "client/session/session.hpp"
+#include "common/base/tick_faults.hpp"
+#include "common/net/link.hpp"
+#include "lab/experiment/experiment.hpp"
+#include "lab/session/virtual_network.hpp"
+#include "server/session/session_hub.hpp"
+
+namespace tandem::lab {
+
+/// One haptic tick of one user, from the inside of the client and from the outside of the simulated hand.
+struct TickSample {
+  Tick tick;
+  Duration time{0};  ///< since the hands started
+  int phase = -1;    ///< index into the hand path's phases(); −1: none
+  Pose hand_D;       ///< true pose of the hand
+  Twist hand_twist_D;
+  Vec3 intended_D;  ///< where the hand wants to be
+  RigidState handle_W;
+  Pose tool_W;             ///< newest of the server
+  Wrench stage_D;          ///< on the hand, before the safety stages
+  Wrench asked_D;          ///< on the hand, after the guard, before safety stages and clamp
+  Wrench displayed_D;      ///< on the hand
+  Wrench server_wrench_W;  ///< on the hand, newest of the server
+  Duration state_age{0};   ///< negative: no state yet
+  Duration round_trip{0};
+  BodyId held_body;
+  Vec3 view_W = Vec3::Zero();  ///< where this user sees the watched body
+  bool has_view = false;
+  SafetyFaults safety_faults = 0;
+  std::uint32_t server_tick_faults = 0;
+  bool is_clamped = false;
+  ModelEnergy model;  ///< of the local model after this tick; zero without one
+};
+
+/// The room held a tool back, in the newest step that this tick knew of.
+inline bool tells_of_guarded_tool(const TickSample& tick) {
+  return (tick.server_tick_faults & kFaultToolGuarded) != 0;
+}
+
+/// What the tick's record has of it; the hand's side is left at rest.
+TickSample sample_of(const TickRecord& record);
+
+/// An input as the server took it.
+struct AnsweredInput {
+  Duration time{0};  ///< of the first step that used it
+  Tick tick;
+  Wrench on_hand_W;  ///< about the handle, in the last step that did
+};
+
+struct UserTrace {
+  ExperimentUser user;
+  std::uint64_t hand_seed = 0;
+  bool stayed_connected = true;
+  std::string why_disconnected;
+  std::vector<TickSample> ticks;
+  std::vector<AnsweredInput> answered;  ///< since the hands started; in virtual time
+  double energy_to_hand_j = 0;          ///< since the hands started
+  double energy_from_hand_j = 0;
+  double guard_dissipated_j = 0;  ///< world joules, since the hands started; NaN: no guard
+  double hand_joules_per_world_joule = 1;
+  double coupling_stiffness_n_per_m = 0;  ///< as the scene says
+  double coupling_stiffness_n_m_per_rad = 0;
+  SessionCounters session;
+  LinkCounters link_up;  ///< datagrams
+  LinkCounters link_down;
+  TrafficCounters traffic;  ///< since the hands started
+};
+
+/// The bodies of the world at one instant, in the order of the scene.
+struct BodiesSample {
+  Duration time{0};
+  std::vector<Pose> X_WB;
+  double field_energy_kj_per_mol = 0;
+};
+
+/// Energy at the server that counts, after a step of its world (energy_ledger.hpp).
+struct StoredEnergySample {
+  Duration time{0};
+  double energy_j = 0;
+  double field_j = 0;  ///< of the molecular field there, where all users have a local model; else in energy_j
+};
+
+struct SessionTrace {
+  std::vector<UserTrace> users;
+  std::vector<std::string> body_names;
+  std::vector<bool> body_can_move;
+  std::vector<BodiesSample> bodies;  ///< every sample_period
+  std::vector<StoredEnergySample> stored;
+  std::optional<std::size_t> watched_body;  ///< index into body_names; which TickSample::view_W is of
+  HubCounters hub;
+  std::uint64_t room_steps = 0;
+  TickFaults faults_seen = 0;
+  Duration joined_after{0};  ///< virtual time from the first connection to the start of the hands
+  double field_depth_j = 0;  ///< what the molecular field can have given at most, in world joules
+  std::string field_kernel;  ///< of the molecular field; "": the scene has none
+};
+
+}  // namespace tandem::lab

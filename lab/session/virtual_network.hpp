@@ -1,0 +1,107 @@
+// The network of a trial: the transports of one server and its clients over simulated links, in virtual time.
+//
+//   ClientSession ── VirtualClientTransport ══ up: datagrams, stream ══▶ ┐
+//                                          ◀══ down: datagrams, stream ══╡ VirtualNetwork ── SessionHub
+//
+// A stream (TCP) is a reliable SimulatedLink: its delay and rate are those of the datagrams, but what retransmission
+// would cost it under loss is not modelled. Connecting takes one round trip.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "client/session/session.hpp"
+#include "common/base/time.hpp"
+#include "common/net/link.hpp"
+#include "server/session/session_hub.hpp"
+
+namespace tandem::lab {
+
+class VirtualNetwork;
+
+/// What one client and the server gave the network, both ways together; lost or not.
+struct TrafficCounters {
+  std::uint64_t datagrams = 0;
+  std::uint64_t bytes = 0;  ///< of datagrams and streams, without the headers of UDP, TCP and IP
+};
+
+/// One client's end.
+class VirtualClientTransport final : public ClientTransport {
+ public:
+  VirtualClientTransport(const Clock& clock, LinkParameters up, LinkParameters down, std::uint64_t seed,
+                         std::uint64_t first_stream);
+
+  void connect(LocalTime now) override;
+  void send_control(std::span<const std::byte> bytes) override;
+  bool send_datagram(std::span<const std::byte> datagram) override;
+  void set_datagram_port(std::uint16_t port) override { has_datagram_port_ = port != 0; }
+  std::size_t queued_control_bytes() const override;
+  void close() override;
+
+  /// Takes what is due off the lines, at both ends, before anybody sends in this slot.
+  void collect(LocalTime now);
+  /// Hands what has arrived at this end to its session.
+  void deliver(ClientSession& session, LocalTime now);
+
+  const LinkCounters& datagrams_up() const { return datagrams_up_.counters(); }
+  const LinkCounters& datagrams_down() const { return datagrams_down_.counters(); }
+  const TrafficCounters& traffic() const { return traffic_; }
+
+ private:
+  friend class VirtualNetwork;
+  using Packets = std::vector<std::vector<std::byte>>;
+  void count_datagram(std::size_t bytes) {
+    ++traffic_.datagrams;
+    traffic_.bytes += bytes;
+  }
+
+  const Clock& clock_;
+  SimulatedLink datagrams_up_;
+  SimulatedLink datagrams_down_;
+  SimulatedLink stream_up_;
+  SimulatedLink stream_down_;
+  TrafficCounters traffic_;
+  // Arrived, not handed on yet.
+  Packets arrived_datagrams_up_;
+  Packets arrived_datagrams_down_;
+  Packets arrived_stream_up_;
+  Packets arrived_stream_down_;
+  bool is_open_ = false;  ///< at the client's end
+  bool has_datagram_port_ = false;
+  std::uint32_t attempt_ = 0;         ///< connections started so far: chunks of older ones are ignored
+  ConnectionHandle connection_ = 0;   ///< at the server's end; 0: none
+  std::uint32_t server_attempt_ = 0;  ///< that `connection_` belongs to
+  bool server_knows_address_ = false;
+};
+
+/// The server's end of all clients' links.
+class VirtualNetwork final : public ServerTransport {
+ public:
+  explicit VirtualNetwork(const Clock& clock) : clock_(clock) {}
+
+  /// A client that may connect; lives as long as the network.
+  VirtualClientTransport& add_client(const LinkParameters& up, const LinkParameters& down, std::uint64_t seed);
+
+  void send_control(ConnectionHandle connection, std::span<const std::byte> bytes) override;
+  bool send_datagram(ConnectionHandle connection, std::span<const std::byte> datagram) override;
+  std::size_t queued_control_bytes(ConnectionHandle connection) const override;
+  void close(ConnectionHandle connection) override;
+
+  /// What is due arrives at both ends of every client's links: first in a slot, then what any end does.
+  void collect(LocalTime now);
+  /// Hands what has arrived at the server to the hub, clients in the order in which they were added.
+  void deliver(SessionHub& hub, LocalTime now);
+
+ private:
+  VirtualClientTransport* client_of(ConnectionHandle connection) const;
+  void deliver_stream(VirtualClientTransport& client, SessionHub& hub, LocalTime now);
+  void deliver_datagrams(VirtualClientTransport& client, SessionHub& hub, LocalTime now);
+
+  const Clock& clock_;
+  std::vector<std::unique_ptr<VirtualClientTransport>> clients_;
+  ConnectionHandle last_connection_ = 0;
+};
+
+}  // namespace tandem::lab

@@ -1,0 +1,355 @@
+#include "lab/session/virtual_session.hpp"
+
+#include <stdexcept>
+#include <utility>
+
+#include "client/haptics/stages/stage.hpp"
+#include "client/model/local_model_maker.hpp"
+#include "client/session/asset_store.hpp"
+#include "common/docking/lennard_jones.hpp"
+#include "lab/experiment/pipeline.hpp"
+#include "lab/session/field_depth.hpp"
+#include "lab/session/virtual_network.hpp"
+#include "server/physics/server_world.hpp"
+
+namespace tandem::lab {
+namespace {
+
+/// Streams of the experiment's seed: links take the small numbers (virtual_network.cpp).
+constexpr std::uint64_t kHandStreams = 1U << 16U;
+constexpr Duration kJoinTimeout = std::chrono::seconds(30);
+
+std::uint64_t hand_seed(std::uint64_t seed, std::size_t user) {
+  return Random(seed, kHandStreams + user).next_u64();
+}
+
+/// All files of a scene: a trial is about state, not about how long they take to load.
+std::shared_ptr<AssetStore> assets_of(const LoadedScene& scene) {
+  auto store = std::make_shared<MemoryAssetStore>();
+  for (const Asset& asset : scene.assets) store->keep(asset.sha256, asset.bytes);
+  return store;
+}
+
+SessionSettings session_settings(const ExperimentUser& user, const std::shared_ptr<AssetStore>& assets) {
+  SessionSettings settings;
+  settings.user_name = user.name;
+  settings.role = user.role == UserRole::kManipulator ? wire::ROLE_MANIPULATOR : wire::ROLE_OBSERVER;
+  settings.state_transport = user.transport;
+  settings.deadband = user.pipeline.deadband;
+  settings.fetch_assets = true;
+  settings.asset_store = assets;
+  return settings;
+}
+
+HubSettings hub_settings(std::uint64_t seed) {
+  HubSettings settings;
+  settings.datagram_port = 1;
+  settings.connection_ids = [ids = Random(seed)]() mutable { return ids.next_u64(); };
+  return settings;
+}
+
+// The body of the outcome's rule, else the first that hands can hold, else the first that can move: what users look at.
+std::optional<std::size_t> watched_body(const Experiment& experiment, const LoadedScene& scene) {
+  std::optional<std::size_t> movable;
+  std::optional<std::size_t> graspable;
+  for (int i = scene.description.bodies_size() - 1; i >= 0; --i) {
+    const auto& body = scene.description.bodies(i);
+    const auto index = static_cast<std::size_t>(i);
+    if (experiment.outcome && body.name() == experiment.outcome->body) return index;
+    if (body.mass_kg() > 0) movable = index;
+    if (body.graspable()) graspable = index;
+  }
+  if (experiment.outcome) {
+    throw std::invalid_argument("experiment " + experiment.name + ": outcome.body is \"" + experiment.outcome->body +
+                                "\"; the scene has no such body");
+  }
+  return graspable ? graspable : movable;
+}
+
+/// A person with everything on their side of the network.
+struct VirtualUser {
+  VirtualUser(const ExperimentUser& description, VirtualClientTransport& its_transport, std::uint64_t seed,
+              const std::shared_ptr<AssetStore>& assets)
+      : user(description),
+        transport(its_transport),
+        device(description.device.spec, holding(description.hand_parameters, description.device), description.hand,
+               seed),
+        core(haptic_settings(description.pipeline, coupling_bounds(description.device)), device, mailboxes),
+        session(session_settings(description, assets), transport, mailboxes),
+        models(local_model_settings(description.pipeline), LocalModelMaker::Execution::kInline),
+        seed_of_hand(seed) {
+    device.hold_path();
+    session.on_assets = [this] { make_local_model(); };
+  }
+
+  void make_local_model() {
+    if (user.role != UserRole::kManipulator || !needs_local_model(user.pipeline.stage)) return;
+    models.begin(*session.joined(), session.assets());
+    model = models.take();
+    if (model != nullptr) return session.use_local_model(model);
+    throw std::runtime_error("user " + user.name + " has no local model: " + models.problem());
+  }
+
+  const ExperimentUser& user;
+  VirtualClientTransport& transport;
+  ClientMailboxes mailboxes;
+  SimDevice device;
+  HapticCore core;
+  ClientSession session;
+  LocalModelMaker models;
+  LocalModel* model = nullptr;      ///< the one in use; null: the stage has none
+  std::optional<std::size_t> tool;  ///< a manipulator's, index into the scene's
+  std::uint64_t seed_of_hand;
+  HapticCounters at_start;
+  TrafficCounters traffic_at_start;
+  double guard_dissipated_at_start_j = 0;
+};
+
+TickSample sample_of(VirtualUser& user, Duration time) {
+  TickSample sample = lab::sample_of(user.core.record());
+  sample.time = time;
+  sample.phase = user.device.path().phase_at(user.device.path_time());
+  sample.hand_D = user.device.hand_pose();
+  sample.hand_twist_D = user.device.hand_twist();
+  sample.intended_D = user.device.path().pose_at(user.device.path_time()).p;
+  sample.round_trip = user.session.clock_sync().round_trip();
+  if (user.model != nullptr) sample.model = user.model->energy();
+  return sample;
+}
+
+std::string field_kernel_of(const LoadedScene& scene) {
+  std::size_t molecules = 0;
+  for (const LoadedBody& body : scene.bodies) molecules += body.molecule != nullptr ? 1 : 0;
+  return molecules < 2 ? std::string() : std::string(LennardJonesField::default_kernel());
+}
+
+}  // namespace
+
+struct VirtualSession::Impl {
+  Impl(VirtualSession& its_owner, const Experiment& its_experiment, std::shared_ptr<const LoadedScene> its_scene);
+
+  void run_slot();
+  void run_client_slot(VirtualUser& user);
+  void join_all();
+  void start_hands();
+  void record_tick(std::size_t index);
+  void record_bodies();
+  void record_step();
+  StoredEnergySample energy_at_server() const;
+  SessionTrace take_trace();
+
+  VirtualSession& owner;
+  const Experiment& experiment;
+  std::shared_ptr<const LoadedScene> scene;
+  VirtualClock clock;
+  VirtualNetwork network{clock};
+  Room room;
+  SessionHub hub;
+  std::vector<std::unique_ptr<VirtualUser>> users;
+  std::int64_t slot = 0;
+  LocalTime next_room_step;
+  bool are_hands_moving = false;
+  LocalTime hands_started;
+  LocalTime next_sample;
+  SessionTrace trace;
+};
+
+VirtualSession::Impl::Impl(VirtualSession& its_owner, const Experiment& its_experiment,
+                           std::shared_ptr<const LoadedScene> its_scene)
+    : owner(its_owner),
+      experiment(its_experiment),
+      scene(std::move(its_scene)),
+      room(RoomId{1}, "lab", scene, {.guards_tools = experiment.has_guard()}),
+      hub(hub_settings(experiment.seed), {&room}, network),
+      next_room_step(LocalTime(experiment.server_phase)) {
+  std::size_t manipulators = 0;
+  for (const ExperimentUser& user : experiment.users) manipulators += user.role == UserRole::kManipulator ? 1 : 0;
+  if (manipulators > scene->tools.size()) {
+    throw std::invalid_argument("experiment " + experiment.name + ": users has " + std::to_string(manipulators) +
+                                " manipulators, but the scene has " + std::to_string(scene->tools.size()) +
+                                " tools; make the others observers");
+  }
+  const std::optional<std::size_t> watched = watched_body(experiment, *scene);
+  trace.watched_body = watched;
+  trace.stored.reserve(static_cast<std::size_t>(experiment.duration / room.period()) + 1);
+  const std::shared_ptr<AssetStore> assets = assets_of(*scene);
+  std::size_t tool = 0;
+  for (std::size_t i = 0; i < experiment.users.size(); ++i) {
+    const ExperimentUser& user = experiment.users[i];
+    VirtualClientTransport& transport = network.add_client(user.up, user.down, experiment.seed);
+    users.push_back(std::make_unique<VirtualUser>(user, transport, hand_seed(experiment.seed, i), assets));
+    if (watched) users.back()->core.watch(body_id_at(*watched));
+    UserTrace& user_trace = trace.users.emplace_back();
+    user_trace.user = user;
+    user_trace.hand_seed = users.back()->seed_of_hand;
+    if (user.role == UserRole::kManipulator) {
+      users.back()->tool = tool;
+      user_trace.coupling_stiffness_n_per_m = scene->coupling.parameters.stiffness_n_per_m;
+      user_trace.coupling_stiffness_n_m_per_rad = scene->coupling.parameters.stiffness_n_m_per_rad;
+      user_trace.hand_joules_per_world_joule = scene->tools[tool++].workspace.hand_joules_per_world_joule();
+    }
+    user_trace.ticks.reserve(static_cast<std::size_t>(experiment.duration / kHapticPeriod) + 1);
+  }
+  for (const auto& body : scene->description.bodies()) {
+    trace.body_names.push_back(body.name());
+    trace.body_can_move.push_back(body.mass_kg() > 0);
+  }
+  trace.field_kernel = field_kernel_of(*scene);
+}
+
+void VirtualSession::Impl::run_slot() {
+  const LocalTime now{kSlot * ++slot};
+  clock.advance_to(now);
+  network.collect(now);
+  network.deliver(hub, now);
+  if (now >= next_room_step) {
+    room.step(server_time_of_own_clock(now));
+    next_room_step += room.period();
+    if (are_hands_moving) record_step();
+  }
+  hub.poll(now);
+  for (std::size_t i = 0; i < users.size(); ++i) {
+    VirtualUser& user = *users[i];
+    user.transport.deliver(user.session, now);
+    if ((now.time_since_epoch() - user.user.tick_phase) % kHapticPeriod == Duration(0)) {
+      user.core.tick(now);
+      user.core.service();
+      if (are_hands_moving) record_tick(i);
+    }
+    user.session.poll(now);
+  }
+  if (are_hands_moving && now >= next_sample) record_bodies();
+}
+
+void VirtualSession::Impl::join_all() {
+  for (const auto& user : users) {
+    user->session.start(clock.now());
+    const LocalTime give_up = clock.now() + kJoinTimeout;
+    while (user->session.status().state != SessionState::kActive) {
+      const SessionStatus& status = user->session.status();
+      if (status.state == SessionState::kEnded || clock.now() >= give_up) {
+        throw CouldNotJoin("user " + user->user.name +
+                           " could not join: " + (status.why.empty() ? "no answer within 30 s" : status.why));
+      }
+      run_slot();
+    }
+  }
+  // One more round trip, so that the hands start with the world in sight of everybody.
+  for (const auto& user : users) {
+    const LocalTime give_up = clock.now() + kJoinTimeout;
+    const bool is_manipulator = user->user.role == UserRole::kManipulator;
+    while (is_manipulator && user->core.record().newest_step.value == 0 && clock.now() < give_up) run_slot();
+  }
+}
+
+// At a whole millisecond, so that ticks of the same hand in two trials are at the same times.
+void VirtualSession::Impl::start_hands() {
+  while (clock.now().time_since_epoch() % kHapticPeriod != Duration(0)) run_slot();
+  hands_started = clock.now();
+  next_sample = hands_started;
+  are_hands_moving = true;
+  trace.joined_after = hands_started.time_since_epoch();
+  for (const auto& user : users) {
+    user->device.start_path(hands_started);
+    user->at_start = user->core.counters();
+    user->traffic_at_start = user->transport.traffic();
+    user->guard_dissipated_at_start_j = guard_dissipated_j(user->core, user->user.pipeline);
+  }
+  record_bodies();
+  record_step();
+}
+
+void VirtualSession::Impl::record_step() {
+  trace.stored.push_back(energy_at_server());
+  for (std::size_t i = 0; i < users.size(); ++i) {
+    if (!users[i]->tool) continue;
+    std::vector<AnsweredInput>& answered = trace.users[i].answered;
+    const Tick tick = room.answered(*users[i]->tool);
+    const bool is_newer = answered.empty() || answered.back().tick != tick;
+    if (is_newer) answered.push_back({clock.now() - hands_started, tick, {}});
+    answered.back().on_hand_W = room.world().tool(*users[i]->tool).wrench_on_hand_W;
+  }
+}
+
+/// See energy_ledger.hpp: S, and the field's energy where S is without it.
+StoredEnergySample VirtualSession::Impl::energy_at_server() const {
+  const World& world = room.world();
+  std::uint32_t with_model = 0;
+  double by_copies_j = 0;
+  double by_models_j = 0;
+  bool is_for_all = true;
+  for (const auto& user : users) {
+    if (!user->tool) continue;
+    if (user->model == nullptr) {
+      is_for_all = false;
+      continue;
+    }
+    const ToolState state = world.tool(*user->tool);
+    with_model |= std::uint32_t{1} << *user->tool;
+    by_copies_j += state.copies_work_j;
+    by_models_j += state.energy_into_world_j - state.energy_from_world_j;
+  }
+  const Duration time = clock.now() - hands_started;
+  if (!is_for_all) return {time, by_copies_j + world.stored_energy_j(with_model) - by_models_j, 0};
+  return {time, by_copies_j, world.field_energy_j()};
+}
+
+void VirtualSession::Impl::record_tick(std::size_t index) {
+  const TickSample sample = sample_of(*users[index], clock.now() - hands_started);
+  trace.faults_seen |= sample.server_tick_faults;
+  UserTrace& user = trace.users[index];
+  const SessionStatus& status = users[index]->session.status();
+  if (user.stayed_connected && status.state != SessionState::kActive) {
+    user.stayed_connected = false;
+    user.why_disconnected = status.why;
+  }
+  user.ticks.push_back(sample);
+  if (owner.on_tick) owner.on_tick(index, users[index]->core.record(), sample.phase);
+}
+
+void VirtualSession::Impl::record_bodies() {
+  BodiesSample sample;
+  sample.time = clock.now() - hands_started;
+  for (std::size_t i = 0; i < scene->bodies.size(); ++i) {
+    sample.X_WB.push_back(room.world().body(body_id_at(i)).X);
+  }
+  sample.field_energy_kj_per_mol = room.world().field_energy_kj_per_mol();
+  trace.bodies.push_back(std::move(sample));
+  next_sample += experiment.sample_period;
+}
+
+SessionTrace VirtualSession::Impl::take_trace() {
+  for (std::size_t i = 0; i < users.size(); ++i) {
+    UserTrace& user = trace.users[i];
+    const HapticCounters& end = users[i]->core.counters();
+    user.energy_to_hand_j = end.energy_to_hand_j - users[i]->at_start.energy_to_hand_j;
+    user.energy_from_hand_j = end.energy_from_hand_j - users[i]->at_start.energy_from_hand_j;
+    user.guard_dissipated_j =
+        guard_dissipated_j(users[i]->core, users[i]->user.pipeline) - users[i]->guard_dissipated_at_start_j;
+    user.traffic = users[i]->transport.traffic();
+    user.traffic.datagrams -= users[i]->traffic_at_start.datagrams;
+    user.traffic.bytes -= users[i]->traffic_at_start.bytes;
+    user.session = users[i]->session.counters();
+    user.link_up = users[i]->transport.datagrams_up();
+    user.link_down = users[i]->transport.datagrams_down();
+  }
+  if (!trace.field_kernel.empty()) trace.field_depth_j = field_depth_j(*world_description(*scene), trace.bodies);
+  trace.hub = hub.counters();
+  trace.room_steps = room.steps_done().value;
+  return std::move(trace);
+}
+
+VirtualSession::VirtualSession(const Experiment& experiment, std::shared_ptr<const LoadedScene> scene)
+    : impl_(std::make_unique<Impl>(*this, experiment, std::move(scene))) {}
+
+VirtualSession::~VirtualSession() = default;
+
+SessionTrace VirtualSession::run() {
+  impl_->join_all();
+  impl_->start_hands();
+  const LocalTime end = impl_->clock.now() + impl_->experiment.duration;
+  while (impl_->clock.now() < end) impl_->run_slot();
+  return impl_->take_trace();
+}
+
+}  // namespace tandem::lab

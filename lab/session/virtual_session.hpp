@@ -1,0 +1,53 @@
+// A whole session in one process and virtual time, made of the same classes that run live.
+//
+// Time advances in slots of 0.25 ms. What happens in one slot, in this order:
+//
+//   0 network       what is due arrives, at both ends; what is sent below can arrive in the next slot at the earliest
+//   1 server io     arrived bytes and datagrams → SessionHub
+//   2 room          step, when one is due (phase: Experiment::server_phase)
+//   3 server io     SessionHub::poll: send what the room published
+//   4 each client   io: arrived → ClientSession; haptic tick when due (its own phase in the millisecond);
+//                   io: ClientSession::poll, sends the tick's update
+//
+// Nothing else orders events, and nothing depends on the host: a packet sent in a slot is received in a later one
+// (a link without delay takes one slot either way), so the order of clients within a slot cannot matter, and delays
+// are rounded up to slots.
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <stdexcept>
+
+#include "lab/experiment/experiment.hpp"
+#include "lab/session/trace.hpp"
+
+namespace tandem::lab {
+
+/// A user could not join: the link is too bad, or the scene refused.
+struct CouldNotJoin : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// Runs one trial of an experiment.
+///
+/// The users join one after the other, so that the n-th manipulator gets the n-th tool whatever the links do;
+/// then all hands start on their paths together, at time 0 of the trace.
+class VirtualSession {
+ public:
+  /// Fails   std::invalid_argument when the scene has not enough tools for the manipulators
+  VirtualSession(const Experiment& experiment, std::shared_ptr<const LoadedScene> scene);
+  ~VirtualSession();
+
+  /// Fails   CouldNotJoin (says who and why)
+  SessionTrace run();
+
+  /// Called after each haptic tick of a moving hand, with the index of the user and of the hand path's phase.
+  std::function<void(std::size_t, const TickRecord&, int)> on_tick;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace tandem::lab

@@ -1,0 +1,34 @@
+// `tandem-lab bench contact-scaling`: the cost of touch must follow the area in contact, not the size of the meshes.
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "lab/report/check.hpp"
+#include "lab/studies/contact/touch_judgement.hpp"
+
+namespace CLI {
+class App;
+}
+
+namespace tandem::lab {
+
+/// One resolution of the mesh, against itself.
+struct ScalingRow {
+  std::size_t triangles = 0;
+  std::size_t points = 0;
+  double spacing_m = 0;
+  double cell_m = 0;
+  double build_s = 0;
+  TouchFigures figures;
+};
+
+/// p99 of the finest mesh against that of `reference`, the mesh as it was given.
+std::vector<report::Check> scaling_checks(std::span<const ScalingRow> rows, std::size_t reference);
+std::string scaling_report_html(const std::string& mesh_name, std::span<const ScalingRow> rows, std::size_t reference);
+
+/// contact-scaling --mesh FILE --out DIR
+void add_contact_scaling_command(CLI::App& bench, int& exit_code);
+
+}  // namespace tandem::lab

@@ -1,0 +1,174 @@
+#include "lab/studies/contact/exact_overlap.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "common/base/random.hpp"
+
+namespace tandem::lab {
+namespace {
+
+std::vector<std::pair<int, int>> unique_edges(const TriangleMesh& mesh) {
+  std::vector<std::pair<int, int>> edges;
+  for (const auto& [a, b, c] : mesh.triangles) {
+    for (const auto& [from, to] : {std::pair(a, b), std::pair(b, c), std::pair(c, a)}) {
+      edges.emplace_back(std::min(from, to), std::max(from, to));
+    }
+  }
+  std::sort(edges.begin(), edges.end());
+  edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
+  return edges;
+}
+
+/// Collects what of one mesh lies inside the other; `shallowest_m` may rise while it does.
+class Collector {
+ public:
+  Collector(const ExactSurface& other, const OverlapSearch& search) : other_(other), search_(search) {}
+  virtual ~Collector() = default;
+
+  /// All of `from` in the frame of the other mesh.
+  void collect(const ExactSurface& from, const Pose& X_OF) {
+    for (const Vec3& corner : from.corners()) corner_at(X_OF * corner);
+    for (const auto& [begin, end] : from.edges()) edge_between(X_OF * begin, X_OF * end);
+  }
+
+ protected:
+  virtual void found(const Vec3& p_O, double depth_m) = 0;
+  double shallowest_m() const { return search_.shallowest_m; }
+  void raise_shallowest(double depth_m) { search_.shallowest_m = std::max(search_.shallowest_m, depth_m); }
+
+ private:
+  /// Signed distance; infinite for what is outside by more than `near_m` or inside by more than the search sees.
+  double distance_m(const Vec3& p_O, double near_m) const {
+    if (!other_.may_touch(p_O, near_m)) return std::numeric_limits<double>::infinity();
+    return other_.distance_m(p_O, near_m + search_.deepest_m);
+  }
+  void corner_at(const Vec3& p_O) {
+    const double distance = distance_m(p_O, 0);
+    if (distance < -search_.shallowest_m) found(p_O, -distance);
+  }
+  void edge_between(const Vec3& begin_O, const Vec3& end_O) {
+    const Vec3 middle = (begin_O + end_O) / 2;
+    const double half_m = (end_O - begin_O).norm() / 2;
+    const double distance = distance_m(middle, half_m);
+    // Nothing on this piece can be deeper than its middle by more than its half length.
+    if (half_m - distance <= search_.shallowest_m) return;
+    if (2 * half_m <= search_.edge_step_m) {
+      if (distance < -search_.shallowest_m) found(middle, -distance);
+      return;
+    }
+    edge_between(begin_O, middle);
+    edge_between(middle, end_O);
+  }
+
+  const ExactSurface& other_;
+  OverlapSearch search_;
+};
+
+class AllPoints final : public Collector {
+ public:
+  AllPoints(const ExactSurface& other, const Pose& X_WO, const OverlapSearch& search, std::vector<OverlapPoint>& out)
+      : Collector(other, search), X_WO_(X_WO), out_(out) {}
+
+ private:
+  void found(const Vec3& p_O, double depth_m) override { out_.push_back({X_WO_ * p_O, depth_m}); }
+
+  Pose X_WO_;
+  std::vector<OverlapPoint>& out_;
+};
+
+class Deepest final : public Collector {
+ public:
+  using Collector::Collector;
+  double depth_m = 0;
+
+ private:
+  void found(const Vec3&, double depth_found_m) override {
+    depth_m = std::max(depth_m, depth_found_m);
+    raise_shallowest(depth_found_m);
+  }
+};
+
+}  // namespace
+
+ExactSurface::ExactSurface(const TriangleMesh& mesh) : mesh_(mesh), tree_(mesh), bounds_(bounds_of(mesh)) {
+  std::vector<bool> is_used(mesh.vertices.size(), false);
+  for (const auto& triangle : mesh.triangles) {
+    for (const int index : triangle) is_used[static_cast<std::size_t>(index)] = true;
+  }
+  for (std::size_t i = 0; i < is_used.size(); ++i) {
+    if (is_used[i]) corners_.push_back(mesh.vertices[i]);
+  }
+  for (const auto& [from, to] : unique_edges(mesh)) {
+    edges_.push_back({mesh.vertices[static_cast<std::size_t>(from)], mesh.vertices[static_cast<std::size_t>(to)]});
+  }
+}
+
+bool ExactSurface::may_touch(const Vec3& p_S, double radius_m) const {
+  const Vec3 outside = (bounds_.low - p_S).cwiseMax(p_S - bounds_.high).cwiseMax(0.0);
+  return outside.squaredNorm() <= radius_m * radius_m;
+}
+
+double ExactSurface::distance_m(const Vec3& p_S, double limit_m) const {
+  const TriangleTree::Closest closest = tree_.closest(p_S, limit_m);
+  if (closest.triangle < 0) return std::numeric_limits<double>::infinity();
+  return (p_S - closest.point_S).dot(closest.normal_S) < 0 ? -closest.distance_m : closest.distance_m;
+}
+
+std::vector<Vec3> ExactSurface::samples(std::size_t count, std::uint64_t seed) const {
+  std::vector<double> area_up_to;
+  double area = 0;
+  const auto corner = [this](int index) { return mesh_.vertices[static_cast<std::size_t>(index)]; };
+  for (const auto& [a, b, c] : mesh_.triangles) {
+    area += (corner(b) - corner(a)).cross(corner(c) - corner(a)).norm();
+    area_up_to.push_back(area);
+  }
+  Random random(seed);
+  std::vector<Vec3> points;
+  for (std::size_t i = 0; i < count; ++i) {
+    const auto at = std::lower_bound(area_up_to.begin(), area_up_to.end() - 1, random.uniform() * area);
+    const auto& [a, b, c] = mesh_.triangles[static_cast<std::size_t>(at - area_up_to.begin())];
+    double u = random.uniform(), v = random.uniform();
+    if (u + v > 1) {
+      u = 1 - u;
+      v = 1 - v;
+    }
+    points.push_back(corner(a) + u * (corner(b) - corner(a)) + v * (corner(c) - corner(a)));
+  }
+  return points;
+}
+
+std::vector<OverlapPoint> overlap_points(const ExactSurface& a, const Pose& X_WA, const ExactSurface& b,
+                                         const Pose& X_WB, const OverlapSearch& search) {
+  std::vector<OverlapPoint> points;
+  AllPoints(b, X_WB, search, points).collect(a, X_WB.inverse() * X_WA);
+  AllPoints(a, X_WA, search, points).collect(b, X_WA.inverse() * X_WB);
+  return points;
+}
+
+double deepest_overlap_m(const ExactSurface& a, const Pose& X_WA, const ExactSurface& b, const Pose& X_WB,
+                         const OverlapSearch& search) {
+  Deepest in_b(b, search);
+  in_b.collect(a, X_WB.inverse() * X_WA);
+  OverlapSearch deeper = search;
+  deeper.shallowest_m = std::max(search.shallowest_m, in_b.depth_m);
+  Deepest in_a(a, deeper);
+  in_a.collect(b, X_WA.inverse() * X_WB);
+  return std::max(in_b.depth_m, in_a.depth_m);
+}
+
+double corner_gap_m(const ExactSurface& a, const Pose& X_WA, const ExactSurface& b, const Pose& X_WB) {
+  double gap = std::numeric_limits<double>::infinity();
+  const auto shrink = [&gap](const ExactSurface& from, const ExactSurface& to, const Pose& X_TF) {
+    for (const Vec3& corner : from.corners()) {
+      const Vec3 p = X_TF * corner;
+      if (to.may_touch(p, gap)) gap = std::min(gap, to.tree().closest(p, gap).distance_m);
+    }
+  };
+  shrink(a, b, X_WB.inverse() * X_WA);
+  shrink(b, a, X_WA.inverse() * X_WB);
+  return gap;
+}
+
+}  // namespace tandem::lab

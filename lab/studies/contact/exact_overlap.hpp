@@ -1,0 +1,62 @@
+// How deep two meshes overlap, found without any of the code under test except the exact distance to a mesh: every
+// corner and every edge of each against the other.
+#pragma once
+
+#include <array>
+#include <limits>
+#include <span>
+#include <vector>
+
+#include "common/geometry/triangle_mesh.hpp"
+#include "common/geometry/triangle_tree.hpp"
+#include "lab/studies/contact/mesh_generators.hpp"
+
+namespace tandem::lab {
+
+/// A mesh prepared for exact questions. S: the frame of the mesh.
+class ExactSurface {
+ public:
+  explicit ExactSurface(const TriangleMesh& mesh);
+
+  const TriangleTree& tree() const { return tree_; }
+  std::span<const Vec3> corners() const { return corners_; }  ///< those that triangles use
+  std::span<const std::array<Vec3, 2>> edges() const { return edges_; }
+  /// Whether a ball about `p_S` meets the bounding box.
+  bool may_touch(const Vec3& p_S, double radius_m) const;
+  /// Signed distance where it is less than `limit_m`, else infinite, inside too.
+  double distance_m(const Vec3& p_S, double limit_m) const;
+  /// `count` points spread over the surface by area, the same for the same seed.
+  std::vector<Vec3> samples(std::size_t count, std::uint64_t seed) const;
+
+ private:
+  TriangleMesh mesh_;
+  TriangleTree tree_;
+  MeshBounds bounds_;
+  std::vector<Vec3> corners_;
+  std::vector<std::array<Vec3, 2>> edges_;
+};
+
+/// A point of one surface inside the other.
+struct OverlapPoint {
+  Vec3 p_W = Vec3::Zero();
+  double depth_m = 0;  ///< distance to the surface that it is inside of
+};
+
+struct OverlapSearch {
+  double shallowest_m = 0;    ///< points with less depth are left out
+  double deepest_m = 3e-3;    ///< points with more depth are not seen: bounds the cost
+  double edge_step_m = 5e-5;  ///< between samples of an edge
+};
+
+/// All corners of both meshes, and samples of all their edges, that lie inside the other mesh.
+/// Cost    milliseconds to seconds
+std::vector<OverlapPoint> overlap_points(const ExactSurface& a, const Pose& X_WA, const ExactSurface& b,
+                                         const Pose& X_WB, const OverlapSearch& search);
+/// The largest depth of those, 0 without any; much faster than asking for all.
+double deepest_overlap_m(const ExactSurface& a, const Pose& X_WA, const ExactSurface& b, const Pose& X_WB,
+                         const OverlapSearch& search = {});
+
+/// Distance between meshes that do not overlap, by their corners.
+double corner_gap_m(const ExactSurface& a, const Pose& X_WA, const ExactSurface& b, const Pose& X_WB);
+
+}  // namespace tandem::lab

@@ -1,0 +1,224 @@
+#include "lab/studies/contact/mesh_generators.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <map>
+#include <numbers>
+#include <tuple>
+#include <utility>
+
+namespace tandem::lab {
+namespace {
+
+constexpr int kPegSides = 30;
+constexpr int kHoleSides = 40;
+
+const Vec3& corner(const TriangleMesh& mesh, int index) {
+  return mesh.vertices[static_cast<std::size_t>(index)];
+}
+
+int add_vertex(TriangleMesh& mesh, const Vec3& p) {
+  mesh.vertices.push_back(p);
+  return static_cast<int>(mesh.vertices.size()) - 1;
+}
+
+/// A regular polygon about the z axis, counter-clockwise seen from +z; returns its first vertex.
+int add_ring(TriangleMesh& mesh, int sides, double radius_m, double z_m) {
+  const int first = static_cast<int>(mesh.vertices.size());
+  for (int i = 0; i < sides; ++i) {
+    const double angle = 2 * std::numbers::pi * i / sides;
+    mesh.vertices.emplace_back(radius_m * std::cos(angle), radius_m * std::sin(angle), z_m);
+  }
+  return first;
+}
+
+/// The wall from one ring up to another, facing away from the axis.
+void join_rings(TriangleMesh& mesh, int lower, int upper, int sides) {
+  for (int i = 0; i < sides; ++i) {
+    const int next = (i + 1) % sides;
+    mesh.triangles.push_back({lower + i, lower + next, upper + next});
+    mesh.triangles.push_back({lower + i, upper + next, upper + i});
+  }
+}
+
+void cap_ring(TriangleMesh& mesh, int ring, int sides, double z_m, bool faces_up) {
+  const int centre = add_vertex(mesh, Vec3(0, 0, z_m));
+  for (int i = 0; i < sides; ++i) {
+    const int next = (i + 1) % sides;
+    mesh.triangles.push_back(faces_up ? std::array{centre, ring + i, ring + next}
+                                      : std::array{centre, ring + next, ring + i});
+  }
+}
+
+/// Between a square's corners (at 45°, 135°, …) and the hole's ring inside it, facing +z.
+void add_annulus(TriangleMesh& mesh, int ring, int square, bool faces_up) {
+  const auto add = [&](int a, int b, int c) {
+    mesh.triangles.push_back(faces_up ? std::array{a, b, c} : std::array{a, c, b});
+  };
+  constexpr int kQuarter = kHoleSides / 4;
+  for (int quarter = 0; quarter < 4; ++quarter) {
+    for (int i = quarter * kQuarter; i < (quarter + 1) * kQuarter; ++i) {
+      add(ring + (i + 1) % kHoleSides, ring + i, square + quarter);
+    }
+    const int next = (quarter + 1) % 4;
+    add(square + quarter, square + next, ring + next * kQuarter);
+  }
+}
+
+/// The same for the same place, within ±1, with waves of a few millimetres at a size of 10 cm.
+double smooth_noise(const Vec3& p) {
+  return std::sin(900 * p.x() + 0.3) * std::sin(1100 * p.y() + 1.1) * std::sin(1000 * p.z() + 2.3);
+}
+
+}  // namespace
+
+TriangleMesh make_peg(const PegSize& size) {
+  TriangleMesh mesh;
+  const double end_m = size.length_m / 2;
+  const int tip = add_ring(mesh, kPegSides, size.radius_m - size.chamfer_m, -end_m);
+  const int shoulder = add_ring(mesh, kPegSides, size.radius_m, -end_m + size.chamfer_m);
+  const int top = add_ring(mesh, kPegSides, size.radius_m, end_m);
+  cap_ring(mesh, tip, kPegSides, -end_m, false);
+  join_rings(mesh, tip, shoulder, kPegSides);
+  join_rings(mesh, shoulder, top, kPegSides);
+  cap_ring(mesh, top, kPegSides, end_m, true);
+  return mesh;
+}
+
+TriangleMesh make_box_with_hole(const BoxWithHoleSize& size) {
+  TriangleMesh mesh;
+  const Vec3 half = size.box_m / 2;
+  const double hole_m = (size.peg_radius_m + size.clearance_m) / std::cos(std::numbers::pi / kHoleSides);
+  const auto add_square = [&](double z_m) {
+    const int first = add_vertex(mesh, Vec3(half.x(), half.y(), z_m));
+    add_vertex(mesh, Vec3(-half.x(), half.y(), z_m));
+    add_vertex(mesh, Vec3(-half.x(), -half.y(), z_m));
+    add_vertex(mesh, Vec3(half.x(), -half.y(), z_m));
+    return first;
+  };
+  const int low_ring = add_ring(mesh, kHoleSides, hole_m, -half.z());
+  const int high_ring = add_ring(mesh, kHoleSides, hole_m, half.z());
+  const int low_square = add_square(-half.z());
+  const int high_square = add_square(half.z());
+  join_rings(mesh, low_square, high_square, 4);
+  // From top to bottom, so that the wall faces the axis.
+  join_rings(mesh, high_ring, low_ring, kHoleSides);
+  add_annulus(mesh, high_ring, high_square, true);
+  add_annulus(mesh, low_ring, low_square, false);
+  return mesh;
+}
+
+TriangleMesh make_sphere(double radius_m, int levels) {
+  const double phi = std::numbers::phi;
+  TriangleMesh mesh;
+  mesh.vertices = {{-1, phi, 0},  {1, phi, 0},  {-1, -phi, 0}, {1, -phi, 0}, {0, -1, phi},  {0, 1, phi},
+                   {0, -1, -phi}, {0, 1, -phi}, {phi, 0, -1},  {phi, 0, 1},  {-phi, 0, -1}, {-phi, 0, 1}};
+  mesh.triangles = {{0, 11, 5},  {0, 5, 1},  {0, 1, 7},  {0, 7, 10}, {0, 10, 11}, {1, 5, 9}, {5, 11, 4},
+                    {11, 10, 2}, {10, 7, 6}, {7, 1, 8},  {3, 9, 4},  {3, 4, 2},   {3, 2, 6}, {3, 6, 8},
+                    {3, 8, 9},   {4, 9, 5},  {2, 4, 11}, {6, 2, 10}, {8, 6, 7},   {9, 8, 1}};
+  for (int level = 0; level < levels; ++level) mesh = subdivided(mesh, 2, 0);
+  for (Vec3& vertex : mesh.vertices) vertex *= radius_m / vertex.norm();
+  return mesh;
+}
+
+TriangleMesh make_cube(double edge_m) {
+  TriangleMesh mesh;
+  for (int i = 0; i < 8; ++i) {
+    const auto side = [i, edge_m](int bit) { return ((i >> bit) & 1) != 0 ? edge_m / 2 : -edge_m / 2; };
+    mesh.vertices.emplace_back(side(0), side(1), side(2));
+  }
+  mesh.triangles = {{0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}, {0, 1, 5}, {0, 5, 4},
+                    {2, 6, 7}, {2, 7, 3}, {0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}};
+  return mesh;
+}
+
+namespace {
+
+/// Cuts every edge and triangle of a mesh; neighbours share the points on their edge.
+class Subdivision {
+ public:
+  Subdivision(const TriangleMesh& mesh, int pieces, double height_m)
+      : mesh_(mesh), pieces_(pieces), height_m_(height_m), normals_(mesh.vertices.size(), Vec3::Zero()) {
+    result_.vertices = mesh.vertices;
+    for (const auto& [a, b, c] : mesh.triangles) {
+      const Vec3 normal = (corner(mesh, b) - corner(mesh, a)).cross(corner(mesh, c) - corner(mesh, a));
+      for (const int i : {a, b, c}) normals_[static_cast<std::size_t>(i)] += normal;
+    }
+  }
+
+  TriangleMesh run() {
+    for (const auto& triangle : mesh_.triangles) cut(triangle);
+    return std::move(result_);
+  }
+
+ private:
+  /// Places on a triangle: towards b and c in pieces of its edges, the rest towards a.
+  void cut(const std::array<int, 3>& triangle) {
+    std::map<std::pair<int, int>, int> at;
+    for (int to_b = 0; to_b <= pieces_; ++to_b) {
+      for (int to_c = 0; to_b + to_c <= pieces_; ++to_c) at[{to_b, to_c}] = point(triangle, to_b, to_c);
+    }
+    for (int i = 0; i < pieces_; ++i) {
+      for (int j = 0; i + j < pieces_; ++j) {
+        result_.triangles.push_back({at[{i, j}], at[{i + 1, j}], at[{i, j + 1}]});
+        if (i + j + 1 < pieces_) result_.triangles.push_back({at[{i + 1, j}], at[{i + 1, j + 1}], at[{i, j + 1}]});
+      }
+    }
+  }
+
+  int point(const std::array<int, 3>& triangle, int to_b, int to_c) {
+    // Sorted, so that both triangles at an edge name, and add up, its points alike.
+    std::array<std::pair<int, int>, 3> shares{
+        {{triangle[0], pieces_ - to_b - to_c}, {triangle[1], to_b}, {triangle[2], to_c}}};
+    std::sort(shares.begin(), shares.end());
+    Vec3 p = Vec3::Zero(), normal = Vec3::Zero();
+    std::vector<int> key;
+    for (const auto& [vertex, share] : shares) {
+      if (share == 0) continue;
+      if (share == pieces_) return vertex;
+      key.insert(key.end(), {vertex, share});
+      p += corner(mesh_, vertex) * share / pieces_;
+      normal += normals_[static_cast<std::size_t>(vertex)] * share;
+    }
+    const auto [found, is_new] = points_.try_emplace(key, static_cast<int>(result_.vertices.size()));
+    if (is_new) result_.vertices.push_back(p + height_m_ * smooth_noise(p) * normal.stableNormalized());
+    return found->second;
+  }
+
+  const TriangleMesh& mesh_;
+  int pieces_;
+  double height_m_;
+  std::vector<Vec3> normals_;
+  std::map<std::vector<int>, int> points_;  ///< by the corners between which they lie, and how near to each
+  TriangleMesh result_;
+};
+
+}  // namespace
+
+TriangleMesh subdivided(const TriangleMesh& mesh, int pieces, double height_m) {
+  return Subdivision(mesh, pieces, height_m).run();
+}
+
+MeshBounds bounds_of(const TriangleMesh& mesh) {
+  const Vec3& first = corner(mesh, mesh.triangles.front()[0]);
+  MeshBounds bounds{first, first};
+  for (const auto& triangle : mesh.triangles) {
+    for (const int index : triangle) {
+      bounds.low = bounds.low.cwiseMin(corner(mesh, index));
+      bounds.high = bounds.high.cwiseMax(corner(mesh, index));
+    }
+  }
+  return bounds;
+}
+
+double volume_m3(const TriangleMesh& mesh) {
+  double volume = 0;
+  for (const auto& [a, b, c] : mesh.triangles) {
+    volume += corner(mesh, a).dot(corner(mesh, b).cross(corner(mesh, c))) / 6;
+  }
+  return volume;
+}
+
+}  // namespace tandem::lab

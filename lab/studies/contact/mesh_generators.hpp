@@ -1,0 +1,48 @@
+// Meshes whose size, triangle count and fit are known exactly: the thesis's peg and box, bodies for tests, and one
+// mesh at many resolutions.
+#pragma once
+
+#include "common/geometry/triangle_mesh.hpp"
+
+namespace tandem::lab {
+
+/// The peg of the peg-in-hole benchmark: 180 triangles. A prism of 30 sides, axis z, centred; the tip, chamfered, is at
+/// −z.
+struct PegSize {
+  double radius_m = 0.010;  ///< of the circle through its corners
+  double length_m = 0.060;
+  double chamfer_m = 0.002;
+};
+TriangleMesh make_peg(const PegSize& size = {});
+
+/// The box of that benchmark: 176 triangles. Centred, with a hole of 40 sides through it along z.
+///
+/// The clearance is that between the circle around the peg and the circle inside the hole, so the peg fits however it
+/// is turned about its axis.
+struct BoxWithHoleSize {
+  Vec3 box_m = Vec3(0.080, 0.080, 0.040);
+  double peg_radius_m = 0.010;
+  double clearance_m = 5e-4;
+};
+TriangleMesh make_box_with_hole(const BoxWithHoleSize& size = {});
+
+/// 20 · 4^levels triangles; corners on the sphere.
+TriangleMesh make_sphere(double radius_m, int levels);
+/// 12 triangles, centred.
+TriangleMesh make_cube(double edge_m);
+
+/// Each edge becomes `pieces`, each triangle pieces²; new corners leave the old surface by up to `height_m` along its
+/// normal, by a smooth function of place, so that the finer mesh is not made of flat patches.
+TriangleMesh subdivided(const TriangleMesh& mesh, int pieces, double height_m);
+
+struct MeshBounds {
+  Vec3 low = Vec3::Zero();
+  Vec3 high = Vec3::Zero();
+};
+/// Of the corners of triangles.
+/// In      mesh  at least one triangle
+MeshBounds bounds_of(const TriangleMesh& mesh);
+/// Signed volume of a closed mesh; positive when its triangles face outwards.
+double volume_m3(const TriangleMesh& mesh);
+
+}  // namespace tandem::lab

@@ -1,0 +1,56 @@
+#include "lab/studies/contact/mesh_source.hpp"
+
+#include <array>
+#include <stdexcept>
+#include <string_view>
+
+#include "lab/studies/contact/mesh_generators.hpp"
+#include "server/assets/mesh_file.hpp"
+
+namespace tandem::lab {
+namespace {
+
+struct Generated {
+  std::string_view name;
+  TriangleMesh (*make)();
+};
+constexpr std::array kGenerated{
+    Generated{"peg", [] { return make_peg(); }}, Generated{"box_with_hole", [] { return make_box_with_hole(); }},
+    Generated{"sphere", [] { return make_sphere(0.025, 4); }}, Generated{"cube", [] { return make_cube(0.05); }}};
+
+std::string generated_names() {
+  std::string names;
+  for (const Generated& one : kGenerated) names += (names.empty() ? "" : ", ") + std::string(one.name);
+  return names;
+}
+
+void place(TriangleMesh& mesh, double factor) {
+  const MeshBounds bounds = bounds_of(mesh);
+  const Vec3 centre = (bounds.low + bounds.high) / 2;
+  for (Vec3& vertex : mesh.vertices) vertex = (vertex - centre) * factor;
+}
+
+}  // namespace
+
+TriangleMesh mesh_from(const std::string& name, const std::string& option, const MeshScale& scale) {
+  for (const Generated& one : kGenerated) {
+    if (name != one.name) continue;
+    TriangleMesh mesh = one.make();
+    place(mesh, scale.factor.value_or(1));
+    return mesh;
+  }
+  TriangleMesh mesh;
+  try {
+    mesh = read_mesh_file(name, "give a file that is there");
+  } catch (const AssetFileError& error) {
+    throw std::invalid_argument(option + " is " + error.what() + "; or a generated mesh: " + generated_names());
+  }
+  if (mesh.triangles.empty()) throw std::invalid_argument(option + " is " + name + ", which has no triangle");
+  const MeshBounds bounds = bounds_of(mesh);
+  const double size = (bounds.high - bounds.low).maxCoeff();
+  if (size <= 0) throw std::invalid_argument(option + " is " + name + ", which is a single point; give a surface");
+  place(mesh, scale.factor.value_or(scale.largest_size_m / size));
+  return mesh;
+}
+
+}  // namespace tandem::lab

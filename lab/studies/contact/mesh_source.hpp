@@ -1,0 +1,24 @@
+// Where a benchmark's meshes come from: a file, or the name of a generated one.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "common/geometry/triangle_mesh.hpp"
+
+namespace tandem::lab {
+
+/// How large a mesh shall be.
+struct MeshScale {
+  std::optional<double> factor;  ///< metres per unit of the file; generated meshes are in metres already
+  double largest_size_m = 0.1;   ///< of the bounding box, for files without `factor`
+};
+
+/// The mesh, centred on the middle of its bounding box.
+///
+/// In      name    "peg", "box_with_hole", "sphere", "cube", or a file
+///         option  the option that gave the name, for messages: "--a"
+/// Fails   std::invalid_argument: "--a is /x/y.obj, which does not exist; …"
+TriangleMesh mesh_from(const std::string& name, const std::string& option, const MeshScale& scale);
+
+}  // namespace tandem::lab

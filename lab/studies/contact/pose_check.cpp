@@ -1,0 +1,119 @@
+#include "lab/studies/contact/pose_check.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "common/base/random.hpp"
+#include "common/contact/contact_pair.hpp"
+
+namespace tandem::lab {
+namespace {
+
+constexpr double kDeepestPose_m = 2e-3;
+constexpr double kBand_m = 3e-4;
+constexpr std::size_t kPlacingPoints = 20000;
+constexpr int kBisections = 20;
+
+Vec3 random_direction(Random& random) {
+  const Vec3 v(random.normal(), random.normal(), random.normal());
+  return v.norm() > 1e-9 ? Vec3(v.normalized()) : Vec3::UnitX();
+}
+
+Quat random_rotation(Random& random) {
+  Eigen::Vector4d q;
+  for (double& component : q) component = random.normal();
+  return q.norm() > 1e-9 ? Quat(q.normalized()) : Quat::Identity();
+}
+
+/// Whether a point of `from` is deeper than `depth_m` in `to`; only good for choosing poses.
+bool is_deeper(const TouchObject& from, const Pose& X_TF, const TouchObject& to, double depth_m) {
+  const auto& points = from.shape->shells.surface.points;
+  const std::size_t stride = points.size() / kPlacingPoints + 1;
+  for (std::size_t i = 0; i < points.size(); i += stride) {
+    const Vec3 p_T = X_TF * points[i].p_S.cast<double>();
+    const double rough = -to.shape->field->distance_m(p_T);
+    if (rough > depth_m) return true;
+    // Past its band the field tells no more than the side.
+    if (rough > 0.5 * to.shape->field->band_m() && -to.exact->tree().signed_distance_m(p_T) > depth_m) return true;
+  }
+  return false;
+}
+
+Pose random_pose(const TouchObject& a, const TouchObject& b, Random& random) {
+  const double wanted = random.uniform(0, kDeepestPose_m);
+  const Vec3 direction = random_direction(random);
+  Pose X_WA{Vec3::Zero(), random_rotation(random)};
+  double inside = 0, outside = a.shape->radius_m() + b.shape->radius_m();
+  for (int i = 0; i < kBisections; ++i) {
+    const double middle = (inside + outside) / 2;
+    X_WA.p = direction * middle;
+    const bool is_deep = is_deeper(a, X_WA, b, wanted) || is_deeper(b, X_WA.inverse(), a, wanted);
+    (is_deep ? inside : outside) = middle;
+  }
+  return X_WA;
+}
+
+/// Contacts in the order of x, so that those near a point are found without looking at all.
+class NearContacts {
+ public:
+  explicit NearContacts(std::span<const ContactPoint> contacts) {
+    for (const ContactPoint& contact : contacts) {
+      if (contact.depth_m >= 0) points_.push_back(contact.p_W);
+    }
+    std::sort(points_.begin(), points_.end(), [](const Vec3& a, const Vec3& b) { return a.x() < b.x(); });
+  }
+  bool has_within(const Vec3& p_W, double radius_m) const {
+    const auto by_x = [](const Vec3& point, double x) { return point.x() < x; };
+    for (auto it = std::lower_bound(points_.begin(), points_.end(), p_W.x() - radius_m, by_x); it != points_.end();
+         ++it) {
+      if (it->x() > p_W.x() + radius_m) return false;
+      if ((*it - p_W).squaredNorm() <= radius_m * radius_m) return true;
+    }
+    return false;
+  }
+
+ private:
+  std::vector<Vec3> points_;
+};
+
+}  // namespace
+
+PoseCheck check_poses(const TouchObject& a, const TouchObject& b, std::size_t poses, std::uint64_t seed,
+                      const std::function<void(std::size_t)>& progress) {
+  PoseCheck result;
+  ContactPair pair{ContactBudget{}};
+  OverlapSearch all;
+  all.shallowest_m = kMissedDepth_m;
+  all.deepest_m = 2 * kDeepestPose_m;
+  OverlapSearch deepest_only = all;
+  deepest_only.shallowest_m = 0;
+  const double near_m = 2 * std::max(a.spacing_m(), b.spacing_m());
+  for (std::size_t i = 0; i < poses; ++i) {
+    Random random(seed, i);
+    const Pose X_WA = random_pose(a, b, random);
+    pair.bind(a.shape.get(), b.shape.get());
+    pair.find(X_WA, Pose{}, kBand_m);
+    double deepest_found = 0;
+    for (const ContactPoint& contact : pair.contacts()) deepest_found = std::max(deepest_found, contact.depth_m);
+
+    const NearContacts contacts(pair.contacts());
+    const auto points = overlap_points(*a.exact, X_WA, *b.exact, Pose{}, all);
+    const bool is_missed = std::any_of(points.begin(), points.end(), [&](const OverlapPoint& point) {
+      return !contacts.has_within(point.p_W, near_m + point.depth_m);
+    });
+    result.missed_poses += is_missed ? 1 : 0;
+    result.exact_points += points.size();
+    const double deepest = deepest_overlap_m(*a.exact, X_WA, *b.exact, Pose{}, deepest_only);
+    result.deepest_max_m = std::max(result.deepest_max_m, deepest);
+    if (const double error = std::abs(deepest - deepest_found); error > result.deepest_error_max_m) {
+      result.deepest_error_max_m = error;
+      result.worst_pose = i;
+    }
+    ++result.poses;
+    if (progress) progress(result.poses);
+  }
+  return result;
+}
+
+}  // namespace tandem::lab

@@ -1,0 +1,20 @@
+// The two touch benchmarks of the source thesis: two bunnies, and a peg in a hole.
+//
+// Source  Hou Xiyuan, "Stable Haptic Rendering in Virtual Environment", PhD thesis, NTU, 2014, chapters 4 and 5
+#pragma once
+
+#include <filesystem>
+
+#include "common/base/time.hpp"
+#include "lab/results/reproduction.hpp"
+
+namespace tandem::lab {
+
+/// The bunny's mesh, of Debian's package glmark2-data.
+std::filesystem::path bunny_file();
+/// Fails   std::invalid_argument when the bunny's file is not there (names the package)
+Reproduction reproduce_bunny(const Clock& clock);
+/// The hand's path is lab/paths/peg_five_steps.json for every mass.
+Reproduction reproduce_peg(const Clock& clock);
+
+}  // namespace tandem::lab

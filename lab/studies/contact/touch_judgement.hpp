@@ -1,0 +1,45 @@
+// What a trace of touch is judged by, and what this machine can do at best, measured in the same run.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "lab/studies/contact/quantiles.hpp"
+#include "lab/studies/contact/touch_object.hpp"
+#include "lab/studies/contact/touch_simulation.hpp"
+
+namespace tandem::lab {
+
+struct TouchFigures {
+  std::size_t steps = 0;
+  std::uint32_t contacts_max = 0;
+  TimeQuantiles query_us;
+  TimeQuantiles step_us;       ///< each step as fast as in the fastest of kRounds equal runs
+  TimeQuantiles step_once_us;  ///< of the first run alone, with whatever interrupted it
+  /// Overlap by the exact meshes. Checked every 50 steps up to 3 mm, and at 200 points of each body at every step.
+  double max_penetration_m = 0;
+  std::uint64_t pop_throughs = 0;
+  double force_jump_max_n = 0;
+  std::size_t not_converged = 0;
+};
+TouchFigures figures_of(const std::vector<TouchTrace>& runs, const ExactSurface& tool, const ExactSurface& fixed);
+/// Without the exact judgement, which takes seconds: times, contacts and force jump.
+TouchFigures quick_figures_of(const std::vector<TouchTrace>& runs);
+
+/// As often everything that is timed is run.
+inline constexpr int kRounds = 3;
+template <class Run>
+std::vector<TouchTrace> in_rounds(const Run& run) {
+  std::vector<TouchTrace> runs;
+  for (int i = 0; i < kRounds; ++i) runs.push_back(run());
+  return runs;
+}
+
+/// What no method can beat here.
+struct MachineLimits {
+  double field_sample_ns = 0;    ///< distance and gradient at one point near the surface, everything in the cache
+  TimeQuantiles memory_copy_us;  ///< of 256 KiB: the tail is what the machine itself adds to a step
+};
+MachineLimits measure_machine(const ContactShape& shape, const Clock& clock);
+
+}  // namespace tandem::lab

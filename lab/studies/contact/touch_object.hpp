@@ -1,0 +1,31 @@
+// One of the two things of a contact benchmark, with what its preparation cost.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "common/base/time.hpp"
+#include "common/contact/contact_shape.hpp"
+#include "lab/studies/contact/exact_overlap.hpp"
+
+namespace tandem::lab {
+
+struct TouchObject {
+  std::string name;
+  ContactMesh mesh;
+  std::shared_ptr<const ContactShape> shape;  ///< as it comes out of the cache
+  std::shared_ptr<const ExactSurface> exact;
+  double build_s = 0;
+  double cache_load_s = 0;  ///< from a file that the kernel still holds in memory
+
+  double cell_m() const;     ///< of the distance grid near the surface
+  double spacing_m() const;  ///< of the surface's points
+  std::size_t points() const;
+};
+
+/// Repairs the mesh, builds its asset, writes that to a temporary file and reads it back.
+/// Fails   std::invalid_argument naming `name` and the reason when the mesh cannot be touched;
+///         std::runtime_error when the temporary file cannot be used
+TouchObject make_touch_object(const std::string& name, const TriangleMesh& mesh, const Clock& clock);
+
+}  // namespace tandem::lab

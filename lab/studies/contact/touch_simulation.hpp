@@ -1,0 +1,75 @@
+// One hand, one tool, one fixed thing: the least that a contact method has to step a thousand times a second. Both our
+// own contact and its peer run along the same path here and leave the same trace.
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "common/base/time.hpp"
+#include "common/contact/contact_shape.hpp"
+#include "common/geometry/triangle_mesh.hpp"
+#include "common/haptics/coupling/coupling_law.hpp"
+#include "devices/sim/hand_path.hpp"
+
+namespace tandem::lab {
+
+struct TouchSettings {
+  double step_s = 0.001;
+  double mass_kg = 0.1;
+  Vec3 gravity_m_per_s2 = Vec3::Zero();
+  double friction = 0.5;
+  /// Limits are part of it: 5 N, met with a corner, is how hard the benchmark presses. Damping is damped_for()'s.
+  CouplingParameters coupling{.force_limit_n = 5.0, .saturation_softness = 0};
+};
+
+/// One step of either method. Times are of the machine; everything else is the same on every run.
+struct TouchStep {
+  Duration at{0};
+  int phase = -1;
+  Pose X_WT;  ///< after the step
+  Wrench on_hand_W;
+  std::uint32_t points = 0;     ///< asked of a distance field
+  std::uint32_t found = 0;      ///< contact points within the band
+  std::uint32_t contacts = 0;   ///< those that press
+  double reported_depth_m = 0;  ///< deepest contact as the method sees it
+  double force_jump_n = 0;      ///< see run_touch()
+  Duration query{0};
+  Duration step{0};  ///< query and solution
+  bool has_converged = true;
+};
+
+struct TouchTrace {
+  std::vector<TouchStep> steps;
+  std::vector<std::string> phases;
+};
+
+/// Moments of inertia of a solid box.
+Vec3 box_inertia_kg_m2(const Vec3& size_m, double mass_kg);
+/// `coupling` with damping for this tool: 0.7 of critical, in translation and in rotation.
+CouplingParameters damped_for(CouplingParameters coupling, double mass_kg, const Vec3& inertia_kg_m2);
+
+struct TouchStretch {
+  Duration begin{0};
+  std::size_t steps = std::numeric_limits<std::size_t>::max();  ///< ends earlier where the path does
+};
+
+/// Steps a tool with the mass of a solid box around `tool` along the path; `fixed` stands at the origin of W.
+///
+/// The force jump is what a receiver of 16 reduced contacts would feel too much when the next ones come: their net
+/// wrench against that of the last ones, carried on by their own stiffness, less the same for all contacts (torque over
+/// the contacts' spread). In      clock  for TouchStep's times
+TouchTrace run_touch(const ContactShape& tool, const ContactShape& fixed, const HandPath& path,
+                     const TouchSettings& settings, const TouchStretch& stretch, const Clock& clock);
+
+/// One trace of several equal runs: of each step the shortest times. What a step costs is then free of what else the
+/// machine did meanwhile.
+/// Fails   std::logic_error when the runs moved differently: then they were not equal
+TouchTrace fastest_of(const std::vector<TouchTrace>& runs);
+
+/// The same with Bullet's GImpact on the exact triangles, its default solver, and the coupling as an outside force.
+TouchTrace run_gimpact(const TriangleMesh& tool, const TriangleMesh& fixed, const HandPath& path,
+                       const TouchSettings& settings, const TouchStretch& stretch, const Clock& clock);
+
+}  // namespace tandem::lab

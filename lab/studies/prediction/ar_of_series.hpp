@@ -1,0 +1,21 @@
+// Models of a whole force series at the rate of a stream: for what is fitted once, and for choosing an order.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <vector>
+
+#include "common/haptics/prediction/force_stream.hpp"
+#include "lab/studies/prediction/force_series.hpp"
+
+namespace tandem::lab {
+
+/// Force x, y, z and torque x, y, z at an even rate, by straight lines between the samples.
+/// In      series  at least one sample
+std::array<std::vector<double>, 6> even_axes(const ForceSeries& series, double rate_hz);
+std::vector<double> differences(const std::vector<double>& series);
+
+/// One model an axis, of the whole series, as `settings` would fit its window.
+ArModels models_of(const ForceSeries& series, const ForceStreamSettings& settings);
+
+}  // namespace tandem::lab

@@ -1,0 +1,217 @@
+#include "lab/studies/prediction/force_series.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <memory>
+#include <utility>
+
+#include "common/haptics/coupling/laws.hpp"
+#include "devices/sim/sim_device.hpp"
+#include "lab/studies/contact/contact_bench.hpp"
+#include "lab/studies/contact/mesh_generators.hpp"
+#include "lab/studies/contact/mesh_source.hpp"
+#include "lab/studies/contact/reproduce_touch.hpp"
+#include "lab/studies/contact/touch_simulation.hpp"
+#include "server/assets/scene_library.hpp"
+#include "server/physics/gimpact_reference.hpp"
+#include "server/room/room.hpp"
+
+namespace tandem::lab {
+namespace {
+
+constexpr double kGravity_m_per_s2 = 9.81;
+constexpr double kPegForceLimit_n = 4;
+
+HandPath shipped_path(const std::string& name) {
+  return load_hand_path(std::string(TANDEM_PATH_DIRECTORY) + "/" + name + ".json");
+}
+
+TouchSettings peg_settings(double mass_kg) {
+  TouchSettings settings;
+  settings.mass_kg = mass_kg;
+  settings.gravity_m_per_s2 = Vec3(0, 0, -kGravity_m_per_s2);
+  settings.coupling.force_limit_n = kPegForceLimit_n;
+  return settings;
+}
+
+std::vector<ForceSample> samples_of(const TouchTrace& trace) {
+  std::vector<ForceSample> samples;
+  bool was_touching = false;
+  for (const TouchStep& step : trace.steps) {
+    const bool is_touching = step.contacts > 0;
+    samples.push_back({step.at, step.on_hand_W, is_touching != was_touching});
+    was_touching = is_touching;
+  }
+  return samples;
+}
+
+/// A simulated hand at the room's own table: no network, no client.
+class Seat {
+ public:
+  Seat(Room& room, std::size_t index, const std::string& path)
+      : room_(room),
+        slot_(static_cast<std::uint8_t>(index)),
+        device_(SimDevice::default_spec(), HandParameters{}, shipped_path(path), 1 + index),
+        workspace_(room.scene().tools[index].workspace) {
+    RoomCommand join;
+    join.kind = RoomCommand::Kind::kJoin;
+    join.slot = slot_;
+    join.user = UserId{static_cast<std::uint32_t>(index + 1)};
+    join.role = UserRole::kManipulator;
+    join.tool = slot_;
+    room_.post(join);
+  }
+
+  Duration path_length() const { return device_.path().length(); }
+
+  void move(LocalTime now) {
+    const DeviceSample sample = device_.read(now);
+    ClientUpdate& update = room_.slot(slot_).input.back();
+    update = ClientUpdate{};
+    ++tick_.value;
+    update.input_tick = tick_;
+    update.handle_valid = true;
+    update.handle = {workspace_.world_pose(sample.X_DH), workspace_.world_twist(sample.V_DH)};
+    update.buttons = sample.buttons;
+    room_.slot(slot_).input.publish();
+  }
+
+  Wrench feel(LocalTime now) {
+    room_.slot(slot_).output.poll();
+    const Wrench on_hand_W = room_.slot(slot_).output.front().update.wrench_on_hand_W;
+    device_.write(now, {workspace_.device_wrench(on_hand_W)});
+    return on_hand_W;
+  }
+
+ private:
+  Room& room_;
+  std::uint8_t slot_;
+  SimDevice device_;
+  WorkspaceMapping workspace_;
+  Tick tick_;
+};
+
+/// Paths are those that the shipped experiments use in these scenes.
+const std::vector<SceneHands>& shipped_hands() {
+  static const std::vector<SceneHands> hands{{"wall", {"wall"}},
+                                             {"curve", {"curve"}},
+                                             {"rim", {"rim"}},
+                                             {"bunny", {"bunny"}},
+                                             {"squeeze", {"squeeze_near", "squeeze_far"}},
+                                             {"docking_helices", {"docking_move", "docking_stay"}},
+                                             {"soft_pad", {"soft"}}};
+  return hands;
+}
+
+}  // namespace
+
+ForceSeries scene_series(const SceneHands& hands) {
+  const auto scene = load_scene(find_scene(hands.scene, scene_folders()));
+  // Its hands are paths and pay nothing.
+  const auto room = std::make_unique<Room>(RoomId{1}, hands.scene, scene, RoomOptions{.guards_tools = false});
+  std::vector<std::unique_ptr<Seat>> seats;
+  for (const std::string& path : hands.paths) seats.push_back(std::make_unique<Seat>(*room, seats.size(), path));
+  ForceSeries series{hands.scene, "scene " + hands.scene, {}};
+  bool was_touching = false;
+  for (Duration at{0}; at < seats.front()->path_length(); at += room->period()) {
+    const LocalTime now(at);
+    for (const auto& seat : seats) seat->move(now);
+    room->step(server_time_of_own_clock(now));
+    const TouchSummary touch = room->world().touch(0);
+    const bool is_touching = touch.contacts > 0 || touch.soft_force_n > 0;
+    for (const auto& seat : seats) {
+      const Wrench felt = seat->feel(now);
+      if (seat == seats.front()) series.samples.push_back({at, felt, is_touching != was_touching});
+    }
+    was_touching = is_touching;
+  }
+  return series;
+}
+
+std::vector<ForceSeries> shipped_series() {
+  constexpr double kPeg_kg = 0.1;
+  std::vector<ForceSeries> all{peg_series(kPeg_kg)};
+  const bool has_bunny = std::filesystem::exists(bunny_file());
+  if (has_bunny) all.push_back(bunny_pair_series());
+  for (const SceneHands& hands : shipped_hands()) {
+    if (hands.scene == "bunny" && !has_bunny) continue;
+    all.push_back(scene_series(hands));
+  }
+  return all;
+}
+
+ForceSeries peg_series(double mass_kg) {
+  const VirtualClock clock;
+  const TouchObject peg = make_touch_object("peg", make_peg(), clock);
+  const TouchObject box = make_touch_object("box with hole", make_box_with_hole(), clock);
+  const HandPath path = shipped_path("peg_five_steps");
+  return {"peg", "peg in hole in five steps",
+          samples_of(run_touch(*peg.shape, *box.shape, path, peg_settings(mass_kg), {}, clock))};
+}
+
+ForceSeries bunny_pair_series() {
+  const VirtualClock clock;
+  const TouchObject bunny =
+      make_touch_object("bunny", mesh_from(bunny_file().string(), "the bunny", MeshScale{}), clock);
+  const TouchSettings settings;
+  const HandPath path = touch_path(*bunny.exact, *bunny.exact, bench_plan(settings));
+  return {"bunnies", "bunny on bunny: press, slide, twist",
+          samples_of(run_touch(*bunny.shape, *bunny.shape, path, settings, {}, clock))};
+}
+
+ForceSeries chatter_series(double mass_kg) {
+  constexpr double kShortest_s = 0.002, kLongest_s = 0.010, kContact_s = 0.00025;
+  const VirtualClock clock;
+  const TriangleMesh peg = make_peg();
+  const TriangleMesh box = make_box_with_hole();
+  const HandPath path = shipped_path("peg_five_steps");
+  const TouchSettings settings = peg_settings(mass_kg);
+  const MeshBounds bounds = bounds_of(peg);
+  const Vec3 inertia = box_inertia_kg_m2(bounds.high - bounds.low, mass_kg);
+  GImpactReference::Settings peer_settings;
+  peer_settings.mass_kg = mass_kg;
+  peer_settings.principal_inertia_kg_m2 = inertia;
+  peer_settings.friction = settings.friction;
+  GImpactReference peer(peg, box, peer_settings, clock);
+  CouplingParameters coupling = damped_for(settings.coupling, mass_kg, inertia);
+  const SpringDamper law(coupling);
+  RigidState tool{path.pose_at(Duration(0)), {}};
+  tool.X.p += mass_kg * settings.gravity_m_per_s2 / coupling.stiffness_n_per_m;
+  peer.place(tool.X);
+  ForceSeries series{"chatter", "peg in hole in GImpact at a variable step", {}};
+  double step_s = kShortest_s;
+  bool was_touching = false;
+  for (Duration at{0}; at < path.length(); at += from_seconds(step_s)) {
+    const CouplingWrenches pull = coupling_wrenches(law, path.pose_at(at), path.twist_at(at), tool.X, tool.V);
+    Wrench on_tool_W = pull.on_tool_W;
+    on_tool_W.f += mass_kg * settings.gravity_m_per_s2;
+    peer.set_step(step_s);
+    const GImpactReference::Step step = peer.step(on_tool_W);
+    tool = {step.X_WT, step.V_WT};
+    const bool is_touching = step.contacts > 0;
+    series.samples.push_back({at, pull.on_hand_W, is_touching != was_touching});
+    was_touching = is_touching;
+    step_s = std::clamp(kShortest_s + kContact_s * static_cast<double>(step.contacts), kShortest_s, kLongest_s);
+  }
+  return series;
+}
+
+double noise_n(const ForceSeries& series) {
+  constexpr Duration kHalf = std::chrono::milliseconds(10);
+  const auto& samples = series.samples;
+  double sum = 0;
+  std::size_t count = 0, first = 0, last = 0;
+  for (const ForceSample& sample : samples) {
+    while (samples[first].at < sample.at - kHalf) ++first;
+    while (last < samples.size() && samples[last].at <= sample.at + kHalf) ++last;
+    Vec3 mean = Vec3::Zero();
+    for (std::size_t i = first; i < last; ++i) mean += samples[i].on_hand_W.f / static_cast<double>(last - first);
+    if (sample.on_hand_W.f.norm() <= 0) continue;
+    sum += (sample.on_hand_W.f - mean).squaredNorm();
+    ++count;
+  }
+  return count == 0 ? 0 : std::sqrt(sum / static_cast<double>(count));
+}
+
+}  // namespace tandem::lab

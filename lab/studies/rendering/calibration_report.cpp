@@ -1,0 +1,253 @@
+#include "lab/studies/rendering/calibration_report.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <sstream>
+
+#include "lab/report/html_report.hpp"
+
+namespace tandem::lab {
+namespace {
+
+namespace json = boost::json;
+using report::Dash;
+using report::Figure;
+using report::Plot;
+using report::Series;
+
+constexpr int kHalfWidth_px = 470;
+constexpr int kHeight_px = 260;
+constexpr int kCurvePoints = 100;
+
+/// How an axis is spoken of.
+struct Words {
+  const char* inertia;
+  const char* stiffness;
+  const char* damping;
+  const char* roughness;
+  bool is_rotation;
+};
+constexpr Words kTranslation{"mass [kg]", "stiffness [N/m]", "damping [N·s/m]", "roughness [mN]", false};
+constexpr Words kRotation{"moment of inertia [kg·m²]", "stiffness [N·m/rad]", "damping [N·m·s/rad]", "roughness [mN·m]",
+                          true};
+
+std::string text_of(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.4g", value);
+  return text;
+}
+
+json::object pair_json(const Pair& pair, double spectral_radius, const CouplingTrial::Press& press) {
+  return {{"stiffness", pair.stiffness},
+          {"damping", pair.damping},
+          {"spectral_radius_with_margins", spectral_radius},
+          {"rest_range_steps", press.restlessness},
+          {"roughness", press.roughness}};
+}
+
+json::object axis_json(const AxisCalibration& axis, const Words& words) {
+  json::array points, left_out;
+  const char* const inertia = words.is_rotation ? "inertia_kg_m2" : "inertia_kg";
+  for (const CalibrationPoint& point : axis.left_out) {
+    left_out.push_back(
+        json::object{{"mass_kg", point.mass_kg}, {inertia, point.inertia}, {"limited_by", point.limited_by}});
+  }
+  for (const CalibrationPoint& point : axis.points) {
+    points.push_back(
+        json::object{{"mass_kg", point.mass_kg},
+                     {inertia, point.inertia},
+                     {"limited_by", point.limited_by},
+                     {"roughness_allowed", point.roughness_allowed},
+                     {"best", pair_json(point.best, point.spectral_radius, point.press)},
+                     {"fitted", pair_json(point.fitted, point.fitted_spectral_radius, point.fitted_press)}});
+  }
+  const auto polynomial = [](const Cubic& cubic, int degree) {
+    return json::object{{"coefficients", json::array(cubic.c.begin(), cubic.c.end())}, {"degree", degree}};
+  };
+  return {{"points", points},
+          {"left_out", left_out},
+          {"stiffness", polynomial(axis.stiffness, axis.stiffness_degree)},
+          {"damping", polynomial(axis.damping, axis.damping_degree)},
+          {"stiffness_maximum", axis.stiffness_maximum},
+          {"is_maximum_verified", axis.is_maximum_verified},
+          {"damping_maximum", axis.damping_maximum}};
+}
+
+json::object settings_json(const CalibrationSettings& settings) {
+  const TrialSettings& trial = settings.trial;
+  return {{"gain_margin", trial.gain_margin},
+          {"delay_margin_periods", trial.delay_margin_periods},
+          {"rate_hz", trial.rate_hz},
+          {"tremor_rms_n", trial.tremor_rms_n},
+          {"seed", trial.seed},
+          {"roughness_floor_n", settings.roughness_floor_n},
+          {"roughness_share_of_weight", settings.roughness_share_of_weight},
+          {"stiffness_share_of_roughness", settings.stiffness_share_of_roughness},
+          {"rest_range_steps", settings.restlessness_steps},
+          {"gyration_radius_m", settings.gyration_radius_m}};
+}
+
+/// Steps of a curve over what was tried, so that it is seen between the points.
+Series curve(const std::string& label, const Cubic& cubic, double low, double high) {
+  Series series{label, {}, {}, 0};
+  for (int i = 0; i <= kCurvePoints; ++i) {
+    const double x = low + (high - low) * i / kCurvePoints;
+    series.x.push_back(x);
+    series.y.push_back(cubic(x));
+  }
+  return series;
+}
+
+Plot half_plot(std::string description, const char* x, const char* y) {
+  Plot plot;
+  plot.description = std::move(description);
+  plot.x.label = x;
+  plot.y.label = y;
+  plot.y.low = 0;
+  plot.width_px = kHalfWidth_px;
+  plot.height_px = kHeight_px;
+  return plot;
+}
+
+Figure stiffness_figure(const AxisCalibration& axis, const Words& words) {
+  Plot plot = half_plot("Best stiffness of each tool and the polynomial through them", words.inertia, words.stiffness);
+  Series found{"best", {}, {}, 1, Dash::kDotted};
+  for (const CalibrationPoint& point : axis.points) {
+    found.x.push_back(point.inertia);
+    found.y.push_back(point.best.stiffness);
+  }
+  plot.series = {
+      curve("fit, degree " + std::to_string(axis.stiffness_degree), axis.stiffness, found.x.front(), found.x.back()),
+      std::move(found)};
+  plot.limits.push_back(
+      {axis.stiffness_maximum, axis.is_maximum_verified ? "most of the device" : "cap: its own is unverified"});
+  return {std::move(plot),
+          "The largest stiffness that is stable with the margins, calm and quiet. Beyond the ends the "
+          "nearest value holds."};
+}
+
+Figure damping_figure(const AxisCalibration& axis, const Words& words) {
+  Plot plot =
+      half_plot("Best damping at each stiffness and the polynomial through them", words.stiffness, words.damping);
+  Series found{"best", {}, {}, 1, Dash::kDotted};
+  for (const CalibrationPoint& point : axis.points) {
+    // Points of almost equal stiffness may come in any order; a plot's x may not fall.
+    const double k = found.x.empty() ? point.best.stiffness : std::max(found.x.back(), point.best.stiffness);
+    found.x.push_back(k);
+    found.y.push_back(point.best.damping);
+  }
+  plot.series = {
+      curve("fit, degree " + std::to_string(axis.damping_degree), axis.damping, found.x.front(), found.x.back()),
+      std::move(found)};
+  plot.limits.push_back({axis.damping_maximum, "most of the device"});
+  return {std::move(plot),
+          "The damping with which the tool settles soonest once it is suddenly heavy, where that is "
+          "stable with the margins, calm and quiet."};
+}
+
+report::Table points_table(const AxisCalibration& axis, const Words& words) {
+  report::Table table;
+  table.caption = "What was found for each tool, and what the polynomials make of it";
+  table.columns = {{words.inertia, ""},      {"best " + std::string(words.stiffness), ""},
+                   {"not stiffer for", ""},  {"best " + std::string(words.damping), ""},
+                   {"fitted stiffness", ""}, {"fitted damping", ""},
+                   {words.roughness, ""},    {"allowed", ""}};
+  table.columns[2].align = report::Align::kLeft;
+  for (const CalibrationPoint& point : axis.points) {
+    table.rows.push_back({text_of(point.inertia), text_of(point.best.stiffness), std::string(point.limited_by),
+                          text_of(point.best.damping), text_of(point.fitted.stiffness), text_of(point.fitted.damping),
+                          text_of(1e3 * point.fitted_press.roughness), text_of(1e3 * point.roughness_allowed)});
+  }
+  return table;
+}
+
+std::string method(const Calibration& calibration) {
+  const CalibrationSettings& s = calibration.settings;
+  std::ostringstream text;
+  text
+      << "Best stiffness of a tool: the largest that (1) is stable with " << s.trial.gain_margin
+      << " times the force and " << s.trial.delay_margin_periods
+      << " period of delay more, in no hand, a relaxed one, a light and a firm grip, the "
+      << "tool in the air and in stiff contact; (2) lets a hand that presses without tremor come to rest within "
+      << s.restlessness_steps
+      << " encoder steps; (3) adds no more roughness (RMS above 30 Hz, with encoder steps and a "
+      << "tremor of " << s.trial.tremor_rms_n << " N) than " << 1e3 * s.roughness_floor_n << " mN and "
+      << 100 * s.roughness_share_of_weight
+      << " % of the tool's weight; and (4) is within what the device may be asked. "
+      << "Best damping: the tool settles soonest once it is suddenly heavy (least ∫ t |d − d_rest| dt) under the same "
+         "conditions. "
+         "The polynomial's degree "
+         "is "
+      << "that which errs least at points it was not shown. All on the simulated hand; masses, damping and resolutions "
+      << "are those of the profile.";
+  return text.str();
+}
+
+/// What a reader has to know beside the points.
+std::vector<std::string> remarks_of(const AxisCalibration& axis, const Words& words) {
+  const std::string unit = words.is_rotation ? " N·m/rad" : " N/m";
+  std::vector<std::string> remarks;
+  for (const CalibrationPoint& point : axis.left_out) {
+    remarks.push_back("left out, too light: " + text_of(point.mass_kg) + " kg; even " + text_of(point.best.stiffness) +
+                      unit + " breaks \"" + std::string(point.limited_by) +
+                      "\"; it gets what the lightest tried one gets");
+  }
+  if (!axis.is_maximum_verified) {
+    remarks.push_back("capped at " + text_of(axis.stiffness_maximum) + unit +
+                      ": nobody has verified what this device can show; this table is not its own");
+  }
+  return remarks;
+}
+
+void add_axis(report::HtmlReport& page, const char* heading, const AxisCalibration& axis, const Words& words) {
+  page.heading(heading);
+  const std::array figures{stiffness_figure(axis, words), damping_figure(axis, words)};
+  page.side_by_side(figures);
+  page.table(points_table(axis, words));
+  for (const std::string& remark : remarks_of(axis, words)) page.paragraph(remark);
+}
+
+void print_axis(std::ostream& out, const AxisCalibration& axis, const Words& words) {
+  out << '\n' << words.inertia << ": " << words.stiffness << ", " << words.damping << "; not stiffer for\n";
+  for (const CalibrationPoint& point : axis.points) {
+    out << "  " << text_of(point.inertia) << ": " << text_of(point.best.stiffness) << ", "
+        << text_of(point.best.damping) << "; " << point.limited_by << "   fitted " << text_of(point.fitted.stiffness)
+        << ", " << text_of(point.fitted.damping) << '\n';
+  }
+  for (const std::string& remark : remarks_of(axis, words)) out << "  " << remark << '\n';
+}
+
+}  // namespace
+
+json::object to_json(const Calibration& calibration) {
+  json::object result{{"device", calibration.profile.name},
+                      {"settings", settings_json(calibration.settings)},
+                      {"translation", axis_json(calibration.translation, kTranslation)},
+                      {"rotation", nullptr},
+                      {"checks", report::to_json(checks_of(calibration))}};
+  if (calibration.rotation) result["rotation"] = axis_json(*calibration.rotation, kRotation);
+  return result;
+}
+
+std::string to_html(const Calibration& calibration) {
+  report::HtmlReport page("Calibration of " + calibration.profile.name, calibration.profile.title);
+  page.paragraph(method(calibration));
+  page.verdict(checks_of(calibration));
+  add_axis(page, "Translation", calibration.translation, kTranslation);
+  if (calibration.rotation) add_axis(page, "Rotation", *calibration.rotation, kRotation);
+  page.footer(calibration.profile.adaptive_source);
+  return page.html();
+}
+
+std::string to_text(const Calibration& calibration) {
+  std::ostringstream out;
+  out << calibration.profile.name << ": " << calibration.profile.title << '\n';
+  print_axis(out, calibration.translation, kTranslation);
+  if (calibration.rotation) print_axis(out, *calibration.rotation, kRotation);
+  out << '\n';
+  report::print_checks(out, checks_of(calibration));
+  return out.str();
+}
+
+}  // namespace tandem::lab

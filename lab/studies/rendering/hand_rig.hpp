@@ -1,0 +1,76 @@
+// One hand on one device, one coupling, one tool, at most one thing to touch: the loop in which rendering laws are
+// compared, calibrated and reproduced. The same law, solver, hand and velocity estimator that run live.
+//
+//   simulated hand ─▶ encoder ─▶ velocity ─▶ coupling ⇄ tool (contact solver) ⇄ plane
+//         ▲──────── force held for one period ◀── guard ◀──┘
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "common/contact/contact_solver.hpp"
+#include "common/haptics/coupling/laws.hpp"
+#include "common/haptics/coupling/passivity_guard.hpp"
+#include "common/haptics/coupling/stability.hpp"
+#include "common/haptics/velocity_estimator.hpp"
+#include "devices/sim/sim_device.hpp"
+
+namespace tandem::lab {
+
+struct HandRigSettings {
+  std::string law = "stable-dynamic";
+  CouplingParameters coupling;
+  double rate_hz = 1000;
+  double tool_mass_kg = 0.1;
+  Vec3 tool_inertia_kg_m2{4e-5, 4e-5, 4e-5};
+  Vec3 gravity_m_per_s2 = Vec3::Zero();
+  HandParameters hand;              ///< holding the device: holding(hand, profile)
+  bool estimates_velocity = true;   ///< from the encoder's positions; false: the true velocity of the hand
+  std::optional<double> plane_z_m;  ///< a fixed plane, normal +z, that the tool's origin cannot pass
+  double contact_n_per_m = 20000;   ///< stiffness of that plane against the tool
+  double friction = 0.5;
+  bool is_guarded = false;  ///< PassivityGuard between coupling and hand; its account is of the reported positions
+  std::uint64_t seed = 1;
+};
+
+/// State after a tick, all in W (which is D here).
+struct HandRigTick {
+  Duration at{0};
+  Pose X_WH;                  ///< true, not as reported
+  Twist V_WH;                 ///< true
+  Pose X_WT;                  ///< at the end of the step that begins now
+  Twist V_WT;                 ///< alike
+  Wrench on_hand_W;           ///< displayed from now to the next tick, about the handle
+  Wrench on_tool_W;           ///< of the coupling, about the tool
+  double normal_force_n = 0;  ///< of the contact
+  double hand_work_j = 0;  ///< W: −Σ F_j·(x_{j+1} − x_j) − Σ τ_j·θ, up to this tick; F, τ as displayed, x, θ true
+  double reported_work_j = 0;  ///< the same of the positions that the encoder reported: all that a guard can know
+};
+
+/// The simulated hand with the impedance of one that check_coupling() tries; nobody's is not one.
+HandParameters hand_of(const CheckedHand& checked);
+
+/// Steps device, coupling and tool together.
+class HandRig {
+ public:
+  /// In      path  where the hand wants to be
+  /// Fails   std::invalid_argument: unknown law
+  HandRig(const HandRigSettings& settings, HandPath path);
+  ~HandRig();
+  HandRig(HandRig&&) noexcept;
+
+  HandRigTick tick();
+  /// Moves and turns the handle by itself instead of the simulated hand: prescribed for each tick, for drivers that
+  /// choose their direction. What the law sees goes through the encoder, W does not.
+  HandRigTick tick_driven(const Vec3& step_W, const Vec3& turn_W = Vec3::Zero());
+  double withheld_j() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace tandem::lab

@@ -1,0 +1,183 @@
+// Saturation: forces that the device can show pass unchanged, harder ones bend towards the limit and never reach it.
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "common/haptics/coupling/saturation.hpp"
+#include "lab/report/format.hpp"
+#include "lab/studies/rendering/hand_rig.hpp"
+#include "lab/studies/rendering/law_curves.hpp"
+#include "lab/studies/rendering/reproduce_laws.hpp"
+
+namespace tandem::lab {
+namespace {
+
+using report::format_fixed;
+using report::Relation;
+
+constexpr double kKnee_n = (1 - kSoftness) * kForceLimit_n;
+constexpr std::array kMasses_kg{0.05, 0.1, 0.15, 0.2};
+constexpr double kPressDepth_m = 0.07;
+constexpr double kStiffness_n_per_m = 300;
+constexpr double kDamping_n_s_per_m = 3;
+
+/// Down by kPressDepth_m in a second, held, and up again.
+HandPath press() {
+  using std::chrono::seconds;
+  const Pose up{0.005 * Vec3::UnitZ(), Quat::Identity()};
+  const Pose down{-kPressDepth_m * Vec3::UnitZ(), Quat::Identity()};
+  return HandPath(
+      {{seconds(0), up, 0, ""}, {seconds(1), down, 0, ""}, {seconds(2), down, 0, ""}, {seconds(3), up, 0, ""}});
+}
+
+HandRigSettings pressing(std::string_view law, double mass_kg) {
+  HandRigSettings settings;
+  settings.law = law;
+  settings.coupling.stiffness_n_per_m = kStiffness_n_per_m;
+  settings.coupling.damping_n_s_per_m = kDamping_n_s_per_m;
+  settings.coupling.force_limit_n = kForceLimit_n;
+  settings.coupling.saturation_softness = kSoftness;
+  settings.tool_mass_kg = mass_kg;
+  settings.plane_z_m = 0;
+  // Exact, so that what the law was asked for can be computed from the trace.
+  settings.estimates_velocity = false;
+  return settings;
+}
+
+/// What the law would pull with had it no limit, and what it pulled with.
+struct Press {
+  std::vector<double> at_s;
+  std::vector<double> asked_n;
+  std::vector<double> shown_n;
+  double largest_n = 0;          ///< on hand or tool
+  double largest_unequal_n = 0;  ///< |force on hand + force on tool|
+};
+
+Press pressed(std::string_view law, double mass_kg) {
+  const HandRigSettings settings = pressing(law, mass_kg);
+  const CouplingParameters& c = settings.coupling;
+  HandRig rig(settings, press());
+  Press result;
+  for (int i = 0; i < 3000; ++i) {
+    const HandRigTick tick = rig.tick();
+    // Of the spring-damper: the law sees the handle at the tick and the tool at the end of the step.
+    const Vec3 asked =
+        c.stiffness_n_per_m * (tick.X_WH.p - tick.X_WT.p) + c.damping_n_s_per_m * (tick.V_WH.v - tick.V_WT.v);
+    result.at_s.push_back(to_seconds(tick.at));
+    result.asked_n.push_back(asked.norm());
+    result.shown_n.push_back(tick.on_hand_W.f.norm());
+    result.largest_n = std::max({result.largest_n, tick.on_hand_W.f.norm(), tick.on_tool_W.f.norm()});
+    result.largest_unequal_n = std::max(result.largest_unequal_n, (tick.on_hand_W.f + tick.on_tool_W.f).norm());
+  }
+  return result;
+}
+
+/// Of the spring-damper's presses with all masses: how much of forces below the knee was changed.
+double changed_below_knee_n(const std::vector<Press>& presses) {
+  double changed = 0;
+  for (const Press& press : presses) {
+    for (std::size_t i = 0; i < press.asked_n.size(); ++i) {
+      if (press.asked_n[i] <= kKnee_n) changed = std::max(changed, std::abs(press.shown_n[i] - press.asked_n[i]));
+    }
+  }
+  return changed;
+}
+
+/// One-sided slopes at the knee, by differences.
+double slope_jump() {
+  constexpr double kStep_n = 1e-6;
+  const auto H = [](double force_n) { return saturated(force_n, kForceLimit_n, kSoftness); };
+  const double below = (H(kKnee_n) - H(kKnee_n - kStep_n)) / kStep_n;
+  const double above = (H(kKnee_n + kStep_n) - H(kKnee_n)) / kStep_n;
+  return std::abs(above - below);
+}
+
+report::Figure curve_figure() {
+  report::Figure figure;
+  figure.caption = "Force shown against force asked for, and its slope times 6.5";
+  figure.plot.description = figure.caption;
+  figure.plot.x.label = "asked for [N]";
+  figure.plot.y.label = "shown [N]";
+  figure.plot.limits = {{kForceLimit_n, "F_max"}, {kKnee_n, "knee"}};
+  report::Series curve{"force", {}, {}, 0}, slope{"slope × 6.5", {}, {}, 1, report::Dash::kDotted};
+  for (double force_n = 0; force_n <= 14; force_n += 0.05) {
+    curve.x.push_back(force_n);
+    curve.y.push_back(saturated(force_n, kForceLimit_n, kSoftness));
+    slope.x.push_back(force_n);
+    slope.y.push_back(kForceLimit_n * saturation_slope(force_n, kForceLimit_n, kSoftness));
+  }
+  figure.plot.series = {curve, slope};
+  return figure;
+}
+
+report::Figure press_figure(const std::vector<Press>& presses) {
+  report::Figure figure;
+  figure.caption = "A hand presses 70 mm into a plane and comes back: force on the hand, spring-damper, four masses";
+  figure.plot.description = figure.caption;
+  figure.plot.x.label = "time [s]";
+  figure.plot.y.label = "force [N]";
+  figure.plot.limits = {{kForceLimit_n, "F_max"}, {kKnee_n, "knee"}};
+  for (std::size_t i = 0; i < presses.size(); ++i) {
+    figure.plot.series.push_back(
+        {format_fixed(kMasses_kg[i], 2) + " kg", presses[i].at_s, presses[i].shown_n, static_cast<int>(i)});
+  }
+  figure.plot.series.push_back(
+      {"asked for, 0.05 kg", presses.front().at_s, presses.front().asked_n, 4, report::Dash::kDotted});
+  return figure;
+}
+
+}  // namespace
+
+Reproduction reproduce_saturation(const Clock&) {
+  Reproduction result;
+  result.title = "Force saturation of the coupling";
+  result.summary =
+      "A hand of 200 N/m presses 70 mm into a plane and comes back, k_t 300 N/m, damping 3 N·s/m, F_max 6.5 N, "
+      "softness 0.2, for every law and mass. Saturation is part of the coupling: hand and tool get the same force. "
+      "Identity and "
+      "limit are read from the simulated forces, the slope at the knee from the curve.";
+  std::vector<Press> linear;
+  double largest_n = 0, unequal_n = 0, asked_n = 0;
+  boost::json::object details;
+  details["settings"] = {
+      {"force_limit_n", kForceLimit_n},
+      {"softness", kSoftness},
+      {"stiffness_n_per_m", kStiffness_n_per_m},
+      {"damping_n_s_per_m", kDamping_n_s_per_m},
+      {"press_depth_m", kPressDepth_m},
+      {"hand_n_per_m", HandParameters{}.stiffness_n_per_m},
+      {"mass_kg", boost::json::value_from(std::vector<double>(kMasses_kg.begin(), kMasses_kg.end()))}};
+  for (const CouplingLawInfo& info : coupling_laws()) {
+    const std::string law(info.name);
+    boost::json::array of_masses;
+    for (const double mass_kg : kMasses_kg) {
+      const Press press = pressed(law, mass_kg);
+      largest_n = std::max(largest_n, press.largest_n);
+      unequal_n = std::max(unequal_n, press.largest_unequal_n);
+      of_masses.push_back(press.largest_n);
+      if (law != "spring-damper") continue;
+      asked_n = std::max(asked_n, *std::ranges::max_element(press.asked_n));
+      linear.push_back(press);
+    }
+    details[law] = {{"largest_force_n", of_masses}};
+  }
+  result.rows = {{"force from which it bends", "5.2 N", format_fixed(kKnee_n, 1) + " N"},
+                 {"largest force, all laws and masses", "below 6.5 N", format_fixed(largest_n, 3) + " N"},
+                 {"largest force asked for, spring-damper", "", format_fixed(asked_n, 2) + " N"}};
+  const std::string all = "all laws, 0.05 to 0.2 kg";
+  result.claims = {{"spring-damper", "force below 5.2 N is changed by", changed_below_knee_n(linear), Relation::kAtMost,
+                    1e-9, "N", 12},
+                   {"spring-damper", "force asked for in the press goes beyond the limit", asked_n, Relation::kAtLeast,
+                    kForceLimit_n, "N", 2},
+                   {"curve", "slope jumps at the knee by", slope_jump(), Relation::kAtMost, 1e-5, "", 7},
+                   {all, "largest force", largest_n, Relation::kAtMost, kForceLimit_n, "N", 4},
+                   {all, "force on hand and force on tool differ by", unequal_n, Relation::kAtMost, 1e-9, "N", 12}};
+  result.figures = {curve_figure(), press_figure(linear)};
+  result.details = std::move(details);
+  return result;
+}
+
+}  // namespace tandem::lab

@@ -1,0 +1,306 @@
+// Z-width: how stiff a wall each law can show before the sampled loop rings, against damping and rate.
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+#include <string>
+#include <vector>
+
+#include "common/haptics/coupling/stability.hpp"
+#include "lab/metrics/high_pass.hpp"
+#include "lab/report/format.hpp"
+#include "lab/studies/rendering/hand_rig.hpp"
+#include "lab/studies/rendering/law_curves.hpp"
+#include "lab/studies/rendering/reproduce_laws.hpp"
+
+namespace tandem::lab {
+namespace {
+
+using report::format_fixed;
+using report::format_significant;
+using report::Relation;
+
+constexpr std::array kRates_hz{250.0, 500.0, 1000.0, 2000.0, 4000.0};
+constexpr std::array kDampings_n_s_per_m{0.0, 1.0, 2.0, 5.0, 10.0, 20.0, 40.0};
+/// The adaptive law at a given stiffness is the spring-damper.
+constexpr std::array kLaws{"spring-damper",          "qsa-static", "qsa-dynamic", "stable-dynamic",
+                           "stable-dynamic-literal", "direct"};
+constexpr double kLeast_n_per_m = 50;
+constexpr double kMost_n_per_m = 1e6;
+constexpr double kResolution = 1.005;
+/// The first bracket around what is expected.
+constexpr double kNarrow = 1.01;
+/// Step of the scan of laws that switch.
+constexpr double kScan = 1.1;
+constexpr double kToolMass_kg = 0.05;
+/// Ours: a desktop device; the hand is the light grip of HandParameters.
+constexpr double kDeviceMass_kg = 0.1;
+constexpr double kDeviceDamping_n_s_per_m = 0.1;
+/// So hard that the tool does not move: the coupling alone is the wall.
+constexpr double kPlane_n_per_m = 1e9;
+/// Rounding of the positions is a ten thousandth of it.
+constexpr double kStill_m = 1e-14;
+constexpr double kSmallSwing = 0.05;
+/// Where a curve is steepest at no force at all it is pressed this much, to stay on it.
+constexpr double kLeastPreload = 0.02;
+
+/// Two steps of the search; the worst measured is one.
+constexpr double kTolerance_percent = 1;
+
+bool is_direct(std::string_view law) {
+  return find_coupling_law(law)->tool == ToolDynamics::kAtHandle;
+}
+
+/// Of which no loop is linear anywhere: they jump with the sign of d·v.
+bool is_switching(std::string_view law) {
+  return !find_coupling_law(law)->is_passive && !is_direct(law);
+}
+
+struct Setting {
+  std::string_view law;
+  double rate_hz;
+  double damping_n_s_per_m;
+};
+
+CouplingParameters coupling_of(const Setting& setting, double stiffness_n_per_m) {
+  CouplingParameters coupling;
+  coupling.stiffness_n_per_m = stiffness_n_per_m;
+  coupling.damping_n_s_per_m = setting.damping_n_s_per_m;
+  coupling.force_limit_n = kForceLimit_n;
+  coupling.saturation_softness = kSoftness;
+  return coupling;
+}
+
+/// Where the wall is pressed, and how steep the law is there for each N/m of k_t. Both scale with k_t alone.
+struct Preload {
+  double force_n = 1;
+  double slope_per_stiffness = 1;
+};
+Preload preload_of(std::string_view name) {
+  if (is_direct(name)) return {};
+  const CouplingParameters unit = coupling_of({name, 1000, 0}, 1);
+  const double least_m = displacement_m(name, unit, kLeastPreload * kForceLimit_n);
+  const double d_m = std::max(steepest_point(name, unit).d_m, least_m);
+  const auto law = make_coupling_law(name, unit);
+  CouplingState state;
+  state.d_W = d_m * Vec3::UnitZ();
+  return {elastic_force_n(*law, d_m, true), law->gradient(state).force_by_d(2, 2)};
+}
+
+/// Largest stiffness for which `is_stable`, within kResolution; the least when not even that is. Begins beside `guess`
+/// and goes away from it by ever larger steps until the border is between.
+template <class IsStable>
+double largest_stable(double guess, const IsStable& is_stable) {
+  double low = guess / kNarrow, high = guess * kNarrow;
+  for (double factor = 1.1; !is_stable(low); factor *= factor) {
+    if (low <= kLeast_n_per_m) return kLeast_n_per_m;
+    high = low;
+    low = std::max(low / factor, kLeast_n_per_m);
+  }
+  for (double factor = 1.1; is_stable(high); factor *= factor) {
+    if (high >= kMost_n_per_m) return kMost_n_per_m;
+    low = high;
+    high = std::min(high * factor, kMost_n_per_m);
+  }
+  while (high / low > kResolution) {
+    const double middle = std::sqrt(low * high);
+    (is_stable(middle) ? low : high) = middle;
+  }
+  return low;
+}
+
+double predicted_n_per_m(const Setting& setting, const Preload& preload) {
+  LoopModel model;
+  model.period_s = 1 / setting.rate_hz;
+  model.damping = is_direct(setting.law) ? 0 : setting.damping_n_s_per_m;
+  model.tool_mass = find_coupling_law(setting.law)->tool == ToolDynamics::kWithMass ? kToolMass_kg : 0;
+  model.device_mass = kDeviceMass_kg;
+  model.device_damping = kDeviceDamping_n_s_per_m;
+  model.contact_stiffness = is_direct(setting.law) ? 1e12 : kPlane_n_per_m;
+  return largest_stable(std::sqrt(kLeast_n_per_m * kMost_n_per_m), [&](double stiffness) {
+    model.stiffness = preload.slope_per_stiffness * stiffness;
+    return spectral_radius(model) < 1;
+  });
+}
+
+HandRigSettings rig_of(const Setting& setting, double stiffness_n_per_m) {
+  HandRigSettings settings;
+  settings.law = setting.law;
+  settings.coupling = coupling_of(setting, stiffness_n_per_m);
+  settings.rate_hz = setting.rate_hz;
+  settings.tool_mass_kg = kToolMass_kg;
+  settings.plane_z_m = 0;
+  settings.contact_n_per_m = is_direct(setting.law) ? stiffness_n_per_m : kPlane_n_per_m;
+  settings.hand.mass_kg += kDeviceMass_kg;
+  settings.hand.damping_n_s_per_m += kDeviceDamping_n_s_per_m;
+  return settings;
+}
+
+/// RMS of the handle around its mean, over so many ticks.
+double swing_m(HandRig& rig, double ticks) {
+  std::vector<double> heights_m;
+  for (double i = 0; i < ticks; ++i) heights_m.push_back(rig.tick().X_WH.p.z());
+  const double mean = std::accumulate(heights_m.begin(), heights_m.end(), 0.0) / static_cast<double>(heights_m.size());
+  for (double& height : heights_m) height -= mean;
+  return rms(heights_m);
+}
+
+/// The hand lowers itself on the wall and waits: does it come to rest, or does the wall keep it moving?
+bool comes_to_rest(const Setting& setting, const Preload& preload, double stiffness_n_per_m) {
+  const HandRigSettings settings = rig_of(setting, stiffness_n_per_m);
+  const double wall_m = is_direct(setting.law) ? preload.force_n / stiffness_n_per_m
+                                               : displacement_m(setting.law, settings.coupling, preload.force_n);
+  const double hand_m = preload.force_n / settings.hand.stiffness_n_per_m;
+  // From the wall on and slowly: an impact would still ring when the swings are compared.
+  const Pose pressing{-(wall_m + hand_m) * Vec3::UnitZ(), Quat::Identity()};
+  HandRig rig(settings, HandPath({{Duration(0), Pose{}, 0, ""}, {from_seconds(0.8), pressing, 0, ""}}));
+  swing_m(rig, 1.0 * setting.rate_hz);
+  const double before_m = swing_m(rig, 0.3 * setting.rate_hz);
+  swing_m(rig, 0.9 * setting.rate_hz);
+  const double after_m = swing_m(rig, 0.3 * setting.rate_hz);
+  // Only small swings tell: large ones are held by the limit or by losing contact, and neither grow nor die.
+  return after_m < kStill_m || (after_m < before_m && after_m < kSmallSwing * wall_m);
+}
+
+double simulated_n_per_m(const Setting& setting, const Preload& preload, double expected_n_per_m) {
+  return largest_stable(expected_n_per_m, [&](double stiffness) { return comes_to_rest(setting, preload, stiffness); });
+}
+
+/// Whether a law that switches comes to rest does not only depend on the stiffness: what counts is the first that does
+/// not, from the softest on.
+double lowest_restless_n_per_m(const Setting& setting, const Preload& preload) {
+  double stiffness = kLeast_n_per_m;
+  while (stiffness < kMost_n_per_m && comes_to_rest(setting, preload, stiffness)) stiffness *= kScan;
+  return stiffness;
+}
+
+struct Width {
+  double rate_hz;
+  std::vector<double> predicted_n_per_m;  ///< of kDampings_n_s_per_m; none for a law that switches
+  std::vector<double> simulated_n_per_m;  ///< of a law that switches the lowest that does not come to rest
+};
+
+struct LawWidths {
+  std::string law;
+  std::vector<Width> widths;  ///< of kRates_hz
+  double worst_disagreement = 0;
+};
+
+LawWidths widths_of(std::string_view law) {
+  const Preload preload = preload_of(law);
+  LawWidths result{std::string(law), {}, 0};
+  for (const double rate_hz : kRates_hz) {
+    Width width{rate_hz, {}, {}};
+    for (const double damping : kDampings_n_s_per_m) {
+      if (is_direct(law) && damping > 0) break;
+      const Setting setting{law, rate_hz, damping};
+      if (is_switching(law)) {
+        width.simulated_n_per_m.push_back(lowest_restless_n_per_m(setting, preload));
+        continue;
+      }
+      width.predicted_n_per_m.push_back(predicted_n_per_m(setting, preload));
+      width.simulated_n_per_m.push_back(simulated_n_per_m(setting, preload, width.predicted_n_per_m.back()));
+      const double ratio = width.simulated_n_per_m.back() / width.predicted_n_per_m.back();
+      result.worst_disagreement = std::max(result.worst_disagreement, std::abs(ratio - 1));
+    }
+    result.widths.push_back(std::move(width));
+  }
+  return result;
+}
+
+std::string listed(const std::vector<double>& values) {
+  std::string text;
+  for (const double value : values) {
+    text += text.empty() ? "" : ", ";
+    text += value <= kLeast_n_per_m ? "≤ " + format_significant(kLeast_n_per_m, 3) : format_significant(value, 3);
+  }
+  return text;
+}
+
+report::Figure figure_of(const LawWidths& law) {
+  report::Figure figure;
+  figure.caption = is_switching(law.law)
+                       ? law.law + ": lowest k_t that does not come to rest against damping, simulated"
+                       : law.law +
+                             ": largest stable k_t against damping, line predicted, dotted "
+                             "simulated (they differ by less than a line's width)";
+  figure.plot.description = figure.caption;
+  figure.plot.x.label = "damping [N·s/m]";
+  figure.plot.y = {"k_t [N/m]", report::Scale::kLog, {}, {}};
+  int color = 0;
+  for (const Width& width : law.widths) {
+    const std::vector<double> x(kDampings_n_s_per_m.begin(), kDampings_n_s_per_m.end());
+    const std::string rate = format_significant(width.rate_hz, 4) + " Hz";
+    const bool has_prediction = !width.predicted_n_per_m.empty();
+    if (has_prediction) figure.plot.series.push_back({rate, x, width.predicted_n_per_m, color});
+    const report::Dash dash = has_prediction ? report::Dash::kDotted : report::Dash::kSolid;
+    figure.plot.series.push_back({has_prediction ? "" : rate, x, width.simulated_n_per_m, color++, dash});
+  }
+  return figure;
+}
+
+boost::json::value details_of(const LawWidths& law) {
+  boost::json::array widths;
+  for (const Width& width : law.widths) {
+    widths.push_back({{"rate_hz", width.rate_hz},
+                      {"predicted_n_per_m", boost::json::value_from(width.predicted_n_per_m)},
+                      {"simulated_n_per_m", boost::json::value_from(width.simulated_n_per_m)}});
+  }
+  return {{"widths", widths}, {"worst_disagreement", law.worst_disagreement}};
+}
+
+void add_law(Reproduction& result, boost::json::object& details, const LawWidths& law) {
+  for (const Width& width : law.widths) {
+    const std::string who = law.law + ", " + format_significant(width.rate_hz, 4) + " Hz: ";
+    if (is_switching(law.law)) {
+      result.rows.push_back({who + "lowest k_t not at rest [N/m]", "", listed(width.simulated_n_per_m)});
+      continue;
+    }
+    result.rows.push_back({who + "predicted k_t [N/m]", "", listed(width.predicted_n_per_m)});
+    result.rows.push_back({who + "simulated k_t [N/m]", "", listed(width.simulated_n_per_m)});
+  }
+  details[law.law] = details_of(law);
+  if (!is_direct(law.law)) result.figures.push_back(figure_of(law));
+  if (is_switching(law.law)) return;
+  result.claims.push_back({law.law, "prediction and simulation of the largest stable stiffness differ by at most",
+                           100 * law.worst_disagreement, Relation::kAtMost, kTolerance_percent, "%", 2});
+}
+
+}  // namespace
+
+Reproduction reproduce_zwidth(const Clock&) {
+  Reproduction result;
+  result.title = "Z-width of the sampled coupling";
+  std::string dampings;
+  for (const double damping : kDampings_n_s_per_m) {
+    dampings += (dampings.empty() ? "" : ", ") + format_significant(damping, 3);
+  }
+  result.summary =
+      "Largest stiffness k_t at which a hand of 0.3 kg and 200 N/m on a device of 0.1 kg and 0.1 N·s/m comes to rest "
+      "on a wall that holds the 0.05 kg tool, for damping " +
+      dampings +
+      " N·s/m. Predicted: spectral radius of the loop, linear at the steepest place of the law's curve. Simulated: the "
+      "hand lowers itself there; bisection to 0.5 % on whether it comes to rest. Laws that switch with the hand's "
+      "direction are not linear anywhere and chatter far below what such a prediction would be: of them the lowest "
+      "stiffness that does not come to rest is shown, looked for upwards from 50 N/m in steps of 10 %; some stiffer "
+      "ones happen to rest. Laws that are steepest at no force are pressed with 2 % of F_max.";
+  boost::json::object details;
+  details["settings"] = {{"force_limit_n", kForceLimit_n},
+                         {"softness", kSoftness},
+                         {"tool_mass_kg", kToolMass_kg},
+                         {"device_mass_kg", kDeviceMass_kg},
+                         {"device_damping_n_s_per_m", kDeviceDamping_n_s_per_m},
+                         {"hand_mass_kg", HandParameters{}.mass_kg},
+                         {"hand_n_per_m", HandParameters{}.stiffness_n_per_m},
+                         {"least_n_per_m", kLeast_n_per_m},
+                         {"resolution", kResolution - 1},
+                         {"scan_step", kScan - 1}};
+  details["damping_n_s_per_m"] =
+      boost::json::value_from(std::vector<double>(kDampings_n_s_per_m.begin(), kDampings_n_s_per_m.end()));
+  for (const char* law : kLaws) add_law(result, details, widths_of(law));
+  result.details = std::move(details);
+  return result;
+}
+
+}  // namespace tandem::lab

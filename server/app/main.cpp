@@ -1,0 +1,146 @@
+// tandem-server: opens rooms with scenes, and serves them until it is told to stop.
+#include <spdlog/sinks/stdout_sinks.h>
+#include <spdlog/spdlog.h>
+
+#include <CLI/CLI.hpp>
+#include <iostream>
+#include <optional>
+
+#include "common/base/progress.hpp"
+#include "common/base/units.hpp"
+#include "server/app/server_report.hpp"
+#include "server/assets/scene_library.hpp"
+#include "server/net/live_server.hpp"
+
+namespace {
+
+using namespace tandem;
+
+constexpr int kSetupError = 2;
+
+struct Options {
+  std::vector<std::string> scenes;
+  std::vector<std::string> rooms;
+  std::string bind = "127.0.0.1";
+  int port = 47800;
+  std::optional<Duration> duration;
+  std::string cache = default_cache_directory().string();
+  int realtime_priority = 60;
+  bool guards_tools = true;
+  bool writes_json = false;
+};
+
+void declare(CLI::App& app, Options& options) {
+  app.set_version_flag("--version", "tandem-server " TANDEM_VERSION);
+  app.footer("Exit code: 0 done, 2 bad input or set-up.");
+  app.add_option("--scene", options.scenes, "scene file, or name of a scene that comes with Tandem; one room each")
+      ->type_name("FILE|NAME");
+  app.add_option("--room", options.rooms, "name of the room, in the order of --scene [default: the scene's name]")
+      ->type_name("NAME");
+  app.add_option("--port", options.port, "TCP and UDP port, 0 to 65535; 0: any free one, printed")
+      ->check(CLI::Range(0, 65535).description(""))
+      ->type_name("PORT")
+      ->capture_default_str();
+  app.add_option("--bind", options.bind, "address to listen on; loopback only, the transport is not encrypted yet")
+      ->capture_default_str();
+  app.add_option_function<std::string>(
+         "--duration",
+         [&options](const std::string& text) {
+           try {
+             options.duration = parse_duration(text, "s");
+           } catch (const std::invalid_argument& error) {
+             throw CLI::ValidationError("--duration", error.what());
+           }
+         },
+         "stop after this long, with unit, e.g. 30s [default: never]")
+      ->type_name("TIME");
+  app.add_option_function<std::string>(
+         "--guard", [&options](const std::string& text) { options.guards_tools = text == "on"; },
+         "hold a tool back that puts more into the world than its user's hand has paid [on]")
+      ->check(CLI::IsMember({"on", "off"}).description(""))
+      ->type_name("on|off");
+  app.add_option("--cache", options.cache,
+                 "folder that keeps what was built of meshes for contact; \"\": none, build at every start")
+      ->type_name("DIR")
+      ->capture_default_str();
+  app.add_option("--rt-priority", options.realtime_priority,
+                 "SCHED_FIFO priority of the room threads, io one above; 0: normal scheduler")
+      ->check(CLI::Range(0, 98))
+      ->capture_default_str();
+  app.add_flag("--json", options.writes_json,
+               "print what the server did as one JSON object at the end; the ready line then goes to stderr");
+}
+
+std::vector<std::unique_ptr<Room>> open_rooms(const Options& options) {
+  // Not left to the parser, which would miss it before it names a misspelt option.
+  if (options.scenes.empty()) throw std::invalid_argument("--scene is required, e.g. --scene peg_in_hole; see --help");
+  if (options.rooms.size() > options.scenes.size()) throw std::invalid_argument("more --room than --scene were given");
+  std::vector<std::unique_ptr<Room>> rooms;
+  const SceneLoading loading{options.cache, progress_on_stderr()};
+  for (std::size_t i = 0; i < options.scenes.size(); ++i) {
+    const auto scene = load_scene(find_scene(options.scenes[i], scene_folders()), loading);
+    const std::string name = i < options.rooms.size() ? options.rooms[i] : scene->description.name();
+    for (const auto& other : rooms) {
+      if (other->name() == name) {
+        throw std::invalid_argument("two rooms are called \"" + name + "\"; name them with --room");
+      }
+    }
+    rooms.push_back(std::make_unique<Room>(
+        RoomId{static_cast<std::uint32_t>(i + 1)}, name, scene,
+        RoomOptions{.soft_stepping = SoftStepping::kWorker, .guards_tools = options.guards_tools}));
+  }
+  return rooms;
+}
+
+void print_ready(const LiveServer& server, const std::string& address, std::ostream& out) {
+  out << "tandem-server: listening on " << address << ":" << server.port();
+  for (const auto& room : server.rooms()) {
+    const std::size_t tools = room->scene().tools.size();
+    out << ", room " << room->name() << " (" << tools << (tools == 1 ? " tool)" : " tools)");
+  }
+  out << std::endl;
+}
+
+void serve(const Options& options) {
+  LiveServerSettings settings;
+  settings.bind_address = options.bind;
+  settings.port = static_cast<std::uint16_t>(options.port);
+  settings.realtime_priority = options.realtime_priority;
+  if (options.duration) settings.duration = *options.duration;
+  settings.stops_on_signals = true;
+  LiveServer server(settings, open_rooms(options));
+  // Not before all set-up has worked: an error is then the only line.
+  for (const auto& room : server.rooms()) {
+    for (const std::string& note : room->scene().notes) spdlog::info("{}: {}", room->name(), note);
+  }
+  server.on_log = [](const std::string& line) { spdlog::info("{}", line); };
+  // With --json stdout is one object and nothing else.
+  print_ready(server, options.bind, options.writes_json ? std::cerr : std::cout);
+  server.run();
+  if (options.writes_json) std::cout << boost::json::serialize(report_json(server)) << std::endl;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  spdlog::set_default_logger(spdlog::stderr_logger_st("tandem-server"));
+  spdlog::set_pattern("%H:%M:%S.%e %l %v");
+  Options options;
+  CLI::App app("Serves shared haptic scenes: one room a scene, one fixed-step loop a room.", "tandem-server");
+  declare(app, options);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::Success& help_or_version) {
+    return app.exit(help_or_version);
+  } catch (const CLI::ParseError& error) {
+    std::cerr << "tandem-server: " << error.what() << "; see --help" << std::endl;
+    return kSetupError;
+  }
+  try {
+    serve(options);
+  } catch (const std::exception& error) {
+    std::cerr << "tandem-server: " << error.what() << std::endl;
+    return kSetupError;
+  }
+  return 0;
+}

@@ -1,0 +1,55 @@
+#include "server/app/server_report.hpp"
+
+#include "proto/drop_reason.hpp"
+
+namespace tandem {
+namespace {
+
+boost::json::object quantiles_us(const Histogram& histogram) {
+  const auto us = [](Duration duration) { return to_seconds(duration) * 1e6; };
+  return {{"p50", us(histogram.quantile(0.5))},
+          {"p99", us(histogram.quantile(0.99))},
+          {"p999", us(histogram.quantile(0.999))},
+          {"max", us(histogram.max())}};
+}
+
+boost::json::object drops(const DropCounters& counters) {
+  boost::json::object object;
+  for (std::size_t i = 1; i < static_cast<std::size_t>(DropReason::kCount); ++i) {
+    const auto reason = static_cast<DropReason>(i);
+    if (counters.of(reason) > 0) object[name_of(reason)] = counters.of(reason);
+  }
+  return object;
+}
+
+}  // namespace
+
+boost::json::object report_json(const LiveServer& server) {
+  const LiveServerReport report = server.report();
+  boost::json::array rooms;
+  for (std::size_t i = 0; i < report.rooms.size(); ++i) {
+    const RoomTiming& timing = report.rooms[i];
+    rooms.push_back(boost::json::object{{"name", server.rooms()[i]->name()},
+                                        {"steps", timing.steps},
+                                        {"overruns", timing.overruns},
+                                        {"missed", timing.missed},
+                                        {"lateness_us", quantiles_us(timing.lateness)},
+                                        {"step_time_us", quantiles_us(timing.step_time)}});
+  }
+  const HubCounters& counters = report.counters;
+  return {{"program", "tandem-server"},
+          {"version", TANDEM_VERSION},
+          {"port", server.port()},
+          {"up_s", to_seconds(report.up)},
+          {"joins", counters.joins},
+          {"datagrams", boost::json::object{{"received", counters.datagrams_received},
+                                            {"sent", counters.datagrams_sent},
+                                            {"received_drops", drops(counters.received_drops)},
+                                            {"sent_drops", drops(counters.sent_drops)},
+                                            {"items_thinned", counters.bodies_thinned},
+                                            {"held_back", counters.updates_held_back},
+                                            {"paced", counters.updates_paced}}},
+          {"rooms", std::move(rooms)}};
+}
+
+}  // namespace tandem

@@ -1,0 +1,29 @@
+// Centre of mass and inertia of a body from its shapes, so that an author gives one number: the mass.
+#pragma once
+
+#include <vector>
+
+#include "common/base/mass_properties.hpp"
+#include "common/docking/molecule.hpp"
+#include "common/geometry/mesh_repair.hpp"
+#include "tandem/scene.pb.h"
+
+namespace tandem {
+
+/// A shape with the mesh that was loaded for it.
+struct SolidShape {
+  const wire::Shape& shape;
+  Pose X_BS;
+  const TriangleMesh* mesh = nullptr;           ///< of a mesh shape, repaired
+  SurfaceKind mesh_kind = SurfaceKind::kSolid;  ///< a sheet has no volume of its own
+};
+
+/// Of solids of one density. Where shapes overlap, the overlap counts twice; a sheet counts as its convex hull.
+/// Fails   std::domain_error when the shapes enclose no volume (a flat mesh)
+MassProperties mass_properties_of(double mass_kg, const std::vector<SolidShape>& shapes);
+
+/// Of atoms about their centre of mass, which is the origin of `molecule`, with its mass scaled to `mass_kg`.
+/// In      metres_per_angstrom  S_x
+MassProperties mass_properties_of(double mass_kg, const Molecule& molecule, double metres_per_angstrom);
+
+}  // namespace tandem

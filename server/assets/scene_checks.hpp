@@ -1,0 +1,26 @@
+// What can be said about a scene without opening any other file: defaults, ranges, names, capacities.
+#pragma once
+
+#include <set>
+#include <string>
+
+#include "server/assets/scene_field.hpp"
+#include "tandem/scene.pb.h"
+
+namespace tandem {
+
+/// The default of MolecularField::force_field_directory, from Debian package gromacs-data.
+inline constexpr const char* kDefaultForceFieldDirectory = "/usr/share/gromacs/top/oplsaa.ff";
+
+/// Fills in every default of `scene` and refuses the first field that cannot be.
+///
+/// In      scene  as parsed; its file names stay as written
+/// Fails   SceneError
+void complete_and_check(wire::Scene& scene, const SceneField& file);
+
+/// Parts that several kinds of things have.
+void check_unique_name(const std::string& name, std::set<std::string>& taken, const SceneField& field);
+void complete(wire::Placement& placement, const SceneField& field);
+void check(wire::Mesh& mesh, const SceneField& field);
+
+}  // namespace tandem

@@ -1,0 +1,260 @@
+#include "server/assets/scene_file.hpp"
+
+#include <google/protobuf/util/json_util.h>
+
+#include <algorithm>
+#include <fstream>
+#include <sstream>
+#include <stdexcept>
+
+#include "proto/control_framing.hpp"
+#include "proto/effects_from_wire.hpp"
+#include "proto/placement.hpp"
+#include "proto/world_from_wire.hpp"
+#include "server/assets/scene_checks.hpp"
+#include "server/assets/soft_scene.hpp"
+
+namespace tandem {
+namespace {
+
+constexpr std::size_t kMaxSceneFileBytes = 1U << 20U;
+
+/// Line of a syntax error, from the piece of text that protobuf quotes above its caret; 0 when it quotes none.
+std::size_t line_of_error(const std::string& json, const std::string& message) {
+  const std::size_t quote_begin = message.find('\n');
+  const std::size_t quote_end = message.rfind('\n');
+  if (quote_begin == std::string::npos || quote_end <= quote_begin) return 0;
+  const std::string quote = message.substr(quote_begin + 1, quote_end - quote_begin - 1);
+  // An error at the end of the text is quoted as nothing.
+  std::size_t position = json.size();
+  if (!quote.empty()) {
+    position = json.find(quote);
+    if (position == std::string::npos) return 0;
+    position = std::min(json.size(), position + (message.size() - quote_end - 2));
+  }
+  return 1 +
+         static_cast<std::size_t>(std::count(json.begin(), json.begin() + static_cast<std::ptrdiff_t>(position), '\n'));
+}
+
+/// "(bodies[0]) nam: Cannot find field." → "bodies[0].nam"; empty when `message` says something else.
+std::string unknown_field(const std::string& message) {
+  const std::size_t suffix = message.find(": Cannot find field.");
+  if (suffix == std::string::npos) return {};
+  std::string field = message.substr(0, suffix);
+  const std::size_t close = field.find(") ");
+  if (field.front() != '(' || close == std::string::npos) return field;
+  return (close > 1 ? field.substr(1, close - 1) + "." : "") + field.substr(close + 2);
+}
+
+wire::Scene parse(const std::string& json, const SceneField& file) {
+  if (json.size() > kMaxSceneFileBytes) file.refuse("is larger than 1 MiB; a scene file holds no geometry");
+  wire::Scene scene;
+  const auto status = google::protobuf::util::JsonStringToMessage(json, &scene);
+  if (status.ok()) return scene;
+  const std::string message(status.message());
+  if (const std::string field = unknown_field(message); !field.empty()) {
+    if (const std::string text = unknown_effect_field_remedy(field); !text.empty()) file.in(field).refuse(text);
+    file.in(field).refuse("is not a field of a scene; see proto/tandem/scene.proto for those that are");
+  }
+  const std::size_t line = line_of_error(json, message);
+  const std::string where = line > 0 ? "line " + std::to_string(line) + ": " : "";
+  file.refuse(where + "not a scene in JSON: " + message.substr(0, message.find('\n')));
+}
+
+std::vector<SolidShape> solids(const google::protobuf::RepeatedPtrField<wire::Shape>& shapes,
+                               const std::vector<LoadedShape>& loaded) {
+  std::vector<SolidShape> result;
+  for (int i = 0; i < shapes.size(); ++i) {
+    const LoadedShape& shape = loaded[static_cast<std::size_t>(i)];
+    result.push_back({shapes[i], shape.X_BS, shape.mesh.get(), shape.mesh_kind});
+  }
+  return result;
+}
+
+/// In      remedy  what else can be done about a body without volume
+MassProperties checked_mass(double mass_kg, const std::vector<SolidShape>& shapes, const SceneField& field,
+                            const std::string& remedy) {
+  try {
+    return mass_properties_of(mass_kg, shapes);
+  } catch (const std::domain_error& error) {
+    field.in("mass_kg").refuse("is " + number_text(mass_kg) + ", but " + error.what() +
+                               ": a sheet has none of its own, only that of its convex hull; " + remedy);
+  }
+}
+
+/// Turns a checked description into a loaded scene, part by part.
+class SceneBuilder {
+ public:
+  SceneBuilder(wire::Scene description, SceneField file, const std::filesystem::path& directory,
+               const SceneLoading& loading)
+      : file_(std::move(file)), assets_(directory), library_(loading), scene_(std::make_shared<LoadedScene>()) {
+    scene_->description = std::move(description);
+  }
+
+  std::shared_ptr<const LoadedScene> build() {
+    wire::Scene& description = scene_->description;
+    for (int i = 0; i < description.bodies_size(); ++i) {
+      add_body(*description.mutable_bodies(i), file_.in("bodies", static_cast<std::size_t>(i)));
+    }
+    for (int i = 0; i < description.tools_size(); ++i) {
+      add_tool(*description.mutable_tools(i), file_.in("tools", static_cast<std::size_t>(i)));
+    }
+    for (int i = 0; i < description.soft_bodies_size(); ++i) {
+      add_soft_body(*description.mutable_soft_bodies(i), file_.in("soft_bodies", static_cast<std::size_t>(i)));
+    }
+    scene_->coupling = scene_coupling(description.coupling());
+    if (description.has_molecular_field()) hide_directory(*description.mutable_molecular_field());
+    scene_->assets = std::move(assets_.assets);
+    scene_->notes = std::move(assets_.notes);
+    scene_->effects = effects_of(description);
+    check_size();
+    return scene_;
+  }
+
+ private:
+  /// Without the contact shapes, which take long: what is wrong with a body is said before they are made.
+  std::vector<LoadedShape> load_shapes(google::protobuf::RepeatedPtrField<wire::Shape>& shapes,
+                                       const SceneField& field) {
+    std::vector<LoadedShape> loaded;
+    for (int i = 0; i < shapes.size(); ++i) {
+      wire::Shape& shape = shapes[i];
+      LoadedShape& result = loaded.emplace_back(
+          LoadedShape{pose_from_placement(shape.placement()), nullptr, SurfaceKind::kSolid, nullptr});
+      if (!shape.has_mesh()) continue;
+      ContactMesh mesh = assets_.load_mesh(*shape.mutable_mesh(), mesh_field(field, i));
+      result.mesh = std::make_shared<const TriangleMesh>(std::move(mesh.mesh));
+      result.mesh_kind = mesh.kind;
+    }
+    return loaded;
+  }
+
+  void make_contacts(google::protobuf::RepeatedPtrField<wire::Shape>& shapes, const SceneField& field,
+                     std::vector<LoadedShape>& loaded) {
+    for (int i = 0; i < shapes.size(); ++i) {
+      LoadedShape& result = loaded[static_cast<std::size_t>(i)];
+      if (shapes[i].has_mesh()) {
+        make_mesh_contact(*shapes[i].mutable_mesh(), result, mesh_field(field, i).in("file"));
+      } else {
+        result.contact = library_.primitive(shapes[i]);
+      }
+    }
+  }
+
+  void make_mesh_contact(wire::Mesh& message, LoadedShape& shape, const SceneField& file_field) {
+    const ContactMesh mesh{*shape.mesh, shape.mesh_kind, {}};
+    const auto refuse = [&](const std::exception& error) {
+      file_field.refuse("is " + message.file() + ", which cannot be touched: " + error.what());
+    };
+    try {
+      const ContactAsset asset = library_.mesh(mesh, message.sheet_thickness_m(), message.file());
+      assets_.add_contact(asset, message);
+      shape.contact = asset.shape;
+    } catch (const MeshError& error) {
+      refuse(error);
+    } catch (const std::invalid_argument& error) {
+      refuse(error);
+    }
+  }
+
+  static SceneField mesh_field(const SceneField& field, int shape) {
+    return field.in("shapes", static_cast<std::size_t>(shape)).in("mesh");
+  }
+
+  static TouchModel touch_model(const std::vector<LoadedShape>& shapes, double stiffness_n_per_m3) {
+    std::vector<TouchModel::Part> parts;
+    for (const LoadedShape& shape : shapes) parts.push_back({shape.contact, shape.X_BS});
+    return touch_model_of(std::move(parts), stiffness_n_per_m3);
+  }
+
+  void add_body(wire::Body& body, const SceneField& field) {
+    LoadedBody loaded;
+    loaded.X_WB = pose_from_placement(body.placement());
+    const wire::MolecularField& molecular = scene_->description.molecular_field();
+    if (body.shapes(0).has_molecule()) {
+      loaded.shapes.resize(1);
+      loaded.molecule =
+          assets_.load_centred_molecule(*body.mutable_shapes(0)->mutable_molecule(), molecular.force_field_directory(),
+                                        field.in("shapes", 0).in("molecule"));
+      loaded.mass = mass_properties_of(body.mass_kg(), *loaded.molecule, molecular.metres_per_angstrom());
+    } else {
+      loaded.shapes = load_shapes(*body.mutable_shapes(), field);
+      loaded.mass = checked_mass(body.mass_kg(), solids(body.shapes(), loaded.shapes), field,
+                                 "make it static (0), or give the mesh thickness");
+      make_contacts(*body.mutable_shapes(), field, loaded.shapes);
+      loaded.touch = touch_model(loaded.shapes, body.contact_stiffness_n_per_m3());
+    }
+    scene_->bodies.push_back(std::move(loaded));
+  }
+
+  void add_tool(wire::Tool& tool, const SceneField& field) {
+    LoadedTool loaded;
+    loaded.shapes = load_shapes(*tool.mutable_shapes(), field);
+    loaded.X_WT = pose_from_placement(tool.placement());
+    loaded.mass = checked_mass(tool.mass_kg(), solids(tool.shapes(), loaded.shapes), field, "give the mesh thickness");
+    make_contacts(*tool.mutable_shapes(), field, loaded.shapes);
+    loaded.touch = touch_model(loaded.shapes, tool.contact_stiffness_n_per_m3());
+    const double least = tool.mass_kg() * kToolGyrationRadius_m * kToolGyrationRadius_m;
+    loaded.mass.principal_inertia_kg_m2 = loaded.mass.principal_inertia_kg_m2.cwiseMax(least);
+    const wire::Workspace& workspace = tool.workspace();
+    loaded.workspace = {pose_from_placement(workspace.device_base()), workspace.position_scale(),
+                        workspace.force_scale()};
+    const auto& bodies = scene_->description.bodies();
+    const auto held = std::find_if(bodies.begin(), bodies.end(),
+                                   [&tool](const wire::Body& body) { return body.name() == tool.holds(); });
+    if (held != bodies.end()) loaded.holds_body = static_cast<std::size_t>(held - bodies.begin());
+    scene_->tools.push_back(std::move(loaded));
+  }
+
+  void add_soft_body(wire::SoftBody& body, const SceneField& field) {
+    std::optional<ContactMesh> mesh;
+    if (body.has_mesh()) mesh = assets_.load_mesh(*body.mutable_mesh(), field.in("mesh"));
+    scene_->soft_bodies.push_back(soft_model_of(body, mesh ? &*mesh : nullptr, field));
+    assets_.notes.push_back(soft_note(scene_->soft_bodies.back(), scene_->description));
+  }
+
+  /// Paths of the server are not the clients' business.
+  static void hide_directory(wire::MolecularField& field) {
+    field.set_force_field_directory(std::filesystem::path(field.force_field_directory()).filename().string());
+  }
+
+  void check_size() const {
+    // Joined carries the description with up to a few kilobytes of its own.
+    const std::size_t size = scene_->description.ByteSizeLong();
+    if (size > kMaxControlBytes / 2) {
+      file_.refuse("has a description of " + std::to_string(size) + " bytes; at most " +
+                   std::to_string(kMaxControlBytes / 2) + " can be sent to clients: use fewer shapes");
+    }
+  }
+
+  SceneField file_;
+  SceneAssets assets_;
+  ContactLibrary library_;
+  std::shared_ptr<LoadedScene> scene_;
+};
+
+}  // namespace
+
+MovedMass moved_mass(const LoadedScene& scene, std::size_t tool, std::optional<std::size_t> held) noexcept {
+  return moved_mass(held ? scene.bodies[*held].mass : scene.tools[tool].mass, held.has_value());
+}
+
+std::shared_ptr<const LoadedScene> load_scene_text(const std::string& json, const std::string& origin,
+                                                   const std::filesystem::path& directory,
+                                                   const SceneLoading& loading) {
+  const SceneField file(origin);
+  wire::Scene description = parse(json, file);
+  complete_and_check(description, file);
+  return SceneBuilder(std::move(description), file, directory, loading).build();
+}
+
+std::shared_ptr<const LoadedScene> load_scene(const std::filesystem::path& file, const SceneLoading& loading) {
+  std::ifstream stream(file);
+  if (!stream || std::filesystem::is_directory(file)) {
+    throw SceneError(file.string() + ": cannot be read; give the path of a scene file (server/scenes holds examples)");
+  }
+  std::ostringstream text;
+  text << stream.rdbuf();
+  return load_scene_text(text.str(), file.string(), file.parent_path(), loading);
+}
+
+}  // namespace tandem

@@ -1,0 +1,80 @@
+#include "server/assets/soft_scene.hpp"
+
+#include "proto/placement.hpp"
+#include "server/assets/scene_soft_checks.hpp"
+
+namespace tandem {
+namespace {
+
+SoftTraits traits_of(const wire::SoftBody& body) {
+  SoftTraits traits;
+  traits.mass_kg = body.mass_kg();
+  traits.X_WS = pose_from_placement(body.placement());
+  traits.material = {body.stiffness(), body.damping(), body.volume_stiffness(), body.friction()};
+  for (const std::string& side : body.anchored()) {
+    for (unsigned bit = 0; bit < std::size(kSoftSideNames); ++bit) {
+      if (side == kSoftSideNames[bit]) traits.anchored = static_cast<SoftSides>(traits.anchored | 1U << bit);
+    }
+  }
+  return traits;
+}
+
+void check_surface(const ContactMesh& mesh, const std::string& name, const SceneField& field) {
+  if (mesh.kind != SurfaceKind::kSolid) {
+    field.refuse("is " + name + ", which is open; a soft body needs a closed surface: close it, or use a block");
+  }
+  const std::size_t count = mesh.mesh.vertices.size();
+  if (count > kMaxSoftNodes) {
+    field.refuse("is " + name + ", which has " + std::to_string(count) + " vertices; at most " +
+                 std::to_string(kMaxSoftNodes) + " are possible: simplify it");
+  }
+}
+
+}  // namespace
+
+SoftModel soft_model_of(const wire::SoftBody& body, const ContactMesh* mesh, const SceneField& field) {
+  SoftModel model;
+  if (mesh != nullptr) {
+    check_surface(*mesh, body.mesh().file(), field.in("mesh").in("file"));
+    model = make_soft_surface(mesh->mesh, traits_of(body));
+  } else {
+    const auto& size = body.block().size_m();
+    model = make_soft_block(Vec3(size[0], size[1], size[2]), body.block().spacing_m(), traits_of(body));
+  }
+  model.name = body.name();
+  return model;
+}
+
+std::string soft_note(const SoftModel& model, const wire::Scene& scene) {
+  const int period = soft_period_steps(scene.step_rate_hz(), scene.soft_step_rate_hz());
+  return model.name + ": soft, " + std::to_string(model.nodes_W.size()) + " nodes, " +
+         std::to_string(model.links.size()) + " links, " + std::to_string(model.samples.size()) +
+         " contact points; stepped every " + std::to_string(period) + " steps, at " +
+         number_text(double(scene.step_rate_hz()) / period) + " Hz (asked: " + number_text(scene.soft_step_rate_hz()) +
+         " Hz)";
+}
+
+SoftWorldSettings soft_world_settings(const LoadedScene& scene) {
+  const wire::Scene& description = scene.description;
+  SoftWorldSettings settings;
+  settings.bodies = scene.soft_bodies;
+  for (std::size_t i = 0; i < scene.tools.size(); ++i) {
+    settings.tools.push_back({scene.tools[i].touch, description.tools(static_cast<int>(i)).friction()});
+  }
+  for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+    const LoadedBody& body = scene.bodies[i];
+    const SoftRigid rigid{body.touch, description.bodies(static_cast<int>(i)).friction()};
+    const bool is_static = body.mass.mass_kg <= 0;
+    // A static body keeps its place in the order, with nothing that could be touched.
+    settings.tools.push_back(is_static ? SoftRigid{} : rigid);
+    if (is_static && rigid.model.can_be_touched()) settings.obstacles.push_back({rigid, body.X_WB});
+  }
+  const auto& gravity = description.gravity_m_per_s2();
+  settings.gravity_m_per_s2 = Vec3(gravity[0], gravity[1], gravity[2]);
+  settings.room_rate_hz = description.step_rate_hz();
+  settings.rate_hz = description.soft_step_rate_hz();
+  settings.speed_limit_m_per_s = description.limits().body_speed_m_per_s();
+  return settings;
+}
+
+}  // namespace tandem

@@ -1,0 +1,267 @@
+// Readers of GROMACS's parameter files; their formats are in the GROMACS reference manual, "File formats" and
+// "Force field organization". Units there are nm and kJ/mol.
+#include "server/assets/structures/force_field.hpp"
+
+#include <algorithm>
+#include <cstdint>
+#include <fstream>
+#include <functional>
+#include <iterator>
+#include <system_error>
+#include <utility>
+
+#include "server/assets/structures/text.hpp"
+
+namespace tandem {
+namespace {
+
+namespace fs = std::filesystem;
+using Words = std::vector<std::string_view>;
+
+constexpr double kAngstromsPerNanometre = 10;
+constexpr std::uintmax_t kMostBytes = std::uintmax_t{64} << 20;
+constexpr const char* kRemedy =
+    "; install the Debian package gromacs-data or name another folder of GROMACS parameters (*.ff)";
+
+/// The name in "[ name ]"; empty for other lines.
+std::string section_name(const Words& words) {
+  if (words.front().front() != '[') return {};
+  std::string joined;
+  for (const std::string_view word : words) joined += word;
+  const std::size_t end = joined.find(']');
+  return end == std::string::npos ? std::string() : joined.substr(1, end - 1);
+}
+
+/// A parameter file line by line, without comments and blank lines; knows where it is for messages.
+class ParameterFile {
+ public:
+  explicit ParameterFile(const fs::path& path) : path_(path.string()) {
+    std::error_code error;
+    const bool usable = fs::is_regular_file(path, error) && fs::file_size(path, error) <= kMostBytes;
+    std::ifstream file(path, std::ios::binary);
+    if (!usable || !file) throw MoleculeError("force-field file " + path_ + " cannot be read" + kRemedy);
+    text_.assign(std::istreambuf_iterator<char>(file), {});
+    rest_ = text_;
+  }
+  ParameterFile(const ParameterFile&) = delete;
+  ParameterFile& operator=(const ParameterFile&) = delete;
+
+  /// Words of the next line that has any and that the preprocessor keeps (nothing is defined); false at the end.
+  bool next(Words& words) {
+    while (!rest_.empty()) {
+      ++line_;
+      std::string_view line = text::take_line(rest_);
+      words = text::words(line.substr(0, line.find(';')));
+      if (words.empty() || handled_by_preprocessor(words) || skipping_) continue;
+      return true;
+    }
+    return false;
+  }
+
+  /// Words of the next line of the sections called `wanted`, passing over all others; false at the end.
+  bool next_in(std::string_view wanted, Words& words) {
+    while (next(words)) {
+      if (std::string name = section_name(words); !name.empty()) {
+        section_ = std::move(name);
+      } else if (section_ == wanted) {
+        return true;
+      }
+    }
+    return false;
+  }
+
+  [[noreturn]] void fail(const std::string& what) const {
+    throw MoleculeError(path_ + ":" + std::to_string(line_) + ": " + what + kRemedy);
+  }
+
+  double number(std::string_view word) const {
+    double value = 0;
+    if (!text::parse_finite(word, value)) fail(text::quoted(word) + " is not a finite number");
+    return value;
+  }
+
+ private:
+  bool handled_by_preprocessor(const Words& words) {
+    if (!words.front().starts_with('#')) return false;
+    if (words.front() == "#ifdef" || words.front() == "#ifndef") {
+      left_out_.push_back(words.front() == "#ifdef");
+    } else if (words.front() == "#else" && !left_out_.empty()) {
+      left_out_.back() = !left_out_.back();
+    } else if (words.front() == "#endif" && !left_out_.empty()) {
+      left_out_.pop_back();
+    }
+    skipping_ = std::find(left_out_.begin(), left_out_.end(), true) != left_out_.end();
+    return true;
+  }
+
+  std::string path_;
+  std::string text_;
+  std::string_view rest_;
+  std::string section_;  ///< that next_in() is in
+  std::size_t line_ = 0;
+  std::vector<bool> left_out_;  ///< of each open #if: whether its present branch is left out
+  bool skipping_ = false;
+};
+
+void check_combination_rule(const fs::path& path) {
+  ParameterFile file(path);
+  Words words;
+  if (!file.next_in("defaults", words)) file.fail("no [ defaults ] section");
+  if (words.size() >= 2 && words[0] == "1" && words[1] == "3") return;
+  file.fail("needs nbfunc 1 and comb-rule 3 (geometric σ and ε), as in oplsaa.ff; found " + text::quoted(words[0]) +
+            " and " + text::quoted(words.size() > 1 ? words[1] : std::string_view()));
+}
+
+/// Counted from the right, since the column of the atomic number may be missing.
+void read_types(const fs::path& path, ForceField& force_field) {
+  ParameterFile file(path);
+  Words words;
+  while (file.next_in("atomtypes", words)) {
+    if (words.size() < 7) file.fail("an atom type needs name, bond type, mass, charge, ptype, sigma and epsilon");
+    const auto from_right = words.rbegin();
+    AtomType type;
+    type.epsilon_kj_per_mol = file.number(from_right[0]);
+    type.sigma_angstrom = file.number(from_right[1]) * kAngstromsPerNanometre;
+    type.mass_u = file.number(from_right[4]);
+    force_field.types.insert_or_assign(std::string(words.front()), type);
+  }
+}
+
+bool is_block_subsection(const std::string& name) {
+  return name == "atoms" || name == "bonds" || name == "angles" || name == "dihedrals" || name == "impropers" ||
+         name == "exclusions" || name == "cmap";
+}
+
+void read_blocks(const fs::path& path, ForceField& force_field) {
+  ParameterFile file(path);
+  Words words;
+  std::string section;
+  ResidueBlock* block = nullptr;
+  while (file.next(words)) {
+    if (const std::string name = section_name(words); !name.empty()) {
+      section = name;
+      if (is_block_subsection(name) || name == "bondedtypes") continue;
+      block = &force_field.blocks[name];
+      *block = {name, {}};
+    } else if (section == "atoms") {
+      if (block == nullptr || words.size() < 3) file.fail("an atom of a residue needs name, type and charge");
+      block->atoms.push_back({std::string(words[0]), std::string(words[1]), file.number(words[2])});
+    }
+  }
+}
+
+/// "H" added three times is H1, H2, H3; added once it is H.
+void read_addition(ParameterFile& file, const Words& header, TerminusEdit& edit) {
+  if (header.size() < 3) file.fail("an added atom needs count, rule and name");
+  const int count = static_cast<int>(file.number(header[0]));
+  const std::string name(header[2]);
+  Words words;
+  if (count < 1 || count > 4 || !file.next(words) || words.size() < 3) {
+    file.fail("an added atom needs a count of 1 to 4 and a second line with type, mass and charge");
+  }
+  for (int i = 1; i <= count; ++i) {
+    const std::string numbered = count == 1 ? name : name + std::to_string(i);
+    edit.added.push_back({numbered, std::string(words[0]), file.number(words[2])});
+  }
+}
+
+/// "old [new] type mass charge". The new name is GROMACS's own and not met in structure files.
+void read_replacement(const ParameterFile& file, const Words& words, TerminusEdit& edit) {
+  if (words.size() < 4) file.fail("a replaced atom needs name, type, mass and charge");
+  edit.replaced.push_back(
+      {std::string(words[0]), std::string(words[words.size() - 3]), file.number(words[words.size() - 1])});
+}
+
+std::map<std::string, TerminusEdit, std::less<>> read_termini(const fs::path& path) {
+  ParameterFile file(path);
+  std::map<std::string, TerminusEdit, std::less<>> termini;
+  Words words;
+  std::string section;
+  TerminusEdit* edit = nullptr;
+  while (file.next(words)) {
+    if (const std::string name = section_name(words); !name.empty()) {
+      section = name;
+      if (name == "replace" || name == "add" || name == "delete" || is_block_subsection(name)) continue;
+      edit = &termini[name];
+    } else if (edit == nullptr) {
+      file.fail("a line before the first [ terminus ]");
+    } else if (section == "replace") {
+      read_replacement(file, words, *edit);
+    } else if (section == "add") {
+      read_addition(file, words, *edit);
+    } else if (section == "delete") {
+      edit->deleted.emplace_back(words.front());
+    }
+  }
+  return termini;
+}
+
+/// The atoms that a C terminus adds under GROMACS's names (O1, O2, OT) are those that it renames from O and OXT.
+void drop_renamed_additions(std::map<std::string, TerminusEdit, std::less<>>& c_termini) {
+  for (auto& [name, edit] : c_termini) {
+    std::erase_if(edit.added, [](const BlockAtom& atom) { return atom.name.starts_with('O'); });
+  }
+}
+
+void read_names(const fs::path& directory, ForceField& force_field) {
+  Words words;
+  ParameterFile residues(directory / "aminoacids.r2b");
+  while (residues.next(words)) {
+    if (words.size() >= 2) force_field.block_of_residue.insert_or_assign(std::string(words[0]), std::string(words[1]));
+  }
+  std::error_code error;
+  const bool own = fs::exists(directory / "xlateat.dat", error);
+  ParameterFile atoms((own ? directory : directory / "..") / "xlateat.dat");
+  while (atoms.next(words)) {
+    if (words.size() < 3) continue;  // the count in the first line
+    force_field.aliases.push_back({std::string(words[0]), std::string(words[1]), std::string(words[2])});
+  }
+}
+
+}  // namespace
+
+const BlockAtom* ResidueBlock::find(std::string_view atom) const {
+  for (const BlockAtom& candidate : atoms) {
+    if (candidate.name == atom) return &candidate;
+  }
+  return nullptr;
+}
+
+bool ResidueBlock::is_amino_acid() const {
+  return find("N") != nullptr && find("CA") != nullptr && find("C") != nullptr && find("O") != nullptr;
+}
+
+const ResidueBlock* ForceField::block(std::string_view block_name) const {
+  const auto found = blocks.find(block_name);
+  return found == blocks.end() ? nullptr : &found->second;
+}
+
+const AtomType& ForceField::type(std::string_view type_name) const {
+  const auto found = types.find(type_name);
+  if (found == types.end()) {
+    throw MoleculeError("force field " + directory + ": atom type " + text::quoted(type_name) +
+                        " is not in ffnonbonded.itp" + kRemedy);
+  }
+  return found->second;
+}
+
+ForceField load_force_field(const fs::path& directory) {
+  std::error_code error;
+  if (!fs::is_directory(directory, error)) {
+    throw MoleculeError("force-field directory " + directory.string() + " does not exist" + kRemedy);
+  }
+  ForceField force_field;
+  const fs::path folder = directory.has_filename() ? directory : directory.parent_path();
+  force_field.name = folder.stem().string();
+  force_field.directory = directory.string();
+  check_combination_rule(directory / "forcefield.itp");
+  read_types(directory / "ffnonbonded.itp", force_field);
+  read_blocks(directory / "aminoacids.rtp", force_field);
+  force_field.n_termini = read_termini(directory / "aminoacids.n.tdb");
+  force_field.c_termini = read_termini(directory / "aminoacids.c.tdb");
+  drop_renamed_additions(force_field.c_termini);
+  read_names(directory, force_field);
+  return force_field;
+}
+
+}  // namespace tandem

@@ -1,0 +1,72 @@
+// The parameter files of a GROMACS force-field folder, as data: what residue_typing.hpp chooses from.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "common/docking/molecule_error.hpp"
+
+namespace tandem {
+
+struct AtomType {
+  double mass_u = 0;
+  double sigma_angstrom = 0;
+  double epsilon_kj_per_mol = 0;
+};
+
+/// One atom of a residue block: the charge is the block's, not the type's.
+struct BlockAtom {
+  std::string name;
+  std::string type;
+  double charge_e = 0;
+};
+
+struct ResidueBlock {
+  std::string name;
+  std::vector<BlockAtom> atoms;
+
+  const BlockAtom* find(std::string_view atom) const;
+  bool is_amino_acid() const;  ///< has N, CA, C and O
+};
+
+/// What a chain end changes in the block of its residue.
+struct TerminusEdit {
+  std::vector<BlockAtom> replaced;  ///< by name; an atom that the block lacks is one the end brings along ("OXT")
+  std::vector<BlockAtom> added;     ///< H1, H2, H3 …
+  std::vector<std::string> deleted;
+};
+
+struct AtomAlias {
+  std::string residue;  ///< a residue name, "protein", "protein-nterm" or "protein-cterm"
+  std::string from;
+  std::string to;
+};
+
+struct ForceField {
+  std::string name;       ///< the folder without ".ff": "oplsaa"
+  std::string directory;  ///< for messages
+  std::map<std::string, AtomType, std::less<>> types;
+  std::map<std::string, ResidueBlock, std::less<>> blocks;
+  std::map<std::string, TerminusEdit, std::less<>> n_termini;
+  std::map<std::string, TerminusEdit, std::less<>> c_termini;
+  std::map<std::string, std::string, std::less<>> block_of_residue;  ///< where the names differ: LYS → LYSH
+  std::vector<AtomAlias> aliases;
+
+  const ResidueBlock* block(std::string_view name) const;
+
+  /// Fails   MoleculeError: type not in ffnonbonded.itp
+  const AtomType& type(std::string_view name) const;
+};
+
+/// Reads forcefield.itp, ffnonbonded.itp, aminoacids.rtp, .n.tdb, .c.tdb and .r2b of the folder, and xlateat.dat of it
+/// or of its parent.
+///
+/// Fails   MoleculeError: folder or file missing (names the Debian package), a line that cannot be read (names it), a
+///         combination rule other than 3, geometric
+/// Cost    about 5 ms
+ForceField load_force_field(const std::filesystem::path& directory);
+
+}  // namespace tandem

@@ -1,0 +1,380 @@
+// See residue_typing.hpp.
+#include "server/assets/structures/residue_typing.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <utility>
+
+namespace tandem {
+namespace {
+
+struct Renaming {
+  std::string_view residue;
+  std::string_view from;
+  std::string_view to;
+};
+
+/// Residue names of other programs (AMBER, CHARMM, GROMOS, PDB components) with one meaning in GROMACS's blocks.
+constexpr std::array<std::pair<std::string_view, std::string_view>, 20> kResidueNames = {{
+    {"HID", "HISD"},  {"HSD", "HISD"}, {"HISA", "HISD"}, {"HIE", "HISE"}, {"HSE", "HISE"},
+    {"HISB", "HISE"}, {"HIP", "HISH"}, {"HSP", "HISH"},  {"CYX", "CYS2"}, {"ASH", "ASPH"},
+    {"ASPP", "ASPH"}, {"GLH", "GLUH"}, {"GLUP", "GLUH"}, {"LYN", "LYSN"}, {"LSN", "LYSN"},
+    {"LYP", "LYSH"},  {"NME", "NAC"},  {"CT3", "NAC"},   {"PCA", "PGLU"}, {"MSE", "MET"},
+}};
+
+/// Atom names of the PDB's chemical components for the caps, which xlateat.dat does not have. By block.
+constexpr std::array<Renaming, 12> kCapAtoms = {{
+    {"ACE", "H", "HH31"},
+    {"ACE", "H1", "HH31"},
+    {"ACE", "H2", "HH32"},
+    {"ACE", "H3", "HH33"},
+    {"NAC", "C", "CH3"},
+    {"NAC", "H1", "HH31"},
+    {"NAC", "H2", "HH32"},
+    {"NAC", "H3", "HH33"},
+    {"NAC", "HN2", "H"},
+    {"NH2", "HN1", "H1"},
+    {"NH2", "HN2", "H2"},
+    {"PGLU", "OE1", "OE"},
+}};
+
+constexpr std::array<std::string_view, 4> kCaps = {"ACE", "NAC", "NH2", "NHE"};
+
+/// Stand-ins by element: the alkane, amide and sulfide entries of OPLS-AA. Selenium of MSE is taken as sulfur.
+struct ElementType {
+  std::string_view element;
+  std::string_view type;
+};
+constexpr std::array<ElementType, 7> kTypeOfElement = {{{"C", "opls_135"},
+                                                        {"N", "opls_238"},
+                                                        {"O", "opls_236"},
+                                                        {"S", "opls_202"},
+                                                        {"SE", "opls_202"},
+                                                        {"P", "opls_393"},
+                                                        {"H", "opls_140"}}};
+constexpr std::string_view kPolarHydrogen = "opls_241";
+
+constexpr double kDisulfideAngstrom = 2.0;
+constexpr double kDisulfideTolerance = 0.1;
+
+using Names = std::vector<std::string>;
+
+bool is_digit(char c) {
+  return c >= '0' && c <= '9';
+}
+
+bool has(const Names& names, std::string_view name) {
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+std::string_view stem(std::string_view name) {
+  while (!name.empty() && is_digit(name.back())) name.remove_suffix(1);
+  return name;
+}
+
+std::string_view canonical_residue(std::string_view name) {
+  for (const auto& [other, canonical] : kResidueNames) {
+    if (other == name) return canonical;
+  }
+  return name;
+}
+
+/// Block name without regard to protonation; "HIS" has none of its own.
+const ResidueBlock* default_block(const ForceField& force_field, std::string_view residue_name) {
+  const std::string_view canonical = canonical_residue(residue_name);
+  if (canonical == "HIS") return force_field.block("HISE");
+  const auto renamed = force_field.block_of_residue.find(canonical);
+  return force_field.block(renamed == force_field.block_of_residue.end() ? canonical : renamed->second);
+}
+
+std::string digit_last(std::string_view name) {
+  std::size_t digits = 0;
+  while (digits < name.size() && is_digit(name[digits])) ++digits;
+  return std::string(name.substr(digits)) + std::string(name.substr(0, digits));
+}
+
+bool alias_applies(const AtomAlias& alias, std::string_view residue_name, const ResidueContext& context) {
+  return alias.residue == "protein" || alias.residue == residue_name ||
+         (alias.residue == "protein-nterm" && context.first_of_chain) ||
+         (alias.residue == "protein-cterm" && context.last_of_chain);
+}
+
+Names normalised_names(const ForceField& force_field, const PdbResidue& residue, const ResidueBlock& block,
+                       const ResidueContext& context) {
+  Names names;
+  for (const PdbAtom& atom : residue.atoms) {
+    std::string name = digit_last(atom.name);
+    for (const AtomAlias& alias : force_field.aliases) {
+      if (alias.from == name && alias_applies(alias, residue.name, context)) {
+        name = alias.to;
+        break;
+      }
+    }
+    for (const Renaming& cap : kCapAtoms) {
+      if (cap.residue == block.name && cap.from == name) {
+        name = cap.to;
+        break;
+      }
+    }
+    names.push_back(std::move(name));
+  }
+  return names;
+}
+
+void swap_names(Names& names, std::string_view a, std::string_view b) {
+  for (std::string& name : names) {
+    if (name == a) {
+      name = b;
+    } else if (name == b) {
+      name = a;
+    }
+  }
+}
+
+/// The block of a protonated acid has its hydrogen on the second oxygen; a file may have it on the first.
+std::string_view acid_block(Names& names, char position, std::string_view charged, std::string_view neutral) {
+  const std::string first = std::string("H") + position + "1";
+  const std::string second = std::string("H") + position + "2";
+  if (has(names, second)) return neutral;
+  if (!has(names, first)) return charged;
+  swap_names(names, first, second);
+  swap_names(names, std::string("O") + position + "1", std::string("O") + position + "2");
+  return neutral;
+}
+
+std::string_view histidine_block(const Names& names) {
+  if (has(names, "HD1")) return has(names, "HE2") ? "HISH" : "HISD";
+  return "HISE";
+}
+
+const ResidueBlock* choose_block(const ForceField& force_field, std::string_view residue_name,
+                                 const ResidueContext& context, Names& names) {
+  const std::string_view canonical = canonical_residue(residue_name);
+  const ResidueBlock* chosen = nullptr;
+  if (canonical == "HIS") chosen = force_field.block(histidine_block(names));
+  if (canonical == "ASP" || canonical == "ASPH") chosen = force_field.block(acid_block(names, 'D', canonical, "ASPH"));
+  if (canonical == "GLU" || canonical == "GLUH") chosen = force_field.block(acid_block(names, 'E', canonical, "GLUH"));
+  if (canonical == "CYS" && context.in_disulfide && !has(names, "HG")) chosen = force_field.block("CYS2");
+  if (canonical == "LYS" &&
+      std::count_if(names.begin(), names.end(), [](const std::string& name) { return stem(name) == "HZ"; }) == 2) {
+    chosen = force_field.block("LYS");
+  }
+  return chosen != nullptr ? chosen : default_block(force_field, residue_name);
+}
+
+/// The entry for this residue's block if there is one ("GLY-NH3+"), else the general one ("NH3+").
+const TerminusEdit* find_edit(const std::map<std::string, TerminusEdit, std::less<>>& edits, const std::string& block,
+                              const std::string& terminus) {
+  auto found = edits.find(block + "-" + terminus);
+  if (found == edits.end()) found = edits.find(terminus);
+  return found == edits.end() ? nullptr : &found->second;
+}
+
+std::string n_terminus(const Names& names, const std::string& block) {
+  const auto hydrogens =
+      std::count_if(names.begin(), names.end(), [](const std::string& name) { return stem(name) == "H"; });
+  if (block == "PGLU") return "NH";
+  if (block == "PRO") return hydrogens == 1 ? "NH" : "NH2+";
+  // One hydrogen is a chain cut out of a longer one: no edit, except where the block has a terminus of that name.
+  if (hydrogens == 1) return "NH";
+  return hydrogens == 2 ? "NH2" : "NH3+";
+}
+
+void apply(const TerminusEdit& edit, std::vector<BlockAtom>& atoms) {
+  const auto put = [&atoms](const BlockAtom& atom) {
+    const auto same = std::find_if(atoms.begin(), atoms.end(), [&](const BlockAtom& a) { return a.name == atom.name; });
+    if (same == atoms.end()) {
+      atoms.push_back(atom);
+    } else {
+      *same = atom;
+    }
+  };
+  for (const std::string& name : edit.deleted) std::erase_if(atoms, [&](const BlockAtom& a) { return a.name == name; });
+  for (const BlockAtom& atom : edit.replaced) put(atom);
+  for (const BlockAtom& atom : edit.added) put(atom);
+}
+
+/// Block with its chain ends. A residue that is both ends, both charged, takes the zwitterion's entries.
+std::vector<BlockAtom> block_with_ends(const ForceField& force_field, const ResidueBlock& block,
+                                       const ResidueContext& context, Names& names) {
+  std::vector<BlockAtom> atoms = block.atoms;
+  if (!block.is_amino_acid()) return atoms;
+  std::string n_end = context.first_of_chain ? n_terminus(names, block.name) : "";
+  std::string c_end;
+  if (has(names, "OXT")) c_end = has(names, "HXT") || has(names, "HO") ? "COOH" : "COO-";
+  if (has(names, "HXT")) {
+    // In GROMACS's COOH the hydrogen is HO on O; in PDB files it is HXT on OXT.
+    swap_names(names, "O", "OXT");
+    swap_names(names, "HXT", "HO");
+  }
+  if (n_end.ends_with('+') && c_end == "COO-") {
+    n_end = "ZWITTERION_" + n_end;
+    c_end = "ZWITTERION_" + c_end;
+  }
+  const TerminusEdit* n_edit = n_end.empty() ? nullptr : find_edit(force_field.n_termini, block.name, n_end);
+  const TerminusEdit* c_edit = c_end.empty() ? nullptr : find_edit(force_field.c_termini, block.name, c_end);
+  if (n_edit != nullptr) apply(*n_edit, atoms);
+  if (c_edit != nullptr) apply(*c_edit, atoms);
+  return atoms;
+}
+
+bool alike(const BlockAtom& a, const BlockAtom& b) {
+  return a.type == b.type && std::abs(a.charge_e - b.charge_e) < 1e-9;
+}
+
+/// A block atom for each file atom, or none; each block atom is used once.
+class Matcher {
+ public:
+  Matcher(const std::vector<BlockAtom>& atoms, const PdbResidue& residue, const Names& names)
+      : atoms_(atoms), residue_(residue), names_(names), used_(atoms.size(), false), match_(names.size()) {
+    for (std::size_t i = 0; i < names.size(); ++i) match_by_name(i);
+    for (std::size_t i = 0; i < names.size(); ++i) {
+      if (!match_[i] && residue.atoms[i].element == "H") match_hydrogen_by_stem(i);
+    }
+  }
+
+  const BlockAtom* of(std::size_t i) const { return match_[i] ? &atoms_[*match_[i]] : nullptr; }
+  bool is_used(std::size_t block_atom) const { return used_[block_atom]; }
+
+ private:
+  void match_by_name(std::size_t i) {
+    for (std::size_t k = 0; k < atoms_.size(); ++k) {
+      if (!used_[k] && atoms_[k].name == names_[i]) return take(i, k);
+    }
+  }
+
+  void match_hydrogen_by_stem(std::size_t i) {
+    std::optional<std::size_t> spare;
+    const BlockAtom* first = nullptr;
+    for (std::size_t k = 0; k < atoms_.size(); ++k) {
+      if (atoms_[k].name.front() != 'H' || stem(atoms_[k].name) != stem(names_[i])) continue;
+      if (first == nullptr) first = &atoms_[k];
+      if (!alike(*first, atoms_[k])) return;
+      if (!used_[k] && !spare) spare = k;
+    }
+    if (spare) take(i, *spare);
+  }
+
+  void take(std::size_t i, std::size_t k) {
+    used_[k] = true;
+    match_[i] = k;
+  }
+
+  const std::vector<BlockAtom>& atoms_;
+  const PdbResidue& residue_;
+  const Names& names_;
+  std::vector<bool> used_;
+  std::vector<std::optional<std::size_t>> match_;
+};
+
+bool is_bound_to_carbon(const PdbResidue& residue, std::size_t hydrogen) {
+  double nearest = std::numeric_limits<double>::infinity();
+  bool carbon = true;
+  for (const PdbAtom& atom : residue.atoms) {
+    if (atom.element == "H") continue;
+    const double distance = (atom.position_angstrom - residue.atoms[hydrogen].position_angstrom).squaredNorm();
+    if (distance < nearest) {
+      nearest = distance;
+      carbon = atom.element == "C";
+    }
+  }
+  return carbon;
+}
+
+std::string place_of(const PdbResidue& residue) {
+  return residue.name + " " + residue.id + (residue.chain.empty() ? "" : " of chain " + residue.chain);
+}
+
+TypedAtom guess_by_element(const PdbResidue& residue, std::size_t i, const std::string& block) {
+  const PdbAtom& atom = residue.atoms[i];
+  std::string_view type = "opls_135";  // an unknown element: in a protein a carbon-sized atom is the likeliest
+  for (const ElementType& known : kTypeOfElement) {
+    if (known.element == atom.element) type = known.type;
+  }
+  if (atom.element == "H" && !is_bound_to_carbon(residue, i)) type = kPolarHydrogen;
+  return {std::string(type), 0.0,
+          "atom " + atom.name + " of " + place_of(residue) + ": not in the force field's block " + block +
+              ", taken as " + std::string(type) + " by its element with charge 0"};
+}
+
+/// Without ring hydrogens the tautomer is a choice: every atom whose entry depends on it is a guess.
+void mark_guessed_tautomer(const ForceField& force_field, const PdbResidue& residue, const Names& names,
+                           TypedResidue& typed) {
+  const ResidueBlock* other = force_field.block("HISD");
+  if (canonical_residue(residue.name) != "HIS" || has(names, "HD1") || has(names, "HE2") || other == nullptr) return;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const BlockAtom* alternative = other->find(names[i]);
+    TypedAtom& atom = typed.atoms[i];
+    if (!atom.guess.empty() || alternative == nullptr || alike(*alternative, {{}, atom.type, atom.charge_e})) continue;
+    atom.guess = "atom " + residue.atoms[i].name + " of " + place_of(residue) +
+                 ": neither HD1 nor HE2 in the file, taken as HISE, neutral with the hydrogen on NE2";
+  }
+}
+
+}  // namespace
+
+bool is_protein_residue(const ForceField& force_field, std::string_view residue_name) {
+  const ResidueBlock* block = default_block(force_field, residue_name);
+  if (block == nullptr) return false;
+  return block->is_amino_acid() || std::find(kCaps.begin(), kCaps.end(), block->name) != kCaps.end();
+}
+
+TypedResidue type_residue(const ForceField& force_field, const PdbResidue& residue, const ResidueContext& context) {
+  Names names = normalised_names(force_field, residue, *default_block(force_field, residue.name), context);
+  const ResidueBlock& block = *choose_block(force_field, residue.name, context, names);
+  const std::vector<BlockAtom> atoms = block_with_ends(force_field, block, context, names);
+  const Matcher matcher(atoms, residue, names);
+  TypedResidue typed;
+  for (std::size_t i = 0; i < residue.atoms.size(); ++i) {
+    const BlockAtom* entry = matcher.of(i);
+    typed.atoms.push_back(entry != nullptr ? TypedAtom{entry->type, entry->charge_e, {}}
+                                           : guess_by_element(residue, i, block.name));
+  }
+  for (std::size_t k = 0; k < atoms.size(); ++k) {
+    const bool hydrogen = atoms[k].name.starts_with('H');
+    if (hydrogen) ++typed.expected_hydrogens;
+    if (matcher.is_used(k)) continue;
+    if (hydrogen) {
+      ++typed.missing_hydrogens;
+    } else {
+      typed.missing_heavy.push_back(atoms[k].name);
+    }
+  }
+  mark_guessed_tautomer(force_field, residue, names, typed);
+  return typed;
+}
+
+std::vector<bool> find_disulfides(const std::vector<PdbResidue>& residues) {
+  struct Sulfur {
+    Vec3 position;
+    std::size_t residue;
+  };
+  std::vector<Sulfur> sulfurs;
+  for (std::size_t r = 0; r < residues.size(); ++r) {
+    if (!canonical_residue(residues[r].name).starts_with("CY")) continue;
+    for (const PdbAtom& atom : residues[r].atoms) {
+      if (atom.name == "SG") sulfurs.push_back({atom.position_angstrom, r});
+    }
+  }
+  // Sorted along x, so that only near ones are compared.
+  std::sort(sulfurs.begin(), sulfurs.end(),
+            [](const Sulfur& a, const Sulfur& b) { return a.position.x() < b.position.x(); });
+  std::vector<bool> bonded(residues.size(), false);
+  constexpr double kLongest = kDisulfideAngstrom * (1 + kDisulfideTolerance);
+  constexpr double kShortest = kDisulfideAngstrom * (1 - kDisulfideTolerance);
+  for (std::size_t i = 0; i < sulfurs.size(); ++i) {
+    for (std::size_t j = i + 1; j < sulfurs.size(); ++j) {
+      if (sulfurs[j].position.x() - sulfurs[i].position.x() > kLongest) break;
+      const double distance = (sulfurs[j].position - sulfurs[i].position).norm();
+      if (distance < kShortest || distance > kLongest) continue;
+      bonded[sulfurs[i].residue] = true;
+      bonded[sulfurs[j].residue] = true;
+    }
+  }
+  return bonded;
+}
+
+}  // namespace tandem

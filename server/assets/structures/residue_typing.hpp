@@ -1,0 +1,53 @@
+// Which force-field entry each atom of a residue gets: protonation variant, chain end, and the many names that
+// programs give to the same hydrogen.
+//
+// Order of decisions
+//   1. names        digit first to digit last (1HB → HB1), the aliases of xlateat.dat, names of caps and variants
+//   2. block        by residue name; HIS, LYS, ASP, GLU by the hydrogens present; CYS by its disulfide
+//   3. chain ends   by the hydrogens on N and by OXT; without hydrogens the charged end
+//   4. atoms        by name; a hydrogen also by its stem (HB2, HB3 → HB1, HB2) where all of that stem are alike
+//   5. the rest     by element, charge 0, named as guessed
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "server/assets/structures/force_field.hpp"
+#include "server/assets/structures/pdb_reader.hpp"
+
+namespace tandem {
+
+struct ResidueContext {
+  bool first_of_chain = false;
+  bool last_of_chain = false;
+  bool in_disulfide = false;
+};
+
+struct TypedAtom {
+  std::string type;
+  double charge_e = 0;
+  std::string guess;  ///< empty for an exact entry; else for people
+};
+
+struct TypedResidue {
+  std::vector<TypedAtom> atoms;  ///< one for each of the residue's
+  std::size_t expected_hydrogens = 0;
+  std::size_t missing_hydrogens = 0;
+  std::vector<std::string> missing_heavy;  ///< names
+};
+
+/// Whether the force field has a block of an amino acid or cap (ACE, NAC/NME, NH2, NHE) for this residue name.
+bool is_protein_residue(const ForceField& force_field, std::string_view residue_name);
+
+/// Source  block and chain-end choice follow pdb2gmx (GROMACS manual, "gmx pdb2gmx"); the fallbacks are ours
+/// In      residue  one for which is_protein_residue()
+TypedResidue type_residue(const ForceField& force_field, const PdbResidue& residue, const ResidueContext& context);
+
+/// For each residue whether its SG is bonded to another's.
+///
+/// Source  GROMACS's specbond.dat: SG-SG 0.2 nm, and pdb2gmx's tolerance of 10 %
+std::vector<bool> find_disulfides(const std::vector<PdbResidue>& residues);
+
+}  // namespace tandem

@@ -1,0 +1,13 @@
+// What a moving mesh collides as where Bullet steps it.
+#pragma once
+
+#include <vector>
+
+#include "common/geometry/triangle_mesh.hpp"
+
+namespace tandem {
+
+/// The convex hull of `points`, with outward triangles; empty when the points lie in one plane.
+TriangleMesh convex_hull(const std::vector<Vec3>& points);
+
+}  // namespace tandem

@@ -1,0 +1,136 @@
+#include "server/physics/gimpact_reference.hpp"
+
+#include <BulletCollision/BroadphaseCollision/btDbvtBroadphase.h>
+#include <BulletCollision/CollisionDispatch/btCollisionDispatcher.h>
+#include <BulletCollision/CollisionDispatch/btDefaultCollisionConfiguration.h>
+#include <BulletCollision/CollisionShapes/btTriangleIndexVertexArray.h>
+#include <BulletCollision/Gimpact/btGImpactCollisionAlgorithm.h>
+#include <BulletCollision/Gimpact/btGImpactShape.h>
+#include <BulletDynamics/ConstraintSolver/btSequentialImpulseConstraintSolver.h>
+#include <BulletDynamics/Dynamics/btDiscreteDynamicsWorld.h>
+#include <BulletDynamics/Dynamics/btRigidBody.h>
+
+#include <cmath>
+
+#include "server/physics/bullet_convert.hpp"
+
+namespace tandem {
+namespace {
+
+/// A mesh with the copy of its triangles that Bullet points into.
+class GImpactMesh {
+ public:
+  GImpactMesh(const TriangleMesh& mesh, double margin_m)
+      : mesh_(mesh),
+        triangles_(static_cast<int>(mesh_.triangles.size()), mesh_.triangles.front().data(),
+                   static_cast<int>(sizeof(mesh_.triangles.front())), static_cast<int>(mesh_.vertices.size()),
+                   mesh_.vertices.front().data(), static_cast<int>(sizeof(Vec3))),
+        shape_(&triangles_) {
+    static_assert(sizeof(Vec3) == 3 * sizeof(btScalar));
+    shape_.setMargin(margin_m);
+    shape_.updateBound();
+  }
+  btCollisionShape& shape() { return shape_; }
+
+ private:
+  TriangleMesh mesh_;
+  btTriangleIndexVertexArray triangles_;
+  btGImpactMeshShape shape_;
+};
+
+class TimedWorld final : public btDiscreteDynamicsWorld {
+ public:
+  TimedWorld(btDispatcher* dispatcher, btBroadphaseInterface* broadphase, btConstraintSolver* solver,
+             btCollisionConfiguration* configuration, const Clock& clock)
+      : btDiscreteDynamicsWorld(dispatcher, broadphase, solver, configuration), clock_(clock) {}
+
+  void performDiscreteCollisionDetection() override {
+    const LocalTime begin = clock_.now();
+    btDiscreteDynamicsWorld::performDiscreteCollisionDetection();
+    query = clock_.now() - begin;
+  }
+
+  Duration query{0};
+
+ private:
+  const Clock& clock_;
+};
+
+}  // namespace
+
+struct GImpactReference::Impl {
+  Impl(const TriangleMesh& moving, const TriangleMesh& fixed, const Settings& settings_in, const Clock& clock_in)
+      : settings(settings_in),
+        clock(clock_in),
+        moving_mesh(moving, settings.margin_m),
+        fixed_mesh(fixed, settings.margin_m),
+        dispatcher(&configuration),
+        world(&dispatcher, &broadphase, &solver, &configuration, clock),
+        tool(settings.mass_kg, nullptr, &moving_mesh.shape(), to_bullet(settings.principal_inertia_kg_m2)),
+        wall(0, nullptr, &fixed_mesh.shape()) {
+    btGImpactCollisionAlgorithm::registerAlgorithm(&dispatcher);
+    world.setGravity(btVector3(0, 0, 0));
+    for (btRigidBody* body : {&tool, &wall}) {
+      body->setFriction(std::sqrt(settings.friction));
+      body->setActivationState(DISABLE_DEACTIVATION);
+      world.addRigidBody(body);
+    }
+  }
+  ~Impl() {
+    world.removeRigidBody(&tool);
+    world.removeRigidBody(&wall);
+  }
+
+  std::size_t contacts() const {
+    std::size_t count = 0;
+    for (int i = 0; i < dispatcher.getNumManifolds(); ++i) {
+      count += static_cast<std::size_t>(dispatcher.getManifoldByIndexInternal(i)->getNumContacts());
+    }
+    return count;
+  }
+
+  Settings settings;
+  const Clock& clock;
+  GImpactMesh moving_mesh;
+  GImpactMesh fixed_mesh;
+  btDefaultCollisionConfiguration configuration;
+  mutable btCollisionDispatcher dispatcher;
+  btDbvtBroadphase broadphase;
+  btSequentialImpulseConstraintSolver solver;
+  TimedWorld world;
+  btRigidBody tool;
+  btRigidBody wall;
+};
+
+GImpactReference::GImpactReference(const TriangleMesh& moving, const TriangleMesh& fixed, const Settings& settings,
+                                   const Clock& clock)
+    : impl_(std::make_unique<Impl>(moving, fixed, settings, clock)) {}
+GImpactReference::~GImpactReference() = default;
+
+void GImpactReference::place(const Pose& X_WT) {
+  impl_->tool.setWorldTransform(to_bullet(X_WT));
+  impl_->tool.setLinearVelocity(btVector3(0, 0, 0));
+  impl_->tool.setAngularVelocity(btVector3(0, 0, 0));
+}
+
+void GImpactReference::set_step(double step_s) {
+  impl_->settings.step_s = step_s;
+}
+
+GImpactReference::Step GImpactReference::step(const Wrench& on_tool_W) {
+  Impl& all = *impl_;
+  const LocalTime begin = all.clock.now();
+  all.tool.applyCentralForce(to_bullet(on_tool_W.f));
+  all.tool.applyTorque(to_bullet(on_tool_W.t));
+  // No sub-steps: Bullet then advances by exactly this time.
+  all.world.stepSimulation(all.settings.step_s, 0);
+  Step result;
+  result.whole = all.clock.now() - begin;
+  result.query = all.world.query;
+  result.X_WT = from_bullet(all.tool.getWorldTransform());
+  result.V_WT = {from_bullet(all.tool.getLinearVelocity()), from_bullet(all.tool.getAngularVelocity())};
+  result.contacts = all.contacts();
+  return result;
+}
+
+}  // namespace tandem

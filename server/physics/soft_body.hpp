@@ -1,0 +1,76 @@
+// A soft body in Bullet: its nodes and links, and the parts of a position-based step that concern no other thing.
+// Private to the soft world.
+#pragma once
+
+#include <BulletSoftBody/btSoftBody.h>
+
+#include <memory>
+#include <vector>
+
+#include "server/physics/bullet_convert.hpp"
+#include "server/physics/soft_model.hpp"
+
+namespace tandem {
+
+/// Between predict() and finish() the nodes are where the solver has moved them so far.
+///
+/// Model   predict: v ← v + g h, x ← x + v h. Then sweeps over links and volume (and contacts, SoftStep) move the
+///         nodes; each moves only pairs and sets of nodes whose momentum it keeps. finish: v ← (x − x_start)/h.
+/// Source  Mueller, Heidelberger, Hennix, Ratcliff, "Position based dynamics", 2007; nodes, links, prediction and link
+///         sweeps are Bullet's. Its collisions are not used: they know neither distance fields nor what a tool feels.
+class SoftBody {
+ public:
+  SoftBody(const SoftModel& model, const Vec3& gravity_m_per_s2);
+  SoftBody(const SoftBody&) = delete;
+  SoftBody& operator=(const SoftBody&) = delete;
+
+  const SoftModel& model() const { return model_; }
+
+  void predict(double step_s);
+  /// One sweep.
+  void solve_links();
+  /// Brings the enclosed volume nearer to that at the start.
+  ///
+  /// Model   C = V − V₀; Δxᵢ = −κ wᵢ ∇ᵢV C / Σⱼ wⱼ |∇ⱼV|², wᵢ = 1/mᵢ
+  void solve_volume();
+  /// Velocities from positions, damped along the links and limited. True when a node had to be slowed.
+  bool finish(double step_s, double speed_limit_m_per_s);
+  /// Back to the start, at rest.
+  void reset();
+  /// Where another of the same model is, at rest.
+  void copy(const SoftBody& other);
+
+  bool is_finite() const;
+  int node_count() const { return static_cast<int>(model_.nodes_W.size()); }
+  Vec3 position(int node) const { return from_bullet(body_->m_nodes[node].m_x); }
+  Vec3 position_before(int node) const { return from_bullet(body_->m_nodes[node].m_q); }
+  double inverse_mass(int node) const { return body_->m_nodes[node].m_im; }
+  void move(int node, const Vec3& by) { body_->m_nodes[node].m_x += to_bullet(by); }
+
+  Vec3 position(const SoftSample& sample) const;
+  Vec3 position_before(const SoftSample& sample) const;
+  /// Inverse of the mass that an impulse at the sample moves; 0 when all its nodes are glued down.
+  double inverse_mass(const SoftSample& sample) const;
+  /// What an impulse does that moves a sample of inverse mass 1 by `push` [kg·m].
+  void push(const SoftSample& sample, const Vec3& push);
+
+  /// For the derivative of a step.
+  const btSoftBody& bullet() const { return *body_; }
+  /// Gradient of the volume by each node, of the last solve_volume(); and κ / Σ w|∇V|².
+  const std::vector<Vec3>& volume_gradient() const { return volume_gradient_; }
+  double volume_gain() const { return volume_gain_; }
+
+ private:
+  void put_at_rest(int index, const btVector3& p_W);
+  void damp_links();
+  double update_volume();
+
+  const SoftModel& model_;
+  btSoftBodyWorldInfo world_;
+  std::unique_ptr<btSoftBody> body_;
+  double rest_volume_m3_ = 0;
+  std::vector<Vec3> volume_gradient_;
+  double volume_gain_ = 0;
+};
+
+}  // namespace tandem

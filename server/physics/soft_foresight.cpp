@@ -1,0 +1,134 @@
+#include "server/physics/soft_foresight.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace tandem {
+namespace {
+
+/// Samples so much farther than the nearest count e times less for the plane.
+constexpr double kPlane_m = 1e-3;
+/// A thing that is nearer is about to touch: it is not pressed any more.
+constexpr double kLeastGap_m = 1e-3;
+/// One that has moved less has the same stiffness before it.
+constexpr double kSamePlace_m = 5e-3;
+/// To the sides a foretold contact holds so far.
+constexpr double kTrust_m = 1e-2;
+/// Softer is not felt, stiffer is none of a soft body.
+constexpr double kLeastStiffness_n_per_m = 1;
+constexpr double kMostStiffness_n_per_m = 2000;
+
+}  // namespace
+
+SoftForesight::SoftForesight(const SoftModel& model, const Vec3& gravity_m_per_s2, int sweeps, std::size_t things)
+    : pressed_(model, gravity_m_per_s2, sweeps), watched_(things) {
+  p_W_.reserve(model.samples.size());
+  near_.reserve(model.samples.size());
+}
+
+std::optional<SoftForesight::Surface> SoftForesight::surface_near(const SoftBody& body, const SoftThing& thing) {
+  near_.clear();
+  double least = kReach_m;
+  for (const TouchModel::Part& part : thing.model->parts) {
+    const Pose X_WS = thing.X_WT * part.X_BS;
+    const double radius_m = part.shape->radius_m();
+    for (std::size_t i = 0; i < p_W_.size(); ++i) {
+      const Vec3 from_W = p_W_[i] - X_WS.p;
+      if (from_W.norm() > radius_m + least + 5 * kPlane_m || body.inverse_mass(body.model().samples[i]) <= 0) continue;
+      const DistanceSample found = part.shape->field->sample(X_WS.q.conjugate() * from_W);
+      least = std::min(least, found.distance_m);
+      near_.push_back({found.distance_m, p_W_[i], X_WS.q * found.gradient.normalized()});
+    }
+  }
+  if (near_.empty() || !(least < kReach_m)) return std::nullopt;
+  Surface surface{least, Vec3::Zero(), Vec3::Zero()};
+  double sum = 0;
+  for (const Near& near : near_) {
+    const double weight = std::exp(-(near.distance_m - least) / kPlane_m);
+    surface.normal_W -= weight * near.out_W;
+    surface.lever_W += weight * (near.p_W - near.distance_m * near.out_W - thing.X_WT.p);
+    sum += weight;
+  }
+  if (!(surface.normal_W.norm() > 0.5 * sum)) return std::nullopt;
+  surface.normal_W.normalize();
+  surface.lever_W /= sum;
+  return surface;
+}
+
+void SoftForesight::advance(const SoftStep& real, double step_s, double speed_limit_m_per_s,
+                            std::span<const SoftThing> things) {
+  const SoftBody& body = real.body();
+  p_W_.clear();
+  for (std::size_t i = 0; i < watched_.size(); ++i) {
+    const bool is_near = things[i].is_present && real.is_near(things[i], kReach_m);
+    if (is_near && p_W_.empty()) {
+      for (const SoftSample& sample : body.model().samples) p_W_.push_back(body.position(sample));
+    }
+    watched_[i].surface = is_near ? surface_near(body, things[i]) : std::nullopt;
+    if (!watched_[i].surface) watched_[i].stiffness_n_per_m.reset();
+  }
+  if (steps_ >= kSteps) choose_thing(body, things);
+  if (steps_ < kSteps) press(step_s, speed_limit_m_per_s, things);
+}
+
+/// In turn: those that are not there yet, and have not been pressed here before.
+void SoftForesight::choose_thing(const SoftBody& body, std::span<const SoftThing> things) {
+  for (std::size_t i = 1; i <= watched_.size(); ++i) {
+    const std::size_t thing = (pressing_ + i) % watched_.size();
+    const Watched& watched = watched_[thing];
+    if (!watched.surface || watched.surface->gap_m < kLeastGap_m) continue;
+    if (watched.stiffness_n_per_m && (things[thing].X_WT.p - watched.p_WT).norm() < kSamePlace_m) continue;
+    pressing_ = thing;
+    normal_W_pressing_ = watched.surface->normal_W;
+    p_WT_pressing_ = things[thing].X_WT.p;
+    pressed_.body().copy(body);
+    X_WT_pressing_ = things[thing].X_WT;
+    X_WT_pressing_.p -= watched.surface->normal_W * (watched.surface->gap_m + kDepth_m);
+    steps_ = 0;
+    return;
+  }
+}
+
+void SoftForesight::press(double step_s, double speed_limit_m_per_s, std::span<const SoftThing> things) {
+  Watched& watched = watched_[pressing_];
+  things_.assign(things.begin(), things.end());
+  reactions_.assign(things.size(), SoftReaction{});
+  SoftThing& thing = things_[pressing_];
+  thing.X_WT = thing.X_WT_before = X_WT_pressing_;
+  pressed_.step(step_s, speed_limit_m_per_s, things_, reactions_);
+  const bool is_sound = pressed_.body().is_finite();
+  steps_ = is_sound && watched.surface ? steps_ + 1 : kSteps;
+  if (steps_ < kSteps || !is_sound || !watched.surface) return;
+  const double force_n = reactions_[pressing_].impulse_W.f.dot(normal_W_pressing_) / step_s;
+  watched.stiffness_n_per_m = std::isfinite(force_n) ? std::clamp(force_n / kDepth_m, 0.0, kMostStiffness_n_per_m) : 0;
+  watched.p_WT = p_WT_pressing_;
+}
+
+double SoftForesight::gap_m(std::size_t index) const {
+  const Watched& watched = watched_[index];
+  const bool is_known = watched.surface && watched.stiffness_n_per_m.value_or(0) >= kLeastStiffness_n_per_m;
+  return is_known ? watched.surface->gap_m : std::numeric_limits<double>::infinity();
+}
+
+SoftContact SoftForesight::foretold(std::size_t index, const Pose& X_WT, const SoftContact& now) const {
+  if (!std::isfinite(gap_m(index))) return now;
+  const Surface& surface = *watched_[index].surface;
+  const double k = *watched_[index].stiffness_n_per_m;
+  const double own_share = now.wrench_W.f.norm() / (k * kDepth_m);
+  if (own_share >= 1) return now;
+  Eigen::Matrix<double, 6, 1> along;
+  along << surface.normal_W, surface.lever_W.cross(surface.normal_W);
+  SoftContact contact = now;
+  contact.stiffness = (1 - own_share) * k * along * along.transpose() + own_share * now.stiffness;
+  contact.trust_radius_m = (1 - own_share) * kTrust_m + own_share * now.trust_radius_m;
+  contact.lever_m = std::max(surface.lever_W.norm(), now.lever_m);
+  if (own_share > 0) return contact;
+  const Eigen::Matrix<double, 6, 1> pressed = k * kDepth_m * along;
+  contact.wrench_W = {pressed.head<3>(), pressed.tail<3>()};
+  contact.X_WT0 = X_WT;
+  contact.X_WT0.p -= surface.normal_W * (std::max(0.0, surface.gap_m) + kDepth_m);
+  return contact;
+}
+
+}  // namespace tandem

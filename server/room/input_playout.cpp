@@ -1,0 +1,155 @@
+#include "server/room/input_playout.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tandem {
+namespace {
+
+/// Of a client of which only one input is known.
+constexpr double kUsualTicks_per_s = 1000;
+/// A longer silence is not the network's jitter: the user was away.
+constexpr Duration kLongestGap = std::chrono::milliseconds(100);
+/// In ticks; see the class.
+constexpr double kStrideTolerance = 0.75;
+/// More ticks than this from one input to the next are another client's count: differences stay exact as doubles.
+constexpr std::uint64_t kLargestStep = 1U << 20U;
+
+/// Value and rate at `u` (0..1) of the cubic over `length_s` from 0 to `to` with rates `from_rate` and `to_rate`.
+struct Cubic {
+  Vec3 value;
+  Vec3 rate;
+};
+Cubic cubic(const Vec3& to, const Vec3& from_rate, const Vec3& to_rate, double length_s, double u) {
+  const double u2 = u * u, u3 = u2 * u;
+  const Vec3 value = (3 * u2 - 2 * u3) * to + length_s * ((u3 - 2 * u2 + u) * from_rate + (u3 - u2) * to_rate);
+  const Vec3 rate = (6 * u - 6 * u2) / length_s * to + (3 * u2 - 4 * u + 1) * from_rate + (3 * u2 - 2 * u) * to_rate;
+  return {value, rate};
+}
+
+RigidState between(const RigidState& from, const RigidState& to, double length_s, double u) {
+  const Cubic way = cubic(to.X.p - from.X.p, from.V.v, to.V.v, length_s, u);
+  // To first order in the turn θ between the two, ω = θ̇ + θ × θ̇ / 2; at its beginning they are equal.
+  const Vec3 turn = rotation_vector(to.X.q * from.X.q.conjugate());
+  const Cubic turning = cubic(turn, from.V.w, to.V.w - 0.5 * turn.cross(to.V.w), length_s, u);
+  const Vec3 w = turning.rate + 0.5 * turning.value.cross(turning.rate);
+  return {{from.X.p + way.value, (quaternion_of(turning.value) * from.X.q).normalized()},
+          {clamped_to_length(way.rate, kMaxSpeedMPerS), clamped_to_length(w, kMaxTurnRadPerS)}};
+}
+
+RigidState held(RigidState state, double dry_s) {
+  const double left = std::clamp(1 - dry_s / InputPlayout::kTwistFade_s, 0.0, 1.0);
+  state.V.v *= left;
+  state.V.w *= left;
+  return state;
+}
+
+}  // namespace
+
+const InputPlayout::Sample& InputPlayout::sample(std::size_t age) const noexcept {
+  return samples_[(newest_ + kHistory - age) % kHistory];
+}
+
+void InputPlayout::take(const ClientUpdate& input, Duration now) noexcept {
+  const Duration sent = input.sent.time_since_epoch();
+  if (count_ > 0) {
+    if (input.input_tick <= sample(0).tick || sent <= sample(0).sent) return;
+    const bool follows =
+        sent - sample(0).sent <= kLongestGap && input.input_tick.value - sample(0).tick.value <= kLargestStep;
+    if (!follows) reset();
+  }
+  delay_.add(sent, now);
+  newest_ = (newest_ + 1) % kHistory;
+  samples_[newest_] = {input.input_tick, sent,          input.handle,           input.tool,
+                       input.copies,     input.buttons, input.energy_to_hand_j, input.energy_from_hand_j};
+  count_ = std::min(count_ + 1, kHistory);
+}
+
+void InputPlayout::reset() noexcept {
+  count_ = 0;
+  played_ = 0;
+  dry_s_ = 0;
+  delay_.reset();
+}
+
+double InputPlayout::ticks_per_second() const noexcept {
+  const Sample& oldest = sample(count_ - 1);
+  const Sample& newest = sample(0);
+  const auto ticks = static_cast<double>(newest.tick.value - oldest.tick.value);
+  return count_ > 1 ? ticks / to_seconds(newest.sent - oldest.sent) : kUsualTicks_per_s;
+}
+
+/// Ticks from the oldest input to where `client_time` lies; beyond both ends, at the rate of the whole history.
+double InputPlayout::ticks_until(Duration client_time) const noexcept {
+  std::size_t age = 0;
+  while (age + 1 < count_ && sample(age).sent > client_time) ++age;
+  const Sample& before = sample(age);
+  double rate = ticks_per_second();
+  if (age > 0 && before.sent <= client_time) {
+    const Sample& after = sample(age - 1);
+    rate = static_cast<double>(after.tick.value - before.tick.value) / to_seconds(after.sent - before.sent);
+  }
+  const std::uint64_t first = sample(count_ - 1).tick.value;
+  return static_cast<double>(before.tick.value - first) + to_seconds(client_time - before.sent) * rate;
+}
+
+/// In      wanted  ticks after the oldest input
+void InputPlayout::choose_tick(double wanted) noexcept {
+  const std::uint64_t first = sample(count_ - 1).tick.value;
+  const auto last = static_cast<double>(sample(0).tick.value - first);
+  const double so_far = played_ > first ? static_cast<double>(played_ - first) : 0;
+  const double stride = std::round(step_s_ * ticks_per_second());
+  const bool keeps_stride = played_ != 0 && std::abs(wanted - so_far - stride) <= kStrideTolerance;
+  double chosen = keeps_stride ? so_far + stride : std::round(wanted);
+  if (played_ != 0) chosen = std::min(chosen, so_far + kCatchUp * std::max(stride, 1.0));
+  played_ = first + static_cast<std::uint64_t>(std::clamp(chosen, so_far, last));
+}
+
+PlayedInput InputPlayout::at_tick(std::uint64_t tick) const noexcept {
+  std::size_t age = 0;
+  while (age + 1 < count_ && sample(age).tick.value > tick) ++age;
+  const Sample& before = sample(age);
+  if (age == 0 || before.tick.value == tick)
+    return {before.tick,
+            before.handle,
+            before.tool,
+            before.copies,
+            before.buttons,
+            before.energy_to_hand_j,
+            before.energy_from_hand_j,
+            false};
+  const Sample& after = sample(age - 1);
+  const double u =
+      static_cast<double>(tick - before.tick.value) / static_cast<double>(after.tick.value - before.tick.value);
+  const double length_s = to_seconds(after.sent - before.sent);
+  PlayedInput played{Tick{tick},
+                     between(before.handle, after.handle, length_s, u),
+                     between(before.tool, after.tool, length_s, u),
+                     before.copies,
+                     after.buttons,
+                     std::lerp(before.energy_to_hand_j, after.energy_to_hand_j, u),
+                     std::lerp(before.energy_from_hand_j, after.energy_from_hand_j, u),
+                     false};
+  for (CopyTarget& copy : played.copies) {
+    const auto next = std::find_if(after.copies.begin(), after.copies.end(),
+                                   [&copy](const CopyTarget& other) { return other.body == copy.body; });
+    if (next != after.copies.end()) copy.state = between(copy.state, next->state, length_s, u);
+  }
+  return played;
+}
+
+std::optional<PlayedInput> InputPlayout::play(Duration now) noexcept {
+  if (count_ == 0) return std::nullopt;
+  const double wanted = ticks_until(delay_.play_at(now));
+  choose_tick(wanted);
+  const bool is_dry = wanted > static_cast<double>(sample(0).tick.value - sample(count_ - 1).tick.value) + 0.5;
+  dry_s_ = is_dry ? dry_s_ + step_s_ : 0;
+  PlayedInput played = at_tick(played_);
+  played.is_dry = is_dry;
+  played.handle = held(played.handle, dry_s_);
+  played.tool = held(played.tool, dry_s_);
+  for (CopyTarget& copy : played.copies) copy.state = held(copy.state, dry_s_);
+  return played;
+}
+
+}  // namespace tandem

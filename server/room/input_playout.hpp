@@ -1,0 +1,87 @@
+// One user's inputs, played out at a constant delay after they came: what the network does to their order and spacing
+// then costs neither force nor energy, as long as it is within that delay.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+
+#include "common/base/spatial.hpp"
+#include "common/net/playout.hpp"
+#include "proto/state.hpp"
+
+namespace tandem {
+
+/// What a room uses of an input.
+struct PlayedInput {
+  Tick tick;  ///< of exactly which the rest is
+  RigidState handle;
+  RigidState tool;
+  boost::container::static_vector<CopyTarget, kMostCopies> copies;
+  std::uint32_t buttons = 0;      ///< of a tick that did not come, those of the next that did: not later than pressed
+  double energy_to_hand_j = 0;    ///< as in ClientUpdate
+  double energy_from_hand_j = 0;  ///< likewise
+  bool is_dry = false;            ///< nothing newer has come: the last is held
+};
+
+/// Plays a client's handle, tool, copies, buttons and energies at a delay that nearly all of its inputs keep, one of
+/// its ticks after the other.
+///
+/// Model   The delay is PlayoutDelay's, of stamps by the client and steps of the room.
+///         A tick that did not come is put between its neighbours: a cubic for the position and for the rotation
+///         vector from the first to the second, with their twists at its ends. It errs by T⁴/384 max|x⁗| over a gap
+///         of T. Energies go evenly. Which tick is played moves on by as many as fit into a step, and changes stride
+///         only when it has drifted 0.75 ticks from where the delay wants it: a jitter of time stamps moves nothing.
+///         When dry, the last one's poses are held and its twists fade to zero in kTwistFade_s; what then comes is
+///         caught up with at kCatchUp times the hand's pace, not by a jump.
+/// Limits  a client that leaves gaps by itself (a deadband) is played later by their length
+/// Thread  the room's; time is counted in steps; no allocation
+class InputPlayout {
+ public:
+  static constexpr std::size_t kHistory = 128;
+  static constexpr PlayoutSettings kDelay{.quantile = 0.985};
+  static constexpr double kTwistFade_s = 0.020;
+  static constexpr double kCatchUp = 4;
+
+  explicit InputPlayout(double step_s) : step_s_(step_s) {}
+
+  /// A valid input that is first seen in the step at `now`; one that is not newer than the last is not taken.
+  void take(const ClientUpdate& input, Duration now) noexcept;
+  /// What is played in the step at `now`; once a step. Before the first input is due it is that one, held; nothing
+  /// when there is none.
+  std::optional<PlayedInput> play(Duration now) noexcept;
+  /// Starts anew: there is no way from the inputs so far to the next.
+  void reset() noexcept;
+
+  /// By how much what is played is later than the least late input would allow; 0 before the first.
+  Duration delay() const noexcept { return delay_.delay(); }
+
+ private:
+  struct Sample {
+    Tick tick;
+    Duration sent{0};  ///< client clock
+    RigidState handle;
+    RigidState tool;
+    boost::container::static_vector<CopyTarget, kMostCopies> copies;
+    std::uint32_t buttons = 0;
+    double energy_to_hand_j = 0;
+    double energy_from_hand_j = 0;
+  };
+  const Sample& sample(std::size_t age) const noexcept;  ///< 0: the newest
+  double ticks_per_second() const noexcept;
+  double ticks_until(Duration client_time) const noexcept;
+  void choose_tick(double wanted) noexcept;
+  PlayedInput at_tick(std::uint64_t tick) const noexcept;
+
+  double step_s_;
+  std::array<Sample, kHistory> samples_{};
+  std::size_t newest_ = 0;
+  std::size_t count_ = 0;
+  std::uint64_t played_ = 0;  ///< tick; 0: none yet
+  double dry_s_ = 0;
+
+  PlayoutDelay delay_{kDelay};
+};
+
+}  // namespace tandem

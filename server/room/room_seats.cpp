@@ -1,0 +1,132 @@
+#include "server/room/room_seats.hpp"
+
+#include <algorithm>
+
+namespace tandem {
+namespace {
+
+/// A room that is this far behind takes nobody in, so that what waits stays bounded.
+constexpr std::size_t kMaxWaiting = 4 * kMaxUsers;
+
+}  // namespace
+
+RoomSeats::RoomSeats(Room& room) : room_(room), coupling_(room.scene().coupling.parameters) {}
+
+std::size_t RoomSeats::count(UserRole role) const {
+  return static_cast<std::size_t>(
+      std::count_if(seats_.begin(), seats_.end(), [role](const auto& seat) { return seat && seat->role == role; }));
+}
+
+std::optional<std::uint8_t> RoomSeats::free_tool() const {
+  for (std::size_t tool = 0; tool < std::min(room_.scene().tools.size(), kMaxUsers); ++tool) {
+    const bool is_taken = std::any_of(seats_.begin(), seats_.end(), [tool](const auto& seat) {
+      return seat && seat->role == UserRole::kManipulator && seat->tool == tool;
+    });
+    if (!is_taken) return static_cast<std::uint8_t>(tool);
+  }
+  return std::nullopt;
+}
+
+std::optional<Seat> RoomSeats::take(UserRole role, bool leaves_gaps) {
+  const auto& limits = room_.scene().description.limits();
+  const std::size_t limit = role == UserRole::kManipulator ? limits.manipulators() : limits.observers();
+  const auto free = std::find(seats_.begin(), seats_.end(), std::nullopt);
+  if (waiting_.size() >= kMaxWaiting) return std::nullopt;
+  if (free == seats_.end() || count(role) >= limit) return std::nullopt;
+  Seat seat;
+  seat.role = role;
+  seat.slot = static_cast<std::uint8_t>(free - seats_.begin());
+  if (role == UserRole::kManipulator) {
+    const auto tool = free_tool();
+    if (!tool) return std::nullopt;
+    seat.tool = *tool;
+  }
+  seat.user = UserId{++last_user_};
+  *free = seat;
+  requested_[seat.slot] = served_[seat.slot] = 0;
+  held_[seat.slot] = BodyId{};
+  if (role == UserRole::kManipulator) {
+    const auto holds = room_.scene().tools[seat.tool].holds_body;
+    if (holds) held_[seat.slot] = body_id_at(*holds);
+  }
+  RoomCommand command;
+  command.kind = RoomCommand::Kind::kJoin;
+  command.slot = seat.slot;
+  command.user = seat.user;
+  command.role = role;
+  command.tool = seat.tool;
+  command.leaves_gaps = leaves_gaps;
+  post_surely(command);
+  return seat;
+}
+
+void RoomSeats::leave(const Seat& seat) {
+  seats_[seat.slot].reset();
+  RoomCommand command;
+  command.kind = RoomCommand::Kind::kLeave;
+  command.slot = seat.slot;
+  command.user = seat.user;
+  post_surely(command);
+}
+
+void RoomSeats::set_coupling(const Seat& seat, const CouplingParameters& parameters) {
+  coupling_ = parameters;
+  RoomCommand command;
+  command.kind = RoomCommand::Kind::kSetCoupling;
+  command.slot = seat.slot;
+  command.user = seat.user;
+  command.coupling = parameters;
+  // Only the newest counts, so a flood of them waits as one.
+  std::erase_if(waiting_, [](const RoomCommand& older) { return older.kind == RoomCommand::Kind::kSetCoupling; });
+  post_surely(command);
+}
+
+CouplingParameters RoomSeats::coupling_in_force(const Seat& seat) const {
+  if (seat.role != UserRole::kManipulator) return coupling_;
+  const BodyId held = held_[seat.slot];
+  const auto body = held.is_valid() ? std::optional<std::size_t>(held.value - 1) : std::nullopt;
+  return tandem::coupling_in_force(room_.scene().coupling, coupling_, moved_mass(room_.scene(), seat.tool, body));
+}
+
+void RoomSeats::on_update(const Seat& seat, const UserUpdate& told) {
+  served_[seat.slot] = told.requests_served;
+  held_[seat.slot] = told.update.held_body;
+}
+
+bool RoomSeats::grab(const Seat& seat, BodyId body, std::uint32_t request) {
+  RoomCommand command;
+  command.kind = RoomCommand::Kind::kGrab;
+  command.slot = seat.slot;
+  command.user = seat.user;
+  command.body = body;
+  command.request = request;
+  return post_request(command);
+}
+
+bool RoomSeats::release(const Seat& seat, std::uint32_t request) {
+  RoomCommand command;
+  command.kind = RoomCommand::Kind::kRelease;
+  command.slot = seat.slot;
+  command.user = seat.user;
+  command.request = request;
+  return post_request(command);
+}
+
+void RoomSeats::flush() {
+  while (!waiting_.empty() && room_.post(waiting_.front())) waiting_.pop_front();
+}
+
+void RoomSeats::post_surely(const RoomCommand& command) {
+  flush();
+  if (!waiting_.empty() || !room_.post(command)) waiting_.push_back(command);
+}
+
+bool RoomSeats::post_request(const RoomCommand& command) {
+  flush();
+  if (requested_[command.slot] != served_[command.slot]) return false;
+  if (!waiting_.empty() || !room_.post(command)) return false;
+  ++requested_[command.slot];
+  return true;
+}
+
+}  // namespace tandem

@@ -1,0 +1,66 @@
+// Who sits where in a room, as the io thread knows it: slots, tools, user ids, and the coupling in force.
+#pragma once
+
+#include <array>
+#include <deque>
+#include <optional>
+
+#include "common/base/ids.hpp"
+#include "server/room/room.hpp"
+
+namespace tandem {
+
+/// A user's place.
+struct Seat {
+  UserId user;
+  UserRole role = UserRole::kObserver;
+  std::uint8_t slot = 0;
+  std::uint8_t tool = 0;  ///< manipulators only
+};
+
+/// Hands out the places of one room and tells the room's loop.
+///
+/// Thread  io
+class RoomSeats {
+ public:
+  explicit RoomSeats(Room& room);
+
+  Room& room() const { return room_; }
+  /// As the scene's file or a user has set it.
+  const CouplingParameters& coupling() const { return coupling_; }
+  /// What this is for the seat's tool and what it holds (server/assets/scene_coupling.hpp).
+  CouplingParameters coupling_in_force(const Seat& seat) const;
+
+  /// The n-th manipulator takes the n-th free tool. Nothing when the scene's limits are reached.
+  /// In      leaves_gaps  what does not come from this user is little enough to be extrapolated (a deadband)
+  std::optional<Seat> take(UserRole role, bool leaves_gaps = false);
+  void leave(const Seat& seat);
+  void set_coupling(const Seat& seat, const CouplingParameters& parameters);
+  /// False, and nothing is asked of the room, when it does not keep up or this seat's last request is not served yet
+  /// (on_update()): one user cannot fill the queue that all share. The user is told.
+  bool grab(const Seat& seat, BodyId body, std::uint32_t request);
+  bool release(const Seat& seat, std::uint32_t request);
+  /// What the room says of the seat's user: requests served, and what is held. Said anew after each step, so that a
+  /// lost event leaves nothing wrong for long.
+  void on_update(const Seat& seat, const UserUpdate& told);
+  /// Retries what the room's full queue refused.
+  void flush();
+
+ private:
+  std::size_t count(UserRole role) const;
+  std::optional<std::uint8_t> free_tool() const;
+  void post_surely(const RoomCommand& command);
+  bool post_request(const RoomCommand& command);
+
+  Room& room_;
+  CouplingParameters coupling_;
+  std::array<std::optional<Seat>, kMaxUsers> seats_{};
+  std::array<BodyId, kMaxUsers> held_{};              ///< by the slot's tool
+  std::array<std::uint64_t, kMaxUsers> requested_{};  ///< grabs and releases since the slot's user joined
+  std::array<std::uint64_t, kMaxUsers> served_{};
+  std::uint32_t last_user_ = 0;
+  /// Joins and leaves must not be lost; bounded because a room that is behind takes nobody in.
+  std::deque<RoomCommand> waiting_;
+};
+
+}  // namespace tandem

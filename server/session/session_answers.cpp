@@ -1,0 +1,179 @@
+#include "server/session/session_answers.hpp"
+
+#include <algorithm>
+
+#include "server/session/user_name.hpp"
+
+namespace tandem {
+namespace {
+
+wire::ErrorCode error_of(GrabResult result) {
+  switch (result) {
+    case GrabResult::kUnknownBody:
+      return wire::ERROR_UNKNOWN_BODY;
+    case GrabResult::kNotGraspable:
+      return wire::ERROR_NOT_GRASPABLE;
+    case GrabResult::kOutOfReach:
+      return wire::ERROR_OUT_OF_REACH;
+    case GrabResult::kAlreadyHolding:
+      return wire::ERROR_ALREADY_HOLDING;
+    case GrabResult::kBusy:
+      return wire::ERROR_NOT_ALLOWED;
+    case GrabResult::kGrabbed:
+      break;
+  }
+  return wire::ERROR_UNSPECIFIED;
+}
+
+const char* text_of(GrabResult result) {
+  switch (result) {
+    case GrabResult::kUnknownBody:
+      return "there is no such body to grab";
+    case GrabResult::kNotGraspable:
+      return "that body cannot be grabbed (graspable is false in the scene)";
+    case GrabResult::kOutOfReach:
+      return "no graspable body within limits.grab_reach_m of the tool";
+    case GrabResult::kAlreadyHolding:
+      return "the tool already holds a body; release it first";
+    case GrabResult::kBusy:
+      return kRoomBusy;
+    case GrabResult::kGrabbed:
+      break;
+  }
+  return "refused";
+}
+
+wire::Role wire_role(UserRole role) {
+  return role == UserRole::kManipulator ? wire::ROLE_MANIPULATOR : wire::ROLE_OBSERVER;
+}
+
+void fill(const Asset& asset, wire::AssetInfo& info) {
+  info.set_sha256(asset.sha256.data(), asset.sha256.size());
+  info.set_size_bytes(asset.bytes->size());
+  info.set_kind(asset.kind);
+  info.set_name(asset.name);
+}
+
+void fill(const MassProperties& mass, wire::MassProperties& out) {
+  out.set_mass_kg(mass.mass_kg);
+  if (!(mass.mass_kg > 0)) return;
+  const Pose& X_BC = mass.X_BC;
+  for (const double number : X_BC.p) out.add_centre(number);
+  for (const double number : {X_BC.q.w(), X_BC.q.x(), X_BC.q.y(), X_BC.q.z()}) out.add_centre(number);
+  for (const double number : mass.principal_inertia_kg_m2) out.add_principal_inertia_kg_m2(number);
+}
+
+/// What is the same for every newcomer.
+void fill(const LoadedScene& scene, wire::Joined& joined) {
+  *joined.mutable_scene() = scene.description;
+  for (const Asset& asset : scene.assets) fill(asset, *joined.add_assets());
+  for (const LoadedBody& body : scene.bodies) fill(body.mass, *joined.add_body_masses());
+  for (const LoadedTool& tool : scene.tools) fill(tool.mass, *joined.add_tool_masses());
+}
+
+}  // namespace
+
+std::string quoted(const std::string& text) {
+  return is_acceptable_user_name(text) ? "\"" + text + "\"" : std::string("(unprintable)");
+}
+
+wire::ServerControl error_answer(std::uint32_t request, wire::ErrorCode code, const std::string& text) {
+  wire::ServerControl answer;
+  answer.set_request(request);
+  answer.mutable_error()->set_code(code);
+  answer.mutable_error()->set_text(text);
+  return answer;
+}
+
+wire::ServerControl goodbye(std::uint32_t request, wire::DisconnectReason reason, const std::string& text) {
+  wire::ServerControl message;
+  message.set_request(request);
+  message.mutable_goodbye()->set_reason(reason);
+  message.mutable_goodbye()->set_text(text);
+  return message;
+}
+
+wire::ServerControl joined_answer(std::uint32_t request, const RoomSeats& seats, const Seat& seat) {
+  const LoadedScene& scene = seats.room().scene();
+  wire::ServerControl answer;
+  answer.set_request(request);
+  wire::Joined& joined = *answer.mutable_joined();
+  joined.set_user(seat.user.value);
+  joined.set_role(wire_role(seat.role));
+  fill(scene, joined);
+  const CouplingParameters coupling = seats.coupling_in_force(seat);
+  for (const CouplingField& field : kCouplingFields) {
+    (joined.mutable_scene()->mutable_coupling()->*field.set)(coupling.*field.value);
+  }
+  joined.set_tool(seat.tool);
+  return answer;
+}
+
+std::size_t joined_answer_bound(const LoadedScene& scene) {
+  // A user's numbers, and coefficients that are zero in the description, rounded up.
+  constexpr std::size_t kBesides = 256;
+  wire::Joined joined;
+  fill(scene, joined);
+  return joined.ByteSizeLong() + kBesides;
+}
+
+wire::ServerControl user_joined(const Seat& seat, const std::string& name) {
+  wire::ServerControl message;
+  message.mutable_user_joined()->set_user(seat.user.value);
+  message.mutable_user_joined()->set_name(name);
+  message.mutable_user_joined()->set_role(wire_role(seat.role));
+  return message;
+}
+
+wire::ServerControl user_left(const Seat& seat, wire::DisconnectReason reason) {
+  wire::ServerControl message;
+  message.mutable_user_left()->set_user(seat.user.value);
+  message.mutable_user_left()->set_reason(reason);
+  return message;
+}
+
+wire::ServerControl grab_answer(const RoomEvent& event) {
+  if (event.kind == RoomEvent::Kind::kGrabRefused) {
+    return error_answer(event.request, error_of(event.refusal), text_of(event.refusal));
+  }
+  wire::ServerControl answer;
+  answer.set_request(event.request);
+  if (event.kind == RoomEvent::Kind::kGrabbed) {
+    answer.mutable_grabbed()->set_body(event.body.value);
+  } else {
+    answer.mutable_released()->set_body(event.body.value);
+  }
+  return answer;
+}
+
+wire::ServerControl parameter_set(const CouplingField& field, const CouplingParameters& in_force) {
+  wire::ServerControl message;
+  message.mutable_parameter_set()->set_name(std::string(field.name));
+  message.mutable_parameter_set()->set_value(in_force.*field.value);
+  return message;
+}
+
+wire::ServerControl asset_answer(std::uint32_t request, const wire::GetAsset& wanted, const LoadedScene& scene) {
+  const auto asset = std::find_if(scene.assets.begin(), scene.assets.end(), [&wanted](const Asset& candidate) {
+    const auto* hash = reinterpret_cast<const char*>(candidate.sha256.data());
+    return wanted.sha256() == std::string_view(hash, candidate.sha256.size());
+  });
+  if (asset == scene.assets.end()) {
+    return error_answer(request, wire::ERROR_UNKNOWN_ASSET, "this room has no asset of that hash");
+  }
+  const Bytes& bytes = *asset->bytes;
+  if (wanted.offset() > bytes.size()) {
+    return error_answer(request, wire::ERROR_BAD_VALUE, "the offset is past the asset's end");
+  }
+  wire::ServerControl answer;
+  answer.set_request(request);
+  wire::AssetChunk& chunk = *answer.mutable_asset_chunk();
+  chunk.set_sha256(wanted.sha256());
+  chunk.set_offset(wanted.offset());
+  chunk.set_total_bytes(bytes.size());
+  const auto offset = static_cast<std::size_t>(wanted.offset());
+  chunk.set_data(bytes.data() + offset, std::min(kAssetChunkBytes, bytes.size() - offset));
+  return answer;
+}
+
+}  // namespace tandem

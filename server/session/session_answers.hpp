@@ -1,0 +1,40 @@
+// What the server says on the control channel, as functions from facts to messages. session_hub.cpp decides when.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "proto/control_framing.hpp"
+#include "proto/coupling_fields.hpp"
+#include "server/room/room_seats.hpp"
+
+namespace tandem {
+
+inline constexpr const char* kRoomBusy = "the room is busy; try again";
+
+/// What a client wrote, made fit for a log or an error text.
+std::string quoted(const std::string& text);
+
+wire::ServerControl error_answer(std::uint32_t request, wire::ErrorCode code, const std::string& text);
+wire::ServerControl goodbye(std::uint32_t request, wire::DisconnectReason reason, const std::string& text);
+
+/// Everything that a newcomer needs: the scene with the coupling now in force for it, its tool, the assets.
+wire::ServerControl joined_answer(std::uint32_t request, const RoomSeats& seats, const Seat& seat);
+wire::ServerControl user_joined(const Seat& seat, const std::string& name);
+wire::ServerControl user_left(const Seat& seat, wire::DisconnectReason reason);
+
+/// The answer to Grab and Release, from what the room did.
+wire::ServerControl grab_answer(const RoomEvent& event);
+
+/// What a coefficient now is for a user.
+wire::ServerControl parameter_set(const CouplingField& field, const CouplingParameters& in_force);
+
+/// A chunk of an asset of the scene, or the error that says why not.
+wire::ServerControl asset_answer(std::uint32_t request, const wire::GetAsset& wanted, const LoadedScene& scene);
+
+/// An upper bound of joined_answer()'s size for any user.
+std::size_t joined_answer_bound(const LoadedScene& scene);
+
+}  // namespace tandem

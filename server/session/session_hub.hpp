@@ -1,0 +1,102 @@
+// The server's side of every connection, without a socket: bytes and time come in, bytes go out through
+// ServerTransport. The live server drives it from Asio (server/net), the lab from simulated links.
+// The states of a connection are those of proto/STATES.md.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "common/base/ids.hpp"
+#include "common/base/time.hpp"
+#include "proto/datagram.hpp"
+#include "server/room/room.hpp"
+
+namespace tandem {
+
+/// A TCP connection of the transport; chosen by it, never reused while open, not 0.
+using ConnectionHandle = std::uint64_t;
+
+/// How the hub sends. Called on the io thread, from inside the hub's calls.
+class ServerTransport {
+ public:
+  virtual ~ServerTransport() = default;
+  /// Queues control bytes, in order and whole.
+  virtual void send_control(ConnectionHandle connection, std::span<const std::byte> bytes) = 0;
+  /// Sends one state datagram to where that connection's last accepted datagram came from. Freshest-only:
+  /// false when it could not be sent now (it is then lost, and counted by the caller).
+  virtual bool send_datagram(ConnectionHandle connection, std::span<const std::byte> datagram) = 0;
+  /// Control bytes that the connection has not taken yet. The hub sends state over TCP only when it is 0
+  /// (freshest-only), and ends a connection whose reader lets kMaxQueuedControlBytes pile up.
+  virtual std::size_t queued_control_bytes(ConnectionHandle connection) const = 0;
+  /// Closes after what is queued has been sent. The hub has forgotten the connection by then: no call about it
+  /// need follow, and one that does is ignored.
+  virtual void close(ConnectionHandle connection) = 0;
+};
+
+/// A reader that leaves more than this unread is disconnected (DISCONNECT_SLOW).
+inline constexpr std::size_t kMaxQueuedControlBytes = 1024 * 1024;
+
+/// States of a connection (proto/STATES.md). kClosed: unknown, or ended.
+enum class ConnectionState : std::uint8_t { kGreeting, kJoining, kActive, kClosed };
+std::string_view name_of(ConnectionState state);
+
+struct HubSettings {
+  Duration silence_timeout{std::chrono::milliseconds(1500)};  ///< after joining: no state and no control for this long
+  Duration hello_timeout{std::chrono::seconds(5)};            ///< from connecting to having joined
+  std::size_t max_connections = 64;
+  std::uint16_t datagram_port = 0;
+  /// Draws connection ids. They must not be guessed, so live: cryptographic (LiveServer); a seeded one is for trials.
+  std::function<std::uint64_t()> connection_ids{};
+};
+
+struct HubCounters {
+  DropCounters received_drops;
+  DropCounters sent_drops;
+  std::uint64_t datagrams_received = 0;
+  std::uint64_t datagrams_sent = 0;
+  std::uint64_t updates_held_back = 0;  ///< by the users' deadbands
+  std::uint64_t updates_paced = 0;      ///< left out because a link down does not carry as many
+  std::uint64_t bodies_thinned = 0;
+  std::uint64_t joins = 0;
+};
+
+class SessionHub {
+ public:
+  /// Fails   std::invalid_argument: connection_ids is empty, or a scene's description is too long for the wire
+  SessionHub(HubSettings settings, std::vector<Room*> rooms, ServerTransport& transport);
+  ~SessionHub();
+
+  void on_connected(ConnectionHandle connection, LocalTime now);
+  void on_control_bytes(ConnectionHandle connection, std::span<const std::byte> bytes, LocalTime now);
+  /// The TCP connection is gone; the user leaves its room and what it held is let go.
+  void on_disconnected(ConnectionHandle connection, LocalTime now);
+  /// A datagram from anywhere. Returns the connection that it was accepted for, else 0 (counted, no reply): the
+  /// transport may then remember where that connection's datagrams come from. `may_belong_to` lets the
+  /// transport veto a connection (wrong peer address).
+  ConnectionHandle on_datagram(std::span<const std::byte> datagram, LocalTime now,
+                               const std::function<bool(ConnectionHandle)>& may_belong_to);
+
+  /// Sends every update that a room has published since the last call, delivers room events, and ends what has
+  /// been silent for too long.
+  void poll(LocalTime now);
+  /// Says goodbye to everybody (DISCONNECT_SERVER_STOPPING).
+  void stop(LocalTime now);
+
+  ConnectionState state_of(ConnectionHandle connection) const;
+  std::size_t connection_count() const;
+  std::size_t user_count() const;
+  const HubCounters& counters() const;
+  /// For logs: one line a noteworthy event (joined, left and why, refused and why). Called on the io thread.
+  std::function<void(const std::string&)> on_log;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace tandem

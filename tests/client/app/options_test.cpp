@@ -1,0 +1,230 @@
+// The command line: what is right is taken with its unit, what is wrong is answered by one line that says what would
+// do.
+#include "client/app/options.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <memory>
+#include <stdexcept>
+#include <vector>
+
+#include "client/app/summary.hpp"
+
+namespace tandem {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+std::optional<ClientOptions> parse(std::vector<const char*> arguments) {
+  arguments.insert(arguments.begin(), {"tandem-client", "--headless"});
+  return parse_client_options(static_cast<int>(arguments.size()), arguments.data());
+}
+
+std::string error_of(const std::vector<const char*>& arguments) {
+  try {
+    parse(arguments);
+  } catch (const std::invalid_argument& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+TEST(ClientOptions, DefaultsRunTheSimulatedHandAgainstThisMachine) {
+  const auto options = parse({});
+  ASSERT_TRUE(options.has_value());
+  EXPECT_EQ(options->io.host, "127.0.0.1");
+  EXPECT_EQ(options->io.port, 47800);
+  EXPECT_EQ(options->hand, "rest");
+  EXPECT_EQ(options->stage.name, StageSettings{}.name);
+  EXPECT_EQ(options->stage.predictor, "none");
+  EXPECT_TRUE(options->stage.guard);
+  EXPECT_EQ(options->realtime_priority, 70);
+  EXPECT_FALSE(options->io.links.has_value()) << "no simulated link unless asked for";
+  EXPECT_FALSE(options->duration.has_value());
+}
+
+TEST(ClientOptions, ADeviceIsAProfileByName) {
+  EXPECT_EQ(parse({})->device.name, "sim");
+  const auto options = parse({"--device", "falcon"});
+  ASSERT_TRUE(options.has_value());
+  EXPECT_EQ(options->device.spec.force_axes, 3);
+  EXPECT_EQ(options->device.spec.force_limit_n, 7);
+  EXPECT_EQ(options->hand_parameters.mass_kg, HandParameters{}.mass_kg) << "the hand alone: the device is added later";
+}
+
+TEST(ClientOptions, ADeadbandIsAShareUpToHalf) {
+  EXPECT_EQ(parse({})->io.session.deadband, 0) << "everything is sent unless asked otherwise";
+  EXPECT_DOUBLE_EQ(parse({"--deadband", "10%"})->io.session.deadband, 0.1);
+  for (const char* bad : {"60%", "-1%", "much", "nan"}) {
+    EXPECT_THAT(error_of({"--deadband", bad}), HasSubstr("--deadband")) << bad;
+  }
+}
+
+TEST(ClientOptions, LinkOptionsHoldForBothDirections) {
+  const auto options = parse({"--delay", "25ms", "--jitter", "500us", "--loss", "1%", "--duplication", "0.5%",
+                              "--reorder", "--rate-limit", "1e6", "--seed", "9"});
+  ASSERT_TRUE(options && options->io.links);
+  for (const LinkParameters& link : {options->io.links->up, options->io.links->down}) {
+    EXPECT_EQ(link.delay, std::chrono::milliseconds(25));
+    EXPECT_EQ(link.jitter, std::chrono::microseconds(500));
+    EXPECT_DOUBLE_EQ(link.loss, 0.01);
+    EXPECT_DOUBLE_EQ(link.duplication, 0.005);
+    EXPECT_TRUE(link.allows_reordering);
+    EXPECT_DOUBLE_EQ(link.rate_limit_bytes_per_s, 1e6);
+  }
+  EXPECT_EQ(options->io.links->seed, 9U);
+}
+
+TEST(ClientOptions, SessionOptionsReachTheSession) {
+  const auto options = parse({"--server", "[::1]:1234", "--room", "attic", "--name", "anna", "--role", "observer",
+                              "--transport", "tcp", "--duration", "10s", "--rt-priority", "0"});
+  ASSERT_TRUE(options.has_value());
+  EXPECT_EQ(options->io.host, "::1");
+  EXPECT_EQ(options->io.port, 1234);
+  EXPECT_EQ(options->io.session.room, "attic");
+  EXPECT_EQ(options->io.session.user_name, "anna");
+  EXPECT_EQ(options->io.session.role, wire::ROLE_OBSERVER);
+  EXPECT_EQ(options->io.session.state_transport, StateTransport::kTcp);
+  EXPECT_EQ(options->duration, std::chrono::seconds(10));
+  EXPECT_EQ(options->realtime_priority, 0);
+}
+
+TEST(ClientOptions, EachMistakeIsOneLineThatNamesOptionAndRemedy) {
+  const struct {
+    std::vector<const char*> arguments;
+    std::vector<const char*> words;
+  } cases[] = {
+      {{"--stage", "telepathy"}, {"--stage", "telepathy", "late-pose"}},
+      {{"--predictor", "telepathy"}, {"--predictor", "telepathy", "ar-spline"}},
+      {{"--guard", "maybe"}, {"--guard", "maybe", "off"}},
+      {{"--wave-impedance", "0"}, {"--wave-impedance", "0.1"}},
+      {{"--delay", "25"}, {"--delay", "25ms"}},
+      {{"--loss", "120%"}, {"--loss", "120%"}},
+      {{"--loss", "99%"}, {"--loss", "0% to 95%"}},
+      {{"--transport", "tcp", "--loss", "1%"}, {"--transport tcp", "--loss", "udp"}},
+      {{"--transport", "tcp", "--duplication", "1%"}, {"--transport tcp", "--duplication", "udp"}},
+      {{"--transport", "tcp", "--reorder"}, {"--transport tcp", "--reorder", "udp"}},
+      {{"--device", "wand"}, {"--device", "wand", "sim", "omega.6"}},
+      {{"--device", "/nonexistent/mine.json"}, {"--device", "/nonexistent/mine.json", "check the path"}},
+      {{"--role", "king"}, {"--role", "king", "manipulator"}},
+      {{"--transport", "carrier-pigeon"}, {"--transport", "udp"}},
+      {{"--server", "127.0.0.1:99999"}, {"--server", "65535"}},
+      {{"--server", ":47800"}, {"--server", "address"}},
+      {{"--duration", "0s"}, {"--duration", "above 0"}},
+      {{"--duration", "3"}, {"--duration", "3s"}},
+      {{"--cpu", "1000000"}, {"--cpu", "1000000", "0 to "}},
+      {{"--rt-priority", "200"}, {"--rt-priority", "99"}},
+      {{"--trace-every", "0"}, {"--trace-every"}},
+      {{"--hand-mass", "heavy"}, {"--hand-mass", "heavy"}},
+      {{"--hand-mass", "0"}, {"--hand-mass", "0.01 to 10"}},
+      {{"--hand-stiffness", "nan"}, {"--hand-stiffness", "0 to 10000"}},
+      {{"--no-such-option"}, {"--no-such-option", "--help"}},
+  };
+  for (const auto& one : cases) {
+    const std::string error = error_of(one.arguments);
+    for (const char* word : one.words) EXPECT_THAT(error, AllOf(HasSubstr(word), Not(HasSubstr("\n"))));
+  }
+}
+
+TEST(ClientOptions, HelpAndVersionNeedNoDeviceProfiles) {
+  setenv("TANDEM_DEVICE_PROFILES", "/nonexistent/devices.json", 1);
+  for (const char* option : {"--help", "--version"}) {
+    testing::internal::CaptureStdout();
+    EXPECT_FALSE(parse({option}).has_value());
+    EXPECT_FALSE(testing::internal::GetCapturedStdout().empty());
+  }
+  EXPECT_THAT(error_of({}), AllOf(HasSubstr("--device"), HasSubstr("/nonexistent/devices.json")));
+  unsetenv("TANDEM_DEVICE_PROFILES");
+}
+
+TEST(ClientOptions, DelayAndRateAreAllowedOverAStream) {
+  const auto options = parse({"--transport", "tcp", "--delay", "25ms", "--jitter", "5ms", "--rate-limit", "1e6"});
+  ASSERT_TRUE(options && options->io.links);
+  EXPECT_EQ(options->io.links->up.delay, std::chrono::milliseconds(25));
+}
+
+TEST(ClientOptions, WithoutHeadlessTheMissingWindowIsNamed) {
+  const char* const arguments[] = {"tandem-client"};
+  try {
+    parse_client_options(1, arguments);
+    FAIL();
+  } catch (const std::invalid_argument& error) {
+    EXPECT_THAT(error.what(), HasSubstr("add --headless"));
+  }
+}
+
+TEST(Summary, WatchesTheFirstGraspableBody) {
+  wire::Joined joined;
+  EXPECT_FALSE(first_graspable(joined).has_value());
+  joined.mutable_scene()->add_bodies()->set_name("table");
+  wire::Body* peg = joined.mutable_scene()->add_bodies();
+  peg->set_name("peg");
+  peg->set_graspable(true);
+  const auto watched = first_graspable(joined);
+  ASSERT_TRUE(watched.has_value());
+  EXPECT_EQ(watched->id, BodyId{2});
+  EXPECT_EQ(watched->name, "peg");
+}
+
+RunSummary empty_summary() {
+  return {.options = {},
+          .device = {},
+          .realtime_not_granted = {},
+          .loop = {},
+          .trace_overflows = 0,
+          .counters = {},
+          .io = {},
+          .coupling_findings = {},
+          .watched = std::nullopt,
+          .run = RunReport({"hold"}, Duration{1})};
+}
+
+boost::json::value written(const RunSummary& summary) {
+  return boost::json::parse(boost::json::serialize(to_json(summary)));
+}
+
+TEST(Summary, SaysWhatItTakesToRunItAgain) {
+  RunSummary summary = empty_summary();
+  summary.options = *parse({"--role",      "observer", "--hand",  "circle", "--hand-mass", "0.5",  "--seed",  "77",
+                            "--delay",     "25ms",     "--loss",  "2%",     "--name",      "anna", "--stage", "hold",
+                            "--predictor", "linear",   "--guard", "off",    "--device",    "touch"});
+  summary.io.joined = std::make_shared<wire::Joined>();
+  summary.io.room = "attic";
+  const boost::json::value parsed = written(summary);
+  EXPECT_EQ(parsed.at("program").as_string(), "tandem-client");
+  EXPECT_FALSE(parsed.at("version").as_string().empty());
+  EXPECT_EQ(parsed.at("room").as_string(), "attic") << "though none was asked for";
+  EXPECT_EQ(parsed.at("user").as_string(), "anna");
+  EXPECT_EQ(parsed.at("role").as_string(), "observer");
+  EXPECT_EQ(parsed.at("transport").as_string(), "udp");
+  EXPECT_EQ(parsed.at("stage").as_string(), "hold");
+  EXPECT_EQ(parsed.at("predictor").as_string(), "linear");
+  EXPECT_FALSE(parsed.at("guard").as_bool());
+  EXPECT_EQ(parsed.at("wave_impedance").at("linear_n_s_per_m").to_number<double>(), WaveImpedance{}.linear_n_s_per_m);
+  EXPECT_EQ(parsed.at("device").as_string(), "touch");
+  EXPECT_EQ(parsed.at("hand").as_string(), "circle");
+  EXPECT_EQ(parsed.at("hand_parameters").at("mass_kg").to_number<double>(), 0.5);
+  EXPECT_EQ(parsed.at("seed").to_number<int>(), 77);
+  for (const char* direction : {"up", "down"}) {
+    EXPECT_EQ(parsed.at("link_parameters").at(direction).at("delay_ms").to_number<double>(), 25);
+    EXPECT_EQ(parsed.at("link_parameters").at(direction).at("loss").to_number<double>(), 0.02);
+  }
+}
+
+TEST(Summary, IsAValidObjectEvenOfARunThatNeverTicked) {
+  const boost::json::value parsed = written(empty_summary());
+  EXPECT_TRUE(parsed.at("room").is_null());
+  EXPECT_TRUE(parsed.at("link_parameters").is_null()) << "no link was simulated";
+  EXPECT_TRUE(parsed.at("watched_body").is_null());
+  EXPECT_TRUE(parsed.at("round_trip_ms").at("newest").is_null());
+  EXPECT_EQ(parsed.at("ticks_run").to_number<int>(), 0);
+  EXPECT_TRUE(parsed.at("all_forces_finite").as_bool());
+  EXPECT_TRUE(parsed.at("phases").at(0).at("settled_force_max_n").is_null());
+}
+
+}  // namespace
+}  // namespace tandem

@@ -1,0 +1,386 @@
+#include "client/haptics/coupling_check.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "common/base/json_fields.hpp"
+#include "common/base/random.hpp"
+#include "common/haptics/coupling/laws.hpp"
+#include "devices/device_check.hpp"
+#include "server/assets/scene_file.hpp"
+#include "tests/support/session_bench.hpp"
+
+namespace tandem {
+namespace {
+
+namespace json = boost::json;
+using testing::HasSubstr;
+
+/// A device of its own: 0.1 kg, a little friction, good for 10,000 N/m by its maker's word.
+DeviceProfile light_device() {
+  DeviceProfile device = find_device_profile("sim");
+  device.apparent_mass_kg.value = 0.1;
+  device.apparent_inertia_kg_m2.value = 1e-4;
+  device.physical_damping_n_s_per_m.value = 0.2;
+  device.physical_damping_n_m_s_per_rad.value = 0.001;
+  device.stiffness_maximum_n_per_m.value = 100000;
+  return device;
+}
+
+wire::Joined joined_with(double stiffness, double damping) {
+  wire::Joined joined = minimal_joined();
+  wire::Scene& scene = *joined.mutable_scene();
+  scene.mutable_coupling()->set_stiffness_n_per_m(stiffness);
+  scene.mutable_coupling()->set_damping_n_s_per_m(damping);
+  scene.mutable_coupling()->set_stiffness_n_m_per_rad(0.3);
+  scene.mutable_coupling()->set_damping_n_m_s_per_rad(5e-4);
+  wire::Tool& tool = *scene.mutable_tools(0);
+  tool.set_mass_kg(0.05);
+  tool.mutable_workspace()->set_position_scale(1);
+  tool.mutable_workspace()->set_force_scale(1);
+  return joined;
+}
+
+void set(SessionBench& bench, const std::string& name, double value) {
+  wire::ServerControl message;
+  message.mutable_parameter_set()->set_name(name);
+  message.mutable_parameter_set()->set_value(value);
+  bench.say(message);
+}
+void set_stiffness(SessionBench& bench, double value) {
+  set(bench, "coupling.stiffness_n_per_m", value);
+}
+
+std::vector<StabilityFinding> findings_of(const SessionBench& bench, const DeviceProfile& device) {
+  return explained(bench.session.coupling_check(), device);
+}
+
+constexpr std::chrono::milliseconds kMillisecond{1};
+/// Polls with a state each millisecond, so that only the coupling can end the force. False when it was cut.
+bool is_displayed_for(SessionBench& bench, int milliseconds) {
+  for (int i = 0; i < milliseconds; ++i) {
+    bench.send_update();
+    bench.wait(kMillisecond);
+    if (!bench.scene_may_display()) return false;
+  }
+  return true;
+}
+
+SessionSettings with(const DeviceProfile& device) {
+  SessionSettings settings;
+  settings.device = device;
+  return settings;
+}
+
+TEST(CouplingCheck, AnUnstableCouplingIsNotDisplayedAndTheHandStillDrives) {
+  SessionBench bench(with(light_device()));
+  bench.join(joined_with(60000, 3));
+  EXPECT_EQ(bench.state(), "active");
+  ASSERT_TRUE(bench.mailboxes.scene.poll());
+  EXPECT_FALSE(bench.mailboxes.scene.front().may_display) << "not even for the time of a check";
+  EXPECT_TRUE(bench.mailboxes.scene.front().may_drive);
+  EXPECT_TRUE(bench.session.coupling_check().is_refused);
+  EXPECT_THAT(bench.log, testing::Contains(HasSubstr("no force is displayed")));
+  const auto findings = findings_of(bench, light_device());
+  ASSERT_FALSE(findings.empty());
+  EXPECT_EQ(findings.front().verdict, StabilityVerdict::kUnstable);
+  EXPECT_EQ(findings.front().parameter, "coupling.stiffness_n_per_m");
+  EXPECT_LT(findings.front().remedy, 60000);
+  EXPECT_THAT(findings.front().text, HasSubstr("coupling.stiffness_n_per_m is 6e+04 N/m: unstable"));
+}
+
+TEST(CouplingCheck, AStableValueBringsTheForceBackWithoutANewScene) {
+  SessionBench bench(with(light_device()));
+  bench.join(joined_with(60000, 3));
+  ASSERT_FALSE(bench.scene_may_display());
+  const std::uint32_t generation = bench.mailboxes.scene.front().generation;
+  set_stiffness(bench, findings_of(bench, light_device()).front().remedy);
+  EXPECT_FALSE(bench.scene_may_display()) << "not before it was checked";
+  bench.wait(CouplingWatch::kQuiet);
+  EXPECT_TRUE(bench.scene_may_display());
+  EXPECT_EQ(bench.mailboxes.scene.front().generation, generation) << "clutch and buttons stay as they are";
+  set_stiffness(bench, 60000);
+  EXPECT_TRUE(is_displayed_for(bench, 49));
+  EXPECT_FALSE(is_displayed_for(bench, 1));
+}
+
+TEST(CouplingCheck, TheHandsEndGetsAParameterAtOnce) {
+  SessionBench bench(with(light_device()));
+  bench.join(joined_with(400, 1));
+  ASSERT_TRUE(bench.mailboxes.scene.poll());
+  set_stiffness(bench, 410);
+  ASSERT_TRUE(bench.mailboxes.scene.poll());
+  EXPECT_EQ(bench.mailboxes.scene.front().coupling.stiffness_n_per_m, 410);
+}
+
+TEST(CouplingCheck, ASetThatIsUnstableOnlyBetweenItsMessagesNeverCutsTheForce) {
+  SessionBench bench(with(light_device()));
+  bench.join(joined_with(100, 0));
+  ASSERT_TRUE(bench.scene_may_display());
+  const std::uint64_t checks = bench.session.coupling_check().number;
+  set_stiffness(bench, 1000);  // an undamped spring: k T/2 is more than the device's friction
+  EXPECT_TRUE(is_displayed_for(bench, 30));
+  set(bench, "coupling.damping_n_s_per_m", 3);
+  EXPECT_TRUE(is_displayed_for(bench, 300));
+  EXPECT_EQ(bench.session.coupling_check().number, checks + 1) << "one check for the burst";
+  set(bench, "coupling.damping_n_s_per_m", 0);
+  EXPECT_FALSE(is_displayed_for(bench, 60)) << "what was between is unstable when it stays";
+}
+
+TEST(CouplingCheck, AStreamOfParametersIsStillChecked) {
+  SessionBench bench(with(light_device()));
+  bench.join(joined_with(400, 1));
+  int lasted_ms = 0;
+  for (; lasted_ms < 1000 && is_displayed_for(bench, 1); ++lasted_ms) {
+    if (lasted_ms % 10 == 0) set_stiffness(bench, 60000 + lasted_ms);
+  }
+  EXPECT_EQ(lasted_ms, 250);
+}
+
+TEST(CouplingCheck, NothingIsCheckedForAConnectionThatIsGone) {
+  SessionBench bench(with(light_device()));
+  bench.join(joined_with(400, 1));
+  set_stiffness(bench, 60000);
+  const std::uint64_t checks = bench.session.coupling_check().number;
+  bench.session.on_disconnected(bench.now, "cut");
+  bench.wait(std::chrono::milliseconds(100));
+  EXPECT_EQ(bench.session.coupling_check().number, checks);
+  EXPECT_FALSE(bench.scene_may_display());
+}
+
+TEST(CouplingCheck, ACouplingThatSomeHandsCouldPumpIsDisplayedWithAWarning) {
+  SessionBench bench(with(light_device()));
+  bench.join(joined_with(400, 1));
+  EXPECT_TRUE(bench.scene_may_display());
+  const auto findings = findings_of(bench, light_device());
+  ASSERT_EQ(findings.size(), 1U);
+  EXPECT_EQ(findings[0].verdict, StabilityVerdict::kNotPassive);
+}
+
+/// As a server tells it of a tool that holds nothing.
+wire::Joined massless_joined() {
+  wire::Joined joined = joined_with(300, 0);
+  joined.mutable_scene()->mutable_coupling()->set_law("qsa-static");
+  joined.mutable_scene()->mutable_coupling()->set_damping_n_m_s_per_rad(0);
+  wire::Body& body = *joined.mutable_scene()->add_bodies();
+  body.set_mass_kg(0.5);
+  body.set_graspable(true);
+  return joined;
+}
+
+TEST(CouplingCheck, AMasslessToolHasNoMassAndABodyThatItHoldsDoes) {
+  SessionBench bench(with(light_device()));
+  bench.join(massless_joined());
+  ASSERT_EQ(bench.session.coupling_check().moved.size(), 1U);
+  EXPECT_FALSE(bench.session.coupling_check().moved[0].is_held_body);
+  EXPECT_TRUE(bench.scene_may_display());
+  // A free tool with no mass has nothing to be held back by, so a damper of its own would not count either.
+  const CouplingLawInfo& law = *find_coupling_law("qsa-static");
+  const LoopCoupling free = loop_coupling(law, {}, 0.5, 1e-4);
+  EXPECT_EQ(free.tool_mass_kg, 0);
+  EXPECT_EQ(free.tool_inertia_kg_m2, 0);
+  EXPECT_EQ(free.parameters.damping_n_s_per_m, 0);
+  const LoopCoupling held = loop_coupling(law, {}, 0.5, 1e-4, true);
+  EXPECT_EQ(held.tool_mass_kg, 0.5);
+  EXPECT_EQ(held.parameters, CouplingParameters{});
+  wire::ServerControl grabbed;
+  grabbed.mutable_grabbed()->set_body(body_id_at(0).value);
+  bench.say(grabbed);
+  set(bench, "coupling.damping_n_s_per_m", 1);
+  bench.wait(CouplingWatch::kQuiet);
+  ASSERT_EQ(bench.session.coupling_check().moved.size(), 1U);
+  EXPECT_TRUE(bench.session.coupling_check().moved[0].is_held_body);
+  EXPECT_EQ(bench.session.coupling_check().moved[0].mass_kg, 0.5);
+}
+
+TEST(CouplingCheck, WarnsOfLawsThatAreActiveByThemselves) {
+  for (const CouplingLawInfo& law : coupling_laws()) {
+    SCOPED_TRACE(law.name);
+    wire::Joined joined = joined_with(10, 0.01);
+    joined.mutable_scene()->mutable_coupling()->set_law(std::string(law.name));
+    DeviceProfile device = light_device();
+    device.physical_damping_n_s_per_m.value = 5;  // pays for everything but a law's own nature
+    device.physical_damping_n_m_s_per_rad.value = 0.1;
+    SessionBench bench(with(device));
+    bench.join(joined);
+    EXPECT_TRUE(bench.scene_may_display());
+    const auto findings = findings_of(bench, device);
+    ASSERT_EQ(findings.size(), law.is_passive ? 0U : 1U);
+    if (law.is_passive) continue;
+    EXPECT_EQ(findings[0].verdict, StabilityVerdict::kNotPassive);
+    EXPECT_EQ(findings[0].parameter, "coupling.law");
+    EXPECT_THAT(findings[0].text, HasSubstr(law.tool == ToolDynamics::kAtHandle ? "delay" : "by its own nature"));
+  }
+}
+
+TEST(CouplingCheck, AsksOfWhatTheDeviceWouldBeAskedToRender) {
+  DeviceProfile device = light_device();
+  device.stiffness_maximum_n_per_m.value = 500;  // more is never displayed, whatever the scene says
+  SessionBench bench(with(device));
+  bench.join(joined_with(60000, 3));
+  EXPECT_TRUE(bench.scene_may_display());
+  const auto findings = findings_of(bench, device);
+  ASSERT_EQ(findings.size(), 1U);
+  EXPECT_EQ(findings[0].rendered_value == findings[0].value, findings[0].parameter != "coupling.stiffness_n_per_m");
+}
+
+TEST(CouplingCheck, NamesTheScenesValueAndWhatThisDeviceIsGiven) {
+  DeviceProfile device = light_device();
+  device.stiffness_maximum_n_per_m.value = 50000;
+  SessionBench bench(with(device));
+  bench.join(joined_with(60000, 3));
+  const auto findings = findings_of(bench, device);
+  ASSERT_FALSE(findings.empty());
+  EXPECT_EQ(findings[0].value, 60000);
+  EXPECT_EQ(findings[0].rendered_value, 50000);
+  EXPECT_LT(findings[0].remedy, 50000);
+  EXPECT_THAT(findings[0].text,
+              HasSubstr("coupling.stiffness_n_per_m is 6e+04 N/m in the scene, 5e+04 N/m on this device: unstable"));
+}
+
+TEST(CouplingCheck, SaysThatItRestsOnNumbersThatNobodyHasVerified) {
+  DeviceProfile device = light_device();
+  SessionBench bench(with(device));
+  bench.join(joined_with(60000, 3));
+  EXPECT_THAT(findings_of(bench, device)[0].text, testing::Not(HasSubstr("verified")));
+  device.apparent_mass_kg.source = "unverified: a guess";
+  EXPECT_THAT(findings_of(bench, device)[0].text, HasSubstr("nobody has verified"));
+}
+
+TEST(CouplingCheck, VelocityIsTakenOverATimeByEachEncodersOwnSteps) {
+  DeviceProfile device = light_device();
+  device.position_step_m.value = 1e-5;
+  device.rotation_step_rad.value = 0;
+  EXPECT_EQ(loop_device(device).velocity_window, 4);
+  EXPECT_EQ(loop_device(device).rotational_velocity_window, 1);
+  std::swap(device.position_step_m, device.rotation_step_rad);
+  device.rate_hz = 3000;
+  EXPECT_EQ(loop_device(device).velocity_window, 1);
+  EXPECT_EQ(loop_device(device).rotational_velocity_window, 12);
+  device.rate_hz = 100;
+  EXPECT_EQ(loop_device(device).rotational_velocity_window, 1);
+}
+
+TEST(CouplingCheck, QuickVerdictIsThatOfTheFindings) {
+  Random random(31, 0);
+  int refused = 0;
+  for (int i = 0; i < 40; ++i) {
+    SCOPED_TRACE("seed 31, scene " + std::to_string(i));
+    CouplingCheck check;
+    check.number = 1;
+    check.scene.law = static_cast<std::size_t>(random.uniform() * static_cast<double>(coupling_laws().size()));
+    check.scene.coupling.stiffness_n_per_m = 20 * std::pow(5000.0, random.uniform());
+    check.scene.coupling.damping_n_s_per_m = 0.02 * std::pow(1000.0, random.uniform());
+    check.moved = {{0.02 + random.uniform(), random.uniform() < 0.5}};
+    const auto findings = explained(check, light_device());
+    const bool is_unstable = std::any_of(findings.begin(), findings.end(), [](const StabilityFinding& finding) {
+      return finding.verdict == StabilityVerdict::kUnstable;
+    });
+    EXPECT_EQ(is_stable_coupling(check.scene, check.moved, light_device()), !is_unstable);
+    refused += is_unstable ? 1 : 0;
+  }
+  EXPECT_GT(refused, 5);
+  EXPECT_LT(refused, 35);
+}
+
+TEST(CouplingCheck, SeesTheSceneThroughTheWorkspaceMapping) {
+  SessionBench bench(with(light_device()));
+  wire::Joined joined = joined_with(60000, 3);
+  // A hundredth of the stiffness reaches the hand, and of the damping, and of the tool's mass.
+  joined.mutable_scene()->mutable_tools(0)->mutable_workspace()->set_force_scale(0.01);
+  joined.mutable_scene()->mutable_coupling()->set_damping_n_s_per_m(100);
+  bench.join(joined);
+  EXPECT_TRUE(bench.scene_may_display());
+}
+
+TEST(CouplingCheck, AsksNothingForAnObserverNorWithoutADevice) {
+  SessionSettings watching = with(light_device());
+  watching.role = wire::ROLE_OBSERVER;
+  SessionBench observer(watching);
+  wire::Joined joined = joined_with(60000, 3);
+  joined.set_role(wire::ROLE_OBSERVER);
+  observer.join(joined);
+  EXPECT_EQ(observer.session.coupling_check().number, 0U);
+  EXPECT_FALSE(observer.scene_may_display());
+  SessionBench unknown;
+  unknown.join(joined_with(60000, 3));
+  set_stiffness(unknown, 60000);
+  unknown.wait(CouplingWatch::kAtLatest);
+  EXPECT_EQ(unknown.session.coupling_check().number, 0U);
+  EXPECT_TRUE(unknown.scene_may_display());
+}
+
+TEST(CouplingCheck, IsOfTheLightestAndTheHeaviestThatTheToolCouldMove) {
+  const auto masses = [](const wire::Joined& joined, std::string_view law, BodyId held) {
+    std::vector<double> result;
+    for (const MovedThing& thing : things_to_move(joined, *find_coupling_law(law), held)) {
+      result.push_back(thing.mass_kg);
+    }
+    return result;
+  };
+  wire::Joined joined = joined_with(300, 3);
+  EXPECT_THAT(masses(joined, "spring-damper", BodyId{}), testing::ElementsAre(0.05));
+  for (const double mass : {0.0, 0.01, 2.0, 0.3}) {
+    wire::Body& body = *joined.mutable_scene()->add_bodies();
+    body.set_mass_kg(mass);
+    body.set_graspable(true);
+  }
+  joined.mutable_scene()->add_bodies()->set_mass_kg(50);  // cannot be grabbed
+  EXPECT_THAT(masses(joined, "spring-damper", BodyId{}), testing::ElementsAre(0.05, 0.01, 2.0));
+  EXPECT_THAT(masses(joined, "spring-damper", body_id_at(3)), testing::ElementsAre(0.05, 0.01, 2.0));
+  // What is in force for one mass says nothing about another.
+  EXPECT_THAT(masses(joined, "adaptive", BodyId{}), testing::ElementsAre(0.05));
+  EXPECT_THAT(masses(joined, "adaptive", body_id_at(3)), testing::ElementsAre(0.3));
+  joined.set_tool(7);
+  EXPECT_THAT(masses(joined, "spring-damper", BodyId{}), testing::ElementsAre(0));
+}
+
+/// The scene's masses, couplings and workspaces; its shapes do not matter here and take long to load.
+std::string without_shapes(const std::filesystem::path& file) {
+  const json::value scene = parse_json(read_text_file(file), file.string());
+  json::object bare{{"name", scene.at("name")}};
+  if (scene.as_object().contains("coupling")) bare["coupling"] = scene.at("coupling");
+  for (const char* list : {"bodies", "tools"}) {
+    json::array& things = bare.emplace(list, json::array()).first->value().as_array();
+    for (const json::value& thing : scene.at(list).as_array()) {
+      json::object& copy = things.emplace_back(json::object()).as_object();
+      for (const char* field : {"name", "mass_kg", "graspable", "workspace"}) {
+        if (thing.as_object().contains(field)) copy[field] = thing.at(field);
+      }
+      if (std::string_view(list) == "bodies") {
+        copy["shapes"] = json::array{json::object{{"box", json::object{{"size_m", {0.02, 0.02, 0.02}}}}}};
+      }
+    }
+  }
+  return json::serialize(bare);
+}
+
+TEST(CouplingCheck, NoShippedSceneIsRefusedOnTheSimulatedDevice) {
+  int scenes = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(TANDEM_SCENES)) {
+    if (entry.path().extension() != ".json") continue;
+    SCOPED_TRACE(entry.path().string());
+    const auto scene = load_scene_text(without_shapes(entry.path()), "scene", ".");
+    for (int tool = 0; tool < scene->description.tools_size(); ++tool) {
+      wire::Joined joined = minimal_joined();
+      *joined.mutable_scene() = scene->description;
+      joined.set_tool(static_cast<std::uint32_t>(tool));
+      SessionBench bench(with(find_device_profile("sim")));
+      bench.join(joined);
+      EXPECT_EQ(bench.state(), "active") << bench.session.status().why;
+      EXPECT_TRUE(bench.scene_may_display());
+      EXPECT_THAT(findings_of(bench, find_device_profile("sim")), testing::IsEmpty());
+    }
+    ++scenes;
+  }
+  EXPECT_GE(scenes, 6);
+}
+
+}  // namespace
+}  // namespace tandem

@@ -1,0 +1,239 @@
+// The stages against closed form, and against Newton's third law.
+#include "client/haptics/stages/stage.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <string>
+
+#include "client/haptics/stages/force_stream_stage.hpp"
+#include "client/haptics/stages/hold.hpp"
+#include "client/haptics/stages/late_pose.hpp"
+#include "client/haptics/stages/wave_stage.hpp"
+#include "common/base/random.hpp"
+#include "common/haptics/coupling/laws.hpp"
+
+namespace tandem {
+namespace {
+
+CouplingParameters unlimited() {
+  CouplingParameters parameters;
+  parameters.stiffness_n_per_m = 500;
+  parameters.damping_n_s_per_m = 2;
+  parameters.stiffness_n_m_per_rad = 0.4;
+  parameters.damping_n_m_s_per_rad = 0.01;
+  parameters.force_limit_n = 1e3;
+  parameters.torque_limit_n_m = 1e3;
+  return parameters;
+}
+
+/// A stage input with its own coupling and server state.
+struct Rig {
+  Rig() {
+    input.newest = &received;
+    input.coupling = &coupling;
+    input.parameters = &parameters;
+  }
+  Rig(const Rig&) = delete;
+  Rig& operator=(const Rig&) = delete;
+
+  CouplingParameters parameters = unlimited();
+  SpringDamper coupling{unlimited()};
+  ReceivedUpdate received;
+  ServerUpdate& newest = received.update;
+  StageInput input;
+};
+
+TEST(LatePose, IsASpringAndDamperBetweenHandleAndNewestTool) {
+  Rig rig;
+  rig.input.handle.X = {Vec3(0.01, 0, 0), quaternion_of(Vec3(0, 0, 0.2))};
+  rig.input.handle.V = {Vec3(0, 0.1, 0), Vec3(0, 0, 1)};
+  rig.newest.tool.V.v = Vec3(0, 0, 0.2);
+  LatePose stage;
+  const Wrench on_hand = stage.tick(rig.input).wrench_on_hand_W;
+  // The handle turns at 1 rad/s: its point at the tool, 0.01 m behind, moves at 0.1 − 0.01 m/s.
+  EXPECT_LT((on_hand.f - Vec3(-5.0, -0.18, 0.4)).norm(), 1e-12) << "−(500 d + 2 Δv)";
+  const Vec3 lever = Vec3(0.01, 0, 0).cross(-on_hand.f);
+  EXPECT_LT((on_hand.t - lever - Vec3(0, 0, -(0.4 * 0.2 + 0.01 * 1))).norm(), 1e-12);
+}
+
+TEST(LatePose, PairOnHandAndToolSumsToZero) {
+  const char* text = std::getenv("TANDEM_SEED");
+  const std::uint64_t seed = text != nullptr ? std::strtoull(text, nullptr, 10) : 17;
+  SCOPED_TRACE("TANDEM_SEED=" + std::to_string(seed));
+  Random random(seed);
+  const auto vector = [&random](double scale) {
+    return Vec3(scale * Vec3(random.normal(), random.normal(), random.normal()));
+  };
+  Rig rig;
+  LatePose stage;
+  for (int i = 0; i < 1000; ++i) {
+    rig.input.handle = {{vector(0.05), quaternion_of(vector(0.5))}, {vector(0.3), vector(3)}};
+    rig.newest.tool = {{vector(0.05), quaternion_of(vector(0.5))}, {vector(0.3), vector(3)}};
+    const Wrench on_hand = stage.tick(rig.input).wrench_on_hand_W;
+    const RigidState& tool = rig.newest.tool;
+    const RigidState& handle = rig.input.handle;
+    const Wrench on_tool = rig.coupling.wrench_on_tool_W(coupling_state(handle.X, handle.V, tool.X, tool.V));
+    const Vec3 moment_about_T = on_tool.t + on_hand.t + (handle.X.p - tool.X.p).cross(on_hand.f);
+    ASSERT_EQ(on_hand.f + on_tool.f, Vec3::Zero());
+    ASSERT_LT(moment_about_T.norm(), 1e-12);
+  }
+}
+
+TEST(LatePose, IsZeroAtTheToolAndWithoutAnyState) {
+  Rig rig;
+  rig.input.handle.X.p = rig.newest.tool.X.p = Vec3(1, 2, 3);
+  LatePose stage;
+  EXPECT_TRUE(stage.tick(rig.input).wrench_on_hand_W.f.isZero(0));
+  rig.input.newest = nullptr;
+  rig.input.handle.X.p = Vec3::Zero();
+  EXPECT_TRUE(stage.tick(rig.input).wrench_on_hand_W.f.isZero(0));
+}
+
+TEST(LatePose, OfALawWithoutASpringShowsTheServersWrench) {
+  Rig rig;
+  const auto direct = make_coupling_law("direct", unlimited());
+  rig.input.coupling = direct.get();
+  rig.input.handle.X.p = Vec3(0.01, 0, 0);
+  rig.newest.wrench_on_hand_W = {Vec3(1, 2, 3), Vec3(0.1, 0.2, 0.3)};
+  LatePose stage;
+  EXPECT_EQ(stage.tick(rig.input).wrench_on_hand_W.f, rig.newest.wrench_on_hand_W.f);
+  EXPECT_EQ(stage.tick(rig.input).wrench_on_hand_W.t, rig.newest.wrench_on_hand_W.t);
+}
+
+TEST(Hold, ShowsTheServersWrenchUnchangedWhateverTheHandDoes) {
+  Rig rig;
+  rig.newest.wrench_on_hand_W = {Vec3(1, 2, 3), Vec3(0.1, 0.2, 0.3)};
+  Hold stage;
+  for (const double x : {0.0, 0.5, -3.0}) {
+    rig.input.handle.X.p.x() = x;
+    const Wrench on_hand = stage.tick(rig.input).wrench_on_hand_W;
+    EXPECT_EQ(on_hand.f, rig.newest.wrench_on_hand_W.f);
+    EXPECT_EQ(on_hand.t, rig.newest.wrench_on_hand_W.t);
+  }
+  rig.input.newest = nullptr;
+  EXPECT_TRUE(stage.tick(rig.input).wrench_on_hand_W.f.isZero(0));
+}
+
+/// Server states at 200 Hz of a force along x, `age` old when they arrive, the server's clock an hour ahead.
+struct LateForce {
+  explicit LateForce(const char* name) : stage(name) { rig.received.clock_offset = kOffset; }
+
+  /// One tick; the force shown.
+  double tick(double (*force)(double t)) {
+    now += std::chrono::milliseconds(1);
+    rig.input.now = now;
+    rig.input.is_new = ++k % 5 == 0;
+    if (rig.input.is_new) {
+      const LocalTime stepped = now - age;
+      rig.newest.stepped = ServerTime(stepped.time_since_epoch() + kOffset);
+      rig.newest.wrench_on_hand_W.f.x() = force(to_seconds(stepped.time_since_epoch()));
+    }
+    rig.input.newest = k < 5 ? nullptr : &rig.received;
+    return stage.tick(rig.input).wrench_on_hand_W.f.x();
+  }
+
+  static constexpr Duration kOffset{std::chrono::hours(1)};
+  Rig rig;
+  ForceStreamStage stage;
+  LocalTime now{std::chrono::seconds(1)};
+  Duration age{std::chrono::milliseconds(20)};
+  int k = 0;
+};
+
+TEST(ForceStreamStage, LinearContinuesARampOverItsMeasuredAge) {
+  LateForce late("linear");
+  const auto ramp = [](double t) { return 2 * t; };
+  for (int k = 0; k < 200; ++k) {
+    const double shown = late.tick(ramp);
+    if (k <= 100) continue;
+    ASSERT_NEAR(shown, ramp(to_seconds(late.now.time_since_epoch())), 1e-6) << k;
+  }
+}
+
+TEST(ForceStreamStage, ArFollowsASineBetterThanTheLastSample) {
+  LateForce late("ar-spline"), held("hold");
+  const auto sine = [](double t) { return 3 + std::sin(2 * 3.14159265358979 * 2 * t); };
+  double late_error = 0, held_error = 0;
+  for (int k = 0; k < 4000; ++k) {
+    const double ar = late.tick(sine), hold = held.tick(sine);
+    late.stage.service();
+    if (k < 2000) continue;
+    const double truth = sine(to_seconds(late.now.time_since_epoch()));
+    late_error += std::pow(ar - truth, 2);
+    held_error += std::pow(hold - truth, 2);
+  }
+  EXPECT_LT(std::sqrt(late_error), 0.25 * std::sqrt(held_error));
+}
+
+TEST(ForceStreamStage, ForgetsOnReset) {
+  LateForce late("linear");
+  for (int k = 0; k < 50; ++k) late.tick([](double) { return 2.0; });
+  late.stage.reset();
+  late.rig.input.is_new = false;
+  EXPECT_EQ(late.stage.tick(late.rig.input).wrench_on_hand_W.f.norm(), 0);
+}
+
+TEST(ContactOnset, HasHysteresis) {
+  ContactOnset onset;
+  const auto force = [](double f) { return Wrench{Vec3(f, 0, 0), Vec3::Zero()}; };
+  EXPECT_FALSE(onset.changes_with(force(0.07)));
+  EXPECT_TRUE(onset.changes_with(force(0.2)));
+  EXPECT_FALSE(onset.changes_with(force(0.07)));
+  EXPECT_TRUE(onset.changes_with(force(0.01)));
+}
+
+TEST(WaveStage, TellsTheServerItsModeAndIsADamperUntilTheFirstEcho) {
+  Rig rig;
+  WaveStage stage({20, 0.01});
+  rig.input.tick.value = 1;
+  stage.tick(rig.input);
+  StageOutput output;
+  for (int k = 0; k < 100; ++k) {
+    ++rig.input.tick.value;
+    rig.input.handle.X.p.x() += 1e-4;
+    output = stage.tick(rig.input);
+  }
+  EXPECT_EQ(output.mode, ClientMode::kWave);
+  EXPECT_NEAR(output.wrench_on_hand_W.f.x(), -20 * 0.1, 1e-9) << "b v";
+  EXPECT_GT(output.wave.f.x(), 0.9 * std::sqrt(2 * 20) * 0.01) << "√(2b) x";
+}
+
+TEST(WaveStage, AJumpOverTicksWithoutAHandIsNoVelocity) {
+  Rig rig;
+  WaveStage stage({20, 0.01});
+  rig.input.tick.value = 1;
+  stage.tick(rig.input);
+  rig.input.tick.value = 30;
+  rig.input.handle.X.p.x() = 0.05;
+  EXPECT_EQ(stage.tick(rig.input).wrench_on_hand_W.f.norm(), 0);
+}
+
+TEST(Stages, EveryListedNameMakesAStageOfThatName) {
+  for (const std::string_view name : stage_names()) {
+    for (const std::string_view predictor : predictor_names()) {
+      const auto stage = make_stage({.name = std::string(name), .predictor = std::string(predictor)});
+      ASSERT_NE(stage, nullptr);
+      EXPECT_EQ(stage->name(), name);
+    }
+  }
+  EXPECT_THAT(stage_names(), ::testing::IsSupersetOf({"late-pose", "hold", "linear", "ar", "ar-spline", "wave"}));
+  EXPECT_THAT(predictor_names(), ::testing::IsSupersetOf({"none", "hold", "linear", "ar-spline"}));
+  EXPECT_EQ(make_stage({.name = "telepathy"}), nullptr);
+  EXPECT_EQ(make_stage({.name = "hold", .predictor = "telepathy"}), nullptr);
+}
+
+TEST(Stages, WithoutAnyStateEachShowsNothing) {
+  for (const std::string_view name : stage_names()) {
+    Rig rig;
+    rig.input.newest = nullptr;
+    rig.input.handle.X.p.x() = 0.01;
+    const StageOutput output = make_stage({.name = std::string(name)})->tick(rig.input);
+    EXPECT_TRUE(output.wrench_on_hand_W.f.isZero(0)) << name;
+  }
+}
+
+}  // namespace
+}  // namespace tandem

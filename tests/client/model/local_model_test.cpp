@@ -1,0 +1,348 @@
+// The local model against a server's world, with the delay between them as a queue: what the hand feels must be what it
+// would feel without a delay, wherever nobody else is involved.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <deque>
+#include <memory>
+#include <vector>
+
+#include "client/model/local_model.hpp"
+#include "common/haptics/coupling/laws.hpp"
+#include "common/physics/followed_bodies.hpp"
+#include "proto/world_from_wire.hpp"
+
+namespace tandem {
+namespace {
+
+constexpr Duration kPeriod{std::chrono::milliseconds(1)};
+constexpr BodyId kBlock = body_id_at(1);
+
+TouchModel touch_of(std::shared_ptr<const ContactShape> shape) {
+  return touch_model_of({{std::move(shape), Pose{}}}, 1e10);
+}
+
+MassProperties cube_mass(double mass_kg, double edge_m) {
+  MassProperties mass;
+  mass.mass_kg = mass_kg;
+  mass.principal_inertia_kg_m2 = Vec3::Constant(mass_kg * edge_m * edge_m / 6);
+  return mass;
+}
+
+/// A table whose top is z = 0, a block of 0.5 kg in front of a ball-tipped tool, and a second tool behind the block.
+std::shared_ptr<WorldDescription> scene() {
+  auto world = std::make_shared<WorldDescription>();
+  BodyDescription table;
+  static const auto plate = make_contact_box({0.3, 0.3, 0.02});
+  table.touch = touch_of(plate);
+  table.X_WB.p.z() = -0.01;
+  BodyDescription block;
+  static const auto box = make_contact_box(Vec3::Constant(0.04));
+  block.touch = touch_of(box);
+  block.mass = cube_mass(0.5, 0.04);
+  block.X_WB.p = {0, 0, 0.02};
+  block.traits.friction = 0.1;
+  block.is_graspable = true;
+  world->bodies = {table, block};
+  for (const double side : {-1.0, 1.0}) {
+    ToolDescription tool;
+    static const auto ball = make_contact_sphere(0.005);
+    tool.touch = touch_of(ball);
+    tool.mass = cube_mass(0.03, 0.04);
+    tool.X_WT.p = {side * 0.04, 0, 0.02};
+    world->tools.push_back(tool);
+  }
+  world->coupling.law = "spring-damper";
+  world->coupling.parameters.stiffness_n_per_m = 500;
+  world->coupling.parameters.damping_n_s_per_m = 5;
+  return world;
+}
+
+RigidState at(const Vec3& p, const Vec3& v = Vec3::Zero()) {
+  return {{p, Quat::Identity()}, {v, Vec3::Zero()}};
+}
+
+/// A server's world and one client's model of it, a fixed time apart.
+class Across {
+ public:
+  Across(const std::shared_ptr<const WorldDescription>& world, int one_way_ticks,
+         const LocalModelSettings& settings = {})
+      : server(world, std::make_unique<FollowedBodies>(world->bodies.size()), nullptr),
+        model(world, 0, settings),
+        coupling_(world->coupling.parameters),
+        one_way_(static_cast<std::size_t>(one_way_ticks)) {
+    server.activate_tool(0);
+  }
+
+  /// One tick of both; the wrench is on the client's hand.
+  Wrench tick(const RigidState& handle, std::uint32_t buttons = 0) {
+    ++tick_.value;
+    up_.push_back({tick_, handle, buttons});
+    if (up_.size() > one_way_) {
+      input_ = up_.front();
+      up_.pop_front();
+    }
+    if (input_.tick.value != 0) take_input();
+    server.step();
+    down_.push_back(update());
+    LocalModelInput input;
+    if (down_.size() > one_way_) {
+      newest_.update = down_.front();
+      newest_.received = now();
+      down_.pop_front();
+      has_newest_ = true;
+      input.is_new = true;
+    }
+    input.input = tick_;
+    input.now = now();
+    input.handle = handle;
+    input.buttons = buttons;
+    input.newest = has_newest_ ? &newest_ : nullptr;
+    input.coupling = coupling_;
+    return model.step(input);
+  }
+
+  /// How many hands the server says there are on the block, instead of those that there are.
+  std::uint32_t told_hands = 0;
+  /// The server says that another user holds it.
+  bool is_told_held = false;
+  World server;
+  LocalModel model;
+
+ private:
+  struct Input {
+    Tick tick;
+    RigidState handle;
+    std::uint32_t buttons = 0;
+  };
+
+  void take_input() {
+    server.set_handle(0, input_.handle);
+    const bool is_down = (input_.buttons & kButtonGrab) != 0;
+    if (is_down && !was_down_) server.grab(0, BodyId{});
+    if (!is_down && was_down_) server.release(0);
+    was_down_ = is_down;
+  }
+
+  ServerUpdate update() {
+    ServerUpdate told;
+    told.step.value = tick_.value;
+    told.stepped = ServerTime{now().time_since_epoch()};
+    told.answered_input = input_.tick;
+    const ToolState tool = server.tool(0);
+    told.tool = tool.tool;
+    told.wrench_on_hand_W = tool.wrench_on_hand_W;
+    told.held_body = tool.held;
+    if (tool.held.is_valid()) told.X_BT = server.body(tool.held).X.inverse() * tool.tool.X;
+    const std::uint32_t hands = told_hands > 0 ? told_hands : server.hands_on(kBlock);
+    if (is_told_held) told.users.push_back({UserId{2}, RigidState{}, kBlock});
+    told.bodies.push_back({kBlock, server.body(kBlock), UserId{}, hands});
+    return told;
+  }
+
+  LocalTime now() const { return LocalTime{kPeriod * static_cast<int>(tick_.value)}; }
+
+  CouplingParameters coupling_;
+  std::size_t one_way_;
+  Tick tick_;
+  std::deque<Input> up_;
+  std::deque<ServerUpdate> down_;
+  Input input_;
+  ReceivedUpdate newest_;
+  bool has_newest_ = false;
+  bool was_down_ = false;
+};
+
+/// From where the tool starts, in 1 s to `end`, and then for 1 s there.
+std::vector<Wrench> felt(Across& across, const Vec3& start, const Vec3& end) {
+  std::vector<Wrench> wrenches;
+  for (int k = 0; k < 400; ++k) across.tick(at(start));
+  for (int k = 0; k <= 2000; ++k) {
+    const double share = std::min(1.0, k / 1000.0);
+    const Vec3 v = k < 1000 ? Vec3(end - start) : Vec3(Vec3::Zero());
+    wrenches.push_back(across.tick(at(start + share * (end - start), v)));
+  }
+  return wrenches;
+}
+
+double largest_difference_n(const std::vector<Wrench>& a, const std::vector<Wrench>& b) {
+  double largest = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) largest = std::max(largest, (a[i].f - b[i].f).norm());
+  return largest;
+}
+
+class LocalModelDelay : public testing::TestWithParam<int> {};
+
+TEST_P(LocalModelDelay, AStaticThingIsFeltAsWithoutADelay) {
+  const Vec3 start{-0.04, 0, 0.02}, pressed{-0.1, 0, -0.01};
+  Across near(scene(), 1), far(scene(), GetParam());
+  const auto without = felt(near, start, pressed), with = felt(far, start, pressed);
+  EXPECT_GT(without.back().f.norm(), 3);
+  // The same inputs in the same order into the same world.
+  EXPECT_LT(largest_difference_n(without, with), 1e-3);
+}
+
+TEST_P(LocalModelDelay, ABodyThatOnlyThisUserPushesIsFeltAsWithoutADelay) {
+  const Vec3 start{-0.04, 0, 0.02}, pushed{0.06, 0, 0.02};
+  Across near(scene(), 1), far(scene(), GetParam());
+  const auto without = felt(near, start, pushed), with = felt(far, start, pushed);
+  double most = 0;
+  for (const Wrench& wrench : without) most = std::max(most, wrench.f.norm());
+  EXPECT_GT(most, 0.4);
+  EXPECT_LT(largest_difference_n(without, with), 0.05);
+  // Both have it at the same place once all is at rest and the answers are here.
+  EXPECT_NEAR(far.model.body(kBlock).X.p.x(), far.server.body(kBlock).X.p.x(), 5e-4);
+}
+
+TEST_P(LocalModelDelay, AWrongMassIsReconciledAndStaysCalm) {
+  LocalModelSettings settings;
+  settings.mass_scale = 0.6;
+  const Vec3 start{-0.04, 0, 0.02}, pushed{0.06, 0, 0.02};
+  Across far(scene(), GetParam(), settings);
+  const auto forces = felt(far, start, pushed);
+  for (int k = 0; k < 1500; ++k) far.tick(at(pushed));
+  EXPECT_NEAR(far.model.body(kBlock).X.p.x(), far.server.body(kBlock).X.p.x(), 1e-3);
+  EXPECT_LT(far.model.body(kBlock).V.v.norm(), 1e-3);
+}
+
+TEST_P(LocalModelDelay, AGraspIsForetoldAndThenTheServers) {
+  Across far(scene(), GetParam());
+  const Vec3 start{-0.04, 0, 0.02}, beside{-0.026, 0, 0.02}, lifted{-0.026, 0, 0.06};
+  for (int k = 0; k < 700; ++k) far.tick(at(start));
+  for (int k = 0; k < 1000; ++k) far.tick(at(start + std::min(1.0, k / 500.0) * (beside - start)));
+  far.tick(at(beside), kButtonGrab);
+  EXPECT_EQ(far.model.held(), kBlock);
+  for (int k = 0; k < 2 * GetParam() + 20; ++k) far.tick(at(beside), kButtonGrab);
+  EXPECT_EQ(far.server.tool(0).held, kBlock);
+  EXPECT_EQ(far.model.held(), kBlock);
+  Wrench wrench;
+  for (int k = 0; k < 3000; ++k) {
+    wrench = far.tick(at(beside + std::min(1.0, k / 1000.0) * (lifted - beside)), kButtonGrab);
+  }
+  EXPECT_NEAR(wrench.f.z(), -0.5 * 9.81, 0.1);
+  EXPECT_NEAR((far.model.body(kBlock).X.p - far.server.body(kBlock).X.p).norm(), 0, 1e-3);
+  far.tick(at(lifted));
+  EXPECT_FALSE(far.model.held().is_valid());
+}
+
+INSTANTIATE_TEST_SUITE_P(OneWay, LocalModelDelay, testing::Values(5, 150));
+
+TEST(LocalModel, FollowsABodyThatOthersMove) {
+  auto world = scene();
+  Across far(world, 50);
+  const Vec3 start{-0.3, 0, 0.02};
+  for (int k = 0; k < 500; ++k) far.tick(at(start));
+  for (int k = 0; k < 1000; ++k) {
+    far.server.set_body(kBlock, at({0.1e-3 * k, 0, 0.02}, {0.1, 0, 0}));
+    far.tick(at(start));
+  }
+  // Carried on to the present by its velocity: without, it would be 5 mm behind.
+  EXPECT_NEAR(far.model.body(kBlock).X.p.x(), far.server.body(kBlock).X.p.x(), 1e-3);
+  EXPECT_EQ(far.model.joint_share(), 0);
+}
+
+TEST(LocalModel, JoinsWhatOthersTouchTooAndLetsGoOfItSmoothly) {
+  Across far(scene(), 50);
+  const Vec3 start{-0.04, 0, 0.02}, pressed{-0.015, 0, 0.02};
+  for (int k = 0; k < 500; ++k) far.tick(at(start));
+  for (int k = 0; k < 500; ++k) far.tick(at(start + k / 500.0 * (pressed - start)));
+  far.told_hands = 2;
+  double before = 0, steepest = 0;
+  for (int k = 0; k < 600; ++k) {
+    far.tick(at(pressed));
+    steepest = std::max(steepest, std::abs(far.model.joint_share() - before));
+    before = far.model.joint_share();
+  }
+  EXPECT_EQ(far.model.joint_share(), 1);
+  ASSERT_EQ(far.model.copies().size(), 1u);
+  EXPECT_EQ(far.model.copies()[0].body, kBlock);
+  // 1.5 / 100 ms at the middle of the eased rise.
+  EXPECT_LT(steepest, 0.016);
+  far.told_hands = 1;
+  for (int k = 0; k < 600; ++k) far.tick(at(pressed));
+  EXPECT_EQ(far.model.joint_share(), 0);
+}
+
+TEST(LocalModel, WhatAnotherHoldsDoesNotFallWhenItIsTouched) {
+  // A loop shorter and one longer than what the server may know of a touch sooner or later.
+  for (const int one_way_ticks : {12, 50}) {
+    Across far(scene(), one_way_ticks);
+    far.server.activate_tool(1);
+    far.server.set_body(kBlock, at({0, 0, 0.1}));
+    far.server.hold(1, kBlock, Pose{});
+    far.is_told_held = true;
+    const Vec3 start{-0.04, 0, 0.1}, touching{-0.0245, 0, 0.1};
+    for (int k = 0; k < 1500; ++k) far.tick(at(start));
+    const double before_m = far.model.body(kBlock).X.p.z();
+    EXPECT_NEAR(before_m, far.server.body(kBlock).X.p.z(), 1e-4);
+    double lowest_m = before_m;
+    for (int k = 0; k < 1000; ++k) {
+      far.tick(at(start + std::min(1.0, k / 300.0) * (touching - start)));
+      lowest_m = std::min(lowest_m, far.model.body(kBlock).X.p.z());
+    }
+    EXPECT_EQ(far.model.joint_share(), 1) << "it was not touched, so nothing was tested";
+    EXPECT_NEAR(lowest_m, before_m, 1e-3) << one_way_ticks;
+  }
+}
+
+TEST(LocalModel, WhoAloneHoldsASharedBodyFeelsAllOfItsWeight) {
+  Across far(scene(), 50);
+  const Vec3 start{-0.04, 0, 0.02}, beside{-0.026, 0, 0.02}, lifted{-0.026, 0, 0.06};
+  for (int k = 0; k < 700; ++k) far.tick(at(start));
+  for (int k = 0; k < 1000; ++k) far.tick(at(start + std::min(1.0, k / 500.0) * (beside - start)));
+  const auto weight_after = [&](std::uint32_t hands, bool another_holds) {
+    far.told_hands = hands;
+    far.is_told_held = another_holds;
+    Wrench wrench;
+    for (int k = 0; k < 1500; ++k) wrench = far.tick(at(lifted), kButtonGrab);
+    return -wrench.f.z();
+  };
+  EXPECT_NEAR(weight_after(1, false), 0.5 * 9.81, 0.05);
+  EXPECT_NEAR(weight_after(2, false), 0.5 * 9.81, 0.05) << "the other only touches it";
+  EXPECT_EQ(far.model.joint_share(), 1);
+  // The server's body, which has no joint here, hangs in the coupling of 500 N/m; the copy without weight between both.
+  const Joint joint = joint_for(far.model.loop_delay(), Duration{0}, Vec3::Zero());
+  const double part = joint.stiffness_n_per_m / (joint.stiffness_n_per_m + 500);
+  EXPECT_NEAR(weight_after(2, true), part * 0.5 * 9.81, 0.1);
+}
+
+TEST(LocalModel, ShowsNothingBeforeTheServersFirstState) {
+  LocalModel model(scene(), 0);
+  LocalModelInput input;
+  input.input = Tick{1};
+  input.handle = at({1, 0, 0});
+  EXPECT_EQ(model.step(input).f.norm(), 0);
+  EXPECT_FALSE(model.has_started());
+}
+
+TEST(LocalModel, FeelsASoftContactThatTheServerTellsWithoutAStep) {
+  auto world = scene();
+  LocalModel model(world, 0);
+  ReceivedUpdate newest;
+  newest.update.tool = at(world->tools[0].X_WT.p);
+  LocalModelInput input;
+  input.handle = newest.update.tool;
+  input.newest = &newest;
+  input.coupling = world->coupling.parameters;
+  double before = 0, steepest = 0;
+  for (std::uint64_t k = 1; k < 500; ++k) {
+    input.input = Tick{k};
+    input.now = LocalTime{kPeriod * static_cast<int>(k)};
+    input.is_new = k == 100;
+    if (k == 100) {
+      newest.update.soft_contact.wrench_W.f = {0, 0, 1};
+      newest.update.soft_contact.X_WT0 = newest.update.tool.X;
+      newest.update.soft_contact.trust_radius_m = 0.05;
+    }
+    const double force = -model.step(input).f.z();
+    steepest = std::max(steepest, std::abs(force - before));
+    before = force;
+  }
+  EXPECT_NEAR(std::abs(before), 1, 0.01);
+  // 1 / (e · 50 ms) at most; the tool's mass and coupling only make it slower.
+  EXPECT_LT(steepest, 0.01);
+}
+
+}  // namespace
+}  // namespace tandem

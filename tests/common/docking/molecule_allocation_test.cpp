@@ -1,0 +1,27 @@
+// Apart from molecule_test.cpp: it counts the whole program's allocations.
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "common/docking/lennard_jones.hpp"
+#include "tests/support/allocation_counter.hpp"
+#include "tests/support/molecules.hpp"
+
+namespace tandem {
+namespace {
+
+TEST(LennardJonesField, EvaluateAllocatesNothing) {
+  std::mt19937 random(1);
+  const Molecule a = test::random_molecule(300, random);
+  const Molecule b = test::random_molecule(100, random);
+  for (const std::string_view kernel : LennardJonesField::available_kernels()) {
+    LennardJonesField field(a, b, kernel);
+    const std::uint64_t before = allocation_count();
+    const FieldResult result = field.evaluate({{25, 1, 2}, Quat::Identity()});
+    EXPECT_EQ(allocation_count(), before) << kernel;
+    EXPECT_NE(result.energy_kj_per_mol, 0.0) << kernel;
+  }
+}
+
+}  // namespace
+}  // namespace tandem

@@ -1,0 +1,102 @@
+// What a server makes of a molecule is what a client gets; nothing else gets in.
+#include "common/docking/molecule_asset.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+#include "common/base/byte_io.hpp"
+#include "common/base/random.hpp"
+#include "common/docking/lennard_jones.hpp"
+#include "tests/support/molecules.hpp"
+
+namespace tandem {
+namespace {
+
+Molecule sample(std::size_t count) {
+  std::mt19937 random(5);
+  Molecule molecule = test::random_molecule(count, random);
+  for (std::size_t i = 0; i < count; ++i) molecule.charge_e[i] = 0.01 * static_cast<double>(i % 7) - 0.03;
+  return molecule;
+}
+
+/// With the checksum that belongs to it, as somebody who means harm would send it.
+std::vector<std::byte> sealed(std::vector<std::byte> bytes) {
+  const auto* const octets = reinterpret_cast<const std::uint8_t*>(bytes.data());
+  const std::uint64_t sum = checksum_of({octets, bytes.size() - sizeof(std::uint64_t)});
+  std::memcpy(bytes.data() + bytes.size() - sizeof sum, &sum, sizeof sum);
+  return bytes;
+}
+
+std::vector<std::byte> with_number(std::size_t offset, double value) {
+  std::vector<std::byte> bytes = molecule_asset_bytes(sample(20));
+  std::memcpy(bytes.data() + offset, &value, sizeof value);
+  return sealed(bytes);
+}
+
+TEST(MoleculeAsset, ReadsBackToTheBitSoThatBothEndsFeelTheSameField) {
+  const Molecule written = sample(100);
+  const auto read = molecule_from(molecule_asset_bytes(written));
+  ASSERT_TRUE(read);
+  EXPECT_EQ(read->positions_angstrom, written.positions_angstrom);
+  EXPECT_EQ(read->sigma_angstrom, written.sigma_angstrom);
+  EXPECT_EQ(read->epsilon_kj_per_mol, written.epsilon_kj_per_mol);
+  EXPECT_EQ(read->charge_e, written.charge_e);
+  EXPECT_EQ(read->mass_u, written.mass_u);
+  const Pose far{Vec3(25, 3, -4), Quat(0.5, 0.5, -0.5, 0.5)};
+  EXPECT_EQ(lennard_jones_exact(*read, *read, far).force_on_b, lennard_jones_exact(written, written, far).force_on_b);
+}
+
+TEST(MoleculeAsset, EveryNumberOutOfItsRangeIsRefusedAlsoUnderAGoodChecksum) {
+  constexpr std::size_t kFirstAtom = 12;
+  for (std::size_t number = 0; number < 7; ++number) {
+    const std::size_t offset = kFirstAtom + 8 * number;
+    for (const double bad : {std::nan(""), std::numeric_limits<double>::infinity(), 1e300, -1e300}) {
+      EXPECT_FALSE(molecule_from(with_number(offset, bad))) << "number " << number << " = " << bad;
+    }
+  }
+  EXPECT_TRUE(molecule_from(with_number(kFirstAtom, 1.5)));
+  EXPECT_FALSE(molecule_from(with_number(kFirstAtom + 24, 0.05))) << "a sigma that the kernels cannot bound";
+}
+
+TEST(MoleculeAsset, CountsAndLengthsThatDoNotAgreeAreRefused) {
+  const std::vector<std::byte> good = molecule_asset_bytes(sample(20));
+  for (std::size_t length = 0; length < good.size(); ++length) {
+    std::vector<std::byte> cut(good.begin(), good.begin() + static_cast<std::ptrdiff_t>(length));
+    EXPECT_FALSE(molecule_from(cut)) << length;
+    if (length < 8) continue;
+    EXPECT_FALSE(molecule_from(sealed(cut))) << length;
+  }
+  for (const std::uint32_t count : {0U, 19U, 21U, 0xFFFFFFFFU}) {
+    std::vector<std::byte> bytes = good;
+    std::memcpy(bytes.data() + 8, &count, sizeof count);
+    EXPECT_FALSE(molecule_from(sealed(bytes))) << count;
+  }
+}
+
+TEST(MoleculeAsset, FlippedBytesAreRefusedOrReadAsAMoleculeThatTheFieldCanBear) {
+  const std::vector<std::byte> good = molecule_asset_bytes(sample(20));
+  Random random(11);
+  for (int trial = 0; trial < 5000; ++trial) {
+    std::vector<std::byte> bytes = good;
+    for (std::uint32_t flips = 1 + random.next_u32() % 4; flips > 0; --flips) {
+      bytes[random.next_u32() % bytes.size()] = static_cast<std::byte>(random.next_u32());
+    }
+    EXPECT_TRUE(bytes == good || !molecule_from(bytes)) << "the checksum";
+    const auto molecule = molecule_from(sealed(bytes));
+    if (!molecule) continue;
+    EXPECT_NO_THROW(validate(*molecule));
+  }
+}
+
+TEST(MoleculeAsset, WhatIsNoMoleculeIsNotWritten) {
+  EXPECT_THROW(molecule_asset_bytes(Molecule{}), std::invalid_argument);
+  Molecule incomplete = sample(3);
+  incomplete.charge_e.pop_back();
+  EXPECT_THROW(molecule_asset_bytes(incomplete), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace tandem

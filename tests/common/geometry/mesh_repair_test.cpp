@@ -1,0 +1,284 @@
+#include "common/geometry/mesh_repair.hpp"
+
+#include <gmock/gmock.h>
+
+#include <limits>
+#include <numbers>
+
+#include "common/geometry/tessellation.hpp"
+#include "tests/common/contact/mesh_measures.hpp"
+#include "tests/common/contact/test_meshes.hpp"
+
+namespace tandem {
+namespace {
+
+using ::testing::Contains;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+const Vec3 kCube = Vec3::Constant(0.02);
+constexpr double kCubeVolume = 8e-6;
+
+/// Every triangle with corners of its own, as in an STL file.
+TriangleMesh soup_of(const TriangleMesh& mesh) {
+  TriangleMesh soup;
+  for (const auto& triangle : mesh.triangles) {
+    const auto first = static_cast<int>(soup.vertices.size());
+    for (const int corner : triangle) soup.vertices.push_back(mesh.vertices[static_cast<std::size_t>(corner)]);
+    soup.triangles.push_back({first, first + 1, first + 2});
+  }
+  return soup;
+}
+
+std::string error_of(const TriangleMesh& mesh) {
+  try {
+    repaired(mesh);
+  } catch (const MeshError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(MeshRepair, LeavesAGoodMeshAsItIs) {
+  const TriangleMesh cube = tessellated_box(kCube);
+  const ContactMesh result = repaired(cube);
+  EXPECT_EQ(result.kind, SurfaceKind::kSolid);
+  EXPECT_EQ(result.mesh.triangles, cube.triangles);
+  EXPECT_THAT(result.notes, IsEmpty());
+}
+
+TEST(MeshRepair, MakesASolidOfLooseTriangles) {
+  TriangleMesh soup = soup_of(tessellated_box(kCube));
+  // As far apart as single precision puts them.
+  Random random(1);
+  for (Vec3& p : soup.vertices) p += Vec3(random.uniform(), random.uniform(), random.uniform()) * 1e-9;
+  const ContactMesh result = repaired(soup);
+  EXPECT_EQ(result.kind, SurfaceKind::kSolid);
+  EXPECT_EQ(result.mesh.vertices.size(), 8U);
+  EXPECT_TRUE(test::is_closed(result.mesh));
+  EXPECT_THAT(result.notes, Contains("28 vertices merged with others at the same place"));
+}
+
+TEST(MeshRepair, TurnsTrianglesThatRunAgainstTheirNeighbours) {
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    TriangleMesh mesh = tessellated_sphere(0.01);
+    const double volume = test::enclosed_m3(mesh);
+    Random random(seed);
+    for (auto& triangle : mesh.triangles) {
+      if (random.uniform() < 0.3) std::swap(triangle[0], triangle[1]);
+      std::rotate(triangle.begin(), triangle.begin() + random.next_u32() % 3, triangle.end());
+    }
+    const ContactMesh result = repaired(mesh);
+    EXPECT_TRUE(test::is_closed(result.mesh));
+    EXPECT_NEAR(test::enclosed_m3(result.mesh), volume, 1e-9 * volume);
+  }
+}
+
+TEST(MeshRepair, TurnsASolidThatIsInsideOut) {
+  const ContactMesh result = repaired(test::turned(tessellated_box(kCube)));
+  EXPECT_NEAR(test::enclosed_m3(result.mesh), kCubeVolume, 1e-15);
+  EXPECT_THAT(result.notes, Contains("1 part was inside out and is turned"));
+}
+
+TEST(MeshRepair, KeepsACavityEvenWhenAllIsInsideOut) {
+  TriangleMesh hollow = tessellated_box(2 * kCube);
+  test::append(hollow, test::turned(tessellated_box(kCube)));
+  for (const TriangleMesh& mesh : {hollow, test::turned(hollow)}) {
+    EXPECT_NEAR(test::enclosed_m3(repaired(mesh).mesh), 7 * kCubeVolume, 1e-15);
+  }
+}
+
+TEST(MeshRepair, TurnsOnlyThePartThatIsInsideOut) {
+  TriangleMesh mesh = tessellated_box(kCube);
+  test::append(mesh, test::turned(tessellated_box(kCube)), Vec3(0.1, 0, 0));
+  EXPECT_NEAR(test::enclosed_m3(repaired(mesh).mesh), 2 * kCubeVolume, 1e-15);
+}
+
+TEST(MeshRepair, ClosesTheHolesOfAScan) {
+  const TriangleMesh whole = tessellated_sphere(0.01);
+  TriangleMesh mesh = whole;
+  // A hole around a vertex, of many corners, and one of three.
+  const int vertex = mesh.triangles[4000][0];
+  const auto removed = std::erase_if(
+      mesh.triangles, [vertex](const auto& t) { return t[0] == vertex || t[1] == vertex || t[2] == vertex; });
+  ASSERT_GT(removed, 3U);
+  mesh.triangles.erase(mesh.triangles.begin() + 1000);
+  const ContactMesh result = repaired(mesh);
+  EXPECT_EQ(result.kind, SurfaceKind::kSolid);
+  EXPECT_TRUE(test::is_closed(result.mesh));
+  EXPECT_NEAR(test::enclosed_m3(result.mesh), test::enclosed_m3(whole), 1e-3 * test::enclosed_m3(whole));
+  EXPECT_THAT(result.notes, Contains(HasSubstr("2 holes closed")));
+}
+
+TEST(MeshRepair, ClosesADentedHoleWithoutOverlap) {
+  // The border of the missing top is not convex: a fan from any corner would leave it.
+  const std::vector<Vec3> outline = {{0, 0, 0}, {4, 0, 0}, {4, 4, 0}, {2, 1, 0}, {0, 4, 0}};
+  TriangleMesh mesh;
+  const auto n = static_cast<int>(outline.size());
+  for (const double z : {0.0, 40.0}) {
+    for (const Vec3& p : outline) mesh.vertices.push_back(1e-3 * (p + Vec3(0, 0, z)));
+  }
+  for (int i = 0; i < n; ++i) {
+    const int j = (i + 1) % n;
+    mesh.triangles.push_back({i, j, j + n});
+    mesh.triangles.push_back({i, j + n, i + n});
+  }
+  mesh.triangles.insert(mesh.triangles.end(), {{0, 3, 1}, {1, 3, 2}, {0, 4, 3}});
+  const ContactMesh result = repaired(mesh);
+  ASSERT_EQ(result.kind, SurfaceKind::kSolid);
+  EXPECT_TRUE(test::is_closed(result.mesh));
+  // The outline's area is 16 − 6; overlapping triangles would have more.
+  EXPECT_NEAR(test::area_m2(result.mesh) - test::area_m2(mesh), 10e-6, 1e-12);
+  EXPECT_NEAR(test::enclosed_m3(result.mesh), 400e-9, 1e-15);
+}
+
+TEST(MeshRepair, CallsOpenSurfacesSheets) {
+  const TriangleMesh square = test::height_field(0.1, 8, [](double, double) { return 0.0; });
+  EXPECT_EQ(repaired(square).kind, SurfaceKind::kSheet);
+  const TriangleMesh bowl = test::height_field(0.1, 8, [](double x, double y) { return 20 * (x * x + y * y); });
+  EXPECT_EQ(repaired(bowl).kind, SurfaceKind::kSheet);
+}
+
+TEST(MeshRepair, ClosesASlitWhereAVertexLiesOnAnEdge) {
+  // The face −z is divided at the middle of an edge, the face beyond that edge is not: nothing lies between.
+  TriangleMesh mesh = tessellated_box(kCube);
+  const auto middle = static_cast<int>(mesh.vertices.size());
+  mesh.vertices.push_back((mesh.vertices[0] + mesh.vertices[2]) / 2);
+  ASSERT_EQ(std::erase(mesh.triangles, std::array<int, 3>{0, 2, 3}), 1U);
+  mesh.triangles.insert(mesh.triangles.end(), {{0, middle, 3}, {middle, 2, 3}});
+  const ContactMesh result = repaired(mesh);
+  EXPECT_EQ(result.kind, SurfaceKind::kSolid);
+  EXPECT_TRUE(test::is_closed(result.mesh));
+  EXPECT_NEAR(test::enclosed_m3(result.mesh), kCubeVolume, 1e-15);
+  EXPECT_THAT(result.notes, Contains("1 slit without width closed"));
+  for (std::size_t i = 0; i < result.mesh.triangles.size(); ++i) EXPECT_GT(doubled_area(result.mesh, i).norm(), 1e-6);
+}
+
+TEST(MeshRepair, ClosesALongNarrowCrack) {
+  // The same with the vertex 20 µm off the edge: a disc of the crack's length would be 5 % of the cube.
+  TriangleMesh mesh = tessellated_box(kCube);
+  const auto middle = static_cast<int>(mesh.vertices.size());
+  const Vec3 inward = -((mesh.vertices[0] + mesh.vertices[2]) / 2).normalized();
+  mesh.vertices.push_back((mesh.vertices[0] + mesh.vertices[2]) / 2 + 2e-5 * inward);
+  ASSERT_EQ(std::erase(mesh.triangles, std::array<int, 3>{0, 2, 3}), 1U);
+  mesh.triangles.insert(mesh.triangles.end(), {{0, middle, 3}, {middle, 2, 3}});
+  const ContactMesh result = repaired(mesh);
+  EXPECT_EQ(result.kind, SurfaceKind::kSolid);
+  EXPECT_TRUE(test::is_closed(result.mesh));
+  EXPECT_THAT(result.notes, Contains("1 hole closed with 1 triangle"));
+}
+
+TEST(MeshRepair, SaysWhereASheetIsOpen) {
+  const TriangleMesh square = test::height_field(0.1, 8, [](double, double) { return 0.0; });
+  EXPECT_THAT(repaired(square).notes, Contains(HasSubstr("(32 open edges, the first near (")));
+  TriangleMesh cup = tessellated_box(kCube);
+  cup.triangles.pop_back();
+  cup.triangles.pop_back();
+  const ContactMesh result = repaired(cup);
+  EXPECT_EQ(result.kind, SurfaceKind::kSheet);
+  EXPECT_THAT(result.notes, Contains(HasSubstr("(4 open edges, the first near (")));
+}
+
+TEST(MeshRepair, AcceptsAMoebiusStripAsASheet) {
+  TriangleMesh mesh;
+  const int steps = 60;
+  for (int i = 0; i < steps; ++i) {
+    const double turn = 2 * std::numbers::pi * i / steps;
+    for (const double side : {-0.01, 0.01}) {
+      const double radius = 0.05 + side * std::cos(turn / 2);
+      mesh.vertices.emplace_back(radius * std::cos(turn), radius * std::sin(turn), side * std::sin(turn / 2));
+    }
+  }
+  for (int i = 0; i < steps; ++i) {
+    const bool is_last = i + 1 == steps;
+    const int c = is_last ? 1 : 2 * i + 2;
+    const int d = is_last ? 0 : 2 * i + 3;
+    mesh.triangles.push_back({2 * i, 2 * i + 1, c});
+    mesh.triangles.push_back({2 * i + 1, d, c});
+  }
+  EXPECT_EQ(repaired(mesh).kind, SurfaceKind::kSheet);
+}
+
+TEST(MeshRepair, RefusesOpenPartsBesideClosedOnesAndCountsThem) {
+  TriangleMesh mesh = tessellated_box(kCube);
+  test::append(mesh, test::height_field(0.1, 2, [](double, double) { return 0.0; }), Vec3(0, 0, 0.1));
+  test::append(mesh, test::height_field(0.1, 2, [](double, double) { return 0.0; }), Vec3(0, 0, 0.2));
+  EXPECT_THAT(error_of(mesh), HasSubstr("1 closed and 2 open parts"));
+}
+
+TEST(MeshRepair, SeparatesSolidsThatTouchAlongAnEdge) {
+  TriangleMesh mesh = tessellated_box(kCube);
+  test::append(mesh, tessellated_box(kCube), Vec3(0.02, 0.02, 0));
+  const ContactMesh result = repaired(mesh);
+  EXPECT_EQ(result.mesh.vertices.size(), 16U);
+  EXPECT_TRUE(test::is_closed(result.mesh));
+  EXPECT_NEAR(test::enclosed_m3(result.mesh), 2 * kCubeVolume, 1e-15);
+}
+
+TEST(MeshRepair, SeparatesSolidsThatTouchAtACorner) {
+  TriangleMesh mesh = tessellated_box(kCube);
+  test::append(mesh, tessellated_box(kCube), kCube);
+  EXPECT_EQ(repaired(mesh).mesh.vertices.size(), 16U);
+}
+
+TEST(MeshRepair, RefusesAWallInsideASolidAndSaysWhere) {
+  TriangleMesh mesh = tessellated_box(kCube);
+  mesh.triangles.push_back({0, 1, 7});
+  const std::string error = error_of(mesh);
+  EXPECT_THAT(error, HasSubstr("2 edges have three or more triangles"));
+  EXPECT_THAT(error, HasSubstr("near (0.01, -0.01, -0.01) m"));
+  EXPECT_THAT(error, HasSubstr("remove the inner walls"));
+}
+
+TEST(MeshRepair, DropsTwinsAndTrianglesWithoutArea) {
+  TriangleMesh mesh = tessellated_box(kCube);
+  mesh.triangles.push_back({3, 2, 0});
+  mesh.triangles.push_back({5, 5, 6});
+  mesh.vertices.emplace_back(1, 2, 3);
+  const ContactMesh result = repaired(mesh);
+  EXPECT_EQ(result.mesh.triangles.size(), 12U);
+  EXPECT_EQ(result.mesh.vertices.size(), 8U);
+  EXPECT_THAT(result.notes, Contains("1 triangle without area taken out"));
+  EXPECT_THAT(result.notes, Contains("1 triangle taken out that was there twice"));
+}
+
+TEST(MeshRepair, LeavesNoGapWhereAFlatTriangleWas) {
+  // The face −z is divided at the middle of an edge, the face beyond that edge is not: a flat triangle lies between.
+  TriangleMesh mesh = tessellated_box(kCube);
+  const auto middle = static_cast<int>(mesh.vertices.size());
+  mesh.vertices.push_back((mesh.vertices[0] + mesh.vertices[2]) / 2);
+  ASSERT_EQ(std::erase(mesh.triangles, std::array<int, 3>{0, 2, 3}), 1U);
+  mesh.triangles.insert(mesh.triangles.end(), {{0, middle, 3}, {middle, 2, 3}, {0, 2, middle}});
+  const ContactMesh result = repaired(mesh);
+  EXPECT_TRUE(test::is_closed(result.mesh));
+  EXPECT_NEAR(test::enclosed_m3(result.mesh), kCubeVolume, 1e-15);
+  for (std::size_t i = 0; i < result.mesh.triangles.size(); ++i) EXPECT_GT(doubled_area(result.mesh, i).norm(), 1e-6);
+}
+
+TEST(MeshRepair, NamesWhatIsWrongWithADamagedFile) {
+  TriangleMesh mesh = tessellated_box(kCube);
+  mesh.triangles[3][1] = 8;
+  EXPECT_THAT(error_of(mesh), HasSubstr("triangle 3 uses vertex 8 of 8"));
+  mesh.triangles[3][1] = -1;
+  EXPECT_THAT(error_of(mesh), HasSubstr("triangle 3 uses vertex -1 of 8"));
+  mesh = tessellated_box(kCube);
+  mesh.vertices[5].y() = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THAT(error_of(mesh), HasSubstr("vertex 5 is not a finite number"));
+  EXPECT_THAT(error_of({}), HasSubstr("no triangle"));
+  EXPECT_THAT(error_of(tessellated_box(Vec3(0.1, 0, 0))), HasSubstr("no triangle of the mesh has an area"));
+}
+
+TEST(MeshRepair, FindsTheBunnyClosed) {
+  const auto bunny = bunny_mesh(0.1);
+  if (!bunny) GTEST_SKIP() << "needs the package glmark2-data";
+  const ContactMesh result = repaired(*bunny);
+  EXPECT_EQ(result.kind, SurfaceKind::kSolid);
+  EXPECT_EQ(result.mesh.triangles.size(), 69'666U);
+  EXPECT_THAT(result.notes, IsEmpty());
+  EXPECT_TRUE(test::is_closed(result.mesh));
+  EXPECT_GT(test::enclosed_m3(result.mesh), 0);
+}
+
+}  // namespace
+}  // namespace tandem

@@ -1,0 +1,202 @@
+#include "common/geometry/triangle_tree.hpp"
+
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+
+#include "common/base/random.hpp"
+#include "tests/common/contact/test_meshes.hpp"
+#include "tests/support/allocation_counter.hpp"
+
+namespace tandem {
+namespace {
+
+constexpr std::uint64_t kSeed = 11;
+
+double distance_to_segment_m(const Vec3& p, const Vec3& a, const Vec3& b) {
+  const double along = std::clamp((p - a).dot(b - a) / (b - a).squaredNorm(), 0.0, 1.0);
+  return (p - a - along * (b - a)).norm();
+}
+
+/// Another way than the tree's: the height over the plane if all three side planes have the foot inside, else the
+/// sides.
+double distance_to_triangle_m(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c) {
+  const Vec3 normal = (b - a).cross(c - a).normalized();
+  const auto is_inside = [&](const Vec3& from, const Vec3& to) { return normal.cross(to - from).dot(p - from) >= 0; };
+  if (is_inside(a, b) && is_inside(b, c) && is_inside(c, a)) return std::abs(normal.dot(p - a));
+  return std::min({distance_to_segment_m(p, a, b), distance_to_segment_m(p, b, c), distance_to_segment_m(p, c, a)});
+}
+
+double distance_by_trying_all_m(const TriangleMesh& mesh, const Vec3& p) {
+  double nearest = std::numeric_limits<double>::infinity();
+  for (const auto& [a, b, c] : mesh.triangles) {
+    const auto vertex = [&](int i) { return mesh.vertices[static_cast<std::size_t>(i)]; };
+    nearest = std::min(nearest, distance_to_triangle_m(p, vertex(a), vertex(b), vertex(c)));
+  }
+  return nearest;
+}
+
+/// How often the surface goes around a point: 1 inside, 0 outside.
+///
+/// Source  van Oosterom & Strackee, "The solid angle of a plane triangle", 1983
+double winding_number(const TriangleMesh& mesh, const Vec3& p) {
+  double sum = 0;
+  for (const auto& triangle : mesh.triangles) {
+    const Vec3 a = mesh.vertices[static_cast<std::size_t>(triangle[0])] - p;
+    const Vec3 b = mesh.vertices[static_cast<std::size_t>(triangle[1])] - p;
+    const Vec3 c = mesh.vertices[static_cast<std::size_t>(triangle[2])] - p;
+    const double product = a.norm() * b.norm() * c.norm();
+    sum += 2 * std::atan2(a.dot(b.cross(c)), product + a.dot(b) * c.norm() + b.dot(c) * a.norm() + c.dot(a) * b.norm());
+  }
+  return sum / (4 * std::numbers::pi);
+}
+
+Vec3 random_point(Random& random, double reach_m) {
+  return {random.uniform(-reach_m, reach_m), random.uniform(-reach_m, reach_m), random.uniform(-reach_m, reach_m)};
+}
+
+TriangleMesh rough_sphere(Random& random) {
+  TriangleMesh mesh = sphere_mesh(0.02, 4);
+  for (Vec3& vertex : mesh.vertices) vertex += random_point(random, 3e-4);
+  return mesh;
+}
+
+double signed_distance_to_box_m(const Vec3& p, const Vec3& size_m) {
+  const Vec3 beyond = p.cwiseAbs() - 0.5 * size_m;
+  return beyond.cwiseMax(0.0).norm() + std::min(beyond.maxCoeff(), 0.0);
+}
+
+TEST(TriangleTree, FindsTheDistanceThatTryingEveryTriangleFinds) {
+  Random random(kSeed);
+  const TriangleMesh mesh = rough_sphere(random);
+  const TriangleTree tree(mesh);
+  for (int i = 0; i < 300; ++i) {
+    const Vec3 p = random_point(random, 0.03);
+    const TriangleTree::Closest closest = tree.closest(p);
+    EXPECT_NEAR(closest.distance_m, distance_by_trying_all_m(mesh, p), 1e-15) << p.transpose();
+    EXPECT_NEAR((p - closest.point_S).norm(), closest.distance_m, 1e-15);
+  }
+}
+
+TEST(TriangleTree, AHintChangesTheCostNotTheDistance) {
+  Random random(kSeed);
+  const TriangleMesh mesh = rough_sphere(random);
+  const TriangleTree tree(mesh);
+  const auto count = static_cast<int>(tree.triangle_count());
+  for (int i = 0; i < 300; ++i) {
+    const Vec3 p = random_point(random, 0.03);
+    const double distance = tree.closest(p).distance_m;
+    for (const int hint : {static_cast<int>(random.next_u32() % mesh.triangles.size()), 0, count, -7}) {
+      EXPECT_NEAR(tree.closest(p, 1.0, hint).distance_m, distance, 1e-15);
+    }
+  }
+}
+
+TEST(TriangleTree, SeesNothingBeyondTheLimit) {
+  const TriangleTree tree(box_mesh({0.02, 0.02, 0.02}));
+  const Vec3 p(0.015, 0, 0);
+  EXPECT_EQ(tree.closest(p, 0.0049).triangle, -1);
+  EXPECT_TRUE(std::isinf(tree.closest(p, 0.0049, 3).distance_m));
+  EXPECT_NEAR(tree.closest(p, 0.0051).distance_m, 0.005, 1e-15);
+}
+
+TEST(TriangleTree, FindsAllTrianglesWithinADistanceAndSaysWhenThereAreMore) {
+  Random random(kSeed);
+  const TriangleMesh mesh = rough_sphere(random);
+  const TriangleTree tree(mesh);
+  std::vector<TriangleTree::Near> found(mesh.triangles.size());
+  for (int i = 0; i < 100; ++i) {
+    const Vec3 p = random_point(random, 0.025);
+    const double limit = random.uniform(1e-3, 0.02);
+    std::vector<int> expected;
+    for (std::size_t k = 0; k < mesh.triangles.size(); ++k) {
+      const auto corner = [&](std::size_t at) {
+        return mesh.vertices[static_cast<std::size_t>(mesh.triangles[k][at])];
+      };
+      if (distance_to_triangle_m(p, corner(0), corner(1), corner(2)) <= limit) expected.push_back(static_cast<int>(k));
+    }
+    const std::size_t count = tree.within(p, limit, found);
+    std::vector<int> triangles;
+    for (std::size_t k = 0; k < count; ++k) {
+      triangles.push_back(found[k].triangle);
+      const auto& corners = mesh.triangles[static_cast<std::size_t>(found[k].triangle)];
+      EXPECT_EQ(found[k].a, mesh.vertices[static_cast<std::size_t>(corners[0])]);
+    }
+    EXPECT_THAT(triangles, testing::UnorderedElementsAreArray(expected));
+    if (count > 1) {
+      EXPECT_GT(tree.within(p, limit, std::span(found).first(count - 1)), count - 1);
+    }
+  }
+}
+
+TEST(TriangleTree, SignedDistanceToABoxIsTheFormula) {
+  Random random(kSeed);
+  const Vec3 size(0.02, 0.03, 0.05);
+  const TriangleTree tree(subdivided(box_mesh(size), 2));
+  for (int i = 0; i < 3000; ++i) {
+    const Vec3 p = random_point(random, 0.04);
+    EXPECT_NEAR(tree.signed_distance_m(p), signed_distance_to_box_m(p, size), 1e-15) << p.transpose();
+  }
+}
+
+TEST(TriangleTree, NormalsAtCornersDoNotDependOnHowFacesAreCut) {
+  const Vec3 size(0.02, 0.03, 0.05);
+  const TriangleTree tree(box_mesh(size));
+  for (int corner = 0; corner < 8; ++corner) {
+    const Vec3 out = Vec3(corner & 1 ? 1 : -1, corner & 2 ? 1 : -1, corner & 4 ? 1 : -1) / std::sqrt(3.0);
+    const TriangleTree::Closest closest = tree.closest(1.1 * out.cwiseProduct(size));
+    EXPECT_NEAR(closest.normal_S.normalized().dot(out), 1.0, 1e-12) << corner;
+  }
+}
+
+TEST(TriangleTree, InsideOfTheBunnyIsWhereItWindsAroundAPoint) {
+  const std::optional<TriangleMesh> bunny = bunny_mesh(0.1);
+  if (!bunny) GTEST_SKIP() << "glmark2-data is not installed";
+  const TriangleTree tree(*bunny);
+  Random random(kSeed);
+  int inside = 0;
+  for (int i = 0; i < 100; ++i) {
+    const std::size_t vertex = random.next_u32() % bunny->vertices.size();
+    const Vec3 p = bunny->vertices[vertex] + random_point(random, 2e-3);
+    const double distance = tree.signed_distance_m(p);
+    EXPECT_EQ(distance<0, winding_number(*bunny, p)> 0.5) << p.transpose() << ", distance " << distance;
+    inside += distance < 0 ? 1 : 0;
+  }
+  EXPECT_GT(inside, 20);
+}
+
+TEST(TriangleTree, TrianglesWithoutAreaDoNotSpoilTheRest) {
+  TriangleMesh mesh = box_mesh({0.02, 0.02, 0.02});
+  mesh.triangles.push_back({0, 0, 1});
+  mesh.triangles.push_back({2, 2, 2});
+  const TriangleTree tree(mesh);
+  Random random(kSeed);
+  for (int i = 0; i < 300; ++i) {
+    const Vec3 p = random_point(random, 0.03);
+    EXPECT_NEAR(tree.closest(p).distance_m, std::abs(signed_distance_to_box_m(p, {0.02, 0.02, 0.02})), 1e-15);
+  }
+}
+
+TEST(TriangleTree, ManyTrianglesInOnePlaceAreNoDeepTree) {
+  TriangleMesh mesh = box_mesh({0.02, 0.02, 0.02});
+  for (int i = 0; i < 20000; ++i) mesh.triangles.push_back(mesh.triangles[0]);
+  EXPECT_NEAR(TriangleTree(mesh).closest(Vec3(0.03, 0, 0)).distance_m, 0.02, 1e-15);
+}
+
+TEST(TriangleTree, RefusesAMeshWithoutTriangles) {
+  EXPECT_THROW(TriangleTree{TriangleMesh{}}, std::invalid_argument);
+}
+
+TEST(TriangleTree, AQueryAllocatesNothing) {
+  const TriangleTree tree(sphere_mesh(0.02, 4));
+  Random random(kSeed);
+  const std::uint64_t before = allocation_count();
+  double sum = 0;
+  for (int i = 0; i < 100; ++i) sum += tree.signed_distance_m(random_point(random, 0.03));
+  EXPECT_EQ(allocation_count(), before) << sum;
+}
+
+}  // namespace
+}  // namespace tandem

@@ -1,0 +1,85 @@
+// Random states and parameters for the tests of coupling laws, and a loop that a handle can be led along.
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "common/base/random.hpp"
+#include "common/haptics/coupling/coupling_law.hpp"
+
+namespace tandem::test {
+
+inline Vec3 random_vector(Random& random, double scale) {
+  return {random.uniform(-scale, scale), random.uniform(-scale, scale), random.uniform(-scale, scale)};
+}
+
+/// Evenly spread over powers of ten.
+inline double random_magnitude(Random& random, double low, double high) {
+  return std::exp(random.uniform(std::log(low), std::log(high)));
+}
+
+/// Within what a scene may ask for, so that each part of each curve is met.
+inline CouplingParameters random_parameters(Random& random) {
+  CouplingParameters c;
+  c.stiffness_n_per_m = random_magnitude(random, 10, 3000);
+  c.damping_n_s_per_m = random_magnitude(random, 0.1, 10);
+  c.stiffness_n_m_per_rad = random_magnitude(random, 0.05, 5);
+  c.damping_n_m_s_per_rad = random_magnitude(random, 1e-4, 0.05);
+  c.force_limit_n = random_magnitude(random, 0.5, 40);
+  c.torque_limit_n_m = random_magnitude(random, 0.02, 3);
+  c.saturation_softness = random.uniform(0.05, 1);
+  c.curve_sharpness = random_magnitude(random, 0.3, 3);
+  return c;
+}
+
+/// A number that no device and no packet should ever give, or a plain one.
+inline double hostile_number(Random& random) {
+  constexpr std::array kHostile{std::numeric_limits<double>::quiet_NaN(),
+                                std::numeric_limits<double>::infinity(),
+                                -std::numeric_limits<double>::infinity(),
+                                std::numeric_limits<double>::max(),
+                                -1e300,
+                                std::numeric_limits<double>::denorm_min(),
+                                -0.0,
+                                0.0};
+  const std::uint32_t pick = random.next_u32() % (2 * kHostile.size());
+  if (pick < kHostile.size()) return kHostile.at(pick);
+  return random.uniform(-1, 1) * std::pow(10.0, random.uniform(-310, 308));
+}
+
+inline Vec3 hostile_vector(Random& random) {
+  const double x = hostile_number(random), y = hostile_number(random), z = hostile_number(random);
+  return {x, y, z};
+}
+
+inline CouplingState hostile_state(Random& random) {
+  CouplingState state;
+  for (Vec3 CouplingState::*part : {&CouplingState::d_W, &CouplingState::theta_W, &CouplingState::v_W,
+                                    &CouplingState::w_W, &CouplingState::v_WH, &CouplingState::w_WH}) {
+    state.*part = hostile_vector(random);
+  }
+  return state;
+}
+
+/// A smooth closed curve through space, s from 0 to 1; about `scale` wide, not around any particular point.
+class Loop {
+ public:
+  Loop(Random& random, double scale) {
+    for (Vec3& amplitude : amplitudes_) amplitude = random_vector(random, scale / 3);
+  }
+  Vec3 operator()(double s) const {
+    Vec3 point = Vec3::Zero();
+    for (std::size_t i = 0; i < amplitudes_.size(); ++i) {
+      const double turn = 2 * std::numbers::pi * static_cast<double>(i / 2 + 1) * s;
+      point += amplitudes_[i] * (i % 2 == 0 ? std::cos(turn) : std::sin(turn));
+    }
+    return point;
+  }
+
+ private:
+  std::array<Vec3, 6> amplitudes_;
+};
+
+}  // namespace tandem::test

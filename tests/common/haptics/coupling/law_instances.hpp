@@ -1,0 +1,43 @@
+// The catalog's laws as values of parameterised tests.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <cctype>
+#include <ostream>
+#include <string>
+#include <vector>
+
+#include "common/haptics/coupling/laws.hpp"
+
+namespace tandem {
+
+/// How GoogleTest prints the law of a failed test.
+inline void PrintTo(const CouplingLawInfo& law, std::ostream* out) {
+  *out << law.name;
+}
+
+namespace test {
+
+/// "StableDynamicLiteral"
+inline std::string law_test_name(const testing::TestParamInfo<CouplingLawInfo>& info) {
+  std::string name;
+  bool is_first = true;
+  for (const char letter : info.param.name) {
+    if (letter != '-') name += is_first ? static_cast<char>(std::toupper(letter)) : letter;
+    is_first = letter == '-';
+  }
+  return name;
+}
+
+/// Those that the catalog calls passive, or those that it calls active and that pull at the tool at all.
+inline std::vector<CouplingLawInfo> laws_that_are(bool is_passive) {
+  std::vector<CouplingLawInfo> chosen;
+  for (const CouplingLawInfo& law : coupling_laws()) {
+    if (law.is_passive == is_passive && law.tool != ToolDynamics::kAtHandle) chosen.push_back(law);
+  }
+  return chosen;
+}
+
+}  // namespace test
+}  // namespace tandem

@@ -1,0 +1,41 @@
+// The table of laws in common/haptics/coupling/README.md is where people choose one: it must say what the catalog says.
+#include <gtest/gtest.h>
+
+#include "common/haptics/coupling/laws.hpp"
+#include "tests/support/markdown_table.hpp"
+
+namespace tandem {
+namespace {
+
+std::string text_of(ToolDynamics tool) {
+  switch (tool) {
+    case ToolDynamics::kWithMass:
+      return "with mass";
+    case ToolDynamics::kMassless:
+      return "massless";
+    case ToolDynamics::kAtHandle:
+      return "at handle";
+  }
+  return "unknown";
+}
+
+TableRow documented(const CouplingLawInfo& law) {
+  return {{"law", "`" + std::string(law.name) + "`"},
+          {"tool", text_of(law.tool)},
+          {"energy", law.is_passive ? "passive" : "active"},
+          {"model", "`" + std::string(law.model) + "`"},
+          {"source", std::string(law.source)},
+          {"limits", std::string(law.limits)}};
+}
+
+TEST(CouplingDocument, ListsEveryLawAsTheCatalogDescribesIt) {
+  std::vector<TableRow> expected;
+  for (const CouplingLawInfo& law : coupling_laws()) {
+    expected.push_back(documented(law));
+    for (const auto& [column, text] : expected.back()) EXPECT_FALSE(text.empty()) << law.name << ", " << column;
+  }
+  EXPECT_EQ(table_under(TANDEM_COUPLING_DOCUMENT, "## The laws"), expected);
+}
+
+}  // namespace
+}  // namespace tandem

@@ -1,0 +1,432 @@
+// The safety chain's promises, one by one and under random input. Seed: TANDEM_SEED, printed on failure.
+#include "common/haptics/safety.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <limits>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "common/base/random.hpp"
+
+namespace tandem {
+namespace {
+
+constexpr Duration kTick{std::chrono::milliseconds(1)};
+// Rounding of a handful of operations on numbers of order 10.
+constexpr double kRounding = 1e-12;
+
+std::uint64_t test_seed() {
+  const char* text = std::getenv("TANDEM_SEED");
+  return text != nullptr ? std::strtoull(text, nullptr, 10) : 20240517;
+}
+
+SafetyInput good_input(const Vec3& force_n = Vec3(0, 0, 3)) {
+  SafetyInput input;
+  input.wrench.f = force_n;
+  input.wrench.t = 0.02 * force_n;
+  input.has_state = true;
+  return input;
+}
+
+/// A chain with a virtual clock that ticks at 1 kHz.
+struct Rig {
+  explicit Rig(const SafetySettings& settings = {}) : chain(settings) {}
+
+  Wrench tick(const SafetyInput& input) {
+    now += kTick;
+    out = chain.apply(now, input);
+    return out;
+  }
+  void run(const SafetyInput& input, int ticks) {
+    for (int i = 0; i < ticks; ++i) tick(input);
+  }
+  int ticks_until_zero(const SafetyInput& input, int at_most) {
+    for (int i = 1; i <= at_most; ++i) {
+      tick(input);
+      if (out.f.isZero(0) && out.t.isZero(0)) return i;
+    }
+    return at_most + 1;
+  }
+
+  SafetyChain chain;
+  LocalTime now{std::chrono::seconds(5)};
+  Wrench out;
+};
+
+// The slowest that a device may ask for: a 3 N force takes 3 s to slew, so every shorter way to zero is the gain's.
+SafetySettings slow_slew() {
+  SafetySettings settings;
+  settings.slew_n_per_s = 1.0;
+  settings.slew_n_m_per_s = 0.02;
+  return settings;
+}
+
+TEST(Safety, RampReachesFullForceAfterItsTimeAndIsLinear) {
+  Rig rig;
+  const SafetyInput input = good_input();
+  rig.tick(input);
+  EXPECT_EQ(rig.out.f.norm(), 0) << "the first tick has no time behind it";
+  rig.run(input, 250);
+  EXPECT_NEAR(rig.out.f.z(), 1.5, 1e-9);
+  EXPECT_TRUE(rig.chain.faults() & kSafetyRamping);
+  rig.run(input, 250);
+  EXPECT_NEAR(rig.out.f.z(), 3.0, 1e-9);
+  rig.tick(input);
+  EXPECT_EQ(rig.chain.faults(), 0U);
+}
+
+TEST(Safety, NothingIsDisplayedBeforeTheFirstState) {
+  Rig rig;
+  SafetyInput input = good_input();
+  input.has_state = false;
+  for (int i = 0; i < 1000; ++i) ASSERT_TRUE(rig.tick(input).f.isZero(0));
+  EXPECT_TRUE(rig.chain.faults() & kSafetySilence);
+  EXPECT_TRUE(rig.chain.is_quiet());
+}
+
+TEST(Safety, WhatIsNotDisplayedFadesWithinTheFaultTimeAndIsNoSilence) {
+  Rig rig;
+  SafetyInput input = good_input();
+  rig.run(input, 600);
+  input.is_displaying = false;
+  EXPECT_LE(rig.ticks_until_zero(input, 100), 20);
+  EXPECT_EQ(rig.chain.faults(), kSafetyNotDisplaying);
+  EXPECT_EQ(describe_safety_faults(rig.chain.faults()), "not_displaying");
+  input.is_displaying = true;
+  rig.tick(input);
+  EXPECT_EQ(rig.chain.faults(), kSafetyRamping);
+}
+
+TEST(Safety, SlewBoundsEachChangeOfForceAndTorque) {
+  SafetySettings settings;
+  settings.slew_n_per_s = 100;
+  settings.slew_n_m_per_s = 1;
+  Rig rig(settings);
+  rig.run(good_input(Vec3::Zero()), 600);
+  SafetyInput input = good_input();
+  input.wrench.t = Vec3(0.5, 0, 0);
+  rig.tick(input);
+  EXPECT_NEAR(rig.out.f.norm(), 0.1, kRounding);
+  EXPECT_NEAR(rig.out.t.norm(), 0.001, kRounding);
+  EXPECT_TRUE(rig.chain.faults() & kSafetySlewed);
+  rig.run(input, 600);
+  EXPECT_NEAR(rig.out.f.z(), 3.0, kRounding);
+  EXPECT_FALSE(rig.chain.faults() & kSafetySlewed);
+}
+
+TEST(Safety, SilenceDecaysBetweenItsTwoAgesWhateverTheSlewLimitIs) {
+  for (const SafetySettings& settings : {SafetySettings{}, slow_slew()}) {
+    Rig rig(settings);
+    rig.run(good_input(), 5000);
+    ASSERT_NEAR(rig.out.f.z(), 3.0, 1e-9);
+    SafetyInput input = good_input();
+    for (int age_ms = 1; age_ms <= 150; ++age_ms) {
+      input.state_age = std::chrono::milliseconds(age_ms);
+      rig.tick(input);
+      const double left = std::clamp((140.0 - age_ms) / 80.0, 0.0, 1.0);
+      const double expected_n = 3.0 * left * left * left * (10 - 15 * left + 6 * left * left);
+      ASSERT_NEAR(rig.out.f.z(), expected_n, 1e-9) << "age " << age_ms << " ms";
+      ASSERT_NEAR(rig.out.t.z(), 0.02 * expected_n, 1e-9) << "age " << age_ms << " ms";
+    }
+    EXPECT_TRUE(rig.out.f.isZero(0));
+    EXPECT_TRUE(rig.chain.is_quiet());
+  }
+}
+
+TEST(Safety, LosingTheSessionFadesToZeroWithinTwentyMillisecondsWithoutAStep) {
+  for (const SafetySettings& settings : {SafetySettings{}, slow_slew()}) {
+    Rig rig(settings);
+    rig.run(good_input(), 5000);
+    SafetyInput gone;  // no state, and nothing computed from it
+    for (int i = 1; i <= 20; ++i) {
+      rig.tick(gone);
+      ASSERT_NEAR(rig.out.f.z(), std::max(0.0, 3.0 * (1 - i / 15.0)), 1e-9) << i << " ms";
+    }
+    EXPECT_TRUE(rig.chain.is_quiet());
+  }
+}
+
+TEST(Safety, StateAfterSilenceIsRampedInFromZero) {
+  Rig rig;
+  rig.run(good_input(), 600);
+  SafetyInput silent = good_input();
+  silent.state_age = std::chrono::seconds(1);
+  rig.tick(silent);
+  ASSERT_TRUE(rig.out.f.isZero(0));
+  rig.run(good_input(), 250);
+  EXPECT_NEAR(rig.out.f.z(), 1.5, 1e-9);
+}
+
+/// A touch that grows by 5 N/s while nothing is heard for a while: what the decay keeps back must not come as a kick.
+class ShortSilence : public testing::TestWithParam<int> {};
+
+TEST_P(ShortSilence, BeginsAndEndsWithoutStepOrCorner) {
+  Rig rig;
+  rig.run(good_input(), 600);
+  double steepest_n = 0, sharpest_n = 0, most_missing_n = 0;
+  double before_n = 3, rise_before_n = 0;
+  for (int ms = 1; ms <= 800; ++ms) {
+    SafetyInput input = good_input(Vec3(0, 0, 3 + 0.005 * std::min(ms, 300)));
+    input.state_age = std::chrono::milliseconds(ms < GetParam() ? ms : 0);
+    rig.tick(input);
+    const double rise_n = rig.out.f.z() - before_n;
+    steepest_n = std::max(steepest_n, std::abs(rise_n));
+    sharpest_n = std::max(sharpest_n, std::abs(rise_n - rise_before_n));
+    most_missing_n = std::max(most_missing_n, input.wrench.f.z() - rig.out.f.z());
+    before_n = rig.out.f.z();
+    rise_before_n = rise_n;
+  }
+  EXPECT_GT(most_missing_n, 0.1) << "it decayed";
+  EXPECT_LT(steepest_n, 0.1) << "3.5 N · 1.9 / 80 ms";
+  EXPECT_LT(sharpest_n, 0.025);
+  EXPECT_NEAR(rig.out.f.z(), 4.5, 1e-3);
+}
+
+INSTANTIATE_TEST_SUITE_P(Safety, ShortSilence, testing::Values(75, 90, 105, 120));
+
+TEST(Safety, ContactThatEndsInASilenceNeitherPullsNorStays) {
+  for (const int silent_ms : {70, 100, 130}) {
+    Rig rig;
+    rig.run(good_input(), 600);
+    for (int ms = 1; ms <= 300; ++ms) {
+      SafetyInput input = good_input(Vec3(0, 0, ms < silent_ms ? 3 + 0.02 * ms : 0));
+      input.state_age = std::chrono::milliseconds(ms < silent_ms ? ms : 0);
+      rig.tick(input);
+      EXPECT_GE(rig.out.f.z(), 0) << ms;
+      if (ms <= silent_ms + 15) continue;
+      EXPECT_EQ(rig.out.f.z(), 0) << "the slew limit alone holds it, " << ms;
+    }
+  }
+}
+
+TEST(Safety, EachFaultReachesZeroWithinTwentyMillisecondsAndStaysNamedUntilThen) {
+  struct Case {
+    SafetyFault fault;
+    SafetyInput input;
+  };
+  std::vector<Case> cases{{kSafetyTooFast, good_input()},
+                          {kSafetyInvalidSample, good_input()},
+                          {kSafetyNotFinite, good_input()},
+                          {kSafetyNotFinite, good_input()}};
+  cases[0].input.handle_speed_m_per_s = 3.1;
+  cases[1].input.sample_is_valid = false;
+  cases[2].input.wrench.f.y() = std::numeric_limits<double>::quiet_NaN();
+  cases[3].input.wrench.t.x() = 1e300;
+  for (const SafetySettings& settings : {SafetySettings{}, slow_slew()}) {
+    for (const Case& one : cases) {
+      Rig rig(settings);
+      rig.run(good_input(), 5000);
+      rig.tick(one.input);  // a single bad tick
+      EXPECT_LT(rig.out.f.norm(), 3.0);
+      EXPECT_TRUE(rig.chain.faults() & one.fault);
+      EXPECT_LE(1 + rig.ticks_until_zero(good_input(), 100), 20) << describe_safety_faults(one.fault);
+      EXPECT_TRUE(rig.chain.faults() & one.fault);
+      rig.run(good_input(), 100);
+      EXPECT_GT(rig.out.f.norm(), 0.0) << "re-armed";
+      EXPECT_LE(rig.out.f.norm(), 0.61) << "by the ramp: 3 N · 0.1 s / 0.5 s";
+      EXPECT_FALSE(rig.chain.faults() & one.fault);
+    }
+  }
+}
+
+TEST(Safety, LastingFaultKeepsZero) {
+  Rig rig;
+  rig.run(good_input(), 600);
+  SafetyInput lost = good_input();
+  lost.sample_is_valid = false;
+  rig.run(lost, 20);
+  for (int i = 0; i < 1000; ++i) ASSERT_TRUE(rig.tick(lost).f.isZero(0));
+}
+
+TEST(Safety, NotANumberAsSpeedCountsAsTooFast) {
+  Rig rig;
+  SafetyInput input = good_input();
+  input.handle_speed_m_per_s = std::numeric_limits<double>::quiet_NaN();
+  rig.tick(input);
+  EXPECT_TRUE(rig.chain.faults() & kSafetyTooFast);
+}
+
+TEST(Safety, ShutdownIsQuietWithinTwentyMillisecondsForGood) {
+  for (const SafetySettings& settings : {SafetySettings{}, slow_slew()}) {
+    Rig rig(settings);
+    rig.run(good_input(), 5000);
+    EXPECT_FALSE(rig.chain.is_quiet());
+    rig.chain.begin_shutdown();
+    EXPECT_LE(rig.ticks_until_zero(good_input(), 100), 20);
+    EXPECT_TRUE(rig.chain.is_quiet());
+    for (int i = 0; i < 1000; ++i) ASSERT_TRUE(rig.tick(good_input()).f.isZero(0));
+  }
+}
+
+TEST(Safety, RearmGoesThroughZeroWithoutAStep) {
+  Rig rig;
+  rig.run(good_input(), 600);
+  rig.chain.rearm();
+  rig.tick(good_input());
+  EXPECT_NEAR(rig.out.f.z(), 3.0 * (1 - 1.0 / 15.0), 1e-9);
+  EXPECT_LE(rig.ticks_until_zero(good_input(), 100), 20);
+  rig.run(good_input(), 250);
+  EXPECT_NEAR(rig.out.f.z(), 1.5, 0.01);
+}
+
+TEST(Safety, ClutchFadesTheForceThatWasDisplayedWhateverIsComputedAndEvenIfItBounces) {
+  for (const int pressed_ticks : {1, 5, 1000}) {
+    Rig rig;
+    rig.run(good_input(), 600);
+    for (int i = 1; i <= 1000 + pressed_ticks; ++i) {
+      SafetyInput input = good_input(Vec3(0, 0, -5));  // the other way at once: a damper whose speed jumped
+      input.is_clutched = i <= pressed_ticks;
+      const double before_n = rig.out.f.z();
+      rig.tick(input);
+      ASSERT_LE(std::abs(rig.out.f.z() - before_n), 3.0 / 15 + kRounding) << i << " ms, of " << pressed_ticks;
+      ASSERT_TRUE(i > 15 || rig.out.f.z() >= 0) << i << " ms, of " << pressed_ticks;
+      ASSERT_TRUE(i < 20 || i > pressed_ticks || rig.out.f.isZero(0));
+      const bool is_named = (rig.chain.faults() & kSafetyClutched) != 0;
+      ASSERT_TRUE(is_named || i > std::max(pressed_ticks, 15)) << i << " ms, of " << pressed_ticks;
+      ASSERT_TRUE(!is_named || i <= std::max(pressed_ticks, 20)) << i << " ms, of " << pressed_ticks;
+    }
+    EXPECT_NEAR(rig.out.f.z(), -5, 1e-9) << "ramped in";
+  }
+}
+
+TEST(Safety, FaultIsNotOverBeforeTheDeviceHasTakenAZero) {
+  Rig rig;
+  rig.run(good_input(), 600);
+  rig.chain.rearm();
+  const Wrench stuck = rig.out;
+  for (int i = 0; i < 1000; ++i) {
+    rig.tick(good_input());
+    rig.chain.set_displayed(stuck);
+  }
+  EXPECT_TRUE(rig.out.f.isZero(0)) << "the gain does not rise on top of what is stuck";
+  rig.tick(good_input());
+  EXPECT_TRUE(rig.out.f.isZero(0)) << "taken";
+  rig.run(good_input(), 250);
+  EXPECT_NEAR(rig.out.f.z(), 1.5, 1e-9) << "ramped in";
+}
+
+TEST(Safety, StalledLoopComesBackWithoutAJumpUpButInTimeDown) {
+  Rig rig;
+  rig.run(good_input(Vec3::Zero()), 600);
+  rig.now += std::chrono::seconds(2);
+  rig.tick(good_input(Vec3(0, 0, 30)));
+  EXPECT_LE(rig.out.f.norm(), 4000 * 0.005 + kRounding);
+  rig.now += std::chrono::seconds(2);
+  SafetyInput lost = good_input();
+  lost.sample_is_valid = false;
+  EXPECT_TRUE(rig.tick(lost).f.isZero(0)) << "2 s are longer than the fault decay";
+}
+
+TEST(Safety, ClampedForceDoesNotWindUp) {
+  SafetySettings settings;
+  settings.slew_n_per_s = 1000;
+  Rig rig(settings);
+  for (int i = 0; i < 2000; ++i) {
+    rig.tick(good_input(Vec3(0, 0, 100)));
+    rig.chain.set_displayed({clamped_to_length(rig.out.f, 5.0), Vec3::Zero()});
+  }
+  rig.tick(good_input(Vec3::Zero()));
+  EXPECT_NEAR(rig.out.f.z(), 4.0, kRounding) << "one tick below what the hand felt, not below 100 N";
+}
+
+TEST(Safety, SettingsThatBreakAPromiseAreRefused) {
+  SafetySettings late;
+  late.silence_zero = std::chrono::milliseconds(151);
+  EXPECT_THROW(SafetyChain{late}, std::invalid_argument);
+  SafetySettings slow;
+  slow.fault_decay = std::chrono::milliseconds(21);
+  EXPECT_THROW(SafetyChain{slow}, std::invalid_argument);
+  SafetySettings no_slew;
+  no_slew.slew_n_per_s = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THROW(SafetyChain{no_slew}, std::invalid_argument);
+}
+
+TEST(Safety, FaultsAreDescribedByWord) {
+  EXPECT_EQ(describe_safety_faults(0), "none");
+  EXPECT_EQ(describe_safety_faults(kSafetyRamping | kSafetyStopping), "ramping|stopping");
+  EXPECT_EQ(describe_safety_faults(kSafetyClutched), "clutched");
+}
+
+/// Any input at all: NaN, infinite and huge components, silence, lost samples, wild speeds.
+class RandomInput {
+ public:
+  explicit RandomInput(std::uint64_t seed) : random_(seed) {}
+
+  SafetyInput next() {
+    if (random_.uniform() < 0.02) base_ = Vec3(component(), component(), component());
+    SafetyInput input = good_input(base_);
+    input.wrench.t = 0.1 * base_;
+    if (random_.uniform() < 0.005) silent_ticks_ = 1 + random_.next_u32() % 300;
+    age_ = silent_ticks_ > 0 ? age_ + kTick : Duration{0};
+    if (silent_ticks_ > 0) --silent_ticks_;
+    input.state_age = age_;
+    input.has_state = random_.uniform() > 0.0005;
+    input.is_displaying = random_.uniform() > 0.0005;
+    input.sample_is_valid = random_.uniform() > 0.002;
+    input.is_clutched = random_.uniform() < 0.001;
+    input.handle_speed_m_per_s = random_.uniform() < 0.002 ? 10 : 0.1;
+    return input;
+  }
+  Duration gap() { return random_.uniform() < 0.01 ? kTick * (random_.next_u32() % 60) : kTick; }
+  bool flips(double probability) { return random_.uniform() < probability; }
+
+ private:
+  double component() {
+    const double kind = random_.uniform();
+    if (kind < 0.01) return std::numeric_limits<double>::quiet_NaN();
+    if (kind < 0.02) return -std::numeric_limits<double>::infinity();
+    if (kind < 0.03) return 1.7e308;
+    return random_.uniform(-8, 8);
+  }
+
+  Random random_;
+  Vec3 base_ = Vec3::Zero();
+  Duration age_{0};
+  unsigned silent_ticks_ = 0;
+};
+
+TEST(Safety, AnyInputGivesFiniteOutputWithinTheSlewLimitExceptWhileDecaying) {
+  const std::uint64_t seed = test_seed();
+  SCOPED_TRACE("TANDEM_SEED=" + std::to_string(seed));
+  RandomInput inputs(seed);
+  SafetyChain chain{SafetySettings{}};
+  LocalTime now{};
+  Wrench before;
+  std::size_t displayed_ticks = 0;
+  Duration since_rearm{std::chrono::seconds(1)};
+  for (int i = 0; i < 200000; ++i) {
+    const Duration gap = inputs.gap();
+    now += gap;
+    since_rearm += gap;
+    if (inputs.flips(0.0005)) {
+      chain.rearm();
+      since_rearm = Duration{0};
+    }
+    const SafetyFaults faults_before = chain.faults();
+    const SafetyInput input = inputs.next();
+    const Wrench out = chain.apply(now, input);
+    ASSERT_TRUE(is_finite(out)) << "tick " << i;
+    const double dt_s = to_seconds(gap);
+    // A tick may come 60 ms after the one before it, so a decay may end one such gap after its 20 ms.
+    const bool is_decaying = ((chain.faults() | faults_before) & ~(kSafetyRamping | kSafetySlewed)) != 0 ||
+                             since_rearm <= std::chrono::milliseconds(80);
+    if (!is_decaying) {
+      ASSERT_LE((out.f - before.f).norm(), 4000 * dt_s + kRounding) << "tick " << i;
+      ASSERT_LE((out.t - before.t).norm(), 200 * dt_s + kRounding) << "tick " << i;
+    }
+    ASSERT_LE(out.f.norm() - before.f.norm(), 4000 * dt_s + kRounding) << "it never grows faster, tick " << i;
+    if (input.state_age >= std::chrono::milliseconds(140)) {
+      ASSERT_TRUE(out.f.isZero(0) && out.t.isZero(0)) << "tick " << i;
+    }
+    displayed_ticks += out.f.norm() > 0.1 ? 1 : 0;
+    before = out;
+  }
+  EXPECT_GT(displayed_ticks, 20000U) << "the inputs must not be so wild that nothing was ever displayed";
+}
+
+}  // namespace
+}  // namespace tandem

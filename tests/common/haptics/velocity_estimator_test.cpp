@@ -1,0 +1,202 @@
+#include "common/haptics/velocity_estimator.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <vector>
+
+#include "common/base/random.hpp"
+#include "tests/support/allocation_counter.hpp"
+
+namespace tandem {
+namespace {
+
+using std::chrono::microseconds;
+using std::chrono::milliseconds;
+
+constexpr double kStep = 3e-5;  // m: a mid-range desktop device
+constexpr double kPeriod = 1e-3;
+
+double rounded(double a, double step) {
+  return std::round(a / step) * step;
+}
+Pose at_x(double x) {
+  return {Vec3(x, 0, 0), Quat::Identity()};
+}
+Pose turned_z(double angle) {
+  return {Vec3::Zero(), quaternion_of(Vec3(0, 0, angle))};
+}
+LocalTime tick(int k) {
+  return LocalTime(milliseconds(k));
+}
+VelocityEstimator::Settings quantised() {
+  return {.position_step_m = kStep, .rotation_step_rad = 1e-3};
+}
+
+TEST(VelocityEstimator, OfExactPositionsIsTheLastPeriodsDifference) {
+  VelocityEstimator estimator({});
+  EXPECT_EQ(estimator.add(tick(0), at_x(1)).v.norm(), 0);
+  EXPECT_NEAR(estimator.add(tick(1), at_x(1.001)).v.x(), 1, 1e-9);
+  EXPECT_NEAR(estimator.add(tick(2), at_x(1.000)).v.x(), -1, 1e-9);
+  EXPECT_EQ(estimator.linear_delay(), Duration(microseconds(500)));
+}
+
+TEST(VelocityEstimator, OfSteadyMotionIsWithinWhatTheResolutionLeavesOpen) {
+  // A full window of 20 periods of a line with errors up to half a step: the fitted slope errs by at most
+  // Σ|t_i − t̄| step/2 / Σ(t_i − t̄)² = 110 step/2 / (770 T).
+  const double bound = 110 * kStep / 2 / (770 * kPeriod);
+  for (const double speed : {0.0, 0.001, 0.003, 0.01, 0.037, 0.1, 0.3, 1.0}) {
+    VelocityEstimator estimator(quantised());
+    for (int k = 0; k < 300; ++k) {
+      const Twist found = estimator.add(tick(k), at_x(rounded(0.1234 + speed * k * kPeriod, kStep)));
+      if (k < 20) continue;
+      ASSERT_NEAR(found.v.x(), speed, bound) << speed << " m/s, tick " << k;
+      ASSERT_EQ(estimator.linear_delay(), Duration(milliseconds(10)));
+    }
+  }
+}
+
+TEST(VelocityEstimator, OfSteadyTurningIsWithinWhatTheResolutionLeavesOpen) {
+  const double step = 1e-3;
+  const double bound = 110 * step / 2 / (770 * kPeriod);
+  for (const double speed : {0.05, 1.0, 7.0, -40.0}) {
+    VelocityEstimator estimator(quantised());
+    for (int k = 0; k < 300; ++k) {
+      const Twist found = estimator.add(tick(k), turned_z(rounded(0.2 + speed * k * kPeriod, step)));
+      if (k >= 20) {
+        ASSERT_NEAR(found.w.z(), speed, bound + 1e-9) << speed << " rad/s, tick " << k;
+      }
+    }
+  }
+}
+
+TEST(VelocityEstimator, IsQuietAtRestOnTheEdgeOfAStep) {
+  // The reported position flickers between two neighbours at random; one period would say ±30 mm/s.
+  Random random(11, 0);
+  VelocityEstimator estimator(quantised());
+  double square = 0, largest = 0;
+  constexpr int kTicks = 5000;
+  for (int k = 0; k < kTicks; ++k) {
+    const double speed = estimator.add(tick(k), at_x(random.uniform() < 0.5 ? 0 : kStep)).v.x();
+    if (k < 20) continue;
+    square += speed * speed;
+    largest = std::max(largest, std::abs(speed));
+  }
+  // Independent ±step/2 over the window: standard deviation step/2 / (T √770) = 0.54 mm/s.
+  const double deviation = kStep / 2 / (kPeriod * std::sqrt(770.0));
+  EXPECT_NEAR(std::sqrt(square / (kTicks - 20)), deviation, 0.15 * deviation) << "seed 11";
+  EXPECT_LT(largest, 110 * kStep / 2 / (770 * kPeriod) + 1e-12);
+}
+
+TEST(VelocityEstimator, FollowsASuddenStartWithinItsStatedDelay) {
+  VelocityEstimator estimator(quantised());
+  const double acceleration = 20;
+  for (int k = 0; k < 100; ++k) estimator.add(tick(k), at_x(0));
+  for (int k = 1; k <= 40; ++k) {
+    const double t = k * kPeriod;
+    const double found = estimator.add(tick(100 + k), at_x(rounded(acceleration * t * t / 2, kStep))).v.x();
+    // The velocity a delay ago, but for what a step at either end of the window hides.
+    const double delay = to_seconds(estimator.linear_delay());
+    const double then = acceleration * std::max(0.0, t - delay);
+    ASSERT_NEAR(found, then, 1.5 * kStep / (2 * delay) + acceleration * kPeriod) << k;
+  }
+  // Windows shrink to √(12 step / a) and less: 4 mm of deviation make a long one impossible.
+  EXPECT_LE(estimator.linear_delay(), Duration(milliseconds(3)));
+}
+
+/// By how much `late` lags behind `now`: the shift with the largest correlation over whole periods, to a fraction of a
+/// sample.
+double lag_of(const std::vector<double>& now, const std::vector<double>& late) {
+  const auto correlation = [&](int shift) {
+    double sum = 0;
+    for (std::size_t i = 1000; i < now.size(); ++i) sum += late[i] * now[i - static_cast<std::size_t>(shift)];
+    return sum;
+  };
+  int best = 0;
+  for (int shift = 0; shift < 60; ++shift) {
+    if (correlation(shift) > correlation(best)) best = shift;
+  }
+  if (best == 0) return 0;
+  const double before = correlation(best - 1), at = correlation(best), after = correlation(best + 1);
+  return best + 0.5 * (before - after) / (before - 2 * at + after);
+}
+
+TEST(VelocityEstimator, IsAsLateAsItSays) {
+  for (const double frequency : {1.0, 3.0, 8.0}) {
+    for (const double amplitude : {5e-4, 5e-3, 2e-2}) {
+      VelocityEstimator estimator(quantised());
+      const double omega = 2 * std::numbers::pi * frequency;
+      std::vector<double> real, found;
+      double delay = 0, weight = 0;
+      for (int k = 0; k < 4000; ++k) {
+        const double t = k * kPeriod;
+        found.push_back(estimator.add(tick(k), at_x(rounded(amplitude * std::sin(omega * t), kStep))).v.x());
+        real.push_back(amplitude * omega * std::cos(omega * t));
+        // The lag shows where the velocity changes most: weighted by its slope.
+        const double slope = std::abs(std::sin(omega * t));
+        delay += slope * slope * to_seconds(estimator.linear_delay());
+        weight += slope * slope;
+      }
+      EXPECT_NEAR(lag_of(real, found), delay / weight / kPeriod, 1.0) << frequency << " Hz, " << amplitude << " m";
+    }
+  }
+}
+
+TEST(VelocityEstimator, TakesUnevenTimesAsTheyAre) {
+  Random random(13, 0);
+  VelocityEstimator estimator(quantised());
+  double t = 0;
+  for (int k = 0; k < 200; ++k) {
+    t += random.uniform(2e-4, 3e-3);
+    const Twist found = estimator.add(LocalTime{} + from_seconds(t), at_x(rounded(0.2 * t, kStep)));
+    if (k > 20) {
+      ASSERT_NEAR(found.v.x(), 0.2, 0.003) << "seed 13, sample " << k;
+    }
+  }
+}
+
+TEST(VelocityEstimator, IgnoresSamplesThatAreNotNewerOrNotFinite) {
+  VelocityEstimator estimator(quantised());
+  Twist last;
+  for (int k = 0; k < 50; ++k) last = estimator.add(tick(k), at_x(k * kStep));
+  const Duration delay = estimator.linear_delay();
+  const auto unchanged = [&](LocalTime taken, const Pose& X) {
+    const Twist found = estimator.add(taken, X);
+    return found.v == last.v && found.w == last.w && estimator.linear_delay() == delay;
+  };
+  EXPECT_TRUE(unchanged(tick(49), at_x(1)));
+  EXPECT_TRUE(unchanged(tick(10), at_x(1)));
+  EXPECT_TRUE(unchanged(tick(51), at_x(std::nan(""))));
+  EXPECT_TRUE(unchanged(tick(51), at_x(std::numeric_limits<double>::infinity())));
+  EXPECT_TRUE(unchanged(tick(51), {Vec3::Zero(), Quat(std::nan(""), 0, 0, 1)}));
+  EXPECT_NEAR(estimator.add(tick(50), at_x(50 * kStep)).v.x(), kStep / kPeriod, 1e-9);
+}
+
+TEST(VelocityEstimator, IsFiniteForPositionsAtTheEndOfTheNumberRange) {
+  VelocityEstimator estimator(quantised());
+  for (int k = 0; k < 60; ++k) {
+    EXPECT_TRUE(is_finite(estimator.add(tick(k), at_x(k % 2 == 0 ? 1e308 : -1e308)))) << k;
+  }
+}
+
+TEST(VelocityEstimator, StartsAnewAfterReset) {
+  VelocityEstimator estimator(quantised());
+  for (int k = 0; k < 50; ++k) estimator.add(tick(k), at_x(k * 1e-3));
+  estimator.reset();
+  EXPECT_EQ(estimator.add(tick(60), at_x(5)).v.norm(), 0);
+  EXPECT_EQ(estimator.linear_delay(), Duration(0));
+  EXPECT_EQ(estimator.add(tick(61), at_x(5)).v.norm(), 0);
+}
+
+TEST(VelocityEstimator, AllocatesNothing) {
+  VelocityEstimator estimator(quantised());
+  const std::uint64_t before = allocation_count();
+  for (int k = 0; k < 100; ++k) estimator.add(tick(k), at_x(k * 1e-4));
+  EXPECT_EQ(allocation_count(), before);
+}
+
+}  // namespace
+}  // namespace tandem

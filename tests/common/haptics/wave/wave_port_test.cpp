@@ -1,0 +1,173 @@
+// Both ends of a wave line with a delay between them: energy, tracking, contact.
+#include "common/haptics/wave/wave_port.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <deque>
+#include <limits>
+#include <numbers>
+
+#include "common/base/random.hpp"
+#include "common/base/work.hpp"
+#include "tests/support/allocation_counter.hpp"
+#include "tests/support/test_seed.hpp"
+
+namespace tandem {
+namespace {
+
+constexpr double kTick_s = 0.001;
+
+/// Hand port, delay line each way, tool port at a slower rate, and a coupling to a tool of its own on x.
+struct Teleoperator {
+  explicit Teleoperator(int delay_ticks, int ticks_per_step = 5) : delay(delay_ticks), every(ticks_per_step) {}
+
+  /// One haptic tick with the hand at `x_hand`; the force on the hand.
+  double tick(double x_hand) {
+    hand_pose.p.x() = x_hand;
+    const Wrench on_hand = hand.tick(hand_pose, kTick_s);
+    up.push_back(hand.sum_towards_tool());
+    if (k % every == 0) step();
+    down.push_back(tool.sum_towards_hand());
+    if (k >= delay) {
+      const Duration sent = std::chrono::milliseconds(k - delay);
+      // The stamp of a step: the newest multiple of its period.
+      if ((k - delay) % every == 0) hand.receive(sent, down[static_cast<std::size_t>(k - delay)]);
+    }
+    ++k;
+    return on_hand.f.x();
+  }
+
+  void step() {
+    const double T = every * kTick_s;
+    if (k >= delay) {
+      tool.receive(std::chrono::milliseconds(k - delay), up[static_cast<std::size_t>(k - delay)]);
+    }
+    const double before = target;
+    target = tool.move(hand_pose, {stiffness, damping, 0, 0}, T).p.x();
+    // The tool: implicit, massless against its own damper, and a wall from x = wall on.
+    const double v_target = tool.velocity().v.x();
+    const double pull = stiffness + damping / T;
+    const double push = stiffness * target + damping * (v_target + x_tool / T);
+    double x = (push + drag / T * x_tool) / (pull + drag / T);
+    if (x > wall) x = (push + drag / T * x_tool + wall_stiffness * wall) / (pull + drag / T + wall_stiffness);
+    const double f = stiffness * (target - x) + damping * (v_target - (x - x_tool) / T);
+    x_tool = x;
+    on_tool = f;
+    work_into_tool_j += f * (target - before);
+    tool.settle({Vec3(f, 0, 0), Vec3::Zero()}, T);
+  }
+
+  int delay, every, k = 0;
+  WaveHandPort hand{WaveImpedance{}, WavePlayer::Settings{}};
+  WaveToolPort tool{WaveImpedance{}, WavePlayer::Settings{}};
+  std::deque<Wave> up, down;
+  Pose hand_pose;
+  double stiffness = 500, damping = 2, drag = 1, wall = 1e9, wall_stiffness = 5000;
+  double x_tool = 0, target = 0, on_tool = 0, work_into_tool_j = 0;
+};
+
+TEST(WaveAccount, PaysTheOutgoingWaveInClosedForm) {
+  WaveAccount account;
+  const Wave two{Vec3(2, 0, 0), Vec3::Zero()}, three{Vec3(3, 0, 0), Vec3::Zero()};
+  // ½·4·0.1 = 0.2 J came and 0.1 J were spent: of the 0.45 J wanted 0.1 are there.
+  const Wave out = account.settle(two, three, 0.1, 0.1);
+  EXPECT_NEAR(out.f.x(), 3 * std::sqrt(0.1 / 0.45), 1e-12);
+  EXPECT_NEAR(account.balance_j(), 0, 1e-12);
+  EXPECT_EQ(squared(account.settle({}, three, 0.5, 0.1)), 0) << "nothing leaves in debt";
+  EXPECT_NEAR(account.balance_j(), -0.5, 1e-12);
+}
+
+// The same hand, moved as it likes, against line and tool: what it took out less what it put in.
+TEST(WaveLine, GivesAHandNoMoreThanItPutInAtAnyConstantDelay) {
+  for (const int delay : {1, 15, 50, 150}) {
+    for (int run = 0; run < 4; ++run) {
+      const std::uint64_t seed = test::test_seed(static_cast<std::uint64_t>(run));
+      SCOPED_TRACE("delay " + std::to_string(delay) + " ms, seed " + std::to_string(seed));
+      Random random(seed);
+      Teleoperator line(delay);
+      line.wall = run % 2 == 0 ? 0.005 : 1e9;
+      double x = 0, v = 0, taken_j = 0, most_j = 0;
+      for (int k = 0; k < 8000; ++k) {
+        const double f = line.tick(x);
+        // Follows the force, as far as its speed allows, with noise: lives on what the line creates.
+        v += std::clamp(2 * f + random.normal() - 2 * v, -20.0, 20.0) * kTick_s;
+        x += v * kTick_s;
+        taken_j += f * v * kTick_s;
+        most_j = std::max(most_j, taken_j);
+      }
+      // In debt for one period at most: the impedance's own force, b v, held while v changes by 20 m/s² · 1 ms.
+      EXPECT_LT(most_j, 1e-5);
+      EXPECT_LT(taken_j, 0);
+      EXPECT_LE(line.work_into_tool_j, -taken_j + 1e-3) << "nor does the tool's side get more";
+    }
+  }
+}
+
+/// Displacement per force of a hand that rests pressed against the tool's wall.
+double compliance_m_per_n(int delay) {
+  Teleoperator line(delay);
+  line.wall = 0;
+  double f = 0;
+  for (int k = 0; k < 12000; ++k) f = line.tick(0.004 * std::min(1.0, k / 1000.0));
+  EXPECT_NEAR(f, -line.on_tool, 1e-3) << "both ends feel the same";
+  return -0.004 / f;
+}
+
+// A line of delay T stores ½F² T/b at rest, as a spring of b/T would: from the integrals of u and v in transit.
+TEST(WaveLine, AtRestInContactIsTheCouplingInSeriesWithTheLinesOwnSpring) {
+  const double at_1_ms = compliance_m_per_n(1), at_50_ms = compliance_m_per_n(50);
+  const double b = WaveImpedance{}.linear_n_s_per_m;
+  EXPECT_NEAR(at_50_ms - at_1_ms, 0.049 / b, 0.02 * 0.049 / b);
+  // Coupling and wall, 500 and 5000 N/m, and what the ends add: the step of 5 ms and the filter of 5 ms.
+  const double ends_s = (at_1_ms - (1 / 500.0 + 1 / 5000.0)) * b - 0.001;
+  EXPECT_GT(ends_s, 0.004);
+  EXPECT_LT(ends_s, 0.010);
+}
+
+TEST(WaveLine, FreeToolFollowsTheHandWithoutDrift) {
+  Teleoperator line(50);
+  for (int k = 0; k < 20000; ++k) line.tick(0.05 * std::sin(2 * std::numbers::pi * 0.5 * kTick_s * k));
+  for (int k = 0; k < 4000; ++k) line.tick(0.0);
+  EXPECT_NEAR(line.x_tool, 0, 2e-4);
+}
+
+TEST(WavePorts, AreFiniteForAnyInput) {
+  WaveHandPort hand({}, {});
+  WaveToolPort tool({}, {});
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  Pose bad;
+  bad.p.x() = nan;
+  const Wrench huge{Vec3(1e300, 0, 0), Vec3::Zero()};
+  EXPECT_TRUE(is_finite(hand.tick(bad, 0.001)));
+  EXPECT_TRUE(is_finite(hand.tick({}, nan)));
+  hand.tick({}, 0.001);
+  hand.set_displayed(huge);
+  Pose moved;
+  moved.p.x() = 1;
+  EXPECT_TRUE(is_finite(hand.tick(moved, 0.001)));
+  EXPECT_TRUE(is_finite(hand.sum_towards_tool()));
+  EXPECT_TRUE(is_finite(tool.move(bad, {}, 0.005)));
+  tool.move({}, {}, 0.005);
+  tool.settle({Vec3(nan, 0, 0), Vec3::Zero()}, 0.005);
+  tool.settle(huge, 0.005);
+  EXPECT_TRUE(is_finite(tool.move({}, {}, 0.005)));
+  EXPECT_TRUE(is_finite(tool.sum_towards_hand()));
+}
+
+TEST(WavePorts, AllocateNothing) {
+  WaveHandPort hand({}, {});
+  WaveToolPort tool({}, {});
+  const std::uint64_t before = allocation_count();
+  for (int k = 0; k < 100; ++k) {
+    hand.receive(std::chrono::milliseconds(k), tool.sum_towards_hand());
+    hand.tick({}, 0.001);
+    tool.receive(std::chrono::milliseconds(k), hand.sum_towards_tool());
+    tool.move({}, {500, 2, 0.3, 0.003}, 0.005);
+    tool.settle({}, 0.005);
+  }
+  EXPECT_EQ(allocation_count() - before, 0U);
+}
+
+}  // namespace
+}  // namespace tandem

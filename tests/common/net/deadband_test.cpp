@@ -1,0 +1,70 @@
+// What is left out must be what a hand cannot tell: at the threshold and on both sides of it.
+#include "common/net/deadband.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+namespace tandem {
+namespace {
+
+const FeltStiffness kStiffness{300, 0.3};
+constexpr Duration kHalfFloor = kDeadbandFloor / 2;
+
+RigidState moving(const Vec3& p, const Vec3& v) {
+  RigidState state;
+  state.X.p = p;
+  state.V.v = v;
+  return state;
+}
+
+TEST(Deadband, AForceIsNoticedBeyondItsShareOfWhatIsFelt) {
+  const Deadband deadband(0.1);
+  const Wrench told{Vec3(0, 0, 4), Vec3::Zero()};
+  EXPECT_FALSE(deadband.notices({Vec3(0, 0, 4.39), Vec3::Zero()}, told));
+  EXPECT_TRUE(deadband.notices({Vec3(0, 0, 4.41), Vec3::Zero()}, told));
+  EXPECT_TRUE(deadband.notices({Vec3(0.41, 0, 4), Vec3::Zero()}, told)) << "also across";
+  EXPECT_FALSE(deadband.notices({Vec3(0.09, 0, 0), Vec3::Zero()}, {})) << "noise at rest";
+  EXPECT_TRUE(deadband.notices({Vec3(0.11, 0, 0), Vec3::Zero()}, {}));
+  EXPECT_TRUE(deadband.notices({Vec3::Zero(), Vec3(0, 0.0031, 0)}, {}));
+}
+
+TEST(Deadband, APlaceIsNoticedAsTheForceThatTheCouplingMakesOfIt) {
+  const Deadband deadband(0.1);
+  const auto notices = [&](double way_m, double felt_n) {
+    return deadband.notices(moving(Vec3(way_m, 0, 0), Vec3::Zero()), {}, kHalfFloor, BetweenStates::kHeld,
+                            {Vec3(0, 0, felt_n), Vec3::Zero()}, kStiffness);
+  };
+  // 0.1 of 1 N (floor), or of 6 N, over 300 N/m.
+  EXPECT_FALSE(notices(0.99 * 0.1 / 300, 0));
+  EXPECT_TRUE(notices(1.01 * 0.1 / 300, 0));
+  EXPECT_FALSE(notices(0.99 * 0.6 / 300, 6));
+  EXPECT_TRUE(notices(1.01 * 0.6 / 300, 6));
+}
+
+TEST(Deadband, SteadyMotionIsNoticedByWhoHoldsTheLastStateOnly) {
+  const Deadband deadband(0.1);
+  const RigidState told = moving(Vec3::Zero(), Vec3(0.2, 0, 0));
+  const RigidState now = moving(Vec3(0.2 * to_seconds(kHalfFloor), 0, 0), told.V.v);
+  EXPECT_TRUE(deadband.notices(now, told, kHalfFloor, BetweenStates::kHeld, {}, kStiffness));
+  EXPECT_FALSE(deadband.notices(now, told, kHalfFloor, BetweenStates::kExtrapolated, {}, kStiffness));
+  RigidState faster = now;
+  faster.V.v.x() += 0.021;
+  EXPECT_TRUE(deadband.notices(faster, told, kHalfFloor, BetweenStates::kExtrapolated, {}, kStiffness));
+  RigidState turned = now;
+  turned.X.q = quaternion_of(Vec3(0, 0, 0.011));  // 0.3 N·m/rad makes 3.3 mN·m of it; the floor is 3
+  EXPECT_TRUE(deadband.notices(turned, told, kHalfFloor, BetweenStates::kExtrapolated, {}, kStiffness));
+}
+
+TEST(Deadband, OffNoticesEverythingAndNothingHidesANumberThatIsNone) {
+  EXPECT_TRUE(Deadband(0).notices(Wrench{}, Wrench{}));
+  EXPECT_TRUE(Deadband(std::nan("")).is_off());
+  const Deadband deadband(0.5);
+  EXPECT_TRUE(deadband.notices({Vec3(std::nan(""), 0, 0), Vec3::Zero()}, {}));
+  const RigidState lost = moving(Vec3(0, std::numeric_limits<double>::infinity(), 0), Vec3::Zero());
+  EXPECT_TRUE(deadband.notices(lost, {}, kHalfFloor, BetweenStates::kHeld, {}, kStiffness));
+}
+
+}  // namespace
+}  // namespace tandem

@@ -1,0 +1,238 @@
+// Laws that change what the tool is, in a running world: what each promises of tool, hand and touched things.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "server/physics/server_world.hpp"
+#include "tests/common/physics/scene_support.hpp"
+
+namespace tandem {
+namespace {
+
+constexpr double kG = 9.81;
+constexpr double kStep_s = 1e-3;
+
+RigidState at(const Vec3& p, const Vec3& v = Vec3::Zero()) {
+  return {{p, Quat::Identity()}, Twist{v, Vec3::Zero()}};
+}
+void run(World& world, int steps) {
+  for (int i = 0; i < steps; ++i) world.step();
+}
+std::string law(const std::string& name, const std::string& more = "") {
+  return R"({"law": ")" + name + "\"" + more + "}";
+}
+/// A box, its top at z = 0.
+std::string block(const std::string& more = "") {
+  return R"({"name": "block", "shapes": [{"box": {"size_m": [0.2, 0.2, 0.1]}}],
+             "placement": {"position_m": [0, 0, -0.05]})" +
+         more + "}";
+}
+std::string ball_at(double z) {
+  return R"({"name": "t", "placement": {"position_m": [0, 0, )" + std::to_string(z) + "]}}";
+}
+
+constexpr double kRadius_m = 0.005;  // of a tool without shapes
+
+TEST(MasslessTool, IsAtTheHandleAfterAStepHoweverItMoves) {
+  World world(make_server_world(load_parts({.coupling = law("qsa-static")})));
+  world.activate_tool(0);
+  for (int i = 0; i < 300; ++i) {
+    // 0.6 m/s at most, turning back each 50 ms.
+    const RigidState handle = at({0.01 * std::sin(60 * i * kStep_s), 0, 2}, {0.6 * std::cos(60 * i * kStep_s), 0, 0});
+    world.set_handle(0, handle);
+    EXPECT_EQ(world.step(), 0U);
+    // Of the way of a step, 0.6 mm, the stand-in for no mass leaves a ten thousandth.
+    ASSERT_LT((world.tool(0).tool.X.p - handle.X.p).norm(), 1e-7) << i;
+    ASSERT_LT(world.tool(0).wrench_on_hand_W.f.norm(), 300 * 1e-7) << i;
+  }
+}
+
+TEST(MasslessTool, PressedOnABoxRestsInAStepWhereCouplingAndContactBalance) {
+  World world(make_server_world(
+      load_parts({.bodies = block(), .tools = ball_at(kRadius_m + 5e-4), .coupling = law("qsa-static")})));
+  world.activate_tool(0);
+  world.set_handle(0, at({0, 0, kRadius_m + 5e-4}));
+  run(world, 3);
+  const double inside_m = 0.005;
+  world.set_handle(0, at({0, 0, kRadius_m - inside_m}));
+  EXPECT_EQ(world.step(), 0U);
+  const double first_n = world.tool(0).wrench_on_hand_W.f.z(), first_z = world.tool(0).tool.X.p.z();
+  // A handle at rest counts as pushing.
+  const double stretch_m = first_z - (kRadius_m - inside_m);
+  const double d_max = 6.5 / 300;
+  EXPECT_NEAR(first_n, 6.5 * (1 - std::exp(-stretch_m / d_max)), 1e-4);
+  EXPECT_NEAR(first_n, world.touch(0).force_n, 1e-4) << "nothing is left for inertia";
+  for (int i = 0; i < 500; ++i) {
+    EXPECT_EQ(world.step(), 0U);
+    // The contact's damper takes a second step; then nothing moves.
+    ASSERT_NEAR(world.tool(0).wrench_on_hand_W.f.z(), first_n, 0.02 * first_n) << i;
+  }
+  EXPECT_NEAR(world.tool(0).wrench_on_hand_W.f.z(), world.touch(0).force_n, 1e-6);
+  const double rest_z = world.tool(0).tool.X.p.z();
+  run(world, 100);
+  EXPECT_NEAR(world.tool(0).tool.X.p.z(), rest_z, 1e-9) << "no ringing";
+}
+
+TEST(MasslessTool, StaysWithoutAHandleAndWithoutASpring) {
+  for (const char* spring : {"", R"(, "stiffness_n_per_m": 0, "stiffness_n_m_per_rad": 0)"}) {
+    World world(make_server_world(load_parts({.coupling = law("qsa-static", spring)})));
+    world.activate_tool(0);
+    run(world, 100);
+    EXPECT_EQ(world.tool(0).tool.X.p, Vec3(0, 0, 2)) << "no weight";
+    world.set_handle(0, at({0.005, 0, 2}));
+    for (int i = 0; i < 100; ++i) ASSERT_EQ(world.step(), 0U);
+    world.clear_handle(0);
+    const Vec3 p = world.tool(0).tool.X.p;
+    run(world, 100);
+    EXPECT_EQ(world.tool(0).tool.X.p, p) << "no memory of its velocity";
+  }
+}
+
+TEST(MasslessTool, LeavesTheBodyThatItHoldsItsMass) {
+  const std::string cube = R"({"name": "a", "shapes": [{"box": {"size_m": [0.04, 0.04, 0.04]}}], "mass_kg": 0.1,
+                               "graspable": true, "gravity": false})";
+  World world(make_server_world(
+      load_parts({.bodies = cube, .tools = R"({"name": "t", "holds": "a"})", .coupling = law("qsa-static")})));
+  world.activate_tool(0);
+  world.set_handle(0, at({0.01, 0, 0}));
+  const Vec3 before = world.body(BodyId{1}).V.v;
+  world.step();
+  const Vec3 impulse = 0.1 * (world.body(BodyId{1}).V.v - before);
+  EXPECT_GT(impulse.x(), 1e-3);
+  EXPECT_LT((impulse + kStep_s * world.tool(0).wrench_on_hand_W.f).norm(), 1e-12);
+}
+
+/// A cube of 1 cm pressed on a block, both soft: 5e6 N/m³ in a row.
+std::string flat_tool(double z) {
+  return R"({"name": "t", "shapes": [{"box": {"size_m": [0.01, 0.01, 0.01]}}], "contact_stiffness_n_per_m3": 1e7,
+             "placement": {"position_m": [0, 0, )" +
+         std::to_string(z) + "]}}";
+}
+
+TEST(DirectRendering, ShowsTheContactsStiffnessAtTheHandlesPose) {
+  World world(make_server_world(
+      load_parts({.bodies = block(R"(, "contact_stiffness_n_per_m3": 1e7)"),
+                  .tools = flat_tool(0.006),
+                  .coupling = law("direct", R"(, "force_limit_n": 100, "saturation_softness": 0)")})));
+  world.activate_tool(0);
+  for (const double depth_m : {0.001, 0.003}) {
+    world.set_handle(0, at({0, 0, 0.005 - depth_m}));
+    run(world, 3);
+    EXPECT_NEAR(world.tool(0).tool.X.p.z(), 0.005 - depth_m, 1e-12) << "the tool is where the handle is";
+    // Face and sides: every bit of surface inside presses by its depth.
+    const double expected_n = 5e6 * (1e-4 * depth_m + 0.04 * depth_m * depth_m / 2);
+    EXPECT_NEAR(world.tool(0).wrench_on_hand_W.f.z(), expected_n, 0.02 * expected_n);
+    EXPECT_LT(world.tool(0).wrench_on_hand_W.f.head<2>().norm(), 1e-3);
+  }
+  world.set_handle(0, at({0, 0, 0.006}));
+  run(world, 1);
+  EXPECT_EQ(world.tool(0).wrench_on_hand_W.f, Vec3::Zero()) << "nothing but contact is felt";
+}
+
+TEST(DirectRendering, IsLimitedAndNeverStopsTheTool) {
+  World world(make_server_world(load_parts({.bodies = block(), .tools = ball_at(0.006), .coupling = law("direct")})));
+  world.activate_tool(0);
+  for (int i = 0; i < 60; ++i) {
+    world.set_handle(0, at({0, 0, 0.006 - 5e-4 * i}));
+    world.step();
+    ASSERT_LE(world.tool(0).wrench_on_hand_W.f.norm(), 6.5);
+    ASSERT_NEAR(world.tool(0).tool.X.p.z(), 0.006 - 5e-4 * i, 1e-9);
+  }
+  EXPECT_GT(world.tool(0).wrench_on_hand_W.f.norm(), 6.4);
+}
+
+TEST(DirectRendering, PushesAFreeBodyWithWhatTheHandFeels) {
+  const std::string cube = R"({"name": "a", "shapes": [{"box": {"size_m": [0.04, 0.04, 0.04]}}], "mass_kg": 0.3,
+                               "gravity": false})";
+  World world(make_server_world(
+      load_parts({.bodies = cube,
+                  .tools = R"({"name": "t", "placement": {"position_m": [-0.026, 0.004, 0.003]}})",
+                  .coupling = law("direct", R"(, "force_limit_n": 1000, "saturation_softness": 0)")})));
+  world.activate_tool(0);
+  Vec3 given = Vec3::Zero();
+  for (int i = 0; i < 300; ++i) {
+    world.set_handle(0, at({-0.026 + 0.1 * i * kStep_s, 0.004, 0.003}));
+    EXPECT_EQ(world.step(), 0U);
+    given -= kStep_s * world.tool(0).wrench_on_hand_W.f;
+  }
+  EXPECT_GT(world.body(BodyId{1}).V.v.x(), 0.05);
+  // What the solver may leave of each step's equation, see ContactIsland.
+  EXPECT_LT((0.3 * world.body(BodyId{1}).V.v - given).norm(), 300 * 1e-11 * 0.3);
+}
+
+TEST(DirectRendering, AHeldBodyIsAtTheHandleAndItsWeightIsShared) {
+  const std::string cube = R"({"name": "a", "shapes": [{"box": {"size_m": [0.04, 0.04, 0.04]}}], "mass_kg": 0.2,
+                               "graspable": true})";
+  World world(
+      make_server_world(load_parts({.bodies = cube,
+                                    .tools = R"({"name": "l", "holds": "a", "placement": {"position_m": [-0.02, 0, 0]}},
+                                      {"name": "r", "holds": "a", "placement": {"position_m": [0.02, 0, 0]}})",
+                                    .coupling = law("direct")})));
+  for (const std::size_t tool : {0U, 1U}) world.activate_tool(tool);
+  world.set_handle(0, at({-0.02, 0, 0.005}));
+  world.set_handle(1, at({0.02, 0, 0.005}));
+  run(world, 10);
+  EXPECT_NEAR(world.body(BodyId{1}).X.p.z(), 0.005, 1e-12);
+  for (const std::size_t tool : {0U, 1U}) {
+    EXPECT_NEAR(world.tool(tool).wrench_on_hand_W.f.z(), -0.1 * kG, 1e-9) << tool;
+  }
+}
+
+/// The thesis's stiffness with another damping.
+std::string fit(const std::string& damping_n_s_per_m) {
+  return R"(, "adaptive": {"mass_range_kg": [0.05, 0.2], "stiffness_n_per_m": [16.21, 116.53],
+                           "damping_n_s_per_m": [)" +
+         damping_n_s_per_m + "]}";
+}
+double fitted_n_per_m(double mass_kg) {
+  return 16.21 + 116.53 * mass_kg;
+}
+
+TEST(AdaptiveCoupling, AHeldMassSagsByItsWeightOverItsOwnStiffness) {
+  for (const double mass_kg : {0.06, 0.12, 0.2}) {
+    const std::string cube = R"({"name": "a", "shapes": [{"box": {"size_m": [0.04, 0.04, 0.04]}}], "graspable": true,
+                                 "mass_kg": )" +
+                             std::to_string(mass_kg) + "}";
+    World world(make_server_world(load_parts(
+        {.bodies = cube, .tools = R"({"name": "t", "holds": "a"})", .coupling = law("adaptive", fit("4"))})));
+    world.activate_tool(0);
+    world.set_handle(0, at({0, 0, 0}));
+    run(world, 3000);
+    const double sag_m = mass_kg * kG / fitted_n_per_m(mass_kg);
+    EXPECT_NEAR(-world.body(BodyId{1}).X.p.z(), sag_m, 0.02 * sag_m) << mass_kg << " kg";
+  }
+}
+
+TEST(AdaptiveCoupling, FollowsWhatIsGrabbedAndReleasedWithoutAStepOfForce) {
+  const double mass_kg = 0.18, stretch_m = 0.03;
+  const std::string cube = R"({"name": "a", "shapes": [{"box": {"size_m": [0.04, 0.04, 0.04]}}], "graspable": true,
+                               "mass_kg": 0.18, "placement": {"position_m": [0, 0, 0.02]}})";
+  World world(make_server_world(
+      load_parts({.bodies = block() + "," + cube, .tools = ball_at(0.046), .coupling = law("adaptive", fit("0.4"))})));
+  world.activate_tool(0);
+  world.set_handle(0, at({0, 0, 0.045 - stretch_m}));
+  run(world, 2000);
+  const auto force_n = [&] { return world.tool(0).wrench_on_hand_W.f.z(); };
+  EXPECT_NEAR(force_n(), fitted_n_per_m(0.05) * stretch_m, 0.01) << "the tool's own mass";
+  double last = force_n(), largest_step_n = 0;
+  const auto watch = [&] {
+    for (int i = 0; i < 500; ++i) {
+      world.step();
+      largest_step_n = std::max(largest_step_n, std::abs(force_n() - last));
+      last = force_n();
+    }
+  };
+  ASSERT_EQ(world.grab(0, BodyId{}), GrabResult::kGrabbed);
+  watch();
+  EXPECT_NEAR(force_n(), fitted_n_per_m(mass_kg) * stretch_m, 0.01) << "the held body's";
+  world.release(0);
+  watch();
+  EXPECT_NEAR(force_n(), fitted_n_per_m(0.05) * stretch_m, 0.01);
+  // The ramp alone makes a hundredth of the change a step; twice that leaves room for what the damper makes of the
+  // contact's settling.
+  EXPECT_LT(largest_step_n, 0.02 * (fitted_n_per_m(mass_kg) - fitted_n_per_m(0.05)) * stretch_m);
+}
+
+}  // namespace
+}  // namespace tandem

@@ -1,0 +1,81 @@
+// Effects of every kind for the tests, and a tool that is stepped with them as the server steps one.
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <string>
+
+#include "common/base/random.hpp"
+#include "common/physics/effects/catalog.hpp"
+#include "common/physics/effects/effect.hpp"
+
+namespace tandem {
+
+inline std::array<EffectModel, 6> every_model() {
+  return {Viscosity{5, 0.01}, ConstantField{{1, 2, -0.5}}, Magnet{2, 0.03, {0.01, 0, 0}},
+          Vibration{},        Texture{2e-4, 4e-3, 3e-3},   StickSlip{500, 1, 0.4}};
+}
+
+inline EffectSettings effect_with(const EffectModel& model) {
+  EffectSettings settings;
+  settings.model = model;
+  return settings;
+}
+
+/// In a ball of 2 cm, except the magnet, which has its range.
+inline EffectSettings ball_with(const EffectModel& model) {
+  EffectSettings settings = effect_with(model);
+  if (!std::holds_alternative<Magnet>(model)) settings.region = SphereRegion{0.02};
+  return settings;
+}
+
+inline std::string name_of(const EffectModel& model) {
+  return std::string(effect_info(model).name);
+}
+
+inline Vec3 random_vec3(Random& random, double magnitude) {
+  return {random.uniform(-magnitude, magnitude), random.uniform(-magnitude, magnitude),
+          random.uniform(-magnitude, magnitude)};
+}
+
+inline double magnet_potential_j(const Magnet& magnet, const Vec3& p) {
+  // Peak of 6 U₀/R s (1 − s²)² at s = 1/√5.
+  const double depth_j = magnet.peak_force_n * magnet.range_m / 6 * 25 * std::sqrt(5.0) / 16;
+  const Vec3 half = magnet.core_size_m / 2;
+  const double s2 = ((p - p.cwiseMax(-half).cwiseMin(half)) / magnet.range_m).squaredNorm();
+  return s2 < 1 ? -depth_j * std::pow(1 - s2, 3) : 0;
+}
+
+/// A free ball. First what acts from outside, held for the step, then what the hand does, implicitly.
+struct SteppedTool {
+  double mass_kg = 0.05;
+  double step_s = 1e-3;
+  Vec3 p = Vec3::Zero();
+  Vec3 v = Vec3::Zero();
+  double time_s = 0;
+  double normal_force_n = 1;
+  EffectMemory memory;
+
+  EffectInput input() const {
+    return {time_s, step_s, p, {v, Vec3::Zero()}, mass_kg, 1e-5, normal_force_n, Vec3::UnitZ()};
+  }
+
+  /// Moves without a hand; returns the force on the tool.
+  Vec3 step(const Effect& effect) { return step_to(effect, Vec3::Zero(), 0, 0); }
+
+  /// Pulled to `target` by a spring and damper.
+  Vec3 step_to(const Effect& effect, const Vec3& target, double stiffness, double damping) {
+    const Vec3 f = effect.wrench_on_tool_O(input(), memory).f;
+    const double h = step_s;
+    const Vec3 freely = v + h / mass_kg * f;
+    // m (v' − freely) = h (k (target − p − h v') − b v')
+    v = (mass_kg * freely + h * stiffness * (target - p)) / (mass_kg + h * damping + h * h * stiffness);
+    p += h * v;
+    time_s += h;
+    return f;
+  }
+
+  double kinetic_j() const { return 0.5 * mass_kg * v.squaredNorm(); }
+};
+
+}  // namespace tandem

@@ -1,0 +1,285 @@
+// What joins a thing to its copy: how much of it, beside the hand's coupling, and what the accounts say.
+#include "common/physics/joints/joint.hpp"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "common/base/random.hpp"
+#include "common/haptics/coupling/laws.hpp"
+#include "common/physics/tool_hand.hpp"
+#include "tests/common/physics/world_support.hpp"
+
+namespace tandem {
+namespace {
+
+constexpr BodyId kBody{1};
+const Joint kJoint{200, 20, 0.2, 0.02};
+
+Vec3 random_vector(Random& random, double size) {
+  return {random.uniform(-size, size), random.uniform(-size, size), random.uniform(-size, size)};
+}
+
+AdaptiveFit some_fit() {
+  AdaptiveFit fit;
+  fit.mass_low_kg = 0.01;
+  fit.mass_high_kg = 1;
+  fit.stiffness_n_per_m.c = {300, 0, 0, 0};
+  fit.damping_n_s_per_m.c = {3, 0, 0, 0};
+  return fit;
+}
+
+TEST(ToolHandStrength, ScalesTheForceOfEveryLawAndItsSlopes) {
+  constexpr std::uint64_t kSeed = 11;
+  Random random(kSeed);
+  for (const CouplingLawInfo& law : coupling_laws()) {
+    ToolHand whole(law.name, {}), part(law.name, {});
+    part.set_strength(0.3);
+    for (int i = 0; i < 100; ++i) {
+      const RigidState handle{{random_vector(random, 0.05), quaternion_of(random_vector(random, 1))},
+                              {random_vector(random, 0.5), random_vector(random, 5)}};
+      whole.set_handle(handle);
+      part.set_handle(handle);
+      const auto wrench = [](const SolverCoupling& c) {
+        return coupling_wrenches(*c.law, c.X_WH, c.V_WH, c.X_WT, Twist{}).on_tool_W;
+      };
+      const Wrench expected = wrench(whole.coupling(0, Pose{})) * 0.3;
+      const Wrench found = wrench(part.coupling(0, Pose{}));
+      ASSERT_LT((found.f - expected.f).norm(), 1e-14) << law.name;
+      ASSERT_LT((found.t - expected.t).norm(), 1e-14) << law.name;
+      const CouplingState state = coupling_state(handle.X, handle.V, Pose{}, Twist{});
+      const CouplingGradient slope = whole.coupling(0, Pose{}).law->gradient(state);
+      const CouplingGradient scaled = part.coupling(0, Pose{}).law->gradient(state);
+      ASSERT_LT((scaled.force_by_d - 0.3 * slope.force_by_d).norm(), 1e-12 * (1 + slope.force_by_d.norm()));
+      ASSERT_LT((scaled.torque_by_w - 0.3 * slope.torque_by_w).norm(), 1e-12 * (1 + slope.torque_by_w.norm()));
+    }
+  }
+}
+
+TEST(ToolHandEnergy, IsHalfKDSquaredOfASpring) {
+  CouplingParameters parameters;
+  parameters.force_limit_n = parameters.torque_limit_n_m = 100;
+  ToolHand hand("spring-damper", parameters);
+  hand.set_handle({{{0.01, 0, 0.02}, quaternion_of({0, 0.4, 0})}, {{1, 2, 3}, {}}});
+  const double expected = 0.5 * parameters.stiffness_n_per_m * 5e-4 + 0.5 * parameters.stiffness_n_m_per_rad * 0.16;
+  EXPECT_NEAR(hand.stored_energy_j(Pose{}), expected, 1e-12);
+  hand.set_strength(0.25);
+  EXPECT_NEAR(hand.stored_energy_j(Pose{}), 0.25 * expected, 1e-12);
+}
+
+TEST(ToolHandEnergy, HasTheForceAsItsSlopeForEveryLawWithAPotential) {
+  for (const CouplingLawInfo& law : coupling_laws()) {
+    if (!law.is_passive) continue;
+    ToolHand hand(law.name, {});
+    for (const double d : {0.002, 0.01, 0.02, 0.05}) {
+      hand.set_handle(at({d, 0, 0}));
+      const auto energy_at = [&hand](double x) { return hand.stored_energy_j({{x, 0, 0}, Quat::Identity()}); };
+      const double slope = (energy_at(-1e-5) - energy_at(1e-5)) / 2e-5;
+      const SolverCoupling c = hand.coupling(0, Pose{});
+      const double force = coupling_wrenches(*c.law, c.X_WH, {}, c.X_WT, {}).on_tool_W.f.x();
+      // Simpson's rule over the bend at the limit.
+      EXPECT_NEAR(slope, force, 2e-3 * force) << law.name << " at " << d;
+    }
+  }
+}
+
+WorldDescription one_tool() {
+  return world_of({cube({0, 0, 1}, 0.3)}, {ball_tool(Vec3::Zero())});
+}
+
+TEST(JoinTool, ShareOfNothingChangesNoBit) {
+  World joined = client_world(one_tool()), alone = client_world(one_tool());
+  for (World* world : {&joined, &alone}) world->activate_tool(0);
+  for (int i = 0; i < 200; ++i) {
+    for (World* world : {&joined, &alone}) world->set_handle(0, at({1e-4 * i, 0, 0}, {0.1, 0, 0}));
+    joined.join_tool(0, at({1, 2, 3}), kJoint, 0);
+    joined.step();
+    alone.step();
+    ASSERT_EQ(joined.tool(0).tool.X.p, alone.tool(0).tool.X.p);
+    ASSERT_EQ(joined.tool(0).wrench_on_hand_W.f, alone.tool(0).wrench_on_hand_W.f);
+    ASSERT_EQ(joined.tool(0).energy_into_world_j, alone.tool(0).energy_into_world_j);
+  }
+}
+
+/// Where a tool comes to rest between its handle at 0 and the joint's target at 1 cm.
+double rest_m(const std::string& law, double share) {
+  WorldDescription description = one_tool();
+  description.coupling.law = law;
+  description.coupling.dynamics = find_coupling_law(law)->tool;
+  if (law == "adaptive") description.coupling.fit = some_fit();
+  World world = client_world(description);
+  world.activate_tool(0);
+  for (int i = 0; i < 5000; ++i) {
+    world.set_handle(0, at(Vec3::Zero()));
+    world.join_tool(0, at({0.01, 0, 0}), kJoint, share);
+    EXPECT_EQ(world.step() & kFaultNotFinite, 0U);
+  }
+  EXPECT_LT(world.tool(0).wrench_on_hand_W.f.norm(), 1e-6) << "at rest both pulls balance";
+  return world.tool(0).tool.X.p.x();
+}
+
+TEST(JoinTool, RestsWhereTheSharesBalance) {
+  for (const double share : {0.1, 0.5, 0.9, 1.0}) {
+    const double hand = (1 - share) * 300, joint = share * kJoint.stiffness_n_per_m;
+    EXPECT_NEAR(rest_m("spring-damper", share), 0.01 * joint / (hand + joint), 1e-7) << share;
+    EXPECT_NEAR(rest_m("adaptive", share), 0.01 * joint / (hand + joint), 1e-7) << share;
+  }
+  EXPECT_NEAR(rest_m("qsa-static", 1.0), 0.01, 1e-6) << "without mass";
+}
+
+TEST(JoinTool, AHeldBodyIsPulledAtTheToolsPlace) {
+  World world = client_world(one_tool());
+  const Vec3 place(0, 0.02, 0);
+  world.activate_tool(0);
+  world.hold(0, kBody, {place, Quat::Identity()});
+  const Vec3 start = Vec3(0, 0, 1) + place;
+  for (int i = 0; i < 8000; ++i) {
+    world.set_handle(0, at(start));
+    world.join_tool(0, at(start + Vec3(0.01, 0, 0)), kJoint, 0.5);
+    ASSERT_EQ(world.step(), 0U);
+  }
+  EXPECT_LT((world.tool(0).tool.X.p - start - Vec3(0.01 * 100 / 250, 0, 0)).norm(), 1e-6);
+  EXPECT_LT(rotation_vector(world.body(kBody).X.q).norm(), 1e-5);
+}
+
+TEST(JoinTool, TheAccountIsTheWorkOfBothPulls) {
+  World world = client_world(one_tool());
+  world.activate_tool(0);
+  double work_j = 0;
+  Vec3 v = Vec3::Zero();
+  for (int i = 0; i < 1000; ++i) {
+    world.set_handle(0, at({0.01 * std::sin(0.01 * i), 0, 0}));
+    world.join_tool(0, at({0, 0.01 * std::cos(0.02 * i), 0}), kJoint, 0.6);
+    ASSERT_EQ(world.step(), 0U);
+    const Vec3 v_next = world.tool(0).tool.V.v;
+    // All that acts on a free tool is pull: f = m (v' − v)/h along h v'.
+    work_j += kToolMass_kg * (v_next - v).dot(v_next);
+    v = v_next;
+  }
+  const ToolState tool = world.tool(0);
+  EXPECT_NEAR(tool.energy_into_world_j - tool.energy_from_world_j, work_j, 1e-9);
+  EXPECT_GT(tool.energy_from_world_j, 1e-5);
+}
+
+TEST(JoinTool, WithoutAHandleTheJointAlonePullsAndIsAccountedFor) {
+  World world = client_world(one_tool());
+  world.activate_tool(0);
+  for (int i = 0; i < 3000; ++i) {
+    world.join_tool(0, at({0.01, 0, 0}), kJoint, 1);
+    world.step();
+  }
+  EXPECT_NEAR(world.tool(0).tool.X.p.x(), 0.01, 1e-7);
+  EXPECT_GT(world.tool(0).energy_into_world_j, 1e-4);
+  EXPECT_EQ(world.tool(0).wrench_on_hand_W.f, Vec3::Zero()) << "there is no hand";
+}
+
+TEST(JoinTool, TheNextUserIsNotJoined) {
+  World world = client_world(one_tool());
+  world.activate_tool(0);
+  world.join_tool(0, at({0.01, 0, 0}), kJoint, 1);
+  world.deactivate_tool(0);
+  world.activate_tool(0);
+  world.set_handle(0, at(Vec3::Zero()));
+  run(world, 100);
+  EXPECT_EQ(world.tool(0).tool.X.p, Vec3::Zero());
+}
+
+TEST(JoinTool, BadNumbersAreNotHeard) {
+  World world = client_world(one_tool());
+  world.activate_tool(0);
+  world.set_handle(0, at(Vec3::Zero()));
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  world.join_tool(0, at({nan, 0, 0}), kJoint, 1);
+  world.join_tool(0, at({1, 0, 0}), {-1, 0, 0, 0}, 1);
+  world.join_tool(0, at({1, 0, 0}), kJoint, nan);
+  world.join_body(kBody, at({nan, 0, 0}), Vec3::Zero(), kJoint, 1);
+  world.join_body(BodyId{7}, at({0, 0, 0}), Vec3::Zero(), kJoint, 1);
+  EXPECT_EQ(run(world, 10), 0U);
+  EXPECT_EQ(world.tool(0).tool.X.p, Vec3::Zero());
+  EXPECT_FALSE(world.is_adopted(kBody));
+}
+
+TEST(JoinBody, BearsItsShareOfTheWeight) {
+  for (const double share : {0.25, 0.75, 1.0}) {
+    WorldDescription description = one_tool();
+    description.gravity_m_per_s2 = {0, 0, -9.81};
+    World world = falling_world(description);
+    for (int i = 0; i < 4000; ++i) {
+      world.join_body(kBody, at({0, 0, 1}), Vec3::Zero(), kJoint, share);
+      ASSERT_EQ(world.step(), 0U);
+    }
+    const double sag_m = (1 - share) * 0.3 * 9.81 / (share * kJoint.stiffness_n_per_m);
+    EXPECT_NEAR(world.body(kBody).X.p.z(), 1 - sag_m, 1e-6) << share;
+  }
+}
+
+TEST(JoinBody, BearsWhatTheOtherEndDoesNot) {
+  for (const double there : {0.0, 0.4, 1.0}) {
+    WorldDescription description = one_tool();
+    description.gravity_m_per_s2 = {0, 0, -9.81};
+    World world = falling_world(description);
+    for (int i = 0; i < 4000; ++i) {
+      world.join_body(kBody, at({0, 0, 1}), Vec3::Zero(), kJoint, 1, there);
+      ASSERT_EQ(world.step(), 0U);
+    }
+    const double sag_m = (1 - there) * 0.3 * 9.81 / kJoint.stiffness_n_per_m;
+    EXPECT_NEAR(world.body(kBody).X.p.z(), 1 - sag_m, 1e-6) << there;
+  }
+}
+
+TEST(JoinBody, FollowsAMovingTargetWithoutLag) {
+  World world = client_world(one_tool());
+  const double speed = 0.2;
+  double t = 0;
+  for (int i = 0; i < 3000; ++i, t += kStep_s) {
+    world.join_body(kBody, at({speed * t, 0, 1}, {speed, 0, 0}), Vec3::Zero(), kJoint, 1);
+    world.step();
+  }
+  // The target keeps its velocity in the step, the solver its place: no more than one step behind.
+  EXPECT_NEAR(world.body(kBody).X.p.x(), speed * t, 1.1 * speed * kStep_s);
+  EXPECT_NEAR(world.body(kBody).V.v.x(), speed, 1e-6);
+}
+
+TEST(JoinBody, AtAPointBesideTheOriginBringsTheWholeBodyToItsCopy) {
+  World world = client_world(one_tool());
+  const RigidState copy{{{0.01, -0.02, 1.01}, quaternion_of({0.2, -0.1, 0.3})}, {}};
+  const Vec3 corner(0.02, 0.02, -0.02);
+  world.join_body(kBody, copy, corner, kJoint, 1);
+  run(world, 5000);
+  EXPECT_LT((world.body(kBody).X.p - copy.X.p).norm(), 1e-6);
+  EXPECT_LT(rotation_vector(world.body(kBody).X.q * copy.X.q.conjugate()).norm(), 1e-5);
+}
+
+TEST(JoinBody, OwnsTheBodyWhileThereIsAShareAndGivesItBack) {
+  World world = client_world(one_tool());
+  EXPECT_FALSE(world.is_adopted(kBody));
+  world.join_body(kBody, at({0, 0, 1}), Vec3::Zero(), kJoint, 0.01);
+  EXPECT_TRUE(world.is_adopted(kBody));
+  run(world, 1000);
+  EXPECT_TRUE(world.is_adopted(kBody));
+  world.join_body(kBody, at({0, 0, 1}), Vec3::Zero(), kJoint, 0);
+  run(world, 300);
+  EXPECT_FALSE(world.is_adopted(kBody));
+}
+
+TEST(JoinBody, IsCalmForEveryStiffnessAndMass) {
+  for (const double mass_kg : {1e-3, 0.3, 50.0}) {
+    for (const Joint& joint : {Joint{1e5, 0, 1e3, 0}, Joint{1e5, 1e4, 1e4, 1e3}, Joint{1, 1e4, 0.1, 1e3}}) {
+      WorldDescription description = one_tool();
+      description.bodies[0] = cube({0, 0, 1}, mass_kg);
+      World world = client_world(description);
+      world.set_body(kBody, {{{0.02, 0, 1}, quaternion_of({0.5, 0.5, 0})}, {{0.3, 0, 0}, {0, 3, 0}}});
+      double last = std::numeric_limits<double>::infinity();
+      for (int i = 0; i < 500; ++i) {
+        world.join_body(kBody, at({0, 0, 1}), Vec3::Zero(), joint, 1);
+        ASSERT_EQ(world.step() & ~kFaultSpeedLimited, 0U);
+        const double now = world.stored_energy_j();
+        ASSERT_LE(now, last * (1 + 1e-6) + 1e-12) << mass_kg << " kg, step " << i;
+        last = now;
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace tandem

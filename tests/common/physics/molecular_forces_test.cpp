@@ -1,0 +1,169 @@
+// The molecular field in the world: units, action and reaction, and its bound.
+#include "common/physics/molecular_forces.hpp"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+
+#include "common/base/random.hpp"
+#include "server/physics/server_world.hpp"
+#include "tests/common/physics/scene_support.hpp"
+
+namespace tandem {
+namespace {
+
+/// `count` argon-like atoms on a lattice of 4 Å, origin at their centre of mass.
+std::shared_ptr<const Molecule> cluster(int count) {
+  auto molecule = std::make_shared<Molecule>();
+  for (int i = 0; i < count; ++i) {
+    molecule->positions_angstrom.emplace_back(4.0 * (i % 2), 4.0 * (i / 2 % 2), 4.0 * (i / 4));
+    molecule->sigma_angstrom.push_back(3.4);
+    molecule->epsilon_kj_per_mol.push_back(1.0);
+    molecule->charge_e.push_back(0);
+    molecule->mass_u.push_back(39.95);
+  }
+  molecule->labels.resize(molecule->size());
+  molecule->types.resize(molecule->size(), "test");
+  const Vec3 centre = molecule->centre_of_mass_angstrom();
+  for (Vec3& position : molecule->positions_angstrom) position -= centre;
+  return molecule;
+}
+
+/// Two bodies of `atoms` atoms each, `gap_m` apart along x, without gravity; tiny balls stand for them in Bullet.
+std::shared_ptr<LoadedScene> two_molecules(int atoms, double gap_m, double damping_per_s) {
+  const auto body = [&](const std::string& name, double x, double mass) {
+    return R"({"name": ")" + name + R"(", "shapes": [{"sphere": {"radius_m": 0.001}}], "gravity": false, "mass_kg": )" +
+           std::to_string(mass) + R"(, "linear_damping_per_s": )" + std::to_string(damping_per_s) +
+           R"(, "angular_damping_per_s": )" + std::to_string(damping_per_s) + R"(, "placement": {"position_m": [)" +
+           std::to_string(x) + R"(, 0, 1], "rotation_xyz_deg": [10, 20, 30]}})";
+  };
+  auto scene = std::make_shared<LoadedScene>(
+      *load_parts({.bodies = body("a", 0, 0.2) + "," + body("b", gap_m, 0.1),
+                   .rest = R"("molecular_field": {"newtons_per_kcal_per_mol_angstrom": 0.5, "force_limit_n": 20})"}));
+  const double scale = scene->description.molecular_field().metres_per_angstrom();
+  for (LoadedBody& loaded : scene->bodies) {
+    loaded.molecule = cluster(atoms);
+    loaded.mass = mass_properties_of(loaded.mass.mass_kg, *loaded.molecule, scale);
+  }
+  return scene;
+}
+
+TEST(SoftLimit, IsExactBelowTheKneeAndNeverReachesTheLimit) {
+  EXPECT_EQ(soft_limit(9.99, 20), 9.99);
+  double last = 0;
+  for (double x = 0; x < 300; x += 0.5) {
+    const double y = soft_limit(x, 20);
+    EXPECT_LE(y, 20);
+    EXPECT_LE(y, x);
+    EXPECT_GE(y, last);
+    last = y;
+  }
+  EXPECT_LE(soft_limit(1e300, 20), 20);
+}
+
+TEST(SoftLimit, HasNoEdgeAtTheKnee) {
+  const double h = 1e-6;
+  const double below = (soft_limit(10, 20) - soft_limit(10 - h, 20)) / h;
+  const double above = (soft_limit(10 + h, 20) - soft_limit(10, 20)) / h;
+  EXPECT_NEAR(below, 1, 1e-6);
+  EXPECT_NEAR(above, 1, 1e-6);
+}
+
+TEST(MolecularForces, TwoAtomsPullAsTheClosedFormSays) {
+  const auto scene = two_molecules(1, 0.05, 0);  // 5 Å
+  MolecularForces forces(*world_description(*scene));
+  const std::array<Pose, 2> poses{Pose{}, Pose{Vec3(0.05, 0, 0), Quat::Identity()}};
+  std::array<Wrench, 2> wrenches{};
+  EXPECT_FALSE(forces.add_wrenches(poses, wrenches));
+  const double s6 = std::pow(3.4 / 5, 6);
+  const double force_kj = 24 * 1.0 / 5 * (2 * s6 * s6 - s6);  // −dV/dr, kJ/mol/Å
+  // Float pairs: 1e-5.
+  EXPECT_NEAR(wrenches[1].f.x(), 0.5 / 4.184 * force_kj, 1e-5 * std::abs(force_kj));
+  EXPECT_NEAR(forces.energy_kj_per_mol(), 4 * (s6 * s6 - s6), 1e-5);
+}
+
+TEST(MolecularForces, SumToZeroInForceAndTorqueEvenWhenBounded) {
+  constexpr std::uint64_t kSeed = 11;
+  Random random(kSeed);
+  const auto scene = two_molecules(8, 0.1, 0);
+  MolecularForces forces(*world_description(*scene));
+  int bounded = 0;
+  for (int i = 0; i < 300; ++i) {
+    const auto draw = [&random](double size) {
+      return Vec3(random.uniform(-size, size), random.uniform(-size, size), random.uniform(-size, size));
+    };
+    const std::array<Pose, 2> poses{Pose{draw(0.05), quaternion_of(draw(3))}, Pose{draw(0.05), quaternion_of(draw(3))}};
+    std::array<Wrench, 2> wrenches{};
+    bounded += forces.add_wrenches(poses, wrenches) ? 1 : 0;
+    const double size = wrenches[0].f.norm() + 1e-3;
+    ASSERT_LE(wrenches[0].f.norm(), 20) << "seed " << kSeed << " draw " << i;
+    const Vec3 torque =
+        wrenches[0].t + wrenches[1].t + poses[0].p.cross(wrenches[0].f) + poses[1].p.cross(wrenches[1].f);
+    ASSERT_LT((wrenches[0].f + wrenches[1].f).norm(), 1e-12 * size) << "seed " << kSeed << " draw " << i;
+    ASSERT_LT(torque.norm(), 1e-12 * size) << "seed " << kSeed << " draw " << i;
+  }
+  EXPECT_GT(bounded, 10) << "the draws must reach the bound";
+  EXPECT_LT(bounded, 290) << "and the free field";
+}
+
+TEST(MolecularForces, CoincidingAtomsPushNoMoreThanTheLimit) {
+  const auto scene = two_molecules(1, 0.1, 0);
+  MolecularForces forces(*world_description(*scene));
+  const std::array<Pose, 2> poses{};
+  std::array<Wrench, 2> wrenches{};
+  forces.add_wrenches(poses, wrenches);
+  EXPECT_TRUE(is_finite(wrenches[0]));
+  EXPECT_TRUE(std::isfinite(forces.energy_kj_per_mol()));
+  EXPECT_LE(wrenches[0].f.norm(), 20);
+}
+
+TEST(MolecularForces, ShippedHelicesPullWithOneNewtonAtMost) {
+  TANDEM_LOAD_OR_SKIP(scene, "docking_helices");
+  MolecularForces forces(*world_description(*scene));
+  double strongest_n = 0;
+  for (double gap_m = 0.20; gap_m > 0.125; gap_m -= 0.0005) {
+    std::array<Pose, 2> poses{scene->bodies[0].X_WB, scene->bodies[1].X_WB};
+    poses[1].p = poses[0].p + Vec3(0, gap_m, 0);
+    std::array<Wrench, 2> wrenches{};
+    forces.add_wrenches(poses, wrenches);
+    strongest_n = std::max(strongest_n, wrenches[0].f.y());
+  }
+  // What the scene's description says it was scaled for; 0.01 N for steps of 0.05 Å and rounded angles.
+  EXPECT_NEAR(strongest_n, 1.0, 0.01);
+}
+
+TEST(MolecularPair, KeepsItsMomentum) {
+  const auto scene = two_molecules(8, 0.10, 0);
+  World world(make_server_world(scene));
+  Vec3 largest = Vec3::Zero();
+  for (int i = 0; i < 2000; ++i) {
+    world.step();
+    const RigidState a = world.body(BodyId{1}), b = world.body(BodyId{2});
+    const Vec3 momentum = 0.2 * a.V.v + 0.1 * b.V.v;
+    ASSERT_LT(momentum.norm(), 1e-12);
+    largest = largest.cwiseMax((0.2 * a.V.v).cwiseAbs());
+  }
+  EXPECT_GT(largest.norm(), 1e-3) << "the pair must have moved";
+}
+
+TEST(MolecularPair, DroppedTogetherSettlesWithoutGainingEnergy) {
+  const auto scene = two_molecules(8, 0.12, 3);
+  World world(make_server_world(scene));
+  const double joules = 0.5 * 0.01 / kKilojoulesPerKilocalorie;  // S_f S_x
+  world.step();
+  double start = joules * world.field_energy_kj_per_mol() + world.mechanical_energy_j();
+  double last = start;
+  for (int block = 0; block < 80; ++block) {
+    for (int i = 0; i < 100; ++i) world.step();
+    const double energy = joules * world.field_energy_kj_per_mol() + world.mechanical_energy_j();
+    // Field and speed belong to instants half a step apart: tolerance |F| v h/2 < 20 N · 0.1 m/s · 0.5 ms.
+    EXPECT_LE(energy, last + 1e-3) << "block " << block;
+    last = energy;
+  }
+  EXPECT_LT(last, start - 1e-3) << "they must have found each other";
+  EXPECT_LT(world.mechanical_energy_j(), 1e-6) << "and rest";
+}
+
+}  // namespace
+}  // namespace tandem

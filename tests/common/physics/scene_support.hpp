@@ -1,0 +1,62 @@
+// Scenes for the tests of the server: short JSON with one part changed, and the shipped ones.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <string>
+
+#include "server/assets/scene_file.hpp"
+
+namespace tandem {
+
+inline constexpr const char* kWall = R"({"name": "wall", "shapes": [{"box": {"size_m": [1, 1, 1]}}]})";
+
+/// The law whose forces are known in closed form.
+inline constexpr const char* kLinear = R"({"law": "spring-damper"})";
+
+/// Fields of a coupling: the law by its name, and a fit where it needs one (100 N/m at 0.05 kg, 400 N/m at 1 kg).
+inline std::string law_fields(const std::string& law) {
+  const std::string fit = R"(, "adaptive": {"mass_range_kg": [0.05, 1], "stiffness_n_per_m": [84.2, 315.8],
+                                            "damping_n_s_per_m": [4]})";
+  return R"("law": ")" + law + "\"" + (law == "adaptive" ? fit : "");
+}
+inline std::string coupling_with(const std::string& law) {
+  return "{" + law_fields(law) + "}";
+}
+
+/// The parts of a scene that is valid as it stands.
+struct SceneParts {
+  std::string bodies = kWall;
+  std::string tools = R"({"name": "t", "placement": {"position_m": [0, 0, 2]}})";
+  std::string coupling = kLinear;  ///< "": not in the file
+  std::string rest = "";           ///< more fields of the scene
+};
+
+inline std::string scene_json(const SceneParts& parts) {
+  return R"({"name": "s", "bodies": [)" + parts.bodies + R"(], "tools": [)" + parts.tools + "]" +
+         (parts.coupling.empty() ? "" : R"(, "coupling": )" + parts.coupling) +
+         (parts.rest.empty() ? "" : ", " + parts.rest) + "}";
+}
+
+inline std::shared_ptr<const LoadedScene> load_parts(const SceneParts& parts) {
+  return load_scene_text(scene_json(parts), "test.json", ".");
+}
+
+inline std::filesystem::path shipped_scene(const std::string& name) {
+  return std::filesystem::path(TANDEM_SCENES) / (name + ".json");
+}
+
+}  // namespace tandem
+
+/// Loads a shipped scene into a variable, or skips the test when a Debian data package is missing.
+#define TANDEM_LOAD_OR_SKIP(variable, scene_name)                                        \
+  std::shared_ptr<const ::tandem::LoadedScene> variable;                                 \
+  try {                                                                                  \
+    variable = ::tandem::load_scene(::tandem::shipped_scene(scene_name));                \
+  } catch (const ::tandem::SceneError& error) {                                          \
+    if (std::string(error.what()).find("install Debian package") != std::string::npos) { \
+      GTEST_SKIP() << error.what();                                                      \
+    }                                                                                    \
+    FAIL() << error.what();                                                              \
+  }

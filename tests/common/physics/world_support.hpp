@@ -1,0 +1,107 @@
+// Small worlds out of plain data.
+#pragma once
+
+#include "common/contact/contact_shape.hpp"
+#include "common/physics/followed_bodies.hpp"
+#include "common/physics/world.hpp"
+
+namespace tandem {
+
+inline constexpr double kStep_s = 1e-3;
+inline constexpr double kCubeEdge_m = 0.04;
+inline constexpr double kBallRadius_m = 0.005;
+inline constexpr double kToolMass_kg = 0.05;
+
+inline TouchModel touch_of(std::shared_ptr<const ContactShape> shape) {
+  const double radius = shape->radius_m();
+  return {{{std::move(shape), Pose{}}}, radius};
+}
+
+inline MassProperties mass_of(double mass_kg, double gyration_m, const Vec3& centre_B = Vec3::Zero()) {
+  return {mass_kg, {centre_B, Quat::Identity()}, Vec3::Constant(mass_kg * gyration_m * gyration_m)};
+}
+
+inline RigidState at(const Vec3& p, const Vec3& v = Vec3::Zero()) {
+  return {{p, Quat::Identity()}, {v, Vec3::Zero()}};
+}
+
+/// A cube of 4 cm; static with a mass of 0.
+inline BodyDescription cube(const Vec3& p, double mass_kg) {
+  static const auto shape = make_contact_box(Vec3::Constant(kCubeEdge_m));
+  BodyDescription body;
+  body.touch = touch_of(shape);
+  if (mass_kg > 0) body.mass = mass_of(mass_kg, kCubeEdge_m / std::sqrt(6.0));
+  body.X_WB.p = p;
+  body.is_graspable = mass_kg > 0;
+  return body;
+}
+
+inline BodyDescription table() {
+  static const auto shape = make_contact_box({1, 1, 0.1});
+  BodyDescription body;
+  body.touch = touch_of(shape);
+  body.X_WB.p = {0, 0, -0.05};
+  return body;
+}
+
+/// A ball of 5 mm and 50 g.
+inline ToolDescription ball_tool(const Vec3& p) {
+  static const auto shape = make_contact_sphere(kBallRadius_m);
+  ToolDescription tool;
+  tool.touch = touch_of(shape);
+  tool.mass = mass_of(kToolMass_kg, 0.015);
+  tool.X_WT.p = p;
+  return tool;
+}
+
+/// Linear coupling, no gravity.
+inline WorldDescription world_of(std::vector<BodyDescription> bodies, std::vector<ToolDescription> tools) {
+  WorldDescription world;
+  world.gravity_m_per_s2 = Vec3::Zero();
+  world.bodies = std::move(bodies);
+  world.tools = std::move(tools);
+  world.coupling.law = "spring-damper";
+  world.coupling.parameters.force_limit_n = 100;
+  world.coupling.parameters.torque_limit_n_m = 10;
+  return world;
+}
+
+/// Bodies with weight and nothing to fall on: symplectic Euler.
+class FallingBodies final : public FreeBodies {
+ public:
+  explicit FallingBodies(const WorldDescription& world)
+      : bodies_(world.bodies.size(), nullptr), gravity_(world.gravity_m_per_s2) {}
+  void add(std::size_t index, RigidBody& rigid) override { bodies_[index] = &rigid; }
+  void remove(std::size_t index) override { bodies_[index] = nullptr; }
+  void step(double step_s) noexcept override {
+    for (RigidBody* body : bodies_) {
+      if (body == nullptr || body->is_static()) continue;
+      const Wrench wrench = body->applied_W() + body->weight_W(gravity_);
+      const Twist V = body->velocity_of_centre_W();
+      body->advance(
+          {V.v + step_s / body->mass().mass_kg * wrench.f, V.w + step_s * (body->inertia_W().inverse() * wrench.t)},
+          step_s);
+    }
+  }
+
+ private:
+  std::vector<RigidBody*> bodies_;
+  Vec3 gravity_;
+};
+
+/// As a client has it.
+inline World client_world(const WorldDescription& description) {
+  return {std::make_shared<const WorldDescription>(description),
+          std::make_unique<FollowedBodies>(description.bodies.size()), nullptr};
+}
+inline World falling_world(const WorldDescription& description) {
+  return {std::make_shared<const WorldDescription>(description), std::make_unique<FallingBodies>(description), nullptr};
+}
+
+inline TickFaults run(World& world, int steps) {
+  TickFaults faults = 0;
+  for (int i = 0; i < steps; ++i) faults |= world.step();
+  return faults;
+}
+
+}  // namespace tandem

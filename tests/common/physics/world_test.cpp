@@ -1,0 +1,624 @@
+// The world against closed forms, and against what a hand would notice.
+#include "server/physics/server_world.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <fstream>
+#include <limits>
+
+#include "common/base/random.hpp"
+#include "tests/common/physics/scene_support.hpp"
+
+namespace tandem {
+namespace {
+
+constexpr double kG = 9.81;
+constexpr double kStep_s = 1e-3;
+constexpr const char* kTable =
+    R"({"name": "table", "shapes": [{"box": {"size_m": [1, 1, 0.1]}}], "placement": {"position_m": [0, 0, -0.05]}})";
+
+/// A cube of 4 cm; `fields` are more of its fields.
+std::string cube(const std::string& name, double mass_kg, const Vec3& p, const std::string& fields = "") {
+  return R"({"name": ")" + name +
+         R"(", "shapes": [{"box": {"size_m": [0.04, 0.04, 0.04]}}], "graspable": true, "mass_kg": )" +
+         std::to_string(mass_kg) + R"(, "placement": {"position_m": [)" + std::to_string(p.x()) + "," +
+         std::to_string(p.y()) + "," + std::to_string(p.z()) + "]}" + fields + "}";
+}
+std::string tool_at(const std::string& name, const Vec3& p, const std::string& holds = "") {
+  return R"({"name": ")" + name + R"(", "holds": ")" + holds + R"(", "placement": {"position_m": [)" +
+         std::to_string(p.x()) + "," + std::to_string(p.y()) + "," + std::to_string(p.z()) + "]}}";
+}
+RigidState at(const Vec3& p) {
+  return {{p, Quat::Identity()}, Twist{}};
+}
+
+TickFaults run(World& world, int steps) {
+  TickFaults faults = 0;
+  for (int i = 0; i < steps; ++i) faults |= world.step();
+  return faults;
+}
+
+TEST(World, FreeFallIsSymplecticEulersToTheRounding) {
+  World world(make_server_world(load_parts({.bodies = cube("a", 0.1, {0, 0, 1})})));
+  constexpr int kSteps = 300;
+  run(world, kSteps);
+  EXPECT_NEAR(world.body(BodyId{1}).V.v.z(), -kG * kSteps * kStep_s, 1e-12);
+  EXPECT_NEAR(world.body(BodyId{1}).X.p.z(), 1 - kG * kStep_s * kStep_s * kSteps * (kSteps + 1) / 2, 1e-12);
+}
+
+TEST(World, BodyWithoutGravityStaysToTheBit) {
+  World world(make_server_world(load_parts({.bodies = cube("a", 0.1, {0.1, 0.2, 0.3}, R"(, "gravity": false)")})));
+  run(world, 100);
+  EXPECT_EQ(world.body(BodyId{1}).X.p, Vec3(0.1, 0.2, 0.3));
+}
+
+TEST(World, DampingIsExponentialInTime) {
+  World world(make_server_world(
+      load_parts({.bodies = cube("a", 0.1, {0, 0, 1}, R"(, "gravity": false, "linear_damping_per_s": 4)"),
+                  .tools = tool_at("t", {0, 0, 1}, "a"),
+                  .coupling = R"({"law": "spring-damper", "damping_n_s_per_m": 0, "damping_n_m_s_per_rad": 0})"})));
+  world.activate_tool(0);
+  world.set_handle(0, at({0, 0, 1.01}));
+  run(world, 20);
+  world.release(0);
+  const double before = world.body(BodyId{1}).V.v.z();
+  ASSERT_GT(before, 0.1);
+  run(world, 250);
+  EXPECT_NEAR(world.body(BodyId{1}).V.v.z(), before * std::exp(-1), 1e-9);
+}
+
+TEST(World, RestingBoxStaysPutAndGainsNoEnergy) {
+  World world(make_server_world(load_parts({.bodies = std::string(kTable) + "," + cube("a", 0.2, {0, 0, 0.02})})));
+  const double start = world.mechanical_energy_j();
+  double highest = start;
+  for (int i = 0; i < 3000; ++i) {
+    world.step();
+    highest = std::max(highest, world.mechanical_energy_j());
+  }
+  const RigidState box = world.body(BodyId{2});
+  EXPECT_LT((box.X.p - Vec3(0, 0, 0.02)).norm(), 20e-6);
+  EXPECT_LT(box.V.v.norm(), 1e-4);
+  EXPECT_LT(box.X.q.angularDistance(Quat::Identity()), 1e-3);
+  EXPECT_LE(highest, start + 1e-9);
+}
+
+TEST(World, DroppedBoxDoesNotBounceHigherThanItsRestitution) {
+  World world(make_server_world(load_parts({.bodies = std::string(kTable) + "," + cube("a", 0.2, {0, 0, 0.12})})));
+  double after_impact = 0;
+  for (int i = 0; i < 2000; ++i) {
+    world.step();
+    if (i > 160) after_impact = std::max(after_impact, world.body(BodyId{2}).X.p.z());
+  }
+  // Restitution 0; it fell 10 cm in 143 ms.
+  EXPECT_LT(after_impact, 0.0205);
+  EXPECT_NEAR(world.body(BodyId{2}).X.p.z(), 0.02, 5e-5);
+}
+
+/// A cube on a table in gravity that is turned by `slope`, as on an inclined plane.
+double slid_after_1_s(double tangent) {
+  const double slope = std::atan(tangent);
+  const std::string gravity = R"("gravity_m_per_s2": [)" + std::to_string(kG * std::sin(slope)) + ", 0, " +
+                              std::to_string(-kG * std::cos(slope)) + R"(], "limits": {"body_speed_m_per_s": 100})";
+  const std::string table =
+      R"({"name": "table", "shapes": [{"box": {"size_m": [20, 1, 0.1]}}], "placement": {"position_m": [0, 0, -0.05]}})";
+  World world(make_server_world(load_parts({.bodies = table + "," + cube("a", 0.2, {0, 0, 0.02}), .rest = gravity})));
+  for (int i = 0; i < 1000; ++i) world.step();
+  return world.body(BodyId{2}).X.p.x();
+}
+
+TEST(World, BoxSticksInsideTheFrictionCone) {
+  // Friction of both is 0.5, so the cone's tangent is √(0.5·0.5).
+  EXPECT_LT(std::abs(slid_after_1_s(0.45)), 1e-4);
+}
+
+TEST(World, BoxSlidesOutsideTheFrictionConeAsCoulombSays) {
+  for (const double tangent : {0.6, 1.0}) {
+    const double slope = std::atan(tangent);
+    const double acceleration = kG * (std::sin(slope) - 0.5 * std::cos(slope));
+    EXPECT_NEAR(slid_after_1_s(tangent), 0.5 * acceleration, 0.02 * 0.5 * acceleration) << tangent;
+  }
+}
+
+TEST(World, HeldBodySagsByItsWeightOverTheStiffness) {
+  World world(
+      make_server_world(load_parts({.bodies = cube("a", 0.12, {0, 0, 1}), .tools = tool_at("t", {0, 0, 1}, "a")})));
+  world.activate_tool(0);
+  world.set_handle(0, at({0, 0, 1}));
+  run(world, 3000);
+  const double weight = 0.12 * kG;
+  EXPECT_NEAR(1 - world.body(BodyId{1}).X.p.z(), weight / 300, 1e-9);
+  EXPECT_NEAR(world.tool(0).wrench_on_hand_W.f.z(), -weight, 1e-6);
+  EXPECT_LT(world.tool(0).wrench_on_hand_W.f.head<2>().norm(), 1e-9);
+}
+
+TEST(World, TwoToolsThatHoldOneBodyShareItsWeight) {
+  World world(make_server_world(
+      load_parts({.bodies = cube("a", 0.12, {0, 0, 1}),
+                  .tools = tool_at("l", {-0.02, 0, 1}, "a") + "," + tool_at("r", {0.02, 0, 1}, "a")})));
+  for (const std::size_t tool : {0U, 1U}) {
+    world.activate_tool(tool);
+    world.set_handle(tool, at({tool == 0 ? -0.02 : 0.02, 0, 1}));
+  }
+  run(world, 4000);
+  for (const std::size_t tool : {0U, 1U}) {
+    EXPECT_NEAR(world.tool(tool).wrench_on_hand_W.f.z(), -0.5 * 0.12 * kG, 1e-6);
+    EXPECT_EQ(world.tool(tool).held, BodyId{1});
+  }
+}
+
+TEST(World, ForceOnTheHandIsMinusTheChangeOfTheToolsMomentum) {
+  World world(make_server_world(load_parts({})));
+  world.activate_tool(0);
+  world.set_handle(0, {{Vec3(0.005, 0.002, 2), Quat::Identity()}, {Vec3(0.1, 0, 0), Vec3::Zero()}});
+  for (int i = 0; i < 50; ++i) {
+    const Vec3 before = world.tool(0).tool.V.v;
+    world.step();
+    const ToolState after = world.tool(0);
+    const Vec3 impulse = 0.05 * (after.tool.V.v - before);
+    ASSERT_LT((impulse + after.wrench_on_hand_W.f * kStep_s).norm(), 1e-15);
+  }
+}
+
+TEST(World, WorkOfTheCouplingIsTheToolsKineticEnergyAndWhatSamplingAdds) {
+  World world(make_server_world(load_parts({})));
+  world.activate_tool(0);
+  world.set_handle(0, at({0.01, 0, 2}));
+  double sampling = 0;
+  for (int i = 0; i < 2000; ++i) {
+    const Vec3 before = world.tool(0).tool.V.v;
+    world.step();
+    const ToolState tool = world.tool(0);
+    // F_k·h·v_{k+1} = m (v_{k+1} − v_k)·v_{k+1} = Δ(m v²/2) + m |Δv|²/2: the last is what holding the force costs.
+    sampling += 0.5 * 0.05 * (tool.tool.V.v - before).squaredNorm();
+    const double kinetic = 0.5 * 0.05 * tool.tool.V.v.squaredNorm();
+    ASSERT_NEAR(tool.energy_into_world_j - tool.energy_from_world_j, kinetic + sampling, 1e-12) << i;
+  }
+  EXPECT_LT((world.tool(0).tool.X.p - Vec3(0.01, 0, 2)).norm(), 1e-9);
+  EXPECT_GT(world.tool(0).energy_into_world_j, 1e-3);
+}
+
+TEST(World, ToolWithoutAHandleFloatsAndStops) {
+  World world(make_server_world(load_parts({})));
+  world.activate_tool(0);
+  world.set_handle(0, at({0.02, 0, 2}));
+  run(world, 15);
+  world.clear_handle(0);
+  ASSERT_GT(world.tool(0).tool.V.v.norm(), 0.1);
+  run(world, 1000);
+  EXPECT_LT(world.tool(0).tool.V.v.norm(), 1e-6);
+  EXPECT_NEAR(world.tool(0).tool.X.p.z(), 2, 1e-12) << "tools have no weight";
+  EXPECT_EQ(world.tool(0).wrench_on_hand_W.f, Vec3::Zero());
+}
+
+TEST(World, BodyHeldByALostHandIsNotDropped) {
+  World world(
+      make_server_world(load_parts({.bodies = cube("a", 0.12, {0, 0, 1}), .tools = tool_at("t", {0, 0, 1}, "a")})));
+  world.activate_tool(0);
+  world.set_handle(0, at({0, 0, 1}));
+  run(world, 500);
+  const double held_at = world.body(BodyId{1}).X.p.z();
+  world.clear_handle(0);
+  run(world, 1000);
+  EXPECT_NEAR(world.body(BodyId{1}).X.p.z(), held_at - 0.12 * kG / 300, 1e-5);
+  EXPECT_EQ(world.tool(0).held, BodyId{1});
+}
+
+/// Largest change of the force on the hand from one step to the next.
+struct ForceSteps {
+  Vec3 last = Vec3::Zero();
+  double largest_n = 0;
+  void look(const World& world) {
+    const Vec3 now = world.tool(0).wrench_on_hand_W.f;
+    largest_n = std::max(largest_n, (now - last).norm());
+    last = now;
+  }
+};
+
+TEST(World, GrabAndReleaseMakeNoForceStep) {
+  World world(make_server_world(load_parts(
+      {.bodies = std::string(kTable) + "," + cube("a", 0.2, {0, 0, 0.02}), .tools = tool_at("t", {0, 0, 0.05})})));
+  world.activate_tool(0);
+  world.set_handle(0, at({0, 0, 0.041}));  // presses on the box with about (45 − 41) mm · 300 N/m = 1.2 N
+  run(world, 2000);
+  ForceSteps steps;
+  steps.last = world.tool(0).wrench_on_hand_W.f;
+  EXPECT_NEAR(steps.last.z(), 1.2, 0.05);
+  ASSERT_EQ(world.grab(0, BodyId{}), GrabResult::kGrabbed);
+  EXPECT_EQ(world.tool(0).held, BodyId{2});
+  for (int i = 0; i < 200; ++i) {
+    world.step();
+    steps.look(world);
+  }
+  world.release(0);
+  for (int i = 0; i < 200; ++i) {
+    world.step();
+    steps.look(world);
+  }
+  // At rest nothing should change but what the damper makes of contact noise (measured: 1e-6 N).
+  EXPECT_LT(steps.largest_n, 1e-3);
+}
+
+TEST(World, ReleasedBodyIsNotKickedByTheToolInside) {
+  World world(make_server_world(load_parts(
+      {.bodies = cube("a", 0.2, {0, 0, 1}, R"(, "gravity": false)"), .tools = tool_at("t", {0, 0, 1}, "a")})));
+  world.activate_tool(0);
+  world.set_handle(0, at({0, 0, 1}));
+  run(world, 100);
+  world.release(0);
+  run(world, 500);
+  EXPECT_LT((world.body(BodyId{1}).X.p - Vec3(0, 0, 1)).norm(), 1e-9) << "the tool starts in the body's centre";
+  // Drawn out and brought back, it touches the body again.
+  for (int i = 0; i < 500; ++i) {
+    world.set_handle(0, at({0.0001 * i, 0, 1}));
+    world.step();
+  }
+  for (int i = 500; i > 0; --i) {
+    world.set_handle(0, at({0.0001 * i, 0, 1}));
+    world.step();
+  }
+  EXPECT_LT(world.body(BodyId{1}).X.p.x(), -0.005);
+}
+
+TEST(World, GrabTakesTheNearestGraspableBodyInReach) {
+  const std::string ungraspable = R"({"name": "stone", "shapes": [{"sphere": {"radius_m": 0.01}}], "mass_kg": 1,
+                                      "gravity": false, "placement": {"position_m": [0, 0, 0.02]}})";
+  World world(make_server_world(
+      load_parts({.bodies = ungraspable + "," + cube("far", 0.1, {-0.045, 0, 0}, R"(, "gravity": false)") + "," +
+                            cube("near", 0.1, {0.04, 0, 0}, R"(, "gravity": false)") + "," +
+                            cube("away", 0.1, {1, 0, 0}, R"(, "gravity": false)"),
+                  .tools = tool_at("t", {0, 0, 0})})));
+  EXPECT_EQ(world.grab(0, BodyId{}), GrabResult::kOutOfReach) << "no user has this tool yet";
+  world.activate_tool(0);
+  EXPECT_EQ(world.grab(0, BodyId{9}), GrabResult::kUnknownBody);
+  EXPECT_EQ(world.grab(0, BodyId{1}), GrabResult::kNotGraspable);
+  EXPECT_EQ(world.grab(0, BodyId{4}), GrabResult::kOutOfReach);
+  // The tool's surface is 20 mm from `far`, 15 mm from `near`; reach is 20 mm.
+  EXPECT_EQ(world.grab(0, BodyId{}), GrabResult::kGrabbed);
+  EXPECT_EQ(world.tool(0).held, BodyId{3});
+  EXPECT_EQ(world.grab(0, BodyId{2}), GrabResult::kAlreadyHolding);
+  world.release(0);
+  EXPECT_EQ(world.grab(0, BodyId{2}), GrabResult::kGrabbed) << "a named body in reach, though not the nearest";
+}
+
+TEST(World, GrabAgreesWithTheDistanceToTheSurface) {
+  // Reach 20 mm from the surface of a tool of 5 mm radius to a cube of 20 mm half edge: 45 mm between centres.
+  for (const auto& [gap_m, expected] :
+       {std::pair{0.0449, GrabResult::kGrabbed}, std::pair{0.0451, GrabResult::kOutOfReach}}) {
+    World world(
+        make_server_world(load_parts({.bodies = cube("a", 0.1, {gap_m, 0, 0}), .tools = tool_at("t", {0, 0, 0})})));
+    world.activate_tool(0);
+    EXPECT_EQ(world.grab(0, BodyId{1}), expected) << gap_m;
+  }
+}
+
+TEST(World, DeactivatedToolLetsGoAndLeavesTheWorld) {
+  World world(
+      make_server_world(load_parts({.bodies = cube("a", 0.12, {0, 0, 1}), .tools = tool_at("t", {0, 0, 1}, "a")})));
+  world.activate_tool(0);
+  world.set_handle(0, at({0, 0, 1}));
+  run(world, 100);
+  world.deactivate_tool(0);
+  EXPECT_FALSE(world.tool(0).held.is_valid());
+  const double v = world.body(BodyId{1}).V.v.z();
+  run(world, 100);
+  EXPECT_NEAR(world.body(BodyId{1}).V.v.z(), v - kG * 0.1, 1e-9) << "nothing is in the falling body's way";
+}
+
+TEST(World, NextUserFindsTheBodyInTheHandAgain) {
+  World world(
+      make_server_world(load_parts({.bodies = cube("a", 0.12, {0, 0, 1}), .tools = tool_at("t", {0.01, 0, 1}, "a")})));
+  world.activate_tool(0);
+  world.deactivate_tool(0);
+  run(world, 300);
+  ASSERT_LT(world.body(BodyId{1}).X.p.z(), 0.6);
+  world.activate_tool(0);
+  EXPECT_EQ(world.body(BodyId{1}).X.p, Vec3(0, 0, 1));
+  EXPECT_LT((world.tool(0).tool.X.p - Vec3(0.01, 0, 1)).norm(), 1e-15);
+}
+
+TEST(World, ManyHandsAndAWildCouplingStayCalm) {
+  // 4 hands beside the centre of 20 g, each 40 times stiffer than an explicit step could hold.
+  std::string tools;
+  for (const char* name : {"t0", "t1", "t2", "t3"}) {
+    if (!tools.empty()) tools += ",";
+    tools += tool_at(name, {0.022, 0.02, 1});
+  }
+  World world(
+      make_server_world(load_parts({.bodies = cube("a", 0.02, {0, 0, 1}, R"(, "gravity": false)"), .tools = tools})));
+  CouplingParameters wild;
+  wild.stiffness_n_per_m = 1e6;
+  wild.damping_n_s_per_m = 1e4;
+  wild.damping_n_m_s_per_rad = 1e4;
+  world.set_coupling(wild);
+  for (std::size_t i = 0; i < 4; ++i) {
+    world.activate_tool(i);
+    ASSERT_EQ(world.grab(i, BodyId{1}), GrabResult::kGrabbed);
+    world.set_handle(i, at({0.023, 0.02, 1}));
+  }
+  run(world, 3000);
+  EXPECT_LT(world.body(BodyId{1}).V.v.norm(), 1e-6);
+  EXPECT_LT(world.body(BodyId{1}).V.w.norm(), 1e-4);
+}
+
+TEST(World, CouplingThatIsNotFiniteIsIgnored) {
+  World world(
+      make_server_world(load_parts({.bodies = cube("a", 0.12, {0, 0, 1}), .tools = tool_at("t", {0, 0, 1}, "a")})));
+  world.activate_tool(0);
+  world.set_handle(0, at({0, 0, 1}));
+  CouplingParameters broken;
+  broken.stiffness_n_per_m = std::numeric_limits<double>::quiet_NaN();
+  world.set_coupling(broken);
+  run(world, 3000);
+  EXPECT_NEAR(1 - world.body(BodyId{1}).X.p.z(), 0.12 * kG / 300, 1e-6);
+}
+
+TEST(World, ACouplingAskedForEveryStepIsThatAskedForOnce) {
+  CouplingParameters other;
+  other.stiffness_n_per_m = 900;
+  const auto height_after = [&](int steps, bool asks_every_step, bool asks_before) {
+    World world(
+        make_server_world(load_parts({.bodies = cube("a", 0.12, {0, 0, 1}), .tools = tool_at("t", {0, 0, 1}, "a")})));
+    if (asks_before) world.set_coupling(other);
+    world.activate_tool(0);
+    world.set_handle(0, at({0, 0, 1}));
+    for (int i = 0; i < steps; ++i) {
+      if (i == 0 || asks_every_step) world.set_coupling(other);
+      world.step();
+    }
+    return world.body(BodyId{1}).X.p.z();
+  };
+  // Within the ramp, and long after.
+  for (const int steps : {40, 3000}) EXPECT_EQ(height_after(steps, true, false), height_after(steps, false, false));
+  EXPECT_NEAR(1 - height_after(3000, true, false), 0.12 * kG / 900, 1e-6);
+  // A tool that comes later has it at once.
+  EXPECT_GT(height_after(40, true, true), height_after(40, true, false));
+  EXPECT_NEAR(1 - height_after(3000, true, true), 0.12 * kG / 900, 1e-6);
+}
+
+std::string wall_of_2_mm() {
+  return R"({"name": "wall", "shapes": [{"box": {"size_m": [0.002, 0.5, 0.5]}}],
+             "placement": {"position_m": [0.05, 0, 0]}})";
+}
+
+/// Moves the handle from 0 through the wall at 5 cm, then holds it there; the tool's largest x.
+double deepest_x(World& world, double speed_m_per_s) {
+  world.activate_tool(0);
+  double deepest = -1;
+  for (int i = 0; i < 1500; ++i) {
+    const double x = std::min(0.3, speed_m_per_s * i * kStep_s);
+    world.set_handle(
+        0, {{Vec3(x, 0.013, 0.007), Quat::Identity()}, {Vec3(x < 0.3 ? speed_m_per_s : 0, 0, 0), Vec3::Zero()}});
+    world.step();
+    deepest = std::max(deepest, world.tool(0).tool.X.p.x());
+  }
+  return deepest;
+}
+
+TEST(World, ToolDoesNotPassAWallOf2MillimetresAt1MetreASecond) {
+  World world(make_server_world(load_parts({.bodies = wall_of_2_mm(), .tools = tool_at("t", {0, 0, 0})})));
+  // Surface of the wall at 49 mm, radius of the tool 5 mm; it may dip in by a step's way (1 mm) and no more.
+  EXPECT_LT(deepest_x(world, 1.0), 0.045);
+}
+
+TEST(World, ToolDoesNotPassAnExactMeshWallAt1MetreASecond) {
+  const std::filesystem::path file = std::filesystem::path(::testing::TempDir()) / "tandem_world_wall.obj";
+  std::ofstream(file) << "v 0 -1 -1\nv 0 1 -1\nv 0 1 1\nv 0 -1 1\nf 1 2 3\nf 1 3 4\n";
+  World world(
+      make_server_world(load_parts({.bodies = R"({"name": "wall", "shapes": [{"mesh": {"file": ")" + file.string() +
+                                              R"("}}], "placement": {"position_m": [0.05, 0, 0]}})",
+                                    .tools = tool_at("t", {0, 0, 0})})));
+  std::filesystem::remove(file);
+  EXPECT_LT(deepest_x(world, 1.0), 0.0465);
+}
+
+TEST(World, BodyThatIsNotFiniteIsPutBackAndReported) {
+  auto scene = std::make_shared<LoadedScene>(*load_parts({.bodies = cube("a", 0.1, {0, 0, 1})}));
+  // The loader would refuse this gravity; here it stands for any way in which a number may break.
+  scene->description.set_gravity_m_per_s2(0, std::numeric_limits<double>::quiet_NaN());
+  World world(make_server_world(scene));
+  EXPECT_NE(world.step() & kFaultNotFinite, 0U);
+  EXPECT_EQ(world.body(BodyId{1}).X.p, Vec3(0, 0, 1));
+  EXPECT_EQ(world.body(BodyId{1}).V.v, Vec3::Zero());
+}
+
+TEST(World, HandleThatIsNotFiniteIsNotFollowed) {
+  World world(make_server_world(load_parts({})));
+  world.activate_tool(0);
+  RigidState handle = at({0, 0, 2});
+  handle.X.p.x() = std::numeric_limits<double>::infinity();
+  world.set_handle(0, handle);
+  EXPECT_EQ(run(world, 10), 0U);
+  EXPECT_EQ(world.tool(0).tool.X.p, Vec3(0, 0, 2));
+}
+
+TEST(World, FastBodyIsSlowedAndReported) {
+  World world(make_server_world(
+      load_parts({.bodies = cube("a", 0.1, {0, 0, 1}), .rest = R"("limits": {"body_speed_m_per_s": 0.5})"})));
+  EXPECT_EQ(run(world, 50), 0U);
+  EXPECT_EQ(run(world, 50), static_cast<TickFaults>(kFaultSpeedLimited));
+  EXPECT_LE(world.body(BodyId{1}).V.v.norm(), 0.5 + 1e-12);
+}
+
+TEST(World, SaturatedCouplingIsReportedAndBounded) {
+  World world(make_server_world(load_parts({})));
+  world.activate_tool(0);
+  world.set_handle(0, at({0.5, 0, 2}));
+  EXPECT_EQ(world.step(), static_cast<TickFaults>(kFaultCouplingSaturated));
+  EXPECT_NEAR(world.tool(0).wrench_on_hand_W.f.norm(), 6.5, 1e-12);
+}
+
+TEST(World, OffCentreBodyTurnsAboutItsCentreOfMass) {
+  // A dumb-bell whose frame is in one of its balls, spun by a couple: its centre must stay.
+  const std::string body = R"({"name": "a", "mass_kg": 0.2, "gravity": false, "graspable": true, "shapes": [
+      {"sphere": {"radius_m": 0.02}}, {"sphere": {"radius_m": 0.02}, "placement": {"position_m": [0.1, 0, 0]}}]})";
+  World world(make_server_world(
+      load_parts({.bodies = body,
+                  .tools = tool_at("t", {0.05, 0, 0}, "a"),
+                  .coupling = R"({"law": "spring-damper", "stiffness_n_per_m": 0, "damping_n_s_per_m": 0})"})));
+  world.activate_tool(0);
+  world.set_handle(0, {{Vec3(0.05, 0, 0), quaternion_of(Vec3(0, 0, 1))}, Twist{}});
+  run(world, 300);
+  const RigidState state = world.body(BodyId{1});
+  EXPECT_GT(state.V.w.z(), 1);
+  EXPECT_LT((state.X * Vec3(0.05, 0, 0) - Vec3(0.05, 0, 0)).norm(), 1e-9);
+  EXPECT_LT((state.V.v - state.V.w.cross(state.X.q * Vec3(-0.05, 0, 0))).norm(), 1e-9);
+}
+
+/// FNV-1a over the bits of every body's and tool's state.
+std::uint64_t state_hash(const World& world, std::size_t tools) {
+  std::uint64_t hash = 14695981039346656037ULL;
+  const auto add = [&hash](const RigidState& state) {
+    for (const double* values : {state.X.p.data(), state.V.v.data(), state.V.w.data()}) {
+      for (int i = 0; i < 3; ++i) hash = (hash ^ std::bit_cast<std::uint64_t>(values[i])) * 1099511628211ULL;
+    }
+    for (int i = 0; i < 4; ++i) {
+      hash = (hash ^ std::bit_cast<std::uint64_t>(state.X.q.coeffs()[i])) * 1099511628211ULL;
+    }
+  };
+  for (std::uint32_t i = 1; i <= world.body_count(); ++i) add(world.body(BodyId{i}));
+  for (std::size_t i = 0; i < tools; ++i) add(world.tool(i).tool);
+  return hash;
+}
+
+/// Two hands push, grab, carry and drop the boxes of a shipped scene, the same way for the same seed.
+std::uint64_t hash_of_session(const std::shared_ptr<const LoadedScene>& scene, std::uint64_t seed) {
+  Random random(seed);
+  World world(make_server_world(scene));
+  for (const std::size_t tool : {0U, 1U}) world.activate_tool(tool);
+  std::array<Vec3, 2> hands{Vec3(-0.08, 0, 0.09), Vec3(0.08, 0, 0.09)};
+  for (int i = 0; i < 3000; ++i) {
+    for (const std::size_t tool : {0U, 1U}) {
+      hands[tool] += 2e-4 * Vec3(random.normal(), random.normal(), random.normal() - 0.2 * (hands[tool].z() > 0.05));
+      world.set_handle(tool, at(hands[tool]));
+      if (i % 700 == 600) world.grab(tool, BodyId{});
+      if (i % 700 == 100) world.release(tool);
+    }
+    world.step();
+  }
+  return state_hash(world, 2);
+}
+
+TEST(World, SameInputsGiveTheSameBits) {
+  TANDEM_LOAD_OR_SKIP(scene, "two_boxes");
+  EXPECT_EQ(hash_of_session(scene, 1), hash_of_session(scene, 1));
+  EXPECT_NE(hash_of_session(scene, 1), hash_of_session(scene, 2)) << "the hash must see the motion";
+}
+
+TEST(ShippedScenes, PegGoesIntoTheHoleInTwoHands) {
+  TANDEM_LOAD_OR_SKIP(scene, "peg_in_hole");
+  World world(make_server_world(scene));
+  const auto lead = [&world](const Vec3& offset) {
+    world.set_handle(0, at(Vec3(-0.04, -0.01, 0.12) + offset));
+    world.set_handle(1, at(Vec3(-0.04, 0.01, 0.12) + offset));
+    world.step();
+  };
+  for (const std::size_t tool : {0U, 1U}) world.activate_tool(tool);
+  for (int i = 0; i <= 1000; ++i) lead({1e-4 * i, 0, 0});
+  for (int i = 0; i <= 800; ++i) lead({0.1, 0, -1e-4 * i});
+  for (int i = 0; i < 500; ++i) lead({0.1, 0, -0.08});
+  const RigidState peg = world.body(BodyId{3});
+  // Peg of 60 mm on the table inside the block: its centre is at 30 mm.
+  EXPECT_NEAR(peg.X.p.z(), 0.03, 5e-4);
+  EXPECT_LT(peg.V.v.norm(), 1e-3);
+}
+
+double distance_to_segment(const Vec3& p, const Vec3& a, const Vec3& b) {
+  const double along = std::clamp((p - a).dot(b - a) / (b - a).squaredNorm(), 0.0, 1.0);
+  return (p - a - along * (b - a)).norm();
+}
+double distance_to_triangle(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c) {
+  const Vec3 n = (b - a).cross(c - a);
+  const auto is_inside = [&](const Vec3& from, const Vec3& to) { return n.cross(to - from).dot(p - from) >= 0; };
+  if (is_inside(a, b) && is_inside(b, c) && is_inside(c, a)) return std::abs(n.dot(p - a)) / n.norm();
+  return std::min({distance_to_segment(p, a, b), distance_to_segment(p, b, c), distance_to_segment(p, c, a)});
+}
+/// By looking at every triangle: slow, and nothing in common with how the world does it.
+double distance_to_mesh(const Vec3& p, const TriangleMesh& mesh) {
+  double nearest = std::numeric_limits<double>::infinity();
+  for (const auto& [i, j, k] : mesh.triangles) {
+    const auto at_index = [&mesh](int index) { return mesh.vertices[static_cast<std::size_t>(index)]; };
+    nearest = std::min(nearest, distance_to_triangle(p, at_index(i), at_index(j), at_index(k)));
+  }
+  return nearest;
+}
+
+TEST(ShippedScenes, ToolLiesOnTheBunnyAndNotInIt) {
+  TANDEM_LOAD_OR_SKIP(scene, "bunny");
+  World world(make_server_world(scene));
+  world.activate_tool(0);
+  const LoadedShape& bunny = scene->bodies[1].shapes[0];
+  const Pose X_SW = (scene->bodies[1].X_WB * bunny.X_BS).inverse();
+  double nearest = 1, strongest_n = 0;
+  for (int i = 0; i <= 1500; ++i) {
+    // From the left into the middle of the bunny.
+    world.set_handle(0, at({-0.1 + 1e-4 * std::min(i, 1000), 0, 0.05}));
+    world.step();
+    strongest_n = std::max(strongest_n, world.tool(0).wrench_on_hand_W.f.norm());
+    if (i % 50 == 0) nearest = std::min(nearest, distance_to_mesh(X_SW * world.tool(0).tool.X.p, *bunny.mesh));
+  }
+  EXPECT_GT(strongest_n, 2) << "the tool must have been pressed against it";
+  // Radius of the tool 5 mm; it sinks in until the pressure carries the hand's force.
+  EXPECT_GT(nearest, 0.0045);
+  EXPECT_LT(nearest, 0.0050);
+}
+
+TEST(ShippedScenes, TwoBunniesPressOnEachOtherEquallyAndCalmly) {
+  TANDEM_LOAD_OR_SKIP(scene, "two_bunnies");
+  World world(make_server_world(scene));
+  for (const std::size_t tool : {0U, 1U}) world.activate_tool(tool);
+  for (int i = 0; i <= 4000; ++i) {
+    world.set_handle(0, at({0, 0, 0.05}));
+    world.set_handle(1, at({0.03, 0, 0.15 - 2e-5 * std::min(i, 2500)}));
+    world.step();
+  }
+  EXPECT_GT(world.touch(0).contacts, 3U);
+  EXPECT_NEAR(world.touch(0).force_n, world.touch(1).force_n, 1e-9) << "action and reaction";
+  EXPECT_GT(world.touch(0).force_n, 0.5);
+  EXPECT_LT(world.touch(0).deepest_m, 5e-4);
+  for (const std::uint32_t body : {1U, 2U}) EXPECT_LT(world.body(BodyId{body}).V.v.norm(), 1e-3) << body;
+}
+
+TEST(ShippedScenes, SoftPadPushesBackMoreTheDeeperItIsPressed) {
+  TANDEM_LOAD_OR_SKIP(scene, "soft_pad");
+  World world(make_server_world(scene));
+  world.activate_tool(0);
+  std::array<double, 3> force_n{};
+  // The pad's top is at 40 mm, the ball's radius 10 mm.
+  for (std::size_t level = 0; level < force_n.size(); ++level) {
+    const double z = 0.055 - 0.008 * static_cast<double>(level);
+    for (int i = 0; i < 1500; ++i) {
+      world.set_handle(0, at({-0.02, 0, z}));
+      world.step();
+    }
+    force_n[level] = world.tool(0).wrench_on_hand_W.f.z();
+    EXPECT_LT(world.tool(0).tool.V.v.norm(), 2e-3) << level;
+  }
+  EXPECT_NEAR(force_n[0], 0, 1e-3) << "above the pad";
+  EXPECT_GT(force_n[1], 0.1);
+  EXPECT_GT(force_n[2], 1.5 * force_n[1]);
+  EXPECT_NEAR(world.touch(0).soft_force_n, force_n[2], 0.1 * force_n[2]) << "the hand feels what the pad does";
+}
+
+TEST(ShippedScenes, HelicesPullEachOtherTogetherAndRest) {
+  TANDEM_LOAD_OR_SKIP(scene, "docking_helices");
+  World world(make_server_world(scene));
+  const double S_f = scene->description.molecular_field().newtons_per_kcal_per_mol_angstrom();
+  const double joules = S_f * scene->description.molecular_field().metres_per_angstrom() / kKilojoulesPerKilocalorie;
+  world.step();
+  const double start = joules * world.field_energy_kj_per_mol() + world.mechanical_energy_j();
+  double highest = start;
+  for (int i = 0; i < 3000; ++i) {
+    world.step();
+    highest = std::max(highest, joules * world.field_energy_kj_per_mol() + world.mechanical_energy_j());
+  }
+  // Tolerance: field and speed belong to instants half a step apart, |F| v h/2.
+  EXPECT_LE(highest, start + 1e-4);
+  EXPECT_LT(world.field_energy_kj_per_mol(), 0);
+}
+
+}  // namespace
+}  // namespace tandem

@@ -1,0 +1,73 @@
+// The timer and the requests, with claims that hold on any machine: lower bounds of time, counts, never speed.
+#include "common/realtime/realtime.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <stdexcept>
+#include <thread>
+
+namespace tandem {
+namespace {
+
+using ::testing::Contains;
+using ::testing::HasSubstr;
+using ::testing::SizeIs;
+
+TEST(PeriodicTimer, NeverWakesBeforeItsDeadlineAndDeadlinesAreAPeriodApart) {
+  const SteadyClock clock;
+  const LocalTime start = clock.now();
+  const Duration period = std::chrono::milliseconds(2);
+  PeriodicTimer timer(period, start);
+  for (int i = 0; i < 20; ++i) {
+    const LocalTime deadline = timer.wait();
+    EXPECT_GE(clock.now(), deadline);
+    EXPECT_EQ((deadline - start) % period, Duration{0});
+  }
+  EXPECT_EQ(timer.lateness().count(), 20U);
+}
+
+TEST(PeriodicTimer, LateLoopSkipsWhatItMissedInsteadOfABurst) {
+  const SteadyClock clock;
+  const LocalTime start = clock.now();
+  const Duration period = std::chrono::milliseconds(1);
+  PeriodicTimer timer(period, start);
+  timer.wait();
+  std::this_thread::sleep_for(std::chrono::milliseconds(30));
+  const LocalTime deadline = timer.wait();
+  EXPECT_GE(timer.missed(), 28U);
+  EXPECT_GE(deadline - start, std::chrono::milliseconds(29));
+  // Every deadline is either met or missed; none is forgotten, none counted twice.
+  EXPECT_EQ(timer.lateness().count() + timer.missed(), static_cast<std::uint64_t>((deadline - start) / period));
+}
+
+TEST(PeriodicTimer, WakeUpLaterThanTwentyFiveMillisecondsIsSuspicious) {
+  const SteadyClock clock;
+  PeriodicTimer timer(std::chrono::milliseconds(100), clock.now() - std::chrono::milliseconds(160));
+  timer.wait();  // its deadline passed 60 ms ago, less than a period: it runs at once, late
+  EXPECT_EQ(timer.throttle_suspects(), 1U);
+  EXPECT_GE(timer.lateness().max(), std::chrono::milliseconds(60));
+}
+
+TEST(PeriodicTimer, RefusesAPeriodOfZero) {
+  EXPECT_THROW(PeriodicTimer(Duration{0}, LocalTime{}), std::invalid_argument);
+}
+
+TEST(Realtime, AskingForNothingIsAlwaysGranted) {
+  EXPECT_THAT(request_realtime({.priority = 0, .lock_memory = false, .cpu = -1}), SizeIs(0));
+}
+
+TEST(Realtime, ImpossibleRequestsAreEachAnsweredByOneLineWithARemedy) {
+  // In a thread of its own, so that no right sticks to the test program.
+  std::vector<std::string> missing;
+  std::thread([&missing] {
+    missing = request_realtime({.priority = 1000, .lock_memory = false, .cpu = 100000});
+  }).join();
+  EXPECT_THAT(missing, SizeIs(2));
+  EXPECT_THAT(missing, Contains(HasSubstr("CPU 100000")));
+  EXPECT_THAT(missing, Contains(HasSubstr("priority 1000")));
+  EXPECT_THAT(missing, Contains(HasSubstr("use a priority from 1 to 99")));
+}
+
+}  // namespace
+}  // namespace tandem

@@ -1,0 +1,160 @@
+// The shipped experiments are what their table says before any of them runs: hands with the phases that metrics are
+// taken in, at the stated speeds, in scenes that load and whose coupling the simulated device can show.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <filesystem>
+
+#include "devices/device_check.hpp"
+#include "lab/experiment/experiment.hpp"
+#include "server/assets/scene_file.hpp"
+
+namespace tandem::lab {
+namespace {
+
+using std::chrono::milliseconds;
+
+constexpr std::array kShipped = {
+    "free", "wall", "curve", "rim", "bunny", "push", "mass", "squeeze", "squeeze_slippery", "peg", "soft", "docking"};
+/// What metrics know: free motion, moving in contact or with something in the hand, shaking it, pressing or carrying at
+/// rest.
+constexpr std::array kPhases = {"approach", "move", "contact", "slide", "shake", "hold", "retreat"};
+
+Experiment shipped(const std::string& name) {
+  return load_experiment(std::filesystem::path(TANDEM_EXPERIMENT_DIRECTORY) / (name + ".json"));
+}
+
+std::string phase_at(const HandPath& path, Duration time) {
+  const int phase = path.phase_at(time);
+  return phase < 0 ? "" : path.phases().at(static_cast<std::size_t>(phase));
+}
+
+/// Times of a phase, a millisecond apart.
+std::vector<Duration> times_of(const HandPath& path, const std::string& phase) {
+  std::vector<Duration> times;
+  for (Duration time{0}; time < path.length(); time += milliseconds(1)) {
+    if (phase_at(path, time) == phase) times.push_back(time);
+  }
+  return times;
+}
+
+double greatest_speed(const HandPath& path, const std::string& phase) {
+  double greatest = 0;
+  for (const Duration time : times_of(path, phase)) greatest = std::max(greatest, path.twist_at(time).v.norm());
+  return greatest;
+}
+
+class ShippedExperiment : public testing::TestWithParam<const char*> {};
+
+TEST_P(ShippedExperiment, LastsEightSecondsAndTheHandsGetToTheEndOfTheirPaths) {
+  const Experiment experiment = shipped(GetParam());
+  EXPECT_EQ(experiment.name, GetParam());
+  EXPECT_GE(experiment.duration, from_seconds(8));
+  for (const ExperimentUser& user : experiment.users) EXPECT_LE(user.hand.length(), experiment.duration) << user.name;
+}
+
+TEST_P(ShippedExperiment, HasOnlyPhasesThatMetricsKnowAndBeginsWithTheApproach) {
+  for (const ExperimentUser& user : shipped(GetParam()).users) {
+    EXPECT_EQ(phase_at(user.hand, Duration(0)), "approach") << user.name;
+    for (const std::string& phase : user.hand.phases()) EXPECT_THAT(kPhases, testing::Contains(phase)) << user.name;
+  }
+}
+
+TEST_P(ShippedExperiment, HoldsStillForThreeSecondsInOnePiece) {
+  for (const ExperimentUser& user : shipped(GetParam()).users) {
+    const std::vector<Duration> times = times_of(user.hand, "hold");
+    ASSERT_GE(times.size(), 3000U) << user.name;
+    EXPECT_EQ(times.back() - times.front(), milliseconds(static_cast<int>(times.size()) - 1)) << user.name;
+    for (const Duration time : times) ASSERT_EQ(user.hand.twist_at(time).v.norm(), 0) << user.name;
+  }
+}
+
+TEST_P(ShippedExperiment, HasACouplingThatTheSimulatedDeviceCanShowWithWhateverItMoves) {
+  const Experiment experiment = shipped(GetParam());
+  const auto scene = load_experiment_scene(experiment);
+  ASSERT_GE(scene->tools.size(), experiment.users.size());
+  const CouplingLawInfo* law = find_coupling_law(scene->coupling.law);
+  ASSERT_NE(law, nullptr);
+  for (std::size_t tool = 0; tool < scene->tools.size(); ++tool) {
+    std::vector<MovedMass> moved{moved_mass(*scene, tool, std::nullopt)};
+    for (std::size_t body = 0; body < scene->bodies.size(); ++body) {
+      if (scene->description.bodies(static_cast<int>(body)).graspable())
+        moved.push_back(moved_mass(*scene, tool, body));
+    }
+    const DeviceProfile device = find_device_profile("sim");
+    for (const MovedMass& each : moved) {
+      const LoopCoupling loop =
+          loop_coupling(*law, coupling_in_force(scene->coupling, scene->coupling.parameters, each), each.mass_kg,
+                        each.inertia_kg_m2, each.is_held_body);
+      EXPECT_TRUE(is_stable_coupling(loop.parameters, loop.tool_mass_kg, loop.tool_inertia_kg_m2,
+                                     loop_device(device, scene->tools[tool].workspace), loop.slope_factor));
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(All, ShippedExperiment, testing::ValuesIn(kShipped),
+                         [](const auto& experiment) { return std::string(experiment.param); });
+
+TEST(ShippedPaths, FreeReachesThirtyCentimetresASecond) {
+  EXPECT_NEAR(greatest_speed(shipped("free").users.at(0).hand, "move"), 0.3, 0.001);
+}
+
+TEST(ShippedPaths, DockingMovesAtFiftyMillimetresASecond) {
+  const HandPath path = shipped("docking").users.at(1).hand;
+  for (const char* phase : {"move", "contact", "slide"}) EXPECT_NEAR(greatest_speed(path, phase), 0.05, 0.003) << phase;
+}
+
+// The intended circle lies inside the ball; the tool's centre is where the line from the ball's centre through it meets
+// the sphere of ball and tip, 25 mm.
+TEST(ShippedPaths, CurveLeadsTheToolRoundTheBallAtTenCentimetresASecond) {
+  const Experiment experiment = shipped("curve");
+  const auto scene = load_experiment_scene(experiment);
+  const HandPath& path = experiment.users.at(0).hand;
+  const Vec3 start = scene->tools.at(0).X_WT.p;
+  const Duration later = milliseconds(1);
+  for (Duration time = milliseconds(3200); time < milliseconds(6900); time += milliseconds(50)) {
+    const Vec3 here = 0.025 * (start + path.pose_at(time).p).normalized();
+    const Vec3 there = 0.025 * (start + path.pose_at(time + later).p).normalized();
+    EXPECT_NEAR((there - here).norm() / to_seconds(later), 0.1, 0.002) << to_seconds(time);
+  }
+}
+
+// Hand and coupling are two springs one after the other, stretched by what the hand means to go past the contact.
+TEST(ShippedPaths, SqueezePressesWithThreePointSixNewtonsFromEachSide) {
+  const Experiment experiment = shipped("squeeze");
+  const auto scene = load_experiment_scene(experiment);
+  const double half_cube = scene->description.bodies(1).shapes(0).box().size_m(1) / 2;
+  for (std::size_t i = 0; i < 2; ++i) {
+    const ExperimentUser& user = experiment.users.at(i);
+    const double half_finger = scene->description.tools(static_cast<int>(i)).shapes(0).box().size_m(1) / 2;
+    const Vec3 start = scene->tools.at(i).X_WT.p;
+    const double side = start.y() < 0 ? 1 : -1;
+    const double hand = user.hand_parameters.stiffness_n_per_m;
+    const double coupling = scene->coupling.parameters.stiffness_n_per_m;
+    const double stiffness = 1 / (1 / hand + 1 / coupling);
+    for (const Duration time : times_of(user.hand, "hold")) {
+      const double past_contact = side * (start.y() + user.hand.pose_at(time).p.y()) + half_cube + half_finger;
+      ASSERT_NEAR(stiffness * past_contact, 3.6, 0.01) << user.name;
+    }
+  }
+}
+
+TEST(ShippedPaths, SqueezeAndItsSlipperySisterDifferInFrictionAlone) {
+  const auto rough = load_experiment_scene(shipped("squeeze"));
+  const auto slippery = load_experiment_scene(shipped("squeeze_slippery"));
+  wire::Scene same = slippery->description;
+  EXPECT_EQ(same.bodies(1).friction(), 0.5);
+  same.mutable_bodies(1)->set_friction(rough->description.bodies(1).friction());
+  for (int i = 0; i < 2; ++i) {
+    EXPECT_EQ(same.tools(i).friction(), 0.5);
+    same.mutable_tools(i)->set_friction(rough->description.tools(i).friction());
+  }
+  EXPECT_EQ(same.SerializeAsString(), rough->description.SerializeAsString());
+}
+
+}  // namespace
+}  // namespace tandem::lab

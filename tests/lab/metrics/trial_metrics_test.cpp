@@ -1,0 +1,439 @@
+// Every metric against a synthetic trace whose numbers follow from how it was made.
+#include "lab/metrics/trial_metrics.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <numbers>
+#include <stdexcept>
+
+#include "lab/metrics/energy_ledger.hpp"
+#include "lab/metrics/felt_mass.hpp"
+
+namespace tandem::lab {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+
+double sine(double frequency_hz, double time_s) {
+  return std::sin(2 * std::numbers::pi * frequency_hz * time_s);
+}
+
+WayPoint begin_of(const char* phase, double at_s) {
+  WayPoint point;
+  point.at = from_seconds(at_s);
+  point.phase = phase;
+  return point;
+}
+
+using Fill = std::function<void(TickSample&, double time_s)>;
+
+/// One user whose hand has these phases; `fill` gives each tick what it shall hold.
+SessionTrace trace_of(const std::vector<WayPoint>& phases, double duration_s, const Fill& fill) {
+  SessionTrace trace;
+  UserTrace& user = trace.users.emplace_back();
+  user.user.name = "anna";
+  user.user.hand = HandPath(phases);
+  for (int k = 0; k < static_cast<int>(std::lround(duration_s * 1000)); ++k) {
+    TickSample tick;
+    tick.time = milliseconds(k);
+    tick.phase = user.user.hand.phase_at(tick.time);
+    fill(tick, k / 1000.0);
+    user.ticks.push_back(tick);
+  }
+  return trace;
+}
+
+/// 1 s of "move", 3 s of "contact", 3 s of "hold".
+SessionTrace pressing(const Fill& fill) {
+  return trace_of({begin_of("move", 0), begin_of("contact", 1), begin_of("hold", 4)}, 7, fill);
+}
+
+double metric(const char* name, const SessionTrace& trace, const SessionTrace* reference = nullptr) {
+  static const Experiment experiment;
+  return trial_metric({experiment, trace, reference}, name);
+}
+
+void force(TickSample& tick, double z_n) {
+  tick.displayed_D.f = tick.asked_D.f = tick.stage_D.f = Vec3(0, 0, z_n);
+}
+
+TEST(TrialMetrics, FreeDragIsWhatMovingCostsBeyondZeroDelay) {
+  const SessionTrace trace = pressing([](TickSample& tick, double t) { force(tick, t < 1 ? 3 : 9); });
+  const SessionTrace reference = pressing([](TickSample& tick, double t) { force(tick, t < 1 ? 1 : 5); });
+  EXPECT_NEAR(metric("free_drag_rms_n", trace, &reference), 2, 1e-12);
+  EXPECT_TRUE(std::isnan(metric("free_drag_rms_n", trace)));
+}
+
+TEST(TrialMetrics, ContactPhasesAreThoseInWhichTheHandFeelsSomethingAtZeroDelay) {
+  const SessionTrace reference = pressing([](TickSample& tick, double t) { force(tick, t < 4 ? 2 : 0.05); });
+  const SessionTrace trace = pressing([](TickSample& tick, double) { force(tick, 4); });
+  const Experiment experiment;
+  const UserView view{experiment, trace.users[0], &reference.users[0]};
+  EXPECT_EQ(contact_phases(view), (std::vector<bool>{false, true, false})) << "move never, hold too weak";
+  EXPECT_NEAR(metric("contact_force_mean_n", trace, &reference), 4, 1e-12);
+  EXPECT_NEAR(metric("contact_force_ratio", trace, &reference), 2, 1e-12);
+}
+
+TEST(TrialMetrics, ContactErrorIsTheRmsDifferenceAtTheSameTime) {
+  const SessionTrace reference = pressing([](TickSample& tick, double t) { force(tick, 2 + sine(1, t)); });
+  const SessionTrace trace = pressing([](TickSample& tick, double t) {
+    force(tick, 2 + sine(1, t));
+    if (t >= 1) tick.displayed_D.f.x() = 0.3 * sine(2, t);
+  });
+  EXPECT_NEAR(metric("contact_error_rms_n", trace, &reference), 0.3 / std::sqrt(2.0), 1e-9);
+  EXPECT_EQ(metric("contact_error_rms_n", reference, &reference), 0);
+  EXPECT_NEAR(metric("contact_error_fraction", trace, &reference), 0.3 / std::sqrt(2.0) / 2, 1e-9);
+  // A force that comes 20 ms late errs by the sine's slope: 2 sin(π f T).
+  const SessionTrace late = pressing([](TickSample& tick, double t) { force(tick, 2 + sine(1, t - 0.020)); });
+  EXPECT_NEAR(metric("contact_error_rms_n", late, &reference), 2 * std::sin(std::numbers::pi * 0.020) / std::sqrt(2.0),
+              1e-6);
+}
+
+TEST(TrialMetrics, FeltStiffnessIsTheRatioOfSlopes) {
+  const auto spring = [](double n_per_m) {
+    return pressing([n_per_m](TickSample& tick, double t) {
+      const double depth = 0.005 + 0.004 * sine(0.5, t);
+      tick.hand_D.p = Vec3(0.1, 0, -depth);
+      force(tick, n_per_m * depth);
+    });
+  };
+  const SessionTrace reference = spring(500);
+  EXPECT_NEAR(metric("felt_stiffness_ratio", spring(350), &reference), 0.7, 1e-9);
+  const SessionTrace constant = pressing([](TickSample& tick, double) { force(tick, 2); });
+  EXPECT_TRUE(std::isnan(metric("felt_stiffness_ratio", constant, &constant))) << "nothing was pressed";
+  // A force that has nothing to do with where the hand is has no slope.
+  const SessionTrace sliding = pressing([](TickSample& tick, double t) {
+    tick.hand_D.p = Vec3(0, 0, 0.004 * sine(0.5, t));
+    force(tick, 2 + sine(0.5, t + 0.5));
+  });
+  EXPECT_TRUE(std::isnan(metric("felt_stiffness_ratio", sliding, &sliding)));
+}
+
+/// A hand that shakes `mass_kg` on a damper and a spring along x, with 0.5–5 Hz.
+SessionTrace shaking(double mass_kg, double noise_n = 0) {
+  return trace_of({begin_of("move", 0), begin_of("shake", 1), begin_of("hold", 10)}, 11,
+                  [=](TickSample& tick, double t) {
+                    double x = 0;
+                    double v = 0;
+                    double a = 0;
+                    for (const double hz : {0.5, 1.25, 2.5, 5.0}) {
+                      const double w = 2 * std::numbers::pi * hz;
+                      x += 0.03 / w * std::sin(w * t + hz);
+                      v += 0.03 * std::cos(w * t + hz);
+                      a -= 0.03 * w * std::sin(w * t + hz);
+                    }
+                    tick.hand_D.p = Vec3(0.2 + x, 0, 0.1);
+                    tick.hand_twist_D.v = Vec3(v, 0, 0);
+                    // Held for the coming millisecond: the mean of two forces is that of the tick.
+                    tick.displayed_D.f = Vec3(-(mass_kg * a + 0.5 * v + 20 * x) + noise_n * sine(17, t), 0, -2);
+                  });
+}
+
+TEST(FeltMass, IsTheMassThatIsShakenWhateverSpringAndDamperGoWithIt) {
+  const FeltMass felt = felt_mass(shaking(0.2).users[0]);
+  EXPECT_NEAR(felt.mass_kg, 0.2, 0.002) << "half a millisecond between force and movement";
+  EXPECT_LT(felt.half_width_kg, 0.002);
+  const FeltMass noisy = felt_mass(shaking(0.2, 0.05).users[0]);
+  EXPECT_NEAR(noisy.mass_kg, 0.2, noisy.half_width_kg + 0.002);
+  EXPECT_GT(noisy.half_width_kg, felt.half_width_kg);
+}
+
+TEST(FeltMass, IsUnknownToAHandThatShakesNothing) {
+  EXPECT_TRUE(std::isnan(felt_mass(pressing([](TickSample&, double) {}).users[0]).mass_kg));
+  const SessionTrace still =
+      trace_of({begin_of("shake", 0)}, 6, [](TickSample& tick, double t) { force(tick, sine(3, t)); });
+  EXPECT_TRUE(std::isnan(felt_mass(still.users[0]).mass_kg));
+}
+
+TEST(TrialMetrics, FeltMassIsHeldAgainstZeroDelay) {
+  const SessionTrace reference = shaking(0.2);
+  const SessionTrace trace = shaking(0.25);
+  EXPECT_NEAR(metric("felt_mass_ratio", trace, &reference), 1.25, 0.01);
+  EXPECT_LT(metric("felt_mass_interval_fraction", trace, &reference), 0.01);
+}
+
+TEST(TrialMetrics, TheLimitCycleIsTheSpeedOfAHandThatShouldRest) {
+  const SessionTrace trace = pressing([](TickSample& tick, double t) {
+    tick.hand_twist_D.v.y() = t < 5 ? 1 : 0.004 * sine(5, t);  // the first second of the hold still settles
+  });
+  EXPECT_NEAR(metric("limit_cycle_m_per_s", trace), 0.004 / std::sqrt(2.0), 1e-9);
+}
+
+TEST(TrialMetrics, PeakAndStepOfTheForce) {
+  const SessionTrace reference = pressing([](TickSample& tick, double t) { force(tick, t < 2 ? 0 : 0.4); });
+  const SessionTrace trace = pressing([](TickSample& tick, double t) {
+    force(tick, t < 2 ? 0 : 0.4);
+    if (t >= 3) tick.stage_D.f.x() = 1.5;
+    tick.displayed_D.f.x() = t >= 3 ? std::min(1.5, 100 * (t - 3)) : 0;  // slewed
+    if (t >= 3 && t < 3.0145) tick.safety_faults = kSafetySlewed;
+  });
+  EXPECT_NEAR(metric("peak_force_n", trace, &reference), std::hypot(0.4, 1.5), 1e-9);
+  EXPECT_NEAR(metric("force_step_max_n_per_ms", trace, &reference), 1.5 - 0.4, 1e-9);
+  EXPECT_EQ(metric("force_step_max_n_per_ms", reference, &trace), 0) << "less than at zero delay is no excess";
+  EXPECT_EQ(metric("slew_activations", trace, &reference), 15);
+}
+
+TEST(TrialMetrics, GhostContactIsFeltWhereThereIsNothing) {
+  const SessionTrace reference = pressing([](TickSample& tick, double t) { force(tick, t < 3 ? 2 : 0); });
+  const SessionTrace trace = pressing([](TickSample& tick, double t) { force(tick, t < 3.05 ? 2 : 0); });
+  EXPECT_NEAR(metric("ghost_contact_ms", trace, &reference), 50, 1e-9);
+  EXPECT_EQ(metric("ghost_contact_ms", reference, &reference), 0);
+}
+
+TEST(TrialMetrics, TheSpectrumAbove60HzHasWhatIsFastAndNothingElse) {
+  const auto shaken = [](double hz) {
+    return pressing([hz](TickSample& tick, double t) { force(tick, 2 + 0.1 * sine(hz, t)); });
+  };
+  EXPECT_NEAR(metric("force_above_60_hz_n", shaken(120)), 0.1 / std::sqrt(2.0), 2e-3);
+  EXPECT_LT(metric("force_above_60_hz_n", shaken(20)), 1e-3);
+}
+
+/// A hand at 0.1 m/s for 1 s against a constant force, in a world that stores what `stored` says.
+SessionTrace working(double force_n, double world_gain_j) {
+  SessionTrace trace = trace_of({begin_of("contact", 0)}, 1.001, [=](TickSample& tick, double t) {
+    tick.hand_D.p.z() = 0.1 * t;
+    force(tick, force_n);
+  });
+  for (int k = 0; k <= 1000; ++k) trace.stored.push_back({milliseconds(k), 3 + world_gain_j * k / 1000.0});
+  return trace;
+}
+
+TEST(EnergyLedger, EnergyThatTheWorldGivesIsNotCreated) {
+  const EnergyLedger paid = energy_ledger(working(2, -0.2));
+  EXPECT_NEAR(paid.hand_ports_j.at(0), 0.2, 1e-9);
+  EXPECT_NEAR(paid.stored_change_j, -0.2, 1e-9);
+  EXPECT_NEAR(paid.created_max_j, 0, 1e-9);
+  EXPECT_EQ(energy_ledger(working(-2, 0.1)).created_max_j, 0) << "half of what the hand gave was lost on the way";
+}
+
+TEST(EnergyLedger, TheGreatestSurplusAtAnyTimeCounts) {
+  EXPECT_NEAR(energy_ledger(working(2, 0.1)).created_max_j, 0.3, 1e-9);
+  EXPECT_NEAR(metric("energy_created_max_j", working(2, 0.1)), 0.3, 1e-9);
+  SessionTrace later = working(2, -0.2);
+  later.stored.back().energy_j -= 5;  // it is gone at the end
+  for (std::size_t k = 400; k < 600; ++k) later.stored[k].energy_j += 0.05;
+  EXPECT_NEAR(energy_ledger(later).created_max_j, 0.05, 1e-9);
+}
+
+TEST(EnergyLedger, CountsWhatAModelHoldsLessWhatCameFromElsewhere) {
+  // The hand gets 0.2 J. Half of it the model had; half came with a body that it took over, and gave on.
+  SessionTrace trace = working(2, 0);
+  std::vector<TickSample>& ticks = trace.users[0].ticks;
+  for (std::size_t k = 0; k < ticks.size(); ++k) {
+    const double share = static_cast<double>(k) / 1000;
+    ticks[k].model.stored_j = 7 - 0.1 * share;
+    ticks[k].model.exchanged_j = 3 + 0.1 * share;
+    ticks[k].model.corrected_j = 0.05 * share;
+  }
+  const EnergyLedger ledger = energy_ledger(trace);
+  EXPECT_NEAR(ledger.created_max_j, 0, 1e-9);
+  EXPECT_NEAR(ledger.stored_change_j, -0.2, 1e-9);
+  EXPECT_NEAR(ledger.corrected_j, 0.05, 1e-9) << "told, and not taken off";
+  for (TickSample& tick : ticks) tick.model.exchanged_j = 3;
+  EXPECT_NEAR(energy_ledger(trace).created_max_j, 0.1, 1e-9);
+}
+
+/// A hand that swings 5 mm at 5 Hz on a spring of 500 N/m at a server, whose answer it is shown `late_ms` after it
+/// moved.
+SessionTrace swinging(int late_ms) {
+  constexpr double kSpring = 500, kSwing_m = 0.005;
+  const auto at = [](double t) { return kSwing_m * sine(5, std::max(0.0, t)); };
+  SessionTrace trace = trace_of({begin_of("contact", 0)}, 1.001, [=](TickSample& tick, double t) {
+    tick.tick = Tick{static_cast<std::uint64_t>(std::lround(1000 * t)) + 77};
+    tick.hand_D.p.z() = tick.handle_W.X.p.z() = at(t);
+    force(tick, -kSpring * at(t - late_ms * 1e-3));
+  });
+  UserTrace& user = trace.users[0];
+  user.user.pipeline.stage = "hold";
+  user.user.role = UserRole::kManipulator;
+  user.coupling_stiffness_n_per_m = kSpring;
+  for (int k = 0; k <= 1000; ++k) {
+    const int moved = std::max(0, k - late_ms / 2);
+    const double z = at(moved * 1e-3);
+    trace.stored.push_back({milliseconds(k), 0.5 * kSpring * z * z});
+    if (k > 0 && moved == 0) continue;
+    user.answered.push_back({milliseconds(k), Tick{static_cast<std::uint64_t>(moved) + 77}, {}});
+    user.answered.back().on_hand_W.f.z() = -kSpring * z;
+  }
+  return trace;
+}
+
+TEST(EnergyBound, IsAboveWhatALateSpringMakesAndNotFar) {
+  for (const int late_ms : {4, 20, 40}) {
+    const SessionTrace trace = swinging(late_ms);
+    const double made_j = energy_ledger(trace).created_max_j;
+    // Each of the five swings gives π k A² sin(ωT).
+    const double theory_j = 5 * std::numbers::pi * 500 * 0.005 * 0.005 * sine(5, late_ms * 1e-3);
+    EXPECT_NEAR(made_j, theory_j, 0.1 * theory_j + 0.01) << late_ms;
+    const double bound_j = metric("energy_created_bound_j", trace);
+    EXPECT_GE(bound_j, made_j) << late_ms;
+    EXPECT_LE(bound_j, 2 * made_j + 0.01) << late_ms;
+  }
+}
+
+TEST(EnergyBound, IsNoneWhereItDoesNotHoldAndZeroForWaves) {
+  const auto changed = [](const auto& change) {
+    SessionTrace trace = swinging(20);
+    change(trace.users[0]);
+    return metric("energy_created_bound_j", trace);
+  };
+  EXPECT_GT(changed([](UserTrace&) {}), 0);
+  EXPECT_TRUE(std::isnan(changed([](UserTrace& user) { user.user.pipeline.stage = "local-model"; })));
+  EXPECT_TRUE(std::isnan(changed([](UserTrace& user) { user.user.pipeline.deadband = 0.1; })));
+  EXPECT_TRUE(std::isnan(changed([](UserTrace& user) { user.answered.clear(); })));
+  EXPECT_TRUE(std::isnan(changed([](UserTrace& user) { user.ticks[5].server_tick_faults = kFaultToolGuarded; })));
+  EXPECT_EQ(changed([](UserTrace& user) { user.user.pipeline.stage = "wave"; }), 0);
+}
+
+TEST(TrialMetrics, ToolGuardedIsTheShareOfTicksThatSaySo) {
+  SessionTrace trace = pressing([](TickSample& tick, double t) {
+    tick.server_tick_faults = t < 0.7 ? kFaultToolGuarded | kFaultFieldLimited : kFaultFieldLimited;
+  });
+  EXPECT_NEAR(metric("tool_guarded_fraction", trace), 0.1, 1e-12);
+}
+
+/// The hand gets 0.2 J from a field.
+TEST(EnergyLedger, AFieldThatGivesMoreThanItHoldsCreatedIt) {
+  SessionTrace trace = working(2, 0);
+  std::vector<TickSample>& ticks = trace.users[0].ticks;
+  for (std::size_t k = 0; k < ticks.size(); ++k) {
+    const double share = static_cast<double>(k) / 1000;
+    ticks[k].model.exchanged_j = ticks[k].model.field_work_j = 0.2 * share;
+  }
+  trace.field_depth_j = 0.3;
+  EXPECT_NEAR(energy_ledger(trace).created_max_j, 0, 1e-9) << "it could have";
+  trace.field_depth_j = 0.05;
+  EXPECT_NEAR(energy_ledger(trace).created_max_j, 0.15, 1e-9) << "all beyond";
+}
+
+TEST(EnergyLedger, CountsInWorldJoulesAndKeepsApartWhatTheHandWasSpared) {
+  SessionTrace trace = working(2, 0);
+  trace.users[0].hand_joules_per_world_joule = 4;
+  EXPECT_NEAR(energy_ledger(trace).hand_ports_j.at(0), 0.05, 1e-9);
+  SessionTrace clamped = working(2, -0.5);
+  for (TickSample& tick : clamped.users[0].ticks) tick.asked_D.f.z() = 5;
+  EXPECT_NEAR(energy_ledger(clamped).created_max_j, 0, 1e-9) << "the model had it";
+  EXPECT_NEAR(energy_ledger(clamped).hand_ports_j.at(0), 0.2, 1e-9) << "the hand did not get it";
+  EXPECT_NEAR(metric("energy_spared_j", clamped), 0.3, 1e-9);
+}
+
+TEST(TrialMetrics, TheGuardsShareNeedsAnExchange) {
+  SessionTrace trace = pressing([](TickSample&, double) {});
+  UserTrace& user = trace.users[0];
+  user.energy_to_hand_j = 0.03;
+  user.energy_from_hand_j = 0.05;
+  user.guard_dissipated_j = 0.004;
+  EXPECT_NEAR(metric("guard_dissipated_fraction", trace), 0.05, 1e-12);
+  EXPECT_NEAR(metric("hand_port_j", trace), -0.02, 1e-12);
+  user.energy_from_hand_j = -0.03 + 0.019;
+  EXPECT_TRUE(std::isnan(metric("guard_dissipated_fraction", trace))) << "19 mJ";
+}
+
+TEST(TrialMetrics, ViewsThatArriveApartDivergeByTheMovementBetween) {
+  SessionTrace trace = pressing([](TickSample& tick, double t) {
+    tick.view_W.x() = 0.2 * t;
+    tick.has_view = t > 0.5;
+  });
+  EXPECT_TRUE(std::isnan(metric("view_divergence_max_m", trace))) << "one user sees no difference";
+  trace.users.push_back(trace.users[0]);
+  EXPECT_NEAR(metric("view_divergence_max_m", trace), 0, 1e-12);
+  for (TickSample& tick : trace.users[1].ticks) tick.view_W.x() -= 0.2 * 0.050;
+  EXPECT_NEAR(metric("view_divergence_max_m", trace), 0.010, 1e-9);
+  // Other ticks, the same movement: straight between ticks nothing is apart.
+  SessionTrace shifted = trace;
+  for (TickSample& tick : shifted.users[1].ticks) {
+    tick.view_W.x() += 0.2 * 0.0505;
+    tick.time += std::chrono::microseconds(500);
+  }
+  EXPECT_NEAR(metric("view_divergence_max_m", shifted), 0, 1e-9);
+}
+
+TEST(TrialMetrics, TrafficIsPerSecondAndOfAllUsers) {
+  Experiment experiment;
+  experiment.duration = seconds(7);
+  SessionTrace trace = pressing([](TickSample&, double) {});
+  trace.users[0].traffic = {14000, 700000};
+  trace.users.push_back(trace.users[0]);
+  EXPECT_NEAR(trial_metric({experiment, trace}, "datagrams_per_s"), 4000, 1e-9);
+  EXPECT_NEAR(trial_metric({experiment, trace}, "bytes_per_s"), 200000, 1e-9);
+}
+
+TEST(TrialMetrics, TakeTheWorstUserWhereThatIsTheQuestion) {
+  const SessionTrace reference = [] {
+    SessionTrace both = pressing([](TickSample& tick, double) { force(tick, 4); });
+    both.users.push_back(both.users[0]);
+    return both;
+  }();
+  SessionTrace trace = reference;
+  for (TickSample& tick : trace.users[1].ticks) force(tick, 3);
+  EXPECT_NEAR(metric("contact_force_ratio", trace, &reference), 0.75, 1e-12);
+  EXPECT_NEAR(metric("contact_force_mean_n", trace, &reference), 3.5, 1e-12);
+  EXPECT_NEAR(metric("contact_error_rms_n", trace, &reference), 1, 1e-12);
+}
+
+TEST(TrialMetrics, HaveNoValueInAnEmptyTraceAndNamesOfTheirOwn) {
+  SessionTrace trace;
+  trace.users.emplace_back();
+  for (const TrialMetric& each : trial_metrics()) {
+    const double value = metric(each.name.data(), trace);
+    EXPECT_TRUE(std::isnan(value) || value == 0) << each.name << " is " << value;
+    EXPECT_FALSE(each.definition.empty()) << each.name;
+    EXPECT_NE(each.of_user == nullptr, each.of_trial == nullptr) << each.name;
+  }
+  EXPECT_THROW(metric("happiness", trace), std::invalid_argument);
+}
+
+/// A cube that is at these heights, one a second, while the hand carries it for seconds 2 to 4.
+std::string outcome_with(const std::vector<double>& heights_m) {
+  Experiment experiment;
+  experiment.outcome = {"cube", 0.05, "carry"};
+  SessionTrace trace =
+      trace_of({begin_of("approach", 0), begin_of("carry", 2), begin_of("retreat", 5)}, 7, [](TickSample&, double) {});
+  trace.body_names = {"table", "cube"};
+  for (std::size_t i = 0; i < heights_m.size(); ++i) {
+    BodiesSample sample;
+    sample.time = seconds(i);
+    sample.X_WB.resize(2);
+    sample.X_WB[1].p.z() = 0.02 + heights_m[i];
+    trace.bodies.push_back(sample);
+  }
+  return outcome_of(experiment, trace);
+}
+
+TEST(Outcome, SaysWhetherTheBodyWasCarriedAllTheWay) {
+  EXPECT_EQ(outcome_with({0, 0.06, 0.06, 0.10, 0.06, 0, 0}), "completed") << "it may be set down afterwards";
+  EXPECT_EQ(outcome_with({0, 0.06, 0.06, 0.04, 0.06, 0, 0}), "dropped");
+  EXPECT_EQ(outcome_with({0, 0.04, 0.04, 0.04, 0.04, 0, 0}), "never-lifted");
+}
+
+TEST(Outcome, SaysWhetherTheBodyEndsInItsPlace) {
+  const auto outcome_at = [](const Vec3& first, const Vec3& last) {
+    Experiment experiment;
+    experiment.outcome = OutcomeRule{"peg", 0, "", EndPlace{Vec3(0.06, 0, 0.03), 0.002}};
+    SessionTrace trace = pressing([](TickSample&, double) {});
+    trace.body_names = {"table", "peg"};
+    for (const Vec3& p : {first, last}) {
+      BodiesSample sample;
+      sample.X_WB.resize(2);
+      sample.X_WB[1].p = p;
+      trace.bodies.push_back(sample);
+    }
+    return outcome_of(experiment, trace);
+  };
+  EXPECT_EQ(outcome_at({0, 0, 0}, {0.061, 0.001, 0.031}), "completed");
+  EXPECT_EQ(outcome_at({0, 0, 0}, {0.06, 0, 0.0325}), "missed");
+  EXPECT_EQ(outcome_at({0.06, 0, 0.03}, {0, 0, 0}), "missed") << "it was there, and is not any more";
+}
+
+TEST(Outcome, AUserWhoLostItsConnectionComesFirst) {
+  SessionTrace trace = pressing([](TickSample&, double) {});
+  EXPECT_EQ(outcome_of(Experiment{}, trace), "completed");
+  trace.users[0].stayed_connected = false;
+  EXPECT_EQ(outcome_of(Experiment{}, trace), "lost");
+}
+
+}  // namespace
+}  // namespace tandem::lab

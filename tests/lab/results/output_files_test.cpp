@@ -1,0 +1,71 @@
+// What a long command writes is all there or nothing is.
+#include "lab/results/output_files.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <fstream>
+#include <iterator>
+#include <stdexcept>
+
+namespace tandem::lab {
+namespace {
+
+namespace fs = std::filesystem;
+
+fs::path empty_folder(const std::string& name) {
+  const fs::path folder = fs::path(testing::TempDir()) / name;
+  fs::remove_all(folder);
+  return folder;
+}
+
+std::string content_of(const fs::path& file) {
+  std::ifstream in(file);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+std::ptrdiff_t entries_of(const fs::path& folder) {
+  return std::distance(fs::directory_iterator(folder), fs::directory_iterator());
+}
+
+TEST(OutputFiles, AreAllThereAndNothingElse) {
+  const fs::path folder = empty_folder("all_files") / "deeper";
+  const std::array files{OutputFile{"a.json", "{}"}, OutputFile{"b.html", "<p>"}};
+  write_all_files(folder, files);
+  write_all_files(folder, files);
+  EXPECT_EQ(content_of(folder / "a.json"), "{}");
+  EXPECT_EQ(content_of(folder / "b.html"), "<p>");
+  EXPECT_EQ(entries_of(folder), 2);
+}
+
+TEST(OutputFiles, LeaveTheOldOnesWhenOneCannotBeWritten) {
+  const fs::path folder = empty_folder("one_in_the_way");
+  fs::create_directories(folder / "b.html");
+  std::ofstream(folder / "a.json") << "before";
+  const std::array files{OutputFile{"a.json", "after"}, OutputFile{"b.html", "<p>"}};
+  EXPECT_THROW(write_all_files(folder, files), std::runtime_error);
+  EXPECT_EQ(content_of(folder / "a.json"), "before");
+  EXPECT_EQ(entries_of(folder), 2);
+}
+
+TEST(OutputFiles, LeaveNoFolderBehindWhenOneCannotBeWritten) {
+  const fs::path folder = empty_folder("no_such_place");
+  const std::array files{OutputFile{"a.json", "{}"}, OutputFile{"missing/b.html", "<p>"}};
+  EXPECT_THROW(write_all_files(folder / "deeper", files), std::runtime_error);
+  EXPECT_FALSE(fs::exists(folder));
+}
+
+TEST(OutputFiles, AskingForAFolderMakesNone) {
+  const fs::path folder = empty_folder("only_asked");
+  check_folder_can_be_made(folder / "deeper" / "");
+  EXPECT_FALSE(fs::exists(folder));
+  fs::create_directories(folder);
+  check_folder_can_be_made(folder);
+  EXPECT_TRUE(fs::exists(folder)) << "it was there before";
+  std::ofstream(folder / "file") << "a file";
+  EXPECT_THROW(check_folder_can_be_made(folder / "file" / "deeper"), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace tandem::lab

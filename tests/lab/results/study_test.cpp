@@ -1,0 +1,129 @@
+// What a study leaves behind: rows, samples, files for other programs, the report; and what makes it run again.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+
+#include "common/base/json_fields.hpp"
+#include "common/base/json_pretty.hpp"
+#include "common/docking/lennard_jones.hpp"
+#include "lab/metrics/trial_metrics.hpp"
+#include "lab/results/study_hdf5.hpp"
+#include "lab/results/study_report.hpp"
+#include "lab/results/study_results.hpp"
+#include "tests/lab/results/small_study.hpp"
+
+namespace tandem::lab {
+namespace {
+
+TEST_F(Study, WhatAnythingDependsOnIsNotReused) {
+  run(trials(), settings());
+  RunSettings other_program = settings();
+  other_program.program = "another build";
+  EXPECT_EQ(reused(run(trials(), other_program)), 0U);
+  std::ofstream(folder_ / "push.json") << R"({"points": [{"t_s": 0, "phase": "move"}]})";
+  EXPECT_EQ(reused(run(trials(), settings())), 0U) << "another hand";
+  std::string scene = kScene;
+  scene.replace(scene.find("0.3"), 3, "0.4");
+  std::ofstream(folder_ / "push_scene.json") << scene;
+  EXPECT_EQ(reused(run(trials(), settings())), 0U) << "another mass";
+}
+
+TEST_F(Study, ARowSaysWhatWasTriedAndWhatCameOut) {
+  GridRequest request;
+  request.axes.push_back(parse_axis("hand.mass_kg=0.5"));
+  const auto results = run(trials(request), settings());
+  const json::object& row = results.at(7).row;
+  EXPECT_EQ(text_in(row, "experiment"), "small");
+  EXPECT_EQ(text_in(row, "stage"), "hold");
+  EXPECT_EQ(number_in(row, "rtt_ms"), 20);
+  EXPECT_EQ(number_in(row, "loss"), 0.05);
+  EXPECT_EQ(number_in(row, "seed"), 2);
+  EXPECT_EQ(row.at("guard"), json::value(false));
+  EXPECT_EQ(pretty_json(row.at("overrides")), pretty_json(json::object{{"hand.mass_kg", 0.5}}));
+  EXPECT_EQ(text_in(row, "outcome"), "completed");
+  for (const TrialMetric& metric : trial_metrics()) EXPECT_TRUE(row.contains(metric.name)) << metric.name;
+  EXPECT_GT(number_in(row, "contact_error_rms_n"), 0);
+  EXPECT_EQ(row.at("felt_mass_ratio"), json::value(nullptr)) << "nothing is shaken";
+  EXPECT_EQ(row.at("users").as_array().size(), 2U);
+  EXPECT_EQ(seed_groups(results).size(), 4U);
+}
+
+TEST_F(Study, AtZeroDelayTheReferenceStageDoesNotErr) {
+  GridRequest request;
+  request.axes = {parse_axis("link.loss=0"), parse_axis("link.rtt_ms=0"), parse_axis("stage=" + default_stage())};
+  for (const TrialResult& result : run(trials(request), settings())) {
+    EXPECT_EQ(number_in(result.row, "contact_error_rms_n"), 0);
+    EXPECT_EQ(number_in(result.row, "free_drag_rms_n"), 0);
+  }
+}
+
+TEST_F(Study, SamplesAreKeptWhereTheyWereAskedFor) {
+  RunSettings with_samples = settings();
+  with_samples.wants_samples = true;
+  const auto results = run(trials(), with_samples);
+  for (const TrialResult& result : results) {
+    for (const char* file : {"1-anna.csv", "2-ben.csv", "bodies.csv", "trial.json", "report.html"}) {
+      EXPECT_TRUE(fs::is_regular_file(result.samples / file)) << result.samples / file;
+    }
+  }
+  fs::remove_all(results.at(3).samples);
+  EXPECT_EQ(reused(run(trials(), with_samples)), 7U) << "a trial whose samples are gone is run again";
+  EXPECT_EQ(reused(run(trials(), settings())), 8U);
+}
+
+TEST_F(Study, IsWrittenForOtherPrograms) {
+  RunSettings with_samples = settings();
+  with_samples.wants_samples = true;
+  const auto results = run(trials(), with_samples);
+  const fs::path file = folder_ / "results.h5";
+  write_study_hdf5(file, results);
+  std::ifstream in(file, std::ios::binary);
+  char magic[4] = {};
+  in.read(magic, sizeof magic);
+  EXPECT_EQ(std::string(magic + 1, 3), "HDF");
+  EXPECT_GT(fs::file_size(file), 8U * 2 * 100 * 8) << "the samples are in it";
+  EXPECT_THROW(write_study_hdf5(folder_ / "no" / "folder.h5", results), std::runtime_error);
+
+  const std::string csv = study_csv(results);
+  EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 9);
+  EXPECT_THAT(csv, testing::StartsWith("experiment,stage,predictor,guard,deadband,rtt_ms,jitter_ms,loss,seed,"));
+}
+
+TEST_F(Study, TheReportDefinesEveryMetricAndDrawsEveryStage) {
+  const std::string html = study_report_html(run(trials(), settings()));
+  for (const TrialMetric& metric : trial_metrics()) {
+    EXPECT_THAT(html, testing::HasSubstr(std::string(metric.name))) << metric.name;
+  }
+  EXPECT_THAT(html, testing::HasSubstr("late-pose"));
+  EXPECT_THAT(html, testing::HasSubstr("<svg"));
+}
+
+TEST(FieldKernel, CanBeForcedAndLetGo) {
+  LennardJonesField::use_by_default("portable");
+  EXPECT_EQ(LennardJonesField::default_kernel(), "portable");
+  EXPECT_THROW(LennardJonesField::use_by_default("abacus"), std::invalid_argument);
+  EXPECT_EQ(LennardJonesField::default_kernel(), "portable");
+  LennardJonesField::use_by_default("");
+  EXPECT_EQ(LennardJonesField::default_kernel(), LennardJonesField::available_kernels().front());
+}
+
+TEST(SeedGroup, MeansLeaveOutWhatIsNull) {
+  const auto row = [](std::uint64_t seed, const json::value& drag, const char* outcome) {
+    TrialResult result;
+    result.row = {{"experiment", "e"}, {"stage", "hold"}, {"seed", seed}, {"drag", drag}, {"outcome", outcome}};
+    return result;
+  };
+  const std::vector<TrialResult> results{row(1, 2, "completed"), row(2, 4, "dropped"), row(3, nullptr, "completed")};
+  const auto groups = seed_groups(results);
+  ASSERT_EQ(groups.size(), 1U);
+  EXPECT_EQ(groups[0].mean("drag"), 3);
+  EXPECT_EQ(groups[0].outcomes(), "completed/dropped");
+  EXPECT_TRUE(std::isnan(groups[0].mean("nothing")));
+}
+
+}  // namespace
+}  // namespace tandem::lab

@@ -1,0 +1,79 @@
+// Trials run on several threads: each once, again none, and with the same bytes.
+#include "lab/results/trial_runner.hpp"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "common/base/json_pretty.hpp"
+#include "lab/results/study_report.hpp"
+#include "lab/results/study_results.hpp"
+#include "tests/lab/results/small_study.hpp"
+
+namespace tandem::lab {
+namespace {
+
+TEST_F(Study, RunsEveryTrialOnceAndSecondTimeNone) {
+  TrialRunner first(trials(), settings());
+  EXPECT_EQ(first.size().trials, 8U);
+  EXPECT_EQ(first.size().references, 2U) << "one a seed, shared by stages and delays";
+  EXPECT_EQ(first.size().there, 0U);
+  EXPECT_NEAR(first.size().virtual_s, 10, 1e-9);
+  std::size_t shown = 0;
+  const auto results = first.run([&](const StudyProgress& progress) {
+    EXPECT_EQ(progress.done, ++shown);
+    EXPECT_EQ(progress.total, 8U);
+  });
+  EXPECT_EQ(shown, 8U);
+  EXPECT_EQ(reused(results), 0U);
+
+  TrialRunner second(trials(), settings());
+  EXPECT_EQ(second.size().there, 8U);
+  EXPECT_EQ(second.size().references, 0U);
+  EXPECT_EQ(second.size().virtual_s, 0);
+  const auto again = second.run([](const StudyProgress&) {});
+  EXPECT_EQ(reused(again), 8U);
+  EXPECT_EQ(pretty_json(study_json(again)), pretty_json(study_json(results)));
+}
+
+TEST_F(Study, GoesOnWhereItWasInterrupted) {
+  run(trials(), settings());
+  std::size_t removed = 0;
+  for (const auto& entry : fs::directory_iterator(folder_ / "out" / "trials")) {
+    if (removed == 3) break;
+    if (removed == 2) {
+      std::ofstream(entry.path()) << "{\"key\": \"cut";  // what a crash may leave on some file systems
+    } else {
+      fs::remove(entry.path());
+    }
+    ++removed;
+  }
+  EXPECT_EQ(reused(run(trials(), settings())), 5U);
+}
+
+TEST_F(Study, GivesTheSameBytesAgainOnAnyNumberOfThreads) {
+  RunSettings two = settings("two");
+  two.threads = 2;
+  const auto once = run(trials(), settings("one"));
+  const auto again = run(trials(), settings("again"));
+  const auto parallel = run(trials(), two);
+  const std::string bytes = pretty_json(study_json(once));
+  EXPECT_EQ(pretty_json(study_json(again)), bytes);
+  EXPECT_EQ(pretty_json(study_json(parallel)), bytes);
+  EXPECT_EQ(study_report_html(parallel), study_report_html(once));
+  EXPECT_EQ(study_csv(parallel), study_csv(once));
+}
+
+TEST_F(Study, AUserWhoCannotJoinIsAnOutcome) {
+  GridRequest request;
+  request.is_single = true;
+  request.axes = {parse_axis("link.rtt_ms=15000")};
+  const auto results = run(trials(request), settings());
+  EXPECT_EQ(text_in(results.at(0).row, "outcome"), "not-joined");
+  EXPECT_EQ(results.at(0).row.at("peak_force_n"), json::value(nullptr));
+  EXPECT_TRUE(has_lost_users(results));
+}
+
+}  // namespace
+}  // namespace tandem::lab

@@ -1,0 +1,239 @@
+#include "lab/session/virtual_session.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "common/base/json_pretty.hpp"
+#include "lab/metrics/metrics.hpp"
+#include "lab/results/results.hpp"
+
+namespace tandem::lab {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+
+// Two tools in front of a free block, without gravity.
+constexpr const char* kScene = R"({
+  "name": "lab_test", "gravity_m_per_s2": [0, 0, 0],
+  "bodies": [{"name": "block", "mass_kg": 0.3, "graspable": true,
+              "shapes": [{"box": {"size_m": [0.04, 0.04, 0.04]}}]}],
+  "tools": [{"name": "left", "placement": {"position_m": [-0.04, 0, 0]},
+             "workspace": {"device_base": {"position_m": [-0.04, 0, 0]}}},
+            {"name": "right", "placement": {"position_m": [0.04, 0, 0]},
+             "workspace": {"device_base": {"position_m": [0.04, 0, 0]}}}],
+  "coupling": {"law": "spring-damper", "stiffness_n_per_m": 300, "damping_n_s_per_m": 3}
+})";
+
+// From the left tool's place 60 mm to the right, through where the block is.
+constexpr const char* kPush = R"({"points": [
+  {"t_s": 0, "phase": "approach"}, {"t_s": 1, "phase": "move"},
+  {"t_s": 3, "position_m": [0.06, 0, 0], "phase": "hold"}]})";
+
+std::shared_ptr<const LoadedScene> scene() {
+  return load_scene_text(kScene, "lab_test.json", "/");
+}
+
+ExperimentUser user(const std::string& name, const std::string& hand_name, const HandPath& hand, int phase) {
+  ExperimentUser result;
+  result.name = name;
+  result.hand_name = hand_name;
+  result.hand = hand;
+  result.up.delay = result.down.delay = milliseconds(10);
+  result.tick_phase = kSlot * phase;
+  return result;
+}
+
+Experiment pushing() {
+  Experiment experiment;
+  experiment.name = "pushing";
+  experiment.scene = "lab_test.json";
+  experiment.duration = seconds(3);
+  experiment.users = {user("anna", "push.json", parse_hand_path(kPush, "push.json"), 1),
+                      user("ben", "rest", named_hand_path("rest"), 2)};
+  return experiment;
+}
+
+std::string results_of(const Experiment& experiment) {
+  return pretty_json(results_json(experiment, VirtualSession(experiment, scene()).run()));
+}
+
+TEST(VirtualSession, OneUsersPushReachesTheOtherUsersHand) {
+  const SessionTrace trace = VirtualSession(pushing(), scene()).run();
+  ASSERT_EQ(trace.users.size(), 2U);
+  EXPECT_TRUE(is_complete(trace));
+  for (const UserTrace& each : trace.users) EXPECT_EQ(each.ticks.size(), 3000U) << each.user.name;
+  EXPECT_GT(body_travel(trace, 0).greatest_m, 0.005);
+  EXPECT_GT(user_metric(trace.users[0], "force_max_n"), 0.3);
+  EXPECT_GT(user_metric(trace.users[1], "force_max_n"), 0.3) << "ben does not move, but is pushed through the block";
+}
+
+TEST(VirtualSession, TheClientMeasuresTheConfiguredRoundTrip) {
+  const SessionTrace trace = VirtualSession(pushing(), scene()).run();
+  for (const UserTrace& each : trace.users) {
+    // Each way is rounded up to a slot, and an update waits up to a millisecond for the next room step.
+    EXPECT_GE(user_metric(each, "round_trip_mean_ms"), 20.0);
+    EXPECT_LE(user_metric(each, "round_trip_mean_ms"), 20.0 + 2 * 0.25 + 1e-9);
+    // A new state every millisecond, at most one old when a tick comes.
+    EXPECT_LT(user_metric(each, "state_age_p99_ms"), 1.0 + 1e-9);
+  }
+}
+
+TEST(VirtualSession, ALinkWithoutDelayTakesOneSlotEitherWay) {
+  for (const StateTransport transport : {StateTransport::kUdp, StateTransport::kTcp}) {
+    Experiment experiment = pushing();
+    for (ExperimentUser& each : experiment.users) {
+      each.transport = transport;
+      each.up.delay = each.down.delay = Duration(0);
+    }
+    const SessionTrace trace = VirtualSession(experiment, scene()).run();
+    for (const UserTrace& each : trace.users) {
+      EXPECT_NEAR(user_metric(each, "round_trip_mean_ms"), 2 * to_seconds(kSlot) * 1e3, 1e-9) << each.user.name;
+    }
+  }
+}
+
+TEST(VirtualSession, TheSameSeedGivesTheSameBytes) {
+  Experiment experiment = pushing();
+  for (ExperimentUser& each : experiment.users) {
+    each.up.jitter = each.down.jitter = milliseconds(3);
+    each.up.loss = 0.02;
+    each.hand_parameters.tremor_rms_n = 0.05;
+  }
+  const std::string first = results_of(experiment);
+  EXPECT_EQ(results_of(experiment), first);
+  experiment.seed = 2;
+  const std::string other = results_of(experiment);
+  // Not only the printed seed: a measured number differs.
+  EXPECT_NE(boost::json::parse(other).at("users").at(0).at("metrics"),
+            boost::json::parse(first).at("users").at(0).at("metrics"));
+}
+
+TEST(VirtualSession, UsersGetTheToolsInTheirOrderWhateverTheLinks) {
+  Experiment experiment = pushing();
+  experiment.users[0].up.delay = experiment.users[0].down.delay = milliseconds(200);
+  experiment.users[1].up.delay = experiment.users[1].down.delay = milliseconds(1);
+  const SessionTrace trace = VirtualSession(experiment, scene()).run();
+  EXPECT_LT(trace.users[0].ticks.front().handle_W.X.p.x(), 0);
+  EXPECT_GT(trace.users[1].ticks.front().handle_W.X.p.x(), 0);
+}
+
+TEST(VirtualSession, LostDatagramsAreCountedAndTheSessionGoesOn) {
+  Experiment experiment = pushing();
+  for (ExperimentUser& each : experiment.users) each.up.loss = each.down.loss = 0.1;
+  const SessionTrace trace = VirtualSession(experiment, scene()).run();
+  EXPECT_TRUE(is_complete(trace));
+  for (const UserTrace& each : trace.users) {
+    EXPECT_GT(each.link_up.lost, 0U);
+    EXPECT_EQ(each.link_down.sent, each.link_down.lost + each.link_down.delivered + 10) << "10 ms of packets in flight";
+    EXPECT_EQ(user_metric(each, "safety_fault_ticks"), 0);
+  }
+}
+
+TEST(VirtualSession, TcpCarriesTheSameSession) {
+  Experiment experiment = pushing();
+  for (ExperimentUser& each : experiment.users) each.transport = StateTransport::kTcp;
+  const SessionTrace trace = VirtualSession(experiment, scene()).run();
+  EXPECT_TRUE(is_complete(trace));
+  EXPECT_GT(user_metric(trace.users[1], "force_max_n"), 0.3);
+  EXPECT_EQ(trace.users[0].link_up.sent, 0U) << "no datagram of its own";
+}
+
+TEST(VirtualSession, SaysWhyAUserLostItsConnection) {
+  Experiment experiment = pushing();
+  experiment.users[0].down.loss = 0.95;
+  experiment.users[0].down.mean_bad_period = seconds(10);
+  experiment.users[0].up = experiment.users[0].down;
+  const SessionTrace trace = VirtualSession(experiment, scene()).run();
+  EXPECT_FALSE(trace.users[0].stayed_connected);
+  EXPECT_NE(trace.users[0].why_disconnected, "");
+  EXPECT_TRUE(trace.users[1].stayed_connected);
+  EXPECT_NE(results_json(experiment, trace).at("outcome").as_string(), "completed");
+}
+
+TEST(VirtualSession, RefusesMoreManipulatorsThanTools) {
+  Experiment experiment = pushing();
+  experiment.users.push_back(user("cleo", "rest", named_hand_path("rest"), 3));
+  EXPECT_THAT([&] { VirtualSession(experiment, scene()); },
+              testing::ThrowsMessage<std::invalid_argument>(testing::HasSubstr("3 manipulators")));
+  experiment.users.back().role = UserRole::kObserver;
+  const SessionTrace trace = VirtualSession(experiment, scene()).run();
+  EXPECT_EQ(user_metric(trace.users[2], "force_max_n"), 0) << "an observer feels nothing";
+}
+
+TEST(VirtualSession, AHandOnAnotherDeviceHasThatDevicesLimits) {
+  Experiment experiment = pushing();
+  DeviceProfile& device = experiment.users[0].device;
+  device = find_device_profile("touch");
+  device.spec.force_limit_n = 0.3;
+  const SessionTrace trace = VirtualSession(experiment, scene()).run();
+  EXPECT_LE(user_metric(trace.users[0], "force_max_n"), 0.3 * (1 + 1e-12));
+  EXPECT_GT(user_metric(trace.users[0], "clamped_fraction"), 0);
+  for (const TickSample& tick : trace.users[0].ticks) ASSERT_EQ(tick.displayed_D.t.norm(), 0) << "it shows no torque";
+  const boost::json::object results = results_json(experiment, trace);
+  EXPECT_EQ(results.at("users").at(0).at("parameters").at("device").as_string(), "touch");
+  EXPECT_EQ(results.at("users").at(1).at("parameters").at("device").as_string(), "sim");
+}
+
+TEST(VirtualSession, TheResultsNameEveryMetricAndParameter) {
+  const Experiment experiment = pushing();
+  const SessionTrace trace = VirtualSession(experiment, scene()).run();
+  const boost::json::object results = results_json(experiment, trace);
+  for (const auto& each : results.at("users").as_array()) {
+    for (const UserMetric& metric : user_metrics()) {
+      EXPECT_TRUE(each.at("metrics").as_object().contains(metric.name)) << metric.name;
+    }
+    EXPECT_EQ(each.at("parameters").at("uplink").at("rtt_ms").as_double(), 20);
+  }
+  EXPECT_EQ(results.at("seed").as_uint64(), 1U);
+  EXPECT_EQ(results.at("bodies").at(0).at("name").as_string(), "block");
+}
+
+TEST(VirtualSession, HandsStartAtAWholeMillisecondWhateverTheLinks) {
+  for (const int delay_us : {0, 250, 500, 7750}) {
+    Experiment experiment = pushing();
+    for (ExperimentUser& each : experiment.users) each.up.delay = each.down.delay = std::chrono::microseconds(delay_us);
+    const SessionTrace trace = VirtualSession(experiment, scene()).run();
+    EXPECT_EQ(trace.joined_after % kHapticPeriod, Duration(0));
+    EXPECT_EQ(trace.users[0].ticks.front().time, kSlot) << "so that ticks of two trials are at the same times";
+    EXPECT_EQ(trace.users[1].ticks.front().time, 2 * kSlot);
+    EXPECT_EQ(trace.stored.size(), 3001U) << "after every step, and at the start";
+  }
+}
+
+TEST(VirtualSession, TrafficCountsBothWaysAndWhatIsLost) {
+  Experiment experiment = pushing();
+  for (ExperimentUser& each : experiment.users) each.up.loss = each.down.loss = 0.3;
+  const SessionTrace trace = VirtualSession(experiment, scene()).run();
+  for (const UserTrace& each : trace.users) {
+    EXPECT_NEAR(static_cast<double>(each.traffic.datagrams), 2 * 3000, 2);
+    EXPECT_GT(each.traffic.bytes, 6000U * 40);
+  }
+}
+
+TEST(VirtualSession, UsersSeeTheBodyThatHandsCanHold) {
+  const SessionTrace trace = VirtualSession(pushing(), scene()).run();
+  ASSERT_TRUE(trace.watched_body.has_value());
+  EXPECT_EQ(trace.body_names[*trace.watched_body], "block");
+  for (const UserTrace& each : trace.users) {
+    EXPECT_TRUE(each.ticks.back().has_view) << each.user.name;
+    // At rest on its way? It glides on; 10 ms ago it was nearer.
+    EXPECT_NEAR((each.ticks.back().view_W - trace.bodies.back().X_WB[0].p).norm(), 0, 0.02);
+  }
+  Experiment elsewhere = pushing();
+  elsewhere.outcome = {"moon", 1, "hold"};
+  EXPECT_THAT([&] { VirtualSession(elsewhere, scene()); },
+              testing::ThrowsMessage<std::invalid_argument>(testing::HasSubstr("outcome.body is \"moon\"")));
+}
+
+TEST(VirtualSession, TheBodiesTableHasARowASampleFromStartToEnd) {
+  const SessionTrace trace = VirtualSession(pushing(), scene()).run();
+  const std::string csv = bodies_csv(trace);
+  EXPECT_THAT(csv, testing::StartsWith("t_s,field_energy_kj_per_mol,block_x_m,block_y_m,block_z_m,"));
+  EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 1 + 301);
+}
+
+}  // namespace
+}  // namespace tandem::lab

@@ -1,0 +1,154 @@
+// What the shipped experiments are when nothing is late: every hand presses as hard as its path means it to, and
+// calmly; a cube is lifted by friction alone, a peg handed over, a tool slid off an edge. And with a round trip of
+// 100 ms the cube falls, unless something is done about it.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "lab/metrics/metrics.hpp"
+#include "lab/results/results.hpp"
+#include "lab/session/virtual_session.hpp"
+
+namespace tandem::lab {
+namespace {
+
+constexpr double kGravity = 9.81;
+
+/// The shipped experiment's hands with a baseline stage and a perfect link.
+SessionTrace run(const std::string& name, const std::string& stage = "late-pose", double round_trip_ms = 0) {
+  Experiment experiment = load_experiment(std::filesystem::path(TANDEM_EXPERIMENT_DIRECTORY) / (name + ".json"));
+  for (ExperimentUser& user : experiment.users) {
+    user.pipeline.stage = stage;
+    user.pipeline.guard = false;
+    user.up.delay = user.down.delay = from_seconds(round_trip_ms / 2000);
+  }
+  return VirtualSession(experiment, load_experiment_scene(experiment)).run();
+}
+
+Vec3 place(const SessionTrace& trace, const std::string& body, double at_s) {
+  const auto index = std::find(trace.body_names.begin(), trace.body_names.end(), body) - trace.body_names.begin();
+  const auto sample = std::find_if(trace.bodies.begin(), trace.bodies.end(),
+                                   [&](const BodiesSample& each) { return each.time >= from_seconds(at_s); });
+  if (sample == trace.bodies.end()) throw std::invalid_argument("the trace ends before then");
+  return sample->X_WB.at(static_cast<std::size_t>(index)).p;
+}
+
+struct HoldForces {
+  const char* experiment;
+  std::vector<double> of_users_n;
+};
+
+/// What each hand feels in its hold phase, from the springs in a row that its path stretches: 200 N/m of the hand, 500
+/// N/m of the coupling, and what yields behind it; the weight of what it carries; the field's pull. The squeezers'
+/// 3.89 N are 3.6 N across and half of the cube's weight down.
+const HoldForces kHoldForces[] = {{"free", {0}},
+                                  {"wall", {4}},
+                                  {"curve", {2}},
+                                  {"rim", {3}},
+                                  {"bunny", {2.15}},
+                                  {"push", {4}},
+                                  {"mass", {1.96}},
+                                  {"squeeze", {3.89, 3.89}},
+                                  {"squeeze_slippery", {3.89, 3.89}},
+                                  {"peg", {0.59, 3.25}},
+                                  {"soft", {2.32}},
+                                  {"docking", {0.8, 0.8}}};
+
+class WithoutDelay : public testing::TestWithParam<HoldForces> {};
+
+TEST_P(WithoutDelay, HandsFeelTheForceThatTheirPathMeansAndHoldStill) {
+  const SessionTrace trace = run(GetParam().experiment);
+  ASSERT_TRUE(is_complete(trace));
+  ASSERT_EQ(trace.users.size(), GetParam().of_users_n.size());
+  for (std::size_t i = 0; i < trace.users.size(); ++i) {
+    const UserTrace& user = trace.users[i];
+    EXPECT_NEAR(user_metric(user, "hold_force_mean_n"), GetParam().of_users_n[i], 0.05) << user.user.name;
+    EXPECT_LE(user_metric(user, "hold_speed_max_m_per_s"), 0.001) << user.user.name;
+    EXPECT_EQ(user_metric(user, "slew_limited_ticks"), 0) << user.user.name;
+    EXPECT_EQ(user_metric(user, "safety_fault_ticks"), 0) << user.user.name;
+    EXPECT_EQ(user_metric(user, "clamped_fraction"), 0) << user.user.name;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Experiments, WithoutDelay, testing::ValuesIn(kHoldForces),
+                         [](const auto& forces) { return std::string(forces.param.experiment); });
+
+/// Greatest and least height of a body over its start, in [from, to].
+std::pair<double, double> heights(const SessionTrace& trace, const std::string& body, double from_s, double to_s) {
+  std::pair<double, double> result{1e9, -1e9};
+  for (double t = from_s; t <= to_s; t += 0.05) {
+    const double height = (place(trace, body, t) - place(trace, body, 0)).z();
+    result = {std::min(result.first, height), std::max(result.second, height)};
+  }
+  return result;
+}
+
+// Hold phase: 7.8 to 11.3 s; set down at 13.3 s, let go at 14.6 s.
+TEST(Squeeze, IsLiftedByFrictionCarriedAndSetDownWithoutDelay) {
+  const SessionTrace trace = run("squeeze");
+  const auto [least, greatest] = heights(trace, "cube", 7.8, 11.3);
+  EXPECT_GE(least, 0.04);
+  EXPECT_LE(greatest - least, 0.0005) << "it slips";
+  EXPECT_NEAR((place(trace, "cube", 15.4) - place(trace, "cube", 0) - Vec3(0.1, 0, 0)).norm(), 0, 0.001);
+  for (const UserTrace& user : trace.users) {
+    for (const TickSample* tick : settled_hold_ticks(user)) {
+      ASSERT_NEAR(std::abs(tick->displayed_D.f.y()), 3.6, 0.2) << user.user.name;
+      ASSERT_NEAR(-tick->displayed_D.f.z(), 0.3 * kGravity / 2, 0.05) << user.user.name;
+    }
+  }
+}
+
+TEST(Squeeze, IsDroppedByHandsThatAreShownLateForces) {
+  for (const char* stage : {"late-pose", "hold"}) {
+    const SessionTrace trace = run("squeeze", stage, 100);
+    EXPECT_LE(heights(trace, "cube", 10, 11.3).first, 0.01) << stage;
+  }
+}
+
+// Coulomb: each of the two contacts carries at most µ · 3.6 N, so with 0.5 there is 3.6 N for 2.94 N of weight.
+TEST(SqueezeSlippery, IsLiftedWithoutDelayAndDroppedWithIt) {
+  EXPECT_GE(heights(run("squeeze_slippery"), "cube", 6.3, 8.8).first, 0.01);
+  for (const char* stage : {"late-pose", "hold"}) {
+    const SessionTrace trace = run("squeeze_slippery", stage, 100);
+    EXPECT_LE(heights(trace, "cube", 6.3, 8.8).first, 0.005) << stage;
+  }
+}
+
+TEST(Peg, IsHandedOverAndStandsInTheHoleAtTheEnd) {
+  const SessionTrace trace = run("peg");
+  ASSERT_TRUE(is_complete(trace));
+  const auto holds = [&](std::size_t user, double at_s) {
+    const auto& ticks = trace.users.at(user).ticks;
+    const auto tick = std::find_if(ticks.begin(), ticks.end(),
+                                   [&](const TickSample& each) { return each.time >= from_seconds(at_s); });
+    return tick != ticks.end() && tick->held_body.is_valid();
+  };
+  EXPECT_TRUE(holds(0, 7) && !holds(1, 7)) << "anna alone";
+  EXPECT_TRUE(holds(0, 8.8) && holds(1, 8.8)) << "both";
+  EXPECT_TRUE(!holds(0, 9.7) && holds(1, 9.7)) << "ben alone";
+  EXPECT_TRUE(!holds(0, 19.5) && !holds(1, 19.5)) << "nobody";
+  // Hole: centre x = 60 mm, 0.75 mm of play; the peg stands on the table, its centre 30 mm above it.
+  const Vec3 p = place(trace, "peg", 19.5);
+  EXPECT_NEAR(p.x(), 0.060, 0.001);
+  EXPECT_NEAR(p.y(), 0, 0.001);
+  EXPECT_NEAR(p.z(), 0.030, 0.0005);
+}
+
+TEST(Rim, TheToolDropsOffTheEdgeIntoTheAirAndIntoTheHoleOntoTheGround) {
+  const SessionTrace trace = run("rim");
+  const auto& ticks = trace.users.at(0).ticks;
+  const auto at = [&](double at_s) -> const TickSample& { return ticks.at(static_cast<std::size_t>(at_s * 1000)); };
+  EXPECT_NEAR(at(1.5).tool_W.p.z(), 0.035, 0.001) << "on the plate";
+  EXPECT_LT(at(3.1).displayed_D.f.norm(), 0.05) << "beyond its edge there is nothing";
+  EXPECT_NEAR(at(11).tool_W.p.z(), 0.005, 0.001) << "on the ground of the hole";
+}
+
+}  // namespace
+}  // namespace tandem::lab

@@ -1,0 +1,177 @@
+// The benchmark commands as a script uses them: keys, exit codes, and complaints that say what to do.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include "common/base/json.hpp"
+#include "lab/cli/contact_bench_command.hpp"
+#include "lab/studies/contact/contact_bench.hpp"
+#include "lab/studies/contact/contact_scaling.hpp"
+#include "lab/studies/contact/mesh_source.hpp"
+#include "lab/studies/contact/pose_check.hpp"
+
+namespace tandem::lab {
+namespace {
+
+using ::testing::HasSubstr;
+using Arguments = std::vector<std::string>;
+
+struct Outcome {
+  int exit_code = -1;
+  std::string out;
+};
+
+/// Runs `bench …` with what it prints caught.
+Outcome run(Arguments arguments) {
+  CLI::App app;
+  Outcome outcome;
+  add_contact_bench_commands(app, outcome.exit_code);
+  std::reverse(arguments.begin(), arguments.end());
+  testing::internal::CaptureStdout();
+  try {
+    app.parse(arguments);
+  } catch (...) {
+    testing::internal::GetCapturedStdout();
+    throw;
+  }
+  outcome.out = testing::internal::GetCapturedStdout();
+  return outcome;
+}
+
+std::string complaint(const Arguments& arguments) {
+  try {
+    run(arguments);
+  } catch (const std::invalid_argument& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(ContactBench, JsonHasWhatAScriptReadsAndItIsPlausible) {
+  // At 0.4 of the size, so that little has to be built.
+  const Outcome outcome = run({"contact", "--a", "peg", "--b", "box_with_hole", "--scale", "0.4", "--direction", "0",
+                               "1", "0", "--steps", "900", "--peer-steps", "20", "--json"});
+  EXPECT_EQ(outcome.exit_code, 0);
+  const boost::json::object json = boost::json::parse(outcome.out).as_object();
+  EXPECT_EQ(json.at("triangles_a").to_number<int>(), 180);
+  EXPECT_EQ(json.at("triangles_b").to_number<int>(), 176);
+  EXPECT_EQ(json.at("steps").to_number<int>(), 900);
+  EXPECT_GT(json.at("points").to_number<int>(), 5000);
+  EXPECT_LE(json.at("spacing_m").to_number<double>(), 5e-4);
+  EXPECT_LE(json.at("cell_m").to_number<double>(), 8e-4);
+  EXPECT_GT(json.at("contacts_max").to_number<int>(), 0);
+  EXPECT_GT(json.at("memory_bytes").to_number<double>(), 0);
+  EXPECT_EQ(json.at("pop_throughs").to_number<int>(), 0);
+  EXPECT_LE(json.at("max_penetration_m").to_number<double>(), 1e-3);
+  EXPECT_GE(json.at("force_jump_max_n").to_number<double>(), 0);
+  EXPECT_GT(json.at("build_s").to_number<double>(), 0);
+  EXPECT_GT(json.at("cache_load_s").to_number<double>(), 0);
+  for (const char* times : {"query_us", "step_us"}) {
+    const boost::json::object& quantiles = json.at(times).as_object();
+    EXPECT_GT(quantiles.at("p50").to_number<double>(), 0);
+    EXPECT_LE(quantiles.at("p50").to_number<double>(), quantiles.at("p99").to_number<double>());
+    EXPECT_LE(quantiles.at("p99").to_number<double>(), quantiles.at("p999").to_number<double>());
+    EXPECT_LE(quantiles.at("p999").to_number<double>(), quantiles.at("max").to_number<double>());
+  }
+  const boost::json::object& peer = json.at("gimpact").as_object();
+  EXPECT_EQ(peer.at("steps").to_number<int>(), 20);
+  for (const char* key : {"contacts_max", "query_us", "step_us", "max_penetration_m", "pop_throughs"}) {
+    EXPECT_TRUE(peer.contains(key)) << key;
+  }
+  EXPECT_GT(json.at("machine").at("field_sample_ns").to_number<double>(), 0);
+}
+
+TEST(ContactBench, LeavesThePeerOutWhenAsked) {
+  const Outcome outcome =
+      run({"contact", "--a", "cube", "--b", "cube", "--scale", "0.4", "--steps", "50", "--no-peer", "--json"});
+  EXPECT_FALSE(boost::json::parse(outcome.out).as_object().contains("gimpact"));
+}
+
+/// A cube of 20 mm; built once, because that takes a while.
+const TouchObject& small_cube() {
+  static const TouchObject object = make_touch_object("cube", mesh_from("cube", "--a", {.factor = 0.4}), SteadyClock{});
+  return object;
+}
+
+TEST(ContactBench, TwoRunsGiveTheSameMotion) {
+  const SteadyClock clock;
+  const TouchObject& cube = small_cube();
+  const HandPath path = touch_path(*cube.exact, *cube.exact, bench_plan({}));
+  const TouchStretch stretch{begin_of_phase(path, "press"), 500};
+  const TouchTrace first = run_touch(*cube.shape, *cube.shape, path, {}, stretch, clock);
+  const TouchTrace second = run_touch(*cube.shape, *cube.shape, path, {}, stretch, clock);
+  ASSERT_EQ(first.steps.size(), second.steps.size());
+  std::uint32_t contacts = 0;
+  for (std::size_t i = 0; i < first.steps.size(); ++i) {
+    EXPECT_EQ(first.steps[i].X_WT.p, second.steps[i].X_WT.p);
+    EXPECT_EQ(first.steps[i].on_hand_W.f, second.steps[i].on_hand_W.f);
+    contacts = std::max(contacts, first.steps[i].contacts);
+  }
+  EXPECT_GT(contacts, 10U);
+  EXPECT_EQ(fastest_of({first, second}).steps.size(), first.steps.size());
+  EXPECT_THROW(fastest_of({first, run_touch(*cube.shape, *cube.shape, path, {.mass_kg = 0.3}, stretch, clock)}),
+               std::logic_error);
+}
+
+TEST(ContactBench, PressesWithTheCouplingsLimitAndRestsOnTheSurface) {
+  const TouchObject& cube = small_cube();
+  const TouchSettings settings;
+  const HandPath path = touch_path(*cube.exact, *cube.exact, bench_plan(settings));
+  // The last step before the hand slides: pressed and at rest.
+  const Duration slide = begin_of_phase(path, "slide");
+  const auto steps = static_cast<std::size_t>(to_seconds(slide) / settings.step_s);
+  const TouchTrace trace = run_touch(*cube.shape, *cube.shape, path, settings, {Duration{0}, steps}, SteadyClock{});
+  const TouchStep& last = trace.steps.back();
+  EXPECT_NEAR(last.on_hand_W.f.z(), settings.coupling.force_limit_n, 1e-6);
+  // 4 cm² at 5 GN/m³ give way by 2.5 µm under 5 N.
+  EXPECT_NEAR(last.X_WT.p.z(), 0.02, 1e-5);
+}
+
+TEST(PoseCheck, FindsNoMissedContactBetweenSmallPegAndBox) {
+  const SteadyClock clock;
+  const MeshScale small{.factor = 0.4};
+  const TouchObject peg = make_touch_object("peg", mesh_from("peg", "--a", small), clock);
+  const TouchObject box = make_touch_object("box", mesh_from("box_with_hole", "--b", small), clock);
+  const PoseCheck check = check_poses(peg, box, 20, 7);
+  EXPECT_EQ(check.poses, 20U);
+  EXPECT_GT(check.exact_points, 0U);
+  EXPECT_GT(check.deepest_max_m, 5e-4);
+  EXPECT_EQ(check.missed_poses, 0U);
+  EXPECT_LE(check.deepest_error_max_m, kDeepestErrorBound_m) << "pose " << check.worst_pose << " of seed 7";
+}
+
+TEST(ContactBench, RefusesBadArgumentsWithTheRemedy) {
+  EXPECT_THAT(complaint({"contact", "--a", "/nowhere/x.obj", "--b", "cube"}),
+              AllOf(HasSubstr("--a is /nowhere/x.obj, which does not exist"), HasSubstr("box_with_hole")));
+  EXPECT_THAT(complaint({"contact", "--a", "cube", "--b", "/usr/share/glmark2/models/none.obj"}),
+              AllOf(HasSubstr("--b is"), HasSubstr("glmark2-data")));
+  for (const char* scale : {"0", "-1", "nan"}) {
+    EXPECT_THAT(complaint({"contact", "--a", "cube", "--b", "cube", std::string("--scale=") + scale}),
+                HasSubstr("it must be more than 0"));
+  }
+  EXPECT_THAT(complaint({"contact", "--a", "cube", "--b", "cube", "--size-mm", "0"}), HasSubstr("--size-mm is 0"));
+  EXPECT_THAT(complaint({"contact", "--a", "cube", "--b", "cube", "--mass-kg", "0"}), HasSubstr("--mass-kg is 0"));
+  EXPECT_THAT(complaint({"contact", "--a", "cube", "--b", "cube", "--scale=0.2", "--direction", "0", "0", "0"}),
+              HasSubstr("--direction has no direction"));
+}
+
+TEST(ContactScaling, JudgesTheFinestAgainstTheMeshAsGiven) {
+  std::vector<ScalingRow> rows(3);
+  rows[0].figures.step_us.p99_us = 1;
+  rows[1].figures.step_us.p99_us = 100;
+  rows[2].triangles = 1000;
+  rows[2].figures.step_us.p99_us = 199;
+  EXPECT_TRUE(report::all_hold(scaling_checks(rows, 1)));
+  rows[2].figures.step_us.p99_us = 201;
+  EXPECT_FALSE(report::all_hold(scaling_checks(rows, 1)));
+  for (ScalingRow& row : rows) row.triangles = 100;
+  EXPECT_THAT(scaling_report_html("mesh.obj", rows, 1), HasSubstr("<svg"));
+}
+
+}  // namespace
+}  // namespace tandem::lab

@@ -1,0 +1,75 @@
+#include "lab/studies/contact/proxy_bench.hpp"
+
+#include <gmock/gmock.h>
+
+#include <chrono>
+#include <memory>
+
+#include "lab/studies/contact/mesh_generators.hpp"
+
+namespace tandem::lab {
+namespace {
+
+TEST(CrossingJudge, SeesWaysThroughASurfaceAndNoOthers) {
+  const CrossingJudge judge(make_sphere(0.03, 3));
+  EXPECT_TRUE(judge.crosses({0.04, 0.001, 0.002}, {0.02, 0.001, 0.002}));
+  EXPECT_TRUE(judge.crosses({-0.04, 0.001, 0.002}, {0.04, 0.002, 0.001}));
+  EXPECT_FALSE(judge.crosses({-0.04, 0, 0.031}, {0.04, 0, 0.031}));
+  EXPECT_FALSE(judge.crosses({-0.01, 0, 0.002}, {0.01, 0.003, 0.001}));
+  EXPECT_FALSE(judge.crosses({0.04, 0.001, 0.002}, {0.04, 0.001, 0.002}));
+}
+
+TEST(ProxyBench, HandStaysFiveMillimetresBehindASphereAtItsSpeed) {
+  const std::vector<Vec3> hand = wandering_hand(make_sphere(0.03, 4), 3000);
+  for (std::size_t i = 1; i < hand.size(); ++i) {
+    EXPECT_LE((hand[i] - hand[i - 1]).norm(), 2e-4 + 1e-12);
+    // Drawn behind an ellipsoid's nearest point, not an exact projection; the chords of the sphere are 0.1 mm inside.
+    if (i > 500) {
+      EXPECT_NEAR(hand[i].norm(), 0.025, 5e-4) << i;
+    }
+  }
+}
+
+TEST(ProxyBench, TellsAProxyFromAClosestPointLoop) {
+  const TriangleMesh mesh = make_cube(0.05);
+  const std::vector<Vec3> hand = wandering_hand(mesh, 4000);
+  const VirtualClock clock;
+  const TriangleTree tree(mesh);
+  const CrossingJudge judge(mesh);
+  const ProxyRun ours = run_god_object(std::make_shared<const ProxyMesh>(mesh), {}, hand, clock);
+  const ProxyFigures figures = figures_of({ours}, tree, judge, 1e-3);
+  EXPECT_LE(figures.max_penetration_m, GodObject::kTolerance_m);
+  EXPECT_EQ(figures.pop_throughs, 0U);
+  const ProxyFigures plain = figures_of({run_closest_point(tree, 1e-3, hand, clock)}, tree, judge, 1e-3);
+  // The ball is beside the closest point, so outside of a cube; but it jumps from side to side through it.
+  EXPECT_LE(plain.max_penetration_m, 1e-12);
+  EXPECT_GT(plain.pop_throughs, 0U);
+  EXPECT_GT(depth_of(hand, tree), 4e-3);
+}
+
+TEST(ProxyBench, PoolsTheTimesOfAllRuns) {
+  ProxyRun fast, slow;
+  fast.times.assign(60, std::chrono::microseconds(1));
+  slow.times.assign(40, std::chrono::microseconds(9));
+  const TriangleMesh mesh = make_cube(0.05);
+  const TimeQuantiles times = figures_of({fast, slow}, TriangleTree(mesh), CrossingJudge(mesh), 1e-3).loop_us;
+  EXPECT_NEAR(times.p50_us, 1, 1e-9);
+  EXPECT_NEAR(times.p99_us, 9, 1e-9);
+}
+
+TEST(ProxyBench, LagIsZeroBehindAHandAtRestAndNotBehindOneThatJumps) {
+  const auto mesh = std::make_shared<const ProxyMesh>(make_sphere(0.03, 4));
+  std::vector<Vec3> hand(50, Vec3(0, 0, 0.027));
+  hand.front() = Vec3(0, 0, 0.04);
+  const ProxyLag still = lag_of(mesh, {}, hand);
+  EXPECT_LT(still.p50_m, 1e-6);
+  EXPECT_LT(still.held_back_share, 0.1);
+  // From one side to the other in every tick: often still on its way.
+  for (std::size_t i = 1; i < hand.size(); ++i) hand[i] = Vec3(i % 2 == 0 ? 0.02 : -0.02, 0, 0.015);
+  const ProxyLag jumping = lag_of(mesh, {}, hand);
+  EXPECT_GT(jumping.p99_m, 1e-3);
+  EXPECT_GT(jumping.held_back_share, 0.3);
+}
+
+}  // namespace
+}  // namespace tandem::lab

@@ -1,0 +1,116 @@
+// The judges of touch are themselves held against cases whose answer is known: overlap of boxes, spheres through walls.
+#include "lab/studies/contact/touch_judgement.hpp"
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <cmath>
+#include <numbers>
+
+#include "lab/studies/contact/exact_overlap.hpp"
+#include "lab/studies/contact/mesh_generators.hpp"
+#include "lab/studies/contact/pop_through.hpp"
+#include "lab/studies/contact/touch_path.hpp"
+
+namespace tandem::lab {
+namespace {
+
+TEST(Quantiles, AreOrderStatisticsOfTheSamples) {
+  std::vector<Duration> times;
+  for (int i = 1000; i >= 1; --i) times.push_back(std::chrono::microseconds(i));
+  const TimeQuantiles quantiles = quantiles_of(times);
+  EXPECT_DOUBLE_EQ(quantiles.p50_us, 500);
+  EXPECT_DOUBLE_EQ(quantiles.p99_us, 990);
+  EXPECT_DOUBLE_EQ(quantiles.p999_us, 999);
+  EXPECT_DOUBLE_EQ(quantiles.max_us, 1000);
+  EXPECT_DOUBLE_EQ(quantiles_of({}).max_us, 0);
+}
+
+TEST(ExactOverlap, OfTwoCubesFaceOnFaceIsWhatOneWasMoved) {
+  const ExactSurface cube(make_cube(0.05));
+  // Turned a little, so that corners of one lie inside the face of the other.
+  const Quat turned(Eigen::AngleAxisd(0.3, Vec3::UnitZ()));
+  for (const double depth_m : {1e-4, 7e-4, 2.5e-3}) {
+    EXPECT_NEAR(deepest_overlap_m(cube, {Vec3(0, 0, 0.05 - depth_m), turned}, cube, Pose{}), depth_m, 1e-12);
+  }
+  EXPECT_EQ(deepest_overlap_m(cube, {Vec3(0, 0, 0.0501), turned}, cube, Pose{}), 0);
+}
+
+TEST(ExactOverlap, SeesCrossedEdgesWhereNoCornerIsInside) {
+  const ExactSurface cube(make_cube(0.05));
+  // Edge across edge at right angles: both cubes stand on an edge.
+  const Quat below(Eigen::AngleAxisd(std::numbers::pi / 4, Vec3::UnitX()));
+  const Quat above(Eigen::AngleAxisd(std::numbers::pi / 4, Vec3::UnitY()));
+  const double diagonal_m = 0.05 * std::sqrt(0.5);
+  const double overlap_m = 1e-3;
+  const Pose X_WA{Vec3(0, 0, 2 * diagonal_m - overlap_m), above};
+  const double deepest = deepest_overlap_m(cube, X_WA, cube, {Vec3::Zero(), below});
+  // The edge runs `overlap_m` below the other, whose faces slope by 45°: deepest right below it, and less by the slope
+  // half a sample of 0.05 mm away.
+  EXPECT_LE(deepest, overlap_m * std::sqrt(0.5) + 1e-12);
+  EXPECT_GE(deepest, (overlap_m - 2.5e-5) * std::sqrt(0.5));
+  EXPECT_FALSE(overlap_points(cube, X_WA, cube, {Vec3::Zero(), below}, {}).empty());
+}
+
+TEST(ExactOverlap, DeepestIsThatOfAllPoints) {
+  const ExactSurface sphere(make_sphere(0.02, 4)), cube(make_cube(0.05));
+  const Pose X_WA{Vec3(0.004, -0.003, 0.0439), Quat(Eigen::AngleAxisd(0.7, Vec3(1, 2, 3).normalized()))};
+  double deepest = 0;
+  for (const OverlapPoint& point : overlap_points(sphere, X_WA, cube, Pose{}, {})) {
+    deepest = std::max(deepest, point.depth_m);
+  }
+  EXPECT_GT(deepest, 9e-4);
+  EXPECT_EQ(deepest, deepest_overlap_m(sphere, X_WA, cube, Pose{}));
+}
+
+TriangleMesh plate(double thickness_m) {
+  TriangleMesh mesh = make_cube(1);
+  for (Vec3& vertex : mesh.vertices) vertex = vertex.cwiseProduct(Vec3(0.1, 0.1, thickness_m));
+  return mesh;
+}
+
+std::uint64_t events_of_fall(double thickness_m, double to_z_m, double per_step_m) {
+  const ExactSurface sphere(make_sphere(0.01, 3)), wall(plate(thickness_m));
+  PopThroughWatch watch(sphere, wall);
+  for (double z = 0.03; z > to_z_m; z -= per_step_m) watch.step({Vec3(0, 0, z), Quat::Identity()}, Pose{});
+  return watch.count();
+}
+
+TEST(PopThrough, CountsASphereThatFallsThroughAThinWallHoweverFast) {
+  // 40 mm a step jumps the whole wall between two steps.
+  for (const double per_step_m : {1e-4, 1e-3, 4e-2}) {
+    EXPECT_EQ(events_of_fall(2e-3, -0.06, per_step_m), 1U) << per_step_m;
+    EXPECT_EQ(events_of_fall(1e-2, -0.06, per_step_m), 1U) << per_step_m;
+  }
+}
+
+TEST(PopThrough, IsNotCountedForATouchWithinItsBounds) {
+  // Down to 0.4 mm inside a wall of 2 mm.
+  EXPECT_EQ(events_of_fall(2e-3, 0.01 + 1e-3 - 4e-4, 1e-4), 0U);
+  // Down to 2.5 mm inside a thick one: too deep, though it is still on its own side.
+  EXPECT_EQ(events_of_fall(2e-2, 0.01 + 1e-2 - 2.5e-3, 1e-4), 1U);
+}
+
+TEST(TouchPath, BeginsApartTouchesWhereSaidAndIsTheSameTwice) {
+  const ExactSurface sphere(make_sphere(0.02, 4)), cube(make_cube(0.05));
+  TouchPlan plan;
+  plan.press_m = 0.01;
+  const HandPath path = touch_path(sphere, cube, plan);
+  EXPECT_EQ(path.phases(), (std::vector<std::string>{"approach", "press", "slide", "twist", "pull away"}));
+  EXPECT_EQ(deepest_overlap_m(sphere, path.pose_at(Duration{0}), cube, Pose{}), 0);
+  EXPECT_NEAR(corner_gap_m(sphere, path.pose_at(Duration{0}), cube, Pose{}), plan.approach_m, 1e-4);
+  const Pose at_slide = path.pose_at(begin_of_phase(path, "slide"));
+  // The sphere meets the cube's top at 45 mm; the press goes on from there.
+  EXPECT_NEAR(at_slide.p.z(), 0.045 - plan.press_m, 1e-4);
+  const HandPath again = touch_path(sphere, cube, plan);
+  ASSERT_EQ(again.length(), path.length());
+  double fastest = 0;
+  for (Duration at{0}; at < path.length(); at += std::chrono::milliseconds(1)) {
+    EXPECT_EQ(path.pose_at(at).p, again.pose_at(at).p);
+    fastest = std::max(fastest, path.twist_at(at).v.norm());
+  }
+  EXPECT_NEAR(fastest, plan.speed_m_per_s, 1e-3 * plan.speed_m_per_s);
+}
+
+}  // namespace
+}  // namespace tandem::lab

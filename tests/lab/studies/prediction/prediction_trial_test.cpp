@@ -1,0 +1,104 @@
+#include "lab/studies/prediction/prediction_trial.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "common/base/random.hpp"
+#include "lab/studies/prediction/ar_of_series.hpp"
+
+namespace tandem::lab {
+namespace {
+
+/// Force x of 1 kHz.
+template <class Force>
+ForceSeries series_of(double length_s, const Force& force) {
+  ForceSeries series{"test", "", {}};
+  for (int k = 0; k <= static_cast<int>(length_s * 1000); ++k) {
+    ForceSample sample;
+    sample.at = std::chrono::milliseconds(k);
+    sample.on_hand_W.f.x() = force(k / 1000.0);
+    series.samples.push_back(sample);
+  }
+  return series;
+}
+
+TEST(PredictionTrial, HoldOnARampErrsByItsMeanAge) {
+  const ForceSeries ramp = series_of(1, [](double t) { return 3 * t; });
+  ForceStream hold(force_stream_settings("hold"));
+  const PredictionErrors errors = predict_series(ramp, {}, hold);
+  // Ages 0 … 4 ms at 3 N/s; the last tick of 1000 is at age 0: 200 of each and one more 0.
+  EXPECT_NEAR(errors.force.mean, 3e-3 * 2 * 1000 / 1001, 1e-9);
+  EXPECT_NEAR(errors.force.largest, 0.012, 1e-9);
+  // Variance of a uniform choice of 0 … 4: 2.
+  EXPECT_NEAR(errors.force.variance, 9e-6 * 2, 5e-8);
+  EXPECT_NEAR(errors.step_max_n, 0.015, 1e-9);
+  EXPECT_EQ(errors.stream.samples, 201U);
+}
+
+TEST(PredictionTrial, ADelayIsAnAge) {
+  const ForceSeries ramp = series_of(1, [](double t) { return 3 * t; });
+  ForceStream hold(force_stream_settings("hold"));
+  PredictionTrial late;
+  late.delay = std::chrono::milliseconds(10);
+  EXPECT_NEAR(predict_series(ramp, late, hold).force.mean, 3e-3 * 12, 1e-4);
+  ForceStream linear(force_stream_settings("linear"));
+  // Right but for the first sample, which no line goes through yet.
+  EXPECT_LT(predict_series(ramp, late, linear).force.mean, 3e-3 * 12 / 50);
+}
+
+TEST(PredictionTrial, WhatChangedBetweenTwoSentSamplesIsSentWithTheNext) {
+  // A step of eight times the noise: a jump only where a contact is said to have changed (5 times), not else (12).
+  Random random(5);
+  ForceSeries series = series_of(1, [&](double t) { return 0.1 * random.normal() + (t < 0.502 ? 0 : 0.8); });
+  ForceStream plain, flagged;
+  const std::uint64_t before = predict_series(series, {}, plain).stream.resets;
+  // Between the samples of 500 and 505 ms, which are sent.
+  series.samples[502].has_contact_changed = true;
+  EXPECT_EQ(predict_series(series, {}, flagged).stream.resets, before + 1);
+}
+
+TEST(PredictionTrial, BetweenUnevenSamplesTheTruthIsTheLine) {
+  ForceSeries series{"test", "", {}};
+  for (const int ms : {0, 3, 10, 12}) {
+    ForceSample sample;
+    sample.at = std::chrono::milliseconds(ms);
+    sample.on_hand_W.f.z() = 2 * ms;
+    series.samples.push_back(sample);
+  }
+  ForceStream hold(force_stream_settings("hold"));
+  PredictionTrial all;
+  all.sample_period = Duration(0);
+  const PredictionErrors errors = predict_series(series, all, hold, true);
+  ASSERT_EQ(errors.true_n.size(), 13U);
+  for (int ms = 0; ms <= 12; ++ms) EXPECT_NEAR(errors.true_n[static_cast<std::size_t>(ms)].z(), 2 * ms, 1e-9);
+  EXPECT_NEAR(errors.shown_n[9].z(), 6, 1e-12);
+}
+
+TEST(ArOfSeries, EvenAxesAreTheLineBetweenSamples) {
+  const ForceSeries ramp = series_of(1, [](double t) { return 3 * t; });
+  const auto axes = even_axes(ramp, 200);
+  ASSERT_EQ(axes[0].size(), 201U);
+  EXPECT_NEAR(axes[0][77], 3 * 0.385, 1e-12);
+  EXPECT_EQ(axes[5][77], 0);
+  const auto steps = differences(axes[0]);
+  ASSERT_EQ(steps.size(), 200U);
+  EXPECT_NEAR(steps[10], 0.015, 1e-12);
+}
+
+TEST(ArOfSeries, FixedModelsAreThoseOfTheWholeSeries) {
+  Random random(2);
+  double before = 0;
+  const ForceSeries series = series_of(20, [&](double) { return before = 0.9 * before + random.normal(); });
+  ForceStreamSettings settings;
+  settings.series_rate_hz = 1000;
+  settings.order = 1;
+  settings.is_on_differences = false;
+  const ArModels models = models_of(series, settings);
+  EXPECT_NEAR(models[0].phi[0], 0.9, 4 * std::sqrt((1 - 0.81) / 20'000));
+  EXPECT_EQ(models[3].order, 0U) << "a torque of zero has no model";
+}
+
+}  // namespace
+}  // namespace tandem::lab

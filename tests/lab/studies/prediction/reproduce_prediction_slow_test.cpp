@@ -1,0 +1,15 @@
+#include <gtest/gtest.h>
+
+#include "lab/studies/prediction/reproduce_prediction.hpp"
+#include "tests/lab/studies/rendering/expect_claims.hpp"
+
+namespace tandem::lab {
+namespace {
+
+TEST(ReproducePrediction, TheDefaultIsNeverWorseThanHoldAndLinearAndBeatsLinearOnChatter) {
+  // A clock that stands still: what a fit costs is not for a test.
+  expect_claims(reproduce_prediction(VirtualClock{}));
+}
+
+}  // namespace
+}  // namespace tandem::lab

@@ -1,0 +1,60 @@
+// The region in which laws that are called passive have to be: every device profile, light and heavy tools.
+#pragma once
+
+#include <array>
+#include <string>
+#include <string_view>
+
+#include "common/haptics/coupling/laws.hpp"
+#include "devices/device_profile.hpp"
+#include "tests/lab/studies/rendering/passivity_probe.hpp"
+
+namespace tandem::lab {
+
+inline constexpr std::array kToolMasses_kg{0.02, 0.2, 2.0};
+/// Of the most that the device can show.
+inline constexpr std::array kStiffnessShares{0.05, 0.25, 0.5, 1.0};
+/// In units of k T, the least that pays for sampling; 0: what a scene has that does not say.
+inline constexpr std::array kDampings{1.0, 2.0, 0.0};
+/// What may be missing at any time.
+inline constexpr double kAllowance_j = 10e-6;
+
+/// A coupling with `share` of the stiffness that the device can show, turning too where it shows torque.
+/// In      damping  one of kDampings
+inline CouplingParameters coupling_on(const DeviceProfile& profile, double share, double damping) {
+  CouplingParameters c;
+  c.stiffness_n_per_m = share * profile.stiffness_maximum_n_per_m.value;
+  if (profile.has_torque()) c.stiffness_n_m_per_rad = share * profile.stiffness_maximum_n_m_per_rad.value;
+  if (damping == 0) return c;
+  c.damping_n_s_per_m = damping * c.stiffness_n_per_m / profile.rate_hz;
+  c.damping_n_m_s_per_rad = damping * c.stiffness_n_m_per_rad / profile.rate_hz;
+  return c;
+}
+
+inline HandRigSettings rig_on(std::string_view law, const DeviceProfile& profile, const CouplingParameters& coupling,
+                              double mass_kg) {
+  HandRigSettings settings;
+  settings.law = law;
+  settings.rate_hz = profile.rate_hz;
+  settings.coupling = coupling;
+  settings.tool_mass_kg = mass_kg;
+  // Of a solid ball of 5 cm.
+  settings.tool_inertia_kg_m2 = Vec3::Constant(0.4 * mass_kg * 0.025 * 0.025);
+  settings.plane_z_m = -0.002;
+  return settings;
+}
+
+/// What a device reports when it has no steps: positions are exact, velocities their differences.
+inline void make_exact(HandParameters& hand) {
+  hand.encoder_step_m = hand.encoder_step_rad = 0;
+}
+
+inline std::string described(const HandRigSettings& settings, std::string_view device, std::uint64_t seed) {
+  const CouplingParameters& c = settings.coupling;
+  return settings.law + " on " + std::string(device) + ", " + std::to_string(c.stiffness_n_per_m) + " N/m, " +
+         std::to_string(c.damping_n_s_per_m) + " N·s/m, " + std::to_string(c.stiffness_n_m_per_rad) + " N·m/rad, " +
+         std::to_string(c.damping_n_m_s_per_rad) + " N·m·s/rad, tool " + std::to_string(settings.tool_mass_kg) +
+         " kg, seed " + std::to_string(seed);
+}
+
+}  // namespace tandem::lab

@@ -1,0 +1,162 @@
+// What a hand can take out of a coupling: random hands, and drivers that choose their direction to gain.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "common/base/random.hpp"
+#include "lab/studies/rendering/hand_rig.hpp"
+
+namespace tandem::lab {
+
+/// Rest for a moment, then way points a human hand reaches, turned a little: into the plane, along it, off it.
+inline HandPath random_path(std::uint64_t seed, double length_s) {
+  Random random(seed, 1);
+  std::vector<WayPoint> points{{Duration(0), Pose{}, 0, ""}};
+  double at_s = 0.1;
+  while (at_s < length_s) {
+    at_s += random.uniform(0.15, 0.5);
+    WayPoint point;
+    point.at = from_seconds(at_s);
+    for (int i = 0; i < 3; ++i) point.X_DH.p[i] = random.uniform(-0.02, 0.02);
+    point.X_DH.q = quaternion_of(Vec3(random.uniform(-0.3, 0.3), random.uniform(-0.3, 0.3), random.uniform(-0.3, 0.3)));
+    points.push_back(point);
+  }
+  return HandPath(std::move(points));
+}
+
+/// Least W over a run of a simulated hand.
+inline double least_work_j(const HandRigSettings& settings, std::uint64_t seed, double length_s) {
+  HandRig rig(settings, random_path(seed, length_s));
+  double least = 0;
+  for (double at_s = 0; at_s < length_s; at_s += 1 / settings.rate_hz) least = std::min(least, rig.tick().hand_work_j);
+  return least;
+}
+
+/// Which way the driver moves the handle: into the plane and out, along the plane while it presses, or turning.
+enum class DriverWay : std::uint8_t { kDown, kAlong, kTurning };
+inline constexpr std::array kDriverWays{DriverWay::kDown, DriverWay::kAlong, DriverWay::kTurning};
+
+inline std::string name_of(DriverWay way) {
+  constexpr std::array kNames{"down", "along", "turning"};
+  return kNames.at(static_cast<std::size_t>(way));
+}
+
+/// In metres or, turning, in radians.
+struct DriverLimits {
+  double speed_per_s = 0.1;
+  double acceleration_per_s2 = 10;
+  double decision_s = 0.05;  ///< it keeps to a direction at least so long
+  double rashness = 0.2;     ///< share of decisions by chance
+  double reach = 0.02;       ///< from where it began
+};
+/// As fast as a hand can: directions of 50 ms, 10 m/s², 200 rad/s².
+inline DriverLimits human_limits(DriverWay way) {
+  return way == DriverWay::kTurning ? DriverLimits{2, 200, 0.05, 0.2, 0.4} : DriverLimits{};
+}
+/// Every tick another direction if that pays: more than any hand, and within what the guard assumes of one.
+inline DriverLimits tick_limits(DriverWay way) {
+  return way == DriverWay::kTurning ? DriverLimits{1, 5000, 0.001, 0.2, 0.1}
+                                    : DriverLimits{0.05, 100, 0.001, 0.2, 0.005};
+}
+
+/// Moves the handle along one coordinate. It goes with the force when that is above its recent mean (a good time to be
+/// paid) and against it when it is below (a cheap time to invest), and now and then as chance has it.
+class Driver {
+ public:
+  Driver(const DriverLimits& limits, std::uint64_t seed, double period_s)
+      : limits_(limits), random_(seed, 2), period_s_(period_s) {}
+
+  double next_step(double force) {
+    mean_ += std::min(1.0, period_s_ / (4 * limits_.decision_s)) * (force - mean_);
+    since_s_ += period_s_;
+    if (since_s_ + period_s_ / 2 >= limits_.decision_s) decide(force);
+    const double most = limits_.acceleration_per_s2 * period_s_;
+    speed_ += std::clamp(direction_ * limits_.speed_per_s - speed_, -most, most);
+    at_ += speed_ * period_s_;
+    return speed_ * period_s_;
+  }
+
+ private:
+  void decide(double force) {
+    since_s_ = 0;
+    const double along = force >= 0 ? 1 : -1;
+    direction_ = std::abs(force) > std::abs(mean_) ? along : -along;
+    if (random_.uniform() < limits_.rashness) direction_ = random_.uniform() < 0.5 ? -1 : 1;
+    if (std::abs(at_) > limits_.reach) direction_ = at_ > 0 ? -1 : 1;
+  }
+
+  DriverLimits limits_;
+  Random random_;
+  double period_s_;
+  double mean_ = 0;
+  double since_s_ = 0;
+  double direction_ = -1;
+  double speed_ = 0;
+  double at_ = 0;
+};
+
+/// Presses the handle 3 mm past the plane in 0.2 s, and waits as long.
+inline HandRigTick pressed_down(HandRig& rig, const HandRigSettings& settings) {
+  const double depth_m = 0.003 - settings.plane_z_m.value_or(0);
+  const int steps = static_cast<int>(0.2 * settings.rate_hz);
+  for (int i = 0; i < steps; ++i) rig.tick_driven(-depth_m / steps * Vec3::UnitZ());
+  HandRigTick tick;
+  for (int i = 0; i < steps; ++i) tick = rig.tick_driven(Vec3::Zero());
+  return tick;
+}
+
+/// Least W over a run of a driver.
+struct DrivenWork {
+  double from_rest_j = 0;  ///< from the first tick on
+  double reported_j = 0;   ///< the same, of the reported positions
+  /// From when the driver begins: along the plane with the handle pressed down. What is stored then is the least for
+  /// that height, so that none of it can be had by moving along.
+  double from_start_j = 0;
+};
+
+inline DrivenWork least_driven_work(const HandRigSettings& settings, DriverWay way, const DriverLimits& limits,
+                                    std::uint64_t seed, double length_s) {
+  HandRig rig(settings, named_hand_path("rest"));
+  Driver driver(limits, seed, 1 / settings.rate_hz);
+  HandRigTick tick = way == DriverWay::kAlong ? pressed_down(rig, settings) : rig.tick_driven(Vec3::Zero());
+  const double start_j = tick.hand_work_j;
+  DrivenWork least;
+  for (double at_s = 0; at_s < length_s; at_s += 1 / settings.rate_hz) {
+    const Wrench& on_hand = tick.on_hand_W;
+    switch (way) {
+      case DriverWay::kDown:
+        tick = rig.tick_driven(driver.next_step(on_hand.f.z()) * Vec3::UnitZ());
+        break;
+      case DriverWay::kAlong:
+        tick = rig.tick_driven(driver.next_step(on_hand.f.x()) * Vec3::UnitX());
+        break;
+      case DriverWay::kTurning:
+        tick = rig.tick_driven(Vec3::Zero(), driver.next_step(on_hand.t.x()) * Vec3::UnitX());
+        break;
+    }
+    least.from_rest_j = std::min(least.from_rest_j, tick.hand_work_j);
+    least.reported_j = std::min(least.reported_j, tick.reported_work_j);
+    least.from_start_j = std::min(least.from_start_j, tick.hand_work_j - start_j);
+  }
+  return least;
+}
+
+/// Least W of a driver that knows laws that switch: slowly in on the soft curve, out on the stiff one, four times.
+inline double least_stroke_work_j(const HandRigSettings& settings) {
+  HandRig rig(settings, named_hand_path("rest"));
+  const double step_m = 0.05 / settings.rate_hz;
+  const int steps = static_cast<int>(0.015 / step_m);
+  double least = 0;
+  for (int i = 0; i < 8 * steps; ++i) {
+    const bool is_going_in = i / steps % 2 == 0;
+    least = std::min(least, rig.tick_driven((is_going_in ? -step_m : step_m) * Vec3::UnitZ()).hand_work_j);
+  }
+  return least;
+}
+
+}  // namespace tandem::lab

@@ -1,0 +1,92 @@
+// The comparisons of laws hold what they claim, and the tools they are made with do what they say.
+#include "lab/studies/rendering/reproduce_laws.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+
+#include "lab/metrics/high_pass.hpp"
+#include "lab/studies/rendering/hand_rig.hpp"
+#include "lab/studies/rendering/law_curves.hpp"
+#include "lab/studies/rendering/steady_press.hpp"
+#include "tests/lab/studies/rendering/expect_claims.hpp"
+
+namespace tandem::lab {
+namespace {
+
+TEST(ReproduceLaws, SagIsWeightOverStiffness) {
+  expect_claims(reproduce_displacement(SteadyClock{}));
+}
+
+TEST(ReproduceLaws, ForceNeverPassesItsLimit) {
+  expect_claims(reproduce_saturation(SteadyClock{}));
+}
+
+TEST(ReproduceLaws, OnlySwitchingLawsGiveMoreThanTheyGot) {
+  expect_claims(reproduce_growth(SteadyClock{}));
+}
+
+TEST(LawCurves, SecantIsWhatWasAskedForOfEveryCurve) {
+  for (const CouplingLawInfo& law : coupling_laws()) {
+    if (law.tool == ToolDynamics::kAtHandle) continue;
+    const CouplingParameters coupling = with_secant_stiffness(law.name, CouplingParameters{}, 250, 1);
+    EXPECT_NEAR(displacement_m(law.name, coupling, 1), 1.0 / 250, 1e-12) << law.name;
+  }
+  EXPECT_THROW(displacement_m("rubber band", CouplingParameters{}, 1), std::invalid_argument);
+  EXPECT_THROW(displacement_m("spring-damper", CouplingParameters{}, 100), std::invalid_argument);
+}
+
+TEST(LawCurves, StableDynamicIsSteepestWhereItsSecondDerivativeIsZero) {
+  // F (1 − e^(−u²)): u = 1/√2, slope √(2/e) k.
+  const CouplingParameters coupling;
+  const SteepestPoint steepest = steepest_point("stable-dynamic", coupling);
+  const double d_max = coupling.force_limit_n / coupling.stiffness_n_per_m;
+  EXPECT_NEAR(steepest.d_m, d_max / std::numbers::sqrt2, 1e-3 * d_max);
+  EXPECT_NEAR(steepest.slope_n_per_m, std::sqrt(2 / std::numbers::e) * coupling.stiffness_n_per_m, 1e-3);
+}
+
+TEST(HighPass, KeepsVibrationAndDropsTremor) {
+  std::vector<double> tremor, vibration;
+  for (int i = 0; i < 4000; ++i) {
+    tremor.push_back(std::sin(2 * std::numbers::pi * 9 * i / 1000.0));
+    vibration.push_back(std::sin(2 * std::numbers::pi * 120 * i / 1000.0));
+  }
+  const auto settled = [](const std::vector<double>& samples) { return rms(std::span(samples).subspan(1000)); };
+  // (9/30)^8 = 6.6e-5 of 0.707, a little less by the prewarped corner.
+  EXPECT_LT(settled(high_passed(tremor, 1000, 30)), 5e-5);
+  EXPECT_NEAR(settled(high_passed(vibration, 1000, 30)), std::sqrt(0.5), 1e-3);
+}
+
+TEST(HandRig, PressesWithWhatTheHandsSpringIsStretchedBy) {
+  PressSettings exact;
+  exact.encoder_step_m = exact.tremor_rms_n = 0;
+  exact.recorded_s = 1;
+  for (const CouplingLawInfo& law : coupling_laws()) {
+    // The literal law has no rest there: it jumps with every turn of the hand. Of the others, those that switch rest on
+    // either of their curves.
+    if (law.name == "stable-dynamic-literal") continue;
+    const SteadyPress press = press_steadily(law.name, 1, exact);
+    EXPECT_NEAR(press.mean_normal_n, 1, law.is_passive || law.name == "direct" ? 1e-6 : 0.1) << law.name;
+  }
+}
+
+TEST(HandRig, RefusesAnUnknownLawByName) {
+  HandRigSettings settings;
+  settings.law = "rubber band";
+  EXPECT_THROW(HandRig(settings, named_hand_path("rest")), std::invalid_argument);
+}
+
+TEST(HandRig, RunsTheSameTwice) {
+  PressSettings settings;
+  settings.settling_s = 0.5;
+  settings.recorded_s = 0.5;
+  const SteadyPress a = press_steadily("stable-dynamic", 0.5, settings);
+  EXPECT_EQ(a.normal_n, press_steadily("stable-dynamic", 0.5, settings).normal_n);
+  settings.seed = 2;
+  EXPECT_NE(a.normal_n, press_steadily("stable-dynamic", 0.5, settings).normal_n);
+}
+
+}  // namespace
+}  // namespace tandem::lab

@@ -1,0 +1,112 @@
+// scene.proto is the manual of the scene file: the defaults that its comments promise are read from the text and
+// compared with what the loader fills in.
+#include <google/protobuf/descriptor.h>
+#include <google/protobuf/message.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <map>
+#include <regex>
+
+#include "tests/common/physics/scene_support.hpp"
+
+namespace tandem {
+namespace {
+
+using google::protobuf::FieldDescriptor;
+using google::protobuf::Message;
+
+/// "Message.field" → the numbers behind "default" in its comment; empty where words stand there ("default: …").
+std::map<std::string, std::string> documented_defaults() {
+  static const std::regex kMessage(R"(message (\w+) \{.*)");
+  static const std::regex kField(R"(.* (\w+) = \d+; *//.*default(?: ([-+.0-9a-z ]+)|:).*)");
+  std::ifstream file(TANDEM_SCENE_SCHEMA);
+  EXPECT_TRUE(file.good()) << TANDEM_SCENE_SCHEMA << " cannot be read";
+  std::map<std::string, std::string> defaults;
+  std::string message;
+  for (std::string line; std::getline(file, line);) {
+    std::smatch match;
+    if (std::regex_match(line, match, kMessage)) message = match[1];
+    if (std::regex_match(line, match, kField)) defaults[message + "." + std::string(match[1])] = match[2];
+  }
+  return defaults;
+}
+
+std::string number_in(const Message& message, const FieldDescriptor& field) {
+  const google::protobuf::Reflection& values = *message.GetReflection();
+  switch (field.cpp_type()) {
+    case FieldDescriptor::CPPTYPE_BOOL:
+      return values.GetBool(message, &field) ? "true" : "false";
+    case FieldDescriptor::CPPTYPE_UINT32:
+      return number_text(values.GetUInt32(message, &field));
+    case FieldDescriptor::CPPTYPE_DOUBLE:
+      return number_text(values.GetDouble(message, &field));
+    default:
+      return "neither a number nor a bool";
+  }
+}
+
+/// As scene.proto writes it: arrays with a space between their numbers.
+std::string value_in(const Message& message, const FieldDescriptor& field) {
+  if (!field.is_repeated()) return number_in(message, field);
+  std::string text;
+  for (int i = 0; i < message.GetReflection()->FieldSize(message, &field); ++i) {
+    text += (i > 0 ? " " : "") + number_text(message.GetReflection()->GetRepeatedDouble(message, &field, i));
+  }
+  return text;
+}
+
+void expect_defaults_documented(const std::map<std::string, std::string>& documented, const Message& loaded) {
+  for (int i = 0; i < loaded.GetDescriptor()->field_count(); ++i) {
+    const FieldDescriptor& field = *loaded.GetDescriptor()->field(i);
+    const std::string name = loaded.GetDescriptor()->name() + "." + field.name();
+    const auto found = documented.find(name);
+    if (found == documented.end()) {
+      EXPECT_FALSE(field.has_optional_keyword()) << name << " has no default beside it";
+    } else if (!found->second.empty()) {
+      EXPECT_EQ(found->second, value_in(loaded, field)) << name;
+    }
+  }
+}
+
+TEST(SceneDocument, DefaultsBesideTheFieldsAreThoseOfTheLoader) {
+  const std::map<std::string, std::string> documented = documented_defaults();
+  // Nothing in this scene but what must be there.
+  const auto loaded =
+      load_parts({.coupling = "",
+                  .rest = R"("molecular_field": {}, "soft_bodies": [{"name": "s", "block": {"size_m": [1, 1, 1]}}])"});
+  const wire::Scene& scene = loaded->description;
+  expect_defaults_documented(documented, scene);
+  expect_defaults_documented(documented, scene.bodies(0));
+  expect_defaults_documented(documented, scene.bodies(0).placement());
+  expect_defaults_documented(documented, scene.tools(0));
+  expect_defaults_documented(documented, scene.tools(0).workspace());
+  expect_defaults_documented(documented, scene.coupling());
+  expect_defaults_documented(documented, scene.molecular_field());
+  expect_defaults_documented(documented, scene.limits());
+  expect_defaults_documented(documented, scene.soft_bodies(0));
+  expect_defaults_documented(documented, scene.soft_bodies(0).block());
+}
+
+TEST(SceneDocument, DefaultsOfAnAnchorAreThoseOfTheLoader) {
+  const auto loaded =
+      load_parts({.bodies = R"({"name": "b", "shapes": [{"sphere": {"radius_m": 1}}], "mass_kg": 1, "anchor": {}})"});
+  expect_defaults_documented(documented_defaults(), loaded->description.bodies(0).anchor());
+}
+
+TEST(SceneDocument, DefaultsOfEffectsAreThoseOfTheLoader) {
+  const std::map<std::string, std::string> documented = documented_defaults();
+  const auto loaded =
+      load_parts({.bodies = R"({"name": "b", "shapes": [{"sphere": {"radius_m": 1}}], "effects": [{"texture": {}}]})",
+                  .rest = R"("effects": [{"viscosity": {}}, {"magnet": {}}, {"vibration": {}}, {"stick_slip": {}}])"});
+  const auto& effects = loaded->description.effects();
+  expect_defaults_documented(documented, effects[0]);
+  expect_defaults_documented(documented, effects[0].viscosity());
+  expect_defaults_documented(documented, effects[1].magnet());
+  expect_defaults_documented(documented, effects[2].vibration());
+  expect_defaults_documented(documented, effects[3].stick_slip());
+  expect_defaults_documented(documented, loaded->description.bodies(0).effects(0).texture());
+}
+
+}  // namespace
+}  // namespace tandem

@@ -1,0 +1,571 @@
+// A scene file is the first thing that a newcomer writes and the server trusts: each mistake must be refused with
+// words that lead to the mistake.
+#include "server/assets/scene_file.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <limits>
+
+#include <sys/stat.h>
+
+#include "common/haptics/coupling/laws.hpp"
+#include "proto/placement.hpp"
+#include "proto/state.hpp"
+#include "tests/common/physics/scene_support.hpp"
+
+namespace tandem {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+std::string refusal_of(const std::string& json) {
+  try {
+    load_scene_text(json, "peg.json", "/nowhere");
+  } catch (const SceneError& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+std::string repeated(const std::string& text, std::size_t count) {
+  std::string result;
+  for (std::size_t i = 0; i < count; ++i) result += (i == 0 ? "" : ",") + text;
+  return result;
+}
+
+struct BadScene {
+  const char* name;
+  std::string json;
+  std::vector<std::string> expected;  ///< the message holds all of these
+};
+void PrintTo(const BadScene& scene, std::ostream* os) {
+  *os << scene.name;
+}
+
+std::string with_shape(const std::string& shape) {
+  return scene_json({.bodies = R"({"name": "a", "shapes": [)" + shape + "]}"});
+}
+std::string with_body(const std::string& fields) {
+  return scene_json({.bodies = R"({"name": "a", "shapes": [{"sphere": {"radius_m": 0.01}}], )" + fields + "}"});
+}
+std::string with_tool(const std::string& fields) {
+  return scene_json({.tools = R"({"name": "t", )" + fields + "}"});
+}
+std::string with(const std::string& fields) {
+  return scene_json({.coupling = "", .rest = fields});
+}
+
+std::string with_fit(const std::string& fields) {
+  return with(R"("coupling": {"law": "adaptive", "adaptive": {)" + fields + "}}");
+}
+
+std::vector<BadScene> bad_bodies() {
+  const std::string ball = R"({"name": "ball", "shapes": [{"sphere": {"radius_m": 0.01}}], "mass_kg": 0.1)";
+  return {
+      {"Empty", "", {"peg.json: line 1:", "not a scene in JSON"}},
+      {"MissingComma", "{\n \"name\": \"s\"\n \"bodies\": []\n}", {"peg.json: line 3:", "Expected , or }"}},
+      {"CutOff", "{\n\"bodies\": [\n", {"line 3:", "Unexpected end"}},
+      {"UnknownField", with_body(R"("mas_kg": 1)"), {"bodies[0].mas_kg", "is not a field of a scene"}},
+      {"WrongType", with_body(R"("mass_kg": "heavy")"), {"bodies[0].mass_kg", "heavy"}},
+      {"NoName", R"({"bodies": [], "tools": []})", {"peg.json: name is empty"}},
+      {"NoBodies", scene_json({.bodies = ""}), {"bodies is empty"}},
+      {"NoTools", scene_json({.tools = ""}), {"tools is empty"}},
+      {"SameNames", scene_json({.bodies = ball + "}," + ball + "}"}), {"bodies[1].name is \"ball\"", "unique"}},
+      {"NamelessBody",
+       scene_json({.bodies = R"({"shapes": [{"sphere": {"radius_m": 1}}]})"}),
+       {"bodies[0].name is empty"}},
+      {"NoShapes", scene_json({.bodies = R"({"name": "a"})"}), {"bodies[0].shapes is empty"}},
+      {"ShapeWithoutKind", with_shape("{}"), {"bodies[0].shapes[0] has no kind", "sphere"}},
+      {"ZeroRadius",
+       with_shape(R"({"sphere": {"radius_m": 0}})"),
+       {"bodies[0].shapes[0].sphere.radius_m is 0", "more than 0"}},
+      {"NanRadius", with_shape(R"({"sphere": {"radius_m": "NaN"}})"), {"sphere.radius_m is nan"}},
+      {"FlatBox", with_shape(R"({"box": {"size_m": [1, 2]}})"), {"shapes[0].box.size_m has 2 numbers", "must have 3"}},
+      {"NegativeBox", with_shape(R"({"box": {"size_m": [1, 2, -3]}})"), {"box.size_m[2] is -3"}},
+      {"InfiniteCylinder",
+       with_shape(R"({"cylinder": {"radius_m": 1, "length_m": "Infinity"}})"),
+       {"cylinder.length_m is inf"}},
+      {"CapsuleWithoutLength", with_shape(R"({"capsule": {"radius_m": 1}})"), {"capsule.length_m is 0"}},
+      {"NegativeMass",
+       with_body(R"("mass_kg": -1)"),
+       {"peg.json: bodies[0].mass_kg is -1; it must be 0 (static) or more"}},
+      {"NegativeFriction", with_body(R"("friction": -0.1)"), {"bodies[0].friction is -0.1"}},
+      {"Bouncier", with_body(R"("restitution": 1.5)"), {"bodies[0].restitution is 1.5", "from 0 to 1"}},
+      {"TwoColours", with_body(R"("color_rgb": [1, 0])"), {"bodies[0].color_rgb has 2 numbers"}},
+      {"GlaringColour", with_body(R"("color_rgb": [1, 255, 0])"), {"bodies[0].color_rgb[1] is 255"}},
+      {"FlatPlacement",
+       with_body(R"("placement": {"position_m": [1, 2]})"),
+       {"bodies[0].placement.position_m has 2 numbers; it must have 3"}},
+      {"NanPlacement",
+       with_body(R"("placement": {"rotation_xyz_deg": [0, "NaN", 0]})"),
+       {"bodies[0].placement.rotation_xyz_deg has nan", "finite"}},
+      {"GraspableWall", with_body(R"("graspable": true)"), {"bodies[0].graspable is true", "static"}},
+      {"AnchoredWall", with_body(R"("anchor": {})"), {"bodies[0].anchor is given", "static"}},
+      {"RigidAnchor",
+       with_body(R"("mass_kg": 1, "anchor": {"stiffness_n_per_m": 2e5})"),
+       {"bodies[0].anchor.stiffness_n_per_m is 200000"}},
+      {"AnchorThatDrives",
+       with_body(R"("mass_kg": 1, "anchor": {"damping_n_m_s_per_rad": -1})"),
+       {"bodies[0].anchor.damping_n_m_s_per_rad is -1"}},
+      {"MissingMesh",
+       with_shape(R"({"mesh": {"file": "/x/y.obj"}})"),
+       {"bodies[0].shapes[0].mesh.file is /x/y.obj, which does not exist"}},
+      {"MissingDataPackage",
+       with_shape(R"({"mesh": {"file": "/usr/share/glmark2/none.obj"}})"),
+       {"none.obj, which does not exist; install Debian package glmark2-data"}},
+      {"RelativeMesh", with_shape(R"({"mesh": {"file": "m/y.obj"}})"), {"is /nowhere/m/y.obj, which does not exist"}},
+      {"NamelessMesh", with_shape(R"({"mesh": {}})"), {"mesh.file is empty"}},
+      {"TwoScales",
+       with_shape(R"({"mesh": {"file": "a.obj", "scale": 2, "largest_size_m": 1}})"),
+       {"mesh has both scale and largest_size_m"}},
+      {"MissingMolecule",
+       with_shape(R"({"molecule": {"file": "/usr/share/pymol/none.pdb"}})"),
+       {"molecule.file is /usr/share/pymol/none.pdb, which does not exist; install Debian package pymol-data"}},
+      {"MoleculeInCompany",
+       with_shape(R"({"molecule": {"file": "a.pdb"}}, {"sphere": {"radius_m": 1}})"),
+       {"shapes[0].molecule has company"}},
+      {"ShiftedMolecule",
+       with_shape(R"({"molecule": {"file": "a.pdb"}, "placement": {"position_m": [0, 0, 1]}})"),
+       {"shapes[0].placement is not zero", "place the body"}},
+  };
+}
+
+std::vector<BadScene> bad_tools_and_settings() {
+  const std::string ball = R"({"name": "ball", "shapes": [{"sphere": {"radius_m": 0.01}}], "mass_kg": 0.1)";
+  return {
+      {"MoleculeTool", with_tool(R"("shapes": [{"molecule": {"file": "a.pdb"}}])"), {"tools[0].shapes[0].molecule"}},
+      {"HoldsNobody", with_tool(R"("holds": "cup")"), {"tools[0].holds is \"cup\"; there is no body of that name"}},
+      {"HoldsWall", with_tool(R"("holds": "wall")"), {"tools[0].holds is \"wall\", which is static"}},
+      {"HoldsUngraspable",
+       scene_json({.bodies = ball + "}", .tools = R"({"name": "t", "holds": "ball"})"}),
+       {"tools[0].holds is \"ball\", which is not graspable"}},
+      {"WeightlessTool", with_tool(R"("mass_kg": 0)"), {"tools[0].mass_kg is 0"}},
+      {"NoScaling", with_tool(R"("workspace": {"position_scale": 0})"), {"tools[0].workspace.position_scale is 0"}},
+      {"UnknownLaw",
+       with(R"("coupling": {"law": "rubber"})"),
+       {"coupling.law is \"rubber\"", "stable-dynamic", "spring-damper", "direct"}},
+      {"NegativeStiffness", with(R"("coupling": {"stiffness_n_per_m": -1})"), {"coupling.stiffness_n_per_m is -1"}},
+      {"SaturationBeyondAll",
+       with(R"("coupling": {"saturation_softness": 1.1})"),
+       {"coupling.saturation_softness is 1.1", "from 0 to 1"}},
+      {"BluntCurve",
+       with(R"("coupling": {"curve_sharpness": 0})"),
+       {"coupling.curve_sharpness is 0", "from 0.1 to 10"}},
+      {"FitOfAnotherLaw",
+       with(R"("coupling": {"law": "direct", "adaptive": {"mass_range_kg": [0, 1]}})"),
+       {"coupling.adaptive is given", "\"direct\"", "\"adaptive\""}},
+      {"AdaptiveWithoutAFit",
+       with(R"("coupling": {"law": "adaptive"})"),
+       {"peg.json: coupling.adaptive is missing", "tandem-lab calibrate --device NAME", "mass_range_kg", "16.21"}},
+      {"FitWithoutRange", with_fit(R"("stiffness_n_per_m": [1])"), {"coupling.adaptive.mass_range_kg has 0 numbers"}},
+      {"FitOfNoMass",
+       with_fit(R"("mass_range_kg": [0.2, 0.1], "stiffness_n_per_m": [1], "damping_n_s_per_m": [1])"),
+       {"coupling.adaptive.mass_range_kg is 0.2 to 0.1"}},
+      {"FitOfTooHighADegree",
+       with_fit(R"("mass_range_kg": [0, 1], "stiffness_n_per_m": [1, 2, 3, 4, 5], "damping_n_s_per_m": [1])"),
+       {"coupling.adaptive.stiffness_n_per_m has 5 coefficients; it must have 1 to 4"}},
+      {"FitThatDips",
+       with_fit(R"("mass_range_kg": [0, 1], "stiffness_n_per_m": [1, -3, 2.2], "damping_n_s_per_m": [1])"),
+       {"coupling.adaptive.stiffness_n_per_m gives -", "over the whole range"}},
+      {"HalfOfARotation",
+       with_fit(R"("mass_range_kg": [0, 1], "stiffness_n_per_m": [1], "damping_n_s_per_m": [1],
+                   "stiffness_n_m_per_rad": [1])"),
+       {"coupling.adaptive.stiffness_n_m_per_rad is given without inertia_range_kg_m2"}},
+      {"ZeroForceLimit", with(R"("coupling": {"force_limit_n": 0})"), {"coupling.force_limit_n is 0"}},
+      {"StifferThanTheWire",
+       with(R"("coupling": {"stiffness_n_per_m": 2e5})"),
+       {"coupling.stiffness_n_per_m is 200000"}},
+      {"SoftTool", with_tool(R"("contact_stiffness_n_per_m3": 1)"), {"tools[0].contact_stiffness_n_per_m3 is 1"}},
+      {"FewContactPoints", with(R"("limits": {"contact_points": 10})"), {"limits.contact_points is 10", "256"}},
+      {"NoContactPairs", with(R"("limits": {"contact_pairs": 0})"), {"limits.contact_pairs is 0"}},
+      {"TooSlow", with(R"("step_rate_hz": 59)"), {"step_rate_hz is 59; it must be from 60 to 4000"}},
+      {"TooFast", with(R"("step_rate_hz": 4001)"), {"step_rate_hz is 4001"}},
+      {"FlatGravity", with(R"("gravity_m_per_s2": [0, 0])"), {"gravity_m_per_s2 has 2 numbers"}},
+      {"ZeroMolecularScale",
+       with(R"("molecular_field": {"metres_per_angstrom": 0})"),
+       {"molecular_field.metres_per_angstrom is 0"}},
+      {"NoFieldLimit", with(R"("molecular_field": {"force_limit_n": 0})"), {"molecular_field.force_limit_n is 0"}},
+      {"MoreUsersThanTools", with(R"("limits": {"manipulators": 2})"), {"limits.manipulators is 2"}},
+      {"MoreUsersThanSlots", with(R"("limits": {"observers": 16})"), {"limits.observers is 16"}},
+      {"NoSpeed", with(R"("limits": {"body_speed_m_per_s": 0})"), {"limits.body_speed_m_per_s is 0"}},
+      {"NegativeReach", with(R"("limits": {"grab_reach_m": -1})"), {"limits.grab_reach_m is -1"}},
+      {"TooManyBodies", scene_json({.bodies = repeated(kWall, kMaxBodies + 1)}), {"bodies has 65 bodies; at most 64"}},
+      {"TooManyTools", scene_json({.tools = repeated(R"({"name": "t"})", kMaxUsers + 1)}), {"tools has 17 tools"}},
+  };
+}
+
+class BadSceneFile : public ::testing::TestWithParam<BadScene> {};
+
+TEST_P(BadSceneFile, IsRefusedInWordsThatLeadToTheMistake) {
+  const std::string message = refusal_of(GetParam().json);
+  for (const std::string& part : GetParam().expected) EXPECT_THAT(message, HasSubstr(part));
+}
+std::string name_of_test(const ::testing::TestParamInfo<BadScene>& test) {
+  return test.param.name;
+}
+INSTANTIATE_TEST_SUITE_P(Bodies, BadSceneFile, ::testing::ValuesIn(bad_bodies()), name_of_test);
+INSTANTIATE_TEST_SUITE_P(ToolsAndSettings, BadSceneFile, ::testing::ValuesIn(bad_tools_and_settings()), name_of_test);
+
+/// A folder for files that a test writes; removed at its end.
+class SceneFiles : public ::testing::Test {
+ protected:
+  SceneFiles() : directory_(std::filesystem::path(::testing::TempDir()) / unique_name()) {
+    std::filesystem::create_directories(directory_);
+  }
+  ~SceneFiles() override { std::filesystem::remove_all(directory_); }
+
+  void write(const std::string& name, const std::string& text) const { std::ofstream(directory_ / name) << text; }
+  std::shared_ptr<const LoadedScene> load(const std::string& json) const {
+    return load_scene_text(json, "test.json", directory_);
+  }
+  std::string refusal(const std::string& json) const {
+    try {
+      load(json);
+    } catch (const SceneError& error) {
+      return error.what();
+    }
+    return "accepted";
+  }
+
+  std::filesystem::path directory_;
+
+ private:
+  static std::string unique_name() {
+    const auto* const info = ::testing::UnitTest::GetInstance()->current_test_info();
+    std::string name = std::string("tandem_") + info->test_suite_name() + "_" + info->name();
+    std::replace(name.begin(), name.end(), '/', '_');
+    return name;
+  }
+};
+
+// A tetrahedron with corners at 0 and 2 along each axis, one triangle without area, and a line.
+constexpr const char* kTetrahedron =
+    "v 0 0 0\nv 2 0 0\nv 0 2 0\nv 0 0 2\n"
+    "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\nf 1 2 2\nl 1 2\n";
+
+std::string mesh_body(const std::string& mesh_fields, const std::string& body_fields = "") {
+  return scene_json(
+      {.bodies = R"({"name": "a", "shapes": [{"mesh": {"file": "t.obj")" + mesh_fields + "}}]" + body_fields + "}"});
+}
+
+TEST_F(SceneFiles, MeshIsScaledToItsLargestSizeAndCentred) {
+  write("t.obj", kTetrahedron);
+  const auto scene = load(mesh_body(R"(, "largest_size_m": 0.1, "centre": true)"));
+  const TriangleMesh& mesh = *scene->bodies[0].shapes[0].mesh;
+  EXPECT_EQ(mesh.triangles.size(), 4U);
+  Vec3 low = mesh.vertices[0], high = low;
+  for (const Vec3& vertex : mesh.vertices) {
+    low = low.cwiseMin(vertex);
+    high = high.cwiseMax(vertex);
+  }
+  EXPECT_TRUE(low.isApprox(Vec3::Constant(-0.05), 1e-9)) << low.transpose();
+  EXPECT_TRUE(high.isApprox(Vec3::Constant(0.05), 1e-9)) << high.transpose();
+  EXPECT_NEAR(scene->description.bodies(0).shapes(0).mesh().scale(), 0.05, 1e-12);
+}
+
+TEST_F(SceneFiles, DroppedTrianglesAreNoted) {
+  write("t.obj", kTetrahedron);
+  EXPECT_THAT(load(mesh_body(""))->notes,
+              ::testing::ElementsAre("t.obj: 4 triangles, a solid", HasSubstr("1 triangle without area"),
+                                     ::testing::AllOf(HasSubstr("t.obj: contact"), HasSubstr("points every"))));
+}
+
+TEST_F(SceneFiles, MovingMeshHasTheInertiaOfItsSolid) {
+  write("t.obj", kTetrahedron);
+  const MassProperties mass = load(mesh_body("", R"(, "mass_kg": 3)"))->bodies[0].mass;
+  // Corner tetrahedron of edge a = 2: centroid a/4. About it ∫x² = 3ma²/80 and ∫xy = −ma²/80, so the second moments
+  // have the eigenvalues ma²/80·(1, 4, 4), and the inertia, trace − these, ma²/80·(8, 5, 5).
+  EXPECT_TRUE(mass.X_BC.p.isApprox(Vec3::Constant(0.5), 1e-9));
+  const double ma2 = 3.0 * 4.0;
+  EXPECT_NEAR(mass.principal_inertia_kg_m2.maxCoeff(), 8 * ma2 / 80, 1e-9);
+  EXPECT_NEAR(mass.principal_inertia_kg_m2.minCoeff(), 5 * ma2 / 80, 1e-9);
+  EXPECT_NEAR(mass.principal_inertia_kg_m2.sum(), 18 * ma2 / 80, 1e-9);
+}
+
+TEST_F(SceneFiles, BrokenMeshesAreRefused) {
+  write("t.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+  EXPECT_THAT(refusal(mesh_body("", R"(, "mass_kg": 1)")),
+              AllOf(HasSubstr("bodies[0].mass_kg is 1, but a shape encloses no volume"),
+                    HasSubstr("a sheet has none of its own"), HasSubstr("make it static (0)")));
+  write("t.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 2\n");
+  EXPECT_THAT(refusal(mesh_body("")), HasSubstr("t.obj, which cannot be touched: no triangle"));
+  write("t.obj", "v 0 0 0\nv nan 0 0\nv 0 1 0\nf 1 2 3\n");
+  EXPECT_THAT(refusal(mesh_body("")), HasSubstr("t.obj, which"));
+  write("t.obj", std::string("\0\1\2garbage", 10));
+  EXPECT_THAT(refusal(mesh_body("")), HasSubstr("t.obj, which is not a mesh that can be read"));
+  write("t.obj", "");
+  EXPECT_THAT(refusal(mesh_body("")), HasSubstr("t.obj, which is empty; export the mesh again"));
+}
+
+TEST_F(SceneFiles, MeshFarFromItsOriginIsRefusedUntilItIsCentred) {
+  std::string text;
+  for (const char* corner : {"700 0 0", "700.05 0 0", "700 0.05 0", "700 0 0.05"})
+    text += std::string("v ") + corner + "\n";
+  write("t.obj", text + "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
+  EXPECT_THAT(refusal(mesh_body("")),
+              AllOf(HasSubstr("test.json: bodies[0].shapes[0].mesh.file is t.obj, which cannot be touched: the mesh"),
+                    HasSubstr("reaches 700 m"), HasSubstr("\"centre\": true")));
+  EXPECT_EQ(refusal(mesh_body(R"(, "centre": true)")), "accepted");
+}
+
+TEST_F(SceneFiles, BodyWithoutVolumeIsRefusedBeforeItsContactIsBuilt) {
+  write("t.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+  SceneLoading loading;
+  loading.cache_directory.clear();
+  bool is_built = false;
+  loading.progress = [&](const std::string&, double) { is_built = true; };
+  const std::string sheet = R"("shapes": [{"mesh": {"file": "t.obj"}}])";
+  for (const std::string& json :
+       {mesh_body("", R"(, "mass_kg": 1)"), scene_json({.tools = R"({"name": "t", )" + sheet + "}"})}) {
+    EXPECT_THROW(load_scene_text(json, "test.json", directory_, loading), SceneError);
+    EXPECT_FALSE(is_built);
+  }
+}
+
+TEST_F(SceneFiles, AssetIsTheFileAndItsHash) {
+  write("t.obj", kTetrahedron);
+  const std::string body = R"("shapes": [{"mesh": {"file": "t.obj"}}]})";
+  const auto scene = load(scene_json({.bodies = R"({"name": "a", )" + body + R"(, {"name": "b", )" + body}));
+  ASSERT_EQ(scene->assets.size(), 2U) << "the same file twice is one asset, and so is what is made of it";
+  EXPECT_EQ(scene->assets[0].name, "t.obj");
+  EXPECT_EQ(scene->assets[0].kind, "mesh");
+  EXPECT_EQ(scene->assets[0].bytes->size(), std::string(kTetrahedron).size());
+  EXPECT_EQ(scene->assets[0].sha256, sha256_of(*scene->assets[0].bytes));
+  EXPECT_EQ(scene->assets[1].kind, "contact");
+  EXPECT_EQ(scene->assets[1].sha256, sha256_of(*scene->assets[1].bytes));
+  const std::string& named = scene->description.bodies(1).shapes(0).mesh().contact_sha256();
+  EXPECT_EQ(named, std::string(reinterpret_cast<const char*>(scene->assets[1].sha256.data()), 32))
+      << "a client finds a mesh's contact asset by its hash";
+}
+
+TEST_F(SceneFiles, ContactAssetOfAMeshComesFromTheCacheTheSecondTime) {
+  write("t.obj", kTetrahedron);
+  SceneLoading loading;
+  loading.cache_directory = directory_ / "cache";
+  const auto load_with_cache = [&] {
+    return load_scene_text(mesh_body(R"(, "largest_size_m": 0.02)"), "test.json", directory_, loading);
+  };
+  const auto built = load_with_cache();
+  EXPECT_THAT(built->notes.back(), HasSubstr("contact built in"));
+  const auto cached = load_with_cache();
+  EXPECT_THAT(cached->notes.back(), HasSubstr("contact from cache in"));
+  EXPECT_EQ(built->assets[1].sha256, cached->assets[1].sha256);
+
+  // A torn entry is not believed.
+  const auto entry = *std::filesystem::directory_iterator(loading.cache_directory);
+  std::filesystem::resize_file(entry.path(), entry.file_size() / 2);
+  const auto rebuilt = load_with_cache();
+  EXPECT_THAT(rebuilt->notes.back(), HasSubstr("contact built in"));
+  EXPECT_EQ(built->assets[1].sha256, rebuilt->assets[1].sha256) << "the same mesh gives the same bytes";
+  EXPECT_THAT(load_with_cache()->notes.back(), HasSubstr("contact from cache in")) << "and is kept again";
+}
+
+/// What stands where an entry of the cache should be.
+struct BadEntry {
+  const char* name;
+  std::function<void(const std::filesystem::path& entry)> put;
+};
+void PrintTo(const BadEntry& entry, std::ostream* os) {
+  *os << entry.name;
+}
+class BadCache : public SceneFiles, public ::testing::WithParamInterface<BadEntry> {};
+
+constexpr const char* kSmall = R"(, "largest_size_m": 0.01)";
+
+TEST_P(BadCache, EntryIsIgnored) {
+  write("t.obj", kTetrahedron);
+  SceneLoading loading;
+  loading.cache_directory = directory_ / "cache";
+  const auto load_with_cache = [&] { return load_scene_text(mesh_body(kSmall), "test.json", directory_, loading); };
+  const auto built = load_with_cache();
+  const std::filesystem::path entry = std::filesystem::directory_iterator(loading.cache_directory)->path();
+  std::filesystem::remove(entry);
+  GetParam().put(entry);
+  const auto rebuilt = load_with_cache();
+  EXPECT_THAT(rebuilt->notes.back(), HasSubstr("contact built in"));
+  EXPECT_EQ(built->assets[1].sha256, rebuilt->assets[1].sha256);
+  const bool is_replaced = !std::filesystem::is_directory(entry);
+  EXPECT_THAT(load_with_cache()->notes.back(), HasSubstr(is_replaced ? "contact from cache in" : "cannot be written"));
+}
+
+/// The entry of another mesh under this one's name.
+void put_foreign_entry(const std::filesystem::path& entry) {
+  SceneLoading loading;
+  loading.cache_directory = entry.parent_path() / "other";
+  std::ofstream(entry.parent_path() / "t.obj")
+      << "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 0.5\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+  load_scene_text(mesh_body(kSmall), "other.json", entry.parent_path(), loading);
+  std::filesystem::rename(std::filesystem::directory_iterator(loading.cache_directory)->path(), entry);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    SceneFiles, BadCache,
+    ::testing::Values(BadEntry{"Directory", [](const auto& entry) { std::filesystem::create_directory(entry); }},
+                      BadEntry{"Fifo", [](const auto& entry) { ASSERT_EQ(mkfifo(entry.c_str(), 0600), 0); }},
+                      BadEntry{"Empty", [](const auto& entry) { std::ofstream touched(entry); }},
+                      BadEntry{"HugeSparseFile",
+                               [](const auto& entry) {
+                                 std::ofstream touched(entry);
+                                 touched.close();
+                                 std::filesystem::resize_file(entry, 1ULL << 40U);
+                               }},
+                      BadEntry{"EntryOfAnotherMesh", put_foreign_entry}),
+    [](const ::testing::TestParamInfo<BadEntry>& test) { return test.param.name; });
+
+TEST_F(SceneFiles, ClientsSeeBaseNamesOnly) {
+  std::filesystem::create_directory(directory_ / "secret");
+  write("secret/t.obj", kTetrahedron);
+  const std::string path = (directory_ / "secret" / "t.obj").string();
+  const auto scene =
+      load(scene_json({.bodies = R"({"name": "a", "shapes": [{"mesh": {"file": ")" + path + R"("}}]})"}));
+  EXPECT_EQ(scene->description.bodies(0).shapes(0).mesh().file(), "t.obj");
+  EXPECT_EQ(scene->description.SerializeAsString().find("secret"), std::string::npos);
+}
+
+TEST(SceneFile, EveryDefaultIsFilledIn) {
+  const auto scene = load_scene_text(scene_json({.coupling = ""}), "s.json", ".");
+  const wire::Scene& d = scene->description;
+  EXPECT_EQ(d.step_rate_hz(), 1000U);
+  EXPECT_EQ(d.gravity_m_per_s2(2), -9.81);
+  EXPECT_EQ(d.bodies(0).friction(), 0.5);
+  EXPECT_TRUE(d.bodies(0).gravity());
+  EXPECT_EQ(d.bodies(0).placement().position_m_size(), 3);
+  EXPECT_EQ(d.tools(0).mass_kg(), 0.05);
+  EXPECT_EQ(d.tools(0).shapes(0).sphere().radius_m(), 0.005);
+  EXPECT_EQ(d.coupling().law(), kDefaultCouplingLaw);
+  EXPECT_EQ(scene->coupling.parameters, CouplingParameters{});
+  EXPECT_FALSE(d.coupling().has_adaptive()) << "of another law";
+  EXPECT_EQ(d.limits().manipulators(), 1U);
+  EXPECT_EQ(d.limits().observers(), 4U);
+  EXPECT_EQ(d.limits().grab_reach_m(), 0.02);
+}
+
+TEST(SceneFile, TheFitThatTheRefusalOfNoneShowsIsTheThesissAndTellsClients) {
+  std::string refusal;
+  try {
+    load_scene_text(scene_json({.coupling = R"({"law": "adaptive"})"}), "s.json", ".");
+  } catch (const SceneError& error) {
+    refusal = error.what();
+  }
+  const std::size_t shown = refusal.find("{");
+  ASSERT_NE(shown, std::string::npos) << refusal;
+  const std::string fit = refusal.substr(shown, refusal.rfind('}') + 1 - shown);
+  const auto scene =
+      load_scene_text(scene_json({.coupling = R"({"law": "adaptive", "adaptive": )" + fit + "}"}), "s.json", ".");
+  ASSERT_TRUE(scene->coupling.fit.has_value());
+  const AdaptiveFit thesis = thesis_adaptive_fit();
+  for (const double mass_kg : {0.01, 0.05, 0.1, 0.2, 0.5}) {
+    EXPECT_EQ(adapted(*scene->coupling.fit, mass_kg, 1e-4, {}), adapted(thesis, mass_kg, 1e-4, {})) << mass_kg;
+  }
+  EXPECT_EQ(scene->description.coupling().adaptive().mass_range_kg(1), thesis.mass_high_kg);
+}
+
+TEST(SceneFile, WhatAProfileMayHoldAtMostAFitAccepts) {
+  using Range = AdaptiveFitRange;
+  const auto fit = [](double share) {
+    const auto value = [share](double most) { return "[" + number_text(share * most) + "]"; };
+    return R"({"law": "adaptive", "adaptive": {"mass_range_kg": [0.1, 1000], "stiffness_n_per_m": )" +
+           value(Range::kStiffness_n_per_m) + R"(, "damping_n_s_per_m": )" + value(Range::kDamping_n_s_per_m) +
+           R"(, "inertia_range_kg_m2": [1e-6, 1000], "stiffness_n_m_per_rad": )" +
+           value(Range::kStiffness_n_m_per_rad) + R"(, "damping_n_m_s_per_rad": )" +
+           value(Range::kDamping_n_m_s_per_rad) + "}}";
+  };
+  EXPECT_NO_THROW(load_parts({.coupling = fit(1)}));
+  EXPECT_THROW(load_parts({.coupling = fit(1.01)}), SceneError);
+}
+
+TEST(SceneFile, AdaptiveFitIsReadAsWritten) {
+  const auto scene = load_scene_text(scene_json({.coupling = R"({"law": "adaptive", "adaptive": {
+      "mass_range_kg": [0.1, 1], "stiffness_n_per_m": [100, 200], "damping_n_s_per_m": [1, 0.01],
+      "inertia_range_kg_m2": [1e-5, 1e-3], "stiffness_n_m_per_rad": [0.1, 100], "damping_n_m_s_per_rad": [0.01]}})"}),
+                                     "s.json", ".");
+  const CouplingParameters base;
+  const CouplingParameters c = coupling_in_force(scene->coupling, base, {0.5, 1e-4, true});
+  EXPECT_DOUBLE_EQ(c.stiffness_n_per_m, 200);
+  EXPECT_DOUBLE_EQ(c.damping_n_s_per_m, 3);
+  EXPECT_DOUBLE_EQ(c.stiffness_n_m_per_rad, 0.11);
+  EXPECT_DOUBLE_EQ(c.damping_n_m_s_per_rad, 0.01);
+  EXPECT_EQ(c.force_limit_n, base.force_limit_n);
+  EXPECT_DOUBLE_EQ(coupling_in_force(scene->coupling, base, {9, 1e-4, true}).stiffness_n_per_m, 300) << "nearest end";
+}
+
+TEST(SceneFile, EveryLawOfTheCatalogIsAccepted) {
+  for (const CouplingLawInfo& law : coupling_laws()) {
+    const std::string name(law.name);
+    const auto scene = load_parts({.coupling = coupling_with(name)});
+    EXPECT_EQ(scene->description.coupling().law(), name);
+  }
+}
+
+TEST(SceneFile, RestingHandleMeetsTheToolWhereItStarts) {
+  const auto scene = load_scene_text(
+      scene_json({.tools = R"({"name": "t", "placement": {"position_m": [1, 2, 3], "rotation_xyz_deg": [0, 0, 90]}})"}),
+      "s.json", ".");
+  const Pose X_WH = scene->tools[0].workspace.world_pose(Pose{});
+  EXPECT_TRUE(X_WH.p.isApprox(Vec3(1, 2, 3)));
+  EXPECT_LT(X_WH.q.angularDistance(scene->tools[0].X_WT.q), 1e-12);
+}
+
+TEST(SceneFile, RotationTurnsAboutFixedXThenYThenZ) {
+  wire::Placement placement;
+  for (const double degrees : {90.0, 0.0, 90.0}) placement.add_rotation_xyz_deg(degrees);
+  // x stays under the first turn, becomes y under the last; y becomes z, which stays.
+  const Quat q = pose_from_placement(placement).q;
+  EXPECT_TRUE((q * Vec3::UnitX()).isApprox(Vec3::UnitY(), 1e-12));
+  EXPECT_TRUE((q * Vec3::UnitY()).isApprox(Vec3::UnitZ(), 1e-12));
+}
+
+TEST(SceneFile, MissingFileIsRefused) {
+  EXPECT_THROW(load_scene("/nowhere/scene.json"), SceneError);
+  EXPECT_THROW(load_scene("/"), SceneError);
+}
+
+MassProperties mass_of(const std::string& shapes, double mass_kg) {
+  const std::string body =
+      R"({"name": "a", "mass_kg": )" + std::to_string(mass_kg) + R"(, "shapes": [)" + shapes + "]}";
+  return load_scene_text(scene_json({.bodies = body}), "s.json", ".")->bodies[0].mass;
+}
+
+TEST(MassProperties, OfPrimitivesAreTheTextbookOnes) {
+  EXPECT_TRUE(mass_of(R"({"sphere": {"radius_m": 0.1}})", 2)
+                  .principal_inertia_kg_m2.isApprox(Vec3::Constant(0.4 * 2 * 0.01), 1e-9));
+  EXPECT_TRUE(mass_of(R"({"box": {"size_m": [0.1, 0.2, 0.3]}})", 12)
+                  .principal_inertia_kg_m2.isApprox(Vec3(0.04 + 0.09, 0.01 + 0.09, 0.01 + 0.04), 1e-9));
+  EXPECT_TRUE(mass_of(R"({"cylinder": {"radius_m": 0.1, "length_m": 0.6}})", 12)
+                  .principal_inertia_kg_m2.isApprox(Vec3(0.03 + 0.36, 0.03 + 0.36, 0.06), 1e-9));
+  // A capsule without a straight part is a ball.
+  EXPECT_TRUE(mass_of(R"({"capsule": {"radius_m": 0.1, "length_m": 1e-9}})", 2)
+                  .principal_inertia_kg_m2.isApprox(Vec3::Constant(0.4 * 2 * 0.01), 1e-6));
+}
+
+TEST(MassProperties, OfTwoShapesFollowTheParallelAxisTheorem) {
+  // Two equal balls of 1 kg, 0.1 m radius, at x = 0 and x = 1.
+  const std::string ball = R"({"sphere": {"radius_m": 0.1}})";
+  const MassProperties mass =
+      mass_of(ball + R"(, {"sphere": {"radius_m": 0.1}, "placement": {"position_m": [1, 0, 0]}})", 2);
+  EXPECT_TRUE(mass.X_BC.p.isApprox(Vec3(0.5, 0, 0), 1e-12));
+  const double own = 0.4 * 2 * 0.01;
+  EXPECT_TRUE(mass.principal_inertia_kg_m2.isApprox(Vec3(own, own + 0.5, own + 0.5), 1e-9));
+}
+
+class ShippedScene : public ::testing::TestWithParam<const char*> {};
+
+TEST_P(ShippedScene, Loads) {
+  TANDEM_LOAD_OR_SKIP(scene, GetParam());
+  EXPECT_EQ(scene->description.name(), GetParam());
+  EXPECT_FALSE(scene->description.description().empty());
+  EXPECT_EQ(scene->tools.size(), 2U);
+}
+INSTANTIATE_TEST_SUITE_P(SceneFile, ShippedScene,
+                         ::testing::Values("peg_in_hole", "two_boxes", "bunny", "two_bunnies", "docking_helices",
+                                           "soft_pad", "effects"),
+                         [](const auto& test) { return test.param; });
+
+}  // namespace
+}  // namespace tandem

@@ -1,0 +1,297 @@
+// From a structure file and GROMACS's OPLS-AA files to parameters: exact where an entry exists, named where not.
+#include "server/assets/structures/loader.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numeric>
+#include <set>
+#include <string>
+
+#include "server/assets/structures/force_field.hpp"
+#include "tests/support/molecules.hpp"
+#include "tests/support/pdb_text.hpp"
+
+namespace tandem {
+namespace {
+
+using test::PdbFile;
+using test::residue_text;
+
+const std::string kAcetyl = residue_text("ACE", "C O CH3 H1 H2 H3", 1);
+const std::string kAmide = residue_text("NH2", "N HN1 HN2", 9);
+
+double total_charge(const Molecule& molecule) {
+  return std::accumulate(molecule.charge_e.begin(), molecule.charge_e.end(), 0.0);
+}
+
+class OplsLoader : public testing::Test {
+ protected:
+  void SetUp() override {
+    if (!std::filesystem::exists(test::kOplsDirectory)) GTEST_SKIP() << "needs the Debian package gromacs-data";
+  }
+
+  static Molecule load(const std::string& text, const StructureSelection& selection = {}) {
+    const PdbFile file(text);
+    return load_molecule(file.path(), selection, test::kOplsDirectory);
+  }
+
+  static std::string type_of(const Molecule& molecule, const std::string& residue, const std::string& atom) {
+    for (std::size_t i = 0; i < molecule.size(); ++i) {
+      if (molecule.labels[i].residue == residue && molecule.labels[i].name == atom) return molecule.types[i];
+    }
+    return "no atom " + atom;
+  }
+
+  static std::string message_of(const std::string& text, const StructureSelection& selection = {}) {
+    try {
+      load(text, selection);
+    } catch (const MoleculeError& error) {
+      return error.what();
+    }
+    return "";
+  }
+};
+
+struct ResidueCase {
+  std::string name;
+  std::string atoms;  ///< names of the PDB's remediated format
+  double charge_e;
+  std::string probe;  ///< an atom whose type is known from the force field's table
+  std::string type;
+};
+
+const std::string kBackbone = "N H CA HA C O ";
+
+const ResidueCase kResidues[] = {
+    {"ALA", kBackbone + "CB HB1 HB2 HB3", 0, "CB", "opls_135"},
+    {"ARG", kBackbone + "CB HB2 HB3 CG HG2 HG3 CD HD2 HD3 NE HE CZ NH1 HH11 HH12 NH2 HH21 HH22", 1, "CZ", "opls_302"},
+    {"ASN", kBackbone + "CB HB2 HB3 CG OD1 ND2 HD21 HD22", 0, "ND2", "opls_237"},
+    {"ASP", kBackbone + "CB HB2 HB3 CG OD1 OD2", -1, "OD2", "opls_272"},
+    {"ASP", kBackbone + "CB HB2 HB3 CG OD1 OD2 HD2", 0, "OD2", "opls_268"},
+    {"ASP", kBackbone + "CB HB2 HB3 CG OD1 OD2 HD1", 0, "OD1", "opls_268"},
+    {"ASH", kBackbone + "CB HB2 HB3 CG OD1 OD2 HD2", 0, "HD2", "opls_270"},
+    {"CYS", kBackbone + "CB HB2 HB3 SG HG", 0, "SG", "opls_200"},
+    {"CYX", kBackbone + "CB HB2 HB3 SG", 0, "SG", "opls_203"},
+    {"GLN", kBackbone + "CB HB2 HB3 CG HG2 HG3 CD OE1 NE2 HE21 HE22", 0, "HE21", "opls_240"},
+    {"GLU", kBackbone + "CB HB2 HB3 CG HG2 HG3 CD OE1 OE2", -1, "CG", "opls_274"},
+    {"GLU", kBackbone + "CB HB2 HB3 CG HG2 HG3 CD OE1 OE2 HE2", 0, "CG", "opls_136"},
+    {"GLY", "N H CA HA2 HA3 C O", 0, "CA", "opls_223B"},
+    {"HIS", kBackbone + "CB HB2 HB3 CG ND1 HD1 CD2 HD2 CE1 HE1 NE2", 0, "ND1", "opls_503"},
+    {"HIS", kBackbone + "CB HB2 HB3 CG ND1 CD2 HD2 CE1 HE1 NE2 HE2", 0, "ND1", "opls_511"},
+    {"HIS", kBackbone + "CB HB2 HB3 CG ND1 HD1 CD2 HD2 CE1 HE1 NE2 HE2", 1, "CE1", "opls_509"},
+    {"HSP", kBackbone + "CB HB2 HB3 CG ND1 HD1 CD2 HD2 CE1 HE1 NE2 HE2", 1, "ND1", "opls_512"},
+    {"ILE", kBackbone + "CB HB CG1 HG12 HG13 CG2 HG21 HG22 HG23 CD1 HD11 HD12 HD13", 0, "CD1", "opls_135"},
+    {"LEU", kBackbone + "CB HB2 HB3 CG HG CD1 HD11 HD12 HD13 CD2 HD21 HD22 HD23", 0, "CG", "opls_137"},
+    {"LYS", kBackbone + "CB HB2 HB3 CG HG2 HG3 CD HD2 HD3 CE HE2 HE3 NZ HZ1 HZ2 HZ3", 1, "NZ", "opls_287"},
+    {"LYS", kBackbone + "CB HB2 HB3 CG HG2 HG3 CD HD2 HD3 CE HE2 HE3 NZ HZ1 HZ2", 0, "NZ", "opls_900"},
+    {"MET", kBackbone + "CB HB2 HB3 CG HG2 HG3 SD CE HE1 HE2 HE3", 0, "SD", "opls_202"},
+    {"PHE", kBackbone + "CB HB2 HB3 CG CD1 HD1 CD2 HD2 CE1 HE1 CE2 HE2 CZ HZ", 0, "HZ", "opls_146"},
+    {"PRO", "N CA HA C O CB HB2 HB3 CG HG2 HG3 CD HD2 HD3", 0, "N", "opls_239"},
+    {"SER", kBackbone + "CB HB2 HB3 OG HG", 0, "OG", "opls_154"},
+    {"THR", kBackbone + "CB HB OG1 HG1 CG2 HG21 HG22 HG23", 0, "CB", "opls_158"},
+    {"TRP", kBackbone + "CB HB2 HB3 CG CD1 HD1 CD2 NE1 HE1 CE2 CE3 HE3 CZ2 HZ2 CZ3 HZ3 CH2 HH2", 0, "NE1", "opls_503"},
+    {"TYR", kBackbone + "CB HB2 HB3 CG CD1 HD1 CD2 HD2 CE1 HE1 CE2 HE2 CZ OH HH", 0, "OH", "opls_167"},
+    {"VAL", kBackbone + "CB HB CG1 HG11 HG12 HG13 CG2 HG21 HG22 HG23", 0, "CB", "opls_137"},
+};
+
+TEST_F(OplsLoader, TypesEveryAminoAcidExactlyWithAWholeCharge) {
+  for (const ResidueCase& residue : kResidues) {
+    const Molecule molecule = load(kAcetyl + residue_text(residue.name, residue.atoms, 5) + kAmide);
+    EXPECT_NEAR(total_charge(molecule), residue.charge_e, 1e-9) << residue.name << " " << residue.atoms;
+    EXPECT_EQ(type_of(molecule, residue.name, residue.probe), residue.type) << residue.name << " " << residue.atoms;
+    EXPECT_TRUE(molecule.guessed.empty()) << molecule.guessed[0].reason;
+    EXPECT_TRUE(molecule.notes.empty()) << molecule.notes[0];
+  }
+}
+
+TEST_F(OplsLoader, KnowsTheOldNamesOfHydrogens) {
+  const Molecule remediated = load(kAcetyl + residue_text("ILE", kResidues[17].atoms, 5) + kAmide);
+  const Molecule old =
+      load(residue_text("ACE", "C O CH3 1H 2H 3H", 1) +
+           residue_text("ILE", "N HN CA HA C O CB HB CG1 1HG1 2HG1 CG2 1HG2 2HG2 3HG2 CD 1HD1 2HD1 3HD1", 5) + kAmide);
+  EXPECT_EQ(old.types, remediated.types);
+  EXPECT_EQ(old.charge_e, remediated.charge_e);
+  EXPECT_TRUE(old.guessed.empty()) << old.guessed[0].reason;
+}
+
+TEST_F(OplsLoader, EditsTheChainEnds) {
+  const std::string charged =
+      residue_text("ALA", "N H1 H2 H3 CA HA CB HB1 HB2 HB3 C O", 1) + residue_text("GLY", "N H CA HA2 HA3 C O OXT", 2);
+  const Molecule molecule = load(charged);
+  EXPECT_EQ(type_of(molecule, "ALA", "N"), "opls_287");
+  EXPECT_EQ(type_of(molecule, "ALA", "H3"), "opls_290");
+  EXPECT_EQ(type_of(molecule, "ALA", "CA"), "opls_293B");
+  EXPECT_EQ(type_of(molecule, "GLY", "OXT"), "opls_272");
+  EXPECT_EQ(type_of(molecule, "GLY", "CA"), "opls_284");
+  EXPECT_NEAR(total_charge(molecule), 0.0, 1e-9);
+  EXPECT_TRUE(molecule.guessed.empty());
+
+  const Molecule acid = load(kAcetyl + residue_text("ALA", "N H CA HA CB HB1 HB2 HB3 C O OXT HXT", 5));
+  EXPECT_EQ(type_of(acid, "ALA", "OXT"), "opls_268");
+  EXPECT_EQ(type_of(acid, "ALA", "O"), "opls_269");
+  EXPECT_NEAR(total_charge(acid), 0.0, 1e-9);
+
+  const Molecule neutral = load(residue_text("ALA", "N H1 H2 CA HA CB HB1 HB2 HB3 C O", 1) + kAmide);
+  EXPECT_EQ(type_of(neutral, "ALA", "N"), "opls_900");
+  EXPECT_NEAR(total_charge(neutral), 0.0, 1e-9);
+
+  const Molecule proline = load(residue_text("PRO", "N H2 H3 CA HA C O CB HB2 HB3 CG HG2 HG3 CD HD2 HD3", 1) + kAmide);
+  EXPECT_EQ(type_of(proline, "PRO", "H3"), "opls_310");
+  EXPECT_NEAR(total_charge(proline), 1.0, 1e-9);
+
+  const Molecule zwitterion = load(residue_text("ALA", "N H1 H2 H3 CA HA CB HB1 HB2 HB3 C O OXT", 1));
+  EXPECT_EQ(type_of(zwitterion, "ALA", "CA"), "opls_299");
+  EXPECT_NEAR(total_charge(zwitterion), 0.0, 1e-9);
+}
+
+TEST_F(OplsLoader, AChainCutOutOfALongerOneIsNotCharged) {
+  const Molecule molecule = load(residue_text("ALA", "N H CA HA CB HB1 HB2 HB3 C O", 4));
+  EXPECT_EQ(type_of(molecule, "ALA", "N"), "opls_238");
+  EXPECT_NEAR(total_charge(molecule), 0.0, 1e-9);
+}
+
+/// Two cysteines without HG whose sulfurs are `distance` apart.
+std::string cysteines(double distance, char second_chain) {
+  test::PdbLine sulfur = {.name = " SG ", .residue = "CYS", .number = 1, .z = 30};
+  std::string text = residue_text("CYS", "N H CA HA CB HB2 HB3 C O", 1) + to_text(sulfur);
+  text += residue_text("CYS", "N H CA HA CB HB2 HB3 C O", 2, second_chain);
+  sulfur.number = 2;
+  sulfur.chain = second_chain;
+  sulfur.z += distance;
+  return text + to_text(sulfur);
+}
+
+TEST_F(OplsLoader, FindsDisulfidesAlsoToChainsThatAreNotLoaded) {
+  EXPECT_EQ(type_of(load(cysteines(2.05, 'A')), "CYS", "SG"), "opls_203");
+  EXPECT_EQ(type_of(load(cysteines(2.05, 'B'), {{"A"}}), "CYS", "SG"), "opls_203");
+  EXPECT_EQ(type_of(load(cysteines(3.0, 'A')), "CYS", "SG"), "opls_200");
+}
+
+TEST_F(OplsLoader, NamesEveryAtomThatItGuesses) {
+  test::PdbLine odd = {.name = " XQ1", .residue = "GLY", .number = 5, .x = 40};
+  test::PdbLine polar = {.name = " HQ ", .residue = "GLY", .number = 5, .x = -1};
+  const Molecule molecule =
+      load(kAcetyl + residue_text("GLY", "N H CA HA2 HA3 C O", 5) + to_text(odd) + to_text(polar) + kAmide);
+  ASSERT_EQ(molecule.guessed.size(), 2U);
+  for (const GuessedType& guess : molecule.guessed) {
+    EXPECT_EQ(molecule.charge_e[guess.atom], 0.0);
+    EXPECT_NE(guess.reason.find(molecule.labels[guess.atom].name), std::string::npos) << guess.reason;
+    EXPECT_NE(guess.reason.find("GLY 5 of chain A"), std::string::npos) << guess.reason;
+    EXPECT_NE(guess.reason.find(molecule.types[guess.atom]), std::string::npos) << guess.reason;
+  }
+  EXPECT_EQ(molecule.types[molecule.guessed[0].atom], "opls_135");
+  EXPECT_EQ(molecule.types[molecule.guessed[1].atom], "opls_241");
+}
+
+TEST_F(OplsLoader, AHistidineWithoutRingHydrogensIsAGuessOfExactlyFourAtoms) {
+  const Molecule molecule = load(kAcetyl + residue_text("HIS", "N CA C O CB CG ND1 CD2 CE1 NE2", 5) + kAmide);
+  std::set<std::string> names;
+  for (const GuessedType& guess : molecule.guessed) names.insert(molecule.labels[guess.atom].name);
+  EXPECT_EQ(names, (std::set<std::string>{"CG", "ND1", "CD2", "NE2"}));
+  EXPECT_EQ(type_of(molecule, "HIS", "NE2"), "opls_503");
+}
+
+TEST_F(OplsLoader, SaysWhatTheFileLacksAndWhatWasLeftOut) {
+  const Molecule molecule =
+      load(residue_text("ALA", "N CA C O", 1) + residue_text("HOH", "O", 2) + residue_text("LIG", "C1 C2", 3));
+  std::string notes;
+  for (const std::string& note : molecule.notes) notes += note + "\n";
+  EXPECT_EQ(molecule.size(), 4U);
+  EXPECT_EQ(type_of(molecule, "ALA", "N"), "opls_287");
+  EXPECT_NE(notes.find("7 of 7 hydrogens are not in the file"), std::string::npos) << notes;
+  EXPECT_NE(notes.find("ALA 1 CB"), std::string::npos) << notes;
+  EXPECT_NE(notes.find("1 residue(s) HOH left out"), std::string::npos) << notes;
+  EXPECT_NE(notes.find("1 residue(s) LIG left out"), std::string::npos) << notes;
+}
+
+TEST_F(OplsLoader, SelenomethionineIsAMethionineWithAGuessedSelenium) {
+  const Molecule molecule =
+      load(kAcetyl + residue_text("MSE", kBackbone + "CB HB2 HB3 CG HG2 HG3 SE CE HE1 HE2 HE3", 5) + kAmide);
+  ASSERT_EQ(molecule.guessed.size(), 1U);
+  EXPECT_EQ(molecule.labels[molecule.guessed[0].atom].name, "SE");
+  EXPECT_EQ(molecule.types[molecule.guessed[0].atom], "opls_202");
+}
+
+TEST_F(OplsLoader, ErrorsNameTheChainsThatAreThere) {
+  const std::string text = residue_text("ALA", "N CA C O", 1, 'A') + residue_text("ALA", "N CA C O", 1, 'C') +
+                           residue_text("HOH", "O", 2, 'W');
+  const std::string message = message_of(text, {{"W"}});
+  EXPECT_NE(message.find("no protein in chain 'W'"), std::string::npos) << message;
+  EXPECT_NE(message.find("A, C"), std::string::npos) << message;
+  EXPECT_NE(message_of(residue_text("HOH", "O", 2)).find("no protein atoms"), std::string::npos);
+  EXPECT_EQ(load(text, {{"C"}}).size(), 4U);
+}
+
+TEST_F(OplsLoader, ReadsTypesInAngstromsAndTheNormalBranchOfIfdef) {
+  const ForceField force_field = load_force_field(test::kOplsDirectory);
+  EXPECT_EQ(force_field.name, "oplsaa");
+  const AtomType& carbon = force_field.type("opls_135");
+  EXPECT_DOUBLE_EQ(carbon.sigma_angstrom, 3.5);
+  EXPECT_DOUBLE_EQ(carbon.epsilon_kj_per_mol, 0.276144);
+  EXPECT_DOUBLE_EQ(force_field.type("opls_111").mass_u, 15.9994);
+  EXPECT_THROW(force_field.type("opls_none"), MoleculeError);
+  for (const auto& [name, block] : force_field.blocks) {
+    for (const BlockAtom& atom : block.atoms) EXPECT_NO_THROW(force_field.type(atom.type)) << name << " " << atom.name;
+  }
+}
+
+TEST_F(OplsLoader, RefusesAForceFieldThatMixesOtherwise) {
+  const std::filesystem::path amber = test::kOplsDirectory.parent_path() / "amber99sb.ff";
+  try {
+    load_force_field(amber);
+    FAIL() << "amber99sb mixes arithmetically";
+  } catch (const MoleculeError& error) {
+    EXPECT_NE(std::string(error.what()).find("forcefield.itp"), std::string::npos) << error.what();
+    EXPECT_NE(std::string(error.what()).find("comb-rule 3"), std::string::npos) << error.what();
+  }
+}
+
+TEST(ForceFieldFiles, AMissingFolderIsNamedWithThePackageThatBringsIt) {
+  try {
+    load_force_field("/nowhere/oplsaa.ff");
+    FAIL() << "a missing folder was loaded";
+  } catch (const MoleculeError& error) {
+    EXPECT_NE(std::string(error.what()).find("/nowhere/oplsaa.ff"), std::string::npos) << error.what();
+    EXPECT_NE(std::string(error.what()).find("gromacs-data"), std::string::npos) << error.what();
+  }
+}
+
+TEST_F(OplsLoader, Loads3al1WithoutAGuess) {
+  if (!std::filesystem::exists(test::k3al1File)) GTEST_SKIP() << "needs the Debian package pymol-data";
+  for (const std::string chain : {"A", "B"}) {
+    const Molecule molecule = load_molecule(test::k3al1File, {{chain}}, test::kOplsDirectory);
+    EXPECT_EQ(molecule.size(), 220U);
+    EXPECT_TRUE(molecule.guessed.empty()) << molecule.guessed[0].reason;
+    // 3 GLU, 3 LYS and the carboxylate of GLY 112 / 212.
+    EXPECT_NEAR(total_charge(molecule), -1.0, 1e-9);
+    EXPECT_EQ(type_of(molecule, "ACE", "1H"), "opls_140");
+    EXPECT_EQ(type_of(molecule, "GLY", "OXT"), "opls_272");
+    EXPECT_EQ(std::count(molecule.types.begin(), molecule.types.end(), "opls_290"), 9) << "hydrogens on NZ";
+    ASSERT_EQ(molecule.notes.size(), 1U);
+    EXPECT_NE(molecule.notes[0].find("alternate locations"), std::string::npos) << molecule.notes[0];
+  }
+}
+
+TEST_F(OplsLoader, SurvivesDamagedStructures) {
+  const std::string valid =
+      kAcetyl + residue_text("HIS", kResidues[13].atoms, 5) + residue_text("LYS", kResidues[19].atoms, 6) + kAmide;
+  for (unsigned seed = 0; seed < 100; ++seed) {
+    std::mt19937 random(seed);
+    std::string text = valid;
+    // Names and residues only, so that most files get past the reader.
+    for (unsigned i = 0; i <= seed % 40; ++i)
+      text[random() % (text.size() / 67) * 67 + 12 + random() % 10] = static_cast<char>(random());
+    try {
+      const Molecule molecule = load(text);
+      EXPECT_EQ(molecule.types.size(), molecule.size()) << "seed " << seed;
+    } catch (const MoleculeError& error) {
+      EXPECT_FALSE(std::string(error.what()).empty());
+    }
+  }
+}
+
+}  // namespace
+}  // namespace tandem

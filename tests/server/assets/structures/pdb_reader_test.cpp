@@ -1,0 +1,174 @@
+// The PDB reader: what it must understand, what it must refuse with a place and a remedy, and that no bytes crash it.
+#include "server/assets/structures/pdb_reader.hpp"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <iterator>
+#include <random>
+
+#include "tests/support/molecules.hpp"
+#include "tests/support/pdb_text.hpp"
+
+namespace tandem {
+namespace {
+
+using test::PdbLine;
+using test::residue_text;
+using test::to_text;
+
+std::string message_of(const std::string& text) {
+  try {
+    parse_pdb(text, "x.pdb");
+  } catch (const MoleculeError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(PdbReader, ReadsTheFixedColumns) {
+  const std::string line = "ATOM   1234  CG2AVAL B 107C    -11.104   6.134  -6.504  0.50 12.00      SEGA C1+\n";
+  const PdbStructure structure = parse_pdb(line, "x.pdb");
+  ASSERT_EQ(structure.residues.size(), 1U);
+  const PdbResidue& residue = structure.residues[0];
+  EXPECT_EQ(residue.name, "VAL");
+  EXPECT_EQ(residue.chain, "B");
+  EXPECT_EQ(residue.id, "107C");
+  ASSERT_EQ(residue.atoms.size(), 1U);
+  EXPECT_EQ(residue.atoms[0].name, "CG2");
+  EXPECT_EQ(residue.atoms[0].element, "C");
+  EXPECT_EQ(residue.atoms[0].serial, 1234);
+  EXPECT_EQ(residue.atoms[0].position_angstrom, Vec3(-11.104, 6.134, -6.504));
+}
+
+TEST(PdbReader, NeedsNothingAfterTheCoordinatesAndIgnoresWhatIsThere) {
+  const std::string bare = to_text({.name = " CA ", .x = 1.5}).substr(0, 54);
+  for (const std::string& line : {bare, bare + "\r\n", bare + "  1.00 20.00      1PPE 268\n",
+                                  bare + std::string(200, '?'), bare + "  1.00 20.00          XX9-\r\n"}) {
+    const PdbStructure structure = parse_pdb(line, "x.pdb");
+    ASSERT_EQ(structure.residues.size(), 1U) << line;
+    EXPECT_EQ(structure.residues[0].atoms[0].element, "C") << line;
+    EXPECT_EQ(structure.residues[0].atoms[0].position_angstrom.x(), 1.5) << line;
+  }
+}
+
+TEST(PdbReader, InsertionCodesSeparateResidues) {
+  const std::string text =
+      to_text({.name = " CA ", .number = 5}) + to_text({.name = " CA ", .number = 5, .insertion = 'A'});
+  const PdbStructure structure = parse_pdb(text, "x.pdb");
+  ASSERT_EQ(structure.residues.size(), 2U);
+  EXPECT_EQ(structure.residues[0].id, "5");
+  EXPECT_EQ(structure.residues[1].id, "5A");
+}
+
+TEST(PdbReader, KeepsTheFirstAlternateLocationOfAResidueThroughout) {
+  // B stands first for HB, but the residue's first letter is A.
+  const std::string text =
+      to_text({.name = " CA ", .x = 1}) + to_text({.name = " CB ", .alternate = 'A', .x = 2}) +
+      to_text({.name = " CB ", .alternate = 'B', .x = 3}) + to_text({.name = " HB ", .alternate = 'B', .x = 4}) +
+      to_text({.name = " HB ", .alternate = 'A', .x = 5}) + to_text({.name = " CG ", .alternate = 'B', .x = 6});
+  const PdbStructure structure = parse_pdb(text, "x.pdb");
+  ASSERT_EQ(structure.residues.size(), 1U);
+  std::vector<double> x;
+  for (const PdbAtom& atom : structure.residues[0].atoms) x.push_back(atom.position_angstrom.x());
+  EXPECT_EQ(x, (std::vector<double>{1, 2, 5, 6}));
+  EXPECT_EQ(structure.alternate_atoms, 2U);
+}
+
+TEST(PdbReader, KeepsTheFirstResidueNameWhereTwoShareAPlace) {
+  const std::string text = to_text({.name = " CA ", .residue = "SER", .alternate = 'A'}) +
+                           to_text({.name = " CA ", .residue = "THR", .alternate = 'B'});
+  const PdbStructure structure = parse_pdb(text, "x.pdb");
+  ASSERT_EQ(structure.residues.size(), 1U);
+  EXPECT_EQ(structure.residues[0].name, "SER");
+}
+
+TEST(PdbReader, CountsWhatIsGivenTwice) {
+  const std::string atom = to_text({.name = " CA "});
+  const PdbStructure structure = parse_pdb(atom + atom, "x.pdb");
+  EXPECT_EQ(structure.residues[0].atoms.size(), 1U);
+  EXPECT_EQ(structure.duplicate_atoms, 1U);
+}
+
+TEST(PdbReader, ReadsTheFirstModelOnly) {
+  const std::string atom = to_text({.name = " CA "});
+  const std::string other = to_text({.name = " CA ", .number = 2});
+  const PdbStructure structure =
+      parse_pdb("MODEL        1\n" + atom + "ENDMDL\nMODEL        2\n" + other + "ENDMDL\n", "x.pdb");
+  EXPECT_EQ(structure.residues.size(), 1U);
+  EXPECT_TRUE(structure.has_more_models);
+  EXPECT_FALSE(parse_pdb(atom + "END\n", "x.pdb").has_more_models);
+}
+
+TEST(PdbReader, TerSeparatesResiduesOfTheSameChainAndNumber) {
+  const std::string atom = to_text({.name = " CA "});
+  const PdbStructure structure = parse_pdb(atom + "TER\n" + atom, "x.pdb");
+  ASSERT_EQ(structure.residues.size(), 2U);
+  EXPECT_EQ(structure.residues[1].segment, 1);
+}
+
+TEST(PdbReader, RefusesWhatIsNotAFiniteCoordinateAndSaysWhere) {
+  const std::string good = to_text({.name = " CA "});
+  for (const std::string field :
+       {"     nan", "     inf", "   1e999", "        ", "  1.2.3 ", "********", "   1e300", "99999999"}) {
+    const std::string message = message_of(good + good.substr(0, 38) + field + good.substr(46));
+    EXPECT_NE(message.find("x.pdb:2: coordinate y in columns 39-46"), std::string::npos) << message;
+    EXPECT_NE(message.find("correct or delete"), std::string::npos) << message;
+  }
+  EXPECT_NE(message_of(good.substr(0, 52)).find("x.pdb:1: atom line ends at column 52"), std::string::npos);
+}
+
+TEST(PdbReader, NamesTheFormatOfFilesThatAreNotPdb) {
+  EXPECT_NE(message_of("data_1ABC\n_entry.id 1ABC\n").find("mmCIF"), std::string::npos);
+  EXPECT_NE(message_of("\x1f\x8b\x08").find("gunzip"), std::string::npos);
+}
+
+TEST(PdbReader, BoundsTheNumberOfAtoms) {
+  const std::string atom = to_text({.name = " CA "}).substr(0, 54) + "\n";
+  std::string text;
+  for (int i = 0; i < 1'000'001; ++i) text += atom;
+  EXPECT_NE(message_of(text).find("x.pdb:1000001: more than 1000000 atoms"), std::string::npos);
+}
+
+TEST(PdbReader, MissingFilesAndFoldersAreErrorsNotCrashes) {
+  EXPECT_THROW(read_pdb("/nowhere/at/all.pdb"), MoleculeError);
+  EXPECT_THROW(read_pdb("/tmp"), MoleculeError);
+  EXPECT_TRUE(parse_pdb("", "x.pdb").residues.empty());
+}
+
+/// Reads hostile bytes; only MoleculeError may come out.
+void expect_no_crash(const std::string& text, unsigned seed) {
+  try {
+    const PdbStructure structure = parse_pdb(text, "x.pdb");
+    for (const PdbResidue& residue : structure.residues) {
+      for (const PdbAtom& atom : residue.atoms) EXPECT_TRUE(is_finite(atom.position_angstrom)) << "seed " << seed;
+    }
+  } catch (const MoleculeError& error) {
+    EXPECT_FALSE(std::string(error.what()).empty());
+  }
+}
+
+TEST(PdbReader, SurvivesTruncatedAndDamagedFiles) {
+  const std::string valid = residue_text("ALA", "N H CA HA CB 1HB 2HB 3HB C O", 1) + "TER\n" +
+                            residue_text("GLY", "N CA C O OXT", 2) + "END\n";
+  for (unsigned seed = 0; seed < 2000; ++seed) {
+    std::mt19937 random(seed);
+    std::string text = valid.substr(0, random() % (valid.size() + 1));
+    for (unsigned i = 0; i < seed % 20 && !text.empty(); ++i)
+      text[random() % text.size()] = static_cast<char>(random());
+    expect_no_crash(text, seed);
+  }
+}
+
+TEST(PdbReader, SurvivesRandomBytes) {
+  for (unsigned seed = 0; seed < 500; ++seed) {
+    std::mt19937 random(seed);
+    std::string text(random() % 4096, '\0');
+    for (char& c : text) c = static_cast<char>(random());
+    for (std::size_t at = 0; at + 7 < text.size(); at += 100) text.replace(at, 7, "\nATOM  ");
+    expect_no_crash(text, seed);
+  }
+}
+
+}  // namespace
+}  // namespace tandem

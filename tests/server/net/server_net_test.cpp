@@ -1,0 +1,206 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/ip/udp.hpp>
+#include <boost/asio/read.hpp>
+#include <boost/asio/write.hpp>
+#include <filesystem>
+#include <fstream>
+
+#include "server/app/server_report.hpp"
+#include "server/assets/scene_library.hpp"
+#include "tests/support/hub_bench.hpp"
+#include "tests/support/running_server.hpp"
+
+namespace tandem {
+namespace {
+
+namespace asio = boost::asio;
+using asio::ip::tcp;
+using asio::ip::udp;
+using testing::AllOf;
+using testing::HasSubstr;
+
+std::string failure_of(const std::function<void()>& action) {
+  try {
+    action();
+  } catch (const std::exception& error) {
+    return error.what();
+  }
+  return "";
+}
+
+/// A blocking client of the control channel.
+class RawClient {
+ public:
+  explicit RawClient(std::uint16_t port) : socket_(io_) {
+    socket_.connect({asio::ip::make_address("127.0.0.1"), port});
+  }
+  void send(const wire::ClientControl& message) {
+    Bytes frame;
+    append_frame(message, frame);
+    asio::write(socket_, asio::buffer(frame));
+  }
+  /// The next message; empty at the end of the stream.
+  std::optional<wire::ServerControl> receive() {
+    std::array<unsigned char, kFrameLengthBytes> length{};
+    boost::system::error_code error;
+    asio::read(socket_, asio::buffer(length), error);
+    if (error) return std::nullopt;
+    Bytes payload((length[0] << 24U) | (length[1] << 16U) | (length[2] << 8U) | length[3]);
+    asio::read(socket_, asio::buffer(payload), error);
+    wire::ServerControl message;
+    if (error || !parse_control(payload, message)) return std::nullopt;
+    return message;
+  }
+  BenchClient join() {
+    wire::ClientControl hello;
+    hello.mutable_hello()->set_protocol_version(kProtocolVersion);
+    hello.mutable_hello()->add_capabilities("state-udp");
+    send(hello);
+    BenchClient client;
+    const auto welcome = receive();
+    client.connection = ConnectionId{welcome->welcome().connection_id()};
+    client.epoch = static_cast<std::uint8_t>(welcome->welcome().epoch());
+    EXPECT_EQ(welcome->welcome().datagram_port(), socket_.remote_endpoint().port());
+    send(HubBench::join_message("raw"));
+    client.joined = receive()->joined();
+    return client;
+  }
+
+ private:
+  asio::io_context io_;
+  tcp::socket socket_;
+};
+
+Bytes state_datagram(BenchClient& client) {
+  Bytes datagram;
+  append_header({DatagramType::kClientUpdate, client.epoch, client.connection, ++client.sequence}, datagram);
+  ClientUpdate update;
+  update.input_tick = Tick{client.sequence};
+  append_client_update(update, datagram);
+  return datagram;
+}
+
+TEST(LiveServer, RefusesEveryAddressThatIsNotLoopback) {
+  for (const char* address : {"0.0.0.0", "192.0.2.7", "::", "example.org"}) {
+    const std::string why = failure_of([address] { LiveServer({.bind_address = address, .port = 0}, {}); });
+    EXPECT_THAT(why, AllOf(HasSubstr(address), HasSubstr("127.0.0.1")));
+  }
+}
+
+TEST(LiveServer, NamesThePortInUseAndTheRemedy) {
+  LiveServer first({.port = 0}, {});
+  const std::string why = failure_of([&first] { LiveServer({.port = first.port()}, {}); });
+  EXPECT_THAT(why, AllOf(HasSubstr(std::to_string(first.port())), HasSubstr("in use"), HasSubstr("--port")));
+}
+
+TEST(LiveServer, ConnectionIdsOfNoTwoServersAgree) {
+  std::set<std::uint64_t> ids;
+  for (int i = 0; i < 3; ++i) {
+    RunningServer running(two_hands_scene());
+    RawClient raw(running.server->port());
+    ids.insert(raw.join().connection.value);
+    running.stop();
+  }
+  EXPECT_EQ(ids.size(), 3U) << "by chance once in 10^19 runs";
+}
+
+TEST(LiveServer, StepsItsRoomsAndReportsItsOwnTiming) {
+  RunningServer running(two_hands_scene());
+  RawClient raw(running.server->port());
+  raw.join();
+  running.stop();
+  const LiveServerReport report = running.server->report();
+  ASSERT_EQ(report.rooms.size(), 1U);
+  EXPECT_GT(report.rooms[0].steps, 0U);
+  EXPECT_EQ(report.rooms[0].step_time.count(), report.rooms[0].steps);
+  EXPECT_EQ(report.counters.joins, 1U);
+  const boost::json::object json = report_json(*running.server);
+  EXPECT_EQ(json.at("rooms").at(0).at("name"), "bench");
+  EXPECT_EQ(json.at("joins"), 1);
+}
+
+TEST(LiveServer, SendsStateToWhereTheUsersDatagramsComeFrom) {
+  RunningServer running(two_hands_scene());
+  RawClient raw(running.server->port());
+  BenchClient client = raw.join();
+  asio::io_context io;
+  udp::socket socket(io, udp::endpoint(asio::ip::make_address("127.0.0.1"), 0));
+  const udp::endpoint server(asio::ip::make_address("127.0.0.1"), running.server->port());
+  socket.send_to(asio::buffer(state_datagram(client)), server);
+  for (std::uint64_t expected = 1; expected <= 20; ++expected) {
+    std::array<std::byte, 2048> buffer{};
+    udp::endpoint from;
+    const std::size_t size = socket.receive_from(asio::buffer(buffer), from);
+    DatagramHeader header;
+    ASSERT_EQ(parse_header(std::span(buffer).first(size), header), DropReason::kNone);
+    EXPECT_EQ(header.connection, client.connection);
+    EXPECT_EQ(from, server);
+  }
+}
+
+TEST(LiveServer, IgnoresAUsersDatagramsFromAnotherAddress) {
+  RunningServer running(two_hands_scene());
+  RawClient raw(running.server->port());
+  BenchClient client = raw.join();
+  asio::io_context io;
+  udp::socket elsewhere(io, udp::endpoint(asio::ip::make_address("127.0.0.2"), 0));
+  udp::socket home(io, udp::endpoint(asio::ip::make_address("127.0.0.1"), 0));
+  const udp::endpoint server(asio::ip::make_address("127.0.0.1"), running.server->port());
+  elsewhere.send_to(asio::buffer(state_datagram(client)), server);
+  home.send_to(asio::buffer(state_datagram(client)), server);
+  std::array<std::byte, 2048> buffer{};
+  udp::endpoint from;
+  home.receive_from(asio::buffer(buffer), from);  // both are through now: one socket, one order
+  elsewhere.non_blocking(true);
+  boost::system::error_code error;
+  elsewhere.receive_from(asio::buffer(buffer), from, 0, error);
+  EXPECT_EQ(error, asio::error::would_block);
+  running.stop();
+  EXPECT_EQ(running.server->report().counters.received_drops.of(DropReason::kNotAllowed), 1U);
+}
+
+TEST(LiveServer, SaysGoodbyeWhenItStops) {
+  RunningServer running(two_hands_scene());
+  RawClient raw(running.server->port());
+  raw.join();
+  running.server->stop();
+  std::optional<wire::ServerControl> last;
+  while (const auto message = raw.receive()) last = message;
+  ASSERT_TRUE(last.has_value());
+  EXPECT_EQ(last->goodbye().reason(), wire::DISCONNECT_SERVER_STOPPING);
+}
+
+TEST(LiveServer, EndsAClientThatAsksMuchAndReadsNothing) {
+  const auto folder = std::filesystem::path(testing::TempDir()) / "slow_reader";
+  std::filesystem::create_directories(folder);
+  std::ofstream(folder / "square.obj") << "# " << std::string(2 * kAssetChunkBytes, 'x')
+                                       << "\nv 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\n";
+  RunningServer running(R"({"name": "meshes", "tools": [{"name": "a"}], "bodies": [{"name": "floor", "shapes": [
+                            {"mesh": {"file": ")" +
+                        (folder / "square.obj").string() + R"("}}]}]})");
+  RawClient raw(running.server->port());
+  const BenchClient client = raw.join();
+  wire::ClientControl request;
+  request.mutable_get_asset()->set_sha256(client.joined.assets(0).sha256());
+  // 64 KiB are sent for each of these, far more in all than any socket buffer and the server's own limit take.
+  // Sending fails once the server has closed; the log says why it did.
+  failure_of([&] {
+    for (int i = 0; i < 100'000 && !running.has_logged("piled up"); ++i) raw.send(request);
+  });
+  EXPECT_TRUE(eventually([&running] { return running.has_logged("piled up unread"); }));
+}
+
+TEST(SceneLibrary, FindsAFileANameOrSaysWhatThereIs) {
+  const auto folder = std::filesystem::path(testing::TempDir()) / "scene_library";
+  std::filesystem::create_directories(folder);
+  std::ofstream(folder / "attic.json") << "{}";
+  EXPECT_EQ(find_scene("attic", {folder / "nowhere", folder}), folder / "attic.json");
+  EXPECT_EQ(find_scene((folder / "attic.json").string(), {}), folder / "attic.json");
+  EXPECT_THAT(failure_of([&] { find_scene("cellar", {folder}); }), AllOf(HasSubstr("cellar"), HasSubstr("attic")));
+}
+
+}  // namespace
+}  // namespace tandem

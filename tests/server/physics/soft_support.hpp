@@ -1,0 +1,78 @@
+// A pad on a table and a ball that presses it: what tests of soft bodies begin with.
+#pragma once
+
+#include <memory>
+#include <utility>
+
+#include "common/contact/primitive_fields.hpp"
+#include "server/assets/soft_scene.hpp"
+#include "server/physics/soft_world.hpp"
+
+namespace tandem {
+
+inline constexpr double kBallRadius_m = 0.015;
+inline constexpr double kPadHeight_m = 0.04;
+
+inline SoftRigid rigid(std::shared_ptr<const ContactShape> shape, double friction) {
+  SoftRigid result;
+  result.model.radius_m = shape->radius_m();
+  result.model.parts.push_back({std::move(shape), Pose{}});
+  result.friction = friction;
+  return result;
+}
+
+/// Built once: a table has a hundred thousand points, which nothing here needs.
+inline const std::shared_ptr<const ContactShape>& table_shape() {
+  static const auto kShape = make_contact_box(Vec3(0.5, 0.4, 0.02));
+  return kShape;
+}
+
+/// A pad above a table whose top is z = 0, and a ball as tool.
+inline SoftWorldSettings pad_settings(SoftSides anchored, double friction = 0.5) {
+  SoftTraits traits;
+  traits.mass_kg = 0.3;
+  traits.anchored = anchored;
+  traits.X_WS.p = Vec3(0, 0, kPadHeight_m / 2);
+  SoftWorldSettings settings;
+  // The tests step faster than time.
+  settings.waits_for_worker = true;
+  settings.bodies.push_back(make_soft_block(Vec3(0.08, 0.08, kPadHeight_m), 0.0134, traits));
+  settings.obstacles.push_back({rigid(table_shape(), 0.5), {Vec3(0, 0, -0.01), Quat::Identity()}});
+  settings.tools.push_back(rigid(make_contact_sphere(kBallRadius_m), friction));
+  return settings;
+}
+/// The same without table and weight.
+inline SoftWorldSettings floating_settings() {
+  SoftWorldSettings settings = pad_settings(0);
+  settings.obstacles.clear();
+  settings.gravity_m_per_s2 = Vec3::Zero();
+  return settings;
+}
+
+inline SoftTool ball_at(const Vec3& p_W) {
+  return {Pose{p_W, Quat::Identity()}, true};
+}
+/// A ball that is `depth_m` below the top of the pad, off its middle so that nothing cancels by symmetry.
+inline SoftTool ball_in_pad(double depth_m) {
+  return ball_at(Vec3(0.003, 0.002, kPadHeight_m + kBallRadius_m - depth_m));
+}
+inline const SoftTool kAway = ball_at(Vec3(0, 0, 0.3));
+
+/// One soft step; its result can be read afterwards (the tool of the next one is the same).
+inline TickFaults soft_step(SoftWorld& world, const SoftTool& tool) {
+  TickFaults faults = 0;
+  for (int i = 0; i < world.period_steps(); ++i) faults |= world.advance({&tool, 1});
+  return faults;
+}
+inline void soft_steps(SoftWorld& world, const SoftTool& tool, int count) {
+  for (int i = 0; i < count; ++i) soft_step(world, tool);
+}
+
+using Vector6 = Eigen::Matrix<double, 6, 1>;
+inline Vector6 as_vector(const Wrench& wrench) {
+  Vector6 vector;
+  vector << wrench.f, wrench.t;
+  return vector;
+}
+
+}  // namespace tandem

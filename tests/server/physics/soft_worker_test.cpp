@@ -1,0 +1,65 @@
+// Soft bodies on a thread of their own: the same bits as inline, never waited for.
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cmath>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "tests/server/physics/soft_support.hpp"
+#include "tests/support/allocation_counter.hpp"
+
+namespace tandem {
+namespace {
+
+using Execution = SoftWorld::Execution;
+
+/// What a room sees of 20 soft steps with a wandering tool.
+std::vector<double> story(Execution execution) {
+  SoftWorld world(pad_settings(16), execution);
+  std::vector<double> numbers;
+  for (int step = 0; step < 20 * world.period_steps(); ++step) {
+    const double phase = 0.01 * step;
+    const SoftTool tool =
+        ball_at(Vec3(0.01 * std::sin(phase), 0.01 * std::cos(phase), 0.048 + 0.004 * std::sin(3 * phase)));
+    world.advance({&tool, 1});
+    const Vector6 wrench = as_vector(soft_wrench(world.contact(0), tool.X_WT));
+    numbers.insert(numbers.end(), wrench.data(), wrench.data() + 6);
+    for (const Vec3& node : world.nodes_W(0)) numbers.push_back(node.sum());
+  }
+  return numbers;
+}
+
+TEST(SoftWorker, WorkerAndInlineGiveTheSameBits) {
+  const std::vector<double> at_once = story(Execution::kInline);
+  EXPECT_EQ(at_once, story(Execution::kWorker));
+  EXPECT_EQ(at_once, story(Execution::kInline));
+}
+
+TEST(SoftWorker, RoomAllocatesNothingWhileAWorkerSteps) {
+  SoftWorld world(pad_settings(16), Execution::kWorker);
+  soft_steps(world, ball_in_pad(0.004), 3);
+  const std::uint64_t before = allocation_count();
+  soft_steps(world, ball_in_pad(0.006), 10);
+  EXPECT_EQ(allocation_count(), before);
+}
+
+TEST(SoftWorker, DoesNotWaitForALateWorkerAndSaysSo) {
+  SoftWorldSettings settings = pad_settings(16);
+  settings.waits_for_worker = false;
+  std::atomic<bool> may_step{false};
+  settings.before_step = [&may_step] { may_step.wait(false); };
+  SoftWorld world(std::move(settings), Execution::kWorker);
+  EXPECT_EQ(soft_step(world, kAway) & kFaultSoftLate, 0U);
+  EXPECT_NE(soft_step(world, kAway) & kFaultSoftLate, 0U);
+  EXPECT_NE(soft_step(world, kAway) & kFaultSoftLate, 0U) << "at every step, until it is there";
+  EXPECT_EQ(world.late_count(), 1U);
+  may_step = true;
+  may_step.notify_all();
+  while ((world.advance({&kAway, 1}) & kFaultSoftLate) != 0) std::this_thread::yield();
+  EXPECT_EQ(world.contact(0).X_WT0.p, kAway.X_WT.p) << "the late result is taken all the same";
+}
+
+}  // namespace
+}  // namespace tandem

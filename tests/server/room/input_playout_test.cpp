@@ -1,0 +1,283 @@
+// What is played out must be the hand's own motion, later: through jitter, bursts of loss, and clocks that drift.
+#include "server/room/input_playout.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <deque>
+#include <numbers>
+
+#include "common/base/random.hpp"
+#include "common/net/link.hpp"
+
+namespace tandem {
+namespace {
+
+constexpr double kStep_s = 1e-3;
+/// A stirring hand: 5 cm, 2 Hz, and 0.4 rad at 1.5 Hz about a fixed axis.
+constexpr double kReach_m = 0.05;
+constexpr double kRate = 2 * std::numbers::pi * 2;
+constexpr double kTurn_rad = 0.4;
+constexpr double kTurnRate = 2 * std::numbers::pi * 1.5;
+const Vec3 kAxis = Vec3(1, 2, -2) / 3;
+
+RigidState stirring(double t) {
+  RigidState state;
+  state.X.p = kReach_m * Vec3(std::sin(kRate * t), std::cos(kRate * t), 0);
+  state.V.v = kReach_m * kRate * Vec3(std::cos(kRate * t), -std::sin(kRate * t), 0);
+  state.X.q = quaternion_of(kTurn_rad * std::sin(kTurnRate * t) * kAxis);
+  state.V.w = kTurn_rad * kTurnRate * std::cos(kTurnRate * t) * kAxis;
+  return state;
+}
+
+double paid_j(std::uint64_t tick) {
+  return 0.002 * static_cast<double>(tick);
+}
+
+ClientUpdate input_of(std::uint64_t tick, double client_s) {
+  ClientUpdate input;
+  input.input_tick = Tick{tick};
+  input.sent = LocalTime(from_seconds(client_s));
+  input.handle_valid = true;
+  input.mode = ClientMode::kLocalModel;
+  input.handle = input.tool = stirring(static_cast<double>(tick) * kStep_s);
+  input.energy_from_hand_j = paid_j(tick);
+  input.energy_to_hand_j = paid_j(tick) / 4;
+  return input;
+}
+
+/// A client whose clock is 1000 s ahead, a link, and a playout that is fed and asked once a step.
+struct Line {
+  explicit Line(LinkParameters parameters, double its_drift = 0)
+      : link(std::move(parameters), 1, 1), drift(its_drift) {}
+
+  /// What is played in the next step.
+  std::optional<PlayedInput> step() {
+    ++steps;
+    const LocalTime now{std::chrono::milliseconds(steps)};
+    // The client ticks in the middle of the room's steps, at its own rate.
+    const double client_now_s = (static_cast<double>(steps) + 0.5) * kStep_s * (1 + drift);
+    while (static_cast<double>(sent.size() + 1) * kStep_s <= client_now_s) {
+      const std::uint64_t tick = sent.size() + 1;
+      sent.push_back(input_of(tick, 1000 + static_cast<double>(tick) * kStep_s));
+      std::array<std::byte, 8> packet{};
+      std::memcpy(packet.data(), &tick, sizeof tick);
+      link.send(now, packet);
+    }
+    // Newest-wins, as the room's mailbox is.
+    const ClientUpdate* newest = nullptr;
+    while (const auto packet = link.receive(now)) {
+      std::uint64_t tick = 0;
+      std::memcpy(&tick, packet->data(), sizeof tick);
+      newest = &sent[tick - 1];
+    }
+    if (newest != nullptr) {
+      if (taken != 0) longest_gap = std::max(longest_gap, newest->input_tick.value - taken);
+      taken = newest->input_tick.value;
+      playout.take(*newest, now.time_since_epoch());
+    }
+    return playout.play(now.time_since_epoch());
+  }
+
+  SimulatedLink link;
+  double drift;
+  InputPlayout playout{kStep_s};
+  std::deque<ClientUpdate> sent;
+  std::uint64_t steps = 0;
+  std::uint64_t taken = 0;        ///< the last tick that came
+  std::uint64_t longest_gap = 0;  ///< in ticks, between two that came
+};
+
+LinkParameters link_of(double delay_s, double jitter_s, double loss) {
+  LinkParameters parameters;
+  parameters.delay = from_seconds(delay_s);
+  parameters.jitter = from_seconds(jitter_s);
+  parameters.loss = loss;
+  return parameters;
+}
+
+double difference_m(const RigidState& a, const RigidState& b) {
+  return (a.X.p - b.X.p).norm();
+}
+
+TEST(InputPlayout, OverAPerfectLinkPlaysEveryTickOnceAndUnchanged) {
+  Line line(link_of(0.020, 0, 0));
+  for (int i = 0; i < 2000; ++i) line.step();
+  Tick before = line.step()->tick;
+  for (int i = 0; i < 500; ++i) {
+    const PlayedInput played = *line.step();
+    EXPECT_EQ(played.tick.value, before.value + 1);
+    before = played.tick;
+    const RigidState truth = stirring(static_cast<double>(played.tick.value) * kStep_s);
+    EXPECT_EQ(played.handle.X.p, truth.X.p);
+    EXPECT_EQ(played.tool.V.w, truth.V.w);
+    EXPECT_EQ(played.energy_from_hand_j, paid_j(played.tick.value));
+  }
+  // The last datagram came in this very step; a step more, so that between two there is always one to come.
+  EXPECT_LE(to_seconds(line.playout.delay()), 0.0025);
+}
+
+TEST(InputPlayout, JitterAndBurstsOfLossChangeThePlayedHandByLessThanTheCubicsBound) {
+  Line line(link_of(0.050, 0.010, 0.05));
+  for (int i = 0; i < 3000; ++i) line.step();
+  int dry = 0;
+  double largest_m = 0, largest_turn = 0, largest_step = 0;
+  PlayedInput before = *line.step();
+  const int steps = 20000;
+  for (int i = 0; i < steps; ++i) {
+    const PlayedInput played = *line.step();
+    dry += played.is_dry;
+    const RigidState truth = stirring(static_cast<double>(played.tick.value) * kStep_s);
+    EXPECT_NEAR(played.energy_from_hand_j, paid_j(played.tick.value), 1e-9) << "evenly, whatever was lost";
+    EXPECT_NEAR(played.energy_to_hand_j, paid_j(played.tick.value) / 4, 1e-9);
+    largest_m = std::max(largest_m, difference_m(played.handle, truth));
+    largest_turn = std::max(largest_turn, played.handle.X.q.angularDistance(truth.X.q));
+    largest_step = std::max(largest_step, static_cast<double>(played.tick.value - before.tick.value));
+    before = played;
+  }
+  RecordProperty("largest_um", static_cast<int>(1e6 * largest_m));
+  // The cubic errs by T⁴/384 max|x⁗| on each of the two axes, with T the longest gap between two inputs that came.
+  const double gap_s = static_cast<double>(line.longest_gap) * kStep_s;
+  const double bound_m = std::numbers::sqrt2 * std::pow(gap_s, 4) / 384 * kReach_m * std::pow(kRate, 4);
+  EXPECT_LE(gap_s, 0.1) << "a longer one is no gap but a silence";
+  EXPECT_LE(largest_m, bound_m);
+  EXPECT_LE(largest_turn, 1e-3);
+  EXPECT_GT(largest_m, 0) << "nothing was lost, so nothing was tested";
+  EXPECT_LE(largest_step, InputPlayout::kCatchUp) << "the hand would jump";
+  EXPECT_LE(dry, (1 - InputPlayout::kDelay.quantile) * steps * 1.5);
+  EXPECT_LE(to_seconds(line.playout.delay()), to_seconds(InputPlayout::kDelay.longest) + 1e-9);
+}
+
+TEST(InputPlayout, WithoutItTheSameLineMovesTheHandByFarMore) {
+  Line line(link_of(0.050, 0.010, 0.05));
+  for (int i = 0; i < 3000; ++i) line.step();
+  const double delay_s = to_seconds(line.playout.delay()) + 0.050;
+  // Newest wins: the hand at the same mean delay, off by what the speed makes of the jitter.
+  double largest_m = 0;
+  std::uint64_t newest = 0;
+  LinkParameters same = link_of(0.050, 0.010, 0.05);
+  SimulatedLink link(same, 1, 1);
+  for (std::uint64_t step = 1; step < 5000; ++step) {
+    const LocalTime now{std::chrono::milliseconds(step)};
+    std::array<std::byte, 8> packet{};
+    std::memcpy(packet.data(), &step, sizeof step);
+    link.send(now, packet);
+    while (const auto received = link.receive(now)) std::memcpy(&newest, received->data(), sizeof newest);
+    if (step < 200) continue;
+    const double truth_s = static_cast<double>(step) * kStep_s - 0.060;
+    largest_m = std::max(largest_m, difference_m(stirring(static_cast<double>(newest) * kStep_s), stirring(truth_s)));
+  }
+  EXPECT_GT(largest_m, 5e-3);
+  EXPECT_LT(delay_s, 0.120);
+}
+
+TEST(InputPlayout, AWorseNetworkIsFollowedNoFasterThanTheSlew) {
+  InputPlayout playout(kStep_s);
+  std::uint64_t steps = 0;
+  const auto step = [&](std::uint64_t late) {
+    ++steps;
+    const double now_s = static_cast<double>(steps) * kStep_s;
+    if (steps > late)
+      playout.take(input_of(steps - late, now_s - static_cast<double>(late) * kStep_s), from_seconds(now_s));
+    return playout.play(from_seconds(now_s));
+  };
+  for (int i = 0; i < 4000; ++i) step(10);
+  const double before_s = to_seconds(playout.delay());
+  // From here on everything is 30 ms later: the least of the last 2 s is still that of before.
+  double last_s = before_s;
+  for (int i = 0; i < 1000; ++i) {
+    step(40);
+    ASSERT_LE(to_seconds(playout.delay()) - last_s, InputPlayout::kDelay.slew * kStep_s + 1e-12);
+    last_s = to_seconds(playout.delay());
+  }
+  EXPECT_NEAR(last_s - before_s, 0.030, 0.001);
+}
+
+TEST(InputPlayout, FollowsAClockThatDriftsAndNeverSkipsMoreThanItMust) {
+  // 200 ppm: far more than crystals do. In 20 s the clocks part by 4 ms.
+  for (const double drift : {200e-6, -200e-6}) {
+    SCOPED_TRACE(drift);
+    Line line(link_of(0.020, 0, 0), drift);
+    for (int i = 0; i < 5000; ++i) line.step();
+    int odd = 0;
+    Tick before = line.step()->tick;
+    for (int i = 0; i < 20000; ++i) {
+      const PlayedInput played = *line.step();
+      const std::uint64_t stride = played.tick.value - before.value;
+      EXPECT_LE(stride, 2U);
+      odd += stride != 1;
+      before = played.tick;
+      // Where two came in one step, the first is put between its neighbours.
+      EXPECT_LE(difference_m(played.handle, stirring(static_cast<double>(before.value) * kStep_s)), 1e-9);
+    }
+    // Four are due; the delay's own bins add a few.
+    EXPECT_LE(odd, 40);
+    EXPECT_LE(to_seconds(line.playout.delay()), 0.004);
+  }
+}
+
+TEST(InputPlayout, HoldsTheLastWhenDryAndLetsItsMotionFade) {
+  InputPlayout playout(kStep_s);
+  for (std::uint64_t tick = 1; tick <= 100; ++tick) {
+    playout.take(input_of(tick, static_cast<double>(tick) * kStep_s), std::chrono::milliseconds(tick));
+    playout.play(std::chrono::milliseconds(tick));
+  }
+  const RigidState last = stirring(0.1);
+  std::optional<PlayedInput> played;
+  double speed = last.V.v.norm();
+  for (int i = 1; i <= 60; ++i) {
+    played = playout.play(std::chrono::milliseconds(100 + i));
+    ASSERT_TRUE(played);
+    if (!played->is_dry) continue;
+    EXPECT_EQ(played->tick.value, 100U) << "the handle is exactly that of the tick that is answered";
+    EXPECT_EQ(played->handle.X.p, last.X.p);
+    EXPECT_LE(played->handle.V.v.norm(), speed);
+    speed = played->handle.V.v.norm();
+  }
+  EXPECT_TRUE(played->is_dry);
+  EXPECT_EQ(speed, 0);
+  EXPECT_EQ(played->tool.V.w.norm(), 0);
+}
+
+TEST(InputPlayout, StartsAtTheFirstInputAndForgetsWhatALongSilenceLeft) {
+  InputPlayout playout(kStep_s);
+  EXPECT_FALSE(playout.play(Duration{0}));
+  playout.take(input_of(7, 5.0), std::chrono::milliseconds(1));
+  ASSERT_TRUE(playout.play(std::chrono::milliseconds(1)));
+  EXPECT_EQ(playout.play(std::chrono::milliseconds(2))->tick.value, 7U) << "held until it is due";
+  // One second later and a metre away: no way from there to here is made up.
+  ClientUpdate far = input_of(1007, 6.0);
+  far.handle.X.p += Vec3(1, 0, 0);
+  playout.take(far, std::chrono::milliseconds(1001));
+  EXPECT_EQ(playout.play(std::chrono::milliseconds(1001))->handle.X.p, far.handle.X.p);
+  playout.reset();
+  EXPECT_FALSE(playout.play(std::chrono::milliseconds(1002)));
+}
+
+TEST(InputPlayout, HostileTimesAndTicksGiveFiniteStatesWithinTheLimits) {
+  Random random(3);
+  InputPlayout playout(kStep_s);
+  std::uint64_t tick = 1;
+  for (std::uint64_t step = 1; step < 20000; ++step) {
+    const double now_s = static_cast<double>(step) * kStep_s;
+    if (random.uniform() < 0.8) {
+      tick += random.uniform() < 0.02 ? random.next_u64() : random.next_u32() % 4;
+      ClientUpdate input = input_of(tick, random.uniform() < 0.5 ? now_s : random.uniform(0, 2.3e9));
+      if (random.uniform() < 0.5) input.sent = LocalTime(Duration(static_cast<Duration::rep>(step)));
+      input.handle.V.v = Vec3(0, 0, random.uniform() < 0.5 ? kMaxSpeedMPerS : -kMaxSpeedMPerS);
+      playout.take(input, from_seconds(now_s));
+    }
+    if (random.uniform() < 0.01) playout.reset();
+    const auto played = playout.play(from_seconds(now_s));
+    if (!played) continue;
+    ASSERT_TRUE(is_finite(played->handle.X) && is_finite(played->tool.X));
+    ASSERT_LE(played->handle.V.v.norm(), kMaxSpeedMPerS * (1 + 1e-9));
+    ASSERT_LE(played->handle.V.w.norm(), kMaxTurnRadPerS * (1 + 1e-9));
+    ASSERT_NEAR(played->handle.X.q.norm(), 1, 1e-9);
+    ASSERT_GE(to_seconds(playout.delay()), 0);
+  }
+}
+
+}  // namespace
+}  // namespace tandem

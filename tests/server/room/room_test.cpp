@@ -1,0 +1,381 @@
+// The room's protocol with its users: commands, inputs, buttons, updates and events.
+#include "server/room/room.hpp"
+
+#include <gtest/gtest.h>
+
+#include <LinearMath/btAlignedAllocator.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <optional>
+
+#include "tests/common/physics/scene_support.hpp"
+#include "tests/support/allocation_counter.hpp"
+
+namespace tandem {
+namespace {
+
+constexpr const char* kTwoCubes =
+    R"({"name": "floor", "shapes": [{"box": {"size_m": [1, 1, 0.1]}}], "placement": {"position_m": [0, 0, -0.05]}},
+       {"name": "a", "shapes": [{"box": {"size_m": [0.04, 0.04, 0.04]}}], "mass_kg": 0.2, "graspable": true,
+        "placement": {"position_m": [0, 0, 0.02]}},
+       {"name": "b", "shapes": [{"box": {"size_m": [0.04, 0.04, 0.04]}}], "mass_kg": 0.2,
+        "placement": {"position_m": [0.2, 0, 0.02]}})";
+constexpr const char* kTwoTools =
+    R"({"name": "l", "placement": {"position_m": [0, 0, 0.05]}}, {"name": "r", "placement": {"position_m": [0.5, 0, 0.3]}})";
+
+class RoomTest : public ::testing::Test {
+ protected:
+  RoomTest() : room_(RoomId{1}, "test", load_parts({.bodies = kTwoCubes, .tools = kTwoTools})) {}
+
+  void post(RoomCommand::Kind kind, std::uint8_t slot, std::uint32_t user, std::uint32_t request = 0,
+            BodyId body = {}) {
+    RoomCommand command;
+    command.kind = kind;
+    command.slot = slot;
+    command.user = UserId{user};
+    command.request = request;
+    command.body = body;
+    ASSERT_TRUE(room_.post(command));
+  }
+  void join(std::uint8_t slot, std::uint32_t user, std::uint8_t tool) {
+    RoomCommand command;
+    command.slot = slot;
+    command.user = UserId{user};
+    command.role = UserRole::kManipulator;
+    command.tool = tool;
+    ASSERT_TRUE(room_.post(command));
+  }
+  void observe(std::uint8_t slot, std::uint32_t user) { post(RoomCommand::Kind::kJoin, slot, user); }
+
+  void send(std::uint8_t slot, const Vec3& p, std::uint32_t buttons = 0, bool is_valid = true) {
+    ClientUpdate update;
+    update.input_tick = Tick{++ticks_};
+    update.handle.X.p = p;
+    update.handle_valid = is_valid;
+    update.buttons = buttons;
+    update.sent = LocalTime(Duration(static_cast<Duration::rep>(1000 * ticks_)));
+    room_.slot(slot).input.publish(update);
+  }
+  void step(int count = 1) {
+    for (int i = 0; i < count; ++i) room_.step(ServerTime(room_.period() * static_cast<Duration::rep>(++steps_)));
+  }
+  /// The newest update of a slot; empty when none came since the last call.
+  std::optional<ServerUpdate> update(std::uint8_t slot) {
+    if (!room_.slot(slot).output.poll()) return std::nullopt;
+    return room_.slot(slot).output.front().update;
+  }
+  std::optional<RoomEvent> event() {
+    RoomEvent event;
+    if (!room_.next_event(event)) return std::nullopt;
+    return event;
+  }
+
+  Room room_;
+  std::uint64_t ticks_ = 0;
+  std::uint64_t steps_ = 0;
+};
+
+TEST_F(RoomTest, OnlyOccupiedSlotsAreTold) {
+  join(3, 7, 0);
+  step();
+  EXPECT_TRUE(update(3).has_value());
+  EXPECT_FALSE(update(0).has_value());
+  post(RoomCommand::Kind::kLeave, 3, 7);
+  step();
+  EXPECT_FALSE(update(3).has_value());
+}
+
+TEST_F(RoomTest, UpdateAnswersTheNewestInput) {
+  join(0, 7, 0);
+  send(0, {0, 0, 0.05});
+  send(0, {0, 0, 0.06});
+  step();
+  const auto told = update(0);
+  ASSERT_TRUE(told.has_value());
+  EXPECT_EQ(told->step, Step{1});
+  EXPECT_EQ(told->stepped, ServerTime(room_.period()));
+  // Joining drops what an earlier user of the slot may have left in its mailbox.
+  EXPECT_EQ(told->answered_input, Tick{0});
+  send(0, {0, 0, 0.06});
+  step();
+  const auto next = update(0);
+  EXPECT_EQ(next->answered_input, Tick{3});
+  EXPECT_EQ(next->echoed_sent, LocalTime(Duration(3000)));
+}
+
+TEST_F(RoomTest, BodiesAreAllThatMoveAndUsersAreTheOthers) {
+  join(0, 7, 0);
+  join(1, 8, 1);
+  observe(2, 9);
+  step();
+  const auto first = update(0);
+  ASSERT_EQ(first->bodies.size(), 2U) << "the floor does not move";
+  EXPECT_EQ(first->bodies[0].id, BodyId{2});
+  ASSERT_EQ(first->users.size(), 1U) << "neither oneself nor observers";
+  EXPECT_EQ(first->users[0].id, UserId{8});
+  EXPECT_EQ(first->users[0].tool.X.p, Vec3(0.5, 0, 0.3));
+  EXPECT_EQ(update(2)->users.size(), 2U) << "an observer sees both";
+}
+
+TEST_F(RoomTest, GrabCommandIsAnsweredAndSeenByAll) {
+  join(0, 7, 0);
+  join(1, 8, 1);
+  step();
+  post(RoomCommand::Kind::kGrab, 0, 7, 42);
+  step();
+  const auto answer = event();
+  ASSERT_TRUE(answer.has_value());
+  EXPECT_EQ(answer->kind, RoomEvent::Kind::kGrabbed);
+  EXPECT_EQ(answer->request, 42U);
+  EXPECT_EQ(answer->body, BodyId{2});
+  EXPECT_EQ(update(0)->held_body, BodyId{2});
+  const auto other = update(1);
+  EXPECT_EQ(other->bodies[0].held_by, UserId{7});
+  EXPECT_EQ(other->users[0].holds, BodyId{2});
+  post(RoomCommand::Kind::kRelease, 0, 7, 43);
+  step();
+  EXPECT_EQ(event()->kind, RoomEvent::Kind::kReleased);
+  EXPECT_FALSE(update(0)->held_body.is_valid());
+}
+
+TEST_F(RoomTest, RefusedGrabSaysWhy) {
+  join(0, 7, 0);
+  for (const auto& [body, reason] :
+       {std::pair{BodyId{3}, GrabResult::kNotGraspable}, std::pair{BodyId{9}, GrabResult::kUnknownBody}}) {
+    post(RoomCommand::Kind::kGrab, 0, 7, 5, body);
+    step();
+    const auto answer = event();
+    ASSERT_TRUE(answer.has_value());
+    EXPECT_EQ(answer->kind, RoomEvent::Kind::kGrabRefused);
+    EXPECT_EQ(answer->refusal, reason);
+  }
+}
+
+TEST_F(RoomTest, GrabButtonGrabsOnPressAndLetsGoOnRelease) {
+  join(0, 7, 0);
+  step();
+  send(0, {0, 0, 0.05}, kButtonGrab);
+  step();
+  EXPECT_EQ(update(0)->held_body, BodyId{2});
+  send(0, {0, 0, 0.05}, kButtonGrab);
+  step();
+  EXPECT_EQ(event()->kind, RoomEvent::Kind::kGrabbed);
+  EXPECT_FALSE(event().has_value()) << "holding it down is not a second press";
+  send(0, {0, 0, 0.05}, 0);
+  step();
+  EXPECT_EQ(event()->kind, RoomEvent::Kind::kReleased);
+  EXPECT_FALSE(update(0)->held_body.is_valid());
+}
+
+TEST_F(RoomTest, LeavingLetsGo) {
+  join(0, 7, 0);
+  join(1, 8, 1);
+  post(RoomCommand::Kind::kGrab, 0, 7);
+  step();
+  ASSERT_EQ(update(1)->bodies[0].held_by, UserId{7});
+  post(RoomCommand::Kind::kLeave, 0, 7);
+  step();
+  const auto left = update(1);
+  EXPECT_FALSE(left->bodies[0].held_by.is_valid());
+  EXPECT_TRUE(left->users.empty());
+}
+
+TEST_F(RoomTest, CommandOfAFormerUserDoesNotTouchTheNext) {
+  join(0, 7, 0);
+  post(RoomCommand::Kind::kLeave, 0, 7);
+  join(0, 8, 0);
+  post(RoomCommand::Kind::kGrab, 0, 7, 5);
+  post(RoomCommand::Kind::kLeave, 0, 7);
+  step();
+  EXPECT_FALSE(event().has_value());
+  EXPECT_TRUE(update(0).has_value());
+}
+
+TEST_F(RoomTest, ObserverMovesNothing) {
+  observe(0, 7);
+  post(RoomCommand::Kind::kGrab, 0, 7, 5);
+  step();
+  send(0, {0, 0, 0.02}, kButtonGrab);
+  step(10);
+  EXPECT_FALSE(event().has_value());
+  EXPECT_EQ(update(0)->tick_faults, 0U);
+}
+
+TEST_F(RoomTest, ImpossibleCommandsAreIgnored) {
+  join(0, 7, 200);
+  join(255, 8, 0);
+  post(RoomCommand::Kind::kGrab, 77, 9);
+  step();
+  EXPECT_FALSE(update(0).has_value());
+}
+
+TEST_F(RoomTest, InputIsStaleAfter100Milliseconds) {
+  join(1, 8, 1);
+  step();
+  send(1, {0.5, 0, 0.3});
+  step(101);
+  EXPECT_EQ(update(1)->tick_faults & kFaultInputStale, 0U);
+  step();
+  EXPECT_NE(update(1)->tick_faults & kFaultInputStale, 0U);
+  send(1, {0.5, 0, 0.3});
+  step();
+  EXPECT_EQ(update(1)->tick_faults & kFaultInputStale, 0U);
+}
+
+TEST_F(RoomTest, StaleOrInvalidHandleIsNotPulledTo) {
+  join(1, 8, 1);
+  step();
+  send(1, {0.52, 0, 0.3});
+  step(5);
+  EXPECT_GT(update(1)->wrench_on_hand_W.f.norm(), 1);
+  send(1, {9, 9, 9}, 0, false);
+  step(2);
+  EXPECT_EQ(update(1)->wrench_on_hand_W.f.norm(), 0);
+  step(500);
+  EXPECT_LT((update(1)->tool.X.p - Vec3(0.5, 0, 0.3)).norm(), 0.03);
+}
+
+TEST_F(RoomTest, ReportedFaultsAreToldOnce) {
+  observe(0, 7);
+  room_.report(kFaultOverrun);
+  step();
+  EXPECT_EQ(update(0)->tick_faults, static_cast<TickFaults>(kFaultOverrun));
+  step();
+  EXPECT_EQ(update(0)->tick_faults, 0U);
+}
+
+TEST_F(RoomTest, LostEventsAreCounted) {
+  join(0, 7, 0);
+  for (int i = 0; i < 300; ++i) {
+    post(RoomCommand::Kind::kGrab, 0, 7, 1, BodyId{9});
+    step();
+  }
+  EXPECT_EQ(room_.events_lost(), 300U - 256U);
+}
+
+TEST_F(RoomTest, OneUsersFloodOfGrabsIsAnsweredBusyAndOthersAreServedInTheSameStep) {
+  join(0, 7, 0);
+  join(1, 8, 1);
+  step();
+  for (std::uint32_t i = 0; i < 40; ++i) post(RoomCommand::Kind::kGrab, 0, 7, 100 + i);
+  post(RoomCommand::Kind::kRelease, 0, 7, 140);
+  post(RoomCommand::Kind::kRelease, 1, 8, 200);
+  step();
+  const auto first = event();
+  ASSERT_TRUE(first.has_value());
+  EXPECT_EQ(first->kind, RoomEvent::Kind::kGrabbed);
+  EXPECT_EQ(first->request, 100U);
+  for (std::uint32_t i = 1; i <= 40; ++i) {
+    const auto refused = event();
+    ASSERT_TRUE(refused.has_value()) << i;
+    EXPECT_EQ(refused->refusal, GrabResult::kBusy) << i;
+    EXPECT_EQ(refused->request, 100 + i);
+  }
+  const auto other = event();
+  ASSERT_TRUE(other.has_value());
+  EXPECT_EQ(other->kind, RoomEvent::Kind::kReleased);
+  EXPECT_EQ(other->request, 200U);
+  EXPECT_EQ(update(0)->held_body, BodyId{2}) << "the release of that step was refused";
+}
+
+TEST_F(RoomTest, AStepAppliesABoundedNumberOfCommands) {
+  join(0, 7, 0);
+  for (int i = 1; i < kMaxCommandsPerStep; ++i) post(RoomCommand::Kind::kSetCoupling, 0, 99);
+  observe(1, 8);
+  step();
+  EXPECT_FALSE(update(1).has_value()) << "one over the bound";
+  step();
+  EXPECT_TRUE(update(1).has_value());
+}
+
+TEST_F(RoomTest, AButtonPressBesideACommandHasItsTurnWithTheNextInput) {
+  join(0, 7, 0);
+  step();
+  post(RoomCommand::Kind::kRelease, 0, 7, 5);
+  send(0, {0, 0, 0.05}, kButtonGrab);
+  step();
+  EXPECT_FALSE(update(0)->held_body.is_valid());
+  send(0, {0, 0, 0.05}, kButtonGrab);
+  step();
+  EXPECT_EQ(update(0)->held_body, BodyId{2});
+}
+
+TEST_F(RoomTest, UpdatesSayWhomTheyAreForAndHowManyRequestsWereServed) {
+  join(0, 7, 0);
+  post(RoomCommand::Kind::kGrab, 0, 7, 1);
+  post(RoomCommand::Kind::kRelease, 0, 7, 0);
+  step();
+  ASSERT_TRUE(update(0).has_value());
+  EXPECT_EQ(room_.slot(0).output.front().user, UserId{7});
+  EXPECT_EQ(room_.slot(0).output.front().requests_served, 2U);
+  post(RoomCommand::Kind::kLeave, 0, 7);
+  join(0, 8, 0);
+  step();
+  ASSERT_TRUE(update(0).has_value());
+  EXPECT_EQ(room_.slot(0).output.front().user, UserId{8});
+  EXPECT_EQ(room_.slot(0).output.front().requests_served, 0U);
+}
+
+// Bullet takes its memory from its own functions, not from operator new.
+std::uint64_t bullet_allocations = 0;
+
+void* counted_for_bullet(std::size_t bytes, int alignment) {
+  ++bullet_allocations;
+  const auto unit = static_cast<std::size_t>(alignment);
+  return std::aligned_alloc(unit, (bytes + unit - 1) / unit * unit);
+}
+
+/// Bullet's allocations are counted while it lives. What is allocated under one may be freed only under one.
+class CountedBullet {
+ public:
+  CountedBullet() { btAlignedAllocSetCustomAligned(counted_for_bullet, std::free); }
+  ~CountedBullet() { btAlignedAllocSetCustomAligned(nullptr, nullptr); }
+};
+
+TEST(Room, StepDoesNotAllocateInSteadyContactNorDoesBullet) {
+  const CountedBullet counted;
+  Room room(RoomId{1}, "test", load_parts({.bodies = kTwoCubes, .tools = kTwoTools}));
+  RoomCommand join;
+  join.user = UserId{7};
+  join.role = UserRole::kManipulator;
+  ASSERT_TRUE(room.post(join));
+  double paid_j = 0;
+  const auto step_pressing = [&](int count) {
+    for (int i = 0; i < count; ++i) {
+      ClientUpdate update;
+      update.handle.X.p = {0.001 * std::sin(0.01 * i), 0, 0.035};
+      update.handle_valid = true;
+      update.energy_from_hand_j = paid_j += 1e-4;
+      room.slot(0).input.publish(update);
+      room.step(ServerTime(room.period()));
+    }
+  };
+  step_pressing(1000);
+  ASSERT_GT(bullet_allocations, 0U) << "the world was built with the counted functions";
+  const std::uint64_t before = allocation_count();
+  const std::uint64_t bullet_before = bullet_allocations;
+  step_pressing(1000);
+  EXPECT_EQ(allocation_count(), before);
+  EXPECT_EQ(bullet_allocations, bullet_before);
+  EXPECT_GT(room.world().tool(0).wrench_on_hand_W.f.z(), 1) << "the tool presses on a cube";
+}
+
+TEST_F(RoomTest, OurOwnPartOfAStepDoesNotAllocateEvenWhenItGrabs) {
+  join(0, 7, 0);
+  join(1, 8, 1);
+  observe(2, 9);
+  send(0, {0, 0, 0.05});
+  step(100);
+  const std::uint64_t before = allocation_count();
+  for (int i = 0; i < 400; ++i) {
+    send(0, {0, 0, 0.045}, i % 100 < 50 ? kButtonGrab : 0U);
+    send(1, {0.5, 0.001 * i, 0.3});
+    step();
+  }
+  EXPECT_EQ(allocation_count(), before);
+  EXPECT_EQ(event()->kind, RoomEvent::Kind::kGrabbed) << "the steps above must have done something";
+}
+
+}  // namespace
+}  // namespace tandem
