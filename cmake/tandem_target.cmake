@@ -8,7 +8,7 @@ if(TANDEM_WERROR)
 endif()
 # GCC 12 reports false positives of these inside inlined library code (Eigen, Asio, std::string concatenation).
 target_compile_options(tandem_flags INTERFACE
-  -Wno-array-bounds -Wno-stringop-overflow -Wno-maybe-uninitialized -Wno-restrict)
+  -Wno-array-bounds -Wno-stringop-overflow -Wno-stringop-overread -Wno-maybe-uninitialized -Wno-restrict)
 # A sum has one fixed order and no contraction into FMA, so results do not change with the CPU.
 target_compile_options(tandem_flags INTERFACE -ffp-contract=off -fno-math-errno)
 target_include_directories(tandem_flags INTERFACE ${PROJECT_SOURCE_DIR})
@@ -28,7 +28,7 @@ option(TANDEM_CCACHE "Compile through ccache where it is installed" ON)
 find_program(CCACHE_PROGRAM ccache)
 if(TANDEM_CCACHE AND CCACHE_PROGRAM)
   set(CMAKE_CXX_COMPILER_LAUNCHER
-    ${CMAKE_COMMAND} -E env CCACHE_SLOPPINESS=pch_defines,time_macros,include_file_mtime,include_file_ctime
+    ${CMAKE_COMMAND} -E env CCACHE_BASEDIR=${PROJECT_SOURCE_DIR} CCACHE_NOHASHDIR=1 CCACHE_SLOPPINESS=pch_defines,time_macros,include_file_mtime,include_file_ctime
     ${CCACHE_PROGRAM})
 endif()
 
@@ -85,7 +85,7 @@ add_custom_target(threaded_tests)
 function(tandem_test name)
   cmake_parse_arguments(ARG "SLOW;THREADS" "" "SOURCES;LINK" ${ARGN})
   add_executable(${name} ${ARG_SOURCES})
-  target_link_libraries(${name} PRIVATE tandem_flags ${ARG_LINK} GTest::gmock GTest::gtest_main)
+  target_link_libraries(${name} PRIVATE tandem_flags ${ARG_LINK} tandem_test_support GTest::gmock GTest::gtest_main)
   target_compile_options(${name} PRIVATE ${tandem_test_options})
   tandem_use_precompiled(${name} tandem_precompiled_tests)
   set(label fast)

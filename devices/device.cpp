@@ -5,7 +5,7 @@
 #include <cmath>
 #include <string_view>
 
-namespace tandem {
+namespace tandem::devices {
 namespace {
 
 // Without the locale's: sources are UTF-8, and what a file says may not depend on where it is read.
@@ -23,4 +23,4 @@ bool is_verified(const SourcedLimit& limit) noexcept {
   return !std::ranges::equal(source.substr(0, kUnverified.size()), kUnverified, {}, lower);
 }
 
-}  // namespace tandem
+}  // namespace tandem::devices

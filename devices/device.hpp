@@ -7,7 +7,7 @@
 #include "common/base/spatial.hpp"
 #include "common/base/time.hpp"
 
-namespace tandem {
+namespace tandem::devices {
 
 /// A number and where it comes from: a data sheet, a measurement, or "unverified: …".
 struct SourcedLimit {
@@ -61,4 +61,4 @@ class Device {
   virtual bool write(LocalTime now, const DeviceCommand& command) noexcept = 0;
 };
 
-}  // namespace tandem
+}  // namespace tandem::devices

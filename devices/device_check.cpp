@@ -7,7 +7,7 @@
 
 #include "common/haptics/velocity_estimator.hpp"
 
-namespace tandem {
+namespace tandem::devices {
 namespace {
 
 /// What is left of the velocity estimator's adaptive window once an oscillation is felt: at 30 Hz and 20 steps wide a
@@ -16,14 +16,14 @@ constexpr double kWindowOfSteps_s = 0.004;
 
 int velocity_window(const SourcedLimit& step, double rate_hz) {
   if (!(step.value > 0)) return 1;
-  const auto longest = static_cast<double>(VelocityEstimator::Settings{}.window);
+  const auto longest = static_cast<double>(haptics::VelocityEstimator::Settings{}.window);
   return static_cast<int>(std::clamp(std::round(kWindowOfSteps_s * rate_hz), 1.0, longest));
 }
 
 }  // namespace
 
-LoopDevice loop_device(const DeviceProfile& profile, const WorkspaceMapping& workspace) {
-  LoopDevice device;
+haptics::LoopDevice loop_device(const DeviceProfile& profile, const WorkspaceMapping& workspace) {
+  haptics::LoopDevice device;
   device.mass_kg = profile.apparent_mass_kg.value;
   device.damping_n_s_per_m = profile.physical_damping_n_s_per_m.value;
   device.is_verified = is_verified(profile.apparent_mass_kg) && is_verified(profile.physical_damping_n_s_per_m);
@@ -40,35 +40,35 @@ LoopDevice loop_device(const DeviceProfile& profile, const WorkspaceMapping& wor
   return device;
 }
 
-LoopCoupling loop_coupling(const CouplingLawInfo& law, const CouplingParameters& parameters, double mass_kg,
-                           double inertia_kg_m2, bool is_held_body) {
-  LoopCoupling loop{parameters, mass_kg, inertia_kg_m2, steepest_slope_factor(law.name, parameters)};
-  if (law.tool == ToolDynamics::kMassless && !is_held_body) {
+LoopCoupling loop_coupling(const haptics::CouplingLawInfo& law, const haptics::CouplingParameters& parameters,
+                           double mass_kg, double inertia_kg_m2, bool is_held_body) {
+  LoopCoupling loop{parameters, mass_kg, inertia_kg_m2, haptics::steepest_slope_factor(law.name, parameters)};
+  if (law.tool == haptics::ToolDynamics::kMassless && !is_held_body) {
     loop.tool_mass_kg = loop.tool_inertia_kg_m2 = 0;
     loop.parameters.damping_n_s_per_m = loop.parameters.damping_n_m_s_per_rad = 0;
-  } else if (law.tool == ToolDynamics::kAtHandle) {
+  } else if (law.tool == haptics::ToolDynamics::kAtHandle) {
     loop.parameters.stiffness_n_per_m = loop.parameters.stiffness_n_m_per_rad = 0;
     loop.parameters.damping_n_s_per_m = loop.parameters.damping_n_m_s_per_rad = 0;
   }
   return loop;
 }
 
-std::optional<StabilityFinding> find_active_law(const CouplingLawInfo& law) {
+std::optional<haptics::StabilityFinding> find_active_law(const haptics::CouplingLawInfo& law) {
   if (law.is_passive) return std::nullopt;
-  StabilityFinding finding;
-  finding.verdict = StabilityVerdict::kNotPassive;
+  haptics::StabilityFinding finding;
+  finding.verdict = haptics::StabilityVerdict::kNotPassive;
   finding.parameter = "coupling.law";
   finding.value = finding.rendered_value = finding.remedy = std::numeric_limits<double>::quiet_NaN();
   finding.text = "coupling.law is \"" + std::string(law.name) + "\": ";
-  if (law.tool == ToolDynamics::kAtHandle) {
+  if (law.tool == haptics::ToolDynamics::kAtHandle) {
     finding.text +=
         "contact is closed through the network's delay, as stiff as it is, and no check of the device's loop covers "
         "that: expect kicks and ringing";
   } else {
     finding.text += "by its own nature it can give the hand energy, whatever its coefficients";
   }
-  finding.text += "; \"" + std::string(kDefaultCouplingLaw) + "\" is passive";
+  finding.text += "; \"" + std::string(haptics::kDefaultCouplingLaw) + "\" is passive";
   return finding;
 }
 
-}  // namespace tandem
+}  // namespace tandem::devices

@@ -9,24 +9,24 @@
 #include "common/haptics/coupling/stability.hpp"
 #include "devices/device_profile.hpp"
 
-namespace tandem {
+namespace tandem::devices {
 
 /// The device as the loop sees it, through the scene's workspace mapping.
-LoopDevice loop_device(const DeviceProfile& profile, const WorkspaceMapping& workspace = {});
+haptics::LoopDevice loop_device(const DeviceProfile& profile, const WorkspaceMapping& workspace = {});
 
 /// A coupling as a room runs it, ready for check_coupling().
 struct LoopCoupling {
-  CouplingParameters parameters;
+  haptics::CouplingParameters parameters;
   double tool_mass_kg = 0;
   double tool_inertia_kg_m2 = 0;
   double slope_factor = 1;  ///< 0: the law has no loop of its own
 };
 /// A massless law's free tool has no mass and no damper; a body that it holds keeps both. A law without a coupling gets
 /// one of 0, in which check_coupling() finds nothing.
-LoopCoupling loop_coupling(const CouplingLawInfo& law, const CouplingParameters& parameters, double mass_kg,
-                           double inertia_kg_m2, bool is_held_body = false);
+LoopCoupling loop_coupling(const haptics::CouplingLawInfo& law, const haptics::CouplingParameters& parameters,
+                           double mass_kg, double inertia_kg_m2, bool is_held_body = false);
 
 /// A warning about a law that is not passive by itself, whatever its coefficients; nothing about a passive one.
-std::optional<StabilityFinding> find_active_law(const CouplingLawInfo& law);
+std::optional<haptics::StabilityFinding> find_active_law(const haptics::CouplingLawInfo& law);
 
-}  // namespace tandem
+}  // namespace tandem::devices

@@ -14,24 +14,24 @@
 #include "common/base/json_pretty.hpp"
 #include "devices/device_writer.hpp"
 
-namespace tandem {
+namespace tandem::devices {
 namespace {
 
 namespace fs = std::filesystem;
 namespace json = boost::json;
 
-constexpr std::size_t kMostProfiles = 1000;
+constexpr std::size_t kMaxProfiles = 1000;
 constexpr std::size_t kCoefficients = 4;
 // CHAI3D 3.2's device table, the softest entry with and the softest without torque: PHANTOM Premium 1.5 6DOF, Touch.
-constexpr CouplingParameters kUnverifiedBounds{.stiffness_n_per_m = 400,
-                                               .damping_n_s_per_m = 4,
-                                               .stiffness_n_m_per_rad = 0.3,
-                                               .damping_n_m_s_per_rad = 0.004,
-                                               .force_limit_n = 2.0,
-                                               .torque_limit_n_m = 0.1};
+constexpr haptics::CouplingParameters kUnverifiedBounds{.stiffness_n_per_m = 400,
+                                                        .damping_n_s_per_m = 4,
+                                                        .stiffness_n_m_per_rad = 0.3,
+                                                        .damping_n_m_s_per_rad = 0.004,
+                                                        .force_limit_n = 2.0,
+                                                        .torque_limit_n_m = 0.1};
 
 // The shape of a law's curve is the scene's: the largest that there are.
-constexpr CouplingParameters kShapes{.saturation_softness = 1.0, .curve_sharpness = 10.0};
+constexpr haptics::CouplingParameters kShapes{.saturation_softness = 1.0, .curve_sharpness = 10.0};
 
 /// A value with its source, as in the file: {"value": 3.3, "source": "…"}.
 struct ValueField {
@@ -52,8 +52,8 @@ constexpr std::array kValues{
     ValueField{"position_step_m", &DeviceProfile::position_step_m, 0.01, false},
     ValueField{"rotation_step_rad", &DeviceProfile::rotation_step_rad, 0.1, false},
 };
-constexpr double kMostForce_n = 1000;
-constexpr double kMostTorque_n_m = 100;
+constexpr double kMaxForce_n = 1000;
+constexpr double kMaxTorque_n_m = 100;
 
 SourcedLimit sourced(JsonFields& profile, const char* name, double high) {
   if (!profile.has(name)) profile.fail(name, R"(it must be {"value": number, "source": "where from"})");
@@ -66,8 +66,8 @@ SourcedLimit sourced(JsonFields& profile, const char* name, double high) {
 void read_limits(JsonFields& profile, DeviceProfile& result) {
   JsonFields limits = profile.object("limits");
   DeviceSpec& spec = result.spec;
-  spec.force_limit_n = limits.required_number("force_n", 0, kMostForce_n);
-  spec.torque_limit_n_m = limits.number("torque_n_m", 0, 0, kMostTorque_n_m);
+  spec.force_limit_n = limits.required_number("force_n", 0, kMaxForce_n);
+  spec.torque_limit_n_m = limits.number("torque_n_m", 0, 0, kMaxTorque_n_m);
   spec.speed_limit_m_per_s = limits.required_number("speed_m_per_s", 0.01, 100);
   spec.slew_limit_n_per_s = limits.required_number("slew_n_per_s", 1, 1e6);
   spec.slew_limit_n_m_per_s = limits.required_number("slew_n_m_per_s", 0.01, 1e5);
@@ -92,11 +92,11 @@ std::pair<double, double> range_of(JsonFields& fit, const char* name, double hig
   return {ends[0], ends[1]};
 }
 
-Cubic cubic_of(JsonFields& fit, const char* name) {
+haptics::Cubic cubic_of(JsonFields& fit, const char* name) {
   const std::vector<double> coefficients =
-      fit.numbers(name, -AdaptiveFitRange::kPolynomial, AdaptiveFitRange::kPolynomial);
+      fit.numbers(name, -haptics::AdaptiveFitRange::kPolynomial, haptics::AdaptiveFitRange::kPolynomial);
   if (coefficients.size() != kCoefficients) fit.fail(name, "it must be four numbers [c0, c1, c2, c3]");
-  Cubic result;
+  haptics::Cubic result;
   std::copy(coefficients.begin(), coefficients.end(), result.c.begin());
   return result;
 }
@@ -110,14 +110,14 @@ std::string text_of(double value) {
 /// A cubic of a fit, and what it may give.
 struct FittedCubic {
   const char* name;
-  const Cubic& cubic;
+  const haptics::Cubic& cubic;
   double most;
 };
 
 /// A pair that is negative or huge anywhere in the range would be used as it is: it is refused here.
 void check_pair(const JsonFields& fit, const std::pair<double, double>& range, const FittedCubic& stiffness,
                 const FittedCubic& damping) {
-  constexpr int kLooks = AdaptiveFitRange::kLooks;
+  constexpr int kLooks = haptics::AdaptiveFitRange::kLooks;
   for (int i = 0; i <= kLooks; ++i) {
     const double k = stiffness.cubic(range.first + (range.second - range.first) * i / kLooks);
     if (!(k > 0 && k <= stiffness.most)) {
@@ -131,23 +131,24 @@ void check_pair(const JsonFields& fit, const std::pair<double, double>& range, c
   }
 }
 
-AdaptiveFit fit_of(JsonFields fit, std::string& source) {
-  AdaptiveFit result;
+haptics::AdaptiveFit fit_of(JsonFields fit, std::string& source) {
+  haptics::AdaptiveFit result;
   source = fit.required_text("source");
   const auto mass = range_of(fit, "mass_kg", 1000);
   std::tie(result.mass_low_kg, result.mass_high_kg) = mass;
   result.stiffness_n_per_m = cubic_of(fit, "stiffness_n_per_m");
   result.damping_n_s_per_m = cubic_of(fit, "damping_n_s_per_m");
-  check_pair(fit, mass, {"stiffness_n_per_m", result.stiffness_n_per_m, AdaptiveFitRange::kStiffness_n_per_m},
-             {"damping_n_s_per_m", result.damping_n_s_per_m, AdaptiveFitRange::kDamping_n_s_per_m});
+  check_pair(fit, mass, {"stiffness_n_per_m", result.stiffness_n_per_m, haptics::AdaptiveFitRange::kStiffness_n_per_m},
+             {"damping_n_s_per_m", result.damping_n_s_per_m, haptics::AdaptiveFitRange::kDamping_n_s_per_m});
   if (fit.has("inertia_kg_m2")) {
     const auto inertia = range_of(fit, "inertia_kg_m2", 1000);
     std::tie(result.inertia_low_kg_m2, result.inertia_high_kg_m2) = inertia;
     result.stiffness_n_m_per_rad = cubic_of(fit, "stiffness_n_m_per_rad");
     result.damping_n_m_s_per_rad = cubic_of(fit, "damping_n_m_s_per_rad");
-    check_pair(fit, inertia,
-               {"stiffness_n_m_per_rad", result.stiffness_n_m_per_rad, AdaptiveFitRange::kStiffness_n_m_per_rad},
-               {"damping_n_m_s_per_rad", result.damping_n_m_s_per_rad, AdaptiveFitRange::kDamping_n_m_s_per_rad});
+    check_pair(
+        fit, inertia,
+        {"stiffness_n_m_per_rad", result.stiffness_n_m_per_rad, haptics::AdaptiveFitRange::kStiffness_n_m_per_rad},
+        {"damping_n_m_s_per_rad", result.damping_n_m_s_per_rad, haptics::AdaptiveFitRange::kDamping_n_m_s_per_rad});
   }
   fit.finish();
   return result;
@@ -166,8 +167,8 @@ DeviceProfile profile_of(JsonFields profile, const std::string& origin) {
   result.spec.name = result.name;
   result.spec.force_axes = static_cast<int>(profile.whole_number("force_axes", 0, 6));
   if (result.spec.force_axes != 3 && result.spec.force_axes != 6) profile.fail("force_axes", "it must be 3 or 6");
-  result.spec.force_maximum_n = sourced(profile, "force_maximum_n", kMostForce_n);
-  if (result.has_torque()) result.spec.torque_maximum_n_m = sourced(profile, "torque_maximum_n_m", kMostTorque_n_m);
+  result.spec.force_maximum_n = sourced(profile, "force_maximum_n", kMaxForce_n);
+  if (result.has_torque()) result.spec.torque_maximum_n_m = sourced(profile, "torque_maximum_n_m", kMaxTorque_n_m);
   read_limits(profile, result);
   read_workspace(profile, result);
   for (const ValueField& field : kValues) {
@@ -197,11 +198,11 @@ std::string value_text(const SourcedLimit& limit) {
   return compact_json(json::object{{"value", limit.value}, {"source", limit.source}});
 }
 
-json::array array_of(const Cubic& cubic) {
+json::array array_of(const haptics::Cubic& cubic) {
   return {cubic.c[0], cubic.c[1], cubic.c[2], cubic.c[3]};
 }
 
-std::string fit_text(const AdaptiveFit& fit, const std::string& source) {
+std::string fit_text(const haptics::AdaptiveFit& fit, const std::string& source) {
   json::object result{{"source", source},
                       {"mass_kg", {fit.mass_low_kg, fit.mass_high_kg}},
                       {"stiffness_n_per_m", array_of(fit.stiffness_n_per_m)},
@@ -267,7 +268,7 @@ std::vector<DeviceProfile> parse_device_profiles(std::string_view text, const st
   const json::value value = parse_json(text, origin);
   JsonFields file(value, origin);
   // Counts and types are checked here; the profiles themselves are read under their names.
-  static_cast<void>(file.objects("profiles", 1, kMostProfiles));
+  static_cast<void>(file.objects("profiles", 1, kMaxProfiles));
   file.finish();
   std::vector<DeviceProfile> result;
   std::set<std::string> names;
@@ -330,9 +331,9 @@ HandParameters holding(const HandParameters& hand, const DeviceProfile& profile)
   return result;
 }
 
-CouplingParameters coupling_bounds(const DeviceProfile& profile) {
-  const CouplingParameters& soft = kUnverifiedBounds;
-  CouplingParameters bounds = kShapes;
+haptics::CouplingParameters coupling_bounds(const DeviceProfile& profile) {
+  const haptics::CouplingParameters& soft = kUnverifiedBounds;
+  haptics::CouplingParameters bounds = kShapes;
   bounds.stiffness_n_per_m = verified_or(profile.stiffness_maximum_n_per_m, soft.stiffness_n_per_m);
   bounds.damping_n_s_per_m = verified_or(profile.damping_maximum_n_s_per_m, soft.damping_n_s_per_m);
   // Above the writer's limit the force would end in the writer's corner, on the hand alone.
@@ -350,4 +351,4 @@ CouplingParameters coupling_bounds(const DeviceProfile& profile) {
   return bounds;
 }
 
-}  // namespace tandem
+}  // namespace tandem::devices

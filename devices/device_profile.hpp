@@ -11,7 +11,7 @@
 #include "devices/device.hpp"
 #include "devices/sim/sim_device.hpp"
 
-namespace tandem {
+namespace tandem::devices {
 
 /// One kind of device. A maximum with an unverified source never raises a limit (device.hpp, is_verified()).
 struct DeviceProfile {
@@ -31,9 +31,9 @@ struct DeviceProfile {
   SourcedLimit physical_damping_n_m_s_per_rad;
   SourcedLimit position_step_m;  ///< resolution of the reported position; 0: exact
   SourcedLimit rotation_step_rad;
-  double rate_hz = 1000;                ///< of its loop
-  std::optional<AdaptiveFit> adaptive;  ///< from a calibration
-  std::string adaptive_source;          ///< "tandem-lab calibrate --device omega.6"
+  double rate_hz = 1000;                         ///< of its loop
+  std::optional<haptics::AdaptiveFit> adaptive;  ///< from a calibration
+  std::string adaptive_source;                   ///< "tandem-lab calibrate --device omega.6"
 
   /// Whether it shows torque.
   bool has_torque() const { return spec.force_axes == 6; }
@@ -60,6 +60,6 @@ HandParameters holding(const HandParameters& hand, const DeviceProfile& profile)
 
 /// The most that a coupling may ask of this device, in its own newtons and metres. Stiffness and damping that nobody
 /// has verified do not count: then those of the softest verified device do.
-CouplingParameters coupling_bounds(const DeviceProfile& profile);
+haptics::CouplingParameters coupling_bounds(const DeviceProfile& profile);
 
-}  // namespace tandem
+}  // namespace tandem::devices

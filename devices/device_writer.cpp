@@ -5,7 +5,7 @@
 #include <stdexcept>
 #include <string>
 
-namespace tandem {
+namespace tandem::devices {
 namespace {
 
 // What a device may get whose maximum nobody has verified (our choice, far below every listed device).
@@ -62,4 +62,4 @@ bool DeviceWriter::write(LocalTime now, const Wrench& wrench_on_hand_D) noexcept
   return true;
 }
 
-}  // namespace tandem
+}  // namespace tandem::devices

@@ -3,7 +3,7 @@
 
 #include "devices/device.hpp"
 
-namespace tandem {
+namespace tandem::devices {
 
 /// Fails   std::invalid_argument when a limit of the spec is not finite, negative, above its verified maximum, or
 ///         above 2 N or 0.1 N·m while the maximum is unverified
@@ -33,4 +33,4 @@ class DeviceWriter {
   bool was_clamped_ = false;
 };
 
-}  // namespace tandem
+}  // namespace tandem::devices

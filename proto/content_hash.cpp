@@ -4,7 +4,7 @@
 
 #include <stdexcept>
 
-namespace tandem {
+namespace tandem::proto {
 
 Sha256 sha256_of(std::span<const std::byte> bytes) {
   Sha256 hash{};
@@ -15,4 +15,4 @@ Sha256 sha256_of(std::span<const std::byte> bytes) {
   return hash;
 }
 
-}  // namespace tandem
+}  // namespace tandem::proto

@@ -5,11 +5,11 @@
 #include <cstddef>
 #include <span>
 
-namespace tandem {
+namespace tandem::proto {
 
 using Sha256 = std::array<std::byte, 32>;
 
 /// SHA-256 of `bytes`. Fails: std::runtime_error when OpenSSL has no SHA-256 (a broken installation).
 Sha256 sha256_of(std::span<const std::byte> bytes);
 
-}  // namespace tandem
+}  // namespace tandem::proto

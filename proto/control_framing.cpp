@@ -10,7 +10,7 @@
 #include <stdexcept>
 #include <string>
 
-namespace tandem {
+namespace tandem::proto {
 namespace {
 
 using google::protobuf::FieldDescriptor;
@@ -140,4 +140,4 @@ bool parse_control(std::span<const std::byte> payload, wire::ServerControl& out)
   }
 }
 
-}  // namespace tandem
+}  // namespace tandem::proto

@@ -11,7 +11,7 @@
 #include "proto/datagram.hpp"
 #include "tandem/control.pb.h"
 
-namespace tandem {
+namespace tandem::proto {
 
 /// Bytes of the length before each frame's payload.
 inline constexpr std::size_t kFrameLengthBytes = 4;
@@ -57,4 +57,4 @@ class FrameReader {
 bool parse_control(std::span<const std::byte> payload, wire::ClientControl& out);
 bool parse_control(std::span<const std::byte> payload, wire::ServerControl& out);
 
-}  // namespace tandem
+}  // namespace tandem::proto

@@ -9,12 +9,12 @@
 #include "common/haptics/coupling/coupling_ranges.hpp"
 #include "tandem/scene.pb.h"
 
-namespace tandem {
+namespace tandem::proto {
 
 /// One coefficient.
 struct CouplingField {
   std::string_view name;  ///< as in SetParameter and ParameterSet
-  double CouplingParameters::*value;
+  double haptics::CouplingParameters::*value;
   double low;
   double high;
   double (wire::Coupling::*get)() const;
@@ -25,29 +25,31 @@ struct CouplingField {
 };
 
 /// In the order of kCouplingRanges.
-inline constexpr std::array<CouplingField, kCouplingRanges.size()> kCouplingFields{{
-    {"coupling.stiffness_n_per_m", &CouplingParameters::stiffness_n_per_m, kCouplingRanges[0].low,
-     kCouplingRanges[0].high, &wire::Coupling::stiffness_n_per_m, &wire::Coupling::set_stiffness_n_per_m,
+inline constexpr std::array<CouplingField, haptics::kCouplingRanges.size()> kCouplingFields{{
+    {"coupling.stiffness_n_per_m", &haptics::CouplingParameters::stiffness_n_per_m, haptics::kCouplingRanges[0].low,
+     haptics::kCouplingRanges[0].high, &wire::Coupling::stiffness_n_per_m, &wire::Coupling::set_stiffness_n_per_m,
      &wire::Coupling::has_stiffness_n_per_m},
-    {"coupling.damping_n_s_per_m", &CouplingParameters::damping_n_s_per_m, kCouplingRanges[1].low,
-     kCouplingRanges[1].high, &wire::Coupling::damping_n_s_per_m, &wire::Coupling::set_damping_n_s_per_m,
+    {"coupling.damping_n_s_per_m", &haptics::CouplingParameters::damping_n_s_per_m, haptics::kCouplingRanges[1].low,
+     haptics::kCouplingRanges[1].high, &wire::Coupling::damping_n_s_per_m, &wire::Coupling::set_damping_n_s_per_m,
      &wire::Coupling::has_damping_n_s_per_m},
-    {"coupling.stiffness_n_m_per_rad", &CouplingParameters::stiffness_n_m_per_rad, kCouplingRanges[2].low,
-     kCouplingRanges[2].high, &wire::Coupling::stiffness_n_m_per_rad, &wire::Coupling::set_stiffness_n_m_per_rad,
-     &wire::Coupling::has_stiffness_n_m_per_rad},
-    {"coupling.damping_n_m_s_per_rad", &CouplingParameters::damping_n_m_s_per_rad, kCouplingRanges[3].low,
-     kCouplingRanges[3].high, &wire::Coupling::damping_n_m_s_per_rad, &wire::Coupling::set_damping_n_m_s_per_rad,
-     &wire::Coupling::has_damping_n_m_s_per_rad},
-    {"coupling.force_limit_n", &CouplingParameters::force_limit_n, kCouplingRanges[4].low, kCouplingRanges[4].high,
-     &wire::Coupling::force_limit_n, &wire::Coupling::set_force_limit_n, &wire::Coupling::has_force_limit_n},
-    {"coupling.torque_limit_n_m", &CouplingParameters::torque_limit_n_m, kCouplingRanges[5].low,
-     kCouplingRanges[5].high, &wire::Coupling::torque_limit_n_m, &wire::Coupling::set_torque_limit_n_m,
+    {"coupling.stiffness_n_m_per_rad", &haptics::CouplingParameters::stiffness_n_m_per_rad,
+     haptics::kCouplingRanges[2].low, haptics::kCouplingRanges[2].high, &wire::Coupling::stiffness_n_m_per_rad,
+     &wire::Coupling::set_stiffness_n_m_per_rad, &wire::Coupling::has_stiffness_n_m_per_rad},
+    {"coupling.damping_n_m_s_per_rad", &haptics::CouplingParameters::damping_n_m_s_per_rad,
+     haptics::kCouplingRanges[3].low, haptics::kCouplingRanges[3].high, &wire::Coupling::damping_n_m_s_per_rad,
+     &wire::Coupling::set_damping_n_m_s_per_rad, &wire::Coupling::has_damping_n_m_s_per_rad},
+    {"coupling.force_limit_n", &haptics::CouplingParameters::force_limit_n, haptics::kCouplingRanges[4].low,
+     haptics::kCouplingRanges[4].high, &wire::Coupling::force_limit_n, &wire::Coupling::set_force_limit_n,
+     &wire::Coupling::has_force_limit_n},
+    {"coupling.torque_limit_n_m", &haptics::CouplingParameters::torque_limit_n_m, haptics::kCouplingRanges[5].low,
+     haptics::kCouplingRanges[5].high, &wire::Coupling::torque_limit_n_m, &wire::Coupling::set_torque_limit_n_m,
      &wire::Coupling::has_torque_limit_n_m},
-    {"coupling.saturation_softness", &CouplingParameters::saturation_softness, kCouplingRanges[6].low,
-     kCouplingRanges[6].high, &wire::Coupling::saturation_softness, &wire::Coupling::set_saturation_softness,
+    {"coupling.saturation_softness", &haptics::CouplingParameters::saturation_softness, haptics::kCouplingRanges[6].low,
+     haptics::kCouplingRanges[6].high, &wire::Coupling::saturation_softness, &wire::Coupling::set_saturation_softness,
      &wire::Coupling::has_saturation_softness},
-    {"coupling.curve_sharpness", &CouplingParameters::curve_sharpness, kCouplingRanges[7].low, kCouplingRanges[7].high,
-     &wire::Coupling::curve_sharpness, &wire::Coupling::set_curve_sharpness, &wire::Coupling::has_curve_sharpness},
+    {"coupling.curve_sharpness", &haptics::CouplingParameters::curve_sharpness, haptics::kCouplingRanges[7].low,
+     haptics::kCouplingRanges[7].high, &wire::Coupling::curve_sharpness, &wire::Coupling::set_curve_sharpness,
+     &wire::Coupling::has_curve_sharpness},
 }};
 
 /// Null for an unknown name.
@@ -58,4 +60,4 @@ constexpr const CouplingField* find_coupling_field(std::string_view name) {
   return nullptr;
 }
 
-}  // namespace tandem
+}  // namespace tandem::proto

@@ -5,7 +5,7 @@
 #include <boost/endian/conversion.hpp>
 #include <cassert>
 
-namespace tandem {
+namespace tandem::proto {
 namespace {
 
 constexpr std::size_t kConnectionOffset = 1;
@@ -16,7 +16,7 @@ constexpr unsigned kVersionShift = 5;
 constexpr unsigned kTypeShift = 3;
 constexpr unsigned kTypeMask = 0b11;
 constexpr unsigned kEpochMask = kMaxEpoch;
-constexpr unsigned kLargestType = static_cast<unsigned>(DatagramType::kServerUpdate);
+constexpr unsigned kMaxType = static_cast<unsigned>(DatagramType::kServerUpdate);
 
 std::uint64_t load_u64(std::span<const std::byte> datagram, std::size_t offset) {
   return boost::endian::load_big_u64(reinterpret_cast<const unsigned char*>(datagram.data() + offset));
@@ -42,7 +42,7 @@ DropReason parse_header(std::span<const std::byte> datagram, DatagramHeader& out
   const auto first = std::to_integer<unsigned>(datagram[0]);
   if (first >> kVersionShift != kProtocolVersion) return DropReason::kVersion;
   const unsigned type = (first >> kTypeShift) & kTypeMask;
-  if (type > kLargestType) return DropReason::kType;
+  if (type > kMaxType) return DropReason::kType;
   const auto tag = datagram.subspan(kTagOffset, kDatagramHeaderBytes - kTagOffset);
   if (std::ranges::any_of(tag, [](std::byte b) { return b != std::byte{0}; })) return DropReason::kTag;
 
@@ -63,4 +63,4 @@ DropReason FreshnessFilter::accept(std::uint64_t sequence) {
   return DropReason::kNone;
 }
 
-}  // namespace tandem
+}  // namespace tandem::proto

@@ -17,7 +17,7 @@
 #include "common/base/ids.hpp"
 #include "proto/drop_reason.hpp"
 
-namespace tandem {
+namespace tandem::proto {
 
 /// Version of everything on the wire, control and state; peers of another version are refused.
 inline constexpr std::uint32_t kProtocolVersion = 1;
@@ -64,4 +64,4 @@ class FreshnessFilter {
   std::uint64_t newest_ = 0;
 };
 
-}  // namespace tandem
+}  // namespace tandem::proto

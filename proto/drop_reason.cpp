@@ -1,6 +1,6 @@
 #include "proto/drop_reason.hpp"
 
-namespace tandem {
+namespace tandem::proto {
 
 // A switch without default: the compiler warns when a reason has no name.
 std::string_view name_of(DropReason reason) {
@@ -43,4 +43,4 @@ std::string_view name_of(DropReason reason) {
   return "unknown";
 }
 
-}  // namespace tandem
+}  // namespace tandem::proto

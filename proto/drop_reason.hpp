@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <string_view>
 
-namespace tandem {
+namespace tandem::proto {
 
 enum class DropReason : std::uint8_t {
   kNone = 0,
@@ -41,4 +41,4 @@ class DropCounters {
   std::array<std::uint64_t, static_cast<std::size_t>(DropReason::kCount)> counts_{};
 };
 
-}  // namespace tandem
+}  // namespace tandem::proto

@@ -2,7 +2,7 @@
 
 #include "proto/placement.hpp"
 
-namespace tandem {
+namespace tandem::proto {
 namespace {
 
 /// Zero unless there are three.
@@ -10,32 +10,32 @@ Vec3 vec3_of(const google::protobuf::RepeatedField<double>& values) {
   return values.size() == 3 ? Vec3(values[0], values[1], values[2]) : Vec3(0, 0, 0);
 }
 
-Viscosity model_of(const wire::Viscosity& model) {
+physics::Viscosity model_of(const wire::Viscosity& model) {
   return {model.damping_n_s_per_m(), model.damping_n_m_s_per_rad()};
 }
-ConstantField model_of(const wire::ConstantField& model) {
+physics::ConstantField model_of(const wire::ConstantField& model) {
   return {vec3_of(model.force_n())};
 }
-Magnet model_of(const wire::Magnet& model) {
+physics::Magnet model_of(const wire::Magnet& model) {
   return {model.peak_force_n(), model.range_m(), vec3_of(model.core_size_m())};
 }
-Vibration model_of(const wire::Vibration& model) {
+physics::Vibration model_of(const wire::Vibration& model) {
   return {model.frequency_hz(), model.amplitude_n(), model.decay_s(), vec3_of(model.direction())};
 }
-Texture model_of(const wire::Texture& model) {
+physics::Texture model_of(const wire::Texture& model) {
   return {model.height_m(), model.period_x_m(), model.period_y_m()};
 }
-StickSlip model_of(const wire::StickSlip& model) {
+physics::StickSlip model_of(const wire::StickSlip& model) {
   return {model.stiffness_n_per_m(), model.breakaway_force_n(), model.slip_force_n()};
 }
 
 }  // namespace
 
-EffectSettings settings_of(const wire::Effect& effect) {
-  EffectSettings settings;
+physics::EffectSettings settings_of(const wire::Effect& effect) {
+  physics::EffectSettings settings;
   settings.X_OE = pose_from_placement(effect.placement());
-  if (effect.has_box()) settings.region = BoxRegion{vec3_of(effect.box().size_m())};
-  if (effect.has_sphere()) settings.region = SphereRegion{effect.sphere().radius_m()};
+  if (effect.has_box()) settings.region = physics::BoxRegion{vec3_of(effect.box().size_m())};
+  if (effect.has_sphere()) settings.region = physics::SphereRegion{effect.sphere().radius_m()};
   settings.fade_m = effect.fade_m();
   settings.in_contact = effect.in_contact();
   settings.full_contact_n = effect.full_contact_n();
@@ -45,8 +45,8 @@ EffectSettings settings_of(const wire::Effect& effect) {
   return settings;
 }
 
-std::vector<SceneEffect> effects_of(const wire::Scene& scene) {
-  std::vector<SceneEffect> effects;
+std::vector<physics::SceneEffect> effects_of(const wire::Scene& scene) {
+  std::vector<physics::SceneEffect> effects;
   for (int i = 0; i < scene.bodies_size(); ++i) {
     for (const wire::Effect& effect : scene.bodies(i).effects()) {
       effects.push_back({static_cast<std::size_t>(i), settings_of(effect)});
@@ -56,4 +56,4 @@ std::vector<SceneEffect> effects_of(const wire::Scene& scene) {
   return effects;
 }
 
-}  // namespace tandem
+}  // namespace tandem::proto

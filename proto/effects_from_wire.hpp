@@ -7,7 +7,7 @@
 #include "common/physics/effects/scene_effect.hpp"
 #include "tandem/scene.pb.h"
 
-namespace tandem {
+namespace tandem::proto {
 
 /// Calls `visit(name, model)` with the model that the effect has. False: it has none.
 template <typename Effect, typename Visit>
@@ -46,10 +46,10 @@ bool visit_model(Effect& effect, const Visit& visit) {
 }
 
 /// Numbers that are absent count as 0; find_problem() (common/physics/effects) says what cannot be.
-EffectSettings settings_of(const wire::Effect& effect);
+physics::EffectSettings settings_of(const wire::Effect& effect);
 
 /// Those of the bodies first, all in the order of the scene.
 /// In      scene  complete
-std::vector<SceneEffect> effects_of(const wire::Scene& scene);
+std::vector<physics::SceneEffect> effects_of(const wire::Scene& scene);
 
-}  // namespace tandem
+}  // namespace tandem::proto

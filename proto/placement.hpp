@@ -6,7 +6,7 @@
 #include "common/base/spatial.hpp"
 #include "tandem/scene.pb.h"
 
-namespace tandem {
+namespace tandem::proto {
 
 /// The pose that a placement describes; numbers that are absent count as 0.
 ///
@@ -22,4 +22,4 @@ inline Pose pose_from_placement(const wire::Placement& placement) {
   return {vector_of(placement.position_m()), rotation.normalized()};
 }
 
-}  // namespace tandem
+}  // namespace tandem::proto

@@ -12,7 +12,7 @@
 #include "proto/datagram.hpp"
 #include "proto/state.hpp"
 
-namespace tandem {
+namespace tandem::proto {
 
 /// Slower than this a body counts as resting and its twist is not sent: 0.1 s later it is off by 10 µm and 0.1 mrad.
 inline constexpr double kRestSpeedMPerS = 1e-4;
@@ -33,7 +33,7 @@ DropReason parse_client_update(std::span<const std::byte> payload, ClientUpdate&
 /// 2 the body this user holds; 3 other users' tools; 4 bodies held by others; 5 moving bodies, and those that
 /// have stopped since they were last sent; 6 resting bodies. Within 3–6 the one not sent for longest goes first.
 /// So that a full class does not starve those below it, up to kOverduePerMessage items not sent for
-/// kOverdueMessages go before class 3: every item is sent at least once in kLongestWaitMessages.
+/// kOverdueMessages go before class 3: every item is sent at least once in kMaxWaitMessages.
 ///
 /// A body or user outside the limits in state.hpp is left out: it would make the whole message unreadable.
 class ServerUpdateEncoder {
@@ -41,7 +41,7 @@ class ServerUpdateEncoder {
   static constexpr std::uint64_t kOverdueMessages = 16;
   static constexpr std::size_t kOverduePerMessage = 4;
   /// When an item becomes overdue, at most all others are before it, kOverduePerMessage of them a message.
-  static constexpr std::uint64_t kLongestWaitMessages =
+  static constexpr std::uint64_t kMaxWaitMessages =
       kOverdueMessages + (kMaxBodies + kMaxUsers + kOverduePerMessage - 1) / kOverduePerMessage;
 
   /// Appends `update` as one protobuf message of at most kMaxPayloadBytes.
@@ -85,4 +85,4 @@ class ServerUpdateEncoder {
 /// bodies or users than a room can have.
 DropReason parse_server_update(std::span<const std::byte> payload, ServerUpdate& out);
 
-}  // namespace tandem
+}  // namespace tandem::proto

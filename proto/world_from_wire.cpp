@@ -8,25 +8,25 @@
 #include "proto/effects_from_wire.hpp"
 #include "proto/placement.hpp"
 
-namespace tandem {
+namespace tandem::proto {
 namespace {
 
-BodyDescription body_from_wire(const wire::Body& body) {
-  BodyDescription result;
+physics::BodyDescription body_from_wire(const wire::Body& body) {
+  physics::BodyDescription result;
   result.traits = {body.friction(), body.restitution(), body.linear_damping_per_s(), body.angular_damping_per_s(),
                    body.gravity()};
   result.X_WB = pose_from_placement(body.placement());
   result.is_graspable = body.graspable() && body.mass_kg() > 0;
   if (body.has_anchor() && body.mass_kg() > 0) {
     const wire::Anchor& anchor = body.anchor();
-    result.anchor = Joint{anchor.stiffness_n_per_m(), anchor.damping_n_s_per_m(), anchor.stiffness_n_m_per_rad(),
-                          anchor.damping_n_m_s_per_rad()};
+    result.anchor = physics::Joint{anchor.stiffness_n_per_m(), anchor.damping_n_s_per_m(),
+                                   anchor.stiffness_n_m_per_rad(), anchor.damping_n_m_s_per_rad()};
   }
   return result;
 }
 
-ToolDescription tool_from_wire(const wire::Tool& tool, const wire::Scene& scene) {
-  ToolDescription result;
+physics::ToolDescription tool_from_wire(const wire::Tool& tool, const wire::Scene& scene) {
+  physics::ToolDescription result;
   result.friction = tool.friction();
   result.X_WT = pose_from_placement(tool.placement());
   const auto& bodies = scene.bodies();
@@ -36,14 +36,14 @@ ToolDescription tool_from_wire(const wire::Tool& tool, const wire::Scene& scene)
   return result;
 }
 
-WorldLimits limits_from_wire(const wire::Limits& limits) {
+physics::WorldLimits limits_from_wire(const wire::Limits& limits) {
   return {limits.body_speed_m_per_s(), limits.grab_reach_m(), limits.contact_points(), limits.contact_pairs()};
 }
 
 }  // namespace
 
-WorldDescription world_from_wire(const wire::Scene& scene) {
-  WorldDescription world;
+physics::WorldDescription world_from_wire(const wire::Scene& scene) {
+  physics::WorldDescription world;
   if (scene.gravity_m_per_s2_size() == 3) {
     world.gravity_m_per_s2 = {scene.gravity_m_per_s2(0), scene.gravity_m_per_s2(1), scene.gravity_m_per_s2(2)};
   }
@@ -55,7 +55,7 @@ WorldDescription world_from_wire(const wire::Scene& scene) {
   for (const CouplingField& field : kCouplingFields) {
     world.coupling.parameters.*(field.value) = (scene.coupling().*field.get)();
   }
-  if (const auto law = make_coupling_law(world.coupling.law, world.coupling.parameters)) {
+  if (const auto law = haptics::make_coupling_law(world.coupling.law, world.coupling.parameters)) {
     world.coupling.dynamics = law->tool_dynamics();
   }
   const wire::MolecularField& field = scene.molecular_field();
@@ -64,27 +64,27 @@ WorldDescription world_from_wire(const wire::Scene& scene) {
   return world;
 }
 
-std::shared_ptr<const ContactShape> primitive_contact(const wire::Shape& shape) {
+std::shared_ptr<const contact::ContactShape> primitive_contact(const wire::Shape& shape) {
   switch (shape.kind_case()) {
     case wire::Shape::kSphere:
-      return make_contact_sphere(shape.sphere().radius_m());
+      return contact::make_contact_sphere(shape.sphere().radius_m());
     case wire::Shape::kBox: {
       const auto& size = shape.box().size_m();
-      return size.size() == 3 ? make_contact_box({size[0], size[1], size[2]}) : nullptr;
+      return size.size() == 3 ? contact::make_contact_box({size[0], size[1], size[2]}) : nullptr;
     }
     case wire::Shape::kCylinder:
-      return make_contact_cylinder(shape.cylinder().radius_m(), shape.cylinder().length_m());
+      return contact::make_contact_cylinder(shape.cylinder().radius_m(), shape.cylinder().length_m());
     case wire::Shape::kCapsule:
-      return make_contact_capsule(shape.capsule().radius_m(), shape.capsule().length_m());
+      return contact::make_contact_capsule(shape.capsule().radius_m(), shape.capsule().length_m());
     default:
       return nullptr;
   }
 }
 
-TouchModel touch_model_of(std::vector<TouchModel::Part> parts, double stiffness_n_per_m3) {
-  TouchModel model;
+physics::TouchModel touch_model_of(std::vector<physics::TouchModel::Part> parts, double stiffness_n_per_m3) {
+  physics::TouchModel model;
   model.stiffness_n_per_m3 = stiffness_n_per_m3;
-  for (TouchModel::Part& part : parts) {
+  for (physics::TouchModel::Part& part : parts) {
     if (part.shape == nullptr) continue;
     model.radius_m = std::max(model.radius_m, part.X_BS.p.norm() + part.shape->radius_m());
     model.parts.push_back(std::move(part));
@@ -92,4 +92,4 @@ TouchModel touch_model_of(std::vector<TouchModel::Part> parts, double stiffness_
   return model;
 }
 
-}  // namespace tandem
+}  // namespace tandem::proto

@@ -9,19 +9,19 @@
 
 #include "client/haptics/stages/stage.hpp"
 
-namespace tandem {
+namespace tandem::client {
 namespace {
 
 constexpr Duration kMainPeriod{std::chrono::milliseconds(10)};
 constexpr Duration kStatusPeriod{std::chrono::seconds(1)};
 // The session has time-outs of its own for each step; this only bounds their sum.
-constexpr Duration kLongestJoin{std::chrono::seconds(20)};
+constexpr Duration kMaxJoin{std::chrono::seconds(20)};
 // The io thread runs this far below the haptic thread.
 constexpr int kIoPriorityBelow = 10;
 
-HandPath hand_path(const std::string& hand) {
-  if (hand.ends_with(".json") || hand.find('/') != std::string::npos) return load_hand_path(hand);
-  return named_hand_path(hand);
+devices::HandPath hand_path(const std::string& hand) {
+  if (hand.ends_with(".json") || hand.find('/') != std::string::npos) return devices::load_hand_path(hand);
+  return devices::named_hand_path(hand);
 }
 
 ClientIoSettings io_settings(const ClientOptions& options) {
@@ -34,11 +34,11 @@ ClientIoSettings io_settings(const ClientOptions& options) {
   return settings;
 }
 
-HapticSettings haptic_settings(const ClientOptions& options, const SafetySettings& safety) {
+HapticSettings haptic_settings(const ClientOptions& options, const haptics::SafetySettings& safety) {
   HapticSettings settings;
   settings.stage = options.stage;
   settings.safety = safety;
-  settings.coupling_bounds = coupling_bounds(options.device);
+  settings.coupling_bounds = devices::coupling_bounds(options.device);
   return settings;
 }
 
@@ -48,10 +48,10 @@ std::string joined_lines(const std::vector<std::string>& lines) {
   return text;
 }
 
-std::string coupling_lines(const std::vector<StabilityFinding>& findings) {
+std::string coupling_lines(const std::vector<haptics::StabilityFinding>& findings) {
   std::string text;
-  for (const StabilityFinding& finding : findings) {
-    const bool is_refused = finding.verdict == StabilityVerdict::kUnstable;
+  for (const haptics::StabilityFinding& finding : findings) {
+    const bool is_refused = finding.verdict == haptics::StabilityVerdict::kUnstable;
     text +=
         std::string("tandem-client: ") + (is_refused ? "no force is displayed: " : "warning: ") + finding.text + "\n";
   }
@@ -62,7 +62,7 @@ std::string coupling_lines(const std::vector<StabilityFinding>& findings) {
 
 ClientRun::ClientRun(const ClientOptions& options)
     : options_(options),
-      device_(options.device.spec, holding(options.hand_parameters, options.device), hand_path(options.hand),
+      device_(options.device.spec, devices::holding(options.hand_parameters, options.device), hand_path(options.hand),
               options.seed),
       core_(haptic_settings(options, safety_), device_, mailboxes_),
       io_(io_settings(options), mailboxes_),
@@ -83,7 +83,7 @@ int ClientRun::run() {
 /// False when a signal came first.
 bool ClientRun::join() {
   const SteadyClock clock;
-  const LocalTime give_up = clock.now() + kLongestJoin;
+  const LocalTime give_up = clock.now() + kMaxJoin;
   while (true) {
     const ClientIoSnapshot io = io_.snapshot();
     if (io.status.state == SessionState::kActive && io.joined) {
@@ -170,7 +170,7 @@ void ClientRun::print_status(const ClientIoSnapshot& io) {
   std::printf("%6.1f s  %-10s round trip %6.1f ms  state age %6.1f ms  force %5.2f N  torque %6.3f N·m  safety %s\n",
               to_seconds(report_.length()), std::string(name_of(io.status.state)).c_str(), round_trip_ms,
               to_seconds(newest_.state_age) * 1e3, newest_.displayed_on_hand_D.f.norm(),
-              newest_.displayed_on_hand_D.t.norm(), describe_safety_faults(newest_.safety_faults).c_str());
+              newest_.displayed_on_hand_D.t.norm(), haptics::describe_safety_faults(newest_.safety_faults).c_str());
   std::fflush(stdout);
 }
 
@@ -206,4 +206,4 @@ int ClientRun::finish() {
   return is_good ? 0 : 1;
 }
 
-}  // namespace tandem
+}  // namespace tandem::client

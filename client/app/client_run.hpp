@@ -26,7 +26,7 @@
 #include "client/haptics/haptic_loop.hpp"
 #include "client/net/client_io.hpp"
 
-namespace tandem {
+namespace tandem::client {
 
 /// Thread  main; block_stop_signals() must come before construction
 class ClientRun {
@@ -51,8 +51,8 @@ class ClientRun {
   int finish();
 
   ClientOptions options_;
-  SafetySettings safety_;
-  SimDevice device_;
+  haptics::SafetySettings safety_;
+  devices::SimDevice device_;
   ClientMailboxes mailboxes_;
   HapticCore core_;
   ClientIo io_;
@@ -62,7 +62,7 @@ class ClientRun {
   std::vector<std::string> realtime_not_granted_;
   std::string last_why_;
   std::uint64_t explained_check_ = 0;
-  std::vector<StabilityFinding> coupling_findings_;
+  std::vector<haptics::StabilityFinding> coupling_findings_;
   std::string last_coupling_lines_;
   LocalTime next_status_{};
   std::optional<LocalTime> first_tick_;
@@ -72,4 +72,4 @@ class ClientRun {
   StopSignals stop_signals_;        ///< last: it stops the loop
 };
 
-}  // namespace tandem
+}  // namespace tandem::client

@@ -9,10 +9,10 @@
 
 int main(int argc, char** argv) {
   try {
-    tandem::block_stop_signals();
-    const std::optional<tandem::ClientOptions> options = tandem::parse_client_options(argc, argv);
+    tandem::client::block_stop_signals();
+    const std::optional<tandem::client::ClientOptions> options = tandem::client::parse_client_options(argc, argv);
     if (!options) return 0;
-    tandem::ClientRun run(*options);
+    tandem::client::ClientRun run(*options);
     return run.run();
   } catch (const std::exception& error) {
     std::cerr << "tandem-client: " << error.what() << '\n';

@@ -18,7 +18,7 @@
 #include "common/base/units.hpp"
 #include "common/net/deadband.hpp"
 
-namespace tandem {
+namespace tandem::client {
 namespace {
 
 /// Registers an option of text that `take` turns into a setting; what it throws names the option.
@@ -108,7 +108,7 @@ void add_deadband_option(CLI::App& app, ClientOptions& options) {
       "change of force or motion that is not sent at once, as a share of it, 0% to 50%; both directions, 100 Hz are "
       "always sent [0%]; hands tell about 10% apart",
       "SHARE",
-      [&options](const std::string& text) { options.io.session.deadband = parse_fraction(text, kMaxDeadband); });
+      [&options](const std::string& text) { options.io.session.deadband = parse_fraction(text, net::kMaxDeadband); });
 }
 
 void add_hand_options(CLI::App& app, ClientOptions& options, std::string& device) {
@@ -118,8 +118,8 @@ void add_hand_options(CLI::App& app, ClientOptions& options, std::string& device
          "[N*s/m]; a profile of devices/README.md or FILE.json")
       ->type_name("NAME|FILE.json");
   app.add_option("--hand", options.hand,
-                 "what the simulated hand intends [rest]: FILE.json or one of " + listed(hand_path_names()));
-  HandParameters& hand = options.hand_parameters;
+                 "what the simulated hand intends [rest]: FILE.json or one of " + listed(devices::hand_path_names()));
+  devices::HandParameters& hand = options.hand_parameters;
   // The ranges of an experiment file (lab/experiment/experiment.cpp): a run of one is a run of the other.
   add_number(app, "--hand-mass", hand.mass_kg, 0.01, 10, "without the device [kg]", "KG");
   add_number(app, "--hand-stiffness", hand.stiffness_n_per_m, 0, 10000, "towards the intended place [N/m]", "N/M");
@@ -149,7 +149,7 @@ void add_stage_options(CLI::App& app, StageSettings& stage) {
 }
 
 /// `link` is used for both directions, `is_used` is set when any of it was given.
-void add_link_options(CLI::App& app, LinkParameters& link, bool& is_used) {
+void add_link_options(CLI::App& app, net::LinkParameters& link, bool& is_used) {
   const auto add = [&app, &is_used](const std::string& name, const std::string& help, const std::string& type,
                                     std::function<void(const std::string&)> take) {
     add_text(app, name, help, type, [&is_used, take = std::move(take)](const std::string& text) {
@@ -165,7 +165,7 @@ void add_link_options(CLI::App& app, LinkParameters& link, bool& is_used) {
       "bursts",
       "TIME", [&link](const std::string& text) { link.jitter = parse_duration(text); });
   add("--loss", "share of datagrams lost" + each + ", 0% to 95%, in bad periods of 20 ms, e.g. 1%", "SHARE",
-      [&link](const std::string& text) { link.loss = parse_fraction(text, kLargestLoss); });
+      [&link](const std::string& text) { link.loss = parse_fraction(text, net::kMaxLoss); });
   add("--duplication", "share of datagrams delivered twice, e.g. 1%", "SHARE",
       [&link](const std::string& text) { link.duplication = parse_fraction(text); });
   app.add_option_function<double>(
@@ -209,7 +209,7 @@ void add_run_options(CLI::App& app, ClientOptions& options, bool& is_headless) {
       ->check(CLI::Range(1, 1000000).description(""));
 }
 
-void check_links(const ClientOptions& options, const LinkParameters& link) {
+void check_links(const ClientOptions& options, const net::LinkParameters& link) {
   const std::string problem = link.problem();
   if (!problem.empty()) throw std::invalid_argument("simulated link: " + problem);
   if (options.io.session.state_transport == StateTransport::kTcp && link.spoils_datagrams()) {
@@ -219,9 +219,9 @@ void check_links(const ClientOptions& options, const LinkParameters& link) {
   }
 }
 
-DeviceProfile device_named(const std::string& name) {
+devices::DeviceProfile device_named(const std::string& name) {
   try {
-    return find_device_profile(name);
+    return devices::find_device_profile(name);
   } catch (const std::exception& error) {
     throw std::invalid_argument("--device: " + std::string(error.what()) + "; see --help");
   }
@@ -239,7 +239,7 @@ std::optional<ClientOptions> parse_client_options(int argc, const char* const* a
   app.footer("Exit code: 0 done, 1 the session was lost, 2 bad set-up.");
   ClientOptions options;
   std::string device = "sim";
-  LinkParameters link;
+  net::LinkParameters link;
   bool has_link = false;
   bool is_headless = false;
   add_session_options(app, options);
@@ -269,4 +269,4 @@ std::optional<ClientOptions> parse_client_options(int argc, const char* const* a
   return options;
 }
 
-}  // namespace tandem
+}  // namespace tandem::client

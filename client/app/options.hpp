@@ -10,14 +10,14 @@
 #include "client/net/client_io.hpp"
 #include "devices/device_profile.hpp"
 
-namespace tandem {
+namespace tandem::client {
 
 struct ClientOptions {
   ClientIoSettings io;  ///< server, room, name, role, transport and simulated links
   std::string hand = "rest";
-  HandParameters hand_parameters;  ///< without the device
-  DeviceProfile device;            ///< of the device that the simulated hand holds
-  StageSettings stage;             ///< what the hand is shown, predictor and guard
+  devices::HandParameters hand_parameters;  ///< without the device
+  devices::DeviceProfile device;            ///< of the device that the simulated hand holds
+  StageSettings stage;                      ///< what the hand is shown, predictor and guard
   std::uint64_t seed = 1;
   std::optional<Duration> duration;  ///< none: until a signal
   int realtime_priority = 70;
@@ -34,4 +34,4 @@ struct ClientOptions {
 /// Fails   std::invalid_argument: one line that names the option, the value and what would do
 std::optional<ClientOptions> parse_client_options(int argc, const char* const* argv);
 
-}  // namespace tandem
+}  // namespace tandem::client

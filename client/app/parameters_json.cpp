@@ -3,7 +3,7 @@
 
 #include <string_view>
 
-namespace tandem {
+namespace tandem::client {
 namespace {
 
 namespace json = boost::json;
@@ -12,13 +12,13 @@ double in_ms(Duration duration) {
   return to_seconds(duration) * 1e3;
 }
 
-std::string_view name_of(JitterDistribution distribution) {
+std::string_view name_of(net::JitterDistribution distribution) {
   switch (distribution) {
-    case JitterDistribution::kPareto:
+    case net::JitterDistribution::kPareto:
       return "pareto";
-    case JitterDistribution::kTrace:
+    case net::JitterDistribution::kTrace:
       return "trace";
-    case JitterDistribution::kNormal:
+    case net::JitterDistribution::kNormal:
       break;
   }
   return "normal";
@@ -26,7 +26,7 @@ std::string_view name_of(JitterDistribution distribution) {
 
 }  // namespace
 
-json::object to_json(const LinkParameters& link) {
+json::object to_json(const net::LinkParameters& link) {
   json::object result{{"delay_ms", in_ms(link.delay)},
                       {"jitter_ms", in_ms(link.jitter)},
                       {"distribution", name_of(link.distribution)},
@@ -43,7 +43,7 @@ json::object to_json(const LinkParameters& link) {
   return result;
 }
 
-json::object to_json(const HandParameters& hand) {
+json::object to_json(const devices::HandParameters& hand) {
   return {{"mass_kg", hand.mass_kg},
           {"stiffness_n_per_m", hand.stiffness_n_per_m},
           {"damping_n_s_per_m", hand.damping_n_s_per_m},
@@ -56,4 +56,4 @@ json::object to_json(const HandParameters& hand) {
           {"encoder_step_rad", hand.encoder_step_rad}};
 }
 
-}  // namespace tandem
+}  // namespace tandem::client

@@ -6,9 +6,9 @@
 #include "common/net/link.hpp"
 #include "devices/sim/sim_device.hpp"
 
-namespace tandem {
+namespace tandem::client {
 
-boost::json::object to_json(const LinkParameters& link);
-boost::json::object to_json(const HandParameters& hand);
+boost::json::object to_json(const net::LinkParameters& link);
+boost::json::object to_json(const devices::HandParameters& hand);
 
-}  // namespace tandem
+}  // namespace tandem::client

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace tandem {
+namespace tandem::client {
 namespace {
 
 constexpr Duration kSettling{std::chrono::seconds(1)};
@@ -95,4 +95,4 @@ void RunReport::follow_body(const TickRecord& record) {
   body_rotation_rad_ = std::max(body_rotation_rad_, rotation_vector(turn).norm());
 }
 
-}  // namespace tandem
+}  // namespace tandem::client

@@ -9,7 +9,7 @@
 
 #include "client/haptics/haptic_core.hpp"
 
-namespace tandem {
+namespace tandem::client {
 
 /// Speeds, forces and torques over a stretch of ticks; forces as displayed, in the device frame.
 class StretchStatistics {
@@ -104,4 +104,4 @@ class RunReport {
   double body_rotation_rad_ = 0;
 };
 
-}  // namespace tandem
+}  // namespace tandem::client

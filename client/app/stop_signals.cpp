@@ -10,7 +10,7 @@
 
 #include "common/base/time.hpp"
 
-namespace tandem {
+namespace tandem::client {
 namespace {
 
 // How long the end of the program may wait for this thread.
@@ -76,4 +76,4 @@ void StopSignals::request() {
   if (on_stop_) on_stop_();
 }
 
-}  // namespace tandem
+}  // namespace tandem::client

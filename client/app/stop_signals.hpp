@@ -7,7 +7,7 @@
 #include <mutex>
 #include <thread>
 
-namespace tandem {
+namespace tandem::client {
 
 /// Blocks SIGINT, SIGTERM, SIGQUIT and, unless the program was started to ignore it (nohup), SIGHUP for this thread
 /// and those it starts; ignores SIGPIPE, so that a reader who goes away does not kill the program with a force on.
@@ -41,4 +41,4 @@ class StopSignals {
   std::thread thread_;
 };
 
-}  // namespace tandem
+}  // namespace tandem::client

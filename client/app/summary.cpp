@@ -6,7 +6,7 @@
 #include "client/app/parameters_json.hpp"
 #include "common/base/tick_faults.hpp"
 
-namespace tandem {
+namespace tandem::client {
 namespace {
 
 namespace json = boost::json;
@@ -28,16 +28,16 @@ double root_mean(double square_sum, std::uint64_t count) {
   return count > 0 ? std::sqrt(square_sum / static_cast<double>(count)) : 0.0;
 }
 
-json::object drops_of(const DropCounters& counters) {
+json::object drops_of(const proto::DropCounters& counters) {
   json::object result;
-  for (std::size_t i = 1; i < static_cast<std::size_t>(DropReason::kCount); ++i) {
-    const auto reason = static_cast<DropReason>(i);
-    if (counters.of(reason) > 0) result[name_of(reason)] = counters.of(reason);
+  for (std::size_t i = 1; i < static_cast<std::size_t>(proto::DropReason::kCount); ++i) {
+    const auto reason = static_cast<proto::DropReason>(i);
+    if (counters.of(reason) > 0) result[proto::name_of(reason)] = counters.of(reason);
   }
   return result;
 }
 
-json::object link_of(const LinkCounters& link) {
+json::object link_of(const net::LinkCounters& link) {
   return {{"sent", link.sent},
           {"delivered", link.delivered},
           {"lost", link.lost},
@@ -77,8 +77,8 @@ json::value finite_or_null(double value) {
 
 void add_coupling_check(const RunSummary& s, json::object& out) {
   json::array findings;
-  for (const StabilityFinding& finding : s.coupling_findings) {
-    findings.emplace_back(json::object{{"is_unstable", finding.verdict == StabilityVerdict::kUnstable},
+  for (const haptics::StabilityFinding& finding : s.coupling_findings) {
+    findings.emplace_back(json::object{{"is_unstable", finding.verdict == haptics::StabilityVerdict::kUnstable},
                                        {"parameter", finding.parameter},
                                        {"value", finite_or_null(finding.value)},
                                        {"rendered_value", finite_or_null(finding.rendered_value)},
@@ -141,7 +141,7 @@ void add_forces(const RunSummary& s, json::object& out) {
   out["not_displaying_ticks"] = c.not_displaying_ticks;
   out["invalid_samples"] = c.invalid_samples;
   out["write_failures"] = c.write_failures;
-  out["safety_faults"] = array_of(safety_fault_names(c.faults_seen));
+  out["safety_faults"] = array_of(haptics::safety_fault_names(c.faults_seen));
   out["server_tick_faults"] = array_of(tick_fault_names(s.run.server_tick_faults_seen()));
   out["guard_withheld_j"] = c.guard_withheld_j;
   out["guarded_ticks"] = c.guarded_ticks;
@@ -220,4 +220,4 @@ boost::json::object to_json(const RunSummary& summary) {
   return out;
 }
 
-}  // namespace tandem
+}  // namespace tandem::client

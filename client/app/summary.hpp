@@ -11,7 +11,7 @@
 #include "client/net/client_io.hpp"
 #include "common/base/json.hpp"
 
-namespace tandem {
+namespace tandem::client {
 
 /// The body that the run watched: the scene's first graspable one.
 struct WatchedBody {
@@ -23,17 +23,17 @@ std::optional<WatchedBody> first_graspable(const wire::Joined& joined);
 /// Everything that a run leaves behind.
 struct RunSummary {
   ClientOptions options;  ///< as given: what it takes to repeat the run
-  DeviceSpec device;
+  devices::DeviceSpec device;
   std::vector<std::string> realtime_not_granted;
   HapticLoopReport loop;
   std::uint64_t trace_overflows = 0;
   HapticCounters counters;
   ClientIoSnapshot io;
-  std::vector<StabilityFinding> coupling_findings;  ///< of the coupling in force
+  std::vector<haptics::StabilityFinding> coupling_findings;  ///< of the coupling in force
   std::optional<WatchedBody> watched;
   RunReport run;
 };
 
 boost::json::object to_json(const RunSummary& summary);
 
-}  // namespace tandem
+}  // namespace tandem::client

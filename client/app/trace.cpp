@@ -6,7 +6,7 @@
 #include <stdexcept>
 #include <string_view>
 
-namespace tandem {
+namespace tandem::client {
 namespace {
 
 // Nine digits: a nanometre in a metre, far below any device's resolution, at half the size of full precision.
@@ -142,4 +142,4 @@ bool TraceWriter::flush() {
   return static_cast<bool>(out_.flush());
 }
 
-}  // namespace tandem
+}  // namespace tandem::client

@@ -9,7 +9,7 @@
 
 #include "client/haptics/haptic_core.hpp"
 
-namespace tandem {
+namespace tandem::client {
 
 /// Writes tick records to a file. What is not known yet (server state, watched body) is an empty cell.
 ///
@@ -37,4 +37,4 @@ class TraceWriter {
 /// The header row: comma-separated names with units.
 std::string trace_header();
 
-}  // namespace tandem
+}  // namespace tandem::client

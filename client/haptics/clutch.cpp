@@ -1,7 +1,7 @@
 // See clutch.hpp.
 #include "client/haptics/clutch.hpp"
 
-namespace tandem {
+namespace tandem::client {
 
 RigidState Clutch::apply(const RigidState& raw_W, bool is_pressed) noexcept {
   if (is_pressed) {
@@ -25,4 +25,4 @@ Pose Clutch::clutched(const Pose& raw) const noexcept {
   return {raw.p + offset_p_, (raw.q * offset_q_).normalized()};
 }
 
-}  // namespace tandem
+}  // namespace tandem::client

@@ -8,7 +8,7 @@
 #include "common/base/spatial.hpp"
 #include "proto/state.hpp"
 
-namespace tandem {
+namespace tandem::client {
 
 /// Turns mapped handle states into clutched ones. Positions only; the force is the safety chain's.
 ///
@@ -31,4 +31,4 @@ class Clutch {
   Quat offset_q_ = Quat::Identity();
 };
 
-}  // namespace tandem
+}  // namespace tandem::client

@@ -6,7 +6,7 @@
 #include "devices/device_check.hpp"
 #include "proto/state.hpp"
 
-namespace tandem {
+namespace tandem::client {
 namespace {
 
 /// Of a body of which only the mass is known: as of a pen of 5 cm, what the server takes a tool for at least. Ours.
@@ -14,22 +14,23 @@ double guessed_inertia(double mass_kg) {
   return mass_kg * 0.05 * 0.05 / 12;
 }
 
-bool follows_what_is_moved(const CouplingLawInfo& law) {
-  return law.tool == ToolDynamics::kMassless || law.name == "adaptive";
+bool follows_what_is_moved(const haptics::CouplingLawInfo& law) {
+  return law.tool == haptics::ToolDynamics::kMassless || law.name == "adaptive";
 }
 
-LoopCoupling loop_coupling(const CouplingLawInfo& law, const CouplingParameters& parameters, const MovedThing& thing) {
-  return loop_coupling(law, parameters, thing.mass_kg, guessed_inertia(thing.mass_kg), thing.is_held_body);
+devices::LoopCoupling loop_coupling(const haptics::CouplingLawInfo& law, const haptics::CouplingParameters& parameters,
+                                    const MovedThing& thing) {
+  return devices::loop_coupling(law, parameters, thing.mass_kg, guessed_inertia(thing.mass_kg), thing.is_held_body);
 }
 
-bool is_graver(const StabilityFinding& a, const StabilityFinding& b) {
+bool is_graver(const haptics::StabilityFinding& a, const haptics::StabilityFinding& b) {
   if (a.verdict != b.verdict) return a.verdict > b.verdict;
   return a.spectral_radius > b.spectral_radius;
 }
 
 /// Of findings about the same direction of motion the graver stays.
-void merge(const StabilityFinding& finding, std::vector<StabilityFinding>& into) {
-  const auto same = std::find_if(into.begin(), into.end(), [&](const StabilityFinding& other) {
+void merge(const haptics::StabilityFinding& finding, std::vector<haptics::StabilityFinding>& into) {
+  const auto same = std::find_if(into.begin(), into.end(), [&](const haptics::StabilityFinding& other) {
     return other.is_rotation == finding.is_rotation;
   });
   if (same == into.end()) {
@@ -40,16 +41,17 @@ void merge(const StabilityFinding& finding, std::vector<StabilityFinding>& into)
 }
 
 /// What is to be checked, in numbers of the world; null where there is none.
-const CouplingLawInfo* law_of(const HapticScene& scene) {
-  return scene.law < coupling_laws().size() ? &coupling_laws()[scene.law] : nullptr;
+const haptics::CouplingLawInfo* law_of(const HapticScene& scene) {
+  return scene.law < haptics::coupling_laws().size() ? &haptics::coupling_laws()[scene.law] : nullptr;
 }
-CouplingParameters rendered(const HapticScene& scene, const CouplingLawInfo& law, const DeviceProfile& device) {
-  return rendered_coupling(law.name, scene.coupling, coupling_bounds(device), scene.workspace);
+haptics::CouplingParameters rendered(const HapticScene& scene, const haptics::CouplingLawInfo& law,
+                                     const devices::DeviceProfile& device) {
+  return rendered_coupling(law.name, scene.coupling, devices::coupling_bounds(device), scene.workspace);
 }
 
 }  // namespace
 
-std::vector<MovedThing> things_to_move(const wire::Joined& joined, const CouplingLawInfo& law, BodyId held) {
+std::vector<MovedThing> things_to_move(const wire::Joined& joined, const haptics::CouplingLawInfo& law, BodyId held) {
   const wire::Scene& scene = joined.scene();
   if (joined.tool() >= static_cast<std::uint32_t>(scene.tools_size())) return {MovedThing{}};
   const MovedThing tool{scene.tools(static_cast<int>(joined.tool())).mass_kg(), false};
@@ -70,33 +72,34 @@ std::vector<MovedThing> things_to_move(const wire::Joined& joined, const Couplin
   return things;
 }
 
-bool is_stable_coupling(const HapticScene& scene, const std::vector<MovedThing>& moved, const DeviceProfile& profile) {
-  const CouplingLawInfo* law = law_of(scene);
+bool is_stable_coupling(const HapticScene& scene, const std::vector<MovedThing>& moved,
+                        const devices::DeviceProfile& profile) {
+  const haptics::CouplingLawInfo* law = law_of(scene);
   if (law == nullptr) return true;
-  const CouplingParameters parameters = rendered(scene, *law, profile);
-  const LoopDevice device = loop_device(profile, scene.workspace);
+  const haptics::CouplingParameters parameters = rendered(scene, *law, profile);
+  const haptics::LoopDevice device = devices::loop_device(profile, scene.workspace);
   return std::all_of(moved.begin(), moved.end(), [&](const MovedThing& thing) {
-    const LoopCoupling coupling = loop_coupling(*law, parameters, thing);
-    return is_stable_coupling(coupling.parameters, coupling.tool_mass_kg, coupling.tool_inertia_kg_m2, device,
-                              coupling.slope_factor);
+    const devices::LoopCoupling coupling = loop_coupling(*law, parameters, thing);
+    return haptics::is_stable_coupling(coupling.parameters, coupling.tool_mass_kg, coupling.tool_inertia_kg_m2, device,
+                                       coupling.slope_factor);
   });
 }
 
-std::vector<StabilityFinding> explained(const CouplingCheck& check, const DeviceProfile& profile) {
-  const CouplingLawInfo* law = law_of(check.scene);
+std::vector<haptics::StabilityFinding> explained(const CouplingCheck& check, const devices::DeviceProfile& profile) {
+  const haptics::CouplingLawInfo* law = law_of(check.scene);
   if (check.number == 0 || law == nullptr) return {};
-  const CouplingParameters parameters = rendered(check.scene, *law, profile);
-  const LoopDevice device = loop_device(profile, check.scene.workspace);
-  std::vector<StabilityFinding> findings;
+  const haptics::CouplingParameters parameters = rendered(check.scene, *law, profile);
+  const haptics::LoopDevice device = devices::loop_device(profile, check.scene.workspace);
+  std::vector<haptics::StabilityFinding> findings;
   for (const MovedThing& thing : check.moved) {
-    const LoopCoupling coupling = loop_coupling(*law, parameters, thing);
-    for (const StabilityFinding& finding :
-         check_coupling(coupling.parameters, coupling.tool_mass_kg, coupling.tool_inertia_kg_m2, device,
-                        coupling.slope_factor, &check.scene.coupling)) {
+    const devices::LoopCoupling coupling = loop_coupling(*law, parameters, thing);
+    for (const haptics::StabilityFinding& finding :
+         haptics::check_coupling(coupling.parameters, coupling.tool_mass_kg, coupling.tool_inertia_kg_m2, device,
+                                 coupling.slope_factor, &check.scene.coupling)) {
       merge(finding, findings);
     }
   }
-  if (const auto active = find_active_law(*law)) findings.push_back(*active);
+  if (const auto active = devices::find_active_law(*law)) findings.push_back(*active);
   return findings;
 }
 
@@ -107,7 +110,7 @@ void CouplingWatch::note_change(LocalTime now) {
 }
 
 bool CouplingWatch::check(const HapticScene& scene, const wire::Joined& joined, BodyId held) {
-  const CouplingLawInfo* law = law_of(scene);
+  const haptics::CouplingLawInfo* law = law_of(scene);
   if (!device_ || law == nullptr) return true;
   ++last_.number;
   last_.scene = scene;
@@ -116,4 +119,4 @@ bool CouplingWatch::check(const HapticScene& scene, const wire::Joined& joined, 
   return !last_.is_refused;
 }
 
-}  // namespace tandem
+}  // namespace tandem::client

@@ -12,7 +12,7 @@
 #include "devices/device_profile.hpp"
 #include "tandem/control.pb.h"
 
-namespace tandem {
+namespace tandem::client {
 
 /// Something that the coupling may have to move.
 struct MovedThing {
@@ -22,7 +22,7 @@ struct MovedThing {
 /// The user's tool and the lightest and heaviest body that it could grab in this scene. Where coefficients follow what
 /// is moved (a massless tool's, or those of `adaptive`), those of the moment go with nothing else: then what is moved
 /// now, `held` or the tool.
-std::vector<MovedThing> things_to_move(const wire::Joined& joined, const CouplingLawInfo& law, BodyId held);
+std::vector<MovedThing> things_to_move(const wire::Joined& joined, const haptics::CouplingLawInfo& law, BodyId held);
 
 /// One check, with all that it takes to ask later what it found.
 struct CouplingCheck {
@@ -37,14 +37,15 @@ struct CouplingCheck {
 ///
 /// Cost    with three things to move, in six axes: 0.6 ms at velocity windows of 4 periods, 4 ms at 20, the largest;
 ///         allocates
-bool is_stable_coupling(const HapticScene& scene, const std::vector<MovedThing>& moved, const DeviceProfile& device);
+bool is_stable_coupling(const HapticScene& scene, const std::vector<MovedThing>& moved,
+                        const devices::DeviceProfile& device);
 
 /// Why, and what would do instead; kUnstable exactly where is_stable_coupling() is false.
 ///
 /// Out     at most one finding each for translation and rotation, the graver, and one for a law that is active by
 /// itself
 /// Cost    6 ms; tens of milliseconds where a remedy is searched (thread any that nothing waits for)
-std::vector<StabilityFinding> explained(const CouplingCheck& check, const DeviceProfile& device);
+std::vector<haptics::StabilityFinding> explained(const CouplingCheck& check, const devices::DeviceProfile& device);
 
 /// Keeps up with a session's coupling. Coefficients come in bursts, one message each, and a new stiffness with the old
 /// damping is no coupling that anybody meant: it waits for the end of the burst.
@@ -59,7 +60,7 @@ class CouplingWatch {
   static constexpr Duration kAtLatest{std::chrono::milliseconds(250)};
 
   /// Without a device nothing is checked.
-  explicit CouplingWatch(std::optional<DeviceProfile> device) : device_(std::move(device)) {}
+  explicit CouplingWatch(std::optional<devices::DeviceProfile> device) : device_(std::move(device)) {}
 
   /// A coefficient came, or what is held changed.
   void note_change(LocalTime now);
@@ -71,11 +72,11 @@ class CouplingWatch {
   const CouplingCheck& last() const { return last_; }
 
  private:
-  std::optional<DeviceProfile> device_;
+  std::optional<devices::DeviceProfile> device_;
   bool waits_ = false;
   LocalTime due_{};
   LocalTime latest_{};
   CouplingCheck last_;
 };
 
-}  // namespace tandem
+}  // namespace tandem::client

@@ -11,18 +11,18 @@
 #include "common/haptics/coupling/laws.hpp"
 #include "proto/coupling_fields.hpp"
 
-namespace tandem {
+namespace tandem::client {
 namespace {
 
 // Shorter gaps between two samples are rounded up to this before a speed is computed from them: a device that
 // updates at 1 kHz would seem to jump when it is read twice in a row.
-constexpr double kShortestSpeedGap_s = 0.001;
+constexpr double kMinSpeedGap_s = 0.001;
 // While samples are invalid the server is told the last valid buttons for this long; as long as it goes without a
 // handle before it lets the tool go.
 constexpr Duration kButtonsKept{std::chrono::milliseconds(100)};
 
-bool is_clutch_down(const DeviceSample& sample) {
-  return (sample.buttons & kButtonClutch) != 0;
+bool is_clutch_down(const devices::DeviceSample& sample) {
+  return (sample.buttons & proto::kButtonClutch) != 0;
 }
 
 bool is_among(const std::vector<std::string_view>& names, std::string_view name) {
@@ -37,13 +37,13 @@ std::unique_ptr<Stage> require_stage(const StageSettings& settings) {
     throw std::invalid_argument("predictor '" + settings.predictor +
                                 "' does not exist; use one of: " + listed_predictor_names());
   }
-  if (!is_usable(settings.wave)) {
+  if (!haptics::is_usable(settings.wave)) {
     throw std::invalid_argument("the wave's impedance must be above 0, for example 10 N*s/m and 0.01 N*m*s/rad");
   }
   return make_stage(settings);
 }
 
-SafetySettings with_device_limits(SafetySettings settings, const DeviceSpec& spec) {
+haptics::SafetySettings with_device_limits(haptics::SafetySettings settings, const devices::DeviceSpec& spec) {
   settings.slew_n_per_s = spec.slew_limit_n_per_s;
   settings.slew_n_m_per_s = spec.slew_limit_n_m_per_s;
   settings.speed_limit_m_per_s = spec.speed_limit_m_per_s;
@@ -55,21 +55,22 @@ bool is_positive(double value) {
 }
 
 bool is_usable(const HapticScene& scene) {
-  if (scene.law >= coupling_laws().size() || !is_usable(scene.coupling)) return false;
+  if (scene.law >= haptics::coupling_laws().size() || !haptics::is_usable(scene.coupling)) return false;
   const WorkspaceMapping& map = scene.workspace;
   return is_finite(map.X_WD) && std::abs(map.X_WD.q.norm() - 1) < 1e-3 && is_positive(map.position_scale) &&
          is_positive(map.force_scale);
 }
 
-std::vector<std::unique_ptr<CouplingLaw>> all_laws() {
-  std::vector<std::unique_ptr<CouplingLaw>> laws;
-  for (const CouplingLawInfo& law : coupling_laws()) laws.push_back(law.make(CouplingParameters{}));
+std::vector<std::unique_ptr<haptics::CouplingLaw>> all_laws() {
+  std::vector<std::unique_ptr<haptics::CouplingLaw>> laws;
+  for (const haptics::CouplingLawInfo& law : haptics::coupling_laws())
+    laws.push_back(law.make(haptics::CouplingParameters{}));
   return laws;
 }
 
 }  // namespace
 
-HapticCore::HapticCore(const HapticSettings& settings, Device& device, ClientMailboxes& mailboxes)
+HapticCore::HapticCore(const HapticSettings& settings, devices::Device& device, ClientMailboxes& mailboxes)
     : device_(device),
       writer_(device),
       mailboxes_(mailboxes),
@@ -82,7 +83,7 @@ HapticCore::HapticCore(const HapticSettings& settings, Device& device, ClientMai
       safety_(with_device_limits(settings.safety, device.spec())) {}
 
 void HapticCore::tick(LocalTime now) noexcept {
-  const DeviceSample sample = read_device(now);
+  const devices::DeviceSample sample = read_device(now);
   ++record_.tick.value;
   record_.at = now;
   record_.sample = sample;
@@ -133,19 +134,19 @@ bool HapticCore::write(LocalTime now, const Wrench& wrench_on_hand_D) noexcept {
   return is_taken;
 }
 
-DeviceSample HapticCore::read_device(LocalTime now) noexcept {
-  DeviceSample sample = device_.read(now);
+devices::DeviceSample HapticCore::read_device(LocalTime now) noexcept {
+  devices::DeviceSample sample = device_.read(now);
   sample.is_valid = sample.is_valid && is_finite(sample.X_DH) && is_finite(sample.V_DH);
   return sample;
 }
 
 // The larger of what the device reports and what its poses say, so that neither a lagging filter nor a jump of
 // the position goes unseen.
-double HapticCore::handle_speed(const DeviceSample& sample) const noexcept {
+double HapticCore::handle_speed(const devices::DeviceSample& sample) const noexcept {
   if (!sample.is_valid) return 0;
   const double reported_m_per_s = sample.V_DH.v.norm();
   if (!last_sample_.is_valid) return reported_m_per_s;
-  const double gap_s = std::max(kShortestSpeedGap_s, to_seconds(sample.taken - last_sample_.taken));
+  const double gap_s = std::max(kMinSpeedGap_s, to_seconds(sample.taken - last_sample_.taken));
   return std::max(reported_m_per_s, (sample.X_DH.p - last_sample_.X_DH.p).norm() / gap_s);
 }
 
@@ -198,7 +199,7 @@ void HapticCore::ramp_coupling(LocalTime now) noexcept {
   ramped_at_ = now;
 }
 
-void HapticCore::take_state(const ServerUpdate& update) noexcept {
+void HapticCore::take_state(const proto::ServerUpdate& update) noexcept {
   record_.tool_W = update.tool;
   record_.server_wrench_on_hand_W = update.wrench_on_hand_W;
   record_.newest_step = update.step;
@@ -208,12 +209,12 @@ void HapticCore::take_state(const ServerUpdate& update) noexcept {
 }
 
 // Updates are thinned on the wire, so the body may be missing from this one: then the last word holds.
-void HapticCore::note_watched_body(const ServerUpdate& update) noexcept {
+void HapticCore::note_watched_body(const proto::ServerUpdate& update) noexcept {
   const std::uint32_t watched = watched_.load(std::memory_order_relaxed);
   if (watched != watched_last_) record_.has_watched_body = false;
   watched_last_ = watched;
   if (watched == 0) return;
-  for (const BodyState& body : update.bodies) {
+  for (const proto::BodyState& body : update.bodies) {
     if (body.id.value != watched) continue;
     record_.watched_body_W = body.state;
     record_.has_watched_body = true;
@@ -221,7 +222,7 @@ void HapticCore::note_watched_body(const ServerUpdate& update) noexcept {
 }
 
 void HapticCore::report_energy(const ReceivedUpdate& received) noexcept {
-  const ServerUpdate& update = received.update;
+  const proto::ServerUpdate& update = received.update;
   guard_.world_reported(update.energy_from_world_j, update.energy_into_world_j,
                         to_seconds(received.received - energy_told_at_));
   energy_told_at_ = received.received;
@@ -265,7 +266,7 @@ Wrench HapticCore::through_guard(const Wrench& stage_wrench_on_hand_W) noexcept 
 
 Wrench HapticCore::through_safety(LocalTime now, const Wrench& guarded_on_hand_D,
                                   double handle_speed_m_per_s) noexcept {
-  SafetyInput input;
+  haptics::SafetyInput input;
   input.wrench = guarded_on_hand_D;
   input.state_age = record_.state_age;
   input.has_state = has_state_;
@@ -299,7 +300,7 @@ void HapticCore::record_stage() noexcept {
 
 // The wrench written at the last tick was held until this one. Over a gap of invalid samples nobody knows what the
 // hand did, so that stretch is left out.
-void HapticCore::account_energy(const DeviceSample& sample) noexcept {
+void HapticCore::account_energy(const devices::DeviceSample& sample) noexcept {
   if (!sample.is_valid || !last_sample_.is_valid) return;
   const double work_j = held_work_j(writer_.written(), last_sample_.X_DH, sample.X_DH);
   counters_.energy_to_hand_j += std::max(0.0, work_j);
@@ -327,14 +328,14 @@ void HapticCore::account_payment(const Wrench& guarded_on_hand_W) noexcept {
 void HapticCore::count() noexcept {
   const double force_n = record_.displayed_on_hand_D.f.norm();
   const double torque_n_m = record_.displayed_on_hand_D.t.norm();
-  const SafetyFaults faults = record_.safety_faults;
+  const haptics::SafetyFaults faults = record_.safety_faults;
   ++counters_.ticks;
   counters_.invalid_samples += record_.sample.is_valid ? 0 : 1;
   counters_.clamped_ticks += record_.is_clamped ? 1 : 0;
-  counters_.slew_limited_ticks += (faults & kSafetySlewed) != 0 ? 1 : 0;
+  counters_.slew_limited_ticks += (faults & haptics::kSafetySlewed) != 0 ? 1 : 0;
   counters_.not_finite_ticks += is_finite(record_.stage_wrench_on_hand_D) ? 0 : 1;
-  counters_.silent_ticks += (faults & kSafetySilence) != 0 ? 1 : 0;
-  counters_.not_displaying_ticks += (faults & kSafetyNotDisplaying) != 0 ? 1 : 0;
+  counters_.silent_ticks += (faults & haptics::kSafetySilence) != 0 ? 1 : 0;
+  counters_.not_displaying_ticks += (faults & haptics::kSafetyNotDisplaying) != 0 ? 1 : 0;
   counters_.force_square_sum += force_n * force_n;
   counters_.torque_square_sum += torque_n_m * torque_n_m;
   counters_.force_max_n = std::max(counters_.force_max_n, force_n);
@@ -358,17 +359,17 @@ std::uint32_t HapticCore::buttons_to_tell(LocalTime now) noexcept {
 
 // Of the stage, which knows what it waits for besides; else of the newest exchange.
 Duration HapticCore::round_trip() const noexcept {
-  if (stage_output_.round_trip > Duration{0}) return std::min(stage_output_.round_trip, kMaxDelay);
+  if (stage_output_.round_trip > Duration{0}) return std::min(stage_output_.round_trip, proto::kMaxDelay);
   if (!has_state_) return Duration{0};
   const ReceivedUpdate& newest = mailboxes_.inbox.front();
   if (newest.update.echoed_sent == LocalTime{}) return Duration{0};
   const Duration away = newest.received - newest.update.echoed_sent;
-  return std::clamp(away - (newest.update.sent - newest.update.received), Duration{0}, kMaxDelay);
+  return std::clamp(away - (newest.update.sent - newest.update.received), Duration{0}, proto::kMaxDelay);
 }
 
 void HapticCore::publish(LocalTime now) noexcept {
-  ClientUpdate& update = mailboxes_.outbox.back();
-  update = ClientUpdate{};
+  proto::ClientUpdate& update = mailboxes_.outbox.back();
+  update = proto::ClientUpdate{};
   update.input_tick = record_.tick;
   update.handle = record_.handle_W;
   update.handle_valid = record_.sample.is_valid && is_driving();
@@ -390,4 +391,4 @@ void HapticCore::publish(LocalTime now) noexcept {
   mailboxes_.outbox.publish();
 }
 
-}  // namespace tandem
+}  // namespace tandem::client

@@ -22,32 +22,32 @@
 #include "common/haptics/safety.hpp"
 #include "devices/device_writer.hpp"
 
-namespace tandem {
+namespace tandem::client {
 
 struct HapticSettings {
   StageSettings stage{};
-  GuardedPort::Settings guard{};  ///< used when stage.guard
-  SafetySettings safety{};        ///< slew and speed limits are taken from the device's spec
+  haptics::GuardedPort::Settings guard{};  ///< used when stage.guard
+  haptics::SafetySettings safety{};        ///< slew and speed limits are taken from the device's spec
   /// Numbers of the coupling that come from the wire are bounded by these (and by the device's own limits), in newtons
   /// and metres of the device; coupling_bounds() (devices/device_profile.hpp) gives those of a known device. Stiffness,
   /// as the steepest slope of the law's force, and damping are the largest that CHAI3D's device table allows a peer of
   /// 8 N; the rotational pair is ours, for a handle of 4e-4 kg·m² at 1 kHz. The shape of the curve is not bounded
   /// further than the wire does.
-  CouplingParameters coupling_bounds{.stiffness_n_per_m = 3000.0,
-                                     .damping_n_s_per_m = 20.0,
-                                     .stiffness_n_m_per_rad = 3.0,
-                                     .damping_n_m_s_per_rad = 0.05,
-                                     .force_limit_n = 50.0,
-                                     .torque_limit_n_m = 5.0,
-                                     .saturation_softness = 1.0,
-                                     .curve_sharpness = 10.0};
+  haptics::CouplingParameters coupling_bounds{.stiffness_n_per_m = 3000.0,
+                                              .damping_n_s_per_m = 20.0,
+                                              .stiffness_n_m_per_rad = 3.0,
+                                              .damping_n_m_s_per_rad = 0.05,
+                                              .force_limit_n = 50.0,
+                                              .torque_limit_n_m = 5.0,
+                                              .saturation_softness = 1.0,
+                                              .curve_sharpness = 10.0};
 };
 
 /// What happened at one tick: for traces, metrics and tests.
 struct TickRecord {
   Tick tick;
   LocalTime at{};
-  DeviceSample sample;
+  devices::DeviceSample sample;
   RigidState handle_W;
   RigidState tool_W;              ///< newest of the server
   Wrench stage_wrench_on_hand_D;  ///< before guard and safety
@@ -68,7 +68,7 @@ struct TickRecord {
   double guard_gain = 1;          ///< share of the stage's wrench that the guard let through
   double guard_withheld_j = 0;    ///< world joules, running sum
   std::uint32_t scene_generation = 0;
-  SafetyFaults safety_faults = 0;
+  haptics::SafetyFaults safety_faults = 0;
   bool is_clamped = false;
 };
 
@@ -91,7 +91,7 @@ struct HapticCounters {
   double guard_withheld_j = 0;           ///< device joules that the guard kept from the hand
   std::uint64_t guarded_ticks = 0;       ///< at which it kept something back
   std::uint64_t bad_energy_reports = 0;  ///< of the server: a sum that fell
-  SafetyFaults faults_seen = 0;
+  haptics::SafetyFaults faults_seen = 0;
 };
 
 /// Owns the client's haptic path except thread and clock.
@@ -99,7 +99,7 @@ class HapticCore {
  public:
   /// Fails   std::invalid_argument for an unknown stage or predictor (names those that exist), an unusable impedance,
   ///         bad safety settings, or device limits that DeviceWriter refuses
-  HapticCore(const HapticSettings& settings, Device& device, ClientMailboxes& mailboxes);
+  HapticCore(const HapticSettings& settings, devices::Device& device, ClientMailboxes& mailboxes);
 
   /// Thread  haptic: no allocation, lock, log or throw
   void tick(LocalTime now) noexcept;
@@ -125,10 +125,10 @@ class HapticCore {
   void enter_scene(const HapticScene& scene) noexcept;
   void jump_coupling() noexcept;
   void ramp_coupling(LocalTime now) noexcept;
-  void take_state(const ServerUpdate& update) noexcept;
-  void note_watched_body(const ServerUpdate& update) noexcept;
-  DeviceSample read_device(LocalTime now) noexcept;
-  double handle_speed(const DeviceSample& sample) const noexcept;
+  void take_state(const proto::ServerUpdate& update) noexcept;
+  void note_watched_body(const proto::ServerUpdate& update) noexcept;
+  devices::DeviceSample read_device(LocalTime now) noexcept;
+  double handle_speed(const devices::DeviceSample& sample) const noexcept;
   void advance_time(LocalTime now) noexcept;
   void report_energy(const ReceivedUpdate& received) noexcept;
   void run_stage(LocalTime now) noexcept;
@@ -140,7 +140,7 @@ class HapticCore {
   Duration round_trip() const noexcept;
   bool write(LocalTime now, const Wrench& wrench_on_hand_D) noexcept;
   std::uint32_t buttons_to_tell(LocalTime now) noexcept;
-  void account_energy(const DeviceSample& sample) noexcept;
+  void account_energy(const devices::DeviceSample& sample) noexcept;
   void account_payment(const Wrench& guarded_on_hand_W) noexcept;
   void count() noexcept;
   void publish(LocalTime now) noexcept;
@@ -149,20 +149,20 @@ class HapticCore {
   /// The hand is told of the scene.
   bool is_displaying() const noexcept { return is_driving() && scene_.may_display; }
 
-  Device& device_;
-  DeviceWriter writer_;
+  devices::Device& device_;
+  devices::DeviceWriter writer_;
   ClientMailboxes& mailboxes_;
-  CouplingParameters coupling_bounds_;
+  haptics::CouplingParameters coupling_bounds_;
   std::unique_ptr<Stage> stage_;
   StageOutput stage_output_;  ///< of the last tick at which it ran
   bool is_guarded_;
-  GuardedPort guard_;
-  std::vector<std::unique_ptr<CouplingLaw>> laws_;  ///< parallel to coupling_laws(): a scene may ask for any
-  CouplingLaw* coupling_ = nullptr;                 ///< one of them, the scene's
-  CouplingRamp ramp_{CouplingParameters{}};
+  haptics::GuardedPort guard_;
+  std::vector<std::unique_ptr<haptics::CouplingLaw>> laws_;  ///< parallel to coupling_laws(): a scene may ask for any
+  haptics::CouplingLaw* coupling_ = nullptr;                 ///< one of them, the scene's
+  haptics::CouplingRamp ramp_{haptics::CouplingParameters{}};
   LocalTime ramped_at_{};
   Clutch clutch_;
-  SafetyChain safety_;
+  haptics::SafetyChain safety_;
   HapticScene scene_;
   bool scene_is_usable_ = false;
   bool has_state_ = false;
@@ -173,8 +173,8 @@ class HapticCore {
   LocalTime energy_told_at_{};
   std::atomic<std::uint32_t> watched_{0};
   std::uint32_t watched_last_ = 0;
-  DeviceSample last_sample_;   ///< of the last tick, when valid
-  std::uint32_t buttons_ = 0;  ///< of the last valid sample in this scene
+  devices::DeviceSample last_sample_;  ///< of the last tick, when valid
+  std::uint32_t buttons_ = 0;          ///< of the last valid sample in this scene
   LocalTime buttons_seen_at_{};
   /// After the guard, before the safety stages: what ramp, slew limit and the device's own limit keep from the hand,
   /// its tool does in the world all the same, so it counts as paid.
@@ -187,4 +187,4 @@ class HapticCore {
   HapticCounters counters_;
 };
 
-}  // namespace tandem
+}  // namespace tandem::client

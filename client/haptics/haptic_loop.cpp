@@ -4,10 +4,10 @@
 #include <future>
 #include <utility>
 
-namespace tandem {
+namespace tandem::client {
 namespace {
 
-constexpr Duration kLongestShowOut{std::chrono::milliseconds(50)};
+constexpr Duration kMaxShowOut{std::chrono::milliseconds(50)};
 
 }  // namespace
 
@@ -30,12 +30,12 @@ void HapticLoop::stop() {
 }
 
 void HapticLoop::run(const std::function<void(std::vector<std::string>)>& on_ready) {
-  on_ready(request_realtime(settings_.realtime));
-  const bool is_realtime = has_realtime_priority();
+  on_ready(realtime::request_realtime(settings_.realtime));
+  const bool is_realtime = realtime::has_realtime_priority();
 
   const SteadyClock clock;
   const LocalTime start = clock.now();
-  PeriodicTimer timer(settings_.period, start);
+  realtime::PeriodicTimer timer(settings_.period, start);
   const LocalTime end = settings_.duration ? start + *settings_.duration : LocalTime::max();
   LocalTime deadline = start;
   while (!should_stop_.load(std::memory_order_relaxed) && deadline < end) {
@@ -59,9 +59,9 @@ void HapticLoop::tick(const Clock& clock) noexcept {
   if (after_tick_) after_tick_();
 }
 
-LocalTime HapticLoop::show_out(PeriodicTimer& timer, const Clock& clock) {
+LocalTime HapticLoop::show_out(realtime::PeriodicTimer& timer, const Clock& clock) {
   core_.begin_shutdown();
-  const LocalTime give_up = clock.now() + kLongestShowOut;
+  const LocalTime give_up = clock.now() + kMaxShowOut;
   LocalTime last_deadline;
   bool is_let_go = false;
   do {
@@ -74,4 +74,4 @@ LocalTime HapticLoop::show_out(PeriodicTimer& timer, const Clock& clock) {
   return last_deadline;
 }
 
-}  // namespace tandem
+}  // namespace tandem::client

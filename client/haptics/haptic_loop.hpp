@@ -21,11 +21,11 @@
 #include "common/realtime/realtime.hpp"
 #include "common/realtime/ring.hpp"
 
-namespace tandem {
+namespace tandem::client {
 
 struct HapticLoopSettings {
   Duration period{std::chrono::milliseconds(1)};
-  RealtimeRequest realtime;
+  realtime::RealtimeRequest realtime;
   std::optional<Duration> duration = std::nullopt;  ///< since the start; none: until it is told to stop
   /// Records that the reader may fall behind by before they are lost (and counted): 4 s at 1 kHz.
   std::size_t trace_capacity = 4096;
@@ -75,12 +75,12 @@ class HapticLoop {
  private:
   void run(const std::function<void(std::vector<std::string>)>& on_ready);
   void tick(const Clock& clock) noexcept;
-  LocalTime show_out(PeriodicTimer& timer, const Clock& clock);
+  LocalTime show_out(realtime::PeriodicTimer& timer, const Clock& clock);
 
   HapticLoopSettings settings_;
   HapticCore& core_;
   std::function<void()> after_tick_;
-  Ring<TickRecord> trace_;
+  realtime::Ring<TickRecord> trace_;
   std::atomic<std::uint64_t> trace_overflows_{0};
   std::atomic<bool> should_stop_{false};
   std::atomic<bool> is_over_{false};
@@ -88,4 +88,4 @@ class HapticLoop {
   std::thread thread_;
 };
 
-}  // namespace tandem
+}  // namespace tandem::client

@@ -10,13 +10,13 @@
 #include "common/realtime/mailbox.hpp"
 #include "proto/state.hpp"
 
-namespace tandem {
+namespace tandem::client {
 
 class LocalModel;
 
 /// A server update with the instant it came in.
 struct ReceivedUpdate {
-  ServerUpdate update;
+  proto::ServerUpdate update;
   LocalTime received{};
   Duration clock_offset{0};  ///< server − local at that instant
 };
@@ -28,17 +28,17 @@ struct HapticScene {
   bool may_display =
       false;  ///< and what that does is felt; false: zero force, as for a coupling unstable on this device
   WorkspaceMapping workspace;
-  std::size_t law = 0;          ///< index into coupling_laws()
-  CouplingParameters coupling;  ///< in force for this user's tool, where it is going (CouplingRamp)
+  std::size_t law = 0;                   ///< index into coupling_laws()
+  haptics::CouplingParameters coupling;  ///< in force for this user's tool, where it is going (CouplingRamp)
   /// What stages that render the scene themselves have of it; null: nothing. Owned by the io side, which keeps it until
   /// two generations later: by then the haptic thread has let it go. Only the haptic thread calls it meanwhile.
   LocalModel* local_model = nullptr;
 };
 
 struct ClientMailboxes {
-  Mailbox<ClientUpdate> outbox;   ///< haptic writes, io reads
-  Mailbox<ReceivedUpdate> inbox;  ///< io writes, haptic reads
-  Mailbox<HapticScene> scene;     ///< io writes, haptic reads
+  realtime::Mailbox<proto::ClientUpdate> outbox;  ///< haptic writes, io reads
+  realtime::Mailbox<ReceivedUpdate> inbox;        ///< io writes, haptic reads
+  realtime::Mailbox<HapticScene> scene;           ///< io writes, haptic reads
 };
 
-}  // namespace tandem
+}  // namespace tandem::client

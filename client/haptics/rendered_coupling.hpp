@@ -7,15 +7,15 @@
 #include "common/base/workspace.hpp"
 #include "common/haptics/coupling/coupling_law.hpp"
 
-namespace tandem {
+namespace tandem::client {
 
 /// `asked`, with each coefficient at most what keeps the device D, which is moved and pushed by scaled amounts, within
 /// `device_bounds`: newtons and metres of the device in, of the world out. A stiffness is bounded by the steepest slope
 /// of the law's force.
 ///
 /// Thread  haptic and io: no allocation, no throw
-CouplingParameters rendered_coupling(std::string_view law, const CouplingParameters& asked,
-                                     const CouplingParameters& device_bounds,
-                                     const WorkspaceMapping& workspace) noexcept;
+haptics::CouplingParameters rendered_coupling(std::string_view law, const haptics::CouplingParameters& asked,
+                                              const haptics::CouplingParameters& device_bounds,
+                                              const WorkspaceMapping& workspace) noexcept;
 
-}  // namespace tandem
+}  // namespace tandem::client

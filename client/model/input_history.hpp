@@ -10,7 +10,7 @@
 #include "common/base/ids.hpp"
 #include "common/base/time.hpp"
 
-namespace tandem {
+namespace tandem::client {
 
 /// A moving body at one input.
 struct BodyThen {
@@ -62,4 +62,4 @@ class InputHistory {
   std::vector<BodyThen> body_states_;
 };
 
-}  // namespace tandem
+}  // namespace tandem::client

@@ -6,7 +6,7 @@
 
 #include "common/physics/followed_bodies.hpp"
 
-namespace tandem {
+namespace tandem::client {
 namespace {
 
 /// Longer round trips than this are not reconciled.
@@ -31,13 +31,13 @@ constexpr Duration kHoldKept = std::chrono::seconds(1);
 /// Of the smoothed loop delay: jitter does not move the joint's stiffness.
 constexpr double kLoopDelaySmoothing_s = 0.5;
 
-std::shared_ptr<const WorldDescription> for_a_client(const std::shared_ptr<const WorldDescription>& description,
-                                                     double mass_scale) {
-  auto copy = std::make_shared<WorldDescription>(*description);
+std::shared_ptr<const physics::WorldDescription> for_a_client(
+    const std::shared_ptr<const physics::WorldDescription>& description, double mass_scale) {
+  auto copy = std::make_shared<physics::WorldDescription>(*description);
   // What the law chooses for a tool comes from the server.
   copy->coupling.fit.reset();
   copy->step_s = to_seconds(kInputPeriod);
-  for (BodyDescription& body : copy->bodies) {
+  for (physics::BodyDescription& body : copy->bodies) {
     body.mass.mass_kg *= mass_scale;
     body.mass.principal_inertia_kg_m2 *= mass_scale;
   }
@@ -58,13 +58,13 @@ Pose pose_of(const Shift& shift) {
 
 }  // namespace
 
-LocalModel::LocalModel(std::shared_ptr<const WorldDescription> description, std::size_t tool,
+LocalModel::LocalModel(std::shared_ptr<const physics::WorldDescription> description, std::size_t tool,
                        const LocalModelSettings& settings)
     : settings_(settings),
       tool_(tool),
       step_s_(to_seconds(kInputPeriod)),
       world_(for_a_client(description, settings.mass_scale),
-             std::make_unique<FollowedBodies>(description->bodies.size()), nullptr),
+             std::make_unique<physics::FollowedBodies>(description->bodies.size()), nullptr),
       copies_(copies_of(*description, settings)),
       ledger_(world_, tool, settings.keeps_ledger),
       history_(kInputsKept, copies_.size()),
@@ -75,11 +75,11 @@ LocalModel::LocalModel(std::shared_ptr<const WorldDescription> description, std:
 
 LocalModel::~LocalModel() = default;
 
-std::vector<LocalModel::Copy> LocalModel::copies_of(const WorldDescription& description,
+std::vector<LocalModel::Copy> LocalModel::copies_of(const physics::WorldDescription& description,
                                                     const LocalModelSettings& settings) {
   std::vector<Copy> copies;
   for (std::size_t i = 0; i < description.bodies.size(); ++i) {
-    const BodyDescription& body = description.bodies[i];
+    const physics::BodyDescription& body = description.bodies[i];
     if (body.mass.mass_kg > 0) copies.emplace_back(body_id_at(i), body.molecule != nullptr, settings);
   }
   return copies;
@@ -109,10 +109,10 @@ Wrench LocalModel::step(const LocalModelInput& input) noexcept {
 }
 
 // As the server has it: the first force comes under the start ramp, so nothing is blended.
-void LocalModel::start(const ServerUpdate& update) noexcept {
+void LocalModel::start(const proto::ServerUpdate& update) noexcept {
   has_started_ = true;
   world_.activate_tool(tool_);
-  for (const BodyState& told : update.bodies) world_.set_body(told.id, told.state);
+  for (const proto::BodyState& told : update.bodies) world_.set_body(told.id, told.state);
   if (update.held_body.is_valid()) {
     world_.hold(tool_, update.held_body, update.X_BT);
   } else {
@@ -123,7 +123,7 @@ void LocalModel::start(const ServerUpdate& update) noexcept {
 }
 
 void LocalModel::take_update(const LocalModelInput& input) noexcept {
-  const ServerUpdate& update = input.newest->update;
+  const proto::ServerUpdate& update = input.newest->update;
   const Duration stepped = update.stepped.time_since_epoch();
   playout_.add(stepped, input.newest->received.time_since_epoch());
   slowest_loop_ = update.slowest_loop;
@@ -132,7 +132,7 @@ void LocalModel::take_update(const LocalModelInput& input) noexcept {
   const ModelThen* const then = history_.find(update.answered_input);
   for (Copy& copy : copies_) {
     const auto told = std::find_if(update.bodies.begin(), update.bodies.end(),
-                                   [&copy](const BodyState& body) { return body.id == copy.id; });
+                                   [&copy](const proto::BodyState& body) { return body.id == copy.id; });
     if (told == update.bodies.end()) continue;
     copy.is_known = true;
     copy.track.add(stepped, told->state, update.step.value);
@@ -151,8 +151,8 @@ void LocalModel::take_update(const LocalModelInput& input) noexcept {
   mirror_grasp(update);
 }
 
-void LocalModel::note_holds(const ServerUpdate& update) noexcept {
-  for (const OtherUserState& told : update.users) {
+void LocalModel::note_holds(const proto::ServerUpdate& update) noexcept {
+  for (const proto::OtherUserState& told : update.users) {
     auto known = std::find_if(other_holds_.begin(), other_holds_.end(),
                               [&told](const OtherHold& other) { return other.user == told.id; });
     if (known == other_holds_.end()) {
@@ -167,7 +167,7 @@ void LocalModel::note_holds(const ServerUpdate& update) noexcept {
 }
 
 /// The server counts our own hand too, some milliseconds before or after we felt the same touch.
-void LocalModel::note_others(const BodyState& told, Copy& copy, const ServerUpdate& update) noexcept {
+void LocalModel::note_others(const proto::BodyState& told, Copy& copy, const proto::ServerUpdate& update) noexcept {
   const auto index = static_cast<std::size_t>(&copy - copies_.data());
   const auto holds_it = [&copy](const OtherHold& other) { return other.body == copy.id; };
   copy.others_hold = static_cast<std::size_t>(std::count_if(other_holds_.begin(), other_holds_.end(), holds_it));
@@ -191,7 +191,7 @@ bool LocalModel::touched_then(std::size_t copy, Tick input) noexcept {
   return history_.find(input) != nullptr && history_.bodies(input)[copy].is_touched;
 }
 
-void LocalModel::compare_tool(const ServerUpdate& update, const ModelThen& then,
+void LocalModel::compare_tool(const proto::ServerUpdate& update, const ModelThen& then,
                               const LocalModelInput& input) noexcept {
   const Duration ago = kInputPeriod * static_cast<int>(input.input.value - update.answered_input.value);
   residual_ = WrenchResidual{input.now - ago, update.wrench_on_hand_W - then.on_hand_W};
@@ -211,7 +211,7 @@ void LocalModel::compare_tool(const ServerUpdate& update, const ModelThen& then,
   has_jumped_ = true;
 }
 
-void LocalModel::mirror_grasp(const ServerUpdate& update) noexcept {
+void LocalModel::mirror_grasp(const proto::ServerUpdate& update) noexcept {
   if (foretold_.is_waiting && update.answered_input.value < foretold_.at.value + kGraspAnsweredAfter) return;
   foretold_.is_waiting = false;
   const BodyId held = world_.tool(tool_).held;
@@ -228,7 +228,7 @@ void LocalModel::mirror_grasp(const ServerUpdate& update) noexcept {
 
 // The server does the same with this input when it gets it; what it finds else is mirrored then.
 void LocalModel::follow_buttons(const LocalModelInput& input) noexcept {
-  const bool is_down = (input.buttons & kButtonGrab) != 0;
+  const bool is_down = (input.buttons & proto::kButtonGrab) != 0;
   if (is_down == grab_button_ || !input.has_handle) return;
   grab_button_ = is_down;
   foretold_ = {input.input, true};
@@ -313,7 +313,7 @@ void LocalModel::drive_ours(Copy& copy, Duration played, double period_s) noexce
   if (!is_held) copy.weight.reset();
   copy.weight.step(period_s, is_held && copy.others_hold == 0 ? 1.0 : 0.0);
   const Vec3 pressing_W = world_.body(copy.id).X.q * copy.pressing_B;
-  const Joint joint = joint_for(loop_delay_, slowest_loop_, pressing_W, settings_.joint);
+  const physics::Joint joint = physics::joint_for(loop_delay_, slowest_loop_, pressing_W, settings_.joint);
   // It begins where the copy is, which is ahead of what is played of the server's.
   if (is_begin) copy.offset = shift_between(copy.track.at(played), world_.body(copy.id));
   copy.offset = faded(copy.offset, period_s);
@@ -344,7 +344,7 @@ void LocalModel::follow(Copy& copy, Duration played, Duration present, double pe
     ledger_.give_up(index);
     copy.offset = shift_between(target, world_.body(copy.id));
     copy.reconciler.reset();
-    world_.join_body(copy.id, target, Vec3::Zero(), Joint{}, 0);
+    world_.join_body(copy.id, target, Vec3::Zero(), physics::Joint{}, 0);
     world_.keep_adopted(copy.id, 0);
     copy.was_followed = true;
   }
@@ -361,12 +361,12 @@ void LocalModel::correct_tool(double period_s) noexcept {
   ledger_.corrected_tool();
 }
 
-void LocalModel::follow_soft_contact(const ServerUpdate& update, bool is_new, double period_s) noexcept {
+void LocalModel::follow_soft_contact(const proto::ServerUpdate& update, bool is_new, double period_s) noexcept {
   const Pose X_WT = tool_state_.held.is_valid() ? world_.body(tool_state_.held).X : tool_state_.tool.X;
   // The contact is of what the tool holds, else of the tool: another thing's says nothing here.
   if (std::exchange(soft_of_, tool_state_.held) != tool_state_.held) soft_ = SoftFollower{};
   if (is_new && update.held_body == tool_state_.held) soft_.take(update.soft_contact, X_WT);
-  SoftContact here;
+  physics::SoftContact here;
   here.wrench_W = soft_.step(X_WT, period_s);
   here.X_WT0 = X_WT;
   here.trust_radius_m = here.wrench_W.f.norm() + here.wrench_W.t.norm() > 0 ? 1.0 : 0.0;
@@ -397,4 +397,4 @@ bool LocalModel::take_jump() noexcept {
   return std::exchange(has_jumped_, false);
 }
 
-}  // namespace tandem
+}  // namespace tandem::client

@@ -30,7 +30,7 @@
 #include "common/physics/world.hpp"
 #include "proto/state.hpp"
 
-namespace tandem {
+namespace tandem::client {
 
 struct LocalModelSettings {
   ReconcilerSettings body{};
@@ -40,8 +40,8 @@ struct LocalModelSettings {
                           .turn_limit_rad_per_s = 0.3,
                           .dead_zone_m = 2e-4,
                           .dead_zone_rad = 5e-3};
-  DelayedJointSettings joint;
-  PlayoutSettings playout;
+  physics::DelayedJointSettings joint;
+  net::PlayoutSettings playout;
   /// Bodies that others move are carried on by their velocity for so long at most.
   Duration longest_extrapolation{std::chrono::milliseconds(150)};
   double farthest_extrapolation_m = 0.02;
@@ -61,7 +61,7 @@ struct LocalModelInput {
   std::uint32_t buttons = 0;
   const ReceivedUpdate* newest = nullptr;  ///< of this scene; null before the first
   bool is_new = false;
-  CouplingParameters coupling;  ///< bounded by the device
+  haptics::CouplingParameters coupling;  ///< bounded by the device
 };
 
 /// What the server's wrench was beyond the model's, for the same input.
@@ -74,7 +74,7 @@ struct WrenchResidual {
 class LocalModel {
  public:
   /// In      tool  the user's own, index into description.tools
-  LocalModel(std::shared_ptr<const WorldDescription> description, std::size_t tool,
+  LocalModel(std::shared_ptr<const physics::WorldDescription> description, std::size_t tool,
              const LocalModelSettings& settings = {});
   ~LocalModel();
 
@@ -90,7 +90,7 @@ class LocalModel {
   /// How far what the tool touches is held by the joint to the server's, for others touch it as well.
   double joint_share() const;
   /// What the tool touches and could move, as the model has it: what the server joins its bodies to.
-  std::span<const CopyTarget> copies() const { return touched_; }
+  std::span<const physics::CopyTarget> copies() const { return touched_; }
   /// From an input to its effect being used here, the waiting at both ends included; 0: not known yet.
   Duration loop_delay() const { return loop_delay_; }
   /// Of the newest update that answered a known input; consumed by the call.
@@ -111,13 +111,13 @@ class LocalModel {
     BodyId id;
     bool is_felt_from_afar;
     SmoothedMotion smoothed;
-    RigidTrack track;
+    net::RigidTrack track;
     Reconciler reconciler;
     bool is_known = false;  ///< the server has told of it
     bool others_touch = false;
-    JointShare share;                ///< of its joint, while our tool touches it
+    physics::JointShare share;       ///< of its joint, while our tool touches it
     std::size_t others_hold = 0;     ///< users who do
-    WeightShare weight;              ///< how much of its weight stays here although it is shared
+    physics::WeightShare weight;     ///< how much of its weight stays here although it is shared
     Vec3 p_BJ = Vec3::Zero();        ///< where our tool is on it
     Vec3 pressing_B = Vec3::Zero();  ///< along which it presses there; zero: holds it
     double untouched_s = 1e9;        ///< since our tool last held or pressed it
@@ -139,16 +139,16 @@ class LocalModel {
     bool is_waiting = false;
   };
 
-  static std::vector<Copy> copies_of(const WorldDescription& description, const LocalModelSettings& settings);
-  void start(const ServerUpdate& update) noexcept;
+  static std::vector<Copy> copies_of(const physics::WorldDescription& description, const LocalModelSettings& settings);
+  void start(const proto::ServerUpdate& update) noexcept;
   void take_update(const LocalModelInput& input) noexcept;
-  void note_holds(const ServerUpdate& update) noexcept;
-  void note_others(const BodyState& told, Copy& copy, const ServerUpdate& update) noexcept;
+  void note_holds(const proto::ServerUpdate& update) noexcept;
+  void note_others(const proto::BodyState& told, Copy& copy, const proto::ServerUpdate& update) noexcept;
   bool touched_then(std::size_t copy, Tick input) noexcept;
-  void compare_tool(const ServerUpdate& update, const ModelThen& then, const LocalModelInput& input) noexcept;
-  void mirror_grasp(const ServerUpdate& update) noexcept;
+  void compare_tool(const proto::ServerUpdate& update, const ModelThen& then, const LocalModelInput& input) noexcept;
+  void mirror_grasp(const proto::ServerUpdate& update) noexcept;
   void follow_buttons(const LocalModelInput& input) noexcept;
-  void follow_soft_contact(const ServerUpdate& update, bool is_new, double period_s) noexcept;
+  void follow_soft_contact(const proto::ServerUpdate& update, bool is_new, double period_s) noexcept;
   void drive_copies(const LocalModelInput& input, double period_s) noexcept;
   bool is_ours(const Copy& copy) const noexcept;
   void follow_touches(double period_s) noexcept;
@@ -163,21 +163,21 @@ class LocalModel {
   LocalModelSettings settings_;
   std::size_t tool_;
   double step_s_;
-  World world_;
+  physics::World world_;
   std::vector<Copy> copies_;
   ModelLedger ledger_;
   InputHistory history_;
   Reconciler tool_reconciler_;
-  PlayoutDelay playout_;
-  ToolState tool_state_;
+  net::PlayoutDelay playout_;
+  physics::ToolState tool_state_;
   TickFaults faults_ = 0;
   bool has_started_ = false;
-  boost::container::static_vector<CopyTarget, kMostCopies> touched_;
+  boost::container::static_vector<physics::CopyTarget, physics::kMaxCopies> touched_;
   Duration loop_delay_{0};
   Duration slowest_loop_{0};  ///< of all who touch what our tool touches, as the server knows it
   Tick newest_input_;
   std::optional<WrenchResidual> residual_;
-  boost::container::static_vector<OtherHold, kMaxUsers> other_holds_;
+  boost::container::static_vector<OtherHold, proto::kMaxUsers> other_holds_;
   BodyId told_held_;  ///< what the server has our tool hold
   Foretold foretold_;
   bool grab_button_ = false;
@@ -187,4 +187,4 @@ class LocalModel {
   BodyId soft_of_;  ///< what soft_ is about: what the tool holds, else itself
 };
 
-}  // namespace tandem
+}  // namespace tandem::client

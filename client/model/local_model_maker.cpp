@@ -6,13 +6,13 @@
 
 #include "common/realtime/realtime.hpp"
 
-namespace tandem {
+namespace tandem::client {
 
 void LocalModelMaker::begin(const wire::Joined& joined, const AssetMap& assets) {
   problem_.clear();
   const auto make = [settings = settings_, joined, assets, is_thread = execution_ == Execution::kThread] {
     // The thread comes with the priority of the one that started it: a second of work there would starve the sockets.
-    if (is_thread) drop_realtime();
+    if (is_thread) realtime::drop_realtime();
     Made made;
     LocalWorld world = make_local_world(joined, assets);
     made.problem = std::move(world.problem);
@@ -35,4 +35,4 @@ LocalModel* LocalModelMaker::take() {
   return models_[0].get();
 }
 
-}  // namespace tandem
+}  // namespace tandem::client

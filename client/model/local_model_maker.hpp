@@ -10,7 +10,7 @@
 #include "client/model/local_model.hpp"
 #include "client/model/local_world.hpp"
 
-namespace tandem {
+namespace tandem::client {
 
 /// Owns the models. One that was handed out lives until two others have been, by when the haptic thread has long taken
 /// the scene of the next.
@@ -42,4 +42,4 @@ class LocalModelMaker {
   std::string problem_;
 };
 
-}  // namespace tandem
+}  // namespace tandem::client

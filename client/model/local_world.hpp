@@ -9,12 +9,12 @@
 #include "common/physics/world_description.hpp"
 #include "tandem/control.pb.h"
 
-namespace tandem {
+namespace tandem::client {
 
 /// A world for a LocalModel, or why there is none.
 struct LocalWorld {
-  std::shared_ptr<const WorldDescription> description;  ///< null: see `problem`
-  std::size_t tool = 0;                                 ///< the user's own
+  std::shared_ptr<const physics::WorldDescription> description;  ///< null: see `problem`
+  std::size_t tool = 0;                                          ///< the user's own
   std::string problem;  ///< names the field or asset; the hand is then shown the late pose
 };
 
@@ -22,4 +22,4 @@ struct LocalWorld {
 /// Cost    milliseconds a shape of its own kind, tens of milliseconds a mesh: not for the io thread of a live client
 LocalWorld make_local_world(const wire::Joined& joined, const AssetMap& assets);
 
-}  // namespace tandem
+}  // namespace tandem::client

@@ -2,7 +2,7 @@
 
 #include "common/base/work.hpp"
 
-namespace tandem {
+namespace tandem::client {
 
 void ModelLedger::add(BodyId id) {
   bodies_.emplace_back();
@@ -80,4 +80,4 @@ ModelEnergy ModelLedger::energy() const noexcept {
   return energy;
 }
 
-}  // namespace tandem
+}  // namespace tandem::client

@@ -6,7 +6,7 @@
 
 #include "common/physics/world.hpp"
 
-namespace tandem {
+namespace tandem::client {
 
 /// Energies of a local model [J].
 struct ModelEnergy {
@@ -35,7 +35,8 @@ struct ModelEnergy {
 class ModelLedger {
  public:
   /// In      world  outlives it
-  ModelLedger(const World& world, std::size_t tool, bool is_kept) : world_(world), tool_(tool), is_kept_(is_kept) {}
+  ModelLedger(const physics::World& world, std::size_t tool, bool is_kept)
+      : world_(world), tool_(tool), is_kept_(is_kept) {}
   /// A body that the model may step; before the first step. It is known by how many were added before it.
   void add(BodyId id);
 
@@ -71,7 +72,7 @@ class ModelLedger {
 
   double energy_j(const Entry& entry) const noexcept { return world_.energy_of_body_j(entry.id); }
 
-  const World& world_;
+  const physics::World& world_;
   std::size_t tool_;
   bool is_kept_;
   std::vector<Entry> bodies_;
@@ -81,4 +82,4 @@ class ModelLedger {
   double marked_tool_j_ = 0;
 };
 
-}  // namespace tandem
+}  // namespace tandem::client

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace tandem {
+namespace tandem::client {
 namespace {
 
 Vec3 beyond(const Vec3& value, double dead_zone) {
@@ -44,4 +44,4 @@ Shift Reconciler::step(double period_s, double loop_s, double share) noexcept {
   return shift;
 }
 
-}  // namespace tandem
+}  // namespace tandem::client

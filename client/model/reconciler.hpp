@@ -5,7 +5,7 @@
 #include "common/base/spatial.hpp"
 #include "proto/state.hpp"
 
-namespace tandem {
+namespace tandem::client {
 
 /// A displacement of a rigid thing with its rates, all in W: added to its pose and twist.
 struct Shift {
@@ -64,4 +64,4 @@ class Reconciler {
   double error_m_ = 0;
 };
 
-}  // namespace tandem
+}  // namespace tandem::client

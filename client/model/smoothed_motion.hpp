@@ -3,7 +3,7 @@
 
 #include "common/base/spatial.hpp"
 
-namespace tandem {
+namespace tandem::client {
 
 /// Two low passes in a row, and part of the way that they and the network cost added by the smoothed velocity.
 ///
@@ -38,4 +38,4 @@ class SmoothedMotion {
   Pose a_, b_;
 };
 
-}  // namespace tandem
+}  // namespace tandem::client

@@ -2,23 +2,23 @@
 
 #include <algorithm>
 
-namespace tandem {
+namespace tandem::client {
 namespace {
 
 /// Of the difference between two contacts. Three steps of the soft bodies: with one, a hand at rest is shaken by
 /// 1 to 2 mm/s, with three by 0.15 mm/s.
 constexpr double kSettling_s = 0.05;
 
-bool is_same(const SoftContact& a, const SoftContact& b) {
+bool is_same(const physics::SoftContact& a, const physics::SoftContact& b) {
   return a.trust_radius_m == b.trust_radius_m && a.wrench_W.f == b.wrench_W.f && a.wrench_W.t == b.wrench_W.t &&
          a.X_WT0.p == b.X_WT0.p;
 }
 
 }  // namespace
 
-void SoftFollower::take(const SoftContact& told, const Pose& X_WT) noexcept {
+void SoftFollower::take(const physics::SoftContact& told, const Pose& X_WT) noexcept {
   if (is_same(told, told_)) return;
-  left_ += soft_wrench(told_, X_WT) - soft_wrench(told, X_WT);
+  left_ += physics::soft_wrench(told_, X_WT) - physics::soft_wrench(told, X_WT);
   told_ = told;
 }
 
@@ -26,7 +26,7 @@ Wrench SoftFollower::step(const Pose& X_WT, double period_s) noexcept {
   constexpr double kRate = 1 / kSettling_s;
   left_rate_ += (left_ * (-kRate * kRate) + left_rate_ * (-2 * kRate)) * period_s;
   left_ += left_rate_ * period_s;
-  Wrench wrench = soft_wrench(told_, X_WT) + left_;
+  Wrench wrench = physics::soft_wrench(told_, X_WT) + left_;
   // What is left of a weaker contact must not make the present one pull.
   const double pressing = told_.wrench_W.f.norm();
   if (pressing > 0) {
@@ -36,4 +36,4 @@ Wrench SoftFollower::step(const Pose& X_WT, double period_s) noexcept {
   return wrench;
 }
 
-}  // namespace tandem
+}  // namespace tandem::client

@@ -4,7 +4,7 @@
 
 #include "common/physics/soft_contact.hpp"
 
-namespace tandem {
+namespace tandem::client {
 
 /// Feels the newest contact at once as the tool moves; goes smoothly from what an older one said to what it says.
 ///
@@ -17,13 +17,13 @@ namespace tandem {
 class SoftFollower {
  public:
   /// The newest contact as the server tells it, for the thing at `X_WT` here.
-  void take(const SoftContact& told, const Pose& X_WT) noexcept;
+  void take(const physics::SoftContact& told, const Pose& X_WT) noexcept;
   /// On the thing about its origin, in W; for the next period.
   Wrench step(const Pose& X_WT, double period_s) noexcept;
 
  private:
-  SoftContact told_;
+  physics::SoftContact told_;
   Wrench left_, left_rate_;  ///< e and its derivative
 };
 
-}  // namespace tandem
+}  // namespace tandem::client

@@ -10,7 +10,7 @@
 
 #include "common/net/socket_rules.hpp"
 
-namespace tandem {
+namespace tandem::client {
 namespace {
 
 namespace asio = boost::asio;
@@ -29,25 +29,25 @@ struct Links {
   Links(const SimulatedLinks& links, std::uint64_t first_stream)
       : up(links.up, links.seed, first_stream),
         down(links.down, links.seed, first_stream + 1),
-        control_up(SimulatedLink::reliable(links.up, links.seed, first_stream + 2)),
-        control_down(SimulatedLink::reliable(links.down, links.seed, first_stream + 3)) {}
+        control_up(net::SimulatedLink::reliable(links.up, links.seed, first_stream + 2)),
+        control_down(net::SimulatedLink::reliable(links.down, links.seed, first_stream + 3)) {}
 
   std::optional<LocalTime> next_due() const {
     std::optional<LocalTime> earliest;
-    for (const SimulatedLink* link : {&up, &down, &control_up, &control_down}) {
+    for (const net::SimulatedLink* link : {&up, &down, &control_up, &control_down}) {
       const auto due = link->next_due();
       if (due && (!earliest || *due < *earliest)) earliest = due;
     }
     return earliest;
   }
 
-  SimulatedLink up;
-  SimulatedLink down;
-  SimulatedLink control_up;
-  SimulatedLink control_down;
+  net::SimulatedLink up;
+  net::SimulatedLink down;
+  net::SimulatedLink control_up;
+  net::SimulatedLink control_down;
 };
 
-void add(LinkCounters& sum, const LinkCounters& counters) {
+void add(net::LinkCounters& sum, const net::LinkCounters& counters) {
   sum.sent += counters.sent;
   sum.delivered += counters.delivered;
   sum.lost += counters.lost;
@@ -66,7 +66,7 @@ struct AsioClientTransport::Connection {
   asio::steady_timer linger;
   std::unique_ptr<Links> links;
   LinkTraffic before;  // sums over earlier connections
-  Bytes unsent;
+  proto::Bytes unsent;
   bool is_waiting_to_write = false;
   bool is_connected = false;
   bool is_closing = false;
@@ -77,7 +77,7 @@ struct AsioClientTransport::Connection {
 AsioClientTransport::AsioClientTransport(asio::io_context& io, const std::string& host, std::uint16_t port,
                                          std::optional<SimulatedLinks> links, const Clock& clock)
     : io_(io),
-      address_(loopback_address("cannot connect to", host)),
+      address_(net::loopback_address("cannot connect to", host)),
       port_(port),
       links_(std::move(links)),
       clock_(clock) {
@@ -111,7 +111,7 @@ void AsioClientTransport::connect(LocalTime) {
   connection->stream.async_connect(tcp::endpoint(address_, port_), [this, connection](const error_code& error) {
     if (!is_current(*connection)) return;
     if (error) {
-      lost(connection, "cannot connect to " + server_name() + ": " + lower_first(error.message()) +
+      lost(connection, "cannot connect to " + server_name() + ": " + net::lower_first(error.message()) +
                            "; is tandem-server running there?");
     } else {
       connected(connection);
@@ -130,10 +130,10 @@ void AsioClientTransport::connected(const ConnectionPointer& connection) {
   connection->stream.non_blocking(true, error);
   if (!error) connection->stream.set_option(tcp::no_delay(true), error);
   if (error) {
-    lost(connection, "cannot set up the connection to " + server_name() + ": " + lower_first(error.message()));
+    lost(connection, "cannot set up the connection to " + server_name() + ": " + net::lower_first(error.message()));
     return;
   }
-  connection->stream.set_option(UnsentLimit(kUnsentBytes), error);
+  connection->stream.set_option(net::UnsentLimit(net::kUnsentBytes), error);
   read(connection);
   session_->on_connected(clock_.now());
 }
@@ -148,7 +148,7 @@ void AsioClientTransport::read(const ConnectionPointer& connection) {
           return;
         }
         if (error) {
-          lost(connection, "the connection to " + server_name() + " was lost: " + lower_first(error.message()));
+          lost(connection, "the connection to " + server_name() + " was lost: " + net::lower_first(error.message()));
           return;
         }
         const auto bytes = std::span(connection->incoming).first(size);
@@ -201,7 +201,7 @@ void AsioClientTransport::await_datagrams(const ConnectionPointer& connection) {
 
 void AsioClientTransport::receive_datagrams(Connection& connection) {
   // One byte more than allowed, so that a longer datagram is seen as too long instead of being cut to size.
-  std::array<std::byte, kMaxDatagramBytes + 1> buffer;
+  std::array<std::byte, proto::kMaxDatagramBytes + 1> buffer;
   for (int taken = 0; taken < kDatagramsPerWake && is_current(connection); ++taken) {
     error_code error;
     const std::size_t size = connection.datagrams.receive(asio::buffer(buffer), 0, error);
@@ -230,7 +230,7 @@ void AsioClientTransport::send_control(std::span<const std::byte> bytes) {
 // A write error is left to the pending read, which sees it too: the session must not be called from inside its call.
 void AsioClientTransport::flush(const ConnectionPointer& connection) {
   if (connection->is_waiting_to_write || !connection->stream.is_open()) return;
-  Bytes& unsent = connection->unsent;
+  proto::Bytes& unsent = connection->unsent;
   error_code error;
   std::size_t sent = 0;
   while (!error && sent < unsent.size()) sent += connection->stream.write_some(asio::buffer(unsent) + sent, error);
@@ -349,4 +349,4 @@ void AsioClientTransport::count_links(const Connection& connection) {
   add(link_traffic_.control_down, connection.links->control_down.counters());
 }
 
-}  // namespace tandem
+}  // namespace tandem::client

@@ -19,21 +19,21 @@
 #include "client/session/session.hpp"
 #include "common/net/link.hpp"
 
-namespace tandem {
+namespace tandem::client {
 
 /// A link to simulate inside the client, for control and state alike (control bytes are never lost or reordered).
 struct SimulatedLinks {
-  LinkParameters up;    ///< client to server
-  LinkParameters down;  ///< server to client
+  net::LinkParameters up;    ///< client to server
+  net::LinkParameters down;  ///< server to client
   std::uint64_t seed = 1;
 };
 
 /// What went through the simulated links, all connections together.
 struct LinkTraffic {
-  LinkCounters up;  ///< datagrams
-  LinkCounters down;
-  LinkCounters control_up;  ///< chunks of the control stream; with state over TCP, the state too
-  LinkCounters control_down;
+  net::LinkCounters up;  ///< datagrams
+  net::LinkCounters down;
+  net::LinkCounters control_up;  ///< chunks of the control stream; with state over TCP, the state too
+  net::LinkCounters control_down;
 };
 
 /// ClientTransport over Asio.
@@ -92,4 +92,4 @@ class AsioClientTransport final : public ClientTransport {
   LinkTraffic link_traffic_;
 };
 
-}  // namespace tandem
+}  // namespace tandem::client

@@ -14,7 +14,7 @@
 #include "client/model/local_model_maker.hpp"
 #include "common/realtime/realtime.hpp"
 
-namespace tandem {
+namespace tandem::client {
 namespace {
 
 namespace asio = boost::asio;
@@ -80,10 +80,10 @@ ClientIo::Impl::Impl(ClientIo& client_io, ClientIoSettings client_settings, Clie
 }
 
 void ClientIo::Impl::run() {
-  RealtimeRequest request;
+  realtime::RealtimeRequest request;
   request.priority = settings.realtime_priority;
   request.lock_memory = settings.realtime_priority > 0;
-  for (const std::string& line : request_realtime(request)) {
+  for (const std::string& line : realtime::request_realtime(request)) {
     if (owner.on_log) owner.on_log(line);
   }
   session.start(clock.now());
@@ -146,7 +146,7 @@ void ClientIo::Impl::publish_snapshot(LocalTime now) {
   ClientIoSnapshot snapshot;
   snapshot.status = session.status();
   snapshot.counters = session.counters();
-  ClockSync& clock_sync = session.clock_sync();
+  net::ClockSync& clock_sync = session.clock_sync();
   snapshot.has_clock = clock_sync.has_offset();
   if (snapshot.has_clock) {
     snapshot.clock_offset = clock_sync.offset(now);
@@ -154,10 +154,10 @@ void ClientIo::Impl::publish_snapshot(LocalTime now) {
     snapshot.minimum_round_trip = clock_sync.minimum_round_trip();
   }
   snapshot.links = transport.link_traffic();
-  const LinkCounters& up = snapshot.links.up;
-  const LinkCounters& down = snapshot.links.down;
-  snapshot.counters.sent_drops.add(DropReason::kSimulatedLoss, up.lost + up.queue_full);
-  snapshot.counters.received_drops.add(DropReason::kSimulatedLoss, down.lost + down.queue_full);
+  const net::LinkCounters& up = snapshot.links.up;
+  const net::LinkCounters& down = snapshot.links.down;
+  snapshot.counters.sent_drops.add(proto::DropReason::kSimulatedLoss, up.lost + up.queue_full);
+  snapshot.counters.received_drops.add(proto::DropReason::kSimulatedLoss, down.lost + down.queue_full);
   for (const auto& [hash, bytes] : session.assets()) snapshot.asset_bytes += bytes->size();
   snapshot.joined = joined;
   snapshot.room = session.room();
@@ -211,4 +211,4 @@ ClientIoSnapshot ClientIo::snapshot() const {
   return impl_->published;
 }
 
-}  // namespace tandem
+}  // namespace tandem::client

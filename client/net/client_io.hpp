@@ -20,7 +20,7 @@
 #include "client/net/asio_client_transport.hpp"
 #include "client/session/session.hpp"
 
-namespace tandem {
+namespace tandem::client {
 
 struct ClientIoSettings {
   std::string host = "127.0.0.1";  ///< numeric loopback address or "localhost", until the transport is secured
@@ -81,4 +81,4 @@ class ClientIo {
   std::unique_ptr<Impl> impl_;
 };
 
-}  // namespace tandem
+}  // namespace tandem::client

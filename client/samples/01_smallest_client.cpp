@@ -33,49 +33,49 @@ std::uint16_t port_of(std::string_view text) {
 int run(std::uint16_t port) {
   // The device: anything that implements devices/device.hpp. This one brings its own hand, which follows a path; a
   // real one is opened here, before any real-time thread runs, because opening may block.
-  tandem::SimDevice device(tandem::SimDevice::default_spec(), tandem::HandParameters{},
-                           tandem::named_hand_path("peg-left"), /*seed=*/1);
+  tandem::devices::SimDevice device(tandem::devices::SimDevice::default_spec(), tandem::devices::HandParameters{},
+                                    tandem::devices::named_hand_path("peg-left"), /*seed=*/1);
 
   // All that the io thread and the haptic thread share: three newest-wins mailboxes. It has to outlive both.
-  tandem::ClientMailboxes mailboxes;
+  tandem::client::ClientMailboxes mailboxes;
 
   // The haptic path: device, clutch, stage, safety, clamp. "late-pose" is the stage that needs no assets. The
   // force limits come from the device's spec; no server can widen them.
-  tandem::HapticCore core({.stage = {.name = "late-pose"}}, device, mailboxes);
+  tandem::client::HapticCore core({.stage = {.name = "late-pose"}}, device, mailboxes);
 
   // The connection. It joins the server's only room as a manipulator, and joins again by itself when it is lost;
   // a program with users would set session.room, session.user_name and session.role.
-  tandem::ClientIoSettings settings;
+  tandem::client::ClientIoSettings settings;
   settings.port = port;
   settings.session.user_name = "smallest";
-  tandem::ClientIo io(settings, mailboxes);
+  tandem::client::ClientIo io(settings, mailboxes);
   io.on_tick = [&core] { core.service(); };  // what the stage leaves to a thread that may take its time
   io.start();
 
   // Joining takes a round trip or two. Waiting for it here lets the hand's path begin with the session; a program
   // with a window would show the status instead of blocking.
-  while (io.snapshot().status.state != tandem::SessionState::kActive) {
-    const tandem::SessionStatus status = io.snapshot().status;
-    if (status.state == tandem::SessionState::kEnded) throw std::runtime_error(status.why);
+  while (io.snapshot().status.state != tandem::client::SessionState::kActive) {
+    const tandem::client::SessionStatus status = io.snapshot().status;
+    if (status.state == tandem::client::SessionState::kEnded) throw std::runtime_error(status.why);
     std::this_thread::sleep_for(10ms);
   }
 
   // The 1 kHz thread. Priority 70 is above the io thread and below the kernel's own threads. What the machine does not
   // grant is only reported: the loop runs without it, with more lateness.
-  tandem::HapticLoopSettings loop_settings;
+  tandem::client::HapticLoopSettings loop_settings;
   loop_settings.realtime.priority = 70;
-  tandem::HapticLoop loop(loop_settings, core, [&io] { io.notify(); });
+  tandem::client::HapticLoop loop(loop_settings, core, [&io] { io.notify(); });
   for (const std::string& missing : loop.start()) std::fprintf(stderr, "%s\n", missing.c_str());
 
   // Ctrl-C lets the hand go, too, and from a thread of its own: this one may hang in a write to its terminal.
-  tandem::StopSignals signals;
+  tandem::client::StopSignals signals;
   signals.when_requested([&loop] { loop.request_stop(); });
 
   // From here on the hand feels the scene. This thread is free: draw, log, ask the user. The records of the ticks
   // wait in a ring of four seconds; what is not taken in time is counted, not waited for.
   for (int second = 1; second <= 2 && !loop.is_over(); ++second) {
     std::this_thread::sleep_for(1s);
-    tandem::TickRecord newest;
+    tandem::client::TickRecord newest;
     while (loop.pop(newest)) {
     }
     std::printf("after %d s: force %.2f N, state %.1f ms old\n", second, newest.displayed_on_hand_D.f.norm(),
@@ -95,7 +95,7 @@ int run(std::uint16_t port) {
 
 int main(int argc, char** argv) {
   // Before any thread: a signal must not end the program with a force on.
-  tandem::block_stop_signals();
+  tandem::client::block_stop_signals();
   // Set-up errors (no server, wrong version, full room) are exceptions whose text says what would help.
   try {
     return run(argc > 1 ? port_of(argv[1]) : 47800);

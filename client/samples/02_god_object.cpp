@@ -24,38 +24,39 @@ Pose at(const Vec3& p) {
 }
 
 /// What the simulated hand wants: down into the box, along its top, and to the place where the sphere comes by.
-tandem::HandPath hand_path() {
-  return tandem::HandPath({{0ms, at({0, 0, 0.03}), 0, "approach"},
-                           {600ms, at({0, 0, -0.01}), 0, "press"},
-                           {1200ms, at({0.015, 0, -0.01}), 0, "slide"},
-                           {1800ms, at({0.015, 0, 0.03}), 0, "wait"},
-                           {3000ms, at({0.015, 0, 0.03}), 0, ""}});
+tandem::devices::HandPath hand_path() {
+  return tandem::devices::HandPath({{0ms, at({0, 0, 0.03}), 0, "approach"},
+                                    {600ms, at({0, 0, -0.01}), 0, "press"},
+                                    {1200ms, at({0.015, 0, -0.01}), 0, "slide"},
+                                    {1800ms, at({0.015, 0, 0.03}), 0, "wait"},
+                                    {3000ms, at({0.015, 0, 0.03}), 0, ""}});
 }
 
 /// The sphere passes through the hand's last place at 0.1 m/s.
-tandem::ObstacleMotion sphere_at(double t_s) {
+tandem::haptics::ObstacleMotion sphere_at(double t_s) {
   const Vec3 v_W(-0.1, 0, 0);
   return {at(Vec3(0.27, 0.004, 0.03) + v_W * t_s), {v_W, Vec3::Zero()}};
 }
 
 int run() {
   // Any device of devices/ will do; this one brings its own hand. The writer clamps to what the device may display.
-  tandem::SimDevice device(tandem::SimDevice::default_spec(), tandem::HandParameters{}, hand_path(), /*seed=*/1);
-  tandem::DeviceWriter writer(device);
+  tandem::devices::SimDevice device(tandem::devices::SimDevice::default_spec(), tandem::devices::HandParameters{},
+                                    hand_path(), /*seed=*/1);
+  tandem::devices::DeviceWriter writer(device);
 
   // What can be touched: primitives with a formula, or a ProxyMesh of any triangles. The device's frame is the world's
   // here; a program with a scene puts its workspace mapping between them (common/base/workspace.hpp).
-  tandem::ProxyObstacle box;
-  box.primitive = std::make_shared<tandem::BoxField>(Vec3(0.08, 0.08, 0.02));
+  tandem::haptics::ProxyObstacle box;
+  box.primitive = std::make_shared<tandem::contact::BoxField>(Vec3(0.08, 0.08, 0.02));
   box.static_friction = 0.5;
   box.dynamic_friction = 0.3;
-  tandem::ProxyObstacle sphere;
-  sphere.primitive = std::make_shared<tandem::SphereField>(0.02);
+  tandem::haptics::ProxyObstacle sphere;
+  sphere.primitive = std::make_shared<tandem::contact::SphereField>(0.02);
   sphere.X_WB = sphere_at(0).X_WB;
-  tandem::GodObject proxy({.radius_m = 2e-3, .is_shaded = true}, {box, sphere}, Vec3(0, 0, 0.03));
+  tandem::haptics::GodObject proxy({.radius_m = 2e-3, .is_shaded = true}, {box, sphere}, Vec3(0, 0, 0.03));
 
   // The spring between hand and proxy. Its force never exceeds the limit; coupling/laws.hpp lists the alternatives.
-  const tandem::SpringDamper spring({.stiffness_n_per_m = 600, .damping_n_s_per_m = 2, .force_limit_n = 6});
+  const tandem::haptics::SpringDamper spring({.stiffness_n_per_m = 600, .damping_n_s_per_m = 2, .force_limit_n = 6});
 
   std::puts("   time   hand z  proxy x  proxy z    depth    force");
   std::puts("      s       mm       mm       mm       mm        N");
@@ -63,14 +64,14 @@ int run() {
     // A program with a real device waits here for the next millisecond: common/realtime/realtime.hpp has the loop, with absolute
     // deadlines, priority and a record of lateness. This one steps as fast as it can, the simulated hand along with it.
     const tandem::LocalTime now(1ms * tick);
-    const tandem::DeviceSample sample = device.read(now);
+    const tandem::devices::DeviceSample sample = device.read(now);
     if (!sample.is_valid) {
       writer.write_zero(now);
       continue;
     }
-    const std::array motions{tandem::ObstacleMotion{}, sphere_at(tandem::to_seconds(now.time_since_epoch()))};
-    const tandem::ProxyState& state = proxy.update(sample.X_DH.p, motions);
-    const Vec3 force_on_hand_W = tandem::proxy_force_on_hand_W(state, spring, sample.V_DH.v);
+    const std::array motions{tandem::haptics::ObstacleMotion{}, sphere_at(tandem::to_seconds(now.time_since_epoch()))};
+    const tandem::haptics::ProxyState& state = proxy.update(sample.X_DH.p, motions);
+    const Vec3 force_on_hand_W = tandem::haptics::proxy_force_on_hand_W(state, spring, sample.V_DH.v);
     writer.write(now, {force_on_hand_W, Vec3::Zero()});
     if (tick % 100 == 0) {
       std::printf("%7.1f %8.2f %8.2f %8.2f %8.2f %8.2f\n", tandem::to_seconds(now.time_since_epoch()),

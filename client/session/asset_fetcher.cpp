@@ -6,11 +6,11 @@
 
 #include "proto/control_framing.hpp"
 
-namespace tandem {
+namespace tandem::client {
 namespace {
 
-std::optional<Sha256> hash_of_field(const std::string& field) {
-  Sha256 hash{};
+std::optional<proto::Sha256> hash_of_field(const std::string& field) {
+  proto::Sha256 hash{};
   if (field.size() != hash.size()) return std::nullopt;
   std::memcpy(hash.data(), field.data(), hash.size());
   return hash;
@@ -42,7 +42,7 @@ std::vector<std::string> AssetFetcher::begin(const google::protobuf::RepeatedPtr
   return left_out;
 }
 
-bool AssetFetcher::take_from_store(const Sha256& hash, std::uint64_t size) {
+bool AssetFetcher::take_from_store(const proto::Sha256& hash, std::uint64_t size) {
   const auto found = store_ ? store_->find(hash) : nullptr;
   if (found == nullptr || found->size() != size) return false;
   held_bytes_ += size;
@@ -66,7 +66,7 @@ std::string AssetFetcher::on_chunk(const wire::AssetChunk& chunk) {
   const std::uint64_t missing = wanted.size - partial_.size();
   const bool is_next = hash_of_field(chunk.sha256()) == wanted.hash && chunk.offset() == partial_.size() &&
                        chunk.total_bytes() == wanted.size;
-  const bool fits = chunk.data().size() <= std::min<std::uint64_t>(missing, kAssetChunkBytes);
+  const bool fits = chunk.data().size() <= std::min<std::uint64_t>(missing, proto::kAssetChunkBytes);
   if (!is_next || !fits || (chunk.data().empty() && missing > 0)) {
     const std::string problem = "asset " + wanted.name + ": the chunk is not the one asked for";
     on_refused();
@@ -79,12 +79,12 @@ std::string AssetFetcher::on_chunk(const wire::AssetChunk& chunk) {
 
 std::string AssetFetcher::finish() {
   const Wanted& wanted = wanted_.front();
-  if (sha256_of(partial_) != wanted.hash) {
+  if (proto::sha256_of(partial_) != wanted.hash) {
     const std::string problem = "asset " + wanted.name + ": the bytes do not match their hash";
     on_refused();
     return problem;
   }
-  const auto bytes = std::make_shared<const Bytes>(std::move(partial_));
+  const auto bytes = std::make_shared<const proto::Bytes>(std::move(partial_));
   held_bytes_ += bytes->size();
   assets_[wanted.hash] = bytes;
   if (store_) store_->keep(wanted.hash, bytes);
@@ -99,8 +99,8 @@ void AssetFetcher::on_refused() {
 
 void AssetFetcher::forget_first() {
   is_awaiting_ = false;
-  partial_ = Bytes();
+  partial_ = proto::Bytes();
   if (!wanted_.empty()) wanted_.pop_front();
 }
 
-}  // namespace tandem
+}  // namespace tandem::client

@@ -13,7 +13,7 @@
 #include "proto/datagram.hpp"
 #include "tandem/control.pb.h"
 
-namespace tandem {
+namespace tandem::client {
 
 /// Memory that a server can make a client use for assets.
 inline constexpr std::uint64_t kMaxAssetBytes = 256ULL * 1024 * 1024;
@@ -44,11 +44,11 @@ class AssetFetcher {
 
  private:
   struct Wanted {
-    Sha256 hash;
+    proto::Sha256 hash;
     std::uint64_t size = 0;
     std::string name;
   };
-  bool take_from_store(const Sha256& hash, std::uint64_t size);
+  bool take_from_store(const proto::Sha256& hash, std::uint64_t size);
   std::string finish();
   void forget_first();
 
@@ -57,9 +57,9 @@ class AssetFetcher {
   AssetMap assets_;
   std::uint64_t held_bytes_ = 0;
   std::deque<Wanted> wanted_;
-  Bytes partial_;  ///< of wanted_.front()
+  proto::Bytes partial_;  ///< of wanted_.front()
   bool is_awaiting_ = false;
   bool is_lacking_ = true;  ///< something on the list will not come
 };
 
-}  // namespace tandem
+}  // namespace tandem::client

@@ -8,14 +8,14 @@
 
 #include "common/base/cache_directory.hpp"
 
-namespace tandem {
+namespace tandem::client {
 namespace {
 
 namespace fs = std::filesystem;
 
 constexpr const char* kExtension = ".asset";
 
-std::string hex(const Sha256& hash) {
+std::string hex(const proto::Sha256& hash) {
   constexpr const char* kDigits = "0123456789abcdef";
   std::string text;
   for (const std::byte byte : hash) {
@@ -47,25 +47,25 @@ std::vector<Entry> entries_in(const fs::path& directory) {
 
 }  // namespace
 
-std::shared_ptr<const Bytes> MemoryAssetStore::find(const Sha256& hash) {
+std::shared_ptr<const proto::Bytes> MemoryAssetStore::find(const proto::Sha256& hash) {
   const auto found = assets_.find(hash);
   return found == assets_.end() ? nullptr : found->second;
 }
 
-fs::path DiskAssetStore::file_of(const Sha256& hash) const {
+fs::path DiskAssetStore::file_of(const proto::Sha256& hash) const {
   return directory_ / (hex(hash) + kExtension);
 }
 
-std::shared_ptr<const Bytes> DiskAssetStore::find(const Sha256& hash) {
+std::shared_ptr<const proto::Bytes> DiskAssetStore::find(const proto::Sha256& hash) {
   const fs::path file = file_of(hash);
   std::error_code error;
   if (!fs::is_regular_file(file, error)) return nullptr;
   const std::uint64_t size = fs::file_size(file, error);
   if (error || size > limit_bytes_) return nullptr;
-  auto bytes = std::make_shared<Bytes>(static_cast<std::size_t>(size));
+  auto bytes = std::make_shared<proto::Bytes>(static_cast<std::size_t>(size));
   std::ifstream stream(file, std::ios::binary);
   stream.read(reinterpret_cast<char*>(bytes->data()), static_cast<std::streamsize>(size));
-  if (!stream || sha256_of(*bytes) != hash) {
+  if (!stream || proto::sha256_of(*bytes) != hash) {
     fs::remove(file, error);
     return nullptr;
   }
@@ -74,7 +74,7 @@ std::shared_ptr<const Bytes> DiskAssetStore::find(const Sha256& hash) {
   return bytes;
 }
 
-void DiskAssetStore::keep(const Sha256& hash, const std::shared_ptr<const Bytes>& bytes) {
+void DiskAssetStore::keep(const proto::Sha256& hash, const std::shared_ptr<const proto::Bytes>& bytes) {
   if (bytes->size() > limit_bytes_) return;
   make_room_for(bytes->size());
   write_whole_file(file_of(hash), {std::span<const std::byte>(*bytes)});
@@ -93,4 +93,4 @@ void DiskAssetStore::make_room_for(std::uint64_t bytes) const {
   }
 }
 
-}  // namespace tandem
+}  // namespace tandem::client

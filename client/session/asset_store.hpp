@@ -9,26 +9,28 @@
 #include "proto/content_hash.hpp"
 #include "proto/datagram.hpp"
 
-namespace tandem {
+namespace tandem::client {
 
 /// What is here, by content.
-using AssetMap = std::map<Sha256, std::shared_ptr<const Bytes>>;
+using AssetMap = std::map<proto::Sha256, std::shared_ptr<const proto::Bytes>>;
 
 /// Thread  io
 class AssetStore {
  public:
   virtual ~AssetStore() = default;
   /// Bytes of exactly that hash, or null.
-  virtual std::shared_ptr<const Bytes> find(const Sha256& hash) = 0;
+  virtual std::shared_ptr<const proto::Bytes> find(const proto::Sha256& hash) = 0;
   /// In      bytes  of that hash; a store that cannot keep them is no error
-  virtual void keep(const Sha256& hash, const std::shared_ptr<const Bytes>& bytes) = 0;
+  virtual void keep(const proto::Sha256& hash, const std::shared_ptr<const proto::Bytes>& bytes) = 0;
 };
 
 /// For trials: filled before they begin, gone after.
 class MemoryAssetStore final : public AssetStore {
  public:
-  std::shared_ptr<const Bytes> find(const Sha256& hash) override;
-  void keep(const Sha256& hash, const std::shared_ptr<const Bytes>& bytes) override { assets_[hash] = bytes; }
+  std::shared_ptr<const proto::Bytes> find(const proto::Sha256& hash) override;
+  void keep(const proto::Sha256& hash, const std::shared_ptr<const proto::Bytes>& bytes) override {
+    assets_[hash] = bytes;
+  }
 
  private:
   AssetMap assets_;
@@ -44,15 +46,15 @@ class DiskAssetStore final : public AssetStore {
   explicit DiskAssetStore(std::filesystem::path directory, std::uint64_t limit_bytes = kDefaultLimitBytes)
       : directory_(std::move(directory)), limit_bytes_(limit_bytes) {}
 
-  std::shared_ptr<const Bytes> find(const Sha256& hash) override;
-  void keep(const Sha256& hash, const std::shared_ptr<const Bytes>& bytes) override;
+  std::shared_ptr<const proto::Bytes> find(const proto::Sha256& hash) override;
+  void keep(const proto::Sha256& hash, const std::shared_ptr<const proto::Bytes>& bytes) override;
 
  private:
-  std::filesystem::path file_of(const Sha256& hash) const;
+  std::filesystem::path file_of(const proto::Sha256& hash) const;
   void make_room_for(std::uint64_t bytes) const;
 
   std::filesystem::path directory_;
   std::uint64_t limit_bytes_;
 };
 
-}  // namespace tandem
+}  // namespace tandem::client

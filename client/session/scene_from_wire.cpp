@@ -7,7 +7,7 @@
 #include "proto/placement.hpp"
 #include "proto/state.hpp"
 
-namespace tandem {
+namespace tandem::client {
 namespace {
 
 // Beyond these a scene is not one for hands, and products of the numbers lose their precision.
@@ -52,18 +52,18 @@ std::string fill_workspace(const wire::Workspace& workspace, const std::string& 
     problem = check_scale(workspace.has_force_scale(), workspace.force_scale(), field + ".force_scale");
   }
   if (!problem.empty()) return problem;
-  out = {pose_from_placement(base), workspace.position_scale(), workspace.force_scale()};
+  out = {proto::pose_from_placement(base), workspace.position_scale(), workspace.force_scale()};
   return {};
 }
 
 std::string fill_coupling(const wire::Coupling& coupling, HapticScene& out) {
-  const CouplingLawInfo* law = coupling.law().empty() ? nullptr : find_coupling_law(coupling.law());
+  const haptics::CouplingLawInfo* law = coupling.law().empty() ? nullptr : haptics::find_coupling_law(coupling.law());
   if (law == nullptr) {
-    return "scene.coupling.law is \"" + coupling.law() + "\"; this client knows " + listed_coupling_law_names() +
-           ": use one of the server's version";
+    return "scene.coupling.law is \"" + coupling.law() + "\"; this client knows " +
+           haptics::listed_coupling_law_names() + ": use one of the server's version";
   }
-  out.law = static_cast<std::size_t>(law - coupling_laws().data());
-  for (const CouplingField& field : kCouplingFields) {
+  out.law = static_cast<std::size_t>(law - haptics::coupling_laws().data());
+  for (const proto::CouplingField& field : proto::kCouplingFields) {
     const std::string name = "scene." + std::string(field.name);
     if (!(coupling.*field.has)()) return name + " is absent; the server must fill it in";
     const double value = (coupling.*field.get)();
@@ -80,12 +80,13 @@ std::string fill_coupling(const wire::Coupling& coupling, HapticScene& out) {
 std::string fill_haptic_scene(const wire::Joined& joined, HapticScene& out) {
   const wire::Scene& scene = joined.scene();
   if (joined.user() == 0) return "user is 0; it must be 1 or more";
-  if (static_cast<std::size_t>(scene.bodies_size()) > kMaxBodies) {
+  if (static_cast<std::size_t>(scene.bodies_size()) > proto::kMaxBodies) {
     return "scene.bodies has " + std::to_string(scene.bodies_size()) + " entries; at most " +
-           std::to_string(kMaxBodies);
+           std::to_string(proto::kMaxBodies);
   }
-  if (static_cast<std::size_t>(scene.tools_size()) > kMaxUsers) {
-    return "scene.tools has " + std::to_string(scene.tools_size()) + " entries; at most " + std::to_string(kMaxUsers);
+  if (static_cast<std::size_t>(scene.tools_size()) > proto::kMaxUsers) {
+    return "scene.tools has " + std::to_string(scene.tools_size()) + " entries; at most " +
+           std::to_string(proto::kMaxUsers);
   }
   if (std::string problem = fill_coupling(scene.coupling(), out); !problem.empty()) return problem;
   out.may_drive = out.may_display = joined.role() == wire::ROLE_MANIPULATOR;
@@ -99,4 +100,4 @@ std::string fill_haptic_scene(const wire::Joined& joined, HapticScene& out) {
                         out.workspace);
 }
 
-}  // namespace tandem
+}  // namespace tandem::client

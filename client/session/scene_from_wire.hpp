@@ -6,7 +6,7 @@
 #include "client/haptics/mailboxes.hpp"
 #include "tandem/control.pb.h"
 
-namespace tandem {
+namespace tandem::client {
 
 /// Fills workspace and coupling of `out` from the user's place in the joined scene; `may_drive` and
 /// `may_display` tell a manipulator from an observer.
@@ -14,4 +14,4 @@ namespace tandem {
 /// Out     empty, or the first field that cannot be used, with its value and what would do (`out` is then unspecified)
 std::string fill_haptic_scene(const wire::Joined& joined, HapticScene& out);
 
-}  // namespace tandem
+}  // namespace tandem::client

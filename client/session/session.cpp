@@ -10,7 +10,7 @@
 #include "proto/coupling_fields.hpp"
 #include "proto/state_codec.hpp"
 
-namespace tandem {
+namespace tandem::client {
 namespace {
 
 constexpr const char* kProgram = "tandem-client";
@@ -59,7 +59,7 @@ struct ClientSession::Impl {
   // Connecting and losing
   /// Of the haptic loop.
   static constexpr double kTicks_per_s = 1000;
-  static SendRate freshly_paced() { return SendRate(kDeadbandFloor, kTicks_per_s); }
+  static net::SendRate freshly_paced() { return net::SendRate(net::kDeadbandFloor, kTicks_per_s); }
   void enter(SessionState state, LocalTime now);
   void connect(LocalTime now);
   void connected(LocalTime now);
@@ -87,12 +87,12 @@ struct ClientSession::Impl {
   void send_request(wire::ClientControl& message);
 
   // State
-  DropReason take_datagram(std::span<const std::byte> datagram, LocalTime now);
+  proto::DropReason take_datagram(std::span<const std::byte> datagram, LocalTime now);
   void take_update(LocalTime now);
   void send_newest(LocalTime now);
-  bool must_be_told(const ClientUpdate& update, LocalTime now) const;
-  bool may_wait(const ClientUpdate& update, LocalTime now) const;
-  void send_update(ClientUpdate update, LocalTime now);
+  bool must_be_told(const proto::ClientUpdate& update, LocalTime now) const;
+  bool may_wait(const proto::ClientUpdate& update, LocalTime now) const;
+  void send_update(proto::ClientUpdate update, LocalTime now);
 
   void log(const std::string& line) const {
     if (owner.on_log) owner.on_log(printable(line));
@@ -103,14 +103,14 @@ struct ClientSession::Impl {
   ClientTransport& transport;
   ClientMailboxes& mailboxes;
   CouplingWatch coupling_watch;
-  Deadband deadband;
-  SendRate send_rate = freshly_paced();
+  net::Deadband deadband;
+  net::SendRate send_rate = freshly_paced();
 
   SessionStatus status;
   LocalTime entered{};  // the present state
   bool has_joined = false;
   Duration retry_delay;
-  FrameReader reader;
+  proto::FrameReader reader;
   std::uint32_t last_request = 0;
   std::uint32_t asset_request = 0;  // 0: none awaited
 
@@ -124,18 +124,18 @@ struct ClientSession::Impl {
   ConnectionId connection;
   std::uint8_t epoch = 0;
   std::uint64_t sequence = 0;
-  FreshnessFilter freshness;
-  ClockSync clock;
+  proto::FreshnessFilter freshness;
+  net::ClockSync clock;
   ReceivedUpdate received;  // newest
   bool has_update = false;  // since the last join
   LocalTime last_arrival{};
   LocalTime last_sent{};
-  ClientUpdate newest;  // of the haptic thread since the last join
+  proto::ClientUpdate newest;  // of the haptic thread since the last join
   LocalTime newest_taken{};
-  ClientUpdate told;  // sent last
+  proto::ClientUpdate told;  // sent last
   SessionCounters counters;
-  Bytes datagram_out;
-  Bytes frame_out;
+  proto::Bytes datagram_out;
+  proto::Bytes frame_out;
 };
 
 void ClientSession::Impl::enter(SessionState state, LocalTime now) {
@@ -145,7 +145,7 @@ void ClientSession::Impl::enter(SessionState state, LocalTime now) {
 
 void ClientSession::Impl::connect(LocalTime now) {
   enter(SessionState::kConnecting, now);
-  reader = FrameReader();
+  reader = proto::FrameReader();
   transport.connect(now);
 }
 
@@ -154,9 +154,10 @@ void ClientSession::Impl::connected(LocalTime now) {
   enter(SessionState::kGreeting, now);
   wire::ClientControl message;
   wire::Hello& hello = *message.mutable_hello();
-  hello.set_protocol_version(kProtocolVersion);
+  hello.set_protocol_version(proto::kProtocolVersion);
   hello.set_program(kProgram);
-  hello.add_capabilities(settings.state_transport == StateTransport::kTcp ? kCapabilityStateTcp : kCapabilityStateUdp);
+  hello.add_capabilities(settings.state_transport == StateTransport::kTcp ? proto::kCapabilityStateTcp
+                                                                          : proto::kCapabilityStateUdp);
   send_request(message);
 }
 
@@ -231,7 +232,7 @@ void ClientSession::Impl::take_control_bytes(std::span<const std::byte> bytes, L
   while (status.state != SessionState::kEnded && status.state != SessionState::kWaiting) {
     const auto payload = reader.next();
     if (!payload) return;
-    if (!parse_control(*payload, message)) {
+    if (!proto::parse_control(*payload, message)) {
       lose(now, "protocol error: a control message of the server could not be read");
       return;
     }
@@ -288,10 +289,10 @@ bool ClientSession::Impl::handle_active(const wire::ServerControl& message, Loca
 }
 
 void ClientSession::Impl::take_welcome(const wire::Welcome& welcome, LocalTime now) {
-  if (welcome.protocol_version() != kProtocolVersion) {
+  if (welcome.protocol_version() != proto::kProtocolVersion) {
     lose(now,
          "the server speaks protocol version " + std::to_string(welcome.protocol_version()) + ", this client " +
-             std::to_string(kProtocolVersion) + "; use programs of the same version",
+             std::to_string(proto::kProtocolVersion) + "; use programs of the same version",
          true);
     return;
   }
@@ -339,7 +340,7 @@ void ClientSession::Impl::take_joined(const wire::Joined& answer, LocalTime now)
   has_update = false;
   last_arrival = now;
   last_sent = now;
-  newest = ClientUpdate{};
+  newest = proto::ClientUpdate{};
   retry_delay = settings.reconnect_delay;
   enter(SessionState::kActive, now);
   status.why.clear();
@@ -396,7 +397,7 @@ void ClientSession::Impl::take_goodbye(const wire::Goodbye& goodbye, LocalTime n
 }
 
 void ClientSession::Impl::take_parameter(const wire::ParameterSet& parameter, LocalTime now) {
-  const CouplingField* field = find_coupling_field(parameter.name());
+  const proto::CouplingField* field = proto::find_coupling_field(parameter.name());
   if (field == nullptr || !field->accepts(parameter.value())) {
     log("ignored parameter " + parameter.name() + " = " + std::to_string(parameter.value()));
     return;
@@ -433,7 +434,7 @@ void ClientSession::Impl::announce_assets() {
 
 void ClientSession::Impl::send(wire::ClientControl& message) {
   frame_out.clear();
-  append_frame(message, frame_out);
+  proto::append_frame(message, frame_out);
   counters.bytes_sent += frame_out.size();
   transport.send_control(frame_out);
 }
@@ -443,26 +444,29 @@ void ClientSession::Impl::send_request(wire::ClientControl& message) {
   send(message);
 }
 
-DropReason ClientSession::Impl::take_datagram(std::span<const std::byte> datagram, LocalTime now) {
-  DatagramHeader header;
-  if (const DropReason reason = parse_header(datagram, header); reason != DropReason::kNone) return reason;
-  if (header.type != DatagramType::kServerUpdate) return DropReason::kType;
+proto::DropReason ClientSession::Impl::take_datagram(std::span<const std::byte> datagram, LocalTime now) {
+  proto::DatagramHeader header;
+  if (const proto::DropReason reason = proto::parse_header(datagram, header); reason != proto::DropReason::kNone)
+    return reason;
+  if (header.type != proto::DatagramType::kServerUpdate) return proto::DropReason::kType;
   const bool is_ours = header.connection == connection && header.epoch == epoch;
-  if (status.state != SessionState::kActive || !is_ours) return DropReason::kUnknownConnection;
+  if (status.state != SessionState::kActive || !is_ours) return proto::DropReason::kUnknownConnection;
   // As on the server: the filter advances only for a datagram that passes everything.
-  FreshnessFilter advanced = freshness;
-  if (const DropReason reason = advanced.accept(header.sequence); reason != DropReason::kNone) return reason;
-  ServerUpdate& update = received.update;
-  if (const DropReason reason = parse_server_update(payload_of(datagram), update); reason != DropReason::kNone) {
+  proto::FreshnessFilter advanced = freshness;
+  if (const proto::DropReason reason = advanced.accept(header.sequence); reason != proto::DropReason::kNone)
+    return reason;
+  proto::ServerUpdate& update = received.update;
+  if (const proto::DropReason reason = proto::parse_server_update(proto::payload_of(datagram), update);
+      reason != proto::DropReason::kNone) {
     return reason;
   }
   freshness = advanced;
   take_update(now);
-  return DropReason::kNone;
+  return proto::DropReason::kNone;
 }
 
 void ClientSession::Impl::take_update(LocalTime now) {
-  const ServerUpdate& update = received.update;
+  const proto::ServerUpdate& update = received.update;
   has_update = true;
   last_arrival = now;
   const Duration echo_age = now - update.echoed_sent;
@@ -475,7 +479,7 @@ void ClientSession::Impl::take_update(LocalTime now) {
   }
   received.received = now;
   received.clock_offset = clock.has_offset() ? clock.offset(now) : Duration{0};
-  if (mailboxes.inbox.publish(received)) counters.received_drops.add(DropReason::kOverwritten);
+  if (mailboxes.inbox.publish(received)) counters.received_drops.add(proto::DropReason::kOverwritten);
 }
 
 void ClientSession::Impl::send_newest(LocalTime now) {
@@ -484,7 +488,7 @@ void ClientSession::Impl::send_newest(LocalTime now) {
     newest = mailboxes.outbox.front();
     newest_taken = now;
     if (before.value != 0 && newest.input_tick.value > before.value + 1) {
-      counters.sent_drops.add(DropReason::kOverwritten, newest.input_tick.value - before.value - 1);
+      counters.sent_drops.add(proto::DropReason::kOverwritten, newest.input_tick.value - before.value - 1);
     }
     if (!must_be_told(newest, now)) {
       ++counters.updates_held_back;
@@ -496,7 +500,7 @@ void ClientSession::Impl::send_newest(LocalTime now) {
   } else if (now - last_sent >= settings.keep_alive) {
     // The last word of the haptic thread, so that a stall neither opens the hand nor takes energy back; where the
     // handle is by now nobody knows.
-    ClientUpdate alive = newest;
+    proto::ClientUpdate alive = newest;
     alive.handle_valid = false;
     if (now - newest_taken > settings.buttons_kept) alive.buttons = 0;
     send_update(alive, now);
@@ -504,27 +508,27 @@ void ClientSession::Impl::send_newest(LocalTime now) {
 }
 
 // Waves are sums that the receiver smooths as they come: none of them is left out because it is small.
-bool ClientSession::Impl::must_be_told(const ClientUpdate& update, LocalTime now) const {
-  if (deadband.is_off() || !has_update || now - last_sent >= kDeadbandFloor) return true;
-  if (update.mode == ClientMode::kWave || update.mode != told.mode) return true;
+bool ClientSession::Impl::must_be_told(const proto::ClientUpdate& update, LocalTime now) const {
+  if (deadband.is_off() || !has_update || now - last_sent >= net::kDeadbandFloor) return true;
+  if (update.mode == proto::ClientMode::kWave || update.mode != told.mode) return true;
   if (update.handle_valid != told.handle_valid || update.buttons != told.buttons) return true;
-  const FeltStiffness stiffness{scene.coupling.stiffness_n_per_m, scene.coupling.stiffness_n_m_per_rad};
+  const net::FeltStiffness stiffness{scene.coupling.stiffness_n_per_m, scene.coupling.stiffness_n_m_per_rad};
   const auto notices = [&](const RigidState& state, const RigidState& last) {
-    return deadband.notices(state, last, now - last_sent, BetweenStates::kExtrapolated,
+    return deadband.notices(state, last, now - last_sent, net::BetweenStates::kExtrapolated,
                             received.update.wrench_on_hand_W, stiffness);
   };
   if (notices(update.handle, told.handle)) return true;
-  return update.mode == ClientMode::kLocalModel && notices(update.tool, told.tool);
+  return update.mode == proto::ClientMode::kLocalModel && notices(update.tool, told.tool);
 }
 
 /// For a link that does not carry every tick; not what a hand has just pressed. A stream paces itself.
-bool ClientSession::Impl::may_wait(const ClientUpdate& update, LocalTime now) const {
+bool ClientSession::Impl::may_wait(const proto::ClientUpdate& update, LocalTime now) const {
   const bool is_news =
       update.handle_valid != told.handle_valid || update.buttons != told.buttons || update.mode != told.mode;
   return settings.state_transport == StateTransport::kUdp && !is_news && !send_rate.may_send(now.time_since_epoch());
 }
 
-void ClientSession::Impl::send_update(ClientUpdate update, LocalTime now) {
+void ClientSession::Impl::send_update(proto::ClientUpdate update, LocalTime now) {
   last_sent = now;
   send_rate.sent(now.time_since_epoch());
   told = update;
@@ -541,18 +545,18 @@ void ClientSession::Impl::send_update(ClientUpdate update, LocalTime now) {
   }
   const bool goes_over_tcp = settings.state_transport == StateTransport::kTcp;
   if (goes_over_tcp && transport.queued_control_bytes() > 0) {
-    counters.sent_drops.add(DropReason::kOverwritten);
+    counters.sent_drops.add(proto::DropReason::kOverwritten);
     return;
   }
   datagram_out.clear();
-  append_header({DatagramType::kClientUpdate, epoch, connection, ++sequence}, datagram_out);
-  append_client_update(update, datagram_out);
+  proto::append_header({proto::DatagramType::kClientUpdate, epoch, connection, ++sequence}, datagram_out);
+  proto::append_client_update(update, datagram_out);
   if (goes_over_tcp) {
     wire::ClientControl message;
     message.set_state_datagram(datagram_out.data(), datagram_out.size());
     send(message);
   } else if (!transport.send_datagram(datagram_out)) {
-    counters.sent_drops.add(DropReason::kSendFailed);
+    counters.sent_drops.add(proto::DropReason::kSendFailed);
     return;
   } else {
     counters.bytes_sent += datagram_out.size();
@@ -584,8 +588,8 @@ void ClientSession::on_control_bytes(std::span<const std::byte> bytes, LocalTime
 void ClientSession::on_datagram(std::span<const std::byte> datagram, LocalTime now) {
   ++impl_->counters.datagrams_received;
   impl_->counters.bytes_received += datagram.size();
-  const DropReason reason = impl_->take_datagram(datagram, now);
-  if (reason != DropReason::kNone) impl_->counters.received_drops.add(reason);
+  const proto::DropReason reason = impl_->take_datagram(datagram, now);
+  if (reason != proto::DropReason::kNone) impl_->counters.received_drops.add(reason);
 }
 
 void ClientSession::poll(LocalTime now) {
@@ -648,11 +652,11 @@ const std::string& ClientSession::room() const {
 const AssetMap& ClientSession::assets() const {
   return impl_->assets.assets();
 }
-ClockSync& ClientSession::clock_sync() {
+net::ClockSync& ClientSession::clock_sync() {
   return impl_->clock;
 }
 const SessionCounters& ClientSession::counters() const {
   return impl_->counters;
 }
 
-}  // namespace tandem
+}  // namespace tandem::client

@@ -27,7 +27,7 @@
 #include "proto/state.hpp"
 #include "tandem/control.pb.h"
 
-namespace tandem {
+namespace tandem::client {
 
 class LocalModel;
 
@@ -72,15 +72,15 @@ struct SessionSettings {
   double deadband = 0;
   /// What the scene's coupling is checked with (CouplingWatch): one that is unstable on it is not displayed, and the
   /// hand still drives its tool. None: no check.
-  std::optional<DeviceProfile> device{};
+  std::optional<devices::DeviceProfile> device{};
 };
 
 enum class SessionState { kConnecting, kGreeting, kJoining, kActive, kWaiting, kEnded };
 std::string_view name_of(SessionState state);
 
 struct SessionCounters {
-  DropCounters received_drops;
-  DropCounters sent_drops;
+  proto::DropCounters received_drops;
+  proto::DropCounters sent_drops;
   std::uint64_t datagrams_sent = 0;
   std::uint64_t updates_held_back = 0;  ///< by the deadband
   std::uint64_t updates_paced = 0;      ///< left out because the link up does not carry as many
@@ -129,7 +129,7 @@ class ClientSession {
   const std::string& room() const;
   /// Verified bytes of the scene's files by their SHA-256; kept across reconnects. Fetched in the background.
   const AssetMap& assets() const;
-  ClockSync& clock_sync();
+  net::ClockSync& clock_sync();
   const SessionCounters& counters() const;
   /// Called on the io thread.
   std::function<void(const wire::Joined&)> on_joined;
@@ -145,4 +145,4 @@ class ClientSession {
   std::unique_ptr<Impl> impl_;
 };
 
-}  // namespace tandem
+}  // namespace tandem::client

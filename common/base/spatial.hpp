@@ -68,6 +68,9 @@ inline bool is_finite(const Pose& X) {
 inline bool is_finite(const Twist& V) {
   return is_finite(V.v) && is_finite(V.w);
 }
+inline bool is_finite(const RigidState& state) {
+  return is_finite(state.X) && is_finite(state.V);
+}
 inline bool is_finite(const Wrench& F) {
   return is_finite(F.f) && is_finite(F.t);
 }

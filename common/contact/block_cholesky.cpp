@@ -3,7 +3,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 
-namespace tandem {
+namespace tandem::contact {
 
 BlockCholesky::BlockCholesky(std::size_t capacity)
     : lower_(capacity * (capacity + 1) / 2, Matrix6::Zero()), is_used_(lower_.size(), 0) {}
@@ -59,4 +59,4 @@ void BlockCholesky::solve(std::span<Vector6> x) const noexcept {
   }
 }
 
-}  // namespace tandem
+}  // namespace tandem::contact

@@ -7,7 +7,7 @@
 
 #include <Eigen/Core>
 
-namespace tandem {
+namespace tandem::contact {
 
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
@@ -36,4 +36,4 @@ class BlockCholesky {
   std::vector<std::uint8_t> is_used_;
 };
 
-}  // namespace tandem
+}  // namespace tandem::contact

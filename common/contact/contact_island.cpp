@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace tandem {
+namespace tandem::contact {
 namespace {
 
 /// Residual velocity, in the norm of the kinetic energy, that ends an iteration. What is smaller is not worked off in
@@ -218,4 +218,4 @@ double ContactIsland::residual_energy() const noexcept {
   return energy;
 }
 
-}  // namespace tandem
+}  // namespace tandem::contact

@@ -8,7 +8,7 @@
 #include "common/contact/contact_rows.hpp"
 #include "common/contact/coupling_term.hpp"
 
-namespace tandem {
+namespace tandem::contact {
 
 struct IslandBody {
   double mass_kg = 0;
@@ -93,4 +93,4 @@ class ContactIsland {
   FrictionLimit friction_ = FrictionLimit::kFollows;
 };
 
-}  // namespace tandem
+}  // namespace tandem::contact

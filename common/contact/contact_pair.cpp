@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-namespace tandem {
+namespace tandem::contact {
 namespace {
 
 // A shell wider than this is not trusted to find all there is: the accuracy that contact promises.
@@ -150,4 +150,4 @@ void ContactPair::carry_bristles(std::size_t now, std::size_t now_end, std::size
   }
 }
 
-}  // namespace tandem
+}  // namespace tandem::contact

@@ -9,7 +9,7 @@
 #include "common/contact/contact_shape.hpp"
 #include "common/contact/shell_candidates.hpp"
 
-namespace tandem {
+namespace tandem::contact {
 
 /// One place where A meets B.
 struct ContactPoint {
@@ -84,4 +84,4 @@ class ContactPair {
   Quat q_WB_before_ = Quat::Identity();
 };
 
-}  // namespace tandem
+}  // namespace tandem::contact

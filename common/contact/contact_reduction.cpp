@@ -5,7 +5,7 @@
 #include <array>
 #include <cmath>
 
-namespace tandem {
+namespace tandem::contact {
 namespace {
 
 using Vector6 = Eigen::Matrix<double, 6, 1>;
@@ -281,4 +281,4 @@ std::size_t reduce_contacts(std::span<const ContactPoint> contacts, double stiff
   return count;
 }
 
-}  // namespace tandem
+}  // namespace tandem::contact

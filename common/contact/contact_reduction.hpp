@@ -6,7 +6,7 @@
 
 #include "common/contact/contact_pair.hpp"
 
-namespace tandem {
+namespace tandem::contact {
 
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
@@ -55,4 +55,4 @@ inline constexpr std::size_t kReducedContacts = 16;
 std::size_t reduce_contacts(std::span<const ContactPoint> contacts, double stiffness_n_per_m3,
                             std::span<ReducedContact> out) noexcept;
 
-}  // namespace tandem
+}  // namespace tandem::contact

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace tandem {
+namespace tandem::contact {
 namespace {
 
 constexpr std::size_t kLanes = 2;
@@ -210,4 +210,4 @@ ContactRows::Outcome ContactRows::finish(const PatchTerms& terms, std::span<Cont
   return outcome;
 }
 
-}  // namespace tandem
+}  // namespace tandem::contact

@@ -10,7 +10,7 @@
 #include "common/contact/block_cholesky.hpp"
 #include "common/contact/contact_pair.hpp"
 
-namespace tandem {
+namespace tandem::contact {
 
 /// What all contacts of a patch have in common, and where its rows are.
 struct PatchTerms {
@@ -99,4 +99,4 @@ class ContactRows {
   std::size_t used_ = 0;
 };
 
-}  // namespace tandem
+}  // namespace tandem::contact

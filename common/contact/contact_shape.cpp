@@ -9,23 +9,23 @@
 #include "common/contact/primitive_fields.hpp"
 #include "common/geometry/tessellation.hpp"
 
-namespace tandem {
+namespace tandem::contact {
 namespace {
 
 constexpr std::uint32_t kMagic = 0x41435454;  // "TTCA"
-constexpr double kMostRigidDepth = 5e-4;
+constexpr double kMaxRigidDepth = 5e-4;
 // Of the half thickness. Below 1/2, with something left for what a hard contact still gives way.
 constexpr double kRigidShare = 0.4;
 // The share of a surface that may be thinner than what the rigid depth is made for: the tips of wedges and spikes, of
 // which there is no thinnest.
 constexpr double kThinShare = 0.02;
 // However thin a shape is: a fifth of what single contacts give way under a hand.
-constexpr double kLeastRigidDepth = 5e-5;
+constexpr double kMinRigidDepth = 5e-5;
 // Of a shell's spacing: what the rounding of its points may come to.
 constexpr double kRoundingShare = 1e-3;
 
 double rigid_depth_of(double half_thickness_m) {
-  return std::clamp(kRigidShare * half_thickness_m, kLeastRigidDepth, kMostRigidDepth);
+  return std::clamp(kRigidShare * half_thickness_m, kMinRigidDepth, kMaxRigidDepth);
 }
 
 void require_positive(double value, const char* shape, const char* field) {
@@ -35,7 +35,7 @@ void require_positive(double value, const char* shape, const char* field) {
 }
 
 /// Shells have single-precision points: far from the origin they would all fall on a few places.
-void require_near_origin(const TriangleMesh& mesh, double spacing_m) {
+void require_near_origin(const geometry::TriangleMesh& mesh, double spacing_m) {
   double reach_m = 0;
   for (const Vec3& vertex : mesh.vertices) reach_m = std::max(reach_m, vertex.cwiseAbs().maxCoeff());
   const double rounding_m = reach_m * 0x1.0p-24;
@@ -44,7 +44,7 @@ void require_near_origin(const TriangleMesh& mesh, double spacing_m) {
   message << std::setprecision(3) << "the mesh reaches " << reach_m
           << " m from its origin, where single precision would round its points by " << rounding_m * 1e3
           << " mm: set \"centre\": true of the mesh, or move it nearer to its origin";
-  throw MeshError(message.str());
+  throw geometry::MeshError(message.str());
 }
 
 void set_bounds(ContactShape& shape) {
@@ -61,7 +61,7 @@ void set_bounds(ContactShape& shape) {
 }
 
 std::shared_ptr<const ContactShape> make_primitive(std::shared_ptr<const DistanceField> field,
-                                                   const TriangleMesh& outline, double half_thickness_m,
+                                                   const geometry::TriangleMesh& outline, double half_thickness_m,
                                                    const ContactShapeOptions& options) {
   auto shape = std::make_shared<ContactShape>();
   shape->shells = sample_surface(outline, *field, options.shell);
@@ -91,7 +91,7 @@ double half_thickness_at(const DistanceField& field, const ShellPoint& point, do
 /// The half thickness than which all but a small share of the surface is thicker.
 double thin_half_thickness(const DistanceField& field, const PointShell& shell) {
   const std::size_t most_samples = 20'000;
-  const double limit_m = kMostRigidDepth / kRigidShare;
+  const double limit_m = kMaxRigidDepth / kRigidShare;
   std::vector<double> found;
   for (std::size_t i = 0; i < shell.points.size(); i += 1 + shell.points.size() / most_samples) {
     found.push_back(half_thickness_at(field, shell.points[i], limit_m));
@@ -130,36 +130,39 @@ std::size_t ContactShape::memory_bytes() const {
 
 std::shared_ptr<const ContactShape> make_contact_sphere(double radius_m, const ContactShapeOptions& options) {
   require_positive(radius_m, "sphere", "radius");
-  return make_primitive(std::make_shared<SphereField>(radius_m), tessellated_sphere(radius_m), radius_m, options);
+  return make_primitive(std::make_shared<SphereField>(radius_m), geometry::tessellated_sphere(radius_m), radius_m,
+                        options);
 }
 
 std::shared_ptr<const ContactShape> make_contact_box(const Vec3& size_m, const ContactShapeOptions& options) {
   for (const double edge : size_m) require_positive(edge, "box", "an edge");
-  return make_primitive(std::make_shared<BoxField>(size_m), tessellated_box(size_m), size_m.minCoeff() / 2, options);
+  return make_primitive(std::make_shared<BoxField>(size_m), geometry::tessellated_box(size_m), size_m.minCoeff() / 2,
+                        options);
 }
 
 std::shared_ptr<const ContactShape> make_contact_cylinder(double radius_m, double length_m,
                                                           const ContactShapeOptions& options) {
   require_positive(radius_m, "cylinder", "radius");
   require_positive(length_m, "cylinder", "length");
-  return make_primitive(std::make_shared<CylinderField>(radius_m, length_m), tessellated_cylinder(radius_m, length_m),
-                        std::min(radius_m, length_m / 2), options);
+  return make_primitive(std::make_shared<CylinderField>(radius_m, length_m),
+                        geometry::tessellated_cylinder(radius_m, length_m), std::min(radius_m, length_m / 2), options);
 }
 
 std::shared_ptr<const ContactShape> make_contact_capsule(double radius_m, double length_m,
                                                          const ContactShapeOptions& options) {
   require_positive(radius_m, "capsule", "radius");
   require_positive(length_m, "capsule", "length");
-  return make_primitive(std::make_shared<CapsuleField>(radius_m, length_m), tessellated_capsule(radius_m, length_m),
-                        radius_m, options);
+  return make_primitive(std::make_shared<CapsuleField>(radius_m, length_m),
+                        geometry::tessellated_capsule(radius_m, length_m), radius_m, options);
 }
 
-std::shared_ptr<const ContactShape> make_contact_mesh(const ContactMesh& mesh, const ContactShapeOptions& options,
+std::shared_ptr<const ContactShape> make_contact_mesh(const geometry::ContactMesh& mesh,
+                                                      const ContactShapeOptions& options,
                                                       const std::function<void(double)>& progress) {
   require_near_origin(mesh.mesh, options.shell.spacing_m);
   auto shape = std::make_shared<ContactShape>();
   StagedProgress staged(progress);
-  const TriangleTree tree(mesh.mesh);
+  const geometry::TriangleTree tree(mesh.mesh);
   shape->field = DistanceGrid::build(mesh, tree, options.grid, staged.stage(0.05, 0.7));
   PointShellOptions shell = options.shell;
   shell.sheet_thickness_m = options.grid.sheet_thickness_m;
@@ -197,7 +200,7 @@ std::shared_ptr<const ContactShape> contact_shape_from(std::span<const std::uint
   if (reader.u32() != kMagic || reader.u32() != kContactAssetVersion) return nullptr;
   auto shape = std::make_shared<ContactShape>();
   shape->rigid_depth_m = reader.f64();
-  if (!reader.ok() || !(shape->rigid_depth_m >= kLeastRigidDepth && shape->rigid_depth_m <= kMostRigidDepth)) {
+  if (!reader.ok() || !(shape->rigid_depth_m >= kMinRigidDepth && shape->rigid_depth_m <= kMaxRigidDepth)) {
     return nullptr;
   }
   shape->field = DistanceGrid::read(rest);
@@ -210,4 +213,4 @@ std::shared_ptr<const ContactShape> contact_shape_from(std::span<const std::uint
   return shape;
 }
 
-}  // namespace tandem
+}  // namespace tandem::contact

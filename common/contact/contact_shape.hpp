@@ -11,7 +11,7 @@
 #include "common/contact/distance_grid.hpp"
 #include "common/contact/point_shell.hpp"
 
-namespace tandem {
+namespace tandem::contact {
 
 /// Immutable; shared by the bodies that look alike, by rooms, and by server and clients.
 struct ContactShape {
@@ -41,7 +41,8 @@ std::shared_ptr<const ContactShape> make_contact_capsule(double radius_m, double
 /// In      progress  0..1, called from the calling thread now and then; may be empty
 /// Fails   MeshError: too large for the grid's cells, or so far from its origin that single precision is too coarse;
 ///         std::invalid_argument: an option out of its range
-std::shared_ptr<const ContactShape> make_contact_mesh(const ContactMesh& mesh, const ContactShapeOptions& options = {},
+std::shared_ptr<const ContactShape> make_contact_mesh(const geometry::ContactMesh& mesh,
+                                                      const ContactShapeOptions& options = {},
                                                       const std::function<void(double)>& progress = {});
 
 /// A mesh's shape as bytes: what the disk cache holds and what travels to clients. Little-endian, versioned.
@@ -51,4 +52,4 @@ std::shared_ptr<const ContactShape> contact_shape_from(std::span<const std::uint
 /// Changes whenever the same mesh would give other bytes: part of the key of the cache.
 inline constexpr std::uint32_t kContactAssetVersion = 2;
 
-}  // namespace tandem
+}  // namespace tandem::contact

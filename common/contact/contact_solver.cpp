@@ -7,7 +7,7 @@
 
 #include "common/contact/contact_island.hpp"
 
-namespace tandem {
+namespace tandem::contact {
 namespace {
 
 /// Island of the contacts between bodies that do not yield.
@@ -254,4 +254,4 @@ SolverReport ContactSolver::step(double step_s, std::span<SolverBody> bodies, st
   return impl.report;
 }
 
-}  // namespace tandem
+}  // namespace tandem::contact

@@ -10,7 +10,7 @@
 #include "common/contact/contact_pair.hpp"
 #include "common/haptics/coupling/coupling_law.hpp"
 
-namespace tandem {
+namespace tandem::contact {
 
 inline constexpr int kStaticBody = -1;
 
@@ -29,7 +29,7 @@ struct SolverBody {
 /// A user's pull on a body that moves freely.
 struct SolverCoupling {
   int body = 0;
-  const CouplingLaw* law = nullptr;
+  const haptics::CouplingLaw* law = nullptr;
   Pose X_WH;
   Twist V_WH;
   Pose X_WT;  ///< the tool, fixed to the body
@@ -101,4 +101,4 @@ class ContactSolver {
   std::unique_ptr<Impl> impl_;
 };
 
-}  // namespace tandem
+}  // namespace tandem::contact

@@ -1,6 +1,6 @@
 #include "common/contact/coupling_term.hpp"
 
-namespace tandem {
+namespace tandem::contact {
 namespace {
 
 Eigen::Matrix3d cross_matrix(const Vec3& a) {
@@ -31,7 +31,7 @@ Wrench CouplingTerm::evaluate(const Twist& V_WC) noexcept {
   lever_W_ = turn * r_W_;
   const Pose X_WT{p_WC_ + V_WC.v * step_s_ + lever_W_, (turn * q_WT_).normalized()};
   const Twist V_WT{V_WC.v + V_WC.w.cross(lever_W_), V_WC.w};
-  state_ = coupling_state(X_WH_, V_WH_, X_WT, V_WT);
+  state_ = haptics::coupling_state(X_WH_, V_WH_, X_WT, V_WT);
   on_tool_W_ = law_->wrench_on_tool_W(state_);
   return {on_tool_W_.f, on_tool_W_.t + lever_W_.cross(on_tool_W_.f)};
 }
@@ -46,7 +46,7 @@ void CouplingTerm::linearise(const Twist& V_WC) noexcept {
 
 Matrix6 CouplingTerm::derivative() const noexcept {
   if (is_linear_) return derivative_;
-  const CouplingGradient gradient = law_->gradient(state_);
+  const haptics::CouplingGradient gradient = law_->gradient(state_);
   const Eigen::Matrix3d pull = step_s_ * gradient.force_by_d + gradient.force_by_v;
   const Eigen::Matrix3d lever = cross_matrix(lever_W_);
   const Eigen::Matrix3d turned = lever * pull;
@@ -58,4 +58,4 @@ Matrix6 CouplingTerm::derivative() const noexcept {
   return k;
 }
 
-}  // namespace tandem
+}  // namespace tandem::contact

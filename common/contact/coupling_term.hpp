@@ -4,7 +4,7 @@
 #include "common/contact/block_cholesky.hpp"
 #include "common/contact/contact_solver.hpp"
 
-namespace tandem {
+namespace tandem::contact {
 
 /// The coupling of one step as a function of the body's twist.
 ///
@@ -30,7 +30,7 @@ class CouplingTerm {
   const Wrench& on_tool_W() const { return on_tool_W_; }
 
  private:
-  const CouplingLaw* law_ = nullptr;
+  const haptics::CouplingLaw* law_ = nullptr;
   Pose X_WH_;
   Twist V_WH_;
   Quat q_WT_ = Quat::Identity();
@@ -39,7 +39,7 @@ class CouplingTerm {
   double step_s_ = 0;
 
   Vec3 lever_W_ = Vec3::Zero();  ///< r'
-  CouplingState state_;
+  haptics::CouplingState state_;
   Wrench on_tool_W_;
 
   bool is_linear_ = false;
@@ -48,4 +48,4 @@ class CouplingTerm {
   Matrix6 derivative_ = Matrix6::Zero();
 };
 
-}  // namespace tandem
+}  // namespace tandem::contact

@@ -3,7 +3,7 @@
 
 #include "common/base/spatial.hpp"
 
-namespace tandem {
+namespace tandem::contact {
 
 struct DistanceSample {
   double distance_m = 0;          ///< negative inside
@@ -27,4 +27,4 @@ class DistanceField {
   virtual double band_m() const noexcept = 0;
 };
 
-}  // namespace tandem
+}  // namespace tandem::contact

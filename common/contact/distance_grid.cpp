@@ -6,17 +6,17 @@
 
 #include "common/base/byte_io.hpp"
 
-namespace tandem {
+namespace tandem::contact {
 namespace {
 
-constexpr double kShortestGradient = 0.1;
-constexpr double kLongestGradient = 2.0;
+constexpr double kMinGradient = 0.1;
+constexpr double kMaxGradient = 2.0;
 /// Bounds of what is read from files: a brick from a micrometre to a kilometre, in a world of a thousand kilometres.
 constexpr double kSmallest = 1e-6;
-constexpr double kLargestBrick = 1e3;
+constexpr double kMaxBrick = 1e3;
 constexpr double kWorld = 1e6;
 constexpr double kFarthest = 1e100;  ///< its square is finite
-constexpr std::uint32_t kMostBricksAlong = 1U << 16U;
+constexpr std::uint32_t kMaxBricksAlong = 1U << 16U;
 
 /// Eight neighbouring values and a place between them, 0..1 along each axis.
 template <typename T>
@@ -87,14 +87,13 @@ double with_sign_of(double sign, double magnitude) {
 }
 
 bool is_usable(double squared_length) {
-  return squared_length >= kShortestGradient * kShortestGradient &&
-         squared_length <= kLongestGradient * kLongestGradient;
+  return squared_length >= kMinGradient * kMinGradient && squared_length <= kMaxGradient * kMaxGradient;
 }
 
 Vec3 usable(const Vec3& gradient) {
   const double length = gradient.norm();
   if (is_usable(length * length)) return gradient;
-  return length > kLongestGradient ? Vec3(gradient / length) : Vec3(Vec3::UnitZ());
+  return length > kMaxGradient ? Vec3(gradient / length) : Vec3(Vec3::UnitZ());
 }
 
 bool is_between(double value, double low, double high) {
@@ -252,9 +251,8 @@ void DistanceGrid::write(std::vector<std::uint8_t>& bytes) const {
 
 /// Whether all single numbers are such that every query is finite.
 bool DistanceGrid::is_sound() const {
-  const bool has_numbers = is_between(brick_m_, kSmallest, kLargestBrick) &&
-                           is_between(quantum_m_, 1e-15, kLargestBrick) && is_between(band_m_, 0, kLargestBrick) &&
-                           is_between(error_m_, 0, kLargestBrick);
+  const bool has_numbers = is_between(brick_m_, kSmallest, kMaxBrick) && is_between(quantum_m_, 1e-15, kMaxBrick) &&
+                           is_between(band_m_, 0, kMaxBrick) && is_between(error_m_, 0, kMaxBrick);
   const bool has_corners = std::all_of(corners_m_.begin(), corners_m_.end(),
                                        [](float corner) { return is_between(corner, -kWorld, kWorld); });
   return has_numbers && has_corners && is_in_world(origin_S_) && is_in_world(low_S_) && is_in_world(high_S_);
@@ -269,7 +267,7 @@ std::unique_ptr<DistanceGrid> DistanceGrid::read(std::span<const std::uint8_t>& 
   for (double* value : {&grid->brick_m_, &grid->quantum_m_, &grid->band_m_, &grid->error_m_}) *value = reader.f64();
   if (!reader.ok()) return nullptr;
   for (const std::uint32_t count : grid->bricks_) {
-    if (count < 1 || count > kMostBricksAlong) return nullptr;
+    if (count < 1 || count > kMaxBricksAlong) return nullptr;
   }
   // Of counts up to 2¹⁶ these sums do not overflow, and nothing is allocated that the bytes do not fill.
   const std::size_t needed =
@@ -285,4 +283,4 @@ std::unique_ptr<DistanceGrid> DistanceGrid::read(std::span<const std::uint8_t>& 
   return reader.ok() && grid->is_sound() && grid->set_levels(levels, sample_count) ? std::move(grid) : nullptr;
 }
 
-}  // namespace tandem
+}  // namespace tandem::contact

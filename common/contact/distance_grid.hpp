@@ -13,7 +13,7 @@
 #include "common/geometry/mesh_repair.hpp"
 #include "common/geometry/triangle_tree.hpp"
 
-namespace tandem {
+namespace tandem::contact {
 
 struct DistanceGridOptions {
   double cell_m = 8e-4;       ///< largest cell edge near the surface; cells are halved up to twice where needed
@@ -40,7 +40,7 @@ class DistanceGrid final : public DistanceField {
   /// In      progress  called from the calling thread now and then, 0..1; may be empty
   /// Fails   std::invalid_argument: an option out of its range; MeshError: the mesh is too large for these cells
   /// Cost    see `tandem-lab bench contact`; the same bytes for any number of threads
-  static std::unique_ptr<DistanceGrid> build(const ContactMesh& mesh, const TriangleTree& tree,
+  static std::unique_ptr<DistanceGrid> build(const geometry::ContactMesh& mesh, const geometry::TriangleTree& tree,
                                              const DistanceGridOptions& options,
                                              const std::function<void(double)>& progress);
 
@@ -117,4 +117,4 @@ class DistanceGrid final : public DistanceField {
   std::vector<std::int16_t> samples_;
 };
 
-}  // namespace tandem
+}  // namespace tandem::contact

@@ -13,13 +13,13 @@
 
 #include "common/contact/distance_grid.hpp"
 
-namespace tandem {
+namespace tandem::contact {
 namespace {
 
 constexpr int kBrickCells = 4;    ///< of the largest cells, along a brick's edge
 constexpr int kFinestCells = 16;  ///< of the smallest; positions in bricks are counted in these
 constexpr int kEdge = kFinestCells + 1;
-constexpr std::size_t kMostBricks = std::size_t{1} << 24U;
+constexpr std::size_t kMaxBricks = std::size_t{1} << 24U;
 constexpr double kRounding = 1.001;  ///< what is equal to a length in exact numbers is shorter than that many of it
 constexpr double kSampleSteps = std::numeric_limits<std::int16_t>::max();
 
@@ -84,19 +84,19 @@ class Crew {
 /// Distance to the mesh as contact means it: signed for a solid, to the plate around a sheet.
 class ExactDistance {
  public:
-  ExactDistance(const TriangleTree& tree, SurfaceKind kind, double sheet_thickness_m)
-      : tree_(tree), is_solid_(kind == SurfaceKind::kSolid), half_thickness_m_(sheet_thickness_m / 2) {}
+  ExactDistance(const geometry::TriangleTree& tree, geometry::SurfaceKind kind, double sheet_thickness_m)
+      : tree_(tree), is_solid_(kind == geometry::SurfaceKind::kSolid), half_thickness_m_(sheet_thickness_m / 2) {}
 
   /// In      hint  triangle of a query nearby, or −1; replaced by this query's
   double operator()(const Vec3& p_S, int& hint) const {
-    const TriangleTree::Closest closest = tree_.closest(p_S, std::numeric_limits<double>::infinity(), hint);
+    const geometry::TriangleTree::Closest closest = tree_.closest(p_S, std::numeric_limits<double>::infinity(), hint);
     hint = closest.triangle;
     if (!is_solid_) return closest.distance_m - half_thickness_m_;
     return (p_S - closest.point_S).dot(closest.normal_S) < 0 ? -closest.distance_m : closest.distance_m;
   }
 
  private:
-  const TriangleTree& tree_;
+  const geometry::TriangleTree& tree_;
   bool is_solid_;
   double half_thickness_m_;
 };
@@ -268,7 +268,7 @@ class BrickSampler {
   /// Tests the cells of a level within the bad ones of the level before, and remembers which are bad themselves: in
   /// their middles, and in the middles of faces on the brick's border, which finer neighbours are going to follow.
   bool has_bad_cells(int step, double tolerance_m) {
-    const std::array<bool, kMostCells> was_bad = is_bad_;
+    const std::array<bool, kMaxCells> was_bad = is_bad_;
     is_bad_.fill(false);
     is_tested_.fill(false);
     bool has_bad = false;
@@ -335,8 +335,8 @@ class BrickSampler {
     }
   }
 
-  static constexpr double kCrease = 3.0;                ///< times the tolerance; by trial on the bunny and on boxes
-  static constexpr std::size_t kMostCells = 8 * 8 * 8;  ///< of a level that has a finer one
+  static constexpr double kCrease = 3.0;               ///< times the tolerance; by trial on the bunny and on boxes
+  static constexpr std::size_t kMaxCells = 8 * 8 * 8;  ///< of a level that has a finer one
 
   const ExactDistance& exact_;
   Vec3 low_S_;
@@ -344,8 +344,8 @@ class BrickSampler {
   double band_m_;
   int hint_;
   std::array<float, kEdge * kEdge * kEdge> known_m_;
-  std::array<bool, kMostCells> is_bad_;
-  std::array<bool, kMostCells> is_tested_;
+  std::array<bool, kMaxCells> is_bad_;
+  std::array<bool, kMaxCells> is_tested_;
   bool is_contradictory_ = false;
   std::vector<TestPoint> tests_;
 };
@@ -354,8 +354,8 @@ class BrickSampler {
 
 class DistanceGridBuilder {
  public:
-  DistanceGridBuilder(const ContactMesh& mesh, const TriangleTree& tree, const DistanceGridOptions& options,
-                      const std::function<void(double)>& progress)
+  DistanceGridBuilder(const geometry::ContactMesh& mesh, const geometry::TriangleTree& tree,
+                      const DistanceGridOptions& options, const std::function<void(double)>& progress)
       : options_(options),
         exact_(tree, mesh.kind, options.sheet_thickness_m),
         crew_(options.threads, progress),
@@ -377,7 +377,7 @@ class DistanceGridBuilder {
   }
 
  private:
-  void lay_lattice(const ContactMesh& mesh);
+  void lay_lattice(const geometry::ContactMesh& mesh);
   void measure_corners();
   void find_bricks();
   void sample_bricks();
@@ -407,7 +407,7 @@ class DistanceGridBuilder {
   std::vector<std::int32_t> brick_at_;  ///< for each brick of the lattice, its place in bricks_ or −1
 };
 
-void DistanceGridBuilder::lay_lattice(const ContactMesh& mesh) {
+void DistanceGridBuilder::lay_lattice(const geometry::ContactMesh& mesh) {
   DistanceGrid& grid = *grid_;
   Vec3 low = mesh.mesh.vertices.at(static_cast<std::size_t>(mesh.mesh.triangles.at(0)[0]));
   Vec3 high = low;
@@ -417,7 +417,7 @@ void DistanceGridBuilder::lay_lattice(const ContactMesh& mesh) {
       high = high.cwiseMax(mesh.mesh.vertices[static_cast<std::size_t>(vertex)]);
     }
   }
-  const double thickness = mesh.kind == SurfaceKind::kSheet ? options_.sheet_thickness_m / 2 : 0.0;
+  const double thickness = mesh.kind == geometry::SurfaceKind::kSheet ? options_.sheet_thickness_m / 2 : 0.0;
   grid.low_S_ = low.array() - thickness;
   grid.high_S_ = high.array() + thickness;
   grid.brick_m_ = kBrickCells * options_.cell_m;
@@ -429,9 +429,10 @@ void DistanceGridBuilder::lay_lattice(const ContactMesh& mesh) {
   const double margin = grid.band_m_ + grid.brick_m_;
   const Vec3 size = grid.high_S_ - grid.low_S_ + Vec3::Constant(2 * margin);
   const Vec3 counts = (size * grid.bricks_per_m_).array().ceil();
-  if (!(counts.prod() <= static_cast<double>(kMostBricks)) || !is_finite(size)) {
-    throw MeshError("mesh is " + std::to_string((high - low).maxCoeff()) + " m long: too large for cells of " +
-                    std::to_string(options_.cell_m) + " m; is its unit metres? Scale it, or enlarge cell_m");
+  if (!(counts.prod() <= static_cast<double>(kMaxBricks)) || !is_finite(size)) {
+    throw geometry::MeshError("mesh is " + std::to_string((high - low).maxCoeff()) +
+                              " m long: too large for cells of " + std::to_string(options_.cell_m) +
+                              " m; is its unit metres? Scale it, or enlarge cell_m");
   }
   for (std::size_t axis = 0; axis < 3; ++axis) {
     grid.bricks_[axis] = static_cast<std::uint32_t>(counts[static_cast<Eigen::Index>(axis)]);
@@ -565,23 +566,23 @@ void DistanceGridBuilder::collect() {
     count += brick.samples.size();
   }
   if (!grid_->set_levels(levels, count)) {
-    throw MeshError("mesh needs " + std::to_string(count) +
-                    " distance samples, more than a grid can hold; enlarge cell_m or "
-                    "tolerance_m");
+    throw geometry::MeshError("mesh needs " + std::to_string(count) +
+                              " distance samples, more than a grid can hold; enlarge cell_m or "
+                              "tolerance_m");
   }
   grid_->samples_.reserve(count);
   for (const Brick& brick : bricks_)
     grid_->samples_.insert(grid_->samples_.end(), brick.samples.begin(), brick.samples.end());
 }
 
-std::unique_ptr<DistanceGrid> DistanceGrid::build(const ContactMesh& mesh, const TriangleTree& tree,
+std::unique_ptr<DistanceGrid> DistanceGrid::build(const geometry::ContactMesh& mesh, const geometry::TriangleTree& tree,
                                                   const DistanceGridOptions& options,
                                                   const std::function<void(double)>& progress) {
   check(options);
   std::unique_ptr<DistanceGrid> grid =
-      DistanceGridBuilder(mesh, tree, options, progress).build(mesh.kind == SurfaceKind::kSolid);
+      DistanceGridBuilder(mesh, tree, options, progress).build(mesh.kind == geometry::SurfaceKind::kSolid);
   if (progress) progress(1.0);
   return grid;
 }
 
-}  // namespace tandem
+}  // namespace tandem::contact

@@ -6,7 +6,7 @@
 
 #include "common/base/byte_io.hpp"
 
-namespace tandem {
+namespace tandem::contact {
 namespace {
 
 // Where a ball is moved to the point farthest from its centre, by 1/2, 1/3, …: the radius is then within a few per cent
@@ -125,7 +125,7 @@ class TreeBuilder {
 constexpr std::size_t kPointFloats = 7;
 constexpr std::size_t kNodeFloats = 4 + kPointFloats;
 constexpr std::size_t kNodeBytes = 4 * (kNodeFloats + 3) + 1;
-constexpr float kLargestCoordinate = 1e4F;
+constexpr float kMaxCoordinate = 1e4F;
 
 void put_point(const ShellPoint& point, float* out) {
   for (int axis = 0; axis < 3; ++axis) {
@@ -140,13 +140,13 @@ ShellPoint point_from(const float* in) {
 }
 
 bool is_plausible(const ShellPoint& point) {
-  return point.p_S.allFinite() && point.p_S.cwiseAbs().maxCoeff() < kLargestCoordinate &&
+  return point.p_S.allFinite() && point.p_S.cwiseAbs().maxCoeff() < kMaxCoordinate &&
          std::abs(point.normal_S.squaredNorm() - 1) < 1e-3F && point.area_m2 >= 0 && point.area_m2 < 1e8F;
 }
 
 bool is_plausible(const ShellNode& node) {
-  return node.centre_S.allFinite() && node.centre_S.cwiseAbs().maxCoeff() < kLargestCoordinate && node.radius_m >= 0 &&
-         node.radius_m < 4 * kLargestCoordinate && is_plausible(node.mean);
+  return node.centre_S.allFinite() && node.centre_S.cwiseAbs().maxCoeff() < kMaxCoordinate && node.radius_m >= 0 &&
+         node.radius_m < 4 * kMaxCoordinate && is_plausible(node.mean);
 }
 
 /// Whether the nodes are a tree over exactly the points, in depth-first order: each leaf small, each other node split
@@ -216,7 +216,7 @@ std::optional<PointShell> PointShell::read(std::span<const std::uint8_t>& bytes)
   ByteReader reader(bytes);
   PointShell shell;
   shell.spacing_m = reader.f64();
-  if (!std::isfinite(shell.spacing_m) || shell.spacing_m < 0 || shell.spacing_m > kLargestCoordinate) return {};
+  if (!std::isfinite(shell.spacing_m) || shell.spacing_m < 0 || shell.spacing_m > kMaxCoordinate) return {};
   std::vector<float> numbers(reader.count(4 * kPointFloats) * kPointFloats);
   reader.array(std::span(numbers));
   shell.points.reserve(numbers.size() / kPointFloats);
@@ -243,4 +243,4 @@ std::optional<PointShell> PointShell::read(std::span<const std::uint8_t>& bytes)
   return shell;
 }
 
-}  // namespace tandem
+}  // namespace tandem::contact

@@ -10,7 +10,7 @@
 #include "common/contact/distance_field.hpp"
 #include "common/geometry/mesh_repair.hpp"
 
-namespace tandem {
+namespace tandem::contact {
 
 /// One sample of a surface, in the frame of its shape S. Single precision: 10 cm to 10 nm.
 struct ShellPoint {
@@ -68,9 +68,10 @@ struct PointShells {
 };
 
 /// Deterministic: the same mesh gives the same points.
-PointShells sample_surface(const ContactMesh& mesh, const PointShellOptions& options,
+PointShells sample_surface(const geometry::ContactMesh& mesh, const PointShellOptions& options,
                            const std::function<void(double)>& progress);
 /// Of a primitive: `outline` is its tessellation, `field` its exact distance, on whose surface the points are put.
-PointShells sample_surface(const TriangleMesh& outline, const DistanceField& field, const PointShellOptions& options);
+PointShells sample_surface(const geometry::TriangleMesh& outline, const DistanceField& field,
+                           const PointShellOptions& options);
 
-}  // namespace tandem
+}  // namespace tandem::contact

@@ -2,7 +2,7 @@
 
 #include <limits>
 
-namespace tandem {
+namespace tandem::contact {
 namespace {
 
 /// `a` as a unit vector, or `otherwise` where it has no direction.
@@ -97,4 +97,4 @@ DistanceSample CapsuleField::sample(const Vec3& p_S) const noexcept {
   return {from_axis.norm() - radius_m_, direction_or(from_axis, Vec3::UnitX())};
 }
 
-}  // namespace tandem
+}  // namespace tandem::contact

@@ -3,7 +3,7 @@
 
 #include "common/contact/distance_field.hpp"
 
-namespace tandem {
+namespace tandem::contact {
 
 /// What they have in common: exact everywhere, and convex.
 class ExactField : public DistanceField {
@@ -64,4 +64,4 @@ class CapsuleField final : public ExactField {
   double half_length_m_;
 };
 
-}  // namespace tandem
+}  // namespace tandem::contact

@@ -2,7 +2,7 @@
 
 #include <limits>
 
-namespace tandem {
+namespace tandem::contact {
 namespace {
 
 /// The nearest sample found so far.
@@ -109,4 +109,4 @@ double shape_distance_m(const ContactShape& a, const Pose& X_WA, const ContactSh
   return nearest <= limit_m + 1e-9 ? std::min(nearest, limit_m) : std::numeric_limits<double>::infinity();
 }
 
-}  // namespace tandem
+}  // namespace tandem::contact

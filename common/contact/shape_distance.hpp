@@ -3,7 +3,7 @@
 
 #include "common/contact/contact_shape.hpp"
 
-namespace tandem {
+namespace tandem::contact {
 
 /// Gap between the surfaces, negative when they overlap; infinite when it is more than `limit_m`.
 ///
@@ -23,4 +23,4 @@ bool overlaps(const ContactShape& a, const Pose& X_WA, const ContactShape& b, co
 bool boxes_are_near(const ContactShape& a, const Pose& X_WA, const ContactShape& b, const Pose& X_WB,
                     double gap_m) noexcept;
 
-}  // namespace tandem
+}  // namespace tandem::contact

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-namespace tandem {
+namespace tandem::contact {
 namespace {
 
 // Slack is worth its price (more candidates a step) when a walk is spared often enough. Half or twice these values cost
@@ -460,4 +460,4 @@ void ShellCandidates::gather_mean(const ShellNode& node) noexcept {
   candidates_.push_back({node.mean.p_S, node.mean.area_m2, static_cast<float>(distance), node.first, node.count});
 }
 
-}  // namespace tandem
+}  // namespace tandem::contact

@@ -10,7 +10,7 @@
 #include "common/contact/distance_field.hpp"
 #include "common/contact/point_shell.hpp"
 
-namespace tandem {
+namespace tandem::contact {
 
 /// What a search had to do.
 struct ContactWork {
@@ -148,4 +148,4 @@ class ShellCandidates {
   ContactWork work_;
 };
 
-}  // namespace tandem
+}  // namespace tandem::contact

@@ -6,7 +6,7 @@
 
 #include "common/base/random.hpp"
 
-namespace tandem {
+namespace tandem::contact {
 namespace {
 
 // The nearer to 1, the fewer the samples and the longer the search for the last gaps.
@@ -22,7 +22,7 @@ constexpr double kRounding = 1 - 1e-4;
 
 // A piece of a patch halved this often is narrower than 1/30 of a spacing, and covered, unless single precision cannot
 // divide it: then it counts as covered. For halving the longest side n times leaves at most √3 · 2^(−n/2) of it.
-constexpr int kMostHalvings = 14;
+constexpr int kMaxHalvings = 14;
 
 // Below, no spacing could be wide enough for the corners of a simple body.
 constexpr std::size_t kFewestPoints = 1000;
@@ -61,7 +61,7 @@ struct Piece {
   }
 };
 
-Piece whole(const TriangleMesh& mesh, std::size_t triangle) {
+Piece whole(const geometry::TriangleMesh& mesh, std::size_t triangle) {
   Corners corners;
   for (std::size_t i = 0; i < 3; ++i) {
     corners[i] = mesh.vertices[static_cast<std::size_t>(mesh.triangles[triangle][i])].cast<float>();
@@ -69,7 +69,7 @@ Piece whole(const TriangleMesh& mesh, std::size_t triangle) {
   return Piece(corners);
 }
 
-bool is_compatible(const SurfaceSample& sample, const Eigen::Vector3f& normal) {
+bool is_compatible(const geometry::SurfaceSample& sample, const Eigen::Vector3f& normal) {
   return sample.normal_S.dot(normal) > 0;
 }
 
@@ -103,7 +103,7 @@ void append_slices(const Piece& triangle, float longest, std::vector<Piece>& pie
 template <typename Visit>
 void visit_patches(const Piece& triangle, float longest, std::vector<Piece>& stack, Visit&& visit) {
   append_slices(triangle, longest, stack);
-  // As of kMostHalvings: more would not make the piece any shorter.
+  // As of kMaxHalvings: more would not make the piece any shorter.
   const float ratio = std::max(1.0F, std::sqrt(triangle.longest_squared) / longest);
   const int most_halvings = 3 + static_cast<int>(std::ceil(2 * std::log2(ratio)));
   while (!stack.empty()) {
@@ -119,14 +119,14 @@ void visit_patches(const Piece& triangle, float longest, std::vector<Piece>& sta
 
 class Spreader {
  public:
-  Spreader(const SurfaceTopology& surface, double spacing_m, std::size_t max_samples)
+  Spreader(const geometry::SurfaceTopology& surface, double spacing_m, std::size_t max_samples)
       : surface_(surface),
         reach_(static_cast<float>(spacing_m * kRounding)),
         apart_(static_cast<float>(spacing_m * kSeparation)),
         max_samples_(max_samples),
         grid_(spacing_m * kPatchReach) {}
 
-  SampleGrid& grid() { return grid_; }
+  geometry::SampleGrid& grid() { return grid_; }
 
   /// Out     false: more than `max_samples` would be needed
   bool cover(const std::function<void(double)>& progress) {
@@ -165,12 +165,12 @@ class Spreader {
     const float reach = reach_ + patch.radius();
     near_.clear();
     bool is_covered = false;
-    grid_.visit_near(middle, [&](std::uint32_t, const SurfaceSample& sample) {
+    grid_.visit_near(middle, [&](std::uint32_t, const geometry::SurfaceSample& sample) {
       if ((sample.p_S - middle).squaredNorm() > reach * reach || !is_compatible(sample, normal)) return;
       near_.push_back(sample.p_S);
       is_covered = is_covered || is_within_reach(patch, sample.p_S);
     });
-    if (!is_covered) cover_piece(patch, normal, kMostHalvings);
+    if (!is_covered) cover_piece(patch, normal, kMaxHalvings);
   }
 
   void cover_piece(const Piece& piece, const Eigen::Vector3f& normal, int halvings_left) {
@@ -191,14 +191,14 @@ class Spreader {
   }
 
   struct Bump {
-    SurfaceSample sample;
+    geometry::SurfaceSample sample;
     float height;
   };
 
   std::vector<Bump> find_bumps(float height, double step_m) {
     std::vector<Bump> bumps;
     const auto look_at = [&](const Vec3& p, const Vec3& normal) {
-      const SurfaceSample sample{p.cast<float>(), normal.cast<float>()};
+      const geometry::SurfaceSample sample{p.cast<float>(), normal.cast<float>()};
       if (sample.normal_S.isZero()) return;
       const float found = height_of(sample);
       if (found > height) bumps.push_back({sample, found});
@@ -208,7 +208,7 @@ class Spreader {
     }
     // Between its ends a long edge stands out by no more than the gap between samples times the sine of half its fold.
     const double least_fold = 2 * std::asin(std::min(1.0F, height / reach_));
-    for (const MeshEdge& edge : surface_.edges) {
+    for (const geometry::MeshEdge& edge : surface_.edges) {
       const Vec3 along = surface_.vertex(edge.b) - surface_.vertex(edge.a);
       const double pieces = std::ceil(along.norm() / step_m);
       if (pieces < 2 || surface_.fold_rad(edge) < least_fold) continue;
@@ -220,12 +220,12 @@ class Spreader {
 
   /// How far a point stands out, seen along its normal: above all samples within reach, which a flat body would miss;
   /// or above most of those about one spacing away, between whose like on another body it would slip.
-  float height_of(const SurfaceSample& point) {
+  float height_of(const geometry::SurfaceSample& point) {
     const float ring_inside = 0.5F * reach_;
     const float ring_outside = 1.25F * reach_;
     float above_all = std::numeric_limits<float>::infinity();
     ring_drops_.clear();
-    grid_.visit_near(point.p_S, [&](std::uint32_t, const SurfaceSample& sample) {
+    grid_.visit_near(point.p_S, [&](std::uint32_t, const geometry::SurfaceSample& sample) {
       const Eigen::Vector3f to_sample = sample.p_S - point.p_S;
       const float squared = to_sample.squaredNorm();
       if (squared > ring_outside * ring_outside || !is_compatible(sample, point.normal_S)) return;
@@ -239,9 +239,9 @@ class Spreader {
     return std::max(above_all, *most);
   }
 
-  bool is_represented(const SurfaceSample& bump, float height, float apart) const {
+  bool is_represented(const geometry::SurfaceSample& bump, float height, float apart) const {
     bool is_found = false;
-    grid_.visit_near(bump.p_S, [&](std::uint32_t index, const SurfaceSample& sample) {
+    grid_.visit_near(bump.p_S, [&](std::uint32_t index, const geometry::SurfaceSample& sample) {
       const Eigen::Vector3f to_sample = sample.p_S - bump.p_S;
       is_found = is_found || (is_feature(index) && to_sample.squaredNorm() < apart * apart &&
                               is_compatible(sample, bump.normal_S) && bump.normal_S.dot(to_sample) >= -height);
@@ -265,11 +265,11 @@ class Spreader {
     return piece.corner[0] + u * (piece.corner[1] - piece.corner[0]) + v * (piece.corner[2] - piece.corner[0]);
   }
 
-  const SurfaceTopology& surface_;
+  const geometry::SurfaceTopology& surface_;
   float reach_;
   float apart_;
   std::size_t max_samples_;
-  SampleGrid grid_;
+  geometry::SampleGrid grid_;
   std::vector<Piece> stack_;
   std::vector<Eigen::Vector3f> near_;  // what can cover the patch at hand
   std::vector<float> ring_drops_;
@@ -281,12 +281,12 @@ class Spreader {
 /// Divides a covered surface among its samples: each piece goes to the nearest that faces the same way.
 class Shares {
  public:
-  Shares(const SurfaceTopology& surface, std::span<const SurfaceSample> samples, double spacing_m)
+  Shares(const geometry::SurfaceTopology& surface, std::span<const geometry::SurfaceSample> samples, double spacing_m)
       : surface_(surface),
         spacing_(static_cast<float>(spacing_m)),
         grid_(spacing_m * kPatchReach),
         areas_(samples.size(), 0.0) {
-    for (const SurfaceSample& sample : samples) grid_.add(sample);
+    for (const geometry::SurfaceSample& sample : samples) grid_.add(sample);
   }
 
   std::vector<float> divide() {
@@ -313,12 +313,12 @@ class Shares {
     const Eigen::Vector3f middle = patch.centroid();
     const float reach = spacing_ + patch.radius();
     owners_.clear();
-    grid_.visit_near(middle, [&](std::uint32_t index, const SurfaceSample& sample) {
+    grid_.visit_near(middle, [&](std::uint32_t index, const geometry::SurfaceSample& sample) {
       if ((sample.p_S - middle).squaredNorm() <= reach * reach && is_compatible(sample, normal)) {
         owners_.push_back({sample.p_S, index});
       }
     });
-    if (!owners_.empty()) divide_piece(patch, kMostHalvings);
+    if (!owners_.empty()) divide_piece(patch, kMaxHalvings);
   }
 
   void divide_piece(const Piece& piece, int halvings_left) {
@@ -345,7 +345,7 @@ class Shares {
       if (areas_[i] > 0) continue;
       std::size_t giver = i;
       float least = std::numeric_limits<float>::infinity();
-      grid_.visit_near(samples[i].p_S, [&](std::uint32_t index, const SurfaceSample& sample) {
+      grid_.visit_near(samples[i].p_S, [&](std::uint32_t index, const geometry::SurfaceSample& sample) {
         const float squared = (sample.p_S - samples[i].p_S).squaredNorm();
         if (squared >= least || !(areas_[index] > 0)) return;
         least = squared;
@@ -356,37 +356,38 @@ class Shares {
     }
   }
 
-  const SurfaceTopology& surface_;
+  const geometry::SurfaceTopology& surface_;
   float spacing_;
-  SampleGrid grid_;
+  geometry::SampleGrid grid_;
   std::vector<double> areas_;
   std::vector<Piece> stack_;
   std::vector<Owner> owners_;
 };
 
-double area_m2(const TriangleMesh& mesh) {
+double area_m2(const geometry::TriangleMesh& mesh) {
   double sum = 0;
-  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) sum += doubled_area(mesh, i).norm() / 2;
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) sum += geometry::doubled_area(mesh, i).norm() / 2;
   return sum;
 }
 
 }  // namespace
 
-SpreadSamples spread_samples(const SurfaceTopology& surface, const SpreadOptions& options,
+SpreadSamples spread_samples(const geometry::SurfaceTopology& surface, const SpreadOptions& options,
                              const std::function<void(double)>& progress) {
   // Features keep their spacing unless they alone would be half of the points.
   double feature_spacing = options.feature_spacing_m;
   const std::size_t max_points = std::max(options.max_points, kFewestPoints);
-  std::vector<SurfaceSample> sharp = sharp_samples(surface, options.feature_angle_rad, feature_spacing);
+  std::vector<geometry::SurfaceSample> sharp =
+      geometry::sharp_samples(surface, options.feature_angle_rad, feature_spacing);
   while (sharp.size() > max_points / 2) {
     feature_spacing *= 1.5;
-    sharp = sharp_samples(surface, options.feature_angle_rad, feature_spacing);
+    sharp = geometry::sharp_samples(surface, options.feature_angle_rad, feature_spacing);
   }
   const double budget = static_cast<double>(max_points - sharp.size());
   const double narrowest = std::sqrt(kSamplesPerSquare * area_m2(surface.mesh) / budget) / kSeparation;
   for (double spacing = std::max(options.spacing_m, narrowest);; spacing *= 1.1) {
     Spreader spreader(surface, spacing, max_points);
-    for (const SurfaceSample& sample : sharp) spreader.grid().add(sample);
+    for (const geometry::SurfaceSample& sample : sharp) spreader.grid().add(sample);
     if (!spreader.cover(progress)) continue;
     spreader.add_bumps(sharp.size(), options.feature_height_m, feature_spacing);
     SpreadSamples spread;
@@ -398,4 +399,4 @@ SpreadSamples spread_samples(const SurfaceTopology& surface, const SpreadOptions
   }
 }
 
-}  // namespace tandem
+}  // namespace tandem::contact

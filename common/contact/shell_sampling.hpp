@@ -7,7 +7,7 @@
 #include "common/geometry/sample_grid.hpp"
 #include "common/geometry/surface_features.hpp"
 
-namespace tandem {
+namespace tandem::contact {
 
 struct SpreadOptions {
   double spacing_m = 0;
@@ -18,7 +18,7 @@ struct SpreadOptions {
 };
 
 struct SpreadSamples {
-  std::vector<SurfaceSample> samples;
+  std::vector<geometry::SurfaceSample> samples;
   std::vector<float> areas_m2;   ///< of each; they sum to the surface
   std::vector<bool> is_feature;  ///< of each
   double spacing_m = 0;          ///< what it came to
@@ -31,7 +31,7 @@ struct SpreadSamples {
 ///         for balls are convex. Last, what stands out between the samples.
 /// Source  after White, Cline & Egbert, "Poisson disk point sets by hierarchical dart throwing", 2007; the stop by
 ///         covering balls and its use on surfaces are ours
-SpreadSamples spread_samples(const SurfaceTopology& surface, const SpreadOptions& options,
+SpreadSamples spread_samples(const geometry::SurfaceTopology& surface, const SpreadOptions& options,
                              const std::function<void(double)>& progress);
 
-}  // namespace tandem
+}  // namespace tandem::contact

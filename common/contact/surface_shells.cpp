@@ -6,7 +6,7 @@
 #include "common/contact/shell_sampling.hpp"
 #include "common/geometry/triangle_tree.hpp"
 
-namespace tandem {
+namespace tandem::contact {
 namespace {
 
 // Primitives are made when a scene is loaded: with this many points, of a table 0.5 m wide, it takes 0.3 s.
@@ -51,7 +51,7 @@ std::vector<Candidate> candidates_of(const SpreadSamples& spread) {
 /// The points of a plate of `thickness` around a sheet.
 class PlateSampler {
  public:
-  PlateSampler(const SurfaceTopology& sheet, const PointShellOptions& options)
+  PlateSampler(const geometry::SurfaceTopology& sheet, const PointShellOptions& options)
       : sheet_(sheet), radius_m_(options.sheet_thickness_m / 2), step_m_(options.feature_spacing_m) {}
 
   void add_sides(const SpreadSamples& middle) {
@@ -65,7 +65,7 @@ class PlateSampler {
 
   /// Half a tube around the border, and a part of one along folds, on their outer side.
   void add_tubes() {
-    for (const MeshEdge& edge : sheet_.edges) {
+    for (const geometry::MeshEdge& edge : sheet_.edges) {
       const Vec3 axis = (sheet_.vertex(edge.b) - sheet_.vertex(edge.a)).normalized();
       const Vec3& normal = sheet_.face_normal(edge.left);
       if (edge.right < 0) {
@@ -81,7 +81,7 @@ class PlateSampler {
   void add_caps() {
     std::vector<std::vector<Vec3>> rays(sheet_.mesh.vertices.size());
     std::vector<bool> is_rim(sheet_.mesh.vertices.size(), false);
-    for (const MeshEdge& edge : sheet_.edges) {
+    for (const geometry::MeshEdge& edge : sheet_.edges) {
       const Vec3 along = (sheet_.vertex(edge.b) - sheet_.vertex(edge.a)).normalized();
       rays[static_cast<std::size_t>(edge.a)].push_back(along);
       rays[static_cast<std::size_t>(edge.b)].push_back(-along);
@@ -97,7 +97,7 @@ class PlateSampler {
 
   /// Without the points that are inside another part of the plate.
   std::vector<Candidate> visible() const {
-    const TriangleTree tree(sheet_.mesh);
+    const geometry::TriangleTree tree(sheet_.mesh);
     std::vector<Candidate> visible;
     for (const Candidate& candidate : candidates_) {
       const double inside_m = 0.98 * radius_m_;
@@ -114,7 +114,7 @@ class PlateSampler {
         {{(p + radius_m_ * normal).cast<float>(), normal.cast<float>(), static_cast<float>(area_m2)}, is_feature});
   }
 
-  void add_tube(const MeshEdge& edge, const Vec3& from, const Vec3& axis, double angle_rad) {
+  void add_tube(const geometry::MeshEdge& edge, const Vec3& from, const Vec3& axis, double angle_rad) {
     const int arcs = static_cast<int>(std::ceil(angle_rad * radius_m_ / step_m_));
     if (arcs < 2) return;
     const Vec3 along = sheet_.vertex(edge.b) - sheet_.vertex(edge.a);
@@ -143,15 +143,15 @@ class PlateSampler {
     }
   }
 
-  const SurfaceTopology& sheet_;
+  const geometry::SurfaceTopology& sheet_;
   double radius_m_;
   double step_m_;
   std::vector<Candidate> candidates_;
 };
 
-PointShells plate_shells(const ContactMesh& mesh, const PointShellOptions& options,
+PointShells plate_shells(const geometry::ContactMesh& mesh, const PointShellOptions& options,
                          const std::function<void(double)>& progress) {
-  const SurfaceTopology sheet(mesh.mesh);
+  const geometry::SurfaceTopology sheet(mesh.mesh);
   SpreadOptions middle = spread_options(options);
   middle.spacing_m *= kSheetDensity;
   middle.max_points /= 2;
@@ -178,16 +178,17 @@ void put_on_surface(const DistanceField& field, double out_m, Candidate& candida
 
 }  // namespace
 
-PointShells sample_surface(const ContactMesh& mesh, const PointShellOptions& options,
+PointShells sample_surface(const geometry::ContactMesh& mesh, const PointShellOptions& options,
                            const std::function<void(double)>& progress) {
-  if (mesh.kind == SurfaceKind::kSheet) return plate_shells(mesh, options, progress);
-  const SurfaceTopology surface(mesh.mesh);
+  if (mesh.kind == geometry::SurfaceKind::kSheet) return plate_shells(mesh, options, progress);
+  const geometry::SurfaceTopology surface(mesh.mesh);
   const SpreadSamples spread = spread_samples(surface, spread_options(options), progress);
   return shells_of(candidates_of(spread), spread.spacing_m);
 }
 
-PointShells sample_surface(const TriangleMesh& outline, const DistanceField& field, const PointShellOptions& options) {
-  const SurfaceTopology surface(outline);
+PointShells sample_surface(const geometry::TriangleMesh& outline, const DistanceField& field,
+                           const PointShellOptions& options) {
+  const geometry::SurfaceTopology surface(outline);
   SpreadOptions spread_under = spread_options(options);
   spread_under.spacing_m *= kOutlineMargin;
   spread_under.max_points = std::min(spread_under.max_points, kPrimitivePoints);
@@ -197,4 +198,4 @@ PointShells sample_surface(const TriangleMesh& outline, const DistanceField& fie
   return shells_of(candidates, spread.spacing_m / kOutlineMargin);
 }
 
-}  // namespace tandem
+}  // namespace tandem::contact

@@ -13,7 +13,7 @@
 
 #include "common/docking/lj_kernel.hpp"
 
-namespace tandem {
+namespace tandem::docking {
 namespace {
 
 constexpr double kFarthestAngstrom = 1e9;
@@ -43,7 +43,7 @@ struct PairTerm {
 };
 
 PairTerm pair_term(double r2, double sigma2, double epsilon) {
-  const double bounded = std::max(r2, static_cast<double>(lj::kCoreFractionSquared) * sigma2);
+  const double bounded = std::max(r2, static_cast<double>(kCoreFractionSquared) * sigma2);
   const double u = sigma2 / bounded;
   const double p = u * u * u;
   const double slope = 24.0 * epsilon * p * (2.0 * p - 1.0) / bounded;
@@ -63,18 +63,18 @@ AlignedFloats aligned_floats(std::size_t count, float fill) {
 
 struct NamedKernel {
   std::string_view name;
-  lj::Kernel function;
+  Kernel function;
 };
 
 std::vector<NamedKernel> runnable_kernels() {
   std::vector<NamedKernel> kernels;
 #ifdef TANDEM_LJ_X86
-  if (__builtin_cpu_supports("avx512f")) kernels.push_back({"avx512", lj::evaluate_avx512});
+  if (__builtin_cpu_supports("avx512f")) kernels.push_back({"avx512", evaluate_avx512});
   if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) {
-    kernels.push_back({"avx2", lj::evaluate_avx2});
+    kernels.push_back({"avx2", evaluate_avx2});
   }
 #endif
-  kernels.push_back({"portable", lj::evaluate_portable});
+  kernels.push_back({"portable", evaluate_portable});
   return kernels;
 }
 
@@ -144,11 +144,11 @@ struct LennardJonesField::Impl {
 void LennardJonesField::Impl::lay_out_a(const Molecule& a) {
   const std::vector<std::size_t> atoms = atoms_with_lennard_jones(a);
   count_a = atoms.size();
-  padded_a = (count_a + lj::kLanes - 1) / lj::kLanes * lj::kLanes;
+  padded_a = (count_a + kLanes - 1) / kLanes * kLanes;
   for (AlignedFloats* floats : {&x_a, &y_a, &z_a, &sqrt_epsilon_a}) *floats = aligned_floats(padded_a, 0.0F);
   inverse_sigma_a = aligned_floats(padded_a, 1.0F);
-  for (std::size_t begin = 0; begin < count_a; begin += lj::kTileAtoms) {
-    const std::size_t end = std::min(begin + lj::kTileAtoms, count_a);
+  for (std::size_t begin = 0; begin < count_a; begin += kTileAtoms) {
+    const std::size_t end = std::min(begin + kTileAtoms, count_a);
     Vec3 origin = Vec3::Zero();
     for (std::size_t i = begin; i < end; ++i) origin += a.positions_angstrom[atoms[i]];
     origin /= static_cast<double>(end - begin);
@@ -214,10 +214,10 @@ FieldResult LennardJonesField::evaluate(const Pose& X_AB_angstrom) noexcept {
   if (!can_interact(X_AB_angstrom)) return result;
   Impl& f = *impl_;
   f.place_b(X_AB_angstrom);
-  const lj::Target target = {
+  const Target target = {
       f.padded_a,           f.x_a.get(), f.y_a.get(), f.z_a.get(), f.inverse_sigma_a.get(), f.sqrt_epsilon_a.get(),
       f.tile_origins.data()};
-  const lj::Probes probes = {f.positions_b.size(), f.x_b.data(), f.y_b.data(), f.z_b.data(), f.sigma_b.data()};
+  const Probes probes = {f.positions_b.size(), f.x_b.data(), f.y_b.data(), f.z_b.data(), f.sigma_b.data()};
   f.kernel.function(target, probes, {f.energy.data(), f.fx.data(), f.fy.data(), f.fz.data()});
   for (std::size_t j = 0; j < f.positions_b.size(); ++j) {
     const Vec3 force = 24.0 * f.sqrt_epsilon_b[j] * Vec3(f.fx[j], f.fy[j], f.fz[j]);
@@ -242,4 +242,4 @@ std::vector<std::string_view> LennardJonesField::available_kernels() {
   return names;
 }
 
-}  // namespace tandem
+}  // namespace tandem::docking

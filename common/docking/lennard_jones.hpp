@@ -8,7 +8,7 @@
 
 #include "common/docking/molecule.hpp"
 
-namespace tandem {
+namespace tandem::docking {
 
 /// Energy, and what molecule B feels, expressed in A's frame; A feels the opposite force.
 struct FieldResult {
@@ -64,4 +64,4 @@ class LennardJonesField {
   std::unique_ptr<Impl> impl_;
 };
 
-}  // namespace tandem
+}  // namespace tandem::docking

@@ -7,7 +7,7 @@
 
 #include <cstddef>
 
-namespace tandem::lj {
+namespace tandem::docking {
 
 /// Lanes of the widest kernel; atom counts are padded to a multiple.
 inline constexpr std::size_t kLanes = 16;
@@ -55,4 +55,4 @@ void evaluate_avx2(const Target& target, const Probes& probes, const Sums& sums)
 void evaluate_avx512(const Target& target, const Probes& probes, const Sums& sums) noexcept;
 #endif
 
-}  // namespace tandem::lj
+}  // namespace tandem::docking

@@ -4,13 +4,13 @@
 #include <cmath>
 #include <stdexcept>
 
-namespace tandem {
+namespace tandem::docking {
 namespace {
 
-constexpr double kLargestCoordinateAngstrom = 1e6;
-constexpr double kSmallestSigmaAngstrom = 0.1;
-constexpr double kLargestSigmaAngstrom = 20;
-constexpr double kLargestEpsilonKjPerMol = 1e4;
+constexpr double kMaxCoordinateAngstrom = 1e6;
+constexpr double kMinSigmaAngstrom = 0.1;
+constexpr double kMaxSigmaAngstrom = 20;
+constexpr double kMaxEpsilonKjPerMol = 1e4;
 
 [[noreturn]] void refuse(std::size_t atom, const std::string& field, double value, const std::string& range) {
   throw std::invalid_argument("molecule: atom " + std::to_string(atom) + ": " + field + " = " + std::to_string(value) +
@@ -42,15 +42,15 @@ void validate(const Molecule& molecule) {
   }
   for (std::size_t i = 0; i < count; ++i) {
     for (const double coordinate : molecule.positions_angstrom[i]) {
-      if (!(std::abs(coordinate) <= kLargestCoordinateAngstrom)) refuse(i, "coordinate", coordinate, "within 1e6 Å");
+      if (!(std::abs(coordinate) <= kMaxCoordinateAngstrom)) refuse(i, "coordinate", coordinate, "within 1e6 Å");
     }
     const double sigma = molecule.sigma_angstrom[i];
-    if (sigma != 0 && !(sigma >= kSmallestSigmaAngstrom && sigma <= kLargestSigmaAngstrom)) {
+    if (sigma != 0 && !(sigma >= kMinSigmaAngstrom && sigma <= kMaxSigmaAngstrom)) {
       refuse(i, "sigma", sigma, "0 or 0.1 to 20 Å");
     }
     const double epsilon = molecule.epsilon_kj_per_mol[i];
-    if (!(epsilon >= 0 && epsilon <= kLargestEpsilonKjPerMol)) refuse(i, "epsilon", epsilon, "0 to 1e4 kJ/mol");
+    if (!(epsilon >= 0 && epsilon <= kMaxEpsilonKjPerMol)) refuse(i, "epsilon", epsilon, "0 to 1e4 kJ/mol");
   }
 }
 
-}  // namespace tandem
+}  // namespace tandem::docking

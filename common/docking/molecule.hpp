@@ -8,7 +8,7 @@
 
 #include "common/base/spatial.hpp"
 
-namespace tandem {
+namespace tandem::docking {
 
 /// What is kept of an atom for people and reports.
 struct AtomLabel {
@@ -59,4 +59,4 @@ struct MolecularScale {
 
 inline constexpr double kKilojoulesPerKilocalorie = 4.184;
 
-}  // namespace tandem
+}  // namespace tandem::docking

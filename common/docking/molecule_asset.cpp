@@ -6,7 +6,7 @@
 
 #include "common/base/byte_io.hpp"
 
-namespace tandem {
+namespace tandem::docking {
 namespace {
 
 constexpr std::uint32_t kMagic = 0x4C4F4D54;  // "TMOL"
@@ -90,4 +90,4 @@ std::optional<Molecule> molecule_from(std::span<const std::byte> bytes) {
   return molecule;
 }
 
-}  // namespace tandem
+}  // namespace tandem::docking

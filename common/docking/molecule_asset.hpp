@@ -9,7 +9,7 @@
 
 #include "common/docking/molecule.hpp"
 
-namespace tandem {
+namespace tandem::docking {
 
 inline constexpr std::uint32_t kMoleculeAssetVersion = 1;
 inline constexpr std::size_t kMaxMoleculeAssetAtoms = 1'000'000;
@@ -24,4 +24,4 @@ std::vector<std::byte> molecule_asset_bytes(const Molecule& molecule);
 /// Nothing for bytes that are not exactly such an asset of this version with numbers that the field can bear.
 std::optional<Molecule> molecule_from(std::span<const std::byte> bytes);
 
-}  // namespace tandem
+}  // namespace tandem::docking

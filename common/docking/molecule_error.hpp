@@ -3,7 +3,7 @@
 
 #include <stdexcept>
 
-namespace tandem {
+namespace tandem::docking {
 
 /// A structure or force-field file that cannot be used; what() names file, line and remedy.
 class MoleculeError : public std::runtime_error {
@@ -11,4 +11,4 @@ class MoleculeError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-}  // namespace tandem
+}  // namespace tandem::docking

@@ -4,7 +4,7 @@
 
 #include "common/base/spatial.hpp"
 
-namespace tandem {
+namespace tandem::geometry {
 
 struct OnTriangle {
   Vec3 from_a;  ///< closest point − corner a
@@ -37,4 +37,4 @@ inline OnTriangle closest_on_triangle(const Vec3& ab, const Vec3& ac, const Vec3
   return {ab * (vb * scale) + ac * (vc * scale), 0};
 }
 
-}  // namespace tandem
+}  // namespace tandem::geometry

@@ -8,7 +8,7 @@
 #include "common/base/counted.hpp"
 #include "common/geometry/mesh_repair.hpp"
 
-namespace tandem {
+namespace tandem::geometry {
 namespace {
 
 constexpr int kNone = -1;
@@ -246,4 +246,4 @@ std::vector<MeshPart> connect(TriangleMesh& mesh, std::vector<std::string>& note
   return parts;
 }
 
-}  // namespace tandem
+}  // namespace tandem::geometry

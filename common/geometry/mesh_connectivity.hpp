@@ -6,7 +6,7 @@
 
 #include "common/geometry/mesh_edges.hpp"
 
-namespace tandem {
+namespace tandem::geometry {
 
 /// Triangles that hang together by their edges.
 struct MeshPart {
@@ -23,4 +23,4 @@ struct MeshPart {
 /// Fails   MeshError: edges at which triangles do not pair up
 std::vector<MeshPart> connect(TriangleMesh& mesh, std::vector<std::string>& notes);
 
-}  // namespace tandem
+}  // namespace tandem::geometry

@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-namespace tandem {
+namespace tandem::geometry {
 
 EdgeUses::EdgeUses(const TriangleMesh& mesh) {
   struct Use {
@@ -65,4 +65,4 @@ std::vector<Vec3> vertex_normals(const TriangleMesh& mesh, const std::vector<Vec
   return sums;
 }
 
-}  // namespace tandem
+}  // namespace tandem::geometry

@@ -6,7 +6,7 @@
 
 #include "common/geometry/triangle_mesh.hpp"
 
-namespace tandem {
+namespace tandem::geometry {
 
 /// An edge of a mesh with its (at most) two triangles.
 struct MeshEdge {
@@ -68,4 +68,4 @@ std::vector<Vec3> face_normals(const TriangleMesh& mesh);
 /// Normal of each vertex, weighted by the angle of each triangle there; unit, or zero where they cancel.
 std::vector<Vec3> vertex_normals(const TriangleMesh& mesh, const std::vector<Vec3>& normals);
 
-}  // namespace tandem
+}  // namespace tandem::geometry

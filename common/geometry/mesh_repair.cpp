@@ -10,14 +10,14 @@
 #include "common/geometry/mesh_weld.hpp"
 #include "common/geometry/triangle_tree.hpp"
 
-namespace tandem {
+namespace tandem::geometry {
 namespace {
 
 // A part with borders is a solid with holes when what closes them is less than this share of its surface: for a cup it
 // is 1/3 to 1/2, a cut pipe ten times as long as wide 1/10, the holes of a scan 1/1000.
 constexpr double kHoleShare = 0.05;
 // Longer loops are closed from their middle: clipping takes the square of their length.
-constexpr std::size_t kLongestClipped = 1000;
+constexpr std::size_t kMaxClipped = 1000;
 
 void check(const TriangleMesh& mesh) {
   if (mesh.triangles.empty()) throw MeshError("the mesh has no triangle: export its surface as triangles");
@@ -99,7 +99,7 @@ class HoleCloser {
   void close(std::vector<int> loop) {
     // The new triangles run against those at the border.
     std::reverse(loop.begin(), loop.end());
-    if (loop.size() <= kLongestClipped) {
+    if (loop.size() <= kMaxClipped) {
       clip(loop);
     } else {
       close_from_middle(loop);
@@ -330,4 +330,4 @@ ContactMesh repaired(const TriangleMesh& mesh) {
   return result;
 }
 
-}  // namespace tandem
+}  // namespace tandem::geometry

@@ -9,7 +9,7 @@
 
 #include "common/geometry/triangle_mesh.hpp"
 
-namespace tandem {
+namespace tandem::geometry {
 
 /// kSolid: encloses a volume. kSheet: an open surface, touchable from both sides.
 enum class SurfaceKind : std::uint8_t { kSolid, kSheet };
@@ -31,4 +31,4 @@ class MeshError : public std::runtime_error {
 /// Fails   MeshError: no triangle left, a non-finite vertex, an index out of range, neither a solid nor a sheet
 ContactMesh repaired(const TriangleMesh& mesh);
 
-}  // namespace tandem
+}  // namespace tandem::geometry

@@ -6,7 +6,7 @@
 #include "common/base/counted.hpp"
 #include "common/geometry/mesh_edges.hpp"
 
-namespace tandem {
+namespace tandem::geometry {
 namespace {
 
 // Of the bounding box's diagonal.
@@ -228,4 +228,4 @@ void drop_unused_vertices(TriangleMesh& mesh) {
   }
 }
 
-}  // namespace tandem
+}  // namespace tandem::geometry

@@ -6,7 +6,7 @@
 
 #include "common/geometry/triangle_mesh.hpp"
 
-namespace tandem {
+namespace tandem::geometry {
 
 /// Merges vertices that are no farther apart than 1e-7 of the bounding box's diagonal (what single-precision files
 /// round by), and takes out unused vertices, triangles that are there twice, and those less high than 1e-9 of the
@@ -23,4 +23,4 @@ double weld_tolerance_m(const TriangleMesh& mesh);
 /// Takes out vertices that no triangle uses; the order of the others stays.
 void drop_unused_vertices(TriangleMesh& mesh);
 
-}  // namespace tandem
+}  // namespace tandem::geometry

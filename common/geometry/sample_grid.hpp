@@ -8,7 +8,7 @@
 
 #include "common/base/spatial.hpp"
 
-namespace tandem {
+namespace tandem::geometry {
 
 /// A surface sample on its way into a shell.
 struct SurfaceSample {
@@ -90,4 +90,4 @@ class SampleGrid {
   std::vector<std::uint32_t> next_;  // of the same cube
 };
 
-}  // namespace tandem
+}  // namespace tandem::geometry

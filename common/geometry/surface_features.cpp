@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-namespace tandem {
+namespace tandem::geometry {
 namespace {
 
 /// The sharp edges as lines from corner to corner, and around where there is none.
@@ -135,8 +135,8 @@ void sample_line(const SurfaceTopology& surface, std::span<const SharpLines::Ste
 SurfaceTopology::SurfaceTopology(const TriangleMesh& its_mesh)
     : mesh(its_mesh),
       edges(mesh_edges(its_mesh)),
-      face_normals(tandem::face_normals(its_mesh)),
-      vertex_normals(tandem::vertex_normals(its_mesh, face_normals)) {}
+      face_normals(geometry::face_normals(its_mesh)),
+      vertex_normals(geometry::vertex_normals(its_mesh, face_normals)) {}
 
 Vec3 SurfaceTopology::edge_normal(const MeshEdge& edge) const {
   Vec3 sum = face_normal(edge.left);
@@ -163,4 +163,4 @@ std::vector<SurfaceSample> sharp_samples(const SurfaceTopology& surface, double 
   return {samples.samples().begin(), samples.samples().end()};
 }
 
-}  // namespace tandem
+}  // namespace tandem::geometry

@@ -7,7 +7,7 @@
 #include "common/geometry/mesh_edges.hpp"
 #include "common/geometry/sample_grid.hpp"
 
-namespace tandem {
+namespace tandem::geometry {
 
 /// What features are found in; everything of the same mesh.
 struct SurfaceTopology {
@@ -32,4 +32,4 @@ struct SurfaceTopology {
 /// Out     no two that face the same way are nearer than 0.4 spacings
 std::vector<SurfaceSample> sharp_samples(const SurfaceTopology& surface, double angle_rad, double spacing_m);
 
-}  // namespace tandem
+}  // namespace tandem::geometry

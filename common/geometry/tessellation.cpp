@@ -2,7 +2,7 @@
 
 #include <numbers>
 
-namespace tandem {
+namespace tandem::geometry {
 namespace {
 
 // Of a full turn. The chord is R (1 − cos(π/96)) = 0.05 % R inside the arc.
@@ -79,4 +79,4 @@ TriangleMesh tessellated_capsule(double radius_m, double length_m) {
   return revolved(profile);
 }
 
-}  // namespace tandem
+}  // namespace tandem::geometry

@@ -6,7 +6,7 @@
 
 #include "common/geometry/triangle_mesh.hpp"
 
-namespace tandem {
+namespace tandem::geometry {
 
 TriangleMesh tessellated_box(const Vec3& size_m);
 
@@ -24,4 +24,4 @@ TriangleMesh tessellated_sphere(double radius_m);
 TriangleMesh tessellated_cylinder(double radius_m, double length_m);
 TriangleMesh tessellated_capsule(double radius_m, double length_m);
 
-}  // namespace tandem
+}  // namespace tandem::geometry

@@ -6,7 +6,7 @@
 
 #include "common/base/spatial.hpp"
 
-namespace tandem {
+namespace tandem::geometry {
 
 /// Triangles in metres, in the frame of their shape S; corners run counter-clockwise seen from outside.
 struct TriangleMesh {
@@ -14,4 +14,4 @@ struct TriangleMesh {
   std::vector<std::array<int, 3>> triangles;
 };
 
-}  // namespace tandem
+}  // namespace tandem::geometry

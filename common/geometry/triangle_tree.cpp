@@ -10,7 +10,7 @@
 
 #include "common/geometry/closest_on_triangle.hpp"
 
-namespace tandem {
+namespace tandem::geometry {
 namespace {
 
 constexpr std::uint32_t kLeafBit = 1U << 31U;
@@ -358,4 +358,4 @@ double TriangleTree::signed_distance_m(const Vec3& p_S) const noexcept {
   return (p_S - nearest.point_S).dot(nearest.normal_S) < 0 ? -nearest.distance_m : nearest.distance_m;
 }
 
-}  // namespace tandem
+}  // namespace tandem::geometry

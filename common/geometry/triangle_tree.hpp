@@ -10,7 +10,7 @@
 
 #include "common/geometry/triangle_mesh.hpp"
 
-namespace tandem {
+namespace tandem::geometry {
 
 /// Bounding-volume tree over the triangles of a mesh. Immutable; a query allocates nothing.
 ///
@@ -88,4 +88,4 @@ class TriangleTree {
   std::vector<Vec3> edge_normals_;
 };
 
-}  // namespace tandem
+}  // namespace tandem::geometry

@@ -7,13 +7,13 @@
 #include <stdexcept>
 #include <string_view>
 
-namespace tandem {
+namespace tandem::haptics {
 namespace {
 
 // Beyond this a wrench is as wrong as NaN: five orders above any device, and every sum below stays finite.
 constexpr double kAbsurdWrench = 1e6;
 // After a stall the ramp and the slew limit count at most this much time.
-constexpr double kLargestRise_s = 0.005;
+constexpr double kMaxRise_s = 0.005;
 // When a state ends a silence, the gain falls on for about so long, and what the wrench rose by meanwhile comes in
 // slowly: neither the force nor its slope jumps.
 constexpr double kFallEnds_s = 0.006;
@@ -121,7 +121,7 @@ SafetyChain::Step SafetyChain::advance_time(LocalTime now) noexcept {
   const double elapsed_s = has_time_ ? std::max(0.0, to_seconds(now - last_time_)) : 0.0;
   last_time_ = has_time_ ? std::max(now, last_time_) : now;
   has_time_ = true;
-  return {elapsed_s, std::min(elapsed_s, kLargestRise_s)};
+  return {elapsed_s, std::min(elapsed_s, kMaxRise_s)};
 }
 
 SafetyFaults SafetyChain::present_faults(const SafetyInput& input) const noexcept {
@@ -176,4 +176,4 @@ Wrench SafetyChain::slewed(const Wrench& target, double rise_s) noexcept {
   return displayed_ + Wrench{clamped_to_length(change.f, largest_f), clamped_to_length(change.t, largest_t)};
 }
 
-}  // namespace tandem
+}  // namespace tandem::haptics

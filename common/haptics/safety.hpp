@@ -18,7 +18,7 @@
 #include "common/base/spatial.hpp"
 #include "common/base/time.hpp"
 
-namespace tandem {
+namespace tandem::haptics {
 
 /// Why the displayed force differs from the computed one.
 enum SafetyFault : std::uint32_t {
@@ -117,4 +117,4 @@ class SafetyChain {
   SafetyFaults faults_ = 0;
 };
 
-}  // namespace tandem
+}  // namespace tandem::haptics

@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
-namespace tandem {
+namespace tandem::haptics {
 namespace {
 
 /// What is on the window's positions, relative to the newest and newest first; one of translation and rotation.
 struct History {
-  std::array<Vec3, VelocityEstimator::kMostSamples> x;
-  std::array<double, VelocityEstimator::kMostSamples> age_s;  ///< of x, ≥ 0
+  std::array<Vec3, VelocityEstimator::kMaxSamples> x;
+  std::array<double, VelocityEstimator::kMaxSamples> age_s;  ///< of x, ≥ 0
   std::size_t count = 0;
 };
 
@@ -60,18 +60,18 @@ Line longest_line(const History& history, double step, std::size_t most) {
 }  // namespace
 
 VelocityEstimator::VelocityEstimator(const Settings& settings) : settings_(settings) {
-  settings_.window = std::clamp<std::size_t>(settings_.window, 1, kMostSamples - 1);
+  settings_.window = std::clamp<std::size_t>(settings_.window, 1, kMaxSamples - 1);
 }
 
 Twist VelocityEstimator::add(LocalTime taken, const Pose& X) noexcept {
   if (!is_finite(X) || (count_ > 0 && taken <= samples_[newest_].taken)) return twist_;
-  newest_ = (newest_ + 1) % kMostSamples;
+  newest_ = (newest_ + 1) % kMaxSamples;
   samples_[newest_] = {taken, X};
   count_ = std::min(count_ + 1, settings_.window + 1);
   History linear, angular;
   linear.count = angular.count = count_;
   for (std::size_t i = 0; i < count_; ++i) {
-    const Sample& sample = samples_[(newest_ + kMostSamples - i) % kMostSamples];
+    const Sample& sample = samples_[(newest_ + kMaxSamples - i) % kMaxSamples];
     linear.x[i] = sample.X.p - X.p;
     angular.x[i] = rotation_vector(sample.X.q * X.q.conjugate());
     linear.age_s[i] = angular.age_s[i] = to_seconds(taken - sample.taken);
@@ -99,4 +99,4 @@ Duration VelocityEstimator::angular_delay() const noexcept {
   return angular_delay_;
 }
 
-}  // namespace tandem
+}  // namespace tandem::haptics

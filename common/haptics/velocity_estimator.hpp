@@ -7,7 +7,7 @@
 #include "common/base/spatial.hpp"
 #include "common/base/time.hpp"
 
-namespace tandem {
+namespace tandem::haptics {
 
 /// First-order adaptive windowing: the longest window over which the positions still lie on a line to within their
 /// resolution. Long at rest (quiet), short when the hand turns (prompt).
@@ -17,11 +17,11 @@ namespace tandem {
 /// Thread  haptic: no allocation, no throw
 class VelocityEstimator {
  public:
-  static constexpr std::size_t kMostSamples = 32;
+  static constexpr std::size_t kMaxSamples = 32;
   struct Settings {
     double position_step_m = 0;  ///< resolution; 0: exact positions, the window is one period
     double rotation_step_rad = 0;
-    std::size_t window = 20;  ///< most periods, below kMostSamples
+    std::size_t window = 20;  ///< most periods, below kMaxSamples
   };
   explicit VelocityEstimator(const Settings& settings);
 
@@ -39,7 +39,7 @@ class VelocityEstimator {
     Pose X;
   };
   Settings settings_;
-  std::array<Sample, kMostSamples> samples_{};
+  std::array<Sample, kMaxSamples> samples_{};
   std::size_t count_ = 0;
   std::size_t newest_ = 0;
   Twist twist_;
@@ -47,4 +47,4 @@ class VelocityEstimator {
   Duration angular_delay_{0};
 };
 
-}  // namespace tandem
+}  // namespace tandem::haptics

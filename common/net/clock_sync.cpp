@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-namespace tandem {
+namespace tandem::net {
 
 bool ClockSync::add(const TimeExchange& exchange) {
   const Duration outside = exchange.t4 - exchange.t1;
@@ -76,4 +76,4 @@ Duration ClockSync::minimum_round_trip() const {
   return least.value_or(Duration{0});
 }
 
-}  // namespace tandem
+}  // namespace tandem::net

@@ -7,7 +7,7 @@
 
 #include "common/base/time.hpp"
 
-namespace tandem {
+namespace tandem::net {
 
 /// One exchange: we sent at t1, the server received at t2 and sent at t3, we received at t4.
 struct TimeExchange {
@@ -77,4 +77,4 @@ class ClockSync {
   bool has_offset_ = false;
 };
 
-}  // namespace tandem
+}  // namespace tandem::net

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace tandem {
+namespace tandem::net {
 
 // Written so that what is not finite is noticed.
 bool Deadband::differs(const Vec3& a, const Vec3& b, double floor) const {
@@ -25,4 +25,4 @@ bool Deadband::notices(const RigidState& now, const RigidState& told, Duration s
            turn_n_m <= fraction_ * std::max(felt.t.norm(), kTorqueFloor_n_m));
 }
 
-}  // namespace tandem
+}  // namespace tandem::net

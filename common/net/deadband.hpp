@@ -4,7 +4,7 @@
 #include "common/base/spatial.hpp"
 #include "common/base/time.hpp"
 
-namespace tandem {
+namespace tandem::net {
 
 /// However little changes, and however little a link carries, a message is sent this often, so that a lost one does no
 /// harm for long: 100 Hz.
@@ -52,4 +52,4 @@ class Deadband {
   double fraction_;
 };
 
-}  // namespace tandem
+}  // namespace tandem::net

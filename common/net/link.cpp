@@ -6,14 +6,14 @@
 #include <stdexcept>
 #include <utility>
 
-namespace tandem {
+namespace tandem::net {
 namespace {
 
-constexpr Duration kLongestDelay = std::chrono::seconds(10);
+constexpr Duration kMaxDelay = std::chrono::seconds(10);
 // Shorter bad periods than a packet's spacing would make the loss independent, and cost a draw each.
-constexpr Duration kShortestBadPeriod = std::chrono::microseconds(100);
+constexpr Duration kMinBadPeriod = std::chrono::microseconds(100);
 // Three years: for every trial the same as never, and sums of a few stay far inside a Duration.
-constexpr double kLongestPeriod_s = 1e8;
+constexpr double kMaxPeriod_s = 1e8;
 // Above the streams of all links.
 constexpr std::uint64_t kDuplicateStreams = 1ULL << 40U;
 
@@ -35,7 +35,7 @@ double milliseconds(Duration duration) {
 }
 
 bool is_delay(Duration delay) {
-  return delay >= Duration(0) && delay <= kLongestDelay;
+  return delay >= Duration(0) && delay <= kMaxDelay;
 }
 
 struct ArrivesLater {
@@ -57,8 +57,8 @@ std::string LinkParameters::problem() const {
   for (const Duration value : trace) {
     if (!is_delay(value)) return complaint("trace", milliseconds(value), "delays of 0 to 10000 ms");
   }
-  if (!(loss >= 0 && loss <= kLargestLoss)) return complaint("loss", loss, "0 to 0.95");
-  if (!(mean_bad_period >= kShortestBadPeriod && mean_bad_period <= kLongestDelay)) {
+  if (!(loss >= 0 && loss <= kMaxLoss)) return complaint("loss", loss, "0 to 0.95");
+  if (!(mean_bad_period >= kMinBadPeriod && mean_bad_period <= kMaxDelay)) {
     return complaint("mean_bad_period", milliseconds(mean_bad_period), "0.1 to 10000 ms");
   }
   if (!(duplication >= 0 && duplication <= 1)) return complaint("duplication", duplication, "0 to 1");
@@ -137,9 +137,9 @@ std::optional<LocalTime> SimulatedLink::next_due() const {
 bool SimulatedLink::is_lost(LocalTime now) {
   if (parameters_.loss <= 0) return false;
   const double bad_s = to_seconds(parameters_.mean_bad_period);
-  const double good_s = std::min(kLongestPeriod_s, bad_s * (1 - parameters_.loss) / parameters_.loss);
+  const double good_s = std::min(kMaxPeriod_s, bad_s * (1 - parameters_.loss) / parameters_.loss);
   const auto draw = [&] {
-    return from_seconds(std::min(kLongestPeriod_s, loss_random_.exponential(in_bad_period_ ? bad_s : good_s)));
+    return from_seconds(std::min(kMaxPeriod_s, loss_random_.exponential(in_bad_period_ ? bad_s : good_s)));
   };
   if (!has_period_) {
     // An exponential period has no memory: the rest of one that is under way is distributed like a whole one.
@@ -184,4 +184,4 @@ void SimulatedLink::enqueue(LocalTime due, std::span<const std::byte> packet) {
   std::push_heap(in_flight_.begin(), in_flight_.end(), ArrivesLater{});
 }
 
-}  // namespace tandem
+}  // namespace tandem::net

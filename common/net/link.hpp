@@ -12,7 +12,7 @@
 #include "common/base/random.hpp"
 #include "common/base/time.hpp"
 
-namespace tandem {
+namespace tandem::net {
 
 /// How the delay of a packet varies; σ is LinkParameters::jitter.
 ///
@@ -23,7 +23,7 @@ namespace tandem {
 enum class JitterDistribution { kNormal, kPareto, kTrace };
 
 /// The most loss that a link has: with more, the good periods would be shorter than a packet's spacing.
-inline constexpr double kLargestLoss = 0.95;
+inline constexpr double kMaxLoss = 0.95;
 
 /// One direction of a link.
 struct LinkParameters {
@@ -33,7 +33,7 @@ struct LinkParameters {
   std::vector<Duration> trace;  ///< kTrace: delays used in turn instead of delay + jitter
   /// False: a packet waits for those sent before it, so a late one holds up those behind it and they arrive in bursts.
   bool allows_reordering = false;
-  double loss = 0.0;                              ///< overall fraction lost, 0 to kLargestLoss
+  double loss = 0.0;                              ///< overall fraction lost, 0 to kMaxLoss
   Duration mean_bad_period{from_seconds(0.020)};  ///< loss comes in bad periods of this mean length; all in it is lost
   double duplication = 0.0;                       ///< fraction delivered twice
   double rate_limit_bytes_per_s = 0;              ///< 0: unlimited
@@ -107,4 +107,4 @@ class SimulatedLink {
   LinkCounters counters_;
 };
 
-}  // namespace tandem
+}  // namespace tandem::net

@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
-namespace tandem {
+namespace tandem::net {
 namespace {
 
 constexpr Duration kSettling{std::chrono::milliseconds(500)};
 constexpr Duration kClockJump{std::chrono::milliseconds(200)};
 /// A gap counts with at most this length, so that a long silence does not fill the window.
-constexpr Duration kLongestGap{std::chrono::milliseconds(100)};
+constexpr Duration kMaxGap{std::chrono::milliseconds(100)};
 
 std::uint32_t microseconds(Duration duration) {
   return static_cast<std::uint32_t>(duration / std::chrono::microseconds(1));
@@ -48,7 +48,7 @@ void PlayoutDelay::add(Duration sampled, Duration arrived) noexcept {
   const Duration transit = arrived - sampled;
   half.base = half.is_used ? std::min(half.base, transit) : transit;
   half.is_used = true;
-  const Duration gap = std::clamp(sampled - last_sampled_, Duration{0}, kLongestGap);
+  const Duration gap = std::clamp(sampled - last_sampled_, Duration{0}, kMaxGap);
   const Duration waiting = std::max(Duration{0}, arrived - last_sampled_ - base());
   const auto bin = std::min(static_cast<std::size_t>(waiting / kBin), kBins - 1);
   half.weight_us[bin] += microseconds(gap);
@@ -142,4 +142,4 @@ std::uint64_t RigidTrack::tag_at(Duration time) const noexcept {
   return a.tag + static_cast<std::uint64_t>(std::llround(u * static_cast<double>(b.tag - a.tag)));
 }
 
-}  // namespace tandem
+}  // namespace tandem::net

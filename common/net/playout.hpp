@@ -10,7 +10,7 @@
 #include "common/base/spatial.hpp"
 #include "common/base/time.hpp"
 
-namespace tandem {
+namespace tandem::net {
 
 struct PlayoutSettings {
   double quantile = 0.98;                    ///< share of the time for which the next sample is there when needed
@@ -103,4 +103,4 @@ class RigidTrack {
   std::size_t count_ = 0;
 };
 
-}  // namespace tandem
+}  // namespace tandem::net

@@ -1,6 +1,6 @@
 #include "common/net/send_rate.hpp"
 
-namespace tandem {
+namespace tandem::net {
 
 void SendRate::LeastOver::add(Duration at, Duration value) noexcept {
   if (began_ == Duration::min()) began_ = at;
@@ -67,7 +67,7 @@ void SendRate::drain(Duration sent, Duration queue) noexcept {
   if (!is_gone && !is_no_queue) return;
   if (is_gone) {
     limit_hz_ = resume_hz_;
-    patience_ = std::min(2 * patience_, kLongestPatience);
+    patience_ = std::min(2 * patience_, kMaxPatience);
   } else {
     forget_delays();
   }
@@ -88,4 +88,4 @@ void SendRate::forget_delays() noexcept {
   usual_ = LeastOver(kLong);
 }
 
-}  // namespace tandem
+}  // namespace tandem::net

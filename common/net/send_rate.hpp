@@ -6,7 +6,7 @@
 
 #include "common/base/time.hpp"
 
-namespace tandem {
+namespace tandem::net {
 
 /// One direction's. The sender asks may_send(), and hears how long what it sent has taken.
 ///
@@ -16,7 +16,7 @@ namespace tandem {
 ///         rate until the queue is gone, and goes on with kMargin of what the link carries. A queue that neither
 ///         shrinks nor grows by 2 kGone within kWatch of that is a longer way, and nothing was too much. Without a
 ///         queue the rate is raised again, evenly, after kPatience; that doubles with each time that it was too much,
-///         up to kLongestPatience. Delays are differences of two clocks: only their changes count, so the clocks need
+///         up to kMaxPatience. Delays are differences of two clocks: only their changes count, so the clocks need
 ///         not agree.
 /// Limits  A queue of less than kQueue, and what a link with a short queue drops, are not noticed. A delay that stays
 ///         for longer than kShort though nothing of ours queues (a radio link's pause, somebody else's traffic) is
@@ -32,7 +32,7 @@ class SendRate {
   static constexpr Duration kShort = std::chrono::milliseconds(50);
   static constexpr Duration kLong = std::chrono::seconds(10);
   static constexpr Duration kPatience = std::chrono::seconds(2);
-  static constexpr Duration kLongestPatience = std::chrono::seconds(64);
+  static constexpr Duration kMaxPatience = std::chrono::seconds(64);
   static constexpr Duration kWatch = std::chrono::seconds(3);
   static constexpr double kMargin = 0.85;
   static constexpr double kRise_per_s = 0.05;
@@ -90,4 +90,4 @@ class SendRate {
   LeastOver usual_{kLong};
 };
 
-}  // namespace tandem
+}  // namespace tandem::net

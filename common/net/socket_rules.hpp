@@ -10,7 +10,7 @@
 #include <stdexcept>
 #include <string>
 
-namespace tandem {
+namespace tandem::net {
 
 /// Bytes that the kernel may hold unsent before it takes no more. Small, so that state over TCP stays fresh: what is
 /// in the kernel cannot be replaced by something newer.
@@ -37,4 +37,4 @@ inline boost::asio::ip::address loopback_address(const std::string& purpose, con
   return address;
 }
 
-}  // namespace tandem
+}  // namespace tandem::net

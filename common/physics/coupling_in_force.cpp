@@ -4,32 +4,32 @@
 
 #include "common/haptics/coupling/coupling_ranges.hpp"
 
-namespace tandem {
+namespace tandem::physics {
 
-CouplingParameters coupling_in_force(const SceneCoupling& coupling, const CouplingParameters& base,
-                                     const MovedMass& moved) noexcept {
-  CouplingParameters result = base;
+haptics::CouplingParameters coupling_in_force(const SceneCoupling& coupling, const haptics::CouplingParameters& base,
+                                              const MovedMass& moved) noexcept {
+  haptics::CouplingParameters result = base;
   if (coupling.fit) {
-    result = adapted(*coupling.fit, moved.mass_kg, moved.inertia_kg_m2, base);
+    result = haptics::adapted(*coupling.fit, moved.mass_kg, moved.inertia_kg_m2, base);
     // A cubic may dip between the places where it was checked.
-    for (const CouplingRange& range : kCouplingRanges) {
+    for (const haptics::CouplingRange& range : haptics::kCouplingRanges) {
       if (is_chosen_by_law(coupling, range.value)) {
         result.*range.value = std::clamp(result.*range.value, range.low, range.high);
       }
     }
   }
-  if (coupling.dynamics == ToolDynamics::kMassless && !moved.is_held_body) {
+  if (coupling.dynamics == haptics::ToolDynamics::kMassless && !moved.is_held_body) {
     result.damping_n_s_per_m = result.damping_n_m_s_per_rad = 0;
   }
   return result;
 }
 
-bool is_chosen_by_law(const SceneCoupling& coupling, double CouplingParameters::*coefficient) noexcept {
+bool is_chosen_by_law(const SceneCoupling& coupling, double haptics::CouplingParameters::*coefficient) noexcept {
   if (!coupling.fit) return false;
-  using C = CouplingParameters;
+  using C = haptics::CouplingParameters;
   const bool is_linear = coefficient == &C::stiffness_n_per_m || coefficient == &C::damping_n_s_per_m;
   const bool is_angular = coefficient == &C::stiffness_n_m_per_rad || coefficient == &C::damping_n_m_s_per_rad;
   return is_linear || (is_angular && coupling.fit->inertia_high_kg_m2 > 0);
 }
 
-}  // namespace tandem
+}  // namespace tandem::physics

@@ -8,14 +8,14 @@
 #include "common/haptics/coupling/adaptive.hpp"
 #include "common/haptics/coupling/coupling_law.hpp"
 
-namespace tandem {
+namespace tandem::physics {
 
 /// A scene's coupling as the world uses it.
 struct SceneCoupling {
   std::string law;  ///< a name that make_coupling_law() knows
-  CouplingParameters parameters;
-  std::optional<AdaptiveFit> fit;  ///< of the law `adaptive` alone
-  ToolDynamics dynamics = ToolDynamics::kWithMass;
+  haptics::CouplingParameters parameters;
+  std::optional<haptics::AdaptiveFit> fit;  ///< of the law `adaptive` alone
+  haptics::ToolDynamics dynamics = haptics::ToolDynamics::kWithMass;
 };
 
 /// What a coupling moves: a tool, or the body that it holds.
@@ -32,9 +32,9 @@ inline MovedMass moved_mass(const MassProperties& mass, bool is_held_body) noexc
 
 /// `base` as it is in force for a tool: by the fit for what it moves, and without damping where the tool has no mass,
 /// for that would hold it back from where spring and contact balance.
-CouplingParameters coupling_in_force(const SceneCoupling& coupling, const CouplingParameters& base,
-                                     const MovedMass& moved) noexcept;
+haptics::CouplingParameters coupling_in_force(const SceneCoupling& coupling, const haptics::CouplingParameters& base,
+                                              const MovedMass& moved) noexcept;
 /// The law chooses this coefficient itself: nobody can set it.
-bool is_chosen_by_law(const SceneCoupling& coupling, double CouplingParameters::*coefficient) noexcept;
+bool is_chosen_by_law(const SceneCoupling& coupling, double haptics::CouplingParameters::*coefficient) noexcept;
 
-}  // namespace tandem
+}  // namespace tandem::physics

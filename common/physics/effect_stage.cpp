@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace tandem {
+namespace tandem::physics {
 namespace {
 
 /// Of m/h of the body that a fluid belongs to: what the fluid may have round a massless tool. Its push on the body
@@ -14,7 +14,7 @@ bool can_move(const TouchThing& thing) {
 }
 
 bool is_massless(const TouchThing& thing) {
-  return thing.dynamics == ToolDynamics::kMassless;
+  return thing.dynamics == haptics::ToolDynamics::kMassless;
 }
 
 /// Largest sum of a row: not less than the largest eigenvalue of a symmetric matrix, and that itself for a free ball.
@@ -163,4 +163,4 @@ void EffectStage::push(double step_s, TouchThing& thing, std::size_t index, cons
   velocities_[index].w += step_s * thing.rigid->inertia_W().inverse() * about_centre_W.t;
 }
 
-}  // namespace tandem
+}  // namespace tandem::physics

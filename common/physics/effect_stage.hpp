@@ -8,7 +8,7 @@
 #include "common/physics/effects/scene_effect.hpp"
 #include "common/physics/touch_stage.hpp"
 
-namespace tandem {
+namespace tandem::physics {
 
 /// A tool that a hand moves.
 struct EffectTool {
@@ -67,4 +67,4 @@ class EffectStage {
   std::vector<Twist> velocities_;       ///< of the things' centres, as far as effects have changed them
 };
 
-}  // namespace tandem
+}  // namespace tandem::physics

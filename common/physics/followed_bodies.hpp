@@ -5,7 +5,7 @@
 
 #include "common/physics/free_bodies.hpp"
 
-namespace tandem {
+namespace tandem::physics {
 
 /// Each body keeps the velocity that it has been told (World::set_body()): no weight, no contact and no push
 /// changes it.
@@ -26,4 +26,4 @@ class FollowedBodies final : public FreeBodies {
   std::vector<RigidBody*> bodies_;  ///< by index; null: not here
 };
 
-}  // namespace tandem
+}  // namespace tandem::physics

@@ -5,7 +5,7 @@
 
 #include "common/physics/rigid_body.hpp"
 
-namespace tandem {
+namespace tandem::physics {
 
 /// Thread  one at a time (the world's)
 class FreeBodies {
@@ -21,4 +21,4 @@ class FreeBodies {
   virtual void step(double step_s) noexcept = 0;
 };
 
-}  // namespace tandem
+}  // namespace tandem::physics

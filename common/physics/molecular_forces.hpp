@@ -7,7 +7,7 @@
 #include "common/docking/lennard_jones.hpp"
 #include "common/physics/world_description.hpp"
 
-namespace tandem {
+namespace tandem::physics {
 
 /// `magnitude` bounded by `limit`: itself up to half the limit, then approaching the limit; once continuously
 /// differentiable, so that a hand feels no edge.
@@ -38,16 +38,16 @@ class MolecularForces {
   struct Pair {
     std::size_t a = 0;
     std::size_t b = 0;
-    LennardJonesField field;
+    docking::LennardJonesField field;
     double gyration_radius_m = 0;
     double energy_kj_per_mol = 0;
   };
   bool add_pair(Pair& pair, std::span<const Pose> X_WB, std::span<Wrench> wrenches_W) noexcept;
 
-  MolecularScale scale_;
+  docking::MolecularScale scale_;
   double force_limit_n_ = 0;
   std::vector<Pair> pairs_;
   double energy_kj_per_mol_ = 0;
 };
 
-}  // namespace tandem
+}  // namespace tandem::physics

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace tandem {
+namespace tandem::physics {
 
 RigidBody::RigidBody(const MassProperties& mass, const BodyTraits& traits, double radius_m, const Pose& X_WB)
     : mass_(mass), traits_(traits), radius_m_(radius_m), X_CB_(mass.X_BC.inverse()) {
@@ -72,4 +72,4 @@ double RigidBody::mechanical_energy_j(const Vec3& gravity_m_per_s2) const {
   return 0.5 * mass_.mass_kg * V_WC_.v.squaredNorm() + 0.5 * spin + height;
 }
 
-}  // namespace tandem
+}  // namespace tandem::physics

@@ -3,7 +3,7 @@
 
 #include "common/base/mass_properties.hpp"
 
-namespace tandem {
+namespace tandem::physics {
 
 /// How a body behaves beside its mass and shape.
 struct BodyTraits {
@@ -63,4 +63,4 @@ class RigidBody {
   Wrench applied_W_;
 };
 
-}  // namespace tandem
+}  // namespace tandem::physics

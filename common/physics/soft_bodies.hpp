@@ -6,7 +6,7 @@
 #include "common/base/tick_faults.hpp"
 #include "common/physics/soft_contact.hpp"
 
-namespace tandem {
+namespace tandem::physics {
 
 /// Where a movable thing is in this room step. Not present: touches nothing.
 struct SoftTool {
@@ -26,4 +26,4 @@ class SoftBodies {
   virtual const SoftContact& contact(std::size_t tool) const noexcept = 0;
 };
 
-}  // namespace tandem
+}  // namespace tandem::physics

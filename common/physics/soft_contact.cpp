@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace tandem {
+namespace tandem::physics {
 namespace {
 
 /// Where the fading ends, in trust radii.
@@ -36,4 +36,4 @@ Wrench soft_wrench(const SoftContact& contact, const Pose& X_WT) noexcept {
   return wrench * (held * (1 - past / (kFadeEnd - 1)));
 }
 
-}  // namespace tandem
+}  // namespace tandem::physics

@@ -4,10 +4,10 @@
 
 #include "common/base/work.hpp"
 
-namespace tandem {
+namespace tandem::physics {
 
-CouplingGradient ScaledLaw::gradient(const CouplingState& state) const noexcept {
-  CouplingGradient gradient = law_->gradient(state);
+haptics::CouplingGradient ScaledLaw::gradient(const haptics::CouplingState& state) const noexcept {
+  haptics::CouplingGradient gradient = law_->gradient(state);
   gradient.force_by_d *= scale_;
   gradient.force_by_v *= scale_;
   gradient.torque_by_theta *= scale_;
@@ -24,7 +24,7 @@ void ToolHand::advance(double step_s) noexcept {
   if (ramp_.advance(step_s)) law_->set_parameters(ramp_.now());
 }
 
-void ToolHand::reset(const CouplingParameters& coupling) noexcept {
+void ToolHand::reset(const haptics::CouplingParameters& coupling) noexcept {
   let_go();
   ramp_.jump_to(coupling);
   law_->set_parameters(coupling);
@@ -53,10 +53,10 @@ void ToolHand::let_go() noexcept {
 
 CouplingTether ToolHand::tether(const Pose& X_WT) const noexcept {
   constexpr double kNoStretch = 1e-6;  // m, rad
-  const CouplingState state = coupling_state(target_.X, target_.V, X_WT, target_.V);
+  const haptics::CouplingState state = haptics::coupling_state(target_.X, target_.V, X_WT, target_.V);
   const Wrench pull = law_->wrench_on_tool_W(state);
   const double d = state.d_W.norm(), theta = state.theta_W.norm();
-  const CouplingParameters& c = ramp_.now();
+  const haptics::CouplingParameters& c = ramp_.now();
   return {strength_ * (d > kNoStretch ? pull.f.norm() / d : c.stiffness_n_per_m),
           strength_ * (theta > kNoStretch ? pull.t.norm() / theta : c.stiffness_n_m_per_rad)};
 }
@@ -64,11 +64,11 @@ CouplingTether ToolHand::tether(const Pose& X_WT) const noexcept {
 double ToolHand::stored_energy_j(const Pose& X_WT) const noexcept {
   if (!pulls()) return 0;
   constexpr int kPieces = 64;  // Simpson's rule; even
-  const CouplingState end = coupling_state(target_.X, {}, X_WT, {});
+  const haptics::CouplingState end = haptics::coupling_state(target_.X, {}, X_WT, {});
   double sum = 0;
   for (int i = 0; i <= kPieces; ++i) {
     const double share = static_cast<double>(i) / kPieces;
-    CouplingState state;
+    haptics::CouplingState state;
     state.d_W = share * end.d_W;
     state.theta_W = share * end.theta_W;
     const Wrench pull = law_->wrench_on_tool_W(state);
@@ -81,7 +81,7 @@ double ToolHand::stored_energy_j(const Pose& X_WT) const noexcept {
 bool ToolHand::is_saturated() const noexcept {
   // A bent force never quite reaches its limit, and without a bend it does so up to rounding.
   constexpr double kAtLimit = 1 - 1e-9;
-  const CouplingParameters& c = ramp_.now();
+  const haptics::CouplingParameters& c = ramp_.now();
   const double share = strength_ * kAtLimit * (1 - c.saturation_softness / 2);
   return pulls() && strength_ > 0 &&
          (wrench_on_tool_W_.f.norm() >= share * c.force_limit_n ||
@@ -93,13 +93,13 @@ void ToolHand::settle(const Pose& X_WT_before, const RigidState& tool, const Wre
   wrench_on_tool_W_ = on_tool_W;
   // What holds a tool for want of a handle is the world's own.
   const Wrench by_user_W = has_handle() ? on_tool_W + by_joint_W : by_joint_W;
-  if (has_handle()) wrench_on_hand_W_ = reaction_on_hand(by_user_W, target_.X.p - tool.X.p);
+  if (has_handle()) wrench_on_hand_W_ = haptics::reaction_on_hand(by_user_W, target_.X.p - tool.X.p);
   add_work(held_work_j(by_user_W, X_WT_before, tool.X));
 }
 
 void ToolHand::settle_copy(const Pose& X_WB_before, const Pose& X_WB, const Wrench& on_body_W,
                            double weight_work_j) noexcept {
-  if (has_handle()) wrench_on_hand_W_ += reaction_on_hand(on_body_W, target_.X.p - X_WB.p);
+  if (has_handle()) wrench_on_hand_W_ += haptics::reaction_on_hand(on_body_W, target_.X.p - X_WB.p);
   const double work_j = held_work_j(on_body_W, X_WB_before, X_WB);
   copies_work_j_ += work_j;
   weight_work_j_ += weight_work_j;
@@ -110,4 +110,4 @@ void ToolHand::add_work(double work_j) noexcept {
   (work_j > 0 ? energy_into_world_j_ : energy_from_world_j_) += std::abs(work_j);
 }
 
-}  // namespace tandem
+}  // namespace tandem::physics

@@ -8,7 +8,7 @@
 #include "common/haptics/coupling/coupling_ramp.hpp"
 #include "common/haptics/coupling/laws.hpp"
 
-namespace tandem {
+namespace tandem::physics {
 
 /// How stiffly a coupling ties the tool to the hand: force over displacement, as stretched now.
 struct CouplingTether {
@@ -17,22 +17,22 @@ struct CouplingTether {
 };
 
 /// A share of what a law does; exact for every law, which its coefficients would not be.
-class ScaledLaw final : public CouplingLaw {
+class ScaledLaw final : public haptics::CouplingLaw {
  public:
-  explicit ScaledLaw(const CouplingLaw& law) noexcept : law_(&law) {}
+  explicit ScaledLaw(const haptics::CouplingLaw& law) noexcept : law_(&law) {}
   void set_scale(double scale) noexcept { scale_ = scale; }
 
   std::string_view name() const noexcept override { return law_->name(); }
   /// Those are the law's own.
-  void set_parameters(const CouplingParameters& /*parameters*/) noexcept override {}
-  Wrench wrench_on_tool_W(const CouplingState& state) const noexcept override {
+  void set_parameters(const haptics::CouplingParameters& /*parameters*/) noexcept override {}
+  Wrench wrench_on_tool_W(const haptics::CouplingState& state) const noexcept override {
     return law_->wrench_on_tool_W(state) * scale_;
   }
-  CouplingGradient gradient(const CouplingState& state) const noexcept override;
-  ToolDynamics tool_dynamics() const noexcept override { return law_->tool_dynamics(); }
+  haptics::CouplingGradient gradient(const haptics::CouplingState& state) const noexcept override;
+  haptics::ToolDynamics tool_dynamics() const noexcept override { return law_->tool_dynamics(); }
 
  private:
-  const CouplingLaw* law_;
+  const haptics::CouplingLaw* law_;
   double scale_ = 1;
 };
 
@@ -43,14 +43,14 @@ class ScaledLaw final : public CouplingLaw {
 class ToolHand {
  public:
   /// In      law  a name that make_coupling_law() knows
-  ToolHand(std::string_view law, const CouplingParameters& coupling)
-      : law_(make_coupling_law(law, coupling)), scaled_(*law_), ramp_(coupling) {}
+  ToolHand(std::string_view law, const haptics::CouplingParameters& coupling)
+      : law_(haptics::make_coupling_law(law, coupling)), scaled_(*law_), ramp_(coupling) {}
 
   /// Moves there (CouplingRamp), with advance().
-  void set_coupling(const CouplingParameters& coupling) noexcept { ramp_.go_to(coupling); }
+  void set_coupling(const haptics::CouplingParameters& coupling) noexcept { ramp_.go_to(coupling); }
   void advance(double step_s) noexcept;
   /// A new user, with this coupling at once: no handle, empty account.
-  void reset(const CouplingParameters& coupling) noexcept;
+  void reset(const haptics::CouplingParameters& coupling) noexcept;
   void set_handle(const RigidState& handle) noexcept;
   /// Pulls to where the tool is now, at rest, until the next handle.
   void anchor_at(const Pose& X_WT) noexcept;
@@ -64,15 +64,15 @@ class ToolHand {
   bool has_handle() const { return source_ == Source::kHandle; }
   bool pulls() const { return source_ != Source::kNone; }
   /// What the law makes of a tool that holds nothing.
-  ToolDynamics dynamics() const { return law_->tool_dynamics(); }
+  haptics::ToolDynamics dynamics() const { return law_->tool_dynamics(); }
   /// In force now, at strength 1.
-  const CouplingParameters& parameters() const { return ramp_.now(); }
+  const haptics::CouplingParameters& parameters() const { return ramp_.now(); }
   /// Where the tool is pulled to. Only while it pulls.
   const Pose& target_pose() const { return target_.X; }
 
   /// What the solver needs to know of the pull on `body`, the tool being at `X_WT` now. Only while it pulls.
-  SolverCoupling coupling(int body, const Pose& X_WT) const noexcept {
-    const CouplingLaw* law = strength_ < 1 ? &scaled_ : law_.get();
+  contact::SolverCoupling coupling(int body, const Pose& X_WT) const noexcept {
+    const haptics::CouplingLaw* law = strength_ < 1 ? &scaled_ : law_.get();
     return {body, law, target_.X, target_.V, X_WT};
   }
   /// The tool being at `X_WT`. Only while it pulls.
@@ -103,10 +103,10 @@ class ToolHand {
 
   enum class Source { kNone, kHandle, kAnchor };
 
-  std::unique_ptr<CouplingLaw> law_;
+  std::unique_ptr<haptics::CouplingLaw> law_;
   ScaledLaw scaled_;
   double strength_ = 1;
-  CouplingRamp ramp_;
+  haptics::CouplingRamp ramp_;
   Source source_ = Source::kNone;
   RigidState target_;
   Wrench wrench_on_tool_W_;
@@ -117,4 +117,4 @@ class ToolHand {
   double weight_work_j_ = 0;
 };
 
-}  // namespace tandem
+}  // namespace tandem::physics

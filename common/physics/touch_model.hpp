@@ -6,12 +6,12 @@
 
 #include "common/contact/contact_shape.hpp"
 
-namespace tandem {
+namespace tandem::physics {
 
 /// Immutable while a scene runs.
 struct TouchModel {
   struct Part {
-    std::shared_ptr<const ContactShape> shape;
+    std::shared_ptr<const contact::ContactShape> shape;
     Pose X_BS;
   };
   std::vector<Part> parts;           ///< none: cannot be touched (a molecule)
@@ -28,4 +28,4 @@ double distance_m(const TouchModel& a, const Pose& X_WA, const TouchModel& b, co
 /// Whether one is deeper than `depth_m` in the other.
 bool overlaps(const TouchModel& a, const Pose& X_WA, const TouchModel& b, const Pose& X_WB, double depth_m) noexcept;
 
-}  // namespace tandem
+}  // namespace tandem::physics

@@ -7,17 +7,17 @@
 #include "common/contact/shape_distance.hpp"
 #include "common/haptics/coupling/saturation.hpp"
 
-namespace tandem {
+namespace tandem::physics {
 namespace {
 
 /// Shapes nearer than this are searched for contacts even when they are at rest.
-constexpr double kLeastBand_m = 2e-4;
+constexpr double kMinBand_m = 2e-4;
 
 /// Pairs of shapes that may be near at a time, of which limits.pairs are searched.
-constexpr std::size_t kMostNear = 4096;
+constexpr std::size_t kMaxNear = 4096;
 
 /// Rows of the solver: contacts of all pairs in a step.
-constexpr std::size_t kMostRows = 65536;
+constexpr std::size_t kMaxRows = 65536;
 
 /// A thing must not get farther than predict_reach() says: what it would meet there was not looked for. Moving less
 /// than was solved for is safe, for it is less of the same way. True when it had to be slowed.
@@ -30,14 +30,14 @@ bool limit_motion(Twist& V_WC, double radius_m, const TouchStage::Limits& limits
 }
 
 /// What a law does to the frame X_WT of `rigid` now, about the centre of mass.
-Wrench about_centre_W(const SolverCoupling& coupling, const RigidBody& rigid) {
+Wrench about_centre_W(const contact::SolverCoupling& coupling, const RigidBody& rigid) {
   const Pose& X_WT = coupling.X_WT;
   const Twist V_WT{rigid.velocity_at_W(X_WT.p), rigid.velocity_of_centre_W().w};
-  const Wrench on_tool = coupling_wrenches(*coupling.law, coupling.X_WH, coupling.V_WH, X_WT, V_WT).on_tool_W;
+  const Wrench on_tool = haptics::coupling_wrenches(*coupling.law, coupling.X_WH, coupling.V_WH, X_WT, V_WT).on_tool_W;
   return {on_tool.f, on_tool.t + (X_WT.p - rigid.centre_W()).cross(on_tool.f)};
 }
 
-SolverCoupling coupling_of(const TouchTie& tie, int body) {
+contact::SolverCoupling coupling_of(const TouchTie& tie, int body) {
   return {body, tie.law, tie.target.X, tie.target.V, tie.X_WT};
 }
 
@@ -80,17 +80,17 @@ TouchStage::TouchStage(const Limits& limits)
       gained_(limits.things),
       leads_(limits.things),
       reach_m_(limits.things),
-      body_of_thing_(limits.things, kStaticBody),
+      body_of_thing_(limits.things, contact::kStaticBody),
       results_(limits.pairs),
       solver_({limits.things, 2 * limits.pulls + limits.ties, limits.pairs,
-               std::min(limits.pairs * limits.budget.points, kMostRows), 30}) {
+               std::min(limits.pairs * limits.budget.points, kMaxRows), 30}) {
   slots_.reserve(limits.pairs);
   for (std::size_t i = 0; i < limits.pairs; ++i) slots_.emplace_back(limits.budget);
-  near_.reserve(std::max(limits.pairs, kMostNear));
+  near_.reserve(std::max(limits.pairs, kMaxNear));
   thing_of_body_.reserve(limits.things);
   bodies_.reserve(limits.things);
   couplings_.reserve(2 * limits.pulls + limits.ties);
-  drag_laws_.resize(limits.pulls, SpringDamper(CouplingParameters{}));
+  drag_laws_.resize(limits.pulls, haptics::SpringDamper(haptics::CouplingParameters{}));
   tool_wrenches_.resize(2 * limits.pulls + limits.ties);
   patches_.reserve(limits.pairs);
   patch_slots_.reserve(limits.pairs);
@@ -108,7 +108,7 @@ TickFaults TouchStage::step(double step_s, std::span<TouchThing> things, std::sp
   thing_of_body_.clear();
   patches_.clear();
   patch_slots_.clear();
-  std::fill(body_of_thing_.begin(), body_of_thing_.end(), kStaticBody);
+  std::fill(body_of_thing_.begin(), body_of_thing_.end(), contact::kStaticBody);
   std::fill(felt_.begin(), felt_.end(), TouchContact{});
   for (std::size_t i = 0; i < things.size(); ++i) {
     if (things[i].role == TouchThing::Role::kOurs) add_body(things, i);
@@ -135,7 +135,7 @@ TickFaults TouchStage::follow_hands(double step_s, std::span<const TouchThing> t
     // Beside what holds it back, a massless tool slides as far as it was off the handle: its spring gets no longer.
     lead.reach_m += 2 * step_s * (V_WC.v.norm() + 2 * thing.model->radius_m * V_WC.w.norm());
     lead.lever_W = pull.X_WT.p - thing.rigid->centre_W();
-    const CouplingParameters& spring = pull.hand->parameters();
+    const haptics::CouplingParameters& spring = pull.hand->parameters();
     const double squared = kInertiaOfNone * pull.hand->strength() * step_s * step_s;
     lead.mass_kg += squared * spring.stiffness_n_per_m;
     lead.inertia_kg_m2 += squared * spring.stiffness_n_m_per_rad;
@@ -144,7 +144,7 @@ TickFaults TouchStage::follow_hands(double step_s, std::span<const TouchThing> t
     Lead& lead = leads_[i];
     if (things[i].role != TouchThing::Role::kOurs) continue;
     const bool is_slowed = limit_motion(lead.V_WC, 2 * things[i].model->radius_m, limits_);
-    if (is_slowed && things[i].dynamics == ToolDynamics::kAtHandle) faults |= kFaultSpeedLimited;
+    if (is_slowed && things[i].dynamics == haptics::ToolDynamics::kAtHandle) faults |= kFaultSpeedLimited;
     lead.mass_kg = std::max(lead.mass_kg, kMassOfNone_kg);
     lead.inertia_kg_m2 = std::max(lead.inertia_kg_m2, lead.mass_kg * kGyrationOfNone_m * kGyrationOfNone_m);
   }
@@ -156,7 +156,7 @@ void TouchStage::follow_ties(double step_s, std::span<const TouchThing> things,
                              std::span<const TouchTie> ties) noexcept {
   for (const TouchTie& tie : ties) {
     const TouchThing& thing = things[tie.thing];
-    if (thing.dynamics != ToolDynamics::kMassless) continue;
+    if (thing.dynamics != haptics::ToolDynamics::kMassless) continue;
     Lead& lead = leads_[tie.thing];
     const Twist V_WC = twist_to_handle(tie.target.X, tie.X_WT, thing.rigid->centre_W(), step_s);
     const Twist& V = tie.target.V;
@@ -170,8 +170,8 @@ void TouchStage::follow_ties(double step_s, std::span<const TouchThing> things,
 }
 
 void TouchStage::gain(double step_s, const TouchThing& thing, std::size_t index,
-                      const SolverCoupling& coupling) noexcept {
-  if (thing.dynamics != ToolDynamics::kWithMass) return;
+                      const contact::SolverCoupling& coupling) noexcept {
+  if (thing.dynamics != haptics::ToolDynamics::kWithMass) return;
   const Wrench wrench = about_centre_W(coupling, *thing.rigid);
   gained_[index].v += step_s / thing.rigid->mass().mass_kg * wrench.f;
   gained_[index].w += step_s * thing.rigid->inertia_W().inverse() * wrench.t;
@@ -188,7 +188,7 @@ void TouchStage::predict_reach(double step_s, std::span<const TouchThing> things
   for (const TouchTie& tie : ties) gain(step_s, things[tie.thing], tie.thing, coupling_of(tie, 0));
   for (std::size_t i = 0; i < things.size(); ++i) {
     if (things[i].role != TouchThing::Role::kOurs && things[i].role != TouchThing::Role::kGuest) continue;
-    if (things[i].dynamics != ToolDynamics::kWithMass) {
+    if (things[i].dynamics != haptics::ToolDynamics::kWithMass) {
       reach_m_[i] = std::min(massless_reach_m(step_s, things[i], leads_[i]), step_s * limits_.speed_m_per_s);
       continue;
     }
@@ -228,7 +228,7 @@ TickFaults TouchStage::find_near(std::span<const TouchThing> things) noexcept {
       if (other.role == TouchThing::Role::kAbsent || is_met_later || !other.model->can_be_touched()) continue;
       if (things[a].passes_through == b || other.passes_through == a) continue;
       // Half as much again: a contact can push its neighbour on within the step.
-      const double band = std::max(kLeastBand_m, 1.5 * (reach_m_[a] + reach_m_[b]));
+      const double band = std::max(kMinBand_m, 1.5 * (reach_m_[a] + reach_m_[b]));
       has_room = add_near(things, a, b, band) && has_room;
     }
   }
@@ -245,9 +245,9 @@ bool TouchStage::add_near(std::span<const TouchThing> things, std::size_t a, std
     for (std::size_t j = 0; j < model_b.parts.size(); ++j) {
       const Pose X_WSa = X_WA * model_a.parts[i].X_BS;
       const Pose X_WSb = X_WB * model_b.parts[j].X_BS;
-      const ContactShape& shape_a = *model_a.parts[i].shape;
-      const ContactShape& shape_b = *model_b.parts[j].shape;
-      if (!boxes_are_near(shape_a, X_WSa, shape_b, X_WSb, band_m)) continue;
+      const contact::ContactShape& shape_a = *model_a.parts[i].shape;
+      const contact::ContactShape& shape_b = *model_b.parts[j].shape;
+      if (!contact::boxes_are_near(shape_a, X_WSa, shape_b, X_WSb, band_m)) continue;
       if (near_.size() == near_.capacity()) return false;
       near_.push_back({{static_cast<std::uint16_t>(a), static_cast<std::uint16_t>(i), static_cast<std::uint16_t>(b),
                         static_cast<std::uint16_t>(j)},
@@ -307,14 +307,14 @@ void TouchStage::add_body(std::span<const TouchThing> things, std::size_t thing)
   const RigidBody& rigid = *things[thing].rigid;
   body_of_thing_[thing] = static_cast<int>(bodies_.size());
   thing_of_body_.push_back(thing);
-  SolverBody body{rigid.mass().mass_kg, rigid.inertia_W(), rigid.centre_W(), rigid.velocity_of_centre_W(),
-                  things[thing].wrench_W};
+  contact::SolverBody body{rigid.mass().mass_kg, rigid.inertia_W(), rigid.centre_W(), rigid.velocity_of_centre_W(),
+                           things[thing].wrench_W};
   const Lead& lead = leads_[thing];
-  if (things[thing].dynamics == ToolDynamics::kMassless) {
+  if (things[thing].dynamics == haptics::ToolDynamics::kMassless) {
     body.mass_kg = lead.mass_kg;
     body.inertia_W = lead.inertia_kg_m2 * Eigen::Matrix3d::Identity();
     body.V_WC = {Vec3::Zero(), Vec3::Zero()};
-  } else if (things[thing].dynamics == ToolDynamics::kAtHandle) {
+  } else if (things[thing].dynamics == haptics::ToolDynamics::kAtHandle) {
     body.V_WC = lead.V_WC;
     body.is_prescribed = true;
   }
@@ -328,7 +328,7 @@ TickFaults TouchStage::find_contacts(std::span<const TouchThing> things) noexcep
     const TouchThing& b = things[near.key.thing_b];
     const Pose X_WA = a.rigid->state().X * a.model->parts[near.key.part_a].X_BS;
     const Pose X_WB = b.rigid->state().X * b.model->parts[near.key.part_b].X_BS;
-    const ContactWork work = near.slot->pair.find(X_WA, X_WB, near.band_m);
+    const contact::ContactWork work = near.slot->pair.find(X_WA, X_WB, near.band_m);
     if (work.is_coarse) faults |= kFaultContactCoarse;
     if (!near.slot->pair.contacts().empty()) add_patch(things, near);
   }
@@ -338,10 +338,10 @@ TickFaults TouchStage::find_contacts(std::span<const TouchThing> things) noexcep
 void TouchStage::add_patch(std::span<const TouchThing> things, const Near& near) noexcept {
   const TouchThing& a = things[near.key.thing_a];
   const TouchThing& b = things[near.key.thing_b];
-  if (b.role == TouchThing::Role::kGuest && body_of_thing_[near.key.thing_b] == kStaticBody) {
+  if (b.role == TouchThing::Role::kGuest && body_of_thing_[near.key.thing_b] == contact::kStaticBody) {
     add_body(things, near.key.thing_b);
   }
-  SolverPatch patch;
+  contact::SolverPatch patch;
   patch.a = body_of_thing_[near.key.thing_a];
   patch.b = body_of_thing_[near.key.thing_b];
   patch.contacts = near.slot->pair.contacts();
@@ -354,14 +354,15 @@ void TouchStage::add_patch(std::span<const TouchThing> things, const Near& near)
 }
 
 bool TouchStage::is_solved_for(std::span<const TouchThing> things, const TouchTie& tie) const noexcept {
-  return things[tie.thing].dynamics != ToolDynamics::kAtHandle && body_of_thing_[tie.thing] != kStaticBody;
+  return things[tie.thing].dynamics != haptics::ToolDynamics::kAtHandle &&
+         body_of_thing_[tie.thing] != contact::kStaticBody;
 }
 
 void TouchStage::add_couplings(std::span<const TouchThing> things, std::span<const TouchPull> pulls,
                                std::span<const TouchTie> ties) noexcept {
   couplings_.clear();
   for (const TouchPull& pull : pulls) {
-    if (things[pull.thing].dynamics == ToolDynamics::kAtHandle) continue;
+    if (things[pull.thing].dynamics == haptics::ToolDynamics::kAtHandle) continue;
     couplings_.push_back(pull.hand->coupling(body_of_thing_[pull.thing], pull.X_WT));
   }
   for (const TouchTie& tie : ties) {
@@ -374,8 +375,10 @@ void TouchStage::add_drags(std::span<const TouchThing> things) noexcept {
   std::size_t drags = 0;
   for (std::size_t i = 0; i < things.size() && drags < drag_laws_.size(); ++i) {
     const TouchDrag& drag = things[i].drag;
-    if (things[i].dynamics != ToolDynamics::kMassless || body_of_thing_[i] == kStaticBody || !drag.is_there()) continue;
-    SpringDamper& law = drag_laws_[drags++];
+    if (things[i].dynamics != haptics::ToolDynamics::kMassless || body_of_thing_[i] == contact::kStaticBody ||
+        !drag.is_there())
+      continue;
+    haptics::SpringDamper& law = drag_laws_[drags++];
     law.set_parameters(
         {0, drag.damping.n_s_per_m, 0, drag.damping.n_m_s_per_rad, drag.force_limit_n, drag.torque_limit_n_m, 0, 1});
     const Pose X_W = things[i].rigid->state().X;
@@ -388,11 +391,11 @@ TickFaults TouchStage::solve(double step_s, std::span<const TouchThing> things, 
   add_couplings(things, pulls, ties);
   const std::span wrenches(tool_wrenches_.data(), couplings_.size());
   const std::span results(results_.data(), patches_.size());
-  const SolverReport report = solver_.step(step_s, bodies_, couplings_, patches_, results, wrenches);
+  const contact::SolverReport report = solver_.step(step_s, bodies_, couplings_, patches_, results, wrenches);
   feel();
   std::size_t next = 0;
   for (TouchPull& pull : pulls) {
-    if (things[pull.thing].dynamics != ToolDynamics::kAtHandle) pull.wrench_W = wrenches[next++];
+    if (things[pull.thing].dynamics != haptics::ToolDynamics::kAtHandle) pull.wrench_W = wrenches[next++];
   }
   for (TouchTie& tie : ties) {
     tie.is_solved = is_solved_for(things, tie);
@@ -424,19 +427,19 @@ void TouchStage::show_contacts(double step_s, std::span<const TouchThing> things
                                std::span<TouchTie> ties) const noexcept {
   for (TouchTie& tie : ties) {
     const TouchThing& thing = things[tie.thing];
-    if (thing.role != TouchThing::Role::kOurs || thing.dynamics != ToolDynamics::kAtHandle) continue;
-    SolverCoupling there = coupling_of(tie, 0);
+    if (thing.role != TouchThing::Role::kOurs || thing.dynamics != haptics::ToolDynamics::kAtHandle) continue;
+    contact::SolverCoupling there = coupling_of(tie, 0);
     const Twist& V_WC = leads_[tie.thing].V_WC;
     const Vec3 p_WC = thing.rigid->centre_W();
     const Vec3 lever_W = quaternion_of(V_WC.w * step_s) * (tie.X_WT.p - p_WC);
     there.X_WT = {p_WC + step_s * V_WC.v + lever_W, quaternion_of(V_WC.w * step_s) * tie.X_WT.q};
     const Twist V_WT{V_WC.v + V_WC.w.cross(lever_W), V_WC.w};
-    tie.wrench_W = coupling_wrenches(*there.law, there.X_WH, there.V_WH, there.X_WT, V_WT).on_tool_W;
+    tie.wrench_W = haptics::coupling_wrenches(*there.law, there.X_WH, there.V_WH, there.X_WT, V_WT).on_tool_W;
     tie.is_solved = true;
   }
   for (TouchPull& pull : pulls) {
     const TouchThing& thing = things[pull.thing];
-    if (thing.dynamics != ToolDynamics::kAtHandle) continue;
+    if (thing.dynamics != haptics::ToolDynamics::kAtHandle) continue;
     const Lead& lead = leads_[pull.thing];
     const Vec3 p_WC = thing.rigid->centre_W();
     const Vec3 lever_W = quaternion_of(lead.V_WC.w * step_s) * (pull.X_WT.p - p_WC);
@@ -450,9 +453,9 @@ void TouchStage::show_contacts(double step_s, std::span<const TouchThing> things
       torque +=
           tie.wrench_W.t + (quaternion_of(lead.V_WC.w * step_s) * (tie.X_WT.p - pull.X_WT.p)).cross(tie.wrench_W.f);
     }
-    const CouplingParameters& c = pull.hand->parameters();
-    pull.wrench_W = {saturated(Vec3(-force / lead.hands), c.force_limit_n, c.saturation_softness),
-                     saturated(Vec3(-torque / lead.hands), c.torque_limit_n_m, c.saturation_softness)};
+    const haptics::CouplingParameters& c = pull.hand->parameters();
+    pull.wrench_W = {haptics::saturated(Vec3(-force / lead.hands), c.force_limit_n, c.saturation_softness),
+                     haptics::saturated(Vec3(-torque / lead.hands), c.torque_limit_n_m, c.saturation_softness)};
   }
 }
 
@@ -488,7 +491,7 @@ TickFaults TouchStage::write_back(double step_s, std::span<TouchThing> things) n
       if (limit_motion(bodies_[i].V_WC, 2 * thing.model->radius_m, limits_)) faults |= kFaultSpeedLimited;
       thing.rigid->advance(bodies_[i].V_WC, step_s);
       felt_[thing_of_body_[i]].V_WC = bodies_[i].V_WC;
-      if (thing.dynamics == ToolDynamics::kMassless) thing.rigid->set_state({thing.rigid->state().X, Twist{}});
+      if (thing.dynamics == haptics::ToolDynamics::kMassless) thing.rigid->set_state({thing.rigid->state().X, Twist{}});
     } else {
       thing.rigid->apply_wrench(felt_[thing_of_body_[i]].wrench_W, Vec3::Zero());
     }
@@ -503,7 +506,7 @@ TouchBetween TouchStage::between(std::size_t thing, std::size_t other) const noe
     const bool is_first = key.thing_a == thing && key.thing_b == other;
     if (!is_first && (key.thing_a != other || key.thing_b != thing)) continue;
     sum.normal_force_n += results_[i].normal_force_n;
-    for (const ContactPoint& contact : patches_[i].contacts) {
+    for (const contact::ContactPoint& contact : patches_[i].contacts) {
       // As the pressure is: by depth and area.
       const double weight = std::max(0.0, contact.depth_m) * contact.area_m2;
       sum.normal_W += (is_first ? weight : -weight) * contact.normal_W;
@@ -514,4 +517,4 @@ TouchBetween TouchStage::between(std::size_t thing, std::size_t other) const noe
   return sum;
 }
 
-}  // namespace tandem
+}  // namespace tandem::physics

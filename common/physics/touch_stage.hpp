@@ -16,7 +16,7 @@
 #include "common/physics/tool_hand.hpp"
 #include "common/physics/touch_model.hpp"
 
-namespace tandem {
+namespace tandem::physics {
 
 /// Fluid round a massless thing, at the thing's origin: what slows it is solved for together with all else, because the
 /// thing brings no velocity into the step.
@@ -45,7 +45,7 @@ struct TouchThing {
   std::uint32_t hands = 0;  ///< bit i: it is tool i, or held by it
   /// Of ours only. kMassless: moves to where its coupling, contacts and wrench_W balance, and has no velocity after.
   /// kAtHandle: is taken to where its pulls say, each of which is shown an equal share of what bears on it.
-  ToolDynamics dynamics = ToolDynamics::kWithMass;
+  haptics::ToolDynamics dynamics = haptics::ToolDynamics::kWithMass;
   Wrench wrench_W = {};                            ///< weight and fields, about the centre of mass
   std::optional<std::size_t> passes_through = {};  ///< a thing that it does not touch
   TouchDrag drag = {};                             ///< of a massless one only
@@ -97,8 +97,8 @@ class TouchStage {
     std::size_t things = 80;
     std::size_t pulls = 16;
     std::size_t ties = 16;
-    std::size_t pairs = 64;  ///< pairs of shapes near each other at a time
-    ContactBudget budget;    ///< of a pair
+    std::size_t pairs = 64;         ///< pairs of shapes near each other at a time
+    contact::ContactBudget budget;  ///< of a pair
     double speed_m_per_s = 10;
   };
   explicit TouchStage(const Limits& limits);
@@ -119,8 +119,8 @@ class TouchStage {
     bool operator==(const Key&) const = default;
   };
   struct Slot {
-    explicit Slot(const ContactBudget& budget) : pair(budget) {}
-    ContactPair pair;
+    explicit Slot(const contact::ContactBudget& budget) : pair(budget) {}
+    contact::ContactPair pair;
     Key key;
     bool is_used = false;
     bool is_near = false;
@@ -148,7 +148,8 @@ class TouchStage {
   void follow_ties(double step_s, std::span<const TouchThing> things, std::span<const TouchTie> ties) noexcept;
   void predict_reach(double step_s, std::span<const TouchThing> things, std::span<const TouchPull> pulls,
                      std::span<const TouchTie> ties) noexcept;
-  void gain(double step_s, const TouchThing& thing, std::size_t index, const SolverCoupling& coupling) noexcept;
+  void gain(double step_s, const TouchThing& thing, std::size_t index,
+            const contact::SolverCoupling& coupling) noexcept;
   TickFaults find_near(std::span<const TouchThing> things) noexcept;
   bool add_near(std::span<const TouchThing> things, std::size_t a, std::size_t b, double band_m) noexcept;
   TickFaults choose_nearest() noexcept;
@@ -179,14 +180,14 @@ class TouchStage {
   std::vector<double> reach_m_;     ///< how far each thing may get in this step
   std::vector<int> body_of_thing_;  ///< index of the solver's body, or kStaticBody
   std::vector<std::size_t> thing_of_body_;
-  std::vector<SolverBody> bodies_;
-  std::vector<SolverCoupling> couplings_;  ///< of pulls, then of ties, then of drags
-  std::vector<SpringDamper> drag_laws_;
+  std::vector<contact::SolverBody> bodies_;
+  std::vector<contact::SolverCoupling> couplings_;  ///< of pulls, then of ties, then of drags
+  std::vector<haptics::SpringDamper> drag_laws_;
   std::vector<Wrench> tool_wrenches_;
-  std::vector<SolverPatch> patches_;
+  std::vector<contact::SolverPatch> patches_;
   std::vector<Slot*> patch_slots_;
-  std::vector<PatchResult> results_;
-  ContactSolver solver_;
+  std::vector<contact::PatchResult> results_;
+  contact::ContactSolver solver_;
 };
 
-}  // namespace tandem
+}  // namespace tandem::physics

@@ -6,7 +6,7 @@
 
 #include "common/physics/world_impl.hpp"
 
-namespace tandem {
+namespace tandem::physics {
 namespace {
 
 /// Of a thing that cannot be touched: what limits its turning.
@@ -29,7 +29,7 @@ RigidBody make_tool(const ToolDescription& tool) {
 TouchStage::Limits touch_limits(const WorldDescription& world) {
   return {world.bodies.size() + world.tools.size(),
           world.tools.size(),
-          2 * world.bodies.size() + (1 + kMostCopies) * world.tools.size(),
+          2 * world.bodies.size() + (1 + kMaxCopies) * world.tools.size(),
           world.limits.contact_pairs,
           {world.limits.contact_points},
           world.limits.body_speed_m_per_s};
@@ -56,7 +56,7 @@ World::Impl::Impl(std::shared_ptr<const WorldDescription> world, std::unique_ptr
   things.resize(bodies.size() + tools.size());
   pulls.reserve(tools.size());
   pulling.reserve(tools.size());
-  ties.reserve(2 * bodies.size() + (1 + kMostCopies) * tools.size());
+  ties.reserve(2 * bodies.size() + (1 + kMaxCopies) * tools.size());
   effect_tools.reserve(tools.size());
   soft_tools.resize(things.size());
   poses.resize(bodies.size());
@@ -178,7 +178,7 @@ ToolState World::tool(std::size_t index) const {
   state.wrench_on_hand_W = tool.hand.wrench_on_hand_W();
   if (tool.hand.has_handle()) {
     const Vec3 d_W = state.tool.X.p - tool.hand.target_pose().p;
-    state.pull_on_tool_W = reaction_on_hand(state.wrench_on_hand_W, d_W);
+    state.pull_on_tool_W = haptics::reaction_on_hand(state.wrench_on_hand_W, d_W);
   }
   if (tool.held) state.held = body_id_at(*tool.held);
   state.energy_into_world_j = tool.hand.energy_into_world_j();
@@ -211,4 +211,4 @@ Wrench World::field_wrench_W(BodyId id) const {
   return impl_->wrenches[id.value - 1];
 }
 
-}  // namespace tandem
+}  // namespace tandem::physics

@@ -13,7 +13,7 @@
 #include "common/physics/soft_bodies.hpp"
 #include "common/physics/world_description.hpp"
 
-namespace tandem {
+namespace tandem::physics {
 
 /// kBusy: the room's own, see Room.
 enum class GrabResult { kGrabbed, kUnknownBody, kNotGraspable, kOutOfReach, kAlreadyHolding, kBusy };
@@ -46,7 +46,7 @@ struct CopyTarget {
   Vec3 pressing_B = Vec3::Zero();  ///< unit: along which the tool presses on it; zero: it holds it
 };
 /// That one user can have at a time.
-inline constexpr std::size_t kMostCopies = 4;
+inline constexpr std::size_t kMaxCopies = 4;
 
 /// A scene in motion.
 ///
@@ -95,7 +95,7 @@ class World {
 
   /// Replaces the coupling's coefficients, by CouplingRamp from the next step on; what the law chooses itself for a
   /// tool stays (coupling_in_force()). Ignored when one is negative or not finite.
-  void set_coupling(const CouplingParameters& parameters);
+  void set_coupling(const haptics::CouplingParameters& parameters);
 
   /// From now on this share, 0..1, of all that pulls for the tool's user acts: of the coupling, and of joints and of
   /// what copies bear as they are joined next. A tool that is where its handle is (ToolDynamics::kAtHandle) is not held
@@ -176,4 +176,4 @@ class World {
   std::unique_ptr<Impl> impl_;
 };
 
-}  // namespace tandem
+}  // namespace tandem::physics

@@ -15,7 +15,7 @@
 #include "common/physics/rigid_body.hpp"
 #include "common/physics/touch_model.hpp"
 
-namespace tandem {
+namespace tandem::physics {
 
 struct WorldLimits {
   double body_speed_m_per_s = 10;       ///< faster bodies are slowed to this, and reported
@@ -28,10 +28,10 @@ struct BodyDescription {
   TouchModel touch;
   MassProperties mass;
   BodyTraits traits;
-  Pose X_WB;                                 ///< start pose
-  bool is_graspable = false;                 ///< only of a body with a mass
-  std::shared_ptr<const Molecule> molecule;  ///< origin: its centre of mass; null: feels no molecular field
-  std::optional<Joint> anchor;               ///< to the start pose; only of a body with a mass
+  Pose X_WB;                                          ///< start pose
+  bool is_graspable = false;                          ///< only of a body with a mass
+  std::shared_ptr<const docking::Molecule> molecule;  ///< origin: its centre of mass; null: feels no molecular field
+  std::optional<Joint> anchor;                        ///< to the start pose; only of a body with a mass
 };
 
 struct ToolDescription {
@@ -43,7 +43,7 @@ struct ToolDescription {
 };
 
 struct MolecularFieldDescription {
-  MolecularScale scale;
+  docking::MolecularScale scale;
   double force_limit_n = 20;  ///< the force between two bodies is bounded smoothly by this
 };
 
@@ -59,4 +59,4 @@ struct WorldDescription {
   std::vector<SceneEffect> effects;
 };
 
-}  // namespace tandem
+}  // namespace tandem::physics

@@ -1,24 +1,24 @@
 // What the world holds [J], for tests, reports and the ledger of the local model.
 #include "common/physics/world_impl.hpp"
 
-namespace tandem {
+namespace tandem::physics {
 
 double World::Impl::coupling_energy_j(std::uint32_t without_hands) const {
   double energy = 0;
   const auto add = [&energy](const Join& join, const Pose& X) {
-    if (join.is_there()) energy += tandem::stored_energy_j(join.law.joint(), join.target.X, X);
+    if (join.is_there()) energy += physics::stored_energy_j(join.law.joint(), join.target.X, X);
   };
   for (const WorldBody& body : bodies) add(body.join, joined_pose(body.rigid.state().X, body.join.p_BJ));
   for (std::size_t i = 0; i < tools.size(); ++i) {
     const WorldTool& tool = tools[i];
-    if (!tool.is_active || tool.hand.dynamics() == ToolDynamics::kAtHandle) continue;
+    if (!tool.is_active || tool.hand.dynamics() == haptics::ToolDynamics::kAtHandle) continue;
     if ((without_hands & bit_of(i)) != 0) continue;
     const Pose X_WT = tool_state(tool).X;
     energy += tool.hand.stored_energy_j(X_WT);
     add(tool.join, X_WT);
     for (const CopyJoin& copy : tool.copies) {
-      energy += tandem::stored_energy_j(copy.law.joint(), joined_pose(copy.target.X, copy.p_BJ),
-                                        joined_pose(bodies[copy.body].rigid.state().X, copy.p_BJ));
+      energy += physics::stored_energy_j(copy.law.joint(), joined_pose(copy.target.X, copy.p_BJ),
+                                         joined_pose(bodies[copy.body].rigid.state().X, copy.p_BJ));
     }
   }
   return energy;
@@ -29,7 +29,8 @@ double World::mechanical_energy_j() const {
   for (const WorldBody& body : impl_->bodies) {
     if (body.rigid.is_static()) continue;
     energy += body.rigid.mechanical_energy_j(impl_->scene->gravity_m_per_s2);
-    if (body.has_anchor()) energy += tandem::stored_energy_j(body.anchor.joint(), body.start().X, body.rigid.state().X);
+    if (body.has_anchor())
+      energy += physics::stored_energy_j(body.anchor.joint(), body.start().X, body.rigid.state().X);
   }
   for (const WorldTool& tool : impl_->tools) {
     if (tool.is_free() && tool.has_mass()) energy += tool.rigid.mechanical_energy_j(impl_->scene->gravity_m_per_s2);
@@ -46,16 +47,16 @@ double World::energy_of_body_j(BodyId id) const {
   if (body == nullptr || body->rigid.is_static()) return 0;
   double energy = body->rigid.mechanical_energy_j(impl_->scene->gravity_m_per_s2 * impl_->weight_borne(id.value - 1));
   if (body->has_anchor())
-    energy += tandem::stored_energy_j(body->anchor.joint(), body->start().X, body->rigid.state().X);
+    energy += physics::stored_energy_j(body->anchor.joint(), body->start().X, body->rigid.state().X);
   return energy;
 }
 
 double World::energy_of_tool_j(std::size_t index) const {
   const WorldTool& tool = impl_->tools[index];
-  if (!tool.is_active || tool.hand.dynamics() == ToolDynamics::kAtHandle) return 0;
+  if (!tool.is_active || tool.hand.dynamics() == haptics::ToolDynamics::kAtHandle) return 0;
   const bool moves = tool.is_free() && tool.has_mass();
   return (moves ? tool.rigid.mechanical_energy_j(Vec3::Zero()) : 0.0) +
          tool.hand.stored_energy_j(impl_->tool_state(tool).X);
 }
 
-}  // namespace tandem
+}  // namespace tandem::physics

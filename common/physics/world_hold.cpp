@@ -5,7 +5,7 @@
 #include "common/haptics/coupling/coupling_ranges.hpp"
 #include "common/physics/world_impl.hpp"
 
-namespace tandem {
+namespace tandem::physics {
 namespace {
 
 /// A tool let go this deep in a body, or less, was pressing on it and goes on doing so; deeper, it was inside.
@@ -36,7 +36,7 @@ void World::Impl::detach(WorldTool& tool) {
   tool.hand.set_coupling(coupling_of(tool));
 }
 
-CouplingParameters World::Impl::coupling_of(const WorldTool& tool) const {
+haptics::CouplingParameters World::Impl::coupling_of(const WorldTool& tool) const {
   const RigidBody& moved = tool.held ? bodies[*tool.held].rigid : tool.rigid;
   return coupling_in_force(scene->coupling, coupling, moved_mass(moved.mass(), tool.held.has_value()));
 }
@@ -47,7 +47,7 @@ double World::Impl::distance_m(const WorldTool& tool, std::size_t index, double 
   const Pose X_WT = tool.rigid.state().X;
   const Pose X_WB = body.rigid.state().X;
   if (body.molecule() == nullptr) {
-    return tandem::distance_m(tool.description->touch, X_WT, body.description->touch, X_WB, limit_m);
+    return physics::distance_m(tool.description->touch, X_WT, body.description->touch, X_WB, limit_m);
   }
   const double scale = scene->field.scale.metres_per_angstrom;
   const Vec3 tool_B = X_WB.inverse() * X_WT.p;
@@ -151,11 +151,11 @@ void World::release(std::size_t index) {
   if (!tool.hand.has_handle()) tool.hand.let_go();
 }
 
-void World::set_coupling(const CouplingParameters& parameters) {
+void World::set_coupling(const haptics::CouplingParameters& parameters) {
   // Asked every tick: what is in force for each tool costs more to find than to keep.
-  if (parameters == impl_->coupling || !is_usable(parameters)) return;
+  if (parameters == impl_->coupling || !haptics::is_usable(parameters)) return;
   impl_->coupling = parameters;
   for (WorldTool& tool : impl_->tools) tool.hand.set_coupling(impl_->coupling_of(tool));
 }
 
-}  // namespace tandem
+}  // namespace tandem::physics

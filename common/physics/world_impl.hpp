@@ -17,7 +17,7 @@
 #include "common/physics/touch_stage.hpp"
 #include "common/physics/world.hpp"
 
-namespace tandem {
+namespace tandem::physics {
 
 /// What joins a thing to somewhere else in this step and the next ones.
 struct Join {
@@ -54,7 +54,7 @@ struct WorldBody {
   bool is_led() const { return hands > 0 || copies > 0 || kept > 0 || join.is_there(); }
   bool is_free() const { return !is_led() && adopted == 0; }
   bool has_anchor() const { return description->anchor.has_value() && !rigid.is_static(); }
-  const Molecule* molecule() const { return description->molecule.get(); }
+  const docking::Molecule* molecule() const { return description->molecule.get(); }
   RigidState start() const { return {description->X_WB, Twist{}}; }
 };
 
@@ -67,7 +67,7 @@ struct WorldTool {
   Pose X_BT;                                  ///< its place on the held body
   std::optional<std::size_t> passes_through;  ///< body that was released with the tool inside
   Join join = {};
-  boost::container::static_vector<CopyJoin, kMostCopies> copies = {};
+  boost::container::static_vector<CopyJoin, kMaxCopies> copies = {};
   RigidState tool_there = {};  ///< with copies: the client's tool, which they were touched with
   double copies_share = 0;
   double pull_share = 1;                 ///< World::limit_pull()
@@ -81,7 +81,7 @@ struct WorldTool {
   bool touches() const { return is_free() && !is_away(); }
   /// By a hand, or by what holds its place.
   bool is_pulled() const { return hand.pulls() || join.is_there(); }
-  bool has_mass() const { return hand.dynamics() == ToolDynamics::kWithMass; }
+  bool has_mass() const { return hand.dynamics() == haptics::ToolDynamics::kWithMass; }
   RigidState start() const { return {description->X_WT, Twist{}}; }
   /// Of the coupling, what joints leave of it.
   void tune_coupling() { hand.set_strength(pull_share * (1 - std::max(join.share, copies_share))); }
@@ -94,10 +94,6 @@ inline RigidState joined_frame(const RigidState& body, const Vec3& p_BJ) {
 }
 inline Pose joined_pose(const Pose& X_WB, const Vec3& p_BJ) {
   return {X_WB * p_BJ, X_WB.q};
-}
-
-inline bool is_finite(const RigidState& state) {
-  return is_finite(state.X) && is_finite(state.V);
 }
 
 /// A body that tools touch belongs to the touch stage, and for so long after: taps and slides do not change its owner
@@ -132,7 +128,7 @@ struct World::Impl {
   void attach(WorldTool& tool, std::size_t body, const Pose& X_BT);
   void detach(WorldTool& tool);
   double distance_m(const WorldTool& tool, std::size_t body, double limit_m) const;
-  CouplingParameters coupling_of(const WorldTool& tool) const;
+  haptics::CouplingParameters coupling_of(const WorldTool& tool) const;
 
   // What pulls things to somewhere else.
   void forget_copies(WorldTool& tool) noexcept;
@@ -161,7 +157,7 @@ struct World::Impl {
   double coupling_energy_j(std::uint32_t without_hands) const;
 
   std::shared_ptr<const WorldDescription> scene;
-  CouplingParameters coupling;
+  haptics::CouplingParameters coupling;
   std::vector<WorldBody> bodies;
   std::vector<WorldTool> tools;
   MolecularForces field;
@@ -189,4 +185,4 @@ void World::Impl::change_owner(WorldBody& body, const Change& change) {
   if (!was_free && body.is_free()) free->add(index, body.rigid);
 }
 
-}  // namespace tandem
+}  // namespace tandem::physics

@@ -4,7 +4,7 @@
 
 #include "common/physics/world_impl.hpp"
 
-namespace tandem {
+namespace tandem::physics {
 
 void World::Impl::forget_copies(WorldTool& tool) noexcept {
   for (const CopyJoin& copy : tool.copies) {
@@ -50,7 +50,7 @@ void World::join_copies(std::size_t index, const RigidState& tool_there, std::sp
   tool.tool_there = tool_there;
   tool.tune_coupling();
   const double acting = tool.copies_share * tool.pull_share;
-  for (std::size_t i = 0; i < std::min({copies.size(), joints.size(), kMostCopies}); ++i) {
+  for (std::size_t i = 0; i < std::min({copies.size(), joints.size(), kMaxCopies}); ++i) {
     const CopyTarget& copy = copies[i];
     WorldBody* const body = impl_->body_of(copy.body);
     const bool is_usable_copy = body != nullptr && !body->rigid.is_static() && is_finite(copy.state) &&
@@ -83,4 +83,4 @@ void World::join_body(BodyId id, const RigidState& target, const Vec3& p_BJ, con
   });
 }
 
-}  // namespace tandem
+}  // namespace tandem::physics

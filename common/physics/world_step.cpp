@@ -4,7 +4,7 @@
 #include "common/physics/joints/anchor.hpp"
 #include "common/physics/world_impl.hpp"
 
-namespace tandem {
+namespace tandem::physics {
 namespace {
 
 /// How fast a tool without a handle comes to rest. Ours: gone in a quarter of a second, without a jerk.
@@ -59,7 +59,7 @@ void World::Impl::describe_things() noexcept {
     things[bodies.size() + i] = {&tool.rigid, &tool.description->touch, role, true,
                                  bit_of(i),   tool.hand.dynamics(),     {},   tool.passes_through};
     // A body keeps its mass in a massless tool, but not its freedom in one that is at the handle.
-    if (tool.held && tool.hand.dynamics() == ToolDynamics::kAtHandle)
+    if (tool.held && tool.hand.dynamics() == haptics::ToolDynamics::kAtHandle)
       things[*tool.held].dynamics = tool.hand.dynamics();
   }
 }
@@ -79,7 +79,8 @@ void World::Impl::describe_ties() noexcept {
       ties.push_back({copy.body, &copy.law, joined_frame(copy.target, copy.p_BJ), X_WJ});
     }
     tool.tie.reset();
-    const bool is_joined = tool.is_active && tool.join.is_there() && tool.hand.dynamics() != ToolDynamics::kAtHandle;
+    const bool is_joined =
+        tool.is_active && tool.join.is_there() && tool.hand.dynamics() != haptics::ToolDynamics::kAtHandle;
     if (!is_joined) continue;
     tool.tie = ties.size();
     ties.push_back({thing_of(tool), &tool.join.law, tool.join.target, tool_state(tool).X});
@@ -136,7 +137,7 @@ void World::Impl::add_effects() noexcept {
   effect_tools.clear();
   for (std::size_t i = 0; i < pulls.size(); ++i) {
     const TouchPull& pull = pulls[i];
-    const bool is_massless = things[pull.thing].dynamics == ToolDynamics::kMassless;
+    const bool is_massless = things[pull.thing].dynamics == haptics::ToolDynamics::kMassless;
     CouplingTether tether = is_massless ? pull.hand->tether(pull.X_WT) : CouplingTether{};
     const Join& join = tools[pulling[i]].join;
     if (is_massless && join.is_there()) {
@@ -272,4 +273,4 @@ TickFaults World::step() noexcept {
   return faults;
 }
 
-}  // namespace tandem
+}  // namespace tandem::physics

@@ -11,7 +11,7 @@
 #include <atomic>
 #include <cstdint>
 
-namespace tandem {
+namespace tandem::realtime {
 
 /// Triple buffer for one writer thread and one reader thread.
 ///
@@ -52,4 +52,4 @@ class Mailbox {
   alignas(64) std::uint8_t front_ = 2;
 };
 
-}  // namespace tandem
+}  // namespace tandem::realtime

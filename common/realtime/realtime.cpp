@@ -11,7 +11,7 @@
 #include <stdexcept>
 #include <system_error>
 
-namespace tandem {
+namespace tandem::realtime {
 namespace {
 
 constexpr std::size_t kPrefaultedStackBytes = 256U * 1024U;
@@ -123,4 +123,4 @@ LocalTime PeriodicTimer::wait() {
   return next_;
 }
 
-}  // namespace tandem
+}  // namespace tandem::realtime

@@ -9,7 +9,7 @@
 #include "common/base/histogram.hpp"
 #include "common/base/time.hpp"
 
-namespace tandem {
+namespace tandem::realtime {
 
 struct RealtimeRequest {
   int priority = 0;         ///< SCHED_FIFO priority 1–99; 0: stay with the normal scheduler
@@ -51,4 +51,4 @@ class PeriodicTimer {
   std::uint64_t throttle_suspects_ = 0;
 };
 
-}  // namespace tandem
+}  // namespace tandem::realtime

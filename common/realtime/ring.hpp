@@ -6,7 +6,7 @@
 #include <boost/lockfree/spsc_queue.hpp>
 #include <cstddef>
 
-namespace tandem {
+namespace tandem::realtime {
 
 /// Wait-free queue for one writer thread and one reader thread, capacity fixed at construction.
 template <class T>
@@ -23,4 +23,4 @@ class Ring {
   boost::lockfree::spsc_queue<T> queue_;
 };
 
-}  // namespace tandem
+}  // namespace tandem::realtime

@@ -7,16 +7,16 @@
 
 #include "common/base/json_fields.hpp"
 
-namespace tandem {
+namespace tandem::devices {
 namespace {
 
-constexpr double kLongestPath_s = 86400;
+constexpr double kMaxPath_s = 86400;
 constexpr double kFarthest_m = 10;
-constexpr std::size_t kMostPoints = 10000;
-constexpr std::size_t kMostComponents = 64;
+constexpr std::size_t kMaxPoints = 10000;
+constexpr std::size_t kMaxComponents = 64;
 // A hand does not follow more, and a device is sampled at 1 kHz.
-constexpr double kHighestFrequency_hz = 50;
-constexpr double kLargestAmplitude_m = 1;
+constexpr double kMaxFrequency_hz = 50;
+constexpr double kMaxAmplitude_m = 1;
 
 /// Position and speed of the unit minimum-jerk movement at u = t/T in 0..1.
 ///
@@ -60,7 +60,7 @@ std::uint32_t buttons_of(JsonFields& point, std::uint32_t otherwise) {
 WayPoint way_point_of(JsonFields& point, const WayPoint& before, bool is_first) {
   WayPoint result = before;
   const double earliest_s = is_first ? 0 : to_seconds(before.at);
-  result.at = from_seconds(point.required_number("t_s", earliest_s, kLongestPath_s));
+  result.at = from_seconds(point.required_number("t_s", earliest_s, kMaxPath_s));
   if (!is_first && result.at <= before.at) point.fail("t_s", "it must be later than the point before");
   result.X_DH.p = point.vector("position_m", before.X_DH.p, kFarthest_m);
   if (point.has("rotation_xyz_deg")) {
@@ -77,8 +77,8 @@ SineComponent component_of(JsonFields& component) {
   const Vec3 axis = component.vector("axis", Vec3::UnitX(), 1);
   if (axis.norm() < 1e-3) component.fail("axis", "it must have a direction");
   result.axis = axis.normalized();
-  result.frequency_hz = component.required_number("frequency_hz", 0, kHighestFrequency_hz);
-  result.amplitude_m = component.required_number("amplitude_m", 0, kLargestAmplitude_m);
+  result.frequency_hz = component.required_number("frequency_hz", 0, kMaxFrequency_hz);
+  result.amplitude_m = component.required_number("amplitude_m", 0, kMaxAmplitude_m);
   result.phase_rad = component.number("phase_rad", 0, -1000, 1000);
   component.finish();
   return result;
@@ -86,12 +86,12 @@ SineComponent component_of(JsonFields& component) {
 
 Multisine multisine_of(JsonFields fields) {
   Multisine result;
-  result.from = from_seconds(fields.required_number("from_s", 0, kLongestPath_s));
-  result.to = from_seconds(fields.required_number("to_s", 0, kLongestPath_s));
-  result.fade = from_seconds(fields.number("fade_s", 0.5, 0, kLongestPath_s));
+  result.from = from_seconds(fields.required_number("from_s", 0, kMaxPath_s));
+  result.to = from_seconds(fields.required_number("to_s", 0, kMaxPath_s));
+  result.fade = from_seconds(fields.number("fade_s", 0.5, 0, kMaxPath_s));
   if (result.to <= result.from) fields.fail("to_s", "it must be later than from_s");
   if (2 * result.fade > result.to - result.from) fields.fail("fade_s", "it must be at most half of to_s - from_s");
-  for (JsonFields& component : fields.objects("components", 1, kMostComponents)) {
+  for (JsonFields& component : fields.objects("components", 1, kMaxComponents)) {
     result.components.push_back(component_of(component));
   }
   fields.finish();
@@ -231,7 +231,7 @@ HandPath parse_hand_path(std::string_view json, std::string_view origin) {
   const std::string name(origin);
   JsonFields file(parse_json(json, name), name);
   std::vector<WayPoint> points;
-  for (JsonFields& point : file.objects("points", 1, kMostPoints)) {
+  for (JsonFields& point : file.objects("points", 1, kMaxPoints)) {
     const WayPoint before = points.empty() ? WayPoint{} : points.back();
     points.push_back(way_point_of(point, before, points.empty()));
   }
@@ -245,4 +245,4 @@ HandPath load_hand_path(const std::filesystem::path& file) {
   return parse_hand_path(read_text_file(file), file.string());
 }
 
-}  // namespace tandem
+}  // namespace tandem::devices

@@ -10,7 +10,7 @@
 #include "common/base/spatial.hpp"
 #include "common/base/time.hpp"
 
-namespace tandem {
+namespace tandem::devices {
 
 /// The hand intends to be at `X_DH` at `at`; between way points it moves by minimum jerk, at rest at each one.
 struct WayPoint {
@@ -76,4 +76,4 @@ HandPath parse_hand_path(std::string_view json, std::string_view origin);
 HandPath named_hand_path(std::string_view name);
 std::vector<std::string_view> hand_path_names();
 
-}  // namespace tandem
+}  // namespace tandem::devices

@@ -9,7 +9,7 @@
 
 #include "devices/sim/hand_path.hpp"
 
-namespace tandem {
+namespace tandem::devices {
 namespace {
 
 constexpr std::uint32_t kGrabBit = 1U << 0U;
@@ -154,4 +154,4 @@ std::vector<std::string_view> hand_path_names() {
   return names;
 }
 
-}  // namespace tandem
+}  // namespace tandem::devices

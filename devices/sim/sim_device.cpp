@@ -6,12 +6,12 @@
 #include <stdexcept>
 #include <utility>
 
-namespace tandem {
+namespace tandem::devices {
 namespace {
 
-constexpr double kLongestSubStep_s = 1e-4;
+constexpr double kMaxSubStep_s = 1e-4;
 /// A reader that comes back later than this finds the hand where it was then; bounds the work of one read().
-constexpr Duration kLongestAdvance = std::chrono::seconds(1);
+constexpr Duration kMaxAdvance = std::chrono::seconds(1);
 /// Width of the tremor's band as a damping ratio. Ours: about ±1 Hz at 9 Hz, as wide as tremor spectra look.
 constexpr double kTremorDampingRatio = 0.1;
 
@@ -27,7 +27,7 @@ bool is_at_least_zero(double value) {
 
 // The steps are stable while ω·h < 2; below 0.3 their frequency is right to 0.4 %.
 bool can_be_stepped(double stiffness, double inertia) {
-  return std::sqrt(stiffness / inertia) * kLongestSubStep_s < 0.3;
+  return std::sqrt(stiffness / inertia) * kMaxSubStep_s < 0.3;
 }
 
 void check_parameters(const HandParameters& hand) {
@@ -101,8 +101,8 @@ DeviceSample SimDevice::read(LocalTime now) noexcept {
     started_ = last_read_ = now;
   }
   if (now > last_read_) {
-    const Duration span = std::min(now - last_read_, kLongestAdvance);
-    const auto steps = static_cast<int>(std::ceil(to_seconds(span) / kLongestSubStep_s - 1e-9));
+    const Duration span = std::min(now - last_read_, kMaxAdvance);
+    const auto steps = static_cast<int>(std::ceil(to_seconds(span) / kMaxSubStep_s - 1e-9));
     const double dt_s = to_seconds(span) / steps;
     for (int i = 1; i <= steps; ++i) {
       path_time_ = path_time_at(last_read_ + span * (2 * i - 1) / (2 * steps));
@@ -192,4 +192,4 @@ Pose SimDevice::quantised(const Pose& X) const noexcept {
   return result;
 }
 
-}  // namespace tandem
+}  // namespace tandem::devices

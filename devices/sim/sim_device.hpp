@@ -8,7 +8,7 @@
 #include "devices/device.hpp"
 #include "devices/sim/hand_path.hpp"
 
-namespace tandem {
+namespace tandem::devices {
 
 /// The hand and the device it holds, as one mass–damper–spring in each of six directions.
 ///
@@ -69,7 +69,7 @@ class SimDevice final : public Device {
   HandParameters hand_;
   HandPath path_;
   Random random_;
-  VelocityEstimator estimator_;
+  haptics::VelocityEstimator estimator_;
   LocalTime started_{};
   LocalTime last_read_{};
   bool has_started_ = false;
@@ -82,4 +82,4 @@ class SimDevice final : public Device {
   Vec3 tremor_rate_ = Vec3::Zero();
 };
 
-}  // namespace tandem
+}  // namespace tandem::devices

@@ -28,7 +28,7 @@ struct Options {
 };
 
 int run(const Options& options) {
-  const DeviceProfile profile = find_device_profile(options.device);
+  const devices::DeviceProfile profile = devices::find_device_profile(options.device);
   check_folder_can_be_made(options.out);
   CalibrationSettings settings;
   settings.masses_kg = options.masses_kg;
@@ -38,11 +38,11 @@ int run(const Options& options) {
       calibrate(profile, settings, [&](double done) { line.show("calibrating " + profile.name, done); });
 
   const std::string results = pretty_json(to_json(calibration));
-  const std::array files{OutputFile{profile.name + ".json", device_profiles_text({calibration.profile})},
+  const std::array files{OutputFile{profile.name + ".json", devices::device_profiles_text({calibration.profile})},
                          OutputFile{"calibration.json", results}, OutputFile{"report.html", to_html(calibration)}};
   write_all_files(options.out, files);
   std::cout << (options.wants_json ? results : to_text(calibration));
-  return report::all_hold(checks_of(calibration)) ? 0 : 1;
+  return all_hold(checks_of(calibration)) ? 0 : 1;
 }
 
 }  // namespace

@@ -28,14 +28,14 @@ namespace json = boost::json;
 
 constexpr std::string_view kAdaptiveLaw = "adaptive";
 // Ours: far beyond any tool and any device; what is outside is a mistake.
-constexpr double kLeastMass = 1e-6;
-constexpr double kLeastInertia = 1e-12;
-constexpr double kMostMass = 1e4;
-constexpr double kMostDamping = 1e4;
+constexpr double kMinMass = 1e-6;
+constexpr double kMinInertia = 1e-12;
+constexpr double kMaxMass = 1e4;
+constexpr double kMaxDamping = 1e4;
 
 struct Options {
-  std::string law{kDefaultCouplingLaw};
-  CouplingParameters coupling;
+  std::string law{haptics::kDefaultCouplingLaw};
+  haptics::CouplingParameters coupling;
   double tool_mass_kg = 0.1;
   double tool_inertia_kg_m2 = 4e-5;
   std::string device = "sim";
@@ -52,16 +52,16 @@ struct Options {
 };
 
 struct Check {
-  CouplingParameters coupling;  ///< as it was checked
-  std::string fit_source;       ///< where the adaptive law's pairs are from; empty for the other laws
-  std::vector<CheckedLoop> loops;
-  std::vector<StabilityFinding> findings;
+  haptics::CouplingParameters coupling;  ///< as it was checked
+  std::string fit_source;                ///< where the adaptive law's pairs are from; empty for the other laws
+  std::vector<haptics::CheckedLoop> loops;
+  std::vector<haptics::StabilityFinding> findings;
   bool is_refused = false;
 };
 
-LoopDevice device_of(const Options& options, DeviceProfile profile) {
+haptics::LoopDevice device_of(const Options& options, devices::DeviceProfile profile) {
   profile.rate_hz = options.rate_hz.value_or(profile.rate_hz);
-  LoopDevice device = loop_device(profile);
+  haptics::LoopDevice device = devices::loop_device(profile);
   device.mass_kg = options.device_mass_kg.value_or(device.mass_kg);
   device.damping_n_s_per_m = options.device_damping_n_s_per_m.value_or(device.damping_n_s_per_m);
   device.inertia_kg_m2 = options.device_inertia_kg_m2.value_or(device.inertia_kg_m2);
@@ -85,34 +85,36 @@ void refuse_given(const std::vector<const CLI::Option*>& options) {
 }
 
 /// The adaptive law has its pairs from a table, by the tool's mass.
-void adapt(Check& check, const Options& options, const DeviceProfile& profile) {
-  const AdaptiveFit fit = profile.adaptive.value_or(thesis_adaptive_fit());
+void adapt(Check& check, const Options& options, const devices::DeviceProfile& profile) {
+  const haptics::AdaptiveFit fit = profile.adaptive.value_or(haptics::thesis_adaptive_fit());
   refuse_given(options.chosen_by_fit);
   if (fit.inertia_high_kg_m2 > 0) refuse_given(options.turning_chosen_by_fit);
-  check.coupling = adapted(fit, options.tool_mass_kg, options.tool_inertia_kg_m2, options.coupling);
+  check.coupling = haptics::adapted(fit, options.tool_mass_kg, options.tool_inertia_kg_m2, options.coupling);
   check.fit_source = profile.adaptive ? profile.adaptive_source : "Hou, PhD thesis, NTU, 2014: the profile has no fit";
 }
 
 Check check_of(const Options& options) {
-  const CouplingLawInfo* law = find_coupling_law(options.law);
+  const haptics::CouplingLawInfo* law = haptics::find_coupling_law(options.law);
   if (law == nullptr) {
     throw std::invalid_argument("--law: \"" + options.law +
-                                "\" is not known; use one of: " + listed_coupling_law_names());
+                                "\" is not known; use one of: " + haptics::listed_coupling_law_names());
   }
-  const DeviceProfile profile = find_device_profile(options.device);
+  const devices::DeviceProfile profile = devices::find_device_profile(options.device);
   Check check;
   check.coupling = options.coupling;
   if (law->name == kAdaptiveLaw) adapt(check, options, profile);
-  const LoopCoupling loop = loop_coupling(*law, check.coupling, options.tool_mass_kg, options.tool_inertia_kg_m2);
-  const LoopDevice device = device_of(options, profile);
+  const devices::LoopCoupling loop =
+      devices::loop_coupling(*law, check.coupling, options.tool_mass_kg, options.tool_inertia_kg_m2);
+  const haptics::LoopDevice device = device_of(options, profile);
   if (loop.slope_factor > 0) {
-    check.loops = checked_loops(loop.parameters, loop.tool_mass_kg, loop.tool_inertia_kg_m2, device, loop.slope_factor);
+    check.loops =
+        haptics::checked_loops(loop.parameters, loop.tool_mass_kg, loop.tool_inertia_kg_m2, device, loop.slope_factor);
     check.findings =
-        check_coupling(loop.parameters, loop.tool_mass_kg, loop.tool_inertia_kg_m2, device, loop.slope_factor);
+        haptics::check_coupling(loop.parameters, loop.tool_mass_kg, loop.tool_inertia_kg_m2, device, loop.slope_factor);
   }
-  if (const auto active = find_active_law(*law)) check.findings.push_back(*active);
-  for (const StabilityFinding& finding : check.findings) {
-    check.is_refused = check.is_refused || finding.verdict == StabilityVerdict::kUnstable;
+  if (const auto active = devices::find_active_law(*law)) check.findings.push_back(*active);
+  for (const haptics::StabilityFinding& finding : check.findings) {
+    check.is_refused = check.is_refused || finding.verdict == haptics::StabilityVerdict::kUnstable;
   }
   return check;
 }
@@ -123,14 +125,14 @@ json::value finite_or_null(double value) {
 
 json::object to_json(const Options& options, const Check& check) {
   json::array loops, findings;
-  for (const CheckedLoop& loop : check.loops) {
+  for (const haptics::CheckedLoop& loop : check.loops) {
     loops.emplace_back(json::object{{"motion", loop.is_rotation ? "rotation" : "translation"},
                                     {"hand", loop.hand},
                                     {"is_touching", loop.is_touching},
                                     {"spectral_radius", finite_or_null(loop.spectral_radius)}});
   }
-  for (const StabilityFinding& finding : check.findings) {
-    findings.emplace_back(json::object{{"is_unstable", finding.verdict == StabilityVerdict::kUnstable},
+  for (const haptics::StabilityFinding& finding : check.findings) {
+    findings.emplace_back(json::object{{"is_unstable", finding.verdict == haptics::StabilityVerdict::kUnstable},
                                        {"parameter", finding.parameter},
                                        {"value", finite_or_null(finding.value)},
                                        {"remedy", finite_or_null(finding.remedy)},
@@ -138,7 +140,7 @@ json::object to_json(const Options& options, const Check& check) {
                                        {"spectral_radius", finite_or_null(finding.spectral_radius)},
                                        {"text", finding.text}});
   }
-  const CouplingParameters& c = check.coupling;
+  const haptics::CouplingParameters& c = check.coupling;
   return {{"law", options.law},
           {"device", options.device},
           {"coupling",
@@ -153,7 +155,7 @@ json::object to_json(const Options& options, const Check& check) {
 }
 
 void print_adapted(const Check& check, const Options& options) {
-  const CouplingParameters& c = check.coupling;
+  const haptics::CouplingParameters& c = check.coupling;
   std::printf("%g kg: %.6g N/m, %.6g N·s/m; %g kg·m²: %.6g N·m/rad, %.6g N·m·s/rad (%s)\n", options.tool_mass_kg,
               c.stiffness_n_per_m, c.damping_n_s_per_m, options.tool_inertia_kg_m2, c.stiffness_n_m_per_rad,
               c.damping_n_m_s_per_rad, check.fit_source.c_str());
@@ -162,13 +164,13 @@ void print_adapted(const Check& check, const Options& options) {
 void print(const Check& check, const Options& options) {
   if (!check.fit_source.empty()) print_adapted(check, options);
   std::printf("%-12s %-12s %-12s %15s\n", "motion", "hand", "tool", "spectral radius");
-  for (const CheckedLoop& loop : check.loops) {
+  for (const haptics::CheckedLoop& loop : check.loops) {
     std::printf("%-12s %-12s %-12s %15.6f%s\n", loop.is_rotation ? "rotation" : "translation",
                 std::string(loop.hand).c_str(), loop.is_touching ? "in contact" : "in the air", loop.spectral_radius,
                 loop.spectral_radius < 1 ? "" : "  unstable");
   }
-  for (const StabilityFinding& finding : check.findings) {
-    std::printf("%s: %s\n", finding.verdict == StabilityVerdict::kUnstable ? "refused" : "warning",
+  for (const haptics::StabilityFinding& finding : check.findings) {
+    std::printf("%s: %s\n", finding.verdict == haptics::StabilityVerdict::kUnstable ? "refused" : "warning",
                 finding.text.c_str());
   }
   if (check.findings.empty()) std::printf("nothing to complain of\n");
@@ -191,13 +193,13 @@ CLI::Option* add_number(CLI::App& command, const std::string& name, T& value, do
 
 /// In the range that a scene may give it.
 CLI::Option* add_coefficient(CLI::App& command, const std::string& name, Options& options,
-                             double CouplingParameters::*value, const std::string& help) {
-  const auto* const field = std::ranges::find(kCouplingFields, value, &CouplingField::value);
+                             double haptics::CouplingParameters::*value, const std::string& help) {
+  const auto* const field = std::ranges::find(proto::kCouplingFields, value, &proto::CouplingField::value);
   return add_number(command, name, options.coupling.*value, field->low, field->high, help)->capture_default_str();
 }
 
 void add_pair_options(CLI::App& command, Options& options) {
-  using C = CouplingParameters;
+  using C = haptics::CouplingParameters;
   for (CLI::Option* const option :
        {add_coefficient(command, "--stiffness", options, &C::stiffness_n_per_m, "of the coupling, N/m"),
         add_coefficient(command, "--damping", options, &C::damping_n_s_per_m, "of the coupling, N·s/m")}) {
@@ -212,22 +214,23 @@ void add_pair_options(CLI::App& command, Options& options) {
 
 void add_device_options(CLI::App& command, Options& options) {
   command.add_option("--device", options.device, "device profile, by name or a .json file")->capture_default_str();
-  add_number(command, "--device-mass", options.device_mass_kg, 0, kMostMass, "kg; instead of the profile's");
-  add_number(command, "--device-damping", options.device_damping_n_s_per_m, 0, kMostDamping,
+  add_number(command, "--device-mass", options.device_mass_kg, 0, kMaxMass, "kg; instead of the profile's");
+  add_number(command, "--device-damping", options.device_damping_n_s_per_m, 0, kMaxDamping,
              "N·s/m of the mechanism; alike");
-  add_number(command, "--device-inertia", options.device_inertia_kg_m2, 0, kMostMass, "kg·m²; alike");
-  add_number(command, "--device-damping-rotation", options.device_damping_n_m_s_per_rad, 0, kMostDamping,
+  add_number(command, "--device-inertia", options.device_inertia_kg_m2, 0, kMaxMass, "kg·m²; alike");
+  add_number(command, "--device-damping-rotation", options.device_damping_n_m_s_per_rad, 0, kMaxDamping,
              "N·m·s/rad; alike");
   add_number(command, "--rate", options.rate_hz, 1, 1e6, "Hz; alike");
 }
 
 void add_options(CLI::App& command, Options& options) {
-  command.add_option("--law", options.law, "coupling law: " + listed_coupling_law_names())->capture_default_str();
+  command.add_option("--law", options.law, "coupling law: " + haptics::listed_coupling_law_names())
+      ->capture_default_str();
   add_pair_options(command, options);
-  add_coefficient(command, "--sharpness", options, &CouplingParameters::curve_sharpness,
+  add_coefficient(command, "--sharpness", options, &haptics::CouplingParameters::curve_sharpness,
                   "c of the stable dynamic curve");
-  add_number(command, "--tool-mass", options.tool_mass_kg, kLeastMass, kMostMass, "kg")->capture_default_str();
-  add_number(command, "--tool-inertia", options.tool_inertia_kg_m2, kLeastInertia, kMostMass, "kg·m²")
+  add_number(command, "--tool-mass", options.tool_mass_kg, kMinMass, kMaxMass, "kg")->capture_default_str();
+  add_number(command, "--tool-inertia", options.tool_inertia_kg_m2, kMinInertia, kMaxMass, "kg·m²")
       ->capture_default_str();
   add_device_options(command, options);
   command.add_option("--velocity-window", options.velocity_window, "periods that the handle's velocity is taken over")

@@ -81,7 +81,7 @@ Experiment experiment_of(const Claim& claim, const Variant& variant, const Optio
 Row measured(const Claim& claim, const Options& options) {
   const Experiment full = experiment_of(claim, kFull, options);
   const Experiment peer = experiment_of(claim, kPeer, options);
-  SceneLoading loading;
+  server::SceneLoading loading;
   loading.progress = progress_on_stderr();
   const auto scene = load_experiment_scene(full, loading);
   Row row;
@@ -93,13 +93,13 @@ Row measured(const Claim& claim, const Options& options) {
   return row;
 }
 
-std::vector<report::Check> checks_of(const std::vector<Row>& rows) {
-  std::vector<report::Check> checks;
+std::vector<Check> checks_of(const std::vector<Row>& rows) {
+  std::vector<Check> checks;
   for (const Row& row : rows) {
     checks.push_back({row.claim.experiment, "p99 of a tick", quantile_us(row.full, &ClientBenchRun::tick, 0.99),
-                      report::Relation::kAtMost, row.claim.tick_p99_us, "µs", 1});
+                      Relation::kAtMost, row.claim.tick_p99_us, "µs", 1});
     checks.push_back({row.claim.experiment, "median of a fit", quantile_us(row.full, &ClientBenchRun::fit, 0.5),
-                      report::Relation::kAtMost, kFitMedian_us, "µs", 1});
+                      Relation::kAtMost, kFitMedian_us, "µs", 1});
   }
   return checks;
 }
@@ -126,8 +126,7 @@ boost::json::object runs_json(const Variant& variant, const std::vector<ClientBe
   return result;
 }
 
-boost::json::object to_json(const Options& options, const std::vector<Row>& rows,
-                            const std::vector<report::Check>& checks) {
+boost::json::object to_json(const Options& options, const std::vector<Row>& rows, const std::vector<Check>& checks) {
   boost::json::array experiments;
   for (const Row& row : rows) {
     experiments.push_back(boost::json::object{{"experiment", row.claim.experiment},
@@ -137,7 +136,7 @@ boost::json::object to_json(const Options& options, const std::vector<Row>& rows
   return {{"rtt_ms", options.rtt_ms},
           {"repetitions", options.repetitions},
           {"rows", experiments},
-          {"checks", report::to_json(checks)}};
+          {"checks", to_json(checks)}};
 }
 
 void print_line(const std::string& name, const std::vector<ClientBenchRun>& runs, Histogram ClientBenchRun::*of) {
@@ -148,7 +147,7 @@ void print_line(const std::string& name, const std::vector<ClientBenchRun>& runs
   std::cout << line.str() << '\n';
 }
 
-void print(const Options& options, const std::vector<Row>& rows, const std::vector<report::Check>& checks) {
+void print(const Options& options, const std::vector<Row>& rows, const std::vector<Check>& checks) {
   std::cout << "one haptic tick [µs], clock reading included; round trip " << options.rtt_ms << " ms; medians over "
             << options.repetitions << " runs\n";
   for (const Row& row : rows) {
@@ -164,19 +163,19 @@ void print(const Options& options, const std::vector<Row>& rows, const std::vect
               << 100 * row.full.front().local_share << " % of the ticks\n";
   }
   std::cout << '\n';
-  report::print_checks(std::cout, checks);
+  print_checks(std::cout, checks);
 }
 
 int run(const Options& options) {
   std::vector<Row> rows;
   for (const Claim& claim : kClaims) rows.push_back(measured(claim, options));
-  const std::vector<report::Check> checks = checks_of(rows);
+  const std::vector<Check> checks = checks_of(rows);
   if (options.wants_json) {
     std::cout << pretty_json(to_json(options, rows, checks));
   } else {
     print(options, rows, checks);
   }
-  return !options.has_check || report::all_hold(checks) ? 0 : 1;
+  return !options.has_check || all_hold(checks) ? 0 : 1;
 }
 
 }  // namespace

@@ -73,7 +73,7 @@ ContactBench measure(const Options& options, const TouchPair& pair, const Clock&
   const TouchObject &a = pair.a, &b = pair.b();
   TouchPlan plan = bench_plan(settings);
   plan.direction_W = direction_of(options);
-  const HandPath path = touch_path(*a.exact, *b.exact, plan);
+  const devices::HandPath path = touch_path(*a.exact, *b.exact, plan);
   TouchStretch whole;
   if (options.steps > 0) whole.steps = options.steps;
   ContactBench bench = describe(pair);
@@ -88,8 +88,7 @@ ContactBench measure(const Options& options, const TouchPair& pair, const Clock&
   return bench;
 }
 
-std::vector<report::Check> checks_of(const PoseCheck& check) {
-  using report::Relation;
+std::vector<Check> checks_of(const PoseCheck& check) {
   const std::string scope = std::to_string(check.poses) + " poses";
   return {{scope, "poses with a missed contact deeper than 0.2 mm", static_cast<double>(check.missed_poses),
            Relation::kAtMost, 0, "", 0},
@@ -104,7 +103,7 @@ boost::json::object to_json(const PoseCheck& check) {
           {"deepest_error_max_m", check.deepest_error_max_m},
           {"worst_pose", check.worst_pose},
           {"deepest_max_m", check.deepest_max_m},
-          {"checks", report::to_json(checks_of(check))}};
+          {"checks", to_json(checks_of(check))}};
 }
 
 int run(const Options& options) {
@@ -119,10 +118,10 @@ int run(const Options& options) {
     const PoseCheck check = check_poses(pair.a, pair.b(), options.check, kPoseSeed);
     json["check"] = to_json(check);
     const auto checks = checks_of(check);
-    holds = report::all_hold(checks);
+    holds = all_hold(checks);
     if (!options.wants_json) {
       std::cout << text << '\n';
-      report::print_checks(std::cout, checks);
+      print_checks(std::cout, checks);
       return holds ? 0 : 1;
     }
   }

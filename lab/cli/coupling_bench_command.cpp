@@ -88,16 +88,16 @@ struct Contestant {
 
 /// What a tick cannot do without, and no more: no limit, no short way round, no safety.
 Wrench plain_spring(const Tick& tick) {
-  const CouplingParameters c;
+  const haptics::CouplingParameters c;
   return {c.stiffness_n_per_m * (tick.X_WT.p - tick.X_WH.p) + c.damping_n_s_per_m * (tick.V_WT.v - tick.V_WH.v),
           c.damping_n_m_s_per_rad * (tick.V_WT.w - tick.V_WH.w)};
 }
 
 /// What direct rendering does to a contact before it is shown, as the room does: any wrench will do for one.
 Wrench limited(const Wrench& contact) {
-  const CouplingParameters c;
-  return {saturated(contact.f, c.force_limit_n, c.saturation_softness),
-          saturated(contact.t, c.torque_limit_n_m, c.saturation_softness)};
+  const haptics::CouplingParameters c;
+  return {haptics::saturated(contact.f, c.force_limit_n, c.saturation_softness),
+          haptics::saturated(contact.t, c.torque_limit_n_m, c.saturation_softness)};
 }
 
 /// The safety chain at full force, in virtual time, a period a call.
@@ -105,14 +105,14 @@ class Safety {
  public:
   Wrench apply(const Wrench& on_hand) {
     now_ += kPeriod;
-    SafetyInput input;
+    haptics::SafetyInput input;
     input.wrench = on_hand;
     input.has_state = true;
     return chain_.apply(now_, input);
   }
 
  private:
-  SafetyChain chain_{SafetySettings{}};
+  haptics::SafetyChain chain_{haptics::SafetySettings{}};
   LocalTime now_{};
 };
 
@@ -125,8 +125,8 @@ std::vector<Contestant> contestants() {
                  false,
                  [safety = std::make_shared<Safety>()](const Tick&) { return safety->apply({}); },
                  {}});
-  for (const CouplingLawInfo& info : coupling_laws()) {
-    if (info.tool == ToolDynamics::kAtHandle) {
+  for (const haptics::CouplingLawInfo& info : haptics::coupling_laws()) {
+    if (info.tool == haptics::ToolDynamics::kAtHandle) {
       // No law acts: what is left is to limit the contact.
       const auto tick_of = [safety = std::make_shared<Safety>()](const Tick& tick) {
         return safety->apply(limited(plain_spring(tick)));
@@ -134,9 +134,9 @@ std::vector<Contestant> contestants() {
       all.push_back({std::string(info.name), "saturation, safety chain", true, tick_of, {}});
       continue;
     }
-    const std::shared_ptr<const CouplingLaw> law = info.make({});
+    const std::shared_ptr<const haptics::CouplingLaw> law = info.make({});
     const auto tick_of = [law, safety = std::make_shared<Safety>()](const Tick& tick) {
-      return safety->apply(coupling_wrenches(*law, tick.X_WH, tick.V_WH, tick.X_WT, tick.V_WT).on_hand_W);
+      return safety->apply(haptics::coupling_wrenches(*law, tick.X_WH, tick.V_WH, tick.X_WT, tick.V_WT).on_hand_W);
     };
     all.push_back({std::string(info.name), "law, saturation, safety chain", true, tick_of, {}});
   }
@@ -162,17 +162,17 @@ double microseconds(Duration duration) {
   return to_seconds(duration) * 1e6;
 }
 
-std::vector<report::Check> checks_of(const std::vector<Contestant>& all) {
-  std::vector<report::Check> checks;
+std::vector<Check> checks_of(const std::vector<Contestant>& all) {
+  std::vector<Check> checks;
   for (const Contestant& contestant : all) {
     if (!contestant.is_claimed) continue;
     checks.push_back({contestant.name, "median of a tick", microseconds(contestant.times.quantile(0.5)),
-                      report::Relation::kAtMost, kMedianBound_us, "µs", 3});
+                      Relation::kAtMost, kMedianBound_us, "µs", 3});
   }
   return checks;
 }
 
-boost::json::object report_of(const std::vector<Contestant>& all, const std::vector<report::Check>& checks) {
+boost::json::object report_of(const std::vector<Contestant>& all, const std::vector<Check>& checks) {
   boost::json::array rows;
   for (const Contestant& contestant : all) {
     rows.push_back(
@@ -187,10 +187,10 @@ boost::json::object report_of(const std::vector<Contestant>& all, const std::vec
           {"states", kTicks},
           {"median_bound_us", kMedianBound_us},
           {"rows", rows},
-          {"checks", report::to_json(checks)}};
+          {"checks", to_json(checks)}};
 }
 
-void print(const std::vector<Contestant>& all, const std::vector<report::Check>& checks) {
+void print(const std::vector<Contestant>& all, const std::vector<Check>& checks) {
   std::ostringstream text;
   text << "time of a tick, clock reading included [µs]\n\n"
        << std::left << std::setw(24) << "" << std::setw(32) << "what" << std::right << std::setw(8) << "median"
@@ -202,7 +202,7 @@ void print(const std::vector<Contestant>& all, const std::vector<report::Check>&
          << microseconds(contestant.times.quantile(0.99)) << '\n';
   }
   std::cout << text.str() << '\n';
-  report::print_checks(std::cout, checks);
+  print_checks(std::cout, checks);
 }
 
 int run(const Options& options) {
@@ -211,13 +211,13 @@ int run(const Options& options) {
   for (int round = 0; round < kRounds; ++round) {
     for (Contestant& contestant : all) run_round(contestant, walk, options.seconds / kRounds);
   }
-  const std::vector<report::Check> checks = checks_of(all);
+  const std::vector<Check> checks = checks_of(all);
   if (options.wants_json) {
     std::cout << pretty_json(report_of(all, checks));
   } else {
     print(all, checks);
   }
-  return !options.has_check || report::all_hold(checks) ? 0 : 1;
+  return !options.has_check || all_hold(checks) ? 0 : 1;
 }
 
 }  // namespace

@@ -34,9 +34,9 @@ struct Options {
 };
 
 struct Pair {
-  std::shared_ptr<const LoadedScene> scene;
-  const Molecule* a = nullptr;
-  const Molecule* b = nullptr;
+  std::shared_ptr<const server::LoadedScene> scene;
+  const docking::Molecule* a = nullptr;
+  const docking::Molecule* b = nullptr;
   Pose X_AB_angstrom;
 };
 
@@ -44,15 +44,15 @@ struct Contestant {
   std::string kernel;
   std::string precision;
   std::size_t pairs = 0;
-  std::function<FieldResult(const Pose&)> evaluate;
+  std::function<docking::FieldResult(const Pose&)> evaluate;
   std::vector<double> seconds_per_evaluation;  ///< one a round
 };
 
 Pair first_pair(const Options& options) {
   Pair pair;
-  pair.scene = load_scene(scene_path(options.scene, ""));
-  const LoadedBody* body_a = nullptr;
-  for (const LoadedBody& body : pair.scene->bodies) {
+  pair.scene = server::load_scene(scene_path(options.scene, ""));
+  const server::LoadedBody* body_a = nullptr;
+  for (const server::LoadedBody& body : pair.scene->bodies) {
     if (!body.molecule) continue;
     if (body_a == nullptr) {
       body_a = &body;
@@ -84,10 +84,10 @@ std::vector<Contestant> contestants_for(const Pair& pair) {
   contestants.push_back({"exact",
                          "double",
                          pair.a->size() * pair.b->size(),
-                         [&pair](const Pose& X) { return lennard_jones_exact(*pair.a, *pair.b, X); },
+                         [&pair](const Pose& X) { return docking::lennard_jones_exact(*pair.a, *pair.b, X); },
                          {}});
-  for (const std::string_view kernel : LennardJonesField::available_kernels()) {
-    const auto field = std::make_shared<LennardJonesField>(*pair.a, *pair.b, kernel);
+  for (const std::string_view kernel : docking::LennardJonesField::available_kernels()) {
+    const auto field = std::make_shared<docking::LennardJonesField>(*pair.a, *pair.b, kernel);
     contestants.push_back({std::string(kernel),
                            "float pairs, double sums",
                            field->pair_count(),

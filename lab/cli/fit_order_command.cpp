@@ -17,13 +17,13 @@
 namespace tandem::lab {
 namespace {
 
-constexpr std::array kFits{ArFit::kYuleWalker, ArFit::kLeastSquares, ArFit::kBurg};
+constexpr std::array kFits{haptics::ArFit::kYuleWalker, haptics::ArFit::kLeastSquares, haptics::ArFit::kBurg};
 
 struct Options {
   std::string file;
   SeriesFileOptions reading;
   std::string time_unit = "s";
-  std::string fit{name_of(ArFit::kLeastSquares)};
+  std::string fit{haptics::name_of(haptics::ArFit::kLeastSquares)};
   std::size_t most_order = 16;
   bool on_values = false;
   bool wants_json = false;
@@ -32,12 +32,12 @@ struct Options {
 struct SeriesOrders {
   std::string name;
   std::size_t samples = 0;
-  std::vector<ArOrder> orders;  ///< empty: constant, or too short
+  std::vector<haptics::ArOrder> orders;  ///< empty: constant, or too short
 };
 
-ArFit fit_named(const std::string& name) {
-  for (const ArFit fit : kFits) {
-    if (name_of(fit) == name) return fit;
+haptics::ArFit fit_named(const std::string& name) {
+  for (const haptics::ArFit fit : kFits) {
+    if (haptics::name_of(fit) == name) return fit;
   }
   throw std::invalid_argument("--fit " + name + " is not known");  // the option's check lists them
 }
@@ -46,7 +46,7 @@ std::vector<SeriesOrders> orders_of(const Options& options) {
   std::vector<SeriesOrders> result;
   for (const NamedSeries& series : load_series(options.file, options.reading)) {
     const std::vector<double> values = options.on_values ? series.values : differences(series.values);
-    auto orders = fpe_of_orders(values, options.most_order, fit_named(options.fit), options.on_values);
+    auto orders = haptics::fpe_of_orders(values, options.most_order, fit_named(options.fit), options.on_values);
     // Order 0 alone: nothing varies.
     if (orders.size() < 2) orders.clear();
     result.push_back({series.name, values.size(), std::move(orders)});
@@ -58,12 +58,12 @@ boost::json::object to_json(const Options& options, const std::vector<SeriesOrde
   boost::json::array series;
   for (const SeriesOrders& one : all) {
     boost::json::array orders;
-    for (const ArOrder& row : one.orders) {
+    for (const haptics::ArOrder& row : one.orders) {
       orders.push_back({{"order", row.order}, {"error_variance", row.error_variance}, {"fpe", row.fpe}});
     }
     series.push_back({{"name", one.name},
                       {"samples", one.samples},
-                      {"best_order", one.orders.empty() ? boost::json::value() : best_order(one.orders)},
+                      {"best_order", one.orders.empty() ? boost::json::value() : haptics::best_order(one.orders)},
                       {"orders", std::move(orders)}});
   }
   return {{"file", options.file},
@@ -79,10 +79,10 @@ void print(const std::vector<SeriesOrders>& all) {
       std::printf("%s: constant or too short, nothing to fit\n\n", one.name.c_str());
       continue;
     }
-    const std::size_t best = best_order(one.orders);
+    const std::size_t best = haptics::best_order(one.orders);
     std::printf("%s: %zu samples, least FPE at order %zu\n%6s %14s %14s\n", one.name.c_str(), one.samples, best,
                 "order", "V", "FPE");
-    for (const ArOrder& row : one.orders) {
+    for (const haptics::ArOrder& row : one.orders) {
       std::printf("%6zu %14.6g %14.6g%s\n", row.order, row.error_variance, row.fpe, row.order == best ? "  least" : "");
     }
     std::printf("\n");
@@ -97,7 +97,7 @@ void add_fit_order_command(CLI::App& app, int&) {
   command->add_option("series", options->file, "a .csv file with t_s and force columns, or a .traj file")->required();
   command->add_option("--most", options->most_order, "highest order")->capture_default_str()->check(CLI::Range(1, 32));
   std::vector<std::string> fits;
-  for (const ArFit fit : kFits) fits.emplace_back(name_of(fit));
+  for (const haptics::ArFit fit : kFits) fits.emplace_back(haptics::name_of(fit));
   command->add_option("--fit", options->fit, "how the coefficients are found")
       ->capture_default_str()
       ->check(CLI::IsMember(fits));

@@ -94,7 +94,7 @@ std::vector<Trial> trials_of(const Options& options) {
 /// Virtual runs at zero delay, each done once.
 class References {
  public:
-  const SessionTrace& of(const Trial& trial, const std::shared_ptr<const LoadedScene>& scene) {
+  const SessionTrace& of(const Trial& trial, const std::shared_ptr<const server::LoadedScene>& scene) {
     const Trial reference = reference_of(trial);
     const std::string key = compact_json(experiment_json(reference.experiment));
     const auto [place, is_new] = traces_.try_emplace(key);
@@ -125,7 +125,7 @@ std::vector<Comparison> compared(const json::object& live, const json::object& b
 SessionTrace run_live(LiveSession& session, const Trial& trial, const std::optional<std::filesystem::path>& files_in) {
   if (!files_in) return session.run();
   TrialFiles files(trial.experiment, *files_in);
-  session.on_tick = [&](std::size_t user, const TickRecord& record, int phase) {
+  session.on_tick = [&](std::size_t user, const client::TickRecord& record, int phase) {
     files.write_tick(user, record, phase);
   };
   SessionTrace trace = session.run();
@@ -136,7 +136,7 @@ SessionTrace run_live(LiveSession& session, const Trial& trial, const std::optio
 /// `files_in`: where the time series go; none: nowhere.
 LiveResult run_trial(const Trial& trial, References& references, int realtime_priority,
                      const std::optional<std::filesystem::path>& files_in) {
-  SceneLoading loading;
+  server::SceneLoading loading;
   loading.progress = progress_on_stderr();
   const auto scene = load_experiment_scene(trial.experiment, loading);
   const SessionTrace& reference = references.of(trial, scene);

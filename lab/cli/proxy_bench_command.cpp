@@ -42,11 +42,11 @@ struct Result {
 
 Result measure(const Options& options) {
   const SteadyClock clock;
-  const TriangleMesh mesh = mesh_from(options.mesh, "--mesh", {{}, options.size_mm / 1e3});
-  const GodObjectSettings settings{options.radius_mm / 1e3, options.is_shaded};
-  const auto shared = std::make_shared<const ProxyMesh>(mesh);
+  const geometry::TriangleMesh mesh = mesh_from(options.mesh, "--mesh", {{}, options.size_mm / 1e3});
+  const haptics::GodObjectSettings settings{options.radius_mm / 1e3, options.is_shaded};
+  const auto shared = std::make_shared<const haptics::ProxyMesh>(mesh);
   const std::vector<Vec3> hand = wandering_hand(mesh, options.steps);
-  const TriangleTree tree(mesh);
+  const geometry::TriangleTree tree(mesh);
   const CrossingJudge judge(mesh);
   std::vector<ProxyRun> ours, closest_point;
   for (int round = 0; round < 1 + kRounds; ++round) {
@@ -64,16 +64,15 @@ Result measure(const Options& options) {
   return result;
 }
 
-std::vector<report::Check> checks_of(const Result& result) {
-  using report::Relation;
+std::vector<Check> checks_of(const Result& result) {
   return {{"proxy", "median of an update", result.ours.loop_us.p50_us, Relation::kAtMost, kMedianBudget_us, "µs", 2},
           {"proxy", "p99 of an update", result.ours.loop_us.p99_us, Relation::kAtMost, kP99Budget_us, "µs", 2},
           {"proxy", "deepest inside the mesh", 1e9 * result.ours.max_penetration_m, Relation::kAtMost,
-           1e9 * GodObject::kTolerance_m, "nm", 2},
+           1e9 * haptics::GodObject::kTolerance_m, "nm", 2},
           {"proxy", "pop-throughs", static_cast<double>(result.ours.pop_throughs), Relation::kAtMost, 0, "", 0}};
 }
 
-boost::json::object to_json(const Options& options, const Result& result, const std::vector<report::Check>& checks) {
+boost::json::object to_json(const Options& options, const Result& result, const std::vector<Check>& checks) {
   boost::json::object json{{"mesh", options.mesh},
                            {"triangles", result.triangles},
                            {"radius_m", options.radius_mm / 1e3},
@@ -85,12 +84,11 @@ boost::json::object to_json(const Options& options, const Result& result, const 
   boost::json::object closest_point = to_json(result.closest_point);
   closest_point["triangles"] = result.triangles;
   json["closest_point"] = std::move(closest_point);
-  json["checks"] = report::to_json(checks);
+  json["checks"] = to_json(checks);
   return json;
 }
 
 std::string to_text(const std::string& name, const ProxyFigures& figures) {
-  using report::format_significant;
   const TimeQuantiles& times = figures.loop_us;
   return name + format_significant(times.p50_us, 3) + " / " + format_significant(times.p99_us, 3) + " / " +
          format_significant(times.max_us, 3) + " µs, " + format_significant(1e3 * figures.max_penetration_m, 3) +
@@ -98,7 +96,6 @@ std::string to_text(const std::string& name, const ProxyFigures& figures) {
 }
 
 std::string to_text(const ProxyLag& lag) {
-  using report::format_significant;
   return "proxy not yet at rest in " + format_significant(100 * lag.held_back_share, 2) +
          " % of the ticks; lag behind where it would rest p50 / p99 / max " + format_significant(1e3 * lag.p50_m, 3) +
          " / " + format_significant(1e3 * lag.p99_m, 3) + " / " + format_significant(1e3 * lag.max_m, 3) + " mm\n";
@@ -106,18 +103,18 @@ std::string to_text(const ProxyLag& lag) {
 
 int run(const Options& options) {
   const Result result = measure(options);
-  const std::vector<report::Check> checks = checks_of(result);
+  const std::vector<Check> checks = checks_of(result);
   if (options.wants_json) {
     std::cout << pretty_json(to_json(options, result, checks));
   } else {
     std::cout << options.mesh << ", " << result.triangles << " triangles, " << options.steps
-              << " ticks of 1 ms, the hand up to " << report::format_significant(1e3 * result.hand_depth_m, 3)
+              << " ticks of 1 ms, the hand up to " << format_significant(1e3 * result.hand_depth_m, 3)
               << " mm deep\ntimes p50 / p99 / max over " << kRounds << " runs\n"
               << to_text("proxy          ", result.ours) << to_text("closest point  ", result.closest_point)
               << to_text(result.lag);
-    if (options.is_checked) report::print_checks(std::cout, checks);
+    if (options.is_checked) print_checks(std::cout, checks);
   }
-  return options.is_checked && !report::all_hold(checks) ? 1 : 0;
+  return options.is_checked && !all_hold(checks) ? 1 : 0;
 }
 
 }  // namespace

@@ -15,7 +15,7 @@
 #include "lab/report/session_data.hpp"
 #include "lab/report/session_report.hpp"
 
-namespace tandem::report {
+namespace tandem::lab {
 namespace {
 
 struct Options {
@@ -84,4 +84,4 @@ void add_report_command(CLI::App& app, int& exit_code) {
   command->callback([options, &exit_code] { exit_code = run(*options); });
 }
 
-}  // namespace tandem::report
+}  // namespace tandem::lab

@@ -48,7 +48,7 @@ bool run(const Benchmark& benchmark, const std::filesystem::path& folder) {
   write_text_file(folder / (std::string(benchmark.name) + ".json"), pretty_json(to_json(reproduction)));
   write_text_file(folder / "report.html", to_html(reproduction));
   std::cout << to_text(reproduction);
-  return report::all_hold(reproduction.claims);
+  return all_hold(reproduction.claims);
 }
 
 /// Each into a folder of its own. One that lacks its file is left out, and said to be; the last line has the count.

@@ -41,16 +41,14 @@ boost::json::object quantiles_us(const Histogram& histogram) {
           {"max", microseconds(histogram.max())}};
 }
 
-std::vector<report::Check> checks_of(const RoomBenchResult& result) {
+std::vector<Check> checks_of(const RoomBenchResult& result) {
   const double overlong = 100.0 * static_cast<double>(result.overlong) / static_cast<double>(result.step.count());
   return {
-      {"room", "p99 of a step", microseconds(result.step.quantile(0.99)), report::Relation::kAtMost, kStepBudget_us,
-       "µs", 0},
-      {"room", "steps longer than the period", overlong, report::Relation::kAtMost, kOverlongShare_percent, "%", 2}};
+      {"room", "p99 of a step", microseconds(result.step.quantile(0.99)), Relation::kAtMost, kStepBudget_us, "µs", 0},
+      {"room", "steps longer than the period", overlong, Relation::kAtMost, kOverlongShare_percent, "%", 2}};
 }
 
-boost::json::object to_json(const Options& options, const RoomBenchResult& result,
-                            const std::vector<report::Check>& checks) {
+boost::json::object to_json(const Options& options, const RoomBenchResult& result, const std::vector<Check>& checks) {
   boost::json::array faults;
   for (const std::string& name : tick_fault_names(result.faults)) faults.emplace_back(name);
   return {{"scene", options.scene},
@@ -64,10 +62,10 @@ boost::json::object to_json(const Options& options, const RoomBenchResult& resul
           {"depth_max_m", result.depth_max_m},
           {"force_max_n", result.force_max_n},
           {"tick_faults", faults},
-          {"checks", report::to_json(checks)}};
+          {"checks", to_json(checks)}};
 }
 
-void print(const Options& options, const RoomBenchResult& result, const std::vector<report::Check>& checks) {
+void print(const Options& options, const RoomBenchResult& result, const std::vector<Check>& checks) {
   const auto line = [](const char* what, const Histogram& h) {
     std::cout << what << "  p50 " << microseconds(h.quantile(0.5)) << ", p99 " << microseconds(h.quantile(0.99))
               << ", p99.9 " << microseconds(h.quantile(0.999)) << ", max " << microseconds(h.max()) << " µs\n";
@@ -78,7 +76,7 @@ void print(const Options& options, const RoomBenchResult& result, const std::vec
   std::cout << "contacts up to " << result.contacts_max << ", depth up to " << result.depth_max_m * 1e3
             << " mm, force up to " << result.force_max_n << " N, tick faults " << describe_faults(result.faults)
             << "\n";
-  report::print_checks(std::cout, checks);
+  print_checks(std::cout, checks);
 }
 
 /// One path a user: those that were named, then presses, for the shipped scenes put something below every tool.
@@ -94,22 +92,22 @@ std::vector<std::string> hands_of(const Options& options) {
 }
 
 int run(Options options) {
-  SceneLoading loading;
+  server::SceneLoading loading;
   loading.progress = progress_on_stderr();
-  const auto scene = load_scene(scene_path(options.scene, ""), loading);
+  const auto scene = server::load_scene(scene_path(options.scene, ""), loading);
   if (options.users == 0) options.users = std::min(kDefaultUsers, scene->tools.size());
   RoomBenchSettings settings;
   settings.hands = hands_of(options);
   settings.duration = from_seconds(options.seconds);
-  for (const std::string& refusal : request_realtime({.priority = 60})) std::cerr << refusal << '\n';
+  for (const std::string& refusal : realtime::request_realtime({.priority = 60})) std::cerr << refusal << '\n';
   const RoomBenchResult result = bench_room(scene, settings);
-  const std::vector<report::Check> checks = checks_of(result);
+  const std::vector<Check> checks = checks_of(result);
   if (options.wants_json) {
     std::cout << pretty_json(to_json(options, result, checks));
   } else {
     print(options, result, checks);
   }
-  return report::all_hold(checks) ? 0 : 1;
+  return all_hold(checks) ? 0 : 1;
 }
 
 }  // namespace

@@ -137,7 +137,7 @@ void write_results(const std::filesystem::path& folder, std::span<const TrialRes
 }
 
 int run(const Options& options) {
-  if (!options.kernel.empty()) LennardJonesField::use_by_default(options.kernel);
+  if (!options.kernel.empty()) docking::LennardJonesField::use_by_default(options.kernel);
   std::vector<Trial> trials = trials_of(options);
   RunSettings settings;
   settings.out = options.out;
@@ -146,7 +146,7 @@ int run(const Options& options) {
   settings.wants_samples = options.wants_samples || settings.samples_lie_in_out;
   settings.program = program_fingerprint() + options.kernel;
   const bool is_one_with_files = settings.samples_lie_in_out;
-  SceneLoading loading;
+  server::SceneLoading loading;
   loading.progress = progress_on_stderr();
   TrialRunner runner(std::move(trials), settings, loading);
   print_size(runner.size(), settings.threads);

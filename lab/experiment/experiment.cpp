@@ -17,10 +17,10 @@ namespace {
 namespace json = boost::json;
 
 // A tick of a user takes about 0.6 kB of memory until the trial is judged and its files are written.
-constexpr double kMostUserSeconds = 1200;
+constexpr double kMaxUserSeconds = 1200;
 constexpr double kLongest_s = 600;
 // A JSON number above this may have lost its last digits on the way through other programs.
-constexpr std::uint64_t kLargestSeed = 1ULL << 53U;
+constexpr std::uint64_t kMaxSeed = 1ULL << 53U;
 
 Duration from_milliseconds(double value) {
   return from_seconds(value * 1e-3);
@@ -36,17 +36,18 @@ Duration phase_of(JsonFields& fields, std::string_view name, Duration otherwise)
   return kSlot * static_cast<int>(slots);
 }
 
-LinkParameters link_of(JsonFields link) {
-  LinkParameters result;
+net::LinkParameters link_of(JsonFields link) {
+  net::LinkParameters result;
   result.delay = from_milliseconds(link.number("rtt_ms", 0, 0, 20000) / 2);
   result.jitter = from_milliseconds(link.number("jitter_ms", 0, 0, 10000));
-  result.distribution = static_cast<JitterDistribution>(link.choice("distribution", 0, {"normal", "pareto", "trace"}));
+  result.distribution =
+      static_cast<net::JitterDistribution>(link.choice("distribution", 0, {"normal", "pareto", "trace"}));
   for (const double delay_ms : link.numbers("trace_ms", 0, 10000)) result.trace.push_back(from_milliseconds(delay_ms));
-  if (result.distribution == JitterDistribution::kTrace && result.trace.empty()) {
+  if (result.distribution == net::JitterDistribution::kTrace && result.trace.empty()) {
     link.fail("trace_ms", "distribution \"trace\" needs a list of one delay or more");
   }
   result.allows_reordering = link.boolean("reordering", false);
-  result.loss = link.number("loss", 0, 0, kLargestLoss);
+  result.loss = link.number("loss", 0, 0, net::kMaxLoss);
   result.mean_bad_period = from_milliseconds(link.number("bad_period_ms", 20, 0.1, 10000));
   result.duplication = link.number("duplication", 0, 0, 1);
   result.rate_limit_bytes_per_s = link.number("rate_limit_bytes_per_s", 0, 0, 1e12);
@@ -56,8 +57,8 @@ LinkParameters link_of(JsonFields link) {
   return result;
 }
 
-HandParameters hand_parameters_of(JsonFields hand) {
-  HandParameters result;
+devices::HandParameters hand_parameters_of(JsonFields hand) {
+  devices::HandParameters result;
   result.mass_kg = hand.number("mass_kg", result.mass_kg, 0.01, 10);
   result.stiffness_n_per_m = hand.number("stiffness_n_per_m", result.stiffness_n_per_m, 0, 10000);
   result.damping_n_s_per_m = hand.number("damping_n_s_per_m", result.damping_n_s_per_m, 0, 1000);
@@ -72,19 +73,19 @@ HandParameters hand_parameters_of(JsonFields hand) {
   return result;
 }
 
-HandPath hand_of(JsonFields& user, const std::string& name, const std::filesystem::path& directory) {
-  if (std::filesystem::path(name).extension() == ".json") return load_hand_path(directory / name);
+devices::HandPath hand_of(JsonFields& user, const std::string& name, const std::filesystem::path& directory) {
+  if (std::filesystem::path(name).extension() == ".json") return devices::load_hand_path(directory / name);
   try {
-    return named_hand_path(name);
+    return devices::named_hand_path(name);
   } catch (const std::invalid_argument& error) {
     user.fail("hand", std::string(error.what()) + "; or name a .json file");
   }
 }
 
-DeviceProfile device_of(JsonFields& user, const std::filesystem::path& directory) {
+devices::DeviceProfile device_of(JsonFields& user, const std::filesystem::path& directory) {
   const std::string name = user.text("device", "sim");
   try {
-    return find_device_profile(name.ends_with(".json") ? (directory / name).string() : name);
+    return devices::find_device_profile(name.ends_with(".json") ? (directory / name).string() : name);
   } catch (const std::invalid_argument& error) {
     user.fail("device", error.what());
   }
@@ -137,7 +138,8 @@ void take_links(JsonFields& user, const json::object& document, std::size_t inde
   const json::object down = with(up, object_in(document, "downlink"));
   result.up = link_of(JsonFields(up, context.file.origin, path + "link"));
   result.down = link_of(JsonFields(down, context.file.origin, path + "downlink"));
-  if (result.transport == StateTransport::kTcp && (result.up.spoils_datagrams() || result.down.spoils_datagrams())) {
+  if (result.transport == client::StateTransport::kTcp &&
+      (result.up.spoils_datagrams() || result.down.spoils_datagrams())) {
     user.fail("transport",
               "over a stream nothing is lost, doubled or reordered; leave out loss, duplication and "
               "reordering, or use udp");
@@ -148,13 +150,15 @@ ExperimentUser user_of(JsonFields& user, const json::object& document, std::size
   ExperimentUser result;
   const std::filesystem::path& directory = context.file.directory;
   result.name = user.required_text("name");
-  result.role = user.choice("role", 0, {"manipulator", "observer"}) == 0 ? UserRole::kManipulator : UserRole::kObserver;
+  result.role = user.choice("role", 0, {"manipulator", "observer"}) == 0 ? server::UserRole::kManipulator
+                                                                         : server::UserRole::kObserver;
   result.hand_name = user.text("hand", "rest");
   result.hand = hand_of(user, result.hand_name, directory);
   result.hand_parameters = hand_parameters_of(user.object("hand_parameters"));
   result.device = device_of(user, directory);
   result.pipeline = pipeline_of(user, context.pipeline);
-  result.transport = user.choice("transport", 0, {"udp", "tcp"}) == 0 ? StateTransport::kUdp : StateTransport::kTcp;
+  result.transport =
+      user.choice("transport", 0, {"udp", "tcp"}) == 0 ? client::StateTransport::kUdp : client::StateTransport::kTcp;
   take_links(user, document, index, context, result);
   result.tick_phase = phase_of(user, "tick_phase_ms", kSlot * static_cast<int>(1 + index % 3));
   user.finish();
@@ -164,7 +168,7 @@ ExperimentUser user_of(JsonFields& user, const json::object& document, std::size
 std::vector<ExperimentUser> users_of(JsonFields& file, const UserContext& context) {
   std::vector<ExperimentUser> users;
   std::set<std::string> names;
-  std::vector<JsonFields> list = file.objects("users", 1, kMaxUsers);
+  std::vector<JsonFields> list = file.objects("users", 1, proto::kMaxUsers);
   const json::array& documents = context.file.document.at("users").get_array();
   for (std::size_t i = 0; i < list.size(); ++i) {
     users.push_back(user_of(list[i], documents[i].get_object(), i, context));
@@ -219,7 +223,7 @@ json::object scene_changes_of(JsonFields& file, const json::object& document) {
 
 // What decides which trials there are is no part of any one of them; lab/experiment/trial_grid reads it.
 void skip_grid(JsonFields& file) {
-  file.whole_number("seeds", 1, kMostSeeds);
+  file.whole_number("seeds", 1, kMaxSeeds);
   file.has("grid");
 }
 
@@ -260,11 +264,11 @@ void change(json::value& scene, const std::string& name, const json::value& valu
 
 json::object user_json(const ExperimentUser& user) {
   json::object result{{"name", user.name},
-                      {"role", user.role == UserRole::kManipulator ? "manipulator" : "observer"},
+                      {"role", user.role == server::UserRole::kManipulator ? "manipulator" : "observer"},
                       {"hand", user.hand_name},
-                      {"hand_parameters", to_json(user.hand_parameters)},
+                      {"hand_parameters", client::to_json(user.hand_parameters)},
                       {"device", user.device.name},
-                      {"transport", user.transport == StateTransport::kUdp ? "udp" : "tcp"},
+                      {"transport", user.transport == client::StateTransport::kUdp ? "udp" : "tcp"},
                       {"tick_phase_ms", in_milliseconds(user.tick_phase)},
                       {"link", link_json(user.up)},
                       {"downlink", link_json(user.down)}};
@@ -273,9 +277,9 @@ json::object user_json(const ExperimentUser& user) {
 
 }  // namespace
 
-json::object link_json(const LinkParameters& link) {
+json::object link_json(const net::LinkParameters& link) {
   json::object result{{"rtt_ms", 2 * in_milliseconds(link.delay)}};
-  for (const auto& field : to_json(link)) {
+  for (const auto& field : client::to_json(link)) {
     if (field.key() != "delay_ms") result[field.key()] = field.value();
   }
   if (!result.contains("trace_ms")) result["trace_ms"] = json::array();
@@ -284,7 +288,8 @@ json::object link_json(const LinkParameters& link) {
 
 std::filesystem::path scene_path(const std::string& scene, const std::filesystem::path& directory) {
   const std::filesystem::path beside = directory / scene;
-  return find_scene(std::filesystem::is_regular_file(beside) ? beside.string() : scene, scene_folders());
+  return server::find_scene(std::filesystem::is_regular_file(beside) ? beside.string() : scene,
+                            server::scene_folders());
 }
 
 ExperimentFile read_experiment_file(const std::filesystem::path& file) {
@@ -300,12 +305,12 @@ Experiment parse_experiment(const ExperimentFile& source) {
   result.description = file.text("description", "");
   try {
     result.scene = scene_path(file.required_text("scene"), source.directory);
-  } catch (const SceneError& error) {
+  } catch (const server::SceneError& error) {
     throw std::invalid_argument(source.origin + ": scene: " + error.what());
   }
   result.scene_changes = scene_changes_of(file, source.document);
   result.duration = from_seconds(file.number("duration_s", to_seconds(result.duration), 0.1, kLongest_s));
-  result.seed = file.whole_number("seed", result.seed, kLargestSeed);
+  result.seed = file.whole_number("seed", result.seed, kMaxSeed);
   result.server_phase = phase_of(file, "server_phase_ms", result.server_phase);
   result.sample_period = std::chrono::milliseconds(file.whole_number("sample_period_ms", 10, 1000));
   if (result.sample_period <= Duration(0)) file.fail("sample_period_ms", "it must be a whole number from 1 to 1000");
@@ -316,7 +321,7 @@ Experiment parse_experiment(const ExperimentFile& source) {
   result.outcome = outcome_of(file, result.users);
   skip_grid(file);
   file.finish();
-  if (to_seconds(result.duration) * static_cast<double>(result.users.size()) > kMostUserSeconds) {
+  if (to_seconds(result.duration) * static_cast<double>(result.users.size()) > kMaxUserSeconds) {
     file.fail("duration_s", "duration times users must be at most 1200 s");
   }
   return result;
@@ -357,9 +362,11 @@ std::string scene_text(const Experiment& experiment) {
   return pretty_json(scene);
 }
 
-std::shared_ptr<const LoadedScene> load_experiment_scene(const Experiment& experiment, const SceneLoading& loading) {
-  if (experiment.scene_changes.empty()) return load_scene(experiment.scene, loading);
-  return load_scene_text(scene_text(experiment), experiment.scene.string(), experiment.scene.parent_path(), loading);
+std::shared_ptr<const server::LoadedScene> load_experiment_scene(const Experiment& experiment,
+                                                                 const server::SceneLoading& loading) {
+  if (experiment.scene_changes.empty()) return server::load_scene(experiment.scene, loading);
+  return server::load_scene_text(scene_text(experiment), experiment.scene.string(), experiment.scene.parent_path(),
+                                 loading);
 }
 
 LinkSummary link_summary(const ExperimentUser& user) {

@@ -24,15 +24,15 @@ namespace tandem::lab {
 /// One simulated person with device, client and link.
 struct ExperimentUser {
   std::string name;
-  UserRole role = UserRole::kManipulator;
+  server::UserRole role = server::UserRole::kManipulator;
   std::string hand_name = "rest";
-  HandPath hand = named_hand_path("rest");
-  HandParameters hand_parameters;                     ///< without the device
-  DeviceProfile device = find_device_profile("sim");  ///< what the hand holds
-  Pipeline pipeline;                                  ///< between the server's state and the hand
-  StateTransport transport = StateTransport::kUdp;
-  LinkParameters up;
-  LinkParameters down;
+  devices::HandPath hand = devices::named_hand_path("rest");
+  devices::HandParameters hand_parameters;                              ///< without the device
+  devices::DeviceProfile device = devices::find_device_profile("sim");  ///< what the hand holds
+  Pipeline pipeline;                                                    ///< between the server's state and the hand
+  client::StateTransport transport = client::StateTransport::kUdp;
+  net::LinkParameters up;
+  net::LinkParameters down;
   Duration tick_phase{0};  ///< of its 1 kHz loop within the millisecond: a whole number of slots
 };
 
@@ -60,7 +60,7 @@ struct Experiment {
   Duration server_phase{0};                     ///< of the room's step, as tick_phase
   Duration sample_period{from_seconds(0.010)};  ///< of the CSV files
   Pipeline pipeline;                            ///< of users that say nothing else
-  LinkParameters link;                          ///< likewise, each way
+  net::LinkParameters link;                     ///< likewise, each way
   std::string reference_stage;                  ///< of the run at zero delay that this one is held against
   std::optional<OutcomeRule> outcome;
   std::vector<ExperimentUser> users;
@@ -74,7 +74,7 @@ struct Experiment {
 /// Virtual time advances in these; loops with a period of 1 ms can be in one of four phases to each other.
 inline constexpr Duration kSlot{from_seconds(0.00025)};
 inline constexpr Duration kHapticPeriod{from_seconds(0.001)};
-inline constexpr std::uint64_t kMostSeeds = 1000;
+inline constexpr std::uint64_t kMaxSeeds = 1000;
 
 /// A file as it was read: not checked beyond being an object, so that quantities can be set before it is.
 struct ExperimentFile {
@@ -96,7 +96,7 @@ Experiment load_experiment(const std::filesystem::path& file);
 /// Every field with its value, as an experiment file has it: parsed again it gives the same trial.
 boost::json::object experiment_json(const Experiment& experiment);
 /// One way of a link, as a file has it; its rtt_ms is twice the delay.
-boost::json::object link_json(const LinkParameters& link);
+boost::json::object link_json(const net::LinkParameters& link);
 
 /// The file of a scene given by its path, relative to `directory`, or by the name of a shipped scene ("peg_in_hole").
 /// Fails   SceneError (lists the shipped names)
@@ -106,8 +106,8 @@ std::filesystem::path scene_path(const std::string& scene, const std::filesystem
 /// Fails   std::invalid_argument: a change names a body that is not there, or goes through what has no fields
 std::string scene_text(const Experiment& experiment);
 /// The scene loaded from that. Fails: as scene_text(), SceneError
-std::shared_ptr<const LoadedScene> load_experiment_scene(const Experiment& experiment,
-                                                         const SceneLoading& loading = {});
+std::shared_ptr<const server::LoadedScene> load_experiment_scene(const Experiment& experiment,
+                                                                 const server::SceneLoading& loading = {});
 
 /// The greatest round trip of a user's link [ms], and likewise its jitter (of one way) and loss.
 struct LinkSummary {

@@ -7,15 +7,15 @@
 namespace tandem::lab {
 
 std::string default_stage() {
-  return StageSettings{}.name;
+  return client::StageSettings{}.name;
 }
 
 std::vector<std::string_view> known_stages() {
-  return stage_names();
+  return client::stage_names();
 }
 
 std::vector<std::string_view> known_predictors() {
-  return predictor_names();
+  return client::predictor_names();
 }
 
 std::string listed_stages() {
@@ -32,15 +32,15 @@ boost::json::object pipeline_json(const Pipeline& pipeline) {
           {"model", boost::json::object{{"mass_scale", pipeline.model_mass_scale}}}};
 }
 
-LocalModelSettings local_model_settings(const Pipeline& pipeline) {
-  LocalModelSettings settings;
+client::LocalModelSettings local_model_settings(const Pipeline& pipeline) {
+  client::LocalModelSettings settings;
   settings.mass_scale = pipeline.model_mass_scale;
   settings.keeps_ledger = true;
   return settings;
 }
 
-HapticSettings haptic_settings(const Pipeline& pipeline, const CouplingParameters& coupling_bounds) {
-  HapticSettings settings;
+client::HapticSettings haptic_settings(const Pipeline& pipeline, const haptics::CouplingParameters& coupling_bounds) {
+  client::HapticSettings settings;
   settings.stage.name = pipeline.stage;
   settings.stage.predictor = pipeline.predictor;
   settings.stage.guard = pipeline.guard;
@@ -48,7 +48,7 @@ HapticSettings haptic_settings(const Pipeline& pipeline, const CouplingParameter
   return settings;
 }
 
-double guard_dissipated_j(const HapticCore& core, const Pipeline& pipeline) {
+double guard_dissipated_j(const client::HapticCore& core, const Pipeline& pipeline) {
   return pipeline.guard ? core.record().guard_withheld_j : std::numeric_limits<double>::quiet_NaN();
 }
 

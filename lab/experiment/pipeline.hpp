@@ -20,19 +20,19 @@ std::string listed_stages();
 
 struct Pipeline {
   std::string stage = default_stage();
-  std::string predictor = StageSettings{}.predictor;  ///< of what the stage's model does not know
-  bool guard = StageSettings{}.guard;                 ///< passivity guard
-  double deadband = 0;                                ///< Weber fraction below which nothing is sent; 0: everything is
-  double model_mass_scale = 1;                        ///< masses of the local model are wrong by this factor
+  std::string predictor = client::StageSettings{}.predictor;  ///< of what the stage's model does not know
+  bool guard = client::StageSettings{}.guard;                 ///< passivity guard
+  double deadband = 0;          ///< Weber fraction below which nothing is sent; 0: everything is
+  double model_mass_scale = 1;  ///< masses of the local model are wrong by this factor
 };
 
 /// As an experiment file has it.
 boost::json::object pipeline_json(const Pipeline& pipeline);
 
-LocalModelSettings local_model_settings(const Pipeline& pipeline);
-HapticSettings haptic_settings(const Pipeline& pipeline, const CouplingParameters& coupling_bounds);
+client::LocalModelSettings local_model_settings(const Pipeline& pipeline);
+client::HapticSettings haptic_settings(const Pipeline& pipeline, const haptics::CouplingParameters& coupling_bounds);
 
 /// What the client's guard has kept from the hand so far [world joules]; NaN: it has none.
-double guard_dissipated_j(const HapticCore& core, const Pipeline& pipeline);
+double guard_dissipated_j(const client::HapticCore& core, const Pipeline& pipeline);
 
 }  // namespace tandem::lab

@@ -74,7 +74,7 @@ Block block_of(const json::object& block, const ExperimentFile& file, std::size_
   for (const auto& field : block) {
     const std::string name = field.key();
     if (name == "seeds") {
-      result.seeds = JsonFields(block, file.origin).whole_number("seeds", 1, kMostSeeds);
+      result.seeds = JsonFields(block, file.origin).whole_number("seeds", 1, kMaxSeeds);
       continue;
     }
     result.axes.push_back(axis_of(name, field.value()));
@@ -115,7 +115,7 @@ void apply_request(Block& block, const GridRequest& request) {
 void add_seeds(Block& block, const ExperimentFile& file, const GridRequest& request) {
   JsonFields fields(file.document, file.origin);
   std::uint64_t first = fields.whole_number("seed", 1, 1ULL << 53U);
-  const std::uint64_t of_file = fields.whole_number("seeds", kDefaultSeeds, kMostSeeds);
+  const std::uint64_t of_file = fields.whole_number("seeds", kDefaultSeeds, kMaxSeeds);
   const auto own = std::find_if(block.axes.begin(), block.axes.end(), [](const Axis& a) { return a.name == "seed"; });
   if (own != block.axes.end()) {
     if (own->values.size() > 1) return;
@@ -123,9 +123,9 @@ void add_seeds(Block& block, const ExperimentFile& file, const GridRequest& requ
     block.axes.erase(own);
   }
   const std::uint64_t count = request.seeds.value_or(block.seeds.value_or(of_file));
-  if (count == 0 || count > kMostSeeds) {
+  if (count == 0 || count > kMaxSeeds) {
     throw std::invalid_argument(file.origin + ": seeds is " + std::to_string(count) + "; it must be 1 to " +
-                                std::to_string(kMostSeeds));
+                                std::to_string(kMaxSeeds));
   }
   Axis seeds{"seed", {}};
   for (std::uint64_t i = 0; i < count; ++i) seeds.values.emplace_back(first + i);
@@ -135,7 +135,7 @@ void add_seeds(Block& block, const ExperimentFile& file, const GridRequest& requ
 std::size_t combinations(const Block& block) {
   std::size_t count = 1;
   for (const Axis& axis : block.axes) {
-    if (count > kMostTrials) break;
+    if (count > kMaxTrials) break;
     count *= axis.values.size();
   }
   return count;
@@ -171,7 +171,7 @@ void check_names(const Block& block, const json::object& complete, const Experim
 }
 
 void too_many(const ExperimentFile& file) {
-  throw std::invalid_argument(file.origin + ": more than " + std::to_string(kMostTrials) +
+  throw std::invalid_argument(file.origin + ": more than " + std::to_string(kMaxTrials) +
                               " trials; leave out values or seeds");
 }
 
@@ -186,7 +186,7 @@ std::vector<Trial> expand(const ExperimentFile& file, const GridRequest& request
     check_names(block, complete, file);
     add_seeds(block, file, request);
     const std::size_t count = combinations(block);
-    if (count + trials.size() > kMostTrials) too_many(file);
+    if (count + trials.size() > kMaxTrials) too_many(file);
     for (std::size_t i = 0; i < count; ++i) {
       const std::vector<Setting> settings = combination(block, i);
       ExperimentFile own = with_settings(file, settings);

@@ -29,9 +29,9 @@ struct GridRequest {
 ///
 /// The blocks are the file's `grid`; without one, the built-in: the default stage with guard on delays × jitter × loss,
 /// and every other stage without guard on four delays of a perfect link, where more than one seed would give the same.
-/// Fails   std::invalid_argument: a name or value that does not exist, more than kMostTrials
+/// Fails   std::invalid_argument: a name or value that does not exist, more than kMaxTrials
 std::vector<Trial> expand(const ExperimentFile& file, const GridRequest& request);
-inline constexpr std::size_t kMostTrials = 20000;
+inline constexpr std::size_t kMaxTrials = 20000;
 
 /// The same hands with the same seed at zero delay, on the trial's reference stage without guard or predictor: what a
 /// perfect link would have let them feel.

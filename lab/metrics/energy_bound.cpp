@@ -74,7 +74,7 @@ double bound_of(const UserTrace& user) {
 double energy_created_bound_j(const SessionTrace& trace) {
   double bound_j = 0;
   for (const UserTrace& user : trace.users) {
-    if (user.user.role != UserRole::kManipulator || user.ticks.empty()) continue;
+    if (user.user.role != server::UserRole::kManipulator || user.ticks.empty()) continue;
     if (!has_bound(user)) return kNone;
     if (user.user.pipeline.stage != "wave") bound_j += bound_of(user);
   }

@@ -14,8 +14,8 @@ constexpr Duration kSkippedBegin{from_seconds(1.0)};
 constexpr Duration kSkippedEnd{from_seconds(0.5)};
 constexpr std::size_t kStride = 10;  ///< ticks between rows: 100 Hz for movements of up to 5 Hz
 constexpr std::size_t kLag = 20;     ///< rows: 0.2 s
-constexpr std::size_t kLeastRows = 200;
-constexpr double kLeastAcceleration_m_per_s2 = 0.01;  ///< RMS
+constexpr std::size_t kMinRows = 200;
+constexpr double kMinAcceleration_m_per_s2 = 0.01;  ///< RMS
 constexpr double kNormal95 = 1.96;
 
 using Row = Eigen::Vector3d;  ///< a, v, x of one axis
@@ -106,7 +106,7 @@ FeltMass felt_mass(const UserTrace& user) {
   }
   const std::size_t rows = axes.front().rows.size();
   const double acceleration_rms = std::sqrt(gram(0, 0) / static_cast<double>(std::max<std::size_t>(rows, 1)));
-  if (rows < kLeastRows || acceleration_rms < kLeastAcceleration_m_per_s2) return {kNothing, kNothing};
+  if (rows < kMinRows || acceleration_rms < kMinAcceleration_m_per_s2) return {kNothing, kNothing};
   // a, v and x differ by orders of magnitude: solved in units in which each has length one.
   const Row scale = gram.diagonal().cwiseSqrt().cwiseInverse();
   const Eigen::Matrix3d scaled = scale.asDiagonal() * gram * scale.asDiagonal();

@@ -55,13 +55,14 @@ double of_pointer(const TickSample* tick) {
   return F(*tick);
 }
 
-double ticks_with(const UserTrace& user, SafetyFaults fault) {
+double ticks_with(const UserTrace& user, haptics::SafetyFaults fault) {
   return static_cast<double>(std::count_if(user.ticks.begin(), user.ticks.end(),
                                            [&](const TickSample& tick) { return (tick.safety_faults & fault) != 0; }));
 }
 
 /// What would stop a device in earnest; ramp, slew limit and silence are ordinary life.
-constexpr SafetyFaults kRealFaults = kSafetyNotFinite | kSafetyTooFast | kSafetyInvalidSample;
+constexpr haptics::SafetyFaults kRealFaults =
+    haptics::kSafetyNotFinite | haptics::kSafetyTooFast | haptics::kSafetyInvalidSample;
 
 double clamped_fraction(const UserTrace& user) {
   return mean(user.ticks, [](const TickSample& tick) { return tick.is_clamped ? 1.0 : 0.0; });
@@ -135,9 +136,9 @@ const std::vector<UserMetric>& user_metrics() {
       {"hold_deviation_mean_m", "from where the hand wants to be, settled hold phase",
        [](const UserTrace& u) { return mean(settled_hold_ticks(u), of_pointer<deviation_m>); }},
       {"slew_limited_ticks", "force changes that the slew limit slowed",
-       [](const UserTrace& u) { return ticks_with(u, kSafetySlewed); }},
+       [](const UserTrace& u) { return ticks_with(u, haptics::kSafetySlewed); }},
       {"silent_ticks", "state so old that the force decayed",
-       [](const UserTrace& u) { return ticks_with(u, kSafetySilence); }},
+       [](const UserTrace& u) { return ticks_with(u, haptics::kSafetySilence); }},
       {"safety_fault_ticks", "not finite, too fast or invalid sample",
        [](const UserTrace& u) { return ticks_with(u, kRealFaults); }},
       {"energy_to_hand_j", "work done on the hand", [](const UserTrace& u) { return u.energy_to_hand_j; }},

@@ -30,13 +30,13 @@ double own_compliance_m_per_n(const UserTrace& user) {
 }
 
 double zero_delay_joint_n_per_m(const UserTrace& user) {
-  if (!needs_local_model(user.user.pipeline.stage)) return std::numeric_limits<double>::infinity();
-  return joint_for(Duration{0}, Duration{0}, Vec3::UnitX()).axis_stiffness_n_per_m;
+  if (!client::needs_local_model(user.user.pipeline.stage)) return std::numeric_limits<double>::infinity();
+  return physics::joint_for(Duration{0}, Duration{0}, Vec3::UnitX()).axis_stiffness_n_per_m;
 }
 
 double passive_joint_n_per_m(const UserTrace& user) {
   const double one_way_s = link_summary(user.user).rtt_ms / 2000;
-  return DelayedJointSettings{}.along.damping_n_s_per_m / one_way_s;
+  return physics::DelayedJointSettings{}.along.damping_n_s_per_m / one_way_s;
 }
 
 }  // namespace
@@ -50,7 +50,8 @@ double hold_force_bound_n(const TrialView& trial) {
     const UserTrace& reference = trial.reference->users[i];
     const auto ticks = settled_hold_ticks(reference);
     const bool is_in_world_scale = user.hand_joules_per_world_joule == 1;
-    if (ticks.empty() || holds_a_body(ticks) || !is_in_world_scale || !needs_local_model(user.user.pipeline.stage)) {
+    if (ticks.empty() || holds_a_body(ticks) || !is_in_world_scale ||
+        !client::needs_local_model(user.user.pipeline.stage)) {
       return kNothing;
     }
     forces.push_back(mean_force(ticks));

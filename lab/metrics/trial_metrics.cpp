@@ -19,11 +19,11 @@ namespace tandem::lab {
 namespace {
 
 constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
-constexpr double kLeastExchange_j = 0.020;  ///< below this a share of what was exchanged says nothing
-constexpr double kGhostForce_n = 0.2;       ///< felt, where …
-constexpr double kNoForce_n = 0.05;         ///< … the run at zero delay has next to none
-constexpr double kLeastLoadedTravel_m = 1e-4;
-constexpr double kLeastFit = 0.8;  ///< R²
+constexpr double kMinExchange_j = 0.020;  ///< below this a share of what was exchanged says nothing
+constexpr double kGhostForce_n = 0.2;     ///< felt, where …
+constexpr double kNoForce_n = 0.05;       ///< … the run at zero delay has next to none
+constexpr double kMinLoadedTravel_m = 1e-4;
+constexpr double kMinFit = 0.8;  ///< R²
 constexpr double kHapticRate_hz = 1000;
 constexpr double kSoftCorner_hz = 60;
 
@@ -140,7 +140,7 @@ double felt_stiffness_ratio(const UserView& view) {
   const Vec3 force = mean_contact_force_D(*view.reference, in_contact);
   if (!(force.norm() > 0)) return kNothing;
   const Slope expected = felt_slope(*view.reference, in_contact, force.normalized());
-  if (!(expected.fit >= kLeastFit) || !(expected.travel_m >= kLeastLoadedTravel_m)) return kNothing;
+  if (!(expected.fit >= kMinFit) || !(expected.travel_m >= kMinLoadedTravel_m)) return kNothing;
   return felt_slope(view.user, in_contact, force.normalized()).n_per_m / expected.n_per_m;
 }
 
@@ -212,7 +212,7 @@ double force_above_60_hz_n(const UserView& view) {
 double guard_dissipated_fraction(const UserView& view) {
   const double exchanged_j =
       (view.user.energy_to_hand_j + view.user.energy_from_hand_j) / view.user.hand_joules_per_world_joule;
-  return exchanged_j < kLeastExchange_j ? kNothing : view.user.guard_dissipated_j / exchanged_j;
+  return exchanged_j < kMinExchange_j ? kNothing : view.user.guard_dissipated_j / exchanged_j;
 }
 
 double tool_guarded_fraction(const UserView& view) {
@@ -315,7 +315,7 @@ std::string lift_outcome(const OutcomeRule& rule, const SessionTrace& trace) {
   const auto found = body_of(rule, trace);
   if (!found) return "never-lifted";
   const std::size_t body = *found;
-  const HandPath& hand = trace.users.front().user.hand;
+  const devices::HandPath& hand = trace.users.front().user.hand;
   const int phase = phase_called(trace.users.front(), rule.during);
   bool was_lifted = false;
   bool was_low = false;

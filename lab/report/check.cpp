@@ -8,7 +8,7 @@
 
 #include "lab/report/format.hpp"
 
-namespace tandem::report {
+namespace tandem::lab {
 namespace {
 
 std::string_view symbol(Relation relation) {
@@ -88,4 +88,4 @@ void print_checks(std::ostream& out, std::span<const Check> checks) {
   }
 }
 
-}  // namespace tandem::report
+}  // namespace tandem::lab

@@ -9,7 +9,7 @@
 
 #include "common/base/json.hpp"
 
-namespace tandem::report {
+namespace tandem::lab {
 
 enum class Relation : std::uint8_t { kAtLeast, kAtMost, kBelow };
 
@@ -39,4 +39,4 @@ boost::json::array to_json(std::span<const Check> checks);
 /// A table for a terminal: under each scope its checks, "ok" or "FAILED" first, values aligned.
 void print_checks(std::ostream& out, std::span<const Check> checks);
 
-}  // namespace tandem::report
+}  // namespace tandem::lab

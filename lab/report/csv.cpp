@@ -9,7 +9,7 @@
 
 #include "lab/report/format.hpp"
 
-namespace tandem::report {
+namespace tandem::lab {
 namespace {
 
 constexpr std::size_t kQuotedCharacters = 40;
@@ -140,4 +140,4 @@ CsvTable read_csv(const std::filesystem::path& file, const CsvLimits& limits) {
   return parse_csv(text, file.string(), limits);
 }
 
-}  // namespace tandem::report
+}  // namespace tandem::lab

@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-namespace tandem::report {
+namespace tandem::lab {
 
 /// More than these is refused: twenty minutes at 1 kHz with room to spare.
 struct CsvLimits {
@@ -38,4 +38,4 @@ struct CsvTable {
 CsvTable parse_csv(std::string_view text, const std::string& origin, const CsvLimits& limits = {});
 CsvTable read_csv(const std::filesystem::path& file, const CsvLimits& limits = {});
 
-}  // namespace tandem::report
+}  // namespace tandem::lab

@@ -6,7 +6,7 @@
 #include <stdexcept>
 #include <string>
 
-namespace tandem::report {
+namespace tandem::lab {
 namespace {
 
 /// What is kept of one pixel column, as indices into the series.
@@ -91,4 +91,4 @@ std::vector<Polyline> decimate(std::span<const double> x, std::span<const double
   return decimator.finish();
 }
 
-}  // namespace tandem::report
+}  // namespace tandem::lab

@@ -8,7 +8,7 @@
 
 #include "lab/report/ticks.hpp"
 
-namespace tandem::report {
+namespace tandem::lab {
 
 struct Point {
   double x;
@@ -31,4 +31,4 @@ using Polyline = std::vector<Point>;
 std::vector<Polyline> decimate(std::span<const double> x, std::span<const double> y, Range x_range,
                                std::size_t columns);
 
-}  // namespace tandem::report
+}  // namespace tandem::lab

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <cstdint>
 
-namespace tandem::report {
+namespace tandem::lab {
 namespace {
 
 constexpr std::string_view kMinus = "\u2212";
@@ -190,4 +190,4 @@ std::string shortened(std::string_view text, std::size_t max_width) {
   return std::string(text.substr(0, end)) + "\u2026";
 }
 
-}  // namespace tandem::report
+}  // namespace tandem::lab

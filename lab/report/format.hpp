@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-namespace tandem::report {
+namespace tandem::lab {
 
 /// `value` with exactly `decimals` digits after the point, e.g. "−0.50". Never "−0.00"; "–" for NaN, "∞" for infinity.
 /// In      decimals  0..17
@@ -32,4 +32,4 @@ std::size_t text_width(std::string_view text);
 /// `text` cut to a text_width() of `max_width`, with "…" at its end when something was cut.
 std::string shortened(std::string_view text, std::size_t max_width);
 
-}  // namespace tandem::report
+}  // namespace tandem::lab

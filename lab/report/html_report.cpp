@@ -4,7 +4,7 @@
 
 #include "lab/report/format.hpp"
 
-namespace tandem::report {
+namespace tandem::lab {
 namespace {
 
 // Line colours: Okabe and Ito, "Color Universal Design", 2008, which colour-blind readers can tell apart; on dark
@@ -225,4 +225,4 @@ std::string HtmlReport::html() const {
   return page + "</body>\n</html>\n";
 }
 
-}  // namespace tandem::report
+}  // namespace tandem::lab

@@ -11,7 +11,7 @@
 #include "lab/report/check.hpp"
 #include "lab/report/plot.hpp"
 
-namespace tandem::report {
+namespace tandem::lab {
 
 enum class Align : std::uint8_t { kLeft, kRight };
 
@@ -59,4 +59,4 @@ class HtmlReport {
   int figure_count_ = 0;
 };
 
-}  // namespace tandem::report
+}  // namespace tandem::lab

@@ -10,7 +10,7 @@
 #include "lab/report/decimate.hpp"
 #include "lab/report/format.hpp"
 
-namespace tandem::report {
+namespace tandem::lab {
 namespace {
 
 // Text cannot be measured here, so boxes are planned for this advance of a 12 px sans-serif face, chosen on the wide
@@ -23,7 +23,7 @@ constexpr double kBottomPx = 46;
 constexpr double kTickPx = 5;
 constexpr double kAxisTitlePx = 30;
 /// Four characters, so that figures above one another line up.
-constexpr double kLeastLabelPx = 4 * kCharacterPx;
+constexpr double kMinLabelPx = 4 * kCharacterPx;
 constexpr double kPixelsPerXTick = 56;
 constexpr double kPixelsPerYTick = 34;
 constexpr std::size_t kLegendCharacters = 40;
@@ -89,7 +89,7 @@ Range sane(Range range, Scale scale) {
   return scale == Scale::kLog ? sane_log(range) : sane_linear(range);
 }
 
-Range with_fixed_ends(Range range, const Axis& axis) {
+Range with_fixed_ends(Range range, const PlotAxis& axis) {
   return {axis.low.value_or(range.low), axis.high.value_or(range.high)};
 }
 
@@ -139,8 +139,8 @@ class Renderer {
   const Plot& plot_;
   Mapping x_;
   Mapping y_;
-  std::vector<Tick> x_ticks_;
-  std::vector<Tick> y_ticks_;
+  std::vector<AxisTick> x_ticks_;
+  std::vector<AxisTick> y_ticks_;
   std::vector<LegendEntry> legend_;
   double top_px_ = 0;
   std::string out_;
@@ -179,7 +179,7 @@ void Renderer::scale_y(double bottom_px, double top_px) {
   // The data ends at ticks, unless an end is fixed.
   y_ticks_ = ticks_around(y_.range, count);
   y_.range = with_fixed_ends({y_ticks_.front().value, y_ticks_.back().value}, plot_.y);
-  std::erase_if(y_ticks_, [this](const Tick& tick) { return !y_.contains(tick.value); });
+  std::erase_if(y_ticks_, [this](const AxisTick& tick) { return !y_.contains(tick.value); });
 }
 
 void Renderer::scale_x(double left_px, double right_px) {
@@ -193,15 +193,15 @@ void Renderer::lay_out() {
   const double legend_bottom = legend_.empty() ? 4 : legend_.back().at.y + 10;
   top_px_ = legend_bottom + (plot_.bands.empty() ? 4 : kBandStripPx);
   scale_y(plot_.height_px - kBottomPx, top_px_);
-  double label_px = kLeastLabelPx;
-  for (const Tick& tick : y_ticks_) label_px = std::max(label_px, text_px(tick.label));
+  double label_px = kMinLabelPx;
+  for (const AxisTick& tick : y_ticks_) label_px = std::max(label_px, text_px(tick.label));
   scale_x(kAxisTitlePx + label_px + kTickPx, plot_.width_px - kRightPx);
 }
 
 void Renderer::place_legend() {
   constexpr double kSwatchPx = 34;
   constexpr double kBetweenPx = 22;
-  const double left = kAxisTitlePx + kLeastLabelPx + kTickPx;
+  const double left = kAxisTitlePx + kMinLabelPx + kTickPx;
   Point at{left, 12};
   for (const Series& series : plot_.series) {
     if (series.label.empty()) continue;
@@ -245,7 +245,7 @@ void Renderer::draw_bands() {
 
 void Renderer::draw_x_axis() {
   const double bottom = y_.px_low;
-  for (const Tick& tick : x_ticks_) {
+  for (const AxisTick& tick : x_ticks_) {
     const double x = x_.px(tick.value);
     out_ += line_element("axis", {x, bottom}, {x, bottom + kTickPx});
     out_ += text_element("x-tick", {x, bottom + 18}, tick.label);
@@ -255,7 +255,7 @@ void Renderer::draw_x_axis() {
 }
 
 void Renderer::draw_y_axis() {
-  for (const Tick& tick : y_ticks_) {
+  for (const AxisTick& tick : y_ticks_) {
     const double y = y_.px(tick.value);
     const bool is_zero = plot_.y.scale == Scale::kLinear && tick.value == 0;
     out_ += line_element(is_zero ? "grid zero" : "grid", {x_.px_low, y}, {x_.px_high, y});
@@ -330,4 +330,4 @@ std::string render_svg(const Plot& plot) {
   return Renderer(plot).svg();
 }
 
-}  // namespace tandem::report
+}  // namespace tandem::lab

@@ -9,7 +9,7 @@
 
 #include "lab/report/ticks.hpp"
 
-namespace tandem::report {
+namespace tandem::lab {
 
 enum class Dash : std::uint8_t { kSolid, kDashed, kDotted };
 
@@ -37,7 +37,7 @@ struct Band {
 
 enum class Scale : std::uint8_t { kLinear, kLog };
 
-struct Axis {
+struct PlotAxis {
   std::string label;  ///< with unit: "force [N]"
   Scale scale = Scale::kLinear;
   /// Ends that the data does not decide; without them the axis fits data and limit lines.
@@ -47,8 +47,8 @@ struct Axis {
 
 struct Plot {
   std::string description;  ///< one sentence for those who cannot see it
-  Axis x;
-  Axis y;
+  PlotAxis x;
+  PlotAxis y;
   std::vector<Series> series;
   std::vector<LimitLine> limits;
   std::vector<Band> bands;
@@ -62,4 +62,4 @@ struct Plot {
 /// Fails   std::invalid_argument: a series whose x and y differ in size, or whose x is not finite or decreases
 std::string render_svg(const Plot& plot);
 
-}  // namespace tandem::report
+}  // namespace tandem::lab

@@ -5,7 +5,7 @@
 #include <stdexcept>
 #include <string>
 
-namespace tandem::report {
+namespace tandem::lab {
 namespace {
 
 constexpr std::string_view kHoldPhase = "hold";
@@ -92,4 +92,4 @@ std::vector<Check> check_sessions(std::span<const Session> sessions, const Check
   return checks;
 }
 
-}  // namespace tandem::report
+}  // namespace tandem::lab

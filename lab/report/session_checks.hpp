@@ -7,7 +7,7 @@
 #include "lab/report/check.hpp"
 #include "lab/report/session_data.hpp"
 
-namespace tandem::report {
+namespace tandem::lab {
 
 /// What the checks hold against; chosen by us, with the reason beside each.
 struct CheckBounds {
@@ -25,4 +25,4 @@ struct CheckBounds {
 /// Fails   std::invalid_argument when a user has no phase "hold": there is nothing to check then
 std::vector<Check> check_sessions(std::span<const Session> sessions, const CheckBounds& bounds = {});
 
-}  // namespace tandem::report
+}  // namespace tandem::lab

@@ -9,7 +9,7 @@
 
 #include "common/base/json_fields.hpp"
 
-namespace tandem::report {
+namespace tandem::lab {
 namespace {
 
 constexpr std::size_t kMinUsers = 2;
@@ -17,11 +17,11 @@ constexpr std::size_t kMaxUsers = 16;
 constexpr std::size_t kMaxPhases = 256;
 /// Bounds that only refuse what no client can have measured.
 constexpr double kLargest = 1e12;
-constexpr std::uint64_t kLargestCount = 1'000'000'000'000;
+constexpr std::uint64_t kMaxCount = 1'000'000'000'000;
 
 std::uint64_t required_count(JsonFields& fields, std::string_view name) {
   if (!fields.has(name)) fields.fail(name, "it must be a whole number");
-  return fields.whole_number(name, 0, kLargestCount);
+  return fields.whole_number(name, 0, kMaxCount);
 }
 
 double at_least_zero(JsonFields& fields, std::string_view name) {
@@ -235,4 +235,4 @@ Session load_session(const std::string& name, const std::filesystem::path& folde
   return session;
 }
 
-}  // namespace tandem::report
+}  // namespace tandem::lab

@@ -14,7 +14,7 @@
 #include "common/base/json.hpp"
 #include "lab/report/csv.hpp"
 
-namespace tandem::report {
+namespace tandem::lab {
 
 /// One named stretch of a hand's path, as the client summed it up. "Settled": without the time in which it swings in.
 struct PhaseSummary {
@@ -113,4 +113,4 @@ Trace make_trace(const CsvTable& table, const ClientSummary& summary);
 /// Fails   std::invalid_argument naming the file that is missing or bad; fewer than 2 users, or more than 16
 Session load_session(const std::string& name, const std::filesystem::path& folder);
 
-}  // namespace tandem::report
+}  // namespace tandem::lab

@@ -8,7 +8,7 @@
 #include "lab/report/format.hpp"
 #include "lab/report/html_report.hpp"
 
-namespace tandem::report {
+namespace tandem::lab {
 namespace {
 
 constexpr double kMilli = 1e3;
@@ -348,4 +348,4 @@ std::string session_report_html(std::span<const Session> sessions, std::span<con
   return report.html();
 }
 
-}  // namespace tandem::report
+}  // namespace tandem::lab

@@ -7,9 +7,9 @@
 #include "lab/report/check.hpp"
 #include "lab/report/session_data.hpp"
 
-namespace tandem::report {
+namespace tandem::lab {
 
 /// An HTML file: verdict, then of each session its users, figures and tables.
 std::string session_report_html(std::span<const Session> sessions, std::span<const Check> checks);
 
-}  // namespace tandem::report
+}  // namespace tandem::lab

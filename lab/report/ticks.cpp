@@ -5,13 +5,13 @@
 
 #include "lab/report/format.hpp"
 
-namespace tandem::report {
+namespace tandem::lab {
 namespace {
 
 /// Beyond this a sum or difference of two ends could overflow.
 constexpr double kLargest = 1e290;
 /// Narrower than this part of its magnitude, a range has no room for distinct ticks.
-constexpr double kLeastRelativeWidth = 1e-9;
+constexpr double kMinRelativeWidth = 1e-9;
 /// In steps: an end of a range that is a multiple but for rounding keeps its tick.
 constexpr double kSlack = 1e-6;
 
@@ -55,9 +55,9 @@ Multiples few_multiples(Range range, std::size_t max_count, Multiples (*multiple
   }
 }
 
-std::vector<Tick> labelled(const Multiples& m) {
+std::vector<AxisTick> labelled(const Multiples& m) {
   const bool is_plain = m.step.exponent >= -6 && m.step.multiple(std::max(std::abs(m.first), std::abs(m.last))) < 1e7;
-  std::vector<Tick> ticks;
+  std::vector<AxisTick> ticks;
   for (double i = m.first; i <= m.last; i += 1) {
     const double value = m.step.multiple(i);
     ticks.push_back(
@@ -78,7 +78,7 @@ Range sane_linear(Range range) {
   double high = std::clamp(std::max(range.low, range.high), -kLargest, kLargest);
   const double magnitude = std::max(std::abs(low), std::abs(high));
   if (magnitude < 1 / kLargest) return {0, 1};
-  if (high - low < kLeastRelativeWidth * magnitude) {
+  if (high - low < kMinRelativeWidth * magnitude) {
     low -= 0.5 * magnitude;
     high += 0.5 * magnitude;
   }
@@ -94,15 +94,15 @@ Range sane_log(Range range) {
   return {low, high};
 }
 
-std::vector<Tick> ticks_inside(Range range, std::size_t max_count) {
+std::vector<AxisTick> ticks_inside(Range range, std::size_t max_count) {
   return labelled(few_multiples(sane_linear(range), max_count, multiples_inside));
 }
 
-std::vector<Tick> ticks_around(Range range, std::size_t max_count) {
+std::vector<AxisTick> ticks_around(Range range, std::size_t max_count) {
   return labelled(few_multiples(sane_linear(range), max_count, multiples_around));
 }
 
-std::vector<Tick> log_ticks(Range range, std::size_t max_count) {
+std::vector<AxisTick> log_ticks(Range range, std::size_t max_count) {
   const Range sane = sane_log(range);
   const int first = static_cast<int>(std::floor(std::log10(sane.low) + 1e-9));
   const int last = static_cast<int>(std::floor(std::log10(sane.high) + 1e-9));
@@ -110,7 +110,7 @@ std::vector<Tick> log_ticks(Range range, std::size_t max_count) {
   const int decades = last - first + 1;
   const bool has_room = decades * 3 <= limit;
   const int stride = (decades + limit - 1) / limit;
-  std::vector<Tick> ticks;
+  std::vector<AxisTick> ticks;
   for (int exponent = first; exponent <= last; exponent += stride) {
     for (const double mantissa : {1.0, 2.0, 5.0}) {
       if (mantissa > 1 && !has_room) break;
@@ -121,4 +121,4 @@ std::vector<Tick> log_ticks(Range range, std::size_t max_count) {
   return ticks;
 }
 
-}  // namespace tandem::report
+}  // namespace tandem::lab

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-namespace tandem::report {
+namespace tandem::lab {
 
 /// An interval of an axis, low < high, both finite.
 struct Range {
@@ -13,7 +13,7 @@ struct Range {
   double high = 1;
 };
 
-struct Tick {
+struct AxisTick {
   double value;
   std::string label;
 };
@@ -24,11 +24,11 @@ Range sane_linear(Range range);
 Range sane_log(Range range);
 
 /// At most `max_count` (≥ 3) multiples of 1, 2 or 5 times a power of ten inside `range`, labelled alike.
-std::vector<Tick> ticks_inside(Range range, std::size_t max_count);
+std::vector<AxisTick> ticks_inside(Range range, std::size_t max_count);
 /// Likewise, but the first and last lie on or just outside the ends of `range`.
-std::vector<Tick> ticks_around(Range range, std::size_t max_count);
+std::vector<AxisTick> ticks_around(Range range, std::size_t max_count);
 
 /// Powers of ten inside `range`, thinned to at most `max_count`; 1, 2, 5 of each decade where there is room.
-std::vector<Tick> log_ticks(Range range, std::size_t max_count);
+std::vector<AxisTick> log_ticks(Range range, std::size_t max_count);
 
-}  // namespace tandem::report
+}  // namespace tandem::lab

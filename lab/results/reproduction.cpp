@@ -15,7 +15,7 @@ std::string wrapped(const std::string& text) {
   std::istringstream words(text);
   std::string result, line;
   for (std::string word; words >> word;) {
-    if (!line.empty() && report::text_width(line + ' ' + word) > kTextWidth) {
+    if (!line.empty() && text_width(line + ' ' + word) > kTextWidth) {
       result += line + '\n';
       line.clear();
     }
@@ -34,19 +34,19 @@ boost::json::object to_json(const Reproduction& reproduction) {
   return {{"title", reproduction.title},
           {"summary", reproduction.summary},
           {"rows", rows},
-          {"claims", report::to_json(reproduction.claims)},
+          {"claims", to_json(reproduction.claims)},
           {"details", reproduction.details}};
 }
 
 std::string to_html(const Reproduction& reproduction) {
-  constexpr auto kLeft = report::Align::kLeft;
-  report::HtmlReport page(reproduction.title, "Published figures beside those of this run");
+  constexpr auto kLeft = Align::kLeft;
+  HtmlReport page(reproduction.title, "Published figures beside those of this run");
   page.paragraph(reproduction.summary);
   page.verdict(reproduction.claims);
-  report::Table table{"Side by side", {{"Figure", "", kLeft}, {"Published", "", kLeft}, {"Here", "", kLeft}}, {}};
+  Table table{"Side by side", {{"Figure", "", kLeft}, {"Published", "", kLeft}, {"Here", "", kLeft}}, {}};
   for (const ReproductionRow& row : reproduction.rows) table.rows.push_back({row.what, row.published, row.ours});
   page.table(table);
-  for (const report::Figure& figure : reproduction.figures) page.figure(figure);
+  for (const Figure& figure : reproduction.figures) page.figure(figure);
   page.footer("Times depend on the machine; everything else is the same on every run.");
   return page.html();
 }
@@ -54,11 +54,11 @@ std::string to_html(const Reproduction& reproduction) {
 std::string to_text(const Reproduction& reproduction) {
   std::size_t what_width = 0, published_width = std::string("published").size();
   for (const ReproductionRow& row : reproduction.rows) {
-    what_width = std::max(what_width, report::text_width(row.what));
-    published_width = std::max(published_width, report::text_width(row.published));
+    what_width = std::max(what_width, text_width(row.what));
+    published_width = std::max(published_width, text_width(row.published));
   }
   const auto padded = [](const std::string& text, std::size_t width) {
-    return text + std::string(width - report::text_width(text) + 2, ' ');
+    return text + std::string(width - text_width(text) + 2, ' ');
   };
   std::ostringstream text;
   text << reproduction.title << "\n\n" << wrapped(reproduction.summary) << '\n';
@@ -67,7 +67,7 @@ std::string to_text(const Reproduction& reproduction) {
     text << padded(row.what, what_width) << padded(row.published, published_width) << row.ours << '\n';
   }
   text << '\n';
-  report::print_checks(text, reproduction.claims);
+  print_checks(text, reproduction.claims);
   return text.str();
 }
 

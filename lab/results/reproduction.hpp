@@ -21,8 +21,8 @@ struct Reproduction {
   std::string title;
   std::string summary;  ///< what was run, and where it differs from the source
   std::vector<ReproductionRow> rows;
-  std::vector<report::Check> claims;
-  std::vector<report::Figure> figures;
+  std::vector<Check> claims;
+  std::vector<Figure> figures;
   boost::json::value details;  ///< the settings and every measured number
 };
 

@@ -16,16 +16,16 @@ double milliseconds(Duration duration) {
 }
 
 // Only reasons that occurred: the list of possible ones is in proto/drop_reason.hpp.
-json::object drops_json(const DropCounters& drops) {
+json::object drops_json(const proto::DropCounters& drops) {
   json::object result;
-  for (std::size_t i = 0; i < static_cast<std::size_t>(DropReason::kCount); ++i) {
-    const auto reason = static_cast<DropReason>(i);
-    if (drops.of(reason) > 0) result[name_of(reason)] = drops.of(reason);
+  for (std::size_t i = 0; i < static_cast<std::size_t>(proto::DropReason::kCount); ++i) {
+    const auto reason = static_cast<proto::DropReason>(i);
+    if (drops.of(reason) > 0) result[proto::name_of(reason)] = drops.of(reason);
   }
   return result;
 }
 
-json::object link_counters_json(const LinkCounters& counters) {
+json::object link_counters_json(const net::LinkCounters& counters) {
   return {{"sent", counters.sent},
           {"delivered", counters.delivered},
           {"lost", counters.lost},
@@ -35,13 +35,13 @@ json::object link_counters_json(const LinkCounters& counters) {
 
 json::object parameters_json(const UserTrace& trace) {
   const ExperimentUser& user = trace.user;
-  return {{"role", user.role == UserRole::kManipulator ? "manipulator" : "observer"},
+  return {{"role", user.role == server::UserRole::kManipulator ? "manipulator" : "observer"},
           {"device", user.device.name},
           {"hand", user.hand_name},
-          {"hand_parameters", to_json(user.hand_parameters)},
+          {"hand_parameters", client::to_json(user.hand_parameters)},
           {"hand_seed", trace.hand_seed},
           {"pipeline", pipeline_json(user.pipeline)},
-          {"transport", user.transport == StateTransport::kUdp ? "udp" : "tcp"},
+          {"transport", user.transport == client::StateTransport::kUdp ? "udp" : "tcp"},
           {"tick_phase_ms", milliseconds(user.tick_phase)},
           {"uplink", link_json(user.up)},
           {"downlink", link_json(user.down)}};
@@ -50,14 +50,14 @@ json::object parameters_json(const UserTrace& trace) {
 json::object user_json(const UserTrace& user) {
   json::object metrics;
   for (const UserMetric& metric : user_metrics()) metrics[metric.name] = metric.of(user);
-  SafetyFaults safety_faults = 0;
+  haptics::SafetyFaults safety_faults = 0;
   for (const TickSample& tick : user.ticks) safety_faults |= tick.safety_faults;
   return {{"name", user.user.name},
           {"outcome", user.stayed_connected ? "completed" : "lost"},
           {"why_lost", user.why_disconnected},
           {"parameters", parameters_json(user)},
           {"metrics", metrics},
-          {"safety_faults_seen", describe_safety_faults(safety_faults)},
+          {"safety_faults_seen", haptics::describe_safety_faults(safety_faults)},
           {"datagrams_sent", user.session.datagrams_sent},
           {"datagrams_received", user.session.datagrams_received},
           {"received_drops", drops_json(user.session.received_drops)},

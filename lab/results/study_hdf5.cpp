@@ -104,7 +104,7 @@ void write_samples(hid_t trial, const std::filesystem::path& folder) {
   std::sort(files.begin(), files.end());
   const Handle samples = group_in(trial, "samples");
   for (const auto& file : files) {
-    const report::CsvTable table = report::read_csv(file);
+    const CsvTable table = read_csv(file);
     const Handle group = group_in(samples.id(), plain(file.stem().string()));
     for (std::size_t i = 0; i < table.names.size(); ++i) {
       write_column(group.id(), plain(table.names[i]), table.columns[i]);

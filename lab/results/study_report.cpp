@@ -17,10 +17,6 @@ namespace tandem::lab {
 namespace {
 
 namespace json = boost::json;
-using report::Dash;
-using report::Figure;
-using report::Plot;
-using report::Series;
 
 constexpr int kColors = 6;
 constexpr int kHalfWidth_px = 464;
@@ -35,7 +31,7 @@ struct CurveName {
 };
 
 std::string compact_text(const json::object& row, const char* name) {
-  return report::format_significant(number_in(row, name), 3);
+  return format_significant(number_in(row, name), 3);
 }
 
 CurveName curve_of(const json::object& row) {
@@ -48,7 +44,7 @@ CurveName curve_of(const json::object& row) {
   const double jitter_ms = number_in(row, "jitter_ms");
   const double loss = number_in(row, "loss");
   if (jitter_ms > 0) name.text += ", " + compact_text(row, "jitter_ms") + " ms jitter";
-  if (loss > 0) name.text += ", " + report::format_significant(100 * loss, 3) + " % lost";
+  if (loss > 0) name.text += ", " + format_significant(100 * loss, 3) + " % lost";
   name.is_disturbed = jitter_ms > 0 || loss > 0;
   if (const json::value* overrides = row.if_contains("overrides")) {
     if (overrides->is_object() && !overrides->get_object().empty()) name.text += ", " + compact_json(*overrides);
@@ -144,12 +140,10 @@ std::vector<Figure> frontier_of(const std::vector<SeedGroup>& groups, const std:
   return {figure};
 }
 
-report::Table definitions_table() {
-  report::Table table{"Metrics",
-                      {{"Metric", "", report::Align::kLeft},
-                       {"Of several users", "", report::Align::kLeft},
-                       {"Definition", "", report::Align::kLeft}},
-                      {}};
+Table definitions_table() {
+  Table table{"Metrics",
+              {{"Metric", "", Align::kLeft}, {"Of several users", "", Align::kLeft}, {"Definition", "", Align::kLeft}},
+              {}};
   for (const TrialMetric& metric : trial_metrics()) {
     table.rows.push_back({std::string(metric.name),
                           metric.of_user != nullptr ? std::string(name_of(metric.combine)) : "of the trial",
@@ -158,16 +152,15 @@ report::Table definitions_table() {
   return table;
 }
 
-report::Table results_table(const std::vector<SeedGroup>& groups) {
-  report::Table table{
-      "Means over seeds", {{"Trial", "", report::Align::kLeft}, {"Round trip", "ms"}, {"Seeds", ""}}, {}};
+Table results_table(const std::vector<SeedGroup>& groups) {
+  Table table{"Means over seeds", {{"Trial", "", Align::kLeft}, {"Round trip", "ms"}, {"Seeds", ""}}, {}};
   for (const TrialMetric& metric : trial_metrics()) table.columns.push_back({std::string(metric.name), ""});
-  table.columns.push_back({"Outcome", "", report::Align::kLeft});
+  table.columns.push_back({"Outcome", "", Align::kLeft});
   for (const SeedGroup& group : groups) {
     std::vector<std::string> row{curve_of(group.first()).text, compact_text(group.first(), "rtt_ms"),
                                  std::to_string(group.rows.size())};
     for (const TrialMetric& metric : trial_metrics()) {
-      row.push_back(report::format_significant(group.mean(metric.name), 3));
+      row.push_back(format_significant(group.mean(metric.name), 3));
     }
     row.push_back(group.outcomes());
     table.rows.push_back(std::move(row));
@@ -184,8 +177,7 @@ std::map<std::string, std::vector<SeedGroup>> by_experiment(std::span<const Tria
 }  // namespace
 
 std::string study_report_html(std::span<const TrialResult> results) {
-  report::HtmlReport page("Latency bridged, stage by stage",
-                          std::to_string(results.size()) + " trials in virtual time");
+  HtmlReport page("Latency bridged, stage by stage", std::to_string(results.size()) + " trials in virtual time");
   page.paragraph(
       "Simulated hands repeat the same movements over simulated links. Each trial is held against the run of the same "
       "hands at zero delay. Solid or dashed: an undisturbed link; dotted: with jitter or loss.");

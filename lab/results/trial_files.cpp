@@ -29,7 +29,7 @@ TrialFiles::TrialFiles(const Experiment& experiment, const std::filesystem::path
   std::filesystem::remove(folder_ / "trial.json");
   const auto every = static_cast<std::uint64_t>(experiment.sample_period / kHapticPeriod);
   for (std::size_t i = 0; i < experiment.users.size(); ++i) {
-    traces_.push_back(std::make_unique<TraceWriter>(folder_ / file_name(experiment.users[i].name, i), every));
+    traces_.push_back(std::make_unique<client::TraceWriter>(folder_ / file_name(experiment.users[i].name, i), every));
   }
 }
 

@@ -19,14 +19,16 @@ class TrialFiles {
   /// Fails   std::invalid_argument: folder or file cannot be made
   TrialFiles(const Experiment& experiment, const std::filesystem::path& folder);
 
-  void write_tick(std::size_t user, const TickRecord& record, int phase) { traces_[user]->write(record, phase); }
+  void write_tick(std::size_t user, const client::TickRecord& record, int phase) {
+    traces_[user]->write(record, phase);
+  }
   /// Fails   std::runtime_error: a file could not be written
   void finish(const SessionTrace& trace, const std::string& key);
 
  private:
   const Experiment& experiment_;
   std::filesystem::path folder_;
-  std::vector<std::unique_ptr<TraceWriter>> traces_;
+  std::vector<std::unique_ptr<client::TraceWriter>> traces_;
 };
 
 /// Whether the folder holds the complete files of the trial with this key.

@@ -15,10 +15,6 @@
 namespace tandem::lab {
 namespace {
 
-using report::Figure;
-using report::Plot;
-using report::Series;
-
 constexpr double kMilli = 1e3;
 constexpr int kHalfWidth_px = 464;
 constexpr int kHalfHeight_px = 260;
@@ -39,8 +35,8 @@ Series series_of(const UserTrace& user, std::string label, int color, const Of& 
 }
 
 /// Phases of the first user's hand: the hands of an experiment play their parts together.
-std::vector<report::Band> phase_bands(const SessionTrace& trace) {
-  std::vector<report::Band> bands;
+std::vector<Band> phase_bands(const SessionTrace& trace) {
+  std::vector<Band> bands;
   const UserTrace& user = trace.users.front();
   int phase = -1;
   for (const TickSample& tick : user.ticks) {
@@ -135,7 +131,7 @@ class Figures {
   Plot wide(const std::string& what, const std::string& y_label) const {
     Plot plot;
     plot.description = what;
-    plot.x = {"virtual time [s]", report::Scale::kLinear, 0, end_s_};
+    plot.x = {"virtual time [s]", Scale::kLinear, 0, end_s_};
     plot.y.label = y_label;
     plot.bands = bands_;
     return plot;
@@ -153,39 +149,39 @@ class Figures {
   }
 
   const SessionTrace& trace_;
-  std::vector<report::Band> bands_;
+  std::vector<Band> bands_;
   double end_s_;
 };
 
-report::Table metrics_table(const SessionTrace& trace) {
-  report::Table table{"Metrics", {{"Metric", "", report::Align::kLeft}}, {}};
+Table metrics_table(const SessionTrace& trace) {
+  Table table{"Metrics", {{"Metric", "", Align::kLeft}}, {}};
   for (const UserTrace& user : trace.users) table.columns.push_back({user.user.name, ""});
-  table.columns.push_back({"Meaning", "", report::Align::kLeft});
+  table.columns.push_back({"Meaning", "", Align::kLeft});
   for (const UserMetric& metric : user_metrics()) {
     std::vector<std::string> row{std::string(metric.name)};
-    for (const UserTrace& user : trace.users) row.push_back(report::format_significant(metric.of(user), 4));
+    for (const UserTrace& user : trace.users) row.push_back(format_significant(metric.of(user), 4));
     row.emplace_back(metric.meaning);
     table.rows.push_back(std::move(row));
   }
   return table;
 }
 
-std::string link_words(const LinkParameters& link) {
-  return report::format_significant(kMilli * to_seconds(link.delay), 4) + " ± " +
-         report::format_significant(kMilli * to_seconds(link.jitter), 4) + " ms, " +
-         report::format_significant(100 * link.loss, 3) + " % lost";
+std::string link_words(const net::LinkParameters& link) {
+  return format_significant(kMilli * to_seconds(link.delay), 4) + " ± " +
+         format_significant(kMilli * to_seconds(link.jitter), 4) + " ms, " + format_significant(100 * link.loss, 3) +
+         " % lost";
 }
 
-report::Table users_table(const SessionTrace& trace) {
-  constexpr auto kLeft = report::Align::kLeft;
-  report::Table table{"Users",
-                      {{"User", "", kLeft},
-                       {"Hand", "", kLeft},
-                       {"Stage", "", kLeft},
-                       {"To the server", "", kLeft},
-                       {"From the server", "", kLeft},
-                       {"Outcome", "", kLeft}},
-                      {}};
+Table users_table(const SessionTrace& trace) {
+  constexpr auto kLeft = Align::kLeft;
+  Table table{"Users",
+              {{"User", "", kLeft},
+               {"Hand", "", kLeft},
+               {"Stage", "", kLeft},
+               {"To the server", "", kLeft},
+               {"From the server", "", kLeft},
+               {"Outcome", "", kLeft}},
+              {}};
   for (const UserTrace& user : trace.users) {
     table.rows.push_back({user.user.name, user.user.hand_name, user.user.pipeline.stage, link_words(user.user.up),
                           link_words(user.user.down),
@@ -197,8 +193,8 @@ report::Table users_table(const SessionTrace& trace) {
 }  // namespace
 
 std::string trial_report_html(const Experiment& experiment, const SessionTrace& trace) {
-  report::HtmlReport page(experiment.name, "Scene " + experiment.scene.stem().string() + ", seed " +
-                                               std::to_string(experiment.seed) + ", virtual time");
+  HtmlReport page(experiment.name, "Scene " + experiment.scene.stem().string() + ", seed " +
+                                       std::to_string(experiment.seed) + ", virtual time");
   if (!experiment.description.empty()) page.paragraph(experiment.description);
   page.table(users_table(trace));
   const Figures figures(experiment, trace);

@@ -29,7 +29,7 @@ namespace {
 namespace json = boost::json;
 namespace fs = std::filesystem;
 
-std::string hex(const Sha256& hash) {
+std::string hex(const proto::Sha256& hash) {
   constexpr std::string_view kDigits = "0123456789abcdef";
   std::string text;
   for (const std::byte byte : hash) {
@@ -40,29 +40,29 @@ std::string hex(const Sha256& hash) {
 }
 
 std::string hash_of(std::string_view text) {
-  return hex(sha256_of(std::as_bytes(std::span(text.data(), text.size()))));
+  return hex(proto::sha256_of(std::as_bytes(std::span(text.data(), text.size()))));
 }
 
 /// A scene with what tells it from others.
 struct KeptScene {
-  std::shared_ptr<const LoadedScene> scene;
+  std::shared_ptr<const server::LoadedScene> scene;
   std::string fingerprint;  ///< of its text and of the files that it names
 };
 
-std::string fingerprint_of(const std::string& text, const LoadedScene& scene) {
+std::string fingerprint_of(const std::string& text, const server::LoadedScene& scene) {
   std::string all = hash_of(text);
-  for (const Asset& asset : scene.assets) all += hex(asset.sha256);
+  for (const server::Asset& asset : scene.assets) all += hex(asset.sha256);
   return hash_of(all);
 }
 
 /// Everything that a hand and its device are made of, whatever files they came from.
 std::string hands_text(const Experiment& experiment, const fs::path& directory) {
   std::string text;
-  std::vector<DeviceProfile> devices;
+  std::vector<devices::DeviceProfile> devices;
   for (const ExperimentUser& user : experiment.users) {
     const bool is_file = fs::path(user.hand_name).extension() == ".json";
     text += is_file ? read_text_file(directory / user.hand_name) : user.hand_name;
-    text += device_profiles_text({user.device});
+    text += devices::device_profiles_text({user.device});
   }
   return text;
 }
@@ -146,9 +146,9 @@ json::object row_without_trace(const Trial& trial, const std::string& why) {
 }  // namespace
 
 struct TrialRunner::Impl {
-  Impl(std::vector<Trial> its_trials, RunSettings its_settings, const SceneLoading& loading);
+  Impl(std::vector<Trial> its_trials, RunSettings its_settings, const server::SceneLoading& loading);
 
-  void load_scenes(const SceneLoading& loading);
+  void load_scenes(const server::SceneLoading& loading);
   void make_jobs();
   fs::path file_of(const Job& job) const { return settings.out / "trials" / (job.key + ".json"); }
   fs::path samples_of(const Job& job) const;
@@ -177,14 +177,14 @@ struct TrialRunner::Impl {
   LocalTime begin{};
 };
 
-TrialRunner::Impl::Impl(std::vector<Trial> its_trials, RunSettings its_settings, const SceneLoading& loading)
+TrialRunner::Impl::Impl(std::vector<Trial> its_trials, RunSettings its_settings, const server::SceneLoading& loading)
     : trials(std::move(its_trials)), settings(std::move(its_settings)) {
   load_scenes(loading);
   make_jobs();
   results.resize(trials.size());
 }
 
-void TrialRunner::Impl::load_scenes(const SceneLoading& loading) {
+void TrialRunner::Impl::load_scenes(const server::SceneLoading& loading) {
   for (const Trial& trial : trials) {
     KeptScene& kept = scenes[scene_key(trial.experiment)];
     if (kept.scene != nullptr) continue;
@@ -244,7 +244,7 @@ TrialResult TrialRunner::Impl::run_job(const Job& job) {
   std::optional<TrialFiles> files;
   if (settings.wants_samples) {
     files.emplace(trial.experiment, samples_of(job));
-    session.on_tick = [&](std::size_t user, const TickRecord& record, int phase) {
+    session.on_tick = [&](std::size_t user, const client::TickRecord& record, int phase) {
       files->write_tick(user, record, phase);
     };
   }
@@ -296,7 +296,7 @@ void TrialRunner::Impl::work() {
   }
 }
 
-TrialRunner::TrialRunner(std::vector<Trial> trials, RunSettings settings, const SceneLoading& loading)
+TrialRunner::TrialRunner(std::vector<Trial> trials, RunSettings settings, const server::SceneLoading& loading)
     : impl_(std::make_unique<Impl>(std::move(trials), std::move(settings), loading)) {}
 
 TrialRunner::~TrialRunner() = default;

@@ -57,7 +57,7 @@ class TrialRunner {
  public:
   /// Loads the scenes.
   /// Fails   SceneError, std::invalid_argument
-  TrialRunner(std::vector<Trial> trials, RunSettings settings, const SceneLoading& loading = {});
+  TrialRunner(std::vector<Trial> trials, RunSettings settings, const server::SceneLoading& loading = {});
   ~TrialRunner();
 
   StudySize size() const;

@@ -18,17 +18,17 @@ constexpr Duration kJoinTimeout = std::chrono::seconds(30);
 /// About as much as a tick of a simple scene takes.
 constexpr std::size_t kWorkTerms = 1500;
 
-HubSettings hub_settings(std::uint64_t seed) {
-  HubSettings settings;
+server::HubSettings hub_settings(std::uint64_t seed) {
+  server::HubSettings settings;
   settings.datagram_port = 1;
   settings.connection_ids = [ids = Random(seed)]() mutable { return ids.next_u64(); };
   return settings;
 }
 
-SessionSettings session_settings(const ExperimentUser& user, const LoadedScene& scene) {
-  const auto store = std::make_shared<MemoryAssetStore>();
-  for (const Asset& asset : scene.assets) store->keep(asset.sha256, asset.bytes);
-  SessionSettings settings;
+client::SessionSettings session_settings(const ExperimentUser& user, const server::LoadedScene& scene) {
+  const auto store = std::make_shared<client::MemoryAssetStore>();
+  for (const server::Asset& asset : scene.assets) store->keep(asset.sha256, asset.bytes);
+  client::SessionSettings settings;
   settings.user_name = user.name;
   settings.state_transport = user.transport;
   settings.deadband = user.pipeline.deadband;
@@ -37,26 +37,28 @@ SessionSettings session_settings(const ExperimentUser& user, const LoadedScene& 
 }
 
 /// As a client has it: an experiment's account of energy costs two thirds of what all the rest does.
-LocalModelSettings model_settings(const Pipeline& pipeline) {
-  LocalModelSettings settings = local_model_settings(pipeline);
+client::LocalModelSettings model_settings(const Pipeline& pipeline) {
+  client::LocalModelSettings settings = local_model_settings(pipeline);
   settings.keeps_ledger = false;
   return settings;
 }
 
 /// A simulated hand that is moved outside of the clock, for a hand's mechanics are no client's work.
-class HandAhead final : public Device {
+class HandAhead final : public devices::Device {
  public:
-  explicit HandAhead(SimDevice& hand) : hand_(hand) {}
+  explicit HandAhead(devices::SimDevice& hand) : hand_(hand) {}
   /// Before the tick at `now`.
   void move_to(LocalTime now) noexcept { sample_ = hand_.read(now); }
 
-  const DeviceSpec& spec() const noexcept override { return hand_.spec(); }
-  DeviceSample read(LocalTime /*now*/) noexcept override { return sample_; }
-  bool write(LocalTime now, const DeviceCommand& command) noexcept override { return hand_.write(now, command); }
+  const devices::DeviceSpec& spec() const noexcept override { return hand_.spec(); }
+  devices::DeviceSample read(LocalTime /*now*/) noexcept override { return sample_; }
+  bool write(LocalTime now, const devices::DeviceCommand& command) noexcept override {
+    return hand_.write(now, command);
+  }
 
  private:
-  SimDevice& hand_;
-  DeviceSample sample_;
+  devices::SimDevice& hand_;
+  devices::DeviceSample sample_;
 };
 
 /// A chain of dependent operations: nothing to predict, and too little memory to miss any.
@@ -69,9 +71,9 @@ double fixed_work(double x) {
 /// one.
 class FitMeter {
  public:
-  explicit FitMeter(const std::string& predictor) : stream_(make_force_stream(predictor)) {}
+  explicit FitMeter(const std::string& predictor) : stream_(haptics::make_force_stream(predictor)) {}
 
-  void see(const TickRecord& record, Histogram& times) {
+  void see(const client::TickRecord& record, Histogram& times) {
     if (stream_ == nullptr || record.newest_step == seen_) return;
     seen_ = record.newest_step;
     stream_->push(record.at, record.server_wrench_on_hand_W);
@@ -82,14 +84,14 @@ class FitMeter {
   }
 
  private:
-  std::unique_ptr<ForceStream> stream_;
+  std::unique_ptr<haptics::ForceStream> stream_;
   Step seen_;
 };
 
 /// One user's session with everything that it needs; the order within a slot is that of VirtualSession.
 class BenchSession {
  public:
-  BenchSession(const Experiment& experiment, const std::shared_ptr<const LoadedScene>& scene);
+  BenchSession(const Experiment& experiment, const std::shared_ptr<const server::LoadedScene>& scene);
 
   void join();
   ClientBenchRun run();
@@ -105,15 +107,15 @@ class BenchSession {
   VirtualClock virtual_clock_;
   SteadyClock clock_;
   VirtualNetwork network_{virtual_clock_};
-  Room room_;
-  SessionHub hub_;
+  server::Room room_;
+  server::SessionHub hub_;
   VirtualClientTransport& transport_;
-  ClientMailboxes mailboxes_;
-  SimDevice device_;
+  client::ClientMailboxes mailboxes_;
+  devices::SimDevice device_;
   HandAhead hand_{device_};
-  HapticCore core_;
-  ClientSession session_;
-  LocalModelMaker models_;
+  client::HapticCore core_;
+  client::ClientSession session_;
+  client::LocalModelMaker models_;
   FitMeter fits_;
   std::int64_t slot_ = 0;
   LocalTime next_step_{};
@@ -124,25 +126,25 @@ class BenchSession {
   double work_ = 1;
 };
 
-BenchSession::BenchSession(const Experiment& experiment, const std::shared_ptr<const LoadedScene>& scene)
+BenchSession::BenchSession(const Experiment& experiment, const std::shared_ptr<const server::LoadedScene>& scene)
     : experiment_(experiment),
       user_(experiment.users.front()),
       room_(RoomId{1}, "lab", scene, {.guards_tools = experiment.has_guard()}),
       hub_(hub_settings(experiment.seed), {&room_}, network_),
       transport_(network_.add_client(user_.up, user_.down, experiment.seed)),
-      device_(user_.device.spec, holding(user_.hand_parameters, user_.device), user_.hand, experiment.seed),
-      core_(haptic_settings(user_.pipeline, coupling_bounds(user_.device)), hand_, mailboxes_),
+      device_(user_.device.spec, devices::holding(user_.hand_parameters, user_.device), user_.hand, experiment.seed),
+      core_(haptic_settings(user_.pipeline, devices::coupling_bounds(user_.device)), hand_, mailboxes_),
       session_(session_settings(user_, *scene), transport_, mailboxes_),
-      models_(model_settings(user_.pipeline), LocalModelMaker::Execution::kInline),
+      models_(model_settings(user_.pipeline), client::LocalModelMaker::Execution::kInline),
       fits_(user_.pipeline.predictor) {
   device_.hold_path();
   session_.on_assets = [this] { make_local_model(); };
 }
 
 void BenchSession::make_local_model() {
-  if (!needs_local_model(user_.pipeline.stage)) return;
+  if (!client::needs_local_model(user_.pipeline.stage)) return;
   models_.begin(*session_.joined(), session_.assets());
-  LocalModel* const model = models_.take();
+  client::LocalModel* const model = models_.take();
   if (model == nullptr) throw std::runtime_error(experiment_.name + " has no local model: " + models_.problem());
   session_.use_local_model(model);
 }
@@ -169,7 +171,7 @@ void BenchSession::tick() {
   const Duration took = clock_.now() - before;
   core_.service();
   if (!is_measuring_) return;
-  const TickRecord& record = core_.record();
+  const client::TickRecord& record = core_.record();
   run_.tick.record(took);
   run_.force_max_n = std::max(run_.force_max_n, record.displayed_on_hand_D.f.norm());
   local_ticks_ += record.is_local ? 1 : 0;
@@ -189,8 +191,8 @@ void BenchSession::measure_machine() {
 void BenchSession::join() {
   session_.start(virtual_clock_.now());
   const LocalTime give_up = virtual_clock_.now() + kJoinTimeout;
-  while (session_.status().state != SessionState::kActive || core_.record().newest_step.value == 0) {
-    if (virtual_clock_.now() >= give_up || session_.status().state == SessionState::kEnded) {
+  while (session_.status().state != client::SessionState::kActive || core_.record().newest_step.value == 0) {
+    if (virtual_clock_.now() >= give_up || session_.status().state == client::SessionState::kEnded) {
       throw std::runtime_error(experiment_.name + ": could not join: " + session_.status().why);
     }
     run_slot();
@@ -211,7 +213,7 @@ ClientBenchRun BenchSession::run() {
 
 }  // namespace
 
-ClientBenchRun bench_client(const Experiment& experiment, const std::shared_ptr<const LoadedScene>& scene) {
+ClientBenchRun bench_client(const Experiment& experiment, const std::shared_ptr<const server::LoadedScene>& scene) {
   BenchSession session(experiment, scene);
   session.join();
   return session.run();

@@ -25,6 +25,6 @@ struct ClientBenchRun {
 /// ticks the server steps on the same core, so caches are as cold as they are for a client that shares its core.
 ///
 /// Fails   std::runtime_error: the user does not get into the room, or has no local model where the stage wants one
-ClientBenchRun bench_client(const Experiment& experiment, const std::shared_ptr<const LoadedScene>& scene);
+ClientBenchRun bench_client(const Experiment& experiment, const std::shared_ptr<const server::LoadedScene>& scene);
 
 }  // namespace tandem::lab

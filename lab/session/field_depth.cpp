@@ -9,7 +9,7 @@
 namespace tandem::lab {
 namespace {
 
-constexpr int kMostSteps = 400;
+constexpr int kMaxSteps = 400;
 constexpr double kFirstStep_m = 5e-4;
 constexpr double kLastStep_m = 1e-7;
 /// A turn counts as a way at this lever.
@@ -18,8 +18,9 @@ constexpr double kLever_m = 0.05;
 /// The field at poses of all bodies.
 class Landscape {
  public:
-  explicit Landscape(const WorldDescription& world) : forces_(world), wrenches_W_(world.bodies.size()) {
-    for (const BodyDescription& body : world.bodies) can_move_.push_back(body.mass.mass_kg > 0 && body.molecule);
+  explicit Landscape(const physics::WorldDescription& world) : forces_(world), wrenches_W_(world.bodies.size()) {
+    for (const physics::BodyDescription& body : world.bodies)
+      can_move_.push_back(body.mass.mass_kg > 0 && body.molecule);
   }
 
   double energy_j(const std::vector<Pose>& X_WB) {
@@ -46,7 +47,7 @@ class Landscape {
  private:
   static double strength(const Wrench& wrench) { return std::hypot(wrench.f.norm(), wrench.t.norm() / kLever_m); }
 
-  MolecularForces forces_;
+  physics::MolecularForces forces_;
   std::vector<Wrench> wrenches_W_;
   std::vector<bool> can_move_;
 };
@@ -54,7 +55,7 @@ class Landscape {
 double lowest_j(Landscape& landscape, std::vector<Pose> X_WB) {
   double lowest = landscape.energy_j(X_WB);
   double step_m = kFirstStep_m;
-  for (int i = 0; i < kMostSteps && step_m > kLastStep_m; ++i) {
+  for (int i = 0; i < kMaxSteps && step_m > kLastStep_m; ++i) {
     const std::vector<Pose> next = landscape.moved(X_WB, step_m);
     const double energy = landscape.energy_j(next);
     if (energy < lowest) {
@@ -71,7 +72,7 @@ double lowest_j(Landscape& landscape, std::vector<Pose> X_WB) {
 
 }  // namespace
 
-double field_depth_j(const WorldDescription& world, std::span<const BodiesSample> samples) {
+double field_depth_j(const physics::WorldDescription& world, std::span<const BodiesSample> samples) {
   if (samples.empty()) return 0;
   const auto deepest = std::min_element(samples.begin(), samples.end(), [](const auto& a, const auto& b) {
     return a.field_energy_kj_per_mol < b.field_energy_kj_per_mol;

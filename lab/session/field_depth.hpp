@@ -14,6 +14,6 @@ namespace tandem::lab {
 /// Source  available storage: Willems, "Dissipative dynamical systems I", Arch. Rational Mech. Anal. 45, 1972
 /// Limits  of the unbounded field: where the scene's bound on forces acts, it could have given less
 /// Cost    some hundred evaluations of the field
-double field_depth_j(const WorldDescription& world, std::span<const BodiesSample> samples);
+double field_depth_j(const physics::WorldDescription& world, std::span<const BodiesSample> samples);
 
 }  // namespace tandem::lab

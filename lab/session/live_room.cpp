@@ -30,16 +30,16 @@ int open_eventfd() {
   return descriptor;
 }
 
-RealtimeRequest realtime(int priority) {
-  RealtimeRequest request;
+realtime::RealtimeRequest realtime(int priority) {
+  realtime::RealtimeRequest request;
   request.priority = priority;
   request.lock_memory = priority > 0;
   return request;
 }
 
 // Seeded ids are good enough for a trial, whose only clients are its own.
-HubSettings hub_settings(std::uint16_t port, std::uint64_t seed) {
-  HubSettings settings;
+server::HubSettings hub_settings(std::uint16_t port, std::uint64_t seed) {
+  server::HubSettings settings;
   settings.datagram_port = port;
   settings.connection_ids = [ids = Random(seed)]() mutable { return ids.next_u64(); };
   return settings;
@@ -48,7 +48,7 @@ HubSettings hub_settings(std::uint16_t port, std::uint64_t seed) {
 }  // namespace
 
 struct LiveRoom::Impl {
-  Impl(std::shared_ptr<const LoadedScene> its_scene, const Experiment& its_experiment, int its_priority);
+  Impl(std::shared_ptr<const server::LoadedScene> its_scene, const Experiment& its_experiment, int its_priority);
 
   void start();
   void await_steps();
@@ -56,17 +56,17 @@ struct LiveRoom::Impl {
   void after_step() noexcept;
   void record(Duration since_start);
 
-  std::shared_ptr<const LoadedScene> scene;
+  std::shared_ptr<const server::LoadedScene> scene;
   const Experiment& experiment;
   int priority;
   SteadyClock clock;
-  Room room;
+  server::Room room;
   asio::io_context io{1};
-  AsioServerTransport transport;
-  SessionHub hub;
+  server::AsioServerTransport transport;
+  server::SessionHub hub;
   asio::posix::stream_descriptor step_event;
   asio::steady_timer poll_timer{io};
-  RoomScheduler scheduler;
+  server::RoomScheduler scheduler;
   std::thread io_thread;
 
   std::atomic<Duration::rep> start_ns{kNotYet};
@@ -76,11 +76,13 @@ struct LiveRoom::Impl {
   std::vector<StoredEnergySample> stored;
 };
 
-LiveRoom::Impl::Impl(std::shared_ptr<const LoadedScene> its_scene, const Experiment& its_experiment, int its_priority)
+LiveRoom::Impl::Impl(std::shared_ptr<const server::LoadedScene> its_scene, const Experiment& its_experiment,
+                     int its_priority)
     : scene(std::move(its_scene)),
       experiment(its_experiment),
       priority(its_priority),
-      room(RoomId{1}, "lab", scene, {.soft_stepping = SoftStepping::kWorker, .guards_tools = experiment.has_guard()}),
+      room(RoomId{1}, "lab", scene,
+           {.soft_stepping = server::SoftStepping::kWorker, .guards_tools = experiment.has_guard()}),
       transport(io, "127.0.0.1", 0, clock),
       hub(hub_settings(transport.port(), experiment.seed), {&room}, transport),
       step_event(io, open_eventfd()),
@@ -97,7 +99,7 @@ void LiveRoom::Impl::start() {
   await_steps();
   await_poll_time();
   io_thread = std::thread([this] {
-    request_realtime(realtime(priority > 0 ? priority + 1 : 0));
+    realtime::request_realtime(realtime(priority > 0 ? priority + 1 : 0));
     io.run();
   });
 }
@@ -141,7 +143,8 @@ void LiveRoom::Impl::record(Duration since_start) {
   while (next_bodies <= since_start) next_bodies += experiment.sample_period;
 }
 
-LiveRoom::LiveRoom(std::shared_ptr<const LoadedScene> scene, const Experiment& experiment, int realtime_priority)
+LiveRoom::LiveRoom(std::shared_ptr<const server::LoadedScene> scene, const Experiment& experiment,
+                   int realtime_priority)
     : impl_(std::make_unique<Impl>(std::move(scene), experiment, realtime_priority)) {
   impl_->start();
 }
@@ -174,7 +177,7 @@ std::vector<StoredEnergySample>& LiveRoom::stored() {
   return impl_->stored;
 }
 
-const HubCounters& LiveRoom::counters() const {
+const server::HubCounters& LiveRoom::counters() const {
   return impl_->hub.counters();
 }
 
@@ -182,7 +185,7 @@ std::uint64_t LiveRoom::steps() const {
   return impl_->room.steps_done().value;
 }
 
-RoomTiming LiveRoom::timing() const {
+server::RoomTiming LiveRoom::timing() const {
   return impl_->scheduler.timings().front();
 }
 

@@ -23,7 +23,7 @@ namespace tandem::lab {
 class LiveRoom {
  public:
   /// Fails   std::runtime_error, std::system_error: no port, no thread
-  LiveRoom(std::shared_ptr<const LoadedScene> scene, const Experiment& experiment, int realtime_priority);
+  LiveRoom(std::shared_ptr<const server::LoadedScene> scene, const Experiment& experiment, int realtime_priority);
   /// Stops.
   ~LiveRoom();
   LiveRoom(const LiveRoom&) = delete;
@@ -38,9 +38,9 @@ class LiveRoom {
   /// Every sample_period, and after every step.
   std::vector<BodiesSample>& bodies();
   std::vector<StoredEnergySample>& stored();
-  const HubCounters& counters() const;
+  const server::HubCounters& counters() const;
   std::uint64_t steps() const;
-  RoomTiming timing() const;
+  server::RoomTiming timing() const;
 
  private:
   struct Impl;

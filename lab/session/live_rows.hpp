@@ -11,7 +11,7 @@ namespace tandem::lab {
 
 /// One tick from the inside of the client and from the outside of the hand, which only the haptic thread may look at.
 struct LiveTick {
-  TickRecord record;
+  client::TickRecord record;
   Pose hand_D;
   Twist hand_twist_D;
   Duration round_trip{0};  ///< filled in by the reader, from the session's newest snapshot

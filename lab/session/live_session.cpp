@@ -34,30 +34,31 @@ LocalTime next_whole_millisecond(LocalTime time) {
   return LocalTime((since / kHapticPeriod + 1) * kHapticPeriod);
 }
 
-std::shared_ptr<AssetStore> assets_of(const LoadedScene& scene) {
-  auto store = std::make_shared<MemoryAssetStore>();
-  for (const Asset& asset : scene.assets) store->keep(asset.sha256, asset.bytes);
+std::shared_ptr<client::AssetStore> assets_of(const server::LoadedScene& scene) {
+  auto store = std::make_shared<client::MemoryAssetStore>();
+  for (const server::Asset& asset : scene.assets) store->keep(asset.sha256, asset.bytes);
   return store;
 }
 
 // A link without delay is no link: the loopback's own is what is left.
-bool is_perfect(const LinkParameters& link) {
+bool is_perfect(const net::LinkParameters& link) {
   return link.delay == Duration(0) && link.jitter == Duration(0) && link.trace.empty() && !link.spoils_datagrams() &&
          link.rate_limit_bytes_per_s == 0;
 }
 
-ClientIoSettings io_settings(const ExperimentUser& user, const LoadedScene& scene, std::uint16_t port,
-                             std::uint64_t link_seed, int realtime_priority) {
-  ClientIoSettings settings;
+client::ClientIoSettings io_settings(const ExperimentUser& user, const server::LoadedScene& scene, std::uint16_t port,
+                                     std::uint64_t link_seed, int realtime_priority) {
+  client::ClientIoSettings settings;
   settings.port = port;
   settings.session.user_name = user.name;
-  settings.session.role = user.role == UserRole::kManipulator ? wire::ROLE_MANIPULATOR : wire::ROLE_OBSERVER;
+  settings.session.role = user.role == server::UserRole::kManipulator ? wire::ROLE_MANIPULATOR : wire::ROLE_OBSERVER;
   settings.session.state_transport = user.transport;
   settings.session.deadband = user.pipeline.deadband;
   settings.session.asset_store = assets_of(scene);
   settings.session.may_reconnect = false;
-  if (!is_perfect(user.up) || !is_perfect(user.down)) settings.links = SimulatedLinks{user.up, user.down, link_seed};
-  settings.makes_local_model = needs_local_model(user.pipeline.stage);
+  if (!is_perfect(user.up) || !is_perfect(user.down))
+    settings.links = client::SimulatedLinks{user.up, user.down, link_seed};
+  settings.makes_local_model = client::needs_local_model(user.pipeline.stage);
   if (realtime_priority > 0) settings.realtime_priority = std::max(1, realtime_priority - kIoPriorityBelow);
   return settings;
 }
@@ -65,8 +66,8 @@ ClientIoSettings io_settings(const ExperimentUser& user, const LoadedScene& scen
 /// A person with everything on their side of the network.
 class LiveUser {
  public:
-  LiveUser(const ExperimentUser& description, ClientIoSettings io, std::uint64_t hand_seed, int realtime_priority,
-           const std::atomic<Duration::rep>& hands_start_ns);
+  LiveUser(const ExperimentUser& description, client::ClientIoSettings io, std::uint64_t hand_seed,
+           int realtime_priority, const std::atomic<Duration::rep>& hands_start_ns);
 
   const ExperimentUser& user() const { return user_; }
   void watch(BodyId body) { core_.watch(body); }
@@ -77,9 +78,9 @@ class LiveUser {
   void take_ticks();
   void stop();
 
-  ClientIoSnapshot io() const { return io_.snapshot(); }
+  client::ClientIoSnapshot io() const { return io_.snapshot(); }
   /// The newest tick taken; null before the first.
-  const TickRecord* newest() const { return ticks_.empty() ? nullptr : &ticks_.back().record; }
+  const client::TickRecord* newest() const { return ticks_.empty() ? nullptr : &ticks_.back().record; }
   const std::vector<LiveTick>& ticks() const { return ticks_; }
   /// Whether the hand has something true to feel: the server's state and, where the stage wants it, the local model.
   bool is_ready() const;
@@ -88,10 +89,10 @@ class LiveUser {
   void forget_ticks_before(LocalTime time);
 
   // after stop()
-  const HapticCounters& counters() const { return core_.counters(); }
-  const HapticCounters& counters_at_start() const { return at_start_; }
+  const client::HapticCounters& counters() const { return core_.counters(); }
+  const client::HapticCounters& counters_at_start() const { return at_start_; }
   double guard_dissipated() const { return guard_dissipated_j(core_, user_.pipeline) - guard_dissipated_at_start_j_; }
-  const HapticLoopReport& loop_report() const { return loop_->report(); }
+  const client::HapticLoopReport& loop_report() const { return loop_->report(); }
   std::uint64_t lost() const { return lost_.load(std::memory_order_relaxed); }
 
  private:
@@ -100,34 +101,34 @@ class LiveUser {
   const ExperimentUser& user_;
   int realtime_priority_;
   const std::atomic<Duration::rep>& hands_start_ns_;
-  ClientMailboxes mailboxes_;
-  SimDevice device_;
-  HapticCore core_;
-  ClientIo io_;
-  Ring<LiveTick> ring_{kRingTicks};
+  client::ClientMailboxes mailboxes_;
+  devices::SimDevice device_;
+  client::HapticCore core_;
+  client::ClientIo io_;
+  realtime::Ring<LiveTick> ring_{kRingTicks};
   std::atomic<std::uint64_t> lost_{0};
   std::vector<LiveTick> ticks_;  // main thread
   bool is_hand_moving_ = false;  // haptic thread, as the next two until it has stopped
-  HapticCounters at_start_;
+  client::HapticCounters at_start_;
   double guard_dissipated_at_start_j_ = 0;
-  std::optional<HapticLoop> loop_;  // gone before what it uses
+  std::optional<client::HapticLoop> loop_;  // gone before what it uses
 };
 
-LiveUser::LiveUser(const ExperimentUser& description, ClientIoSettings io, std::uint64_t hand_seed,
+LiveUser::LiveUser(const ExperimentUser& description, client::ClientIoSettings io, std::uint64_t hand_seed,
                    int realtime_priority, const std::atomic<Duration::rep>& hands_start_ns)
     : user_(description),
       realtime_priority_(realtime_priority),
       hands_start_ns_(hands_start_ns),
-      device_(description.device.spec, holding(description.hand_parameters, description.device), description.hand,
-              hand_seed),
-      core_(haptic_settings(description.pipeline, coupling_bounds(description.device)), device_, mailboxes_),
+      device_(description.device.spec, devices::holding(description.hand_parameters, description.device),
+              description.hand, hand_seed),
+      core_(haptic_settings(description.pipeline, devices::coupling_bounds(description.device)), device_, mailboxes_),
       io_(std::move(io), mailboxes_) {
   device_.hold_path();
   io_.on_tick = [this] { core_.service(); };
 }
 
 std::vector<std::string> LiveUser::start_loop() {
-  HapticLoopSettings settings;
+  client::HapticLoopSettings settings;
   settings.realtime = {.priority = realtime_priority_, .lock_memory = realtime_priority_ > 0};
   settings.trace_capacity = 1;  // the ring here has the hand's true state too
   loop_.emplace(settings, core_, [this] { after_tick(); });
@@ -159,9 +160,9 @@ void LiveUser::take_ticks() {
 }
 
 bool LiveUser::is_ready() const {
-  if (user_.role != UserRole::kManipulator) return true;
+  if (user_.role != server::UserRole::kManipulator) return true;
   if (newest() == nullptr || newest()->newest_step.value == 0) return false;
-  return newest()->is_local || !needs_local_model(user_.pipeline.stage);
+  return newest()->is_local || !client::needs_local_model(user_.pipeline.stage);
 }
 
 void LiveUser::take_newest_tick() {
@@ -181,7 +182,7 @@ void LiveUser::stop() {
 
 /// Datagrams and bytes of both directions that one client sent and got; those that its simulated link lost on the way
 /// to it count as datagrams, not as bytes.
-TrafficCounters traffic_of(const ClientIoSnapshot& io) {
+TrafficCounters traffic_of(const client::ClientIoSnapshot& io) {
   TrafficCounters traffic;
   const bool has_link = io.links.up.sent > 0;
   traffic.datagrams =
@@ -193,7 +194,7 @@ TrafficCounters traffic_of(const ClientIoSnapshot& io) {
 }  // namespace
 
 struct LiveSession::Impl {
-  Impl(LiveSession& its_owner, const Experiment& its_experiment, std::shared_ptr<const LoadedScene> its_scene,
+  Impl(LiveSession& its_owner, const Experiment& its_experiment, std::shared_ptr<const server::LoadedScene> its_scene,
        const SessionTrace& its_beside, int its_priority);
 
   void join_all();
@@ -207,7 +208,7 @@ struct LiveSession::Impl {
 
   LiveSession& owner;
   const Experiment& experiment;
-  std::shared_ptr<const LoadedScene> scene;
+  std::shared_ptr<const server::LoadedScene> scene;
   const SessionTrace& beside;
   int priority;
   SteadyClock clock;
@@ -223,7 +224,8 @@ struct LiveSession::Impl {
 };
 
 LiveSession::Impl::Impl(LiveSession& its_owner, const Experiment& its_experiment,
-                        std::shared_ptr<const LoadedScene> its_scene, const SessionTrace& its_beside, int its_priority)
+                        std::shared_ptr<const server::LoadedScene> its_scene, const SessionTrace& its_beside,
+                        int its_priority)
     : owner(its_owner),
       experiment(its_experiment),
       scene(std::move(its_scene)),
@@ -259,8 +261,8 @@ template <class IsDone>
 void LiveSession::Impl::wait_for(const LiveUser& user, const char* missing, const IsDone& is_done) {
   const LocalTime give_up = clock.now() + kJoinTimeout;
   while (!is_done()) {
-    const SessionStatus status = user.io().status;
-    if (status.state == SessionState::kEnded || clock.now() >= give_up) {
+    const client::SessionStatus status = user.io().status;
+    if (status.state == client::SessionState::kEnded || clock.now() >= give_up) {
       throw CouldNotJoin("user " + user.user().name +
                          " could not join: " + (status.why.empty() ? missing : status.why));
     }
@@ -275,8 +277,8 @@ void LiveSession::Impl::join_all() {
   for (const auto& user : users) {
     user->connect();
     wait_for(*user, "no answer within 30 s", [&] {
-      const ClientIoSnapshot io = user->io();
-      return io.status.state == SessionState::kActive && io.joined != nullptr;
+      const client::ClientIoSnapshot io = user->io();
+      return io.status.state == client::SessionState::kActive && io.joined != nullptr;
     });
     timing.realtime_not_granted = user->start_loop();
   }
@@ -300,13 +302,13 @@ void LiveSession::Impl::follow(std::size_t index) {
   // Until a tick of the moving hand is there, told is 0 and everything is of before.
   if (told[index] == 0) user.forget_ticks_before(hands_started);
   for (; told[index] < user.ticks().size(); ++told[index]) {
-    const TickRecord& record = user.ticks()[told[index]].record;
+    const client::TickRecord& record = user.ticks()[told[index]].record;
     if (record.at >= hands_started + experiment.duration) break;
     if (owner.on_tick) owner.on_tick(index, record, user.user().hand.phase_at(record.at - hands_started));
   }
   UserTrace& user_trace = trace.users[index];
-  const SessionStatus status = user.io().status;
-  if (!user_trace.stayed_connected || status.state == SessionState::kActive) return;
+  const client::SessionStatus status = user.io().status;
+  if (!user_trace.stayed_connected || status.state == client::SessionState::kActive) return;
   user_trace.stayed_connected = false;
   user_trace.why_disconnected = status.why;
 }
@@ -323,7 +325,7 @@ void LiveSession::Impl::keep_going() {
 void LiveSession::Impl::take_user(std::size_t index) {
   LiveUser& live = *users[index];
   UserTrace& user = trace.users[index];
-  const ClientIoSnapshot io = live.io();
+  const client::ClientIoSnapshot io = live.io();
   live.stop();
   LiveRows rows = live_rows(live.user(), live.ticks(), hands_started, experiment.duration);
   user.ticks = std::move(rows.rows);
@@ -351,7 +353,7 @@ SessionTrace LiveSession::Impl::take_trace() {
   return std::move(trace);
 }
 
-LiveSession::LiveSession(const Experiment& experiment, std::shared_ptr<const LoadedScene> scene,
+LiveSession::LiveSession(const Experiment& experiment, std::shared_ptr<const server::LoadedScene> scene,
                          const SessionTrace& beside, int realtime_priority)
     : impl_(std::make_unique<Impl>(*this, experiment, std::move(scene), beside, realtime_priority)) {}
 

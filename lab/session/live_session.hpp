@@ -32,12 +32,12 @@ struct LiveUserTiming {
   std::uint64_t ticks = 0;    ///< of the haptic thread since the hands started
   std::uint64_t skipped = 0;  ///< milliseconds without a tick of their own
   std::uint64_t lost = 0;     ///< records that this thread did not take in time
-  HapticLoopReport loop;
+  client::HapticLoopReport loop;
 };
 
 struct LiveTiming {
   std::vector<LiveUserTiming> users;
-  RoomTiming room;
+  server::RoomTiming room;
   std::vector<std::string> realtime_not_granted;
 };
 
@@ -49,8 +49,8 @@ class LiveSession {
  public:
   /// In      beside  the virtual trial of the same experiment: seeds, names and the watched body are taken from it
   /// Fails   std::invalid_argument: mass_scale is not 1
-  LiveSession(const Experiment& experiment, std::shared_ptr<const LoadedScene> scene, const SessionTrace& beside,
-              int realtime_priority = 0);
+  LiveSession(const Experiment& experiment, std::shared_ptr<const server::LoadedScene> scene,
+              const SessionTrace& beside, int realtime_priority = 0);
   ~LiveSession();
 
   /// Fails   CouldNotJoin (says who and why); std::runtime_error, std::system_error: no port, no thread
@@ -60,7 +60,7 @@ class LiveSession {
 
   /// Called on the thread of run() for each haptic tick of a moving hand, with the index of the user and of the hand
   /// path's phase, at most some ten milliseconds late.
-  std::function<void(std::size_t, const TickRecord&, int)> on_tick;
+  std::function<void(std::size_t, const client::TickRecord&, int)> on_tick;
 
  private:
   struct Impl;

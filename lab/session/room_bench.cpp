@@ -13,24 +13,24 @@ namespace {
 /// One simulated person at the room's own table: no network, no client.
 class Seat {
  public:
-  Seat(Room& room, std::size_t index, const std::string& hand, std::uint64_t seed)
+  Seat(server::Room& room, std::size_t index, const std::string& hand, std::uint64_t seed)
       : room_(room),
         slot_(static_cast<std::uint8_t>(index)),
-        device_(SimDevice::default_spec(), HandParameters{}, named_hand_path(hand), seed),
+        device_(devices::SimDevice::default_spec(), devices::HandParameters{}, devices::named_hand_path(hand), seed),
         workspace_(room.scene().tools[index].workspace) {
-    RoomCommand join;
-    join.kind = RoomCommand::Kind::kJoin;
+    server::RoomCommand join;
+    join.kind = server::RoomCommand::Kind::kJoin;
     join.slot = slot_;
     join.user = UserId{static_cast<std::uint32_t>(index + 1)};
-    join.role = UserRole::kManipulator;
+    join.role = server::UserRole::kManipulator;
     join.tool = slot_;
     room_.post(join);
   }
 
   void move(LocalTime now) {
-    const DeviceSample sample = device_.read(now);
-    ClientUpdate& update = room_.slot(slot_).input.back();
-    update = ClientUpdate{};
+    const devices::DeviceSample sample = device_.read(now);
+    proto::ClientUpdate& update = room_.slot(slot_).input.back();
+    update = proto::ClientUpdate{};
     ++tick_.value;
     update.input_tick = tick_;
     update.handle_valid = true;
@@ -41,23 +41,23 @@ class Seat {
 
   void feel(LocalTime now) {
     if (!room_.slot(slot_).output.poll()) return;
-    DeviceCommand command;
+    devices::DeviceCommand command;
     command.wrench_on_hand_D = workspace_.device_wrench(room_.slot(slot_).output.front().update.wrench_on_hand_W);
     device_.write(now, command);
   }
 
  private:
-  Room& room_;
+  server::Room& room_;
   std::uint8_t slot_;
-  SimDevice device_;
+  devices::SimDevice device_;
   WorkspaceMapping workspace_;
   Tick tick_;
 };
 
-void record_touch(const Room& room, std::size_t users, RoomBenchResult& result) {
+void record_touch(const server::Room& room, std::size_t users, RoomBenchResult& result) {
   std::uint32_t contacts = 0;
   for (std::size_t i = 0; i < users; ++i) {
-    const TouchSummary touch = room.world().touch(i);
+    const physics::TouchSummary touch = room.world().touch(i);
     contacts += touch.contacts;
     result.depth_max_m = std::max(result.depth_max_m, touch.deepest_m);
     result.force_max_n = std::max({result.force_max_n, touch.force_n, touch.soft_force_n});
@@ -67,14 +67,14 @@ void record_touch(const Room& room, std::size_t users, RoomBenchResult& result) 
 
 }  // namespace
 
-RoomBenchResult bench_room(const std::shared_ptr<const LoadedScene>& scene, const RoomBenchSettings& settings) {
+RoomBenchResult bench_room(const std::shared_ptr<const server::LoadedScene>& scene, const RoomBenchSettings& settings) {
   if (settings.hands.size() > scene->tools.size()) {
     throw std::invalid_argument("--users " + std::to_string(settings.hands.size()) + ": the scene has " +
                                 std::to_string(scene->tools.size()) + " tools; ask for fewer users");
   }
   // Its hands are paths and pay nothing.
-  const RoomOptions options{.soft_stepping = SoftStepping::kWorker, .guards_tools = false};
-  const auto room = std::make_unique<Room>(RoomId{1}, scene->description.name(), scene, options);
+  const server::RoomOptions options{.soft_stepping = server::SoftStepping::kWorker, .guards_tools = false};
+  const auto room = std::make_unique<server::Room>(RoomId{1}, scene->description.name(), scene, options);
   std::vector<std::unique_ptr<Seat>> seats;
   for (std::size_t i = 0; i < settings.hands.size(); ++i) {
     seats.push_back(std::make_unique<Seat>(*room, i, settings.hands[i], settings.seed + i));
@@ -82,7 +82,7 @@ RoomBenchResult bench_room(const std::shared_ptr<const LoadedScene>& scene, cons
   RoomBenchResult result;
   const SteadyClock clock;
   const LocalTime begin = clock.now();
-  PeriodicTimer timer(room->period(), begin);
+  realtime::PeriodicTimer timer(room->period(), begin);
   for (LocalTime due = timer.wait(); due < begin + settings.duration; due = timer.wait()) {
     for (const auto& seat : seats) seat->move(due);
     const LocalTime before = clock.now();

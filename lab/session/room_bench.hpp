@@ -32,6 +32,6 @@ struct RoomBenchResult {
 
 /// Runs the room in real time on this thread; the hands are moved between its steps and feel each step's wrench at
 /// once. Fails   std::invalid_argument: more hands than tools, an unknown path
-RoomBenchResult bench_room(const std::shared_ptr<const LoadedScene>& scene, const RoomBenchSettings& settings);
+RoomBenchResult bench_room(const std::shared_ptr<const server::LoadedScene>& scene, const RoomBenchSettings& settings);
 
 }  // namespace tandem::lab

@@ -2,7 +2,7 @@
 
 namespace tandem::lab {
 
-TickSample sample_of(const TickRecord& record) {
+TickSample sample_of(const client::TickRecord& record) {
   TickSample sample;
   sample.tick = record.tick;
   sample.handle_W = record.handle_W;

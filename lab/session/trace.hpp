@@ -36,10 +36,10 @@ struct TickSample {
   BodyId held_body;
   Vec3 view_W = Vec3::Zero();  ///< where this user sees the watched body
   bool has_view = false;
-  SafetyFaults safety_faults = 0;
+  haptics::SafetyFaults safety_faults = 0;
   std::uint32_t server_tick_faults = 0;
   bool is_clamped = false;
-  ModelEnergy model;  ///< of the local model after this tick; zero without one
+  client::ModelEnergy model;  ///< of the local model after this tick; zero without one
 };
 
 /// The room held a tool back, in the newest step that this tick knew of.
@@ -48,7 +48,7 @@ inline bool tells_of_guarded_tool(const TickSample& tick) {
 }
 
 /// What the tick's record has of it; the hand's side is left at rest.
-TickSample sample_of(const TickRecord& record);
+TickSample sample_of(const client::TickRecord& record);
 
 /// An input as the server took it.
 struct AnsweredInput {
@@ -70,9 +70,9 @@ struct UserTrace {
   double hand_joules_per_world_joule = 1;
   double coupling_stiffness_n_per_m = 0;  ///< as the scene says
   double coupling_stiffness_n_m_per_rad = 0;
-  SessionCounters session;
-  LinkCounters link_up;  ///< datagrams
-  LinkCounters link_down;
+  client::SessionCounters session;
+  net::LinkCounters link_up;  ///< datagrams
+  net::LinkCounters link_down;
   TrafficCounters traffic;  ///< since the hands started
 };
 
@@ -97,7 +97,7 @@ struct SessionTrace {
   std::vector<BodiesSample> bodies;  ///< every sample_period
   std::vector<StoredEnergySample> stored;
   std::optional<std::size_t> watched_body;  ///< index into body_names; which TickSample::view_W is of
-  HubCounters hub;
+  server::HubCounters hub;
   std::uint64_t room_steps = 0;
   TickFaults faults_seen = 0;
   Duration joined_after{0};  ///< virtual time from the first connection to the start of the hands

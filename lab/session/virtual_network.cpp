@@ -10,7 +10,7 @@ namespace {
 enum class Chunk : std::uint8_t { kConnect, kAccepted, kBytes, kEnd };
 constexpr std::size_t kChunkHeaderBytes = 5;
 
-void send_chunk(SimulatedLink& link, LocalTime now, Chunk kind, std::uint32_t attempt,
+void send_chunk(net::SimulatedLink& link, LocalTime now, Chunk kind, std::uint32_t attempt,
                 std::span<const std::byte> bytes = {}) {
   std::vector<std::byte> chunk;
   chunk.reserve(kChunkHeaderBytes + bytes.size());
@@ -30,7 +30,7 @@ std::uint32_t attempt_of(std::span<const std::byte> chunk) {
   return attempt;
 }
 
-void collect_from(SimulatedLink& link, LocalTime now, std::vector<std::vector<std::byte>>& arrived) {
+void collect_from(net::SimulatedLink& link, LocalTime now, std::vector<std::vector<std::byte>>& arrived) {
   while (auto packet = link.receive(now)) arrived.push_back(std::move(*packet));
 }
 
@@ -40,13 +40,13 @@ std::span<const std::byte> bytes_of(std::span<const std::byte> chunk) {
 
 }  // namespace
 
-VirtualClientTransport::VirtualClientTransport(const Clock& clock, LinkParameters up, LinkParameters down,
+VirtualClientTransport::VirtualClientTransport(const Clock& clock, net::LinkParameters up, net::LinkParameters down,
                                                std::uint64_t seed, std::uint64_t first_stream)
     : clock_(clock),
       datagrams_up_(up, seed, first_stream),
       datagrams_down_(down, seed, first_stream + 1),
-      stream_up_(SimulatedLink::reliable(std::move(up), seed, first_stream + 2)),
-      stream_down_(SimulatedLink::reliable(std::move(down), seed, first_stream + 3)) {}
+      stream_up_(net::SimulatedLink::reliable(std::move(up), seed, first_stream + 2)),
+      stream_down_(net::SimulatedLink::reliable(std::move(down), seed, first_stream + 3)) {}
 
 void VirtualClientTransport::connect(LocalTime now) {
   ++attempt_;
@@ -85,7 +85,7 @@ void VirtualClientTransport::collect(LocalTime now) {
   collect_from(stream_down_, now, arrived_stream_down_);
 }
 
-void VirtualClientTransport::deliver(ClientSession& session, LocalTime now) {
+void VirtualClientTransport::deliver(client::ClientSession& session, LocalTime now) {
   for (const auto& chunk : std::exchange(arrived_stream_down_, {})) {
     if (!is_open_ || attempt_of(chunk) != attempt_) continue;
     switch (kind_of(chunk)) {
@@ -108,7 +108,7 @@ void VirtualClientTransport::deliver(ClientSession& session, LocalTime now) {
   }
 }
 
-VirtualClientTransport& VirtualNetwork::add_client(const LinkParameters& up, const LinkParameters& down,
+VirtualClientTransport& VirtualNetwork::add_client(const net::LinkParameters& up, const net::LinkParameters& down,
                                                    std::uint64_t seed) {
   constexpr std::uint64_t kStreamsPerClient = 4;
   clients_.push_back(
@@ -116,21 +116,21 @@ VirtualClientTransport& VirtualNetwork::add_client(const LinkParameters& up, con
   return *clients_.back();
 }
 
-VirtualClientTransport* VirtualNetwork::client_of(ConnectionHandle connection) const {
+VirtualClientTransport* VirtualNetwork::client_of(server::ConnectionHandle connection) const {
   for (const auto& client : clients_) {
     if (connection != 0 && client->connection_ == connection) return client.get();
   }
   return nullptr;
 }
 
-void VirtualNetwork::send_control(ConnectionHandle connection, std::span<const std::byte> bytes) {
+void VirtualNetwork::send_control(server::ConnectionHandle connection, std::span<const std::byte> bytes) {
   if (auto* client = client_of(connection)) {
     client->traffic_.bytes += bytes.size();
     send_chunk(client->stream_down_, clock_.now(), Chunk::kBytes, client->server_attempt_, bytes);
   }
 }
 
-bool VirtualNetwork::send_datagram(ConnectionHandle connection, std::span<const std::byte> datagram) {
+bool VirtualNetwork::send_datagram(server::ConnectionHandle connection, std::span<const std::byte> datagram) {
   auto* client = client_of(connection);
   if (client == nullptr || !client->server_knows_address_) return false;
   client->count_datagram(datagram.size());
@@ -138,12 +138,12 @@ bool VirtualNetwork::send_datagram(ConnectionHandle connection, std::span<const 
   return true;
 }
 
-std::size_t VirtualNetwork::queued_control_bytes(ConnectionHandle connection) const {
+std::size_t VirtualNetwork::queued_control_bytes(server::ConnectionHandle connection) const {
   const auto* client = client_of(connection);
   return client == nullptr ? 0 : client->stream_down_.queued_bytes(clock_.now());
 }
 
-void VirtualNetwork::close(ConnectionHandle connection) {
+void VirtualNetwork::close(server::ConnectionHandle connection) {
   if (auto* client = client_of(connection)) {
     send_chunk(client->stream_down_, clock_.now(), Chunk::kEnd, client->server_attempt_);
     client->connection_ = 0;
@@ -154,14 +154,14 @@ void VirtualNetwork::collect(LocalTime now) {
   for (const auto& client : clients_) client->collect(now);
 }
 
-void VirtualNetwork::deliver(SessionHub& hub, LocalTime now) {
+void VirtualNetwork::deliver(server::SessionHub& hub, LocalTime now) {
   for (const auto& client : clients_) {
     deliver_stream(*client, hub, now);
     deliver_datagrams(*client, hub, now);
   }
 }
 
-void VirtualNetwork::deliver_stream(VirtualClientTransport& client, SessionHub& hub, LocalTime now) {
+void VirtualNetwork::deliver_stream(VirtualClientTransport& client, server::SessionHub& hub, LocalTime now) {
   for (const auto& chunk : std::exchange(client.arrived_stream_up_, {})) {
     switch (kind_of(chunk)) {
       case Chunk::kConnect:
@@ -183,9 +183,11 @@ void VirtualNetwork::deliver_stream(VirtualClientTransport& client, SessionHub& 
   }
 }
 
-void VirtualNetwork::deliver_datagrams(VirtualClientTransport& client, SessionHub& hub, LocalTime now) {
+void VirtualNetwork::deliver_datagrams(VirtualClientTransport& client, server::SessionHub& hub, LocalTime now) {
   for (const auto& datagram : std::exchange(client.arrived_datagrams_up_, {})) {
-    const auto is_of_this_client = [&](ConnectionHandle connection) { return connection == client.connection_; };
+    const auto is_of_this_client = [&](server::ConnectionHandle connection) {
+      return connection == client.connection_;
+    };
     if (hub.on_datagram(datagram, now, is_of_this_client) != 0) client.server_knows_address_ = true;
   }
 }

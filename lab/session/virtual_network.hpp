@@ -28,9 +28,9 @@ struct TrafficCounters {
 };
 
 /// One client's end.
-class VirtualClientTransport final : public ClientTransport {
+class VirtualClientTransport final : public client::ClientTransport {
  public:
-  VirtualClientTransport(const Clock& clock, LinkParameters up, LinkParameters down, std::uint64_t seed,
+  VirtualClientTransport(const Clock& clock, net::LinkParameters up, net::LinkParameters down, std::uint64_t seed,
                          std::uint64_t first_stream);
 
   void connect(LocalTime now) override;
@@ -43,10 +43,10 @@ class VirtualClientTransport final : public ClientTransport {
   /// Takes what is due off the lines, at both ends, before anybody sends in this slot.
   void collect(LocalTime now);
   /// Hands what has arrived at this end to its session.
-  void deliver(ClientSession& session, LocalTime now);
+  void deliver(client::ClientSession& session, LocalTime now);
 
-  const LinkCounters& datagrams_up() const { return datagrams_up_.counters(); }
-  const LinkCounters& datagrams_down() const { return datagrams_down_.counters(); }
+  const net::LinkCounters& datagrams_up() const { return datagrams_up_.counters(); }
+  const net::LinkCounters& datagrams_down() const { return datagrams_down_.counters(); }
   const TrafficCounters& traffic() const { return traffic_; }
 
  private:
@@ -58,10 +58,10 @@ class VirtualClientTransport final : public ClientTransport {
   }
 
   const Clock& clock_;
-  SimulatedLink datagrams_up_;
-  SimulatedLink datagrams_down_;
-  SimulatedLink stream_up_;
-  SimulatedLink stream_down_;
+  net::SimulatedLink datagrams_up_;
+  net::SimulatedLink datagrams_down_;
+  net::SimulatedLink stream_up_;
+  net::SimulatedLink stream_down_;
   TrafficCounters traffic_;
   // Arrived, not handed on yet.
   Packets arrived_datagrams_up_;
@@ -70,38 +70,39 @@ class VirtualClientTransport final : public ClientTransport {
   Packets arrived_stream_down_;
   bool is_open_ = false;  ///< at the client's end
   bool has_datagram_port_ = false;
-  std::uint32_t attempt_ = 0;         ///< connections started so far: chunks of older ones are ignored
-  ConnectionHandle connection_ = 0;   ///< at the server's end; 0: none
-  std::uint32_t server_attempt_ = 0;  ///< that `connection_` belongs to
+  std::uint32_t attempt_ = 0;                ///< connections started so far: chunks of older ones are ignored
+  server::ConnectionHandle connection_ = 0;  ///< at the server's end; 0: none
+  std::uint32_t server_attempt_ = 0;         ///< that `connection_` belongs to
   bool server_knows_address_ = false;
 };
 
 /// The server's end of all clients' links.
-class VirtualNetwork final : public ServerTransport {
+class VirtualNetwork final : public server::ServerTransport {
  public:
   explicit VirtualNetwork(const Clock& clock) : clock_(clock) {}
 
   /// A client that may connect; lives as long as the network.
-  VirtualClientTransport& add_client(const LinkParameters& up, const LinkParameters& down, std::uint64_t seed);
+  VirtualClientTransport& add_client(const net::LinkParameters& up, const net::LinkParameters& down,
+                                     std::uint64_t seed);
 
-  void send_control(ConnectionHandle connection, std::span<const std::byte> bytes) override;
-  bool send_datagram(ConnectionHandle connection, std::span<const std::byte> datagram) override;
-  std::size_t queued_control_bytes(ConnectionHandle connection) const override;
-  void close(ConnectionHandle connection) override;
+  void send_control(server::ConnectionHandle connection, std::span<const std::byte> bytes) override;
+  bool send_datagram(server::ConnectionHandle connection, std::span<const std::byte> datagram) override;
+  std::size_t queued_control_bytes(server::ConnectionHandle connection) const override;
+  void close(server::ConnectionHandle connection) override;
 
   /// What is due arrives at both ends of every client's links: first in a slot, then what any end does.
   void collect(LocalTime now);
   /// Hands what has arrived at the server to the hub, clients in the order in which they were added.
-  void deliver(SessionHub& hub, LocalTime now);
+  void deliver(server::SessionHub& hub, LocalTime now);
 
  private:
-  VirtualClientTransport* client_of(ConnectionHandle connection) const;
-  void deliver_stream(VirtualClientTransport& client, SessionHub& hub, LocalTime now);
-  void deliver_datagrams(VirtualClientTransport& client, SessionHub& hub, LocalTime now);
+  VirtualClientTransport* client_of(server::ConnectionHandle connection) const;
+  void deliver_stream(VirtualClientTransport& client, server::SessionHub& hub, LocalTime now);
+  void deliver_datagrams(VirtualClientTransport& client, server::SessionHub& hub, LocalTime now);
 
   const Clock& clock_;
   std::vector<std::unique_ptr<VirtualClientTransport>> clients_;
-  ConnectionHandle last_connection_ = 0;
+  server::ConnectionHandle last_connection_ = 0;
 };
 
 }  // namespace tandem::lab

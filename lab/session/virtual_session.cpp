@@ -24,16 +24,17 @@ std::uint64_t hand_seed(std::uint64_t seed, std::size_t user) {
 }
 
 /// All files of a scene: a trial is about state, not about how long they take to load.
-std::shared_ptr<AssetStore> assets_of(const LoadedScene& scene) {
-  auto store = std::make_shared<MemoryAssetStore>();
-  for (const Asset& asset : scene.assets) store->keep(asset.sha256, asset.bytes);
+std::shared_ptr<client::AssetStore> assets_of(const server::LoadedScene& scene) {
+  auto store = std::make_shared<client::MemoryAssetStore>();
+  for (const server::Asset& asset : scene.assets) store->keep(asset.sha256, asset.bytes);
   return store;
 }
 
-SessionSettings session_settings(const ExperimentUser& user, const std::shared_ptr<AssetStore>& assets) {
-  SessionSettings settings;
+client::SessionSettings session_settings(const ExperimentUser& user,
+                                         const std::shared_ptr<client::AssetStore>& assets) {
+  client::SessionSettings settings;
   settings.user_name = user.name;
-  settings.role = user.role == UserRole::kManipulator ? wire::ROLE_MANIPULATOR : wire::ROLE_OBSERVER;
+  settings.role = user.role == server::UserRole::kManipulator ? wire::ROLE_MANIPULATOR : wire::ROLE_OBSERVER;
   settings.state_transport = user.transport;
   settings.deadband = user.pipeline.deadband;
   settings.fetch_assets = true;
@@ -41,15 +42,15 @@ SessionSettings session_settings(const ExperimentUser& user, const std::shared_p
   return settings;
 }
 
-HubSettings hub_settings(std::uint64_t seed) {
-  HubSettings settings;
+server::HubSettings hub_settings(std::uint64_t seed) {
+  server::HubSettings settings;
   settings.datagram_port = 1;
   settings.connection_ids = [ids = Random(seed)]() mutable { return ids.next_u64(); };
   return settings;
 }
 
 // The body of the outcome's rule, else the first that hands can hold, else the first that can move: what users look at.
-std::optional<std::size_t> watched_body(const Experiment& experiment, const LoadedScene& scene) {
+std::optional<std::size_t> watched_body(const Experiment& experiment, const server::LoadedScene& scene) {
   std::optional<std::size_t> movable;
   std::optional<std::size_t> graspable;
   for (int i = scene.description.bodies_size() - 1; i >= 0; --i) {
@@ -69,21 +70,21 @@ std::optional<std::size_t> watched_body(const Experiment& experiment, const Load
 /// A person with everything on their side of the network.
 struct VirtualUser {
   VirtualUser(const ExperimentUser& description, VirtualClientTransport& its_transport, std::uint64_t seed,
-              const std::shared_ptr<AssetStore>& assets)
+              const std::shared_ptr<client::AssetStore>& assets)
       : user(description),
         transport(its_transport),
-        device(description.device.spec, holding(description.hand_parameters, description.device), description.hand,
-               seed),
-        core(haptic_settings(description.pipeline, coupling_bounds(description.device)), device, mailboxes),
+        device(description.device.spec, devices::holding(description.hand_parameters, description.device),
+               description.hand, seed),
+        core(haptic_settings(description.pipeline, devices::coupling_bounds(description.device)), device, mailboxes),
         session(session_settings(description, assets), transport, mailboxes),
-        models(local_model_settings(description.pipeline), LocalModelMaker::Execution::kInline),
+        models(local_model_settings(description.pipeline), client::LocalModelMaker::Execution::kInline),
         seed_of_hand(seed) {
     device.hold_path();
     session.on_assets = [this] { make_local_model(); };
   }
 
   void make_local_model() {
-    if (user.role != UserRole::kManipulator || !needs_local_model(user.pipeline.stage)) return;
+    if (user.role != server::UserRole::kManipulator || !client::needs_local_model(user.pipeline.stage)) return;
     models.begin(*session.joined(), session.assets());
     model = models.take();
     if (model != nullptr) return session.use_local_model(model);
@@ -92,15 +93,15 @@ struct VirtualUser {
 
   const ExperimentUser& user;
   VirtualClientTransport& transport;
-  ClientMailboxes mailboxes;
-  SimDevice device;
-  HapticCore core;
-  ClientSession session;
-  LocalModelMaker models;
-  LocalModel* model = nullptr;      ///< the one in use; null: the stage has none
-  std::optional<std::size_t> tool;  ///< a manipulator's, index into the scene's
+  client::ClientMailboxes mailboxes;
+  devices::SimDevice device;
+  client::HapticCore core;
+  client::ClientSession session;
+  client::LocalModelMaker models;
+  client::LocalModel* model = nullptr;  ///< the one in use; null: the stage has none
+  std::optional<std::size_t> tool;      ///< a manipulator's, index into the scene's
   std::uint64_t seed_of_hand;
-  HapticCounters at_start;
+  client::HapticCounters at_start;
   TrafficCounters traffic_at_start;
   double guard_dissipated_at_start_j = 0;
 };
@@ -117,16 +118,17 @@ TickSample sample_of(VirtualUser& user, Duration time) {
   return sample;
 }
 
-std::string field_kernel_of(const LoadedScene& scene) {
+std::string field_kernel_of(const server::LoadedScene& scene) {
   std::size_t molecules = 0;
-  for (const LoadedBody& body : scene.bodies) molecules += body.molecule != nullptr ? 1 : 0;
-  return molecules < 2 ? std::string() : std::string(LennardJonesField::default_kernel());
+  for (const server::LoadedBody& body : scene.bodies) molecules += body.molecule != nullptr ? 1 : 0;
+  return molecules < 2 ? std::string() : std::string(docking::LennardJonesField::default_kernel());
 }
 
 }  // namespace
 
 struct VirtualSession::Impl {
-  Impl(VirtualSession& its_owner, const Experiment& its_experiment, std::shared_ptr<const LoadedScene> its_scene);
+  Impl(VirtualSession& its_owner, const Experiment& its_experiment,
+       std::shared_ptr<const server::LoadedScene> its_scene);
 
   void run_slot();
   void run_client_slot(VirtualUser& user);
@@ -140,11 +142,11 @@ struct VirtualSession::Impl {
 
   VirtualSession& owner;
   const Experiment& experiment;
-  std::shared_ptr<const LoadedScene> scene;
+  std::shared_ptr<const server::LoadedScene> scene;
   VirtualClock clock;
   VirtualNetwork network{clock};
-  Room room;
-  SessionHub hub;
+  server::Room room;
+  server::SessionHub hub;
   std::vector<std::unique_ptr<VirtualUser>> users;
   std::int64_t slot = 0;
   LocalTime next_room_step;
@@ -155,7 +157,7 @@ struct VirtualSession::Impl {
 };
 
 VirtualSession::Impl::Impl(VirtualSession& its_owner, const Experiment& its_experiment,
-                           std::shared_ptr<const LoadedScene> its_scene)
+                           std::shared_ptr<const server::LoadedScene> its_scene)
     : owner(its_owner),
       experiment(its_experiment),
       scene(std::move(its_scene)),
@@ -163,7 +165,8 @@ VirtualSession::Impl::Impl(VirtualSession& its_owner, const Experiment& its_expe
       hub(hub_settings(experiment.seed), {&room}, network),
       next_room_step(LocalTime(experiment.server_phase)) {
   std::size_t manipulators = 0;
-  for (const ExperimentUser& user : experiment.users) manipulators += user.role == UserRole::kManipulator ? 1 : 0;
+  for (const ExperimentUser& user : experiment.users)
+    manipulators += user.role == server::UserRole::kManipulator ? 1 : 0;
   if (manipulators > scene->tools.size()) {
     throw std::invalid_argument("experiment " + experiment.name + ": users has " + std::to_string(manipulators) +
                                 " manipulators, but the scene has " + std::to_string(scene->tools.size()) +
@@ -172,7 +175,7 @@ VirtualSession::Impl::Impl(VirtualSession& its_owner, const Experiment& its_expe
   const std::optional<std::size_t> watched = watched_body(experiment, *scene);
   trace.watched_body = watched;
   trace.stored.reserve(static_cast<std::size_t>(experiment.duration / room.period()) + 1);
-  const std::shared_ptr<AssetStore> assets = assets_of(*scene);
+  const std::shared_ptr<client::AssetStore> assets = assets_of(*scene);
   std::size_t tool = 0;
   for (std::size_t i = 0; i < experiment.users.size(); ++i) {
     const ExperimentUser& user = experiment.users[i];
@@ -182,7 +185,7 @@ VirtualSession::Impl::Impl(VirtualSession& its_owner, const Experiment& its_expe
     UserTrace& user_trace = trace.users.emplace_back();
     user_trace.user = user;
     user_trace.hand_seed = users.back()->seed_of_hand;
-    if (user.role == UserRole::kManipulator) {
+    if (user.role == server::UserRole::kManipulator) {
       users.back()->tool = tool;
       user_trace.coupling_stiffness_n_per_m = scene->coupling.parameters.stiffness_n_per_m;
       user_trace.coupling_stiffness_n_m_per_rad = scene->coupling.parameters.stiffness_n_m_per_rad;
@@ -225,9 +228,9 @@ void VirtualSession::Impl::join_all() {
   for (const auto& user : users) {
     user->session.start(clock.now());
     const LocalTime give_up = clock.now() + kJoinTimeout;
-    while (user->session.status().state != SessionState::kActive) {
-      const SessionStatus& status = user->session.status();
-      if (status.state == SessionState::kEnded || clock.now() >= give_up) {
+    while (user->session.status().state != client::SessionState::kActive) {
+      const client::SessionStatus& status = user->session.status();
+      if (status.state == client::SessionState::kEnded || clock.now() >= give_up) {
         throw CouldNotJoin("user " + user->user.name +
                            " could not join: " + (status.why.empty() ? "no answer within 30 s" : status.why));
       }
@@ -237,7 +240,7 @@ void VirtualSession::Impl::join_all() {
   // One more round trip, so that the hands start with the world in sight of everybody.
   for (const auto& user : users) {
     const LocalTime give_up = clock.now() + kJoinTimeout;
-    const bool is_manipulator = user->user.role == UserRole::kManipulator;
+    const bool is_manipulator = user->user.role == server::UserRole::kManipulator;
     while (is_manipulator && user->core.record().newest_step.value == 0 && clock.now() < give_up) run_slot();
   }
 }
@@ -273,7 +276,7 @@ void VirtualSession::Impl::record_step() {
 
 /// See energy_ledger.hpp: S, and the field's energy where S is without it.
 StoredEnergySample VirtualSession::Impl::energy_at_server() const {
-  const World& world = room.world();
+  const physics::World& world = room.world();
   std::uint32_t with_model = 0;
   double by_copies_j = 0;
   double by_models_j = 0;
@@ -284,7 +287,7 @@ StoredEnergySample VirtualSession::Impl::energy_at_server() const {
       is_for_all = false;
       continue;
     }
-    const ToolState state = world.tool(*user->tool);
+    const physics::ToolState state = world.tool(*user->tool);
     with_model |= std::uint32_t{1} << *user->tool;
     by_copies_j += state.copies_work_j;
     by_models_j += state.energy_into_world_j - state.energy_from_world_j;
@@ -298,8 +301,8 @@ void VirtualSession::Impl::record_tick(std::size_t index) {
   const TickSample sample = sample_of(*users[index], clock.now() - hands_started);
   trace.faults_seen |= sample.server_tick_faults;
   UserTrace& user = trace.users[index];
-  const SessionStatus& status = users[index]->session.status();
-  if (user.stayed_connected && status.state != SessionState::kActive) {
+  const client::SessionStatus& status = users[index]->session.status();
+  if (user.stayed_connected && status.state != client::SessionState::kActive) {
     user.stayed_connected = false;
     user.why_disconnected = status.why;
   }
@@ -321,7 +324,7 @@ void VirtualSession::Impl::record_bodies() {
 SessionTrace VirtualSession::Impl::take_trace() {
   for (std::size_t i = 0; i < users.size(); ++i) {
     UserTrace& user = trace.users[i];
-    const HapticCounters& end = users[i]->core.counters();
+    const client::HapticCounters& end = users[i]->core.counters();
     user.energy_to_hand_j = end.energy_to_hand_j - users[i]->at_start.energy_to_hand_j;
     user.energy_from_hand_j = end.energy_from_hand_j - users[i]->at_start.energy_from_hand_j;
     user.guard_dissipated_j =
@@ -333,13 +336,14 @@ SessionTrace VirtualSession::Impl::take_trace() {
     user.link_up = users[i]->transport.datagrams_up();
     user.link_down = users[i]->transport.datagrams_down();
   }
-  if (!trace.field_kernel.empty()) trace.field_depth_j = field_depth_j(*world_description(*scene), trace.bodies);
+  if (!trace.field_kernel.empty())
+    trace.field_depth_j = field_depth_j(*server::world_description(*scene), trace.bodies);
   trace.hub = hub.counters();
   trace.room_steps = room.steps_done().value;
   return std::move(trace);
 }
 
-VirtualSession::VirtualSession(const Experiment& experiment, std::shared_ptr<const LoadedScene> scene)
+VirtualSession::VirtualSession(const Experiment& experiment, std::shared_ptr<const server::LoadedScene> scene)
     : impl_(std::make_unique<Impl>(*this, experiment, std::move(scene))) {}
 
 VirtualSession::~VirtualSession() = default;

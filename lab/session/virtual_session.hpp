@@ -36,14 +36,14 @@ struct CouldNotJoin : std::runtime_error {
 class VirtualSession {
  public:
   /// Fails   std::invalid_argument when the scene has not enough tools for the manipulators
-  VirtualSession(const Experiment& experiment, std::shared_ptr<const LoadedScene> scene);
+  VirtualSession(const Experiment& experiment, std::shared_ptr<const server::LoadedScene> scene);
   ~VirtualSession();
 
   /// Fails   CouldNotJoin (says who and why)
   SessionTrace run();
 
   /// Called after each haptic tick of a moving hand, with the index of the user and of the hand path's phase.
-  std::function<void(std::size_t, const TickRecord&, int)> on_tick;
+  std::function<void(std::size_t, const client::TickRecord&, int)> on_tick;
 
  private:
   struct Impl;

@@ -71,28 +71,28 @@ void declare(CLI::App& app, Options& options) {
                "print what the server did as one JSON object at the end; the ready line then goes to stderr");
 }
 
-std::vector<std::unique_ptr<Room>> open_rooms(const Options& options) {
+std::vector<std::unique_ptr<server::Room>> open_rooms(const Options& options) {
   // Not left to the parser, which would miss it before it names a misspelt option.
   if (options.scenes.empty()) throw std::invalid_argument("--scene is required, e.g. --scene peg_in_hole; see --help");
   if (options.rooms.size() > options.scenes.size()) throw std::invalid_argument("more --room than --scene were given");
-  std::vector<std::unique_ptr<Room>> rooms;
-  const SceneLoading loading{options.cache, progress_on_stderr()};
+  std::vector<std::unique_ptr<server::Room>> rooms;
+  const server::SceneLoading loading{options.cache, progress_on_stderr()};
   for (std::size_t i = 0; i < options.scenes.size(); ++i) {
-    const auto scene = load_scene(find_scene(options.scenes[i], scene_folders()), loading);
+    const auto scene = server::load_scene(server::find_scene(options.scenes[i], server::scene_folders()), loading);
     const std::string name = i < options.rooms.size() ? options.rooms[i] : scene->description.name();
     for (const auto& other : rooms) {
       if (other->name() == name) {
         throw std::invalid_argument("two rooms are called \"" + name + "\"; name them with --room");
       }
     }
-    rooms.push_back(std::make_unique<Room>(
+    rooms.push_back(std::make_unique<server::Room>(
         RoomId{static_cast<std::uint32_t>(i + 1)}, name, scene,
-        RoomOptions{.soft_stepping = SoftStepping::kWorker, .guards_tools = options.guards_tools}));
+        server::RoomOptions{.soft_stepping = server::SoftStepping::kWorker, .guards_tools = options.guards_tools}));
   }
   return rooms;
 }
 
-void print_ready(const LiveServer& server, const std::string& address, std::ostream& out) {
+void print_ready(const server::LiveServer& server, const std::string& address, std::ostream& out) {
   out << "tandem-server: listening on " << address << ":" << server.port();
   for (const auto& room : server.rooms()) {
     const std::size_t tools = room->scene().tools.size();
@@ -102,13 +102,13 @@ void print_ready(const LiveServer& server, const std::string& address, std::ostr
 }
 
 void serve(const Options& options) {
-  LiveServerSettings settings;
+  server::LiveServerSettings settings;
   settings.bind_address = options.bind;
   settings.port = static_cast<std::uint16_t>(options.port);
   settings.realtime_priority = options.realtime_priority;
   if (options.duration) settings.duration = *options.duration;
   settings.stops_on_signals = true;
-  LiveServer server(settings, open_rooms(options));
+  server::LiveServer server(settings, open_rooms(options));
   // Not before all set-up has worked: an error is then the only line.
   for (const auto& room : server.rooms()) {
     for (const std::string& note : room->scene().notes) spdlog::info("{}: {}", room->name(), note);
@@ -117,7 +117,7 @@ void serve(const Options& options) {
   // With --json stdout is one object and nothing else.
   print_ready(server, options.bind, options.writes_json ? std::cerr : std::cout);
   server.run();
-  if (options.writes_json) std::cout << boost::json::serialize(report_json(server)) << std::endl;
+  if (options.writes_json) std::cout << boost::json::serialize(server::report_json(server)) << std::endl;
 }
 
 }  // namespace

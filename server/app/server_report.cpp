@@ -2,7 +2,7 @@
 
 #include "proto/drop_reason.hpp"
 
-namespace tandem {
+namespace tandem::server {
 namespace {
 
 boost::json::object quantiles_us(const Histogram& histogram) {
@@ -13,11 +13,11 @@ boost::json::object quantiles_us(const Histogram& histogram) {
           {"max", us(histogram.max())}};
 }
 
-boost::json::object drops(const DropCounters& counters) {
+boost::json::object drops(const proto::DropCounters& counters) {
   boost::json::object object;
-  for (std::size_t i = 1; i < static_cast<std::size_t>(DropReason::kCount); ++i) {
-    const auto reason = static_cast<DropReason>(i);
-    if (counters.of(reason) > 0) object[name_of(reason)] = counters.of(reason);
+  for (std::size_t i = 1; i < static_cast<std::size_t>(proto::DropReason::kCount); ++i) {
+    const auto reason = static_cast<proto::DropReason>(i);
+    if (counters.of(reason) > 0) object[proto::name_of(reason)] = counters.of(reason);
   }
   return object;
 }
@@ -52,4 +52,4 @@ boost::json::object report_json(const LiveServer& server) {
           {"rooms", std::move(rooms)}};
 }
 
-}  // namespace tandem
+}  // namespace tandem::server

@@ -9,7 +9,7 @@
 #include <thread>
 #include "proto/world_from_wire.hpp"
 
-namespace tandem {
+namespace tandem::server {
 namespace {
 
 /// Meshes larger than this get cells and spacings in proportion: the default ones would fill the memory.
@@ -17,21 +17,21 @@ constexpr double kFullResolutionSize_m = 0.2;
 /// No asset is as large: what is larger is not one.
 constexpr std::uintmax_t kMaxEntryBytes = 1U << 30U;
 
-std::string hex(const Sha256& hash) {
+std::string hex(const proto::Sha256& hash) {
   std::ostringstream out;
   out << std::hex << std::setfill('0');
   for (const std::byte byte : hash) out << std::setw(2) << std::to_integer<int>(byte);
   return out.str();
 }
 
-ContactShapeOptions options_for(const ContactMesh& mesh, double sheet_thickness_m) {
+contact::ContactShapeOptions options_for(const geometry::ContactMesh& mesh, double sheet_thickness_m) {
   Vec3 low = mesh.mesh.vertices.front(), high = low;
   for (const Vec3& vertex : mesh.mesh.vertices) {
     low = low.cwiseMin(vertex);
     high = high.cwiseMax(vertex);
   }
   const double scale = std::max(1.0, (high - low).maxCoeff() / kFullResolutionSize_m);
-  ContactShapeOptions options;
+  contact::ContactShapeOptions options;
   options.grid.cell_m *= scale;
   options.grid.tolerance_m *= scale;
   options.grid.band_m *= scale;
@@ -45,34 +45,34 @@ ContactShapeOptions options_for(const ContactMesh& mesh, double sheet_thickness_
 }
 
 template <typename T>
-void append(Bytes& bytes, const T& value) {
+void append(proto::Bytes& bytes, const T& value) {
   const auto* const first = reinterpret_cast<const std::byte*>(&value);
   bytes.insert(bytes.end(), first, first + sizeof(T));
 }
 
 /// Everything that the asset's bytes depend on. The cache is this machine's own, so its byte order will do.
-Sha256 key_of(const ContactMesh& mesh, double sheet_thickness_m) {
-  Bytes bytes;
+proto::Sha256 key_of(const geometry::ContactMesh& mesh, double sheet_thickness_m) {
+  proto::Bytes bytes;
   bytes.reserve(32 + mesh.mesh.vertices.size() * sizeof(Vec3) + mesh.mesh.triangles.size() * sizeof(int) * 3);
-  append(bytes, kContactAssetVersion);
+  append(bytes, contact::kContactAssetVersion);
   append(bytes, sheet_thickness_m);
   append(bytes, static_cast<std::uint32_t>(mesh.kind));
   for (const Vec3& vertex : mesh.mesh.vertices) {
     for (int i = 0; i < 3; ++i) append(bytes, vertex[i]);
   }
   for (const auto& triangle : mesh.mesh.triangles) append(bytes, triangle);
-  return sha256_of(bytes);
+  return proto::sha256_of(bytes);
 }
 
 /// An entry of the cache is the asset's key, which tells a renamed file from the right one, and the asset's bytes.
 /// Empty for anything else: the cache is a folder that others can write to.
-std::vector<std::uint8_t> read_entry(const std::filesystem::path& file, const Sha256& key) {
+std::vector<std::uint8_t> read_entry(const std::filesystem::path& file, const proto::Sha256& key) {
   std::error_code error;
   if (!std::filesystem::is_regular_file(file, error)) return {};
   const std::uintmax_t size = std::filesystem::file_size(file, error);
   if (error || size < key.size() || size > kMaxEntryBytes) return {};
   std::ifstream stream(file, std::ios::binary);
-  Sha256 found{};
+  proto::Sha256 found{};
   stream.read(reinterpret_cast<char*>(found.data()), static_cast<std::streamsize>(found.size()));
   if (!stream || found != key) return {};
   std::vector<std::uint8_t> bytes(static_cast<std::size_t>(size) - key.size());
@@ -81,7 +81,7 @@ std::vector<std::uint8_t> read_entry(const std::filesystem::path& file, const Sh
   return bytes;
 }
 
-std::string describe(const ContactShape& shape, const std::string& from, double seconds) {
+std::string describe(const contact::ContactShape& shape, const std::string& from, double seconds) {
   std::ostringstream out;
   out << "contact " << from << " in " << std::fixed << std::setprecision(2) << seconds
       << " s: " << shape.shells.surface.points.size() << " points every " << shape.shells.surface.spacing_m * 1e3
@@ -95,19 +95,20 @@ double seconds_since(std::chrono::steady_clock::time_point begin) {
 
 }  // namespace
 
-std::shared_ptr<const ContactShape> ContactLibrary::primitive(const wire::Shape& shape) {
+std::shared_ptr<const contact::ContactShape> ContactLibrary::primitive(const wire::Shape& shape) {
   std::array<double, 4> key{static_cast<double>(shape.kind_case())};
   if (shape.has_box()) std::copy_n(shape.box().size_m().begin(), 3, key.begin() + 1);
   if (shape.has_cylinder()) key = {key[0], shape.cylinder().radius_m(), shape.cylinder().length_m(), 0};
   if (shape.has_capsule()) key = {key[0], shape.capsule().radius_m(), shape.capsule().length_m(), 0};
   if (shape.has_sphere()) key[1] = shape.sphere().radius_m();
-  std::shared_ptr<const ContactShape>& entry = primitives_[key];
-  if (!entry) entry = primitive_contact(shape);
+  std::shared_ptr<const contact::ContactShape>& entry = primitives_[key];
+  if (!entry) entry = proto::primitive_contact(shape);
   return entry;
 }
 
-ContactAsset ContactLibrary::mesh(const ContactMesh& mesh, double sheet_thickness_m, const std::string& name) {
-  const Sha256 key = key_of(mesh, sheet_thickness_m);
+ContactAsset ContactLibrary::mesh(const geometry::ContactMesh& mesh, double sheet_thickness_m,
+                                  const std::string& name) {
+  const proto::Sha256 key = key_of(mesh, sheet_thickness_m);
   if (const auto found = meshes_.find(key); found != meshes_.end()) return found->second;
   const auto begin = std::chrono::steady_clock::now();
   const std::filesystem::path cached =
@@ -115,25 +116,25 @@ ContactAsset ContactLibrary::mesh(const ContactMesh& mesh, double sheet_thicknes
 
   ContactAsset asset;
   std::vector<std::uint8_t> bytes = cached.empty() ? std::vector<std::uint8_t>{} : read_entry(cached, key);
-  if (!bytes.empty()) asset.shape = contact_shape_from(bytes);
+  if (!bytes.empty()) asset.shape = contact::contact_shape_from(bytes);
   if (asset.shape) {
     asset.note = describe(*asset.shape, "from cache", seconds_since(begin));
   } else {
     const auto progress = [&](double done) {
       if (loading_.progress) loading_.progress("building contact of " + name, done);
     };
-    asset.shape = make_contact_mesh(mesh, options_for(mesh, sheet_thickness_m), progress);
+    asset.shape = contact::make_contact_mesh(mesh, options_for(mesh, sheet_thickness_m), progress);
     asset.note = describe(*asset.shape, "built", seconds_since(begin));
-    bytes = contact_asset_bytes(*asset.shape);
+    bytes = contact::contact_asset_bytes(*asset.shape);
     if (!cached.empty() && !write_whole_file(cached, {key, std::as_bytes(std::span(bytes))})) {
       asset.note += "; " + cached.string() + " cannot be written, so the next start builds it again";
     }
   }
   const auto* const first = reinterpret_cast<const std::byte*>(bytes.data());
-  asset.bytes = std::make_shared<const Bytes>(first, first + bytes.size());
-  asset.sha256 = sha256_of(*asset.bytes);
+  asset.bytes = std::make_shared<const proto::Bytes>(first, first + bytes.size());
+  asset.sha256 = proto::sha256_of(*asset.bytes);
   meshes_.emplace(key, asset);
   return asset;
 }
 
-}  // namespace tandem
+}  // namespace tandem::server

@@ -16,7 +16,7 @@
 #include "proto/datagram.hpp"
 #include "tandem/scene.pb.h"
 
-namespace tandem {
+namespace tandem::server {
 
 /// How a scene is loaded, beside what its file says.
 struct SceneLoading {
@@ -27,9 +27,9 @@ struct SceneLoading {
 
 /// A mesh's shape, and the bytes that clients get it as.
 struct ContactAsset {
-  std::shared_ptr<const ContactShape> shape;
-  std::shared_ptr<const Bytes> bytes;
-  Sha256 sha256{};
+  std::shared_ptr<const contact::ContactShape> shape;
+  std::shared_ptr<const proto::Bytes> bytes;
+  proto::Sha256 sha256{};
   std::string note;  ///< for people: points, spacing, memory, seconds, from where
 };
 
@@ -39,17 +39,17 @@ class ContactLibrary {
   explicit ContactLibrary(SceneLoading loading) : loading_(std::move(loading)) {}
 
   /// Of a sphere, box, cylinder or capsule.
-  std::shared_ptr<const ContactShape> primitive(const wire::Shape& shape);
+  std::shared_ptr<const contact::ContactShape> primitive(const wire::Shape& shape);
   /// Of a mesh, from the cache when it is there. An unreadable, damaged or foreign entry is built anew; a cache that
   /// cannot be written is told of in the note, and is no error.
   /// In      name  for progress and notes
   /// Fails   as make_contact_mesh()
-  ContactAsset mesh(const ContactMesh& mesh, double sheet_thickness_m, const std::string& name);
+  ContactAsset mesh(const geometry::ContactMesh& mesh, double sheet_thickness_m, const std::string& name);
 
  private:
   SceneLoading loading_;
-  std::map<std::array<double, 4>, std::shared_ptr<const ContactShape>> primitives_;
-  std::map<Sha256, ContactAsset> meshes_;  ///< by what they are made of
+  std::map<std::array<double, 4>, std::shared_ptr<const contact::ContactShape>> primitives_;
+  std::map<proto::Sha256, ContactAsset> meshes_;  ///< by what they are made of
 };
 
-}  // namespace tandem
+}  // namespace tandem::server

@@ -6,7 +6,7 @@
 
 #include "server/physics/convex_hull.hpp"
 
-namespace tandem {
+namespace tandem::server {
 namespace {
 
 using Mat3 = Eigen::Matrix3d;
@@ -37,7 +37,7 @@ Solid capsule(double radius, double length) {
 
 /// Sum of signed tetrahedra from the origin to each triangle.
 /// Source  the moments of a tetrahedron (0, a, b, c): ∫x xᵀ = V/20 (a aᵀ + b bᵀ + c cᵀ + s sᵀ), s = a + b + c
-Solid closed_mesh(const TriangleMesh& mesh) {
+Solid closed_mesh(const geometry::TriangleMesh& mesh) {
   Solid solid;
   Vec3 first_moment = Vec3::Zero();
   for (const auto& [i, j, k] : mesh.triangles) {
@@ -73,7 +73,8 @@ Solid solid_of(const SolidShape& solid) {
   }
   if (shape.has_capsule()) return capsule(shape.capsule().radius_m(), shape.capsule().length_m());
   if (solid.mesh == nullptr) return {};
-  return closed_mesh(solid.mesh_kind == SurfaceKind::kSolid ? *solid.mesh : convex_hull(solid.mesh->vertices));
+  return closed_mesh(solid.mesh_kind == geometry::SurfaceKind::kSolid ? *solid.mesh
+                                                                      : convex_hull(solid.mesh->vertices));
 }
 
 void add(Solid& sum, const Solid& part) {
@@ -122,7 +123,7 @@ MassProperties mass_properties_of(double mass_kg, const std::vector<SolidShape>&
   return properties;
 }
 
-MassProperties mass_properties_of(double mass_kg, const Molecule& molecule, double metres_per_angstrom) {
+MassProperties mass_properties_of(double mass_kg, const docking::Molecule& molecule, double metres_per_angstrom) {
   MassProperties properties;
   properties.mass_kg = mass_kg;
   if (mass_kg <= 0) return properties;
@@ -139,4 +140,4 @@ MassProperties mass_properties_of(double mass_kg, const Molecule& molecule, doub
   return properties;
 }
 
-}  // namespace tandem
+}  // namespace tandem::server

@@ -8,14 +8,14 @@
 #include "common/geometry/mesh_repair.hpp"
 #include "tandem/scene.pb.h"
 
-namespace tandem {
+namespace tandem::server {
 
 /// A shape with the mesh that was loaded for it.
 struct SolidShape {
   const wire::Shape& shape;
   Pose X_BS;
-  const TriangleMesh* mesh = nullptr;           ///< of a mesh shape, repaired
-  SurfaceKind mesh_kind = SurfaceKind::kSolid;  ///< a sheet has no volume of its own
+  const geometry::TriangleMesh* mesh = nullptr;                     ///< of a mesh shape, repaired
+  geometry::SurfaceKind mesh_kind = geometry::SurfaceKind::kSolid;  ///< a sheet has no volume of its own
 };
 
 /// Of solids of one density. Where shapes overlap, the overlap counts twice; a sheet counts as its convex hull.
@@ -24,6 +24,6 @@ MassProperties mass_properties_of(double mass_kg, const std::vector<SolidShape>&
 
 /// Of atoms about their centre of mass, which is the origin of `molecule`, with its mass scaled to `mass_kg`.
 /// In      metres_per_angstrom  S_x
-MassProperties mass_properties_of(double mass_kg, const Molecule& molecule, double metres_per_angstrom);
+MassProperties mass_properties_of(double mass_kg, const docking::Molecule& molecule, double metres_per_angstrom);
 
-}  // namespace tandem
+}  // namespace tandem::server

@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <fstream>
 
-namespace tandem {
+namespace tandem::server {
 namespace {
 
 // A client must be able to fetch an asset, and the server to build contact of it, in reasonable time.
@@ -26,8 +26,8 @@ std::string remedy_for(const std::filesystem::path& file, const std::string& oth
 }
 
 /// Assimp's triangles of all its meshes in one list, in file units.
-TriangleMesh triangles_of(const aiScene& scene) {
-  TriangleMesh mesh;
+geometry::TriangleMesh triangles_of(const aiScene& scene) {
+  geometry::TriangleMesh mesh;
   for (unsigned m = 0; m < scene.mNumMeshes; ++m) {
     const aiMesh& part = *scene.mMeshes[m];
     const int first = static_cast<int>(mesh.vertices.size());
@@ -45,7 +45,7 @@ TriangleMesh triangles_of(const aiScene& scene) {
 }
 
 /// Positions only, so that corners that differ in colour or normal join; nodes flattened into one frame.
-TriangleMesh import_mesh(const std::vector<std::byte>& bytes, const std::filesystem::path& file) {
+geometry::TriangleMesh import_mesh(const std::vector<std::byte>& bytes, const std::filesystem::path& file) {
   if (bytes.empty()) throw AssetFileError(file.string() + ", which is empty; export the mesh again");
   Assimp::Importer importer;
   importer.SetPropertyInteger(AI_CONFIG_PP_RVC_FLAGS, aiComponent_NORMALS | aiComponent_TANGENTS_AND_BITANGENTS |
@@ -70,7 +70,7 @@ TriangleMesh import_mesh(const std::vector<std::byte>& bytes, const std::filesys
   return triangles_of(*scene);
 }
 
-void check(const TriangleMesh& mesh, const std::filesystem::path& file) {
+void check(const geometry::TriangleMesh& mesh, const std::filesystem::path& file) {
   if (mesh.triangles.size() > kMaxTriangles) {
     throw AssetFileError(file.string() + ", which has " + std::to_string(mesh.triangles.size()) +
                          " triangles; at most " + std::to_string(kMaxTriangles) + " are possible");
@@ -101,14 +101,14 @@ std::vector<std::byte> read_asset_file(const std::filesystem::path& file, const 
   return bytes;
 }
 
-TriangleMesh mesh_of_bytes(const std::vector<std::byte>& bytes, const std::filesystem::path& file) {
-  TriangleMesh mesh = import_mesh(bytes, file);
+geometry::TriangleMesh mesh_of_bytes(const std::vector<std::byte>& bytes, const std::filesystem::path& file) {
+  geometry::TriangleMesh mesh = import_mesh(bytes, file);
   check(mesh, file);
   return mesh;
 }
 
-TriangleMesh read_mesh_file(const std::filesystem::path& file, const std::string& remedy) {
+geometry::TriangleMesh read_mesh_file(const std::filesystem::path& file, const std::string& remedy) {
   return mesh_of_bytes(read_asset_file(file, remedy), file);
 }
 
-}  // namespace tandem
+}  // namespace tandem::server

@@ -9,7 +9,7 @@
 
 #include "common/geometry/triangle_mesh.hpp"
 
-namespace tandem {
+namespace tandem::server {
 
 /// Why a file cannot be used and what to do about it: "/x/y.obj, which does not exist; give …".
 class AssetFileError : public std::runtime_error {
@@ -25,9 +25,9 @@ std::vector<std::byte> read_asset_file(const std::filesystem::path& file, const 
 /// Triangles of all parts of a mesh in one frame, in the file's units; corners that differ only in colour or normal are
 /// joined. `file` tells the format by its extension and is named in messages; only `bytes` are read.
 /// Fails   AssetFileError: empty, not a mesh, more than a million triangles, a vertex that is not finite
-TriangleMesh mesh_of_bytes(const std::vector<std::byte>& bytes, const std::filesystem::path& file);
+geometry::TriangleMesh mesh_of_bytes(const std::vector<std::byte>& bytes, const std::filesystem::path& file);
 
 /// Both of the above.
-TriangleMesh read_mesh_file(const std::filesystem::path& file, const std::string& remedy);
+geometry::TriangleMesh read_mesh_file(const std::filesystem::path& file, const std::string& remedy);
 
-}  // namespace tandem
+}  // namespace tandem::server

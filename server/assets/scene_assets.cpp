@@ -8,7 +8,7 @@
 #include "server/assets/mesh_file.hpp"
 #include "server/assets/structures/loader.hpp"
 
-namespace tandem {
+namespace tandem::server {
 namespace {
 
 /// What `read` gives; what it says against the file becomes a refusal of the field.
@@ -27,7 +27,7 @@ struct Bounds {
 };
 
 /// Of the vertices that triangles use: a stray vertex must not change the size.
-Bounds bounds_of(const TriangleMesh& mesh) {
+Bounds bounds_of(const geometry::TriangleMesh& mesh) {
   Bounds bounds;
   for (const auto& triangle : mesh.triangles) {
     for (const int index : triangle) {
@@ -40,7 +40,8 @@ Bounds bounds_of(const TriangleMesh& mesh) {
 }
 
 /// Scales and centres as the scene asks, and writes the scale that came of it into `message`.
-void place(TriangleMesh& mesh, wire::Mesh& message, const std::filesystem::path& file, const SceneField& field) {
+void place(geometry::TriangleMesh& mesh, wire::Mesh& message, const std::filesystem::path& file,
+           const SceneField& field) {
   const Bounds bounds = bounds_of(mesh);
   const double largest = (bounds.high - bounds.low).maxCoeff();
   if (message.largest_size_m() > 0) message.set_scale(message.largest_size_m() / largest);
@@ -59,13 +60,13 @@ std::filesystem::path SceneAssets::located(const std::string& file) const {
   return (directory_ / file).lexically_normal();
 }
 
-std::shared_ptr<const Bytes> SceneAssets::read(const std::filesystem::path& file, const std::string& kind,
-                                               const SceneField& field) {
+std::shared_ptr<const proto::Bytes> SceneAssets::read(const std::filesystem::path& file, const std::string& kind,
+                                                      const SceneField& field) {
   if (const auto found = read_.find(file); found != read_.end()) return found->second;
   const std::string remedy = "give a file that is there, absolute or relative to the scene file";
-  auto bytes = std::make_shared<const Bytes>(or_refused(field, [&] { return read_asset_file(file, remedy); }));
+  auto bytes = std::make_shared<const proto::Bytes>(or_refused(field, [&] { return read_asset_file(file, remedy); }));
 
-  const Asset asset{sha256_of(*bytes), kind, file.filename().string(), bytes};
+  const Asset asset{proto::sha256_of(*bytes), kind, file.filename().string(), bytes};
   // Clients tell assets apart by their base name, which is all they see of the path.
   const auto same_name = [&asset](const Asset& other) { return other.name == asset.name; };
   const auto clash = std::find_if(assets.begin(), assets.end(), same_name);
@@ -78,21 +79,21 @@ std::shared_ptr<const Bytes> SceneAssets::read(const std::filesystem::path& file
   return bytes;
 }
 
-ContactMesh SceneAssets::load_mesh(wire::Mesh& message, const SceneField& field) {
+geometry::ContactMesh SceneAssets::load_mesh(wire::Mesh& message, const SceneField& field) {
   const SceneField file_field = field.in("file");
   const std::filesystem::path file = located(message.file());
   const auto bytes = read(file, "mesh", file_field);
-  TriangleMesh mesh = or_refused(file_field, [&] { return mesh_of_bytes(*bytes, file); });
+  geometry::TriangleMesh mesh = or_refused(file_field, [&] { return mesh_of_bytes(*bytes, file); });
   if (mesh.triangles.empty()) file_field.refuse("is " + file.string() + ", which has no triangle; give a surface mesh");
   place(mesh, message, file, file_field);
   message.set_file(file.filename().string());
   try {
-    ContactMesh repaired_mesh = repaired(mesh);
+    geometry::ContactMesh repaired_mesh = geometry::repaired(mesh);
     notes.push_back(message.file() + ": " + counted(repaired_mesh.mesh.triangles.size(), "triangle", "triangles") +
-                    ", a " + (repaired_mesh.kind == SurfaceKind::kSolid ? "solid" : "sheet"));
+                    ", a " + (repaired_mesh.kind == geometry::SurfaceKind::kSolid ? "solid" : "sheet"));
     for (const std::string& note : repaired_mesh.notes) notes.push_back(message.file() + ": " + note);
     return repaired_mesh;
-  } catch (const MeshError& error) {
+  } catch (const geometry::MeshError& error) {
     file_field.refuse("is " + file.string() + ", which cannot be touched: " + error.what());
   }
 }
@@ -108,17 +109,17 @@ void SceneAssets::add_contact(const ContactAsset& asset, wire::Mesh& message) {
   notes.push_back(message.file() + ": " + asset.note);
 }
 
-std::shared_ptr<const Molecule> SceneAssets::load_centred_molecule(wire::MoleculeSource& message,
-                                                                   const std::string& force_field_directory,
-                                                                   const SceneField& field) {
+std::shared_ptr<const docking::Molecule> SceneAssets::load_centred_molecule(wire::MoleculeSource& message,
+                                                                            const std::string& force_field_directory,
+                                                                            const SceneField& field) {
   const SceneField file_field = field.in("file");
   const std::filesystem::path file = located(message.file());
   read(file, "structure", file_field);
-  auto molecule = std::make_shared<Molecule>();
+  auto molecule = std::make_shared<docking::Molecule>();
   try {
     const StructureSelection selection{{message.chains().begin(), message.chains().end()}};
     *molecule = load_molecule(file, selection, force_field_directory);
-  } catch (const MoleculeError& error) {
+  } catch (const docking::MoleculeError& error) {
     field.refuse(std::string("cannot be used: ") + error.what());
   }
   const Vec3 centre = molecule->centre_of_mass_angstrom();
@@ -126,7 +127,7 @@ std::shared_ptr<const Molecule> SceneAssets::load_centred_molecule(wire::Molecul
   message.set_file(file.filename().string());
   notes.push_back(message.file() + ": " + std::to_string(molecule->size()) + " atoms, force field " +
                   molecule->force_field);
-  for (const GuessedType& guess : molecule->guessed) notes.push_back(message.file() + ": " + guess.reason);
+  for (const docking::GuessedType& guess : molecule->guessed) notes.push_back(message.file() + ": " + guess.reason);
   try {
     add_molecule(*molecule, message);
   } catch (const std::invalid_argument& error) {
@@ -135,9 +136,9 @@ std::shared_ptr<const Molecule> SceneAssets::load_centred_molecule(wire::Molecul
   return molecule;
 }
 
-void SceneAssets::add_molecule(const Molecule& molecule, wire::MoleculeSource& message) {
-  const auto bytes = std::make_shared<const Bytes>(molecule_asset_bytes(molecule));
-  const Sha256 hash = sha256_of(*bytes);
+void SceneAssets::add_molecule(const docking::Molecule& molecule, wire::MoleculeSource& message) {
+  const auto bytes = std::make_shared<const proto::Bytes>(docking::molecule_asset_bytes(molecule));
+  const proto::Sha256 hash = proto::sha256_of(*bytes);
   message.set_asset_sha256(hash.data(), hash.size());
   const auto is_same = [&hash](const Asset& other) { return other.sha256 == hash; };
   if (std::any_of(assets.begin(), assets.end(), is_same)) return;
@@ -147,4 +148,4 @@ void SceneAssets::add_molecule(const Molecule& molecule, wire::MoleculeSource& m
   assets.push_back({hash, "molecule", name + ".molecule", bytes});
 }
 
-}  // namespace tandem
+}  // namespace tandem::server

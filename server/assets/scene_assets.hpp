@@ -15,16 +15,16 @@
 #include "server/assets/scene_field.hpp"
 #include "tandem/scene.pb.h"
 
-namespace tandem {
+namespace tandem::server {
 
 /// A file that the scene uses, offered to clients by the hash of its bytes.
 struct Asset {
-  Sha256 sha256{};
+  proto::Sha256 sha256{};
   /// "mesh", "structure", "contact" (common/contact/contact_shape.hpp), or "molecule"
   /// (common/docking/molecule_asset.hpp)
   std::string kind;
   std::string name;  ///< base name
-  std::shared_ptr<const Bytes> bytes;
+  std::shared_ptr<const proto::Bytes> bytes;
 };
 
 /// Reads the files of one scene; the same file is read once.
@@ -35,7 +35,7 @@ class SceneAssets {
 
   /// Reads, scales, centres and repairs the mesh. `message` leaves with its base name and the scale that was used.
   /// Fails   SceneError: no such file, not a mesh, too large, not finite, beyond repair
-  ContactMesh load_mesh(wire::Mesh& message, const SceneField& field);
+  geometry::ContactMesh load_mesh(wire::Mesh& message, const SceneField& field);
 
   /// Offers `asset` to clients and writes its hash into the message of its mesh.
   void add_contact(const ContactAsset& asset, wire::Mesh& message);
@@ -43,22 +43,22 @@ class SceneAssets {
   /// Reads the chosen chains; the origin is the centre of mass. Offered to clients; `message` leaves with its base name
   /// and the hash of what is offered.
   /// Fails   SceneError
-  std::shared_ptr<const Molecule> load_centred_molecule(wire::MoleculeSource& message,
-                                                        const std::string& force_field_directory,
-                                                        const SceneField& field);
+  std::shared_ptr<const docking::Molecule> load_centred_molecule(wire::MoleculeSource& message,
+                                                                 const std::string& force_field_directory,
+                                                                 const SceneField& field);
 
   std::vector<Asset> assets;
   std::vector<std::string> notes;  ///< for people
 
  private:
   /// The file's bytes, kept as an asset of `kind`.
-  std::shared_ptr<const Bytes> read(const std::filesystem::path& file, const std::string& kind,
-                                    const SceneField& field);
+  std::shared_ptr<const proto::Bytes> read(const std::filesystem::path& file, const std::string& kind,
+                                           const SceneField& field);
   std::filesystem::path located(const std::string& file) const;
-  void add_molecule(const Molecule& molecule, wire::MoleculeSource& message);
+  void add_molecule(const docking::Molecule& molecule, wire::MoleculeSource& message);
 
   std::filesystem::path directory_;
-  std::map<std::filesystem::path, std::shared_ptr<const Bytes>> read_;
+  std::map<std::filesystem::path, std::shared_ptr<const proto::Bytes>> read_;
 };
 
-}  // namespace tandem
+}  // namespace tandem::server

@@ -9,7 +9,7 @@
 #include "server/assets/scene_effects.hpp"
 #include "server/assets/scene_soft_checks.hpp"
 
-namespace tandem {
+namespace tandem::server {
 namespace {
 
 // Bounds of plausibility for desk- to room-sized scenes in SI units: a value outside is a slip of units or of
@@ -156,8 +156,8 @@ void complete(wire::Body& body, const SceneField& field) {
 void complete_bodies(wire::Scene& scene, const SceneField& file) {
   const int count = scene.bodies_size();
   if (count == 0) file.in("bodies").refuse("is empty; a scene needs at least one body");
-  if (count > static_cast<int>(kMaxBodies)) {
-    file.in("bodies").refuse("has " + std::to_string(count) + " bodies; at most " + std::to_string(kMaxBodies) +
+  if (count > static_cast<int>(proto::kMaxBodies)) {
+    file.in("bodies").refuse("has " + std::to_string(count) + " bodies; at most " + std::to_string(proto::kMaxBodies) +
                              " are possible");
   }
   std::set<std::string> names;
@@ -212,8 +212,8 @@ void complete(wire::Tool& tool, const wire::Scene& scene, const SceneField& fiel
 void complete_tools(wire::Scene& scene, const SceneField& file) {
   const int count = scene.tools_size();
   if (count == 0) file.in("tools").refuse("is empty; a scene needs at least one tool");
-  if (count > static_cast<int>(kMaxUsers)) {
-    file.in("tools").refuse("has " + std::to_string(count) + " tools; at most " + std::to_string(kMaxUsers) +
+  if (count > static_cast<int>(proto::kMaxUsers)) {
+    file.in("tools").refuse("has " + std::to_string(count) + " tools; at most " + std::to_string(proto::kMaxUsers) +
                             " are possible");
   }
   std::set<std::string> names;
@@ -229,7 +229,7 @@ void complete_molecular_field(wire::Scene& scene, const SceneField& field) {
   const bool is_needed = std::any_of(scene.bodies().begin(), scene.bodies().end(), has_molecule);
   if (!is_needed && !scene.has_molecular_field()) return;
   wire::MolecularField& molecular = *scene.mutable_molecular_field();
-  const MolecularScale fallback;
+  const docking::MolecularScale fallback;
   if (molecular.force_field_directory().empty()) molecular.set_force_field_directory(kDefaultForceFieldDirectory);
   if (!molecular.has_metres_per_angstrom()) molecular.set_metres_per_angstrom(fallback.metres_per_angstrom);
   if (!molecular.has_newtons_per_kcal_per_mol_angstrom()) {
@@ -246,10 +246,11 @@ void complete_limits(wire::Scene& scene, const SceneField& field) {
   const auto tools = static_cast<std::uint32_t>(scene.tools_size());
   if (!limits.has_manipulators()) limits.set_manipulators(tools);
   field.in("manipulators").require_within(limits.manipulators(), 1, tools, "from 1 to the number of tools");
-  const std::uint32_t seats = static_cast<std::uint32_t>(kMaxUsers) - limits.manipulators();
+  const std::uint32_t seats = static_cast<std::uint32_t>(proto::kMaxUsers) - limits.manipulators();
   if (!limits.has_observers()) limits.set_observers(std::min(4U, seats));
   field.in("observers")
-      .require_within(limits.observers(), 0, seats, "at most " + std::to_string(kMaxUsers) + " less manipulators");
+      .require_within(limits.observers(), 0, seats,
+                      "at most " + std::to_string(proto::kMaxUsers) + " less manipulators");
   if (!limits.has_body_speed_m_per_s()) limits.set_body_speed_m_per_s(10);
   if (!limits.has_grab_reach_m()) limits.set_grab_reach_m(0.02);
   field.in("body_speed_m_per_s").require_positive(limits.body_speed_m_per_s(), 1000);
@@ -308,4 +309,4 @@ void complete_and_check(wire::Scene& scene, const SceneField& file) {
   complete_effects(scene, file);
 }
 
-}  // namespace tandem
+}  // namespace tandem::server

@@ -7,7 +7,7 @@
 #include "server/assets/scene_field.hpp"
 #include "tandem/scene.pb.h"
 
-namespace tandem {
+namespace tandem::server {
 
 /// The default of MolecularField::force_field_directory, from Debian package gromacs-data.
 inline constexpr const char* kDefaultForceFieldDirectory = "/usr/share/gromacs/top/oplsaa.ff";
@@ -23,4 +23,4 @@ void check_unique_name(const std::string& name, std::set<std::string>& taken, co
 void complete(wire::Placement& placement, const SceneField& field);
 void check(wire::Mesh& mesh, const SceneField& field);
 
-}  // namespace tandem
+}  // namespace tandem::server

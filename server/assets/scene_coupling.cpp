@@ -6,14 +6,14 @@
 
 #include "common/haptics/coupling/laws.hpp"
 
-namespace tandem {
+namespace tandem::server {
 namespace {
 
 constexpr std::string_view kAdaptiveLaw = "adaptive";
-using Range = AdaptiveFitRange;
+using Range = haptics::AdaptiveFitRange;
 
 constexpr double most(std::string_view coefficient) {
-  return find_coupling_field(coefficient)->high;
+  return proto::find_coupling_field(coefficient)->high;
 }
 // What a device's profile may hold, a scene accepts.
 static_assert(Range::kStiffness_n_per_m == most("coupling.stiffness_n_per_m"));
@@ -23,8 +23,8 @@ static_assert(Range::kDamping_n_m_s_per_rad == most("coupling.damping_n_m_s_per_
 
 using Numbers = google::protobuf::RepeatedField<double>;
 
-Cubic cubic_of(const Numbers& numbers) {
-  Cubic cubic;
+haptics::Cubic cubic_of(const Numbers& numbers) {
+  haptics::Cubic cubic;
   std::copy_n(numbers.begin(), std::min<std::size_t>(cubic.c.size(), static_cast<std::size_t>(numbers.size())),
               cubic.c.begin());
   return cubic;
@@ -35,8 +35,8 @@ constexpr std::string_view kThesisFit =
     R"({"mass_range_kg": [0.05, 0.2], "stiffness_n_per_m": [16.21, 116.53], "damping_n_s_per_m": [0.2]})";
 
 /// Of a checked message.
-AdaptiveFit from_wire(const wire::AdaptiveFit& message) {
-  AdaptiveFit fit;
+haptics::AdaptiveFit from_wire(const wire::AdaptiveFit& message) {
+  haptics::AdaptiveFit fit;
   fit.mass_low_kg = message.mass_range_kg(0);
   fit.mass_high_kg = message.mass_range_kg(1);
   fit.stiffness_n_per_m = cubic_of(message.stiffness_n_per_m());
@@ -70,13 +70,13 @@ void check_polynomial(const Numbers& coefficients, const SceneField& field) {
 }
 
 /// What the two polynomials give over the range must be what the wire accepts.
-void check_values(const Numbers& range, const Cubic& stiffness, const Cubic& damping, std::string_view stiffness_name,
-                  std::string_view damping_name, const SceneField& fit) {
+void check_values(const Numbers& range, const haptics::Cubic& stiffness, const haptics::Cubic& damping,
+                  std::string_view stiffness_name, std::string_view damping_name, const SceneField& fit) {
   for (int i = 0; i <= Range::kLooks; ++i) {
     const double x = range[0] + (range[1] - range[0]) * i / Range::kLooks;
     const double k = stiffness(x);
     const auto check = [&](std::string_view name, double value) {
-      const CouplingField& field = *find_coupling_field("coupling." + std::string(name));
+      const proto::CouplingField& field = *proto::find_coupling_field("coupling." + std::string(name));
       if (field.accepts(value)) return;
       fit.in(std::string(name))
           .refuse("gives " + number_text(value) + " for " + number_text(x) + "; it must give from " +
@@ -110,13 +110,13 @@ void check_fit(const wire::AdaptiveFit& message, const SceneField& field) {
 }  // namespace
 
 void complete_coupling(wire::Coupling& coupling, const SceneField& file) {
-  const CouplingParameters fallback;
-  if (coupling.law().empty()) coupling.set_law(std::string(kDefaultCouplingLaw));
-  if (find_coupling_law(coupling.law()) == nullptr) {
+  const haptics::CouplingParameters fallback;
+  if (coupling.law().empty()) coupling.set_law(std::string(haptics::kDefaultCouplingLaw));
+  if (haptics::find_coupling_law(coupling.law()) == nullptr) {
     file.in("coupling.law")
-        .refuse("is \"" + coupling.law() + "\", which is no law; use one of: " + listed_coupling_law_names());
+        .refuse("is \"" + coupling.law() + "\", which is no law; use one of: " + haptics::listed_coupling_law_names());
   }
-  for (const CouplingField& field : kCouplingFields) {
+  for (const proto::CouplingField& field : proto::kCouplingFields) {
     if (!(coupling.*field.has)()) (coupling.*field.set)(fallback.*field.value);
     file.in(std::string(field.name))
         .require_within((coupling.*field.get)(), field.low, field.high,
@@ -138,13 +138,14 @@ void complete_coupling(wire::Coupling& coupling, const SceneField& file) {
   }
 }
 
-SceneCoupling scene_coupling(const wire::Coupling& description) {
-  SceneCoupling coupling;
+physics::SceneCoupling scene_coupling(const wire::Coupling& description) {
+  physics::SceneCoupling coupling;
   coupling.law = description.law();
-  for (const CouplingField& field : kCouplingFields) coupling.parameters.*field.value = (description.*field.get)();
+  for (const proto::CouplingField& field : proto::kCouplingFields)
+    coupling.parameters.*field.value = (description.*field.get)();
   if (description.has_adaptive()) coupling.fit = from_wire(description.adaptive());
-  coupling.dynamics = find_coupling_law(description.law())->tool;
+  coupling.dynamics = haptics::find_coupling_law(description.law())->tool;
   return coupling;
 }
 
-}  // namespace tandem
+}  // namespace tandem::server

@@ -5,16 +5,16 @@
 #include "proto/coupling_fields.hpp"
 #include "server/assets/scene_field.hpp"
 
-namespace tandem {
+namespace tandem::server {
 
 /// Fills in every default of scene.coupling and refuses the first field that cannot be. The ranges are those of the
 /// wire, so that a scene's clients accept what its server does.
 void complete_coupling(wire::Coupling& coupling, const SceneField& file);
 /// Of a complete description.
-SceneCoupling scene_coupling(const wire::Coupling& coupling);
+physics::SceneCoupling scene_coupling(const wire::Coupling& coupling);
 
-inline bool is_chosen_by_law(const SceneCoupling& coupling, const CouplingField& field) noexcept {
-  return is_chosen_by_law(coupling, field.value);
+inline bool is_chosen_by_law(const physics::SceneCoupling& coupling, const proto::CouplingField& field) noexcept {
+  return physics::is_chosen_by_law(coupling, field.value);
 }
 
-}  // namespace tandem
+}  // namespace tandem::server

@@ -7,7 +7,7 @@
 #include "proto/effects_from_wire.hpp"
 #include "server/assets/scene_checks.hpp"
 
-namespace tandem {
+namespace tandem::server {
 namespace {
 
 constexpr std::size_t kMaxLabelBytes = 64;
@@ -16,24 +16,24 @@ constexpr std::size_t kMaxLabelBytes = 64;
 constexpr double kAnyMagnitude = 1e300;
 
 void complete_model(wire::Viscosity& model, const SceneField& /*field*/) {
-  const Viscosity fallback;
+  const physics::Viscosity fallback;
   if (!model.has_damping_n_s_per_m()) model.set_damping_n_s_per_m(fallback.damping_n_s_per_m);
   if (!model.has_damping_n_m_s_per_rad()) model.set_damping_n_m_s_per_rad(fallback.damping_n_m_s_per_rad);
 }
 
 void complete_model(wire::ConstantField& model, const SceneField& field) {
-  field.in("force_n").complete_vec3(*model.mutable_force_n(), ConstantField{}.force_n, kAnyMagnitude);
+  field.in("force_n").complete_vec3(*model.mutable_force_n(), physics::ConstantField{}.force_n, kAnyMagnitude);
 }
 
 void complete_model(wire::Magnet& model, const SceneField& field) {
-  const Magnet fallback;
+  const physics::Magnet fallback;
   if (!model.has_peak_force_n()) model.set_peak_force_n(fallback.peak_force_n);
   if (!model.has_range_m()) model.set_range_m(fallback.range_m);
   field.in("core_size_m").complete_vec3(*model.mutable_core_size_m(), fallback.core_size_m, kAnyMagnitude);
 }
 
 void complete_model(wire::Vibration& model, const SceneField& field) {
-  const Vibration fallback;
+  const physics::Vibration fallback;
   if (!model.has_frequency_hz()) model.set_frequency_hz(fallback.frequency_hz);
   if (!model.has_amplitude_n()) model.set_amplitude_n(fallback.amplitude_n);
   if (!model.has_decay_s()) model.set_decay_s(fallback.decay_s);
@@ -41,14 +41,14 @@ void complete_model(wire::Vibration& model, const SceneField& field) {
 }
 
 void complete_model(wire::Texture& model, const SceneField& /*field*/) {
-  const Texture fallback;
+  const physics::Texture fallback;
   if (!model.has_height_m()) model.set_height_m(fallback.height_m);
   if (!model.has_period_x_m()) model.set_period_x_m(fallback.period_x_m);
   if (!model.has_period_y_m()) model.set_period_y_m(fallback.period_y_m);
 }
 
 void complete_model(wire::StickSlip& model, const SceneField& /*field*/) {
-  const StickSlip fallback;
+  const physics::StickSlip fallback;
   if (!model.has_stiffness_n_per_m()) model.set_stiffness_n_per_m(fallback.stiffness_n_per_m);
   if (!model.has_breakaway_force_n()) model.set_breakaway_force_n(fallback.breakaway_force_n);
   if (!model.has_slip_force_n()) model.set_slip_force_n(std::min(fallback.slip_force_n, model.breakaway_force_n()));
@@ -57,7 +57,7 @@ void complete_model(wire::StickSlip& model, const SceneField& /*field*/) {
 enum class Owner { kBody, kScene };
 
 void complete_common(wire::Effect& effect, Owner owner, const SceneField& field) {
-  const EffectSettings fallback;
+  const physics::EffectSettings fallback;
   complete(*effect.mutable_placement(), field.in("placement"));
   if (effect.has_box() && effect.box().size_m_size() != 3) {
     field.in("box").in("size_m").refuse("has " + std::to_string(effect.box().size_m_size()) +
@@ -87,15 +87,15 @@ void complete(wire::Effect& effect, Owner owner, double step_rate_hz, const Scen
                              std::to_string(kMaxLabelBytes));
   }
   const auto fill = [&field](const char* name, auto& model) { complete_model(model, field.in(name)); };
-  if (!visit_model(effect, fill)) {
-    field.refuse("has no kind; it must have one of " + listed_effect_names());
+  if (!proto::visit_model(effect, fill)) {
+    field.refuse("has no kind; it must have one of " + physics::listed_effect_names());
   }
   complete_common(effect, owner, field);
   if (owner == Owner::kScene) check_surface(effect, field);
-  if (const auto problem = find_problem(settings_of(effect))) {
+  if (const auto problem = physics::find_problem(proto::settings_of(effect))) {
     field.in(problem->field).refuse("is " + problem->value + "; it must be " + problem->demand);
   }
-  const double highest_hz = kMostVibrationShare * step_rate_hz;
+  const double highest_hz = kMaxVibrationShare * step_rate_hz;
   if (effect.has_vibration() && effect.vibration().frequency_hz() > highest_hz) {
     field.in("vibration")
         .in("frequency_hz")
@@ -128,8 +128,8 @@ void complete_effects(wire::Scene& scene, const SceneField& file) {
 
 std::string unknown_effect_field_remedy(const std::string& field) {
   if (field.find("effects[") == std::string::npos) return {};
-  return "is not a field of an effect; its kind is one of " + listed_effect_names() +
+  return "is not a field of an effect; its kind is one of " + physics::listed_effect_names() +
          ", and its other fields stand in proto/tandem/scene.proto";
 }
 
-}  // namespace tandem
+}  // namespace tandem::server

@@ -8,13 +8,13 @@
 #include "server/assets/scene_field.hpp"
 #include "tandem/scene.pb.h"
 
-namespace tandem {
+namespace tandem::server {
 
 /// Of a scene and its bodies together.
 inline constexpr std::size_t kMaxEffects = 32;
 
 /// Of the step rate: what a sampled sinusoid needs to be one.
-inline constexpr double kMostVibrationShare = 0.4;
+inline constexpr double kMaxVibrationShare = 0.4;
 
 /// Fills in every default of the effects and refuses the first field that cannot be.
 ///
@@ -25,4 +25,4 @@ void complete_effects(wire::Scene& scene, const SceneField& file);
 /// What to say of a field of an effect that does not exist; "" for a field elsewhere.
 std::string unknown_effect_field_remedy(const std::string& field);
 
-}  // namespace tandem
+}  // namespace tandem::server

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <cstdio>
 
-namespace tandem {
+namespace tandem::server {
 
 std::string number_text(double value) {
   char text[32];
@@ -53,4 +53,4 @@ Vec3 SceneField::complete_vec3(google::protobuf::RepeatedField<double>& values, 
   return {values[0], values[1], values[2]};
 }
 
-}  // namespace tandem
+}  // namespace tandem::server

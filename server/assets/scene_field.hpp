@@ -9,7 +9,7 @@
 #include "common/base/spatial.hpp"
 #include "google/protobuf/repeated_field.h"
 
-namespace tandem {
+namespace tandem::server {
 
 /// A scene that cannot be used. what() names the file, the field with its index, the value and what would be right:
 ///   peg.json: bodies[2].mass_kg is -1; it must be 0 (static) or more
@@ -47,4 +47,4 @@ class SceneField {
 /// A number for people: as short as it can be with 6 digits.
 std::string number_text(double value);
 
-}  // namespace tandem
+}  // namespace tandem::server

@@ -14,7 +14,7 @@
 #include "server/assets/scene_checks.hpp"
 #include "server/assets/soft_scene.hpp"
 
-namespace tandem {
+namespace tandem::server {
 namespace {
 
 constexpr std::size_t kMaxSceneFileBytes = 1U << 20U;
@@ -106,7 +106,7 @@ class SceneBuilder {
     if (description.has_molecular_field()) hide_directory(*description.mutable_molecular_field());
     scene_->assets = std::move(assets_.assets);
     scene_->notes = std::move(assets_.notes);
-    scene_->effects = effects_of(description);
+    scene_->effects = proto::effects_of(description);
     check_size();
     return scene_;
   }
@@ -119,10 +119,10 @@ class SceneBuilder {
     for (int i = 0; i < shapes.size(); ++i) {
       wire::Shape& shape = shapes[i];
       LoadedShape& result = loaded.emplace_back(
-          LoadedShape{pose_from_placement(shape.placement()), nullptr, SurfaceKind::kSolid, nullptr});
+          LoadedShape{proto::pose_from_placement(shape.placement()), nullptr, geometry::SurfaceKind::kSolid, nullptr});
       if (!shape.has_mesh()) continue;
-      ContactMesh mesh = assets_.load_mesh(*shape.mutable_mesh(), mesh_field(field, i));
-      result.mesh = std::make_shared<const TriangleMesh>(std::move(mesh.mesh));
+      geometry::ContactMesh mesh = assets_.load_mesh(*shape.mutable_mesh(), mesh_field(field, i));
+      result.mesh = std::make_shared<const geometry::TriangleMesh>(std::move(mesh.mesh));
       result.mesh_kind = mesh.kind;
     }
     return loaded;
@@ -141,7 +141,7 @@ class SceneBuilder {
   }
 
   void make_mesh_contact(wire::Mesh& message, LoadedShape& shape, const SceneField& file_field) {
-    const ContactMesh mesh{*shape.mesh, shape.mesh_kind, {}};
+    const geometry::ContactMesh mesh{*shape.mesh, shape.mesh_kind, {}};
     const auto refuse = [&](const std::exception& error) {
       file_field.refuse("is " + message.file() + ", which cannot be touched: " + error.what());
     };
@@ -149,7 +149,7 @@ class SceneBuilder {
       const ContactAsset asset = library_.mesh(mesh, message.sheet_thickness_m(), message.file());
       assets_.add_contact(asset, message);
       shape.contact = asset.shape;
-    } catch (const MeshError& error) {
+    } catch (const geometry::MeshError& error) {
       refuse(error);
     } catch (const std::invalid_argument& error) {
       refuse(error);
@@ -160,15 +160,15 @@ class SceneBuilder {
     return field.in("shapes", static_cast<std::size_t>(shape)).in("mesh");
   }
 
-  static TouchModel touch_model(const std::vector<LoadedShape>& shapes, double stiffness_n_per_m3) {
-    std::vector<TouchModel::Part> parts;
+  static physics::TouchModel touch_model(const std::vector<LoadedShape>& shapes, double stiffness_n_per_m3) {
+    std::vector<physics::TouchModel::Part> parts;
     for (const LoadedShape& shape : shapes) parts.push_back({shape.contact, shape.X_BS});
-    return touch_model_of(std::move(parts), stiffness_n_per_m3);
+    return proto::touch_model_of(std::move(parts), stiffness_n_per_m3);
   }
 
   void add_body(wire::Body& body, const SceneField& field) {
     LoadedBody loaded;
-    loaded.X_WB = pose_from_placement(body.placement());
+    loaded.X_WB = proto::pose_from_placement(body.placement());
     const wire::MolecularField& molecular = scene_->description.molecular_field();
     if (body.shapes(0).has_molecule()) {
       loaded.shapes.resize(1);
@@ -189,14 +189,14 @@ class SceneBuilder {
   void add_tool(wire::Tool& tool, const SceneField& field) {
     LoadedTool loaded;
     loaded.shapes = load_shapes(*tool.mutable_shapes(), field);
-    loaded.X_WT = pose_from_placement(tool.placement());
+    loaded.X_WT = proto::pose_from_placement(tool.placement());
     loaded.mass = checked_mass(tool.mass_kg(), solids(tool.shapes(), loaded.shapes), field, "give the mesh thickness");
     make_contacts(*tool.mutable_shapes(), field, loaded.shapes);
     loaded.touch = touch_model(loaded.shapes, tool.contact_stiffness_n_per_m3());
     const double least = tool.mass_kg() * kToolGyrationRadius_m * kToolGyrationRadius_m;
     loaded.mass.principal_inertia_kg_m2 = loaded.mass.principal_inertia_kg_m2.cwiseMax(least);
     const wire::Workspace& workspace = tool.workspace();
-    loaded.workspace = {pose_from_placement(workspace.device_base()), workspace.position_scale(),
+    loaded.workspace = {proto::pose_from_placement(workspace.device_base()), workspace.position_scale(),
                         workspace.force_scale()};
     const auto& bodies = scene_->description.bodies();
     const auto held = std::find_if(bodies.begin(), bodies.end(),
@@ -206,7 +206,7 @@ class SceneBuilder {
   }
 
   void add_soft_body(wire::SoftBody& body, const SceneField& field) {
-    std::optional<ContactMesh> mesh;
+    std::optional<geometry::ContactMesh> mesh;
     if (body.has_mesh()) mesh = assets_.load_mesh(*body.mutable_mesh(), field.in("mesh"));
     scene_->soft_bodies.push_back(soft_model_of(body, mesh ? &*mesh : nullptr, field));
     assets_.notes.push_back(soft_note(scene_->soft_bodies.back(), scene_->description));
@@ -220,9 +220,9 @@ class SceneBuilder {
   void check_size() const {
     // Joined carries the description with up to a few kilobytes of its own.
     const std::size_t size = scene_->description.ByteSizeLong();
-    if (size > kMaxControlBytes / 2) {
+    if (size > proto::kMaxControlBytes / 2) {
       file_.refuse("has a description of " + std::to_string(size) + " bytes; at most " +
-                   std::to_string(kMaxControlBytes / 2) + " can be sent to clients: use fewer shapes");
+                   std::to_string(proto::kMaxControlBytes / 2) + " can be sent to clients: use fewer shapes");
     }
   }
 
@@ -234,8 +234,8 @@ class SceneBuilder {
 
 }  // namespace
 
-MovedMass moved_mass(const LoadedScene& scene, std::size_t tool, std::optional<std::size_t> held) noexcept {
-  return moved_mass(held ? scene.bodies[*held].mass : scene.tools[tool].mass, held.has_value());
+physics::MovedMass moved_mass(const LoadedScene& scene, std::size_t tool, std::optional<std::size_t> held) noexcept {
+  return physics::moved_mass(held ? scene.bodies[*held].mass : scene.tools[tool].mass, held.has_value());
 }
 
 std::shared_ptr<const LoadedScene> load_scene_text(const std::string& json, const std::string& origin,
@@ -257,4 +257,4 @@ std::shared_ptr<const LoadedScene> load_scene(const std::filesystem::path& file,
   return load_scene_text(text.str(), file.string(), file.parent_path(), loading);
 }
 
-}  // namespace tandem
+}  // namespace tandem::server

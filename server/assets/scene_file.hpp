@@ -20,27 +20,27 @@
 #include "server/physics/soft_model.hpp"
 #include "tandem/scene.pb.h"
 
-namespace tandem {
+namespace tandem::server {
 
 /// What a scene file leaves open and the loader found: meshes by body and shape, molecules by body.
 struct LoadedShape {
   Pose X_BS;
-  std::shared_ptr<const TriangleMesh> mesh;  ///< for mesh shapes, repaired
-  SurfaceKind mesh_kind = SurfaceKind::kSolid;
-  std::shared_ptr<const ContactShape> contact;  ///< null for molecules
+  std::shared_ptr<const geometry::TriangleMesh> mesh;  ///< for mesh shapes, repaired
+  geometry::SurfaceKind mesh_kind = geometry::SurfaceKind::kSolid;
+  std::shared_ptr<const contact::ContactShape> contact;  ///< null for molecules
 };
 struct LoadedBody {
   std::vector<LoadedShape> shapes;  ///< parallel to description.bodies(i).shapes()
   Pose X_WB;                        ///< start pose
   MassProperties mass;
-  TouchModel touch;
-  std::shared_ptr<const Molecule> molecule;  ///< origin: its centre of mass; null: feels no molecular field
+  physics::TouchModel touch;
+  std::shared_ptr<const docking::Molecule> molecule;  ///< origin: its centre of mass; null: feels no molecular field
 };
 struct LoadedTool {
   std::vector<LoadedShape> shapes;  ///< parallel to description.tools(i).shapes()
   Pose X_WT;                        ///< start pose
   MassProperties mass;              ///< see kToolGyrationRadius_m
-  TouchModel touch;
+  physics::TouchModel touch;
   WorkspaceMapping workspace;
   std::optional<std::size_t> holds_body;  ///< index into bodies
 };
@@ -51,8 +51,8 @@ struct LoadedScene {
   std::vector<LoadedBody> bodies;
   std::vector<LoadedTool> tools;
   std::vector<SoftModel> soft_bodies;  ///< parallel to description.soft_bodies()
-  SceneCoupling coupling;
-  std::vector<SceneEffect> effects;
+  physics::SceneCoupling coupling;
+  std::vector<physics::SceneEffect> effects;
   std::vector<Asset> assets;
   std::vector<std::string> notes;  ///< for people: e.g. atoms whose type was guessed, triangles read
 };
@@ -62,7 +62,7 @@ struct LoadedScene {
 inline constexpr double kToolGyrationRadius_m = 0.015;
 
 /// What the coupling of tool `tool` moves while it holds body `held`, or nothing.
-MovedMass moved_mass(const LoadedScene& scene, std::size_t tool, std::optional<std::size_t> held) noexcept;
+physics::MovedMass moved_mass(const LoadedScene& scene, std::size_t tool, std::optional<std::size_t> held) noexcept;
 
 /// Loads, completes and checks a scene file.
 /// Fails   SceneError; nothing is skipped silently
@@ -72,4 +72,4 @@ std::shared_ptr<const LoadedScene> load_scene_text(const std::string& json, cons
                                                    const std::filesystem::path& directory,
                                                    const SceneLoading& loading = {});
 
-}  // namespace tandem
+}  // namespace tandem::server

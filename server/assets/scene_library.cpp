@@ -4,7 +4,7 @@
 
 #include "server/assets/scene_file.hpp"
 
-namespace tandem {
+namespace tandem::server {
 namespace fs = std::filesystem;
 
 std::vector<fs::path> scene_folders() {
@@ -32,4 +32,4 @@ fs::path find_scene(const std::string& name_or_file, const std::vector<fs::path>
                    "\" is neither a file nor a known scene; known: " + (names.empty() ? "none" : names));
 }
 
-}  // namespace tandem
+}  // namespace tandem::server

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-namespace tandem {
+namespace tandem::server {
 
 /// Folders searched for NAME.json, in this order: the source tree that the program was built from, then
 /// ../share/tandem/scenes beside the program.
@@ -15,4 +15,4 @@ std::vector<std::filesystem::path> scene_folders();
 /// Fails   SceneError that names what was looked for and the scenes that exist
 std::filesystem::path find_scene(const std::string& name_or_file, const std::vector<std::filesystem::path>& folders);
 
-}  // namespace tandem
+}  // namespace tandem::server

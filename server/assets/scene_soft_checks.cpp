@@ -7,7 +7,7 @@
 #include "server/assets/scene_checks.hpp"
 #include "server/physics/soft_model.hpp"
 
-namespace tandem {
+namespace tandem::server {
 namespace {
 
 void complete(wire::SoftBlock& block, const SceneField& field) {
@@ -108,4 +108,4 @@ void complete_soft_bodies(wire::Scene& scene, const SceneField& file) {
                       "from 30 to " + number_text(most) + " (and to step_rate_hz)");
 }
 
-}  // namespace tandem
+}  // namespace tandem::server

@@ -4,7 +4,7 @@
 #include "server/assets/scene_field.hpp"
 #include "tandem/scene.pb.h"
 
-namespace tandem {
+namespace tandem::server {
 
 inline constexpr std::size_t kMaxSoftBodies = 8;
 inline constexpr const char* kSoftSideNames[] = {"-x", "+x", "-y", "+y", "-z", "+z"};  ///< bits of SoftSides
@@ -15,4 +15,4 @@ inline constexpr const char* kSoftSideNames[] = {"-x", "+x", "-y", "+y", "-z", "
 /// Fails   SceneError
 void complete_soft_bodies(wire::Scene& scene, const SceneField& file);
 
-}  // namespace tandem
+}  // namespace tandem::server

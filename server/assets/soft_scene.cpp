@@ -3,13 +3,13 @@
 #include "proto/placement.hpp"
 #include "server/assets/scene_soft_checks.hpp"
 
-namespace tandem {
+namespace tandem::server {
 namespace {
 
 SoftTraits traits_of(const wire::SoftBody& body) {
   SoftTraits traits;
   traits.mass_kg = body.mass_kg();
-  traits.X_WS = pose_from_placement(body.placement());
+  traits.X_WS = proto::pose_from_placement(body.placement());
   traits.material = {body.stiffness(), body.damping(), body.volume_stiffness(), body.friction()};
   for (const std::string& side : body.anchored()) {
     for (unsigned bit = 0; bit < std::size(kSoftSideNames); ++bit) {
@@ -19,8 +19,8 @@ SoftTraits traits_of(const wire::SoftBody& body) {
   return traits;
 }
 
-void check_surface(const ContactMesh& mesh, const std::string& name, const SceneField& field) {
-  if (mesh.kind != SurfaceKind::kSolid) {
+void check_surface(const geometry::ContactMesh& mesh, const std::string& name, const SceneField& field) {
+  if (mesh.kind != geometry::SurfaceKind::kSolid) {
     field.refuse("is " + name + ", which is open; a soft body needs a closed surface: close it, or use a block");
   }
   const std::size_t count = mesh.mesh.vertices.size();
@@ -32,7 +32,7 @@ void check_surface(const ContactMesh& mesh, const std::string& name, const Scene
 
 }  // namespace
 
-SoftModel soft_model_of(const wire::SoftBody& body, const ContactMesh* mesh, const SceneField& field) {
+SoftModel soft_model_of(const wire::SoftBody& body, const geometry::ContactMesh* mesh, const SceneField& field) {
   SoftModel model;
   if (mesh != nullptr) {
     check_surface(*mesh, body.mesh().file(), field.in("mesh").in("file"));
@@ -77,4 +77,4 @@ SoftWorldSettings soft_world_settings(const LoadedScene& scene) {
   return settings;
 }
 
-}  // namespace tandem
+}  // namespace tandem::server

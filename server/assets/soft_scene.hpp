@@ -4,12 +4,12 @@
 #include "server/assets/scene_file.hpp"
 #include "server/physics/soft_world.hpp"
 
-namespace tandem {
+namespace tandem::server {
 
 /// In      mesh  of a body made of a mesh; null for a block
 ///         field  of the body, for refusals
 /// Fails   SceneError: the mesh is not closed, or has too many vertices
-SoftModel soft_model_of(const wire::SoftBody& body, const ContactMesh* mesh, const SceneField& field);
+SoftModel soft_model_of(const wire::SoftBody& body, const geometry::ContactMesh* mesh, const SceneField& field);
 
 /// For people: nodes, and at which rate they are stepped.
 std::string soft_note(const SoftModel& model, const wire::Scene& scene);
@@ -18,4 +18,4 @@ std::string soft_note(const SoftModel& model, const wire::Scene& scene);
 /// obstacles; what advance() is told about them is not heard.
 SoftWorldSettings soft_world_settings(const LoadedScene& scene);
 
-}  // namespace tandem
+}  // namespace tandem::server

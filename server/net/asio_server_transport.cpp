@@ -8,7 +8,7 @@
 
 #include "common/net/socket_rules.hpp"
 
-namespace tandem {
+namespace tandem::server {
 namespace {
 
 namespace asio = boost::asio;
@@ -37,7 +37,7 @@ struct AsioServerTransport::Peer {
   ConnectionHandle handle;
   asio::ip::address address;
   std::optional<udp::endpoint> datagrams_from;
-  Bytes unsent;
+  proto::Bytes unsent;
   bool is_waiting_to_write = false;
   bool is_closing = false;
   std::array<std::byte, 16 * 1024> incoming{};
@@ -46,7 +46,7 @@ struct AsioServerTransport::Peer {
 AsioServerTransport::AsioServerTransport(asio::io_context& io, const std::string& address, std::uint16_t port,
                                          const Clock& clock)
     : io_(io), clock_(clock), acceptor_(io), udp_(io), accept_again_(io) {
-  listen(loopback_address("cannot listen on", address), port);
+  listen(net::loopback_address("cannot listen on", address), port);
 }
 
 AsioServerTransport::~AsioServerTransport() = default;
@@ -71,7 +71,7 @@ void AsioServerTransport::listen(const asio::ip::address& address, std::uint16_t
     return;
   }
   throw std::runtime_error("cannot listen on " + address.to_string() + ":" + std::to_string(port) + ": " +
-                           lower_first(error.message()) +
+                           net::lower_first(error.message()) +
                            "; stop the program that has this TCP or UDP port, or choose another with --port (0: any)");
 }
 
@@ -110,7 +110,7 @@ void AsioServerTransport::welcome(tcp::socket socket) {
   if (!error) peer->socket.non_blocking(true, error);
   if (!error) peer->socket.set_option(tcp::no_delay(true), error);
   if (error) return;
-  peer->socket.set_option(UnsentLimit(kUnsentBytes), error);
+  peer->socket.set_option(net::UnsentLimit(net::kUnsentBytes), error);
   peers_[peer->handle] = peer;
   hub_->on_connected(peer->handle, clock_.now());
   read(peer);
@@ -207,7 +207,7 @@ void AsioServerTransport::await_datagrams() {
 
 void AsioServerTransport::receive_datagrams() {
   // One byte more than allowed, so that a longer datagram is seen as too long instead of being cut to size.
-  std::array<std::byte, kMaxDatagramBytes + 1> buffer;
+  std::array<std::byte, proto::kMaxDatagramBytes + 1> buffer;
   udp::endpoint from;
   for (int taken = 0; taken < kDatagramsPerWake; ++taken) {
     error_code error;
@@ -224,4 +224,4 @@ void AsioServerTransport::receive_datagrams() {
   }
 }
 
-}  // namespace tandem
+}  // namespace tandem::server

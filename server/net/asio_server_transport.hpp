@@ -17,7 +17,7 @@
 #include "common/base/time.hpp"
 #include "server/session/session_hub.hpp"
 
-namespace tandem {
+namespace tandem::server {
 
 /// ServerTransport over Asio.
 ///
@@ -67,4 +67,4 @@ class AsioServerTransport final : public ServerTransport {
   std::map<ConnectionHandle, PeerPointer> peers_;
 };
 
-}  // namespace tandem
+}  // namespace tandem::server

@@ -18,7 +18,7 @@
 
 #include "server/net/asio_server_transport.hpp"
 
-namespace tandem {
+namespace tandem::server {
 namespace {
 
 namespace asio = boost::asio;
@@ -49,7 +49,7 @@ struct LiveServer::Impl {
   Impl(LiveServer& server, LiveServerSettings server_settings, std::vector<std::unique_ptr<Room>> server_rooms);
 
   std::vector<Room*> room_pointers() const;
-  RealtimeRequest realtime(int priority) const;
+  realtime::RealtimeRequest realtime(int priority) const;
   void run();
   void begin_stop(const std::string& why);
   void finish_when_closed(LocalTime deadline);
@@ -105,8 +105,8 @@ std::vector<Room*> LiveServer::Impl::room_pointers() const {
   return pointers;
 }
 
-RealtimeRequest LiveServer::Impl::realtime(int priority) const {
-  RealtimeRequest request;
+realtime::RealtimeRequest LiveServer::Impl::realtime(int priority) const {
+  realtime::RealtimeRequest request;
   request.priority = priority;
   request.lock_memory = priority > 0;
   return request;
@@ -116,7 +116,7 @@ void LiveServer::Impl::run() {
   started = clock.now();
   std::vector<std::string> not_granted = scheduler.start();
   const int io_priority = settings.realtime_priority > 0 ? settings.realtime_priority + 1 : 0;
-  for (const std::string& line : request_realtime(realtime(io_priority))) {
+  for (const std::string& line : realtime::request_realtime(realtime(io_priority))) {
     if (std::find(not_granted.begin(), not_granted.end(), line) == not_granted.end()) not_granted.push_back(line);
   }
   for (const std::string& line : not_granted) log(line);
@@ -207,4 +207,4 @@ LiveServerReport LiveServer::report() const {
   return {impl_->ended - impl_->started, impl_->hub.counters(), impl_->scheduler.timings()};
 }
 
-}  // namespace tandem
+}  // namespace tandem::server

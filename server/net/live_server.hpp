@@ -16,7 +16,7 @@
 #include "server/net/room_scheduler.hpp"
 #include "server/session/session_hub.hpp"
 
-namespace tandem {
+namespace tandem::server {
 
 struct LiveServerSettings {
   std::string bind_address = "127.0.0.1";  ///< loopback only, until the transport is secured
@@ -65,4 +65,4 @@ class LiveServer {
   std::unique_ptr<Impl> impl_;
 };
 
-}  // namespace tandem
+}  // namespace tandem::server

@@ -4,14 +4,14 @@
 #include <future>
 #include <set>
 
-namespace tandem {
+namespace tandem::server {
 
 /// One room's timer and measurements; touched by its worker only while that runs.
 struct RoomScheduler::Loop {
   explicit Loop(Room& its_room) : room(its_room) {}
 
   Room& room;
-  std::unique_ptr<PeriodicTimer> timer;
+  std::unique_ptr<realtime::PeriodicTimer> timer;
   LocalTime next{};  ///< the timer's next deadline
   RoomTiming timing;
 };
@@ -22,7 +22,8 @@ struct RoomScheduler::Worker {
   std::thread thread;
 };
 
-RoomScheduler::RoomScheduler(std::vector<Room*> rooms, RealtimeRequest realtime, std::function<void()> after_step)
+RoomScheduler::RoomScheduler(std::vector<Room*> rooms, realtime::RealtimeRequest realtime,
+                             std::function<void()> after_step)
     : realtime_(realtime), after_step_(std::move(after_step)) {
   const std::size_t cores = std::max(2U, std::thread::hardware_concurrency());
   for (Room* room : rooms) loops_.push_back(std::make_unique<Loop>(*room));
@@ -51,10 +52,10 @@ void RoomScheduler::stop() {
 }
 
 void RoomScheduler::run(Worker& worker) {
-  worker.not_granted.set_value(request_realtime(realtime_));
+  worker.not_granted.set_value(realtime::request_realtime(realtime_));
   const LocalTime start = SteadyClock().now();
   for (Loop* loop : worker.loops) {
-    loop->timer = std::make_unique<PeriodicTimer>(loop->room.period(), start);
+    loop->timer = std::make_unique<realtime::PeriodicTimer>(loop->room.period(), start);
     loop->next = start;
   }
   while (!is_stopping_.load(std::memory_order_relaxed)) step_next(worker);
@@ -89,4 +90,4 @@ std::vector<RoomTiming> RoomScheduler::timings() const {
   return timings;
 }
 
-}  // namespace tandem
+}  // namespace tandem::server

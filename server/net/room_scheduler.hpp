@@ -17,7 +17,7 @@
 #include "common/realtime/realtime.hpp"
 #include "server/room/room.hpp"
 
-namespace tandem {
+namespace tandem::server {
 
 /// How well a room's loop kept its time.
 struct RoomTiming {
@@ -31,7 +31,7 @@ struct RoomTiming {
 class RoomScheduler {
  public:
   /// `after_step` runs on a worker thread after each step: no lock, no wait.
-  RoomScheduler(std::vector<Room*> rooms, RealtimeRequest realtime, std::function<void()> after_step);
+  RoomScheduler(std::vector<Room*> rooms, realtime::RealtimeRequest realtime, std::function<void()> after_step);
   /// Stops.
   ~RoomScheduler();
   RoomScheduler(const RoomScheduler&) = delete;
@@ -49,11 +49,11 @@ class RoomScheduler {
   void run(Worker& worker);
   void step_next(Worker& worker);
 
-  RealtimeRequest realtime_;
+  realtime::RealtimeRequest realtime_;
   std::function<void()> after_step_;
   std::vector<std::unique_ptr<Loop>> loops_;
   std::vector<std::unique_ptr<Worker>> workers_;
   std::atomic<bool> is_stopping_{false};
 };
 
-}  // namespace tandem
+}  // namespace tandem::server

@@ -5,7 +5,7 @@
 
 #include "common/base/spatial.hpp"
 
-namespace tandem {
+namespace tandem::server {
 
 inline Vec3 from_bullet(const btVector3& v) {
   return {v.x(), v.y(), v.z()};
@@ -21,4 +21,4 @@ inline btTransform to_bullet(const Pose& X) {
   return btTransform(btQuaternion(X.q.x(), X.q.y(), X.q.z(), X.q.w()), to_bullet(X.p));
 }
 
-}  // namespace tandem
+}  // namespace tandem::server

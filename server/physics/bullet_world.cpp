@@ -7,7 +7,7 @@
 
 #include "server/physics/bullet_convert.hpp"
 
-namespace tandem {
+namespace tandem::server {
 namespace {
 
 btScalar combined_friction(const btCollisionObject* a, const btCollisionObject* b) {
@@ -72,7 +72,7 @@ BulletWorld::BulletWorld(std::shared_ptr<const LoadedScene> scene)
   solver.m_solverMode = SOLVER_USE_WARMSTARTING | SOLVER_USE_2_FRICTION_DIRECTIONS;
 }
 
-void BulletWorld::add(std::size_t index, RigidBody& rigid) {
+void BulletWorld::add(std::size_t index, physics::RigidBody& rigid) {
   Slot& slot = slots_[index];
   slot.rigid = &rigid;
   slot.take_pose();
@@ -125,4 +125,4 @@ void BulletWorld::step(double step_s) noexcept {
   }
 }
 
-}  // namespace tandem
+}  // namespace tandem::server

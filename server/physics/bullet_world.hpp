@@ -13,7 +13,7 @@
 #include "common/physics/free_bodies.hpp"
 #include "server/physics/collision_shape.hpp"
 
-namespace tandem {
+namespace tandem::server {
 
 /// The bodies that no tool touches, stepped by Bullet.
 ///
@@ -21,13 +21,13 @@ namespace tandem {
 /// order is not randomised, and a step is one solver step.
 ///
 /// Contact of two bodies: friction √(μ₁ μ₂), restitution the larger of both.
-class BulletWorld final : public FreeBodies {
+class BulletWorld final : public physics::FreeBodies {
  public:
   explicit BulletWorld(std::shared_ptr<const LoadedScene> scene);
   BulletWorld(const BulletWorld&) = delete;
   BulletWorld& operator=(const BulletWorld&) = delete;
 
-  void add(std::size_t index, RigidBody& rigid) override;
+  void add(std::size_t index, physics::RigidBody& rigid) override;
   void remove(std::size_t index) override;
   void step(double step_s) noexcept override;
 
@@ -36,7 +36,7 @@ class BulletWorld final : public FreeBodies {
   struct Slot {
     std::unique_ptr<CollisionShape> shape;
     std::unique_ptr<btRigidBody> body;
-    RigidBody* rigid = nullptr;
+    physics::RigidBody* rigid = nullptr;
     Pose told;  ///< the centre's pose that Bullet has, as the rigid body was told
 
     void take_pose();
@@ -55,4 +55,4 @@ class BulletWorld final : public FreeBodies {
   btDiscreteDynamicsWorld world_;
 };
 
-}  // namespace tandem
+}  // namespace tandem::server

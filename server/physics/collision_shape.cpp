@@ -15,14 +15,14 @@
 #include "server/physics/bullet_convert.hpp"
 #include "server/physics/convex_hull.hpp"
 
-namespace tandem {
+namespace tandem::server {
 namespace {
 
 /// Hulls with more points are replaced by what supports them in 42 directions (btShapeHull): the cost of a
 /// contact grows with the number of points, and the difference stays inside the exact hull.
 constexpr int kMaxHullPoints = 100;
 
-std::unique_ptr<btCollisionShape> make_hull(const TriangleMesh& mesh) {
+std::unique_ptr<btCollisionShape> make_hull(const geometry::TriangleMesh& mesh) {
   auto hull = std::make_unique<btConvexHullShape>();
   for (const Vec3& point : convex_hull(mesh.vertices).vertices) hull->addPoint(to_bullet(point), false);
   if (hull->getNumPoints() > kMaxHullPoints) {
@@ -75,8 +75,8 @@ CollisionShape::CollisionShape(const Shapes& shapes, const std::vector<LoadedSha
   }
 }
 
-std::unique_ptr<btCollisionShape> CollisionShape::make_part(const wire::Shape& shape, const TriangleMesh* mesh,
-                                                            bool is_static) {
+std::unique_ptr<btCollisionShape> CollisionShape::make_part(const wire::Shape& shape,
+                                                            const geometry::TriangleMesh* mesh, bool is_static) {
   switch (shape.kind_case()) {
     case wire::Shape::kBox:
       return make_box(shape.box());
@@ -95,7 +95,7 @@ std::unique_ptr<btCollisionShape> CollisionShape::make_part(const wire::Shape& s
   }
 }
 
-std::unique_ptr<btCollisionShape> CollisionShape::make_exact_mesh(const TriangleMesh& mesh) {
+std::unique_ptr<btCollisionShape> CollisionShape::make_exact_mesh(const geometry::TriangleMesh& mesh) {
   static_assert(sizeof(Vec3) == 3 * sizeof(btScalar));
   // Bullet's signature lacks const; the tree only reads.
   auto* const indices = const_cast<int*>(mesh.triangles.front().data());
@@ -124,4 +124,4 @@ void CollisionShape::assemble(const std::vector<LoadedShape>& loaded, const Pose
   compound_ = std::move(compound);
 }
 
-}  // namespace tandem
+}  // namespace tandem::server

@@ -9,7 +9,7 @@
 
 #include "server/assets/scene_file.hpp"
 
-namespace tandem {
+namespace tandem::server {
 
 /// How far outside their exact surface hulls and triangle meshes are felt, so that Bullet's distance algorithm
 /// meets them before they overlap. Primitives do not grow: Bullet takes their margin off inside.
@@ -33,8 +33,9 @@ class CollisionShape {
   double half_thickness_m() const { return half_thickness_m_; }
 
  private:
-  std::unique_ptr<btCollisionShape> make_part(const wire::Shape& shape, const TriangleMesh* mesh, bool is_static);
-  std::unique_ptr<btCollisionShape> make_exact_mesh(const TriangleMesh& mesh);
+  std::unique_ptr<btCollisionShape> make_part(const wire::Shape& shape, const geometry::TriangleMesh* mesh,
+                                              bool is_static);
+  std::unique_ptr<btCollisionShape> make_exact_mesh(const geometry::TriangleMesh& mesh);
   void assemble(const std::vector<LoadedShape>& loaded, const Pose& X_BC);
 
   std::vector<std::unique_ptr<btTriangleIndexVertexArray>> triangles_;
@@ -46,4 +47,4 @@ class CollisionShape {
   double half_thickness_m_ = 0;
 };
 
-}  // namespace tandem
+}  // namespace tandem::server

@@ -2,13 +2,13 @@
 
 #include <LinearMath/btConvexHullComputer.h>
 
-namespace tandem {
+namespace tandem::server {
 
-TriangleMesh convex_hull(const std::vector<Vec3>& points) {
+geometry::TriangleMesh convex_hull(const std::vector<Vec3>& points) {
   btConvexHullComputer computer;
   static_assert(sizeof(Vec3) == 3 * sizeof(double));
   computer.compute(points.front().data(), sizeof(Vec3), static_cast<int>(points.size()), 0, 0);
-  TriangleMesh hull;
+  geometry::TriangleMesh hull;
   for (int i = 0; i < computer.vertices.size(); ++i) {
     const btVector3& v = computer.vertices[i];
     hull.vertices.emplace_back(v.x(), v.y(), v.z());
@@ -25,4 +25,4 @@ TriangleMesh convex_hull(const std::vector<Vec3>& points) {
   return hull;
 }
 
-}  // namespace tandem
+}  // namespace tandem::server

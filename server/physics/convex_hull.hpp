@@ -5,9 +5,9 @@
 
 #include "common/geometry/triangle_mesh.hpp"
 
-namespace tandem {
+namespace tandem::server {
 
 /// The convex hull of `points`, with outward triangles; empty when the points lie in one plane.
-TriangleMesh convex_hull(const std::vector<Vec3>& points);
+geometry::TriangleMesh convex_hull(const std::vector<Vec3>& points);
 
-}  // namespace tandem
+}  // namespace tandem::server

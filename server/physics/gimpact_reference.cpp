@@ -14,13 +14,13 @@
 
 #include "server/physics/bullet_convert.hpp"
 
-namespace tandem {
+namespace tandem::server {
 namespace {
 
 /// A mesh with the copy of its triangles that Bullet points into.
 class GImpactMesh {
  public:
-  GImpactMesh(const TriangleMesh& mesh, double margin_m)
+  GImpactMesh(const geometry::TriangleMesh& mesh, double margin_m)
       : mesh_(mesh),
         triangles_(static_cast<int>(mesh_.triangles.size()), mesh_.triangles.front().data(),
                    static_cast<int>(sizeof(mesh_.triangles.front())), static_cast<int>(mesh_.vertices.size()),
@@ -33,7 +33,7 @@ class GImpactMesh {
   btCollisionShape& shape() { return shape_; }
 
  private:
-  TriangleMesh mesh_;
+  geometry::TriangleMesh mesh_;
   btTriangleIndexVertexArray triangles_;
   btGImpactMeshShape shape_;
 };
@@ -59,7 +59,8 @@ class TimedWorld final : public btDiscreteDynamicsWorld {
 }  // namespace
 
 struct GImpactReference::Impl {
-  Impl(const TriangleMesh& moving, const TriangleMesh& fixed, const Settings& settings_in, const Clock& clock_in)
+  Impl(const geometry::TriangleMesh& moving, const geometry::TriangleMesh& fixed, const Settings& settings_in,
+       const Clock& clock_in)
       : settings(settings_in),
         clock(clock_in),
         moving_mesh(moving, settings.margin_m),
@@ -102,8 +103,8 @@ struct GImpactReference::Impl {
   btRigidBody wall;
 };
 
-GImpactReference::GImpactReference(const TriangleMesh& moving, const TriangleMesh& fixed, const Settings& settings,
-                                   const Clock& clock)
+GImpactReference::GImpactReference(const geometry::TriangleMesh& moving, const geometry::TriangleMesh& fixed,
+                                   const Settings& settings, const Clock& clock)
     : impl_(std::make_unique<Impl>(moving, fixed, settings, clock)) {}
 GImpactReference::~GImpactReference() = default;
 
@@ -133,4 +134,4 @@ GImpactReference::Step GImpactReference::step(const Wrench& on_tool_W) {
   return result;
 }
 
-}  // namespace tandem
+}  // namespace tandem::server

@@ -8,7 +8,7 @@
 #include "common/base/time.hpp"
 #include "common/geometry/triangle_mesh.hpp"
 
-namespace tandem {
+namespace tandem::server {
 
 /// One moving mesh and one fixed mesh as GImpact shapes in a Bullet world with its default solver.
 class GImpactReference {
@@ -30,7 +30,8 @@ class GImpactReference {
   };
 
   /// In      clock  what `Step::query` and `Step::whole` are measured with; must outlive this
-  GImpactReference(const TriangleMesh& moving, const TriangleMesh& fixed, const Settings& settings, const Clock& clock);
+  GImpactReference(const geometry::TriangleMesh& moving, const geometry::TriangleMesh& fixed, const Settings& settings,
+                   const Clock& clock);
   ~GImpactReference();
 
   void place(const Pose& X_WT);
@@ -44,4 +45,4 @@ class GImpactReference {
   std::unique_ptr<Impl> impl_;
 };
 
-}  // namespace tandem
+}  // namespace tandem::server

@@ -5,10 +5,10 @@
 #include "server/physics/bullet_world.hpp"
 #include "server/physics/soft_world.hpp"
 
-namespace tandem {
+namespace tandem::server {
 
-std::shared_ptr<const WorldDescription> world_description(const LoadedScene& scene) {
-  auto world = std::make_shared<WorldDescription>(world_from_wire(scene.description));
+std::shared_ptr<const physics::WorldDescription> world_description(const LoadedScene& scene) {
+  auto world = std::make_shared<physics::WorldDescription>(proto::world_from_wire(scene.description));
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
     world->bodies[i].touch = scene.bodies[i].touch;
     world->bodies[i].mass = scene.bodies[i].mass;
@@ -22,14 +22,14 @@ std::shared_ptr<const WorldDescription> world_description(const LoadedScene& sce
   return world;
 }
 
-World make_server_world(const std::shared_ptr<const LoadedScene>& scene, SoftStepping soft_stepping) {
-  std::unique_ptr<SoftBodies> soft;
+physics::World make_server_world(const std::shared_ptr<const LoadedScene>& scene, SoftStepping soft_stepping) {
+  std::unique_ptr<physics::SoftBodies> soft;
   if (!scene->soft_bodies.empty()) {
     const bool is_inline = soft_stepping == SoftStepping::kInline;
     soft = std::make_unique<SoftWorld>(soft_world_settings(*scene),
                                        is_inline ? SoftWorld::Execution::kInline : SoftWorld::Execution::kWorker);
   }
-  return World(world_description(*scene), std::make_unique<BulletWorld>(scene), std::move(soft));
+  return physics::World(world_description(*scene), std::make_unique<BulletWorld>(scene), std::move(soft));
 }
 
-}  // namespace tandem
+}  // namespace tandem::server

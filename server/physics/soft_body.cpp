@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace tandem {
+namespace tandem::server {
 
 SoftBody::SoftBody(const SoftModel& model, const Vec3& gravity_m_per_s2)
     : model_(model), volume_gradient_(model.nodes_W.size(), Vec3::Zero()) {
@@ -138,4 +138,4 @@ void SoftBody::push(const SoftSample& sample, const Vec3& push) {
   }
 }
 
-}  // namespace tandem
+}  // namespace tandem::server

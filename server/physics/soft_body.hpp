@@ -10,7 +10,7 @@
 #include "server/physics/bullet_convert.hpp"
 #include "server/physics/soft_model.hpp"
 
-namespace tandem {
+namespace tandem::server {
 
 /// Between predict() and finish() the nodes are where the solver has moved them so far.
 ///
@@ -73,4 +73,4 @@ class SoftBody {
   double volume_gain_ = 0;
 };
 
-}  // namespace tandem
+}  // namespace tandem::server

@@ -4,20 +4,20 @@
 #include <cmath>
 #include <limits>
 
-namespace tandem {
+namespace tandem::server {
 namespace {
 
 /// Samples so much farther than the nearest count e times less for the plane.
 constexpr double kPlane_m = 1e-3;
 /// A thing that is nearer is about to touch: it is not pressed any more.
-constexpr double kLeastGap_m = 1e-3;
+constexpr double kMinGap_m = 1e-3;
 /// One that has moved less has the same stiffness before it.
 constexpr double kSamePlace_m = 5e-3;
 /// To the sides a foretold contact holds so far.
 constexpr double kTrust_m = 1e-2;
 /// Softer is not felt, stiffer is none of a soft body.
-constexpr double kLeastStiffness_n_per_m = 1;
-constexpr double kMostStiffness_n_per_m = 2000;
+constexpr double kMinStiffness_n_per_m = 1;
+constexpr double kMaxStiffness_n_per_m = 2000;
 
 }  // namespace
 
@@ -30,13 +30,13 @@ SoftForesight::SoftForesight(const SoftModel& model, const Vec3& gravity_m_per_s
 std::optional<SoftForesight::Surface> SoftForesight::surface_near(const SoftBody& body, const SoftThing& thing) {
   near_.clear();
   double least = kReach_m;
-  for (const TouchModel::Part& part : thing.model->parts) {
+  for (const physics::TouchModel::Part& part : thing.model->parts) {
     const Pose X_WS = thing.X_WT * part.X_BS;
     const double radius_m = part.shape->radius_m();
     for (std::size_t i = 0; i < p_W_.size(); ++i) {
       const Vec3 from_W = p_W_[i] - X_WS.p;
       if (from_W.norm() > radius_m + least + 5 * kPlane_m || body.inverse_mass(body.model().samples[i]) <= 0) continue;
-      const DistanceSample found = part.shape->field->sample(X_WS.q.conjugate() * from_W);
+      const contact::DistanceSample found = part.shape->field->sample(X_WS.q.conjugate() * from_W);
       least = std::min(least, found.distance_m);
       near_.push_back({found.distance_m, p_W_[i], X_WS.q * found.gradient.normalized()});
     }
@@ -77,7 +77,7 @@ void SoftForesight::choose_thing(const SoftBody& body, std::span<const SoftThing
   for (std::size_t i = 1; i <= watched_.size(); ++i) {
     const std::size_t thing = (pressing_ + i) % watched_.size();
     const Watched& watched = watched_[thing];
-    if (!watched.surface || watched.surface->gap_m < kLeastGap_m) continue;
+    if (!watched.surface || watched.surface->gap_m < kMinGap_m) continue;
     if (watched.stiffness_n_per_m && (things[thing].X_WT.p - watched.p_WT).norm() < kSamePlace_m) continue;
     pressing_ = thing;
     normal_W_pressing_ = watched.surface->normal_W;
@@ -101,17 +101,18 @@ void SoftForesight::press(double step_s, double speed_limit_m_per_s, std::span<c
   steps_ = is_sound && watched.surface ? steps_ + 1 : kSteps;
   if (steps_ < kSteps || !is_sound || !watched.surface) return;
   const double force_n = reactions_[pressing_].impulse_W.f.dot(normal_W_pressing_) / step_s;
-  watched.stiffness_n_per_m = std::isfinite(force_n) ? std::clamp(force_n / kDepth_m, 0.0, kMostStiffness_n_per_m) : 0;
+  watched.stiffness_n_per_m = std::isfinite(force_n) ? std::clamp(force_n / kDepth_m, 0.0, kMaxStiffness_n_per_m) : 0;
   watched.p_WT = p_WT_pressing_;
 }
 
 double SoftForesight::gap_m(std::size_t index) const {
   const Watched& watched = watched_[index];
-  const bool is_known = watched.surface && watched.stiffness_n_per_m.value_or(0) >= kLeastStiffness_n_per_m;
+  const bool is_known = watched.surface && watched.stiffness_n_per_m.value_or(0) >= kMinStiffness_n_per_m;
   return is_known ? watched.surface->gap_m : std::numeric_limits<double>::infinity();
 }
 
-SoftContact SoftForesight::foretold(std::size_t index, const Pose& X_WT, const SoftContact& now) const {
+physics::SoftContact SoftForesight::foretold(std::size_t index, const Pose& X_WT,
+                                             const physics::SoftContact& now) const {
   if (!std::isfinite(gap_m(index))) return now;
   const Surface& surface = *watched_[index].surface;
   const double k = *watched_[index].stiffness_n_per_m;
@@ -119,7 +120,7 @@ SoftContact SoftForesight::foretold(std::size_t index, const Pose& X_WT, const S
   if (own_share >= 1) return now;
   Eigen::Matrix<double, 6, 1> along;
   along << surface.normal_W, surface.lever_W.cross(surface.normal_W);
-  SoftContact contact = now;
+  physics::SoftContact contact = now;
   contact.stiffness = (1 - own_share) * k * along * along.transpose() + own_share * now.stiffness;
   contact.trust_radius_m = (1 - own_share) * kTrust_m + own_share * now.trust_radius_m;
   contact.lever_m = std::max(surface.lever_W.norm(), now.lever_m);
@@ -131,4 +132,4 @@ SoftContact SoftForesight::foretold(std::size_t index, const Pose& X_WT, const S
   return contact;
 }
 
-}  // namespace tandem
+}  // namespace tandem::server

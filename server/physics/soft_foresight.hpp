@@ -8,7 +8,7 @@
 
 #include "server/physics/soft_step.hpp"
 
-namespace tandem {
+namespace tandem::server {
 
 /// Presses a copy of the body to learn how stiff it is where things come near, and tells their contacts before they
 /// are.
@@ -38,7 +38,7 @@ class SoftForesight {
   /// From the thing to the surface, where a contact can be told; else infinite.
   double gap_m(std::size_t thing) const;
   /// `now` is the thing's contact of the step with all bodies; no contact to be told: as it is.
-  SoftContact foretold(std::size_t thing, const Pose& X_WT, const SoftContact& now) const;
+  physics::SoftContact foretold(std::size_t thing, const Pose& X_WT, const physics::SoftContact& now) const;
 
  private:
   /// The body's surface where a thing comes near.
@@ -76,4 +76,4 @@ class SoftForesight {
   Vec3 p_WT_pressing_ = Vec3::Zero();
 };
 
-}  // namespace tandem
+}  // namespace tandem::server

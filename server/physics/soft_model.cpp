@@ -6,7 +6,7 @@
 #include <map>
 #include <utility>
 
-namespace tandem {
+namespace tandem::server {
 namespace {
 
 using Cells = std::array<std::uint64_t, 3>;
@@ -248,7 +248,7 @@ SoftModel make_soft_block(const Vec3& size_m, double spacing_m, const SoftTraits
   return finished(std::move(model), traits);
 }
 
-SoftModel make_soft_surface(const TriangleMesh& mesh, const SoftTraits& traits) {
+SoftModel make_soft_surface(const geometry::TriangleMesh& mesh, const SoftTraits& traits) {
   SoftModel model;
   model.nodes_W = mesh.vertices;
   model.faces = mesh.triangles;
@@ -279,4 +279,4 @@ double enclosed_volume_m3(const std::vector<Vec3>& nodes, const std::vector<std:
   return volume;
 }
 
-}  // namespace tandem
+}  // namespace tandem::server

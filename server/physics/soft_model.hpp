@@ -9,7 +9,7 @@
 #include "common/base/spatial.hpp"
 #include "common/geometry/triangle_mesh.hpp"
 
-namespace tandem {
+namespace tandem::server {
 
 /// More nodes would cost more than a soft step has time for.
 inline constexpr std::size_t kMaxSoftNodes = 2000;
@@ -65,9 +65,9 @@ SoftModel make_soft_block(const Vec3& size_m, double spacing_m, const SoftTraits
 /// A closed surface: its edges are links, and so are the far corners of each two triangles that share an edge (against
 /// bending). The inside is empty; the volume that it encloses is what resists.
 /// In      mesh  every edge has two triangles, corners counter-clockwise seen from outside
-SoftModel make_soft_surface(const TriangleMesh& mesh, const SoftTraits& traits);
+SoftModel make_soft_surface(const geometry::TriangleMesh& mesh, const SoftTraits& traits);
 
 /// Of a closed surface.
 double enclosed_volume_m3(const std::vector<Vec3>& nodes, const std::vector<std::array<int, 3>>& faces);
 
-}  // namespace tandem
+}  // namespace tandem::server

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace tandem {
+namespace tandem::server {
 namespace {
 
 /// How much farther than by its own and the thing's motion a sample may be moved in a step and still be seen: by
@@ -24,7 +24,7 @@ double way_m(const SoftThing& thing) {
 }
 
 /// ∂(gradient)/∂p by differences; zero at edges, where the direction jumps instead of turning.
-Eigen::Matrix3d bend(const DistanceField& field, const Vec3& p_S) {
+Eigen::Matrix3d bend(const contact::DistanceField& field, const Vec3& p_S) {
   constexpr double kStep_m = 2e-4;
   constexpr double kSharp_per_m = 1e3;
   Eigen::Matrix3d bend;
@@ -88,7 +88,7 @@ bool SoftStep::is_near(const SoftThing& thing, double margin_m) const {
   // A table is larger than it is thick: ask its surface too.
   const Vec3 centre = (low_W_ + high_W_) / 2;
   const double reach = (high_W_ - low_W_).norm() / 2 + margin_m;
-  return std::any_of(thing.model->parts.begin(), thing.model->parts.end(), [&](const TouchModel::Part& part) {
+  return std::any_of(thing.model->parts.begin(), thing.model->parts.end(), [&](const physics::TouchModel::Part& part) {
     return part.shape->field->distance_m((thing.X_WT * part.X_BS).inverse() * centre) < reach;
   });
 }
@@ -107,7 +107,7 @@ void SoftStep::find_candidates(const SoftThing& thing, int index) {
   const Pose X_TW_before = thing.X_WT_before.inverse();
   const std::vector<SoftSample>& samples = body_.model().samples;
   for (std::size_t part = 0; part < thing.model->parts.size(); ++part) {
-    const TouchModel::Part& shape = thing.model->parts[part];
+    const physics::TouchModel::Part& shape = thing.model->parts[part];
     const Pose X_SW = (thing.X_WT * shape.X_BS).inverse();
     const double radius = shape.shape->radius_m();
     for (std::size_t i = 0; i < samples.size(); ++i) {
@@ -148,14 +148,14 @@ void SoftStep::apply(const Candidate& candidate, const Vec3& push_W, const Vec3&
 
 void SoftStep::solve_contact(const SoftThing& thing, int index, int sweep, std::span<SoftReaction> reactions) {
   Candidate& candidate = candidates_[static_cast<std::size_t>(index)];
-  const DistanceField& field = *thing.model->parts[static_cast<std::size_t>(candidate.part)].shape->field;
+  const contact::DistanceField& field = *thing.model->parts[static_cast<std::size_t>(candidate.part)].shape->field;
   const Place& place = places_[static_cast<std::size_t>(candidate.thing)];
   const Pose X_WS = place.X_WT * thing.model->parts[static_cast<std::size_t>(candidate.part)].X_BS;
   const Vec3 p_W = body_.position(body_.model().samples[static_cast<std::size_t>(candidate.sample)]);
   const Vec3 p_S = X_WS.q.conjugate() * (p_W - X_WS.p);
   // A distance changes at most as much as the point moves.
   if (candidate.clearance_m > 0 && (p_S - candidate.p_S_seen).norm() < candidate.clearance_m) return;
-  const DistanceSample found = field.sample(p_S);
+  const contact::DistanceSample found = field.sample(p_S);
   candidate.clearance_m = found.distance_m - field.error_m();
   candidate.p_S_seen = p_S;
   const bool is_touching = found.distance_m < -kTouch_m;
@@ -204,4 +204,4 @@ void SoftStep::rub(const SoftThing& thing, Candidate& candidate, SoftPush push, 
   pushes_.push_back(push);
 }
 
-}  // namespace tandem
+}  // namespace tandem::server

@@ -9,11 +9,11 @@
 #include "common/physics/touch_model.hpp"
 #include "server/physics/soft_body.hpp"
 
-namespace tandem {
+namespace tandem::server {
 
 /// A rigid thing T during a soft step.
 struct SoftThing {
-  const TouchModel* model = nullptr;
+  const physics::TouchModel* model = nullptr;
   double friction = 0.5;
   bool is_present = true;
   Pose X_WT_before;
@@ -117,4 +117,4 @@ class SoftStep {
   std::vector<Vec3> trail_;  ///< nodes_at() of all sweeps
 };
 
-}  // namespace tandem
+}  // namespace tandem::server

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <limits>
 
-namespace tandem {
+namespace tandem::server {
 namespace {
 
 constexpr std::size_t kHeld = std::numeric_limits<std::size_t>::max();
@@ -18,15 +18,16 @@ Eigen::Matrix3d cross_matrix(const Vec3& v) {
 }
 
 /// The nearest symmetric matrix without negative eigenvalues, torques in units of force times kLever_m.
-Matrix6 never_negative(Matrix6 stiffness) {
+contact::Matrix6 never_negative(contact::Matrix6 stiffness) {
   Eigen::Matrix<double, 6, 1> scale;
   scale << 1, 1, 1, kLever_m, kLever_m, kLever_m;
-  const Matrix6 even = scale.cwiseInverse().asDiagonal() * Matrix6((stiffness + stiffness.transpose()) / 2) *
-                       scale.cwiseInverse().asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<Matrix6> eigen(even);
-  const Matrix6 positive =
+  const contact::Matrix6 even = scale.cwiseInverse().asDiagonal() *
+                                contact::Matrix6((stiffness + stiffness.transpose()) / 2) *
+                                scale.cwiseInverse().asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<contact::Matrix6> eigen(even);
+  const contact::Matrix6 positive =
       eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0).asDiagonal() * eigen.eigenvectors().transpose();
-  const Matrix6 scaled = scale.asDiagonal() * positive * scale.asDiagonal();
+  const contact::Matrix6 scaled = scale.asDiagonal() * positive * scale.asDiagonal();
   return (scaled + scaled.transpose()) / 2;
 }
 
@@ -166,8 +167,8 @@ void SoftTangent::push(const SoftStep& step, const SoftPush& push, bool is_ours)
   sum_.bottomRows<3>() += cross_matrix(push.lever_W) * done;
 }
 
-Matrix6 SoftTangent::stiffness(const SoftStep& step, int thing, double step_s) {
-  if (!choose_patch(step, thing)) return Matrix6::Zero();
+contact::Matrix6 SoftTangent::stiffness(const SoftStep& step, int thing, double step_s) {
+  if (!choose_patch(step, thing)) return contact::Matrix6::Zero();
   link_patch(step.body());
   change_.assign(patch_.size(), Change::Zero());
   sums_.assign(step.candidate_count(), Sums{});
@@ -181,4 +182,4 @@ Matrix6 SoftTangent::stiffness(const SoftStep& step, int thing, double step_s) {
   return never_negative(sum_ / (step_s * step_s));
 }
 
-}  // namespace tandem
+}  // namespace tandem::server

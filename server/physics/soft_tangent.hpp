@@ -7,7 +7,7 @@
 
 #include "server/physics/soft_step.hpp"
 
-namespace tandem {
+namespace tandem::server {
 
 /// Forward differentiation of a SoftStep by the pose X of one thing (translation, then rotation about its origin, in
 /// W).
@@ -34,7 +34,7 @@ class SoftTangent {
   explicit SoftTangent(const SoftModel& model);
 
   /// −∂W/∂X of `thing` in the last step; zero without contact.
-  Matrix6 stiffness(const SoftStep& step, int thing, double step_s);
+  contact::Matrix6 stiffness(const SoftStep& step, int thing, double step_s);
 
  private:
   using Change = Eigen::Matrix<double, 3, 6, Eigen::RowMajor>;
@@ -70,7 +70,7 @@ class SoftTangent {
   std::vector<Vec3> nodes_W_;       ///< all, during a sweep over the links
   std::vector<Link> links_;
   std::vector<Sums> sums_;  ///< of each candidate of the step
-  Matrix6 sum_ = Matrix6::Zero();
+  contact::Matrix6 sum_ = contact::Matrix6::Zero();
 };
 
-}  // namespace tandem
+}  // namespace tandem::server

@@ -12,19 +12,19 @@
 #include "server/physics/soft_step.hpp"
 #include "server/physics/soft_tangent.hpp"
 
-namespace tandem {
+namespace tandem::server {
 namespace {
 
 /// Sweeps of a soft step: what a push needs to get through the pad of a hand's size, node by node.
 constexpr int kSweeps = 16;
 /// A tool that moves farther than this in a soft period was put there, not moved: it sweeps nothing aside.
-constexpr double kLargestWay_m = 0.3;
+constexpr double kMaxWay_m = 0.3;
 /// However light a touch, the linear contact is good for this way; and however deep, not for more than …
-constexpr double kLeastTrust_m = 1e-3;
-constexpr double kMostTrust_m = 1e-2;
+constexpr double kMinTrust_m = 1e-3;
+constexpr double kMaxTrust_m = 1e-2;
 
 struct Result {
-  std::vector<SoftContact> contacts;
+  std::vector<physics::SoftContact> contacts;
   std::vector<std::vector<Vec3>> nodes_W;
   TickFaults faults = 0;
   double seconds = 0;
@@ -56,11 +56,11 @@ class Stepper {
     reactions_.resize(things_.size());
   }
 
-  void step(std::span<const SoftTool> tools, Result& result) {
+  void step(std::span<const physics::SoftTool> tools, Result& result) {
     if (settings_.before_step) settings_.before_step();
     const auto begin = std::chrono::steady_clock::now();
     result.faults = 0;
-    result.contacts.assign(settings_.tools.size(), SoftContact{});
+    result.contacts.assign(settings_.tools.size(), physics::SoftContact{});
     for (std::size_t i = 0; i < tools.size(); ++i) result.contacts[i].X_WT0 = tools[i].X_WT;
     move_things(tools);
     for (std::size_t b = 0; b < bodies_.size(); ++b) step_body(*bodies_[b], result);
@@ -80,11 +80,11 @@ class Stepper {
   }
 
  private:
-  void move_things(std::span<const SoftTool> tools) {
+  void move_things(std::span<const physics::SoftTool> tools) {
     for (std::size_t i = 0; i < tools.size(); ++i) {
       SoftThing& thing = things_[i];
       thing.is_present = tools[i].is_present && is_finite(tools[i].X_WT) && thing.model->can_be_touched();
-      const bool has_come = !was_present_[i] || (tools[i].X_WT.p - thing.X_WT.p).norm() > kLargestWay_m;
+      const bool has_come = !was_present_[i] || (tools[i].X_WT.p - thing.X_WT.p).norm() > kMaxWay_m;
       thing.X_WT_before = has_come ? tools[i].X_WT : thing.X_WT;
       thing.X_WT = tools[i].X_WT;
       was_present_[i] = thing.is_present;
@@ -104,7 +104,7 @@ class Stepper {
     for (std::size_t i = 0; i < settings_.tools.size(); ++i) {
       const SoftReaction& reaction = reactions_[i];
       if (!(reaction.impulse_sum > 0)) continue;
-      SoftContact& contact = result.contacts[i];
+      physics::SoftContact& contact = result.contacts[i];
       contact.wrench_W += reaction.impulse_W * (1 / step_s_);
       contact.stiffness += body.tangent.stiffness(body.step, static_cast<int>(i), step_s_);
       contact.lever_m = std::max(contact.lever_m, reaction.lever_sum_m / reaction.impulse_sum);
@@ -114,15 +114,15 @@ class Stepper {
 
   /// Trust: the depth at which a linear contact of this force and stiffness would begin.
   void finish_contacts(Result& result) const {
-    for (SoftContact& contact : result.contacts) {
+    for (physics::SoftContact& contact : result.contacts) {
       const double force = contact.wrench_W.f.norm();
       if (!(force > 0)) continue;
       const Vec3 along = contact.wrench_W.f / force;
       const double stiffness = along.dot(contact.stiffness.topLeftCorner<3, 3>() * along);
-      const double depth = stiffness > 0 ? force / stiffness : kMostTrust_m;
-      contact.trust_radius_m = std::clamp(depth, kLeastTrust_m, kMostTrust_m);
+      const double depth = stiffness > 0 ? force / stiffness : kMaxTrust_m;
+      contact.trust_radius_m = std::clamp(depth, kMinTrust_m, kMaxTrust_m);
       const bool is_sound = is_finite(contact.wrench_W) && contact.stiffness.allFinite();
-      if (!is_sound) contact = SoftContact{{}, Matrix6::Zero(), contact.X_WT0, 0, 0};
+      if (!is_sound) contact = physics::SoftContact{{}, contact::Matrix6::Zero(), contact.X_WT0, 0, 0};
       if (!is_sound) result.faults |= kFaultNotFinite;
     }
   }
@@ -193,7 +193,7 @@ struct SoftWorld::Impl {
     return taken.faults;
   }
 
-  void begin(std::span<const SoftTool> tools) {
+  void begin(std::span<const physics::SoftTool> tools) {
     std::copy_n(tools.begin(), std::min(tools.size(), input.size()), input.begin());
     if (worker.joinable()) {
       is_done.store(false, std::memory_order_relaxed);
@@ -206,9 +206,9 @@ struct SoftWorld::Impl {
   const SoftWorldSettings settings;
   const int period;
   Stepper stepper;
-  std::vector<SoftTool> input;  ///< of the step under way
-  Result made;                  ///< by the step under way
-  Result taken;                 ///< what the room reads
+  std::vector<physics::SoftTool> input;  ///< of the step under way
+  Result made;                           ///< by the step under way
+  Result taken;                          ///< what the room reads
   int steps_to_go = 0;
   bool is_under_way = false;
   bool is_known_late = false;
@@ -223,7 +223,7 @@ SoftWorld::SoftWorld(SoftWorldSettings settings, Execution execution)
     : impl_(std::make_unique<Impl>(std::move(settings), execution)) {}
 SoftWorld::~SoftWorld() = default;
 
-TickFaults SoftWorld::advance(std::span<const SoftTool> tools) noexcept {
+TickFaults SoftWorld::advance(std::span<const physics::SoftTool> tools) noexcept {
   Impl& impl = *impl_;
   TickFaults faults = 0;
   if (impl.steps_to_go > 0) --impl.steps_to_go;
@@ -239,12 +239,12 @@ TickFaults SoftWorld::advance(std::span<const SoftTool> tools) noexcept {
   }
   // What was computed for a tool that has left since would meet its next user.
   for (std::size_t i = 0; i < impl.taken.contacts.size() && i < tools.size(); ++i) {
-    if (!tools[i].is_present) impl.taken.contacts[i] = SoftContact{};
+    if (!tools[i].is_present) impl.taken.contacts[i] = physics::SoftContact{};
   }
   return faults;
 }
 
-const SoftContact& SoftWorld::contact(std::size_t tool) const noexcept {
+const physics::SoftContact& SoftWorld::contact(std::size_t tool) const noexcept {
   return impl_->taken.contacts[tool];
 }
 std::size_t SoftWorld::body_count() const {
@@ -266,4 +266,4 @@ double SoftWorld::last_step_seconds() const {
   return impl_->taken.seconds;
 }
 
-}  // namespace tandem
+}  // namespace tandem::server

@@ -21,11 +21,11 @@
 #include "common/physics/touch_model.hpp"
 #include "server/physics/soft_model.hpp"
 
-namespace tandem {
+namespace tandem::server {
 
 /// A rigid thing that soft bodies meet: a tool, a body, a table.
 struct SoftRigid {
-  TouchModel model;  ///< in the frame of the thing T
+  physics::TouchModel model;  ///< in the frame of the thing T
   double friction = 0.5;
 };
 /// One that never moves.
@@ -57,7 +57,7 @@ int soft_period_steps(double room_rate_hz, double rate_hz);
 /// the opposite of what the soft bodies' nodes got from it, push by push.
 ///
 /// Thread  one at a time (the room's); with kWorker a thread of its own does the steps
-class SoftWorld final : public SoftBodies {
+class SoftWorld final : public physics::SoftBodies {
  public:
   enum class Execution { kInline, kWorker };
 
@@ -71,10 +71,10 @@ class SoftWorld final : public SoftBodies {
   /// Out     faults of the soft step whose result is taken now: kFaultNotFinite (that body starts anew),
   ///         kFaultSpeedLimited; kFaultSoftLate: the worker is not ready, the last result serves on
   /// Cost    kWorker: one step in n copies poses and swaps buffers; no allocation, no lock. kInline: a soft step in n
-  TickFaults advance(std::span<const SoftTool> tools) noexcept override;
+  TickFaults advance(std::span<const physics::SoftTool> tools) noexcept override;
 
   /// For soft_wrench(): of a tool, until the next advance(). Empty for one that is not present.
-  const SoftContact& contact(std::size_t tool) const noexcept override;
+  const physics::SoftContact& contact(std::size_t tool) const noexcept override;
 
   /// For viewers, of the last result: nodes, and the surface over them.
   std::size_t body_count() const;
@@ -92,4 +92,4 @@ class SoftWorld final : public SoftBodies {
   std::unique_ptr<Impl> impl_;
 };
 
-}  // namespace tandem
+}  // namespace tandem::server

@@ -3,17 +3,17 @@
 #include <algorithm>
 #include <cmath>
 
-namespace tandem {
+namespace tandem::server {
 namespace {
 
 /// Of a client of which only one input is known.
 constexpr double kUsualTicks_per_s = 1000;
 /// A longer silence is not the network's jitter: the user was away.
-constexpr Duration kLongestGap = std::chrono::milliseconds(100);
+constexpr Duration kMaxGap = std::chrono::milliseconds(100);
 /// In ticks; see the class.
 constexpr double kStrideTolerance = 0.75;
 /// More ticks than this from one input to the next are another client's count: differences stay exact as doubles.
-constexpr std::uint64_t kLargestStep = 1U << 20U;
+constexpr std::uint64_t kMaxStep = 1U << 20U;
 
 /// Value and rate at `u` (0..1) of the cubic over `length_s` from 0 to `to` with rates `from_rate` and `to_rate`.
 struct Cubic {
@@ -34,7 +34,7 @@ RigidState between(const RigidState& from, const RigidState& to, double length_s
   const Cubic turning = cubic(turn, from.V.w, to.V.w - 0.5 * turn.cross(to.V.w), length_s, u);
   const Vec3 w = turning.rate + 0.5 * turning.value.cross(turning.rate);
   return {{from.X.p + way.value, (quaternion_of(turning.value) * from.X.q).normalized()},
-          {clamped_to_length(way.rate, kMaxSpeedMPerS), clamped_to_length(w, kMaxTurnRadPerS)}};
+          {clamped_to_length(way.rate, proto::kMaxSpeedMPerS), clamped_to_length(w, proto::kMaxTurnRadPerS)}};
 }
 
 RigidState held(RigidState state, double dry_s) {
@@ -50,12 +50,11 @@ const InputPlayout::Sample& InputPlayout::sample(std::size_t age) const noexcept
   return samples_[(newest_ + kHistory - age) % kHistory];
 }
 
-void InputPlayout::take(const ClientUpdate& input, Duration now) noexcept {
+void InputPlayout::take(const proto::ClientUpdate& input, Duration now) noexcept {
   const Duration sent = input.sent.time_since_epoch();
   if (count_ > 0) {
     if (input.input_tick <= sample(0).tick || sent <= sample(0).sent) return;
-    const bool follows =
-        sent - sample(0).sent <= kLongestGap && input.input_tick.value - sample(0).tick.value <= kLargestStep;
+    const bool follows = sent - sample(0).sent <= kMaxGap && input.input_tick.value - sample(0).tick.value <= kMaxStep;
     if (!follows) reset();
   }
   delay_.add(sent, now);
@@ -130,9 +129,9 @@ PlayedInput InputPlayout::at_tick(std::uint64_t tick) const noexcept {
                      std::lerp(before.energy_to_hand_j, after.energy_to_hand_j, u),
                      std::lerp(before.energy_from_hand_j, after.energy_from_hand_j, u),
                      false};
-  for (CopyTarget& copy : played.copies) {
+  for (physics::CopyTarget& copy : played.copies) {
     const auto next = std::find_if(after.copies.begin(), after.copies.end(),
-                                   [&copy](const CopyTarget& other) { return other.body == copy.body; });
+                                   [&copy](const physics::CopyTarget& other) { return other.body == copy.body; });
     if (next != after.copies.end()) copy.state = between(copy.state, next->state, length_s, u);
   }
   return played;
@@ -148,8 +147,8 @@ std::optional<PlayedInput> InputPlayout::play(Duration now) noexcept {
   played.is_dry = is_dry;
   played.handle = held(played.handle, dry_s_);
   played.tool = held(played.tool, dry_s_);
-  for (CopyTarget& copy : played.copies) copy.state = held(copy.state, dry_s_);
+  for (physics::CopyTarget& copy : played.copies) copy.state = held(copy.state, dry_s_);
   return played;
 }
 
-}  // namespace tandem
+}  // namespace tandem::server

@@ -11,14 +11,14 @@
 #include "common/net/playout.hpp"
 #include "proto/state.hpp"
 
-namespace tandem {
+namespace tandem::server {
 
 /// What a room uses of an input.
 struct PlayedInput {
   Tick tick;  ///< of exactly which the rest is
   RigidState handle;
   RigidState tool;
-  boost::container::static_vector<CopyTarget, kMostCopies> copies;
+  boost::container::static_vector<physics::CopyTarget, physics::kMaxCopies> copies;
   std::uint32_t buttons = 0;      ///< of a tick that did not come, those of the next that did: not later than pressed
   double energy_to_hand_j = 0;    ///< as in ClientUpdate
   double energy_from_hand_j = 0;  ///< likewise
@@ -40,14 +40,14 @@ struct PlayedInput {
 class InputPlayout {
  public:
   static constexpr std::size_t kHistory = 128;
-  static constexpr PlayoutSettings kDelay{.quantile = 0.985};
+  static constexpr net::PlayoutSettings kDelay{.quantile = 0.985};
   static constexpr double kTwistFade_s = 0.020;
   static constexpr double kCatchUp = 4;
 
   explicit InputPlayout(double step_s) : step_s_(step_s) {}
 
   /// A valid input that is first seen in the step at `now`; one that is not newer than the last is not taken.
-  void take(const ClientUpdate& input, Duration now) noexcept;
+  void take(const proto::ClientUpdate& input, Duration now) noexcept;
   /// What is played in the step at `now`; once a step. Before the first input is due it is that one, held; nothing
   /// when there is none.
   std::optional<PlayedInput> play(Duration now) noexcept;
@@ -63,7 +63,7 @@ class InputPlayout {
     Duration sent{0};  ///< client clock
     RigidState handle;
     RigidState tool;
-    boost::container::static_vector<CopyTarget, kMostCopies> copies;
+    boost::container::static_vector<physics::CopyTarget, physics::kMaxCopies> copies;
     std::uint32_t buttons = 0;
     double energy_to_hand_j = 0;
     double energy_from_hand_j = 0;
@@ -81,7 +81,7 @@ class InputPlayout {
   std::uint64_t played_ = 0;  ///< tick; 0: none yet
   double dry_s_ = 0;
 
-  PlayoutDelay delay_{kDelay};
+  net::PlayoutDelay delay_{kDelay};
 };
 
-}  // namespace tandem
+}  // namespace tandem::server

@@ -4,7 +4,7 @@
 #include <bit>
 #include <utility>
 
-namespace tandem {
+namespace tandem::server {
 namespace {
 
 bool has_several(std::uint32_t hands) {
@@ -12,7 +12,7 @@ bool has_several(std::uint32_t hands) {
 }
 
 /// A client that has not measured its loop yet is taken to have a long one, and is joined softly.
-Duration loop_of(const ClientUpdate& input) {
+Duration loop_of(const proto::ClientUpdate& input) {
   constexpr Duration kUnknownLoop = std::chrono::milliseconds(200);
   return input.round_trip > Duration{0} ? input.round_trip : kUnknownLoop;
 }
@@ -24,7 +24,7 @@ Room::Room(RoomId id, std::string name, std::shared_ptr<const LoadedScene> scene
       name_(std::move(name)),
       scene_(std::move(scene)),
       period_(from_seconds(1.0 / scene_->description.step_rate_hz())),
-      guards_tools_(options.guards_tools && scene_->coupling.dynamics != ToolDynamics::kAtHandle),
+      guards_tools_(options.guards_tools && scene_->coupling.dynamics != haptics::ToolDynamics::kAtHandle),
       world_(make_server_world(scene_, options.soft_stepping)),
       coupling_(scene_->coupling.parameters) {
   for (auto& slot : slots_) slot = std::make_unique<UserSlot>();
@@ -43,7 +43,7 @@ void Room::step(ServerTime now) noexcept {
   settle_waves();
   settle_tool_guards();
   describe_world(now, faults);
-  for (std::size_t slot = 0; slot < kMaxUsers; ++slot) {
+  for (std::size_t slot = 0; slot < proto::kMaxUsers; ++slot) {
     if (members_[slot].user.is_valid()) publish_to(slot);
   }
 }
@@ -55,7 +55,7 @@ void Room::apply_commands() noexcept {
 }
 
 void Room::apply(const RoomCommand& command) noexcept {
-  if (command.slot >= kMaxUsers) return;
+  if (command.slot >= proto::kMaxUsers) return;
   if (command.kind == RoomCommand::Kind::kJoin) return join(command);
   // A command that crossed its user's departure must not touch who has the slot now.
   const Member& member = members_[command.slot];
@@ -106,7 +106,8 @@ void Room::serve_request(const RoomCommand& command) noexcept {
   ++member.requests_served;
   if (!member.is_manipulator()) return;
   if (has_grabbed_[command.slot]) {
-    emit({RoomEvent::Kind::kGrabRefused, command.slot, command.user, command.body, command.request, GrabResult::kBusy});
+    emit({RoomEvent::Kind::kGrabRefused, command.slot, command.user, command.body, command.request,
+          physics::GrabResult::kBusy});
   } else if (command.kind == RoomCommand::Kind::kGrab) {
     grab(command.slot, command.body, command.request);
   } else {
@@ -119,7 +120,7 @@ void Room::grab(std::size_t slot, BodyId body, std::uint32_t request) noexcept {
   has_grabbed_[slot] = true;
   RoomEvent event{RoomEvent::Kind::kGrabbed, static_cast<std::uint8_t>(slot), member.user, body, request, {}};
   event.refusal = world_.grab(member.tool, body);
-  if (event.refusal == GrabResult::kGrabbed) {
+  if (event.refusal == physics::GrabResult::kGrabbed) {
     event.body = world_.tool(member.tool).held;
   } else {
     event.kind = RoomEvent::Kind::kGrabRefused;
@@ -139,7 +140,7 @@ void Room::release(std::size_t slot, std::uint32_t request) noexcept {
 
 TickFaults Room::take_inputs() noexcept {
   TickFaults faults = 0;
-  for (std::size_t slot = 0; slot < kMaxUsers; ++slot) {
+  for (std::size_t slot = 0; slot < proto::kMaxUsers; ++slot) {
     if (members_[slot].is_manipulator()) faults |= take_input(slot);
   }
   return faults;
@@ -153,7 +154,7 @@ TickFaults Room::take_input(std::size_t slot) noexcept {
   const bool is_stale = input_age(member) > kInputStaleAfter;
   if (is_stale || !member.newest.handle_valid) {
     // What waits to be played is dropped there: an opened hand must not be.
-    if ((member.newest.buttons & kButtonGrab) == 0) follow_grab_button(slot, false);
+    if ((member.newest.buttons & proto::kButtonGrab) == 0) follow_grab_button(slot, false);
     let_tool_be(slot);
   } else {
     faults |= limit_tool(slot);
@@ -164,7 +165,7 @@ TickFaults Room::take_input(std::size_t slot) noexcept {
 
 void Room::take_newest(std::size_t slot) noexcept {
   Member& member = members_[slot];
-  const ClientMode before = member.newest.mode;
+  const proto::ClientMode before = member.newest.mode;
   const Tick tick_before = member.newest.input_tick;
   const double since_last_s = to_seconds(input_age(member));
   member.newest = slots_[slot]->input.front();
@@ -173,8 +174,8 @@ void Room::take_newest(std::size_t slot) noexcept {
   member.has_input = true;
   // What a local model's user presses is played out with the rest (play_out()): tool and body are then where he had
   // them. Let go in any case: a hand that is lost must be able to open.
-  const bool is_down = (member.newest.buttons & kButtonGrab) != 0;
-  const bool is_played = member.newest.mode == ClientMode::kLocalModel;
+  const bool is_down = (member.newest.buttons & proto::kButtonGrab) != 0;
+  const bool is_played = member.newest.mode == proto::ClientMode::kLocalModel;
   if (member.newest.handle_valid ? !is_played : !is_down) follow_grab_button(slot, is_down);
   if (member.newest.mode != before) let_tool_be(slot);
   if (!member.newest.handle_valid) return;
@@ -197,11 +198,11 @@ TickFaults Room::limit_tool(std::size_t slot) noexcept {
 void Room::drive_tool(std::size_t slot) noexcept {
   Member& member = members_[slot];
   switch (member.newest.mode) {
-    case ClientMode::kLocalModel:
+    case proto::ClientMode::kLocalModel:
       return play_out(slot);
-    case ClientMode::kWave:
+    case proto::ClientMode::kWave:
       return move_by_wave(slot);
-    case ClientMode::kHandle:
+    case proto::ClientMode::kHandle:
       break;
   }
   member.answered = member.newest.input_tick;
@@ -243,7 +244,7 @@ void Room::play_out(std::size_t slot) noexcept {
   bridges_[slot]->tool_guard.hand_reported(played->energy_from_hand_j, played->energy_to_hand_j, to_seconds(period_));
   pull_to(slot, played->handle);
   join_copies(slot, *played);
-  follow_grab_button(slot, (played->buttons & kButtonGrab) != 0);
+  follow_grab_button(slot, (played->buttons & proto::kButtonGrab) != 0);
 }
 
 void Room::join_copies(std::size_t slot, const PlayedInput& played) noexcept {
@@ -255,12 +256,12 @@ void Room::join_copies(std::size_t slot, const PlayedInput& played) noexcept {
   const double share = member.joint_share.step(to_seconds(period_), step_ < member.shared_until);
   const BodyId held = world_.tool(member.tool).held;
   const double weight = weight_on_copy(member, held);
-  boost::container::static_vector<Joint, kMostCopies> joints;
-  boost::container::static_vector<double, kMostCopies> weights;
-  for (const CopyTarget& copy : played.copies) {
+  boost::container::static_vector<physics::Joint, physics::kMaxCopies> joints;
+  boost::container::static_vector<double, physics::kMaxCopies> weights;
+  for (const physics::CopyTarget& copy : played.copies) {
     weights.push_back(copy.body == held ? weight : 0);
     const Vec3 pressing_W = world_.body(copy.body).X.q * copy.pressing_B;
-    joints.push_back(joint_for(loop_of(member.newest), member.slowest_loop, pressing_W));
+    joints.push_back(physics::joint_for(loop_of(member.newest), member.slowest_loop, pressing_W));
   }
   world_.join_copies(member.tool, played.tool, played.copies, joints, share, weights);
 }
@@ -290,26 +291,26 @@ void Room::move_by_wave(std::size_t slot) noexcept {
   Member& member = members_[slot];
   const BodyId held = world_.tool(member.tool).held;
   const auto body = held.is_valid() ? std::optional<std::size_t>(held.value - 1) : std::nullopt;
-  const CouplingParameters in_force =
-      coupling_in_force(scene_->coupling, coupling_, moved_mass(*scene_, member.tool, body));
+  const haptics::CouplingParameters in_force =
+      physics::coupling_in_force(scene_->coupling, coupling_, moved_mass(*scene_, member.tool, body));
   member.answered = member.newest.input_tick;
   pull_to(slot, bridges_[slot]->wave.target(member.newest, in_force, to_seconds(period_)));
 }
 
 void Room::settle_waves() noexcept {
-  for (std::size_t slot = 0; slot < kMaxUsers; ++slot) {
+  for (std::size_t slot = 0; slot < proto::kMaxUsers; ++slot) {
     const Member& member = members_[slot];
-    if (!member.is_in(ClientMode::kWave) || !member.newest.handle_valid) continue;
+    if (!member.is_in(proto::ClientMode::kWave) || !member.newest.handle_valid) continue;
     bridges_[slot]->wave.settle(world_.tool(member.tool).wrench_on_hand_W, to_seconds(period_));
   }
 }
 
 void Room::settle_tool_guards() noexcept {
   if (!guards_tools_) return;
-  for (std::size_t slot = 0; slot < kMaxUsers; ++slot) {
+  for (std::size_t slot = 0; slot < proto::kMaxUsers; ++slot) {
     const Member& member = members_[slot];
     if (!member.is_manipulator()) continue;
-    const ToolState tool = world_.tool(member.tool);
+    const physics::ToolState tool = world_.tool(member.tool);
     const double net_into_world_j = tool.energy_into_world_j + tool.weight_work_j - tool.energy_from_world_j;
     bridges_[slot]->tool_guard.stepped(tool.tool.X, tool.pull_on_tool_W, net_into_world_j);
   }
@@ -331,7 +332,7 @@ Duration Room::slowest_loop(std::size_t slot) const noexcept {
   }
   Duration slowest{0};
   for (const Member& member : members_) {
-    if (!member.is_in(ClientMode::kLocalModel) || (hands >> member.tool & 1U) == 0) continue;
+    if (!member.is_in(proto::ClientMode::kLocalModel) || (hands >> member.tool & 1U) == 0) continue;
     slowest = std::max(slowest, loop_of(member.newest));
   }
   return slowest;
@@ -364,7 +365,7 @@ void Room::describe_world(ServerTime now, TickFaults faults) noexcept {
     if (!member.is_manipulator()) continue;
     const BodyId held = world_.tool(member.tool).held;
     const auto body = std::find_if(common_.bodies.begin(), common_.bodies.end(),
-                                   [held](const BodyState& candidate) { return candidate.id == held; });
+                                   [held](const proto::BodyState& candidate) { return candidate.id == held; });
     // Of several who hold a body, the one in the lowest slot is named.
     if (body != common_.bodies.end() && !body->held_by.is_valid()) body->held_by = member.user;
   }
@@ -375,22 +376,22 @@ void Room::publish_to(std::size_t slot) noexcept {
   UserUpdate& told = slots_[slot]->output.back();
   told.user = member.user;
   told.requests_served = member.requests_served;
-  ServerUpdate& update = told.update;
+  proto::ServerUpdate& update = told.update;
   update = common_;
   update.answered_input = member.answered;
   update.echoed_sent = member.newest.sent;
   if (member.is_manipulator()) describe_tool(slot, update);
-  for (std::size_t other = 0; other < kMaxUsers; ++other) {
+  for (std::size_t other = 0; other < proto::kMaxUsers; ++other) {
     if (other == slot || !members_[other].is_manipulator()) continue;
-    const ToolState tool = world_.tool(members_[other].tool);
+    const physics::ToolState tool = world_.tool(members_[other].tool);
     update.users.push_back({members_[other].user, tool.tool, tool.held});
   }
   slots_[slot]->output.publish();
 }
 
-void Room::describe_tool(std::size_t slot, ServerUpdate& update) const noexcept {
+void Room::describe_tool(std::size_t slot, proto::ServerUpdate& update) const noexcept {
   const Member& member = members_[slot];
-  const ToolState tool = world_.tool(member.tool);
+  const physics::ToolState tool = world_.tool(member.tool);
   update.tool = tool.tool;
   update.wrench_on_hand_W = tool.wrench_on_hand_W;
   update.held_body = tool.held;
@@ -399,12 +400,12 @@ void Room::describe_tool(std::size_t slot, ServerUpdate& update) const noexcept 
   update.energy_from_world_j = tool.energy_from_world_j;
   update.soft_contact = world_.soft_contact(member.tool);
   const Bridge& bridge = *bridges_[slot];
-  if (member.is_in(ClientMode::kLocalModel)) {
+  if (member.is_in(proto::ClientMode::kLocalModel)) {
     update.joint_share = member.joint_share.now();
     update.playout = bridge.playout.delay();
     update.slowest_loop = member.slowest_loop;
   }
-  if (member.is_in(ClientMode::kWave)) update.wave = bridge.wave.wave();
+  if (member.is_in(proto::ClientMode::kWave)) update.wave = bridge.wave.wave();
 }
 
 Tick Room::answered(std::size_t tool) const {
@@ -417,4 +418,4 @@ void Room::emit(const RoomEvent& event) noexcept {
   if (!events_.push(event)) ++events_lost_;
 }
 
-}  // namespace tandem
+}  // namespace tandem::server

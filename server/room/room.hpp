@@ -32,7 +32,7 @@
 #include "server/room/input_playout.hpp"
 #include "server/room/wave_hand.hpp"
 
-namespace tandem {
+namespace tandem::server {
 
 enum class UserRole : std::uint8_t { kManipulator, kObserver };
 
@@ -42,12 +42,12 @@ struct RoomCommand {
   Kind kind = Kind::kJoin;
   std::uint8_t slot = 0;
   UserId user;
-  UserRole role = UserRole::kObserver;  ///< kJoin
-  std::uint8_t tool = 0;                ///< kJoin of a manipulator
-  bool leaves_gaps = false;             ///< kJoin: between inputs the handle goes on as it last moved
-  BodyId body;                          ///< kGrab; invalid: the nearest in reach
-  std::uint32_t request = 0;            ///< kGrab, kRelease: carried back in the event
-  CouplingParameters coupling;          ///< kSetCoupling
+  UserRole role = UserRole::kObserver;   ///< kJoin
+  std::uint8_t tool = 0;                 ///< kJoin of a manipulator
+  bool leaves_gaps = false;              ///< kJoin: between inputs the handle goes on as it last moved
+  BodyId body;                           ///< kGrab; invalid: the nearest in reach
+  std::uint32_t request = 0;             ///< kGrab, kRelease: carried back in the event
+  haptics::CouplingParameters coupling;  ///< kSetCoupling
 };
 
 /// From the room to io.
@@ -58,20 +58,20 @@ struct RoomEvent {
   UserId user;
   BodyId body;
   std::uint32_t request = 0;
-  GrabResult refusal = GrabResult::kGrabbed;  ///< kGrabRefused
+  physics::GrabResult refusal = physics::GrabResult::kGrabbed;  ///< kGrabRefused
 };
 
 /// What a slot's user is told after a step.
 struct UserUpdate {
   UserId user;                        ///< whom it is for
   std::uint64_t requests_served = 0;  ///< kGrab and kRelease of this user that the room has served so far
-  ServerUpdate update;
+  proto::ServerUpdate update;
 };
 
 /// One user's two mailboxes.
 struct UserSlot {
-  Mailbox<ClientUpdate> input;  ///< io writes, room reads
-  Mailbox<UserUpdate> output;   ///< room writes, io reads
+  realtime::Mailbox<proto::ClientUpdate> input;  ///< io writes, room reads
+  realtime::Mailbox<UserUpdate> output;          ///< room writes, io reads
 };
 
 /// More commands wait for the next step: io refills the ring while the room empties it.
@@ -116,11 +116,11 @@ class Room {
   void report(TickFaults faults) { pending_faults_ |= faults; }
   /// Events that found no place: io has not taken any for 256 of them.
   std::uint64_t events_lost() const { return events_lost_; }
-  const World& world() const { return world_; }
+  const physics::World& world() const { return world_; }
   /// The newest input that moves a tool; Tick{} without one.
   Tick answered(std::size_t tool) const;
   /// Of the user in the slot; without effect in a room that guards no tools.
-  const ToolPortGuard& tool_guard(std::size_t slot) const { return bridges_[slot]->tool_guard; }
+  const haptics::ToolPortGuard& tool_guard(std::size_t slot) const { return bridges_[slot]->tool_guard; }
 
  private:
   struct Member {
@@ -128,23 +128,23 @@ class Room {
     UserRole role = UserRole::kObserver;
     std::uint8_t tool = 0;
     bool leaves_gaps = false;
-    ClientUpdate newest;
+    proto::ClientUpdate newest;
     Step input_seen_at;  ///< step in which `newest` arrived
     bool has_input = false;
     bool grab_button = false;
     bool is_driven = false;       ///< its tool follows a handle
     bool has_left_a_gap = false;  ///< between the last two inputs there were ticks that did not come
     Tick answered;                ///< whose handle is in use
-    JointShare joint_share;
+    physics::JointShare joint_share;
     Step shared_until;         ///< the body that the tool has a hand on counts as shared
     Duration slowest_loop{0};  ///< of all who share a body with this user
     double weight_wanted = 0;  ///< of the held body, for its copy to bear: 1 all
     Step weight_wanted_since;
-    WeightShare weight;
+    physics::WeightShare weight;
     std::uint64_t requests_served = 0;
 
     bool is_manipulator() const { return user.is_valid() && role == UserRole::kManipulator; }
-    bool is_in(ClientMode mode) const { return is_manipulator() && has_input && newest.mode == mode; }
+    bool is_in(proto::ClientMode mode) const { return is_manipulator() && has_input && newest.mode == mode; }
   };
   /// What bridges a slot's delay; large, so made once.
   struct Bridge {
@@ -152,7 +152,7 @@ class Room {
 
     InputPlayout playout;  ///< ClientMode::kLocalModel
     WaveHand wave;         ///< ClientMode::kWave
-    ToolPortGuard tool_guard{ToolPortGuard::Settings{}};
+    haptics::ToolPortGuard tool_guard{haptics::ToolPortGuard::Settings{}};
   };
 
   /// Time as the physics knows it.
@@ -186,7 +186,7 @@ class Room {
   void follow_grab_button(std::size_t slot, bool is_down) noexcept;
   void describe_world(ServerTime now, TickFaults faults) noexcept;
   void publish_to(std::size_t slot) noexcept;
-  void describe_tool(std::size_t slot, ServerUpdate& update) const noexcept;
+  void describe_tool(std::size_t slot, proto::ServerUpdate& update) const noexcept;
   void emit(const RoomEvent& event) noexcept;
 
   RoomId id_;
@@ -194,20 +194,20 @@ class Room {
   std::shared_ptr<const LoadedScene> scene_;
   Duration period_;
   bool guards_tools_;
-  World world_;
-  Ring<RoomCommand> commands_{256};
-  Ring<RoomEvent> events_{256};
-  std::array<std::unique_ptr<UserSlot>, kMaxUsers> slots_;
-  std::array<Member, kMaxUsers> members_{};
-  std::array<std::unique_ptr<Bridge>, kMaxUsers> bridges_;
-  std::array<std::uint32_t, kMaxBodies> hands_{};  ///< World::hands_on() of the last step
-  std::array<bool, kMaxUsers> has_grabbed_{};      ///< or released, in this step; outlives a change of users
-  std::vector<BodyId> moving_bodies_;              ///< those that updates tell of
-  ServerUpdate common_;                            ///< of this step: what all users are told alike
-  CouplingParameters coupling_;                    ///< as last set
+  physics::World world_;
+  realtime::Ring<RoomCommand> commands_{256};
+  realtime::Ring<RoomEvent> events_{256};
+  std::array<std::unique_ptr<UserSlot>, proto::kMaxUsers> slots_;
+  std::array<Member, proto::kMaxUsers> members_{};
+  std::array<std::unique_ptr<Bridge>, proto::kMaxUsers> bridges_;
+  std::array<std::uint32_t, proto::kMaxBodies> hands_{};  ///< World::hands_on() of the last step
+  std::array<bool, proto::kMaxUsers> has_grabbed_{};      ///< or released, in this step; outlives a change of users
+  std::vector<BodyId> moving_bodies_;                     ///< those that updates tell of
+  proto::ServerUpdate common_;                            ///< of this step: what all users are told alike
+  haptics::CouplingParameters coupling_;                  ///< as last set
   Step step_;
   TickFaults pending_faults_ = 0;
   std::uint64_t events_lost_ = 0;
 };
 
-}  // namespace tandem
+}  // namespace tandem::server

@@ -2,11 +2,11 @@
 
 #include <algorithm>
 
-namespace tandem {
+namespace tandem::server {
 namespace {
 
 /// A room that is this far behind takes nobody in, so that what waits stays bounded.
-constexpr std::size_t kMaxWaiting = 4 * kMaxUsers;
+constexpr std::size_t kMaxWaiting = 4 * proto::kMaxUsers;
 
 }  // namespace
 
@@ -18,7 +18,7 @@ std::size_t RoomSeats::count(UserRole role) const {
 }
 
 std::optional<std::uint8_t> RoomSeats::free_tool() const {
-  for (std::size_t tool = 0; tool < std::min(room_.scene().tools.size(), kMaxUsers); ++tool) {
+  for (std::size_t tool = 0; tool < std::min(room_.scene().tools.size(), proto::kMaxUsers); ++tool) {
     const bool is_taken = std::any_of(seats_.begin(), seats_.end(), [tool](const auto& seat) {
       return seat && seat->role == UserRole::kManipulator && seat->tool == tool;
     });
@@ -69,7 +69,7 @@ void RoomSeats::leave(const Seat& seat) {
   post_surely(command);
 }
 
-void RoomSeats::set_coupling(const Seat& seat, const CouplingParameters& parameters) {
+void RoomSeats::set_coupling(const Seat& seat, const haptics::CouplingParameters& parameters) {
   coupling_ = parameters;
   RoomCommand command;
   command.kind = RoomCommand::Kind::kSetCoupling;
@@ -81,11 +81,11 @@ void RoomSeats::set_coupling(const Seat& seat, const CouplingParameters& paramet
   post_surely(command);
 }
 
-CouplingParameters RoomSeats::coupling_in_force(const Seat& seat) const {
+haptics::CouplingParameters RoomSeats::coupling_in_force(const Seat& seat) const {
   if (seat.role != UserRole::kManipulator) return coupling_;
   const BodyId held = held_[seat.slot];
   const auto body = held.is_valid() ? std::optional<std::size_t>(held.value - 1) : std::nullopt;
-  return tandem::coupling_in_force(room_.scene().coupling, coupling_, moved_mass(room_.scene(), seat.tool, body));
+  return physics::coupling_in_force(room_.scene().coupling, coupling_, moved_mass(room_.scene(), seat.tool, body));
 }
 
 void RoomSeats::on_update(const Seat& seat, const UserUpdate& told) {
@@ -129,4 +129,4 @@ bool RoomSeats::post_request(const RoomCommand& command) {
   return true;
 }
 
-}  // namespace tandem
+}  // namespace tandem::server

@@ -8,7 +8,7 @@
 #include "common/base/ids.hpp"
 #include "server/room/room.hpp"
 
-namespace tandem {
+namespace tandem::server {
 
 /// A user's place.
 struct Seat {
@@ -27,15 +27,15 @@ class RoomSeats {
 
   Room& room() const { return room_; }
   /// As the scene's file or a user has set it.
-  const CouplingParameters& coupling() const { return coupling_; }
+  const haptics::CouplingParameters& coupling() const { return coupling_; }
   /// What this is for the seat's tool and what it holds (server/assets/scene_coupling.hpp).
-  CouplingParameters coupling_in_force(const Seat& seat) const;
+  haptics::CouplingParameters coupling_in_force(const Seat& seat) const;
 
   /// The n-th manipulator takes the n-th free tool. Nothing when the scene's limits are reached.
   /// In      leaves_gaps  what does not come from this user is little enough to be extrapolated (a deadband)
   std::optional<Seat> take(UserRole role, bool leaves_gaps = false);
   void leave(const Seat& seat);
-  void set_coupling(const Seat& seat, const CouplingParameters& parameters);
+  void set_coupling(const Seat& seat, const haptics::CouplingParameters& parameters);
   /// False, and nothing is asked of the room, when it does not keep up or this seat's last request is not served yet
   /// (on_update()): one user cannot fill the queue that all share. The user is told.
   bool grab(const Seat& seat, BodyId body, std::uint32_t request);
@@ -53,14 +53,14 @@ class RoomSeats {
   bool post_request(const RoomCommand& command);
 
   Room& room_;
-  CouplingParameters coupling_;
-  std::array<std::optional<Seat>, kMaxUsers> seats_{};
-  std::array<BodyId, kMaxUsers> held_{};              ///< by the slot's tool
-  std::array<std::uint64_t, kMaxUsers> requested_{};  ///< grabs and releases since the slot's user joined
-  std::array<std::uint64_t, kMaxUsers> served_{};
+  haptics::CouplingParameters coupling_;
+  std::array<std::optional<Seat>, proto::kMaxUsers> seats_{};
+  std::array<BodyId, proto::kMaxUsers> held_{};              ///< by the slot's tool
+  std::array<std::uint64_t, proto::kMaxUsers> requested_{};  ///< grabs and releases since the slot's user joined
+  std::array<std::uint64_t, proto::kMaxUsers> served_{};
   std::uint32_t last_user_ = 0;
   /// Joins and leaves must not be lost; bounded because a room that is behind takes nobody in.
   std::deque<RoomCommand> waiting_;
 };
 
-}  // namespace tandem
+}  // namespace tandem::server

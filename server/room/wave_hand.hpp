@@ -6,7 +6,7 @@
 #include "common/haptics/wave/wave_port.hpp"
 #include "proto/state.hpp"
 
-namespace tandem {
+namespace tandem::server {
 
 /// One user's. Per step: target() before the world's, settle() after it.
 ///
@@ -15,20 +15,21 @@ namespace tandem {
 /// Thread  room: no allocation, no throw; finite for anything that a client may send
 class WaveHand {
  public:
-  explicit WaveHand(const WaveImpedance& impedance = {}) : port_(impedance, WavePlayer::Settings{}) {}
+  explicit WaveHand(const haptics::WaveImpedance& impedance = {}) : port_(impedance, haptics::WavePlayer::Settings{}) {}
 
   /// Where the coupling is to pull the tool to in the coming step, instead of the client's handle.
   /// In      newest  input of mode kWave with a valid handle; the same one again is not counted twice
-  RigidState target(const ClientUpdate& newest, const CouplingParameters& coupling, double step_s) noexcept;
+  RigidState target(const proto::ClientUpdate& newest, const haptics::CouplingParameters& coupling,
+                    double step_s) noexcept;
   /// After the step; `wrench_on_hand_W` is the coupling's, about target().
   void settle(const Wrench& wrench_on_hand_W, double step_s) noexcept { port_.settle(-wrench_on_hand_W, step_s); }
   /// For ServerUpdate::wave.
-  const Wave& wave() const noexcept { return port_.sum_towards_hand(); }
+  const haptics::Wave& wave() const noexcept { return port_.sum_towards_hand(); }
   /// The user left, lost the hand for long, or changed the mode.
   void reset() noexcept { port_.reset(); }
 
  private:
-  WaveToolPort port_;
+  haptics::WaveToolPort port_;
 };
 
-}  // namespace tandem
+}  // namespace tandem::server

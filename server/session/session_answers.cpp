@@ -4,40 +4,40 @@
 
 #include "server/session/user_name.hpp"
 
-namespace tandem {
+namespace tandem::server {
 namespace {
 
-wire::ErrorCode error_of(GrabResult result) {
+wire::ErrorCode error_of(physics::GrabResult result) {
   switch (result) {
-    case GrabResult::kUnknownBody:
+    case physics::GrabResult::kUnknownBody:
       return wire::ERROR_UNKNOWN_BODY;
-    case GrabResult::kNotGraspable:
+    case physics::GrabResult::kNotGraspable:
       return wire::ERROR_NOT_GRASPABLE;
-    case GrabResult::kOutOfReach:
+    case physics::GrabResult::kOutOfReach:
       return wire::ERROR_OUT_OF_REACH;
-    case GrabResult::kAlreadyHolding:
+    case physics::GrabResult::kAlreadyHolding:
       return wire::ERROR_ALREADY_HOLDING;
-    case GrabResult::kBusy:
+    case physics::GrabResult::kBusy:
       return wire::ERROR_NOT_ALLOWED;
-    case GrabResult::kGrabbed:
+    case physics::GrabResult::kGrabbed:
       break;
   }
   return wire::ERROR_UNSPECIFIED;
 }
 
-const char* text_of(GrabResult result) {
+const char* text_of(physics::GrabResult result) {
   switch (result) {
-    case GrabResult::kUnknownBody:
+    case physics::GrabResult::kUnknownBody:
       return "there is no such body to grab";
-    case GrabResult::kNotGraspable:
+    case physics::GrabResult::kNotGraspable:
       return "that body cannot be grabbed (graspable is false in the scene)";
-    case GrabResult::kOutOfReach:
+    case physics::GrabResult::kOutOfReach:
       return "no graspable body within limits.grab_reach_m of the tool";
-    case GrabResult::kAlreadyHolding:
+    case physics::GrabResult::kAlreadyHolding:
       return "the tool already holds a body; release it first";
-    case GrabResult::kBusy:
+    case physics::GrabResult::kBusy:
       return kRoomBusy;
-    case GrabResult::kGrabbed:
+    case physics::GrabResult::kGrabbed:
       break;
   }
   return "refused";
@@ -101,8 +101,8 @@ wire::ServerControl joined_answer(std::uint32_t request, const RoomSeats& seats,
   joined.set_user(seat.user.value);
   joined.set_role(wire_role(seat.role));
   fill(scene, joined);
-  const CouplingParameters coupling = seats.coupling_in_force(seat);
-  for (const CouplingField& field : kCouplingFields) {
+  const haptics::CouplingParameters coupling = seats.coupling_in_force(seat);
+  for (const proto::CouplingField& field : proto::kCouplingFields) {
     (joined.mutable_scene()->mutable_coupling()->*field.set)(coupling.*field.value);
   }
   joined.set_tool(seat.tool);
@@ -146,7 +146,7 @@ wire::ServerControl grab_answer(const RoomEvent& event) {
   return answer;
 }
 
-wire::ServerControl parameter_set(const CouplingField& field, const CouplingParameters& in_force) {
+wire::ServerControl parameter_set(const proto::CouplingField& field, const haptics::CouplingParameters& in_force) {
   wire::ServerControl message;
   message.mutable_parameter_set()->set_name(std::string(field.name));
   message.mutable_parameter_set()->set_value(in_force.*field.value);
@@ -161,7 +161,7 @@ wire::ServerControl asset_answer(std::uint32_t request, const wire::GetAsset& wa
   if (asset == scene.assets.end()) {
     return error_answer(request, wire::ERROR_UNKNOWN_ASSET, "this room has no asset of that hash");
   }
-  const Bytes& bytes = *asset->bytes;
+  const proto::Bytes& bytes = *asset->bytes;
   if (wanted.offset() > bytes.size()) {
     return error_answer(request, wire::ERROR_BAD_VALUE, "the offset is past the asset's end");
   }
@@ -172,8 +172,8 @@ wire::ServerControl asset_answer(std::uint32_t request, const wire::GetAsset& wa
   chunk.set_offset(wanted.offset());
   chunk.set_total_bytes(bytes.size());
   const auto offset = static_cast<std::size_t>(wanted.offset());
-  chunk.set_data(bytes.data() + offset, std::min(kAssetChunkBytes, bytes.size() - offset));
+  chunk.set_data(bytes.data() + offset, std::min(proto::kAssetChunkBytes, bytes.size() - offset));
   return answer;
 }
 
-}  // namespace tandem
+}  // namespace tandem::server

@@ -10,7 +10,7 @@
 #include "proto/coupling_fields.hpp"
 #include "server/room/room_seats.hpp"
 
-namespace tandem {
+namespace tandem::server {
 
 inline constexpr const char* kRoomBusy = "the room is busy; try again";
 
@@ -29,7 +29,7 @@ wire::ServerControl user_left(const Seat& seat, wire::DisconnectReason reason);
 wire::ServerControl grab_answer(const RoomEvent& event);
 
 /// What a coefficient now is for a user.
-wire::ServerControl parameter_set(const CouplingField& field, const CouplingParameters& in_force);
+wire::ServerControl parameter_set(const proto::CouplingField& field, const haptics::CouplingParameters& in_force);
 
 /// A chunk of an asset of the scene, or the error that says why not.
 wire::ServerControl asset_answer(std::uint32_t request, const wire::GetAsset& wanted, const LoadedScene& scene);
@@ -37,4 +37,4 @@ wire::ServerControl asset_answer(std::uint32_t request, const wire::GetAsset& wa
 /// An upper bound of joined_answer()'s size for any user.
 std::size_t joined_answer_bound(const LoadedScene& scene);
 
-}  // namespace tandem
+}  // namespace tandem::server

@@ -14,7 +14,7 @@
 #include "server/session/session_answers.hpp"
 #include "server/session/user_name.hpp"
 
-namespace tandem {
+namespace tandem::server {
 namespace {
 
 constexpr const char* kProgram = "tandem-server";
@@ -28,7 +28,7 @@ struct Connection {
   std::uint8_t epoch = 0;
   LocalTime connected{};
   LocalTime last_heard{};
-  FrameReader reader;
+  proto::FrameReader reader;
   bool state_over_tcp = false;
 
   // kActive
@@ -37,20 +37,20 @@ struct Connection {
   Seat seat;
 
   // State in
-  FreshnessFilter freshness;
+  proto::FreshnessFilter freshness;
   bool has_input = false;
   LocalTime input_sent{};      // t1 of the newest accepted
   LocalTime input_received{};  // t2
-  ClientMode mode = ClientMode::kHandle;
+  proto::ClientMode mode = proto::ClientMode::kHandle;
   // State out
-  ServerUpdateEncoder encoder;
+  proto::ServerUpdateEncoder encoder;
   std::uint64_t sequence = 0;
   Step last_step;
-  Deadband deadband{0};
-  SendRate send_rate{kDeadbandFloor, 0};  // of the room, when it has joined
-  TickFaults untold_faults = 0;           // of steps that nothing was sent of
+  net::Deadband deadband{0};
+  net::SendRate send_rate{net::kDeadbandFloor, 0};  // of the room, when it has joined
+  TickFaults untold_faults = 0;                     // of steps that nothing was sent of
   LocalTime told_at{};
-  ServerUpdate told;  // sent last
+  proto::ServerUpdate told;  // sent last
 
   std::string label() const {
     if (seats == nullptr) return "connection " + std::to_string(handle);
@@ -91,13 +91,14 @@ struct SessionHub::Impl {
   RoomSeats* find_room(const std::string& name);
   void grab_or_release(Connection& connection, const wire::ClientControl& message);
   void set_parameter(Connection& connection, const wire::ClientControl& message);
-  void tell_parameter(const Connection& setter, std::uint32_t request, const CouplingField& field);
+  void tell_parameter(const Connection& setter, std::uint32_t request, const proto::CouplingField& field);
 
-  DropReason take_datagram(std::span<const std::byte> datagram, LocalTime now,
-                           const std::function<bool(ConnectionHandle)>& may_belong_to, ConnectionHandle& accepted);
-  void give_to_room(Connection& connection, const ClientUpdate& update, LocalTime now);
+  proto::DropReason take_datagram(std::span<const std::byte> datagram, LocalTime now,
+                                  const std::function<bool(ConnectionHandle)>& may_belong_to,
+                                  ConnectionHandle& accepted);
+  void give_to_room(Connection& connection, const proto::ClientUpdate& update, LocalTime now);
   void send_newest_update(Connection& connection, LocalTime now);
-  bool must_be_told(const Connection& connection, const ServerUpdate& published, LocalTime now) const;
+  bool must_be_told(const Connection& connection, const proto::ServerUpdate& published, LocalTime now) const;
   void send_state(Connection& connection);
   void deliver_events(RoomSeats& seats);
   void note(Connection& connection, const UserUpdate& told);
@@ -122,9 +123,9 @@ struct SessionHub::Impl {
   std::map<ConnectionHandle, std::unique_ptr<Connection>> connections;
   std::unordered_map<ConnectionId, Connection*> active;
   HubCounters counters;
-  ServerUpdate update;  // scratch, too big for the stack of a deep call
-  Bytes datagram_out;
-  Bytes frame_out;
+  proto::ServerUpdate update;  // scratch, too big for the stack of a deep call
+  proto::Bytes datagram_out;
+  proto::Bytes frame_out;
 };
 
 SessionHub::Impl::Impl(SessionHub& hub, HubSettings hub_settings, const std::vector<Room*>& hub_rooms,
@@ -132,9 +133,9 @@ SessionHub::Impl::Impl(SessionHub& hub, HubSettings hub_settings, const std::vec
     : owner(hub), settings(std::move(hub_settings)), transport(hub_transport) {
   if (!settings.connection_ids) throw std::invalid_argument("HubSettings.connection_ids is empty; give it a source");
   for (Room* room : hub_rooms) {
-    if (joined_answer_bound(room->scene()) > kMaxControlBytes) {
+    if (joined_answer_bound(room->scene()) > proto::kMaxControlBytes) {
       throw std::invalid_argument("room " + room->name() + ": the scene's description is over " +
-                                  std::to_string(kMaxControlBytes) + " bytes; use fewer shapes, or meshes");
+                                  std::to_string(proto::kMaxControlBytes) + " bytes; use fewer shapes, or meshes");
     }
     rooms.push_back(std::make_unique<RoomSeats>(*room));
   }
@@ -157,7 +158,7 @@ void SessionHub::Impl::take_control_bytes(Connection& connection, std::span<cons
   while (connection.state != ConnectionState::kClosed) {
     const auto payload = connection.reader.next();
     if (!payload) return;
-    if (!parse_control(*payload, message)) {
+    if (!proto::parse_control(*payload, message)) {
       end(connection, wire::DISCONNECT_PROTOCOL_ERROR, "a control message could not be read");
       return;
     }
@@ -217,8 +218,8 @@ bool SessionHub::Impl::handle_active(Connection& connection, const wire::ClientC
 
 void SessionHub::Impl::greet(Connection& connection, const wire::ClientControl& message) {
   const wire::Hello& hello = message.hello();
-  if (hello.protocol_version() != kProtocolVersion) {
-    const std::string text = "this server speaks protocol version " + std::to_string(kProtocolVersion) +
+  if (hello.protocol_version() != proto::kProtocolVersion) {
+    const std::string text = "this server speaks protocol version " + std::to_string(proto::kProtocolVersion) +
                              ", the client " + std::to_string(hello.protocol_version()) +
                              "; use programs of the same version";
     send(connection, error_answer(message.request(), wire::ERROR_WRONG_VERSION, text));
@@ -233,7 +234,7 @@ void SessionHub::Impl::greet(Connection& connection, const wire::ClientControl& 
     return std::find(hello.capabilities().begin(), hello.capabilities().end(), capability) !=
            hello.capabilities().end();
   };
-  connection.state_over_tcp = can(kCapabilityStateTcp) && !can(kCapabilityStateUdp);
+  connection.state_over_tcp = can(proto::kCapabilityStateTcp) && !can(proto::kCapabilityStateUdp);
   do {
     connection.id = ConnectionId{settings.connection_ids()};
   } while (!connection.id.is_valid() || active.contains(connection.id));
@@ -242,10 +243,10 @@ void SessionHub::Impl::greet(Connection& connection, const wire::ClientControl& 
   wire::ServerControl answer;
   answer.set_request(message.request());
   wire::Welcome& welcome = *answer.mutable_welcome();
-  welcome.set_protocol_version(kProtocolVersion);
+  welcome.set_protocol_version(proto::kProtocolVersion);
   welcome.set_program(kProgram);
-  welcome.add_capabilities(kCapabilityStateUdp);
-  welcome.add_capabilities(kCapabilityStateTcp);
+  welcome.add_capabilities(proto::kCapabilityStateUdp);
+  welcome.add_capabilities(proto::kCapabilityStateTcp);
   welcome.set_connection_id(connection.id.value);
   welcome.set_epoch(connection.epoch);
   welcome.set_datagram_port(settings.datagram_port);
@@ -283,13 +284,13 @@ void SessionHub::Impl::join(Connection& connection, const wire::ClientControl& m
     return;
   }
   // Every comparison with NaN is false.
-  if (!(wanted.deadband() >= 0 && wanted.deadband() <= kMaxDeadband)) {
+  if (!(wanted.deadband() >= 0 && wanted.deadband() <= net::kMaxDeadband)) {
     refuse(connection, message.request(), wire::ERROR_BAD_VALUE, "the deadband must be 0 to 0.5");
     return;
   }
   const UserRole role = wanted.role() == wire::ROLE_MANIPULATOR ? UserRole::kManipulator : UserRole::kObserver;
-  connection.deadband = Deadband(wanted.deadband());
-  connection.send_rate = SendRate(kDeadbandFloor, 1 / to_seconds(seats->room().period()));
+  connection.deadband = net::Deadband(wanted.deadband());
+  connection.send_rate = net::SendRate(net::kDeadbandFloor, 1 / to_seconds(seats->room().period()));
   const auto seat = seats->take(role, !connection.deadband.is_off());
   if (!seat) {
     refuse(connection, message.request(), wire::ERROR_ROOM_FULL,
@@ -330,14 +331,15 @@ void SessionHub::Impl::grab_or_release(Connection& connection, const wire::Clien
 
 void SessionHub::Impl::set_parameter(Connection& connection, const wire::ClientControl& message) {
   const wire::SetParameter& wanted = message.set_parameter();
-  const CouplingField* field = find_coupling_field(wanted.name());
-  CouplingParameters parameters = connection.seats->coupling();
+  const proto::CouplingField* field = proto::find_coupling_field(wanted.name());
+  haptics::CouplingParameters parameters = connection.seats->coupling();
   if (field != nullptr) parameters.*(field->value) = wanted.value();
   if (connection.seat.role != UserRole::kManipulator) {
     send(connection, error_answer(message.request(), wire::ERROR_NOT_ALLOWED, "an observer cannot set parameters"));
   } else if (field == nullptr) {
     std::string names;
-    for (const CouplingField& known : kCouplingFields) names += (names.empty() ? "" : ", ") + std::string(known.name);
+    for (const proto::CouplingField& known : proto::kCouplingFields)
+      names += (names.empty() ? "" : ", ") + std::string(known.name);
     send(connection, error_answer(message.request(), wire::ERROR_UNKNOWN_PARAMETER, "settable parameters: " + names));
   } else if (!field->accepts(wanted.value())) {
     send(connection, error_answer(message.request(), wire::ERROR_BAD_VALUE,
@@ -354,7 +356,8 @@ void SessionHub::Impl::set_parameter(Connection& connection, const wire::ClientC
 }
 
 /// Each the value for the own tool.
-void SessionHub::Impl::tell_parameter(const Connection& setter, std::uint32_t request, const CouplingField& field) {
+void SessionHub::Impl::tell_parameter(const Connection& setter, std::uint32_t request,
+                                      const proto::CouplingField& field) {
   for (const auto& [handle, member] : connections) {
     if (member->state != ConnectionState::kActive || member->seats != setter.seats) continue;
     wire::ServerControl answer = parameter_set(field, setter.seats->coupling_in_force(member->seat));
@@ -363,35 +366,38 @@ void SessionHub::Impl::tell_parameter(const Connection& setter, std::uint32_t re
   }
 }
 
-DropReason SessionHub::Impl::take_datagram(std::span<const std::byte> datagram, LocalTime now,
-                                           const std::function<bool(ConnectionHandle)>& may_belong_to,
-                                           ConnectionHandle& accepted) {
-  DatagramHeader header;
-  if (const DropReason reason = parse_header(datagram, header); reason != DropReason::kNone) return reason;
-  if (header.type != DatagramType::kClientUpdate) return DropReason::kType;
+proto::DropReason SessionHub::Impl::take_datagram(std::span<const std::byte> datagram, LocalTime now,
+                                                  const std::function<bool(ConnectionHandle)>& may_belong_to,
+                                                  ConnectionHandle& accepted) {
+  proto::DatagramHeader header;
+  if (const proto::DropReason reason = proto::parse_header(datagram, header); reason != proto::DropReason::kNone)
+    return reason;
+  if (header.type != proto::DatagramType::kClientUpdate) return proto::DropReason::kType;
   const auto found = active.find(header.connection);
-  if (found == active.end()) return DropReason::kUnknownConnection;
+  if (found == active.end()) return proto::DropReason::kUnknownConnection;
   Connection& connection = *found->second;
   if (connection.state != ConnectionState::kActive || connection.epoch != header.epoch) {
-    return DropReason::kUnknownConnection;
+    return proto::DropReason::kUnknownConnection;
   }
-  if (may_belong_to && !may_belong_to(connection.handle)) return DropReason::kNotAllowed;
+  if (may_belong_to && !may_belong_to(connection.handle)) return proto::DropReason::kNotAllowed;
   // The filter advances only for a datagram that passes everything: else one damaged sequence number would
   // shut out the good ones that follow.
-  FreshnessFilter advanced = connection.freshness;
-  if (const DropReason reason = advanced.accept(header.sequence); reason != DropReason::kNone) return reason;
-  ClientUpdate input;
-  if (const DropReason reason = parse_client_update(payload_of(datagram), input); reason != DropReason::kNone) {
+  proto::FreshnessFilter advanced = connection.freshness;
+  if (const proto::DropReason reason = advanced.accept(header.sequence); reason != proto::DropReason::kNone)
+    return reason;
+  proto::ClientUpdate input;
+  if (const proto::DropReason reason = proto::parse_client_update(proto::payload_of(datagram), input);
+      reason != proto::DropReason::kNone) {
     return reason;
   }
-  if (connection.seat.role == UserRole::kObserver && input.handle_valid) return DropReason::kNotAllowed;
+  if (connection.seat.role == UserRole::kObserver && input.handle_valid) return proto::DropReason::kNotAllowed;
   connection.freshness = advanced;
   give_to_room(connection, input, now);
   accepted = connection.handle;
-  return DropReason::kNone;
+  return proto::DropReason::kNone;
 }
 
-void SessionHub::Impl::give_to_room(Connection& connection, const ClientUpdate& input, LocalTime now) {
+void SessionHub::Impl::give_to_room(Connection& connection, const proto::ClientUpdate& input, LocalTime now) {
   connection.last_heard = now;
   connection.has_input = true;
   connection.input_sent = input.sent;
@@ -404,7 +410,7 @@ void SessionHub::Impl::give_to_room(Connection& connection, const ClientUpdate& 
   // An observer's updates only say that it is there and where; they never reach the world.
   if (connection.seat.role != UserRole::kManipulator) return;
   if (connection.seats->room().slot(connection.seat.slot).input.publish(input)) {
-    counters.received_drops.add(DropReason::kOverwritten);
+    counters.received_drops.add(proto::DropReason::kOverwritten);
   }
 }
 
@@ -415,9 +421,9 @@ void SessionHub::Impl::send_newest_update(Connection& connection, LocalTime now)
   if (output.front().user != connection.seat.user) return;
   note(connection, output.front());
   if (connection.state != ConnectionState::kActive) return;
-  const ServerUpdate& published = output.front().update;
+  const proto::ServerUpdate& published = output.front().update;
   if (connection.last_step.value != 0 && published.step.value > connection.last_step.value + 1) {
-    counters.sent_drops.add(DropReason::kOverwritten, published.step.value - connection.last_step.value - 1);
+    counters.sent_drops.add(proto::DropReason::kOverwritten, published.step.value - connection.last_step.value - 1);
   }
   connection.last_step = published.step;
   connection.untold_faults |= published.tick_faults;
@@ -447,27 +453,29 @@ void SessionHub::Impl::send_newest_update(Connection& connection, LocalTime now)
 
 // A client without a local model of its own couples to the tool where it was last told to be; one with a model compares
 // it with what was, at that input.
-bool SessionHub::Impl::must_be_told(const Connection& connection, const ServerUpdate& published, LocalTime now) const {
-  const Deadband& deadband = connection.deadband;
-  const ServerUpdate& told = connection.told;
-  if (deadband.is_off() || now - connection.told_at >= kDeadbandFloor) return true;
-  if (connection.mode == ClientMode::kWave || published.held_body != told.held_body) return true;
+bool SessionHub::Impl::must_be_told(const Connection& connection, const proto::ServerUpdate& published,
+                                    LocalTime now) const {
+  const net::Deadband& deadband = connection.deadband;
+  const proto::ServerUpdate& told = connection.told;
+  if (deadband.is_off() || now - connection.told_at >= net::kDeadbandFloor) return true;
+  if (connection.mode == proto::ClientMode::kWave || published.held_body != told.held_body) return true;
   if (published.tick_faults != told.tick_faults || published.users.size() != told.users.size()) return true;
-  const CouplingParameters coupling = connection.seats->coupling_in_force(connection.seat);
-  const bool has_model = connection.mode == ClientMode::kLocalModel;
+  const haptics::CouplingParameters coupling = connection.seats->coupling_in_force(connection.seat);
+  const bool has_model = connection.mode == proto::ClientMode::kLocalModel;
   return deadband.notices(published.wrench_on_hand_W, told.wrench_on_hand_W) ||
          deadband.notices(published.tool, told.tool, now - connection.told_at,
-                          has_model ? BetweenStates::kExtrapolated : BetweenStates::kHeld, published.wrench_on_hand_W,
-                          {coupling.stiffness_n_per_m, coupling.stiffness_n_m_per_rad});
+                          has_model ? net::BetweenStates::kExtrapolated : net::BetweenStates::kHeld,
+                          published.wrench_on_hand_W, {coupling.stiffness_n_per_m, coupling.stiffness_n_m_per_rad});
 }
 
 void SessionHub::Impl::send_state(Connection& connection) {
   if (connection.state_over_tcp && transport.queued_control_bytes(connection.handle) > 0) {
-    counters.sent_drops.add(DropReason::kOverwritten);
+    counters.sent_drops.add(proto::DropReason::kOverwritten);
     return;
   }
   datagram_out.clear();
-  append_header({DatagramType::kServerUpdate, connection.epoch, connection.id, ++connection.sequence}, datagram_out);
+  proto::append_header({proto::DatagramType::kServerUpdate, connection.epoch, connection.id, ++connection.sequence},
+                       datagram_out);
   connection.encoder.append(update, datagram_out);
   counters.bodies_thinned += connection.encoder.thinned();
   if (connection.state_over_tcp) {
@@ -475,7 +483,7 @@ void SessionHub::Impl::send_state(Connection& connection) {
     message.set_state_datagram(datagram_out.data(), datagram_out.size());
     send(connection, message);
   } else if (!transport.send_datagram(connection.handle, datagram_out)) {
-    counters.sent_drops.add(DropReason::kSendFailed);
+    counters.sent_drops.add(proto::DropReason::kSendFailed);
     return;
   }
   ++counters.datagrams_sent;
@@ -496,10 +504,10 @@ void SessionHub::Impl::deliver_events(RoomSeats& seats) {
 void SessionHub::Impl::note(Connection& connection, const UserUpdate& told) {
   RoomSeats& seats = *connection.seats;
   const Seat seat = connection.seat;
-  const CouplingParameters before = seats.coupling_in_force(seat);
+  const haptics::CouplingParameters before = seats.coupling_in_force(seat);
   seats.on_update(seat, told);
-  const CouplingParameters after = seats.coupling_in_force(seat);
-  for (const CouplingField& field : kCouplingFields) {
+  const haptics::CouplingParameters after = seats.coupling_in_force(seat);
+  for (const proto::CouplingField& field : proto::kCouplingFields) {
     if (connection.state != ConnectionState::kActive) return;
     if (before.*field.value != after.*field.value) send(connection, parameter_set(field, after));
   }
@@ -527,7 +535,7 @@ void SessionHub::Impl::send(Connection& connection, const wire::ServerControl& m
 
 void SessionHub::Impl::send_unchecked(Connection& connection, const wire::ServerControl& message) {
   frame_out.clear();
-  append_frame(message, frame_out);
+  proto::append_frame(message, frame_out);
   transport.send_control(connection.handle, frame_out);
 }
 
@@ -603,8 +611,8 @@ ConnectionHandle SessionHub::on_datagram(std::span<const std::byte> datagram, Lo
                                          const std::function<bool(ConnectionHandle)>& may_belong_to) {
   ConnectionHandle accepted = 0;
   ++impl_->counters.datagrams_received;
-  const DropReason reason = impl_->take_datagram(datagram, now, may_belong_to, accepted);
-  if (reason != DropReason::kNone) impl_->counters.received_drops.add(reason);
+  const proto::DropReason reason = impl_->take_datagram(datagram, now, may_belong_to, accepted);
+  if (reason != proto::DropReason::kNone) impl_->counters.received_drops.add(reason);
   return accepted;
 }
 
@@ -643,4 +651,4 @@ const HubCounters& SessionHub::counters() const {
   return impl_->counters;
 }
 
-}  // namespace tandem
+}  // namespace tandem::server

@@ -16,7 +16,7 @@
 #include "proto/datagram.hpp"
 #include "server/room/room.hpp"
 
-namespace tandem {
+namespace tandem::server {
 
 /// A TCP connection of the transport; chosen by it, never reused while open, not 0.
 using ConnectionHandle = std::uint64_t;
@@ -55,8 +55,8 @@ struct HubSettings {
 };
 
 struct HubCounters {
-  DropCounters received_drops;
-  DropCounters sent_drops;
+  proto::DropCounters received_drops;
+  proto::DropCounters sent_drops;
   std::uint64_t datagrams_received = 0;
   std::uint64_t datagrams_sent = 0;
   std::uint64_t updates_held_back = 0;  ///< by the users' deadbands
@@ -99,4 +99,4 @@ class SessionHub {
   std::unique_ptr<Impl> impl_;
 };
 
-}  // namespace tandem
+}  // namespace tandem::server

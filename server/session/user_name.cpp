@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <optional>
 
-namespace tandem {
+namespace tandem::server {
 namespace {
 
 constexpr std::size_t kMaxNameBytes = 64;
@@ -24,8 +24,8 @@ std::optional<std::uint32_t> take_code_point(std::string_view& text) {
     if (next >> 6U != 0x2) return std::nullopt;
     code = (code << 6U) | (next & 0x3FU);
   }
-  constexpr std::uint32_t kSmallestOfLength[] = {0, 0, 0x80, 0x800, 0x10000};
-  if (code < kSmallestOfLength[length] || code > 0x10FFFF || (code >= 0xD800 && code <= 0xDFFF)) return std::nullopt;
+  constexpr std::uint32_t kMinOfLength[] = {0, 0, 0x80, 0x800, 0x10000};
+  if (code < kMinOfLength[length] || code > 0x10FFFF || (code >= 0xD800 && code <= 0xDFFF)) return std::nullopt;
   text.remove_prefix(length);
   return code;
 }
@@ -49,4 +49,4 @@ bool is_acceptable_user_name(std::string_view name) {
   return true;
 }
 
-}  // namespace tandem
+}  // namespace tandem::server

@@ -3,9 +3,9 @@
 
 #include <string_view>
 
-namespace tandem {
+namespace tandem::server {
 
 /// True for 1 to 64 bytes of valid UTF-8 without control, line-breaking or direction-overriding characters.
 bool is_acceptable_user_name(std::string_view name);
 
-}  // namespace tandem
+}  // namespace tandem::server

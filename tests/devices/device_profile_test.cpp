@@ -12,8 +12,9 @@
 
 #include "devices/device_writer.hpp"
 #include "tests/support/markdown_table.hpp"
+#include "tests/support/source_path.hpp"
 
-namespace tandem {
+namespace tandem::devices {
 namespace {
 
 using testing::AllOf;
@@ -127,10 +128,10 @@ std::string calibrated_text(const DeviceProfile& profile) {
 TEST(ShippedProfiles, StayWithinTheirStiffnessWhereTheyAreCalibrated) {
   for (const DeviceProfile& profile : shipped()) {
     if (!profile.adaptive) continue;
-    const CouplingParameters most = coupling_bounds(profile);
+    const haptics::CouplingParameters most = coupling_bounds(profile);
     EXPECT_EQ(profile.adaptive_source, "tandem-lab calibrate --device " + profile.name);
     for (const double mass_kg : {0.001, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 10.0}) {
-      const CouplingParameters c = adapted(*profile.adaptive, mass_kg, 1e-4, most);
+      const haptics::CouplingParameters c = haptics::adapted(*profile.adaptive, mass_kg, 1e-4, most);
       EXPECT_GT(c.stiffness_n_per_m, 0) << profile.name << ", " << mass_kg << " kg";
       EXPECT_LE(c.stiffness_n_per_m, most.stiffness_n_per_m) << profile.name << ", " << mass_kg << " kg";
       EXPECT_LE(c.damping_n_s_per_m, most.damping_n_s_per_m) << profile.name << ", " << mass_kg << " kg";
@@ -141,7 +142,7 @@ TEST(ShippedProfiles, StayWithinTheirStiffnessWhereTheyAreCalibrated) {
 }
 
 TEST(ShippedProfiles, AreThoseOfTheReadme) {
-  const auto rows = table_under(TANDEM_DEVICE_README, "## The profiles");
+  const auto rows = test::table_under(test::source_path("devices/README.md").string(), "## The profiles");
   ASSERT_EQ(rows.size(), shipped().size());
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const DeviceProfile& profile = shipped()[i];
@@ -168,7 +169,7 @@ TEST(ShippedProfiles, AreThoseOfTheReadme) {
 }
 
 TEST(CouplingBounds, OfTheSimulatedDeviceAreThoseWithoutAProfile) {
-  const CouplingParameters bounds = coupling_bounds(find_device_profile("sim"));
+  const haptics::CouplingParameters bounds = coupling_bounds(find_device_profile("sim"));
   EXPECT_EQ(bounds.stiffness_n_per_m, 3000);
   EXPECT_EQ(bounds.damping_n_s_per_m, 20);
   EXPECT_EQ(bounds.stiffness_n_m_per_rad, 3);
@@ -237,7 +238,7 @@ TEST(ProfileFile, OfOnesOwnIsRead) {
   EXPECT_EQ(profiles[0].spec.force_limit_n, 4);
   EXPECT_EQ(profiles[0].spec.torque_limit_n_m, 0);
   ASSERT_TRUE(profiles[0].adaptive);
-  EXPECT_DOUBLE_EQ(adapted(*profiles[0].adaptive, 0.5, 0, {}).stiffness_n_per_m, 250);
+  EXPECT_DOUBLE_EQ(haptics::adapted(*profiles[0].adaptive, 0.5, 0, {}).stiffness_n_per_m, 250);
 }
 
 TEST(ProfileFile, AMistakeIsNamedWithFileProfileFieldValueAndRemedy) {
@@ -323,4 +324,4 @@ TEST(FindDeviceProfile, LooksWhereTheEnvironmentSays) {
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::devices

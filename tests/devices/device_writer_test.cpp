@@ -10,7 +10,7 @@
 
 #include "common/base/random.hpp"
 
-namespace tandem {
+namespace tandem::devices {
 namespace {
 
 // clamped_to_length() scales twice, so the length may miss the limit by two roundings.
@@ -158,4 +158,4 @@ TEST(DeviceWriter, RefusesLimitsThatAreNoNumbersOrNegative) {
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::devices

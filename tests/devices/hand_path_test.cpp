@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-namespace tandem {
+namespace tandem::devices {
 namespace {
 
 using std::chrono::milliseconds;
@@ -295,4 +295,4 @@ TEST(HandPath, ListsTheNamesWhenOneIsUnknown) {
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::devices

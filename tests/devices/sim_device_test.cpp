@@ -9,7 +9,7 @@
 
 #include "tests/support/allocation_counter.hpp"
 
-namespace tandem {
+namespace tandem::devices {
 namespace {
 
 using std::chrono::microseconds;
@@ -319,12 +319,12 @@ TEST(SimDevice, NeitherReadNorWriteAllocates) {
   hand.encoder_step_m = 1e-5;
   hand.encoder_step_rad = 1e-4;
   SimDevice device(SimDevice::default_spec(), hand, named_hand_path("circle"), 1);
-  const std::uint64_t before = allocation_count();
+  const std::uint64_t before = test::allocation_count();
   for (int i = 0; i < 2000; ++i) {
     device.read(LocalTime(milliseconds(i)));
     device.write(LocalTime(milliseconds(i)), force_x(1));
   }
-  EXPECT_EQ(allocation_count(), before);
+  EXPECT_EQ(test::allocation_count(), before);
 }
 
 TEST(SimDevice, RefusesAHandThatCannotBe) {
@@ -355,4 +355,4 @@ TEST(SimDevice, RefusesAHandThatCannotBe) {
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::devices

@@ -10,10 +10,10 @@
 
 namespace {
 
-using tandem::FieldResult;
-using tandem::Molecule;
 using tandem::Pose;
 using tandem::Vec3;
+using tandem::docking::FieldResult;
+using tandem::docking::Molecule;
 
 void print_atoms(const char* which, const Molecule& molecule, const Pose& X_A, const std::vector<Vec3>& forces) {
   for (std::size_t i = 0; i < molecule.size(); ++i) {
@@ -32,19 +32,19 @@ void print_result(const std::string& kernel, const FieldResult& result) {
 }
 
 int dump(char** arguments) {
-  const Molecule a = tandem::load_molecule(arguments[1], {{arguments[2]}}, arguments[4]);
-  const Molecule b = tandem::load_molecule(arguments[1], {{arguments[3]}}, arguments[4]);
+  const Molecule a = tandem::server::load_molecule(arguments[1], {{arguments[2]}}, arguments[4]);
+  const Molecule b = tandem::server::load_molecule(arguments[1], {{arguments[3]}}, arguments[4]);
   double pose[7];
   for (int i = 0; i < 7; ++i) pose[i] = std::atof(arguments[5 + i]);
   const Pose X_AB = {{pose[0], pose[1], pose[2]}, tandem::Quat(pose[3], pose[4], pose[5], pose[6]).normalized()};
   std::vector<Vec3> forces_on_a;
   std::vector<Vec3> forces_on_b;
-  const FieldResult exact = tandem::lennard_jones_exact(a, b, X_AB, &forces_on_a, &forces_on_b);
+  const FieldResult exact = tandem::docking::lennard_jones_exact(a, b, X_AB, &forces_on_a, &forces_on_b);
   print_atoms("A", a, Pose{}, forces_on_a);
   print_atoms("B", b, X_AB, forces_on_b);
   print_result("exact", exact);
-  for (const std::string_view kernel : tandem::LennardJonesField::available_kernels()) {
-    tandem::LennardJonesField field(a, b, kernel);
+  for (const std::string_view kernel : tandem::docking::LennardJonesField::available_kernels()) {
+    tandem::docking::LennardJonesField field(a, b, kernel);
     print_result(std::string(kernel), field.evaluate(X_AB));
   }
   return EXIT_SUCCESS;

@@ -14,17 +14,17 @@ void check(bool is_good) {
   if (!is_good) std::abort();
 }
 
-void ask(const tandem::ContactShape& shape) {
+void ask(const tandem::contact::ContactShape& shape) {
   for (const double share : {-1.0, 0.0, 0.3, 0.5, 0.9, 1.0, 2.0}) {
     const tandem::Vec3 p = shape.low_S + share * (shape.high_S - shape.low_S);
-    const tandem::DistanceSample sample = shape.field->sample(p);
+    const tandem::contact::DistanceSample sample = shape.field->sample(p);
     check(std::isfinite(sample.distance_m) && sample.gradient.allFinite());
     check(std::isfinite(shape.field->distance_m(p)));
   }
   double area_m2 = 0;
-  for (const tandem::PointShell* shell : {&shape.shells.surface, &shape.shells.features}) {
+  for (const tandem::contact::PointShell* shell : {&shape.shells.surface, &shape.shells.features}) {
     for (std::uint32_t i = 0; i < shell->nodes.size(); i = shell->nodes[i].is_leaf ? shell->nodes[i].next : i + 1) {
-      const tandem::ShellNode& node = shell->nodes[i];
+      const tandem::contact::ShellNode& node = shell->nodes[i];
       if (node.is_leaf) area_m2 += shell->points[node.first + node.count - 1].area_m2;
     }
   }
@@ -35,15 +35,15 @@ void ask(const tandem::ContactShape& shape) {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size < sizeof(std::uint64_t)) {
-    check(!tandem::contact_shape_from({data, size}));
+    check(!tandem::contact::contact_shape_from({data, size}));
     return 0;
   }
   std::vector<std::uint8_t> bytes(data, data + size - sizeof(std::uint64_t));
   const std::uint64_t sum = tandem::checksum_of(bytes);
   tandem::ByteWriter(bytes).number(sum);
-  const auto shape = tandem::contact_shape_from(bytes);
+  const auto shape = tandem::contact::contact_shape_from(bytes);
   if (!shape) return 0;
   ask(*shape);
-  check(tandem::contact_shape_from(tandem::contact_asset_bytes(*shape)) != nullptr);
+  check(tandem::contact::contact_shape_from(tandem::contact::contact_asset_bytes(*shape)) != nullptr);
   return 0;
 }

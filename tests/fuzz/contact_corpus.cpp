@@ -14,8 +14,8 @@ namespace {
 using namespace tandem;
 
 /// As small as can be, for the runner changes every byte: coarse cells, and few points.
-ContactShapeOptions coarse_options() {
-  ContactShapeOptions options;
+contact::ContactShapeOptions coarse_options() {
+  contact::ContactShapeOptions options;
   options.grid.cell_m = 2e-3;
   options.grid.tolerance_m = 1e-3;
   options.grid.band_m = 2e-3;
@@ -25,8 +25,9 @@ ContactShapeOptions coarse_options() {
 }
 
 /// Raw for a fuzzer, hexadecimal for the runner.
-bool write(const std::filesystem::path& file, const ContactMesh& mesh) {
-  const std::vector<std::uint8_t> bytes = contact_asset_bytes(*make_contact_mesh(mesh, coarse_options()));
+bool write(const std::filesystem::path& file, const geometry::ContactMesh& mesh) {
+  const std::vector<std::uint8_t> bytes =
+      contact::contact_asset_bytes(*contact::make_contact_mesh(mesh, coarse_options()));
   std::ofstream raw(file.string() + ".contact", std::ios::binary);
   raw.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
   std::ofstream hex(file.string() + ".hex");
@@ -47,9 +48,10 @@ int main(int argc, char** argv) {
   }
   const std::filesystem::path folder(argv[1]);
   std::filesystem::create_directories(folder);
-  const TriangleMesh triangle{{Vec3(0, 0, 0), Vec3(3e-3, 0, 0), Vec3(0, 3e-3, 0)}, {{0, 1, 2}}};
-  const bool is_written = write(folder / "solid", {tessellated_box(Vec3(3e-3, 3e-3, 2e-3)), SurfaceKind::kSolid, {}}) &&
-                          write(folder / "sheet", {triangle, SurfaceKind::kSheet, {}});
+  const geometry::TriangleMesh triangle{{Vec3(0, 0, 0), Vec3(3e-3, 0, 0), Vec3(0, 3e-3, 0)}, {{0, 1, 2}}};
+  const bool is_written =
+      write(folder / "solid", {geometry::tessellated_box(Vec3(3e-3, 3e-3, 2e-3)), geometry::SurfaceKind::kSolid, {}}) &&
+      write(folder / "sheet", {triangle, geometry::SurfaceKind::kSheet, {}});
   if (!is_written) std::cerr << "cannot write to " << folder << '\n';
   return is_written ? 0 : 2;
 }

@@ -9,7 +9,7 @@
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::size_t piece = 1 + size % 61;
   std::span<const std::byte> stream = std::as_bytes(std::span(data, size));
-  tandem::FrameReader reader;
+  tandem::proto::FrameReader reader;
   tandem::wire::ClientControl from_client;
   tandem::wire::ServerControl from_server;
   while (!stream.empty()) {
@@ -17,8 +17,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     stream = stream.subspan(fed.size());
     if (!reader.feed(fed)) break;
     while (const auto payload = reader.next()) {
-      tandem::parse_control(*payload, from_client);
-      tandem::parse_control(*payload, from_server);
+      tandem::proto::parse_control(*payload, from_client);
+      tandem::proto::parse_control(*payload, from_server);
     }
   }
   return 0;

@@ -6,7 +6,7 @@
 #include <sstream>
 #include <string_view>
 
-namespace tandem {
+namespace tandem::proto {
 namespace {
 
 std::string hex_of_hash(std::string_view text) {
@@ -24,4 +24,4 @@ TEST(ContentHash, IsTheStandardSha256) {
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::proto

@@ -9,7 +9,7 @@
 #include "common/base/random.hpp"
 #include "tests/proto/samples.hpp"
 
-namespace tandem {
+namespace tandem::proto {
 namespace {
 
 /// Length prefix and `size` bytes.
@@ -116,7 +116,7 @@ TEST(FrameReader, ASlowReaderLosesNothing) {
 }
 
 TEST(ControlFraming, RefusesToSendMoreThanAReaderTakes) {
-  wire::ServerControl message = samples::asset_chunk();
+  wire::ServerControl message = asset_chunk();
   message.mutable_asset_chunk()->mutable_data()->assign(kMaxControlBytes, 'x');
   Bytes out;
   EXPECT_THROW(append_frame(message, out), std::length_error);
@@ -126,14 +126,14 @@ TEST(ControlFraming, RefusesToSendMoreThanAReaderTakes) {
 TEST(ParseControl, NeedsOneCompleteMessage) {
   wire::ClientControl client;
   wire::ServerControl server;
-  EXPECT_TRUE(parse_control(serialized(samples::hello()), client));
-  EXPECT_TRUE(parse_control(serialized(samples::joined()), server));
+  EXPECT_TRUE(parse_control(serialized(hello()), client));
+  EXPECT_TRUE(parse_control(serialized(joined()), server));
   EXPECT_FALSE(parse_control({}, client)) << "no oneof";
   EXPECT_FALSE(parse_control({}, server)) << "no oneof";
   wire::ClientControl only_request;
   only_request.set_request(1);
   EXPECT_FALSE(parse_control(serialized(only_request), client));
-  Bytes cut = serialized(samples::hello());
+  Bytes cut = serialized(hello());
   cut.pop_back();
   EXPECT_FALSE(parse_control(cut, client));
 }
@@ -148,25 +148,25 @@ TEST(ParseControl, RefusesNumbersThatAreNotFiniteAtAnyDepth) {
   EXPECT_FALSE(parse_control(serialized(parameter), client));
 
   wire::ServerControl server;
-  wire::ServerControl joined = samples::joined();
+  wire::ServerControl joined = proto::joined();
   joined.mutable_joined()->mutable_scene()->mutable_bodies(0)->mutable_shapes(0)->mutable_sphere()->set_radius_m(
       kInfinity);
   EXPECT_FALSE(parse_control(serialized(joined), server)) << "a sphere's radius";
-  joined = samples::joined();
+  joined = proto::joined();
   joined.mutable_joined()->mutable_scene()->set_gravity_m_per_s2(2, -kInfinity);
   EXPECT_FALSE(parse_control(serialized(joined), server)) << "one number of gravity";
 }
 
 TEST(ParseControl, RefusesAWelcomeThatDatagramsCouldNotFollow) {
   wire::ServerControl out;
-  wire::ServerControl message = samples::welcome();
+  wire::ServerControl message = welcome();
   EXPECT_TRUE(parse_control(serialized(message), out));
   message.mutable_welcome()->set_connection_id(0);
   EXPECT_FALSE(parse_control(serialized(message), out));
-  message = samples::welcome();
+  message = welcome();
   message.mutable_welcome()->set_epoch(kMaxEpoch + 1);
   EXPECT_FALSE(parse_control(serialized(message), out));
-  message = samples::welcome();
+  message = welcome();
   message.mutable_welcome()->set_datagram_port(65'536);
   EXPECT_FALSE(parse_control(serialized(message), out));
 }
@@ -174,7 +174,7 @@ TEST(ParseControl, RefusesAWelcomeThatDatagramsCouldNotFollow) {
 TEST(ParseControl, RefusesAChunkOutsideItsAsset) {
   wire::ServerControl out;
   const auto parses = [&out](const auto& change) {
-    wire::ServerControl message = samples::asset_chunk();
+    wire::ServerControl message = asset_chunk();
     change(*message.mutable_asset_chunk());
     return parse_control(serialized(message), out);
   };
@@ -191,4 +191,4 @@ TEST(ParseControl, RefusesAChunkOutsideItsAsset) {
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::proto

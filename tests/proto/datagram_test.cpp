@@ -7,7 +7,7 @@
 
 #include "tests/proto/samples.hpp"
 
-namespace tandem {
+namespace tandem::proto {
 namespace {
 
 Bytes datagram_of(const DatagramHeader& header, std::size_t payload_bytes = 1) {
@@ -53,7 +53,7 @@ TEST(DatagramHeader, ReadsBackWhatWasWrittenAtTheEdges) {
 }
 
 TEST(DatagramHeader, EachDefectIsRefusedWithItsReason) {
-  const DatagramHeader good = samples::client_header();
+  const DatagramHeader good = client_header();
   EXPECT_EQ(refusal_of({}), DropReason::kTooShort);
   Bytes bytes = datagram_of(good, 0);
   EXPECT_EQ(refusal_of(bytes), DropReason::kNone);
@@ -121,4 +121,4 @@ TEST(DropCounters, CountEachReasonApart) {
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::proto

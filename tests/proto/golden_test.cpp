@@ -8,8 +8,9 @@
 
 #include "proto/state_codec.hpp"
 #include "tests/proto/samples.hpp"
+#include "tests/support/source_path.hpp"
 
-namespace tandem {
+namespace tandem::proto {
 namespace {
 
 constexpr std::size_t kBytesPerLine = 32;
@@ -39,7 +40,7 @@ Bytes bytes_of(const std::string& hex) {
 }
 
 std::string path_of(const std::string& name) {
-  return std::string(TANDEM_GOLDEN_WIRE) + "/" + name + ".hex";
+  return test::source_path("tests/golden/wire").string() + "/" + name + ".hex";
 }
 
 std::string read_text(const std::string& path) {
@@ -67,7 +68,7 @@ std::string control_in(const std::string& name) {
 
 TEST(GoldenWire, EncodingGivesExactlyTheGoldenBytes) {
   const bool is_update = std::getenv("TANDEM_UPDATE_GOLDEN") != nullptr;
-  for (const samples::GoldenMessage& message : samples::golden_messages()) {
+  for (const GoldenMessage& message : golden_messages()) {
     const std::string hex = hex_of(message.bytes);
     if (is_update) std::ofstream(path_of(message.name)) << hex;
     EXPECT_EQ(read_text(path_of(message.name)), hex)
@@ -78,14 +79,14 @@ TEST(GoldenWire, EncodingGivesExactlyTheGoldenBytes) {
 }
 
 TEST(GoldenWire, ControlFramesDecodeToTheirValues) {
-  EXPECT_EQ(control_in<wire::ClientControl>("hello"), samples::hello().DebugString());
-  EXPECT_EQ(control_in<wire::ClientControl>("join"), samples::join().DebugString());
-  EXPECT_EQ(control_in<wire::ClientControl>("grab"), samples::grab().DebugString());
-  EXPECT_EQ(control_in<wire::ServerControl>("welcome"), samples::welcome().DebugString());
-  EXPECT_EQ(control_in<wire::ServerControl>("joined"), samples::joined().DebugString());
-  EXPECT_EQ(control_in<wire::ServerControl>("error"), samples::error().DebugString());
-  EXPECT_EQ(control_in<wire::ServerControl>("goodbye"), samples::goodbye().DebugString());
-  EXPECT_EQ(control_in<wire::ServerControl>("asset_chunk"), samples::asset_chunk().DebugString());
+  EXPECT_EQ(control_in<wire::ClientControl>("hello"), hello().DebugString());
+  EXPECT_EQ(control_in<wire::ClientControl>("join"), join().DebugString());
+  EXPECT_EQ(control_in<wire::ClientControl>("grab"), grab().DebugString());
+  EXPECT_EQ(control_in<wire::ServerControl>("welcome"), welcome().DebugString());
+  EXPECT_EQ(control_in<wire::ServerControl>("joined"), joined().DebugString());
+  EXPECT_EQ(control_in<wire::ServerControl>("error"), error().DebugString());
+  EXPECT_EQ(control_in<wire::ServerControl>("goodbye"), goodbye().DebugString());
+  EXPECT_EQ(control_in<wire::ServerControl>("asset_chunk"), asset_chunk().DebugString());
 }
 
 TEST(GoldenWire, ClientDatagramDecodesToItsValues) {
@@ -98,7 +99,7 @@ TEST(GoldenWire, ClientDatagramDecodesToItsValues) {
   EXPECT_EQ(header.sequence, 0x1122U);
   ClientUpdate read;
   ASSERT_EQ(parse_client_update(payload_of(datagram), read), DropReason::kNone);
-  const ClientUpdate expected = samples::client_update();
+  const ClientUpdate expected = client_update();
   EXPECT_EQ(read.input_tick, expected.input_tick);
   EXPECT_EQ(read.handle.X.p, expected.handle.X.p);
   EXPECT_EQ(read.handle.X.q.coeffs(), expected.handle.X.q.coeffs());
@@ -117,7 +118,7 @@ TEST(GoldenWire, ServerDatagramDecodesToItsValues) {
   EXPECT_EQ(header.sequence, 0x334455U);
   ServerUpdate read;
   ASSERT_EQ(parse_server_update(payload_of(datagram), read), DropReason::kNone);
-  const ServerUpdate expected = samples::server_update();
+  const ServerUpdate expected = server_update();
   EXPECT_EQ(read.step, expected.step);
   EXPECT_EQ(read.echoed_sent, expected.echoed_sent);
   EXPECT_EQ(read.received, expected.received);
@@ -134,4 +135,4 @@ TEST(GoldenWire, ServerDatagramDecodesToItsValues) {
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::proto

@@ -10,7 +10,7 @@
 #include "proto/state_codec.hpp"
 #include "tests/proto/samples.hpp"
 
-namespace tandem {
+namespace tandem::proto {
 namespace {
 
 /// A rigid state that a loop can compute with. Written apart from the codec's own checks.
@@ -74,22 +74,22 @@ Outcome read_datagram(std::span<const std::byte> bytes,
   return header.connection.is_valid() && is_usable(update) ? Outcome::kRead : Outcome::kUnusable;
 }
 
-Outcome outcome_of(samples::Packing packing, std::span<const std::byte> bytes) {
+Outcome outcome_of(Packing packing, std::span<const std::byte> bytes) {
   switch (packing) {
-    case samples::Packing::kClientControlFrame:
+    case Packing::kClientControlFrame:
       return read_frames<wire::ClientControl>(bytes);
-    case samples::Packing::kServerControlFrame:
+    case Packing::kServerControlFrame:
       return read_frames<wire::ServerControl>(bytes);
-    case samples::Packing::kClientDatagram:
+    case Packing::kClientDatagram:
       return read_datagram<ClientUpdate>(bytes, &parse_client_update);
-    case samples::Packing::kServerDatagram:
+    case Packing::kServerDatagram:
       return read_datagram<ServerUpdate>(bytes, &parse_server_update);
   }
   return Outcome::kUnusable;
 }
 
 /// Exactly sized on the heap, so that AddressSanitizer sees a read one byte past the end.
-Outcome outcome_of_copy(samples::Packing packing, std::span<const std::byte> bytes) {
+Outcome outcome_of_copy(Packing packing, std::span<const std::byte> bytes) {
   const Bytes copy(bytes.begin(), bytes.end());
   return outcome_of(packing, copy);
 }
@@ -100,7 +100,7 @@ std::uint64_t seed() {
 }
 
 TEST(HostileBytes, GoldenMessagesThemselvesAreRead) {
-  for (const auto& message : samples::golden_messages()) {
+  for (const auto& message : golden_messages()) {
     EXPECT_EQ(outcome_of_copy(message.packing, message.bytes), Outcome::kRead) << message.name;
   }
 }
@@ -116,9 +116,9 @@ TEST(HostileBytes, TheTextCheckFindsNumbersAndNotWords) {
 }
 
 TEST(HostileBytes, EveryTruncationIsRefusedOrRead) {
-  for (const auto& message : samples::golden_messages()) {
-    const bool is_frame = message.packing == samples::Packing::kClientControlFrame ||
-                          message.packing == samples::Packing::kServerControlFrame;
+  for (const auto& message : golden_messages()) {
+    const bool is_frame =
+        message.packing == Packing::kClientControlFrame || message.packing == Packing::kServerControlFrame;
     for (std::size_t size = 0; size < message.bytes.size(); ++size) {
       const Outcome outcome = outcome_of_copy(message.packing, std::span(message.bytes).first(size));
       ASSERT_NE(outcome, Outcome::kUnusable) << message.name << " cut to " << size;
@@ -131,7 +131,7 @@ TEST(HostileBytes, EveryTruncationIsRefusedOrRead) {
 }
 
 TEST(HostileBytes, EverySingleBitFlipIsRefusedOrRead) {
-  for (const auto& message : samples::golden_messages()) {
+  for (const auto& message : golden_messages()) {
     Bytes bytes = message.bytes;
     for (std::size_t bit = 0; bit < 8 * bytes.size(); ++bit) {
       const auto mask = std::byte(1U << (bit % 8));
@@ -144,7 +144,7 @@ TEST(HostileBytes, EverySingleBitFlipIsRefusedOrRead) {
 
 TEST(HostileBytes, EveryBitFlipInVersionAndTagIsRefusedAsSuch) {
   Bytes bytes;
-  append_header(samples::client_header(), bytes);
+  append_header(client_header(), bytes);
   const auto reason_with_flip = [&bytes](std::size_t bit) {
     const auto mask = std::byte(1U << (bit % 8));
     DatagramHeader header;
@@ -162,7 +162,7 @@ TEST(HostileBytes, EveryBitFlipInVersionAndTagIsRefusedAsSuch) {
 TEST(HostileBytes, RandomDamageIsRefusedOrRead) {
   constexpr int kRounds = 4'000;
   const std::uint64_t first_seed = seed();
-  for (const auto& message : samples::golden_messages()) {
+  for (const auto& message : golden_messages()) {
     Random random(first_seed);
     int refused = 0;
     for (int round = 0; round < kRounds; ++round) {
@@ -184,9 +184,9 @@ TEST(HostileBytes, PureNoiseBehindAGoodHeaderIsRefusedOrRead) {
   const std::uint64_t first_seed = seed();
   Random random(first_seed);
   for (int round = 0; round < 20'000; ++round) {
-    for (const auto packing : {samples::Packing::kClientDatagram, samples::Packing::kServerDatagram}) {
+    for (const auto packing : {Packing::kClientDatagram, Packing::kServerDatagram}) {
       Bytes bytes;
-      append_header(samples::client_header(), bytes);
+      append_header(client_header(), bytes);
       for (std::uint32_t n = random.next_u32() % kMaxPayloadBytes; n > 0; --n)
         bytes.push_back(std::byte(random.next_u32()));
       ASSERT_NE(outcome_of_copy(packing, bytes), Outcome::kUnusable)
@@ -213,4 +213,4 @@ TEST(HostileBytes, DeepNestingIsRefusedWithoutRunningOutOfStack) {
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::proto

@@ -4,11 +4,11 @@
 
 #include "proto/state_codec.hpp"
 
-namespace tandem::samples {
+namespace tandem::proto {
 namespace {
 
-constexpr std::uint64_t kLongestVarint64 = std::numeric_limits<std::uint64_t>::max();
-constexpr std::uint32_t kLongestVarint32 = std::numeric_limits<std::uint32_t>::max();
+constexpr std::uint64_t kMaxVarint64 = std::numeric_limits<std::uint64_t>::max();
+constexpr std::uint32_t kMaxVarint32 = std::numeric_limits<std::uint32_t>::max();
 
 void add_numbers(google::protobuf::RepeatedField<double>& to, std::initializer_list<double> numbers) {
   to.Add(numbers.begin(), numbers.end());
@@ -247,8 +247,8 @@ ServerUpdate server_update() {
 }
 
 // As a cushion of two springs would be: K = Σ k gᵀg with g of binary fractions.
-SoftContact soft_contact() {
-  SoftContact contact;
+physics::SoftContact soft_contact() {
+  physics::SoftContact contact;
   contact.wrench_W = {Vec3(0, 0.5, 2), Vec3(0.0625, 0, -0.03125)};
   Eigen::Matrix<double, 1, 6> a, b;
   a << 0, 0, 1, 0.25, -0.125, 0;
@@ -290,12 +290,12 @@ RigidState resting_state(std::size_t index) {
 
 ClientUpdate largest_client_update(ClientMode mode) {
   ClientUpdate update;
-  update.input_tick = Tick{kLongestVarint64};
+  update.input_tick = Tick{kMaxVarint64};
   update.handle = moving_state(0);
   update.handle_valid = true;
-  update.buttons = kLongestVarint32;
+  update.buttons = kMaxVarint32;
   update.sent = LocalTime(kMaxTimestamp);
-  update.acknowledged_step = Step{kLongestVarint64};
+  update.acknowledged_step = Step{kMaxVarint64};
   update.acknowledged_sent = ServerTime(kMaxTimestamp);
   update.acknowledged_held = kMaxTimestamp;
   update.energy_to_hand_j = kMaxEnergyJ;
@@ -303,8 +303,8 @@ ClientUpdate largest_client_update(ClientMode mode) {
   update.mode = mode;
   if (mode == ClientMode::kLocalModel) {
     update.tool = moving_state(1);
-    for (std::size_t i = 0; i < kMostCopies; ++i) {
-      const auto id = static_cast<std::uint32_t>(kLongestVarint32 - i);
+    for (std::size_t i = 0; i < physics::kMaxCopies; ++i) {
+      const auto id = static_cast<std::uint32_t>(kMaxVarint32 - i);
       update.copies.push_back({BodyId{id}, moving_state(2 + i), Vec3(1.1, -2.2, 3.3), Vec3(1, 2, -2) / 3});
     }
   }
@@ -315,23 +315,23 @@ ClientUpdate largest_client_update(ClientMode mode) {
 
 ServerUpdate largest_server_update(std::size_t held) {
   ServerUpdate update;
-  update.step = Step{kLongestVarint64};
+  update.step = Step{kMaxVarint64};
   update.stepped = update.received = update.sent = ServerTime(kMaxTimestamp);
-  update.answered_input = Tick{kLongestVarint64};
+  update.answered_input = Tick{kMaxVarint64};
   update.echoed_sent = LocalTime(kMaxTimestamp);
   update.tool = moving_state(0);
   update.wrench_on_hand_W = {Vec3(5.1e4, -5.2e4, 5.3e4), Vec3(-5.4e4, 5.5e4, -5.6e4)};
-  update.tick_faults = kLongestVarint32;
+  update.tick_faults = kMaxVarint32;
   update.energy_into_world_j = kMaxEnergyJ;
   update.energy_from_world_j = kMaxEnergyJ;
   update.field_energy_kj_per_mol = -kMaxFieldEnergyKjPerMol;
   for (std::size_t i = 0; i < kMaxBodies; ++i) {
-    const auto id = static_cast<std::uint32_t>(kLongestVarint32 - i);
-    update.bodies.push_back({BodyId{id}, moving_state(i), UserId{kLongestVarint32}, kMaxUsers});
+    const auto id = static_cast<std::uint32_t>(kMaxVarint32 - i);
+    update.bodies.push_back({BodyId{id}, moving_state(i), UserId{kMaxVarint32}, kMaxUsers});
   }
   for (std::size_t i = 0; i < kMaxUsers; ++i) {
-    const auto id = static_cast<std::uint32_t>(kLongestVarint32 - i);
-    update.users.push_back({UserId{id}, moving_state(i), BodyId{kLongestVarint32}});
+    const auto id = static_cast<std::uint32_t>(kMaxVarint32 - i);
+    update.users.push_back({UserId{id}, moving_state(i), BodyId{kMaxVarint32}});
   }
   update.held_body = update.bodies.at(held).id;
   update.X_BT = moving_state(2).X;
@@ -345,4 +345,4 @@ ServerUpdate largest_server_update(std::size_t held) {
   return update;
 }
 
-}  // namespace tandem::samples
+}  // namespace tandem::proto

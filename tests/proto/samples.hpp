@@ -8,7 +8,7 @@
 #include "proto/datagram.hpp"
 #include "proto/state.hpp"
 
-namespace tandem::samples {
+namespace tandem::proto {
 
 /// How a golden message is packed, and so which reader it is for.
 enum class Packing { kClientControlFrame, kServerControlFrame, kClientDatagram, kServerDatagram };
@@ -33,7 +33,7 @@ DatagramHeader client_header();
 DatagramHeader server_header();
 /// With a local model's tool.
 ClientUpdate client_update();
-SoftContact soft_contact();
+physics::SoftContact soft_contact();
 /// Two bodies (one moving and held, one resting) and another user.
 ServerUpdate server_update();
 
@@ -50,4 +50,4 @@ ServerUpdate largest_server_update(std::size_t held);
 RigidState moving_state(std::size_t index);
 RigidState resting_state(std::size_t index);
 
-}  // namespace tandem::samples
+}  // namespace tandem::proto

@@ -8,7 +8,7 @@
 #include "proto/state_codec.hpp"
 #include "tests/proto/samples.hpp"
 
-namespace tandem {
+namespace tandem::proto {
 namespace {
 
 /// Encodes with one encoder over many messages and reads each back.
@@ -48,7 +48,7 @@ bool names(const ServerUpdate& update, BodyId id) {
 
 TEST(ServerUpdateEncoder, LargestUpdateFitsWithOwnToolAndHeldBodyInEveryMessage) {
   for (const std::size_t held : {std::size_t{0}, kMaxBodies / 2, kMaxBodies - 1}) {
-    const ServerUpdate update = samples::largest_server_update(held);
+    const ServerUpdate update = largest_server_update(held);
     Receiver receiver;
     for (int message = 0; message < 100; ++message) {
       const ServerUpdate read = receiver.receive(update);
@@ -63,7 +63,7 @@ TEST(ServerUpdateEncoder, LargestUpdateFitsWithOwnToolAndHeldBodyInEveryMessage)
 }
 
 TEST(ServerUpdateEncoder, NothingStarvesWhenEverythingMoves) {
-  const ServerUpdate update = samples::largest_server_update(3);
+  const ServerUpdate update = largest_server_update(3);
   Receiver receiver;
   std::map<std::uint32_t, std::uint64_t> body_sent;
   std::map<std::uint32_t, std::uint64_t> user_sent;
@@ -79,16 +79,16 @@ TEST(ServerUpdateEncoder, NothingStarvesWhenEverythingMoves) {
       longest_wait = std::max(longest_wait, message - user_sent[user.id.value]);
     }
   }
-  EXPECT_LT(longest_wait, ServerUpdateEncoder::kLongestWaitMessages);
+  EXPECT_LT(longest_wait, ServerUpdateEncoder::kMaxWaitMessages);
   EXPECT_EQ(body_sent.size(), kMaxBodies);
   EXPECT_EQ(user_sent.size(), kMaxUsers);
 }
 
 TEST(ServerUpdateEncoder, AllThatFitsIsSentInEveryMessage) {
-  ServerUpdate update = samples::server_update();
+  ServerUpdate update = server_update();
   update.bodies.clear();
   // 8 beside all that this user's own part can have; what has no grasp, wave or soft contact has room for more.
-  for (std::uint32_t id = 1; id <= 8; ++id) update.bodies.push_back(body_of(id, samples::moving_state(id)));
+  for (std::uint32_t id = 1; id <= 8; ++id) update.bodies.push_back(body_of(id, moving_state(id)));
   Receiver receiver;
   for (int message = 0; message < 50; ++message) {
     const ServerUpdate read = receiver.receive(update);
@@ -102,7 +102,7 @@ TEST(ServerUpdateEncoder, RestingBodiesAreThinnedBeforeMovingOnes) {
   ServerUpdate update;
   for (std::uint32_t id = 1; id <= kMaxBodies; ++id) {
     const bool is_moving = id > kMaxBodies - 8;  // last in the list, so that order alone would thin them
-    update.bodies.push_back(body_of(id, is_moving ? samples::moving_state(id) : samples::resting_state(id)));
+    update.bodies.push_back(body_of(id, is_moving ? moving_state(id) : resting_state(id)));
   }
   Receiver receiver;
   receiver.body_counts(update, 40);  // everything has been sent once
@@ -120,7 +120,7 @@ TEST(ServerUpdateEncoder, RestingBodiesAreThinnedBeforeMovingOnes) {
 TEST(ServerUpdateEncoder, MovingBodiesAreThinnedBeforeThoseHeldByOthers) {
   ServerUpdate update;
   for (std::uint32_t id = 1; id <= kMaxBodies; ++id) {
-    update.bodies.push_back(body_of(id, samples::moving_state(id), id > kMaxBodies - 6 ? 9 : 0));
+    update.bodies.push_back(body_of(id, moving_state(id), id > kMaxBodies - 6 ? 9 : 0));
   }
   Receiver receiver;
   receiver.body_counts(update, 40);
@@ -136,8 +136,8 @@ TEST(ServerUpdateEncoder, MovingBodiesAreThinnedBeforeThoseHeldByOthers) {
 
 TEST(ServerUpdateEncoder, BodiesHeldByOthersAreThinnedBeforeOtherUsersTools) {
   ServerUpdate update;
-  for (std::uint32_t id = 1; id <= kMaxBodies; ++id) update.bodies.push_back(body_of(id, samples::moving_state(id), 9));
-  for (std::uint32_t id = 1; id <= 6; ++id) update.users.push_back({UserId{id}, samples::moving_state(id), BodyId{id}});
+  for (std::uint32_t id = 1; id <= kMaxBodies; ++id) update.bodies.push_back(body_of(id, moving_state(id), 9));
+  for (std::uint32_t id = 1; id <= 6; ++id) update.users.push_back({UserId{id}, moving_state(id), BodyId{id}});
   Receiver receiver;
   for (int message = 0; message < 40; ++message) receiver.receive(update);
   for (int message = 0; message < 100; ++message) EXPECT_EQ(receiver.receive(update).users.size(), 6U);
@@ -145,7 +145,7 @@ TEST(ServerUpdateEncoder, BodiesHeldByOthersAreThinnedBeforeOtherUsersTools) {
 
 TEST(ServerUpdateEncoder, WithinAClassTheTurnGoesRound) {
   ServerUpdate update;
-  for (std::uint32_t id = 1; id <= 40; ++id) update.bodies.push_back(body_of(id, samples::moving_state(id)));
+  for (std::uint32_t id = 1; id <= 40; ++id) update.bodies.push_back(body_of(id, moving_state(id)));
   Receiver receiver;
   receiver.body_counts(update, 40);
   const auto counts = receiver.body_counts(update, 200);
@@ -157,7 +157,7 @@ TEST(ServerUpdateEncoder, WithinAClassTheTurnGoesRound) {
 TEST(ServerUpdateEncoder, ABodyThatHasStoppedIsSentAtRestBeforeItCountsAsResting) {
   ServerUpdate update;
   for (std::uint32_t id = 1; id <= kMaxBodies; ++id) {
-    update.bodies.push_back(body_of(id, id <= 3 ? samples::moving_state(id) : samples::resting_state(id)));
+    update.bodies.push_back(body_of(id, id <= 3 ? moving_state(id) : resting_state(id)));
   }
   Receiver receiver;
   for (int message = 0; message < 40; ++message) receiver.receive(update);
@@ -180,11 +180,11 @@ TEST(ServerUpdateEncoder, TwistIsLeftOutBelowRestSpeedAndKeptAbove) {
 }
 
 TEST(ServerUpdateEncoder, ABodyOutOfRangeIsLeftOutInsteadOfSpoilingTheMessage) {
-  ServerUpdate update = samples::server_update();
+  ServerUpdate update = server_update();
   const std::size_t bodies = update.bodies.size();
-  update.bodies.push_back(body_of(20, samples::resting_state(0)));
-  update.bodies.push_back(body_of(21, samples::resting_state(0)));
-  update.bodies.push_back(body_of(22, samples::resting_state(0)));
+  update.bodies.push_back(body_of(20, resting_state(0)));
+  update.bodies.push_back(body_of(21, resting_state(0)));
+  update.bodies.push_back(body_of(22, resting_state(0)));
   update.bodies[bodies].state.X.p = Vec3(0, 0, -1.0001 * kMaxPositionM);
   update.bodies[bodies + 1].state.X.p.x() = std::numeric_limits<double>::quiet_NaN();
   update.bodies[bodies + 2].state.X.p = Vec3(-kMaxPositionM, 0, 0);  // at the limit, where rounding decides
@@ -196,16 +196,16 @@ TEST(ServerUpdateEncoder, ABodyOutOfRangeIsLeftOutInsteadOfSpoilingTheMessage) {
 }
 
 TEST(ServerUpdateEncoder, FollowsUsersWhoComeAndGo) {
-  ServerUpdate update = samples::largest_server_update(0);
+  ServerUpdate update = largest_server_update(0);
   Receiver receiver;
   for (std::uint32_t first = 1; first < 2'000; first += 7) {
     update.users.clear();
     for (std::uint32_t i = 0; i < kMaxUsers; ++i) {
-      update.users.push_back({UserId{first + i}, samples::moving_state(i), BodyId{}});
+      update.users.push_back({UserId{first + i}, moving_state(i), BodyId{}});
     }
     EXPECT_FALSE(receiver.receive(update).users.empty());
   }
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::proto

@@ -7,12 +7,12 @@
 #include "tests/proto/samples.hpp"
 #include "tests/support/allocation_counter.hpp"
 
-namespace tandem {
+namespace tandem::proto {
 namespace {
 
 TEST(StateCodec, CodingAllocatesNothingAfterTheFirstMessages) {
-  const ClientUpdate client = samples::largest_client_update();
-  const ServerUpdate server = samples::largest_server_update(0);
+  const ClientUpdate client = largest_client_update();
+  const ServerUpdate server = largest_server_update(0);
   auto encoder = std::make_unique<ServerUpdateEncoder>();
   auto client_read = std::make_unique<ClientUpdate>();
   auto server_read = std::make_unique<ServerUpdate>();
@@ -28,13 +28,13 @@ TEST(StateCodec, CodingAllocatesNothingAfterTheFirstMessages) {
     return client_drop == DropReason::kNone && server_drop == DropReason::kNone;
   };
   ASSERT_TRUE(code_once());
-  const std::uint64_t before = allocation_count();
+  const std::uint64_t before = test::allocation_count();
   ASSERT_GT(before, 0U) << "the counter does not count";
   bool is_read = true;
   for (int i = 0; i < 100; ++i) is_read = is_read && code_once();
-  EXPECT_EQ(allocation_count() - before, 0U);
+  EXPECT_EQ(test::allocation_count() - before, 0U);
   EXPECT_TRUE(is_read);
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::proto

@@ -10,7 +10,7 @@
 #include "tandem/state.pb.h"
 #include "tests/proto/samples.hpp"
 
-namespace tandem {
+namespace tandem::proto {
 namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
@@ -24,7 +24,7 @@ Bytes bytes_of(const google::protobuf::MessageLite& message) {
 
 wire::ClientUpdate good_client_update() {
   Bytes bytes;
-  append_client_update(samples::client_update(), bytes);
+  append_client_update(client_update(), bytes);
   wire::ClientUpdate message;
   EXPECT_TRUE(message.ParseFromArray(bytes.data(), static_cast<int>(bytes.size())));
   return message;
@@ -32,7 +32,7 @@ wire::ClientUpdate good_client_update() {
 
 wire::ServerUpdate good_server_update() {
   Bytes bytes;
-  ServerUpdateEncoder().append(samples::server_update(), bytes);
+  ServerUpdateEncoder().append(server_update(), bytes);
   wire::ServerUpdate message;
   EXPECT_TRUE(message.ParseFromArray(bytes.data(), static_cast<int>(bytes.size())));
   return message;
@@ -64,12 +64,12 @@ void expect_same(const RigidState& a, const RigidState& b, double tolerance) {
 
 TEST(ClientUpdateCodec, ReadsBackEveryField) {
   for (const ClientUpdate& written :
-       {samples::client_update(), samples::largest_client_update(), samples::largest_client_update(ClientMode::kWave),
-        samples::largest_client_update(ClientMode::kHandle), ClientUpdate{}}) {
+       {client_update(), largest_client_update(), largest_client_update(ClientMode::kWave),
+        largest_client_update(ClientMode::kHandle), ClientUpdate{}}) {
     Bytes bytes;
     append_client_update(written, bytes);
-    ClientUpdate read = samples::largest_client_update(ClientMode::kWave);  // a reused slot
-    read.tool = samples::moving_state(9);
+    ClientUpdate read = largest_client_update(ClientMode::kWave);  // a reused slot
+    read.tool = moving_state(9);
     ASSERT_EQ(parse_client_update(bytes, read), DropReason::kNone);
     EXPECT_EQ(read.input_tick, written.input_tick);
     // Normalising a unit quaternion moves it by rounding only.
@@ -100,7 +100,7 @@ TEST(ClientUpdateCodec, ReadsBackEveryField) {
 TEST(ClientUpdateCodec, LargestUpdateFitsADatagram) {
   for (const ClientMode mode : {ClientMode::kHandle, ClientMode::kLocalModel, ClientMode::kWave}) {
     Bytes bytes;
-    append_client_update(samples::largest_client_update(mode), bytes);
+    append_client_update(largest_client_update(mode), bytes);
     EXPECT_LE(bytes.size(), kMaxPayloadBytes);
   }
 }
@@ -154,11 +154,11 @@ TEST(ClientUpdateCodec, EachPartOfACopyIsChecked) {
               }
             }),
             DropReason::kMalformed)
-      << "more than kMostCopies";
+      << "more than kMaxCopies";
 }
 
 TEST(ClientUpdateCodec, ALongRoundTripIsSentAsTheLongestAndRefusedBeyondIt) {
-  ClientUpdate written = samples::client_update();
+  ClientUpdate written = client_update();
   written.round_trip = 3 * kMaxDelay;
   Bytes bytes;
   append_client_update(written, bytes);
@@ -232,7 +232,7 @@ TEST(ClientUpdateCodec, RotationIsMadeUnitLengthOrRefused) {
   for (const double scale : {1 - 0.99 * kMaxQuaternionError, 1 + 0.99 * kMaxQuaternionError}) {
     ASSERT_EQ(parse_client_update(scaled(scale), out), DropReason::kNone);
     EXPECT_NEAR(out.handle.X.q.norm(), 1.0, 1e-15);
-    EXPECT_LE(out.handle.X.q.angularDistance(samples::client_update().handle.X.q), 1e-7);
+    EXPECT_LE(out.handle.X.q.angularDistance(client_update().handle.X.q), 1e-7);
   }
   for (const double scale : {0.0, 1 - 1.01 * kMaxQuaternionError, 1 + 1.01 * kMaxQuaternionError, 1e200}) {
     EXPECT_EQ(parse_client_update(scaled(scale), out), DropReason::kNotFinite) << scale;
@@ -255,16 +255,16 @@ TEST(ClientUpdateCodec, UnknownFieldsAreSkippedWithinTheSizeLimit) {
   Bytes bytes = bytes_of(message);
   ClientUpdate out;
   ASSERT_EQ(parse_client_update(bytes, out), DropReason::kNone);
-  EXPECT_EQ(out.input_tick, samples::client_update().input_tick);
+  EXPECT_EQ(out.input_tick, client_update().input_tick);
   unknown.AddLengthDelimited(1002, std::string(700, 'x'));
   EXPECT_EQ(parse_client_update(bytes_of(message), out), DropReason::kMalformed) << "over kMaxPayloadBytes";
 }
 
 TEST(ServerUpdateCodec, ReadsBackEveryField) {
-  const ServerUpdate written = samples::server_update();
+  const ServerUpdate written = server_update();
   Bytes bytes;
   ServerUpdateEncoder().append(written, bytes);
-  ServerUpdate read = samples::largest_server_update(0);  // what a reused slot holds must not shine through
+  ServerUpdate read = largest_server_update(0);  // what a reused slot holds must not shine through
   ASSERT_EQ(parse_server_update(bytes, read), DropReason::kNone);
   EXPECT_EQ(read.step, written.step);
   EXPECT_EQ(read.stepped, written.stepped);
@@ -309,7 +309,7 @@ TEST(ServerUpdateCodec, ReadsBackEveryField) {
 TEST(ServerUpdateCodec, ADefaultUpdateIsReadableAndLeavesNothingOfAnOlderOne) {
   Bytes bytes;
   ServerUpdateEncoder().append({}, bytes);
-  ServerUpdate read = samples::largest_server_update(0);
+  ServerUpdate read = largest_server_update(0);
   ASSERT_EQ(parse_server_update(bytes, read), DropReason::kNone);
   EXPECT_EQ(read.X_BT.p, Vec3::Zero());
   EXPECT_EQ(read.soft_contact.trust_radius_m, 0);
@@ -320,20 +320,20 @@ TEST(ServerUpdateCodec, ADefaultUpdateIsReadableAndLeavesNothingOfAnOlderOne) {
 }
 
 TEST(ServerUpdateCodec, ASoftContactThatNobodyMayReadIsLeftOutByTheWriter) {
-  const auto reads_as_none = [](const std::function<void(SoftContact&)>& change) {
-    ServerUpdate written = samples::server_update();
+  const auto reads_as_none = [](const std::function<void(physics::SoftContact&)>& change) {
+    ServerUpdate written = server_update();
     change(written.soft_contact);
     Bytes bytes;
     ServerUpdateEncoder().append(written, bytes);
     ServerUpdate read;
     return parse_server_update(bytes, read) == DropReason::kNone && read.soft_contact.trust_radius_m == 0;
   };
-  EXPECT_FALSE(reads_as_none([](SoftContact&) {}));
-  EXPECT_TRUE(reads_as_none([](SoftContact& c) { c.stiffness(3, 3) = kNan; }));
-  EXPECT_TRUE(reads_as_none([](SoftContact& c) { c.stiffness = -c.stiffness; }));
-  EXPECT_TRUE(reads_as_none([](SoftContact& c) { c.stiffness *= 1e10; }));
-  EXPECT_TRUE(reads_as_none([](SoftContact& c) { c.wrench_W.f.x() = kInfinity; }));
-  EXPECT_TRUE(reads_as_none([](SoftContact& c) { c.trust_radius_m = 0; }));
+  EXPECT_FALSE(reads_as_none([](physics::SoftContact&) {}));
+  EXPECT_TRUE(reads_as_none([](physics::SoftContact& c) { c.stiffness(3, 3) = kNan; }));
+  EXPECT_TRUE(reads_as_none([](physics::SoftContact& c) { c.stiffness = -c.stiffness; }));
+  EXPECT_TRUE(reads_as_none([](physics::SoftContact& c) { c.stiffness *= 1e10; }));
+  EXPECT_TRUE(reads_as_none([](physics::SoftContact& c) { c.wrench_W.f.x() = kInfinity; }));
+  EXPECT_TRUE(reads_as_none([](physics::SoftContact& c) { c.trust_radius_m = 0; }));
 }
 
 TEST(ServerUpdateCodec, EachPartOfASoftContactIsCheckedOnReading) {
@@ -425,7 +425,7 @@ TEST(ServerUpdateCodec, EachNumberOutsideItsRangeIsRefused) {
 }
 
 TEST(ServerUpdateCodec, InfiniteFieldEnergyIsSentAsTheLargest) {
-  ServerUpdate written = samples::server_update();
+  ServerUpdate written = server_update();
   written.field_energy_kj_per_mol = kInfinity;
   Bytes bytes;
   ServerUpdateEncoder().append(written, bytes);
@@ -435,4 +435,4 @@ TEST(ServerUpdateCodec, InfiniteFieldEnergyIsSentAsTheLargest) {
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::proto

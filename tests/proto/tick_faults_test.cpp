@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-namespace tandem {
+namespace tandem::proto {
 namespace {
 
 using ::testing::ElementsAre;
@@ -24,4 +24,4 @@ TEST(TickFaults, BitsOfANewerServerAreShownByNumber) {
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::proto

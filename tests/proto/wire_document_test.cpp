@@ -14,8 +14,9 @@
 #include "proto/coupling_fields.hpp"
 #include "proto/state_codec.hpp"
 #include "tandem/state.pb.h"
+#include "tests/support/source_path.hpp"
 
-namespace tandem {
+namespace tandem::proto {
 namespace {
 
 using google::protobuf::Descriptor;
@@ -53,8 +54,8 @@ bool is_rule(const Row& row) {
 
 /// Every table of WIRE.md under a heading, in order.
 std::vector<Table> tables_under(const std::string& heading) {
-  std::ifstream file(TANDEM_WIRE_DOCUMENT);
-  EXPECT_TRUE(file.good()) << TANDEM_WIRE_DOCUMENT << " cannot be read";
+  std::ifstream file(test::source_path("proto/WIRE.md"));
+  EXPECT_TRUE(file.good()) << test::source_path("proto/WIRE.md") << " cannot be read";
   std::vector<Table> tables;
   bool is_here = false;
   Row previous;
@@ -127,7 +128,7 @@ TEST(WireDocument, ConstantsAreThoseOfTheCode) {
                                                {"kAssetHashBytes", kAssetHashBytes},
                                                {"kMaxBodies", kMaxBodies},
                                                {"kMaxUsers", kMaxUsers},
-                                               {"kMostCopies", kMostCopies}};
+                                               {"kMaxCopies", physics::kMaxCopies}};
   EXPECT_EQ(numbers_in(table_under("Constants")), expected);
 }
 
@@ -151,7 +152,7 @@ TEST(WireDocument, RangesAreThoseOfTheCode) {
 TEST(WireDocument, ThinningConstantsAreThoseOfTheCode) {
   const std::map<std::string, double> expected{{"kOverdueMessages", ServerUpdateEncoder::kOverdueMessages},
                                                {"kOverduePerMessage", ServerUpdateEncoder::kOverduePerMessage},
-                                               {"kLongestWaitMessages", ServerUpdateEncoder::kLongestWaitMessages}};
+                                               {"kMaxWaitMessages", ServerUpdateEncoder::kMaxWaitMessages}};
   EXPECT_EQ(numbers_in(table_under("Thinning of a ServerUpdate")), expected);
 }
 
@@ -244,7 +245,7 @@ TEST(WireDocument, ModesAreThoseOfTheCode) {
 }
 
 TEST(WireDocument, TheDeadbandsFloorIsThatOfTheCode) {
-  const std::map<std::string, double> expected{{"kDeadbandFloor", static_cast<double>(kDeadbandFloor.count())}};
+  const std::map<std::string, double> expected{{"kDeadbandFloor", static_cast<double>(net::kDeadbandFloor.count())}};
   EXPECT_EQ(numbers_in(table_under("Deadband")), expected);
 }
 
@@ -342,4 +343,4 @@ TEST(WireDocument, EnumsAreThoseOfTheSchema) {
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::proto

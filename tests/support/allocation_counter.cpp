@@ -23,7 +23,7 @@ void* counted_or_throw(std::size_t size, std::size_t alignment) {
 
 }  // namespace
 
-std::uint64_t tandem::allocation_count() noexcept {
+std::uint64_t tandem::test::allocation_count() noexcept {
   return count;
 }
 

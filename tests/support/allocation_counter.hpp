@@ -4,9 +4,9 @@
 
 #include <cstdint>
 
-namespace tandem {
+namespace tandem::test {
 
 /// Calls of operator new by this thread since it started.
 std::uint64_t allocation_count() noexcept;
 
-}  // namespace tandem
+}  // namespace tandem::test

@@ -11,21 +11,21 @@
 #include "common/base/random.hpp"
 #include "server/session/session_hub.hpp"
 
-namespace tandem {
+namespace tandem::test {
 
 class BackToBack;
 
 /// One client with its wire to the server. Its clock runs `clock_lead` ahead of the server's.
-class WiredClient final : public ClientTransport {
+class WiredClient final : public client::ClientTransport {
  public:
-  WiredClient(BackToBack& net, SessionSettings settings, Duration clock_lead)
+  WiredClient(BackToBack& net, client::SessionSettings settings, Duration clock_lead)
       : net_(net), clock_lead_(clock_lead), session(std::move(settings), *this, mailboxes) {}
 
   LocalTime own_time() const;
   void run();
   /// The haptic thread's part: a handle at `X_WH`.
   void publish_handle(const Pose& X_WH, std::uint32_t buttons = 0, const Twist& V_WH = {}) {
-    ClientUpdate update;
+    proto::ClientUpdate update;
     update.input_tick = Tick{++tick};
     update.handle = {X_WH, V_WH};
     update.handle_valid = true;
@@ -33,7 +33,7 @@ class WiredClient final : public ClientTransport {
     mailboxes.outbox.publish(update);
   }
   /// The newest update received, or null.
-  const ServerUpdate* newest() {
+  const proto::ServerUpdate* newest() {
     has_newest_ |= mailboxes.inbox.poll();
     return has_newest_ ? &mailboxes.inbox.front().update : nullptr;
   }
@@ -52,14 +52,14 @@ class WiredClient final : public ClientTransport {
   struct Packet {
     LocalTime due;
     bool is_control;
-    Bytes bytes;
+    proto::Bytes bytes;
   };
   void deliver_up(const Packet& packet);
   void deliver_down(const Packet& packet);
 
   BackToBack& net_;
   Duration clock_lead_;
-  ConnectionHandle handle_ = 0;  ///< 0: not connected
+  server::ConnectionHandle handle_ = 0;  ///< 0: not connected
   bool wants_to_connect_ = false;
   bool ends_after_queue_ = false;  ///< the server closed: end of stream after what is under way
   bool has_newest_ = false;
@@ -67,23 +67,23 @@ class WiredClient final : public ClientTransport {
   std::deque<Packet> down_;
 
  public:
-  ClientMailboxes mailboxes;
-  ClientSession session;  // last: it calls the members above
+  client::ClientMailboxes mailboxes;
+  client::ClientSession session;  // last: it calls the members above
   std::uint64_t tick = 0;
 };
 
-class BackToBack final : public ServerTransport {
+class BackToBack final : public server::ServerTransport {
  public:
   explicit BackToBack(const std::string& scene_json, Duration delay = Duration{0})
-      : one_way(delay), scene_(load_scene_text(scene_json, "test scene", ".")) {
+      : one_way(delay), scene_(server::load_scene_text(scene_json, "test scene", ".")) {
     start_server();
   }
 
   void start_server() {
-    room = std::make_unique<Room>(RoomId{1}, scene_->description.name(), scene_);
-    HubSettings settings;
+    room = std::make_unique<server::Room>(RoomId{1}, scene_->description.name(), scene_);
+    server::HubSettings settings;
     settings.connection_ids = [ids = Random(++servers_started_)]() mutable { return ids.next_u64(); };
-    hub = std::make_unique<SessionHub>(settings, std::vector<Room*>{room.get()}, *this);
+    hub = std::make_unique<server::SessionHub>(settings, std::vector<server::Room*>{room.get()}, *this);
   }
   /// As kill −9: every connection ends, nothing is said.
   void kill_server() {
@@ -91,7 +91,7 @@ class BackToBack final : public ServerTransport {
     for (const auto& client : clients) client->cut();
   }
 
-  WiredClient& add_client(SessionSettings settings, Duration clock_lead = Duration{0}) {
+  WiredClient& add_client(client::SessionSettings settings, Duration clock_lead = Duration{0}) {
     clients.push_back(std::make_unique<WiredClient>(*this, std::move(settings), clock_lead));
     clients.back()->session.start(clients.back()->own_time());
     return *clients.back();
@@ -109,15 +109,15 @@ class BackToBack final : public ServerTransport {
     }
   }
 
-  void send_control(ConnectionHandle connection, std::span<const std::byte> bytes) override {
+  void send_control(server::ConnectionHandle connection, std::span<const std::byte> bytes) override {
     send_down(connection, true, bytes);
   }
-  bool send_datagram(ConnectionHandle connection, std::span<const std::byte> datagram) override {
+  bool send_datagram(server::ConnectionHandle connection, std::span<const std::byte> datagram) override {
     send_down(connection, false, datagram);
     return true;
   }
-  std::size_t queued_control_bytes(ConnectionHandle) const override { return 0; }
-  void close(ConnectionHandle connection) override {
+  std::size_t queued_control_bytes(server::ConnectionHandle) const override { return 0; }
+  void close(server::ConnectionHandle connection) override {
     if (WiredClient* client = find(connection)) client->ends_after_queue_ = true;
   }
 
@@ -125,28 +125,28 @@ class BackToBack final : public ServerTransport {
   Duration one_way;
   bool delivers_datagrams = true;
   /// Changes bytes on their way, both directions; called with what is about to be delivered.
-  std::function<void(Bytes&)> damage;
-  std::unique_ptr<Room> room;
-  std::unique_ptr<SessionHub> hub;
+  std::function<void(proto::Bytes&)> damage;
+  std::unique_ptr<server::Room> room;
+  std::unique_ptr<server::SessionHub> hub;
   std::vector<std::unique_ptr<WiredClient>> clients;
 
  private:
   friend class WiredClient;
-  WiredClient* find(ConnectionHandle connection) {
+  WiredClient* find(server::ConnectionHandle connection) {
     for (const auto& client : clients) {
       if (client->handle_ == connection) return client.get();
     }
     return nullptr;
   }
-  void send_down(ConnectionHandle connection, bool is_control, std::span<const std::byte> bytes) {
+  void send_down(server::ConnectionHandle connection, bool is_control, std::span<const std::byte> bytes) {
     if (WiredClient* client = find(connection)) {
-      client->down_.push_back({now + one_way, is_control, Bytes(bytes.begin(), bytes.end())});
+      client->down_.push_back({now + one_way, is_control, proto::Bytes(bytes.begin(), bytes.end())});
     }
   }
 
-  std::shared_ptr<const LoadedScene> scene_;
+  std::shared_ptr<const server::LoadedScene> scene_;
   std::uint64_t servers_started_ = 0;
-  ConnectionHandle last_handle_ = 0;
+  server::ConnectionHandle last_handle_ = 0;
 };
 
 inline LocalTime WiredClient::own_time() const {
@@ -159,18 +159,18 @@ inline void WiredClient::connect(LocalTime) {
 }
 
 inline void WiredClient::send_control(std::span<const std::byte> bytes) {
-  if (handle_ != 0) up_.push_back({net_.now + net_.one_way, true, Bytes(bytes.begin(), bytes.end())});
+  if (handle_ != 0) up_.push_back({net_.now + net_.one_way, true, proto::Bytes(bytes.begin(), bytes.end())});
 }
 
 inline bool WiredClient::send_datagram(std::span<const std::byte> datagram) {
-  up_.push_back({net_.now + net_.one_way, false, Bytes(datagram.begin(), datagram.end())});
+  up_.push_back({net_.now + net_.one_way, false, proto::Bytes(datagram.begin(), datagram.end())});
   return true;
 }
 
 inline void WiredClient::close() {
   // What was said before closing still arrives: a leave does.
   for (const Packet& packet : std::exchange(up_, {})) deliver_up(packet);
-  const ConnectionHandle old = std::exchange(handle_, 0);
+  const server::ConnectionHandle old = std::exchange(handle_, 0);
   if (old != 0 && net_.hub != nullptr) net_.hub->on_disconnected(old, net_.now);
   down_.clear();
   wants_to_connect_ = false;
@@ -186,7 +186,7 @@ inline void WiredClient::cut() {
 
 inline void WiredClient::deliver_up(const Packet& packet) {
   if (net_.hub == nullptr || handle_ == 0) return;
-  Bytes bytes = packet.bytes;
+  proto::Bytes bytes = packet.bytes;
   if (net_.damage) net_.damage(bytes);
   if (packet.is_control) {
     net_.hub->on_control_bytes(handle_, bytes, net_.now);
@@ -196,7 +196,7 @@ inline void WiredClient::deliver_up(const Packet& packet) {
 }
 
 inline void WiredClient::deliver_down(const Packet& packet) {
-  Bytes bytes = packet.bytes;
+  proto::Bytes bytes = packet.bytes;
   if (net_.damage) net_.damage(bytes);
   if (packet.is_control) {
     session.on_control_bytes(bytes, own_time());
@@ -232,4 +232,4 @@ inline void WiredClient::run() {
   session.poll(own_time());
 }
 
-}  // namespace tandem
+}  // namespace tandem::test

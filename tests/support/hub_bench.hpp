@@ -13,7 +13,7 @@
 #include "server/assets/scene_file.hpp"
 #include "server/session/session_hub.hpp"
 
-namespace tandem {
+namespace tandem::test {
 
 /// Two tools, one graspable box within reach of both that floats between them.
 inline std::string two_hands_scene(const std::string& name = "bench") {
@@ -26,38 +26,38 @@ inline std::string two_hands_scene(const std::string& name = "bench") {
     "limits": {"observers": 1}})";
 }
 
-inline std::shared_ptr<const LoadedScene> scene_of(const std::string& json) {
-  return load_scene_text(json, "test scene", ".");
+inline std::shared_ptr<const server::LoadedScene> scene_of(const std::string& json) {
+  return server::load_scene_text(json, "test scene", ".");
 }
 
 /// Remembers what the hub sends.
-class RecordingTransport final : public ServerTransport {
+class RecordingTransport final : public server::ServerTransport {
  public:
-  void send_control(ConnectionHandle connection, std::span<const std::byte> bytes) override {
+  void send_control(server::ConnectionHandle connection, std::span<const std::byte> bytes) override {
     readers[connection].feed(bytes);
     while (const auto payload = readers[connection].next()) {
-      if (!parse_control(*payload, messages[connection].emplace_back())) messages[connection].pop_back();
+      if (!proto::parse_control(*payload, messages[connection].emplace_back())) messages[connection].pop_back();
     }
   }
-  bool send_datagram(ConnectionHandle connection, std::span<const std::byte> datagram) override {
+  bool send_datagram(server::ConnectionHandle connection, std::span<const std::byte> datagram) override {
     if (!takes_datagrams) return false;
     datagrams[connection].emplace_back(datagram.begin(), datagram.end());
     return true;
   }
-  std::size_t queued_control_bytes(ConnectionHandle) const override { return queued; }
-  void close(ConnectionHandle connection) override { closed.insert(connection); }
+  std::size_t queued_control_bytes(server::ConnectionHandle) const override { return queued; }
+  void close(server::ConnectionHandle connection) override { closed.insert(connection); }
 
-  std::map<ConnectionHandle, FrameReader> readers;
-  std::map<ConnectionHandle, std::vector<wire::ServerControl>> messages;
-  std::map<ConnectionHandle, std::vector<Bytes>> datagrams;
-  std::set<ConnectionHandle> closed;
+  std::map<server::ConnectionHandle, proto::FrameReader> readers;
+  std::map<server::ConnectionHandle, std::vector<wire::ServerControl>> messages;
+  std::map<server::ConnectionHandle, std::vector<proto::Bytes>> datagrams;
+  std::set<server::ConnectionHandle> closed;
   std::size_t queued = 0;
   bool takes_datagrams = true;
 };
 
 /// One hand-made client.
 struct BenchClient {
-  ConnectionHandle handle = 0;
+  server::ConnectionHandle handle = 0;
   ConnectionId connection;
   std::uint8_t epoch = 0;
   std::uint64_t sequence = 0;
@@ -67,16 +67,16 @@ struct BenchClient {
 
 class HubBench {
  public:
-  explicit HubBench(HubSettings settings = {}, std::vector<std::string> scenes = {two_hands_scene()}) {
+  explicit HubBench(server::HubSettings settings = {}, std::vector<std::string> scenes = {two_hands_scene()}) {
     for (const std::string& json : scenes) {
       const auto scene = scene_of(json);
-      rooms.push_back(std::make_unique<Room>(RoomId{static_cast<std::uint32_t>(rooms.size() + 1)},
-                                             scene->description.name(), scene));
+      rooms.push_back(std::make_unique<server::Room>(RoomId{static_cast<std::uint32_t>(rooms.size() + 1)},
+                                                     scene->description.name(), scene));
     }
-    std::vector<Room*> pointers;
+    std::vector<server::Room*> pointers;
     for (const auto& room : rooms) pointers.push_back(room.get());
     if (!settings.connection_ids) settings.connection_ids = [ids = Random(1)]() mutable { return ids.next_u64(); };
-    hub = std::make_unique<SessionHub>(settings, pointers, transport);
+    hub = std::make_unique<server::SessionHub>(settings, pointers, transport);
     hub->on_log = [this](const std::string& line) { log.push_back(line); };
   }
 
@@ -88,8 +88,8 @@ class HubBench {
   }
 
   void send(const BenchClient& client, const wire::ClientControl& message) {
-    Bytes frame;
-    append_frame(message, frame);
+    proto::Bytes frame;
+    proto::append_frame(message, frame);
     hub->on_control_bytes(client.handle, frame, now);
   }
 
@@ -97,13 +97,13 @@ class HubBench {
   std::vector<wire::ServerControl> take(const BenchClient& client) {
     return std::exchange(transport.messages[client.handle], {});
   }
-  std::vector<Bytes> take_datagrams(const BenchClient& client) {
+  std::vector<proto::Bytes> take_datagrams(const BenchClient& client) {
     return std::exchange(transport.datagrams[client.handle], {});
   }
 
   void greet(BenchClient& client, const std::string& capability = "state-udp") {
     wire::ClientControl hello;
-    hello.mutable_hello()->set_protocol_version(kProtocolVersion);
+    hello.mutable_hello()->set_protocol_version(proto::kProtocolVersion);
     hello.mutable_hello()->add_capabilities(capability);
     send(client, hello);
     for (const wire::ServerControl& message : take(client)) {
@@ -135,8 +135,8 @@ class HubBench {
   }
 
   /// The tool's own start pose as the handle, so that nothing pulls.
-  ClientUpdate resting_input(BenchClient& client) {
-    ClientUpdate update;
+  proto::ClientUpdate resting_input(BenchClient& client) {
+    proto::ClientUpdate update;
     update.input_tick = Tick{++client.tick};
     update.handle_valid = client.joined.role() == wire::ROLE_MANIPULATOR;
     if (update.handle_valid) update.handle.X = rooms.front()->scene().tools[client.joined.tool()].X_WT;
@@ -144,15 +144,18 @@ class HubBench {
     return update;
   }
 
-  Bytes datagram_of(BenchClient& client, const ClientUpdate& update) {
-    Bytes datagram;
-    append_header({DatagramType::kClientUpdate, client.epoch, client.connection, ++client.sequence}, datagram);
-    append_client_update(update, datagram);
+  proto::Bytes datagram_of(BenchClient& client, const proto::ClientUpdate& update) {
+    proto::Bytes datagram;
+    proto::append_header({proto::DatagramType::kClientUpdate, client.epoch, client.connection, ++client.sequence},
+                         datagram);
+    proto::append_client_update(update, datagram);
     return datagram;
   }
 
-  ConnectionHandle deliver(const Bytes& datagram) { return hub->on_datagram(datagram, now, {}); }
-  ConnectionHandle send_state(BenchClient& client) { return deliver(datagram_of(client, resting_input(client))); }
+  server::ConnectionHandle deliver(const proto::Bytes& datagram) { return hub->on_datagram(datagram, now, {}); }
+  server::ConnectionHandle send_state(BenchClient& client) {
+    return deliver(datagram_of(client, resting_input(client)));
+  }
 
   /// One millisecond: every room steps, then the hub polls.
   void step() {
@@ -165,19 +168,20 @@ class HubBench {
   }
 
   /// The last update sent to the client, or nothing.
-  std::optional<ServerUpdate> newest_update(const BenchClient& client) {
-    const std::vector<Bytes>& sent = transport.datagrams[client.handle];
-    ServerUpdate update;
-    if (sent.empty() || parse_server_update(payload_of(sent.back()), update) != DropReason::kNone) return std::nullopt;
+  std::optional<proto::ServerUpdate> newest_update(const BenchClient& client) {
+    const std::vector<proto::Bytes>& sent = transport.datagrams[client.handle];
+    proto::ServerUpdate update;
+    if (sent.empty() || proto::parse_server_update(proto::payload_of(sent.back()), update) != proto::DropReason::kNone)
+      return std::nullopt;
     return update;
   }
 
   LocalTime now{std::chrono::seconds(100)};
   RecordingTransport transport;
-  std::vector<std::unique_ptr<Room>> rooms;
-  std::unique_ptr<SessionHub> hub;
+  std::vector<std::unique_ptr<server::Room>> rooms;
+  std::unique_ptr<server::SessionHub> hub;
   std::vector<std::string> log;
-  ConnectionHandle last_handle = 0;
+  server::ConnectionHandle last_handle = 0;
 };
 
 /// Names of the messages, with the code of an error: "error ERROR_ROOM_FULL, goodbye".
@@ -192,4 +196,4 @@ inline std::string described(const std::vector<wire::ServerControl>& messages) {
   return text;
 }
 
-}  // namespace tandem
+}  // namespace tandem::test

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-namespace tandem {
+namespace tandem::test {
 
 using TableRow = std::map<std::string, std::string>;
 
@@ -45,4 +45,4 @@ inline std::vector<TableRow> table_under(const std::string& file, const std::str
   return rows;
 }
 
-}  // namespace tandem
+}  // namespace tandem::test

@@ -14,8 +14,9 @@ namespace tandem::test {
 inline const std::filesystem::path kOplsDirectory = "/usr/share/gromacs/top/oplsaa.ff";  ///< gromacs-data
 inline const std::filesystem::path k3al1File = "/usr/share/pymol/test/dat/3al1.pdb";     ///< pymol-data
 
-inline Molecule one_atom(double sigma_angstrom, double epsilon_kj_per_mol, const Vec3& position = Vec3::Zero()) {
-  Molecule molecule;
+inline docking::Molecule one_atom(double sigma_angstrom, double epsilon_kj_per_mol,
+                                  const Vec3& position = Vec3::Zero()) {
+  docking::Molecule molecule;
   molecule.positions_angstrom = {position};
   molecule.sigma_angstrom = {sigma_angstrom};
   molecule.epsilon_kj_per_mol = {epsilon_kj_per_mol};
@@ -25,10 +26,10 @@ inline Molecule one_atom(double sigma_angstrom, double epsilon_kj_per_mol, const
 }
 
 /// Atoms on a jittered lattice of 3 Å in a cube, with the parameters' range of OPLS-AA, one in six without any.
-inline Molecule random_molecule(std::size_t count, std::mt19937& random) {
+inline docking::Molecule random_molecule(std::size_t count, std::mt19937& random) {
   std::uniform_real_distribution<double> uniform(0.0, 1.0);
   const auto edge = static_cast<std::size_t>(std::ceil(std::cbrt(static_cast<double>(count))));
-  Molecule molecule;
+  docking::Molecule molecule;
   for (std::size_t i = 0; i < count; ++i) {
     const Vec3 cell(static_cast<double>(i % edge), static_cast<double>(i / edge % edge),
                     static_cast<double>(i / edge / edge));

@@ -11,7 +11,7 @@
 
 #include "server/net/live_server.hpp"
 
-namespace tandem {
+namespace tandem::test {
 
 /// Waits until `is_true`, for as long as only a hang would take.
 inline bool eventually(const std::function<bool()>& is_true) {
@@ -25,11 +25,11 @@ inline bool eventually(const std::function<bool()>& is_true) {
 
 class RunningServer {
  public:
-  explicit RunningServer(const std::string& scene_json, LiveServerSettings settings = {.port = 0}) {
-    const auto scene = load_scene_text(scene_json, "test scene", ".");
-    std::vector<std::unique_ptr<Room>> rooms;
-    rooms.push_back(std::make_unique<Room>(RoomId{1}, scene->description.name(), scene));
-    server = std::make_unique<LiveServer>(settings, std::move(rooms));
+  explicit RunningServer(const std::string& scene_json, server::LiveServerSettings settings = {.port = 0}) {
+    const auto scene = server::load_scene_text(scene_json, "test scene", ".");
+    std::vector<std::unique_ptr<server::Room>> rooms;
+    rooms.push_back(std::make_unique<server::Room>(RoomId{1}, scene->description.name(), scene));
+    server = std::make_unique<server::LiveServer>(settings, std::move(rooms));
     server->on_log = [this](const std::string& line) {
       const std::lock_guard lock(mutex_);
       log_.push_back(line);
@@ -58,7 +58,7 @@ class RunningServer {
     return false;
   }
 
-  std::unique_ptr<LiveServer> server;
+  std::unique_ptr<server::LiveServer> server;
 
  private:
   std::mutex mutex_;
@@ -66,4 +66,4 @@ class RunningServer {
   std::thread thread_;
 };
 
-}  // namespace tandem
+}  // namespace tandem::test

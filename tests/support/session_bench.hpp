@@ -9,16 +9,16 @@
 #include "proto/coupling_fields.hpp"
 #include "proto/state_codec.hpp"
 
-namespace tandem {
+namespace tandem::test {
 
 /// Remembers what the session sends.
-class RecordingClientTransport final : public ClientTransport {
+class RecordingClientTransport final : public client::ClientTransport {
  public:
   void connect(LocalTime) override { ++connects; }
   void send_control(std::span<const std::byte> bytes) override {
     reader.feed(bytes);
     while (const auto payload = reader.next()) {
-      if (!parse_control(*payload, messages.emplace_back())) messages.pop_back();
+      if (!proto::parse_control(*payload, messages.emplace_back())) messages.pop_back();
     }
   }
   bool send_datagram(std::span<const std::byte> datagram) override {
@@ -30,9 +30,9 @@ class RecordingClientTransport final : public ClientTransport {
   std::size_t queued_control_bytes() const override { return queued; }
   void close() override { ++closes; }
 
-  FrameReader reader;
+  proto::FrameReader reader;
   std::vector<wire::ClientControl> messages;
-  std::vector<Bytes> datagrams;
+  std::vector<proto::Bytes> datagrams;
   std::uint16_t port = 0;
   std::size_t queued = 0;
   bool takes_datagrams = true;
@@ -48,7 +48,7 @@ inline wire::Joined minimal_joined(wire::Role role = wire::ROLE_MANIPULATOR) {
   wire::Scene& scene = *joined.mutable_scene();
   scene.set_name("bench");
   scene.mutable_coupling()->set_law("spring-damper");
-  for (const CouplingField& field : kCouplingFields) (scene.mutable_coupling()->*field.set)(1.0);
+  for (const proto::CouplingField& field : proto::kCouplingFields) (scene.mutable_coupling()->*field.set)(1.0);
   wire::Workspace& workspace = *scene.add_tools()->mutable_workspace();
   for (const double x : {0.1, 0.2, 0.3}) workspace.mutable_device_base()->add_position_m(x);
   workspace.set_position_scale(2.0);
@@ -58,20 +58,20 @@ inline wire::Joined minimal_joined(wire::Role role = wire::ROLE_MANIPULATOR) {
 
 class SessionBench {
  public:
-  explicit SessionBench(SessionSettings settings = {}) : session(settings, transport, mailboxes) {
+  explicit SessionBench(client::SessionSettings settings = {}) : session(settings, transport, mailboxes) {
     session.on_log = [this](const std::string& line) { log.push_back(line); };
     session.on_refused = [this](const wire::Error& error) { refused.push_back(error.code()); };
     session.start(now);
   }
 
   void say(const wire::ServerControl& message) {
-    Bytes frame;
-    append_frame(message, frame);
+    proto::Bytes frame;
+    proto::append_frame(message, frame);
     session.on_control_bytes(frame, now);
   }
   void say_welcome(std::uint64_t connection = 0xABCDEF) {
     wire::ServerControl message;
-    message.mutable_welcome()->set_protocol_version(kProtocolVersion);
+    message.mutable_welcome()->set_protocol_version(proto::kProtocolVersion);
     message.mutable_welcome()->set_connection_id(connection);
     message.mutable_welcome()->set_epoch(5);
     message.mutable_welcome()->set_datagram_port(4711);
@@ -96,15 +96,15 @@ class SessionBench {
   }
 
   /// The update as the server's next datagram; the session's own clock is 50 s behind the server's.
-  Bytes datagram_of(ServerUpdate update) {
+  proto::Bytes datagram_of(proto::ServerUpdate update) {
     update.sent = server_time_of_own_clock(now + std::chrono::seconds(50));
-    Bytes datagram;
-    append_header({DatagramType::kServerUpdate, 5, ConnectionId{0xABCDEF}, ++sequence}, datagram);
-    ServerUpdateEncoder().append(update, datagram);
+    proto::Bytes datagram;
+    proto::append_header({proto::DatagramType::kServerUpdate, 5, ConnectionId{0xABCDEF}, ++sequence}, datagram);
+    proto::ServerUpdateEncoder().append(update, datagram);
     return datagram;
   }
-  ServerUpdate next_update() {
-    ServerUpdate update;
+  proto::ServerUpdate next_update() {
+    proto::ServerUpdate update;
     update.step = Step{++step};
     return update;
   }
@@ -116,7 +116,7 @@ class SessionBench {
       session.poll(now);
     }
   }
-  std::string state() const { return std::string(name_of(session.status().state)); }
+  std::string state() const { return std::string(client::name_of(session.status().state)); }
   bool scene_may_display() {
     mailboxes.scene.poll();
     return mailboxes.scene.front().may_display;
@@ -124,8 +124,8 @@ class SessionBench {
 
   LocalTime now{std::chrono::seconds(10)};
   RecordingClientTransport transport;
-  ClientMailboxes mailboxes;
-  ClientSession session;
+  client::ClientMailboxes mailboxes;
+  client::ClientSession session;
   std::vector<std::string> log;
   std::vector<wire::ErrorCode> refused;
   std::uint64_t sequence = 0;
@@ -142,4 +142,4 @@ inline std::string described(const std::vector<wire::ClientControl>& messages) {
   return text;
 }
 
-}  // namespace tandem
+}  // namespace tandem::test

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-namespace tandem {
+namespace tandem::client {
 
 void ForceBlend::jump(const Wrench& from, const Wrench& to) noexcept {
   const Wrench offset = offset_ + (from - to);
@@ -20,4 +20,4 @@ void ForceBlend::advance(double period_s) noexcept {
   offset_ = offset;
 }
 
-}  // namespace tandem
+}  // namespace tandem::client

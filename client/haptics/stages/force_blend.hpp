@@ -3,7 +3,7 @@
 
 #include "common/base/spatial.hpp"
 
-namespace tandem {
+namespace tandem::client {
 
 /// Fades jumps of a wrench.
 ///
@@ -33,4 +33,4 @@ class ForceBlend {
   Wrench slope_;  ///< per second
 };
 
-}  // namespace tandem
+}  // namespace tandem::client

@@ -1,7 +1,7 @@
 // See force_stream_stage.hpp.
 #include "client/haptics/stages/force_stream_stage.hpp"
 
-namespace tandem {
+namespace tandem::client {
 
 bool ContactOnset::changes_with(const Wrench& wrench) noexcept {
   const double force_n = wrench.f.norm(), torque_n_m = wrench.t.norm();
@@ -28,4 +28,4 @@ void ForceStreamStage::reset() noexcept {
   onset_.reset();
 }
 
-}  // namespace tandem
+}  // namespace tandem::client

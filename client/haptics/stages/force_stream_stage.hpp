@@ -4,7 +4,7 @@
 #include "client/haptics/stages/stage.hpp"
 #include "common/haptics/prediction/force_stream.hpp"
 
-namespace tandem {
+namespace tandem::client {
 
 /// When what the server says of step `update.stepped` was true, on this machine's clock.
 inline LocalTime stepped_at(const ReceivedUpdate& received) {
@@ -33,15 +33,15 @@ class ContactOnset {
 class ForceStreamStage final : public Stage {
  public:
   /// Fails   std::invalid_argument: not one of force_stream_names()
-  explicit ForceStreamStage(std::string_view name) : stream_(force_stream_settings(name)) {}
-  std::string_view name() const noexcept override { return name_of(stream_.settings().method); }
+  explicit ForceStreamStage(std::string_view name) : stream_(haptics::force_stream_settings(name)) {}
+  std::string_view name() const noexcept override { return haptics::name_of(stream_.settings().method); }
   StageOutput tick(const StageInput& input) noexcept override;
   void reset() noexcept override;
   void service() noexcept override { stream_.fit(); }
 
  private:
-  ForceStream stream_;
+  haptics::ForceStream stream_;
   ContactOnset onset_;
 };
 
-}  // namespace tandem
+}  // namespace tandem::client

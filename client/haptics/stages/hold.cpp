@@ -1,7 +1,7 @@
 // See hold.hpp.
 #include "client/haptics/stages/hold.hpp"
 
-namespace tandem {
+namespace tandem::client {
 
 StageOutput Hold::tick(const StageInput& input) noexcept {
   StageOutput output;
@@ -9,4 +9,4 @@ StageOutput Hold::tick(const StageInput& input) noexcept {
   return output;
 }
 
-}  // namespace tandem
+}  // namespace tandem::client

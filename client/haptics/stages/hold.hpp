@@ -3,7 +3,7 @@
 
 #include "client/haptics/stages/stage.hpp"
 
-namespace tandem {
+namespace tandem::client {
 
 class Hold final : public Stage {
  public:
@@ -11,4 +11,4 @@ class Hold final : public Stage {
   StageOutput tick(const StageInput& input) noexcept override;
 };
 
-}  // namespace tandem
+}  // namespace tandem::client

@@ -3,7 +3,7 @@
 
 #include "client/haptics/stages/stage.hpp"
 
-namespace tandem {
+namespace tandem::client {
 
 /// A law whose tool is at the handle has no coupling that could be rendered here: then the server's wrench is shown, as
 /// "hold" does.
@@ -13,4 +13,4 @@ class LatePose final : public Stage {
   StageOutput tick(const StageInput& input) noexcept override;
 };
 
-}  // namespace tandem
+}  // namespace tandem::client

@@ -2,7 +2,7 @@
 
 #include "client/model/local_model.hpp"
 
-namespace tandem {
+namespace tandem::client {
 namespace {
 
 /// Of the coupling's limits: what a residual may add.
@@ -23,7 +23,7 @@ LocalModelInput model_input(const StageInput& input) {
 }  // namespace
 
 LocalModelStage::LocalModelStage(const std::string& predictor)
-    : residual_(predictor == "none" ? nullptr : make_force_stream(predictor)) {}
+    : residual_(predictor == "none" ? nullptr : haptics::make_force_stream(predictor)) {}
 
 StageOutput LocalModelStage::tick(const StageInput& input) noexcept {
   blend_.advance(input.period_s);
@@ -36,7 +36,7 @@ StageOutput LocalModelStage::tick(const StageInput& input) noexcept {
     const Wrench residual = predicted_residual(input);
     output.wrench_on_hand_W = output.local_wrench_on_hand_W + residual;
     output.is_predicting = residual_ != nullptr;
-    output.mode = ClientMode::kLocalModel;
+    output.mode = proto::ClientMode::kLocalModel;
     output.is_local = true;
     output.tool = model->tool();
     output.copies.assign(model->copies().begin(), model->copies().end());
@@ -75,4 +75,4 @@ void LocalModelStage::service() noexcept {
   if (residual_ != nullptr) residual_->fit();
 }
 
-}  // namespace tandem
+}  // namespace tandem::client

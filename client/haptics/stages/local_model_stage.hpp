@@ -9,7 +9,7 @@
 #include "client/haptics/stages/stage.hpp"
 #include "common/haptics/prediction/force_stream.hpp"
 
-namespace tandem {
+namespace tandem::client {
 
 /// Shows the local model's coupling.
 ///
@@ -32,10 +32,10 @@ class LocalModelStage final : public Stage {
   Wrench predicted_residual(const StageInput& input) noexcept;
 
   LatePose without_model_;
-  std::unique_ptr<ForceStream> residual_;  ///< null: "none"
+  std::unique_ptr<haptics::ForceStream> residual_;  ///< null: "none"
   ForceBlend blend_;
   Wrench before_;  ///< shown, without what fades
   bool was_local_ = false;
 };
 
-}  // namespace tandem
+}  // namespace tandem::client

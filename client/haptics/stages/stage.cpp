@@ -10,7 +10,7 @@
 #include "client/haptics/stages/local_model_stage.hpp"
 #include "client/haptics/stages/wave_stage.hpp"
 
-namespace tandem {
+namespace tandem::client {
 namespace {
 
 using Maker = std::unique_ptr<Stage> (*)(const StageSettings&);
@@ -23,7 +23,7 @@ std::unique_ptr<Stage> force_stream(const StageSettings& settings) {
   return std::make_unique<ForceStreamStage>(settings.name);
 }
 std::unique_ptr<Stage> wave(const StageSettings& settings) {
-  return is_usable(settings.wave) ? std::make_unique<WaveStage>(settings.wave) : nullptr;
+  return haptics::is_usable(settings.wave) ? std::make_unique<WaveStage>(settings.wave) : nullptr;
 }
 
 std::unique_ptr<Stage> local_model(const StageSettings& settings) {
@@ -71,7 +71,7 @@ std::vector<std::string_view> stage_names() {
 
 std::vector<std::string_view> predictor_names() {
   std::vector<std::string_view> names{"none"};
-  for (const std::string_view name : force_stream_names()) names.push_back(name);
+  for (const std::string_view name : haptics::force_stream_names()) names.push_back(name);
   return names;
 }
 
@@ -83,4 +83,4 @@ std::string listed_predictor_names() {
   return listed(predictor_names());
 }
 
-}  // namespace tandem
+}  // namespace tandem::client

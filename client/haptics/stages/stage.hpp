@@ -19,40 +19,41 @@
 #include "common/haptics/wave/wave.hpp"
 #include "proto/state.hpp"
 
-namespace tandem {
+namespace tandem::client {
 
 /// Which stage, with which parts. The same names on the command line, in experiment files and in reports.
 struct StageSettings {
   std::string name = "local-model";  ///< one of stage_names()
   std::string predictor = "none";    ///< one of predictor_names(): of the residual, for stages that leave one
   bool guard = true;                 ///< the energy account stands between stage and safety
-  WaveImpedance wave{};              ///< of "wave"
+  haptics::WaveImpedance wave{};     ///< of "wave"
 };
 
 /// What a stage may use at one haptic tick.
 struct StageInput {
   LocalTime now{};
   Tick tick;
-  double period_s = 0.001;                         ///< since the last tick, of the clock; > 0, at most 0.01
-  RigidState handle;                               ///< X_WH, V_WH of this tick
-  std::uint32_t buttons = 0;                       ///< bits of Button
-  const ReceivedUpdate* newest = nullptr;          ///< newest server state; null before the first
-  bool is_new = false;                             ///< `newest` came since the last tick
-  Duration age{0};                                 ///< since `newest` arrived
-  const CouplingLaw* coupling = nullptr;           ///< the scene's law, never null
-  const CouplingParameters* parameters = nullptr;  ///< in force in `coupling`, already bounded; never null
-  CouplingParameters parameter_bounds;             ///< this device's: what a stage renders by itself keeps to them
-  LocalModel* local_model = nullptr;               ///< of this scene; null: the session has none
-  BodyId watched;                                  ///< whose local pose is to be reported, if the stage has one
+  double period_s = 0.001;                                  ///< since the last tick, of the clock; > 0, at most 0.01
+  RigidState handle;                                        ///< X_WH, V_WH of this tick
+  std::uint32_t buttons = 0;                                ///< bits of Button
+  const ReceivedUpdate* newest = nullptr;                   ///< newest server state; null before the first
+  bool is_new = false;                                      ///< `newest` came since the last tick
+  Duration age{0};                                          ///< since `newest` arrived
+  const haptics::CouplingLaw* coupling = nullptr;           ///< the scene's law, never null
+  const haptics::CouplingParameters* parameters = nullptr;  ///< in force in `coupling`, already bounded; never null
+  haptics::CouplingParameters parameter_bounds;  ///< this device's: what a stage renders by itself keeps to them
+  LocalModel* local_model = nullptr;             ///< of this scene; null: the session has none
+  BodyId watched;                                ///< whose local pose is to be reported, if the stage has one
 };
 
 /// What a stage does at one tick. All in W.
 struct StageOutput {
   Wrench wrench_on_hand_W;  ///< about the handle
   /// What the server is told besides the handle.
-  ClientMode mode = ClientMode::kHandle;
-  RigidState tool;                                                  ///< of kLocalModel: the stage's own tool
-  boost::container::static_vector<CopyTarget, kMostCopies> copies;  ///< likewise: its bodies that the tool touches
+  proto::ClientMode mode = proto::ClientMode::kHandle;
+  RigidState tool;  ///< of kLocalModel: the stage's own tool
+  boost::container::static_vector<physics::CopyTarget, physics::kMaxCopies>
+      copies;              ///< likewise: its bodies that the tool touches
   Wrench wave;             ///< of kWave: the wave's running integral, common/haptics/wave/wave_port.hpp
   Duration round_trip{0};  ///< as the stage measured it at matched input; 0: not known
   /// For traces and metrics.
@@ -96,4 +97,4 @@ std::vector<std::string_view> predictor_names();
 std::string listed_stage_names();
 std::string listed_predictor_names();
 
-}  // namespace tandem
+}  // namespace tandem::client

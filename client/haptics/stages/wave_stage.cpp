@@ -1,11 +1,11 @@
 // See wave_stage.hpp.
 #include "client/haptics/stages/wave_stage.hpp"
 
-namespace tandem {
+namespace tandem::client {
 
 StageOutput WaveStage::tick(const StageInput& input) noexcept {
   StageOutput output;
-  output.mode = ClientMode::kWave;
+  output.mode = proto::ClientMode::kWave;
   if (input.newest == nullptr) return output;
   // Ticks without a hand are not told here: what it did meanwhile is not a velocity.
   if (input.tick.value != last_tick_.value + 1) port_.lose_hand();
@@ -16,4 +16,4 @@ StageOutput WaveStage::tick(const StageInput& input) noexcept {
   return output;
 }
 
-}  // namespace tandem
+}  // namespace tandem::client

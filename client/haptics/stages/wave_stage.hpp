@@ -5,19 +5,19 @@
 #include "client/haptics/stages/stage.hpp"
 #include "common/haptics/wave/wave_port.hpp"
 
-namespace tandem {
+namespace tandem::client {
 
 class WaveStage final : public Stage {
  public:
-  explicit WaveStage(const WaveImpedance& impedance) : port_(impedance, WavePlayer::Settings{}) {}
+  explicit WaveStage(const haptics::WaveImpedance& impedance) : port_(impedance, haptics::WavePlayer::Settings{}) {}
   std::string_view name() const noexcept override { return "wave"; }
   StageOutput tick(const StageInput& input) noexcept override;
   void set_displayed(const Wrench& on_hand_W) noexcept override { port_.set_displayed(on_hand_W); }
   void reset() noexcept override { port_.reset(); }
 
  private:
-  WaveHandPort port_;
+  haptics::WaveHandPort port_;
   Tick last_tick_;
 };
 
-}  // namespace tandem
+}  // namespace tandem::client

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace tandem {
+namespace tandem::haptics {
 
 CouplingParameters adapted(const AdaptiveFit& fit, double mass_kg, double inertia_kg_m2,
                            const CouplingParameters& base) noexcept {
@@ -26,4 +26,4 @@ AdaptiveFit thesis_adaptive_fit() noexcept {
   return fit;
 }
 
-}  // namespace tandem
+}  // namespace tandem::haptics

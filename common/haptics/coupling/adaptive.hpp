@@ -5,7 +5,7 @@
 
 #include "common/haptics/coupling/coupling_law.hpp"
 
-namespace tandem {
+namespace tandem::haptics {
 
 /// c₀ + c₁ x + c₂ x² + c₃ x³
 struct Cubic {
@@ -50,4 +50,4 @@ CouplingParameters adapted(const AdaptiveFit& fit, double mass_kg, double inerti
 /// at 0.2 kg: for comparison, not for use.
 AdaptiveFit thesis_adaptive_fit() noexcept;
 
-}  // namespace tandem
+}  // namespace tandem::haptics

@@ -1,6 +1,6 @@
 #include "common/haptics/coupling/coupling_law.hpp"
 
-namespace tandem {
+namespace tandem::haptics {
 
 CouplingState coupling_state(const Pose& X_WH, const Twist& V_WH, const Pose& X_WT, const Twist& V_WT) {
   const Vec3 d_W = X_WH.p - X_WT.p;
@@ -15,4 +15,4 @@ CouplingWrenches coupling_wrenches(const CouplingLaw& law, const Pose& X_WH, con
   return {on_tool, reaction_on_hand(on_tool, state.d_W)};
 }
 
-}  // namespace tandem
+}  // namespace tandem::haptics

@@ -9,7 +9,7 @@
 
 #include "common/base/spatial.hpp"
 
-namespace tandem {
+namespace tandem::haptics {
 
 /// Where the handle is, seen from the tool; everything expressed in W.
 struct CouplingState {
@@ -90,4 +90,4 @@ inline Wrench reaction_on_hand(const Wrench& on_tool_W, const Vec3& d_W) noexcep
 CouplingWrenches coupling_wrenches(const CouplingLaw& law, const Pose& X_WH, const Twist& V_WH, const Pose& X_WT,
                                    const Twist& V_WT) noexcept;
 
-}  // namespace tandem
+}  // namespace tandem::haptics

@@ -6,7 +6,7 @@
 
 #include "common/haptics/coupling/coupling_law.hpp"
 
-namespace tandem {
+namespace tandem::haptics {
 
 /// How long a change takes. Ours: no longer than a hand needs to notice what it has grabbed.
 inline constexpr double kCouplingRamp_s = 0.1;
@@ -58,4 +58,4 @@ inline bool CouplingRamp::advance(double step_s) noexcept {
   return true;
 }
 
-}  // namespace tandem
+}  // namespace tandem::haptics

@@ -8,7 +8,7 @@
 
 #include "common/haptics/coupling/coupling_law.hpp"
 
-namespace tandem {
+namespace tandem::haptics {
 
 struct CouplingRange {
   double CouplingParameters::*value;
@@ -36,4 +36,4 @@ inline bool is_usable(const CouplingParameters& parameters) {
   return true;
 }
 
-}  // namespace tandem
+}  // namespace tandem::haptics

@@ -1,6 +1,6 @@
 #include "common/haptics/coupling/elastic_curves.hpp"
 
-namespace tandem {
+namespace tandem::haptics {
 namespace {
 
 /// Exponents from here on leave a curve at its limit to the last bit, and their squares could overflow.
@@ -27,4 +27,4 @@ RadialStiffness stable_dynamic_curve(double stiffness, double limit, double shar
   return {stiffness * (-std::expm1(-exponent) / u), 2 * sharpness * u * stiffness * std::exp(-exponent)};
 }
 
-}  // namespace tandem
+}  // namespace tandem::haptics

@@ -12,7 +12,7 @@
 
 #include "common/haptics/coupling/radial.hpp"
 
-namespace tandem {
+namespace tandem::haptics {
 
 /// Model   f = k x
 RadialStiffness linear_curve(double stiffness) noexcept;
@@ -36,4 +36,4 @@ RadialStiffness qsa_curve(double stiffness, double limit, double displacement) n
 /// In      displacement ≥ 0, limit > 0, sharpness c
 RadialStiffness stable_dynamic_curve(double stiffness, double limit, double sharpness, double displacement) noexcept;
 
-}  // namespace tandem
+}  // namespace tandem::haptics

@@ -4,7 +4,7 @@
 
 #include "common/haptics/coupling/elastic_curves.hpp"
 
-namespace tandem {
+namespace tandem::haptics {
 namespace {
 
 template <class Law>
@@ -95,4 +95,4 @@ std::string listed_coupling_law_names() {
   return text;
 }
 
-}  // namespace tandem
+}  // namespace tandem::haptics

@@ -23,7 +23,7 @@
 #include "common/haptics/coupling/coupling_law.hpp"
 #include "common/haptics/coupling/radial_law.hpp"
 
-namespace tandem {
+namespace tandem::haptics {
 
 /// What a user should know of a law before choosing it.
 struct CouplingLawInfo {
@@ -135,4 +135,4 @@ class DirectRendering final : public CouplingLaw {
   ToolDynamics tool_dynamics() const noexcept override { return ToolDynamics::kAtHandle; }
 };
 
-}  // namespace tandem
+}  // namespace tandem::haptics

@@ -1,6 +1,6 @@
 #include "common/haptics/coupling/passivity_guard.hpp"
 
-namespace tandem {
+namespace tandem::haptics {
 
 Wrench PassivityGuard::apply(const Pose& X_WH, const Wrench& on_hand_W, double work_on_tool_j,
                              double period_s) noexcept {
@@ -45,4 +45,4 @@ void PassivityGuard::settle_tool(double work_on_tool_j) noexcept {
   lent_to_tool_j_ = 0;
 }
 
-}  // namespace tandem
+}  // namespace tandem::haptics

@@ -6,7 +6,7 @@
 
 #include "common/haptics/coupling/coupling_law.hpp"
 
-namespace tandem {
+namespace tandem::haptics {
 
 /// Time-domain passivity observer and controller of a coupling whose tool is stepped in the same loop as the hand.
 ///
@@ -61,4 +61,4 @@ class PassivityGuard {
   double withheld_j_ = 0;
 };
 
-}  // namespace tandem
+}  // namespace tandem::haptics

@@ -2,7 +2,7 @@
 
 #include <limits>
 
-namespace tandem {
+namespace tandem::haptics {
 
 Polar polar(const Vec3& a) noexcept {
   const double largest = a.cwiseAbs().maxCoeff();
@@ -17,4 +17,4 @@ Eigen::Matrix3d radial_gradient(const Vec3& direction, const RadialStiffness& st
          (stiffness.slope - stiffness.secant) * direction * direction.transpose();
 }
 
-}  // namespace tandem
+}  // namespace tandem::haptics

@@ -4,7 +4,7 @@
 
 #include "common/base/spatial.hpp"
 
-namespace tandem {
+namespace tandem::haptics {
 
 /// A vector as direction and length; both zero for what is zero or not finite. The length is at most the largest
 /// double, also where the squares of the components overflow.
@@ -25,4 +25,4 @@ struct RadialStiffness {
 /// Model   f' ââᵀ + f/x (I − ââᵀ): symmetric, eigenvalues slope once and secant twice
 Eigen::Matrix3d radial_gradient(const Vec3& direction, const RadialStiffness& stiffness) noexcept;
 
-}  // namespace tandem
+}  // namespace tandem::haptics

@@ -2,7 +2,7 @@
 
 #include "common/haptics/coupling/saturation.hpp"
 
-namespace tandem {
+namespace tandem::haptics {
 namespace {
 
 double usable(double coefficient) noexcept {
@@ -52,4 +52,4 @@ RadialLaw::Slopes RadialLaw::slopes(const CouplingChannel& channel, const Vec3& 
   return {root * bend * root, channel.damping * bend};
 }
 
-}  // namespace tandem
+}  // namespace tandem::haptics

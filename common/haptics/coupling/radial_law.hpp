@@ -5,7 +5,7 @@
 #include "common/haptics/coupling/coupling_law.hpp"
 #include "common/haptics/coupling/radial.hpp"
 
-namespace tandem {
+namespace tandem::haptics {
 
 /// The half of the parameters that translation or rotation uses: N and m, or N·m and rad.
 struct CouplingChannel {
@@ -54,4 +54,4 @@ class RadialLaw : public CouplingLaw {
   CouplingChannel rotation_;
 };
 
-}  // namespace tandem
+}  // namespace tandem::haptics

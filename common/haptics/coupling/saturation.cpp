@@ -2,7 +2,7 @@
 
 #include "common/haptics/coupling/radial.hpp"
 
-namespace tandem {
+namespace tandem::haptics {
 
 double saturated(double magnitude, double limit, double softness) noexcept {
   const double knee = (1 - softness) * limit;
@@ -32,4 +32,4 @@ Eigen::Matrix3d saturation_gradient(const Vec3& a, double limit, double softness
       p.direction, {saturated(p.length, limit, softness) / p.length, saturation_slope(p.length, limit, softness)});
 }
 
-}  // namespace tandem
+}  // namespace tandem::haptics

@@ -3,7 +3,7 @@
 
 #include "common/base/spatial.hpp"
 
-namespace tandem {
+namespace tandem::haptics {
 
 /// Magnitude after saturation.
 ///
@@ -21,4 +21,4 @@ Vec3 saturated(const Vec3& a, double limit, double softness) noexcept;
 /// Derivative by `a`: H' ââᵀ + H/|a| (I − ââᵀ), symmetric, eigenvalues 0..1. Zero for what is not finite.
 Eigen::Matrix3d saturation_gradient(const Vec3& a, double limit, double softness) noexcept;
 
-}  // namespace tandem
+}  // namespace tandem::haptics

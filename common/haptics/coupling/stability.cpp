@@ -12,10 +12,10 @@
 #include <optional>
 #include <unsupported/Eigen/MatrixFunctions>
 
-namespace tandem {
+namespace tandem::haptics {
 namespace {
 
-constexpr int kMostPeriodsBack = 64;
+constexpr int kMaxPeriodsBack = 64;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 /// Ours: as good as held fast, and that at a lever of 5 cm; of the world, the device feels it scaled as the coupling.
 constexpr double kStiffContact = 1e6;
@@ -35,7 +35,7 @@ bool is_usable(const LoopModel& m) {
   const auto is_good = [](double a) { return std::isfinite(a) && a >= 0; };
   return std::all_of(numbers.begin(), numbers.end(), is_good) && std::isfinite(m.period_s) && m.period_s > 0 &&
          m.device_mass + m.hand_mass > 0 && m.velocity_window >= 1 && m.delay_periods >= 0 &&
-         m.velocity_window <= kMostPeriodsBack && m.delay_periods <= kMostPeriodsBack;
+         m.velocity_window <= kMaxPeriodsBack && m.delay_periods <= kMaxPeriodsBack;
 }
 
 /// Hand and device over one period: (x, v)⁺ = state (x, v) + force F.
@@ -274,7 +274,7 @@ void name_remedy(StabilityFinding& finding, const char* parameter, double value,
 }
 
 // Below this part of what was asked for, a coupling is not softer but another one: then the damping is what is wrong.
-constexpr double kLeastPartOfStiffness = 0.02;
+constexpr double kMinPartOfStiffness = 0.02;
 
 /// Fills parameter, value and remedy of a finding. The text that says what would do; empty when softness and less
 /// damping do not help.
@@ -282,7 +282,7 @@ std::string find_smaller(const Axis& axis, const Setup& setup, const Holds& hold
   const double stiffness = setup.parameters.*axis.stiffness;
   const double damping = setup.parameters.*axis.damping;
   const auto softer = nearest_good(setup, axis.stiffness, stiffness, false, holds);
-  if (softer && *softer >= kLeastPartOfStiffness * stiffness) {
+  if (softer && *softer >= kMinPartOfStiffness * stiffness) {
     name_remedy(finding, axis.stiffness_name, stiffness, *softer);
     return "at most " + number(*softer) + " " + axis.stiffness_unit + " would do";
   }
@@ -486,4 +486,4 @@ double steepest_slope_factor(std::string_view law, const CouplingParameters& par
   return 1;
 }
 
-}  // namespace tandem
+}  // namespace tandem::haptics

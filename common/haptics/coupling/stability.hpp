@@ -13,7 +13,7 @@
 
 #include "common/haptics/coupling/coupling_law.hpp"
 
-namespace tandem {
+namespace tandem::haptics {
 
 /// One translational direction; for a rotational one read inertia, N·m/rad and N·m·s/rad.
 struct LoopModel {
@@ -138,4 +138,4 @@ bool is_stable_coupling(const CouplingParameters& parameters, double tool_mass_k
 /// Fails   1 for an unknown law
 double steepest_slope_factor(std::string_view law, const CouplingParameters& parameters) noexcept;
 
-}  // namespace tandem
+}  // namespace tandem::haptics

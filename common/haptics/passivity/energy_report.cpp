@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace tandem {
+namespace tandem::haptics {
 
 double EnergyReport::take(double in_j, double out_j, double elapsed_s) noexcept {
   // Negated, so that NaN is refused.
@@ -13,7 +13,7 @@ double EnergyReport::take(double in_j, double out_j, double elapsed_s) noexcept 
     ++dropped_;
     return 0;
   }
-  if (std::isfinite(elapsed_s)) believed_s_ = std::clamp(believed_s_ + elapsed_s, believed_s_, kMostAtOnce_s);
+  if (std::isfinite(elapsed_s)) believed_s_ = std::clamp(believed_s_ + elapsed_s, believed_s_, kMaxAtOnce_s);
   const double gained_j = has_report_ ? std::min(in_j - in_j_, power_limit_w_ * believed_s_) : 0.0;
   const double spent_j = has_report_ ? out_j - out_j_ : 0.0;
   believed_s_ = std::max(0.0, believed_s_ - gained_j / power_limit_w_);
@@ -23,4 +23,4 @@ double EnergyReport::take(double in_j, double out_j, double elapsed_s) noexcept 
   return gained_j - spent_j;
 }
 
-}  // namespace tandem
+}  // namespace tandem::haptics

@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-namespace tandem {
+namespace tandem::haptics {
 
 /// Takes two running sums of a peer, what flowed one way and what the other, and gives the net change since the last.
 ///
@@ -22,14 +22,14 @@ class EnergyReport {
   std::uint64_t dropped() const noexcept { return dropped_; }
 
  private:
-  static constexpr double kMostAtOnce_s = 1.0;
+  static constexpr double kMaxAtOnce_s = 1.0;
 
   double power_limit_w_;
   bool has_report_ = false;
-  double believed_s_ = kMostAtOnce_s;  ///< of power_limit_w_, not yet used
+  double believed_s_ = kMaxAtOnce_s;  ///< of power_limit_w_, not yet used
   double in_j_ = 0;
   double out_j_ = 0;
   std::uint64_t dropped_ = 0;
 };
 
-}  // namespace tandem
+}  // namespace tandem::haptics

@@ -6,7 +6,7 @@
 
 #include "common/base/work.hpp"
 
-namespace tandem {
+namespace tandem::haptics {
 
 double GuardedPort::Gift::add(double net_j) noexcept {
   lent_j_ -= net_j;
@@ -87,4 +87,4 @@ void GuardedPort::reset() noexcept {
   *this = fresh;
 }
 
-}  // namespace tandem
+}  // namespace tandem::haptics

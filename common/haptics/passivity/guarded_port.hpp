@@ -8,7 +8,7 @@
 #include "common/base/spatial.hpp"
 #include "common/haptics/passivity/energy_report.hpp"
 
-namespace tandem {
+namespace tandem::haptics {
 
 /// Time-domain passivity observer and controller of the hand's port.
 ///
@@ -108,4 +108,4 @@ class GuardedPort {
   std::uint64_t acted_ticks_ = 0;
 };
 
-}  // namespace tandem
+}  // namespace tandem::haptics

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace tandem {
+namespace tandem::haptics {
 
 void ToolPortGuard::hand_reported(double from_hand_j, double to_hand_j, double elapsed_s) noexcept {
   credit(hand_.take(from_hand_j, to_hand_j, elapsed_s));
@@ -24,8 +24,8 @@ void ToolPortGuard::stepped(const Pose& X_WT, const Wrench& on_tool_W, double ne
 
 // What the whole coupling would have done, not what was left of it.
 void ToolPortGuard::note_full_wrench(const Wrench& on_tool_W) noexcept {
-  constexpr double kLeastGain = 1e-6;
-  if (gain_ < kLeastGain) return;
+  constexpr double kMinGain = 1e-6;
+  if (gain_ < kMinGain) return;
   const Wrench full = on_tool_W * (1 / gain_);
   full_on_tool_W_ = is_finite(full) ? full : Wrench{};
 }
@@ -56,4 +56,4 @@ void ToolPortGuard::credit(double energy_j) noexcept {
   account_j_ = std::clamp(account_j, -settings_.most_debt_j, settings_.account_limit_j);
 }
 
-}  // namespace tandem
+}  // namespace tandem::haptics

@@ -7,7 +7,7 @@
 #include "common/base/spatial.hpp"
 #include "common/haptics/passivity/energy_report.hpp"
 
-namespace tandem {
+namespace tandem::haptics {
 
 /// How much of a user's coupling may act in the next step.
 ///
@@ -74,4 +74,4 @@ class ToolPortGuard {
   std::uint64_t acted_steps_ = 0;
 };
 
-}  // namespace tandem
+}  // namespace tandem::haptics

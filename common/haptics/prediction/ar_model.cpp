@@ -5,13 +5,13 @@
 #include <limits>
 #include <stdexcept>
 
-namespace tandem {
+namespace tandem::haptics {
 namespace {
 
 /// Keeps the normal equations of a series that follows its model exactly solvable; ours.
 constexpr double kRidge = 1e-9;
 /// A series that varies by less than this of its size is constant: what is left of it is rounding.
-constexpr double kLeastVariation = 1e-12;
+constexpr double kMinVariation = 1e-12;
 
 double mean_of_finite(std::span<const double> series) {
   double sum = 0;
@@ -32,11 +32,11 @@ double power_about(std::span<const double> series, double mean) {
     largest = std::max(largest, std::abs(x));
   }
   power /= static_cast<double>(series.size());
-  return std::sqrt(power) <= kLeastVariation * largest ? 0 : power;
+  return std::sqrt(power) <= kMinVariation * largest ? 0 : power;
 }
 
 bool fit_yule_walker(std::span<const double> series, ArModel& model) {
-  std::array<double, kMostArOrder + 1> r{};
+  std::array<double, kMaxArOrder + 1> r{};
   for (std::size_t k = 0; k <= model.order; ++k) {
     for (std::size_t t = k; t < series.size(); ++t) r[k] += (series[t] - model.mean) * (series[t - k] - model.mean);
     r[k] /= static_cast<double>(series.size());
@@ -44,8 +44,8 @@ bool fit_yule_walker(std::span<const double> series, ArModel& model) {
   return levinson(std::span(r).first(model.order + 1), std::span(model.phi).first(model.order), model.error_variance);
 }
 
-using Matrix = std::array<std::array<double, kMostArOrder>, kMostArOrder>;
-using Vector = std::array<double, kMostArOrder>;
+using Matrix = std::array<std::array<double, kMaxArOrder>, kMaxArOrder>;
+using Vector = std::array<double, kMaxArOrder>;
 
 /// Solves A x = b in place by Cholesky's factors; false where A is not positive definite.
 bool solve_symmetric(Matrix& a, Vector& b, std::size_t n) {
@@ -96,7 +96,7 @@ bool fit_least_squares(std::span<const double> series, ArModel& model) {
   for (std::size_t i = 0; i < p; ++i) a[i][i] += kRidge * trace;
   if (!solve_symmetric(a, b, p)) return false;
   model.phi = b;
-  make_stable(std::span(model.phi).first(p), kMostArRadius);
+  make_stable(std::span(model.phi).first(p), kMaxArRadius);
   model.error_variance = error_variance_of(series, model);
   return true;
 }
@@ -116,7 +116,7 @@ bool fit_burg(std::span<const double> series, ArModel& model) {
       denominator += forward[t] * forward[t] + backward[t - 1] * backward[t - 1];
     }
     if (!(denominator > 0)) break;
-    const double k = std::clamp(2 * numerator / denominator, -kMostArRadius, kMostArRadius);
+    const double k = std::clamp(2 * numerator / denominator, -kMaxArRadius, kMaxArRadius);
     const Vector before = model.phi;
     model.phi[m] = k;
     for (std::size_t i = 0; i < m; ++i) model.phi[i] = before[i] - k * before[m - 1 - i];
@@ -157,7 +157,7 @@ double ArModel::next(std::span<const double> newest_first) const noexcept {
 }
 
 ArModel fit_ar(std::span<const double> series, std::size_t order, ArFit fit, bool takes_mean) {
-  order = std::min(order, kMostArOrder);
+  order = std::min(order, kMaxArOrder);
   const double mean = mean_of_finite(series);
   ArModel model;
   model.mean = takes_mean ? mean : 0;
@@ -195,7 +195,7 @@ bool levinson(std::span<const double> r, std::span<double> phi, double& error_va
 }
 
 bool is_stable(std::span<const double> phi, double radius) noexcept {
-  if (phi.size() > kMostArOrder) return false;
+  if (phi.size() > kMaxArOrder) return false;
   Vector a{};
   double scale = 1;
   for (std::size_t i = 0; i < phi.size(); ++i) a[i] = phi[i] / (scale *= radius);
@@ -230,7 +230,7 @@ void make_stable(std::span<double> phi, double radius) noexcept {
 std::vector<ArOrder> fpe_of_orders(std::span<const double> series, std::size_t most_order, ArFit fit, bool takes_mean) {
   std::vector<ArOrder> orders;
   const auto samples = static_cast<double>(series.size());
-  for (std::size_t order = 0; order <= std::min(most_order, kMostArOrder) && series.size() > 2 * order; ++order) {
+  for (std::size_t order = 0; order <= std::min(most_order, kMaxArOrder) && series.size() > 2 * order; ++order) {
     const ArModel model = fit_ar(series, order, fit, takes_mean);
     if (model.order != order) break;
     const auto d = static_cast<double>(order);
@@ -244,4 +244,4 @@ std::size_t best_order(std::span<const ArOrder> orders) {
   return std::ranges::min_element(orders, {}, &ArOrder::fpe)->order;
 }
 
-}  // namespace tandem
+}  // namespace tandem::haptics

@@ -11,9 +11,9 @@
 #include <string_view>
 #include <vector>
 
-namespace tandem {
+namespace tandem::haptics {
 
-inline constexpr std::size_t kMostArOrder = 32;
+inline constexpr std::size_t kMaxArOrder = 32;
 
 enum class ArFit : std::uint8_t {
   kYuleWalker,    ///< biased autocovariance, Levinson: stable by construction; smears what is near the unit circle
@@ -26,7 +26,7 @@ std::string_view name_of(ArFit fit);
 /// Coefficients of one series. `order` 0 predicts the mean.
 struct ArModel {
   std::size_t order = 0;
-  std::array<double, kMostArOrder> phi{};  ///< φ_1 … φ_p; those beyond `order` are zero
+  std::array<double, kMaxArOrder> phi{};  ///< φ_1 … φ_p; those beyond `order` are zero
   double mean = 0;
   double error_variance = 0;  ///< V, of the one-step error within the window
 
@@ -42,13 +42,13 @@ struct ArModel {
 ///          Burg: reflection coefficients k_m = 2 Σ f b / Σ (f² + b²)
 /// Source   Kay, "Modern Spectral Estimation", 1988, ch. 7; Burg, PhD thesis, Stanford, 1975
 /// Limits   least squares can be unstable: then φ_i ← φ_i γ^i, which pulls every root towards 0 by γ, with the largest
-///          γ that puts them within kMostArRadius. Its fit then is no longer the least.
-/// In       order  0 … kMostArOrder    takes_mean  subtracts the mean of the series first
+///          γ that puts them within kMaxArRadius. Its fit then is no longer the least.
+/// In       order  0 … kMaxArOrder    takes_mean  subtracts the mean of the series first
 /// Cost     O(N p) (Burg, Yule–Walker), O(N p²/2) (least squares); Burg allocates
 /// Thread   any but the haptic
 ArModel fit_ar(std::span<const double> series, std::size_t order, ArFit fit, bool takes_mean);
 
-inline constexpr double kMostArRadius = 0.999;
+inline constexpr double kMaxArRadius = 0.999;
 
 /// Solves the Toeplitz system Σ_j φ_j r_|i−j| = r_i for φ_1 … φ_p; r has p + 1 elements. False where it is not positive
 /// definite; `phi` then holds the solution of the largest order that is, zeros beyond.
@@ -75,4 +75,4 @@ std::vector<ArOrder> fpe_of_orders(std::span<const double> series, std::size_t m
 /// The order of the smallest FPE. Fails: std::invalid_argument when there is none.
 std::size_t best_order(std::span<const ArOrder> orders);
 
-}  // namespace tandem
+}  // namespace tandem::haptics

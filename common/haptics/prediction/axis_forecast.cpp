@@ -4,11 +4,11 @@
 #include <cmath>
 #include <limits>
 
-namespace tandem {
+namespace tandem::haptics {
 namespace {
 
 /// No error is taken for smaller than this of the largest among the candidates: two exact ones then share.
-constexpr double kLeastErrorRatio = 1e-24;
+constexpr double kMinErrorRatio = 1e-24;
 
 }  // namespace
 
@@ -70,7 +70,7 @@ void AxisForecast::foresee(std::span<const double> lags, const ArModel* model, c
 
 void AxisForecast::run_model(std::span<const double> lags, const ArModel& model) noexcept {
   const std::size_t p = settings_.order;
-  std::array<double, kMostArOrder> past{};
+  std::array<double, kMaxArOrder> past{};
   for (std::size_t i = 0; i < p; ++i) past[i] = settings_.is_on_differences ? lags[i] - lags[i + 1] : lags[i];
   double value = lags[0];
   now_.model[0] = value;
@@ -100,7 +100,7 @@ void AxisForecast::weigh() noexcept {
   double sum = 0;
   for (std::size_t c = 0; c < kCandidates; ++c) {
     const bool is_known = errors_[c].is_known() && (c != kModel || has_model);
-    weights_[c] = is_known ? std::pow(errors_[c].value() / most + kLeastErrorRatio, -settings_.sharpness) : 0;
+    weights_[c] = is_known ? std::pow(errors_[c].value() / most + kMinErrorRatio, -settings_.sharpness) : 0;
     sum += weights_[c];
   }
   for (double& weight : weights_) weight /= sum;
@@ -180,4 +180,4 @@ double AxisForecast::show_literal(double periods) const noexcept {
   return uniform_cubic(control, std::clamp(periods, 0.0, 1.0)).value;
 }
 
-}  // namespace tandem
+}  // namespace tandem::haptics

@@ -10,7 +10,7 @@
 #include "common/haptics/prediction/force_stream.hpp"
 #include "common/haptics/prediction/uniform_spline.hpp"
 
-namespace tandem {
+namespace tandem::haptics {
 
 /// Values one period apart, from the newest sample (index 0) on; straight between them, level after the last.
 class ForecastSteps {
@@ -115,4 +115,4 @@ class AxisForecast {
   RunningSquare blend_error_;
 };
 
-}  // namespace tandem
+}  // namespace tandem::haptics

@@ -9,7 +9,7 @@
 #include "common/haptics/prediction/sample_history.hpp"
 #include "common/realtime/mailbox.hpp"
 
-namespace tandem {
+namespace tandem::haptics {
 namespace {
 
 /// A flagged contact change that was foreseen within this many times the running error is no reason to forget: a
@@ -20,14 +20,14 @@ constexpr std::size_t kFirstFit = 4;
 /// A larger wrench is none; ours. Differences of such numbers cannot overflow.
 constexpr double kLargest_n = 1e6;
 /// Samples denser than the series are not compared with what was foreseen a moment ago: that would flatter hold.
-constexpr double kLeastAhead = 0.75;
+constexpr double kMinAhead = 0.75;
 /// A jump is more than the rounding of what was seen of late.
 constexpr double kRounding = 1e-9;
 
 struct FitRequest {
   std::uint32_t generation = 0;
   std::size_t count = 0;
-  std::array<std::array<double, kMostWindow>, 6> series{};
+  std::array<std::array<double, kMaxWindow>, 6> series{};
 };
 struct FitResult {
   std::uint32_t generation = 0;
@@ -44,9 +44,9 @@ void require(const char* name, T value, T low, T high) {
 
 const ForceStreamSettings& checked(const ForceStreamSettings& s) {
   require("series_rate_hz", s.series_rate_hz, 10.0, 1000.0);
-  require("order", s.order, std::size_t{1}, kMostArOrder / 2);
-  require("window", s.window, std::size_t{20}, kMostWindow);
-  require("fit_period", s.fit_period, std::size_t{1}, kMostWindow);
+  require("order", s.order, std::size_t{1}, kMaxArOrder / 2);
+  require("window", s.window, std::size_t{20}, kMaxWindow);
+  require("fit_period", s.fit_period, std::size_t{1}, kMaxWindow);
   require("error_memory", s.error_memory, 1.0, 1e4);
   require("sharpness", s.sharpness, 0.0, 10.0);
   require("jump_factor", s.jump_factor, 1.0, 1e9);
@@ -102,21 +102,21 @@ class EvenSeries {
   void clear() noexcept { count_ = 0; }
   std::size_t count() const noexcept { return count_; }
   void append(const Vector6& value, std::size_t window) noexcept {
-    end_ = (end_ + 1) % kMostWindow;
+    end_ = (end_ + 1) % kMaxWindow;
     values_[end_] = value;
     count_ = std::min(count_ + 1, window);
   }
   void copy_to(FitRequest& request) const noexcept {
     request.count = count_;
-    std::size_t from = (end_ + 1 + kMostWindow - count_) % kMostWindow;
+    std::size_t from = (end_ + 1 + kMaxWindow - count_) % kMaxWindow;
     for (std::size_t i = 0; i < count_; ++i) {
       for (std::size_t axis = 0; axis < 6; ++axis) request.series[axis][i] = values_[from][static_cast<int>(axis)];
-      from = (from + 1) % kMostWindow;
+      from = (from + 1) % kMaxWindow;
     }
   }
 
  private:
-  std::array<Vector6, kMostWindow> values_;
+  std::array<Vector6, kMaxWindow> values_;
   std::size_t count_ = 0;
   std::size_t end_ = 0;
 };
@@ -165,7 +165,7 @@ struct ForceStream::Impl {
     for (AxisForecast& axis : axes) axis.shift(periods(sampled_at - history.newest_at()));
     has_contact_changed |= contact_changed;
     const double ahead = periods(sampled_at - scored_from);
-    is_scoring = ahead >= kLeastAhead;
+    is_scoring = ahead >= kMinAhead;
     if (!is_scoring) return;
     bool is_surprise = sampled_at - history.newest_at() > settings.longest_horizon;
     for (int i = 0; i < 6; ++i) {
@@ -206,14 +206,14 @@ struct ForceStream::Impl {
   }
 
   void foresee() noexcept {
-    std::array<Vector6, kMostArOrder> past;
+    std::array<Vector6, kMaxArOrder> past;
     const std::size_t count = settings.order + 2;
     for (std::size_t i = 0; i < count; ++i) {
       past[i] = history.at(history.newest_at() - static_cast<Duration::rep>(i) * period);
     }
     for (std::size_t a = 0; a < 6; ++a) {
       const auto axis = static_cast<int>(a);
-      std::array<double, kMostArOrder> lags;
+      std::array<double, kMaxArOrder> lags;
       for (std::size_t i = 0; i < count; ++i) lags[i] = past[i][axis];
       const ArModel* model = has_models && is_modelled() ? &models[a] : nullptr;
       axes[a].foresee(std::span(lags).first(count), model, widened(range.of(axis), settings.range_factor));
@@ -296,10 +296,10 @@ struct ForceStream::Impl {
 
   // Io thread.
   bool has_request = false;
-  std::array<double, kMostWindow> work{};
+  std::array<double, kMaxWindow> work{};
 
-  Mailbox<FitRequest> requests;
-  Mailbox<FitResult> results;
+  realtime::Mailbox<FitRequest> requests;
+  realtime::Mailbox<FitResult> results;
 };
 
 ForceStream::ForceStream(const ForceStreamSettings& settings) : impl_(std::make_unique<Impl>(settings)) {}
@@ -386,4 +386,4 @@ std::string listed_force_stream_names() {
   return text;
 }
 
-}  // namespace tandem
+}  // namespace tandem::haptics

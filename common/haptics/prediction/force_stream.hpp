@@ -20,9 +20,9 @@
 #include "common/base/time.hpp"
 #include "common/haptics/prediction/ar_model.hpp"
 
-namespace tandem {
+namespace tandem::haptics {
 
-inline constexpr std::size_t kMostWindow = 1024;
+inline constexpr std::size_t kMaxWindow = 1024;
 
 enum class PredictionMethod : std::uint8_t {
   kHold,      ///< the newest sample
@@ -36,8 +36,8 @@ enum class PredictionMethod : std::uint8_t {
 struct ForceStreamSettings {
   PredictionMethod method = PredictionMethod::kArSpline;
   double series_rate_hz = 200;  ///< of the series that is modelled; 10 … 1000
-  std::size_t order = 5;        ///< p; 1 … kMostArOrder / 2
-  std::size_t window = 300;     ///< samples that a fit uses; 20 … kMostWindow
+  std::size_t order = 5;        ///< p; 1 … kMaxArOrder / 2
+  std::size_t window = 300;     ///< samples that a fit uses; 20 … kMaxWindow
   std::size_t fit_period = 4;   ///< a fit is asked for every so many samples of the series
   ArFit ar_fit = ArFit::kLeastSquares;
   bool is_on_differences = true;
@@ -115,4 +115,4 @@ std::vector<std::string_view> force_stream_names();
 /// "hold, linear, ar, ar-spline, literal": for messages.
 std::string listed_force_stream_names();
 
-}  // namespace tandem
+}  // namespace tandem::haptics

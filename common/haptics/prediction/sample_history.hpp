@@ -7,7 +7,7 @@
 #include "common/base/spatial.hpp"
 #include "common/base/time.hpp"
 
-namespace tandem {
+namespace tandem::haptics {
 
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 
@@ -60,4 +60,4 @@ class SampleHistory {
   std::size_t newest_ = 0;
 };
 
-}  // namespace tandem
+}  // namespace tandem::haptics

@@ -3,7 +3,7 @@
 
 #include <array>
 
-namespace tandem {
+namespace tandem::haptics {
 
 /// Value and derivatives by the curve's own parameter.
 struct CurvePoint {
@@ -50,4 +50,4 @@ inline CurvePoint faded(const CurvePoint& d, double s) {
           2 * c + s * (6 * p3 + s * (12 * p4 + s * 20 * p5))};
 }
 
-}  // namespace tandem
+}  // namespace tandem::haptics

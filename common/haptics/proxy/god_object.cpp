@@ -7,12 +7,12 @@
 #include <string>
 #include <utility>
 
-namespace tandem {
+namespace tandem::haptics {
 namespace {
 
-constexpr std::size_t kMostPieces = 2048;
+constexpr std::size_t kMaxPieces = 2048;
 /// Planes tried in a step; far more than the at most three that end up active.
-constexpr int kMostPlanes = 32;
+constexpr int kMaxPlanes = 32;
 /// As far below a plane still counts as above. Rounding of coordinates within 10 km is 1e-12.
 constexpr double kSlack_m = 1e-9;
 /// A step that moves less ends the update: 1 mN at 1 N/mm. Shading approaches its place geometrically: so does one that
@@ -22,14 +22,14 @@ constexpr double kSettledShare = 0.1;
 /// First reach of an update while touching: a little more than the last one's longest step, at least a hand's 0.1 m/s.
 /// With more, more triangles have to be looked at in every step.
 constexpr double kTravelReserve = 1.25;
-constexpr double kLeastReach_m = 1e-4;
+constexpr double kMinReach_m = 1e-4;
 constexpr double kReachGrowth = 2;
 /// Shading beyond this angle (cosine) would be a normal of another side.
-constexpr double kLeastShadingCosine = 0.5;
+constexpr double kMinShadingCosine = 0.5;
 /// Of a step while shading: see relaxation_of(). Lengthened only where the last two steps go the same way (cosine).
 /// Tried on the bunny, pressed 5 mm: fewest ticks held back.
-constexpr double kLeastRelaxation = 0.1;
-constexpr double kMostRelaxation = 5;
+constexpr double kMinRelaxation = 0.1;
+constexpr double kMaxRelaxation = 5;
 constexpr double kStraightCosine = 0.8;
 /// Goals farther from the origin are taken as there: so that squares stay finite.
 constexpr double kFarthestGoal_m = 1e3;
@@ -41,14 +41,14 @@ bool is_far(const Vec3& a, const Vec3& b) {
 }  // namespace
 
 GodObject::GodObject(const GodObjectSettings& settings, std::vector<ProxyObstacle> obstacles, const Vec3& p_W)
-    : settings_(settings), pieces_(kMostPieces) {
+    : settings_(settings), pieces_(kMaxPieces) {
   if (!(settings.radius_m >= 5e-5 && settings.radius_m <= 0.1)) {
     throw std::invalid_argument("radius_m of the proxy is " + std::to_string(settings.radius_m) +
                                 "; it must be 0.00005 to 0.1 m");
   }
-  if (obstacles.size() > kMostObstacles) {
+  if (obstacles.size() > kMaxObstacles) {
     throw std::invalid_argument(std::to_string(obstacles.size()) + " obstacles for a proxy; give at most " +
-                                std::to_string(kMostObstacles));
+                                std::to_string(kMaxObstacles));
   }
   if (!is_finite(p_W)) throw std::invalid_argument("the proxy's first place is not finite");
   tracks_.reserve(obstacles.size());
@@ -84,7 +84,7 @@ const ProxyState& GodObject::update(const Vec3& goal_W, std::span<const Obstacle
   std::uint8_t faults = 0;
   take_motions(motions, faults);
   const Vec3 goal = sane_goal(goal_W, faults);
-  wanted_m_ = state_.is_touching ? std::max(kLeastReach_m, kTravelReserve * travel_m_) : longest_way_m(goal);
+  wanted_m_ = state_.is_touching ? std::max(kMinReach_m, kTravelReserve * travel_m_) : longest_way_m(goal);
   last_move_ = Vec3::Zero();
   relaxation_ = 1;
   has_slipped_ = false;
@@ -92,7 +92,7 @@ const ProxyState& GodObject::update(const Vec3& goal_W, std::span<const Obstacle
   bool is_settled = false;
   double first = 0;
   way_count_ = 0;
-  while (way_count_ < kMostSteps && !is_settled) {
+  while (way_count_ < kMaxSteps && !is_settled) {
     const double moved = step(goal, faults);
     if (way_count_ == 0) first = moved;
     travel_m_ = std::max(travel_m_, moved);
@@ -149,7 +149,7 @@ void GodObject::project(const Vec3& goal_W, bool is_begun) noexcept {
   for (const PlaneProjection::Active& active : last.active()) {
     if (is_begun && active.side.height_m(planes_.point()) < -kSlack_m) planes_.add(active.side, active.tag);
   }
-  for (int i = 0; i < kMostPlanes; ++i) {
+  for (int i = 0; i < kMaxPlanes; ++i) {
     const int violated = nearest_violated();
     if (violated < 0) return;
     const NearPiece& piece = pieces_[static_cast<std::size_t>(violated)];
@@ -247,7 +247,7 @@ Vec3 GodObject::shaded_goal(const Vec3& goal_W) const noexcept {
   smooth = smooth.stableNormalized();
   const Vec3 n = load / depth;
   const double cosine = smooth.dot(n);
-  if (!(cosine > kLeastShadingCosine)) return goal_W;
+  if (!(cosine > kMinShadingCosine)) return goal_W;
   return goal_W + depth * (smooth / cosine - n);
 }
 
@@ -293,11 +293,11 @@ double GodObject::relaxation_of(const Vec3& move) const noexcept {
   const Vec3 change = move - last_move_;
   const double along = last_move_.dot(move);
   const double aitken = change.squaredNorm() > 0 ? -taken_ * last_move_.dot(change) / change.squaredNorm() : 0;
-  if (along < 0) return std::clamp(aitken, kLeastRelaxation, 1.0);
+  if (along < 0) return std::clamp(aitken, kMinRelaxation, 1.0);
   const bool is_straight = along > kStraightCosine * last_move_.norm() * move.norm();
   // The last step of an update is not lengthened: no other one would see where it led.
-  const bool is_last = way_count_ + 1 == kMostSteps;
-  return is_straight && aitken > 0 ? std::min(aitken, is_last ? 1.0 : kMostRelaxation) : std::min(1.0, relaxation_);
+  const bool is_last = way_count_ + 1 == kMaxSteps;
+  return is_straight && aitken > 0 ? std::min(aitken, is_last ? 1.0 : kMaxRelaxation) : std::min(1.0, relaxation_);
 }
 
 /// The goal is moved on, not the target: so the target stays above the planes.
@@ -373,4 +373,4 @@ Vec3 proxy_force_on_hand_W(const ProxyState& state, const CouplingLaw& law, cons
   return on_tool_W.dot(pull) > 0 ? Vec3(-on_tool_W) : Vec3::Zero();
 }
 
-}  // namespace tandem
+}  // namespace tandem::haptics

@@ -19,7 +19,7 @@
 #include "common/haptics/proxy/obstacle_track.hpp"
 #include "common/haptics/proxy/plane_projection.hpp"
 
-namespace tandem {
+namespace tandem::haptics {
 
 struct GodObjectSettings {
   double radius_m = 1e-3;  ///< of the ball, 0.05 mm to 0.1 m: what is narrower is not entered
@@ -68,9 +68,9 @@ struct ProxyState {
 /// Thread  one at a time, haptic or room
 class GodObject {
  public:
-  static constexpr std::size_t kMostObstacles = 64;
+  static constexpr std::size_t kMaxObstacles = 64;
   /// Steps in an update. Sliding over a mesh takes two or three; a hand that jumps may need more than one update.
-  static constexpr std::size_t kMostSteps = 4;
+  static constexpr std::size_t kMaxSteps = 4;
   /// Clearance that rounding may take from the ball: its centre is never nearer to a surface than radius − this.
   static constexpr double kTolerance_m = 1e-8;
 
@@ -124,7 +124,7 @@ class GodObject {
   double reach_m_ = 0;   ///< of this step
   double wanted_m_ = 0;  ///< what the next step may need
   double travel_m_ = 0;  ///< of the last update's longest step
-  std::array<Vec3, kMostSteps> way_W_;
+  std::array<Vec3, kMaxSteps> way_W_;
   std::size_t way_count_ = 0;
   Vec3 last_move_ = Vec3::Zero();  ///< of the last step
   double relaxation_ = 1;          ///< of the last step
@@ -148,4 +148,4 @@ inline constexpr double kFullDamping_m = 5e-4;
 /// In      v_WH  velocity of the hand's point [m/s]
 Vec3 proxy_force_on_hand_W(const ProxyState& state, const CouplingLaw& law, const Vec3& v_WH) noexcept;
 
-}  // namespace tandem
+}  // namespace tandem::haptics

@@ -9,12 +9,12 @@
 
 #include "common/geometry/closest_on_triangle.hpp"
 
-namespace tandem {
+namespace tandem::haptics {
 namespace {
 
 /// How much farther than needed triangles are fetched: so often that a hand at 0.1 m/s asks the tree every fifth tick.
-constexpr double kLeastMargin_m = 3e-4;
-constexpr double kMostMargin_m = 7e-4;
+constexpr double kMinMargin_m = 3e-4;
+constexpr double kMaxMargin_m = 7e-4;
 /// With less, the place has too many triangles.
 constexpr double kNoMargin_m = 1e-5;
 /// A ball that overlaps a mesh (it was put there) leaves it by this much in every step.
@@ -46,8 +46,8 @@ ObstacleTrack::ObstacleTrack(ProxyObstacle obstacle, int index) : obstacle_(std:
     throw std::invalid_argument(name + ": X_WB is not a pose within 10 km; give a finite place and a unit quaternion");
   }
   if (obstacle_.mesh) {
-    candidates_.resize(kMostCandidates);
-    found_.resize(kMostCandidates);
+    candidates_.resize(kMaxCandidates);
+    found_.resize(kMaxCandidates);
   }
 }
 
@@ -82,7 +82,7 @@ double ObstacleTrack::prepare(const Vec3& goal_W, double radius_m, double step_m
 }
 
 /// Of the tree's copy of the corners, which the search has just read: what else is kept of a mesh is far away.
-ObstacleTrack::Candidate ObstacleTrack::candidate_of(const TriangleTree::Near& near) noexcept {
+ObstacleTrack::Candidate ObstacleTrack::candidate_of(const geometry::TriangleTree::Near& near) noexcept {
   Candidate candidate{near.a, near.ab, near.ac, near.ab.cross(near.ac).stableNormalized(), {}, 0, near.triangle};
   const Vec3 middle = (near.ab + near.ac) / 3;
   candidate.centre = near.a + middle;
@@ -92,10 +92,10 @@ ObstacleTrack::Candidate ObstacleTrack::candidate_of(const TriangleTree::Near& n
 }
 
 bool ObstacleTrack::refresh(const Vec3& p_B, double radius_m, double wanted_m, double step_m) noexcept {
-  const TriangleTree& tree = obstacle_.mesh->tree();
-  double margin_m = std::clamp(2 * step_m, kLeastMargin_m, kMostMargin_m);
+  const geometry::TriangleTree& tree = obstacle_.mesh->tree();
+  double margin_m = std::clamp(2 * step_m, kMinMargin_m, kMaxMargin_m);
   const double limit_m = radius_m + wanted_m + margin_m;
-  const TriangleTree::Closest nearest = tree.closest(p_B, limit_m, nearest_triangle_);
+  const geometry::TriangleTree::Closest nearest = tree.closest(p_B, limit_m, nearest_triangle_);
   known_centre_B_ = p_B;
   known_radius_m_ = limit_m;
   candidate_count_ = 0;
@@ -132,7 +132,7 @@ bool ObstacleTrack::gather(double radius_m, double step_m, std::span<NearPiece> 
 }
 
 NearPiece ObstacleTrack::primitive_piece(double radius_m) const noexcept {
-  const DistanceSample sample = obstacle_.primitive->sample(place_B_);
+  const contact::DistanceSample sample = obstacle_.primitive->sample(place_B_);
   NearPiece piece;
   const Vec3 normal_B = sample.gradient.stableNormalized();
   piece.closest = in_W(normal_B, normal_B.dot(place_B_) - sample.distance_m + radius_m);
@@ -145,7 +145,7 @@ bool ObstacleTrack::triangle_piece(int candidate, const Vec3& p_B, double radius
                                    NearPiece& piece) const noexcept {
   const Candidate& triangle = candidates_[static_cast<std::size_t>(candidate)];
   const Vec3 ap = p_B - triangle.a;
-  const OnTriangle on = closest_on_triangle(triangle.ab, triangle.ac, ap);
+  const geometry::OnTriangle on = geometry::closest_on_triangle(triangle.ab, triangle.ac, ap);
   const Vec3 outward = ap - on.from_a;
   const double squared = outward.squaredNorm();
   if (squared >= reach_m * reach_m) return false;
@@ -178,7 +178,7 @@ Vec3 ObstacleTrack::shaded_normal_W(const NearPiece& piece) const noexcept {
   const Vec3& plain = piece.closest.normal;
   if (piece.candidate < 0) return plain;
   const Candidate& triangle = candidates_[static_cast<std::size_t>(piece.candidate)];
-  const Vec3 on = closest_on_triangle(triangle.ab, triangle.ac, place_B_ - triangle.a).from_a;
+  const Vec3 on = geometry::closest_on_triangle(triangle.ab, triangle.ac, place_B_ - triangle.a).from_a;
   // Barycentric coordinates of the closest point, by areas.
   const Vec3 doubled_area = triangle.ab.cross(triangle.ac);
   const double squared = doubled_area.squaredNorm();
@@ -191,4 +191,4 @@ Vec3 ObstacleTrack::shaded_normal_W(const NearPiece& piece) const noexcept {
   return smooth_W.dot(plain) < 0 ? Vec3(-smooth_W) : smooth_W;
 }
 
-}  // namespace tandem
+}  // namespace tandem::haptics

@@ -10,15 +10,15 @@
 #include "common/haptics/proxy/plane_projection.hpp"
 #include "common/haptics/proxy/proxy_mesh.hpp"
 
-namespace tandem {
+namespace tandem::haptics {
 
 /// Something that a proxy can touch: a mesh, or a convex primitive with an exact distance.
 struct ProxyObstacle {
-  std::shared_ptr<const ProxyMesh> mesh;        ///< this …
-  std::shared_ptr<const ExactField> primitive;  ///< … or this
-  double static_friction = 0;                   ///< Coulomb's coefficient μ_s, at least that of sliding
-  double dynamic_friction = 0;                  ///< μ_d ≥ 0
-  Pose X_WB;                                    ///< until the first motion arrives
+  std::shared_ptr<const ProxyMesh> mesh;                 ///< this …
+  std::shared_ptr<const contact::ExactField> primitive;  ///< … or this
+  double static_friction = 0;                            ///< Coulomb's coefficient μ_s, at least that of sliding
+  double dynamic_friction = 0;                           ///< μ_d ≥ 0
+  Pose X_WB;                                             ///< until the first motion arrives
 };
 
 /// Where an obstacle is in this tick. The pose counts; the twist is for damping alone.
@@ -49,7 +49,7 @@ struct NearPiece {
 /// has no gap; and the triangles around that place, so that the tree is asked only now and then.
 class ObstacleTrack {
  public:
-  static constexpr std::size_t kMostCandidates = 1024;
+  static constexpr std::size_t kMaxCandidates = 1024;
 
   /// Fails   std::invalid_argument: neither mesh nor primitive, or both; friction; a pose that is none
   ObstacleTrack(ProxyObstacle obstacle, int index);
@@ -60,7 +60,7 @@ class ObstacleTrack {
   void set_place_W(const Vec3& p_W) noexcept;
 
   /// Makes sure that all triangles are known that a ball of `radius_m` can meet within `step_m` on its way to the goal.
-  /// Out     how far it may go; less than the step where a place has more than kMostCandidates triangles
+  /// Out     how far it may go; less than the step where a place has more than kMaxCandidates triangles
   double prepare(const Vec3& goal_W, double radius_m, double step_m) noexcept;
   /// Appends what a ball can meet within `step_m` (≤ prepare()'s answer), as far as `pieces` holds.
   /// Out     false: it does not hold all
@@ -81,7 +81,7 @@ class ObstacleTrack {
     double radius_m = 0;
     int triangle = -1;
   };
-  static Candidate candidate_of(const TriangleTree::Near& near) noexcept;
+  static Candidate candidate_of(const geometry::TriangleTree::Near& near) noexcept;
   Vec3 in_B(const Vec3& p_W) const { return R_WB_.transpose() * (p_W - p_WB_); }
   /// A plane of B's frame in W's.
   AllowedSide in_W(const Vec3& normal_B, double offset_m) const;
@@ -102,8 +102,8 @@ class ObstacleTrack {
   double known_radius_m_ = -1;
   int nearest_triangle_ = -1;
   std::vector<Candidate> candidates_;
-  std::vector<TriangleTree::Near> found_;
+  std::vector<geometry::TriangleTree::Near> found_;
   std::size_t candidate_count_ = 0;
 };
 
-}  // namespace tandem
+}  // namespace tandem::haptics

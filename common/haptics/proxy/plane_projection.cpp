@@ -1,12 +1,12 @@
 #include "common/haptics/proxy/plane_projection.hpp"
 
-namespace tandem {
+namespace tandem::haptics {
 namespace {
 
 /// How far below a plane counts as on it; rounding of sums of coordinates up to 100 m.
 constexpr double kOnPlane_m = 1e-11;
 /// Gram determinants below this are planes that are parallel to rounding: 1e-6 rad for two.
-constexpr std::array<double, 4> kLeastDeterminant{0, 0, 1e-12, 1e-16};
+constexpr std::array<double, 4> kMinDeterminant{0, 0, 1e-12, 1e-16};
 
 /// Solves G λ = r for the first `count` rows of a symmetric G with ones on its diagonal.
 bool solve_gram(const Eigen::Matrix3d& gram, const Vec3& right, std::size_t count, Vec3& lambda) noexcept {
@@ -17,13 +17,13 @@ bool solve_gram(const Eigen::Matrix3d& gram, const Vec3& right, std::size_t coun
   if (count == 2) {
     const double c = gram(0, 1);
     const double determinant = 1 - c * c;
-    if (!(determinant > kLeastDeterminant[2])) return false;
+    if (!(determinant > kMinDeterminant[2])) return false;
     lambda = Vec3(right[0] - c * right[1], right[1] - c * right[0], 0) / determinant;
     return true;
   }
   const Vec3 first = gram.col(1).cross(gram.col(2));
   const double determinant = gram.col(0).dot(first);
-  if (!(determinant > kLeastDeterminant[3])) return false;
+  if (!(determinant > kMinDeterminant[3])) return false;
   lambda =
       Vec3(right.dot(first), right.dot(gram.col(2).cross(gram.col(0))), right.dot(gram.col(0).cross(gram.col(1)))) /
       determinant;
@@ -78,4 +78,4 @@ bool PlaneProjection::try_set(std::span<const Active> planes, unsigned chosen) n
   return true;
 }
 
-}  // namespace tandem
+}  // namespace tandem::haptics

@@ -6,7 +6,7 @@
 
 #include "common/base/spatial.hpp"
 
-namespace tandem {
+namespace tandem::haptics {
 
 /// What lies above a plane: n·x ≥ offset.
 struct AllowedSide {
@@ -52,4 +52,4 @@ class PlaneProjection {
   std::size_t count_ = 0;
 };
 
-}  // namespace tandem
+}  // namespace tandem::haptics

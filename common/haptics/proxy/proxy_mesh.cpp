@@ -6,14 +6,14 @@
 
 #include "common/geometry/mesh_edges.hpp"
 
-namespace tandem {
+namespace tandem::haptics {
 namespace {
 
 /// Twice the area, below which a triangle has no direction: of sides of a micrometre.
-constexpr double kLeastDoubledArea_m2 = 1e-12;
+constexpr double kMinDoubledArea_m2 = 1e-12;
 
-TriangleMesh checked(const TriangleMesh& mesh) {
-  TriangleMesh result{mesh.vertices, {}};
+geometry::TriangleMesh checked(const geometry::TriangleMesh& mesh) {
+  geometry::TriangleMesh result{mesh.vertices, {}};
   for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
     if (!is_finite(mesh.vertices[i])) {
       throw std::invalid_argument("vertex " + std::to_string(i) + " of the mesh is not finite; repair the mesh");
@@ -31,7 +31,7 @@ TriangleMesh checked(const TriangleMesh& mesh) {
       corners[k] = &mesh.vertices[static_cast<std::size_t>(index)];
     }
     const double doubled_area = (*corners[1] - *corners[0]).cross(*corners[2] - *corners[0]).norm();
-    if (doubled_area > kLeastDoubledArea_m2) result.triangles.push_back(mesh.triangles[i]);
+    if (doubled_area > kMinDoubledArea_m2) result.triangles.push_back(mesh.triangles[i]);
   }
   if (result.triangles.empty()) {
     throw std::invalid_argument("the mesh has no triangle with an area; give it in metres, with at least one");
@@ -41,7 +41,7 @@ TriangleMesh checked(const TriangleMesh& mesh) {
 
 /// The triangles at each vertex, those of one vertex beside each other.
 struct Fans {
-  explicit Fans(const TriangleMesh& mesh) : first(mesh.vertices.size() + 1, 0) {
+  explicit Fans(const geometry::TriangleMesh& mesh) : first(mesh.vertices.size() + 1, 0) {
     for (const auto& triangle : mesh.triangles) {
       for (const int vertex : triangle) ++first[static_cast<std::size_t>(vertex) + 1];
     }
@@ -56,7 +56,7 @@ struct Fans {
   std::vector<std::size_t> triangles;
 };
 
-double angle_at(const TriangleMesh& mesh, const std::array<int, 3>& triangle, int vertex) {
+double angle_at(const geometry::TriangleMesh& mesh, const std::array<int, 3>& triangle, int vertex) {
   const std::size_t k = triangle[0] == vertex ? 0 : triangle[1] == vertex ? 1 : 2;
   const auto corner = [&](std::size_t i) { return mesh.vertices[static_cast<std::size_t>(triangle[i % 3])]; };
   const Vec3 u = corner(k + 1) - corner(k);
@@ -65,8 +65,8 @@ double angle_at(const TriangleMesh& mesh, const std::array<int, 3>& triangle, in
 }
 
 /// Sum over the neighbours at a corner that bend by less than the crease, weighted by their angles there.
-Vec3 smooth_normal(const TriangleMesh& mesh, const std::vector<Vec3>& flat, const Fans& fans, std::size_t triangle,
-                   int vertex, double crease_cosine) {
+Vec3 smooth_normal(const geometry::TriangleMesh& mesh, const std::vector<Vec3>& flat, const Fans& fans,
+                   std::size_t triangle, int vertex, double crease_cosine) {
   Vec3 sum = Vec3::Zero();
   const auto v = static_cast<std::size_t>(vertex);
   for (std::size_t at = fans.first[v]; at < fans.first[v + 1]; ++at) {
@@ -81,11 +81,11 @@ Vec3 smooth_normal(const TriangleMesh& mesh, const std::vector<Vec3>& flat, cons
 
 }  // namespace
 
-ProxyMesh::ProxyMesh(const TriangleMesh& mesh, const ProxyMeshOptions& options)
+ProxyMesh::ProxyMesh(const geometry::TriangleMesh& mesh, const ProxyMeshOptions& options)
     : ProxyMesh(checked(mesh), std::cos(options.crease_rad)) {}
 
-ProxyMesh::ProxyMesh(const TriangleMesh& mesh, double crease_cosine) : tree_(mesh) {
-  const std::vector<Vec3> flat = face_normals(mesh);
+ProxyMesh::ProxyMesh(const geometry::TriangleMesh& mesh, double crease_cosine) : tree_(mesh) {
+  const std::vector<Vec3> flat = geometry::face_normals(mesh);
   const Fans fans(mesh);
   normals_.resize(mesh.triangles.size());
   for (std::size_t i = 0; i < normals_.size(); ++i) {
@@ -95,4 +95,4 @@ ProxyMesh::ProxyMesh(const TriangleMesh& mesh, double crease_cosine) : tree_(mes
   }
 }
 
-}  // namespace tandem
+}  // namespace tandem::haptics

@@ -6,7 +6,7 @@
 
 #include "common/geometry/triangle_tree.hpp"
 
-namespace tandem {
+namespace tandem::haptics {
 
 struct ProxyMeshOptions {
   /// Neighbours that bend by less are shaded as one smooth surface; by more, there is an edge to be felt.
@@ -21,9 +21,9 @@ class ProxyMesh {
  public:
   /// In      mesh  metres; triangles without area are left out
   /// Fails   std::invalid_argument: none left, a vertex that is not finite, an index out of range
-  explicit ProxyMesh(const TriangleMesh& mesh, const ProxyMeshOptions& options = {});
+  explicit ProxyMesh(const geometry::TriangleMesh& mesh, const ProxyMeshOptions& options = {});
 
-  const TriangleTree& tree() const { return tree_; }
+  const geometry::TriangleTree& tree() const { return tree_; }
   /// Unit normals of the smooth surface that a triangle stands for, at its corners.
   const std::array<Eigen::Vector3f, 3>& normals_of(int triangle) const {
     return normals_[static_cast<std::size_t>(triangle)];
@@ -31,10 +31,10 @@ class ProxyMesh {
   std::size_t triangle_count() const { return normals_.size(); }
 
  private:
-  ProxyMesh(const TriangleMesh& checked, double crease_cosine);
+  ProxyMesh(const geometry::TriangleMesh& checked, double crease_cosine);
 
-  TriangleTree tree_;
+  geometry::TriangleTree tree_;
   std::vector<std::array<Eigen::Vector3f, 3>> normals_;
 };
 
-}  // namespace tandem
+}  // namespace tandem::haptics

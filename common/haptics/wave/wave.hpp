@@ -6,7 +6,7 @@
 
 #include "common/base/spatial.hpp"
 
-namespace tandem {
+namespace tandem::haptics {
 
 /// The impedance of the line between hand and tool: how much force goes with how much speed in a wave.
 struct WaveImpedance {
@@ -49,4 +49,4 @@ inline Wrench wrench_of_waves(const WaveImpedance& b, const Wave& towards_tool, 
   return {difference.f * std::sqrt(b.linear_n_s_per_m / 2), difference.t * std::sqrt(b.angular_n_m_s_per_rad / 2)};
 }
 
-}  // namespace tandem
+}  // namespace tandem::haptics

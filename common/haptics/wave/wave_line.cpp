@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-namespace tandem {
+namespace tandem::haptics {
 namespace {
 
 double wrapped(double value) {
@@ -44,11 +44,11 @@ void WavePlayer::receive(Duration sender_time, const Wave& sum) noexcept {
 
 void WavePlayer::append(const Stretch& stretch) noexcept {
   waiting_s_ += stretch.left_s;
-  if (count_ < kMostStretches) {
-    stretches_[(first_ + count_++) % kMostStretches] = stretch;
+  if (count_ < kMaxStretches) {
+    stretches_[(first_ + count_++) % kMaxStretches] = stretch;
     return;
   }
-  Stretch& last = stretches_[(first_ + count_ - 1) % kMostStretches];
+  Stretch& last = stretches_[(first_ + count_ - 1) % kMaxStretches];
   const double both_s = last.left_s + stretch.left_s;
   last.wave = (last.wave * last.left_s + stretch.wave * stretch.left_s) * (1 / both_s);
   last.left_s = both_s;
@@ -78,7 +78,7 @@ Wave WavePlayer::next(double period_s) noexcept {
     front.left_s -= taken_s;
     // Sums of a few periods: what rounding leaves is nothing.
     if (front.left_s > 1e-12) continue;
-    first_ = (first_ + 1) % kMostStretches;
+    first_ = (first_ + 1) % kMaxStretches;
     --count_;
   }
   return sum * (1 / stretch_of_time);
@@ -92,4 +92,4 @@ void WavePlayer::watch_waiting(double period_s) noexcept {
   watched_s_ = 0;
 }
 
-}  // namespace tandem
+}  // namespace tandem::haptics

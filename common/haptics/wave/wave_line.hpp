@@ -8,7 +8,7 @@
 #include "common/base/time.hpp"
 #include "common/haptics/wave/wave.hpp"
 
-namespace tandem {
+namespace tandem::haptics {
 
 /// The sum of a wave over time, as it travels.
 ///
@@ -69,7 +69,7 @@ class WavePlayer {
     Wave wave;
     double left_s = 0;
   };
-  static constexpr std::size_t kMostStretches = 256;  ///< more are merged into their mean
+  static constexpr std::size_t kMaxStretches = 256;  ///< more are merged into their mean
   static constexpr double kWatched_s = 1.0;
 
   void append(const Stretch& stretch) noexcept;
@@ -80,7 +80,7 @@ class WavePlayer {
   bool has_received_ = false;
   Duration newest_{0};
   Wave received_;
-  std::array<Stretch, kMostStretches> stretches_{};
+  std::array<Stretch, kMaxStretches> stretches_{};
   std::size_t first_ = 0;
   std::size_t count_ = 0;
   double waiting_s_ = 0;
@@ -90,4 +90,4 @@ class WavePlayer {
   Wave filtered_;
 };
 
-}  // namespace tandem
+}  // namespace tandem::haptics

@@ -5,7 +5,7 @@
 
 #include "common/base/work.hpp"
 
-namespace tandem {
+namespace tandem::haptics {
 namespace {
 
 Twist mean_velocity(const Pose& from, const Pose& to, double period_s) {
@@ -105,4 +105,4 @@ void WaveToolPort::settle(const Wrench& on_tool_W, double period_s) noexcept {
   sum_.add(account_.settle(in_, out, held_work_j(on_tool_W_, X_before_, X_), period_s), period_s);
 }
 
-}  // namespace tandem
+}  // namespace tandem::haptics

@@ -5,7 +5,7 @@
 #include "common/haptics/wave/wave.hpp"
 #include "common/haptics/wave/wave_line.hpp"
 
-namespace tandem {
+namespace tandem::haptics {
 
 /// What a port has got and not given away: arriving waves and work done on it, less leaving waves and work that it did.
 ///
@@ -113,4 +113,4 @@ class WaveToolPort {
   Wrench on_tool_W_;
 };
 
-}  // namespace tandem
+}  // namespace tandem::haptics

@@ -2,7 +2,7 @@
 
 #include <array>
 
-namespace tandem {
+namespace tandem::physics {
 namespace {
 
 constexpr std::array<EffectInfo, 6> kCatalog{{
@@ -49,4 +49,4 @@ std::string listed_effect_names() {
   return names;
 }
 
-}  // namespace tandem
+}  // namespace tandem::physics

@@ -8,7 +8,7 @@
 
 #include "common/physics/effects/effect_settings.hpp"
 
-namespace tandem {
+namespace tandem::physics {
 
 /// What an effect does to the energy of a tool and its owner together.
 enum class EffectEnergy : std::uint8_t {
@@ -38,4 +38,4 @@ std::string_view passivity_label(const EffectInfo& info) noexcept;
 /// "viscosity, constant_field, …": for messages.
 std::string listed_effect_names();
 
-}  // namespace tandem
+}  // namespace tandem::physics

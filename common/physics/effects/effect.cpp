@@ -5,7 +5,7 @@
 #include <numbers>
 #include <stdexcept>
 
-namespace tandem {
+namespace tandem::physics {
 namespace {
 
 constexpr double kTurn = 2 * std::numbers::pi;
@@ -181,4 +181,4 @@ Wrench Effect::wrench_on_tool_O(const EffectInput& input, EffectMemory& memory) 
           q_OE * clamped_to_length(wrench_E.t, settings_.torque_limit_n_m)};
 }
 
-}  // namespace tandem
+}  // namespace tandem::physics

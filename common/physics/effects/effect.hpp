@@ -3,7 +3,7 @@
 
 #include "common/physics/effects/effect_settings.hpp"
 
-namespace tandem {
+namespace tandem::physics {
 
 /// How a tool is to the owner O of an effect at the start of a step; everything in O's axes.
 struct EffectInput {
@@ -69,4 +69,4 @@ class Effect {
   Pose X_EO_;
 };
 
-}  // namespace tandem
+}  // namespace tandem::physics

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstdio>
 
-namespace tandem {
+namespace tandem::physics {
 namespace {
 
 using Problem = std::optional<EffectProblem>;
@@ -125,4 +125,4 @@ std::optional<EffectProblem> find_problem(const EffectSettings& settings) {
                 misplaced_magnet(settings)});
 }
 
-}  // namespace tandem
+}  // namespace tandem::physics

@@ -7,7 +7,7 @@
 
 #include "common/base/spatial.hpp"
 
-namespace tandem {
+namespace tandem::physics {
 
 /// Thick fluid: slows the tool, and its turning. For the models behind these see catalog.hpp.
 struct Viscosity {
@@ -83,4 +83,4 @@ struct EffectProblem {
 /// The first thing wrong with `settings`; nothing when they can be used.
 std::optional<EffectProblem> find_problem(const EffectSettings& settings);
 
-}  // namespace tandem
+}  // namespace tandem::physics

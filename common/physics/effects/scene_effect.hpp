@@ -5,11 +5,11 @@
 
 #include "common/physics/effects/effect_settings.hpp"
 
-namespace tandem {
+namespace tandem::physics {
 
 struct SceneEffect {
   std::optional<std::size_t> body;  ///< that it belongs to; none: the scene
   EffectSettings settings;
 };
 
-}  // namespace tandem
+}  // namespace tandem::physics

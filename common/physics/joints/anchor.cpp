@@ -2,7 +2,7 @@
 
 #include <Eigen/Cholesky>
 
-namespace tandem {
+namespace tandem::physics {
 namespace {
 
 using Matrix = Eigen::Matrix<double, 6, 6>;
@@ -35,7 +35,7 @@ Wrench anchor_wrench_W(const RigidBody& body, const Pose& X_target, const Joint&
   const Matrix J = to_point(now.X.p - body.centre_W());
   JointLaw law;
   law.set(joint, 1);
-  const CouplingGradient slopes = law.gradient({});
+  const haptics::CouplingGradient slopes = law.gradient({});
   const Matrix K = blocks(slopes.force_by_d, slopes.torque_by_theta);
   const Matrix D = blocks(slopes.force_by_v, slopes.torque_by_w);
   const Matrix M = blocks(body.mass().mass_kg * Eigen::Matrix3d::Identity(), body.inertia_W());
@@ -50,4 +50,4 @@ Wrench anchor_wrench_W(const RigidBody& body, const Pose& X_target, const Joint&
   return {done.head<3>(), done.tail<3>()};
 }
 
-}  // namespace tandem
+}  // namespace tandem::physics

@@ -4,7 +4,7 @@
 #include "common/physics/joints/joint.hpp"
 #include "common/physics/rigid_body.hpp"
 
-namespace tandem {
+namespace tandem::physics {
 
 /// What a joint from the body's origin to `X_target` at rest does to the body in the next step, about its centre
 /// of mass.
@@ -19,4 +19,4 @@ namespace tandem {
 Wrench anchor_wrench_W(const RigidBody& body, const Pose& X_target, const Joint& joint, const Wrench& wrench_W,
                        double step_s) noexcept;
 
-}  // namespace tandem
+}  // namespace tandem::physics

@@ -6,7 +6,7 @@
 #include "common/base/time.hpp"
 #include "common/physics/joints/joint.hpp"
 
-namespace tandem {
+namespace tandem::physics {
 
 /// A damper, and how much of it over the one-way delay is the spring beside it.
 struct DelayedSpring {
@@ -93,4 +93,4 @@ class WeightShare {
   double now_ = 0;
 };
 
-}  // namespace tandem
+}  // namespace tandem::physics

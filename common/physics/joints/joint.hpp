@@ -5,7 +5,7 @@
 
 #include "common/haptics/coupling/coupling_law.hpp"
 
-namespace tandem {
+namespace tandem::physics {
 
 /// Spring and damper between two frames, translation and rotation apart, without a limit.
 ///
@@ -46,7 +46,7 @@ inline double stored_energy_j(const Joint& joint, const Pose& X_target, const Po
 }
 
 /// A share of a joint as the implicit solver wants it: linear and without a bend, so that it is as stiff as it says.
-class JointLaw final : public CouplingLaw {
+class JointLaw final : public haptics::CouplingLaw {
  public:
   void set(const Joint& joint, double share) noexcept {
     joint_ = joint;
@@ -59,17 +59,17 @@ class JointLaw final : public CouplingLaw {
   const Joint& joint() const noexcept { return joint_; }
 
   std::string_view name() const noexcept override { return "joint"; }
-  void set_parameters(const CouplingParameters& parameters) noexcept override {
+  void set_parameters(const haptics::CouplingParameters& parameters) noexcept override {
     joint_ = {parameters.stiffness_n_per_m, parameters.damping_n_s_per_m, parameters.stiffness_n_m_per_rad,
               parameters.damping_n_m_s_per_rad};
   }
-  Wrench wrench_on_tool_W(const CouplingState& state) const noexcept override {
+  Wrench wrench_on_tool_W(const haptics::CouplingState& state) const noexcept override {
     const Joint& j = joint_;
     return {along_and_across(j.axis_W, j.axis_stiffness_n_per_m, j.stiffness_n_per_m, state.d_W) +
                 along_and_across(j.axis_W, j.axis_damping_n_s_per_m, j.damping_n_s_per_m, state.v_W),
             j.stiffness_n_m_per_rad * state.theta_W + j.damping_n_m_s_per_rad * state.w_W};
   }
-  CouplingGradient gradient(const CouplingState& /*state*/) const noexcept override {
+  haptics::CouplingGradient gradient(const haptics::CouplingState& /*state*/) const noexcept override {
     const Joint& j = joint_;
     const Eigen::Matrix3d one = Eigen::Matrix3d::Identity();
     const Eigen::Matrix3d axis = j.axis_W * j.axis_W.transpose();
@@ -82,4 +82,4 @@ class JointLaw final : public CouplingLaw {
   Joint joint_;
 };
 
-}  // namespace tandem
+}  // namespace tandem::physics

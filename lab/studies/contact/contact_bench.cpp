@@ -9,8 +9,6 @@
 namespace tandem::lab {
 namespace {
 
-using report::format_significant;
-
 std::string times_line(const std::string& name, const TimeQuantiles& times) {
   return "  " + name + format_significant(times.p50_us, 3) + " / " + format_significant(times.p99_us, 3) + " / " +
          format_significant(times.p999_us, 3) + " / " + format_significant(times.max_us, 3) + " µs\n";

@@ -17,7 +17,7 @@ namespace {
 
 /// Waves that subdivision adds: enough that the finer meshes are not flat, too little to change the contact.
 constexpr double kSubdivisionHeight_m = 5e-6;
-constexpr double kMostGrowth = 2;
+constexpr double kMaxGrowth = 2;
 
 struct Options {
   std::string mesh;
@@ -35,10 +35,11 @@ ScalingRow row_of(const TouchObject& object) {
 }
 
 /// 1, 4, 9 and 16 times the triangles.
-std::vector<TouchObject> resolutions_of(const std::string& name, const TriangleMesh& mesh, const Clock& clock) {
+std::vector<TouchObject> resolutions_of(const std::string& name, const geometry::TriangleMesh& mesh,
+                                        const Clock& clock) {
   std::vector<TouchObject> objects;
   for (const int pieces : {1, 2, 3, 4}) {
-    const TriangleMesh finer = subdivided(mesh, pieces, kSubdivisionHeight_m);
+    const geometry::TriangleMesh finer = subdivided(mesh, pieces, kSubdivisionHeight_m);
     objects.push_back(make_touch_object(name, finer, clock));
     std::cerr << name << ": " << finer.triangles.size() << " triangles built\n";
   }
@@ -58,8 +59,8 @@ boost::json::object to_json(const ScalingRow& row) {
 
 void print_rows(std::span<const ScalingRow> rows) {
   for (const ScalingRow& row : rows) {
-    std::cout << row.triangles << " triangles: step p50 " << report::format_significant(row.figures.step_us.p50_us, 3)
-              << " µs, p99 " << report::format_significant(row.figures.step_us.p99_us, 3) << " µs, up to "
+    std::cout << row.triangles << " triangles: step p50 " << format_significant(row.figures.step_us.p50_us, 3)
+              << " µs, p99 " << format_significant(row.figures.step_us.p99_us, 3) << " µs, up to "
               << row.figures.contacts_max << " contacts\n";
   }
 }
@@ -67,18 +68,18 @@ void print_rows(std::span<const ScalingRow> rows) {
 int run(const Options& options) {
   constexpr std::size_t kReference = 0;
   const SteadyClock clock;
-  const TriangleMesh mesh = mesh_from(options.mesh, "--mesh", MeshScale{});
+  const geometry::TriangleMesh mesh = mesh_from(options.mesh, "--mesh", MeshScale{});
   const auto folder = made_folder(options.out);
-  const std::vector<TouchObject> objects = resolutions_of(options.mesh, repaired(mesh).mesh, clock);
+  const std::vector<TouchObject> objects = resolutions_of(options.mesh, geometry::repaired(mesh).mesh, clock);
   const TouchSettings settings;
   const ExactSurface& exact = *objects[kReference].exact;
-  const HandPath path = touch_path(exact, exact, bench_plan(settings));
+  const devices::HandPath path = touch_path(exact, exact, bench_plan(settings));
 
   std::vector<std::vector<TouchTrace>> runs(objects.size());
   for (int round = 0; round < kRounds; ++round) {
     // Resolutions take turns, so that a change of the clock rate meets them all.
     for (std::size_t i = 0; i < objects.size(); ++i) {
-      const ContactShape& shape = *objects[i].shape;
+      const contact::ContactShape& shape = *objects[i].shape;
       runs[i].push_back(run_touch(shape, shape, path, settings, {}, clock));
     }
   }
@@ -91,51 +92,50 @@ int run(const Options& options) {
   boost::json::array rows_json;
   for (const ScalingRow& row : rows) rows_json.push_back(to_json(row));
   write_text_file(folder / "contact-scaling.json",
-                  pretty_json(boost::json::object{{"rows", rows_json}, {"checks", report::to_json(checks)}}));
+                  pretty_json(boost::json::object{{"rows", rows_json}, {"checks", to_json(checks)}}));
   write_text_file(folder / "report.html", scaling_report_html(options.mesh, rows, kReference));
   print_rows(rows);
-  report::print_checks(std::cout, checks);
-  return report::all_hold(checks) ? 0 : 1;
+  print_checks(std::cout, checks);
+  return all_hold(checks) ? 0 : 1;
 }
 
 }  // namespace
 
-std::vector<report::Check> scaling_checks(std::span<const ScalingRow> rows, std::size_t reference) {
+std::vector<Check> scaling_checks(std::span<const ScalingRow> rows, std::size_t reference) {
   const double growth = rows.back().figures.step_us.p99_us / rows[reference].figures.step_us.p99_us;
   return {{"same path",
            "step p99 at " + std::to_string(rows.back().triangles) + " triangles over that at " +
                std::to_string(rows[reference].triangles),
-           growth, report::Relation::kAtMost, kMostGrowth, "", 2}};
+           growth, Relation::kAtMost, kMaxGrowth, "", 2}};
 }
 
 std::string scaling_report_html(const std::string& mesh_name, std::span<const ScalingRow> rows, std::size_t reference) {
-  report::HtmlReport page("Cost of touch against mesh size", mesh_name + " against itself, the same path of the hand");
+  HtmlReport page("Cost of touch against mesh size", mesh_name + " against itself, the same path of the hand");
   page.verdict(scaling_checks(rows, reference));
-  report::Plot plot;
+  Plot plot;
   plot.description = "Time of a step against the number of triangles";
-  plot.x = {"triangles of each mesh", report::Scale::kLog, {}, {}};
-  plot.y = {"time of a step [µs]", report::Scale::kLinear, 0, {}};
-  report::Series median{"p50", {}, {}, 0}, tail{"p99", {}, {}, 1};
-  report::Table table{"Resolutions",
-                      {{"Triangles", ""},
-                       {"Points", ""},
-                       {"Spacing", "mm"},
-                       {"Cell", "mm"},
-                       {"Built in", "s"},
-                       {"Contacts", "at most"},
-                       {"Step p50", "µs"},
-                       {"Step p99", "µs"}},
-                      {}};
+  plot.x = {"triangles of each mesh", Scale::kLog, {}, {}};
+  plot.y = {"time of a step [µs]", Scale::kLinear, 0, {}};
+  Series median{"p50", {}, {}, 0}, tail{"p99", {}, {}, 1};
+  Table table{"Resolutions",
+              {{"Triangles", ""},
+               {"Points", ""},
+               {"Spacing", "mm"},
+               {"Cell", "mm"},
+               {"Built in", "s"},
+               {"Contacts", "at most"},
+               {"Step p50", "µs"},
+               {"Step p99", "µs"}},
+              {}};
   for (const ScalingRow& row : rows) {
     median.x.push_back(static_cast<double>(row.triangles));
     median.y.push_back(row.figures.step_us.p50_us);
     tail.x.push_back(static_cast<double>(row.triangles));
     tail.y.push_back(row.figures.step_us.p99_us);
     table.rows.push_back({std::to_string(row.triangles), std::to_string(row.points),
-                          report::format_fixed(1e3 * row.spacing_m, 3), report::format_fixed(1e3 * row.cell_m, 3),
-                          report::format_fixed(row.build_s, 2), std::to_string(row.figures.contacts_max),
-                          report::format_fixed(row.figures.step_us.p50_us, 1),
-                          report::format_fixed(row.figures.step_us.p99_us, 1)});
+                          format_fixed(1e3 * row.spacing_m, 3), format_fixed(1e3 * row.cell_m, 3),
+                          format_fixed(row.build_s, 2), std::to_string(row.figures.contacts_max),
+                          format_fixed(row.figures.step_us.p50_us, 1), format_fixed(row.figures.step_us.p99_us, 1)});
   }
   plot.series = {median, tail};
   page.figure({plot, "A step is the search for contacts and their solution. The path was made for the mesh as given."});

@@ -25,7 +25,7 @@ struct ScalingRow {
 };
 
 /// p99 of the finest mesh against that of `reference`, the mesh as it was given.
-std::vector<report::Check> scaling_checks(std::span<const ScalingRow> rows, std::size_t reference);
+std::vector<Check> scaling_checks(std::span<const ScalingRow> rows, std::size_t reference);
 std::string scaling_report_html(const std::string& mesh_name, std::span<const ScalingRow> rows, std::size_t reference);
 
 /// contact-scaling --mesh FILE --out DIR

@@ -9,7 +9,7 @@
 namespace tandem::lab {
 namespace {
 
-std::vector<std::pair<int, int>> unique_edges(const TriangleMesh& mesh) {
+std::vector<std::pair<int, int>> unique_edges(const geometry::TriangleMesh& mesh) {
   std::vector<std::pair<int, int>> edges;
   for (const auto& [a, b, c] : mesh.triangles) {
     for (const auto& [from, to] : {std::pair(a, b), std::pair(b, c), std::pair(c, a)}) {
@@ -92,7 +92,7 @@ class Deepest final : public Collector {
 
 }  // namespace
 
-ExactSurface::ExactSurface(const TriangleMesh& mesh) : mesh_(mesh), tree_(mesh), bounds_(bounds_of(mesh)) {
+ExactSurface::ExactSurface(const geometry::TriangleMesh& mesh) : mesh_(mesh), tree_(mesh), bounds_(bounds_of(mesh)) {
   std::vector<bool> is_used(mesh.vertices.size(), false);
   for (const auto& triangle : mesh.triangles) {
     for (const int index : triangle) is_used[static_cast<std::size_t>(index)] = true;
@@ -111,7 +111,7 @@ bool ExactSurface::may_touch(const Vec3& p_S, double radius_m) const {
 }
 
 double ExactSurface::distance_m(const Vec3& p_S, double limit_m) const {
-  const TriangleTree::Closest closest = tree_.closest(p_S, limit_m);
+  const geometry::TriangleTree::Closest closest = tree_.closest(p_S, limit_m);
   if (closest.triangle < 0) return std::numeric_limits<double>::infinity();
   return (p_S - closest.point_S).dot(closest.normal_S) < 0 ? -closest.distance_m : closest.distance_m;
 }

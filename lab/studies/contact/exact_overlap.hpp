@@ -16,9 +16,9 @@ namespace tandem::lab {
 /// A mesh prepared for exact questions. S: the frame of the mesh.
 class ExactSurface {
  public:
-  explicit ExactSurface(const TriangleMesh& mesh);
+  explicit ExactSurface(const geometry::TriangleMesh& mesh);
 
-  const TriangleTree& tree() const { return tree_; }
+  const geometry::TriangleTree& tree() const { return tree_; }
   std::span<const Vec3> corners() const { return corners_; }  ///< those that triangles use
   std::span<const std::array<Vec3, 2>> edges() const { return edges_; }
   /// Whether a ball about `p_S` meets the bounding box.
@@ -29,8 +29,8 @@ class ExactSurface {
   std::vector<Vec3> samples(std::size_t count, std::uint64_t seed) const;
 
  private:
-  TriangleMesh mesh_;
-  TriangleTree tree_;
+  geometry::TriangleMesh mesh_;
+  geometry::TriangleTree tree_;
   MeshBounds bounds_;
   std::vector<Vec3> corners_;
   std::vector<std::array<Vec3, 2>> edges_;

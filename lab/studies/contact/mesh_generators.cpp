@@ -15,17 +15,17 @@ namespace {
 constexpr int kPegSides = 30;
 constexpr int kHoleSides = 40;
 
-const Vec3& corner(const TriangleMesh& mesh, int index) {
+const Vec3& corner(const geometry::TriangleMesh& mesh, int index) {
   return mesh.vertices[static_cast<std::size_t>(index)];
 }
 
-int add_vertex(TriangleMesh& mesh, const Vec3& p) {
+int add_vertex(geometry::TriangleMesh& mesh, const Vec3& p) {
   mesh.vertices.push_back(p);
   return static_cast<int>(mesh.vertices.size()) - 1;
 }
 
 /// A regular polygon about the z axis, counter-clockwise seen from +z; returns its first vertex.
-int add_ring(TriangleMesh& mesh, int sides, double radius_m, double z_m) {
+int add_ring(geometry::TriangleMesh& mesh, int sides, double radius_m, double z_m) {
   const int first = static_cast<int>(mesh.vertices.size());
   for (int i = 0; i < sides; ++i) {
     const double angle = 2 * std::numbers::pi * i / sides;
@@ -35,7 +35,7 @@ int add_ring(TriangleMesh& mesh, int sides, double radius_m, double z_m) {
 }
 
 /// The wall from one ring up to another, facing away from the axis.
-void join_rings(TriangleMesh& mesh, int lower, int upper, int sides) {
+void join_rings(geometry::TriangleMesh& mesh, int lower, int upper, int sides) {
   for (int i = 0; i < sides; ++i) {
     const int next = (i + 1) % sides;
     mesh.triangles.push_back({lower + i, lower + next, upper + next});
@@ -43,7 +43,7 @@ void join_rings(TriangleMesh& mesh, int lower, int upper, int sides) {
   }
 }
 
-void cap_ring(TriangleMesh& mesh, int ring, int sides, double z_m, bool faces_up) {
+void cap_ring(geometry::TriangleMesh& mesh, int ring, int sides, double z_m, bool faces_up) {
   const int centre = add_vertex(mesh, Vec3(0, 0, z_m));
   for (int i = 0; i < sides; ++i) {
     const int next = (i + 1) % sides;
@@ -53,7 +53,7 @@ void cap_ring(TriangleMesh& mesh, int ring, int sides, double z_m, bool faces_up
 }
 
 /// Between a square's corners (at 45°, 135°, …) and the hole's ring inside it, facing +z.
-void add_annulus(TriangleMesh& mesh, int ring, int square, bool faces_up) {
+void add_annulus(geometry::TriangleMesh& mesh, int ring, int square, bool faces_up) {
   const auto add = [&](int a, int b, int c) {
     mesh.triangles.push_back(faces_up ? std::array{a, b, c} : std::array{a, c, b});
   };
@@ -74,8 +74,8 @@ double smooth_noise(const Vec3& p) {
 
 }  // namespace
 
-TriangleMesh make_peg(const PegSize& size) {
-  TriangleMesh mesh;
+geometry::TriangleMesh make_peg(const PegSize& size) {
+  geometry::TriangleMesh mesh;
   const double end_m = size.length_m / 2;
   const int tip = add_ring(mesh, kPegSides, size.radius_m - size.chamfer_m, -end_m);
   const int shoulder = add_ring(mesh, kPegSides, size.radius_m, -end_m + size.chamfer_m);
@@ -87,8 +87,8 @@ TriangleMesh make_peg(const PegSize& size) {
   return mesh;
 }
 
-TriangleMesh make_box_with_hole(const BoxWithHoleSize& size) {
-  TriangleMesh mesh;
+geometry::TriangleMesh make_box_with_hole(const BoxWithHoleSize& size) {
+  geometry::TriangleMesh mesh;
   const Vec3 half = size.box_m / 2;
   const double hole_m = (size.peg_radius_m + size.clearance_m) / std::cos(std::numbers::pi / kHoleSides);
   const auto add_square = [&](double z_m) {
@@ -110,9 +110,9 @@ TriangleMesh make_box_with_hole(const BoxWithHoleSize& size) {
   return mesh;
 }
 
-TriangleMesh make_sphere(double radius_m, int levels) {
+geometry::TriangleMesh make_sphere(double radius_m, int levels) {
   const double phi = std::numbers::phi;
-  TriangleMesh mesh;
+  geometry::TriangleMesh mesh;
   mesh.vertices = {{-1, phi, 0},  {1, phi, 0},  {-1, -phi, 0}, {1, -phi, 0}, {0, -1, phi},  {0, 1, phi},
                    {0, -1, -phi}, {0, 1, -phi}, {phi, 0, -1},  {phi, 0, 1},  {-phi, 0, -1}, {-phi, 0, 1}};
   mesh.triangles = {{0, 11, 5},  {0, 5, 1},  {0, 1, 7},  {0, 7, 10}, {0, 10, 11}, {1, 5, 9}, {5, 11, 4},
@@ -123,8 +123,8 @@ TriangleMesh make_sphere(double radius_m, int levels) {
   return mesh;
 }
 
-TriangleMesh make_cube(double edge_m) {
-  TriangleMesh mesh;
+geometry::TriangleMesh make_cube(double edge_m) {
+  geometry::TriangleMesh mesh;
   for (int i = 0; i < 8; ++i) {
     const auto side = [i, edge_m](int bit) { return ((i >> bit) & 1) != 0 ? edge_m / 2 : -edge_m / 2; };
     mesh.vertices.emplace_back(side(0), side(1), side(2));
@@ -139,7 +139,7 @@ namespace {
 /// Cuts every edge and triangle of a mesh; neighbours share the points on their edge.
 class Subdivision {
  public:
-  Subdivision(const TriangleMesh& mesh, int pieces, double height_m)
+  Subdivision(const geometry::TriangleMesh& mesh, int pieces, double height_m)
       : mesh_(mesh), pieces_(pieces), height_m_(height_m), normals_(mesh.vertices.size(), Vec3::Zero()) {
     result_.vertices = mesh.vertices;
     for (const auto& [a, b, c] : mesh.triangles) {
@@ -148,7 +148,7 @@ class Subdivision {
     }
   }
 
-  TriangleMesh run() {
+  geometry::TriangleMesh run() {
     for (const auto& triangle : mesh_.triangles) cut(triangle);
     return std::move(result_);
   }
@@ -187,21 +187,21 @@ class Subdivision {
     return found->second;
   }
 
-  const TriangleMesh& mesh_;
+  const geometry::TriangleMesh& mesh_;
   int pieces_;
   double height_m_;
   std::vector<Vec3> normals_;
   std::map<std::vector<int>, int> points_;  ///< by the corners between which they lie, and how near to each
-  TriangleMesh result_;
+  geometry::TriangleMesh result_;
 };
 
 }  // namespace
 
-TriangleMesh subdivided(const TriangleMesh& mesh, int pieces, double height_m) {
+geometry::TriangleMesh subdivided(const geometry::TriangleMesh& mesh, int pieces, double height_m) {
   return Subdivision(mesh, pieces, height_m).run();
 }
 
-MeshBounds bounds_of(const TriangleMesh& mesh) {
+MeshBounds bounds_of(const geometry::TriangleMesh& mesh) {
   const Vec3& first = corner(mesh, mesh.triangles.front()[0]);
   MeshBounds bounds{first, first};
   for (const auto& triangle : mesh.triangles) {
@@ -213,7 +213,7 @@ MeshBounds bounds_of(const TriangleMesh& mesh) {
   return bounds;
 }
 
-double volume_m3(const TriangleMesh& mesh) {
+double volume_m3(const geometry::TriangleMesh& mesh) {
   double volume = 0;
   for (const auto& [a, b, c] : mesh.triangles) {
     volume += corner(mesh, a).dot(corner(mesh, b).cross(corner(mesh, c))) / 6;

@@ -13,7 +13,7 @@ struct PegSize {
   double length_m = 0.060;
   double chamfer_m = 0.002;
 };
-TriangleMesh make_peg(const PegSize& size = {});
+geometry::TriangleMesh make_peg(const PegSize& size = {});
 
 /// The box of that benchmark: 176 triangles. Centred, with a hole of 40 sides through it along z.
 ///
@@ -24,16 +24,16 @@ struct BoxWithHoleSize {
   double peg_radius_m = 0.010;
   double clearance_m = 5e-4;
 };
-TriangleMesh make_box_with_hole(const BoxWithHoleSize& size = {});
+geometry::TriangleMesh make_box_with_hole(const BoxWithHoleSize& size = {});
 
 /// 20 · 4^levels triangles; corners on the sphere.
-TriangleMesh make_sphere(double radius_m, int levels);
+geometry::TriangleMesh make_sphere(double radius_m, int levels);
 /// 12 triangles, centred.
-TriangleMesh make_cube(double edge_m);
+geometry::TriangleMesh make_cube(double edge_m);
 
 /// Each edge becomes `pieces`, each triangle pieces²; new corners leave the old surface by up to `height_m` along its
 /// normal, by a smooth function of place, so that the finer mesh is not made of flat patches.
-TriangleMesh subdivided(const TriangleMesh& mesh, int pieces, double height_m);
+geometry::TriangleMesh subdivided(const geometry::TriangleMesh& mesh, int pieces, double height_m);
 
 struct MeshBounds {
   Vec3 low = Vec3::Zero();
@@ -41,8 +41,8 @@ struct MeshBounds {
 };
 /// Of the corners of triangles.
 /// In      mesh  at least one triangle
-MeshBounds bounds_of(const TriangleMesh& mesh);
+MeshBounds bounds_of(const geometry::TriangleMesh& mesh);
 /// Signed volume of a closed mesh; positive when its triangles face outwards.
-double volume_m3(const TriangleMesh& mesh);
+double volume_m3(const geometry::TriangleMesh& mesh);
 
 }  // namespace tandem::lab

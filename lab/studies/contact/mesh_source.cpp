@@ -12,7 +12,7 @@ namespace {
 
 struct Generated {
   std::string_view name;
-  TriangleMesh (*make)();
+  geometry::TriangleMesh (*make)();
 };
 constexpr std::array kGenerated{
     Generated{"peg", [] { return make_peg(); }}, Generated{"box_with_hole", [] { return make_box_with_hole(); }},
@@ -24,7 +24,7 @@ std::string generated_names() {
   return names;
 }
 
-void place(TriangleMesh& mesh, double factor) {
+void place(geometry::TriangleMesh& mesh, double factor) {
   const MeshBounds bounds = bounds_of(mesh);
   const Vec3 centre = (bounds.low + bounds.high) / 2;
   for (Vec3& vertex : mesh.vertices) vertex = (vertex - centre) * factor;
@@ -32,17 +32,17 @@ void place(TriangleMesh& mesh, double factor) {
 
 }  // namespace
 
-TriangleMesh mesh_from(const std::string& name, const std::string& option, const MeshScale& scale) {
+geometry::TriangleMesh mesh_from(const std::string& name, const std::string& option, const MeshScale& scale) {
   for (const Generated& one : kGenerated) {
     if (name != one.name) continue;
-    TriangleMesh mesh = one.make();
+    geometry::TriangleMesh mesh = one.make();
     place(mesh, scale.factor.value_or(1));
     return mesh;
   }
-  TriangleMesh mesh;
+  geometry::TriangleMesh mesh;
   try {
-    mesh = read_mesh_file(name, "give a file that is there");
-  } catch (const AssetFileError& error) {
+    mesh = server::read_mesh_file(name, "give a file that is there");
+  } catch (const server::AssetFileError& error) {
     throw std::invalid_argument(option + " is " + error.what() + "; or a generated mesh: " + generated_names());
   }
   if (mesh.triangles.empty()) throw std::invalid_argument(option + " is " + name + ", which has no triangle");

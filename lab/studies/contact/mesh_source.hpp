@@ -19,6 +19,6 @@ struct MeshScale {
 /// In      name    "peg", "box_with_hole", "sphere", "cube", or a file
 ///         option  the option that gave the name, for messages: "--a"
 /// Fails   std::invalid_argument: "--a is /x/y.obj, which does not exist; …"
-TriangleMesh mesh_from(const std::string& name, const std::string& option, const MeshScale& scale);
+geometry::TriangleMesh mesh_from(const std::string& name, const std::string& option, const MeshScale& scale);
 
 }  // namespace tandem::lab

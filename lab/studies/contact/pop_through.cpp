@@ -9,7 +9,7 @@ namespace tandem::lab {
 namespace {
 
 constexpr double kPiece_m = 2.5e-4;
-constexpr int kMostPieces = 1000;
+constexpr int kMaxPieces = 1000;
 
 }  // namespace
 
@@ -25,7 +25,7 @@ std::size_t PointsThrough::step(const Pose& X_OM) {
     if (!has_started_) follower.last_O = p_O;
     const Vec3 from_O = follower.last_O;
     const double length = (p_O - from_O).norm();
-    const int pieces = std::clamp(static_cast<int>(std::ceil(length / kPiece_m)), 1, kMostPieces);
+    const int pieces = std::clamp(static_cast<int>(std::ceil(length / kPiece_m)), 1, kMaxPieces);
     // The ball around the stretch: far from the box, nothing on it matters.
     if (follower.is_inside || other_.may_touch((from_O + p_O) / 2, length / 2 + bounds_.too_deep_m)) {
       for (int i = 1; i <= pieces; ++i) move(follower, from_O + (p_O - from_O) * i / pieces);
@@ -38,7 +38,7 @@ std::size_t PointsThrough::step(const Pose& X_OM) {
 }
 
 void PointsThrough::move(Follower& follower, const Vec3& p_O) {
-  const TriangleTree::Closest closest = other_.tree().closest(p_O, bounds_.too_deep_m);
+  const geometry::TriangleTree::Closest closest = other_.tree().closest(p_O, bounds_.too_deep_m);
   if (closest.triangle < 0) {
     // Farther from the surface than a point may be inside.
     if (follower.is_inside) {

@@ -57,8 +57,8 @@ Pose random_pose(const TouchObject& a, const TouchObject& b, Random& random) {
 /// Contacts in the order of x, so that those near a point are found without looking at all.
 class NearContacts {
  public:
-  explicit NearContacts(std::span<const ContactPoint> contacts) {
-    for (const ContactPoint& contact : contacts) {
+  explicit NearContacts(std::span<const contact::ContactPoint> contacts) {
+    for (const contact::ContactPoint& contact : contacts) {
       if (contact.depth_m >= 0) points_.push_back(contact.p_W);
     }
     std::sort(points_.begin(), points_.end(), [](const Vec3& a, const Vec3& b) { return a.x() < b.x(); });
@@ -82,7 +82,7 @@ class NearContacts {
 PoseCheck check_poses(const TouchObject& a, const TouchObject& b, std::size_t poses, std::uint64_t seed,
                       const std::function<void(std::size_t)>& progress) {
   PoseCheck result;
-  ContactPair pair{ContactBudget{}};
+  contact::ContactPair pair{contact::ContactBudget{}};
   OverlapSearch all;
   all.shallowest_m = kMissedDepth_m;
   all.deepest_m = 2 * kDeepestPose_m;
@@ -95,7 +95,8 @@ PoseCheck check_poses(const TouchObject& a, const TouchObject& b, std::size_t po
     pair.bind(a.shape.get(), b.shape.get());
     pair.find(X_WA, Pose{}, kBand_m);
     double deepest_found = 0;
-    for (const ContactPoint& contact : pair.contacts()) deepest_found = std::max(deepest_found, contact.depth_m);
+    for (const contact::ContactPoint& contact : pair.contacts())
+      deepest_found = std::max(deepest_found, contact.depth_m);
 
     const NearContacts contacts(pair.contacts());
     const auto points = overlap_points(*a.exact, X_WA, *b.exact, Pose{}, all);

@@ -20,7 +20,7 @@ constexpr double kUpAndDown_s = 3.1;
 constexpr double kElevation_rad = 1.2;
 /// Of lag_of(): a stride that no period of the path has; updates until rest.
 constexpr std::size_t kLagStride = 7;
-constexpr int kMostSettling = 200;
+constexpr int kMaxSettling = 200;
 /// An update that moves less has come to rest.
 constexpr double kAtRest_m = 1e-7;
 
@@ -40,8 +40,8 @@ bool crosses_triangle(const Vec3& p, const Vec3& q, const Vec3& a, const Vec3& b
 
 }  // namespace
 
-std::vector<Vec3> wandering_hand(const TriangleMesh& mesh, std::size_t steps) {
-  const TriangleTree tree(mesh);
+std::vector<Vec3> wandering_hand(const geometry::TriangleMesh& mesh, std::size_t steps) {
+  const geometry::TriangleTree tree(mesh);
   const MeshBounds bounds = bounds_of(mesh);
   const Vec3 centre = (bounds.low + bounds.high) / 2;
   const Vec3 half = kWiden * (bounds.high - bounds.low) / 2;
@@ -66,17 +66,17 @@ std::vector<Vec3> wandering_hand(const TriangleMesh& mesh, std::size_t steps) {
   return hand;
 }
 
-ProxyRun run_god_object(const std::shared_ptr<const ProxyMesh>& mesh, const GodObjectSettings& settings,
-                        const std::vector<Vec3>& hand, const Clock& clock) {
-  ProxyObstacle obstacle;
+ProxyRun run_god_object(const std::shared_ptr<const haptics::ProxyMesh>& mesh,
+                        const haptics::GodObjectSettings& settings, const std::vector<Vec3>& hand, const Clock& clock) {
+  haptics::ProxyObstacle obstacle;
   obstacle.mesh = mesh;
-  GodObject proxy(settings, {obstacle}, hand.front());
+  haptics::GodObject proxy(settings, {obstacle}, hand.front());
   ProxyRun run;
   run.times.reserve(hand.size());
   run.ball_W.reserve(hand.size());
   for (const Vec3& goal : hand) {
     const LocalTime begin = clock.now();
-    const ProxyState& state = proxy.update(goal);
+    const haptics::ProxyState& state = proxy.update(goal);
     run.times.push_back(clock.now() - begin);
     run.ball_W.push_back(state.p_W);
     run.way_W.insert(run.way_W.end(), proxy.way_W().begin(), proxy.way_W().end());
@@ -84,14 +84,14 @@ ProxyRun run_god_object(const std::shared_ptr<const ProxyMesh>& mesh, const GodO
   return run;
 }
 
-ProxyRun run_closest_point(const TriangleTree& tree, double radius_m, const std::vector<Vec3>& hand,
+ProxyRun run_closest_point(const geometry::TriangleTree& tree, double radius_m, const std::vector<Vec3>& hand,
                            const Clock& clock) {
   ProxyRun run;
   run.times.reserve(hand.size());
   run.way_W.reserve(hand.size());
   for (const Vec3& goal : hand) {
     const LocalTime begin = clock.now();
-    const TriangleTree::Closest closest = tree.closest(goal);
+    const geometry::TriangleTree::Closest closest = tree.closest(goal);
     const Vec3 normal = closest.normal_S.stableNormalized();
     const bool is_touching = (goal - closest.point_S).dot(normal) < radius_m;
     const Vec3 touch = is_touching ? Vec3(closest.point_S + radius_m * normal) : goal;
@@ -102,7 +102,7 @@ ProxyRun run_closest_point(const TriangleTree& tree, double radius_m, const std:
   return run;
 }
 
-CrossingJudge::CrossingJudge(const TriangleMesh& mesh) {
+CrossingJudge::CrossingJudge(const geometry::TriangleMesh& mesh) {
   triangles_.reserve(mesh.triangles.size());
   for (const auto& corners : mesh.triangles) {
     const auto corner = [&](std::size_t i) { return mesh.vertices[static_cast<std::size_t>(corners[i])]; };
@@ -125,8 +125,8 @@ bool CrossingJudge::crosses(const Vec3& from, const Vec3& to) const {
   return false;
 }
 
-ProxyFigures figures_of(const std::vector<ProxyRun>& runs, const TriangleTree& tree, const CrossingJudge& judge,
-                        double radius_m) {
+ProxyFigures figures_of(const std::vector<ProxyRun>& runs, const geometry::TriangleTree& tree,
+                        const CrossingJudge& judge, double radius_m) {
   ProxyFigures figures;
   std::vector<Duration> times;
   for (const ProxyRun& run : runs) times.insert(times.end(), run.times.begin(), run.times.end());
@@ -139,20 +139,20 @@ ProxyFigures figures_of(const std::vector<ProxyRun>& runs, const TriangleTree& t
   return figures;
 }
 
-ProxyLag lag_of(const std::shared_ptr<const ProxyMesh>& mesh, const GodObjectSettings& settings,
+ProxyLag lag_of(const std::shared_ptr<const haptics::ProxyMesh>& mesh, const haptics::GodObjectSettings& settings,
                 const std::vector<Vec3>& hand) {
-  ProxyObstacle obstacle;
+  haptics::ProxyObstacle obstacle;
   obstacle.mesh = mesh;
-  GodObject proxy(settings, {obstacle}, hand.front());
-  GodObject waiting = proxy;
+  haptics::GodObject proxy(settings, {obstacle}, hand.front());
+  haptics::GodObject waiting = proxy;
   std::size_t held_back = 0;
   std::vector<double> lags_m;
   for (std::size_t i = 0; i < hand.size(); ++i) {
-    const ProxyState& state = proxy.update(hand[i]);
-    held_back += (state.faults & kProxyHeldBack) != 0 ? 1 : 0;
+    const haptics::ProxyState& state = proxy.update(hand[i]);
+    held_back += (state.faults & haptics::kProxyHeldBack) != 0 ? 1 : 0;
     if (i % kLagStride != 0) continue;
     waiting = proxy;
-    for (int more = 0; more < kMostSettling; ++more) {
+    for (int more = 0; more < kMaxSettling; ++more) {
       const Vec3 before_W = waiting.state().p_W;
       if ((waiting.update(hand[i]).p_W - before_W).norm() < kAtRest_m) break;
     }
@@ -165,7 +165,7 @@ ProxyLag lag_of(const std::shared_ptr<const ProxyMesh>& mesh, const GodObjectSet
   return {static_cast<double>(held_back) / static_cast<double>(hand.size()), at(0.5), at(0.99), at(1)};
 }
 
-double depth_of(const std::vector<Vec3>& hand, const TriangleTree& tree) {
+double depth_of(const std::vector<Vec3>& hand, const geometry::TriangleTree& tree) {
   double deepest_m = 0;
   for (const Vec3& p : hand) deepest_m = std::max(deepest_m, -tree.signed_distance_m(p));
   return deepest_m;

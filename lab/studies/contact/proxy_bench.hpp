@@ -17,7 +17,7 @@ namespace tandem::lab {
 ///
 /// Model   a point y wanders on an ellipsoid around the bounding box; the hand is drawn to the place 5 mm behind the
 ///         mesh's closest point to y, at no more than 0.2 m/s, through the inside too. It begins at y.
-std::vector<Vec3> wandering_hand(const TriangleMesh& mesh, std::size_t steps);
+std::vector<Vec3> wandering_hand(const geometry::TriangleMesh& mesh, std::size_t steps);
 
 /// What one loop did along a path.
 struct ProxyRun {
@@ -27,11 +27,11 @@ struct ProxyRun {
 };
 
 /// The god-object: the ball is its proxy.
-ProxyRun run_god_object(const std::shared_ptr<const ProxyMesh>& mesh, const GodObjectSettings& settings,
-                        const std::vector<Vec3>& hand, const Clock& clock);
+ProxyRun run_god_object(const std::shared_ptr<const haptics::ProxyMesh>& mesh,
+                        const haptics::GodObjectSettings& settings, const std::vector<Vec3>& hand, const Clock& clock);
 /// The mesh's closest point by the bounding-volume tree, from scratch in every tick: no history. The ball is beside it,
 /// on the side that the surface faces.
-ProxyRun run_closest_point(const TriangleTree& tree, double radius_m, const std::vector<Vec3>& hand,
+ProxyRun run_closest_point(const geometry::TriangleTree& tree, double radius_m, const std::vector<Vec3>& hand,
                            const Clock& clock);
 
 /// Judged from places and triangles alone, without any of the loops' own code but the exact distance to a mesh.
@@ -48,16 +48,16 @@ struct ProxyLag {
   double p99_m = 0;
   double max_m = 0;
 };
-/// Every kLagStride-th tick is followed to its rest, for at most kMostSettling updates. Reads no clock.
-ProxyLag lag_of(const std::shared_ptr<const ProxyMesh>& mesh, const GodObjectSettings& settings,
+/// Every kLagStride-th tick is followed to its rest, for at most kMaxSettling updates. Reads no clock.
+ProxyLag lag_of(const std::shared_ptr<const haptics::ProxyMesh>& mesh, const haptics::GodObjectSettings& settings,
                 const std::vector<Vec3>& hand);
 /// How deep the hand's point is at most.
-double depth_of(const std::vector<Vec3>& hand, const TriangleTree& tree);
+double depth_of(const std::vector<Vec3>& hand, const geometry::TriangleTree& tree);
 
 /// Counts straight ways that cross a mesh, by trying every triangle that overlaps their extent in x.
 class CrossingJudge {
  public:
-  explicit CrossingJudge(const TriangleMesh& mesh);
+  explicit CrossingJudge(const geometry::TriangleMesh& mesh);
   bool crosses(const Vec3& from, const Vec3& to) const;
 
  private:
@@ -70,8 +70,8 @@ class CrossingJudge {
 };
 
 /// In      runs  of the same loop and path, at least one; leave out a first one, which finds caches cold
-ProxyFigures figures_of(const std::vector<ProxyRun>& runs, const TriangleTree& tree, const CrossingJudge& judge,
-                        double radius_m);
+ProxyFigures figures_of(const std::vector<ProxyRun>& runs, const geometry::TriangleTree& tree,
+                        const CrossingJudge& judge, double radius_m);
 boost::json::object to_json(const ProxyFigures& figures);
 boost::json::object to_json(const ProxyLag& lag);
 

@@ -15,10 +15,6 @@
 namespace tandem::lab {
 namespace {
 
-using report::Check;
-using report::format_significant;
-using report::Relation;
-
 constexpr const char* kBunny = "/usr/share/glmark2/models/bunny.obj";
 constexpr Duration kPeerStretch = std::chrono::seconds(3);
 constexpr double kGravity_m_per_s2 = 9.81;
@@ -29,8 +25,8 @@ struct NamedTrace {
   TouchTrace trace;
 };
 
-std::vector<report::Band> bands_of(const TouchTrace& trace) {
-  std::vector<report::Band> bands;
+std::vector<Band> bands_of(const TouchTrace& trace) {
+  std::vector<Band> bands;
   int phase = -1;
   for (const TouchStep& step : trace.steps) {
     const double now_s = to_seconds(step.at);
@@ -41,17 +37,17 @@ std::vector<report::Band> bands_of(const TouchTrace& trace) {
   return bands;
 }
 
-report::Figure figure_of(const std::vector<NamedTrace>& runs, const std::string& label, const std::string& caption,
-                         const std::function<double(const TouchStep&)>& of) {
-  report::Figure figure;
+Figure figure_of(const std::vector<NamedTrace>& runs, const std::string& label, const std::string& caption,
+                 const std::function<double(const TouchStep&)>& of) {
+  Figure figure;
   figure.caption = caption;
   figure.plot.description = caption;
   figure.plot.x.label = "time [s]";
-  figure.plot.y = {label, report::Scale::kLinear, 0, {}};
+  figure.plot.y = {label, Scale::kLinear, 0, {}};
   figure.plot.bands = bands_of(runs.front().trace);
   int color = 0;
   for (const NamedTrace& run : runs) {
-    report::Series series{runs.size() > 1 ? run.name : "", {}, {}, color++};
+    Series series{runs.size() > 1 ? run.name : "", {}, {}, color++};
     for (const TouchStep& step : run.trace.steps) {
       series.x.push_back(to_seconds(step.at));
       series.y.push_back(of(step));
@@ -62,7 +58,7 @@ report::Figure figure_of(const std::vector<NamedTrace>& runs, const std::string&
 }
 
 /// The four graphs of the thesis: force, torque, computation time, contacts.
-std::vector<report::Figure> figures_of_thesis(const std::vector<NamedTrace>& runs) {
+std::vector<Figure> figures_of_thesis(const std::vector<NamedTrace>& runs) {
   return {figure_of(runs, "force on the hand [N]", "Magnitude of the coupling's force on the hand.",
                     [](const TouchStep& step) { return step.on_hand_W.f.norm(); }),
           figure_of(runs, "torque on the hand [mN·m]", "Magnitude of the coupling's torque on the hand.",
@@ -168,14 +164,14 @@ Reproduction reproduce_bunny(const Clock& clock) {
   const TouchPair pair{make_touch_object("bunny", mesh_from(kBunny, "the bunny", MeshScale{}), clock), {}};
   const TouchObject& bunny = pair.a;
   const TouchSettings settings;
-  const HandPath path = touch_path(*bunny.exact, *bunny.exact, bench_plan(settings));
+  const devices::HandPath path = touch_path(*bunny.exact, *bunny.exact, bench_plan(settings));
   ContactBench bench = describe(pair);
   const auto ours = in_rounds([&] { return run_touch(*bunny.shape, *bunny.shape, path, settings, {}, clock); });
   const std::vector<NamedTrace> runs{{"ours", fastest_of(ours)}};
   bench.ours = figures_of(ours, *bunny.exact, *bunny.exact);
   const TouchStretch peer_stretch{begin_of_phase(path, "press"),
                                   static_cast<std::size_t>(to_seconds(kPeerStretch) / settings.step_s)};
-  const TriangleMesh& mesh = bunny.mesh.mesh;
+  const geometry::TriangleMesh& mesh = bunny.mesh.mesh;
   const auto peer = in_rounds([&] { return run_gimpact(mesh, mesh, path, settings, peer_stretch, clock); });
   bench.gimpact = figures_of(peer, *bunny.exact, *bunny.exact);
   bench.machine = measure_machine(*bunny.shape, clock);
@@ -207,7 +203,7 @@ Reproduction reproduce_peg(const Clock& clock) {
   constexpr double kForceLimit_n = 4;
   const TouchObject peg = make_touch_object("peg", make_peg(), clock);
   const TouchObject box = make_touch_object("box with hole", make_box_with_hole(), clock);
-  const HandPath path = load_hand_path(std::string(TANDEM_PATH_DIRECTORY) + "/peg_five_steps.json");
+  const devices::HandPath path = devices::load_hand_path(std::string(TANDEM_PATH_DIRECTORY) + "/peg_five_steps.json");
   Reproduction result;
   result.title = "Peg in hole in five steps";
   result.summary =

@@ -59,7 +59,7 @@ TouchFigures figures_of(const std::vector<TouchTrace>& runs, const ExactSurface&
   return figures;
 }
 
-MachineLimits measure_machine(const ContactShape& shape, const Clock& clock) {
+MachineLimits measure_machine(const contact::ContactShape& shape, const Clock& clock) {
   MachineLimits limits;
   const auto& points = shape.shells.surface.points;
   const std::size_t count = std::min(points.size(), kSamplePoints);

@@ -40,6 +40,6 @@ struct MachineLimits {
   double field_sample_ns = 0;    ///< distance and gradient at one point near the surface, everything in the cache
   TimeQuantiles memory_copy_us;  ///< of 256 KiB: the tail is what the machine itself adds to a step
 };
-MachineLimits measure_machine(const ContactShape& shape, const Clock& clock);
+MachineLimits measure_machine(const contact::ContactShape& shape, const Clock& clock);
 
 }  // namespace tandem::lab

@@ -10,8 +10,8 @@ namespace {
 
 using File = std::unique_ptr<std::FILE, int (*)(std::FILE*)>;
 
-std::shared_ptr<const ContactShape> through_a_file(const std::vector<std::uint8_t>& bytes, const Clock& clock,
-                                                   double& load_s) {
+std::shared_ptr<const contact::ContactShape> through_a_file(const std::vector<std::uint8_t>& bytes, const Clock& clock,
+                                                            double& load_s) {
   const File file(std::tmpfile(), &std::fclose);
   const bool is_written = file != nullptr && std::fwrite(bytes.data(), 1, bytes.size(), file.get()) == bytes.size() &&
                           std::fflush(file.get()) == 0;
@@ -22,7 +22,7 @@ std::shared_ptr<const ContactShape> through_a_file(const std::vector<std::uint8_
   if (std::fread(read.data(), 1, read.size(), file.get()) != read.size()) {
     throw std::runtime_error("a temporary file cannot be read back");
   }
-  auto shape = contact_shape_from(read);
+  auto shape = contact::contact_shape_from(read);
   load_s = to_seconds(clock.now() - begin);
   if (shape == nullptr) throw std::runtime_error("a contact asset could not be read back from its own bytes");
   return shape;
@@ -31,7 +31,7 @@ std::shared_ptr<const ContactShape> through_a_file(const std::vector<std::uint8_
 }  // namespace
 
 double TouchObject::cell_m() const {
-  const auto* const grid = dynamic_cast<const DistanceGrid*>(shape->field.get());
+  const auto* const grid = dynamic_cast<const contact::DistanceGrid*>(shape->field.get());
   return grid == nullptr ? 0 : grid->coarsest_cell_m();
 }
 
@@ -43,18 +43,18 @@ std::size_t TouchObject::points() const {
   return shape->shells.surface.points.size() + shape->shells.features.points.size();
 }
 
-TouchObject make_touch_object(const std::string& name, const TriangleMesh& mesh, const Clock& clock) {
+TouchObject make_touch_object(const std::string& name, const geometry::TriangleMesh& mesh, const Clock& clock) {
   TouchObject object;
   object.name = name;
   const LocalTime begin = clock.now();
   try {
-    object.mesh = repaired(mesh);
-  } catch (const MeshError& error) {
+    object.mesh = geometry::repaired(mesh);
+  } catch (const geometry::MeshError& error) {
     throw std::invalid_argument(name + " cannot be touched: " + error.what());
   }
-  const auto built = make_contact_mesh(object.mesh);
+  const auto built = contact::make_contact_mesh(object.mesh);
   object.build_s = to_seconds(clock.now() - begin);
-  object.shape = through_a_file(contact_asset_bytes(*built), clock, object.cache_load_s);
+  object.shape = through_a_file(contact::contact_asset_bytes(*built), clock, object.cache_load_s);
   object.exact = std::make_shared<const ExactSurface>(object.mesh.mesh);
   return object;
 }

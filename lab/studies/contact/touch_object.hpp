@@ -12,8 +12,8 @@ namespace tandem::lab {
 
 struct TouchObject {
   std::string name;
-  ContactMesh mesh;
-  std::shared_ptr<const ContactShape> shape;  ///< as it comes out of the cache
+  geometry::ContactMesh mesh;
+  std::shared_ptr<const contact::ContactShape> shape;  ///< as it comes out of the cache
   std::shared_ptr<const ExactSurface> exact;
   double build_s = 0;
   double cache_load_s = 0;  ///< from a file that the kernel still holds in memory
@@ -26,6 +26,6 @@ struct TouchObject {
 /// Repairs the mesh, builds its asset, writes that to a temporary file and reads it back.
 /// Fails   std::invalid_argument naming `name` and the reason when the mesh cannot be touched;
 ///         std::runtime_error when the temporary file cannot be used
-TouchObject make_touch_object(const std::string& name, const TriangleMesh& mesh, const Clock& clock);
+TouchObject make_touch_object(const std::string& name, const geometry::TriangleMesh& mesh, const Clock& clock);
 
 }  // namespace tandem::lab

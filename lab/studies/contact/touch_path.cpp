@@ -25,7 +25,7 @@ class Way {
     add(X_WH, kPeakOverMean * mean_s);
   }
   void rest() { add(points_.back().X_DH, kRest_s); }
-  HandPath path() && { return HandPath(std::move(points_)); }
+  devices::HandPath path() && { return devices::HandPath(std::move(points_)); }
 
  private:
   void add(const Pose& X_WH, double seconds) {
@@ -35,7 +35,7 @@ class Way {
   }
 
   const TouchPlan& plan_;
-  std::vector<WayPoint> points_;
+  std::vector<devices::WayPoint> points_;
   std::string phase_;
 };
 
@@ -64,7 +64,7 @@ Vec3 first_contact(const ExactSurface& a, const ExactSurface& b, const TouchPlan
 
 }  // namespace
 
-HandPath touch_path(const ExactSurface& a, const ExactSurface& b, const TouchPlan& plan) {
+devices::HandPath touch_path(const ExactSurface& a, const ExactSurface& b, const TouchPlan& plan) {
   const Vec3 into = plan.direction_W.normalized();
   const Vec3 side = into.unitOrthogonal();
   const Vec3 up = into.cross(side);
@@ -93,7 +93,7 @@ HandPath touch_path(const ExactSurface& a, const ExactSurface& b, const TouchPla
   return std::move(way).path();
 }
 
-Duration begin_of_phase(const HandPath& path, const std::string& name) {
+Duration begin_of_phase(const devices::HandPath& path, const std::string& name) {
   const auto found = std::find(path.phases().begin(), path.phases().end(), name);
   if (found == path.phases().end()) throw std::invalid_argument("the hand path has no phase \"" + name + "\"");
   const int wanted = static_cast<int>(found - path.phases().begin());

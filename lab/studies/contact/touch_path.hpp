@@ -22,9 +22,9 @@ struct TouchPlan {
 /// Phases "approach", "press", "slide", "twist", "pull away". B stands at the origin of W; A starts outside its box.
 ///
 /// The first contact is found by approaching in steps of the gap between the meshes' corners.
-HandPath touch_path(const ExactSurface& a, const ExactSurface& b, const TouchPlan& plan);
+devices::HandPath touch_path(const ExactSurface& a, const ExactSurface& b, const TouchPlan& plan);
 
 /// When the phase of that name begins. Fails: std::invalid_argument when the path has none.
-Duration begin_of_phase(const HandPath& path, const std::string& name);
+Duration begin_of_phase(const devices::HandPath& path, const std::string& name);
 
 }  // namespace tandem::lab

@@ -16,25 +16,25 @@ namespace tandem::lab {
 namespace {
 
 constexpr double kDampingRatio = 0.7;
-constexpr double kLeastBand_m = 3e-4;
+constexpr double kMinBand_m = 3e-4;
 constexpr std::size_t kReducedContacts = 16;
 /// Contacts closer together than this have no lever worth the name.
-constexpr double kLeastSpread_m = 1e-3;
+constexpr double kMinSpread_m = 1e-3;
 
 /// How far the reduced contacts' wrench is from that of all.
 class ReductionError {
  public:
   /// What a receiver feels too much when it changes from the contacts reduced at the call before, carried on to here by
   /// their own stiffness, to those reduced now: as a force.
-  double change_n(std::span<const ContactPoint> contacts, double stiffness_n_per_m3, const Pose& X_WT) {
-    const std::size_t count = reduce_contacts(contacts, stiffness_n_per_m3, reduced_);
-    const ContactWrench all = contact_wrench(contacts, stiffness_n_per_m3, X_WT.p);
-    const ContactWrench few = contact_wrench(std::span(reduced_).first(count), X_WT.p);
+  double change_n(std::span<const contact::ContactPoint> contacts, double stiffness_n_per_m3, const Pose& X_WT) {
+    const std::size_t count = contact::reduce_contacts(contacts, stiffness_n_per_m3, reduced_);
+    const contact::ContactWrench all = contact::contact_wrench(contacts, stiffness_n_per_m3, X_WT.p);
+    const contact::ContactWrench few = contact::contact_wrench(std::span(reduced_).first(count), X_WT.p);
     const Error error{few.on_a_W - all.on_a_W, few.derivative - all.derivative, X_WT};
     const Wrench change = error.wrench_W - before_.carried_to(X_WT);
     before_ = error;
-    double spread = kLeastSpread_m;
-    for (const ContactPoint& contact : contacts) spread = std::max(spread, (contact.p_W - X_WT.p).norm());
+    double spread = kMinSpread_m;
+    for (const contact::ContactPoint& contact : contacts) spread = std::max(spread, (contact.p_W - X_WT.p).norm());
     return std::max(change.f.norm(), change.t.norm() / spread);
   }
 
@@ -42,7 +42,7 @@ class ReductionError {
   /// Of the reduced contacts' wrench about the tool's origin, and of its derivative.
   struct Error {
     Wrench wrench_W;
-    Matrix6 derivative = Matrix6::Zero();
+    contact::Matrix6 derivative = contact::Matrix6::Zero();
     Pose X_WT;
 
     Wrench carried_to(const Pose& X_WT_now) const {
@@ -55,22 +55,22 @@ class ReductionError {
     }
   };
 
-  std::array<ReducedContact, kReducedContacts> reduced_;
+  std::array<contact::ReducedContact, kReducedContacts> reduced_;
   Error before_;
 };
 
 /// Our own contact: search and implicit solver.
 class TouchSimulation {
  public:
-  TouchSimulation(const ContactShape& tool, const ContactShape& fixed, const TouchSettings& settings, const Pose& X_WT,
-                  const Clock& clock)
+  TouchSimulation(const contact::ContactShape& tool, const contact::ContactShape& fixed, const TouchSettings& settings,
+                  const Pose& X_WT, const Clock& clock)
       : settings_(settings),
         clock_(clock),
         radius_m_(tool.radius_m()),
         rigid_depth_m_(std::min(tool.rigid_depth_m, fixed.rigid_depth_m)),
         inertia_T_(box_inertia_kg_m2(tool.high_S - tool.low_S, settings.mass_kg).asDiagonal()),
         law_(damped_for(settings.coupling, settings.mass_kg, inertia_T_.diagonal())),
-        solver_({.bodies = 1, .couplings = 1, .patches = 1, .contacts = ContactBudget{}.points}),
+        solver_({.bodies = 1, .couplings = 1, .patches = 1, .contacts = contact::ContactBudget{}.points}),
         X_WT_(X_WT) {
     pair_.bind(&tool, &fixed);
   }
@@ -79,12 +79,12 @@ class TouchSimulation {
     const double h = settings_.step_s;
     // Both ends of the coupling may move within the step; half as much again, for what the step itself adds.
     const double speed = std::max(V_WT_.v.norm() + V_WT_.w.norm() * radius_m_, V_WH.v.norm());
-    const double band = std::max(kLeastBand_m, 1.5 * speed * h);
+    const double band = std::max(kMinBand_m, 1.5 * speed * h);
     TouchStep result;
     const LocalTime begin = clock_.now();
-    const ContactWork work = pair_.find(X_WT_, Pose{}, band);
+    const contact::ContactWork work = pair_.find(X_WT_, Pose{}, band);
     const LocalTime found = clock_.now();
-    const SolverReport report = solve(X_WH, V_WH);
+    const contact::SolverReport report = solve(X_WH, V_WH);
     const LocalTime end = clock_.now();
 
     result.query = found - begin;
@@ -94,28 +94,28 @@ class TouchSimulation {
     result.contacts = patch_result_.pressing;
     result.reported_depth_m = patch_result_.deepest_m;
     result.has_converged = report.has_converged;
-    result.force_jump_n = error_.change_n(pair_.contacts(), SolverPatch{}.stiffness_n_per_m3, X_WT_);
-    result.on_hand_W = reaction_on_hand(tool_wrench_W_, X_WH.p - X_WT_.p);
+    result.force_jump_n = error_.change_n(pair_.contacts(), contact::SolverPatch{}.stiffness_n_per_m3, X_WT_);
+    result.on_hand_W = haptics::reaction_on_hand(tool_wrench_W_, X_WH.p - X_WT_.p);
     X_WT_ = integrate(X_WT_, V_WT_, h);
     result.X_WT = X_WT_;
     return result;
   }
 
  private:
-  SolverReport solve(const Pose& X_WH, const Twist& V_WH) {
+  contact::SolverReport solve(const Pose& X_WH, const Twist& V_WH) {
     const Eigen::Matrix3d R = X_WT_.q.toRotationMatrix();
-    SolverBody body;
+    contact::SolverBody body;
     body.mass_kg = settings_.mass_kg;
     body.inertia_W = R * inertia_T_ * R.transpose();
     body.p_WC = X_WT_.p;
     body.V_WC = V_WT_;
     body.wrench_W.f = settings_.mass_kg * settings_.gravity_m_per_s2;
-    const SolverCoupling coupling{0, &law_, X_WH, V_WH, X_WT_};
-    SolverPatch patch;
+    const contact::SolverCoupling coupling{0, &law_, X_WH, V_WH, X_WT_};
+    contact::SolverPatch patch;
     patch.contacts = pair_.contacts();
     patch.rigid_depth_m = rigid_depth_m_;
     patch.friction = settings_.friction;
-    const SolverReport report =
+    const contact::SolverReport report =
         solver_.step(settings_.step_s, std::span(&body, 1), std::span(&coupling, 1), std::span(&patch, 1),
                      std::span(&patch_result_, 1), std::span(&tool_wrench_W_, 1));
     V_WT_ = body.V_WC;
@@ -127,18 +127,18 @@ class TouchSimulation {
   double radius_m_;
   double rigid_depth_m_;
   Eigen::Matrix3d inertia_T_;
-  SpringDamper law_;
-  ContactPair pair_{ContactBudget{}};
-  ContactSolver solver_;
+  haptics::SpringDamper law_;
+  contact::ContactPair pair_{contact::ContactBudget{}};
+  contact::ContactSolver solver_;
   ReductionError error_;
-  PatchResult patch_result_;
+  contact::PatchResult patch_result_;
   Wrench tool_wrench_W_;
   Pose X_WT_;
   Twist V_WT_;
 };
 
 /// Where the tool hangs from the hand at the start.
-Pose resting_pose(const HandPath& path, const TouchSettings& settings, const TouchStretch& stretch) {
+Pose resting_pose(const devices::HandPath& path, const TouchSettings& settings, const TouchStretch& stretch) {
   Pose X_WT = path.pose_at(stretch.begin);
   X_WT.p += settings.mass_kg * settings.gravity_m_per_s2 / settings.coupling.stiffness_n_per_m;
   return X_WT;
@@ -146,7 +146,7 @@ Pose resting_pose(const HandPath& path, const TouchSettings& settings, const Tou
 
 /// Calls `step(pose, twist)` of the hand for every step of the stretch.
 template <class Step>
-TouchTrace trace_of(const HandPath& path, const TouchSettings& settings, const TouchStretch& stretch,
+TouchTrace trace_of(const devices::HandPath& path, const TouchSettings& settings, const TouchStretch& stretch,
                     const Step& step) {
   TouchTrace trace;
   trace.phases = path.phases();
@@ -167,7 +167,8 @@ Vec3 box_inertia_kg_m2(const Vec3& size_m, double mass_kg) {
   return mass_kg / 12 * (Vec3::Constant(squares.sum()) - squares);
 }
 
-CouplingParameters damped_for(CouplingParameters coupling, double mass_kg, const Vec3& inertia_kg_m2) {
+haptics::CouplingParameters damped_for(haptics::CouplingParameters coupling, double mass_kg,
+                                       const Vec3& inertia_kg_m2) {
   coupling.damping_n_s_per_m = 2 * kDampingRatio * std::sqrt(coupling.stiffness_n_per_m * mass_kg);
   // The lightest axis: the others are damped less, but none is driven past what an explicit peer can step.
   coupling.damping_n_m_s_per_rad =
@@ -175,8 +176,9 @@ CouplingParameters damped_for(CouplingParameters coupling, double mass_kg, const
   return coupling;
 }
 
-TouchTrace run_touch(const ContactShape& tool, const ContactShape& fixed, const HandPath& path,
-                     const TouchSettings& settings, const TouchStretch& stretch, const Clock& clock) {
+TouchTrace run_touch(const contact::ContactShape& tool, const contact::ContactShape& fixed,
+                     const devices::HandPath& path, const TouchSettings& settings, const TouchStretch& stretch,
+                     const Clock& clock) {
   TouchSimulation simulation(tool, fixed, settings, resting_pose(path, settings, stretch), clock);
   return trace_of(path, settings, stretch,
                   [&](const Pose& X_WH, const Twist& V_WH) { return simulation.step(X_WH, V_WH); });
@@ -195,25 +197,26 @@ TouchTrace fastest_of(const std::vector<TouchTrace>& runs) {
   return fastest;
 }
 
-TouchTrace run_gimpact(const TriangleMesh& tool, const TriangleMesh& fixed, const HandPath& path,
-                       const TouchSettings& settings, const TouchStretch& stretch, const Clock& clock) {
+TouchTrace run_gimpact(const geometry::TriangleMesh& tool, const geometry::TriangleMesh& fixed,
+                       const devices::HandPath& path, const TouchSettings& settings, const TouchStretch& stretch,
+                       const Clock& clock) {
   const MeshBounds bounds = bounds_of(tool);
   const Vec3 inertia = box_inertia_kg_m2(bounds.high - bounds.low, settings.mass_kg);
-  GImpactReference::Settings peer_settings;
+  server::GImpactReference::Settings peer_settings;
   peer_settings.step_s = settings.step_s;
   peer_settings.mass_kg = settings.mass_kg;
   peer_settings.principal_inertia_kg_m2 = inertia;
   peer_settings.friction = settings.friction;
-  GImpactReference peer(tool, fixed, peer_settings, clock);
-  const SpringDamper law(damped_for(settings.coupling, settings.mass_kg, inertia));
+  server::GImpactReference peer(tool, fixed, peer_settings, clock);
+  const haptics::SpringDamper law(damped_for(settings.coupling, settings.mass_kg, inertia));
   Pose X_WT = resting_pose(path, settings, stretch);
   Twist V_WT;
   peer.place(X_WT);
   return trace_of(path, settings, stretch, [&](const Pose& X_WH, const Twist& V_WH) {
-    const CouplingWrenches pull = coupling_wrenches(law, X_WH, V_WH, X_WT, V_WT);
+    const haptics::CouplingWrenches pull = haptics::coupling_wrenches(law, X_WH, V_WH, X_WT, V_WT);
     Wrench on_tool_W = pull.on_tool_W;
     on_tool_W.f += settings.mass_kg * settings.gravity_m_per_s2;
-    const GImpactReference::Step stepped = peer.step(on_tool_W);
+    const server::GImpactReference::Step stepped = peer.step(on_tool_W);
     X_WT = stepped.X_WT;
     V_WT = stepped.V_WT;
     TouchStep result;

@@ -21,7 +21,7 @@ struct TouchSettings {
   Vec3 gravity_m_per_s2 = Vec3::Zero();
   double friction = 0.5;
   /// Limits are part of it: 5 N, met with a corner, is how hard the benchmark presses. Damping is damped_for()'s.
-  CouplingParameters coupling{.force_limit_n = 5.0, .saturation_softness = 0};
+  haptics::CouplingParameters coupling{.force_limit_n = 5.0, .saturation_softness = 0};
 };
 
 /// One step of either method. Times are of the machine; everything else is the same on every run.
@@ -48,7 +48,7 @@ struct TouchTrace {
 /// Moments of inertia of a solid box.
 Vec3 box_inertia_kg_m2(const Vec3& size_m, double mass_kg);
 /// `coupling` with damping for this tool: 0.7 of critical, in translation and in rotation.
-CouplingParameters damped_for(CouplingParameters coupling, double mass_kg, const Vec3& inertia_kg_m2);
+haptics::CouplingParameters damped_for(haptics::CouplingParameters coupling, double mass_kg, const Vec3& inertia_kg_m2);
 
 struct TouchStretch {
   Duration begin{0};
@@ -60,8 +60,9 @@ struct TouchStretch {
 /// The force jump is what a receiver of 16 reduced contacts would feel too much when the next ones come: their net
 /// wrench against that of the last ones, carried on by their own stiffness, less the same for all contacts (torque over
 /// the contacts' spread). In      clock  for TouchStep's times
-TouchTrace run_touch(const ContactShape& tool, const ContactShape& fixed, const HandPath& path,
-                     const TouchSettings& settings, const TouchStretch& stretch, const Clock& clock);
+TouchTrace run_touch(const contact::ContactShape& tool, const contact::ContactShape& fixed,
+                     const devices::HandPath& path, const TouchSettings& settings, const TouchStretch& stretch,
+                     const Clock& clock);
 
 /// One trace of several equal runs: of each step the shortest times. What a step costs is then free of what else the
 /// machine did meanwhile.
@@ -69,7 +70,8 @@ TouchTrace run_touch(const ContactShape& tool, const ContactShape& fixed, const 
 TouchTrace fastest_of(const std::vector<TouchTrace>& runs);
 
 /// The same with Bullet's GImpact on the exact triangles, its default solver, and the coupling as an outside force.
-TouchTrace run_gimpact(const TriangleMesh& tool, const TriangleMesh& fixed, const HandPath& path,
-                       const TouchSettings& settings, const TouchStretch& stretch, const Clock& clock);
+TouchTrace run_gimpact(const geometry::TriangleMesh& tool, const geometry::TriangleMesh& fixed,
+                       const devices::HandPath& path, const TouchSettings& settings, const TouchStretch& stretch,
+                       const Clock& clock);
 
 }  // namespace tandem::lab

@@ -28,13 +28,13 @@ std::vector<double> differences(const std::vector<double>& series) {
   return result;
 }
 
-ArModels models_of(const ForceSeries& series, const ForceStreamSettings& settings) {
+haptics::ArModels models_of(const ForceSeries& series, const haptics::ForceStreamSettings& settings) {
   const auto axes = even_axes(series, settings.series_rate_hz);
-  ArModels models;
+  haptics::ArModels models;
   for (std::size_t axis = 0; axis < 6; ++axis) {
     const bool on_differences = settings.is_on_differences;
-    models[axis] =
-        fit_ar(on_differences ? differences(axes[axis]) : axes[axis], settings.order, settings.ar_fit, !on_differences);
+    models[axis] = haptics::fit_ar(on_differences ? differences(axes[axis]) : axes[axis], settings.order,
+                                   settings.ar_fit, !on_differences);
     if (on_differences && models[axis].order == 0) models[axis].mean = 0;
   }
   return models;

@@ -16,6 +16,6 @@ std::array<std::vector<double>, 6> even_axes(const ForceSeries& series, double r
 std::vector<double> differences(const std::vector<double>& series);
 
 /// One model an axis, of the whole series, as `settings` would fit its window.
-ArModels models_of(const ForceSeries& series, const ForceStreamSettings& settings);
+haptics::ArModels models_of(const ForceSeries& series, const haptics::ForceStreamSettings& settings);
 
 }  // namespace tandem::lab

@@ -23,8 +23,8 @@ namespace {
 constexpr double kGravity_m_per_s2 = 9.81;
 constexpr double kPegForceLimit_n = 4;
 
-HandPath shipped_path(const std::string& name) {
-  return load_hand_path(std::string(TANDEM_PATH_DIRECTORY) + "/" + name + ".json");
+devices::HandPath shipped_path(const std::string& name) {
+  return devices::load_hand_path(std::string(TANDEM_PATH_DIRECTORY) + "/" + name + ".json");
 }
 
 TouchSettings peg_settings(double mass_kg) {
@@ -49,16 +49,16 @@ std::vector<ForceSample> samples_of(const TouchTrace& trace) {
 /// A simulated hand at the room's own table: no network, no client.
 class Seat {
  public:
-  Seat(Room& room, std::size_t index, const std::string& path)
+  Seat(server::Room& room, std::size_t index, const std::string& path)
       : room_(room),
         slot_(static_cast<std::uint8_t>(index)),
-        device_(SimDevice::default_spec(), HandParameters{}, shipped_path(path), 1 + index),
+        device_(devices::SimDevice::default_spec(), devices::HandParameters{}, shipped_path(path), 1 + index),
         workspace_(room.scene().tools[index].workspace) {
-    RoomCommand join;
-    join.kind = RoomCommand::Kind::kJoin;
+    server::RoomCommand join;
+    join.kind = server::RoomCommand::Kind::kJoin;
     join.slot = slot_;
     join.user = UserId{static_cast<std::uint32_t>(index + 1)};
-    join.role = UserRole::kManipulator;
+    join.role = server::UserRole::kManipulator;
     join.tool = slot_;
     room_.post(join);
   }
@@ -66,9 +66,9 @@ class Seat {
   Duration path_length() const { return device_.path().length(); }
 
   void move(LocalTime now) {
-    const DeviceSample sample = device_.read(now);
-    ClientUpdate& update = room_.slot(slot_).input.back();
-    update = ClientUpdate{};
+    const devices::DeviceSample sample = device_.read(now);
+    proto::ClientUpdate& update = room_.slot(slot_).input.back();
+    update = proto::ClientUpdate{};
     ++tick_.value;
     update.input_tick = tick_;
     update.handle_valid = true;
@@ -85,9 +85,9 @@ class Seat {
   }
 
  private:
-  Room& room_;
+  server::Room& room_;
   std::uint8_t slot_;
-  SimDevice device_;
+  devices::SimDevice device_;
   WorkspaceMapping workspace_;
   Tick tick_;
 };
@@ -107,9 +107,10 @@ const std::vector<SceneHands>& shipped_hands() {
 }  // namespace
 
 ForceSeries scene_series(const SceneHands& hands) {
-  const auto scene = load_scene(find_scene(hands.scene, scene_folders()));
+  const auto scene = server::load_scene(server::find_scene(hands.scene, server::scene_folders()));
   // Its hands are paths and pay nothing.
-  const auto room = std::make_unique<Room>(RoomId{1}, hands.scene, scene, RoomOptions{.guards_tools = false});
+  const auto room =
+      std::make_unique<server::Room>(RoomId{1}, hands.scene, scene, server::RoomOptions{.guards_tools = false});
   std::vector<std::unique_ptr<Seat>> seats;
   for (const std::string& path : hands.paths) seats.push_back(std::make_unique<Seat>(*room, seats.size(), path));
   ForceSeries series{hands.scene, "scene " + hands.scene, {}};
@@ -118,7 +119,7 @@ ForceSeries scene_series(const SceneHands& hands) {
     const LocalTime now(at);
     for (const auto& seat : seats) seat->move(now);
     room->step(server_time_of_own_clock(now));
-    const TouchSummary touch = room->world().touch(0);
+    const physics::TouchSummary touch = room->world().touch(0);
     const bool is_touching = touch.contacts > 0 || touch.soft_force_n > 0;
     for (const auto& seat : seats) {
       const Wrench felt = seat->feel(now);
@@ -145,7 +146,7 @@ ForceSeries peg_series(double mass_kg) {
   const VirtualClock clock;
   const TouchObject peg = make_touch_object("peg", make_peg(), clock);
   const TouchObject box = make_touch_object("box with hole", make_box_with_hole(), clock);
-  const HandPath path = shipped_path("peg_five_steps");
+  const devices::HandPath path = shipped_path("peg_five_steps");
   return {"peg", "peg in hole in five steps",
           samples_of(run_touch(*peg.shape, *box.shape, path, peg_settings(mass_kg), {}, clock))};
 }
@@ -155,7 +156,7 @@ ForceSeries bunny_pair_series() {
   const TouchObject bunny =
       make_touch_object("bunny", mesh_from(bunny_file().string(), "the bunny", MeshScale{}), clock);
   const TouchSettings settings;
-  const HandPath path = touch_path(*bunny.exact, *bunny.exact, bench_plan(settings));
+  const devices::HandPath path = touch_path(*bunny.exact, *bunny.exact, bench_plan(settings));
   return {"bunnies", "bunny on bunny: press, slide, twist",
           samples_of(run_touch(*bunny.shape, *bunny.shape, path, settings, {}, clock))};
 }
@@ -163,19 +164,19 @@ ForceSeries bunny_pair_series() {
 ForceSeries chatter_series(double mass_kg) {
   constexpr double kShortest_s = 0.002, kLongest_s = 0.010, kContact_s = 0.00025;
   const VirtualClock clock;
-  const TriangleMesh peg = make_peg();
-  const TriangleMesh box = make_box_with_hole();
-  const HandPath path = shipped_path("peg_five_steps");
+  const geometry::TriangleMesh peg = make_peg();
+  const geometry::TriangleMesh box = make_box_with_hole();
+  const devices::HandPath path = shipped_path("peg_five_steps");
   const TouchSettings settings = peg_settings(mass_kg);
   const MeshBounds bounds = bounds_of(peg);
   const Vec3 inertia = box_inertia_kg_m2(bounds.high - bounds.low, mass_kg);
-  GImpactReference::Settings peer_settings;
+  server::GImpactReference::Settings peer_settings;
   peer_settings.mass_kg = mass_kg;
   peer_settings.principal_inertia_kg_m2 = inertia;
   peer_settings.friction = settings.friction;
-  GImpactReference peer(peg, box, peer_settings, clock);
-  CouplingParameters coupling = damped_for(settings.coupling, mass_kg, inertia);
-  const SpringDamper law(coupling);
+  server::GImpactReference peer(peg, box, peer_settings, clock);
+  haptics::CouplingParameters coupling = damped_for(settings.coupling, mass_kg, inertia);
+  const haptics::SpringDamper law(coupling);
   RigidState tool{path.pose_at(Duration(0)), {}};
   tool.X.p += mass_kg * settings.gravity_m_per_s2 / coupling.stiffness_n_per_m;
   peer.place(tool.X);
@@ -183,11 +184,12 @@ ForceSeries chatter_series(double mass_kg) {
   double step_s = kShortest_s;
   bool was_touching = false;
   for (Duration at{0}; at < path.length(); at += from_seconds(step_s)) {
-    const CouplingWrenches pull = coupling_wrenches(law, path.pose_at(at), path.twist_at(at), tool.X, tool.V);
+    const haptics::CouplingWrenches pull =
+        haptics::coupling_wrenches(law, path.pose_at(at), path.twist_at(at), tool.X, tool.V);
     Wrench on_tool_W = pull.on_tool_W;
     on_tool_W.f += mass_kg * settings.gravity_m_per_s2;
     peer.set_step(step_s);
-    const GImpactReference::Step step = peer.step(on_tool_W);
+    const server::GImpactReference::Step step = peer.step(on_tool_W);
     tool = {step.X_WT, step.V_WT};
     const bool is_touching = step.contacts > 0;
     series.samples.push_back({at, pull.on_hand_W, is_touching != was_touching});

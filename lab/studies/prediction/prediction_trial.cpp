@@ -67,7 +67,7 @@ LocalTime local(Duration time) {
 
 }  // namespace
 
-PredictionErrors predict_series(const ForceSeries& series, const PredictionTrial& trial, ForceStream& stream,
+PredictionErrors predict_series(const ForceSeries& series, const PredictionTrial& trial, haptics::ForceStream& stream,
                                 bool keeps_trace) {
   PredictionErrors result;
   const std::vector<ForceSample> sent = sent_of(series, trial.sample_period);

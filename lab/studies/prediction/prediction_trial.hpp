@@ -28,14 +28,14 @@ struct PredictionErrors {
   ErrorFigures torque;    ///< N·m
   double step_max_n = 0;  ///< largest change of the shown force from tick to tick
   double step_rms_n = 0;
-  ForceStreamFigures stream;
+  haptics::ForceStreamFigures stream;
   std::vector<Vec3> shown_n;  ///< every tick, when asked for
   std::vector<Vec3> true_n;
 };
 
 /// The truth between two samples of an uneven series is the straight line.
 /// In      keeps_trace  also fills shown_n and true_n
-PredictionErrors predict_series(const ForceSeries& series, const PredictionTrial& trial, ForceStream& stream,
+PredictionErrors predict_series(const ForceSeries& series, const PredictionTrial& trial, haptics::ForceStream& stream,
                                 bool keeps_trace = false);
 
 }  // namespace tandem::lab

@@ -17,18 +17,14 @@
 namespace tandem::lab {
 namespace {
 
-using report::Check;
-using report::format_significant;
-using report::Relation;
-
 constexpr std::array kMethods{"hold", "linear", "ar", "ar-spline", "literal"};
 constexpr std::string_view kDefault = "ar-spline";
 constexpr std::array kWindows{50, 75, 100, 150, 200, 250, 300, 400, 500, 600};
 constexpr std::array kBlends_ms{0, 2, 3, 4, 5};
-constexpr std::size_t kMostOrder = 16;
+constexpr std::size_t kMaxOrder = 16;
 /// The thesis's gain over linear extrapolation, and what of its gain by online coefficients is claimed here.
-constexpr double kLeastGain_percent = 6.8;
-constexpr double kLeastOnlineGain_percent = 11;
+constexpr double kMinGain_percent = 6.8;
+constexpr double kMinOnlineGain_percent = 11;
 constexpr double kFitBudget_us = 200;
 constexpr double kChatter_kg = 0.1;
 /// Lighter: it bounces, and its noise is ten times that.
@@ -41,8 +37,8 @@ PredictionTrial trial_of(const ForceSeries& series) {
   return trial;
 }
 
-PredictionErrors errors_of(const ForceSeries& series, const ForceStreamSettings& settings) {
-  ForceStream stream(settings);
+PredictionErrors errors_of(const ForceSeries& series, const haptics::ForceStreamSettings& settings) {
+  haptics::ForceStream stream(settings);
   return predict_series(series, trial_of(series), stream);
 }
 
@@ -62,7 +58,7 @@ struct Comparison {
 Comparison compared(const ForceSeries& series) {
   Comparison result{series.name, series.what, noise_n(series), {}};
   for (std::size_t i = 0; i < kMethods.size(); ++i) {
-    result.errors[i] = errors_of(series, force_stream_settings(kMethods[i]));
+    result.errors[i] = errors_of(series, haptics::force_stream_settings(kMethods[i]));
   }
   return result;
 }
@@ -116,7 +112,7 @@ void add_chatter(Reproduction& result, const Comparison& comparison) {
   const std::string noise = "noise " + format_significant(comparison.noise_n, 3) + " N";
   const double gain = percent_below(comparison.of(kDefault).force.mean, comparison.of("linear").force.mean);
   result.claims.push_back(
-      {"chatter, " + noise, "mean error below linear's", gain, Relation::kAtLeast, kLeastGain_percent, "%", 1});
+      {"chatter, " + noise, "mean error below linear's", gain, Relation::kAtLeast, kMinGain_percent, "%", 1});
   result.claims.push_back({"chatter, " + noise, "variance of the error, of linear's",
                            100 * comparison.of(kDefault).force.variance / comparison.of("linear").force.variance,
                            Relation::kAtMost, 100, "%", 1});
@@ -129,8 +125,8 @@ void add_chatter(Reproduction& result, const Comparison& comparison) {
 }
 
 /// The model alone, without what the default falls back to: that is what the thesis compares.
-ForceStreamSettings model_alone() {
-  ForceStreamSettings settings = force_stream_settings(kDefault);
+haptics::ForceStreamSettings model_alone() {
+  haptics::ForceStreamSettings settings = haptics::force_stream_settings(kDefault);
   settings.shrinks = false;
   settings.resets_at_contact = false;
   return settings;
@@ -138,14 +134,14 @@ ForceStreamSettings model_alone() {
 
 boost::json::object add_online(Reproduction& result, const ForceSeries& chatter, const std::vector<ForceSeries>& others,
                                const ForceSeries& other_chatter) {
-  ForceStreamSettings settings = model_alone();
+  haptics::ForceStreamSettings settings = model_alone();
   const double online = errors_of(chatter, settings).force.rms;
   settings.updates_online = false;
   boost::json::object details{{"online_rms_n", online}};
   double least = 100;
   std::string listed;
   const auto gain_over = [&](const ForceSeries& other, const std::string& name) {
-    ForceStream stream(settings);
+    haptics::ForceStream stream(settings);
     stream.adopt(models_of(other, settings));
     const double fixed = predict_series(chatter, trial_of(chatter), stream).force.rms;
     details["fixed_of_" + name + "_rms_n"] = fixed;
@@ -158,7 +154,7 @@ boost::json::object add_online(Reproduction& result, const ForceSeries& chatter,
   }
   result.claims.push_back({"chatter",
                            "RMS error with online coefficients below fixed ones of any of the shipped contacts", least,
-                           Relation::kAtLeast, kLeastOnlineGain_percent, "%", 1});
+                           Relation::kAtLeast, kMinOnlineGain_percent, "%", 1});
   result.rows.push_back(
       {"online coefficients below fixed ones fitted on another contact", "12.36 %; 11.3 % with spline", listed});
   result.rows.push_back({"the same, fitted on chattering contact of another mass", "",
@@ -166,22 +162,22 @@ boost::json::object add_online(Reproduction& result, const ForceSeries& chatter,
   return details;
 }
 
-report::Figure window_figure(const ForceSeries& chatter, boost::json::object& details) {
-  report::Figure figure;
+Figure window_figure(const ForceSeries& chatter, boost::json::object& details) {
+  Figure figure;
   figure.caption =
       "RMS error on chattering contact against the window N of a fit. Model alone: no fall-back, no reset.";
   figure.plot.description = figure.caption;
   figure.plot.x.label = "window [samples]";
-  figure.plot.y = {"RMS error [N]", report::Scale::kLinear, 0, {}};
-  const std::array<std::pair<std::string, ForceStreamSettings>, 3> kinds{
+  figure.plot.y = {"RMS error [N]", Scale::kLinear, 0, {}};
+  const std::array<std::pair<std::string, haptics::ForceStreamSettings>, 3> kinds{
       {{"model alone", model_alone()},
-       {"default", force_stream_settings(kDefault)},
-       {"literal", force_stream_settings("literal")}}};
+       {"default", haptics::force_stream_settings(kDefault)},
+       {"literal", haptics::force_stream_settings("literal")}}};
   int color = 0;
   for (const auto& [name, kind] : kinds) {
-    report::Series series{name, {}, {}, color++};
+    Series series{name, {}, {}, color++};
     for (const int window : kWindows) {
-      ForceStreamSettings settings = kind;
+      haptics::ForceStreamSettings settings = kind;
       settings.window = static_cast<std::size_t>(window);
       series.x.push_back(window);
       series.y.push_back(errors_of(chatter, settings).force.rms);
@@ -193,33 +189,32 @@ report::Figure window_figure(const ForceSeries& chatter, boost::json::object& de
   return figure;
 }
 
-report::Figure order_figure(const std::vector<const ForceSeries*>& all, Reproduction& result,
-                            boost::json::object& details) {
-  report::Figure figure;
+Figure order_figure(const std::vector<const ForceSeries*>& all, Reproduction& result, boost::json::object& details) {
+  Figure figure;
   figure.caption =
       "Akaike's final prediction error against the order, least squares on differences of the force axis that varies "
       "most, relative to order 0.";
   figure.plot.description = figure.caption;
   figure.plot.x.label = "order p";
-  figure.plot.y = {"FPE(p)/FPE(0)", report::Scale::kLog, {}, {}};
+  figure.plot.y = {"FPE(p)/FPE(0)", Scale::kLog, {}, {}};
   int color = 0;
   std::string listed;
   for (const ForceSeries* series : all) {
-    const auto axes = even_axes(*series, ForceStreamSettings{}.series_rate_hz);
-    std::vector<ArOrder> best;
+    const auto axes = even_axes(*series, haptics::ForceStreamSettings{}.series_rate_hz);
+    std::vector<haptics::ArOrder> best;
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      auto orders = fpe_of_orders(differences(axes[axis]), kMostOrder, ArFit::kLeastSquares, false);
+      auto orders = haptics::fpe_of_orders(differences(axes[axis]), kMaxOrder, haptics::ArFit::kLeastSquares, false);
       if (!orders.empty() && (best.empty() || orders[0].error_variance > best[0].error_variance)) best = orders;
     }
     if (best.empty()) continue;
-    report::Series line{series->name, {}, {}, color++};
+    Series line{series->name, {}, {}, color++};
     boost::json::array fpe;
-    for (const ArOrder& row : best) {
+    for (const haptics::ArOrder& row : best) {
       line.x.push_back(static_cast<double>(row.order));
       line.y.push_back(row.fpe / best[0].fpe);
       fpe.emplace_back(row.fpe);
     }
-    listed += (listed.empty() ? "" : ", ") + series->name + " " + std::to_string(best_order(best));
+    listed += (listed.empty() ? "" : ", ") + series->name + " " + std::to_string(haptics::best_order(best));
     details[series->name] = std::move(fpe);
     figure.plot.series.push_back(std::move(line));
   }
@@ -231,11 +226,11 @@ report::Figure order_figure(const std::vector<const ForceSeries*>& all, Reproduc
 void add_blends(Reproduction& result, const ForceSeries& smooth, const ForceSeries& chatter,
                 boost::json::object& details) {
   for (const ForceSeries* series : {&smooth, &chatter}) {
-    const double reference = errors_of(*series, force_stream_settings("linear")).force.mean;
+    const double reference = errors_of(*series, haptics::force_stream_settings("linear")).force.mean;
     std::string listed;
     boost::json::array rows;
     for (const int blend_ms : kBlends_ms) {
-      ForceStreamSettings settings = force_stream_settings(kDefault);
+      haptics::ForceStreamSettings settings = haptics::force_stream_settings(kDefault);
       settings.blend = std::chrono::milliseconds(blend_ms);
       const PredictionErrors errors = errors_of(*series, settings);
       listed += (listed.empty() ? "" : "; ") + std::to_string(blend_ms) + " ms " +
@@ -255,7 +250,7 @@ struct FitCost {
   double p99_us = 0;
 };
 FitCost measured_fit(const ForceSeries& series, const Clock& clock) {
-  ForceStream stream;
+  haptics::ForceStream stream;
   std::vector<double> times_us;
   Duration sent{-1};
   for (const ForceSample& sample : series.samples) {
@@ -283,14 +278,14 @@ void add_fit_cost(Reproduction& result, const ForceSeries& series, const Clock& 
 }
 
 /// Half a second around the largest error of hold: there something happens.
-report::Figure trace_figure(const ForceSeries& series) {
+Figure trace_figure(const ForceSeries& series) {
   constexpr std::size_t kTicks = 250;
-  report::Figure figure;
+  Figure figure;
   std::size_t from = 0;
   int axis = 0;
   int color = 0;
   for (const char* method : {"hold", "linear", "ar-spline", "literal"}) {
-    ForceStream stream(force_stream_settings(method));
+    haptics::ForceStream stream(haptics::force_stream_settings(method));
     const PredictionErrors errors = predict_series(series, trial_of(series), stream, true);
     const std::vector<Vec3>& is = errors.true_n;
     if (figure.plot.series.empty()) {
@@ -303,7 +298,7 @@ report::Figure trace_figure(const ForceSeries& series) {
     }
     const std::size_t to = std::min(from + kTicks, is.size());
     const auto line = [&](const std::string& name, const std::vector<Vec3>& forces) {
-      report::Series one{name, {}, {}, color++};
+      Series one{name, {}, {}, color++};
       for (std::size_t i = from; i < to; ++i) {
         one.x.push_back(static_cast<double>(i - from));
         one.y.push_back(forces[i][axis]);
@@ -321,12 +316,12 @@ report::Figure trace_figure(const ForceSeries& series) {
 }
 
 boost::json::object settings_json() {
-  const ForceStreamSettings s = force_stream_settings(kDefault);
+  const haptics::ForceStreamSettings s = haptics::force_stream_settings(kDefault);
   return {{"series_rate_hz", s.series_rate_hz},
           {"order", s.order},
           {"window", s.window},
           {"fit_period", s.fit_period},
-          {"fit", name_of(s.ar_fit)},
+          {"fit", haptics::name_of(s.ar_fit)},
           {"on_differences", s.is_on_differences},
           {"error_memory", s.error_memory},
           {"sharpness", s.sharpness},

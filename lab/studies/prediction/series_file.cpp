@@ -15,9 +15,9 @@
 namespace tandem::lab {
 namespace {
 
-constexpr std::size_t kMostBytes = std::size_t{512} << 20U;
+constexpr std::size_t kMaxBytes = std::size_t{512} << 20U;
 /// After resampling: an hour and a half at 200 Hz.
-constexpr double kMostSamples = 1e6;
+constexpr double kMaxSamples = 1e6;
 constexpr std::size_t kTrajColumns = 7;
 
 [[noreturn]] void fail(const std::string& origin, const std::string& complaint) {
@@ -28,7 +28,7 @@ std::string read_text(const std::filesystem::path& file) {
   std::error_code error;
   const auto size = std::filesystem::file_size(file, error);
   if (error) fail(file.string(), "cannot be read (" + error.message() + "); check the path");
-  if (size > kMostBytes) fail(file.string(), "is larger than 512 MiB; cut it into parts");
+  if (size > kMaxBytes) fail(file.string(), "is larger than 512 MiB; cut it into parts");
   std::ifstream stream(file, std::ios::binary);
   std::ostringstream text;
   text << stream.rdbuf();
@@ -44,7 +44,7 @@ std::vector<NamedSeries> resampled(const std::string& origin, const Columns& col
   const std::vector<double>& times = columns.front();
   if (times.size() < 2) fail(origin, "has " + std::to_string(times.size()) + " samples; it must have at least 2");
   const double length_s = (times.back() - times.front()) * options.time_unit_s;
-  if (!(length_s * options.rate_hz <= kMostSamples)) {
+  if (!(length_s * options.rate_hz <= kMaxSamples)) {
     fail(origin, "lasts " + std::to_string(length_s) + " s; with this many samples at " +
                      std::to_string(options.rate_hz) + " Hz it is too long: are its times in ms? (--time-unit ms)");
   }
@@ -105,7 +105,7 @@ bool ends_with_unit(const std::string& name) {
   return name.ends_with("_n") || name.ends_with("_n_m");
 }
 
-std::vector<std::string> chosen_columns(const report::CsvTable& table, const std::string& list) {
+std::vector<std::string> chosen_columns(const CsvTable& table, const std::string& list) {
   std::vector<std::string> chosen;
   if (list.empty()) {
     std::ranges::copy_if(table.names, std::back_inserter(chosen), ends_with_unit);
@@ -117,7 +117,7 @@ std::vector<std::string> chosen_columns(const report::CsvTable& table, const std
   return chosen;
 }
 
-std::vector<NamedSeries> series_of_csv(const report::CsvTable& table, const SeriesFileOptions& options) {
+std::vector<NamedSeries> series_of_csv(const CsvTable& table, const SeriesFileOptions& options) {
   const std::vector<double>* times = table.find("t_s");
   if (times == nullptr) times = table.find("time_s");
   if (times == nullptr) fail(table.origin, "has no column t_s or time_s; it must have the samples' times");
@@ -165,7 +165,7 @@ std::vector<NamedSeries> parse_traj(std::string_view text, const std::string& or
 
 std::vector<NamedSeries> load_series(const std::filesystem::path& file, const SeriesFileOptions& options) {
   if (file.extension() == ".traj") return parse_traj(read_text(file), file.string(), options);
-  return series_of_csv(report::read_csv(file), options);
+  return series_of_csv(read_csv(file), options);
 }
 
 }  // namespace tandem::lab

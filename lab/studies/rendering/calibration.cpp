@@ -24,12 +24,12 @@ constexpr int kBisections = 7;
 /// Dampings that are tried, and then between the neighbours of the best.
 constexpr int kDampings = 9;
 constexpr int kFinerDampings = 3;
-constexpr double kLeastDamping = 1.0 / 64;
+constexpr double kMinDamping = 1.0 / 64;
 /// What the polynomial may leave of the roughness that is allowed at a point.
 constexpr double kFitTolerance = 1.1;
 /// What it may give away of the stiffness that was found, and how far its damping may be off, either way. Ours.
-constexpr double kLeastShareOfStiffness = 0.5;
-constexpr double kMostOfDamping = 2;
+constexpr double kMinShareOfStiffness = 0.5;
+constexpr double kMaxOfDamping = 2;
 constexpr int kProbes = 64;
 /// So that rounding to kDigits does not end above the most.
 constexpr double kBelowMost = 1 - 1e-9;
@@ -41,17 +41,17 @@ double rounded(double value) {
   return std::strtod(text, nullptr);
 }
 
-void round(AdaptiveFit& fit) {
+void round(haptics::AdaptiveFit& fit) {
   for (double* const value : {&fit.mass_low_kg, &fit.mass_high_kg, &fit.inertia_low_kg_m2, &fit.inertia_high_kg_m2}) {
     *value = rounded(*value);
   }
-  for (Cubic* const cubic :
+  for (haptics::Cubic* const cubic :
        {&fit.stiffness_n_per_m, &fit.damping_n_s_per_m, &fit.stiffness_n_m_per_rad, &fit.damping_n_m_s_per_rad}) {
     for (double& coefficient : cubic->c) coefficient = rounded(coefficient);
   }
 }
 
-std::vector<double> default_masses(const DeviceProfile& profile) {
+std::vector<double> default_masses(const devices::DeviceProfile& profile) {
   const double held_kg = kShareOfLimitToHold * profile.spec.force_limit_n / kGravity_m_per_s2;
   const double heaviest_kg = std::clamp(held_kg, 2 * kLightest_kg, kHeaviest_kg);
   std::vector<double> masses;
@@ -61,7 +61,7 @@ std::vector<double> default_masses(const DeviceProfile& profile) {
   return masses;
 }
 
-std::vector<double> checked_masses(const DeviceProfile& profile, const CalibrationSettings& settings) {
+std::vector<double> checked_masses(const devices::DeviceProfile& profile, const CalibrationSettings& settings) {
   if (settings.masses_kg.empty()) return default_masses(profile);
   double before = 0;
   for (const double mass : settings.masses_kg) {
@@ -77,7 +77,7 @@ std::vector<double> checked_masses(const DeviceProfile& profile, const Calibrati
 /// Finds the points of one axis, then its polynomials.
 class AxisCalibrator {
  public:
-  AxisCalibrator(const DeviceProfile& profile, bool is_rotation, const CalibrationSettings& settings,
+  AxisCalibrator(const devices::DeviceProfile& profile, bool is_rotation, const CalibrationSettings& settings,
                  std::function<void(double)> on_progress)
       : trial_(profile, is_rotation, settings.trial),
         name_(profile.name),
@@ -85,10 +85,10 @@ class AxisCalibrator {
         settings_(settings),
         masses_kg_(checked_masses(profile, settings)),
         on_progress_(std::move(on_progress)) {
-    const CouplingParameters most = coupling_bounds(profile);
+    const haptics::CouplingParameters most = devices::coupling_bounds(profile);
     result_.stiffness_maximum = is_rotation ? most.stiffness_n_m_per_rad : most.stiffness_n_per_m;
     result_.is_maximum_verified =
-        is_verified(is_rotation ? profile.stiffness_maximum_n_m_per_rad : profile.stiffness_maximum_n_per_m);
+        devices::is_verified(is_rotation ? profile.stiffness_maximum_n_m_per_rad : profile.stiffness_maximum_n_per_m);
     result_.damping_maximum = is_rotation ? most.damping_n_m_s_per_rad : most.damping_n_s_per_m;
   }
 
@@ -209,14 +209,15 @@ std::vector<double> column(const std::vector<CalibrationPoint>& points, double (
 }
 
 /// Values of `cubic` from low to high.
-std::vector<double> probed(const Cubic& cubic, double low, double high) {
+std::vector<double> probed(const haptics::Cubic& cubic, double low, double high) {
   std::vector<double> values;
   for (int i = 0; i <= kProbes; ++i) values.push_back(cubic(low + (high - low) * i / kProbes));
   return values;
 }
 
 /// Scaled down until no point gets more than `cap` of it, and none in the range more than `most`.
-Cubic lowered(Cubic cubic, const std::vector<double>& x, const std::vector<double>& cap, double most) {
+haptics::Cubic lowered(haptics::Cubic cubic, const std::vector<double>& x, const std::vector<double>& cap,
+                       double most) {
   double share = 1;
   for (std::size_t i = 0; i < x.size(); ++i) {
     if (cubic(x[i]) > cap[i]) share = std::min(share, cap[i] / cubic(x[i]));
@@ -231,7 +232,7 @@ Cubic lowered(Cubic cubic, const std::vector<double>& x, const std::vector<doubl
 void AxisCalibrator::fit_stiffness() {
   const std::vector<double> x = column(result_.points, [](const CalibrationPoint& p) { return p.inertia; });
   const std::vector<double> k = column(result_.points, [](const CalibrationPoint& p) { return p.best.stiffness; });
-  const auto is_allowed = [&](const Cubic& cubic) {
+  const auto is_allowed = [&](const haptics::Cubic& cubic) {
     const std::vector<double> values = probed(lowered(cubic, x, k, result_.stiffness_maximum), x.front(), x.back());
     return values.front() > 0 && std::ranges::is_sorted(values);
   };
@@ -250,7 +251,7 @@ void AxisCalibrator::find_damping(CalibrationPoint& point) const {
     all.push_back({damping, trial_.settling_cost({point.best.stiffness, damping}, point.inertia)});
   };
   const double low =
-      std::min(std::max(point.best.stiffness / settings_.trial.rate_hz, kLeastDamping * result_.damping_maximum),
+      std::min(std::max(point.best.stiffness / settings_.trial.rate_hz, kMinDamping * result_.damping_maximum),
                result_.damping_maximum);
   const double ratio = std::pow(result_.damping_maximum / low, 1.0 / (kDampings - 1));
   for (int i = 0; i < kDampings; ++i) cost_of(std::min(low * std::pow(ratio, i), result_.damping_maximum));
@@ -281,7 +282,7 @@ void AxisCalibrator::fit_damping() {
   const std::vector<double> k = column(by_stiffness, [](const CalibrationPoint& p) { return p.best.stiffness; });
   const std::vector<double> b = column(by_stiffness, [](const CalibrationPoint& p) { return p.best.damping; });
   const std::vector<double> most(k.size(), result_.damping_maximum);
-  const auto is_allowed = [&](const Cubic& cubic) {
+  const auto is_allowed = [&](const haptics::Cubic& cubic) {
     return std::ranges::min(probed(lowered(cubic, k, most, result_.damping_maximum), k.front(), k.back())) > 0;
   };
   const ChosenFit fit = chosen_fit(k, b, is_allowed);
@@ -325,8 +326,7 @@ Worst worst_of(const AxisCalibration& axis) {
 }
 
 void add_checks(const AxisCalibration& axis, const CalibrationSettings& settings, const std::string& scope,
-                std::vector<report::Check>& checks) {
-  using report::Relation;
+                std::vector<Check>& checks) {
   const Worst worst = worst_of(axis);
   const auto add = [&](const char* claim, double value, Relation relation, double bound, int decimals) {
     checks.push_back({scope, claim, value, relation, bound, "", decimals});
@@ -339,14 +339,14 @@ void add_checks(const AxisCalibration& axis, const CalibrationSettings& settings
       kFitTolerance * settings.restlessness_steps, 2);
   add("roughness as a share of what is allowed", worst.roughness, Relation::kAtMost, kFitTolerance, 3);
   add("least fitted stiffness as a share of the best", worst.share_of_stiffness, Relation::kAtLeast,
-      kLeastShareOfStiffness, 3);
-  add("least fitted damping as a share of the best", worst.least_damping, Relation::kAtLeast, 1 / kMostOfDamping, 3);
-  add("most fitted damping as a share of the best", worst.most_damping, Relation::kAtMost, kMostOfDamping, 3);
+      kMinShareOfStiffness, 3);
+  add("least fitted damping as a share of the best", worst.least_damping, Relation::kAtLeast, 1 / kMaxOfDamping, 3);
+  add("most fitted damping as a share of the best", worst.most_damping, Relation::kAtMost, kMaxOfDamping, 3);
 }
 
 }  // namespace
 
-Calibration calibrate(const DeviceProfile& profile, const CalibrationSettings& settings,
+Calibration calibrate(const devices::DeviceProfile& profile, const CalibrationSettings& settings,
                       const std::function<void(double)>& on_progress) {
   Calibration result;
   result.profile = profile;
@@ -356,7 +356,7 @@ Calibration calibrate(const DeviceProfile& profile, const CalibrationSettings& s
   const auto first = [&](double done) { on_progress(share * done); };
   result.translation = AxisCalibrator(profile, false, result.settings, first).run();
 
-  AdaptiveFit fit;
+  haptics::AdaptiveFit fit;
   fit.mass_low_kg = result.translation.points.front().inertia;
   fit.mass_high_kg = result.translation.points.back().inertia;
   fit.stiffness_n_per_m = result.translation.stiffness;
@@ -375,8 +375,8 @@ Calibration calibrate(const DeviceProfile& profile, const CalibrationSettings& s
   return result;
 }
 
-std::vector<report::Check> checks_of(const Calibration& calibration) {
-  std::vector<report::Check> checks;
+std::vector<Check> checks_of(const Calibration& calibration) {
+  std::vector<Check> checks;
   add_checks(calibration.translation, calibration.settings, "translation", checks);
   if (calibration.rotation) add_checks(*calibration.rotation, calibration.settings, "rotation", checks);
   return checks;

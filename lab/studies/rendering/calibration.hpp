@@ -55,8 +55,8 @@ struct AxisCalibration {
   std::vector<CalibrationPoint> points;  ///< by inertia, up to the first that gets the most that the device may show
   /// Too light: for these even the softest that is tried (`best`) breaks the rule `limited_by`. No fit is of them.
   std::vector<CalibrationPoint> left_out;
-  Cubic stiffness;  ///< of the inertia
-  Cubic damping;    ///< of the stiffness
+  haptics::Cubic stiffness;  ///< of the inertia
+  haptics::Cubic damping;    ///< of the stiffness
   int stiffness_degree = 0;
   int damping_degree = 0;
   double stiffness_maximum = 0;     ///< of coupling_bounds()
@@ -65,7 +65,7 @@ struct AxisCalibration {
 };
 
 struct Calibration {
-  DeviceProfile profile;  ///< with the result in it
+  devices::DeviceProfile profile;  ///< with the result in it
   CalibrationSettings settings;
   AxisCalibration translation;
   std::optional<AxisCalibration> rotation;
@@ -79,10 +79,10 @@ struct Calibration {
 /// Fails   std::invalid_argument: masses that are not increasing or not in 0.001..100 kg; a device for which the
 ///         smallest tried stiffness is too much for every mass
 /// Cost    of a shipped profile up to 15 s on one core; the same bits for the same settings
-Calibration calibrate(const DeviceProfile& profile, const CalibrationSettings& settings,
+Calibration calibrate(const devices::DeviceProfile& profile, const CalibrationSettings& settings,
                       const std::function<void(double)>& on_progress);
 
 /// That the fitted pairs keep what the best ones were chosen by, and give away little of what was found.
-std::vector<report::Check> checks_of(const Calibration& calibration);
+std::vector<Check> checks_of(const Calibration& calibration);
 
 }  // namespace tandem::lab

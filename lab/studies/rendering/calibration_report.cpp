@@ -11,10 +11,6 @@ namespace tandem::lab {
 namespace {
 
 namespace json = boost::json;
-using report::Dash;
-using report::Figure;
-using report::Plot;
-using report::Series;
 
 constexpr int kHalfWidth_px = 470;
 constexpr int kHeight_px = 260;
@@ -62,7 +58,7 @@ json::object axis_json(const AxisCalibration& axis, const Words& words) {
                      {"best", pair_json(point.best, point.spectral_radius, point.press)},
                      {"fitted", pair_json(point.fitted, point.fitted_spectral_radius, point.fitted_press)}});
   }
-  const auto polynomial = [](const Cubic& cubic, int degree) {
+  const auto polynomial = [](const haptics::Cubic& cubic, int degree) {
     return json::object{{"coefficients", json::array(cubic.c.begin(), cubic.c.end())}, {"degree", degree}};
   };
   return {{"points", points},
@@ -89,7 +85,7 @@ json::object settings_json(const CalibrationSettings& settings) {
 }
 
 /// Steps of a curve over what was tried, so that it is seen between the points.
-Series curve(const std::string& label, const Cubic& cubic, double low, double high) {
+Series curve(const std::string& label, const haptics::Cubic& cubic, double low, double high) {
   Series series{label, {}, {}, 0};
   for (int i = 0; i <= kCurvePoints; ++i) {
     const double x = low + (high - low) * i / kCurvePoints;
@@ -146,14 +142,14 @@ Figure damping_figure(const AxisCalibration& axis, const Words& words) {
           "stable with the margins, calm and quiet."};
 }
 
-report::Table points_table(const AxisCalibration& axis, const Words& words) {
-  report::Table table;
+Table points_table(const AxisCalibration& axis, const Words& words) {
+  Table table;
   table.caption = "What was found for each tool, and what the polynomials make of it";
   table.columns = {{words.inertia, ""},      {"best " + std::string(words.stiffness), ""},
                    {"not stiffer for", ""},  {"best " + std::string(words.damping), ""},
                    {"fitted stiffness", ""}, {"fitted damping", ""},
                    {words.roughness, ""},    {"allowed", ""}};
-  table.columns[2].align = report::Align::kLeft;
+  table.columns[2].align = Align::kLeft;
   for (const CalibrationPoint& point : axis.points) {
     table.rows.push_back({text_of(point.inertia), text_of(point.best.stiffness), std::string(point.limited_by),
                           text_of(point.best.damping), text_of(point.fitted.stiffness), text_of(point.fitted.damping),
@@ -200,7 +196,7 @@ std::vector<std::string> remarks_of(const AxisCalibration& axis, const Words& wo
   return remarks;
 }
 
-void add_axis(report::HtmlReport& page, const char* heading, const AxisCalibration& axis, const Words& words) {
+void add_axis(HtmlReport& page, const char* heading, const AxisCalibration& axis, const Words& words) {
   page.heading(heading);
   const std::array figures{stiffness_figure(axis, words), damping_figure(axis, words)};
   page.side_by_side(figures);
@@ -225,13 +221,13 @@ json::object to_json(const Calibration& calibration) {
                       {"settings", settings_json(calibration.settings)},
                       {"translation", axis_json(calibration.translation, kTranslation)},
                       {"rotation", nullptr},
-                      {"checks", report::to_json(checks_of(calibration))}};
+                      {"checks", to_json(checks_of(calibration))}};
   if (calibration.rotation) result["rotation"] = axis_json(*calibration.rotation, kRotation);
   return result;
 }
 
 std::string to_html(const Calibration& calibration) {
-  report::HtmlReport page("Calibration of " + calibration.profile.name, calibration.profile.title);
+  HtmlReport page("Calibration of " + calibration.profile.name, calibration.profile.title);
   page.paragraph(method(calibration));
   page.verdict(checks_of(calibration));
   add_axis(page, "Translation", calibration.translation, kTranslation);
@@ -246,7 +242,7 @@ std::string to_text(const Calibration& calibration) {
   print_axis(out, calibration.translation, kTranslation);
   if (calibration.rotation) print_axis(out, *calibration.rotation, kRotation);
   out << '\n';
-  report::print_checks(out, checks_of(calibration));
+  print_checks(out, checks_of(calibration));
   return out.str();
 }
 

@@ -33,12 +33,12 @@ constexpr double kShrinking = 0.9;
 constexpr Duration kPress = std::chrono::milliseconds(2000);
 constexpr Duration kSettled = std::chrono::milliseconds(800);
 /// A hand that no shipped device moves, critically damped, within what the simulated hand can be stepped with.
-constexpr HandParameters kUnmovedHand{.mass_kg = 10,
-                                      .stiffness_n_per_m = 1e7,
-                                      .damping_n_s_per_m = 2e4,
-                                      .inertia_kg_m2 = 1,
-                                      .stiffness_n_m_per_rad = 1e6,
-                                      .damping_n_m_s_per_rad = 2e3};
+constexpr devices::HandParameters kUnmovedHand{.mass_kg = 10,
+                                               .stiffness_n_per_m = 1e7,
+                                               .damping_n_s_per_m = 2e4,
+                                               .inertia_kg_m2 = 1,
+                                               .stiffness_n_m_per_rad = 1e6,
+                                               .damping_n_m_s_per_rad = 2e3};
 
 /// Of the places where a handle was.
 struct Range {
@@ -60,8 +60,8 @@ double along(bool is_rotation, const Pose& X) {
   return is_rotation ? rotation_vector(X.q).z() : X.p.z();
 }
 
-CouplingParameters with(const DeviceProfile& profile, bool is_rotation, const Pair& pair) {
-  CouplingParameters coupling;
+haptics::CouplingParameters with(const devices::DeviceProfile& profile, bool is_rotation, const Pair& pair) {
+  haptics::CouplingParameters coupling;
   coupling.force_limit_n = profile.spec.force_limit_n;
   coupling.torque_limit_n_m = profile.spec.torque_limit_n_m;
   (is_rotation ? coupling.stiffness_n_m_per_rad : coupling.stiffness_n_per_m) = pair.stiffness;
@@ -69,8 +69,8 @@ CouplingParameters with(const DeviceProfile& profile, bool is_rotation, const Pa
   return coupling;
 }
 
-HandRigSettings rig_with(const DeviceProfile& profile, bool is_rotation, const Pair& pair, double inertia,
-                         const HandParameters& hand, const TrialSettings& settings) {
+HandRigSettings rig_with(const devices::DeviceProfile& profile, bool is_rotation, const Pair& pair, double inertia,
+                         const devices::HandParameters& hand, const TrialSettings& settings) {
   HandRigSettings rig;
   rig.law = "spring-damper";  // what the adaptive law is once its parameters are chosen
   rig.coupling = with(profile, is_rotation, pair);
@@ -100,7 +100,7 @@ void make_hard(HandRigSettings& rig, bool is_rotation) {
 }  // namespace
 
 double CouplingTrial::spectral_radius(const Pair& pair, double inertia) const {
-  LoopDevice device;
+  haptics::LoopDevice device;
   device.mass_kg = profile_.apparent_mass_kg.value;
   device.damping_n_s_per_m = profile_.physical_damping_n_s_per_m.value;
   device.has_torque = is_rotation_;
@@ -110,7 +110,8 @@ double CouplingTrial::spectral_radius(const Pair& pair, double inertia) const {
   device.delay_periods = settings_.delay_margin_periods;
   const Pair stronger{settings_.gain_margin * pair.stiffness, settings_.gain_margin * pair.damping};
   double worst = 0;
-  for (const CheckedLoop& loop : checked_loops(with(profile_, is_rotation_, stronger), inertia, inertia, device)) {
+  for (const haptics::CheckedLoop& loop :
+       haptics::checked_loops(with(profile_, is_rotation_, stronger), inertia, inertia, device)) {
     if (loop.is_rotation != is_rotation_) continue;
     worst = std::max(worst, loop.spectral_radius);
   }
@@ -119,31 +120,31 @@ double CouplingTrial::spectral_radius(const Pair& pair, double inertia) const {
 
 CouplingTrial::Press CouplingTrial::press(const Pair& pair, double inertia) const {
   Press worst;
-  for (std::size_t i = 1; i < checked_hands().size(); ++i) {  // nobody does not press
+  for (std::size_t i = 1; i < haptics::checked_hands().size(); ++i) {  // nobody does not press
     worst.restlessness = std::max(worst.restlessness, restlessness(pair, inertia, i));
     worst.roughness = std::max(worst.roughness, roughness(pair, inertia, i));
   }
   return worst;
 }
 
-HandParameters CouplingTrial::hand(double tremor_rms_n, std::size_t of_checked) const {
-  HandParameters hand = hand_of(checked_hands()[of_checked]);
+devices::HandParameters CouplingTrial::hand(double tremor_rms_n, std::size_t of_checked) const {
+  devices::HandParameters hand = hand_of(haptics::checked_hands()[of_checked]);
   hand.tremor_rms_n = tremor_rms_n;
-  hand = holding(hand, profile_);
+  hand = devices::holding(hand, profile_);
   if (hand.encoder_step_m == 0) hand.encoder_step_m = settings_.nominal_step_m;
   if (hand.encoder_step_rad == 0) hand.encoder_step_rad = settings_.nominal_step_rad;
   return hand;
 }
 
 double CouplingTrial::restlessness(const Pair& pair, double inertia, std::size_t of_checked) const {
-  const HandParameters held = hand(0, of_checked);
+  const devices::HandParameters held = hand(0, of_checked);
   HandRigSettings rig = rig_with(profile_, is_rotation_, pair, inertia, held, settings_);
   make_hard(rig, is_rotation_);
   const double limit = is_rotation_ ? profile_.spec.torque_limit_n_m : profile_.spec.force_limit_n;
   const double hand_stiffness = is_rotation_ ? held.stiffness_n_m_per_rad : held.stiffness_n_per_m;
   const double wanted = wanted_for(kLightPress * limit, hand_stiffness, pair.stiffness, is_rotation_);
-  HandRig loop(rig,
-               HandPath({{Duration(0), moved(is_rotation_, 0), 0, ""}, {kReach, moved(is_rotation_, wanted), 0, ""}}));
+  HandRig loop(rig, devices::HandPath(
+                        {{Duration(0), moved(is_rotation_, 0), 0, ""}, {kReach, moved(is_rotation_, wanted), 0, ""}}));
   Range before, last;
   for (HandRigTick tick = loop.tick(); tick.at < kRest; tick = loop.tick()) {
     const double at = along(is_rotation_, tick.X_WH);
@@ -158,7 +159,7 @@ double CouplingTrial::restlessness(const Pair& pair, double inertia, std::size_t
 }
 
 double CouplingTrial::roughness(const Pair& pair, double inertia, std::size_t of_checked) const {
-  const HandParameters held = hand(settings_.tremor_rms_n, of_checked);
+  const devices::HandParameters held = hand(settings_.tremor_rms_n, of_checked);
   HandRigSettings rig = rig_with(profile_, is_rotation_, pair, inertia, held, settings_);
   make_hard(rig, is_rotation_);
   const double limit = is_rotation_ ? profile_.spec.torque_limit_n_m : profile_.spec.force_limit_n;
@@ -166,9 +167,9 @@ double CouplingTrial::roughness(const Pair& pair, double inertia, std::size_t of
   const auto pressing = [&](double share) {
     return moved(is_rotation_, wanted_for(share * limit, hand_stiffness, pair.stiffness, is_rotation_));
   };
-  HandRig loop(rig, HandPath({{Duration(0), moved(is_rotation_, 0), 0, ""},
-                              {kReach, pressing(kLightPress), 0, ""},
-                              {kPress, pressing(kFirmPress), 0, ""}}));
+  HandRig loop(rig, devices::HandPath({{Duration(0), moved(is_rotation_, 0), 0, ""},
+                                       {kReach, pressing(kLightPress), 0, ""},
+                                       {kPress, pressing(kFirmPress), 0, ""}}));
   std::vector<double> forces;
   for (HandRigTick tick = loop.tick(); tick.at < kPress; tick = loop.tick()) {
     forces.push_back(is_rotation_ ? tick.on_hand_W.t.z() : tick.on_hand_W.f.z());
@@ -184,7 +185,7 @@ double CouplingTrial::settling_cost(const Pair& pair, double inertia) const {
   HandRigSettings rig = rig_with(profile_, false, pair, inertia, kUnmovedHand, settings_);
   rig.coupling.force_limit_n = kNoLimit_n;
   rig.gravity_m_per_s2 = -kSag_m * pair.stiffness / inertia * Vec3::UnitZ();
-  HandRig loop(rig, HandPath({{Duration(0), Pose{}, 0, ""}}));
+  HandRig loop(rig, devices::HandPath({{Duration(0), Pose{}, 0, ""}}));
   double cost = 0;
   for (HandRigTick tick = loop.tick(); tick.at < kSettled; tick = loop.tick()) {
     const double from_rest = tick.X_WH.p.z() - tick.X_WT.p.z() - kSag_m;

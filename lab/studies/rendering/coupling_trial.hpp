@@ -29,7 +29,7 @@ struct Pair {
 /// One device, and whether it is pushed or turned.
 class CouplingTrial {
  public:
-  CouplingTrial(const DeviceProfile& profile, bool is_rotation, const TrialSettings& settings)
+  CouplingTrial(const devices::DeviceProfile& profile, bool is_rotation, const TrialSettings& settings)
       : profile_(profile), is_rotation_(is_rotation), settings_(settings) {}
 
   /// Largest spectral radius with the margins, over the hands of check_coupling(), tool in the air and in stiff
@@ -52,11 +52,11 @@ class CouplingTrial {
   double settling_cost(const Pair& pair, double inertia) const;
 
  private:
-  HandParameters hand(double tremor_rms_n, std::size_t of_checked) const;
+  devices::HandParameters hand(double tremor_rms_n, std::size_t of_checked) const;
   double restlessness(const Pair& pair, double inertia, std::size_t of_checked) const;
   double roughness(const Pair& pair, double inertia, std::size_t of_checked) const;
 
-  DeviceProfile profile_;
+  devices::DeviceProfile profile_;
   bool is_rotation_;
   TrialSettings settings_;
 };

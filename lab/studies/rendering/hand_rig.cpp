@@ -16,11 +16,11 @@ namespace {
 constexpr double kVanishingMass_kg = 1e-15;
 constexpr double kVanishingInertia_kg_m2 = 1e-21;
 
-std::unique_ptr<CouplingLaw> made_law(const HandRigSettings& settings) {
-  auto law = make_coupling_law(settings.law, settings.coupling);
+std::unique_ptr<haptics::CouplingLaw> made_law(const HandRigSettings& settings) {
+  auto law = haptics::make_coupling_law(settings.law, settings.coupling);
   if (law) return law;
   throw std::invalid_argument("hand rig: law is \"" + settings.law + "\"; it must be one of " +
-                              listed_coupling_law_names());
+                              haptics::listed_coupling_law_names());
 }
 
 double checked_period_s(double rate_hz) {
@@ -35,8 +35,8 @@ Vec3 rounded_to(const Vec3& a, double step) {
 
 }  // namespace
 
-HandParameters hand_of(const CheckedHand& checked) {
-  HandParameters hand;
+devices::HandParameters hand_of(const haptics::CheckedHand& checked) {
+  devices::HandParameters hand;
   hand.mass_kg = checked.mass_kg;
   hand.damping_n_s_per_m = checked.damping_n_s_per_m;
   hand.stiffness_n_per_m = checked.stiffness_n_per_m;
@@ -47,28 +47,28 @@ HandParameters hand_of(const CheckedHand& checked) {
 }
 
 struct HandRig::Impl {
-  Impl(const HandRigSettings& settings_in, HandPath path);
+  Impl(const HandRigSettings& settings_in, devices::HandPath path);
 
   /// Everything that follows from where the handle now is.
   HandRigTick respond(const Pose& X_WH_true, const Twist& V_WH_true, const Pose& X_WH);
   Wrench step_tool(const Pose& X_WH, const Twist& V_WH);
   Wrench press_directly(const Pose& X_WH);
   double depth_m(const Vec3& p_W) const { return settings.plane_z_m ? *settings.plane_z_m - p_W.z() : -1; }
-  bool is_massless() const { return law->tool_dynamics() == ToolDynamics::kMassless; }
+  bool is_massless() const { return law->tool_dynamics() == haptics::ToolDynamics::kMassless; }
 
   HandRigSettings settings;
   double period_s;
-  std::unique_ptr<CouplingLaw> law;
-  SimDevice device;
-  VelocityEstimator estimator;
-  PassivityGuard guard{PassivityGuard::Settings{}};
-  ContactSolver solver{{.bodies = 1, .couplings = 1, .patches = 1, .contacts = 2}};
+  std::unique_ptr<haptics::CouplingLaw> law;
+  devices::SimDevice device;
+  haptics::VelocityEstimator estimator;
+  haptics::PassivityGuard guard{haptics::PassivityGuard::Settings{}};
+  contact::ContactSolver solver{{.bodies = 1, .couplings = 1, .patches = 1, .contacts = 2}};
   LocalTime now{};
   std::int64_t ticks = 0;
 
   Pose X_WT;
   Twist V_WT;
-  std::array<ContactPoint, 1> contact;  ///< kept for its bristle
+  std::array<contact::ContactPoint, 1> contact;  ///< kept for its bristle
   Wrench on_tool_W;
   double normal_force_n = 0;
   double work_on_tool_j = 0;  ///< of the last step
@@ -80,11 +80,11 @@ struct HandRig::Impl {
   double reported_work_j = 0;
 };
 
-HandRig::Impl::Impl(const HandRigSettings& settings_in, HandPath path)
+HandRig::Impl::Impl(const HandRigSettings& settings_in, devices::HandPath path)
     : settings(settings_in),
       period_s(checked_period_s(settings_in.rate_hz)),
       law(made_law(settings_in)),
-      device(SimDevice::default_spec(), settings_in.hand, std::move(path), settings_in.seed),
+      device(devices::SimDevice::default_spec(), settings_in.hand, std::move(path), settings_in.seed),
       estimator(
           {.position_step_m = settings_in.hand.encoder_step_m, .rotation_step_rad = settings_in.hand.encoder_step_rad}),
       X_WT(device.hand_pose()),
@@ -99,7 +99,7 @@ HandRigTick HandRig::Impl::respond(const Pose& X_WH_true, const Twist& V_WH_true
   X_WH_reported = X_WH;
   const Twist estimated = estimator.add(now, X_WH);
   const Twist& V_WH = settings.estimates_velocity ? estimated : V_WH_true;
-  const bool is_direct = law->tool_dynamics() == ToolDynamics::kAtHandle;
+  const bool is_direct = law->tool_dynamics() == haptics::ToolDynamics::kAtHandle;
   // The guard answers for what happened up to now: the tool's part of that is the step before.
   const double work_before_j = std::exchange(work_on_tool_j, 0.0);
   const Wrench wanted = is_direct ? press_directly(X_WH) : step_tool(X_WH, V_WH);
@@ -122,7 +122,7 @@ HandRigTick HandRig::Impl::respond(const Pose& X_WH_true, const Twist& V_WH_true
 
 /// On the hand.
 Wrench HandRig::Impl::step_tool(const Pose& X_WH, const Twist& V_WH) {
-  SolverBody body;
+  contact::SolverBody body;
   const Eigen::Matrix3d R = X_WT.q.toRotationMatrix();
   if (is_massless()) {
     body.mass_kg = kVanishingMass_kg;
@@ -137,34 +137,34 @@ Wrench HandRig::Impl::step_tool(const Pose& X_WH, const Twist& V_WH) {
 
   contact[0].p_W = X_WT.p;
   contact[0].depth_m = depth_m(X_WT.p);
-  contact[0].area_m2 = settings.plane_z_m ? settings.contact_n_per_m / SolverPatch{}.stiffness_n_per_m3 : 0;
-  SolverPatch patch;
+  contact[0].area_m2 = settings.plane_z_m ? settings.contact_n_per_m / contact::SolverPatch{}.stiffness_n_per_m3 : 0;
+  contact::SolverPatch patch;
   patch.contacts = std::span(contact).first(settings.plane_z_m ? 1 : 0);
   patch.friction = settings.friction;
 
-  const SolverCoupling coupling{0, law.get(), X_WH, V_WH, X_WT};
-  PatchResult pressed;
+  const contact::SolverCoupling coupling{0, law.get(), X_WH, V_WH, X_WT};
+  contact::PatchResult pressed;
   solver.step(period_s, std::span(&body, 1), std::span(&coupling, 1), std::span(&patch, 1), std::span(&pressed, 1),
               std::span(&on_tool_W, 1));
   normal_force_n = pressed.normal_force_n;
   V_WT = body.V_WC;
   const Pose before = std::exchange(X_WT, integrate(X_WT, V_WT, period_s));
   work_on_tool_j = held_work_j(on_tool_W, before, X_WT);
-  return reaction_on_hand(on_tool_W, X_WH.p - X_WT.p);
+  return haptics::reaction_on_hand(on_tool_W, X_WH.p - X_WT.p);
 }
 
 /// The penalty of the handle's own depth; nothing slides, so there is no friction.
 Wrench HandRig::Impl::press_directly(const Pose& X_WH) {
-  const CouplingParameters& c = settings.coupling;
+  const haptics::CouplingParameters& c = settings.coupling;
   X_WT = X_WH;
-  normal_force_n =
-      saturated(settings.contact_n_per_m * std::max(0.0, depth_m(X_WH.p)), c.force_limit_n, c.saturation_softness);
+  normal_force_n = haptics::saturated(settings.contact_n_per_m * std::max(0.0, depth_m(X_WH.p)), c.force_limit_n,
+                                      c.saturation_softness);
   const Wrench on_hand{normal_force_n * Vec3::UnitZ(), Vec3::Zero()};
   on_tool_W = -on_hand;
   return on_hand;
 }
 
-HandRig::HandRig(const HandRigSettings& settings, HandPath path)
+HandRig::HandRig(const HandRigSettings& settings, devices::HandPath path)
     : impl_(std::make_unique<Impl>(settings, std::move(path))) {}
 HandRig::~HandRig() = default;
 HandRig::HandRig(HandRig&&) noexcept = default;
@@ -173,7 +173,7 @@ HandRigTick HandRig::tick() {
   Impl& rig = *impl_;
   // Counted from the start, so that periods that are no whole nanoseconds do not add up to a drift.
   rig.now = LocalTime(from_seconds(static_cast<double>(++rig.ticks) * rig.period_s));
-  const DeviceSample sample = rig.device.read(rig.now);
+  const devices::DeviceSample sample = rig.device.read(rig.now);
   return rig.respond(rig.device.hand_pose(), rig.device.hand_twist(), sample.X_DH);
 }
 
@@ -184,7 +184,7 @@ HandRigTick HandRig::tick_driven(const Vec3& step_W, const Vec3& turn_W) {
   X_WH.p += step_W;
   X_WH.q = (quaternion_of(turn_W) * X_WH.q).normalized();
   Pose reported = X_WH;
-  const HandParameters& hand = rig.settings.hand;
+  const devices::HandParameters& hand = rig.settings.hand;
   reported.p = rounded_to(X_WH.p, hand.encoder_step_m);
   if (hand.encoder_step_rad > 0) reported.q = quaternion_of(rounded_to(rotation_vector(X_WH.q), hand.encoder_step_rad));
   return rig.respond(X_WH, {step_W / rig.period_s, turn_W / rig.period_s}, reported);

@@ -22,12 +22,12 @@ namespace tandem::lab {
 
 struct HandRigSettings {
   std::string law = "stable-dynamic";
-  CouplingParameters coupling;
+  haptics::CouplingParameters coupling;
   double rate_hz = 1000;
   double tool_mass_kg = 0.1;
   Vec3 tool_inertia_kg_m2{4e-5, 4e-5, 4e-5};
   Vec3 gravity_m_per_s2 = Vec3::Zero();
-  HandParameters hand;              ///< holding the device: holding(hand, profile)
+  devices::HandParameters hand;     ///< holding the device: holding(hand, profile)
   bool estimates_velocity = true;   ///< from the encoder's positions; false: the true velocity of the hand
   std::optional<double> plane_z_m;  ///< a fixed plane, normal +z, that the tool's origin cannot pass
   double contact_n_per_m = 20000;   ///< stiffness of that plane against the tool
@@ -51,14 +51,14 @@ struct HandRigTick {
 };
 
 /// The simulated hand with the impedance of one that check_coupling() tries; nobody's is not one.
-HandParameters hand_of(const CheckedHand& checked);
+devices::HandParameters hand_of(const haptics::CheckedHand& checked);
 
 /// Steps device, coupling and tool together.
 class HandRig {
  public:
   /// In      path  where the hand wants to be
   /// Fails   std::invalid_argument: unknown law
-  HandRig(const HandRigSettings& settings, HandPath path);
+  HandRig(const HandRigSettings& settings, devices::HandPath path);
   ~HandRig();
   HandRig(HandRig&&) noexcept;
 

@@ -8,14 +8,15 @@
 namespace tandem::lab {
 namespace {
 
-std::unique_ptr<CouplingLaw> made(std::string_view name, const CouplingParameters& coupling) {
-  auto law = make_coupling_law(name, coupling);
+std::unique_ptr<haptics::CouplingLaw> made(std::string_view name, const haptics::CouplingParameters& coupling) {
+  auto law = haptics::make_coupling_law(name, coupling);
   if (law) return law;
-  throw std::invalid_argument("law is \"" + std::string(name) + "\"; it must be one of " + listed_coupling_law_names());
+  throw std::invalid_argument("law is \"" + std::string(name) + "\"; it must be one of " +
+                              haptics::listed_coupling_law_names());
 }
 
-CouplingState along_z(double d_m, bool is_pushing) {
-  CouplingState state;
+haptics::CouplingState along_z(double d_m, bool is_pushing) {
+  haptics::CouplingState state;
   state.d_W = d_m * Vec3::UnitZ();
   // Only the sign of the handle's velocity is looked at; past the tool nothing moves, so no damper answers.
   state.v_WH = (is_pushing ? 1e-3 : -1e-3) * Vec3::UnitZ();
@@ -24,11 +25,11 @@ CouplingState along_z(double d_m, bool is_pushing) {
 
 }  // namespace
 
-double elastic_force_n(const CouplingLaw& law, double d_m, bool is_pushing) {
+double elastic_force_n(const haptics::CouplingLaw& law, double d_m, bool is_pushing) {
   return law.wrench_on_tool_W(along_z(d_m, is_pushing)).f.z();
 }
 
-double displacement_m(std::string_view name, const CouplingParameters& coupling, double force_n) {
+double displacement_m(std::string_view name, const haptics::CouplingParameters& coupling, double force_n) {
   const auto law = made(name, coupling);
   double low_m = 0;
   double high_m = 100 * coupling.force_limit_n / coupling.stiffness_n_per_m;
@@ -42,14 +43,14 @@ double displacement_m(std::string_view name, const CouplingParameters& coupling,
   return high_m;
 }
 
-CouplingParameters with_secant_stiffness(std::string_view law, CouplingParameters coupling, double secant_n_per_m,
-                                         double at_n) {
+haptics::CouplingParameters with_secant_stiffness(std::string_view law, haptics::CouplingParameters coupling,
+                                                  double secant_n_per_m, double at_n) {
   coupling.stiffness_n_per_m = 1;
   coupling.stiffness_n_per_m = secant_n_per_m * displacement_m(law, coupling, at_n) / at_n;
   return coupling;
 }
 
-SteepestPoint steepest_point(std::string_view name, const CouplingParameters& coupling) {
+SteepestPoint steepest_point(std::string_view name, const haptics::CouplingParameters& coupling) {
   const auto law = made(name, coupling);
   // All curves are past their steepest place where a linear one would reach the limit.
   const double end_m = coupling.force_limit_n / coupling.stiffness_n_per_m;
@@ -63,11 +64,11 @@ SteepestPoint steepest_point(std::string_view name, const CouplingParameters& co
   return best;
 }
 
-report::Series series_of(std::string_view law, std::vector<double> x, std::vector<double> y) {
-  const auto laws = coupling_laws();
-  const auto at = std::ranges::find(laws, law, &CouplingLawInfo::name);
-  report::Series series{std::string(law), std::move(x), std::move(y), static_cast<int>(at - laws.begin())};
-  if (at != laws.end() && !at->is_passive) series.dash = report::Dash::kDashed;
+Series series_of(std::string_view law, std::vector<double> x, std::vector<double> y) {
+  const auto laws = haptics::coupling_laws();
+  const auto at = std::ranges::find(laws, law, &haptics::CouplingLawInfo::name);
+  Series series{std::string(law), std::move(x), std::move(y), static_cast<int>(at - laws.begin())};
+  if (at != laws.end() && !at->is_passive) series.dash = Dash::kDashed;
   return series;
 }
 

@@ -8,7 +8,7 @@
 namespace tandem::lab {
 namespace {
 
-constexpr int kHighestDegree = 3;
+constexpr int kMaxDegree = 3;
 /// What a further coefficient has to be worth.
 constexpr double kWorthwhile = 0.9;
 
@@ -28,7 +28,7 @@ double left_out_rms(std::span<const double> x, std::span<const double> y, int de
 
 }  // namespace
 
-Cubic least_squares(std::span<const double> x, std::span<const double> y, int degree) {
+haptics::Cubic least_squares(std::span<const double> x, std::span<const double> y, int degree) {
   // In x / x_max all columns are of one size.
   double scale = 0;
   for (const double one : x) scale = std::max(scale, std::abs(one));
@@ -42,13 +42,13 @@ Cubic least_squares(std::span<const double> x, std::span<const double> y, int de
     values(i) = y[at];
   }
   const Eigen::VectorXd solution = powers.colPivHouseholderQr().solve(values);
-  Cubic result;
+  haptics::Cubic result;
   for (int j = 0; j <= degree; ++j) result.c[static_cast<std::size_t>(j)] = solution(j) / std::pow(scale, j);
   return result;
 }
 
 ChosenFit chosen_fit(std::span<const double> x, std::span<const double> y,
-                     const std::function<bool(const Cubic&)>& is_allowed) {
+                     const std::function<bool(const haptics::Cubic&)>& is_allowed) {
   if (x.size() <= 2) {
     // Nothing can be left out of a line through two points, yet one value for both would be wrong at both.
     const ChosenFit constant{least_squares(x, y, 0), 0, 0};
@@ -57,8 +57,8 @@ ChosenFit chosen_fit(std::span<const double> x, std::span<const double> y,
     return is_allowed(line.cubic) ? line : constant;
   }
   ChosenFit best{least_squares(x, y, 0), 0, left_out_rms(x, y, 0)};
-  for (int degree = 1; degree <= kHighestDegree && x.size() >= static_cast<std::size_t>(degree) + 2; ++degree) {
-    const Cubic cubic = least_squares(x, y, degree);
+  for (int degree = 1; degree <= kMaxDegree && x.size() >= static_cast<std::size_t>(degree) + 2; ++degree) {
+    const haptics::Cubic cubic = least_squares(x, y, degree);
     const double error = left_out_rms(x, y, degree);
     if (is_allowed(cubic) && error < kWorthwhile * best.left_out_rms) best = {cubic, degree, error};
   }

@@ -9,10 +9,10 @@
 namespace tandem::lab {
 
 /// Of the given degree, 0 to 3, through at least degree + 1 points.
-Cubic least_squares(std::span<const double> x, std::span<const double> y, int degree);
+haptics::Cubic least_squares(std::span<const double> x, std::span<const double> y, int degree);
 
 struct ChosenFit {
-  Cubic cubic;
+  haptics::Cubic cubic;
   int degree = 0;
   double left_out_rms = 0;  ///< error at points that the fit was not shown, one at a time; 0 for two or one
 };
@@ -22,6 +22,6 @@ struct ChosenFit {
 /// 0 always does. Two points that differ are the exception: a line where it is allowed.
 /// In      x  not falling
 ChosenFit chosen_fit(std::span<const double> x, std::span<const double> y,
-                     const std::function<bool(const Cubic&)>& is_allowed);
+                     const std::function<bool(const haptics::Cubic&)>& is_allowed);
 
 }  // namespace tandem::lab

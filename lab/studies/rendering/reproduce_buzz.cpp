@@ -15,10 +15,6 @@
 namespace tandem::lab {
 namespace {
 
-using report::format_fixed;
-using report::format_significant;
-using report::Relation;
-
 constexpr std::array kForces_n{0.005, 0.0075, 0.01, 0.0125, 0.015, 0.0175, 0.02, 0.03,
                                0.05,  0.1,    0.2,  0.3,    0.5,   1.0,    2.0,  3.0};
 constexpr std::size_t kOneNewton = 13;
@@ -69,24 +65,24 @@ LightTouches light_touches(const LawBuzz& ours, const LawBuzz& rival, const Pres
 std::string ratios_with(const PressSettings& settings) {
   std::string text;
   for (const double force_n : {0.01, 0.015, 1.0}) {
-    const double ratio =
-        press_steadily(kDefaultCouplingLaw, force_n, settings).rms_n / press_steadily(kRival, force_n, settings).rms_n;
+    const double ratio = press_steadily(haptics::kDefaultCouplingLaw, force_n, settings).rms_n /
+                         press_steadily(kRival, force_n, settings).rms_n;
     text += (text.empty() ? "" : ", ") + format_fixed(ratio, 2);
   }
   return text;
 }
 
 double slope_at(std::string_view law, double force_n, const PressSettings& settings) {
-  const CouplingParameters coupling = equal_rig(law, settings).coupling;
-  CouplingState state;
+  const haptics::CouplingParameters coupling = equal_rig(law, settings).coupling;
+  haptics::CouplingState state;
   state.d_W = displacement_m(law, coupling, force_n) * Vec3::UnitZ();
-  return make_coupling_law(law, coupling)->gradient(state).force_by_d(2, 2);
+  return haptics::make_coupling_law(law, coupling)->gradient(state).force_by_d(2, 2);
 }
 
 /// What decides a light touch: the default's slope over its rival's, and from which force on it is the steeper one.
 std::string slope_ratio_with(const PressSettings& settings) {
   const auto ratio = [&](double force_n) {
-    return slope_at(kDefaultCouplingLaw, force_n, settings) / slope_at(kRival, force_n, settings);
+    return slope_at(haptics::kDefaultCouplingLaw, force_n, settings) / slope_at(kRival, force_n, settings);
   };
   double low_n = kLightShare * settings.force_limit_n, high_n = settings.force_limit_n / 2;
   const std::string light = format_fixed(ratio(low_n), 2);
@@ -126,9 +122,9 @@ void add_winner_rows(Reproduction& result, const std::vector<LawBuzz>& laws) {
   // A plane as soft as a coupling is no rival: direct rendering is shown apart.
   std::vector<const LawBuzz*> coupled;
   for (const LawBuzz& law : laws) {
-    if (find_coupling_law(law.law)->tool != ToolDynamics::kAtHandle) coupled.push_back(&law);
+    if (haptics::find_coupling_law(law.law)->tool != haptics::ToolDynamics::kAtHandle) coupled.push_back(&law);
   }
-  const LawBuzz& ours = of_law(laws, kDefaultCouplingLaw);
+  const LawBuzz& ours = of_law(laws, haptics::kDefaultCouplingLaw);
   const LawBuzz& rival = of_law(laws, kRival);
   for (std::size_t i = 0; i < kForces_n.size(); ++i) {
     const auto rms_n = [i](const LawBuzz* law) { return law->presses[i].rms_n; };
@@ -153,9 +149,9 @@ void add_side_rows(Reproduction& result, const PressSettings& settings) {
   PressSettings larger = settings;
   larger.force_limit_n = kLargerLimit_n;
   PressSettings damped = settings;
-  damped.damping_n_s_per_m = CouplingParameters{}.damping_n_s_per_m;
+  damped.damping_n_s_per_m = haptics::CouplingParameters{}.damping_n_s_per_m;
   PressSettings shipped = settings;
-  shipped.coupling = CouplingParameters{};
+  shipped.coupling = haptics::CouplingParameters{};
 
   const std::string slopes = "slope of default over " + std::string(kRival) + " at 0.5 % of F_max, F_max ";
   for (const PressSettings& with : {settings, larger}) {
@@ -182,10 +178,10 @@ std::string conditions(const PressSettings& settings) {
 }
 
 void add_claims(Reproduction& result, const std::vector<LawBuzz>& laws, const PressSettings& settings) {
-  const std::string law(kDefaultCouplingLaw);
-  const LawBuzz& ours = of_law(laws, kDefaultCouplingLaw);
+  const std::string law(haptics::kDefaultCouplingLaw);
+  const LawBuzz& ours = of_law(laws, haptics::kDefaultCouplingLaw);
   const LawBuzz& rival = of_law(laws, kRival);
-  const Rest rest = rest_of(kDefaultCouplingLaw, settings);
+  const Rest rest = rest_of(haptics::kDefaultCouplingLaw, settings);
   const double ours_n = ours.presses[kOneNewton].rms_n;
   const double literal_n = of_law(laws, kLiteral).presses[kOneNewton].rms_n;
   const LightTouches light = light_touches(ours, rival, settings);
@@ -205,12 +201,12 @@ void add_claims(Reproduction& result, const std::vector<LawBuzz>& laws, const Pr
        literal_n / ours_n, Relation::kAtLeast, 10, "", 1}};
 }
 
-report::Figure buzz_figure(const std::vector<LawBuzz>& laws) {
-  report::Figure figure;
+Figure buzz_figure(const std::vector<LawBuzz>& laws) {
+  Figure figure;
   figure.caption = "Force on the hand above 30 Hz against the force that it presses with (dashed: active laws)";
   figure.plot.description = figure.caption;
-  figure.plot.x = {"mean normal force [N]", report::Scale::kLog, {}, {}};
-  figure.plot.y = {"RMS above 30 Hz [mN]", report::Scale::kLog, {}, {}};
+  figure.plot.x = {"mean normal force [N]", Scale::kLog, {}, {}};
+  figure.plot.y = {"RMS above 30 Hz [mN]", Scale::kLog, {}, {}};
   figure.plot.height_px = 420;
   for (const LawBuzz& law : laws) {
     std::vector<std::pair<double, double>> points;
@@ -226,13 +222,13 @@ report::Figure buzz_figure(const std::vector<LawBuzz>& laws) {
   return figure;
 }
 
-report::Figure chatter_figure(const std::vector<LawBuzz>& laws) {
-  report::Figure figure;
+Figure chatter_figure(const std::vector<LawBuzz>& laws) {
+  Figure figure;
   figure.caption = "A second of a steady press with 1 N under tremor";
   figure.plot.description = figure.caption;
   figure.plot.x.label = "time [s]";
   figure.plot.y.label = "force on the hand [N]";
-  for (const std::string_view law : {kLiteral, kRival, kDefaultCouplingLaw}) {
+  for (const std::string_view law : {kLiteral, kRival, haptics::kDefaultCouplingLaw}) {
     const std::vector<double>& force_n = of_law(laws, law).presses[kOneNewton].normal_n;
     std::vector<double> at_s;
     for (std::size_t i = 0; i < 1000; ++i) at_s.push_back(1e-3 * static_cast<double>(i));
@@ -281,7 +277,7 @@ Reproduction reproduce_buzz(const Clock&) {
       "decide: those of stable-dynamic and the qsa curve differ by 2 √(ln(1 − F/F_max) / ln(1 − 1 N/F_max)), so a "
       "larger F_max gains less. More damping hands back the noise of the velocity, which is the same for all.";
   std::vector<LawBuzz> laws;
-  for (const CouplingLawInfo& law : coupling_laws()) laws.push_back(buzz_of(law.name, settings));
+  for (const haptics::CouplingLawInfo& law : haptics::coupling_laws()) laws.push_back(buzz_of(law.name, settings));
   add_winner_rows(result, laws);
   add_direct_rows(result, laws, settings);
   add_side_rows(result, settings);

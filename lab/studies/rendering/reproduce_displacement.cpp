@@ -16,9 +16,6 @@
 namespace tandem::lab {
 namespace {
 
-using report::format_fixed;
-using report::Relation;
-
 constexpr double kInertia_kg_m2 = 4e-5;
 /// Up to where the weight is past the knee of the saturation, 5.2 N.
 constexpr std::array kMasses_kg{0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.6};
@@ -32,17 +29,17 @@ constexpr std::array kWeightless{"qsa-static", "direct"};
 /// Past the knee a curve is nearly flat, and slow.
 constexpr double kSettling_s = 15;
 
-CouplingParameters adaptive_coupling(double mass_kg) {
-  CouplingParameters base;
+haptics::CouplingParameters adaptive_coupling(double mass_kg) {
+  haptics::CouplingParameters base;
   base.force_limit_n = kForceLimit_n;
   base.saturation_softness = kSoftness;
   base.curve_sharpness = kSharpness;
-  return adapted(thesis_adaptive_fit(), mass_kg, kInertia_kg_m2, base);
+  return haptics::adapted(haptics::thesis_adaptive_fit(), mass_kg, kInertia_kg_m2, base);
 }
 
 /// Of every law k_t is that of the adaptive one at the lightest mass.
-CouplingParameters coupling_of(std::string_view law, double mass_kg) {
-  CouplingParameters coupling = adaptive_coupling(law == "adaptive" ? mass_kg : kMasses_kg.front());
+haptics::CouplingParameters coupling_of(std::string_view law, double mass_kg) {
+  haptics::CouplingParameters coupling = adaptive_coupling(law == "adaptive" ? mass_kg : kMasses_kg.front());
   // It does not enter the sag; 0.7 of critical gets there soonest.
   coupling.damping_n_s_per_m = 1.4 * std::sqrt(coupling.stiffness_n_per_m * mass_kg);
   return coupling;
@@ -75,14 +72,14 @@ double closed_form_sag_m(std::string_view law, double mass_kg) {
 }
 
 /// Simulated: from level with a handle that is held still to rest.
-double sag_m(std::string_view law, const CouplingParameters& coupling, double mass_kg) {
+double sag_m(std::string_view law, const haptics::CouplingParameters& coupling, double mass_kg) {
   HandRigSettings settings;
   settings.law = law;
   settings.coupling = coupling;
   settings.tool_mass_kg = mass_kg;
   settings.tool_inertia_kg_m2 = Vec3::Constant(kInertia_kg_m2);
   settings.gravity_m_per_s2 = -kGravity_m_per_s2 * Vec3::UnitZ();
-  HandRig rig(settings, named_hand_path("rest"));
+  HandRig rig(settings, devices::named_hand_path("rest"));
   HandRigTick last;
   for (double at_s = 0; at_s < kSettling_s; at_s += 1 / settings.rate_hz) last = rig.tick_driven(Vec3::Zero());
   return last.X_WH.p.z() - last.X_WT.p.z();
@@ -104,7 +101,7 @@ struct LawSag {
 LawSag measured(const std::string& law) {
   LawSag result{law, {}, 0};
   for (const double mass_kg : kMasses_kg) {
-    const CouplingParameters coupling = coupling_of(law, mass_kg);
+    const haptics::CouplingParameters coupling = coupling_of(law, mass_kg);
     result.sags_m.push_back(sag_m(law, coupling, mass_kg));
     const double ratio = result.sags_m.back() / closed_form_sag_m(law, mass_kg);
     result.worst_error = std::max(result.worst_error, std::abs(ratio - 1));
@@ -157,8 +154,8 @@ void add_published_rows(Reproduction& result, const std::vector<LawSag>& sags) {
 
 /// The other way to be equal at the lightest mass: sag, not k_t. There a curve that steepens has the advantage.
 void add_equal_sag_row(Reproduction& result, const LawSag& adaptive) {
-  constexpr std::string_view kCurved = kDefaultCouplingLaw;
-  CouplingParameters coupling = coupling_of(kCurved, kMasses_kg.front());
+  constexpr std::string_view kCurved = haptics::kDefaultCouplingLaw;
+  haptics::CouplingParameters coupling = coupling_of(kCurved, kMasses_kg.front());
   const double force_n = weight_n(kMasses_kg.front());
   coupling = with_secant_stiffness(kCurved, coupling, force_n / adaptive.sags_m.front(), force_n);
   std::string ours;
@@ -173,7 +170,7 @@ void add_equal_sag_row(Reproduction& result, const LawSag& adaptive) {
 /// Simulated as the others, so that "none" is measured too.
 void add_weightless_rows(Reproduction& result) {
   for (const char* law : kWeightless) {
-    const bool is_at_handle = find_coupling_law(law)->tool == ToolDynamics::kAtHandle;
+    const bool is_at_handle = haptics::find_coupling_law(law)->tool == haptics::ToolDynamics::kAtHandle;
     const std::string why = is_at_handle ? "the tool is where the handle is" : "the tool has no mass, so no weight";
     const double sag = sag_m(law, coupling_of(law, kMasses_kg.front()), kMasses_kg.front());
     result.rows.push_back({std::string(law) + ", sag at 0.05 kg", "", millimetres(sag) + ": " + why});
@@ -211,8 +208,8 @@ void add_claims(Reproduction& result, const std::vector<LawSag>& sags) {
                            highest_share, Relation::kBelow, 1, "", 3});
 }
 
-report::Figure figure_of(const std::vector<LawSag>& sags) {
-  report::Figure figure;
+Figure figure_of(const std::vector<LawSag>& sags) {
+  Figure figure;
   figure.caption = "Sag in free air against mass, simulated; all laws have the same k_t at 0.05 kg";
   figure.plot.description = figure.caption;
   figure.plot.x.label = "mass of the tool [kg]";

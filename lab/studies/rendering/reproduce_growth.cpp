@@ -14,9 +14,6 @@
 namespace tandem::lab {
 namespace {
 
-using report::format_fixed;
-using report::Relation;
-
 // The figures by which the published law was found to be active: 4 N, 20 mm, so k_t = 200 N/m, pressed by 10 mm.
 constexpr double kLimit_n = 4;
 constexpr double kStiffness_n_per_m = 200;
@@ -28,8 +25,8 @@ constexpr double kToolMass_kg = 0.02;
 constexpr std::array kLaws{"spring-damper", "qsa-static", "qsa-dynamic", "stable-dynamic", "stable-dynamic-literal"};
 constexpr double kDamping_n_s_per_m = 0.4;
 
-CouplingParameters coupling() {
-  CouplingParameters result;
+haptics::CouplingParameters coupling() {
+  haptics::CouplingParameters result;
   result.stiffness_n_per_m = kStiffness_n_per_m;
   // Twice k T: pays for sampling many times over at this speed, and is 0.2 % of the force.
   result.damping_n_s_per_m = kDamping_n_s_per_m;
@@ -49,9 +46,9 @@ struct Curves {
 };
 
 Curves curves_of(std::string_view name, double sharpness = 1) {
-  CouplingParameters parameters = coupling();
+  haptics::CouplingParameters parameters = coupling();
   parameters.curve_sharpness = sharpness;
-  const auto law = make_coupling_law(name, parameters);
+  const auto law = haptics::make_coupling_law(name, parameters);
   Curves result;
   for (int i = 0; i <= kSamples; ++i) {
     const double d_m = kDepth_m * i / kSamples;
@@ -81,7 +78,7 @@ Stroke stroke_of(std::string_view law) {
   settings.tool_mass_kg = kToolMass_kg;
   settings.plane_z_m = 0;
   settings.estimates_velocity = false;
-  HandRig rig(settings, named_hand_path("rest"));
+  HandRig rig(settings, devices::named_hand_path("rest"));
   const double step_m = kSpeed_m_per_s / settings.rate_hz;
   const int steps = static_cast<int>(std::lround(kDepth_m / step_m));
   Stroke result;
@@ -96,8 +93,8 @@ Stroke stroke_of(std::string_view law) {
   return result;
 }
 
-report::Figure curve_figure(const std::string& law, const Curves& curves, const Stroke& stroke) {
-  report::Figure figure;
+Figure curve_figure(const std::string& law, const Curves& curves, const Stroke& stroke) {
+  Figure figure;
   figure.caption = law + ": force against displacement, curve and simulated stroke";
   figure.plot.description = figure.caption;
   figure.plot.x.label = "displacement [mm]";
@@ -116,8 +113,8 @@ report::Figure curve_figure(const std::string& law, const Curves& curves, const 
                          millimetres({stroke.depth_m.begin(), stroke.depth_m.begin() + half}),
                          {stroke.force_n.begin(), stroke.force_n.begin() + half},
                          2,
-                         report::Dash::kDotted},
-                        {"simulated, out", millimetres(out_m), out_n, 3, report::Dash::kDotted}};
+                         Dash::kDotted},
+                        {"simulated, out", millimetres(out_m), out_n, 3, Dash::kDotted}};
   return figure;
 }
 
@@ -140,7 +137,7 @@ void add_law(Reproduction& result, boost::json::object& details, const std::stri
                   {"largest_jump_n", curves.largest_jump_n},
                   {"gained_in_stroke_j", stroke.gained_j}};
   result.figures.push_back(curve_figure(law, curves, stroke));
-  if (find_coupling_law(law)->is_passive) {
+  if (haptics::find_coupling_law(law)->is_passive) {
     result.claims.push_back(
         {law, "force change when only the sign of d·v flips", curves.largest_jump_n, Relation::kAtMost, 0, "N", 3});
     result.claims.push_back(

@@ -15,9 +15,6 @@
 namespace tandem::lab {
 namespace {
 
-using report::format_fixed;
-using report::Relation;
-
 constexpr double kKnee_n = (1 - kSoftness) * kForceLimit_n;
 constexpr std::array kMasses_kg{0.05, 0.1, 0.15, 0.2};
 constexpr double kPressDepth_m = 0.07;
@@ -25,11 +22,11 @@ constexpr double kStiffness_n_per_m = 300;
 constexpr double kDamping_n_s_per_m = 3;
 
 /// Down by kPressDepth_m in a second, held, and up again.
-HandPath press() {
+devices::HandPath press() {
   using std::chrono::seconds;
   const Pose up{0.005 * Vec3::UnitZ(), Quat::Identity()};
   const Pose down{-kPressDepth_m * Vec3::UnitZ(), Quat::Identity()};
-  return HandPath(
+  return devices::HandPath(
       {{seconds(0), up, 0, ""}, {seconds(1), down, 0, ""}, {seconds(2), down, 0, ""}, {seconds(3), up, 0, ""}});
 }
 
@@ -58,7 +55,7 @@ struct Press {
 
 Press pressed(std::string_view law, double mass_kg) {
   const HandRigSettings settings = pressing(law, mass_kg);
-  const CouplingParameters& c = settings.coupling;
+  const haptics::CouplingParameters& c = settings.coupling;
   HandRig rig(settings, press());
   Press result;
   for (int i = 0; i < 3000; ++i) {
@@ -89,32 +86,32 @@ double changed_below_knee_n(const std::vector<Press>& presses) {
 /// One-sided slopes at the knee, by differences.
 double slope_jump() {
   constexpr double kStep_n = 1e-6;
-  const auto H = [](double force_n) { return saturated(force_n, kForceLimit_n, kSoftness); };
+  const auto H = [](double force_n) { return haptics::saturated(force_n, kForceLimit_n, kSoftness); };
   const double below = (H(kKnee_n) - H(kKnee_n - kStep_n)) / kStep_n;
   const double above = (H(kKnee_n + kStep_n) - H(kKnee_n)) / kStep_n;
   return std::abs(above - below);
 }
 
-report::Figure curve_figure() {
-  report::Figure figure;
+Figure curve_figure() {
+  Figure figure;
   figure.caption = "Force shown against force asked for, and its slope times 6.5";
   figure.plot.description = figure.caption;
   figure.plot.x.label = "asked for [N]";
   figure.plot.y.label = "shown [N]";
   figure.plot.limits = {{kForceLimit_n, "F_max"}, {kKnee_n, "knee"}};
-  report::Series curve{"force", {}, {}, 0}, slope{"slope × 6.5", {}, {}, 1, report::Dash::kDotted};
+  Series curve{"force", {}, {}, 0}, slope{"slope × 6.5", {}, {}, 1, Dash::kDotted};
   for (double force_n = 0; force_n <= 14; force_n += 0.05) {
     curve.x.push_back(force_n);
-    curve.y.push_back(saturated(force_n, kForceLimit_n, kSoftness));
+    curve.y.push_back(haptics::saturated(force_n, kForceLimit_n, kSoftness));
     slope.x.push_back(force_n);
-    slope.y.push_back(kForceLimit_n * saturation_slope(force_n, kForceLimit_n, kSoftness));
+    slope.y.push_back(kForceLimit_n * haptics::saturation_slope(force_n, kForceLimit_n, kSoftness));
   }
   figure.plot.series = {curve, slope};
   return figure;
 }
 
-report::Figure press_figure(const std::vector<Press>& presses) {
-  report::Figure figure;
+Figure press_figure(const std::vector<Press>& presses) {
+  Figure figure;
   figure.caption = "A hand presses 70 mm into a plane and comes back: force on the hand, spring-damper, four masses";
   figure.plot.description = figure.caption;
   figure.plot.x.label = "time [s]";
@@ -124,8 +121,7 @@ report::Figure press_figure(const std::vector<Press>& presses) {
     figure.plot.series.push_back(
         {format_fixed(kMasses_kg[i], 2) + " kg", presses[i].at_s, presses[i].shown_n, static_cast<int>(i)});
   }
-  figure.plot.series.push_back(
-      {"asked for, 0.05 kg", presses.front().at_s, presses.front().asked_n, 4, report::Dash::kDotted});
+  figure.plot.series.push_back({"asked for, 0.05 kg", presses.front().at_s, presses.front().asked_n, 4, Dash::kDotted});
   return figure;
 }
 
@@ -148,9 +144,9 @@ Reproduction reproduce_saturation(const Clock&) {
       {"stiffness_n_per_m", kStiffness_n_per_m},
       {"damping_n_s_per_m", kDamping_n_s_per_m},
       {"press_depth_m", kPressDepth_m},
-      {"hand_n_per_m", HandParameters{}.stiffness_n_per_m},
+      {"hand_n_per_m", devices::HandParameters{}.stiffness_n_per_m},
       {"mass_kg", boost::json::value_from(std::vector<double>(kMasses_kg.begin(), kMasses_kg.end()))}};
-  for (const CouplingLawInfo& info : coupling_laws()) {
+  for (const haptics::CouplingLawInfo& info : haptics::coupling_laws()) {
     const std::string law(info.name);
     boost::json::array of_masses;
     for (const double mass_kg : kMasses_kg) {

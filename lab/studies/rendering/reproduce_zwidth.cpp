@@ -17,10 +17,6 @@
 namespace tandem::lab {
 namespace {
 
-using report::format_fixed;
-using report::format_significant;
-using report::Relation;
-
 constexpr std::array kRates_hz{250.0, 500.0, 1000.0, 2000.0, 4000.0};
 constexpr std::array kDampings_n_s_per_m{0.0, 1.0, 2.0, 5.0, 10.0, 20.0, 40.0};
 /// The adaptive law at a given stiffness is the spring-damper.
@@ -43,18 +39,18 @@ constexpr double kPlane_n_per_m = 1e9;
 constexpr double kStill_m = 1e-14;
 constexpr double kSmallSwing = 0.05;
 /// Where a curve is steepest at no force at all it is pressed this much, to stay on it.
-constexpr double kLeastPreload = 0.02;
+constexpr double kMinPreload = 0.02;
 
 /// Two steps of the search; the worst measured is one.
 constexpr double kTolerance_percent = 1;
 
 bool is_direct(std::string_view law) {
-  return find_coupling_law(law)->tool == ToolDynamics::kAtHandle;
+  return haptics::find_coupling_law(law)->tool == haptics::ToolDynamics::kAtHandle;
 }
 
 /// Of which no loop is linear anywhere: they jump with the sign of d·v.
 bool is_switching(std::string_view law) {
-  return !find_coupling_law(law)->is_passive && !is_direct(law);
+  return !haptics::find_coupling_law(law)->is_passive && !is_direct(law);
 }
 
 struct Setting {
@@ -63,8 +59,8 @@ struct Setting {
   double damping_n_s_per_m;
 };
 
-CouplingParameters coupling_of(const Setting& setting, double stiffness_n_per_m) {
-  CouplingParameters coupling;
+haptics::CouplingParameters coupling_of(const Setting& setting, double stiffness_n_per_m) {
+  haptics::CouplingParameters coupling;
   coupling.stiffness_n_per_m = stiffness_n_per_m;
   coupling.damping_n_s_per_m = setting.damping_n_s_per_m;
   coupling.force_limit_n = kForceLimit_n;
@@ -79,11 +75,11 @@ struct Preload {
 };
 Preload preload_of(std::string_view name) {
   if (is_direct(name)) return {};
-  const CouplingParameters unit = coupling_of({name, 1000, 0}, 1);
-  const double least_m = displacement_m(name, unit, kLeastPreload * kForceLimit_n);
+  const haptics::CouplingParameters unit = coupling_of({name, 1000, 0}, 1);
+  const double least_m = displacement_m(name, unit, kMinPreload * kForceLimit_n);
   const double d_m = std::max(steepest_point(name, unit).d_m, least_m);
-  const auto law = make_coupling_law(name, unit);
-  CouplingState state;
+  const auto law = haptics::make_coupling_law(name, unit);
+  haptics::CouplingState state;
   state.d_W = d_m * Vec3::UnitZ();
   return {elastic_force_n(*law, d_m, true), law->gradient(state).force_by_d(2, 2)};
 }
@@ -111,16 +107,17 @@ double largest_stable(double guess, const IsStable& is_stable) {
 }
 
 double predicted_n_per_m(const Setting& setting, const Preload& preload) {
-  LoopModel model;
+  haptics::LoopModel model;
   model.period_s = 1 / setting.rate_hz;
   model.damping = is_direct(setting.law) ? 0 : setting.damping_n_s_per_m;
-  model.tool_mass = find_coupling_law(setting.law)->tool == ToolDynamics::kWithMass ? kToolMass_kg : 0;
+  model.tool_mass =
+      haptics::find_coupling_law(setting.law)->tool == haptics::ToolDynamics::kWithMass ? kToolMass_kg : 0;
   model.device_mass = kDeviceMass_kg;
   model.device_damping = kDeviceDamping_n_s_per_m;
   model.contact_stiffness = is_direct(setting.law) ? 1e12 : kPlane_n_per_m;
   return largest_stable(std::sqrt(kLeast_n_per_m * kMost_n_per_m), [&](double stiffness) {
     model.stiffness = preload.slope_per_stiffness * stiffness;
-    return spectral_radius(model) < 1;
+    return haptics::spectral_radius(model) < 1;
   });
 }
 
@@ -154,7 +151,7 @@ bool comes_to_rest(const Setting& setting, const Preload& preload, double stiffn
   const double hand_m = preload.force_n / settings.hand.stiffness_n_per_m;
   // From the wall on and slowly: an impact would still ring when the swings are compared.
   const Pose pressing{-(wall_m + hand_m) * Vec3::UnitZ(), Quat::Identity()};
-  HandRig rig(settings, HandPath({{Duration(0), Pose{}, 0, ""}, {from_seconds(0.8), pressing, 0, ""}}));
+  HandRig rig(settings, devices::HandPath({{Duration(0), Pose{}, 0, ""}, {from_seconds(0.8), pressing, 0, ""}}));
   swing_m(rig, 1.0 * setting.rate_hz);
   const double before_m = swing_m(rig, 0.3 * setting.rate_hz);
   swing_m(rig, 0.9 * setting.rate_hz);
@@ -218,8 +215,8 @@ std::string listed(const std::vector<double>& values) {
   return text;
 }
 
-report::Figure figure_of(const LawWidths& law) {
-  report::Figure figure;
+Figure figure_of(const LawWidths& law) {
+  Figure figure;
   figure.caption = is_switching(law.law)
                        ? law.law + ": lowest k_t that does not come to rest against damping, simulated"
                        : law.law +
@@ -227,14 +224,14 @@ report::Figure figure_of(const LawWidths& law) {
                              "simulated (they differ by less than a line's width)";
   figure.plot.description = figure.caption;
   figure.plot.x.label = "damping [N·s/m]";
-  figure.plot.y = {"k_t [N/m]", report::Scale::kLog, {}, {}};
+  figure.plot.y = {"k_t [N/m]", Scale::kLog, {}, {}};
   int color = 0;
   for (const Width& width : law.widths) {
     const std::vector<double> x(kDampings_n_s_per_m.begin(), kDampings_n_s_per_m.end());
     const std::string rate = format_significant(width.rate_hz, 4) + " Hz";
     const bool has_prediction = !width.predicted_n_per_m.empty();
     if (has_prediction) figure.plot.series.push_back({rate, x, width.predicted_n_per_m, color});
-    const report::Dash dash = has_prediction ? report::Dash::kDotted : report::Dash::kSolid;
+    const Dash dash = has_prediction ? Dash::kDotted : Dash::kSolid;
     figure.plot.series.push_back({has_prediction ? "" : rate, x, width.simulated_n_per_m, color++, dash});
   }
   return figure;
@@ -291,8 +288,8 @@ Reproduction reproduce_zwidth(const Clock&) {
                          {"tool_mass_kg", kToolMass_kg},
                          {"device_mass_kg", kDeviceMass_kg},
                          {"device_damping_n_s_per_m", kDeviceDamping_n_s_per_m},
-                         {"hand_mass_kg", HandParameters{}.mass_kg},
-                         {"hand_n_per_m", HandParameters{}.stiffness_n_per_m},
+                         {"hand_mass_kg", devices::HandParameters{}.mass_kg},
+                         {"hand_n_per_m", devices::HandParameters{}.stiffness_n_per_m},
                          {"least_n_per_m", kLeast_n_per_m},
                          {"resolution", kResolution - 1},
                          {"scan_step", kScan - 1}};

@@ -13,22 +13,22 @@ namespace {
 constexpr double kReach_s = 1.0;
 
 bool is_at_handle(std::string_view law) {
-  return find_coupling_law(law)->tool == ToolDynamics::kAtHandle;
+  return haptics::find_coupling_law(law)->tool == haptics::ToolDynamics::kAtHandle;
 }
 
 /// Down to where the hand's own spring, the coupling and the plane all carry `force_n`.
-HandPath reaching(double force_n, const HandRigSettings& rig) {
+devices::HandPath reaching(double force_n, const HandRigSettings& rig) {
   const double contact_m = force_n / rig.contact_n_per_m;
   const double coupling_m = is_at_handle(rig.law) ? 0 : displacement_m(rig.law, rig.coupling, force_n);
   const double hand_m = force_n / rig.hand.stiffness_n_per_m;
   const Pose above{1e-3 * Vec3::UnitZ(), Quat::Identity()};
   const Pose pressing{-(contact_m + coupling_m + hand_m) * Vec3::UnitZ(), Quat::Identity()};
-  return HandPath({{Duration(0), above, 0, ""}, {from_seconds(kReach_s), pressing, 0, ""}});
+  return devices::HandPath({{Duration(0), above, 0, ""}, {from_seconds(kReach_s), pressing, 0, ""}});
 }
 
-CouplingParameters coupling_for(std::string_view law, const PressSettings& settings) {
+haptics::CouplingParameters coupling_for(std::string_view law, const PressSettings& settings) {
   if (settings.coupling) return *settings.coupling;
-  CouplingParameters coupling;
+  haptics::CouplingParameters coupling;
   coupling.force_limit_n = settings.force_limit_n;
   coupling.saturation_softness = kSoftness;
   coupling.damping_n_s_per_m = settings.damping_n_s_per_m;
@@ -55,7 +55,7 @@ double encoder_quantum_n(std::string_view law, double force_n, const PressSettin
   const double by_velocity_n = rig.coupling.damping_n_s_per_m * settings.encoder_step_m * rig.rate_hz;
   if (is_at_handle(law)) return rig.contact_n_per_m * settings.encoder_step_m;
   const double d_m = displacement_m(law, rig.coupling, force_n);
-  const auto model = make_coupling_law(law, rig.coupling);
+  const auto model = haptics::make_coupling_law(law, rig.coupling);
   return elastic_force_n(*model, d_m + settings.encoder_step_m, true) - elastic_force_n(*model, d_m, true) +
          by_velocity_n;
 }

@@ -14,7 +14,7 @@ namespace tandem::lab {
 /// What is the same for every law: those of the thesis where it says (tool, limit, damping, encoder), else ours.
 struct PressSettings {
   /// For every law as it is, not made equal: then limit, secant stiffness and damping below do not count.
-  std::optional<CouplingParameters> coupling;
+  std::optional<haptics::CouplingParameters> coupling;
   double force_limit_n = 4;
   double secant_n_per_m = 300;     ///< of every law at 1 N
   double damping_n_s_per_m = 0.2;  ///< of every law with a damper

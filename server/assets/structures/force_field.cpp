@@ -12,14 +12,14 @@
 
 #include "server/assets/structures/text.hpp"
 
-namespace tandem {
+namespace tandem::server {
 namespace {
 
 namespace fs = std::filesystem;
 using Words = std::vector<std::string_view>;
 
 constexpr double kAngstromsPerNanometre = 10;
-constexpr std::uintmax_t kMostBytes = std::uintmax_t{64} << 20;
+constexpr std::uintmax_t kMaxBytes = std::uintmax_t{64} << 20;
 constexpr const char* kRemedy =
     "; install the Debian package gromacs-data or name another folder of GROMACS parameters (*.ff)";
 
@@ -37,9 +37,9 @@ class ParameterFile {
  public:
   explicit ParameterFile(const fs::path& path) : path_(path.string()) {
     std::error_code error;
-    const bool usable = fs::is_regular_file(path, error) && fs::file_size(path, error) <= kMostBytes;
+    const bool usable = fs::is_regular_file(path, error) && fs::file_size(path, error) <= kMaxBytes;
     std::ifstream file(path, std::ios::binary);
-    if (!usable || !file) throw MoleculeError("force-field file " + path_ + " cannot be read" + kRemedy);
+    if (!usable || !file) throw docking::MoleculeError("force-field file " + path_ + " cannot be read" + kRemedy);
     text_.assign(std::istreambuf_iterator<char>(file), {});
     rest_ = text_;
   }
@@ -50,8 +50,8 @@ class ParameterFile {
   bool next(Words& words) {
     while (!rest_.empty()) {
       ++line_;
-      std::string_view line = text::take_line(rest_);
-      words = text::words(line.substr(0, line.find(';')));
+      std::string_view line = take_line(rest_);
+      words = server::words(line.substr(0, line.find(';')));
       if (words.empty() || handled_by_preprocessor(words) || skipping_) continue;
       return true;
     }
@@ -71,12 +71,12 @@ class ParameterFile {
   }
 
   [[noreturn]] void fail(const std::string& what) const {
-    throw MoleculeError(path_ + ":" + std::to_string(line_) + ": " + what + kRemedy);
+    throw docking::MoleculeError(path_ + ":" + std::to_string(line_) + ": " + what + kRemedy);
   }
 
   double number(std::string_view word) const {
     double value = 0;
-    if (!text::parse_finite(word, value)) fail(text::quoted(word) + " is not a finite number");
+    if (!parse_finite(word, value)) fail(quoted_text(word) + " is not a finite number");
     return value;
   }
 
@@ -108,8 +108,8 @@ void check_combination_rule(const fs::path& path) {
   Words words;
   if (!file.next_in("defaults", words)) file.fail("no [ defaults ] section");
   if (words.size() >= 2 && words[0] == "1" && words[1] == "3") return;
-  file.fail("needs nbfunc 1 and comb-rule 3 (geometric σ and ε), as in oplsaa.ff; found " + text::quoted(words[0]) +
-            " and " + text::quoted(words.size() > 1 ? words[1] : std::string_view()));
+  file.fail("needs nbfunc 1 and comb-rule 3 (geometric σ and ε), as in oplsaa.ff; found " + quoted_text(words[0]) +
+            " and " + quoted_text(words.size() > 1 ? words[1] : std::string_view()));
 }
 
 /// Counted from the right, since the column of the atomic number may be missing.
@@ -239,8 +239,8 @@ const ResidueBlock* ForceField::block(std::string_view block_name) const {
 const AtomType& ForceField::type(std::string_view type_name) const {
   const auto found = types.find(type_name);
   if (found == types.end()) {
-    throw MoleculeError("force field " + directory + ": atom type " + text::quoted(type_name) +
-                        " is not in ffnonbonded.itp" + kRemedy);
+    throw docking::MoleculeError("force field " + directory + ": atom type " + quoted_text(type_name) +
+                                 " is not in ffnonbonded.itp" + kRemedy);
   }
   return found->second;
 }
@@ -248,7 +248,7 @@ const AtomType& ForceField::type(std::string_view type_name) const {
 ForceField load_force_field(const fs::path& directory) {
   std::error_code error;
   if (!fs::is_directory(directory, error)) {
-    throw MoleculeError("force-field directory " + directory.string() + " does not exist" + kRemedy);
+    throw docking::MoleculeError("force-field directory " + directory.string() + " does not exist" + kRemedy);
   }
   ForceField force_field;
   const fs::path folder = directory.has_filename() ? directory : directory.parent_path();
@@ -264,4 +264,4 @@ ForceField load_force_field(const fs::path& directory) {
   return force_field;
 }
 
-}  // namespace tandem
+}  // namespace tandem::server

@@ -9,7 +9,7 @@
 
 #include "common/docking/molecule_error.hpp"
 
-namespace tandem {
+namespace tandem::server {
 
 struct AtomType {
   double mass_u = 0;
@@ -69,4 +69,4 @@ struct ForceField {
 /// Cost    about 5 ms
 ForceField load_force_field(const std::filesystem::path& directory);
 
-}  // namespace tandem
+}  // namespace tandem::server

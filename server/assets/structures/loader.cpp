@@ -11,10 +11,10 @@
 #include "server/assets/structures/pdb_reader.hpp"
 #include "server/assets/structures/residue_typing.hpp"
 
-namespace tandem {
+namespace tandem::server {
 namespace {
 
-constexpr std::size_t kMostNamesInANote = 8;
+constexpr std::size_t kMaxNamesInANote = 8;
 
 std::string chain_name(const std::string& chain) {
   return chain.empty() ? "(blank)" : chain;
@@ -24,7 +24,7 @@ std::string joined(const std::set<std::string>& names) {
   std::string list;
   std::size_t count = 0;
   for (const std::string& name : names) {
-    if (++count > kMostNamesInANote) return list + ", …";
+    if (++count > kMaxNamesInANote) return list + ", …";
     list += (list.empty() ? "" : ", ") + name;
   }
   return list;
@@ -44,11 +44,12 @@ void check_chains(const std::vector<PdbResidue>& protein, const StructureSelecti
     shown.insert(chain_name(residue.chain));
   }
   if (chains.empty()) {
-    throw MoleculeError(source + ": no protein atoms; a structure in PDB format with amino acids is needed");
+    throw docking::MoleculeError(source + ": no protein atoms; a structure in PDB format with amino acids is needed");
   }
   for (const std::string& wanted : selection.chains) {
     if (!chains.contains(wanted)) {
-      throw MoleculeError(source + ": no protein in chain '" + wanted + "'; chains with protein are " + joined(shown));
+      throw docking::MoleculeError(source + ": no protein in chain '" + wanted + "'; chains with protein are " +
+                                   joined(shown));
     }
   }
 }
@@ -78,7 +79,7 @@ bool follows_in_chain(const PdbResidue& earlier, const PdbResidue& later) {
 
 class Loader {
  public:
-  Loader(const ForceField& force_field, Molecule& molecule) : force_field_(force_field), molecule_(molecule) {}
+  Loader(const ForceField& force_field, docking::Molecule& molecule) : force_field_(force_field), molecule_(molecule) {}
 
   void add(const PdbResidue& residue, const ResidueContext& context) {
     const TypedResidue typed = type_residue(force_field_, residue, context);
@@ -127,7 +128,7 @@ class Loader {
   void note(std::string text) { molecule_.notes.push_back(std::move(text)); }
 
   const ForceField& force_field_;
-  Molecule& molecule_;
+  docking::Molecule& molecule_;
   std::size_t expected_hydrogens_ = 0;
   std::size_t missing_hydrogens_ = 0;
   std::size_t missing_heavy_ = 0;
@@ -136,8 +137,8 @@ class Loader {
 
 }  // namespace
 
-Molecule load_molecule(const std::filesystem::path& structure, const StructureSelection& selection,
-                       const std::filesystem::path& force_field_directory) {
+docking::Molecule load_molecule(const std::filesystem::path& structure, const StructureSelection& selection,
+                                const std::filesystem::path& force_field_directory) {
   const ForceField force_field = load_force_field(force_field_directory);
   PdbStructure read = read_pdb(structure);
   std::map<std::string, int> left_out;
@@ -145,7 +146,7 @@ Molecule load_molecule(const std::filesystem::path& structure, const StructureSe
   check_chains(protein, selection, structure.string());
   // Over all chains: a disulfide may lead to a chain that is not selected.
   const std::vector<bool> in_disulfide = find_disulfides(protein);
-  Molecule molecule;
+  docking::Molecule molecule;
   molecule.force_field = force_field.name;
   Loader loader(force_field, molecule);
   for (std::size_t r = 0; r < protein.size(); ++r) {
@@ -158,11 +159,11 @@ Molecule load_molecule(const std::filesystem::path& structure, const StructureSe
   }
   loader.write_notes(left_out, read);
   try {
-    validate(molecule);
+    docking::validate(molecule);
   } catch (const std::invalid_argument& error) {
-    throw MoleculeError(structure.string() + " with " + force_field.directory + ": " + error.what());
+    throw docking::MoleculeError(structure.string() + " with " + force_field.directory + ": " + error.what());
   }
   return molecule;
 }
 
-}  // namespace tandem
+}  // namespace tandem::server

@@ -8,7 +8,7 @@
 #include "common/docking/molecule.hpp"
 #include "common/docking/molecule_error.hpp"
 
-namespace tandem {
+namespace tandem::server {
 
 struct StructureSelection {
   std::vector<std::string> chains;  ///< empty: all
@@ -25,7 +25,7 @@ struct StructureSelection {
 ///         run time: Jorgensen, Maxwell, Tirado-Rives, JACS 118 (1996) 11225
 /// Fails   MoleculeError: file missing or damaged, no atoms left, chain not there (names those that are), force
 ///         field missing (names the Debian package) or with another mixing rule than the geometric one
-Molecule load_molecule(const std::filesystem::path& structure, const StructureSelection& selection,
-                       const std::filesystem::path& force_field_directory);
+docking::Molecule load_molecule(const std::filesystem::path& structure, const StructureSelection& selection,
+                                const std::filesystem::path& force_field_directory);
 
-}  // namespace tandem
+}  // namespace tandem::server

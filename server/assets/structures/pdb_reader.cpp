@@ -16,15 +16,15 @@
 
 #include "server/assets/structures/text.hpp"
 
-namespace tandem {
+namespace tandem::server {
 namespace {
 
-constexpr std::uintmax_t kMostBytes = std::uintmax_t{256} << 20;
-constexpr std::size_t kMostAtoms = 1'000'000;
-constexpr double kLargestCoordinateAngstrom = 1e6;  // validate() allows no more
+constexpr std::uintmax_t kMaxBytes = std::uintmax_t{256} << 20;
+constexpr std::size_t kMaxAtoms = 1'000'000;
+constexpr double kMaxCoordinateAngstrom = 1e6;  // validate() allows no more
 constexpr std::size_t kLastCoordinateColumn = 54;
 /// More records than any residue has with all its alternate locations; then a new residue begins.
-constexpr std::size_t kMostRecordsPerResidue = 1000;
+constexpr std::size_t kMaxRecordsPerResidue = 1000;
 
 struct Record {
   PdbAtom atom;
@@ -72,38 +72,38 @@ class Parser {
 };
 
 void Parser::fail(const std::string& what) const {
-  throw MoleculeError(source_ + ":" + std::to_string(line_) + ": " + what);
+  throw docking::MoleculeError(source_ + ":" + std::to_string(line_) + ": " + what);
 }
 
 double Parser::coordinate(std::string_view line, std::size_t first, std::size_t last, char axis) const {
-  const std::string_view field = text::columns(line, first, last);
+  const std::string_view field = columns(line, first, last);
   double value = 0;
-  if (!text::parse_finite(field, value) || std::abs(value) > kLargestCoordinateAngstrom) {
+  if (!parse_finite(field, value) || std::abs(value) > kMaxCoordinateAngstrom) {
     fail(std::string("coordinate ") + axis + " in columns " + std::to_string(first) + "-" + std::to_string(last) +
-         " is " + text::quoted(field) + ", not a number within 1e6 Å; correct or delete this line");
+         " is " + quoted_text(field) + ", not a number within 1e6 Å; correct or delete this line");
   }
   return value;
 }
 
 void Parser::add_atom(std::string_view line) {
-  if (++atoms_ > kMostAtoms) fail("more than 1000000 atoms; keep only the chains that are needed");
+  if (++atoms_ > kMaxAtoms) fail("more than 1000000 atoms; keep only the chains that are needed");
   // A number cut off in the middle would still be a number.
   if (line.size() < kLastCoordinateColumn) {
     fail("atom line ends at column " + std::to_string(line.size()) +
          ", within the coordinates in columns 31-54; complete or delete this line");
   }
   Record record;
-  const std::string_view serial = text::columns(line, 7, 11);
+  const std::string_view serial = columns(line, 7, 11);
   std::from_chars(serial.data(), serial.data() + serial.size(), record.atom.serial);
-  record.atom.name = text::columns(line, 13, 16);
-  record.atom.element = element_of(record.atom.name, text::columns(line, 77, 78));
+  record.atom.name = columns(line, 13, 16);
+  record.atom.element = element_of(record.atom.name, columns(line, 77, 78));
   record.alternate = line.size() >= 17 ? line[16] : ' ';
   record.atom.position_angstrom = {coordinate(line, 31, 38, 'x'), coordinate(line, 39, 46, 'y'),
                                    coordinate(line, 47, 54, 'z')};
   PdbResidue residue;
-  residue.name = text::columns(line, 18, 21);
-  residue.chain = text::columns(line, 22, 22);
-  residue.id = text::columns(line, 23, 27);
+  residue.name = columns(line, 18, 21);
+  residue.chain = columns(line, 22, 22);
+  residue.id = columns(line, 23, 27);
   residue.segment = segment_;
   add_record(std::move(residue), std::move(record));
 }
@@ -118,7 +118,7 @@ void Parser::add_record(PdbResidue residue, Record record) {
       ++structure_.alternate_atoms;
       return;
     }
-    if (!other_name && known.records.size() < kMostRecordsPerResidue) {
+    if (!other_name && known.records.size() < kMaxRecordsPerResidue) {
       known.records.push_back(std::move(record));
       return;
     }
@@ -157,15 +157,15 @@ void Parser::close(OpenResidue& open) {
 
 PdbStructure Parser::parse(std::string_view text) {
   if (text.starts_with("\x1f\x8b") || text.starts_with("BZh") || text.starts_with("PK")) {
-    throw MoleculeError(source_ + ": compressed; unpack it first, e.g. with gunzip");
+    throw docking::MoleculeError(source_ + ": compressed; unpack it first, e.g. with gunzip");
   }
   if (text.starts_with("data_")) {
-    throw MoleculeError(source_ + ": mmCIF, which is not read here; take the PDB format of the same entry");
+    throw docking::MoleculeError(source_ + ": mmCIF, which is not read here; take the PDB format of the same entry");
   }
   while (!text.empty()) {
-    const std::string_view line = text::take_line(text);
+    const std::string_view line = take_line(text);
     ++line_;
-    const std::string_view record = text::columns(line, 1, 6);
+    const std::string_view record = columns(line, 1, 6);
     if (record == "ATOM" || record == "HETATM") {
       add_atom(line);
     } else if (record == "TER") {
@@ -188,18 +188,18 @@ PdbStructure parse_pdb(std::string_view text, const std::string& source) {
 PdbStructure read_pdb(const std::filesystem::path& path) {
   std::error_code error;
   if (!std::filesystem::is_regular_file(path, error)) {
-    throw MoleculeError(path.string() + ": no such file; give the path of a structure in PDB format");
+    throw docking::MoleculeError(path.string() + ": no such file; give the path of a structure in PDB format");
   }
   const std::uintmax_t size = std::filesystem::file_size(path, error);
-  if (error || size > kMostBytes) {
-    throw MoleculeError(path.string() + ": larger than 256 MiB; keep only the chains that are needed");
+  if (error || size > kMaxBytes) {
+    throw docking::MoleculeError(path.string() + ": larger than 256 MiB; keep only the chains that are needed");
   }
   std::ifstream file(path, std::ios::binary);
   std::string text(static_cast<std::size_t>(size), '\0');
   if (!file.read(text.data(), static_cast<std::streamsize>(text.size()))) {
-    throw MoleculeError(path.string() + ": cannot be read; check its permissions");
+    throw docking::MoleculeError(path.string() + ": cannot be read; check its permissions");
   }
   return parse_pdb(text, path.string());
 }
 
-}  // namespace tandem
+}  // namespace tandem::server

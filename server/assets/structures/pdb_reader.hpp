@@ -11,7 +11,7 @@
 #include "common/base/spatial.hpp"
 #include "common/docking/molecule_error.hpp"
 
-namespace tandem {
+namespace tandem::server {
 
 struct PdbAtom {
   std::string name;     ///< as in the file: "CA", "1HB"
@@ -48,4 +48,4 @@ PdbStructure parse_pdb(std::string_view text, const std::string& source);
 /// parse_pdb() of a file of at most 256 MiB.
 PdbStructure read_pdb(const std::filesystem::path& path);
 
-}  // namespace tandem
+}  // namespace tandem::server

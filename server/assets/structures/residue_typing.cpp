@@ -8,7 +8,7 @@
 #include <optional>
 #include <utility>
 
-namespace tandem {
+namespace tandem::server {
 namespace {
 
 struct Renaming {
@@ -377,4 +377,4 @@ std::vector<bool> find_disulfides(const std::vector<PdbResidue>& residues) {
   return bonded;
 }
 
-}  // namespace tandem
+}  // namespace tandem::server

@@ -17,7 +17,7 @@
 #include "server/assets/structures/force_field.hpp"
 #include "server/assets/structures/pdb_reader.hpp"
 
-namespace tandem {
+namespace tandem::server {
 
 struct ResidueContext {
   bool first_of_chain = false;
@@ -50,4 +50,4 @@ TypedResidue type_residue(const ForceField& force_field, const PdbResidue& resid
 /// Source  GROMACS's specbond.dat: SG-SG 0.2 nm, and pdb2gmx's tolerance of 10 %
 std::vector<bool> find_disulfides(const std::vector<PdbResidue>& residues);
 
-}  // namespace tandem
+}  // namespace tandem::server

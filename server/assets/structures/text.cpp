@@ -5,7 +5,7 @@
 #include <charconv>
 #include <cmath>
 
-namespace tandem::text {
+namespace tandem::server {
 namespace {
 
 constexpr std::string_view kBlanks = " \t\r\v\f";
@@ -49,7 +49,7 @@ bool parse_finite(std::string_view field, double& value) {
   return error == std::errc() && stopped == end && std::isfinite(value);
 }
 
-std::string quoted(std::string_view text) {
+std::string quoted_text(std::string_view text) {
   constexpr std::size_t kLongest = 40;
   std::string printable(text.substr(0, kLongest));
   for (char& c : printable) {
@@ -58,4 +58,4 @@ std::string quoted(std::string_view text) {
   return "'" + printable + (text.size() > kLongest ? "…'" : "'");
 }
 
-}  // namespace tandem::text
+}  // namespace tandem::server

@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-namespace tandem::text {
+namespace tandem::server {
 
 std::string_view trimmed(std::string_view text);
 
@@ -24,6 +24,6 @@ std::string_view take_line(std::string_view& rest);
 bool parse_finite(std::string_view field, double& value);
 
 /// For messages: in quotes, at most 40 characters, other than printable ASCII as '?'.
-std::string quoted(std::string_view text);
+std::string quoted_text(std::string_view text);
 
-}  // namespace tandem::text
+}  // namespace tandem::server

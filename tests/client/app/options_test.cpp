@@ -12,7 +12,7 @@
 
 #include "client/app/summary.hpp"
 
-namespace tandem {
+namespace tandem::client {
 namespace {
 
 using ::testing::AllOf;
@@ -53,7 +53,8 @@ TEST(ClientOptions, ADeviceIsAProfileByName) {
   ASSERT_TRUE(options.has_value());
   EXPECT_EQ(options->device.spec.force_axes, 3);
   EXPECT_EQ(options->device.spec.force_limit_n, 7);
-  EXPECT_EQ(options->hand_parameters.mass_kg, HandParameters{}.mass_kg) << "the hand alone: the device is added later";
+  EXPECT_EQ(options->hand_parameters.mass_kg, devices::HandParameters{}.mass_kg)
+      << "the hand alone: the device is added later";
 }
 
 TEST(ClientOptions, ADeadbandIsAShareUpToHalf) {
@@ -68,7 +69,7 @@ TEST(ClientOptions, LinkOptionsHoldForBothDirections) {
   const auto options = parse({"--delay", "25ms", "--jitter", "500us", "--loss", "1%", "--duplication", "0.5%",
                               "--reorder", "--rate-limit", "1e6", "--seed", "9"});
   ASSERT_TRUE(options && options->io.links);
-  for (const LinkParameters& link : {options->io.links->up, options->io.links->down}) {
+  for (const net::LinkParameters& link : {options->io.links->up, options->io.links->down}) {
     EXPECT_EQ(link.delay, std::chrono::milliseconds(25));
     EXPECT_EQ(link.jitter, std::chrono::microseconds(500));
     EXPECT_DOUBLE_EQ(link.loss, 0.01);
@@ -204,7 +205,8 @@ TEST(Summary, SaysWhatItTakesToRunItAgain) {
   EXPECT_EQ(parsed.at("stage").as_string(), "hold");
   EXPECT_EQ(parsed.at("predictor").as_string(), "linear");
   EXPECT_FALSE(parsed.at("guard").as_bool());
-  EXPECT_EQ(parsed.at("wave_impedance").at("linear_n_s_per_m").to_number<double>(), WaveImpedance{}.linear_n_s_per_m);
+  EXPECT_EQ(parsed.at("wave_impedance").at("linear_n_s_per_m").to_number<double>(),
+            haptics::WaveImpedance{}.linear_n_s_per_m);
   EXPECT_EQ(parsed.at("device").as_string(), "touch");
   EXPECT_EQ(parsed.at("hand").as_string(), "circle");
   EXPECT_EQ(parsed.at("hand_parameters").at("mass_kg").to_number<double>(), 0.5);
@@ -227,4 +229,4 @@ TEST(Summary, IsAValidObjectEvenOfARunThatNeverTicked) {
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::client

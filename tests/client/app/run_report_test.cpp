@@ -14,7 +14,7 @@
 
 #include "client/app/trace.hpp"
 
-namespace tandem {
+namespace tandem::client {
 namespace {
 
 using ::testing::SizeIs;
@@ -216,4 +216,4 @@ TEST(Trace, FileThatCannotBeCreatedIsASetupError) {
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::client

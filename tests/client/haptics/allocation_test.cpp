@@ -11,7 +11,7 @@
 #include "tests/client/haptics/scripted_device.hpp"
 #include "tests/support/allocation_counter.hpp"
 
-namespace tandem {
+namespace tandem::client {
 namespace {
 
 class HapticTickAllocation : public ::testing::TestWithParam<std::string_view> {};
@@ -20,15 +20,15 @@ TEST_P(HapticTickAllocation, IsNoneFromTheFirstTickToShutdown) {
   ScriptedDevice device;
   auto mailboxes = std::make_unique<ClientMailboxes>();
   HapticCore core({.stage = {.name = std::string(GetParam())}}, device, *mailboxes);
-  Ring<TickRecord> trace(16);
+  realtime::Ring<TickRecord> trace(16);
   TickRecord taken;
   auto received = std::make_unique<ReceivedUpdate>();
-  received->update.bodies.resize(kMaxBodies);
+  received->update.bodies.resize(proto::kMaxBodies);
   HapticScene scene;
   scene.may_drive = scene.may_display = true;
   core.watch(BodyId{3});
 
-  const std::uint64_t before = allocation_count();
+  const std::uint64_t before = test::allocation_count();
   LocalTime now{std::chrono::seconds(1)};
   for (int i = 0; i < 2000; ++i) {
     now += std::chrono::milliseconds(1);
@@ -42,14 +42,14 @@ TEST_P(HapticTickAllocation, IsNoneFromTheFirstTickToShutdown) {
     }
     device.sample.X_DH.p.x() = 0.005 * std::sin(0.01 * i);
     device.sample.is_valid = i % 700 != 0;
-    device.sample.buttons = i % 300 < 50 ? kButtonClutch : 0U;
+    device.sample.buttons = i % 300 < 50 ? proto::kButtonClutch : 0U;
     if (i == 1900) core.begin_shutdown();
     core.tick(now);
     trace.push(core.record());
     trace.pop(taken);
   }
   core.write_zero(now);
-  EXPECT_EQ(allocation_count() - before, 0U);
+  EXPECT_EQ(test::allocation_count() - before, 0U);
   EXPECT_GT(core.counters().ticks, 0U);
 }
 
@@ -60,10 +60,10 @@ INSTANTIATE_TEST_SUITE_P(EveryStage, HapticTickAllocation, ::testing::ValuesIn(s
 });
 
 TEST(AllocationCounter, CountsWhatIsAllocated) {
-  const std::uint64_t before = allocation_count();
+  const std::uint64_t before = test::allocation_count();
   const auto one = std::make_unique<int>(1);
-  EXPECT_EQ(allocation_count() - before, 1U);
+  EXPECT_EQ(test::allocation_count() - before, 1U);
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::client

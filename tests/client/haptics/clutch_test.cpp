@@ -9,7 +9,7 @@
 
 #include "common/base/random.hpp"
 
-namespace tandem {
+namespace tandem::client {
 namespace {
 
 constexpr double kTick_s = 1e-3;
@@ -118,4 +118,4 @@ TEST(Clutch, ResetForgetsTheOffset) {
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::client

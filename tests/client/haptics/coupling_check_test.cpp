@@ -15,16 +15,17 @@
 #include "devices/device_check.hpp"
 #include "server/assets/scene_file.hpp"
 #include "tests/support/session_bench.hpp"
+#include "tests/support/source_path.hpp"
 
-namespace tandem {
+namespace tandem::client {
 namespace {
 
 namespace json = boost::json;
 using testing::HasSubstr;
 
 /// A device of its own: 0.1 kg, a little friction, good for 10,000 N/m by its maker's word.
-DeviceProfile light_device() {
-  DeviceProfile device = find_device_profile("sim");
+devices::DeviceProfile light_device() {
+  devices::DeviceProfile device = devices::find_device_profile("sim");
   device.apparent_mass_kg.value = 0.1;
   device.apparent_inertia_kg_m2.value = 1e-4;
   device.physical_damping_n_s_per_m.value = 0.2;
@@ -34,7 +35,7 @@ DeviceProfile light_device() {
 }
 
 wire::Joined joined_with(double stiffness, double damping) {
-  wire::Joined joined = minimal_joined();
+  wire::Joined joined = test::minimal_joined();
   wire::Scene& scene = *joined.mutable_scene();
   scene.mutable_coupling()->set_stiffness_n_per_m(stiffness);
   scene.mutable_coupling()->set_damping_n_s_per_m(damping);
@@ -47,23 +48,24 @@ wire::Joined joined_with(double stiffness, double damping) {
   return joined;
 }
 
-void set(SessionBench& bench, const std::string& name, double value) {
+void set(test::SessionBench& bench, const std::string& name, double value) {
   wire::ServerControl message;
   message.mutable_parameter_set()->set_name(name);
   message.mutable_parameter_set()->set_value(value);
   bench.say(message);
 }
-void set_stiffness(SessionBench& bench, double value) {
+void set_stiffness(test::SessionBench& bench, double value) {
   set(bench, "coupling.stiffness_n_per_m", value);
 }
 
-std::vector<StabilityFinding> findings_of(const SessionBench& bench, const DeviceProfile& device) {
+std::vector<haptics::StabilityFinding> findings_of(const test::SessionBench& bench,
+                                                   const devices::DeviceProfile& device) {
   return explained(bench.session.coupling_check(), device);
 }
 
 constexpr std::chrono::milliseconds kMillisecond{1};
 /// Polls with a state each millisecond, so that only the coupling can end the force. False when it was cut.
-bool is_displayed_for(SessionBench& bench, int milliseconds) {
+bool is_displayed_for(test::SessionBench& bench, int milliseconds) {
   for (int i = 0; i < milliseconds; ++i) {
     bench.send_update();
     bench.wait(kMillisecond);
@@ -72,14 +74,14 @@ bool is_displayed_for(SessionBench& bench, int milliseconds) {
   return true;
 }
 
-SessionSettings with(const DeviceProfile& device) {
+SessionSettings with(const devices::DeviceProfile& device) {
   SessionSettings settings;
   settings.device = device;
   return settings;
 }
 
 TEST(CouplingCheck, AnUnstableCouplingIsNotDisplayedAndTheHandStillDrives) {
-  SessionBench bench(with(light_device()));
+  test::SessionBench bench(with(light_device()));
   bench.join(joined_with(60000, 3));
   EXPECT_EQ(bench.state(), "active");
   ASSERT_TRUE(bench.mailboxes.scene.poll());
@@ -89,14 +91,14 @@ TEST(CouplingCheck, AnUnstableCouplingIsNotDisplayedAndTheHandStillDrives) {
   EXPECT_THAT(bench.log, testing::Contains(HasSubstr("no force is displayed")));
   const auto findings = findings_of(bench, light_device());
   ASSERT_FALSE(findings.empty());
-  EXPECT_EQ(findings.front().verdict, StabilityVerdict::kUnstable);
+  EXPECT_EQ(findings.front().verdict, haptics::StabilityVerdict::kUnstable);
   EXPECT_EQ(findings.front().parameter, "coupling.stiffness_n_per_m");
   EXPECT_LT(findings.front().remedy, 60000);
   EXPECT_THAT(findings.front().text, HasSubstr("coupling.stiffness_n_per_m is 6e+04 N/m: unstable"));
 }
 
 TEST(CouplingCheck, AStableValueBringsTheForceBackWithoutANewScene) {
-  SessionBench bench(with(light_device()));
+  test::SessionBench bench(with(light_device()));
   bench.join(joined_with(60000, 3));
   ASSERT_FALSE(bench.scene_may_display());
   const std::uint32_t generation = bench.mailboxes.scene.front().generation;
@@ -111,7 +113,7 @@ TEST(CouplingCheck, AStableValueBringsTheForceBackWithoutANewScene) {
 }
 
 TEST(CouplingCheck, TheHandsEndGetsAParameterAtOnce) {
-  SessionBench bench(with(light_device()));
+  test::SessionBench bench(with(light_device()));
   bench.join(joined_with(400, 1));
   ASSERT_TRUE(bench.mailboxes.scene.poll());
   set_stiffness(bench, 410);
@@ -120,7 +122,7 @@ TEST(CouplingCheck, TheHandsEndGetsAParameterAtOnce) {
 }
 
 TEST(CouplingCheck, ASetThatIsUnstableOnlyBetweenItsMessagesNeverCutsTheForce) {
-  SessionBench bench(with(light_device()));
+  test::SessionBench bench(with(light_device()));
   bench.join(joined_with(100, 0));
   ASSERT_TRUE(bench.scene_may_display());
   const std::uint64_t checks = bench.session.coupling_check().number;
@@ -134,7 +136,7 @@ TEST(CouplingCheck, ASetThatIsUnstableOnlyBetweenItsMessagesNeverCutsTheForce) {
 }
 
 TEST(CouplingCheck, AStreamOfParametersIsStillChecked) {
-  SessionBench bench(with(light_device()));
+  test::SessionBench bench(with(light_device()));
   bench.join(joined_with(400, 1));
   int lasted_ms = 0;
   for (; lasted_ms < 1000 && is_displayed_for(bench, 1); ++lasted_ms) {
@@ -144,7 +146,7 @@ TEST(CouplingCheck, AStreamOfParametersIsStillChecked) {
 }
 
 TEST(CouplingCheck, NothingIsCheckedForAConnectionThatIsGone) {
-  SessionBench bench(with(light_device()));
+  test::SessionBench bench(with(light_device()));
   bench.join(joined_with(400, 1));
   set_stiffness(bench, 60000);
   const std::uint64_t checks = bench.session.coupling_check().number;
@@ -155,12 +157,12 @@ TEST(CouplingCheck, NothingIsCheckedForAConnectionThatIsGone) {
 }
 
 TEST(CouplingCheck, ACouplingThatSomeHandsCouldPumpIsDisplayedWithAWarning) {
-  SessionBench bench(with(light_device()));
+  test::SessionBench bench(with(light_device()));
   bench.join(joined_with(400, 1));
   EXPECT_TRUE(bench.scene_may_display());
   const auto findings = findings_of(bench, light_device());
   ASSERT_EQ(findings.size(), 1U);
-  EXPECT_EQ(findings[0].verdict, StabilityVerdict::kNotPassive);
+  EXPECT_EQ(findings[0].verdict, haptics::StabilityVerdict::kNotPassive);
 }
 
 /// As a server tells it of a tool that holds nothing.
@@ -175,20 +177,20 @@ wire::Joined massless_joined() {
 }
 
 TEST(CouplingCheck, AMasslessToolHasNoMassAndABodyThatItHoldsDoes) {
-  SessionBench bench(with(light_device()));
+  test::SessionBench bench(with(light_device()));
   bench.join(massless_joined());
   ASSERT_EQ(bench.session.coupling_check().moved.size(), 1U);
   EXPECT_FALSE(bench.session.coupling_check().moved[0].is_held_body);
   EXPECT_TRUE(bench.scene_may_display());
   // A free tool with no mass has nothing to be held back by, so a damper of its own would not count either.
-  const CouplingLawInfo& law = *find_coupling_law("qsa-static");
-  const LoopCoupling free = loop_coupling(law, {}, 0.5, 1e-4);
+  const haptics::CouplingLawInfo& law = *haptics::find_coupling_law("qsa-static");
+  const devices::LoopCoupling free = devices::loop_coupling(law, {}, 0.5, 1e-4);
   EXPECT_EQ(free.tool_mass_kg, 0);
   EXPECT_EQ(free.tool_inertia_kg_m2, 0);
   EXPECT_EQ(free.parameters.damping_n_s_per_m, 0);
-  const LoopCoupling held = loop_coupling(law, {}, 0.5, 1e-4, true);
+  const devices::LoopCoupling held = devices::loop_coupling(law, {}, 0.5, 1e-4, true);
   EXPECT_EQ(held.tool_mass_kg, 0.5);
-  EXPECT_EQ(held.parameters, CouplingParameters{});
+  EXPECT_EQ(held.parameters, haptics::CouplingParameters{});
   wire::ServerControl grabbed;
   grabbed.mutable_grabbed()->set_body(body_id_at(0).value);
   bench.say(grabbed);
@@ -200,29 +202,30 @@ TEST(CouplingCheck, AMasslessToolHasNoMassAndABodyThatItHoldsDoes) {
 }
 
 TEST(CouplingCheck, WarnsOfLawsThatAreActiveByThemselves) {
-  for (const CouplingLawInfo& law : coupling_laws()) {
+  for (const haptics::CouplingLawInfo& law : haptics::coupling_laws()) {
     SCOPED_TRACE(law.name);
     wire::Joined joined = joined_with(10, 0.01);
     joined.mutable_scene()->mutable_coupling()->set_law(std::string(law.name));
-    DeviceProfile device = light_device();
+    devices::DeviceProfile device = light_device();
     device.physical_damping_n_s_per_m.value = 5;  // pays for everything but a law's own nature
     device.physical_damping_n_m_s_per_rad.value = 0.1;
-    SessionBench bench(with(device));
+    test::SessionBench bench(with(device));
     bench.join(joined);
     EXPECT_TRUE(bench.scene_may_display());
     const auto findings = findings_of(bench, device);
     ASSERT_EQ(findings.size(), law.is_passive ? 0U : 1U);
     if (law.is_passive) continue;
-    EXPECT_EQ(findings[0].verdict, StabilityVerdict::kNotPassive);
+    EXPECT_EQ(findings[0].verdict, haptics::StabilityVerdict::kNotPassive);
     EXPECT_EQ(findings[0].parameter, "coupling.law");
-    EXPECT_THAT(findings[0].text, HasSubstr(law.tool == ToolDynamics::kAtHandle ? "delay" : "by its own nature"));
+    EXPECT_THAT(findings[0].text,
+                HasSubstr(law.tool == haptics::ToolDynamics::kAtHandle ? "delay" : "by its own nature"));
   }
 }
 
 TEST(CouplingCheck, AsksOfWhatTheDeviceWouldBeAskedToRender) {
-  DeviceProfile device = light_device();
+  devices::DeviceProfile device = light_device();
   device.stiffness_maximum_n_per_m.value = 500;  // more is never displayed, whatever the scene says
-  SessionBench bench(with(device));
+  test::SessionBench bench(with(device));
   bench.join(joined_with(60000, 3));
   EXPECT_TRUE(bench.scene_may_display());
   const auto findings = findings_of(bench, device);
@@ -231,9 +234,9 @@ TEST(CouplingCheck, AsksOfWhatTheDeviceWouldBeAskedToRender) {
 }
 
 TEST(CouplingCheck, NamesTheScenesValueAndWhatThisDeviceIsGiven) {
-  DeviceProfile device = light_device();
+  devices::DeviceProfile device = light_device();
   device.stiffness_maximum_n_per_m.value = 50000;
-  SessionBench bench(with(device));
+  test::SessionBench bench(with(device));
   bench.join(joined_with(60000, 3));
   const auto findings = findings_of(bench, device);
   ASSERT_FALSE(findings.empty());
@@ -245,8 +248,8 @@ TEST(CouplingCheck, NamesTheScenesValueAndWhatThisDeviceIsGiven) {
 }
 
 TEST(CouplingCheck, SaysThatItRestsOnNumbersThatNobodyHasVerified) {
-  DeviceProfile device = light_device();
-  SessionBench bench(with(device));
+  devices::DeviceProfile device = light_device();
+  test::SessionBench bench(with(device));
   bench.join(joined_with(60000, 3));
   EXPECT_THAT(findings_of(bench, device)[0].text, testing::Not(HasSubstr("verified")));
   device.apparent_mass_kg.source = "unverified: a guess";
@@ -254,17 +257,17 @@ TEST(CouplingCheck, SaysThatItRestsOnNumbersThatNobodyHasVerified) {
 }
 
 TEST(CouplingCheck, VelocityIsTakenOverATimeByEachEncodersOwnSteps) {
-  DeviceProfile device = light_device();
+  devices::DeviceProfile device = light_device();
   device.position_step_m.value = 1e-5;
   device.rotation_step_rad.value = 0;
-  EXPECT_EQ(loop_device(device).velocity_window, 4);
-  EXPECT_EQ(loop_device(device).rotational_velocity_window, 1);
+  EXPECT_EQ(devices::loop_device(device).velocity_window, 4);
+  EXPECT_EQ(devices::loop_device(device).rotational_velocity_window, 1);
   std::swap(device.position_step_m, device.rotation_step_rad);
   device.rate_hz = 3000;
-  EXPECT_EQ(loop_device(device).velocity_window, 1);
-  EXPECT_EQ(loop_device(device).rotational_velocity_window, 12);
+  EXPECT_EQ(devices::loop_device(device).velocity_window, 1);
+  EXPECT_EQ(devices::loop_device(device).rotational_velocity_window, 12);
   device.rate_hz = 100;
-  EXPECT_EQ(loop_device(device).rotational_velocity_window, 1);
+  EXPECT_EQ(devices::loop_device(device).rotational_velocity_window, 1);
 }
 
 TEST(CouplingCheck, QuickVerdictIsThatOfTheFindings) {
@@ -274,14 +277,15 @@ TEST(CouplingCheck, QuickVerdictIsThatOfTheFindings) {
     SCOPED_TRACE("seed 31, scene " + std::to_string(i));
     CouplingCheck check;
     check.number = 1;
-    check.scene.law = static_cast<std::size_t>(random.uniform() * static_cast<double>(coupling_laws().size()));
+    check.scene.law = static_cast<std::size_t>(random.uniform() * static_cast<double>(haptics::coupling_laws().size()));
     check.scene.coupling.stiffness_n_per_m = 20 * std::pow(5000.0, random.uniform());
     check.scene.coupling.damping_n_s_per_m = 0.02 * std::pow(1000.0, random.uniform());
     check.moved = {{0.02 + random.uniform(), random.uniform() < 0.5}};
     const auto findings = explained(check, light_device());
-    const bool is_unstable = std::any_of(findings.begin(), findings.end(), [](const StabilityFinding& finding) {
-      return finding.verdict == StabilityVerdict::kUnstable;
-    });
+    const bool is_unstable =
+        std::any_of(findings.begin(), findings.end(), [](const haptics::StabilityFinding& finding) {
+          return finding.verdict == haptics::StabilityVerdict::kUnstable;
+        });
     EXPECT_EQ(is_stable_coupling(check.scene, check.moved, light_device()), !is_unstable);
     refused += is_unstable ? 1 : 0;
   }
@@ -290,7 +294,7 @@ TEST(CouplingCheck, QuickVerdictIsThatOfTheFindings) {
 }
 
 TEST(CouplingCheck, SeesTheSceneThroughTheWorkspaceMapping) {
-  SessionBench bench(with(light_device()));
+  test::SessionBench bench(with(light_device()));
   wire::Joined joined = joined_with(60000, 3);
   // A hundredth of the stiffness reaches the hand, and of the damping, and of the tool's mass.
   joined.mutable_scene()->mutable_tools(0)->mutable_workspace()->set_force_scale(0.01);
@@ -302,13 +306,13 @@ TEST(CouplingCheck, SeesTheSceneThroughTheWorkspaceMapping) {
 TEST(CouplingCheck, AsksNothingForAnObserverNorWithoutADevice) {
   SessionSettings watching = with(light_device());
   watching.role = wire::ROLE_OBSERVER;
-  SessionBench observer(watching);
+  test::SessionBench observer(watching);
   wire::Joined joined = joined_with(60000, 3);
   joined.set_role(wire::ROLE_OBSERVER);
   observer.join(joined);
   EXPECT_EQ(observer.session.coupling_check().number, 0U);
   EXPECT_FALSE(observer.scene_may_display());
-  SessionBench unknown;
+  test::SessionBench unknown;
   unknown.join(joined_with(60000, 3));
   set_stiffness(unknown, 60000);
   unknown.wait(CouplingWatch::kAtLatest);
@@ -319,7 +323,7 @@ TEST(CouplingCheck, AsksNothingForAnObserverNorWithoutADevice) {
 TEST(CouplingCheck, IsOfTheLightestAndTheHeaviestThatTheToolCouldMove) {
   const auto masses = [](const wire::Joined& joined, std::string_view law, BodyId held) {
     std::vector<double> result;
-    for (const MovedThing& thing : things_to_move(joined, *find_coupling_law(law), held)) {
+    for (const MovedThing& thing : things_to_move(joined, *haptics::find_coupling_law(law), held)) {
       result.push_back(thing.mass_kg);
     }
     return result;
@@ -363,19 +367,19 @@ std::string without_shapes(const std::filesystem::path& file) {
 
 TEST(CouplingCheck, NoShippedSceneIsRefusedOnTheSimulatedDevice) {
   int scenes = 0;
-  for (const auto& entry : std::filesystem::directory_iterator(TANDEM_SCENES)) {
+  for (const auto& entry : std::filesystem::directory_iterator(test::source_path("server/scenes"))) {
     if (entry.path().extension() != ".json") continue;
     SCOPED_TRACE(entry.path().string());
-    const auto scene = load_scene_text(without_shapes(entry.path()), "scene", ".");
+    const auto scene = server::load_scene_text(without_shapes(entry.path()), "scene", ".");
     for (int tool = 0; tool < scene->description.tools_size(); ++tool) {
-      wire::Joined joined = minimal_joined();
+      wire::Joined joined = test::minimal_joined();
       *joined.mutable_scene() = scene->description;
       joined.set_tool(static_cast<std::uint32_t>(tool));
-      SessionBench bench(with(find_device_profile("sim")));
+      test::SessionBench bench(with(devices::find_device_profile("sim")));
       bench.join(joined);
       EXPECT_EQ(bench.state(), "active") << bench.session.status().why;
       EXPECT_TRUE(bench.scene_may_display());
-      EXPECT_THAT(findings_of(bench, find_device_profile("sim")), testing::IsEmpty());
+      EXPECT_THAT(findings_of(bench, devices::find_device_profile("sim")), testing::IsEmpty());
     }
     ++scenes;
   }
@@ -383,4 +387,4 @@ TEST(CouplingCheck, NoShippedSceneIsRefusedOnTheSimulatedDevice) {
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::client

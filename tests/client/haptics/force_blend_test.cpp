@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-namespace tandem {
+namespace tandem::client {
 namespace {
 
 constexpr double kTick_s = 0.001;
@@ -81,4 +81,4 @@ TEST(ForceBlend, IgnoresAJumpThatIsNotFinite) {
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::client

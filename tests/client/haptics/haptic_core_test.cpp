@@ -12,7 +12,7 @@
 #include "common/haptics/coupling/laws.hpp"
 #include "tests/client/haptics/scripted_device.hpp"
 
-namespace tandem {
+namespace tandem::client {
 namespace {
 
 constexpr Duration kTick{std::chrono::milliseconds(1)};
@@ -21,7 +21,7 @@ constexpr double kSumRounding = 1e-10;
 
 /// Index of the law whose forces are known in closed form.
 std::size_t law_index(std::string_view name) {
-  return static_cast<std::size_t>(find_coupling_law(name) - coupling_laws().data());
+  return static_cast<std::size_t>(haptics::find_coupling_law(name) - haptics::coupling_laws().data());
 }
 
 /// Core, device and mailboxes; server states arrive when the test says so.
@@ -52,7 +52,7 @@ struct Rig {
       tick();
     }
   }
-  const ClientUpdate& sent() {
+  const proto::ClientUpdate& sent() {
     EXPECT_TRUE(mailboxes.outbox.poll());
     return mailboxes.outbox.front();
   }
@@ -91,11 +91,11 @@ TEST(HapticCore, AnObserverThatGetsStatesIsNotSilent) {
   rig.mailboxes.scene.publish(rig.scene);
   for (int i = 0; i < 20; ++i) rig.tick();
   rig.run(500);
-  EXPECT_EQ(rig.core.record().safety_faults, kSafetyNotDisplaying);
+  EXPECT_EQ(rig.core.record().safety_faults, haptics::kSafetyNotDisplaying);
   EXPECT_EQ(rig.core.counters().silent_ticks, 0U) << "nor while it waited for the first";
   EXPECT_EQ(rig.core.counters().not_displaying_ticks, 520U);
   for (int i = 0; i < 200; ++i) rig.tick();
-  EXPECT_TRUE(rig.core.record().safety_faults & kSafetySilence) << "the states stopped";
+  EXPECT_TRUE(rig.core.record().safety_faults & haptics::kSafetySilence) << "the states stopped";
 }
 
 TEST(HapticCore, ALostSessionDisplaysNothingAtOnceAndIsSilentOnlyLater) {
@@ -108,15 +108,15 @@ TEST(HapticCore, ALostSessionDisplaysNothingAtOnceAndIsSilentOnlyLater) {
   rig.mailboxes.scene.publish(rig.scene);
   for (int i = 0; i < 20; ++i) rig.tick();
   EXPECT_TRUE(rig.force().isZero(0));
-  EXPECT_EQ(rig.core.record().safety_faults, kSafetyNotDisplaying);
+  EXPECT_EQ(rig.core.record().safety_faults, haptics::kSafetyNotDisplaying);
   for (int i = 0; i < 100; ++i) rig.tick();
-  EXPECT_EQ(rig.core.record().safety_faults, kSafetyNotDisplaying | kSafetySilence);
+  EXPECT_EQ(rig.core.record().safety_faults, haptics::kSafetyNotDisplaying | haptics::kSafetySilence);
 }
 
 TEST(HapticCore, WhoIsRefusedTheForceStillDrivesToolAndButtons) {
   Rig rig;
   rig.enter_scene();
-  rig.device.sample.buttons = kButtonGrab;
+  rig.device.sample.buttons = proto::kButtonGrab;
   rig.device.sample.X_DH.p = Vec3(0.005, 0, 0);
   rig.run(700);
   ASSERT_NEAR(rig.force().x(), -1.5, 1e-9);
@@ -125,9 +125,9 @@ TEST(HapticCore, WhoIsRefusedTheForceStillDrivesToolAndButtons) {
   for (int i = 0; i < 300; ++i) {
     rig.device.sample.X_DH.p.y() += 1e-4;
     rig.run(1);
-    const ClientUpdate& sent = rig.sent();
+    const proto::ClientUpdate& sent = rig.sent();
     ASSERT_TRUE(sent.handle_valid) << i;
-    ASSERT_EQ(sent.buttons, kButtonGrab) << i;
+    ASSERT_EQ(sent.buttons, proto::kButtonGrab) << i;
     ASSERT_EQ(sent.handle.X.p, rig.device.sample.X_DH.p) << i;
     ASSERT_TRUE(i < 20 || rig.force().isZero(0)) << i << " ms";
   }
@@ -136,7 +136,7 @@ TEST(HapticCore, WhoIsRefusedTheForceStillDrivesToolAndButtons) {
 TEST(HapticCore, AForceThatIsAllowedAgainIsRampedAndTheClutchedHandleStaysWhereItWas) {
   Rig rig;
   rig.enter_scene();
-  rig.device.sample.buttons = kButtonClutch;
+  rig.device.sample.buttons = proto::kButtonClutch;
   rig.run(10);
   rig.device.sample.X_DH.p = Vec3(0.02, 0, 0);
   rig.run(10);
@@ -216,7 +216,7 @@ TEST(HapticCore, SilentServerMeansZeroForceWithin150MillisecondsOfTheLastArrival
   EXPECT_NEAR(rig.force().z(), 2, 1e-9) << "a short gap is bridged";
   while (rig.now - last_arrival < std::chrono::milliseconds(150)) rig.tick();
   EXPECT_TRUE(rig.force().isZero(0));
-  EXPECT_TRUE(rig.core.record().safety_faults & kSafetySilence);
+  EXPECT_TRUE(rig.core.record().safety_faults & haptics::kSafetySilence);
 }
 
 TEST(HapticCore, NewSceneForgetsTheOldStateAndRampsAgain) {
@@ -257,9 +257,9 @@ TEST(HapticCore, RendersTheScenesLaw) {
     rig.enter_scene();
     rig.device.sample.X_DH.p = Vec3(0.004, 0, 0);
     rig.run(700);
-    CouplingState state;
+    haptics::CouplingState state;
     state.d_W = Vec3(0.004, 0, 0);
-    const Vec3 expected = make_coupling_law(name, rig.scene.coupling)->wrench_on_tool_W(state).f;
+    const Vec3 expected = haptics::make_coupling_law(name, rig.scene.coupling)->wrench_on_tool_W(state).f;
     EXPECT_LT((rig.force() + expected).norm(), 1e-9) << name;
   }
 }
@@ -272,7 +272,7 @@ TEST(HapticCore, SceneThatMakesNoSenseDisplaysNothing) {
   scenes[2].workspace.position_scale = 0;
   scenes[3].workspace.force_scale = std::numeric_limits<double>::infinity();
   scenes[4].workspace.X_WD.q = Quat(2, 0, 0, 0);
-  scenes[5].law = coupling_laws().size();
+  scenes[5].law = haptics::coupling_laws().size();
   scenes[6].coupling.curve_sharpness = nan;
   for (const HapticScene& scene : scenes) {
     Rig rig;
@@ -333,7 +333,7 @@ TEST(HapticCore, ClutchKeepsTheHandleAndFadesTheForceWithoutAStepAtEitherEdge) {
   rig.run(700);
   const double before_n = rig.force().norm();
   ASSERT_GT(rig.core.record().displayed_on_hand_D.f.dot(Vec3(0, -1, 0)), 0.5) << "the damper is felt";
-  rig.device.sample.buttons = kButtonClutch;
+  rig.device.sample.buttons = proto::kButtonClutch;
   Vec3 last = rig.force();
   for (int i = 0; i < 50; ++i) {
     rig.run(1);
@@ -342,13 +342,13 @@ TEST(HapticCore, ClutchKeepsTheHandleAndFadesTheForceWithoutAStepAtEitherEdge) {
     ASSERT_EQ(rig.core.record().handle_W.V.v, Vec3::Zero());
     ASSERT_LE((rig.force() - last).norm(), before_n / 15 + 1e-9) << i << " ms: linear over the 15 ms of the decay";
     ASSERT_TRUE(i < 20 || rig.force().isZero(0)) << i;
-    ASSERT_TRUE(rig.core.record().safety_faults & kSafetyClutched);
-    ASSERT_FALSE(rig.core.record().safety_faults & kSafetySilence);
+    ASSERT_TRUE(rig.core.record().safety_faults & haptics::kSafetyClutched);
+    ASSERT_FALSE(rig.core.record().safety_faults & haptics::kSafetySilence);
     last = rig.force();
   }
-  const ClientUpdate& sent = rig.sent();
+  const proto::ClientUpdate& sent = rig.sent();
   EXPECT_TRUE(sent.handle_valid) << "the tool stays where it is, held by the server";
-  EXPECT_EQ(sent.buttons, kButtonClutch);
+  EXPECT_EQ(sent.buttons, proto::kButtonClutch);
   rig.device.sample.buttons = 0;
   for (int i = 0; i < 600; ++i) {
     rig.run(1);
@@ -367,7 +367,7 @@ TEST(HapticCore, ClutchOfAnyLengthDoesNoMoreWorkThanTwentyMillisecondsOfTheForce
     const double force_n = rig.force().norm();
     ASSERT_NEAR(force_n, 1.5, 1e-9);
     const double before_j = rig.core.counters().energy_to_hand_j;
-    rig.device.sample.buttons = kButtonClutch;
+    rig.device.sample.buttons = proto::kButtonClutch;
     for (int i = 0; i < pressed_ticks; ++i) {
       rig.device.sample.X_DH.p.x() -= 0.0005;  // gives way to the force
       rig.run(1);
@@ -380,15 +380,15 @@ TEST(HapticCore, ClutchOfAnyLengthDoesNoMoreWorkThanTwentyMillisecondsOfTheForce
 TEST(HapticCore, InvalidSamplesKeepTheButtonsForAHundredMillisecondsAndThenLetGo) {
   Rig rig;
   rig.enter_scene();
-  rig.device.sample.buttons = kButtonGrab;
+  rig.device.sample.buttons = proto::kButtonGrab;
   rig.run(10);
   rig.device.sample.is_valid = false;
   rig.device.sample.buttons = 0;  // of an invalid sample: it says nothing
   for (int i = 1; i <= 200; ++i) {
     rig.run(1);
-    const ClientUpdate& sent = rig.sent();
+    const proto::ClientUpdate& sent = rig.sent();
     ASSERT_FALSE(sent.handle_valid);
-    ASSERT_EQ(sent.buttons, i <= 100 ? kButtonGrab : 0U) << i << " ms";
+    ASSERT_EQ(sent.buttons, i <= 100 ? proto::kButtonGrab : 0U) << i << " ms";
   }
   rig.device.sample.is_valid = true;
   rig.run(1);
@@ -398,7 +398,7 @@ TEST(HapticCore, InvalidSamplesKeepTheButtonsForAHundredMillisecondsAndThenLetGo
 TEST(HapticCore, ButtonsOfAnOldSceneAreNotToldToANewOne) {
   Rig rig;
   rig.enter_scene();
-  rig.device.sample.buttons = kButtonGrab;
+  rig.device.sample.buttons = proto::kButtonGrab;
   rig.run(10);
   rig.device.sample.is_valid = false;
   rig.enter_scene();
@@ -514,10 +514,10 @@ TEST(HapticCore, WhileTheClutchIsDownNothingIsPaid) {
   rig.enter_scene();
   rig.received.update.wrench_on_hand_W.f = Vec3(0, 0, -3);
   rig.run(700);
-  rig.device.sample.buttons = kButtonClutch;
+  rig.device.sample.buttons = proto::kButtonClutch;
   rig.run(1);
   const auto paid_j = [&rig] {
-    const ClientUpdate& told = rig.sent();
+    const proto::ClientUpdate& told = rig.sent();
     return told.energy_from_hand_j - told.energy_to_hand_j;
   };
   const double before_j = paid_j();
@@ -562,14 +562,14 @@ TEST(HapticCore, UpdateForTheServerSaysWhatThisTickSaw) {
   Rig rig;
   rig.enter_scene();
   rig.device.sample.X_DH.p = Vec3(0.003, 0, 0);
-  rig.device.sample.buttons = kButtonGrab;
+  rig.device.sample.buttons = proto::kButtonGrab;
   rig.received.update.sent = ServerTime(std::chrono::milliseconds(77));
   rig.run(10);
-  const ClientUpdate& sent = rig.sent();
+  const proto::ClientUpdate& sent = rig.sent();
   EXPECT_EQ(sent.input_tick.value, 10U);
   EXPECT_EQ(sent.handle.X.p, Vec3(0.003, 0, 0));
   EXPECT_TRUE(sent.handle_valid);
-  EXPECT_EQ(sent.buttons, kButtonGrab);
+  EXPECT_EQ(sent.buttons, proto::kButtonGrab);
   EXPECT_EQ(sent.acknowledged_step.value, 10U);
   EXPECT_EQ(sent.acknowledged_sent, rig.received.update.sent);
   EXPECT_EQ(sent.acknowledged_held, kTick);
@@ -595,7 +595,7 @@ TEST(HapticCore, JumpOfThePositionIsAFaultEvenIfTheDeviceReportsNoSpeed) {
   rig.run(700);
   rig.device.sample.X_DH.p.x() += 0.0031;  // 3.1 m/s
   rig.run(1);
-  EXPECT_TRUE(rig.core.record().safety_faults & kSafetyTooFast);
+  EXPECT_TRUE(rig.core.record().safety_faults & haptics::kSafetyTooFast);
   int ticks = 1;
   for (; !rig.force().isZero(0) && ticks <= 20; ++ticks) rig.run(1);
   EXPECT_LE(ticks, 20);
@@ -635,7 +635,7 @@ TEST(HapticCore, WatchedBodyIsFoundAndSurvivesThinnedUpdates) {
   rig.enter_scene();
   rig.run(1);
   EXPECT_FALSE(rig.core.record().has_watched_body);
-  BodyState body;
+  proto::BodyState body;
   body.id = BodyId{7};
   body.state.X.p = Vec3(1, 2, 3);
   rig.received.update.bodies.push_back(body);
@@ -734,11 +734,11 @@ struct PressedWall {
   ClientMailboxes mailboxes;
   HapticScene scene;
   ReceivedUpdate received;
-  ServerUpdate server;
+  proto::ServerUpdate server;
   LocalTime now{std::chrono::seconds(1)};
   double x = -0.005, v = 0;
   std::vector<Vec3> handles;
-  std::vector<ServerUpdate> told;
+  std::vector<proto::ServerUpdate> told;
   HapticCore core{{.stage = {.name = "late-pose"}}, device, mailboxes};
 };
 
@@ -776,7 +776,7 @@ TEST(HapticCore, WhatTheGuardKeptIsRecordedAndCounted) {
   EXPECT_LT(core.record().guard_gain, 0.1);
   EXPECT_NEAR(core.counters().guard_withheld_j, 3 * 0.2, 0.01) << "nearly all of it";
   EXPECT_GT(core.counters().guarded_ticks, 1900U);
-  EXPECT_LE(core.counters().energy_to_hand_j, GuardedPort::Settings{}.allowance_j + 1e-9);
+  EXPECT_LE(core.counters().energy_to_hand_j, haptics::GuardedPort::Settings{}.allowance_j + 1e-9);
 }
 
 TEST(HapticCore, WhatTheServerDrewFromTheWorldMayReachTheHand) {
@@ -812,14 +812,14 @@ TEST(HapticCore, TheWaveStageSpeaksToTheServerAndKeepsItsWordThroughAMissedSampl
     rig.device.sample.X_DH.p.x() += 1e-4;
     rig.run(1);
   }
-  const ClientUpdate moving = rig.sent();
-  EXPECT_EQ(moving.mode, ClientMode::kWave);
+  const proto::ClientUpdate moving = rig.sent();
+  EXPECT_EQ(moving.mode, proto::ClientMode::kWave);
   EXPECT_GT(moving.wave.f.x(), 0);
   rig.device.sample.is_valid = false;
   rig.run(1);
-  const ClientUpdate blind = rig.sent();
+  const proto::ClientUpdate blind = rig.sent();
   EXPECT_FALSE(blind.handle_valid);
-  EXPECT_EQ(blind.mode, ClientMode::kWave);
+  EXPECT_EQ(blind.mode, proto::ClientMode::kWave);
   EXPECT_EQ(blind.wave.f, moving.wave.f);
 }
 
@@ -859,4 +859,4 @@ TEST(HapticCore, UnknownPredictorIsRefusedWithTheNamesThatExist) {
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::client

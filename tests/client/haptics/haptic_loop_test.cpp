@@ -8,7 +8,7 @@
 
 #include "tests/client/haptics/scripted_device.hpp"
 
-namespace tandem {
+namespace tandem::client {
 namespace {
 
 constexpr HapticLoopSettings kNormalPriority{.realtime = {.priority = 0, .lock_memory = false, .cpu = -1}};
@@ -155,4 +155,4 @@ TEST(HapticLoop, StopTwiceAndStopWithoutStartDoNoHarm) {
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::client

@@ -5,9 +5,9 @@
 
 #include "devices/device.hpp"
 
-namespace tandem {
+namespace tandem::client {
 
-class ScriptedDevice final : public Device {
+class ScriptedDevice final : public devices::Device {
  public:
   ScriptedDevice() {
     spec_.name = "scripted";
@@ -18,12 +18,12 @@ class ScriptedDevice final : public Device {
     spec_.torque_limit_n_m = 0.5;
     sample.is_valid = true;
   }
-  const DeviceSpec& spec() const noexcept override { return spec_; }
-  DeviceSample read(LocalTime now) noexcept override {
+  const devices::DeviceSpec& spec() const noexcept override { return spec_; }
+  devices::DeviceSample read(LocalTime now) noexcept override {
     sample.taken = now;
     return sample;
   }
-  bool write(LocalTime, const DeviceCommand& command) noexcept override {
+  bool write(LocalTime, const devices::DeviceCommand& command) noexcept override {
     all_finite = all_finite && is_finite(command.wrench_on_hand_D);
     if (!accepts) {
       ++refused;
@@ -33,14 +33,14 @@ class ScriptedDevice final : public Device {
     return true;
   }
 
-  DeviceSample sample;  ///< what the next read() gives
-  Wrench last;          ///< taken
+  devices::DeviceSample sample;  ///< what the next read() gives
+  Wrench last;                   ///< taken
   bool all_finite = true;
   std::atomic<bool> accepts{true};  ///< false: write() is refused
   std::atomic<int> refused{0};
 
  private:
-  DeviceSpec spec_;
+  devices::DeviceSpec spec_;
 };
 
-}  // namespace tandem
+}  // namespace tandem::client

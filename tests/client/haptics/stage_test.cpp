@@ -15,11 +15,11 @@
 #include "common/base/random.hpp"
 #include "common/haptics/coupling/laws.hpp"
 
-namespace tandem {
+namespace tandem::client {
 namespace {
 
-CouplingParameters unlimited() {
-  CouplingParameters parameters;
+haptics::CouplingParameters unlimited() {
+  haptics::CouplingParameters parameters;
   parameters.stiffness_n_per_m = 500;
   parameters.damping_n_s_per_m = 2;
   parameters.stiffness_n_m_per_rad = 0.4;
@@ -39,10 +39,10 @@ struct Rig {
   Rig(const Rig&) = delete;
   Rig& operator=(const Rig&) = delete;
 
-  CouplingParameters parameters = unlimited();
-  SpringDamper coupling{unlimited()};
+  haptics::CouplingParameters parameters = unlimited();
+  haptics::SpringDamper coupling{unlimited()};
   ReceivedUpdate received;
-  ServerUpdate& newest = received.update;
+  proto::ServerUpdate& newest = received.update;
   StageInput input;
 };
 
@@ -75,7 +75,7 @@ TEST(LatePose, PairOnHandAndToolSumsToZero) {
     const Wrench on_hand = stage.tick(rig.input).wrench_on_hand_W;
     const RigidState& tool = rig.newest.tool;
     const RigidState& handle = rig.input.handle;
-    const Wrench on_tool = rig.coupling.wrench_on_tool_W(coupling_state(handle.X, handle.V, tool.X, tool.V));
+    const Wrench on_tool = rig.coupling.wrench_on_tool_W(haptics::coupling_state(handle.X, handle.V, tool.X, tool.V));
     const Vec3 moment_about_T = on_tool.t + on_hand.t + (handle.X.p - tool.X.p).cross(on_hand.f);
     ASSERT_EQ(on_hand.f + on_tool.f, Vec3::Zero());
     ASSERT_LT(moment_about_T.norm(), 1e-12);
@@ -94,7 +94,7 @@ TEST(LatePose, IsZeroAtTheToolAndWithoutAnyState) {
 
 TEST(LatePose, OfALawWithoutASpringShowsTheServersWrench) {
   Rig rig;
-  const auto direct = make_coupling_law("direct", unlimited());
+  const auto direct = haptics::make_coupling_law("direct", unlimited());
   rig.input.coupling = direct.get();
   rig.input.handle.X.p = Vec3(0.01, 0, 0);
   rig.newest.wrench_on_hand_W = {Vec3(1, 2, 3), Vec3(0.1, 0.2, 0.3)};
@@ -196,7 +196,7 @@ TEST(WaveStage, TellsTheServerItsModeAndIsADamperUntilTheFirstEcho) {
     rig.input.handle.X.p.x() += 1e-4;
     output = stage.tick(rig.input);
   }
-  EXPECT_EQ(output.mode, ClientMode::kWave);
+  EXPECT_EQ(output.mode, proto::ClientMode::kWave);
   EXPECT_NEAR(output.wrench_on_hand_W.f.x(), -20 * 0.1, 1e-9) << "b v";
   EXPECT_GT(output.wave.f.x(), 0.9 * std::sqrt(2 * 20) * 0.01) << "√(2b) x";
 }
@@ -236,4 +236,4 @@ TEST(Stages, WithoutAnyStateEachShowsNothing) {
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::client

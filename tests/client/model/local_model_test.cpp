@@ -13,14 +13,14 @@
 #include "common/physics/followed_bodies.hpp"
 #include "proto/world_from_wire.hpp"
 
-namespace tandem {
+namespace tandem::client {
 namespace {
 
 constexpr Duration kPeriod{std::chrono::milliseconds(1)};
 constexpr BodyId kBlock = body_id_at(1);
 
-TouchModel touch_of(std::shared_ptr<const ContactShape> shape) {
-  return touch_model_of({{std::move(shape), Pose{}}}, 1e10);
+physics::TouchModel touch_of(std::shared_ptr<const contact::ContactShape> shape) {
+  return proto::touch_model_of({{std::move(shape), Pose{}}}, 1e10);
 }
 
 MassProperties cube_mass(double mass_kg, double edge_m) {
@@ -31,14 +31,14 @@ MassProperties cube_mass(double mass_kg, double edge_m) {
 }
 
 /// A table whose top is z = 0, a block of 0.5 kg in front of a ball-tipped tool, and a second tool behind the block.
-std::shared_ptr<WorldDescription> scene() {
-  auto world = std::make_shared<WorldDescription>();
-  BodyDescription table;
-  static const auto plate = make_contact_box({0.3, 0.3, 0.02});
+std::shared_ptr<physics::WorldDescription> scene() {
+  auto world = std::make_shared<physics::WorldDescription>();
+  physics::BodyDescription table;
+  static const auto plate = contact::make_contact_box({0.3, 0.3, 0.02});
   table.touch = touch_of(plate);
   table.X_WB.p.z() = -0.01;
-  BodyDescription block;
-  static const auto box = make_contact_box(Vec3::Constant(0.04));
+  physics::BodyDescription block;
+  static const auto box = contact::make_contact_box(Vec3::Constant(0.04));
   block.touch = touch_of(box);
   block.mass = cube_mass(0.5, 0.04);
   block.X_WB.p = {0, 0, 0.02};
@@ -46,8 +46,8 @@ std::shared_ptr<WorldDescription> scene() {
   block.is_graspable = true;
   world->bodies = {table, block};
   for (const double side : {-1.0, 1.0}) {
-    ToolDescription tool;
-    static const auto ball = make_contact_sphere(0.005);
+    physics::ToolDescription tool;
+    static const auto ball = contact::make_contact_sphere(0.005);
     tool.touch = touch_of(ball);
     tool.mass = cube_mass(0.03, 0.04);
     tool.X_WT.p = {side * 0.04, 0, 0.02};
@@ -66,9 +66,9 @@ RigidState at(const Vec3& p, const Vec3& v = Vec3::Zero()) {
 /// A server's world and one client's model of it, a fixed time apart.
 class Across {
  public:
-  Across(const std::shared_ptr<const WorldDescription>& world, int one_way_ticks,
+  Across(const std::shared_ptr<const physics::WorldDescription>& world, int one_way_ticks,
          const LocalModelSettings& settings = {})
-      : server(world, std::make_unique<FollowedBodies>(world->bodies.size()), nullptr),
+      : server(world, std::make_unique<physics::FollowedBodies>(world->bodies.size()), nullptr),
         model(world, 0, settings),
         coupling_(world->coupling.parameters),
         one_way_(static_cast<std::size_t>(one_way_ticks)) {
@@ -107,7 +107,7 @@ class Across {
   std::uint32_t told_hands = 0;
   /// The server says that another user holds it.
   bool is_told_held = false;
-  World server;
+  physics::World server;
   LocalModel model;
 
  private:
@@ -119,18 +119,18 @@ class Across {
 
   void take_input() {
     server.set_handle(0, input_.handle);
-    const bool is_down = (input_.buttons & kButtonGrab) != 0;
+    const bool is_down = (input_.buttons & proto::kButtonGrab) != 0;
     if (is_down && !was_down_) server.grab(0, BodyId{});
     if (!is_down && was_down_) server.release(0);
     was_down_ = is_down;
   }
 
-  ServerUpdate update() {
-    ServerUpdate told;
+  proto::ServerUpdate update() {
+    proto::ServerUpdate told;
     told.step.value = tick_.value;
     told.stepped = ServerTime{now().time_since_epoch()};
     told.answered_input = input_.tick;
-    const ToolState tool = server.tool(0);
+    const physics::ToolState tool = server.tool(0);
     told.tool = tool.tool;
     told.wrench_on_hand_W = tool.wrench_on_hand_W;
     told.held_body = tool.held;
@@ -143,11 +143,11 @@ class Across {
 
   LocalTime now() const { return LocalTime{kPeriod * static_cast<int>(tick_.value)}; }
 
-  CouplingParameters coupling_;
+  haptics::CouplingParameters coupling_;
   std::size_t one_way_;
   Tick tick_;
   std::deque<Input> up_;
-  std::deque<ServerUpdate> down_;
+  std::deque<proto::ServerUpdate> down_;
   Input input_;
   ReceivedUpdate newest_;
   bool has_newest_ = false;
@@ -211,14 +211,14 @@ TEST_P(LocalModelDelay, AGraspIsForetoldAndThenTheServers) {
   const Vec3 start{-0.04, 0, 0.02}, beside{-0.026, 0, 0.02}, lifted{-0.026, 0, 0.06};
   for (int k = 0; k < 700; ++k) far.tick(at(start));
   for (int k = 0; k < 1000; ++k) far.tick(at(start + std::min(1.0, k / 500.0) * (beside - start)));
-  far.tick(at(beside), kButtonGrab);
+  far.tick(at(beside), proto::kButtonGrab);
   EXPECT_EQ(far.model.held(), kBlock);
-  for (int k = 0; k < 2 * GetParam() + 20; ++k) far.tick(at(beside), kButtonGrab);
+  for (int k = 0; k < 2 * GetParam() + 20; ++k) far.tick(at(beside), proto::kButtonGrab);
   EXPECT_EQ(far.server.tool(0).held, kBlock);
   EXPECT_EQ(far.model.held(), kBlock);
   Wrench wrench;
   for (int k = 0; k < 3000; ++k) {
-    wrench = far.tick(at(beside + std::min(1.0, k / 1000.0) * (lifted - beside)), kButtonGrab);
+    wrench = far.tick(at(beside + std::min(1.0, k / 1000.0) * (lifted - beside)), proto::kButtonGrab);
   }
   EXPECT_NEAR(wrench.f.z(), -0.5 * 9.81, 0.1);
   EXPECT_NEAR((far.model.body(kBlock).X.p - far.server.body(kBlock).X.p).norm(), 0, 1e-3);
@@ -295,14 +295,14 @@ TEST(LocalModel, WhoAloneHoldsASharedBodyFeelsAllOfItsWeight) {
     far.told_hands = hands;
     far.is_told_held = another_holds;
     Wrench wrench;
-    for (int k = 0; k < 1500; ++k) wrench = far.tick(at(lifted), kButtonGrab);
+    for (int k = 0; k < 1500; ++k) wrench = far.tick(at(lifted), proto::kButtonGrab);
     return -wrench.f.z();
   };
   EXPECT_NEAR(weight_after(1, false), 0.5 * 9.81, 0.05);
   EXPECT_NEAR(weight_after(2, false), 0.5 * 9.81, 0.05) << "the other only touches it";
   EXPECT_EQ(far.model.joint_share(), 1);
   // The server's body, which has no joint here, hangs in the coupling of 500 N/m; the copy without weight between both.
-  const Joint joint = joint_for(far.model.loop_delay(), Duration{0}, Vec3::Zero());
+  const physics::Joint joint = physics::joint_for(far.model.loop_delay(), Duration{0}, Vec3::Zero());
   const double part = joint.stiffness_n_per_m / (joint.stiffness_n_per_m + 500);
   EXPECT_NEAR(weight_after(2, true), part * 0.5 * 9.81, 0.1);
 }
@@ -345,4 +345,4 @@ TEST(LocalModel, FeelsASoftContactThatTheServerTellsWithoutAStep) {
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::client

@@ -7,34 +7,35 @@
 #include "common/docking/molecule.hpp"
 #include "tests/common/physics/world_support.hpp"
 
-namespace tandem {
+namespace tandem::client {
 namespace {
 
 constexpr BodyId kA{1};
 constexpr double kMass_kg = 0.5;
 constexpr double kGravity = 9.81;
 
-WorldDescription one_body() {
-  WorldDescription description = world_of({cube({0, 0, 1}, kMass_kg)}, {ball_tool({0, 0, 9})});
+physics::WorldDescription one_body() {
+  physics::WorldDescription description =
+      physics::world_of({physics::cube({0, 0, 1}, kMass_kg)}, {physics::ball_tool({0, 0, 9})});
   description.gravity_m_per_s2 = {0, 0, -kGravity};
   return description;
 }
 
-ModelLedger ledger_of(const World& world, bool is_kept = true) {
+ModelLedger ledger_of(const physics::World& world, bool is_kept = true) {
   ModelLedger ledger(world, 0, is_kept);
   ledger.add(kA);
   return ledger;
 }
 
 TEST(ModelLedger, ABodyBringsItsEnergyAndTakesItAwayAgain) {
-  World world = client_world(one_body());
+  physics::World world = physics::client_world(one_body());
   ModelLedger ledger = ledger_of(world);
   const ModelEnergy before = ledger.energy();
   EXPECT_NEAR(before.stored_j, kMass_kg * kGravity, 1e-12) << "its own until it follows";
   ledger.give_up(0);
   EXPECT_EQ(ledger.energy().stored_j, 0);
   EXPECT_NEAR(ledger.energy().exchanged_j, -kMass_kg * kGravity, 1e-12);
-  world.set_body(kA, at({0, 0, 2}, {3, 0, 0}));
+  world.set_body(kA, physics::at({0, 0, 2}, {3, 0, 0}));
   ledger.follow(0);
   ledger.take(0);
   const ModelEnergy after = ledger.energy();
@@ -44,12 +45,12 @@ TEST(ModelLedger, ABodyBringsItsEnergyAndTakesItAwayAgain) {
 
 // The touch is felt in the step before the body is taken over: what the tool gave it is not from outside.
 TEST(ModelLedger, ABodyIsTakenOverWithTheEnergyThatItHadWhereItFollowed) {
-  World world = client_world(one_body());
+  physics::World world = physics::client_world(one_body());
   ModelLedger ledger = ledger_of(world);
   ledger.give_up(0);
   ledger.follow(0);
   const double given_up_j = ledger.energy().exchanged_j;
-  world.set_body(kA, at({0, 0, 1}, {2, 0, 0}));
+  world.set_body(kA, physics::at({0, 0, 1}, {2, 0, 0}));
   ledger.take(0);
   const ModelEnergy after = ledger.energy();
   EXPECT_NEAR(after.exchanged_j - given_up_j, kMass_kg * kGravity, 1e-12);
@@ -57,10 +58,10 @@ TEST(ModelLedger, ABodyIsTakenOverWithTheEnergyThatItHadWhereItFollowed) {
 }
 
 TEST(ModelLedger, WeightThatTheServersBodyBearsIsExchanged) {
-  World world = client_world(one_body());
+  physics::World world = physics::client_world(one_body());
   ModelLedger ledger = ledger_of(world);
   ledger.take(0);
-  world.join_body(kA, at({0, 0, 1}), Vec3::Zero(), Joint{1000, 10, 1, 0.1}, 0.25);
+  world.join_body(kA, physics::at({0, 0, 1}), Vec3::Zero(), physics::Joint{1000, 10, 1, 0.1}, 0.25);
   ledger.joined(0);
   const ModelEnergy energy = ledger.energy();
   EXPECT_NEAR(energy.stored_j, 0.75 * kMass_kg * kGravity, 1e-12) << "and the joint holds nothing here";
@@ -68,7 +69,7 @@ TEST(ModelLedger, WeightThatTheServersBodyBearsIsExchanged) {
 }
 
 TEST(ModelLedger, CorrectionsAreCountedButNotTakenOff) {
-  World world = client_world(one_body());
+  physics::World world = physics::client_world(one_body());
   ModelLedger ledger = ledger_of(world);
   ledger.take(0);
   ledger.joined(0);
@@ -79,7 +80,7 @@ TEST(ModelLedger, CorrectionsAreCountedButNotTakenOff) {
 }
 
 TEST(ModelLedger, IsZeroWhenItIsNotKept) {
-  World world = client_world(one_body());
+  physics::World world = physics::client_world(one_body());
   ModelLedger ledger = ledger_of(world, false);
   ledger.give_up(0);
   ledger.take(0);
@@ -91,8 +92,9 @@ TEST(ModelLedger, IsZeroWhenItIsNotKept) {
 }
 
 TEST(ModelLedger, WhatAMoleculeGainsTheFieldLoses) {
-  WorldDescription description = world_of({cube(Vec3::Zero(), 0.05), cube(Vec3::Zero(), 0)}, {ball_tool({0, 0, 9})});
-  auto atom = std::make_shared<Molecule>();
+  physics::WorldDescription description = physics::world_of(
+      {physics::cube(Vec3::Zero(), 0.05), physics::cube(Vec3::Zero(), 0)}, {physics::ball_tool({0, 0, 9})});
+  auto atom = std::make_shared<docking::Molecule>();
   atom->positions_angstrom = {Vec3::Zero()};
   atom->sigma_angstrom = {3.4};
   atom->epsilon_kj_per_mol = {1.0};
@@ -100,13 +102,13 @@ TEST(ModelLedger, WhatAMoleculeGainsTheFieldLoses) {
   atom->mass_u = {39.95};
   atom->labels.resize(1);
   atom->types = {"test"};
-  for (BodyDescription& body : description.bodies) {
+  for (physics::BodyDescription& body : description.bodies) {
     body.touch = {};
     body.molecule = atom;
   }
   description.field.scale = {0.01, 0.5};
   description.bodies[1].X_WB.p.x() = 0.06;
-  World world = client_world(description);
+  physics::World world = physics::client_world(description);
   ModelLedger ledger = ledger_of(world);
   ledger.give_up(0);
   for (int i = 0; i < 50; ++i) {
@@ -131,39 +133,40 @@ TEST(ModelLedger, WhatAMoleculeGainsTheFieldLoses) {
 }
 
 TEST(World, ItsEnergyIsThatOfItsBodiesAndTools) {
-  WorldDescription description = one_body();
-  description.bodies[0].anchor = Joint{300, 3, 1, 0.01};
+  physics::WorldDescription description = one_body();
+  description.bodies[0].anchor = physics::Joint{300, 3, 1, 0.01};
   description.coupling.parameters.stiffness_n_per_m = 400;
-  World world = client_world(description);
+  physics::World world = physics::client_world(description);
   world.activate_tool(0);
-  world.set_handle(0, at({0, 0.02, 9}));
-  run(world, 5);
-  world.set_body(kA, at({0.1, 0, 1}, {1, 0, 0}));
+  world.set_handle(0, physics::at({0, 0.02, 9}));
+  physics::run(world, 5);
+  world.set_body(kA, physics::at({0.1, 0, 1}, {1, 0, 0}));
   EXPECT_NEAR(world.energy_of_body_j(kA), kMass_kg * (kGravity + 0.5) + 0.5 * 300 * 0.01, 1e-9);
   EXPECT_GT(world.energy_of_tool_j(0), 0.01);
-  const double tool_height_j = kToolMass_kg * kGravity * world.tool(0).tool.X.p.z();
+  const double tool_height_j = physics::kToolMass_kg * kGravity * world.tool(0).tool.X.p.z();
   const double sum_j = world.energy_of_body_j(kA) + world.energy_of_tool_j(0);
   EXPECT_NEAR(world.stored_energy_j(), sum_j, 1e-9) << "tools have no weight; it would be " << tool_height_j;
-  const ToolState tool = world.tool(0);
+  const physics::ToolState tool = world.tool(0);
   const double stretch_m = (tool.tool.X.p - Vec3(0, 0.02, 9)).norm();
   EXPECT_NEAR(world.stored_energy_j() - world.stored_energy_j(1), 0.5 * 400 * stretch_m * stretch_m, 1e-6);
 }
 
 // One body, no weight, nothing else pulls: what its copy's joint did is what it has.
 TEST(World, TheWorkOfJointsToCopiesIsTheirBodysEnergy) {
-  World world = client_world(world_of({cube(Vec3::Zero(), kMass_kg)}, {ball_tool({0, 0, 9})}));
+  physics::World world = physics::client_world(
+      physics::world_of({physics::cube(Vec3::Zero(), kMass_kg)}, {physics::ball_tool({0, 0, 9})}));
   world.activate_tool(0);
-  world.set_handle(0, at({0, 0, 9}));
-  const Joint joint{300, 3, 1, 0.01};
+  world.set_handle(0, physics::at({0, 0, 9}));
+  const physics::Joint joint{300, 3, 1, 0.01};
   double integrator_j = 0;  // ½ m Δv² a step: what an implicit step takes beside
   for (int i = 0; i < 200; ++i) {
     const Vec3 v = world.body(kA).V.v;
-    const CopyTarget copy{kA, at({1e-4 * i, 0, 0}, {0.1, 0, 0}), Vec3::Zero(), Vec3::Zero()};
-    world.join_copies(0, at({0, 0, 9}), {&copy, 1}, {&joint, 1}, 1);
+    const physics::CopyTarget copy{kA, physics::at({1e-4 * i, 0, 0}, {0.1, 0, 0}), Vec3::Zero(), Vec3::Zero()};
+    world.join_copies(0, physics::at({0, 0, 9}), {&copy, 1}, {&joint, 1}, 1);
     world.step();
     integrator_j += 0.5 * kMass_kg * (world.body(kA).V.v - v).squaredNorm();
   }
-  const ToolState tool = world.tool(0);
+  const physics::ToolState tool = world.tool(0);
   const double energy_j = world.energy_of_body_j(kA);
   EXPECT_GT(energy_j, 1e-3);
   EXPECT_NEAR(tool.copies_work_j, energy_j + integrator_j, 1e-3 * energy_j);
@@ -171,4 +174,4 @@ TEST(World, TheWorkOfJointsToCopiesIsTheirBodysEnergy) {
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::client

@@ -7,7 +7,7 @@
 #include "client/model/input_history.hpp"
 #include "client/model/reconciler.hpp"
 
-namespace tandem {
+namespace tandem::client {
 namespace {
 
 constexpr double kPeriod_s = 1e-3;
@@ -114,4 +114,4 @@ TEST(InputHistory, KnowsAnInputUntilItsPlaceIsTakenAgain) {
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::client

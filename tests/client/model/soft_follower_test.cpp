@@ -6,14 +6,14 @@
 
 #include <algorithm>
 
-namespace tandem {
+namespace tandem::client {
 namespace {
 
 constexpr double kPeriod_s = 0.001;
 
 /// A spring along z that is `depth_m` deep for a thing at `height_m`.
-SoftContact spring(double stiffness_n_per_m, double depth_m, double height_m) {
-  SoftContact contact;
+physics::SoftContact spring(double stiffness_n_per_m, double depth_m, double height_m) {
+  physics::SoftContact contact;
   contact.wrench_W.f = Vec3(0, 0, stiffness_n_per_m * depth_m);
   contact.stiffness(2, 2) = stiffness_n_per_m;
   contact.X_WT0.p.z() = height_m;
@@ -56,7 +56,7 @@ TEST(SoftFollower, GoesFromOneContactToTheNextWithoutStepOrCorner) {
 
 TEST(SoftFollower, SameContactToldAgainChangesNothing) {
   SoftFollower once, often;
-  const SoftContact contact = spring(100, 0.01, -0.01);
+  const physics::SoftContact contact = spring(100, 0.01, -0.01);
   once.take(contact, at_height(0));
   for (int k = 0; k < 100; ++k) {
     const Pose X_WT = at_height(-1e-4 * k);
@@ -66,4 +66,4 @@ TEST(SoftFollower, SameContactToldAgainChangesNothing) {
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::client

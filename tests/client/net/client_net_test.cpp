@@ -7,7 +7,7 @@
 #include "tests/support/hub_bench.hpp"
 #include "tests/support/running_server.hpp"
 
-namespace tandem {
+namespace tandem::client {
 namespace {
 
 using testing::AllOf;
@@ -31,36 +31,36 @@ std::function<bool()> has_received(const ClientIo& io, std::uint64_t datagrams) 
 
 /// A port that was free a moment ago.
 std::uint16_t unused_port() {
-  return LiveServer({.port = 0}, {}).port();
+  return server::LiveServer({.port = 0}, {}).port();
 }
 
 TEST(ClientIo, JoinsAndGetsStateUntilItLeaves) {
-  RunningServer running(two_hands_scene());
+  test::RunningServer running(test::two_hands_scene());
   ClientMailboxes mailboxes;
   ClientIo io(settings_for(running.server->port()), mailboxes);
   io.start();
-  ASSERT_TRUE(eventually(is_in(io, SessionState::kActive))) << io.snapshot().status.why;
+  ASSERT_TRUE(test::eventually(is_in(io, SessionState::kActive))) << io.snapshot().status.why;
   EXPECT_EQ(io.snapshot().joined->scene().name(), "bench");
-  ASSERT_TRUE(eventually(has_received(io, 100)));
-  EXPECT_TRUE(eventually([&io] { return io.snapshot().has_clock; }));
+  ASSERT_TRUE(test::eventually(has_received(io, 100)));
+  EXPECT_TRUE(test::eventually([&io] { return io.snapshot().has_clock; }));
   io.stop();
   EXPECT_EQ(io.snapshot().status.state, SessionState::kEnded);
-  EXPECT_TRUE(eventually([&running] { return running.has_logged("asked to leave"); }));
+  EXPECT_TRUE(test::eventually([&running] { return running.has_logged("asked to leave"); }));
 }
 
 TEST(ClientIo, WhatTheHapticThreadPublishesReachesTheRoom) {
-  RunningServer running(two_hands_scene());
+  test::RunningServer running(test::two_hands_scene());
   ClientMailboxes mailboxes;
   ClientIo io(settings_for(running.server->port()), mailboxes);
   std::atomic<int> services = 0;
   io.on_tick = [&services] { ++services; };
   io.start();
-  ASSERT_TRUE(eventually(is_in(io, SessionState::kActive)));
+  ASSERT_TRUE(test::eventually(is_in(io, SessionState::kActive)));
   EXPECT_EQ(services, 0) << "no tick yet";
-  ClientUpdate update;
+  proto::ClientUpdate update;
   update.handle_valid = true;
   update.handle.X.p = Vec3(-0.02, 0.03, 0);
-  const bool has_arrived = eventually([&] {
+  const bool has_arrived = test::eventually([&] {
     ++update.input_tick.value;
     mailboxes.outbox.publish(update);
     io.notify();
@@ -71,13 +71,13 @@ TEST(ClientIo, WhatTheHapticThreadPublishesReachesTheRoom) {
 }
 
 TEST(ClientIo, StateGoesOverTcpWhenAsked) {
-  RunningServer running(two_hands_scene());
+  test::RunningServer running(test::two_hands_scene());
   ClientIoSettings settings = settings_for(running.server->port());
   settings.session.state_transport = StateTransport::kTcp;
   ClientMailboxes mailboxes;
   ClientIo io(settings, mailboxes);
   io.start();
-  EXPECT_TRUE(eventually(has_received(io, 100)));
+  EXPECT_TRUE(test::eventually(has_received(io, 100)));
 }
 
 TEST(ClientIo, SaysThatNobodyListensThere) {
@@ -85,7 +85,7 @@ TEST(ClientIo, SaysThatNobodyListensThere) {
   ClientMailboxes mailboxes;
   ClientIo io(settings_for(port), mailboxes);
   io.start();
-  ASSERT_TRUE(eventually(is_in(io, SessionState::kEnded)));
+  ASSERT_TRUE(test::eventually(is_in(io, SessionState::kEnded)));
   EXPECT_TRUE(io.snapshot().status.is_setup_error);
   EXPECT_EQ(io.snapshot().status.why, "cannot connect to 127.0.0.1:" + std::to_string(port) +
                                           ": connection refused; is tandem-server running there?");
@@ -110,38 +110,38 @@ TEST(ClientIo, RefusesAddressesAndLinksThatCannotWork) {
 }
 
 TEST(ClientIo, AnUnknownRoomEndsWithTheServersWords) {
-  RunningServer running(two_hands_scene());
+  test::RunningServer running(test::two_hands_scene());
   ClientIoSettings settings = settings_for(running.server->port());
   settings.session.room = "attic";
   ClientMailboxes mailboxes;
   ClientIo io(settings, mailboxes);
   io.start();
-  ASSERT_TRUE(eventually(is_in(io, SessionState::kEnded)));
+  ASSERT_TRUE(test::eventually(is_in(io, SessionState::kEnded)));
   EXPECT_TRUE(io.snapshot().status.is_setup_error);
   EXPECT_THAT(io.snapshot().status.why, AllOf(HasSubstr("attic"), HasSubstr("bench")));
 }
 
 TEST(ClientIo, RejoinsAServerThatWasKilledAndCameBackOnItsPort) {
-  auto running = std::make_unique<RunningServer>(two_hands_scene());
+  auto running = std::make_unique<test::RunningServer>(test::two_hands_scene());
   const std::uint16_t port = running->server->port();
   ClientMailboxes mailboxes;
   ClientIo io(settings_for(port), mailboxes);
   io.start();
-  ASSERT_TRUE(eventually(has_received(io, 10)));
+  ASSERT_TRUE(test::eventually(has_received(io, 10)));
   running->kill();
-  ASSERT_TRUE(eventually([&io] { return !io.snapshot().status.why.empty(); }));
+  ASSERT_TRUE(test::eventually([&io] { return !io.snapshot().status.why.empty(); }));
   EXPECT_THAT(io.snapshot().status.why, HasSubstr("127.0.0.1:" + std::to_string(port)));
   EXPECT_FALSE(io.snapshot().status.is_setup_error);
-  running = std::make_unique<RunningServer>(two_hands_scene(), LiveServerSettings{.port = port});
-  ASSERT_TRUE(eventually(is_in(io, SessionState::kActive)));
+  running = std::make_unique<test::RunningServer>(test::two_hands_scene(), server::LiveServerSettings{.port = port});
+  ASSERT_TRUE(test::eventually(is_in(io, SessionState::kActive)));
   EXPECT_EQ(io.snapshot().counters.reconnects, 1U);
   const std::uint64_t before = io.snapshot().counters.datagrams_received;
-  EXPECT_TRUE(eventually(has_received(io, before + 50)));
+  EXPECT_TRUE(test::eventually(has_received(io, before + 50)));
   EXPECT_EQ(io.snapshot().status.why, "");
 }
 
 TEST(ClientIo, StateOverTcpIsCountedOnTheControlLinksAndTheOnlyRoomIsNamed) {
-  RunningServer running(two_hands_scene());
+  test::RunningServer running(test::two_hands_scene());
   ClientIoSettings settings = settings_for(running.server->port());
   settings.session.room = "";
   settings.session.state_transport = StateTransport::kTcp;
@@ -149,7 +149,7 @@ TEST(ClientIo, StateOverTcpIsCountedOnTheControlLinksAndTheOnlyRoomIsNamed) {
   ClientMailboxes mailboxes;
   ClientIo io(settings, mailboxes);
   io.start();
-  ASSERT_TRUE(eventually(has_received(io, 100))) << io.snapshot().status.why;
+  ASSERT_TRUE(test::eventually(has_received(io, 100))) << io.snapshot().status.why;
   const ClientIoSnapshot snapshot = io.snapshot();
   EXPECT_EQ(snapshot.room, "bench");
   EXPECT_EQ(snapshot.links.down.sent, 0U);
@@ -158,7 +158,7 @@ TEST(ClientIo, StateOverTcpIsCountedOnTheControlLinksAndTheOnlyRoomIsNamed) {
 }
 
 TEST(ClientIo, SimulatedLinksDelayBothWaysAndLoseWhatTheySay) {
-  RunningServer running(two_hands_scene());
+  test::RunningServer running(test::two_hands_scene());
   ClientIoSettings settings = settings_for(running.server->port());
   settings.links.emplace();
   settings.links->up.delay = settings.links->down.delay = std::chrono::milliseconds(15);
@@ -166,17 +166,17 @@ TEST(ClientIo, SimulatedLinksDelayBothWaysAndLoseWhatTheySay) {
   ClientMailboxes mailboxes;
   ClientIo io(settings, mailboxes);
   io.start();
-  ASSERT_TRUE(eventually(has_received(io, 300))) << io.snapshot().status.why;
+  ASSERT_TRUE(test::eventually(has_received(io, 300))) << io.snapshot().status.why;
   const ClientIoSnapshot snapshot = io.snapshot();
   ASSERT_TRUE(snapshot.has_clock);
   EXPECT_GE(snapshot.minimum_round_trip, Duration(std::chrono::milliseconds(30)));
   EXPECT_GT(snapshot.links.down.lost, 0U);
-  EXPECT_EQ(snapshot.counters.received_drops.of(DropReason::kSimulatedLoss), snapshot.links.down.lost);
+  EXPECT_EQ(snapshot.counters.received_drops.of(proto::DropReason::kSimulatedLoss), snapshot.links.down.lost);
   EXPECT_GT(snapshot.links.up.delivered, 0U);
   io.stop();
-  EXPECT_TRUE(eventually([&running] { return running.has_logged("asked to leave"); }))
+  EXPECT_TRUE(test::eventually([&running] { return running.has_logged("asked to leave"); }))
       << "the leave went through the link before the end";
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::client

@@ -14,13 +14,13 @@
 #include "tests/support/hub_bench.hpp"
 #include "tests/support/session_bench.hpp"
 
-namespace tandem {
+namespace tandem::client {
 namespace {
 
 using testing::HasSubstr;
 
 TEST(ClientSession, PublishesTheSceneOfEachJoinAsANewGeneration) {
-  SessionBench bench;
+  test::SessionBench bench;
   bench.join();
   ASSERT_TRUE(bench.mailboxes.scene.poll());
   const HapticScene first = bench.mailboxes.scene.front();
@@ -68,60 +68,62 @@ TEST(ClientSession, RefusesEveryHostileSceneByFieldAndNeverShowsIt) {
       {"role", [](auto& j) { j.set_role(wire::ROLE_OBSERVER); }},
       {"bodies",
        [](auto& j) {
-         for (std::size_t i = 0; i <= kMaxBodies; ++i) j.mutable_scene()->add_bodies();
+         for (std::size_t i = 0; i <= proto::kMaxBodies; ++i) j.mutable_scene()->add_bodies();
        }},
   };
   for (const auto& [field, change] : changes) {
     SCOPED_TRACE(field);
-    wire::Joined joined = minimal_joined();
+    wire::Joined joined = test::minimal_joined();
     change(joined);
-    SessionBench bench;
+    test::SessionBench bench;
     bench.join(joined);
     EXPECT_EQ(bench.state(), "ended");
     EXPECT_TRUE(bench.session.status().is_setup_error);
     EXPECT_THAT(bench.session.status().why, HasSubstr(field));
     EXPECT_FALSE(bench.mailboxes.scene.poll());
   }
-  wire::Joined not_a_number = minimal_joined();
+  wire::Joined not_a_number = test::minimal_joined();
   not_a_number.mutable_scene()->mutable_coupling()->set_force_limit_n(nan);
-  SessionBench bench;
+  test::SessionBench bench;
   bench.join(not_a_number);
   EXPECT_EQ(bench.state(), "ended");
 }
 
 TEST(ClientSession, AnObserverSendsThatItIsThereAndNothingThatMoves) {
-  SessionBench bench({.role = wire::ROLE_OBSERVER});
-  bench.join(minimal_joined(wire::ROLE_OBSERVER));
+  test::SessionBench bench({.role = wire::ROLE_OBSERVER});
+  bench.join(test::minimal_joined(wire::ROLE_OBSERVER));
   EXPECT_FALSE(bench.scene_may_display());
-  ClientUpdate update;
+  proto::ClientUpdate update;
   update.input_tick = Tick{1};
   update.handle_valid = true;
-  update.buttons = kButtonGrab;
+  update.buttons = proto::kButtonGrab;
   bench.mailboxes.outbox.publish(update);
   bench.session.poll(bench.now);
   ASSERT_EQ(bench.transport.datagrams.size(), 1U);
-  ClientUpdate sent;
-  ASSERT_EQ(parse_client_update(payload_of(bench.transport.datagrams[0]), sent), DropReason::kNone);
+  proto::ClientUpdate sent;
+  ASSERT_EQ(proto::parse_client_update(proto::payload_of(bench.transport.datagrams[0]), sent),
+            proto::DropReason::kNone);
   EXPECT_FALSE(sent.handle_valid);
   EXPECT_EQ(sent.buttons, 0U);
 }
 
 TEST(ClientSession, AcknowledgesTheNewestUpdateAndHowLongItHadIt) {
-  SessionBench bench;
+  test::SessionBench bench;
   bench.join();
   bench.send_update();
   const LocalTime received = bench.now;
-  ServerUpdate known;
+  proto::ServerUpdate known;
   ASSERT_TRUE(bench.mailboxes.inbox.poll());
   known = bench.mailboxes.inbox.front().update;
   EXPECT_EQ(bench.mailboxes.inbox.front().received, received);
   bench.now += std::chrono::milliseconds(3);
-  ClientUpdate update;
+  proto::ClientUpdate update;
   update.input_tick = Tick{9};
   bench.mailboxes.outbox.publish(update);
   bench.session.poll(bench.now);
-  ClientUpdate sent;
-  ASSERT_EQ(parse_client_update(payload_of(bench.transport.datagrams.back()), sent), DropReason::kNone);
+  proto::ClientUpdate sent;
+  ASSERT_EQ(proto::parse_client_update(proto::payload_of(bench.transport.datagrams.back()), sent),
+            proto::DropReason::kNone);
   EXPECT_EQ(sent.acknowledged_step, known.step);
   EXPECT_EQ(sent.acknowledged_sent, known.sent);
   EXPECT_EQ(sent.acknowledged_held, Duration(std::chrono::milliseconds(3)));
@@ -129,45 +131,47 @@ TEST(ClientSession, AcknowledgesTheNewestUpdateAndHowLongItHadIt) {
 }
 
 TEST(ClientSession, StaysAudibleWithoutAHapticThread) {
-  SessionBench bench;
+  test::SessionBench bench;
   bench.join();
   for (int i = 0; i < 1000; ++i) {
     bench.send_update();
     bench.wait(std::chrono::milliseconds(1));
   }
   EXPECT_EQ(bench.transport.datagrams.size(), 20U) << "one every 50 ms";
-  ClientUpdate sent;
-  ASSERT_EQ(parse_client_update(payload_of(bench.transport.datagrams.back()), sent), DropReason::kNone);
+  proto::ClientUpdate sent;
+  ASSERT_EQ(proto::parse_client_update(proto::payload_of(bench.transport.datagrams.back()), sent),
+            proto::DropReason::kNone);
   EXPECT_FALSE(sent.handle_valid);
 }
 
-ClientUpdate newest_sent(const SessionBench& bench) {
-  ClientUpdate sent;
-  EXPECT_EQ(parse_client_update(payload_of(bench.transport.datagrams.back()), sent), DropReason::kNone);
+proto::ClientUpdate newest_sent(const test::SessionBench& bench) {
+  proto::ClientUpdate sent;
+  EXPECT_EQ(proto::parse_client_update(proto::payload_of(bench.transport.datagrams.back()), sent),
+            proto::DropReason::kNone);
   return sent;
 }
 
-ClientUpdate grabbing_update() {
-  ClientUpdate update;
+proto::ClientUpdate grabbing_update() {
+  proto::ClientUpdate update;
   update.input_tick = Tick{9};
   update.handle_valid = true;
-  update.buttons = kButtonGrab;
+  update.buttons = proto::kButtonGrab;
   update.energy_to_hand_j = 3;
   update.energy_from_hand_j = 4;
   return update;
 }
 
 TEST(ClientSession, AStallOfTheHapticThreadNeitherLetsGoNorTakesEnergyBackAndADeadOneLetsGo) {
-  SessionBench bench;
+  test::SessionBench bench;
   bench.join();
   bench.mailboxes.outbox.publish(grabbing_update());
   bench.session.poll(bench.now);
   for (int stall_ms = 50; stall_ms <= 500; stall_ms += 50) {
     bench.wait(std::chrono::milliseconds(50));
-    const ClientUpdate sent = newest_sent(bench);
+    const proto::ClientUpdate sent = newest_sent(bench);
     EXPECT_FALSE(sent.handle_valid) << stall_ms;
     EXPECT_EQ(sent.input_tick, Tick{9});
-    EXPECT_EQ(sent.buttons, stall_ms <= 250 ? kButtonGrab : 0U) << stall_ms;
+    EXPECT_EQ(sent.buttons, stall_ms <= 250 ? proto::kButtonGrab : 0U) << stall_ms;
     EXPECT_EQ(sent.energy_to_hand_j, 3) << stall_ms;
     EXPECT_EQ(sent.energy_from_hand_j, 4) << stall_ms;
   }
@@ -175,7 +179,7 @@ TEST(ClientSession, AStallOfTheHapticThreadNeitherLetsGoNorTakesEnergyBackAndADe
 }
 
 TEST(ClientSession, KeepAliveSaysNothingOfAnOlderConnection) {
-  SessionBench bench;
+  test::SessionBench bench;
   bench.join();
   bench.mailboxes.outbox.publish(grabbing_update());
   bench.session.poll(bench.now);
@@ -186,41 +190,41 @@ TEST(ClientSession, KeepAliveSaysNothingOfAnOlderConnection) {
   const std::size_t before = bench.transport.datagrams.size();
   bench.wait(std::chrono::milliseconds(50));
   ASSERT_EQ(bench.transport.datagrams.size(), before + 1);
-  const ClientUpdate sent = newest_sent(bench);
+  const proto::ClientUpdate sent = newest_sent(bench);
   EXPECT_EQ(sent.buttons, 0U);
   EXPECT_EQ(sent.energy_to_hand_j, 0);
   EXPECT_EQ(sent.input_tick, Tick{});
 }
 
 TEST(ClientSession, DropsEachBadDatagramForItsOwnReasonAndKeepsTheNewestState) {
-  SessionBench bench;
+  test::SessionBench bench;
   bench.join();
-  const Bytes first = bench.datagram_of(bench.next_update());
-  const Bytes second = bench.datagram_of(bench.next_update());
+  const proto::Bytes first = bench.datagram_of(bench.next_update());
+  const proto::Bytes second = bench.datagram_of(bench.next_update());
   bench.session.on_datagram(second, bench.now);
   bench.session.on_datagram(second, bench.now);
   bench.session.on_datagram(first, bench.now);
-  Bytes damaged = bench.datagram_of(bench.next_update());
+  proto::Bytes damaged = bench.datagram_of(bench.next_update());
   damaged.resize(damaged.size() - 2);
   bench.session.on_datagram(damaged, bench.now);
-  Bytes of_another = bench.datagram_of(bench.next_update());
+  proto::Bytes of_another = bench.datagram_of(bench.next_update());
   of_another[5] ^= std::byte{1};
   bench.session.on_datagram(of_another, bench.now);
-  const DropCounters& drops = bench.session.counters().received_drops;
-  EXPECT_EQ(drops.of(DropReason::kDuplicate), 1U);
-  EXPECT_EQ(drops.of(DropReason::kLate), 1U);
-  EXPECT_EQ(drops.of(DropReason::kMalformed), 1U);
-  EXPECT_EQ(drops.of(DropReason::kUnknownConnection), 1U);
+  const proto::DropCounters& drops = bench.session.counters().received_drops;
+  EXPECT_EQ(drops.of(proto::DropReason::kDuplicate), 1U);
+  EXPECT_EQ(drops.of(proto::DropReason::kLate), 1U);
+  EXPECT_EQ(drops.of(proto::DropReason::kMalformed), 1U);
+  EXPECT_EQ(drops.of(proto::DropReason::kUnknownConnection), 1U);
   ASSERT_TRUE(bench.mailboxes.inbox.poll());
   EXPECT_EQ(bench.mailboxes.inbox.front().update.step, Step{2});
   EXPECT_FALSE(bench.mailboxes.inbox.poll());
 }
 
 TEST(ClientSession, SkipsStateOverTcpWhileControlBytesWait) {
-  SessionBench bench({.state_transport = StateTransport::kTcp});
+  test::SessionBench bench({.state_transport = StateTransport::kTcp});
   bench.join();
   const auto publish = [&bench](std::uint64_t tick) {
-    ClientUpdate update;
+    proto::ClientUpdate update;
     update.input_tick = Tick{tick};
     bench.mailboxes.outbox.publish(update);
     bench.session.poll(bench.now);
@@ -230,13 +234,13 @@ TEST(ClientSession, SkipsStateOverTcpWhileControlBytesWait) {
   publish(2);
   bench.transport.queued = 0;
   publish(3);
-  EXPECT_EQ(described(bench.transport.messages), "state_datagram, state_datagram");
+  EXPECT_EQ(test::described(bench.transport.messages), "state_datagram, state_datagram");
   EXPECT_TRUE(bench.transport.datagrams.empty());
-  EXPECT_EQ(bench.session.counters().sent_drops.of(DropReason::kOverwritten), 1U);
+  EXPECT_EQ(bench.session.counters().sent_drops.of(proto::DropReason::kOverwritten), 1U);
 }
 
 TEST(ClientSession, BacksOffByDoublingUpToItsLimitAndStartsOverAfterAJoin) {
-  SessionBench bench;
+  test::SessionBench bench;
   bench.join();
   bench.session.on_disconnected(bench.now, "cut");
   for (const int expected_ms : {250, 500, 1000, 2000, 2000}) {
@@ -253,12 +257,12 @@ TEST(ClientSession, BacksOffByDoublingUpToItsLimitAndStartsOverAfterAJoin) {
 }
 
 TEST(ClientSession, SaysThatUdpMayBeBlockedWhenAJoinIsFollowedBySilence) {
-  SessionBench bench;
+  test::SessionBench bench;
   bench.join();
   bench.wait(std::chrono::milliseconds(1500));
   EXPECT_EQ(bench.state(), "waiting");
   EXPECT_THAT(bench.session.status().why, HasSubstr("--transport tcp"));
-  SessionBench heard;
+  test::SessionBench heard;
   heard.join();
   heard.send_update();
   heard.wait(std::chrono::milliseconds(1500));
@@ -266,7 +270,7 @@ TEST(ClientSession, SaysThatUdpMayBeBlockedWhenAJoinIsFollowedBySilence) {
 }
 
 TEST(ClientSession, TextFromTheWireCannotWriteEscapeSequences) {
-  SessionBench bench;
+  test::SessionBench bench;
   bench.session.on_connected(bench.now);
   bench.say_error(wire::ERROR_UNKNOWN_ROOM, "no\x1b[2J\nroom" + std::string(5000, 'x'));
   EXPECT_EQ(bench.session.status().why.find('\x1b'), std::string::npos);
@@ -275,7 +279,7 @@ TEST(ClientSession, TextFromTheWireCannotWriteEscapeSequences) {
 }
 
 TEST(ClientSession, AParameterFromTheServerIsBoundedBeforeItReachesTheHand) {
-  SessionBench bench;
+  test::SessionBench bench;
   bench.join();
   bench.mailboxes.scene.poll();
   wire::ServerControl message;
@@ -291,8 +295,8 @@ TEST(ClientSession, AParameterFromTheServerIsBoundedBeforeItReachesTheHand) {
 }
 
 wire::Joined joined_with_asset(const std::string& bytes) {
-  wire::Joined joined = minimal_joined();
-  const Sha256 hash = sha256_of(std::as_bytes(std::span(bytes)));
+  wire::Joined joined = test::minimal_joined();
+  const proto::Sha256 hash = proto::sha256_of(std::as_bytes(std::span(bytes)));
   wire::AssetInfo& info = *joined.add_assets();
   info.set_sha256(hash.data(), hash.size());
   info.set_size_bytes(bytes.size());
@@ -301,7 +305,7 @@ wire::Joined joined_with_asset(const std::string& bytes) {
 }
 
 /// Answers every asset request from `bytes`; returns how many there were.
-int serve_assets(SessionBench& bench, const std::string& bytes) {
+int serve_assets(test::SessionBench& bench, const std::string& bytes) {
   int served = 0;
   while (!bench.transport.messages.empty()) {
     const auto requests = std::exchange(bench.transport.messages, {});
@@ -312,7 +316,7 @@ int serve_assets(SessionBench& bench, const std::string& bytes) {
       chunk.set_sha256(request.get_asset().sha256());
       chunk.set_offset(request.get_asset().offset());
       chunk.set_total_bytes(bytes.size());
-      chunk.set_data(bytes.substr(request.get_asset().offset(), kAssetChunkBytes));
+      chunk.set_data(bytes.substr(request.get_asset().offset(), proto::kAssetChunkBytes));
       bench.say(answer);
       ++served;
     }
@@ -323,7 +327,7 @@ int serve_assets(SessionBench& bench, const std::string& bytes) {
 TEST(ClientSession, FetchesAnAssetOnceAndKeepsItOnlyWhenItsHashIsRight) {
   const std::string bytes(150'000, 'v');
   const wire::Joined joined = joined_with_asset(bytes);
-  SessionBench bench;
+  test::SessionBench bench;
   bench.session.on_connected(bench.now);
   bench.say_welcome();
   bench.transport.messages.clear();
@@ -339,7 +343,7 @@ TEST(ClientSession, FetchesAnAssetOnceAndKeepsItOnlyWhenItsHashIsRight) {
   bench.say_joined(joined);
   EXPECT_EQ(serve_assets(bench, bytes), 0) << "it is here already";
 
-  SessionBench cheated;
+  test::SessionBench cheated;
   cheated.session.on_connected(cheated.now);
   cheated.say_welcome();
   cheated.transport.messages.clear();
@@ -364,7 +368,7 @@ struct StoreBench {
     bench.say_joined(joined);
   }
 
-  SessionBench bench;
+  test::SessionBench bench;
   int announced = 0;
 };
 
@@ -380,7 +384,7 @@ TEST(ClientSession, AsksTheStoreBeforeTheServerAndAnnouncesAllAssetsOnceAJoin) {
   EXPECT_EQ(serve_assets(second.bench, bytes), 0);
   EXPECT_EQ(second.announced, 1);
   EXPECT_EQ(second.bench.session.assets().size(), 1U);
-  StoreBench without(nullptr, minimal_joined());
+  StoreBench without(nullptr, test::minimal_joined());
   EXPECT_EQ(without.announced, 1) << "a scene without assets has them all";
   StoreBench cheated(nullptr, joined);
   serve_assets(cheated.bench, std::string(150'000, 'w'));
@@ -394,8 +398,8 @@ class DiskStore : public ::testing::Test {
   }
   ~DiskStore() override { std::filesystem::remove_all(directory_); }
 
-  static std::shared_ptr<const Bytes> bytes_of(char letter, std::size_t count) {
-    return std::make_shared<const Bytes>(count, static_cast<std::byte>(letter));
+  static std::shared_ptr<const proto::Bytes> bytes_of(char letter, std::size_t count) {
+    return std::make_shared<const proto::Bytes>(count, static_cast<std::byte>(letter));
   }
   std::filesystem::path only_file() const { return std::filesystem::directory_iterator(directory_)->path(); }
 
@@ -404,7 +408,7 @@ class DiskStore : public ::testing::Test {
 
 TEST_F(DiskStore, GivesBackWhatAnotherProgramKept) {
   const auto bytes = bytes_of('a', 1000);
-  const Sha256 hash = sha256_of(*bytes);
+  const proto::Sha256 hash = proto::sha256_of(*bytes);
   EXPECT_EQ(DiskAssetStore(directory_).find(hash), nullptr);
   DiskAssetStore(directory_).keep(hash, bytes);
   const auto found = DiskAssetStore(directory_).find(hash);
@@ -414,7 +418,7 @@ TEST_F(DiskStore, GivesBackWhatAnotherProgramKept) {
 
 TEST_F(DiskStore, NeverGivesBytesOfAnotherHashAndRemovesThem) {
   const auto bytes = bytes_of('a', 1000);
-  const Sha256 hash = sha256_of(*bytes);
+  const proto::Sha256 hash = proto::sha256_of(*bytes);
   DiskAssetStore store(directory_);
   store.keep(hash, bytes);
   std::fstream(only_file(), std::ios::binary | std::ios::in | std::ios::out).seekp(500).put('b');
@@ -424,10 +428,10 @@ TEST_F(DiskStore, NeverGivesBytesOfAnotherHashAndRemovesThem) {
 
 TEST_F(DiskStore, StaysWithinItsLimitByWhatWasNotUsedForLongest) {
   DiskAssetStore store(directory_, 2500);
-  std::vector<Sha256> hashes;
+  std::vector<proto::Sha256> hashes;
   for (const char letter : {'a', 'b', 'c'}) {
     const auto bytes = bytes_of(letter, 1000);
-    hashes.push_back(sha256_of(*bytes));
+    hashes.push_back(proto::sha256_of(*bytes));
     store.keep(hashes.back(), bytes);
     // The clock of a file system may be coarse.
     const auto hours = std::chrono::hours(letter == 'a' ? 1 : 2);
@@ -442,8 +446,8 @@ TEST_F(DiskStore, StaysWithinItsLimitByWhatWasNotUsedForLongest) {
   EXPECT_EQ(store.find(hashes[1]), nullptr);
   EXPECT_NE(store.find(hashes[2]), nullptr);
   const auto huge = bytes_of('d', 3000);
-  store.keep(sha256_of(*huge), huge);
-  EXPECT_EQ(store.find(sha256_of(*huge)), nullptr);
+  store.keep(proto::sha256_of(*huge), huge);
+  EXPECT_EQ(store.find(proto::sha256_of(*huge)), nullptr);
   EXPECT_NE(store.find(hashes[0]), nullptr) << "what cannot be kept must push nothing out";
 }
 
@@ -453,13 +457,13 @@ std::size_t datagrams_in_a_second(
     const std::function<std::uint32_t(int)>& buttons_at = [](int) { return 0U; }) {
   SessionSettings settings;
   settings.deadband = deadband;
-  wire::Joined joined = minimal_joined();
+  wire::Joined joined = test::minimal_joined();
   joined.mutable_scene()->mutable_coupling()->set_stiffness_n_per_m(300);
-  SessionBench bench(settings);
+  test::SessionBench bench(settings);
   bench.join(joined);
   bench.send_update();
   for (int ms = 0; ms < 1000; ++ms) {
-    ClientUpdate update;
+    proto::ClientUpdate update;
     update.input_tick = Tick{static_cast<std::uint64_t>(ms) + 1};
     update.handle = handle_at(ms);
     update.handle_valid = true;
@@ -494,7 +498,7 @@ TEST(ClientSession, ADeadbandLetsThroughAtOnceWhatAHandWouldNotice) {
   };
   EXPECT_EQ(datagrams_in_a_second(0.1, jerky), 1000U);
   // Pressed and let go, each time between two of the floor's: two more.
-  const auto pressed = [](int ms) { return ms >= 505 && ms < 512 ? std::uint32_t{kButtonGrab} : 0U; };
+  const auto pressed = [](int ms) { return ms >= 505 && ms < 512 ? std::uint32_t{proto::kButtonGrab} : 0U; };
   const std::size_t sent = datagrams_in_a_second(0.1, resting, pressed);
   EXPECT_GT(sent, 100U);
   EXPECT_LE(sent, 102U);
@@ -512,10 +516,10 @@ TEST(AssetFetcher, PlansNoMoreThanItsLimitHoweverManyAreOffered) {
 }
 
 TEST(SessionsBackToBack, TwoHandsShareARoomAndAnObserverSeesThem) {
-  BackToBack net(two_hands_scene(), std::chrono::milliseconds(10));
-  WiredClient& ada = net.add_client({.user_name = "ada"}, std::chrono::hours(5));
-  WiredClient& ben = net.add_client({.user_name = "ben"}, -std::chrono::seconds(3));
-  WiredClient& eve = net.add_client({.user_name = "eve", .role = wire::ROLE_OBSERVER});
+  test::BackToBack net(test::two_hands_scene(), std::chrono::milliseconds(10));
+  test::WiredClient& ada = net.add_client({.user_name = "ada"}, std::chrono::hours(5));
+  test::WiredClient& ben = net.add_client({.user_name = "ben"}, -std::chrono::seconds(3));
+  test::WiredClient& eve = net.add_client({.user_name = "eve", .role = wire::ROLE_OBSERVER});
   net.run(100);
   ASSERT_EQ(ada.session.status().state, SessionState::kActive);
   ASSERT_EQ(ben.session.status().state, SessionState::kActive);
@@ -566,15 +570,15 @@ Pressed press_on_a_floor(double deadband) {
                 "placement": {"position_m": [0, 0, -0.05]}}],
     "tools": [{"name": "t", "placement": {"position_m": [0, 0, 0.04]}}],
     "coupling": {"law": "spring-damper", "stiffness_n_per_m": 300, "damping_n_s_per_m": 3}})";
-  BackToBack net(scene, std::chrono::milliseconds(10));
-  WiredClient& ada = net.add_client({.user_name = "ada", .deadband = deadband});
+  test::BackToBack net(scene, std::chrono::milliseconds(10));
+  test::WiredClient& ada = net.add_client({.user_name = "ada", .deadband = deadband});
   net.run(100);
   Pressed pressed;
   for (int ms = 0; ms < 4000; ++ms) {
     const RigidState hand = pressing_hand(1e-3 * ms);
     ada.publish_handle(hand.X, 0, hand.V);
     net.run(1);
-    const ServerUpdate* told = ada.newest();
+    const proto::ServerUpdate* told = ada.newest();
     if (told == nullptr) continue;
     pressed.largest_n = std::max(pressed.largest_n, told->wrench_on_hand_W.f.norm());
   }
@@ -582,7 +586,7 @@ Pressed press_on_a_floor(double deadband) {
     return static_cast<double>(sent) / static_cast<double>(sent + held_back);
   };
   const SessionCounters& up = ada.session.counters();
-  const HubCounters& down = net.hub->counters();
+  const server::HubCounters& down = net.hub->counters();
   pressed.sent_up = share(up.datagrams_sent, up.updates_held_back);
   pressed.sent_down = share(down.datagrams_sent, down.updates_held_back);
   return pressed;
@@ -600,9 +604,9 @@ TEST(SessionsBackToBack, ADeadbandOfTenPercentSavesMostDatagramsOfPressingOnAFlo
 }
 
 TEST(SessionsBackToBack, ASessionOverTcpIsTheSameSession) {
-  BackToBack net(two_hands_scene(), std::chrono::milliseconds(10));
+  test::BackToBack net(test::two_hands_scene(), std::chrono::milliseconds(10));
   net.delivers_datagrams = false;
-  WiredClient& ada = net.add_client({.user_name = "ada", .state_transport = StateTransport::kTcp});
+  test::WiredClient& ada = net.add_client({.user_name = "ada", .state_transport = StateTransport::kTcp});
   for (int i = 0; i < 3000; ++i) {
     ada.publish_handle({Vec3(-0.02, 0.01, 0), Quat::Identity()});
     net.run(1);
@@ -614,8 +618,8 @@ TEST(SessionsBackToBack, ASessionOverTcpIsTheSameSession) {
 }
 
 TEST(SessionsBackToBack, AKilledServerThatComesBackIsJoinedAgain) {
-  BackToBack net(two_hands_scene());
-  WiredClient& ada = net.add_client({.user_name = "ada"});
+  test::BackToBack net(test::two_hands_scene());
+  test::WiredClient& ada = net.add_client({.user_name = "ada"});
   net.run(50);
   ASSERT_EQ(ada.session.status().state, SessionState::kActive);
   net.kill_server();
@@ -633,8 +637,8 @@ TEST(SessionsBackToBack, AKilledServerThatComesBackIsJoinedAgain) {
 }
 
 TEST(SessionsBackToBack, SilenceOnTheStatePathIsNoticedByBothEnds) {
-  BackToBack net(two_hands_scene());
-  WiredClient& ada = net.add_client({.user_name = "ada", .may_reconnect = false});
+  test::BackToBack net(test::two_hands_scene());
+  test::WiredClient& ada = net.add_client({.user_name = "ada", .may_reconnect = false});
   net.run(50);
   net.delivers_datagrams = false;
   net.run(1600);
@@ -647,12 +651,12 @@ TEST(SessionsBackToBack, DamagedBytesNeverCrashAndNeverLastLongerThanTheDamage) 
   for (std::uint64_t seed = 1; seed <= 12; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     Random random(seed);
-    BackToBack net(two_hands_scene());
-    WiredClient& ada = net.add_client({.user_name = "ada"});
-    WiredClient& ben = net.add_client({.user_name = "ben", .state_transport = StateTransport::kTcp});
+    test::BackToBack net(test::two_hands_scene());
+    test::WiredClient& ada = net.add_client({.user_name = "ada"});
+    test::WiredClient& ben = net.add_client({.user_name = "ben", .state_transport = StateTransport::kTcp});
     net.run(50);
     ASSERT_EQ(ben.session.status().state, SessionState::kActive);
-    net.damage = [&random](Bytes& bytes) {
+    net.damage = [&random](proto::Bytes& bytes) {
       if (bytes.empty() || random.uniform() > 0.1) return;
       bytes[random.next_u32() % bytes.size()] = static_cast<std::byte>(random.next_u32());
       if (random.uniform() < 0.1) bytes.resize(random.next_u32() % (bytes.size() + 1));
@@ -664,7 +668,7 @@ TEST(SessionsBackToBack, DamagedBytesNeverCrashAndNeverLastLongerThanTheDamage) 
     }
     net.damage = {};
     net.run(10'000);
-    for (WiredClient* client : {&ada, &ben}) {
+    for (test::WiredClient* client : {&ada, &ben}) {
       // Damage can spell a refusal, but nothing worse: a session is active, or it says why not.
       const SessionStatus& status = client->session.status();
       EXPECT_TRUE(status.state == SessionState::kActive || status.is_setup_error) << status.why;
@@ -673,4 +677,4 @@ TEST(SessionsBackToBack, DamagedBytesNeverCrashAndNeverLastLongerThanTheDamage) 
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::client

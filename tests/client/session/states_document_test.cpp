@@ -6,14 +6,15 @@
 
 #include "tests/support/markdown_table.hpp"
 #include "tests/support/session_bench.hpp"
+#include "tests/support/source_path.hpp"
 
-namespace tandem {
+namespace tandem::client {
 namespace {
 
-const std::string kDocument = TANDEM_STATES_DOCUMENT;
+const std::string kDocument = test::source_path("proto/STATES.md").string();
 
 /// Brings the session into `state`; `has_joined` before, when asked for.
-void bring_to(SessionBench& bench, const std::string& state, bool has_joined) {
+void bring_to(test::SessionBench& bench, const std::string& state, bool has_joined) {
   if (has_joined && state != "active") {
     bench.join();
     bench.session.on_disconnected(bench.now, "cut");
@@ -29,7 +30,7 @@ void bring_to(SessionBench& bench, const std::string& state, bool has_joined) {
   if (state == "ended") bench.session.leave(bench.now);
 }
 
-void say_forbidden(SessionBench& bench) {
+void say_forbidden(test::SessionBench& bench) {
   wire::ServerControl message;
   if (bench.state() == "active") {
     message.mutable_joined();
@@ -39,48 +40,49 @@ void say_forbidden(SessionBench& bench) {
   bench.say(message);
 }
 
-void wait_out(SessionBench& bench) {
+void wait_out(test::SessionBench& bench) {
   const std::string before = bench.state();
   for (int i = 0; i < 6000 && bench.state() == before; ++i) bench.wait(std::chrono::milliseconds(1));
 }
 
-using Event = std::function<void(SessionBench&)>;
+using Event = std::function<void(test::SessionBench&)>;
 
 const std::map<std::string, Event>& events() {
   static const std::map<std::string, Event> kEvents{
-      {"connected", [](SessionBench& b) { b.session.on_connected(b.now); }},
-      {"connection refused", [](SessionBench& b) { b.session.on_disconnected(b.now, "refused"); }},
-      {"connection lost", [](SessionBench& b) { b.session.on_disconnected(b.now, "lost"); }},
+      {"connected", [](test::SessionBench& b) { b.session.on_connected(b.now); }},
+      {"connection refused", [](test::SessionBench& b) { b.session.on_disconnected(b.now, "refused"); }},
+      {"connection lost", [](test::SessionBench& b) { b.session.on_disconnected(b.now, "lost"); }},
       {"time-out", wait_out},
-      {"leave", [](SessionBench& b) { b.session.leave(b.now); }},
-      {"welcome", [](SessionBench& b) { b.say_welcome(); }},
+      {"leave", [](test::SessionBench& b) { b.session.leave(b.now); }},
+      {"welcome", [](test::SessionBench& b) { b.say_welcome(); }},
       {"welcome of another version",
-       [](SessionBench& b) {
+       [](test::SessionBench& b) {
          wire::ServerControl message;
-         message.mutable_welcome()->set_protocol_version(kProtocolVersion + 1);
+         message.mutable_welcome()->set_protocol_version(proto::kProtocolVersion + 1);
          message.mutable_welcome()->set_connection_id(1);
          b.say(message);
        }},
-      {"joined", [](SessionBench& b) { b.say_joined(); }},
+      {"joined", [](test::SessionBench& b) { b.say_joined(); }},
       {"joined with an unusable scene",
-       [](SessionBench& b) {
-         wire::Joined joined = minimal_joined();
+       [](test::SessionBench& b) {
+         wire::Joined joined = test::minimal_joined();
          joined.mutable_scene()->mutable_tools(0)->mutable_workspace()->set_position_scale(0);
          b.say_joined(joined);
        }},
       {"goodbye",
-       [](SessionBench& b) {
+       [](test::SessionBench& b) {
          wire::ServerControl message;
          message.mutable_goodbye()->set_reason(wire::DISCONNECT_SERVER_STOPPING);
          b.say(message);
        }},
       {"message not allowed here", say_forbidden},
-      {"unreadable bytes", [](SessionBench& b) { b.session.on_control_bytes(Bytes(8, std::byte{0xFF}), b.now); }},
+      {"unreadable bytes",
+       [](test::SessionBench& b) { b.session.on_control_bytes(proto::Bytes(8, std::byte{0xFF}), b.now); }},
   };
   return kEvents;
 }
 
-void cause(SessionBench& bench, const std::string& event) {
+void cause(test::SessionBench& bench, const std::string& event) {
   if (event.starts_with("error ")) {
     wire::ErrorCode code{};
     ASSERT_TRUE(wire::ErrorCode_Parse(event.substr(6), &code)) << event;
@@ -91,26 +93,26 @@ void cause(SessionBench& bench, const std::string& event) {
   }
 }
 
-std::string outcome(const SessionBench& bench) {
+std::string outcome(const test::SessionBench& bench) {
   return bench.session.status().is_setup_error ? "refused" : bench.state();
 }
 
 TEST(StatesDocument, EveryTransitionOfTheClientHappensAsWritten) {
   std::map<std::string, int> caused;
-  for (const TableRow& row : table_under(kDocument, "### Transitions of the client")) {
+  for (const test::TableRow& row : test::table_under(kDocument, "### Transitions of the client")) {
     ++caused[row.at("event")];
     for (const bool has_joined : {false, true}) {
       const std::string& next = row.at(has_joined ? "next after it" : "next before the first join");
       if (next.empty()) continue;
       SCOPED_TRACE(row.at("state") + " / " + row.at("event") + (has_joined ? " after a join" : ""));
-      SessionBench bench;
+      test::SessionBench bench;
       bring_to(bench, row.at("state"), has_joined);
       ASSERT_EQ(bench.state(), row.at("state"));
       bench.transport.messages.clear();
       const int connects = bench.transport.connects;
       cause(bench, row.at("event"));
       // While active, state goes out too; it is not control.
-      EXPECT_EQ(described(bench.transport.messages), row.at("sent"));
+      EXPECT_EQ(test::described(bench.transport.messages), row.at("sent"));
       EXPECT_EQ(outcome(bench), next);
       EXPECT_EQ(bench.transport.connects - connects, next == "connecting" ? 1 : 0);
       EXPECT_EQ(bench.scene_may_display(), next == "active");
@@ -124,8 +126,8 @@ TEST(StatesDocument, EveryTransitionOfTheClientHappensAsWritten) {
 
 TEST(StatesDocument, TheClientTakesExactlyTheListedMessages) {
   const auto* fields = wire::ServerControl::descriptor()->FindOneofByName("message");
-  for (const TableRow& row : table_under(kDocument, "### Messages that the client takes")) {
-    const auto allowed = split_trimmed(row.at("messages"), ',');
+  for (const test::TableRow& row : test::table_under(kDocument, "### Messages that the client takes")) {
+    const auto allowed = test::split_trimmed(row.at("messages"), ',');
     const std::string& state = row.at("state");
     if (state == "connecting" || state == "waiting" || state == "ended") {
       EXPECT_TRUE(row.at("messages").empty()) << "there is no connection in " << state;
@@ -134,7 +136,7 @@ TEST(StatesDocument, TheClientTakesExactlyTheListedMessages) {
     for (int i = 0; i < fields->field_count(); ++i) {
       const auto& field = *fields->field(i);
       SCOPED_TRACE(state + " / " + field.name());
-      SessionBench bench;
+      test::SessionBench bench;
       bring_to(bench, state, false);
       wire::ServerControl message;
       if (field.name() == "state_datagram") {
@@ -142,7 +144,7 @@ TEST(StatesDocument, TheClientTakesExactlyTheListedMessages) {
       } else if (field.name() == "welcome") {
         message.mutable_welcome()->set_connection_id(1);
       } else if (field.name() == "asset_chunk") {
-        message.mutable_asset_chunk()->set_sha256(std::string(kAssetHashBytes, 'h'));
+        message.mutable_asset_chunk()->set_sha256(std::string(proto::kAssetHashBytes, 'h'));
       } else {
         message.GetReflection()->MutableMessage(&message, &field);
       }
@@ -155,10 +157,10 @@ TEST(StatesDocument, TheClientTakesExactlyTheListedMessages) {
 }
 
 TEST(StatesDocument, TheClientsTimeOutsAreThoseOfItsSettings) {
-  for (const TableRow& row : table_under(kDocument, "## Client")) {
+  for (const test::TableRow& row : test::table_under(kDocument, "## Client")) {
     SCOPED_TRACE(row.at("state"));
     if (row.at("time-out").empty()) continue;
-    SessionBench bench;
+    test::SessionBench bench;
     bring_to(bench, row.at("state"), row.at("state") == "waiting");
     const LocalTime begin = bench.now;
     wait_out(bench);
@@ -167,4 +169,4 @@ TEST(StatesDocument, TheClientsTimeOutsAreThoseOfItsSettings) {
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::client

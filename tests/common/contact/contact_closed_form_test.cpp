@@ -3,13 +3,13 @@
 
 #include "tests/common/contact/touch_scene.hpp"
 
-namespace tandem {
+namespace tandem::contact {
 namespace {
 
 using std::numbers::pi;
 
-CouplingParameters spring(double stiffness_n_per_m, double damping_n_s_per_m) {
-  CouplingParameters c;
+haptics::CouplingParameters spring(double stiffness_n_per_m, double damping_n_s_per_m) {
+  haptics::CouplingParameters c;
   c.stiffness_n_per_m = stiffness_n_per_m;
   c.damping_n_s_per_m = damping_n_s_per_m;
   c.force_limit_n = 1000;
@@ -20,7 +20,7 @@ TEST(ContactSolver, ACoupledToolSagsByItsWeightOverTheStiffness) {
   ContactSolver solver({});
   for (const double mass_kg : {0.005, 0.05, 0.5, 2.0}) {
     for (const double k : {300.0, 3000.0}) {
-      const SpringDamper law(spring(k, 2 * std::sqrt(k * mass_kg)));
+      const haptics::SpringDamper law(spring(k, 2 * std::sqrt(k * mass_kg)));
       TouchScene scene(solver);
       scene.mass_kg = mass_kg;
       scene.inertia_B = sphere_inertia(mass_kg, 0.005);
@@ -35,7 +35,7 @@ TEST(ContactSolver, ACoupledToolSagsByItsWeightOverTheStiffness) {
 
 TEST(ContactSolver, ReportsTheCouplingsWrenchAtTheEndOfTheStep) {
   ContactSolver solver({});
-  const SpringDamper law(CouplingParameters{});
+  const haptics::SpringDamper law(haptics::CouplingParameters{});
   TouchScene scene(solver);
   scene.law = &law;
   scene.X_BT = {{0.02, 0.01, -0.03}, quaternion_of({0.2, -0.4, 0.1})};
@@ -46,7 +46,7 @@ TEST(ContactSolver, ReportsTheCouplingsWrenchAtTheEndOfTheStep) {
     ASSERT_TRUE(scene.report.has_converged) << "step " << i;
     const Pose X_WT = scene.X_WB * scene.X_BT;
     const Twist V_WT{scene.V_WB.v + scene.V_WB.w.cross(X_WT.p - scene.X_WB.p), scene.V_WB.w};
-    const Wrench expected = coupling_wrenches(law, scene.X_WH, scene.V_WH, X_WT, V_WT).on_tool_W;
+    const Wrench expected = haptics::coupling_wrenches(law, scene.X_WH, scene.V_WH, X_WT, V_WT).on_tool_W;
     ASSERT_LT((scene.tool_wrench_W.f - expected.f).norm(), 1e-8);
     ASSERT_LT((scene.tool_wrench_W.t - expected.t).norm(), 1e-10);
   }
@@ -179,4 +179,4 @@ TEST(ContactSolver, APushedBoxHoldsUntilFrictionTimesLoadAndSlipsBeyond) {
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::contact

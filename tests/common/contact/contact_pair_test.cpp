@@ -15,7 +15,7 @@
 #include "tests/common/contact/hand_made_shell.hpp"
 #include "tests/support/allocation_counter.hpp"
 
-namespace tandem {
+namespace tandem::contact {
 namespace {
 
 constexpr double kBand_m = 2e-4;
@@ -453,14 +453,14 @@ TEST(ContactPair, AllocatesNothingOnceItIsThere) {
   ContactPair pair({128});
   Wander wander(5);
   bool was_coarse = false;
-  const std::uint64_t before = allocation_count();
+  const std::uint64_t before = test::allocation_count();
   pair.bind(&sphere, &box);
   for (int i = 0; i < 300; ++i) was_coarse = pair.find(wander.next(), {}, kBand_m).is_coarse || was_coarse;
   pair.bind(nullptr, nullptr);
   pair.find({}, {}, kBand_m);
-  EXPECT_EQ(allocation_count(), before);
+  EXPECT_EQ(test::allocation_count(), before);
   EXPECT_TRUE(was_coarse) << "the path must reach the budget too";
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::contact

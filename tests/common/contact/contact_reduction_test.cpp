@@ -11,7 +11,7 @@
 
 #include "tests/support/allocation_counter.hpp"
 
-namespace tandem {
+namespace tandem::contact {
 namespace {
 
 constexpr double kStiffness_n_per_m3 = 5e9;
@@ -373,11 +373,11 @@ TEST(ContactReduction, AllocatesNothing) {
   Random random(1);
   const Patch patch = in_groove(random);
   std::array<ReducedContact, kReducedContacts> out;
-  const std::uint64_t before = allocation_count();
+  const std::uint64_t before = test::allocation_count();
   reduce_contacts(patch, kStiffness_n_per_m3, out);
   contact_wrench(out, Vec3::Zero());
-  EXPECT_EQ(allocation_count(), before);
+  EXPECT_EQ(test::allocation_count(), before);
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::contact

@@ -6,7 +6,7 @@
 
 #include "common/base/random.hpp"
 
-namespace tandem {
+namespace tandem::contact {
 namespace {
 
 Vec3 random_vector(Random& random, double scale) {
@@ -188,4 +188,4 @@ TEST(BlockCholesky, RefusesWhatIsNotPositiveDefinite) {
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::contact

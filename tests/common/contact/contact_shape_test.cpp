@@ -9,11 +9,11 @@
 #include "common/geometry/tessellation.hpp"
 #include "tests/common/contact/mesh_measures.hpp"
 
-namespace tandem {
+namespace tandem::contact {
 namespace {
 
-ContactMesh mesh_box(const Vec3& size_m) {
-  return {tessellated_box(size_m), SurfaceKind::kSolid, {}};
+geometry::ContactMesh mesh_box(const Vec3& size_m) {
+  return {geometry::tessellated_box(size_m), geometry::SurfaceKind::kSolid, {}};
 }
 
 /// Everything that the search for contacts asks of a shape; a sum, so that nothing is optimised away.
@@ -62,9 +62,9 @@ TEST(ContactShape, BoundsItsPoints) {
 
 TEST(ContactShape, HasItsPointsOnTheSurfaceOfItsField) {
   // A solid, and a bent sheet, of which the plate around it is the surface.
-  const ContactMesh roof{
-      test::height_field(0.02, 20, [](double x, double) { return 0.5 * std::abs(x); }), SurfaceKind::kSheet, {}};
-  for (const ContactMesh& mesh : {mesh_box(Vec3(0.01, 0.008, 0.006)), roof}) {
+  const geometry::ContactMesh roof{
+      height_field(0.02, 20, [](double x, double) { return 0.5 * std::abs(x); }), geometry::SurfaceKind::kSheet, {}};
+  for (const geometry::ContactMesh& mesh : {mesh_box(Vec3(0.01, 0.008, 0.006)), roof}) {
     const auto shape = make_contact_mesh(mesh);
     // Between samples a crease is rounded off by a part of a cell, beyond the error on smooth surfaces.
     const double tolerance_m = 1e-4;
@@ -87,7 +87,7 @@ TEST(ContactShape, RefusesSizesThatAreNone) {
 
 TEST(ContactShape, RefusesAMeshWhereSinglePrecisionIsTooCoarse) {
   const auto cube_at = [](double distance_m) {
-    ContactMesh mesh = mesh_box(Vec3::Constant(0.005));
+    geometry::ContactMesh mesh = mesh_box(Vec3::Constant(0.005));
     for (Vec3& vertex : mesh.mesh.vertices) vertex.x() += distance_m;
     return mesh;
   };
@@ -96,7 +96,7 @@ TEST(ContactShape, RefusesAMeshWhereSinglePrecisionIsTooCoarse) {
   try {
     make_contact_mesh(cube_at(700));
     FAIL() << "accepted";
-  } catch (const MeshError& error) {
+  } catch (const geometry::MeshError& error) {
     EXPECT_THAT(error.what(), ::testing::HasSubstr("reaches 700 m from its origin"));
     EXPECT_THAT(error.what(), ::testing::HasSubstr("round its points by 0.0417 mm"));
     EXPECT_THAT(error.what(), ::testing::HasSubstr("\"centre\": true"));
@@ -183,4 +183,4 @@ TEST_F(ContactAsset, IsOnlyMadeOfMeshes) {
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::contact

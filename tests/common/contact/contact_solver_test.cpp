@@ -8,7 +8,7 @@
 #include "tests/common/contact/touch_scene.hpp"
 #include "tests/support/allocation_counter.hpp"
 
-namespace tandem {
+namespace tandem::contact {
 namespace {
 
 const double kNan = std::numeric_limits<double>::quiet_NaN();
@@ -182,7 +182,7 @@ class WrongInput : public testing::Test {
   }
 
   ContactSolver solver_{{}};
-  SpringDamper law_{CouplingParameters{}};
+  haptics::SpringDamper law_{haptics::CouplingParameters{}};
   std::vector<ContactPoint> contacts_ = square(0, 1e-4);
   std::vector<SolverBody> bodies_ = {{0.05, box_inertia(0.05, {0.01, 0.01, 0.01}), {0, 0, 0.005}, {{0, 0, -0.1}}, {}}};
   PatchResult result_;
@@ -255,7 +255,7 @@ TEST(ContactSolver, StepsWithoutAllocating) {
   Random random(kSeed);
   constexpr int kBodies = 24;
   ContactSolver solver({});
-  const SpringDamper law(CouplingParameters{});
+  const haptics::SpringDamper law(haptics::CouplingParameters{});
   std::vector<SolverBody> bodies;
   std::vector<std::vector<ContactPoint>> contacts;
   std::vector<SolverPatch> patches;
@@ -267,10 +267,10 @@ TEST(ContactSolver, StepsWithoutAllocating) {
   const SolverCoupling coupling{kBodies - 1, &law, {{0, 0.01, 0.5}, Quat::Identity()}, {}, {bodies.back().p_WC}};
   std::vector<PatchResult> results(kBodies);
   Wrench tool;
-  const std::uint64_t before = allocation_count();
+  const std::uint64_t before = test::allocation_count();
   SolverReport report;
   for (int i = 0; i < 5; ++i) report = solver.step(kStep_s, bodies, {&coupling, 1}, patches, results, {&tool, 1});
-  EXPECT_EQ(allocation_count(), before);
+  EXPECT_EQ(test::allocation_count(), before);
   EXPECT_EQ(report.left_out, 0U);
 }
 
@@ -345,4 +345,4 @@ TEST_F(Prescribed, IsRefusedWhenItIsToGoNowhereFinite) {
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::contact

@@ -4,7 +4,7 @@
 #include "common/base/random.hpp"
 #include "tests/common/contact/touch_scene.hpp"
 
-namespace tandem {
+namespace tandem::contact {
 namespace {
 
 constexpr double kMasses_kg[] = {0.005, 0.05, 0.5, 2.0};
@@ -22,11 +22,11 @@ TEST(ContactSolver, AFreeOscillationNeverGainsEnergy) {
   ContactSolver solver({});
   for (const double mass_kg : kMasses_kg) {
     for (const double k : {100.0, 3000.0, 1e5}) {
-      CouplingParameters c;
+      haptics::CouplingParameters c;
       c.stiffness_n_per_m = k;
       c.damping_n_s_per_m = 0;
       c.force_limit_n = 1e6;
-      const SpringDamper law(c);
+      const haptics::SpringDamper law(c);
       TouchScene scene = ball(solver, mass_kg, 1);
       scene.planes.clear();
       scene.law = &law;
@@ -47,11 +47,11 @@ TEST(ContactSolver, APressedToolComesToRestForAnyMassAndStiffness) {
   ContactSolver solver({});
   for (const double mass_kg : kMasses_kg) {
     for (const double stiffness_n_per_m3 : {1e7, 1e9, 5e9, 1e11}) {
-      CouplingParameters c;
+      haptics::CouplingParameters c;
       c.stiffness_n_per_m = 1000;
       c.damping_n_s_per_m = 2 * std::sqrt(1000 * mass_kg);
       c.damping_n_m_s_per_rad = 2 * std::sqrt(0.3 * sphere_inertia(mass_kg, 0.005)(0, 0));
-      const SpringDamper law(c);
+      const haptics::SpringDamper law(c);
       TouchScene scene = ball(solver, mass_kg, 1000);
       scene.stiffness_n_per_m3 = stiffness_n_per_m3;
       scene.law = &law;
@@ -121,10 +121,10 @@ TEST(ContactSolver, AJumpOfTheHandDoesNotPullTheToolThroughAWall) {
   ContactSolver solver({});
   for (const double mass_kg : kMasses_kg) {
     for (const double limit_n : {6.5, 1000.0}) {
-      CouplingParameters c;
+      haptics::CouplingParameters c;
       c.stiffness_n_per_m = 1e5;
       c.force_limit_n = limit_n;
-      const SpringDamper law(c);
+      const haptics::SpringDamper law(c);
       TouchScene scene = ball(solver, mass_kg, 500);
       // Each face holds what is nearer to it: past the middle the wall pushes out at the back.
       scene.planes = {{Vec3::UnitZ(), 0, 1e-3}, {-Vec3::UnitZ(), 2e-3, 1e-3}};
@@ -150,9 +150,9 @@ TEST(ContactSolver, ConvergesWhenTheHandJumpsAndTurns) {
   };
   ContactSolver solver({});
   for (const double mass_kg : kMasses_kg) {
-    CouplingParameters c;
+    haptics::CouplingParameters c;
     c.stiffness_n_per_m = 1000;
-    const SpringDamper law(c);
+    const haptics::SpringDamper law(c);
     TouchScene scene = ball(solver, mass_kg, 300);
     scene.law = &law;
     scene.X_WB.p.z() = 0.006;
@@ -204,4 +204,4 @@ TEST(ContactSolver, ADroppedTiltedBoxComesToRestOnAFace) {
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::contact

@@ -10,7 +10,7 @@
 #include "tests/common/contact/test_meshes.hpp"
 #include "tests/support/allocation_counter.hpp"
 
-namespace tandem {
+namespace tandem::contact {
 namespace {
 
 using ::testing::HasSubstr;
@@ -19,9 +19,9 @@ using ::testing::ThrowsMessage;
 constexpr std::uint64_t kSeed = 5;
 constexpr double kQuantumM = 0.22e-6;  ///< of the default options: band and brick diagonal in 32767 steps
 
-std::unique_ptr<DistanceGrid> grid_of(const TriangleMesh& mesh, const DistanceGridOptions& options = {},
-                                      SurfaceKind kind = SurfaceKind::kSolid) {
-  return DistanceGrid::build({mesh, kind, {}}, TriangleTree(mesh), options, {});
+std::unique_ptr<DistanceGrid> grid_of(const geometry::TriangleMesh& mesh, const DistanceGridOptions& options = {},
+                                      geometry::SurfaceKind kind = geometry::SurfaceKind::kSolid) {
+  return DistanceGrid::build({mesh, kind, {}}, geometry::TriangleTree(mesh), options, {});
 }
 
 std::vector<std::uint8_t> bytes_of(const DistanceGrid& grid) {
@@ -35,8 +35,8 @@ Vec3 random_point(Random& random, double reach_m) {
 }
 
 /// Curved and creased, so that bricks of all levels meet.
-TriangleMesh bumpy_sphere() {
-  TriangleMesh mesh = sphere_mesh(0.008, 5);
+geometry::TriangleMesh bumpy_sphere() {
+  geometry::TriangleMesh mesh = sphere_mesh(0.008, 5);
   for (Vec3& p : mesh.vertices) {
     const double bump = std::max(0.0, p.x()) / 0.008;
     p *= 1 + 0.03 * bump * bump * std::sin(3000 * p.y()) * std::cos(2000 * p.z());
@@ -45,7 +45,7 @@ TriangleMesh bumpy_sphere() {
 }
 
 /// Near the surface, at most `reach_m` off.
-Vec3 point_near(const TriangleMesh& mesh, Random& random, double reach_m) {
+Vec3 point_near(const geometry::TriangleMesh& mesh, Random& random, double reach_m) {
   const auto& [a, b, c] = mesh.triangles[random.next_u32() % mesh.triangles.size()];
   const Vec3 at_a = mesh.vertices[static_cast<std::size_t>(a)];
   const Vec3 ab = mesh.vertices[static_cast<std::size_t>(b)] - at_a;
@@ -61,8 +61,8 @@ double signed_distance_to_box_m(const Vec3& p, const Vec3& size_m) {
 }
 
 TEST(DistanceGrid, IsRightToItsStatedErrorInTheWholeBand) {
-  const TriangleMesh mesh = bumpy_sphere();
-  const TriangleTree tree(mesh);
+  const geometry::TriangleMesh mesh = bumpy_sphere();
+  const geometry::TriangleTree tree(mesh);
   const auto grid = grid_of(mesh);
   Random random(kSeed);
   for (const int cells : {4, 8, 16}) EXPECT_GT(grid->brick_count(cells), 5U) << cells;
@@ -107,7 +107,7 @@ TEST(DistanceGrid, FlatFacesAreRightToTheQuantum) {
 
 TEST(DistanceGrid, SharpEdgesErrByLessThanHalfTheFinestCell) {
   const Vec3 size(0.02, 0.015, 0.01);
-  const TriangleMesh mesh = box_mesh(size);
+  const geometry::TriangleMesh mesh = box_mesh(size);
   const auto grid = grid_of(mesh);
   Random random(kSeed);
   EXPECT_EQ(grid->finest_cell_m(), 2e-4);
@@ -120,7 +120,7 @@ TEST(DistanceGrid, SharpEdgesErrByLessThanHalfTheFinestCell) {
 }
 
 TEST(DistanceGrid, GradientIsTheSlopeOfTheDistance) {
-  const TriangleMesh mesh = bumpy_sphere();
+  const geometry::TriangleMesh mesh = bumpy_sphere();
   const auto grid = grid_of(mesh);
   Random random(kSeed);
   constexpr double kStepM = 1e-8;
@@ -136,7 +136,7 @@ TEST(DistanceGrid, GradientIsTheSlopeOfTheDistance) {
 }
 
 TEST(DistanceGrid, HasNoStepsAcrossBricksOfAnyLevel) {
-  const TriangleMesh mesh = bumpy_sphere();
+  const geometry::TriangleMesh mesh = bumpy_sphere();
   const auto grid = grid_of(mesh);
   Random random(kSeed);
   constexpr double kStepM = 5e-7;
@@ -160,8 +160,8 @@ TEST(DistanceGrid, HasNoStepsAcrossBricksOfAnyLevel) {
 }
 
 TEST(DistanceGrid, BeyondTheBandItIsNeverFartherThanTheTruth) {
-  const TriangleMesh mesh = bumpy_sphere();
-  const TriangleTree tree(mesh);
+  const geometry::TriangleMesh mesh = bumpy_sphere();
+  const geometry::TriangleTree tree(mesh);
   const auto grid = grid_of(mesh);
   Random random(kSeed);
   int outside = 0;
@@ -207,12 +207,12 @@ TEST(DistanceGrid, AnswersEveryFinitePointWithAFiniteDirection) {
 }
 
 TEST(DistanceGrid, SheetIsAPlateThatCanBeTouchedFromBothSides) {
-  TriangleMesh mesh;
+  geometry::TriangleMesh mesh;
   mesh.vertices = {{-0.01, -0.01, 0}, {0.01, -0.01, 0}, {0.01, 0.01, 0}, {-0.01, 0.01, 0}};
   mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
   DistanceGridOptions options;
   options.sheet_thickness_m = 2e-3;
-  const auto grid = grid_of(mesh, options, SurfaceKind::kSheet);
+  const auto grid = grid_of(mesh, options, geometry::SurfaceKind::kSheet);
   Random random(kSeed);
   for (int i = 0; i < 3000; ++i) {
     const double side = i % 2 == 0 ? 1 : -1;
@@ -226,13 +226,13 @@ TEST(DistanceGrid, SheetIsAPlateThatCanBeTouchedFromBothSides) {
 }
 
 TEST(DistanceGrid, ATurnedTriangleDoesNotTurnTheSpaceAboveIt) {
-  TriangleMesh mesh = subdivided(box_mesh({0.02, 0.02, 0.02}), 5);
+  geometry::TriangleMesh mesh = subdivided(box_mesh({0.02, 0.02, 0.02}), 5);
   for (auto& triangle : mesh.triangles) {
     Vec3 middle = Vec3::Zero();
     for (const int vertex : triangle) middle += mesh.vertices[static_cast<std::size_t>(vertex)] / 3;
     if (middle.z() > 0.0099 && middle.head<2>().norm() < 5e-4) std::swap(triangle[1], triangle[2]);
   }
-  const TriangleTree tree(mesh);
+  const geometry::TriangleTree tree(mesh);
   ASSERT_LT(tree.signed_distance_m({1e-4, 2e-4, 0.0105}), 0) << "pseudo-normals alone are deceived";
   const auto grid = grid_of(mesh);
   Random random(kSeed);
@@ -246,9 +246,9 @@ TEST(DistanceGrid, ATurnedTriangleDoesNotTurnTheSpaceAboveIt) {
 
 TEST(DistanceGrid, BunnyIsRightToItsStatedError) {
   // Small, and less exact than by default: this is about the flaws of a scanned mesh, and sampling takes seconds.
-  const std::optional<TriangleMesh> bunny = bunny_mesh(0.02);
+  const std::optional<geometry::TriangleMesh> bunny = bunny_mesh(0.02);
   if (!bunny) GTEST_SKIP() << "glmark2-data is not installed";
-  const TriangleTree tree(*bunny);
+  const geometry::TriangleTree tree(*bunny);
   DistanceGridOptions options;
   options.tolerance_m = 5e-5;
   const auto grid = grid_of(*bunny, options);
@@ -266,7 +266,7 @@ TEST(DistanceGrid, BunnyIsRightToItsStatedError) {
 }
 
 TEST(DistanceGrid, IsTheSameForAnyNumberOfThreads) {
-  const TriangleMesh mesh = bumpy_sphere();
+  const geometry::TriangleMesh mesh = bumpy_sphere();
   DistanceGridOptions options;
   options.threads = 1;
   const std::vector<std::uint8_t> alone = bytes_of(*grid_of(mesh, options));
@@ -275,10 +275,10 @@ TEST(DistanceGrid, IsTheSameForAnyNumberOfThreads) {
 }
 
 TEST(DistanceGrid, ProgressRisesToOneOnTheCallingThread) {
-  const TriangleMesh mesh = sphere_mesh(0.005, 3);
+  const geometry::TriangleMesh mesh = sphere_mesh(0.005, 3);
   std::vector<double> told;
   const auto caller = std::this_thread::get_id();
-  DistanceGrid::build({mesh, SurfaceKind::kSolid, {}}, TriangleTree(mesh), {}, [&](double done) {
+  DistanceGrid::build({mesh, geometry::SurfaceKind::kSolid, {}}, geometry::TriangleTree(mesh), {}, [&](double done) {
     EXPECT_EQ(std::this_thread::get_id(), caller);
     told.push_back(done);
   });
@@ -289,17 +289,17 @@ TEST(DistanceGrid, ProgressRisesToOneOnTheCallingThread) {
 }
 
 TEST(DistanceGrid, AThrowOfProgressEndsTheBuild) {
-  const TriangleMesh mesh = sphere_mesh(0.005, 3);
+  const geometry::TriangleMesh mesh = sphere_mesh(0.005, 3);
   const auto cancel = [](double) { throw std::runtime_error("cancelled"); };
   EXPECT_THAT(
       [&] {
-        DistanceGrid::build({mesh, SurfaceKind::kSolid, {}}, TriangleTree(mesh), {}, cancel);
+        DistanceGrid::build({mesh, geometry::SurfaceKind::kSolid, {}}, geometry::TriangleTree(mesh), {}, cancel);
       },
       ThrowsMessage<std::runtime_error>("cancelled"));
 }
 
 TEST(DistanceGrid, ReadsBackWhatItWrote) {
-  const TriangleMesh mesh = bumpy_sphere();
+  const geometry::TriangleMesh mesh = bumpy_sphere();
   const auto grid = grid_of(mesh);
   std::vector<std::uint8_t> bytes = bytes_of(*grid);
   bytes.push_back(42);
@@ -352,26 +352,26 @@ TEST(DistanceGrid, SpoiltBytesGiveNothingOrFiniteAnswers) {
 
 TEST(DistanceGrid, HugeCountsAreRefusedBeforeMemoryIsTaken) {
   std::vector<std::uint8_t> bytes = bytes_of(*grid_of(box_mesh({0.004, 0.004, 0.004})));
-  const std::uint64_t before = allocation_count();
+  const std::uint64_t before = test::allocation_count();
   for (std::size_t first = 0; first < 16; first += 4) {
     std::vector<std::uint8_t> huge = bytes;
     for (std::size_t i = 0; i < 4; ++i) huge[first + i] = i == 3 ? 0x3F : 0xFF;
     std::span<const std::uint8_t> rest = huge;
     EXPECT_EQ(DistanceGrid::read(rest), nullptr);
   }
-  EXPECT_LE(allocation_count() - before, 8U) << "the bytes and the object only";
+  EXPECT_LE(test::allocation_count() - before, 8U) << "the bytes and the object only";
 }
 
 TEST(DistanceGrid, AQueryAllocatesNothing) {
   const auto grid = grid_of(box_mesh({0.004, 0.004, 0.004}));
   Random random(kSeed);
-  const std::uint64_t before = allocation_count();
+  const std::uint64_t before = test::allocation_count();
   double sum = 0;
   for (int i = 0; i < 100; ++i) {
     const Vec3 p = random_point(random, 0.02);
     sum += grid->distance_m(p) + grid->sample(p).distance_m;
   }
-  EXPECT_EQ(allocation_count(), before) << sum;
+  EXPECT_EQ(test::allocation_count(), before) << sum;
 }
 
 TEST(DistanceGrid, NamesTheOptionThatIsOutOfItsRange) {
@@ -390,12 +390,16 @@ TEST(DistanceGrid, NamesTheOptionThatIsOutOfItsRange) {
 }
 
 TEST(DistanceGrid, AMeshInMillimetresIsNotTakenForMetres) {
-  EXPECT_THAT([] { grid_of(box_mesh({50, 40, 30})); }, ThrowsMessage<MeshError>(HasSubstr("is its unit metres?")));
+  EXPECT_THAT(
+      [] {
+        grid_of(box_mesh({50, 40, 30}));
+      },
+      ThrowsMessage<geometry::MeshError>(HasSubstr("is its unit metres?")));
 }
 
 TEST(DistanceGrid, IsFarFromAPlaceThatIsNotANumber) {
-  const ContactMesh mesh{box_mesh(Vec3::Constant(0.01)), SurfaceKind::kSolid, {}};
-  const auto grid = DistanceGrid::build(mesh, TriangleTree(mesh.mesh), {}, {});
+  const geometry::ContactMesh mesh{box_mesh(Vec3::Constant(0.01)), geometry::SurfaceKind::kSolid, {}};
+  const auto grid = DistanceGrid::build(mesh, geometry::TriangleTree(mesh.mesh), {}, {});
   for (int axis = 0; axis < 3; ++axis) {
     Vec3 p = Vec3::Zero();
     p[axis] = std::numeric_limits<double>::quiet_NaN();
@@ -407,4 +411,4 @@ TEST(DistanceGrid, IsFarFromAPlaceThatIsNotANumber) {
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::contact

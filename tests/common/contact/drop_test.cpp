@@ -4,7 +4,7 @@
 #include "tests/common/contact/test_meshes.hpp"
 #include "tests/common/contact/touch_rig.hpp"
 
-namespace tandem {
+namespace tandem::contact {
 namespace {
 
 struct Drop {
@@ -74,4 +74,4 @@ TEST(Drop, ABallComesToRestAndNeverGainsEnergy) {
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::contact

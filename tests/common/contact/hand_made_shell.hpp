@@ -9,7 +9,7 @@
 
 #include "common/contact/contact_shape.hpp"
 
-namespace tandem {
+namespace tandem::contact {
 
 inline ContactShape hand_made_shape(std::shared_ptr<const DistanceField> field, PointShell surface,
                                     PointShell features = {}) {
@@ -76,4 +76,4 @@ inline std::vector<ShellPoint> box_edge_points(const Vec3& size_m, double spacin
   return points;
 }
 
-}  // namespace tandem
+}  // namespace tandem::contact

@@ -5,47 +5,48 @@
 #include "common/geometry/mesh_edges.hpp"
 #include "common/geometry/triangle_mesh.hpp"
 
-namespace tandem::test {
+namespace tandem::contact {
 
-inline void append(TriangleMesh& mesh, const TriangleMesh& other, const Vec3& moved_by = Vec3::Zero()) {
+inline void append(geometry::TriangleMesh& mesh, const geometry::TriangleMesh& other,
+                   const Vec3& moved_by = Vec3::Zero()) {
   const auto first = static_cast<int>(mesh.vertices.size());
   for (const Vec3& p : other.vertices) mesh.vertices.push_back(p + moved_by);
   for (const auto& t : other.triangles) mesh.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
 }
 
-inline TriangleMesh turned(TriangleMesh mesh) {
+inline geometry::TriangleMesh turned(geometry::TriangleMesh mesh) {
   for (auto& triangle : mesh.triangles) std::swap(triangle[1], triangle[2]);
   return mesh;
 }
 
-inline double enclosed_m3(const TriangleMesh& mesh) {
+inline double enclosed_m3(const geometry::TriangleMesh& mesh) {
   double sum = 0;
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
-    sum += mesh.vertices[static_cast<std::size_t>(mesh.triangles[i][0])].dot(doubled_area(mesh, i)) / 6;
+    sum += mesh.vertices[static_cast<std::size_t>(mesh.triangles[i][0])].dot(geometry::doubled_area(mesh, i)) / 6;
   }
   return sum;
 }
 
-inline double area_m2(const TriangleMesh& mesh) {
+inline double area_m2(const geometry::TriangleMesh& mesh) {
   double sum = 0;
-  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) sum += doubled_area(mesh, i).norm() / 2;
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) sum += geometry::doubled_area(mesh, i).norm() / 2;
   return sum;
 }
 
 /// Whether every edge has two triangles that run along it in opposite directions.
-inline bool is_closed(const TriangleMesh& mesh) {
-  const EdgeUses edges(mesh);
+inline bool is_closed(const geometry::TriangleMesh& mesh) {
+  const geometry::EdgeUses edges(mesh);
   for (std::size_t edge = 0; edge < edges.edge_count(); ++edge) {
     const auto uses = edges.uses(edge);
-    if (uses.size() != 2 || start_of(mesh, uses[0]) != end_of(mesh, uses[1])) return false;
+    if (uses.size() != 2 || geometry::start_of(mesh, uses[0]) != geometry::end_of(mesh, uses[1])) return false;
   }
   return true;
 }
 
 /// A rectangle in the plane z = 0 as a grid of squares, its corners lifted to height(x, y).
 template <typename Height>
-TriangleMesh height_field(double size_m, int squares, Height&& height) {
-  TriangleMesh mesh;
+geometry::TriangleMesh height_field(double size_m, int squares, Height&& height) {
+  geometry::TriangleMesh mesh;
   for (int j = 0; j <= squares; ++j) {
     for (int i = 0; i <= squares; ++i) {
       const double x = size_m * (static_cast<double>(i) / squares - 0.5);
@@ -71,7 +72,7 @@ struct SurfacePoint {
 };
 
 /// A point of triangle `triangle`, uniformly spread over it.
-inline SurfacePoint random_point(const TriangleMesh& mesh, std::size_t triangle, Random& random) {
+inline SurfacePoint random_point(const geometry::TriangleMesh& mesh, std::size_t triangle, Random& random) {
   const auto& corner = mesh.triangles[triangle];
   double u = random.uniform();
   double v = random.uniform();
@@ -82,7 +83,7 @@ inline SurfacePoint random_point(const TriangleMesh& mesh, std::size_t triangle,
   const Vec3& a = mesh.vertices[static_cast<std::size_t>(corner[0])];
   const Vec3& b = mesh.vertices[static_cast<std::size_t>(corner[1])];
   const Vec3& c = mesh.vertices[static_cast<std::size_t>(corner[2])];
-  return {a + u * (b - a) + v * (c - a), doubled_area(mesh, triangle).normalized()};
+  return {a + u * (b - a) + v * (c - a), geometry::doubled_area(mesh, triangle).normalized()};
 }
 
-}  // namespace tandem::test
+}  // namespace tandem::contact

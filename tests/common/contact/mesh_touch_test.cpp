@@ -6,14 +6,14 @@
 #include "tests/common/contact/test_meshes.hpp"
 #include "tests/common/contact/touch_rig.hpp"
 
-namespace tandem {
+namespace tandem::contact {
 namespace {
 
 /// A plate of 100 × 100 mm and 1 M triangles with a ridge along y: 0.3 mm high, 0.3 mm wide at its foot.
-TriangleMesh ridged_plate(double ridge_m) {
+geometry::TriangleMesh ridged_plate(double ridge_m) {
   const double foot_m = 1.5e-4;
-  TriangleMesh mesh =
-      test::height_field(0.1, 708, [&](double x, double) { return ridge_m * std::max(0.0, 1 - std::abs(x) / foot_m); });
+  geometry::TriangleMesh mesh =
+      height_field(0.1, 708, [&](double x, double) { return ridge_m * std::max(0.0, 1 - std::abs(x) / foot_m); });
   // A floor and sides make it a solid: one fan below, from the middle to the border.
   const int row = 709;
   const int below = static_cast<int>(mesh.vertices.size());
@@ -31,7 +31,7 @@ TriangleMesh ridged_plate(double ridge_m) {
 
 TEST(MeshTouch, ARidgeOfThreeTenthsOfAMillimetreOnAMillionTrianglesLiftsASlidingBall) {
   // Squares of 0.14 mm: the ridge's crest must be on a line of them.
-  TriangleMesh mesh = ridged_plate(3e-4);
+  geometry::TriangleMesh mesh = ridged_plate(3e-4);
   double crest_m = 0;
   for (const Vec3& vertex : mesh.vertices) crest_m = std::max(crest_m, vertex.z());
   ASSERT_GT(mesh.triangles.size(), 990'000U);
@@ -40,7 +40,7 @@ TEST(MeshTouch, ARidgeOfThreeTenthsOfAMillimetreOnAMillionTrianglesLiftsASliding
   rig.shape = make_contact_sphere(0.005);
   rig.friction = 0.1;
   rig.add_obstacle(solid_of(mesh));
-  const SpringDamper law(critical_coupling(rig.mass_kg, rig.inertia_B(0, 0), 1000));
+  const haptics::SpringDamper law(critical_coupling(rig.mass_kg, rig.inertia_B(0, 0), 1000));
   rig.law = &law;
   rig.coupling_force_n = 6.5;
   rig.X_WB.p = {-0.006, 0.0123, 0.0051};
@@ -127,4 +127,4 @@ TEST(Drop, ABunnyComesToRestAndNeverGainsEnergy) {
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::contact

@@ -4,7 +4,7 @@
 #include "tests/common/contact/test_meshes.hpp"
 #include "tests/common/contact/touch_rig.hpp"
 
-namespace tandem {
+namespace tandem::contact {
 namespace {
 
 constexpr double kClearance_m = 1e-4;  // each side
@@ -26,8 +26,8 @@ std::vector<std::pair<Vec3, Vec3>> wall_boxes() {
 }
 
 /// One solid with a square hole through it.
-TriangleMesh block_mesh() {
-  TriangleMesh mesh;
+geometry::TriangleMesh block_mesh() {
+  geometry::TriangleMesh mesh;
   const double inner = kPeg_m / 2 + kClearance_m;
   for (const double half : {inner, inner + kWall_m}) {
     for (const double z : {0.0, kMouth_m}) {
@@ -88,7 +88,7 @@ class Peg {
 
  private:
   ContactSolver solver_{{1, 1, 8, 40'000, 30}};
-  SpringDamper law_{critical_coupling(0.12, 4e-5, 400)};
+  haptics::SpringDamper law_{critical_coupling(0.12, 4e-5, 400)};
 
  public:
   TouchRig rig;
@@ -138,4 +138,4 @@ TEST(Peg, FallsIntoTheHoleByItself) {
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::contact

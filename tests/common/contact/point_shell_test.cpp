@@ -10,7 +10,7 @@
 #include "tests/common/contact/mesh_measures.hpp"
 #include "tests/common/contact/test_meshes.hpp"
 
-namespace tandem {
+namespace tandem::contact {
 namespace {
 
 /// Distance from `p` to the nearest point of the shell that faces the same way, by the shell's own tree; infinite if it
@@ -32,19 +32,19 @@ double distance_to_shell(const PointShell& shell, const Vec3& p, const Vec3& nor
   return least < 2e-3 ? least : std::numeric_limits<double>::infinity();
 }
 
-ContactMesh solid(TriangleMesh mesh) {
-  return {std::move(mesh), SurfaceKind::kSolid, {}};
+geometry::ContactMesh solid(geometry::TriangleMesh mesh) {
+  return {std::move(mesh), geometry::SurfaceKind::kSolid, {}};
 }
 
 /// The distance from the shell of the worst of `count` points spread over the surface.
-double worst_gap_m(const TriangleMesh& mesh, const PointShell& shell, int count) {
+double worst_gap_m(const geometry::TriangleMesh& mesh, const PointShell& shell, int count) {
   Random random(99);
   double worst = 0;
-  const double per_triangle = count / test::area_m2(mesh);
+  const double per_triangle = count / area_m2(mesh);
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
-    const double share = per_triangle * doubled_area(mesh, i).norm() / 2;
+    const double share = per_triangle * geometry::doubled_area(mesh, i).norm() / 2;
     for (double k = random.uniform(); k < share; ++k) {
-      const test::SurfacePoint point = test::random_point(mesh, i, random);
+      const SurfacePoint point = random_point(mesh, i, random);
       worst = std::max(worst, distance_to_shell(shell, point.p, point.normal));
     }
   }
@@ -53,17 +53,17 @@ double worst_gap_m(const TriangleMesh& mesh, const PointShell& shell, int count)
 
 struct Subject {
   std::string name;
-  TriangleMesh mesh;
+  geometry::TriangleMesh mesh;
 };
 
 std::vector<Subject> subjects() {
   // A plate thinner than the spacing, a rod of long slivers, a fine ball, a wavy sheet-like surface.
-  return {{"cube", tessellated_box(Vec3::Constant(0.02))},
-          {"thin plate", tessellated_box(Vec3(0.03, 0.02, 2e-4))},
-          {"rod", tessellated_cylinder(0.002, 0.1)},
-          {"ball", tessellated_sphere(0.005)},
-          {"waves", test::height_field(
-                        0.02, 100, [](double x, double y) { return 5e-4 * std::sin(3000 * x) * std::sin(2000 * y); })}};
+  return {{"cube", geometry::tessellated_box(Vec3::Constant(0.02))},
+          {"thin plate", geometry::tessellated_box(Vec3(0.03, 0.02, 2e-4))},
+          {"rod", geometry::tessellated_cylinder(0.002, 0.1)},
+          {"ball", geometry::tessellated_sphere(0.005)},
+          {"waves",
+           height_field(0.02, 100, [](double x, double y) { return 5e-4 * std::sin(3000 * x) * std::sin(2000 * y); })}};
 }
 
 TEST(PointShell, LeavesNoPointOfTheSurfaceFartherThanItsSpacing) {
@@ -77,7 +77,7 @@ TEST(PointShell, LeavesNoPointOfTheSurfaceFartherThanItsSpacing) {
 TEST(PointShell, SharesTheWholeSurfaceAmongItsPoints) {
   for (const Subject& subject : subjects()) {
     const PointShell shell = sample_surface(solid(subject.mesh), {}, {}).surface;
-    EXPECT_NEAR(shell.area_m2() / test::area_m2(subject.mesh), 1, 1e-5) << subject.name;
+    EXPECT_NEAR(shell.area_m2() / area_m2(subject.mesh), 1, 1e-5) << subject.name;
     for (const ShellPoint& point : shell.points) {
       ASSERT_GT(point.area_m2, 0) << subject.name;
       // A cell of the nearest-point partition lies in the ball of the spacing around its point.
@@ -88,7 +88,7 @@ TEST(PointShell, SharesTheWholeSurfaceAmongItsPoints) {
 }
 
 TEST(PointShell, SpreadsItsPointsApart) {
-  const PointShell shell = sample_surface(solid(tessellated_sphere(0.005)), {}, {}).surface;
+  const PointShell shell = sample_surface(solid(geometry::tessellated_sphere(0.005)), {}, {}).surface;
   for (std::size_t i = 0; i < shell.points.size(); ++i) {
     for (std::size_t k = i + 1; k < shell.points.size(); ++k) {
       ASSERT_GT((shell.points[i].p_S - shell.points[k].p_S).norm(), 0.89F * 4.5e-4F);
@@ -99,7 +99,7 @@ TEST(PointShell, SpreadsItsPointsApart) {
 }
 
 TEST(PointShell, HasBallsAroundAllPointsBelow) {
-  const PointShell shell = sample_surface(solid(tessellated_box(Vec3::Constant(0.02))), {}, {}).surface;
+  const PointShell shell = sample_surface(solid(geometry::tessellated_box(Vec3::Constant(0.02))), {}, {}).surface;
   ASSERT_EQ(shell.nodes[0].count, shell.points.size());
   double leaf_points = 0;
   for (std::uint32_t i = 0; i < shell.nodes.size(); ++i) {
@@ -121,7 +121,8 @@ TEST(PointShell, HasBallsAroundAllPointsBelow) {
 
 TEST(PointShell, SamplesCornersExactlyAndEdgesFinely) {
   const double half = 0.01;
-  const PointShell features = sample_surface(solid(tessellated_box(Vec3::Constant(2 * half))), {}, {}).features;
+  const PointShell features =
+      sample_surface(solid(geometry::tessellated_box(Vec3::Constant(2 * half))), {}, {}).features;
   // 12 edges of 80 intervals, and 8 corners.
   EXPECT_EQ(features.points.size(), 12U * 79 + 8);
   Random random(5);
@@ -135,15 +136,15 @@ TEST(PointShell, SamplesCornersExactlyAndEdgesFinely) {
 }
 
 TEST(PointShell, FindsNoEdgesInAFineRoundSurface) {
-  EXPECT_TRUE(sample_surface(solid(tessellated_sphere(0.01)), {}, {}).features.points.empty());
-  const PointShell rims = sample_surface(solid(tessellated_cylinder(0.01, 0.03)), {}, {}).features;
+  EXPECT_TRUE(sample_surface(solid(geometry::tessellated_sphere(0.01)), {}, {}).features.points.empty());
+  const PointShell rims = sample_surface(solid(geometry::tessellated_cylinder(0.01, 0.03)), {}, {}).features;
   ASSERT_FALSE(rims.points.empty());
   for (const ShellPoint& point : rims.points) ASSERT_NEAR(std::abs(point.p_S.z()), 0.015F, 1e-6F);
 }
 
 TEST(PointShell, FindsEdgesThatPointOutOnly) {
   // A trough: its rims stand out, its bottom cannot touch anything first.
-  const auto trough = test::height_field(0.02, 40, [](double x, double) { return std::abs(x) < 4.9e-3 ? -2e-3 : 0.0; });
+  const auto trough = height_field(0.02, 40, [](double x, double) { return std::abs(x) < 4.9e-3 ? -2e-3 : 0.0; });
   const PointShell features = sample_surface(solid(trough), {}, {}).features;
   ASSERT_FALSE(features.points.empty());
   for (const ShellPoint& point : features.points) ASSERT_GT(point.p_S.z(), -1e-6F);
@@ -153,8 +154,8 @@ TEST(PointShell, CatchesARidgeNarrowerThanItsSpacing) {
   // 0.3 mm high, falling to half that 0.1 mm from the crest, too gently folded anywhere for a sharp edge.
   const double height = 3e-4;
   const auto crest_x = [](double y) { return 2e-4 * std::sin(2000 * y); };
-  const auto ridge = test::height_field(
-      0.008, 800, [&](double x, double y) { return height / (1 + std::pow((x - crest_x(y)) / 1e-4, 2)); });
+  const auto ridge =
+      height_field(0.008, 800, [&](double x, double y) { return height / (1 + std::pow((x - crest_x(y)) / 1e-4, 2)); });
   PointShellOptions options;
   options.feature_angle_deg = 60;
   const PointShell features = sample_surface(solid(ridge), options, {}).features;
@@ -171,7 +172,7 @@ TEST(PointShell, CatchesARidgeNarrowerThanItsSpacing) {
 TEST(PointShell, MeetsEveryPlaneWhereTheBunnyDoes) {
   const auto bunny = bunny_mesh(0.1);
   if (!bunny) GTEST_SKIP() << "needs the package glmark2-data";
-  const ContactMesh mesh = solid(*bunny);
+  const geometry::ContactMesh mesh = solid(*bunny);
   const PointShells shells = sample_surface(mesh, {}, {});
   Random random(17);
   for (int i = 0; i < 100; ++i) {
@@ -193,7 +194,7 @@ TEST(PointShell, MeetsEveryPlaneWhereTheBunnyDoes) {
 TEST(PointShell, WidensItsSpacingRatherThanGrow) {
   PointShellOptions options;
   options.max_points = 3000;
-  const TriangleMesh mesh = tessellated_sphere(0.02);
+  const geometry::TriangleMesh mesh = geometry::tessellated_sphere(0.02);
   const PointShell shell = sample_surface(solid(mesh), options, {}).surface;
   EXPECT_LE(shell.points.size(), 3750U);
   EXPECT_GT(shell.points.size(), 2000U);
@@ -205,7 +206,8 @@ TEST(PointShell, OutlinesAPlateAroundASheet) {
   PointShellOptions options;
   options.sheet_thickness_m = 1e-3;
   const double half = 0.01;
-  const ContactMesh sheet{test::height_field(2 * half, 4, [](double, double) { return 0.0; }), SurfaceKind::kSheet, {}};
+  const geometry::ContactMesh sheet{
+      height_field(2 * half, 4, [](double, double) { return 0.0; }), geometry::SurfaceKind::kSheet, {}};
   const PointShell shell = sample_surface(sheet, options, {}).surface;
   const auto foot = [half](const Vec3& p) {
     return Vec3(std::clamp(p.x(), -half, half), std::clamp(p.y(), -half, half), 0);
@@ -229,9 +231,9 @@ TEST(PointShell, OutlinesAPlateAroundASheet) {
 
 TEST(PointShell, HasNoPointsInsideThePlateOfABentSheet) {
   const double size = 0.02;
-  const ContactMesh sheet{
-      test::height_field(size, 20, [](double x, double) { return std::abs(x); }), SurfaceKind::kSheet, {}};
-  const TriangleTree tree(sheet.mesh);
+  const geometry::ContactMesh sheet{
+      height_field(size, 20, [](double x, double) { return std::abs(x); }), geometry::SurfaceKind::kSheet, {}};
+  const geometry::TriangleTree tree(sheet.mesh);
   for (const ShellPoint& point : sample_surface(sheet, {}, {}).surface.points) {
     ASSERT_GT(tree.closest(point.p_S.cast<double>()).distance_m, 0.97 * 5e-4);
   }
@@ -239,7 +241,7 @@ TEST(PointShell, HasNoPointsInsideThePlateOfABentSheet) {
 
 TEST(PointShell, LiesOnTheExactSurfaceOfAPrimitive) {
   const CylinderField field(0.05, 0.02);
-  const PointShells shells = sample_surface(tessellated_cylinder(0.05, 0.02), field, {});
+  const PointShells shells = sample_surface(geometry::tessellated_cylinder(0.05, 0.02), field, {});
   for (const ShellPoint& point : shells.surface.points) {
     ASSERT_NEAR(field.distance_m(point.p_S.cast<double>()), 0, 1e-8);
   }
@@ -251,7 +253,7 @@ TEST(PointShell, LiesOnTheExactSurfaceOfAPrimitive) {
 }
 
 TEST(PointShell, IsTheSameEachTime) {
-  const ContactMesh mesh = solid(tessellated_cylinder(0.004, 0.01));
+  const geometry::ContactMesh mesh = solid(geometry::tessellated_cylinder(0.004, 0.01));
   std::vector<std::uint8_t> first;
   std::vector<std::uint8_t> second;
   sample_surface(mesh, {}, {}).surface.write(first);
@@ -260,7 +262,7 @@ TEST(PointShell, IsTheSameEachTime) {
 }
 
 TEST(PointShell, ReadsWhatItWroteAndNothingElse) {
-  const PointShell shell = sample_surface(solid(tessellated_sphere(0.002)), {}, {}).surface;
+  const PointShell shell = sample_surface(solid(geometry::tessellated_sphere(0.002)), {}, {}).surface;
   std::vector<std::uint8_t> bytes;
   shell.write(bytes);
   bytes.push_back(77);
@@ -280,7 +282,7 @@ TEST(PointShell, ReadsWhatItWroteAndNothingElse) {
 }
 
 TEST(PointShell, RefusesTreesThatLeadAstray) {
-  const PointShell good = sample_surface(solid(tessellated_sphere(0.002)), {}, {}).surface;
+  const PointShell good = sample_surface(solid(geometry::tessellated_sphere(0.002)), {}, {}).surface;
   const auto is_read = [](const PointShell& shell) {
     std::vector<std::uint8_t> bytes;
     shell.write(bytes);
@@ -311,7 +313,7 @@ TEST(PointShell, RefusesTreesThatLeadAstray) {
 TEST(PointShell, EndsWhereSinglePrecisionCannotDivideASurface) {
   // At 700 m and 70 km, steps of 60 µm and 8 mm are all there is, and darts fall on top of each other.
   for (const double distance_m : {700.0, 7e4}) {
-    ContactMesh mesh{tessellated_box(Vec3::Constant(0.005)), SurfaceKind::kSolid, {}};
+    geometry::ContactMesh mesh{geometry::tessellated_box(Vec3::Constant(0.005)), geometry::SurfaceKind::kSolid, {}};
     for (Vec3& vertex : mesh.mesh.vertices) vertex.x() += distance_m;
     const PointShells shells = sample_surface(mesh, {}, {});
     for (const ShellPoint& point : shells.surface.points) ASSERT_TRUE(point.p_S.allFinite());
@@ -320,4 +322,4 @@ TEST(PointShell, EndsWhereSinglePrecisionCannotDivideASurface) {
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::contact

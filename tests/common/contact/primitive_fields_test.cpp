@@ -10,7 +10,7 @@
 #include "common/geometry/tessellation.hpp"
 #include "common/geometry/triangle_tree.hpp"
 
-namespace tandem {
+namespace tandem::contact {
 namespace {
 
 constexpr double kRadius = 0.01;
@@ -20,16 +20,17 @@ const Vec3 kBox(0.02, 0.03, 0.05);
 struct Primitive {
   std::string name;
   std::unique_ptr<DistanceField> field;
-  TriangleMesh outline;
+  geometry::TriangleMesh outline;
 };
 
 std::vector<Primitive> primitives() {
   std::vector<Primitive> all;
-  all.push_back({"sphere", std::make_unique<SphereField>(kRadius), tessellated_sphere(kRadius)});
-  all.push_back({"box", std::make_unique<BoxField>(kBox), tessellated_box(kBox)});
+  all.push_back({"sphere", std::make_unique<SphereField>(kRadius), geometry::tessellated_sphere(kRadius)});
+  all.push_back({"box", std::make_unique<BoxField>(kBox), geometry::tessellated_box(kBox)});
+  all.push_back({"cylinder", std::make_unique<CylinderField>(kRadius, kLength),
+                 geometry::tessellated_cylinder(kRadius, kLength)});
   all.push_back(
-      {"cylinder", std::make_unique<CylinderField>(kRadius, kLength), tessellated_cylinder(kRadius, kLength)});
-  all.push_back({"capsule", std::make_unique<CapsuleField>(kRadius, kLength), tessellated_capsule(kRadius, kLength)});
+      {"capsule", std::make_unique<CapsuleField>(kRadius, kLength), geometry::tessellated_capsule(kRadius, kLength)});
   return all;
 }
 
@@ -41,7 +42,7 @@ TEST(PrimitiveFields, AgreeWithTheDistanceToTheirTessellation) {
   // The chord of a tessellation lies this far inside the arc: R (1 − cos(π/96)) around, and once more along an arc.
   const double chord = 2 * kRadius * 5.4e-4;
   for (const Primitive& primitive : primitives()) {
-    const TriangleTree tree(primitive.outline);
+    const geometry::TriangleTree tree(primitive.outline);
     Random random(7);
     for (int i = 0; i < 2000; ++i) {
       const Vec3 p = random_point(random, 0.04);
@@ -115,4 +116,4 @@ TEST(PrimitiveFields, MeasureToTheNearestEdgeAndCorner) {
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::contact

@@ -3,7 +3,7 @@
 
 #include "tests/common/contact/touch_rig.hpp"
 
-namespace tandem {
+namespace tandem::contact {
 namespace {
 
 /// Pressed 2 mm below the surface by its coupling.
@@ -23,9 +23,9 @@ void expect_calm(const Press& press, const ShapePointer& floor) {
   rig.inertia_B = sphere_inertia(press.mass_kg, 0.005);
   rig.stiffness_n_per_m3 = press.stiffness_n_per_m3;
   rig.add_obstacle(floor, {{0, 0, -0.025}, Quat::Identity()});
-  CouplingParameters c = critical_coupling(press.mass_kg, rig.inertia_B(0, 0), press.coupling_n_per_m);
+  haptics::CouplingParameters c = critical_coupling(press.mass_kg, rig.inertia_B(0, 0), press.coupling_n_per_m);
   c.force_limit_n = 100;
-  const SpringDamper law(c);
+  const haptics::SpringDamper law(c);
   rig.law = &law;
   rig.coupling_force_n = 10;
   rig.X_WB.p = {0, 0, 0.006};
@@ -58,4 +58,4 @@ TEST(StiffnessRange, APressedToolIsCalmFromFoamToSteelForEveryMass) {
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::contact

@@ -12,13 +12,13 @@
 
 #include "common/geometry/triangle_mesh.hpp"
 
-namespace tandem {
+namespace tandem::contact {
 
 /// Every triangle as four, `times` times; the shape stays.
-inline TriangleMesh subdivided(TriangleMesh mesh, int times = 1) {
+inline geometry::TriangleMesh subdivided(geometry::TriangleMesh mesh, int times = 1) {
   for (; times > 0; --times) {
     std::map<std::pair<int, int>, int> middles;
-    TriangleMesh finer;
+    geometry::TriangleMesh finer;
     finer.vertices = mesh.vertices;
     const auto middle = [&](int a, int b) {
       const auto [found, is_new] = middles.try_emplace(std::minmax(a, b), static_cast<int>(finer.vertices.size()));
@@ -39,8 +39,8 @@ inline TriangleMesh subdivided(TriangleMesh mesh, int times = 1) {
   return mesh;
 }
 
-inline TriangleMesh box_mesh(const Vec3& size_m, const Vec3& centre_S = Vec3::Zero()) {
-  TriangleMesh mesh;
+inline geometry::TriangleMesh box_mesh(const Vec3& size_m, const Vec3& centre_S = Vec3::Zero()) {
+  geometry::TriangleMesh mesh;
   for (int corner = 0; corner < 8; ++corner) {
     const Vec3 sign(corner & 1 ? 0.5 : -0.5, corner & 2 ? 0.5 : -0.5, corner & 4 ? 0.5 : -0.5);
     mesh.vertices.emplace_back(centre_S + sign.cwiseProduct(size_m));
@@ -54,8 +54,8 @@ inline TriangleMesh box_mesh(const Vec3& size_m, const Vec3& centre_S = Vec3::Ze
 }
 
 /// A subdivided octahedron with its vertices on the sphere: 8 · 4^`times` triangles.
-inline TriangleMesh sphere_mesh(double radius_m, int times) {
-  TriangleMesh mesh;
+inline geometry::TriangleMesh sphere_mesh(double radius_m, int times) {
+  geometry::TriangleMesh mesh;
   for (int i = 0; i < 6; ++i) mesh.vertices.emplace_back(Vec3::Unit(i / 2) * (i % 2 == 0 ? radius_m : -radius_m));
   mesh.triangles = {{0, 2, 4}, {2, 1, 4}, {1, 3, 4}, {3, 0, 4}, {2, 0, 5}, {1, 2, 5}, {3, 1, 5}, {0, 3, 5}};
   for (; times > 0; --times) {
@@ -66,10 +66,10 @@ inline TriangleMesh sphere_mesh(double radius_m, int times) {
 }
 
 /// The Stanford bunny of Debian's glmark2-data, welded, its longest side `size_m`; nothing where it is not installed.
-inline std::optional<TriangleMesh> bunny_mesh(double size_m) {
+inline std::optional<geometry::TriangleMesh> bunny_mesh(double size_m) {
   std::ifstream file("/usr/share/glmark2/models/bunny.obj");
   if (!file) return std::nullopt;
-  TriangleMesh mesh;
+  geometry::TriangleMesh mesh;
   std::map<std::array<double, 3>, int> index_of;
   std::vector<int> welded;
   std::string line;
@@ -106,4 +106,4 @@ inline std::optional<TriangleMesh> bunny_mesh(double size_m) {
   return mesh;
 }
 
-}  // namespace tandem
+}  // namespace tandem::contact

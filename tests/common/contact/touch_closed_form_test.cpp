@@ -6,7 +6,7 @@
 #include "tests/common/contact/test_meshes.hpp"
 #include "tests/common/contact/touch_rig.hpp"
 
-namespace tandem {
+namespace tandem::contact {
 namespace {
 
 constexpr double kStiffness = 5e9;
@@ -81,9 +81,9 @@ TEST(TouchClosedForm, ABallOnAPlaneIsPushedAlongItsNormalByStiffnessTimesPiRadiu
 
 TEST(TouchClosedForm, ABallOfTrianglesIsAsGoodAsTheFormula) {
   const double radius_m = 0.02;
-  TriangleMesh mesh = sphere_mesh(radius_m, 6);
+  geometry::TriangleMesh mesh = sphere_mesh(radius_m, 6);
   // Facets lie inside of the sphere through their corners: made as large on average.
-  const double larger = radius_m / std::cbrt(test::enclosed_m3(mesh) * 0.75 / std::numbers::pi);
+  const double larger = radius_m / std::cbrt(enclosed_m3(mesh) * 0.75 / std::numbers::pi);
   for (Vec3& vertex : mesh.vertices) vertex *= larger;
   // A facet's middle, as far inside as its corners are outside of the mean.
   const double edge_rad = std::numbers::pi / 2 / 64;
@@ -99,8 +99,8 @@ TEST(TouchClosedForm, ABallOfTrianglesIsAsGoodAsTheFormula) {
 constexpr int kBoreCorners = 512;
 
 /// A tube around z.
-TriangleMesh tube_mesh(double bore_m, double outer_m, double length_m) {
-  TriangleMesh mesh;
+geometry::TriangleMesh tube_mesh(double bore_m, double outer_m, double length_m) {
+  geometry::TriangleMesh mesh;
   for (int i = 0; i < kBoreCorners; ++i) {
     const double angle = 2 * std::numbers::pi * i / kBoreCorners;
     const Vec3 out(std::cos(angle), std::sin(angle), 0);
@@ -203,4 +203,4 @@ TEST(TouchDerivative, IsThatOfTheSearchForABallAndAnEdgeOnAPlane) {
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::contact

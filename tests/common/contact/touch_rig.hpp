@@ -10,17 +10,18 @@
 #include "common/geometry/mesh_repair.hpp"
 #include "tests/common/contact/touch_scene.hpp"
 
-namespace tandem {
+namespace tandem::contact {
 
 using ShapePointer = std::shared_ptr<const ContactShape>;
 
-inline ShapePointer solid_of(const TriangleMesh& mesh) {
-  return make_contact_mesh(repaired(mesh));
+inline ShapePointer solid_of(const geometry::TriangleMesh& mesh) {
+  return make_contact_mesh(geometry::repaired(mesh));
 }
 
 /// A coupling without overshoot for this body, unless asked for otherwise.
-inline CouplingParameters critical_coupling(double mass_kg, double inertia_kg_m2, double stiffness_n_per_m = 300) {
-  CouplingParameters c;
+inline haptics::CouplingParameters critical_coupling(double mass_kg, double inertia_kg_m2,
+                                                     double stiffness_n_per_m = 300) {
+  haptics::CouplingParameters c;
   c.stiffness_n_per_m = stiffness_n_per_m;
   c.damping_n_s_per_m = 2 * std::sqrt(stiffness_n_per_m * mass_kg);
   c.damping_n_m_s_per_rad = 2 * std::sqrt(c.stiffness_n_m_per_rad * inertia_kg_m2);
@@ -35,7 +36,7 @@ class TouchRig {
   Eigen::Matrix3d inertia_B = sphere_inertia(0.05, 0.005);
   Pose X_WB;
   Twist V_WB;
-  const CouplingLaw* law = nullptr;
+  const haptics::CouplingLaw* law = nullptr;
   double coupling_force_n = 0;  ///< the law's limit
   Pose X_BT;
   Pose X_WH;
@@ -144,4 +145,4 @@ class TouchRig {
   std::vector<PatchResult> results_;
 };
 
-}  // namespace tandem
+}  // namespace tandem::contact

@@ -7,7 +7,7 @@
 #include "common/contact/contact_solver.hpp"
 #include "common/haptics/coupling/laws.hpp"
 
-namespace tandem {
+namespace tandem::contact {
 
 inline constexpr double kStep_s = 1e-3;
 inline constexpr double kGravity_m_per_s2 = 9.81;
@@ -74,7 +74,7 @@ class TouchScene {
   Eigen::Matrix3d inertia_B = sphere_inertia(0.05, 0.005);
   std::vector<SurfaceSample> samples;
   std::vector<Plane> planes;
-  const CouplingLaw* law = nullptr;
+  const haptics::CouplingLaw* law = nullptr;
   Pose X_BT;  ///< where the coupling pulls
   Pose X_WH;
   Twist V_WH;
@@ -165,4 +165,4 @@ class TouchScene {
   std::vector<std::vector<Vec3>> bristles_;
 };
 
-}  // namespace tandem
+}  // namespace tandem::contact

@@ -5,7 +5,7 @@
 #include "tests/common/contact/test_meshes.hpp"
 #include "tests/common/contact/touch_rig.hpp"
 
-namespace tandem {
+namespace tandem::contact {
 namespace {
 
 constexpr double kMasses_kg[] = {0.005, 0.1, 2.0};
@@ -22,7 +22,8 @@ const std::vector<Wall>& walls() {
   static const std::vector<Wall> all = {
       {"box", make_contact_box({width_m, width_m, 2e-3}), 1e-3},
       {"plate", solid_of(box_mesh({width_m, width_m, 2e-3})), 1e-3},
-      {"sheet", make_contact_mesh(repaired(test::height_field(width_m, 12, [](double, double) { return 0.0; }))), 5e-4},
+      {"sheet", make_contact_mesh(geometry::repaired(height_field(width_m, 12, [](double, double) { return 0.0; }))),
+       5e-4},
   };
   return all;
 }
@@ -123,9 +124,9 @@ TEST(Wall, StopsAnImpactAtTheSpeedLimitOfRooms) {
 void expect_jump_is_held(const Encounter& e, double limit_n, double gap_m) {
   ContactSolver solver({});
   TouchRig rig = e.rig(solver, gap_m);
-  CouplingParameters c = critical_coupling(e.mass_kg, rig.inertia_B(0, 0), limit_n > 100 ? 1e5 : 300);
+  haptics::CouplingParameters c = critical_coupling(e.mass_kg, rig.inertia_B(0, 0), limit_n > 100 ? 1e5 : 300);
   c.force_limit_n = limit_n;
-  const SpringDamper law(c);
+  const haptics::SpringDamper law(c);
   rig.law = &law;
   rig.coupling_force_n = limit_n;
   rig.X_WH = rig.X_WB;
@@ -150,4 +151,4 @@ TEST(Wall, StopsAToolWhoseHandleJumpsFiveCentimetresThroughIt) {
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::contact

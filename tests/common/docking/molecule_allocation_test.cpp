@@ -7,7 +7,7 @@
 #include "tests/support/allocation_counter.hpp"
 #include "tests/support/molecules.hpp"
 
-namespace tandem {
+namespace tandem::docking {
 namespace {
 
 TEST(LennardJonesField, EvaluateAllocatesNothing) {
@@ -16,12 +16,12 @@ TEST(LennardJonesField, EvaluateAllocatesNothing) {
   const Molecule b = test::random_molecule(100, random);
   for (const std::string_view kernel : LennardJonesField::available_kernels()) {
     LennardJonesField field(a, b, kernel);
-    const std::uint64_t before = allocation_count();
+    const std::uint64_t before = test::allocation_count();
     const FieldResult result = field.evaluate({{25, 1, 2}, Quat::Identity()});
-    EXPECT_EQ(allocation_count(), before) << kernel;
+    EXPECT_EQ(test::allocation_count(), before) << kernel;
     EXPECT_NE(result.energy_kj_per_mol, 0.0) << kernel;
   }
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::docking

@@ -12,7 +12,7 @@
 #include "common/docking/lennard_jones.hpp"
 #include "tests/support/molecules.hpp"
 
-namespace tandem {
+namespace tandem::docking {
 namespace {
 
 Molecule sample(std::size_t count) {
@@ -99,4 +99,4 @@ TEST(MoleculeAsset, WhatIsNoMoleculeIsNotWritten) {
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::docking

@@ -12,8 +12,9 @@
 #include "common/docking/lennard_jones.hpp"
 #include "server/assets/structures/loader.hpp"
 #include "tests/support/molecules.hpp"
+#include "tests/support/source_path.hpp"
 
-namespace tandem {
+namespace tandem::docking {
 namespace {
 
 struct Golden {
@@ -50,9 +51,9 @@ class AgainstLammps : public testing::Test {
   void SetUp() override {
     if (!std::filesystem::exists(test::k3al1File)) GTEST_SKIP() << "needs the Debian package pymol-data";
     if (!std::filesystem::exists(test::kOplsDirectory)) GTEST_SKIP() << "needs the Debian package gromacs-data";
-    a_ = load_molecule(test::k3al1File, {{"A"}}, test::kOplsDirectory);
-    b_ = load_molecule(test::k3al1File, {{"B"}}, test::kOplsDirectory);
-    poses_ = read_golden(TANDEM_GOLDEN_3AL1);
+    a_ = server::load_molecule(test::k3al1File, {{"A"}}, test::kOplsDirectory);
+    b_ = server::load_molecule(test::k3al1File, {{"B"}}, test::kOplsDirectory);
+    poses_ = read_golden(test::source_path("tests/golden/3al1_lammps.txt").string());
     ASSERT_EQ(poses_.size(), 2U);
     for (const Golden& golden : poses_) ASSERT_EQ(golden.forces.size(), a_.size() + b_.size());
   }
@@ -138,4 +139,4 @@ TEST_F(AgainstLammps, TheFloatKernelsGiveEveryAtomForceTo1e5OfTheLargest) {
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::docking

@@ -13,7 +13,7 @@
 #include "common/docking/lennard_jones.hpp"
 #include "tests/support/molecules.hpp"
 
-namespace tandem {
+namespace tandem::docking {
 namespace {
 
 using test::one_atom;
@@ -36,8 +36,8 @@ Vec3 centroid(const std::vector<Vec3>& points) {
 
 /// Two random molecules side by side, the outermost atoms `gap_angstrom` apart along x, B turned about its origin.
 Pair random_pair(std::size_t count_a, std::size_t count_b, double gap_angstrom, std::mt19937& random) {
-  Pair pair = {random_molecule(count_a, random), random_molecule(count_b, random), {}};
-  pair.X_AB.q = random_rotation(random);
+  Pair pair = {test::random_molecule(count_a, random), test::random_molecule(count_b, random), {}};
+  pair.X_AB.q = test::random_rotation(random);
   pair.X_AB.p = centroid(pair.a.positions_angstrom) - pair.X_AB.q * centroid(pair.b.positions_angstrom);
   double a_end = -1e9;
   double b_begin = 1e9;
@@ -73,8 +73,8 @@ TEST(LennardJones, TwoAtomsFollowTheClosedForm) {
     const double energy = 4 * epsilon * (p6 * p6 - p6);
     const double force = 4 * epsilon * (12 * p6 * p6 - 6 * p6) / r;
     std::vector<Vec3> on_a;
-    const FieldResult result =
-        lennard_jones_exact(one_atom(sigma, epsilon), one_atom(sigma, epsilon), {{0, r, 0}, Quat::Identity()}, &on_a);
+    const FieldResult result = lennard_jones_exact(test::one_atom(sigma, epsilon), test::one_atom(sigma, epsilon),
+                                                   {{0, r, 0}, Quat::Identity()}, &on_a);
     EXPECT_NEAR(result.energy_kj_per_mol, energy, 1e-13) << "at " << reduced << " sigma";
     EXPECT_NEAR(result.force_on_b.y(), force, 1e-12 * std::max(1.0, std::abs(force))) << "at " << reduced << " sigma";
     EXPECT_EQ(on_a[0], -result.force_on_b);
@@ -82,8 +82,10 @@ TEST(LennardJones, TwoAtomsFollowTheClosedForm) {
 }
 
 TEST(LennardJones, MixesGeometrically) {
-  const FieldResult mixed = lennard_jones_exact(one_atom(2.0, 0.1), one_atom(8.0, 0.9), {{5, 0, 0}, Quat::Identity()});
-  const FieldResult same = lennard_jones_exact(one_atom(4.0, 0.3), one_atom(4.0, 0.3), {{5, 0, 0}, Quat::Identity()});
+  const FieldResult mixed =
+      lennard_jones_exact(test::one_atom(2.0, 0.1), test::one_atom(8.0, 0.9), {{5, 0, 0}, Quat::Identity()});
+  const FieldResult same =
+      lennard_jones_exact(test::one_atom(4.0, 0.3), test::one_atom(4.0, 0.3), {{5, 0, 0}, Quat::Identity()});
   EXPECT_NEAR(mixed.energy_kj_per_mol, same.energy_kj_per_mol, 1e-15);
   EXPECT_NEAR(mixed.force_on_b.x(), same.force_on_b.x(), 1e-14);
 }
@@ -109,7 +111,7 @@ TEST(LennardJones, DoesNotDependOnTheCommonPose) {
   std::mt19937 random(kSeed);
   const Pair pair = random_pair(50, 40, 2.5, random);
   const FieldResult before = lennard_jones_exact(pair.a, pair.b, pair.X_AB);
-  const Pose moved = {{12, -7, 30}, random_rotation(random)};
+  const Pose moved = {{12, -7, 30}, test::random_rotation(random)};
   Pair other = pair;
   for (Vec3& p : other.a.positions_angstrom) p = moved * p;
   const FieldResult after = lennard_jones_exact(other.a, other.b, moved * pair.X_AB);
@@ -150,8 +152,8 @@ TEST(LennardJones, ExchangingTheMoleculesTurnsTheForceRound) {
 }
 
 TEST(LennardJones, AtomsWithoutParametersAreNotFelt) {
-  Molecule a = one_atom(3.5, 0.5);
-  const Molecule polar_hydrogen = one_atom(0.0, 0.0);
+  Molecule a = test::one_atom(3.5, 0.5);
+  const Molecule polar_hydrogen = test::one_atom(0.0, 0.0);
   for (const double x : {0.0, 1.0, 4.0}) {
     const Pose X_AB = {{x, 0, 0}, Quat::Identity()};
     EXPECT_EQ(lennard_jones_exact(a, polar_hydrogen, X_AB).energy_kj_per_mol, 0.0);
@@ -163,7 +165,7 @@ TEST(LennardJones, AtomsWithoutParametersAreNotFelt) {
 TEST(LennardJones, OverlapGivesAHugeFiniteForceThatStaysTheGradient) {
   const double sigma = 3.0;
   const double core = sigma / 4;
-  const Pair pair = {one_atom(sigma, 1.0), one_atom(sigma, 1.0), {}};
+  const Pair pair = {test::one_atom(sigma, 1.0), test::one_atom(sigma, 1.0), {}};
   const auto at = [&](double r) { return lennard_jones_exact(pair.a, pair.b, {{r, 0, 0}, Quat::Identity()}); };
   for (const double r : {0.01, 0.3, core - 0.01, core + 0.01}) {
     const double gradient = -derivative([&](double s) { return at(r + s).energy_kj_per_mol; });
@@ -177,7 +179,7 @@ TEST(LennardJones, OverlapGivesAHugeFiniteForceThatStaysTheGradient) {
 }
 
 TEST(LennardJones, APoseThatIsNoPoseGivesZeros) {
-  const Molecule atom = one_atom(3.0, 1.0);
+  const Molecule atom = test::one_atom(3.0, 1.0);
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const double infinity = std::numeric_limits<double>::infinity();
   LennardJonesField field(atom, atom);
@@ -191,20 +193,20 @@ TEST(LennardJones, APoseThatIsNoPoseGivesZeros) {
 }
 
 TEST(LennardJones, RefusesParametersThatItCannotBound) {
-  const Molecule good = one_atom(3.0, 1.0);
+  const Molecule good = test::one_atom(3.0, 1.0);
   const double nan = std::numeric_limits<double>::quiet_NaN();
   Molecule unequal = good;
   unequal.sigma_angstrom.push_back(1.0);
-  for (const Molecule& bad :
-       {one_atom(1e-9, 1.0), one_atom(21.0, 1.0), one_atom(nan, 1.0), one_atom(3.0, -1.0), one_atom(3.0, nan),
-        one_atom(3.0, 1.0, {nan, 0, 0}), one_atom(3.0, 1.0, {2e6, 0, 0}), unequal}) {
+  for (const Molecule& bad : {test::one_atom(1e-9, 1.0), test::one_atom(21.0, 1.0), test::one_atom(nan, 1.0),
+                              test::one_atom(3.0, -1.0), test::one_atom(3.0, nan),
+                              test::one_atom(3.0, 1.0, {nan, 0, 0}), test::one_atom(3.0, 1.0, {2e6, 0, 0}), unequal}) {
     EXPECT_THROW(LennardJonesField(good, bad), std::invalid_argument);
     EXPECT_THROW(lennard_jones_exact(bad, good, Pose{}), std::invalid_argument);
   }
 }
 
 TEST(Molecule, CentreOfMassWeighsByMass) {
-  Molecule molecule = one_atom(3, 1, {1, 0, 0});
+  Molecule molecule = test::one_atom(3, 1, {1, 0, 0});
   EXPECT_EQ(Molecule().centre_of_mass_angstrom(), Vec3(Vec3::Zero()));
   molecule.positions_angstrom.emplace_back(4, 0, 3);
   molecule.mass_u.push_back(24);
@@ -226,7 +228,7 @@ TEST_P(Kernel, AgreesWithDoubleAtomByAtom) {
     const double largest = largest_norm(exact);
     for (std::size_t j = 0; j < pair.b.size(); ++j) {
       const Molecule atom =
-          one_atom(pair.b.sigma_angstrom[j], pair.b.epsilon_kj_per_mol[j], pair.b.positions_angstrom[j]);
+          test::one_atom(pair.b.sigma_angstrom[j], pair.b.epsilon_kj_per_mol[j], pair.b.positions_angstrom[j]);
       const Vec3 force = LennardJonesField(pair.a, atom, GetParam()).evaluate(pair.X_AB).force_on_b;
       EXPECT_LT((force - exact[j]).norm(), 1e-5 * largest) << "atom " << j << ", gap " << gap << ", seed " << kSeed;
     }
@@ -277,7 +279,7 @@ TEST_P(Kernel, StaysFiniteAndCloseToDoubleInOverlap) {
 
 TEST_P(Kernel, StaysFiniteForCoincidentAndForFarAwayAtoms) {
   for (const double sigma : {0.1, 3.0, 20.0}) {
-    const Molecule atom = one_atom(sigma, 1e4);
+    const Molecule atom = test::one_atom(sigma, 1e4);
     LennardJonesField field(atom, atom, GetParam());
     for (const double x : {0.0, 1e-30, 1e-12, 1e-3, 1e3, 1e6, 9e8}) {
       const FieldResult result = field.evaluate({{x, 0, 0}, Quat::Identity()});
@@ -301,7 +303,7 @@ TEST_P(Kernel, RepeatsItselfToTheBit) {
 }
 
 TEST(LennardJonesField, PicksTheWidestKernelAndNamesThoseItHas) {
-  const Molecule atom = one_atom(3.0, 1.0);
+  const Molecule atom = test::one_atom(3.0, 1.0);
   const auto kernels = LennardJonesField::available_kernels();
   ASSERT_FALSE(kernels.empty());
   EXPECT_EQ(kernels.back(), "portable");
@@ -315,10 +317,10 @@ TEST(LennardJonesField, PicksTheWidestKernelAndNamesThoseItHas) {
 }
 
 TEST(LennardJonesField, WorksWithoutAtoms) {
-  const Molecule atom = one_atom(3.0, 1.0);
+  const Molecule atom = test::one_atom(3.0, 1.0);
   EXPECT_EQ(LennardJonesField(Molecule(), atom).evaluate(Pose{}).energy_kj_per_mol, 0.0);
   EXPECT_EQ(LennardJonesField(atom, Molecule()).evaluate(Pose{}).energy_kj_per_mol, 0.0);
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::docking

@@ -9,7 +9,7 @@
 #include "tests/common/contact/mesh_measures.hpp"
 #include "tests/common/contact/test_meshes.hpp"
 
-namespace tandem {
+namespace tandem::geometry {
 namespace {
 
 using ::testing::Contains;
@@ -55,7 +55,7 @@ TEST(MeshRepair, MakesASolidOfLooseTriangles) {
   const ContactMesh result = repaired(soup);
   EXPECT_EQ(result.kind, SurfaceKind::kSolid);
   EXPECT_EQ(result.mesh.vertices.size(), 8U);
-  EXPECT_TRUE(test::is_closed(result.mesh));
+  EXPECT_TRUE(contact::is_closed(result.mesh));
   EXPECT_THAT(result.notes, Contains("28 vertices merged with others at the same place"));
 }
 
@@ -63,36 +63,36 @@ TEST(MeshRepair, TurnsTrianglesThatRunAgainstTheirNeighbours) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     TriangleMesh mesh = tessellated_sphere(0.01);
-    const double volume = test::enclosed_m3(mesh);
+    const double volume = contact::enclosed_m3(mesh);
     Random random(seed);
     for (auto& triangle : mesh.triangles) {
       if (random.uniform() < 0.3) std::swap(triangle[0], triangle[1]);
       std::rotate(triangle.begin(), triangle.begin() + random.next_u32() % 3, triangle.end());
     }
     const ContactMesh result = repaired(mesh);
-    EXPECT_TRUE(test::is_closed(result.mesh));
-    EXPECT_NEAR(test::enclosed_m3(result.mesh), volume, 1e-9 * volume);
+    EXPECT_TRUE(contact::is_closed(result.mesh));
+    EXPECT_NEAR(contact::enclosed_m3(result.mesh), volume, 1e-9 * volume);
   }
 }
 
 TEST(MeshRepair, TurnsASolidThatIsInsideOut) {
-  const ContactMesh result = repaired(test::turned(tessellated_box(kCube)));
-  EXPECT_NEAR(test::enclosed_m3(result.mesh), kCubeVolume, 1e-15);
+  const ContactMesh result = repaired(contact::turned(tessellated_box(kCube)));
+  EXPECT_NEAR(contact::enclosed_m3(result.mesh), kCubeVolume, 1e-15);
   EXPECT_THAT(result.notes, Contains("1 part was inside out and is turned"));
 }
 
 TEST(MeshRepair, KeepsACavityEvenWhenAllIsInsideOut) {
   TriangleMesh hollow = tessellated_box(2 * kCube);
-  test::append(hollow, test::turned(tessellated_box(kCube)));
-  for (const TriangleMesh& mesh : {hollow, test::turned(hollow)}) {
-    EXPECT_NEAR(test::enclosed_m3(repaired(mesh).mesh), 7 * kCubeVolume, 1e-15);
+  contact::append(hollow, contact::turned(tessellated_box(kCube)));
+  for (const TriangleMesh& mesh : {hollow, contact::turned(hollow)}) {
+    EXPECT_NEAR(contact::enclosed_m3(repaired(mesh).mesh), 7 * kCubeVolume, 1e-15);
   }
 }
 
 TEST(MeshRepair, TurnsOnlyThePartThatIsInsideOut) {
   TriangleMesh mesh = tessellated_box(kCube);
-  test::append(mesh, test::turned(tessellated_box(kCube)), Vec3(0.1, 0, 0));
-  EXPECT_NEAR(test::enclosed_m3(repaired(mesh).mesh), 2 * kCubeVolume, 1e-15);
+  contact::append(mesh, contact::turned(tessellated_box(kCube)), Vec3(0.1, 0, 0));
+  EXPECT_NEAR(contact::enclosed_m3(repaired(mesh).mesh), 2 * kCubeVolume, 1e-15);
 }
 
 TEST(MeshRepair, ClosesTheHolesOfAScan) {
@@ -106,8 +106,8 @@ TEST(MeshRepair, ClosesTheHolesOfAScan) {
   mesh.triangles.erase(mesh.triangles.begin() + 1000);
   const ContactMesh result = repaired(mesh);
   EXPECT_EQ(result.kind, SurfaceKind::kSolid);
-  EXPECT_TRUE(test::is_closed(result.mesh));
-  EXPECT_NEAR(test::enclosed_m3(result.mesh), test::enclosed_m3(whole), 1e-3 * test::enclosed_m3(whole));
+  EXPECT_TRUE(contact::is_closed(result.mesh));
+  EXPECT_NEAR(contact::enclosed_m3(result.mesh), contact::enclosed_m3(whole), 1e-3 * contact::enclosed_m3(whole));
   EXPECT_THAT(result.notes, Contains(HasSubstr("2 holes closed")));
 }
 
@@ -127,16 +127,16 @@ TEST(MeshRepair, ClosesADentedHoleWithoutOverlap) {
   mesh.triangles.insert(mesh.triangles.end(), {{0, 3, 1}, {1, 3, 2}, {0, 4, 3}});
   const ContactMesh result = repaired(mesh);
   ASSERT_EQ(result.kind, SurfaceKind::kSolid);
-  EXPECT_TRUE(test::is_closed(result.mesh));
+  EXPECT_TRUE(contact::is_closed(result.mesh));
   // The outline's area is 16 − 6; overlapping triangles would have more.
-  EXPECT_NEAR(test::area_m2(result.mesh) - test::area_m2(mesh), 10e-6, 1e-12);
-  EXPECT_NEAR(test::enclosed_m3(result.mesh), 400e-9, 1e-15);
+  EXPECT_NEAR(contact::area_m2(result.mesh) - contact::area_m2(mesh), 10e-6, 1e-12);
+  EXPECT_NEAR(contact::enclosed_m3(result.mesh), 400e-9, 1e-15);
 }
 
 TEST(MeshRepair, CallsOpenSurfacesSheets) {
-  const TriangleMesh square = test::height_field(0.1, 8, [](double, double) { return 0.0; });
+  const TriangleMesh square = contact::height_field(0.1, 8, [](double, double) { return 0.0; });
   EXPECT_EQ(repaired(square).kind, SurfaceKind::kSheet);
-  const TriangleMesh bowl = test::height_field(0.1, 8, [](double x, double y) { return 20 * (x * x + y * y); });
+  const TriangleMesh bowl = contact::height_field(0.1, 8, [](double x, double y) { return 20 * (x * x + y * y); });
   EXPECT_EQ(repaired(bowl).kind, SurfaceKind::kSheet);
 }
 
@@ -149,8 +149,8 @@ TEST(MeshRepair, ClosesASlitWhereAVertexLiesOnAnEdge) {
   mesh.triangles.insert(mesh.triangles.end(), {{0, middle, 3}, {middle, 2, 3}});
   const ContactMesh result = repaired(mesh);
   EXPECT_EQ(result.kind, SurfaceKind::kSolid);
-  EXPECT_TRUE(test::is_closed(result.mesh));
-  EXPECT_NEAR(test::enclosed_m3(result.mesh), kCubeVolume, 1e-15);
+  EXPECT_TRUE(contact::is_closed(result.mesh));
+  EXPECT_NEAR(contact::enclosed_m3(result.mesh), kCubeVolume, 1e-15);
   EXPECT_THAT(result.notes, Contains("1 slit without width closed"));
   for (std::size_t i = 0; i < result.mesh.triangles.size(); ++i) EXPECT_GT(doubled_area(result.mesh, i).norm(), 1e-6);
 }
@@ -165,12 +165,12 @@ TEST(MeshRepair, ClosesALongNarrowCrack) {
   mesh.triangles.insert(mesh.triangles.end(), {{0, middle, 3}, {middle, 2, 3}});
   const ContactMesh result = repaired(mesh);
   EXPECT_EQ(result.kind, SurfaceKind::kSolid);
-  EXPECT_TRUE(test::is_closed(result.mesh));
+  EXPECT_TRUE(contact::is_closed(result.mesh));
   EXPECT_THAT(result.notes, Contains("1 hole closed with 1 triangle"));
 }
 
 TEST(MeshRepair, SaysWhereASheetIsOpen) {
-  const TriangleMesh square = test::height_field(0.1, 8, [](double, double) { return 0.0; });
+  const TriangleMesh square = contact::height_field(0.1, 8, [](double, double) { return 0.0; });
   EXPECT_THAT(repaired(square).notes, Contains(HasSubstr("(32 open edges, the first near (")));
   TriangleMesh cup = tessellated_box(kCube);
   cup.triangles.pop_back();
@@ -202,23 +202,23 @@ TEST(MeshRepair, AcceptsAMoebiusStripAsASheet) {
 
 TEST(MeshRepair, RefusesOpenPartsBesideClosedOnesAndCountsThem) {
   TriangleMesh mesh = tessellated_box(kCube);
-  test::append(mesh, test::height_field(0.1, 2, [](double, double) { return 0.0; }), Vec3(0, 0, 0.1));
-  test::append(mesh, test::height_field(0.1, 2, [](double, double) { return 0.0; }), Vec3(0, 0, 0.2));
+  contact::append(mesh, contact::height_field(0.1, 2, [](double, double) { return 0.0; }), Vec3(0, 0, 0.1));
+  contact::append(mesh, contact::height_field(0.1, 2, [](double, double) { return 0.0; }), Vec3(0, 0, 0.2));
   EXPECT_THAT(error_of(mesh), HasSubstr("1 closed and 2 open parts"));
 }
 
 TEST(MeshRepair, SeparatesSolidsThatTouchAlongAnEdge) {
   TriangleMesh mesh = tessellated_box(kCube);
-  test::append(mesh, tessellated_box(kCube), Vec3(0.02, 0.02, 0));
+  contact::append(mesh, tessellated_box(kCube), Vec3(0.02, 0.02, 0));
   const ContactMesh result = repaired(mesh);
   EXPECT_EQ(result.mesh.vertices.size(), 16U);
-  EXPECT_TRUE(test::is_closed(result.mesh));
-  EXPECT_NEAR(test::enclosed_m3(result.mesh), 2 * kCubeVolume, 1e-15);
+  EXPECT_TRUE(contact::is_closed(result.mesh));
+  EXPECT_NEAR(contact::enclosed_m3(result.mesh), 2 * kCubeVolume, 1e-15);
 }
 
 TEST(MeshRepair, SeparatesSolidsThatTouchAtACorner) {
   TriangleMesh mesh = tessellated_box(kCube);
-  test::append(mesh, tessellated_box(kCube), kCube);
+  contact::append(mesh, tessellated_box(kCube), kCube);
   EXPECT_EQ(repaired(mesh).mesh.vertices.size(), 16U);
 }
 
@@ -251,8 +251,8 @@ TEST(MeshRepair, LeavesNoGapWhereAFlatTriangleWas) {
   ASSERT_EQ(std::erase(mesh.triangles, std::array<int, 3>{0, 2, 3}), 1U);
   mesh.triangles.insert(mesh.triangles.end(), {{0, middle, 3}, {middle, 2, 3}, {0, 2, middle}});
   const ContactMesh result = repaired(mesh);
-  EXPECT_TRUE(test::is_closed(result.mesh));
-  EXPECT_NEAR(test::enclosed_m3(result.mesh), kCubeVolume, 1e-15);
+  EXPECT_TRUE(contact::is_closed(result.mesh));
+  EXPECT_NEAR(contact::enclosed_m3(result.mesh), kCubeVolume, 1e-15);
   for (std::size_t i = 0; i < result.mesh.triangles.size(); ++i) EXPECT_GT(doubled_area(result.mesh, i).norm(), 1e-6);
 }
 
@@ -270,15 +270,15 @@ TEST(MeshRepair, NamesWhatIsWrongWithADamagedFile) {
 }
 
 TEST(MeshRepair, FindsTheBunnyClosed) {
-  const auto bunny = bunny_mesh(0.1);
+  const auto bunny = contact::bunny_mesh(0.1);
   if (!bunny) GTEST_SKIP() << "needs the package glmark2-data";
   const ContactMesh result = repaired(*bunny);
   EXPECT_EQ(result.kind, SurfaceKind::kSolid);
   EXPECT_EQ(result.mesh.triangles.size(), 69'666U);
   EXPECT_THAT(result.notes, IsEmpty());
-  EXPECT_TRUE(test::is_closed(result.mesh));
-  EXPECT_GT(test::enclosed_m3(result.mesh), 0);
+  EXPECT_TRUE(contact::is_closed(result.mesh));
+  EXPECT_GT(contact::enclosed_m3(result.mesh), 0);
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::geometry

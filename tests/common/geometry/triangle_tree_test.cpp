@@ -10,7 +10,7 @@
 #include "tests/common/contact/test_meshes.hpp"
 #include "tests/support/allocation_counter.hpp"
 
-namespace tandem {
+namespace tandem::geometry {
 namespace {
 
 constexpr std::uint64_t kSeed = 11;
@@ -58,7 +58,7 @@ Vec3 random_point(Random& random, double reach_m) {
 }
 
 TriangleMesh rough_sphere(Random& random) {
-  TriangleMesh mesh = sphere_mesh(0.02, 4);
+  TriangleMesh mesh = contact::sphere_mesh(0.02, 4);
   for (Vec3& vertex : mesh.vertices) vertex += random_point(random, 3e-4);
   return mesh;
 }
@@ -95,7 +95,7 @@ TEST(TriangleTree, AHintChangesTheCostNotTheDistance) {
 }
 
 TEST(TriangleTree, SeesNothingBeyondTheLimit) {
-  const TriangleTree tree(box_mesh({0.02, 0.02, 0.02}));
+  const TriangleTree tree(contact::box_mesh({0.02, 0.02, 0.02}));
   const Vec3 p(0.015, 0, 0);
   EXPECT_EQ(tree.closest(p, 0.0049).triangle, -1);
   EXPECT_TRUE(std::isinf(tree.closest(p, 0.0049, 3).distance_m));
@@ -134,7 +134,7 @@ TEST(TriangleTree, FindsAllTrianglesWithinADistanceAndSaysWhenThereAreMore) {
 TEST(TriangleTree, SignedDistanceToABoxIsTheFormula) {
   Random random(kSeed);
   const Vec3 size(0.02, 0.03, 0.05);
-  const TriangleTree tree(subdivided(box_mesh(size), 2));
+  const TriangleTree tree(contact::subdivided(contact::box_mesh(size), 2));
   for (int i = 0; i < 3000; ++i) {
     const Vec3 p = random_point(random, 0.04);
     EXPECT_NEAR(tree.signed_distance_m(p), signed_distance_to_box_m(p, size), 1e-15) << p.transpose();
@@ -143,7 +143,7 @@ TEST(TriangleTree, SignedDistanceToABoxIsTheFormula) {
 
 TEST(TriangleTree, NormalsAtCornersDoNotDependOnHowFacesAreCut) {
   const Vec3 size(0.02, 0.03, 0.05);
-  const TriangleTree tree(box_mesh(size));
+  const TriangleTree tree(contact::box_mesh(size));
   for (int corner = 0; corner < 8; ++corner) {
     const Vec3 out = Vec3(corner & 1 ? 1 : -1, corner & 2 ? 1 : -1, corner & 4 ? 1 : -1) / std::sqrt(3.0);
     const TriangleTree::Closest closest = tree.closest(1.1 * out.cwiseProduct(size));
@@ -152,7 +152,7 @@ TEST(TriangleTree, NormalsAtCornersDoNotDependOnHowFacesAreCut) {
 }
 
 TEST(TriangleTree, InsideOfTheBunnyIsWhereItWindsAroundAPoint) {
-  const std::optional<TriangleMesh> bunny = bunny_mesh(0.1);
+  const std::optional<TriangleMesh> bunny = contact::bunny_mesh(0.1);
   if (!bunny) GTEST_SKIP() << "glmark2-data is not installed";
   const TriangleTree tree(*bunny);
   Random random(kSeed);
@@ -168,7 +168,7 @@ TEST(TriangleTree, InsideOfTheBunnyIsWhereItWindsAroundAPoint) {
 }
 
 TEST(TriangleTree, TrianglesWithoutAreaDoNotSpoilTheRest) {
-  TriangleMesh mesh = box_mesh({0.02, 0.02, 0.02});
+  TriangleMesh mesh = contact::box_mesh({0.02, 0.02, 0.02});
   mesh.triangles.push_back({0, 0, 1});
   mesh.triangles.push_back({2, 2, 2});
   const TriangleTree tree(mesh);
@@ -180,7 +180,7 @@ TEST(TriangleTree, TrianglesWithoutAreaDoNotSpoilTheRest) {
 }
 
 TEST(TriangleTree, ManyTrianglesInOnePlaceAreNoDeepTree) {
-  TriangleMesh mesh = box_mesh({0.02, 0.02, 0.02});
+  TriangleMesh mesh = contact::box_mesh({0.02, 0.02, 0.02});
   for (int i = 0; i < 20000; ++i) mesh.triangles.push_back(mesh.triangles[0]);
   EXPECT_NEAR(TriangleTree(mesh).closest(Vec3(0.03, 0, 0)).distance_m, 0.02, 1e-15);
 }
@@ -190,13 +190,13 @@ TEST(TriangleTree, RefusesAMeshWithoutTriangles) {
 }
 
 TEST(TriangleTree, AQueryAllocatesNothing) {
-  const TriangleTree tree(sphere_mesh(0.02, 4));
+  const TriangleTree tree(contact::sphere_mesh(0.02, 4));
   Random random(kSeed);
-  const std::uint64_t before = allocation_count();
+  const std::uint64_t before = test::allocation_count();
   double sum = 0;
   for (int i = 0; i < 100; ++i) sum += tree.signed_distance_m(random_point(random, 0.03));
-  EXPECT_EQ(allocation_count(), before) << sum;
+  EXPECT_EQ(test::allocation_count(), before) << sum;
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::geometry

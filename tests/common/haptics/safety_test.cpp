@@ -12,7 +12,7 @@
 
 #include "common/base/random.hpp"
 
-namespace tandem {
+namespace tandem::haptics {
 namespace {
 
 constexpr Duration kTick{std::chrono::milliseconds(1)};
@@ -429,4 +429,4 @@ TEST(Safety, AnyInputGivesFiniteOutputWithinTheSlewLimitExceptWhileDecaying) {
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::haptics

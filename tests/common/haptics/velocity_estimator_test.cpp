@@ -11,7 +11,7 @@
 #include "common/base/random.hpp"
 #include "tests/support/allocation_counter.hpp"
 
-namespace tandem {
+namespace tandem::haptics {
 namespace {
 
 using std::chrono::microseconds;
@@ -193,10 +193,10 @@ TEST(VelocityEstimator, StartsAnewAfterReset) {
 
 TEST(VelocityEstimator, AllocatesNothing) {
   VelocityEstimator estimator(quantised());
-  const std::uint64_t before = allocation_count();
+  const std::uint64_t before = test::allocation_count();
   for (int k = 0; k < 100; ++k) estimator.add(tick(k), at_x(k * 1e-4));
-  EXPECT_EQ(allocation_count(), before);
+  EXPECT_EQ(test::allocation_count(), before);
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::haptics

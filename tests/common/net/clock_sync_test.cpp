@@ -9,7 +9,7 @@
 
 #include "common/base/random.hpp"
 
-namespace tandem {
+namespace tandem::net {
 namespace {
 
 using std::chrono::microseconds;
@@ -216,4 +216,4 @@ TEST(ClockSync, ResetForgetsTheOldServer) {
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::net

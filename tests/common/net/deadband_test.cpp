@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-namespace tandem {
+namespace tandem::net {
 namespace {
 
 const FeltStiffness kStiffness{300, 0.3};
@@ -67,4 +67,4 @@ TEST(Deadband, OffNoticesEverythingAndNothingHidesANumberThatIsNone) {
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::net

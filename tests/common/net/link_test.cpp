@@ -11,7 +11,7 @@
 #include <numeric>
 #include <stdexcept>
 
-namespace tandem {
+namespace tandem::net {
 namespace {
 
 using std::chrono::microseconds;
@@ -367,4 +367,4 @@ TEST(LinkParameters, NameTheFirstBadFieldItsValueAndTheRemedy) {
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::net

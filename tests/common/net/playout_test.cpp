@@ -8,7 +8,7 @@
 #include "common/base/random.hpp"
 #include "common/net/playout.hpp"
 
-namespace tandem {
+namespace tandem::net {
 namespace {
 
 Duration ms(double value) {
@@ -175,4 +175,4 @@ TEST(RigidTrack, KeepsTheNewestWhenItIsFull) {
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::net

@@ -8,7 +8,7 @@
 
 #include "common/base/random.hpp"
 
-namespace tandem {
+namespace tandem::net {
 namespace {
 
 using std::chrono::milliseconds;
@@ -141,4 +141,4 @@ TEST(SendRate, TakesNoHarmFromHostileReports) {
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::net

@@ -3,7 +3,7 @@
 
 #include "tests/common/physics/world_support.hpp"
 
-namespace tandem {
+namespace tandem::physics {
 namespace {
 
 constexpr BodyId kBody{1};
@@ -127,7 +127,7 @@ TEST(AnchorTouch, AToolFeelsAnAnchoredBodyAsSpringsInARow) {
 TEST(AnchorTouch, AHandThatIsTheToolIsShownTheAnchor) {
   WorldDescription description = anchored({300, 20, 5, 0.05});
   description.coupling.law = "direct";
-  description.coupling.dynamics = ToolDynamics::kAtHandle;
+  description.coupling.dynamics = haptics::ToolDynamics::kAtHandle;
   World world = falling_world(description);
   world.activate_tool(0);
   world.hold(0, kBody, Pose{});
@@ -137,4 +137,4 @@ TEST(AnchorTouch, AHandThatIsTheToolIsShownTheAnchor) {
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::physics

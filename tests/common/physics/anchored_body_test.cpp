@@ -4,7 +4,7 @@
 #include "server/physics/server_world.hpp"
 #include "tests/common/physics/scene_support.hpp"
 
-namespace tandem {
+namespace tandem::physics {
 namespace {
 
 constexpr BodyId kBlock{1};
@@ -16,7 +16,7 @@ World world_with_block(const std::string& anchor, const std::string& more = "", 
       R"({"name": "block", "shapes": [{"box": {"size_m": [0.04, 0.04, 0.04]}}], "graspable": true, "mass_kg": 0.2,
           "anchor": {)" +
       anchor + "}}";
-  return make_server_world(load_parts(
+  return server::make_server_world(load_parts(
       {.bodies = block + more, .tools = R"({"name": "t", "placement": {"position_m": [-0.03, 0, 0]}})", .rest = rest}));
 }
 
@@ -72,4 +72,4 @@ TEST(AnchoredBody, ComesBackWhenAToolLetsItGoAndIsBulletsAgain) {
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::physics

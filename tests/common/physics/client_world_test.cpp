@@ -6,7 +6,7 @@
 #include "tests/common/physics/world_support.hpp"
 #include "tests/support/allocation_counter.hpp"
 
-namespace tandem {
+namespace tandem::physics {
 namespace {
 
 constexpr BodyId kA{1};
@@ -166,8 +166,8 @@ TEST(Ledger, OfAFreeTiedWorldNeverRises) {
   }
 }
 
-std::shared_ptr<const Molecule> argon() {
-  auto molecule = std::make_shared<Molecule>();
+std::shared_ptr<const docking::Molecule> argon() {
+  auto molecule = std::make_shared<docking::Molecule>();
   molecule->positions_angstrom = {Vec3::Zero()};
   molecule->sigma_angstrom = {3.4};
   molecule->epsilon_kj_per_mol = {1.0};
@@ -219,12 +219,12 @@ TEST(ClientWorld, AllocatesNothingWhateverIsAskedOfAStep) {
     return world.hands_on(kA) + (world.stored_energy_j() > 1e9 ? 1U : 0U);
   };
   for (int i = 0; i < 50; ++i) step(i);
-  const std::uint64_t before = allocation_count();
+  const std::uint64_t before = test::allocation_count();
   std::uint32_t hands = 0;
   for (int i = 50; i < 600; ++i) hands |= step(i);
-  EXPECT_EQ(allocation_count(), before);
+  EXPECT_EQ(test::allocation_count(), before);
   EXPECT_EQ(hands, 1U);
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::physics

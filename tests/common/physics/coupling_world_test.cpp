@@ -7,7 +7,7 @@
 #include "server/physics/server_world.hpp"
 #include "tests/common/physics/scene_support.hpp"
 
-namespace tandem {
+namespace tandem::physics {
 namespace {
 
 constexpr double kG = 9.81;
@@ -35,7 +35,7 @@ std::string ball_at(double z) {
 constexpr double kRadius_m = 0.005;  // of a tool without shapes
 
 TEST(MasslessTool, IsAtTheHandleAfterAStepHoweverItMoves) {
-  World world(make_server_world(load_parts({.coupling = law("qsa-static")})));
+  World world(server::make_server_world(load_parts({.coupling = law("qsa-static")})));
   world.activate_tool(0);
   for (int i = 0; i < 300; ++i) {
     // 0.6 m/s at most, turning back each 50 ms.
@@ -49,7 +49,7 @@ TEST(MasslessTool, IsAtTheHandleAfterAStepHoweverItMoves) {
 }
 
 TEST(MasslessTool, PressedOnABoxRestsInAStepWhereCouplingAndContactBalance) {
-  World world(make_server_world(
+  World world(server::make_server_world(
       load_parts({.bodies = block(), .tools = ball_at(kRadius_m + 5e-4), .coupling = law("qsa-static")})));
   world.activate_tool(0);
   world.set_handle(0, at({0, 0, kRadius_m + 5e-4}));
@@ -76,7 +76,7 @@ TEST(MasslessTool, PressedOnABoxRestsInAStepWhereCouplingAndContactBalance) {
 
 TEST(MasslessTool, StaysWithoutAHandleAndWithoutASpring) {
   for (const char* spring : {"", R"(, "stiffness_n_per_m": 0, "stiffness_n_m_per_rad": 0)"}) {
-    World world(make_server_world(load_parts({.coupling = law("qsa-static", spring)})));
+    World world(server::make_server_world(load_parts({.coupling = law("qsa-static", spring)})));
     world.activate_tool(0);
     run(world, 100);
     EXPECT_EQ(world.tool(0).tool.X.p, Vec3(0, 0, 2)) << "no weight";
@@ -92,7 +92,7 @@ TEST(MasslessTool, StaysWithoutAHandleAndWithoutASpring) {
 TEST(MasslessTool, LeavesTheBodyThatItHoldsItsMass) {
   const std::string cube = R"({"name": "a", "shapes": [{"box": {"size_m": [0.04, 0.04, 0.04]}}], "mass_kg": 0.1,
                                "graspable": true, "gravity": false})";
-  World world(make_server_world(
+  World world(server::make_server_world(
       load_parts({.bodies = cube, .tools = R"({"name": "t", "holds": "a"})", .coupling = law("qsa-static")})));
   world.activate_tool(0);
   world.set_handle(0, at({0.01, 0, 0}));
@@ -111,7 +111,7 @@ std::string flat_tool(double z) {
 }
 
 TEST(DirectRendering, ShowsTheContactsStiffnessAtTheHandlesPose) {
-  World world(make_server_world(
+  World world(server::make_server_world(
       load_parts({.bodies = block(R"(, "contact_stiffness_n_per_m3": 1e7)"),
                   .tools = flat_tool(0.006),
                   .coupling = law("direct", R"(, "force_limit_n": 100, "saturation_softness": 0)")})));
@@ -131,7 +131,8 @@ TEST(DirectRendering, ShowsTheContactsStiffnessAtTheHandlesPose) {
 }
 
 TEST(DirectRendering, IsLimitedAndNeverStopsTheTool) {
-  World world(make_server_world(load_parts({.bodies = block(), .tools = ball_at(0.006), .coupling = law("direct")})));
+  World world(
+      server::make_server_world(load_parts({.bodies = block(), .tools = ball_at(0.006), .coupling = law("direct")})));
   world.activate_tool(0);
   for (int i = 0; i < 60; ++i) {
     world.set_handle(0, at({0, 0, 0.006 - 5e-4 * i}));
@@ -145,7 +146,7 @@ TEST(DirectRendering, IsLimitedAndNeverStopsTheTool) {
 TEST(DirectRendering, PushesAFreeBodyWithWhatTheHandFeels) {
   const std::string cube = R"({"name": "a", "shapes": [{"box": {"size_m": [0.04, 0.04, 0.04]}}], "mass_kg": 0.3,
                                "gravity": false})";
-  World world(make_server_world(
+  World world(server::make_server_world(
       load_parts({.bodies = cube,
                   .tools = R"({"name": "t", "placement": {"position_m": [-0.026, 0.004, 0.003]}})",
                   .coupling = law("direct", R"(, "force_limit_n": 1000, "saturation_softness": 0)")})));
@@ -164,11 +165,11 @@ TEST(DirectRendering, PushesAFreeBodyWithWhatTheHandFeels) {
 TEST(DirectRendering, AHeldBodyIsAtTheHandleAndItsWeightIsShared) {
   const std::string cube = R"({"name": "a", "shapes": [{"box": {"size_m": [0.04, 0.04, 0.04]}}], "mass_kg": 0.2,
                                "graspable": true})";
-  World world(
-      make_server_world(load_parts({.bodies = cube,
-                                    .tools = R"({"name": "l", "holds": "a", "placement": {"position_m": [-0.02, 0, 0]}},
+  World world(server::make_server_world(
+      load_parts({.bodies = cube,
+                  .tools = R"({"name": "l", "holds": "a", "placement": {"position_m": [-0.02, 0, 0]}},
                                       {"name": "r", "holds": "a", "placement": {"position_m": [0.02, 0, 0]}})",
-                                    .coupling = law("direct")})));
+                  .coupling = law("direct")})));
   for (const std::size_t tool : {0U, 1U}) world.activate_tool(tool);
   world.set_handle(0, at({-0.02, 0, 0.005}));
   world.set_handle(1, at({0.02, 0, 0.005}));
@@ -194,7 +195,7 @@ TEST(AdaptiveCoupling, AHeldMassSagsByItsWeightOverItsOwnStiffness) {
     const std::string cube = R"({"name": "a", "shapes": [{"box": {"size_m": [0.04, 0.04, 0.04]}}], "graspable": true,
                                  "mass_kg": )" +
                              std::to_string(mass_kg) + "}";
-    World world(make_server_world(load_parts(
+    World world(server::make_server_world(load_parts(
         {.bodies = cube, .tools = R"({"name": "t", "holds": "a"})", .coupling = law("adaptive", fit("4"))})));
     world.activate_tool(0);
     world.set_handle(0, at({0, 0, 0}));
@@ -208,7 +209,7 @@ TEST(AdaptiveCoupling, FollowsWhatIsGrabbedAndReleasedWithoutAStepOfForce) {
   const double mass_kg = 0.18, stretch_m = 0.03;
   const std::string cube = R"({"name": "a", "shapes": [{"box": {"size_m": [0.04, 0.04, 0.04]}}], "graspable": true,
                                "mass_kg": 0.18, "placement": {"position_m": [0, 0, 0.02]}})";
-  World world(make_server_world(
+  World world(server::make_server_world(
       load_parts({.bodies = block() + "," + cube, .tools = ball_at(0.046), .coupling = law("adaptive", fit("0.4"))})));
   world.activate_tool(0);
   world.set_handle(0, at({0, 0, 0.045 - stretch_m}));
@@ -235,4 +236,4 @@ TEST(AdaptiveCoupling, FollowsWhatIsGrabbedAndReleasedWithoutAStepOfForce) {
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::physics

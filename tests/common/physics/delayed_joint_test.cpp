@@ -9,7 +9,7 @@
 
 #include "tests/common/physics/world_support.hpp"
 
-namespace tandem {
+namespace tandem::physics {
 namespace {
 
 constexpr BodyId kBody{1};
@@ -183,4 +183,4 @@ TEST_F(JoinedCopies, AGripMovesNoFasterThanItIsTold) {
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::physics

@@ -10,7 +10,7 @@
 #include "tests/common/physics/scene_support.hpp"
 #include "tests/support/allocation_counter.hpp"
 
-namespace tandem {
+namespace tandem::physics {
 namespace {
 
 constexpr double kStep_s = 1e-3;
@@ -28,7 +28,7 @@ RigidState at(const Vec3& p, const Vec3& v = Vec3::Zero()) {
 
 /// A world with one tool at the origin, in an effect of the scene.
 World world_in(const std::string& effect) {
-  return make_server_world(load_parts(
+  return server::make_server_world(load_parts(
       {.bodies = kGround, .tools = kToolAtOrigin, .coupling = kCoupling, .rest = R"("effects": [)" + effect + "]"}));
 }
 
@@ -131,7 +131,7 @@ TEST(EffectStage, APlateBuzzesOnlyWhileItIsTouched) {
       R"({"name": "plate", "shapes": [{"box": {"size_m": [0.2, 0.2, 0.02]}}],
           "placement": {"position_m": [0, 0, -0.02]},
           "effects": [{"vibration": {"frequency_hz": 80, "amplitude_n": 0.8, "direction": [1, 0, 0]}}]})";
-  World world(make_server_world(load_parts({.bodies = plate, .tools = kToolAtOrigin, .coupling = kCoupling})));
+  World world(server::make_server_world(load_parts({.bodies = plate, .tools = kToolAtOrigin, .coupling = kCoupling})));
   world.activate_tool(0);
   const auto largest_shake = [&world](const Vec3& hand) {
     hold(world, 0, hand, 1000);
@@ -153,7 +153,8 @@ TEST(EffectStage, AGratingIsFeltAtItsPeriodAndAPadSticks) {
         R"({"name": "plate", "friction": 0, "shapes": [{"box": {"size_m": [0.2, 0.2, 0.02]}}],
             "placement": {"position_m": [0, 0, -0.015]}, "effects": [)" +
         effect + "]}";
-    World world(make_server_world(load_parts({.bodies = plate, .tools = kToolAtOrigin, .coupling = kCoupling})));
+    World world(
+        server::make_server_world(load_parts({.bodies = plate, .tools = kToolAtOrigin, .coupling = kCoupling})));
     world.activate_tool(0);
     hold(world, 0, {0, 0, -0.004}, 500);
     std::vector<double> force;
@@ -192,10 +193,10 @@ TEST(EffectStage, NothingStiffMakesAMasslessToolChatter) {
   const std::string magnet = R"({"magnet": {"peak_force_n": 3, "range_m": 0.01}})";
   const std::string stick = R"({"stick_slip": {"stiffness_n_per_m": 100000, "breakaway_force_n": 2}})";
   for (const std::string& effects : {magnet, stick, magnet + "," + stick}) {
-    World world(make_server_world(load_parts({.bodies = kGround,
-                                              .tools = kToolAtOrigin,
-                                              .coupling = kMassless,
-                                              .rest = R"("effects": [)" + effects + "]"})));
+    World world(server::make_server_world(load_parts({.bodies = kGround,
+                                                      .tools = kToolAtOrigin,
+                                                      .coupling = kMassless,
+                                                      .rest = R"("effects": [)" + effects + "]"})));
     world.activate_tool(0);
     hold(world, 0, {0.002, 0, 0}, 50);
     EXPECT_LT(unrest_m(world, {0.004, 0.002, 0}), 1e-9) << effects;
@@ -208,17 +209,17 @@ TEST(EffectStage, ASteepGratingMakesNoMasslessToolChatter) {
       R"({"name": "plate", "friction": 0, "shapes": [{"box": {"size_m": [0.2, 0.2, 0.02]}}],
           "placement": {"position_m": [0, 0, -0.015]}, "effects": [
             {"texture": {"height_m": 0.0005, "period_x_m": 0.001}}]})";
-  World world(make_server_world(load_parts({.bodies = plate, .tools = kToolAtOrigin, .coupling = kMassless})));
+  World world(server::make_server_world(load_parts({.bodies = plate, .tools = kToolAtOrigin, .coupling = kMassless})));
   world.activate_tool(0);
   hold(world, 0, {0, 0, -0.004}, 100);
   for (const double x : {0.0002, 0.0007, 0.003}) EXPECT_LT(unrest_m(world, {x, 0, -0.004}), 1e-8) << x;
 }
 
 TEST(EffectStage, FluidsDragAMasslessToolByWhatTheySay) {
-  World world(make_server_world(load_parts({.bodies = kGround,
-                                            .tools = kToolAtOrigin,
-                                            .coupling = kMassless,
-                                            .rest = R"("effects": [{"viscosity": {"damping_n_s_per_m": 6}},
+  World world(server::make_server_world(load_parts({.bodies = kGround,
+                                                    .tools = kToolAtOrigin,
+                                                    .coupling = kMassless,
+                                                    .rest = R"("effects": [{"viscosity": {"damping_n_s_per_m": 6}},
                                                  {"viscosity": {"damping_n_s_per_m": 2}}])"})));
   world.activate_tool(0);
   constexpr double kSpeed = 0.1;
@@ -237,7 +238,8 @@ TEST(EffectStage, FluidsDragAMasslessToolByWhatTheySay) {
 TEST(EffectStage, AMasslessToolInAFluidIsStoppedByAWallAndNotByTheFluid) {
   const std::string wall = R"({"name": "wall", "friction": 0, "shapes": [{"box": {"size_m": [0.1, 0.1, 0.1]}}],
                                "placement": {"position_m": [0, 0, -0.055]}})";
-  World world(make_server_world(load_parts({.bodies = wall,
+  World world(
+      server::make_server_world(load_parts({.bodies = wall,
                                             .tools = kToolAtOrigin,
                                             .coupling = kMassless,
                                             .rest = R"("effects": [{"viscosity": {"damping_n_s_per_m": 8}}])"})));
@@ -250,7 +252,7 @@ TEST(EffectStage, AMasslessToolInAFluidIsStoppedByAWallAndNotByTheFluid) {
 TEST(EffectStage, AFluidThatMovesDragsAMasslessToolAlongAndIsDraggedBack) {
   const std::string body =
       floating_body("carrier", 0, 0.2, R"({"sphere": {"radius_m": 0.5}, "viscosity": {"damping_n_s_per_m": 0.6}})");
-  World world(make_server_world(load_parts(
+  World world(server::make_server_world(load_parts(
       {.bodies = body,
        .tools = R"({"name": "t", "placement": {"position_m": [0, 0, 0.1]}}, {"name": "c", "holds": "carrier"})",
        .coupling = R"({"law": "qsa-static", "stiffness_n_m_per_rad": 300})"})));
@@ -271,11 +273,11 @@ TEST(EffectStage, ABodyInTwoHandsFeelsAnEffectOnce) {
   const std::string tools = R"({"name": "l", "holds": "carried", "placement": {"position_m": [-0.02, 0, 0]}},
                                {"name": "r", "holds": "carried", "placement": {"position_m": [0.02, 0, 0]}})";
   for (const char* law : {"spring-damper", "qsa-static"}) {
-    World world(
-        make_server_world(load_parts({.bodies = body,
-                                      .tools = tools,
-                                      .coupling = coupling_with(law),
-                                      .rest = R"("effects": [{"constant_field": {"force_n": [0, 0.9, 0]}}])"})));
+    World world(server::make_server_world(
+        load_parts({.bodies = body,
+                    .tools = tools,
+                    .coupling = coupling_with(law),
+                    .rest = R"("effects": [{"constant_field": {"force_n": [0, 0.9, 0]}}])"})));
     world.activate_tool(0);
     world.activate_tool(1);
     world.set_handle(1, at({0.02, 0, 0}));
@@ -289,7 +291,7 @@ TEST(EffectStage, ABodyInTwoHandsFeelsAnEffectOnce) {
 TEST(EffectStage, AnEffectTravelsWithItsBody) {
   const std::string body = floating_body(
       "carrier", 0.3, 0.2, R"({"sphere": {"radius_m": 0.06}, "constant_field": {"force_n": [0, 0.9, 0]}})");
-  World world(make_server_world(
+  World world(server::make_server_world(
       load_parts({.bodies = body,
                   .tools = std::string(kToolAtOrigin) +
                            R"(, {"name": "c", "holds": "carrier", "placement": {"position_m": [0.3, 0, 0]}})",
@@ -314,7 +316,7 @@ TEST(EffectStage, AnEffectTravelsWithItsBody) {
 TEST(EffectStage, AFluidThatMovesDragsAToolAlong) {
   const std::string body =
       floating_body("carrier", 0, 0.2, R"({"sphere": {"radius_m": 0.5}, "viscosity": {"damping_n_s_per_m": 0.6}})");
-  World world(make_server_world(load_parts(
+  World world(server::make_server_world(load_parts(
       {.bodies = body,
        .tools = R"({"name": "t", "placement": {"position_m": [0, 0, 0.1]}}, {"name": "c", "holds": "carrier"})",
        .coupling = kCoupling})));
@@ -330,9 +332,9 @@ TEST(EffectStage, AFluidThatMovesDragsAToolAlong) {
 
 TEST(EffectStage, WhatPullsAToolPullsTheFreeBodyBackAsMuch) {
   const std::string magnet = R"({"magnet": {"peak_force_n": 0.5, "range_m": 0.2}})";
-  World world(make_server_world(load_parts({.bodies = floating_body("free", 0.12, 0.2, magnet),
-                                            .tools = kToolAtOrigin,
-                                            .coupling = R"({"law": "spring-damper", "stiffness_n_per_m": 0,
+  World world(server::make_server_world(load_parts({.bodies = floating_body("free", 0.12, 0.2, magnet),
+                                                    .tools = kToolAtOrigin,
+                                                    .coupling = R"({"law": "spring-damper", "stiffness_n_per_m": 0,
                                      "damping_n_s_per_m": 0})"})));
   world.activate_tool(0);
   world.set_handle(0, at(Vec3::Zero()));
@@ -346,8 +348,8 @@ TEST(EffectStage, WhatPullsAToolPullsTheFreeBodyBackAsMuch) {
 }
 
 TEST(EffectStage, ShippedSceneStepsWithoutAFaultOrAnAllocationAndTwiceAlike) {
-  const auto run = [](const std::shared_ptr<const LoadedScene>& scene) {
-    World world(make_server_world(scene));
+  const auto run = [](const std::shared_ptr<const server::LoadedScene>& scene) {
+    World world(server::make_server_world(scene));
     world.activate_tool(0);
     world.activate_tool(1);
     TickFaults faults = 0;
@@ -359,17 +361,17 @@ TEST(EffectStage, ShippedSceneStepsWithoutAFaultOrAnAllocationAndTwiceAlike) {
       const Vec3 right(0.2 - 0.02 * t, -0.05 * t, 0.05);
       world.set_handle(0, at(left));
       world.set_handle(1, at(right));
-      const std::uint64_t before = allocation_count();
+      const std::uint64_t before = test::allocation_count();
       faults |= world.step();
-      allocations += allocation_count() - before;
+      allocations += test::allocation_count() - before;
     }
     EXPECT_EQ(faults, 0U);
     EXPECT_EQ(allocations, 0U);
     return std::pair(world.tool(0).tool.X.p, world.tool(1).tool.X.p);
   };
-  const auto scene = load_scene(shipped_scene("effects"));
+  const auto scene = server::load_scene(shipped_scene("effects"));
   EXPECT_EQ(run(scene), run(scene));
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::physics

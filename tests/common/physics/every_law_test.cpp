@@ -12,7 +12,7 @@
 #include "server/physics/server_world.hpp"
 #include "tests/common/physics/scene_support.hpp"
 
-namespace tandem {
+namespace tandem::physics {
 namespace {
 
 RigidState at(const Vec3& p, const Vec3& v = Vec3::Zero()) {
@@ -32,14 +32,15 @@ std::string shipped_with_law(const std::string& scene, const std::string& law_na
 
 std::vector<std::string> law_names() {
   std::vector<std::string> names;
-  for (const CouplingLawInfo& law : coupling_laws()) names.emplace_back(law.name);
+  for (const haptics::CouplingLawInfo& law : haptics::coupling_laws()) names.emplace_back(law.name);
   return names;
 }
 
 class EveryLaw : public testing::TestWithParam<std::string> {};
 
 TEST_P(EveryLaw, MovesThePegForTwoSecondsWithoutAFault) {
-  World world(make_server_world(load_scene_text(shipped_with_law("peg_in_hole", GetParam()), "peg", ".")));
+  World world(
+      server::make_server_world(server::load_scene_text(shipped_with_law("peg_in_hole", GetParam()), "peg", ".")));
   for (const std::size_t tool : {0U, 1U}) world.activate_tool(tool);
   for (int i = 0; i < 2000; ++i) {
     // Across to the hole and down on the block beside it, with a tremor of 10 Hz.
@@ -60,7 +61,7 @@ TEST_P(EveryLaw, MovesThePegForTwoSecondsWithoutAFault) {
 }
 
 /// A ball as tool, 20 mm above the top of a block, which is z = 0.
-std::shared_ptr<const LoadedScene> ball_over_block(const std::string& law) {
+std::shared_ptr<const server::LoadedScene> ball_over_block(const std::string& law) {
   const std::string block = R"({"name": "block", "shapes": [{"box": {"size_m": [0.2, 0.2, 0.1]}}],
                                 "placement": {"position_m": [0, 0, -0.05]}})";
   return load_parts({.bodies = block,
@@ -69,7 +70,7 @@ std::shared_ptr<const LoadedScene> ball_over_block(const std::string& law) {
 }
 
 TEST_P(EveryLaw, PressesABallOnABlockForTwoSecondsWithoutAFault) {
-  World world(make_server_world(ball_over_block(GetParam())));
+  World world(server::make_server_world(ball_over_block(GetParam())));
   world.activate_tool(0);
   for (int i = 0; i < 2000; ++i) {
     const double x = 0.02 * std::sin(0.003 * i), z = 0.008 + 0.008 * std::cos(0.01 * i);
@@ -80,7 +81,7 @@ TEST_P(EveryLaw, PressesABallOnABlockForTwoSecondsWithoutAFault) {
 }
 
 TEST_P(EveryLaw, IsHeldBackToNothingAndLetThroughAgainWithoutAFault) {
-  World world(make_server_world(ball_over_block(GetParam())));
+  World world(server::make_server_world(ball_over_block(GetParam())));
   world.activate_tool(0);
   for (int i = 0; i < 1000; ++i) {
     world.limit_pull(0, std::clamp(0.5 + std::sin(0.02 * i), 0.0, 1.0));
@@ -99,4 +100,4 @@ INSTANTIATE_TEST_SUITE_P(Catalog, EveryLaw, testing::ValuesIn(law_names()), [](c
 });
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::physics

@@ -10,7 +10,7 @@
 #include "common/physics/tool_hand.hpp"
 #include "tests/common/physics/world_support.hpp"
 
-namespace tandem {
+namespace tandem::physics {
 namespace {
 
 constexpr BodyId kBody{1};
@@ -20,8 +20,8 @@ Vec3 random_vector(Random& random, double size) {
   return {random.uniform(-size, size), random.uniform(-size, size), random.uniform(-size, size)};
 }
 
-AdaptiveFit some_fit() {
-  AdaptiveFit fit;
+haptics::AdaptiveFit some_fit() {
+  haptics::AdaptiveFit fit;
   fit.mass_low_kg = 0.01;
   fit.mass_high_kg = 1;
   fit.stiffness_n_per_m.c = {300, 0, 0, 0};
@@ -32,7 +32,7 @@ AdaptiveFit some_fit() {
 TEST(ToolHandStrength, ScalesTheForceOfEveryLawAndItsSlopes) {
   constexpr std::uint64_t kSeed = 11;
   Random random(kSeed);
-  for (const CouplingLawInfo& law : coupling_laws()) {
+  for (const haptics::CouplingLawInfo& law : haptics::coupling_laws()) {
     ToolHand whole(law.name, {}), part(law.name, {});
     part.set_strength(0.3);
     for (int i = 0; i < 100; ++i) {
@@ -40,16 +40,16 @@ TEST(ToolHandStrength, ScalesTheForceOfEveryLawAndItsSlopes) {
                               {random_vector(random, 0.5), random_vector(random, 5)}};
       whole.set_handle(handle);
       part.set_handle(handle);
-      const auto wrench = [](const SolverCoupling& c) {
-        return coupling_wrenches(*c.law, c.X_WH, c.V_WH, c.X_WT, Twist{}).on_tool_W;
+      const auto wrench = [](const contact::SolverCoupling& c) {
+        return haptics::coupling_wrenches(*c.law, c.X_WH, c.V_WH, c.X_WT, Twist{}).on_tool_W;
       };
       const Wrench expected = wrench(whole.coupling(0, Pose{})) * 0.3;
       const Wrench found = wrench(part.coupling(0, Pose{}));
       ASSERT_LT((found.f - expected.f).norm(), 1e-14) << law.name;
       ASSERT_LT((found.t - expected.t).norm(), 1e-14) << law.name;
-      const CouplingState state = coupling_state(handle.X, handle.V, Pose{}, Twist{});
-      const CouplingGradient slope = whole.coupling(0, Pose{}).law->gradient(state);
-      const CouplingGradient scaled = part.coupling(0, Pose{}).law->gradient(state);
+      const haptics::CouplingState state = haptics::coupling_state(handle.X, handle.V, Pose{}, Twist{});
+      const haptics::CouplingGradient slope = whole.coupling(0, Pose{}).law->gradient(state);
+      const haptics::CouplingGradient scaled = part.coupling(0, Pose{}).law->gradient(state);
       ASSERT_LT((scaled.force_by_d - 0.3 * slope.force_by_d).norm(), 1e-12 * (1 + slope.force_by_d.norm()));
       ASSERT_LT((scaled.torque_by_w - 0.3 * slope.torque_by_w).norm(), 1e-12 * (1 + slope.torque_by_w.norm()));
     }
@@ -57,7 +57,7 @@ TEST(ToolHandStrength, ScalesTheForceOfEveryLawAndItsSlopes) {
 }
 
 TEST(ToolHandEnergy, IsHalfKDSquaredOfASpring) {
-  CouplingParameters parameters;
+  haptics::CouplingParameters parameters;
   parameters.force_limit_n = parameters.torque_limit_n_m = 100;
   ToolHand hand("spring-damper", parameters);
   hand.set_handle({{{0.01, 0, 0.02}, quaternion_of({0, 0.4, 0})}, {{1, 2, 3}, {}}});
@@ -68,15 +68,15 @@ TEST(ToolHandEnergy, IsHalfKDSquaredOfASpring) {
 }
 
 TEST(ToolHandEnergy, HasTheForceAsItsSlopeForEveryLawWithAPotential) {
-  for (const CouplingLawInfo& law : coupling_laws()) {
+  for (const haptics::CouplingLawInfo& law : haptics::coupling_laws()) {
     if (!law.is_passive) continue;
     ToolHand hand(law.name, {});
     for (const double d : {0.002, 0.01, 0.02, 0.05}) {
       hand.set_handle(at({d, 0, 0}));
       const auto energy_at = [&hand](double x) { return hand.stored_energy_j({{x, 0, 0}, Quat::Identity()}); };
       const double slope = (energy_at(-1e-5) - energy_at(1e-5)) / 2e-5;
-      const SolverCoupling c = hand.coupling(0, Pose{});
-      const double force = coupling_wrenches(*c.law, c.X_WH, {}, c.X_WT, {}).on_tool_W.f.x();
+      const contact::SolverCoupling c = hand.coupling(0, Pose{});
+      const double force = haptics::coupling_wrenches(*c.law, c.X_WH, {}, c.X_WT, {}).on_tool_W.f.x();
       // Simpson's rule over the bend at the limit.
       EXPECT_NEAR(slope, force, 2e-3 * force) << law.name << " at " << d;
     }
@@ -105,7 +105,7 @@ TEST(JoinTool, ShareOfNothingChangesNoBit) {
 double rest_m(const std::string& law, double share) {
   WorldDescription description = one_tool();
   description.coupling.law = law;
-  description.coupling.dynamics = find_coupling_law(law)->tool;
+  description.coupling.dynamics = haptics::find_coupling_law(law)->tool;
   if (law == "adaptive") description.coupling.fit = some_fit();
   World world = client_world(description);
   world.activate_tool(0);
@@ -282,4 +282,4 @@ TEST(JoinBody, IsCalmForEveryStiffnessAndMass) {
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::physics

@@ -10,12 +10,12 @@
 #include "server/physics/server_world.hpp"
 #include "tests/common/physics/scene_support.hpp"
 
-namespace tandem {
+namespace tandem::physics {
 namespace {
 
 /// `count` argon-like atoms on a lattice of 4 Å, origin at their centre of mass.
-std::shared_ptr<const Molecule> cluster(int count) {
-  auto molecule = std::make_shared<Molecule>();
+std::shared_ptr<const docking::Molecule> cluster(int count) {
+  auto molecule = std::make_shared<docking::Molecule>();
   for (int i = 0; i < count; ++i) {
     molecule->positions_angstrom.emplace_back(4.0 * (i % 2), 4.0 * (i / 2 % 2), 4.0 * (i / 4));
     molecule->sigma_angstrom.push_back(3.4);
@@ -31,20 +31,20 @@ std::shared_ptr<const Molecule> cluster(int count) {
 }
 
 /// Two bodies of `atoms` atoms each, `gap_m` apart along x, without gravity; tiny balls stand for them in Bullet.
-std::shared_ptr<LoadedScene> two_molecules(int atoms, double gap_m, double damping_per_s) {
+std::shared_ptr<server::LoadedScene> two_molecules(int atoms, double gap_m, double damping_per_s) {
   const auto body = [&](const std::string& name, double x, double mass) {
     return R"({"name": ")" + name + R"(", "shapes": [{"sphere": {"radius_m": 0.001}}], "gravity": false, "mass_kg": )" +
            std::to_string(mass) + R"(, "linear_damping_per_s": )" + std::to_string(damping_per_s) +
            R"(, "angular_damping_per_s": )" + std::to_string(damping_per_s) + R"(, "placement": {"position_m": [)" +
            std::to_string(x) + R"(, 0, 1], "rotation_xyz_deg": [10, 20, 30]}})";
   };
-  auto scene = std::make_shared<LoadedScene>(
+  auto scene = std::make_shared<server::LoadedScene>(
       *load_parts({.bodies = body("a", 0, 0.2) + "," + body("b", gap_m, 0.1),
                    .rest = R"("molecular_field": {"newtons_per_kcal_per_mol_angstrom": 0.5, "force_limit_n": 20})"}));
   const double scale = scene->description.molecular_field().metres_per_angstrom();
-  for (LoadedBody& loaded : scene->bodies) {
+  for (server::LoadedBody& loaded : scene->bodies) {
     loaded.molecule = cluster(atoms);
-    loaded.mass = mass_properties_of(loaded.mass.mass_kg, *loaded.molecule, scale);
+    loaded.mass = server::mass_properties_of(loaded.mass.mass_kg, *loaded.molecule, scale);
   }
   return scene;
 }
@@ -72,7 +72,7 @@ TEST(SoftLimit, HasNoEdgeAtTheKnee) {
 
 TEST(MolecularForces, TwoAtomsPullAsTheClosedFormSays) {
   const auto scene = two_molecules(1, 0.05, 0);  // 5 Å
-  MolecularForces forces(*world_description(*scene));
+  MolecularForces forces(*server::world_description(*scene));
   const std::array<Pose, 2> poses{Pose{}, Pose{Vec3(0.05, 0, 0), Quat::Identity()}};
   std::array<Wrench, 2> wrenches{};
   EXPECT_FALSE(forces.add_wrenches(poses, wrenches));
@@ -87,7 +87,7 @@ TEST(MolecularForces, SumToZeroInForceAndTorqueEvenWhenBounded) {
   constexpr std::uint64_t kSeed = 11;
   Random random(kSeed);
   const auto scene = two_molecules(8, 0.1, 0);
-  MolecularForces forces(*world_description(*scene));
+  MolecularForces forces(*server::world_description(*scene));
   int bounded = 0;
   for (int i = 0; i < 300; ++i) {
     const auto draw = [&random](double size) {
@@ -109,7 +109,7 @@ TEST(MolecularForces, SumToZeroInForceAndTorqueEvenWhenBounded) {
 
 TEST(MolecularForces, CoincidingAtomsPushNoMoreThanTheLimit) {
   const auto scene = two_molecules(1, 0.1, 0);
-  MolecularForces forces(*world_description(*scene));
+  MolecularForces forces(*server::world_description(*scene));
   const std::array<Pose, 2> poses{};
   std::array<Wrench, 2> wrenches{};
   forces.add_wrenches(poses, wrenches);
@@ -120,7 +120,7 @@ TEST(MolecularForces, CoincidingAtomsPushNoMoreThanTheLimit) {
 
 TEST(MolecularForces, ShippedHelicesPullWithOneNewtonAtMost) {
   TANDEM_LOAD_OR_SKIP(scene, "docking_helices");
-  MolecularForces forces(*world_description(*scene));
+  MolecularForces forces(*server::world_description(*scene));
   double strongest_n = 0;
   for (double gap_m = 0.20; gap_m > 0.125; gap_m -= 0.0005) {
     std::array<Pose, 2> poses{scene->bodies[0].X_WB, scene->bodies[1].X_WB};
@@ -135,7 +135,7 @@ TEST(MolecularForces, ShippedHelicesPullWithOneNewtonAtMost) {
 
 TEST(MolecularPair, KeepsItsMomentum) {
   const auto scene = two_molecules(8, 0.10, 0);
-  World world(make_server_world(scene));
+  World world(server::make_server_world(scene));
   Vec3 largest = Vec3::Zero();
   for (int i = 0; i < 2000; ++i) {
     world.step();
@@ -149,8 +149,8 @@ TEST(MolecularPair, KeepsItsMomentum) {
 
 TEST(MolecularPair, DroppedTogetherSettlesWithoutGainingEnergy) {
   const auto scene = two_molecules(8, 0.12, 3);
-  World world(make_server_world(scene));
-  const double joules = 0.5 * 0.01 / kKilojoulesPerKilocalorie;  // S_f S_x
+  World world(server::make_server_world(scene));
+  const double joules = 0.5 * 0.01 / docking::kKilojoulesPerKilocalorie;  // S_f S_x
   world.step();
   double start = joules * world.field_energy_kj_per_mol() + world.mechanical_energy_j();
   double last = start;
@@ -166,4 +166,4 @@ TEST(MolecularPair, DroppedTogetherSettlesWithoutGainingEnergy) {
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::physics

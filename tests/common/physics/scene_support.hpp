@@ -7,8 +7,9 @@
 #include <string>
 
 #include "server/assets/scene_file.hpp"
+#include "tests/support/source_path.hpp"
 
-namespace tandem {
+namespace tandem::physics {
 
 inline constexpr const char* kWall = R"({"name": "wall", "shapes": [{"box": {"size_m": [1, 1, 1]}}]})";
 
@@ -39,24 +40,24 @@ inline std::string scene_json(const SceneParts& parts) {
          (parts.rest.empty() ? "" : ", " + parts.rest) + "}";
 }
 
-inline std::shared_ptr<const LoadedScene> load_parts(const SceneParts& parts) {
-  return load_scene_text(scene_json(parts), "test.json", ".");
+inline std::shared_ptr<const server::LoadedScene> load_parts(const SceneParts& parts) {
+  return server::load_scene_text(scene_json(parts), "test.json", ".");
 }
 
 inline std::filesystem::path shipped_scene(const std::string& name) {
-  return std::filesystem::path(TANDEM_SCENES) / (name + ".json");
+  return test::source_path("server/scenes") / (name + ".json");
 }
 
-}  // namespace tandem
+}  // namespace tandem::physics
 
 /// Loads a shipped scene into a variable, or skips the test when a Debian data package is missing.
-#define TANDEM_LOAD_OR_SKIP(variable, scene_name)                                        \
-  std::shared_ptr<const ::tandem::LoadedScene> variable;                                 \
-  try {                                                                                  \
-    variable = ::tandem::load_scene(::tandem::shipped_scene(scene_name));                \
-  } catch (const ::tandem::SceneError& error) {                                          \
-    if (std::string(error.what()).find("install Debian package") != std::string::npos) { \
-      GTEST_SKIP() << error.what();                                                      \
-    }                                                                                    \
-    FAIL() << error.what();                                                              \
+#define TANDEM_LOAD_OR_SKIP(variable, scene_name)                                          \
+  std::shared_ptr<const ::tandem::server::LoadedScene> variable;                           \
+  try {                                                                                    \
+    variable = ::tandem::server::load_scene(::tandem::physics::shipped_scene(scene_name)); \
+  } catch (const ::tandem::server::SceneError& error) {                                    \
+    if (std::string(error.what()).find("install Debian package") != std::string::npos) {   \
+      GTEST_SKIP() << error.what();                                                        \
+    }                                                                                      \
+    FAIL() << error.what();                                                                \
   }

@@ -6,7 +6,7 @@
 #include "common/base/random.hpp"
 #include "proto/coupling_fields.hpp"
 
-namespace tandem {
+namespace tandem::physics {
 namespace {
 
 Vec3 random_vector(Random& random, double size) {
@@ -21,7 +21,7 @@ RigidState random_state(Random& random) {
 TEST(ToolHand, WrenchesOnHandAndToolSumToZeroAboutAnyPoint) {
   constexpr std::uint64_t kSeed = 7;
   Random random(kSeed);
-  ToolHand hand("spring-damper", CouplingParameters{});
+  ToolHand hand("spring-damper", haptics::CouplingParameters{});
   for (int i = 0; i < 1000; ++i) {
     const RigidState handle = random_state(random);
     const RigidState tool = random_state(random);
@@ -39,7 +39,7 @@ TEST(ToolHand, WrenchesOnHandAndToolSumToZeroAboutAnyPoint) {
 }
 
 TEST(ToolHand, WorkIsTheWrenchOfTheStepTimesItsWay) {
-  ToolHand hand("spring-damper", CouplingParameters{});
+  ToolHand hand("spring-damper", haptics::CouplingParameters{});
   hand.set_handle({{Vec3(0.02, 0, 0), Quat::Identity()}, Twist{}});
   const Wrench two_newtons{Vec3(2, 0, 0), Vec3::Zero()};
   hand.settle({}, {{Vec3(0.005, 0, 0), Quat::Identity()}, {}}, two_newtons);  // moved with the force
@@ -50,18 +50,19 @@ TEST(ToolHand, WorkIsTheWrenchOfTheStepTimesItsWay) {
 }
 
 TEST(ToolHand, TurningIsPartOfTheWork) {
-  ToolHand hand("spring-damper", CouplingParameters{});
+  ToolHand hand("spring-damper", haptics::CouplingParameters{});
   hand.set_handle({{Vec3::Zero(), quaternion_of(Vec3(0, 0, 0.2))}, Twist{}});
   hand.settle({}, {{Vec3::Zero(), quaternion_of(Vec3(0, 0, 0.1))}, {}}, {Vec3::Zero(), Vec3(0, 0, 0.1)});
   EXPECT_NEAR(hand.energy_into_world_j(), 0.1 * 0.1, 1e-12);
 }
 
 TEST(ToolHand, AnAnchorPullsTheToolButNotTheHand) {
-  ToolHand hand("spring-damper", CouplingParameters{});
+  ToolHand hand("spring-damper", haptics::CouplingParameters{});
   hand.anchor_at({Vec3(0.01, 0, 0), Quat::Identity()});
   ASSERT_TRUE(hand.pulls());
-  const SolverCoupling coupling = hand.coupling(0, {});
-  EXPECT_GT(coupling_wrenches(*coupling.law, coupling.X_WH, coupling.V_WH, coupling.X_WT, {}).on_tool_W.f.x(), 1);
+  const contact::SolverCoupling coupling = hand.coupling(0, {});
+  EXPECT_GT(haptics::coupling_wrenches(*coupling.law, coupling.X_WH, coupling.V_WH, coupling.X_WT, {}).on_tool_W.f.x(),
+            1);
   hand.settle({}, {{Vec3(0.005, 0, 0), Quat::Identity()}, {}}, {Vec3(3, 0, 0), Vec3::Zero()});
   EXPECT_EQ(hand.wrench_on_hand_W().f, Vec3::Zero());
   EXPECT_EQ(hand.energy_into_world_j(), 0) << "no hand did this work";
@@ -86,9 +87,9 @@ TEST(ToolHand, SaturationIsReportedPastHalfOfItsBend) {
 }
 
 TEST(ToolHand, ANewCouplingIsReachedInATenthOfASecondAndByNoStep) {
-  const CouplingParameters before{.stiffness_n_per_m = 100};
-  CouplingParameters after;
-  for (const CouplingField& field : kCouplingFields) after.*field.value = 2 * before.*field.value;
+  const haptics::CouplingParameters before{.stiffness_n_per_m = 100};
+  haptics::CouplingParameters after;
+  for (const proto::CouplingField& field : proto::kCouplingFields) after.*field.value = 2 * before.*field.value;
   ToolHand hand("spring-damper", before);
   hand.set_coupling(after);
   double last = before.stiffness_n_per_m;
@@ -104,4 +105,4 @@ TEST(ToolHand, ANewCouplingIsReachedInATenthOfASecondAndByNoStep) {
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::physics

@@ -9,7 +9,7 @@
 #include "tests/common/physics/scene_support.hpp"
 #include "tests/support/allocation_counter.hpp"
 
-namespace tandem {
+namespace tandem::physics {
 namespace {
 
 constexpr double kG = 9.81;
@@ -53,7 +53,7 @@ constexpr double kToolMass_kg = 0.05;
 
 TEST(TouchSeam, MomentumOfToolAndPushedBodyChangesByTheHandsPullAlone) {
   const double mass_kg = 0.3;
-  World world(make_server_world(
+  World world(server::make_server_world(
       load_parts({.bodies = cube(mass_kg, {0, 0, 0}), .tools = tool_at({-0.03, 0.006, 0.004}), .rest = kNoGravity})));
   world.activate_tool(0);
   Vec3 given = Vec3::Zero();
@@ -79,7 +79,7 @@ double pushed_m(double share) {
   const double push_n = share * 0.5 * mass_kg * kG;
   // Low, so that it does not tip; without friction at the tool, which would press it down.
   const Vec3 start(-0.0251, 0, 0.008);
-  World world(make_server_world(
+  World world(server::make_server_world(
       load_parts({.bodies = table() + "," + cube(mass_kg, {0, 0, kEdge_m / 2}), .tools = tool_at(start, 0)})));
   world.activate_tool(0);
   run(world, 50);
@@ -109,9 +109,9 @@ struct Squeeze {
 Squeeze squeeze(double friction) {
   const double height_m = kEdge_m / 2;
   const double off_m = kEdge_m / 2 + 0.005;
-  World world(make_server_world(load_parts({.bodies = table() + "," + cube(0.3, {0, 0, height_m}, friction),
-                                            .tools = tool_at({-off_m - 0.001, 0, height_m}, friction) + "," +
-                                                     tool_at({off_m + 0.001, 0, height_m}, friction)})));
+  World world(server::make_server_world(load_parts({.bodies = table() + "," + cube(0.3, {0, 0, height_m}, friction),
+                                                    .tools = tool_at({-off_m - 0.001, 0, height_m}, friction) + "," +
+                                                             tool_at({off_m + 0.001, 0, height_m}, friction)})));
   const double in_m = 3.6 / 300;
   const auto hold_at = [&](double squeeze, double z, double v) {
     for (const double side : {-1.0, 1.0}) {
@@ -155,7 +155,7 @@ TEST(TouchSeam, ABodyTooSlipperyForItsWeightIsNotLifted) {
 /// A cube on the table, pressed down by a tool, is calm and keeps the tool out.
 void expect_calm_under(double mass_kg, double press_n) {
   const Vec3 start(0.004, 0.003, kEdge_m + 0.006);
-  World world(make_server_world(
+  World world(server::make_server_world(
       load_parts({.bodies = table() + "," + cube(mass_kg, {0, 0, kEdge_m / 2}), .tools = tool_at(start)})));
   world.activate_tool(0);
   const double press_m = 0.001 + press_n / 300;
@@ -190,7 +190,7 @@ TEST(TouchSeam, NoLightPlateOnATableLetsTheToolThrough) {
       const std::string plate = box("plate", {0.05, 0.05, thickness_m}, {0, 0, thickness_m / 2},
                                     R"(, "mass_kg": )" + std::to_string(mass_kg));
       const Vec3 start(0.004, 0.003, thickness_m + 0.006);
-      World world(make_server_world(
+      World world(server::make_server_world(
           load_parts({.bodies = table() + "," + plate,
                       .tools = tool_at(start),
                       .coupling = R"({"law": "spring-damper", "stiffness_n_per_m": 1000, "force_limit_n": 10})"})));
@@ -208,7 +208,7 @@ TEST(TouchSeam, NoLightPlateOnATableLetsTheToolThrough) {
 
 TEST(TouchSeam, ATouchedBodyLeftAloneIsBulletsAgainAndRests) {
   const Vec3 start(-0.06, 0, 0.02);
-  World world(make_server_world(
+  World world(server::make_server_world(
       load_parts({.bodies = table() + "," + cube(0.1, {0, 0, kEdge_m / 2}), .tools = tool_at(start)})));
   world.activate_tool(0);
   for (int i = 0; i < 1500; ++i) {
@@ -230,7 +230,7 @@ TEST(TouchStage, OfTooManyPairsThoseThatPressStay) {
   const std::string pebble = R"({"name": "pebble", "shapes": [{"sphere": {"radius_m": 0.002}}],
                                  "placement": {"position_m": [0.0065, 0, 0.009]}})";
   const Vec3 start(0, 0, 0.006);
-  World world(make_server_world(load_parts(
+  World world(server::make_server_world(load_parts(
       {.bodies = table() + "," + pebble, .tools = tool_at(start), .rest = R"("limits": {"contact_pairs": 1})"})));
   world.activate_tool(0);
   TickFaults faults = 0;
@@ -245,7 +245,8 @@ TEST(TouchStage, OfTooManyPairsThoseThatPressStay) {
 
 TEST(TouchStage, AContactSticksOnWhileOthersEndAndBegin) {
   const Vec3 first(-0.1, 0, 0.006), second(0.1, 0, 0.006);
-  World world(make_server_world(load_parts({.bodies = table(), .tools = tool_at(first) + "," + tool_at(second)})));
+  World world(
+      server::make_server_world(load_parts({.bodies = table(), .tools = tool_at(first) + "," + tool_at(second)})));
   for (const std::size_t tool : {0U, 1U}) world.activate_tool(tool);
   // The second presses and is pulled aside, within what friction bears; the first comes, goes and comes again.
   const auto hold = [&](double first_down_m) {
@@ -267,10 +268,10 @@ TEST(TouchStage, AContactSticksOnWhileOthersEndAndBegin) {
 
 TEST(TouchStage, AForceLimitThatIsRaisedLaterDoesNotCarryTheToolThroughAWall) {
   const std::string wall = box("wall", {0.2, 0.2, 0.002}, {0, 0, 0});
-  World world(
-      make_server_world(load_parts({.bodies = wall, .tools = tool_at({0, 0, 0.02}, 0.5, R"(, "mass_kg": 0.005)")})));
+  World world(server::make_server_world(
+      load_parts({.bodies = wall, .tools = tool_at({0, 0, 0.02}, 0.5, R"(, "mass_kg": 0.005)")})));
   world.activate_tool(0);
-  CouplingParameters strong;
+  haptics::CouplingParameters strong;
   strong.stiffness_n_per_m = 1e5;
   strong.force_limit_n = 1000;
   world.set_coupling(strong);
@@ -285,7 +286,7 @@ TEST(TouchSeam, AHeldBodyPressesOnAFreeOneAndBothRest) {
   // The lower cube is free on the table, the upper one held: pressed down by 3 N.
   const std::string upper = box("upper", Vec3::Constant(kEdge_m), {0.003, 0, 1.5 * kEdge_m + 0.002},
                                 R"(, "graspable": true, "mass_kg": 0.1)");
-  World world(make_server_world(
+  World world(server::make_server_world(
       load_parts({.bodies = table() + "," + cube(0.3, {0, 0, kEdge_m / 2}) + "," + upper,
                   .tools = tool_at({0.003, 0, 1.5 * kEdge_m + 0.002}, 0.5, R"(, "holds": "upper")")})));
   world.activate_tool(0);
@@ -309,7 +310,7 @@ TEST(TouchStage, AToolThatIsPulledBeyondTheSpeedLimitIsSlowedBeforeItMovesNotAft
   // 5 g, pulled by 1000 N from 2 cm before a wall to 3 cm behind it, in one step.
   const std::string wall = box("wall", {0.2, 0.2, 0.002}, {0, 0, 0});
   const std::string coupling = R"({"law": "spring-damper", "stiffness_n_per_m": 100000, "force_limit_n": 1000})";
-  World world(make_server_world(load_parts(
+  World world(server::make_server_world(load_parts(
       {.bodies = wall, .tools = tool_at({0, 0, 0.026}, 0.5, R"(, "mass_kg": 0.005)"), .coupling = coupling})));
   world.activate_tool(0);
   world.set_handle(0, at({0, 0, 0.026}));
@@ -328,21 +329,21 @@ TEST(TouchStage, AToolThatIsPulledBeyondTheSpeedLimitIsSlowedBeforeItMovesNotAft
 
 TEST(TouchStage, AllocatesNeitherAtFirstContactNorLater) {
   const std::string soft = R"(, "contact_stiffness_n_per_m3": 1e8)";
-  World world(make_server_world(
+  World world(server::make_server_world(
       load_parts({.bodies = box("table", {1, 1, 0.1}, {0, 0, -0.05}, soft), .tools = tool_at({0, 0, 0.02})})));
   world.activate_tool(0);
   world.set_handle(0, at({0, 0, 0.02}));
   run(world, 5);
   std::uint32_t contacts = 0;
-  const std::uint64_t before = allocation_count();
+  const std::uint64_t before = test::allocation_count();
   for (int i = 0; i < 600; ++i) {
     world.set_handle(0, at({0.001 * i * kStep_s, 0, std::max(0.0, 0.02 - 0.1 * i * kStep_s)}));
     world.step();
     contacts += world.touch(0).contacts;
   }
-  EXPECT_EQ(allocation_count(), before);
+  EXPECT_EQ(test::allocation_count(), before);
   EXPECT_GT(contacts, 300U);
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::physics

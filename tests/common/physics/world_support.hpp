@@ -5,14 +5,14 @@
 #include "common/physics/followed_bodies.hpp"
 #include "common/physics/world.hpp"
 
-namespace tandem {
+namespace tandem::physics {
 
 inline constexpr double kStep_s = 1e-3;
 inline constexpr double kCubeEdge_m = 0.04;
 inline constexpr double kBallRadius_m = 0.005;
 inline constexpr double kToolMass_kg = 0.05;
 
-inline TouchModel touch_of(std::shared_ptr<const ContactShape> shape) {
+inline TouchModel touch_of(std::shared_ptr<const contact::ContactShape> shape) {
   const double radius = shape->radius_m();
   return {{{std::move(shape), Pose{}}}, radius};
 }
@@ -27,7 +27,7 @@ inline RigidState at(const Vec3& p, const Vec3& v = Vec3::Zero()) {
 
 /// A cube of 4 cm; static with a mass of 0.
 inline BodyDescription cube(const Vec3& p, double mass_kg) {
-  static const auto shape = make_contact_box(Vec3::Constant(kCubeEdge_m));
+  static const auto shape = contact::make_contact_box(Vec3::Constant(kCubeEdge_m));
   BodyDescription body;
   body.touch = touch_of(shape);
   if (mass_kg > 0) body.mass = mass_of(mass_kg, kCubeEdge_m / std::sqrt(6.0));
@@ -37,7 +37,7 @@ inline BodyDescription cube(const Vec3& p, double mass_kg) {
 }
 
 inline BodyDescription table() {
-  static const auto shape = make_contact_box({1, 1, 0.1});
+  static const auto shape = contact::make_contact_box({1, 1, 0.1});
   BodyDescription body;
   body.touch = touch_of(shape);
   body.X_WB.p = {0, 0, -0.05};
@@ -46,7 +46,7 @@ inline BodyDescription table() {
 
 /// A ball of 5 mm and 50 g.
 inline ToolDescription ball_tool(const Vec3& p) {
-  static const auto shape = make_contact_sphere(kBallRadius_m);
+  static const auto shape = contact::make_contact_sphere(kBallRadius_m);
   ToolDescription tool;
   tool.touch = touch_of(shape);
   tool.mass = mass_of(kToolMass_kg, 0.015);
@@ -104,4 +104,4 @@ inline TickFaults run(World& world, int steps) {
   return faults;
 }
 
-}  // namespace tandem
+}  // namespace tandem::physics

@@ -13,7 +13,7 @@
 #include "common/base/random.hpp"
 #include "tests/common/physics/scene_support.hpp"
 
-namespace tandem {
+namespace tandem::physics {
 namespace {
 
 constexpr double kG = 9.81;
@@ -43,7 +43,7 @@ TickFaults run(World& world, int steps) {
 }
 
 TEST(World, FreeFallIsSymplecticEulersToTheRounding) {
-  World world(make_server_world(load_parts({.bodies = cube("a", 0.1, {0, 0, 1})})));
+  World world(server::make_server_world(load_parts({.bodies = cube("a", 0.1, {0, 0, 1})})));
   constexpr int kSteps = 300;
   run(world, kSteps);
   EXPECT_NEAR(world.body(BodyId{1}).V.v.z(), -kG * kSteps * kStep_s, 1e-12);
@@ -51,13 +51,14 @@ TEST(World, FreeFallIsSymplecticEulersToTheRounding) {
 }
 
 TEST(World, BodyWithoutGravityStaysToTheBit) {
-  World world(make_server_world(load_parts({.bodies = cube("a", 0.1, {0.1, 0.2, 0.3}, R"(, "gravity": false)")})));
+  World world(
+      server::make_server_world(load_parts({.bodies = cube("a", 0.1, {0.1, 0.2, 0.3}, R"(, "gravity": false)")})));
   run(world, 100);
   EXPECT_EQ(world.body(BodyId{1}).X.p, Vec3(0.1, 0.2, 0.3));
 }
 
 TEST(World, DampingIsExponentialInTime) {
-  World world(make_server_world(
+  World world(server::make_server_world(
       load_parts({.bodies = cube("a", 0.1, {0, 0, 1}, R"(, "gravity": false, "linear_damping_per_s": 4)"),
                   .tools = tool_at("t", {0, 0, 1}, "a"),
                   .coupling = R"({"law": "spring-damper", "damping_n_s_per_m": 0, "damping_n_m_s_per_rad": 0})"})));
@@ -72,7 +73,8 @@ TEST(World, DampingIsExponentialInTime) {
 }
 
 TEST(World, RestingBoxStaysPutAndGainsNoEnergy) {
-  World world(make_server_world(load_parts({.bodies = std::string(kTable) + "," + cube("a", 0.2, {0, 0, 0.02})})));
+  World world(
+      server::make_server_world(load_parts({.bodies = std::string(kTable) + "," + cube("a", 0.2, {0, 0, 0.02})})));
   const double start = world.mechanical_energy_j();
   double highest = start;
   for (int i = 0; i < 3000; ++i) {
@@ -87,7 +89,8 @@ TEST(World, RestingBoxStaysPutAndGainsNoEnergy) {
 }
 
 TEST(World, DroppedBoxDoesNotBounceHigherThanItsRestitution) {
-  World world(make_server_world(load_parts({.bodies = std::string(kTable) + "," + cube("a", 0.2, {0, 0, 0.12})})));
+  World world(
+      server::make_server_world(load_parts({.bodies = std::string(kTable) + "," + cube("a", 0.2, {0, 0, 0.12})})));
   double after_impact = 0;
   for (int i = 0; i < 2000; ++i) {
     world.step();
@@ -105,7 +108,8 @@ double slid_after_1_s(double tangent) {
                               std::to_string(-kG * std::cos(slope)) + R"(], "limits": {"body_speed_m_per_s": 100})";
   const std::string table =
       R"({"name": "table", "shapes": [{"box": {"size_m": [20, 1, 0.1]}}], "placement": {"position_m": [0, 0, -0.05]}})";
-  World world(make_server_world(load_parts({.bodies = table + "," + cube("a", 0.2, {0, 0, 0.02}), .rest = gravity})));
+  World world(
+      server::make_server_world(load_parts({.bodies = table + "," + cube("a", 0.2, {0, 0, 0.02}), .rest = gravity})));
   for (int i = 0; i < 1000; ++i) world.step();
   return world.body(BodyId{2}).X.p.x();
 }
@@ -124,8 +128,8 @@ TEST(World, BoxSlidesOutsideTheFrictionConeAsCoulombSays) {
 }
 
 TEST(World, HeldBodySagsByItsWeightOverTheStiffness) {
-  World world(
-      make_server_world(load_parts({.bodies = cube("a", 0.12, {0, 0, 1}), .tools = tool_at("t", {0, 0, 1}, "a")})));
+  World world(server::make_server_world(
+      load_parts({.bodies = cube("a", 0.12, {0, 0, 1}), .tools = tool_at("t", {0, 0, 1}, "a")})));
   world.activate_tool(0);
   world.set_handle(0, at({0, 0, 1}));
   run(world, 3000);
@@ -136,7 +140,7 @@ TEST(World, HeldBodySagsByItsWeightOverTheStiffness) {
 }
 
 TEST(World, TwoToolsThatHoldOneBodyShareItsWeight) {
-  World world(make_server_world(
+  World world(server::make_server_world(
       load_parts({.bodies = cube("a", 0.12, {0, 0, 1}),
                   .tools = tool_at("l", {-0.02, 0, 1}, "a") + "," + tool_at("r", {0.02, 0, 1}, "a")})));
   for (const std::size_t tool : {0U, 1U}) {
@@ -151,7 +155,7 @@ TEST(World, TwoToolsThatHoldOneBodyShareItsWeight) {
 }
 
 TEST(World, ForceOnTheHandIsMinusTheChangeOfTheToolsMomentum) {
-  World world(make_server_world(load_parts({})));
+  World world(server::make_server_world(load_parts({})));
   world.activate_tool(0);
   world.set_handle(0, {{Vec3(0.005, 0.002, 2), Quat::Identity()}, {Vec3(0.1, 0, 0), Vec3::Zero()}});
   for (int i = 0; i < 50; ++i) {
@@ -164,7 +168,7 @@ TEST(World, ForceOnTheHandIsMinusTheChangeOfTheToolsMomentum) {
 }
 
 TEST(World, WorkOfTheCouplingIsTheToolsKineticEnergyAndWhatSamplingAdds) {
-  World world(make_server_world(load_parts({})));
+  World world(server::make_server_world(load_parts({})));
   world.activate_tool(0);
   world.set_handle(0, at({0.01, 0, 2}));
   double sampling = 0;
@@ -182,7 +186,7 @@ TEST(World, WorkOfTheCouplingIsTheToolsKineticEnergyAndWhatSamplingAdds) {
 }
 
 TEST(World, ToolWithoutAHandleFloatsAndStops) {
-  World world(make_server_world(load_parts({})));
+  World world(server::make_server_world(load_parts({})));
   world.activate_tool(0);
   world.set_handle(0, at({0.02, 0, 2}));
   run(world, 15);
@@ -195,8 +199,8 @@ TEST(World, ToolWithoutAHandleFloatsAndStops) {
 }
 
 TEST(World, BodyHeldByALostHandIsNotDropped) {
-  World world(
-      make_server_world(load_parts({.bodies = cube("a", 0.12, {0, 0, 1}), .tools = tool_at("t", {0, 0, 1}, "a")})));
+  World world(server::make_server_world(
+      load_parts({.bodies = cube("a", 0.12, {0, 0, 1}), .tools = tool_at("t", {0, 0, 1}, "a")})));
   world.activate_tool(0);
   world.set_handle(0, at({0, 0, 1}));
   run(world, 500);
@@ -219,7 +223,7 @@ struct ForceSteps {
 };
 
 TEST(World, GrabAndReleaseMakeNoForceStep) {
-  World world(make_server_world(load_parts(
+  World world(server::make_server_world(load_parts(
       {.bodies = std::string(kTable) + "," + cube("a", 0.2, {0, 0, 0.02}), .tools = tool_at("t", {0, 0, 0.05})})));
   world.activate_tool(0);
   world.set_handle(0, at({0, 0, 0.041}));  // presses on the box with about (45 − 41) mm · 300 N/m = 1.2 N
@@ -243,7 +247,7 @@ TEST(World, GrabAndReleaseMakeNoForceStep) {
 }
 
 TEST(World, ReleasedBodyIsNotKickedByTheToolInside) {
-  World world(make_server_world(load_parts(
+  World world(server::make_server_world(load_parts(
       {.bodies = cube("a", 0.2, {0, 0, 1}, R"(, "gravity": false)"), .tools = tool_at("t", {0, 0, 1}, "a")})));
   world.activate_tool(0);
   world.set_handle(0, at({0, 0, 1}));
@@ -266,7 +270,7 @@ TEST(World, ReleasedBodyIsNotKickedByTheToolInside) {
 TEST(World, GrabTakesTheNearestGraspableBodyInReach) {
   const std::string ungraspable = R"({"name": "stone", "shapes": [{"sphere": {"radius_m": 0.01}}], "mass_kg": 1,
                                       "gravity": false, "placement": {"position_m": [0, 0, 0.02]}})";
-  World world(make_server_world(
+  World world(server::make_server_world(
       load_parts({.bodies = ungraspable + "," + cube("far", 0.1, {-0.045, 0, 0}, R"(, "gravity": false)") + "," +
                             cube("near", 0.1, {0.04, 0, 0}, R"(, "gravity": false)") + "," +
                             cube("away", 0.1, {1, 0, 0}, R"(, "gravity": false)"),
@@ -288,16 +292,16 @@ TEST(World, GrabAgreesWithTheDistanceToTheSurface) {
   // Reach 20 mm from the surface of a tool of 5 mm radius to a cube of 20 mm half edge: 45 mm between centres.
   for (const auto& [gap_m, expected] :
        {std::pair{0.0449, GrabResult::kGrabbed}, std::pair{0.0451, GrabResult::kOutOfReach}}) {
-    World world(
-        make_server_world(load_parts({.bodies = cube("a", 0.1, {gap_m, 0, 0}), .tools = tool_at("t", {0, 0, 0})})));
+    World world(server::make_server_world(
+        load_parts({.bodies = cube("a", 0.1, {gap_m, 0, 0}), .tools = tool_at("t", {0, 0, 0})})));
     world.activate_tool(0);
     EXPECT_EQ(world.grab(0, BodyId{1}), expected) << gap_m;
   }
 }
 
 TEST(World, DeactivatedToolLetsGoAndLeavesTheWorld) {
-  World world(
-      make_server_world(load_parts({.bodies = cube("a", 0.12, {0, 0, 1}), .tools = tool_at("t", {0, 0, 1}, "a")})));
+  World world(server::make_server_world(
+      load_parts({.bodies = cube("a", 0.12, {0, 0, 1}), .tools = tool_at("t", {0, 0, 1}, "a")})));
   world.activate_tool(0);
   world.set_handle(0, at({0, 0, 1}));
   run(world, 100);
@@ -309,8 +313,8 @@ TEST(World, DeactivatedToolLetsGoAndLeavesTheWorld) {
 }
 
 TEST(World, NextUserFindsTheBodyInTheHandAgain) {
-  World world(
-      make_server_world(load_parts({.bodies = cube("a", 0.12, {0, 0, 1}), .tools = tool_at("t", {0.01, 0, 1}, "a")})));
+  World world(server::make_server_world(
+      load_parts({.bodies = cube("a", 0.12, {0, 0, 1}), .tools = tool_at("t", {0.01, 0, 1}, "a")})));
   world.activate_tool(0);
   world.deactivate_tool(0);
   run(world, 300);
@@ -327,9 +331,9 @@ TEST(World, ManyHandsAndAWildCouplingStayCalm) {
     if (!tools.empty()) tools += ",";
     tools += tool_at(name, {0.022, 0.02, 1});
   }
-  World world(
-      make_server_world(load_parts({.bodies = cube("a", 0.02, {0, 0, 1}, R"(, "gravity": false)"), .tools = tools})));
-  CouplingParameters wild;
+  World world(server::make_server_world(
+      load_parts({.bodies = cube("a", 0.02, {0, 0, 1}, R"(, "gravity": false)"), .tools = tools})));
+  haptics::CouplingParameters wild;
   wild.stiffness_n_per_m = 1e6;
   wild.damping_n_s_per_m = 1e4;
   wild.damping_n_m_s_per_rad = 1e4;
@@ -345,11 +349,11 @@ TEST(World, ManyHandsAndAWildCouplingStayCalm) {
 }
 
 TEST(World, CouplingThatIsNotFiniteIsIgnored) {
-  World world(
-      make_server_world(load_parts({.bodies = cube("a", 0.12, {0, 0, 1}), .tools = tool_at("t", {0, 0, 1}, "a")})));
+  World world(server::make_server_world(
+      load_parts({.bodies = cube("a", 0.12, {0, 0, 1}), .tools = tool_at("t", {0, 0, 1}, "a")})));
   world.activate_tool(0);
   world.set_handle(0, at({0, 0, 1}));
-  CouplingParameters broken;
+  haptics::CouplingParameters broken;
   broken.stiffness_n_per_m = std::numeric_limits<double>::quiet_NaN();
   world.set_coupling(broken);
   run(world, 3000);
@@ -357,11 +361,11 @@ TEST(World, CouplingThatIsNotFiniteIsIgnored) {
 }
 
 TEST(World, ACouplingAskedForEveryStepIsThatAskedForOnce) {
-  CouplingParameters other;
+  haptics::CouplingParameters other;
   other.stiffness_n_per_m = 900;
   const auto height_after = [&](int steps, bool asks_every_step, bool asks_before) {
-    World world(
-        make_server_world(load_parts({.bodies = cube("a", 0.12, {0, 0, 1}), .tools = tool_at("t", {0, 0, 1}, "a")})));
+    World world(server::make_server_world(
+        load_parts({.bodies = cube("a", 0.12, {0, 0, 1}), .tools = tool_at("t", {0, 0, 1}, "a")})));
     if (asks_before) world.set_coupling(other);
     world.activate_tool(0);
     world.set_handle(0, at({0, 0, 1}));
@@ -399,7 +403,7 @@ double deepest_x(World& world, double speed_m_per_s) {
 }
 
 TEST(World, ToolDoesNotPassAWallOf2MillimetresAt1MetreASecond) {
-  World world(make_server_world(load_parts({.bodies = wall_of_2_mm(), .tools = tool_at("t", {0, 0, 0})})));
+  World world(server::make_server_world(load_parts({.bodies = wall_of_2_mm(), .tools = tool_at("t", {0, 0, 0})})));
   // Surface of the wall at 49 mm, radius of the tool 5 mm; it may dip in by a step's way (1 mm) and no more.
   EXPECT_LT(deepest_x(world, 1.0), 0.045);
 }
@@ -407,26 +411,26 @@ TEST(World, ToolDoesNotPassAWallOf2MillimetresAt1MetreASecond) {
 TEST(World, ToolDoesNotPassAnExactMeshWallAt1MetreASecond) {
   const std::filesystem::path file = std::filesystem::path(::testing::TempDir()) / "tandem_world_wall.obj";
   std::ofstream(file) << "v 0 -1 -1\nv 0 1 -1\nv 0 1 1\nv 0 -1 1\nf 1 2 3\nf 1 3 4\n";
-  World world(
-      make_server_world(load_parts({.bodies = R"({"name": "wall", "shapes": [{"mesh": {"file": ")" + file.string() +
-                                              R"("}}], "placement": {"position_m": [0.05, 0, 0]}})",
-                                    .tools = tool_at("t", {0, 0, 0})})));
+  World world(server::make_server_world(
+      load_parts({.bodies = R"({"name": "wall", "shapes": [{"mesh": {"file": ")" + file.string() +
+                            R"("}}], "placement": {"position_m": [0.05, 0, 0]}})",
+                  .tools = tool_at("t", {0, 0, 0})})));
   std::filesystem::remove(file);
   EXPECT_LT(deepest_x(world, 1.0), 0.0465);
 }
 
 TEST(World, BodyThatIsNotFiniteIsPutBackAndReported) {
-  auto scene = std::make_shared<LoadedScene>(*load_parts({.bodies = cube("a", 0.1, {0, 0, 1})}));
+  auto scene = std::make_shared<server::LoadedScene>(*load_parts({.bodies = cube("a", 0.1, {0, 0, 1})}));
   // The loader would refuse this gravity; here it stands for any way in which a number may break.
   scene->description.set_gravity_m_per_s2(0, std::numeric_limits<double>::quiet_NaN());
-  World world(make_server_world(scene));
+  World world(server::make_server_world(scene));
   EXPECT_NE(world.step() & kFaultNotFinite, 0U);
   EXPECT_EQ(world.body(BodyId{1}).X.p, Vec3(0, 0, 1));
   EXPECT_EQ(world.body(BodyId{1}).V.v, Vec3::Zero());
 }
 
 TEST(World, HandleThatIsNotFiniteIsNotFollowed) {
-  World world(make_server_world(load_parts({})));
+  World world(server::make_server_world(load_parts({})));
   world.activate_tool(0);
   RigidState handle = at({0, 0, 2});
   handle.X.p.x() = std::numeric_limits<double>::infinity();
@@ -436,7 +440,7 @@ TEST(World, HandleThatIsNotFiniteIsNotFollowed) {
 }
 
 TEST(World, FastBodyIsSlowedAndReported) {
-  World world(make_server_world(
+  World world(server::make_server_world(
       load_parts({.bodies = cube("a", 0.1, {0, 0, 1}), .rest = R"("limits": {"body_speed_m_per_s": 0.5})"})));
   EXPECT_EQ(run(world, 50), 0U);
   EXPECT_EQ(run(world, 50), static_cast<TickFaults>(kFaultSpeedLimited));
@@ -444,7 +448,7 @@ TEST(World, FastBodyIsSlowedAndReported) {
 }
 
 TEST(World, SaturatedCouplingIsReportedAndBounded) {
-  World world(make_server_world(load_parts({})));
+  World world(server::make_server_world(load_parts({})));
   world.activate_tool(0);
   world.set_handle(0, at({0.5, 0, 2}));
   EXPECT_EQ(world.step(), static_cast<TickFaults>(kFaultCouplingSaturated));
@@ -455,7 +459,7 @@ TEST(World, OffCentreBodyTurnsAboutItsCentreOfMass) {
   // A dumb-bell whose frame is in one of its balls, spun by a couple: its centre must stay.
   const std::string body = R"({"name": "a", "mass_kg": 0.2, "gravity": false, "graspable": true, "shapes": [
       {"sphere": {"radius_m": 0.02}}, {"sphere": {"radius_m": 0.02}, "placement": {"position_m": [0.1, 0, 0]}}]})";
-  World world(make_server_world(
+  World world(server::make_server_world(
       load_parts({.bodies = body,
                   .tools = tool_at("t", {0.05, 0, 0}, "a"),
                   .coupling = R"({"law": "spring-damper", "stiffness_n_per_m": 0, "damping_n_s_per_m": 0})"})));
@@ -485,9 +489,9 @@ std::uint64_t state_hash(const World& world, std::size_t tools) {
 }
 
 /// Two hands push, grab, carry and drop the boxes of a shipped scene, the same way for the same seed.
-std::uint64_t hash_of_session(const std::shared_ptr<const LoadedScene>& scene, std::uint64_t seed) {
+std::uint64_t hash_of_session(const std::shared_ptr<const server::LoadedScene>& scene, std::uint64_t seed) {
   Random random(seed);
-  World world(make_server_world(scene));
+  World world(server::make_server_world(scene));
   for (const std::size_t tool : {0U, 1U}) world.activate_tool(tool);
   std::array<Vec3, 2> hands{Vec3(-0.08, 0, 0.09), Vec3(0.08, 0, 0.09)};
   for (int i = 0; i < 3000; ++i) {
@@ -510,7 +514,7 @@ TEST(World, SameInputsGiveTheSameBits) {
 
 TEST(ShippedScenes, PegGoesIntoTheHoleInTwoHands) {
   TANDEM_LOAD_OR_SKIP(scene, "peg_in_hole");
-  World world(make_server_world(scene));
+  World world(server::make_server_world(scene));
   const auto lead = [&world](const Vec3& offset) {
     world.set_handle(0, at(Vec3(-0.04, -0.01, 0.12) + offset));
     world.set_handle(1, at(Vec3(-0.04, 0.01, 0.12) + offset));
@@ -537,7 +541,7 @@ double distance_to_triangle(const Vec3& p, const Vec3& a, const Vec3& b, const V
   return std::min({distance_to_segment(p, a, b), distance_to_segment(p, b, c), distance_to_segment(p, c, a)});
 }
 /// By looking at every triangle: slow, and nothing in common with how the world does it.
-double distance_to_mesh(const Vec3& p, const TriangleMesh& mesh) {
+double distance_to_mesh(const Vec3& p, const geometry::TriangleMesh& mesh) {
   double nearest = std::numeric_limits<double>::infinity();
   for (const auto& [i, j, k] : mesh.triangles) {
     const auto at_index = [&mesh](int index) { return mesh.vertices[static_cast<std::size_t>(index)]; };
@@ -548,9 +552,9 @@ double distance_to_mesh(const Vec3& p, const TriangleMesh& mesh) {
 
 TEST(ShippedScenes, ToolLiesOnTheBunnyAndNotInIt) {
   TANDEM_LOAD_OR_SKIP(scene, "bunny");
-  World world(make_server_world(scene));
+  World world(server::make_server_world(scene));
   world.activate_tool(0);
-  const LoadedShape& bunny = scene->bodies[1].shapes[0];
+  const server::LoadedShape& bunny = scene->bodies[1].shapes[0];
   const Pose X_SW = (scene->bodies[1].X_WB * bunny.X_BS).inverse();
   double nearest = 1, strongest_n = 0;
   for (int i = 0; i <= 1500; ++i) {
@@ -568,7 +572,7 @@ TEST(ShippedScenes, ToolLiesOnTheBunnyAndNotInIt) {
 
 TEST(ShippedScenes, TwoBunniesPressOnEachOtherEquallyAndCalmly) {
   TANDEM_LOAD_OR_SKIP(scene, "two_bunnies");
-  World world(make_server_world(scene));
+  World world(server::make_server_world(scene));
   for (const std::size_t tool : {0U, 1U}) world.activate_tool(tool);
   for (int i = 0; i <= 4000; ++i) {
     world.set_handle(0, at({0, 0, 0.05}));
@@ -584,7 +588,7 @@ TEST(ShippedScenes, TwoBunniesPressOnEachOtherEquallyAndCalmly) {
 
 TEST(ShippedScenes, SoftPadPushesBackMoreTheDeeperItIsPressed) {
   TANDEM_LOAD_OR_SKIP(scene, "soft_pad");
-  World world(make_server_world(scene));
+  World world(server::make_server_world(scene));
   world.activate_tool(0);
   std::array<double, 3> force_n{};
   // The pad's top is at 40 mm, the ball's radius 10 mm.
@@ -605,9 +609,10 @@ TEST(ShippedScenes, SoftPadPushesBackMoreTheDeeperItIsPressed) {
 
 TEST(ShippedScenes, HelicesPullEachOtherTogetherAndRest) {
   TANDEM_LOAD_OR_SKIP(scene, "docking_helices");
-  World world(make_server_world(scene));
+  World world(server::make_server_world(scene));
   const double S_f = scene->description.molecular_field().newtons_per_kcal_per_mol_angstrom();
-  const double joules = S_f * scene->description.molecular_field().metres_per_angstrom() / kKilojoulesPerKilocalorie;
+  const double joules =
+      S_f * scene->description.molecular_field().metres_per_angstrom() / docking::kKilojoulesPerKilocalorie;
   world.step();
   const double start = joules * world.field_energy_kj_per_mol() + world.mechanical_energy_j();
   double highest = start;
@@ -621,4 +626,4 @@ TEST(ShippedScenes, HelicesPullEachOtherTogetherAndRest) {
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::physics

@@ -9,7 +9,7 @@
 
 #include "common/realtime/ring.hpp"
 
-namespace tandem {
+namespace tandem::realtime {
 namespace {
 
 TEST(Mailbox, GivesTheNewestValueAndOnlyOnce) {
@@ -79,4 +79,4 @@ TEST(Ring, LosesNothingAcrossThreads) {
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::realtime

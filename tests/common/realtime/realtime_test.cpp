@@ -7,7 +7,7 @@
 #include <stdexcept>
 #include <thread>
 
-namespace tandem {
+namespace tandem::realtime {
 namespace {
 
 using ::testing::Contains;
@@ -70,4 +70,4 @@ TEST(Realtime, ImpossibleRequestsAreEachAnsweredByOneLineWithARemedy) {
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::realtime

@@ -9,6 +9,7 @@
 
 #include "common/base/json_pretty.hpp"
 #include "lab/experiment/experiment_library.hpp"
+#include "tests/support/source_path.hpp"
 
 namespace tandem::lab {
 namespace {
@@ -68,7 +69,7 @@ TEST_F(ExperimentFile, EveryFieldArrives) {
   ASSERT_EQ(experiment.users.size(), 1U);
   const ExperimentUser& user = experiment.users[0];
   EXPECT_EQ(user.name, "anna");
-  EXPECT_EQ(user.role, UserRole::kObserver);
+  EXPECT_EQ(user.role, server::UserRole::kObserver);
   EXPECT_THAT(user.hand.phases(), testing::ElementsAre("wave"));
   EXPECT_EQ(user.device.name, "omega.6");
   EXPECT_EQ(user.device.spec.force_axes, 3);
@@ -85,7 +86,7 @@ TEST_F(ExperimentFile, EveryFieldArrives) {
   EXPECT_EQ(experiment.outcome->body, "cube");
   EXPECT_EQ(experiment.outcome->lifted_above_m, 0.05);
   EXPECT_EQ(experiment.outcome->during, "wave");
-  EXPECT_EQ(user.transport, StateTransport::kUdp);
+  EXPECT_EQ(user.transport, client::StateTransport::kUdp);
   EXPECT_EQ(user.tick_phase, microseconds(750));
   EXPECT_EQ(user.hand_parameters.mass_kg, 0.4);
   EXPECT_EQ(user.hand_parameters.stiffness_n_per_m, 100);
@@ -99,7 +100,7 @@ TEST_F(ExperimentFile, EveryFieldArrives) {
   EXPECT_EQ(user.hand_parameters.encoder_step_rad, 1e-4);
   EXPECT_EQ(user.up.delay, milliseconds(25));
   EXPECT_EQ(user.up.jitter, milliseconds(5));
-  EXPECT_EQ(user.up.distribution, JitterDistribution::kTrace);
+  EXPECT_EQ(user.up.distribution, net::JitterDistribution::kTrace);
   EXPECT_THAT(user.up.trace, testing::ElementsAre(milliseconds(1), microseconds(2500)));
   EXPECT_EQ(user.up.loss, 0.05);
   EXPECT_EQ(user.up.mean_bad_period, milliseconds(30));
@@ -109,7 +110,7 @@ TEST_F(ExperimentFile, EveryFieldArrives) {
   EXPECT_EQ(user.up.queue_limit, 12U);
   EXPECT_EQ(user.down.delay, milliseconds(100));
   EXPECT_EQ(user.down.loss, 0.05) << "what the way down does not say is as the link";
-  EXPECT_EQ(user.down.distribution, JitterDistribution::kPareto);
+  EXPECT_EQ(user.down.distribution, net::JitterDistribution::kPareto);
 }
 
 TEST_F(ExperimentFile, LeavesOutWhatItDoesNotSay) {
@@ -117,11 +118,11 @@ TEST_F(ExperimentFile, LeavesOutWhatItDoesNotSay) {
       R"({"name": "n", "scene": "./scene.json", "users": [{"name": "a", "link": {"rtt_ms": 14}}, {"name": "b"}]})");
   EXPECT_EQ(experiment.duration, seconds(10));
   EXPECT_EQ(experiment.users[0].pipeline.stage, default_stage());
-  EXPECT_EQ(experiment.users[0].transport, StateTransport::kUdp);
+  EXPECT_EQ(experiment.users[0].transport, client::StateTransport::kUdp);
   EXPECT_EQ(experiment.users[0].down.delay, milliseconds(7)) << "downlink is like link unless it is given";
   EXPECT_EQ(experiment.users[0].tick_phase, microseconds(250));
   EXPECT_EQ(experiment.users[1].tick_phase, microseconds(500));
-  EXPECT_EQ(experiment.users[1].hand_parameters.mass_kg, HandParameters{}.mass_kg);
+  EXPECT_EQ(experiment.users[1].hand_parameters.mass_kg, devices::HandParameters{}.mass_kg);
   EXPECT_EQ(experiment.users[1].device.name, "sim");
 }
 
@@ -131,7 +132,7 @@ std::string one_user(const std::string& fields) {
 
 TEST_F(ExperimentFile, AStreamMayBeSlowButLosesNothing) {
   const Experiment experiment = parse(one_user(R"("transport": "tcp", "link": {"rtt_ms": 14, "jitter_ms": 1})"));
-  EXPECT_EQ(experiment.users[0].transport, StateTransport::kTcp);
+  EXPECT_EQ(experiment.users[0].transport, client::StateTransport::kTcp);
   for (const char* spoilt :
        {R"("link": {"loss": 0.01})", R"("downlink": {"duplication": 0.01})", R"("downlink": {"reordering": true})"}) {
     EXPECT_EQ(complaint(one_user(std::string(R"("transport": "tcp", )") + spoilt)),
@@ -205,7 +206,7 @@ TEST_F(ExperimentFile, SaysWhatIsWrongWhereAndWhatWouldBeRight) {
 
 TEST(ShippedExperiments, AreAllGood) {
   int count = 0;
-  for (const auto& entry : std::filesystem::directory_iterator(TANDEM_EXPERIMENT_DIRECTORY)) {
+  for (const auto& entry : std::filesystem::directory_iterator(test::source_path("lab/experiments"))) {
     ++count;
     EXPECT_NO_THROW({
       const Experiment experiment = load_experiment(entry.path());

@@ -12,6 +12,7 @@
 #include "devices/device_check.hpp"
 #include "lab/experiment/experiment.hpp"
 #include "server/assets/scene_file.hpp"
+#include "tests/support/source_path.hpp"
 
 namespace tandem::lab {
 namespace {
@@ -25,16 +26,16 @@ constexpr std::array kShipped = {
 constexpr std::array kPhases = {"approach", "move", "contact", "slide", "shake", "hold", "retreat"};
 
 Experiment shipped(const std::string& name) {
-  return load_experiment(std::filesystem::path(TANDEM_EXPERIMENT_DIRECTORY) / (name + ".json"));
+  return load_experiment(test::source_path("lab/experiments") / (name + ".json"));
 }
 
-std::string phase_at(const HandPath& path, Duration time) {
+std::string phase_at(const devices::HandPath& path, Duration time) {
   const int phase = path.phase_at(time);
   return phase < 0 ? "" : path.phases().at(static_cast<std::size_t>(phase));
 }
 
 /// Times of a phase, a millisecond apart.
-std::vector<Duration> times_of(const HandPath& path, const std::string& phase) {
+std::vector<Duration> times_of(const devices::HandPath& path, const std::string& phase) {
   std::vector<Duration> times;
   for (Duration time{0}; time < path.length(); time += milliseconds(1)) {
     if (phase_at(path, time) == phase) times.push_back(time);
@@ -42,7 +43,7 @@ std::vector<Duration> times_of(const HandPath& path, const std::string& phase) {
   return times;
 }
 
-double greatest_speed(const HandPath& path, const std::string& phase) {
+double greatest_speed(const devices::HandPath& path, const std::string& phase) {
   double greatest = 0;
   for (const Duration time : times_of(path, phase)) greatest = std::max(greatest, path.twist_at(time).v.norm());
   return greatest;
@@ -77,21 +78,22 @@ TEST_P(ShippedExperiment, HasACouplingThatTheSimulatedDeviceCanShowWithWhateverI
   const Experiment experiment = shipped(GetParam());
   const auto scene = load_experiment_scene(experiment);
   ASSERT_GE(scene->tools.size(), experiment.users.size());
-  const CouplingLawInfo* law = find_coupling_law(scene->coupling.law);
+  const haptics::CouplingLawInfo* law = haptics::find_coupling_law(scene->coupling.law);
   ASSERT_NE(law, nullptr);
   for (std::size_t tool = 0; tool < scene->tools.size(); ++tool) {
-    std::vector<MovedMass> moved{moved_mass(*scene, tool, std::nullopt)};
+    std::vector<physics::MovedMass> moved{server::moved_mass(*scene, tool, std::nullopt)};
     for (std::size_t body = 0; body < scene->bodies.size(); ++body) {
       if (scene->description.bodies(static_cast<int>(body)).graspable())
-        moved.push_back(moved_mass(*scene, tool, body));
+        moved.push_back(server::moved_mass(*scene, tool, body));
     }
-    const DeviceProfile device = find_device_profile("sim");
-    for (const MovedMass& each : moved) {
-      const LoopCoupling loop =
-          loop_coupling(*law, coupling_in_force(scene->coupling, scene->coupling.parameters, each), each.mass_kg,
-                        each.inertia_kg_m2, each.is_held_body);
-      EXPECT_TRUE(is_stable_coupling(loop.parameters, loop.tool_mass_kg, loop.tool_inertia_kg_m2,
-                                     loop_device(device, scene->tools[tool].workspace), loop.slope_factor));
+    const devices::DeviceProfile device = devices::find_device_profile("sim");
+    for (const physics::MovedMass& each : moved) {
+      const devices::LoopCoupling loop =
+          devices::loop_coupling(*law, physics::coupling_in_force(scene->coupling, scene->coupling.parameters, each),
+                                 each.mass_kg, each.inertia_kg_m2, each.is_held_body);
+      EXPECT_TRUE(haptics::is_stable_coupling(loop.parameters, loop.tool_mass_kg, loop.tool_inertia_kg_m2,
+                                              devices::loop_device(device, scene->tools[tool].workspace),
+                                              loop.slope_factor));
     }
   }
 }
@@ -104,7 +106,7 @@ TEST(ShippedPaths, FreeReachesThirtyCentimetresASecond) {
 }
 
 TEST(ShippedPaths, DockingMovesAtFiftyMillimetresASecond) {
-  const HandPath path = shipped("docking").users.at(1).hand;
+  const devices::HandPath path = shipped("docking").users.at(1).hand;
   for (const char* phase : {"move", "contact", "slide"}) EXPECT_NEAR(greatest_speed(path, phase), 0.05, 0.003) << phase;
 }
 
@@ -113,7 +115,7 @@ TEST(ShippedPaths, DockingMovesAtFiftyMillimetresASecond) {
 TEST(ShippedPaths, CurveLeadsTheToolRoundTheBallAtTenCentimetresASecond) {
   const Experiment experiment = shipped("curve");
   const auto scene = load_experiment_scene(experiment);
-  const HandPath& path = experiment.users.at(0).hand;
+  const devices::HandPath& path = experiment.users.at(0).hand;
   const Vec3 start = scene->tools.at(0).X_WT.p;
   const Duration later = milliseconds(1);
   for (Duration time = milliseconds(3200); time < milliseconds(6900); time += milliseconds(50)) {

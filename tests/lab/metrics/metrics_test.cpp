@@ -15,13 +15,13 @@ using std::chrono::seconds;
 /// A trace with known numbers: 1 s of "move" at 2 N, then 3 s of "hold" in which the force is 1 N ± a swing of 0.5 N
 /// at 5 Hz and the hand's speed is 4 mm/s times a sine.
 UserTrace known_trace() {
-  WayPoint move;
+  devices::WayPoint move;
   move.phase = "move";
-  WayPoint hold;
+  devices::WayPoint hold;
   hold.at = seconds(1);
   hold.phase = "hold";
   UserTrace trace;
-  trace.user.hand = HandPath({move, hold});
+  trace.user.hand = devices::HandPath({move, hold});
   for (int i = 0; i < 4000; ++i) {
     TickSample tick;
     tick.time = milliseconds(i);
@@ -33,8 +33,8 @@ UserTrace known_trace() {
     tick.state_age = i < 100 ? Duration(-1) : milliseconds(i % 10);
     tick.round_trip = milliseconds(50);
     tick.is_clamped = i < 40;
-    if (i < 7) tick.safety_faults = kSafetySlewed;
-    if (i == 9) tick.safety_faults = kSafetyTooFast;
+    if (i < 7) tick.safety_faults = haptics::kSafetySlewed;
+    if (i == 9) tick.safety_faults = haptics::kSafetyTooFast;
     trace.ticks.push_back(tick);
   }
   return trace;

@@ -21,8 +21,8 @@ double sine(double frequency_hz, double time_s) {
   return std::sin(2 * std::numbers::pi * frequency_hz * time_s);
 }
 
-WayPoint begin_of(const char* phase, double at_s) {
-  WayPoint point;
+devices::WayPoint begin_of(const char* phase, double at_s) {
+  devices::WayPoint point;
   point.at = from_seconds(at_s);
   point.phase = phase;
   return point;
@@ -31,11 +31,11 @@ WayPoint begin_of(const char* phase, double at_s) {
 using Fill = std::function<void(TickSample&, double time_s)>;
 
 /// One user whose hand has these phases; `fill` gives each tick what it shall hold.
-SessionTrace trace_of(const std::vector<WayPoint>& phases, double duration_s, const Fill& fill) {
+SessionTrace trace_of(const std::vector<devices::WayPoint>& phases, double duration_s, const Fill& fill) {
   SessionTrace trace;
   UserTrace& user = trace.users.emplace_back();
   user.user.name = "anna";
-  user.user.hand = HandPath(phases);
+  user.user.hand = devices::HandPath(phases);
   for (int k = 0; k < static_cast<int>(std::lround(duration_s * 1000)); ++k) {
     TickSample tick;
     tick.time = milliseconds(k);
@@ -168,7 +168,7 @@ TEST(TrialMetrics, PeakAndStepOfTheForce) {
     force(tick, t < 2 ? 0 : 0.4);
     if (t >= 3) tick.stage_D.f.x() = 1.5;
     tick.displayed_D.f.x() = t >= 3 ? std::min(1.5, 100 * (t - 3)) : 0;  // slewed
-    if (t >= 3 && t < 3.0145) tick.safety_faults = kSafetySlewed;
+    if (t >= 3 && t < 3.0145) tick.safety_faults = haptics::kSafetySlewed;
   });
   EXPECT_NEAR(metric("peak_force_n", trace, &reference), std::hypot(0.4, 1.5), 1e-9);
   EXPECT_NEAR(metric("force_step_max_n_per_ms", trace, &reference), 1.5 - 0.4, 1e-9);
@@ -248,7 +248,7 @@ SessionTrace swinging(int late_ms) {
   });
   UserTrace& user = trace.users[0];
   user.user.pipeline.stage = "hold";
-  user.user.role = UserRole::kManipulator;
+  user.user.role = server::UserRole::kManipulator;
   user.coupling_stiffness_n_per_m = kSpring;
   for (int k = 0; k <= 1000; ++k) {
     const int moved = std::max(0, k - late_ms / 2);

@@ -17,7 +17,7 @@
 #include "lab/report/plot.hpp"
 #include "lab/report/ticks.hpp"
 
-namespace tandem::report {
+namespace tandem::lab {
 namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
@@ -29,9 +29,9 @@ std::size_t count_of(std::string_view text, std::string_view part) {
   return count;
 }
 
-std::vector<std::string> labels(const std::vector<Tick>& ticks) {
+std::vector<std::string> labels(const std::vector<AxisTick>& ticks) {
   std::vector<std::string> out;
-  for (const Tick& tick : ticks) out.push_back(tick.label);
+  for (const AxisTick& tick : ticks) out.push_back(tick.label);
   return out;
 }
 
@@ -374,4 +374,4 @@ TEST(ParseCsv, NamesAColumnThatIsNotThere) {
 }
 
 }  // namespace
-}  // namespace tandem::report
+}  // namespace tandem::lab

@@ -17,7 +17,7 @@
 #include "lab/report/session_data.hpp"
 #include "lab/report/session_report.hpp"
 
-namespace tandem::report {
+namespace tandem::lab {
 namespace {
 
 namespace json = boost::json;
@@ -197,28 +197,28 @@ TEST(ClientSummary, WhatTheClientDoesNotKnowIsNanAndFailsItsCheck) {
 }
 
 TEST(ClientSummary, IsWhatTheClientWrites) {
-  RunReport run({"approach", "hold"}, from_seconds(0.14));
-  TickRecord record;
+  client::RunReport run({"approach", "hold"}, from_seconds(0.14));
+  client::TickRecord record;
   record.at = LocalTime(from_seconds(5));
   for (int i = 0; i < 2000; ++i) {
     record.at += from_seconds(0.001);
     record.displayed_on_hand_D.f.x() = 2.0;
     run.add(record, i < 500 ? 0 : 1);
   }
-  RunSummary summary{.options = {},
-                     .device = {},
-                     .realtime_not_granted = {},
-                     .loop = {},
-                     .trace_overflows = 0,
-                     .counters = {},
-                     .io = {},
-                     .coupling_findings = {},
-                     .watched = {},
-                     .run = run};
+  client::RunSummary summary{.options = {},
+                             .device = {},
+                             .realtime_not_granted = {},
+                             .loop = {},
+                             .trace_overflows = 0,
+                             .counters = {},
+                             .io = {},
+                             .coupling_findings = {},
+                             .watched = {},
+                             .run = run};
   summary.options.io.session.user_name = "ben";
   summary.options.stage.name = "hold";
   summary.io.joined = std::make_shared<wire::Joined>();
-  json::object written = to_json(summary);
+  json::object written = client::to_json(summary);
   written["scene"] = "peg";  // of a Joined without a scene it is ""
   const ClientSummary read = parse_client_summary(written, "ben.json");
   EXPECT_EQ(read.user, "ben");
@@ -254,12 +254,12 @@ class Folder {
 
 TEST(Trace, HasTheColumnsThatTheClientWrites) {
   const Folder folder;
-  TickRecord record;
+  client::TickRecord record;
   record.at = LocalTime(from_seconds(7));
   record.sample.is_valid = true;
   record.handle_W.X.p = {0.1, 0.2, 0.3};
   record.displayed_on_hand_D.f = {3, 0, 4};
-  TraceWriter writer(folder / "ben.csv", 1);
+  client::TraceWriter writer(folder / "ben.csv", 1);
   writer.write(record, 1);
   record.at += from_seconds(0.5);
   writer.write(record, -1);
@@ -374,4 +374,4 @@ TEST(ReportCommand, NamesTheFileThatIsBadOrMissing) {
 }
 
 }  // namespace
-}  // namespace tandem::report
+}  // namespace tandem::lab

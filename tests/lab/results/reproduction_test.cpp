@@ -9,11 +9,11 @@
 
 #include "devices/sim/hand_path.hpp"
 #include "lab/studies/contact/mesh_generators.hpp"
+#include "tests/support/source_path.hpp"
 
 namespace tandem::lab {
 namespace {
 
-using report::Relation;
 using ::testing::HasSubstr;
 
 Reproduction example() {
@@ -49,7 +49,7 @@ TEST(Reproduction, PageAndTextShowBothSidesAndEscapeMarkup) {
 }
 
 TEST(PegFiveSteps, HasTheFiveStepsAndItsTipGoesWellIntoTheHoleAndOutAgain) {
-  const HandPath path = load_hand_path(std::string(TANDEM_PATH_DIRECTORY) + "/peg_five_steps.json");
+  const devices::HandPath path = devices::load_hand_path(test::source_path("lab/paths/peg_five_steps.json").string());
   EXPECT_EQ(path.phases(), (std::vector<std::string>{"slide tip on top", "lay down and slide", "push the front side",
                                                      "insert", "leave"}));
   const Vec3 tip(0, 0, -PegSize{}.length_m / 2);

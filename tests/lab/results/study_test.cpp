@@ -103,12 +103,12 @@ TEST_F(Study, TheReportDefinesEveryMetricAndDrawsEveryStage) {
 }
 
 TEST(FieldKernel, CanBeForcedAndLetGo) {
-  LennardJonesField::use_by_default("portable");
-  EXPECT_EQ(LennardJonesField::default_kernel(), "portable");
-  EXPECT_THROW(LennardJonesField::use_by_default("abacus"), std::invalid_argument);
-  EXPECT_EQ(LennardJonesField::default_kernel(), "portable");
-  LennardJonesField::use_by_default("");
-  EXPECT_EQ(LennardJonesField::default_kernel(), LennardJonesField::available_kernels().front());
+  docking::LennardJonesField::use_by_default("portable");
+  EXPECT_EQ(docking::LennardJonesField::default_kernel(), "portable");
+  EXPECT_THROW(docking::LennardJonesField::use_by_default("abacus"), std::invalid_argument);
+  EXPECT_EQ(docking::LennardJonesField::default_kernel(), "portable");
+  docking::LennardJonesField::use_by_default("");
+  EXPECT_EQ(docking::LennardJonesField::default_kernel(), docking::LennardJonesField::available_kernels().front());
 }
 
 TEST(SeedGroup, MeansLeaveOutWhatIsNull) {

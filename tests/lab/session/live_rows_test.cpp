@@ -13,14 +13,14 @@ constexpr LocalTime kStart{seconds(100)};
 
 /// "move" for 3 ms, then "hold" at 10 mm.
 ExperimentUser someone() {
-  WayPoint move;
+  devices::WayPoint move;
   move.phase = "move";
-  WayPoint hold;
+  devices::WayPoint hold;
   hold.at = milliseconds(3);
   hold.X_DH.p.x() = 0.010;
   hold.phase = "hold";
   ExperimentUser user;
-  user.hand = HandPath({move, hold});
+  user.hand = devices::HandPath({move, hold});
   user.tick_phase = microseconds(250);
   return user;
 }

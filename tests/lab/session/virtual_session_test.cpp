@@ -32,11 +32,11 @@ constexpr const char* kPush = R"({"points": [
   {"t_s": 0, "phase": "approach"}, {"t_s": 1, "phase": "move"},
   {"t_s": 3, "position_m": [0.06, 0, 0], "phase": "hold"}]})";
 
-std::shared_ptr<const LoadedScene> scene() {
-  return load_scene_text(kScene, "lab_test.json", "/");
+std::shared_ptr<const server::LoadedScene> scene() {
+  return server::load_scene_text(kScene, "lab_test.json", "/");
 }
 
-ExperimentUser user(const std::string& name, const std::string& hand_name, const HandPath& hand, int phase) {
+ExperimentUser user(const std::string& name, const std::string& hand_name, const devices::HandPath& hand, int phase) {
   ExperimentUser result;
   result.name = name;
   result.hand_name = hand_name;
@@ -51,8 +51,8 @@ Experiment pushing() {
   experiment.name = "pushing";
   experiment.scene = "lab_test.json";
   experiment.duration = seconds(3);
-  experiment.users = {user("anna", "push.json", parse_hand_path(kPush, "push.json"), 1),
-                      user("ben", "rest", named_hand_path("rest"), 2)};
+  experiment.users = {user("anna", "push.json", devices::parse_hand_path(kPush, "push.json"), 1),
+                      user("ben", "rest", devices::named_hand_path("rest"), 2)};
   return experiment;
 }
 
@@ -82,7 +82,7 @@ TEST(VirtualSession, TheClientMeasuresTheConfiguredRoundTrip) {
 }
 
 TEST(VirtualSession, ALinkWithoutDelayTakesOneSlotEitherWay) {
-  for (const StateTransport transport : {StateTransport::kUdp, StateTransport::kTcp}) {
+  for (const client::StateTransport transport : {client::StateTransport::kUdp, client::StateTransport::kTcp}) {
     Experiment experiment = pushing();
     for (ExperimentUser& each : experiment.users) {
       each.transport = transport;
@@ -134,7 +134,7 @@ TEST(VirtualSession, LostDatagramsAreCountedAndTheSessionGoesOn) {
 
 TEST(VirtualSession, TcpCarriesTheSameSession) {
   Experiment experiment = pushing();
-  for (ExperimentUser& each : experiment.users) each.transport = StateTransport::kTcp;
+  for (ExperimentUser& each : experiment.users) each.transport = client::StateTransport::kTcp;
   const SessionTrace trace = VirtualSession(experiment, scene()).run();
   EXPECT_TRUE(is_complete(trace));
   EXPECT_GT(user_metric(trace.users[1], "force_max_n"), 0.3);
@@ -155,18 +155,18 @@ TEST(VirtualSession, SaysWhyAUserLostItsConnection) {
 
 TEST(VirtualSession, RefusesMoreManipulatorsThanTools) {
   Experiment experiment = pushing();
-  experiment.users.push_back(user("cleo", "rest", named_hand_path("rest"), 3));
+  experiment.users.push_back(user("cleo", "rest", devices::named_hand_path("rest"), 3));
   EXPECT_THAT([&] { VirtualSession(experiment, scene()); },
               testing::ThrowsMessage<std::invalid_argument>(testing::HasSubstr("3 manipulators")));
-  experiment.users.back().role = UserRole::kObserver;
+  experiment.users.back().role = server::UserRole::kObserver;
   const SessionTrace trace = VirtualSession(experiment, scene()).run();
   EXPECT_EQ(user_metric(trace.users[2], "force_max_n"), 0) << "an observer feels nothing";
 }
 
 TEST(VirtualSession, AHandOnAnotherDeviceHasThatDevicesLimits) {
   Experiment experiment = pushing();
-  DeviceProfile& device = experiment.users[0].device;
-  device = find_device_profile("touch");
+  devices::DeviceProfile& device = experiment.users[0].device;
+  device = devices::find_device_profile("touch");
   device.spec.force_limit_n = 0.3;
   const SessionTrace trace = VirtualSession(experiment, scene()).run();
   EXPECT_LE(user_metric(trace.users[0], "force_max_n"), 0.3 * (1 + 1e-12));

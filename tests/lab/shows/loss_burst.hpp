@@ -25,7 +25,7 @@ inline void expect_recovery_from_bursts(bool guard) {
     const double whole_n = whole.ticks[k].displayed_D.f.norm();
     most_beyond_n = std::max(most_beyond_n, force_n - whole_n);
     steepest_n = std::max(steepest_n, force_n - user.ticks[k - 1].displayed_D.f.norm());
-    if ((user.ticks[k].safety_faults & kSafetySilence) == 0) continue;
+    if ((user.ticks[k].safety_faults & haptics::kSafetySilence) == 0) continue;
     ++silent;
     if (whole_n > 1) least_share = std::min(least_share, force_n / whole_n);
   }

@@ -13,17 +13,18 @@
 #include "lab/metrics/metrics.hpp"
 #include "lab/results/results.hpp"
 #include "lab/session/virtual_session.hpp"
+#include "tests/support/source_path.hpp"
 
 namespace tandem::lab {
 namespace {
 
 Experiment shipped(const std::string& name) {
-  return load_experiment(std::filesystem::path(TANDEM_EXPERIMENT_DIRECTORY) / (name + ".json"));
+  return load_experiment(test::source_path("lab/experiments") / (name + ".json"));
 }
 
 SessionTrace run(Experiment experiment, const std::string& stage) {
   for (ExperimentUser& user : experiment.users) user.pipeline.stage = stage;
-  return VirtualSession(experiment, load_scene(experiment.scene)).run();
+  return VirtualSession(experiment, server::load_scene(experiment.scene)).run();
 }
 
 class SharedTouch : public testing::TestWithParam<const char*> {};
@@ -83,7 +84,7 @@ Vec3 place(const SessionTrace& trace, const std::string& body, double at_s) {
 
 void expect_calm_hold(const UserTrace& user) {
   EXPECT_LE(user_metric(user, "hold_speed_max_m_per_s"), 0.020) << user.user.name;
-  EXPECT_LT(user_metric(user, "force_max_n"), SimDevice::default_spec().force_limit_n) << user.user.name;
+  EXPECT_LT(user_metric(user, "force_max_n"), devices::SimDevice::default_spec().force_limit_n) << user.user.name;
   EXPECT_EQ(user_metric(user, "clamped_fraction"), 0) << user.user.name;
   EXPECT_EQ(user_metric(user, "safety_fault_ticks"), 0) << user.user.name;
 }
@@ -118,8 +119,8 @@ TEST(BunnyTouch, OnePressesOnTheBunnyAndTheOtherHoldsTheBall) {
 
 SessionTrace two_boxes_with(const char* first_hand, const char* second_hand) {
   Experiment experiment = shipped("two_boxes_lift");
-  experiment.users.at(0).hand = named_hand_path(first_hand);
-  experiment.users.at(1).hand = named_hand_path(second_hand);
+  experiment.users.at(0).hand = devices::named_hand_path(first_hand);
+  experiment.users.at(1).hand = devices::named_hand_path(second_hand);
   return run(experiment, "late-pose");
 }
 

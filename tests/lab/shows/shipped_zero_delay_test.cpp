@@ -15,6 +15,7 @@
 #include "lab/metrics/metrics.hpp"
 #include "lab/results/results.hpp"
 #include "lab/session/virtual_session.hpp"
+#include "tests/support/source_path.hpp"
 
 namespace tandem::lab {
 namespace {
@@ -23,7 +24,7 @@ constexpr double kGravity = 9.81;
 
 /// The shipped experiment's hands with a baseline stage and a perfect link.
 SessionTrace run(const std::string& name, const std::string& stage = "late-pose", double round_trip_ms = 0) {
-  Experiment experiment = load_experiment(std::filesystem::path(TANDEM_EXPERIMENT_DIRECTORY) / (name + ".json"));
+  Experiment experiment = load_experiment(test::source_path("lab/experiments") / (name + ".json"));
   for (ExperimentUser& user : experiment.users) {
     user.pipeline.stage = stage;
     user.pipeline.guard = false;

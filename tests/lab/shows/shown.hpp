@@ -13,6 +13,7 @@
 #include "lab/metrics/metrics.hpp"
 #include "lab/metrics/trial_metrics.hpp"
 #include "lab/session/virtual_session.hpp"
+#include "tests/support/source_path.hpp"
 
 namespace tandem::lab {
 
@@ -34,7 +35,7 @@ inline Trial shipped_trial(const std::string& name, const Quantities& quantities
   request.is_single = true;
   for (const std::string& text : quantities) request.axes.push_back(parse_axis(text));
   std::vector<Trial> trials =
-      expand(read_experiment_file(std::filesystem::path(TANDEM_EXPERIMENT_DIRECTORY) / (name + ".json")), request);
+      expand(read_experiment_file(test::source_path("lab/experiments") / (name + ".json")), request);
   if (trials.size() != 1) throw std::invalid_argument(name + ": one trial was meant");
   return std::move(trials.front());
 }

@@ -9,8 +9,9 @@
 #include <regex>
 
 #include "tests/common/physics/scene_support.hpp"
+#include "tests/support/source_path.hpp"
 
-namespace tandem {
+namespace tandem::server {
 namespace {
 
 using google::protobuf::FieldDescriptor;
@@ -20,8 +21,8 @@ using google::protobuf::Message;
 std::map<std::string, std::string> documented_defaults() {
   static const std::regex kMessage(R"(message (\w+) \{.*)");
   static const std::regex kField(R"(.* (\w+) = \d+; *//.*default(?: ([-+.0-9a-z ]+)|:).*)");
-  std::ifstream file(TANDEM_SCENE_SCHEMA);
-  EXPECT_TRUE(file.good()) << TANDEM_SCENE_SCHEMA << " cannot be read";
+  std::ifstream file(test::source_path("proto/tandem/scene.proto"));
+  EXPECT_TRUE(file.good()) << test::source_path("proto/tandem/scene.proto") << " cannot be read";
   std::map<std::string, std::string> defaults;
   std::string message;
   for (std::string line; std::getline(file, line);) {
@@ -72,9 +73,9 @@ void expect_defaults_documented(const std::map<std::string, std::string>& docume
 TEST(SceneDocument, DefaultsBesideTheFieldsAreThoseOfTheLoader) {
   const std::map<std::string, std::string> documented = documented_defaults();
   // Nothing in this scene but what must be there.
-  const auto loaded =
-      load_parts({.coupling = "",
-                  .rest = R"("molecular_field": {}, "soft_bodies": [{"name": "s", "block": {"size_m": [1, 1, 1]}}])"});
+  const auto loaded = physics::load_parts(
+      {.coupling = "",
+       .rest = R"("molecular_field": {}, "soft_bodies": [{"name": "s", "block": {"size_m": [1, 1, 1]}}])"});
   const wire::Scene& scene = loaded->description;
   expect_defaults_documented(documented, scene);
   expect_defaults_documented(documented, scene.bodies(0));
@@ -89,16 +90,16 @@ TEST(SceneDocument, DefaultsBesideTheFieldsAreThoseOfTheLoader) {
 }
 
 TEST(SceneDocument, DefaultsOfAnAnchorAreThoseOfTheLoader) {
-  const auto loaded =
-      load_parts({.bodies = R"({"name": "b", "shapes": [{"sphere": {"radius_m": 1}}], "mass_kg": 1, "anchor": {}})"});
+  const auto loaded = physics::load_parts(
+      {.bodies = R"({"name": "b", "shapes": [{"sphere": {"radius_m": 1}}], "mass_kg": 1, "anchor": {}})"});
   expect_defaults_documented(documented_defaults(), loaded->description.bodies(0).anchor());
 }
 
 TEST(SceneDocument, DefaultsOfEffectsAreThoseOfTheLoader) {
   const std::map<std::string, std::string> documented = documented_defaults();
-  const auto loaded =
-      load_parts({.bodies = R"({"name": "b", "shapes": [{"sphere": {"radius_m": 1}}], "effects": [{"texture": {}}]})",
-                  .rest = R"("effects": [{"viscosity": {}}, {"magnet": {}}, {"vibration": {}}, {"stick_slip": {}}])"});
+  const auto loaded = physics::load_parts(
+      {.bodies = R"({"name": "b", "shapes": [{"sphere": {"radius_m": 1}}], "effects": [{"texture": {}}]})",
+       .rest = R"("effects": [{"viscosity": {}}, {"magnet": {}}, {"vibration": {}}, {"stick_slip": {}}])"});
   const auto& effects = loaded->description.effects();
   expect_defaults_documented(documented, effects[0]);
   expect_defaults_documented(documented, effects[0].viscosity());
@@ -109,4 +110,4 @@ TEST(SceneDocument, DefaultsOfEffectsAreThoseOfTheLoader) {
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::server

@@ -7,20 +7,20 @@
 #include "common/physics/effects/catalog.hpp"
 #include "tests/common/physics/scene_support.hpp"
 
-namespace tandem {
+namespace tandem::server {
 namespace {
 
 using testing::HasSubstr;
 
 /// A wall with the effects `json`.
 std::string wall_with(const std::string& json) {
-  const std::string wall = kWall;
+  const std::string wall = physics::kWall;
   return wall.substr(0, wall.size() - 1) + R"(, "effects": [)" + json + "]}";
 }
 
-std::string refusal(const SceneParts& parts) {
+std::string refusal(const physics::SceneParts& parts) {
   try {
-    load_parts(parts);
+    physics::load_parts(parts);
   } catch (const SceneError& error) {
     return error.what();
   }
@@ -34,7 +34,7 @@ std::string scene_refusal(const std::string& effect) {
 }
 
 TEST(SceneEffects, ReachTheWorldAsWritten) {
-  const auto scene = load_parts(
+  const auto scene = physics::load_parts(
       {.bodies = wall_with(R"({"label": "l", "placement": {"position_m": [1, 2, 3]}, "fade_m": 0.02, "in_contact": true,
                                "box": {"size_m": [1, 2, 3]}, "full_contact_n": 0.5, "force_limit_n": 2,
                                "torque_limit_n_m": 0.3, "stick_slip": {"stiffness_n_per_m": 700,
@@ -43,33 +43,33 @@ TEST(SceneEffects, ReachTheWorldAsWritten) {
                               {"constant_field": {"force_n": [1, 2, 3]}},
                               {"magnet": {"core_size_m": [0.1, 0, 0]}}])"});
   ASSERT_EQ(scene->effects.size(), 4U);
-  const SceneEffect& pad = scene->effects[0];
+  const physics::SceneEffect& pad = scene->effects[0];
   EXPECT_EQ(pad.body, 0U);
   EXPECT_EQ(pad.settings.X_OE.p, Vec3(1, 2, 3));
-  EXPECT_EQ(std::get<BoxRegion>(pad.settings.region).size_m, Vec3(1, 2, 3));
+  EXPECT_EQ(std::get<physics::BoxRegion>(pad.settings.region).size_m, Vec3(1, 2, 3));
   EXPECT_TRUE(pad.settings.in_contact);
   EXPECT_EQ(pad.settings.fade_m, 0.02);
   EXPECT_EQ(pad.settings.full_contact_n, 0.5);
   EXPECT_EQ(pad.settings.force_limit_n, 2);
   EXPECT_EQ(pad.settings.torque_limit_n_m, 0.3);
-  const StickSlip& model = std::get<StickSlip>(pad.settings.model);
+  const physics::StickSlip& model = std::get<physics::StickSlip>(pad.settings.model);
   EXPECT_EQ(model.stiffness_n_per_m, 700);
   EXPECT_EQ(model.breakaway_force_n, 2);
   EXPECT_EQ(model.slip_force_n, 1);
   EXPECT_FALSE(scene->effects[1].body);
-  EXPECT_EQ(std::get<SphereRegion>(scene->effects[1].settings.region).radius_m, 0.2);
-  EXPECT_EQ(std::get<Vibration>(scene->effects[1].settings.model).direction, Vec3(1, 0, 0));
-  EXPECT_EQ(std::get<ConstantField>(scene->effects[2].settings.model).force_n, Vec3(1, 2, 3));
-  EXPECT_EQ(std::get<Magnet>(scene->effects[3].settings.model).core_size_m, Vec3(0.1, 0, 0));
+  EXPECT_EQ(std::get<physics::SphereRegion>(scene->effects[1].settings.region).radius_m, 0.2);
+  EXPECT_EQ(std::get<physics::Vibration>(scene->effects[1].settings.model).direction, Vec3(1, 0, 0));
+  EXPECT_EQ(std::get<physics::ConstantField>(scene->effects[2].settings.model).force_n, Vec3(1, 2, 3));
+  EXPECT_EQ(std::get<physics::Magnet>(scene->effects[3].settings.model).core_size_m, Vec3(0.1, 0, 0));
 }
 
 TEST(SceneEffects, ABodysEffectWithoutRegionActsInContactUnlessItIsAMagnet) {
-  const auto scene = load_parts({.bodies = wall_with(R"({"viscosity": {}}, {"magnet": {}},
+  const auto scene = physics::load_parts({.bodies = wall_with(R"({"viscosity": {}}, {"magnet": {}},
                                          {"sphere": {"radius_m": 1}, "viscosity": {}},
                                          {"in_contact": false, "viscosity": {}})"),
-                                 .rest = R"("effects": [{"viscosity": {}}])"});
+                                          .rest = R"("effects": [{"viscosity": {}}])"});
   std::vector<bool> in_contact;
-  for (const SceneEffect& effect : scene->effects) in_contact.push_back(effect.settings.in_contact);
+  for (const physics::SceneEffect& effect : scene->effects) in_contact.push_back(effect.settings.in_contact);
   EXPECT_EQ(in_contact, (std::vector<bool>{true, false, false, false, false}));
 }
 
@@ -92,10 +92,11 @@ TEST(SceneEffects, ARefusalNamesFileFieldValueAndRemedy) {
 
 TEST(SceneEffects, AnEffectOfNoOrUnknownKindIsToldTheKnownOnes) {
   EXPECT_EQ(body_refusal(R"({"label": "x"})"),
-            "test.json: bodies[0].effects[0] has no kind; it must have one of " + listed_effect_names());
+            "test.json: bodies[0].effects[0] has no kind; it must have one of " + physics::listed_effect_names());
   for (const std::string& text :
        {body_refusal(R"({"glue": {}})"), scene_refusal(R"({"viscosity": {}}, {"glue": {}})")}) {
-    EXPECT_THAT(text, HasSubstr(".glue is not a field of an effect; its kind is one of " + listed_effect_names()));
+    EXPECT_THAT(text,
+                HasSubstr(".glue is not a field of an effect; its kind is one of " + physics::listed_effect_names()));
   }
 }
 
@@ -122,4 +123,4 @@ TEST(SceneEffects, AreAtMost32WithThoseOfTheBodies) {
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::server

@@ -18,7 +18,7 @@
 #include "proto/state.hpp"
 #include "tests/common/physics/scene_support.hpp"
 
-namespace tandem {
+namespace tandem::server {
 namespace {
 
 using ::testing::AllOf;
@@ -49,16 +49,17 @@ void PrintTo(const BadScene& scene, std::ostream* os) {
 }
 
 std::string with_shape(const std::string& shape) {
-  return scene_json({.bodies = R"({"name": "a", "shapes": [)" + shape + "]}"});
+  return physics::scene_json({.bodies = R"({"name": "a", "shapes": [)" + shape + "]}"});
 }
 std::string with_body(const std::string& fields) {
-  return scene_json({.bodies = R"({"name": "a", "shapes": [{"sphere": {"radius_m": 0.01}}], )" + fields + "}"});
+  return physics::scene_json(
+      {.bodies = R"({"name": "a", "shapes": [{"sphere": {"radius_m": 0.01}}], )" + fields + "}"});
 }
 std::string with_tool(const std::string& fields) {
-  return scene_json({.tools = R"({"name": "t", )" + fields + "}"});
+  return physics::scene_json({.tools = R"({"name": "t", )" + fields + "}"});
 }
 std::string with(const std::string& fields) {
-  return scene_json({.coupling = "", .rest = fields});
+  return physics::scene_json({.coupling = "", .rest = fields});
 }
 
 std::string with_fit(const std::string& fields) {
@@ -74,13 +75,15 @@ std::vector<BadScene> bad_bodies() {
       {"UnknownField", with_body(R"("mas_kg": 1)"), {"bodies[0].mas_kg", "is not a field of a scene"}},
       {"WrongType", with_body(R"("mass_kg": "heavy")"), {"bodies[0].mass_kg", "heavy"}},
       {"NoName", R"({"bodies": [], "tools": []})", {"peg.json: name is empty"}},
-      {"NoBodies", scene_json({.bodies = ""}), {"bodies is empty"}},
-      {"NoTools", scene_json({.tools = ""}), {"tools is empty"}},
-      {"SameNames", scene_json({.bodies = ball + "}," + ball + "}"}), {"bodies[1].name is \"ball\"", "unique"}},
+      {"NoBodies", physics::scene_json({.bodies = ""}), {"bodies is empty"}},
+      {"NoTools", physics::scene_json({.tools = ""}), {"tools is empty"}},
+      {"SameNames",
+       physics::scene_json({.bodies = ball + "}," + ball + "}"}),
+       {"bodies[1].name is \"ball\"", "unique"}},
       {"NamelessBody",
-       scene_json({.bodies = R"({"shapes": [{"sphere": {"radius_m": 1}}]})"}),
+       physics::scene_json({.bodies = R"({"shapes": [{"sphere": {"radius_m": 1}}]})"}),
        {"bodies[0].name is empty"}},
-      {"NoShapes", scene_json({.bodies = R"({"name": "a"})"}), {"bodies[0].shapes is empty"}},
+      {"NoShapes", physics::scene_json({.bodies = R"({"name": "a"})"}), {"bodies[0].shapes is empty"}},
       {"ShapeWithoutKind", with_shape("{}"), {"bodies[0].shapes[0] has no kind", "sphere"}},
       {"ZeroRadius",
        with_shape(R"({"sphere": {"radius_m": 0}})"),
@@ -143,7 +146,7 @@ std::vector<BadScene> bad_tools_and_settings() {
       {"HoldsNobody", with_tool(R"("holds": "cup")"), {"tools[0].holds is \"cup\"; there is no body of that name"}},
       {"HoldsWall", with_tool(R"("holds": "wall")"), {"tools[0].holds is \"wall\", which is static"}},
       {"HoldsUngraspable",
-       scene_json({.bodies = ball + "}", .tools = R"({"name": "t", "holds": "ball"})"}),
+       physics::scene_json({.bodies = ball + "}", .tools = R"({"name": "t", "holds": "ball"})"}),
        {"tools[0].holds is \"ball\", which is not graspable"}},
       {"WeightlessTool", with_tool(R"("mass_kg": 0)"), {"tools[0].mass_kg is 0"}},
       {"NoScaling", with_tool(R"("workspace": {"position_scale": 0})"), {"tools[0].workspace.position_scale is 0"}},
@@ -195,8 +198,12 @@ std::vector<BadScene> bad_tools_and_settings() {
       {"MoreUsersThanSlots", with(R"("limits": {"observers": 16})"), {"limits.observers is 16"}},
       {"NoSpeed", with(R"("limits": {"body_speed_m_per_s": 0})"), {"limits.body_speed_m_per_s is 0"}},
       {"NegativeReach", with(R"("limits": {"grab_reach_m": -1})"), {"limits.grab_reach_m is -1"}},
-      {"TooManyBodies", scene_json({.bodies = repeated(kWall, kMaxBodies + 1)}), {"bodies has 65 bodies; at most 64"}},
-      {"TooManyTools", scene_json({.tools = repeated(R"({"name": "t"})", kMaxUsers + 1)}), {"tools has 17 tools"}},
+      {"TooManyBodies",
+       physics::scene_json({.bodies = repeated(physics::kWall, proto::kMaxBodies + 1)}),
+       {"bodies has 65 bodies; at most 64"}},
+      {"TooManyTools",
+       physics::scene_json({.tools = repeated(R"({"name": "t"})", proto::kMaxUsers + 1)}),
+       {"tools has 17 tools"}},
   };
 }
 
@@ -250,14 +257,14 @@ constexpr const char* kTetrahedron =
     "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\nf 1 2 2\nl 1 2\n";
 
 std::string mesh_body(const std::string& mesh_fields, const std::string& body_fields = "") {
-  return scene_json(
+  return physics::scene_json(
       {.bodies = R"({"name": "a", "shapes": [{"mesh": {"file": "t.obj")" + mesh_fields + "}}]" + body_fields + "}"});
 }
 
 TEST_F(SceneFiles, MeshIsScaledToItsLargestSizeAndCentred) {
   write("t.obj", kTetrahedron);
   const auto scene = load(mesh_body(R"(, "largest_size_m": 0.1, "centre": true)"));
-  const TriangleMesh& mesh = *scene->bodies[0].shapes[0].mesh;
+  const geometry::TriangleMesh& mesh = *scene->bodies[0].shapes[0].mesh;
   EXPECT_EQ(mesh.triangles.size(), 4U);
   Vec3 low = mesh.vertices[0], high = low;
   for (const Vec3& vertex : mesh.vertices) {
@@ -322,7 +329,7 @@ TEST_F(SceneFiles, BodyWithoutVolumeIsRefusedBeforeItsContactIsBuilt) {
   loading.progress = [&](const std::string&, double) { is_built = true; };
   const std::string sheet = R"("shapes": [{"mesh": {"file": "t.obj"}}])";
   for (const std::string& json :
-       {mesh_body("", R"(, "mass_kg": 1)"), scene_json({.tools = R"({"name": "t", )" + sheet + "}"})}) {
+       {mesh_body("", R"(, "mass_kg": 1)"), physics::scene_json({.tools = R"({"name": "t", )" + sheet + "}"})}) {
     EXPECT_THROW(load_scene_text(json, "test.json", directory_, loading), SceneError);
     EXPECT_FALSE(is_built);
   }
@@ -331,14 +338,14 @@ TEST_F(SceneFiles, BodyWithoutVolumeIsRefusedBeforeItsContactIsBuilt) {
 TEST_F(SceneFiles, AssetIsTheFileAndItsHash) {
   write("t.obj", kTetrahedron);
   const std::string body = R"("shapes": [{"mesh": {"file": "t.obj"}}]})";
-  const auto scene = load(scene_json({.bodies = R"({"name": "a", )" + body + R"(, {"name": "b", )" + body}));
+  const auto scene = load(physics::scene_json({.bodies = R"({"name": "a", )" + body + R"(, {"name": "b", )" + body}));
   ASSERT_EQ(scene->assets.size(), 2U) << "the same file twice is one asset, and so is what is made of it";
   EXPECT_EQ(scene->assets[0].name, "t.obj");
   EXPECT_EQ(scene->assets[0].kind, "mesh");
   EXPECT_EQ(scene->assets[0].bytes->size(), std::string(kTetrahedron).size());
-  EXPECT_EQ(scene->assets[0].sha256, sha256_of(*scene->assets[0].bytes));
+  EXPECT_EQ(scene->assets[0].sha256, proto::sha256_of(*scene->assets[0].bytes));
   EXPECT_EQ(scene->assets[1].kind, "contact");
-  EXPECT_EQ(scene->assets[1].sha256, sha256_of(*scene->assets[1].bytes));
+  EXPECT_EQ(scene->assets[1].sha256, proto::sha256_of(*scene->assets[1].bytes));
   const std::string& named = scene->description.bodies(1).shapes(0).mesh().contact_sha256();
   EXPECT_EQ(named, std::string(reinterpret_cast<const char*>(scene->assets[1].sha256.data()), 32))
       << "a client finds a mesh's contact asset by its hash";
@@ -423,13 +430,13 @@ TEST_F(SceneFiles, ClientsSeeBaseNamesOnly) {
   write("secret/t.obj", kTetrahedron);
   const std::string path = (directory_ / "secret" / "t.obj").string();
   const auto scene =
-      load(scene_json({.bodies = R"({"name": "a", "shapes": [{"mesh": {"file": ")" + path + R"("}}]})"}));
+      load(physics::scene_json({.bodies = R"({"name": "a", "shapes": [{"mesh": {"file": ")" + path + R"("}}]})"}));
   EXPECT_EQ(scene->description.bodies(0).shapes(0).mesh().file(), "t.obj");
   EXPECT_EQ(scene->description.SerializeAsString().find("secret"), std::string::npos);
 }
 
 TEST(SceneFile, EveryDefaultIsFilledIn) {
-  const auto scene = load_scene_text(scene_json({.coupling = ""}), "s.json", ".");
+  const auto scene = load_scene_text(physics::scene_json({.coupling = ""}), "s.json", ".");
   const wire::Scene& d = scene->description;
   EXPECT_EQ(d.step_rate_hz(), 1000U);
   EXPECT_EQ(d.gravity_m_per_s2(2), -9.81);
@@ -438,8 +445,8 @@ TEST(SceneFile, EveryDefaultIsFilledIn) {
   EXPECT_EQ(d.bodies(0).placement().position_m_size(), 3);
   EXPECT_EQ(d.tools(0).mass_kg(), 0.05);
   EXPECT_EQ(d.tools(0).shapes(0).sphere().radius_m(), 0.005);
-  EXPECT_EQ(d.coupling().law(), kDefaultCouplingLaw);
-  EXPECT_EQ(scene->coupling.parameters, CouplingParameters{});
+  EXPECT_EQ(d.coupling().law(), haptics::kDefaultCouplingLaw);
+  EXPECT_EQ(scene->coupling.parameters, haptics::CouplingParameters{});
   EXPECT_FALSE(d.coupling().has_adaptive()) << "of another law";
   EXPECT_EQ(d.limits().manipulators(), 1U);
   EXPECT_EQ(d.limits().observers(), 4U);
@@ -449,25 +456,26 @@ TEST(SceneFile, EveryDefaultIsFilledIn) {
 TEST(SceneFile, TheFitThatTheRefusalOfNoneShowsIsTheThesissAndTellsClients) {
   std::string refusal;
   try {
-    load_scene_text(scene_json({.coupling = R"({"law": "adaptive"})"}), "s.json", ".");
+    load_scene_text(physics::scene_json({.coupling = R"({"law": "adaptive"})"}), "s.json", ".");
   } catch (const SceneError& error) {
     refusal = error.what();
   }
   const std::size_t shown = refusal.find("{");
   ASSERT_NE(shown, std::string::npos) << refusal;
   const std::string fit = refusal.substr(shown, refusal.rfind('}') + 1 - shown);
-  const auto scene =
-      load_scene_text(scene_json({.coupling = R"({"law": "adaptive", "adaptive": )" + fit + "}"}), "s.json", ".");
+  const auto scene = load_scene_text(
+      physics::scene_json({.coupling = R"({"law": "adaptive", "adaptive": )" + fit + "}"}), "s.json", ".");
   ASSERT_TRUE(scene->coupling.fit.has_value());
-  const AdaptiveFit thesis = thesis_adaptive_fit();
+  const haptics::AdaptiveFit thesis = haptics::thesis_adaptive_fit();
   for (const double mass_kg : {0.01, 0.05, 0.1, 0.2, 0.5}) {
-    EXPECT_EQ(adapted(*scene->coupling.fit, mass_kg, 1e-4, {}), adapted(thesis, mass_kg, 1e-4, {})) << mass_kg;
+    EXPECT_EQ(haptics::adapted(*scene->coupling.fit, mass_kg, 1e-4, {}), haptics::adapted(thesis, mass_kg, 1e-4, {}))
+        << mass_kg;
   }
   EXPECT_EQ(scene->description.coupling().adaptive().mass_range_kg(1), thesis.mass_high_kg);
 }
 
 TEST(SceneFile, WhatAProfileMayHoldAtMostAFitAccepts) {
-  using Range = AdaptiveFitRange;
+  using Range = haptics::AdaptiveFitRange;
   const auto fit = [](double share) {
     const auto value = [share](double most) { return "[" + number_text(share * most) + "]"; };
     return R"({"law": "adaptive", "adaptive": {"mass_range_kg": [0.1, 1000], "stiffness_n_per_m": )" +
@@ -476,36 +484,38 @@ TEST(SceneFile, WhatAProfileMayHoldAtMostAFitAccepts) {
            value(Range::kStiffness_n_m_per_rad) + R"(, "damping_n_m_s_per_rad": )" +
            value(Range::kDamping_n_m_s_per_rad) + "}}";
   };
-  EXPECT_NO_THROW(load_parts({.coupling = fit(1)}));
-  EXPECT_THROW(load_parts({.coupling = fit(1.01)}), SceneError);
+  EXPECT_NO_THROW(physics::load_parts({.coupling = fit(1)}));
+  EXPECT_THROW(physics::load_parts({.coupling = fit(1.01)}), SceneError);
 }
 
 TEST(SceneFile, AdaptiveFitIsReadAsWritten) {
-  const auto scene = load_scene_text(scene_json({.coupling = R"({"law": "adaptive", "adaptive": {
+  const auto scene = load_scene_text(physics::scene_json({.coupling = R"({"law": "adaptive", "adaptive": {
       "mass_range_kg": [0.1, 1], "stiffness_n_per_m": [100, 200], "damping_n_s_per_m": [1, 0.01],
       "inertia_range_kg_m2": [1e-5, 1e-3], "stiffness_n_m_per_rad": [0.1, 100], "damping_n_m_s_per_rad": [0.01]}})"}),
                                      "s.json", ".");
-  const CouplingParameters base;
-  const CouplingParameters c = coupling_in_force(scene->coupling, base, {0.5, 1e-4, true});
+  const haptics::CouplingParameters base;
+  const haptics::CouplingParameters c = physics::coupling_in_force(scene->coupling, base, {0.5, 1e-4, true});
   EXPECT_DOUBLE_EQ(c.stiffness_n_per_m, 200);
   EXPECT_DOUBLE_EQ(c.damping_n_s_per_m, 3);
   EXPECT_DOUBLE_EQ(c.stiffness_n_m_per_rad, 0.11);
   EXPECT_DOUBLE_EQ(c.damping_n_m_s_per_rad, 0.01);
   EXPECT_EQ(c.force_limit_n, base.force_limit_n);
-  EXPECT_DOUBLE_EQ(coupling_in_force(scene->coupling, base, {9, 1e-4, true}).stiffness_n_per_m, 300) << "nearest end";
+  EXPECT_DOUBLE_EQ(physics::coupling_in_force(scene->coupling, base, {9, 1e-4, true}).stiffness_n_per_m, 300)
+      << "nearest end";
 }
 
 TEST(SceneFile, EveryLawOfTheCatalogIsAccepted) {
-  for (const CouplingLawInfo& law : coupling_laws()) {
+  for (const haptics::CouplingLawInfo& law : haptics::coupling_laws()) {
     const std::string name(law.name);
-    const auto scene = load_parts({.coupling = coupling_with(name)});
+    const auto scene = physics::load_parts({.coupling = physics::coupling_with(name)});
     EXPECT_EQ(scene->description.coupling().law(), name);
   }
 }
 
 TEST(SceneFile, RestingHandleMeetsTheToolWhereItStarts) {
   const auto scene = load_scene_text(
-      scene_json({.tools = R"({"name": "t", "placement": {"position_m": [1, 2, 3], "rotation_xyz_deg": [0, 0, 90]}})"}),
+      physics::scene_json(
+          {.tools = R"({"name": "t", "placement": {"position_m": [1, 2, 3], "rotation_xyz_deg": [0, 0, 90]}})"}),
       "s.json", ".");
   const Pose X_WH = scene->tools[0].workspace.world_pose(Pose{});
   EXPECT_TRUE(X_WH.p.isApprox(Vec3(1, 2, 3)));
@@ -516,7 +526,7 @@ TEST(SceneFile, RotationTurnsAboutFixedXThenYThenZ) {
   wire::Placement placement;
   for (const double degrees : {90.0, 0.0, 90.0}) placement.add_rotation_xyz_deg(degrees);
   // x stays under the first turn, becomes y under the last; y becomes z, which stays.
-  const Quat q = pose_from_placement(placement).q;
+  const Quat q = proto::pose_from_placement(placement).q;
   EXPECT_TRUE((q * Vec3::UnitX()).isApprox(Vec3::UnitY(), 1e-12));
   EXPECT_TRUE((q * Vec3::UnitY()).isApprox(Vec3::UnitZ(), 1e-12));
 }
@@ -529,7 +539,7 @@ TEST(SceneFile, MissingFileIsRefused) {
 MassProperties mass_of(const std::string& shapes, double mass_kg) {
   const std::string body =
       R"({"name": "a", "mass_kg": )" + std::to_string(mass_kg) + R"(, "shapes": [)" + shapes + "]}";
-  return load_scene_text(scene_json({.bodies = body}), "s.json", ".")->bodies[0].mass;
+  return load_scene_text(physics::scene_json({.bodies = body}), "s.json", ".")->bodies[0].mass;
 }
 
 TEST(MassProperties, OfPrimitivesAreTheTextbookOnes) {
@@ -568,4 +578,4 @@ INSTANTIATE_TEST_SUITE_P(SceneFile, ShippedScene,
                          [](const auto& test) { return test.param; });
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::server

@@ -13,7 +13,7 @@
 #include "tests/support/hub_bench.hpp"
 #include "tests/support/running_server.hpp"
 
-namespace tandem {
+namespace tandem::server {
 namespace {
 
 namespace asio = boost::asio;
@@ -38,33 +38,33 @@ class RawClient {
     socket_.connect({asio::ip::make_address("127.0.0.1"), port});
   }
   void send(const wire::ClientControl& message) {
-    Bytes frame;
-    append_frame(message, frame);
+    proto::Bytes frame;
+    proto::append_frame(message, frame);
     asio::write(socket_, asio::buffer(frame));
   }
   /// The next message; empty at the end of the stream.
   std::optional<wire::ServerControl> receive() {
-    std::array<unsigned char, kFrameLengthBytes> length{};
+    std::array<unsigned char, proto::kFrameLengthBytes> length{};
     boost::system::error_code error;
     asio::read(socket_, asio::buffer(length), error);
     if (error) return std::nullopt;
-    Bytes payload((length[0] << 24U) | (length[1] << 16U) | (length[2] << 8U) | length[3]);
+    proto::Bytes payload((length[0] << 24U) | (length[1] << 16U) | (length[2] << 8U) | length[3]);
     asio::read(socket_, asio::buffer(payload), error);
     wire::ServerControl message;
-    if (error || !parse_control(payload, message)) return std::nullopt;
+    if (error || !proto::parse_control(payload, message)) return std::nullopt;
     return message;
   }
-  BenchClient join() {
+  test::BenchClient join() {
     wire::ClientControl hello;
-    hello.mutable_hello()->set_protocol_version(kProtocolVersion);
+    hello.mutable_hello()->set_protocol_version(proto::kProtocolVersion);
     hello.mutable_hello()->add_capabilities("state-udp");
     send(hello);
-    BenchClient client;
+    test::BenchClient client;
     const auto welcome = receive();
     client.connection = ConnectionId{welcome->welcome().connection_id()};
     client.epoch = static_cast<std::uint8_t>(welcome->welcome().epoch());
     EXPECT_EQ(welcome->welcome().datagram_port(), socket_.remote_endpoint().port());
-    send(HubBench::join_message("raw"));
+    send(test::HubBench::join_message("raw"));
     client.joined = receive()->joined();
     return client;
   }
@@ -74,12 +74,13 @@ class RawClient {
   tcp::socket socket_;
 };
 
-Bytes state_datagram(BenchClient& client) {
-  Bytes datagram;
-  append_header({DatagramType::kClientUpdate, client.epoch, client.connection, ++client.sequence}, datagram);
-  ClientUpdate update;
+proto::Bytes state_datagram(test::BenchClient& client) {
+  proto::Bytes datagram;
+  proto::append_header({proto::DatagramType::kClientUpdate, client.epoch, client.connection, ++client.sequence},
+                       datagram);
+  proto::ClientUpdate update;
   update.input_tick = Tick{client.sequence};
-  append_client_update(update, datagram);
+  proto::append_client_update(update, datagram);
   return datagram;
 }
 
@@ -99,7 +100,7 @@ TEST(LiveServer, NamesThePortInUseAndTheRemedy) {
 TEST(LiveServer, ConnectionIdsOfNoTwoServersAgree) {
   std::set<std::uint64_t> ids;
   for (int i = 0; i < 3; ++i) {
-    RunningServer running(two_hands_scene());
+    test::RunningServer running(test::two_hands_scene());
     RawClient raw(running.server->port());
     ids.insert(raw.join().connection.value);
     running.stop();
@@ -108,7 +109,7 @@ TEST(LiveServer, ConnectionIdsOfNoTwoServersAgree) {
 }
 
 TEST(LiveServer, StepsItsRoomsAndReportsItsOwnTiming) {
-  RunningServer running(two_hands_scene());
+  test::RunningServer running(test::two_hands_scene());
   RawClient raw(running.server->port());
   raw.join();
   running.stop();
@@ -123,9 +124,9 @@ TEST(LiveServer, StepsItsRoomsAndReportsItsOwnTiming) {
 }
 
 TEST(LiveServer, SendsStateToWhereTheUsersDatagramsComeFrom) {
-  RunningServer running(two_hands_scene());
+  test::RunningServer running(test::two_hands_scene());
   RawClient raw(running.server->port());
-  BenchClient client = raw.join();
+  test::BenchClient client = raw.join();
   asio::io_context io;
   udp::socket socket(io, udp::endpoint(asio::ip::make_address("127.0.0.1"), 0));
   const udp::endpoint server(asio::ip::make_address("127.0.0.1"), running.server->port());
@@ -134,17 +135,17 @@ TEST(LiveServer, SendsStateToWhereTheUsersDatagramsComeFrom) {
     std::array<std::byte, 2048> buffer{};
     udp::endpoint from;
     const std::size_t size = socket.receive_from(asio::buffer(buffer), from);
-    DatagramHeader header;
-    ASSERT_EQ(parse_header(std::span(buffer).first(size), header), DropReason::kNone);
+    proto::DatagramHeader header;
+    ASSERT_EQ(proto::parse_header(std::span(buffer).first(size), header), proto::DropReason::kNone);
     EXPECT_EQ(header.connection, client.connection);
     EXPECT_EQ(from, server);
   }
 }
 
 TEST(LiveServer, IgnoresAUsersDatagramsFromAnotherAddress) {
-  RunningServer running(two_hands_scene());
+  test::RunningServer running(test::two_hands_scene());
   RawClient raw(running.server->port());
-  BenchClient client = raw.join();
+  test::BenchClient client = raw.join();
   asio::io_context io;
   udp::socket elsewhere(io, udp::endpoint(asio::ip::make_address("127.0.0.2"), 0));
   udp::socket home(io, udp::endpoint(asio::ip::make_address("127.0.0.1"), 0));
@@ -159,11 +160,11 @@ TEST(LiveServer, IgnoresAUsersDatagramsFromAnotherAddress) {
   elsewhere.receive_from(asio::buffer(buffer), from, 0, error);
   EXPECT_EQ(error, asio::error::would_block);
   running.stop();
-  EXPECT_EQ(running.server->report().counters.received_drops.of(DropReason::kNotAllowed), 1U);
+  EXPECT_EQ(running.server->report().counters.received_drops.of(proto::DropReason::kNotAllowed), 1U);
 }
 
 TEST(LiveServer, SaysGoodbyeWhenItStops) {
-  RunningServer running(two_hands_scene());
+  test::RunningServer running(test::two_hands_scene());
   RawClient raw(running.server->port());
   raw.join();
   running.server->stop();
@@ -176,13 +177,13 @@ TEST(LiveServer, SaysGoodbyeWhenItStops) {
 TEST(LiveServer, EndsAClientThatAsksMuchAndReadsNothing) {
   const auto folder = std::filesystem::path(testing::TempDir()) / "slow_reader";
   std::filesystem::create_directories(folder);
-  std::ofstream(folder / "square.obj") << "# " << std::string(2 * kAssetChunkBytes, 'x')
+  std::ofstream(folder / "square.obj") << "# " << std::string(2 * proto::kAssetChunkBytes, 'x')
                                        << "\nv 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\n";
-  RunningServer running(R"({"name": "meshes", "tools": [{"name": "a"}], "bodies": [{"name": "floor", "shapes": [
+  test::RunningServer running(R"({"name": "meshes", "tools": [{"name": "a"}], "bodies": [{"name": "floor", "shapes": [
                             {"mesh": {"file": ")" +
-                        (folder / "square.obj").string() + R"("}}]}]})");
+                              (folder / "square.obj").string() + R"("}}]}]})");
   RawClient raw(running.server->port());
-  const BenchClient client = raw.join();
+  const test::BenchClient client = raw.join();
   wire::ClientControl request;
   request.mutable_get_asset()->set_sha256(client.joined.assets(0).sha256());
   // 64 KiB are sent for each of these, far more in all than any socket buffer and the server's own limit take.
@@ -190,7 +191,7 @@ TEST(LiveServer, EndsAClientThatAsksMuchAndReadsNothing) {
   failure_of([&] {
     for (int i = 0; i < 100'000 && !running.has_logged("piled up"); ++i) raw.send(request);
   });
-  EXPECT_TRUE(eventually([&running] { return running.has_logged("piled up unread"); }));
+  EXPECT_TRUE(test::eventually([&running] { return running.has_logged("piled up unread"); }));
 }
 
 TEST(SceneLibrary, FindsAFileANameOrSaysWhatThereIs) {
@@ -203,4 +204,4 @@ TEST(SceneLibrary, FindsAFileANameOrSaysWhatThereIs) {
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::server

@@ -8,12 +8,12 @@
 #include "server/assets/soft_scene.hpp"
 #include "server/physics/soft_world.hpp"
 
-namespace tandem {
+namespace tandem::server {
 
 inline constexpr double kBallRadius_m = 0.015;
 inline constexpr double kPadHeight_m = 0.04;
 
-inline SoftRigid rigid(std::shared_ptr<const ContactShape> shape, double friction) {
+inline SoftRigid rigid(std::shared_ptr<const contact::ContactShape> shape, double friction) {
   SoftRigid result;
   result.model.radius_m = shape->radius_m();
   result.model.parts.push_back({std::move(shape), Pose{}});
@@ -22,8 +22,8 @@ inline SoftRigid rigid(std::shared_ptr<const ContactShape> shape, double frictio
 }
 
 /// Built once: a table has a hundred thousand points, which nothing here needs.
-inline const std::shared_ptr<const ContactShape>& table_shape() {
-  static const auto kShape = make_contact_box(Vec3(0.5, 0.4, 0.02));
+inline const std::shared_ptr<const contact::ContactShape>& table_shape() {
+  static const auto kShape = contact::make_contact_box(Vec3(0.5, 0.4, 0.02));
   return kShape;
 }
 
@@ -38,7 +38,7 @@ inline SoftWorldSettings pad_settings(SoftSides anchored, double friction = 0.5)
   settings.waits_for_worker = true;
   settings.bodies.push_back(make_soft_block(Vec3(0.08, 0.08, kPadHeight_m), 0.0134, traits));
   settings.obstacles.push_back({rigid(table_shape(), 0.5), {Vec3(0, 0, -0.01), Quat::Identity()}});
-  settings.tools.push_back(rigid(make_contact_sphere(kBallRadius_m), friction));
+  settings.tools.push_back(rigid(contact::make_contact_sphere(kBallRadius_m), friction));
   return settings;
 }
 /// The same without table and weight.
@@ -49,22 +49,22 @@ inline SoftWorldSettings floating_settings() {
   return settings;
 }
 
-inline SoftTool ball_at(const Vec3& p_W) {
+inline physics::SoftTool ball_at(const Vec3& p_W) {
   return {Pose{p_W, Quat::Identity()}, true};
 }
 /// A ball that is `depth_m` below the top of the pad, off its middle so that nothing cancels by symmetry.
-inline SoftTool ball_in_pad(double depth_m) {
+inline physics::SoftTool ball_in_pad(double depth_m) {
   return ball_at(Vec3(0.003, 0.002, kPadHeight_m + kBallRadius_m - depth_m));
 }
-inline const SoftTool kAway = ball_at(Vec3(0, 0, 0.3));
+inline const physics::SoftTool kAway = ball_at(Vec3(0, 0, 0.3));
 
 /// One soft step; its result can be read afterwards (the tool of the next one is the same).
-inline TickFaults soft_step(SoftWorld& world, const SoftTool& tool) {
+inline TickFaults soft_step(SoftWorld& world, const physics::SoftTool& tool) {
   TickFaults faults = 0;
   for (int i = 0; i < world.period_steps(); ++i) faults |= world.advance({&tool, 1});
   return faults;
 }
-inline void soft_steps(SoftWorld& world, const SoftTool& tool, int count) {
+inline void soft_steps(SoftWorld& world, const physics::SoftTool& tool, int count) {
   for (int i = 0; i < count; ++i) soft_step(world, tool);
 }
 
@@ -75,4 +75,4 @@ inline Vector6 as_vector(const Wrench& wrench) {
   return vector;
 }
 
-}  // namespace tandem
+}  // namespace tandem::server

@@ -10,7 +10,7 @@
 #include "tests/server/physics/soft_support.hpp"
 #include "tests/support/allocation_counter.hpp"
 
-namespace tandem {
+namespace tandem::server {
 namespace {
 
 using Execution = SoftWorld::Execution;
@@ -21,10 +21,10 @@ std::vector<double> story(Execution execution) {
   std::vector<double> numbers;
   for (int step = 0; step < 20 * world.period_steps(); ++step) {
     const double phase = 0.01 * step;
-    const SoftTool tool =
+    const physics::SoftTool tool =
         ball_at(Vec3(0.01 * std::sin(phase), 0.01 * std::cos(phase), 0.048 + 0.004 * std::sin(3 * phase)));
     world.advance({&tool, 1});
-    const Vector6 wrench = as_vector(soft_wrench(world.contact(0), tool.X_WT));
+    const Vector6 wrench = as_vector(physics::soft_wrench(world.contact(0), tool.X_WT));
     numbers.insert(numbers.end(), wrench.data(), wrench.data() + 6);
     for (const Vec3& node : world.nodes_W(0)) numbers.push_back(node.sum());
   }
@@ -40,9 +40,9 @@ TEST(SoftWorker, WorkerAndInlineGiveTheSameBits) {
 TEST(SoftWorker, RoomAllocatesNothingWhileAWorkerSteps) {
   SoftWorld world(pad_settings(16), Execution::kWorker);
   soft_steps(world, ball_in_pad(0.004), 3);
-  const std::uint64_t before = allocation_count();
+  const std::uint64_t before = test::allocation_count();
   soft_steps(world, ball_in_pad(0.006), 10);
-  EXPECT_EQ(allocation_count(), before);
+  EXPECT_EQ(test::allocation_count(), before);
 }
 
 TEST(SoftWorker, DoesNotWaitForALateWorkerAndSaysSo) {
@@ -62,4 +62,4 @@ TEST(SoftWorker, DoesNotWaitForALateWorkerAndSaysSo) {
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::server

@@ -16,7 +16,7 @@
 #include "tests/common/physics/scene_support.hpp"
 #include "tests/server/physics/soft_support.hpp"
 
-namespace tandem {
+namespace tandem::server {
 namespace {
 
 using Execution = SoftWorld::Execution;
@@ -109,7 +109,7 @@ TEST(SoftWorld, ForceRisesWithDepthAndIsGoneAfterLeaving) {
   soft_steps(world, kAway, 4);
   EXPECT_EQ(world.contact(0).wrench_W.f.norm(), 0);
   EXPECT_EQ(world.contact(0).trust_radius_m, 0);
-  EXPECT_EQ(soft_wrench(world.contact(0), kAway.X_WT).f.norm(), 0);
+  EXPECT_EQ(physics::soft_wrench(world.contact(0), kAway.X_WT).f.norm(), 0);
 }
 
 /// Σ m (x − x_before): momentum times the step, whatever the damping did between nodes.
@@ -131,7 +131,7 @@ TEST(SoftWorld, WhatTheToolGetsTheNodesLose) {
   double largest_n = 0;
   for (int step = 0; step < 40; ++step) {
     // Down into the pad, and sideways so that friction takes part.
-    const SoftTool tool = ball_at(Vec3(0.0005 * step, 0, 0.056 - 0.0004 * step));
+    const physics::SoftTool tool = ball_at(Vec3(0.0005 * step, 0, 0.056 - 0.0004 * step));
     soft_step(world, tool);
     const Vec3 way = way_of_mass(world.model(0), before, world.nodes_W(0));
     const Vec3 force_on_nodes_W = (way - way_before) / (step_s * step_s);
@@ -149,7 +149,7 @@ TEST(SoftWorld, WhatTheToolGetsTheNodesLose) {
 }
 
 /// The contact after a while at `depth_m` and one soft step with the tool at `last`.
-SoftContact contact_after(const SoftWorldSettings& settings, double depth_m, const SoftTool& last) {
+physics::SoftContact contact_after(const SoftWorldSettings& settings, double depth_m, const physics::SoftTool& last) {
   SoftWorld world(settings, Execution::kInline);
   soft_steps(world, kAway, 10);
   for (int i = 1; i <= 10; ++i) soft_step(world, ball_in_pad(depth_m * i / 10));
@@ -164,14 +164,14 @@ class SoftGradient : public ::testing::TestWithParam<std::tuple<SoftSides, doubl
 TEST_P(SoftGradient, IsThatOfTheSoftStep) {
   const auto [anchored, depth_m] = GetParam();
   const SoftWorldSettings settings = pad_settings(anchored);
-  const SoftTool there = ball_in_pad(depth_m);
-  const Matrix6 stiffness = contact_after(settings, depth_m, there).stiffness;
+  const physics::SoftTool there = ball_in_pad(depth_m);
+  const contact::Matrix6 stiffness = contact_after(settings, depth_m, there).stiffness;
   constexpr double kStep_m = 1e-5;
   for (int axis = 0; axis < 6; ++axis) {
     const double step = axis < 3 ? kStep_m : kStep_m / kBallRadius_m;
     Vector6 wrench[2];
     for (const int side : {0, 1}) {
-      SoftTool moved = there;
+      physics::SoftTool moved = there;
       const Vec3 way = (side == 0 ? -step : step) * Vec3::Unit(axis % 3);
       if (axis < 3) moved.X_WT.p += way;
       if (axis >= 3) moved.X_WT.q = quaternion_of(way);
@@ -181,7 +181,7 @@ TEST_P(SoftGradient, IsThatOfTheSoftStep) {
     EXPECT_GT(difference, 0) << "axis " << axis;
     EXPECT_NEAR(stiffness(axis, axis), difference, 0.25 * difference) << "axis " << axis;
   }
-  EXPECT_EQ(stiffness, Matrix6(stiffness.transpose()));
+  EXPECT_EQ(stiffness, contact::Matrix6(stiffness.transpose()));
   const Vector6 eigenvalues = stiffness.selfadjointView<Eigen::Lower>().eigenvalues();
   EXPECT_GT(eigenvalues.minCoeff(), -1e-9 * eigenvalues.maxCoeff());
 }
@@ -195,7 +195,7 @@ INSTANTIATE_TEST_SUITE_P(SoftWorld, SoftGradient,
 
 TEST(SoftWorld, ResultIsUsedOneSoftPeriodAfterItsInput) {
   SoftWorld world(pad_settings(16), Execution::kInline);
-  const SoftTool tool = ball_in_pad(0.006);
+  const physics::SoftTool tool = ball_in_pad(0.006);
   for (int step = 0; step <= world.period_steps(); ++step) {
     world.advance({&tool, 1});
     EXPECT_EQ(world.contact(0).trust_radius_m > 0, step == world.period_steps()) << "room step " << step;
@@ -213,7 +213,7 @@ TEST(SoftWorld, StartsAnewWhenItIsNotFinite) {
 
 TEST(SoftWorld, ToolThatIsNotFiniteIsNotThere) {
   SoftWorld world(pad_settings(0), Execution::kInline);
-  SoftTool broken = ball_in_pad(0.006);
+  physics::SoftTool broken = ball_in_pad(0.006);
   broken.X_WT.p.x() = std::numeric_limits<double>::quiet_NaN();
   soft_steps(world, broken, 5);
   EXPECT_EQ(soft_step(world, broken) & kFaultNotFinite, 0U);
@@ -224,7 +224,7 @@ TEST(SoftWorld, ToolThatIsNotFiniteIsNotThere) {
 double resting_force_n(double depth_m) {
   SoftWorld world(pad_settings(16), Execution::kInline);
   soft_steps(world, ball_in_pad(depth_m), 60);
-  return soft_wrench(world.contact(0), ball_in_pad(depth_m).X_WT).f.z();
+  return physics::soft_wrench(world.contact(0), ball_in_pad(depth_m).X_WT).f.z();
 }
 
 TEST(SoftWorld, ForetellsATouch) {
@@ -232,8 +232,8 @@ TEST(SoftWorld, ForetellsATouch) {
   soft_steps(world, kAway, 5);
   EXPECT_EQ(world.contact(0).trust_radius_m, 0) << "too far to be told of";
   soft_steps(world, ball_in_pad(-0.02), 25);
-  const SoftContact contact = world.contact(0);
-  const auto force_n = [&](double depth_m) { return soft_wrench(contact, ball_in_pad(depth_m).X_WT).f.z(); };
+  const physics::SoftContact contact = world.contact(0);
+  const auto force_n = [&](double depth_m) { return physics::soft_wrench(contact, ball_in_pad(depth_m).X_WT).f.z(); };
   EXPECT_EQ(force_n(-0.02), 0) << "where the ball is";
   EXPECT_EQ(force_n(-0.001), 0);
   EXPECT_NEAR(force_n(0.003), resting_force_n(0.003), 0.3 * resting_force_n(0.003));
@@ -246,9 +246,9 @@ TEST(SoftWorld, ForetoldTouchIsFeltWhenItComesAndGoesOverIntoTheTouchWithoutASte
   double before_n = 0, greatest_step_n = 0, touched_at_m = 1;
   for (int ms = 0; ms <= 800; ++ms) {
     const double depth_m = -0.01 + 2.5e-5 * ms;  // 25 mm/s, 10 mm deep at last
-    const SoftTool tool = ball_in_pad(depth_m);
+    const physics::SoftTool tool = ball_in_pad(depth_m);
     world.advance({&tool, 1});
-    const double force_n = soft_wrench(world.contact(0), tool.X_WT).f.z();
+    const double force_n = physics::soft_wrench(world.contact(0), tool.X_WT).f.z();
     greatest_step_n = std::max(greatest_step_n, std::abs(force_n - before_n));
     if (force_n > 0 && touched_at_m == 1) touched_at_m = depth_m;
     before_n = force_n;
@@ -267,10 +267,10 @@ TEST(SoftWorld, OfTwoSoftBodiesTheNearerIsForetold) {
   traits.X_WS.p = Vec3(0, 0.1, kPadHeight_m / 2 - 0.015);
   settings.bodies.push_back(make_soft_block(Vec3(0.08, 0.08, kPadHeight_m), 0.0134, traits));
   SoftWorld world(std::move(settings), Execution::kInline);
-  const SoftTool tool = ball_at(Vec3(0.003, 0.03, kPadHeight_m + kBallRadius_m + 0.01));
+  const physics::SoftTool tool = ball_at(Vec3(0.003, 0.03, kPadHeight_m + kBallRadius_m + 0.01));
   soft_steps(world, tool, 60);
   const auto force_n = [&](double down_m) {
-    return soft_wrench(world.contact(0), ball_at(tool.X_WT.p - Vec3(0, 0, down_m)).X_WT).f.norm();
+    return physics::soft_wrench(world.contact(0), ball_at(tool.X_WT.p - Vec3(0, 0, down_m)).X_WT).f.norm();
   };
   EXPECT_EQ(force_n(0), 0) << "1 cm above";
   EXPECT_EQ(force_n(0.009), 0);
@@ -281,7 +281,7 @@ TEST(SoftWorld, ToolThatLeavesHasNoContactAtOnce) {
   SoftWorld world(pad_settings(16), Execution::kInline);
   soft_steps(world, ball_in_pad(0.008), 10);
   ASSERT_GT(world.contact(0).wrench_W.f.z(), 0);
-  const SoftTool gone{ball_in_pad(0.008).X_WT, false};
+  const physics::SoftTool gone{ball_in_pad(0.008).X_WT, false};
   world.advance({&gone, 1});
   EXPECT_EQ(world.contact(0).wrench_W.f.norm(), 0);
 }
@@ -298,10 +298,10 @@ TEST(SoftWorld, BallDoesNotJumpThroughAPadInOneSoftStep) {
   }
 }
 
-SoftContact pushing_up() {
-  SoftContact contact;
+physics::SoftContact pushing_up() {
+  physics::SoftContact contact;
   contact.wrench_W = {Vec3(0.1, 0, 1), Vec3(0.01, 0, 0)};
-  Matrix6 root = Matrix6::Zero();
+  contact::Matrix6 root = contact::Matrix6::Zero();
   root << 4, 1, 2, 0, 0.1, 0, 0, 6, 1, 0.1, 0, 0, 1, 0, 15, 0, 0, 0.1, 0, 0, 0, 0.2, 0, 0, 0, 0, 0, 0, 0.2, 0, 0, 0, 0,
       0, 0, 0.1;
   contact.stiffness = root.transpose() * root;
@@ -312,26 +312,26 @@ SoftContact pushing_up() {
 }
 
 TEST(SoftWrench, IsLinearWhereItIsTrusted) {
-  const SoftContact contact = pushing_up();
+  const physics::SoftContact contact = pushing_up();
   Pose X_WT = contact.X_WT0;
-  EXPECT_EQ(as_vector(soft_wrench(contact, X_WT)), as_vector(contact.wrench_W));
+  EXPECT_EQ(as_vector(physics::soft_wrench(contact, X_WT)), as_vector(contact.wrench_W));
   Vector6 way;
   way << 1e-4, 2e-4, -1e-4, 0.01, -0.02, 0.01;
   X_WT.p += way.head<3>();
   X_WT.q = quaternion_of(way.tail<3>());
   const Vector6 expected = as_vector(contact.wrench_W) - contact.stiffness * way;
-  EXPECT_LT((as_vector(soft_wrench(contact, X_WT)) - expected).norm(), 1e-9);
+  EXPECT_LT((as_vector(physics::soft_wrench(contact, X_WT)) - expected).norm(), 1e-9);
 }
 
 TEST(SoftWrench, NeverPullsIsNotCarriedToTheSidesAndEndsContinuously) {
-  const SoftContact contact = pushing_up();
+  const physics::SoftContact contact = pushing_up();
   const double most_n =
       contact.wrench_W.f.norm() + contact.stiffness.topRows<3>().norm() * contact.trust_radius_m * std::hypot(1, 100);
   for (const Vec3& direction : {Vec3(0, 0, 1), Vec3(1, 0, 0), Vec3(0.8, 0, 0.6)}) {
     Wrench before = contact.wrench_W;
     for (int i = 1; i <= 3000; ++i) {
       const double way = 1e-5 * i;
-      const Wrench now = soft_wrench(contact, {contact.X_WT0.p + way * direction, Quat::Identity()});
+      const Wrench now = physics::soft_wrench(contact, {contact.X_WT0.p + way * direction, Quat::Identity()});
       EXPECT_GE(now.f.dot(contact.wrench_W.f), 0) << way;
       EXPECT_LE(now.f.norm(), most_n) << way;
       // 10 µm change the force by what the stiffness allows, or by the fading over 15 mm and the letting go.
@@ -344,12 +344,12 @@ TEST(SoftWrench, NeverPullsIsNotCarriedToTheSidesAndEndsContinuously) {
 }
 
 TEST(SoftWrench, PressedDeeperIsASpringThatEnds) {
-  SoftContact contact;
+  physics::SoftContact contact;
   contact.wrench_W.f = Vec3(0, 0, 0.3);
   contact.stiffness(2, 2) = 100;
   contact.trust_radius_m = 0.003;
   const auto force_n = [&](double depth_m) {
-    return soft_wrench(contact, {Vec3(0, 0, -depth_m), Quat::Identity()}).f.z();
+    return physics::soft_wrench(contact, {Vec3(0, 0, -depth_m), Quat::Identity()}).f.z();
   };
   EXPECT_NEAR(force_n(0.02), 0.3 + 100 * 0.02, 1e-12) << "far beyond the radius to the sides";
   EXPECT_EQ(force_n(0.06), force_n(0.05));
@@ -357,16 +357,16 @@ TEST(SoftWrench, PressedDeeperIsASpringThatEnds) {
 }
 
 TEST(SoftWrench, IsFiniteForEveryFinitePose) {
-  const SoftContact contact = pushing_up();
+  const physics::SoftContact contact = pushing_up();
   for (const double far : {0.0, 1e-300, 1e3, 1e150, 1e300}) {
-    EXPECT_TRUE(is_finite(soft_wrench(contact, {Vec3::Constant(far), quaternion_of(Vec3(3, 1, 2))}))) << far;
+    EXPECT_TRUE(is_finite(physics::soft_wrench(contact, {Vec3::Constant(far), quaternion_of(Vec3(3, 1, 2))}))) << far;
   }
-  EXPECT_EQ(soft_wrench(SoftContact{}, Pose{}).f.norm(), 0);
+  EXPECT_EQ(physics::soft_wrench(physics::SoftContact{}, Pose{}).f.norm(), 0);
 }
 
 std::string soft_refusal(const std::string& body, const std::string& rest = "") {
   try {
-    load_parts({.rest = R"("soft_bodies": [{"name": "pad", )" + body + "}]" + rest});
+    physics::load_parts({.rest = R"("soft_bodies": [{"name": "pad", )" + body + "}]" + rest});
   } catch (const SceneError& error) {
     return error.what();
   }
@@ -400,8 +400,8 @@ TEST(SoftScene, MistakesAreRefusedInWordsThatLeadToThem) {
   EXPECT_EQ(soft_refusal(block), "accepted");
 }
 
-ContactMesh octahedron(SurfaceKind kind) {
-  ContactMesh mesh;
+geometry::ContactMesh octahedron(geometry::SurfaceKind kind) {
+  geometry::ContactMesh mesh;
   mesh.kind = kind;
   mesh.mesh.vertices = {{0.02, 0, 0}, {-0.02, 0, 0}, {0, 0.02, 0}, {0, -0.02, 0}, {0, 0, 0.02}, {0, 0, -0.02}};
   mesh.mesh.triangles = {{0, 2, 4}, {2, 1, 4}, {1, 3, 4}, {3, 0, 4}, {2, 0, 5}, {1, 2, 5}, {3, 1, 5}, {0, 3, 5}};
@@ -411,7 +411,7 @@ ContactMesh octahedron(SurfaceKind kind) {
 TEST(SoftScene, OpenOrTooFineSurfaceIsRefused) {
   wire::SoftBody body;
   body.mutable_mesh()->set_file("skin.obj");
-  const auto refusal = [&body](const ContactMesh& mesh) -> std::string {
+  const auto refusal = [&body](const geometry::ContactMesh& mesh) -> std::string {
     try {
       soft_model_of(body, &mesh, SceneField("s.json").in("soft_bodies", 0));
     } catch (const SceneError& error) {
@@ -419,9 +419,9 @@ TEST(SoftScene, OpenOrTooFineSurfaceIsRefused) {
     }
     return "accepted";
   };
-  EXPECT_THAT(refusal(octahedron(SurfaceKind::kSheet)),
+  EXPECT_THAT(refusal(octahedron(geometry::SurfaceKind::kSheet)),
               ::testing::HasSubstr("soft_bodies[0].mesh.file is skin.obj, which is open"));
-  ContactMesh fine = octahedron(SurfaceKind::kSolid);
+  geometry::ContactMesh fine = octahedron(geometry::SurfaceKind::kSolid);
   fine.mesh.vertices.resize(kMaxSoftNodes + 1, Vec3::Zero());
   EXPECT_THAT(refusal(fine), ::testing::HasSubstr("has 2001 vertices; at most 2000 are possible: simplify it"));
 }
@@ -431,7 +431,7 @@ TEST(SoftScene, ClosedSurfaceKeepsItsVolumeOnATable) {
   traits.X_WS.p = Vec3(0, 0, 0.03);
   traits.material.volume_stiffness = 1;
   SoftWorldSettings settings = pad_settings(0);
-  settings.bodies = {make_soft_surface(octahedron(SurfaceKind::kSolid).mesh, traits)};
+  settings.bodies = {make_soft_surface(octahedron(geometry::SurfaceKind::kSolid).mesh, traits)};
   const double volume_m3 = enclosed_volume_m3(settings.bodies[0].nodes_W, settings.bodies[0].faces);
   SoftWorld world(std::move(settings), Execution::kInline);
   soft_steps(world, kAway, 120);
@@ -449,7 +449,7 @@ TEST(SoftScene, ShippedPadIsPressedByItsTool) {
   TANDEM_LOAD_OR_SKIP(scene, "soft_pad");
   ASSERT_EQ(scene->soft_bodies.size(), 1U);
   SoftWorld world(soft_world_settings(*scene), Execution::kInline);
-  std::vector<SoftTool> tools(scene->tools.size() + scene->bodies.size());
+  std::vector<physics::SoftTool> tools(scene->tools.size() + scene->bodies.size());
   for (std::size_t i = 0; i < scene->tools.size(); ++i) tools[i] = {scene->tools[i].X_WT, true};
   const auto fewest = [&world, &tools](int count) {
     double fastest_s = std::numeric_limits<double>::infinity();
@@ -461,7 +461,7 @@ TEST(SoftScene, ShippedPadIsPressedByItsTool) {
     return 1e3 * fastest_s;
   };
   RecordProperty("ms_per_soft_step_untouched", std::to_string(fewest(30)));
-  EXPECT_EQ(soft_wrench(world.contact(0), tools[0].X_WT).f.norm(), 0) << "foretold only";
+  EXPECT_EQ(physics::soft_wrench(world.contact(0), tools[0].X_WT).f.norm(), 0) << "foretold only";
   tools[0].X_WT.p.z() = 0.042;
   RecordProperty("ms_per_soft_step_pressed", std::to_string(fewest(30)));
   EXPECT_GT(world.contact(0).wrench_W.f.z(), 0.1);
@@ -471,4 +471,4 @@ TEST(SoftScene, ShippedPadIsPressedByItsTool) {
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::server

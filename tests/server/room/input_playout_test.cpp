@@ -11,7 +11,7 @@
 #include "common/base/random.hpp"
 #include "common/net/link.hpp"
 
-namespace tandem {
+namespace tandem::server {
 namespace {
 
 constexpr double kStep_s = 1e-3;
@@ -35,12 +35,12 @@ double paid_j(std::uint64_t tick) {
   return 0.002 * static_cast<double>(tick);
 }
 
-ClientUpdate input_of(std::uint64_t tick, double client_s) {
-  ClientUpdate input;
+proto::ClientUpdate input_of(std::uint64_t tick, double client_s) {
+  proto::ClientUpdate input;
   input.input_tick = Tick{tick};
   input.sent = LocalTime(from_seconds(client_s));
   input.handle_valid = true;
-  input.mode = ClientMode::kLocalModel;
+  input.mode = proto::ClientMode::kLocalModel;
   input.handle = input.tool = stirring(static_cast<double>(tick) * kStep_s);
   input.energy_from_hand_j = paid_j(tick);
   input.energy_to_hand_j = paid_j(tick) / 4;
@@ -49,7 +49,7 @@ ClientUpdate input_of(std::uint64_t tick, double client_s) {
 
 /// A client whose clock is 1000 s ahead, a link, and a playout that is fed and asked once a step.
 struct Line {
-  explicit Line(LinkParameters parameters, double its_drift = 0)
+  explicit Line(net::LinkParameters parameters, double its_drift = 0)
       : link(std::move(parameters), 1, 1), drift(its_drift) {}
 
   /// What is played in the next step.
@@ -66,7 +66,7 @@ struct Line {
       link.send(now, packet);
     }
     // Newest-wins, as the room's mailbox is.
-    const ClientUpdate* newest = nullptr;
+    const proto::ClientUpdate* newest = nullptr;
     while (const auto packet = link.receive(now)) {
       std::uint64_t tick = 0;
       std::memcpy(&tick, packet->data(), sizeof tick);
@@ -80,17 +80,17 @@ struct Line {
     return playout.play(now.time_since_epoch());
   }
 
-  SimulatedLink link;
+  net::SimulatedLink link;
   double drift;
   InputPlayout playout{kStep_s};
-  std::deque<ClientUpdate> sent;
+  std::deque<proto::ClientUpdate> sent;
   std::uint64_t steps = 0;
   std::uint64_t taken = 0;        ///< the last tick that came
   std::uint64_t longest_gap = 0;  ///< in ticks, between two that came
 };
 
-LinkParameters link_of(double delay_s, double jitter_s, double loss) {
-  LinkParameters parameters;
+net::LinkParameters link_of(double delay_s, double jitter_s, double loss) {
+  net::LinkParameters parameters;
   parameters.delay = from_seconds(delay_s);
   parameters.jitter = from_seconds(jitter_s);
   parameters.loss = loss;
@@ -156,8 +156,8 @@ TEST(InputPlayout, WithoutItTheSameLineMovesTheHandByFarMore) {
   // Newest wins: the hand at the same mean delay, off by what the speed makes of the jitter.
   double largest_m = 0;
   std::uint64_t newest = 0;
-  LinkParameters same = link_of(0.050, 0.010, 0.05);
-  SimulatedLink link(same, 1, 1);
+  net::LinkParameters same = link_of(0.050, 0.010, 0.05);
+  net::SimulatedLink link(same, 1, 1);
   for (std::uint64_t step = 1; step < 5000; ++step) {
     const LocalTime now{std::chrono::milliseconds(step)};
     std::array<std::byte, 8> packet{};
@@ -247,7 +247,7 @@ TEST(InputPlayout, StartsAtTheFirstInputAndForgetsWhatALongSilenceLeft) {
   ASSERT_TRUE(playout.play(std::chrono::milliseconds(1)));
   EXPECT_EQ(playout.play(std::chrono::milliseconds(2))->tick.value, 7U) << "held until it is due";
   // One second later and a metre away: no way from there to here is made up.
-  ClientUpdate far = input_of(1007, 6.0);
+  proto::ClientUpdate far = input_of(1007, 6.0);
   far.handle.X.p += Vec3(1, 0, 0);
   playout.take(far, std::chrono::milliseconds(1001));
   EXPECT_EQ(playout.play(std::chrono::milliseconds(1001))->handle.X.p, far.handle.X.p);
@@ -263,21 +263,21 @@ TEST(InputPlayout, HostileTimesAndTicksGiveFiniteStatesWithinTheLimits) {
     const double now_s = static_cast<double>(step) * kStep_s;
     if (random.uniform() < 0.8) {
       tick += random.uniform() < 0.02 ? random.next_u64() : random.next_u32() % 4;
-      ClientUpdate input = input_of(tick, random.uniform() < 0.5 ? now_s : random.uniform(0, 2.3e9));
+      proto::ClientUpdate input = input_of(tick, random.uniform() < 0.5 ? now_s : random.uniform(0, 2.3e9));
       if (random.uniform() < 0.5) input.sent = LocalTime(Duration(static_cast<Duration::rep>(step)));
-      input.handle.V.v = Vec3(0, 0, random.uniform() < 0.5 ? kMaxSpeedMPerS : -kMaxSpeedMPerS);
+      input.handle.V.v = Vec3(0, 0, random.uniform() < 0.5 ? proto::kMaxSpeedMPerS : -proto::kMaxSpeedMPerS);
       playout.take(input, from_seconds(now_s));
     }
     if (random.uniform() < 0.01) playout.reset();
     const auto played = playout.play(from_seconds(now_s));
     if (!played) continue;
     ASSERT_TRUE(is_finite(played->handle.X) && is_finite(played->tool.X));
-    ASSERT_LE(played->handle.V.v.norm(), kMaxSpeedMPerS * (1 + 1e-9));
-    ASSERT_LE(played->handle.V.w.norm(), kMaxTurnRadPerS * (1 + 1e-9));
+    ASSERT_LE(played->handle.V.v.norm(), proto::kMaxSpeedMPerS * (1 + 1e-9));
+    ASSERT_LE(played->handle.V.w.norm(), proto::kMaxTurnRadPerS * (1 + 1e-9));
     ASSERT_NEAR(played->handle.X.q.norm(), 1, 1e-9);
     ASSERT_GE(to_seconds(playout.delay()), 0);
   }
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::server

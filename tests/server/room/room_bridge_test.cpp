@@ -9,7 +9,7 @@
 #include "tests/common/physics/scene_support.hpp"
 #include "tests/support/allocation_counter.hpp"
 
-namespace tandem {
+namespace tandem::server {
 namespace {
 
 constexpr const char* kFloatingBox =
@@ -21,7 +21,7 @@ constexpr const char* kTwoTools =
 
 class RoomBridge : public ::testing::Test {
  protected:
-  RoomBridge() : scene_(load_parts({.bodies = kFloatingBox, .tools = kTwoTools})) {}
+  RoomBridge() : scene_(physics::load_parts({.bodies = kFloatingBox, .tools = kTwoTools})) {}
 
   struct Bench {
     explicit Bench(std::shared_ptr<const LoadedScene> scene) : room(RoomId{1}, "test", std::move(scene)) {}
@@ -33,7 +33,7 @@ class RoomBridge : public ::testing::Test {
       command.role = UserRole::kManipulator;
       ASSERT_TRUE(room.post(command));
     }
-    ServerUpdate step(std::uint8_t told = 0) {
+    proto::ServerUpdate step(std::uint8_t told = 0) {
       room.step(ServerTime(room.period() * static_cast<Duration::rep>(room.steps_done().value + 1)));
       room.slot(told).output.poll();
       return room.slot(told).output.front().update;
@@ -42,8 +42,9 @@ class RoomBridge : public ::testing::Test {
     Room room;
   };
 
-  static ClientUpdate input(std::uint64_t tick, const Vec3& p, ClientMode mode, std::uint32_t buttons = 0) {
-    ClientUpdate update;
+  static proto::ClientUpdate input(std::uint64_t tick, const Vec3& p, proto::ClientMode mode,
+                                   std::uint32_t buttons = 0) {
+    proto::ClientUpdate update;
     update.input_tick = Tick{tick};
     update.sent = LocalTime(std::chrono::milliseconds(tick));
     update.handle.X.p = update.tool.X.p = p;
@@ -68,13 +69,13 @@ TEST_F(RoomBridge, APlayedHandleMovesTheToolAsTheSameHandleGivenDirectlyDoes) {
   given.join(0);
   std::uint64_t compared = 0;
   for (std::uint64_t step = 1; step <= 2000; ++step) {
-    played.room.slot(0).input.publish(input(step, stirring(step), ClientMode::kLocalModel));
-    const ServerUpdate told = played.step();
+    played.room.slot(0).input.publish(input(step, stirring(step), proto::ClientMode::kLocalModel));
+    const proto::ServerUpdate told = played.step();
     // The one step ahead: what the played room answers is known only after its step.
     if (told.answered_input.value != 0) {
-      given.room.slot(0).input.publish(input(step, stirring(told.answered_input.value), ClientMode::kHandle));
+      given.room.slot(0).input.publish(input(step, stirring(told.answered_input.value), proto::ClientMode::kHandle));
     }
-    const ServerUpdate same = given.step();
+    const proto::ServerUpdate same = given.step();
     ASSERT_EQ(told.tool.X.p, same.tool.X.p) << "step " << step;
     ASSERT_EQ(told.wrench_on_hand_W.f, same.wrench_on_hand_W.f);
     compared += told.answered_input.value != step;
@@ -89,12 +90,12 @@ TEST_F(RoomBridge, TheJointComesWithASecondHandOnTheBodyAndGoesAfterIt) {
   std::uint64_t tick = 0;
   const auto step = [&](bool second_holds) {
     ++tick;
-    bench.room.slot(0).input.publish(input(tick, {-0.03, 0, 0}, ClientMode::kLocalModel, kButtonGrab));
+    bench.room.slot(0).input.publish(input(tick, {-0.03, 0, 0}, proto::ClientMode::kLocalModel, proto::kButtonGrab));
     bench.room.slot(1).input.publish(
-        input(tick, {0.03, 0, 0}, ClientMode::kHandle, second_holds ? std::uint32_t{kButtonGrab} : 0U));
+        input(tick, {0.03, 0, 0}, proto::ClientMode::kHandle, second_holds ? std::uint32_t{proto::kButtonGrab} : 0U));
     return bench.step();
   };
-  ServerUpdate told;
+  proto::ServerUpdate told;
   for (int i = 0; i < 300; ++i) told = step(false);
   ASSERT_TRUE(told.held_body.is_valid());
   EXPECT_EQ(told.joint_share, 0) << "nobody else has a hand on it";
@@ -126,16 +127,16 @@ TEST_F(RoomBridge, TheJointPullsTheBodyToTheClientsCopy) {
   Bench bench(scene_);
   bench.join(0);
   bench.join(1);
-  ServerUpdate told;
+  proto::ServerUpdate told;
   for (std::uint64_t tick = 1; tick <= 1500; ++tick) {
     // The user's handle stays, but the user's own copy of the body is 5 mm farther: a body that two hold follows both.
-    ClientUpdate mine = input(tick, {-0.03, 0, 0}, ClientMode::kLocalModel, kButtonGrab);
+    proto::ClientUpdate mine = input(tick, {-0.03, 0, 0}, proto::ClientMode::kLocalModel, proto::kButtonGrab);
     mine.tool.X.p.y() += 0.005;
-    CopyTarget copy{BodyId{1}, {}, Vec3(-0.03, 0, 0), Vec3::Zero()};
+    physics::CopyTarget copy{BodyId{1}, {}, Vec3(-0.03, 0, 0), Vec3::Zero()};
     copy.state.X.p.y() = 0.005;
     mine.copies.push_back(copy);
     bench.room.slot(0).input.publish(mine);
-    bench.room.slot(1).input.publish(input(tick, {0.03, 0, 0}, ClientMode::kHandle, kButtonGrab));
+    bench.room.slot(1).input.publish(input(tick, {0.03, 0, 0}, proto::ClientMode::kHandle, proto::kButtonGrab));
     told = bench.step();
   }
   ASSERT_EQ(told.joint_share, 1);
@@ -148,12 +149,12 @@ TEST_F(RoomBridge, AGraspIsOfTheInputThatPressed) {
   Bench bench(scene_);
   bench.join(0);
   constexpr std::uint64_t kPressed = 404;
-  ServerUpdate before, told;
+  proto::ServerUpdate before, told;
   for (std::uint64_t step = 1; step <= 500 && !told.held_body.is_valid(); ++step) {
     // Ten at a time, of which the newest is kept: the playout has to wait for them.
     if (step % 10 == 0) {
-      bench.room.slot(0).input.publish(
-          input(step, {-0.03, 0, 0}, ClientMode::kLocalModel, step >= kPressed ? std::uint32_t{kButtonGrab} : 0U));
+      bench.room.slot(0).input.publish(input(step, {-0.03, 0, 0}, proto::ClientMode::kLocalModel,
+                                             step >= kPressed ? std::uint32_t{proto::kButtonGrab} : 0U));
     }
     before = told;
     told = bench.step();
@@ -166,19 +167,19 @@ TEST_F(RoomBridge, AGraspIsOfTheInputThatPressed) {
 }
 
 TEST_F(RoomBridge, ASharedBodyHangsInTheCopyOfWhoAloneHoldsIt) {
-  Bench bench(load_parts({.bodies = R"({"name": "box", "shapes": [{"box": {"size_m": [0.04, 0.04, 0.04]}}],
+  Bench bench(physics::load_parts({.bodies = R"({"name": "box", "shapes": [{"box": {"size_m": [0.04, 0.04, 0.04]}}],
                                         "mass_kg": 0.2, "graspable": true})",
-                          .tools = kTwoTools}));
+                                   .tools = kTwoTools}));
   bench.join(0);
   bench.join(1);
   std::uint64_t tick = 0;
   const auto height_after = [&](std::uint32_t first, std::uint32_t second) {
-    ServerUpdate told;
+    proto::ServerUpdate told;
     for (int i = 0; i < 2500; ++i) {
       ++tick;
       for (const std::uint8_t slot : {0, 1}) {
         const Vec3 p(slot == 0 ? -0.03 : 0.03, 0, 0);
-        ClientUpdate update = input(tick, p, ClientMode::kLocalModel, slot == 0 ? first : second);
+        proto::ClientUpdate update = input(tick, p, proto::ClientMode::kLocalModel, slot == 0 ? first : second);
         update.copies.push_back({BodyId{1}, {}, p, Vec3::Zero()});
         bench.room.slot(slot).input.publish(update);
       }
@@ -189,19 +190,19 @@ TEST_F(RoomBridge, ASharedBodyHangsInTheCopyOfWhoAloneHoldsIt) {
   };
   // Both copies are kept at the origin; of two who hold it, the two joints bear the weight.
   const Duration loop = std::chrono::milliseconds(60);
-  const double sag_m = 0.2 * 9.81 / (2 * joint_for(loop, loop, Vec3::Zero()).stiffness_n_per_m);
-  EXPECT_NEAR(height_after(kButtonGrab, kButtonGrab), -sag_m, 1e-4);
-  EXPECT_NEAR(height_after(0, kButtonGrab), 0, 1e-4);
+  const double sag_m = 0.2 * 9.81 / (2 * physics::joint_for(loop, loop, Vec3::Zero()).stiffness_n_per_m);
+  EXPECT_NEAR(height_after(proto::kButtonGrab, proto::kButtonGrab), -sag_m, 1e-4);
+  EXPECT_NEAR(height_after(0, proto::kButtonGrab), 0, 1e-4);
   EXPECT_NEAR(height_after(0, 0), -sag_m, 1e-4);
 }
 
 TEST_F(RoomBridge, TheGraspIsToldAsThePlaceOfTheToolOnTheBody) {
   Bench bench(scene_);
   bench.join(0);
-  ServerUpdate told;
+  proto::ServerUpdate told;
   for (std::uint64_t tick = 1; tick <= 400; ++tick) {
     const Vec3 p = Vec3(-0.03, 0, 0) + Vec3(0.0001, 0.0002, 0) * static_cast<double>(tick);
-    bench.room.slot(0).input.publish(input(tick, p, ClientMode::kHandle, kButtonGrab));
+    bench.room.slot(0).input.publish(input(tick, p, proto::ClientMode::kHandle, proto::kButtonGrab));
     told = bench.step();
   }
   ASSERT_TRUE(told.held_body.is_valid());
@@ -214,11 +215,11 @@ TEST_F(RoomBridge, AnotherModeOrAnotherUserStartsWithNothingOfTheLast) {
   Bench bench(scene_);
   bench.join(0);
   for (std::uint64_t tick = 1; tick <= 200; ++tick) {
-    bench.room.slot(0).input.publish(input(tick, stirring(tick), ClientMode::kLocalModel));
+    bench.room.slot(0).input.publish(input(tick, stirring(tick), proto::ClientMode::kLocalModel));
     bench.step();
   }
-  bench.room.slot(0).input.publish(input(201, stirring(201), ClientMode::kHandle));
-  ServerUpdate told = bench.step();
+  bench.room.slot(0).input.publish(input(201, stirring(201), proto::ClientMode::kHandle));
+  proto::ServerUpdate told = bench.step();
   EXPECT_EQ(told.answered_input, Tick{201}) << "the newest, at once";
   EXPECT_EQ(told.playout, Duration{0});
   bench.join(0);
@@ -229,8 +230,8 @@ TEST_F(RoomBridge, AnotherModeOrAnotherUserStartsWithNothingOfTheLast) {
 TEST_F(RoomBridge, WavesMoveTheToolWhereTheHandIsAndAreAnswered) {
   Bench bench(scene_);
   bench.join(0);
-  WaveHandPort hand(WaveImpedance{}, WavePlayer::Settings{});
-  ServerUpdate told;
+  haptics::WaveHandPort hand(haptics::WaveImpedance{}, haptics::WavePlayer::Settings{});
+  proto::ServerUpdate told;
   Wrench largest;
   for (std::uint64_t tick = 1; tick <= 3000; ++tick) {
     // 2 cm away from the box within the first second.
@@ -239,7 +240,7 @@ TEST_F(RoomBridge, WavesMoveTheToolWhereTheHandIsAndAreAnswered) {
     const Wrench on_hand = hand.tick(X_WH, 1e-3);
     hand.set_displayed(on_hand);
     if (on_hand.f.norm() > largest.f.norm()) largest = on_hand;
-    ClientUpdate update = input(tick, X_WH.p, ClientMode::kWave);
+    proto::ClientUpdate update = input(tick, X_WH.p, proto::ClientMode::kWave);
     update.wave = hand.sum_towards_tool();
     bench.room.slot(0).input.publish(update);
     told = bench.step();
@@ -257,15 +258,15 @@ TEST_F(RoomBridge, PlayingOutAllocatesNothing) {
   const auto run = [&](std::uint64_t count) {
     for (std::uint64_t end = tick + count; tick < end;) {
       ++tick;
-      bench.room.slot(0).input.publish(input(tick, stirring(tick), ClientMode::kLocalModel));
+      bench.room.slot(0).input.publish(input(tick, stirring(tick), proto::ClientMode::kLocalModel));
       bench.step();
     }
   };
   run(500);
-  const std::uint64_t before = allocation_count();
+  const std::uint64_t before = test::allocation_count();
   run(500);
-  EXPECT_EQ(allocation_count() - before, 0U);
+  EXPECT_EQ(test::allocation_count() - before, 0U);
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::server

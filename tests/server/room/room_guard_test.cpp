@@ -6,23 +6,24 @@
 #include "server/room/room.hpp"
 #include "tests/common/physics/scene_support.hpp"
 
-namespace tandem {
+namespace tandem::server {
 namespace {
 
 constexpr const char* kFloatingBox =
     R"({"name": "box", "shapes": [{"box": {"size_m": [0.04, 0.04, 0.04]}}], "mass_kg": 0.5, "graspable": true,
         "gravity": false})";
 constexpr const char* kTool = R"({"name": "t", "placement": {"position_m": [-0.02, 0, 0]}})";
-constexpr ToolPortGuard::Settings kGuard;
+constexpr haptics::ToolPortGuard::Settings kGuard;
 /// In the one and a half seconds of a fling, and what the last step may overdraw.
 constexpr double kUnpaid_j = 1.2 * kGuard.allowance_j + 1.5 * kGuard.forgiven_w;
 
 /// A user takes the box and flings it at 0.6 m/s, which takes 90 mJ.
 class Flung {
  public:
-  explicit Flung(bool guards_tools, ClientMode mode = ClientMode::kHandle)
+  explicit Flung(bool guards_tools, proto::ClientMode mode = proto::ClientMode::kHandle)
       : mode_(mode),
-        room_(RoomId{1}, "test", load_parts({.bodies = kFloatingBox, .tools = kTool}), {.guards_tools = guards_tools}) {
+        room_(RoomId{1}, "test", physics::load_parts({.bodies = kFloatingBox, .tools = kTool}),
+              {.guards_tools = guards_tools}) {
     RoomCommand command;
     command.user = UserId{1};
     command.role = UserRole::kManipulator;
@@ -32,7 +33,7 @@ class Flung {
   /// `paid_share`: of what the handle's way cost against the wrench on it, what the client says that the hand has paid.
   void run(double paid_share) {
     for (std::uint64_t tick = 1; tick <= 1500; ++tick) {
-      ClientUpdate input;
+      proto::ClientUpdate input;
       input.input_tick = Tick{tick};
       input.sent = LocalTime(std::chrono::milliseconds(tick));
       const double moving_s = 1e-3 * std::max(0.0, static_cast<double>(tick) - 500);
@@ -40,7 +41,7 @@ class Flung {
       input.handle.V.v.x() = moving_s > 0 ? 0.6 : 0;
       input.tool = input.handle;
       input.handle_valid = true;
-      input.buttons = kButtonGrab;
+      input.buttons = proto::kButtonGrab;
       input.mode = mode_;
       const double work_j = told_.wrench_on_hand_W.f.dot(input.handle.X.p - handle_p_);
       handle_p_ = input.handle.X.p;
@@ -69,17 +70,17 @@ class Flung {
   double unpaid_max_j() const { return unpaid_max_j_; }
   bool is_held() const { return told_.held_body.is_valid(); }
   bool was_guarded() const { return (faults_ & kFaultToolGuarded) != 0; }
-  const ToolPortGuard& guard() const { return room_.tool_guard(0); }
+  const haptics::ToolPortGuard& guard() const { return room_.tool_guard(0); }
 
  private:
   void rest(int steps, bool is_valid) {
     for (int i = 0; i < steps; ++i) {
-      ClientUpdate input;
+      proto::ClientUpdate input;
       input.input_tick = Tick{++rest_ticks_};
       input.sent = LocalTime(std::chrono::milliseconds(rest_ticks_));
       input.handle.X.p = handle_p_;
       input.handle_valid = is_valid;
-      input.buttons = kButtonGrab;
+      input.buttons = proto::kButtonGrab;
       input.mode = mode_;
       input.energy_from_hand_j = from_hand_j_;
       input.energy_to_hand_j = to_hand_j_;
@@ -89,9 +90,9 @@ class Flung {
   }
 
   std::uint64_t rest_ticks_ = 1500;
-  ClientMode mode_;
+  proto::ClientMode mode_;
   Room room_;
-  ServerUpdate told_;
+  proto::ServerUpdate told_;
   TickFaults faults_ = 0;
   Vec3 handle_p_{-0.02, 0, 0};
   double from_hand_j_ = 0;
@@ -100,7 +101,7 @@ class Flung {
 };
 
 TEST(RoomGuard, AHandThatPaysFlingsTheBox) {
-  for (const ClientMode mode : {ClientMode::kHandle, ClientMode::kLocalModel}) {
+  for (const proto::ClientMode mode : {proto::ClientMode::kHandle, proto::ClientMode::kLocalModel}) {
     Flung flung(true, mode);
     flung.run(1);
     EXPECT_TRUE(flung.is_held());
@@ -120,14 +121,14 @@ TEST(RoomGuard, AHandThatPaysNothingMovesItByTheAllowanceOnly) {
 }
 
 TEST(RoomGuard, AHandThatPaysHalfOwesNoMoreThanTheAllowance) {
-  Flung flung(true, ClientMode::kLocalModel);
+  Flung flung(true, proto::ClientMode::kLocalModel);
   flung.run(0.5);
   EXPECT_LE(flung.unpaid_max_j(), kUnpaid_j);
   EXPECT_TRUE(flung.was_guarded());
 }
 
 TEST(RoomGuard, ADebtIsForgivenInTimeAndAtOnceWhereTheHandleBeginsAnew) {
-  ToolPortGuard guard{ToolPortGuard::Settings{}};
+  haptics::ToolPortGuard guard{haptics::ToolPortGuard::Settings{}};
   guard.hand_reported(0, 0, 0);
   guard.hand_reported(0, 5, 0.001);
   EXPECT_EQ(guard.account_j(), -kGuard.most_debt_j) << "the hand got 5 J: its own end's to watch";
@@ -155,4 +156,4 @@ TEST(RoomGuard, WithoutItNobodyAsksWhoPaid) {
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::server

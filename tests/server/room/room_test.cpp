@@ -12,7 +12,7 @@
 #include "tests/common/physics/scene_support.hpp"
 #include "tests/support/allocation_counter.hpp"
 
-namespace tandem {
+namespace tandem::server {
 namespace {
 
 constexpr const char* kTwoCubes =
@@ -26,7 +26,7 @@ constexpr const char* kTwoTools =
 
 class RoomTest : public ::testing::Test {
  protected:
-  RoomTest() : room_(RoomId{1}, "test", load_parts({.bodies = kTwoCubes, .tools = kTwoTools})) {}
+  RoomTest() : room_(RoomId{1}, "test", physics::load_parts({.bodies = kTwoCubes, .tools = kTwoTools})) {}
 
   void post(RoomCommand::Kind kind, std::uint8_t slot, std::uint32_t user, std::uint32_t request = 0,
             BodyId body = {}) {
@@ -49,7 +49,7 @@ class RoomTest : public ::testing::Test {
   void observe(std::uint8_t slot, std::uint32_t user) { post(RoomCommand::Kind::kJoin, slot, user); }
 
   void send(std::uint8_t slot, const Vec3& p, std::uint32_t buttons = 0, bool is_valid = true) {
-    ClientUpdate update;
+    proto::ClientUpdate update;
     update.input_tick = Tick{++ticks_};
     update.handle.X.p = p;
     update.handle_valid = is_valid;
@@ -61,7 +61,7 @@ class RoomTest : public ::testing::Test {
     for (int i = 0; i < count; ++i) room_.step(ServerTime(room_.period() * static_cast<Duration::rep>(++steps_)));
   }
   /// The newest update of a slot; empty when none came since the last call.
-  std::optional<ServerUpdate> update(std::uint8_t slot) {
+  std::optional<proto::ServerUpdate> update(std::uint8_t slot) {
     if (!room_.slot(slot).output.poll()) return std::nullopt;
     return room_.slot(slot).output.front().update;
   }
@@ -141,8 +141,8 @@ TEST_F(RoomTest, GrabCommandIsAnsweredAndSeenByAll) {
 
 TEST_F(RoomTest, RefusedGrabSaysWhy) {
   join(0, 7, 0);
-  for (const auto& [body, reason] :
-       {std::pair{BodyId{3}, GrabResult::kNotGraspable}, std::pair{BodyId{9}, GrabResult::kUnknownBody}}) {
+  for (const auto& [body, reason] : {std::pair{BodyId{3}, physics::GrabResult::kNotGraspable},
+                                     std::pair{BodyId{9}, physics::GrabResult::kUnknownBody}}) {
     post(RoomCommand::Kind::kGrab, 0, 7, 5, body);
     step();
     const auto answer = event();
@@ -155,10 +155,10 @@ TEST_F(RoomTest, RefusedGrabSaysWhy) {
 TEST_F(RoomTest, GrabButtonGrabsOnPressAndLetsGoOnRelease) {
   join(0, 7, 0);
   step();
-  send(0, {0, 0, 0.05}, kButtonGrab);
+  send(0, {0, 0, 0.05}, proto::kButtonGrab);
   step();
   EXPECT_EQ(update(0)->held_body, BodyId{2});
-  send(0, {0, 0, 0.05}, kButtonGrab);
+  send(0, {0, 0, 0.05}, proto::kButtonGrab);
   step();
   EXPECT_EQ(event()->kind, RoomEvent::Kind::kGrabbed);
   EXPECT_FALSE(event().has_value()) << "holding it down is not a second press";
@@ -196,7 +196,7 @@ TEST_F(RoomTest, ObserverMovesNothing) {
   observe(0, 7);
   post(RoomCommand::Kind::kGrab, 0, 7, 5);
   step();
-  send(0, {0, 0, 0.02}, kButtonGrab);
+  send(0, {0, 0, 0.02}, proto::kButtonGrab);
   step(10);
   EXPECT_FALSE(event().has_value());
   EXPECT_EQ(update(0)->tick_faults, 0U);
@@ -269,7 +269,7 @@ TEST_F(RoomTest, OneUsersFloodOfGrabsIsAnsweredBusyAndOthersAreServedInTheSameSt
   for (std::uint32_t i = 1; i <= 40; ++i) {
     const auto refused = event();
     ASSERT_TRUE(refused.has_value()) << i;
-    EXPECT_EQ(refused->refusal, GrabResult::kBusy) << i;
+    EXPECT_EQ(refused->refusal, physics::GrabResult::kBusy) << i;
     EXPECT_EQ(refused->request, 100 + i);
   }
   const auto other = event();
@@ -293,10 +293,10 @@ TEST_F(RoomTest, AButtonPressBesideACommandHasItsTurnWithTheNextInput) {
   join(0, 7, 0);
   step();
   post(RoomCommand::Kind::kRelease, 0, 7, 5);
-  send(0, {0, 0, 0.05}, kButtonGrab);
+  send(0, {0, 0, 0.05}, proto::kButtonGrab);
   step();
   EXPECT_FALSE(update(0)->held_body.is_valid());
-  send(0, {0, 0, 0.05}, kButtonGrab);
+  send(0, {0, 0, 0.05}, proto::kButtonGrab);
   step();
   EXPECT_EQ(update(0)->held_body, BodyId{2});
 }
@@ -335,7 +335,7 @@ class CountedBullet {
 
 TEST(Room, StepDoesNotAllocateInSteadyContactNorDoesBullet) {
   const CountedBullet counted;
-  Room room(RoomId{1}, "test", load_parts({.bodies = kTwoCubes, .tools = kTwoTools}));
+  Room room(RoomId{1}, "test", physics::load_parts({.bodies = kTwoCubes, .tools = kTwoTools}));
   RoomCommand join;
   join.user = UserId{7};
   join.role = UserRole::kManipulator;
@@ -343,7 +343,7 @@ TEST(Room, StepDoesNotAllocateInSteadyContactNorDoesBullet) {
   double paid_j = 0;
   const auto step_pressing = [&](int count) {
     for (int i = 0; i < count; ++i) {
-      ClientUpdate update;
+      proto::ClientUpdate update;
       update.handle.X.p = {0.001 * std::sin(0.01 * i), 0, 0.035};
       update.handle_valid = true;
       update.energy_from_hand_j = paid_j += 1e-4;
@@ -353,10 +353,10 @@ TEST(Room, StepDoesNotAllocateInSteadyContactNorDoesBullet) {
   };
   step_pressing(1000);
   ASSERT_GT(bullet_allocations, 0U) << "the world was built with the counted functions";
-  const std::uint64_t before = allocation_count();
+  const std::uint64_t before = test::allocation_count();
   const std::uint64_t bullet_before = bullet_allocations;
   step_pressing(1000);
-  EXPECT_EQ(allocation_count(), before);
+  EXPECT_EQ(test::allocation_count(), before);
   EXPECT_EQ(bullet_allocations, bullet_before);
   EXPECT_GT(room.world().tool(0).wrench_on_hand_W.f.z(), 1) << "the tool presses on a cube";
 }
@@ -367,15 +367,15 @@ TEST_F(RoomTest, OurOwnPartOfAStepDoesNotAllocateEvenWhenItGrabs) {
   observe(2, 9);
   send(0, {0, 0, 0.05});
   step(100);
-  const std::uint64_t before = allocation_count();
+  const std::uint64_t before = test::allocation_count();
   for (int i = 0; i < 400; ++i) {
-    send(0, {0, 0, 0.045}, i % 100 < 50 ? kButtonGrab : 0U);
+    send(0, {0, 0, 0.045}, i % 100 < 50 ? proto::kButtonGrab : 0U);
     send(1, {0.5, 0.001 * i, 0.3});
     step();
   }
-  EXPECT_EQ(allocation_count(), before);
+  EXPECT_EQ(test::allocation_count(), before);
   EXPECT_EQ(event()->kind, RoomEvent::Kind::kGrabbed) << "the steps above must have done something";
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::server

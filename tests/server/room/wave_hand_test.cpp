@@ -9,13 +9,13 @@
 
 #include "common/haptics/coupling/laws.hpp"
 
-namespace tandem {
+namespace tandem::server {
 namespace {
 
 constexpr double kTick_s = 0.001;
 
-CouplingParameters coupling_parameters() {
-  CouplingParameters parameters;
+haptics::CouplingParameters coupling_parameters() {
+  haptics::CouplingParameters parameters;
   parameters.stiffness_n_per_m = 500;
   parameters.damping_n_s_per_m = 2;
   parameters.force_limit_n = 1e3;
@@ -35,8 +35,8 @@ struct PressedWall {
     up.push_back(port.sum_towards_tool());
     places.push_back(x);
     if (k >= delay) {
-      ClientUpdate update;
-      update.mode = ClientMode::kWave;
+      proto::ClientUpdate update;
+      update.mode = proto::ClientMode::kWave;
       update.handle_valid = true;
       update.sent = LocalTime(std::chrono::milliseconds(k - delay));
       update.wave = up[static_cast<std::size_t>(k - delay)];
@@ -52,7 +52,7 @@ struct PressedWall {
     force = f;
     ++k;
   }
-  void step(const ClientUpdate& update) {
+  void step(const proto::ClientUpdate& update) {
     const RigidState target = hand.target(update, coupling_parameters(), kTick_s);
     // A tool without mass: coupling against wall, implicit.
     const double stretch = 500 * target.X.p.x() + 2 * target.V.v.x() + 2 / kTick_s * x_tool;
@@ -65,9 +65,9 @@ struct PressedWall {
 
   explicit PressedWall(int delay_ticks) : delay(delay_ticks) {}
   int delay, k = 0;
-  WaveHandPort port{WaveImpedance{}, WavePlayer::Settings{}};
+  haptics::WaveHandPort port{haptics::WaveImpedance{}, haptics::WavePlayer::Settings{}};
   WaveHand hand;
-  std::vector<Wave> up, down;
+  std::vector<haptics::Wave> up, down;
   std::vector<double> places;
   double x = 0, v = 0, x_tool = 0, force = 0, taken_j = 0, most_taken_j = 0;
 };
@@ -88,10 +88,10 @@ TEST(WaveHand, APressedWallComesToRestAtEveryDelay) {
 }
 
 TEST(WaveHand, TheSameInputAgainIsNotCountedTwice) {
-  const CouplingParameters slack{.stiffness_n_per_m = 0, .damping_n_s_per_m = 0};
+  const haptics::CouplingParameters slack{.stiffness_n_per_m = 0, .damping_n_s_per_m = 0};
   WaveHand hand;
-  ClientUpdate update;
-  update.mode = ClientMode::kWave;
+  proto::ClientUpdate update;
+  update.mode = proto::ClientMode::kWave;
   hand.target(update, slack, kTick_s);
   update.sent += std::chrono::milliseconds(1);
   update.wave.f.x() = 0.005;
@@ -101,14 +101,14 @@ TEST(WaveHand, TheSameInputAgainIsNotCountedTwice) {
     hand.settle({}, kTick_s);
   }
   // Without a force V = u √(2/b): 2.24 mm, of which the filter still has e⁻⁴ and the drift has taken back 4 %.
-  const double b = WaveImpedance{}.linear_n_s_per_m;
+  const double b = haptics::WaveImpedance{}.linear_n_s_per_m;
   EXPECT_NEAR(x, 0.005 * std::sqrt(2 / b), 0.08 * 0.005 * std::sqrt(2 / b));
 }
 
 TEST(WaveHand, IsFiniteForAnyInput) {
   WaveHand hand;
-  ClientUpdate update;
-  update.mode = ClientMode::kWave;
+  proto::ClientUpdate update;
+  update.mode = proto::ClientMode::kWave;
   const double infinity = std::numeric_limits<double>::infinity();
   for (const double bad : {std::nan(""), infinity, -infinity, 1e300}) {
     update.sent += std::chrono::milliseconds(1);
@@ -121,4 +121,4 @@ TEST(WaveHand, IsFiniteForAnyInput) {
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::server

@@ -10,7 +10,7 @@
 
 #include "tests/support/hub_bench.hpp"
 
-namespace tandem {
+namespace tandem::server {
 namespace {
 
 using testing::AllOf;
@@ -30,9 +30,9 @@ TEST(SessionHub, TakesConnectionIdsFromItsSourceButNeverZeroOrOneInUse) {
     drawn.pop_back();
     return next;
   };
-  HubBench bench(settings);
-  BenchClient first = bench.connect();
-  BenchClient second = bench.connect();
+  test::HubBench bench(settings);
+  test::BenchClient first = bench.connect();
+  test::BenchClient second = bench.connect();
   bench.greet(first);
   bench.greet(second);
   EXPECT_EQ(first.connection.value, 5U);
@@ -40,14 +40,14 @@ TEST(SessionHub, TakesConnectionIdsFromItsSourceButNeverZeroOrOneInUse) {
 }
 
 TEST(SessionHub, NeedsASourceOfConnectionIds) {
-  RecordingTransport transport;
+  test::RecordingTransport transport;
   EXPECT_THROW(SessionHub({}, {}, transport), std::invalid_argument);
 }
 
 TEST(SessionHub, OneUsersFloodOfGrabsIsAnsweredBusyAndTheOthersAreServed) {
-  HubBench bench;
-  BenchClient ada = bench.join("ada");
-  BenchClient ben = bench.join("ben");
+  test::HubBench bench;
+  test::BenchClient ada = bench.join("ada");
+  test::BenchClient ben = bench.join("ben");
   bench.take(ada);
   bench.send_state(ada);
   bench.send_state(ben);
@@ -61,9 +61,9 @@ TEST(SessionHub, OneUsersFloodOfGrabsIsAnsweredBusyAndTheOthersAreServed) {
   for (int round = 0; round < 3; ++round) {
     for (std::uint32_t i = 0; i < 1000; ++i) bench.send(ada, grab_any(i));
     bench.send(ben, grab_any(1));
-    EXPECT_EQ(described(bench.take(ben)), "") << "asked of the room, not refused";
+    EXPECT_EQ(test::described(bench.take(ben)), "") << "asked of the room, not refused";
     bench.step();
-    EXPECT_EQ(described(bench.take(ben)), round == 0 ? "grabbed" : "error ERROR_ALREADY_HOLDING");
+    EXPECT_EQ(test::described(bench.take(ben)), round == 0 ? "grabbed" : "error ERROR_ALREADY_HOLDING");
     const auto answers = bench.take(ada);
     ASSERT_EQ(answers.size(), 1000U) << "round " << round << ": one of the room, the others busy";
     EXPECT_EQ(answers.back().request(), 0U) << "the first was asked of the room and answered after its step";
@@ -76,11 +76,11 @@ TEST(SessionHub, OneUsersFloodOfGrabsIsAnsweredBusyAndTheOthersAreServed) {
 }
 
 TEST(SessionHub, ANewcomerIsNotSentWhatItsSlotsFormerUserWasTold) {
-  HubBench bench;
-  BenchClient ada = bench.join("ada", wire::ROLE_MANIPULATOR, "state-tcp");
+  test::HubBench bench;
+  test::BenchClient ada = bench.join("ada", wire::ROLE_MANIPULATOR, "state-tcp");
   bench.step();
   bench.send(ada, message_of([](auto& message) { message.mutable_leave(); }));
-  BenchClient ben = bench.join("ben", wire::ROLE_MANIPULATOR, "state-tcp");
+  test::BenchClient ben = bench.join("ben", wire::ROLE_MANIPULATOR, "state-tcp");
   ASSERT_EQ(ben.joined.tool(), ada.joined.tool());
   bench.take(ben);
   // A step in which the room has not heard of the change: it publishes for ada, after ben has joined. What the ring
@@ -92,26 +92,26 @@ TEST(SessionHub, ANewcomerIsNotSentWhatItsSlotsFormerUserWasTold) {
   late.update.stepped = server_time_of_own_clock(bench.now);
   bench.rooms[0]->slot(0).output.publish(late);
   bench.hub->poll(bench.now);
-  EXPECT_EQ(described(bench.take(ben)), "");
+  EXPECT_EQ(test::described(bench.take(ben)), "");
   bench.step();
-  EXPECT_EQ(described(bench.take(ben)), "state_datagram");
+  EXPECT_EQ(test::described(bench.take(ben)), "state_datagram");
 }
 
 TEST(SessionHub, TellsAnUnknownRoomWhichRoomsThereAre) {
-  HubBench bench({}, {two_hands_scene("attic"), two_hands_scene("cellar")});
-  BenchClient client = bench.connect();
+  test::HubBench bench({}, {test::two_hands_scene("attic"), test::two_hands_scene("cellar")});
+  test::BenchClient client = bench.connect();
   bench.greet(client);
-  bench.send(client, HubBench::join_message("ada", wire::ROLE_MANIPULATOR, "garage"));
+  bench.send(client, test::HubBench::join_message("ada", wire::ROLE_MANIPULATOR, "garage"));
   const auto answers = bench.take(client);
-  ASSERT_EQ(described(answers), "error ERROR_UNKNOWN_ROOM, goodbye");
+  ASSERT_EQ(test::described(answers), "error ERROR_UNKNOWN_ROOM, goodbye");
   EXPECT_EQ(answers[0].request(), 7U);
   EXPECT_THAT(answers[0].error().text(), AllOf(HasSubstr("garage"), HasSubstr("attic"), HasSubstr("cellar")));
 }
 
 TEST(SessionHub, AnEmptyRoomNameIsTheOnlyRoomButNeverOneOfSeveral) {
-  HubBench one;
+  test::HubBench one;
   EXPECT_EQ(one.join("ada").joined.scene().name(), "bench");
-  HubBench two({}, {two_hands_scene("attic"), two_hands_scene("cellar")});
+  test::HubBench two({}, {test::two_hands_scene("attic"), test::two_hands_scene("cellar")});
   EXPECT_EQ(two.join("ada").joined.user(), 0U);
 }
 
@@ -128,53 +128,53 @@ TEST(SessionHub, RefusesNamesThatCouldSpoilALogOrAWindow) {
                                  "b",
                                  std::string("a\0b", 3)};
   for (const std::string& name : allowed) {
-    HubBench bench;
+    test::HubBench bench;
     EXPECT_EQ(bench.join(name).joined.user(), 1U) << name;
   }
   for (const std::string& name : refused) {
-    HubBench bench;
+    test::HubBench bench;
     EXPECT_EQ(bench.join(name).joined.user(), 0U) << testing::PrintToString(name);
     for (const std::string& line : bench.log) EXPECT_THAT(line, testing::Not(HasSubstr(name.empty() ? "\n" : name)));
   }
 }
 
 TEST(SessionHub, GivesEachManipulatorAToolOfItsOwnAndReusesItAfterALeave) {
-  HubBench bench;
-  BenchClient first = bench.join("ada");
-  BenchClient second = bench.join("ben");
+  test::HubBench bench;
+  test::BenchClient first = bench.join("ada");
+  test::BenchClient second = bench.join("ben");
   EXPECT_EQ(first.joined.tool(), 0U);
   EXPECT_EQ(second.joined.tool(), 1U);
   EXPECT_EQ(bench.join("cleo").joined.user(), 0U) << "two tools, so no third manipulator";
   bench.send(first, message_of([](auto& message) { message.mutable_leave(); }));
-  BenchClient third = bench.join("dora");
+  test::BenchClient third = bench.join("dora");
   EXPECT_EQ(third.joined.tool(), 0U);
   EXPECT_GT(third.joined.user(), second.joined.user()) << "user ids are never used again";
 }
 
 TEST(SessionHub, AUserSeesOthersComeAndGo) {
-  HubBench bench;
-  BenchClient ada = bench.join("ada");
-  BenchClient eve = bench.connect();
+  test::HubBench bench;
+  test::BenchClient ada = bench.join("ada");
+  test::BenchClient eve = bench.connect();
   bench.greet(eve);
-  bench.send(eve, HubBench::join_message("eve", wire::ROLE_OBSERVER));
+  bench.send(eve, test::HubBench::join_message("eve", wire::ROLE_OBSERVER));
   const auto for_eve = bench.take(eve);
-  ASSERT_EQ(described(for_eve), "joined, user_joined");
+  ASSERT_EQ(test::described(for_eve), "joined, user_joined");
   EXPECT_EQ(for_eve[1].user_joined().name(), "ada");
   const auto for_ada = bench.take(ada);
-  ASSERT_EQ(described(for_ada), "user_joined");
+  ASSERT_EQ(test::described(for_ada), "user_joined");
   EXPECT_EQ(for_ada[0].user_joined().role(), wire::ROLE_OBSERVER);
   bench.hub->on_disconnected(eve.handle, bench.now);
   const auto later = bench.take(ada);
-  ASSERT_EQ(described(later), "user_left");
+  ASSERT_EQ(test::described(later), "user_left");
   EXPECT_EQ(later[0].user_left().reason(), wire::DISCONNECT_CONNECTION_LOST);
 }
 
 TEST(SessionHub, SendsEachPublishedStepOnceWithTheFourTimeStamps) {
-  HubBench bench;
-  BenchClient ada = bench.join("ada");
+  test::HubBench bench;
+  test::BenchClient ada = bench.join("ada");
   bench.step();
   EXPECT_TRUE(bench.take_datagrams(ada).empty()) << "before its first datagram a user has no address";
-  ClientUpdate input = bench.resting_input(ada);
+  proto::ClientUpdate input = bench.resting_input(ada);
   input.sent = LocalTime(std::chrono::milliseconds(77));
   const LocalTime arrived = bench.now;
   EXPECT_EQ(bench.deliver(bench.datagram_of(ada, input)), ada.handle);
@@ -183,12 +183,12 @@ TEST(SessionHub, SendsEachPublishedStepOnceWithTheFourTimeStamps) {
   ASSERT_EQ(sent.size(), 10U);
   bench.hub->poll(bench.now);
   EXPECT_TRUE(bench.take_datagrams(ada).empty()) << "nothing new was published";
-  ServerUpdate update;
-  DatagramHeader header;
-  ASSERT_EQ(parse_header(sent.back(), header), DropReason::kNone);
+  proto::ServerUpdate update;
+  proto::DatagramHeader header;
+  ASSERT_EQ(proto::parse_header(sent.back(), header), proto::DropReason::kNone);
   EXPECT_EQ(header.sequence, 10U);
   EXPECT_EQ(header.connection, ada.connection);
-  ASSERT_EQ(parse_server_update(payload_of(sent.back()), update), DropReason::kNone);
+  ASSERT_EQ(proto::parse_server_update(proto::payload_of(sent.back()), update), proto::DropReason::kNone);
   EXPECT_EQ(update.echoed_sent, input.sent);
   EXPECT_EQ(update.received, server_time_of_own_clock(arrived));
   EXPECT_EQ(update.sent, server_time_of_own_clock(bench.now));
@@ -196,9 +196,9 @@ TEST(SessionHub, SendsEachPublishedStepOnceWithTheFourTimeStamps) {
 }
 
 TEST(SessionHub, AnswersAGrabWithWhatTheRoomDid) {
-  HubBench bench;
-  BenchClient ada = bench.join("ada");
-  BenchClient ben = bench.join("ben");
+  test::HubBench bench;
+  test::BenchClient ada = bench.join("ada");
+  test::BenchClient ben = bench.join("ben");
   bench.take(ada);
   bench.send_state(ada);
   bench.send_state(ben);
@@ -207,24 +207,24 @@ TEST(SessionHub, AnswersAGrabWithWhatTheRoomDid) {
   bench.send(ada, grab_one);
   bench.step();
   auto answers = bench.take(ada);
-  ASSERT_EQ(described(answers), "grabbed");
+  ASSERT_EQ(test::described(answers), "grabbed");
   EXPECT_EQ(answers[0].request(), 42U);
   EXPECT_EQ(answers[0].grabbed().body(), 1U);
   bench.send(ben, grab_one);
   bench.step();
-  EXPECT_EQ(described(bench.take(ben)), "grabbed") << "two hands may hold the same body";
+  EXPECT_EQ(test::described(bench.take(ben)), "grabbed") << "two hands may hold the same body";
   bench.send(ben, grab_one);
   bench.step();
-  EXPECT_EQ(described(bench.take(ben)), "error ERROR_ALREADY_HOLDING");
+  EXPECT_EQ(test::described(bench.take(ben)), "error ERROR_ALREADY_HOLDING");
   bench.send(ben, message_of([](auto& message) { message.mutable_release(); }));
   bench.step();
-  EXPECT_EQ(described(bench.take(ben)), "released");
+  EXPECT_EQ(test::described(bench.take(ben)), "released");
 }
 
 TEST(SessionHub, ASilentUserIsGoneAndItsGrabFreeWithinTwoSeconds) {
-  HubBench bench;
-  BenchClient ada = bench.join("ada");
-  BenchClient ben = bench.join("ben");
+  test::HubBench bench;
+  test::BenchClient ada = bench.join("ada");
+  test::BenchClient ben = bench.join("ben");
   bench.send_state(ada);
   bench.send_state(ben);
   bench.step(5);
@@ -243,27 +243,27 @@ TEST(SessionHub, ASilentUserIsGoneAndItsGrabFreeWithinTwoSeconds) {
   EXPECT_GE(bench.now - vanished, HubSettings{}.silence_timeout - std::chrono::milliseconds(2));
   EXPECT_FALSE(bench.newest_update(ben)->bodies.at(0).held_by.is_valid());
   const auto told = bench.take(ben);
-  ASSERT_EQ(described(told), "user_left");
+  ASSERT_EQ(test::described(told), "user_left");
   EXPECT_EQ(told[0].user_left().reason(), wire::DISCONNECT_SILENCE);
   EXPECT_EQ(bench.join("cleo").joined.tool(), ada.joined.tool());
 }
 
 TEST(SessionHub, AnObserverSeesEverythingAndMovesNothing) {
-  HubBench bench;
-  BenchClient eve = bench.join("eve", wire::ROLE_OBSERVER);
+  test::HubBench bench;
+  test::BenchClient eve = bench.join("eve", wire::ROLE_OBSERVER);
   EXPECT_EQ(bench.send_state(eve), eve.handle);
   bench.step(3);
   ASSERT_TRUE(bench.newest_update(eve).has_value());
   EXPECT_EQ(bench.newest_update(eve)->bodies.size(), 1U);
-  ClientUpdate pushy = bench.resting_input(eve);
+  proto::ClientUpdate pushy = bench.resting_input(eve);
   pushy.handle_valid = true;
   EXPECT_EQ(bench.deliver(bench.datagram_of(eve, pushy)), 0U);
-  EXPECT_EQ(bench.hub->counters().received_drops.of(DropReason::kNotAllowed), 1U);
+  EXPECT_EQ(bench.hub->counters().received_drops.of(proto::DropReason::kNotAllowed), 1U);
   for (const auto& forbidden :
        {message_of([](auto& m) { m.mutable_grab(); }), message_of([](auto& m) { m.mutable_release(); }),
         message_of([](auto& m) { m.mutable_set_parameter()->set_name("coupling.force_limit_n"); })}) {
     bench.send(eve, forbidden);
-    EXPECT_EQ(described(bench.take(eve)), "error ERROR_NOT_ALLOWED");
+    EXPECT_EQ(test::described(bench.take(eve)), "error ERROR_NOT_ALLOWED");
   }
   EXPECT_EQ(bench.join("eva", wire::ROLE_OBSERVER).joined.user(), 0U) << "limits.observers is 1";
 }
@@ -276,34 +276,34 @@ wire::ClientControl set_parameter(const std::string& name, double value) {
 }
 
 TEST(SessionHub, AParameterIsBoundedToldToAllAndKnownToNewcomers) {
-  HubBench bench;
-  BenchClient ada = bench.join("ada");
-  BenchClient ben = bench.join("ben");
+  test::HubBench bench;
+  test::BenchClient ada = bench.join("ada");
+  test::BenchClient ben = bench.join("ben");
   bench.take(ada);
   bench.send(ada, set_parameter("coupling.stiffness_n_per_m", 250));
   const auto own = bench.take(ada);
-  ASSERT_EQ(described(own), "parameter_set");
+  ASSERT_EQ(test::described(own), "parameter_set");
   EXPECT_EQ(own[0].request(), 42U);
   const auto others = bench.take(ben);
-  ASSERT_EQ(described(others), "parameter_set");
+  ASSERT_EQ(test::described(others), "parameter_set");
   EXPECT_EQ(others[0].request(), 0U);
   EXPECT_EQ(others[0].parameter_set().value(), 250);
   for (const double bad : {-1.0, 1e9, 100001.0}) {
     bench.send(ada, set_parameter("coupling.stiffness_n_per_m", bad));
-    EXPECT_EQ(described(bench.take(ada)), "error ERROR_BAD_VALUE") << bad;
+    EXPECT_EQ(test::described(bench.take(ada)), "error ERROR_BAD_VALUE") << bad;
   }
   bench.send(ada, set_parameter("gravity", 1));
-  EXPECT_EQ(described(bench.take(ada)), "error ERROR_UNKNOWN_PARAMETER");
+  EXPECT_EQ(test::described(bench.take(ada)), "error ERROR_UNKNOWN_PARAMETER");
   bench.send(ben, message_of([](auto& message) { message.mutable_leave(); }));
   EXPECT_EQ(bench.join("cleo").joined.scene().coupling().stiffness_n_per_m(), 250);
 }
 
 /// two_hands_scene() with another coupling.
-HubBench bench_with_coupling(const std::string& coupling) {
-  std::string scene = two_hands_scene();
+test::HubBench bench_with_coupling(const std::string& coupling) {
+  std::string scene = test::two_hands_scene();
   const std::string old = R"({"law": "spring-damper", "stiffness_n_per_m": 200, "damping_n_s_per_m": 2})";
   EXPECT_NE(scene.find(old), std::string::npos);
-  return HubBench({}, {scene.replace(scene.find(old), old.size(), coupling)});
+  return test::HubBench({}, {scene.replace(scene.find(old), old.size(), coupling)});
 }
 
 /// name → value of the parameter_set messages.
@@ -316,32 +316,32 @@ std::map<std::string, double> parameters_in(const std::vector<wire::ServerContro
 }
 
 TEST(SessionHub, UnderTheAdaptiveLawOneIsToldTheStiffnessOfWhatOneHolds) {
-  HubBench bench = bench_with_coupling(R"({"law": "adaptive", "adaptive": {
+  test::HubBench bench = bench_with_coupling(R"({"law": "adaptive", "adaptive": {
       "mass_range_kg": [0.01, 1], "stiffness_n_per_m": [100, 1000], "damping_n_s_per_m": [5]}})");
-  BenchClient ada = bench.join("ada");
-  BenchClient ben = bench.join("ben");
+  test::BenchClient ada = bench.join("ada");
+  test::BenchClient ben = bench.join("ben");
   EXPECT_DOUBLE_EQ(ada.joined.scene().coupling().stiffness_n_per_m(), 150) << "the tool's 0.05 kg";
   bench.take(ada);
   bench.send(ada, message_of([](auto& message) { message.mutable_grab()->set_body(1); }));
   bench.step();
   const auto grabbed = bench.take(ada);
-  EXPECT_EQ(described(grabbed), "grabbed, parameter_set");
+  EXPECT_EQ(test::described(grabbed), "grabbed, parameter_set");
   EXPECT_EQ(parameters_in(grabbed), (std::map<std::string, double>{{"coupling.stiffness_n_per_m", 200}}));
-  EXPECT_EQ(described(bench.take(ben)), "") << "it is ada's alone";
+  EXPECT_EQ(test::described(bench.take(ben)), "") << "it is ada's alone";
   bench.send(ada, set_parameter("coupling.force_limit_n", 4));
   EXPECT_EQ(parameters_in(bench.take(ben)), (std::map<std::string, double>{{"coupling.force_limit_n", 4}}));
   bench.take(ada);
   bench.send(ada, set_parameter("coupling.stiffness_n_per_m", 500));
-  EXPECT_EQ(described(bench.take(ada)), "error ERROR_NOT_ALLOWED") << "the law chooses it";
+  EXPECT_EQ(test::described(bench.take(ada)), "error ERROR_NOT_ALLOWED") << "the law chooses it";
   bench.send(ada, message_of([](auto& message) { message.mutable_release(); }));
   bench.step();
   EXPECT_EQ(parameters_in(bench.take(ada)), (std::map<std::string, double>{{"coupling.stiffness_n_per_m", 150}}));
 }
 
 TEST(SessionHub, ALostEventLeavesTheCouplingThatIsToldRight) {
-  HubBench bench = bench_with_coupling(R"({"law": "adaptive", "adaptive": {
+  test::HubBench bench = bench_with_coupling(R"({"law": "adaptive", "adaptive": {
       "mass_range_kg": [0.01, 1], "stiffness_n_per_m": [100, 1000], "damping_n_s_per_m": [5]}})");
-  BenchClient ada = bench.join("ada");
+  test::BenchClient ada = bench.join("ada");
   bench.take(ada);
   bench.send(ada, message_of([](auto& message) { message.mutable_grab()->set_body(1); }));
   Room& room = *bench.rooms.front();
@@ -354,15 +354,15 @@ TEST(SessionHub, ALostEventLeavesTheCouplingThatIsToldRight) {
 }
 
 TEST(SessionHub, AMasslessToolHasDampingOnlyWhileItHoldsABody) {
-  HubBench bench =
+  test::HubBench bench =
       bench_with_coupling(R"({"law": "qsa-static", "damping_n_s_per_m": 4, "damping_n_m_s_per_rad": 0.01})");
-  BenchClient ada = bench.join("ada");
+  test::BenchClient ada = bench.join("ada");
   EXPECT_EQ(ada.joined.scene().coupling().damping_n_s_per_m(), 0);
   bench.send(ada, message_of([](auto& message) { message.mutable_grab()->set_body(1); }));
   bench.step();
   EXPECT_EQ(parameters_in(bench.take(ada)), (std::map<std::string, double>{{"coupling.damping_n_s_per_m", 4},
                                                                            {"coupling.damping_n_m_s_per_rad", 0.01}}));
-  BenchClient ben = bench.join("ben");
+  test::BenchClient ben = bench.join("ben");
   bench.take(ada);
   bench.send(ben, set_parameter("coupling.damping_n_s_per_m", 7));
   EXPECT_EQ(parameters_in(bench.take(ada)), (std::map<std::string, double>{{"coupling.damping_n_s_per_m", 7}}));
@@ -376,11 +376,11 @@ std::string square_obj(std::size_t comment_bytes) {
 
 TEST(SessionHub, ServesAnAssetChunkByChunkToItsLastByte) {
   const auto folder = std::filesystem::path(testing::TempDir());
-  const std::string bytes = square_obj(2 * kAssetChunkBytes);
+  const std::string bytes = square_obj(2 * proto::kAssetChunkBytes);
   std::ofstream(folder / "square.obj") << bytes;
-  HubBench bench({}, {R"({"name": "meshes", "bodies": [{"name": "floor", "shapes": [{"mesh": {"file": ")" +
-                      (folder / "square.obj").string() + R"("}}]}], "tools": [{"name": "a"}]})"});
-  BenchClient ada = bench.join("ada");
+  test::HubBench bench({}, {R"({"name": "meshes", "bodies": [{"name": "floor", "shapes": [{"mesh": {"file": ")" +
+                            (folder / "square.obj").string() + R"("}}]}], "tools": [{"name": "a"}]})"});
+  test::BenchClient ada = bench.join("ada");
   ASSERT_EQ(ada.joined.assets_size(), 2) << "the file, and what contact makes of it";
   ASSERT_EQ(ada.joined.assets(0).size_bytes(), bytes.size());
   std::string fetched;
@@ -390,8 +390,8 @@ TEST(SessionHub, ServesAnAssetChunkByChunkToItsLastByte) {
                  message.mutable_get_asset()->set_offset(fetched.size());
                }));
     const auto answers = bench.take(ada);
-    ASSERT_EQ(described(answers), "asset_chunk");
-    EXPECT_LE(answers[0].asset_chunk().data().size(), kAssetChunkBytes);
+    ASSERT_EQ(test::described(answers), "asset_chunk");
+    EXPECT_LE(answers[0].asset_chunk().data().size(), proto::kAssetChunkBytes);
     fetched += answers[0].asset_chunk().data();
   }
   EXPECT_EQ(fetched, bytes);
@@ -399,111 +399,112 @@ TEST(SessionHub, ServesAnAssetChunkByChunkToItsLastByte) {
                message.mutable_get_asset()->set_sha256(ada.joined.assets(0).sha256());
                message.mutable_get_asset()->set_offset(bytes.size() + 1);
              }));
-  EXPECT_EQ(described(bench.take(ada)), "error ERROR_BAD_VALUE");
+  EXPECT_EQ(test::described(bench.take(ada)), "error ERROR_BAD_VALUE");
 }
 
 TEST(SessionHub, DropsEachBadDatagramForItsOwnReason) {
-  HubBench bench;
-  BenchClient ada = bench.join("ada");
+  test::HubBench bench;
+  test::BenchClient ada = bench.join("ada");
   bench.send_state(ada);
   bench.send_state(ada);
-  const auto reason_of = [&bench](const Bytes& datagram, std::function<bool(ConnectionHandle)> may = {}) {
-    const DropCounters before = bench.hub->counters().received_drops;
+  const auto reason_of = [&bench](const proto::Bytes& datagram, std::function<bool(ConnectionHandle)> may = {}) {
+    const proto::DropCounters before = bench.hub->counters().received_drops;
     EXPECT_EQ(bench.hub->on_datagram(datagram, bench.now, may), 0U);
-    for (int i = 1; i < static_cast<int>(DropReason::kCount); ++i) {
-      const auto reason = static_cast<DropReason>(i);
+    for (int i = 1; i < static_cast<int>(proto::DropReason::kCount); ++i) {
+      const auto reason = static_cast<proto::DropReason>(i);
       if (bench.hub->counters().received_drops.of(reason) > before.of(reason)) return reason;
     }
-    return DropReason::kNone;
+    return proto::DropReason::kNone;
   };
   const auto next = [&] { return bench.datagram_of(ada, bench.resting_input(ada)); };
-  EXPECT_EQ(reason_of(Bytes(10)), DropReason::kTooShort);
-  EXPECT_EQ(reason_of(Bytes(kMaxDatagramBytes + 1)), DropReason::kTooLong);
-  Bytes server_type = next();
+  EXPECT_EQ(reason_of(proto::Bytes(10)), proto::DropReason::kTooShort);
+  EXPECT_EQ(reason_of(proto::Bytes(proto::kMaxDatagramBytes + 1)), proto::DropReason::kTooLong);
+  proto::Bytes server_type = next();
   server_type[0] |= std::byte{0x08};
-  EXPECT_EQ(reason_of(server_type), DropReason::kType);
-  Bytes other_epoch = next();
+  EXPECT_EQ(reason_of(server_type), proto::DropReason::kType);
+  proto::Bytes other_epoch = next();
   other_epoch[0] ^= std::byte{0x01};
-  EXPECT_EQ(reason_of(other_epoch), DropReason::kUnknownConnection);
-  Bytes other_connection = next();
+  EXPECT_EQ(reason_of(other_epoch), proto::DropReason::kUnknownConnection);
+  proto::Bytes other_connection = next();
   other_connection[4] ^= std::byte{0x01};
-  EXPECT_EQ(reason_of(other_connection), DropReason::kUnknownConnection);
-  EXPECT_EQ(reason_of(next(), [](ConnectionHandle) { return false; }), DropReason::kNotAllowed);
-  const Bytes older = next();
-  const Bytes newer = next();
+  EXPECT_EQ(reason_of(other_connection), proto::DropReason::kUnknownConnection);
+  EXPECT_EQ(reason_of(next(), [](ConnectionHandle) { return false; }), proto::DropReason::kNotAllowed);
+  const proto::Bytes older = next();
+  const proto::Bytes newer = next();
   ASSERT_EQ(bench.deliver(newer), ada.handle);
-  EXPECT_EQ(reason_of(newer), DropReason::kDuplicate);
-  EXPECT_EQ(reason_of(older), DropReason::kLate);
-  Bytes cut = next();
+  EXPECT_EQ(reason_of(newer), proto::DropReason::kDuplicate);
+  EXPECT_EQ(reason_of(older), proto::DropReason::kLate);
+  proto::Bytes cut = next();
   cut.resize(cut.size() - 3);
-  EXPECT_EQ(reason_of(cut), DropReason::kMalformed);
-  ClientUpdate far = bench.resting_input(ada);
-  far.handle.X.p.x() = 2 * kMaxPositionM;
-  EXPECT_EQ(reason_of(bench.datagram_of(ada, far)), DropReason::kNotFinite);
+  EXPECT_EQ(reason_of(cut), proto::DropReason::kMalformed);
+  proto::ClientUpdate far = bench.resting_input(ada);
+  far.handle.X.p.x() = 2 * proto::kMaxPositionM;
+  EXPECT_EQ(reason_of(bench.datagram_of(ada, far)), proto::DropReason::kNotFinite);
   EXPECT_EQ(bench.send_state(ada), ada.handle) << "none of them shut out the good one that follows";
 }
 
 TEST(SessionHub, ADamagedDatagramFarAheadDoesNotShutOutTheGoodOnesBehindIt) {
-  HubBench bench;
-  BenchClient ada = bench.join("ada");
+  test::HubBench bench;
+  test::BenchClient ada = bench.join("ada");
   ASSERT_EQ(bench.send_state(ada), ada.handle);
-  BenchClient damaged = ada;
+  test::BenchClient damaged = ada;
   damaged.sequence += 1000;
-  Bytes datagram = bench.datagram_of(damaged, bench.resting_input(damaged));
+  proto::Bytes datagram = bench.datagram_of(damaged, bench.resting_input(damaged));
   datagram.resize(datagram.size() - 1);
   EXPECT_EQ(bench.deliver(datagram), 0U);
   EXPECT_EQ(bench.send_state(ada), ada.handle);
 }
 
 TEST(SessionHub, AnotherConnectionsStateCannotBeForgedOverTcp) {
-  HubBench bench;
-  BenchClient ada = bench.join("ada", wire::ROLE_MANIPULATOR, "state-tcp");
-  BenchClient mallory = bench.join("mallory", wire::ROLE_MANIPULATOR, "state-tcp");
-  const Bytes forged = bench.datagram_of(ada, bench.resting_input(ada));
+  test::HubBench bench;
+  test::BenchClient ada = bench.join("ada", wire::ROLE_MANIPULATOR, "state-tcp");
+  test::BenchClient mallory = bench.join("mallory", wire::ROLE_MANIPULATOR, "state-tcp");
+  const proto::Bytes forged = bench.datagram_of(ada, bench.resting_input(ada));
   bench.send(mallory,
              message_of([&forged](auto& message) { message.set_state_datagram(forged.data(), forged.size()); }));
-  EXPECT_EQ(bench.hub->counters().received_drops.of(DropReason::kNotAllowed), 1U);
+  EXPECT_EQ(bench.hub->counters().received_drops.of(proto::DropReason::kNotAllowed), 1U);
 }
 
 TEST(SessionHub, StateOverTcpIsSkippedWhileControlBytesWait) {
-  HubBench bench;
-  BenchClient ada = bench.join("ada", wire::ROLE_MANIPULATOR, "state-tcp");
+  test::HubBench bench;
+  test::BenchClient ada = bench.join("ada", wire::ROLE_MANIPULATOR, "state-tcp");
   bench.step(5);
   EXPECT_EQ(bench.take(ada).size(), 5U);
   EXPECT_TRUE(bench.take_datagrams(ada).empty());
   bench.transport.queued = 1;
   bench.step(5);
   EXPECT_TRUE(bench.take(ada).empty());
-  EXPECT_EQ(bench.hub->counters().sent_drops.of(DropReason::kOverwritten), 5U);
+  EXPECT_EQ(bench.hub->counters().sent_drops.of(proto::DropReason::kOverwritten), 5U);
   bench.transport.queued = 0;
   bench.step();
-  EXPECT_EQ(described(bench.take(ada)), "state_datagram");
+  EXPECT_EQ(test::described(bench.take(ada)), "state_datagram");
 }
 
 TEST(SessionHub, CountsWhatTheNetworkDidNotTakeAndWhatNobodySent) {
-  HubBench bench;
-  BenchClient ada = bench.join("ada");
+  test::HubBench bench;
+  test::BenchClient ada = bench.join("ada");
   bench.send_state(ada);
   bench.step();
   bench.transport.takes_datagrams = false;
   bench.step(3);
-  EXPECT_EQ(bench.hub->counters().sent_drops.of(DropReason::kSendFailed), 3U);
+  EXPECT_EQ(bench.hub->counters().sent_drops.of(proto::DropReason::kSendFailed), 3U);
   bench.transport.takes_datagrams = true;
   for (int i = 0; i < 4; ++i) {
     bench.now += std::chrono::milliseconds(1);
     bench.rooms.front()->step(server_time_of_own_clock(bench.now));
   }
   bench.hub->poll(bench.now);
-  EXPECT_EQ(bench.hub->counters().sent_drops.of(DropReason::kOverwritten), 3U) << "of four steps the newest was sent";
+  EXPECT_EQ(bench.hub->counters().sent_drops.of(proto::DropReason::kOverwritten), 3U)
+      << "of four steps the newest was sent";
   bench.send_state(ada);
   bench.send_state(ada);
-  EXPECT_EQ(bench.hub->counters().received_drops.of(DropReason::kOverwritten), 1U);
+  EXPECT_EQ(bench.hub->counters().received_drops.of(proto::DropReason::kOverwritten), 1U);
 }
 
 TEST(SessionHub, ANewUserNeverGetsAnUpdateMadeForTheSlotsFormerUser) {
-  HubBench bench;
-  BenchClient ada = bench.join("ada");
-  ClientUpdate pulled = bench.resting_input(ada);
+  test::HubBench bench;
+  test::BenchClient ada = bench.join("ada");
+  proto::ClientUpdate pulled = bench.resting_input(ada);
   pulled.handle.X.p.y() += 0.05;
   bench.deliver(bench.datagram_of(ada, pulled));
   bench.step(200);
@@ -511,7 +512,7 @@ TEST(SessionHub, ANewUserNeverGetsAnUpdateMadeForTheSlotsFormerUser) {
   bench.now += std::chrono::milliseconds(1);
   bench.rooms.front()->step(server_time_of_own_clock(bench.now));
   bench.send(ada, message_of([](auto& message) { message.mutable_leave(); }));
-  BenchClient ben = bench.join("ben");
+  test::BenchClient ben = bench.join("ben");
   ASSERT_EQ(ben.joined.tool(), ada.joined.tool());
   bench.send_state(ben);
   bench.hub->poll(bench.now);
@@ -523,10 +524,10 @@ TEST(SessionHub, ANewUserNeverGetsAnUpdateMadeForTheSlotsFormerUser) {
 
 /// Joins with a deadband and sends its state every millisecond, at rest; returns how many updates it got in a second.
 std::size_t updates_in_a_second(double deadband) {
-  HubBench bench;
-  BenchClient ada = bench.connect();
+  test::HubBench bench;
+  test::BenchClient ada = bench.connect();
   bench.greet(ada);
-  wire::ClientControl join = HubBench::join_message("ada");
+  wire::ClientControl join = test::HubBench::join_message("ada");
   join.mutable_join()->set_deadband(deadband);
   bench.send(ada, join);
   for (const wire::ServerControl& message : bench.take(ada)) {
@@ -553,20 +554,20 @@ TEST(SessionHub, WithADeadbandAUserAtRestIsToldAtTheFloorRateAndNoLess) {
 
 TEST(SessionHub, RefusesADeadbandThatHidesMoreThanItMay) {
   for (const double deadband : {-0.01, 0.51, 1e9}) {
-    HubBench bench;
-    BenchClient ada = bench.connect();
+    test::HubBench bench;
+    test::BenchClient ada = bench.connect();
     bench.greet(ada);
-    wire::ClientControl join = HubBench::join_message("ada");
+    wire::ClientControl join = test::HubBench::join_message("ada");
     join.mutable_join()->set_deadband(deadband);
     bench.send(ada, join);
-    EXPECT_EQ(described(bench.take(ada)), "error ERROR_BAD_VALUE, goodbye") << deadband;
+    EXPECT_EQ(test::described(bench.take(ada)), "error ERROR_BAD_VALUE, goodbye") << deadband;
     EXPECT_EQ(bench.hub->user_count(), 0U);
   }
 }
 
 TEST(SessionHub, JoinedTellsHowMassIsSpreadInEveryBodyAndTool) {
-  HubBench bench;
-  const BenchClient ada = bench.join("ada");
+  test::HubBench bench;
+  const test::BenchClient ada = bench.join("ada");
   const LoadedScene& scene = bench.rooms.front()->scene();
   ASSERT_EQ(ada.joined.body_masses_size(), static_cast<int>(scene.bodies.size()));
   ASSERT_EQ(ada.joined.tool_masses_size(), static_cast<int>(scene.tools.size()));
@@ -579,14 +580,14 @@ TEST(SessionHub, JoinedTellsHowMassIsSpreadInEveryBodyAndTool) {
 }
 
 TEST(SessionHub, TakesNoMoreConnectionsThanItsLimit) {
-  HubBench bench({.max_connections = 2});
+  test::HubBench bench({.max_connections = 2});
   bench.connect();
-  BenchClient second = bench.connect();
-  BenchClient third = bench.connect();
-  EXPECT_EQ(described(bench.take(third)), "error ERROR_SERVER_FULL, goodbye");
+  test::BenchClient second = bench.connect();
+  test::BenchClient third = bench.connect();
+  EXPECT_EQ(test::described(bench.take(third)), "error ERROR_SERVER_FULL, goodbye");
   EXPECT_TRUE(bench.transport.closed.contains(third.handle));
   bench.hub->on_disconnected(second.handle, bench.now);
-  EXPECT_EQ(described(bench.take(bench.connect())), "");
+  EXPECT_EQ(test::described(bench.take(bench.connect())), "");
   EXPECT_EQ(bench.hub->connection_count(), 2U);
 }
 
@@ -594,15 +595,15 @@ TEST(SessionHub, RandomBytesEndTheirOwnConnectionAndNobodyElses) {
   for (std::uint64_t seed = 1; seed <= 200; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     Random random(seed);
-    HubBench bench;
-    BenchClient ada = bench.join("ada");
-    BenchClient mallory = bench.join("mallory");
+    test::HubBench bench;
+    test::BenchClient ada = bench.join("ada");
+    test::BenchClient mallory = bench.join("mallory");
     const auto grab = message_of([](auto& message) { message.mutable_grab()->set_body(1); });
     for (int i = 0; i < 50; ++i) {
-      Bytes control;
-      append_frame(grab, control);
-      Bytes datagram = bench.datagram_of(mallory, bench.resting_input(mallory));
-      for (Bytes* bytes : {&control, &datagram}) {
+      proto::Bytes control;
+      proto::append_frame(grab, control);
+      proto::Bytes datagram = bench.datagram_of(mallory, bench.resting_input(mallory));
+      for (proto::Bytes* bytes : {&control, &datagram}) {
         for (int flips = 0; flips < 3; ++flips) {
           (*bytes)[random.next_u32() % bytes->size()] = static_cast<std::byte>(random.next_u32());
         }
@@ -619,13 +620,13 @@ TEST(SessionHub, RandomBytesEndTheirOwnConnectionAndNobodyElses) {
 }
 
 TEST(SessionHub, StoppingSaysGoodbyeToEverybody) {
-  HubBench bench;
-  BenchClient ada = bench.join("ada");
-  BenchClient ben = bench.connect();
+  test::HubBench bench;
+  test::BenchClient ada = bench.join("ada");
+  test::BenchClient ben = bench.connect();
   bench.hub->stop(bench.now);
-  for (const BenchClient& client : {ada, ben}) {
+  for (const test::BenchClient& client : {ada, ben}) {
     const auto last = bench.take(client);
-    ASSERT_EQ(described(last), "goodbye");
+    ASSERT_EQ(test::described(last), "goodbye");
     EXPECT_EQ(last[0].goodbye().reason(), wire::DISCONNECT_SERVER_STOPPING);
     EXPECT_TRUE(bench.transport.closed.contains(client.handle));
   }
@@ -633,4 +634,4 @@ TEST(SessionHub, StoppingSaysGoodbyeToEverybody) {
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::server

@@ -6,11 +6,12 @@
 
 #include "tests/support/hub_bench.hpp"
 #include "tests/support/markdown_table.hpp"
+#include "tests/support/source_path.hpp"
 
-namespace tandem {
+namespace tandem::server {
 namespace {
 
-const std::string kDocument = TANDEM_STATES_DOCUMENT;
+const std::string kDocument = test::source_path("proto/STATES.md").string();
 
 /// A client of a bench, brought into the state of that name.
 struct Subject {
@@ -18,7 +19,7 @@ struct Subject {
     client = bench.connect();
     if (state != "greeting") bench.greet(client);
     if (state == "active") {
-      bench.send(client, HubBench::join_message("ada"));
+      bench.send(client, test::HubBench::join_message("ada"));
       client.joined = bench.take(client).at(0).joined();
     }
     if (state == "closed") bench.hub->on_disconnected(client.handle, bench.now);
@@ -31,8 +32,8 @@ struct Subject {
     bench.send(client, message);
   }
 
-  HubBench bench;
-  BenchClient client;
+  test::HubBench bench;
+  test::BenchClient client;
 };
 
 void fill_with(wire::ClientControl& message, const google::protobuf::FieldDescriptor& field) {
@@ -55,12 +56,12 @@ void send_forbidden(Subject& subject) {
   if (subject.state() == "greeting") {
     subject.send([](auto& message) { message.mutable_ping(); });
   } else {
-    subject.send([](auto& message) { message.mutable_hello()->set_protocol_version(kProtocolVersion); });
+    subject.send([](auto& message) { message.mutable_hello()->set_protocol_version(proto::kProtocolVersion); });
   }
 }
 
 void join_room(Subject& subject, const std::string& name, wire::Role role, const std::string& room) {
-  subject.bench.send(subject.client, HubBench::join_message(name, role, room));
+  subject.bench.send(subject.client, test::HubBench::join_message(name, role, room));
 }
 
 void set_parameter(Subject& subject, const std::string& name, double value) {
@@ -76,17 +77,19 @@ const std::map<std::string, Event>& events() {
   static const std::map<std::string, Event> kEvents{
       {"hello",
        [](Subject& s) {
-         s.send([](auto& message) { message.mutable_hello()->set_protocol_version(kProtocolVersion); });
+         s.send([](auto& message) { message.mutable_hello()->set_protocol_version(proto::kProtocolVersion); });
        }},
       {"hello of another version",
        [](Subject& s) {
-         s.send([](auto& message) { message.mutable_hello()->set_protocol_version(kProtocolVersion + 1); });
+         s.send([](auto& message) { message.mutable_hello()->set_protocol_version(proto::kProtocolVersion + 1); });
        }},
       {"leave", [](Subject& s) { s.send([](auto& message) { message.mutable_leave(); }); }},
       {"ping", [](Subject& s) { s.send([](auto& message) { message.mutable_ping(); }); }},
       {"message not allowed here", send_forbidden},
       {"unreadable bytes",
-       [](Subject& s) { s.bench.hub->on_control_bytes(s.client.handle, Bytes(8, std::byte{0xFF}), s.bench.now); }},
+       [](Subject& s) {
+         s.bench.hub->on_control_bytes(s.client.handle, proto::Bytes(8, std::byte{0xFF}), s.bench.now);
+       }},
       {"time-out", wait_out},
       {"server stops", [](Subject& s) { s.bench.hub->stop(s.bench.now); }},
       {"connection lost", [](Subject& s) { s.bench.hub->on_disconnected(s.client.handle, s.bench.now); }},
@@ -101,7 +104,7 @@ const std::map<std::string, Event>& events() {
       {"join with a bad name", [](Subject& s) { join_room(s, "", wire::ROLE_MANIPULATOR, ""); }},
       {"join with a bad deadband",
        [](Subject& s) {
-         wire::ClientControl join = HubBench::join_message("ada");
+         wire::ClientControl join = test::HubBench::join_message("ada");
          join.mutable_join()->set_deadband(0.6);
          s.bench.send(s.client, join);
        }},
@@ -140,7 +143,7 @@ const std::map<std::string, Event>& events() {
 
 TEST(StatesDocument, EveryTransitionOfTheServerHappensAsWritten) {
   std::map<std::string, int> caused;
-  for (const TableRow& row : table_under(kDocument, "### Transitions of the server")) {
+  for (const test::TableRow& row : test::table_under(kDocument, "### Transitions of the server")) {
     const std::string& event = row.at("event");
     SCOPED_TRACE(row.at("state") + " / " + event);
     ASSERT_TRUE(events().contains(event)) << "the document has an event that the test cannot cause";
@@ -154,7 +157,7 @@ TEST(StatesDocument, EveryTransitionOfTheServerHappensAsWritten) {
     }
     events().at(event)(subject);
     const auto sent = subject.bench.take(subject.client);
-    EXPECT_EQ(described(sent), row.at("sent"));
+    EXPECT_EQ(test::described(sent), row.at("sent"));
     EXPECT_EQ(subject.state(), row.at("next"));
     if (row.at("reason").empty()) continue;
     ASSERT_FALSE(sent.empty());
@@ -166,9 +169,9 @@ TEST(StatesDocument, EveryTransitionOfTheServerHappensAsWritten) {
 
 TEST(StatesDocument, TheServerTakesExactlyTheListedMessages) {
   const auto* fields = wire::ClientControl::descriptor()->FindOneofByName("message");
-  for (const TableRow& row : table_under(kDocument, "### Messages that the server takes")) {
+  for (const test::TableRow& row : test::table_under(kDocument, "### Messages that the server takes")) {
     if (row.at("state") == "closed") continue;
-    const auto allowed = split_trimmed(row.at("messages"), ',');
+    const auto allowed = test::split_trimmed(row.at("messages"), ',');
     for (int i = 0; i < fields->field_count(); ++i) {
       const auto& field = *fields->field(i);
       SCOPED_TRACE(row.at("state") + " / " + field.name());
@@ -186,7 +189,7 @@ TEST(StatesDocument, TheServerTakesExactlyTheListedMessages) {
 }
 
 TEST(StatesDocument, TheServersTimeOutsAreThoseOfItsSettings) {
-  for (const TableRow& row : table_under(kDocument, "## Server")) {
+  for (const test::TableRow& row : test::table_under(kDocument, "## Server")) {
     SCOPED_TRACE(row.at("state"));
     if (row.at("time-out").empty()) continue;
     const Duration stated = std::chrono::milliseconds(std::stoi(row.at("time-out")));
@@ -198,4 +201,4 @@ TEST(StatesDocument, TheServersTimeOutsAreThoseOfItsSettings) {
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::server

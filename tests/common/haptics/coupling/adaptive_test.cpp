@@ -4,7 +4,7 @@
 
 #include "common/haptics/coupling/laws.hpp"
 
-namespace tandem {
+namespace tandem::haptics {
 namespace {
 
 TEST(AdaptiveFit, OfTheThesisGivesItsPublishedLine) {
@@ -61,4 +61,4 @@ TEST(AdaptiveSpringDamper, IsLimpNotRepellentWhereAFitDipsBelowZero) {
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::haptics

@@ -9,7 +9,7 @@
 #include "common/base/random.hpp"
 #include "common/haptics/coupling/coupling_law.hpp"
 
-namespace tandem::test {
+namespace tandem::haptics {
 
 inline Vec3 random_vector(Random& random, double scale) {
   return {random.uniform(-scale, scale), random.uniform(-scale, scale), random.uniform(-scale, scale)};
@@ -82,4 +82,4 @@ class Loop {
   std::array<Vec3, 6> amplitudes_;
 };
 
-}  // namespace tandem::test
+}  // namespace tandem::haptics

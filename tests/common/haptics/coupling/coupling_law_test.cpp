@@ -8,10 +8,8 @@
 #include "tests/common/haptics/coupling/coupling_draws.hpp"
 #include "tests/support/test_seed.hpp"
 
-namespace tandem {
+namespace tandem::haptics {
 namespace {
-
-using test::random_vector;
 
 TEST(SpringDamper, GivesHookesLawBelowItsLimit) {
   const SpringDamper law({.stiffness_n_per_m = 200, .damping_n_s_per_m = 4, .force_limit_n = 100});
@@ -83,4 +81,4 @@ TEST(CouplingWrenches, GiveOutNoMoreThanTheSpringLosesAndTheDamperTakesTheRest) 
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::haptics

@@ -6,7 +6,7 @@
 #include "tests/common/haptics/coupling/law_instances.hpp"
 #include "tests/support/test_seed.hpp"
 
-namespace tandem {
+namespace tandem::haptics {
 namespace {
 
 constexpr std::uint64_t kUsualSeed = 83;
@@ -28,7 +28,7 @@ CouplingParameters undamped(CouplingParameters c) {
 }
 
 /// On the tool, while `handle` is led along a loop around it.
-Work work_of_force(const CouplingLaw& law, const test::Loop& handle) {
+Work work_of_force(const CouplingLaw& law, const Loop& handle) {
   Work work;
   for (int k = 0; k < kSteps; ++k) {
     const Vec3 step = handle((k + 1.0) / kSteps) - handle(static_cast<double>(k) / kSteps);
@@ -38,7 +38,7 @@ Work work_of_force(const CouplingLaw& law, const test::Loop& handle) {
   return work;
 }
 
-Work work_of_torque(const CouplingLaw& law, const test::Loop& orientation) {
+Work work_of_torque(const CouplingLaw& law, const Loop& orientation) {
   Work work;
   for (int k = 0; k < kSteps; ++k) {
     const Quat before = quaternion_of(orientation(static_cast<double>(k) / kSteps));
@@ -60,8 +60,8 @@ TEST_P(PassiveCouplingLaw, ElasticForceDoesNoWorkAlongAClosedPath) {
   const std::uint64_t seed = test::test_seed(kUsualSeed);
   Random random(seed);
   for (int i = 0; i < 30; ++i) {
-    const CouplingParameters c = undamped(test::random_parameters(random));
-    const test::Loop handle(random, test::random_magnitude(random, 0.1, 5) * c.force_limit_n / c.stiffness_n_per_m);
+    const CouplingParameters c = undamped(random_parameters(random));
+    const Loop handle(random, random_magnitude(random, 0.1, 5) * c.force_limit_n / c.stiffness_n_per_m);
     const Work work = work_of_force(*GetParam().make(c), handle);
     ASSERT_NEAR(work.net_j, 0, kQuadratureShare * work.gross_j) << "seed " << seed << " draw " << i;
     ASSERT_GT(work.gross_j, 0);
@@ -72,8 +72,8 @@ TEST_P(PassiveCouplingLaw, ElasticTorqueDoesNoWorkAlongAClosedPath) {
   const std::uint64_t seed = test::test_seed(kUsualSeed);
   Random random(seed);
   for (int i = 0; i < 30; ++i) {
-    const CouplingParameters c = undamped(test::random_parameters(random));
-    const Work work = work_of_torque(*GetParam().make(c), test::Loop(random, random.uniform(0.1, 3)));
+    const CouplingParameters c = undamped(random_parameters(random));
+    const Work work = work_of_torque(*GetParam().make(c), Loop(random, random.uniform(0.1, 3)));
     ASSERT_NEAR(work.net_j, 0, kQuadratureShare * work.gross_j) << "seed " << seed << " draw " << i;
     ASSERT_GT(work.gross_j, 0);
   }
@@ -81,8 +81,8 @@ TEST_P(PassiveCouplingLaw, ElasticTorqueDoesNoWorkAlongAClosedPath) {
 
 /// A handle or tool that goes round a closed path, moving and turning.
 struct MovingFrame {
-  test::Loop place;
-  test::Loop turn;
+  Loop place;
+  Loop turn;
 
   Pose at(double s) const { return {place(s), quaternion_of(turn(s))}; }
   /// Halfway between two poses, with the twist that leads from one to the other in one unit of time.
@@ -97,12 +97,12 @@ TEST_P(PassiveCouplingLaw, GivesOutNothingOverAClosedPathOfBothEnds) {
   const std::uint64_t seed = test::test_seed(kUsualSeed);
   Random random(seed);
   for (int i = 0; i < 30; ++i) {
-    const CouplingParameters c = test::random_parameters(random);
+    const CouplingParameters c = random_parameters(random);
     const auto law = GetParam().make(c);
-    const double width_m = test::random_magnitude(random, 0.1, 5) * c.force_limit_n / c.stiffness_n_per_m;
-    const MovingFrame handle{test::Loop(random, width_m), test::Loop(random, 1)};
-    const MovingFrame tool{test::Loop(random, width_m), test::Loop(random, 1)};
-    const double pace_hz = test::random_magnitude(random, 0.01, 10);
+    const double width_m = random_magnitude(random, 0.1, 5) * c.force_limit_n / c.stiffness_n_per_m;
+    const MovingFrame handle{Loop(random, width_m), Loop(random, 1)};
+    const MovingFrame tool{Loop(random, width_m), Loop(random, 1)};
+    const double pace_hz = random_magnitude(random, 0.01, 10);
     Work given;
     for (int k = 0; k < kSteps; ++k) {
       const auto [X_WH, step_WH] = handle.between(static_cast<double>(k) / kSteps, (k + 1.0) / kSteps);
@@ -118,8 +118,7 @@ TEST_P(PassiveCouplingLaw, GivesOutNothingOverAClosedPathOfBothEnds) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Catalog, PassiveCouplingLaw, testing::ValuesIn(test::laws_that_are(true)),
-                         test::law_test_name);
+INSTANTIATE_TEST_SUITE_P(Catalog, PassiveCouplingLaw, testing::ValuesIn(laws_that_are(true)), law_test_name);
 
 /// What the tool's end of the coupling takes while the handle goes from 0 to `reach_m`, and returns on its way back.
 struct PushAndRetreat {
@@ -146,7 +145,7 @@ TEST_P(ActiveCouplingLaw, GivesBackMoreThanItTookWhenTheHandTurns) {
   const std::uint64_t seed = test::test_seed(kUsualSeed);
   Random random(seed);
   for (int i = 0; i < 30; ++i) {
-    const CouplingParameters c = undamped(test::random_parameters(random));
+    const CouplingParameters c = undamped(random_parameters(random));
     // As far as each curve runs below the line: a sharp stable dynamic one crosses it farther out.
     const double reach_m =
         random.uniform(0.2, 1) * c.force_limit_n / c.stiffness_n_per_m * std::min(1.0, 1 / c.curve_sharpness);
@@ -156,8 +155,7 @@ TEST_P(ActiveCouplingLaw, GivesBackMoreThanItTookWhenTheHandTurns) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Catalog, ActiveCouplingLaw, testing::ValuesIn(test::laws_that_are(false)),
-                         test::law_test_name);
+INSTANTIATE_TEST_SUITE_P(Catalog, ActiveCouplingLaw, testing::ValuesIn(laws_that_are(false)), law_test_name);
 
 // 4 N, 20 mm, 200 N/m, pushed in by 10 mm.
 constexpr CouplingParameters kExample{.stiffness_n_per_m = 200, .damping_n_s_per_m = 0, .force_limit_n = 4};
@@ -189,4 +187,4 @@ TEST(QsaDynamic, ReturnsMoreThanItStored) {
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::haptics

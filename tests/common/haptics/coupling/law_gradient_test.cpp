@@ -8,11 +8,8 @@
 #include "tests/common/haptics/coupling/law_instances.hpp"
 #include "tests/support/test_seed.hpp"
 
-namespace tandem {
+namespace tandem::haptics {
 namespace {
-
-using test::random_magnitude;
-using test::random_vector;
 
 /// Translation or rotation of a law: what it takes, what it gives, and the scales of both.
 struct Channel {
@@ -129,7 +126,7 @@ class EveryLawsGradient : public testing::TestWithParam<CouplingLawInfo> {
 
 TEST_P(EveryLawsGradient, IsThatOfTheWrenchSymmetricAndNotNegative) {
   for (int i = 0; i < 1000 && !HasFailure(); ++i) {
-    const CouplingParameters c = test::random_parameters(random_);
+    const CouplingParameters c = random_parameters(random_);
     const auto law = GetParam().make(c);
     const Channel channel = channels_of(c).at(static_cast<std::size_t>(i % 2));
     const CouplingState state = draw(channel);
@@ -159,7 +156,7 @@ TEST_P(EveryLawsGradient, OfWhatIsNotFiniteIsZero) {
   EXPECT_EQ(g.torque_by_w, Eigen::Matrix3d::Zero());
 }
 
-INSTANTIATE_TEST_SUITE_P(Catalog, EveryLawsGradient, testing::ValuesIn(coupling_laws()), test::law_test_name);
+INSTANTIATE_TEST_SUITE_P(Catalog, EveryLawsGradient, testing::ValuesIn(coupling_laws()), law_test_name);
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::haptics

@@ -10,14 +10,12 @@
 
 #include "common/haptics/coupling/laws.hpp"
 
-namespace tandem {
+namespace tandem::haptics {
 
 /// How GoogleTest prints the law of a failed test.
 inline void PrintTo(const CouplingLawInfo& law, std::ostream* out) {
   *out << law.name;
 }
-
-namespace test {
 
 /// "StableDynamicLiteral"
 inline std::string law_test_name(const testing::TestParamInfo<CouplingLawInfo>& info) {
@@ -39,5 +37,4 @@ inline std::vector<CouplingLawInfo> laws_that_are(bool is_passive) {
   return chosen;
 }
 
-}  // namespace test
-}  // namespace tandem
+}  // namespace tandem::haptics

@@ -3,8 +3,9 @@
 
 #include "common/haptics/coupling/laws.hpp"
 #include "tests/support/markdown_table.hpp"
+#include "tests/support/source_path.hpp"
 
-namespace tandem {
+namespace tandem::haptics {
 namespace {
 
 std::string text_of(ToolDynamics tool) {
@@ -19,7 +20,7 @@ std::string text_of(ToolDynamics tool) {
   return "unknown";
 }
 
-TableRow documented(const CouplingLawInfo& law) {
+test::TableRow documented(const CouplingLawInfo& law) {
   return {{"law", "`" + std::string(law.name) + "`"},
           {"tool", text_of(law.tool)},
           {"energy", law.is_passive ? "passive" : "active"},
@@ -29,13 +30,14 @@ TableRow documented(const CouplingLawInfo& law) {
 }
 
 TEST(CouplingDocument, ListsEveryLawAsTheCatalogDescribesIt) {
-  std::vector<TableRow> expected;
+  std::vector<test::TableRow> expected;
   for (const CouplingLawInfo& law : coupling_laws()) {
     expected.push_back(documented(law));
     for (const auto& [column, text] : expected.back()) EXPECT_FALSE(text.empty()) << law.name << ", " << column;
   }
-  EXPECT_EQ(table_under(TANDEM_COUPLING_DOCUMENT, "## The laws"), expected);
+  EXPECT_EQ(test::table_under(test::source_path("common/haptics/coupling/README.md").string(), "## The laws"),
+            expected);
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::haptics

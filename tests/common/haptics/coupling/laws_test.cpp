@@ -10,10 +10,8 @@
 #include "tests/support/allocation_counter.hpp"
 #include "tests/support/test_seed.hpp"
 
-namespace tandem {
+namespace tandem::haptics {
 namespace {
-
-using test::random_vector;
 
 class EveryCouplingLaw : public testing::TestWithParam<CouplingLawInfo> {
  protected:
@@ -32,7 +30,7 @@ TEST_P(EveryCouplingLaw, IsZeroWhereHandleAndToolCoincide) {
   const std::uint64_t seed = test::test_seed(51);
   Random random(seed);
   for (int i = 0; i < 100; ++i) {
-    const auto law = make(test::random_parameters(random));
+    const auto law = make(random_parameters(random));
     // Both moving alike: no velocity past the tool either.
     const CouplingState state{.v_WH = random_vector(random, 1), .w_WH = random_vector(random, 10)};
     ASSERT_EQ(law->wrench_on_tool_W(state).f, Vec3::Zero()) << "seed " << seed << " draw " << i;
@@ -44,7 +42,7 @@ TEST_P(EveryCouplingLaw, PullsHarderTheFartherTheHandle) {
   const std::uint64_t seed = test::test_seed(53);
   Random random(seed);
   for (int i = 0; i < 100; ++i) {
-    const CouplingParameters c = test::random_parameters(random);
+    const CouplingParameters c = random_parameters(random);
     const auto law = make(c);
     const Vec3 direction = random_vector(random, 1).normalized();
     const double way = i % 2 == 0 ? 1 : -1;  // pushing, receding
@@ -69,9 +67,9 @@ TEST_P(EveryCouplingLaw, StaysFiniteAndWithinItsLimitsForAnyInput) {
   const std::uint64_t seed = test::test_seed(57);
   Random random(seed);
   for (int i = 0; i < 20'000; ++i) {
-    const CouplingParameters c = test::random_parameters(random);
+    const CouplingParameters c = random_parameters(random);
     const auto law = make(c);
-    const CouplingState state = test::hostile_state(random);
+    const CouplingState state = hostile_state(random);
     const Wrench wrench = law->wrench_on_tool_W(state);
     ASSERT_TRUE(is_finite(wrench)) << "seed " << seed << " draw " << i;
     // The direction's length is 1 to the last bit only.
@@ -88,14 +86,14 @@ TEST_P(EveryCouplingLaw, StaysFiniteForAnyParameters) {
   const std::uint64_t seed = test::test_seed(59);
   Random random(seed);
   for (int i = 0; i < 20'000; ++i) {
-    const CouplingParameters c{test::hostile_number(random), test::hostile_number(random), test::hostile_number(random),
-                               test::hostile_number(random), test::hostile_number(random), test::hostile_number(random),
-                               test::hostile_number(random), test::hostile_number(random)};
+    const CouplingParameters c{hostile_number(random), hostile_number(random), hostile_number(random),
+                               hostile_number(random), hostile_number(random), hostile_number(random),
+                               hostile_number(random), hostile_number(random)};
     const auto law = make(c);
     const CouplingState plain{random_vector(random, 1), random_vector(random, 1), random_vector(random, 1),
                               random_vector(random, 1), random_vector(random, 1), random_vector(random, 1)};
     ASSERT_TRUE(is_finite(law->wrench_on_tool_W(plain))) << "seed " << seed << " draw " << i;
-    ASSERT_TRUE(is_finite(law->wrench_on_tool_W(test::hostile_state(random)))) << "seed " << seed << " draw " << i;
+    ASSERT_TRUE(is_finite(law->wrench_on_tool_W(hostile_state(random)))) << "seed " << seed << " draw " << i;
   }
 }
 
@@ -104,7 +102,7 @@ TEST_P(EveryCouplingLaw, TakesParametersWhileItRuns) {
   Random random(seed);
   const auto law = make({});
   for (int i = 0; i < 100; ++i) {
-    const CouplingParameters c = test::random_parameters(random);
+    const CouplingParameters c = random_parameters(random);
     const CouplingState state{.d_W = random_vector(random, 0.01), .theta_W = random_vector(random, 0.1)};
     law->set_parameters(c);
     ASSERT_EQ(law->wrench_on_tool_W(state).f, make(c)->wrench_on_tool_W(state).f) << "seed " << seed;
@@ -116,7 +114,7 @@ TEST_P(EveryCouplingLaw, SumsToZeroOverBothEndsAboutAnyPoint) {
   const std::uint64_t seed = test::test_seed(23);
   Random random(seed);
   for (int i = 0; i < 1000; ++i) {
-    const auto law = make(test::random_parameters(random));
+    const auto law = make(random_parameters(random));
     const auto pose = [&random] { return Pose{random_vector(random, 0.1), quaternion_of(random_vector(random, 0.8))}; };
     const auto twist = [&random] { return Twist{random_vector(random, 0.5), random_vector(random, 5)}; };
     const Pose X_WH = pose(), X_WT = pose();
@@ -147,18 +145,18 @@ TEST_P(EveryCouplingLaw, AllocatesNothing) {
   Random random(seed);
   const auto law = make({});
   double sum = 0;
-  const std::uint64_t before = allocation_count();
+  const std::uint64_t before = test::allocation_count();
   for (int i = 0; i < 100; ++i) {
-    law->set_parameters(test::random_parameters(random));
+    law->set_parameters(random_parameters(random));
     const CouplingState state{random_vector(random, 0.1), random_vector(random, 1), random_vector(random, 1),
                               random_vector(random, 1),   random_vector(random, 1), random_vector(random, 1)};
     sum += law->wrench_on_tool_W(state).f.norm() + law->gradient(state).force_by_d.norm();
   }
-  EXPECT_EQ(allocation_count(), before);
+  EXPECT_EQ(test::allocation_count(), before);
   EXPECT_EQ(sum > 0, pulls());
 }
 
-INSTANTIATE_TEST_SUITE_P(Catalog, EveryCouplingLaw, testing::ValuesIn(coupling_laws()), test::law_test_name);
+INSTANTIATE_TEST_SUITE_P(Catalog, EveryCouplingLaw, testing::ValuesIn(coupling_laws()), law_test_name);
 
 TEST(CouplingLaws, AreFoundByNameAndOnlyByAKnownOne) {
   EXPECT_EQ(make_coupling_law("", {})->name(), "stable-dynamic");
@@ -196,4 +194,4 @@ TEST(StableDynamic, ShowsItsLimitLessTheShareOfTheSoftness) {
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::haptics

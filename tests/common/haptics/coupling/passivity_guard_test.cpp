@@ -10,7 +10,7 @@
 #include "tests/support/allocation_counter.hpp"
 #include "tests/support/test_seed.hpp"
 
-namespace tandem {
+namespace tandem::haptics {
 namespace {
 
 constexpr double kPeriod = 1e-3;
@@ -243,10 +243,10 @@ TEST(PassivityGuard, ForgetsAllOnReset) {
 
 TEST(PassivityGuard, AllocatesNothing) {
   PassivityGuard guard({});
-  const std::uint64_t before = allocation_count();
+  const std::uint64_t before = test::allocation_count();
   for (int k = 0; k < 100; ++k) guard.apply(at_x(k * 1e-4), force_x(-k), 1e-6, kPeriod);
-  EXPECT_EQ(allocation_count(), before);
+  EXPECT_EQ(test::allocation_count(), before);
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::haptics

@@ -4,7 +4,7 @@
 
 #include <limits>
 
-namespace tandem {
+namespace tandem::haptics {
 namespace {
 
 TEST(Polar, HasLengthAndDirectionWhereSquaresOverflowOrVanish) {
@@ -39,4 +39,4 @@ TEST(RadialGradient, IsTheSlopeAlongAndTheSecantAcross) {
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::haptics

@@ -8,7 +8,7 @@
 #include "tests/common/haptics/coupling/coupling_draws.hpp"
 #include "tests/support/test_seed.hpp"
 
-namespace tandem {
+namespace tandem::haptics {
 namespace {
 
 // The figures of the thesis: of a device with 6.5 N the last fifth bends.
@@ -70,7 +70,7 @@ TEST(Saturation, KeepsTheDirection) {
   const std::uint64_t seed = test::test_seed(41);
   Random random(seed);
   for (int i = 0; i < 1000; ++i) {
-    const Vec3 force = test::random_vector(random, test::random_magnitude(random, 0.1, 1e200));
+    const Vec3 force = random_vector(random, random_magnitude(random, 0.1, 1e200));
     const Vec3 bent = saturated(force, kLimit, kSoftness);
     ASSERT_NEAR(bent.normalized().dot((force / force.cwiseAbs().maxCoeff()).normalized()), 1, 1e-12)
         << "seed " << seed << " draw " << i;
@@ -92,7 +92,7 @@ TEST(Saturation, GradientIsThatOfTheVectorBelowAndAboveTheKnee) {
   Random random(seed);
   int bent = 0;
   for (int i = 0; i < 1000; ++i) {
-    const Vec3 force = test::random_vector(random, test::random_magnitude(random, 1, 100));
+    const Vec3 force = random_vector(random, random_magnitude(random, 1, 100));
     if (std::abs(force.norm() - kKnee) < 1e-3) continue;
     constexpr double kStep = 1e-5;
     Eigen::Matrix3d slope;
@@ -114,4 +114,4 @@ TEST(Saturation, GradientIsThatOfTheVectorBelowAndAboveTheKnee) {
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::haptics

@@ -12,7 +12,7 @@
 #include "common/haptics/coupling/laws.hpp"
 #include "tests/support/test_seed.hpp"
 
-namespace tandem {
+namespace tandem::haptics {
 namespace {
 
 using ::testing::AllOf;
@@ -503,4 +503,4 @@ TEST(SteepestSlope, IsTheLargestGradientOfEveryLaw) {
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::haptics

@@ -12,7 +12,7 @@
 #include "tests/support/allocation_counter.hpp"
 #include "tests/support/test_seed.hpp"
 
-namespace tandem {
+namespace tandem::haptics {
 namespace {
 
 constexpr double kPeriod = 1e-3;
@@ -241,15 +241,15 @@ TEST(GuardedPort, ResetForgetsTheAccountAndKeepsTheFigures) {
 
 TEST(GuardedPort, AllocatesNothing) {
   GuardedPort guard({});
-  const std::uint64_t before = allocation_count();
+  const std::uint64_t before = test::allocation_count();
   for (int k = 0; k < 100; ++k) {
     guard.world_reported(0.01 * k, 0, 0.001);
     guard.apply(at_x(1e-4 * k), force_x(3), kPeriod);
     guard.set_displayed(force_x(2));
   }
   guard.reset();
-  EXPECT_EQ(allocation_count() - before, 0U);
+  EXPECT_EQ(test::allocation_count() - before, 0U);
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::haptics

@@ -8,7 +8,7 @@
 
 #include "tests/support/allocation_counter.hpp"
 
-namespace tandem {
+namespace tandem::haptics {
 namespace {
 
 constexpr double kStep = 0.001;
@@ -91,14 +91,14 @@ TEST(ToolPortGuard, IsFiniteAndWithinZeroAndOneForAnyInput) {
 
 TEST(ToolPortGuard, AllocatesNothing) {
   ToolPortGuard guard({});
-  const std::uint64_t before = allocation_count();
+  const std::uint64_t before = test::allocation_count();
   for (int k = 0; k < 100; ++k) {
     guard.hand_reported(0.01 * k, 0, kStep);
     guard.stepped({Vec3(1e-4 * k, 0, 0), Quat::Identity()}, {Vec3(1, 0, 0), Vec3::Zero()}, 0.01 * k);
     guard.gain(kStep);
   }
-  EXPECT_EQ(allocation_count() - before, 0U);
+  EXPECT_EQ(test::allocation_count() - before, 0U);
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::haptics

@@ -10,7 +10,7 @@
 
 #include "common/base/random.hpp"
 
-namespace tandem {
+namespace tandem::haptics {
 namespace {
 
 constexpr std::array kFits{ArFit::kYuleWalker, ArFit::kLeastSquares, ArFit::kBurg};
@@ -99,8 +99,8 @@ TEST(ArModel, StabilityIsThatOfTheRoots) {
     if (std::abs(root - 1) < 1e-6) continue;
     EXPECT_EQ(is_stable(phi), root < 1) << root;
     stable += root < 1 ? 1 : 0;
-    make_stable(phi, kMostArRadius);
-    EXPECT_LE(largest_root(phi), kMostArRadius + 1e-6);
+    make_stable(phi, kMaxArRadius);
+    EXPECT_LE(largest_root(phi), kMaxArRadius + 1e-6);
   }
   EXPECT_GT(stable, 25);
   EXPECT_LT(stable, 475);
@@ -108,7 +108,7 @@ TEST(ArModel, StabilityIsThatOfTheRoots) {
 
 TEST(ArModel, WhatIsStableIsLeftAlone) {
   std::array<double, 2> phi{1.5, -0.8};
-  make_stable(phi, kMostArRadius);
+  make_stable(phi, kMaxArRadius);
   EXPECT_EQ(phi[0], 1.5);
   EXPECT_EQ(phi[1], -0.8);
 }
@@ -169,4 +169,4 @@ TEST(FinalPredictionError, IsAkaikesOfTheVariance) {
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::haptics

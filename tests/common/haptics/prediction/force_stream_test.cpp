@@ -12,7 +12,7 @@
 #include "common/base/random.hpp"
 #include "tests/support/allocation_counter.hpp"
 
-namespace tandem {
+namespace tandem::haptics {
 namespace {
 
 using std::chrono::microseconds;
@@ -309,11 +309,11 @@ TEST(ForceStream, PushAndAtAllocateNothing) {
     std::uint64_t allocated = 0;
     for (int k = 0; k < 2000; ++k) {
       const Wrench wrench = all_axes(std::sin(0.1 * k) + (k % 400 == 399 ? 3 : 0));
-      const std::uint64_t before = allocation_count();
+      const std::uint64_t before = test::allocation_count();
       stream.push(at_ms(5 * k), wrench, k % 400 == 399);
       for (int j = 0; j < 5; ++j) stream.at(at_ms(5 * k + j));
       if (k == 1500) stream.reset();
-      allocated += allocation_count() - before;
+      allocated += test::allocation_count() - before;
       stream.fit();
     }
     EXPECT_EQ(allocated, 0U) << name;
@@ -367,4 +367,4 @@ TEST(ForceStream, SettingsOutOfRangeAreNamed) {
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::haptics

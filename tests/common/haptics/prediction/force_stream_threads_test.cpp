@@ -7,7 +7,7 @@
 
 #include "common/haptics/prediction/force_stream.hpp"
 
-namespace tandem {
+namespace tandem::haptics {
 namespace {
 
 TEST(ForceStreamThreads, CoefficientsComeFromAnotherThread) {
@@ -33,4 +33,4 @@ TEST(ForceStreamThreads, CoefficientsComeFromAnotherThread) {
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::haptics

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-namespace tandem {
+namespace tandem::haptics {
 namespace {
 
 TEST(UniformCubic, ReproducesALine) {
@@ -52,4 +52,4 @@ TEST(Faded, BeginsWithAllAndEndsWithNothing) {
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::haptics

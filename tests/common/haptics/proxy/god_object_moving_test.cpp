@@ -6,7 +6,7 @@
 #include "common/base/random.hpp"
 #include "tests/common/haptics/proxy/proxy_scenes.hpp"
 
-namespace tandem {
+namespace tandem::haptics {
 namespace {
 
 constexpr double kTick_s = 1e-3;
@@ -14,11 +14,11 @@ constexpr double kRadius_m = 1e-3;
 
 /// A wall 2 mm thick across x, as a primitive and as a mesh, and as a sheet.
 std::vector<ProxyObstacle> walls() {
-  const TriangleMesh sheet = height_mesh(0.2, 10, [](double, double) { return 0.0; });
-  TriangleMesh upright = sheet;
+  const geometry::TriangleMesh sheet = height_mesh(0.2, 10, [](double, double) { return 0.0; });
+  geometry::TriangleMesh upright = sheet;
   for (Vec3& vertex : upright.vertices) vertex = Vec3(vertex.z(), vertex.x(), vertex.y());
-  return {touchable(std::make_shared<BoxField>(Vec3(0.002, 0.2, 0.2))), touchable(box_mesh({0.002, 0.2, 0.2})),
-          touchable(upright)};
+  return {touchable(std::make_shared<contact::BoxField>(Vec3(0.002, 0.2, 0.2))),
+          touchable(contact::box_mesh({0.002, 0.2, 0.2})), touchable(upright)};
 }
 
 double half_thickness_of(const ProxyObstacle& wall) {
@@ -48,7 +48,7 @@ TEST(GodObjectMoving, AWallPushesTheProxyAheadAtAnySpeed) {
 
 TEST(GodObjectMoving, ARotatingBoxCarriesAStickingProxyRound) {
   const double rate_rad_per_s = 3;
-  ProxyObstacle box = with_friction(touchable(subdivided(box_mesh({0.1, 0.1, 0.02}), 3)), 0.8, 0.8);
+  ProxyObstacle box = with_friction(touchable(contact::subdivided(contact::box_mesh({0.1, 0.1, 0.02}), 3)), 0.8, 0.8);
   GodObject proxy = proxy_at({0.03, 0, 0.02}, {box});
   drag(proxy, {0.03, 0, 0.007}, 20);
   Pose X_WB;
@@ -66,7 +66,7 @@ TEST(GodObjectMoving, ARotatingBoxCarriesAStickingProxyRound) {
 }
 
 TEST(GodObjectMoving, ASlippingBoxLeavesTheProxyBehind) {
-  ProxyObstacle box = touchable(subdivided(box_mesh({0.1, 0.1, 0.02}), 3));
+  ProxyObstacle box = touchable(contact::subdivided(contact::box_mesh({0.1, 0.1, 0.02}), 3));
   GodObject proxy = proxy_at({0.03, 0, 0.02}, {box});
   drag(proxy, {0.03, 0, 0.007}, 20);
   for (int i = 1; i <= 100; ++i) {
@@ -77,8 +77,8 @@ TEST(GodObjectMoving, ASlippingBoxLeavesTheProxyBehind) {
 
 TEST(GodObjectMoving, ALiftCarriesTheProxyUpAgainstACornerOfTwoBodies) {
   // A floor that rises, and a still wall at x = 0.02: the hand pulls into the corner of both.
-  ProxyObstacle floor = touchable(std::make_shared<BoxField>(Vec3(0.1, 0.1, 0.02)), at({0, 0, -0.02}));
-  ProxyObstacle wall = touchable(box_mesh({0.02, 0.1, 0.1}, {0.03, 0, 0}));
+  ProxyObstacle floor = touchable(std::make_shared<contact::BoxField>(Vec3(0.1, 0.1, 0.02)), at({0, 0, -0.02}));
+  ProxyObstacle wall = touchable(contact::box_mesh({0.02, 0.1, 0.1}, {0.03, 0, 0}));
   GodObject proxy = proxy_at({0, 0, 0.01}, {floor, wall});
   drag(proxy, {0.03, 0, -0.02}, 50);
   for (int i = 0; i < 40; ++i) {
@@ -95,8 +95,8 @@ TEST(GodObjectMoving, AWedgeSqueezesTheProxyOut) {
   // A ceiling at 45° comes down on a floor: the proxy has to leave sideways, whatever the hand wants.
   const Quat slope = quaternion_of({0, 3 * std::numbers::pi / 4, 0});
   const Vec3 n = slope * Vec3::UnitZ();
-  ProxyObstacle floor = touchable(std::make_shared<HalfSpaceField>());
-  ProxyObstacle ceiling = touchable(std::make_shared<HalfSpaceField>(), {-0.02 * n, slope});
+  ProxyObstacle floor = touchable(std::make_shared<contact::HalfSpaceField>());
+  ProxyObstacle ceiling = touchable(std::make_shared<contact::HalfSpaceField>(), {-0.02 * n, slope});
   GodObject proxy = proxy_at({0, 0, kRadius_m}, {floor, ceiling});
   for (int i = 0; i < 60; ++i) {
     const Pose X_ceiling{-0.02 * n - Vec3(0, 0, 1e-3 * i), slope};
@@ -130,8 +130,8 @@ TEST(GodObjectMoving, AViceThatClosesAndOpensLetsTheProxyStayBetween) {
 TEST(GodObjectMoving, ATumblingMeshNeverPassesTheProxy) {
   constexpr std::uint64_t kSeed = 21;
   Random random(kSeed);
-  const TriangleMesh mesh = sphere_mesh(0.02, 3);
-  const TriangleTree tree(mesh);
+  const geometry::TriangleMesh mesh = contact::sphere_mesh(0.02, 3);
+  const geometry::TriangleTree tree(mesh);
   GodObject proxy = proxy_at({0, 0, 0.04}, {with_friction(touchable(mesh), 0.5, 0.3)}, true);
   Pose X_WB;
   Twist V_WB;
@@ -150,4 +150,4 @@ TEST(GodObjectMoving, ATumblingMeshNeverPassesTheProxy) {
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::haptics

@@ -12,7 +12,7 @@
 #include "tests/common/haptics/proxy/proxy_scenes.hpp"
 #include "tests/support/allocation_counter.hpp"
 
-namespace tandem {
+namespace tandem::haptics {
 namespace {
 
 constexpr double kRadius_m = 1e-3;
@@ -22,7 +22,7 @@ constexpr double kSettled_m = 2e-6;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
-TriangleMesh flat_mesh() {
+geometry::TriangleMesh flat_mesh() {
   return height_mesh(0.2, 20, [](double, double) { return 0.0; });
 }
 
@@ -55,7 +55,7 @@ TEST(GodObject, KeepsUpWithAHandAtOneMetrePerSecondOnAMesh) {
 
 TEST(GodObject, RestsOnAPlaneAtItsRadiusWithForceByDepth) {
   SpringDamper law({.stiffness_n_per_m = 500, .force_limit_n = 100, .saturation_softness = 0});
-  for (const ProxyObstacle& plane : {touchable(std::make_shared<HalfSpaceField>()), touchable(flat_mesh())}) {
+  for (const ProxyObstacle& plane : {touchable(std::make_shared<contact::HalfSpaceField>()), touchable(flat_mesh())}) {
     GodObject proxy = proxy_at({0, 0, 0.01}, {plane});
     drag(proxy, {0.0234, 0.0123, -0.004}, 50);
     EXPECT_LT((proxy.state().p_W - Vec3(0.0234, 0.0123, kRadius_m)).norm(), 1e-9);
@@ -68,7 +68,7 @@ TEST(GodObject, RestsOnAPlaneAtItsRadiusWithForceByDepth) {
 
 TEST(GodObject, DamperActsAlongThePullAlone) {
   SpringDamper law({.stiffness_n_per_m = 500, .damping_n_s_per_m = 2, .force_limit_n = 100, .saturation_softness = 0});
-  GodObject proxy = proxy_at({0, 0, 0.01}, {touchable(std::make_shared<HalfSpaceField>())});
+  GodObject proxy = proxy_at({0, 0, 0.01}, {touchable(std::make_shared<contact::HalfSpaceField>())});
   drag(proxy, {0, 0, -0.004}, 10);
   const Vec3 still = proxy_force_on_hand_W(proxy.state(), law, Vec3::Zero());
   EXPECT_LT((proxy_force_on_hand_W(proxy.state(), law, {0.3, -0.2, 0}) - still).norm(), 1e-12);
@@ -77,7 +77,7 @@ TEST(GodObject, DamperActsAlongThePullAlone) {
 
 /// A hand that moves at `v_z` along z over a plane from height `from_m` of the centre above its rest; the forces on it.
 std::vector<Vec3> forces_on_way(const CouplingLaw& law, double from_m, double v_z, int ticks) {
-  GodObject proxy = proxy_at({0, 0, 0.01}, {touchable(std::make_shared<HalfSpaceField>())});
+  GodObject proxy = proxy_at({0, 0, 0.01}, {touchable(std::make_shared<contact::HalfSpaceField>())});
   std::vector<Vec3> forces;
   for (int i = 0; i < ticks; ++i) {
     const ProxyState& state = proxy.update({0, 0, kRadius_m + from_m + v_z * kTick_s * i});
@@ -125,10 +125,11 @@ TEST(GodObject, StopsInACornerOfThreeWallsAtOnce) {
   std::vector<ProxyObstacle> walls;
   for (int axis = 0; axis < 3; ++axis) {
     const Quat turn = Quat::FromTwoVectors(Vec3::UnitZ(), -Vec3::Unit(axis));
-    walls.push_back(touchable(std::make_shared<HalfSpaceField>(), {0.02 * Vec3::Unit(axis), turn}));
+    walls.push_back(touchable(std::make_shared<contact::HalfSpaceField>(), {0.02 * Vec3::Unit(axis), turn}));
   }
   // The same corner from the inside of a mesh.
-  for (const std::vector<ProxyObstacle>& corner : {walls, {touchable(subdivided(box_mesh({0.04, 0.04, 0.04}), 3))}}) {
+  for (const std::vector<ProxyObstacle>& corner :
+       {walls, {touchable(contact::subdivided(contact::box_mesh({0.04, 0.04, 0.04}), 3))}}) {
     GodObject proxy = proxy_at(Vec3::Zero(), corner);
     drag(proxy, {0.025, 0.027, 0.023}, 40);
     EXPECT_LT((proxy.state().p_W - Vec3::Constant(inner)).norm(), 1e-9);
@@ -156,16 +157,16 @@ TEST(GodObject, FollowsTheGroovesOfAConcaveEdgeWithoutVibration) {
 
 TEST(GodObject, ProjectsOntoPrimitives) {
   struct Case {
-    std::shared_ptr<const ExactField> field;
+    std::shared_ptr<const contact::ExactField> field;
     Vec3 goal;
     Vec3 expected;
   };
   const Vec3 on_sphere = Vec3(0.010, 0.004, 0.012).normalized();
   const std::vector<Case> cases{
-      {std::make_shared<SphereField>(0.02), 0.016 * on_sphere, 0.021 * on_sphere},
-      {std::make_shared<BoxField>(Vec3(0.04, 0.04, 0.04)), {0.003, 0.004, 0.015}, {0.003, 0.004, 0.021}},
-      {std::make_shared<CylinderField>(0.02, 0.1), {0.015, 0, 0.004}, {0.021, 0, 0.004}},
-      {std::make_shared<CapsuleField>(0.02, 0.1), {0, 0, 0.066}, {0, 0, 0.071}}};
+      {std::make_shared<contact::SphereField>(0.02), 0.016 * on_sphere, 0.021 * on_sphere},
+      {std::make_shared<contact::BoxField>(Vec3(0.04, 0.04, 0.04)), {0.003, 0.004, 0.015}, {0.003, 0.004, 0.021}},
+      {std::make_shared<contact::CylinderField>(0.02, 0.1), {0.015, 0, 0.004}, {0.021, 0, 0.004}},
+      {std::make_shared<contact::CapsuleField>(0.02, 0.1), {0, 0, 0.066}, {0, 0, 0.071}}};
   for (const Case& one : cases) {
     const Pose X_WB{{0.1, -0.2, 0.3}, quaternion_of({0.3, 0.5, -0.7})};
     GodObject proxy = proxy_at(X_WB * (3.0 * one.expected), {touchable(one.field, X_WB)});
@@ -177,7 +178,7 @@ TEST(GodObject, ProjectsOntoPrimitives) {
 TEST(GodObject, OnASphereMeshIsTheProjectionUpToItsFacets) {
   const double radius = 0.03;
   const int cuts = 5;
-  GodObject proxy = proxy_at({0, 0, 0.05}, {touchable(sphere_mesh(radius, cuts))});
+  GodObject proxy = proxy_at({0, 0, 0.05}, {touchable(contact::sphere_mesh(radius, cuts))});
   // A facet with sides of length s lies s²/6R inside; the proxy's foot may be off by what its tilt, s/(√3 R), makes of
   // the depth.
   const double side = radius * std::numbers::pi / 2 / (1 << cuts) * 1.5;
@@ -214,8 +215,8 @@ TEST(GodObject, GoesRoundTheRimOfASheetOnlyWhenTheHandLeadsItThere) {
 
 TEST(GodObject, ClimbsAStepLowerThanItsRadius) {
   // Ground, and a block 0.4 mm high on it from x = 0 on.
-  GodObject proxy = proxy_at({-0.01, 0, 0.01}, {touchable(std::make_shared<HalfSpaceField>()),
-                                                touchable(box_mesh({0.04, 0.04, 0.0008}, {0.02, 0, 0}))});
+  GodObject proxy = proxy_at({-0.01, 0, 0.01}, {touchable(std::make_shared<contact::HalfSpaceField>()),
+                                                touchable(contact::box_mesh({0.04, 0.04, 0.0008}, {0.02, 0, 0}))});
   drag(proxy, {-0.005, 0, 0.0005}, 20);
   EXPECT_LT((proxy.state().p_W - Vec3(-0.005, 0, kRadius_m)).norm(), 1e-9);
   // Pulled along the ground it meets the rim where the ball does, nearer than its radius.
@@ -227,10 +228,10 @@ TEST(GodObject, ClimbsAStepLowerThanItsRadius) {
 }
 
 TEST(GodObject, SlidesOverTheSeamOfFlushBodies) {
-  GodObject proxy =
-      proxy_at({-0.01, 0, 0.01}, {touchable(std::make_shared<BoxField>(Vec3(0.02, 0.02, 0.02)), at({-0.01, 0, -0.01})),
-                                  touchable(std::make_shared<BoxField>(Vec3(0.02, 0.02, 0.02)), at({0.01, 0, -0.01})),
-                                  touchable(box_mesh({0.02, 0.02, 0.02}, {0.03, 0, -0.01}))});
+  GodObject proxy = proxy_at(
+      {-0.01, 0, 0.01}, {touchable(std::make_shared<contact::BoxField>(Vec3(0.02, 0.02, 0.02)), at({-0.01, 0, -0.01})),
+                         touchable(std::make_shared<contact::BoxField>(Vec3(0.02, 0.02, 0.02)), at({0.01, 0, -0.01})),
+                         touchable(contact::box_mesh({0.02, 0.02, 0.02}, {0.03, 0, -0.01}))});
   drag(proxy, {-0.01, 0, -0.002}, 10);
   for (int i = 1; i <= 450; ++i) {
     const double x = -0.01 + 1e-4 * i;
@@ -241,7 +242,7 @@ TEST(GodObject, SlidesOverTheSeamOfFlushBodies) {
 
 TEST(GodObject, TheSameUpdatesGiveTheSameBits) {
   const auto run = [] {
-    GodObject proxy = proxy_at({0, 0, 0.05}, {touchable(sphere_mesh(0.03, 3))}, true);
+    GodObject proxy = proxy_at({0, 0, 0.05}, {touchable(contact::sphere_mesh(0.03, 3))}, true);
     Random random(8);
     Vec3 sum = Vec3::Zero();
     for (int i = 0; i < 500; ++i) {
@@ -254,8 +255,9 @@ TEST(GodObject, TheSameUpdatesGiveTheSameBits) {
 
 TEST(GodObject, StaysFiniteAndOutsideForHostileInput) {
   const std::array<double, 8> values{kNan, kInfinity, -kInfinity, 1e300, -1e300, 1e-300, 0.0, 0.01};
-  std::vector<ProxyObstacle> obstacles{with_friction(touchable(sphere_mesh(0.03, 3)), 0.5, 0.3),
-                                       touchable(std::make_shared<BoxField>(Vec3(0.02, 0.02, 0.02)), at({0.05, 0, 0}))};
+  std::vector<ProxyObstacle> obstacles{
+      with_friction(touchable(contact::sphere_mesh(0.03, 3)), 0.5, 0.3),
+      touchable(std::make_shared<contact::BoxField>(Vec3(0.02, 0.02, 0.02)), at({0.05, 0, 0}))};
   GodObject proxy = proxy_at({0, 0, 0.05}, obstacles, true);
   SpringDamper law({});
   Random random(12);
@@ -272,7 +274,7 @@ TEST(GodObject, StaysFiniteAndOutsideForHostileInput) {
     ASSERT_TRUE(is_finite(state.p_W) && is_finite(state.goal_W)) << i;
     ASSERT_TRUE(is_finite(proxy_force_on_hand_W(state, law, pick_vector()))) << i;
   }
-  GodObject still = proxy_at({0, 0, 0.05}, {touchable(sphere_mesh(0.03, 3))});
+  GodObject still = proxy_at({0, 0, 0.05}, {touchable(contact::sphere_mesh(0.03, 3))});
   EXPECT_EQ(still.update({kNan, 0, 0}).faults & kProxyBadInput, kProxyBadInput);
   EXPECT_EQ(still.state().p_W, Vec3(0, 0, 0.05));
   still.update({kNan, 0, 0});
@@ -280,15 +282,15 @@ TEST(GodObject, StaysFiniteAndOutsideForHostileInput) {
 }
 
 TEST(GodObject, LeavesAMeshThatItWasPutInto) {
-  GodObject proxy = proxy_at({0, 0, 0.0302}, {touchable(sphere_mesh(0.03, 4))});
+  GodObject proxy = proxy_at({0, 0, 0.0302}, {touchable(contact::sphere_mesh(0.03, 4))});
   for (int i = 0; i < 3000; ++i) proxy.update({0, 0, 0.02});
-  EXPECT_GT(TriangleTree(sphere_mesh(0.03, 4)).signed_distance_m(proxy.state().p_W),
+  EXPECT_GT(geometry::TriangleTree(contact::sphere_mesh(0.03, 4)).signed_distance_m(proxy.state().p_W),
             kRadius_m - GodObject::kTolerance_m);
 }
 
 TEST(GodObject, HoldsWhereThereAreMoreTrianglesThanItCanKeep) {
   // A fan of 3000 triangles around one point.
-  TriangleMesh fan;
+  geometry::TriangleMesh fan;
   fan.vertices.emplace_back(Vec3::Zero());
   const int count = 3000;
   for (int i = 0; i < count; ++i) {
@@ -304,33 +306,33 @@ TEST(GodObject, HoldsWhereThereAreMoreTrianglesThanItCanKeep) {
 }
 
 TEST(GodObject, AnUpdateAllocatesNothing) {
-  GodObject proxy = proxy_at({0, 0, 0.05}, {with_friction(touchable(sphere_mesh(0.03, 4)), 0.4, 0.3)}, true);
+  GodObject proxy = proxy_at({0, 0, 0.05}, {with_friction(touchable(contact::sphere_mesh(0.03, 4)), 0.4, 0.3)}, true);
   SpringDamper law({});
   Random random(2);
-  const std::uint64_t before = allocation_count();
+  const std::uint64_t before = test::allocation_count();
   Vec3 sum = Vec3::Zero();
   for (int i = 0; i < 500; ++i) {
     const ProxyState& state = proxy.update({random.uniform(-0.04, 0.04), random.uniform(-0.04, 0.04), 0.02});
     sum += proxy_force_on_hand_W(state, law, Vec3::Zero());
   }
-  EXPECT_EQ(allocation_count(), before) << sum.transpose();
+  EXPECT_EQ(test::allocation_count(), before) << sum.transpose();
 }
 
 TEST(GodObject, RefusesWhatItCannotBe) {
-  const auto sphere = touchable(std::make_shared<SphereField>(0.01));
+  const auto sphere = touchable(std::make_shared<contact::SphereField>(0.01));
   EXPECT_THROW(proxy_at(Vec3::Zero(), {}, false, 0.0), std::invalid_argument);
   EXPECT_THROW(proxy_at(Vec3::Zero(), {}, false, kNan), std::invalid_argument);
   EXPECT_THROW(proxy_at({kNan, 0, 0}, {}), std::invalid_argument);
   EXPECT_THROW(proxy_at(Vec3::Zero(), {ProxyObstacle{}}), std::invalid_argument);
   EXPECT_THROW(proxy_at(Vec3::Zero(), {with_friction(sphere, 0.1, 0.2)}), std::invalid_argument);
-  EXPECT_THROW(proxy_at(Vec3::Zero(), {touchable(std::make_shared<SphereField>(0.01), at({kNan, 0, 0}))}),
+  EXPECT_THROW(proxy_at(Vec3::Zero(), {touchable(std::make_shared<contact::SphereField>(0.01), at({kNan, 0, 0}))}),
                std::invalid_argument);
-  EXPECT_THROW(proxy_at(Vec3::Zero(), std::vector<ProxyObstacle>(GodObject::kMostObstacles + 1, sphere)),
+  EXPECT_THROW(proxy_at(Vec3::Zero(), std::vector<ProxyObstacle>(GodObject::kMaxObstacles + 1, sphere)),
                std::invalid_argument);
-  EXPECT_THROW(ProxyMesh(TriangleMesh{}), std::invalid_argument);
+  EXPECT_THROW(ProxyMesh(geometry::TriangleMesh{}), std::invalid_argument);
   EXPECT_THROW(ProxyMesh({{Vec3::Zero(), Vec3::UnitX(), Vec3::UnitY()}, {{0, 1, 7}}}), std::invalid_argument);
   EXPECT_THROW(ProxyMesh({{Vec3::Zero(), Vec3::UnitX(), Vec3(kNan, 0, 0)}, {{0, 1, 2}}}), std::invalid_argument);
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::haptics

@@ -6,7 +6,7 @@
 
 #include "common/base/random.hpp"
 
-namespace tandem {
+namespace tandem::haptics {
 namespace {
 
 Vec3 random_vector(Random& random) {
@@ -78,4 +78,4 @@ TEST(PlaneProjection, MeetsTheConditionsOfTheOptimumForRandomPlanes) {
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::haptics

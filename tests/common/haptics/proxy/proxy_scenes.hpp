@@ -10,20 +10,20 @@
 #include "common/haptics/proxy/god_object.hpp"
 #include "tests/common/contact/test_meshes.hpp"
 
-namespace tandem {
+namespace tandem::haptics {
 
 inline Pose at(const Vec3& p_W) {
   return {p_W, Quat::Identity()};
 }
 
-inline ProxyObstacle touchable(std::shared_ptr<const ExactField> primitive, const Pose& X_WB = {}) {
+inline ProxyObstacle touchable(std::shared_ptr<const contact::ExactField> primitive, const Pose& X_WB = {}) {
   ProxyObstacle obstacle;
   obstacle.primitive = std::move(primitive);
   obstacle.X_WB = X_WB;
   return obstacle;
 }
 
-inline ProxyObstacle touchable(const TriangleMesh& mesh, const Pose& X_WB = {}) {
+inline ProxyObstacle touchable(const geometry::TriangleMesh& mesh, const Pose& X_WB = {}) {
   ProxyObstacle obstacle;
   obstacle.mesh = std::make_shared<const ProxyMesh>(mesh);
   obstacle.X_WB = X_WB;
@@ -42,8 +42,8 @@ inline GodObject proxy_at(const Vec3& p_W, std::vector<ProxyObstacle> obstacles,
 }
 
 /// A sheet z = f(x, y) over a square of `width_m`, `pieces`² cells of two triangles.
-inline TriangleMesh height_mesh(double width_m, int pieces, const std::function<double(double, double)>& f) {
-  TriangleMesh mesh;
+inline geometry::TriangleMesh height_mesh(double width_m, int pieces, const std::function<double(double, double)>& f) {
+  geometry::TriangleMesh mesh;
   for (int i = 0; i <= pieces; ++i) {
     for (int j = 0; j <= pieces; ++j) {
       const double x = width_m * (static_cast<double>(i) / pieces - 0.5);
@@ -68,4 +68,4 @@ inline void drag(GodObject& proxy, const Vec3& to_W, int steps) {
   for (int i = 1; i <= steps; ++i) proxy.update(from_W + (to_W - from_W) * i / steps);
 }
 
-}  // namespace tandem
+}  // namespace tandem::haptics

@@ -4,14 +4,14 @@
 
 #include "tests/common/haptics/proxy/proxy_scenes.hpp"
 
-namespace tandem {
+namespace tandem::haptics {
 namespace {
 
 constexpr double kRadius_m = 0.03;
 
 /// The largest turn of the force between updates 0.05 mm apart, along a great circle 2 mm under a coarse sphere.
 double largest_turn_rad(bool is_shaded) {
-  GodObject proxy = proxy_at({0, 0, 0.05}, {touchable(sphere_mesh(kRadius_m, 3))}, is_shaded);
+  GodObject proxy = proxy_at({0, 0, 0.05}, {touchable(contact::sphere_mesh(kRadius_m, 3))}, is_shaded);
   const Vec3 aside(0.31, 0.95, 0);
   Vec3 last = Vec3::UnitZ();
   double largest = 0;
@@ -37,7 +37,7 @@ TEST(ProxyShading, ForceTurnsSmoothlyOverTheFacetsOfACoarseSphere) {
 }
 
 TEST(ProxyShading, ForceOnACoarseSpherePointsFromItsCentre) {
-  GodObject proxy = proxy_at({0, 0, 0.05}, {touchable(sphere_mesh(kRadius_m, 3))}, true);
+  GodObject proxy = proxy_at({0, 0, 0.05}, {touchable(contact::sphere_mesh(kRadius_m, 3))}, true);
   double worst = 0;
   for (int i = 0; i < 2000; ++i) {
     const Vec3 direction = Vec3(std::sin(1e-3 * i), 0.5 * std::sin(7e-4 * i), std::cos(1e-3 * i)).normalized();
@@ -49,14 +49,15 @@ TEST(ProxyShading, ForceOnACoarseSpherePointsFromItsCentre) {
 }
 
 TEST(ProxyShading, KeepsTheEdgesOfACube) {
-  GodObject shaded = proxy_at({0, 0, 0.03}, {touchable(subdivided(box_mesh({0.04, 0.04, 0.04}), 2))}, true);
+  GodObject shaded =
+      proxy_at({0, 0, 0.03}, {touchable(contact::subdivided(contact::box_mesh({0.04, 0.04, 0.04}), 2))}, true);
   drag(shaded, {0.0195, 0.003, 0.018}, 100);
   const Vec3 pull = shaded.state().p_W - shaded.state().goal_W;
   EXPECT_LT(pull.head<2>().norm(), 1e-9);
 }
 
 TEST(ProxyShading, StaysAtRestForAHandAtRestInABowlDeeperThanItsRadius) {
-  const TriangleMesh bowl = height_mesh(0.04, 40, [](double x, double y) { return 100 * (x * x + y * y); });
+  const geometry::TriangleMesh bowl = height_mesh(0.04, 40, [](double x, double y) { return 100 * (x * x + y * y); });
   GodObject proxy = proxy_at({0, 0, 0.02}, {touchable(bowl)}, true);
   // Radius of curvature 5 mm at the bottom, goal up to 12 mm below.
   drag(proxy, {0.0015, 0.0007, -0.012}, 200);
@@ -68,10 +69,10 @@ TEST(ProxyShading, StaysAtRestForAHandAtRestInABowlDeeperThanItsRadius) {
 }
 
 TEST(ProxyShading, DoesNotDependOnHowTrianglesAreTurned) {
-  TriangleMesh turned = sphere_mesh(kRadius_m, 3);
+  geometry::TriangleMesh turned = contact::sphere_mesh(kRadius_m, 3);
   for (std::size_t i = 0; i < turned.triangles.size(); i += 2)
     std::swap(turned.triangles[i][0], turned.triangles[i][1]);
-  GodObject a = proxy_at({0, 0, 0.05}, {touchable(sphere_mesh(kRadius_m, 3))}, true);
+  GodObject a = proxy_at({0, 0, 0.05}, {touchable(contact::sphere_mesh(kRadius_m, 3))}, true);
   GodObject b = proxy_at({0, 0, 0.05}, {touchable(turned)}, true);
   for (int i = 0; i < 300; ++i) {
     const Vec3 goal = (kRadius_m - 0.002) * Vec3(std::sin(3e-3 * i), 0.01, std::cos(3e-3 * i));
@@ -80,4 +81,4 @@ TEST(ProxyShading, DoesNotDependOnHowTrianglesAreTurned) {
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::haptics

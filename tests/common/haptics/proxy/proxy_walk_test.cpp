@@ -5,7 +5,7 @@
 #include "tests/common/haptics/proxy/proxy_scenes.hpp"
 #include "tests/support/test_seed.hpp"
 
-namespace tandem {
+namespace tandem::haptics {
 namespace {
 
 constexpr int kSteps = 100'000;
@@ -13,7 +13,7 @@ constexpr double kJump_m = 0.05;
 constexpr double kRadius_m = 1e-3;
 
 struct Walk {
-  TriangleMesh mesh;
+  geometry::TriangleMesh mesh;
   Vec3 start;
   Vec3 low;  ///< the goal stays in this box
   Vec3 high;
@@ -23,7 +23,7 @@ struct Walk {
 /// Clearance is checked by the exact distance in every step; the side by the sign of that distance, which for a sheet
 /// holds away from its rim.
 void expect_outside(const Walk& walk) {
-  const TriangleTree tree(walk.mesh);
+  const geometry::TriangleTree tree(walk.mesh);
   GodObject proxy = proxy_at(walk.start, {with_friction(touchable(walk.mesh), walk.friction, walk.friction)}, true);
   const std::uint64_t seed = test::test_seed(17);
   Random random(seed);
@@ -44,32 +44,32 @@ void expect_outside(const Walk& walk) {
 }
 
 TEST(ProxyWalk, NeverEntersASphere) {
-  expect_outside({sphere_mesh(0.03, 4), {0, 0, 0.05}, Vec3::Constant(-0.04), Vec3::Constant(0.04)});
+  expect_outside({contact::sphere_mesh(0.03, 4), {0, 0, 0.05}, Vec3::Constant(-0.04), Vec3::Constant(0.04)});
 }
 
 TEST(ProxyWalk, NeverEntersARoughSphere) {
   Random random(4);
-  TriangleMesh mesh = sphere_mesh(0.03, 4);
+  geometry::TriangleMesh mesh = contact::sphere_mesh(0.03, 4);
   for (Vec3& vertex : mesh.vertices) vertex *= random.uniform(0.97, 1.03);
   expect_outside({mesh, {0, 0, 0.05}, Vec3::Constant(-0.04), Vec3::Constant(0.04), 0.5});
 }
 
 TEST(ProxyWalk, NeverPassesAThinSheet) {
-  const TriangleMesh sheet =
+  const geometry::TriangleMesh sheet =
       height_mesh(1.0, 200, [](double x, double y) { return 0.003 * std::sin(300 * x) * std::cos(200 * y); });
   expect_outside({sheet, {0, 0, 0.02}, {-0.1, -0.1, -0.05}, {0.1, 0.1, 0.05}});
 }
 
 TEST(ProxyWalk, NeverLeavesABowl) {
-  const TriangleMesh bowl = height_mesh(0.2, 100, [](double x, double y) { return 20 * (x * x + y * y); });
+  const geometry::TriangleMesh bowl = height_mesh(0.2, 100, [](double x, double y) { return 20 * (x * x + y * y); });
   expect_outside({bowl, {0, 0, 0.05}, {-0.04, -0.04, -0.05}, {0.04, 0.04, 0.08}, 0.3});
 }
 
 TEST(ProxyWalk, NeverEntersTheBunny) {
-  const std::optional<TriangleMesh> bunny = bunny_mesh(0.1);
+  const std::optional<geometry::TriangleMesh> bunny = contact::bunny_mesh(0.1);
   if (!bunny) GTEST_SKIP() << "needs bunny.obj of Debian's glmark2-data";
   expect_outside({*bunny, {0, 0, 0.08}, {-0.04, -0.04, -0.03}, {0.04, 0.04, 0.03}, 0.2});
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::haptics

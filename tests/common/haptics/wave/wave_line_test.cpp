@@ -10,7 +10,7 @@
 #include "common/base/random.hpp"
 #include "tests/support/test_seed.hpp"
 
-namespace tandem {
+namespace tandem::haptics {
 namespace {
 
 Wave wave_x(double value) {
@@ -170,4 +170,4 @@ TEST(WavePlayer, PlaysNothingOfASumThatStartedAnew) {
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::haptics

@@ -13,7 +13,7 @@
 #include "tests/support/allocation_counter.hpp"
 #include "tests/support/test_seed.hpp"
 
-namespace tandem {
+namespace tandem::haptics {
 namespace {
 
 constexpr double kTick_s = 0.001;
@@ -158,7 +158,7 @@ TEST(WavePorts, AreFiniteForAnyInput) {
 TEST(WavePorts, AllocateNothing) {
   WaveHandPort hand({}, {});
   WaveToolPort tool({}, {});
-  const std::uint64_t before = allocation_count();
+  const std::uint64_t before = test::allocation_count();
   for (int k = 0; k < 100; ++k) {
     hand.receive(std::chrono::milliseconds(k), tool.sum_towards_hand());
     hand.tick({}, 0.001);
@@ -166,8 +166,8 @@ TEST(WavePorts, AllocateNothing) {
     tool.move({}, {500, 2, 0.3, 0.003}, 0.005);
     tool.settle({}, 0.005);
   }
-  EXPECT_EQ(allocation_count() - before, 0U);
+  EXPECT_EQ(test::allocation_count() - before, 0U);
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::haptics

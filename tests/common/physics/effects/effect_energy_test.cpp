@@ -7,7 +7,7 @@
 
 #include "tests/common/physics/effects/effect_support.hpp"
 
-namespace tandem {
+namespace tandem::physics {
 namespace {
 
 constexpr double kTurn = 2 * std::numbers::pi;
@@ -244,4 +244,4 @@ TEST(EffectEnergy, TextureIsConservativeAtConstantPressureAndPaysWhoPressesDownh
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::physics

@@ -7,7 +7,7 @@
 
 #include "tests/common/physics/effects/effect_support.hpp"
 
-namespace tandem {
+namespace tandem::physics {
 namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
@@ -75,4 +75,4 @@ TEST(EffectSettings, AnEffectIsNotMadeOfBadOnes) {
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::physics

@@ -9,7 +9,7 @@
 #include "common/physics/effects/catalog.hpp"
 #include "common/physics/effects/effect.hpp"
 
-namespace tandem {
+namespace tandem::physics {
 
 inline std::array<EffectModel, 6> every_model() {
   return {Viscosity{5, 0.01}, ConstantField{{1, 2, -0.5}}, Magnet{2, 0.03, {0.01, 0, 0}},
@@ -78,4 +78,4 @@ struct SteppedTool {
   double kinetic_j() const { return 0.5 * mass_kg * v.squaredNorm(); }
 };
 
-}  // namespace tandem
+}  // namespace tandem::physics

@@ -10,7 +10,7 @@
 #include "tests/common/physics/effects/effect_support.hpp"
 #include "tests/support/allocation_counter.hpp"
 
-namespace tandem {
+namespace tandem::physics {
 namespace {
 
 constexpr double kTurn = 2 * std::numbers::pi;
@@ -295,13 +295,13 @@ TEST(Effect, DoesNotAllocate) {
   EffectMemory memory;
   EffectInput input;
   input.normal_force_n = 1;
-  const std::uint64_t before = allocation_count();
+  const std::uint64_t before = test::allocation_count();
   for (int i = 0; i < 1000; ++i) {
     input.p_OT.x() = 1e-4 * (i % 300);
     for (const Effect& effect : effects) effect.wrench_on_tool_O(input, memory);
   }
-  EXPECT_EQ(allocation_count(), before);
+  EXPECT_EQ(test::allocation_count(), before);
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::physics

@@ -5,8 +5,9 @@
 
 #include "common/physics/effects/catalog.hpp"
 #include "tests/support/markdown_table.hpp"
+#include "tests/support/source_path.hpp"
 
-namespace tandem {
+namespace tandem::physics {
 namespace {
 
 std::string energy_text(EffectEnergy energy) {
@@ -22,11 +23,12 @@ std::string energy_text(EffectEnergy energy) {
 }
 
 TEST(EffectCatalog, TableOfTheReadmeIsTheCatalog) {
-  const std::vector<TableRow> rows = table_under(TANDEM_EFFECTS_README, "## Catalog");
+  const std::vector<test::TableRow> rows =
+      test::table_under(test::source_path("common/physics/effects/README.md").string(), "## Catalog");
   ASSERT_EQ(rows.size(), effect_catalog().size());
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const EffectInfo& info = effect_catalog()[i];
-    TableRow row = rows[i];
+    test::TableRow row = rows[i];
     EXPECT_EQ(row["effect"], "`" + std::string(info.name) + "`");
     EXPECT_EQ(row["energy"], energy_text(info.energy)) << info.name;
     EXPECT_EQ(row["label"], passivity_label(info)) << info.name;
@@ -47,4 +49,4 @@ TEST(EffectCatalog, NamesAreDistinctAndListed) {
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::physics

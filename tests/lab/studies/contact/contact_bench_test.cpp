@@ -101,7 +101,7 @@ const TouchObject& small_cube() {
 TEST(ContactBench, TwoRunsGiveTheSameMotion) {
   const SteadyClock clock;
   const TouchObject& cube = small_cube();
-  const HandPath path = touch_path(*cube.exact, *cube.exact, bench_plan({}));
+  const devices::HandPath path = touch_path(*cube.exact, *cube.exact, bench_plan({}));
   const TouchStretch stretch{begin_of_phase(path, "press"), 500};
   const TouchTrace first = run_touch(*cube.shape, *cube.shape, path, {}, stretch, clock);
   const TouchTrace second = run_touch(*cube.shape, *cube.shape, path, {}, stretch, clock);
@@ -121,7 +121,7 @@ TEST(ContactBench, TwoRunsGiveTheSameMotion) {
 TEST(ContactBench, PressesWithTheCouplingsLimitAndRestsOnTheSurface) {
   const TouchObject& cube = small_cube();
   const TouchSettings settings;
-  const HandPath path = touch_path(*cube.exact, *cube.exact, bench_plan(settings));
+  const devices::HandPath path = touch_path(*cube.exact, *cube.exact, bench_plan(settings));
   // The last step before the hand slides: pressed and at rest.
   const Duration slide = begin_of_phase(path, "slide");
   const auto steps = static_cast<std::size_t>(to_seconds(slide) / settings.step_s);
@@ -166,9 +166,9 @@ TEST(ContactScaling, JudgesTheFinestAgainstTheMeshAsGiven) {
   rows[1].figures.step_us.p99_us = 100;
   rows[2].triangles = 1000;
   rows[2].figures.step_us.p99_us = 199;
-  EXPECT_TRUE(report::all_hold(scaling_checks(rows, 1)));
+  EXPECT_TRUE(all_hold(scaling_checks(rows, 1)));
   rows[2].figures.step_us.p99_us = 201;
-  EXPECT_FALSE(report::all_hold(scaling_checks(rows, 1)));
+  EXPECT_FALSE(all_hold(scaling_checks(rows, 1)));
   for (ScalingRow& row : rows) row.triangles = 100;
   EXPECT_THAT(scaling_report_html("mesh.obj", rows, 1), HasSubstr("<svg"));
 }

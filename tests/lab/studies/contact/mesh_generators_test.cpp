@@ -13,7 +13,7 @@ namespace tandem::lab {
 namespace {
 
 /// Whether every edge is used by one triangle in each direction.
-bool is_closed(const TriangleMesh& mesh) {
+bool is_closed(const geometry::TriangleMesh& mesh) {
   std::map<std::pair<int, int>, int> uses;
   for (const auto& [a, b, c] : mesh.triangles) {
     ++uses[{a, b}];
@@ -33,7 +33,7 @@ double polygon_area(int sides, double radius) {
 
 TEST(MeshGenerators, PegHas180TrianglesIsClosedAndHasTheVolumeOfItsPrisms) {
   const PegSize size;
-  const TriangleMesh peg = make_peg(size);
+  const geometry::TriangleMesh peg = make_peg(size);
   EXPECT_EQ(peg.triangles.size(), 180U);
   EXPECT_TRUE(is_closed(peg));
   const double wide = polygon_area(30, size.radius_m), narrow = polygon_area(30, size.radius_m - size.chamfer_m);
@@ -43,7 +43,7 @@ TEST(MeshGenerators, PegHas180TrianglesIsClosedAndHasTheVolumeOfItsPrisms) {
 
 TEST(MeshGenerators, BoxWithHoleHas176TrianglesIsClosedAndLacksThePrismOfItsHole) {
   const BoxWithHoleSize size;
-  const TriangleMesh box = make_box_with_hole(size);
+  const geometry::TriangleMesh box = make_box_with_hole(size);
   EXPECT_EQ(box.triangles.size(), 176U);
   EXPECT_TRUE(is_closed(box));
   const double hole = (size.peg_radius_m + size.clearance_m) / std::cos(std::numbers::pi / 40);
@@ -52,8 +52,8 @@ TEST(MeshGenerators, BoxWithHoleHas176TrianglesIsClosedAndLacksThePrismOfItsHole
 
 TEST(MeshGenerators, ThePegLeavesTheStatedClearanceHoweverItIsTurned) {
   for (const double clearance_m : {1e-4, 5e-4, 1e-3}) {
-    const TriangleMesh peg = make_peg();
-    const TriangleMesh box = make_box_with_hole({.clearance_m = clearance_m});
+    const geometry::TriangleMesh peg = make_peg();
+    const geometry::TriangleMesh box = make_box_with_hole({.clearance_m = clearance_m});
     double peg_radius = 0;
     for (const Vec3& p : peg.vertices) peg_radius = std::max(peg_radius, p.head<2>().norm());
     // Least distance of the hole's walls from the axis: the middles of its sides.
@@ -68,26 +68,26 @@ TEST(MeshGenerators, ThePegLeavesTheStatedClearanceHoweverItIsTurned) {
 }
 
 TEST(MeshGenerators, SphereAndCubeAreClosedAndFaceOutwards) {
-  const TriangleMesh sphere = make_sphere(0.02, 3);
+  const geometry::TriangleMesh sphere = make_sphere(0.02, 3);
   EXPECT_EQ(sphere.triangles.size(), 20U * 64U);
   EXPECT_TRUE(is_closed(sphere));
   const double ball = 4.0 / 3 * std::numbers::pi * 8e-6;
   EXPECT_LT(volume_m3(sphere), ball);
   EXPECT_GT(volume_m3(sphere), 0.98 * ball);  // measured: 0.989
-  const TriangleMesh cube = make_cube(0.05);
+  const geometry::TriangleMesh cube = make_cube(0.05);
   EXPECT_TRUE(is_closed(cube));
   EXPECT_NEAR(volume_m3(cube), 1.25e-4, 1e-16);
 }
 
 TEST(MeshGenerators, SubdivisionStaysClosedAndMovesOnlyNewCornersALittle) {
-  const TriangleMesh coarse = make_sphere(0.02, 2);
+  const geometry::TriangleMesh coarse = make_sphere(0.02, 2);
   const double height_m = 1e-5;
   for (const int pieces : {1, 2, 3, 4}) {
-    const TriangleMesh fine = subdivided(coarse, pieces, height_m);
+    const geometry::TriangleMesh fine = subdivided(coarse, pieces, height_m);
     EXPECT_EQ(fine.triangles.size(), static_cast<std::size_t>(pieces * pieces) * coarse.triangles.size());
     EXPECT_TRUE(is_closed(fine)) << pieces;
     for (std::size_t i = 0; i < coarse.vertices.size(); ++i) EXPECT_EQ(fine.vertices[i], coarse.vertices[i]);
-    const TriangleMesh flat = subdivided(coarse, pieces, 0);
+    const geometry::TriangleMesh flat = subdivided(coarse, pieces, 0);
     EXPECT_NEAR(volume_m3(flat), volume_m3(coarse), 1e-12 * volume_m3(coarse)) << "cut, not bent";
     double moved = 0;
     for (std::size_t i = 0; i < fine.vertices.size(); ++i) {

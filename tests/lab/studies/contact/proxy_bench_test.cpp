@@ -31,14 +31,14 @@ TEST(ProxyBench, HandStaysFiveMillimetresBehindASphereAtItsSpeed) {
 }
 
 TEST(ProxyBench, TellsAProxyFromAClosestPointLoop) {
-  const TriangleMesh mesh = make_cube(0.05);
+  const geometry::TriangleMesh mesh = make_cube(0.05);
   const std::vector<Vec3> hand = wandering_hand(mesh, 4000);
   const VirtualClock clock;
-  const TriangleTree tree(mesh);
+  const geometry::TriangleTree tree(mesh);
   const CrossingJudge judge(mesh);
-  const ProxyRun ours = run_god_object(std::make_shared<const ProxyMesh>(mesh), {}, hand, clock);
+  const ProxyRun ours = run_god_object(std::make_shared<const haptics::ProxyMesh>(mesh), {}, hand, clock);
   const ProxyFigures figures = figures_of({ours}, tree, judge, 1e-3);
-  EXPECT_LE(figures.max_penetration_m, GodObject::kTolerance_m);
+  EXPECT_LE(figures.max_penetration_m, haptics::GodObject::kTolerance_m);
   EXPECT_EQ(figures.pop_throughs, 0U);
   const ProxyFigures plain = figures_of({run_closest_point(tree, 1e-3, hand, clock)}, tree, judge, 1e-3);
   // The ball is beside the closest point, so outside of a cube; but it jumps from side to side through it.
@@ -51,14 +51,14 @@ TEST(ProxyBench, PoolsTheTimesOfAllRuns) {
   ProxyRun fast, slow;
   fast.times.assign(60, std::chrono::microseconds(1));
   slow.times.assign(40, std::chrono::microseconds(9));
-  const TriangleMesh mesh = make_cube(0.05);
-  const TimeQuantiles times = figures_of({fast, slow}, TriangleTree(mesh), CrossingJudge(mesh), 1e-3).loop_us;
+  const geometry::TriangleMesh mesh = make_cube(0.05);
+  const TimeQuantiles times = figures_of({fast, slow}, geometry::TriangleTree(mesh), CrossingJudge(mesh), 1e-3).loop_us;
   EXPECT_NEAR(times.p50_us, 1, 1e-9);
   EXPECT_NEAR(times.p99_us, 9, 1e-9);
 }
 
 TEST(ProxyBench, LagIsZeroBehindAHandAtRestAndNotBehindOneThatJumps) {
-  const auto mesh = std::make_shared<const ProxyMesh>(make_sphere(0.03, 4));
+  const auto mesh = std::make_shared<const haptics::ProxyMesh>(make_sphere(0.03, 4));
   std::vector<Vec3> hand(50, Vec3(0, 0, 0.027));
   hand.front() = Vec3(0, 0, 0.04);
   const ProxyLag still = lag_of(mesh, {}, hand);

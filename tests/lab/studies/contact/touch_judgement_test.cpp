@@ -63,8 +63,8 @@ TEST(ExactOverlap, DeepestIsThatOfAllPoints) {
   EXPECT_EQ(deepest, deepest_overlap_m(sphere, X_WA, cube, Pose{}));
 }
 
-TriangleMesh plate(double thickness_m) {
-  TriangleMesh mesh = make_cube(1);
+geometry::TriangleMesh plate(double thickness_m) {
+  geometry::TriangleMesh mesh = make_cube(1);
   for (Vec3& vertex : mesh.vertices) vertex = vertex.cwiseProduct(Vec3(0.1, 0.1, thickness_m));
   return mesh;
 }
@@ -95,14 +95,14 @@ TEST(TouchPath, BeginsApartTouchesWhereSaidAndIsTheSameTwice) {
   const ExactSurface sphere(make_sphere(0.02, 4)), cube(make_cube(0.05));
   TouchPlan plan;
   plan.press_m = 0.01;
-  const HandPath path = touch_path(sphere, cube, plan);
+  const devices::HandPath path = touch_path(sphere, cube, plan);
   EXPECT_EQ(path.phases(), (std::vector<std::string>{"approach", "press", "slide", "twist", "pull away"}));
   EXPECT_EQ(deepest_overlap_m(sphere, path.pose_at(Duration{0}), cube, Pose{}), 0);
   EXPECT_NEAR(corner_gap_m(sphere, path.pose_at(Duration{0}), cube, Pose{}), plan.approach_m, 1e-4);
   const Pose at_slide = path.pose_at(begin_of_phase(path, "slide"));
   // The sphere meets the cube's top at 45 mm; the press goes on from there.
   EXPECT_NEAR(at_slide.p.z(), 0.045 - plan.press_m, 1e-4);
-  const HandPath again = touch_path(sphere, cube, plan);
+  const devices::HandPath again = touch_path(sphere, cube, plan);
   ASSERT_EQ(again.length(), path.length());
   double fastest = 0;
   for (Duration at{0}; at < path.length(); at += std::chrono::milliseconds(1)) {

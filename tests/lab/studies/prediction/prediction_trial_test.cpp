@@ -26,7 +26,7 @@ ForceSeries series_of(double length_s, const Force& force) {
 
 TEST(PredictionTrial, HoldOnARampErrsByItsMeanAge) {
   const ForceSeries ramp = series_of(1, [](double t) { return 3 * t; });
-  ForceStream hold(force_stream_settings("hold"));
+  haptics::ForceStream hold(haptics::force_stream_settings("hold"));
   const PredictionErrors errors = predict_series(ramp, {}, hold);
   // Ages 0 … 4 ms at 3 N/s; the last tick of 1000 is at age 0: 200 of each and one more 0.
   EXPECT_NEAR(errors.force.mean, 3e-3 * 2 * 1000 / 1001, 1e-9);
@@ -39,11 +39,11 @@ TEST(PredictionTrial, HoldOnARampErrsByItsMeanAge) {
 
 TEST(PredictionTrial, ADelayIsAnAge) {
   const ForceSeries ramp = series_of(1, [](double t) { return 3 * t; });
-  ForceStream hold(force_stream_settings("hold"));
+  haptics::ForceStream hold(haptics::force_stream_settings("hold"));
   PredictionTrial late;
   late.delay = std::chrono::milliseconds(10);
   EXPECT_NEAR(predict_series(ramp, late, hold).force.mean, 3e-3 * 12, 1e-4);
-  ForceStream linear(force_stream_settings("linear"));
+  haptics::ForceStream linear(haptics::force_stream_settings("linear"));
   // Right but for the first sample, which no line goes through yet.
   EXPECT_LT(predict_series(ramp, late, linear).force.mean, 3e-3 * 12 / 50);
 }
@@ -52,7 +52,7 @@ TEST(PredictionTrial, WhatChangedBetweenTwoSentSamplesIsSentWithTheNext) {
   // A step of eight times the noise: a jump only where a contact is said to have changed (5 times), not else (12).
   Random random(5);
   ForceSeries series = series_of(1, [&](double t) { return 0.1 * random.normal() + (t < 0.502 ? 0 : 0.8); });
-  ForceStream plain, flagged;
+  haptics::ForceStream plain, flagged;
   const std::uint64_t before = predict_series(series, {}, plain).stream.resets;
   // Between the samples of 500 and 505 ms, which are sent.
   series.samples[502].has_contact_changed = true;
@@ -67,7 +67,7 @@ TEST(PredictionTrial, BetweenUnevenSamplesTheTruthIsTheLine) {
     sample.on_hand_W.f.z() = 2 * ms;
     series.samples.push_back(sample);
   }
-  ForceStream hold(force_stream_settings("hold"));
+  haptics::ForceStream hold(haptics::force_stream_settings("hold"));
   PredictionTrial all;
   all.sample_period = Duration(0);
   const PredictionErrors errors = predict_series(series, all, hold, true);
@@ -91,11 +91,11 @@ TEST(ArOfSeries, FixedModelsAreThoseOfTheWholeSeries) {
   Random random(2);
   double before = 0;
   const ForceSeries series = series_of(20, [&](double) { return before = 0.9 * before + random.normal(); });
-  ForceStreamSettings settings;
+  haptics::ForceStreamSettings settings;
   settings.series_rate_hz = 1000;
   settings.order = 1;
   settings.is_on_differences = false;
-  const ArModels models = models_of(series, settings);
+  const haptics::ArModels models = models_of(series, settings);
   EXPECT_NEAR(models[0].phi[0], 0.9, 4 * std::sqrt((1 - 0.81) / 20'000));
   EXPECT_EQ(models[3].order, 0U) << "a torque of zero has no model";
 }

@@ -12,12 +12,12 @@
 namespace tandem::lab {
 namespace {
 
-bool any(const Cubic& /*cubic*/) {
+bool any(const haptics::Cubic& /*cubic*/) {
   return true;
 }
 
 TEST(PolynomialFit, RecoversACubicThroughItsOwnPoints) {
-  const Cubic cubic{{16.2, 116.5, -30, 4}};
+  const haptics::Cubic cubic{{16.2, 116.5, -30, 4}};
   const std::vector<double> x{0.02, 0.1, 0.5, 1, 1.5, 2};
   std::vector<double> y;
   for (const double one : x) y.push_back(cubic(one));
@@ -48,20 +48,20 @@ TEST(PolynomialFit, TwoPointsThatDifferAreALine) {
   EXPECT_EQ(fit.degree, 1);
   EXPECT_NEAR(fit.cubic(0.1), 1719, 1e-9);
   EXPECT_NEAR(fit.cubic(0.3), 4000, 1e-9);
-  EXPECT_EQ(chosen_fit(x, y, [](const Cubic& cubic) { return cubic.c[1] == 0; }).degree, 0);
+  EXPECT_EQ(chosen_fit(x, y, [](const haptics::Cubic& cubic) { return cubic.c[1] == 0; }).degree, 0);
 }
 
 TEST(PolynomialFit, WhatIsNotAllowedIsNotChosen) {
   const std::vector<double> x{1, 2, 3, 4, 5};
   const std::vector<double> y{1, 4, 9, 16, 25};
   EXPECT_EQ(chosen_fit(x, y, any).degree, 2);
-  EXPECT_LT(chosen_fit(x, y, [](const Cubic& cubic) { return cubic.c[2] == 0; }).degree, 2);
+  EXPECT_LT(chosen_fit(x, y, [](const haptics::Cubic& cubic) { return cubic.c[2] == 0; }).degree, 2);
 }
 
 TEST(CouplingTrial, SettlesSoonestAtTheClosedFormsDamping) {
   // A mass on spring and damper, of which nothing but the other end jumps: ∫ t |d| dt is least at b = 1.4 √(k m)
   // (Graham, Lathrop 1953). Sampling shifts it by about k T.
-  const CouplingTrial trial(find_device_profile("sim"), false, {});
+  const CouplingTrial trial(devices::find_device_profile("sim"), false, {});
   for (const double mass_kg : {0.05, 0.2}) {
     const double closed_form = 1.4 * std::sqrt(400 * mass_kg);
     double best = 0;
@@ -79,30 +79,30 @@ TEST(CouplingTrial, SettlesSoonestAtTheClosedFormsDamping) {
 
 TEST(CouplingTrial, TheSpectralRadiusTellsTheStiffnessLimitOfAHeldHandle) {
   // In a delay of one period a stiffness that is far beyond what any hand pays for is unstable, a soft one is not.
-  const CouplingTrial trial(find_device_profile("touch"), false, {});
+  const CouplingTrial trial(devices::find_device_profile("touch"), false, {});
   EXPECT_LT(trial.spectral_radius({100, 2}, 0.1), 1);
   EXPECT_GT(trial.spectral_radius({1e5, 2}, 0.1), 1);
   // Margins make it stricter: what is stable without them need not be with them.
   TrialSettings bare;
   bare.gain_margin = 1;
   bare.delay_margin_periods = 0;
-  const CouplingTrial without(find_device_profile("touch"), false, bare);
+  const CouplingTrial without(devices::find_device_profile("touch"), false, bare);
   EXPECT_LT(without.spectral_radius({1000, 2}, 0.1), trial.spectral_radius({1000, 2}, 0.1));
 }
 
 TEST(CouplingTrial, RoughnessGrowsWithStiffnessAndWithTheEncoderStep) {
-  const CouplingTrial falcon(find_device_profile("falcon"), false, {});
+  const CouplingTrial falcon(devices::find_device_profile("falcon"), false, {});
   const double soft = falcon.press({200, 4}, 0.1).roughness;
   const double stiff = falcon.press({2000, 4}, 0.1).roughness;
   EXPECT_GT(stiff, 3 * soft);
-  const CouplingTrial omega(find_device_profile("omega.3"), false, {});
+  const CouplingTrial omega(devices::find_device_profile("omega.3"), false, {});
   EXPECT_LT(omega.press({2000, 4}, 0.1).roughness, stiff) << "a step six times finer";
 }
 
 TEST(CouplingTrial, ASoftTurningSpringIsNotTurnedPastHalfATurn) {
   // 0.3 of sigma.7's torque limit would turn 1/64 N·m/rad by 3.3 rad: there the spring pulls the other way round, and
   // that jump is no roughness of the coupling.
-  const CouplingTrial sigma(find_device_profile("sigma.7"), true, {});
+  const CouplingTrial sigma(devices::find_device_profile("sigma.7"), true, {});
   const double inertia = 8e-6;
   const CouplingTrial::Press soft = sigma.press({1.0 / 64, 5e-4}, inertia);
   EXPECT_LT(soft.roughness, sigma.press({0.25, 5e-4}, inertia).roughness);
@@ -116,17 +116,17 @@ CalibrationSettings four_masses() {
 
 const Calibration& of_falcon() {
   static const Calibration calibration =
-      calibrate(find_device_profile("falcon"), four_masses(), [](double /*done*/) {});
+      calibrate(devices::find_device_profile("falcon"), four_masses(), [](double /*done*/) {});
   return calibration;
 }
 
 TEST(Calibration, GivesHeavierToolsMoreStiffnessWithinTheDevicesMaximum) {
   const Calibration& calibration = of_falcon();
-  const AdaptiveFit& fit = *calibration.profile.adaptive;
-  const CouplingParameters most = coupling_bounds(calibration.profile);
+  const haptics::AdaptiveFit& fit = *calibration.profile.adaptive;
+  const haptics::CouplingParameters most = devices::coupling_bounds(calibration.profile);
   double before = 0;
   for (double mass_kg = 0.02; mass_kg <= 0.3; mass_kg *= 1.1) {
-    const CouplingParameters c = adapted(fit, mass_kg, 0, most);
+    const haptics::CouplingParameters c = haptics::adapted(fit, mass_kg, 0, most);
     EXPECT_GT(c.stiffness_n_per_m, before) << mass_kg << " kg";
     EXPECT_LE(c.stiffness_n_per_m, most.stiffness_n_per_m);
     EXPECT_GT(c.damping_n_s_per_m, 0);
@@ -163,23 +163,23 @@ TEST(Calibration, StopsJustBelowAStiffnessThatWouldBreakARule) {
 
 TEST(Calibration, ItsFitKeepsTheMarginsAndNeverAddsStiffness) {
   const Calibration& calibration = of_falcon();
-  EXPECT_TRUE(report::all_hold(checks_of(calibration))) << to_text(calibration);
+  EXPECT_TRUE(all_hold(checks_of(calibration))) << to_text(calibration);
   for (const CalibrationPoint& point : calibration.translation.points) {
     EXPECT_LE(point.fitted.stiffness, point.best.stiffness * (1 + 1e-12));
   }
 }
 
 TEST(Calibration, TheSameSettingsGiveTheSameBits) {
-  const Calibration again = calibrate(find_device_profile("falcon"), four_masses(), [](double /*done*/) {});
-  EXPECT_EQ(device_profiles_text({again.profile}), device_profiles_text({of_falcon().profile}));
+  const Calibration again = calibrate(devices::find_device_profile("falcon"), four_masses(), [](double /*done*/) {});
+  EXPECT_EQ(devices::device_profiles_text({again.profile}), devices::device_profiles_text({of_falcon().profile}));
 }
 
 TEST(Calibration, ItsFileIsAProfileThatLoadsIdentically) {
-  const std::string text = device_profiles_text({of_falcon().profile});
+  const std::string text = devices::device_profiles_text({of_falcon().profile});
   const std::string file = testing::TempDir() + "calibrated_falcon.json";
   std::ofstream(file) << text;
-  const DeviceProfile loaded = find_device_profile(file);
-  EXPECT_EQ(device_profiles_text({loaded}), text);
+  const devices::DeviceProfile loaded = devices::find_device_profile(file);
+  EXPECT_EQ(devices::device_profiles_text({loaded}), text);
   ASSERT_TRUE(loaded.adaptive);
   EXPECT_EQ(loaded.adaptive->stiffness_n_per_m.c, of_falcon().profile.adaptive->stiffness_n_per_m.c);
   EXPECT_EQ(loaded.adaptive->mass_high_kg, of_falcon().profile.adaptive->mass_high_kg);
@@ -192,7 +192,7 @@ TEST(Calibration, RotationIsCalibratedWhereThereIsTorque) {
   settings.masses_kg = {0.02, 0.1};
   double progress = 0;
   const Calibration calibration =
-      calibrate(find_device_profile("phantom-premium-1.5-6dof"), settings, [&](double done) {
+      calibrate(devices::find_device_profile("phantom-premium-1.5-6dof"), settings, [&](double done) {
         EXPECT_GE(done, progress);
         progress = done;
       });
@@ -200,7 +200,7 @@ TEST(Calibration, RotationIsCalibratedWhereThereIsTorque) {
   ASSERT_TRUE(calibration.rotation);
   // So little that its encoder stays quiet: a tool of 20 g, 8e-6 kg·m², gets all. Of the dampings, 8 % apart, the one
   // that settles soonest in continuous time; sampling shifts it by about k T.
-  const CouplingParameters most = coupling_bounds(calibration.profile);
+  const haptics::CouplingParameters most = devices::coupling_bounds(calibration.profile);
   ASSERT_EQ(calibration.rotation->points.size(), 1U);
   const CalibrationPoint& point = calibration.rotation->points.front();
   EXPECT_EQ(point.limited_by, "maximum");
@@ -208,7 +208,7 @@ TEST(Calibration, RotationIsCalibratedWhereThereIsTorque) {
   EXPECT_EQ(point.best.stiffness, most.stiffness_n_m_per_rad);
   const double closed_form = 1.4 * std::sqrt(0.3 * 8e-6);
   EXPECT_NEAR(point.best.damping, closed_form, 0.08 * closed_form + 0.3 * 1e-3);
-  const CouplingParameters c = adapted(*calibration.profile.adaptive, 0.1, 4e-5, most);
+  const haptics::CouplingParameters c = haptics::adapted(*calibration.profile.adaptive, 0.1, 4e-5, most);
   EXPECT_NEAR(c.stiffness_n_m_per_rad, 0.3, 1e-9);
   EXPECT_NEAR(c.damping_n_m_s_per_rad, point.best.damping, 1e-9);
 }
@@ -216,14 +216,14 @@ TEST(Calibration, RotationIsCalibratedWhereThereIsTorque) {
 TEST(Calibration, OfATorqueDeviceWithACoarseEncoderSucceeds) {
   CalibrationSettings settings;
   settings.masses_kg = {0.02, 0.1};
-  const Calibration calibration = calibrate(find_device_profile("sigma.7"), settings, [](double /*done*/) {});
+  const Calibration calibration = calibrate(devices::find_device_profile("sigma.7"), settings, [](double /*done*/) {});
   ASSERT_TRUE(calibration.rotation);
   EXPECT_TRUE(calibration.rotation->left_out.empty());
-  EXPECT_TRUE(report::all_hold(checks_of(calibration))) << to_text(calibration);
+  EXPECT_TRUE(all_hold(checks_of(calibration))) << to_text(calibration);
 }
 
-DeviceProfile grainy() {
-  DeviceProfile profile = find_device_profile("falcon");
+devices::DeviceProfile grainy() {
+  devices::DeviceProfile profile = devices::find_device_profile("falcon");
   profile.position_step_m.value = 3e-4;
   return profile;
 }
@@ -255,21 +255,21 @@ TEST(Calibration, WithNoMassLeftNamesTheRuleAndTheRemedy) {
 TEST(Calibration, ACapIsSpokenOf) {
   CalibrationSettings settings;
   settings.masses_kg = {0.05};
-  const Calibration calibration = calibrate(find_device_profile("inverse3"), settings, [](double /*done*/) {});
+  const Calibration calibration = calibrate(devices::find_device_profile("inverse3"), settings, [](double /*done*/) {});
   EXPECT_EQ(calibration.translation.points.front().limited_by, "cap");
   EXPECT_NE(to_text(calibration).find("capped at 400 N/m"), std::string::npos) << to_text(calibration);
 }
 
 TEST(Calibration, AFitFarFromWhatWasFoundFails) {
   Calibration calibration = of_falcon();
-  ASSERT_TRUE(report::all_hold(checks_of(calibration)));
+  ASSERT_TRUE(all_hold(checks_of(calibration)));
   CalibrationPoint& point = calibration.translation.points.back();
   const Pair fitted = point.fitted;
   for (const Pair& bad :
        {Pair{0.4 * point.best.stiffness, fitted.damping}, Pair{fitted.stiffness, 0.4 * point.best.damping},
         Pair{fitted.stiffness, 2.5 * point.best.damping}}) {
     point.fitted = bad;
-    EXPECT_FALSE(report::all_hold(checks_of(calibration))) << bad.stiffness << ", " << bad.damping;
+    EXPECT_FALSE(all_hold(checks_of(calibration))) << bad.stiffness << ", " << bad.damping;
   }
 }
 
@@ -277,7 +277,8 @@ TEST(Calibration, MassesThatFallOrAreNotMassesAreRefused) {
   for (const std::vector<double>& masses : {std::vector{0.2, 0.1}, std::vector{0.0, 0.1}, std::vector{0.1, 1e4}}) {
     CalibrationSettings settings;
     settings.masses_kg = masses;
-    EXPECT_THROW(calibrate(find_device_profile("touch"), settings, [](double /*done*/) {}), std::invalid_argument);
+    EXPECT_THROW(calibrate(devices::find_device_profile("touch"), settings, [](double /*done*/) {}),
+                 std::invalid_argument);
   }
 }
 

@@ -11,7 +11,7 @@ inline void expect_claims(const Reproduction& reproduction) {
   EXPECT_FALSE(reproduction.claims.empty());
   EXPECT_FALSE(reproduction.figures.empty());
   EXPECT_FALSE(reproduction.summary.empty());
-  for (const report::Check& claim : reproduction.claims) {
+  for (const Check& claim : reproduction.claims) {
     EXPECT_TRUE(claim.holds()) << claim.scope << ": " << claim.claim << " is " << claim.value_text() << ", must be "
                                << claim.bound_text();
   }

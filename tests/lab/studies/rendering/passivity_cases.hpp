@@ -21,8 +21,8 @@ inline constexpr double kAllowance_j = 10e-6;
 
 /// A coupling with `share` of the stiffness that the device can show, turning too where it shows torque.
 /// In      damping  one of kDampings
-inline CouplingParameters coupling_on(const DeviceProfile& profile, double share, double damping) {
-  CouplingParameters c;
+inline haptics::CouplingParameters coupling_on(const devices::DeviceProfile& profile, double share, double damping) {
+  haptics::CouplingParameters c;
   c.stiffness_n_per_m = share * profile.stiffness_maximum_n_per_m.value;
   if (profile.has_torque()) c.stiffness_n_m_per_rad = share * profile.stiffness_maximum_n_m_per_rad.value;
   if (damping == 0) return c;
@@ -31,8 +31,8 @@ inline CouplingParameters coupling_on(const DeviceProfile& profile, double share
   return c;
 }
 
-inline HandRigSettings rig_on(std::string_view law, const DeviceProfile& profile, const CouplingParameters& coupling,
-                              double mass_kg) {
+inline HandRigSettings rig_on(std::string_view law, const devices::DeviceProfile& profile,
+                              const haptics::CouplingParameters& coupling, double mass_kg) {
   HandRigSettings settings;
   settings.law = law;
   settings.rate_hz = profile.rate_hz;
@@ -45,12 +45,12 @@ inline HandRigSettings rig_on(std::string_view law, const DeviceProfile& profile
 }
 
 /// What a device reports when it has no steps: positions are exact, velocities their differences.
-inline void make_exact(HandParameters& hand) {
+inline void make_exact(devices::HandParameters& hand) {
   hand.encoder_step_m = hand.encoder_step_rad = 0;
 }
 
 inline std::string described(const HandRigSettings& settings, std::string_view device, std::uint64_t seed) {
-  const CouplingParameters& c = settings.coupling;
+  const haptics::CouplingParameters& c = settings.coupling;
   return settings.law + " on " + std::string(device) + ", " + std::to_string(c.stiffness_n_per_m) + " N/m, " +
          std::to_string(c.damping_n_s_per_m) + " N·s/m, " + std::to_string(c.stiffness_n_m_per_rad) + " N·m/rad, " +
          std::to_string(c.damping_n_m_s_per_rad) + " N·m·s/rad, tool " + std::to_string(settings.tool_mass_kg) +

@@ -14,19 +14,19 @@
 namespace tandem::lab {
 
 /// Rest for a moment, then way points a human hand reaches, turned a little: into the plane, along it, off it.
-inline HandPath random_path(std::uint64_t seed, double length_s) {
+inline devices::HandPath random_path(std::uint64_t seed, double length_s) {
   Random random(seed, 1);
-  std::vector<WayPoint> points{{Duration(0), Pose{}, 0, ""}};
+  std::vector<devices::WayPoint> points{{Duration(0), Pose{}, 0, ""}};
   double at_s = 0.1;
   while (at_s < length_s) {
     at_s += random.uniform(0.15, 0.5);
-    WayPoint point;
+    devices::WayPoint point;
     point.at = from_seconds(at_s);
     for (int i = 0; i < 3; ++i) point.X_DH.p[i] = random.uniform(-0.02, 0.02);
     point.X_DH.q = quaternion_of(Vec3(random.uniform(-0.3, 0.3), random.uniform(-0.3, 0.3), random.uniform(-0.3, 0.3)));
     points.push_back(point);
   }
-  return HandPath(std::move(points));
+  return devices::HandPath(std::move(points));
 }
 
 /// Least W over a run of a simulated hand.
@@ -121,7 +121,7 @@ struct DrivenWork {
 
 inline DrivenWork least_driven_work(const HandRigSettings& settings, DriverWay way, const DriverLimits& limits,
                                     std::uint64_t seed, double length_s) {
-  HandRig rig(settings, named_hand_path("rest"));
+  HandRig rig(settings, devices::named_hand_path("rest"));
   Driver driver(limits, seed, 1 / settings.rate_hz);
   HandRigTick tick = way == DriverWay::kAlong ? pressed_down(rig, settings) : rig.tick_driven(Vec3::Zero());
   const double start_j = tick.hand_work_j;
@@ -148,7 +148,7 @@ inline DrivenWork least_driven_work(const HandRigSettings& settings, DriverWay w
 
 /// Least W of a driver that knows laws that switch: slowly in on the soft curve, out on the stiff one, four times.
 inline double least_stroke_work_j(const HandRigSettings& settings) {
-  HandRig rig(settings, named_hand_path("rest"));
+  HandRig rig(settings, devices::named_hand_path("rest"));
   const double step_m = 0.05 / settings.rate_hz;
   const int steps = static_cast<int>(0.015 / step_m);
   double least = 0;

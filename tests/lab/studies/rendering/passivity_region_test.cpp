@@ -40,12 +40,12 @@ class LeastWork {
 /// its own seed.
 template <class Run>
 void for_region(std::string_view law, std::span<const double> dampings, std::uint64_t seed, const Run& run) {
-  for (const DeviceProfile& device : load_device_profiles(shipped_device_profiles())) {
+  for (const devices::DeviceProfile& device : devices::load_device_profiles(devices::shipped_device_profiles())) {
     for (const double share : kStiffnessShares) {
       for (const double damping : dampings) {
         for (const double mass_kg : kToolMasses_kg) {
           HandRigSettings settings = rig_on(law, device, coupling_on(device, share, damping), mass_kg);
-          settings.hand = holding(settings.hand, device);
+          settings.hand = devices::holding(settings.hand, device);
           run(settings, device, seed++);
         }
       }
@@ -56,7 +56,7 @@ void for_region(std::string_view law, std::span<const double> dampings, std::uin
 /// Both passive laws that differ: the adaptive one at a given stiffness is the spring-damper.
 template <class Run>
 void for_passive_laws(std::uint64_t seed, const Run& run) {
-  for (const CouplingLawInfo& law : coupling_laws()) {
+  for (const haptics::CouplingLawInfo& law : haptics::coupling_laws()) {
     if (law.is_passive && law.name != "adaptive") for_region(law.name, kDampings, seed, run);
   }
 }
@@ -70,22 +70,23 @@ HandRigSettings seen_through(Encoder encoder, HandRigSettings settings) {
 
 LeastWork least_of_hands(Encoder encoder) {
   LeastWork least;
-  for_passive_laws(test::test_seed(1), [&](HandRigSettings settings, const DeviceProfile& device, std::uint64_t seed) {
-    for (const CheckedHand& hand : checked_hands()) {
-      if (hand.mass_kg <= 0) continue;
-      settings.hand = holding(hand_of(hand), device);
-      const HandRigSettings seen = seen_through(encoder, settings);
-      least.add(least_work_j(seen, seed, kLength_s),
-                described(seen, device.name, seed) + ", hand " + std::string(hand.name));
-    }
-  });
+  for_passive_laws(test::test_seed(1),
+                   [&](HandRigSettings settings, const devices::DeviceProfile& device, std::uint64_t seed) {
+                     for (const haptics::CheckedHand& hand : haptics::checked_hands()) {
+                       if (hand.mass_kg <= 0) continue;
+                       settings.hand = devices::holding(hand_of(hand), device);
+                       const HandRigSettings seen = seen_through(encoder, settings);
+                       least.add(least_work_j(seen, seed, kLength_s),
+                                 described(seen, device.name, seed) + ", hand " + std::string(hand.name));
+                     }
+                   });
   return least;
 }
 
 LeastWork least_of_drivers(Encoder encoder) {
   LeastWork least;
   for_passive_laws(test::test_seed(1),
-                   [&](const HandRigSettings& settings, const DeviceProfile& device, std::uint64_t seed) {
+                   [&](const HandRigSettings& settings, const devices::DeviceProfile& device, std::uint64_t seed) {
                      const HandRigSettings seen = seen_through(encoder, settings);
                      for (const DriverWay way : kDriverWays) {
                        const DrivenWork work = least_driven_work(seen, way, human_limits(way), seed, kLength_s);
@@ -104,9 +105,9 @@ struct GuardedWork {
 GuardedWork least_of_guarded_drivers(Encoder encoder) {
   GuardedWork least;
   const std::uint64_t seed = test::test_seed(1);
-  for (const CouplingLawInfo& law : coupling_laws()) {
+  for (const haptics::CouplingLawInfo& law : haptics::coupling_laws()) {
     for_region(law.name, std::span(kDampings).first(1), seed,
-               [&](HandRigSettings settings, const DeviceProfile& device, std::uint64_t run) {
+               [&](HandRigSettings settings, const devices::DeviceProfile& device, std::uint64_t run) {
                  settings.is_guarded = true;
                  const HandRigSettings seen = seen_through(encoder, settings);
                  for (const DriverWay way : kDriverWays) {

@@ -30,9 +30,9 @@ double least_driven_j(const HandRigSettings& settings, const DriverLimits& limit
 }
 
 /// As stiff as the device can show, damping k T.
-HandRigSettings stiffest_rig(std::string_view law, const DeviceProfile& device) {
+HandRigSettings stiffest_rig(std::string_view law, const devices::DeviceProfile& device) {
   HandRigSettings settings = rig_on(law, device, coupling_on(device, 1, 1), 0.02);
-  settings.hand = holding(settings.hand, device);
+  settings.hand = devices::holding(settings.hand, device);
   return settings;
 }
 
@@ -50,10 +50,10 @@ constexpr std::array kDevices{"omega.6", "sigma.7"};
 
 TEST(Passivity, OfPassiveLawsHoldsForHandsOnTheStiffestDevices) {
   const std::uint64_t seed = test::test_seed(kUsualSeed);
-  for (const CouplingLawInfo& law : coupling_laws()) {
+  for (const haptics::CouplingLawInfo& law : haptics::coupling_laws()) {
     if (!law.is_passive) continue;
     for (const char* name : kDevices) {
-      HandRigSettings settings = stiffest_rig(law.name, find_device_profile(name));
+      HandRigSettings settings = stiffest_rig(law.name, devices::find_device_profile(name));
       make_exact(settings.hand);
       EXPECT_GE(least_of_people_j(settings, seed), -kAllowance_j) << described(settings, name, seed);
     }
@@ -63,10 +63,10 @@ TEST(Passivity, OfPassiveLawsHoldsForHandsOnTheStiffestDevices) {
 TEST(Passivity, OfPassiveLawsHoldsForHandsBehindTheEncoder) {
   // The law pulls at where the encoder says, W is of where the hand is: what the steps give is in it.
   const std::uint64_t seed = test::test_seed(kUsualSeed);
-  for (const CouplingLawInfo& law : coupling_laws()) {
+  for (const haptics::CouplingLawInfo& law : haptics::coupling_laws()) {
     if (!law.is_passive) continue;
     for (const char* name : kDevices) {
-      const HandRigSettings settings = stiffest_rig(law.name, find_device_profile(name));
+      const HandRigSettings settings = stiffest_rig(law.name, devices::find_device_profile(name));
       const double least_j = least_of_people_j(settings, seed);
       std::cout << law.name << " on " << name << " with its encoder: least W " << 1e6 * least_j << " µJ\n";
       EXPECT_GE(least_j, -kAllowance_j) << described(settings, name, seed);
@@ -76,7 +76,7 @@ TEST(Passivity, OfPassiveLawsHoldsForHandsBehindTheEncoder) {
 
 TEST(Passivity, OfAGuardedCouplingHoldsForDriversThatTurnEveryTick) {
   const std::uint64_t seed = test::test_seed(kUsualSeed);
-  for (const CouplingLawInfo& law : coupling_laws()) {
+  for (const haptics::CouplingLawInfo& law : haptics::coupling_laws()) {
     HandRigSettings settings = light_rig(law.name);
     settings.is_guarded = true;
     for (const DriverWay way : kDriverWays) {
@@ -87,7 +87,7 @@ TEST(Passivity, OfAGuardedCouplingHoldsForDriversThatTurnEveryTick) {
 }
 
 TEST(Passivity, OfPassiveLawsHoldsForSlowStrokes) {
-  for (const CouplingLawInfo& law : coupling_laws()) {
+  for (const haptics::CouplingLawInfo& law : haptics::coupling_laws()) {
     if (!law.is_passive) continue;
     EXPECT_GE(least_stroke_work_j(light_rig(law.name)), -kAllowance_j) << law.name;
   }
@@ -95,7 +95,7 @@ TEST(Passivity, OfPassiveLawsHoldsForSlowStrokes) {
 
 TEST(Passivity, IsLostBySwitchingAndByDirectRendering) {
   const std::uint64_t seed = test::test_seed(kUsualSeed);
-  for (const CouplingLawInfo& law : coupling_laws()) {
+  for (const haptics::CouplingLawInfo& law : haptics::coupling_laws()) {
     if (law.is_passive) continue;
     const HandRigSettings settings = light_rig(law.name);
     const double by_strokes_j = least_stroke_work_j(settings);
@@ -119,7 +119,7 @@ TEST(Passivity, OfPassiveLawsIsLostToADriverThatTurnsEveryTickWithoutTheGuard) {
 
 TEST(Saturation, ActsOnHandAndToolAlikeForEveryLaw) {
   const std::uint64_t seed = test::test_seed(kUsualSeed);
-  for (const CouplingLawInfo& law : coupling_laws()) {
+  for (const haptics::CouplingLawInfo& law : haptics::coupling_laws()) {
     HandRigSettings settings = light_rig(law.name);
     settings.coupling.force_limit_n = 1.0;
     HandRig rig(settings, random_path(seed, 2));

@@ -29,18 +29,18 @@ TEST(ReproduceLaws, OnlySwitchingLawsGiveMoreThanTheyGot) {
 }
 
 TEST(LawCurves, SecantIsWhatWasAskedForOfEveryCurve) {
-  for (const CouplingLawInfo& law : coupling_laws()) {
-    if (law.tool == ToolDynamics::kAtHandle) continue;
-    const CouplingParameters coupling = with_secant_stiffness(law.name, CouplingParameters{}, 250, 1);
+  for (const haptics::CouplingLawInfo& law : haptics::coupling_laws()) {
+    if (law.tool == haptics::ToolDynamics::kAtHandle) continue;
+    const haptics::CouplingParameters coupling = with_secant_stiffness(law.name, haptics::CouplingParameters{}, 250, 1);
     EXPECT_NEAR(displacement_m(law.name, coupling, 1), 1.0 / 250, 1e-12) << law.name;
   }
-  EXPECT_THROW(displacement_m("rubber band", CouplingParameters{}, 1), std::invalid_argument);
-  EXPECT_THROW(displacement_m("spring-damper", CouplingParameters{}, 100), std::invalid_argument);
+  EXPECT_THROW(displacement_m("rubber band", haptics::CouplingParameters{}, 1), std::invalid_argument);
+  EXPECT_THROW(displacement_m("spring-damper", haptics::CouplingParameters{}, 100), std::invalid_argument);
 }
 
 TEST(LawCurves, StableDynamicIsSteepestWhereItsSecondDerivativeIsZero) {
   // F (1 − e^(−u²)): u = 1/√2, slope √(2/e) k.
-  const CouplingParameters coupling;
+  const haptics::CouplingParameters coupling;
   const SteepestPoint steepest = steepest_point("stable-dynamic", coupling);
   const double d_max = coupling.force_limit_n / coupling.stiffness_n_per_m;
   EXPECT_NEAR(steepest.d_m, d_max / std::numbers::sqrt2, 1e-3 * d_max);
@@ -63,7 +63,7 @@ TEST(HandRig, PressesWithWhatTheHandsSpringIsStretchedBy) {
   PressSettings exact;
   exact.encoder_step_m = exact.tremor_rms_n = 0;
   exact.recorded_s = 1;
-  for (const CouplingLawInfo& law : coupling_laws()) {
+  for (const haptics::CouplingLawInfo& law : haptics::coupling_laws()) {
     // The literal law has no rest there: it jumps with every turn of the hand. Of the others, those that switch rest on
     // either of their curves.
     if (law.name == "stable-dynamic-literal") continue;
@@ -75,7 +75,7 @@ TEST(HandRig, PressesWithWhatTheHandsSpringIsStretchedBy) {
 TEST(HandRig, RefusesAnUnknownLawByName) {
   HandRigSettings settings;
   settings.law = "rubber band";
-  EXPECT_THROW(HandRig(settings, named_hand_path("rest")), std::invalid_argument);
+  EXPECT_THROW(HandRig(settings, devices::named_hand_path("rest")), std::invalid_argument);
 }
 
 TEST(HandRig, RunsTheSameTwice) {

@@ -14,16 +14,16 @@
 #include "tests/support/molecules.hpp"
 #include "tests/support/pdb_text.hpp"
 
-namespace tandem {
+namespace tandem::server {
 namespace {
 
 using test::PdbFile;
 using test::residue_text;
 
-const std::string kAcetyl = residue_text("ACE", "C O CH3 H1 H2 H3", 1);
-const std::string kAmide = residue_text("NH2", "N HN1 HN2", 9);
+const std::string kAcetyl = test::residue_text("ACE", "C O CH3 H1 H2 H3", 1);
+const std::string kAmide = test::residue_text("NH2", "N HN1 HN2", 9);
 
-double total_charge(const Molecule& molecule) {
+double total_charge(const docking::Molecule& molecule) {
   return std::accumulate(molecule.charge_e.begin(), molecule.charge_e.end(), 0.0);
 }
 
@@ -33,12 +33,12 @@ class OplsLoader : public testing::Test {
     if (!std::filesystem::exists(test::kOplsDirectory)) GTEST_SKIP() << "needs the Debian package gromacs-data";
   }
 
-  static Molecule load(const std::string& text, const StructureSelection& selection = {}) {
+  static docking::Molecule load(const std::string& text, const StructureSelection& selection = {}) {
     const PdbFile file(text);
     return load_molecule(file.path(), selection, test::kOplsDirectory);
   }
 
-  static std::string type_of(const Molecule& molecule, const std::string& residue, const std::string& atom) {
+  static std::string type_of(const docking::Molecule& molecule, const std::string& residue, const std::string& atom) {
     for (std::size_t i = 0; i < molecule.size(); ++i) {
       if (molecule.labels[i].residue == residue && molecule.labels[i].name == atom) return molecule.types[i];
     }
@@ -48,7 +48,7 @@ class OplsLoader : public testing::Test {
   static std::string message_of(const std::string& text, const StructureSelection& selection = {}) {
     try {
       load(text, selection);
-    } catch (const MoleculeError& error) {
+    } catch (const docking::MoleculeError& error) {
       return error.what();
     }
     return "";
@@ -99,7 +99,7 @@ const ResidueCase kResidues[] = {
 
 TEST_F(OplsLoader, TypesEveryAminoAcidExactlyWithAWholeCharge) {
   for (const ResidueCase& residue : kResidues) {
-    const Molecule molecule = load(kAcetyl + residue_text(residue.name, residue.atoms, 5) + kAmide);
+    const docking::Molecule molecule = load(kAcetyl + test::residue_text(residue.name, residue.atoms, 5) + kAmide);
     EXPECT_NEAR(total_charge(molecule), residue.charge_e, 1e-9) << residue.name << " " << residue.atoms;
     EXPECT_EQ(type_of(molecule, residue.name, residue.probe), residue.type) << residue.name << " " << residue.atoms;
     EXPECT_TRUE(molecule.guessed.empty()) << molecule.guessed[0].reason;
@@ -108,19 +108,19 @@ TEST_F(OplsLoader, TypesEveryAminoAcidExactlyWithAWholeCharge) {
 }
 
 TEST_F(OplsLoader, KnowsTheOldNamesOfHydrogens) {
-  const Molecule remediated = load(kAcetyl + residue_text("ILE", kResidues[17].atoms, 5) + kAmide);
-  const Molecule old =
-      load(residue_text("ACE", "C O CH3 1H 2H 3H", 1) +
-           residue_text("ILE", "N HN CA HA C O CB HB CG1 1HG1 2HG1 CG2 1HG2 2HG2 3HG2 CD 1HD1 2HD1 3HD1", 5) + kAmide);
+  const docking::Molecule remediated = load(kAcetyl + test::residue_text("ILE", kResidues[17].atoms, 5) + kAmide);
+  const docking::Molecule old = load(
+      test::residue_text("ACE", "C O CH3 1H 2H 3H", 1) +
+      test::residue_text("ILE", "N HN CA HA C O CB HB CG1 1HG1 2HG1 CG2 1HG2 2HG2 3HG2 CD 1HD1 2HD1 3HD1", 5) + kAmide);
   EXPECT_EQ(old.types, remediated.types);
   EXPECT_EQ(old.charge_e, remediated.charge_e);
   EXPECT_TRUE(old.guessed.empty()) << old.guessed[0].reason;
 }
 
 TEST_F(OplsLoader, EditsTheChainEnds) {
-  const std::string charged =
-      residue_text("ALA", "N H1 H2 H3 CA HA CB HB1 HB2 HB3 C O", 1) + residue_text("GLY", "N H CA HA2 HA3 C O OXT", 2);
-  const Molecule molecule = load(charged);
+  const std::string charged = test::residue_text("ALA", "N H1 H2 H3 CA HA CB HB1 HB2 HB3 C O", 1) +
+                              test::residue_text("GLY", "N H CA HA2 HA3 C O OXT", 2);
+  const docking::Molecule molecule = load(charged);
   EXPECT_EQ(type_of(molecule, "ALA", "N"), "opls_287");
   EXPECT_EQ(type_of(molecule, "ALA", "H3"), "opls_290");
   EXPECT_EQ(type_of(molecule, "ALA", "CA"), "opls_293B");
@@ -129,26 +129,27 @@ TEST_F(OplsLoader, EditsTheChainEnds) {
   EXPECT_NEAR(total_charge(molecule), 0.0, 1e-9);
   EXPECT_TRUE(molecule.guessed.empty());
 
-  const Molecule acid = load(kAcetyl + residue_text("ALA", "N H CA HA CB HB1 HB2 HB3 C O OXT HXT", 5));
+  const docking::Molecule acid = load(kAcetyl + test::residue_text("ALA", "N H CA HA CB HB1 HB2 HB3 C O OXT HXT", 5));
   EXPECT_EQ(type_of(acid, "ALA", "OXT"), "opls_268");
   EXPECT_EQ(type_of(acid, "ALA", "O"), "opls_269");
   EXPECT_NEAR(total_charge(acid), 0.0, 1e-9);
 
-  const Molecule neutral = load(residue_text("ALA", "N H1 H2 CA HA CB HB1 HB2 HB3 C O", 1) + kAmide);
+  const docking::Molecule neutral = load(test::residue_text("ALA", "N H1 H2 CA HA CB HB1 HB2 HB3 C O", 1) + kAmide);
   EXPECT_EQ(type_of(neutral, "ALA", "N"), "opls_900");
   EXPECT_NEAR(total_charge(neutral), 0.0, 1e-9);
 
-  const Molecule proline = load(residue_text("PRO", "N H2 H3 CA HA C O CB HB2 HB3 CG HG2 HG3 CD HD2 HD3", 1) + kAmide);
+  const docking::Molecule proline =
+      load(test::residue_text("PRO", "N H2 H3 CA HA C O CB HB2 HB3 CG HG2 HG3 CD HD2 HD3", 1) + kAmide);
   EXPECT_EQ(type_of(proline, "PRO", "H3"), "opls_310");
   EXPECT_NEAR(total_charge(proline), 1.0, 1e-9);
 
-  const Molecule zwitterion = load(residue_text("ALA", "N H1 H2 H3 CA HA CB HB1 HB2 HB3 C O OXT", 1));
+  const docking::Molecule zwitterion = load(test::residue_text("ALA", "N H1 H2 H3 CA HA CB HB1 HB2 HB3 C O OXT", 1));
   EXPECT_EQ(type_of(zwitterion, "ALA", "CA"), "opls_299");
   EXPECT_NEAR(total_charge(zwitterion), 0.0, 1e-9);
 }
 
 TEST_F(OplsLoader, AChainCutOutOfALongerOneIsNotCharged) {
-  const Molecule molecule = load(residue_text("ALA", "N H CA HA CB HB1 HB2 HB3 C O", 4));
+  const docking::Molecule molecule = load(test::residue_text("ALA", "N H CA HA CB HB1 HB2 HB3 C O", 4));
   EXPECT_EQ(type_of(molecule, "ALA", "N"), "opls_238");
   EXPECT_NEAR(total_charge(molecule), 0.0, 1e-9);
 }
@@ -156,12 +157,12 @@ TEST_F(OplsLoader, AChainCutOutOfALongerOneIsNotCharged) {
 /// Two cysteines without HG whose sulfurs are `distance` apart.
 std::string cysteines(double distance, char second_chain) {
   test::PdbLine sulfur = {.name = " SG ", .residue = "CYS", .number = 1, .z = 30};
-  std::string text = residue_text("CYS", "N H CA HA CB HB2 HB3 C O", 1) + to_text(sulfur);
-  text += residue_text("CYS", "N H CA HA CB HB2 HB3 C O", 2, second_chain);
+  std::string text = test::residue_text("CYS", "N H CA HA CB HB2 HB3 C O", 1) + test::to_text(sulfur);
+  text += test::residue_text("CYS", "N H CA HA CB HB2 HB3 C O", 2, second_chain);
   sulfur.number = 2;
   sulfur.chain = second_chain;
   sulfur.z += distance;
-  return text + to_text(sulfur);
+  return text + test::to_text(sulfur);
 }
 
 TEST_F(OplsLoader, FindsDisulfidesAlsoToChainsThatAreNotLoaded) {
@@ -173,10 +174,10 @@ TEST_F(OplsLoader, FindsDisulfidesAlsoToChainsThatAreNotLoaded) {
 TEST_F(OplsLoader, NamesEveryAtomThatItGuesses) {
   test::PdbLine odd = {.name = " XQ1", .residue = "GLY", .number = 5, .x = 40};
   test::PdbLine polar = {.name = " HQ ", .residue = "GLY", .number = 5, .x = -1};
-  const Molecule molecule =
-      load(kAcetyl + residue_text("GLY", "N H CA HA2 HA3 C O", 5) + to_text(odd) + to_text(polar) + kAmide);
+  const docking::Molecule molecule = load(kAcetyl + test::residue_text("GLY", "N H CA HA2 HA3 C O", 5) +
+                                          test::to_text(odd) + test::to_text(polar) + kAmide);
   ASSERT_EQ(molecule.guessed.size(), 2U);
-  for (const GuessedType& guess : molecule.guessed) {
+  for (const docking::GuessedType& guess : molecule.guessed) {
     EXPECT_EQ(molecule.charge_e[guess.atom], 0.0);
     EXPECT_NE(guess.reason.find(molecule.labels[guess.atom].name), std::string::npos) << guess.reason;
     EXPECT_NE(guess.reason.find("GLY 5 of chain A"), std::string::npos) << guess.reason;
@@ -187,16 +188,17 @@ TEST_F(OplsLoader, NamesEveryAtomThatItGuesses) {
 }
 
 TEST_F(OplsLoader, AHistidineWithoutRingHydrogensIsAGuessOfExactlyFourAtoms) {
-  const Molecule molecule = load(kAcetyl + residue_text("HIS", "N CA C O CB CG ND1 CD2 CE1 NE2", 5) + kAmide);
+  const docking::Molecule molecule =
+      load(kAcetyl + test::residue_text("HIS", "N CA C O CB CG ND1 CD2 CE1 NE2", 5) + kAmide);
   std::set<std::string> names;
-  for (const GuessedType& guess : molecule.guessed) names.insert(molecule.labels[guess.atom].name);
+  for (const docking::GuessedType& guess : molecule.guessed) names.insert(molecule.labels[guess.atom].name);
   EXPECT_EQ(names, (std::set<std::string>{"CG", "ND1", "CD2", "NE2"}));
   EXPECT_EQ(type_of(molecule, "HIS", "NE2"), "opls_503");
 }
 
 TEST_F(OplsLoader, SaysWhatTheFileLacksAndWhatWasLeftOut) {
-  const Molecule molecule =
-      load(residue_text("ALA", "N CA C O", 1) + residue_text("HOH", "O", 2) + residue_text("LIG", "C1 C2", 3));
+  const docking::Molecule molecule = load(test::residue_text("ALA", "N CA C O", 1) + test::residue_text("HOH", "O", 2) +
+                                          test::residue_text("LIG", "C1 C2", 3));
   std::string notes;
   for (const std::string& note : molecule.notes) notes += note + "\n";
   EXPECT_EQ(molecule.size(), 4U);
@@ -208,20 +210,20 @@ TEST_F(OplsLoader, SaysWhatTheFileLacksAndWhatWasLeftOut) {
 }
 
 TEST_F(OplsLoader, SelenomethionineIsAMethionineWithAGuessedSelenium) {
-  const Molecule molecule =
-      load(kAcetyl + residue_text("MSE", kBackbone + "CB HB2 HB3 CG HG2 HG3 SE CE HE1 HE2 HE3", 5) + kAmide);
+  const docking::Molecule molecule =
+      load(kAcetyl + test::residue_text("MSE", kBackbone + "CB HB2 HB3 CG HG2 HG3 SE CE HE1 HE2 HE3", 5) + kAmide);
   ASSERT_EQ(molecule.guessed.size(), 1U);
   EXPECT_EQ(molecule.labels[molecule.guessed[0].atom].name, "SE");
   EXPECT_EQ(molecule.types[molecule.guessed[0].atom], "opls_202");
 }
 
 TEST_F(OplsLoader, ErrorsNameTheChainsThatAreThere) {
-  const std::string text = residue_text("ALA", "N CA C O", 1, 'A') + residue_text("ALA", "N CA C O", 1, 'C') +
-                           residue_text("HOH", "O", 2, 'W');
+  const std::string text = test::residue_text("ALA", "N CA C O", 1, 'A') +
+                           test::residue_text("ALA", "N CA C O", 1, 'C') + test::residue_text("HOH", "O", 2, 'W');
   const std::string message = message_of(text, {{"W"}});
   EXPECT_NE(message.find("no protein in chain 'W'"), std::string::npos) << message;
   EXPECT_NE(message.find("A, C"), std::string::npos) << message;
-  EXPECT_NE(message_of(residue_text("HOH", "O", 2)).find("no protein atoms"), std::string::npos);
+  EXPECT_NE(message_of(test::residue_text("HOH", "O", 2)).find("no protein atoms"), std::string::npos);
   EXPECT_EQ(load(text, {{"C"}}).size(), 4U);
 }
 
@@ -232,7 +234,7 @@ TEST_F(OplsLoader, ReadsTypesInAngstromsAndTheNormalBranchOfIfdef) {
   EXPECT_DOUBLE_EQ(carbon.sigma_angstrom, 3.5);
   EXPECT_DOUBLE_EQ(carbon.epsilon_kj_per_mol, 0.276144);
   EXPECT_DOUBLE_EQ(force_field.type("opls_111").mass_u, 15.9994);
-  EXPECT_THROW(force_field.type("opls_none"), MoleculeError);
+  EXPECT_THROW(force_field.type("opls_none"), docking::MoleculeError);
   for (const auto& [name, block] : force_field.blocks) {
     for (const BlockAtom& atom : block.atoms) EXPECT_NO_THROW(force_field.type(atom.type)) << name << " " << atom.name;
   }
@@ -243,7 +245,7 @@ TEST_F(OplsLoader, RefusesAForceFieldThatMixesOtherwise) {
   try {
     load_force_field(amber);
     FAIL() << "amber99sb mixes arithmetically";
-  } catch (const MoleculeError& error) {
+  } catch (const docking::MoleculeError& error) {
     EXPECT_NE(std::string(error.what()).find("forcefield.itp"), std::string::npos) << error.what();
     EXPECT_NE(std::string(error.what()).find("comb-rule 3"), std::string::npos) << error.what();
   }
@@ -253,7 +255,7 @@ TEST(ForceFieldFiles, AMissingFolderIsNamedWithThePackageThatBringsIt) {
   try {
     load_force_field("/nowhere/oplsaa.ff");
     FAIL() << "a missing folder was loaded";
-  } catch (const MoleculeError& error) {
+  } catch (const docking::MoleculeError& error) {
     EXPECT_NE(std::string(error.what()).find("/nowhere/oplsaa.ff"), std::string::npos) << error.what();
     EXPECT_NE(std::string(error.what()).find("gromacs-data"), std::string::npos) << error.what();
   }
@@ -262,7 +264,7 @@ TEST(ForceFieldFiles, AMissingFolderIsNamedWithThePackageThatBringsIt) {
 TEST_F(OplsLoader, Loads3al1WithoutAGuess) {
   if (!std::filesystem::exists(test::k3al1File)) GTEST_SKIP() << "needs the Debian package pymol-data";
   for (const std::string chain : {"A", "B"}) {
-    const Molecule molecule = load_molecule(test::k3al1File, {{chain}}, test::kOplsDirectory);
+    const docking::Molecule molecule = load_molecule(test::k3al1File, {{chain}}, test::kOplsDirectory);
     EXPECT_EQ(molecule.size(), 220U);
     EXPECT_TRUE(molecule.guessed.empty()) << molecule.guessed[0].reason;
     // 3 GLU, 3 LYS and the carboxylate of GLY 112 / 212.
@@ -276,8 +278,8 @@ TEST_F(OplsLoader, Loads3al1WithoutAGuess) {
 }
 
 TEST_F(OplsLoader, SurvivesDamagedStructures) {
-  const std::string valid =
-      kAcetyl + residue_text("HIS", kResidues[13].atoms, 5) + residue_text("LYS", kResidues[19].atoms, 6) + kAmide;
+  const std::string valid = kAcetyl + test::residue_text("HIS", kResidues[13].atoms, 5) +
+                            test::residue_text("LYS", kResidues[19].atoms, 6) + kAmide;
   for (unsigned seed = 0; seed < 100; ++seed) {
     std::mt19937 random(seed);
     std::string text = valid;
@@ -285,13 +287,13 @@ TEST_F(OplsLoader, SurvivesDamagedStructures) {
     for (unsigned i = 0; i <= seed % 40; ++i)
       text[random() % (text.size() / 67) * 67 + 12 + random() % 10] = static_cast<char>(random());
     try {
-      const Molecule molecule = load(text);
+      const docking::Molecule molecule = load(text);
       EXPECT_EQ(molecule.types.size(), molecule.size()) << "seed " << seed;
-    } catch (const MoleculeError& error) {
+    } catch (const docking::MoleculeError& error) {
       EXPECT_FALSE(std::string(error.what()).empty());
     }
   }
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::server

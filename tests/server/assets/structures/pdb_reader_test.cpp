@@ -10,7 +10,7 @@
 #include "tests/support/molecules.hpp"
 #include "tests/support/pdb_text.hpp"
 
-namespace tandem {
+namespace tandem::server {
 namespace {
 
 using test::PdbLine;
@@ -20,7 +20,7 @@ using test::to_text;
 std::string message_of(const std::string& text) {
   try {
     parse_pdb(text, "x.pdb");
-  } catch (const MoleculeError& error) {
+  } catch (const docking::MoleculeError& error) {
     return error.what();
   }
   return "";
@@ -42,7 +42,7 @@ TEST(PdbReader, ReadsTheFixedColumns) {
 }
 
 TEST(PdbReader, NeedsNothingAfterTheCoordinatesAndIgnoresWhatIsThere) {
-  const std::string bare = to_text({.name = " CA ", .x = 1.5}).substr(0, 54);
+  const std::string bare = test::to_text({.name = " CA ", .x = 1.5}).substr(0, 54);
   for (const std::string& line : {bare, bare + "\r\n", bare + "  1.00 20.00      1PPE 268\n",
                                   bare + std::string(200, '?'), bare + "  1.00 20.00          XX9-\r\n"}) {
     const PdbStructure structure = parse_pdb(line, "x.pdb");
@@ -54,7 +54,7 @@ TEST(PdbReader, NeedsNothingAfterTheCoordinatesAndIgnoresWhatIsThere) {
 
 TEST(PdbReader, InsertionCodesSeparateResidues) {
   const std::string text =
-      to_text({.name = " CA ", .number = 5}) + to_text({.name = " CA ", .number = 5, .insertion = 'A'});
+      test::to_text({.name = " CA ", .number = 5}) + test::to_text({.name = " CA ", .number = 5, .insertion = 'A'});
   const PdbStructure structure = parse_pdb(text, "x.pdb");
   ASSERT_EQ(structure.residues.size(), 2U);
   EXPECT_EQ(structure.residues[0].id, "5");
@@ -63,10 +63,12 @@ TEST(PdbReader, InsertionCodesSeparateResidues) {
 
 TEST(PdbReader, KeepsTheFirstAlternateLocationOfAResidueThroughout) {
   // B stands first for HB, but the residue's first letter is A.
-  const std::string text =
-      to_text({.name = " CA ", .x = 1}) + to_text({.name = " CB ", .alternate = 'A', .x = 2}) +
-      to_text({.name = " CB ", .alternate = 'B', .x = 3}) + to_text({.name = " HB ", .alternate = 'B', .x = 4}) +
-      to_text({.name = " HB ", .alternate = 'A', .x = 5}) + to_text({.name = " CG ", .alternate = 'B', .x = 6});
+  const std::string text = test::to_text({.name = " CA ", .x = 1}) +
+                           test::to_text({.name = " CB ", .alternate = 'A', .x = 2}) +
+                           test::to_text({.name = " CB ", .alternate = 'B', .x = 3}) +
+                           test::to_text({.name = " HB ", .alternate = 'B', .x = 4}) +
+                           test::to_text({.name = " HB ", .alternate = 'A', .x = 5}) +
+                           test::to_text({.name = " CG ", .alternate = 'B', .x = 6});
   const PdbStructure structure = parse_pdb(text, "x.pdb");
   ASSERT_EQ(structure.residues.size(), 1U);
   std::vector<double> x;
@@ -76,23 +78,23 @@ TEST(PdbReader, KeepsTheFirstAlternateLocationOfAResidueThroughout) {
 }
 
 TEST(PdbReader, KeepsTheFirstResidueNameWhereTwoShareAPlace) {
-  const std::string text = to_text({.name = " CA ", .residue = "SER", .alternate = 'A'}) +
-                           to_text({.name = " CA ", .residue = "THR", .alternate = 'B'});
+  const std::string text = test::to_text({.name = " CA ", .residue = "SER", .alternate = 'A'}) +
+                           test::to_text({.name = " CA ", .residue = "THR", .alternate = 'B'});
   const PdbStructure structure = parse_pdb(text, "x.pdb");
   ASSERT_EQ(structure.residues.size(), 1U);
   EXPECT_EQ(structure.residues[0].name, "SER");
 }
 
 TEST(PdbReader, CountsWhatIsGivenTwice) {
-  const std::string atom = to_text({.name = " CA "});
+  const std::string atom = test::to_text({.name = " CA "});
   const PdbStructure structure = parse_pdb(atom + atom, "x.pdb");
   EXPECT_EQ(structure.residues[0].atoms.size(), 1U);
   EXPECT_EQ(structure.duplicate_atoms, 1U);
 }
 
 TEST(PdbReader, ReadsTheFirstModelOnly) {
-  const std::string atom = to_text({.name = " CA "});
-  const std::string other = to_text({.name = " CA ", .number = 2});
+  const std::string atom = test::to_text({.name = " CA "});
+  const std::string other = test::to_text({.name = " CA ", .number = 2});
   const PdbStructure structure =
       parse_pdb("MODEL        1\n" + atom + "ENDMDL\nMODEL        2\n" + other + "ENDMDL\n", "x.pdb");
   EXPECT_EQ(structure.residues.size(), 1U);
@@ -101,14 +103,14 @@ TEST(PdbReader, ReadsTheFirstModelOnly) {
 }
 
 TEST(PdbReader, TerSeparatesResiduesOfTheSameChainAndNumber) {
-  const std::string atom = to_text({.name = " CA "});
+  const std::string atom = test::to_text({.name = " CA "});
   const PdbStructure structure = parse_pdb(atom + "TER\n" + atom, "x.pdb");
   ASSERT_EQ(structure.residues.size(), 2U);
   EXPECT_EQ(structure.residues[1].segment, 1);
 }
 
 TEST(PdbReader, RefusesWhatIsNotAFiniteCoordinateAndSaysWhere) {
-  const std::string good = to_text({.name = " CA "});
+  const std::string good = test::to_text({.name = " CA "});
   for (const std::string field :
        {"     nan", "     inf", "   1e999", "        ", "  1.2.3 ", "********", "   1e300", "99999999"}) {
     const std::string message = message_of(good + good.substr(0, 38) + field + good.substr(46));
@@ -124,15 +126,15 @@ TEST(PdbReader, NamesTheFormatOfFilesThatAreNotPdb) {
 }
 
 TEST(PdbReader, BoundsTheNumberOfAtoms) {
-  const std::string atom = to_text({.name = " CA "}).substr(0, 54) + "\n";
+  const std::string atom = test::to_text({.name = " CA "}).substr(0, 54) + "\n";
   std::string text;
   for (int i = 0; i < 1'000'001; ++i) text += atom;
   EXPECT_NE(message_of(text).find("x.pdb:1000001: more than 1000000 atoms"), std::string::npos);
 }
 
 TEST(PdbReader, MissingFilesAndFoldersAreErrorsNotCrashes) {
-  EXPECT_THROW(read_pdb("/nowhere/at/all.pdb"), MoleculeError);
-  EXPECT_THROW(read_pdb("/tmp"), MoleculeError);
+  EXPECT_THROW(read_pdb("/nowhere/at/all.pdb"), docking::MoleculeError);
+  EXPECT_THROW(read_pdb("/tmp"), docking::MoleculeError);
   EXPECT_TRUE(parse_pdb("", "x.pdb").residues.empty());
 }
 
@@ -143,14 +145,14 @@ void expect_no_crash(const std::string& text, unsigned seed) {
     for (const PdbResidue& residue : structure.residues) {
       for (const PdbAtom& atom : residue.atoms) EXPECT_TRUE(is_finite(atom.position_angstrom)) << "seed " << seed;
     }
-  } catch (const MoleculeError& error) {
+  } catch (const docking::MoleculeError& error) {
     EXPECT_FALSE(std::string(error.what()).empty());
   }
 }
 
 TEST(PdbReader, SurvivesTruncatedAndDamagedFiles) {
-  const std::string valid = residue_text("ALA", "N H CA HA CB 1HB 2HB 3HB C O", 1) + "TER\n" +
-                            residue_text("GLY", "N CA C O OXT", 2) + "END\n";
+  const std::string valid = test::residue_text("ALA", "N H CA HA CB 1HB 2HB 3HB C O", 1) + "TER\n" +
+                            test::residue_text("GLY", "N CA C O OXT", 2) + "END\n";
   for (unsigned seed = 0; seed < 2000; ++seed) {
     std::mt19937 random(seed);
     std::string text = valid.substr(0, random() % (valid.size() + 1));
@@ -171,4 +173,4 @@ TEST(PdbReader, SurvivesRandomBytes) {
 }
 
 }  // namespace
-}  // namespace tandem
+}  // namespace tandem::server

@@ -1,0 +1,12 @@
+// Files of the source tree that tests read: documents, scenes, golden values.
+#pragma once
+
+#include <filesystem>
+#include <string_view>
+
+namespace tandem::test {
+
+/// In      relative  to the root of the source tree, e.g. "proto/WIRE.md"
+std::filesystem::path source_path(std::string_view relative);
+
+}  // namespace tandem::test
