@@ -55,9 +55,6 @@ function(tandem_use_precompiled name precompiled)
   endif()
 endfunction()
 
-# What tests check does not depend on how fast they are, and -O1 compiles in two thirds of the time.
-set(tandem_test_options $<$<CONFIG:Release>:-O1>)
-
 # tandem_library(name SOURCES ... LINK public libraries... PRIVATE_LINK libraries kept out of our headers)
 function(tandem_library name)
   cmake_parse_arguments(ARG "" "" "SOURCES;LINK;PRIVATE_LINK" ${ARGN})
@@ -66,44 +63,10 @@ function(tandem_library name)
   tandem_use_precompiled(${name} tandem_precompiled_product)
 endfunction()
 
-# What the labels `fast` and `fast-threads` need: what a sanitizer builds.
-add_custom_target(fast_tests)
-
 # tandem_program(name SOURCES ... LINK ...)
 function(tandem_program name)
   cmake_parse_arguments(ARG "" "" "SOURCES;LINK" ${ARGN})
   add_executable(${name} ${ARG_SOURCES})
   target_link_libraries(${name} PRIVATE tandem_flags ${ARG_LINK})
   tandem_use_precompiled(${name} tandem_precompiled_product)
-  add_dependencies(fast_tests ${name})
-endfunction()
-
-# tandem_test(name [SLOW|THREADS] SOURCES ... LINK ...): one GoogleTest program, one ctest entry a test.
-# Labels: `fast` is what AddressSanitizer runs too, `fast-threads` (THREADS: more than one thread takes part) what
-# ThreadSanitizer runs, `slow` (SLOW) what neither does. The target `threaded_tests` builds the second kind.
-add_custom_target(threaded_tests)
-function(tandem_test name)
-  cmake_parse_arguments(ARG "SLOW;THREADS" "" "SOURCES;LINK" ${ARGN})
-  add_executable(${name} ${ARG_SOURCES})
-  target_link_libraries(${name} PRIVATE tandem_flags ${ARG_LINK} tandem_test_support GTest::gmock GTest::gtest_main)
-  target_compile_options(${name} PRIVATE ${tandem_test_options})
-  tandem_use_precompiled(${name} tandem_precompiled_tests)
-  set(label fast)
-  if(ARG_THREADS)
-    set(label fast-threads)
-    add_dependencies(threaded_tests ${name})
-  elseif(ARG_SLOW)
-    set(label slow)
-  endif()
-  if(NOT ARG_SLOW)
-    add_dependencies(fast_tests ${name})
-  endif()
-  # A sanitizer makes numerical code up to a hundred times slower.
-  set(timeout 300)
-  if(TANDEM_SANITIZE)
-    set(timeout 1200)
-  endif()
-  # What is built of meshes is kept between tests, apart from the user's own cache.
-  gtest_discover_tests(${name} PROPERTIES LABELS ${label} TIMEOUT ${timeout}
-    ENVIRONMENT "TANDEM_CACHE=${PROJECT_BINARY_DIR}/cache" DISCOVERY_TIMEOUT 60)
 endfunction()

@@ -1,0 +1,77 @@
+# How tests are built, and which of them run when: `deploy/test` runs all but what is labelled `nightly`.
+#
+# label           run by, compiled with
+# asan, tsan      .ci/run; AddressSanitizer and UndefinedBehaviorSanitizer, ThreadSanitizer
+# nightly         deploy/nightly; optimised: what takes minutes
+# asan-nightly, tsan-nightly   deploy/nightly; as asan and tsan, but of the lab, which no bytes from outside reach
+#
+# The target LABEL_tests builds what a sanitizer's label needs.
+foreach(label asan tsan asan-nightly tsan-nightly)
+  add_custom_target(${label}_tests)
+endforeach()
+
+# What tests check does not depend on how fast they are, and -O1 compiles in two thirds of the time.
+set(tandem_test_options $<$<CONFIG:Release>:-O1>)
+if(TANDEM_PCH)
+  tandem_precompiled(tandem_precompiled_tests
+    LINK Eigen3::Eigen Boost::headers GTest::gmock
+    OPTIONS ${tandem_test_options}
+    HEADERS ${tandem_common_headers} <gmock/gmock.h> <gtest/gtest.h>)
+endif()
+# What is built of meshes is kept between tests, apart from the user's own cache.
+set(tandem_test_environment "TANDEM_CACHE=${PROJECT_BINARY_DIR}/cache")
+# A sanitizer makes numerical code up to a hundred times slower.
+set(tandem_test_timeout 900)
+if(TANDEM_SANITIZE)
+  set(tandem_test_timeout 1800)
+endif()
+
+# tandem_run_test(name LABELS ... NEEDS targets COMMAND ...): one ctest entry.
+function(tandem_run_test name)
+  cmake_parse_arguments(ARG "" "" "LABELS;NEEDS;COMMAND" ${ARGN})
+  add_test(NAME ${name} COMMAND ${ARG_COMMAND})
+  set_tests_properties(${name} PROPERTIES
+    LABELS "${ARG_LABELS}" TIMEOUT ${tandem_test_timeout} ENVIRONMENT "${tandem_test_environment}")
+  foreach(label ${ARG_LABELS})
+    if(TARGET ${label}_tests)
+      add_dependencies(${label}_tests ${ARG_NEEDS})
+    endif()
+  endforeach()
+endfunction()
+
+# What of a GoogleTest program is run by one entry. A filter that no case matches any more fails.
+function(tandem_run_cases name program filter labels)
+  tandem_run_test(${name} LABELS ${labels} NEEDS ${program}
+    COMMAND ${program} --gtest_brief=1 "--gtest_filter=${filter}")
+  set_tests_properties(${name} PROPERTIES FAIL_REGULAR_EXPRESSION " 0 tests from 0 test suites ran")
+endfunction()
+
+# tandem_test(name [SLOW|LAB] [THREADS] [NIGHTLY Suite.Case ...] SOURCES ... LINK ...): one GoogleTest program and one
+# ctest entry; a failure names its case. NIGHTLY (patterns as of --gtest_filter): left out of that entry, and run by
+# name.nightly. THREADS: more than one thread takes part. LAB: under sanitizers only in the night. SLOW: never.
+function(tandem_test name)
+  cmake_parse_arguments(ARG "SLOW;LAB;THREADS" "" "NIGHTLY;SOURCES;LINK" ${ARGN})
+  add_executable(${name} ${ARG_SOURCES})
+  target_link_libraries(${name} PRIVATE tandem_flags ${ARG_LINK} tandem_test_support GTest::gmock GTest::gtest_main)
+  target_compile_options(${name} PRIVATE ${tandem_test_options})
+  tandem_use_precompiled(${name} tandem_precompiled_tests)
+
+  set(labels asan)
+  if(ARG_THREADS)
+    list(APPEND labels tsan)
+  endif()
+  if(ARG_LAB)
+    list(TRANSFORM labels APPEND -nightly)
+  elseif(ARG_SLOW)
+    set(labels "")
+  endif()
+  list(JOIN ARG_NIGHTLY ":" nightly)
+  if(NOT nightly)
+    tandem_run_cases(${name} ${name} "*" "${labels}")
+    return()
+  endif()
+  if(NOT nightly STREQUAL "*")
+    tandem_run_cases(${name} ${name} "*-${nightly}" "${labels}")
+  endif()
+  tandem_run_cases(${name}.nightly ${name} "${nightly}" nightly)
+endfunction()
