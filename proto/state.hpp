@@ -8,8 +8,7 @@
 #include "common/base/ids.hpp"
 #include "common/base/spatial.hpp"
 #include "common/base/time.hpp"
-#include "common/physics/soft_contact.hpp"
-#include "common/physics/world.hpp"
+#include "common/base/touch_exchange.hpp"
 
 namespace tandem::proto {
 
@@ -68,7 +67,7 @@ struct ClientUpdate {
   ClientMode mode = ClientMode::kHandle;
   RigidState tool;  ///< kLocalModel: X_WT, V_WT of the client's own tool
   /// kLocalModel: the bodies that its tool touches, as the client steps them by itself.
-  boost::container::static_vector<physics::CopyTarget, physics::kMaxCopies> copies;
+  boost::container::static_vector<CopyTarget, kMaxCopies> copies;
   Duration round_trip{0};  ///< as the client measured it, with what it waits before it uses what comes; 0: unknown
   Wrench wave;             ///< kWave: sum of the wave towards the tool, √W·s (WaveSum)
 };
@@ -104,8 +103,8 @@ struct ServerUpdate {
   double joint_share = 0;  ///< of what moves the bodies that this user touches: 0 the coupling, 1 joints to the copies
   Duration slowest_loop{0};  ///< the longest round_trip of those who share a body with this user; 0: nobody does
   Duration playout{0};       ///< present delay between a handle's arrival and its use; 0: the newest is used at once
-  physics::SoftContact soft_contact;  ///< of this user's tool or what it holds; trust_radius_m 0: none
-  Wrench wave;                        ///< kWave: sum of the wave towards the hand, √W·s
+  SoftContact soft_contact;  ///< of this user's tool or what it holds; trust_radius_m 0: none
+  Wrench wave;               ///< kWave: sum of the wave towards the hand, √W·s
   boost::container::static_vector<BodyState, kMaxBodies> bodies;  ///< complete at the server; thinned on the wire
   boost::container::static_vector<OtherUserState, kMaxUsers> users;
 };

@@ -166,13 +166,13 @@ std::uint64_t nanoseconds_of_delay(Duration delay) {
 }
 
 /// A stiffness that is negative in some direction would give a tool energy out of nothing.
-bool is_never_negative(const contact::Matrix6& stiffness) {
-  const Eigen::SelfAdjointEigenSolver<contact::Matrix6> solver(stiffness, Eigen::EigenvaluesOnly);
+bool is_never_negative(const decltype(SoftContact::stiffness)& stiffness) {
+  const Eigen::SelfAdjointEigenSolver<decltype(SoftContact::stiffness)> solver(stiffness, Eigen::EigenvaluesOnly);
   const auto& values = solver.eigenvalues();  // in rising order
   return values(0) >= -kMaxNegativeStiffness * std::max(values(5), 0.0);
 }
 
-bool is_in_range(const physics::SoftContact& contact) {
+bool is_in_range(const SoftContact& contact) {
   const bool has_lengths = contact.trust_radius_m > 0 && contact.trust_radius_m <= kMaxPositionM &&
                            contact.lever_m >= 0 && contact.lever_m <= kMaxPositionM;
   const bool has_wrench = is_within(contact.wrench_W.f, kMaxForceN) && is_within(contact.wrench_W.t, kMaxTorqueNM);
@@ -181,7 +181,7 @@ bool is_in_range(const physics::SoftContact& contact) {
          contact.stiffness.cwiseAbs().maxCoeff() <= kMaxContactStiffness && is_never_negative(contact.stiffness);
 }
 
-void write_soft_contact(const physics::SoftContact& contact, wire::SoftContact& out) {
+void write_soft_contact(const SoftContact& contact, wire::SoftContact& out) {
   write_six(contact.wrench_W, *out.mutable_wrench());
   out.mutable_stiffness()->Reserve(kTriangleNumbers);
   for (int row = 0; row < 6; ++row) {
@@ -192,7 +192,7 @@ void write_soft_contact(const physics::SoftContact& contact, wire::SoftContact& 
   out.set_lever_m(contact.lever_m);
 }
 
-DropReason read_soft_contact(const wire::SoftContact& in, physics::SoftContact& out) {
+DropReason read_soft_contact(const wire::SoftContact& in, SoftContact& out) {
   if (in.wrench_size() != kWrenchNumbers || in.stiffness_size() != kTriangleNumbers) return DropReason::kMalformed;
   if (const DropReason drop = read_pose(in.pose(), out.X_WT0); drop != DropReason::kNone) return drop;
   out.wrench_W = six_of(in.wrench());
@@ -422,19 +422,19 @@ void write_user(const OtherUserState& user, wire::CompactState& out) {
 bool is_direction_or_none(const Vec3& a) {
   return a.isZero(0) || std::abs(a.norm() - 1) <= kMaxQuaternionError;
 }
-bool is_sendable(const physics::CopyTarget& copy) {
+bool is_sendable(const CopyTarget& copy) {
   return copy.body.is_valid() && is_sendable(copy.state) && is_within(copy.p_BJ, 0.999 * kMaxPositionM) &&
          is_direction_or_none(copy.pressing_B);
 }
 
-void write_copy(const physics::CopyTarget& copy, wire::BodyCopy& out) {
+void write_copy(const CopyTarget& copy, wire::BodyCopy& out) {
   write_compact(copy.body.value, copy.state, *out.mutable_state());
   for (const double number : copy.p_BJ) out.add_point(static_cast<float>(number));
   if (copy.pressing_B.isZero(0)) return;
   for (const double number : copy.pressing_B) out.add_pressing(static_cast<float>(number));
 }
 
-DropReason read_copy(const wire::BodyCopy& in, physics::CopyTarget& out) {
+DropReason read_copy(const wire::BodyCopy& in, CopyTarget& out) {
   const bool has_direction = in.pressing_size() == 3;
   if (!in.has_state() || in.point_size() != 3 || (!has_direction && !in.pressing().empty())) {
     return DropReason::kMalformed;
@@ -454,11 +454,11 @@ DropReason read_copy(const wire::BodyCopy& in, physics::CopyTarget& out) {
 DropReason read_copies(const wire::ClientUpdate& in, ClientUpdate& out) {
   out.copies.clear();
   const bool may_have = out.mode == ClientMode::kLocalModel;
-  if (in.copies_size() > (may_have ? static_cast<int>(physics::kMaxCopies) : 0)) return DropReason::kMalformed;
+  if (in.copies_size() > (may_have ? static_cast<int>(kMaxCopies) : 0)) return DropReason::kMalformed;
   for (const wire::BodyCopy& message : in.copies()) {
-    physics::CopyTarget copy;
+    CopyTarget copy;
     if (const DropReason drop = read_copy(message, copy); drop != DropReason::kNone) return drop;
-    const auto is_same = [&copy](const physics::CopyTarget& other) { return other.body == copy.body; };
+    const auto is_same = [&copy](const CopyTarget& other) { return other.body == copy.body; };
     if (std::ranges::any_of(out.copies, is_same)) return DropReason::kMalformed;
     out.copies.push_back(copy);
   }
@@ -471,7 +471,7 @@ void write_mode_part(const ClientUpdate& update, wire::ClientUpdate& out) {
   out.set_round_trip_ns(nanoseconds_of_delay(update.round_trip));
   if (update.mode == ClientMode::kLocalModel) {
     write_rigid(update.tool, *out.mutable_tool());
-    for (const physics::CopyTarget& copy : update.copies) {
+    for (const CopyTarget& copy : update.copies) {
       if (is_sendable(copy)) write_copy(copy, *out.add_copies());
     }
   }

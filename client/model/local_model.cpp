@@ -366,7 +366,7 @@ void LocalModel::follow_soft_contact(const proto::ServerUpdate& update, bool is_
   // The contact is of what the tool holds, else of the tool: another thing's says nothing here.
   if (std::exchange(soft_of_, tool_state_.held) != tool_state_.held) soft_ = SoftFollower{};
   if (is_new && update.held_body == tool_state_.held) soft_.take(update.soft_contact, X_WT);
-  physics::SoftContact here;
+  SoftContact here;
   here.wrench_W = soft_.step(X_WT, period_s);
   here.X_WT0 = X_WT;
   here.trust_radius_m = here.wrench_W.f.norm() + here.wrench_W.t.norm() > 0 ? 1.0 : 0.0;

@@ -90,7 +90,7 @@ class LocalModel {
   /// How far what the tool touches is held by the joint to the server's, for others touch it as well.
   double joint_share() const;
   /// What the tool touches and could move, as the model has it: what the server joins its bodies to.
-  std::span<const physics::CopyTarget> copies() const { return touched_; }
+  std::span<const CopyTarget> copies() const { return touched_; }
   /// From an input to its effect being used here, the waiting at both ends included; 0: not known yet.
   Duration loop_delay() const { return loop_delay_; }
   /// Of the newest update that answered a known input; consumed by the call.
@@ -172,7 +172,7 @@ class LocalModel {
   physics::ToolState tool_state_;
   TickFaults faults_ = 0;
   bool has_started_ = false;
-  boost::container::static_vector<physics::CopyTarget, physics::kMaxCopies> touched_;
+  boost::container::static_vector<CopyTarget, kMaxCopies> touched_;
   Duration loop_delay_{0};
   Duration slowest_loop_{0};  ///< of all who touch what our tool touches, as the server knows it
   Tick newest_input_;

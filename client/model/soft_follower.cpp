@@ -9,14 +9,14 @@ namespace {
 /// 1 to 2 mm/s, with three by 0.15 mm/s.
 constexpr double kSettling_s = 0.05;
 
-bool is_same(const physics::SoftContact& a, const physics::SoftContact& b) {
+bool is_same(const SoftContact& a, const SoftContact& b) {
   return a.trust_radius_m == b.trust_radius_m && a.wrench_W.f == b.wrench_W.f && a.wrench_W.t == b.wrench_W.t &&
          a.X_WT0.p == b.X_WT0.p;
 }
 
 }  // namespace
 
-void SoftFollower::take(const physics::SoftContact& told, const Pose& X_WT) noexcept {
+void SoftFollower::take(const SoftContact& told, const Pose& X_WT) noexcept {
   if (is_same(told, told_)) return;
   left_ += physics::soft_wrench(told_, X_WT) - physics::soft_wrench(told, X_WT);
   told_ = told;

@@ -17,12 +17,12 @@ namespace tandem::client {
 class SoftFollower {
  public:
   /// The newest contact as the server tells it, for the thing at `X_WT` here.
-  void take(const physics::SoftContact& told, const Pose& X_WT) noexcept;
+  void take(const SoftContact& told, const Pose& X_WT) noexcept;
   /// On the thing about its origin, in W; for the next period.
   Wrench step(const Pose& X_WT, double period_s) noexcept;
 
  private:
-  physics::SoftContact told_;
+  SoftContact told_;
   Wrench left_, left_rate_;  ///< e and its derivative
 };
 

@@ -1,21 +1,9 @@
 // What soft bodies do to a rigid thing between two soft steps: a force with its derivative, used only where it holds.
 #pragma once
 
-#include "common/base/spatial.hpp"
-#include "common/contact/contact_reduction.hpp"
+#include "common/base/touch_exchange.hpp"
 
 namespace tandem::physics {
-
-/// The contact of one rigid thing T with all soft bodies, linearised at the pose that the soft step was made with. Or,
-/// of a T that does not touch yet, the contact that it is going to have, linearised at a pose within the soft body.
-struct SoftContact {
-  Wrench wrench_W;  ///< on T at X_WT0, about its origin: impulse of the soft step over its length
-  contact::Matrix6 stiffness =
-      contact::Matrix6::Zero();  ///< −∂W/∂X, symmetric, never negative; translation [m], then rotation [rad]
-  Pose X_WT0;                    ///< where T was, or will be
-  double trust_radius_m = 0;     ///< how far T may move aside until the contact is another one; 0: none, nor near
-  double lever_m = 0;            ///< a turn by θ counts as a way of lever · θ
-};
 
 /// The soft bodies' wrench on T about its origin, now that T is at `X_WT`.
 ///

@@ -8,6 +8,7 @@
 
 #include "common/base/ids.hpp"
 #include "common/base/tick_faults.hpp"
+#include "common/base/touch_exchange.hpp"
 #include "common/physics/free_bodies.hpp"
 #include "common/physics/joints/joint.hpp"
 #include "common/physics/soft_bodies.hpp"
@@ -37,16 +38,6 @@ struct TouchSummary {
   double force_n = 0;       ///< of all contacts together
   double soft_force_n = 0;  ///< of soft bodies
 };
-
-/// A body as a client has it that steps it by itself.
-struct CopyTarget {
-  BodyId body;
-  RigidState state;
-  Vec3 p_BJ = Vec3::Zero();        ///< where the joint acts: where the user's tool is on the body
-  Vec3 pressing_B = Vec3::Zero();  ///< unit: along which the tool presses on it; zero: it holds it
-};
-/// That one user can have at a time.
-inline constexpr std::size_t kMaxCopies = 4;
 
 /// A scene in motion.
 ///

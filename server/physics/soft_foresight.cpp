@@ -111,8 +111,7 @@ double SoftForesight::gap_m(std::size_t index) const {
   return is_known ? watched.surface->gap_m : std::numeric_limits<double>::infinity();
 }
 
-physics::SoftContact SoftForesight::foretold(std::size_t index, const Pose& X_WT,
-                                             const physics::SoftContact& now) const {
+SoftContact SoftForesight::foretold(std::size_t index, const Pose& X_WT, const SoftContact& now) const {
   if (!std::isfinite(gap_m(index))) return now;
   const Surface& surface = *watched_[index].surface;
   const double k = *watched_[index].stiffness_n_per_m;
@@ -120,7 +119,7 @@ physics::SoftContact SoftForesight::foretold(std::size_t index, const Pose& X_WT
   if (own_share >= 1) return now;
   Eigen::Matrix<double, 6, 1> along;
   along << surface.normal_W, surface.lever_W.cross(surface.normal_W);
-  physics::SoftContact contact = now;
+  SoftContact contact = now;
   contact.stiffness = (1 - own_share) * k * along * along.transpose() + own_share * now.stiffness;
   contact.trust_radius_m = (1 - own_share) * kTrust_m + own_share * now.trust_radius_m;
   contact.lever_m = std::max(surface.lever_W.norm(), now.lever_m);

@@ -38,7 +38,7 @@ class SoftForesight {
   /// From the thing to the surface, where a contact can be told; else infinite.
   double gap_m(std::size_t thing) const;
   /// `now` is the thing's contact of the step with all bodies; no contact to be told: as it is.
-  physics::SoftContact foretold(std::size_t thing, const Pose& X_WT, const physics::SoftContact& now) const;
+  SoftContact foretold(std::size_t thing, const Pose& X_WT, const SoftContact& now) const;
 
  private:
   /// The body's surface where a thing comes near.

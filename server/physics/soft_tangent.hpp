@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "common/contact/contact_reduction.hpp"
 #include "server/physics/soft_step.hpp"
 
 namespace tandem::server {

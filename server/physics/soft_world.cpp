@@ -24,7 +24,7 @@ constexpr double kMinTrust_m = 1e-3;
 constexpr double kMaxTrust_m = 1e-2;
 
 struct Result {
-  std::vector<physics::SoftContact> contacts;
+  std::vector<SoftContact> contacts;
   std::vector<std::vector<Vec3>> nodes_W;
   TickFaults faults = 0;
   double seconds = 0;
@@ -60,7 +60,7 @@ class Stepper {
     if (settings_.before_step) settings_.before_step();
     const auto begin = std::chrono::steady_clock::now();
     result.faults = 0;
-    result.contacts.assign(settings_.tools.size(), physics::SoftContact{});
+    result.contacts.assign(settings_.tools.size(), SoftContact{});
     for (std::size_t i = 0; i < tools.size(); ++i) result.contacts[i].X_WT0 = tools[i].X_WT;
     move_things(tools);
     for (std::size_t b = 0; b < bodies_.size(); ++b) step_body(*bodies_[b], result);
@@ -104,7 +104,7 @@ class Stepper {
     for (std::size_t i = 0; i < settings_.tools.size(); ++i) {
       const SoftReaction& reaction = reactions_[i];
       if (!(reaction.impulse_sum > 0)) continue;
-      physics::SoftContact& contact = result.contacts[i];
+      SoftContact& contact = result.contacts[i];
       contact.wrench_W += reaction.impulse_W * (1 / step_s_);
       contact.stiffness += body.tangent.stiffness(body.step, static_cast<int>(i), step_s_);
       contact.lever_m = std::max(contact.lever_m, reaction.lever_sum_m / reaction.impulse_sum);
@@ -114,7 +114,7 @@ class Stepper {
 
   /// Trust: the depth at which a linear contact of this force and stiffness would begin.
   void finish_contacts(Result& result) const {
-    for (physics::SoftContact& contact : result.contacts) {
+    for (SoftContact& contact : result.contacts) {
       const double force = contact.wrench_W.f.norm();
       if (!(force > 0)) continue;
       const Vec3 along = contact.wrench_W.f / force;
@@ -122,7 +122,7 @@ class Stepper {
       const double depth = stiffness > 0 ? force / stiffness : kMaxTrust_m;
       contact.trust_radius_m = std::clamp(depth, kMinTrust_m, kMaxTrust_m);
       const bool is_sound = is_finite(contact.wrench_W) && contact.stiffness.allFinite();
-      if (!is_sound) contact = physics::SoftContact{{}, contact::Matrix6::Zero(), contact.X_WT0, 0, 0};
+      if (!is_sound) contact = SoftContact{{}, contact::Matrix6::Zero(), contact.X_WT0, 0, 0};
       if (!is_sound) result.faults |= kFaultNotFinite;
     }
   }
@@ -239,12 +239,12 @@ TickFaults SoftWorld::advance(std::span<const physics::SoftTool> tools) noexcept
   }
   // What was computed for a tool that has left since would meet its next user.
   for (std::size_t i = 0; i < impl.taken.contacts.size() && i < tools.size(); ++i) {
-    if (!tools[i].is_present) impl.taken.contacts[i] = physics::SoftContact{};
+    if (!tools[i].is_present) impl.taken.contacts[i] = SoftContact{};
   }
   return faults;
 }
 
-const physics::SoftContact& SoftWorld::contact(std::size_t tool) const noexcept {
+const SoftContact& SoftWorld::contact(std::size_t tool) const noexcept {
   return impl_->taken.contacts[tool];
 }
 std::size_t SoftWorld::body_count() const {

@@ -74,7 +74,7 @@ class SoftWorld final : public physics::SoftBodies {
   TickFaults advance(std::span<const physics::SoftTool> tools) noexcept override;
 
   /// For soft_wrench(): of a tool, until the next advance(). Empty for one that is not present.
-  const physics::SoftContact& contact(std::size_t tool) const noexcept override;
+  const SoftContact& contact(std::size_t tool) const noexcept override;
 
   /// For viewers, of the last result: nodes, and the surface over them.
   std::size_t body_count() const;

@@ -129,9 +129,9 @@ PlayedInput InputPlayout::at_tick(std::uint64_t tick) const noexcept {
                      std::lerp(before.energy_to_hand_j, after.energy_to_hand_j, u),
                      std::lerp(before.energy_from_hand_j, after.energy_from_hand_j, u),
                      false};
-  for (physics::CopyTarget& copy : played.copies) {
+  for (CopyTarget& copy : played.copies) {
     const auto next = std::find_if(after.copies.begin(), after.copies.end(),
-                                   [&copy](const physics::CopyTarget& other) { return other.body == copy.body; });
+                                   [&copy](const CopyTarget& other) { return other.body == copy.body; });
     if (next != after.copies.end()) copy.state = between(copy.state, next->state, length_s, u);
   }
   return played;
@@ -147,7 +147,7 @@ std::optional<PlayedInput> InputPlayout::play(Duration now) noexcept {
   played.is_dry = is_dry;
   played.handle = held(played.handle, dry_s_);
   played.tool = held(played.tool, dry_s_);
-  for (physics::CopyTarget& copy : played.copies) copy.state = held(copy.state, dry_s_);
+  for (CopyTarget& copy : played.copies) copy.state = held(copy.state, dry_s_);
   return played;
 }
 

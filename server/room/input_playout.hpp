@@ -18,7 +18,7 @@ struct PlayedInput {
   Tick tick;  ///< of exactly which the rest is
   RigidState handle;
   RigidState tool;
-  boost::container::static_vector<physics::CopyTarget, physics::kMaxCopies> copies;
+  boost::container::static_vector<CopyTarget, kMaxCopies> copies;
   std::uint32_t buttons = 0;      ///< of a tick that did not come, those of the next that did: not later than pressed
   double energy_to_hand_j = 0;    ///< as in ClientUpdate
   double energy_from_hand_j = 0;  ///< likewise
@@ -63,7 +63,7 @@ class InputPlayout {
     Duration sent{0};  ///< client clock
     RigidState handle;
     RigidState tool;
-    boost::container::static_vector<physics::CopyTarget, physics::kMaxCopies> copies;
+    boost::container::static_vector<CopyTarget, kMaxCopies> copies;
     std::uint32_t buttons = 0;
     double energy_to_hand_j = 0;
     double energy_from_hand_j = 0;

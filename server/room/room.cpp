@@ -256,9 +256,9 @@ void Room::join_copies(std::size_t slot, const PlayedInput& played) noexcept {
   const double share = member.joint_share.step(to_seconds(period_), step_ < member.shared_until);
   const BodyId held = world_.tool(member.tool).held;
   const double weight = weight_on_copy(member, held);
-  boost::container::static_vector<physics::Joint, physics::kMaxCopies> joints;
-  boost::container::static_vector<double, physics::kMaxCopies> weights;
-  for (const physics::CopyTarget& copy : played.copies) {
+  boost::container::static_vector<physics::Joint, kMaxCopies> joints;
+  boost::container::static_vector<double, kMaxCopies> weights;
+  for (const CopyTarget& copy : played.copies) {
     weights.push_back(copy.body == held ? weight : 0);
     const Vec3 pressing_W = world_.body(copy.body).X.q * copy.pressing_B;
     joints.push_back(physics::joint_for(loop_of(member.newest), member.slowest_loop, pressing_W));

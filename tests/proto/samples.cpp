@@ -247,8 +247,8 @@ ServerUpdate server_update() {
 }
 
 // As a cushion of two springs would be: K = Σ k gᵀg with g of binary fractions.
-physics::SoftContact soft_contact() {
-  physics::SoftContact contact;
+SoftContact soft_contact() {
+  SoftContact contact;
   contact.wrench_W = {Vec3(0, 0.5, 2), Vec3(0.0625, 0, -0.03125)};
   Eigen::Matrix<double, 1, 6> a, b;
   a << 0, 0, 1, 0.25, -0.125, 0;
@@ -303,7 +303,7 @@ ClientUpdate largest_client_update(ClientMode mode) {
   update.mode = mode;
   if (mode == ClientMode::kLocalModel) {
     update.tool = moving_state(1);
-    for (std::size_t i = 0; i < physics::kMaxCopies; ++i) {
+    for (std::size_t i = 0; i < kMaxCopies; ++i) {
       const auto id = static_cast<std::uint32_t>(kMaxVarint32 - i);
       update.copies.push_back({BodyId{id}, moving_state(2 + i), Vec3(1.1, -2.2, 3.3), Vec3(1, 2, -2) / 3});
     }

@@ -33,7 +33,7 @@ DatagramHeader client_header();
 DatagramHeader server_header();
 /// With a local model's tool.
 ClientUpdate client_update();
-physics::SoftContact soft_contact();
+SoftContact soft_contact();
 /// Two bodies (one moving and held, one resting) and another user.
 ServerUpdate server_update();
 

@@ -320,7 +320,7 @@ TEST(ServerUpdateCodec, ADefaultUpdateIsReadableAndLeavesNothingOfAnOlderOne) {
 }
 
 TEST(ServerUpdateCodec, ASoftContactThatNobodyMayReadIsLeftOutByTheWriter) {
-  const auto reads_as_none = [](const std::function<void(physics::SoftContact&)>& change) {
+  const auto reads_as_none = [](const std::function<void(SoftContact&)>& change) {
     ServerUpdate written = server_update();
     change(written.soft_contact);
     Bytes bytes;
@@ -328,12 +328,12 @@ TEST(ServerUpdateCodec, ASoftContactThatNobodyMayReadIsLeftOutByTheWriter) {
     ServerUpdate read;
     return parse_server_update(bytes, read) == DropReason::kNone && read.soft_contact.trust_radius_m == 0;
   };
-  EXPECT_FALSE(reads_as_none([](physics::SoftContact&) {}));
-  EXPECT_TRUE(reads_as_none([](physics::SoftContact& c) { c.stiffness(3, 3) = kNan; }));
-  EXPECT_TRUE(reads_as_none([](physics::SoftContact& c) { c.stiffness = -c.stiffness; }));
-  EXPECT_TRUE(reads_as_none([](physics::SoftContact& c) { c.stiffness *= 1e10; }));
-  EXPECT_TRUE(reads_as_none([](physics::SoftContact& c) { c.wrench_W.f.x() = kInfinity; }));
-  EXPECT_TRUE(reads_as_none([](physics::SoftContact& c) { c.trust_radius_m = 0; }));
+  EXPECT_FALSE(reads_as_none([](SoftContact&) {}));
+  EXPECT_TRUE(reads_as_none([](SoftContact& c) { c.stiffness(3, 3) = kNan; }));
+  EXPECT_TRUE(reads_as_none([](SoftContact& c) { c.stiffness = -c.stiffness; }));
+  EXPECT_TRUE(reads_as_none([](SoftContact& c) { c.stiffness *= 1e10; }));
+  EXPECT_TRUE(reads_as_none([](SoftContact& c) { c.wrench_W.f.x() = kInfinity; }));
+  EXPECT_TRUE(reads_as_none([](SoftContact& c) { c.trust_radius_m = 0; }));
 }
 
 TEST(ServerUpdateCodec, EachPartOfASoftContactIsCheckedOnReading) {

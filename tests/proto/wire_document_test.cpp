@@ -128,7 +128,7 @@ TEST(WireDocument, ConstantsAreThoseOfTheCode) {
                                                {"kAssetHashBytes", kAssetHashBytes},
                                                {"kMaxBodies", kMaxBodies},
                                                {"kMaxUsers", kMaxUsers},
-                                               {"kMaxCopies", physics::kMaxCopies}};
+                                               {"kMaxCopies", kMaxCopies}};
   EXPECT_EQ(numbers_in(table_under("Constants")), expected);
 }
 

@@ -51,9 +51,8 @@ struct StageOutput {
   Wrench wrench_on_hand_W;  ///< about the handle
   /// What the server is told besides the handle.
   proto::ClientMode mode = proto::ClientMode::kHandle;
-  RigidState tool;  ///< of kLocalModel: the stage's own tool
-  boost::container::static_vector<physics::CopyTarget, physics::kMaxCopies>
-      copies;              ///< likewise: its bodies that the tool touches
+  RigidState tool;                                                 ///< of kLocalModel: the stage's own tool
+  boost::container::static_vector<CopyTarget, kMaxCopies> copies;  ///< likewise: its bodies that the tool touches
   Wrench wave;             ///< of kWave: the wave's running integral, common/haptics/wave/wave_port.hpp
   Duration round_trip{0};  ///< as the stage measured it at matched input; 0: not known
   /// For traces and metrics.

@@ -161,7 +161,7 @@ TEST(World, TheWorkOfJointsToCopiesIsTheirBodysEnergy) {
   double integrator_j = 0;  // ½ m Δv² a step: what an implicit step takes beside
   for (int i = 0; i < 200; ++i) {
     const Vec3 v = world.body(kA).V.v;
-    const physics::CopyTarget copy{kA, physics::at({1e-4 * i, 0, 0}, {0.1, 0, 0}), Vec3::Zero(), Vec3::Zero()};
+    const CopyTarget copy{kA, physics::at({1e-4 * i, 0, 0}, {0.1, 0, 0}), Vec3::Zero(), Vec3::Zero()};
     world.join_copies(0, physics::at({0, 0, 9}), {&copy, 1}, {&joint, 1}, 1);
     world.step();
     integrator_j += 0.5 * kMass_kg * (world.body(kA).V.v - v).squaredNorm();

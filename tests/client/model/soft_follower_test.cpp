@@ -12,8 +12,8 @@ namespace {
 constexpr double kPeriod_s = 0.001;
 
 /// A spring along z that is `depth_m` deep for a thing at `height_m`.
-physics::SoftContact spring(double stiffness_n_per_m, double depth_m, double height_m) {
-  physics::SoftContact contact;
+SoftContact spring(double stiffness_n_per_m, double depth_m, double height_m) {
+  SoftContact contact;
   contact.wrench_W.f = Vec3(0, 0, stiffness_n_per_m * depth_m);
   contact.stiffness(2, 2) = stiffness_n_per_m;
   contact.X_WT0.p.z() = height_m;
@@ -56,7 +56,7 @@ TEST(SoftFollower, GoesFromOneContactToTheNextWithoutStepOrCorner) {
 
 TEST(SoftFollower, SameContactToldAgainChangesNothing) {
   SoftFollower once, often;
-  const physics::SoftContact contact = spring(100, 0.01, -0.01);
+  const SoftContact contact = spring(100, 0.01, -0.01);
   once.take(contact, at_height(0));
   for (int k = 0; k < 100; ++k) {
     const Pose X_WT = at_height(-1e-4 * k);

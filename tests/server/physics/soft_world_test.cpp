@@ -11,6 +11,7 @@
 #include <map>
 #include <utility>
 
+#include "common/contact/contact_reduction.hpp"
 #include "common/contact/primitive_fields.hpp"
 #include "server/assets/soft_scene.hpp"
 #include "tests/common/physics/scene_support.hpp"
@@ -149,7 +150,7 @@ TEST(SoftWorld, WhatTheToolGetsTheNodesLose) {
 }
 
 /// The contact after a while at `depth_m` and one soft step with the tool at `last`.
-physics::SoftContact contact_after(const SoftWorldSettings& settings, double depth_m, const physics::SoftTool& last) {
+SoftContact contact_after(const SoftWorldSettings& settings, double depth_m, const physics::SoftTool& last) {
   SoftWorld world(settings, Execution::kInline);
   soft_steps(world, kAway, 10);
   for (int i = 1; i <= 10; ++i) soft_step(world, ball_in_pad(depth_m * i / 10));
@@ -232,7 +233,7 @@ TEST(SoftWorld, ForetellsATouch) {
   soft_steps(world, kAway, 5);
   EXPECT_EQ(world.contact(0).trust_radius_m, 0) << "too far to be told of";
   soft_steps(world, ball_in_pad(-0.02), 25);
-  const physics::SoftContact contact = world.contact(0);
+  const SoftContact contact = world.contact(0);
   const auto force_n = [&](double depth_m) { return physics::soft_wrench(contact, ball_in_pad(depth_m).X_WT).f.z(); };
   EXPECT_EQ(force_n(-0.02), 0) << "where the ball is";
   EXPECT_EQ(force_n(-0.001), 0);
@@ -298,8 +299,8 @@ TEST(SoftWorld, BallDoesNotJumpThroughAPadInOneSoftStep) {
   }
 }
 
-physics::SoftContact pushing_up() {
-  physics::SoftContact contact;
+SoftContact pushing_up() {
+  SoftContact contact;
   contact.wrench_W = {Vec3(0.1, 0, 1), Vec3(0.01, 0, 0)};
   contact::Matrix6 root = contact::Matrix6::Zero();
   root << 4, 1, 2, 0, 0.1, 0, 0, 6, 1, 0.1, 0, 0, 1, 0, 15, 0, 0, 0.1, 0, 0, 0, 0.2, 0, 0, 0, 0, 0, 0, 0.2, 0, 0, 0, 0,
@@ -312,7 +313,7 @@ physics::SoftContact pushing_up() {
 }
 
 TEST(SoftWrench, IsLinearWhereItIsTrusted) {
-  const physics::SoftContact contact = pushing_up();
+  const SoftContact contact = pushing_up();
   Pose X_WT = contact.X_WT0;
   EXPECT_EQ(as_vector(physics::soft_wrench(contact, X_WT)), as_vector(contact.wrench_W));
   Vector6 way;
@@ -324,7 +325,7 @@ TEST(SoftWrench, IsLinearWhereItIsTrusted) {
 }
 
 TEST(SoftWrench, NeverPullsIsNotCarriedToTheSidesAndEndsContinuously) {
-  const physics::SoftContact contact = pushing_up();
+  const SoftContact contact = pushing_up();
   const double most_n =
       contact.wrench_W.f.norm() + contact.stiffness.topRows<3>().norm() * contact.trust_radius_m * std::hypot(1, 100);
   for (const Vec3& direction : {Vec3(0, 0, 1), Vec3(1, 0, 0), Vec3(0.8, 0, 0.6)}) {
@@ -344,7 +345,7 @@ TEST(SoftWrench, NeverPullsIsNotCarriedToTheSidesAndEndsContinuously) {
 }
 
 TEST(SoftWrench, PressedDeeperIsASpringThatEnds) {
-  physics::SoftContact contact;
+  SoftContact contact;
   contact.wrench_W.f = Vec3(0, 0, 0.3);
   contact.stiffness(2, 2) = 100;
   contact.trust_radius_m = 0.003;
@@ -357,11 +358,11 @@ TEST(SoftWrench, PressedDeeperIsASpringThatEnds) {
 }
 
 TEST(SoftWrench, IsFiniteForEveryFinitePose) {
-  const physics::SoftContact contact = pushing_up();
+  const SoftContact contact = pushing_up();
   for (const double far : {0.0, 1e-300, 1e3, 1e150, 1e300}) {
     EXPECT_TRUE(is_finite(physics::soft_wrench(contact, {Vec3::Constant(far), quaternion_of(Vec3(3, 1, 2))}))) << far;
   }
-  EXPECT_EQ(physics::soft_wrench(physics::SoftContact{}, Pose{}).f.norm(), 0);
+  EXPECT_EQ(physics::soft_wrench(SoftContact{}, Pose{}).f.norm(), 0);
 }
 
 std::string soft_refusal(const std::string& body, const std::string& rest = "") {

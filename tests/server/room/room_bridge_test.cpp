@@ -132,7 +132,7 @@ TEST_F(RoomBridge, TheJointPullsTheBodyToTheClientsCopy) {
     // The user's handle stays, but the user's own copy of the body is 5 mm farther: a body that two hold follows both.
     proto::ClientUpdate mine = input(tick, {-0.03, 0, 0}, proto::ClientMode::kLocalModel, proto::kButtonGrab);
     mine.tool.X.p.y() += 0.005;
-    physics::CopyTarget copy{BodyId{1}, {}, Vec3(-0.03, 0, 0), Vec3::Zero()};
+    CopyTarget copy{BodyId{1}, {}, Vec3(-0.03, 0, 0), Vec3::Zero()};
     copy.state.X.p.y() = 0.005;
     mine.copies.push_back(copy);
     bench.room.slot(0).input.publish(mine);
