@@ -47,6 +47,11 @@ function(tandem_precompiled name)
   target_link_libraries(${name} PRIVATE tandem_flags ${ARG_LINK})
   target_compile_options(${name} PRIVATE ${ARG_OPTIONS})
   target_precompile_headers(${name} PRIVATE ${ARG_HEADERS})
+  # What stands for the precompiled header in the compiler cache (pch_external_checksum): the file itself contains the
+  # path of the build folder, so that two checkouts would never share an object.
+  string(SHA256 sum "${ARG_HEADERS};${ARG_OPTIONS};${CMAKE_CXX_COMPILER_VERSION};${CMAKE_BUILD_TYPE};${TANDEM_SANITIZE};\
+${Eigen3_VERSION};${Boost_VERSION};${GTest_VERSION}")
+  file(WRITE ${CMAKE_CURRENT_BINARY_DIR}/CMakeFiles/${name}.dir/cmake_pch.hxx.gch.sum "${sum}\n")
 endfunction()
 
 function(tandem_use_precompiled name precompiled)
