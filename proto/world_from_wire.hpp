@@ -3,9 +3,12 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 
+#include "common/base/mass_properties.hpp"
 #include "common/contact/contact_shape.hpp"
 #include "common/physics/world_description.hpp"
+#include "tandem/control.pb.h"
 #include "tandem/scene.pb.h"
 
 namespace tandem::proto {
@@ -13,6 +16,10 @@ namespace tandem::proto {
 /// Everything but each body's and tool's touch, mass and molecule, and the fit of an adaptive law.
 /// In      scene  complete; its numbers are taken as they are
 physics::WorldDescription world_from_wire(const wire::Scene& scene);
+
+/// How mass is spread, as sent; a mass of 0 stands alone. None when it lacks a part, or a number is out of range:
+/// mass 0..1e4 kg, centre within 1e4 m, axes of unit length, moments 1e-15..1e8 kg·m².
+std::optional<MassProperties> mass_from_wire(const wire::MassProperties& mass);
 
 /// Of a sphere, box, cylinder or capsule; null for another kind.
 /// Fails   std::invalid_argument as the makers of common/contact do

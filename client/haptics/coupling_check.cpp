@@ -1,26 +1,25 @@
 #include "client/haptics/coupling_check.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <limits>
 
 #include "client/haptics/rendered_coupling.hpp"
 #include "devices/device_check.hpp"
-#include "proto/state.hpp"
+#include "proto/world_from_wire.hpp"
 
 namespace tandem::client {
 namespace {
 
-/// Of a body of which only the mass is known: as of a pen of 5 cm, what the server takes a tool for at least. Ours.
-double guessed_inertia(double mass_kg) {
-  return mass_kg * 0.05 * 0.05 / 12;
-}
+using Mat3 = Eigen::Matrix3d;
 
 bool follows_what_is_moved(const haptics::CouplingLawInfo& law) {
   return law.tool == haptics::ToolDynamics::kMassless || law.name == "adaptive";
 }
 
 devices::LoopCoupling loop_coupling(const haptics::CouplingLawInfo& law, const haptics::CouplingParameters& parameters,
-                                    const MovedThing& thing) {
-  return devices::loop_coupling(law, parameters, thing.mass_kg, guessed_inertia(thing.mass_kg), thing.is_held_body);
+                                    const physics::MovedMass& moved) {
+  return devices::loop_coupling(law, parameters, moved.mass_kg, moved.inertia_kg_m2, moved.is_held_body);
 }
 
 bool is_graver(const haptics::StabilityFinding& a, const haptics::StabilityFinding& b) {
@@ -49,36 +48,109 @@ haptics::CouplingParameters rendered(const HapticScene& scene, const haptics::Co
   return rendered_coupling(law.name, scene.coupling, devices::coupling_bounds(device), scene.workspace);
 }
 
+/// As the server sent them; none where they are of no use.
+class MassesOnWire {
+ public:
+  explicit MassesOnWire(const wire::Joined& joined) : joined_(joined) {}
+  std::optional<MassProperties> tool() const { return of(joined_.tool_masses(), joined_.tool()); }
+  std::optional<MassProperties> body(int index) const {
+    return of(joined_.body_masses(), static_cast<std::uint32_t>(index));
+  }
+
+ private:
+  template <class Masses>
+  static std::optional<MassProperties> of(const Masses& masses, std::uint32_t index) {
+    if (index >= static_cast<std::uint32_t>(masses.size())) return std::nullopt;
+    const auto mass = proto::mass_from_wire(masses[static_cast<int>(index)]);
+    return mass && mass->mass_kg > 0 ? mass : std::nullopt;
+  }
+
+  const wire::Joined& joined_;
+};
+
+bool can_be_grabbed(const wire::Body& body) {
+  return body.graspable() && body.mass_kg() > 0;
+}
+
+/// Of a symmetric matrix, rising.
+Vec3 eigenvalues(const Mat3& matrix) {
+  return Eigen::SelfAdjointEigenSolver<Mat3>(matrix, Eigen::EigenvaluesOnly).eigenvalues();
+}
+
+/// Both, or one where they say the same.
+std::vector<physics::MovedMass> distinct(const std::array<physics::MovedMass, 2>& ends) {
+  constexpr double kSame = 1 + 1e-9;
+  const auto& [least, most] = ends;
+  if (most.mass_kg <= kSame * least.mass_kg && most.inertia_kg_m2 <= kSame * least.inertia_kg_m2) return {most};
+  return {least, most};
+}
+
+/// From the less of both to the more of both.
+std::array<physics::MovedMass, 2> widened(const std::array<physics::MovedMass, 2>& a,
+                                          const std::array<physics::MovedMass, 2>& b) {
+  return {{{std::min(a[0].mass_kg, b[0].mass_kg), std::min(a[0].inertia_kg_m2, b[0].inertia_kg_m2), true},
+           {std::max(a[1].mass_kg, b[1].mass_kg), std::max(a[1].inertia_kg_m2, b[1].inertia_kg_m2), true}}};
+}
+
+haptics::StabilityFinding unknown_masses() {
+  haptics::StabilityFinding finding;
+  finding.verdict = haptics::StabilityVerdict::kUnstable;
+  finding.parameter = "tool_masses, body_masses";
+  finding.value = finding.rendered_value = finding.remedy = std::numeric_limits<double>::quiet_NaN();
+  finding.text =
+      "the server sends no usable mass and inertia of the tool or of a body that it could grab, so what the coupling "
+      "moves is not known; use a server of this version";
+  return finding;
+}
+
 }  // namespace
 
-std::vector<MovedThing> things_to_move(const wire::Joined& joined, const haptics::CouplingLawInfo& law, BodyId held) {
-  const wire::Scene& scene = joined.scene();
-  if (joined.tool() >= static_cast<std::uint32_t>(scene.tools_size())) return {MovedThing{}};
-  const MovedThing tool{scene.tools(static_cast<int>(joined.tool())).mass_kg(), false};
-  std::optional<MovedThing> lightest, heaviest;
-  for (int i = 0; i < scene.bodies_size(); ++i) {
-    const MovedThing body{scene.bodies(i).mass_kg(), true};
-    if (follows_what_is_moved(law)) {
-      if (held == body_id_at(static_cast<std::size_t>(i))) return {body};
-      continue;
-    }
-    if (!scene.bodies(i).graspable() || !(body.mass_kg > 0)) continue;
-    if (!lightest || body.mass_kg < lightest->mass_kg) lightest = body;
-    if (!heaviest || body.mass_kg > heaviest->mass_kg) heaviest = body;
+std::array<physics::MovedMass, 2> resistance_at(const MassProperties& mass, const Vec3& p_BT, bool is_held_body) {
+  const Vec3 c = mass.X_BC.p - p_BT;
+  const Mat3 R_BC = mass.X_BC.q.toRotationMatrix();
+  const Mat3 about_centre = R_BC * mass.principal_inertia_kg_m2.asDiagonal() * R_BC.transpose();
+  const Mat3 mobility = R_BC * mass.principal_inertia_kg_m2.cwiseInverse().asDiagonal() * R_BC.transpose();
+  Mat3 cross;
+  cross << 0, -c.z(), c.y(), c.z(), 0, -c.x(), -c.y(), c.x(), 0;
+  const Mat3 about_grip = about_centre + mass.mass_kg * cross.transpose() * cross;
+  const Mat3 turning_free = Mat3::Identity() / mass.mass_kg + cross.transpose() * mobility * cross;
+  return {{{1 / eigenvalues(turning_free)[2], mass.smallest_inertia_kg_m2(), is_held_body},
+           {mass.mass_kg, eigenvalues(about_grip)[2], is_held_body}}};
+}
+
+std::vector<physics::MovedMass> things_to_move(const wire::Joined& joined, const haptics::CouplingLawInfo& law,
+                                               BodyId held, const Vec3* p_BT) {
+  const MassesOnWire masses(joined);
+  const std::optional<MassProperties> tool = masses.tool();
+  if (!tool) return {};
+  const auto of_tool = resistance_at(*tool, Vec3::Zero(), false);
+  if (follows_what_is_moved(law) && !held.is_valid()) return distinct(of_tool);
+  std::optional<std::array<physics::MovedMass, 2>> of_bodies;
+  for (int i = 0; i < joined.scene().bodies_size(); ++i) {
+    const bool is_held = held == body_id_at(static_cast<std::size_t>(i));
+    if (follows_what_is_moved(law) ? !is_held : !can_be_grabbed(joined.scene().bodies(i))) continue;
+    const std::optional<MassProperties> body = masses.body(i);
+    if (!body) return {};
+    const Vec3 at_B = is_held && p_BT != nullptr ? *p_BT : body->X_BC.p;
+    const auto of_body = resistance_at(*body, at_B, true);
+    if (follows_what_is_moved(law)) return distinct(of_body);
+    of_bodies = of_bodies ? widened(*of_bodies, of_body) : of_body;
   }
-  std::vector<MovedThing> things{tool};
-  if (lightest && lightest->mass_kg < tool.mass_kg) things.push_back(*lightest);
-  if (heaviest && heaviest->mass_kg > tool.mass_kg) things.push_back(*heaviest);
+  std::vector<physics::MovedMass> things = distinct(of_tool);
+  if (!of_bodies) return things;
+  const auto& [least, most] = *of_bodies;
+  if (least.mass_kg < of_tool[0].mass_kg || least.inertia_kg_m2 < of_tool[0].inertia_kg_m2) things.push_back(least);
+  if (most.mass_kg > of_tool[1].mass_kg || most.inertia_kg_m2 > of_tool[1].inertia_kg_m2) things.push_back(most);
   return things;
 }
 
-bool is_stable_coupling(const HapticScene& scene, const std::vector<MovedThing>& moved,
+bool is_stable_coupling(const HapticScene& scene, const std::vector<physics::MovedMass>& moved,
                         const devices::DeviceProfile& profile) {
   const haptics::CouplingLawInfo* law = law_of(scene);
   if (law == nullptr) return true;
   const haptics::CouplingParameters parameters = rendered(scene, *law, profile);
   const haptics::LoopDevice device = devices::loop_device(profile, scene.workspace);
-  return std::all_of(moved.begin(), moved.end(), [&](const MovedThing& thing) {
+  return std::all_of(moved.begin(), moved.end(), [&](const physics::MovedMass& thing) {
     const devices::LoopCoupling coupling = loop_coupling(*law, parameters, thing);
     return haptics::is_stable_coupling(coupling.parameters, coupling.tool_mass_kg, coupling.tool_inertia_kg_m2, device,
                                        coupling.slope_factor);
@@ -88,10 +160,11 @@ bool is_stable_coupling(const HapticScene& scene, const std::vector<MovedThing>&
 std::vector<haptics::StabilityFinding> explained(const CouplingCheck& check, const devices::DeviceProfile& profile) {
   const haptics::CouplingLawInfo* law = law_of(check.scene);
   if (check.number == 0 || law == nullptr) return {};
+  if (check.moved.empty()) return {unknown_masses()};
   const haptics::CouplingParameters parameters = rendered(check.scene, *law, profile);
   const haptics::LoopDevice device = devices::loop_device(profile, check.scene.workspace);
   std::vector<haptics::StabilityFinding> findings;
-  for (const MovedThing& thing : check.moved) {
+  for (const physics::MovedMass& thing : check.moved) {
     const devices::LoopCoupling coupling = loop_coupling(*law, parameters, thing);
     for (const haptics::StabilityFinding& finding :
          haptics::check_coupling(coupling.parameters, coupling.tool_mass_kg, coupling.tool_inertia_kg_m2, device,
@@ -109,13 +182,23 @@ void CouplingWatch::note_change(LocalTime now) {
   due_ = std::min(now + kQuiet, latest_);
 }
 
+void CouplingWatch::note_grip(BodyId body, const Vec3& p_BT, LocalTime now) {
+  const bool is_known = body == gripped_ && (p_BT - grip_B_).norm() <= kGripMoved_m;
+  if (is_known && body.is_valid()) return;
+  gripped_ = body;
+  grip_B_ = p_BT;
+  if (body.is_valid()) note_change(now);
+}
+
 bool CouplingWatch::check(const HapticScene& scene, const wire::Joined& joined, BodyId held) {
   const haptics::CouplingLawInfo* law = law_of(scene);
   if (!device_ || law == nullptr) return true;
   ++last_.number;
   last_.scene = scene;
-  last_.moved = things_to_move(joined, *law, held);
-  last_.is_refused = !is_stable_coupling(scene, last_.moved, *device_);
+  // What a tool holds from the start is told by the state alone.
+  const BodyId moved = held.is_valid() ? held : gripped_;
+  last_.moved = things_to_move(joined, *law, moved, moved == gripped_ ? &grip_B_ : nullptr);
+  last_.is_refused = last_.moved.empty() || !is_stable_coupling(scene, last_.moved, *device_);
   return !last_.is_refused;
 }
 

@@ -332,6 +332,7 @@ void ClientSession::Impl::take_joined(const wire::Joined& answer, LocalTime now)
   ++scene.generation;
   scene.local_model = nullptr;
   held = BodyId{};
+  coupling_watch.note_grip(held, Vec3::Zero(), now);
   check_coupling();
   sequence = 0;
   freshness.reset();
@@ -468,6 +469,7 @@ proto::DropReason ClientSession::Impl::take_datagram(std::span<const std::byte> 
 void ClientSession::Impl::take_update(LocalTime now) {
   const proto::ServerUpdate& update = received.update;
   has_update = true;
+  coupling_watch.note_grip(update.held_body, update.X_BT.p, now);
   last_arrival = now;
   const Duration echo_age = now - update.echoed_sent;
   if (update.echoed_sent != LocalTime{}) {

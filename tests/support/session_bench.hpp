@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "client/session/session.hpp"
+#include "common/base/mass_properties.hpp"
 #include "proto/control_framing.hpp"
 #include "proto/coupling_fields.hpp"
 #include "proto/state_codec.hpp"
@@ -40,6 +41,22 @@ class RecordingClientTransport final : public client::ClientTransport {
   int closes = 0;
 };
 
+inline wire::MassProperties on_wire(const MassProperties& mass) {
+  wire::MassProperties message;
+  message.set_mass_kg(mass.mass_kg);
+  if (!(mass.mass_kg > 0)) return message;
+  for (const double number : mass.X_BC.p) message.add_centre(number);
+  const Quat& q = mass.X_BC.q;
+  for (const double number : {q.w(), q.x(), q.y(), q.z()}) message.add_centre(number);
+  for (const double moment : mass.principal_inertia_kg_m2) message.add_principal_inertia_kg_m2(moment);
+  return message;
+}
+
+/// Of a ball with this radius of gyration; the default is the server's for a small tool.
+inline wire::MassProperties ball_on_wire(double mass_kg, double gyration_m = 0.015) {
+  return on_wire({mass_kg, {}, Vec3::Constant(mass_kg * gyration_m * gyration_m)});
+}
+
 /// A Joined with everything that a client needs and nothing more.
 inline wire::Joined minimal_joined(wire::Role role = wire::ROLE_MANIPULATOR) {
   wire::Joined joined;
@@ -53,6 +70,7 @@ inline wire::Joined minimal_joined(wire::Role role = wire::ROLE_MANIPULATOR) {
   for (const double x : {0.1, 0.2, 0.3}) workspace.mutable_device_base()->add_position_m(x);
   workspace.set_position_scale(2.0);
   workspace.set_force_scale(0.5);
+  *joined.add_tool_masses() = ball_on_wire(0.05);
   return joined;
 }
 

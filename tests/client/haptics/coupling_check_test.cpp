@@ -5,22 +5,17 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <string>
 #include <vector>
 
-#include "common/base/json_fields.hpp"
 #include "common/base/random.hpp"
 #include "common/haptics/coupling/laws.hpp"
 #include "devices/device_check.hpp"
-#include "server/assets/scene_file.hpp"
 #include "tests/support/session_bench.hpp"
-#include "tests/support/source_path.hpp"
 
 namespace tandem::client {
 namespace {
 
-namespace json = boost::json;
 using testing::HasSubstr;
 
 /// A device of its own: 0.1 kg, a little friction, good for 10,000 N/m by its maker's word.
@@ -165,14 +160,20 @@ TEST(CouplingCheck, ACouplingThatSomeHandsCouldPumpIsDisplayedWithAWarning) {
   EXPECT_EQ(findings[0].verdict, haptics::StabilityVerdict::kNotPassive);
 }
 
+/// One that can be grabbed.
+void add_body(wire::Joined& joined, double mass_kg) {
+  wire::Body& body = *joined.mutable_scene()->add_bodies();
+  body.set_mass_kg(mass_kg);
+  body.set_graspable(true);
+  *joined.add_body_masses() = test::ball_on_wire(mass_kg);
+}
+
 /// As a server tells it of a tool that holds nothing.
 wire::Joined massless_joined() {
   wire::Joined joined = joined_with(300, 0);
   joined.mutable_scene()->mutable_coupling()->set_law("qsa-static");
   joined.mutable_scene()->mutable_coupling()->set_damping_n_m_s_per_rad(0);
-  wire::Body& body = *joined.mutable_scene()->add_bodies();
-  body.set_mass_kg(0.5);
-  body.set_graspable(true);
+  add_body(joined, 0.5);
   return joined;
 }
 
@@ -280,7 +281,8 @@ TEST(CouplingCheck, QuickVerdictIsThatOfTheFindings) {
     check.scene.law = static_cast<std::size_t>(random.uniform() * static_cast<double>(haptics::coupling_laws().size()));
     check.scene.coupling.stiffness_n_per_m = 20 * std::pow(5000.0, random.uniform());
     check.scene.coupling.damping_n_s_per_m = 0.02 * std::pow(1000.0, random.uniform());
-    check.moved = {{0.02 + random.uniform(), random.uniform() < 0.5}};
+    const double mass_kg = 0.02 + random.uniform();
+    check.moved = {{mass_kg, mass_kg * 2e-4, random.uniform() < 0.5}};
     const auto findings = explained(check, light_device());
     const bool is_unstable =
         std::any_of(findings.begin(), findings.end(), [](const haptics::StabilityFinding& finding) {
@@ -323,67 +325,70 @@ TEST(CouplingCheck, AsksNothingForAnObserverNorWithoutADevice) {
 TEST(CouplingCheck, IsOfTheLightestAndTheHeaviestThatTheToolCouldMove) {
   const auto masses = [](const wire::Joined& joined, std::string_view law, BodyId held) {
     std::vector<double> result;
-    for (const MovedThing& thing : things_to_move(joined, *haptics::find_coupling_law(law), held)) {
+    for (const physics::MovedMass& thing : things_to_move(joined, *haptics::find_coupling_law(law), held)) {
       result.push_back(thing.mass_kg);
     }
     return result;
   };
   wire::Joined joined = joined_with(300, 3);
   EXPECT_THAT(masses(joined, "spring-damper", BodyId{}), testing::ElementsAre(0.05));
-  for (const double mass : {0.0, 0.01, 2.0, 0.3}) {
-    wire::Body& body = *joined.mutable_scene()->add_bodies();
-    body.set_mass_kg(mass);
-    body.set_graspable(true);
-  }
+  for (const double mass_kg : {0.0, 0.01, 2.0, 0.3}) add_body(joined, mass_kg);
   joined.mutable_scene()->add_bodies()->set_mass_kg(50);  // cannot be grabbed
   EXPECT_THAT(masses(joined, "spring-damper", BodyId{}), testing::ElementsAre(0.05, 0.01, 2.0));
   EXPECT_THAT(masses(joined, "spring-damper", body_id_at(3)), testing::ElementsAre(0.05, 0.01, 2.0));
   // What is in force for one mass says nothing about another.
   EXPECT_THAT(masses(joined, "adaptive", BodyId{}), testing::ElementsAre(0.05));
   EXPECT_THAT(masses(joined, "adaptive", body_id_at(3)), testing::ElementsAre(0.3));
-  joined.set_tool(7);
-  EXPECT_THAT(masses(joined, "spring-damper", BodyId{}), testing::ElementsAre(0));
 }
 
-/// The scene's masses, couplings and workspaces; its shapes do not matter here and take long to load.
-std::string without_shapes(const std::filesystem::path& file) {
-  const json::value scene = parse_json(read_text_file(file), file.string());
-  json::object bare{{"name", scene.at("name")}};
-  if (scene.as_object().contains("coupling")) bare["coupling"] = scene.at("coupling");
-  for (const char* list : {"bodies", "tools"}) {
-    json::array& things = bare.emplace(list, json::array()).first->value().as_array();
-    for (const json::value& thing : scene.at(list).as_array()) {
-      json::object& copy = things.emplace_back(json::object()).as_object();
-      for (const char* field : {"name", "mass_kg", "graspable", "workspace"}) {
-        if (thing.as_object().contains(field)) copy[field] = thing.at(field);
-      }
-      if (std::string_view(list) == "bodies") {
-        copy["shapes"] = json::array{json::object{{"box", json::object{{"size_m", {0.02, 0.02, 0.02}}}}}};
-      }
-    }
+TEST(CouplingCheck, MassesThatAreMissingOrOfNoUseDisplayNothing) {
+  std::vector<wire::Joined> useless(6, joined_with(400, 1));
+  useless[0].clear_tool_masses();
+  useless[1].mutable_tool_masses(0)->set_principal_inertia_kg_m2(1, 1e9);
+  useless[2].mutable_tool_masses(0)->clear_centre();
+  useless[3].mutable_tool_masses(0)->set_principal_inertia_kg_m2(0, 0);
+  useless[4].mutable_tool_masses(0)->set_centre(3, 2);
+  add_body(useless[5], 0.1);
+  useless[5].mutable_body_masses(0)->set_mass_kg(-1);
+  for (const wire::Joined& joined : useless) {
+    SCOPED_TRACE(joined.ShortDebugString());
+    test::SessionBench bench(with(light_device()));
+    bench.join(joined);
+    EXPECT_FALSE(bench.scene_may_display());
+    EXPECT_TRUE(bench.mailboxes.scene.front().may_drive);
+    const auto findings = findings_of(bench, light_device());
+    ASSERT_EQ(findings.size(), 1U);
+    EXPECT_EQ(findings[0].verdict, haptics::StabilityVerdict::kUnstable);
+    EXPECT_THAT(findings[0].text, HasSubstr("no usable mass"));
   }
-  return json::serialize(bare);
 }
 
-TEST(CouplingCheck, NoShippedSceneIsRefusedOnTheSimulatedDevice) {
-  int scenes = 0;
-  for (const auto& entry : std::filesystem::directory_iterator(test::source_path("server/scenes"))) {
-    if (entry.path().extension() != ".json") continue;
-    SCOPED_TRACE(entry.path().string());
-    const auto scene = server::load_scene_text(without_shapes(entry.path()), "scene", ".");
-    for (int tool = 0; tool < scene->description.tools_size(); ++tool) {
-      wire::Joined joined = test::minimal_joined();
-      *joined.mutable_scene() = scene->description;
-      joined.set_tool(static_cast<std::uint32_t>(tool));
-      test::SessionBench bench(with(devices::find_device_profile("sim")));
-      bench.join(joined);
-      EXPECT_EQ(bench.state(), "active") << bench.session.status().why;
-      EXPECT_TRUE(bench.scene_may_display());
-      EXPECT_THAT(findings_of(bench, devices::find_device_profile("sim")), testing::IsEmpty());
-    }
-    ++scenes;
-  }
-  EXPECT_GE(scenes, 6);
+TEST(CouplingCheck, ABodyCountsWhereTheStateSaysThatItIsHeld) {
+  test::SessionBench bench(with(light_device()));
+  wire::Joined joined = joined_with(400, 1);
+  add_body(joined, 0.5);
+  bench.join(joined);
+  const double about_centre = 0.5 * 0.015 * 0.015;
+  EXPECT_NEAR(bench.session.coupling_check().moved.back().inertia_kg_m2, about_centre, 1e-9) << "nobody knows where";
+  const auto hold_at = [&bench](const Vec3& p_BT) {
+    proto::ServerUpdate update = bench.next_update();
+    update.held_body = body_id_at(0);
+    update.X_BT.p = p_BT;
+    bench.session.on_datagram(bench.datagram_of(update), bench.now);
+  };
+  wire::ServerControl grabbed;
+  grabbed.mutable_grabbed()->set_body(body_id_at(0).value);
+  bench.say(grabbed);
+  hold_at({0.1, 0, 0});
+  bench.wait(CouplingWatch::kQuiet);
+  EXPECT_NEAR(bench.session.coupling_check().moved.back().inertia_kg_m2, about_centre + 0.5 * 0.1 * 0.1, 1e-6);
+  const std::uint64_t checks = bench.session.coupling_check().number;
+  hold_at({0.102, 0, 0});
+  bench.wait(CouplingWatch::kAtLatest);
+  EXPECT_EQ(bench.session.coupling_check().number, checks) << "a grip that slips a little is no other one";
+  hold_at({0.05, 0, 0});
+  bench.wait(CouplingWatch::kQuiet);
+  EXPECT_NEAR(bench.session.coupling_check().moved.back().inertia_kg_m2, about_centre + 0.5 * 0.05 * 0.05, 1e-6);
 }
 
 }  // namespace
