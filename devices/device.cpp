@@ -2,8 +2,8 @@
 #include "devices/device.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <string_view>
 
 namespace tandem::devices {
 namespace {
@@ -21,6 +21,11 @@ bool is_verified(const SourcedLimit& limit) noexcept {
   source.remove_prefix(std::min(source.find_first_not_of(" \t\r\n\v\f"), source.size()));
   if (!std::isfinite(limit.value) || source.empty()) return false;
   return !std::ranges::equal(source.substr(0, kUnverified.size()), kUnverified, {}, lower);
+}
+
+std::string_view name_of(DeviceState state) noexcept {
+  constexpr std::array<std::string_view, 4> kNames{"opening", "homing", "ready", "lost"};
+  return kNames[static_cast<std::size_t>(state)];
 }
 
 }  // namespace tandem::devices

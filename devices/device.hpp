@@ -3,7 +3,9 @@
 
 #include <cstdint>
 #include <string>
+#include <string_view>
 
+#include "common/base/buttons.hpp"
 #include "common/base/spatial.hpp"
 #include "common/base/time.hpp"
 
@@ -24,7 +26,11 @@ bool is_verified(const SourcedLimit& limit) noexcept;
 /// What a device can do, and what we let it do.
 struct DeviceSpec {
   std::string name;
-  int force_axes = 3;            ///< 3, or 6 with torque
+  int sensed_translations = 3;
+  int sensed_rotations = 3;  ///< 0: the handle's orientation stays as it is
+  int actuated_translations = 3;
+  int actuated_rotations = 0;                           ///< 0: no torque
+  std::uint32_t buttons = kButtonGrab | kButtonClutch;  ///< bits of Button: those that it has
   SourcedLimit force_maximum_n;  ///< of the maker; describes, and bounds the software limit when verified
   SourcedLimit torque_maximum_n_m;
   double force_limit_n = 2.0;  ///< software limit, ≤ force_maximum_n; the default is for unverified devices
@@ -32,24 +38,30 @@ struct DeviceSpec {
   double speed_limit_m_per_s = 3.0;    ///< a faster handle is a fault: force to zero within 20 ms, then re-armed
   double slew_limit_n_per_s = 4000.0;  ///< how fast the displayed force may change
   double slew_limit_n_m_per_s = 200.0;
+
+  bool has_torque() const { return actuated_rotations > 0; }
 };
+
+/// What becomes of a device: it is opened, moved to where its encoders know their zero, ready, and lost when it no
+/// longer answers. Only a device that is ready shows a force.
+enum class DeviceState : std::uint8_t { kOpening, kHoming, kReady, kLost };
+/// "opening", "homing", "ready", "lost".
+std::string_view name_of(DeviceState state) noexcept;
 
 /// Everything about the hand at one instant, in the device base frame D.
 struct DeviceSample {
   LocalTime taken{};
-  bool is_valid = false;  ///< false: do not use the rest
+  DeviceState state = DeviceState::kOpening;
+  std::string_view reason;  ///< why it is not ready, and what would help: a literal
+  bool is_valid = false;    ///< false, as unless ready: do not use the rest
   Pose X_DH;
   Twist V_DH;
-  std::uint32_t buttons = 0;  ///< bits of Button (proto/state.hpp gives them meaning)
+  std::uint32_t buttons = 0;  ///< bits of Button
 };
 
-/// What the device shall display on the hand, in D, torque about the handle's origin.
-struct DeviceCommand {
-  Wrench wrench_on_hand_D;
-};
-
-/// A haptic device. Implementations do not block longer than a read takes, do not sleep, and do not allocate
-/// in read() and write().
+/// A haptic device, opened by devices/registry.hpp and closed by its destructor. Implementations do not block longer
+/// than a read takes, do not sleep, and do not allocate in read() and write(). Homing and opening again what was lost
+/// go on in steps behind read().
 ///
 /// Thread  haptic (open and close: any, before and after)
 class Device {
@@ -57,8 +69,9 @@ class Device {
   virtual ~Device() = default;
   virtual const DeviceSpec& spec() const noexcept = 0;
   virtual DeviceSample read(LocalTime now) noexcept = 0;
-  /// Called only by DeviceWriter, which clamps. False: the command was not delivered.
-  virtual bool write(LocalTime now, const DeviceCommand& command) noexcept = 0;
+  /// What to display on the hand, in D, torque about the handle's origin. Called only by DeviceWriter, which clamps.
+  /// False: the command was not delivered.
+  virtual bool write(LocalTime now, const Wrench& wrench_on_hand_D) noexcept = 0;
 };
 
 }  // namespace tandem::devices

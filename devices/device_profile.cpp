@@ -165,8 +165,9 @@ DeviceProfile profile_of(JsonFields profile, const std::string& origin) {
   result.name = profile.required_text("name");
   result.title = profile.required_text("title");
   result.spec.name = result.name;
-  result.spec.force_axes = static_cast<int>(profile.whole_number("force_axes", 0, 6));
-  if (result.spec.force_axes != 3 && result.spec.force_axes != 6) profile.fail("force_axes", "it must be 3 or 6");
+  const auto force_axes = profile.whole_number("force_axes", 0, 6);
+  if (force_axes != 3 && force_axes != 6) profile.fail("force_axes", "it must be 3 or 6");
+  result.spec.actuated_rotations = static_cast<int>(force_axes) - 3;
   result.spec.force_maximum_n = sourced(profile, "force_maximum_n", kMaxForce_n);
   if (result.has_torque()) result.spec.torque_maximum_n_m = sourced(profile, "torque_maximum_n_m", kMaxTorque_n_m);
   read_limits(profile, result);

@@ -9,7 +9,7 @@
 
 #include "common/haptics/coupling/adaptive.hpp"
 #include "devices/device.hpp"
-#include "devices/sim/sim_device.hpp"
+#include "devices/hand_parameters.hpp"
 
 namespace tandem::devices {
 
@@ -36,7 +36,7 @@ struct DeviceProfile {
   std::string adaptive_source;                   ///< "tandem-lab calibrate --device omega.6"
 
   /// Whether it shows torque.
-  bool has_torque() const { return spec.force_axes == 6; }
+  bool has_torque() const { return spec.has_torque(); }
 };
 
 /// All profiles of a file; devices/README.md lists the fields.

@@ -31,12 +31,23 @@ void check_limit(const DeviceSpec& spec, const char* field, double limit, const 
            (verified ? " (" + maximum.source + ")" : " while the device's maximum is unverified"));
 }
 
+/// All that is rendered is in three directions; of rotations a device may lack any.
+void check_axes(const DeviceSpec& spec) {
+  const auto check = [&spec](const char* field, int axes, int least) {
+    if (axes < least || axes > 3) fail(spec, field, axes, "it must be " + std::to_string(least) + " to 3");
+  };
+  check("sensed_translations", spec.sensed_translations, 3);
+  check("sensed_rotations", spec.sensed_rotations, 0);
+  check("actuated_translations", spec.actuated_translations, 3);
+  check("actuated_rotations", spec.actuated_rotations, 0);
+}
+
 }  // namespace
 
 void check_device_spec(const DeviceSpec& spec) {
-  if (spec.force_axes != 3 && spec.force_axes != 6) fail(spec, "force_axes", spec.force_axes, "it must be 3 or 6");
+  check_axes(spec);
   check_limit(spec, "force_limit_n", spec.force_limit_n, spec.force_maximum_n, kUnverifiedForce_n);
-  if (spec.force_axes == 6) {
+  if (spec.has_torque()) {
     check_limit(spec, "torque_limit_n_m", spec.torque_limit_n_m, spec.torque_maximum_n_m, kUnverifiedTorque_n_m);
   }
   check_positive(spec, "speed_limit_m_per_s", spec.speed_limit_m_per_s);
@@ -48,7 +59,7 @@ DeviceWriter::DeviceWriter(Device& device) : device_(device) {
   const DeviceSpec& spec = device.spec();
   check_device_spec(spec);
   force_limit_n_ = spec.force_limit_n;
-  torque_limit_n_m_ = spec.force_axes == 6 ? spec.torque_limit_n_m : 0.0;
+  torque_limit_n_m_ = spec.has_torque() ? spec.torque_limit_n_m : 0.0;
 }
 
 bool DeviceWriter::write(LocalTime now, const Wrench& wrench_on_hand_D) noexcept {
@@ -57,7 +68,7 @@ bool DeviceWriter::write(LocalTime now, const Wrench& wrench_on_hand_D) noexcept
   const Wrench command{clamped_to_length(wanted.f, force_limit_n_), clamped_to_length(wanted.t, torque_limit_n_m_)};
   // A device without torque shows none: that is not a clamp worth reporting.
   was_clamped_ = !is_good || command.f != wanted.f || (torque_limit_n_m_ > 0 && command.t != wanted.t);
-  if (!device_.write(now, DeviceCommand{command})) return false;
+  if (!device_.write(now, command)) return false;
   written_ = command;
   return true;
 }

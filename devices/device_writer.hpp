@@ -5,7 +5,7 @@
 
 namespace tandem::devices {
 
-/// Fails   std::invalid_argument when a limit of the spec is not finite, negative, above its verified maximum, or
+/// Fails   std::invalid_argument when axes are missing or too many, when a limit of the spec is not finite, negative, above its verified maximum, or
 ///         above 2 N or 0.1 N·m while the maximum is unverified
 void check_device_spec(const DeviceSpec& spec);
 

@@ -5,6 +5,7 @@
 #include <boost/container/static_vector.hpp>
 #include <cstdint>
 
+#include "common/base/buttons.hpp"
 #include "common/base/ids.hpp"
 #include "common/base/spatial.hpp"
 #include "common/base/time.hpp"
@@ -39,12 +40,6 @@ inline constexpr Duration kMaxDelay = std::chrono::seconds(10);
 /// Largest time stamp and age, 73 years: four of them add up without overflow.
 inline constexpr Duration kMaxTimestamp{std::int64_t{1} << 61U};
 
-/// Bits of ClientUpdate::buttons.
-enum Button : std::uint32_t {
-  kButtonGrab = 1U << 0U,    ///< held down: grab the nearest body in reach; let go: release it
-  kButtonClutch = 1U << 1U,  ///< held down: the tool stays while the hand moves back
-};
-
 /// How a client bridges the delay, which says what its update tells and what the room does with it.
 enum class ClientMode : std::uint32_t {
   kHandle = 0,      ///< the room couples the newest handle to its tool
@@ -57,8 +52,8 @@ struct ClientUpdate {
   Tick input_tick;
   RigidState handle;          ///< X_WH, V_WH after workspace mapping and clutch
   bool handle_valid = false;  ///< false: the device lost track of the hand
-  std::uint32_t buttons = 0;
-  LocalTime sent{};  ///< t1
+  std::uint32_t buttons = 0;  ///< bits of Button (common/base/buttons.hpp)
+  LocalTime sent{};           ///< t1
   Step acknowledged_step;
   ServerTime acknowledged_sent{};
   Duration acknowledged_held{0};

@@ -19,14 +19,9 @@ constexpr Duration kMaxJoin{std::chrono::seconds(20)};
 // The io thread runs this far below the haptic thread.
 constexpr int kIoPriorityBelow = 10;
 
-devices::HandPath hand_path(const std::string& hand) {
-  if (hand.ends_with(".json") || hand.find('/') != std::string::npos) return devices::load_hand_path(hand);
-  return devices::named_hand_path(hand);
-}
-
 ClientIoSettings io_settings(const ClientOptions& options) {
   ClientIoSettings settings = options.io;
-  settings.session.device = options.device;
+  settings.session.device = options.device.profile;
   settings.makes_local_model = needs_local_model(options.stage.name);
   if (options.realtime_priority > 0) {
     settings.realtime_priority = std::max(1, options.realtime_priority - kIoPriorityBelow);
@@ -38,7 +33,7 @@ HapticSettings haptic_settings(const ClientOptions& options, const haptics::Safe
   HapticSettings settings;
   settings.stage = options.stage;
   settings.safety = safety;
-  settings.coupling_bounds = devices::coupling_bounds(options.device);
+  settings.coupling_bounds = devices::coupling_bounds(options.device.profile);
   return settings;
 }
 
@@ -62,11 +57,11 @@ std::string coupling_lines(const std::vector<haptics::StabilityFinding>& finding
 
 ClientRun::ClientRun(const ClientOptions& options)
     : options_(options),
-      device_(options.device.spec, devices::holding(options.hand_parameters, options.device), hand_path(options.hand),
-              options.seed),
-      core_(haptic_settings(options, safety_), device_, mailboxes_),
+      device_(devices::open_device(options.device)),
+      hand_path_(devices::find_hand_path(options.device.hand)),
+      core_(haptic_settings(options, safety_), *device_, mailboxes_),
       io_(io_settings(options), mailboxes_),
-      report_(device_.path().phases(), safety_.silence_zero) {
+      report_(hand_path_.phases(), safety_.silence_zero) {
   if (!options.trace.empty()) trace_.emplace(options.trace, options.trace_every);
   io_.on_tick = [this] { core_.service(); };
   if (options.is_verbose) io_.on_log = [](const std::string& line) { std::cerr << "tandem-client: " + line + "\n"; };
@@ -137,10 +132,18 @@ void ClientRun::drain_records() {
 void ClientRun::take_record(const TickRecord& record) {
   // The simulated hand's path starts at its first read, which is the first tick.
   if (!first_tick_) first_tick_ = record.at;
-  const int phase = device_.path().phase_at(record.at - *first_tick_);
+  const int phase = hand_path_.phase_at(record.at - *first_tick_);
   report_.add(record, phase);
   if (trace_) trace_->write(record, phase);
+  follow_device(record.sample);
   newest_ = record;
+}
+
+void ClientRun::follow_device(const devices::DeviceSample& sample) {
+  if (sample.state == newest_.sample.state && sample.reason == newest_.sample.reason) return;
+  if (sample.state == devices::DeviceState::kReady && newest_.tick.value == 0) return;
+  std::cerr << "tandem-client: device " << options_.device.name << " is " << devices::name_of(sample.state)
+            << (sample.reason.empty() ? "" : ": ") << sample.reason << "\n";
 }
 
 void ClientRun::follow_session(const ClientIoSnapshot& io) {
@@ -159,7 +162,7 @@ void ClientRun::follow_session(const ClientIoSnapshot& io) {
 void ClientRun::explain_coupling(const CouplingCheck& check) {
   if (check.number == explained_check_) return;
   explained_check_ = check.number;
-  coupling_findings_ = explained(check, options_.device);
+  coupling_findings_ = explained(check, options_.device.profile);
   std::string lines = coupling_lines(coupling_findings_);
   if (lines != last_coupling_lines_) std::cerr << lines;
   last_coupling_lines_ = std::move(lines);
@@ -176,7 +179,7 @@ void ClientRun::print_status(const ClientIoSnapshot& io) {
 
 RunSummary ClientRun::summary(ClientIoSnapshot io) const {
   return {.options = options_,
-          .device = device_.spec(),
+          .device = device_->spec(),
           .realtime_not_granted = realtime_not_granted_,
           .loop = loop_->report(),
           .trace_overflows = loop_->trace_overflows(),

@@ -14,6 +14,7 @@
 // stops first, so that the hand is let go while the session still stands.
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -25,6 +26,7 @@
 #include "client/app/trace.hpp"
 #include "client/haptics/haptic_loop.hpp"
 #include "client/net/client_io.hpp"
+#include "devices/sim/hand_path.hpp"
 
 namespace tandem::client {
 
@@ -44,6 +46,7 @@ class ClientRun {
   void keep_going();
   void drain_records();
   void take_record(const TickRecord& record);
+  void follow_device(const devices::DeviceSample& sample);
   void follow_session(const ClientIoSnapshot& io);
   void explain_coupling(const CouplingCheck& check);
   void print_status(const ClientIoSnapshot& io);
@@ -52,7 +55,8 @@ class ClientRun {
 
   ClientOptions options_;
   haptics::SafetySettings safety_;
-  devices::SimDevice device_;
+  std::unique_ptr<devices::Device> device_;
+  devices::HandPath hand_path_;  ///< names the phases of the run
   ClientMailboxes mailboxes_;
   HapticCore core_;
   ClientIo io_;

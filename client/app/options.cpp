@@ -17,6 +17,7 @@
 #include "common/base/cache_directory.hpp"
 #include "common/base/units.hpp"
 #include "common/net/deadband.hpp"
+#include "devices/sim/hand_path.hpp"
 
 namespace tandem::client {
 namespace {
@@ -111,15 +112,28 @@ void add_deadband_option(CLI::App& app, ClientOptions& options) {
       [&options](const std::string& text) { options.io.session.deadband = parse_fraction(text, net::kMaxDeadband); });
 }
 
-void add_hand_options(CLI::App& app, ClientOptions& options, std::string& device) {
+std::string listed_devices() {
+  std::string text;
+  for (const devices::DeviceKind& kind : devices::device_kinds()) {
+    text.append(text.empty() ? "" : "; ").append(kind.name).append(": ").append(kind.description);
+  }
+  return text;
+}
+
+void add_device_options(CLI::App& app, devices::DeviceOptions& device, std::string& profile) {
+  app.add_option("--device", device.name, "what the hand holds: " + listed_devices())
+      ->capture_default_str()
+      ->type_name("NAME");
   app.add_option(
-         "--device", device,
-         "the simulated hand's device [sim]: its limits [N, N*m], axes, encoder steps [m, rad], mass [kg] and damping "
-         "[N*s/m]; a profile of devices/README.md or FILE.json")
+         "--profile", profile,
+         "the real device that the simulated hand holds: its limits [N, N*m], axes, encoder steps [m, rad], mass [kg] "
+         "and damping [N*s/m]; a profile of devices/README.md or FILE.json")
+      ->capture_default_str()
       ->type_name("NAME|FILE.json");
-  app.add_option("--hand", options.hand,
-                 "what the simulated hand intends [rest]: FILE.json or one of " + listed(devices::hand_path_names()));
-  devices::HandParameters& hand = options.hand_parameters;
+  app.add_option("--hand", device.hand,
+                 "what the simulated hand intends: FILE.json or one of " + listed(devices::hand_path_names()))
+      ->capture_default_str();
+  devices::HandParameters& hand = device.hand_parameters;
   // The ranges of an experiment file (lab/experiment/experiment.cpp): a run of one is a run of the other.
   add_number(app, "--hand-mass", hand.mass_kg, 0.01, 10, "without the device [kg]", "KG");
   add_number(app, "--hand-stiffness", hand.stiffness_n_per_m, 0, 10000, "towards the intended place [N/m]", "N/M");
@@ -219,11 +233,15 @@ void check_links(const ClientOptions& options, const net::LinkParameters& link) 
   }
 }
 
-devices::DeviceProfile device_named(const std::string& name) {
+/// Not before the command line is parsed: help and version need no file.
+void complete(devices::DeviceOptions& device, const std::string& profile) {
+  const char* option = "--device: ";
   try {
-    return devices::find_device_profile(name);
+    devices::check_device_name(device.name);
+    option = "--profile: ";
+    device.profile = devices::find_device_profile(profile);
   } catch (const std::exception& error) {
-    throw std::invalid_argument("--device: " + std::string(error.what()) + "; see --help");
+    throw std::invalid_argument(option + std::string(error.what()) + "; see --help");
   }
 }
 
@@ -238,13 +256,13 @@ std::optional<ClientOptions> parse_client_options(int argc, const char* const* a
   CLI::App app{"Joins a shared haptic scene with one device.", "tandem-client"};
   app.footer("Exit code: 0 done, 1 the session was lost, 2 bad set-up.");
   ClientOptions options;
-  std::string device = "sim";
+  std::string profile = "sim";
   net::LinkParameters link;
   bool has_link = false;
   bool is_headless = false;
   add_session_options(app, options);
   add_deadband_option(app, options);
-  add_hand_options(app, options, device);
+  add_device_options(app, options.device, profile);
   add_stage_options(app, options.stage);
   add_link_options(app, link, has_link);
   add_run_options(app, options, is_headless);
@@ -259,8 +277,8 @@ std::optional<ClientOptions> parse_client_options(int argc, const char* const* a
   if (const auto cache = default_cache_directory(); !cache.empty()) {
     options.io.session.asset_store = std::make_shared<DiskAssetStore>(cache / "assets");
   }
-  // Not before: help and version need no file.
-  options.device = device_named(device);
+  complete(options.device, profile);
+  options.device.seed = options.seed;
   if (!is_headless) throw std::invalid_argument("the window is not part of this version; add --headless");
   if (has_link) {
     check_links(options, link);

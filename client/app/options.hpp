@@ -8,17 +8,15 @@
 
 #include "client/haptics/stages/stage.hpp"
 #include "client/net/client_io.hpp"
-#include "devices/device_profile.hpp"
+#include "devices/registry.hpp"
 
 namespace tandem::client {
 
 struct ClientOptions {
   ClientIoSettings io;  ///< server, room, name, role, transport and simulated links
-  std::string hand = "rest";
-  devices::HandParameters hand_parameters;  ///< without the device
-  devices::DeviceProfile device;            ///< of the device that the simulated hand holds
-  StageSettings stage;                      ///< what the hand is shown, predictor and guard
-  std::uint64_t seed = 1;
+  devices::DeviceOptions device;
+  StageSettings stage;               ///< what the hand is shown, predictor and guard
+  std::uint64_t seed = 1;            ///< of the links, and as device.seed of the hand
   std::optional<Duration> duration;  ///< none: until a signal
   int realtime_priority = 70;
   int cpu = -1;

@@ -4,7 +4,7 @@
 
 #include "common/base/json.hpp"
 #include "common/net/link.hpp"
-#include "devices/sim/sim_device.hpp"
+#include "devices/hand_parameters.hpp"
 
 namespace tandem::client {
 

@@ -61,9 +61,10 @@ void add_setup(const RunSummary& s, json::object& out) {
   out["guard"] = options.stage.guard;
   out["wave_impedance"] = {{"linear_n_s_per_m", options.stage.wave.linear_n_s_per_m},
                            {"angular_n_m_s_per_rad", options.stage.wave.angular_n_m_s_per_rad}};
-  out["device"] = options.device.name;
-  out["hand"] = options.hand;
-  out["hand_parameters"] = to_json(options.hand_parameters);
+  out["driver"] = options.device.name;
+  out["device"] = options.device.profile.name;
+  out["hand"] = options.device.hand;
+  out["hand_parameters"] = to_json(options.device.hand_parameters);
   out["seed"] = options.seed;
   out["link_parameters"] = nullptr;
   if (options.io.links) {

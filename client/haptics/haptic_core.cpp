@@ -22,7 +22,7 @@ constexpr double kMinSpeedGap_s = 0.001;
 constexpr Duration kButtonsKept{std::chrono::milliseconds(100)};
 
 bool is_clutch_down(const devices::DeviceSample& sample) {
-  return (sample.buttons & proto::kButtonClutch) != 0;
+  return (sample.buttons & kButtonClutch) != 0;
 }
 
 bool is_among(const std::vector<std::string_view>& names, std::string_view name) {
@@ -123,8 +123,10 @@ bool HapticCore::write_zero(LocalTime now) noexcept {
 }
 
 // What a device did not take, the hand does not feel: it keeps the command before, and what comes next starts there.
+// One that is not ready is given zero whatever the stages say.
 bool HapticCore::write(LocalTime now, const Wrench& wrench_on_hand_D) noexcept {
-  const bool is_taken = writer_.write(now, wrench_on_hand_D);
+  const bool is_ready = record_.sample.state == devices::DeviceState::kReady;
+  const bool is_taken = writer_.write(now, is_ready ? wrench_on_hand_D : Wrench{});
   if (!is_taken) {
     ++counters_.write_failures;
     safety_.rearm();
@@ -136,7 +138,9 @@ bool HapticCore::write(LocalTime now, const Wrench& wrench_on_hand_D) noexcept {
 
 devices::DeviceSample HapticCore::read_device(LocalTime now) noexcept {
   devices::DeviceSample sample = device_.read(now);
-  sample.is_valid = sample.is_valid && is_finite(sample.X_DH) && is_finite(sample.V_DH);
+  const bool is_ready = sample.state == devices::DeviceState::kReady;
+  sample.is_valid = sample.is_valid && is_ready && is_finite(sample.X_DH) && is_finite(sample.V_DH);
+  sample.buttons &= device_.spec().buttons;
   return sample;
 }
 

@@ -228,7 +228,7 @@ void LocalModel::mirror_grasp(const proto::ServerUpdate& update) noexcept {
 
 // The server does the same with this input when it gets it; what it finds else is mirrored then.
 void LocalModel::follow_buttons(const LocalModelInput& input) noexcept {
-  const bool is_down = (input.buttons & proto::kButtonGrab) != 0;
+  const bool is_down = (input.buttons & kButtonGrab) != 0;
   if (is_down == grab_button_ || !input.has_handle) return;
   grab_button_ = is_down;
   foretold_ = {input.input, true};

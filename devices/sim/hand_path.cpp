@@ -5,6 +5,7 @@
 #include <numbers>
 #include <utility>
 
+#include "common/base/buttons.hpp"
 #include "common/base/json_fields.hpp"
 
 namespace tandem::devices {
@@ -43,16 +44,12 @@ Quat quaternion_of_xyz_degrees(const Vec3& degrees) {
       .normalized();
 }
 
-// Bits of Button (proto/state.hpp), which devices/ does not depend on.
-constexpr std::uint32_t kGrabBit = 1U << 0U;
-constexpr std::uint32_t kClutchBit = 1U << 1U;
-
 std::uint32_t buttons_of(JsonFields& point, std::uint32_t otherwise) {
   if (!point.has("buttons")) return otherwise;
   std::uint32_t bits = 0;
   for (const std::string& name : point.texts("buttons")) {
     if (name != "grab" && name != "clutch") point.fail("buttons", "it must be a list of \"grab\" and \"clutch\"");
-    bits |= name == "grab" ? kGrabBit : kClutchBit;
+    bits |= name == "grab" ? kButtonGrab : kButtonClutch;
   }
   return bits;
 }
@@ -243,6 +240,11 @@ HandPath parse_hand_path(std::string_view json, std::string_view origin) {
 
 HandPath load_hand_path(const std::filesystem::path& file) {
   return parse_hand_path(read_text_file(file), file.string());
+}
+
+HandPath find_hand_path(std::string_view name) {
+  const bool is_file = name.ends_with(".json") || name.find('/') != std::string_view::npos;
+  return is_file ? load_hand_path(name) : named_hand_path(name);
 }
 
 }  // namespace tandem::devices

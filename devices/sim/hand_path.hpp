@@ -75,5 +75,8 @@ HandPath parse_hand_path(std::string_view json, std::string_view origin);
 /// Fails   std::invalid_argument for an unknown name (lists the known)
 HandPath named_hand_path(std::string_view name);
 std::vector<std::string_view> hand_path_names();
+/// A path by its name or, when that is a file's, from the file.
+/// Fails   as load_hand_path() and named_hand_path()
+HandPath find_hand_path(std::string_view name);
 
 }  // namespace tandem::devices

@@ -7,12 +7,11 @@
 #include <numbers>
 #include <utility>
 
+#include "common/base/buttons.hpp"
 #include "devices/sim/hand_path.hpp"
 
 namespace tandem::devices {
 namespace {
-
-constexpr std::uint32_t kGrabBit = 1U << 0U;
 
 WayPoint point(double t_s, const Vec3& position_m, const char* phase = "", std::uint32_t buttons = 0) {
   return {from_seconds(t_s), {position_m, Quat::Identity()}, buttons, phase};
@@ -48,9 +47,9 @@ HandPath grab_and_lift() {
   const Vec3 on_it(0, 0, -0.04);
   const Vec3 lifted(0, 0, 0.04);
   return HandPath({point(0, Vec3::Zero(), "approach"), point(0.5, Vec3::Zero()), point(1.6, on_it),
-                   point(1.9, on_it, "", kGrabBit), point(2.4, on_it, "move", kGrabBit),
-                   point(4.4, lifted, "hold", kGrabBit), point(7.4, lifted, "retreat", kGrabBit),
-                   point(9.4, on_it, "", kGrabBit), point(9.9, on_it), point(11, Vec3::Zero())});
+                   point(1.9, on_it, "", kButtonGrab), point(2.4, on_it, "move", kButtonGrab),
+                   point(4.4, lifted, "hold", kButtonGrab), point(7.4, lifted, "retreat", kButtonGrab),
+                   point(9.4, on_it, "", kButtonGrab), point(9.9, on_it), point(11, Vec3::Zero())});
 }
 
 // From above a thing to its side, down beside it, and against it along x for 80 mm, to 20 mm beyond where the hand
@@ -105,13 +104,13 @@ HandPath shake() {
   std::vector<WayPoint> points{point(0, Vec3::Zero(), "approach"),
                                point(0.5, Vec3::Zero()),
                                point(1.4, on_it),
-                               point(1.6, on_it, "", kGrabBit),
-                               point(1.9, on_it, "", kGrabBit),
-                               point(3.2, lifted, "", kGrabBit),
-                               point(3.4, lifted, "shake", kGrabBit),
-                               point(20.4, lifted, "hold", kGrabBit),
-                               point(23.9, lifted, "retreat", kGrabBit),
-                               point(25.2, on_it, "", kGrabBit),
+                               point(1.6, on_it, "", kButtonGrab),
+                               point(1.9, on_it, "", kButtonGrab),
+                               point(3.2, lifted, "", kButtonGrab),
+                               point(3.4, lifted, "shake", kButtonGrab),
+                               point(20.4, lifted, "hold", kButtonGrab),
+                               point(23.9, lifted, "retreat", kButtonGrab),
+                               point(25.2, on_it, "", kButtonGrab),
                                point(25.5, on_it),
                                point(26.5, Vec3::Zero())};
   return HandPath(std::move(points),

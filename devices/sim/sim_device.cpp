@@ -85,7 +85,7 @@ SimDevice::SimDevice(DeviceSpec spec, const HandParameters& hand, HandPath path,
 DeviceSpec SimDevice::default_spec() {
   DeviceSpec spec;
   spec.name = "sim";
-  spec.force_axes = 6;
+  spec.actuated_rotations = 3;
   // Here and not read from the profile "sim", so that a program needs no file for it; a test holds the two together.
   // Sized like an existing desktop device with torque; of its three torque axes the weakest counts.
   spec.force_maximum_n = {8.5, "Phantom Premium 1.5/6DOF: Hou, PhD thesis, NTU 2014, table A.1"};
@@ -113,6 +113,7 @@ DeviceSample SimDevice::read(LocalTime now) noexcept {
   }
   DeviceSample sample;
   sample.taken = now;
+  sample.state = DeviceState::kReady;
   sample.is_valid = true;
   sample.X_DH = quantised(X_DH_);
   sample.V_DH = reported_twist(now, sample.X_DH);
@@ -131,11 +132,11 @@ Duration SimDevice::path_time_at(LocalTime time) const noexcept {
   return is_path_held_ ? Duration(0) : time - started_;
 }
 
-bool SimDevice::write(LocalTime now, const DeviceCommand& command) noexcept {
+bool SimDevice::write(LocalTime now, const Wrench& wrench_on_hand_D) noexcept {
   // The hand moves under the old force until now, whoever calls first.
   if (has_started_ && now > last_read_) read(now);
-  if (!is_finite(command.wrench_on_hand_D)) return false;
-  force_on_hand_D_ = command.wrench_on_hand_D;
+  if (!is_finite(wrench_on_hand_D)) return false;
+  force_on_hand_D_ = wrench_on_hand_D;
   return true;
 }
 

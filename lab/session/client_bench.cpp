@@ -9,6 +9,7 @@
 #include "client/model/local_model_maker.hpp"
 #include "client/session/asset_store.hpp"
 #include "common/haptics/prediction/force_stream.hpp"
+#include "devices/sim/sim_device.hpp"
 #include "lab/session/virtual_network.hpp"
 
 namespace tandem::lab {
@@ -52,8 +53,8 @@ class HandAhead final : public devices::Device {
 
   const devices::DeviceSpec& spec() const noexcept override { return hand_.spec(); }
   devices::DeviceSample read(LocalTime /*now*/) noexcept override { return sample_; }
-  bool write(LocalTime now, const devices::DeviceCommand& command) noexcept override {
-    return hand_.write(now, command);
+  bool write(LocalTime now, const Wrench& wrench_on_hand_D) noexcept override {
+    return hand_.write(now, wrench_on_hand_D);
   }
 
  private:

@@ -41,9 +41,7 @@ class Seat {
 
   void feel(LocalTime now) {
     if (!room_.slot(slot_).output.poll()) return;
-    devices::DeviceCommand command;
-    command.wrench_on_hand_D = workspace_.device_wrench(room_.slot(slot_).output.front().update.wrench_on_hand_W);
-    device_.write(now, command);
+    device_.write(now, workspace_.device_wrench(room_.slot(slot_).output.front().update.wrench_on_hand_W));
   }
 
  private:

@@ -7,6 +7,7 @@
 #include "client/model/local_model_maker.hpp"
 #include "client/session/asset_store.hpp"
 #include "common/docking/lennard_jones.hpp"
+#include "devices/sim/sim_device.hpp"
 #include "lab/experiment/pipeline.hpp"
 #include "lab/session/field_depth.hpp"
 #include "lab/session/virtual_network.hpp"

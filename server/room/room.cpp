@@ -154,7 +154,7 @@ TickFaults Room::take_input(std::size_t slot) noexcept {
   const bool is_stale = input_age(member) > kInputStaleAfter;
   if (is_stale || !member.newest.handle_valid) {
     // What waits to be played is dropped there: an opened hand must not be.
-    if ((member.newest.buttons & proto::kButtonGrab) == 0) follow_grab_button(slot, false);
+    if ((member.newest.buttons & kButtonGrab) == 0) follow_grab_button(slot, false);
     let_tool_be(slot);
   } else {
     faults |= limit_tool(slot);
@@ -174,7 +174,7 @@ void Room::take_newest(std::size_t slot) noexcept {
   member.has_input = true;
   // What a local model's user presses is played out with the rest (play_out()): tool and body are then where he had
   // them. Let go in any case: a hand that is lost must be able to open.
-  const bool is_down = (member.newest.buttons & proto::kButtonGrab) != 0;
+  const bool is_down = (member.newest.buttons & kButtonGrab) != 0;
   const bool is_played = member.newest.mode == proto::ClientMode::kLocalModel;
   if (member.newest.handle_valid ? !is_played : !is_down) follow_grab_button(slot, is_down);
   if (member.newest.mode != before) let_tool_be(slot);
@@ -244,7 +244,7 @@ void Room::play_out(std::size_t slot) noexcept {
   bridges_[slot]->tool_guard.hand_reported(played->energy_from_hand_j, played->energy_to_hand_j, to_seconds(period_));
   pull_to(slot, played->handle);
   join_copies(slot, *played);
-  follow_grab_button(slot, (played->buttons & proto::kButtonGrab) != 0);
+  follow_grab_button(slot, (played->buttons & kButtonGrab) != 0);
 }
 
 void Room::join_copies(std::size_t slot, const PlayedInput& played) noexcept {

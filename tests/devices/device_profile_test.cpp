@@ -11,6 +11,7 @@
 #include <set>
 
 #include "devices/device_writer.hpp"
+#include "devices/sim/sim_device.hpp"
 #include "tests/support/markdown_table.hpp"
 #include "tests/support/source_path.hpp"
 
@@ -83,7 +84,7 @@ TEST(ShippedProfiles, SimIsTheDefaultSimulatedDevice) {
   const DeviceProfile sim = find_device_profile("sim");
   const DeviceSpec expected = SimDevice::default_spec();
   EXPECT_EQ(sim.spec.name, expected.name);
-  EXPECT_EQ(sim.spec.force_axes, expected.force_axes);
+  EXPECT_EQ(sim.spec.actuated_rotations, expected.actuated_rotations);
   EXPECT_EQ(sim.spec.force_maximum_n, expected.force_maximum_n);
   EXPECT_EQ(sim.spec.torque_maximum_n_m, expected.torque_maximum_n_m);
   EXPECT_EQ(sim.spec.force_limit_n, expected.force_limit_n);
@@ -157,7 +158,7 @@ TEST(ShippedProfiles, AreThoseOfTheReadme) {
     };
     EXPECT_EQ(in_table("profile"), "`" + profile.name + "`");
     EXPECT_EQ(in_table("device"), profile.title);
-    EXPECT_EQ(in_table("axes"), std::to_string(profile.spec.force_axes)) << profile.name;
+    EXPECT_EQ(in_table("axes"), std::to_string(3 + profile.spec.actuated_rotations)) << profile.name;
     EXPECT_EQ(in_table("force [N]"), maximum(profile.spec.force_maximum_n)) << profile.name;
     EXPECT_EQ(in_table("limit [N]"), number(profile.spec.force_limit_n)) << profile.name;
     EXPECT_EQ(in_table("torque [N·m]"), maximum(profile.spec.torque_maximum_n_m)) << profile.name;

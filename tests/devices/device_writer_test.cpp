@@ -20,8 +20,8 @@ class RecordingDevice final : public Device {
  public:
   const DeviceSpec& spec() const noexcept override { return device_spec; }
   DeviceSample read(LocalTime) noexcept override { return {}; }
-  bool write(LocalTime, const DeviceCommand& command) noexcept override {
-    last = command.wrench_on_hand_D;
+  bool write(LocalTime, const Wrench& wrench_on_hand_D) noexcept override {
+    last = wrench_on_hand_D;
     return accepts;
   }
 
@@ -33,7 +33,7 @@ class RecordingDevice final : public Device {
 RecordingDevice verified_device() {
   RecordingDevice device;
   device.device_spec.name = "test";
-  device.device_spec.force_axes = 6;
+  device.device_spec.actuated_rotations = 3;
   device.device_spec.force_maximum_n = {8.0, "a data sheet"};
   device.device_spec.torque_maximum_n_m = {0.5, "a data sheet"};
   device.device_spec.force_limit_n = 6.0;
@@ -94,7 +94,7 @@ TEST(DeviceWriter, ReportsWhatTheDeviceDidNotTake) {
 
 TEST(DeviceWriter, ShowsNoTorqueOnADeviceOfThreeAxes) {
   RecordingDevice device = verified_device();
-  device.device_spec.force_axes = 3;
+  device.device_spec.actuated_rotations = 0;
   DeviceWriter writer(device);
   writer.write(LocalTime{}, {Vec3(1, 0, 0), Vec3(0.1, 0, 0)});
   EXPECT_TRUE(device.last.t.isZero(0));

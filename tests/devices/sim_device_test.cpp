@@ -22,9 +22,9 @@ SimDevice resting_hand(const HandParameters& hand = {}, std::uint64_t seed = 1) 
   return {SimDevice::default_spec(), hand, named_hand_path("rest"), seed};
 }
 
-DeviceCommand force_x(double newtons) {
-  DeviceCommand command;
-  command.wrench_on_hand_D.f.x() = newtons;
+Wrench force_x(double newtons) {
+  Wrench command;
+  command.f.x() = newtons;
   return command;
 }
 
@@ -77,8 +77,8 @@ TEST(SimDevice, RingsAtTheClosedFormFrequencyAndDecayInRotation) {
   SimDevice device = resting_hand(hand);
   LocalTime now{};
   device.read(now);
-  DeviceCommand command;
-  command.wrench_on_hand_D.t.y() = 0.04;
+  Wrench command;
+  command.t.y() = 0.04;
   device.write(now, command);
   for (; now < LocalTime(seconds(20)); now += seconds(1)) device.read(now);
   device.write(now, {});
@@ -106,8 +106,8 @@ TEST(SimDevice, ComesToRestWithoutASwingWhateverItsDamping) {
   SimDevice device = resting_hand(hand);
   LocalTime now{};
   device.read(now);
-  DeviceCommand command;
-  command.wrench_on_hand_D = {Vec3(5, 0, 0), Vec3(0, 0, 1e-3)};
+  Wrench command;
+  command = {Vec3(5, 0, 0), Vec3(0, 0, 1e-3)};
   device.write(now, command);
   device.read(now += milliseconds(5));
   EXPECT_NEAR(device.hand_twist().v.x(), 5.0 / 1000, 1e-9) << "f/B";
@@ -146,8 +146,8 @@ TEST(SimDevice, IsDeflectedByForceOverStiffness) {
   SimDevice device = resting_hand();
   LocalTime now{};
   device.read(now);
-  DeviceCommand command;
-  command.wrench_on_hand_D = {Vec3(1, -2, 3), Vec3(0, 0, 0.08)};
+  Wrench command;
+  command = {Vec3(1, -2, 3), Vec3(0, 0, 0.08)};
   device.write(now, command);
   for (int i = 0; i < 5; ++i) device.read(now += seconds(1));
   EXPECT_LT((device.hand_pose().p - Vec3(1, -2, 3) / 200).norm(), 1e-9);
@@ -245,8 +245,8 @@ TEST(SimDevice, ReportsWholeEncoderStepsOfTheTruePose) {
   hand.encoder_step_rad = 1e-3;
   SimDevice device = resting_hand(hand);
   device.read(LocalTime{});
-  DeviceCommand command;
-  command.wrench_on_hand_D = {Vec3(1, 0.5, 0), Vec3(0, 0, 0.05)};
+  Wrench command;
+  command = {Vec3(1, 0.5, 0), Vec3(0, 0, 0.05)};
   device.write(LocalTime{}, command);
   for (int i = 1; i < 200; ++i) {
     const DeviceSample sample = device.read(LocalTime(milliseconds(i)));
@@ -267,8 +267,8 @@ TEST(SimDevice, OfAnEncoderReportsTheVelocityOfItsPositionsLateButQuiet) {
     const DeviceSample sample = device.read(LocalTime(milliseconds(i)));
     ASSERT_EQ(sample.V_DH.v.norm(), 0) << "nothing moves, nothing is reported";
   }
-  DeviceCommand command;
-  command.wrench_on_hand_D = {Vec3(2, 0, 0), Vec3(0, 0, 0.05)};
+  Wrench command;
+  command = {Vec3(2, 0, 0), Vec3(0, 0, 0.05)};
   device.write(LocalTime(milliseconds(49)), command);
   double worst = 0, worst_turning = 0, fastest = 0;
   for (int i = 50; i < 300; ++i) {

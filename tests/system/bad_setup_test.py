@@ -76,7 +76,8 @@ class ClientSetup(ProgramTest):
     def test_options_that_make_no_sense(self):
         for arguments, word in [(["--stage", "telepathy"], "late-pose"), (["--delay", "25"], "ms"),
                                 (["--loss", "120%"], "loss"), (["--hand", "no_such_hand"], "no_such_hand"),
-                                (["--device", "wand"], "sim")]:
+                                (["--profile", "wand"], "sim"),
+                                (["--device", "falcon"], "--device sim --profile falcon")]:
             with self.subTest(arguments=arguments):
                 self.assert_setup_error(run("tandem-client", "--headless", *arguments), word)
 

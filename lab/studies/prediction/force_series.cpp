@@ -80,7 +80,7 @@ class Seat {
   Wrench feel(LocalTime now) {
     room_.slot(slot_).output.poll();
     const Wrench on_hand_W = room_.slot(slot_).output.front().update.wrench_on_hand_W;
-    device_.write(now, {workspace_.device_wrench(on_hand_W)});
+    device_.write(now, workspace_.device_wrench(on_hand_W));
     return on_hand_W;
   }
 

@@ -104,7 +104,7 @@ HandRigTick HandRig::Impl::respond(const Pose& X_WH_true, const Twist& V_WH_true
   const double work_before_j = std::exchange(work_on_tool_j, 0.0);
   const Wrench wanted = is_direct ? press_directly(X_WH) : step_tool(X_WH, V_WH);
   on_hand_W = settings.is_guarded ? guard.apply(X_WH, wanted, work_before_j, period_s) : wanted;
-  device.write(now, {on_hand_W});
+  device.write(now, on_hand_W);
 
   HandRigTick tick;
   tick.at = now.time_since_epoch();

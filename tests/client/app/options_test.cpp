@@ -38,7 +38,7 @@ TEST(ClientOptions, DefaultsRunTheSimulatedHandAgainstThisMachine) {
   ASSERT_TRUE(options.has_value());
   EXPECT_EQ(options->io.host, "127.0.0.1");
   EXPECT_EQ(options->io.port, 47800);
-  EXPECT_EQ(options->hand, "rest");
+  EXPECT_EQ(options->device.hand, "rest");
   EXPECT_EQ(options->stage.name, StageSettings{}.name);
   EXPECT_EQ(options->stage.predictor, "none");
   EXPECT_TRUE(options->stage.guard);
@@ -47,13 +47,16 @@ TEST(ClientOptions, DefaultsRunTheSimulatedHandAgainstThisMachine) {
   EXPECT_FALSE(options->duration.has_value());
 }
 
-TEST(ClientOptions, ADeviceIsAProfileByName) {
+TEST(ClientOptions, TheSimulatedHandHoldsADeviceByItsProfile) {
   EXPECT_EQ(parse({})->device.name, "sim");
-  const auto options = parse({"--device", "falcon"});
+  EXPECT_EQ(parse({})->device.profile.name, "sim");
+  const auto options = parse({"--device", "sim", "--profile", "falcon", "--seed", "9"});
   ASSERT_TRUE(options.has_value());
-  EXPECT_EQ(options->device.spec.force_axes, 3);
-  EXPECT_EQ(options->device.spec.force_limit_n, 7);
-  EXPECT_EQ(options->hand_parameters.mass_kg, devices::HandParameters{}.mass_kg)
+  EXPECT_EQ(options->device.name, "sim");
+  EXPECT_FALSE(options->device.profile.has_torque());
+  EXPECT_EQ(options->device.profile.spec.force_limit_n, 7);
+  EXPECT_EQ(options->device.seed, 9U);
+  EXPECT_EQ(options->device.hand_parameters.mass_kg, devices::HandParameters{}.mass_kg)
       << "the hand alone: the device is added later";
 }
 
@@ -109,8 +112,11 @@ TEST(ClientOptions, EachMistakeIsOneLineThatNamesOptionAndRemedy) {
       {{"--transport", "tcp", "--loss", "1%"}, {"--transport tcp", "--loss", "udp"}},
       {{"--transport", "tcp", "--duplication", "1%"}, {"--transport tcp", "--duplication", "udp"}},
       {{"--transport", "tcp", "--reorder"}, {"--transport tcp", "--reorder", "udp"}},
-      {{"--device", "wand"}, {"--device", "wand", "sim", "omega.6"}},
-      {{"--device", "/nonexistent/mine.json"}, {"--device", "/nonexistent/mine.json", "check the path"}},
+      {{"--device", "wand"}, {"--device", "wand", "sim"}},
+      {{"--device", "falcon"}, {"--device", "falcon", "no driver", "--device sim --profile falcon"}},
+      {{"--device", "mine.json"}, {"--device", "--device sim --profile mine.json"}},
+      {{"--profile", "wand"}, {"--profile", "wand", "sim", "omega.6"}},
+      {{"--profile", "/nonexistent/mine.json"}, {"--profile", "/nonexistent/mine.json", "check the path"}},
       {{"--role", "king"}, {"--role", "king", "manipulator"}},
       {{"--transport", "carrier-pigeon"}, {"--transport", "udp"}},
       {{"--server", "127.0.0.1:99999"}, {"--server", "65535"}},
@@ -138,7 +144,7 @@ TEST(ClientOptions, HelpAndVersionNeedNoDeviceProfiles) {
     EXPECT_FALSE(parse({option}).has_value());
     EXPECT_FALSE(testing::internal::GetCapturedStdout().empty());
   }
-  EXPECT_THAT(error_of({}), AllOf(HasSubstr("--device"), HasSubstr("/nonexistent/devices.json")));
+  EXPECT_THAT(error_of({}), AllOf(HasSubstr("--profile"), HasSubstr("/nonexistent/devices.json")));
   unsetenv("TANDEM_DEVICE_PROFILES");
 }
 
@@ -192,7 +198,7 @@ TEST(Summary, SaysWhatItTakesToRunItAgain) {
   RunSummary summary = empty_summary();
   summary.options = *parse({"--role",      "observer", "--hand",  "circle", "--hand-mass", "0.5",  "--seed",  "77",
                             "--delay",     "25ms",     "--loss",  "2%",     "--name",      "anna", "--stage", "hold",
-                            "--predictor", "linear",   "--guard", "off",    "--device",    "touch"});
+                            "--predictor", "linear",   "--guard", "off",    "--profile",   "touch"});
   summary.io.joined = std::make_shared<wire::Joined>();
   summary.io.room = "attic";
   const boost::json::value parsed = written(summary);
@@ -207,7 +213,8 @@ TEST(Summary, SaysWhatItTakesToRunItAgain) {
   EXPECT_FALSE(parsed.at("guard").as_bool());
   EXPECT_EQ(parsed.at("wave_impedance").at("linear_n_s_per_m").to_number<double>(),
             haptics::WaveImpedance{}.linear_n_s_per_m);
-  EXPECT_EQ(parsed.at("device").as_string(), "touch");
+  EXPECT_EQ(parsed.at("driver").as_string(), "sim");
+  EXPECT_EQ(parsed.at("device").as_string(), "touch") << "as in an experiment's file";
   EXPECT_EQ(parsed.at("hand").as_string(), "circle");
   EXPECT_EQ(parsed.at("hand_parameters").at("mass_kg").to_number<double>(), 0.5);
   EXPECT_EQ(parsed.at("seed").to_number<int>(), 77);

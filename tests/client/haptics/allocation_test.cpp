@@ -42,7 +42,7 @@ TEST_P(HapticTickAllocation, IsNoneFromTheFirstTickToShutdown) {
     }
     device.sample.X_DH.p.x() = 0.005 * std::sin(0.01 * i);
     device.sample.is_valid = i % 700 != 0;
-    device.sample.buttons = i % 300 < 50 ? proto::kButtonClutch : 0U;
+    device.sample.buttons = i % 300 < 50 ? kButtonClutch : 0U;
     if (i == 1900) core.begin_shutdown();
     core.tick(now);
     trace.push(core.record());

@@ -116,7 +116,7 @@ TEST(HapticCore, ALostSessionDisplaysNothingAtOnceAndIsSilentOnlyLater) {
 TEST(HapticCore, WhoIsRefusedTheForceStillDrivesToolAndButtons) {
   Rig rig;
   rig.enter_scene();
-  rig.device.sample.buttons = proto::kButtonGrab;
+  rig.device.sample.buttons = kButtonGrab;
   rig.device.sample.X_DH.p = Vec3(0.005, 0, 0);
   rig.run(700);
   ASSERT_NEAR(rig.force().x(), -1.5, 1e-9);
@@ -127,7 +127,7 @@ TEST(HapticCore, WhoIsRefusedTheForceStillDrivesToolAndButtons) {
     rig.run(1);
     const proto::ClientUpdate& sent = rig.sent();
     ASSERT_TRUE(sent.handle_valid) << i;
-    ASSERT_EQ(sent.buttons, proto::kButtonGrab) << i;
+    ASSERT_EQ(sent.buttons, kButtonGrab) << i;
     ASSERT_EQ(sent.handle.X.p, rig.device.sample.X_DH.p) << i;
     ASSERT_TRUE(i < 20 || rig.force().isZero(0)) << i << " ms";
   }
@@ -136,7 +136,7 @@ TEST(HapticCore, WhoIsRefusedTheForceStillDrivesToolAndButtons) {
 TEST(HapticCore, AForceThatIsAllowedAgainIsRampedAndTheClutchedHandleStaysWhereItWas) {
   Rig rig;
   rig.enter_scene();
-  rig.device.sample.buttons = proto::kButtonClutch;
+  rig.device.sample.buttons = kButtonClutch;
   rig.run(10);
   rig.device.sample.X_DH.p = Vec3(0.02, 0, 0);
   rig.run(10);
@@ -333,7 +333,7 @@ TEST(HapticCore, ClutchKeepsTheHandleAndFadesTheForceWithoutAStepAtEitherEdge) {
   rig.run(700);
   const double before_n = rig.force().norm();
   ASSERT_GT(rig.core.record().displayed_on_hand_D.f.dot(Vec3(0, -1, 0)), 0.5) << "the damper is felt";
-  rig.device.sample.buttons = proto::kButtonClutch;
+  rig.device.sample.buttons = kButtonClutch;
   Vec3 last = rig.force();
   for (int i = 0; i < 50; ++i) {
     rig.run(1);
@@ -348,7 +348,7 @@ TEST(HapticCore, ClutchKeepsTheHandleAndFadesTheForceWithoutAStepAtEitherEdge) {
   }
   const proto::ClientUpdate& sent = rig.sent();
   EXPECT_TRUE(sent.handle_valid) << "the tool stays where it is, held by the server";
-  EXPECT_EQ(sent.buttons, proto::kButtonClutch);
+  EXPECT_EQ(sent.buttons, kButtonClutch);
   rig.device.sample.buttons = 0;
   for (int i = 0; i < 600; ++i) {
     rig.run(1);
@@ -367,7 +367,7 @@ TEST(HapticCore, ClutchOfAnyLengthDoesNoMoreWorkThanTwentyMillisecondsOfTheForce
     const double force_n = rig.force().norm();
     ASSERT_NEAR(force_n, 1.5, 1e-9);
     const double before_j = rig.core.counters().energy_to_hand_j;
-    rig.device.sample.buttons = proto::kButtonClutch;
+    rig.device.sample.buttons = kButtonClutch;
     for (int i = 0; i < pressed_ticks; ++i) {
       rig.device.sample.X_DH.p.x() -= 0.0005;  // gives way to the force
       rig.run(1);
@@ -380,7 +380,7 @@ TEST(HapticCore, ClutchOfAnyLengthDoesNoMoreWorkThanTwentyMillisecondsOfTheForce
 TEST(HapticCore, InvalidSamplesKeepTheButtonsForAHundredMillisecondsAndThenLetGo) {
   Rig rig;
   rig.enter_scene();
-  rig.device.sample.buttons = proto::kButtonGrab;
+  rig.device.sample.buttons = kButtonGrab;
   rig.run(10);
   rig.device.sample.is_valid = false;
   rig.device.sample.buttons = 0;  // of an invalid sample: it says nothing
@@ -388,7 +388,7 @@ TEST(HapticCore, InvalidSamplesKeepTheButtonsForAHundredMillisecondsAndThenLetGo
     rig.run(1);
     const proto::ClientUpdate& sent = rig.sent();
     ASSERT_FALSE(sent.handle_valid);
-    ASSERT_EQ(sent.buttons, i <= 100 ? proto::kButtonGrab : 0U) << i << " ms";
+    ASSERT_EQ(sent.buttons, i <= 100 ? kButtonGrab : 0U) << i << " ms";
   }
   rig.device.sample.is_valid = true;
   rig.run(1);
@@ -398,7 +398,7 @@ TEST(HapticCore, InvalidSamplesKeepTheButtonsForAHundredMillisecondsAndThenLetGo
 TEST(HapticCore, ButtonsOfAnOldSceneAreNotToldToANewOne) {
   Rig rig;
   rig.enter_scene();
-  rig.device.sample.buttons = proto::kButtonGrab;
+  rig.device.sample.buttons = kButtonGrab;
   rig.run(10);
   rig.device.sample.is_valid = false;
   rig.enter_scene();
@@ -514,7 +514,7 @@ TEST(HapticCore, WhileTheClutchIsDownNothingIsPaid) {
   rig.enter_scene();
   rig.received.update.wrench_on_hand_W.f = Vec3(0, 0, -3);
   rig.run(700);
-  rig.device.sample.buttons = proto::kButtonClutch;
+  rig.device.sample.buttons = kButtonClutch;
   rig.run(1);
   const auto paid_j = [&rig] {
     const proto::ClientUpdate& told = rig.sent();
@@ -562,14 +562,14 @@ TEST(HapticCore, UpdateForTheServerSaysWhatThisTickSaw) {
   Rig rig;
   rig.enter_scene();
   rig.device.sample.X_DH.p = Vec3(0.003, 0, 0);
-  rig.device.sample.buttons = proto::kButtonGrab;
+  rig.device.sample.buttons = kButtonGrab;
   rig.received.update.sent = ServerTime(std::chrono::milliseconds(77));
   rig.run(10);
   const proto::ClientUpdate& sent = rig.sent();
   EXPECT_EQ(sent.input_tick.value, 10U);
   EXPECT_EQ(sent.handle.X.p, Vec3(0.003, 0, 0));
   EXPECT_TRUE(sent.handle_valid);
-  EXPECT_EQ(sent.buttons, proto::kButtonGrab);
+  EXPECT_EQ(sent.buttons, kButtonGrab);
   EXPECT_EQ(sent.acknowledged_step.value, 10U);
   EXPECT_EQ(sent.acknowledged_sent, rig.received.update.sent);
   EXPECT_EQ(sent.acknowledged_held, kTick);
@@ -586,6 +586,36 @@ TEST(HapticCore, LostHandIsZeroForceAndToldToTheServer) {
   EXPECT_TRUE(rig.force().isZero(0));
   EXPECT_FALSE(rig.sent().handle_valid);
   EXPECT_EQ(rig.core.counters().invalid_samples, 20U);
+}
+
+TEST(HapticCore, OnlyADeviceThatIsReadyIsGivenAForceAndDrives) {
+  for (const auto state :
+       {devices::DeviceState::kOpening, devices::DeviceState::kHoming, devices::DeviceState::kLost}) {
+    SCOPED_TRACE(devices::name_of(state));
+    Rig rig;
+    rig.enter_scene();
+    rig.device.sample.X_DH.p = Vec3(0.005, 0, 0);
+    rig.run(700);
+    ASSERT_NEAR(rig.force().x(), -1.5, 1e-9);
+    rig.device.sample.state = state;  // though the driver still calls its poses valid
+    rig.run(1);
+    EXPECT_TRUE(rig.device.last.f.isZero(0)) << "at once, for nobody knows what such a device does with a force";
+    rig.run(500);
+    EXPECT_TRUE(rig.device.last.f.isZero(0));
+    EXPECT_FALSE(rig.sent().handle_valid);
+    rig.device.sample.state = devices::DeviceState::kReady;
+    rig.run(250);
+    EXPECT_GT(rig.device.last.f.norm(), 0.1) << "and comes back";
+    EXPECT_LT(rig.device.last.f.norm(), 1.4) << "by the ramp";
+  }
+}
+
+TEST(HapticCore, AButtonThatTheDeviceDoesNotHaveIsNoise) {
+  Rig rig;
+  rig.enter_scene();
+  rig.device.sample.buttons = kButtonGrab | 1U << 7U;
+  rig.run(2);
+  EXPECT_EQ(rig.sent().buttons, kButtonGrab);
 }
 
 TEST(HapticCore, JumpOfThePositionIsAFaultEvenIfTheDeviceReportsNoSpeed) {

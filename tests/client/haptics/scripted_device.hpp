@@ -11,11 +11,12 @@ class ScriptedDevice final : public devices::Device {
  public:
   ScriptedDevice() {
     spec_.name = "scripted";
-    spec_.force_axes = 6;
+    spec_.actuated_rotations = 3;
     spec_.force_maximum_n = {10.0, "this test"};
     spec_.torque_maximum_n_m = {1.0, "this test"};
     spec_.force_limit_n = 8.0;
     spec_.torque_limit_n_m = 0.5;
+    sample.state = devices::DeviceState::kReady;
     sample.is_valid = true;
   }
   const devices::DeviceSpec& spec() const noexcept override { return spec_; }
@@ -23,13 +24,13 @@ class ScriptedDevice final : public devices::Device {
     sample.taken = now;
     return sample;
   }
-  bool write(LocalTime, const devices::DeviceCommand& command) noexcept override {
-    all_finite = all_finite && is_finite(command.wrench_on_hand_D);
+  bool write(LocalTime, const Wrench& wrench_on_hand_D) noexcept override {
+    all_finite = all_finite && is_finite(wrench_on_hand_D);
     if (!accepts) {
       ++refused;
       return false;
     }
-    last = command.wrench_on_hand_D;
+    last = wrench_on_hand_D;
     return true;
   }
 

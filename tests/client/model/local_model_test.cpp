@@ -119,7 +119,7 @@ class Across {
 
   void take_input() {
     server.set_handle(0, input_.handle);
-    const bool is_down = (input_.buttons & proto::kButtonGrab) != 0;
+    const bool is_down = (input_.buttons & kButtonGrab) != 0;
     if (is_down && !was_down_) server.grab(0, BodyId{});
     if (!is_down && was_down_) server.release(0);
     was_down_ = is_down;
@@ -211,14 +211,14 @@ TEST_P(LocalModelDelay, AGraspIsForetoldAndThenTheServers) {
   const Vec3 start{-0.04, 0, 0.02}, beside{-0.026, 0, 0.02}, lifted{-0.026, 0, 0.06};
   for (int k = 0; k < 700; ++k) far.tick(at(start));
   for (int k = 0; k < 1000; ++k) far.tick(at(start + std::min(1.0, k / 500.0) * (beside - start)));
-  far.tick(at(beside), proto::kButtonGrab);
+  far.tick(at(beside), kButtonGrab);
   EXPECT_EQ(far.model.held(), kBlock);
-  for (int k = 0; k < 2 * GetParam() + 20; ++k) far.tick(at(beside), proto::kButtonGrab);
+  for (int k = 0; k < 2 * GetParam() + 20; ++k) far.tick(at(beside), kButtonGrab);
   EXPECT_EQ(far.server.tool(0).held, kBlock);
   EXPECT_EQ(far.model.held(), kBlock);
   Wrench wrench;
   for (int k = 0; k < 3000; ++k) {
-    wrench = far.tick(at(beside + std::min(1.0, k / 1000.0) * (lifted - beside)), proto::kButtonGrab);
+    wrench = far.tick(at(beside + std::min(1.0, k / 1000.0) * (lifted - beside)), kButtonGrab);
   }
   EXPECT_NEAR(wrench.f.z(), -0.5 * 9.81, 0.1);
   EXPECT_NEAR((far.model.body(kBlock).X.p - far.server.body(kBlock).X.p).norm(), 0, 1e-3);
@@ -295,7 +295,7 @@ TEST(LocalModel, WhoAloneHoldsASharedBodyFeelsAllOfItsWeight) {
     far.told_hands = hands;
     far.is_told_held = another_holds;
     Wrench wrench;
-    for (int k = 0; k < 1500; ++k) wrench = far.tick(at(lifted), proto::kButtonGrab);
+    for (int k = 0; k < 1500; ++k) wrench = far.tick(at(lifted), kButtonGrab);
     return -wrench.f.z();
   };
   EXPECT_NEAR(weight_after(1, false), 0.5 * 9.81, 0.05);

@@ -10,6 +10,7 @@
 #include <numbers>
 #include <span>
 
+#include "common/base/random.hpp"
 #include "tests/support/back_to_back.hpp"
 #include "tests/support/hub_bench.hpp"
 #include "tests/support/session_bench.hpp"
@@ -96,7 +97,7 @@ TEST(ClientSession, AnObserverSendsThatItIsThereAndNothingThatMoves) {
   proto::ClientUpdate update;
   update.input_tick = Tick{1};
   update.handle_valid = true;
-  update.buttons = proto::kButtonGrab;
+  update.buttons = kButtonGrab;
   bench.mailboxes.outbox.publish(update);
   bench.session.poll(bench.now);
   ASSERT_EQ(bench.transport.datagrams.size(), 1U);
@@ -155,7 +156,7 @@ proto::ClientUpdate grabbing_update() {
   proto::ClientUpdate update;
   update.input_tick = Tick{9};
   update.handle_valid = true;
-  update.buttons = proto::kButtonGrab;
+  update.buttons = kButtonGrab;
   update.energy_to_hand_j = 3;
   update.energy_from_hand_j = 4;
   return update;
@@ -171,7 +172,7 @@ TEST(ClientSession, AStallOfTheHapticThreadNeitherLetsGoNorTakesEnergyBackAndADe
     const proto::ClientUpdate sent = newest_sent(bench);
     EXPECT_FALSE(sent.handle_valid) << stall_ms;
     EXPECT_EQ(sent.input_tick, Tick{9});
-    EXPECT_EQ(sent.buttons, stall_ms <= 250 ? proto::kButtonGrab : 0U) << stall_ms;
+    EXPECT_EQ(sent.buttons, stall_ms <= 250 ? kButtonGrab : 0U) << stall_ms;
     EXPECT_EQ(sent.energy_to_hand_j, 3) << stall_ms;
     EXPECT_EQ(sent.energy_from_hand_j, 4) << stall_ms;
   }
@@ -498,7 +499,7 @@ TEST(ClientSession, ADeadbandLetsThroughAtOnceWhatAHandWouldNotice) {
   };
   EXPECT_EQ(datagrams_in_a_second(0.1, jerky), 1000U);
   // Pressed and let go, each time between two of the floor's: two more.
-  const auto pressed = [](int ms) { return ms >= 505 && ms < 512 ? std::uint32_t{proto::kButtonGrab} : 0U; };
+  const auto pressed = [](int ms) { return ms >= 505 && ms < 512 ? std::uint32_t{kButtonGrab} : 0U; };
   const std::size_t sent = datagrams_in_a_second(0.1, resting, pressed);
   EXPECT_GT(sent, 100U);
   EXPECT_LE(sent, 102U);

@@ -72,7 +72,7 @@ TEST_F(ExperimentFile, EveryFieldArrives) {
   EXPECT_EQ(user.role, server::UserRole::kObserver);
   EXPECT_THAT(user.hand.phases(), testing::ElementsAre("wave"));
   EXPECT_EQ(user.device.name, "omega.6");
-  EXPECT_EQ(user.device.spec.force_axes, 3);
+  EXPECT_FALSE(user.device.has_torque());
   EXPECT_EQ(user.pipeline.stage, "hold");
   EXPECT_TRUE(user.pipeline.guard) << "the user's own";
   EXPECT_FALSE(experiment.pipeline.guard);

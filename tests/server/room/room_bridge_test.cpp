@@ -90,9 +90,9 @@ TEST_F(RoomBridge, TheJointComesWithASecondHandOnTheBodyAndGoesAfterIt) {
   std::uint64_t tick = 0;
   const auto step = [&](bool second_holds) {
     ++tick;
-    bench.room.slot(0).input.publish(input(tick, {-0.03, 0, 0}, proto::ClientMode::kLocalModel, proto::kButtonGrab));
+    bench.room.slot(0).input.publish(input(tick, {-0.03, 0, 0}, proto::ClientMode::kLocalModel, kButtonGrab));
     bench.room.slot(1).input.publish(
-        input(tick, {0.03, 0, 0}, proto::ClientMode::kHandle, second_holds ? std::uint32_t{proto::kButtonGrab} : 0U));
+        input(tick, {0.03, 0, 0}, proto::ClientMode::kHandle, second_holds ? std::uint32_t{kButtonGrab} : 0U));
     return bench.step();
   };
   proto::ServerUpdate told;
@@ -130,13 +130,13 @@ TEST_F(RoomBridge, TheJointPullsTheBodyToTheClientsCopy) {
   proto::ServerUpdate told;
   for (std::uint64_t tick = 1; tick <= 1500; ++tick) {
     // The user's handle stays, but the user's own copy of the body is 5 mm farther: a body that two hold follows both.
-    proto::ClientUpdate mine = input(tick, {-0.03, 0, 0}, proto::ClientMode::kLocalModel, proto::kButtonGrab);
+    proto::ClientUpdate mine = input(tick, {-0.03, 0, 0}, proto::ClientMode::kLocalModel, kButtonGrab);
     mine.tool.X.p.y() += 0.005;
     CopyTarget copy{BodyId{1}, {}, Vec3(-0.03, 0, 0), Vec3::Zero()};
     copy.state.X.p.y() = 0.005;
     mine.copies.push_back(copy);
     bench.room.slot(0).input.publish(mine);
-    bench.room.slot(1).input.publish(input(tick, {0.03, 0, 0}, proto::ClientMode::kHandle, proto::kButtonGrab));
+    bench.room.slot(1).input.publish(input(tick, {0.03, 0, 0}, proto::ClientMode::kHandle, kButtonGrab));
     told = bench.step();
   }
   ASSERT_EQ(told.joint_share, 1);
@@ -154,7 +154,7 @@ TEST_F(RoomBridge, AGraspIsOfTheInputThatPressed) {
     // Ten at a time, of which the newest is kept: the playout has to wait for them.
     if (step % 10 == 0) {
       bench.room.slot(0).input.publish(input(step, {-0.03, 0, 0}, proto::ClientMode::kLocalModel,
-                                             step >= kPressed ? std::uint32_t{proto::kButtonGrab} : 0U));
+                                             step >= kPressed ? std::uint32_t{kButtonGrab} : 0U));
     }
     before = told;
     told = bench.step();
@@ -191,8 +191,8 @@ TEST_F(RoomBridge, ASharedBodyHangsInTheCopyOfWhoAloneHoldsIt) {
   // Both copies are kept at the origin; of two who hold it, the two joints bear the weight.
   const Duration loop = std::chrono::milliseconds(60);
   const double sag_m = 0.2 * 9.81 / (2 * physics::joint_for(loop, loop, Vec3::Zero()).stiffness_n_per_m);
-  EXPECT_NEAR(height_after(proto::kButtonGrab, proto::kButtonGrab), -sag_m, 1e-4);
-  EXPECT_NEAR(height_after(0, proto::kButtonGrab), 0, 1e-4);
+  EXPECT_NEAR(height_after(kButtonGrab, kButtonGrab), -sag_m, 1e-4);
+  EXPECT_NEAR(height_after(0, kButtonGrab), 0, 1e-4);
   EXPECT_NEAR(height_after(0, 0), -sag_m, 1e-4);
 }
 
@@ -202,7 +202,7 @@ TEST_F(RoomBridge, TheGraspIsToldAsThePlaceOfTheToolOnTheBody) {
   proto::ServerUpdate told;
   for (std::uint64_t tick = 1; tick <= 400; ++tick) {
     const Vec3 p = Vec3(-0.03, 0, 0) + Vec3(0.0001, 0.0002, 0) * static_cast<double>(tick);
-    bench.room.slot(0).input.publish(input(tick, p, proto::ClientMode::kHandle, proto::kButtonGrab));
+    bench.room.slot(0).input.publish(input(tick, p, proto::ClientMode::kHandle, kButtonGrab));
     told = bench.step();
   }
   ASSERT_TRUE(told.held_body.is_valid());

@@ -41,7 +41,7 @@ class Flung {
       input.handle.V.v.x() = moving_s > 0 ? 0.6 : 0;
       input.tool = input.handle;
       input.handle_valid = true;
-      input.buttons = proto::kButtonGrab;
+      input.buttons = kButtonGrab;
       input.mode = mode_;
       const double work_j = told_.wrench_on_hand_W.f.dot(input.handle.X.p - handle_p_);
       handle_p_ = input.handle.X.p;
@@ -80,7 +80,7 @@ class Flung {
       input.sent = LocalTime(std::chrono::milliseconds(rest_ticks_));
       input.handle.X.p = handle_p_;
       input.handle_valid = is_valid;
-      input.buttons = proto::kButtonGrab;
+      input.buttons = kButtonGrab;
       input.mode = mode_;
       input.energy_from_hand_j = from_hand_j_;
       input.energy_to_hand_j = to_hand_j_;

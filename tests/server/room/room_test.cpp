@@ -155,10 +155,10 @@ TEST_F(RoomTest, RefusedGrabSaysWhy) {
 TEST_F(RoomTest, GrabButtonGrabsOnPressAndLetsGoOnRelease) {
   join(0, 7, 0);
   step();
-  send(0, {0, 0, 0.05}, proto::kButtonGrab);
+  send(0, {0, 0, 0.05}, kButtonGrab);
   step();
   EXPECT_EQ(update(0)->held_body, BodyId{2});
-  send(0, {0, 0, 0.05}, proto::kButtonGrab);
+  send(0, {0, 0, 0.05}, kButtonGrab);
   step();
   EXPECT_EQ(event()->kind, RoomEvent::Kind::kGrabbed);
   EXPECT_FALSE(event().has_value()) << "holding it down is not a second press";
@@ -196,7 +196,7 @@ TEST_F(RoomTest, ObserverMovesNothing) {
   observe(0, 7);
   post(RoomCommand::Kind::kGrab, 0, 7, 5);
   step();
-  send(0, {0, 0, 0.02}, proto::kButtonGrab);
+  send(0, {0, 0, 0.02}, kButtonGrab);
   step(10);
   EXPECT_FALSE(event().has_value());
   EXPECT_EQ(update(0)->tick_faults, 0U);
@@ -293,10 +293,10 @@ TEST_F(RoomTest, AButtonPressBesideACommandHasItsTurnWithTheNextInput) {
   join(0, 7, 0);
   step();
   post(RoomCommand::Kind::kRelease, 0, 7, 5);
-  send(0, {0, 0, 0.05}, proto::kButtonGrab);
+  send(0, {0, 0, 0.05}, kButtonGrab);
   step();
   EXPECT_FALSE(update(0)->held_body.is_valid());
-  send(0, {0, 0, 0.05}, proto::kButtonGrab);
+  send(0, {0, 0, 0.05}, kButtonGrab);
   step();
   EXPECT_EQ(update(0)->held_body, BodyId{2});
 }
@@ -369,7 +369,7 @@ TEST_F(RoomTest, OurOwnPartOfAStepDoesNotAllocateEvenWhenItGrabs) {
   step(100);
   const std::uint64_t before = test::allocation_count();
   for (int i = 0; i < 400; ++i) {
-    send(0, {0, 0, 0.045}, i % 100 < 50 ? proto::kButtonGrab : 0U);
+    send(0, {0, 0, 0.045}, i % 100 < 50 ? kButtonGrab : 0U);
     send(1, {0.5, 0.001 * i, 0.3});
     step();
   }

@@ -1,0 +1,54 @@
+// See registry.hpp. device_list.inc has a line TANDEM_DEVICE(NAME) for each folder that CMakeLists.txt lists.
+#include "devices/registry.hpp"
+
+#include <algorithm>
+#include <stdexcept>
+
+namespace tandem::devices {
+
+#define TANDEM_DEVICE(name) DeviceKind name##_device();
+#include "device_list.inc"
+#undef TANDEM_DEVICE
+
+namespace {
+
+bool is_profile(std::string_view name) {
+  if (name.ends_with(".json")) return true;
+  const std::vector<DeviceProfile> profiles = load_device_profiles(shipped_device_profiles());
+  return std::ranges::find(profiles, name, &DeviceProfile::name) != profiles.end();
+}
+
+const DeviceKind* find_device(std::string_view name) {
+  const auto found = std::ranges::find(device_kinds(), name, &DeviceKind::name);
+  return found != device_kinds().end() ? &*found : nullptr;
+}
+
+}  // namespace
+
+const std::vector<DeviceKind>& device_kinds() {
+  static const std::vector<DeviceKind> kinds{
+#define TANDEM_DEVICE(name) name##_device(),
+#include "device_list.inc"
+#undef TANDEM_DEVICE
+  };
+  return kinds;
+}
+
+void check_device_name(std::string_view name) {
+  if (find_device(name) != nullptr) return;
+  const std::string quoted = "\"" + std::string(name) + "\"";
+  if (is_profile(name)) {
+    throw std::invalid_argument(quoted + " has no driver in this version; for a simulated hand that holds one use " +
+                                "--device sim --profile " + std::string(name));
+  }
+  std::string known;
+  for (const DeviceKind& kind : device_kinds()) known += (known.empty() ? "" : ", ") + std::string(kind.name);
+  throw std::invalid_argument(quoted + " is not known; use one of: " + known);
+}
+
+std::unique_ptr<Device> open_device(const DeviceOptions& options) {
+  check_device_name(options.name);
+  return find_device(options.name)->open(options);
+}
+
+}  // namespace tandem::devices

@@ -1,0 +1,79 @@
+// Each device that is listed can be opened, and says so; a mistake is answered with what would do.
+#include "devices/registry.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <set>
+#include <stdexcept>
+
+#include "devices/device_writer.hpp"
+
+namespace tandem::devices {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+
+DeviceOptions with_profile(const char* name) {
+  DeviceOptions options;
+  options.profile = find_device_profile(name);
+  return options;
+}
+
+std::string error_of(const DeviceOptions& options) {
+  try {
+    open_device(options);
+  } catch (const std::invalid_argument& error) {
+    return error.what();
+  }
+  return "opened";
+}
+
+TEST(DeviceRegistry, NamesEachDeviceOnceAndDescribesItInALine) {
+  std::set<std::string_view> names;
+  for (const DeviceKind& kind : device_kinds()) {
+    EXPECT_TRUE(names.insert(kind.name).second) << kind.name;
+    EXPECT_GE(kind.description.size(), 10U) << kind.name;
+    EXPECT_EQ(kind.description.find('\n'), std::string_view::npos) << kind.name;
+  }
+  EXPECT_TRUE(names.contains("sim"));
+}
+
+TEST(DeviceRegistry, TheSimulatedDeviceHasTheLimitsOfItsProfileAndIsReadyAtOnce) {
+  const auto device = open_device(with_profile("falcon"));
+  EXPECT_EQ(device->spec().name, "falcon");
+  EXPECT_FALSE(device->spec().has_torque());
+  EXPECT_EQ(device->spec().sensed_rotations, 3) << "what the simulated hand reports, not what a Falcon does";
+  EXPECT_EQ(device->spec().buttons, kButtonGrab | kButtonClutch);
+  EXPECT_EQ(DeviceSample{}.state, DeviceState::kOpening) << "a driver that says nothing is not ready";
+  const DeviceSample sample = device->read(LocalTime{});
+  EXPECT_EQ(sample.state, DeviceState::kReady);
+  EXPECT_TRUE(sample.reason.empty());
+  EXPECT_TRUE(sample.is_valid);
+  EXPECT_TRUE(DeviceWriter(*device).write(LocalTime{}, {}));
+}
+
+TEST(DeviceRegistry, TheHandIsTheOneThatWasAskedFor) {
+  DeviceOptions options = with_profile("sim");
+  options.hand = "press-down";
+  const auto device = open_device(options);
+  DeviceSample sample;
+  for (int second = 0; second <= 4; ++second) sample = device->read(LocalTime(std::chrono::seconds(second)));
+  EXPECT_LT(sample.X_DH.p.z(), -0.02);
+  options.hand = "no-such-hand";
+  EXPECT_THAT(error_of(options), AllOf(HasSubstr("no-such-hand"), HasSubstr("press-down")));
+}
+
+TEST(DeviceRegistry, ARealDeviceWithoutADriverIsAnsweredWithTheSimulatedOne) {
+  DeviceOptions options = with_profile("falcon");
+  options.name = "falcon";
+  EXPECT_THAT(error_of(options), AllOf(HasSubstr("\"falcon\""), HasSubstr("--device sim --profile falcon")));
+  options.name = "mine.json";
+  EXPECT_THAT(error_of(options), HasSubstr("--device sim --profile mine.json"));
+  options.name = "wand";
+  EXPECT_THAT(error_of(options), AllOf(HasSubstr("\"wand\""), HasSubstr("use one of: sim")));
+}
+
+}  // namespace
+}  // namespace tandem::devices
