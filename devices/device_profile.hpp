@@ -27,7 +27,8 @@ struct DeviceProfile {
   SourcedLimit damping_maximum_n_m_s_per_rad;
   SourcedLimit apparent_mass_kg;  ///< what the hand feels at the handle, motors off
   SourcedLimit apparent_inertia_kg_m2;
-  SourcedLimit physical_damping_n_s_per_m;  ///< of the mechanism itself: what pays for the sampling
+  SourcedLimit
+      physical_damping_n_s_per_m;  ///< of the mechanism itself: what dissipates the energy that sampling creates
   SourcedLimit physical_damping_n_m_s_per_rad;
   SourcedLimit position_step_m;  ///< resolution of the reported position; 0: exact
   SourcedLimit rotation_step_rad;

@@ -153,9 +153,9 @@ void add_stage_options(CLI::App& app, StageSettings& stage) {
       ->capture_default_str()
       ->check(CLI::IsMember(owned(predictor_names())).description(""))
       ->type_name("NAME");
-  add_text(app, "--guard", "bound what the hand gets by its energy account [on]", "on|off",
+  add_text(app, "--passivity,--guard", "limit the energy that the hand gets to what was put in [on]", "on|off",
            [&stage](const std::string& text) {
-             stage.guard = chosen<bool>(text, {{"on", true}, {"off", false}});
+             stage.passivity = chosen<bool>(text, {{"on", true}, {"off", false}});
            });
   add_number(app, "--wave-impedance", stage.wave.linear_n_s_per_m, 0.1, 1000, "of the stage wave [N*s/m]", "N*S/M");
   add_number(app, "--wave-impedance-angular", stage.wave.angular_n_m_s_per_rad, 1e-4, 10,

@@ -15,7 +15,7 @@ namespace tandem::client {
 struct ClientOptions {
   ClientIoSettings io;  ///< server, room, name, role, transport and simulated links
   devices::DeviceOptions device;
-  StageSettings stage;               ///< what the hand is shown, predictor and guard
+  StageSettings stage;               ///< what the hand is shown, predictor and passivity controller
   std::uint64_t seed = 1;            ///< of the links, and as device.seed of the hand
   std::optional<Duration> duration;  ///< none: until a signal
   int realtime_priority = 70;

@@ -58,7 +58,7 @@ void add_setup(const RunSummary& s, json::object& out) {
   out["transport"] = session.state_transport == StateTransport::kTcp ? "tcp" : "udp";
   out["stage"] = options.stage.name;
   out["predictor"] = options.stage.predictor;
-  out["guard"] = options.stage.guard;
+  out["passivity"] = options.stage.passivity;
   out["wave_impedance"] = {{"linear_n_s_per_m", options.stage.wave.linear_n_s_per_m},
                            {"angular_n_m_s_per_rad", options.stage.wave.angular_n_m_s_per_rad}};
   out["driver"] = options.device.name;
@@ -144,8 +144,8 @@ void add_forces(const RunSummary& s, json::object& out) {
   out["write_failures"] = c.write_failures;
   out["safety_faults"] = array_of(haptics::safety_fault_names(c.faults_seen));
   out["server_tick_faults"] = array_of(tick_fault_names(s.run.server_tick_faults_seen()));
-  out["guard_withheld_j"] = c.guard_withheld_j;
-  out["guarded_ticks"] = c.guarded_ticks;
+  out["passivity_withheld_j"] = c.passivity_withheld_j;
+  out["passivity_limited_ticks"] = c.passivity_limited_ticks;
   out["bad_energy_reports"] = c.bad_energy_reports;
   out["energy_to_hand_j"] = c.energy_to_hand_j;
   out["energy_from_hand_j"] = c.energy_from_hand_j;

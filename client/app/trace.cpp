@@ -106,8 +106,8 @@ void fill(Row& row, const TickRecord& r, LocalTime start, int phase) {
   row.rigid_state("local_body", r.local_body_W.X, r.local_body_W.V, r.has_local_body);
   row.whole("is_predicting", static_cast<int>(r.is_predicting));
   row.number("joint_share", r.joint_share);
-  row.number("guard_gain", r.guard_gain);
-  row.number("guard_withheld_world_j", r.guard_withheld_j);
+  row.number("passivity_gain", r.passivity_gain);
+  row.number("passivity_withheld_world_j", r.passivity_withheld_j);
   row.whole("scene_generation", r.scene_generation);
   row.whole("safety_faults", r.safety_faults);
   row.whole("is_clamped", static_cast<int>(r.is_clamped));

@@ -76,8 +76,7 @@ HapticCore::HapticCore(const HapticSettings& settings, devices::Device& device, 
       mailboxes_(mailboxes),
       coupling_bounds_(settings.coupling_bounds),
       stage_(require_stage(settings.stage)),
-      is_guarded_(settings.stage.guard),
-      guard_(settings.guard),
+      is_passivity_controlled_(settings.stage.passivity),
       laws_(all_laws()),
       coupling_(laws_.front().get()),
       safety_(with_device_limits(settings.safety, device.spec())) {}
@@ -99,9 +98,9 @@ void HapticCore::tick(LocalTime now) noexcept {
   }
   record_.state_age = has_state_ ? std::max(Duration{0}, now - mailboxes_.inbox.front().received) : Duration{-1};
   run_stage(now);
-  const Wrench guarded_on_hand_W = through_guard(stage_output_.wrench_on_hand_W);
-  write(now, through_safety(now, scene_.workspace.device_wrench(guarded_on_hand_W), speed_m_per_s));
-  account_payment(guarded_on_hand_W);
+  const Wrench controlled_on_hand_W = through_passivity_controller(stage_output_.wrench_on_hand_W);
+  write(now, through_safety(now, scene_.workspace.device_wrench(controlled_on_hand_W), speed_m_per_s));
+  add_requested_work(controlled_on_hand_W);
   tell_displayed();
   record_.is_clamped = writer_.was_clamped();
   last_sample_ = sample;
@@ -186,7 +185,7 @@ void HapticCore::enter_scene(const HapticScene& scene) noexcept {
   has_state_ = false;
   stage_->reset();
   stage_output_ = {};
-  guard_.reset();
+  passivity_.reset();
   clutch_.reset();
   buttons_ = 0;
   safety_.rearm();
@@ -227,9 +226,9 @@ void HapticCore::note_watched_body(const proto::ServerUpdate& update) noexcept {
 
 void HapticCore::report_energy(const ReceivedUpdate& received) noexcept {
   const proto::ServerUpdate& update = received.update;
-  guard_.world_reported(update.energy_from_world_j, update.energy_into_world_j,
-                        to_seconds(received.received - energy_told_at_));
-  energy_told_at_ = received.received;
+  passivity_.world_reported(update.energy_from_world_j, update.energy_into_world_j,
+                            to_seconds(received.received - energy_reported_at_));
+  energy_reported_at_ = received.received;
 }
 
 // Without a hand for a tick or two the server is told the last tool and wave again; who is not displaying has none.
@@ -258,20 +257,20 @@ StageInput HapticCore::stage_input(LocalTime now) const noexcept {
   return input;
 }
 
-Wrench HapticCore::through_guard(const Wrench& stage_wrench_on_hand_W) noexcept {
-  if (!is_guarded_) return stage_wrench_on_hand_W;
+Wrench HapticCore::through_passivity_controller(const Wrench& stage_wrench_on_hand_W) noexcept {
+  if (!is_passivity_controlled_) return stage_wrench_on_hand_W;
   if (!record_.sample.is_valid || !scene_is_usable_) {
-    guard_.lose_hand();
+    passivity_.lose_hand();
     return {};
   }
-  guard_.local_gave(stage_output_.energy_from_local_j);
-  return guard_.apply(raw_X_WH_, stage_wrench_on_hand_W, period_s_);
+  passivity_.local_model_reported(stage_output_.energy_from_local_j);
+  return passivity_.apply(raw_X_WH_, stage_wrench_on_hand_W, period_s_);
 }
 
-Wrench HapticCore::through_safety(LocalTime now, const Wrench& guarded_on_hand_D,
+Wrench HapticCore::through_safety(LocalTime now, const Wrench& controlled_on_hand_D,
                                   double handle_speed_m_per_s) noexcept {
   haptics::SafetyInput input;
-  input.wrench = guarded_on_hand_D;
+  input.wrench = controlled_on_hand_D;
   input.state_age = record_.state_age;
   input.has_state = has_state_;
   input.is_displaying = is_displaying();
@@ -286,7 +285,7 @@ Wrench HapticCore::through_safety(LocalTime now, const Wrench& guarded_on_hand_D
 void HapticCore::tell_displayed() noexcept {
   if (!scene_is_usable_) return;
   const Wrench on_hand_W = scene_.workspace.world_wrench(writer_.written());
-  if (is_guarded_) guard_.set_displayed(on_hand_W);
+  if (is_passivity_controlled_) passivity_.set_displayed(on_hand_W);
   stage_->set_displayed(on_hand_W);
 }
 
@@ -298,8 +297,8 @@ void HapticCore::record_stage() noexcept {
   record_.local_body_W = stage_output_.watched_body;
   record_.is_predicting = stage_output_.is_predicting;
   record_.joint_share = stage_output_.joint_share;
-  record_.guard_gain = is_guarded_ ? guard_.gain() : 1.0;
-  record_.guard_withheld_j = guard_.withheld_j();
+  record_.passivity_gain = is_passivity_controlled_ ? passivity_.gain() : 1.0;
+  record_.passivity_withheld_j = passivity_.withheld_j();
 }
 
 // The wrench written at the last tick was held until this one. Over a gap of invalid samples nobody knows what the
@@ -311,22 +310,23 @@ void HapticCore::account_energy(const devices::DeviceSample& sample) noexcept {
   counters_.energy_from_hand_j += std::max(0.0, -work_j);
 }
 
-// By the handle, which is where the tool is pulled to: while the clutch is down it stands, and nothing is paid. Who
-// drives a tool without being shown what it feels pays what the server would have him feel.
-void HapticCore::account_payment(const Wrench& guarded_on_hand_W) noexcept {
+// By the handle, which is where the tool is pulled to: while the clutch is down it stands, and no work is done.
+// Of a user who drives a tool without a displayed force, the work against the force that the server computed counts.
+void HapticCore::add_requested_work(const Wrench& controlled_on_hand_W) noexcept {
   // No coupling is that strong; a sum of less never leaves what the wire takes.
   constexpr double kMost_n = 1000, kMost_n_m = 100;
-  const bool is_paying = record_.sample.is_valid && is_driving();
-  if (is_paying && is_paying_) {
-    const double work_j = held_work_j(asked_on_hand_W_, paid_at_X_WH_, record_.handle_W.X);
-    asked_to_hand_j_ += std::max(0.0, work_j);
-    asked_from_hand_j_ += std::max(0.0, -work_j);
+  const bool is_requested = record_.sample.is_valid && is_driving();
+  if (is_requested && is_requested_) {
+    const double work_j = held_work_j(requested_on_hand_W_, requested_at_X_WH_, record_.handle_W.X);
+    requested_to_hand_j_ += std::max(0.0, work_j);
+    requested_from_hand_j_ += std::max(0.0, -work_j);
   }
-  const Wrench& asked = is_displaying() ? guarded_on_hand_W : record_.server_wrench_on_hand_W;
-  asked_on_hand_W_ = Wrench{};
-  if (is_finite(asked)) asked_on_hand_W_ = {clamped_to_length(asked.f, kMost_n), clamped_to_length(asked.t, kMost_n_m)};
-  paid_at_X_WH_ = record_.handle_W.X;
-  is_paying_ = is_paying;
+  const Wrench& asked = is_displaying() ? controlled_on_hand_W : record_.server_wrench_on_hand_W;
+  requested_on_hand_W_ = Wrench{};
+  if (is_finite(asked))
+    requested_on_hand_W_ = {clamped_to_length(asked.f, kMost_n), clamped_to_length(asked.t, kMost_n_m)};
+  requested_at_X_WH_ = record_.handle_W.X;
+  is_requested_ = is_requested;
 }
 
 void HapticCore::count() noexcept {
@@ -344,9 +344,9 @@ void HapticCore::count() noexcept {
   counters_.torque_square_sum += torque_n_m * torque_n_m;
   counters_.force_max_n = std::max(counters_.force_max_n, force_n);
   counters_.torque_max_n_m = std::max(counters_.torque_max_n_m, torque_n_m);
-  counters_.guard_withheld_j = guard_.withheld_j() * scene_.workspace.hand_joules_per_world_joule();
-  counters_.guarded_ticks = guard_.acted_ticks();
-  counters_.bad_energy_reports = guard_.dropped_reports();
+  counters_.passivity_withheld_j = passivity_.withheld_j() * scene_.workspace.hand_joules_per_world_joule();
+  counters_.passivity_limited_ticks = passivity_.limited_ticks();
+  counters_.bad_energy_reports = passivity_.dropped_reports();
   counters_.faults_seen |= faults;
 }
 
@@ -390,8 +390,8 @@ void HapticCore::publish(LocalTime now) noexcept {
   update.copies = stage_output_.copies;
   update.wave = stage_output_.wave;
   update.round_trip = round_trip();
-  update.energy_to_hand_j = asked_to_hand_j_;
-  update.energy_from_hand_j = asked_from_hand_j_;
+  update.energy_to_hand_j = requested_to_hand_j_;
+  update.energy_from_hand_j = requested_from_hand_j_;
   mailboxes_.outbox.publish();
 }
 

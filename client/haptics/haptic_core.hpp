@@ -4,8 +4,8 @@
 //   1 read the device once                       6 to the device base D
 //   2 newest scene and server state              7 ramp and decay, slew limit, finite check  (common/haptics/safety.hpp)
 //   3 workspace mapping, clutch                  8 clamp and write  (devices/device_writer.hpp)
-//   4 stage: wrench on the hand in W             9 tell stage and guard what was displayed
-//   5 guard: what the account allows of it      10 publish the client update
+//   4 stage: wrench on the hand in W             9 stage and passivity controller get what was displayed
+//   5 passivity controller                      10 publish the client update
 #pragma once
 
 #include <atomic>
@@ -18,7 +18,7 @@
 #include "client/haptics/mailboxes.hpp"
 #include "client/haptics/stages/stage.hpp"
 #include "common/haptics/coupling/coupling_ramp.hpp"
-#include "common/haptics/passivity/guarded_port.hpp"
+#include "common/haptics/passivity/hand_passivity_controller.hpp"
 #include "common/haptics/safety.hpp"
 #include "devices/device_writer.hpp"
 
@@ -26,8 +26,7 @@ namespace tandem::client {
 
 struct HapticSettings {
   StageSettings stage{};
-  haptics::GuardedPort::Settings guard{};  ///< used when stage.guard
-  haptics::SafetySettings safety{};        ///< slew and speed limits are taken from the device's spec
+  haptics::SafetySettings safety{};  ///< slew and speed limits are taken from the device's spec
   /// Numbers of the coupling that come from the wire are bounded by these (and by the device's own limits), in newtons
   /// and metres of the device; coupling_bounds() (devices/device_profile.hpp) gives those of a known device. Stiffness,
   /// as the steepest slope of the law's force, and damping are the largest that CHAI3D's device table allows a peer of
@@ -50,23 +49,23 @@ struct TickRecord {
   devices::DeviceSample sample;
   RigidState handle_W;
   RigidState tool_W;              ///< newest of the server
-  Wrench stage_wrench_on_hand_D;  ///< before guard and safety
+  Wrench stage_wrench_on_hand_D;  ///< before passivity controller and safety
   Wrench displayed_on_hand_D;     ///< the last command that the device took
   Wrench server_wrench_on_hand_W;
   Duration state_age{0};  ///< since the newest server state arrived; negative: none yet
   Step newest_step;
   std::uint32_t server_tick_faults = 0;  ///< bits of TickFaults, of the newest state
   BodyId held_body;
-  bool has_watched_body = false;  ///< the server has told of the watched body in this scene
-  RigidState watched_body_W;      ///< newest of the server
-  bool is_local = false;          ///< the stage has a tool of its own
-  RigidState local_tool_W;        ///< that tool
-  bool has_local_body = false;    ///< the stage has a copy of the watched body
-  RigidState local_body_W;        ///< that copy
-  bool is_predicting = false;     ///< the wrench has a predicted part
-  double joint_share = 0;         ///< of a shared body's delayed joint
-  double guard_gain = 1;          ///< share of the stage's wrench that the guard let through
-  double guard_withheld_j = 0;    ///< world joules, running sum
+  bool has_watched_body = false;    ///< the server has told of the watched body in this scene
+  RigidState watched_body_W;        ///< newest of the server
+  bool is_local = false;            ///< the stage has a tool of its own
+  RigidState local_tool_W;          ///< that tool
+  bool has_local_body = false;      ///< the stage has a copy of the watched body
+  RigidState local_body_W;          ///< that copy
+  bool is_predicting = false;       ///< the wrench has a predicted part
+  double joint_share = 0;           ///< of a shared body's delayed joint
+  double passivity_gain = 1;        ///< share of the stage's wrench that the passivity controller let through
+  double passivity_withheld_j = 0;  ///< world joules, running sum
   std::uint32_t scene_generation = 0;
   haptics::SafetyFaults safety_faults = 0;
   bool is_clamped = false;
@@ -86,11 +85,11 @@ struct HapticCounters {
   double torque_square_sum = 0;  ///< displayed, (N·m)²
   double force_max_n = 0;
   double torque_max_n_m = 0;
-  double energy_to_hand_j = 0;           ///< device joules, Σ of positive F_k·(x_{k+1} − x_k) + τ_k·Δθ
-  double energy_from_hand_j = 0;         ///< device joules, Σ of the negative part, ≥ 0
-  double guard_withheld_j = 0;           ///< device joules that the guard kept from the hand
-  std::uint64_t guarded_ticks = 0;       ///< at which it kept something back
-  std::uint64_t bad_energy_reports = 0;  ///< of the server: a sum that fell
+  double energy_to_hand_j = 0;                ///< device joules, Σ of positive F_k·(x_{k+1} − x_k) + τ_k·Δθ
+  double energy_from_hand_j = 0;              ///< device joules, Σ of the negative part, ≥ 0
+  double passivity_withheld_j = 0;            ///< device joules that the passivity controller kept from the hand
+  std::uint64_t passivity_limited_ticks = 0;  ///< at which it did
+  std::uint64_t bad_energy_reports = 0;       ///< of the server: a sum that fell
   haptics::SafetyFaults faults_seen = 0;
 };
 
@@ -133,15 +132,15 @@ class HapticCore {
   void report_energy(const ReceivedUpdate& received) noexcept;
   void run_stage(LocalTime now) noexcept;
   StageInput stage_input(LocalTime now) const noexcept;
-  Wrench through_guard(const Wrench& stage_wrench_on_hand_W) noexcept;
-  Wrench through_safety(LocalTime now, const Wrench& guarded_on_hand_D, double handle_speed_m_per_s) noexcept;
+  Wrench through_passivity_controller(const Wrench& stage_wrench_on_hand_W) noexcept;
+  Wrench through_safety(LocalTime now, const Wrench& controlled_on_hand_D, double handle_speed_m_per_s) noexcept;
   void tell_displayed() noexcept;
   void record_stage() noexcept;
   Duration round_trip() const noexcept;
   bool write(LocalTime now, const Wrench& wrench_on_hand_D) noexcept;
   std::uint32_t buttons_to_tell(LocalTime now) noexcept;
   void account_energy(const devices::DeviceSample& sample) noexcept;
-  void account_payment(const Wrench& guarded_on_hand_W) noexcept;
+  void add_requested_work(const Wrench& controlled_on_hand_W) noexcept;
   void count() noexcept;
   void publish(LocalTime now) noexcept;
   /// The server is told of the hand.
@@ -155,8 +154,8 @@ class HapticCore {
   haptics::CouplingParameters coupling_bounds_;
   std::unique_ptr<Stage> stage_;
   StageOutput stage_output_;  ///< of the last tick at which it ran
-  bool is_guarded_;
-  haptics::GuardedPort guard_;
+  bool is_passivity_controlled_;
+  haptics::HandPassivityController passivity_;
   std::vector<std::unique_ptr<haptics::CouplingLaw>> laws_;  ///< parallel to coupling_laws(): a scene may ask for any
   haptics::CouplingLaw* coupling_ = nullptr;                 ///< one of them, the scene's
   haptics::CouplingRamp ramp_{haptics::CouplingParameters{}};
@@ -170,19 +169,19 @@ class HapticCore {
   LocalTime ticked_at_{};
   double period_s_ = 0.001;
   Pose raw_X_WH_;  ///< of the hand, without clutch: what it does work along
-  LocalTime energy_told_at_{};
+  LocalTime energy_reported_at_{};
   std::atomic<std::uint32_t> watched_{0};
   std::uint32_t watched_last_ = 0;
   devices::DeviceSample last_sample_;  ///< of the last tick, when valid
   std::uint32_t buttons_ = 0;          ///< of the last valid sample in this scene
   LocalTime buttons_seen_at_{};
-  /// After the guard, before the safety stages: what ramp, slew limit and the device's own limit keep from the hand,
-  /// its tool does in the world all the same, so it counts as paid.
-  Wrench asked_on_hand_W_;
-  Pose paid_at_X_WH_;           ///< handle of the last tick
-  bool is_paying_ = false;      ///< it was known then
-  double asked_to_hand_j_ = 0;  ///< world joules
-  double asked_from_hand_j_ = 0;
+  /// After the passivity controller, before the safety stages: what ramp, slew limit and the device's own limit keep from the hand,
+  /// its tool does in the world all the same, so it counts as energy from the hand.
+  Wrench requested_on_hand_W_;
+  Pose requested_at_X_WH_;          ///< handle of the last tick
+  bool is_requested_ = false;       ///< it was known then
+  double requested_to_hand_j_ = 0;  ///< world joules
+  double requested_from_hand_j_ = 0;
   TickRecord record_;
   HapticCounters counters_;
 };

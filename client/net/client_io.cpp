@@ -61,7 +61,7 @@ struct ClientIo::Impl {
 
   std::shared_ptr<const wire::Joined> joined;  // io thread's copy
   LocalTime published_at{};
-  mutable std::mutex mutex;  // guards `published`; never taken by the haptic thread
+  mutable std::mutex mutex;  // protects `published`; never taken by the haptic thread
   ClientIoSnapshot published;
 };
 

@@ -35,9 +35,9 @@ enum TickFault : std::uint32_t {
   /// The soft bodies' step is not done although its result is due (live only): the last one serves on. Remedy:
   /// fewer nodes or samples, a lower soft_step_rate_hz, a faster machine.
   kFaultSoftLate = 1U << 8U,
-  /// A user's tool would have put more into the world than his hand has paid, and was held back. Remedy: a stage that
-  /// pays what it moves (local-model, wave), or a shorter delay.
-  kFaultToolGuarded = 1U << 9U,
+  /// A user's tool would have put more into the world than his hand put in, and was limited. Remedy: a stage whose
+  /// hand supplies what its tool does (local-model, wave), or a shorter delay.
+  kFaultToolEnergyLimited = 1U << 9U,
 };
 using TickFaults = std::uint32_t;
 
@@ -56,7 +56,7 @@ inline constexpr std::array<TickFaultName, 10> kTickFaultNames{{
     {kFaultContactUnsolved, "contact_unsolved"},
     {kFaultContactCoarse, "contact_coarse"},
     {kFaultSoftLate, "soft_late"},
-    {kFaultToolGuarded, "tool_guarded"},
+    {kFaultToolEnergyLimited, "tool_energy_limited"},
 }};
 
 /// One name a bit. A newer server may send bits that this program does not know: they are shown ("bit_20"), not

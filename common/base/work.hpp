@@ -1,4 +1,4 @@
-// Work across a port, as every account of energy here counts it.
+// Work across a port, as every energy balance here counts it.
 #pragma once
 
 #include "common/base/spatial.hpp"

@@ -19,7 +19,7 @@ bool is_fine(const ContactShape& shape) {
   return shape.shells.surface.spacing_m <= kFineSpacing_m && !shape.shells.surface.nodes.empty();
 }
 
-// Most fields answer with a unit vector: a root and three quotients a point are spared.
+// Most fields answer with a unit vector: a root and three quotients a point are saved.
 Vec3 unit(const Vec3& a) {
   return a.squaredNorm() == 1 ? a : a.normalized();
 }

@@ -145,8 +145,8 @@ struct World::Impl {
   void describe_pulls() noexcept;
   void add_effects() noexcept;
   void anchor_free_bodies() noexcept;
-  TickFaults guard_all() noexcept;
-  TickFaults guard(std::size_t body) noexcept;
+  TickFaults limit_or_restore_all() noexcept;
+  TickFaults limit_or_restore(std::size_t body) noexcept;
   TickFaults limit_speed(RigidBody& rigid) noexcept;
   void adopt() noexcept;
   TickFaults settle_hands() noexcept;

@@ -225,7 +225,7 @@ TickFaults World::Impl::limit_speed(RigidBody& rigid) noexcept {
   return rigid.limit_speed(scene->limits.body_speed_m_per_s, step_s()) ? TickFaults{kFaultSpeedLimited} : 0;
 }
 
-TickFaults World::Impl::guard(std::size_t index) noexcept {
+TickFaults World::Impl::limit_or_restore(std::size_t index) noexcept {
   WorldBody& body = bodies[index];
   if (body.rigid.is_finite()) return limit_speed(body.rigid);
   // Out and in again, so that no contact keeps a number that is not finite.
@@ -235,10 +235,10 @@ TickFaults World::Impl::guard(std::size_t index) noexcept {
   return kFaultNotFinite;
 }
 
-TickFaults World::Impl::guard_all() noexcept {
+TickFaults World::Impl::limit_or_restore_all() noexcept {
   TickFaults faults = 0;
   for (std::size_t i = 0; i < bodies.size(); ++i) {
-    if (!bodies[i].rigid.is_static()) faults |= guard(i);
+    if (!bodies[i].rigid.is_static()) faults |= limit_or_restore(i);
   }
   for (WorldTool& tool : tools) {
     if (!tool.is_free()) continue;
@@ -264,7 +264,7 @@ TickFaults World::step() noexcept {
   impl_->damp_and_ramp();
   faults |= impl_->step_touch();
   impl_->free->step(impl_->step_s());
-  faults |= impl_->guard_all();
+  faults |= impl_->limit_or_restore_all();
   impl_->adopt();
   faults |= impl_->settle_hands();
   if (impl_->soft) faults |= impl_->step_soft();

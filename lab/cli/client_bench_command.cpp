@@ -36,7 +36,7 @@ struct Variant {
   const char* name;
   const char* stage;
   const char* predictor;
-  bool guard;
+  bool passivity;
 };
 constexpr Variant kFull{"everything", "local-model", "ar-spline", true};
 constexpr Variant kPeer{"late-pose", "late-pose", "none", false};
@@ -73,7 +73,7 @@ Experiment experiment_of(const Claim& claim, const Variant& variant, const Optio
   ExperimentFile file = read_experiment_file(experiment_files(names).front());
   set_quantity(file.document, {"stage", variant.stage});
   set_quantity(file.document, {"predictor", variant.predictor});
-  set_quantity(file.document, {"guard", variant.guard});
+  set_quantity(file.document, {"passivity", variant.passivity});
   set_quantity(file.document, {"link.rtt_ms", options.rtt_ms});
   return parse_experiment(file);
 }
@@ -115,7 +115,7 @@ boost::json::object quantiles_us(const std::vector<ClientBenchRun>& runs, Histog
 boost::json::object runs_json(const Variant& variant, const std::vector<ClientBenchRun>& runs) {
   boost::json::object result{{"stage", variant.stage},
                              {"predictor", variant.predictor},
-                             {"guard", variant.guard},
+                             {"passivity", variant.passivity},
                              {"tick_us", quantiles_us(runs, &ClientBenchRun::tick)},
                              {"clock_us", quantiles_us(runs, &ClientBenchRun::clock)},
                              {"fixed_work_us", quantiles_us(runs, &ClientBenchRun::work)},
@@ -154,7 +154,7 @@ void print(const Options& options, const std::vector<Row>& rows, const std::vect
     std::cout << "\n"
               << std::left << std::setw(46) << row.claim.experiment
               << "    times       p50       p99     p99.9       max\n";
-    print_line("tick: local-model, ar-spline, guard", row.full, &ClientBenchRun::tick);
+    print_line("tick: local-model, ar-spline, passivity", row.full, &ClientBenchRun::tick);
     print_line("tick: late-pose", row.peer, &ClientBenchRun::tick);
     print_line("fit off the path", row.full, &ClientBenchRun::fit);
     print_line("the machine: a fixed computation", row.full, &ClientBenchRun::work);

@@ -189,7 +189,9 @@ void add_run_command(CLI::App& app, int& exit_code) {
   command->add_option("--seed", options->seed, "the first seed, instead of the file's");
   command->add_option("--stage", options->stage, "as --set stage=: one or more of " + listed_stages());
   auto* single = command->add_flag("--single", options->is_single, "the file as it stands, without its grid");
-  command->add_flag("--full", options->is_full, "every stage with every predictor, guard, delay, jitter and loss")
+  command
+      ->add_flag("--full", options->is_full,
+                 "every stage with every predictor, passivity on and off, delay, jitter and loss")
       ->excludes(single);
   command->add_flag("--samples", options->wants_samples, "keep the time series of every trial; of a single one always");
   command->add_option("--kernel", options->kernel,

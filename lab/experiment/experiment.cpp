@@ -100,7 +100,7 @@ std::string one_of(JsonFields& fields, std::string_view name, const std::string&
 Pipeline pipeline_of(JsonFields& fields, Pipeline result) {
   result.stage = one_of(fields, "stage", result.stage, known_stages());
   result.predictor = one_of(fields, "predictor", result.predictor, known_predictors());
-  result.guard = fields.boolean("guard", result.guard);
+  result.passivity = fields.boolean("passivity", result.passivity);
   result.deadband = fields.number("deadband", result.deadband, 0, 0.5);
   if (fields.has("model")) {
     JsonFields model = fields.object("model");
@@ -295,7 +295,7 @@ std::filesystem::path scene_path(const std::string& scene, const std::filesystem
 ExperimentFile read_experiment_file(const std::filesystem::path& file) {
   const json::value value = parse_json(read_text_file(file), file.string());
   JsonFields(value, file.string());  // says so when it is not an object
-  return {file.string(), file.parent_path(), value.get_object()};
+  return {file.string(), file.parent_path(), with_current_names(value.get_object())};
 }
 
 Experiment parse_experiment(const ExperimentFile& source) {
@@ -330,7 +330,7 @@ Experiment parse_experiment(const ExperimentFile& source) {
 Experiment parse_experiment(std::string_view text, const std::string& origin, const std::filesystem::path& directory) {
   const json::value value = parse_json(text, origin);
   JsonFields(value, origin);
-  return parse_experiment(ExperimentFile{origin, directory, value.get_object()});
+  return parse_experiment(ExperimentFile{origin, directory, with_current_names(value.get_object())});
 }
 
 Experiment load_experiment(const std::filesystem::path& file) {

@@ -65,9 +65,9 @@ struct Experiment {
   std::optional<OutcomeRule> outcome;
   std::vector<ExperimentUser> users;
 
-  /// Somebody's account is watched: then by the room too.
-  bool has_guard() const {
-    return std::any_of(users.begin(), users.end(), [](const ExperimentUser& user) { return user.pipeline.guard; });
+  /// Of any user: then the room limits its tools too.
+  bool controls_passivity() const {
+    return std::any_of(users.begin(), users.end(), [](const ExperimentUser& user) { return user.pipeline.passivity; });
   }
 };
 

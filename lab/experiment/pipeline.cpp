@@ -27,7 +27,7 @@ std::string listed_stages() {
 boost::json::object pipeline_json(const Pipeline& pipeline) {
   return {{"stage", pipeline.stage},
           {"predictor", pipeline.predictor},
-          {"guard", pipeline.guard},
+          {"passivity", pipeline.passivity},
           {"deadband", pipeline.deadband},
           {"model", boost::json::object{{"mass_scale", pipeline.model_mass_scale}}}};
 }
@@ -43,13 +43,13 @@ client::HapticSettings haptic_settings(const Pipeline& pipeline, const haptics::
   client::HapticSettings settings;
   settings.stage.name = pipeline.stage;
   settings.stage.predictor = pipeline.predictor;
-  settings.stage.guard = pipeline.guard;
+  settings.stage.passivity = pipeline.passivity;
   settings.coupling_bounds = coupling_bounds;
   return settings;
 }
 
-double guard_dissipated_j(const client::HapticCore& core, const Pipeline& pipeline) {
-  return pipeline.guard ? core.record().guard_withheld_j : std::numeric_limits<double>::quiet_NaN();
+double passivity_dissipated_j(const client::HapticCore& core, const Pipeline& pipeline) {
+  return pipeline.passivity ? core.record().passivity_withheld_j : std::numeric_limits<double>::quiet_NaN();
 }
 
 }  // namespace tandem::lab

@@ -1,4 +1,4 @@
-// What stands between the server's state and a hand, by name: the one place of the lab that knows how a client is told.
+// What stands between the server's state and a hand, by name: the one place of the lab that sets a client up.
 #pragma once
 
 #include <string>
@@ -21,7 +21,7 @@ std::string listed_stages();
 struct Pipeline {
   std::string stage = default_stage();
   std::string predictor = client::StageSettings{}.predictor;  ///< of what the stage's model does not know
-  bool guard = client::StageSettings{}.guard;                 ///< passivity guard
+  bool passivity = client::StageSettings{}.passivity;         ///< a passivity controller follows the stage
   double deadband = 0;          ///< Weber fraction below which nothing is sent; 0: everything is
   double model_mass_scale = 1;  ///< masses of the local model are wrong by this factor
 };
@@ -32,7 +32,7 @@ boost::json::object pipeline_json(const Pipeline& pipeline);
 client::LocalModelSettings local_model_settings(const Pipeline& pipeline);
 client::HapticSettings haptic_settings(const Pipeline& pipeline, const haptics::CouplingParameters& coupling_bounds);
 
-/// What the client's guard has kept from the hand so far [world joules]; NaN: it has none.
-double guard_dissipated_j(const client::HapticCore& core, const Pipeline& pipeline);
+/// Energy that the client's passivity controller has withheld from the hand so far [world joules]; NaN: it has none.
+double passivity_dissipated_j(const client::HapticCore& core, const Pipeline& pipeline);
 
 }  // namespace tandem::lab

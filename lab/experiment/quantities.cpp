@@ -135,14 +135,39 @@ void set_for_each_user(json::object& document, const std::vector<std::string>& p
   for (json::value& user : users_of(document)) set_path(user.as_object(), parts, value);
 }
 
+/// Where both names are given, the one in use counts.
+void rename_field(json::object& object, std::string_view from, std::string_view to) {
+  json::value* value = object.if_contains(from);
+  if (value == nullptr) return;
+  const json::value kept = *value;
+  object.erase(from);
+  if (object.if_contains(to) == nullptr) object[to] = kept;
+}
+
 }  // namespace
+
+std::string current_name(const std::string& quantity) {
+  const bool is_of_one_user = quantity.starts_with(kUserPrefix) && quantity.ends_with(".guard");
+  if (quantity != "guard" && !is_of_one_user) return quantity;
+  return quantity.substr(0, quantity.size() - std::string_view("guard").size()) + "passivity";
+}
+
+json::object with_current_names(json::object document) {
+  rename_field(document, "guard", "passivity");
+  json::value* users = document.if_contains("users");
+  if (users == nullptr || !users->is_array()) return document;
+  for (json::value& user : users->get_array()) {
+    if (user.is_object()) rename_field(user.get_object(), "guard", "passivity");
+  }
+  return document;
+}
 
 Axis parse_axis(const std::string& text) {
   const std::size_t equals = text.find('=');
   if (equals == std::string::npos || equals == 0 || equals + 1 == text.size()) {
     throw std::invalid_argument("--set " + text + ": write NAME=VALUE or NAME=VALUE,VALUE, e.g. link.rtt_ms=0,50");
   }
-  Axis axis{text.substr(0, equals), {}};
+  Axis axis{current_name(text.substr(0, equals)), {}};
   for (const std::string& part : divided(std::string_view(text).substr(equals + 1))) {
     if (part.empty()) throw std::invalid_argument("--set " + text + ": there is an empty value between its commas");
     axis.values.push_back(value_of(part));

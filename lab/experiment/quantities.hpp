@@ -16,6 +16,11 @@
 
 namespace tandem::lab {
 
+/// The name in use of a quantity that files may still have by an older one ("guard" is "passivity").
+std::string current_name(const std::string& quantity);
+/// The same of every field of an experiment's document.
+boost::json::object with_current_names(boost::json::object document);
+
 /// One quantity with its value.
 struct Setting {
   std::string name;

@@ -40,18 +40,18 @@ Axis other_stages() {
 }
 
 std::vector<Block> default_blocks() {
-  return {{{axis("stage", {json::value(default_stage())}), axis("guard", {true}),
+  return {{{axis("stage", {json::value(default_stage())}), axis("passivity", {true}),
             axis("link.rtt_ms", {0, 10, 25, 50, 100, 200, 300}), axis("link.jitter_ms", {0, 10}),
             axis("link.loss", {0, 0.05})},
            std::nullopt},
-          {{other_stages(), axis("predictor", {"none"}), axis("guard", {false}), axis("link.rtt_ms", {0, 30, 100, 300}),
-            axis("link.jitter_ms", {0}), axis("link.loss", {0})},
+          {{other_stages(), axis("predictor", {"none"}), axis("passivity", {false}),
+            axis("link.rtt_ms", {0, 30, 100, 300}), axis("link.jitter_ms", {0}), axis("link.loss", {0})},
            1}};
 }
 
 std::vector<Block> full_blocks() {
   return {{{axis_of_names("stage", known_stages()), axis_of_names("predictor", known_predictors()),
-            axis("guard", {true, false}), axis("link.rtt_ms", {0, 10, 25, 30, 50, 100, 200, 300}),
+            axis("passivity", {true, false}), axis("link.rtt_ms", {0, 10, 25, 30, 50, 100, 200, 300}),
             axis("link.jitter_ms", {0, 10}), axis("link.loss", {0, 0.05})},
            std::nullopt}};
 }
@@ -72,7 +72,7 @@ Block block_of(const json::object& block, const ExperimentFile& file, std::size_
   const std::string where = file.origin + ": grid[" + std::to_string(index) + "].";
   Block result;
   for (const auto& field : block) {
-    const std::string name = field.key();
+    const std::string name = current_name(field.key());
     if (name == "seeds") {
       result.seeds = JsonFields(block, file.origin).whole_number("seeds", 1, kMaxSeeds);
       continue;
@@ -203,7 +203,7 @@ Trial reference_of(const Trial& trial) {
   json::object& document = result.file.document;
   const json::object perfect{{"stage", trial.experiment.reference_stage},
                              {"predictor", "none"},
-                             {"guard", false},
+                             {"passivity", false},
                              {"deadband", 0.0},
                              {"model.mass_scale", 1.0}};
   for (const auto& each : perfect) set_quantity(document, {std::string(each.key()), each.value()});

@@ -19,22 +19,23 @@ struct Trial {
 
 /// What the command line says about the trials of each file.
 struct GridRequest {
-  bool is_single = false;              ///< no grid: the file as it stands, and the axes below
-  bool is_full = false;                ///< the product of all stages, predictors, guard, delays, jitter and loss
+  bool is_single = false;  ///< no grid: the file as it stands, and the axes below
+  bool is_full = false;    ///< the product of all stages, predictors, passivity on and off, delays, jitter and loss
   std::optional<std::uint64_t> seeds;  ///< so many, from the file's on
   std::vector<Axis> axes;              ///< in place of the grid's of the same name
 };
 
 /// The trials in a fixed order, each once.
 ///
-/// The blocks are the file's `grid`; without one, the built-in: the default stage with guard on delays × jitter × loss,
-/// and every other stage without guard on four delays of a perfect link, where more than one seed would give the same.
+/// The blocks are the file's `grid`; without one, the built-in: the default stage with passivity controller on delays ×
+/// jitter × loss, and every other stage without it on four delays of a perfect link, where more than one seed would give
+/// the same.
 /// Fails   std::invalid_argument: a name or value that does not exist, more than kMaxTrials
 std::vector<Trial> expand(const ExperimentFile& file, const GridRequest& request);
 inline constexpr std::size_t kMaxTrials = 20000;
 
-/// The same hands with the same seed at zero delay, on the trial's reference stage without guard or predictor: what a
-/// perfect link would have let them feel.
+/// The same hands with the same seed at zero delay, on the trial's reference stage without passivity controller or
+/// predictor: what a perfect link would have let them feel.
 Trial reference_of(const Trial& trial);
 
 }  // namespace tandem::lab

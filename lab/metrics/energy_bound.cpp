@@ -29,7 +29,7 @@ struct HandWork {
 
 bool has_bound(const UserTrace& user) {
   return user.user.pipeline.stage != "local-model" && !(user.user.pipeline.deadband > 0) && !user.answered.empty() &&
-         std::none_of(user.ticks.begin(), user.ticks.end(), tells_of_guarded_tool);
+         std::none_of(user.ticks.begin(), user.ticks.end(), is_tool_energy_limited);
 }
 
 /// Of the coupling, when its handle jumps.

@@ -19,7 +19,7 @@ class HandPort {
       const Pose& to = user_.ticks[next_].hand_D;
       work_j_ += world_joules(held_work_j(from.displayed_D, from.hand_D, to));
       if (is_finite(from.asked_D)) {
-        spared_j_ += world_joules(held_work_j(from.asked_D - from.displayed_D, from.hand_D, to));
+        withheld_by_safety_j_ += world_joules(held_work_j(from.asked_D - from.displayed_D, from.hand_D, to));
       }
     }
   }
@@ -29,7 +29,7 @@ class HandPort {
   double corrected_j() const {
     return user_.ticks.empty() ? 0 : now().model.corrected_j - user_.ticks.front().model.corrected_j;
   }
-  double spared_j() const { return spared_j_; }
+  double withheld_by_safety_j() const { return withheld_by_safety_j_; }
   double field_work_j() const {
     return user_.ticks.empty() ? 0 : now().model.field_work_j - user_.ticks.front().model.field_work_j;
   }
@@ -42,7 +42,7 @@ class HandPort {
   const UserTrace& user_;
   std::size_t next_ = 1;
   double work_j_ = 0;
-  double spared_j_ = 0;
+  double withheld_by_safety_j_ = 0;
 };
 
 }  // namespace
@@ -56,7 +56,7 @@ EnergyLedger energy_ledger(const SessionTrace& trace) {
     for (HandPort& port : ports) {
       port.advance_to(sample.time);
       by_field_j += port.field_work_j();
-      energy_j += port.work_j() + port.spared_j() + port.model_change_j();
+      energy_j += port.work_j() + port.withheld_by_safety_j() + port.model_change_j();
     }
     const double at_server_j = trace.stored.front().field_j - sample.field_j;
     energy_j -= std::max(0.0, at_server_j - by_field_j);
@@ -66,7 +66,7 @@ EnergyLedger energy_ledger(const SessionTrace& trace) {
   }
   for (const HandPort& port : ports) {
     ledger.hand_ports_j.push_back(port.work_j());
-    ledger.spared_j += port.spared_j();
+    ledger.withheld_by_safety_j += port.withheld_by_safety_j();
     ledger.stored_change_j += port.model_change_j();
     ledger.corrected_j += port.corrected_j();
   }

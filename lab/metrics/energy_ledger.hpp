@@ -13,18 +13,19 @@ struct EnergyLedger {
   double stored_change_j = 0;        ///< of S and of all models, at the end
   double corrected_j = 0;            ///< what corrections of the models towards the server put in; part of the above
   std::vector<double> hand_ports_j;  ///< of each user at the end: work done on the hand, less than 0 when it gave
-  double spared_j = 0;  ///< work that ramp, decay in silence, slew limit and clamp left out; in E, not in the ports
+  /// Work that ramp, decay in silence, slew limit and clamp left out; in E, not in the ports.
+  double withheld_by_safety_j = 0;
 };
 
 /// Balances a trial.
 ///
 /// Model   E(t) = Σ_users [Σ_k F_k·(x_{k+1} − x_k) + M(t) − M(0)] + U(t) + S(t) − S(0)
-///         F_k  wrench asked for at tick k, after the guard, held until the next; x  true pose of the hand. What safety
-///              stages and clamp leave out of it is a line of its own: else a hand that leans on a wall through a
-///              silence would seem to be given what it sank in by
+///         F_k  wrench asked for at tick k, after the passivity controller, held until the next; x  true pose of the
+///              hand. What safety stages and clamp leave out of it is a line of its own: else a hand that leans on a
+///              wall through a silence would seem to be given what it sank in by
 ///         M    of a user of a local model: what the model holds, less what came into it from elsewhere than the hand
 ///              (ModelLedger: bodies that changed their owner there, the field). Corrections towards the server are not
-///              taken off: what they lend a hand was created
+///              taken off: what they give a hand was created
 ///         U    of the field between molecules, which M is without. Each user has his own late view of it, so it has no
 ///              one value at an instant. W is its work on the molecules that local models step, W_s what the field at the
 ///              server has lost:  U = max(0, W − depth) − max(0, W_s − W). Hands that get more out of it, turn by turn,
@@ -38,8 +39,8 @@ struct EnergyLedger {
 ///                a local model did to it. A thing that such a user alone touches is at the server only as a late copy
 ///                of what is in M already; counted too, it would be energy that a hand has got back and the copy
 ///                still has
-///         Whatever friction, dampers and guards take makes E fall, so E > 0 means that energy came from nowhere: from
-///         sampling, from delay, or from a model that is not the server's.
+///         Whatever friction, dampers and passivity controllers take makes E fall, so E > 0 means that energy came from
+///         nowhere: from sampling, from delay, or from a model that is not the server's.
 /// Source  Hannaford, Ryu, "Time-domain passivity control of haptic interfaces", IEEE T-RA 18(1), 2002: the observer;
 ///         with the sum over the held force, for the backward sum hides what sampling creates
 /// Limits  For stages other than the local model, what is in flight between hand and world is in neither: a force that

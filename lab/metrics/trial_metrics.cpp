@@ -209,16 +209,16 @@ double force_above_60_hz_n(const UserView& view) {
   return std::sqrt(square);
 }
 
-double guard_dissipated_fraction(const UserView& view) {
+double passivity_dissipated_fraction(const UserView& view) {
   const double exchanged_j =
       (view.user.energy_to_hand_j + view.user.energy_from_hand_j) / view.user.hand_joules_per_world_joule;
-  return exchanged_j < kMinExchange_j ? kNothing : view.user.guard_dissipated_j / exchanged_j;
+  return exchanged_j < kMinExchange_j ? kNothing : view.user.passivity_dissipated_j / exchanged_j;
 }
 
-double tool_guarded_fraction(const UserView& view) {
-  const auto guarded = std::count_if(view.user.ticks.begin(), view.user.ticks.end(), tells_of_guarded_tool);
+double tool_energy_limited_fraction(const UserView& view) {
+  const auto limited = std::count_if(view.user.ticks.begin(), view.user.ticks.end(), is_tool_energy_limited);
   return view.user.ticks.empty() ? kNothing
-                                 : static_cast<double>(guarded) / static_cast<double>(view.user.ticks.size());
+                                 : static_cast<double>(limited) / static_cast<double>(view.user.ticks.size());
 }
 
 double hand_port_j(const UserView& view) {
@@ -237,8 +237,8 @@ double energy_corrected_j(const TrialView& view) {
   return view.trace.stored.empty() ? kNothing : energy_ledger(view.trace).corrected_j;
 }
 
-double energy_spared_j(const TrialView& view) {
-  return view.trace.stored.empty() ? kNothing : energy_ledger(view.trace).spared_j;
+double energy_withheld_by_safety_j(const TrialView& view) {
+  return view.trace.stored.empty() ? kNothing : energy_ledger(view.trace).withheld_by_safety_j;
 }
 
 /// Where a user saw the watched body at `time`, straight between ticks. `from` is where the search begins.
@@ -404,7 +404,8 @@ const std::vector<TrialMetric>& trial_metrics() {
       {"energy_created_max_j",
        "Greatest E(t) = Σ over users of Σ F_k·(x_{k+1} − x_k) + energy stored for them − the same at the start, in "
        "world "
-       "joules, F_k the wrench after the guard: what came from nowhere. Stored: in a user's local model, else in the "
+       "joules, F_k the wrench after the passivity controller: what came from nowhere. Stored: in a user's local "
+       "model, else in the "
        "server's "
        "world (energy_ledger.hpp).",
        Combine::kGreatest, nullptr, energy_created_max_j},
@@ -417,21 +418,22 @@ const std::vector<TrialMetric>& trial_metrics() {
        "What corrections of local models towards the server put into them over the trial, in world joules; contained "
        "in energy_created_max_j.",
        Combine::kGreatest, nullptr, energy_corrected_j},
-      {"energy_spared_j",
+      {"energy_withheld_by_safety_j",
        "Work on the hands that ramp, decay in silence, slew limit and clamp left out, in world joules; a line of its "
        "own, "
        "for E(t) is of the force before them.",
-       Combine::kGreatest, nullptr, energy_spared_j},
+       Combine::kGreatest, nullptr, energy_withheld_by_safety_j},
       {"hand_port_j", "Work done on the hand over the trial, in world joules; less than 0 when it gave.", Combine::kSum,
        hand_port_j},
-      {"guard_dissipated_fraction",
-       "What the passivity guard took, over what hand and display exchanged in both directions; null below 20 mJ "
+      {"passivity_dissipated_fraction",
+       "What the passivity controller withheld, over what hand and display exchanged in both directions; null below 20 "
+       "mJ "
        "exchanged.",
-       Combine::kGreatest, guard_dissipated_fraction},
-      {"tool_guarded_fraction",
-       "Share of the trial in which the room held a tool back that would have put more into the world than its user's "
-       "hand had paid.",
-       Combine::kGreatest, tool_guarded_fraction},
+       Combine::kGreatest, passivity_dissipated_fraction},
+      {"tool_energy_limited_fraction",
+       "Share of the trial in which the room limited a tool that would have put more into the world than its user's "
+       "hand put in.",
+       Combine::kGreatest, tool_energy_limited_fraction},
       {"view_divergence_max_m",
        "Greatest distance between where two users see the watched body at the same instant. It contains what the body "
        "moves in the difference of their delays.",

@@ -33,7 +33,7 @@ bool is_of_single_users(std::string_view name) {
 std::string group_key(const json::object& row) {
   json::object key;
   for (const char* name :
-       {"experiment", "stage", "predictor", "guard", "deadband", "rtt_ms", "jitter_ms", "loss", "overrides"}) {
+       {"experiment", "stage", "predictor", "passivity", "deadband", "rtt_ms", "jitter_ms", "loss", "overrides"}) {
     if (const json::value* value = row.if_contains(name)) key[name] = *value;
   }
   return compact_json(key);
@@ -72,9 +72,10 @@ std::string overrides_text(const json::object& row) {
 
 void print_group(std::ostream& out, const SeedGroup& group) {
   const json::object& row = group.first();
-  const bool guard = row.at("guard") == json::value(true);
+  const bool has_controller = row.at("passivity") == json::value(true);
   const std::string predictor = text_in(row, "predictor");
-  const std::string stage = text_in(row, "stage") + (predictor == "none" ? "" : "/" + predictor) + (guard ? "" : " -g");
+  const std::string stage =
+      text_in(row, "stage") + (predictor == "none" ? "" : "/" + predictor) + (has_controller ? "" : " -p");
   out << std::left << std::setw(20) << stage << std::right << std::setw(6) << number_in(row, "rtt_ms") << std::setw(5)
       << number_in(row, "jitter_ms") << std::setw(6) << number_in(row, "loss");
   for (const PrintedColumn& column : kPrinted) {
@@ -185,7 +186,7 @@ void print_study(std::ostream& out, std::span<const TrialResult> results) {
     if (text_in(group.first(), "experiment") != experiment) {
       experiment = text_in(group.first(), "experiment");
       out << '\n'
-          << experiment << " (means over seeds; -g: without guard)\n"
+          << experiment << " (means over seeds; -p: without passivity controller)\n"
           << std::left << std::setw(20) << "stage" << std::right << std::setw(6) << "rtt" << std::setw(5) << "jit"
           << std::setw(6) << "loss";
       for (const PrintedColumn& column : kPrinted) out << std::setw(kColumnWidth) << column.header;

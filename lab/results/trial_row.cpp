@@ -41,7 +41,7 @@ json::object users_json(const TrialView& view, std::size_t index) {
 
 /// Settings that have no column of their own.
 json::object overrides_json(const Trial& trial) {
-  constexpr std::array<std::string_view, 7> kColumns{"stage",          "predictor", "guard", "link.rtt_ms",
+  constexpr std::array<std::string_view, 7> kColumns{"stage",          "predictor", "passivity", "link.rtt_ms",
                                                      "link.jitter_ms", "link.loss", "seed"};
   json::object result;
   for (const Setting& setting : trial.settings) {
@@ -61,7 +61,7 @@ json::object trial_row(const Trial& trial, const SessionTrace& trace, const Sess
   json::object row{{"experiment", experiment.name},
                    {"stage", of_users(experiment, [](const auto& user) { return user.pipeline.stage; })},
                    {"predictor", of_users(experiment, [](const auto& user) { return user.pipeline.predictor; })},
-                   {"guard", experiment.has_guard()},
+                   {"passivity", experiment.controls_passivity()},
                    {"deadband", experiment.pipeline.deadband},
                    {"rtt_ms", link.rtt_ms},
                    {"jitter_ms", link.jitter_ms},

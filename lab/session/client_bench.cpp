@@ -37,7 +37,7 @@ client::SessionSettings session_settings(const ExperimentUser& user, const serve
   return settings;
 }
 
-/// As a client has it: an experiment's account of energy costs two thirds of what all the rest does.
+/// As a client has it: an experiment's energy ledger costs two thirds of what all the rest does.
 client::LocalModelSettings model_settings(const Pipeline& pipeline) {
   client::LocalModelSettings settings = local_model_settings(pipeline);
   settings.keeps_ledger = false;
@@ -130,7 +130,7 @@ class BenchSession {
 BenchSession::BenchSession(const Experiment& experiment, const std::shared_ptr<const server::LoadedScene>& scene)
     : experiment_(experiment),
       user_(experiment.users.front()),
-      room_(RoomId{1}, "lab", scene, {.guards_tools = experiment.has_guard()}),
+      room_(RoomId{1}, "lab", scene, {.controls_tool_passivity = experiment.controls_passivity()}),
       hub_(hub_settings(experiment.seed), {&room_}, network_),
       transport_(network_.add_client(user_.up, user_.down, experiment.seed)),
       device_(user_.device.spec, devices::holding(user_.hand_parameters, user_.device), user_.hand, experiment.seed),

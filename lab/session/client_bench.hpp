@@ -1,5 +1,5 @@
 // How long a client's haptic tick takes in a session: hand, client, link and server as in a trial in virtual time, and
-// a clock around nothing but the tick: not the simulated hand, nor the account of energy that an experiment keeps.
+// a clock around nothing but the tick: not the simulated hand, nor the energy ledger that an experiment keeps.
 #pragma once
 
 #include <cstdint>

@@ -81,8 +81,9 @@ LiveRoom::Impl::Impl(std::shared_ptr<const server::LoadedScene> its_scene, const
     : scene(std::move(its_scene)),
       experiment(its_experiment),
       priority(its_priority),
-      room(RoomId{1}, "lab", scene,
-           {.soft_stepping = server::SoftStepping::kWorker, .guards_tools = experiment.has_guard()}),
+      room(
+          RoomId{1}, "lab", scene,
+          {.soft_stepping = server::SoftStepping::kWorker, .controls_tool_passivity = experiment.controls_passivity()}),
       transport(io, "127.0.0.1", 0, clock),
       hub(hub_settings(transport.port(), experiment.seed), {&room}, transport),
       step_event(io, open_eventfd()),

@@ -91,7 +91,9 @@ class LiveUser {
   // after stop()
   const client::HapticCounters& counters() const { return core_.counters(); }
   const client::HapticCounters& counters_at_start() const { return at_start_; }
-  double guard_dissipated() const { return guard_dissipated_j(core_, user_.pipeline) - guard_dissipated_at_start_j_; }
+  double passivity_dissipated() const {
+    return passivity_dissipated_j(core_, user_.pipeline) - passivity_dissipated_at_start_j_;
+  }
   const client::HapticLoopReport& loop_report() const { return loop_->report(); }
   std::uint64_t lost() const { return lost_.load(std::memory_order_relaxed); }
 
@@ -110,7 +112,7 @@ class LiveUser {
   std::vector<LiveTick> ticks_;  // main thread
   bool is_hand_moving_ = false;  // haptic thread, as the next two until it has stopped
   client::HapticCounters at_start_;
-  double guard_dissipated_at_start_j_ = 0;
+  double passivity_dissipated_at_start_j_ = 0;
   std::optional<client::HapticLoop> loop_;  // gone before what it uses
 };
 
@@ -147,7 +149,7 @@ void LiveUser::after_tick() noexcept {
   is_hand_moving_ = true;
   device_.start_path(LocalTime(Duration(start)));
   at_start_ = core_.counters();
-  guard_dissipated_at_start_j_ = guard_dissipated_j(core_, user_.pipeline);
+  passivity_dissipated_at_start_j_ = passivity_dissipated_j(core_, user_.pipeline);
 }
 
 void LiveUser::take_ticks() {
@@ -332,7 +334,7 @@ void LiveSession::Impl::take_user(std::size_t index) {
   for (const TickSample& tick : user.ticks) trace.faults_seen |= tick.server_tick_faults;
   user.energy_to_hand_j = live.counters().energy_to_hand_j - live.counters_at_start().energy_to_hand_j;
   user.energy_from_hand_j = live.counters().energy_from_hand_j - live.counters_at_start().energy_from_hand_j;
-  user.guard_dissipated_j = live.guard_dissipated();
+  user.passivity_dissipated_j = live.passivity_dissipated();
   user.session = io.counters;
   user.link_up = io.links.up;
   user.link_down = io.links.down;

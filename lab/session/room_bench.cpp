@@ -70,8 +70,8 @@ RoomBenchResult bench_room(const std::shared_ptr<const server::LoadedScene>& sce
     throw std::invalid_argument("--users " + std::to_string(settings.hands.size()) + ": the scene has " +
                                 std::to_string(scene->tools.size()) + " tools; ask for fewer users");
   }
-  // Its hands are paths and pay nothing.
-  const server::RoomOptions options{.soft_stepping = server::SoftStepping::kWorker, .guards_tools = false};
+  // Its hands are paths and supply no energy.
+  const server::RoomOptions options{.soft_stepping = server::SoftStepping::kWorker, .controls_tool_passivity = false};
   const auto room = std::make_unique<server::Room>(RoomId{1}, scene->description.name(), scene, options);
   std::vector<std::unique_ptr<Seat>> seats;
   for (std::size_t i = 0; i < settings.hands.size(); ++i) {

@@ -28,7 +28,7 @@ struct TickSample {
   RigidState handle_W;
   Pose tool_W;             ///< newest of the server
   Wrench stage_D;          ///< on the hand, before the safety stages
-  Wrench asked_D;          ///< on the hand, after the guard, before safety stages and clamp
+  Wrench asked_D;          ///< on the hand, after the passivity controller, before safety stages and clamp
   Wrench displayed_D;      ///< on the hand
   Wrench server_wrench_W;  ///< on the hand, newest of the server
   Duration state_age{0};   ///< negative: no state yet
@@ -43,8 +43,8 @@ struct TickSample {
 };
 
 /// The room held a tool back, in the newest step that this tick knew of.
-inline bool tells_of_guarded_tool(const TickSample& tick) {
-  return (tick.server_tick_faults & kFaultToolGuarded) != 0;
+inline bool is_tool_energy_limited(const TickSample& tick) {
+  return (tick.server_tick_faults & kFaultToolEnergyLimited) != 0;
 }
 
 /// What the tick's record has of it; the hand's side is left at rest.
@@ -66,7 +66,7 @@ struct UserTrace {
   std::vector<AnsweredInput> answered;  ///< since the hands started; in virtual time
   double energy_to_hand_j = 0;          ///< since the hands started
   double energy_from_hand_j = 0;
-  double guard_dissipated_j = 0;  ///< world joules, since the hands started; NaN: no guard
+  double passivity_dissipated_j = 0;  ///< world joules, since the hands started; NaN: no passivity controller
   double hand_joules_per_world_joule = 1;
   double coupling_stiffness_n_per_m = 0;  ///< as the scene says
   double coupling_stiffness_n_m_per_rad = 0;

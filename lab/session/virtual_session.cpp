@@ -104,7 +104,7 @@ struct VirtualUser {
   std::uint64_t seed_of_hand;
   client::HapticCounters at_start;
   TrafficCounters traffic_at_start;
-  double guard_dissipated_at_start_j = 0;
+  double passivity_dissipated_at_start_j = 0;
 };
 
 TickSample sample_of(VirtualUser& user, Duration time) {
@@ -162,7 +162,7 @@ VirtualSession::Impl::Impl(VirtualSession& its_owner, const Experiment& its_expe
     : owner(its_owner),
       experiment(its_experiment),
       scene(std::move(its_scene)),
-      room(RoomId{1}, "lab", scene, {.guards_tools = experiment.has_guard()}),
+      room(RoomId{1}, "lab", scene, {.controls_tool_passivity = experiment.controls_passivity()}),
       hub(hub_settings(experiment.seed), {&room}, network),
       next_room_step(LocalTime(experiment.server_phase)) {
   std::size_t manipulators = 0;
@@ -257,7 +257,7 @@ void VirtualSession::Impl::start_hands() {
     user->device.start_path(hands_started);
     user->at_start = user->core.counters();
     user->traffic_at_start = user->transport.traffic();
-    user->guard_dissipated_at_start_j = guard_dissipated_j(user->core, user->user.pipeline);
+    user->passivity_dissipated_at_start_j = passivity_dissipated_j(user->core, user->user.pipeline);
   }
   record_bodies();
   record_step();
@@ -328,8 +328,8 @@ SessionTrace VirtualSession::Impl::take_trace() {
     const client::HapticCounters& end = users[i]->core.counters();
     user.energy_to_hand_j = end.energy_to_hand_j - users[i]->at_start.energy_to_hand_j;
     user.energy_from_hand_j = end.energy_from_hand_j - users[i]->at_start.energy_from_hand_j;
-    user.guard_dissipated_j =
-        guard_dissipated_j(users[i]->core, users[i]->user.pipeline) - users[i]->guard_dissipated_at_start_j;
+    user.passivity_dissipated_j =
+        passivity_dissipated_j(users[i]->core, users[i]->user.pipeline) - users[i]->passivity_dissipated_at_start_j;
     user.traffic = users[i]->transport.traffic();
     user.traffic.datagrams -= users[i]->traffic_at_start.datagrams;
     user.traffic.bytes -= users[i]->traffic_at_start.bytes;

@@ -26,7 +26,7 @@ struct Options {
   std::optional<Duration> duration;
   std::string cache = default_cache_directory().string();
   int realtime_priority = 60;
-  bool guards_tools = true;
+  bool controls_tool_passivity = true;
   bool writes_json = false;
 };
 
@@ -55,8 +55,8 @@ void declare(CLI::App& app, Options& options) {
          "stop after this long, with unit, e.g. 30s [default: never]")
       ->type_name("TIME");
   app.add_option_function<std::string>(
-         "--guard", [&options](const std::string& text) { options.guards_tools = text == "on"; },
-         "hold a tool back that puts more into the world than its user's hand has paid [on]")
+         "--passivity,--guard", [&options](const std::string& text) { options.controls_tool_passivity = text == "on"; },
+         "limit the energy that a tool puts into the world to what its user's hand put in [on]")
       ->check(CLI::IsMember({"on", "off"}).description(""))
       ->type_name("on|off");
   app.add_option("--cache", options.cache,
@@ -87,7 +87,8 @@ std::vector<std::unique_ptr<server::Room>> open_rooms(const Options& options) {
     }
     rooms.push_back(std::make_unique<server::Room>(
         RoomId{static_cast<std::uint32_t>(i + 1)}, name, scene,
-        server::RoomOptions{.soft_stepping = server::SoftStepping::kWorker, .guards_tools = options.guards_tools}));
+        server::RoomOptions{.soft_stepping = server::SoftStepping::kWorker,
+                            .controls_tool_passivity = options.controls_tool_passivity}));
   }
   return rooms;
 }

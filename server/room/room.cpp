@@ -24,7 +24,8 @@ Room::Room(RoomId id, std::string name, std::shared_ptr<const LoadedScene> scene
       name_(std::move(name)),
       scene_(std::move(scene)),
       period_(from_seconds(1.0 / scene_->description.step_rate_hz())),
-      guards_tools_(options.guards_tools && scene_->coupling.dynamics != haptics::ToolDynamics::kAtHandle),
+      controls_tool_passivity_(options.controls_tool_passivity &&
+                               scene_->coupling.dynamics != haptics::ToolDynamics::kAtHandle),
       world_(make_server_world(scene_, options.soft_stepping)),
       coupling_(scene_->coupling.parameters) {
   for (auto& slot : slots_) slot = std::make_unique<UserSlot>();
@@ -41,7 +42,7 @@ void Room::step(ServerTime now) noexcept {
   faults |= world_.step();
   ++step_.value;
   settle_waves();
-  settle_tool_guards();
+  settle_tool_passivity();
   describe_world(now, faults);
   for (std::size_t slot = 0; slot < proto::kMaxUsers; ++slot) {
     if (members_[slot].user.is_valid()) publish_to(slot);
@@ -87,7 +88,7 @@ void Room::join(const RoomCommand& command) noexcept {
   slots_[command.slot]->input.poll();
   bridges_[command.slot]->playout.reset();
   bridges_[command.slot]->wave.reset();
-  bridges_[command.slot]->tool_guard.reset();
+  bridges_[command.slot]->tool_passivity.reset();
   if (member.is_manipulator()) world_.activate_tool(member.tool);
 }
 
@@ -183,16 +184,16 @@ void Room::take_newest(std::size_t slot) noexcept {
   if (is_played) {
     bridge.playout.take(member.newest, time_done());
   } else {
-    bridge.tool_guard.hand_reported(member.newest.energy_from_hand_j, member.newest.energy_to_hand_j, since_last_s);
+    bridge.tool_passivity.hand_reported(member.newest.energy_from_hand_j, member.newest.energy_to_hand_j, since_last_s);
   }
 }
 
-/// To what its user's hand has paid.
+/// To the energy that its user's hand put in.
 TickFaults Room::limit_tool(std::size_t slot) noexcept {
-  if (!guards_tools_) return 0;
-  const double share = bridges_[slot]->tool_guard.gain(to_seconds(period_));
+  if (!controls_tool_passivity_) return 0;
+  const double share = bridges_[slot]->tool_passivity.gain(to_seconds(period_));
   world_.limit_pull(members_[slot].tool, share);
-  return share < 1 ? TickFaults{kFaultToolGuarded} : 0;
+  return share < 1 ? TickFaults{kFaultToolEnergyLimited} : 0;
 }
 
 void Room::drive_tool(std::size_t slot) noexcept {
@@ -217,7 +218,7 @@ void Room::pull_to(std::size_t slot, const RigidState& handle) noexcept {
   Member& member = members_[slot];
   world_.set_handle(member.tool, handle);
   if (std::exchange(member.is_driven, true)) return;
-  bridges_[slot]->tool_guard.handle_began(world_.energy_of_tool_j(member.tool));
+  bridges_[slot]->tool_passivity.restart_handle(world_.energy_of_tool_j(member.tool));
 }
 
 /// Until there is an input again: nothing that is on its way is played any more.
@@ -241,7 +242,8 @@ void Room::play_out(std::size_t slot) noexcept {
   const auto played = playout.play(time_done());
   if (!played) return;
   member.answered = played->tick;
-  bridges_[slot]->tool_guard.hand_reported(played->energy_from_hand_j, played->energy_to_hand_j, to_seconds(period_));
+  bridges_[slot]->tool_passivity.hand_reported(played->energy_from_hand_j, played->energy_to_hand_j,
+                                               to_seconds(period_));
   pull_to(slot, played->handle);
   join_copies(slot, *played);
   follow_grab_button(slot, (played->buttons & kButtonGrab) != 0);
@@ -305,14 +307,14 @@ void Room::settle_waves() noexcept {
   }
 }
 
-void Room::settle_tool_guards() noexcept {
-  if (!guards_tools_) return;
+void Room::settle_tool_passivity() noexcept {
+  if (!controls_tool_passivity_) return;
   for (std::size_t slot = 0; slot < proto::kMaxUsers; ++slot) {
     const Member& member = members_[slot];
     if (!member.is_manipulator()) continue;
     const physics::ToolState tool = world_.tool(member.tool);
     const double net_into_world_j = tool.energy_into_world_j + tool.weight_work_j - tool.energy_from_world_j;
-    bridges_[slot]->tool_guard.stepped(tool.tool.X, tool.pull_on_tool_W, net_into_world_j);
+    bridges_[slot]->tool_passivity.stepped(tool.tool.X, tool.pull_on_tool_W, net_into_world_j);
   }
 }
 

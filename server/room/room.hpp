@@ -22,7 +22,7 @@
 #include <vector>
 
 #include "common/base/tick_faults.hpp"
-#include "common/haptics/passivity/tool_port_guard.hpp"
+#include "common/haptics/passivity/tool_passivity_controller.hpp"
 #include "common/physics/joints/delayed_joint.hpp"
 #include "common/realtime/mailbox.hpp"
 #include "common/realtime/ring.hpp"
@@ -90,7 +90,7 @@ inline constexpr Duration kSharedFor = std::chrono::milliseconds(500);
 
 struct RoomOptions {
   SoftStepping soft_stepping = SoftStepping::kInline;
-  bool guards_tools = true;  ///< what a tool puts into the world must be paid by its user's hand (ToolPortGuard)
+  bool controls_tool_passivity = true;  ///< a tool puts no more into the world than its user's hand put in
 };
 
 class Room {
@@ -119,8 +119,10 @@ class Room {
   const physics::World& world() const { return world_; }
   /// The newest input that moves a tool; Tick{} without one.
   Tick answered(std::size_t tool) const;
-  /// Of the user in the slot; without effect in a room that guards no tools.
-  const haptics::ToolPortGuard& tool_guard(std::size_t slot) const { return bridges_[slot]->tool_guard; }
+  /// Of the user in the slot; without effect in a room that does not control the passivity of tools.
+  const haptics::ToolPassivityController& tool_passivity(std::size_t slot) const {
+    return bridges_[slot]->tool_passivity;
+  }
 
  private:
   struct Member {
@@ -152,7 +154,7 @@ class Room {
 
     InputPlayout playout;  ///< ClientMode::kLocalModel
     WaveHand wave;         ///< ClientMode::kWave
-    haptics::ToolPortGuard tool_guard{haptics::ToolPortGuard::Settings{}};
+    haptics::ToolPassivityController tool_passivity;
   };
 
   /// Time as the physics knows it.
@@ -177,7 +179,7 @@ class Room {
   void play_out(std::size_t slot) noexcept;
   void move_by_wave(std::size_t slot) noexcept;
   void settle_waves() noexcept;
-  void settle_tool_guards() noexcept;
+  void settle_tool_passivity() noexcept;
   void join_copies(std::size_t slot, const PlayedInput& played) noexcept;
   bool is_shared(BodyId body, std::size_t tool) const noexcept;
   Duration slowest_loop(std::size_t slot) const noexcept;
@@ -193,7 +195,7 @@ class Room {
   std::string name_;
   std::shared_ptr<const LoadedScene> scene_;
   Duration period_;
-  bool guards_tools_;
+  bool controls_tool_passivity_;
   physics::World world_;
   realtime::Ring<RoomCommand> commands_{256};
   realtime::Ring<RoomEvent> events_{256};

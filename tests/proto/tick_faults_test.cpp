@@ -14,7 +14,7 @@ TEST(TickFaults, AreDescribedInWords) {
   EXPECT_EQ(describe_faults(kFaultNotFinite | kFaultInputStale), "not_finite|input_stale");
   EXPECT_EQ(describe_faults(kFaultContactUnsolved | kFaultContactCoarse), "contact_unsolved|contact_coarse");
   EXPECT_EQ(describe_faults(kFaultSoftLate), "soft_late");
-  EXPECT_EQ(describe_faults(kFaultToolGuarded), "tool_guarded");
+  EXPECT_EQ(describe_faults(kFaultToolEnergyLimited), "tool_energy_limited");
 }
 
 TEST(TickFaults, BitsOfANewerServerAreShownByNumber) {

@@ -38,8 +38,8 @@ class Demo(ProgramTest):
         self.assertNotIn("http://", report.replace("http://www.w3.org/", ""), "readable without network")
 
     def test_fails_with_the_stage_that_rings_at_this_delay(self):
-        # The guard would leave only some of the hands above the bound: 23 to 43 mm/s against 90 to 520 without it.
-        demo = run_demo("--out", self.folder, "--stage", "hold", "--guard", "off")
+        # The passivity controllers would leave only some of the hands above the bound: 23 to 43 mm/s against 90 to 520 without it.
+        demo = run_demo("--out", self.folder, "--stage", "hold", "--passivity", "off")
         self.assertEqual(demo.returncode, 1, demo.stdout + demo.stderr)
         ringing = [claim for claim in failed_claims(demo) if claim.startswith("hand at rest")]
         self.assertEqual(len(ringing), 4, "both hands of both sessions ring: " + demo.stdout)

@@ -1,8 +1,8 @@
 // What the hand is shown, given what is known: one replaceable stage of the haptic path. Stages are compared
-// with each other in the lab under the same names as on the command line, each with and without guard, and those that
-// leave a residual with each way of predicting it.
+// with each other in the lab under the same names as on the command line, each with and without passivity controller,
+// and those that leave a residual with each way of predicting it.
 //
-//   handle, newest server state ──▶ stage ──▶ guard (common/haptics/passivity) ──▶ safety ──▶ device
+//   handle, newest server state ──▶ stage ──▶ passivity controller ──▶ safety ──▶ device
 //                                    │ ▲
 //                     fitted off path└─┘ service(), another thread
 #pragma once
@@ -25,7 +25,7 @@ namespace tandem::client {
 struct StageSettings {
   std::string name = "local-model";  ///< one of stage_names()
   std::string predictor = "none";    ///< one of predictor_names(): of the residual, for stages that leave one
-  bool guard = true;                 ///< the energy account stands between stage and safety
+  bool passivity = true;             ///< a passivity controller follows the stage
   haptics::WaveImpedance wave{};     ///< of "wave"
 };
 
@@ -49,7 +49,7 @@ struct StageInput {
 /// What a stage does at one tick. All in W.
 struct StageOutput {
   Wrench wrench_on_hand_W;  ///< about the handle
-  /// What the server is told besides the handle.
+  /// What is sent to the server besides the handle.
   proto::ClientMode mode = proto::ClientMode::kHandle;
   RigidState tool;                                                 ///< of kLocalModel: the stage's own tool
   boost::container::static_vector<CopyTarget, kMaxCopies> copies;  ///< likewise: its bodies that the tool touches
@@ -63,7 +63,7 @@ struct StageOutput {
   bool has_watched_body = false;
   RigidState watched_body;  ///< of the local copy
   /// Cumulative: what the stage's own store of energy (local bodies, fields) has given the coupling so far, less what
-  /// it got; the guard lets the hand have its rise, as it does what the server drew from the world.
+  /// it got; the passivity controller lets the hand have its rise, as it does what the server drew from the world.
   double energy_from_local_j = 0;
 };
 
@@ -77,7 +77,7 @@ class Stage {
   virtual std::string_view name() const noexcept = 0;
   /// Zero wrench when nothing is known. Called at every tick at which the hand is valid and something may be displayed.
   virtual StageOutput tick(const StageInput& input) noexcept = 0;
-  /// After guard, safety and clamp: what the hand has got for the coming period, about the handle.
+  /// After passivity controller, safety and clamp: what the hand has got for the coming period, about the handle.
   virtual void set_displayed(const Wrench& on_hand_W) noexcept { static_cast<void>(on_hand_W); }
   /// Forget history: a new connection, or the hand was repositioned.
   virtual void reset() noexcept {}

@@ -14,7 +14,7 @@ inline constexpr double kCouplingRamp_s = 0.1;
 /// Coefficients that follow what is asked for, linearly in time.
 ///
 /// Model   c(t) = c₀ + (c₁ − c₀) min(1, t / 100 ms). A stretched spring that gets stiffer is given ½ Δk d²:
-///         who asks for a change pays for it, no law does
+///         the energy comes from the change of coefficients, not from the law
 /// Thread  haptic and room: no allocation, no throw
 class CouplingRamp {
  public:

@@ -11,7 +11,8 @@
 //
 // All but direct add a damper, b (v_H − v_T), and saturate the whole force at F_max (saturation.hpp); rotation alike.
 // "Passive": the elastic part is the gradient of a convex potential and the damper opposes motion (radial_law.hpp), so
-// in continuous time nothing is created; sampled, see passivity_guard.hpp. "Active": it can create energy, and a test
+// in continuous time nothing is created; sampled, see
+// passivity/coupling_passivity_controller.hpp. "Active": it can create energy, and a test
 // shows how much.
 #pragma once
 

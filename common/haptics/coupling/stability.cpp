@@ -293,7 +293,7 @@ std::string find_smaller(const Axis& axis, const Setup& setup, const Holds& hold
   return {};
 }
 
-// A damping of k T pays for the sampling of k twice over.
+// A damping of k T dissipates twice what the sampling of k creates.
 std::string find_softer_pair(const Axis& axis, Setup setup, const Holds& holds, StabilityFinding& finding) {
   const double stiffness = setup.parameters.*axis.stiffness;
   const double damping = setup.parameters.*axis.damping;
@@ -386,7 +386,7 @@ double needed_at(const LoopModel& m, double theta) {
   return m.period_s / 2 * ((1.0 - back) * (pull - coupling * tool)).real() / (1 - std::cos(theta));
 }
 
-/// What the mechanism must pay: Colgate and Schenkel's bound of the coupling itself, and of tools that give way.
+/// The damping that the mechanism must have: Colgate and Schenkel's bound of the coupling itself, and of tools that give way.
 double needed_damping(const Axis& axis, const Setup& setup) {
   constexpr int kFrequencies = 256;
   const LoopModel wall = loop_model(axis, setup, kHands.front(), true);

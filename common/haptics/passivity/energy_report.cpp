@@ -13,10 +13,10 @@ double EnergyReport::take(double in_j, double out_j, double elapsed_s) noexcept 
     ++dropped_;
     return 0;
   }
-  if (std::isfinite(elapsed_s)) believed_s_ = std::clamp(believed_s_ + elapsed_s, believed_s_, kMaxAtOnce_s);
-  const double gained_j = has_report_ ? std::min(in_j - in_j_, power_limit_w_ * believed_s_) : 0.0;
+  if (std::isfinite(elapsed_s)) unused_s_ = std::clamp(unused_s_ + elapsed_s, unused_s_, kMaxAtOnce_s);
+  const double gained_j = has_report_ ? std::min(in_j - in_j_, max_power_w_ * unused_s_) : 0.0;
   const double spent_j = has_report_ ? out_j - out_j_ : 0.0;
-  believed_s_ = std::max(0.0, believed_s_ - gained_j / power_limit_w_);
+  unused_s_ = std::max(0.0, unused_s_ - gained_j / max_power_w_);
   has_report_ = true;
   in_j_ = in_j;
   out_j_ = out_j;

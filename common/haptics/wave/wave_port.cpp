@@ -22,9 +22,9 @@ Wave WaveAccount::settle(const Wave& in, const Wave& out, double work_j, double 
   const double before_out_j = balance_j_ + squared(in) * period_s / 2 - work_j;
   const double cost_j = squared(out) * period_s / 2;
   if (!std::isfinite(before_out_j) || !std::isfinite(cost_j)) return {};
-  const double paid_j = std::clamp(before_out_j, 0.0, cost_j);
-  balance_j_ = std::min(kLimit_j, before_out_j - paid_j);
-  return paid_j < cost_j ? out * std::sqrt(paid_j / cost_j) : out;
+  const double covered_j = std::clamp(before_out_j, 0.0, cost_j);
+  balance_j_ = std::min(kLimit_j, before_out_j - covered_j);
+  return covered_j < cost_j ? out * std::sqrt(covered_j / cost_j) : out;
 }
 
 Wrench WaveHandPort::tick(const Pose& X_WH, double period_s) noexcept {

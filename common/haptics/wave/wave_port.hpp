@@ -1,5 +1,5 @@
 // The two ends of a wave line: where waves become a force on a hand, and where they become the motion of what pulls the
-// tool. Each keeps an account, so that sampling creates no energy either.
+// tool. Each keeps an energy balance, so that sampling creates no energy either.
 #pragma once
 
 #include "common/haptics/wave/wave.hpp"
@@ -10,10 +10,10 @@ namespace tandem::haptics {
 /// What a port has got and not given away: arriving waves and work done on it, less leaving waves and work that it did.
 ///
 /// Model   E += ½|in|² T − work − ½|out|² T; `out` is scaled down so that E ≥ 0, and where that is not enough nothing
-///         leaves until the debt is paid. E is kept below a limit: what dissipation left is no licence.
+///         leaves until E is positive again. E is kept below a limit, so that energy dissipated is not given back.
 class WaveAccount {
  public:
-  /// The most of `out` that is paid for. `work_j`: done by the port on what is beyond it, over the same period.
+  /// The most of `out` that the balance covers. `work_j`: done by the port on what is beyond it, over the same period.
   Wave settle(const Wave& in, const Wave& out, double work_j, double period_s) noexcept;
   double balance_j() const noexcept { return balance_j_; }
 
@@ -67,8 +67,8 @@ class WaveHandPort {
 ///         wrench F, taken implicitly in the coupling's stiffness K and damping B, so that no coupling is too stiff for
 ///         the step. Towards the hand goes v = (b V − F') / √(2b) with the new wrench F', scaled by WaveAccount.
 ///         Drift (what was cut, lost, or scaled): V gets (X_target − X) / τ_d as well, when that takes no more than
-///         the account has.
-/// Source  Niemeyer, Slotine 1991 and 2004 as in wave.hpp, wave_line.hpp; implicit step and account are ours
+///         the balance has.
+/// Source  Niemeyer, Slotine 1991 and 2004 as in wave.hpp, wave_line.hpp; implicit step and balance are ours
 /// Thread  room: no allocation, no throw; output finite for any input
 class WaveToolPort {
  public:

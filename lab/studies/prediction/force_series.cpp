@@ -108,9 +108,9 @@ const std::vector<SceneHands>& shipped_hands() {
 
 ForceSeries scene_series(const SceneHands& hands) {
   const auto scene = server::load_scene(server::find_scene(hands.scene, server::scene_folders()));
-  // Its hands are paths and pay nothing.
-  const auto room =
-      std::make_unique<server::Room>(RoomId{1}, hands.scene, scene, server::RoomOptions{.guards_tools = false});
+  // Its hands are paths and supply no energy.
+  const auto room = std::make_unique<server::Room>(RoomId{1}, hands.scene, scene,
+                                                   server::RoomOptions{.controls_tool_passivity = false});
   std::vector<std::unique_ptr<Seat>> seats;
   for (const std::string& path : hands.paths) seats.push_back(std::make_unique<Seat>(*room, seats.size(), path));
   ForceSeries series{hands.scene, "scene " + hands.scene, {}};

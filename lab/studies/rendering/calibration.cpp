@@ -109,7 +109,7 @@ class AxisCalibrator {
     const double force_n = settings_.roughness_floor_n + settings_.roughness_share_of_weight * weight_n(mass_kg);
     return is_rotation_ ? force_n * settings_.gyration_radius_m : force_n;
   }
-  /// Enough for a smooth hand to pay for the sampling (k T), and what settles soonest in continuous time.
+  /// Enough for a smooth hand to dissipate what sampling creates (k T), and what settles soonest in continuous time.
   double first_damping(double stiffness, double inertia) const {
     const double wanted = std::max(stiffness / settings_.trial.rate_hz, 1.4 * std::sqrt(stiffness * inertia));
     return std::min(wanted, result_.damping_maximum);

@@ -61,7 +61,7 @@ struct HandRig::Impl {
   std::unique_ptr<haptics::CouplingLaw> law;
   devices::SimDevice device;
   haptics::VelocityEstimator estimator;
-  haptics::PassivityGuard guard{haptics::PassivityGuard::Settings{}};
+  haptics::CouplingPassivityController passivity;
   contact::ContactSolver solver{{.bodies = 1, .couplings = 1, .patches = 1, .contacts = 2}};
   LocalTime now{};
   std::int64_t ticks = 0;
@@ -100,10 +100,10 @@ HandRigTick HandRig::Impl::respond(const Pose& X_WH_true, const Twist& V_WH_true
   const Twist estimated = estimator.add(now, X_WH);
   const Twist& V_WH = settings.estimates_velocity ? estimated : V_WH_true;
   const bool is_direct = law->tool_dynamics() == haptics::ToolDynamics::kAtHandle;
-  // The guard answers for what happened up to now: the tool's part of that is the step before.
+  // The passivity controller answers for what happened up to now: the tool's part of that is the step before.
   const double work_before_j = std::exchange(work_on_tool_j, 0.0);
   const Wrench wanted = is_direct ? press_directly(X_WH) : step_tool(X_WH, V_WH);
-  on_hand_W = settings.is_guarded ? guard.apply(X_WH, wanted, work_before_j, period_s) : wanted;
+  on_hand_W = settings.is_passivity_controlled ? passivity.apply(X_WH, wanted, work_before_j, period_s) : wanted;
   device.write(now, on_hand_W);
 
   HandRigTick tick;
@@ -191,7 +191,7 @@ HandRigTick HandRig::tick_driven(const Vec3& step_W, const Vec3& turn_W) {
 }
 
 double HandRig::withheld_j() const {
-  return impl_->guard.withheld_j();
+  return impl_->passivity.withheld_j();
 }
 
 }  // namespace tandem::lab

@@ -2,7 +2,7 @@
 // compared, calibrated and reproduced. The same law, solver, hand and velocity estimator that run live.
 //
 //   simulated hand ─▶ encoder ─▶ velocity ─▶ coupling ⇄ tool (contact solver) ⇄ plane
-//         ▲──────── force held for one period ◀── guard ◀──┘
+//         ▲──────── force held for one period ◀── passivity controller ◀──┘
 #pragma once
 
 #include <cstdint>
@@ -13,8 +13,8 @@
 
 #include "common/contact/contact_solver.hpp"
 #include "common/haptics/coupling/laws.hpp"
-#include "common/haptics/coupling/passivity_guard.hpp"
 #include "common/haptics/coupling/stability.hpp"
+#include "common/haptics/passivity/coupling_passivity_controller.hpp"
 #include "common/haptics/velocity_estimator.hpp"
 #include "devices/sim/sim_device.hpp"
 
@@ -32,7 +32,7 @@ struct HandRigSettings {
   std::optional<double> plane_z_m;  ///< a fixed plane, normal +z, that the tool's origin cannot pass
   double contact_n_per_m = 20000;   ///< stiffness of that plane against the tool
   double friction = 0.5;
-  bool is_guarded = false;  ///< PassivityGuard between coupling and hand; its account is of the reported positions
+  bool is_passivity_controlled = false;  ///< by the reported positions
   std::uint64_t seed = 1;
 };
 
@@ -47,7 +47,8 @@ struct HandRigTick {
   Wrench on_tool_W;           ///< of the coupling, about the tool
   double normal_force_n = 0;  ///< of the contact
   double hand_work_j = 0;  ///< W: −Σ F_j·(x_{j+1} − x_j) − Σ τ_j·θ, up to this tick; F, τ as displayed, x, θ true
-  double reported_work_j = 0;  ///< the same of the positions that the encoder reported: all that a guard can know
+  double reported_work_j =
+      0;  ///< the same of the positions that the encoder reported: all that a passivity controller can know
 };
 
 /// The simulated hand with the impedance of one that check_coupling() tries; nobody's is not one.

@@ -28,7 +28,7 @@ constexpr double kDamping_n_s_per_m = 0.4;
 haptics::CouplingParameters coupling() {
   haptics::CouplingParameters result;
   result.stiffness_n_per_m = kStiffness_n_per_m;
-  // Twice k T: pays for sampling many times over at this speed, and is 0.2 % of the force.
+  // Twice k T: dissipates what sampling creates many times over at this speed, and is 0.2 % of the force.
   result.damping_n_s_per_m = kDamping_n_s_per_m;
   result.force_limit_n = kLimit_n;
   result.saturation_softness = kSoftness;

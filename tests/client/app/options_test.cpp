@@ -41,7 +41,9 @@ TEST(ClientOptions, DefaultsRunTheSimulatedHandAgainstThisMachine) {
   EXPECT_EQ(options->device.hand, "rest");
   EXPECT_EQ(options->stage.name, StageSettings{}.name);
   EXPECT_EQ(options->stage.predictor, "none");
-  EXPECT_TRUE(options->stage.guard);
+  EXPECT_TRUE(options->stage.passivity);
+  EXPECT_FALSE(parse({"--passivity", "off"})->stage.passivity);
+  EXPECT_FALSE(parse({"--guard", "off"})->stage.passivity) << "its older name";
   EXPECT_EQ(options->realtime_priority, 70);
   EXPECT_FALSE(options->io.links.has_value()) << "no simulated link unless asked for";
   EXPECT_FALSE(options->duration.has_value());
@@ -104,7 +106,7 @@ TEST(ClientOptions, EachMistakeIsOneLineThatNamesOptionAndRemedy) {
   } cases[] = {
       {{"--stage", "telepathy"}, {"--stage", "telepathy", "late-pose"}},
       {{"--predictor", "telepathy"}, {"--predictor", "telepathy", "ar-spline"}},
-      {{"--guard", "maybe"}, {"--guard", "maybe", "off"}},
+      {{"--passivity", "maybe"}, {"--passivity", "maybe", "off"}},
       {{"--wave-impedance", "0"}, {"--wave-impedance", "0.1"}},
       {{"--delay", "25"}, {"--delay", "25ms"}},
       {{"--loss", "120%"}, {"--loss", "120%"}},
@@ -196,9 +198,10 @@ boost::json::value written(const RunSummary& summary) {
 
 TEST(Summary, SaysWhatItTakesToRunItAgain) {
   RunSummary summary = empty_summary();
-  summary.options = *parse({"--role",      "observer", "--hand",  "circle", "--hand-mass", "0.5",  "--seed",  "77",
-                            "--delay",     "25ms",     "--loss",  "2%",     "--name",      "anna", "--stage", "hold",
-                            "--predictor", "linear",   "--guard", "off",    "--profile",   "touch"});
+  summary.options =
+      *parse({"--role",      "observer", "--hand",      "circle", "--hand-mass", "0.5",  "--seed",  "77",
+              "--delay",     "25ms",     "--loss",      "2%",     "--name",      "anna", "--stage", "hold",
+              "--predictor", "linear",   "--passivity", "off",    "--profile",   "touch"});
   summary.io.joined = std::make_shared<wire::Joined>();
   summary.io.room = "attic";
   const boost::json::value parsed = written(summary);
@@ -210,7 +213,7 @@ TEST(Summary, SaysWhatItTakesToRunItAgain) {
   EXPECT_EQ(parsed.at("transport").as_string(), "udp");
   EXPECT_EQ(parsed.at("stage").as_string(), "hold");
   EXPECT_EQ(parsed.at("predictor").as_string(), "linear");
-  EXPECT_FALSE(parsed.at("guard").as_bool());
+  EXPECT_FALSE(parsed.at("passivity").as_bool());
   EXPECT_EQ(parsed.at("wave_impedance").at("linear_n_s_per_m").to_number<double>(),
             haptics::WaveImpedance{}.linear_n_s_per_m);
   EXPECT_EQ(parsed.at("driver").as_string(), "sim");

@@ -208,7 +208,7 @@ TEST(CouplingCheck, WarnsOfLawsThatAreActiveByThemselves) {
     wire::Joined joined = joined_with(10, 0.01);
     joined.mutable_scene()->mutable_coupling()->set_law(std::string(law.name));
     devices::DeviceProfile device = light_device();
-    device.physical_damping_n_s_per_m.value = 5;  // pays for everything but a law's own nature
+    device.physical_damping_n_s_per_m.value = 5;  // enough for everything but a law's own nature
     device.physical_damping_n_m_s_per_rad.value = 0.1;
     test::SessionBench bench(with(device));
     bench.join(joined);

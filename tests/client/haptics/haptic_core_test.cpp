@@ -27,7 +27,7 @@ std::size_t law_index(std::string_view name) {
 /// Core, device and mailboxes; server states arrive when the test says so.
 struct Rig {
   explicit Rig(const std::string& stage = "late-pose")
-      : core({.stage = {.name = stage, .guard = false}}, device, mailboxes) {
+      : core({.stage = {.name = stage, .passivity = false}}, device, mailboxes) {
     scene.law = law_index("spring-damper");
   }
 
@@ -482,7 +482,7 @@ TEST(HapticCore, EnergyIsTheSumOfForceTimesTheMotionThatFollowed) {
     last_p = p;
     last_q = q;
     held = rig.core.record().displayed_on_hand_D;
-    asked = rig.core.record().stage_wrench_on_hand_D * rig.core.record().guard_gain;
+    asked = rig.core.record().stage_wrench_on_hand_D * rig.core.record().passivity_gain;
   }
   EXPECT_GT(to_hand_j, 0.01);
   EXPECT_NEAR(rig.core.counters().energy_to_hand_j, to_hand_j, kSumRounding);
@@ -493,45 +493,45 @@ TEST(HapticCore, EnergyIsTheSumOfForceTimesTheMotionThatFollowed) {
   EXPECT_NEAR(rig.sent().energy_to_hand_j, 4 * asked_to_hand_j, 4 * kSumRounding);
 }
 
-TEST(HapticCore, TheServerIsToldWhatTheHandWouldHavePaidForWhatTheDeviceCannotShow) {
+TEST(HapticCore, TheServerGetsTheEnergyAlsoOfAForceThatTheDeviceCannotShow) {
   Rig rig("hold");
   rig.enter_scene();
   rig.run(700);
   rig.received.update.wrench_on_hand_W.f = Vec3(0, 0, -100);
   rig.run(50);
   const double told_before_j = rig.sent().energy_from_hand_j;
-  const double paid_before_j = rig.core.counters().energy_from_hand_j;
+  const double displayed_before_j = rig.core.counters().energy_from_hand_j;
   for (int i = 0; i < 100; ++i) {
     rig.device.sample.X_DH.p.z() += 1e-5;
     rig.run(1);
   }
   EXPECT_NEAR(rig.sent().energy_from_hand_j - told_before_j, 100 * 1e-3, 2e-3);
-  EXPECT_LT(rig.core.counters().energy_from_hand_j - paid_before_j, 20 * 1e-3) << "no device here shows 100 N";
+  EXPECT_LT(rig.core.counters().energy_from_hand_j - displayed_before_j, 20 * 1e-3) << "no device here shows 100 N";
 }
 
-TEST(HapticCore, WhileTheClutchIsDownNothingIsPaid) {
+TEST(HapticCore, WhileTheClutchIsDownNoEnergyIsReported) {
   Rig rig("hold");
   rig.enter_scene();
   rig.received.update.wrench_on_hand_W.f = Vec3(0, 0, -3);
   rig.run(700);
   rig.device.sample.buttons = kButtonClutch;
   rig.run(1);
-  const auto paid_j = [&rig] {
+  const auto net_j = [&rig] {
     const proto::ClientUpdate& told = rig.sent();
     return told.energy_from_hand_j - told.energy_to_hand_j;
   };
-  const double before_j = paid_j();
+  const double before_j = net_j();
   for (int i = 0; i < 1000; ++i) {
     rig.device.sample.X_DH.p.z() += 1e-4;
     rig.run(1);
   }
-  EXPECT_EQ(paid_j(), before_j);
+  EXPECT_EQ(net_j(), before_j);
   rig.device.sample.buttons = 0;
   rig.run(2);
-  EXPECT_EQ(paid_j(), before_j) << "nor for what it moved meanwhile";
+  EXPECT_EQ(net_j(), before_j) << "nor for what it moved meanwhile";
 }
 
-TEST(HapticCore, WhoDrivesWithoutBeingShownPaysWhatTheServerWouldShow) {
+TEST(HapticCore, WhoDrivesWithoutBeingShownReportsTheEnergyOfWhatTheServerWouldShow) {
   Rig rig("late-pose");
   rig.enter_scene();
   rig.scene.may_display = false;
@@ -678,10 +678,10 @@ TEST(HapticCore, WatchedBodyIsFoundAndSurvivesThinnedUpdates) {
 }
 
 /// What a hand gets that moves along a force of the server which answers it 100 ms late.
-double energy_taken_j(bool is_guarded) {
+double energy_taken_j(bool is_passivity_controlled) {
   ScriptedDevice device;
   ClientMailboxes mailboxes;
-  HapticCore core({.stage = {.name = "hold", .guard = is_guarded}}, device, mailboxes);
+  HapticCore core({.stage = {.name = "hold", .passivity = is_passivity_controlled}}, device, mailboxes);
   HapticScene scene;
   scene.generation = 1;
   scene.may_drive = scene.may_display = true;
@@ -708,9 +708,9 @@ double energy_taken_j(bool is_guarded) {
   return core.counters().energy_to_hand_j - core.counters().energy_from_hand_j;
 }
 
-TEST(HapticCore, WithTheGuardALateForceGivesTheHandNoEnergy) {
+TEST(HapticCore, WithThePassivityControllerALateForceGivesTheHandNoEnergy) {
   EXPECT_GT(energy_taken_j(false), 5e-3);
-  // Beside the allowance what the ramp at the start has spared it.
+  // Beside the initial credit what the ramp at the start left out.
   EXPECT_LT(energy_taken_j(true), 1e-3);
 }
 
@@ -772,19 +772,20 @@ struct PressedWall {
   HapticCore core{{.stage = {.name = "late-pose"}}, device, mailboxes};
 };
 
-TEST(HapticCore, TheGuardLeavesAHandThatPressesAWallAlone) {
+TEST(HapticCore, ThePassivityControllerLeavesAHandThatPressesAWallAlone) {
   for (const int delay : {0, 15, 50}) {
     PressedWall wall(delay);
     wall.run(8000);
     const HapticCounters& counters = wall.core.counters();
     const double exchanged_j = counters.energy_to_hand_j + counters.energy_from_hand_j;
     EXPECT_GT(exchanged_j, 0.01) << delay << " ms";
-    EXPECT_LE(counters.guard_withheld_j, 0.01 * exchanged_j) << delay << " ms: " << counters.guarded_ticks << " ticks, "
-                                                             << counters.guard_withheld_j << " J of " << exchanged_j;
+    EXPECT_LE(counters.passivity_withheld_j, 0.01 * exchanged_j)
+        << delay << " ms: " << counters.passivity_limited_ticks << " ticks, " << counters.passivity_withheld_j
+        << " J of " << exchanged_j;
   }
 }
 
-TEST(HapticCore, WhatTheGuardKeptIsRecordedAndCounted) {
+TEST(HapticCore, WhatThePassivityControllerWithheldIsRecordedAndCounted) {
   ScriptedDevice device;
   ClientMailboxes mailboxes;
   HapticCore core({.stage = {.name = "hold"}}, device, mailboxes);
@@ -802,11 +803,11 @@ TEST(HapticCore, WhatTheGuardKeptIsRecordedAndCounted) {
     device.sample.X_DH.p.x() += 1e-4;  // with the force
     core.tick(now);
   }
-  EXPECT_EQ(core.record().stage_wrench_on_hand_D.f.x(), 3) << "before the guard";
-  EXPECT_LT(core.record().guard_gain, 0.1);
-  EXPECT_NEAR(core.counters().guard_withheld_j, 3 * 0.2, 0.01) << "nearly all of it";
-  EXPECT_GT(core.counters().guarded_ticks, 1900U);
-  EXPECT_LE(core.counters().energy_to_hand_j, haptics::GuardedPort::Settings{}.allowance_j + 1e-9);
+  EXPECT_EQ(core.record().stage_wrench_on_hand_D.f.x(), 3) << "before the passivity controller";
+  EXPECT_LT(core.record().passivity_gain, 0.1);
+  EXPECT_NEAR(core.counters().passivity_withheld_j, 3 * 0.2, 0.01) << "nearly all of it";
+  EXPECT_GT(core.counters().passivity_limited_ticks, 1900U);
+  EXPECT_LE(core.counters().energy_to_hand_j, haptics::HandPassivityController::kInitialCredit_j + 1e-9);
 }
 
 TEST(HapticCore, WhatTheServerDrewFromTheWorldMayReachTheHand) {
@@ -830,7 +831,7 @@ TEST(HapticCore, WhatTheServerDrewFromTheWorldMayReachTheHand) {
     device.sample.X_DH.p.x() += 1e-4;
     core.tick(now);
   }
-  EXPECT_EQ(core.record().guard_gain, 1);
+  EXPECT_EQ(core.record().passivity_gain, 1);
   EXPECT_NEAR(core.record().displayed_on_hand_D.f.x(), 1.5, 1e-9);
 }
 

@@ -117,7 +117,7 @@ TEST(ModelLedger, WhatAMoleculeGainsTheFieldLoses) {
     ledger.end_step();
   }
   ledger.follow(0);
-  EXPECT_EQ(ledger.energy().field_work_j, 0) << "it follows the server, who pays for it";
+  EXPECT_EQ(ledger.energy().field_work_j, 0) << "it follows the server, where that work is counted";
   ledger.take(0);
   for (int i = 0; i < 200; ++i) {
     world.keep_adopted(kA, 0.01);

@@ -46,12 +46,12 @@ class ExperimentFile : public testing::Test {
 TEST_F(ExperimentFile, EveryFieldArrives) {
   const Experiment experiment = parse(R"({
       "name": "n", "description": "d", "scene": "./scene.json", "duration_s": 2.5, "seed": 9, "server_phase_ms": 0.5,
-      "sample_period_ms": 2, "link": {"rtt_ms": 9, "queue_limit": 12}, "deadband": 0.1, "guard": false,
+      "sample_period_ms": 2, "link": {"rtt_ms": 9, "queue_limit": 12}, "deadband": 0.1, "passivity": false,
       "model": {"mass_scale": 1.4}, "reference_stage": "hold", "law": "qsa-static",
       "coupling": {"stiffness_n_per_m": 250}, "scene_changes": {"bodies.cube.friction": 0.5},
       "outcome": {"body": "cube", "lifted_above_m": 0.05, "during": "wave"}, "seeds": 4, "grid": [],
       "users": [{
-        "name": "anna", "role": "observer", "hand": "hand.json", "device": "omega.6", "stage": "hold", "guard": true,
+        "name": "anna", "role": "observer", "hand": "hand.json", "device": "omega.6", "stage": "hold", "passivity": true,
         "transport": "udp", "tick_phase_ms": 0.75,
         "hand_parameters": {"mass_kg": 0.4, "stiffness_n_per_m": 100, "damping_n_s_per_m": 5, "inertia_kg_m2": 0.001,
           "stiffness_n_m_per_rad": 1, "damping_n_m_s_per_rad": 0.1, "tremor_rms_n": 0.2, "tremor_hz": 8,
@@ -74,8 +74,8 @@ TEST_F(ExperimentFile, EveryFieldArrives) {
   EXPECT_EQ(user.device.name, "omega.6");
   EXPECT_FALSE(user.device.has_torque());
   EXPECT_EQ(user.pipeline.stage, "hold");
-  EXPECT_TRUE(user.pipeline.guard) << "the user's own";
-  EXPECT_FALSE(experiment.pipeline.guard);
+  EXPECT_TRUE(user.pipeline.passivity) << "the user's own";
+  EXPECT_FALSE(experiment.pipeline.passivity);
   EXPECT_EQ(user.pipeline.deadband, 0.1);
   EXPECT_EQ(user.pipeline.model_mass_scale, 1.4);
   EXPECT_EQ(experiment.reference_stage, "hold");
@@ -148,8 +148,8 @@ TEST_F(ExperimentFile, SaysWhatIsWrongWhereAndWhatWouldBeRight) {
       {R"({"name": "n", "scene": "./scene.json"})", "e.json: users is missing; it must be a list of 1 to 16 objects"},
       {R"({"name": "n", "scene": "./scene.json", "users": [{"name": "a"}], "sed": 1})",
        "e.json: sed is 1; there is no such field here; known: coupling, deadband, description, duration_s, grid, "
-       "guard, "
-       "law, link, model, name, outcome, predictor, reference_stage, sample_period_ms, scene, scene_changes, seed, "
+       "law, link, model, name, outcome, passivity, predictor, reference_stage, sample_period_ms, scene, "
+       "scene_changes, seed, "
        "seeds, server_phase_ms, stage, users"},
       {R"({"name": "n", "scene": "./scene.json", "seed": -1, "users": [{"name": "a"}]})",
        "e.json: seed is -1; it must be a whole number from 0 to 9007199254740992"},
@@ -228,6 +228,14 @@ TEST(ExperimentLibrary, FindsShippedOnesByNameAndAllWithout) {
   EXPECT_THAT([&] { experiment_files(unknown); },
               testing::ThrowsMessage<std::invalid_argument>(testing::AllOf(
                   testing::HasSubstr("\"wal\" is neither a file nor shipped"), testing::HasSubstr("wall"))));
+}
+
+TEST_F(ExperimentFile, MayHaveTheOlderNameOfPassivity) {
+  const Experiment experiment = parse(R"({"name": "n", "scene": "./scene.json", "guard": false,
+      "users": [{"name": "a"}, {"name": "b", "guard": true}]})");
+  EXPECT_FALSE(experiment.pipeline.passivity);
+  EXPECT_FALSE(experiment.users[0].pipeline.passivity);
+  EXPECT_TRUE(experiment.users[1].pipeline.passivity);
 }
 
 TEST(PrettyJson, ReadsBackToTheSameBits) {

@@ -41,10 +41,16 @@ TEST(ParseAxis, TakesOneValueOrSeveralOfAnyKind) {
   EXPECT_EQ(one.name, "stage");
   EXPECT_THAT(one.values, testing::ElementsAre(json::value("hold")));
   EXPECT_THAT(parse_axis("link.rtt_ms=0,50,1e2").values, testing::ElementsAre(0, 50, 100.0));
-  EXPECT_THAT(parse_axis("guard=true,false").values, testing::ElementsAre(true, false));
+  EXPECT_THAT(parse_axis("passivity=true,false").values, testing::ElementsAre(true, false));
   EXPECT_THAT(parse_axis("link.trace_ms=[1,2],[3]").values, testing::ElementsAre(json::array{1, 2}, json::array{3}))
       << "commas in brackets do not divide";
   EXPECT_THAT(parse_axis("users.ben.hand=\"a,b\"").values, testing::ElementsAre(json::value("a,b")));
+}
+
+TEST(ParseAxis, TakesTheOlderNameOfAQuantity) {
+  EXPECT_EQ(parse_axis("guard=true").name, "passivity");
+  EXPECT_EQ(parse_axis("users.ben.guard=true").name, "users.ben.passivity");
+  EXPECT_EQ(parse_axis("users.guard.stage=hold").name, "users.guard.stage");
 }
 
 TEST(ParseAxis, SaysWhatIsMissing) {
@@ -93,7 +99,7 @@ TEST(SetQuantity, ReachesTheScene) {
 
 TEST(CheckQuantity, KnowsEveryFieldAndGuessesTheNearest) {
   const json::object all = complete();
-  for (const char* name : {"stage", "guard", "predictor", "seed", "duration_s", "link.rtt_ms", "link.trace_ms",
+  for (const char* name : {"stage", "passivity", "predictor", "seed", "duration_s", "link.rtt_ms", "link.trace_ms",
                            "hand.mass_kg", "device", "users.1.link.loss", "users.ben.stage", "model.mass_scale", "law",
                            "coupling.stiffness_n_per_m", "scene.bodies.cube.friction"}) {
     EXPECT_NO_THROW(check_quantity(all, name)) << name;

@@ -36,7 +36,7 @@ TEST(TrialGrid, WithoutAGridIsTheBuiltIn) {
   // Default stage: 7 delays × 2 jitters × 2 losses × 3 seeds; each other: 4 delays, one seed.
   EXPECT_EQ(count(""), 7 * 2 * 2 * 3 + 4 * (known_stages().size() - 1));
   for (const Trial& trial : expand(file(""), {})) {
-    EXPECT_EQ(trial.experiment.pipeline.guard, trial.experiment.pipeline.stage == default_stage());
+    EXPECT_EQ(trial.experiment.pipeline.passivity, trial.experiment.pipeline.stage == default_stage());
   }
 }
 
@@ -53,7 +53,7 @@ TEST(TrialGrid, TheSameTrialIsRunOnce) {
 }
 
 TEST(TrialGrid, TheCommandLineReplacesAxesAndAddsOthers) {
-  const std::string grid = R"(, "seeds": 1, "grid": [{"link.rtt_ms": [0, 10, 20], "guard": [true, false]}])";
+  const std::string grid = R"(, "seeds": 1, "grid": [{"link.rtt_ms": [0, 10, 20], "passivity": [true, false]}])";
   EXPECT_EQ(count(grid, asking({"link.rtt_ms=130"})), 2U);
   EXPECT_EQ(count(grid, asking({"hand.mass_kg=0.2,0.5"})), 12U);
   GridRequest single = asking({"link.rtt_ms=5,7"});
@@ -76,11 +76,17 @@ TEST(TrialGrid, SeedsCountFromTheFirst) {
   EXPECT_THAT(seeds, testing::ElementsAre(3, 5)) << "listed one by one";
 }
 
-TEST(TrialGrid, TheFullProductHasEveryStageAndPredictorWithAndWithoutGuard) {
+TEST(TrialGrid, TheFullProductHasEveryStageAndPredictorWithAndWithoutPassivityController) {
   GridRequest full;
   full.is_full = true;
   full.seeds = 1;
   EXPECT_EQ(count("", full), known_stages().size() * known_predictors().size() * 2 * 8 * 2 * 2);
+}
+
+TEST(TrialGrid, TakesTheOlderNameOfPassivity) {
+  const std::string grid = R"(, "seeds": 1, "grid": [{"guard": [true, false]}])";
+  EXPECT_EQ(count(grid), 2U);
+  EXPECT_EQ(count(grid, asking({"passivity=false"})), 1U) << "the same axis";
 }
 
 TEST(TrialGrid, LaterSettingsOfOneUserStandAgainstThoseOfAll) {
@@ -103,7 +109,7 @@ TEST(TrialGrid, TheReferenceHasTheSameHandsOnAPerfectLink) {
   for (const ExperimentUser& user : reference.experiment.users) {
     EXPECT_EQ(user.hand_parameters.mass_kg, 0.5);
     EXPECT_EQ(user.pipeline.stage, "late-pose");
-    EXPECT_FALSE(user.pipeline.guard);
+    EXPECT_FALSE(user.pipeline.passivity);
     EXPECT_EQ(user.pipeline.deadband, 0);
     EXPECT_EQ(user.pipeline.model_mass_scale, 1);
     EXPECT_EQ(user.up.delay, Duration(0));
@@ -130,7 +136,7 @@ TEST(TrialGrid, RefusesWhatDoesNotExistAndWhatIsTooMuch) {
 
 TEST(ExperimentJson, ReadsBackToTheSameTrial) {
   const Experiment first = parse_experiment(file(R"(, "link": {"rtt_ms": 50, "loss": 0.1, "distribution": "trace",
-      "trace_ms": [1, 2.5]}, "guard": false, "deadband": 0.1, "coupling": {"stiffness_n_per_m": 200},
+      "trace_ms": [1, 2.5]}, "passivity": false, "deadband": 0.1, "coupling": {"stiffness_n_per_m": 200},
       "outcome": {"body": "light_box", "lifted_above_m": 0.05, "during": "hold"}, "users": [
       {"name": "anna", "hand": "press-down", "link": {"rtt_ms": 10}, "downlink": {"loss": 0.2}}])"));
   const boost::json::object complete = experiment_json(first);

@@ -202,10 +202,10 @@ SessionTrace working(double force_n, double world_gain_j) {
 }
 
 TEST(EnergyLedger, EnergyThatTheWorldGivesIsNotCreated) {
-  const EnergyLedger paid = energy_ledger(working(2, -0.2));
-  EXPECT_NEAR(paid.hand_ports_j.at(0), 0.2, 1e-9);
-  EXPECT_NEAR(paid.stored_change_j, -0.2, 1e-9);
-  EXPECT_NEAR(paid.created_max_j, 0, 1e-9);
+  const EnergyLedger ledger = energy_ledger(working(2, -0.2));
+  EXPECT_NEAR(ledger.hand_ports_j.at(0), 0.2, 1e-9);
+  EXPECT_NEAR(ledger.stored_change_j, -0.2, 1e-9);
+  EXPECT_NEAR(ledger.created_max_j, 0, 1e-9);
   EXPECT_EQ(energy_ledger(working(-2, 0.1)).created_max_j, 0) << "half of what the hand gave was lost on the way";
 }
 
@@ -231,7 +231,7 @@ TEST(EnergyLedger, CountsWhatAModelHoldsLessWhatCameFromElsewhere) {
   const EnergyLedger ledger = energy_ledger(trace);
   EXPECT_NEAR(ledger.created_max_j, 0, 1e-9);
   EXPECT_NEAR(ledger.stored_change_j, -0.2, 1e-9);
-  EXPECT_NEAR(ledger.corrected_j, 0.05, 1e-9) << "told, and not taken off";
+  EXPECT_NEAR(ledger.corrected_j, 0.05, 1e-9) << "reported, and not taken off";
   for (TickSample& tick : ticks) tick.model.exchanged_j = 3;
   EXPECT_NEAR(energy_ledger(trace).created_max_j, 0.1, 1e-9);
 }
@@ -284,15 +284,15 @@ TEST(EnergyBound, IsNoneWhereItDoesNotHoldAndZeroForWaves) {
   EXPECT_TRUE(std::isnan(changed([](UserTrace& user) { user.user.pipeline.stage = "local-model"; })));
   EXPECT_TRUE(std::isnan(changed([](UserTrace& user) { user.user.pipeline.deadband = 0.1; })));
   EXPECT_TRUE(std::isnan(changed([](UserTrace& user) { user.answered.clear(); })));
-  EXPECT_TRUE(std::isnan(changed([](UserTrace& user) { user.ticks[5].server_tick_faults = kFaultToolGuarded; })));
+  EXPECT_TRUE(std::isnan(changed([](UserTrace& user) { user.ticks[5].server_tick_faults = kFaultToolEnergyLimited; })));
   EXPECT_EQ(changed([](UserTrace& user) { user.user.pipeline.stage = "wave"; }), 0);
 }
 
-TEST(TrialMetrics, ToolGuardedIsTheShareOfTicksThatSaySo) {
+TEST(TrialMetrics, ToolEnergyLimitedIsTheShareOfTicksThatSaySo) {
   SessionTrace trace = pressing([](TickSample& tick, double t) {
-    tick.server_tick_faults = t < 0.7 ? kFaultToolGuarded | kFaultFieldLimited : kFaultFieldLimited;
+    tick.server_tick_faults = t < 0.7 ? kFaultToolEnergyLimited | kFaultFieldLimited : kFaultFieldLimited;
   });
-  EXPECT_NEAR(metric("tool_guarded_fraction", trace), 0.1, 1e-12);
+  EXPECT_NEAR(metric("tool_energy_limited_fraction", trace), 0.1, 1e-12);
 }
 
 /// The hand gets 0.2 J from a field.
@@ -309,7 +309,7 @@ TEST(EnergyLedger, AFieldThatGivesMoreThanItHoldsCreatedIt) {
   EXPECT_NEAR(energy_ledger(trace).created_max_j, 0.15, 1e-9) << "all beyond";
 }
 
-TEST(EnergyLedger, CountsInWorldJoulesAndKeepsApartWhatTheHandWasSpared) {
+TEST(EnergyLedger, CountsInWorldJoulesAndKeepsApartWhatSafetyWithheld) {
   SessionTrace trace = working(2, 0);
   trace.users[0].hand_joules_per_world_joule = 4;
   EXPECT_NEAR(energy_ledger(trace).hand_ports_j.at(0), 0.05, 1e-9);
@@ -317,19 +317,19 @@ TEST(EnergyLedger, CountsInWorldJoulesAndKeepsApartWhatTheHandWasSpared) {
   for (TickSample& tick : clamped.users[0].ticks) tick.asked_D.f.z() = 5;
   EXPECT_NEAR(energy_ledger(clamped).created_max_j, 0, 1e-9) << "the model had it";
   EXPECT_NEAR(energy_ledger(clamped).hand_ports_j.at(0), 0.2, 1e-9) << "the hand did not get it";
-  EXPECT_NEAR(metric("energy_spared_j", clamped), 0.3, 1e-9);
+  EXPECT_NEAR(metric("energy_withheld_by_safety_j", clamped), 0.3, 1e-9);
 }
 
-TEST(TrialMetrics, TheGuardsShareNeedsAnExchange) {
+TEST(TrialMetrics, ThePassivityControllersShareNeedsAnExchange) {
   SessionTrace trace = pressing([](TickSample&, double) {});
   UserTrace& user = trace.users[0];
   user.energy_to_hand_j = 0.03;
   user.energy_from_hand_j = 0.05;
-  user.guard_dissipated_j = 0.004;
-  EXPECT_NEAR(metric("guard_dissipated_fraction", trace), 0.05, 1e-12);
+  user.passivity_dissipated_j = 0.004;
+  EXPECT_NEAR(metric("passivity_dissipated_fraction", trace), 0.05, 1e-12);
   EXPECT_NEAR(metric("hand_port_j", trace), -0.02, 1e-12);
   user.energy_from_hand_j = -0.03 + 0.019;
-  EXPECT_TRUE(std::isnan(metric("guard_dissipated_fraction", trace))) << "19 mJ";
+  EXPECT_TRUE(std::isnan(metric("passivity_dissipated_fraction", trace))) << "19 mJ";
 }
 
 TEST(TrialMetrics, ViewsThatArriveApartDivergeByTheMovementBetween) {

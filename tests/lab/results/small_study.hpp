@@ -35,7 +35,7 @@ inline constexpr const char* kHand = R"({"points": [
 inline constexpr const char* kExperiment = R"({
   "name": "small", "scene": "./push_scene.json", "duration_s": 1, "seeds": 2,
   "users": [{"name": "anna", "hand": "push.json", "hand_parameters": {"tremor_rms_n": 0.05}}, {"name": "ben"}],
-  "grid": [{"stage": ["late-pose", "hold"], "guard": false, "link.rtt_ms": [0, 20], "link.loss": 0.05}]
+  "grid": [{"stage": ["late-pose", "hold"], "passivity": false, "link.rtt_ms": [0, 20], "link.loss": 0.05}]
 })";
 
 class Study : public testing::Test {

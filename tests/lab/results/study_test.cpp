@@ -42,7 +42,7 @@ TEST_F(Study, ARowSaysWhatWasTriedAndWhatCameOut) {
   EXPECT_EQ(number_in(row, "rtt_ms"), 20);
   EXPECT_EQ(number_in(row, "loss"), 0.05);
   EXPECT_EQ(number_in(row, "seed"), 2);
-  EXPECT_EQ(row.at("guard"), json::value(false));
+  EXPECT_EQ(row.at("passivity"), json::value(false));
   EXPECT_EQ(pretty_json(row.at("overrides")), pretty_json(json::object{{"hand.mass_kg", 0.5}}));
   EXPECT_EQ(text_in(row, "outcome"), "completed");
   for (const TrialMetric& metric : trial_metrics()) EXPECT_TRUE(row.contains(metric.name)) << metric.name;
@@ -90,7 +90,7 @@ TEST_F(Study, IsWrittenForOtherPrograms) {
 
   const std::string csv = study_csv(results);
   EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 9);
-  EXPECT_THAT(csv, testing::StartsWith("experiment,stage,predictor,guard,deadband,rtt_ms,jitter_ms,loss,seed,"));
+  EXPECT_THAT(csv, testing::StartsWith("experiment,stage,predictor,passivity,deadband,rtt_ms,jitter_ms,loss,seed,"));
 }
 
 TEST_F(Study, TheReportDefinesEveryMetricAndDrawsEveryStage) {

@@ -15,7 +15,7 @@ TEST(Hold, RingsOnTheWallAt100Ms) {
   EXPECT_GT(Shown("wall", bare("hold", 100))["limit_cycle_m_per_s"], kRings_m_per_s);
 }
 
-TEST(Hold, CreatesEnergyOnTheWallAt100MsWithoutGuard) {
+TEST(Hold, CreatesEnergyOnTheWallAt100MsWithoutPassivityController) {
   EXPECT_GT(Shown("wall", bare("hold", 100))["energy_created_max_j"], 0.001);
 }
 
@@ -36,16 +36,16 @@ TEST(EveryOtherStage, MakesNoMoreEnergyThanItsBound) {
   }
 }
 
-// A tool that follows a late pose pays nothing for what it pushes, until the room asks for it.
-TEST(LatePose, PushesWithEnergyFromNowhereUnlessTheToolIsGuarded) {
+// The hand of a tool that follows a late pose supplies none of the energy that the tool gives, until the room limits it.
+TEST(LatePose, PushesWithEnergyFromNowhereUnlessTheToolsEnergyIsLimited) {
   const Shown off("push", bare("late-pose", 100));
-  const Shown on("push", {"stage=late-pose", "guard=true", "link.rtt_ms=100"});
+  const Shown on("push", {"stage=late-pose", "passivity=true", "link.rtt_ms=100"});
   EXPECT_GT(off["energy_created_max_j"], 0.5);
   EXPECT_LT(on["energy_created_max_j"], 0.1);
   EXPECT_GT(off["limit_cycle_m_per_s"], kRings_m_per_s);
   EXPECT_LE(on["limit_cycle_m_per_s"], kCalm_m_per_s);
-  EXPECT_EQ(off["tool_guarded_fraction"], 0);
-  EXPECT_GT(on["tool_guarded_fraction"], 0);
+  EXPECT_EQ(off["tool_energy_limited_fraction"], 0);
+  EXPECT_GT(on["tool_energy_limited_fraction"], 0);
 }
 
 // It carries on a force that has stopped growing: the longer the delay, the farther beyond.

@@ -1,5 +1,5 @@
-// What one user feels of things that move, or give way: lifted, pressed into, pulled by a field; and of a guard that is
-// asked to let a force come back.
+// What one user feels of things that move, or give way: lifted, pressed into, pulled by a field; and of a
+// passivity controller that has to let a force come back.
 
 #include <gtest/gtest.h>
 
@@ -27,20 +27,20 @@ TEST(Docking, ErrsByATenthOfTheAttractionAt100Ms) {
   EXPECT_LE(docking["contact_error_rms_n"], 0.1 * peak_n);
 }
 
-TEST(LossBurst, LetsTheForceRecoverUnderTheGuard) {
+TEST(LossBurst, LetsTheForceRecoverUnderThePassivityController) {
   expect_recovery_from_bursts(true);
 }
 
 class Moving : public testing::TestWithParam<At> {};
 
-TEST_P(Moving, MakesNoStepNoEnergyAndNoWorkForTheGuard) {
+TEST_P(Moving, MakesNoStepNoEnergyAndNoWorkForThePassivityController) {
   const Shown shown(GetParam().experiment, GetParam().quantities());
   EXPECT_LE(shown["force_step_max_n_per_ms"], 0.1);
   EXPECT_EQ(shown["slew_activations"], 0);
   EXPECT_LE(shown["energy_created_max_j"], 0.001);
-  const double guard = shown["guard_dissipated_fraction"];
-  EXPECT_FALSE(guard > 0.05) << guard;
-  EXPECT_EQ(shown["tool_guarded_fraction"], 0);
+  const double dissipated = shown["passivity_dissipated_fraction"];
+  EXPECT_FALSE(dissipated > 0.05) << dissipated;
+  EXPECT_EQ(shown["tool_energy_limited_fraction"], 0);
 }
 
 INSTANTIATE_TEST_SUITE_P(Default, Moving, testing::Values(At{"mass", 200}, At{"docking", 100}),

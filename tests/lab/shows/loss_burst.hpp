@@ -12,9 +12,9 @@ namespace tandem::lab {
 
 /// Without news for 60 ms the force goes to zero, for the server may be gone; it comes back over the start ramp. In bad
 /// periods of 60 ms on average, one in a few seconds, some are that long.
-inline void expect_recovery_from_bursts(bool guard) {
+inline void expect_recovery_from_bursts(bool passivity) {
   const Shown shown("wall", {"link.rtt_ms=100", "link.loss=0.03", "link.bad_period_ms=60",
-                             std::string("guard=") + (guard ? "true" : "false")});
+                             std::string("passivity=") + (passivity ? "true" : "false")});
   const UserTrace& user = shown.trace().users.at(0);
   const UserTrace& whole = shown.reference().users.at(0);
   ASSERT_EQ(user.ticks.size(), whole.ticks.size());

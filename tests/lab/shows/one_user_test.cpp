@@ -84,13 +84,13 @@ TEST(Soft, HasATenthOfTheTextureAbove60HzThatHeldForcesHave) {
 /// On what does not move, and on what only this user moves, at every delay of the default set from 0 to 300 ms.
 class Alone : public testing::TestWithParam<At> {};
 
-TEST_P(Alone, MakesNoStepNoEnergyAndNoWorkForTheGuard) {
+TEST_P(Alone, MakesNoStepNoEnergyAndNoWorkForThePassivityController) {
   const Shown shown(GetParam().experiment, GetParam().quantities());
   EXPECT_LE(shown["force_step_max_n_per_ms"], 0.1);
   EXPECT_EQ(shown["slew_activations"], 0);
   EXPECT_LE(shown["energy_created_max_j"], 0.001);
-  EXPECT_FALSE(is_above(shown["guard_dissipated_fraction"], 0.05)) << shown["guard_dissipated_fraction"];
-  EXPECT_EQ(shown["tool_guarded_fraction"], 0);
+  EXPECT_FALSE(is_above(shown["passivity_dissipated_fraction"], 0.05)) << shown["passivity_dissipated_fraction"];
+  EXPECT_EQ(shown["tool_energy_limited_fraction"], 0);
   EXPECT_EQ(shown.outcome(), "completed");
 }
 

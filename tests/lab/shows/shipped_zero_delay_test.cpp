@@ -27,7 +27,7 @@ SessionTrace run(const std::string& name, const std::string& stage = "late-pose"
   Experiment experiment = load_experiment(test::source_path("lab/experiments") / (name + ".json"));
   for (ExperimentUser& user : experiment.users) {
     user.pipeline.stage = stage;
-    user.pipeline.guard = false;
+    user.pipeline.passivity = false;
     user.up.delay = user.down.delay = from_seconds(round_trip_ms / 2000);
   }
   return VirtualSession(experiment, load_experiment_scene(experiment)).run();

@@ -25,9 +25,9 @@ inline Quantities disturbed(double round_trip_ms, const Quantities& more = {}) {
   all.insert(all.end(), more.begin(), more.end());
   return all;
 }
-/// And those about other stages: late, nothing else, without guard.
+/// And those about other stages: late, nothing else, without passivity controller.
 inline Quantities bare(const std::string& stage, double round_trip_ms) {
-  return {"stage=" + stage, "guard=false", "link.rtt_ms=" + std::to_string(round_trip_ms)};
+  return {"stage=" + stage, "passivity=false", "link.rtt_ms=" + std::to_string(round_trip_ms)};
 }
 
 inline Trial shipped_trial(const std::string& name, const Quantities& quantities) {

@@ -31,7 +31,7 @@ RigidState stirring(double t) {
   return state;
 }
 
-double paid_j(std::uint64_t tick) {
+double from_hand_j(std::uint64_t tick) {
   return 0.002 * static_cast<double>(tick);
 }
 
@@ -42,8 +42,8 @@ proto::ClientUpdate input_of(std::uint64_t tick, double client_s) {
   input.handle_valid = true;
   input.mode = proto::ClientMode::kLocalModel;
   input.handle = input.tool = stirring(static_cast<double>(tick) * kStep_s);
-  input.energy_from_hand_j = paid_j(tick);
-  input.energy_to_hand_j = paid_j(tick) / 4;
+  input.energy_from_hand_j = from_hand_j(tick);
+  input.energy_to_hand_j = from_hand_j(tick) / 4;
   return input;
 }
 
@@ -112,7 +112,7 @@ TEST(InputPlayout, OverAPerfectLinkPlaysEveryTickOnceAndUnchanged) {
     const RigidState truth = stirring(static_cast<double>(played.tick.value) * kStep_s);
     EXPECT_EQ(played.handle.X.p, truth.X.p);
     EXPECT_EQ(played.tool.V.w, truth.V.w);
-    EXPECT_EQ(played.energy_from_hand_j, paid_j(played.tick.value));
+    EXPECT_EQ(played.energy_from_hand_j, from_hand_j(played.tick.value));
   }
   // The last datagram came in this very step; a step more, so that between two there is always one to come.
   EXPECT_LE(to_seconds(line.playout.delay()), 0.0025);
@@ -129,8 +129,8 @@ TEST(InputPlayout, JitterAndBurstsOfLossChangeThePlayedHandByLessThanTheCubicsBo
     const PlayedInput played = *line.step();
     dry += played.is_dry;
     const RigidState truth = stirring(static_cast<double>(played.tick.value) * kStep_s);
-    EXPECT_NEAR(played.energy_from_hand_j, paid_j(played.tick.value), 1e-9) << "evenly, whatever was lost";
-    EXPECT_NEAR(played.energy_to_hand_j, paid_j(played.tick.value) / 4, 1e-9);
+    EXPECT_NEAR(played.energy_from_hand_j, from_hand_j(played.tick.value), 1e-9) << "evenly, whatever was lost";
+    EXPECT_NEAR(played.energy_to_hand_j, from_hand_j(played.tick.value) / 4, 1e-9);
     largest_m = std::max(largest_m, difference_m(played.handle, truth));
     largest_turn = std::max(largest_turn, played.handle.X.q.angularDistance(truth.X.q));
     largest_step = std::max(largest_step, static_cast<double>(played.tick.value - before.tick.value));

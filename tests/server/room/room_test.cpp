@@ -340,13 +340,13 @@ TEST(Room, StepDoesNotAllocateInSteadyContactNorDoesBullet) {
   join.user = UserId{7};
   join.role = UserRole::kManipulator;
   ASSERT_TRUE(room.post(join));
-  double paid_j = 0;
+  double from_hand_j = 0;
   const auto step_pressing = [&](int count) {
     for (int i = 0; i < count; ++i) {
       proto::ClientUpdate update;
       update.handle.X.p = {0.001 * std::sin(0.01 * i), 0, 0.035};
       update.handle_valid = true;
-      update.energy_from_hand_j = paid_j += 1e-4;
+      update.energy_from_hand_j = from_hand_j += 1e-4;
       room.slot(0).input.publish(update);
       room.step(ServerTime(room.period()));
     }

@@ -1,5 +1,5 @@
 // What the laws called passive and the laws called active do to energy, in the limit of small steps. Sampled and held
-// forces are another matter: passivity_guard.hpp.
+// forces are another matter: coupling_passivity_controller.hpp.
 #include <gtest/gtest.h>
 
 #include "tests/common/haptics/coupling/coupling_draws.hpp"

@@ -74,7 +74,7 @@ TEST(WaveAccount, PaysTheOutgoingWaveInClosedForm) {
   const Wave out = account.settle(two, three, 0.1, 0.1);
   EXPECT_NEAR(out.f.x(), 3 * std::sqrt(0.1 / 0.45), 1e-12);
   EXPECT_NEAR(account.balance_j(), 0, 1e-12);
-  EXPECT_EQ(squared(account.settle({}, three, 0.5, 0.1)), 0) << "nothing leaves in debt";
+  EXPECT_EQ(squared(account.settle({}, three, 0.5, 0.1)), 0) << "nothing leaves at a negative balance";
   EXPECT_NEAR(account.balance_j(), -0.5, 1e-12);
 }
 
@@ -96,7 +96,7 @@ TEST(WaveLine, GivesAHandNoMoreThanItPutInAtAnyConstantDelay) {
         taken_j += f * v * kTick_s;
         most_j = std::max(most_j, taken_j);
       }
-      // In debt for one period at most: the impedance's own force, b v, held while v changes by 20 m/s² · 1 ms.
+      // Negative for one period at most: the impedance's own force, b v, held while v changes by 20 m/s² · 1 ms.
       EXPECT_LT(most_j, 1e-5);
       EXPECT_LT(taken_j, 0);
       EXPECT_LE(line.work_into_tool_j, -taken_j + 1e-3) << "nor does the tool's side get more";

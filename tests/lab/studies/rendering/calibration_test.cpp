@@ -78,7 +78,7 @@ TEST(CouplingTrial, SettlesSoonestAtTheClosedFormsDamping) {
 }
 
 TEST(CouplingTrial, TheSpectralRadiusTellsTheStiffnessLimitOfAHeldHandle) {
-  // In a delay of one period a stiffness that is far beyond what any hand pays for is unstable, a soft one is not.
+  // In a delay of one period a stiffness that is far beyond what any hand dissipates is unstable, a soft one is not.
   const CouplingTrial trial(devices::find_device_profile("touch"), false, {});
   EXPECT_LT(trial.spectral_radius({100, 2}, 0.1), 1);
   EXPECT_GT(trial.spectral_radius({1e5, 2}, 0.1), 1);

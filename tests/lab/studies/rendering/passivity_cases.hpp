@@ -14,10 +14,10 @@ namespace tandem::lab {
 inline constexpr std::array kToolMasses_kg{0.02, 0.2, 2.0};
 /// Of the most that the device can show.
 inline constexpr std::array kStiffnessShares{0.05, 0.25, 0.5, 1.0};
-/// In units of k T, the least that pays for sampling; 0: what a scene has that does not say.
+/// In units of k T, the least that dissipates what sampling creates; 0: what a scene has that does not say.
 inline constexpr std::array kDampings{1.0, 2.0, 0.0};
-/// What may be missing at any time.
-inline constexpr double kAllowance_j = 10e-6;
+/// Created at any time.
+inline constexpr double kMaxCreated_j = 10e-6;
 
 /// A coupling with `share` of the stiffness that the device can show, turning too where it shows torque.
 /// In      damping  one of kDampings

@@ -58,14 +58,15 @@ struct DriverLimits {
 inline DriverLimits human_limits(DriverWay way) {
   return way == DriverWay::kTurning ? DriverLimits{2, 200, 0.05, 0.2, 0.4} : DriverLimits{};
 }
-/// Every tick another direction if that pays: more than any hand, and within what the guard assumes of one.
+/// Every tick another direction if that gains: more than any hand, and within what the passivity controller assumes of
+/// one.
 inline DriverLimits tick_limits(DriverWay way) {
   return way == DriverWay::kTurning ? DriverLimits{1, 5000, 0.001, 0.2, 0.1}
                                     : DriverLimits{0.05, 100, 0.001, 0.2, 0.005};
 }
 
-/// Moves the handle along one coordinate. It goes with the force when that is above its recent mean (a good time to be
-/// paid) and against it when it is below (a cheap time to invest), and now and then as chance has it.
+/// Moves the handle along one coordinate. It goes with the force when that is above its recent mean (it gains
+/// most) and against it when it is below (it loses least), and now and then as chance has it.
 class Driver {
  public:
   Driver(const DriverLimits& limits, std::uint64_t seed, double period_s)

@@ -55,7 +55,7 @@ TEST(Passivity, OfPassiveLawsHoldsForHandsOnTheStiffestDevices) {
     for (const char* name : kDevices) {
       HandRigSettings settings = stiffest_rig(law.name, devices::find_device_profile(name));
       make_exact(settings.hand);
-      EXPECT_GE(least_of_people_j(settings, seed), -kAllowance_j) << described(settings, name, seed);
+      EXPECT_GE(least_of_people_j(settings, seed), -kMaxCreated_j) << described(settings, name, seed);
     }
   }
 }
@@ -69,19 +69,19 @@ TEST(Passivity, OfPassiveLawsHoldsForHandsBehindTheEncoder) {
       const HandRigSettings settings = stiffest_rig(law.name, devices::find_device_profile(name));
       const double least_j = least_of_people_j(settings, seed);
       std::cout << law.name << " on " << name << " with its encoder: least W " << 1e6 * least_j << " µJ\n";
-      EXPECT_GE(least_j, -kAllowance_j) << described(settings, name, seed);
+      EXPECT_GE(least_j, -kMaxCreated_j) << described(settings, name, seed);
     }
   }
 }
 
-TEST(Passivity, OfAGuardedCouplingHoldsForDriversThatTurnEveryTick) {
+TEST(Passivity, OfACouplingWithPassivityControllerHoldsForDriversThatTurnEveryTick) {
   const std::uint64_t seed = test::test_seed(kUsualSeed);
   for (const haptics::CouplingLawInfo& law : haptics::coupling_laws()) {
     HandRigSettings settings = light_rig(law.name);
-    settings.is_guarded = true;
+    settings.is_passivity_controlled = true;
     for (const DriverWay way : kDriverWays) {
-      EXPECT_GE(least_driven_work(settings, way, tick_limits(way), seed, 1).from_rest_j, -kAllowance_j)
-          << described(settings, "a guarded device", seed) << ", " << name_of(way);
+      EXPECT_GE(least_driven_work(settings, way, tick_limits(way), seed, 1).from_rest_j, -kMaxCreated_j)
+          << described(settings, "a device with passivity controller", seed) << ", " << name_of(way);
     }
   }
 }
@@ -89,7 +89,7 @@ TEST(Passivity, OfAGuardedCouplingHoldsForDriversThatTurnEveryTick) {
 TEST(Passivity, OfPassiveLawsHoldsForSlowStrokes) {
   for (const haptics::CouplingLawInfo& law : haptics::coupling_laws()) {
     if (!law.is_passive) continue;
-    EXPECT_GE(least_stroke_work_j(light_rig(law.name)), -kAllowance_j) << law.name;
+    EXPECT_GE(least_stroke_work_j(light_rig(law.name)), -kMaxCreated_j) << law.name;
   }
 }
 
@@ -103,18 +103,18 @@ TEST(Passivity, IsLostBySwitchingAndByDirectRendering) {
     std::cout << law.name << " gave " << -1e3 * by_strokes_j << " mJ in 2.4 s of strokes, " << -1e3 * by_driver_j
               << " mJ to a driver in 2 s\n";
     // A hundred times what a passive law may be missing.
-    EXPECT_LT(std::min(by_strokes_j, by_driver_j), -100 * kAllowance_j) << law.name << ", seed " << seed;
+    EXPECT_LT(std::min(by_strokes_j, by_driver_j), -100 * kMaxCreated_j) << law.name << ", seed " << seed;
   }
 }
 
-TEST(Passivity, OfPassiveLawsIsLostToADriverThatTurnsEveryTickWithoutTheGuard) {
-  // What the guard is for: no damping pays for a hand that turns as often as the force is updated.
+TEST(Passivity, OfPassiveLawsIsLostToADriverThatTurnsEveryTickWithoutAPassivityController) {
+  // What the passivity controller is for: no damping suffices for a hand that turns as often as the force is updated.
   HandRigSettings settings = light_rig("spring-damper");
   settings.coupling.stiffness_n_per_m = 5000;
   settings.coupling.damping_n_s_per_m = 5;
   const double least_j = least_driven_j(settings, tick_limits(DriverWay::kDown), test::test_seed(kUsualSeed));
   std::cout << "spring-damper gave " << -1e3 * least_j << " mJ in 2 s\n";
-  EXPECT_LT(least_j, -10 * kAllowance_j);
+  EXPECT_LT(least_j, -10 * kMaxCreated_j);
 }
 
 TEST(Saturation, ActsOnHandAndToolAlikeForEveryLaw) {

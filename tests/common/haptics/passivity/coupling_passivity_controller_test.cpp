@@ -1,4 +1,4 @@
-#include "common/haptics/coupling/passivity_guard.hpp"
+#include "common/haptics/passivity/coupling_passivity_controller.hpp"
 
 #include <gtest/gtest.h>
 
@@ -14,7 +14,7 @@ namespace tandem::haptics {
 namespace {
 
 constexpr double kPeriod = 1e-3;
-constexpr double kAllowance = 1e-5;
+constexpr double kMaxTaken_j = 1e-5;
 
 Pose at_x(double x) {
   return {Vec3(x, 0, 0), Quat::Identity()};
@@ -44,7 +44,7 @@ class GreedyDriver {
   GreedyDriver(double speed_limit, Random random) : most_(speed_limit * kPeriod), random_(random) {}
 
   double next_step(double force) {
-    size_ = std::min(size_ + PassivityGuard::Settings{}.acceleration_m_per_s2 * kPeriod * kPeriod, most_);
+    size_ = std::min(size_ + PortLookAhead::kMaxAcceleration_m_per_s2 * kPeriod * kPeriod, most_);
     // Without a force to follow, it stretches the spring again.
     const double direction = force != 0 ? std::copysign(1.0, force) : (random_.uniform() < 0.5 ? -1.0 : 1.0);
     return direction * size_;
@@ -61,27 +61,27 @@ struct Taken {
   double withheld_j = 0;
 };
 
-Taken drive(double stiffness, double damping, double speed, bool is_guarded, std::uint64_t seed) {
+Taken drive(double stiffness, double damping, double speed, bool is_controlled, std::uint64_t seed) {
   Random random(seed, 0);
   SampledSpring spring{stiffness, damping};
   GreedyDriver driver(speed, random);
-  PassivityGuard guard({});
+  CouplingPassivityController controller;
   double x = 0, taken = 0;
   Taken result;
   for (int k = 0; k < 3000; ++k) {
     double f = spring.force(x);
-    if (is_guarded) f = guard.apply(at_x(x), force_x(f), 0, kPeriod).f.x();
+    if (is_controlled) f = controller.apply(at_x(x), force_x(f), 0, kPeriod).f.x();
     const double step = driver.next_step(f);
     x += step;
     taken += f * step;
     result.most_j = std::max(result.most_j, taken);
   }
-  result.withheld_j = guard.withheld_j();
+  result.withheld_j = controller.withheld_j();
   return result;
 }
 
-TEST(PassivityGuard, AGreedyDriverGetsNoMoreThanTheAllowance) {
-  double most_unguarded = 0;
+TEST(CouplingPassivityController, AGreedyDriverGetsNoMoreThanTheInitialCredit) {
+  double most_uncontrolled = 0;
   std::uint64_t run = test::test_seed(0);
   for (const double stiffness : {100.0, 300.0, 1000.0, 5000.0}) {
     for (const double damping_of_kT : {0.0, 0.5, 1.0, 2.0}) {
@@ -89,31 +89,31 @@ TEST(PassivityGuard, AGreedyDriverGetsNoMoreThanTheAllowance) {
         SCOPED_TRACE("k " + std::to_string(stiffness) + ", b " + std::to_string(damping_of_kT) + " k T, speed " +
                      std::to_string(speed) + ", seed " + std::to_string(run));
         const double damping = damping_of_kT * stiffness * kPeriod;
-        EXPECT_LE(drive(stiffness, damping, speed, true, run).most_j, kAllowance);
-        most_unguarded = std::max(most_unguarded, drive(stiffness, damping, speed, false, run).most_j);
+        EXPECT_LE(drive(stiffness, damping, speed, true, run).most_j, kMaxTaken_j);
+        most_uncontrolled = std::max(most_uncontrolled, drive(stiffness, damping, speed, false, run).most_j);
         ++run;
       }
     }
   }
   // Without it the same drivers live on the coupling.
-  EXPECT_GT(most_unguarded, 3e-4);
+  EXPECT_GT(most_uncontrolled, 3e-4);
 }
 
-TEST(PassivityGuard, EvenADamperTwiceWhatTheSpringNeedsFeedsAnUnguardedDriver) {
+TEST(CouplingPassivityController, EvenADamperTwiceWhatTheSpringNeedsFeedsADriverWithoutAController) {
   // 1000 N/m at 0.5 m/s: half of k dx² a period, 125 µJ, against a damper that never saw a smooth motion.
   EXPECT_GT(drive(1000, 2, 0.5, false, 1).most_j, 3e-4);
-  EXPECT_LE(drive(1000, 2, 0.5, true, 1).most_j, kAllowance);
+  EXPECT_LE(drive(1000, 2, 0.5, true, 1).most_j, kMaxTaken_j);
 }
 
-TEST(PassivityGuard, ADriverInSixDimensionsGetsNoMoreThanTheAllowance) {
+TEST(CouplingPassivityController, ADriverInSixDimensionsGetsNoMoreThanTheInitialCredit) {
   Random random(test::test_seed(5), 0);
-  PassivityGuard guard({});
+  CouplingPassivityController controller;
   Pose X;
   double taken = 0, most = 0;
   double step_m = 0, step_rad = 0;
   for (int k = 0; k < 5000; ++k) {
     const Wrench wanted{-2000 * X.p, -2 * rotation_vector(X.q)};
-    const Wrench shown = guard.apply(X, wanted, 0, kPeriod);
+    const Wrench shown = controller.apply(X, wanted, 0, kPeriod);
     step_m = std::min(step_m + 1e-4, 4e-4);
     step_rad = std::min(step_rad + 5e-3, 2e-2);
     const auto along = [&](const Vec3& a) {
@@ -126,20 +126,20 @@ TEST(PassivityGuard, ADriverInSixDimensionsGetsNoMoreThanTheAllowance) {
     taken += shown.f.dot(step) + shown.t.dot(turn);
     most = std::max(most, taken);
   }
-  EXPECT_LE(most, kAllowance);
+  EXPECT_LE(most, kMaxTaken_j);
 }
 
-TEST(PassivityGuard, LeavesASmoothHandAloneOnceItIsSixTenthsOfAMillimetreIn) {
+TEST(CouplingPassivityController, LeavesASmoothHandAloneOnceItIsSixTenthsOfAMillimetreIn) {
   for (const double stiffness : {300.0, 1000.0, 3000.0}) {
     SampledSpring wall{stiffness, stiffness * kPeriod, true};
-    PassivityGuard guard({});
+    CouplingPassivityController controller;
     for (int k = 0; k < 4000; ++k) {
       // From 10 mm off to 4 mm in and back, at 1 Hz.
       const double x = -3e-3 + 7e-3 * std::sin(2 * std::numbers::pi * k * kPeriod - std::numbers::pi / 2);
       const double f = wall.force(x);
-      const double shown = guard.apply(at_x(x), force_x(f), 0, kPeriod).f.x();
-      // While scaled, sF = (E + allowance) / δ with δ = |v| T + a T² = 0.14 mm, so that E + allowance grows as
-      // allowance e^(d/δ); it has caught up with k d δ at 0.45 mm for 3000 N/m, sooner for less.
+      const double shown = controller.apply(at_x(x), force_x(f), 0, kPeriod).f.x();
+      // While scaled, sF = (E + credit) / δ with δ = |v| T + a T² = 0.14 mm, so that E + credit grows as
+      // credit e^(d/δ); it has caught up with k d δ at 0.45 mm for 3000 N/m, sooner for less.
       if (x > 6e-4 || k > 1000) {
         ASSERT_EQ(shown, f) << "k = " << stiffness << ", tick " << k;
       }
@@ -147,12 +147,12 @@ TEST(PassivityGuard, LeavesASmoothHandAloneOnceItIsSixTenthsOfAMillimetreIn) {
   }
 }
 
-TEST(PassivityGuard, LetsTheHandHaveBackWhatItPutIn) {
-  PassivityGuard guard({});
-  guard.apply(at_x(0), force_x(-2), 0, kPeriod);
+TEST(CouplingPassivityController, LetsTheHandHaveBackWhatItPutIn) {
+  CouplingPassivityController controller;
+  controller.apply(at_x(0), force_x(-2), 0, kPeriod);
   double x = 0;
-  for (int k = 0; k < 20; ++k) guard.apply(at_x(x += 1e-4), force_x(-2), 0, kPeriod);
-  const double stored = guard.account_j();
+  for (int k = 0; k < 20; ++k) controller.apply(at_x(x += 1e-4), force_x(-2), 0, kPeriod);
+  const double stored = controller.balance_j();
   EXPECT_GT(stored, 0);
   // Back the way it came, with what is there.
   double taken = 0;
@@ -160,60 +160,60 @@ TEST(PassivityGuard, LetsTheHandHaveBackWhatItPutIn) {
   for (int k = 0; k < 40; ++k) {
     x -= 1e-4;
     taken += -shown * 1e-4;
-    shown = guard.apply(at_x(x), force_x(-2), 0, kPeriod).f.x();
-    EXPECT_LE(taken, stored + kAllowance);
+    shown = controller.apply(at_x(x), force_x(-2), 0, kPeriod).f.x();
+    EXPECT_LE(taken, stored + kMaxTaken_j);
   }
-  EXPECT_GT(taken, stored - kAllowance);
-  EXPECT_GT(guard.withheld_j(), 0);
+  EXPECT_GT(taken, stored - kMaxTaken_j);
+  EXPECT_GT(controller.withheld_j(), 0);
 }
 
-TEST(PassivityGuard, WhatTheToolGivesBeyondWhatItGotIsTheHandsToTake) {
-  PassivityGuard guard({});
-  guard.apply(at_x(0), {}, 0, kPeriod);
-  guard.apply(at_x(0), {}, 0.5, kPeriod);   // lifted
-  guard.apply(at_x(0), {}, -0.5, kPeriod);  // and back down: nothing new
-  EXPECT_EQ(guard.account_j(), 0);
-  guard.apply(at_x(0), {}, -0.25, kPeriod);  // fell further: weight, or another user, paid
-  EXPECT_NEAR(guard.account_j(), 0.25, 1e-12);
-  EXPECT_EQ(guard.apply(at_x(0), force_x(5), 0, kPeriod).f.x(), 5);
+TEST(CouplingPassivityController, TheHandMayTakeWhatTheToolGivesBeyondWhatItGot) {
+  CouplingPassivityController controller;
+  controller.apply(at_x(0), {}, 0, kPeriod);
+  controller.apply(at_x(0), {}, 0.5, kPeriod);   // lifted
+  controller.apply(at_x(0), {}, -0.5, kPeriod);  // and back down: nothing new
+  EXPECT_EQ(controller.balance_j(), 0);
+  controller.apply(at_x(0), {}, -0.25, kPeriod);  // fell further: weight, or another user, gave it
+  EXPECT_NEAR(controller.balance_j(), 0.25, 1e-12);
+  EXPECT_EQ(controller.apply(at_x(0), force_x(5), 0, kPeriod).f.x(), 5);
 }
 
-TEST(PassivityGuard, DoesNotStarveAHandThatDragsATool) {
-  // Steadily dragged against friction, from the first tick: the tool takes all that the hand pays.
-  PassivityGuard guard({});
+TEST(CouplingPassivityController, DoesNotStarveAHandThatDragsATool) {
+  // Steadily dragged against friction, from the first tick: the tool takes all that the hand puts in.
+  CouplingPassivityController controller;
   double x = 0;
   const double drag = 1.0, speed = 0.3;
   double shown = 0;
   for (int k = 0; k < 100; ++k) {
-    shown = guard.apply(at_x(x), force_x(-drag), drag * speed * kPeriod, kPeriod).f.x();
+    shown = controller.apply(at_x(x), force_x(-drag), drag * speed * kPeriod, kPeriod).f.x();
     x += speed * kPeriod;
   }
   EXPECT_EQ(shown, -drag);
 }
 
-TEST(PassivityGuard, CountsWhatWasReallyDisplayed) {
-  PassivityGuard guard({});
-  guard.apply(at_x(0), force_x(-0.01), 0, kPeriod);
-  guard.set_displayed(force_x(-0.005));
-  guard.apply(at_x(0.1), {}, 0, kPeriod);
-  EXPECT_NEAR(guard.account_j(), 0.005 * 0.1, 1e-15);
+TEST(CouplingPassivityController, CountsWhatWasReallyDisplayed) {
+  CouplingPassivityController controller;
+  controller.apply(at_x(0), force_x(-0.01), 0, kPeriod);
+  controller.set_displayed(force_x(-0.005));
+  controller.apply(at_x(0.1), {}, 0, kPeriod);
+  EXPECT_NEAR(controller.balance_j(), 0.005 * 0.1, 1e-15);
 }
 
-TEST(PassivityGuard, IsFiniteForAnyInputAndKeepsItsAccount) {
+TEST(CouplingPassivityController, IsFiniteForAnyInputAndKeepsItsBalance) {
   const double nan = std::nan(""), infinity = std::numeric_limits<double>::infinity();
-  PassivityGuard guard({});
-  guard.apply(at_x(0), force_x(-0.01), 0, kPeriod);
-  guard.apply(at_x(0.01), {}, 0, kPeriod);
-  const double account = guard.account_j();
-  ASSERT_GT(account, 0);
+  CouplingPassivityController controller;
+  controller.apply(at_x(0), force_x(-0.01), 0, kPeriod);
+  controller.apply(at_x(0.01), {}, 0, kPeriod);
+  const double balance = controller.balance_j();
+  ASSERT_GT(balance, 0);
   for (const double odd : {nan, infinity, -infinity}) {
-    EXPECT_EQ(guard.apply(at_x(odd), force_x(1), 0, kPeriod).f.norm(), 0);
-    EXPECT_EQ(guard.apply(at_x(0.01), force_x(odd), 0, kPeriod).f.norm(), 0);
-    EXPECT_EQ(guard.apply(at_x(0.01), force_x(1), 0, odd).f.norm(), 0);
-    guard.apply(at_x(0.01), {}, odd, kPeriod);
-    guard.set_displayed(force_x(odd));
-    guard.apply(at_x(0.01), {}, 0, kPeriod);
-    EXPECT_EQ(guard.account_j(), account);
+    EXPECT_EQ(controller.apply(at_x(odd), force_x(1), 0, kPeriod).f.norm(), 0);
+    EXPECT_EQ(controller.apply(at_x(0.01), force_x(odd), 0, kPeriod).f.norm(), 0);
+    EXPECT_EQ(controller.apply(at_x(0.01), force_x(1), 0, odd).f.norm(), 0);
+    controller.apply(at_x(0.01), {}, odd, kPeriod);
+    controller.set_displayed(force_x(odd));
+    controller.apply(at_x(0.01), {}, 0, kPeriod);
+    EXPECT_EQ(controller.balance_j(), balance);
   }
   Random random(test::test_seed(3), 0);
   for (int i = 0; i < 2000; ++i) {
@@ -221,30 +221,30 @@ TEST(PassivityGuard, IsFiniteForAnyInputAndKeepsItsAccount) {
     const Pose X{Vec3(number(), number(), number()),
                  Quat(random.normal(), random.normal(), random.normal(), random.normal()).normalized()};
     const Wrench wanted{Vec3(number(), number(), number()), Vec3(number(), number(), number())};
-    const Wrench shown = guard.apply(X, wanted, number(), kPeriod);
-    ASSERT_TRUE(is_finite(shown) && std::isfinite(guard.account_j()) && std::isfinite(guard.withheld_j()))
+    const Wrench shown = controller.apply(X, wanted, number(), kPeriod);
+    ASSERT_TRUE(is_finite(shown) && std::isfinite(controller.balance_j()) && std::isfinite(controller.withheld_j()))
         << "input " << i;
     ASSERT_LE(shown.f.cwiseAbs().maxCoeff(), wanted.f.cwiseAbs().maxCoeff());
   }
 }
 
-TEST(PassivityGuard, ForgetsAllOnReset) {
-  PassivityGuard guard({});
-  guard.apply(at_x(0), force_x(-0.01), 0, kPeriod);
-  guard.apply(at_x(0.05), force_x(-100), 0, kPeriod);
-  EXPECT_NE(guard.account_j(), 0);
-  EXPECT_GT(guard.withheld_j(), 0);
-  guard.reset();
-  EXPECT_EQ(guard.account_j(), 0);
-  EXPECT_EQ(guard.withheld_j(), 0);
-  guard.apply(at_x(10), {}, 0, kPeriod);  // the jump from before the reset is no work
-  EXPECT_EQ(guard.account_j(), 0);
+TEST(CouplingPassivityController, ForgetsAllOnReset) {
+  CouplingPassivityController controller;
+  controller.apply(at_x(0), force_x(-0.01), 0, kPeriod);
+  controller.apply(at_x(0.05), force_x(-100), 0, kPeriod);
+  EXPECT_NE(controller.balance_j(), 0);
+  EXPECT_GT(controller.withheld_j(), 0);
+  controller.reset();
+  EXPECT_EQ(controller.balance_j(), 0);
+  EXPECT_EQ(controller.withheld_j(), 0);
+  controller.apply(at_x(10), {}, 0, kPeriod);  // the jump from before the reset is no work
+  EXPECT_EQ(controller.balance_j(), 0);
 }
 
-TEST(PassivityGuard, AllocatesNothing) {
-  PassivityGuard guard({});
+TEST(CouplingPassivityController, AllocatesNothing) {
+  CouplingPassivityController controller;
   const std::uint64_t before = test::allocation_count();
-  for (int k = 0; k < 100; ++k) guard.apply(at_x(k * 1e-4), force_x(-k), 1e-6, kPeriod);
+  for (int k = 0; k < 100; ++k) controller.apply(at_x(k * 1e-4), force_x(-k), 1e-6, kPeriod);
   EXPECT_EQ(test::allocation_count(), before);
 }
 

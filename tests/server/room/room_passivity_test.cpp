@@ -1,4 +1,4 @@
-// The tool's end of a user's energy account in the room: hands that pay move things, hands that do not, do not.
+// The passivity controller of a tool in the room: hands that supply energy move things, hands that do not, do not.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -13,25 +13,26 @@ constexpr const char* kFloatingBox =
     R"({"name": "box", "shapes": [{"box": {"size_m": [0.04, 0.04, 0.04]}}], "mass_kg": 0.5, "graspable": true,
         "gravity": false})";
 constexpr const char* kTool = R"({"name": "t", "placement": {"position_m": [-0.02, 0, 0]}})";
-constexpr haptics::ToolPortGuard::Settings kGuard;
-/// In the one and a half seconds of a fling, and what the last step may overdraw.
-constexpr double kUnpaid_j = 1.2 * kGuard.allowance_j + 1.5 * kGuard.forgiven_w;
+/// Beyond what the hand supplied, in the one and a half seconds of a fling, and what the last step may overdraw.
+constexpr double kMaxCreated_j =
+    1.2 * haptics::ToolPassivityController::kInitialCredit_j + 1.5 * haptics::ToolPassivityController::kLeakRate_w;
 
 /// A user takes the box and flings it at 0.6 m/s, which takes 90 mJ.
 class Flung {
  public:
-  explicit Flung(bool guards_tools, proto::ClientMode mode = proto::ClientMode::kHandle)
+  explicit Flung(bool controls_tool_passivity, proto::ClientMode mode = proto::ClientMode::kHandle)
       : mode_(mode),
         room_(RoomId{1}, "test", physics::load_parts({.bodies = kFloatingBox, .tools = kTool}),
-              {.guards_tools = guards_tools}) {
+              {.controls_tool_passivity = controls_tool_passivity}) {
     RoomCommand command;
     command.user = UserId{1};
     command.role = UserRole::kManipulator;
     EXPECT_TRUE(room_.post(command));
   }
 
-  /// `paid_share`: of what the handle's way cost against the wrench on it, what the client says that the hand has paid.
-  void run(double paid_share) {
+  /// `supplied_share`: of the work along the handle's way against the wrench on it, what the client says that the hand
+  /// put in.
+  void run(double supplied_share) {
     for (std::uint64_t tick = 1; tick <= 1500; ++tick) {
       proto::ClientUpdate input;
       input.input_tick = Tick{tick};
@@ -45,7 +46,7 @@ class Flung {
       input.mode = mode_;
       const double work_j = told_.wrench_on_hand_W.f.dot(input.handle.X.p - handle_p_);
       handle_p_ = input.handle.X.p;
-      (work_j > 0 ? to_hand_j_ : from_hand_j_) += paid_share * std::abs(work_j);
+      (work_j > 0 ? to_hand_j_ : from_hand_j_) += supplied_share * std::abs(work_j);
       input.energy_from_hand_j = from_hand_j_;
       input.energy_to_hand_j = to_hand_j_;
       room_.slot(0).input.publish(input);
@@ -54,7 +55,7 @@ class Flung {
       told_ = room_.slot(0).output.front().update;
       faults_ |= told_.tick_faults;
       const double put_in_j = told_.energy_into_world_j - told_.energy_from_world_j;
-      unpaid_max_j_ = std::max(unpaid_max_j_, put_in_j - (from_hand_j_ - to_hand_j_));
+      created_max_j_ = std::max(created_max_j_, put_in_j - (from_hand_j_ - to_hand_j_));
       ASSERT_TRUE(is_finite(told_.wrench_on_hand_W)) << tick;
     }
   }
@@ -67,10 +68,10 @@ class Flung {
   }
   double way_to_handle_m() const { return (room_.world().tool(0).tool.X.p - handle_p_).norm(); }
   double kinetic_j() const { return 0.25 * room_.world().body(BodyId{1}).V.v.squaredNorm(); }
-  double unpaid_max_j() const { return unpaid_max_j_; }
+  double created_max_j() const { return created_max_j_; }
   bool is_held() const { return told_.held_body.is_valid(); }
-  bool was_guarded() const { return (faults_ & kFaultToolGuarded) != 0; }
-  const haptics::ToolPortGuard& guard() const { return room_.tool_guard(0); }
+  bool was_limited() const { return (faults_ & kFaultToolEnergyLimited) != 0; }
+  const haptics::ToolPassivityController& controller() const { return room_.tool_passivity(0); }
 
  private:
   void rest(int steps, bool is_valid) {
@@ -97,62 +98,49 @@ class Flung {
   Vec3 handle_p_{-0.02, 0, 0};
   double from_hand_j_ = 0;
   double to_hand_j_ = 0;
-  double unpaid_max_j_ = 0;
+  double created_max_j_ = 0;
 };
 
-TEST(RoomGuard, AHandThatPaysFlingsTheBox) {
+TEST(RoomPassivity, AHandThatSuppliesTheEnergyFlingsTheBox) {
   for (const proto::ClientMode mode : {proto::ClientMode::kHandle, proto::ClientMode::kLocalModel}) {
     Flung flung(true, mode);
     flung.run(1);
     EXPECT_TRUE(flung.is_held());
     EXPECT_NEAR(flung.kinetic_j(), 0.09, 0.005);
-    EXPECT_FALSE(flung.was_guarded());
-    EXPECT_EQ(flung.guard().dropped_reports(), 0U);
+    EXPECT_FALSE(flung.was_limited());
+    EXPECT_EQ(flung.controller().dropped_reports(), 0U);
   }
 }
 
-TEST(RoomGuard, AHandThatPaysNothingMovesItByTheAllowanceOnly) {
+TEST(RoomPassivity, AHandThatSuppliesNothingMovesItByTheInitialCreditOnly) {
   Flung flung(true);
   flung.run(0);
   EXPECT_TRUE(flung.is_held());
-  EXPECT_LE(flung.unpaid_max_j(), kUnpaid_j);
-  EXPECT_LE(flung.kinetic_j(), kUnpaid_j);
-  EXPECT_TRUE(flung.was_guarded()) << "and everybody is told";
+  EXPECT_LE(flung.created_max_j(), kMaxCreated_j);
+  EXPECT_LE(flung.kinetic_j(), kMaxCreated_j);
+  EXPECT_TRUE(flung.was_limited()) << "and everybody is told";
 }
 
-TEST(RoomGuard, AHandThatPaysHalfOwesNoMoreThanTheAllowance) {
+TEST(RoomPassivity, AHandThatSuppliesHalfCreatesNoMoreThanTheInitialCredit) {
   Flung flung(true, proto::ClientMode::kLocalModel);
   flung.run(0.5);
-  EXPECT_LE(flung.unpaid_max_j(), kUnpaid_j);
-  EXPECT_TRUE(flung.was_guarded());
+  EXPECT_LE(flung.created_max_j(), kMaxCreated_j);
+  EXPECT_TRUE(flung.was_limited());
 }
 
-TEST(RoomGuard, ADebtIsForgivenInTimeAndAtOnceWhereTheHandleBeginsAnew) {
-  haptics::ToolPortGuard guard{haptics::ToolPortGuard::Settings{}};
-  guard.hand_reported(0, 0, 0);
-  guard.hand_reported(0, 5, 0.001);
-  EXPECT_EQ(guard.account_j(), -kGuard.most_debt_j) << "the hand got 5 J: its own end's to watch";
-  EXPECT_EQ(guard.gain(0.001), 0);
-  for (int i = 0; i < 26000; ++i) guard.gain(0.001);
-  EXPECT_EQ(guard.account_j(), 0);
-  guard.hand_reported(0, 10, 0.001);
-  guard.handle_began(0.2);
-  EXPECT_NEAR(guard.account_j(), 0.2, 1e-12) << "what the coupling is stretched by is lent";
-}
-
-TEST(RoomGuard, AHandleThatWasLostAndIsElsewhereMovesTheBoxThere) {
+TEST(RoomPassivity, AHandleThatWasLostAndIsElsewhereMovesTheBoxThere) {
   Flung flung(true);
   flung.run(1);
   flung.lose_hand();
   flung.begin_at(0.05);
-  EXPECT_LT(flung.way_to_handle_m(), 0.001) << "a body at rest has nobody to pay";
+  EXPECT_LT(flung.way_to_handle_m(), 0.001) << "a body at rest has no hand that supplies energy";
 }
 
-TEST(RoomGuard, WithoutItNobodyAsksWhoPaid) {
+TEST(RoomPassivity, WithoutItNoSupplyIsNeeded) {
   Flung flung(false);
   flung.run(0);
   EXPECT_NEAR(flung.kinetic_j(), 0.09, 0.005);
-  EXPECT_FALSE(flung.was_guarded());
+  EXPECT_FALSE(flung.was_limited());
 }
 
 }  // namespace

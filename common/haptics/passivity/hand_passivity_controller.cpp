@@ -1,0 +1,81 @@
+// See hand_passivity_controller.hpp.
+#include "common/haptics/passivity/hand_passivity_controller.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/base/work.hpp"
+
+namespace tandem::haptics {
+namespace {
+
+/// Adds `net_j` to the output of a source that stands `below_peak_j` under its highest; returns by how much it rose
+/// above that.
+double rise_above_peak_j(double& below_peak_j, double net_j) noexcept {
+  below_peak_j -= net_j;
+  const double risen_j = std::max(0.0, -below_peak_j);
+  below_peak_j = std::max(0.0, below_peak_j);
+  return risen_j;
+}
+
+}  // namespace
+
+void HandPassivityController::world_reported(double from_world_j, double into_world_j, double elapsed_s) noexcept {
+  add_to_balance(rise_above_peak_j(world_below_peak_j_, world_.take(from_world_j, into_world_j, elapsed_s)));
+}
+
+void HandPassivityController::local_model_reported(double net_j) noexcept {
+  if (!std::isfinite(net_j)) return;
+  if (has_local_) add_to_balance(rise_above_peak_j(local_below_peak_j_, net_j - local_net_j_));
+  has_local_ = true;
+  local_net_j_ = net_j;
+}
+
+Wrench HandPassivityController::apply(const Pose& X_WH, const Wrench& on_hand_W, double period_s) noexcept {
+  if (is_finite(X_WH)) end_period(X_WH, period_s);
+  displayed_ = withheld_ = left_out_later_ = {};
+  if (!is_finite(X_WH) || !is_finite(on_hand_W) || !(period_s > 0) || !std::isfinite(period_s)) return {};
+  const double max_work_j = port_.max_work_j(on_hand_W, kPeriod_s);
+  // Norms of huge numbers overflow.
+  if (!std::isfinite(max_work_j)) return {};
+  const double available_j = std::max(0.0, balance_j_ + kInitialCredit_j);
+  gain_ = next_passivity_gain(gain_, kPeriodsAhead * max_work_j, available_j, period_s);
+  limited_ticks_ += gain_ < 1 ? 1 : 0;
+  displayed_ = on_hand_W * gain_;
+  withheld_ = on_hand_W * (1 - gain_);
+  return displayed_;
+}
+
+void HandPassivityController::end_period(const Pose& X_WH, double period_s) noexcept {
+  const double share = period_s > kPeriod_s ? kPeriod_s / period_s : 1.0;
+  if (port_.has_pose()) {
+    const double work_j = held_work_j(displayed_, port_.pose(), X_WH);
+    add_to_balance(work_j > 0 ? -share * work_j : -work_j);
+    exchanged_j_ += std::abs(work_j);
+    // Had the safety stages not left it out, the hand would have put it in; what is stored for it may be given back.
+    add_to_balance(std::max(0.0, -held_work_j(left_out_later_, port_.pose(), X_WH)));
+    withheld_j_ += std::max(0.0, held_work_j(withheld_, port_.pose(), X_WH));
+  }
+  port_.move_to(X_WH, share);
+}
+
+void HandPassivityController::set_displayed(const Wrench& on_hand_W) noexcept {
+  const Wrench really = is_finite(on_hand_W) ? on_hand_W : Wrench{};
+  left_out_later_ = displayed_ - really;
+  displayed_ = really;
+}
+
+void HandPassivityController::add_to_balance(double energy_j) noexcept {
+  const double balance_j = balance_j_ + energy_j;
+  if (std::isfinite(balance_j)) balance_j_ = std::min(balance_j, kMaxBalance_j);
+}
+
+void HandPassivityController::reset() noexcept {
+  HandPassivityController fresh;
+  fresh.withheld_j_ = withheld_j_;
+  fresh.exchanged_j_ = exchanged_j_;
+  fresh.limited_ticks_ = limited_ticks_;
+  *this = fresh;
+}
+
+}  // namespace tandem::haptics

@@ -1,0 +1,27 @@
+// See port_look_ahead.hpp.
+#include "common/haptics/passivity/port_look_ahead.hpp"
+
+#include <algorithm>
+
+namespace tandem::haptics {
+
+void PortLookAhead::move_to(const Pose& X_W, double share) noexcept {
+  step_m_ = has_pose_ ? share * (X_W.p - X_W_.p).norm() : 0.0;
+  turn_rad_ = has_pose_ ? share * rotation_vector(X_W.q * X_W_.q.conjugate()).norm() : 0.0;
+  X_W_ = X_W;
+  has_pose_ = true;
+}
+
+double PortLookAhead::max_work_j(const Wrench& held_W, double period_s) const noexcept {
+  const double square = period_s * period_s;
+  return held_W.f.norm() * (step_m_ + kMaxAcceleration_m_per_s2 * square) +
+         held_W.t.norm() * (turn_rad_ + kMaxAcceleration_rad_per_s2 * square);
+}
+
+double next_passivity_gain(double gain, double needed_j, double available_j, double period_s) noexcept {
+  constexpr double kRise_s = 0.05;
+  const double risen = std::min(1.0, gain + period_s / kRise_s);
+  return needed_j > available_j ? std::min(risen, available_j / needed_j) : risen;
+}
+
+}  // namespace tandem::haptics

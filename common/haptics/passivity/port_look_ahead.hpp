@@ -1,0 +1,43 @@
+// What every passivity controller here shares: how much work the coming period can do at a port, and the gain that an
+// energy balance allows.
+#pragma once
+
+#include "common/base/spatial.hpp"
+
+namespace tandem::haptics {
+
+/// Bounds the work of the coming period at one port from how far the port moved in the last one.
+///
+/// Model   m = |F| (δ + a T²) + |τ| (δ_θ + α T²), F, τ held for the period T, δ and δ_θ the last period's translation
+///         and rotation, a and α the largest change of speed; it holds whichever way the port moves next
+/// Limits  a port that accelerates more overdraws by |F| times the excess, once
+/// Thread  haptic or room: no allocation, no throw
+class PortLookAhead {
+ public:
+  /// Of hand and device; the tool follows them.
+  static constexpr double kMaxAcceleration_m_per_s2 = 100;
+  static constexpr double kMaxAcceleration_rad_per_s2 = 5000;
+
+  /// Ends a period with the port at `X_W`. Of a period that was too long, only `share` of the motion is expected of the
+  /// next one.
+  void move_to(const Pose& X_W, double share = 1) noexcept;
+  /// The pose is unknown: the motion up to the next move_to() is left out.
+  void lose_pose() noexcept { has_pose_ = false; }
+  bool has_pose() const noexcept { return has_pose_; }
+  /// Of the last move_to().
+  const Pose& pose() const noexcept { return X_W_; }
+  /// Not finite when norms overflow.
+  double max_work_j(const Wrench& held_W, double period_s) const noexcept;
+
+ private:
+  bool has_pose_ = false;
+  Pose X_W_;
+  double step_m_ = 0;
+  double turn_rad_ = 0;
+};
+
+/// The gain of the coming period: at most available_j / needed_j. It falls at once and rises from 0 to 1 in 50 ms, so
+/// that neither end of an intervention is a step of force.
+double next_passivity_gain(double gain, double needed_j, double available_j, double period_s) noexcept;
+
+}  // namespace tandem::haptics

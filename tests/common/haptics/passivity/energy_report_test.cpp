@@ -1,0 +1,49 @@
+// Running sums of a peer: what is lost does no harm, what is false a bounded one.
+#include "common/haptics/passivity/energy_report.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+namespace tandem::haptics {
+namespace {
+
+TEST(EnergyReport, GivesTheNetChangeSinceTheReportBefore) {
+  EnergyReport report;
+  EXPECT_EQ(report.take(7, 3, 0), 0) << "the first only sets where to count from";
+  EXPECT_NEAR(report.take(7.5, 3.1, 0.1), 0.4, 1e-12);
+  EXPECT_NEAR(report.take(7.5, 3.4, 0.1), -0.3, 1e-12);
+}
+
+TEST(EnergyReport, ReportsThatArriveInABunchCountWhole) {
+  EnergyReport report;
+  report.take(0, 0, 0);
+  double sum_j = 0;
+  // 2 W for a second, delivered ten at a time, 0.1 ms apart.
+  for (int k = 1; k <= 200; ++k) sum_j += report.take(0.005 * 2 * k, 0, k % 10 == 0 ? 0.05 : 1e-4);
+  EXPECT_NEAR(sum_j, 2, 1e-9);
+}
+
+TEST(EnergyReport, FalseEnergyCountsWithinThePowerLimitOnly) {
+  EnergyReport report(5);
+  report.take(0, 0, 0);
+  EXPECT_LE(report.take(1e6, 0, 0.1), 5 * 1.0) << "a second's worth at once";
+  double sum_j = 0;
+  for (int k = 1; k <= 20; ++k) sum_j += report.take(1e6 + 1e5 * k, 0, 0.1);
+  EXPECT_LE(sum_j, 5 * 2.0 + 1e-9);
+}
+
+TEST(EnergyReport, ASumThatFallsOrIsNotFiniteIsDroppedWholeAndCounted) {
+  EnergyReport report;
+  report.take(1, 1, 0);
+  for (const double bad : {0.5, -1.0, std::numeric_limits<double>::infinity(), std::nan("")}) {
+    EXPECT_EQ(report.take(bad, 2, 0.005), 0);
+    EXPECT_EQ(report.take(2, bad, 0.005), 0);
+  }
+  EXPECT_EQ(report.dropped(), 8U);
+  EXPECT_NEAR(report.take(1.2, 1.1, 0.1), 0.1, 1e-12) << "counted from the last sound one";
+}
+
+}  // namespace
+}  // namespace tandem::haptics

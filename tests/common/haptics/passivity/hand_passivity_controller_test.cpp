@@ -1,0 +1,232 @@
+// What a hand can get out of the passivity controller of its port, and what it never notices.
+#include "common/haptics/passivity/hand_passivity_controller.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <deque>
+#include <limits>
+#include <numbers>
+
+#include "common/base/random.hpp"
+#include "tests/support/allocation_counter.hpp"
+#include "tests/support/test_seed.hpp"
+
+namespace tandem::haptics {
+namespace {
+
+constexpr double kPeriod = 1e-3;
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+Pose at_x(double x) {
+  return {Vec3(x, 0, 0), Quat::Identity()};
+}
+Wrench force_x(double f) {
+  return {Vec3(f, 0, 0), Vec3::Zero()};
+}
+
+/// Most that a driver gets which moves along the force that it feels, of a spring that answers `delay` ticks late.
+struct Taken {
+  double most_j = 0;
+  double withheld_j = 0;
+  double force_step_max_n = 0;
+};
+Taken drive(int delay, bool is_controlled, std::uint64_t seed) {
+  Random random(seed);
+  HandPassivityController controller;
+  std::deque<double> late(static_cast<std::size_t>(delay) + 1, 0.0);
+  double x = 0, v = 0, taken_j = 0, f_before = 0;
+  Taken result;
+  for (int k = 0; k < 5000; ++k) {
+    late.push_back(x);
+    late.pop_front();
+    double f = -500 * late.front();
+    if (is_controlled) f = controller.apply(at_x(x), force_x(f), kPeriod).f.x();
+    const double wanted = f != 0 ? std::copysign(0.3, f) : (random.uniform() < 0.5 ? -0.1 : 0.1);
+    v += std::clamp(wanted - v, -0.09, 0.09);
+    x = std::clamp(x + v * kPeriod, -0.01, 0.01);
+    const double step = x - late.back();
+    taken_j += f * step;
+    result.most_j = std::max(result.most_j, taken_j);
+    result.force_step_max_n = std::max(result.force_step_max_n, std::abs(f - f_before));
+    f_before = f;
+  }
+  result.withheld_j = controller.withheld_j();
+  return result;
+}
+
+TEST(HandPassivityController, ADriverOfALateForceGetsNoMoreThanTheInitialCredit) {
+  for (const int delay : {0, 1, 10, 100, 300}) {
+    for (std::uint64_t run = 0; run < 3; ++run) {
+      const std::uint64_t seed = test::test_seed(run);
+      SCOPED_TRACE("delay " + std::to_string(delay) + ", seed " + std::to_string(seed));
+      EXPECT_LE(drive(delay, true, seed).most_j, HandPassivityController::kInitialCredit_j + 1e-12);
+      if (delay >= 10) {
+        EXPECT_GT(drive(delay, false, seed).most_j, 1e-3) << "without it the driver lives on it";
+        EXPECT_GT(drive(delay, true, seed).withheld_j, 0);
+      }
+    }
+  }
+}
+
+TEST(HandPassivityController, LeavesASmoothHandInStiffContactAlone) {
+  for (const double frequency_hz : {0.5, 2.0}) {
+    HandPassivityController controller;
+    double x_before = 0;
+    int acted = 0;
+    for (int k = 0; k < 4000; ++k) {
+      const double x = 0.004 * std::sin(2 * std::numbers::pi * frequency_hz * k * kPeriod);
+      const double v = (x - x_before) / kPeriod;
+      x_before = x;
+      // Half of k T of damping: what a sampled spring needs to be passive.
+      const Wrench wanted = force_x(x < 0 ? -800 * x - 0.5 * v : 0.0);
+      const Wrench given = controller.apply(at_x(x), wanted, kPeriod);
+      acted += (given.f - wanted.f).norm() > 1e-9 ? 1 : 0;
+    }
+    EXPECT_EQ(acted, 0) << frequency_hz << " Hz";
+    EXPECT_EQ(controller.withheld_j(), 0);
+    EXPECT_GT(controller.exchanged_j(), 0.01);
+  }
+}
+
+TEST(HandPassivityController, TheHandMayTakeWhatTheWorldGaveAndNoMore) {
+  HandPassivityController controller;
+  double from_world_j = 0, taken_j = 0, x = 0;
+  for (int k = 0; k < 5000; ++k) {
+    if (k % 5 == 0) {
+      if (k < 2500) from_world_j += 1e-3;
+      controller.world_reported(from_world_j, 0, 0.005);
+    }
+    const double f = controller.apply(at_x(x), force_x(3), kPeriod).f.x();
+    x += 0.2 * kPeriod;
+    taken_j += f * 0.2 * kPeriod;
+    ASSERT_LE(taken_j, from_world_j + HandPassivityController::kInitialCredit_j + 1e-12);
+  }
+  EXPECT_GT(taken_j, 0.9 * from_world_j);
+}
+
+TEST(HandPassivityController, WhatTheWorldGotBeforeItMustGiveBackFirst) {
+  HandPassivityController controller;
+  controller.world_reported(0, 0, 0);
+  controller.world_reported(0, 1.0, 0.005);
+  controller.world_reported(0.9, 1.0, 0.1);
+  EXPECT_EQ(controller.balance_j(), 0);
+  controller.world_reported(1.2, 1.0, 0.1);
+  EXPECT_NEAR(controller.balance_j(), 0.2, 1e-12);
+}
+
+TEST(HandPassivityController, ALostReportDoesNoHarm) {
+  HandPassivityController all, some;
+  for (int k = 0; k <= 100; ++k) {
+    const double from_j = 0.01 * k, into_j = 0.004 * k;
+    all.world_reported(from_j, into_j, 0.005);
+    if (k % 10 == 0) some.world_reported(from_j, into_j, 0.05);
+  }
+  EXPECT_NEAR(all.balance_j(), 0.6, 1e-12);
+  EXPECT_NEAR(some.balance_j(), 0.6, 1e-12);
+}
+
+TEST(HandPassivityController, ASumThatFallsOrIsNotFiniteIsDroppedAndCounted) {
+  HandPassivityController controller;
+  controller.world_reported(1, 1, 0.005);
+  for (const double bad : {0.5, -1.0, kInfinity, std::nan("")}) {
+    controller.world_reported(bad, 2, 0.005);
+    controller.world_reported(2, bad, 0.005);
+  }
+  EXPECT_EQ(controller.dropped_reports(), 8U);
+  EXPECT_EQ(controller.balance_j(), 0);
+}
+
+TEST(HandPassivityController, ALocalBodyThatGivesBackWhatItGotAddsNothing) {
+  HandPassivityController controller;
+  controller.local_model_reported(0.3);
+  EXPECT_EQ(controller.balance_j(), 0) << "the first only says where to count from";
+  for (const double net_j : {0.1, -0.2, 0.29}) controller.local_model_reported(net_j);
+  EXPECT_NEAR(controller.balance_j(), 0, 1e-12);
+  controller.local_model_reported(std::nan(""));
+  controller.local_model_reported(0.5);
+  EXPECT_NEAR(controller.balance_j(), 0.2, 1e-12);
+}
+
+TEST(HandPassivityController, ComesBackSlowlyAfterItActed) {
+  constexpr double kRise_s = 0.05;
+  HandPassivityController controller;
+  controller.apply(at_x(0), force_x(5), kPeriod);
+  ASSERT_LT(controller.gain(), 1);
+  const double low = controller.gain();
+  controller.world_reported(0, 0, 0);
+  controller.world_reported(1, 0, 0.1);
+  double before = low;
+  for (int k = 0; k < 60; ++k) {
+    controller.apply(at_x(0), force_x(5), kPeriod);
+    ASSERT_LE(controller.gain() - before, kPeriod / kRise_s + 1e-12);
+    before = controller.gain();
+  }
+  EXPECT_EQ(controller.gain(), 1);
+}
+
+TEST(HandPassivityController, CountsWhatWasReallyDisplayed) {
+  HandPassivityController controller;
+  controller.apply(at_x(0), force_x(-0.01), kPeriod);
+  controller.set_displayed(force_x(-2));
+  controller.apply(at_x(0.001), force_x(-0.01), kPeriod);
+  EXPECT_NEAR(controller.balance_j(), 2e-3, 1e-12);
+}
+
+TEST(HandPassivityController, LeavesOutWhatAHandDidUnseen) {
+  HandPassivityController controller;
+  controller.apply(at_x(0), force_x(-2), kPeriod);
+  controller.lose_hand();
+  controller.apply(at_x(0.5), force_x(-2), kPeriod);
+  EXPECT_EQ(controller.balance_j(), 0);
+}
+
+TEST(HandPassivityController, DissipationLeavesNoMoreThanTheLargestBalance) {
+  HandPassivityController controller;
+  for (int k = 0; k < 1000; ++k) {
+    controller.apply(at_x(0.001 * k), force_x(0), kPeriod);
+    controller.set_displayed(force_x(-3));
+  }
+  EXPECT_EQ(controller.balance_j(), HandPassivityController::kMaxBalance_j);
+}
+
+TEST(HandPassivityController, IsFiniteForAnyInputAndKeepsItsBalance) {
+  HandPassivityController controller;
+  controller.world_reported(0, 0, 0);
+  controller.world_reported(0.5, 0, 0.1);
+  const double nan = std::nan("");
+  for (const double bad : {nan, kInfinity, 1e300}) {
+    EXPECT_TRUE(is_finite(controller.apply(at_x(0), force_x(bad), kPeriod)));
+    EXPECT_TRUE(is_finite(controller.apply(at_x(bad), force_x(1), kPeriod)));
+    controller.lose_hand();
+    controller.set_displayed(force_x(bad));
+  }
+  EXPECT_EQ(controller.apply(at_x(0), force_x(1), nan).f.norm(), 0);
+  EXPECT_TRUE(std::isfinite(controller.balance_j()));
+}
+
+TEST(HandPassivityController, ResetForgetsTheBalanceAndKeepsTheFigures) {
+  HandPassivityController controller;
+  controller.apply(at_x(0), force_x(-2), kPeriod);
+  controller.apply(at_x(0.01), force_x(-2), kPeriod);
+  ASSERT_GT(controller.balance_j(), 0);
+  const double exchanged_j = controller.exchanged_j();
+  controller.reset();
+  EXPECT_EQ(controller.balance_j(), 0);
+  EXPECT_EQ(controller.exchanged_j(), exchanged_j);
+}
+
+TEST(HandPassivityController, AllocatesNothing) {
+  HandPassivityController controller;
+  const std::uint64_t before = test::allocation_count();
+  for (int k = 0; k < 100; ++k) {
+    controller.world_reported(0.01 * k, 0, 0.001);
+    controller.apply(at_x(1e-4 * k), force_x(3), kPeriod);
+    controller.set_displayed(force_x(2));
+  }
+  controller.reset();
+  EXPECT_EQ(test::allocation_count() - before, 0U);
+}
+
+}  // namespace
+}  // namespace tandem::haptics
