@@ -6,20 +6,12 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "client/haptics/rendered_coupling.hpp"
-#include "common/base/work.hpp"
-#include "common/haptics/coupling/laws.hpp"
-#include "proto/coupling_fields.hpp"
-
 namespace tandem::client {
 namespace {
 
 // Shorter gaps between two samples are rounded up to this before a speed is computed from them: a device that
 // updates at 1 kHz would seem to jump when it is read twice in a row.
 constexpr double kMinSpeedGap_s = 0.001;
-// While samples are invalid the server is told the last valid buttons for this long; as long as it goes without a
-// handle before it lets the tool go.
-constexpr Duration kButtonsKept{std::chrono::milliseconds(100)};
 
 bool is_clutch_down(const devices::DeviceSample& sample) {
   return (sample.buttons & kButtonClutch) != 0;
@@ -55,17 +47,10 @@ bool is_positive(double value) {
 }
 
 bool is_usable(const HapticScene& scene) {
-  if (scene.law >= haptics::coupling_laws().size() || !haptics::is_usable(scene.coupling)) return false;
+  if (!SceneCoupling::is_usable(scene)) return false;
   const WorkspaceMapping& map = scene.workspace;
   return is_finite(map.X_WD) && std::abs(map.X_WD.q.norm() - 1) < 1e-3 && is_positive(map.position_scale) &&
          is_positive(map.force_scale);
-}
-
-std::vector<std::unique_ptr<haptics::CouplingLaw>> all_laws() {
-  std::vector<std::unique_ptr<haptics::CouplingLaw>> laws;
-  for (const haptics::CouplingLawInfo& law : haptics::coupling_laws())
-    laws.push_back(law.make(haptics::CouplingParameters{}));
-  return laws;
 }
 
 }  // namespace
@@ -74,11 +59,9 @@ HapticCore::HapticCore(const HapticSettings& settings, devices::Device& device, 
     : device_(device),
       writer_(device),
       mailboxes_(mailboxes),
-      coupling_bounds_(settings.coupling_bounds),
+      coupling_(settings.coupling_bounds),
       stage_(require_stage(settings.stage)),
       is_passivity_controlled_(settings.stage.passivity),
-      laws_(all_laws()),
-      coupling_(laws_.front().get()),
       safety_(with_device_limits(settings.safety, device.spec())) {}
 
 void HapticCore::tick(LocalTime now) noexcept {
@@ -88,25 +71,20 @@ void HapticCore::tick(LocalTime now) noexcept {
   record_.sample = sample;
   advance_time(now);
   const double speed_m_per_s = handle_speed(sample);
-  account_energy(sample);
   take_mail();
-  ramp_coupling(now);
-  if (scene_is_usable_ && sample.is_valid) {
-    const RigidState raw_W{scene_.workspace.world_pose(sample.X_DH), scene_.workspace.world_twist(sample.V_DH)};
-    raw_X_WH_ = raw_W.X;
-    record_.handle_W = clutch_.apply(raw_W, is_clutch_down(sample));
-  }
-  record_.state_age = has_state_ ? std::max(Duration{0}, now - mailboxes_.inbox.front().received) : Duration{-1};
+  coupling_.advance(now);
+  move_handle(sample);
+  record_.state_age = newest() != nullptr ? std::max(Duration{0}, now - newest()->received) : Duration{-1};
   run_stage(now);
   const Wrench controlled_on_hand_W = through_passivity_controller(stage_output_.wrench_on_hand_W);
   write(now, through_safety(now, scene_.workspace.device_wrench(controlled_on_hand_W), speed_m_per_s));
-  add_requested_work(controlled_on_hand_W);
-  tell_displayed();
+  request(controlled_on_hand_W);
+  report_displayed();
   record_.is_clamped = writer_.was_clamped();
   last_sample_ = sample;
   record_stage();
   count();
-  publish(now);
+  publish();
 }
 
 // After a stall nothing is computed as if the stall had been one long tick.
@@ -131,6 +109,7 @@ bool HapticCore::write(LocalTime now, const Wrench& wrench_on_hand_D) noexcept {
     safety_.rearm();
   }
   safety_.set_displayed(writer_.written());
+  displayed_work_.hold(writer_.written());
   record_.displayed_on_hand_D = writer_.written();
   return is_taken;
 }
@@ -161,25 +140,15 @@ void HapticCore::take_mail() noexcept {
   if (mailboxes_.scene.poll()) enter_scene(mailboxes_.scene.front());
   state_is_new_ = has_new_state && has_state_;
   if (!state_is_new_) return;
-  take_state(mailboxes_.inbox.front().update);
-  report_energy(mailboxes_.inbox.front());
+  take_state(mailboxes_.inbox.front());
 }
 
 void HapticCore::enter_scene(const HapticScene& scene) noexcept {
   const bool is_new = scene.generation != scene_.generation;
   scene_ = scene;
   scene_is_usable_ = scene.generation != 0 && is_usable(scene);
-  if (scene_is_usable_) {
-    const std::string_view law = laws_[scene.law]->name();
-    ramp_.go_to(rendered_coupling(law, scene.coupling, coupling_bounds_, scene.workspace));
-  }
-  // What nobody feels need not be ramped, and what was refused should not be felt on the way to something better.
-  if (!is_new && !is_displaying()) jump_coupling();
-  if (!is_new) return;
-  if (scene_is_usable_) {
-    coupling_ = laws_[scene.law].get();
-    jump_coupling();
-  }
+  if (!is_new) return change_scene();
+  if (scene_is_usable_) coupling_.start(scene);
   record_.scene_generation = scene.generation;
   record_.has_watched_body = false;
   has_state_ = false;
@@ -187,31 +156,30 @@ void HapticCore::enter_scene(const HapticScene& scene) noexcept {
   stage_output_ = {};
   passivity_.reset();
   clutch_.reset();
-  buttons_ = 0;
+  outgoing_.forget_buttons();
   safety_.rearm();
 }
 
-void HapticCore::jump_coupling() noexcept {
-  ramp_.jump_to(ramp_.target());
-  coupling_->set_parameters(ramp_.now());
+void HapticCore::change_scene() noexcept {
+  if (scene_is_usable_) coupling_.go_to(scene_);
+  // What nobody feels need not be ramped, and what was refused should not be felt on the way to something better.
+  if (!is_displaying()) coupling_.jump();
 }
 
-// As the server does, so that a change under a stretched coupling is felt as no step.
-void HapticCore::ramp_coupling(LocalTime now) noexcept {
-  if (ramp_.advance(to_seconds(now - ramped_at_))) coupling_->set_parameters(ramp_.now());
-  ramped_at_ = now;
-}
-
-void HapticCore::take_state(const proto::ServerUpdate& update) noexcept {
+void HapticCore::take_state(const ReceivedUpdate& received) noexcept {
+  const proto::ServerUpdate& update = received.update;
   record_.tool_W = update.tool;
   record_.server_wrench_on_hand_W = update.wrench_on_hand_W;
   record_.newest_step = update.step;
   record_.server_tick_faults = update.tick_faults;
   record_.held_body = update.held_body;
   note_watched_body(update);
+  passivity_.world_reported(update.energy_from_world_j, update.energy_into_world_j,
+                            to_seconds(received.received - energy_reported_at_));
+  energy_reported_at_ = received.received;
 }
 
-// Updates are thinned on the wire, so the body may be missing from this one: then the last word holds.
+// Updates are thinned on the wire, so the body may be missing from this one: then its last state holds.
 void HapticCore::note_watched_body(const proto::ServerUpdate& update) noexcept {
   const std::uint32_t watched = watched_.load(std::memory_order_relaxed);
   if (watched != watched_last_) record_.has_watched_body = false;
@@ -224,18 +192,23 @@ void HapticCore::note_watched_body(const proto::ServerUpdate& update) noexcept {
   }
 }
 
-void HapticCore::report_energy(const ReceivedUpdate& received) noexcept {
-  const proto::ServerUpdate& update = received.update;
-  passivity_.world_reported(update.energy_from_world_j, update.energy_into_world_j,
-                            to_seconds(received.received - energy_reported_at_));
-  energy_reported_at_ = received.received;
+void HapticCore::move_handle(const devices::DeviceSample& sample) noexcept {
+  if (sample.is_valid) {
+    displayed_work_.move_to(sample.X_DH);
+  } else {
+    displayed_work_.lose_pose();
+  }
+  if (!scene_is_usable_ || !sample.is_valid) return;
+  const RigidState raw_W{scene_.workspace.world_pose(sample.X_DH), scene_.workspace.world_twist(sample.V_DH)};
+  raw_X_WH_ = raw_W.X;
+  record_.handle_W = clutch_.apply(raw_W, is_clutch_down(sample));
 }
 
-// Without a hand for a tick or two the server is told the last tool and wave again; who is not displaying has none.
+// Without a hand for a tick or two the last tool and wave are sent again; who is not displaying has none.
 void HapticCore::run_stage(LocalTime now) noexcept {
   if (!is_displaying()) stage_output_ = {};
   stage_output_.wrench_on_hand_W = {};
-  if (!is_displaying() || !has_state_ || !record_.sample.is_valid) return;
+  if (!is_displaying() || newest() == nullptr || !record_.sample.is_valid) return;
   stage_output_ = stage_->tick(stage_input(now));
 }
 
@@ -246,12 +219,12 @@ StageInput HapticCore::stage_input(LocalTime now) const noexcept {
   input.period_s = period_s_;
   input.handle = record_.handle_W;
   input.buttons = record_.sample.buttons;
-  input.newest = &mailboxes_.inbox.front();
+  input.newest = newest();
   input.is_new = state_is_new_;
   input.age = record_.state_age;
-  input.coupling = coupling_;
-  input.parameters = &ramp_.now();
-  input.parameter_bounds = coupling_bounds_;
+  input.coupling = &coupling_.law();
+  input.parameters = &coupling_.parameters();
+  input.parameter_bounds = coupling_.device_bounds();
   input.local_model = scene_.local_model;
   input.watched = BodyId{watched_last_};
   return input;
@@ -282,7 +255,23 @@ Wrench HapticCore::through_safety(LocalTime now, const Wrench& controlled_on_han
   return safe;
 }
 
-void HapticCore::tell_displayed() noexcept {
+// Along the handle, which is where the tool is pulled to: while the clutch is down it stands, and no work is done. Of a
+// user who drives a tool without a displayed force, the work against the force that the server computed counts.
+void HapticCore::request(const Wrench& controlled_on_hand_W) noexcept {
+  // No coupling is that strong; a sum of less never leaves what the wire takes.
+  constexpr double kMax_n = 1000, kMax_n_m = 100;
+  if (record_.sample.is_valid && is_driving()) {
+    requested_work_.move_to(record_.handle_W.X);
+  } else {
+    requested_work_.lose_pose();
+  }
+  const Wrench& requested = is_displaying() ? controlled_on_hand_W : record_.server_wrench_on_hand_W;
+  requested_work_.hold(is_finite(requested)
+                           ? Wrench{clamped_to_length(requested.f, kMax_n), clamped_to_length(requested.t, kMax_n_m)}
+                           : Wrench{});
+}
+
+void HapticCore::report_displayed() noexcept {
   if (!scene_is_usable_) return;
   const Wrench on_hand_W = scene_.workspace.world_wrench(writer_.written());
   if (is_passivity_controlled_) passivity_.set_displayed(on_hand_W);
@@ -301,97 +290,17 @@ void HapticCore::record_stage() noexcept {
   record_.passivity_withheld_j = passivity_.withheld_j();
 }
 
-// The wrench written at the last tick was held until this one. Over a gap of invalid samples nobody knows what the
-// hand did, so that stretch is left out.
-void HapticCore::account_energy(const devices::DeviceSample& sample) noexcept {
-  if (!sample.is_valid || !last_sample_.is_valid) return;
-  const double work_j = held_work_j(writer_.written(), last_sample_.X_DH, sample.X_DH);
-  counters_.energy_to_hand_j += std::max(0.0, work_j);
-  counters_.energy_from_hand_j += std::max(0.0, -work_j);
-}
-
-// By the handle, which is where the tool is pulled to: while the clutch is down it stands, and no work is done.
-// Of a user who drives a tool without a displayed force, the work against the force that the server computed counts.
-void HapticCore::add_requested_work(const Wrench& controlled_on_hand_W) noexcept {
-  // No coupling is that strong; a sum of less never leaves what the wire takes.
-  constexpr double kMost_n = 1000, kMost_n_m = 100;
-  const bool is_requested = record_.sample.is_valid && is_driving();
-  if (is_requested && is_requested_) {
-    const double work_j = held_work_j(requested_on_hand_W_, requested_at_X_WH_, record_.handle_W.X);
-    requested_to_hand_j_ += std::max(0.0, work_j);
-    requested_from_hand_j_ += std::max(0.0, -work_j);
-  }
-  const Wrench& asked = is_displaying() ? controlled_on_hand_W : record_.server_wrench_on_hand_W;
-  requested_on_hand_W_ = Wrench{};
-  if (is_finite(asked))
-    requested_on_hand_W_ = {clamped_to_length(asked.f, kMost_n), clamped_to_length(asked.t, kMost_n_m)};
-  requested_at_X_WH_ = record_.handle_W.X;
-  is_requested_ = is_requested;
-}
-
 void HapticCore::count() noexcept {
-  const double force_n = record_.displayed_on_hand_D.f.norm();
-  const double torque_n_m = record_.displayed_on_hand_D.t.norm();
-  const haptics::SafetyFaults faults = record_.safety_faults;
-  ++counters_.ticks;
-  counters_.invalid_samples += record_.sample.is_valid ? 0 : 1;
-  counters_.clamped_ticks += record_.is_clamped ? 1 : 0;
-  counters_.slew_limited_ticks += (faults & haptics::kSafetySlewed) != 0 ? 1 : 0;
-  counters_.not_finite_ticks += is_finite(record_.stage_wrench_on_hand_D) ? 0 : 1;
-  counters_.silent_ticks += (faults & haptics::kSafetySilence) != 0 ? 1 : 0;
-  counters_.not_displaying_ticks += (faults & haptics::kSafetyNotDisplaying) != 0 ? 1 : 0;
-  counters_.force_square_sum += force_n * force_n;
-  counters_.torque_square_sum += torque_n_m * torque_n_m;
-  counters_.force_max_n = std::max(counters_.force_max_n, force_n);
-  counters_.torque_max_n_m = std::max(counters_.torque_max_n_m, torque_n_m);
+  counters_.add(record_);
+  counters_.energy_to_hand_j = displayed_work_.to_hand_j();
+  counters_.energy_from_hand_j = displayed_work_.from_hand_j();
   counters_.passivity_withheld_j = passivity_.withheld_j() * scene_.workspace.hand_joules_per_world_joule();
   counters_.passivity_limited_ticks = passivity_.limited_ticks();
   counters_.bad_energy_reports = passivity_.dropped_reports();
-  counters_.faults_seen |= faults;
 }
 
-// A sample missed on the bus must not drop what the hand holds; a hand that is lost must let go of it.
-std::uint32_t HapticCore::buttons_to_tell(LocalTime now) noexcept {
-  if (record_.sample.is_valid) {
-    buttons_ = record_.sample.buttons;
-    buttons_seen_at_ = now;
-  } else if (now - buttons_seen_at_ > kButtonsKept) {
-    buttons_ = 0;
-  }
-  return buttons_;
-}
-
-// Of the stage, which knows what it waits for besides; else of the newest exchange.
-Duration HapticCore::round_trip() const noexcept {
-  if (stage_output_.round_trip > Duration{0}) return std::min(stage_output_.round_trip, proto::kMaxDelay);
-  if (!has_state_) return Duration{0};
-  const ReceivedUpdate& newest = mailboxes_.inbox.front();
-  if (newest.update.echoed_sent == LocalTime{}) return Duration{0};
-  const Duration away = newest.received - newest.update.echoed_sent;
-  return std::clamp(away - (newest.update.sent - newest.update.received), Duration{0}, proto::kMaxDelay);
-}
-
-void HapticCore::publish(LocalTime now) noexcept {
-  proto::ClientUpdate& update = mailboxes_.outbox.back();
-  update = proto::ClientUpdate{};
-  update.input_tick = record_.tick;
-  update.handle = record_.handle_W;
-  update.handle_valid = record_.sample.is_valid && is_driving();
-  update.buttons = is_driving() ? buttons_to_tell(now) : 0;
-  update.sent = now;
-  if (has_state_) {
-    const ReceivedUpdate& newest = mailboxes_.inbox.front();
-    update.acknowledged_step = newest.update.step;
-    update.acknowledged_sent = newest.update.sent;
-    update.acknowledged_held = record_.state_age;
-  }
-  update.mode = stage_output_.mode;
-  update.tool = stage_output_.tool;
-  update.copies = stage_output_.copies;
-  update.wave = stage_output_.wave;
-  update.round_trip = round_trip();
-  update.energy_to_hand_j = requested_to_hand_j_;
-  update.energy_from_hand_j = requested_from_hand_j_;
+void HapticCore::publish() noexcept {
+  outgoing_.write(mailboxes_.outbox.back(), record_, stage_output_, newest(), is_driving(), requested_work_);
   mailboxes_.outbox.publish();
 }
 

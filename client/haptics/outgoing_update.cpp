@@ -1,0 +1,57 @@
+// See outgoing_update.hpp.
+#include "client/haptics/outgoing_update.hpp"
+
+#include <algorithm>
+#include <chrono>
+
+namespace tandem::client {
+namespace {
+
+// While samples are invalid the server gets the last valid buttons for this long; as long as it goes without a handle
+// before it lets the tool go.
+constexpr Duration kButtonsKept{std::chrono::milliseconds(100)};
+
+// Of the stage, which knows what it waits for besides; else of the newest exchange.
+Duration round_trip(const StageOutput& output, const ReceivedUpdate* newest) {
+  if (output.round_trip > Duration{0}) return std::min(output.round_trip, proto::kMaxDelay);
+  if (newest == nullptr || newest->update.echoed_sent == LocalTime{}) return Duration{0};
+  const Duration away = newest->received - newest->update.echoed_sent;
+  return std::clamp(away - (newest->update.sent - newest->update.received), Duration{0}, proto::kMaxDelay);
+}
+
+}  // namespace
+
+void OutgoingUpdate::write(proto::ClientUpdate& update, const TickRecord& record, const StageOutput& output,
+                           const ReceivedUpdate* newest, bool is_driving, const PortWork& requested) noexcept {
+  update = proto::ClientUpdate{};
+  update.input_tick = record.tick;
+  update.handle = record.handle_W;
+  update.handle_valid = record.sample.is_valid && is_driving;
+  update.buttons = is_driving ? buttons_of(record) : 0;
+  update.sent = record.at;
+  if (newest != nullptr) {
+    update.acknowledged_step = newest->update.step;
+    update.acknowledged_sent = newest->update.sent;
+    update.acknowledged_held = record.state_age;
+  }
+  update.mode = output.mode;
+  update.tool = output.tool;
+  update.copies = output.copies;
+  update.wave = output.wave;
+  update.round_trip = round_trip(output, newest);
+  update.energy_to_hand_j = requested.to_hand_j();
+  update.energy_from_hand_j = requested.from_hand_j();
+}
+
+// A sample missed on the bus must not drop what the hand holds; a hand that is lost must let go of it.
+std::uint32_t OutgoingUpdate::buttons_of(const TickRecord& record) noexcept {
+  if (record.sample.is_valid) {
+    buttons_ = record.sample.buttons;
+    buttons_seen_at_ = record.at;
+  } else if (record.at - buttons_seen_at_ > kButtonsKept) {
+    buttons_ = 0;
+  }
+  return buttons_;
+}
+
+}  // namespace tandem::client

@@ -1,0 +1,31 @@
+// The message that a tick leaves for the server.
+#pragma once
+
+#include "client/haptics/mailboxes.hpp"
+#include "client/haptics/port_work.hpp"
+#include "client/haptics/stages/stage.hpp"
+#include "client/haptics/tick_record.hpp"
+
+namespace tandem::client {
+
+/// Writes proto::ClientUpdate.
+///
+/// Thread  haptic: no allocation, no throw
+class OutgoingUpdate {
+ public:
+  /// In      newest  of the server; null: none in this scene yet
+  ///         is_driving  the hand may act on the scene: else handle and buttons are left out
+  ///         requested  work of the wrench before the safety stages [world joules]
+  void write(proto::ClientUpdate& update, const TickRecord& record, const StageOutput& output,
+             const ReceivedUpdate* newest, bool is_driving, const PortWork& requested) noexcept;
+  /// A new scene starts with no button pressed.
+  void forget_buttons() noexcept { buttons_ = 0; }
+
+ private:
+  std::uint32_t buttons_of(const TickRecord& record) noexcept;
+
+  std::uint32_t buttons_ = 0;  ///< of the last valid sample in this scene
+  LocalTime buttons_seen_at_{};
+};
+
+}  // namespace tandem::client

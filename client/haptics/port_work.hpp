@@ -1,0 +1,32 @@
+// Work at the hand's port, summed up over a run.
+#pragma once
+
+#include "common/base/spatial.hpp"
+
+namespace tandem::client {
+
+/// Running sums of the work that a wrench, held from tick to tick, does on a hand.
+///
+/// Model   w_k = F_k·(x_{k+1} − x_k) + τ_k·Δθ; positive parts go to the hand, negative parts come from it
+/// Thread  haptic: no allocation, no throw
+class PortWork {
+ public:
+  /// Ends a period with the hand at `X`.
+  void move_to(const Pose& X) noexcept;
+  /// What the hand did is unknown: the motion up to the next move_to() is left out.
+  void lose_pose() noexcept { has_pose_ = false; }
+  /// About the handle, from now on.
+  void hold(const Wrench& on_hand) noexcept { held_ = on_hand; }
+
+  double to_hand_j() const noexcept { return to_hand_j_; }
+  double from_hand_j() const noexcept { return from_hand_j_; }  ///< ≥ 0
+
+ private:
+  bool has_pose_ = false;
+  Pose X_;
+  Wrench held_;
+  double to_hand_j_ = 0;
+  double from_hand_j_ = 0;
+};
+
+}  // namespace tandem::client

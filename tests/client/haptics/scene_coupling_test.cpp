@@ -1,0 +1,64 @@
+// Law and coefficients of a scene on the way to the hand.
+#include "client/haptics/scene_coupling.hpp"
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <limits>
+#include <string_view>
+
+#include "common/haptics/coupling/laws.hpp"
+
+namespace tandem::client {
+namespace {
+
+constexpr haptics::CouplingParameters kBounds{.stiffness_n_per_m = 3000, .damping_n_s_per_m = 20};
+
+HapticScene scene_of(std::string_view law, double stiffness_n_per_m) {
+  HapticScene scene;
+  scene.law = static_cast<std::size_t>(haptics::find_coupling_law(law) - haptics::coupling_laws().data());
+  scene.coupling.stiffness_n_per_m = stiffness_n_per_m;
+  return scene;
+}
+
+TEST(SceneCoupling, StartsASceneWithItsLawAndCoefficientsAtOnce) {
+  SceneCoupling coupling(kBounds);
+  coupling.start(scene_of("spring-damper", 700));
+  EXPECT_EQ(coupling.law().name(), "spring-damper");
+  EXPECT_EQ(coupling.parameters().stiffness_n_per_m, 700);
+  coupling.start(scene_of("stable-dynamic", 300));
+  EXPECT_EQ(coupling.law().name(), "stable-dynamic");
+  EXPECT_EQ(coupling.parameters().stiffness_n_per_m, 300);
+}
+
+TEST(SceneCoupling, BoundsWhatASceneAsksFor) {
+  SceneCoupling coupling(kBounds);
+  coupling.start(scene_of("spring-damper", 1e6));
+  EXPECT_EQ(coupling.parameters().stiffness_n_per_m, kBounds.stiffness_n_per_m);
+}
+
+TEST(SceneCoupling, RampsAChangeInATenthOfASecondUnlessItJumps) {
+  SceneCoupling coupling(kBounds);
+  LocalTime now{std::chrono::seconds(1)};
+  coupling.start(scene_of("spring-damper", 300));
+  coupling.advance(now);
+  coupling.go_to(scene_of("spring-damper", 600));
+  for (int i = 1; i <= 50; ++i) {
+    now += std::chrono::milliseconds(1);
+    coupling.advance(now);
+    ASSERT_NEAR(coupling.parameters().stiffness_n_per_m, 300 + 3 * i, 1e-9) << i << " ms";
+  }
+  coupling.jump();
+  EXPECT_EQ(coupling.parameters().stiffness_n_per_m, 600);
+}
+
+TEST(SceneCoupling, KnowsAnUnusableScene) {
+  EXPECT_TRUE(SceneCoupling::is_usable(scene_of("spring-damper", 300)));
+  EXPECT_FALSE(SceneCoupling::is_usable(scene_of("spring-damper", std::numeric_limits<double>::quiet_NaN())));
+  HapticScene scene;
+  scene.law = haptics::coupling_laws().size();
+  EXPECT_FALSE(SceneCoupling::is_usable(scene));
+}
+
+}  // namespace
+}  // namespace tandem::client
