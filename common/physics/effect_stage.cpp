@@ -10,7 +10,7 @@ namespace {
 constexpr double kLateShare = 0.25;
 
 bool can_move(const TouchThing& thing) {
-  return thing.role == TouchThing::Role::kOurs || thing.role == TouchThing::Role::kGuest;
+  return thing.role == TouchThing::Role::kImplicit || thing.role == TouchThing::Role::kExternal;
 }
 
 bool is_massless(const TouchThing& thing) {
@@ -157,7 +157,7 @@ void EffectStage::push(double step_s, TouchThing& thing, std::size_t index, cons
   const Vec3 lever = p_W - thing.rigid->centre_W();
   const Wrench about_centre_W{wrench_W.f, wrench_W.t + lever.cross(wrench_W.f)};
   thing.wrench_W += about_centre_W;
-  if (thing.role == TouchThing::Role::kGuest) thing.rigid->apply_wrench(wrench_W, p_W);
+  if (thing.role == TouchThing::Role::kExternal) thing.rigid->apply_wrench(wrench_W, p_W);
   if (is_massless(thing)) return;
   velocities_[index].v += step_s / thing.rigid->mass().mass_kg * about_centre_W.f;
   velocities_[index].w += step_s * thing.rigid->inertia_W().inverse() * about_centre_W.t;

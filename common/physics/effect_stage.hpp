@@ -6,7 +6,7 @@
 
 #include "common/physics/effects/effect.hpp"
 #include "common/physics/effects/scene_effect.hpp"
-#include "common/physics/touch_stage.hpp"
+#include "common/physics/touch/touch_stage.hpp"
 
 namespace tandem::physics {
 
@@ -37,7 +37,7 @@ class EffectStage {
   bool is_empty() const { return effects_.empty(); }
   /// A new user, or none: what the effects remember of the tool is of somebody else.
   void forget(std::size_t tool) noexcept;
-  /// Adds to `wrench_W` of things of ours and guests; guests are pushed where they are stepped as well. No allocation.
+  /// Adds to `wrench_W` of implicit and external things; external ones are pushed where they are stepped as well. No allocation.
   /// In      things  bodies first, in the order of the scene
   void apply(double time_s, double step_s, std::span<TouchThing> things, std::span<const EffectTool> tools,
              const TouchStage& touch) noexcept;

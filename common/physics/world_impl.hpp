@@ -14,7 +14,7 @@
 #include "common/physics/effect_stage.hpp"
 #include "common/physics/molecular_forces.hpp"
 #include "common/physics/tool_hand.hpp"
-#include "common/physics/touch_stage.hpp"
+#include "common/physics/touch/touch_stage.hpp"
 #include "common/physics/world.hpp"
 
 namespace tandem::physics {
@@ -51,8 +51,8 @@ struct WorldBody {
   int kept = 0;     ///< the same, because somebody asked
 
   /// It stays the touch stage's, and what it touches becomes that too.
-  bool is_led() const { return hands > 0 || copies > 0 || kept > 0 || join.is_there(); }
-  bool is_free() const { return !is_led() && adopted == 0; }
+  bool makes_implicit() const { return hands > 0 || copies > 0 || kept > 0 || join.is_there(); }
+  bool is_free() const { return !makes_implicit() && adopted == 0; }
   bool has_anchor() const { return description->anchor.has_value() && !rigid.is_static(); }
   const docking::Molecule* molecule() const { return description->molecule.get(); }
   RigidState start() const { return {description->X_WB, Twist{}}; }
@@ -164,9 +164,9 @@ struct World::Impl {
   std::vector<Pose> poses;         ///< scratch of apply_field()
   std::vector<Wrench> wrenches;    ///< likewise
   std::vector<TouchThing> things;  ///< bodies, then tools
-  std::vector<TouchPull> pulls;
+  std::vector<TouchCoupling> pulls;
   std::vector<std::size_t> pulling;  ///< tool of pulls[i]
-  std::vector<TouchTie> ties;        ///< anchors and joints
+  std::vector<TouchJoint> ties;      ///< anchors and joints
   std::vector<SoftTool> soft_tools;  ///< tools, then bodies
   TouchStage touch;
   std::unique_ptr<SoftBodies> soft;  ///< null without soft bodies

@@ -38,15 +38,15 @@ void World::Impl::damp_and_ramp() noexcept {
   }
 }
 
-/// Guests' weight and field are told as well, so that the stage foresees how they move.
+/// Weight and field of external ones too, so that the stage predicts how they move.
 void World::Impl::describe_things() noexcept {
   using Role = TouchThing::Role;
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     WorldBody& body = bodies[i];
     TouchThing& thing = things[i];
-    thing = {&body.rigid, &body.description->touch, Role::kStatic, body.is_led(), holders_of(i)};
+    thing = {&body.rigid, &body.description->touch, Role::kStatic, body.makes_implicit(), holders_of(i)};
     if (body.rigid.is_static()) continue;
-    thing.role = body.is_free() ? Role::kGuest : Role::kOurs;
+    thing.role = body.is_free() ? Role::kExternal : Role::kImplicit;
     thing.wrench_W = body.rigid.weight_W(scene->gravity_m_per_s2) * weight_borne(i);
     if (body.molecule() == nullptr) continue;
     const Vec3 lever = poses[i].p - body.rigid.centre_W();
@@ -55,7 +55,7 @@ void World::Impl::describe_things() noexcept {
   for (std::size_t i = 0; i < tools.size(); ++i) {
     WorldTool& tool = tools[i];
     place_away(tool);
-    const Role role = tool.touches() ? Role::kOurs : Role::kAbsent;
+    const Role role = tool.touches() ? Role::kImplicit : Role::kAbsent;
     things[bodies.size() + i] = {&tool.rigid, &tool.description->touch, role, true,
                                  bit_of(i),   tool.hand.dynamics(),     {},   tool.passes_through};
     // A body keeps its mass in a massless tool, but not its freedom in one that is at the handle.
@@ -98,9 +98,9 @@ void World::Impl::place_away(WorldTool& tool) noexcept {
   tool.rigid.set_state(state);
 }
 
-/// A guest's anchor was solved with what touched it; of all others, alone.
+/// An external body's anchor was solved with what touched it; of all others, alone.
 void World::Impl::anchor_free_bodies() noexcept {
-  for (const TouchTie& tie : ties) {
+  for (const TouchJoint& tie : ties) {
     WorldBody* const body = tie.thing < bodies.size() ? &bodies[tie.thing] : nullptr;
     if (body == nullptr || !body->is_free()) continue;
     if (tie.is_solved) {
@@ -116,12 +116,12 @@ void World::Impl::anchor_free_bodies() noexcept {
 /// Evaluated where the things are now: soft bodies are soft enough for that to be stable.
 void World::Impl::add_soft_wrenches() noexcept {
   const auto add = [](TouchThing& thing, const SoftContact& contact) {
-    if (thing.role != TouchThing::Role::kOurs && thing.role != TouchThing::Role::kGuest) return;
+    if (thing.role != TouchThing::Role::kImplicit && thing.role != TouchThing::Role::kExternal) return;
     const Pose X_WT = thing.rigid->state().X;
     const Wrench wrench = soft_wrench(contact, X_WT);
     const Vec3 lever = X_WT.p - thing.rigid->centre_W();
     thing.wrench_W += {wrench.f, wrench.t + lever.cross(wrench.f)};
-    if (thing.role == TouchThing::Role::kGuest) thing.rigid->apply_wrench(wrench, X_WT.p);
+    if (thing.role == TouchThing::Role::kExternal) thing.rigid->apply_wrench(wrench, X_WT.p);
   };
   if (soft) {
     for (std::size_t i = 0; i < things.size(); ++i) add(things[i], soft->contact(soft_index_of(i)));
@@ -136,7 +136,7 @@ void World::Impl::add_soft_wrenches() noexcept {
 void World::Impl::add_effects() noexcept {
   effect_tools.clear();
   for (std::size_t i = 0; i < pulls.size(); ++i) {
-    const TouchPull& pull = pulls[i];
+    const TouchCoupling& pull = pulls[i];
     const bool is_massless = things[pull.thing].dynamics == haptics::ToolDynamics::kMassless;
     CouplingTether tether = is_massless ? pull.hand->tether(pull.X_WT) : CouplingTether{};
     const Join& join = tools[pulling[i]].join;
@@ -208,7 +208,7 @@ TickFaults World::Impl::settle_hands() noexcept {
     const Wrench by_joint_W = tool.tie ? ties[*tool.tie].wrench_W : Wrench{};
     tool.hand.settle(X_WT_before, now, by_hand_W, by_joint_W);
     for (const CopyJoin& copy : tool.copies) {
-      const TouchTie& tie = ties[copy.tie];
+      const TouchJoint& tie = ties[copy.tie];
       const RigidBody& body = bodies[copy.body].rigid;
       const Pose X_WJ = joined_pose(body.state().X, copy.p_BJ);
       const Vec3 p_JCo_J = X_WJ.inverse() * body.centre_W();

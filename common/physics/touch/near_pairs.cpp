@@ -1,0 +1,132 @@
+#include "common/physics/touch/near_pairs.hpp"
+
+#include <algorithm>
+#include <tuple>
+
+#include "common/contact/shape_distance.hpp"
+
+namespace tandem::physics {
+namespace {
+
+/// Shapes nearer than this are searched for contacts even when they are at rest.
+constexpr double kMinBand_m = 2e-4;
+
+/// Pairs of shapes that may be near at a time, of which as many are searched as there is room for.
+constexpr std::size_t kMaxNear = 4096;
+
+}  // namespace
+
+struct NearPairs::Near {
+  std::uint16_t thing_a = 0, part_a = 0, thing_b = 0, part_b = 0;
+  double band_m = 0;
+  Pair* pair = nullptr;  ///< null: it was not near before
+
+  double deepest_m() const { return pair == nullptr ? 0 : pair->deepest_m; }
+};
+
+NearPairs::NearPairs(std::size_t pairs, const contact::ContactBudget& budget) {
+  pairs_.reserve(pairs);
+  for (std::size_t i = 0; i < pairs; ++i) pairs_.emplace_back(budget);
+  near_.reserve(std::max(pairs, kMaxNear));
+  chosen_.reserve(pairs);
+}
+
+NearPairs::~NearPairs() = default;
+
+TickFaults NearPairs::find(std::span<const TouchThing> things, std::span<const double> reach_m) noexcept {
+  near_.clear();
+  bool has_room = true;
+  for (std::size_t a = 0; a < things.size(); ++a) {
+    if (things[a].role != TouchThing::Role::kImplicit || !things[a].model->can_be_touched()) continue;
+    for (std::size_t b = 0; b < things.size(); ++b) {
+      const TouchThing& other = things[b];
+      // Two implicit ones meet once.
+      const bool is_met_later = other.role == TouchThing::Role::kImplicit && b <= a;
+      if (other.role == TouchThing::Role::kAbsent || is_met_later || !other.model->can_be_touched()) continue;
+      if (things[a].passes_through == b || other.passes_through == a) continue;
+      // Half as much again: a contact can push its neighbour on within the step.
+      const double band = std::max(kMinBand_m, 1.5 * (reach_m[a] + reach_m[b]));
+      has_room = add(things, a, b, band) && has_room;
+    }
+  }
+  TickFaults faults = choose_nearest();
+  bind(things);
+  if (!has_room) faults |= kFaultContactCoarse;
+  return faults;
+}
+
+bool NearPairs::add(std::span<const TouchThing> things, std::size_t a, std::size_t b, double band_m) noexcept {
+  const Pose X_WA = things[a].rigid->state().X;
+  const Pose X_WB = things[b].rigid->state().X;
+  const TouchModel& model_a = *things[a].model;
+  const TouchModel& model_b = *things[b].model;
+  if ((X_WA.p - X_WB.p).norm() > model_a.radius_m + model_b.radius_m + band_m) return true;
+  for (std::size_t i = 0; i < model_a.parts.size(); ++i) {
+    for (std::size_t j = 0; j < model_b.parts.size(); ++j) {
+      const Pose X_WSa = X_WA * model_a.parts[i].X_BS;
+      const Pose X_WSb = X_WB * model_b.parts[j].X_BS;
+      const contact::ContactShape& shape_a = *model_a.parts[i].shape;
+      const contact::ContactShape& shape_b = *model_b.parts[j].shape;
+      if (!contact::boxes_are_near(shape_a, X_WSa, shape_b, X_WSb, band_m)) continue;
+      if (near_.size() == near_.capacity()) return false;
+      near_.push_back({static_cast<std::uint16_t>(a), static_cast<std::uint16_t>(i), static_cast<std::uint16_t>(b),
+                       static_cast<std::uint16_t>(j), band_m});
+    }
+  }
+  return true;
+}
+
+/// Those that press deepest, then those that were near before.
+TickFaults NearPairs::choose_nearest() noexcept {
+  const auto used = std::span(pairs_).first(end_);
+  for (Near& near : near_) {
+    const auto is_same = [&near](const Pair& pair) {
+      return pair.is_used && pair.thing_a == near.thing_a && pair.part_a == near.part_a &&
+             pair.thing_b == near.thing_b && pair.part_b == near.part_b;
+    };
+    const auto found = std::find_if(used.begin(), used.end(), is_same);
+    if (found != used.end()) near.pair = &*found;
+  }
+  if (near_.size() <= pairs_.size()) return 0;
+  const auto is_before = [](const Near& x, const Near& y) {
+    if (x.deepest_m() != y.deepest_m()) return x.deepest_m() > y.deepest_m();
+    if ((x.pair != nullptr) != (y.pair != nullptr)) return x.pair != nullptr;
+    return std::tie(x.thing_a, x.thing_b, x.part_a, x.part_b) < std::tie(y.thing_a, y.thing_b, y.part_a, y.part_b);
+  };
+  std::sort(near_.begin(), near_.end(), is_before);
+  near_.resize(pairs_.size());
+  return kFaultContactCoarse;
+}
+
+void NearPairs::bind(std::span<const TouchThing> things) noexcept {
+  const auto used = std::span(pairs_).first(end_);
+  for (Pair& pair : used) pair.is_near = false;
+  for (Near& near : near_) {
+    if (near.pair != nullptr) near.pair->is_near = true;
+  }
+  for (Pair& pair : used) {
+    pair.is_used = pair.is_used && pair.is_near;
+    pair.deepest_m = 0;
+  }
+  while (end_ > 0 && !pairs_[end_ - 1].is_used) --end_;
+  chosen_.clear();
+  for (Near& near : near_) {
+    if (near.pair == nullptr) {
+      // There is room for as many as are near at most.
+      const auto free = std::find_if(pairs_.begin(), pairs_.end(), [](const Pair& pair) { return !pair.is_used; });
+      end_ = std::max(end_, static_cast<std::size_t>(free - pairs_.begin()) + 1);
+      near.pair = &*free;
+      free->is_used = true;
+      free->thing_a = near.thing_a;
+      free->part_a = near.part_a;
+      free->thing_b = near.thing_b;
+      free->part_b = near.part_b;
+      free->contacts.bind(things[near.thing_a].model->parts[near.part_a].shape.get(),
+                          things[near.thing_b].model->parts[near.part_b].shape.get());
+    }
+    near.pair->band_m = near.band_m;
+    chosen_.push_back(near.pair);
+  }
+}
+
+}  // namespace tandem::physics

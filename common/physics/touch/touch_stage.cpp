@@ -1,0 +1,258 @@
+// One step: how far may each thing get, what may it meet on that way, which contacts are there, the solver's answer for
+// all of them together, and what each thing and hand gets of it.
+#include "common/physics/touch/touch_stage.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tandem::physics {
+namespace {
+
+/// Rows of the solver: contacts of all pairs in a step.
+constexpr std::size_t kMaxRows = 65536;
+
+/// What a law does to the frame X_WT of `rigid` now, about the centre of mass.
+Wrench about_centre_W(const contact::SolverCoupling& coupling, const RigidBody& rigid) {
+  const Pose& X_WT = coupling.X_WT;
+  const Twist V_WT{rigid.velocity_at_W(X_WT.p), rigid.velocity_of_centre_W().w};
+  const Wrench on_tool = haptics::coupling_wrenches(*coupling.law, coupling.X_WH, coupling.V_WH, X_WT, V_WT).on_tool_W;
+  return {on_tool.f, on_tool.t + (X_WT.p - rigid.centre_W()).cross(on_tool.f)};
+}
+
+double in_a_row(double stiffness_a, double stiffness_b) {
+  return stiffness_a * stiffness_b / (stiffness_a + stiffness_b);
+}
+
+}  // namespace
+
+TouchStage::TouchStage(const Limits& limits)
+    : limits_(limits),
+      inertialess_(limits.things, limits.couplings, limits.speed_m_per_s),
+      pairs_(limits.pairs, limits.budget),
+      felt_(limits.things),
+      gained_(limits.things),
+      reach_m_(limits.things),
+      body_of_thing_(limits.things, contact::kStaticBody),
+      results_(limits.pairs),
+      solver_({limits.things, 2 * limits.couplings + limits.joints, limits.pairs,
+               std::min(limits.pairs * limits.budget.points, kMaxRows), 30}) {
+  thing_of_body_.reserve(limits.things);
+  bodies_.reserve(limits.things);
+  couplings_.reserve(2 * limits.couplings + limits.joints);
+  answers_.reserve(limits.couplings + limits.joints);
+  tool_wrenches_.resize(2 * limits.couplings + limits.joints);
+  patches_.reserve(limits.pairs);
+  patch_pairs_.reserve(limits.pairs);
+}
+
+TickFaults TouchStage::step(double step_s, std::span<TouchThing> things, std::span<TouchCoupling> couplings,
+                            std::span<TouchJoint> joints) noexcept {
+  TickFaults faults = inertialess_.follow(step_s, things, couplings, joints);
+  predict_reach(step_s, things, couplings, joints);
+  faults |= pairs_.find(things, reach_m_);
+  add_bodies(things);
+  faults |= find_contacts(things);
+  add_couplings(things, couplings, joints);
+  faults |= solve(step_s);
+  feel();
+  inertialess_.show_contacts(step_s, things, felt_, couplings, joints);
+  find_reached(things);
+  faults |= write_back(step_s, things);
+  return faults;
+}
+
+// As fast as a thing is, and as what acts on it will make it.
+void TouchStage::predict_reach(double step_s, std::span<const TouchThing> things,
+                               std::span<const TouchCoupling> couplings, std::span<const TouchJoint> joints) noexcept {
+  std::fill(gained_.begin(), gained_.end(), Twist{});
+  std::fill(reach_m_.begin(), reach_m_.end(), 0.0);
+  for (const TouchCoupling& coupling : couplings) {
+    gain(step_s, things[coupling.thing], coupling.thing, coupling.hand->coupling(0, coupling.X_WT));
+  }
+  for (const TouchJoint& joint : joints) gain(step_s, things[joint.thing], joint.thing, joint.coupling(0));
+  for (std::size_t i = 0; i < things.size(); ++i) {
+    if (things[i].role != TouchThing::Role::kImplicit && things[i].role != TouchThing::Role::kExternal) continue;
+    if (!things[i].has_inertia()) {
+      reach_m_[i] = inertialess_.reach_m(step_s, things[i], i);
+      continue;
+    }
+    const RigidBody& rigid = *things[i].rigid;
+    gained_[i].v += step_s / rigid.mass().mass_kg * things[i].wrench_W.f;
+    gained_[i].w += step_s * rigid.inertia_W().inverse() * things[i].wrench_W.t;
+    const Twist V = things[i].rigid->velocity_of_centre_W();
+    // What it gains may as well be stopped before: the faster of both.
+    const double linear = std::max(V.v.norm(), (V.v + gained_[i].v).norm());
+    const double angular = std::max(V.w.norm(), (V.w + gained_[i].w).norm());
+    reach_m_[i] = step_s * std::min(linear + 2 * things[i].model->radius_m * angular, limits_.speed_m_per_s);
+  }
+}
+
+void TouchStage::gain(double step_s, const TouchThing& thing, std::size_t index,
+                      const contact::SolverCoupling& coupling) noexcept {
+  const Wrench wrench = about_centre_W(coupling, *thing.rigid);
+  gained_[index].v += step_s / thing.rigid->mass().mass_kg * wrench.f;
+  gained_[index].w += step_s * thing.rigid->inertia_W().inverse() * wrench.t;
+}
+
+void TouchStage::add_bodies(std::span<const TouchThing> things) noexcept {
+  bodies_.clear();
+  thing_of_body_.clear();
+  std::fill(body_of_thing_.begin(), body_of_thing_.end(), contact::kStaticBody);
+  for (std::size_t i = 0; i < things.size(); ++i) {
+    if (things[i].role == TouchThing::Role::kImplicit) add_body(things, i);
+  }
+}
+
+void TouchStage::add_body(std::span<const TouchThing> things, std::size_t thing) noexcept {
+  const RigidBody& rigid = *things[thing].rigid;
+  body_of_thing_[thing] = static_cast<int>(bodies_.size());
+  thing_of_body_.push_back(thing);
+  bodies_.push_back({rigid.mass().mass_kg, rigid.inertia_W(), rigid.centre_W(), rigid.velocity_of_centre_W(),
+                     things[thing].wrench_W});
+  if (!things[thing].has_inertia()) inertialess_.describe(things[thing], thing, bodies_.back());
+}
+
+TickFaults TouchStage::find_contacts(std::span<const TouchThing> things) noexcept {
+  TickFaults faults = 0;
+  patches_.clear();
+  patch_pairs_.clear();
+  for (NearPairs::Pair* const near : pairs_.near()) {
+    const TouchThing& a = things[near->thing_a];
+    const TouchThing& b = things[near->thing_b];
+    const Pose X_WA = a.rigid->state().X * a.model->parts[near->part_a].X_BS;
+    const Pose X_WB = b.rigid->state().X * b.model->parts[near->part_b].X_BS;
+    const contact::ContactWork work = near->contacts.find(X_WA, X_WB, near->band_m);
+    if (work.is_coarse) faults |= kFaultContactCoarse;
+    if (!near->contacts.contacts().empty()) add_patch(things, *near);
+  }
+  return faults;
+}
+
+/// An external thing is a body of the solver from the first contact on.
+void TouchStage::add_patch(std::span<const TouchThing> things, NearPairs::Pair& near) noexcept {
+  const TouchThing& a = things[near.thing_a];
+  const TouchThing& b = things[near.thing_b];
+  if (b.role == TouchThing::Role::kExternal && body_of_thing_[near.thing_b] == contact::kStaticBody) {
+    add_body(things, near.thing_b);
+  }
+  contact::SolverPatch patch;
+  patch.a = body_of_thing_[near.thing_a];
+  patch.b = body_of_thing_[near.thing_b];
+  patch.contacts = near.contacts.contacts();
+  patch.stiffness_n_per_m3 = in_a_row(a.model->stiffness_n_per_m3, b.model->stiffness_n_per_m3);
+  patch.rigid_depth_m =
+      std::min(a.model->parts[near.part_a].shape->rigid_depth_m, b.model->parts[near.part_b].shape->rigid_depth_m);
+  patch.friction = std::sqrt(a.rigid->friction() * b.rigid->friction());
+  patches_.push_back(patch);
+  patch_pairs_.push_back(&near);
+}
+
+/// Of things that are taken to the handle none is solved for (InertialessThings::show_contacts()), nor a joint of an
+/// external thing that nothing touches.
+void TouchStage::add_couplings(std::span<const TouchThing> things, std::span<TouchCoupling> couplings,
+                               std::span<TouchJoint> joints) noexcept {
+  couplings_.clear();
+  answers_.clear();
+  for (TouchCoupling& coupling : couplings) {
+    if (things[coupling.thing].is_at_handle()) continue;
+    add_coupling(coupling.hand->coupling(body_of_thing_[coupling.thing], coupling.X_WT), coupling.wrench_W);
+  }
+  for (TouchJoint& joint : joints) {
+    const int body = body_of_thing_[joint.thing];
+    joint.is_solved = body != contact::kStaticBody && !things[joint.thing].is_at_handle();
+    joint.wrench_W = Wrench{};
+    if (joint.is_solved) add_coupling(joint.coupling(body), joint.wrench_W);
+  }
+  inertialess_.add_drags(things, body_of_thing_, couplings_);
+}
+
+void TouchStage::add_coupling(const contact::SolverCoupling& coupling, Wrench& answer) noexcept {
+  couplings_.push_back(coupling);
+  answers_.push_back(&answer);
+}
+
+TickFaults TouchStage::solve(double step_s) noexcept {
+  const std::span wrenches(tool_wrenches_.data(), couplings_.size());
+  const std::span results(results_.data(), patches_.size());
+  const contact::SolverReport report = solver_.step(step_s, bodies_, couplings_, patches_, results, wrenches);
+  for (std::size_t i = 0; i < answers_.size(); ++i) *answers_[i] = wrenches[i];
+  TickFaults faults = 0;
+  if (!report.has_converged) faults |= kFaultContactUnsolved;
+  if (report.left_out > report.ill_formed) faults |= kFaultContactCoarse;
+  if (report.ill_formed > 0) faults |= kFaultNotFinite;
+  return faults;
+}
+
+void TouchStage::feel() noexcept {
+  std::fill(felt_.begin(), felt_.end(), TouchContact{});
+  for (std::size_t i = 0; i < patches_.size(); ++i) {
+    const auto add = [&](std::size_t thing, const Wrench& wrench) {
+      felt_[thing].pressing += results_[i].pressing;
+      felt_[thing].deepest_m = std::max(felt_[thing].deepest_m, results_[i].deepest_m);
+      felt_[thing].wrench_W += wrench;
+    };
+    add(patch_pairs_[i]->thing_a, results_[i].on_a_W);
+    add(patch_pairs_[i]->thing_b, -results_[i].on_a_W);
+    patch_pairs_[i]->deepest_m = results_[i].deepest_m;
+  }
+}
+
+/// From things that make others implicit outwards, until nothing is added: chains are short.
+void TouchStage::find_reached(std::span<const TouchThing> things) noexcept {
+  for (std::size_t i = 0; i < things.size(); ++i) {
+    if (things[i].role != TouchThing::Role::kImplicit) continue;
+    felt_[i].is_reached = things[i].makes_implicit;
+    felt_[i].hands = things[i].hands;
+  }
+  const auto moves = [&things](std::size_t i) { return things[i].role != TouchThing::Role::kStatic; };
+  for (bool has_grown = true; has_grown;) {
+    has_grown = false;
+    for (std::size_t i = 0; i < patches_.size(); ++i) {
+      const NearPairs::Pair& pair = *patch_pairs_[i];
+      if (results_[i].pressing == 0 || !moves(pair.thing_a) || !moves(pair.thing_b)) continue;
+      TouchContact& a = felt_[pair.thing_a];
+      TouchContact& b = felt_[pair.thing_b];
+      if (a.is_reached == b.is_reached && a.hands == b.hands) continue;
+      a.is_reached = b.is_reached = true;
+      a.hands = b.hands = a.hands | b.hands;
+      has_grown = true;
+    }
+  }
+}
+
+TickFaults TouchStage::write_back(double step_s, std::span<TouchThing> things) noexcept {
+  TickFaults faults = 0;
+  for (std::size_t i = 0; i < bodies_.size(); ++i) {
+    TouchThing& thing = things[thing_of_body_[i]];
+    TouchContact& felt = felt_[thing_of_body_[i]];
+    if (thing.role != TouchThing::Role::kImplicit) {
+      thing.rigid->apply_wrench(felt.wrench_W, Vec3::Zero());
+      continue;
+    }
+    if (limit_motion(bodies_[i].V_WC, 2 * thing.model->radius_m, limits_.speed_m_per_s)) faults |= kFaultSpeedLimited;
+    thing.rigid->advance(bodies_[i].V_WC, step_s);
+    felt.V_WC = bodies_[i].V_WC;
+    if (thing.is_massless()) thing.rigid->set_state({thing.rigid->state().X, Twist{}});
+  }
+  return faults;
+}
+
+TouchBetween TouchStage::between(std::size_t thing, std::size_t other) const noexcept {
+  TouchBetween sum;
+  for (std::size_t i = 0; i < patches_.size(); ++i) {
+    const NearPairs::Pair& pair = *patch_pairs_[i];
+    const bool is_first = pair.thing_a == thing && pair.thing_b == other;
+    if (!is_first && (pair.thing_a != other || pair.thing_b != thing)) continue;
+    sum.normal_force_n += results_[i].normal_force_n;
+    for (const contact::ContactPoint& contact : patches_[i].contacts) {
+      // As the pressure is: by depth and area.
+      const double weight = std::max(0.0, contact.depth_m) * contact.area_m2;
+      sum.normal_W += (is_first ? weight : -weight) * contact.normal_W;
+    }
+  }
+  const double length = sum.normal_W.norm();
+  if (length > 0) sum.normal_W /= length;
+  return sum;
+}
+
+}  // namespace tandem::physics

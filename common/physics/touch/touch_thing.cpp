@@ -1,0 +1,25 @@
+#include "common/physics/touch/touch_thing.hpp"
+
+namespace tandem::physics {
+
+bool limit_motion(Twist& V_WC, double radius_m, double speed_m_per_s) noexcept {
+  const double fastest = V_WC.v.norm() + V_WC.w.norm() * radius_m;
+  if (!(fastest > speed_m_per_s)) return false;
+  V_WC.v *= speed_m_per_s / fastest;
+  V_WC.w *= speed_m_per_s / fastest;
+  return true;
+}
+
+void TouchDrag::add(const EffectDamping& more, const Twist& V_more_W, double more_force_n,
+                    double more_torque_n_m) noexcept {
+  const auto mix = [](Vec3& mean, double& sum, const Vec3& value, double weight) {
+    sum += weight;
+    if (sum > 0) mean += weight / sum * (value - mean);
+  };
+  mix(V_W.v, damping.n_s_per_m, V_more_W.v, more.n_s_per_m);
+  mix(V_W.w, damping.n_m_s_per_rad, V_more_W.w, more.n_m_s_per_rad);
+  force_limit_n += more_force_n;
+  torque_limit_n_m += more_torque_n_m;
+}
+
+}  // namespace tandem::physics
