@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "common/haptics/coupling/stability.hpp"
+#include "common/haptics/coupling/laws.hpp"
 #include "proto/coupling_fields.hpp"
 
 namespace tandem::client {

@@ -47,16 +47,17 @@ int run() {
   // What can be touched: primitives with a formula, or a ProxyMesh of any triangles. The device's frame is the world's
   // here; a program with a scene puts its workspace mapping between them (common/base/workspace.hpp).
   tandem::haptics::ProxyObstacle box;
-  box.primitive = std::make_shared<tandem::contact::BoxField>(Vec3(0.08, 0.08, 0.02));
+  box.primitive = tandem::contact::box_field(Vec3(0.08, 0.08, 0.02));
   box.static_friction = 0.5;
   box.dynamic_friction = 0.3;
   tandem::haptics::ProxyObstacle sphere;
-  sphere.primitive = std::make_shared<tandem::contact::SphereField>(0.02);
+  sphere.primitive = tandem::contact::sphere_field(0.02);
   sphere.X_WB = sphere_at(0).X_WB;
   tandem::haptics::GodObject proxy({.radius_m = 2e-3, .is_shaded = true}, {box, sphere}, Vec3(0, 0, 0.03));
 
   // The spring between hand and proxy. Its force never exceeds the limit; coupling/laws.hpp lists the alternatives.
-  const tandem::haptics::SpringDamper spring({.stiffness_n_per_m = 600, .damping_n_s_per_m = 2, .force_limit_n = 6});
+  const auto spring = tandem::haptics::make_coupling_law(
+      "spring-damper", {.stiffness_n_per_m = 600, .damping_n_s_per_m = 2, .force_limit_n = 6});
 
   std::puts("   time   hand z  proxy x  proxy z    depth    force");
   std::puts("      s       mm       mm       mm       mm        N");
@@ -71,7 +72,7 @@ int run() {
     }
     const std::array motions{tandem::haptics::ObstacleMotion{}, sphere_at(tandem::to_seconds(now.time_since_epoch()))};
     const tandem::haptics::ProxyState& state = proxy.update(sample.X_DH.p, motions);
-    const Vec3 force_on_hand_W = tandem::haptics::proxy_force_on_hand_W(state, spring, sample.V_DH.v);
+    const Vec3 force_on_hand_W = tandem::haptics::proxy_force_on_hand_W(state, *spring, sample.V_DH.v);
     writer.write(now, {force_on_hand_W, Vec3::Zero()});
     if (tick % 100 == 0) {
       std::printf("%7.1f %8.2f %8.2f %8.2f %8.2f %8.2f\n", tandem::to_seconds(now.time_since_epoch()),

@@ -130,30 +130,28 @@ std::size_t ContactShape::memory_bytes() const {
 
 std::shared_ptr<const ContactShape> make_contact_sphere(double radius_m, const ContactShapeOptions& options) {
   require_positive(radius_m, "sphere", "radius");
-  return make_primitive(std::make_shared<SphereField>(radius_m), geometry::tessellated_sphere(radius_m), radius_m,
-                        options);
+  return make_primitive(sphere_field(radius_m), geometry::tessellated_sphere(radius_m), radius_m, options);
 }
 
 std::shared_ptr<const ContactShape> make_contact_box(const Vec3& size_m, const ContactShapeOptions& options) {
   for (const double edge : size_m) require_positive(edge, "box", "an edge");
-  return make_primitive(std::make_shared<BoxField>(size_m), geometry::tessellated_box(size_m), size_m.minCoeff() / 2,
-                        options);
+  return make_primitive(box_field(size_m), geometry::tessellated_box(size_m), size_m.minCoeff() / 2, options);
 }
 
 std::shared_ptr<const ContactShape> make_contact_cylinder(double radius_m, double length_m,
                                                           const ContactShapeOptions& options) {
   require_positive(radius_m, "cylinder", "radius");
   require_positive(length_m, "cylinder", "length");
-  return make_primitive(std::make_shared<CylinderField>(radius_m, length_m),
-                        geometry::tessellated_cylinder(radius_m, length_m), std::min(radius_m, length_m / 2), options);
+  return make_primitive(cylinder_field(radius_m, length_m), geometry::tessellated_cylinder(radius_m, length_m),
+                        std::min(radius_m, length_m / 2), options);
 }
 
 std::shared_ptr<const ContactShape> make_contact_capsule(double radius_m, double length_m,
                                                          const ContactShapeOptions& options) {
   require_positive(radius_m, "capsule", "radius");
   require_positive(length_m, "capsule", "length");
-  return make_primitive(std::make_shared<CapsuleField>(radius_m, length_m),
-                        geometry::tessellated_capsule(radius_m, length_m), radius_m, options);
+  return make_primitive(capsule_field(radius_m, length_m), geometry::tessellated_capsule(radius_m, length_m), radius_m,
+                        options);
 }
 
 std::shared_ptr<const ContactShape> make_contact_mesh(const geometry::ContactMesh& mesh,

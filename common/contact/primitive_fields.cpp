@@ -27,27 +27,55 @@ double distance_to_corner(double a, double b) {
   return std::max(a, b);
 }
 
-}  // namespace
+class HalfSpaceField final : public ExactField {
+ public:
+  double distance_m(const Vec3& p_S) const noexcept override { return p_S.z(); }
+  DistanceSample sample(const Vec3& p_S) const noexcept override { return {p_S.z(), Vec3::UnitZ()}; }
+};
 
-double ExactField::band_m() const noexcept {
-  return std::numeric_limits<double>::infinity();
-}
+class SphereField final : public ExactField {
+ public:
+  explicit SphereField(double radius_m) : radius_m_(radius_m) {}
+  double distance_m(const Vec3& p_S) const noexcept override { return p_S.norm() - radius_m_; }
+  DistanceSample sample(const Vec3& p_S) const noexcept override {
+    return {p_S.norm() - radius_m_, direction_or(p_S, Vec3::UnitZ())};
+  }
 
-double HalfSpaceField::distance_m(const Vec3& p_S) const noexcept {
-  return p_S.z();
-}
+ private:
+  double radius_m_;
+};
 
-DistanceSample HalfSpaceField::sample(const Vec3& p_S) const noexcept {
-  return {p_S.z(), Vec3::UnitZ()};
-}
+class BoxField final : public ExactField {
+ public:
+  explicit BoxField(const Vec3& size_m) : half_m_(size_m / 2) {}
+  double distance_m(const Vec3& p_S) const noexcept override;
+  DistanceSample sample(const Vec3& p_S) const noexcept override;
 
-double SphereField::distance_m(const Vec3& p_S) const noexcept {
-  return p_S.norm() - radius_m_;
-}
+ private:
+  Vec3 half_m_;
+};
 
-DistanceSample SphereField::sample(const Vec3& p_S) const noexcept {
-  return {p_S.norm() - radius_m_, direction_or(p_S, Vec3::UnitZ())};
-}
+class CylinderField final : public ExactField {
+ public:
+  CylinderField(double radius_m, double length_m) : radius_m_(radius_m), half_length_m_(length_m / 2) {}
+  double distance_m(const Vec3& p_S) const noexcept override;
+  DistanceSample sample(const Vec3& p_S) const noexcept override;
+
+ private:
+  double radius_m_;
+  double half_length_m_;
+};
+
+class CapsuleField final : public ExactField {
+ public:
+  CapsuleField(double radius_m, double length_m) : radius_m_(radius_m), half_length_m_(length_m / 2) {}
+  double distance_m(const Vec3& p_S) const noexcept override;
+  DistanceSample sample(const Vec3& p_S) const noexcept override;
+
+ private:
+  double radius_m_;
+  double half_length_m_;
+};
 
 double BoxField::distance_m(const Vec3& p_S) const noexcept {
   const Vec3 beyond = p_S.cwiseAbs() - half_m_;
@@ -95,6 +123,32 @@ DistanceSample CapsuleField::sample(const Vec3& p_S) const noexcept {
   const double along = std::clamp(p_S.z(), -half_length_m_, half_length_m_);
   const Vec3 from_axis = p_S - Vec3(0, 0, along);
   return {from_axis.norm() - radius_m_, direction_or(from_axis, Vec3::UnitX())};
+}
+
+}  // namespace
+
+double ExactField::band_m() const noexcept {
+  return std::numeric_limits<double>::infinity();
+}
+
+std::unique_ptr<ExactField> half_space_field() {
+  return std::make_unique<HalfSpaceField>();
+}
+
+std::unique_ptr<ExactField> sphere_field(double radius_m) {
+  return std::make_unique<SphereField>(radius_m);
+}
+
+std::unique_ptr<ExactField> box_field(const Vec3& size_m) {
+  return std::make_unique<BoxField>(size_m);
+}
+
+std::unique_ptr<ExactField> cylinder_field(double radius_m, double length_m) {
+  return std::make_unique<CylinderField>(radius_m, length_m);
+}
+
+std::unique_ptr<ExactField> capsule_field(double radius_m, double length_m) {
+  return std::make_unique<CapsuleField>(radius_m, length_m);
 }
 
 }  // namespace tandem::contact

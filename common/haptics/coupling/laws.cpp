@@ -1,75 +1,245 @@
+// The laws, from what they share to the catalog: one limit and one damper, an elastic curve each.
 #include "common/haptics/coupling/laws.hpp"
 
+#include <algorithm>
 #include <array>
+#include <cmath>
+#include <numbers>
 
-#include "common/haptics/coupling/elastic_curves.hpp"
+#include "common/haptics/coupling/radial.hpp"
+#include "common/haptics/coupling/saturation.hpp"
 
 namespace tandem::haptics {
+
+/// The half of the parameters that translation or rotation uses: N and m, or N·m and rad.
+struct CouplingChannel {
+  double stiffness = 0;
+  double damping = 0;
+  double limit = 0;
+  double softness = 0;
+  double sharpness = 0;
+};
+
 namespace {
 
-template <class Law>
-std::unique_ptr<CouplingLaw> make(const CouplingParameters& parameters) {
-  if constexpr (std::is_constructible_v<Law, const CouplingParameters&>) {
-    return std::make_unique<Law>(parameters);
-  } else {
-    return std::make_unique<Law>();
-  }
+// The elastic curves.
+//
+//   force                                        k    stiffness
+//   limit ┤            . - ‾ ‾ qsa               L    limit
+//         │        . ‾   _ - ‾ stable dynamic    x    displacement, bends at L / k
+//         │     .‾    ／                         u    k x / L
+//         │   ／    ／
+//       0 ┼─‾──__-‾──────────┬────── x
+//         0                 L/k
+
+/// Exponents from here on leave a curve at its limit to the last bit, and their squares could overflow.
+constexpr double kSpent = 700;
+
+/// Model   f = k x
+/// Source  McNeely, Puterbaugh, Troy, "Six degree-of-freedom haptic rendering using voxel sampling", SIGGRAPH 1999
+RadialStiffness linear_curve(const CouplingChannel& channel, double /*displacement*/, bool /*is_pushing*/) noexcept {
+  return {channel.stiffness, channel.stiffness};
 }
 
+/// The curve of the quasi-static approximation while the handle is pushed away from the tool, steepest at first, tired
+/// at the limit; a linear spring while it comes back (so that a surface does not hold it): the force jumps where it
+/// turns, and the way back gives more than the way there took.
+///
+/// Model   f = L (1 − e^(−u)) pushing: slope k at 0; k x receding
+/// Source  Hou, PhD thesis, NTU, 2014, eqs. 3.10–3.14, after Wan, McNeely, "Quasi-static approximation for 6 degrees-
+///         of-freedom haptic rendering", IEEE Visualization 2003. Rotation: theirs has a moment arm R, θ_max = d_max/R
+///         and k_r = 2 R² k_t (as far as the printed formula can be read); ours has k_r and T_max as parameters and
+///         bends at θ_max = T_max/k_r. T_max = 2 R F_max with that k_r gives theirs; but a device's torque limit is
+///         its own, and a tool's R would tie what the hand feels in rotation to the tool's size. The damper is the
+///         thesis's, who puts the curve on a tool with mass
+RadialStiffness qsa_curve(const CouplingChannel& channel, double displacement, bool is_pushing) noexcept {
+  const double u = channel.stiffness * displacement / channel.limit;
+  if (!is_pushing || !(u > 0)) return linear_curve(channel, displacement, is_pushing);
+  if (u > kSpent) return {channel.limit / displacement, 0};
+  return {channel.stiffness * (-std::expm1(-u) / u), channel.stiffness * std::exp(-u)};
+}
+
+/// One curve there and back: flat at first, so that a light tool's jitter is not felt, then steep, then tired at the
+/// limit.
+///
+/// Model   f = L (1 − e^(−c u²)): slope 0 at 0, steepest √(2c/e) k = 0.86 √c k at u = 1/√(2c), f = 0.63 L at u = 1/√c
+/// Source  Hou, PhD thesis, NTU, 2014, eqs. 4.3, 4.7: the printed formula holds one 2, read as the exponent of u; as
+///         a factor of u it would give no flat beginning, which the text describes. Both at once is c = 2. Theirs goes
+///         back along k x (literal_stable_dynamic_curve()), which gives out energy; ours takes the one curve both ways
+///         and is passive
+RadialStiffness stable_dynamic_curve(const CouplingChannel& channel, double displacement,
+                                     bool /*is_pushing*/) noexcept {
+  const double u = channel.stiffness * displacement / channel.limit;
+  if (!(u > 0)) return {};
+  const double exponent = channel.sharpness * u * u;
+  if (exponent > kSpent) return {channel.limit / displacement, 0};
+  return {channel.stiffness * (-std::expm1(-exponent) / u),
+          2 * channel.sharpness * u * channel.stiffness * std::exp(-exponent)};
+}
+
+/// Source  Hou, PhD thesis, NTU, 2014, eqs. 4.4, 4.5
+RadialStiffness literal_stable_dynamic_curve(const CouplingChannel& channel, double displacement,
+                                             bool is_pushing) noexcept {
+  return is_pushing ? stable_dynamic_curve(channel, displacement, is_pushing)
+                    : linear_curve(channel, displacement, is_pushing);
+}
+
+double slope_of_linear(const CouplingParameters& /*parameters*/) noexcept {
+  return 1;
+}
+double slope_of_stable_dynamic(const CouplingParameters& parameters) noexcept {
+  return std::sqrt(2 * parameters.curve_sharpness / std::numbers::e);
+}
+double slope_of_literal(const CouplingParameters& parameters) noexcept {
+  return std::max(1.0, slope_of_stable_dynamic(parameters));
+}
+
+double usable(double coefficient) noexcept {
+  return std::isfinite(coefficient) ? std::max(coefficient, 0.0) : 0.0;
+}
+
+/// How a force or torque follows displacement and velocity.
+struct Slopes {
+  Eigen::Matrix3d by_displacement = Eigen::Matrix3d::Zero();
+  Eigen::Matrix3d by_velocity = Eigen::Matrix3d::Zero();
+};
+
+/// Law of the form f = S(e(|d|) d̂ + b v), τ alike of θ and ω.
+///
+/// Model   e  the law's curve, not falling; S  saturated() with F_max, ε; v past the tool. S is the gradient of
+///         a convex function, so (S(e + b v) − S(e))·v ≥ 0: the damper takes energy also where the limit bends the sum,
+///         and what the elastic part stores is the integral of S(e), a function of |d| alone. θ turns along its own
+///         axis (d|θ|/dt = θ̂·ω), so the same holds for τ. Of a curve that reaches L itself the force shown is
+///         L (1 − ε/e), 0.926 L at ε 0.2; the damper has what is left up to L.
+///         Gradient: K = radial_gradient() of e, G = saturation_gradient(): ∂f/∂d = K^½ G K^½, which has the
+///         eigenvalues of the exact G K, and ∂f/∂v = b G, exact
+/// Source  Hou, PhD thesis, NTU, 2014, eqs. 3.4, 3.5, 5.10: the whole force is bent, spring and damper. Gradient and
+///         the reason of passivity are our derivation
+/// Cost    no allocation; `tandem-lab bench coupling`
+class RadialLaw final : public CouplingLaw {
+ public:
+  RadialLaw(const CouplingLawInfo& info, const CouplingParameters& parameters) noexcept
+      : name_(info.name), tool_(info.tool), elastic_(info.elastic) {
+    RadialLaw::set_parameters(parameters);
+  }
+  std::string_view name() const noexcept override { return name_; }
+  ToolDynamics tool_dynamics() const noexcept override { return tool_; }
+  /// A coefficient that is negative or not finite (a polynomial fit may dip below zero) counts as 0.
+  void set_parameters(const CouplingParameters& parameters) noexcept override;
+  Wrench wrench_on_tool_W(const CouplingState& state) const noexcept override;
+  CouplingGradient gradient(const CouplingState& state) const noexcept override;
+
+ private:
+  Vec3 pull(const CouplingChannel& channel, const Vec3& displacement, const Vec3& velocity,
+            const Vec3& handle_velocity) const noexcept;
+  Slopes slopes(const CouplingChannel& channel, const Vec3& displacement, const Vec3& velocity,
+                const Vec3& handle_velocity) const noexcept;
+
+  std::string_view name_;
+  ToolDynamics tool_;
+  RadialStiffness (*elastic_)(const CouplingChannel&, double, bool) noexcept;
+  CouplingChannel translation_;
+  CouplingChannel rotation_;
+};
+
+void RadialLaw::set_parameters(const CouplingParameters& parameters) noexcept {
+  const double softness = std::min(usable(parameters.saturation_softness), 1.0);
+  const double sharpness = usable(parameters.curve_sharpness);
+  translation_ = {usable(parameters.stiffness_n_per_m), usable(parameters.damping_n_s_per_m),
+                  usable(parameters.force_limit_n), softness, sharpness};
+  rotation_ = {usable(parameters.stiffness_n_m_per_rad), usable(parameters.damping_n_m_s_per_rad),
+               usable(parameters.torque_limit_n_m), softness, sharpness};
+}
+
+Wrench RadialLaw::wrench_on_tool_W(const CouplingState& state) const noexcept {
+  return {pull(translation_, state.d_W, state.v_W, state.v_WH), pull(rotation_, state.theta_W, state.w_W, state.w_WH)};
+}
+
+CouplingGradient RadialLaw::gradient(const CouplingState& state) const noexcept {
+  const Slopes force = slopes(translation_, state.d_W, state.v_W, state.v_WH);
+  const Slopes torque = slopes(rotation_, state.theta_W, state.w_W, state.w_WH);
+  return {force.by_displacement, force.by_velocity, torque.by_displacement, torque.by_velocity};
+}
+
+Vec3 RadialLaw::pull(const CouplingChannel& channel, const Vec3& displacement, const Vec3& velocity,
+                     const Vec3& handle_velocity) const noexcept {
+  if (channel.limit <= 0) return Vec3::Zero();
+  const bool is_pushing = displacement.dot(handle_velocity) >= 0;
+  const RadialStiffness stiffness = elastic_(channel, polar(displacement).length, is_pushing);
+  return saturated(Vec3(stiffness.secant * displacement + channel.damping * velocity), channel.limit, channel.softness);
+}
+
+Slopes RadialLaw::slopes(const CouplingChannel& channel, const Vec3& displacement, const Vec3& velocity,
+                         const Vec3& handle_velocity) const noexcept {
+  const bool is_pushing = displacement.dot(handle_velocity) >= 0;
+  const Polar d = polar(displacement);
+  if (channel.limit <= 0) return {};
+  const RadialStiffness stiffness = elastic_(channel, d.length, is_pushing);
+  const Vec3 sum = stiffness.secant * displacement + channel.damping * velocity;
+  const Eigen::Matrix3d bend = saturation_gradient(sum, channel.limit, channel.softness);
+  // A root of a linear curve's gradient would only round.
+  if (stiffness.slope == stiffness.secant) return {stiffness.secant * bend, channel.damping * bend};
+  const Eigen::Matrix3d root = radial_gradient(d.direction, {std::sqrt(stiffness.secant), std::sqrt(stiffness.slope)});
+  return {root * bend * root, channel.damping * bend};
+}
+
+/// No coupling: the tool is where the handle is, the hand is shown the contact itself. Whoever shows that wrench
+/// saturates it, with the same limits and softness.
+///
+/// Source  what Hou, PhD thesis, NTU, 2014, ch. 2, calls direct rendering and argues against: the baseline
+class DirectRendering final : public CouplingLaw {
+ public:
+  explicit DirectRendering(const CouplingLawInfo& info) noexcept : name_(info.name) {}
+  std::string_view name() const noexcept override { return name_; }
+  void set_parameters(const CouplingParameters& /*parameters*/) noexcept override {}
+  Wrench wrench_on_tool_W(const CouplingState& /*state*/) const noexcept override { return {}; }
+  CouplingGradient gradient(const CouplingState& /*state*/) const noexcept override { return {}; }
+  ToolDynamics tool_dynamics() const noexcept override { return ToolDynamics::kAtHandle; }
+
+ private:
+  std::string_view name_;
+};
+
+/// The adaptive law is the linear one under a name of its own, so that a scene can ask for it: the caller takes its
+/// parameters through adapted() (adaptive.hpp), the law itself knows no mass.
 constexpr std::array kLaws{
     CouplingLawInfo{kDefaultCouplingLaw, true, ToolDynamics::kWithMass,
                     "f = F_max (1 - exp(-c (d/d_max)^2)) + b v, d_max = F_max/k, one curve both ways",
                     "Hou, PhD thesis, NTU, 2014, eqs. 4.1-4.8, made single-valued",
                     "a heavy tool sags more than on a linear spring; around zero only the damper holds",
-                    &make<StableDynamic>},
-    CouplingLawInfo{"spring-damper", true, ToolDynamics::kWithMass, "f = k d + b v",
-                    "McNeely, Puterbaugh, Troy, SIGGRAPH 1999",
-                    "one stiffness for light touch and firm grip; a light tool buzzes", &make<SpringDamper>},
+                    &stable_dynamic_curve, &slope_of_stable_dynamic},
     CouplingLawInfo{
-        "adaptive", true, ToolDynamics::kWithMass, "f = k(m) d + b(k) v", "Hou, PhD thesis, NTU, 2014, eqs. 5.1-5.16",
-        "needs a calibration of the device; outside its masses the nearest end counts", &make<AdaptiveSpringDamper>},
+        "spring-damper", true, ToolDynamics::kWithMass, "f = k d + b v", "McNeely, Puterbaugh, Troy, SIGGRAPH 1999",
+        "one stiffness for light touch and firm grip; a light tool buzzes", &linear_curve, &slope_of_linear},
+    CouplingLawInfo{"adaptive", true, ToolDynamics::kWithMass, "f = k(m) d + b(k) v",
+                    "Hou, PhD thesis, NTU, 2014, eqs. 5.1-5.16",
+                    "needs a calibration of the device; outside its masses the nearest end counts", &linear_curve,
+                    &slope_of_linear},
     CouplingLawInfo{"qsa-static", false, ToolDynamics::kMassless,
                     "f = F_max (1 - exp(-d/d_max)) + b v pushing, k d + b v receding",
                     "Wan, McNeely, IEEE Visualization 2003, as in Hou, PhD thesis, NTU, 2014, eqs. 3.10-3.14",
                     "no weight and no inertia to feel; a room sets b = 0 while the tool holds nothing; the force jumps "
                     "when the hand turns",
-                    &make<QsaStatic>},
+                    &qsa_curve, &slope_of_linear},
     CouplingLawInfo{"qsa-dynamic", false, ToolDynamics::kWithMass,
                     "f = F_max (1 - exp(-d/d_max)) + b v pushing, k d + b v receding",
                     "Hou, PhD thesis, NTU, 2014, ch. 4: the curve of 3.10-3.14 on a tool with mass",
-                    "a light tool buzzes; the force jumps when the hand turns", &make<QsaDynamic>},
+                    "a light tool buzzes; the force jumps when the hand turns", &qsa_curve, &slope_of_linear},
     CouplingLawInfo{"stable-dynamic-literal", false, ToolDynamics::kWithMass,
                     "f = F_max (1 - exp(-c (d/d_max)^2)) + b v pushing, k d + b v receding",
                     "Hou, PhD thesis, NTU, 2014, eqs. 4.1-4.8, as printed",
                     "for comparison: gives back more than was put in; the force jumps when the hand turns or trembles",
-                    &make<StableDynamicLiteral>},
+                    &literal_stable_dynamic_curve, &slope_of_literal},
     CouplingLawInfo{"direct", false, ToolDynamics::kAtHandle, "none: the hand is shown the contact force",
                     "Hou, PhD thesis, NTU, 2014, ch. 2: the baseline it argues against",
-                    "for comparison: contact as stiff as it is, through one period of delay; no tool dynamics",
-                    &make<DirectRendering>},
+                    "for comparison: contact as stiff as it is, through one period of delay; no tool dynamics"},
 };
 
 }  // namespace
 
-RadialStiffness SpringDamper::elastic(const CouplingChannel& channel, double /*displacement*/,
-                                      bool /*is_pushing*/) const noexcept {
-  return linear_curve(channel.stiffness);
-}
-
-RadialStiffness QsaDynamic::elastic(const CouplingChannel& channel, double displacement,
-                                    bool is_pushing) const noexcept {
-  return is_pushing ? qsa_curve(channel.stiffness, channel.limit, displacement) : linear_curve(channel.stiffness);
-}
-
-RadialStiffness StableDynamic::elastic(const CouplingChannel& channel, double displacement,
-                                       bool /*is_pushing*/) const noexcept {
-  return stable_dynamic_curve(channel.stiffness, channel.limit, channel.sharpness, displacement);
-}
-
-RadialStiffness StableDynamicLiteral::elastic(const CouplingChannel& channel, double displacement,
-                                              bool is_pushing) const noexcept {
-  return is_pushing ? stable_dynamic_curve(channel.stiffness, channel.limit, channel.sharpness, displacement)
-                    : linear_curve(channel.stiffness);
+std::unique_ptr<CouplingLaw> CouplingLawInfo::make(const CouplingParameters& parameters) const {
+  if (elastic == nullptr) return std::make_unique<DirectRendering>(*this);
+  return std::make_unique<RadialLaw>(*this, parameters);
 }
 
 std::span<const CouplingLawInfo> coupling_laws() noexcept {
@@ -93,6 +263,12 @@ std::string listed_coupling_law_names() {
   std::string text;
   for (const CouplingLawInfo& law : kLaws) text.append(text.empty() ? "" : ", ").append(law.name);
   return text;
+}
+
+double steepest_slope_factor(std::string_view law, const CouplingParameters& parameters) noexcept {
+  const CouplingLawInfo* info = find_coupling_law(law);
+  if (info == nullptr) return 1;
+  return info->steepest == nullptr ? 0 : info->steepest(parameters);
 }
 
 }  // namespace tandem::haptics

@@ -478,12 +478,4 @@ bool is_stable_coupling(const CouplingParameters& parameters, double tool_mass_k
   return is_good(kTranslation) && (!device.has_torque || is_good(kRotation));
 }
 
-double steepest_slope_factor(std::string_view law, const CouplingParameters& parameters) noexcept {
-  const double curve = std::sqrt(2 * parameters.curve_sharpness / std::numbers::e);
-  if (law.empty() || law == "stable-dynamic") return curve;
-  if (law == "stable-dynamic-literal") return std::max(1.0, curve);
-  if (law == "direct") return 0;
-  return 1;
-}
-
 }  // namespace tandem::haptics

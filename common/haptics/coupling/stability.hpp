@@ -87,7 +87,7 @@ struct CheckedLoop {
   double spectral_radius = 0;
 };
 /// Translation, then rotation where there is one, in every hand, tool in the air and in stiff contact.
-/// In      slope_factor  the law's steepest slope as a multiple of its stiffness: steepest_slope_factor()
+/// In      slope_factor  the law's steepest slope as a multiple of its stiffness: steepest_slope_factor() in laws.hpp
 std::vector<CheckedLoop> checked_loops(const CouplingParameters& parameters, double tool_mass_kg,
                                        double tool_inertia_kg_m2, const LoopDevice& device, double slope_factor = 1);
 
@@ -130,12 +130,5 @@ std::vector<StabilityFinding> check_coupling(const CouplingParameters& parameter
 /// Cost    one spectral_radius() for each checked loop, up to the first unstable one
 bool is_stable_coupling(const CouplingParameters& parameters, double tool_mass_kg, double tool_inertia_kg_m2,
                         const LoopDevice& device, double slope_factor = 1);
-
-/// Largest slope ∂f/∂d of a law's elastic part, as a multiple of its stiffness parameter; 0 for a law without one.
-///
-/// Model   the stable dynamic curve F_max (1 − e^(−c s²)), s = d k_t / F_max, is steepest at s = 1/√(2c), where its
-///         slope is √(2c/e) k_t = 0.858 √c k_t; its literal form also recedes along k_t. All others: k_t
-/// Fails   1 for an unknown law
-double steepest_slope_factor(std::string_view law, const CouplingParameters& parameters) noexcept;
 
 }  // namespace tandem::haptics

@@ -69,7 +69,8 @@ class TouchSimulation {
         radius_m_(tool.radius_m()),
         rigid_depth_m_(std::min(tool.rigid_depth_m, fixed.rigid_depth_m)),
         inertia_T_(box_inertia_kg_m2(tool.high_S - tool.low_S, settings.mass_kg).asDiagonal()),
-        law_(damped_for(settings.coupling, settings.mass_kg, inertia_T_.diagonal())),
+        law_(haptics::make_coupling_law("spring-damper",
+                                        damped_for(settings.coupling, settings.mass_kg, inertia_T_.diagonal()))),
         solver_({.bodies = 1, .couplings = 1, .patches = 1, .contacts = contact::ContactBudget{}.points}),
         X_WT_(X_WT) {
     pair_.bind(&tool, &fixed);
@@ -110,7 +111,7 @@ class TouchSimulation {
     body.p_WC = X_WT_.p;
     body.V_WC = V_WT_;
     body.wrench_W.f = settings_.mass_kg * settings_.gravity_m_per_s2;
-    const contact::SolverCoupling coupling{0, &law_, X_WH, V_WH, X_WT_};
+    const contact::SolverCoupling coupling{0, law_.get(), X_WH, V_WH, X_WT_};
     contact::SolverPatch patch;
     patch.contacts = pair_.contacts();
     patch.rigid_depth_m = rigid_depth_m_;
@@ -127,7 +128,7 @@ class TouchSimulation {
   double radius_m_;
   double rigid_depth_m_;
   Eigen::Matrix3d inertia_T_;
-  haptics::SpringDamper law_;
+  std::unique_ptr<haptics::CouplingLaw> law_;
   contact::ContactPair pair_{contact::ContactBudget{}};
   contact::ContactSolver solver_;
   ReductionError error_;
@@ -208,12 +209,13 @@ TouchTrace run_gimpact(const geometry::TriangleMesh& tool, const geometry::Trian
   peer_settings.principal_inertia_kg_m2 = inertia;
   peer_settings.friction = settings.friction;
   server::GImpactReference peer(tool, fixed, peer_settings, clock);
-  const haptics::SpringDamper law(damped_for(settings.coupling, settings.mass_kg, inertia));
+  const auto law =
+      haptics::make_coupling_law("spring-damper", damped_for(settings.coupling, settings.mass_kg, inertia));
   Pose X_WT = resting_pose(path, settings, stretch);
   Twist V_WT;
   peer.place(X_WT);
   return trace_of(path, settings, stretch, [&](const Pose& X_WH, const Twist& V_WH) {
-    const haptics::CouplingWrenches pull = haptics::coupling_wrenches(law, X_WH, V_WH, X_WT, V_WT);
+    const haptics::CouplingWrenches pull = haptics::coupling_wrenches(*law, X_WH, V_WH, X_WT, V_WT);
     Wrench on_tool_W = pull.on_tool_W;
     on_tool_W.f += settings.mass_kg * settings.gravity_m_per_s2;
     const server::GImpactReference::Step stepped = peer.step(on_tool_W);

@@ -176,7 +176,7 @@ ForceSeries chatter_series(double mass_kg) {
   peer_settings.friction = settings.friction;
   server::GImpactReference peer(peg, box, peer_settings, clock);
   haptics::CouplingParameters coupling = damped_for(settings.coupling, mass_kg, inertia);
-  const haptics::SpringDamper law(coupling);
+  const auto law = haptics::make_coupling_law("spring-damper", coupling);
   RigidState tool{path.pose_at(Duration(0)), {}};
   tool.X.p += mass_kg * settings.gravity_m_per_s2 / coupling.stiffness_n_per_m;
   peer.place(tool.X);
@@ -185,7 +185,7 @@ ForceSeries chatter_series(double mass_kg) {
   bool was_touching = false;
   for (Duration at{0}; at < path.length(); at += from_seconds(step_s)) {
     const haptics::CouplingWrenches pull =
-        haptics::coupling_wrenches(law, path.pose_at(at), path.twist_at(at), tool.X, tool.V);
+        haptics::coupling_wrenches(*law, path.pose_at(at), path.twist_at(at), tool.X, tool.V);
     Wrench on_tool_W = pull.on_tool_W;
     on_tool_W.f += mass_kg * settings.gravity_m_per_s2;
     peer.set_step(step_s);

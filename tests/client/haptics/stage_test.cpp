@@ -33,14 +33,14 @@ haptics::CouplingParameters unlimited() {
 struct Rig {
   Rig() {
     input.newest = &received;
-    input.coupling = &coupling;
+    input.coupling = coupling.get();
     input.parameters = &parameters;
   }
   Rig(const Rig&) = delete;
   Rig& operator=(const Rig&) = delete;
 
   haptics::CouplingParameters parameters = unlimited();
-  haptics::SpringDamper coupling{unlimited()};
+  std::unique_ptr<haptics::CouplingLaw> coupling = haptics::make_coupling_law("spring-damper", unlimited());
   ReceivedUpdate received;
   proto::ServerUpdate& newest = received.update;
   StageInput input;
@@ -75,7 +75,7 @@ TEST(LatePose, PairOnHandAndToolSumsToZero) {
     const Wrench on_hand = stage.tick(rig.input).wrench_on_hand_W;
     const RigidState& tool = rig.newest.tool;
     const RigidState& handle = rig.input.handle;
-    const Wrench on_tool = rig.coupling.wrench_on_tool_W(haptics::coupling_state(handle.X, handle.V, tool.X, tool.V));
+    const Wrench on_tool = rig.coupling->wrench_on_tool_W(haptics::coupling_state(handle.X, handle.V, tool.X, tool.V));
     const Vec3 moment_about_T = on_tool.t + on_hand.t + (handle.X.p - tool.X.p).cross(on_hand.f);
     ASSERT_EQ(on_hand.f + on_tool.f, Vec3::Zero());
     ASSERT_LT(moment_about_T.norm(), 1e-12);

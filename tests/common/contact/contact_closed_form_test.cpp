@@ -20,12 +20,12 @@ TEST(ContactSolver, ACoupledToolSagsByItsWeightOverTheStiffness) {
   ContactSolver solver({});
   for (const double mass_kg : {0.005, 0.05, 0.5, 2.0}) {
     for (const double k : {300.0, 3000.0}) {
-      const haptics::SpringDamper law(spring(k, 2 * std::sqrt(k * mass_kg)));
+      const auto law = haptics::make_coupling_law("spring-damper", spring(k, 2 * std::sqrt(k * mass_kg)));
       TouchScene scene(solver);
       scene.mass_kg = mass_kg;
       scene.inertia_B = sphere_inertia(mass_kg, 0.005);
       scene.gravity_m_per_s2 = kGravity_m_per_s2;
-      scene.law = &law;
+      scene.law = law.get();
       scene.run(3);
       EXPECT_NEAR(scene.X_WB.p.z(), -mass_kg * kGravity_m_per_s2 / k, 1e-9) << mass_kg << " kg " << k << " N/m";
       EXPECT_NEAR(scene.tool_wrench_W.f.z(), mass_kg * kGravity_m_per_s2, 1e-6 * mass_kg * kGravity_m_per_s2);
@@ -35,9 +35,9 @@ TEST(ContactSolver, ACoupledToolSagsByItsWeightOverTheStiffness) {
 
 TEST(ContactSolver, ReportsTheCouplingsWrenchAtTheEndOfTheStep) {
   ContactSolver solver({});
-  const haptics::SpringDamper law(haptics::CouplingParameters{});
+  const auto law = haptics::make_coupling_law("spring-damper", haptics::CouplingParameters{});
   TouchScene scene(solver);
-  scene.law = &law;
+  scene.law = law.get();
   scene.X_BT = {{0.02, 0.01, -0.03}, quaternion_of({0.2, -0.4, 0.1})};
   scene.X_WH = {{0.01, -0.005, 0.004}, quaternion_of({0.5, 0.3, -0.2})};
   scene.V_WH = {{0.1, -0.2, 0.05}, {0.5, 1, -1}};
@@ -46,7 +46,7 @@ TEST(ContactSolver, ReportsTheCouplingsWrenchAtTheEndOfTheStep) {
     ASSERT_TRUE(scene.report.has_converged) << "step " << i;
     const Pose X_WT = scene.X_WB * scene.X_BT;
     const Twist V_WT{scene.V_WB.v + scene.V_WB.w.cross(X_WT.p - scene.X_WB.p), scene.V_WB.w};
-    const Wrench expected = haptics::coupling_wrenches(law, scene.X_WH, scene.V_WH, X_WT, V_WT).on_tool_W;
+    const Wrench expected = haptics::coupling_wrenches(*law, scene.X_WH, scene.V_WH, X_WT, V_WT).on_tool_W;
     ASSERT_LT((scene.tool_wrench_W.f - expected.f).norm(), 1e-8);
     ASSERT_LT((scene.tool_wrench_W.t - expected.t).norm(), 1e-10);
   }

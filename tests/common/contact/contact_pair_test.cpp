@@ -21,13 +21,11 @@ namespace {
 constexpr double kBand_m = 2e-4;
 
 ContactShape sphere_shape(double radius_m = 0.01, int count = 6000) {
-  return hand_made_shape(std::make_shared<SphereField>(radius_m),
-                         PointShell::of(sphere_points(radius_m, count), 4.5e-4));
+  return hand_made_shape(sphere_field(radius_m), PointShell::of(sphere_points(radius_m, count), 4.5e-4));
 }
 
 ContactShape box_shape(const Vec3& size_m, double spacing_m = 4.5e-4) {
-  return hand_made_shape(std::make_shared<BoxField>(size_m),
-                         PointShell::of(box_points(size_m, spacing_m), std::max(4.5e-4, spacing_m)),
+  return hand_made_shape(box_field(size_m), PointShell::of(box_points(size_m, spacing_m), std::max(4.5e-4, spacing_m)),
                          PointShell::of(box_edge_points(size_m, spacing_m), spacing_m));
 }
 

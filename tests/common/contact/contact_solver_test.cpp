@@ -169,7 +169,8 @@ class WrongInput : public testing::Test {
  protected:
   /// One step of a good body on a floor with what is to be wrong beside it.
   void step_good_body() {
-    step(SolverCoupling{0, &law_, {}, {}, {{0, 0, 0.005}, Quat::Identity()}}, SolverPatch{0, kStaticBody, contacts_});
+    step(SolverCoupling{0, law_.get(), {}, {}, {{0, 0, 0.005}, Quat::Identity()}},
+         SolverPatch{0, kStaticBody, contacts_});
   }
   void step(const SolverCoupling& coupling, const SolverPatch& patch) {
     report_ = solver_.step(kStep_s, bodies_, {&coupling, 1}, {&patch, 1}, {&result_, 1}, {&tool_, 1});
@@ -182,7 +183,7 @@ class WrongInput : public testing::Test {
   }
 
   ContactSolver solver_{{}};
-  haptics::SpringDamper law_{haptics::CouplingParameters{}};
+  std::unique_ptr<haptics::CouplingLaw> law_ = haptics::make_coupling_law("spring-damper", {});
   std::vector<ContactPoint> contacts_ = square(0, 1e-4);
   std::vector<SolverBody> bodies_ = {{0.05, box_inertia(0.05, {0.01, 0.01, 0.01}), {0, 0, 0.005}, {{0, 0, -0.1}}, {}}};
   PatchResult result_;
@@ -191,7 +192,7 @@ class WrongInput : public testing::Test {
 };
 
 TEST_F(WrongInput, AHandleThatIsNotFiniteDoesNotPull) {
-  step({0, &law_, {{kNan, 0, 0}, Quat::Identity()}, {}, {}}, {0, kStaticBody, contacts_});
+  step({0, law_.get(), {{kNan, 0, 0}, Quat::Identity()}, {}, {}}, {0, kStaticBody, contacts_});
   EXPECT_EQ(tool_.f.norm(), 0);
   EXPECT_EQ(report_.left_out, 1U);
   EXPECT_GT(result_.normal_force_n, 0);
@@ -217,7 +218,7 @@ TEST_F(WrongInput, AnInertiaThatNoBodyHasIsRefused) {
 }
 
 TEST_F(WrongInput, IndicesOfNoBodyAreLeftOut) {
-  step({7, &law_, {}, {}, {}}, {-5, 9, contacts_});
+  step({7, law_.get(), {}, {}, {}}, {-5, 9, contacts_});
   EXPECT_EQ(report_.left_out, 2U);
 }
 
@@ -255,7 +256,7 @@ TEST(ContactSolver, StepsWithoutAllocating) {
   Random random(kSeed);
   constexpr int kBodies = 24;
   ContactSolver solver({});
-  const haptics::SpringDamper law(haptics::CouplingParameters{});
+  const auto law = haptics::make_coupling_law("spring-damper", haptics::CouplingParameters{});
   std::vector<SolverBody> bodies;
   std::vector<std::vector<ContactPoint>> contacts;
   std::vector<SolverPatch> patches;
@@ -264,7 +265,7 @@ TEST(ContactSolver, StepsWithoutAllocating) {
     contacts.push_back(contacts_about(random, {0, 0, 0.02 * i - 0.01}, Vec3::UnitZ(), 50));
   }
   for (int i = 0; i < kBodies; ++i) patches.push_back({i, i - 1, contacts[static_cast<std::size_t>(i)]});
-  const SolverCoupling coupling{kBodies - 1, &law, {{0, 0.01, 0.5}, Quat::Identity()}, {}, {bodies.back().p_WC}};
+  const SolverCoupling coupling{kBodies - 1, law.get(), {{0, 0.01, 0.5}, Quat::Identity()}, {}, {bodies.back().p_WC}};
   std::vector<PatchResult> results(kBodies);
   Wrench tool;
   const std::uint64_t before = test::allocation_count();

@@ -26,10 +26,10 @@ TEST(ContactSolver, AFreeOscillationNeverGainsEnergy) {
       c.stiffness_n_per_m = k;
       c.damping_n_s_per_m = 0;
       c.force_limit_n = 1e6;
-      const haptics::SpringDamper law(c);
+      const auto law = haptics::make_coupling_law("spring-damper", c);
       TouchScene scene = ball(solver, mass_kg, 1);
       scene.planes.clear();
-      scene.law = &law;
+      scene.law = law.get();
       scene.X_WB.p = {0.01, -0.02, 0.005};
       const auto energy_j = [&] { return scene.energy_j() + 0.5 * k * scene.X_WB.p.squaredNorm(); };
       for (double before = energy_j(); const int i : {0, 1, 2}) {
@@ -51,10 +51,10 @@ TEST(ContactSolver, APressedToolComesToRestForAnyMassAndStiffness) {
       c.stiffness_n_per_m = 1000;
       c.damping_n_s_per_m = 2 * std::sqrt(1000 * mass_kg);
       c.damping_n_m_s_per_rad = 2 * std::sqrt(0.3 * sphere_inertia(mass_kg, 0.005)(0, 0));
-      const haptics::SpringDamper law(c);
+      const auto law = haptics::make_coupling_law("spring-damper", c);
       TouchScene scene = ball(solver, mass_kg, 1000);
       scene.stiffness_n_per_m3 = stiffness_n_per_m3;
-      scene.law = &law;
+      scene.law = law.get();
       scene.X_WB.p.z() = 0.006;
       scene.X_WH.p = {0.001, 0, 0};
       for (int i = 0; i < 1000; ++i) {
@@ -124,11 +124,11 @@ TEST(ContactSolver, AJumpOfTheHandDoesNotPullTheToolThroughAWall) {
       haptics::CouplingParameters c;
       c.stiffness_n_per_m = 1e5;
       c.force_limit_n = limit_n;
-      const haptics::SpringDamper law(c);
+      const auto law = haptics::make_coupling_law("spring-damper", c);
       TouchScene scene = ball(solver, mass_kg, 500);
       // Each face holds what is nearer to it: past the middle the wall pushes out at the back.
       scene.planes = {{Vec3::UnitZ(), 0, 1e-3}, {-Vec3::UnitZ(), 2e-3, 1e-3}};
-      scene.law = &law;
+      scene.law = law.get();
       scene.X_WB.p.z() = 0.0052;
       scene.X_WH.p.z() = 0.0052;
       scene.run(0.05);
@@ -152,9 +152,9 @@ TEST(ContactSolver, ConvergesWhenTheHandJumpsAndTurns) {
   for (const double mass_kg : kMasses_kg) {
     haptics::CouplingParameters c;
     c.stiffness_n_per_m = 1000;
-    const haptics::SpringDamper law(c);
+    const auto law = haptics::make_coupling_law("spring-damper", c);
     TouchScene scene = ball(solver, mass_kg, 300);
-    scene.law = &law;
+    scene.law = law.get();
     scene.X_WB.p.z() = 0.006;
     scene.X_BT = {{0.03, 0.01, 0.02}, Quat::Identity()};
     for (int i = 0; i < 1000; ++i) {

@@ -40,8 +40,9 @@ TEST(MeshTouch, ARidgeOfThreeTenthsOfAMillimetreOnAMillionTrianglesLiftsASliding
   rig.shape = make_contact_sphere(0.005);
   rig.friction = 0.1;
   rig.add_obstacle(solid_of(mesh));
-  const haptics::SpringDamper law(critical_coupling(rig.mass_kg, rig.inertia_B(0, 0), 1000));
-  rig.law = &law;
+  const auto law =
+      haptics::make_coupling_law("spring-damper", critical_coupling(rig.mass_kg, rig.inertia_B(0, 0), 1000));
+  rig.law = law.get();
   rig.coupling_force_n = 6.5;
   rig.X_WB.p = {-0.006, 0.0123, 0.0051};
   rig.X_WH = rig.X_WB;

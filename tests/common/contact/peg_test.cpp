@@ -55,7 +55,7 @@ class Peg {
     rig.inertia_B = box_inertia(rig.mass_kg, {kPeg_m, kPeg_m, kPegLength_m});
     rig.friction = 0.2;
     rig.gravity_m_per_s2 = kGravity_m_per_s2;
-    rig.law = &law_;
+    rig.law = law_.get();
     rig.coupling_force_n = 6.5;
     rig.X_WB.p.z() = kMouth_m + kPegLength_m / 2 - 0.003;
     rig.X_WH = rig.X_WB;
@@ -88,7 +88,8 @@ class Peg {
 
  private:
   ContactSolver solver_{{1, 1, 8, 40'000, 30}};
-  haptics::SpringDamper law_{critical_coupling(0.12, 4e-5, 400)};
+  std::unique_ptr<haptics::CouplingLaw> law_ =
+      haptics::make_coupling_law("spring-damper", critical_coupling(0.12, 4e-5, 400));
 
  public:
   TouchRig rig;

@@ -240,10 +240,10 @@ TEST(PointShell, HasNoPointsInsideThePlateOfABentSheet) {
 }
 
 TEST(PointShell, LiesOnTheExactSurfaceOfAPrimitive) {
-  const CylinderField field(0.05, 0.02);
-  const PointShells shells = sample_surface(geometry::tessellated_cylinder(0.05, 0.02), field, {});
+  const auto field = cylinder_field(0.05, 0.02);
+  const PointShells shells = sample_surface(geometry::tessellated_cylinder(0.05, 0.02), *field, {});
   for (const ShellPoint& point : shells.surface.points) {
-    ASSERT_NEAR(field.distance_m(point.p_S.cast<double>()), 0, 1e-8);
+    ASSERT_NEAR(field->distance_m(point.p_S.cast<double>()), 0, 1e-8);
   }
   ASSERT_FALSE(shells.features.points.empty());
   for (const ShellPoint& point : shells.features.points) {

@@ -25,12 +25,10 @@ struct Primitive {
 
 std::vector<Primitive> primitives() {
   std::vector<Primitive> all;
-  all.push_back({"sphere", std::make_unique<SphereField>(kRadius), geometry::tessellated_sphere(kRadius)});
-  all.push_back({"box", std::make_unique<BoxField>(kBox), geometry::tessellated_box(kBox)});
-  all.push_back({"cylinder", std::make_unique<CylinderField>(kRadius, kLength),
-                 geometry::tessellated_cylinder(kRadius, kLength)});
-  all.push_back(
-      {"capsule", std::make_unique<CapsuleField>(kRadius, kLength), geometry::tessellated_capsule(kRadius, kLength)});
+  all.push_back({"sphere", sphere_field(kRadius), geometry::tessellated_sphere(kRadius)});
+  all.push_back({"box", box_field(kBox), geometry::tessellated_box(kBox)});
+  all.push_back({"cylinder", cylinder_field(kRadius, kLength), geometry::tessellated_cylinder(kRadius, kLength)});
+  all.push_back({"capsule", capsule_field(kRadius, kLength), geometry::tessellated_capsule(kRadius, kLength)});
   return all;
 }
 
@@ -98,19 +96,19 @@ TEST(PrimitiveFields, HaveADirectionWhereTheyHaveNone) {
       EXPECT_TRUE(std::isfinite(sample.distance_m));
     }
   }
-  EXPECT_DOUBLE_EQ(SphereField(kRadius).distance_m(Vec3::Zero()), -kRadius);
-  EXPECT_DOUBLE_EQ(BoxField(kBox).distance_m(Vec3::Zero()), -kBox.minCoeff() / 2);
-  EXPECT_DOUBLE_EQ(CylinderField(kRadius, kLength).distance_m(Vec3::Zero()), -kRadius);
-  EXPECT_DOUBLE_EQ(CapsuleField(kRadius, kLength).distance_m(Vec3(0, 0, 1)), 1 - kLength / 2 - kRadius);
+  EXPECT_DOUBLE_EQ(sphere_field(kRadius)->distance_m(Vec3::Zero()), -kRadius);
+  EXPECT_DOUBLE_EQ(box_field(kBox)->distance_m(Vec3::Zero()), -kBox.minCoeff() / 2);
+  EXPECT_DOUBLE_EQ(cylinder_field(kRadius, kLength)->distance_m(Vec3::Zero()), -kRadius);
+  EXPECT_DOUBLE_EQ(capsule_field(kRadius, kLength)->distance_m(Vec3(0, 0, 1)), 1 - kLength / 2 - kRadius);
 }
 
 TEST(PrimitiveFields, MeasureToTheNearestEdgeAndCorner) {
-  const BoxField box(kBox);
-  const DistanceSample corner = box.sample(kBox / 2 + Vec3(0.003, 0.004, 0.012));
+  const auto box = box_field(kBox);
+  const DistanceSample corner = box->sample(kBox / 2 + Vec3(0.003, 0.004, 0.012));
   EXPECT_NEAR(corner.distance_m, 0.013, 1e-15);
   EXPECT_LT((corner.gradient - Vec3(3, 4, 12) / 13).norm(), 1e-12);
-  const CylinderField cylinder(kRadius, kLength);
-  const DistanceSample rim = cylinder.sample(Vec3(0, -kRadius - 0.003, -kLength / 2 - 0.004));
+  const auto cylinder = cylinder_field(kRadius, kLength);
+  const DistanceSample rim = cylinder->sample(Vec3(0, -kRadius - 0.003, -kLength / 2 - 0.004));
   EXPECT_NEAR(rim.distance_m, 0.005, 1e-15);
   EXPECT_LT((rim.gradient - Vec3(0, -0.6, -0.8)).norm(), 1e-12);
 }

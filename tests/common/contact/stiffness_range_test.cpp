@@ -25,8 +25,8 @@ void expect_calm(const Press& press, const ShapePointer& floor) {
   rig.add_obstacle(floor, {{0, 0, -0.025}, Quat::Identity()});
   haptics::CouplingParameters c = critical_coupling(press.mass_kg, rig.inertia_B(0, 0), press.coupling_n_per_m);
   c.force_limit_n = 100;
-  const haptics::SpringDamper law(c);
-  rig.law = &law;
+  const auto law = haptics::make_coupling_law("spring-damper", c);
+  rig.law = law.get();
   rig.coupling_force_n = 10;
   rig.X_WB.p = {0, 0, 0.006};
   rig.X_WH.p = {0.0005, 0, 0.003};

@@ -126,8 +126,8 @@ void expect_jump_is_held(const Encounter& e, double limit_n, double gap_m) {
   TouchRig rig = e.rig(solver, gap_m);
   haptics::CouplingParameters c = critical_coupling(e.mass_kg, rig.inertia_B(0, 0), limit_n > 100 ? 1e5 : 300);
   c.force_limit_n = limit_n;
-  const haptics::SpringDamper law(c);
-  rig.law = &law;
+  const auto law = haptics::make_coupling_law("spring-damper", c);
+  rig.law = law.get();
   rig.coupling_force_n = limit_n;
   rig.X_WH = rig.X_WB;
   rig.run(0.01);

@@ -12,25 +12,26 @@ namespace tandem::haptics {
 namespace {
 
 TEST(SpringDamper, GivesHookesLawBelowItsLimit) {
-  const SpringDamper law({.stiffness_n_per_m = 200, .damping_n_s_per_m = 4, .force_limit_n = 100});
-  const Wrench wrench = law.wrench_on_tool_W({.d_W = {0.01, 0, -0.02}, .v_W = {0, 0.1, 0}});
+  const auto law =
+      make_coupling_law("spring-damper", {.stiffness_n_per_m = 200, .damping_n_s_per_m = 4, .force_limit_n = 100});
+  const Wrench wrench = law->wrench_on_tool_W({.d_W = {0.01, 0, -0.02}, .v_W = {0, 0.1, 0}});
   EXPECT_NEAR((wrench.f - Vec3(2.0, 0.4, -4.0)).norm(), 0, 1e-12);
   EXPECT_EQ(wrench.t.norm(), 0);
 }
 
 TEST(SpringDamper, ShowsNoForceForAnInputThatIsNotFinite) {
-  const SpringDamper law({});
+  const auto law = make_coupling_law("spring-damper", {});
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const CouplingState state{.d_W = {nan, 1, 1}};
-  EXPECT_EQ(law.wrench_on_tool_W(state).f.norm(), 0);
-  EXPECT_EQ(law.gradient(state).force_by_d.norm(), 0);
-  EXPECT_EQ(law.gradient(state).force_by_v.norm(), 0);
+  EXPECT_EQ(law->wrench_on_tool_W(state).f.norm(), 0);
+  EXPECT_EQ(law->gradient(state).force_by_d.norm(), 0);
+  EXPECT_EQ(law->gradient(state).force_by_v.norm(), 0);
 }
 
 TEST(SpringDamper, KeepsTheDirectionFarBeyondItsLimit) {
-  const SpringDamper law({.stiffness_n_per_m = 1000, .force_limit_n = 5});
+  const auto law = make_coupling_law("spring-damper", {.stiffness_n_per_m = 1000, .force_limit_n = 5});
   const Vec3 d(0.3, -0.4, 1.2);
-  const Wrench wrench = law.wrench_on_tool_W({.d_W = d});
+  const Wrench wrench = law->wrench_on_tool_W({.d_W = d});
   EXPECT_NEAR(wrench.f.norm(), 5, 1e-12);
   EXPECT_NEAR(wrench.f.normalized().dot(d.normalized()), 1, 1e-12);
 }
@@ -57,7 +58,7 @@ TEST(CouplingWrenches, GiveOutNoMoreThanTheSpringLosesAndTheDamperTakesTheRest) 
   Random random(seed);
   CouplingParameters c;
   c.force_limit_n = c.torque_limit_n_m = 1e6;
-  const SpringDamper law(c);
+  const auto law = make_coupling_law("spring-damper", c);
   const auto spring_energy_j = [&c](const Ends& ends, double after_s) {
     const CouplingState state =
         coupling_state(integrate(ends.X_WH, ends.V_WH, after_s), {}, integrate(ends.X_WT, ends.V_WT, after_s), {});
@@ -66,7 +67,7 @@ TEST(CouplingWrenches, GiveOutNoMoreThanTheSpringLosesAndTheDamperTakesTheRest) 
   };
   for (int i = 0; i < 1000; ++i) {
     const Ends ends = random_ends(random);
-    const auto [on_tool, on_hand] = coupling_wrenches(law, ends.X_WH, ends.V_WH, ends.X_WT, ends.V_WT);
+    const auto [on_tool, on_hand] = coupling_wrenches(*law, ends.X_WH, ends.V_WH, ends.X_WT, ends.V_WT);
     const double power_w = on_tool.f.dot(ends.V_WT.v) + on_tool.t.dot(ends.V_WT.w) + on_hand.f.dot(ends.V_WH.v) +
                            on_hand.t.dot(ends.V_WH.w);
     // Central difference: its error is h²/6 of the third derivative, here below 1e-7 of some 100 W.

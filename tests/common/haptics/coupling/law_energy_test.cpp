@@ -161,26 +161,26 @@ INSTANTIATE_TEST_SUITE_P(Catalog, ActiveCouplingLaw, testing::ValuesIn(laws_that
 constexpr CouplingParameters kExample{.stiffness_n_per_m = 200, .damping_n_s_per_m = 0, .force_limit_n = 4};
 
 TEST(StableDynamicLiteral, ReturnsTenMillijouleOfTheThreeOrSixThatItStored) {
-  StableDynamicLiteral law(kExample);
-  const PushAndRetreat blunt = push_and_retreat(law, 0.010);
+  const auto law = make_coupling_law("stable-dynamic-literal", kExample);
+  const PushAndRetreat blunt = push_and_retreat(*law, 0.010);
   EXPECT_NEAR(blunt.stored_j, 3.1e-3, 0.05e-3);
   EXPECT_NEAR(blunt.returned_j, 10.0e-3, 1e-6);
   // With both readings of the printed 2, exponent and factor.
   CouplingParameters sharp = kExample;
   sharp.curve_sharpness = 2;
-  law.set_parameters(sharp);
-  EXPECT_NEAR(push_and_retreat(law, 0.010).stored_j, 5.8e-3, 0.05e-3);
-  EXPECT_NEAR(push_and_retreat(law, 0.010).returned_j, 10.0e-3, 1e-6);
+  law->set_parameters(sharp);
+  EXPECT_NEAR(push_and_retreat(*law, 0.010).stored_j, 5.8e-3, 0.05e-3);
+  EXPECT_NEAR(push_and_retreat(*law, 0.010).returned_j, 10.0e-3, 1e-6);
 }
 
 TEST(StableDynamic, ReturnsWhatItStored) {
-  const PushAndRetreat energy = push_and_retreat(StableDynamic(kExample), 0.010);
+  const PushAndRetreat energy = push_and_retreat(*make_coupling_law("stable-dynamic", kExample), 0.010);
   EXPECT_NEAR(energy.stored_j, 3.1e-3, 0.05e-3);
   EXPECT_EQ(energy.returned_j, energy.stored_j);
 }
 
 TEST(QsaDynamic, ReturnsMoreThanItStored) {
-  const PushAndRetreat energy = push_and_retreat(QsaDynamic(kExample), 0.010);
+  const PushAndRetreat energy = push_and_retreat(*make_coupling_law("qsa-dynamic", kExample), 0.010);
   // 4 N · 20 mm · (u − 1 + e^(−u)) at u = 1/2.
   EXPECT_NEAR(energy.stored_j, 0.08 * (std::exp(-0.5) - 0.5), 1e-6);
   EXPECT_NEAR(energy.returned_j, 10.0e-3, 1e-6);

@@ -17,8 +17,8 @@ std::vector<ProxyObstacle> walls() {
   const geometry::TriangleMesh sheet = height_mesh(0.2, 10, [](double, double) { return 0.0; });
   geometry::TriangleMesh upright = sheet;
   for (Vec3& vertex : upright.vertices) vertex = Vec3(vertex.z(), vertex.x(), vertex.y());
-  return {touchable(std::make_shared<contact::BoxField>(Vec3(0.002, 0.2, 0.2))),
-          touchable(contact::box_mesh({0.002, 0.2, 0.2})), touchable(upright)};
+  return {touchable(contact::box_field(Vec3(0.002, 0.2, 0.2))), touchable(contact::box_mesh({0.002, 0.2, 0.2})),
+          touchable(upright)};
 }
 
 double half_thickness_of(const ProxyObstacle& wall) {
@@ -77,7 +77,7 @@ TEST(GodObjectMoving, ASlippingBoxLeavesTheProxyBehind) {
 
 TEST(GodObjectMoving, ALiftCarriesTheProxyUpAgainstACornerOfTwoBodies) {
   // A floor that rises, and a still wall at x = 0.02: the hand pulls into the corner of both.
-  ProxyObstacle floor = touchable(std::make_shared<contact::BoxField>(Vec3(0.1, 0.1, 0.02)), at({0, 0, -0.02}));
+  ProxyObstacle floor = touchable(contact::box_field(Vec3(0.1, 0.1, 0.02)), at({0, 0, -0.02}));
   ProxyObstacle wall = touchable(contact::box_mesh({0.02, 0.1, 0.1}, {0.03, 0, 0}));
   GodObject proxy = proxy_at({0, 0, 0.01}, {floor, wall});
   drag(proxy, {0.03, 0, -0.02}, 50);
@@ -95,8 +95,8 @@ TEST(GodObjectMoving, AWedgeSqueezesTheProxyOut) {
   // A ceiling at 45° comes down on a floor: the proxy has to leave sideways, whatever the hand wants.
   const Quat slope = quaternion_of({0, 3 * std::numbers::pi / 4, 0});
   const Vec3 n = slope * Vec3::UnitZ();
-  ProxyObstacle floor = touchable(std::make_shared<contact::HalfSpaceField>());
-  ProxyObstacle ceiling = touchable(std::make_shared<contact::HalfSpaceField>(), {-0.02 * n, slope});
+  ProxyObstacle floor = touchable(contact::half_space_field());
+  ProxyObstacle ceiling = touchable(contact::half_space_field(), {-0.02 * n, slope});
   GodObject proxy = proxy_at({0, 0, kRadius_m}, {floor, ceiling});
   for (int i = 0; i < 60; ++i) {
     const Pose X_ceiling{-0.02 * n - Vec3(0, 0, 1e-3 * i), slope};

@@ -54,12 +54,13 @@ TEST(GodObject, KeepsUpWithAHandAtOneMetrePerSecondOnAMesh) {
 }
 
 TEST(GodObject, RestsOnAPlaneAtItsRadiusWithForceByDepth) {
-  SpringDamper law({.stiffness_n_per_m = 500, .force_limit_n = 100, .saturation_softness = 0});
-  for (const ProxyObstacle& plane : {touchable(std::make_shared<contact::HalfSpaceField>()), touchable(flat_mesh())}) {
+  const auto law =
+      make_coupling_law("spring-damper", {.stiffness_n_per_m = 500, .force_limit_n = 100, .saturation_softness = 0});
+  for (const ProxyObstacle& plane : {touchable(contact::half_space_field()), touchable(flat_mesh())}) {
     GodObject proxy = proxy_at({0, 0, 0.01}, {plane});
     drag(proxy, {0.0234, 0.0123, -0.004}, 50);
     EXPECT_LT((proxy.state().p_W - Vec3(0.0234, 0.0123, kRadius_m)).norm(), 1e-9);
-    const Vec3 force = proxy_force_on_hand_W(proxy.state(), law, Vec3::Zero());
+    const Vec3 force = proxy_force_on_hand_W(proxy.state(), *law, Vec3::Zero());
     EXPECT_LT((force - Vec3(0, 0, 500 * (0.004 + kRadius_m))).norm(), 1e-6);
     ASSERT_EQ(proxy.state().contact_count, 1U);
     EXPECT_LT((proxy.state().contacts[0].point_W - Vec3(0.0234, 0.0123, 0)).norm(), 1e-9);
@@ -67,17 +68,19 @@ TEST(GodObject, RestsOnAPlaneAtItsRadiusWithForceByDepth) {
 }
 
 TEST(GodObject, DamperActsAlongThePullAlone) {
-  SpringDamper law({.stiffness_n_per_m = 500, .damping_n_s_per_m = 2, .force_limit_n = 100, .saturation_softness = 0});
-  GodObject proxy = proxy_at({0, 0, 0.01}, {touchable(std::make_shared<contact::HalfSpaceField>())});
+  const auto law = make_coupling_law(
+      "spring-damper",
+      {.stiffness_n_per_m = 500, .damping_n_s_per_m = 2, .force_limit_n = 100, .saturation_softness = 0});
+  GodObject proxy = proxy_at({0, 0, 0.01}, {touchable(contact::half_space_field())});
   drag(proxy, {0, 0, -0.004}, 10);
-  const Vec3 still = proxy_force_on_hand_W(proxy.state(), law, Vec3::Zero());
-  EXPECT_LT((proxy_force_on_hand_W(proxy.state(), law, {0.3, -0.2, 0}) - still).norm(), 1e-12);
-  EXPECT_LT((proxy_force_on_hand_W(proxy.state(), law, {0, 0, -0.1}) - still - Vec3(0, 0, 0.2)).norm(), 1e-12);
+  const Vec3 still = proxy_force_on_hand_W(proxy.state(), *law, Vec3::Zero());
+  EXPECT_LT((proxy_force_on_hand_W(proxy.state(), *law, {0.3, -0.2, 0}) - still).norm(), 1e-12);
+  EXPECT_LT((proxy_force_on_hand_W(proxy.state(), *law, {0, 0, -0.1}) - still - Vec3(0, 0, 0.2)).norm(), 1e-12);
 }
 
 /// A hand that moves at `v_z` along z over a plane from height `from_m` of the centre above its rest; the forces on it.
 std::vector<Vec3> forces_on_way(const CouplingLaw& law, double from_m, double v_z, int ticks) {
-  GodObject proxy = proxy_at({0, 0, 0.01}, {touchable(std::make_shared<contact::HalfSpaceField>())});
+  GodObject proxy = proxy_at({0, 0, 0.01}, {touchable(contact::half_space_field())});
   std::vector<Vec3> forces;
   for (int i = 0; i < ticks; ++i) {
     const ProxyState& state = proxy.update({0, 0, kRadius_m + from_m + v_z * kTick_s * i});
@@ -125,7 +128,7 @@ TEST(GodObject, StopsInACornerOfThreeWallsAtOnce) {
   std::vector<ProxyObstacle> walls;
   for (int axis = 0; axis < 3; ++axis) {
     const Quat turn = Quat::FromTwoVectors(Vec3::UnitZ(), -Vec3::Unit(axis));
-    walls.push_back(touchable(std::make_shared<contact::HalfSpaceField>(), {0.02 * Vec3::Unit(axis), turn}));
+    walls.push_back(touchable(contact::half_space_field(), {0.02 * Vec3::Unit(axis), turn}));
   }
   // The same corner from the inside of a mesh.
   for (const std::vector<ProxyObstacle>& corner :
@@ -163,10 +166,10 @@ TEST(GodObject, ProjectsOntoPrimitives) {
   };
   const Vec3 on_sphere = Vec3(0.010, 0.004, 0.012).normalized();
   const std::vector<Case> cases{
-      {std::make_shared<contact::SphereField>(0.02), 0.016 * on_sphere, 0.021 * on_sphere},
-      {std::make_shared<contact::BoxField>(Vec3(0.04, 0.04, 0.04)), {0.003, 0.004, 0.015}, {0.003, 0.004, 0.021}},
-      {std::make_shared<contact::CylinderField>(0.02, 0.1), {0.015, 0, 0.004}, {0.021, 0, 0.004}},
-      {std::make_shared<contact::CapsuleField>(0.02, 0.1), {0, 0, 0.066}, {0, 0, 0.071}}};
+      {contact::sphere_field(0.02), 0.016 * on_sphere, 0.021 * on_sphere},
+      {contact::box_field(Vec3(0.04, 0.04, 0.04)), {0.003, 0.004, 0.015}, {0.003, 0.004, 0.021}},
+      {contact::cylinder_field(0.02, 0.1), {0.015, 0, 0.004}, {0.021, 0, 0.004}},
+      {contact::capsule_field(0.02, 0.1), {0, 0, 0.066}, {0, 0, 0.071}}};
   for (const Case& one : cases) {
     const Pose X_WB{{0.1, -0.2, 0.3}, quaternion_of({0.3, 0.5, -0.7})};
     GodObject proxy = proxy_at(X_WB * (3.0 * one.expected), {touchable(one.field, X_WB)});
@@ -215,7 +218,7 @@ TEST(GodObject, GoesRoundTheRimOfASheetOnlyWhenTheHandLeadsItThere) {
 
 TEST(GodObject, ClimbsAStepLowerThanItsRadius) {
   // Ground, and a block 0.4 mm high on it from x = 0 on.
-  GodObject proxy = proxy_at({-0.01, 0, 0.01}, {touchable(std::make_shared<contact::HalfSpaceField>()),
+  GodObject proxy = proxy_at({-0.01, 0, 0.01}, {touchable(contact::half_space_field()),
                                                 touchable(contact::box_mesh({0.04, 0.04, 0.0008}, {0.02, 0, 0}))});
   drag(proxy, {-0.005, 0, 0.0005}, 20);
   EXPECT_LT((proxy.state().p_W - Vec3(-0.005, 0, kRadius_m)).norm(), 1e-9);
@@ -228,10 +231,10 @@ TEST(GodObject, ClimbsAStepLowerThanItsRadius) {
 }
 
 TEST(GodObject, SlidesOverTheSeamOfFlushBodies) {
-  GodObject proxy = proxy_at(
-      {-0.01, 0, 0.01}, {touchable(std::make_shared<contact::BoxField>(Vec3(0.02, 0.02, 0.02)), at({-0.01, 0, -0.01})),
-                         touchable(std::make_shared<contact::BoxField>(Vec3(0.02, 0.02, 0.02)), at({0.01, 0, -0.01})),
-                         touchable(contact::box_mesh({0.02, 0.02, 0.02}, {0.03, 0, -0.01}))});
+  GodObject proxy =
+      proxy_at({-0.01, 0, 0.01}, {touchable(contact::box_field(Vec3(0.02, 0.02, 0.02)), at({-0.01, 0, -0.01})),
+                                  touchable(contact::box_field(Vec3(0.02, 0.02, 0.02)), at({0.01, 0, -0.01})),
+                                  touchable(contact::box_mesh({0.02, 0.02, 0.02}, {0.03, 0, -0.01}))});
   drag(proxy, {-0.01, 0, -0.002}, 10);
   for (int i = 1; i <= 450; ++i) {
     const double x = -0.01 + 1e-4 * i;
@@ -255,11 +258,10 @@ TEST(GodObject, TheSameUpdatesGiveTheSameBits) {
 
 TEST(GodObject, StaysFiniteAndOutsideForHostileInput) {
   const std::array<double, 8> values{kNan, kInfinity, -kInfinity, 1e300, -1e300, 1e-300, 0.0, 0.01};
-  std::vector<ProxyObstacle> obstacles{
-      with_friction(touchable(contact::sphere_mesh(0.03, 3)), 0.5, 0.3),
-      touchable(std::make_shared<contact::BoxField>(Vec3(0.02, 0.02, 0.02)), at({0.05, 0, 0}))};
+  std::vector<ProxyObstacle> obstacles{with_friction(touchable(contact::sphere_mesh(0.03, 3)), 0.5, 0.3),
+                                       touchable(contact::box_field(Vec3(0.02, 0.02, 0.02)), at({0.05, 0, 0}))};
   GodObject proxy = proxy_at({0, 0, 0.05}, obstacles, true);
-  SpringDamper law({});
+  const auto law = make_coupling_law("spring-damper", {});
   Random random(12);
   const auto pick = [&] { return values[random.next_u32() % values.size()]; };
   const auto pick_vector = [&] { return Vec3(pick(), pick(), pick()); };
@@ -272,13 +274,13 @@ TEST(GodObject, StaysFiniteAndOutsideForHostileInput) {
     }
     const ProxyState& state = proxy.update(pick_vector(), std::span(motions).first(random.next_u32() % 4));
     ASSERT_TRUE(is_finite(state.p_W) && is_finite(state.goal_W)) << i;
-    ASSERT_TRUE(is_finite(proxy_force_on_hand_W(state, law, pick_vector()))) << i;
+    ASSERT_TRUE(is_finite(proxy_force_on_hand_W(state, *law, pick_vector()))) << i;
   }
   GodObject still = proxy_at({0, 0, 0.05}, {touchable(contact::sphere_mesh(0.03, 3))});
   EXPECT_EQ(still.update({kNan, 0, 0}).faults & kProxyBadInput, kProxyBadInput);
   EXPECT_EQ(still.state().p_W, Vec3(0, 0, 0.05));
   still.update({kNan, 0, 0});
-  EXPECT_EQ(proxy_force_on_hand_W(still.state(), law, Vec3::Zero()), Vec3::Zero());
+  EXPECT_EQ(proxy_force_on_hand_W(still.state(), *law, Vec3::Zero()), Vec3::Zero());
 }
 
 TEST(GodObject, LeavesAMeshThatItWasPutInto) {
@@ -307,25 +309,25 @@ TEST(GodObject, HoldsWhereThereAreMoreTrianglesThanItCanKeep) {
 
 TEST(GodObject, AnUpdateAllocatesNothing) {
   GodObject proxy = proxy_at({0, 0, 0.05}, {with_friction(touchable(contact::sphere_mesh(0.03, 4)), 0.4, 0.3)}, true);
-  SpringDamper law({});
+  const auto law = make_coupling_law("spring-damper", {});
   Random random(2);
   const std::uint64_t before = test::allocation_count();
   Vec3 sum = Vec3::Zero();
   for (int i = 0; i < 500; ++i) {
     const ProxyState& state = proxy.update({random.uniform(-0.04, 0.04), random.uniform(-0.04, 0.04), 0.02});
-    sum += proxy_force_on_hand_W(state, law, Vec3::Zero());
+    sum += proxy_force_on_hand_W(state, *law, Vec3::Zero());
   }
   EXPECT_EQ(test::allocation_count(), before) << sum.transpose();
 }
 
 TEST(GodObject, RefusesWhatItCannotBe) {
-  const auto sphere = touchable(std::make_shared<contact::SphereField>(0.01));
+  const auto sphere = touchable(contact::sphere_field(0.01));
   EXPECT_THROW(proxy_at(Vec3::Zero(), {}, false, 0.0), std::invalid_argument);
   EXPECT_THROW(proxy_at(Vec3::Zero(), {}, false, kNan), std::invalid_argument);
   EXPECT_THROW(proxy_at({kNan, 0, 0}, {}), std::invalid_argument);
   EXPECT_THROW(proxy_at(Vec3::Zero(), {ProxyObstacle{}}), std::invalid_argument);
   EXPECT_THROW(proxy_at(Vec3::Zero(), {with_friction(sphere, 0.1, 0.2)}), std::invalid_argument);
-  EXPECT_THROW(proxy_at(Vec3::Zero(), {touchable(std::make_shared<contact::SphereField>(0.01), at({kNan, 0, 0}))}),
+  EXPECT_THROW(proxy_at(Vec3::Zero(), {touchable(contact::sphere_field(0.01), at({kNan, 0, 0}))}),
                std::invalid_argument);
   EXPECT_THROW(proxy_at(Vec3::Zero(), std::vector<ProxyObstacle>(GodObject::kMaxObstacles + 1, sphere)),
                std::invalid_argument);

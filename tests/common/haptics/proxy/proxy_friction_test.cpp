@@ -12,7 +12,7 @@ constexpr double kSliding = 0.4;
 constexpr double kDepth_m = 3e-3;  ///< of the goal below where the centre rests
 
 std::vector<ProxyObstacle> rough_planes() {
-  return {with_friction(touchable(std::make_shared<contact::HalfSpaceField>()), kStill, kSliding),
+  return {with_friction(touchable(contact::half_space_field()), kStill, kSliding),
           with_friction(touchable(height_mesh(0.2, 20, [](double, double) { return 0.0; })), kStill, kSliding)};
 }
 
@@ -87,8 +87,7 @@ TEST(ProxyFriction, LetsGoWhenTheHandLifts) {
 }
 
 TEST(ProxyFriction, PullStaysInTheConeOnARoughSphere) {
-  GodObject proxy = proxy_at(
-      {0, 0, 0.05}, {with_friction(touchable(std::make_shared<contact::SphereField>(0.03)), kStill, kSliding)});
+  GodObject proxy = proxy_at({0, 0, 0.05}, {with_friction(touchable(contact::sphere_field(0.03)), kStill, kSliding)});
   drag(proxy, {0, 0, 0.028}, 20);
   for (int i = 0; i < 500; ++i) {
     const double angle = 2e-3 * i;
