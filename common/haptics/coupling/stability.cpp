@@ -1,6 +1,5 @@
 #include "common/haptics/coupling/stability.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -10,12 +9,10 @@
 #include <limits>
 #include <numbers>
 #include <optional>
-#include <unsupported/Eigen/MatrixFunctions>
 
 namespace tandem::haptics {
 namespace {
 
-constexpr int kMaxPeriodsBack = 64;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 /// Ours: as good as held fast, and that at a lever of 5 cm; of the world, the device feels it scaled as the coupling.
 constexpr double kStiffContact = 1e6;
@@ -28,104 +25,6 @@ constexpr std::array kHands{
     CheckedHand{"light grip", "as the simulated hand, sim_device.hpp", 0.3, 5.8, 200, 4e-4, 0.02, 0.8},
     CheckedHand{"firm grip", "ours: five times as stiff, damping ratio 0.4", 0.5, 18, 1000, 6e-4, 0.039, 4},
 };
-
-bool is_usable(const LoopModel& m) {
-  const std::array numbers{m.stiffness, m.damping,        m.tool_mass,    m.device_mass,      m.device_damping,
-                           m.hand_mass, m.hand_stiffness, m.hand_damping, m.contact_stiffness};
-  const auto is_good = [](double a) { return std::isfinite(a) && a >= 0; };
-  return std::all_of(numbers.begin(), numbers.end(), is_good) && std::isfinite(m.period_s) && m.period_s > 0 &&
-         m.device_mass + m.hand_mass > 0 && m.velocity_window >= 1 && m.delay_periods >= 0 &&
-         m.velocity_window <= kMaxPeriodsBack && m.delay_periods <= kMaxPeriodsBack;
-}
-
-/// Hand and device over one period: (x, v)⁺ = state (x, v) + force F.
-struct HandStep {
-  Eigen::Matrix2d state;
-  Eigen::Vector2d force;
-};
-HandStep hand_step(const LoopModel& m) {
-  const double mass = m.device_mass + m.hand_mass;
-  // exp of [A B; 0 0]: the last column is the response to a force held over the period.
-  Eigen::Matrix3d rates = Eigen::Matrix3d::Zero();
-  rates(0, 1) = 1;
-  rates(1, 0) = -m.hand_stiffness / mass;
-  rates(1, 1) = -(m.device_damping + m.hand_damping) / mass;
-  rates(1, 2) = 1 / mass;
-  const Eigen::Matrix3d step = (rates * m.period_s).exp();
-  return {step.topLeftCorner<2, 2>(), step.topRightCorner<2, 1>()};
-}
-
-/// The loop's state z = (x, x_{−1} − x, …, x_{−L} − x, place of the tool, v, u): x, v of the hand, y, u of the tool.
-/// The tool's place is y − x where the coupling has a spring, which feels nothing else of it, and y where it has none.
-class LoopState {
- public:
-  explicit LoopState(const LoopModel& m)
-      : back_(m.velocity_window + m.delay_periods), is_tool_relative_(m.stiffness > 0) {}
-  int size() const { return back_ + 4; }
-  int back() const { return back_; }
-  int tool_index() const { return back_ + 1; }
-  bool is_tool_relative() const { return is_tool_relative_; }
-
-  /// Each as a function of z.
-  Eigen::RowVectorXd x(int periods_ago = 0) const { return periods_ago == 0 ? unit(0) : unit(0) + unit(periods_ago); }
-  Eigen::RowVectorXd y() const { return is_tool_relative_ ? unit(0) + unit(tool_index()) : unit(tool_index()); }
-  Eigen::RowVectorXd v() const { return unit(back_ + 2); }
-  Eigen::RowVectorXd u() const { return unit(back_ + 3); }
-
- private:
-  Eigen::RowVectorXd unit(int index) const { return Eigen::RowVectorXd::Unit(size(), index); }
-  int back_;
-  bool is_tool_relative_;
-};
-
-Eigen::MatrixXd transition(const LoopModel& m, const LoopState& z) {
-  const double T = m.period_s;
-  const Eigen::RowVectorXd handle = z.x(m.delay_periods);
-  const Eigen::RowVectorXd handle_velocity =
-      (handle - z.x(m.delay_periods + m.velocity_window)) / (m.velocity_window * T);
-  // m (u⁺ − u)/T = k (x_h − y⁺) + b (v_h − u⁺) − k_c y⁺ with y⁺ = y + T u⁺, solved for u⁺.
-  const double resistance = m.tool_mass + T * m.damping + T * T * (m.stiffness + m.contact_stiffness);
-  const Eigen::RowVectorXd push =
-      m.stiffness * (handle - z.y()) + m.damping * handle_velocity - m.contact_stiffness * z.y();
-  const Eigen::RowVectorXd u_next = (m.tool_mass * z.u() + T * push) / resistance;
-  const Eigen::RowVectorXd y_next = z.y() + T * u_next;
-  const Eigen::RowVectorXd on_hand = -m.stiffness * (handle - y_next) - m.damping * (handle_velocity - u_next);
-  const HandStep hand = hand_step(m);
-  const Eigen::RowVectorXd x_next = hand.state(0, 0) * z.x() + hand.state(0, 1) * z.v() + hand.force(0) * on_hand;
-
-  Eigen::MatrixXd next(z.size(), z.size());
-  next.row(0) = x_next;
-  for (int i = 1; i <= z.back(); ++i) next.row(i) = z.x(i - 1) - x_next;
-  next.row(z.tool_index()) = z.is_tool_relative() ? Eigen::RowVectorXd(y_next - x_next) : y_next;
-  next.row(z.tool_index() + 1) = hand.state(1, 0) * z.x() + hand.state(1, 1) * z.v() + hand.force(1) * on_hand;
-  next.row(z.tool_index() + 2) = u_next;
-  return next;
-}
-
-Eigen::MatrixXd without(const Eigen::MatrixXd& a, int index) {
-  const Eigen::Index rest = a.rows() - index - 1;
-  Eigen::MatrixXd result(a.rows() - 1, a.cols() - 1);
-  result.topLeftCorner(index, index) = a.topLeftCorner(index, index);
-  result.topRightCorner(index, rest) = a.topRightCorner(index, rest);
-  result.bottomLeftCorner(rest, index) = a.bottomLeftCorner(rest, index);
-  result.bottomRightCorner(rest, rest) = a.bottomRightCorner(rest, rest);
-  return result;
-}
-
-// Places that nothing depends on have an eigenvalue 1 each; their rows and columns go.
-Eigen::MatrixXd felt_transition(const LoopModel& m) {
-  const LoopState z(m);
-  Eigen::MatrixXd a = transition(m, z);
-  const bool is_hand_tied = m.hand_stiffness > 0, is_tool_tied = m.contact_stiffness > 0;
-  if (!z.is_tool_relative() && !is_tool_tied) a = without(a, z.tool_index());
-  if (!is_hand_tied && !(z.is_tool_relative() && is_tool_tied)) a = without(a, 0);
-  return a;
-}
-
-// Momentum is kept by a coupling that gives the hand the opposite of what it gives the tool.
-bool can_glide(const LoopModel& m) {
-  return !(m.hand_stiffness > 0) && !(m.contact_stiffness > 0) && !(m.device_damping + m.hand_damping > 0);
-}
 
 /// A set-up and the numbers in it that a remedy may change.
 struct Setup {
@@ -432,20 +331,6 @@ void check_axis(const Axis& axis, const Setup& setup, std::vector<StabilityFindi
 }
 
 }  // namespace
-
-double spectral_radius(const LoopModel& model) {
-  if (!is_usable(model)) return kInfinity;
-  if (!(model.stiffness > 0) && !(model.damping > 0)) return 0;
-  const Eigen::MatrixXd a = felt_transition(model);
-  if (!a.allFinite()) return kInfinity;
-  Eigen::VectorXcd eigenvalues = a.eigenvalues();
-  if (can_glide(model)) {
-    Eigen::Index glide = 0;
-    (eigenvalues.array() - 1.0).abs().minCoeff(&glide);
-    eigenvalues(glide) = 0;
-  }
-  return eigenvalues.cwiseAbs().maxCoeff();
-}
 
 std::span<const CheckedHand> checked_hands() noexcept {
   return kHands;

@@ -8,6 +8,7 @@
 
 #include "common/base/random.hpp"
 #include "common/haptics/coupling/coupling_law.hpp"
+#include "common/haptics/coupling/sampled_loop.hpp"
 
 namespace tandem::haptics {
 
@@ -52,6 +53,25 @@ inline double hostile_number(Random& random) {
 inline Vec3 hostile_vector(Random& random) {
   const double x = hostile_number(random), y = hostile_number(random), z = hostile_number(random);
   return {x, y, z};
+}
+
+inline LoopModel random_model(Random& random) {
+  const auto spread = [&](double low, double high) { return low * std::pow(high / low, random.uniform()); };
+  LoopModel m;
+  m.period_s = spread(2.5e-4, 4e-3);
+  m.stiffness = spread(50, 5000);
+  m.damping = random.uniform() < 0.2 ? 0 : spread(0.1, 20);
+  m.tool_mass = random.uniform() < 0.2 ? 0 : spread(0.02, 2);
+  m.device_mass = spread(0.05, 0.5);
+  m.device_damping = spread(0.05, 5);
+  const bool is_held = random.uniform() < 0.7;
+  m.hand_mass = is_held ? spread(0.1, 1) : 0;
+  m.hand_stiffness = is_held ? spread(50, 1000) : 0;
+  m.hand_damping = is_held ? spread(1, 20) : 0;
+  m.contact_stiffness = random.uniform() < 0.5 ? 0 : spread(1000, 50000);
+  m.velocity_window = 1 + static_cast<int>(random.uniform() * 10);
+  m.delay_periods = static_cast<int>(random.uniform() * 4);
+  return m;
 }
 
 inline CouplingState hostile_state(Random& random) {

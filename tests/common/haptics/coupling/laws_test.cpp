@@ -193,5 +193,30 @@ TEST(StableDynamic, ShowsItsLimitLessTheShareOfTheSoftness) {
   EXPECT_NEAR(force_at("stable-dynamic", 0.5, 1), 4 * (1 - 0.2 / std::numbers::e), 1e-12);
 }
 
+TEST(SteepestSlope, IsTheLargestGradientOfEveryLaw) {
+  for (const double sharpness : {0.1, 0.5, 1.0, 3.0, 10.0}) {
+    CouplingParameters parameters;
+    parameters.curve_sharpness = sharpness;
+    for (const CouplingLawInfo& info : coupling_laws()) {
+      if (info.name == "direct") continue;
+      const auto law = info.make(parameters);
+      double steepest = 0;
+      for (int i = 0; i < 4000; ++i) {
+        CouplingState state;
+        state.d_W.x() = i * 5e-5;  // to 0.2 m
+        for (const double speed : {-1e-12, 1e-12}) {
+          state.v_WH.x() = speed;
+          const double slope = law->gradient(state).force_by_d(0, 0);
+          steepest = std::max(steepest, slope);
+        }
+      }
+      // The grid meets the steepest point to a part of 1e-4 or better.
+      EXPECT_NEAR(steepest, steepest_slope_factor(info.name, parameters) * parameters.stiffness_n_per_m,
+                  1e-3 * parameters.stiffness_n_per_m)
+          << info.name << ", c = " << sharpness;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace tandem::haptics
