@@ -51,6 +51,9 @@ Matrix6 shift_to(const Vec3& about_W, const IslandBody& body) {
 
 }  // namespace
 
+/// Of one iteration.
+enum class ContactIsland::Progress : std::uint8_t { kMore, kDone, kFailed };
+
 Twist relative_twist(const IslandPatch& patch) {
   const Twist of_a = twist_at(patch.a, patch.terms.about_W), of_b = twist_at(patch.b, patch.terms.about_W);
   return {of_a.v - of_b.v, of_a.w - of_b.w};

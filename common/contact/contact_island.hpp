@@ -69,7 +69,7 @@ class ContactIsland {
 
  private:
   void set_hardness() noexcept;
-  enum class Progress : std::uint8_t { kMore, kDone, kFailed };
+  enum class Progress : std::uint8_t;
   Progress iterate() noexcept;
   void linearise() noexcept;
   double enough() const;  ///< residual energy of a solution

@@ -35,7 +35,31 @@ Lane is_positive(const Lane& x) {
 
 }  // namespace
 
+/// Two contacts; unused halves have no force.
+struct ContactRows::Row {
+  Lane nx, ny, nz;  // normal
+  Lane rx, ry, rz;  // from about_W
+  Lane depth;       // min(δ, ρ), or of a gap δ (h + τ)/h
+  Lane excess;      // min(δ − ρ, h · recovery speed)
+  Lane soft;        // w
+  Lane tangential;  // k_t
+  Lane sx, sy, sz;  // bristle
+  Lane limit;       // μ f_n
+  // Of the last evaluate():
+  Lane normal_force;
+  Lane zx, zy, zz;
+  Lane by_twist;  // −∂f/∂v = by_twist 1 + along_normal nnᵀ − along_slip zzᵀ
+  Lane along_normal;
+  Lane along_slip;
+};
+
+/// Velocity of A past B at the contact, and how fast the contact closes.
+struct ContactRows::Motion {
+  Lane vx, vy, vz, closing;
+};
+
 ContactRows::ContactRows(std::size_t contacts, std::size_t patches) : rows_(contacts / kLanes + patches) {}
+ContactRows::~ContactRows() = default;
 
 bool ContactRows::append(std::span<const ContactPoint> contacts, PatchTerms& terms, std::uint32_t& ill) noexcept {
   const std::size_t needed = (contacts.size() + kLanes - 1) / kLanes;
@@ -185,8 +209,8 @@ Matrix6 ContactRows::derivative(const PatchTerms& terms) const noexcept {
   return k;
 }
 
-ContactRows::Outcome ContactRows::finish(const PatchTerms& terms, std::span<ContactPoint> contacts) const noexcept {
-  Outcome outcome;
+PatchResult ContactRows::finish(const PatchTerms& terms, std::span<ContactPoint> contacts) const noexcept {
+  PatchResult outcome;
   const double share = terms.step_s / terms.lag_s();
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     const Row& row = rows_[terms.first + i / kLanes];

@@ -8,7 +8,7 @@
 #include <Eigen/Core>
 
 #include "common/contact/block_cholesky.hpp"
-#include "common/contact/contact_pair.hpp"
+#include "common/contact/contact_solver.hpp"
 
 namespace tandem::contact {
 
@@ -49,6 +49,7 @@ enum class FrictionLimit : std::uint8_t { kFollows, kKept };
 class ContactRows {
  public:
   ContactRows(std::size_t contacts, std::size_t patches);
+  ~ContactRows();
 
   void clear() noexcept { used_ = 0; }
   /// Rows of these contacts, whose range goes to `terms`. False: no room. Contacts that are not finite get rows without
@@ -60,37 +61,13 @@ class ContactRows {
   /// −∂wrench/∂twist where evaluate() was last asked: symmetric, no negative eigenvalue.
   Matrix6 derivative(const PatchTerms& terms) const noexcept;
 
-  struct Outcome {
-    double normal_force_n = 0;
-    double deepest_m = 0;
-    std::uint32_t pressing = 0;
-  };
   /// Moves the bristles by the twist of the last evaluate().
-  Outcome finish(const PatchTerms& terms, std::span<ContactPoint> contacts) const noexcept;
+  /// Out     all but the wrench
+  PatchResult finish(const PatchTerms& terms, std::span<ContactPoint> contacts) const noexcept;
 
  private:
-  /// Two contacts; unused halves have no force.
-  using Lane = Eigen::Array<double, 2, 1>;
-  struct Row {
-    Lane nx, ny, nz;  // normal
-    Lane rx, ry, rz;  // from about_W
-    Lane depth;       // min(δ, ρ), or of a gap δ (h + τ)/h
-    Lane excess;      // min(δ − ρ, h · recovery speed)
-    Lane soft;        // w
-    Lane tangential;  // k_t
-    Lane sx, sy, sz;  // bristle
-    Lane limit;       // μ f_n
-    // Of the last evaluate():
-    Lane normal_force;
-    Lane zx, zy, zz;
-    Lane by_twist;  // −∂f/∂v = by_twist 1 + along_normal nnᵀ − along_slip zzᵀ
-    Lane along_normal;
-    Lane along_slip;
-  };
-  /// Velocity of A past B at the contact, and how fast the contact closes.
-  struct Motion {
-    Lane vx, vy, vz, closing;
-  };
+  struct Row;
+  struct Motion;
   static Motion motion(const Row& row, const Twist& twist) noexcept;
   static void set(Row& row, Eigen::Index half, const ContactPoint& contact, const PatchTerms& terms) noexcept;
   static void set_empty(Row& row, Eigen::Index half) noexcept;

@@ -223,10 +223,10 @@ void ContactSolver::Impl::finish(std::span<SolverBody> bodies_out, std::span<con
       for (ContactPoint& contact : contacts) contact.bristle_W.setZero();
       continue;
     }
-    const ContactRows::Outcome outcome = rows.finish(patch.terms, contacts);
+    PatchResult result = rows.finish(patch.terms, contacts);
     if (patch.index >= results.size()) continue;
-    const Wrench about_origin{patch.on_a_W.f, patch.on_a_W.t + patch.terms.about_W.cross(patch.on_a_W.f)};
-    results[patch.index] = {about_origin, outcome.normal_force_n, outcome.deepest_m, outcome.pressing};
+    result.on_a_W = {patch.on_a_W.f, patch.on_a_W.t + patch.terms.about_W.cross(patch.on_a_W.f)};
+    results[patch.index] = result;
   }
   for (const IslandCoupling& coupling : couplings) {
     if (coupling.is_void || coupling.index >= tool_wrenches_W.size()) continue;

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <limits>
+#include <numbers>
 #include <span>
 
 #include "common/base/random.hpp"
@@ -372,16 +373,16 @@ double area_m2(const geometry::TriangleMesh& mesh) {
 
 }  // namespace
 
-SpreadSamples spread_samples(const geometry::SurfaceTopology& surface, const SpreadOptions& options,
+SpreadSamples spread_samples(const geometry::SurfaceTopology& surface, const PointShellOptions& options,
                              const std::function<void(double)>& progress) {
   // Features keep their spacing unless they alone would be half of the points.
   double feature_spacing = options.feature_spacing_m;
+  const double feature_angle_rad = options.feature_angle_deg * std::numbers::pi / 180;
   const std::size_t max_points = std::max(options.max_points, kFewestPoints);
-  std::vector<geometry::SurfaceSample> sharp =
-      geometry::sharp_samples(surface, options.feature_angle_rad, feature_spacing);
+  std::vector<geometry::SurfaceSample> sharp = geometry::sharp_samples(surface, feature_angle_rad, feature_spacing);
   while (sharp.size() > max_points / 2) {
     feature_spacing *= 1.5;
-    sharp = geometry::sharp_samples(surface, options.feature_angle_rad, feature_spacing);
+    sharp = geometry::sharp_samples(surface, feature_angle_rad, feature_spacing);
   }
   const double budget = static_cast<double>(max_points - sharp.size());
   const double narrowest = std::sqrt(kSamplesPerSquare * area_m2(surface.mesh) / budget) / kSeparation;

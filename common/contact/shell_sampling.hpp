@@ -4,18 +4,11 @@
 #include <functional>
 #include <vector>
 
+#include "common/contact/point_shell.hpp"
 #include "common/geometry/sample_grid.hpp"
 #include "common/geometry/surface_features.hpp"
 
 namespace tandem::contact {
-
-struct SpreadOptions {
-  double spacing_m = 0;
-  double feature_angle_rad = 0;
-  double feature_spacing_m = 0;
-  double feature_height_m = 0;
-  std::size_t max_points = 0;  ///< what stands out may exceed it by a quarter
-};
 
 struct SpreadSamples {
   std::vector<geometry::SurfaceSample> samples;
@@ -31,7 +24,7 @@ struct SpreadSamples {
 ///         for balls are convex. Last, what stands out between the samples.
 /// Source  after White, Cline & Egbert, "Poisson disk point sets by hierarchical dart throwing", 2007; the stop by
 ///         covering balls and its use on surfaces are ours
-SpreadSamples spread_samples(const geometry::SurfaceTopology& surface, const SpreadOptions& options,
+SpreadSamples spread_samples(const geometry::SurfaceTopology& surface, const PointShellOptions& options,
                              const std::function<void(double)>& progress);
 
 }  // namespace tandem::contact

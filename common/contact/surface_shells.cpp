@@ -16,11 +16,6 @@ constexpr double kOutlineMargin = 0.998;
 // The outer side of a bent sheet is wider than its middle: samples of the middle are this much denser.
 constexpr double kSheetDensity = 0.8;
 
-SpreadOptions spread_options(const PointShellOptions& options) {
-  return {options.spacing_m, options.feature_angle_deg * std::numbers::pi / 180, options.feature_spacing_m,
-          options.feature_height_m, options.max_points};
-}
-
 /// A point on its way into the shells.
 struct Candidate {
   ShellPoint point;
@@ -152,11 +147,11 @@ class PlateSampler {
 PointShells plate_shells(const geometry::ContactMesh& mesh, const PointShellOptions& options,
                          const std::function<void(double)>& progress) {
   const geometry::SurfaceTopology sheet(mesh.mesh);
-  SpreadOptions middle = spread_options(options);
+  PointShellOptions middle = options;
   middle.spacing_m *= kSheetDensity;
   middle.max_points /= 2;
   // Folds and spikes of the middle are round on the plate: its tubes and caps are their samples.
-  middle.feature_angle_rad = std::numbers::pi;
+  middle.feature_angle_deg = 180;
   middle.feature_height_m = std::numeric_limits<double>::infinity();
   const SpreadSamples spread = spread_samples(sheet, middle, progress);
   PlateSampler plate(sheet, options);
@@ -182,14 +177,14 @@ PointShells sample_surface(const geometry::ContactMesh& mesh, const PointShellOp
                            const std::function<void(double)>& progress) {
   if (mesh.kind == geometry::SurfaceKind::kSheet) return plate_shells(mesh, options, progress);
   const geometry::SurfaceTopology surface(mesh.mesh);
-  const SpreadSamples spread = spread_samples(surface, spread_options(options), progress);
+  const SpreadSamples spread = spread_samples(surface, options, progress);
   return shells_of(candidates_of(spread), spread.spacing_m);
 }
 
 PointShells sample_surface(const geometry::TriangleMesh& outline, const DistanceField& field,
                            const PointShellOptions& options) {
   const geometry::SurfaceTopology surface(outline);
-  SpreadOptions spread_under = spread_options(options);
+  PointShellOptions spread_under = options;
   spread_under.spacing_m *= kOutlineMargin;
   spread_under.max_points = std::min(spread_under.max_points, kPrimitivePoints);
   const SpreadSamples spread = spread_samples(surface, spread_under, {});

@@ -1,12 +1,20 @@
 #include "common/geometry/tessellation.hpp"
 
 #include <numbers>
+#include <span>
+#include <vector>
 
 namespace tandem::geometry {
 namespace {
 
 // Of a full turn. The chord is R (1 − cos(π/96)) = 0.05 % R inside the arc.
 constexpr int kSegments = 96;
+
+/// A corner of a profile: its distance from the axis and its height.
+struct ProfilePoint {
+  double radius_m = 0;
+  double z_m = 0;
+};
 
 /// An arc of the profile about (0, z_m), angles counted from straight down; both ends included.
 void append_arc(std::vector<ProfilePoint>& profile, double radius_m, double z_m, double from_rad, double to_rad,
@@ -17,19 +25,8 @@ void append_arc(std::vector<ProfilePoint>& profile, double radius_m, double z_m,
   }
 }
 
-}  // namespace
-
-TriangleMesh tessellated_box(const Vec3& size_m) {
-  TriangleMesh mesh;
-  for (int corner = 0; corner < 8; ++corner) {
-    const Vec3 sign((corner & 1) != 0 ? 0.5 : -0.5, (corner & 2) != 0 ? 0.5 : -0.5, (corner & 4) != 0 ? 0.5 : -0.5);
-    mesh.vertices.push_back(sign.cwiseProduct(size_m));
-  }
-  mesh.triangles = {{0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}, {0, 1, 5}, {0, 5, 4},
-                    {2, 6, 7}, {2, 7, 3}, {0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}};
-  return mesh;
-}
-
+/// The profile, from the lowest point of the axis to the highest, turned about z. Corners follow the circle to 0.05 %
+/// of its radius.
 TriangleMesh revolved(std::span<const ProfilePoint> profile) {
   TriangleMesh mesh;
   const auto add_vertex = [&mesh](const ProfilePoint& point, int segment) {
@@ -57,6 +54,19 @@ TriangleMesh revolved(std::span<const ProfilePoint> profile) {
     }
     mesh.triangles.push_back({top, ring_vertex(rings - 1, segment), ring_vertex(rings - 1, segment + 1)});
   }
+  return mesh;
+}
+
+}  // namespace
+
+TriangleMesh tessellated_box(const Vec3& size_m) {
+  TriangleMesh mesh;
+  for (int corner = 0; corner < 8; ++corner) {
+    const Vec3 sign((corner & 1) != 0 ? 0.5 : -0.5, (corner & 2) != 0 ? 0.5 : -0.5, (corner & 4) != 0 ? 0.5 : -0.5);
+    mesh.vertices.push_back(sign.cwiseProduct(size_m));
+  }
+  mesh.triangles = {{0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}, {0, 1, 5}, {0, 5, 4},
+                    {2, 6, 7}, {2, 7, 3}, {0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}};
   return mesh;
 }
 
