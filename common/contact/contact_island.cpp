@@ -1,3 +1,5 @@
+// Newton's method on one island. Each iteration: residual M (V − V*) − h Σ wrenches (evaluate), its derivative
+// (assemble), the step that would zero it (BlockCholesky), and as much of that step as lowers the potential (search_line).
 #include "common/contact/contact_island.hpp"
 
 #include <algorithm>

@@ -1,3 +1,8 @@
+// One step in five parts: load() checks what the caller gives and turns it into bodies, couplings and patches with rows;
+// find_islands() groups what touches, for only that must be solved together; solve_island() minimises the potential of
+// each (ContactIsland: Newton's method), or leaves it in free flight where the numbers allow no solution;
+// solve_unyielding() evaluates contacts between bodies that no force moves; finish() gives velocities, wrenches and
+// bristles back.
 #include "common/contact/contact_solver.hpp"
 
 #include <Eigen/Cholesky>
@@ -68,7 +73,7 @@ struct ContactSolver::Impl {
   void load_patch(const SolverPatch& in, std::size_t index) noexcept;
   void find_islands() noexcept;
   void solve_island(int island) noexcept;
-  void let_fly(std::span<IslandPatch> touched, std::span<IslandCoupling> pulled) noexcept;
+  void use_free_flight(std::span<IslandPatch> touched, std::span<IslandCoupling> coupled) noexcept;
   void solve_unyielding() noexcept;
   void finish(std::span<SolverBody> bodies_out, std::span<const SolverPatch> patches_in, std::span<PatchResult> results,
               std::span<Wrench> tool_wrenches_W) const noexcept;
@@ -186,24 +191,24 @@ void ContactSolver::Impl::solve_island(int island) noexcept {
   }
   if (members.empty()) return;
   const std::span<IslandPatch> touched = of_island(patches, island);
-  const std::span<IslandCoupling> pulled = of_island(couplings, island);
-  problem.begin(step_s, members, touched, pulled);
+  const std::span<IslandCoupling> coupled = of_island(couplings, island);
+  problem.begin(step_s, members, touched, coupled);
   if (!problem.solve(limits.iterations)) report.has_converged = false;
   report.iterations = std::max(report.iterations, problem.iterations());
   const bool is_sound = std::all_of(members.begin(), members.end(), [](const IslandBody* body) {
     return body->velocity.allFinite() && body->residual.allFinite();
   });
-  if (!is_sound) let_fly(touched, pulled);
+  if (!is_sound) use_free_flight(touched, coupled);
 }
 
-void ContactSolver::Impl::let_fly(std::span<IslandPatch> touched, std::span<IslandCoupling> pulled) noexcept {
+void ContactSolver::Impl::use_free_flight(std::span<IslandPatch> touched, std::span<IslandCoupling> coupled) noexcept {
   report.has_converged = false;
   for (IslandBody* body : members) body->velocity = body->free;
   for (IslandPatch& patch : touched) patch.is_void = true;
-  for (IslandCoupling& coupling : pulled) coupling.is_void = true;
+  for (IslandCoupling& coupling : coupled) coupling.is_void = true;
 }
 
-/// All is given there: the forces follow.
+/// A prescribed body against what does not move: velocities are given, the forces follow.
 void ContactSolver::Impl::solve_unyielding() noexcept {
   for (IslandPatch& patch : of_island(patches, kUnyielding)) {
     patch.on_a_W = rows.evaluate(patch.terms, relative_twist(patch), FrictionLimit::kFollows);

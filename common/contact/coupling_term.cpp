@@ -47,11 +47,11 @@ void CouplingTerm::linearise(const Twist& V_WC) noexcept {
 Matrix6 CouplingTerm::derivative() const noexcept {
   if (is_linear_) return derivative_;
   const haptics::CouplingGradient gradient = law_->gradient(state_);
-  const Eigen::Matrix3d pull = step_s_ * gradient.force_by_d + gradient.force_by_v;
+  const Eigen::Matrix3d direct = step_s_ * gradient.force_by_d + gradient.force_by_v;
   const Eigen::Matrix3d lever = cross_matrix(lever_W_);
-  const Eigen::Matrix3d turned = lever * pull;
+  const Eigen::Matrix3d turned = lever * direct;
   Matrix6 k;
-  k.topLeftCorner<3, 3>() = pull;
+  k.topLeftCorner<3, 3>() = direct;
   k.bottomLeftCorner<3, 3>() = turned;
   k.topRightCorner<3, 3>() = turned.transpose();
   k.bottomRightCorner<3, 3>() = step_s_ * gradient.torque_by_theta + gradient.torque_by_w - turned * lever;

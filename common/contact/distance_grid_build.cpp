@@ -37,16 +37,16 @@ void check(const DistanceGridOptions& options) {
 }
 
 /// Calls work(i) for all i below `count` on `threads` threads, the calling one among them, which alone tells progress.
-class Crew {
+class ParallelFor {
  public:
-  Crew(int threads, const std::function<void(double)>& progress) : threads_(threads), progress_(progress) {}
+  ParallelFor(int threads, const std::function<void(double)>& progress) : threads_(threads), progress_(progress) {}
 
   template <typename Work>
   void run(std::size_t count, double progress_from, double progress_to, const Work& work) const {
     std::atomic<std::size_t> next{0};
     std::exception_ptr failure;
     std::mutex failure_lock;
-    const auto labour = [&](bool is_caller) {
+    const auto take_indices = [&](bool is_caller) {
       try {
         for (std::size_t i = next++; i < count; i = next++) {
           work(i);
@@ -62,8 +62,8 @@ class Crew {
     };
     {
       std::vector<std::jthread> helpers;
-      for (int i = 1; i < threads_; ++i) helpers.emplace_back(labour, false);
-      labour(true);
+      for (int i = 1; i < threads_; ++i) helpers.emplace_back(take_indices, false);
+      take_indices(true);
     }
     if (failure) std::rethrow_exception(failure);
   }
@@ -85,7 +85,7 @@ class DistanceGridBuilder {
                       const DistanceGridOptions& options, const std::function<void(double)>& progress)
       : options_(options),
         exact_(tree, mesh.kind, options.sheet_thickness_m),
-        crew_(options.threads, progress),
+        parallel_(options.threads, progress),
         grid_(new DistanceGrid) {
     lay_lattice(mesh);
   }
@@ -128,7 +128,7 @@ class DistanceGridBuilder {
 
   DistanceGridOptions options_;
   ExactDistance exact_;
-  Crew crew_;
+  ParallelFor parallel_;
   std::unique_ptr<DistanceGrid> grid_;
   std::vector<Brick> bricks_;
   std::vector<std::int32_t> brick_at_;  ///< for each brick of the lattice, its place in bricks_ or −1
@@ -171,7 +171,7 @@ void DistanceGridBuilder::measure_corners() {
   grid_->corners_m_.resize(grid_->corner_total());
   const std::size_t nx = corners_along(0);
   const std::size_t ny = corners_along(1);
-  crew_.run(corners_along(2), 0.0, 0.1, [&](std::size_t z) {
+  parallel_.run(corners_along(2), 0.0, 0.1, [&](std::size_t z) {
     int row_hint = -1;
     for (std::size_t y = 0; y < ny; ++y) {
       int hint = row_hint;
@@ -187,7 +187,7 @@ void DistanceGridBuilder::find_bricks() {
   const auto& [nx, ny, nz] = grid_->bricks_;
   const double diagonal_m = grid_->brick_m_ * std::sqrt(3.0);
   std::vector<std::vector<Brick>> layers(nz);
-  crew_.run(nz, 0.1, 0.15, [&](std::size_t z) {
+  parallel_.run(nz, 0.1, 0.15, [&](std::size_t z) {
     for (std::size_t y = 0; y < ny; ++y) {
       int hint = -1;
       for (std::size_t x = 0; x < nx; ++x) {
@@ -213,7 +213,7 @@ void DistanceGridBuilder::find_bricks() {
 }
 
 void DistanceGridBuilder::sample_bricks() {
-  crew_.run(bricks_.size(), 0.15, 0.97, [&](std::size_t i) {
+  parallel_.run(bricks_.size(), 0.15, 0.97, [&](std::size_t i) {
     Brick& brick = bricks_[i];
     const auto [x, y, z] = position_of(brick.index);
     sample_brick(exact_, corner_S(x, y, z), grid_->brick_m_, grid_->band_m_, options_.tolerance_m, grid_->quantum_m_,
@@ -224,7 +224,7 @@ void DistanceGridBuilder::sample_bricks() {
 /// A place that several bricks share is owned by the coarsest of them, of those the first; the samples that the others
 /// have there become what the owner interpolates to. All coarser levels have been matched.
 void DistanceGridBuilder::match_borders(std::uint32_t level) {
-  crew_.run(bricks_.size(), 0.97 + 0.01 * level, 0.98 + 0.01 * level, [&](std::size_t i) {
+  parallel_.run(bricks_.size(), 0.97 + 0.01 * level, 0.98 + 0.01 * level, [&](std::size_t i) {
     if (bricks_[i].level == level) match_border(bricks_[i]);
   });
 }

@@ -41,8 +41,8 @@ RadialStiffness linear_curve(const CouplingChannel& channel, double /*displaceme
   return {channel.stiffness, channel.stiffness};
 }
 
-/// The curve of the quasi-static approximation while the handle is pushed away from the tool, steepest at first, tired
-/// at the limit; a linear spring while it comes back (so that a surface does not hold it): the force jumps where it
+/// The curve of the quasi-static approximation while the handle is pushed away from the tool, steepest at first,
+/// levelling off at the limit; a linear spring while it comes back (so that a surface does not hold it): the force jumps where it
 /// turns, and the way back gives more than the way there took.
 ///
 /// Model   f = L (1 − e^(−u)) pushing: slope k at 0; k x receding
@@ -59,8 +59,8 @@ RadialStiffness qsa_curve(const CouplingChannel& channel, double displacement, b
   return {channel.stiffness * (-std::expm1(-u) / u), channel.stiffness * std::exp(-u)};
 }
 
-/// One curve there and back: flat at first, so that a light tool's jitter is not felt, then steep, then tired at the
-/// limit.
+/// One curve there and back: flat at first, so that a light tool's jitter is not felt, then steep, then levelling
+/// off at the limit.
 ///
 /// Model   f = L (1 − e^(−c u²)): slope 0 at 0, steepest √(2c/e) k = 0.86 √c k at u = 1/√(2c), f = 0.63 L at u = 1/√c
 /// Source  Hou, PhD thesis, NTU, 2014, eqs. 4.3, 4.7: the printed formula holds one 2, read as the exponent of u; as
@@ -130,8 +130,8 @@ class RadialLaw final : public CouplingLaw {
   CouplingGradient gradient(const CouplingState& state) const noexcept override;
 
  private:
-  Vec3 pull(const CouplingChannel& channel, const Vec3& displacement, const Vec3& velocity,
-            const Vec3& handle_velocity) const noexcept;
+  Vec3 force(const CouplingChannel& channel, const Vec3& displacement, const Vec3& velocity,
+             const Vec3& handle_velocity) const noexcept;
   Slopes slopes(const CouplingChannel& channel, const Vec3& displacement, const Vec3& velocity,
                 const Vec3& handle_velocity) const noexcept;
 
@@ -152,17 +152,18 @@ void RadialLaw::set_parameters(const CouplingParameters& parameters) noexcept {
 }
 
 Wrench RadialLaw::wrench_on_tool_W(const CouplingState& state) const noexcept {
-  return {pull(translation_, state.d_W, state.v_W, state.v_WH), pull(rotation_, state.theta_W, state.w_W, state.w_WH)};
+  return {force(translation_, state.d_W, state.v_W, state.v_WH),
+          force(rotation_, state.theta_W, state.w_W, state.w_WH)};
 }
 
 CouplingGradient RadialLaw::gradient(const CouplingState& state) const noexcept {
-  const Slopes force = slopes(translation_, state.d_W, state.v_W, state.v_WH);
-  const Slopes torque = slopes(rotation_, state.theta_W, state.w_W, state.w_WH);
-  return {force.by_displacement, force.by_velocity, torque.by_displacement, torque.by_velocity};
+  const Slopes translation = slopes(translation_, state.d_W, state.v_W, state.v_WH);
+  const Slopes rotation = slopes(rotation_, state.theta_W, state.w_W, state.w_WH);
+  return {translation.by_displacement, translation.by_velocity, rotation.by_displacement, rotation.by_velocity};
 }
 
-Vec3 RadialLaw::pull(const CouplingChannel& channel, const Vec3& displacement, const Vec3& velocity,
-                     const Vec3& handle_velocity) const noexcept {
+Vec3 RadialLaw::force(const CouplingChannel& channel, const Vec3& displacement, const Vec3& velocity,
+                      const Vec3& handle_velocity) const noexcept {
   if (channel.limit <= 0) return Vec3::Zero();
   const bool is_pushing = displacement.dot(handle_velocity) >= 0;
   const RadialStiffness stiffness = elastic_(channel, polar(displacement).length, is_pushing);

@@ -280,9 +280,9 @@ double needed_at(const LoopModel& m, double theta) {
   const std::complex<double> handle_velocity =
       handle * (1.0 - std::pow(back, m.velocity_window)) / (m.velocity_window * m.period_s);
   const std::complex<double> coupling = m.stiffness + m.damping * rate;
-  const std::complex<double> pull = m.stiffness * handle + m.damping * handle_velocity;
-  const std::complex<double> tool = pull / (m.tool_mass * rate * rate + coupling + m.contact_stiffness);
-  return m.period_s / 2 * ((1.0 - back) * (pull - coupling * tool)).real() / (1 - std::cos(theta));
+  const std::complex<double> on_tool_held = m.stiffness * handle + m.damping * handle_velocity;
+  const std::complex<double> tool = on_tool_held / (m.tool_mass * rate * rate + coupling + m.contact_stiffness);
+  return m.period_s / 2 * ((1.0 - back) * (on_tool_held - coupling * tool)).real() / (1 - std::cos(theta));
 }
 
 /// The damping that the mechanism must have: Colgate and Schenkel's bound of the coupling itself, and of tools that give way.

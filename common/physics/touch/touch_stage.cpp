@@ -19,7 +19,7 @@ Wrench about_centre_W(const contact::SolverCoupling& coupling, const RigidBody& 
   return {on_tool.f, on_tool.t + (X_WT.p - rigid.centre_W()).cross(on_tool.f)};
 }
 
-double in_a_row(double stiffness_a, double stiffness_b) {
+double in_series(double stiffness_a, double stiffness_b) {
   return stiffness_a * stiffness_b / (stiffness_a + stiffness_b);
 }
 
@@ -139,7 +139,7 @@ void TouchStage::add_patch(std::span<const TouchThing> things, NearPairs::Pair& 
   patch.a = body_of_thing_[near.thing_a];
   patch.b = body_of_thing_[near.thing_b];
   patch.contacts = near.contacts.contacts();
-  patch.stiffness_n_per_m3 = in_a_row(a.model->stiffness_n_per_m3, b.model->stiffness_n_per_m3);
+  patch.stiffness_n_per_m3 = in_series(a.model->stiffness_n_per_m3, b.model->stiffness_n_per_m3);
   patch.rigid_depth_m =
       std::min(a.model->parts[near.part_a].shape->rigid_depth_m, b.model->parts[near.part_b].shape->rigid_depth_m);
   patch.friction = std::sqrt(a.rigid->friction() * b.rigid->friction());
