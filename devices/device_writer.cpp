@@ -8,7 +8,7 @@
 namespace tandem::devices {
 namespace {
 
-// What a device may get whose maximum nobody has verified (our choice, far below every listed device).
+// The limits of a device whose maximum is not verified (our choice, far below every listed device).
 constexpr double kUnverifiedForce_n = 2.0;
 constexpr double kUnverifiedTorque_n_m = 0.1;
 

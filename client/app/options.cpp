@@ -107,7 +107,7 @@ void add_deadband_option(CLI::App& app, ClientOptions& options) {
   add_text(
       app, "--deadband",
       "change of force or motion that is not sent at once, as a share of it, 0% to 50%; both directions, 100 Hz are "
-      "always sent [0%]; hands tell about 10% apart",
+      "always sent [0%]; the just-noticeable difference is about 10%",
       "SHARE",
       [&options](const std::string& text) { options.io.session.deadband = parse_fraction(text, net::kMaxDeadband); });
 }
@@ -131,13 +131,14 @@ void add_device_options(CLI::App& app, devices::DeviceOptions& device, std::stri
       ->capture_default_str()
       ->type_name("NAME|FILE.json");
   app.add_option("--hand", device.hand,
-                 "what the simulated hand intends: FILE.json or one of " + listed(devices::hand_path_names()))
+                 "intended trajectory of the simulated hand: FILE.json or one of " + listed(devices::hand_path_names()))
       ->capture_default_str();
   devices::HandParameters& hand = device.hand_parameters;
   // The ranges of an experiment file (lab/experiment/experiment.cpp): a run of one is a run of the other.
   add_number(app, "--hand-mass", hand.mass_kg, 0.01, 10, "without the device [kg]", "KG");
-  add_number(app, "--hand-stiffness", hand.stiffness_n_per_m, 0, 10000, "towards the intended place [N/m]", "N/M");
-  add_number(app, "--hand-damping", hand.damping_n_s_per_m, 0, 1000, "[N·s/m]", "N*S/M");
+  add_number(app, "--hand-stiffness", hand.stiffness_n_per_m, 0, 10000,
+             "arm stiffness, towards the intended trajectory [N/m]", "N/M");
+  add_number(app, "--hand-damping", hand.damping_n_s_per_m, 0, 1000, "arm damping [N·s/m]", "N*S/M");
   add_number(app, "--hand-tremor", hand.tremor_rms_n, 0, 10, "force around 9 Hz [N rms]", "N");
   add_number(app, "--hand-encoder-step", hand.encoder_step_m, 0, 0.01,
              "quantisation of the reported position, where coarser than the device's; 0: none [m]", "M");

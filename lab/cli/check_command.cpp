@@ -213,7 +213,8 @@ void add_pair_options(CLI::App& command, Options& options) {
 }
 
 void add_device_options(CLI::App& command, Options& options) {
-  command.add_option("--device", options.device, "device profile, by name or a .json file")->capture_default_str();
+  command.add_option("--profile,--device", options.device, "device profile, by name or a .json file")
+      ->capture_default_str();
   add_number(command, "--device-mass", options.device_mass_kg, 0, kMaxMass, "kg; instead of the profile's");
   add_number(command, "--device-damping", options.device_damping_n_s_per_m, 0, kMaxDamping,
              "N·s/m of the mechanism; alike");

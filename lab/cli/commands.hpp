@@ -14,9 +14,9 @@ void add_run_command(CLI::App& app, int& exit_code);
 void add_live_command(CLI::App& app, int& exit_code);
 /// bench …: see bench_commands.hpp
 void add_bench_command(CLI::App& app, int& exit_code);
-/// calibrate --device NAME|FILE.json --out DIR [--masses KG,…] [--seed N] [--json]
+/// calibrate --profile NAME|FILE.json --out DIR [--masses KG,…] [--seed N] [--json]
 void add_calibrate_command(CLI::App& app, int& exit_code);
-/// check [--law L] [--stiffness N/m] [--damping N·s/m] [--tool-mass KG] [--device NAME|FILE.json] … [--json]
+/// check [--law L] [--stiffness N/m] [--damping N·s/m] [--tool-mass KG] [--profile NAME|FILE.json] … [--json]
 void add_check_command(CLI::App& app, int& exit_code);
 /// reproduce [NAME] --out DIR
 void add_reproduce_command(CLI::App& app, int& exit_code);
