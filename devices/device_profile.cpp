@@ -10,6 +10,7 @@
 #include <tuple>
 #include <utility>
 
+#include "common/base/data_folder.hpp"
 #include "common/base/json_fields.hpp"
 #include "common/base/json_pretty.hpp"
 #include "devices/device_writer.hpp"
@@ -252,17 +253,6 @@ double verified_or(const SourcedLimit& limit, double otherwise) {
   return is_verified(limit) ? limit.value : std::min(otherwise, limit.value);
 }
 
-std::vector<fs::path> profile_places() {
-  std::vector<fs::path> places;
-  const char* const chosen = std::getenv("TANDEM_DEVICE_PROFILES");
-  if (chosen != nullptr && *chosen != '\0') return {chosen};
-  places.emplace_back(TANDEM_DEVICE_FOLDER "/profiles.json");
-  std::error_code error;
-  const fs::path program = fs::read_symlink("/proc/self/exe", error);
-  if (!error) places.push_back(program.parent_path().parent_path() / "share" / "tandem" / "devices" / "profiles.json");
-  return places;
-}
-
 }  // namespace
 
 std::vector<DeviceProfile> parse_device_profiles(std::string_view text, const std::string& origin) {
@@ -295,13 +285,12 @@ std::string device_profiles_text(const std::vector<DeviceProfile>& profiles) {
 }
 
 fs::path shipped_device_profiles() {
-  std::string tried;
-  for (const fs::path& place : profile_places()) {
-    std::error_code error;
-    if (fs::is_regular_file(place, error)) return place;
-    tried += (tried.empty() ? "" : ", ") + place.string();
-  }
-  throw std::invalid_argument("device profiles: no file at " + tried +
+  const char* const chosen = std::getenv("TANDEM_DEVICE_PROFILES");
+  const bool is_chosen = chosen != nullptr && *chosen != '\0';
+  const fs::path file = is_chosen ? fs::path(chosen) : data_folder() / "devices" / "profiles.json";
+  std::error_code error;
+  if (fs::is_regular_file(file, error)) return file;
+  throw std::invalid_argument("device profiles: no file at " + file.string() +
                               "; name one with the environment variable TANDEM_DEVICE_PROFILES");
 }
 

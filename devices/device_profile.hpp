@@ -47,9 +47,9 @@ std::vector<DeviceProfile> parse_device_profiles(std::string_view json, const st
 /// The text of a file with these profiles, each value on a line of its own; reads back to the last bit.
 std::string device_profiles_text(const std::vector<DeviceProfile>& profiles);
 
-/// The shipped file: what the environment variable TANDEM_DEVICE_PROFILES names; else devices/profiles.json of the
-/// source tree that the program was built from; else ../share/tandem/devices/profiles.json beside the program.
-/// Fails   std::invalid_argument naming the places where it is not
+/// The shipped file: what the environment variable TANDEM_DEVICE_PROFILES names, else devices/profiles.json of
+/// data_folder().
+/// Fails   std::invalid_argument naming the place where it is not
 std::filesystem::path shipped_device_profiles();
 /// A profile of the shipped file by name, or, when `name` ends in ".json", the only profile of that file.
 /// Fails   std::invalid_argument: unknown name (lists the known), or as load_device_profiles()

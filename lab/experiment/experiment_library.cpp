@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "common/base/data_folder.hpp"
+
 namespace tandem::lab {
 namespace {
 
@@ -30,14 +32,9 @@ fs::path experiment_file(const std::string& name) {
 }  // namespace
 
 fs::path shipped_experiments() {
-  const fs::path of_source = TANDEM_SHIPPED_EXPERIMENTS;
-  if (fs::is_directory(of_source)) return of_source;
-  std::error_code error;
-  const fs::path program = fs::read_symlink("/proc/self/exe", error);
-  const fs::path installed = program.parent_path().parent_path() / "share" / "tandem" / "experiments";
-  if (fs::is_directory(installed)) return installed;
-  throw std::invalid_argument("the shipped experiments are neither in " + of_source.string() + " nor in " +
-                              installed.string() + "; name a file");
+  const fs::path folder = data_folder() / "experiments";
+  if (fs::is_directory(folder)) return folder;
+  throw std::invalid_argument("the shipped experiments are not in " + folder.string() + "; name a file");
 }
 
 std::vector<fs::path> experiment_files(std::span<const std::string> names) {

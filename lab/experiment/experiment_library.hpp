@@ -8,8 +8,7 @@
 
 namespace tandem::lab {
 
-/// The folder of the shipped experiments: of the source tree that the program was built from, else
-/// ../share/tandem/experiments beside the program.
+/// The folder of the shipped experiments.
 /// Fails   std::invalid_argument naming where they are not
 std::filesystem::path shipped_experiments();
 

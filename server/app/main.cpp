@@ -33,6 +33,9 @@ struct Options {
 void declare(CLI::App& app, Options& options) {
   app.set_version_flag("--version", "tandem-server " TANDEM_VERSION);
   app.footer("Exit code: 0 done, 2 bad input or set-up.");
+  app.set_config("--config", "", "file with options under these names without the dashes; the command line goes before")
+      ->type_name("FILE");
+  app.allow_config_extras(CLI::config_extras_mode::error);
   app.add_option("--scene", options.scenes, "scene file, or name of a scene that comes with Tandem; one room each")
       ->type_name("FILE|NAME");
   app.add_option("--room", options.rooms, "name of the room, in the order of --scene [default: the scene's name]")
@@ -93,6 +96,17 @@ std::vector<std::unique_ptr<server::Room>> open_rooms(const Options& options) {
   return rooms;
 }
 
+/// One line: what is wrong with the options, and in which file when it was not on the command line.
+std::string mistake(const CLI::App& app, const CLI::ParseError& error) {
+  constexpr std::string_view kUnknownInFile = "INI was not able to parse ";
+  const std::string what = error.what();
+  const std::string file = app.get_config_ptr()->as<std::string>();
+  if (what.starts_with(kUnknownInFile)) {
+    return file + ": no option is called " + what.substr(kUnknownInFile.size()) + "; see --help";
+  }
+  return what + "; see --help" + (file.empty() ? "" : " and " + file);
+}
+
 void print_ready(const server::LiveServer& server, const std::string& address, std::ostream& out) {
   out << "tandem-server: listening on " << address << ":" << server.port();
   for (const auto& room : server.rooms()) {
@@ -134,7 +148,7 @@ int main(int argc, char** argv) {
   } catch (const CLI::Success& help_or_version) {
     return app.exit(help_or_version);
   } catch (const CLI::ParseError& error) {
-    std::cerr << "tandem-server: " << error.what() << "; see --help" << std::endl;
+    std::cerr << "tandem-server: " << mistake(app, error) << std::endl;
     return kSetupError;
   }
   try {

@@ -2,17 +2,14 @@
 
 #include <set>
 
+#include "common/base/data_folder.hpp"
 #include "server/assets/scene_file.hpp"
 
 namespace tandem::server {
 namespace fs = std::filesystem;
 
 std::vector<fs::path> scene_folders() {
-  std::vector<fs::path> folders{TANDEM_SCENE_FOLDER};
-  std::error_code error;
-  const fs::path program = fs::read_symlink("/proc/self/exe", error);
-  if (!error) folders.push_back(program.parent_path().parent_path() / "share" / "tandem" / "scenes");
-  return folders;
+  return {data_folder() / "scenes"};
 }
 
 fs::path find_scene(const std::string& name_or_file, const std::vector<fs::path>& folders) {

@@ -7,8 +7,7 @@
 
 namespace tandem::server {
 
-/// Folders searched for NAME.json, in this order: the source tree that the program was built from, then
-/// ../share/tandem/scenes beside the program.
+/// Folders searched for NAME.json: the one of the scenes that come with Tandem.
 std::vector<std::filesystem::path> scene_folders();
 
 /// `name_or_file` when it is a file; else NAME.json in the first folder that has it.

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "common/base/data_folder.hpp"
 #include "lab/report/format.hpp"
 #include "lab/studies/contact/contact_bench.hpp"
 #include "lab/studies/contact/mesh_source.hpp"
@@ -203,7 +204,7 @@ Reproduction reproduce_peg(const Clock& clock) {
   constexpr double kForceLimit_n = 4;
   const TouchObject peg = make_touch_object("peg", make_peg(), clock);
   const TouchObject box = make_touch_object("box with hole", make_box_with_hole(), clock);
-  const devices::HandPath path = devices::load_hand_path(std::string(TANDEM_PATH_DIRECTORY) + "/peg_five_steps.json");
+  const devices::HandPath path = devices::load_hand_path(data_folder() / "paths" / "peg_five_steps.json");
   Reproduction result;
   result.title = "Peg in hole in five steps";
   result.summary =

@@ -6,6 +6,7 @@
 #include <memory>
 #include <utility>
 
+#include "common/base/data_folder.hpp"
 #include "common/haptics/coupling/laws.hpp"
 #include "devices/sim/sim_device.hpp"
 #include "lab/studies/contact/contact_bench.hpp"
@@ -24,7 +25,7 @@ constexpr double kGravity_m_per_s2 = 9.81;
 constexpr double kPegForceLimit_n = 4;
 
 devices::HandPath shipped_path(const std::string& name) {
-  return devices::load_hand_path(std::string(TANDEM_PATH_DIRECTORY) + "/" + name + ".json");
+  return devices::load_hand_path(data_folder() / "paths" / (name + ".json"));
 }
 
 TouchSettings peg_settings(double mass_kg) {

@@ -1,0 +1,44 @@
+# What `cmake --install` puts where, and the same places in the build folder: a program looks for its data from where
+# it lies itself (common/base/data_folder.hpp), so that it runs as built, as installed and after the prefix was moved.
+include(GNUInstallDirs)
+
+set(tandem_data ${CMAKE_INSTALL_DATADIR}/tandem)
+file(RELATIVE_PATH TANDEM_DATA_FROM_PROGRAM ${CMAKE_INSTALL_FULL_BINDIR} ${CMAKE_INSTALL_FULL_DATADIR}/tandem)
+cmake_path(SET tandem_built_data NORMALIZE ${CMAKE_RUNTIME_OUTPUT_DIRECTORY}/${TANDEM_DATA_FROM_PROGRAM})
+
+# tandem_data(file or folder in the source tree, its place among the data): a built program sees a link.
+function(tandem_data source place)
+  cmake_path(GET place PARENT_PATH above)
+  file(MAKE_DIRECTORY ${tandem_built_data}/${above})
+  file(CREATE_LINK ${PROJECT_SOURCE_DIR}/${source} ${tandem_built_data}/${place} SYMBOLIC)
+  if(IS_DIRECTORY ${PROJECT_SOURCE_DIR}/${source})
+    install(DIRECTORY ${source}/ DESTINATION ${tandem_data}/${place})
+  else()
+    install(FILES ${source} DESTINATION ${tandem_data}/${above})
+  endif()
+endfunction()
+
+tandem_data(server/scenes scenes)
+tandem_data(lab/experiments experiments)
+tandem_data(lab/paths paths)
+tandem_data(devices/profiles.json devices/profiles.json)
+
+install(FILES LICENSE README.md DESTINATION ${CMAKE_INSTALL_DOCDIR})
+
+# The server as a service. The unit names its program and its configuration by the prefix that is chosen at
+# installation (cmake --install BUILD --prefix PREFIX). A configuration that is there already is left as it is.
+install(CODE "
+  set(TANDEM_PROGRAM \"\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_BINDIR}/tandem-server\")
+  if(\"\${CMAKE_INSTALL_PREFIX}\" STREQUAL /usr)
+    set(sysconf /etc)
+  else()
+    set(sysconf \"\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_SYSCONFDIR}\")
+  endif()
+  set(TANDEM_CONFIG \"\${sysconf}/tandem/tandem-server.conf\")
+  configure_file(\"${PROJECT_SOURCE_DIR}/deploy/tandem-server.service.in\"
+    \"${PROJECT_BINARY_DIR}/tandem-server.service\" @ONLY)
+  file(INSTALL \"${PROJECT_BINARY_DIR}/tandem-server.service\"
+    DESTINATION \"\${CMAKE_INSTALL_PREFIX}/lib/systemd/system\")
+  if(NOT EXISTS \"\$ENV{DESTDIR}\${TANDEM_CONFIG}\")
+    file(INSTALL \"${PROJECT_SOURCE_DIR}/deploy/tandem-server.conf\" DESTINATION \"\${sysconf}/tandem\")
+  endif()")

@@ -1,0 +1,105 @@
+"""Installed under a prefix that is then moved, the programs find what comes with them; the server reads its file."""
+
+import json
+import os
+import re
+import shutil
+import subprocess
+import tempfile
+import unittest
+
+import support
+from support import ProgramTest, Server, finish, run, start_client
+
+BUILD = os.environ["TANDEM_BUILD"]
+# Of every program; what --config itself names is a file, not an option in one.
+NOT_IN_A_FILE = {"help", "version", "config"}
+
+
+def options_of_help():
+    """The first name of each; others are aliases."""
+    _, out, _ = run("tandem-server", "--help")
+    return set(re.findall(r"^  (?:-\w,)?--([a-z][a-z-]*)", out, re.M)) - NOT_IN_A_FILE
+
+
+class Installed(ProgramTest):
+    """Every test runs the installed programs: support.BIN is theirs meanwhile."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.place = tempfile.TemporaryDirectory()
+        installed, cls.prefix = os.path.join(cls.place.name, "first"), os.path.join(cls.place.name, "moved")
+        subprocess.run(["cmake", "--install", BUILD, "--prefix", installed], check=True, capture_output=True)
+        with open(os.path.join(installed, "lib/systemd/system/tandem-server.service"), encoding="utf-8") as file:
+            cls.unit = file.read().replace(installed, "PREFIX")
+        shutil.move(installed, cls.prefix)
+        cls.config = os.path.join(cls.prefix, "etc/tandem/tandem-server.conf")
+        cls.built, support.BIN = support.BIN, os.path.join(cls.prefix, "bin")
+
+    @classmethod
+    def tearDownClass(cls):
+        support.BIN = cls.built
+        cls.place.cleanup()
+
+    def test_the_server_serves_what_the_example_file_says(self):
+        with Server("--config", self.config) as server:
+            code, out, err = finish(start_client(server.port, "--json", "--hand", "peg-left", "--duration", "3s"))
+        self.assertEqual(code, 0, err)
+        summary = json.loads(out)
+        self.assertEqual(summary["room"], "peg_in_hole")
+        self.assertGreater(summary["datagrams"]["received"], 100)
+
+    def test_the_lab_finds_experiments_hand_paths_and_device_profiles(self):
+        code, _, err = run("tandem-lab", "run", "free", "--single", "--set", "duration_s=0.2", "--out", self.path("out"))
+        self.assertEqual(code, 0, err)
+        code, out, err = run("tandem-lab", "check", "--law", "spring-damper", "--device", "omega.6", "--json")
+        self.assertIn(code, (0, 1), err)
+        self.assertTrue(json.loads(out)["findings"])
+
+    def test_no_program_names_the_source_tree(self):
+        for name in ("tandem-server", "tandem-client", "tandem-lab"):
+            with open(support.program(name), "rb") as file:
+                self.assertNotIn(support.SOURCE.encode(), file.read(), name)
+
+    def test_the_unit_starts_the_installed_server_with_its_file(self):
+        self.assertIn("ExecStart=PREFIX/bin/tandem-server --config PREFIX/etc/tandem/tandem-server.conf\n", self.unit)
+        for line in ("DynamicUser=yes", "NoNewPrivileges=yes", "LimitRTPRIO=90", "LimitMEMLOCK=infinity"):
+            self.assertIn(line + "\n", self.unit)
+
+    def test_a_configuration_that_is_there_stays(self):
+        with open(self.config, "a", encoding="utf-8") as file:
+            file.write("# mine\n")
+        subprocess.run(["cmake", "--install", BUILD, "--prefix", self.prefix], check=True, capture_output=True)
+        with open(self.config, encoding="utf-8") as file:
+            self.assertTrue(file.read().endswith("# mine\n"))
+
+
+class Configuration(ProgramTest):
+    def example(self):
+        with open(os.path.join(support.SOURCE, "deploy/tandem-server.conf"), encoding="utf-8") as file:
+            return file.read()
+
+    def test_the_example_names_every_option_once(self):
+        named = re.findall(r"^(?:# )?([a-z][a-z-]*) = ", self.example(), re.M)
+        self.assertEqual(sorted(named), sorted(options_of_help()))
+
+    def test_every_line_of_the_example_is_accepted(self):
+        text = re.sub(r"^# ([a-z][a-z-]* = )", r"\1", self.example(), flags=re.M)
+        text = text.replace('duration = "3600s"', 'duration = "200ms"').replace("json = false", "json = true")
+        text = text.replace("/var/cache/tandem", self.path("cache"))
+        config = self.write("all.conf", text)
+        code, out, err = run("tandem-server", "--config", config, "--port", "0")  # the command line goes before
+        self.assertEqual(code, 0, err)
+        self.assertEqual(json.loads(out)["rooms"][0]["name"], "peg_in_hole")
+
+    def test_a_mistake_names_the_file(self):
+        for text, words in [("gravitas = 3\n", ["gravitas", "no option"]), ("port = 70000\n", ["--port", "0 to 65535"]),
+                            ('scene = ["a"]\nduration = "3"\n', ["--duration", "3s"])]:
+            with self.subTest(text=text):
+                config = self.write("bad.conf", text)
+                self.assert_setup_error(run("tandem-server", "--config", config), "tandem-server: ", config, *words)
+        self.assert_setup_error(run("tandem-server", "--config", "/nowhere/s.conf"), "tandem-server: ", "/nowhere/s.conf")
+
+
+if __name__ == "__main__":
+    unittest.main()
