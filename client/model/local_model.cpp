@@ -19,9 +19,10 @@ constexpr double kOursAfterTouch_s = 0.25;
 constexpr double kFollowTime_s = 0.08;
 /// Where a joint acts follows a tool that slides.
 constexpr double kJointPlace_s = 0.1;
-/// A tool so far from the server's, for so long, is on the other side of something: it is put where the server has it.
-constexpr double kAstray_m = 0.01;
-constexpr double kAstray_s = 0.5;
+/// Divergence: a tool so far from the server's, for so long, is on the other side of something, and snaps to where the
+/// server has it.
+constexpr double kDivergence_m = 0.01;
+constexpr double kDivergence_s = 0.5;
 /// The server grants or refuses what a button asks within so many inputs of the one that pressed it.
 constexpr std::uint64_t kGraspAnsweredAfter = 5;
 /// The client's loop, and so its model, runs at this whatever the room's rate.
@@ -170,10 +171,10 @@ void LocalModel::note_holds(const proto::ServerUpdate& update) noexcept {
 void LocalModel::note_others(const proto::BodyState& told, Copy& copy, const proto::ServerUpdate& update) noexcept {
   const auto index = static_cast<std::size_t>(&copy - copies_.data());
   const auto holds_it = [&copy](const OtherHold& other) { return other.body == copy.id; };
-  copy.others_hold = static_cast<std::size_t>(std::count_if(other_holds_.begin(), other_holds_.end(), holds_it));
+  copy.other_holders = static_cast<std::size_t>(std::count_if(other_holds_.begin(), other_holds_.end(), holds_it));
   // Who has left is told of no more, but his hand is off the body at once.
-  if (told.hands <= (update.held_body == copy.id ? 1U : 0U)) copy.others_hold = 0;
-  if (copy.others_hold > 0) {
+  if (!physics::others_touch(told.hands, update.held_body == copy.id)) copy.other_holders = 0;
+  if (copy.other_holders > 0) {
     copy.others_touch = true;
     return;
   }
@@ -184,7 +185,7 @@ void LocalModel::note_others(const proto::BodyState& told, Copy& copy, const pro
   const bool was_soon_mine = touched_then(index, Tick{std::min(input.value + half_kept, newest_input_.value)});
   // That one hand may then be ours or not: as it was.
   if (!is_mine && was_soon_mine && told.hands == 1) return;
-  copy.others_touch = told.hands > (is_mine ? 1U : 0U);
+  copy.others_touch = physics::others_touch(told.hands, is_mine);
 }
 
 bool LocalModel::touched_then(std::size_t copy, Tick input) noexcept {
@@ -199,21 +200,21 @@ void LocalModel::compare_tool(const proto::ServerUpdate& update, const ModelThen
   const bool is_alike =
       update.joint_share <= 0 && joint_share() <= 0 && !update.held_body.is_valid() && !tool_state_.held.is_valid();
   if (!is_alike) {
-    astray_s_ = 0;
+    diverged_s_ = 0;
     return;
   }
   tool_reconciler_.observe(update.tool, then.tool, then.tool_given);
-  astray_s_ = tool_reconciler_.error_m() > kAstray_m ? astray_s_ + step_s_ : 0;
-  if (astray_s_ < kAstray_s) return;
+  diverged_s_ = tool_reconciler_.error_m() > kDivergence_m ? diverged_s_ + step_s_ : 0;
+  if (diverged_s_ < kDivergence_s) return;
   world_.set_tool(tool_, update.tool);
   tool_reconciler_.reset();
-  astray_s_ = 0;
+  diverged_s_ = 0;
   has_jumped_ = true;
 }
 
 void LocalModel::mirror_grasp(const proto::ServerUpdate& update) noexcept {
-  if (foretold_.is_waiting && update.answered_input.value < foretold_.at.value + kGraspAnsweredAfter) return;
-  foretold_.is_waiting = false;
+  if (predicted_grasp_ && update.answered_input.value < predicted_grasp_->value + kGraspAnsweredAfter) return;
+  predicted_grasp_.reset();
   const BodyId held = world_.tool(tool_).held;
   if (held == update.held_body) {
     if (held.is_valid()) world_.move_grip(tool_, update.X_BT, settings_.body.speed_limit_m_per_s * step_s_);
@@ -231,7 +232,7 @@ void LocalModel::follow_buttons(const LocalModelInput& input) noexcept {
   const bool is_down = (input.buttons & kButtonGrab) != 0;
   if (is_down == grab_button_ || !input.has_handle) return;
   grab_button_ = is_down;
-  foretold_ = {input.input, true};
+  predicted_grasp_ = input.input;
   const BodyId before = world_.tool(tool_).held;
   if (is_down) {
     world_.grab(tool_, BodyId{});
@@ -251,28 +252,31 @@ bool LocalModel::is_ours(const Copy& copy) const noexcept {
 
 double LocalModel::joint_share() const {
   double greatest = 0;
-  for (const Copy& copy : copies_) greatest = std::max(greatest, copy.share.now());
+  for (const Copy& copy : copies_) greatest = std::max(greatest, copy.joint.share());
   return greatest;
 }
 
 /// A body that others hold, and that we begin to touch, has followed the server so far: it is joined to it at once.
 /// Without, it would fall until its joint has come in.
-void LocalModel::follow_touches(double period_s) noexcept {
+void LocalModel::follow_touches(Duration now, double period_s) noexcept {
   bool is_shared = false;
   for (Copy& copy : copies_) {
     copy.untouched_s = touches(copy.id) ? 0 : copy.untouched_s + period_s;
     if (!copy.is_touched() || !copy.others_touch) continue;
     is_shared = true;
-    if (copy.was_followed) copy.share.fill();
+    if (copy.was_followed) copy.joint.engage();
   }
-  for (Copy& copy : copies_) copy.share.step(period_s, is_shared && copy.is_touched());
+  for (Copy& copy : copies_) {
+    const bool is_held = copy.is_known && tool_state_.held == copy.id && told_held_ == copy.id;
+    copy.joint.step(now, kInputPeriod, {is_shared && copy.is_touched(), is_held, copy.other_holders});
+  }
 }
 
 void LocalModel::drive_copies(const LocalModelInput& input, double period_s) noexcept {
   if (!playout_.has_started()) return;
   const Duration played = playout_.play_at(input.now.time_since_epoch());
   const Duration present = input.now.time_since_epoch() + input.newest->clock_offset;
-  follow_touches(period_s);
+  follow_touches(input.now.time_since_epoch(), period_s);
   for (Copy& copy : copies_) {
     if (!copy.is_known) continue;
     if (is_ours(copy)) {
@@ -307,18 +311,15 @@ void LocalModel::drive_ours(Copy& copy, Duration played, double period_s) noexce
   const bool is_begin = std::exchange(copy.was_followed, false);
   ledger_.take(index);
   world_.keep_adopted(copy.id, 2 * period_s);
-  const double share = copy.is_touched() ? copy.share.now() : 0;
+  const double share = copy.is_touched() ? copy.joint.share() : 0;
   follow_grip(copy, period_s, is_begin);
-  const bool is_held = tool_state_.held == copy.id && told_held_ == copy.id;
-  if (!is_held) copy.weight.reset();
-  copy.weight.step(period_s, is_held && copy.others_hold == 0 ? 1.0 : 0.0);
   const Vec3 pressing_W = world_.body(copy.id).X.q * copy.pressing_B;
-  const physics::Joint joint = physics::joint_for(loop_delay_, slowest_loop_, pressing_W, settings_.joint);
+  const physics::Joint joint = physics::DelayedJoint::joint(loop_delay_, slowest_loop_, pressing_W);
   // It begins where the copy is, which is ahead of what is played of the server's.
   if (is_begin) copy.offset = shift_between(copy.track.at(played), world_.body(copy.id));
   copy.offset = faded(copy.offset, period_s);
   world_.join_body(copy.id, shifted(copy.track.at(played), copy.offset), copy.p_BJ, joint, share,
-                   1 - copy.weight.now());
+                   1 - copy.joint.weight_on_copy());
   ledger_.joined(index);
   const Shift shift = copy.reconciler.step(period_s, to_seconds(loop_delay_), 1 - share);
   world_.shift_body(copy.id, pose_of(shift), {shift.v, shift.w});

@@ -40,7 +40,6 @@ struct LocalModelSettings {
                           .turn_limit_rad_per_s = 0.3,
                           .dead_zone_m = 2e-4,
                           .dead_zone_rad = 5e-3};
-  physics::DelayedJointSettings joint;
   net::PlayoutSettings playout;
   /// Bodies that others move are carried on by their velocity for so long at most.
   Duration longest_extrapolation{std::chrono::milliseconds(150)};
@@ -115,9 +114,8 @@ class LocalModel {
     Reconciler reconciler;
     bool is_known = false;  ///< the server has told of it
     bool others_touch = false;
-    physics::JointShare share;       ///< of its joint, while our tool touches it
-    std::size_t others_hold = 0;     ///< users who do
-    physics::WeightShare weight;     ///< how much of its weight stays here although it is shared
+    std::size_t other_holders = 0;   ///< users beside this one whose tools hold it
+    physics::DelayedJoint joint;     ///< to the server's body, while our tool touches it
     Vec3 p_BJ = Vec3::Zero();        ///< where our tool is on it
     Vec3 pressing_B = Vec3::Zero();  ///< along which it presses there; zero: holds it
     double untouched_s = 1e9;        ///< since our tool last held or pressed it
@@ -133,11 +131,6 @@ class LocalModel {
     BodyId body;
     ServerTime told{};
   };
-  /// A grasp or release that was foretold here and that the server has not answered yet.
-  struct Foretold {
-    Tick at;
-    bool is_waiting = false;
-  };
 
   static std::vector<Copy> copies_of(const physics::WorldDescription& description, const LocalModelSettings& settings);
   void start(const proto::ServerUpdate& update) noexcept;
@@ -151,7 +144,7 @@ class LocalModel {
   void follow_soft_contact(const proto::ServerUpdate& update, bool is_new, double period_s) noexcept;
   void drive_copies(const LocalModelInput& input, double period_s) noexcept;
   bool is_ours(const Copy& copy) const noexcept;
-  void follow_touches(double period_s) noexcept;
+  void follow_touches(Duration now, double period_s) noexcept;
   void follow_grip(Copy& copy, double period_s, bool is_begin) noexcept;
   void drive_ours(Copy& copy, Duration played, double period_s) noexcept;
   RigidState seen_at_present(Copy& copy, Duration played, Duration present, double period_s) noexcept;
@@ -178,11 +171,11 @@ class LocalModel {
   Tick newest_input_;
   std::optional<WrenchResidual> residual_;
   boost::container::static_vector<OtherHold, proto::kMaxUsers> other_holds_;
-  BodyId told_held_;  ///< what the server has our tool hold
-  Foretold foretold_;
+  BodyId told_held_;                     ///< what the server has our tool hold
+  std::optional<Tick> predicted_grasp_;  ///< input of a grasp or release that the server has not answered yet
   bool grab_button_ = false;
   bool has_jumped_ = false;
-  double astray_s_ = 0;  ///< for how long the tool has been far from the server's
+  double diverged_s_ = 0;  ///< for how long the tool has been far from the server's
   SoftFollower soft_;
   BodyId soft_of_;  ///< what soft_ is about: what the tool holds, else itself
 };

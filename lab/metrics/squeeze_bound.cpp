@@ -31,12 +31,12 @@ double own_compliance_m_per_n(const UserTrace& user) {
 
 double zero_delay_joint_n_per_m(const UserTrace& user) {
   if (!client::needs_local_model(user.user.pipeline.stage)) return std::numeric_limits<double>::infinity();
-  return physics::joint_for(Duration{0}, Duration{0}, Vec3::UnitX()).axis_stiffness_n_per_m;
+  return physics::DelayedJoint::joint(Duration{0}, Duration{0}, Vec3::UnitX()).axis_stiffness_n_per_m;
 }
 
 double passive_joint_n_per_m(const UserTrace& user) {
   const double one_way_s = link_summary(user.user).rtt_ms / 2000;
-  return physics::DelayedJointSettings{}.along.damping_n_s_per_m / one_way_s;
+  return physics::DelayedJoint::kAlongDamping_n_s_per_m / one_way_s;
 }
 
 }  // namespace

@@ -11,42 +11,37 @@ namespace tandem::lab {
 namespace {
 
 /// One simulated person at the room's own table: no network, no client.
-class Seat {
+class SimulatedUser {
  public:
-  Seat(server::Room& room, std::size_t index, const std::string& hand, std::uint64_t seed)
+  SimulatedUser(server::Room& room, std::size_t index, const std::string& hand, std::uint64_t seed)
       : room_(room),
-        slot_(static_cast<std::uint8_t>(index)),
+        seat_(static_cast<std::uint8_t>(index)),
         device_(devices::SimDevice::default_spec(), devices::HandParameters{}, devices::named_hand_path(hand), seed),
         workspace_(room.scene().tools[index].workspace) {
-    server::RoomCommand join;
-    join.kind = server::RoomCommand::Kind::kJoin;
-    join.slot = slot_;
-    join.user = UserId{static_cast<std::uint32_t>(index + 1)};
-    join.role = server::UserRole::kManipulator;
-    join.tool = slot_;
-    room_.post(join);
+    room_.post({.kind = server::RoomCommand::Kind::kJoin,
+                .seat = {seat_, UserId{static_cast<std::uint32_t>(index + 1)}, server::UserRole::kManipulator, seat_}});
   }
 
   void move(LocalTime now) {
     const devices::DeviceSample sample = device_.read(now);
-    proto::ClientUpdate& update = room_.slot(slot_).input.back();
+    proto::ClientUpdate& update = room_.mailboxes(seat_).input.back();
     update = proto::ClientUpdate{};
     ++tick_.value;
     update.input_tick = tick_;
     update.handle_valid = true;
     update.handle = {workspace_.world_pose(sample.X_DH), workspace_.world_twist(sample.V_DH)};
     update.buttons = sample.buttons;
-    room_.slot(slot_).input.publish();
+    room_.mailboxes(seat_).input.publish();
   }
 
   void feel(LocalTime now) {
-    if (!room_.slot(slot_).output.poll()) return;
-    device_.write(now, workspace_.device_wrench(room_.slot(slot_).output.front().update.wrench_on_hand_W));
+    if (!room_.mailboxes(seat_).output.poll()) return;
+    device_.write(now, workspace_.device_wrench(room_.mailboxes(seat_).output.front().update.wrench_on_hand_W));
   }
 
  private:
   server::Room& room_;
-  std::uint8_t slot_;
+  std::uint8_t seat_;
   devices::SimDevice device_;
   WorkspaceMapping workspace_;
   Tick tick_;
@@ -73,9 +68,9 @@ RoomBenchResult bench_room(const std::shared_ptr<const server::LoadedScene>& sce
   // Its hands are paths and supply no energy.
   const server::RoomOptions options{.soft_stepping = server::SoftStepping::kWorker, .controls_tool_passivity = false};
   const auto room = std::make_unique<server::Room>(RoomId{1}, scene->description.name(), scene, options);
-  std::vector<std::unique_ptr<Seat>> seats;
+  std::vector<std::unique_ptr<SimulatedUser>> seats;
   for (std::size_t i = 0; i < settings.hands.size(); ++i) {
-    seats.push_back(std::make_unique<Seat>(*room, i, settings.hands[i], settings.seed + i));
+    seats.push_back(std::make_unique<SimulatedUser>(*room, i, settings.hands[i], settings.seed + i));
   }
   RoomBenchResult result;
   const SteadyClock clock;

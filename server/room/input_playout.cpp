@@ -37,8 +37,8 @@ RigidState between(const RigidState& from, const RigidState& to, double length_s
           {clamped_to_length(way.rate, proto::kMaxSpeedMPerS), clamped_to_length(w, proto::kMaxTurnRadPerS)}};
 }
 
-RigidState held(RigidState state, double dry_s) {
-  const double left = std::clamp(1 - dry_s / InputPlayout::kTwistFade_s, 0.0, 1.0);
+RigidState held(RigidState state, double underrun_s) {
+  const double left = std::clamp(1 - underrun_s / InputPlayout::kTwistFade_s, 0.0, 1.0);
   state.V.v *= left;
   state.V.w *= left;
   return state;
@@ -53,28 +53,30 @@ const InputPlayout::Sample& InputPlayout::sample(std::size_t age) const noexcept
 void InputPlayout::take(const proto::ClientUpdate& input, Duration now) noexcept {
   const Duration sent = input.sent.time_since_epoch();
   if (count_ > 0) {
-    if (input.input_tick <= sample(0).tick || sent <= sample(0).sent) return;
-    const bool follows = sent - sample(0).sent <= kMaxGap && input.input_tick.value - sample(0).tick.value <= kMaxStep;
+    if (input.input_tick <= sample(0).input.tick || sent <= sample(0).sent) return;
+    const bool follows =
+        sent - sample(0).sent <= kMaxGap && input.input_tick.value - sample(0).input.tick.value <= kMaxStep;
     if (!follows) reset();
   }
   delay_.add(sent, now);
   newest_ = (newest_ + 1) % kHistory;
-  samples_[newest_] = {input.input_tick, sent,          input.handle,           input.tool,
-                       input.copies,     input.buttons, input.energy_to_hand_j, input.energy_from_hand_j};
+  samples_[newest_] = {sent,
+                       {input.input_tick, input.handle, input.tool, input.copies, input.buttons, input.energy_to_hand_j,
+                        input.energy_from_hand_j}};
   count_ = std::min(count_ + 1, kHistory);
 }
 
 void InputPlayout::reset() noexcept {
   count_ = 0;
   played_ = 0;
-  dry_s_ = 0;
+  underrun_s_ = 0;
   delay_.reset();
 }
 
 double InputPlayout::ticks_per_second() const noexcept {
   const Sample& oldest = sample(count_ - 1);
   const Sample& newest = sample(0);
-  const auto ticks = static_cast<double>(newest.tick.value - oldest.tick.value);
+  const auto ticks = static_cast<double>(newest.input.tick.value - oldest.input.tick.value);
   return count_ > 1 ? ticks / to_seconds(newest.sent - oldest.sent) : kUsualTicks_per_s;
 }
 
@@ -86,16 +88,16 @@ double InputPlayout::ticks_until(Duration client_time) const noexcept {
   double rate = ticks_per_second();
   if (age > 0 && before.sent <= client_time) {
     const Sample& after = sample(age - 1);
-    rate = static_cast<double>(after.tick.value - before.tick.value) / to_seconds(after.sent - before.sent);
+    rate = static_cast<double>(after.input.tick.value - before.input.tick.value) / to_seconds(after.sent - before.sent);
   }
-  const std::uint64_t first = sample(count_ - 1).tick.value;
-  return static_cast<double>(before.tick.value - first) + to_seconds(client_time - before.sent) * rate;
+  const std::uint64_t first = sample(count_ - 1).input.tick.value;
+  return static_cast<double>(before.input.tick.value - first) + to_seconds(client_time - before.sent) * rate;
 }
 
 /// In      wanted  ticks after the oldest input
 void InputPlayout::choose_tick(double wanted) noexcept {
-  const std::uint64_t first = sample(count_ - 1).tick.value;
-  const auto last = static_cast<double>(sample(0).tick.value - first);
+  const std::uint64_t first = sample(count_ - 1).input.tick.value;
+  const auto last = static_cast<double>(sample(0).input.tick.value - first);
   const double so_far = played_ > first ? static_cast<double>(played_ - first) : 0;
   const double stride = std::round(step_s_ * ticks_per_second());
   const bool keeps_stride = played_ != 0 && std::abs(wanted - so_far - stride) <= kStrideTolerance;
@@ -106,29 +108,20 @@ void InputPlayout::choose_tick(double wanted) noexcept {
 
 PlayedInput InputPlayout::at_tick(std::uint64_t tick) const noexcept {
   std::size_t age = 0;
-  while (age + 1 < count_ && sample(age).tick.value > tick) ++age;
-  const Sample& before = sample(age);
-  if (age == 0 || before.tick.value == tick)
-    return {before.tick,
-            before.handle,
-            before.tool,
-            before.copies,
-            before.buttons,
-            before.energy_to_hand_j,
-            before.energy_from_hand_j,
-            false};
-  const Sample& after = sample(age - 1);
+  while (age + 1 < count_ && sample(age).input.tick.value > tick) ++age;
+  const PlayedInput& before = sample(age).input;
+  if (age == 0 || before.tick.value == tick) return before;
+  const PlayedInput& after = sample(age - 1).input;
   const double u =
       static_cast<double>(tick - before.tick.value) / static_cast<double>(after.tick.value - before.tick.value);
-  const double length_s = to_seconds(after.sent - before.sent);
+  const double length_s = to_seconds(sample(age - 1).sent - sample(age).sent);
   PlayedInput played{Tick{tick},
                      between(before.handle, after.handle, length_s, u),
                      between(before.tool, after.tool, length_s, u),
                      before.copies,
                      after.buttons,
                      std::lerp(before.energy_to_hand_j, after.energy_to_hand_j, u),
-                     std::lerp(before.energy_from_hand_j, after.energy_from_hand_j, u),
-                     false};
+                     std::lerp(before.energy_from_hand_j, after.energy_from_hand_j, u)};
   for (CopyTarget& copy : played.copies) {
     const auto next = std::find_if(after.copies.begin(), after.copies.end(),
                                    [&copy](const CopyTarget& other) { return other.body == copy.body; });
@@ -141,13 +134,14 @@ std::optional<PlayedInput> InputPlayout::play(Duration now) noexcept {
   if (count_ == 0) return std::nullopt;
   const double wanted = ticks_until(delay_.play_at(now));
   choose_tick(wanted);
-  const bool is_dry = wanted > static_cast<double>(sample(0).tick.value - sample(count_ - 1).tick.value) + 0.5;
-  dry_s_ = is_dry ? dry_s_ + step_s_ : 0;
+  const bool has_underrun =
+      wanted > static_cast<double>(sample(0).input.tick.value - sample(count_ - 1).input.tick.value) + 0.5;
+  underrun_s_ = has_underrun ? underrun_s_ + step_s_ : 0;
   PlayedInput played = at_tick(played_);
-  played.is_dry = is_dry;
-  played.handle = held(played.handle, dry_s_);
-  played.tool = held(played.tool, dry_s_);
-  for (CopyTarget& copy : played.copies) copy.state = held(copy.state, dry_s_);
+  played.has_underrun = has_underrun;
+  played.handle = held(played.handle, underrun_s_);
+  played.tool = held(played.tool, underrun_s_);
+  for (CopyTarget& copy : played.copies) copy.state = held(copy.state, underrun_s_);
   return played;
 }
 

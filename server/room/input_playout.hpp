@@ -22,7 +22,7 @@ struct PlayedInput {
   std::uint32_t buttons = 0;      ///< of a tick that did not come, those of the next that did: not later than pressed
   double energy_to_hand_j = 0;    ///< as in ClientUpdate
   double energy_from_hand_j = 0;  ///< likewise
-  bool is_dry = false;            ///< nothing newer has come: the last is held
+  bool has_underrun = false;      ///< nothing newer has come: the last is held
 };
 
 /// Plays a client's handle, tool, copies, buttons and energies at a delay that nearly all of its inputs keep, one of
@@ -33,7 +33,7 @@ struct PlayedInput {
 ///         vector from the first to the second, with their twists at its ends. It errs by T⁴/384 max|x⁗| over a gap
 ///         of T. Energies go evenly. Which tick is played moves on by as many as fit into a step, and changes stride
 ///         only when it has drifted 0.75 ticks from where the delay wants it: a jitter of time stamps moves nothing.
-///         When dry, the last one's poses are held and its twists fade to zero in kTwistFade_s; what then comes is
+///         On underrun, the last one's poses are held and its twists fade to zero in kTwistFade_s; what then comes is
 ///         caught up with at kCatchUp times the hand's pace, not by a jump.
 /// Limits  a client that leaves gaps by itself (a deadband) is played later by their length
 /// Thread  the room's; time is counted in steps; no allocation
@@ -59,14 +59,8 @@ class InputPlayout {
 
  private:
   struct Sample {
-    Tick tick;
     Duration sent{0};  ///< client clock
-    RigidState handle;
-    RigidState tool;
-    boost::container::static_vector<CopyTarget, kMaxCopies> copies;
-    std::uint32_t buttons = 0;
-    double energy_to_hand_j = 0;
-    double energy_from_hand_j = 0;
+    PlayedInput input;
   };
   const Sample& sample(std::size_t age) const noexcept;  ///< 0: the newest
   double ticks_per_second() const noexcept;
@@ -79,7 +73,7 @@ class InputPlayout {
   std::size_t newest_ = 0;
   std::size_t count_ = 0;
   std::uint64_t played_ = 0;  ///< tick; 0: none yet
-  double dry_s_ = 0;
+  double underrun_s_ = 0;
 
   net::PlayoutDelay delay_{kDelay};
 };

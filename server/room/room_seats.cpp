@@ -33,9 +33,7 @@ std::optional<Seat> RoomSeats::take(UserRole role, bool leaves_gaps) {
   const auto free = std::find(seats_.begin(), seats_.end(), std::nullopt);
   if (waiting_.size() >= kMaxWaiting) return std::nullopt;
   if (free == seats_.end() || count(role) >= limit) return std::nullopt;
-  Seat seat;
-  seat.role = role;
-  seat.slot = static_cast<std::uint8_t>(free - seats_.begin());
+  Seat seat{static_cast<std::uint8_t>(free - seats_.begin()), UserId{}, role, 0, leaves_gaps};
   if (role == UserRole::kManipulator) {
     const auto tool = free_tool();
     if (!tool) return std::nullopt;
@@ -43,73 +41,46 @@ std::optional<Seat> RoomSeats::take(UserRole role, bool leaves_gaps) {
   }
   seat.user = UserId{++last_user_};
   *free = seat;
-  requested_[seat.slot] = served_[seat.slot] = 0;
-  held_[seat.slot] = BodyId{};
+  requested_[seat.index] = served_[seat.index] = 0;
+  held_[seat.index] = BodyId{};
   if (role == UserRole::kManipulator) {
     const auto holds = room_.scene().tools[seat.tool].holds_body;
-    if (holds) held_[seat.slot] = body_id_at(*holds);
+    if (holds) held_[seat.index] = body_id_at(*holds);
   }
-  RoomCommand command;
-  command.kind = RoomCommand::Kind::kJoin;
-  command.slot = seat.slot;
-  command.user = seat.user;
-  command.role = role;
-  command.tool = seat.tool;
-  command.leaves_gaps = leaves_gaps;
-  post_surely(command);
+  post_surely({.kind = RoomCommand::Kind::kJoin, .seat = seat});
   return seat;
 }
 
 void RoomSeats::leave(const Seat& seat) {
-  seats_[seat.slot].reset();
-  RoomCommand command;
-  command.kind = RoomCommand::Kind::kLeave;
-  command.slot = seat.slot;
-  command.user = seat.user;
-  post_surely(command);
+  seats_[seat.index].reset();
+  post_surely({.kind = RoomCommand::Kind::kLeave, .seat = seat});
 }
 
 void RoomSeats::set_coupling(const Seat& seat, const haptics::CouplingParameters& parameters) {
   coupling_ = parameters;
-  RoomCommand command;
-  command.kind = RoomCommand::Kind::kSetCoupling;
-  command.slot = seat.slot;
-  command.user = seat.user;
-  command.coupling = parameters;
   // Only the newest counts, so a flood of them waits as one.
   std::erase_if(waiting_, [](const RoomCommand& older) { return older.kind == RoomCommand::Kind::kSetCoupling; });
-  post_surely(command);
+  post_surely({.kind = RoomCommand::Kind::kSetCoupling, .seat = seat, .coupling = parameters});
 }
 
 haptics::CouplingParameters RoomSeats::coupling_in_force(const Seat& seat) const {
   if (seat.role != UserRole::kManipulator) return coupling_;
-  const BodyId held = held_[seat.slot];
+  const BodyId held = held_[seat.index];
   const auto body = held.is_valid() ? std::optional<std::size_t>(held.value - 1) : std::nullopt;
   return physics::coupling_in_force(room_.scene().coupling, coupling_, moved_mass(room_.scene(), seat.tool, body));
 }
 
 void RoomSeats::on_update(const Seat& seat, const UserUpdate& told) {
-  served_[seat.slot] = told.requests_served;
-  held_[seat.slot] = told.update.held_body;
+  served_[seat.index] = told.requests_served;
+  held_[seat.index] = told.update.held_body;
 }
 
 bool RoomSeats::grab(const Seat& seat, BodyId body, std::uint32_t request) {
-  RoomCommand command;
-  command.kind = RoomCommand::Kind::kGrab;
-  command.slot = seat.slot;
-  command.user = seat.user;
-  command.body = body;
-  command.request = request;
-  return post_request(command);
+  return post_request({.kind = RoomCommand::Kind::kGrab, .seat = seat, .body = body, .request = request});
 }
 
 bool RoomSeats::release(const Seat& seat, std::uint32_t request) {
-  RoomCommand command;
-  command.kind = RoomCommand::Kind::kRelease;
-  command.slot = seat.slot;
-  command.user = seat.user;
-  command.request = request;
-  return post_request(command);
+  return post_request({.kind = RoomCommand::Kind::kRelease, .seat = seat, .request = request});
 }
 
 void RoomSeats::flush() {
@@ -123,9 +94,9 @@ void RoomSeats::post_surely(const RoomCommand& command) {
 
 bool RoomSeats::post_request(const RoomCommand& command) {
   flush();
-  if (requested_[command.slot] != served_[command.slot]) return false;
+  if (requested_[command.seat.index] != served_[command.seat.index]) return false;
   if (!waiting_.empty() || !room_.post(command)) return false;
-  ++requested_[command.slot];
+  ++requested_[command.seat.index];
   return true;
 }
 

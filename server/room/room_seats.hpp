@@ -1,4 +1,4 @@
-// Who sits where in a room, as the io thread knows it: slots, tools, user ids, and the coupling in force.
+// Who sits where in a room, as the io thread knows it: seats, tools, user ids, and the coupling in force.
 #pragma once
 
 #include <array>
@@ -9,14 +9,6 @@
 #include "server/room/room.hpp"
 
 namespace tandem::server {
-
-/// A user's place.
-struct Seat {
-  UserId user;
-  UserRole role = UserRole::kObserver;
-  std::uint8_t slot = 0;
-  std::uint8_t tool = 0;  ///< manipulators only
-};
 
 /// Hands out the places of one room and tells the room's loop.
 ///
@@ -55,8 +47,8 @@ class RoomSeats {
   Room& room_;
   haptics::CouplingParameters coupling_;
   std::array<std::optional<Seat>, proto::kMaxUsers> seats_{};
-  std::array<BodyId, proto::kMaxUsers> held_{};              ///< by the slot's tool
-  std::array<std::uint64_t, proto::kMaxUsers> requested_{};  ///< grabs and releases since the slot's user joined
+  std::array<BodyId, proto::kMaxUsers> held_{};              ///< by the seat's tool
+  std::array<std::uint64_t, proto::kMaxUsers> requested_{};  ///< grabs and releases since the seat's user joined
   std::array<std::uint64_t, proto::kMaxUsers> served_{};
   std::uint32_t last_user_ = 0;
   /// Joins and leaves must not be lost; bounded because a room that is behind takes nobody in.

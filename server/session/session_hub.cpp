@@ -409,15 +409,15 @@ void SessionHub::Impl::give_to_room(Connection& connection, const proto::ClientU
   }
   // An observer's updates only say that it is there and where; they never reach the world.
   if (connection.seat.role != UserRole::kManipulator) return;
-  if (connection.seats->room().slot(connection.seat.slot).input.publish(input)) {
+  if (connection.seats->room().mailboxes(connection.seat.index).input.publish(input)) {
     counters.received_drops.add(proto::DropReason::kOverwritten);
   }
 }
 
 void SessionHub::Impl::send_newest_update(Connection& connection, LocalTime now) {
-  auto& output = connection.seats->room().slot(connection.seat.slot).output;
+  auto& output = connection.seats->room().mailboxes(connection.seat.index).output;
   if (!output.poll()) return;
-  // What the slot's previous user was not sent any more.
+  // What the seat's previous user was not sent any more.
   if (output.front().user != connection.seat.user) return;
   note(connection, output.front());
   if (connection.state != ConnectionState::kActive) return;

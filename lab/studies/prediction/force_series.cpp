@@ -48,46 +48,41 @@ std::vector<ForceSample> samples_of(const TouchTrace& trace) {
 }
 
 /// A simulated hand at the room's own table: no network, no client.
-class Seat {
+class SimulatedUser {
  public:
-  Seat(server::Room& room, std::size_t index, const std::string& path)
+  SimulatedUser(server::Room& room, std::size_t index, const std::string& path)
       : room_(room),
-        slot_(static_cast<std::uint8_t>(index)),
+        seat_(static_cast<std::uint8_t>(index)),
         device_(devices::SimDevice::default_spec(), devices::HandParameters{}, shipped_path(path), 1 + index),
         workspace_(room.scene().tools[index].workspace) {
-    server::RoomCommand join;
-    join.kind = server::RoomCommand::Kind::kJoin;
-    join.slot = slot_;
-    join.user = UserId{static_cast<std::uint32_t>(index + 1)};
-    join.role = server::UserRole::kManipulator;
-    join.tool = slot_;
-    room_.post(join);
+    room_.post({.kind = server::RoomCommand::Kind::kJoin,
+                .seat = {seat_, UserId{static_cast<std::uint32_t>(index + 1)}, server::UserRole::kManipulator, seat_}});
   }
 
   Duration path_length() const { return device_.path().length(); }
 
   void move(LocalTime now) {
     const devices::DeviceSample sample = device_.read(now);
-    proto::ClientUpdate& update = room_.slot(slot_).input.back();
+    proto::ClientUpdate& update = room_.mailboxes(seat_).input.back();
     update = proto::ClientUpdate{};
     ++tick_.value;
     update.input_tick = tick_;
     update.handle_valid = true;
     update.handle = {workspace_.world_pose(sample.X_DH), workspace_.world_twist(sample.V_DH)};
     update.buttons = sample.buttons;
-    room_.slot(slot_).input.publish();
+    room_.mailboxes(seat_).input.publish();
   }
 
   Wrench feel(LocalTime now) {
-    room_.slot(slot_).output.poll();
-    const Wrench on_hand_W = room_.slot(slot_).output.front().update.wrench_on_hand_W;
+    room_.mailboxes(seat_).output.poll();
+    const Wrench on_hand_W = room_.mailboxes(seat_).output.front().update.wrench_on_hand_W;
     device_.write(now, workspace_.device_wrench(on_hand_W));
     return on_hand_W;
   }
 
  private:
   server::Room& room_;
-  std::uint8_t slot_;
+  std::uint8_t seat_;
   devices::SimDevice device_;
   WorkspaceMapping workspace_;
   Tick tick_;
@@ -109,11 +104,12 @@ const std::vector<SceneHands>& shipped_hands() {
 
 ForceSeries scene_series(const SceneHands& hands) {
   const auto scene = server::load_scene(server::find_scene(hands.scene, server::scene_folders()));
-  // Its hands are paths and supply no energy.
-  const auto room = std::make_unique<server::Room>(RoomId{1}, hands.scene, scene,
-                                                   server::RoomOptions{.controls_tool_passivity = false});
-  std::vector<std::unique_ptr<Seat>> seats;
-  for (const std::string& path : hands.paths) seats.push_back(std::make_unique<Seat>(*room, seats.size(), path));
+  // Its hands are paths and pay nothing.
+  const auto room =
+      std::make_unique<server::Room>(RoomId{1}, hands.scene, scene, server::RoomOptions{.controls_tool_passivity = false});
+  std::vector<std::unique_ptr<SimulatedUser>> seats;
+  for (const std::string& path : hands.paths)
+    seats.push_back(std::make_unique<SimulatedUser>(*room, seats.size(), path));
   ForceSeries series{hands.scene, "scene " + hands.scene, {}};
   bool was_touching = false;
   for (Duration at{0}; at < seats.front()->path_length(); at += room->period()) {

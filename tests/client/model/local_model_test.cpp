@@ -302,7 +302,7 @@ TEST(LocalModel, WhoAloneHoldsASharedBodyFeelsAllOfItsWeight) {
   EXPECT_NEAR(weight_after(2, false), 0.5 * 9.81, 0.05) << "the other only touches it";
   EXPECT_EQ(far.model.joint_share(), 1);
   // The server's body, which has no joint here, hangs in the coupling of 500 N/m; the copy without weight between both.
-  const physics::Joint joint = physics::joint_for(far.model.loop_delay(), Duration{0}, Vec3::Zero());
+  const physics::Joint joint = physics::DelayedJoint::joint(far.model.loop_delay(), Duration{0}, Vec3::Zero());
   const double part = joint.stiffness_n_per_m / (joint.stiffness_n_per_m + 500);
   EXPECT_NEAR(weight_after(2, true), part * 0.5 * 9.81, 0.1);
 }

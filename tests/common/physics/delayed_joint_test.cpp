@@ -18,21 +18,21 @@ const Joint kSpring{200, 0, 0, 0};
 constexpr Duration kHundred_ms{std::chrono::milliseconds(100)};
 
 TEST(DelayedJoint, IsAShareOfItsDamperOverTheOneWayDelay) {
-  const DelayedJointSettings settings;
-  const Joint joint = joint_for(kHundred_ms, Duration{0}, Vec3::UnitX(), settings);
-  EXPECT_NEAR(joint.axis_stiffness_n_per_m, settings.along.stiffness_share * settings.along.damping_n_s_per_m / 0.05,
-              1e-9);
-  EXPECT_NEAR(joint.stiffness_n_per_m, settings.across.stiffness_share * settings.across.damping_n_s_per_m / 0.05,
-              1e-9);
-  EXPECT_NEAR(joint.stiffness_n_m_per_rad, joint.stiffness_n_per_m * settings.lever_m * settings.lever_m, 1e-12);
+  const Joint joint = DelayedJoint::joint(kHundred_ms, Duration{0}, Vec3::UnitX());
+  const double along = DelayedJoint::kAlongStiffnessShare * DelayedJoint::kAlongDamping_n_s_per_m;
+  const double across = DelayedJoint::kAcrossStiffnessShare * DelayedJoint::kAcrossDamping_n_s_per_m;
+  EXPECT_NEAR(joint.axis_stiffness_n_per_m, along / 0.05, 1e-9);
+  EXPECT_NEAR(joint.stiffness_n_per_m, across / 0.05, 1e-9);
+  EXPECT_NEAR(joint.stiffness_n_m_per_rad, joint.stiffness_n_per_m * DelayedJoint::kLever_m * DelayedJoint::kLever_m,
+              1e-12);
 }
 
 TEST(DelayedJoint, GetsSofterWithTheDelayAndNeverStifferThanItsLimit) {
   double before = std::numeric_limits<double>::infinity();
   for (const int loop_ms : {0, 1, 10, 25, 50, 100, 200, 300, 1000}) {
-    const Joint joint = joint_for(std::chrono::milliseconds(loop_ms), Duration{0}, Vec3::UnitX());
+    const Joint joint = DelayedJoint::joint(std::chrono::milliseconds(loop_ms), Duration{0}, Vec3::UnitX());
     EXPECT_LE(joint.axis_stiffness_n_per_m, before);
-    EXPECT_LE(joint.axis_stiffness_n_per_m, DelayedJointSettings{}.most_stiffness_n_per_m);
+    EXPECT_LE(joint.axis_stiffness_n_per_m, DelayedJoint::kMaxStiffness_n_per_m);
     EXPECT_GE(joint.axis_stiffness_n_per_m, joint.stiffness_n_per_m);
     EXPECT_TRUE(is_usable(joint));
     before = joint.axis_stiffness_n_per_m;
@@ -41,26 +41,68 @@ TEST(DelayedJoint, GetsSofterWithTheDelayAndNeverStifferThanItsLimit) {
 
 TEST(DelayedJoint, AllWhoShareABodyAreAsSoftAcross) {
   const Duration slow = 2 * kHundred_ms;
-  const Joint mine = joint_for(kHundred_ms, slow, Vec3::UnitX());
-  const Joint theirs = joint_for(slow, slow, Vec3::UnitX());
+  const Joint mine = DelayedJoint::joint(kHundred_ms, slow, Vec3::UnitX());
+  const Joint theirs = DelayedJoint::joint(slow, slow, Vec3::UnitX());
   EXPECT_EQ(mine.stiffness_n_per_m, theirs.stiffness_n_per_m);
   EXPECT_GT(mine.axis_stiffness_n_per_m, theirs.axis_stiffness_n_per_m);
 }
 
-TEST(JointShare, RisesAndFallsEvenlyAndWholly) {
-  JointShare share;
+/// Steps of 1 ms of a delayed joint.
+struct SteppedJoint {
+  void step(const DelayedJoint::Use& use, Duration weight_wait = Duration{0}) {
+    joint.step(now, kPeriod, use, weight_wait);
+    now += kPeriod;
+  }
+  static constexpr Duration kPeriod{std::chrono::milliseconds(1)};
+  DelayedJoint joint{};
+  Duration now{std::chrono::seconds(3)};
+};
+
+TEST(DelayedJoint, ItsShareRisesAndFallsEvenlyAndWholly) {
+  SteppedJoint stepped;
   double before = 0, steepest = 0;
   const auto step = [&](bool is_shared) {
-    const double now = share.step(1e-3, is_shared);
-    steepest = std::max(steepest, std::abs(now - before));
-    before = now;
+    stepped.step({.is_shared = is_shared});
+    steepest = std::max(steepest, std::abs(stepped.joint.share() - before));
+    before = stepped.joint.share();
   };
   for (int i = 0; i < 101; ++i) step(true);
-  EXPECT_EQ(share.now(), 1);
+  EXPECT_EQ(stepped.joint.share(), 1);
   for (int i = 0; i < 201; ++i) step(false);
-  EXPECT_EQ(share.now(), 0);
+  EXPECT_EQ(stepped.joint.share(), 0);
   // Of 3 u² − 2 u³ in 100 ms: 1.5 / 100 a tick in the middle.
   EXPECT_LT(steepest, 0.0151);
+}
+
+TEST(DelayedJoint, KeepsItsShareForAsLongAsSharingIsKept) {
+  SteppedJoint stepped{.joint = DelayedJoint(kHundred_ms)};
+  for (int i = 0; i < 101; ++i) stepped.step({.is_shared = true});
+  for (int i = 0; i < 99; ++i) stepped.step({.is_shared = false});
+  EXPECT_EQ(stepped.joint.share(), 1) << "a hand that comes back within that time switches nothing";
+  stepped.step({.is_shared = false});
+  EXPECT_LT(stepped.joint.share(), 1);
+  stepped.joint.disengage();
+  stepped.step({.is_shared = false});
+  EXPECT_EQ(stepped.joint.share(), 0);
+}
+
+TEST(DelayedJoint, TheCopyOfWhoAloneHoldsTheBodyBearsItsWeight) {
+  SteppedJoint stepped;
+  for (int i = 0; i < 101; ++i) stepped.step({.is_held = true});
+  EXPECT_EQ(stepped.joint.weight_on_copy(), 1);
+  for (int i = 0; i < 50; ++i) stepped.step({.is_held = true, .other_holders = 1});
+  EXPECT_NEAR(stepped.joint.weight_on_copy(), 0.5, 1e-12) << "goes over evenly when another takes it too";
+  stepped.step({.is_held = false, .other_holders = 1});
+  EXPECT_EQ(stepped.joint.weight_on_copy(), 0) << "at once when it is let go";
+}
+
+TEST(DelayedJoint, AWeightGoesOverOnlyWhenTheOtherEndKnowsWhoBearsIt) {
+  SteppedJoint stepped;
+  stepped.step({.is_held = true, .other_holders = 1});
+  for (int i = 0; i < 100; ++i) stepped.step({.is_held = true}, kHundred_ms);
+  EXPECT_EQ(stepped.joint.weight_on_copy(), 0);
+  stepped.step({.is_held = true}, kHundred_ms);
+  EXPECT_GT(stepped.joint.weight_on_copy(), 0);
 }
 
 /// A tool that presses on a free cube, and a user whose client has the cube `offset` from there.

@@ -121,13 +121,13 @@ TEST(InputPlayout, OverAPerfectLinkPlaysEveryTickOnceAndUnchanged) {
 TEST(InputPlayout, JitterAndBurstsOfLossChangeThePlayedHandByLessThanTheCubicsBound) {
   Line line(link_of(0.050, 0.010, 0.05));
   for (int i = 0; i < 3000; ++i) line.step();
-  int dry = 0;
+  int underruns = 0;
   double largest_m = 0, largest_turn = 0, largest_step = 0;
   PlayedInput before = *line.step();
   const int steps = 20000;
   for (int i = 0; i < steps; ++i) {
     const PlayedInput played = *line.step();
-    dry += played.is_dry;
+    underruns += played.has_underrun;
     const RigidState truth = stirring(static_cast<double>(played.tick.value) * kStep_s);
     EXPECT_NEAR(played.energy_from_hand_j, from_hand_j(played.tick.value), 1e-9) << "evenly, whatever was lost";
     EXPECT_NEAR(played.energy_to_hand_j, from_hand_j(played.tick.value) / 4, 1e-9);
@@ -145,7 +145,7 @@ TEST(InputPlayout, JitterAndBurstsOfLossChangeThePlayedHandByLessThanTheCubicsBo
   EXPECT_LE(largest_turn, 1e-3);
   EXPECT_GT(largest_m, 0) << "nothing was lost, so nothing was tested";
   EXPECT_LE(largest_step, InputPlayout::kCatchUp) << "the hand would jump";
-  EXPECT_LE(dry, (1 - InputPlayout::kDelay.quantile) * steps * 1.5);
+  EXPECT_LE(underruns, (1 - InputPlayout::kDelay.quantile) * steps * 1.5);
   EXPECT_LE(to_seconds(line.playout.delay()), to_seconds(InputPlayout::kDelay.longest) + 1e-9);
 }
 
@@ -229,13 +229,13 @@ TEST(InputPlayout, HoldsTheLastWhenDryAndLetsItsMotionFade) {
   for (int i = 1; i <= 60; ++i) {
     played = playout.play(std::chrono::milliseconds(100 + i));
     ASSERT_TRUE(played);
-    if (!played->is_dry) continue;
+    if (!played->has_underrun) continue;
     EXPECT_EQ(played->tick.value, 100U) << "the handle is exactly that of the tick that is answered";
     EXPECT_EQ(played->handle.X.p, last.X.p);
     EXPECT_LE(played->handle.V.v.norm(), speed);
     speed = played->handle.V.v.norm();
   }
-  EXPECT_TRUE(played->is_dry);
+  EXPECT_TRUE(played->has_underrun);
   EXPECT_EQ(speed, 0);
   EXPECT_EQ(played->tool.V.w.norm(), 0);
 }

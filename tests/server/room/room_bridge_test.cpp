@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "common/haptics/wave/wave_port.hpp"
+#include "common/physics/joints/delayed_joint.hpp"
 #include "server/room/room.hpp"
 #include "tests/common/physics/scene_support.hpp"
 #include "tests/support/allocation_counter.hpp"
@@ -27,16 +28,12 @@ class RoomBridge : public ::testing::Test {
     explicit Bench(std::shared_ptr<const LoadedScene> scene) : room(RoomId{1}, "test", std::move(scene)) {}
 
     void join(std::uint8_t place) {
-      RoomCommand command;
-      command.slot = command.tool = place;
-      command.user = UserId{place + 1U};
-      command.role = UserRole::kManipulator;
-      ASSERT_TRUE(room.post(command));
+      ASSERT_TRUE(room.post({.seat = {place, UserId{place + 1U}, UserRole::kManipulator, place}}));
     }
     proto::ServerUpdate step(std::uint8_t told = 0) {
       room.step(ServerTime(room.period() * static_cast<Duration::rep>(room.steps_done().value + 1)));
-      room.slot(told).output.poll();
-      return room.slot(told).output.front().update;
+      room.mailboxes(told).output.poll();
+      return room.mailboxes(told).output.front().update;
     }
 
     Room room;
@@ -69,11 +66,12 @@ TEST_F(RoomBridge, APlayedHandleMovesTheToolAsTheSameHandleGivenDirectlyDoes) {
   given.join(0);
   std::uint64_t compared = 0;
   for (std::uint64_t step = 1; step <= 2000; ++step) {
-    played.room.slot(0).input.publish(input(step, stirring(step), proto::ClientMode::kLocalModel));
+    played.room.mailboxes(0).input.publish(input(step, stirring(step), proto::ClientMode::kLocalModel));
     const proto::ServerUpdate told = played.step();
     // The one step ahead: what the played room answers is known only after its step.
     if (told.answered_input.value != 0) {
-      given.room.slot(0).input.publish(input(step, stirring(told.answered_input.value), proto::ClientMode::kHandle));
+      given.room.mailboxes(0).input.publish(
+          input(step, stirring(told.answered_input.value), proto::ClientMode::kHandle));
     }
     const proto::ServerUpdate same = given.step();
     ASSERT_EQ(told.tool.X.p, same.tool.X.p) << "step " << step;
@@ -90,9 +88,10 @@ TEST_F(RoomBridge, TheJointComesWithASecondHandOnTheBodyAndGoesAfterIt) {
   std::uint64_t tick = 0;
   const auto step = [&](bool second_holds) {
     ++tick;
-    bench.room.slot(0).input.publish(input(tick, {-0.03, 0, 0}, proto::ClientMode::kLocalModel, kButtonGrab));
-    bench.room.slot(1).input.publish(
-        input(tick, {0.03, 0, 0}, proto::ClientMode::kHandle, second_holds ? std::uint32_t{kButtonGrab} : 0U));
+    bench.room.mailboxes(0).input.publish(
+        input(tick, {-0.03, 0, 0}, proto::ClientMode::kLocalModel, proto::kButtonGrab));
+    bench.room.mailboxes(1).input.publish(
+        input(tick, {0.03, 0, 0}, proto::ClientMode::kHandle, second_holds ? std::uint32_t{proto::kButtonGrab} : 0U));
     return bench.step();
   };
   proto::ServerUpdate told;
@@ -135,8 +134,8 @@ TEST_F(RoomBridge, TheJointPullsTheBodyToTheClientsCopy) {
     CopyTarget copy{BodyId{1}, {}, Vec3(-0.03, 0, 0), Vec3::Zero()};
     copy.state.X.p.y() = 0.005;
     mine.copies.push_back(copy);
-    bench.room.slot(0).input.publish(mine);
-    bench.room.slot(1).input.publish(input(tick, {0.03, 0, 0}, proto::ClientMode::kHandle, kButtonGrab));
+    bench.room.mailboxes(0).input.publish(mine);
+    bench.room.mailboxes(1).input.publish(input(tick, {0.03, 0, 0}, proto::ClientMode::kHandle, proto::kButtonGrab));
     told = bench.step();
   }
   ASSERT_EQ(told.joint_share, 1);
@@ -153,8 +152,8 @@ TEST_F(RoomBridge, AGraspIsOfTheInputThatPressed) {
   for (std::uint64_t step = 1; step <= 500 && !told.held_body.is_valid(); ++step) {
     // Ten at a time, of which the newest is kept: the playout has to wait for them.
     if (step % 10 == 0) {
-      bench.room.slot(0).input.publish(input(step, {-0.03, 0, 0}, proto::ClientMode::kLocalModel,
-                                             step >= kPressed ? std::uint32_t{kButtonGrab} : 0U));
+      bench.room.mailboxes(0).input.publish(input(step, {-0.03, 0, 0}, proto::ClientMode::kLocalModel,
+                                                  step >= kPressed ? std::uint32_t{proto::kButtonGrab} : 0U));
     }
     before = told;
     told = bench.step();
@@ -177,11 +176,11 @@ TEST_F(RoomBridge, ASharedBodyHangsInTheCopyOfWhoAloneHoldsIt) {
     proto::ServerUpdate told;
     for (int i = 0; i < 2500; ++i) {
       ++tick;
-      for (const std::uint8_t slot : {0, 1}) {
-        const Vec3 p(slot == 0 ? -0.03 : 0.03, 0, 0);
-        proto::ClientUpdate update = input(tick, p, proto::ClientMode::kLocalModel, slot == 0 ? first : second);
+      for (const std::uint8_t seat : {0, 1}) {
+        const Vec3 p(seat == 0 ? -0.03 : 0.03, 0, 0);
+        proto::ClientUpdate update = input(tick, p, proto::ClientMode::kLocalModel, seat == 0 ? first : second);
         update.copies.push_back({BodyId{1}, {}, p, Vec3::Zero()});
-        bench.room.slot(slot).input.publish(update);
+        bench.room.mailboxes(seat).input.publish(update);
       }
       told = bench.step();
     }
@@ -190,9 +189,9 @@ TEST_F(RoomBridge, ASharedBodyHangsInTheCopyOfWhoAloneHoldsIt) {
   };
   // Both copies are kept at the origin; of two who hold it, the two joints bear the weight.
   const Duration loop = std::chrono::milliseconds(60);
-  const double sag_m = 0.2 * 9.81 / (2 * physics::joint_for(loop, loop, Vec3::Zero()).stiffness_n_per_m);
-  EXPECT_NEAR(height_after(kButtonGrab, kButtonGrab), -sag_m, 1e-4);
-  EXPECT_NEAR(height_after(0, kButtonGrab), 0, 1e-4);
+  const double sag_m = 0.2 * 9.81 / (2 * physics::DelayedJoint::joint(loop, loop, Vec3::Zero()).stiffness_n_per_m);
+  EXPECT_NEAR(height_after(proto::kButtonGrab, proto::kButtonGrab), -sag_m, 1e-4);
+  EXPECT_NEAR(height_after(0, proto::kButtonGrab), 0, 1e-4);
   EXPECT_NEAR(height_after(0, 0), -sag_m, 1e-4);
 }
 
@@ -202,7 +201,7 @@ TEST_F(RoomBridge, TheGraspIsToldAsThePlaceOfTheToolOnTheBody) {
   proto::ServerUpdate told;
   for (std::uint64_t tick = 1; tick <= 400; ++tick) {
     const Vec3 p = Vec3(-0.03, 0, 0) + Vec3(0.0001, 0.0002, 0) * static_cast<double>(tick);
-    bench.room.slot(0).input.publish(input(tick, p, proto::ClientMode::kHandle, kButtonGrab));
+    bench.room.mailboxes(0).input.publish(input(tick, p, proto::ClientMode::kHandle, proto::kButtonGrab));
     told = bench.step();
   }
   ASSERT_TRUE(told.held_body.is_valid());
@@ -215,10 +214,10 @@ TEST_F(RoomBridge, AnotherModeOrAnotherUserStartsWithNothingOfTheLast) {
   Bench bench(scene_);
   bench.join(0);
   for (std::uint64_t tick = 1; tick <= 200; ++tick) {
-    bench.room.slot(0).input.publish(input(tick, stirring(tick), proto::ClientMode::kLocalModel));
+    bench.room.mailboxes(0).input.publish(input(tick, stirring(tick), proto::ClientMode::kLocalModel));
     bench.step();
   }
-  bench.room.slot(0).input.publish(input(201, stirring(201), proto::ClientMode::kHandle));
+  bench.room.mailboxes(0).input.publish(input(201, stirring(201), proto::ClientMode::kHandle));
   proto::ServerUpdate told = bench.step();
   EXPECT_EQ(told.answered_input, Tick{201}) << "the newest, at once";
   EXPECT_EQ(told.playout, Duration{0});
@@ -242,7 +241,7 @@ TEST_F(RoomBridge, WavesMoveTheToolWhereTheHandIsAndAreAnswered) {
     if (on_hand.f.norm() > largest.f.norm()) largest = on_hand;
     proto::ClientUpdate update = input(tick, X_WH.p, proto::ClientMode::kWave);
     update.wave = hand.sum_towards_tool();
-    bench.room.slot(0).input.publish(update);
+    bench.room.mailboxes(0).input.publish(update);
     told = bench.step();
     ASSERT_TRUE(is_finite(told.wave));
   }
@@ -258,7 +257,7 @@ TEST_F(RoomBridge, PlayingOutAllocatesNothing) {
   const auto run = [&](std::uint64_t count) {
     for (std::uint64_t end = tick + count; tick < end;) {
       ++tick;
-      bench.room.slot(0).input.publish(input(tick, stirring(tick), proto::ClientMode::kLocalModel));
+      bench.room.mailboxes(0).input.publish(input(tick, stirring(tick), proto::ClientMode::kLocalModel));
       bench.step();
     }
   };

@@ -28,42 +28,31 @@ class RoomTest : public ::testing::Test {
  protected:
   RoomTest() : room_(RoomId{1}, "test", physics::load_parts({.bodies = kTwoCubes, .tools = kTwoTools})) {}
 
-  void post(RoomCommand::Kind kind, std::uint8_t slot, std::uint32_t user, std::uint32_t request = 0,
+  void post(RoomCommand::Kind kind, std::uint8_t seat, std::uint32_t user, std::uint32_t request = 0,
             BodyId body = {}) {
-    RoomCommand command;
-    command.kind = kind;
-    command.slot = slot;
-    command.user = UserId{user};
-    command.request = request;
-    command.body = body;
-    ASSERT_TRUE(room_.post(command));
+    ASSERT_TRUE(room_.post({.kind = kind, .seat = {seat, UserId{user}}, .body = body, .request = request}));
   }
-  void join(std::uint8_t slot, std::uint32_t user, std::uint8_t tool) {
-    RoomCommand command;
-    command.slot = slot;
-    command.user = UserId{user};
-    command.role = UserRole::kManipulator;
-    command.tool = tool;
-    ASSERT_TRUE(room_.post(command));
+  void join(std::uint8_t seat, std::uint32_t user, std::uint8_t tool) {
+    ASSERT_TRUE(room_.post({.seat = {seat, UserId{user}, UserRole::kManipulator, tool}}));
   }
-  void observe(std::uint8_t slot, std::uint32_t user) { post(RoomCommand::Kind::kJoin, slot, user); }
+  void observe(std::uint8_t seat, std::uint32_t user) { post(RoomCommand::Kind::kJoin, seat, user); }
 
-  void send(std::uint8_t slot, const Vec3& p, std::uint32_t buttons = 0, bool is_valid = true) {
+  void send(std::uint8_t seat, const Vec3& p, std::uint32_t buttons = 0, bool is_valid = true) {
     proto::ClientUpdate update;
     update.input_tick = Tick{++ticks_};
     update.handle.X.p = p;
     update.handle_valid = is_valid;
     update.buttons = buttons;
     update.sent = LocalTime(Duration(static_cast<Duration::rep>(1000 * ticks_)));
-    room_.slot(slot).input.publish(update);
+    room_.mailboxes(seat).input.publish(update);
   }
   void step(int count = 1) {
     for (int i = 0; i < count; ++i) room_.step(ServerTime(room_.period() * static_cast<Duration::rep>(++steps_)));
   }
-  /// The newest update of a slot; empty when none came since the last call.
-  std::optional<proto::ServerUpdate> update(std::uint8_t slot) {
-    if (!room_.slot(slot).output.poll()) return std::nullopt;
-    return room_.slot(slot).output.front().update;
+  /// The newest update of a seat; empty when none came since the last call.
+  std::optional<proto::ServerUpdate> update(std::uint8_t seat) {
+    if (!room_.mailboxes(seat).output.poll()) return std::nullopt;
+    return room_.mailboxes(seat).output.front().update;
   }
   std::optional<RoomEvent> event() {
     RoomEvent event;
@@ -95,7 +84,7 @@ TEST_F(RoomTest, UpdateAnswersTheNewestInput) {
   ASSERT_TRUE(told.has_value());
   EXPECT_EQ(told->step, Step{1});
   EXPECT_EQ(told->stepped, ServerTime(room_.period()));
-  // Joining drops what an earlier user of the slot may have left in its mailbox.
+  // Joining drops what an earlier user of the seat may have left in its mailbox.
   EXPECT_EQ(told->answered_input, Tick{0});
   send(0, {0, 0, 0.06});
   step();
@@ -307,14 +296,14 @@ TEST_F(RoomTest, UpdatesSayWhomTheyAreForAndHowManyRequestsWereServed) {
   post(RoomCommand::Kind::kRelease, 0, 7, 0);
   step();
   ASSERT_TRUE(update(0).has_value());
-  EXPECT_EQ(room_.slot(0).output.front().user, UserId{7});
-  EXPECT_EQ(room_.slot(0).output.front().requests_served, 2U);
+  EXPECT_EQ(room_.mailboxes(0).output.front().user, UserId{7});
+  EXPECT_EQ(room_.mailboxes(0).output.front().requests_served, 2U);
   post(RoomCommand::Kind::kLeave, 0, 7);
   join(0, 8, 0);
   step();
   ASSERT_TRUE(update(0).has_value());
-  EXPECT_EQ(room_.slot(0).output.front().user, UserId{8});
-  EXPECT_EQ(room_.slot(0).output.front().requests_served, 0U);
+  EXPECT_EQ(room_.mailboxes(0).output.front().user, UserId{8});
+  EXPECT_EQ(room_.mailboxes(0).output.front().requests_served, 0U);
 }
 
 // Bullet takes its memory from its own functions, not from operator new.
@@ -337,8 +326,8 @@ TEST(Room, StepDoesNotAllocateInSteadyContactNorDoesBullet) {
   const CountedBullet counted;
   Room room(RoomId{1}, "test", physics::load_parts({.bodies = kTwoCubes, .tools = kTwoTools}));
   RoomCommand join;
-  join.user = UserId{7};
-  join.role = UserRole::kManipulator;
+  join.seat.user = UserId{7};
+  join.seat.role = UserRole::kManipulator;
   ASSERT_TRUE(room.post(join));
   double from_hand_j = 0;
   const auto step_pressing = [&](int count) {
@@ -346,8 +335,8 @@ TEST(Room, StepDoesNotAllocateInSteadyContactNorDoesBullet) {
       proto::ClientUpdate update;
       update.handle.X.p = {0.001 * std::sin(0.01 * i), 0, 0.035};
       update.handle_valid = true;
-      update.energy_from_hand_j = from_hand_j += 1e-4;
-      room.slot(0).input.publish(update);
+      update.energy_from_hand_j = supplied_j += 1e-4;
+      room.mailboxes(0).input.publish(update);
       room.step(ServerTime(room.period()));
     }
   };

@@ -90,7 +90,7 @@ TEST(SessionHub, ANewcomerIsNotSentWhatItsSlotsFormerUserWasTold) {
   late.update.step = Step{77};
   bench.now += std::chrono::milliseconds(1);
   late.update.stepped = server_time_of_own_clock(bench.now);
-  bench.rooms[0]->slot(0).output.publish(late);
+  bench.rooms[0]->mailboxes(0).output.publish(late);
   bench.hub->poll(bench.now);
   EXPECT_EQ(test::described(bench.take(ben)), "");
   bench.step();
@@ -508,7 +508,7 @@ TEST(SessionHub, ANewUserNeverGetsAnUpdateMadeForTheSlotsFormerUser) {
   pulled.handle.X.p.y() += 0.05;
   bench.deliver(bench.datagram_of(ada, pulled));
   bench.step(200);
-  // Published for ada, not yet polled when she leaves and ben takes her slot and tool.
+  // Published for ada, not yet polled when she leaves and ben takes her seat and tool.
   bench.now += std::chrono::milliseconds(1);
   bench.rooms.front()->step(server_time_of_own_clock(bench.now));
   bench.send(ada, message_of([](auto& message) { message.mutable_leave(); }));

@@ -1,0 +1,23 @@
+// A place in a room, and who has it.
+#pragma once
+
+#include <cstdint>
+
+#include "common/base/ids.hpp"
+
+namespace tandem::server {
+
+enum class UserRole : std::uint8_t { kManipulator, kObserver };
+
+/// One of a room's places, as both its io thread and its loop name it.
+struct Seat {
+  std::uint8_t index = 0;  ///< in the room's fixed arrays, < proto::kMaxUsers
+  UserId user = {};        ///< invalid: nobody has it
+  UserRole role = UserRole::kObserver;
+  std::uint8_t tool = 0;     ///< of a manipulator
+  bool leaves_gaps = false;  ///< the user does not send what is little enough to be extrapolated (a deadband)
+
+  bool is_manipulator() const { return user.is_valid() && role == UserRole::kManipulator; }
+};
+
+}  // namespace tandem::server

@@ -1,0 +1,50 @@
+#include "server/room/tool_port.hpp"
+
+#include <utility>
+
+namespace tandem::server {
+
+void ToolPort::open(std::size_t tool) noexcept {
+  tool_ = tool;
+  has_handle_ = false;
+  passivity_.reset();
+  world_.activate_tool(tool_);
+}
+
+void ToolPort::close() noexcept {
+  clear_handle();
+  world_.deactivate_tool(tool_);
+}
+
+void ToolPort::set_handle(const RigidState& handle) noexcept {
+  world_.set_handle(tool_, handle);
+  if (std::exchange(has_handle_, true)) return;
+  passivity_.restart_handle(world_.energy_of_tool_j(tool_));
+}
+
+void ToolPort::clear_handle() noexcept {
+  has_handle_ = false;
+  world_.limit_pull(tool_, 1);
+  world_.join_copies(tool_, RigidState{}, {}, {}, 0);
+  world_.clear_handle(tool_);
+}
+
+void ToolPort::report(double from_hand_j, double to_hand_j, double elapsed_s) noexcept {
+  passivity_.hand_reported(from_hand_j, to_hand_j, elapsed_s);
+}
+
+TickFaults ToolPort::limit(double step_s) noexcept {
+  if (!is_limited_) return 0;
+  const double share = passivity_.gain(step_s);
+  world_.limit_pull(tool_, share);
+  return share < 1 ? TickFaults{kFaultToolEnergyLimited} : 0;
+}
+
+void ToolPort::settle() noexcept {
+  if (!is_limited_) return;
+  const physics::ToolState tool = state();
+  const double net_into_world_j = tool.energy_into_world_j + tool.weight_work_j - tool.energy_from_world_j;
+  passivity_.stepped(tool.tool.X, tool.pull_on_tool_W, net_into_world_j);
+}
+
+}  // namespace tandem::server

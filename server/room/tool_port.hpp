@@ -1,0 +1,48 @@
+// What goes through between a user and the world: his handle pulls his tool, and the energy that the tool puts into the
+// world is accounted for.
+#pragma once
+
+#include "common/base/tick_faults.hpp"
+#include "common/haptics/passivity/tool_passivity_controller.hpp"
+#include "common/physics/world.hpp"
+
+namespace tandem::server {
+
+/// One seat's.
+///
+/// Thread  the room's: no throw
+class ToolPort {
+ public:
+  /// In      world  outlives it
+  ///         is_limited  the tool puts no more into the world than the hand put in (ToolPassivityController)
+  ToolPort(physics::World& world, bool is_limited) : world_(world), is_limited_(is_limited) {}
+
+  /// A new user takes a tool; it appears in the world.
+  void open(std::size_t tool) noexcept;
+  /// He leaves, and the tool with him.
+  void close() noexcept;
+  std::size_t tool() const noexcept { return tool_; }
+  physics::ToolState state() const noexcept { return world_.tool(tool_); }
+
+  /// The tool is pulled there, until the next call.
+  void set_handle(const RigidState& handle) noexcept;
+  /// There is no handle until the next set_handle(), and nothing else pulls for the user.
+  void clear_handle() noexcept;
+
+  /// The client's running sums of energy; `elapsed_s` since those before.
+  void report(double from_hand_j, double to_hand_j, double elapsed_s) noexcept;
+  /// Before a step: limits what pulls for the user to the energy that the hand put in.
+  TickFaults limit(double step_s) noexcept;
+  /// After a step: measures what the tool did.
+  void settle() noexcept;
+  const haptics::ToolPassivityController& passivity() const noexcept { return passivity_; }
+
+ private:
+  physics::World& world_;
+  bool is_limited_;
+  std::size_t tool_ = 0;
+  bool has_handle_ = false;
+  haptics::ToolPassivityController passivity_{haptics::ToolPassivityController::Settings{}};
+};
+
+}  // namespace tandem::server
