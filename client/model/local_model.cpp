@@ -310,7 +310,7 @@ void LocalModel::drive_ours(Copy& copy, Duration played, double period_s) noexce
   const auto index = static_cast<std::size_t>(&copy - copies_.data());
   const bool is_begin = std::exchange(copy.was_followed, false);
   ledger_.take(index);
-  world_.keep_adopted(copy.id, 2 * period_s);
+  world_.keep_implicit(copy.id, 2 * period_s);
   const double share = copy.is_touched() ? copy.joint.share() : 0;
   follow_grip(copy, period_s, is_begin);
   const Vec3 pressing_W = world_.body(copy.id).X.q * copy.pressing_B;
@@ -346,7 +346,7 @@ void LocalModel::follow(Copy& copy, Duration played, Duration present, double pe
     copy.offset = shift_between(target, world_.body(copy.id));
     copy.reconciler.reset();
     world_.join_body(copy.id, target, Vec3::Zero(), physics::Joint{}, 0);
-    world_.keep_adopted(copy.id, 0);
+    world_.keep_implicit(copy.id, 0);
     copy.was_followed = true;
   }
   copy.offset = faded(copy.offset, period_s);

@@ -39,7 +39,7 @@ Mobility mobility_at(const TouchThing& thing, const Vec3& p_W) {
 }
 
 /// A force f moves a massless tool by f/k within the step, as it would move a mass of k h².
-Mobility mobility_of(const CouplingTether& tether, double step_s) {
+Mobility mobility_of(const Joint& tether, double step_s) {
   constexpr double kLeast = 1e-9;  // of no spring at all
   const double squared = step_s * step_s;
   return {Eigen::Matrix3d::Identity() / std::max(kLeast, tether.stiffness_n_per_m * squared),

@@ -15,7 +15,7 @@ struct EffectTool {
   std::size_t tool = 0;
   std::size_t thing = 0;  ///< the tool itself, or the body that it holds
   Pose X_WT;
-  CouplingTether tether;  ///< of a massless tool alone
+  Joint tether;  ///< ToolHand::tether() of a massless tool alone
 };
 
 /// Effects as wrenches from outside, on tools and, oppositely, on the bodies that the effects belong to.

@@ -51,14 +51,16 @@ void ToolHand::let_go() noexcept {
   wrench_on_hand_W_ = Wrench{};
 }
 
-CouplingTether ToolHand::tether(const Pose& X_WT) const noexcept {
+Joint ToolHand::tether(const Pose& X_WT) const noexcept {
   constexpr double kNoStretch = 1e-6;  // m, rad
   const haptics::CouplingState state = haptics::coupling_state(target_.X, target_.V, X_WT, target_.V);
   const Wrench pull = law_->wrench_on_tool_W(state);
   const double d = state.d_W.norm(), theta = state.theta_W.norm();
   const haptics::CouplingParameters& c = ramp_.now();
-  return {strength_ * (d > kNoStretch ? pull.f.norm() / d : c.stiffness_n_per_m),
-          strength_ * (theta > kNoStretch ? pull.t.norm() / theta : c.stiffness_n_m_per_rad)};
+  Joint spring;
+  spring.stiffness_n_per_m = strength_ * (d > kNoStretch ? pull.f.norm() / d : c.stiffness_n_per_m);
+  spring.stiffness_n_m_per_rad = strength_ * (theta > kNoStretch ? pull.t.norm() / theta : c.stiffness_n_m_per_rad);
+  return spring;
 }
 
 double ToolHand::stored_energy_j(const Pose& X_WT) const noexcept {
@@ -88,11 +90,10 @@ bool ToolHand::is_saturated() const noexcept {
           wrench_on_tool_W_.t.norm() >= share * c.torque_limit_n_m);
 }
 
-void ToolHand::settle(const Pose& X_WT_before, const RigidState& tool, const Wrench& on_tool_W,
-                      const Wrench& by_joint_W) noexcept {
+void ToolHand::settle(const Pose& X_WT_before, const RigidState& tool, const Wrench& on_tool_W) noexcept {
   wrench_on_tool_W_ = on_tool_W;
   // What holds a tool for want of a handle is the world's own.
-  const Wrench by_user_W = has_handle() ? on_tool_W + by_joint_W : by_joint_W;
+  const Wrench by_user_W = has_handle() ? on_tool_W : Wrench{};
   if (has_handle()) wrench_on_hand_W_ = haptics::reaction_on_hand(by_user_W, target_.X.p - tool.X.p);
   add_work(held_work_j(by_user_W, X_WT_before, tool.X));
 }

@@ -7,14 +7,9 @@
 #include "common/contact/contact_solver.hpp"
 #include "common/haptics/coupling/coupling_ramp.hpp"
 #include "common/haptics/coupling/laws.hpp"
+#include "common/physics/joints/joint.hpp"
 
 namespace tandem::physics {
-
-/// How stiffly a coupling ties the tool to the hand: force over displacement, as stretched now.
-struct CouplingTether {
-  double stiffness_n_per_m = 0;
-  double stiffness_n_m_per_rad = 0;
-};
 
 /// A share of what a law does; exact for every law, which its coefficients would not be.
 class ScaledLaw final : public haptics::CouplingLaw {
@@ -75,14 +70,12 @@ class ToolHand {
     const haptics::CouplingLaw* law = strength_ < 1 ? &scaled_ : law_.get();
     return {body, law, target_.X, target_.V, X_WT};
   }
-  /// The tool being at `X_WT`. Only while it pulls.
-  CouplingTether tether(const Pose& X_WT) const noexcept;
+  /// As a spring: force over displacement, as stretched to a tool at `X_WT`; without damping. Only while it pulls.
+  Joint tether(const Pose& X_WT) const noexcept;
   /// What the law's elastic part holds of the stretch to a tool at `X_WT`: its force at rest, along the way there.
   double stored_energy_j(const Pose& X_WT) const noexcept;
-  /// After a step in which the tool came from `X_WT_before` and the coupling did `on_tool_W`, about the tool's origin,
-  /// and beside it a joint `by_joint_W`, which is shown to the hand and accounted for too.
-  void settle(const Pose& X_WT_before, const RigidState& tool, const Wrench& on_tool_W,
-              const Wrench& by_joint_W = {}) noexcept;
+  /// After a step in which the tool came from `X_WT_before` and the coupling did `on_tool_W`, about the tool's origin.
+  void settle(const Pose& X_WT_before, const RigidState& tool, const Wrench& on_tool_W) noexcept;
   /// And then, for each body that a copy of the user's pulls: from where to where it went, and what pulled it, about
   /// its origin; `weight_work_j` is what that of its weight did which the copy bears.
   void settle_copy(const Pose& X_WB_before, const Pose& X_WB, const Wrench& on_body_W, double weight_work_j) noexcept;

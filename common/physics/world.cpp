@@ -29,7 +29,7 @@ RigidBody make_tool(const ToolDescription& tool) {
 TouchStage::Limits touch_limits(const WorldDescription& world) {
   return {world.bodies.size() + world.tools.size(),
           world.tools.size(),
-          2 * world.bodies.size() + (1 + kMaxCopies) * world.tools.size(),
+          2 * world.bodies.size() + kMaxCopies * world.tools.size(),
           world.limits.contact_pairs,
           {world.limits.contact_points},
           world.limits.body_speed_m_per_s};
@@ -56,7 +56,7 @@ World::Impl::Impl(std::shared_ptr<const WorldDescription> world, std::unique_ptr
   things.resize(bodies.size() + tools.size());
   pulls.reserve(tools.size());
   pulling.reserve(tools.size());
-  ties.reserve(2 * bodies.size() + (1 + kMaxCopies) * tools.size());
+  ties.reserve(2 * bodies.size() + kMaxCopies * tools.size());
   effect_tools.reserve(tools.size());
   soft_tools.resize(things.size());
   poses.resize(bodies.size());
@@ -83,7 +83,7 @@ std::size_t World::Impl::thing_of(const WorldTool& tool) const {
 std::uint32_t World::Impl::holders_of(std::size_t body) const {
   std::uint32_t holders = 0;
   for (std::size_t i = 0; i < tools.size(); ++i) {
-    const auto is_copy = [body](const CopyJoin& copy) { return copy.body == body; };
+    const auto is_copy = [body](const Join& copy) { return copy.body == body; };
     const bool has_copy = std::any_of(tools[i].copies.begin(), tools[i].copies.end(), is_copy);
     if (tools[i].held == body || has_copy) holders |= bit_of(i);
   }
@@ -121,12 +121,7 @@ void World::shift_tool(std::size_t index, const Pose& by_W, const Twist& dv) {
   if (!tool.held && is_finite(by_W) && is_finite(dv)) tool.rigid.shift(by_W, dv);
 }
 
-bool World::is_adopted(BodyId id) const {
-  const WorldBody* const body = impl_->body_of(id);
-  return body != nullptr && !body->rigid.is_static() && !body->is_free();
-}
-
-void World::keep_adopted(BodyId id, double seconds) {
+void World::keep_implicit(BodyId id, double seconds) {
   WorldBody* const body = impl_->body_of(id);
   constexpr double kLongest_s = 3600;
   if (body == nullptr || body->rigid.is_static() || !(seconds >= 0)) return;
@@ -186,10 +181,6 @@ ToolState World::tool(std::size_t index) const {
   state.copies_work_j = tool.hand.copies_work_j();
   state.weight_work_j = tool.hand.weight_work_j();
   return state;
-}
-
-std::size_t World::body_count() const {
-  return impl_->bodies.size();
 }
 
 RigidState World::body(BodyId id) const {

@@ -92,12 +92,6 @@ class World {
   /// what copies bear as they are joined next. A tool that is where its handle is (ToolDynamics::kAtHandle) is not held
   /// back.
   void limit_pull(std::size_t tool, double share);
-  /// From now on `share` of the joint pulls the tool, or the body that it holds at the tool's place, to `target`,
-  /// beside 1 − share of the coupling to its handle (scaled as a whole, so every law's force is exactly that share). 0:
-  /// the coupling alone. Both are in tool(). Ignored with a number that is not finite; a tool that is where its handle
-  /// is (ToolDynamics::kAtHandle) is not pulled.
-  /// In      share  0..1, clamped
-  void join_tool(std::size_t tool, const RigidState& target, const Joint& joint, double share);
   /// What the tool touches came about elsewhere, on the copies that its user's client steps: `share` of a joint pulls
   /// each of these bodies to its copy at p_BJ, and the coupling to the handle does 1 − share. With a share of 1 the
   /// tool touches nothing here and is where the client has it, as seen from the first copy. Work and wrench of these
@@ -122,10 +116,8 @@ class World {
   /// body is moved with the body alone.
   void shift_body(BodyId body, const Pose& by_W, const Twist& dv);
   void shift_tool(std::size_t tool, const Pose& by_W, const Twist& dv);
-  /// The touch stage steps the body: it is held, joined, or was touched not long ago.
-  bool is_adopted(BodyId body) const;
   /// The touch stage steps the body for so long at least; 0: no longer than it is held, joined or touched.
-  void keep_adopted(BodyId body, double seconds);
+  void keep_implicit(BodyId body, double seconds);
   /// What soft bodies do to the tool, or to what it holds, where this world has no soft bodies itself; until the next.
   void set_soft_contact(std::size_t tool, const SoftContact& contact);
 
@@ -142,16 +134,14 @@ class World {
   /// Bit i: tool i holds the body, or pressed on it in the last step, itself or through other things that move. 0 of a
   /// static body.
   std::uint32_t hands_on(BodyId body) const;
-  std::size_t body_count() const;
   /// At rest at the origin for an id that the scene does not have.
   RigidState body(BodyId id) const;
   /// Of the whole scene; 0 without molecules.
   double field_energy_kj_per_mol() const;
   double field_energy_j() const;  ///< the same in the world's joules
-  /// Kinetic + gravitational energy of the moving bodies and tools, and that of the anchors [J], for tests and reports.
-  double mechanical_energy_j() const;
-  /// All that the world holds [J]: mechanical_energy_j(), what couplings and joints store, each as in force, and the
-  /// molecular field, unbounded. Contacts hold more, which is not counted.
+  /// All that the world holds [J]: kinetic and gravitational energy of the moving bodies and tools, what anchors,
+  /// couplings and joints store, each as in force, and the molecular field, unbounded. Contacts hold more, which is not
+  /// counted.
   /// In      without_hands  bit i: what pulls tool i, coupling and joints, is left out
   double stored_energy_j(std::uint32_t without_hands = 0) const;
   /// Of one body: kinetic, that of the part of its weight that it bears, and of its anchor [J]; not of joints and

@@ -3,43 +3,41 @@
 
 namespace tandem::physics {
 
-double World::Impl::coupling_energy_j(std::uint32_t without_hands) const {
+double World::Impl::mechanical_energy_j() const {
   double energy = 0;
-  const auto add = [&energy](const Join& join, const Pose& X) {
-    if (join.is_there()) energy += physics::stored_energy_j(join.law.joint(), join.target.X, X);
-  };
-  for (const WorldBody& body : bodies) add(body.join, joined_pose(body.rigid.state().X, body.join.p_BJ));
-  for (std::size_t i = 0; i < tools.size(); ++i) {
-    const WorldTool& tool = tools[i];
-    if (!tool.is_active || tool.hand.dynamics() == haptics::ToolDynamics::kAtHandle) continue;
-    if ((without_hands & bit_of(i)) != 0) continue;
-    const Pose X_WT = tool_state(tool).X;
-    energy += tool.hand.stored_energy_j(X_WT);
-    add(tool.join, X_WT);
-    for (const CopyJoin& copy : tool.copies) {
-      energy += physics::stored_energy_j(copy.law.joint(), joined_pose(copy.target.X, copy.p_BJ),
-                                         joined_pose(bodies[copy.body].rigid.state().X, copy.p_BJ));
-    }
+  for (const WorldBody& body : bodies) {
+    if (body.rigid.is_static()) continue;
+    energy += body.rigid.mechanical_energy_j(scene->gravity_m_per_s2);
+    if (body.has_anchor())
+      energy += physics::stored_energy_j(body.anchor.joint(), body.start().X, body.rigid.state().X);
+  }
+  for (const WorldTool& tool : tools) {
+    if (tool.is_free() && tool.has_mass()) energy += tool.rigid.mechanical_energy_j(scene->gravity_m_per_s2);
   }
   return energy;
 }
 
-double World::mechanical_energy_j() const {
+double World::Impl::coupling_energy_j(std::uint32_t without_hands) const {
   double energy = 0;
-  for (const WorldBody& body : impl_->bodies) {
-    if (body.rigid.is_static()) continue;
-    energy += body.rigid.mechanical_energy_j(impl_->scene->gravity_m_per_s2);
-    if (body.has_anchor())
-      energy += physics::stored_energy_j(body.anchor.joint(), body.start().X, body.rigid.state().X);
+  const auto add = [this, &energy](const Join& join) {
+    energy += physics::stored_energy_j(join.law.joint(), joined_pose(join.target.X, join.p_BJ),
+                                       joined_pose(bodies[join.body].rigid.state().X, join.p_BJ));
+  };
+  for (const WorldBody& body : bodies) {
+    if (body.join.is_there()) add(body.join);
   }
-  for (const WorldTool& tool : impl_->tools) {
-    if (tool.is_free() && tool.has_mass()) energy += tool.rigid.mechanical_energy_j(impl_->scene->gravity_m_per_s2);
+  for (std::size_t i = 0; i < tools.size(); ++i) {
+    const WorldTool& tool = tools[i];
+    if (!tool.is_active || tool.hand.dynamics() == haptics::ToolDynamics::kAtHandle) continue;
+    if ((without_hands & bit_of(i)) != 0) continue;
+    energy += tool.hand.stored_energy_j(tool_state(tool).X);
+    for (const Join& copy : tool.copies) add(copy);
   }
   return energy;
 }
 
 double World::stored_energy_j(std::uint32_t without_hands) const {
-  return mechanical_energy_j() + impl_->coupling_energy_j(without_hands) + impl_->field.energy_j();
+  return impl_->mechanical_energy_j() + impl_->coupling_energy_j(without_hands) + impl_->field.energy_j();
 }
 
 double World::energy_of_body_j(BodyId id) const {

@@ -78,7 +78,6 @@ void World::deactivate_tool(std::size_t index) {
   release(index);
   tool.passes_through.reset();
   tool.hand.let_go();
-  tool.join = {};
   impl_->forget_copies(tool);
   tool.pull_share = 1;
   tool.tune_coupling();

@@ -19,25 +19,17 @@
 
 namespace tandem::physics {
 
-/// What joins a thing to somewhere else in this step and the next ones.
+/// What joins a body to another state of it, a user's copy or the server's, in this step and the next ones.
 struct Join {
-  JointLaw law;
-  RigidState target;         ///< of the frame that is joined
-  Vec3 p_BJ = Vec3::Zero();  ///< of a body's: where that is
-  double share = 0;
-  double weight_there = 0;  ///< part of a body's weight that the target bears
-
-  bool is_there() const { return share > 0; }
-};
-
-/// The same of a body, by a user who has a copy of it.
-struct CopyJoin {
   std::size_t body = 0;
   JointLaw law;
   RigidState target;         ///< of the body
   Vec3 p_BJ = Vec3::Zero();  ///< where it is joined
-  double weight_there = 0;   ///< part of the body's weight that the copy bears
-  std::size_t tie = 0;       ///< its place among this step's ties
+  double share = 0;
+  double weight_there = 0;  ///< part of the body's weight that the target bears
+  std::size_t tie = 0;      ///< its place among this step's ties
+
+  bool is_there() const { return share > 0; }
 };
 
 struct WorldBody {
@@ -66,25 +58,21 @@ struct WorldTool {
   std::optional<std::size_t> held;            ///< index of a body
   Pose X_BT;                                  ///< its place on the held body
   std::optional<std::size_t> passes_through;  ///< body that was released with the tool inside
-  Join join = {};
-  boost::container::static_vector<CopyJoin, kMaxCopies> copies = {};
+  boost::container::static_vector<Join, kMaxCopies> copies = {};
   RigidState tool_there = {};  ///< with copies: the client's tool, which they were touched with
   double copies_share = 0;
   double pull_share = 1;                 ///< World::limit_pull()
   SoftContact soft = {};                 ///< told from outside
   std::optional<std::size_t> pull = {};  ///< its place among this step's pulls
-  std::optional<std::size_t> tie = {};   ///< and among the ties
 
   bool is_free() const { return is_active && !held; }
   /// Its user acts by copies alone.
   bool is_away() const { return copies_share >= 1; }
   bool touches() const { return is_free() && !is_away(); }
-  /// By a hand, or by what holds its place.
-  bool is_pulled() const { return hand.pulls() || join.is_there(); }
   bool has_mass() const { return hand.dynamics() == haptics::ToolDynamics::kWithMass; }
   RigidState start() const { return {description->X_WT, Twist{}}; }
   /// Of the coupling, what joints leave of it.
-  void tune_coupling() { hand.set_strength(pull_share * (1 - std::max(join.share, copies_share))); }
+  void tune_coupling() { hand.set_strength(pull_share * (1 - copies_share)); }
 };
 
 /// The frame at `p_BJ` on a body, with the body's axes.
@@ -154,6 +142,7 @@ struct World::Impl {
   void end_passing_through(WorldTool& tool) noexcept;
 
   // The accounts.
+  double mechanical_energy_j() const;
   double coupling_energy_j(std::uint32_t without_hands) const;
 
   std::shared_ptr<const WorldDescription> scene;

@@ -7,7 +7,7 @@
 namespace tandem::physics {
 
 void World::Impl::forget_copies(WorldTool& tool) noexcept {
-  for (const CopyJoin& copy : tool.copies) {
+  for (const Join& copy : tool.copies) {
     change_owner(bodies[copy.body], [](WorldBody& body) { --body.copies; });
   }
   tool.copies.clear();
@@ -18,7 +18,7 @@ void World::Impl::forget_copies(WorldTool& tool) noexcept {
 double World::Impl::weight_borne(std::size_t body) const {
   double there = bodies[body].join.weight_there;
   for (const WorldTool& tool : tools) {
-    for (const CopyJoin& copy : tool.copies) there += copy.body == body ? copy.weight_there : 0;
+    for (const Join& copy : tool.copies) there += copy.body == body ? copy.weight_there : 0;
   }
   return std::max(0.0, 1 - there);
 }
@@ -27,15 +27,6 @@ void World::limit_pull(std::size_t index, double share) {
   if (!std::isfinite(share)) return;
   WorldTool& tool = impl_->tools[index];
   tool.pull_share = std::clamp(share, 0.0, 1.0);
-  tool.tune_coupling();
-}
-
-void World::join_tool(std::size_t index, const RigidState& target, const Joint& joint, double share) {
-  if (!is_finite(target) || !is_usable(joint) || !std::isfinite(share)) return;
-  WorldTool& tool = impl_->tools[index];
-  tool.join.share = std::clamp(share, 0.0, 1.0);
-  tool.join.law.set(joint, tool.join.share * tool.pull_share);
-  tool.join.target = target;
   tool.tune_coupling();
 }
 
@@ -57,14 +48,15 @@ void World::join_copies(std::size_t index, const RigidState& tool_there, std::sp
                                 is_finite(copy.p_BJ) && is_usable(joints[i]);
     if (!is_usable_copy || tool.copies_share <= 0) continue;
     impl_->change_owner(*body, [](WorldBody& changed) { ++changed.copies; });
-    CopyJoin& join = tool.copies.emplace_back();
+    Join& join = tool.copies.emplace_back();
     join.body = copy.body.value - 1;
+    join.share = acting;
     join.law.set(joints[i], acting);
     join.target = copy.state;
     join.p_BJ = copy.p_BJ;
     join.weight_there = i < weights.size() && weights[i] > 0 ? std::min(weights[i], 1.0) * acting : 0;
   }
-  for (const CopyJoin& old : before) {
+  for (const Join& old : before) {
     impl_->change_owner(impl_->bodies[old.body], [](WorldBody& changed) { --changed.copies; });
   }
 }
@@ -75,11 +67,12 @@ void World::join_body(BodyId id, const RigidState& target, const Vec3& p_BJ, con
   if (body == nullptr || body->rigid.is_static()) return;
   if (!is_finite(target) || !is_finite(p_BJ) || !is_usable(joint) || !std::isfinite(share + weight_there)) return;
   impl_->change_owner(*body, [&](WorldBody& changed) {
+    changed.join.body = id.value - 1;
     changed.join.share = std::clamp(share, 0.0, 1.0);
     changed.join.law.set(joint, changed.join.share);
     changed.join.p_BJ = p_BJ;
     changed.join.weight_there = changed.join.share * std::clamp(weight_there, 0.0, 1.0);
-    changed.join.target = joined_frame(target, p_BJ);
+    changed.join.target = target;
   });
 }
 

@@ -34,7 +34,7 @@ void World::Impl::damp_and_ramp() noexcept {
   }
   for (WorldTool& tool : tools) {
     tool.hand.advance(step_s());
-    if (tool.is_free() && !tool.is_pulled()) tool.rigid.damp(step_s(), kIdleDamping_per_s);
+    if (tool.is_free() && !tool.hand.pulls()) tool.rigid.damp(step_s(), kIdleDamping_per_s);
   }
 }
 
@@ -66,24 +66,18 @@ void World::Impl::describe_things() noexcept {
 
 void World::Impl::describe_ties() noexcept {
   ties.clear();
+  const auto add = [this](Join& join) {
+    join.tie = ties.size();
+    const Pose X_WJ = joined_pose(bodies[join.body].rigid.state().X, join.p_BJ);
+    ties.push_back({join.body, &join.law, joined_frame(join.target, join.p_BJ), X_WJ});
+  };
   for (std::size_t i = 0; i < bodies.size(); ++i) {
-    const WorldBody& body = bodies[i];
+    WorldBody& body = bodies[i];
     if (body.has_anchor()) ties.push_back({i, &body.anchor, body.start(), body.rigid.state().X});
-    if (!body.join.is_there()) continue;
-    ties.push_back({i, &body.join.law, body.join.target, joined_pose(body.rigid.state().X, body.join.p_BJ)});
+    if (body.join.is_there()) add(body.join);
   }
   for (WorldTool& tool : tools) {
-    for (CopyJoin& copy : tool.copies) {
-      copy.tie = ties.size();
-      const Pose X_WJ = joined_pose(bodies[copy.body].rigid.state().X, copy.p_BJ);
-      ties.push_back({copy.body, &copy.law, joined_frame(copy.target, copy.p_BJ), X_WJ});
-    }
-    tool.tie.reset();
-    const bool is_joined =
-        tool.is_active && tool.join.is_there() && tool.hand.dynamics() != haptics::ToolDynamics::kAtHandle;
-    if (!is_joined) continue;
-    tool.tie = ties.size();
-    ties.push_back({thing_of(tool), &tool.join.law, tool.join.target, tool_state(tool).X});
+    for (Join& copy : tool.copies) add(copy);
   }
 }
 
@@ -92,7 +86,7 @@ void World::Impl::place_away(WorldTool& tool) noexcept {
   if (!tool.is_away() || !tool.is_free()) return;
   RigidState state = tool.tool_there;
   if (!tool.copies.empty()) {
-    const CopyJoin& copy = tool.copies.front();
+    const Join& copy = tool.copies.front();
     state.X = bodies[copy.body].rigid.state().X * copy.target.X.inverse() * state.X;
   }
   tool.rigid.set_state(state);
@@ -138,12 +132,7 @@ void World::Impl::add_effects() noexcept {
   for (std::size_t i = 0; i < pulls.size(); ++i) {
     const TouchCoupling& pull = pulls[i];
     const bool is_massless = things[pull.thing].dynamics == haptics::ToolDynamics::kMassless;
-    CouplingTether tether = is_massless ? pull.hand->tether(pull.X_WT) : CouplingTether{};
-    const Join& join = tools[pulling[i]].join;
-    if (is_massless && join.is_there()) {
-      tether.stiffness_n_per_m += join.law.joint().stiffness_n_per_m;
-      tether.stiffness_n_m_per_rad += join.law.joint().stiffness_n_m_per_rad;
-    }
+    const Joint tether = is_massless ? pull.hand->tether(pull.X_WT) : Joint{};
     effect_tools.push_back({pulling[i], pull.thing, pull.X_WT, tether});
   }
   for (std::size_t i = 0; i < tools.size(); ++i) {
@@ -201,13 +190,12 @@ void World::Impl::adopt() noexcept {
 TickFaults World::Impl::settle_hands() noexcept {
   TickFaults faults = 0;
   for (WorldTool& tool : tools) {
-    if (!tool.is_active || (!tool.pull && !tool.tie && tool.copies.empty())) continue;
+    if (!tool.is_active || (!tool.pull && tool.copies.empty())) continue;
     const RigidState now = tool_state(tool);
-    const Pose X_WT_before = tool.pull ? pulls[*tool.pull].X_WT : (tool.tie ? ties[*tool.tie].X_WT : now.X);
+    const Pose X_WT_before = tool.pull ? pulls[*tool.pull].X_WT : now.X;
     const Wrench by_hand_W = tool.pull ? pulls[*tool.pull].wrench_W : Wrench{};
-    const Wrench by_joint_W = tool.tie ? ties[*tool.tie].wrench_W : Wrench{};
-    tool.hand.settle(X_WT_before, now, by_hand_W, by_joint_W);
-    for (const CopyJoin& copy : tool.copies) {
+    tool.hand.settle(X_WT_before, now, by_hand_W);
+    for (const Join& copy : tool.copies) {
       const TouchJoint& tie = ties[copy.tie];
       const RigidBody& body = bodies[copy.body].rigid;
       const Pose X_WJ = joined_pose(body.state().X, copy.p_BJ);

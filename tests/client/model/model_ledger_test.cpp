@@ -120,7 +120,7 @@ TEST(ModelLedger, WhatAMoleculeGainsTheFieldLoses) {
   EXPECT_EQ(ledger.energy().field_work_j, 0) << "it follows the server, where that work is counted";
   ledger.take(0);
   for (int i = 0; i < 200; ++i) {
-    world.keep_adopted(kA, 0.01);
+    world.keep_implicit(kA, 0.01);
     ledger.begin_step();
     world.step();
     ledger.end_step();

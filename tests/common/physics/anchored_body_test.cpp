@@ -1,7 +1,9 @@
 // Bodies on springs in a scene: Bullet knows no springs, and must not notice.
 #include <gtest/gtest.h>
 
+#include "server/physics/bullet_world.hpp"
 #include "server/physics/server_world.hpp"
+#include "tests/common/physics/external_bodies.hpp"
 #include "tests/common/physics/scene_support.hpp"
 
 namespace tandem::physics {
@@ -10,14 +12,16 @@ namespace {
 constexpr BodyId kBlock{1};
 constexpr double kMass_kg = 0.2;
 
-/// A block of 4 cm at the origin, on an anchor; `more` are further bodies.
-World world_with_block(const std::string& anchor, const std::string& more = "", const std::string& rest = "") {
+/// A block of 4 cm at the origin, on an anchor; `more` are further bodies. `external` are those that Bullet steps.
+World world_with_block(ExternalBodies& external, const std::string& anchor, const std::string& more = "",
+                       const std::string& rest = "") {
   const std::string block =
       R"({"name": "block", "shapes": [{"box": {"size_m": [0.04, 0.04, 0.04]}}], "graspable": true, "mass_kg": 0.2,
           "anchor": {)" +
       anchor + "}}";
-  return server::make_server_world(load_parts(
-      {.bodies = block + more, .tools = R"({"name": "t", "placement": {"position_m": [-0.03, 0, 0]}})", .rest = rest}));
+  const auto scene = load_parts(
+      {.bodies = block + more, .tools = R"({"name": "t", "placement": {"position_m": [-0.03, 0, 0]}})", .rest = rest});
+  return {server::world_description(*scene), watched(std::make_unique<server::BulletWorld>(scene), external), nullptr};
 }
 
 TickFaults run(World& world, int steps) {
@@ -27,15 +31,17 @@ TickFaults run(World& world, int steps) {
 }
 
 TEST(AnchoredBody, HangsByWeightOverStiffness) {
-  World world = world_with_block(R"("stiffness_n_per_m": 400, "damping_n_s_per_m": 10)");
+  ExternalBodies external;
+  World world = world_with_block(external, R"("stiffness_n_per_m": 400, "damping_n_s_per_m": 10)");
   EXPECT_EQ(run(world, 2000), 0U);
-  EXPECT_FALSE(world.is_adopted(kBlock));
+  EXPECT_TRUE(external.contains(0));
   EXPECT_NEAR(world.body(kBlock).X.p.z(), -kMass_kg * 9.81 / 400, 1e-9);
 }
 
 TEST(AnchoredBody, StandsOnATableAsStiffAsTheAnchorMayBe) {
   // The table's top is 5 mm above the block's lower side: Bullet's contact and the spring push against each other.
-  World world = world_with_block(R"("stiffness_n_per_m": 1e5, "damping_n_s_per_m": 1e4)",
+  ExternalBodies external;
+  World world = world_with_block(external, R"("stiffness_n_per_m": 1e5, "damping_n_s_per_m": 1e4)",
                                  R"(, {"name": "table", "shapes": [{"box": {"size_m": [1, 1, 0.1]}}],
             "placement": {"position_m": [0, 0, -0.065]}})");
   EXPECT_EQ(run(world, 2000) & ~kFaultSpeedLimited, 0U);
@@ -51,8 +57,9 @@ TEST(AnchoredBody, StandsOnATableAsStiffAsTheAnchorMayBe) {
 }
 
 TEST(AnchoredBody, ComesBackWhenAToolLetsItGoAndIsBulletsAgain) {
-  World world =
-      world_with_block(R"("stiffness_n_per_m": 300, "damping_n_s_per_m": 8)", "", R"("gravity_m_per_s2": [0, 0, 0])");
+  ExternalBodies external;
+  World world = world_with_block(external, R"("stiffness_n_per_m": 300, "damping_n_s_per_m": 8)", "",
+                                 R"("gravity_m_per_s2": [0, 0, 0])");
   world.activate_tool(0);
   const auto hold_at = [&world](double x) { world.set_handle(0, {{{x, 0, 0}, Quat::Identity()}, {}}); };
   for (int i = 0; i < 1000; ++i) {
@@ -61,12 +68,12 @@ TEST(AnchoredBody, ComesBackWhenAToolLetsItGoAndIsBulletsAgain) {
   }
   run(world, 1000);
   const double moved_m = world.body(kBlock).X.p.x();
-  EXPECT_TRUE(world.is_adopted(kBlock));
+  EXPECT_FALSE(external.contains(0));
   EXPECT_GT(moved_m, 5e-4);
   EXPECT_NEAR(300 * moved_m, -world.tool(0).wrench_on_hand_W.f.x(), 1e-3);
   hold_at(-0.1);
   run(world, 2000);
-  EXPECT_FALSE(world.is_adopted(kBlock));
+  EXPECT_TRUE(external.contains(0));
   EXPECT_LT(world.body(kBlock).X.p.norm(), 1e-6);
   EXPECT_LT(rotation_vector(world.body(kBlock).X.q).norm(), 1e-4);
 }

@@ -28,34 +28,35 @@ TEST(FollowedBodies, KeepTheVelocityTheyWereToldWhateverActsOnThem) {
 
 TEST(ClientWorld, ATouchedBodyIsMovedByTheToolAndThenFollowsAgain) {
   WorldDescription description = world_of({cube(Vec3::Zero(), 0.3)}, {ball_tool({-0.03, 0, 0})});
-  World world = client_world(description);
+  ExternalBodies external;
+  World world = client_world(description, &external);
   world.activate_tool(0);
   for (int i = 0; i < 400; ++i) {
     world.set_handle(0, at({-0.03 + 1e-4 * i, 0, 0}));
     world.step();
   }
-  EXPECT_TRUE(world.is_adopted(kA));
+  EXPECT_FALSE(external.contains(0));
   EXPECT_GT(world.body(kA).X.p.x(), 0.005);
   for (int i = 0; i < 2000; ++i) {
     world.set_handle(0, at({-0.1, 0, 0}));
     world.step();
   }
-  EXPECT_FALSE(world.is_adopted(kA));
+  EXPECT_TRUE(external.contains(0));
   world.set_body(kA, at({0.5, 0, 0}));
   run(world, 10);
   EXPECT_EQ(world.body(kA).X.p, Vec3(0.5, 0, 0));
 }
 
-TEST(ClientWorld, IsAdoptedForAsLongAsAskedAndNoLonger) {
-  World world = client_world(world_of({cube(Vec3::Zero(), 0.3), table()}, {ball_tool({0, 0, 1})}));
-  world.keep_adopted(kA, 0.1);
-  world.keep_adopted(kB, 0.1);
-  EXPECT_TRUE(world.is_adopted(kA));
-  EXPECT_FALSE(world.is_adopted(kB)) << "static";
+TEST(ClientWorld, KeepsABodyImplicitForAsLongAsAskedAndNoLonger) {
+  ExternalBodies external;
+  World world = client_world(world_of({cube(Vec3::Zero(), 0.3), table()}, {ball_tool({0, 0, 1})}), &external);
+  world.keep_implicit(kA, 0.1);
+  world.keep_implicit(kB, 0.1);
+  EXPECT_EQ(external, ExternalBodies{1}) << "the static one is never implicit";
   run(world, 99);
-  EXPECT_TRUE(world.is_adopted(kA));
+  EXPECT_EQ(external, ExternalBodies{1});
   run(world, 300);
-  EXPECT_FALSE(world.is_adopted(kA));
+  EXPECT_EQ(external, (ExternalBodies{0, 1}));
 }
 
 TEST(ClientWorld, ShiftsAreAboutTheCentreOfMassAndSeenByNoAccount) {
@@ -144,7 +145,9 @@ TEST(Ledger, HoldsTheStretchOfCouplingAndJoint) {
   world.activate_tool(0);
   const double before = world.stored_energy_j();
   world.set_handle(0, at({0.01, 0, 0}));
-  world.join_tool(0, at({0, 0.02, 0}), {200, 5, 1, 0.01}, 0.25);
+  const CopyTarget copy{kA, at({1, 0.02, 0}), Vec3::Zero(), Vec3::Zero()};
+  const Joint joint{200, 5, 1, 0.01};
+  world.join_copies(0, at(Vec3::Zero()), {&copy, 1}, {&joint, 1}, 0.25);
   world.join_body(kA, at({1, 0, 0.01}), Vec3::Zero(), {1000, 5, 1, 0.01}, 0.5);
   EXPECT_NEAR(world.stored_energy_j() - before,
               0.75 * 0.5 * 300 * 1e-4 + 0.25 * 0.5 * 200 * 4e-4 + 0.5 * 0.5 * 1000 * 1e-4, 1e-9);
@@ -210,10 +213,12 @@ TEST(ClientWorld, AllocatesNothingWhateverIsAskedOfAStep) {
   world.activate_tool(0);
   const auto step = [&world](int i) {
     world.set_handle(0, at({-0.03 + 5e-5 * i, 0, 0.02}));
-    world.join_tool(0, at({-0.02, 0, 0.02}), {200, 5, 1, 0.01}, 0.5);
+    const CopyTarget copy{kA, at({0, 0, 0.02}), Vec3::Zero(), Vec3::Zero()};
+    const Joint joint{200, 5, 1, 0.01};
+    world.join_copies(0, at({-0.02, 0, 0.02}), {&copy, 1}, {&joint, 1}, 0.5);
     world.join_body(kA, at({0, 0, 0.02}), Vec3::Zero(), {200, 5, 1, 0.01}, i % 100 < 50 ? 0.3 : 0);
     world.shift_body(kA, {{1e-6, 0, 0}, Quat::Identity()}, {});
-    world.keep_adopted(kB, 0.01);
+    world.keep_implicit(kB, 0.01);
     world.set_soft_contact(0, {});
     world.step();
     return world.hands_on(kA) + (world.stored_energy_j() > 1e9 ? 1U : 0U);

@@ -1,4 +1,4 @@
-// What joins a thing to its copy: how much of it, beside the hand's coupling, and what the accounts say.
+// What joins a body to its copy: how much of it, beside the hand's coupling, and what the accounts say.
 #include "common/physics/joints/joint.hpp"
 
 #include <gtest/gtest.h>
@@ -87,38 +87,53 @@ WorldDescription one_tool() {
   return world_of({cube({0, 0, 1}, 0.3)}, {ball_tool(Vec3::Zero())});
 }
 
-TEST(JoinTool, ShareOfNothingChangesNoBit) {
-  World joined = client_world(one_tool()), alone = client_world(one_tool());
-  for (World* world : {&joined, &alone}) world->activate_tool(0);
+/// A user who holds the body where the tool is at first, and whose client has a copy of it.
+struct Holding {
+  explicit Holding(const WorldDescription& description) : world(client_world(description)) {
+    world.activate_tool(0);
+    world.hold(0, kBody, {Vec3::Zero(), Quat::Identity()});
+  }
+  void join(const Vec3& copy_p, double share, const Joint& joint = kJoint) {
+    const CopyTarget copy{kBody, at(copy_p), Vec3::Zero(), Vec3::Zero()};
+    world.join_copies(0, at(copy_p), {&copy, 1}, {&joint, 1}, share);
+  }
+
+  World world;
+};
+const Vec3 kStart(0, 0, 1);  ///< of the body
+
+TEST(JoinCopies, ShareOfNothingChangesNoBit) {
+  Holding joined(one_tool()), alone(one_tool());
   for (int i = 0; i < 200; ++i) {
-    for (World* world : {&joined, &alone}) world->set_handle(0, at({1e-4 * i, 0, 0}, {0.1, 0, 0}));
-    joined.join_tool(0, at({1, 2, 3}), kJoint, 0);
-    joined.step();
-    alone.step();
-    ASSERT_EQ(joined.tool(0).tool.X.p, alone.tool(0).tool.X.p);
-    ASSERT_EQ(joined.tool(0).wrench_on_hand_W.f, alone.tool(0).wrench_on_hand_W.f);
-    ASSERT_EQ(joined.tool(0).energy_into_world_j, alone.tool(0).energy_into_world_j);
+    for (Holding* holding : {&joined, &alone}) {
+      holding->world.set_handle(0, at(kStart + 1e-4 * i * Vec3::UnitX(), {0.1, 0, 0}));
+    }
+    joined.join({1, 2, 3}, 0);
+    joined.world.step();
+    alone.world.step();
+    ASSERT_EQ(joined.world.body(kBody).X.p, alone.world.body(kBody).X.p);
+    ASSERT_EQ(joined.world.tool(0).wrench_on_hand_W.f, alone.world.tool(0).wrench_on_hand_W.f);
+    ASSERT_EQ(joined.world.tool(0).energy_into_world_j, alone.world.tool(0).energy_into_world_j);
   }
 }
 
-/// Where a tool comes to rest between its handle at 0 and the joint's target at 1 cm.
+/// Where a held body comes to rest between its handle at 0 and the copy at 1 cm.
 double rest_m(const std::string& law, double share) {
   WorldDescription description = one_tool();
   description.coupling.law = law;
   description.coupling.dynamics = haptics::find_coupling_law(law)->tool;
   if (law == "adaptive") description.coupling.fit = some_fit();
-  World world = client_world(description);
-  world.activate_tool(0);
-  for (int i = 0; i < 5000; ++i) {
-    world.set_handle(0, at(Vec3::Zero()));
-    world.join_tool(0, at({0.01, 0, 0}), kJoint, share);
-    EXPECT_EQ(world.step() & kFaultNotFinite, 0U);
+  Holding holding(description);
+  for (int i = 0; i < 8000; ++i) {
+    holding.world.set_handle(0, at(kStart));
+    holding.join(kStart + Vec3(0.01, 0, 0), share);
+    EXPECT_EQ(holding.world.step() & kFaultNotFinite, 0U);
   }
-  EXPECT_LT(world.tool(0).wrench_on_hand_W.f.norm(), 1e-6) << "at rest both pulls balance";
-  return world.tool(0).tool.X.p.x();
+  EXPECT_LT(holding.world.tool(0).wrench_on_hand_W.f.norm(), 1e-5) << "at rest both pulls balance";
+  return holding.world.body(kBody).X.p.x();
 }
 
-TEST(JoinTool, RestsWhereTheSharesBalance) {
+TEST(JoinCopies, AHeldBodyRestsWhereTheSharesBalance) {
   for (const double share : {0.1, 0.5, 0.9, 1.0}) {
     const double hand = (1 - share) * 300, joint = share * kJoint.stiffness_n_per_m;
     EXPECT_NEAR(rest_m("spring-damper", share), 0.01 * joint / (hand + joint), 1e-7) << share;
@@ -127,76 +142,42 @@ TEST(JoinTool, RestsWhereTheSharesBalance) {
   EXPECT_NEAR(rest_m("qsa-static", 1.0), 0.01, 1e-6) << "without mass";
 }
 
-TEST(JoinTool, AHeldBodyIsPulledAtTheToolsPlace) {
-  World world = client_world(one_tool());
-  const Vec3 place(0, 0.02, 0);
-  world.activate_tool(0);
-  world.hold(0, kBody, {place, Quat::Identity()});
-  const Vec3 start = Vec3(0, 0, 1) + place;
-  for (int i = 0; i < 8000; ++i) {
-    world.set_handle(0, at(start));
-    world.join_tool(0, at(start + Vec3(0.01, 0, 0)), kJoint, 0.5);
-    ASSERT_EQ(world.step(), 0U);
-  }
-  EXPECT_LT((world.tool(0).tool.X.p - start - Vec3(0.01 * 100 / 250, 0, 0)).norm(), 1e-6);
-  EXPECT_LT(rotation_vector(world.body(kBody).X.q).norm(), 1e-5);
-}
-
-TEST(JoinTool, TheAccountIsTheWorkOfBothPulls) {
-  World world = client_world(one_tool());
-  world.activate_tool(0);
+TEST(JoinCopies, TheAccountIsTheWorkOfBothPulls) {
+  Holding holding(one_tool());
   double work_j = 0;
   Vec3 v = Vec3::Zero();
   for (int i = 0; i < 1000; ++i) {
-    world.set_handle(0, at({0.01 * std::sin(0.01 * i), 0, 0}));
-    world.join_tool(0, at({0, 0.01 * std::cos(0.02 * i), 0}), kJoint, 0.6);
-    ASSERT_EQ(world.step(), 0U);
-    const Vec3 v_next = world.tool(0).tool.V.v;
-    // All that acts on a free tool is pull: f = m (v' − v)/h along h v'.
-    work_j += kToolMass_kg * (v_next - v).dot(v_next);
+    holding.world.set_handle(0, at(kStart + 0.01 * std::sin(0.01 * i) * Vec3::UnitX()));
+    holding.join(kStart + 0.01 * std::cos(0.02 * i) * Vec3::UnitY(), 0.6);
+    ASSERT_EQ(holding.world.step(), 0U);
+    const Vec3 v_next = holding.world.body(kBody).V.v;
+    // All that acts on the body is pull: f = m (v' − v)/h along h v'.
+    work_j += 0.3 * (v_next - v).dot(v_next);
     v = v_next;
   }
-  const ToolState tool = world.tool(0);
+  const ToolState tool = holding.world.tool(0);
   EXPECT_NEAR(tool.energy_into_world_j - tool.energy_from_world_j, work_j, 1e-9);
   EXPECT_GT(tool.energy_from_world_j, 1e-5);
 }
 
-TEST(JoinTool, WithoutAHandleTheJointAlonePullsAndIsAccountedFor) {
-  World world = client_world(one_tool());
-  world.activate_tool(0);
-  for (int i = 0; i < 3000; ++i) {
-    world.join_tool(0, at({0.01, 0, 0}), kJoint, 1);
-    world.step();
+TEST(JoinCopies, WithoutAHandleTheJointAlonePullsAndIsAccountedFor) {
+  Holding holding(one_tool());
+  for (int i = 0; i < 5000; ++i) {
+    holding.join(kStart + Vec3(0.01, 0, 0), 1);
+    holding.world.step();
   }
-  EXPECT_NEAR(world.tool(0).tool.X.p.x(), 0.01, 1e-7);
-  EXPECT_GT(world.tool(0).energy_into_world_j, 1e-4);
-  EXPECT_EQ(world.tool(0).wrench_on_hand_W.f, Vec3::Zero()) << "there is no hand";
+  EXPECT_NEAR(holding.world.body(kBody).X.p.x(), 0.01, 1e-7);
+  EXPECT_GT(holding.world.tool(0).energy_into_world_j, 1e-4);
+  EXPECT_EQ(holding.world.tool(0).wrench_on_hand_W.f, Vec3::Zero()) << "there is no hand";
 }
 
-TEST(JoinTool, TheNextUserIsNotJoined) {
-  World world = client_world(one_tool());
-  world.activate_tool(0);
-  world.join_tool(0, at({0.01, 0, 0}), kJoint, 1);
-  world.deactivate_tool(0);
-  world.activate_tool(0);
-  world.set_handle(0, at(Vec3::Zero()));
-  run(world, 100);
-  EXPECT_EQ(world.tool(0).tool.X.p, Vec3::Zero());
-}
-
-TEST(JoinTool, BadNumbersAreNotHeard) {
-  World world = client_world(one_tool());
-  world.activate_tool(0);
-  world.set_handle(0, at(Vec3::Zero()));
-  const double nan = std::numeric_limits<double>::quiet_NaN();
-  world.join_tool(0, at({nan, 0, 0}), kJoint, 1);
-  world.join_tool(0, at({1, 0, 0}), {-1, 0, 0, 0}, 1);
-  world.join_tool(0, at({1, 0, 0}), kJoint, nan);
-  world.join_body(kBody, at({nan, 0, 0}), Vec3::Zero(), kJoint, 1);
-  world.join_body(BodyId{7}, at({0, 0, 0}), Vec3::Zero(), kJoint, 1);
-  EXPECT_EQ(run(world, 10), 0U);
-  EXPECT_EQ(world.tool(0).tool.X.p, Vec3::Zero());
-  EXPECT_FALSE(world.is_adopted(kBody));
+TEST(JoinCopies, TheNextUserIsNotJoined) {
+  Holding holding(one_tool());
+  holding.join(kStart + Vec3(0.01, 0, 0), 1);
+  holding.world.deactivate_tool(0);
+  holding.world.activate_tool(0);
+  run(holding.world, 500);
+  EXPECT_EQ(holding.world.body(kBody).X.p, kStart);
 }
 
 TEST(JoinBody, BearsItsShareOfTheWeight) {
@@ -250,16 +231,30 @@ TEST(JoinBody, AtAPointBesideTheOriginBringsTheWholeBodyToItsCopy) {
   EXPECT_LT(rotation_vector(world.body(kBody).X.q * copy.X.q.conjugate()).norm(), 1e-5);
 }
 
+TEST(JoinBody, BadNumbersAreNotHeard) {
+  ExternalBodies external;
+  World world = client_world(one_tool(), &external);
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  world.join_body(kBody, at({nan, 0, 0}), Vec3::Zero(), kJoint, 1);
+  world.join_body(kBody, at({0, 0, 0}), Vec3::Zero(), {-1, 0, 0, 0}, 1);
+  world.join_body(kBody, at({0, 0, 0}), Vec3::Zero(), kJoint, nan);
+  world.join_body(BodyId{7}, at({0, 0, 0}), Vec3::Zero(), kJoint, 1);
+  EXPECT_EQ(run(world, 10), 0U);
+  EXPECT_EQ(world.body(kBody).X.p, kStart);
+  EXPECT_TRUE(external.contains(0));
+}
+
 TEST(JoinBody, OwnsTheBodyWhileThereIsAShareAndGivesItBack) {
-  World world = client_world(one_tool());
-  EXPECT_FALSE(world.is_adopted(kBody));
+  ExternalBodies external;
+  World world = client_world(one_tool(), &external);
+  EXPECT_TRUE(external.contains(0));
   world.join_body(kBody, at({0, 0, 1}), Vec3::Zero(), kJoint, 0.01);
-  EXPECT_TRUE(world.is_adopted(kBody));
+  EXPECT_FALSE(external.contains(0));
   run(world, 1000);
-  EXPECT_TRUE(world.is_adopted(kBody));
+  EXPECT_FALSE(external.contains(0));
   world.join_body(kBody, at({0, 0, 1}), Vec3::Zero(), kJoint, 0);
   run(world, 300);
-  EXPECT_FALSE(world.is_adopted(kBody));
+  EXPECT_TRUE(external.contains(0));
 }
 
 TEST(JoinBody, IsCalmForEveryStiffnessAndMass) {

@@ -4,6 +4,7 @@
 #include "common/contact/contact_shape.hpp"
 #include "common/physics/followed_bodies.hpp"
 #include "common/physics/world.hpp"
+#include "tests/common/physics/external_bodies.hpp"
 
 namespace tandem::physics {
 
@@ -89,13 +90,17 @@ class FallingBodies final : public FreeBodies {
   Vec3 gravity_;
 };
 
-/// As a client has it.
-inline World client_world(const WorldDescription& description) {
-  return {std::make_shared<const WorldDescription>(description),
-          std::make_unique<FollowedBodies>(description.bodies.size()), nullptr};
+inline World world_with(const WorldDescription& description, std::unique_ptr<FreeBodies> engine,
+                        ExternalBodies* external = nullptr) {
+  if (external != nullptr) engine = watched(std::move(engine), *external);
+  return {std::make_shared<const WorldDescription>(description), std::move(engine), nullptr};
 }
-inline World falling_world(const WorldDescription& description) {
-  return {std::make_shared<const WorldDescription>(description), std::make_unique<FallingBodies>(description), nullptr};
+/// As a client has it.
+inline World client_world(const WorldDescription& description, ExternalBodies* external = nullptr) {
+  return world_with(description, std::make_unique<FollowedBodies>(description.bodies.size()), external);
+}
+inline World falling_world(const WorldDescription& description, ExternalBodies* external = nullptr) {
+  return world_with(description, std::make_unique<FallingBodies>(description), external);
 }
 
 inline TickFaults run(World& world, int steps) {

@@ -1,0 +1,37 @@
+// Which bodies a world leaves to its engine, seen from there.
+#pragma once
+
+#include <memory>
+#include <set>
+
+#include "common/physics/free_bodies.hpp"
+
+namespace tandem::physics {
+
+/// Indices of the bodies that a world's FreeBodies step; the touch stage steps the others.
+using ExternalBodies = std::set<std::size_t>;
+
+/// Passes everything on to an engine and keeps `external` true, which outlives it.
+inline std::unique_ptr<FreeBodies> watched(std::unique_ptr<FreeBodies> engine, ExternalBodies& external) {
+  class Watch final : public FreeBodies {
+   public:
+    Watch(std::unique_ptr<FreeBodies> engine, ExternalBodies& external)
+        : engine_(std::move(engine)), external_(external) {}
+    void add(std::size_t index, RigidBody& rigid) override {
+      external_.insert(index);
+      engine_->add(index, rigid);
+    }
+    void remove(std::size_t index) override {
+      external_.erase(index);
+      engine_->remove(index);
+    }
+    void step(double step_s) noexcept override { engine_->step(step_s); }
+
+   private:
+    std::unique_ptr<FreeBodies> engine_;
+    ExternalBodies& external_;
+  };
+  return std::make_unique<Watch>(std::move(engine), external);
+}
+
+}  // namespace tandem::physics
