@@ -10,7 +10,7 @@ namespace tandem::client {
 ///
 /// Model   W = W_told(X) + e. A new contact changes e so that W does not change; e then goes to zero as a critically
 ///         damped spring does, so the steps of the soft bodies (60 Hz) are not felt. A touch is there before the server
-///         has heard of it, for the server foretells it (SoftForesight). Never pulls.
+///         has heard of it, for the server predicts it (PredictedSoftContact). Never pulls.
 /// Limits  what the soft body does by itself, or under others' hands, comes late by the delay and the settling of e; so
 ///         does its end, when it is taken away from the tool
 /// Thread  haptic: no allocation, no throw

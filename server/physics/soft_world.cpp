@@ -8,7 +8,7 @@
 #include <thread>
 #include <utility>
 
-#include "server/physics/soft_foresight.hpp"
+#include "server/physics/predicted_soft_contact.hpp"
 #include "server/physics/soft_step.hpp"
 #include "server/physics/soft_tangent.hpp"
 
@@ -33,10 +33,12 @@ struct Result {
 /// One soft body with its derivative.
 struct SteppedBody {
   SteppedBody(const SoftModel& model, const Vec3& gravity_m_per_s2, std::size_t things)
-      : step(model, gravity_m_per_s2, kSweeps), tangent(model), foresight(model, gravity_m_per_s2, kSweeps, things) {}
+      : step(model, gravity_m_per_s2, kSweeps),
+        tangent(model),
+        predicted_contact(model, gravity_m_per_s2, kSweeps, things) {}
   SoftStep step;
   SoftTangent tangent;
-  SoftForesight foresight;
+  PredictedSoftContact predicted_contact;
 };
 
 /// The steps, without when they happen.
@@ -65,7 +67,7 @@ class Stepper {
     move_things(tools);
     for (std::size_t b = 0; b < bodies_.size(); ++b) step_body(*bodies_[b], result);
     finish_contacts(result);
-    foretell(result);
+    predict_contacts(result);
     copy_nodes(result);
     result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   }
@@ -109,7 +111,7 @@ class Stepper {
       contact.stiffness += body.tangent.stiffness(body.step, static_cast<int>(i), step_s_);
       contact.lever_m = std::max(contact.lever_m, reaction.lever_sum_m / reaction.impulse_sum);
     }
-    body.foresight.advance(body.step, step_s_, settings_.speed_limit_m_per_s, things_);
+    body.predicted_contact.advance(body.step, step_s_, settings_.speed_limit_m_per_s, things_);
   }
 
   /// Trust: the depth at which a linear contact of this force and stiffness would begin.
@@ -127,13 +129,13 @@ class Stepper {
     }
   }
 
-  void foretell(Result& result) const {
+  void predict_contacts(Result& result) const {
     for (std::size_t i = 0; i < result.contacts.size(); ++i) {
       const auto nearest = std::min_element(bodies_.begin(), bodies_.end(), [i](const auto& a, const auto& b) {
-        return a->foresight.gap_m(i) < b->foresight.gap_m(i);
+        return a->predicted_contact.gap_m(i) < b->predicted_contact.gap_m(i);
       });
       if (nearest == bodies_.end()) continue;
-      result.contacts[i] = (*nearest)->foresight.foretold(i, things_[i].X_WT, result.contacts[i]);
+      result.contacts[i] = (*nearest)->predicted_contact.predict(i, things_[i].X_WT, result.contacts[i]);
     }
   }
 

@@ -206,7 +206,7 @@ TEST_P(LocalModelDelay, AWrongMassIsReconciledAndStaysCalm) {
   EXPECT_LT(far.model.body(kBlock).V.v.norm(), 1e-3);
 }
 
-TEST_P(LocalModelDelay, AGraspIsForetoldAndThenTheServers) {
+TEST_P(LocalModelDelay, AGraspIsPredictedAndThenTheServers) {
   Across far(scene(), GetParam());
   const Vec3 start{-0.04, 0, 0.02}, beside{-0.026, 0, 0.02}, lifted{-0.026, 0, 0.06};
   for (int k = 0; k < 700; ++k) far.tick(at(start));

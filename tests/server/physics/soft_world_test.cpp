@@ -123,7 +123,7 @@ Vec3 way_of_mass(const SoftModel& model, std::span<const Vec3> before, std::span
 TEST(SoftWorld, WhatTheToolGetsTheNodesLose) {
   SoftWorld world(floating_settings(), Execution::kInline);
   const double step_s = world.period_steps() / 1000.0;
-  // Long enough for the touch to be foretold.
+  // Long enough for the touch to be predicted.
   soft_steps(world, ball_at(Vec3(0, 0, 0.0555)), 25);
   int light_touches = 0;
   Vec3 p_WT(0, 0, 0.0555);
@@ -139,7 +139,7 @@ TEST(SoftWorld, WhatTheToolGetsTheNodesLose) {
     way_before = way;
     before.assign(world.nodes_W(0).begin(), world.nodes_W(0).end());
     const Vec3 p_WT_before = std::exchange(p_WT, tool.X_WT.p);
-    if (force_on_nodes_W.norm() < 1e-9) continue;  // foretold, at most
+    if (force_on_nodes_W.norm() < 1e-9) continue;  // predicted, at most
     EXPECT_LT((force_on_nodes_W + world.contact(0).wrench_W.f).norm(), 1e-9) << "soft step " << step;
     EXPECT_EQ(world.contact(0).X_WT0.p, p_WT_before) << "where that step had it";
     light_touches += force_on_nodes_W.norm() < 0.1 ? 1 : 0;
@@ -228,7 +228,7 @@ double resting_force_n(double depth_m) {
   return physics::soft_wrench(world.contact(0), ball_in_pad(depth_m).X_WT).f.z();
 }
 
-TEST(SoftWorld, ForetellsATouch) {
+TEST(SoftWorld, PredictsATouch) {
   SoftWorld world(pad_settings(16), Execution::kInline);
   soft_steps(world, kAway, 5);
   EXPECT_EQ(world.contact(0).trust_radius_m, 0) << "too far to be told of";
@@ -241,7 +241,7 @@ TEST(SoftWorld, ForetellsATouch) {
   EXPECT_NEAR(force_n(0.006), resting_force_n(0.006), 0.4 * resting_force_n(0.006));
 }
 
-TEST(SoftWorld, ForetoldTouchIsFeltWhenItComesAndGoesOverIntoTheTouchWithoutAStep) {
+TEST(SoftWorld, PredictedTouchIsFeltWhenItComesAndGoesOverIntoTheTouchWithoutAStep) {
   SoftWorld world(pad_settings(16), Execution::kInline);
   soft_steps(world, ball_in_pad(-0.01), 25);
   double before_n = 0, greatest_step_n = 0, touched_at_m = 1;
@@ -255,12 +255,12 @@ TEST(SoftWorld, ForetoldTouchIsFeltWhenItComesAndGoesOverIntoTheTouchWithoutASte
     before_n = force_n;
   }
   EXPECT_GT(before_n, 0.3);
-  // A soft step is 0.4 mm of the way: without foresight its whole force would come in one.
+  // A soft step is 0.4 mm of the way: without a predicted contact its whole force would come in one.
   EXPECT_NEAR(touched_at_m, 0, 3e-4);
   EXPECT_LT(greatest_step_n, 0.12 * before_n) << "from one soft step's contact to the next";
 }
 
-TEST(SoftWorld, OfTwoSoftBodiesTheNearerIsForetold) {
+TEST(SoftWorld, OfTwoSoftBodiesTheNearerIsPredicted) {
   SoftWorldSettings settings = pad_settings(16);
   SoftTraits traits;
   traits.mass_kg = 0.25;
@@ -462,7 +462,7 @@ TEST(SoftScene, ShippedPadIsPressedByItsTool) {
     return 1e3 * fastest_s;
   };
   RecordProperty("ms_per_soft_step_untouched", std::to_string(fewest(30)));
-  EXPECT_EQ(physics::soft_wrench(world.contact(0), tools[0].X_WT).f.norm(), 0) << "foretold only";
+  EXPECT_EQ(physics::soft_wrench(world.contact(0), tools[0].X_WT).f.norm(), 0) << "predicted only";
   tools[0].X_WT.p.z() = 0.042;
   RecordProperty("ms_per_soft_step_pressed", std::to_string(fewest(30)));
   EXPECT_GT(world.contact(0).wrench_W.f.z(), 0.1);

@@ -1,4 +1,4 @@
-#include "server/physics/soft_foresight.hpp"
+#include "server/physics/predicted_soft_contact.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -13,7 +13,7 @@ constexpr double kPlane_m = 1e-3;
 constexpr double kMinGap_m = 1e-3;
 /// One that has moved less has the same stiffness before it.
 constexpr double kSamePlace_m = 5e-3;
-/// To the sides a foretold contact holds so far.
+/// To the sides a predicted contact holds so far.
 constexpr double kTrust_m = 1e-2;
 /// Softer is not felt, stiffer is none of a soft body.
 constexpr double kMinStiffness_n_per_m = 1;
@@ -21,13 +21,15 @@ constexpr double kMaxStiffness_n_per_m = 2000;
 
 }  // namespace
 
-SoftForesight::SoftForesight(const SoftModel& model, const Vec3& gravity_m_per_s2, int sweeps, std::size_t things)
+PredictedSoftContact::PredictedSoftContact(const SoftModel& model, const Vec3& gravity_m_per_s2, int sweeps,
+                                           std::size_t things)
     : pressed_(model, gravity_m_per_s2, sweeps), watched_(things) {
   p_W_.reserve(model.samples.size());
   near_.reserve(model.samples.size());
 }
 
-std::optional<SoftForesight::Surface> SoftForesight::surface_near(const SoftBody& body, const SoftThing& thing) {
+std::optional<PredictedSoftContact::Surface> PredictedSoftContact::surface_near(const SoftBody& body,
+                                                                                const SoftThing& thing) {
   near_.clear();
   double least = kReach_m;
   for (const physics::TouchModel::Part& part : thing.model->parts) {
@@ -56,8 +58,8 @@ std::optional<SoftForesight::Surface> SoftForesight::surface_near(const SoftBody
   return surface;
 }
 
-void SoftForesight::advance(const SoftStep& real, double step_s, double speed_limit_m_per_s,
-                            std::span<const SoftThing> things) {
+void PredictedSoftContact::advance(const SoftStep& real, double step_s, double speed_limit_m_per_s,
+                                   std::span<const SoftThing> things) {
   const SoftBody& body = real.body();
   p_W_.clear();
   for (std::size_t i = 0; i < watched_.size(); ++i) {
@@ -73,7 +75,7 @@ void SoftForesight::advance(const SoftStep& real, double step_s, double speed_li
 }
 
 /// In turn: those that are not there yet, and have not been pressed here before.
-void SoftForesight::choose_thing(const SoftBody& body, std::span<const SoftThing> things) {
+void PredictedSoftContact::choose_thing(const SoftBody& body, std::span<const SoftThing> things) {
   for (std::size_t i = 1; i <= watched_.size(); ++i) {
     const std::size_t thing = (pressing_ + i) % watched_.size();
     const Watched& watched = watched_[thing];
@@ -90,7 +92,7 @@ void SoftForesight::choose_thing(const SoftBody& body, std::span<const SoftThing
   }
 }
 
-void SoftForesight::press(double step_s, double speed_limit_m_per_s, std::span<const SoftThing> things) {
+void PredictedSoftContact::press(double step_s, double speed_limit_m_per_s, std::span<const SoftThing> things) {
   Watched& watched = watched_[pressing_];
   things_.assign(things.begin(), things.end());
   reactions_.assign(things.size(), SoftReaction{});
@@ -105,13 +107,13 @@ void SoftForesight::press(double step_s, double speed_limit_m_per_s, std::span<c
   watched.p_WT = p_WT_pressing_;
 }
 
-double SoftForesight::gap_m(std::size_t index) const {
+double PredictedSoftContact::gap_m(std::size_t index) const {
   const Watched& watched = watched_[index];
   const bool is_known = watched.surface && watched.stiffness_n_per_m.value_or(0) >= kMinStiffness_n_per_m;
   return is_known ? watched.surface->gap_m : std::numeric_limits<double>::infinity();
 }
 
-SoftContact SoftForesight::foretold(std::size_t index, const Pose& X_WT, const SoftContact& now) const {
+SoftContact PredictedSoftContact::predict(std::size_t index, const Pose& X_WT, const SoftContact& now) const {
   if (!std::isfinite(gap_m(index))) return now;
   const Surface& surface = *watched_[index].surface;
   const double k = *watched_[index].stiffness_n_per_m;

@@ -1,5 +1,5 @@
-// What the contact of a thing will be that is about to touch a soft body: so that a client that hears of it late can
-// feel the touch when it comes. Private to the soft world.
+// Predicted soft contact: what the contact of a thing will be that is about to touch a soft body, so that a client that
+// hears of it late can feel the touch when it comes. Private to the soft world.
 #pragma once
 
 #include <optional>
@@ -10,8 +10,7 @@
 
 namespace tandem::server {
 
-/// Presses a copy of the body to learn how stiff it is where things come near, and tells their contacts before they
-/// are.
+/// Presses a copy of the body to learn how stiff it is where things come near, and predicts their contacts.
 ///
 /// Model   surface    the plane through the samples of the body that are nearest to the thing, each weighed by
 ///                    exp(−(its distance − the least) / 1 mm)
@@ -22,8 +21,8 @@ namespace tandem::server {
 ///                    surface and beyond, see soft_wrench(). Of one that touches with less than k d: the step's own
 ///                    wrench, with a stiffness between the two, for a first touch of a few samples is no measure of it
 /// Limits  a plane; no friction before the touch; a body that gives way as a whole feels stiffer than it is; one who
-///         comes near within less than kSteps soft steps (0.25 s), or while others are pressed, comes untold
-class SoftForesight {
+///         comes near within less than kSteps soft steps (0.25 s), or while others are pressed, is not predicted
+class PredictedSoftContact {
  public:
   /// Nearer than this a thing is looked at.
   static constexpr double kReach_m = 0.06;
@@ -31,14 +30,14 @@ class SoftForesight {
   static constexpr int kSteps = 15;
 
   /// In      things  how many may touch, the first ones of every step's
-  SoftForesight(const SoftModel& model, const Vec3& gravity_m_per_s2, int sweeps, std::size_t things);
+  PredictedSoftContact(const SoftModel& model, const Vec3& gravity_m_per_s2, int sweeps, std::size_t things);
 
   /// After a step of the body: looks which things are near, and presses on.
   void advance(const SoftStep& real, double step_s, double speed_limit_m_per_s, std::span<const SoftThing> things);
-  /// From the thing to the surface, where a contact can be told; else infinite.
+  /// From the thing to the surface, where a contact can be predicted; else infinite.
   double gap_m(std::size_t thing) const;
-  /// `now` is the thing's contact of the step with all bodies; no contact to be told: as it is.
-  SoftContact foretold(std::size_t thing, const Pose& X_WT, const SoftContact& now) const;
+  /// `now` is the thing's contact of the step with all bodies; none to be predicted: as it is.
+  SoftContact predict(std::size_t thing, const Pose& X_WT, const SoftContact& now) const;
 
  private:
   /// The body's surface where a thing comes near.
