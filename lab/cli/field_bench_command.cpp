@@ -51,8 +51,8 @@ struct Contestant {
 Pair first_pair(const Options& options) {
   Pair pair;
   pair.scene = server::load_scene(scene_path(options.scene, ""));
-  const server::LoadedBody* body_a = nullptr;
-  for (const server::LoadedBody& body : pair.scene->bodies) {
+  const physics::BodyDescription* body_a = nullptr;
+  for (const physics::BodyDescription& body : pair.scene->world.bodies) {
     if (!body.molecule) continue;
     if (body_a == nullptr) {
       body_a = &body;

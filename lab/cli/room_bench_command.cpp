@@ -95,7 +95,7 @@ int run(Options options) {
   server::SceneLoading loading;
   loading.progress = progress_on_stderr();
   const auto scene = server::load_scene(scene_path(options.scene, ""), loading);
-  if (options.users == 0) options.users = std::min(kDefaultUsers, scene->tools.size());
+  if (options.users == 0) options.users = std::min(kDefaultUsers, scene->world.tools.size());
   RoomBenchSettings settings;
   settings.hands = hands_of(options);
   settings.duration = from_seconds(options.seconds);

@@ -89,7 +89,7 @@ LiveRoom::Impl::Impl(std::shared_ptr<const server::LoadedScene> its_scene, const
       step_event(io, open_eventfd()),
       scheduler({&room}, realtime(its_priority), [this] { after_step(); }) {
   BodiesSample blank;
-  blank.X_WB.resize(scene->bodies.size());
+  blank.X_WB.resize(scene->world.bodies.size());
   bodies.resize(static_cast<std::size_t>(experiment.duration / experiment.sample_period) + 1, blank);
   stored.reserve(static_cast<std::size_t>(experiment.duration / room.period()) + 2);
 }

@@ -17,7 +17,7 @@ class SimulatedUser {
       : room_(room),
         seat_(static_cast<std::uint8_t>(index)),
         device_(devices::SimDevice::default_spec(), devices::HandParameters{}, devices::named_hand_path(hand), seed),
-        workspace_(room.scene().tools[index].workspace) {
+        workspace_(room.scene().workspaces[index]) {
     room_.post({.kind = server::RoomCommand::Kind::kJoin,
                 .seat = {seat_, UserId{static_cast<std::uint32_t>(index + 1)}, server::UserRole::kManipulator, seat_}});
   }
@@ -61,9 +61,9 @@ void record_touch(const server::Room& room, std::size_t users, RoomBenchResult& 
 }  // namespace
 
 RoomBenchResult bench_room(const std::shared_ptr<const server::LoadedScene>& scene, const RoomBenchSettings& settings) {
-  if (settings.hands.size() > scene->tools.size()) {
+  if (settings.hands.size() > scene->world.tools.size()) {
     throw std::invalid_argument("--users " + std::to_string(settings.hands.size()) + ": the scene has " +
-                                std::to_string(scene->tools.size()) + " tools; ask for fewer users");
+                                std::to_string(scene->world.tools.size()) + " tools; ask for fewer users");
   }
   // Its hands are paths and supply no energy.
   const server::RoomOptions options{.soft_stepping = server::SoftStepping::kWorker, .controls_tool_passivity = false};

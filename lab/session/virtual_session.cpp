@@ -11,7 +11,7 @@
 #include "lab/experiment/pipeline.hpp"
 #include "lab/session/field_depth.hpp"
 #include "lab/session/virtual_network.hpp"
-#include "server/physics/server_world.hpp"
+#include "server/room/server_world.hpp"
 
 namespace tandem::lab {
 namespace {
@@ -121,7 +121,7 @@ TickSample sample_of(VirtualUser& user, Duration time) {
 
 std::string field_kernel_of(const server::LoadedScene& scene) {
   std::size_t molecules = 0;
-  for (const server::LoadedBody& body : scene.bodies) molecules += body.molecule != nullptr ? 1 : 0;
+  for (const physics::BodyDescription& body : scene.world.bodies) molecules += body.molecule != nullptr ? 1 : 0;
   return molecules < 2 ? std::string() : std::string(docking::LennardJonesField::default_kernel());
 }
 
@@ -168,9 +168,9 @@ VirtualSession::Impl::Impl(VirtualSession& its_owner, const Experiment& its_expe
   std::size_t manipulators = 0;
   for (const ExperimentUser& user : experiment.users)
     manipulators += user.role == server::UserRole::kManipulator ? 1 : 0;
-  if (manipulators > scene->tools.size()) {
+  if (manipulators > scene->world.tools.size()) {
     throw std::invalid_argument("experiment " + experiment.name + ": users has " + std::to_string(manipulators) +
-                                " manipulators, but the scene has " + std::to_string(scene->tools.size()) +
+                                " manipulators, but the scene has " + std::to_string(scene->world.tools.size()) +
                                 " tools; make the others observers");
   }
   const std::optional<std::size_t> watched = watched_body(experiment, *scene);
@@ -188,9 +188,9 @@ VirtualSession::Impl::Impl(VirtualSession& its_owner, const Experiment& its_expe
     user_trace.hand_seed = users.back()->seed_of_hand;
     if (user.role == server::UserRole::kManipulator) {
       users.back()->tool = tool;
-      user_trace.coupling_stiffness_n_per_m = scene->coupling.parameters.stiffness_n_per_m;
-      user_trace.coupling_stiffness_n_m_per_rad = scene->coupling.parameters.stiffness_n_m_per_rad;
-      user_trace.hand_joules_per_world_joule = scene->tools[tool++].workspace.hand_joules_per_world_joule();
+      user_trace.coupling_stiffness_n_per_m = scene->world.coupling.parameters.stiffness_n_per_m;
+      user_trace.coupling_stiffness_n_m_per_rad = scene->world.coupling.parameters.stiffness_n_m_per_rad;
+      user_trace.hand_joules_per_world_joule = scene->workspaces[tool++].hand_joules_per_world_joule();
     }
     user_trace.ticks.reserve(static_cast<std::size_t>(experiment.duration / kHapticPeriod) + 1);
   }
@@ -314,7 +314,7 @@ void VirtualSession::Impl::record_tick(std::size_t index) {
 void VirtualSession::Impl::record_bodies() {
   BodiesSample sample;
   sample.time = clock.now() - hands_started;
-  for (std::size_t i = 0; i < scene->bodies.size(); ++i) {
+  for (std::size_t i = 0; i < scene->world.bodies.size(); ++i) {
     sample.X_WB.push_back(room.world().body(body_id_at(i)).X);
   }
   sample.field_energy_kj_per_mol = room.world().field_energy_kj_per_mol();
@@ -337,8 +337,7 @@ SessionTrace VirtualSession::Impl::take_trace() {
     user.link_up = users[i]->transport.datagrams_up();
     user.link_down = users[i]->transport.datagrams_down();
   }
-  if (!trace.field_kernel.empty())
-    trace.field_depth_j = field_depth_j(*server::world_description(*scene), trace.bodies);
+  if (!trace.field_kernel.empty()) trace.field_depth_j = field_depth_j(scene->world, trace.bodies);
   trace.hub = hub.counters();
   trace.room_steps = room.steps_done().value;
   return std::move(trace);

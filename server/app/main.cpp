@@ -110,7 +110,7 @@ std::string mistake(const CLI::App& app, const CLI::ParseError& error) {
 void print_ready(const server::LiveServer& server, const std::string& address, std::ostream& out) {
   out << "tandem-server: listening on " << address << ":" << server.port();
   for (const auto& room : server.rooms()) {
-    const std::size_t tools = room->scene().tools.size();
+    const std::size_t tools = room->scene().world.tools.size();
     out << ", room " << room->name() << " (" << tools << (tools == 1 ? " tool)" : " tools)");
   }
   out << std::endl;

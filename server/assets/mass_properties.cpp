@@ -4,6 +4,7 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "proto/placement.hpp"
 #include "server/physics/convex_hull.hpp"
 
 namespace tandem::server {
@@ -113,8 +114,9 @@ MassProperties mass_properties_of(double mass_kg, const std::vector<SolidShape>&
   for (const SolidShape& shape : shapes) {
     Solid solid = solid_of(shape);
     if (!(solid.volume > 0)) throw std::domain_error("a shape encloses no volume");
-    const Mat3 turn = shape.X_BS.q.toRotationMatrix();
-    solid.centre = shape.X_BS * solid.centre;
+    const Pose X_BS = proto::pose_from_placement(shape.shape.placement());
+    const Mat3 turn = X_BS.q.toRotationMatrix();
+    solid.centre = X_BS * solid.centre;
     solid.second_moment = turn * solid.second_moment * turn.transpose();
     add(body, solid);
   }

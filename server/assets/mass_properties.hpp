@@ -5,18 +5,9 @@
 
 #include "common/base/mass_properties.hpp"
 #include "common/docking/molecule.hpp"
-#include "common/geometry/mesh_repair.hpp"
-#include "tandem/scene.pb.h"
+#include "server/physics/solid_shape.hpp"
 
 namespace tandem::server {
-
-/// A shape with the mesh that was loaded for it.
-struct SolidShape {
-  const wire::Shape& shape;
-  Pose X_BS;
-  const geometry::TriangleMesh* mesh = nullptr;                     ///< of a mesh shape, repaired
-  geometry::SurfaceKind mesh_kind = geometry::SurfaceKind::kSolid;  ///< a sheet has no volume of its own
-};
 
 /// Of solids of one density. Where shapes overlap, the overlap counts twice; a sheet counts as its convex hull.
 /// Fails   std::domain_error when the shapes enclose no volume (a flat mesh)

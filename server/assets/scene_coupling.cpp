@@ -5,6 +5,7 @@
 #include <string>
 
 #include "common/haptics/coupling/laws.hpp"
+#include "proto/coupling_fields.hpp"
 
 namespace tandem::server {
 namespace {
@@ -138,14 +139,9 @@ void complete_coupling(wire::Coupling& coupling, const SceneField& file) {
   }
 }
 
-physics::SceneCoupling scene_coupling(const wire::Coupling& description) {
-  physics::SceneCoupling coupling;
-  coupling.law = description.law();
-  for (const proto::CouplingField& field : proto::kCouplingFields)
-    coupling.parameters.*field.value = (description.*field.get)();
-  if (description.has_adaptive()) coupling.fit = from_wire(description.adaptive());
-  coupling.dynamics = haptics::find_coupling_law(description.law())->tool;
-  return coupling;
+std::optional<haptics::AdaptiveFit> adaptive_fit(const wire::Coupling& coupling) {
+  if (!coupling.has_adaptive()) return std::nullopt;
+  return from_wire(coupling.adaptive());
 }
 
 }  // namespace tandem::server

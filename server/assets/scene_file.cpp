@@ -8,10 +8,12 @@
 #include <stdexcept>
 
 #include "proto/control_framing.hpp"
-#include "proto/effects_from_wire.hpp"
 #include "proto/placement.hpp"
 #include "proto/world_from_wire.hpp"
+#include "server/assets/mass_properties.hpp"
 #include "server/assets/scene_checks.hpp"
+#include "server/assets/scene_coupling.hpp"
+#include "server/assets/scene_effects.hpp"
 #include "server/assets/soft_scene.hpp"
 
 namespace tandem::server {
@@ -61,16 +63,6 @@ wire::Scene parse(const std::string& json, const SceneField& file) {
   file.refuse(where + "not a scene in JSON: " + message.substr(0, message.find('\n')));
 }
 
-std::vector<SolidShape> solids(const google::protobuf::RepeatedPtrField<wire::Shape>& shapes,
-                               const std::vector<LoadedShape>& loaded) {
-  std::vector<SolidShape> result;
-  for (int i = 0; i < shapes.size(); ++i) {
-    const LoadedShape& shape = loaded[static_cast<std::size_t>(i)];
-    result.push_back({shapes[i], shape.X_BS, shape.mesh.get(), shape.mesh_kind});
-  }
-  return result;
-}
-
 /// In      remedy  what else can be done about a body without volume
 MassProperties checked_mass(double mass_kg, const std::vector<SolidShape>& shapes, const SceneField& field,
                             const std::string& remedy) {
@@ -93,54 +85,54 @@ class SceneBuilder {
 
   std::shared_ptr<const LoadedScene> build() {
     wire::Scene& description = scene_->description;
-    for (int i = 0; i < description.bodies_size(); ++i) {
-      add_body(*description.mutable_bodies(i), file_.in("bodies", static_cast<std::size_t>(i)));
-    }
-    for (int i = 0; i < description.tools_size(); ++i) {
-      add_tool(*description.mutable_tools(i), file_.in("tools", static_cast<std::size_t>(i)));
-    }
+    scene_->world = proto::world_from_wire(description);
+    for (int i = 0; i < description.bodies_size(); ++i) add_body(i);
+    for (int i = 0; i < description.tools_size(); ++i) add_tool(i);
     for (int i = 0; i < description.soft_bodies_size(); ++i) {
       add_soft_body(*description.mutable_soft_bodies(i), file_.in("soft_bodies", static_cast<std::size_t>(i)));
     }
-    scene_->coupling = scene_coupling(description.coupling());
+    scene_->world.coupling.fit = adaptive_fit(description.coupling());
     if (description.has_molecular_field()) hide_directory(*description.mutable_molecular_field());
     scene_->assets = std::move(assets_.assets);
     scene_->notes = std::move(assets_.notes);
-    scene_->effects = proto::effects_of(description);
     check_size();
     return scene_;
   }
 
  private:
+  using Shapes = google::protobuf::RepeatedPtrField<wire::Shape>;
+
   /// Without the contact shapes, which take long: what is wrong with a body is said before they are made.
-  std::vector<LoadedShape> load_shapes(google::protobuf::RepeatedPtrField<wire::Shape>& shapes,
-                                       const SceneField& field) {
-    std::vector<LoadedShape> loaded;
+  std::vector<SolidShape> load_shapes(Shapes& shapes, const SceneField& field) {
+    std::vector<SolidShape> solids;
     for (int i = 0; i < shapes.size(); ++i) {
-      wire::Shape& shape = shapes[i];
-      LoadedShape& result = loaded.emplace_back(
-          LoadedShape{proto::pose_from_placement(shape.placement()), nullptr, geometry::SurfaceKind::kSolid, nullptr});
-      if (!shape.has_mesh()) continue;
-      geometry::ContactMesh mesh = assets_.load_mesh(*shape.mutable_mesh(), mesh_field(field, i));
-      result.mesh = std::make_shared<const geometry::TriangleMesh>(std::move(mesh.mesh));
-      result.mesh_kind = mesh.kind;
-    }
-    return loaded;
-  }
-
-  void make_contacts(google::protobuf::RepeatedPtrField<wire::Shape>& shapes, const SceneField& field,
-                     std::vector<LoadedShape>& loaded) {
-    for (int i = 0; i < shapes.size(); ++i) {
-      LoadedShape& result = loaded[static_cast<std::size_t>(i)];
+      SolidShape solid;
       if (shapes[i].has_mesh()) {
-        make_mesh_contact(*shapes[i].mutable_mesh(), result, mesh_field(field, i).in("file"));
-      } else {
-        result.contact = library_.primitive(shapes[i]);
+        geometry::ContactMesh mesh = assets_.load_mesh(*shapes[i].mutable_mesh(), mesh_field(field, i));
+        solid.mesh = std::make_shared<const geometry::TriangleMesh>(std::move(mesh.mesh));
+        solid.mesh_kind = mesh.kind;
       }
+      solid.shape = shapes[i];
+      solids.push_back(std::move(solid));
     }
+    return solids;
   }
 
-  void make_mesh_contact(wire::Mesh& message, LoadedShape& shape, const SceneField& file_field) {
+  physics::TouchModel make_contacts(Shapes& shapes, const SceneField& field, const std::vector<SolidShape>& solids,
+                                    double stiffness_n_per_m3) {
+    std::vector<physics::TouchModel::Part> parts;
+    for (int i = 0; i < shapes.size(); ++i) {
+      const SolidShape& solid = solids[static_cast<std::size_t>(i)];
+      auto contact = shapes[i].has_mesh()
+                         ? mesh_contact(*shapes[i].mutable_mesh(), solid, mesh_field(field, i).in("file"))
+                         : library_.primitive(shapes[i]);
+      parts.push_back({std::move(contact), proto::pose_from_placement(shapes[i].placement())});
+    }
+    return proto::touch_model_of(std::move(parts), stiffness_n_per_m3);
+  }
+
+  std::shared_ptr<const contact::ContactShape> mesh_contact(wire::Mesh& message, const SolidShape& shape,
+                                                            const SceneField& file_field) {
     const geometry::ContactMesh mesh{*shape.mesh, shape.mesh_kind, {}};
     const auto refuse = [&](const std::exception& error) {
       file_field.refuse("is " + message.file() + ", which cannot be touched: " + error.what());
@@ -148,61 +140,50 @@ class SceneBuilder {
     try {
       const ContactAsset asset = library_.mesh(mesh, message.sheet_thickness_m(), message.file());
       assets_.add_contact(asset, message);
-      shape.contact = asset.shape;
+      return asset.shape;
     } catch (const geometry::MeshError& error) {
       refuse(error);
     } catch (const std::invalid_argument& error) {
       refuse(error);
     }
+    return nullptr;
   }
 
   static SceneField mesh_field(const SceneField& field, int shape) {
     return field.in("shapes", static_cast<std::size_t>(shape)).in("mesh");
   }
 
-  static physics::TouchModel touch_model(const std::vector<LoadedShape>& shapes, double stiffness_n_per_m3) {
-    std::vector<physics::TouchModel::Part> parts;
-    for (const LoadedShape& shape : shapes) parts.push_back({shape.contact, shape.X_BS});
-    return proto::touch_model_of(std::move(parts), stiffness_n_per_m3);
-  }
-
-  void add_body(wire::Body& body, const SceneField& field) {
-    LoadedBody loaded;
-    loaded.X_WB = proto::pose_from_placement(body.placement());
-    const wire::MolecularField& molecular = scene_->description.molecular_field();
-    if (body.shapes(0).has_molecule()) {
-      loaded.shapes.resize(1);
-      loaded.molecule =
-          assets_.load_centred_molecule(*body.mutable_shapes(0)->mutable_molecule(), molecular.force_field_directory(),
-                                        field.in("shapes", 0).in("molecule"));
-      loaded.mass = mass_properties_of(body.mass_kg(), *loaded.molecule, molecular.metres_per_angstrom());
-    } else {
-      loaded.shapes = load_shapes(*body.mutable_shapes(), field);
-      loaded.mass = checked_mass(body.mass_kg(), solids(body.shapes(), loaded.shapes), field,
-                                 "make it static (0), or give the mesh thickness");
-      make_contacts(*body.mutable_shapes(), field, loaded.shapes);
-      loaded.touch = touch_model(loaded.shapes, body.contact_stiffness_n_per_m3());
+  void add_body(int index) {
+    wire::Body& message = *scene_->description.mutable_bodies(index);
+    const SceneField field = file_.in("bodies", static_cast<std::size_t>(index));
+    physics::BodyDescription& body = scene_->world.bodies[static_cast<std::size_t>(index)];
+    if (message.shapes(0).has_molecule()) {
+      const wire::MolecularField& molecular = scene_->description.molecular_field();
+      body.molecule =
+          assets_.load_centred_molecule(*message.mutable_shapes(0)->mutable_molecule(),
+                                        molecular.force_field_directory(), field.in("shapes", 0).in("molecule"));
+      body.mass = mass_properties_of(message.mass_kg(), *body.molecule, molecular.metres_per_angstrom());
+      scene_->body_shapes.push_back({SolidShape{message.shapes(0), nullptr, {}}});
+      return;
     }
-    scene_->bodies.push_back(std::move(loaded));
+    std::vector<SolidShape> solids = load_shapes(*message.mutable_shapes(), field);
+    body.mass = checked_mass(message.mass_kg(), solids, field, "make it static (0), or give the mesh thickness");
+    body.touch = make_contacts(*message.mutable_shapes(), field, solids, message.contact_stiffness_n_per_m3());
+    scene_->body_shapes.push_back(std::move(solids));
   }
 
-  void add_tool(wire::Tool& tool, const SceneField& field) {
-    LoadedTool loaded;
-    loaded.shapes = load_shapes(*tool.mutable_shapes(), field);
-    loaded.X_WT = proto::pose_from_placement(tool.placement());
-    loaded.mass = checked_mass(tool.mass_kg(), solids(tool.shapes(), loaded.shapes), field, "give the mesh thickness");
-    make_contacts(*tool.mutable_shapes(), field, loaded.shapes);
-    loaded.touch = touch_model(loaded.shapes, tool.contact_stiffness_n_per_m3());
-    const double least = tool.mass_kg() * kToolGyrationRadius_m * kToolGyrationRadius_m;
-    loaded.mass.principal_inertia_kg_m2 = loaded.mass.principal_inertia_kg_m2.cwiseMax(least);
-    const wire::Workspace& workspace = tool.workspace();
-    loaded.workspace = {proto::pose_from_placement(workspace.device_base()), workspace.position_scale(),
-                        workspace.force_scale()};
-    const auto& bodies = scene_->description.bodies();
-    const auto held = std::find_if(bodies.begin(), bodies.end(),
-                                   [&tool](const wire::Body& body) { return body.name() == tool.holds(); });
-    if (held != bodies.end()) loaded.holds_body = static_cast<std::size_t>(held - bodies.begin());
-    scene_->tools.push_back(std::move(loaded));
+  void add_tool(int index) {
+    wire::Tool& message = *scene_->description.mutable_tools(index);
+    const SceneField field = file_.in("tools", static_cast<std::size_t>(index));
+    physics::ToolDescription& tool = scene_->world.tools[static_cast<std::size_t>(index)];
+    const std::vector<SolidShape> solids = load_shapes(*message.mutable_shapes(), field);
+    tool.mass = checked_mass(message.mass_kg(), solids, field, "give the mesh thickness");
+    const double least = message.mass_kg() * kToolGyrationRadius_m * kToolGyrationRadius_m;
+    tool.mass.principal_inertia_kg_m2 = tool.mass.principal_inertia_kg_m2.cwiseMax(least);
+    tool.touch = make_contacts(*message.mutable_shapes(), field, solids, message.contact_stiffness_n_per_m3());
+    const wire::Workspace& workspace = message.workspace();
+    scene_->workspaces.push_back(
+        {proto::pose_from_placement(workspace.device_base()), workspace.position_scale(), workspace.force_scale()});
   }
 
   void add_soft_body(wire::SoftBody& body, const SceneField& field) {
@@ -235,7 +216,7 @@ class SceneBuilder {
 }  // namespace
 
 physics::MovedMass moved_mass(const LoadedScene& scene, std::size_t tool, std::optional<std::size_t> held) noexcept {
-  return physics::moved_mass(held ? scene.bodies[*held].mass : scene.tools[tool].mass, held.has_value());
+  return physics::moved_mass(held ? scene.world.bodies[*held].mass : scene.world.tools[tool].mass, held.has_value());
 }
 
 std::shared_ptr<const LoadedScene> load_scene_text(const std::string& json, const std::string& origin,

@@ -58,22 +58,18 @@ SoftWorldSettings soft_world_settings(const LoadedScene& scene) {
   const wire::Scene& description = scene.description;
   SoftWorldSettings settings;
   settings.bodies = scene.soft_bodies;
-  for (std::size_t i = 0; i < scene.tools.size(); ++i) {
-    settings.tools.push_back({scene.tools[i].touch, description.tools(static_cast<int>(i)).friction()});
-  }
-  for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
-    const LoadedBody& body = scene.bodies[i];
-    const SoftRigid rigid{body.touch, description.bodies(static_cast<int>(i)).friction()};
+  for (const physics::ToolDescription& tool : scene.world.tools) settings.tools.push_back({tool.touch, tool.friction});
+  for (const physics::BodyDescription& body : scene.world.bodies) {
+    const SoftRigid rigid{body.touch, body.traits.friction};
     const bool is_static = body.mass.mass_kg <= 0;
     // A static body keeps its place in the order, with nothing that could be touched.
     settings.tools.push_back(is_static ? SoftRigid{} : rigid);
     if (is_static && rigid.model.can_be_touched()) settings.obstacles.push_back({rigid, body.X_WB});
   }
-  const auto& gravity = description.gravity_m_per_s2();
-  settings.gravity_m_per_s2 = Vec3(gravity[0], gravity[1], gravity[2]);
+  settings.gravity_m_per_s2 = scene.world.gravity_m_per_s2;
   settings.room_rate_hz = description.step_rate_hz();
   settings.rate_hz = description.soft_step_rate_hz();
-  settings.speed_limit_m_per_s = description.limits().body_speed_m_per_s();
+  settings.speed_limit_m_per_s = scene.world.limits.body_speed_m_per_s;
   return settings;
 }
 

@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "proto/placement.hpp"
 #include "server/physics/bullet_convert.hpp"
 #include "server/physics/convex_hull.hpp"
 
@@ -56,12 +57,9 @@ std::unique_ptr<btCollisionShape> make_cylinder(const wire::Cylinder& cylinder) 
 
 }  // namespace
 
-CollisionShape::CollisionShape(const Shapes& shapes, const std::vector<LoadedShape>& loaded, const Pose& X_BC,
-                               bool is_static) {
-  for (int i = 0; i < shapes.size(); ++i) {
-    parts_.push_back(make_part(shapes[i], loaded[static_cast<std::size_t>(i)].mesh.get(), is_static));
-  }
-  assemble(loaded, X_BC);
+CollisionShape::CollisionShape(const std::vector<SolidShape>& shapes, const Pose& X_BC, bool is_static) {
+  for (const SolidShape& solid : shapes) parts_.push_back(make_part(solid, is_static));
+  assemble(shapes, X_BC);
   btVector3 centre;
   btScalar radius = 0;
   root_->getBoundingSphere(centre, radius);
@@ -75,8 +73,8 @@ CollisionShape::CollisionShape(const Shapes& shapes, const std::vector<LoadedSha
   }
 }
 
-std::unique_ptr<btCollisionShape> CollisionShape::make_part(const wire::Shape& shape,
-                                                            const geometry::TriangleMesh* mesh, bool is_static) {
+std::unique_ptr<btCollisionShape> CollisionShape::make_part(const SolidShape& solid, bool is_static) {
+  const wire::Shape& shape = solid.shape;
   switch (shape.kind_case()) {
     case wire::Shape::kBox:
       return make_box(shape.box());
@@ -85,7 +83,7 @@ std::unique_ptr<btCollisionShape> CollisionShape::make_part(const wire::Shape& s
     case wire::Shape::kCapsule:
       return std::make_unique<btCapsuleShapeZ>(shape.capsule().radius_m(), shape.capsule().length_m());
     case wire::Shape::kMesh:
-      return is_static ? make_exact_mesh(*mesh) : make_hull(*mesh);
+      return is_static ? make_exact_mesh(solid.mesh) : make_hull(*solid.mesh);
     case wire::Shape::kMolecule:
       // Bullet wants a shape of every body; this one is in no collision group.
       collides_ = false;
@@ -95,7 +93,10 @@ std::unique_ptr<btCollisionShape> CollisionShape::make_part(const wire::Shape& s
   }
 }
 
-std::unique_ptr<btCollisionShape> CollisionShape::make_exact_mesh(const geometry::TriangleMesh& mesh) {
+std::unique_ptr<btCollisionShape> CollisionShape::make_exact_mesh(
+    const std::shared_ptr<const geometry::TriangleMesh>& shared_mesh) {
+  meshes_.push_back(shared_mesh);
+  const geometry::TriangleMesh& mesh = *shared_mesh;
   static_assert(sizeof(Vec3) == 3 * sizeof(btScalar));
   // Bullet's signature lacks const; the tree only reads.
   auto* const indices = const_cast<int*>(mesh.triangles.front().data());
@@ -108,16 +109,17 @@ std::unique_ptr<btCollisionShape> CollisionShape::make_exact_mesh(const geometry
   return shape;
 }
 
-void CollisionShape::assemble(const std::vector<LoadedShape>& loaded, const Pose& X_BC) {
+void CollisionShape::assemble(const std::vector<SolidShape>& shapes, const Pose& X_BC) {
   const Pose X_CB = X_BC.inverse();
+  const auto X_CS = [&](std::size_t i) { return X_CB * proto::pose_from_placement(shapes[i].shape.placement()); };
   const auto is_identity = [](const Pose& X) { return X.p.isZero(0) && X.q.vec().isZero(0); };
-  if (parts_.size() == 1 && is_identity(X_CB * loaded.front().X_BS)) {
+  if (parts_.size() == 1 && is_identity(X_CS(0))) {
     root_ = parts_.front().get();
     return;
   }
   auto compound = std::make_unique<btCompoundShape>();
   for (std::size_t i = 0; i < parts_.size(); ++i) {
-    compound->addChildShape(to_bullet(X_CB * loaded[i].X_BS), parts_[i].get());
+    compound->addChildShape(to_bullet(X_CS(i)), parts_[i].get());
   }
   compound->setMargin(kCollisionMargin_m);
   root_ = compound.get();

@@ -7,7 +7,8 @@
 #include <memory>
 #include <vector>
 
-#include "server/assets/scene_file.hpp"
+#include "common/base/spatial.hpp"
+#include "server/physics/solid_shape.hpp"
 
 namespace tandem::server {
 
@@ -18,11 +19,8 @@ inline constexpr double kCollisionMargin_m = 1e-4;
 /// The collision geometry of one body or tool, in its centre-of-mass frame C.
 class CollisionShape {
  public:
-  using Shapes = google::protobuf::RepeatedPtrField<wire::Shape>;
-
-  /// In      loaded  parallel to `shapes`; its meshes must outlive this
-  ///         is_static  meshes are exact triangles, else their convex hulls
-  CollisionShape(const Shapes& shapes, const std::vector<LoadedShape>& loaded, const Pose& X_BC, bool is_static);
+  /// In      is_static  meshes are exact triangles, else their convex hulls
+  CollisionShape(const std::vector<SolidShape>& shapes, const Pose& X_BC, bool is_static);
 
   btCollisionShape& root() { return *root_; }
   /// False for molecules, which feel the field only.
@@ -33,11 +31,11 @@ class CollisionShape {
   double half_thickness_m() const { return half_thickness_m_; }
 
  private:
-  std::unique_ptr<btCollisionShape> make_part(const wire::Shape& shape, const geometry::TriangleMesh* mesh,
-                                              bool is_static);
-  std::unique_ptr<btCollisionShape> make_exact_mesh(const geometry::TriangleMesh& mesh);
-  void assemble(const std::vector<LoadedShape>& loaded, const Pose& X_BC);
+  std::unique_ptr<btCollisionShape> make_part(const SolidShape& solid, bool is_static);
+  std::unique_ptr<btCollisionShape> make_exact_mesh(const std::shared_ptr<const geometry::TriangleMesh>& mesh);
+  void assemble(const std::vector<SolidShape>& shapes, const Pose& X_BC);
 
+  std::vector<std::shared_ptr<const geometry::TriangleMesh>> meshes_;  ///< what `triangles_` point into
   std::vector<std::unique_ptr<btTriangleIndexVertexArray>> triangles_;
   std::vector<std::unique_ptr<btCollisionShape>> parts_;
   std::unique_ptr<btCollisionShape> compound_;

@@ -154,7 +154,7 @@ int soft_period_steps(double room_rate_hz, double rate_hz) {
 }
 
 struct SoftWorld::Impl {
-  Impl(SoftWorldSettings s, Execution execution)
+  Impl(SoftWorldSettings s, SoftStepping stepping)
       : settings(std::move(s)),
         period(soft_period_steps(settings.room_rate_hz, settings.rate_hz)),
         stepper(settings),
@@ -162,7 +162,7 @@ struct SoftWorld::Impl {
     stepper.copy_nodes(taken);
     taken.contacts.resize(settings.tools.size());
     made = taken;
-    if (execution == Execution::kWorker) worker = std::thread([this] { work(); });
+    if (stepping == SoftStepping::kWorker) worker = std::thread([this] { work(); });
   }
   ~Impl() {
     if (!worker.joinable()) return;
@@ -221,8 +221,8 @@ struct SoftWorld::Impl {
   std::thread worker;
 };
 
-SoftWorld::SoftWorld(SoftWorldSettings settings, Execution execution)
-    : impl_(std::make_unique<Impl>(std::move(settings), execution)) {}
+SoftWorld::SoftWorld(SoftWorldSettings settings, SoftStepping stepping)
+    : impl_(std::make_unique<Impl>(std::move(settings), stepping)) {}
 SoftWorld::~SoftWorld() = default;
 
 TickFaults SoftWorld::advance(std::span<const physics::SoftTool> tools) noexcept {

@@ -48,6 +48,9 @@ struct SoftWorldSettings {
   std::function<void()> before_step;
 };
 
+/// How soft bodies are stepped: within World::step(), or by a thread of their own. Both give the same bits.
+enum class SoftStepping { kInline, kWorker };
+
 /// Room steps in a soft step, at least 1.
 int soft_period_steps(double room_rate_hz, double rate_hz);
 
@@ -59,9 +62,7 @@ int soft_period_steps(double room_rate_hz, double rate_hz);
 /// Thread  one at a time (the room's); with kWorker a thread of its own does the steps
 class SoftWorld final : public physics::SoftBodies {
  public:
-  enum class Execution { kInline, kWorker };
-
-  SoftWorld(SoftWorldSettings settings, Execution execution);
+  SoftWorld(SoftWorldSettings settings, SoftStepping stepping);
   ~SoftWorld() override;
   SoftWorld(const SoftWorld&) = delete;
   SoftWorld& operator=(const SoftWorld&) = delete;

@@ -10,8 +10,8 @@ namespace {
 
 std::vector<BodyId> moving_bodies_of(const LoadedScene& scene) {
   std::vector<BodyId> moving;
-  for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
-    if (scene.bodies[i].mass.mass_kg > 0) moving.push_back(body_id_at(i));
+  for (std::size_t i = 0; i < scene.world.bodies.size(); ++i) {
+    if (scene.world.bodies[i].mass.mass_kg > 0) moving.push_back(body_id_at(i));
   }
   return moving;
 }
@@ -53,9 +53,9 @@ Room::Room(RoomId id, std::string name, std::shared_ptr<const LoadedScene> scene
       period_(from_seconds(1.0 / scene_->description.step_rate_hz())),
       moving_bodies_(moving_bodies_of(*scene_)),
       world_(make_server_world(scene_, options.soft_stepping)),
-      sharing_(world_, moving_bodies_, scene_->tools.size()),
-      coupling_(scene_->coupling.parameters) {
-  const bool is_limited = options.controls_tool_passivity && scene_->coupling.dynamics != haptics::ToolDynamics::kAtHandle;
+      sharing_(world_, moving_bodies_, scene_->world.tools.size()),
+      coupling_(scene_->world.coupling.parameters) {
+  const bool is_limited = options.controls_tool_passivity && scene_->world.coupling.dynamics != haptics::ToolDynamics::kAtHandle;
   for (auto& user : users_) user = std::make_unique<User>(*this, is_limited);
 }
 
@@ -112,7 +112,7 @@ void Room::apply(const RoomCommand& command) noexcept {
 void Room::join(const Seat& seat) noexcept {
   User& user = *users_[seat.index];
   leave(user);
-  if (seat.role == UserRole::kManipulator && seat.tool >= scene_->tools.size()) return;
+  if (seat.role == UserRole::kManipulator && seat.tool >= scene_->world.tools.size()) return;
   user.seat = seat;
   // What the seat's former user sent last is not this one's.
   user.mailboxes.input.poll();
@@ -180,7 +180,7 @@ TickFaults Room::take_input(User& user) noexcept {
   const bool is_stale = time_done() - input.arrived > kInputStaleAfter;
   if (is_stale || !input.has_handle()) {
     // What waits to be played is dropped there: an opened hand must not be.
-    if ((input.newest.buttons & proto::kButtonGrab) == 0) follow_grab_button(user, 0);
+    if ((input.newest.buttons & kButtonGrab) == 0) follow_grab_button(user, 0);
     user.let_tool_be();
     return is_stale ? TickFaults{kFaultInputStale} : 0;
   }
@@ -200,7 +200,7 @@ void Room::take_newest(User& user) noexcept {
   input.is_there = true;
   ToolDriver& driver = user.driver_for(input.newest.mode);
   // Let go in any case: a hand that is lost must be able to open.
-  const bool is_down = (input.newest.buttons & proto::kButtonGrab) != 0;
+  const bool is_down = (input.newest.buttons & kButtonGrab) != 0;
   if (input.newest.handle_valid ? !driver.delays_buttons() : !is_down) follow_grab_button(user, input.newest.buttons);
   if (&driver != user.driver) {
     user.driver->reset();
@@ -211,7 +211,7 @@ void Room::take_newest(User& user) noexcept {
 }
 
 void Room::follow_grab_button(User& user, std::uint32_t buttons) noexcept {
-  const bool is_down = (buttons & proto::kButtonGrab) != 0;
+  const bool is_down = (buttons & kButtonGrab) != 0;
   // After a command of this step the button has its turn with the next input.
   if (is_down == user.grab_button || user.has_grabbed) return;
   user.grab_button = is_down;

@@ -10,7 +10,7 @@ constexpr std::size_t kMaxWaiting = 4 * proto::kMaxUsers;
 
 }  // namespace
 
-RoomSeats::RoomSeats(Room& room) : room_(room), coupling_(room.scene().coupling.parameters) {}
+RoomSeats::RoomSeats(Room& room) : room_(room), coupling_(room.scene().world.coupling.parameters) {}
 
 std::size_t RoomSeats::count(UserRole role) const {
   return static_cast<std::size_t>(
@@ -18,7 +18,7 @@ std::size_t RoomSeats::count(UserRole role) const {
 }
 
 std::optional<std::uint8_t> RoomSeats::free_tool() const {
-  for (std::size_t tool = 0; tool < std::min(room_.scene().tools.size(), proto::kMaxUsers); ++tool) {
+  for (std::size_t tool = 0; tool < std::min(room_.scene().world.tools.size(), proto::kMaxUsers); ++tool) {
     const bool is_taken = std::any_of(seats_.begin(), seats_.end(), [tool](const auto& seat) {
       return seat && seat->role == UserRole::kManipulator && seat->tool == tool;
     });
@@ -44,7 +44,7 @@ std::optional<Seat> RoomSeats::take(UserRole role, bool leaves_gaps) {
   requested_[seat.index] = served_[seat.index] = 0;
   held_[seat.index] = BodyId{};
   if (role == UserRole::kManipulator) {
-    const auto holds = room_.scene().tools[seat.tool].holds_body;
+    const auto holds = room_.scene().world.tools[seat.tool].holds_body;
     if (holds) held_[seat.index] = body_id_at(*holds);
   }
   post_surely({.kind = RoomCommand::Kind::kJoin, .seat = seat});
@@ -67,7 +67,8 @@ haptics::CouplingParameters RoomSeats::coupling_in_force(const Seat& seat) const
   if (seat.role != UserRole::kManipulator) return coupling_;
   const BodyId held = held_[seat.index];
   const auto body = held.is_valid() ? std::optional<std::size_t>(held.value - 1) : std::nullopt;
-  return physics::coupling_in_force(room_.scene().coupling, coupling_, moved_mass(room_.scene(), seat.tool, body));
+  return physics::coupling_in_force(room_.scene().world.coupling, coupling_,
+                                    moved_mass(room_.scene(), seat.tool, body));
 }
 
 void RoomSeats::on_update(const Seat& seat, const UserUpdate& told) {

@@ -20,7 +20,7 @@ class RoomSeats {
   Room& room() const { return room_; }
   /// As the scene's file or a user has set it.
   const haptics::CouplingParameters& coupling() const { return coupling_; }
-  /// What this is for the seat's tool and what it holds (server/assets/scene_coupling.hpp).
+  /// What this is for the seat's tool and what it holds (common/physics/coupling_in_force.hpp).
   haptics::CouplingParameters coupling_in_force(const Seat& seat) const;
 
   /// The n-th manipulator takes the n-th free tool. Nothing when the scene's limits are reached.

@@ -122,7 +122,7 @@ class WaveDriver final : public ToolDriver {
     const BodyId held = port_.state().held;
     const auto body = held.is_valid() ? std::optional<std::size_t>(held.value - 1) : std::nullopt;
     const haptics::CouplingParameters in_force =
-        physics::coupling_in_force(scene_->coupling, coupling_, moved_mass(*scene_, port_.tool(), body));
+        physics::coupling_in_force(scene_->world.coupling, coupling_, moved_mass(*scene_, port_.tool(), body));
     input.answered = input.newest.input_tick;
     port_.set_handle(wave_.target(input.newest, in_force, step_s_));
     return std::nullopt;

@@ -42,7 +42,7 @@ class ToolPort {
   bool is_limited_;
   std::size_t tool_ = 0;
   bool has_handle_ = false;
-  haptics::ToolPassivityController passivity_{haptics::ToolPassivityController::Settings{}};
+  haptics::ToolPassivityController passivity_;
 };
 
 }  // namespace tandem::server

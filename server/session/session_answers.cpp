@@ -67,8 +67,8 @@ void fill(const MassProperties& mass, wire::MassProperties& out) {
 void fill(const LoadedScene& scene, wire::Joined& joined) {
   *joined.mutable_scene() = scene.description;
   for (const Asset& asset : scene.assets) fill(asset, *joined.add_assets());
-  for (const LoadedBody& body : scene.bodies) fill(body.mass, *joined.add_body_masses());
-  for (const LoadedTool& tool : scene.tools) fill(tool.mass, *joined.add_tool_masses());
+  for (const physics::BodyDescription& body : scene.world.bodies) fill(body.mass, *joined.add_body_masses());
+  for (const physics::ToolDescription& tool : scene.world.tools) fill(tool.mass, *joined.add_tool_masses());
 }
 
 }  // namespace

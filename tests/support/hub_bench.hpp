@@ -139,7 +139,7 @@ class HubBench {
     proto::ClientUpdate update;
     update.input_tick = Tick{++client.tick};
     update.handle_valid = client.joined.role() == wire::ROLE_MANIPULATOR;
-    if (update.handle_valid) update.handle.X = rooms.front()->scene().tools[client.joined.tool()].X_WT;
+    if (update.handle_valid) update.handle.X = rooms.front()->scene().world.tools[client.joined.tool()].X_WT;
     update.sent = now;
     return update;
   }

@@ -54,7 +54,7 @@ class SimulatedUser {
       : room_(room),
         seat_(static_cast<std::uint8_t>(index)),
         device_(devices::SimDevice::default_spec(), devices::HandParameters{}, shipped_path(path), 1 + index),
-        workspace_(room.scene().tools[index].workspace) {
+        workspace_(room.scene().workspaces[index]) {
     room_.post({.kind = server::RoomCommand::Kind::kJoin,
                 .seat = {seat_, UserId{static_cast<std::uint32_t>(index + 1)}, server::UserRole::kManipulator, seat_}});
   }

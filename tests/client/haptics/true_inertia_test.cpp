@@ -14,6 +14,7 @@
 
 #include "client/haptics/coupling_check.hpp"
 #include "common/base/random.hpp"
+#include "proto/placement.hpp"
 #include "proto/world_from_wire.hpp"
 #include "tests/common/physics/scene_support.hpp"
 #include "tests/support/session_bench.hpp"
@@ -28,8 +29,8 @@ wire::Joined joined_of(const server::LoadedScene& scene, std::uint32_t tool) {
   wire::Joined joined = test::minimal_joined();
   *joined.mutable_scene() = scene.description;
   joined.clear_tool_masses();
-  for (const server::LoadedTool& each : scene.tools) *joined.add_tool_masses() = test::on_wire(each.mass);
-  for (const server::LoadedBody& each : scene.bodies) *joined.add_body_masses() = test::on_wire(each.mass);
+  for (const physics::ToolDescription& each : scene.world.tools) *joined.add_tool_masses() = test::on_wire(each.mass);
+  for (const physics::BodyDescription& each : scene.world.bodies) *joined.add_body_masses() = test::on_wire(each.mass);
   joined.set_tool(tool);
   return joined;
 }
@@ -78,11 +79,12 @@ struct Integral {
   Vec3 first_moment = Vec3::Zero();
   Mat3 inertia = Mat3::Zero();
 };
-Integral integrated(const server::LoadedShape& shape, const Vec3& about) {
+Integral integrated(const server::SolidShape& shape, const Vec3& about) {
+  const Pose X_BS = proto::pose_from_placement(shape.shape.placement());
   constexpr double kNear = 0.5854101966249685, kFar = 0.1381966011250105;
   Integral sum;
   for (const auto& [i, j, k] : shape.mesh->triangles) {
-    const auto at = [&shape](int index) { return shape.X_BS * shape.mesh->vertices[static_cast<std::size_t>(index)]; };
+    const auto at = [&](int index) { return X_BS * shape.mesh->vertices[static_cast<std::size_t>(index)]; };
     const std::array<Vec3, 3> corners{at(i), at(j), at(k)};
     const double volume = corners[0].dot(corners[1].cross(corners[2])) / 6;
     const Vec3 all = corners[0] + corners[1] + corners[2];
@@ -100,13 +102,14 @@ Integral integrated(const server::LoadedShape& shape, const Vec3& about) {
 
 TEST(TrueInertia, OfABunnyHeldByTheEarIsThatOfNumericalIntegration) {
   TANDEM_LOAD_OR_SKIP(scene, "two_bunnies");
-  const server::LoadedShape& shape = scene->bodies[0].shapes[0];
+  const server::SolidShape& shape = scene->body_shapes[0][0];
+  const Pose X_BS = proto::pose_from_placement(shape.shape.placement());
   ASSERT_EQ(shape.mesh_kind, geometry::SurfaceKind::kSolid) << "else its hull's mass is meant";
   Vec3 ear = Vec3::Zero();
-  for (const Vec3& vertex : shape.mesh->vertices) ear = (shape.X_BS * vertex).z() > ear.z() ? shape.X_BS * vertex : ear;
+  for (const Vec3& vertex : shape.mesh->vertices) ear = (X_BS * vertex).z() > ear.z() ? X_BS * vertex : ear;
   ASSERT_GT(ear.norm(), 0.03);
   const Integral whole = integrated(shape, ear);
-  const double density = scene->bodies[0].mass.mass_kg / whole.volume;
+  const double density = scene->world.bodies[0].mass.mass_kg / whole.volume;
   const auto [least, most] = body_at(*scene, ear);
   EXPECT_NEAR(most.inertia_kg_m2, density * largest_eigenvalue(whole.inertia), 1e-6 * most.inertia_kg_m2);
   const Vec3 centre = whole.first_moment / whole.volume;
@@ -119,12 +122,12 @@ TEST(TrueInertia, OfABunnyHeldByTheEarIsThatOfNumericalIntegration) {
 
 TEST(TrueInertia, OfAMoleculeHeldAtItsLastAtomIsTheSumOverItsAtoms) {
   TANDEM_LOAD_OR_SKIP(scene, "docking_helices");
-  const docking::Molecule& molecule = *scene->bodies[0].molecule;
+  const docking::Molecule& molecule = *scene->world.bodies[0].molecule;
   const double scale = scene->description.molecular_field().metres_per_angstrom();
   const Vec3 grip = scale * molecule.positions_angstrom.back();
   double total_u = 0;
   for (const double mass_u : molecule.mass_u) total_u += mass_u;
-  const double kg_per_u = scene->bodies[0].mass.mass_kg / total_u;
+  const double kg_per_u = scene->world.bodies[0].mass.mass_kg / total_u;
   Mat3 about_grip = Mat3::Zero(), about_centre = Mat3::Zero();
   for (std::size_t i = 0; i < molecule.size(); ++i) {
     const double atom_kg = kg_per_u * molecule.mass_u[i];
@@ -202,7 +205,7 @@ TEST(ShippedScenes, AreNeitherRefusedNorWarnedOfOnTheSimulatedDevice) {
     const std::string name = entry.path().stem().string();
     SCOPED_TRACE(name);
     TANDEM_LOAD_OR_SKIP(scene, name);
-    for (std::uint32_t tool = 0; tool < scene->tools.size(); ++tool) {
+    for (std::uint32_t tool = 0; tool < scene->world.tools.size(); ++tool) {
       SessionSettings settings;
       settings.device = device;
       test::SessionBench bench(settings);

@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "server/physics/bullet_world.hpp"
-#include "server/physics/server_world.hpp"
+#include "server/room/server_world.hpp"
 #include "tests/common/physics/external_bodies.hpp"
 #include "tests/common/physics/scene_support.hpp"
 

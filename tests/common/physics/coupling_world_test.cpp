@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "server/physics/server_world.hpp"
+#include "server/room/server_world.hpp"
 #include "tests/common/physics/scene_support.hpp"
 
 namespace tandem::physics {

@@ -6,7 +6,7 @@
 #include <complex>
 #include <numbers>
 
-#include "server/physics/server_world.hpp"
+#include "server/room/server_world.hpp"
 #include "tests/common/physics/scene_support.hpp"
 #include "tests/support/allocation_counter.hpp"
 

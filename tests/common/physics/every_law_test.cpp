@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "common/haptics/coupling/laws.hpp"
-#include "server/physics/server_world.hpp"
+#include "server/room/server_world.hpp"
 #include "tests/common/physics/scene_support.hpp"
 
 namespace tandem::physics {

@@ -7,7 +7,8 @@
 #include <cmath>
 
 #include "common/base/random.hpp"
-#include "server/physics/server_world.hpp"
+#include "server/assets/mass_properties.hpp"
+#include "server/room/server_world.hpp"
 #include "tests/common/physics/scene_support.hpp"
 
 namespace tandem::physics {
@@ -42,9 +43,9 @@ std::shared_ptr<server::LoadedScene> two_molecules(int atoms, double gap_m, doub
       *load_parts({.bodies = body("a", 0, 0.2) + "," + body("b", gap_m, 0.1),
                    .rest = R"("molecular_field": {"newtons_per_kcal_per_mol_angstrom": 0.5, "force_limit_n": 20})"}));
   const double scale = scene->description.molecular_field().metres_per_angstrom();
-  for (server::LoadedBody& loaded : scene->bodies) {
-    loaded.molecule = cluster(atoms);
-    loaded.mass = server::mass_properties_of(loaded.mass.mass_kg, *loaded.molecule, scale);
+  for (BodyDescription& described : scene->world.bodies) {
+    described.molecule = cluster(atoms);
+    described.mass = server::mass_properties_of(described.mass.mass_kg, *described.molecule, scale);
   }
   return scene;
 }
@@ -72,7 +73,7 @@ TEST(SoftLimit, HasNoEdgeAtTheKnee) {
 
 TEST(MolecularForces, TwoAtomsPullAsTheClosedFormSays) {
   const auto scene = two_molecules(1, 0.05, 0);  // 5 Å
-  MolecularForces forces(*server::world_description(*scene));
+  MolecularForces forces(scene->world);
   const std::array<Pose, 2> poses{Pose{}, Pose{Vec3(0.05, 0, 0), Quat::Identity()}};
   std::array<Wrench, 2> wrenches{};
   EXPECT_FALSE(forces.add_wrenches(poses, wrenches));
@@ -87,7 +88,7 @@ TEST(MolecularForces, SumToZeroInForceAndTorqueEvenWhenBounded) {
   constexpr std::uint64_t kSeed = 11;
   Random random(kSeed);
   const auto scene = two_molecules(8, 0.1, 0);
-  MolecularForces forces(*server::world_description(*scene));
+  MolecularForces forces(scene->world);
   int bounded = 0;
   for (int i = 0; i < 300; ++i) {
     const auto draw = [&random](double size) {
@@ -109,7 +110,7 @@ TEST(MolecularForces, SumToZeroInForceAndTorqueEvenWhenBounded) {
 
 TEST(MolecularForces, CoincidingAtomsPushNoMoreThanTheLimit) {
   const auto scene = two_molecules(1, 0.1, 0);
-  MolecularForces forces(*server::world_description(*scene));
+  MolecularForces forces(scene->world);
   const std::array<Pose, 2> poses{};
   std::array<Wrench, 2> wrenches{};
   forces.add_wrenches(poses, wrenches);
@@ -120,10 +121,10 @@ TEST(MolecularForces, CoincidingAtomsPushNoMoreThanTheLimit) {
 
 TEST(MolecularForces, ShippedHelicesPullWithOneNewtonAtMost) {
   TANDEM_LOAD_OR_SKIP(scene, "docking_helices");
-  MolecularForces forces(*server::world_description(*scene));
+  MolecularForces forces(scene->world);
   double strongest_n = 0;
   for (double gap_m = 0.20; gap_m > 0.125; gap_m -= 0.0005) {
-    std::array<Pose, 2> poses{scene->bodies[0].X_WB, scene->bodies[1].X_WB};
+    std::array<Pose, 2> poses{scene->world.bodies[0].X_WB, scene->world.bodies[1].X_WB};
     poses[1].p = poses[0].p + Vec3(0, gap_m, 0);
     std::array<Wrench, 2> wrenches{};
     forces.add_wrenches(poses, wrenches);

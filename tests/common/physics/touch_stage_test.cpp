@@ -5,7 +5,7 @@
 #include <cmath>
 #include <sstream>
 
-#include "server/physics/server_world.hpp"
+#include "server/room/server_world.hpp"
 #include "tests/common/physics/scene_support.hpp"
 #include "tests/support/allocation_counter.hpp"
 

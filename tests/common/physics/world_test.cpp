@@ -1,5 +1,5 @@
 // The world against closed forms, and against what a hand would notice.
-#include "server/physics/server_world.hpp"
+#include "server/room/server_world.hpp"
 
 #include <gtest/gtest.h>
 
@@ -11,6 +11,7 @@
 #include <limits>
 
 #include "common/base/random.hpp"
+#include "proto/placement.hpp"
 #include "tests/common/physics/scene_support.hpp"
 
 namespace tandem::physics {
@@ -422,7 +423,7 @@ TEST(World, ToolDoesNotPassAnExactMeshWallAt1MetreASecond) {
 TEST(World, BodyThatIsNotFiniteIsPutBackAndReported) {
   auto scene = std::make_shared<server::LoadedScene>(*load_parts({.bodies = cube("a", 0.1, {0, 0, 1})}));
   // The loader would refuse this gravity; here it stands for any way in which a number may break.
-  scene->description.set_gravity_m_per_s2(0, std::numeric_limits<double>::quiet_NaN());
+  scene->world.gravity_m_per_s2.x() = std::numeric_limits<double>::quiet_NaN();
   World world(server::make_server_world(scene));
   EXPECT_NE(world.step() & kFaultNotFinite, 0U);
   EXPECT_EQ(world.body(BodyId{1}).X.p, Vec3(0, 0, 1));
@@ -503,7 +504,7 @@ std::uint64_t hash_of_session(const std::shared_ptr<const server::LoadedScene>& 
     }
     world.step();
   }
-  return state_hash(world, scene->bodies.size(), 2);
+  return state_hash(world, scene->world.bodies.size(), 2);
 }
 
 TEST(World, SameInputsGiveTheSameBits) {
@@ -554,8 +555,8 @@ TEST(ShippedScenes, ToolLiesOnTheBunnyAndNotInIt) {
   TANDEM_LOAD_OR_SKIP(scene, "bunny");
   World world(server::make_server_world(scene));
   world.activate_tool(0);
-  const server::LoadedShape& bunny = scene->bodies[1].shapes[0];
-  const Pose X_SW = (scene->bodies[1].X_WB * bunny.X_BS).inverse();
+  const server::SolidShape& bunny = scene->body_shapes[1][0];
+  const Pose X_SW = (scene->world.bodies[1].X_WB * proto::pose_from_placement(bunny.shape.placement())).inverse();
   double nearest = 1, strongest_n = 0;
   for (int i = 0; i <= 1500; ++i) {
     // From the left into the middle of the bunny.

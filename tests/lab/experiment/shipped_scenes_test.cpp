@@ -77,22 +77,22 @@ TEST_P(ShippedExperiment, HoldsStillForThreeSecondsInOnePiece) {
 TEST_P(ShippedExperiment, HasACouplingThatTheSimulatedDeviceCanShowWithWhateverItMoves) {
   const Experiment experiment = shipped(GetParam());
   const auto scene = load_experiment_scene(experiment);
-  ASSERT_GE(scene->tools.size(), experiment.users.size());
-  const haptics::CouplingLawInfo* law = haptics::find_coupling_law(scene->coupling.law);
+  ASSERT_GE(scene->world.tools.size(), experiment.users.size());
+  const haptics::CouplingLawInfo* law = haptics::find_coupling_law(scene->world.coupling.law);
   ASSERT_NE(law, nullptr);
-  for (std::size_t tool = 0; tool < scene->tools.size(); ++tool) {
+  for (std::size_t tool = 0; tool < scene->world.tools.size(); ++tool) {
     std::vector<physics::MovedMass> moved{server::moved_mass(*scene, tool, std::nullopt)};
-    for (std::size_t body = 0; body < scene->bodies.size(); ++body) {
+    for (std::size_t body = 0; body < scene->world.bodies.size(); ++body) {
       if (scene->description.bodies(static_cast<int>(body)).graspable())
         moved.push_back(server::moved_mass(*scene, tool, body));
     }
     const devices::DeviceProfile device = devices::find_device_profile("sim");
     for (const physics::MovedMass& each : moved) {
-      const devices::LoopCoupling loop =
-          devices::loop_coupling(*law, physics::coupling_in_force(scene->coupling, scene->coupling.parameters, each),
-                                 each.mass_kg, each.inertia_kg_m2, each.is_held_body);
+      const devices::LoopCoupling loop = devices::loop_coupling(
+          *law, physics::coupling_in_force(scene->world.coupling, scene->world.coupling.parameters, each), each.mass_kg,
+          each.inertia_kg_m2, each.is_held_body);
       EXPECT_TRUE(haptics::is_stable_coupling(loop.parameters, loop.tool_mass_kg, loop.tool_inertia_kg_m2,
-                                              devices::loop_device(device, scene->tools[tool].workspace),
+                                              devices::loop_device(device, scene->workspaces[tool]),
                                               loop.slope_factor));
     }
   }
@@ -116,7 +116,7 @@ TEST(ShippedPaths, CurveLeadsTheToolRoundTheBallAtTenCentimetresASecond) {
   const Experiment experiment = shipped("curve");
   const auto scene = load_experiment_scene(experiment);
   const devices::HandPath& path = experiment.users.at(0).hand;
-  const Vec3 start = scene->tools.at(0).X_WT.p;
+  const Vec3 start = scene->world.tools.at(0).X_WT.p;
   const Duration later = milliseconds(1);
   for (Duration time = milliseconds(3200); time < milliseconds(6900); time += milliseconds(50)) {
     const Vec3 here = 0.025 * (start + path.pose_at(time).p).normalized();
@@ -133,10 +133,10 @@ TEST(ShippedPaths, SqueezePressesWithThreePointSixNewtonsFromEachSide) {
   for (std::size_t i = 0; i < 2; ++i) {
     const ExperimentUser& user = experiment.users.at(i);
     const double half_finger = scene->description.tools(static_cast<int>(i)).shapes(0).box().size_m(1) / 2;
-    const Vec3 start = scene->tools.at(i).X_WT.p;
+    const Vec3 start = scene->world.tools.at(i).X_WT.p;
     const double side = start.y() < 0 ? 1 : -1;
     const double hand = user.hand_parameters.stiffness_n_per_m;
-    const double coupling = scene->coupling.parameters.stiffness_n_per_m;
+    const double coupling = scene->world.coupling.parameters.stiffness_n_per_m;
     const double stiffness = 1 / (1 / hand + 1 / coupling);
     for (const Duration time : times_of(user.hand, "hold")) {
       const double past_contact = side * (start.y() + user.hand.pose_at(time).p.y()) + half_cube + half_finger;

@@ -42,8 +42,8 @@ TEST(SceneEffects, ReachTheWorldAsWritten) {
        .rest = R"("effects": [{"sphere": {"radius_m": 0.2}, "vibration": {"frequency_hz": 50, "direction": [1, 0, 0]}},
                               {"constant_field": {"force_n": [1, 2, 3]}},
                               {"magnet": {"core_size_m": [0.1, 0, 0]}}])"});
-  ASSERT_EQ(scene->effects.size(), 4U);
-  const physics::SceneEffect& pad = scene->effects[0];
+  ASSERT_EQ(scene->world.effects.size(), 4U);
+  const physics::SceneEffect& pad = scene->world.effects[0];
   EXPECT_EQ(pad.body, 0U);
   EXPECT_EQ(pad.settings.X_OE.p, Vec3(1, 2, 3));
   EXPECT_EQ(std::get<physics::BoxRegion>(pad.settings.region).size_m, Vec3(1, 2, 3));
@@ -56,11 +56,11 @@ TEST(SceneEffects, ReachTheWorldAsWritten) {
   EXPECT_EQ(model.stiffness_n_per_m, 700);
   EXPECT_EQ(model.breakaway_force_n, 2);
   EXPECT_EQ(model.slip_force_n, 1);
-  EXPECT_FALSE(scene->effects[1].body);
-  EXPECT_EQ(std::get<physics::SphereRegion>(scene->effects[1].settings.region).radius_m, 0.2);
-  EXPECT_EQ(std::get<physics::Vibration>(scene->effects[1].settings.model).direction, Vec3(1, 0, 0));
-  EXPECT_EQ(std::get<physics::ConstantField>(scene->effects[2].settings.model).force_n, Vec3(1, 2, 3));
-  EXPECT_EQ(std::get<physics::Magnet>(scene->effects[3].settings.model).core_size_m, Vec3(0.1, 0, 0));
+  EXPECT_FALSE(scene->world.effects[1].body);
+  EXPECT_EQ(std::get<physics::SphereRegion>(scene->world.effects[1].settings.region).radius_m, 0.2);
+  EXPECT_EQ(std::get<physics::Vibration>(scene->world.effects[1].settings.model).direction, Vec3(1, 0, 0));
+  EXPECT_EQ(std::get<physics::ConstantField>(scene->world.effects[2].settings.model).force_n, Vec3(1, 2, 3));
+  EXPECT_EQ(std::get<physics::Magnet>(scene->world.effects[3].settings.model).core_size_m, Vec3(0.1, 0, 0));
 }
 
 TEST(SceneEffects, ABodysEffectWithoutRegionActsInContactUnlessItIsAMagnet) {
@@ -69,7 +69,7 @@ TEST(SceneEffects, ABodysEffectWithoutRegionActsInContactUnlessItIsAMagnet) {
                                          {"in_contact": false, "viscosity": {}})"),
                                           .rest = R"("effects": [{"viscosity": {}}])"});
   std::vector<bool> in_contact;
-  for (const physics::SceneEffect& effect : scene->effects) in_contact.push_back(effect.settings.in_contact);
+  for (const physics::SceneEffect& effect : scene->world.effects) in_contact.push_back(effect.settings.in_contact);
   EXPECT_EQ(in_contact, (std::vector<bool>{true, false, false, false, false}));
 }
 

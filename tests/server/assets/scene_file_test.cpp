@@ -264,7 +264,7 @@ std::string mesh_body(const std::string& mesh_fields, const std::string& body_fi
 TEST_F(SceneFiles, MeshIsScaledToItsLargestSizeAndCentred) {
   write("t.obj", kTetrahedron);
   const auto scene = load(mesh_body(R"(, "largest_size_m": 0.1, "centre": true)"));
-  const geometry::TriangleMesh& mesh = *scene->bodies[0].shapes[0].mesh;
+  const geometry::TriangleMesh& mesh = *scene->body_shapes[0][0].mesh;
   EXPECT_EQ(mesh.triangles.size(), 4U);
   Vec3 low = mesh.vertices[0], high = low;
   for (const Vec3& vertex : mesh.vertices) {
@@ -285,7 +285,7 @@ TEST_F(SceneFiles, DroppedTrianglesAreNoted) {
 
 TEST_F(SceneFiles, MovingMeshHasTheInertiaOfItsSolid) {
   write("t.obj", kTetrahedron);
-  const MassProperties mass = load(mesh_body("", R"(, "mass_kg": 3)"))->bodies[0].mass;
+  const MassProperties mass = load(mesh_body("", R"(, "mass_kg": 3)"))->world.bodies[0].mass;
   // Corner tetrahedron of edge a = 2: centroid a/4. About it ∫x² = 3ma²/80 and ∫xy = −ma²/80, so the second moments
   // have the eigenvalues ma²/80·(1, 4, 4), and the inertia, trace − these, ma²/80·(8, 5, 5).
   EXPECT_TRUE(mass.X_BC.p.isApprox(Vec3::Constant(0.5), 1e-9));
@@ -446,7 +446,7 @@ TEST(SceneFile, EveryDefaultIsFilledIn) {
   EXPECT_EQ(d.tools(0).mass_kg(), 0.05);
   EXPECT_EQ(d.tools(0).shapes(0).sphere().radius_m(), 0.005);
   EXPECT_EQ(d.coupling().law(), haptics::kDefaultCouplingLaw);
-  EXPECT_EQ(scene->coupling.parameters, haptics::CouplingParameters{});
+  EXPECT_EQ(scene->world.coupling.parameters, haptics::CouplingParameters{});
   EXPECT_FALSE(d.coupling().has_adaptive()) << "of another law";
   EXPECT_EQ(d.limits().manipulators(), 1U);
   EXPECT_EQ(d.limits().observers(), 4U);
@@ -465,10 +465,11 @@ TEST(SceneFile, TheFitThatTheRefusalOfNoneShowsIsTheThesissAndTellsClients) {
   const std::string fit = refusal.substr(shown, refusal.rfind('}') + 1 - shown);
   const auto scene = load_scene_text(
       physics::scene_json({.coupling = R"({"law": "adaptive", "adaptive": )" + fit + "}"}), "s.json", ".");
-  ASSERT_TRUE(scene->coupling.fit.has_value());
+  ASSERT_TRUE(scene->world.coupling.fit.has_value());
   const haptics::AdaptiveFit thesis = haptics::thesis_adaptive_fit();
   for (const double mass_kg : {0.01, 0.05, 0.1, 0.2, 0.5}) {
-    EXPECT_EQ(haptics::adapted(*scene->coupling.fit, mass_kg, 1e-4, {}), haptics::adapted(thesis, mass_kg, 1e-4, {}))
+    EXPECT_EQ(haptics::adapted(*scene->world.coupling.fit, mass_kg, 1e-4, {}),
+              haptics::adapted(thesis, mass_kg, 1e-4, {}))
         << mass_kg;
   }
   EXPECT_EQ(scene->description.coupling().adaptive().mass_range_kg(1), thesis.mass_high_kg);
@@ -494,13 +495,13 @@ TEST(SceneFile, AdaptiveFitIsReadAsWritten) {
       "inertia_range_kg_m2": [1e-5, 1e-3], "stiffness_n_m_per_rad": [0.1, 100], "damping_n_m_s_per_rad": [0.01]}})"}),
                                      "s.json", ".");
   const haptics::CouplingParameters base;
-  const haptics::CouplingParameters c = physics::coupling_in_force(scene->coupling, base, {0.5, 1e-4, true});
+  const haptics::CouplingParameters c = physics::coupling_in_force(scene->world.coupling, base, {0.5, 1e-4, true});
   EXPECT_DOUBLE_EQ(c.stiffness_n_per_m, 200);
   EXPECT_DOUBLE_EQ(c.damping_n_s_per_m, 3);
   EXPECT_DOUBLE_EQ(c.stiffness_n_m_per_rad, 0.11);
   EXPECT_DOUBLE_EQ(c.damping_n_m_s_per_rad, 0.01);
   EXPECT_EQ(c.force_limit_n, base.force_limit_n);
-  EXPECT_DOUBLE_EQ(physics::coupling_in_force(scene->coupling, base, {9, 1e-4, true}).stiffness_n_per_m, 300)
+  EXPECT_DOUBLE_EQ(physics::coupling_in_force(scene->world.coupling, base, {9, 1e-4, true}).stiffness_n_per_m, 300)
       << "nearest end";
 }
 
@@ -517,9 +518,9 @@ TEST(SceneFile, RestingHandleMeetsTheToolWhereItStarts) {
       physics::scene_json(
           {.tools = R"({"name": "t", "placement": {"position_m": [1, 2, 3], "rotation_xyz_deg": [0, 0, 90]}})"}),
       "s.json", ".");
-  const Pose X_WH = scene->tools[0].workspace.world_pose(Pose{});
+  const Pose X_WH = scene->workspaces[0].world_pose(Pose{});
   EXPECT_TRUE(X_WH.p.isApprox(Vec3(1, 2, 3)));
-  EXPECT_LT(X_WH.q.angularDistance(scene->tools[0].X_WT.q), 1e-12);
+  EXPECT_LT(X_WH.q.angularDistance(scene->world.tools[0].X_WT.q), 1e-12);
 }
 
 TEST(SceneFile, RotationTurnsAboutFixedXThenYThenZ) {
@@ -539,7 +540,7 @@ TEST(SceneFile, MissingFileIsRefused) {
 MassProperties mass_of(const std::string& shapes, double mass_kg) {
   const std::string body =
       R"({"name": "a", "mass_kg": )" + std::to_string(mass_kg) + R"(, "shapes": [)" + shapes + "]}";
-  return load_scene_text(physics::scene_json({.bodies = body}), "s.json", ".")->bodies[0].mass;
+  return load_scene_text(physics::scene_json({.bodies = body}), "s.json", ".")->world.bodies[0].mass;
 }
 
 TEST(MassProperties, OfPrimitivesAreTheTextbookOnes) {
@@ -570,7 +571,7 @@ TEST_P(ShippedScene, Loads) {
   TANDEM_LOAD_OR_SKIP(scene, GetParam());
   EXPECT_EQ(scene->description.name(), GetParam());
   EXPECT_FALSE(scene->description.description().empty());
-  EXPECT_EQ(scene->tools.size(), 2U);
+  EXPECT_EQ(scene->world.tools.size(), 2U);
 }
 INSTANTIATE_TEST_SUITE_P(SceneFile, ShippedScene,
                          ::testing::Values("peg_in_hole", "two_boxes", "bunny", "two_bunnies", "docking_helices",

@@ -89,9 +89,9 @@ TEST_F(RoomBridge, TheJointComesWithASecondHandOnTheBodyAndGoesAfterIt) {
   const auto step = [&](bool second_holds) {
     ++tick;
     bench.room.mailboxes(0).input.publish(
-        input(tick, {-0.03, 0, 0}, proto::ClientMode::kLocalModel, proto::kButtonGrab));
+        input(tick, {-0.03, 0, 0}, proto::ClientMode::kLocalModel, kButtonGrab));
     bench.room.mailboxes(1).input.publish(
-        input(tick, {0.03, 0, 0}, proto::ClientMode::kHandle, second_holds ? std::uint32_t{proto::kButtonGrab} : 0U));
+        input(tick, {0.03, 0, 0}, proto::ClientMode::kHandle, second_holds ? std::uint32_t{kButtonGrab} : 0U));
     return bench.step();
   };
   proto::ServerUpdate told;
@@ -135,7 +135,7 @@ TEST_F(RoomBridge, TheJointPullsTheBodyToTheClientsCopy) {
     copy.state.X.p.y() = 0.005;
     mine.copies.push_back(copy);
     bench.room.mailboxes(0).input.publish(mine);
-    bench.room.mailboxes(1).input.publish(input(tick, {0.03, 0, 0}, proto::ClientMode::kHandle, proto::kButtonGrab));
+    bench.room.mailboxes(1).input.publish(input(tick, {0.03, 0, 0}, proto::ClientMode::kHandle, kButtonGrab));
     told = bench.step();
   }
   ASSERT_EQ(told.joint_share, 1);
@@ -153,7 +153,7 @@ TEST_F(RoomBridge, AGraspIsOfTheInputThatPressed) {
     // Ten at a time, of which the newest is kept: the playout has to wait for them.
     if (step % 10 == 0) {
       bench.room.mailboxes(0).input.publish(input(step, {-0.03, 0, 0}, proto::ClientMode::kLocalModel,
-                                                  step >= kPressed ? std::uint32_t{proto::kButtonGrab} : 0U));
+                                                  step >= kPressed ? std::uint32_t{kButtonGrab} : 0U));
     }
     before = told;
     told = bench.step();
@@ -190,8 +190,8 @@ TEST_F(RoomBridge, ASharedBodyHangsInTheCopyOfWhoAloneHoldsIt) {
   // Both copies are kept at the origin; of two who hold it, the two joints bear the weight.
   const Duration loop = std::chrono::milliseconds(60);
   const double sag_m = 0.2 * 9.81 / (2 * physics::DelayedJoint::joint(loop, loop, Vec3::Zero()).stiffness_n_per_m);
-  EXPECT_NEAR(height_after(proto::kButtonGrab, proto::kButtonGrab), -sag_m, 1e-4);
-  EXPECT_NEAR(height_after(0, proto::kButtonGrab), 0, 1e-4);
+  EXPECT_NEAR(height_after(kButtonGrab, kButtonGrab), -sag_m, 1e-4);
+  EXPECT_NEAR(height_after(0, kButtonGrab), 0, 1e-4);
   EXPECT_NEAR(height_after(0, 0), -sag_m, 1e-4);
 }
 
@@ -201,7 +201,7 @@ TEST_F(RoomBridge, TheGraspIsToldAsThePlaceOfTheToolOnTheBody) {
   proto::ServerUpdate told;
   for (std::uint64_t tick = 1; tick <= 400; ++tick) {
     const Vec3 p = Vec3(-0.03, 0, 0) + Vec3(0.0001, 0.0002, 0) * static_cast<double>(tick);
-    bench.room.mailboxes(0).input.publish(input(tick, p, proto::ClientMode::kHandle, proto::kButtonGrab));
+    bench.room.mailboxes(0).input.publish(input(tick, p, proto::ClientMode::kHandle, kButtonGrab));
     told = bench.step();
   }
   ASSERT_TRUE(told.held_body.is_valid());

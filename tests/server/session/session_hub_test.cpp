@@ -569,8 +569,8 @@ TEST(SessionHub, JoinedTellsHowMassIsSpreadInEveryBodyAndTool) {
   test::HubBench bench;
   const test::BenchClient ada = bench.join("ada");
   const LoadedScene& scene = bench.rooms.front()->scene();
-  ASSERT_EQ(ada.joined.body_masses_size(), static_cast<int>(scene.bodies.size()));
-  ASSERT_EQ(ada.joined.tool_masses_size(), static_cast<int>(scene.tools.size()));
+  ASSERT_EQ(ada.joined.body_masses_size(), static_cast<int>(scene.world.bodies.size()));
+  ASSERT_EQ(ada.joined.tool_masses_size(), static_cast<int>(scene.world.tools.size()));
   const wire::MassProperties& box = ada.joined.body_masses(0);
   EXPECT_EQ(box.mass_kg(), 0.1);
   ASSERT_EQ(box.centre_size(), 7);

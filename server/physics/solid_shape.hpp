@@ -1,0 +1,17 @@
+// A shape of a body with what was loaded for it: enough for its mass and for its collisions in Bullet.
+#pragma once
+
+#include <memory>
+
+#include "common/geometry/mesh_repair.hpp"
+#include "tandem/scene.pb.h"
+
+namespace tandem::server {
+
+struct SolidShape {
+  wire::Shape shape;                                                ///< complete
+  std::shared_ptr<const geometry::TriangleMesh> mesh;               ///< of a mesh shape, repaired
+  geometry::SurfaceKind mesh_kind = geometry::SurfaceKind::kSolid;  ///< a sheet has no volume of its own
+};
+
+}  // namespace tandem::server

@@ -1,0 +1,16 @@
+#include "server/room/server_world.hpp"
+
+#include "server/assets/soft_scene.hpp"
+#include "server/physics/bullet_world.hpp"
+
+namespace tandem::server {
+
+physics::World make_server_world(const std::shared_ptr<const LoadedScene>& scene, SoftStepping soft_stepping) {
+  std::unique_ptr<physics::SoftBodies> soft;
+  if (!scene->soft_bodies.empty()) soft = std::make_unique<SoftWorld>(soft_world_settings(*scene), soft_stepping);
+  // The world keeps the scene alive that its description is a part of.
+  return physics::World(std::shared_ptr<const physics::WorldDescription>(scene, &scene->world),
+                        make_bullet_world(scene->world, scene->body_shapes), std::move(soft));
+}
+
+}  // namespace tandem::server
