@@ -7,7 +7,6 @@
 #include <boost/container/static_vector.hpp>
 #include <cstdint>
 #include <span>
-#include <tuple>
 
 #include "proto/datagram.hpp"
 #include "proto/state.hpp"
@@ -57,28 +56,11 @@ class ServerUpdateEncoder {
     std::size_t place = 0;   ///< in that message, so that those of one message keep their turns in the next
     bool was_moving = false;
   };
-  /// One body or user that could go into the message.
-  struct Candidate {
-    bool is_user = false;
-    std::size_t index = 0;  ///< in update.bodies or update.users, and in the turns
-    int rank = 0;           ///< lower goes first
-    std::uint64_t sent = 0;
-    std::size_t place = 0;
-
-    auto turn() const { return std::tuple(sent, place, is_user, index); }
-  };
-  using BodyTurns = boost::container::static_vector<Turn, kMaxBodies>;
-  using UserTurns = boost::container::static_vector<Turn, kMaxUsers>;
-  using Candidates = boost::container::static_vector<Candidate, kMaxBodies + kMaxUsers>;
-
-  void follow_membership(const ServerUpdate& update);
-  Candidates candidates_in_order(const ServerUpdate& update) const;
-  void promote_overdue(Candidates& candidates) const;
 
   std::size_t thinned_ = 0;
   std::uint64_t message_ = 0;
-  BodyTurns body_turns_;  ///< in the order of update.bodies
-  UserTurns user_turns_;  ///< in the order of update.users
+  boost::container::static_vector<Turn, kMaxBodies> body_turns_;  ///< in the order of update.bodies
+  boost::container::static_vector<Turn, kMaxUsers> user_turns_;   ///< in the order of update.users
 };
 
 /// Reads a payload; fails as parse_client_update() does, and with kMalformed on a zero or repeated id and on more
