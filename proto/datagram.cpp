@@ -55,12 +55,4 @@ DropReason parse_header(std::span<const std::byte> datagram, DatagramHeader& out
   return DropReason::kNone;
 }
 
-DropReason FreshnessFilter::accept(std::uint64_t sequence) {
-  if (sequence == newest_) return DropReason::kDuplicate;
-  if (sequence < newest_) return DropReason::kLate;
-  if (sequence - newest_ > kMaxSequenceJump) return DropReason::kSequenceJump;
-  newest_ = sequence;
-  return DropReason::kNone;
-}
-
 }  // namespace tandem::proto

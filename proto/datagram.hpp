@@ -52,16 +52,4 @@ inline std::span<const std::byte> payload_of(std::span<const std::byte> datagram
   return datagram.subspan(kDatagramHeaderBytes);
 }
 
-/// Freshest-only on receive: only a sequence newer than all before it passes.
-class FreshnessFilter {
- public:
-  /// kNone when `sequence` is the newest so far (and remembers it), else kDuplicate (the newest once more), kLate
-  /// (anything older, seen before or not) or kSequenceJump (which moves nothing: damage cannot lock the sender out).
-  DropReason accept(std::uint64_t sequence);
-  void reset() { newest_ = 0; }
-
- private:
-  std::uint64_t newest_ = 0;
-};
-
 }  // namespace tandem::proto

@@ -115,7 +115,7 @@ void add_network(const ClientIoSnapshot& io, json::object& out) {
   out["clock_offset_ms"] = known_ms(io.clock_offset);
   out["datagrams"] = {{"sent", io.counters.datagrams_sent},
                       {"received", io.counters.datagrams_received},
-                      {"held_back", io.counters.updates_held_back},
+                      {"suppressed", io.counters.updates_suppressed},
                       {"paced", io.counters.updates_paced}};
   out["bytes"] = {{"sent", io.counters.bytes_sent}, {"received", io.counters.bytes_received}};
   out["drops"] = {{"sent", drops_of(io.counters.sent_drops)}, {"received", drops_of(io.counters.received_drops)}};

@@ -3,19 +3,14 @@
 #include <algorithm>
 #include <array>
 
-#include "client/session/scene_from_wire.hpp"
-#include "common/net/deadband.hpp"
-#include "common/net/send_rate.hpp"
+#include "client/session/joined_scene.hpp"
+#include "client/session/state_stream.hpp"
 #include "proto/control_framing.hpp"
-#include "proto/coupling_fields.hpp"
-#include "proto/state_codec.hpp"
 
 namespace tandem::client {
 namespace {
 
 constexpr const char* kProgram = "tandem-client";
-/// An echo of a time stamp older than this tells nothing about the clock.
-constexpr Duration kMaxEchoAge = std::chrono::seconds(10);
 constexpr std::size_t kMaxTextBytes = 400;
 
 /// Text from the wire, made fit for a terminal: one line, no escape sequences, bounded.
@@ -50,22 +45,18 @@ struct ClientSession::Impl {
       : owner(session),
         settings(std::move(session_settings)),
         transport(session_transport),
-        mailboxes(session_mailboxes),
-        coupling_watch(settings.device),
-        deadband(settings.deadband),
+        scene(settings.device, session_mailboxes, [this](const std::string& line) { log(line); }),
+        stream(settings, session_mailboxes, counters),
         retry_delay(settings.reconnect_delay),
         assets(kMaxAssetBytes, settings.asset_store) {}
 
   // Connecting and losing
-  /// Of the haptic loop.
-  static constexpr double kTicks_per_s = 1000;
-  static net::SendRate freshly_paced() { return net::SendRate(net::kDeadbandFloor, kTicks_per_s); }
   void enter(SessionState state, LocalTime now);
   void connect(LocalTime now);
   void connected(LocalTime now);
   void lose(LocalTime now, const std::string& why, bool is_final = false);
   void end(const std::string& why, bool is_setup_error);
-  void hide_scene();
+  void stop_state();
   void check_time_outs(LocalTime now);
 
   // Control
@@ -74,12 +65,8 @@ struct ClientSession::Impl {
   bool handle_active(const wire::ServerControl& message, LocalTime now);
   void take_welcome(const wire::Welcome& welcome, LocalTime now);
   void take_joined(const wire::Joined& joined, LocalTime now);
-  void hold(BodyId body, LocalTime now);
-  void check_coupling();
-  void check_changed_coupling(LocalTime now);
   void take_error(const wire::ServerControl& message, LocalTime now);
   void take_goodbye(const wire::Goodbye& goodbye, LocalTime now);
-  void take_parameter(const wire::ParameterSet& parameter, LocalTime now);
   void take_asset_chunk(const wire::AssetChunk& chunk);
   void request_asset();
   void announce_assets();
@@ -87,12 +74,8 @@ struct ClientSession::Impl {
   void send_request(wire::ClientControl& message);
 
   // State
-  proto::DropReason take_datagram(std::span<const std::byte> datagram, LocalTime now);
-  void take_update(LocalTime now);
   void send_newest(LocalTime now);
-  bool must_be_told(const proto::ClientUpdate& update, LocalTime now) const;
-  bool may_wait(const proto::ClientUpdate& update, LocalTime now) const;
-  void send_update(proto::ClientUpdate update, LocalTime now);
+  bool deliver_state(std::span<const std::byte> datagram);
 
   void log(const std::string& line) const {
     if (owner.on_log) owner.on_log(printable(line));
@@ -101,10 +84,9 @@ struct ClientSession::Impl {
   ClientSession& owner;
   SessionSettings settings;
   ClientTransport& transport;
-  ClientMailboxes& mailboxes;
-  CouplingWatch coupling_watch;
-  net::Deadband deadband;
-  net::SendRate send_rate = freshly_paced();
+  SessionCounters counters;
+  JoinedScene scene;
+  StateStream stream;
 
   SessionStatus status;
   LocalTime entered{};  // the present state
@@ -114,27 +96,12 @@ struct ClientSession::Impl {
   std::uint32_t last_request = 0;
   std::uint32_t asset_request = 0;  // 0: none awaited
 
-  std::unique_ptr<wire::Joined> joined;
   std::string room;
-  HapticScene scene;
-  BodyId held;
   AssetFetcher assets;
   bool has_announced_assets = false;  // of this join
 
   ConnectionId connection;
   std::uint8_t epoch = 0;
-  std::uint64_t sequence = 0;
-  proto::FreshnessFilter freshness;
-  net::ClockSync clock;
-  ReceivedUpdate received;  // newest
-  bool has_update = false;  // since the last join
-  LocalTime last_arrival{};
-  LocalTime last_sent{};
-  proto::ClientUpdate newest;  // of the haptic thread since the last join
-  LocalTime newest_taken{};
-  proto::ClientUpdate told;  // sent last
-  SessionCounters counters;
-  proto::Bytes datagram_out;
   proto::Bytes frame_out;
 };
 
@@ -168,7 +135,7 @@ void ClientSession::Impl::lose(LocalTime now, const std::string& why, bool is_fi
   } else if (!settings.may_reconnect) {
     end(why, false);
   } else {
-    hide_scene();
+    stop_state();
     transport.close();
     enter(SessionState::kWaiting, now);
     status.why = printable(why);
@@ -177,18 +144,16 @@ void ClientSession::Impl::lose(LocalTime now, const std::string& why, bool is_fi
 }
 
 void ClientSession::Impl::end(const std::string& why, bool is_setup_error) {
-  hide_scene();
+  stop_state();
   transport.close();
   status = {SessionState::kEnded, printable(why), is_setup_error};
   // A set-up error is the program's last word; it prints `why` itself.
   if (!is_setup_error) log(why);
 }
 
-void ClientSession::Impl::hide_scene() {
-  coupling_watch.forget_changes();
-  if (!scene.may_drive) return;
-  scene.may_drive = scene.may_display = false;
-  mailboxes.scene.publish(scene);
+void ClientSession::Impl::stop_state() {
+  stream.end();
+  scene.hide();
 }
 
 void ClientSession::Impl::check_time_outs(LocalTime now) {
@@ -201,8 +166,8 @@ void ClientSession::Impl::check_time_outs(LocalTime now) {
                     std::string(name_of(status.state)) + ")");
       return;
     case SessionState::kActive:
-      if (now - last_arrival < settings.silence_timeout) return;
-      if (has_update) {
+      if (now - stream.last_heard() < settings.silence_timeout) return;
+      if (stream.has_heard()) {
         lose(now, "nothing came from the server for " + milliseconds(settings.silence_timeout));
       } else {
         lose(now, "joined, but no state arrived within " + milliseconds(settings.silence_timeout) +
@@ -259,11 +224,11 @@ bool ClientSession::Impl::handle_active(const wire::ServerControl& message, Loca
   if (status.state != SessionState::kActive) return false;
   switch (message.message_case()) {
     case wire::ServerControl::kGrabbed:
-      hold(BodyId{message.grabbed().body()}, now);
+      scene.hold(BodyId{message.grabbed().body()}, now);
       log("grabbed body " + std::to_string(message.grabbed().body()));
       return true;
     case wire::ServerControl::kReleased:
-      hold(BodyId{}, now);
+      scene.hold(BodyId{}, now);
       log("released body " + std::to_string(message.released().body()));
       return true;
     case wire::ServerControl::kUserJoined:
@@ -276,7 +241,9 @@ bool ClientSession::Impl::handle_active(const wire::ServerControl& message, Loca
       take_asset_chunk(message.asset_chunk());
       return true;
     case wire::ServerControl::kParameterSet:
-      take_parameter(message.parameter_set(), now);
+      if (scene.set_parameter(message.parameter_set(), now) && owner.on_parameter) {
+        owner.on_parameter(message.parameter_set());
+      }
       return true;
     case wire::ServerControl::kStateDatagram:
       owner.on_datagram(std::as_bytes(std::span(message.state_datagram())), now);
@@ -315,9 +282,7 @@ void ClientSession::Impl::take_welcome(const wire::Welcome& welcome, LocalTime n
 }
 
 void ClientSession::Impl::take_joined(const wire::Joined& answer, LocalTime now) {
-  HapticScene offered = scene;
-  std::string problem = fill_haptic_scene(answer, offered);
-  if (problem.empty() && answer.role() != settings.role) problem = "role is not the one asked for";
+  const std::string problem = scene.take(answer, settings.role, now);
   if (!problem.empty()) {
     wire::ClientControl message;
     message.mutable_leave();
@@ -327,56 +292,17 @@ void ClientSession::Impl::take_joined(const wire::Joined& answer, LocalTime now)
   }
   if (has_joined) ++counters.reconnects;
   has_joined = true;
-  joined = std::make_unique<wire::Joined>(answer);
-  scene = offered;
-  ++scene.generation;
-  scene.local_model = nullptr;
-  held = BodyId{};
-  coupling_watch.note_grip(held, Vec3::Zero(), now);
-  check_coupling();
-  sequence = 0;
-  freshness.reset();
-  clock.reset();
-  send_rate = freshly_paced();
-  has_update = false;
-  last_arrival = now;
-  last_sent = now;
-  newest = proto::ClientUpdate{};
+  stream.begin(connection, epoch, now);
   retry_delay = settings.reconnect_delay;
   enter(SessionState::kActive, now);
   status.why.clear();
-  // What the haptic thread wrote before it knew this scene does not belong to it.
-  mailboxes.outbox.poll();
-  mailboxes.scene.publish(scene);
-  log("joined \"" + joined->scene().name() + "\" as user " + std::to_string(joined->user()));
-  if (owner.on_joined) owner.on_joined(*joined);
+  scene.publish();
+  const wire::Joined& joined = *scene.joined();
+  log("joined \"" + joined.scene().name() + "\" as user " + std::to_string(joined.user()));
+  if (owner.on_joined) owner.on_joined(joined);
   has_announced_assets = false;
-  for (const std::string& line : assets.begin(joined->assets())) log(line);
+  for (const std::string& line : assets.begin(joined.assets())) log(line);
   request_asset();
-}
-
-void ClientSession::Impl::hold(BodyId body, LocalTime now) {
-  held = body;
-  coupling_watch.note_change(now);
-}
-
-// The session goes on either way, and the hand drives its tool: only what it would feel is left out.
-void ClientSession::Impl::check_coupling() {
-  if (!scene.may_drive) return;
-  const bool may_display = coupling_watch.check(scene, *joined, held);
-  if (may_display != scene.may_display) {
-    log(may_display ? "the coupling is stable on this device again"
-                    : "the coupling is unstable on this device: no force is displayed");
-  }
-  scene.may_display = may_display;
-}
-
-void ClientSession::Impl::check_changed_coupling(LocalTime now) {
-  if (!coupling_watch.is_due(now)) return;
-  coupling_watch.forget_changes();
-  const bool did_display = scene.may_display;
-  check_coupling();
-  if (scene.may_display != did_display) mailboxes.scene.publish(scene);
 }
 
 void ClientSession::Impl::take_error(const wire::ServerControl& message, LocalTime now) {
@@ -395,20 +321,6 @@ void ClientSession::Impl::take_error(const wire::ServerControl& message, LocalTi
 
 void ClientSession::Impl::take_goodbye(const wire::Goodbye& goodbye, LocalTime now) {
   lose(now, "the server ended the connection: " + goodbye.text(), goodbye.reason() == wire::DISCONNECT_WRONG_VERSION);
-}
-
-void ClientSession::Impl::take_parameter(const wire::ParameterSet& parameter, LocalTime now) {
-  const proto::CouplingField* field = proto::find_coupling_field(parameter.name());
-  if (field == nullptr || !field->accepts(parameter.value())) {
-    log("ignored parameter " + parameter.name() + " = " + std::to_string(parameter.value()));
-    return;
-  }
-  scene.coupling.*(field->value) = parameter.value();
-  // At once, so that the hand's end of the coupling stays the server's; whether it is fit, when all of it is here.
-  mailboxes.scene.publish(scene);
-  coupling_watch.note_change(now);
-  log(parameter.name() + " is now " + std::to_string(parameter.value()));
-  if (owner.on_parameter) owner.on_parameter(parameter);
 }
 
 void ClientSession::Impl::take_asset_chunk(const wire::AssetChunk& chunk) {
@@ -445,125 +357,22 @@ void ClientSession::Impl::send_request(wire::ClientControl& message) {
   send(message);
 }
 
-proto::DropReason ClientSession::Impl::take_datagram(std::span<const std::byte> datagram, LocalTime now) {
-  proto::DatagramHeader header;
-  if (const proto::DropReason reason = proto::parse_header(datagram, header); reason != proto::DropReason::kNone)
-    return reason;
-  if (header.type != proto::DatagramType::kServerUpdate) return proto::DropReason::kType;
-  const bool is_ours = header.connection == connection && header.epoch == epoch;
-  if (status.state != SessionState::kActive || !is_ours) return proto::DropReason::kUnknownConnection;
-  // As on the server: the filter advances only for a datagram that passes everything.
-  proto::FreshnessFilter advanced = freshness;
-  if (const proto::DropReason reason = advanced.accept(header.sequence); reason != proto::DropReason::kNone)
-    return reason;
-  proto::ServerUpdate& update = received.update;
-  if (const proto::DropReason reason = proto::parse_server_update(proto::payload_of(datagram), update);
-      reason != proto::DropReason::kNone) {
-    return reason;
-  }
-  freshness = advanced;
-  take_update(now);
-  return proto::DropReason::kNone;
-}
-
-void ClientSession::Impl::take_update(LocalTime now) {
-  const proto::ServerUpdate& update = received.update;
-  has_update = true;
-  coupling_watch.note_grip(update.held_body, update.X_BT.p, now);
-  last_arrival = now;
-  const Duration echo_age = now - update.echoed_sent;
-  if (update.echoed_sent != LocalTime{}) {
-    const Duration sent = update.echoed_sent.time_since_epoch();
-    send_rate.delivered(sent, update.received.time_since_epoch() - sent);
-  }
-  if (update.echoed_sent != LocalTime{} && echo_age >= Duration{0} && echo_age < kMaxEchoAge) {
-    clock.add({update.echoed_sent, update.received, update.sent, now});
-  }
-  received.received = now;
-  received.clock_offset = clock.has_offset() ? clock.offset(now) : Duration{0};
-  if (mailboxes.inbox.publish(received)) counters.received_drops.add(proto::DropReason::kOverwritten);
-}
-
 void ClientSession::Impl::send_newest(LocalTime now) {
-  if (mailboxes.outbox.poll()) {
-    const Tick before = newest.input_tick;
-    newest = mailboxes.outbox.front();
-    newest_taken = now;
-    if (before.value != 0 && newest.input_tick.value > before.value + 1) {
-      counters.sent_drops.add(proto::DropReason::kOverwritten, newest.input_tick.value - before.value - 1);
-    }
-    if (!must_be_told(newest, now)) {
-      ++counters.updates_held_back;
-    } else if (may_wait(newest, now)) {
-      ++counters.updates_paced;
-    } else {
-      send_update(newest, now);
-    }
-  } else if (now - last_sent >= settings.keep_alive) {
-    // The last word of the haptic thread, so that a stall neither opens the hand nor takes energy back; where the
-    // handle is by now nobody knows.
-    proto::ClientUpdate alive = newest;
-    alive.handle_valid = false;
-    if (now - newest_taken > settings.buttons_kept) alive.buttons = 0;
-    send_update(alive, now);
-  }
+  const bool is_blocked = settings.state_transport == StateTransport::kTcp && transport.queued_control_bytes() > 0;
+  stream.send_newest(scene.coupling(), is_blocked, now,
+                     [this](std::span<const std::byte> datagram) { return deliver_state(datagram); });
 }
 
-// Waves are sums that the receiver smooths as they come: none of them is left out because it is small.
-bool ClientSession::Impl::must_be_told(const proto::ClientUpdate& update, LocalTime now) const {
-  if (deadband.is_off() || !has_update || now - last_sent >= net::kDeadbandFloor) return true;
-  if (update.mode == proto::ClientMode::kWave || update.mode != told.mode) return true;
-  if (update.handle_valid != told.handle_valid || update.buttons != told.buttons) return true;
-  const net::FeltStiffness stiffness{scene.coupling.stiffness_n_per_m, scene.coupling.stiffness_n_m_per_rad};
-  const auto notices = [&](const RigidState& state, const RigidState& last) {
-    return deadband.notices(state, last, now - last_sent, net::BetweenStates::kExtrapolated,
-                            received.update.wrench_on_hand_W, stiffness);
-  };
-  if (notices(update.handle, told.handle)) return true;
-  return update.mode == proto::ClientMode::kLocalModel && notices(update.tool, told.tool);
-}
-
-/// For a link that does not carry every tick; not what a hand has just pressed. A stream paces itself.
-bool ClientSession::Impl::may_wait(const proto::ClientUpdate& update, LocalTime now) const {
-  const bool is_news =
-      update.handle_valid != told.handle_valid || update.buttons != told.buttons || update.mode != told.mode;
-  return settings.state_transport == StateTransport::kUdp && !is_news && !send_rate.may_send(now.time_since_epoch());
-}
-
-void ClientSession::Impl::send_update(proto::ClientUpdate update, LocalTime now) {
-  last_sent = now;
-  send_rate.sent(now.time_since_epoch());
-  told = update;
-  update.sent = now;
-  if (has_update) {
-    update.acknowledged_step = received.update.step;
-    update.acknowledged_sent = received.update.sent;
-    update.acknowledged_held = now - received.received;
-  }
-  if (settings.role == wire::ROLE_OBSERVER) {
-    update.handle = RigidState{};
-    update.handle_valid = false;
-    update.buttons = 0;
-  }
-  const bool goes_over_tcp = settings.state_transport == StateTransport::kTcp;
-  if (goes_over_tcp && transport.queued_control_bytes() > 0) {
-    counters.sent_drops.add(proto::DropReason::kOverwritten);
-    return;
-  }
-  datagram_out.clear();
-  proto::append_header({proto::DatagramType::kClientUpdate, epoch, connection, ++sequence}, datagram_out);
-  proto::append_client_update(update, datagram_out);
-  if (goes_over_tcp) {
+bool ClientSession::Impl::deliver_state(std::span<const std::byte> datagram) {
+  if (settings.state_transport == StateTransport::kTcp) {
     wire::ClientControl message;
-    message.set_state_datagram(datagram_out.data(), datagram_out.size());
+    message.set_state_datagram(datagram.data(), datagram.size());
     send(message);
-  } else if (!transport.send_datagram(datagram_out)) {
-    counters.sent_drops.add(proto::DropReason::kSendFailed);
-    return;
-  } else {
-    counters.bytes_sent += datagram_out.size();
+    return true;
   }
-  ++counters.datagrams_sent;
+  if (!transport.send_datagram(datagram)) return false;
+  counters.bytes_sent += datagram.size();
+  return true;
 }
 
 ClientSession::ClientSession(SessionSettings settings, ClientTransport& transport, ClientMailboxes& mailboxes)
@@ -588,15 +397,15 @@ void ClientSession::on_control_bytes(std::span<const std::byte> bytes, LocalTime
 }
 
 void ClientSession::on_datagram(std::span<const std::byte> datagram, LocalTime now) {
-  ++impl_->counters.datagrams_received;
   impl_->counters.bytes_received += datagram.size();
-  const proto::DropReason reason = impl_->take_datagram(datagram, now);
-  if (reason != proto::DropReason::kNone) impl_->counters.received_drops.add(reason);
+  const proto::DropReason reason = impl_->stream.receive(datagram, now);
+  impl_->counters.count_received(reason);
+  if (reason == proto::DropReason::kNone) impl_->scene.note_grip(impl_->stream.newest_update(), now);
 }
 
 void ClientSession::poll(LocalTime now) {
   if (impl_->status.state == SessionState::kActive) impl_->send_newest(now);
-  impl_->check_changed_coupling(now);
+  impl_->scene.check_when_due(now);
   impl_->check_time_outs(now);
 }
 
@@ -624,8 +433,7 @@ void ClientSession::set_parameter(const std::string& name, double value) {
 
 void ClientSession::use_local_model(LocalModel* model) {
   if (impl_->status.state != SessionState::kActive) return;
-  impl_->scene.local_model = model;
-  impl_->mailboxes.scene.publish(impl_->scene);
+  impl_->scene.use_local_model(model);
 }
 
 void ClientSession::leave(LocalTime) {
@@ -643,10 +451,10 @@ const SessionStatus& ClientSession::status() const {
   return impl_->status;
 }
 const wire::Joined* ClientSession::joined() const {
-  return impl_->joined.get();
+  return impl_->scene.joined();
 }
 const CouplingCheck& ClientSession::coupling_check() const {
-  return impl_->coupling_watch.last();
+  return impl_->scene.last_check();
 }
 const std::string& ClientSession::room() const {
   return impl_->room;
@@ -655,7 +463,7 @@ const AssetMap& ClientSession::assets() const {
   return impl_->assets.assets();
 }
 net::ClockSync& ClientSession::clock_sync() {
-  return impl_->clock;
+  return impl_->stream.clock();
 }
 const SessionCounters& ClientSession::counters() const {
   return impl_->counters;

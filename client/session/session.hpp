@@ -22,9 +22,7 @@
 #include "common/base/time.hpp"
 #include "common/net/clock_sync.hpp"
 #include "common/realtime/mailbox.hpp"
-#include "proto/datagram.hpp"
-#include "proto/drop_reason.hpp"
-#include "proto/state.hpp"
+#include "proto/datagram_channel.hpp"
 #include "tandem/control.pb.h"
 
 namespace tandem::client {
@@ -78,13 +76,7 @@ struct SessionSettings {
 enum class SessionState { kConnecting, kGreeting, kJoining, kActive, kWaiting, kEnded };
 std::string_view name_of(SessionState state);
 
-struct SessionCounters {
-  proto::DropCounters received_drops;
-  proto::DropCounters sent_drops;
-  std::uint64_t datagrams_sent = 0;
-  std::uint64_t updates_held_back = 0;  ///< by the deadband
-  std::uint64_t updates_paced = 0;      ///< left out because the link up does not carry as many
-  std::uint64_t datagrams_received = 0;
+struct SessionCounters : proto::ChannelCounters {
   std::uint64_t bytes_sent = 0;
   std::uint64_t bytes_received = 0;
   std::uint64_t reconnects = 0;

@@ -47,7 +47,7 @@ boost::json::object report_json(const LiveServer& server) {
                                             {"received_drops", drops(counters.received_drops)},
                                             {"sent_drops", drops(counters.sent_drops)},
                                             {"items_thinned", counters.bodies_thinned},
-                                            {"held_back", counters.updates_held_back},
+                                            {"suppressed", counters.updates_suppressed},
                                             {"paced", counters.updates_paced}}},
           {"rooms", std::move(rooms)}};
 }

@@ -93,6 +93,19 @@ wire::ServerControl goodbye(std::uint32_t request, wire::DisconnectReason reason
   return message;
 }
 
+wire::ServerControl welcome_answer(std::uint32_t request, const HubSettings& settings) {
+  wire::ServerControl answer;
+  answer.set_request(request);
+  wire::Welcome& welcome = *answer.mutable_welcome();
+  welcome.set_protocol_version(proto::kProtocolVersion);
+  welcome.set_program("tandem-server");
+  welcome.add_capabilities(proto::kCapabilityStateUdp);
+  welcome.add_capabilities(proto::kCapabilityStateTcp);
+  welcome.set_datagram_port(settings.datagram_port);
+  welcome.set_silence_timeout_ms(static_cast<std::uint32_t>(settings.silence_timeout / std::chrono::milliseconds(1)));
+  return answer;
+}
+
 wire::ServerControl joined_answer(std::uint32_t request, const RoomSeats& seats, const Seat& seat) {
   const LoadedScene& scene = seats.room().scene();
   wire::ServerControl answer;

@@ -1,4 +1,4 @@
-// What the server says on the control channel, as functions from facts to messages. session_hub.cpp decides when.
+// What the server says on the control channel, as functions from facts to messages. session_control.cpp and session_hub.cpp decide when.
 #pragma once
 
 #include <cstdint>
@@ -9,6 +9,7 @@
 #include "proto/control_framing.hpp"
 #include "proto/coupling_fields.hpp"
 #include "server/room/room_seats.hpp"
+#include "server/session/session_hub.hpp"
 
 namespace tandem::server {
 
@@ -19,6 +20,9 @@ std::string quoted(const std::string& text);
 
 wire::ServerControl error_answer(std::uint32_t request, wire::ErrorCode code, const std::string& text);
 wire::ServerControl goodbye(std::uint32_t request, wire::DisconnectReason reason, const std::string& text);
+
+/// All but the connection's id and epoch and the rooms.
+wire::ServerControl welcome_answer(std::uint32_t request, const HubSettings& settings);
 
 /// Everything that a newcomer needs: the scene with the coupling now in force for it, its tool, the assets.
 wire::ServerControl joined_answer(std::uint32_t request, const RoomSeats& seats, const Seat& seat);

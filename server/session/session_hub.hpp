@@ -13,7 +13,7 @@
 
 #include "common/base/ids.hpp"
 #include "common/base/time.hpp"
-#include "proto/datagram.hpp"
+#include "proto/datagram_channel.hpp"
 #include "server/room/room.hpp"
 
 namespace tandem::server {
@@ -54,13 +54,7 @@ struct HubSettings {
   std::function<std::uint64_t()> connection_ids{};
 };
 
-struct HubCounters {
-  proto::DropCounters received_drops;
-  proto::DropCounters sent_drops;
-  std::uint64_t datagrams_received = 0;
-  std::uint64_t datagrams_sent = 0;
-  std::uint64_t updates_held_back = 0;  ///< by the users' deadbands
-  std::uint64_t updates_paced = 0;      ///< left out because a link down does not carry as many
+struct HubCounters : proto::ChannelCounters {
   std::uint64_t bodies_thinned = 0;
   std::uint64_t joins = 0;
 };

@@ -80,27 +80,6 @@ TEST(DatagramHeader, EachDefectIsRefusedWithItsReason) {
   EXPECT_EQ(refusal_of(datagram_of({.connection = ConnectionId{1}, .sequence = 0})), DropReason::kMalformed);
 }
 
-TEST(FreshnessFilter, PassesOnlyWhatIsNewerThanAllBefore) {
-  FreshnessFilter filter;
-  EXPECT_EQ(filter.accept(1), DropReason::kNone);
-  EXPECT_EQ(filter.accept(1), DropReason::kDuplicate);
-  EXPECT_EQ(filter.accept(5), DropReason::kNone) << "a gap is loss, not damage";
-  EXPECT_EQ(filter.accept(4), DropReason::kLate);
-  EXPECT_EQ(filter.accept(1), DropReason::kLate);
-  EXPECT_EQ(filter.accept(5), DropReason::kDuplicate);
-  EXPECT_EQ(filter.accept(6), DropReason::kNone);
-  filter.reset();
-  EXPECT_EQ(filter.accept(1), DropReason::kNone);
-}
-
-TEST(FreshnessFilter, AnImpossibleJumpDoesNotShutOutWhatFollows) {
-  FreshnessFilter filter;
-  EXPECT_EQ(filter.accept(kMaxSequenceJump + 1), DropReason::kSequenceJump);
-  ASSERT_EQ(filter.accept(kMaxSequenceJump), DropReason::kNone);
-  EXPECT_EQ(filter.accept(std::numeric_limits<std::uint64_t>::max()), DropReason::kSequenceJump);
-  EXPECT_EQ(filter.accept(kMaxSequenceJump + 1), DropReason::kNone);
-}
-
 TEST(DropReason, EveryReasonHasItsOwnName) {
   std::set<std::string_view> names;
   for (unsigned i = 0; i < static_cast<unsigned>(DropReason::kCount); ++i) {

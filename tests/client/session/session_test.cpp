@@ -473,7 +473,7 @@ std::size_t datagrams_in_a_second(
     bench.wait(std::chrono::milliseconds(1));
     if (ms % 10 == 0) bench.send_update();
   }
-  EXPECT_EQ(bench.session.counters().updates_held_back + bench.session.counters().datagrams_sent, 1000U);
+  EXPECT_EQ(bench.session.counters().updates_suppressed + bench.session.counters().datagrams_sent, 1000U);
   return bench.transport.datagrams.size();
 }
 
@@ -588,8 +588,8 @@ Pressed press_on_a_floor(double deadband) {
   };
   const SessionCounters& up = ada.session.counters();
   const server::HubCounters& down = net.hub->counters();
-  pressed.sent_up = share(up.datagrams_sent, up.updates_held_back);
-  pressed.sent_down = share(down.datagrams_sent, down.updates_held_back);
+  pressed.sent_up = share(up.datagrams_sent, up.updates_suppressed);
+  pressed.sent_down = share(down.datagrams_sent, down.updates_suppressed);
   return pressed;
 }
 

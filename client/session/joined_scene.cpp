@@ -1,0 +1,72 @@
+#include "client/session/joined_scene.hpp"
+
+#include "client/session/scene_from_wire.hpp"
+#include "proto/coupling_fields.hpp"
+
+namespace tandem::client {
+
+std::string JoinedScene::take(const wire::Joined& answer, wire::Role role, LocalTime now) {
+  HapticScene offered = scene_;
+  if (const std::string problem = fill_haptic_scene(answer, offered); !problem.empty()) return problem;
+  if (answer.role() != role) return "role is not the one asked for";
+  joined_ = std::make_unique<wire::Joined>(answer);
+  scene_ = offered;
+  ++scene_.generation;
+  scene_.local_model = nullptr;
+  held_ = BodyId{};
+  watch_.note_grip(held_, Vec3::Zero(), now);
+  check();
+  return {};
+}
+
+void JoinedScene::hide() {
+  watch_.forget_changes();
+  if (!scene_.may_drive) return;
+  scene_.may_drive = scene_.may_display = false;
+  publish();
+}
+
+void JoinedScene::use_local_model(LocalModel* model) {
+  scene_.local_model = model;
+  publish();
+}
+
+void JoinedScene::hold(BodyId body, LocalTime now) {
+  held_ = body;
+  watch_.note_change(now);
+}
+
+bool JoinedScene::set_parameter(const wire::ParameterSet& parameter, LocalTime now) {
+  const proto::CouplingField* field = proto::find_coupling_field(parameter.name());
+  if (field == nullptr || !field->accepts(parameter.value())) {
+    log_("ignored parameter " + parameter.name() + " = " + std::to_string(parameter.value()));
+    return false;
+  }
+  scene_.coupling.*(field->value) = parameter.value();
+  // At once, so that the hand's end of the coupling stays the server's; whether it is fit, when all of it is here.
+  publish();
+  watch_.note_change(now);
+  log_(parameter.name() + " is now " + std::to_string(parameter.value()));
+  return true;
+}
+
+void JoinedScene::check_when_due(LocalTime now) {
+  if (!watch_.is_due(now)) return;
+  watch_.forget_changes();
+  const bool did_display = scene_.may_display;
+  check();
+  if (scene_.may_display != did_display) publish();
+}
+
+// The session goes on either way, and the hand drives its tool: only what it would feel is left out.
+void JoinedScene::check() {
+  if (!scene_.may_drive) return;
+  const bool may_display = watch_.check(scene_, *joined_, held_);
+  if (may_display != scene_.may_display) {
+    log_(may_display ? "the coupling is stable on this device again"
+                     : "the coupling is unstable on this device: no force is displayed");
+  }
+  scene_.may_display = may_display;
+}
+
+}  // namespace tandem::client

@@ -1,0 +1,59 @@
+// The scene of the last join as the haptic thread may have it: checked, and published anew when any of it changes.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "client/haptics/coupling_check.hpp"
+#include "client/haptics/mailboxes.hpp"
+
+namespace tandem::client {
+
+/// Thread  io
+class JoinedScene {
+ public:
+  /// In      device     what the coupling is checked with; none: it is not checked
+  ///         mailboxes  must outlive this
+  ///         log        one line for people
+  JoinedScene(std::optional<devices::DeviceProfile> device, ClientMailboxes& mailboxes,
+              std::function<void(const std::string&)> log)
+      : watch_(std::move(device)), mailboxes_(mailboxes), log_(std::move(log)) {}
+
+  /// Keeps what `answer` says, as a new generation; publish() gives it to the haptic thread.
+  /// Fails   the first field that cannot be used; nothing changes
+  std::string take(const wire::Joined& answer, wire::Role role, LocalTime now);
+  void publish() { mailboxes_.scene.publish(scene_); }
+  /// The haptic thread drives and displays nothing of it any more.
+  void hide();
+  void use_local_model(LocalModel* model);
+
+  /// The server says what this user's tool holds, and what a coefficient is for it.
+  void hold(BodyId body, LocalTime now);
+  /// Where the tool is on the body that it holds.
+  void note_grip(const proto::ServerUpdate& update, LocalTime now) {
+    watch_.note_grip(update.held_body, update.X_BT.p, now);
+  }
+  /// False: no such coefficient, or out of its range; nothing changes.
+  bool set_parameter(const wire::ParameterSet& parameter, LocalTime now);
+  /// Checks the coupling again once a burst of changes is over.
+  void check_when_due(LocalTime now);
+
+  /// Null before the first.
+  const wire::Joined* joined() const { return joined_.get(); }
+  const haptics::CouplingParameters& coupling() const { return scene_.coupling; }
+  const CouplingCheck& last_check() const { return watch_.last(); }
+
+ private:
+  void check();
+
+  CouplingWatch watch_;
+  ClientMailboxes& mailboxes_;
+  std::function<void(const std::string&)> log_;
+  std::unique_ptr<wire::Joined> joined_;
+  HapticScene scene_;
+  BodyId held_;
+};
+
+}  // namespace tandem::client

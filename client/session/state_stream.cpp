@@ -1,0 +1,105 @@
+#include "client/session/state_stream.hpp"
+
+#include "proto/state_codec.hpp"
+
+namespace tandem::client {
+namespace {
+
+/// An echo of a time stamp older than this tells nothing about the clock.
+constexpr Duration kMaxEchoAge = std::chrono::seconds(10);
+/// Of the haptic loop.
+constexpr double kTickRate_hz = 1000;
+
+}  // namespace
+
+StateStream::StateStream(const SessionSettings& settings, ClientMailboxes& mailboxes, proto::ChannelCounters& counters)
+    : settings_(settings), mailboxes_(mailboxes), counters_(counters) {}
+
+void StateStream::begin(ConnectionId connection, std::uint8_t epoch, LocalTime now) {
+  channel_.emplace(proto::DatagramChannel::Settings{.sends = proto::DatagramType::kClientUpdate,
+                                                    .connection = connection,
+                                                    .epoch = epoch,
+                                                    .deadband = settings_.deadband,
+                                                    .max_rate_hz = kTickRate_hz,
+                                                    .is_stream = settings_.state_transport == StateTransport::kTcp,
+                                                    .opened = now},
+                   counters_);
+  clock_.reset();
+  newest_ = sent_ = proto::ClientUpdate{};
+  // What the haptic thread wrote before it knew this scene does not belong to it.
+  mailboxes_.outbox.poll();
+}
+
+proto::DropReason StateStream::receive(std::span<const std::byte> datagram, LocalTime now) {
+  proto::DatagramHeader header;
+  if (const proto::DropReason reason = proto::read_header(datagram, proto::DatagramType::kServerUpdate, header);
+      reason != proto::DropReason::kNone) {
+    return reason;
+  }
+  if (!channel_ || !channel_->is_for(header)) return proto::DropReason::kUnknownConnection;
+  const proto::DropReason reason =
+      channel_->receive(header, datagram, now, received_.update, proto::parse_server_update);
+  if (reason == proto::DropReason::kNone) publish_received(now);
+  return reason;
+}
+
+void StateStream::publish_received(LocalTime now) {
+  const proto::ServerUpdate& update = received_.update;
+  const Duration echo_age = now - update.echoed_sent;
+  if (update.echoed_sent != LocalTime{} && echo_age >= Duration{0} && echo_age < kMaxEchoAge) {
+    clock_.add({update.echoed_sent, update.received, update.sent, now});
+  }
+  received_.received = now;
+  received_.clock_offset = clock_.has_offset() ? clock_.offset(now) : Duration{0};
+  if (mailboxes_.inbox.publish(received_)) counters_.received_drops.add(proto::DropReason::kOverwritten);
+}
+
+void StateStream::send_newest(const haptics::CouplingParameters& coupling, bool is_blocked, LocalTime now,
+                              const Deliver& deliver) {
+  if (!channel_) return;
+  if (mailboxes_.outbox.poll()) {
+    newest_ = mailboxes_.outbox.front();
+    newest_taken_ = now;
+    channel_->count_overwritten(newest_.input_tick.value);
+    const auto changed = [&](const net::Deadband& deadband, Duration since) {
+      return has_changed(deadband, since, coupling);
+    };
+    if (channel_->admits(now, !is_urgent(), changed)) send(newest_, is_blocked, now, deliver);
+  } else if (now - channel_->last_sent() >= settings_.keep_alive) {
+    // The haptic thread's last update, so that a stall neither opens the hand nor takes energy back; without a handle,
+    // whose place by now is not known.
+    proto::ClientUpdate alive = newest_;
+    alive.handle_valid = false;
+    if (now - newest_taken_ > settings_.buttons_kept) alive.buttons = 0;
+    send(alive, is_blocked, now, deliver);
+  }
+}
+
+// Waves are sums that the receiver smooths as they come: none of them is left out because it is small.
+bool StateStream::has_changed(const net::Deadband& deadband, Duration since,
+                              const haptics::CouplingParameters& coupling) const {
+  if (!has_heard() || newest_.mode == proto::ClientMode::kWave || is_urgent()) return true;
+  const auto differs = [&](const RigidState& state, const RigidState& last) {
+    return deadband.notices(state, last, since, net::BetweenStates::kExtrapolated, received_.update.wrench_on_hand_W,
+                            {coupling.stiffness_n_per_m, coupling.stiffness_n_m_per_rad});
+  };
+  if (differs(newest_.handle, sent_.handle)) return true;
+  return newest_.mode == proto::ClientMode::kLocalModel && differs(newest_.tool, sent_.tool);
+}
+
+/// What a hand has just pressed or let go.
+bool StateStream::is_urgent() const {
+  return newest_.handle_valid != sent_.handle_valid || newest_.buttons != sent_.buttons || newest_.mode != sent_.mode;
+}
+
+void StateStream::send(proto::ClientUpdate update, bool is_blocked, LocalTime now, const Deliver& deliver) {
+  sent_ = update;
+  if (settings_.role == wire::ROLE_OBSERVER) {
+    update.handle = RigidState{};
+    update.handle_valid = false;
+    update.buttons = 0;
+  }
+  channel_->send(update, now, is_blocked, proto::append_client_update, deliver);
+}
+
+}  // namespace tandem::client

@@ -1,0 +1,151 @@
+// One end of a connection's state stream: datagrams in, datagrams out, only the freshest. Client and server use the same
+// class, each with its own message; no socket, no clock, no thread.
+//
+// Receive, in this order; the first check that fails names the drop reason (WIRE.md, "Checks on receive"):
+//
+//   1 size, version, type, tag, ids      read_header()  nothing is known of the sender yet
+//   2 connection and epoch               is_for()       the server also asks where the datagram comes from
+//   3 newer than all before              receive()      remembers nothing yet (a replay window goes here)
+//   4 authentic                          receive()      (opening the seal goes here: the header is associated data,
+//                                                       direction, epoch and sequence are the nonce; until then the tag
+//                                                       is zero, which 1 checks)
+//   5 payload, ranges, role              receive()      by the owner's `read`
+//   6 newest sequence, stamps, delays    receive()      only now, so that what is damaged or forged changes nothing
+//
+// Send:
+//
+//   1 has it changed enough?             admits()       else suppressed (deadband)
+//   2 does the link carry it?            admits()       else paced
+//   3 stamps: own time, echo             send()         the only place that stamps an update
+//   4 has a stream taken the last one?   send()         else dropped as overwritten, without using a sequence
+//   5 header with the next sequence      send()
+//   6 payload                            send()         by the owner's `append`
+//   7 seal                               send()         (sealing goes here: the whole datagram is in one buffer)
+//   8 hand over                          send()         by the owner's `deliver`; refused: dropped as send_failed
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "common/net/deadband.hpp"
+#include "common/net/send_rate.hpp"
+#include "proto/datagram.hpp"
+#include "proto/state.hpp"
+
+namespace tandem::proto {
+
+/// Of all channels of a program together.
+struct ChannelCounters {
+  DropCounters received_drops;
+  DropCounters sent_drops;
+  std::uint64_t datagrams_received = 0;
+  std::uint64_t datagrams_sent = 0;
+  std::uint64_t updates_suppressed = 0;  ///< not sent because unchanged, by the deadband
+  std::uint64_t updates_paced = 0;       ///< left out because the link does not carry as many
+
+  /// A datagram came in; `reason` says why it was dropped, or kNone.
+  void count_received(DropReason reason) {
+    ++datagrams_received;
+    if (reason != DropReason::kNone) received_drops.add(reason);
+  }
+};
+
+/// Step 1 of receiving: parse_header(), and kType for what the other end never sends.
+DropReason read_header(std::span<const std::byte> datagram, DatagramType expected, DatagramHeader& out);
+
+/// Thread  io
+class DatagramChannel {
+ public:
+  struct Settings {
+    DatagramType sends = DatagramType::kClientUpdate;
+    ConnectionId connection;
+    std::uint8_t epoch = 0;
+    double deadband = 0;     ///< Weber fraction (common/net/deadband.hpp); 0: nothing is suppressed
+    double max_rate_hz = 0;  ///< of the loop that makes the updates
+    bool is_stream = false;  ///< datagrams travel inside a byte stream, which paces itself
+    LocalTime opened{};      ///< counts as the time of the last datagram until there is one
+  };
+  /// In      counters  must outlive the channel
+  DatagramChannel(const Settings& settings, ChannelCounters& counters);
+
+  bool is_for(const DatagramHeader& header) const {
+    return header.connection == settings_.connection && header.epoch == settings_.epoch;
+  }
+  /// Steps 3 to 6 for a datagram whose header is `header`.
+  ///
+  /// In      read(payload, update)  fills `update`, or says why it cannot be used
+  /// Out     `update` is unspecified unless kNone
+  template <class Update, class Read>
+  DropReason receive(const DatagramHeader& header, std::span<const std::byte> datagram, LocalTime now, Update& update,
+                     const Read& read) {
+    if (const DropReason reason = check_freshness(header.sequence); reason != DropReason::kNone) return reason;
+    if (const DropReason reason = read(payload_of(datagram), update); reason != DropReason::kNone) return reason;
+    newest_ = header.sequence;
+    take_stamps(update, now);
+    return DropReason::kNone;
+  }
+  bool has_heard() const { return has_heard_; }
+  LocalTime last_heard() const { return last_heard_; }
+  LocalTime last_sent() const { return last_sent_; }
+
+  /// The updates that the loop makes are numbered: those between the last one and this were overwritten before they
+  /// could be sent, and are counted.
+  void count_overwritten(std::uint64_t number);
+  /// Steps 1 and 2; what is not admitted is counted.
+  ///
+  /// In      may_wait                   the link's rate may hold it back; false for what a hand has just done
+  ///         has_changed(deadband, since)  whether the other end would notice, `since` the last one was sent; not asked
+  ///                                    when the update goes anyway
+  template <class HasChanged>
+  bool admits(LocalTime now, bool may_wait, const HasChanged& has_changed) {
+    const Duration since = now - last_sent_;
+    const bool is_due = deadband_.is_off() || since >= net::kDeadbandFloor;
+    if (!is_due && !has_changed(deadband_, since)) {
+      ++counters_->updates_suppressed;
+      return false;
+    }
+    if (may_wait && !settings_.is_stream && !send_rate_.may_send(now.time_since_epoch())) {
+      ++counters_->updates_paced;
+      return false;
+    }
+    return true;
+  }
+  /// Steps 3 to 8.
+  ///
+  /// In      is_blocked               the stream still has bytes to send
+  ///         append(update, bytes)    encodes the stamped update behind what `bytes` has
+  ///         deliver(datagram)        false when it could not be sent now
+  template <class Update, class Append, class Deliver>
+  void send(Update& update, LocalTime now, bool is_blocked, const Append& append, const Deliver& deliver) {
+    stamp(update, now);
+    if (!begin_datagram(now, is_blocked)) return;
+    append(update, datagram_);
+    count_sent(deliver(std::span<const std::byte>(datagram_)));
+  }
+
+ private:
+  DropReason check_freshness(std::uint64_t sequence) const;
+  void take_stamps(const ClientUpdate& update, LocalTime now);
+  void take_stamps(const ServerUpdate& update, LocalTime now);
+  void note_heard(Duration sent_by_peer, LocalTime now);
+  void stamp(ClientUpdate& update, LocalTime now) const;
+  void stamp(ServerUpdate& update, LocalTime now) const;
+  bool begin_datagram(LocalTime now, bool is_blocked);
+  void count_sent(bool was_delivered);
+
+  Settings settings_;
+  ChannelCounters* counters_;
+  net::Deadband deadband_;
+  net::SendRate send_rate_;
+  std::uint64_t newest_ = 0;    ///< sequence received
+  std::uint64_t sequence_ = 0;  ///< sent last
+  std::uint64_t number_ = 0;    ///< of the loop's last update
+  bool has_heard_ = false;
+  Step heard_step_;          ///< of the newest server update
+  Duration heard_stamp_{0};  ///< by the peer's clock, when it sent what is newest
+  LocalTime last_heard_{};
+  LocalTime last_sent_{};
+  Bytes datagram_;
+};
+
+}  // namespace tandem::proto

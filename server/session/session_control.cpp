@@ -1,0 +1,231 @@
+#include <algorithm>
+
+#include "server/session/session_hub_impl.hpp"
+#include "server/session/user_name.hpp"
+
+namespace tandem::server {
+namespace {
+
+constexpr std::size_t kMaxProgramBytes = 200;
+constexpr int kMaxCapabilities = 32;
+
+}  // namespace
+
+void SessionHub::Impl::take_control_bytes(Connection& connection, std::span<const std::byte> bytes, LocalTime now) {
+  if (!connection.reader.feed(bytes)) {
+    end(connection, wire::DISCONNECT_PROTOCOL_ERROR, "a control message was too long");
+    return;
+  }
+  wire::ClientControl message;
+  while (connection.state != ConnectionState::kClosed) {
+    const auto payload = connection.reader.next();
+    if (!payload) return;
+    if (!proto::parse_control(*payload, message)) {
+      end(connection, wire::DISCONNECT_PROTOCOL_ERROR, "a control message could not be read");
+      return;
+    }
+    connection.last_heard = now;
+    handle(connection, message, now);
+  }
+}
+
+void SessionHub::Impl::handle(Connection& connection, const wire::ClientControl& message, LocalTime now) {
+  using Case = wire::ClientControl;
+  if (message.message_case() == Case::kHello && connection.state == ConnectionState::kGreeting) {
+    greet(connection, message);
+  } else if (message.message_case() == Case::kJoin && connection.state == ConnectionState::kJoining) {
+    join(connection, message);
+  } else if (!handle_in_any_state(connection, message) && !handle_active(connection, message, now)) {
+    end(connection, wire::DISCONNECT_PROTOCOL_ERROR,
+        "that control message is not allowed in state " + std::string(name_of(connection.state)));
+  }
+}
+
+bool SessionHub::Impl::handle_in_any_state(Connection& connection, const wire::ClientControl& message) {
+  if (message.has_leave()) {
+    end(connection, wire::DISCONNECT_LEFT, "asked to leave", message.request());
+    return true;
+  }
+  if (message.has_ping() && connection.state != ConnectionState::kGreeting) {
+    wire::ServerControl answer;
+    answer.set_request(message.request());
+    answer.mutable_pong()->set_token(message.ping().token());
+    send(connection, answer);
+    return true;
+  }
+  return false;
+}
+
+bool SessionHub::Impl::handle_active(Connection& connection, const wire::ClientControl& message, LocalTime now) {
+  if (connection.state != ConnectionState::kActive) return false;
+  switch (message.message_case()) {
+    case wire::ClientControl::kGrab:
+    case wire::ClientControl::kRelease:
+      grab_or_release(connection, message);
+      return true;
+    case wire::ClientControl::kSetParameter:
+      set_parameter(connection, message);
+      return true;
+    case wire::ClientControl::kGetAsset:
+      send(connection, asset_answer(message.request(), message.get_asset(), connection.seats->room().scene()));
+      return true;
+    case wire::ClientControl::kStateDatagram:
+      owner.on_datagram(std::as_bytes(std::span(message.state_datagram())), now,
+                        [&connection](ConnectionHandle handle) { return handle == connection.handle; });
+      return true;
+    default:
+      return false;
+  }
+}
+
+void SessionHub::Impl::greet(Connection& connection, const wire::ClientControl& message) {
+  const wire::Hello& hello = message.hello();
+  if (hello.protocol_version() != proto::kProtocolVersion) {
+    const std::string text = "this server speaks protocol version " + std::to_string(proto::kProtocolVersion) +
+                             ", the client " + std::to_string(hello.protocol_version()) +
+                             "; use programs of the same version";
+    send(connection, error_answer(message.request(), wire::ERROR_WRONG_VERSION, text));
+    end(connection, wire::DISCONNECT_WRONG_VERSION, text);
+    return;
+  }
+  if (hello.program().size() > kMaxProgramBytes || hello.capabilities_size() > kMaxCapabilities) {
+    end(connection, wire::DISCONNECT_PROTOCOL_ERROR, "hello is over its limits");
+    return;
+  }
+  const auto can = [&hello](const char* capability) {
+    return std::find(hello.capabilities().begin(), hello.capabilities().end(), capability) !=
+           hello.capabilities().end();
+  };
+  connection.state_over_tcp = can(proto::kCapabilityStateTcp) && !can(proto::kCapabilityStateUdp);
+  do {
+    connection.id = ConnectionId{settings.connection_ids()};
+  } while (!connection.id.is_valid() || active.contains(connection.id));
+  active[connection.id] = &connection;
+  connection.state = ConnectionState::kJoining;
+  wire::ServerControl answer = welcome_answer(message.request(), settings);
+  answer.mutable_welcome()->set_connection_id(connection.id.value);
+  answer.mutable_welcome()->set_epoch(connection.epoch);
+  for (const auto& seats : rooms) answer.mutable_welcome()->add_rooms(seats->room().name());
+  send(connection, answer);
+}
+
+RoomSeats* SessionHub::Impl::find_room(const std::string& name) {
+  if (name.empty() && rooms.size() == 1) return rooms.front().get();
+  for (const auto& seats : rooms) {
+    if (seats->room().name() == name) return seats.get();
+  }
+  return nullptr;
+}
+
+std::string SessionHub::Impl::room_names() const {
+  std::string names;
+  for (const auto& seats : rooms) names += (names.empty() ? "" : ", ") + seats->room().name();
+  return names;
+}
+
+void SessionHub::Impl::join(Connection& connection, const wire::ClientControl& message) {
+  const wire::JoinRoom& wanted = message.join();
+  RoomSeats* seats = find_room(wanted.room());
+  if (!is_acceptable_user_name(wanted.user_name())) {
+    refuse(connection, message.request(), wire::ERROR_BAD_NAME,
+           "a user name is 1 to 64 bytes of printable UTF-8; choose another");
+  } else if (wanted.role() != wire::ROLE_MANIPULATOR && wanted.role() != wire::ROLE_OBSERVER) {
+    refuse(connection, message.request(), wire::ERROR_BAD_VALUE, "the role must be manipulator or observer");
+  } else if (seats == nullptr) {
+    refuse(connection, message.request(), wire::ERROR_UNKNOWN_ROOM,
+           (wanted.room().empty() ? "several rooms are open, name one" : "there is no room " + quoted(wanted.room())) +
+               "; rooms here: " + room_names());
+  } else if (!(wanted.deadband() >= 0 && wanted.deadband() <= net::kMaxDeadband)) {  // NaN, too, is refused
+    refuse(connection, message.request(), wire::ERROR_BAD_VALUE, "the deadband must be 0 to 0.5");
+  } else {
+    take_seat(connection, message, *seats);
+  }
+}
+
+void SessionHub::Impl::take_seat(Connection& connection, const wire::ClientControl& message, RoomSeats& seats) {
+  const wire::JoinRoom& wanted = message.join();
+  const UserRole role = wanted.role() == wire::ROLE_MANIPULATOR ? UserRole::kManipulator : UserRole::kObserver;
+  const auto seat = seats.take(role, wanted.deadband() > 0);
+  if (!seat) {
+    refuse(connection, message.request(), wire::ERROR_ROOM_FULL,
+           "room " + seats.room().name() + " is full: no free place for " +
+               (role == UserRole::kManipulator ? "a manipulator; join as an observer, or wait" : "an observer"));
+    return;
+  }
+  connection.user_name = wanted.user_name();
+  connection.seats = &seats;
+  connection.seat = *seat;
+  connection.stream.emplace(seats, *seat,
+                            proto::DatagramChannel::Settings{.sends = proto::DatagramType::kServerUpdate,
+                                                             .connection = connection.id,
+                                                             .epoch = connection.epoch,
+                                                             .deadband = wanted.deadband(),
+                                                             .max_rate_hz = 1 / to_seconds(seats.room().period()),
+                                                             .is_stream = connection.state_over_tcp},
+                            counters);
+  connection.state = ConnectionState::kActive;
+  ++counters.joins;
+  log(connection.label() + " joined room " + seats.room().name() + " as " +
+      (role == UserRole::kManipulator ? "manipulator, tool " + std::to_string(seat->tool) : std::string("observer")));
+  send(connection, joined_answer(message.request(), seats, *seat));
+  introduce(connection);
+}
+
+void SessionHub::Impl::introduce(Connection& newcomer) {
+  for (const auto& [handle, other] : connections) {
+    const bool is_other = other.get() != &newcomer && other->is_in(*newcomer.seats);
+    if (is_other) send(newcomer, user_joined(other->seat, other->user_name));
+  }
+  if (newcomer.state != ConnectionState::kActive) return;
+  broadcast(*newcomer.seats, user_joined(newcomer.seat, newcomer.user_name), &newcomer);
+}
+
+void SessionHub::Impl::grab_or_release(Connection& connection, const wire::ClientControl& message) {
+  if (connection.seat.role != UserRole::kManipulator) {
+    send(connection, error_answer(message.request(), wire::ERROR_NOT_ALLOWED, "an observer cannot grab"));
+    return;
+  }
+  const bool was_posted =
+      message.has_grab() ? connection.seats->grab(connection.seat, BodyId{message.grab().body()}, message.request())
+                         : connection.seats->release(connection.seat, message.request());
+  if (!was_posted) send(connection, error_answer(message.request(), wire::ERROR_NOT_ALLOWED, kRoomBusy));
+}
+
+void SessionHub::Impl::set_parameter(Connection& connection, const wire::ClientControl& message) {
+  const wire::SetParameter& wanted = message.set_parameter();
+  const proto::CouplingField* field = proto::find_coupling_field(wanted.name());
+  haptics::CouplingParameters parameters = connection.seats->coupling();
+  if (field != nullptr) parameters.*(field->value) = wanted.value();
+  if (connection.seat.role != UserRole::kManipulator) {
+    send(connection, error_answer(message.request(), wire::ERROR_NOT_ALLOWED, "an observer cannot set parameters"));
+  } else if (field == nullptr) {
+    std::string names;
+    for (const proto::CouplingField& known : proto::kCouplingFields)
+      names += (names.empty() ? "" : ", ") + std::string(known.name);
+    send(connection, error_answer(message.request(), wire::ERROR_UNKNOWN_PARAMETER, "settable parameters: " + names));
+  } else if (!field->accepts(wanted.value())) {
+    send(connection, error_answer(message.request(), wire::ERROR_BAD_VALUE,
+                                  std::string(field->name) + " must be " + std::to_string(field->low) + " to " +
+                                      std::to_string(field->high)));
+  } else if (is_chosen_by_law(connection.seats->room().scene().world.coupling, *field)) {
+    send(connection,
+         error_answer(message.request(), wire::ERROR_NOT_ALLOWED,
+                      std::string(field->name) + " follows what a tool moves: the scene's law is adaptive"));
+  } else {
+    connection.seats->set_coupling(connection.seat, parameters);
+    announce_parameter(connection, message.request(), *field);
+  }
+}
+
+/// Each the value for the own tool.
+void SessionHub::Impl::announce_parameter(const Connection& setter, std::uint32_t request,
+                                          const proto::CouplingField& field) {
+  for (const auto& [handle, user] : connections) {
+    if (!user->is_in(*setter.seats)) continue;
+    wire::ServerControl answer = parameter_set(field, setter.seats->coupling_in_force(user->seat));
+    if (user.get() == &setter) answer.set_request(request);
+    send(*user, answer);
+  }
+}
+
+}  // namespace tandem::server

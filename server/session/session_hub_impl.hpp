@@ -1,0 +1,98 @@
+// Private to this folder: the connections of a SessionHub, and what its two sources do with them.
+//   session_hub.cpp      connections as a whole: accept, send, state both ways, time-outs, end
+//   session_control.cpp  what a client's control messages ask for
+#pragma once
+
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include "proto/control_framing.hpp"
+#include "proto/coupling_fields.hpp"
+#include "server/session/session_answers.hpp"
+#include "server/session/session_hub.hpp"
+#include "server/session/state_stream.hpp"
+
+namespace tandem::server {
+
+struct Connection {
+  ConnectionHandle handle = 0;
+  ConnectionState state = ConnectionState::kGreeting;
+  ConnectionId id;
+  std::uint8_t epoch = 0;
+  LocalTime connected{};
+  LocalTime last_heard{};
+  proto::FrameReader reader;
+  bool state_over_tcp = false;
+
+  // kActive
+  std::string user_name;
+  RoomSeats* seats = nullptr;
+  Seat seat;
+  std::optional<StateStream> stream;
+
+  std::string label() const {
+    if (seats == nullptr) return "connection " + std::to_string(handle);
+    return "user " + std::to_string(seat.user.value) + " " + quoted(user_name);
+  }
+  bool is_in(const RoomSeats& room) const { return state == ConnectionState::kActive && seats == &room; }
+};
+
+// A connection that ends is only marked kClosed; sweep() erases it when the outermost call is done, so that
+// loops over the connections may end any of them.
+struct SessionHub::Impl {
+  Impl(SessionHub& owner, HubSettings hub_settings, const std::vector<Room*>& hub_rooms,
+       ServerTransport& hub_transport);
+
+  // session_control.cpp
+  void take_control_bytes(Connection& connection, std::span<const std::byte> bytes, LocalTime now);
+  void handle(Connection& connection, const wire::ClientControl& message, LocalTime now);
+  bool handle_in_any_state(Connection& connection, const wire::ClientControl& message);
+  bool handle_active(Connection& connection, const wire::ClientControl& message, LocalTime now);
+  void greet(Connection& connection, const wire::ClientControl& message);
+  void join(Connection& connection, const wire::ClientControl& message);
+  void take_seat(Connection& connection, const wire::ClientControl& message, RoomSeats& seats);
+  void introduce(Connection& newcomer);
+  RoomSeats* find_room(const std::string& name);
+  std::string room_names() const;
+  void grab_or_release(Connection& connection, const wire::ClientControl& message);
+  void set_parameter(Connection& connection, const wire::ClientControl& message);
+  void announce_parameter(const Connection& setter, std::uint32_t request, const proto::CouplingField& field);
+
+  // session_hub.cpp
+  void refuse_when_full(Connection& connection, LocalTime now);
+  proto::DropReason take_datagram(std::span<const std::byte> datagram, LocalTime now,
+                                  const std::function<bool(ConnectionHandle)>& may_belong_to,
+                                  ConnectionHandle& accepted);
+  void send_newest_update(Connection& connection, LocalTime now);
+  bool deliver_state(Connection& connection, std::span<const std::byte> datagram);
+  void deliver_events(RoomSeats& seats);
+  void take_room_update(Connection& connection, const UserUpdate& update);
+  void end_overdue(Connection& connection, LocalTime now);
+
+  void send(Connection& connection, const wire::ServerControl& message);
+  void send_unchecked(Connection& connection, const wire::ServerControl& message);
+  void broadcast(const RoomSeats& seats, const wire::ServerControl& message, const Connection* except);
+  void refuse(Connection& connection, std::uint32_t request, wire::ErrorCode code, const std::string& text);
+  void end(Connection& connection, wire::DisconnectReason reason, const std::string& text, std::uint32_t request = 0);
+  void forget(Connection& connection, wire::DisconnectReason reason, const std::string& text);
+  void sweep();
+  Connection* find(ConnectionHandle handle);
+  void log(const std::string& line) const {
+    if (owner.on_log) owner.on_log(line);
+  }
+
+  SessionHub& owner;
+  HubSettings settings;
+  ServerTransport& transport;
+  std::vector<std::unique_ptr<RoomSeats>> rooms;
+  std::map<ConnectionHandle, std::unique_ptr<Connection>> connections;
+  std::unordered_map<ConnectionId, Connection*> active;
+  HubCounters counters;
+  proto::Bytes frame_out;
+};
+
+}  // namespace tandem::server

@@ -1,0 +1,71 @@
+#include "server/session/state_stream.hpp"
+
+#include <utility>
+
+namespace tandem::server {
+
+StateStream::StateStream(const RoomSeats& seats, const Seat& seat, const proto::DatagramChannel::Settings& settings,
+                         proto::ChannelCounters& counters)
+    : seats_(seats),
+      seat_(seat),
+      is_suppressing_(settings.deadband > 0),
+      is_stream_(settings.is_stream),
+      counters_(counters),
+      channel_(settings, counters) {}
+
+proto::DropReason StateStream::receive(const proto::DatagramHeader& header, std::span<const std::byte> datagram,
+                                       LocalTime now) {
+  proto::ClientUpdate input;
+  const auto read = [this](std::span<const std::byte> payload, proto::ClientUpdate& out) {
+    const proto::DropReason reason = proto::parse_client_update(payload, out);
+    if (reason != proto::DropReason::kNone) return reason;
+    const bool is_allowed = seat_.role == UserRole::kManipulator || !out.handle_valid;
+    return is_allowed ? proto::DropReason::kNone : proto::DropReason::kNotAllowed;
+  };
+  const proto::DropReason reason = channel_.receive(header, datagram, now, input, read);
+  if (reason != proto::DropReason::kNone) return reason;
+  mode_ = input.mode;
+  // An observer's updates only say that it is there and where; they never reach the world.
+  if (seat_.role == UserRole::kManipulator && seats_.room().slot(seat_.slot).input.publish(input)) {
+    counters_.received_drops.add(proto::DropReason::kOverwritten);
+  }
+  return proto::DropReason::kNone;
+}
+
+std::size_t StateStream::send(const proto::ServerUpdate& published, bool is_blocked, LocalTime now,
+                              const Deliver& deliver) {
+  channel_.count_overwritten(published.step.value);
+  unsent_faults_ |= published.tick_faults;
+  // Until its first datagram nobody knows where a user's datagrams should go.
+  if (!channel_.has_heard() && !is_stream_) return 0;
+  const auto changed = [&](const net::Deadband& deadband, Duration since) {
+    return has_changed(deadband, since, published);
+  };
+  if (!channel_.admits(now, true, changed)) return 0;
+  if (is_suppressing_) sent_ = published;
+  update_ = published;
+  update_.tick_faults = std::exchange(unsent_faults_, 0);
+  std::size_t thinned = 0;
+  const auto append = [&](const proto::ServerUpdate& update, proto::Bytes& out) {
+    encoder_.append(update, out);
+    thinned = encoder_.thinned();
+  };
+  channel_.send(update_, now, is_blocked, append, deliver);
+  return thinned;
+}
+
+// A client without a local model couples to the tool where it was sent to be; one with a model compares it with what
+// was, at that input.
+bool StateStream::has_changed(const net::Deadband& deadband, Duration since,
+                              const proto::ServerUpdate& published) const {
+  if (mode_ == proto::ClientMode::kWave || published.held_body != sent_.held_body) return true;
+  if (published.tick_faults != sent_.tick_faults || published.users.size() != sent_.users.size()) return true;
+  const haptics::CouplingParameters coupling = seats_.coupling_in_force(seat_);
+  const bool has_model = mode_ == proto::ClientMode::kLocalModel;
+  return deadband.notices(published.wrench_on_hand_W, sent_.wrench_on_hand_W) ||
+         deadband.notices(published.tool, sent_.tool, since,
+                          has_model ? net::BetweenStates::kExtrapolated : net::BetweenStates::kHeld,
+                          published.wrench_on_hand_W, {coupling.stiffness_n_per_m, coupling.stiffness_n_m_per_rad});
+}
+
+}  // namespace tandem::server

@@ -1,0 +1,47 @@
+// The state half of a user's session: between the room's mailboxes of a seat and the datagrams of its connection.
+#pragma once
+
+#include <functional>
+
+#include "proto/datagram_channel.hpp"
+#include "proto/state_codec.hpp"
+#include "server/room/room_seats.hpp"
+
+namespace tandem::server {
+
+/// Thread  io
+class StateStream {
+ public:
+  /// Hands over a datagram; false when it could not be sent now.
+  using Deliver = std::function<bool(std::span<const std::byte>)>;
+
+  /// In      seats, counters  must outlive the stream
+  StateStream(const RoomSeats& seats, const Seat& seat, const proto::DatagramChannel::Settings& settings,
+              proto::ChannelCounters& counters);
+
+  bool is_for(const proto::DatagramHeader& header) const { return channel_.is_for(header); }
+  /// Gives the client update in the datagram to the room, or says why it is dropped.
+  proto::DropReason receive(const proto::DatagramHeader& header, std::span<const std::byte> datagram, LocalTime now);
+  /// Sends what the room has published, unless it is suppressed or paced.
+  ///
+  /// In      is_blocked  state goes over TCP, and the connection has not taken all that was sent before
+  /// Out     bodies and users that did not fit into the datagram
+  std::size_t send(const proto::ServerUpdate& published, bool is_blocked, LocalTime now, const Deliver& deliver);
+
+ private:
+  bool has_changed(const net::Deadband& deadband, Duration since, const proto::ServerUpdate& published) const;
+
+  const RoomSeats& seats_;
+  Seat seat_;
+  bool is_suppressing_;
+  bool is_stream_;
+  proto::ChannelCounters& counters_;
+  proto::DatagramChannel channel_;
+  proto::ServerUpdateEncoder encoder_;
+  proto::ClientMode mode_ = proto::ClientMode::kHandle;  ///< of the newest client update
+  TickFaults unsent_faults_ = 0;                         ///< of steps that nothing was sent of
+  proto::ServerUpdate sent_;                             ///< last, as published; only where it may suppress the next
+  proto::ServerUpdate update_;                           ///< scratch, too big for the stack of a deep call
+};
+
+}  // namespace tandem::server
