@@ -1,6 +1,7 @@
 // A session hub with its rooms under a virtual clock, and hand-made clients that say whatever a test wants.
 #pragma once
 
+#include <functional>
 #include <map>
 #include <memory>
 #include <set>
@@ -54,6 +55,14 @@ class RecordingTransport final : public server::ServerTransport {
   std::size_t queued = 0;
   bool takes_datagrams = true;
 };
+
+/// A control message with request 42 and what `fill` puts in.
+inline wire::ClientControl message_of(const std::function<void(wire::ClientControl&)>& fill) {
+  wire::ClientControl message;
+  message.set_request(42);
+  fill(message);
+  return message;
+}
 
 /// One hand-made client.
 struct BenchClient {

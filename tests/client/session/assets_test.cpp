@@ -1,0 +1,185 @@
+// Assets of a scene: fetched in chunks, kept by their hash, found in the store before the server is asked.
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <span>
+
+#include "client/session/asset_fetcher.hpp"
+#include "client/session/asset_store.hpp"
+#include "tests/support/session_bench.hpp"
+
+namespace tandem::client {
+namespace {
+
+wire::Joined joined_with_asset(const std::string& bytes) {
+  wire::Joined joined = test::minimal_joined();
+  const proto::Sha256 hash = proto::sha256_of(std::as_bytes(std::span(bytes)));
+  wire::AssetInfo& info = *joined.add_assets();
+  info.set_sha256(hash.data(), hash.size());
+  info.set_size_bytes(bytes.size());
+  info.set_name("thing.obj");
+  return joined;
+}
+
+/// Answers every asset request from `bytes`; returns how many there were.
+int serve_assets(test::SessionBench& bench, const std::string& bytes) {
+  int served = 0;
+  while (!bench.transport.messages.empty()) {
+    const auto requests = std::exchange(bench.transport.messages, {});
+    for (const wire::ClientControl& request : requests) {
+      wire::ServerControl answer;
+      answer.set_request(request.request());
+      wire::AssetChunk& chunk = *answer.mutable_asset_chunk();
+      chunk.set_sha256(request.get_asset().sha256());
+      chunk.set_offset(request.get_asset().offset());
+      chunk.set_total_bytes(bytes.size());
+      chunk.set_data(bytes.substr(request.get_asset().offset(), proto::kAssetChunkBytes));
+      bench.say(answer);
+      ++served;
+    }
+  }
+  return served;
+}
+
+TEST(SessionAssets, FetchesAnAssetOnceAndKeepsItOnlyWhenItsHashIsRight) {
+  const std::string bytes(150'000, 'v');
+  const wire::Joined joined = joined_with_asset(bytes);
+  test::SessionBench bench;
+  bench.session.on_connected(bench.now);
+  bench.say_welcome();
+  bench.transport.messages.clear();
+  bench.say_joined(joined);
+  EXPECT_EQ(serve_assets(bench, bytes), 3);
+  ASSERT_EQ(bench.session.assets().size(), 1U);
+  EXPECT_EQ(bench.session.assets().begin()->second->size(), bytes.size());
+  bench.session.on_disconnected(bench.now, "cut");
+  bench.wait(std::chrono::milliseconds(250));
+  bench.session.on_connected(bench.now);
+  bench.say_welcome();
+  bench.transport.messages.clear();
+  bench.say_joined(joined);
+  EXPECT_EQ(serve_assets(bench, bytes), 0) << "it is here already";
+
+  test::SessionBench cheated;
+  cheated.session.on_connected(cheated.now);
+  cheated.say_welcome();
+  cheated.transport.messages.clear();
+  cheated.say_joined(joined);
+  serve_assets(cheated, std::string(150'000, 'w'));
+  EXPECT_TRUE(cheated.session.assets().empty());
+  EXPECT_EQ(cheated.state(), "active") << "a bad file is no reason to let go of the hand";
+}
+
+/// Joins with a scene that has one asset; the store and the session are asked before the server is.
+struct StoreBench {
+  explicit StoreBench(std::shared_ptr<AssetStore> store, const wire::Joined& joined)
+      : bench([&store] {
+          SessionSettings settings;
+          settings.asset_store = std::move(store);
+          return settings;
+        }()) {
+    bench.session.on_assets = [this] { ++announced; };
+    bench.session.on_connected(bench.now);
+    bench.say_welcome();
+    bench.transport.messages.clear();
+    bench.say_joined(joined);
+  }
+
+  test::SessionBench bench;
+  int announced = 0;
+};
+
+TEST(SessionAssets, AsksTheStoreBeforeTheServerAndAnnouncesAllAssetsOnceAJoin) {
+  const std::string bytes(150'000, 'v');
+  const wire::Joined joined = joined_with_asset(bytes);
+  const auto store = std::make_shared<MemoryAssetStore>();
+  StoreBench first(store, joined);
+  EXPECT_EQ(first.announced, 0) << "it is not here yet";
+  EXPECT_EQ(serve_assets(first.bench, bytes), 3);
+  EXPECT_EQ(first.announced, 1);
+  StoreBench second(store, joined);
+  EXPECT_EQ(serve_assets(second.bench, bytes), 0);
+  EXPECT_EQ(second.announced, 1);
+  EXPECT_EQ(second.bench.session.assets().size(), 1U);
+  StoreBench without(nullptr, test::minimal_joined());
+  EXPECT_EQ(without.announced, 1) << "a scene without assets has them all";
+  StoreBench cheated(nullptr, joined);
+  serve_assets(cheated.bench, std::string(150'000, 'w'));
+  EXPECT_EQ(cheated.announced, 0);
+}
+
+class DiskStore : public ::testing::Test {
+ protected:
+  DiskStore() : directory_(std::filesystem::temp_directory_path() / ("tandem_store_" + std::to_string(getpid()))) {
+    std::filesystem::remove_all(directory_);
+  }
+  ~DiskStore() override { std::filesystem::remove_all(directory_); }
+
+  static std::shared_ptr<const proto::Bytes> bytes_of(char letter, std::size_t count) {
+    return std::make_shared<const proto::Bytes>(count, static_cast<std::byte>(letter));
+  }
+  std::filesystem::path only_file() const { return std::filesystem::directory_iterator(directory_)->path(); }
+
+  std::filesystem::path directory_;
+};
+
+TEST_F(DiskStore, GivesBackWhatAnotherProgramKept) {
+  const auto bytes = bytes_of('a', 1000);
+  const proto::Sha256 hash = proto::sha256_of(*bytes);
+  EXPECT_EQ(DiskAssetStore(directory_).find(hash), nullptr);
+  DiskAssetStore(directory_).keep(hash, bytes);
+  const auto found = DiskAssetStore(directory_).find(hash);
+  ASSERT_NE(found, nullptr);
+  EXPECT_EQ(*found, *bytes);
+}
+
+TEST_F(DiskStore, NeverGivesBytesOfAnotherHashAndRemovesThem) {
+  const auto bytes = bytes_of('a', 1000);
+  const proto::Sha256 hash = proto::sha256_of(*bytes);
+  DiskAssetStore store(directory_);
+  store.keep(hash, bytes);
+  std::fstream(only_file(), std::ios::binary | std::ios::in | std::ios::out).seekp(500).put('b');
+  EXPECT_EQ(store.find(hash), nullptr);
+  EXPECT_TRUE(std::filesystem::is_empty(directory_));
+}
+
+TEST_F(DiskStore, StaysWithinItsLimitByWhatWasNotUsedForLongest) {
+  DiskAssetStore store(directory_, 2500);
+  std::vector<proto::Sha256> hashes;
+  for (const char letter : {'a', 'b', 'c'}) {
+    const auto bytes = bytes_of(letter, 1000);
+    hashes.push_back(proto::sha256_of(*bytes));
+    store.keep(hashes.back(), bytes);
+    // The clock of a file system may be coarse.
+    const auto hours = std::chrono::hours(letter == 'a' ? 1 : 2);
+    for (const auto& entry : std::filesystem::directory_iterator(directory_)) {
+      if (letter == 'c') continue;
+      std::filesystem::last_write_time(entry, std::filesystem::file_time_type::clock::now() - hours);
+    }
+    if (letter != 'b') continue;
+    EXPECT_NE(store.find(hashes[0]), nullptr) << "used now, so b is the oldest";
+  }
+  EXPECT_NE(store.find(hashes[0]), nullptr);
+  EXPECT_EQ(store.find(hashes[1]), nullptr);
+  EXPECT_NE(store.find(hashes[2]), nullptr);
+  const auto huge = bytes_of('d', 3000);
+  store.keep(proto::sha256_of(*huge), huge);
+  EXPECT_EQ(store.find(proto::sha256_of(*huge)), nullptr);
+  EXPECT_NE(store.find(hashes[0]), nullptr) << "what cannot be kept must push nothing out";
+}
+
+TEST(AssetFetcher, PlansNoMoreThanItsLimitHoweverManyAreOffered) {
+  AssetFetcher fetcher(1000);
+  wire::Joined joined;
+  for (const std::uint64_t size : {600ULL, 600ULL, 400ULL, ~0ULL}) {
+    wire::AssetInfo& info = *joined.add_assets();
+    info.set_sha256(std::string(31, 'h') + static_cast<char>('a' + joined.assets_size()));
+    info.set_size_bytes(size);
+  }
+  EXPECT_EQ(fetcher.begin(joined.assets()).size(), 2U);
+}
+
+}  // namespace
+}  // namespace tandem::client

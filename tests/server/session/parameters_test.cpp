@@ -1,0 +1,115 @@
+// The coupling's coefficients: set by a user, chosen by the law, sent to those whom they concern.
+#include <gtest/gtest.h>
+
+#include <map>
+
+#include "tests/support/hub_bench.hpp"
+
+namespace tandem::server {
+namespace {
+
+using test::message_of;
+
+wire::ClientControl set_parameter(const std::string& name, double value) {
+  return message_of([&](auto& message) {
+    message.mutable_set_parameter()->set_name(name);
+    message.mutable_set_parameter()->set_value(value);
+  });
+}
+
+TEST(SessionParameters, AParameterIsBoundedToldToAllAndKnownToNewcomers) {
+  test::HubBench bench;
+  test::BenchClient ada = bench.join("ada");
+  test::BenchClient ben = bench.join("ben");
+  bench.take(ada);
+  bench.send(ada, set_parameter("coupling.stiffness_n_per_m", 250));
+  const auto own = bench.take(ada);
+  ASSERT_EQ(test::described(own), "parameter_set");
+  EXPECT_EQ(own[0].request(), 42U);
+  const auto others = bench.take(ben);
+  ASSERT_EQ(test::described(others), "parameter_set");
+  EXPECT_EQ(others[0].request(), 0U);
+  EXPECT_EQ(others[0].parameter_set().value(), 250);
+  for (const double bad : {-1.0, 1e9, 100001.0}) {
+    bench.send(ada, set_parameter("coupling.stiffness_n_per_m", bad));
+    EXPECT_EQ(test::described(bench.take(ada)), "error ERROR_BAD_VALUE") << bad;
+  }
+  bench.send(ada, set_parameter("gravity", 1));
+  EXPECT_EQ(test::described(bench.take(ada)), "error ERROR_UNKNOWN_PARAMETER");
+  bench.send(ben, message_of([](auto& message) { message.mutable_leave(); }));
+  EXPECT_EQ(bench.join("cleo").joined.scene().coupling().stiffness_n_per_m(), 250);
+}
+
+/// two_hands_scene() with another coupling.
+test::HubBench bench_with_coupling(const std::string& coupling) {
+  std::string scene = test::two_hands_scene();
+  const std::string old = R"({"law": "spring-damper", "stiffness_n_per_m": 200, "damping_n_s_per_m": 2})";
+  EXPECT_NE(scene.find(old), std::string::npos);
+  return test::HubBench({}, {scene.replace(scene.find(old), old.size(), coupling)});
+}
+
+/// name → value of the parameter_set messages.
+std::map<std::string, double> parameters_in(const std::vector<wire::ServerControl>& messages) {
+  std::map<std::string, double> values;
+  for (const wire::ServerControl& message : messages) {
+    if (message.has_parameter_set()) values[message.parameter_set().name()] = message.parameter_set().value();
+  }
+  return values;
+}
+
+TEST(SessionParameters, UnderTheAdaptiveLawOneIsToldTheStiffnessOfWhatOneHolds) {
+  test::HubBench bench = bench_with_coupling(R"({"law": "adaptive", "adaptive": {
+      "mass_range_kg": [0.01, 1], "stiffness_n_per_m": [100, 1000], "damping_n_s_per_m": [5]}})");
+  test::BenchClient ada = bench.join("ada");
+  test::BenchClient ben = bench.join("ben");
+  EXPECT_DOUBLE_EQ(ada.joined.scene().coupling().stiffness_n_per_m(), 150) << "the tool's 0.05 kg";
+  bench.take(ada);
+  bench.send(ada, message_of([](auto& message) { message.mutable_grab()->set_body(1); }));
+  bench.step();
+  const auto grabbed = bench.take(ada);
+  EXPECT_EQ(test::described(grabbed), "grabbed, parameter_set");
+  EXPECT_EQ(parameters_in(grabbed), (std::map<std::string, double>{{"coupling.stiffness_n_per_m", 200}}));
+  EXPECT_EQ(test::described(bench.take(ben)), "") << "it is ada's alone";
+  bench.send(ada, set_parameter("coupling.force_limit_n", 4));
+  EXPECT_EQ(parameters_in(bench.take(ben)), (std::map<std::string, double>{{"coupling.force_limit_n", 4}}));
+  bench.take(ada);
+  bench.send(ada, set_parameter("coupling.stiffness_n_per_m", 500));
+  EXPECT_EQ(test::described(bench.take(ada)), "error ERROR_NOT_ALLOWED") << "the law chooses it";
+  bench.send(ada, message_of([](auto& message) { message.mutable_release(); }));
+  bench.step();
+  EXPECT_EQ(parameters_in(bench.take(ada)), (std::map<std::string, double>{{"coupling.stiffness_n_per_m", 150}}));
+}
+
+TEST(SessionParameters, ALostEventLeavesTheCouplingThatIsToldRight) {
+  test::HubBench bench = bench_with_coupling(R"({"law": "adaptive", "adaptive": {
+      "mass_range_kg": [0.01, 1], "stiffness_n_per_m": [100, 1000], "damping_n_s_per_m": [5]}})");
+  test::BenchClient ada = bench.join("ada");
+  bench.take(ada);
+  bench.send(ada, message_of([](auto& message) { message.mutable_grab()->set_body(1); }));
+  Room& room = *bench.rooms.front();
+  room.step(ServerTime(room.period()));
+  RoomEvent lost;
+  ASSERT_TRUE(room.next_event(lost));
+  EXPECT_EQ(lost.kind, RoomEvent::Kind::kGrabbed);
+  bench.step();
+  EXPECT_EQ(parameters_in(bench.take(ada)), (std::map<std::string, double>{{"coupling.stiffness_n_per_m", 200}}));
+}
+
+TEST(SessionParameters, AMasslessToolHasDampingOnlyWhileItHoldsABody) {
+  test::HubBench bench =
+      bench_with_coupling(R"({"law": "qsa-static", "damping_n_s_per_m": 4, "damping_n_m_s_per_rad": 0.01})");
+  test::BenchClient ada = bench.join("ada");
+  EXPECT_EQ(ada.joined.scene().coupling().damping_n_s_per_m(), 0);
+  bench.send(ada, message_of([](auto& message) { message.mutable_grab()->set_body(1); }));
+  bench.step();
+  EXPECT_EQ(parameters_in(bench.take(ada)), (std::map<std::string, double>{{"coupling.damping_n_s_per_m", 4},
+                                                                           {"coupling.damping_n_m_s_per_rad", 0.01}}));
+  test::BenchClient ben = bench.join("ben");
+  bench.take(ada);
+  bench.send(ben, set_parameter("coupling.damping_n_s_per_m", 7));
+  EXPECT_EQ(parameters_in(bench.take(ada)), (std::map<std::string, double>{{"coupling.damping_n_s_per_m", 7}}));
+  EXPECT_EQ(parameters_in(bench.take(ben)), (std::map<std::string, double>{{"coupling.damping_n_s_per_m", 0}}));
+}
+
+}  // namespace
+}  // namespace tandem::server
