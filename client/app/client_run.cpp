@@ -4,10 +4,20 @@
 #include <algorithm>
 #include <cstdio>
 #include <iostream>
+#include <memory>
+#include <optional>
 #include <stdexcept>
+#include <string>
 #include <thread>
+#include <vector>
 
-#include "client/haptics/stages/stage.hpp"
+#include "client/app/run_report.hpp"
+#include "client/app/stop_signals.hpp"
+#include "client/app/summary.hpp"
+#include "client/app/trace.hpp"
+#include "client/haptics/haptic_loop.hpp"
+#include "client/net/client_io.hpp"
+#include "devices/sim/hand_path.hpp"
 
 namespace tandem::client {
 namespace {
@@ -19,21 +29,15 @@ constexpr Duration kMaxJoin{std::chrono::seconds(20)};
 // The io thread runs this far below the haptic thread.
 constexpr int kIoPriorityBelow = 10;
 
-ClientIoSettings io_settings(const ClientOptions& options) {
+ClientIoSettings io_settings(const ClientOptions& options, const haptics::SafetySettings& safety) {
   ClientIoSettings settings = options.io;
-  settings.session.device = options.device.profile;
-  settings.makes_local_model = needs_local_model(options.stage.name);
+  settings.client.session.device = options.device.profile;
+  settings.client.haptics.stage = options.stage;
+  settings.client.haptics.safety = safety;
+  settings.client.haptics.coupling_bounds = devices::coupling_bounds(options.device.profile);
   if (options.realtime_priority > 0) {
     settings.realtime_priority = std::max(1, options.realtime_priority - kIoPriorityBelow);
   }
-  return settings;
-}
-
-HapticSettings haptic_settings(const ClientOptions& options, const haptics::SafetySettings& safety) {
-  HapticSettings settings;
-  settings.stage = options.stage;
-  settings.safety = safety;
-  settings.coupling_bounds = devices::coupling_bounds(options.device.profile);
   return settings;
 }
 
@@ -53,17 +57,55 @@ std::string coupling_lines(const std::vector<haptics::StabilityFinding>& finding
   return text;
 }
 
-}  // namespace
+class ClientRun {
+ public:
+  explicit ClientRun(const ClientOptions& options);
+
+  int run();
+
+ private:
+  bool join();
+  void watch_first_graspable(const wire::Joined& joined);
+  void start_loop();
+  void keep_going();
+  void drain_records();
+  void take_record(const TickRecord& record);
+  void follow_device(const devices::DeviceSample& sample);
+  void follow_session(const ClientIoSnapshot& io);
+  void explain_coupling(const CouplingCheck& check);
+  void print_status(const ClientIoSnapshot& io);
+  RunSummary summary(ClientIoSnapshot io) const;
+  int finish();
+
+  ClientOptions options_;
+  haptics::SafetySettings safety_;
+  std::unique_ptr<devices::Device> device_;
+  devices::HandPath hand_path_;  ///< names the phases of the run
+  ClientIo io_;
+  std::optional<TraceWriter> trace_;
+  RunReport report_;
+  BodyId watched_;
+  std::string watched_name_;
+  std::vector<std::string> realtime_not_granted_;
+  std::string last_why_;
+  std::uint64_t explained_check_ = 0;
+  std::vector<haptics::StabilityFinding> coupling_findings_;
+  std::string last_coupling_lines_;
+  LocalTime next_status_{};
+  std::optional<LocalTime> first_tick_;
+  TickRecord newest_;
+  bool is_over_ = false;
+  std::optional<HapticLoop> loop_;  ///< gone before what it uses
+  StopSignals stop_signals_;        ///< last: it stops the loop
+};
 
 ClientRun::ClientRun(const ClientOptions& options)
     : options_(options),
       device_(devices::open_device(options.device)),
       hand_path_(devices::find_hand_path(options.device.hand)),
-      core_(haptic_settings(options, safety_), *device_, mailboxes_),
-      io_(io_settings(options), mailboxes_),
+      io_(io_settings(options, safety_), *device_),
       report_(hand_path_.phases(), safety_.silence_zero) {
   if (!options.trace.empty()) trace_.emplace(options.trace, options.trace_every);
-  io_.on_tick = [this] { core_.service(); };
   if (options.is_verbose) io_.on_log = [](const std::string& line) { std::cerr << "tandem-client: " + line + "\n"; };
 }
 
@@ -82,7 +124,7 @@ bool ClientRun::join() {
   while (true) {
     const ClientIoSnapshot io = io_.snapshot();
     if (io.status.state == SessionState::kActive && io.joined) {
-      watched_ = first_graspable(*io.joined);
+      watch_first_graspable(*io.joined);
       return true;
     }
     if (io.status.state == SessionState::kEnded) throw std::runtime_error(io.status.why);
@@ -95,13 +137,19 @@ bool ClientRun::join() {
   }
 }
 
+void ClientRun::watch_first_graspable(const wire::Joined& joined) {
+  watched_ = first_graspable(joined);
+  if (!watched_.is_valid()) return;
+  watched_name_ = joined.scene().bodies(static_cast<int>(watched_.value) - 1).name();
+  io_.haptics().watch(watched_);
+}
+
 void ClientRun::start_loop() {
-  if (watched_) core_.watch(watched_->id);
   HapticLoopSettings settings;
   settings.realtime = {
       .priority = options_.realtime_priority, .lock_memory = options_.realtime_priority > 0, .cpu = options_.cpu};
   settings.duration = options_.duration;
-  loop_.emplace(settings, core_, [this] { io_.notify(); });
+  loop_.emplace(settings, io_.haptics(), [this] { io_.notify(); });
   realtime_not_granted_ = loop_->start();
   if (options_.insists_on_realtime && !realtime_not_granted_.empty()) {
     throw std::runtime_error("--insist-realtime: " + joined_lines(realtime_not_granted_));
@@ -183,10 +231,11 @@ RunSummary ClientRun::summary(ClientIoSnapshot io) const {
           .realtime_not_granted = realtime_not_granted_,
           .loop = loop_->report(),
           .trace_overflows = loop_->trace_overflows(),
-          .counters = core_.counters(),
+          .counters = io_.haptics().counters(),
           .io = std::move(io),
           .coupling_findings = coupling_findings_,
           .watched = watched_,
+          .watched_name = watched_name_,
           .run = report_};
 }
 
@@ -207,6 +256,12 @@ int ClientRun::finish() {
     is_good = false;
   }
   return is_good ? 0 : 1;
+}
+
+}  // namespace
+
+int run_client(const ClientOptions& options) {
+  return ClientRun(options).run();
 }
 
 }  // namespace tandem::client

@@ -12,8 +12,7 @@ int main(int argc, char** argv) {
     tandem::client::block_stop_signals();
     const std::optional<tandem::client::ClientOptions> options = tandem::client::parse_client_options(argc, argv);
     if (!options) return 0;
-    tandem::client::ClientRun run(*options);
-    return run.run();
+    return tandem::client::run_client(*options);
   } catch (const std::exception& error) {
     std::cerr << "tandem-client: " << error.what() << '\n';
     return 2;

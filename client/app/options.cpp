@@ -90,15 +90,15 @@ void add_session_options(CLI::App& app, ClientOptions& options) {
   ClientIoSettings& io = options.io;
   add_text(app, "--server", "server to join [127.0.0.1:47800]; loopback only in this version", "ADDRESS:PORT",
            [&io](const std::string& text) { take_server(text, io); });
-  app.add_option("--room", io.session.room, "room to join; default: the server's only room");
-  app.add_option("--name", io.session.user_name, "your name in the room")->capture_default_str();
+  app.add_option("--room", io.client.session.room, "room to join; default: the server's only room");
+  app.add_option("--name", io.client.session.user_name, "your name in the room")->capture_default_str();
   add_text(app, "--role", "what you may do [manipulator]", "manipulator|observer", [&io](const std::string& text) {
-    io.session.role =
+    io.client.session.role =
         chosen<wire::Role>(text, {{"manipulator", wire::ROLE_MANIPULATOR}, {"observer", wire::ROLE_OBSERVER}});
   });
   add_text(app, "--transport", "what carries the state [udp]; tcp where UDP is blocked", "udp|tcp",
            [&io](const std::string& text) {
-             io.session.state_transport =
+             io.client.session.state_transport =
                  chosen<StateTransport>(text, {{"udp", StateTransport::kUdp}, {"tcp", StateTransport::kTcp}});
            });
 }
@@ -108,8 +108,9 @@ void add_deadband_option(CLI::App& app, ClientOptions& options) {
       app, "--deadband",
       "change of force or motion that is not sent at once, as a share of it, 0% to 50%; both directions, 100 Hz are "
       "always sent [0%]; the just-noticeable difference is about 10%",
-      "SHARE",
-      [&options](const std::string& text) { options.io.session.deadband = parse_fraction(text, net::kMaxDeadband); });
+      "SHARE", [&options](const std::string& text) {
+        options.io.client.session.deadband = parse_fraction(text, net::kMaxDeadband);
+      });
 }
 
 std::string listed_devices() {
@@ -227,7 +228,7 @@ void add_run_options(CLI::App& app, ClientOptions& options, bool& is_headless) {
 void check_links(const ClientOptions& options, const net::LinkParameters& link) {
   const std::string problem = link.problem();
   if (!problem.empty()) throw std::invalid_argument("simulated link: " + problem);
-  if (options.io.session.state_transport == StateTransport::kTcp && link.spoils_datagrams()) {
+  if (options.io.client.session.state_transport == StateTransport::kTcp && link.spoils_datagrams()) {
     throw std::invalid_argument(
         "--transport tcp: over a stream nothing is lost, doubled or reordered; leave out --loss, --duplication and "
         "--reorder, or use --transport udp");
@@ -276,7 +277,7 @@ std::optional<ClientOptions> parse_client_options(int argc, const char* const* a
     return std::nullopt;
   }
   if (const auto cache = default_cache_directory(); !cache.empty()) {
-    options.io.session.asset_store = std::make_shared<DiskAssetStore>(cache / "assets");
+    options.io.client.session.asset_store = std::make_shared<DiskAssetStore>(cache / "assets");
   }
   complete(options.device, profile);
   options.device.seed = options.seed;

@@ -48,7 +48,7 @@ json::object link_of(const net::LinkCounters& link) {
 /// Together with the scene and the version, enough to run it again.
 void add_setup(const RunSummary& s, json::object& out) {
   const ClientOptions& options = s.options;
-  const SessionSettings& session = options.io.session;
+  const SessionSettings& session = options.io.client.session;
   out["program"] = "tandem-client";
   out["version"] = TANDEM_VERSION;
   out["room"] = s.io.joined ? json::value(s.io.room) : json::value();
@@ -190,21 +190,20 @@ json::array silences_of(const RunReport& run) {
 }
 
 json::value watched_of(const RunSummary& s) {
-  if (!s.watched || !s.run.has_seen_body()) return nullptr;
-  return json::object{{"id", s.watched->id.value},
-                      {"name", s.watched->name},
+  if (!s.watched.is_valid() || !s.run.has_seen_body()) return nullptr;
+  return json::object{{"id", s.watched.value},
+                      {"name", s.watched_name},
                       {"displacement_m", s.run.body_displacement_m()},
                       {"rotation_rad", s.run.body_rotation_rad()}};
 }
 
 }  // namespace
 
-std::optional<WatchedBody> first_graspable(const wire::Joined& joined) {
+BodyId first_graspable(const wire::Joined& joined) {
   for (int i = 0; i < joined.scene().bodies_size(); ++i) {
-    const wire::Body& body = joined.scene().bodies(i);
-    if (body.graspable()) return WatchedBody{body_id_at(static_cast<std::size_t>(i)), body.name()};
+    if (joined.scene().bodies(i).graspable()) return body_id_at(static_cast<std::size_t>(i));
   }
-  return std::nullopt;
+  return {};
 }
 
 boost::json::object to_json(const RunSummary& summary) {

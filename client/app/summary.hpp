@@ -13,12 +13,8 @@
 
 namespace tandem::client {
 
-/// The body that the run watched: the scene's first graspable one.
-struct WatchedBody {
-  BodyId id;
-  std::string name;
-};
-std::optional<WatchedBody> first_graspable(const wire::Joined& joined);
+/// The body that a run watches; the invalid id when nothing can be grasped.
+BodyId first_graspable(const wire::Joined& joined);
 
 /// Everything that a run leaves behind.
 struct RunSummary {
@@ -30,7 +26,8 @@ struct RunSummary {
   HapticCounters counters;
   ClientIoSnapshot io;
   std::vector<haptics::StabilityFinding> coupling_findings;  ///< of the coupling in force
-  std::optional<WatchedBody> watched;
+  BodyId watched;                                            ///< invalid: none
+  std::string watched_name;
   RunReport run;
 };
 

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "client/model/local_model.hpp"
+
 namespace tandem::client {
 namespace {
 
@@ -63,6 +65,12 @@ HapticCore::HapticCore(const HapticSettings& settings, devices::Device& device, 
       stage_(require_stage(settings.stage)),
       is_passivity_controlled_(settings.stage.passivity),
       safety_(with_device_limits(settings.safety, device.spec())) {}
+
+HapticCore::~HapticCore() = default;
+
+bool HapticCore::offer_model(std::uint32_t generation, std::unique_ptr<LocalModel>& model) {
+  return models_.offer(generation, model);
+}
 
 void HapticCore::tick(LocalTime now) noexcept {
   const devices::DeviceSample sample = read_device(now);
@@ -149,6 +157,7 @@ void HapticCore::enter_scene(const HapticScene& scene) noexcept {
   scene_is_usable_ = scene.generation != 0 && is_usable(scene);
   if (!is_new) return change_scene();
   if (scene_is_usable_) coupling_.start(scene);
+  models_.enter(scene.generation);
   record_.scene_generation = scene.generation;
   record_.has_watched_body = false;
   has_state_ = false;
@@ -225,7 +234,7 @@ StageInput HapticCore::stage_input(LocalTime now) const noexcept {
   input.coupling = &coupling_.law();
   input.parameters = &coupling_.parameters();
   input.parameter_bounds = coupling_.device_bounds();
-  input.local_model = scene_.local_model;
+  input.local_model = models_.get();
   input.watched = BodyId{watched_last_};
   return input;
 }

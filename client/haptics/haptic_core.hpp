@@ -21,6 +21,7 @@
 #include "client/haptics/tick_record.hpp"
 #include "common/haptics/passivity/hand_passivity_controller.hpp"
 #include "common/haptics/safety.hpp"
+#include "common/realtime/handover.hpp"
 #include "devices/device_writer.hpp"
 
 namespace tandem::client {
@@ -49,6 +50,7 @@ class HapticCore {
   /// Fails   std::invalid_argument for an unknown stage or predictor (names those that exist), an unusable impedance,
   ///         bad safety settings, or device limits that DeviceWriter refuses
   HapticCore(const HapticSettings& settings, devices::Device& device, ClientMailboxes& mailboxes);
+  ~HapticCore();
 
   /// Thread  haptic: no allocation, lock, log or throw
   void tick(LocalTime now) noexcept;
@@ -61,10 +63,16 @@ class HapticCore {
   /// Off-path work of the stage (Stage::service()), a millisecond of it at most.
   /// Thread  one at a time other than the haptic one
   void service() noexcept { stage_->service(); }
+  /// What stages that render the scene themselves have of the scene `generation`; false leaves it with the caller, to
+  /// be offered again later (Handover::offer()).
+  /// Thread  io
+  bool offer_model(std::uint32_t generation, std::unique_ptr<LocalModel>& model);
 
   /// The last tick.
   const TickRecord& record() const { return record_; }
   const HapticCounters& counters() const { return counters_; }
+  /// Of the scene in force; null: it has none.
+  const LocalModel* local_model() const { return models_.get(); }
   /// Body whose state goes into TickRecord::watched_body_W.
   /// Thread  any
   void watch(BodyId body) noexcept { watched_.store(body.value, std::memory_order_relaxed); }
@@ -107,6 +115,7 @@ class HapticCore {
   Clutch clutch_;
   haptics::SafetyChain safety_;
   HapticScene scene_;
+  realtime::Handover<LocalModel> models_;
   bool scene_is_usable_ = false;
   bool has_state_ = false;
   bool state_is_new_ = false;

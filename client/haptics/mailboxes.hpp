@@ -1,4 +1,5 @@
-// All that passes between a client's io thread and its haptic thread: three newest-wins mailboxes.
+// What passes between a client's io thread and its haptic thread by value: three newest-wins mailboxes. Local models,
+// which own memory, are handed over (HapticCore::offer_model()).
 #pragma once
 
 #include <cstddef>
@@ -11,8 +12,6 @@
 #include "proto/state.hpp"
 
 namespace tandem::client {
-
-class LocalModel;
 
 /// A server update with the instant it came in.
 struct ReceivedUpdate {
@@ -30,9 +29,6 @@ struct HapticScene {
   WorkspaceMapping workspace;
   std::size_t law = 0;                   ///< index into coupling_laws()
   haptics::CouplingParameters coupling;  ///< in force for this user's tool, where it is going (CouplingRamp)
-  /// What stages that render the scene themselves have of it; null: nothing. Owned by the io side, which keeps it until
-  /// two generations later: by then the haptic thread has let it go. Only the haptic thread calls it meanwhile.
-  LocalModel* local_model = nullptr;
 };
 
 struct ClientMailboxes {

@@ -11,7 +11,6 @@
 #include <system_error>
 #include <thread>
 
-#include "client/model/local_model_maker.hpp"
 #include "common/realtime/realtime.hpp"
 
 namespace tandem::client {
@@ -32,15 +31,18 @@ int open_eventfd() {
   return descriptor;
 }
 
+ClientIoSettings with_models_made_aside(ClientIoSettings settings) {
+  settings.client.makes_models_aside = true;
+  return settings;
+}
+
 }  // namespace
 
 struct ClientIo::Impl {
-  Impl(ClientIo& client_io, ClientIoSettings client_settings, ClientMailboxes& mailboxes);
+  Impl(ClientIo& client_io, ClientIoSettings client_settings, devices::Device& device);
 
   void run();
   void poll();
-  void begin_local_model();
-  void take_local_model();
   void await_ticks();
   void await_poll_time();
   void finish_when_drained(LocalTime deadline);
@@ -51,9 +53,8 @@ struct ClientIo::Impl {
   SteadyClock clock;
   asio::io_context io{1};
   AsioClientTransport transport;
-  ClientSession session;
-  LocalModelMaker models{LocalModelSettings{}, LocalModelMaker::Execution::kThread};
-  std::string told_problem;
+  Client client;
+  ClientSession& session;
   asio::posix::stream_descriptor tick_event;
   asio::steady_timer poll_timer{io};
   asio::steady_timer stop_timer{io};
@@ -65,17 +66,17 @@ struct ClientIo::Impl {
   ClientIoSnapshot published;
 };
 
-ClientIo::Impl::Impl(ClientIo& client_io, ClientIoSettings client_settings, ClientMailboxes& mailboxes)
+ClientIo::Impl::Impl(ClientIo& client_io, ClientIoSettings client_settings, devices::Device& device)
     : owner(client_io),
-      settings(std::move(client_settings)),
+      settings(with_models_made_aside(std::move(client_settings))),
       transport(io, settings.host, settings.port, settings.links, clock),
-      session(settings.session, transport, mailboxes),
+      client(settings.client, device, transport),
+      session(client.session()),
       tick_event(io, open_eventfd()) {
   transport.attach(session);
   session.on_log = [this](const std::string& line) {
     if (owner.on_log) owner.on_log(line);
   };
-  session.on_assets = [this] { begin_local_model(); };
   session.on_joined = [this](const wire::Joined& answer) { joined = std::make_shared<const wire::Joined>(answer); };
 }
 
@@ -93,22 +94,9 @@ void ClientIo::Impl::run() {
   publish_snapshot(clock.now());
 }
 
-void ClientIo::Impl::begin_local_model() {
-  const bool is_wanted = settings.makes_local_model && session.joined()->role() == wire::ROLE_MANIPULATOR;
-  if (is_wanted) models.begin(*session.joined(), session.assets());
-}
-
-void ClientIo::Impl::take_local_model() {
-  if (LocalModel* const model = models.take()) session.use_local_model(model);
-  if (models.problem().empty() || models.problem() == told_problem) return;
-  told_problem = models.problem();
-  if (owner.on_log) owner.on_log("no local model of this scene, the late pose is shown instead: " + told_problem);
-}
-
 void ClientIo::Impl::poll() {
   const LocalTime now = clock.now();
-  take_local_model();
-  session.poll(now);
+  client.poll(now);
   if (session.status().state != published.status.state || now - published_at >= kSnapshotPeriod) publish_snapshot(now);
 }
 
@@ -118,7 +106,6 @@ void ClientIo::Impl::await_ticks() {
     std::uint64_t count = 0;
     [[maybe_unused]] const auto taken = ::read(tick_event.native_handle(), &count, sizeof count);
     poll();
-    if (owner.on_tick) owner.on_tick();
     await_ticks();
   });
 }
@@ -167,8 +154,8 @@ void ClientIo::Impl::publish_snapshot(LocalTime now) {
   published = std::move(snapshot);
 }
 
-ClientIo::ClientIo(ClientIoSettings settings, ClientMailboxes& mailboxes)
-    : impl_(std::make_unique<Impl>(*this, std::move(settings), mailboxes)) {}
+ClientIo::ClientIo(ClientIoSettings settings, devices::Device& device)
+    : impl_(std::make_unique<Impl>(*this, std::move(settings), device)) {}
 
 ClientIo::~ClientIo() {
   stop();
@@ -176,6 +163,13 @@ ClientIo::~ClientIo() {
 
 void ClientIo::start() {
   impl_->thread = std::thread([impl = impl_.get()] { impl->run(); });
+}
+
+HapticCore& ClientIo::haptics() {
+  return impl_->client.haptics();
+}
+const HapticCore& ClientIo::haptics() const {
+  return impl_->client.haptics();
 }
 
 void ClientIo::notify() noexcept {

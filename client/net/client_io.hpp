@@ -1,9 +1,9 @@
-// The client's io thread: it owns the sockets and the session, and meets the haptic thread only in the three
-// mailboxes.
+// A live client: the sockets, the io thread and the Client that they drive. The haptic thread (haptic_loop.hpp) ticks
+// the same client; the two meet in its mailboxes only.
 //
 //   haptic thread                        io thread (this file)
-//   publish to outbox, notify() ─eventfd▶ session.poll(): encode, send
-//   ◀─────────── inbox, scene ─────────── sockets readable: check, decode, publish
+//   haptics().tick(), notify() ──eventfd▶ Client::poll(): encode, send
+//   ◀──── inbox, scene, local model ───── sockets readable: check, decode, publish
 //
 // An eventfd wakes the thread after each haptic tick (one write system call there, no lock); polling the outbox
 // instead would add up to its period to every input's way. The thread runs below the haptic thread's priority:
@@ -17,18 +17,17 @@
 #include <string>
 #include <vector>
 
+#include "client/client.hpp"
 #include "client/net/asio_client_transport.hpp"
-#include "client/session/session.hpp"
 
 namespace tandem::client {
 
 struct ClientIoSettings {
   std::string host = "127.0.0.1";  ///< numeric loopback address or "localhost", until the transport is secured
   std::uint16_t port = 47800;
-  SessionSettings session;
+  ClientSettings client;  ///< makes_models_aside is set
   std::optional<SimulatedLinks> links;
-  bool makes_local_model = false;  ///< of each scene that is joined as a manipulator: for the stage "local-model"
-  int realtime_priority = 0;       ///< SCHED_FIFO, below the haptic thread's; 0: normal scheduler
+  int realtime_priority = 0;  ///< SCHED_FIFO, below the haptic thread's; 0: normal scheduler
 };
 
 /// The session as other threads may see it.
@@ -48,8 +47,10 @@ struct ClientIoSnapshot {
 
 class ClientIo {
  public:
-  /// Fails   std::invalid_argument: not a loopback address, or a bad link parameter; std::system_error: no sockets
-  ClientIo(ClientIoSettings settings, ClientMailboxes& mailboxes);
+  /// In      device  must outlive this
+  /// Fails   std::invalid_argument: not a loopback address, a bad link parameter, or as Client; std::system_error: no
+  ///         sockets
+  ClientIo(ClientIoSettings settings, devices::Device& device);
   /// Stops.
   ~ClientIo();
   ClientIo(const ClientIo&) = delete;
@@ -57,7 +58,11 @@ class ClientIo {
 
   /// Starts the thread, which connects.
   void start();
-  /// Says that the outbox holds something new.
+  /// What the haptic thread ticks, and calls notify() after.
+  /// Thread  haptic
+  HapticCore& haptics();
+  const HapticCore& haptics() const;
+  /// Says that there was a tick.
   /// Thread  haptic: one system call that cannot block
   void notify() noexcept;
   /// Thread  any but haptic
@@ -72,9 +77,6 @@ class ClientIo {
 
   /// Set before start(); called on the io thread.
   std::function<void(const std::string&)> on_log;
-  /// After each haptic tick was sent, for what the haptic path leaves to this thread: HapticCore::service(). Short:
-  /// what comes from the server waits meanwhile.
-  std::function<void()> on_tick;
 
  private:
   struct Impl;

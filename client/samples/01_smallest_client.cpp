@@ -20,64 +20,55 @@
 namespace {
 
 using namespace std::chrono_literals;
+namespace client = tandem::client;
+namespace devices = tandem::devices;
 
 std::uint16_t port_of(std::string_view text) {
   std::uint16_t port = 0;
   const auto [next, error] = std::from_chars(text.data(), text.data() + text.size(), port);
-  if (error != std::errc() || next != text.data() + text.size() || port == 0) {
-    throw std::invalid_argument("port '" + std::string(text) + "' must be a whole number from 1 to 65535");
-  }
-  return port;
+  if (error == std::errc() && next == text.data() + text.size() && port != 0) return port;
+  throw std::invalid_argument("port '" + std::string(text) + "' must be a whole number from 1 to 65535");
 }
 
-int run(std::uint16_t port) {
+void run(std::uint16_t port) {
   // The device: anything that implements devices/device.hpp. This one brings its own hand, which follows a path; a
   // real one is opened here, before any real-time thread runs, because opening may block.
-  tandem::devices::SimDevice device(tandem::devices::SimDevice::default_spec(), tandem::devices::HandParameters{},
-                                    tandem::devices::named_hand_path("peg-left"), /*seed=*/1);
+  devices::SimDevice device(devices::SimDevice::default_spec(), devices::HandParameters{},
+                            devices::named_hand_path("peg-left"), /*seed=*/1);
 
-  // All that the io thread and the haptic thread share: three newest-wins mailboxes. It has to outlive both.
-  tandem::client::ClientMailboxes mailboxes;
-
-  // The haptic path: device, clutch, stage, safety, clamp. "late-pose" is the stage that needs no assets. The
-  // force limits come from the device's spec; no server can widen them.
-  tandem::client::HapticCore core({.stage = {.name = "late-pose"}}, device, mailboxes);
-
-  // The connection. It joins the server's only room as a manipulator, and joins again by itself when it is lost;
-  // a program with users would set session.room, session.user_name and session.role.
-  tandem::client::ClientIoSettings settings;
+  // The client (client/client.hpp) with its sockets and io thread. It joins the server's only room as a manipulator,
+  // and joins again by itself when it is lost; a program with users would set session.room and session.role. "late-pose"
+  // is the stage that needs no assets. The force limits come from the device's spec; no server can widen them.
+  client::ClientIoSettings settings;
   settings.port = port;
-  settings.session.user_name = "smallest";
-  tandem::client::ClientIo io(settings, mailboxes);
-  io.on_tick = [&core] { core.service(); };  // what the stage leaves to a thread that may take its time
+  settings.client.session.user_name = "smallest";
+  settings.client.haptics.stage.name = "late-pose";
+  client::ClientIo io(settings, device);
   io.start();
 
   // Joining takes a round trip or two. Waiting for it here lets the hand's path begin with the session; a program
   // with a window would show the status instead of blocking.
-  while (io.snapshot().status.state != tandem::client::SessionState::kActive) {
-    const tandem::client::SessionStatus status = io.snapshot().status;
-    if (status.state == tandem::client::SessionState::kEnded) throw std::runtime_error(status.why);
+  while (io.snapshot().status.state != client::SessionState::kActive) {
+    const client::SessionStatus status = io.snapshot().status;
+    if (status.state == client::SessionState::kEnded) throw std::runtime_error(status.why);
     std::this_thread::sleep_for(10ms);
   }
 
   // The 1 kHz thread. Priority 70 is above the io thread and below the kernel's own threads. What the machine does not
   // grant is only reported: the loop runs without it, with more lateness.
-  tandem::client::HapticLoopSettings loop_settings;
-  loop_settings.realtime.priority = 70;
-  tandem::client::HapticLoop loop(loop_settings, core, [&io] { io.notify(); });
+  client::HapticLoop loop({.realtime = {.priority = 70}}, io.haptics(), [&io] { io.notify(); });
   for (const std::string& missing : loop.start()) std::fprintf(stderr, "%s\n", missing.c_str());
 
   // Ctrl-C lets the hand go, too, and from a thread of its own: this one may hang in a write to its terminal.
-  tandem::client::StopSignals signals;
+  client::StopSignals signals;
   signals.when_requested([&loop] { loop.request_stop(); });
 
   // From here on the hand feels the scene. This thread is free: draw, log, ask the user. The records of the ticks
   // wait in a ring of four seconds; what is not taken in time is counted, not waited for.
+  client::TickRecord newest;
   for (int second = 1; second <= 2 && !loop.is_over(); ++second) {
     std::this_thread::sleep_for(1s);
-    tandem::client::TickRecord newest;
-    while (loop.pop(newest)) {
-    }
+    while (loop.pop(newest)) continue;
     std::printf("after %d s: force %.2f N, state %.1f ms old\n", second, newest.displayed_on_hand_D.f.norm(),
                 tandem::to_seconds(newest.state_age) * 1e3);
   }
@@ -85,22 +76,18 @@ int run(std::uint16_t port) {
   // In this order: the loop lets the hand go (ramp to zero, zero written last), then the session says good-bye.
   loop.stop();
   io.stop();
-  std::printf("%llu of %llu ticks, latest %.3f ms late\n", static_cast<unsigned long long>(loop.report().ticks_run),
-              static_cast<unsigned long long>(loop.report().ticks_expected),
-              tandem::to_seconds(loop.report().lateness.max()) * 1e3);
-  return 0;
+  std::printf("latest tick %.3f ms late\n", tandem::to_seconds(loop.report().lateness.max()) * 1e3);
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  // Before any thread: a signal must not end the program with a force on.
-  tandem::client::block_stop_signals();
-  // Set-up errors (no server, wrong version, full room) are exceptions whose text says what would help.
-  try {
-    return run(argc > 1 ? port_of(argv[1]) : 47800);
+  client::block_stop_signals();  // before any thread: a signal must not end the program with a force on
+  try {  // set-up errors (no server, wrong version, full room) are exceptions whose text says what would help
+    run(argc > 1 ? port_of(argv[1]) : 47800);
   } catch (const std::exception& error) {
     std::fprintf(stderr, "01_smallest_client: %s\n", error.what());
     return 2;
   }
+  return 0;
 }

@@ -12,7 +12,6 @@ std::string JoinedScene::take(const wire::Joined& answer, wire::Role role, Local
   joined_ = std::make_unique<wire::Joined>(answer);
   scene_ = offered;
   ++scene_.generation;
-  scene_.local_model = nullptr;
   held_ = BodyId{};
   watch_.note_grip(held_, Vec3::Zero(), now);
   check();
@@ -23,11 +22,6 @@ void JoinedScene::hide() {
   watch_.forget_changes();
   if (!scene_.may_drive) return;
   scene_.may_drive = scene_.may_display = false;
-  publish();
-}
-
-void JoinedScene::use_local_model(LocalModel* model) {
-  scene_.local_model = model;
   publish();
 }
 

@@ -27,7 +27,6 @@ class JoinedScene {
   void publish() { mailboxes_.scene.publish(scene_); }
   /// The haptic thread drives and displays nothing of it any more.
   void hide();
-  void use_local_model(LocalModel* model);
 
   /// The server says what this user's tool holds, and what a coefficient is for it.
   void hold(BodyId body, LocalTime now);
@@ -42,6 +41,7 @@ class JoinedScene {
 
   /// Null before the first.
   const wire::Joined* joined() const { return joined_.get(); }
+  std::uint32_t generation() const { return scene_.generation; }
   const haptics::CouplingParameters& coupling() const { return scene_.coupling; }
   const CouplingCheck& last_check() const { return watch_.last(); }
 

@@ -431,11 +431,6 @@ void ClientSession::set_parameter(const std::string& name, double value) {
   impl_->send_request(message);
 }
 
-void ClientSession::use_local_model(LocalModel* model) {
-  if (impl_->status.state != SessionState::kActive) return;
-  impl_->scene.use_local_model(model);
-}
-
 void ClientSession::leave(LocalTime) {
   const SessionState state = impl_->status.state;
   if (state == SessionState::kEnded) return;
@@ -452,6 +447,9 @@ const SessionStatus& ClientSession::status() const {
 }
 const wire::Joined* ClientSession::joined() const {
   return impl_->scene.joined();
+}
+std::uint32_t ClientSession::scene_generation() const {
+  return impl_->scene.generation();
 }
 const CouplingCheck& ClientSession::coupling_check() const {
   return impl_->scene.last_check();

@@ -27,8 +27,6 @@
 
 namespace tandem::client {
 
-class LocalModel;
-
 /// How the session sends. After close(), nothing of the closed connection may be reported any more.
 class ClientTransport {
  public:
@@ -108,13 +106,12 @@ class ClientSession {
   void release();
   void set_parameter(const std::string& name, double value);
   void leave(LocalTime now);
-  /// From now on the haptic path has this model of the joined scene; it must live until the next scene is taken. The
-  /// next join forgets it.
-  void use_local_model(LocalModel* model);
 
   const SessionStatus& status() const;
   /// The scene and this user's place in it, from the last Joined; null before the first.
   const wire::Joined* joined() const;
+  /// HapticScene::generation of the last join; 0: none.
+  std::uint32_t scene_generation() const;
   /// The last check of the coupling in force; explained() says what it found.
   const CouplingCheck& coupling_check() const;
   /// The room that was asked for or, without a wish, the only one of the last Welcome; "" before that.

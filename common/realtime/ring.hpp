@@ -1,6 +1,6 @@
-// Ordered hand-over of commands and events from one thread to another: nothing is overwritten, a full
-// ring refuses. For state, where only the newest counts, use mailbox.hpp. These two are the only ways in
-// which threads of this project exchange data.
+// Ordered hand-over of commands and events from one thread to another: nothing is overwritten, a full ring refuses.
+// For state, where only the newest counts, use mailbox.hpp; for objects that own memory, handover.hpp. These three are
+// the only ways in which threads of this project exchange data.
 #pragma once
 
 #include <boost/lockfree/spsc_queue.hpp>

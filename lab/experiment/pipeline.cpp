@@ -1,9 +1,5 @@
 #include "lab/experiment/pipeline.hpp"
 
-#include <limits>
-
-#include "client/haptics/stages/stage.hpp"
-
 namespace tandem::lab {
 
 std::string default_stage() {
@@ -30,26 +26,6 @@ boost::json::object pipeline_json(const Pipeline& pipeline) {
           {"passivity", pipeline.passivity},
           {"deadband", pipeline.deadband},
           {"model", boost::json::object{{"mass_scale", pipeline.model_mass_scale}}}};
-}
-
-client::LocalModelSettings local_model_settings(const Pipeline& pipeline) {
-  client::LocalModelSettings settings;
-  settings.mass_scale = pipeline.model_mass_scale;
-  settings.keeps_ledger = true;
-  return settings;
-}
-
-client::HapticSettings haptic_settings(const Pipeline& pipeline, const haptics::CouplingParameters& coupling_bounds) {
-  client::HapticSettings settings;
-  settings.stage.name = pipeline.stage;
-  settings.stage.predictor = pipeline.predictor;
-  settings.stage.passivity = pipeline.passivity;
-  settings.coupling_bounds = coupling_bounds;
-  return settings;
-}
-
-double passivity_dissipated_j(const client::HapticCore& core, const Pipeline& pipeline) {
-  return pipeline.passivity ? core.record().passivity_withheld_j : std::numeric_limits<double>::quiet_NaN();
 }
 
 }  // namespace tandem::lab

@@ -1,12 +1,11 @@
-// What stands between the server's state and a hand, by name: the one place of the lab that sets a client up.
+// What stands between the server's state and a hand, by name.
 #pragma once
 
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "client/haptics/haptic_core.hpp"
-#include "client/model/local_model.hpp"
+#include "client/haptics/stages/stage.hpp"
 #include "common/base/json.hpp"
 
 namespace tandem::lab {
@@ -28,11 +27,5 @@ struct Pipeline {
 
 /// As an experiment file has it.
 boost::json::object pipeline_json(const Pipeline& pipeline);
-
-client::LocalModelSettings local_model_settings(const Pipeline& pipeline);
-client::HapticSettings haptic_settings(const Pipeline& pipeline, const haptics::CouplingParameters& coupling_bounds);
-
-/// Energy that the client's passivity controller has withheld from the hand so far [world joules]; NaN: it has none.
-double passivity_dissipated_j(const client::HapticCore& core, const Pipeline& pipeline);
 
 }  // namespace tandem::lab

@@ -5,11 +5,10 @@
 #include <stdexcept>
 #include <string>
 
-#include "client/haptics/stages/stage.hpp"
-#include "client/model/local_model_maker.hpp"
-#include "client/session/asset_store.hpp"
+#include "client/client.hpp"
 #include "common/haptics/prediction/force_stream.hpp"
 #include "devices/sim/sim_device.hpp"
+#include "lab/session/session_settings.hpp"
 #include "lab/session/virtual_network.hpp"
 
 namespace tandem::lab {
@@ -18,31 +17,6 @@ namespace {
 constexpr Duration kJoinTimeout = std::chrono::seconds(30);
 /// About as much as a tick of a simple scene takes.
 constexpr std::size_t kWorkTerms = 1500;
-
-server::HubSettings hub_settings(std::uint64_t seed) {
-  server::HubSettings settings;
-  settings.datagram_port = 1;
-  settings.connection_ids = [ids = Random(seed)]() mutable { return ids.next_u64(); };
-  return settings;
-}
-
-client::SessionSettings session_settings(const ExperimentUser& user, const server::LoadedScene& scene) {
-  const auto store = std::make_shared<client::MemoryAssetStore>();
-  for (const server::Asset& asset : scene.assets) store->keep(asset.sha256, asset.bytes);
-  client::SessionSettings settings;
-  settings.user_name = user.name;
-  settings.state_transport = user.transport;
-  settings.deadband = user.pipeline.deadband;
-  settings.asset_store = store;
-  return settings;
-}
-
-/// As a client has it: an experiment's energy ledger costs two thirds of what all the rest does.
-client::LocalModelSettings model_settings(const Pipeline& pipeline) {
-  client::LocalModelSettings settings = local_model_settings(pipeline);
-  settings.keeps_ledger = false;
-  return settings;
-}
 
 /// A simulated hand that is moved outside of the clock, for a hand's mechanics are no client's work.
 class HandAhead final : public devices::Device {
@@ -101,7 +75,6 @@ class BenchSession {
   void run_slot();
   void tick();
   void measure_machine();
-  void make_local_model();
 
   const Experiment& experiment_;
   const ExperimentUser& user_;
@@ -111,12 +84,9 @@ class BenchSession {
   server::Room room_;
   server::SessionHub hub_;
   VirtualClientTransport& transport_;
-  client::ClientMailboxes mailboxes_;
   devices::SimDevice device_;
   HandAhead hand_{device_};
-  client::HapticCore core_;
-  client::ClientSession session_;
-  client::LocalModelMaker models_;
+  client::Client client_;
   FitMeter fits_;
   std::int64_t slot_ = 0;
   LocalTime next_step_{};
@@ -134,20 +104,9 @@ BenchSession::BenchSession(const Experiment& experiment, const std::shared_ptr<c
       hub_(hub_settings(experiment.seed), {&room_}, network_),
       transport_(network_.add_client(user_.up, user_.down, experiment.seed)),
       device_(user_.device.spec, devices::holding(user_.hand_parameters, user_.device), user_.hand, experiment.seed),
-      core_(haptic_settings(user_.pipeline, devices::coupling_bounds(user_.device)), hand_, mailboxes_),
-      session_(session_settings(user_, *scene), transport_, mailboxes_),
-      models_(model_settings(user_.pipeline), client::LocalModelMaker::Execution::kInline),
+      client_(client_settings(user_, assets_of(*scene)), hand_, transport_),
       fits_(user_.pipeline.predictor) {
   device_.hold_path();
-  session_.on_assets = [this] { make_local_model(); };
-}
-
-void BenchSession::make_local_model() {
-  if (!client::needs_local_model(user_.pipeline.stage)) return;
-  models_.begin(*session_.joined(), session_.assets());
-  client::LocalModel* const model = models_.take();
-  if (model == nullptr) throw std::runtime_error(experiment_.name + " has no local model: " + models_.problem());
-  session_.use_local_model(model);
 }
 
 void BenchSession::run_slot() {
@@ -160,19 +119,20 @@ void BenchSession::run_slot() {
     next_step_ += room_.period();
   }
   hub_.poll(now);
-  transport_.deliver(session_, now);
+  transport_.deliver(client_.session(), now);
   if ((now.time_since_epoch() - user_.tick_phase) % kHapticPeriod == Duration(0)) tick();
-  session_.poll(now);
+  client_.poll(now);
+  if (client_.model_problem().empty()) return;
+  throw std::runtime_error(experiment_.name + " has no local model: " + client_.model_problem());
 }
 
 void BenchSession::tick() {
   hand_.move_to(virtual_clock_.now());
   const LocalTime before = clock_.now();
-  core_.tick(virtual_clock_.now());
+  client_.haptics().tick(virtual_clock_.now());
   const Duration took = clock_.now() - before;
-  core_.service();
   if (!is_measuring_) return;
-  const client::TickRecord& record = core_.record();
+  const client::TickRecord& record = client_.haptics().record();
   run_.tick.record(took);
   run_.force_max_n = std::max(run_.force_max_n, record.displayed_on_hand_D.f.norm());
   local_ticks_ += record.is_local ? 1 : 0;
@@ -190,11 +150,12 @@ void BenchSession::measure_machine() {
 }
 
 void BenchSession::join() {
-  session_.start(virtual_clock_.now());
+  client_.session().start(virtual_clock_.now());
   const LocalTime give_up = virtual_clock_.now() + kJoinTimeout;
-  while (session_.status().state != client::SessionState::kActive || core_.record().newest_step.value == 0) {
-    if (virtual_clock_.now() >= give_up || session_.status().state == client::SessionState::kEnded) {
-      throw std::runtime_error(experiment_.name + ": could not join: " + session_.status().why);
+  while (client_.session().status().state != client::SessionState::kActive ||
+         client_.haptics().record().newest_step.value == 0) {
+    if (virtual_clock_.now() >= give_up || client_.session().status().state == client::SessionState::kEnded) {
+      throw std::runtime_error(experiment_.name + ": could not join: " + client_.session().status().why);
     }
     run_slot();
   }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <future>
 #include <optional>
 #include <stdexcept>
 #include <thread>
@@ -9,12 +10,12 @@
 
 #include "client/haptics/stages/stage.hpp"
 #include "client/net/client_io.hpp"
-#include "client/session/asset_store.hpp"
 #include "common/realtime/ring.hpp"
 #include "devices/sim/sim_device.hpp"
-#include "lab/session/live_room.hpp"
 #include "lab/session/live_rows.hpp"
+#include "lab/session/session_settings.hpp"
 #include "lab/session/virtual_session.hpp"
+#include "server/net/live_server.hpp"
 
 namespace tandem::lab {
 namespace {
@@ -34,12 +35,6 @@ LocalTime next_whole_millisecond(LocalTime time) {
   return LocalTime((since / kHapticPeriod + 1) * kHapticPeriod);
 }
 
-std::shared_ptr<client::AssetStore> assets_of(const server::LoadedScene& scene) {
-  auto store = std::make_shared<client::MemoryAssetStore>();
-  for (const server::Asset& asset : scene.assets) store->keep(asset.sha256, asset.bytes);
-  return store;
-}
-
 // A link without delay is no link: the loopback's own is what is left.
 bool is_perfect(const net::LinkParameters& link) {
   return link.delay == Duration(0) && link.jitter == Duration(0) && link.trace.empty() && !link.spoils_datagrams() &&
@@ -50,17 +45,95 @@ client::ClientIoSettings io_settings(const ExperimentUser& user, const server::L
                                      std::uint64_t link_seed, int realtime_priority) {
   client::ClientIoSettings settings;
   settings.port = port;
-  settings.session.user_name = user.name;
-  settings.session.role = user.role == server::UserRole::kManipulator ? wire::ROLE_MANIPULATOR : wire::ROLE_OBSERVER;
-  settings.session.state_transport = user.transport;
-  settings.session.deadband = user.pipeline.deadband;
-  settings.session.asset_store = assets_of(scene);
-  settings.session.may_reconnect = false;
+  settings.client = client_settings(user, assets_of(scene));
+  settings.client.session.may_reconnect = false;
   if (!is_perfect(user.up) || !is_perfect(user.down))
     settings.links = client::SimulatedLinks{user.up, user.down, link_seed};
-  settings.makes_local_model = client::needs_local_model(user.pipeline.stage);
   if (realtime_priority > 0) settings.realtime_priority = std::max(1, realtime_priority - kIoPriorityBelow);
   return settings;
+}
+
+std::vector<std::unique_ptr<server::Room>> one_room(const Experiment& experiment,
+                                                    const std::shared_ptr<const server::LoadedScene>& scene) {
+  std::vector<std::unique_ptr<server::Room>> rooms;
+  rooms.push_back(
+      std::make_unique<server::Room>(RoomId{1}, "lab", scene,
+                                     server::RoomOptions{.soft_stepping = server::SoftStepping::kWorker,
+                                                         .controls_tool_passivity = experiment.controls_passivity()}));
+  return rooms;
+}
+
+/// The server of a trial on a loopback port of its own choice, and what its world holds after each step.
+class LiveTrialServer {
+ public:
+  /// Serves until stop().
+  LiveTrialServer(const Experiment& experiment, const std::shared_ptr<const server::LoadedScene>& scene,
+                  int realtime_priority);
+  ~LiveTrialServer() { stop(); }
+
+  std::uint16_t port() const { return server_.port(); }
+  /// Samples are taken from then on, for the experiment's duration at most.
+  void record_from(LocalTime start) { start_ns_.store(start.time_since_epoch().count(), std::memory_order_release); }
+  void stop();
+  /// After stop().
+  void take(SessionTrace& trace, LiveTiming& timing);
+
+ private:
+  void record(const server::Room& room) noexcept;
+
+  const Experiment& experiment_;
+  server::LiveServer server_;
+  std::atomic<Duration::rep> start_ns_{kNotYet};
+  // Room thread, until it has stopped; reserved, so that no step allocates for them.
+  Duration next_bodies_{0};
+  std::vector<BodiesSample> bodies_;
+  std::size_t bodies_taken_ = 0;
+  std::vector<StoredEnergySample> stored_;
+  std::future<void> serving_;
+};
+
+LiveTrialServer::LiveTrialServer(const Experiment& experiment, const std::shared_ptr<const server::LoadedScene>& scene,
+                                 int realtime_priority)
+    : experiment_(experiment),
+      server_({.port = 0, .realtime_priority = realtime_priority, .hub = hub_settings(experiment.seed)},
+              one_room(experiment, scene)) {
+  BodiesSample blank;
+  blank.X_WB.resize(scene->bodies.size());
+  bodies_.resize(static_cast<std::size_t>(experiment.duration / experiment.sample_period) + 1, blank);
+  stored_.reserve(static_cast<std::size_t>(experiment.duration / server_.rooms().front()->period()) + 2);
+  server_.on_step = [this](const server::Room& room) { record(room); };
+  serving_ = std::async(std::launch::async, [this] { server_.run(); });
+}
+
+void LiveTrialServer::record(const server::Room& room) noexcept {
+  const Duration::rep start = start_ns_.load(std::memory_order_acquire);
+  if (start == kNotYet) return;
+  const Duration since = SteadyClock().now().time_since_epoch() - Duration(start);
+  if (since < Duration(0) || since > experiment_.duration) return;
+  const physics::World& world = room.world();
+  if (stored_.size() < stored_.capacity()) stored_.push_back({since, world.stored_energy_j()});
+  if (since < next_bodies_ || bodies_taken_ == bodies_.size()) return;
+  BodiesSample& sample = bodies_[bodies_taken_++];
+  sample.time = since;
+  for (std::size_t i = 0; i < sample.X_WB.size(); ++i) sample.X_WB[i] = world.body(body_id_at(i)).X;
+  sample.field_energy_kj_per_mol = world.field_energy_kj_per_mol();
+  while (next_bodies_ <= since) next_bodies_ += experiment_.sample_period;
+}
+
+void LiveTrialServer::stop() {
+  if (!serving_.valid()) return;
+  server_.abandon();
+  serving_.get();
+}
+
+void LiveTrialServer::take(SessionTrace& trace, LiveTiming& timing) {
+  bodies_.resize(bodies_taken_);
+  trace.bodies = std::move(bodies_);
+  trace.stored = std::move(stored_);
+  trace.room_steps = server_.rooms().front()->steps_done().value;
+  server::LiveServerReport report = server_.report();
+  trace.hub = report.counters;
+  timing.room = std::move(report.rooms.front());
 }
 
 /// A person with everything on their side of the network.
@@ -70,7 +143,7 @@ class LiveUser {
            int realtime_priority, const std::atomic<Duration::rep>& hands_start_ns);
 
   const ExperimentUser& user() const { return user_; }
-  void watch(BodyId body) { core_.watch(body); }
+  void watch(BodyId body) { io_.haptics().watch(body); }
   void connect() { io_.start(); }
   /// Starts the haptic thread near the user's phase of the millisecond. Returns what it asked for and did not get.
   std::vector<std::string> start_loop();
@@ -89,10 +162,10 @@ class LiveUser {
   void forget_ticks_before(LocalTime time);
 
   // after stop()
-  const client::HapticCounters& counters() const { return core_.counters(); }
+  const client::HapticCounters& counters() const { return io_.haptics().counters(); }
   const client::HapticCounters& counters_at_start() const { return at_start_; }
   double passivity_dissipated() const {
-    return passivity_dissipated_j(core_, user_.pipeline) - passivity_dissipated_at_start_j_;
+    return passivity_dissipated_j(io_.haptics(), user_.pipeline) - passivity_dissipated_at_start_j_;
   }
   const client::HapticLoopReport& loop_report() const { return loop_->report(); }
   std::uint64_t lost() const { return lost_.load(std::memory_order_relaxed); }
@@ -103,9 +176,7 @@ class LiveUser {
   const ExperimentUser& user_;
   int realtime_priority_;
   const std::atomic<Duration::rep>& hands_start_ns_;
-  client::ClientMailboxes mailboxes_;
   devices::SimDevice device_;
-  client::HapticCore core_;
   client::ClientIo io_;
   realtime::Ring<LiveTick> ring_{kRingTicks};
   std::atomic<std::uint64_t> lost_{0};
@@ -123,17 +194,15 @@ LiveUser::LiveUser(const ExperimentUser& description, client::ClientIoSettings i
       hands_start_ns_(hands_start_ns),
       device_(description.device.spec, devices::holding(description.hand_parameters, description.device),
               description.hand, hand_seed),
-      core_(haptic_settings(description.pipeline, devices::coupling_bounds(description.device)), device_, mailboxes_),
-      io_(std::move(io), mailboxes_) {
+      io_(std::move(io), device_) {
   device_.hold_path();
-  io_.on_tick = [this] { core_.service(); };
 }
 
 std::vector<std::string> LiveUser::start_loop() {
   client::HapticLoopSettings settings;
   settings.realtime = {.priority = realtime_priority_, .lock_memory = realtime_priority_ > 0};
   settings.trace_capacity = 1;  // the ring here has the hand's true state too
-  loop_.emplace(settings, core_, [this] { after_tick(); });
+  loop_.emplace(settings, io_.haptics(), [this] { after_tick(); });
   std::this_thread::sleep_until(std::chrono::steady_clock::time_point(
       (next_whole_millisecond(SteadyClock().now()) + user_.tick_phase).time_since_epoch()));
   return loop_->start();
@@ -142,14 +211,14 @@ std::vector<std::string> LiveUser::start_loop() {
 // On the haptic thread.
 void LiveUser::after_tick() noexcept {
   io_.notify();
-  const LiveTick tick{core_.record(), device_.hand_pose(), device_.hand_twist(), Duration(0)};
+  const LiveTick tick{io_.haptics().record(), device_.hand_pose(), device_.hand_twist(), Duration(0)};
   if (!ring_.push(tick)) lost_.fetch_add(1, std::memory_order_relaxed);
   const Duration::rep start = hands_start_ns_.load(std::memory_order_acquire);
   if (is_hand_moving_ || start == kNotYet || tick.record.at.time_since_epoch().count() < start) return;
   is_hand_moving_ = true;
   device_.start_path(LocalTime(Duration(start)));
-  at_start_ = core_.counters();
-  passivity_dissipated_at_start_j_ = passivity_dissipated_j(core_, user_.pipeline);
+  at_start_ = io_.haptics().counters();
+  passivity_dissipated_at_start_j_ = passivity_dissipated_j(io_.haptics(), user_.pipeline);
 }
 
 void LiveUser::take_ticks() {
@@ -217,7 +286,7 @@ struct LiveSession::Impl {
   std::atomic<Duration::rep> hands_start_ns{kNotYet};
   LocalTime begun{};
   LocalTime hands_started{};
-  LiveRoom room;
+  LiveTrialServer server;
   std::vector<std::unique_ptr<LiveUser>> users;
   std::vector<TrafficCounters> traffic_at_start;
   std::vector<std::size_t> told;  // ticks that on_tick has had
@@ -233,7 +302,7 @@ LiveSession::Impl::Impl(LiveSession& its_owner, const Experiment& its_experiment
       scene(std::move(its_scene)),
       beside(its_beside),
       priority(its_priority),
-      room(scene, experiment, its_priority) {
+      server(experiment, scene, its_priority) {
   trace.watched_body = beside.watched_body;
   trace.body_names = beside.body_names;
   trace.body_can_move = beside.body_can_move;
@@ -244,11 +313,11 @@ LiveSession::Impl::Impl(LiveSession& its_owner, const Experiment& its_experiment
     const ExperimentUser& user = experiment.users[i];
     if (user.pipeline.model_mass_scale != 1) {
       throw std::invalid_argument("experiment " + experiment.name +
-                                  ": model.mass_scale is not 1; a live client has no " + "such setting: leave it out");
+                                  ": model.mass_scale is not 1; tandem-client has no such setting: leave it out");
     }
     const UserTrace& virtual_user = beside.users[i];
     users.push_back(std::make_unique<LiveUser>(user,
-                                               io_settings(user, *scene, room.port(), experiment.seed + i, priority),
+                                               io_settings(user, *scene, server.port(), experiment.seed + i, priority),
                                                virtual_user.hand_seed, priority, hands_start_ns));
     if (trace.watched_body) users.back()->watch(body_id_at(*trace.watched_body));
     UserTrace& user_trace = trace.users.emplace_back();
@@ -292,7 +361,7 @@ void LiveSession::Impl::join_all() {
 void LiveSession::Impl::start_hands() {
   for (const auto& user : users) traffic_at_start.push_back(traffic_of(user->io()));
   hands_started = next_whole_millisecond(clock.now() + kStartIn);
-  room.record_from(hands_started);
+  server.record_from(hands_started);
   hands_start_ns.store(hands_started.time_since_epoch().count(), std::memory_order_release);
   trace.joined_after = hands_started - begun;
   while (clock.now() < hands_started) std::this_thread::sleep_for(kHapticPeriod);
@@ -346,12 +415,8 @@ void LiveSession::Impl::take_user(std::size_t index) {
 
 SessionTrace LiveSession::Impl::take_trace() {
   for (std::size_t i = 0; i < users.size(); ++i) take_user(i);
-  room.stop();
-  trace.bodies = std::move(room.bodies());
-  trace.stored = std::move(room.stored());
-  trace.hub = room.counters();
-  trace.room_steps = room.steps();
-  timing.room = room.timing();
+  server.stop();
+  server.take(trace, timing);
   return std::move(trace);
 }
 

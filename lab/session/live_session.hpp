@@ -3,7 +3,7 @@
 // it.
 //
 //   main thread (run())      per user: haptic thread           per user: io thread        server: room, io thread
-//   join, one after another  HapticLoop, 1 kHz                 ClientIo                   LiveRoom
+//   join, one after another  HapticLoop, 1 kHz                 ClientIo                   LiveServer
 //   says when hands start ──▶ hand starts on its path
 //   every 10 ms: takes       ── ring: tick and true hand ──▶
 //   what the rings hold
@@ -43,12 +43,12 @@ struct LiveTiming {
 
 /// Runs one trial of an experiment in real time. Once only.
 ///
-/// Limits  the local model's mass_scale and the coupling's check against the device are left out: a client has no
+/// Limits  the local model's mass_scale and the coupling's check against the device are left out: tandem-client has no
 ///         setting for the first, and a virtual trial no check
 class LiveSession {
  public:
   /// In      beside  the virtual trial of the same experiment: seeds, names and the watched body are taken from it
-  /// Fails   std::invalid_argument: mass_scale is not 1
+  /// Fails   std::invalid_argument: mass_scale is not 1; std::runtime_error: no port
   LiveSession(const Experiment& experiment, std::shared_ptr<const server::LoadedScene> scene,
               const SessionTrace& beside, int realtime_priority = 0);
   ~LiveSession();

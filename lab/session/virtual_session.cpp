@@ -3,13 +3,11 @@
 #include <stdexcept>
 #include <utility>
 
-#include "client/haptics/stages/stage.hpp"
-#include "client/model/local_model_maker.hpp"
-#include "client/session/asset_store.hpp"
+#include "client/client.hpp"
 #include "common/docking/lennard_jones.hpp"
 #include "devices/sim/sim_device.hpp"
-#include "lab/experiment/pipeline.hpp"
 #include "lab/session/field_depth.hpp"
+#include "lab/session/session_settings.hpp"
 #include "lab/session/virtual_network.hpp"
 #include "server/room/server_world.hpp"
 
@@ -24,29 +22,11 @@ std::uint64_t hand_seed(std::uint64_t seed, std::size_t user) {
   return Random(seed, kHandStreams + user).next_u64();
 }
 
-/// All files of a scene: a trial is about state, not about how long they take to load.
-std::shared_ptr<client::AssetStore> assets_of(const server::LoadedScene& scene) {
-  auto store = std::make_shared<client::MemoryAssetStore>();
-  for (const server::Asset& asset : scene.assets) store->keep(asset.sha256, asset.bytes);
-  return store;
-}
-
-client::SessionSettings session_settings(const ExperimentUser& user,
-                                         const std::shared_ptr<client::AssetStore>& assets) {
-  client::SessionSettings settings;
-  settings.user_name = user.name;
-  settings.role = user.role == server::UserRole::kManipulator ? wire::ROLE_MANIPULATOR : wire::ROLE_OBSERVER;
-  settings.state_transport = user.transport;
-  settings.deadband = user.pipeline.deadband;
-  settings.fetch_assets = true;
-  settings.asset_store = assets;
-  return settings;
-}
-
-server::HubSettings hub_settings(std::uint64_t seed) {
-  server::HubSettings settings;
-  settings.datagram_port = 1;
-  settings.connection_ids = [ids = Random(seed)]() mutable { return ids.next_u64(); };
+/// An experiment's account of energy is kept.
+client::ClientSettings client_settings_with_ledger(const ExperimentUser& user,
+                                                   const std::shared_ptr<client::AssetStore>& assets) {
+  client::ClientSettings settings = client_settings(user, assets);
+  settings.local_model.keeps_ledger = true;
   return settings;
 }
 
@@ -76,31 +56,19 @@ struct VirtualUser {
         transport(its_transport),
         device(description.device.spec, devices::holding(description.hand_parameters, description.device),
                description.hand, seed),
-        core(haptic_settings(description.pipeline, devices::coupling_bounds(description.device)), device, mailboxes),
-        session(session_settings(description, assets), transport, mailboxes),
-        models(local_model_settings(description.pipeline), client::LocalModelMaker::Execution::kInline),
+        client(client_settings_with_ledger(description, assets), device, transport),
         seed_of_hand(seed) {
     device.hold_path();
-    session.on_assets = [this] { make_local_model(); };
   }
 
-  void make_local_model() {
-    if (user.role != server::UserRole::kManipulator || !client::needs_local_model(user.pipeline.stage)) return;
-    models.begin(*session.joined(), session.assets());
-    model = models.take();
-    if (model != nullptr) return session.use_local_model(model);
-    throw std::runtime_error("user " + user.name + " has no local model: " + models.problem());
-  }
+  /// The one in use; null: the stage has none.
+  const client::LocalModel* model() const { return client.haptics().local_model(); }
 
   const ExperimentUser& user;
   VirtualClientTransport& transport;
-  client::ClientMailboxes mailboxes;
   devices::SimDevice device;
-  client::HapticCore core;
-  client::ClientSession session;
-  client::LocalModelMaker models;
-  client::LocalModel* model = nullptr;  ///< the one in use; null: the stage has none
-  std::optional<std::size_t> tool;      ///< a manipulator's, index into the scene's
+  client::Client client;
+  std::optional<std::size_t> tool;  ///< a manipulator's, index into the scene's
   std::uint64_t seed_of_hand;
   client::HapticCounters at_start;
   TrafficCounters traffic_at_start;
@@ -108,14 +76,14 @@ struct VirtualUser {
 };
 
 TickSample sample_of(VirtualUser& user, Duration time) {
-  TickSample sample = lab::sample_of(user.core.record());
+  TickSample sample = lab::sample_of(user.client.haptics().record());
   sample.time = time;
   sample.phase = user.device.path().phase_at(user.device.path_time());
   sample.hand_D = user.device.hand_pose();
   sample.hand_twist_D = user.device.hand_twist();
   sample.intended_D = user.device.path().pose_at(user.device.path_time()).p;
-  sample.round_trip = user.session.clock_sync().round_trip();
-  if (user.model != nullptr) sample.model = user.model->energy();
+  sample.round_trip = user.client.session().clock_sync().round_trip();
+  if (user.model() != nullptr) sample.model = user.model()->energy();
   return sample;
 }
 
@@ -132,7 +100,7 @@ struct VirtualSession::Impl {
        std::shared_ptr<const server::LoadedScene> its_scene);
 
   void run_slot();
-  void run_client_slot(VirtualUser& user);
+  void run_client_slot(std::size_t index, LocalTime now);
   void join_all();
   void start_hands();
   void record_tick(std::size_t index);
@@ -182,7 +150,7 @@ VirtualSession::Impl::Impl(VirtualSession& its_owner, const Experiment& its_expe
     const ExperimentUser& user = experiment.users[i];
     VirtualClientTransport& transport = network.add_client(user.up, user.down, experiment.seed);
     users.push_back(std::make_unique<VirtualUser>(user, transport, hand_seed(experiment.seed, i), assets));
-    if (watched) users.back()->core.watch(body_id_at(*watched));
+    if (watched) users.back()->client.haptics().watch(body_id_at(*watched));
     UserTrace& user_trace = trace.users.emplace_back();
     user_trace.user = user;
     user_trace.hand_seed = users.back()->seed_of_hand;
@@ -212,25 +180,28 @@ void VirtualSession::Impl::run_slot() {
     if (are_hands_moving) record_step();
   }
   hub.poll(now);
-  for (std::size_t i = 0; i < users.size(); ++i) {
-    VirtualUser& user = *users[i];
-    user.transport.deliver(user.session, now);
-    if ((now.time_since_epoch() - user.user.tick_phase) % kHapticPeriod == Duration(0)) {
-      user.core.tick(now);
-      user.core.service();
-      if (are_hands_moving) record_tick(i);
-    }
-    user.session.poll(now);
-  }
+  for (std::size_t i = 0; i < users.size(); ++i) run_client_slot(i, now);
   if (are_hands_moving && now >= next_sample) record_bodies();
+}
+
+void VirtualSession::Impl::run_client_slot(std::size_t index, LocalTime now) {
+  VirtualUser& user = *users[index];
+  user.transport.deliver(user.client.session(), now);
+  if ((now.time_since_epoch() - user.user.tick_phase) % kHapticPeriod == Duration(0)) {
+    user.client.haptics().tick(now);
+    if (are_hands_moving) record_tick(index);
+  }
+  user.client.poll(now);
+  if (user.client.model_problem().empty()) return;
+  throw std::runtime_error("user " + user.user.name + " has no local model: " + user.client.model_problem());
 }
 
 void VirtualSession::Impl::join_all() {
   for (const auto& user : users) {
-    user->session.start(clock.now());
+    user->client.session().start(clock.now());
     const LocalTime give_up = clock.now() + kJoinTimeout;
-    while (user->session.status().state != client::SessionState::kActive) {
-      const client::SessionStatus& status = user->session.status();
+    while (user->client.session().status().state != client::SessionState::kActive) {
+      const client::SessionStatus& status = user->client.session().status();
       if (status.state == client::SessionState::kEnded || clock.now() >= give_up) {
         throw CouldNotJoin("user " + user->user.name +
                            " could not join: " + (status.why.empty() ? "no answer within 30 s" : status.why));
@@ -242,7 +213,8 @@ void VirtualSession::Impl::join_all() {
   for (const auto& user : users) {
     const LocalTime give_up = clock.now() + kJoinTimeout;
     const bool is_manipulator = user->user.role == server::UserRole::kManipulator;
-    while (is_manipulator && user->core.record().newest_step.value == 0 && clock.now() < give_up) run_slot();
+    while (is_manipulator && user->client.haptics().record().newest_step.value == 0 && clock.now() < give_up)
+      run_slot();
   }
 }
 
@@ -255,9 +227,9 @@ void VirtualSession::Impl::start_hands() {
   trace.joined_after = hands_started.time_since_epoch();
   for (const auto& user : users) {
     user->device.start_path(hands_started);
-    user->at_start = user->core.counters();
+    user->at_start = user->client.haptics().counters();
     user->traffic_at_start = user->transport.traffic();
-    user->passivity_dissipated_at_start_j = passivity_dissipated_j(user->core, user->user.pipeline);
+    user->passivity_dissipated_at_start_j = passivity_dissipated_j(user->client.haptics(), user->user.pipeline);
   }
   record_bodies();
   record_step();
@@ -284,7 +256,7 @@ StoredEnergySample VirtualSession::Impl::energy_at_server() const {
   bool is_for_all = true;
   for (const auto& user : users) {
     if (!user->tool) continue;
-    if (user->model == nullptr) {
+    if (user->model() == nullptr) {
       is_for_all = false;
       continue;
     }
@@ -302,13 +274,13 @@ void VirtualSession::Impl::record_tick(std::size_t index) {
   const TickSample sample = sample_of(*users[index], clock.now() - hands_started);
   trace.faults_seen |= sample.server_tick_faults;
   UserTrace& user = trace.users[index];
-  const client::SessionStatus& status = users[index]->session.status();
+  const client::SessionStatus& status = users[index]->client.session().status();
   if (user.stayed_connected && status.state != client::SessionState::kActive) {
     user.stayed_connected = false;
     user.why_disconnected = status.why;
   }
   user.ticks.push_back(sample);
-  if (owner.on_tick) owner.on_tick(index, users[index]->core.record(), sample.phase);
+  if (owner.on_tick) owner.on_tick(index, users[index]->client.haptics().record(), sample.phase);
 }
 
 void VirtualSession::Impl::record_bodies() {
@@ -325,15 +297,15 @@ void VirtualSession::Impl::record_bodies() {
 SessionTrace VirtualSession::Impl::take_trace() {
   for (std::size_t i = 0; i < users.size(); ++i) {
     UserTrace& user = trace.users[i];
-    const client::HapticCounters& end = users[i]->core.counters();
+    const client::HapticCounters& end = users[i]->client.haptics().counters();
     user.energy_to_hand_j = end.energy_to_hand_j - users[i]->at_start.energy_to_hand_j;
     user.energy_from_hand_j = end.energy_from_hand_j - users[i]->at_start.energy_from_hand_j;
-    user.passivity_dissipated_j =
-        passivity_dissipated_j(users[i]->core, users[i]->user.pipeline) - users[i]->passivity_dissipated_at_start_j;
+    user.passivity_dissipated_j = passivity_dissipated_j(users[i]->client.haptics(), users[i]->user.pipeline) -
+                                  users[i]->passivity_dissipated_at_start_j;
     user.traffic = users[i]->transport.traffic();
     user.traffic.datagrams -= users[i]->traffic_at_start.datagrams;
     user.traffic.bytes -= users[i]->traffic_at_start.bytes;
-    user.session = users[i]->session.counters();
+    user.session = users[i]->client.session().counters();
     user.link_up = users[i]->transport.datagrams_up();
     user.link_down = users[i]->transport.datagrams_down();
   }

@@ -91,11 +91,13 @@ LiveServer::Impl::Impl(LiveServer& server, LiveServerSettings server_settings,
           }(),
           room_pointers(), transport),
       step_event(io, open_eventfd()),
-      scheduler(room_pointers(), realtime(settings.realtime_priority), [descriptor = step_event.native_handle()] {
-        const std::uint64_t one = 1;
-        // Fails only when the counter is full: then the io thread has been woken already.
-        [[maybe_unused]] const auto written = ::write(descriptor, &one, sizeof one);
-      }) {
+      scheduler(room_pointers(), realtime(settings.realtime_priority),
+                [this, descriptor = step_event.native_handle()](const Room& room) {
+                  const std::uint64_t one = 1;
+                  // Fails only when the counter is full: then the io thread has been woken already.
+                  [[maybe_unused]] const auto written = ::write(descriptor, &one, sizeof one);
+                  if (owner.on_step) owner.on_step(room);
+                }) {
   hub.on_log = [this](const std::string& line) { log(line); };
 }
 

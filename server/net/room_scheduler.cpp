@@ -23,7 +23,7 @@ struct RoomScheduler::Worker {
 };
 
 RoomScheduler::RoomScheduler(std::vector<Room*> rooms, realtime::RealtimeRequest realtime,
-                             std::function<void()> after_step)
+                             std::function<void(const Room&)> after_step)
     : realtime_(realtime), after_step_(std::move(after_step)) {
   const std::size_t cores = std::max(2U, std::thread::hardware_concurrency());
   for (Room* room : rooms) loops_.push_back(std::make_unique<Loop>(*room));
@@ -76,7 +76,7 @@ void RoomScheduler::step_next(Worker& worker) {
     ++loop.timing.overruns;
     loop.room.report(kFaultOverrun);
   }
-  after_step_();
+  after_step_(loop.room);
 }
 
 std::vector<RoomTiming> RoomScheduler::timings() const {

@@ -31,7 +31,8 @@ struct RoomTiming {
 class RoomScheduler {
  public:
   /// `after_step` runs on a worker thread after each step: no lock, no wait.
-  RoomScheduler(std::vector<Room*> rooms, realtime::RealtimeRequest realtime, std::function<void()> after_step);
+  RoomScheduler(std::vector<Room*> rooms, realtime::RealtimeRequest realtime,
+                std::function<void(const Room&)> after_step);
   /// Stops.
   ~RoomScheduler();
   RoomScheduler(const RoomScheduler&) = delete;
@@ -50,7 +51,7 @@ class RoomScheduler {
   void step_next(Worker& worker);
 
   realtime::RealtimeRequest realtime_;
-  std::function<void()> after_step_;
+  std::function<void(const Room&)> after_step_;
   std::vector<std::unique_ptr<Loop>> loops_;
   std::vector<std::unique_ptr<Worker>> workers_;
   std::atomic<bool> is_stopping_{false};

@@ -6,6 +6,7 @@
 namespace {
 
 thread_local std::uint64_t count = 0;
+thread_local std::uint64_t frees = 0;
 
 void* counted(std::size_t size, std::size_t alignment) noexcept {
   ++count;
@@ -21,8 +22,16 @@ void* counted_or_throw(std::size_t size, std::size_t alignment) {
   return memory;
 }
 
+void counted_free(void* memory) noexcept {
+  frees += memory != nullptr ? 1 : 0;
+  std::free(memory);
+}
+
 }  // namespace
 
+std::uint64_t tandem::test::free_count() noexcept {
+  return frees;
+}
 std::uint64_t tandem::test::allocation_count() noexcept {
   return count;
 }
@@ -41,14 +50,14 @@ void* operator new(std::size_t size, std::align_val_t alignment, const std::noth
   return counted(size, static_cast<std::size_t>(alignment));
 }
 void operator delete(void* memory) noexcept {
-  std::free(memory);
+  counted_free(memory);
 }
 void operator delete(void* memory, std::size_t) noexcept {
-  std::free(memory);
+  counted_free(memory);
 }
 void operator delete(void* memory, std::align_val_t) noexcept {
-  std::free(memory);
+  counted_free(memory);
 }
 void operator delete(void* memory, std::size_t, std::align_val_t) noexcept {
-  std::free(memory);
+  counted_free(memory);
 }

@@ -1,4 +1,4 @@
-// Counts heap allocations of the calling thread, so that "allocates nothing here" is a test. Link
+// Counts heap allocations of the calling thread, so that "allocates and frees nothing here" is a test. Link
 // allocation_counter.cpp into the test program: it replaces the global operator new.
 #pragma once
 
@@ -8,5 +8,7 @@ namespace tandem::test {
 
 /// Calls of operator new by this thread since it started.
 std::uint64_t allocation_count() noexcept;
+/// Likewise of operator delete, of what is not null.
+std::uint64_t free_count() noexcept;
 
 }  // namespace tandem::test

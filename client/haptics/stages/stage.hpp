@@ -21,6 +21,8 @@
 
 namespace tandem::client {
 
+class LocalModel;
+
 /// Which stage, with which parts. The same names on the command line, in experiment files and in reports.
 struct StageSettings {
   std::string name = "local-model";  ///< one of stage_names()
@@ -87,7 +89,7 @@ class Stage {
 
 /// Null for an unknown name or predictor.
 std::unique_ptr<Stage> make_stage(const StageSettings& settings);
-/// Whether the stage shows a local model, which somebody has to make (client/model/local_model_maker.hpp).
+/// Whether the stage shows a local model, which Client makes.
 bool needs_local_model(std::string_view stage);
 /// In the order of help texts.
 std::vector<std::string_view> stage_names();

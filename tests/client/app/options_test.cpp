@@ -63,8 +63,8 @@ TEST(ClientOptions, TheSimulatedHandHoldsADeviceByItsProfile) {
 }
 
 TEST(ClientOptions, ADeadbandIsAShareUpToHalf) {
-  EXPECT_EQ(parse({})->io.session.deadband, 0) << "everything is sent unless asked otherwise";
-  EXPECT_DOUBLE_EQ(parse({"--deadband", "10%"})->io.session.deadband, 0.1);
+  EXPECT_EQ(parse({})->io.client.session.deadband, 0) << "everything is sent unless asked otherwise";
+  EXPECT_DOUBLE_EQ(parse({"--deadband", "10%"})->io.client.session.deadband, 0.1);
   for (const char* bad : {"60%", "-1%", "much", "nan"}) {
     EXPECT_THAT(error_of({"--deadband", bad}), HasSubstr("--deadband")) << bad;
   }
@@ -91,10 +91,10 @@ TEST(ClientOptions, SessionOptionsReachTheSession) {
   ASSERT_TRUE(options.has_value());
   EXPECT_EQ(options->io.host, "::1");
   EXPECT_EQ(options->io.port, 1234);
-  EXPECT_EQ(options->io.session.room, "attic");
-  EXPECT_EQ(options->io.session.user_name, "anna");
-  EXPECT_EQ(options->io.session.role, wire::ROLE_OBSERVER);
-  EXPECT_EQ(options->io.session.state_transport, StateTransport::kTcp);
+  EXPECT_EQ(options->io.client.session.room, "attic");
+  EXPECT_EQ(options->io.client.session.user_name, "anna");
+  EXPECT_EQ(options->io.client.session.role, wire::ROLE_OBSERVER);
+  EXPECT_EQ(options->io.client.session.state_transport, StateTransport::kTcp);
   EXPECT_EQ(options->duration, std::chrono::seconds(10));
   EXPECT_EQ(options->realtime_priority, 0);
 }
@@ -168,15 +168,12 @@ TEST(ClientOptions, WithoutHeadlessTheMissingWindowIsNamed) {
 
 TEST(Summary, WatchesTheFirstGraspableBody) {
   wire::Joined joined;
-  EXPECT_FALSE(first_graspable(joined).has_value());
+  EXPECT_FALSE(first_graspable(joined).is_valid());
   joined.mutable_scene()->add_bodies()->set_name("table");
   wire::Body* peg = joined.mutable_scene()->add_bodies();
   peg->set_name("peg");
   peg->set_graspable(true);
-  const auto watched = first_graspable(joined);
-  ASSERT_TRUE(watched.has_value());
-  EXPECT_EQ(watched->id, BodyId{2});
-  EXPECT_EQ(watched->name, "peg");
+  EXPECT_EQ(first_graspable(joined), BodyId{2});
 }
 
 RunSummary empty_summary() {
@@ -188,7 +185,8 @@ RunSummary empty_summary() {
           .counters = {},
           .io = {},
           .coupling_findings = {},
-          .watched = std::nullopt,
+          .watched = {},
+          .watched_name = "",
           .run = RunReport({"hold"}, Duration{1})};
 }
 
@@ -225,6 +223,16 @@ TEST(Summary, SaysWhatItTakesToRunItAgain) {
     EXPECT_EQ(parsed.at("link_parameters").at(direction).at("delay_ms").to_number<double>(), 25);
     EXPECT_EQ(parsed.at("link_parameters").at(direction).at("loss").to_number<double>(), 0.02);
   }
+}
+
+TEST(Summary, NamesTheBodyThatWasWatched) {
+  RunSummary summary = empty_summary();
+  summary.watched = BodyId{2};
+  summary.watched_name = "peg";
+  TickRecord record;
+  record.has_watched_body = true;
+  summary.run.add(record, 0);
+  EXPECT_EQ(written(summary).at("watched_body").at("name").as_string(), "peg");
 }
 
 TEST(Summary, IsAValidObjectEvenOfARunThatNeverTicked) {

@@ -214,8 +214,9 @@ TEST(ClientSummary, IsWhatTheClientWrites) {
                              .io = {},
                              .coupling_findings = {},
                              .watched = {},
+                             .watched_name = {},
                              .run = run};
-  summary.options.io.session.user_name = "ben";
+  summary.options.io.client.session.user_name = "ben";
   summary.options.stage.name = "hold";
   summary.io.joined = std::make_shared<wire::Joined>();
   json::object written = client::to_json(summary);

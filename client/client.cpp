@@ -1,0 +1,73 @@
+#include "client/client.hpp"
+
+#include <chrono>
+#include <utility>
+
+#include "client/haptics/stages/stage.hpp"
+#include "client/model/local_world.hpp"
+#include "common/realtime/realtime.hpp"
+
+namespace tandem::client {
+
+struct Client::MadeModel {
+  std::uint32_t generation = 0;  ///< of the scene that it is of
+  std::unique_ptr<LocalModel> model;
+  std::string problem;  ///< why there is none
+};
+
+Client::Client(const ClientSettings& settings, devices::Device& device, ClientTransport& transport)
+    : settings_(settings),
+      core_(settings.haptics, device, mailboxes_),
+      session_(settings.session, transport, mailboxes_) {
+  if (needs_local_model(settings.haptics.stage.name)) session_.on_assets = [this] { begin_model(); };
+}
+
+Client::~Client() = default;
+
+void Client::poll(LocalTime now) {
+  take_made_model();
+  hand_over_model();
+  session_.poll(now);
+  core_.service();
+}
+
+void Client::begin_model() {
+  if (session_.joined()->role() != wire::ROLE_MANIPULATOR) return;
+  const auto make = [settings = settings_.local_model, is_aside = settings_.makes_models_aside,
+                     generation = session_.scene_generation(), joined = *session_.joined(),
+                     assets = session_.assets()] {
+    // The thread comes with the priority of the one that started it: a second of work there would starve the sockets.
+    if (is_aside) realtime::drop_realtime();
+    auto made = std::make_unique<MadeModel>();
+    made->generation = generation;
+    LocalWorld world = make_local_world(joined, assets);
+    made->problem = std::move(world.problem);
+    if (world.description) made->model = std::make_unique<LocalModel>(world.description, world.tool, settings);
+    return made;
+  };
+  // A future that is replaced waits for its thread: at most for one model.
+  making_ = std::async(settings_.makes_models_aside ? std::launch::async : std::launch::deferred, make);
+  if (settings_.makes_models_aside) return;
+  making_.wait();
+  take_made_model();
+  hand_over_model();
+}
+
+void Client::take_made_model() {
+  if (!making_.valid() || making_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return;
+  made_ = making_.get();
+  const bool is_new_problem = !made_->problem.empty() && made_->problem != model_problem_;
+  model_problem_ = made_->problem;
+  if (is_new_problem && session_.on_log) {
+    session_.on_log("no local model of this scene, the late pose is shown instead: " + model_problem_);
+  }
+}
+
+// Refused while the haptic thread has not yet entered a newer scene than that of the model before the last.
+void Client::hand_over_model() {
+  if (made_ == nullptr) return;
+  const bool is_of_this_scene = made_->generation == session_.scene_generation();
+  if (!is_of_this_scene || made_->model == nullptr || core_.offer_model(made_->generation, made_->model)) made_.reset();
+}
+
+}  // namespace tandem::client

@@ -1,0 +1,43 @@
+#include "lab/session/session_settings.hpp"
+
+#include <limits>
+#include <utility>
+
+#include "client/session/asset_store.hpp"
+#include "common/base/random.hpp"
+
+namespace tandem::lab {
+
+std::shared_ptr<client::AssetStore> assets_of(const server::LoadedScene& scene) {
+  auto store = std::make_shared<client::MemoryAssetStore>();
+  for (const server::Asset& asset : scene.assets) store->keep(asset.sha256, asset.bytes);
+  return store;
+}
+
+client::ClientSettings client_settings(const ExperimentUser& user, std::shared_ptr<client::AssetStore> assets) {
+  client::ClientSettings settings;
+  settings.haptics.stage.name = user.pipeline.stage;
+  settings.haptics.stage.predictor = user.pipeline.predictor;
+  settings.haptics.stage.passivity = user.pipeline.passivity;
+  settings.haptics.coupling_bounds = devices::coupling_bounds(user.device);
+  settings.session.user_name = user.name;
+  settings.session.role = user.role == server::UserRole::kManipulator ? wire::ROLE_MANIPULATOR : wire::ROLE_OBSERVER;
+  settings.session.state_transport = user.transport;
+  settings.session.deadband = user.pipeline.deadband;
+  settings.session.asset_store = std::move(assets);
+  settings.local_model.mass_scale = user.pipeline.model_mass_scale;
+  return settings;
+}
+
+server::HubSettings hub_settings(std::uint64_t seed) {
+  server::HubSettings settings;
+  settings.datagram_port = 1;
+  settings.connection_ids = [ids = Random(seed)]() mutable { return ids.next_u64(); };
+  return settings;
+}
+
+double passivity_dissipated_j(const client::HapticCore& core, const Pipeline& pipeline) {
+  return pipeline.passivity ? core.record().passivity_withheld_j : std::numeric_limits<double>::quiet_NaN();
+}
+
+}  // namespace tandem::lab

@@ -1,0 +1,223 @@
+// The whole client in virtual time between a scripted device and a hand-made server.
+#include "client/client.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "tests/client/haptics/scripted_device.hpp"
+#include "tests/support/allocation_counter.hpp"
+#include "tests/support/hub_bench.hpp"
+#include "tests/support/session_bench.hpp"
+
+namespace tandem::client {
+namespace {
+
+using testing::Contains;
+using testing::HasSubstr;
+
+/// What a server answers to the first user of a room with one box.
+wire::Joined box_scene() {
+  static const wire::Joined kJoined = test::HubBench().join("ada").joined;
+  return kJoined;
+}
+
+/// One that no local model can be made of: its tool has no mass.
+wire::Joined unusable_scene() {
+  wire::Joined joined = box_scene();
+  joined.mutable_tool_masses(0)->set_mass_kg(0);
+  return joined;
+}
+
+/// One whose asset never comes, so that nothing is made of it.
+wire::Joined scene_without_its_asset() {
+  wire::Joined joined = box_scene();
+  wire::AssetInfo& asset = *joined.add_assets();
+  asset.set_sha256(std::string(32, 'x'));
+  asset.set_size_bytes(100);
+  return joined;
+}
+
+class ClientBench {
+ public:
+  explicit ClientBench(const ClientSettings& settings = {}) : client(settings, device, transport_) {
+    client.session().on_log = [this](const std::string& line) { log.push_back(line); };
+    client.session().start(now);
+  }
+
+  void join(const wire::Joined& joined) {
+    client.session().on_connected(now);
+    wire::ServerControl welcome;
+    welcome.mutable_welcome()->set_protocol_version(proto::kProtocolVersion);
+    welcome.mutable_welcome()->set_connection_id(7);
+    welcome.mutable_welcome()->set_epoch(5);
+    welcome.mutable_welcome()->set_datagram_port(4711);
+    say(welcome);
+    wire::ServerControl answer;
+    *answer.mutable_joined() = joined;
+    say(answer);
+    sequence_ = 0;
+  }
+  void join_again(const wire::Joined& joined) {
+    client.session().on_disconnected(now, "cut");
+    run(250);
+    join(joined);
+  }
+
+  /// Milliseconds: a state comes, the haptic thread ticks, the io thread polls. What came before the tick that takes a
+  /// scene is not shown in it.
+  void run(int milliseconds = 2) {
+    for (int i = 0; i < milliseconds; ++i) {
+      now += std::chrono::milliseconds(1);
+      receive_state();
+      client.haptics().tick(now);
+      client.poll(now);
+    }
+  }
+  void receive_state() {
+    proto::ServerUpdate update;
+    update.step = Step{++step_};
+    update.sent = server_time_of_own_clock(now);
+    proto::Bytes datagram;
+    proto::append_header({proto::DatagramType::kServerUpdate, 5, ConnectionId{7}, ++sequence_}, datagram);
+    proto::ServerUpdateEncoder().append(update, datagram);
+    client.session().on_datagram(datagram, now);
+  }
+  bool is_local() const { return client.haptics().record().is_local; }
+
+  LocalTime now{std::chrono::seconds(10)};
+  ScriptedDevice device;
+  std::vector<std::string> log;
+
+ private:
+  void say(const wire::ServerControl& message) {
+    proto::Bytes frame;
+    proto::append_frame(message, frame);
+    client.session().on_control_bytes(frame, now);
+  }
+
+  test::RecordingClientTransport transport_;
+  std::uint64_t sequence_ = 0;
+  std::uint64_t step_ = 0;
+
+ public:
+  Client client;
+};
+
+TEST(Client, ShowsTheLocalModelOfEachJoinFromItsFirstState) {
+  ClientBench bench;
+  bench.join(box_scene());
+  bench.run();
+  EXPECT_TRUE(bench.is_local());
+  const LocalModel* const first = bench.client.haptics().local_model();
+  ASSERT_NE(first, nullptr);
+  bench.join_again(box_scene());
+  EXPECT_EQ(bench.client.haptics().local_model(), first) << "the haptic path has not been in the new scene yet";
+  bench.run();
+  EXPECT_TRUE(bench.is_local());
+  EXPECT_NE(bench.client.haptics().local_model(), first);
+}
+
+TEST(Client, SaysOnceWhyASceneHasNoLocalModelAndShowsTheLatePose) {
+  ClientBench bench;
+  bench.join(unusable_scene());
+  bench.run();
+  EXPECT_THAT(bench.client.model_problem(), HasSubstr("tools[0].mass_kg"));
+  EXPECT_THAT(bench.log, Contains(HasSubstr("no local model of this scene")));
+  EXPECT_FALSE(bench.is_local());
+  EXPECT_GT(bench.client.haptics().record().newest_step.value, 0U) << "and it is in the scene";
+  bench.log.clear();
+  bench.join_again(unusable_scene());
+  bench.run();
+  EXPECT_THAT(bench.log, testing::Not(Contains(HasSubstr("no local model of this scene"))));
+  bench.join_again(box_scene());
+  bench.run();
+  EXPECT_EQ(bench.client.model_problem(), "");
+  EXPECT_TRUE(bench.is_local());
+}
+
+TEST(Client, AModelIsMadeOnlyForTheStageThatShowsItAndForWhoMayMoveSomething) {
+  ClientBench late_pose({.haptics = {.stage = {.name = "late-pose"}}});
+  late_pose.join(box_scene());
+  late_pose.run();
+  EXPECT_EQ(late_pose.client.haptics().local_model(), nullptr);
+  ClientBench observer({.session = {.role = wire::ROLE_OBSERVER}});
+  wire::Joined joined = box_scene();
+  joined.set_role(wire::ROLE_OBSERVER);
+  observer.join(joined);
+  observer.run();
+  EXPECT_EQ(observer.client.haptics().local_model(), nullptr);
+  EXPECT_EQ(observer.client.model_problem(), "");
+}
+
+TEST(Client, NoTickAllocatesOrFreesWhenModelsComeAndGo) {
+  ClientBench bench;
+  std::uint64_t allocations = 0;
+  std::uint64_t frees = 0;
+  bench.join(box_scene());
+  for (int i = 1; i <= 10; ++i) {
+    bench.now += std::chrono::milliseconds(1);
+    bench.receive_state();
+    const std::uint64_t allocated_before = test::allocation_count();
+    const std::uint64_t freed_before = test::free_count();
+    bench.client.haptics().tick(bench.now);
+    allocations += test::allocation_count() - allocated_before;
+    frees += test::free_count() - freed_before;
+    if (i % 2 == 1) continue;
+    ASSERT_TRUE(bench.is_local()) << "join " << i / 2;
+    bench.join_again(box_scene());
+  }
+  EXPECT_EQ(allocations, 0U);
+  EXPECT_EQ(frees, 0U);
+}
+
+TEST(Client, WithoutATickNoModelIsFreedAndTheNewestIsShownAtLast) {
+  ClientBench bench;
+  bench.join(box_scene());
+  bench.run();
+  const LocalModel* const in_use = bench.client.haptics().local_model();
+  for (int i = 0; i < 4; ++i) {
+    bench.client.session().on_disconnected(bench.now, "cut");
+    for (int ms = 0; ms < 2000; ++ms) bench.client.poll(bench.now += std::chrono::milliseconds(1));
+    bench.join(box_scene());
+  }
+  EXPECT_EQ(bench.client.haptics().local_model(), in_use) << "the haptic thread may be in the middle of its step";
+  EXPECT_TRUE(in_use->has_started()) << "it is there to be read";
+  bench.run(1);
+  EXPECT_EQ(bench.client.haptics().local_model(), nullptr)
+      << "that of the fifth join waited until the tick had left the first";
+  bench.run();
+  EXPECT_TRUE(bench.is_local());
+}
+
+TEST(Client, AModelMadeAsideIsShownWhenItIsReady) {
+  ClientBench bench({.makes_models_aside = true});
+  bench.join(box_scene());
+  while (!bench.is_local()) {
+    bench.run();
+    std::this_thread::yield();
+  }
+  EXPECT_EQ(bench.client.model_problem(), "");
+}
+
+TEST(Client, AModelOfASceneThatWasLeftIsNotShownInTheNext) {
+  ClientBench bench({.makes_models_aside = true});
+  bench.join(box_scene());  // the model is made beside …
+  bench.client.session().on_disconnected(bench.now, "cut");
+  bench.now += std::chrono::seconds(1);
+  bench.client.session().poll(bench.now);
+  bench.join(scene_without_its_asset());  // … and comes when the next scene is in force
+  const auto until = std::chrono::steady_clock::now() + std::chrono::milliseconds(100);
+  while (std::chrono::steady_clock::now() < until) {
+    bench.run();
+    ASSERT_FALSE(bench.is_local());
+  }
+  EXPECT_EQ(bench.client.session().scene_generation(), 2U);
+}
+
+}  // namespace
+}  // namespace tandem::client
