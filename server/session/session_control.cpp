@@ -207,7 +207,7 @@ void SessionHub::Impl::set_parameter(Connection& connection, const wire::ClientC
     send(connection, error_answer(message.request(), wire::ERROR_BAD_VALUE,
                                   std::string(field->name) + " must be " + std::to_string(field->low) + " to " +
                                       std::to_string(field->high)));
-  } else if (is_chosen_by_law(connection.seats->room().scene().world.coupling, *field)) {
+  } else if (physics::is_chosen_by_law(connection.seats->room().scene().world.coupling, field->value)) {
     send(connection,
          error_answer(message.request(), wire::ERROR_NOT_ALLOWED,
                       std::string(field->name) + " follows what a tool moves: the scene's law is adaptive"));
