@@ -98,7 +98,7 @@ LiveTrialServer::LiveTrialServer(const Experiment& experiment, const std::shared
       server_({.port = 0, .realtime_priority = realtime_priority, .hub = hub_settings(experiment.seed)},
               one_room(experiment, scene)) {
   BodiesSample blank;
-  blank.X_WB.resize(scene->bodies.size());
+  blank.X_WB.resize(scene->world.bodies.size());
   bodies_.resize(static_cast<std::size_t>(experiment.duration / experiment.sample_period) + 1, blank);
   stored_.reserve(static_cast<std::size_t>(experiment.duration / server_.rooms().front()->period()) + 2);
   server_.on_step = [this](const server::Room& room) { record(room); };

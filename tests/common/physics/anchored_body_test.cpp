@@ -21,7 +21,8 @@ World world_with_block(ExternalBodies& external, const std::string& anchor, cons
       anchor + "}}";
   const auto scene = load_parts(
       {.bodies = block + more, .tools = R"({"name": "t", "placement": {"position_m": [-0.03, 0, 0]}})", .rest = rest});
-  return {server::world_description(*scene), watched(std::make_unique<server::BulletWorld>(scene), external), nullptr};
+  return {std::shared_ptr<const WorldDescription>(scene, &scene->world),
+          watched(server::make_bullet_world(scene->world, scene->body_shapes), external), nullptr};
 }
 
 TickFaults run(World& world, int steps) {

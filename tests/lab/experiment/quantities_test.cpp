@@ -89,7 +89,7 @@ TEST(SetQuantity, ReachesTheScene) {
   const Experiment experiment = parse_experiment({"e.json", ".", changed});
   EXPECT_NEAR(load_experiment_scene(experiment)->description.bodies(1).mass_kg(), 0.4, 1e-12);
   Experiment stiff = parse_experiment({"e.json", ".", with("coupling.stiffness_n_per_m", 123)});
-  EXPECT_EQ(load_experiment_scene(stiff)->coupling.parameters.stiffness_n_per_m, 123);
+  EXPECT_EQ(load_experiment_scene(stiff)->world.coupling.parameters.stiffness_n_per_m, 123);
   const Experiment other_law = parse_experiment({"e.json", ".", with("law", "qsa-static")});
   EXPECT_EQ(load_experiment_scene(other_law)->description.coupling().law(), "qsa-static");
   const Experiment wrong = parse_experiment({"e.json", ".", with("scene.bodies.no_box.mass_kg", 1)});

@@ -335,7 +335,7 @@ TEST(Room, StepDoesNotAllocateInSteadyContactNorDoesBullet) {
       proto::ClientUpdate update;
       update.handle.X.p = {0.001 * std::sin(0.01 * i), 0, 0.035};
       update.handle_valid = true;
-      update.energy_from_hand_j = supplied_j += 1e-4;
+      update.energy_from_hand_j = from_hand_j += 1e-4;
       room.mailboxes(0).input.publish(update);
       room.step(ServerTime(room.period()));
     }
