@@ -1,0 +1,42 @@
+"""What the house scripts share: the product's folders, its sources, and what they include."""
+import pathlib
+import re
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+PRODUCT = ("common", "proto", "devices", "server", "client", "lab")
+INCLUDE = re.compile(r'^\s*#\s*include\s+(?:"([^"]+)"|<([^>]+)>)', re.MULTILINE)
+
+
+def sources(root=ROOT, suffixes=(".hpp", ".cpp", ".inc"), folders=PRODUCT):
+    """Paths of the product's sources, relative to `root`, sorted."""
+    found = []
+    for folder in folders:
+        found += [path.relative_to(root) for path in (root / folder).rglob("*") if path.suffix in suffixes]
+    return sorted(found)
+
+
+def includes(path, root=ROOT):
+    """(project includes, other includes) of one source, as written."""
+    ours, others = [], []
+    for quoted, angled in INCLUDE.findall((root / path).read_text(encoding="utf-8")):
+        ours.append(quoted) if quoted else others.append(angled)
+    return ours, others
+
+
+def folder_of(path):
+    return pathlib.PurePosixPath(path).parent.as_posix()
+
+
+def home_of(path):
+    """The folder that a reader of the tree knows it by: client/haptics/stages belongs to client/haptics."""
+    return "/".join(pathlib.PurePosixPath(path).parent.parts[:2])
+
+
+def header_users(root=ROOT):
+    """For each header the folders of two levels, other than its own, whose sources include it."""
+    users = {path.as_posix(): set() for path in sources(root, (".hpp",))}
+    for path in sources(root):
+        for name in includes(path, root)[0]:
+            if name in users and home_of(name) != home_of(path):
+                users[name].add(home_of(path))
+    return users
