@@ -4,7 +4,6 @@
 
 #include "lab/cli/bench_commands.hpp"
 #include "lab/cli/commands.hpp"
-#include "lab/cli/contact_bench_command.hpp"
 
 namespace tandem::lab {
 
@@ -16,7 +15,8 @@ void add_bench_command(CLI::App& app, int& exit_code) {
   add_field_bench(*bench, exit_code);
   add_proxy_bench(*bench, exit_code);
   add_room_bench(*bench, exit_code);
-  add_contact_bench_commands(*bench, exit_code);
+  add_contact_bench(*bench, exit_code);
+  add_contact_scaling(*bench, exit_code);
 }
 
 }  // namespace tandem::lab

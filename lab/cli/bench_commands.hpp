@@ -9,6 +9,10 @@ namespace tandem::lab {
 
 /// client [--rtt-ms MS] [--repetitions N] [--check] [--json]
 void add_client_bench(CLI::App& bench, int& exit_code);
+/// contact --a MESH --b MESH … [--check N] [--json]
+void add_contact_bench(CLI::App& bench, int& exit_code);
+/// contact-scaling --mesh FILE --out DIR
+void add_contact_scaling(CLI::App& bench, int& exit_code);
 /// coupling [--seconds S] [--check] [--json]
 void add_coupling_bench(CLI::App& bench, int& exit_code);
 /// field [--scene NAME] [--seconds S] [--json]

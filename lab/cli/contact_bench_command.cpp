@@ -1,4 +1,4 @@
-#include "lab/cli/contact_bench_command.hpp"
+#include "lab/cli/bench_commands.hpp"
 
 #include <CLI/CLI.hpp>
 #include <array>
@@ -131,7 +131,7 @@ int run(const Options& options) {
 
 }  // namespace
 
-void add_contact_bench_commands(CLI::App& bench, int& exit_code) {
+void add_contact_bench(CLI::App& bench, int& exit_code) {
   const auto options = std::make_shared<Options>();
   CLI::App* contact = bench.add_subcommand("contact", "One mesh touching another, against Bullet's GImpact");
   contact->add_option("--a", options->a, "the tool: a mesh file, or peg, box_with_hole, sphere, cube")->required();
@@ -149,7 +149,6 @@ void add_contact_bench_commands(CLI::App& bench, int& exit_code) {
   contact->add_flag("--json", options->wants_json, "print JSON instead of a table");
   contact->footer("Exit code: 0 done, 1 a bound of --check does not hold, 2 bad input or set-up.");
   contact->callback([options, &exit_code] { exit_code = run(*options); });
-  add_contact_scaling_command(bench, exit_code);
 }
 
 }  // namespace tandem::lab

@@ -1,4 +1,4 @@
-#include "lab/cli/fit_order_command.hpp"
+#include "lab/cli/commands.hpp"
 
 #include <CLI/CLI.hpp>
 #include <array>

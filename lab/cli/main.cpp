@@ -7,8 +7,6 @@
 #include <string>
 
 #include "lab/cli/commands.hpp"
-#include "lab/cli/fit_order_command.hpp"
-#include "lab/cli/report_command.hpp"
 
 namespace {
 

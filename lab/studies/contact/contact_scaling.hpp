@@ -8,10 +8,6 @@
 #include "lab/report/check.hpp"
 #include "lab/studies/contact/touch_judgement.hpp"
 
-namespace CLI {
-class App;
-}
-
 namespace tandem::lab {
 
 /// One resolution of the mesh, against itself.
@@ -27,8 +23,5 @@ struct ScalingRow {
 /// p99 of the finest mesh against that of `reference`, the mesh as it was given.
 std::vector<Check> scaling_checks(std::span<const ScalingRow> rows, std::size_t reference);
 std::string scaling_report_html(const std::string& mesh_name, std::span<const ScalingRow> rows, std::size_t reference);
-
-/// contact-scaling --mesh FILE --out DIR
-void add_contact_scaling_command(CLI::App& bench, int& exit_code);
 
 }  // namespace tandem::lab

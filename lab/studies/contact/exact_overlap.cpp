@@ -106,7 +106,7 @@ ExactSurface::ExactSurface(const geometry::TriangleMesh& mesh) : mesh_(mesh), tr
 }
 
 bool ExactSurface::may_touch(const Vec3& p_S, double radius_m) const {
-  const Vec3 outside = (bounds_.low - p_S).cwiseMax(p_S - bounds_.high).cwiseMax(0.0);
+  const Vec3 outside = (bounds_.min() - p_S).cwiseMax(p_S - bounds_.max()).cwiseMax(0.0);
   return outside.squaredNorm() <= radius_m * radius_m;
 }
 

@@ -31,7 +31,7 @@ class ExactSurface {
  private:
   geometry::TriangleMesh mesh_;
   geometry::TriangleTree tree_;
-  MeshBounds bounds_;
+  Eigen::AlignedBox3d bounds_;
   std::vector<Vec3> corners_;
   std::vector<std::array<Vec3, 2>> edges_;
 };

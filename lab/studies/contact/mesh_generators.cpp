@@ -201,14 +201,10 @@ geometry::TriangleMesh subdivided(const geometry::TriangleMesh& mesh, int pieces
   return Subdivision(mesh, pieces, height_m).run();
 }
 
-MeshBounds bounds_of(const geometry::TriangleMesh& mesh) {
-  const Vec3& first = corner(mesh, mesh.triangles.front()[0]);
-  MeshBounds bounds{first, first};
+Eigen::AlignedBox3d bounds_of(const geometry::TriangleMesh& mesh) {
+  Eigen::AlignedBox3d bounds;
   for (const auto& triangle : mesh.triangles) {
-    for (const int index : triangle) {
-      bounds.low = bounds.low.cwiseMin(corner(mesh, index));
-      bounds.high = bounds.high.cwiseMax(corner(mesh, index));
-    }
+    for (const int index : triangle) bounds.extend(corner(mesh, index));
   }
   return bounds;
 }

@@ -35,13 +35,9 @@ geometry::TriangleMesh make_cube(double edge_m);
 /// normal, by a smooth function of place, so that the finer mesh is not made of flat patches.
 geometry::TriangleMesh subdivided(const geometry::TriangleMesh& mesh, int pieces, double height_m);
 
-struct MeshBounds {
-  Vec3 low = Vec3::Zero();
-  Vec3 high = Vec3::Zero();
-};
 /// Of the corners of triangles.
 /// In      mesh  at least one triangle
-MeshBounds bounds_of(const geometry::TriangleMesh& mesh);
+Eigen::AlignedBox3d bounds_of(const geometry::TriangleMesh& mesh);
 /// Signed volume of a closed mesh; positive when its triangles face outwards.
 double volume_m3(const geometry::TriangleMesh& mesh);
 

@@ -25,8 +25,8 @@ std::string generated_names() {
 }
 
 void place(geometry::TriangleMesh& mesh, double factor) {
-  const MeshBounds bounds = bounds_of(mesh);
-  const Vec3 centre = (bounds.low + bounds.high) / 2;
+  const Eigen::AlignedBox3d bounds = bounds_of(mesh);
+  const Vec3 centre = (bounds.min() + bounds.max()) / 2;
   for (Vec3& vertex : mesh.vertices) vertex = (vertex - centre) * factor;
 }
 
@@ -46,8 +46,8 @@ geometry::TriangleMesh mesh_from(const std::string& name, const std::string& opt
     throw std::invalid_argument(option + " is " + error.what() + "; or a generated mesh: " + generated_names());
   }
   if (mesh.triangles.empty()) throw std::invalid_argument(option + " is " + name + ", which has no triangle");
-  const MeshBounds bounds = bounds_of(mesh);
-  const double size = (bounds.high - bounds.low).maxCoeff();
+  const Eigen::AlignedBox3d bounds = bounds_of(mesh);
+  const double size = (bounds.max() - bounds.min()).maxCoeff();
   if (size <= 0) throw std::invalid_argument(option + " is " + name + ", which is a single point; give a surface");
   place(mesh, scale.factor.value_or(scale.largest_size_m / size));
   return mesh;

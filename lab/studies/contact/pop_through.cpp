@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <utility>
+#include <vector>
 
 namespace tandem::lab {
 namespace {
@@ -11,12 +11,36 @@ namespace {
 constexpr double kPiece_m = 2.5e-4;
 constexpr int kMaxPieces = 1000;
 
-}  // namespace
+/// Points of one body's surface, followed relative to another body.
+class PointsThrough {
+ public:
+  /// In      points_M  in the frame of the moving body
+  PointsThrough(const std::vector<Vec3>& points_M, const ExactSurface& other, double too_deep_m, double shallow_m)
+      : other_(other), too_deep_m_(too_deep_m), shallow_m_(shallow_m) {
+    for (const Vec3& p_M : points_M) followers_.push_back({.p_M = p_M});
+  }
 
-PointsThrough::PointsThrough(std::vector<Vec3> points_M, const ExactSurface& other, const Bounds& bounds)
-    : other_(other), bounds_(bounds) {
-  for (const Vec3& p_M : points_M) followers_.push_back({.p_M = p_M});
-}
+  /// The moving body relative to the other; returns how many points are through now.
+  std::size_t step(const Pose& X_OM);
+  double deepest_m() const { return deepest_m_; }
+
+ private:
+  struct Follower {
+    Vec3 p_M = Vec3::Zero();
+    Vec3 last_O = Vec3::Zero();
+    Vec3 entry_O = Vec3::Zero();  ///< normal of the side that it was last outside of
+    bool is_inside = false;
+    bool is_through = false;
+  };
+  void move(Follower& follower, const Vec3& p_O);
+
+  const ExactSurface& other_;
+  double too_deep_m_;
+  double shallow_m_;
+  std::vector<Follower> followers_;
+  double deepest_m_ = 0;
+  bool has_started_ = false;
+};
 
 std::size_t PointsThrough::step(const Pose& X_OM) {
   std::size_t through = 0;
@@ -27,7 +51,7 @@ std::size_t PointsThrough::step(const Pose& X_OM) {
     const double length = (p_O - from_O).norm();
     const int pieces = std::clamp(static_cast<int>(std::ceil(length / kPiece_m)), 1, kMaxPieces);
     // The ball around the stretch: far from the box, nothing on it matters.
-    if (follower.is_inside || other_.may_touch((from_O + p_O) / 2, length / 2 + bounds_.too_deep_m)) {
+    if (follower.is_inside || other_.may_touch((from_O + p_O) / 2, length / 2 + too_deep_m_)) {
       for (int i = 1; i <= pieces; ++i) move(follower, from_O + (p_O - from_O) * i / pieces);
     }
     follower.last_O = p_O;
@@ -38,7 +62,7 @@ std::size_t PointsThrough::step(const Pose& X_OM) {
 }
 
 void PointsThrough::move(Follower& follower, const Vec3& p_O) {
-  const geometry::TriangleTree::Closest closest = other_.tree().closest(p_O, bounds_.too_deep_m);
+  const geometry::TriangleTree::Closest closest = other_.tree().closest(p_O, too_deep_m_);
   if (closest.triangle < 0) {
     // Farther from the surface than a point may be inside.
     if (follower.is_inside) {
@@ -55,16 +79,36 @@ void PointsThrough::move(Follower& follower, const Vec3& p_O) {
     return;
   }
   deepest_m_ = std::max(deepest_m_, closest.distance_m);
-  if (closest.distance_m > bounds_.shallow_m && normal.dot(follower.entry_O) < 0) follower.is_through = true;
+  if (closest.distance_m > shallow_m_ && normal.dot(follower.entry_O) < 0) follower.is_through = true;
 }
 
-PopThroughWatch::PopThroughWatch(const ExactSurface& a, const ExactSurface& b, const PointsThrough::Bounds& bounds)
-    : a_in_b_(a.samples(kPoints, 1), b, bounds), b_in_a_(b.samples(kPoints, 2), a, bounds) {}
+}  // namespace
+
+struct PopThroughWatch::Impl {
+  PointsThrough a_in_b;
+  PointsThrough b_in_a;
+  std::uint64_t count = 0;
+  bool is_through = false;
+};
+
+PopThroughWatch::PopThroughWatch(const ExactSurface& a, const ExactSurface& b, double too_deep_m, double shallow_m)
+    : impl_(new Impl{PointsThrough(a.samples(kPoints, 1), b, too_deep_m, shallow_m),
+                     PointsThrough(b.samples(kPoints, 2), a, too_deep_m, shallow_m)}) {}
+
+PopThroughWatch::~PopThroughWatch() = default;
 
 void PopThroughWatch::step(const Pose& X_WA, const Pose& X_WB) {
-  const std::size_t through = a_in_b_.step(X_WB.inverse() * X_WA) + b_in_a_.step(X_WA.inverse() * X_WB);
-  if (through > 0 && !is_through_) ++count_;
-  is_through_ = through > 0;
+  const std::size_t through = impl_->a_in_b.step(X_WB.inverse() * X_WA) + impl_->b_in_a.step(X_WA.inverse() * X_WB);
+  if (through > 0 && !impl_->is_through) ++impl_->count;
+  impl_->is_through = through > 0;
+}
+
+std::uint64_t PopThroughWatch::count() const {
+  return impl_->count;
+}
+
+double PopThroughWatch::deepest_m() const {
+  return std::max(impl_->a_in_b.deepest_m(), impl_->b_in_a.deepest_m());
 }
 
 }  // namespace tandem::lab

@@ -38,13 +38,17 @@ bool crosses_triangle(const Vec3& p, const Vec3& q, const Vec3& a, const Vec3& b
   return (ab >= 0 && bc >= 0 && ca >= 0) || (ab <= 0 && bc <= 0 && ca <= 0);
 }
 
+double lowest_x(const std::array<Vec3, 3>& triangle) {
+  return std::min({triangle[0].x(), triangle[1].x(), triangle[2].x()});
+}
+
 }  // namespace
 
 std::vector<Vec3> wandering_hand(const geometry::TriangleMesh& mesh, std::size_t steps) {
   const geometry::TriangleTree tree(mesh);
-  const MeshBounds bounds = bounds_of(mesh);
-  const Vec3 centre = (bounds.low + bounds.high) / 2;
-  const Vec3 half = kWiden * (bounds.high - bounds.low) / 2;
+  const Eigen::AlignedBox3d bounds = bounds_of(mesh);
+  const Vec3 centre = (bounds.min() + bounds.max()) / 2;
+  const Vec3 half = kWiden * (bounds.max() - bounds.min()) / 2;
   const double margin_m = 2 * kPressed_m;
   std::vector<Vec3> hand;
   hand.reserve(steps);
@@ -108,19 +112,18 @@ CrossingJudge::CrossingJudge(const geometry::TriangleMesh& mesh) {
     const auto corner = [&](std::size_t i) { return mesh.vertices[static_cast<std::size_t>(corners[i])]; };
     const auto [low, high] = std::minmax({corner(0).x(), corner(1).x(), corner(2).x()});
     widest_m_ = std::max(widest_m_, high - low);
-    triangles_.push_back({low, corner(0), corner(1), corner(2)});
+    triangles_.push_back({corner(0), corner(1), corner(2)});
   }
-  std::sort(triangles_.begin(), triangles_.end(),
-            [](const Triangle& one, const Triangle& other) { return one.low_x < other.low_x; });
+  std::ranges::sort(triangles_, {}, lowest_x);
 }
 
 bool CrossingJudge::crosses(const Vec3& from, const Vec3& to) const {
   if (from == to) return false;
   const auto [low, high] = std::minmax(from.x(), to.x());
-  auto triangle = std::lower_bound(triangles_.begin(), triangles_.end(), low - widest_m_,
-                                   [](const Triangle& one, double x) { return one.low_x < x; });
-  for (; triangle != triangles_.end() && triangle->low_x <= high; ++triangle) {
-    if (crosses_triangle(from, to, triangle->a, triangle->b, triangle->c)) return true;
+  auto triangle = std::ranges::lower_bound(triangles_, low - widest_m_, {}, lowest_x);
+  for (; triangle != triangles_.end() && lowest_x(*triangle) <= high; ++triangle) {
+    const auto& [a, b, c] = *triangle;
+    if (crosses_triangle(from, to, a, b, c)) return true;
   }
   return false;
 }

@@ -2,6 +2,7 @@
 // write first, both along the same path of the hand.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <vector>
@@ -61,12 +62,8 @@ class CrossingJudge {
   bool crosses(const Vec3& from, const Vec3& to) const;
 
  private:
-  struct Triangle {
-    double low_x;
-    Vec3 a, b, c;
-  };
-  std::vector<Triangle> triangles_;  ///< by low_x
-  double widest_m_ = 0;              ///< in x
+  std::vector<std::array<Vec3, 3>> triangles_;  ///< by their lowest x
+  double widest_m_ = 0;                         ///< in x
 };
 
 /// In      runs  of the same loop and path, at least one; leave out a first one, which finds caches cold

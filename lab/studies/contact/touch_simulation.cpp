@@ -201,8 +201,8 @@ TouchTrace fastest_of(const std::vector<TouchTrace>& runs) {
 TouchTrace run_gimpact(const geometry::TriangleMesh& tool, const geometry::TriangleMesh& fixed,
                        const devices::HandPath& path, const TouchSettings& settings, const TouchStretch& stretch,
                        const Clock& clock) {
-  const MeshBounds bounds = bounds_of(tool);
-  const Vec3 inertia = box_inertia_kg_m2(bounds.high - bounds.low, settings.mass_kg);
+  const Eigen::AlignedBox3d bounds = bounds_of(tool);
+  const Vec3 inertia = box_inertia_kg_m2(bounds.max() - bounds.min(), settings.mass_kg);
   server::GImpactReference::Settings peer_settings;
   peer_settings.step_s = settings.step_s;
   peer_settings.mass_kg = settings.mass_kg;

@@ -165,8 +165,8 @@ ForceSeries chatter_series(double mass_kg) {
   const geometry::TriangleMesh box = make_box_with_hole();
   const devices::HandPath path = shipped_path("peg_five_steps");
   const TouchSettings settings = peg_settings(mass_kg);
-  const MeshBounds bounds = bounds_of(peg);
-  const Vec3 inertia = box_inertia_kg_m2(bounds.high - bounds.low, mass_kg);
+  const Eigen::AlignedBox3d bounds = bounds_of(peg);
+  const Vec3 inertia = box_inertia_kg_m2(bounds.max() - bounds.min(), mass_kg);
   server::GImpactReference::Settings peer_settings;
   peer_settings.mass_kg = mass_kg;
   peer_settings.principal_inertia_kg_m2 = inertia;

@@ -12,7 +12,7 @@
 
 #include "client/app/summary.hpp"
 #include "client/app/trace.hpp"
-#include "lab/cli/report_command.hpp"
+#include "lab/cli/commands.hpp"
 #include "lab/report/session_checks.hpp"
 #include "lab/report/session_data.hpp"
 #include "lab/report/session_report.hpp"

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "common/base/json.hpp"
-#include "lab/cli/contact_bench_command.hpp"
+#include "lab/cli/bench_commands.hpp"
 #include "lab/studies/contact/contact_bench.hpp"
 #include "lab/studies/contact/contact_scaling.hpp"
 #include "lab/studies/contact/mesh_source.hpp"
@@ -30,7 +30,8 @@ struct Outcome {
 Outcome run(Arguments arguments) {
   CLI::App app;
   Outcome outcome;
-  add_contact_bench_commands(app, outcome.exit_code);
+  add_contact_bench(app, outcome.exit_code);
+  add_contact_scaling(app, outcome.exit_code);
   std::reverse(arguments.begin(), arguments.end());
   testing::internal::CaptureStdout();
   try {
