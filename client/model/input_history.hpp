@@ -16,7 +16,7 @@ namespace tandem::client {
 struct BodyThen {
   RigidState state;
   Shift given;              ///< by its reconciler so far
-  bool is_ours = false;     ///< the model moved it by itself, and not after the server
+  bool is_implicit = false;     ///< the model moved it by itself, and not after the server
   bool is_touched = false;  ///< the own tool held or pressed it
 };
 

@@ -14,7 +14,7 @@ constexpr std::size_t kInputsKept = 2048;
 /// A tap counts as a touch for so long, so that a body is not given back between two of them.
 constexpr double kTouchKept_s = 0.05;
 /// Predicted on after the last touch for this beside the loop's delay: what the touch did has then come back.
-constexpr double kOursAfterTouch_s = 0.25;
+constexpr double kImplicitAfterTouch_s = 0.25;
 /// Where a body was when it began to be followed is forgotten within about three of these.
 constexpr double kFollowTime_s = 0.08;
 /// Where a joint acts follows a tool that slides.
@@ -141,7 +141,7 @@ void LocalModel::take_update(const LocalModelInput& input) noexcept {
     if (then == nullptr) continue;
     const BodyThen& body_then =
         history_.bodies(update.answered_input)[static_cast<std::size_t>(&copy - copies_.data())];
-    if (body_then.is_ours) copy.reconciler.observe(told->state, body_then.state, body_then.given);
+    if (body_then.is_implicit) copy.reconciler.observe(told->state, body_then.state, body_then.given);
   }
   if (then != nullptr) {
     const Duration loop = kInputPeriod * static_cast<int>(input.input.value - update.answered_input.value);
@@ -246,8 +246,8 @@ bool LocalModel::Copy::is_touched() const {
   return untouched_s < kTouchKept_s;
 }
 
-bool LocalModel::is_ours(const Copy& copy) const noexcept {
-  return copy.is_touched() || (!copy.others_touch && copy.untouched_s < kOursAfterTouch_s + to_seconds(loop_delay_));
+bool LocalModel::is_implicit(const Copy& copy) const noexcept {
+  return copy.is_touched() || (!copy.others_touch && copy.untouched_s < kImplicitAfterTouch_s + to_seconds(loop_delay_));
 }
 
 double LocalModel::joint_share() const {
@@ -279,8 +279,8 @@ void LocalModel::drive_copies(const LocalModelInput& input, double period_s) noe
   follow_touches(input.now.time_since_epoch(), period_s);
   for (Copy& copy : copies_) {
     if (!copy.is_known) continue;
-    if (is_ours(copy)) {
-      drive_ours(copy, played, period_s);
+    if (is_implicit(copy)) {
+      drive_implicit(copy, played, period_s);
     } else {
       follow(copy, played, present, period_s);
     }
@@ -306,7 +306,7 @@ void LocalModel::follow_grip(Copy& copy, double period_s, bool is_begin) noexcep
   copy.pressing_B = (copy.pressing_B + part * (like - copy.pressing_B)).normalized();
 }
 
-void LocalModel::drive_ours(Copy& copy, Duration played, double period_s) noexcept {
+void LocalModel::drive_implicit(Copy& copy, Duration played, double period_s) noexcept {
   const auto index = static_cast<std::size_t>(&copy - copies_.data());
   const bool is_begin = std::exchange(copy.was_followed, false);
   ledger_.take(index);

@@ -143,10 +143,10 @@ class LocalModel {
   void follow_buttons(const LocalModelInput& input) noexcept;
   void follow_soft_contact(const proto::ServerUpdate& update, bool is_new, double period_s) noexcept;
   void drive_copies(const LocalModelInput& input, double period_s) noexcept;
-  bool is_ours(const Copy& copy) const noexcept;
+  bool is_implicit(const Copy& copy) const noexcept;
   void follow_touches(Duration now, double period_s) noexcept;
   void follow_grip(Copy& copy, double period_s, bool is_begin) noexcept;
-  void drive_ours(Copy& copy, Duration played, double period_s) noexcept;
+  void drive_implicit(Copy& copy, Duration played, double period_s) noexcept;
   RigidState seen_at_present(Copy& copy, Duration played, Duration present, double period_s) noexcept;
   void follow(Copy& copy, Duration played, Duration present, double period_s) noexcept;
   void correct_tool(double period_s) noexcept;

@@ -93,7 +93,8 @@ bool ToolHand::is_saturated() const noexcept {
 void ToolHand::settle(const Pose& X_WT_before, const RigidState& tool, const Wrench& on_tool_W) noexcept {
   wrench_on_tool_W_ = on_tool_W;
   // What holds a tool for want of a handle is the world's own.
-  const Wrench by_user_W = has_handle() ? on_tool_W : Wrench{};
+  // Adding zero turns a negative zero into zero, which the wire leaves out.
+  const Wrench by_user_W = (has_handle() ? on_tool_W : Wrench{}) + Wrench{};
   if (has_handle()) wrench_on_hand_W_ = haptics::reaction_on_hand(by_user_W, target_.X.p - tool.X.p);
   add_work(held_work_j(by_user_W, X_WT_before, tool.X));
 }

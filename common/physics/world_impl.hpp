@@ -26,8 +26,8 @@ struct Join {
   RigidState target;         ///< of the body
   Vec3 p_BJ = Vec3::Zero();  ///< where it is joined
   double share = 0;
-  double weight_there = 0;  ///< part of the body's weight that the target bears
-  std::size_t tie = 0;      ///< its place among this step's ties
+  double weight_there = 0;      ///< part of the body's weight that the target bears
+  std::size_t touch_joint = 0;  ///< its place among this step's touch_joints
 
   bool is_there() const { return share > 0; }
 };
@@ -129,7 +129,7 @@ struct World::Impl {
   void describe_things() noexcept;
   void place_away(WorldTool& tool) noexcept;
   void add_soft_wrenches() noexcept;
-  void describe_ties() noexcept;
+  void describe_joints() noexcept;
   void describe_pulls() noexcept;
   void add_effects() noexcept;
   void anchor_free_bodies() noexcept;
@@ -154,9 +154,9 @@ struct World::Impl {
   std::vector<Wrench> wrenches;    ///< likewise
   std::vector<TouchThing> things;  ///< bodies, then tools
   std::vector<TouchCoupling> pulls;
-  std::vector<std::size_t> pulling;  ///< tool of pulls[i]
-  std::vector<TouchJoint> ties;      ///< anchors and joints
-  std::vector<SoftTool> soft_tools;  ///< tools, then bodies
+  std::vector<std::size_t> pulling;      ///< tool of pulls[i]
+  std::vector<TouchJoint> touch_joints;  ///< anchors and joints
+  std::vector<SoftTool> soft_tools;      ///< tools, then bodies
   TouchStage touch;
   std::unique_ptr<SoftBodies> soft;  ///< null without soft bodies
   EffectStage effects;

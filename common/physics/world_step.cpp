@@ -64,16 +64,16 @@ void World::Impl::describe_things() noexcept {
   }
 }
 
-void World::Impl::describe_ties() noexcept {
-  ties.clear();
+void World::Impl::describe_joints() noexcept {
+  touch_joints.clear();
   const auto add = [this](Join& join) {
-    join.tie = ties.size();
+    join.touch_joint = touch_joints.size();
     const Pose X_WJ = joined_pose(bodies[join.body].rigid.state().X, join.p_BJ);
-    ties.push_back({join.body, &join.law, joined_frame(join.target, join.p_BJ), X_WJ});
+    touch_joints.push_back({join.body, &join.law, joined_frame(join.target, join.p_BJ), X_WJ});
   };
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     WorldBody& body = bodies[i];
-    if (body.has_anchor()) ties.push_back({i, &body.anchor, body.start(), body.rigid.state().X});
+    if (body.has_anchor()) touch_joints.push_back({i, &body.anchor, body.start(), body.rigid.state().X});
     if (body.join.is_there()) add(body.join);
   }
   for (WorldTool& tool : tools) {
@@ -94,15 +94,16 @@ void World::Impl::place_away(WorldTool& tool) noexcept {
 
 /// An external body's anchor was solved with what touched it; of all others, alone.
 void World::Impl::anchor_free_bodies() noexcept {
-  for (const TouchJoint& tie : ties) {
-    WorldBody* const body = tie.thing < bodies.size() ? &bodies[tie.thing] : nullptr;
+  for (const TouchJoint& touch_joint : touch_joints) {
+    WorldBody* const body = touch_joint.thing < bodies.size() ? &bodies[touch_joint.thing] : nullptr;
     if (body == nullptr || !body->is_free()) continue;
-    if (tie.is_solved) {
-      body->rigid.apply_wrench(tie.wrench_W, tie.X_WT.p);
+    if (touch_joint.is_solved) {
+      body->rigid.apply_wrench(touch_joint.wrench_W, touch_joint.X_WT.p);
       continue;
     }
     const Wrench others_W = body->rigid.applied_W() + body->rigid.weight_W(scene->gravity_m_per_s2);
-    const Wrench wrench_W = anchor_wrench_W(body->rigid, tie.target.X, *body->description->anchor, others_W, step_s());
+    const Wrench wrench_W =
+        anchor_wrench_W(body->rigid, touch_joint.target.X, *body->description->anchor, others_W, step_s());
     body->rigid.apply_wrench(wrench_W, body->rigid.centre_W());
   }
 }
@@ -166,10 +167,10 @@ void World::Impl::describe_pulls() noexcept {
 TickFaults World::Impl::step_touch() noexcept {
   describe_things();
   add_soft_wrenches();
-  describe_ties();
+  describe_joints();
   describe_pulls();
   if (!effects.is_empty()) add_effects();
-  const TickFaults faults = touch.step(step_s(), things, pulls, ties);
+  const TickFaults faults = touch.step(step_s(), things, pulls, touch_joints);
   anchor_free_bodies();
   return faults;
 }
@@ -196,13 +197,13 @@ TickFaults World::Impl::settle_hands() noexcept {
     const Wrench by_hand_W = tool.pull ? pulls[*tool.pull].wrench_W : Wrench{};
     tool.hand.settle(X_WT_before, now, by_hand_W);
     for (const Join& copy : tool.copies) {
-      const TouchJoint& tie = ties[copy.tie];
+      const TouchJoint& touch_joint = touch_joints[copy.touch_joint];
       const RigidBody& body = bodies[copy.body].rigid;
       const Pose X_WJ = joined_pose(body.state().X, copy.p_BJ);
       const Vec3 p_JCo_J = X_WJ.inverse() * body.centre_W();
-      const Vec3 rise_W = body.centre_W() - tie.X_WT * p_JCo_J;
+      const Vec3 rise_W = body.centre_W() - touch_joint.X_WT * p_JCo_J;
       const double weight_work_j = -copy.weight_there * body.weight_W(scene->gravity_m_per_s2).f.dot(rise_W);
-      tool.hand.settle_copy(tie.X_WT, X_WJ, tie.wrench_W, weight_work_j);
+      tool.hand.settle_copy(touch_joint.X_WT, X_WJ, touch_joint.wrench_W, weight_work_j);
     }
     if (tool.hand.is_saturated()) faults |= kFaultCouplingSaturated;
   }

@@ -117,9 +117,9 @@ void SoftTangent::sweep_volume(const SoftBody& body) {
   }
 }
 
-bool SoftTangent::find_lead(const SoftPush& push, bool is_ours, Change& lead) const {
+bool SoftTangent::find_lead(const SoftPush& push, bool is_own_push, Change& lead) const {
   lead.setZero();
-  if (is_ours) {
+  if (is_own_push) {
     lead.leftCols<3>() = push.way_share * Eigen::Matrix3d::Identity();
     lead.rightCols<3>() = -push.way_share * cross_matrix(push.lever_W);
   }
@@ -152,9 +152,9 @@ SoftTangent::Change SoftTangent::pushed(const SoftPush& push, const Change& lead
   return change;
 }
 
-void SoftTangent::push(const SoftStep& step, const SoftPush& push, bool is_ours) {
+void SoftTangent::push(const SoftStep& step, const SoftPush& push, bool is_own_push) {
   Change lead;
-  if (!find_lead(push, is_ours, lead)) return;
+  if (!find_lead(push, is_own_push, lead)) return;
   const Change done = pushed(push, lead);
   const SoftSample& sample = model_.samples[static_cast<std::size_t>(push.sample)];
   for (std::size_t i = 0; i < 3; ++i) {
@@ -162,7 +162,7 @@ void SoftTangent::push(const SoftStep& step, const SoftPush& push, bool is_ours)
     if (place == kHeld || sample.weights[i] <= 0) continue;
     change_[place] += sample.weights[i] * step.body().inverse_mass(sample.nodes[i]) * done;
   }
-  if (!is_ours) return;
+  if (!is_own_push) return;
   sum_.topRows<3>() += done;
   sum_.bottomRows<3>() += cross_matrix(push.lever_W) * done;
 }

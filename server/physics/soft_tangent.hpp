@@ -59,9 +59,9 @@ class SoftTangent {
   void sweep_links(const SoftBody& body, std::span<const Vec3> nodes_W);
   void sweep_volume(const SoftBody& body);
   /// By how much more the thing has moved there than the sample. False: the sample is not in the patch.
-  bool find_lead(const SoftPush& push, bool is_ours, Change& lead) const;
+  bool find_lead(const SoftPush& push, bool is_own_push, Change& lead) const;
   Change pushed(const SoftPush& push, const Change& lead);
-  void push(const SoftStep& step, const SoftPush& push, bool is_ours);
+  void push(const SoftStep& step, const SoftPush& push, bool is_own_push);
 
   const SoftModel& model_;
   std::vector<std::vector<int>> neighbours_;

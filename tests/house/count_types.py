@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Measures how much there is to know: types, modules and functions of the product; fails above the limits of limits.json.
 
-A type is a match of `class|struct|enum class NAME … {` in a header, nested ones too. A header is public when another
-folder includes it. A module is the name that a header and a source share in one folder. A function is measured by
+A type is a match of `class|struct|enum class NAME … {` in a header, nested ones too. A header is public when a
+folder with another namespace includes it. A module is the name that a header and a source share in one folder. A function is measured by
 the lines between its braces, in sources, at the outermost level.
 """
 import argparse

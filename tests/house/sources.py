@@ -28,12 +28,13 @@ def folder_of(path):
 
 
 def home_of(path):
-    """The folder that a reader of the tree knows it by: client/haptics/stages belongs to client/haptics."""
-    return "/".join(pathlib.PurePosixPath(path).parent.parts[:2])
+    """The folder whose namespace a file has: common/physics of common/physics/joints, client of client/session."""
+    parts = pathlib.PurePosixPath(path).parent.parts
+    return "/".join(parts[:2]) if parts[0] == "common" else parts[0]
 
 
 def header_users(root=ROOT):
-    """For each header the folders of two levels, other than its own, whose sources include it."""
+    """For each header the folders with namespaces of their own, other than its own, whose sources include it."""
     users = {path.as_posix(): set() for path in sources(root, (".hpp",))}
     for path in sources(root):
         for name in includes(path, root)[0]:

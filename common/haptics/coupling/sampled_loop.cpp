@@ -100,9 +100,9 @@ Eigen::MatrixXd without(const Eigen::MatrixXd& a, int index) {
 Eigen::MatrixXd felt_transition(const LoopModel& m) {
   const LoopState z(m);
   Eigen::MatrixXd a = transition(m, z);
-  const bool is_hand_tied = m.hand_stiffness > 0, is_tool_tied = m.contact_stiffness > 0;
-  if (!z.is_tool_relative() && !is_tool_tied) a = without(a, z.tool_index());
-  if (!is_hand_tied && !(z.is_tool_relative() && is_tool_tied)) a = without(a, 0);
+  const bool is_hand_held = m.hand_stiffness > 0, is_tool_held = m.contact_stiffness > 0;
+  if (!z.is_tool_relative() && !is_tool_held) a = without(a, z.tool_index());
+  if (!is_hand_held && !(z.is_tool_relative() && is_tool_held)) a = without(a, 0);
   return a;
 }
 
