@@ -1,5 +1,5 @@
 # What `cmake --install` puts where, and the same places in the build folder: a program looks for its data from where
-# it lies itself (common/base/data_folder.hpp), so that it runs as built, as installed and after the prefix was moved.
+# it lies itself (common/base/folders.hpp), so that it runs as built, as installed and after the prefix was moved.
 include(GNUInstallDirs)
 
 set(tandem_data ${CMAKE_INSTALL_DATADIR}/tandem)

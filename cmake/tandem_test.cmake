@@ -28,7 +28,8 @@ endif()
 
 # tandem_run_test(name LABELS ... NEEDS targets COMMAND ...): one ctest entry.
 function(tandem_run_test name)
-  cmake_parse_arguments(ARG "" "" "LABELS;NEEDS;COMMAND" ${ARGN})
+  # By place, so that an argument of the command may be a list.
+  cmake_parse_arguments(PARSE_ARGV 1 ARG "" "" "LABELS;NEEDS;COMMAND")
   add_test(NAME ${name} COMMAND ${ARG_COMMAND})
   set_tests_properties(${name} PROPERTIES
     LABELS "${ARG_LABELS}" TIMEOUT ${tandem_test_timeout} ENVIRONMENT "${tandem_test_environment}")

@@ -10,7 +10,7 @@
 #include <tuple>
 #include <utility>
 
-#include "common/base/data_folder.hpp"
+#include "common/base/folders.hpp"
 #include "common/base/json_fields.hpp"
 #include "common/base/json_pretty.hpp"
 #include "devices/device_writer.hpp"

@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "client/session/asset_store.hpp"
-#include "common/base/cache_directory.hpp"
+#include "common/base/folders.hpp"
 #include "common/base/units.hpp"
 #include "common/net/deadband.hpp"
 #include "devices/sim/hand_path.hpp"

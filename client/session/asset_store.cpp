@@ -6,7 +6,7 @@
 #include <system_error>
 #include <vector>
 
-#include "common/base/cache_directory.hpp"
+#include "common/base/folders.hpp"
 
 namespace tandem::client {
 namespace {

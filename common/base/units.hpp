@@ -1,6 +1,8 @@
-// Quantities as people write them on a command line or in a file: a number with its unit, never a bare one.
+// Quantities as people write them on a command line or in a file, a number with its unit, and as they read them.
 #pragma once
 
+#include <cstddef>
+#include <string>
 #include <string_view>
 
 #include "common/base/time.hpp"
@@ -17,5 +19,10 @@ Duration parse_duration(std::string_view text, std::string_view usual_unit = "ms
 ///
 /// Fails   std::invalid_argument, e.g. "'120%' is out of range; write 0% to 100%, or 0 to 1"
 double parse_fraction(std::string_view text, double largest = 1.0);
+
+/// "1 hole", "2 holes".
+inline std::string counted(std::size_t count, const char* one, const char* many) {
+  return std::to_string(count) + " " + (count == 1 ? one : many);
+}
 
 }  // namespace tandem

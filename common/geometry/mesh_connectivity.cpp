@@ -5,7 +5,7 @@
 #include <numeric>
 #include <sstream>
 
-#include "common/base/counted.hpp"
+#include "common/base/units.hpp"
 #include "common/geometry/mesh_repair.hpp"
 
 namespace tandem::geometry {

@@ -5,7 +5,7 @@
 #include <optional>
 #include <sstream>
 
-#include "common/base/counted.hpp"
+#include "common/base/units.hpp"
 #include "common/geometry/mesh_connectivity.hpp"
 #include "common/geometry/mesh_weld.hpp"
 #include "common/geometry/triangle_tree.hpp"

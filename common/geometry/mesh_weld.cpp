@@ -3,7 +3,7 @@
 #include <bit>
 #include <cstdint>
 
-#include "common/base/counted.hpp"
+#include "common/base/units.hpp"
 #include "common/geometry/mesh_edges.hpp"
 
 namespace tandem::geometry {

@@ -92,6 +92,8 @@ std::vector<std::string> hands_of(const Options& options) {
 }
 
 int run(Options options) {
+  // What the command line alone says is wrong is said before a scene takes its time to load.
+  if (options.users != 0) hands_of(options);
   server::SceneLoading loading;
   loading.progress = progress_on_stderr();
   const auto scene = server::load_scene(scene_path(options.scene, ""), loading);

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <stdexcept>
 
-#include "common/base/data_folder.hpp"
+#include "common/base/folders.hpp"
 
 namespace tandem::lab {
 namespace {

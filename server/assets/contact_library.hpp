@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "common/base/cache_directory.hpp"
+#include "common/base/folders.hpp"
 #include "common/contact/contact_shape.hpp"
 #include "proto/content_hash.hpp"
 #include "proto/datagram.hpp"

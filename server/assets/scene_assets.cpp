@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "common/base/counted.hpp"
+#include "common/base/units.hpp"
 #include "common/docking/molecule_asset.hpp"
 #include "server/assets/mesh_file.hpp"
 #include "server/assets/structures/loader.hpp"

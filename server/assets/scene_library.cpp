@@ -2,7 +2,7 @@
 
 #include <set>
 
-#include "common/base/data_folder.hpp"
+#include "common/base/folders.hpp"
 #include "server/assets/scene_file.hpp"
 
 namespace tandem::server {

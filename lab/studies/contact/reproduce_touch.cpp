@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "common/base/data_folder.hpp"
+#include "common/base/folders.hpp"
 #include "lab/report/format.hpp"
 #include "lab/studies/contact/contact_bench.hpp"
 #include "lab/studies/contact/mesh_source.hpp"

@@ -6,7 +6,7 @@
 #include <memory>
 #include <utility>
 
-#include "common/base/data_folder.hpp"
+#include "common/base/folders.hpp"
 #include "common/haptics/coupling/laws.hpp"
 #include "devices/sim/sim_device.hpp"
 #include "lab/studies/contact/contact_bench.hpp"
@@ -105,8 +105,8 @@ const std::vector<SceneHands>& shipped_hands() {
 ForceSeries scene_series(const SceneHands& hands) {
   const auto scene = server::load_scene(server::find_scene(hands.scene, server::scene_folders()));
   // Its hands are paths and pay nothing.
-  const auto room =
-      std::make_unique<server::Room>(RoomId{1}, hands.scene, scene, server::RoomOptions{.controls_tool_passivity = false});
+  const auto room = std::make_unique<server::Room>(RoomId{1}, hands.scene, scene,
+                                                   server::RoomOptions{.controls_tool_passivity = false});
   std::vector<std::unique_ptr<SimulatedUser>> seats;
   for (const std::string& path : hands.paths)
     seats.push_back(std::make_unique<SimulatedUser>(*room, seats.size(), path));

@@ -1,4 +1,4 @@
-#include "common/base/cache_directory.hpp"
+#include "common/base/folders.hpp"
 
 #include <unistd.h>
 
@@ -21,6 +21,14 @@ bool write_parts(const std::filesystem::path& file, std::initializer_list<std::s
 }
 
 }  // namespace
+
+std::filesystem::path data_folder() {
+  const char* const chosen = std::getenv("TANDEM_DATA");
+  if (chosen != nullptr && *chosen != '\0') return chosen;
+  std::error_code error;
+  const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe", error);
+  return (program.parent_path() / TANDEM_DATA_FROM_PROGRAM).lexically_normal();
+}
 
 std::filesystem::path default_cache_directory() {
   const auto variable = [](const char* name) -> std::filesystem::path {

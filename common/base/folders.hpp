@@ -1,4 +1,5 @@
-// Where programs keep what would take long to make or fetch again, and how it is written there.
+// Folders of the programs: of what comes with Tandem (scenes, experiments, hand paths, device profiles), and of what would
+// take long to make or fetch again.
 #pragma once
 
 #include <cstddef>
@@ -7,6 +8,11 @@
 #include <span>
 
 namespace tandem {
+
+/// $TANDEM_DATA, else ../share/tandem beside the running program, whether that was built or installed, and wherever
+/// its folders were moved to.
+/// Out     e.g. /usr/share/tandem; need not exist
+std::filesystem::path data_folder();
 
 /// $TANDEM_CACHE, else $XDG_CACHE_HOME/tandem, else $HOME/.cache/tandem; empty (no cache) when none is set.
 std::filesystem::path default_cache_directory();

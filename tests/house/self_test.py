@@ -1,0 +1,130 @@
+"""That the rules of the house see a breach: each on a tree made for it."""
+import json
+import pathlib
+import tempfile
+import unittest
+
+import compare_results
+import count_types
+import includes
+import words
+
+
+class Tree(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.root = pathlib.Path(self.folder.name)
+
+    def tearDown(self):
+        self.folder.cleanup()
+
+    def write(self, name, text):
+        path = self.root / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8")
+        return path
+
+
+class Includes(Tree):
+    folders = {"common/base": [], "server": ["common"], "client": ["common", "server/one.hpp"]}
+    libraries = {"bullet/": ["server"]}
+
+    def breaches(self):
+        return list(includes.breaches(self.root, self.folders, self.libraries))
+
+    def test_allowed_edges_pass(self):
+        self.write("common/base/a.hpp", "#pragma once\n")
+        self.write("server/one.hpp", '#include "common/base/a.hpp"\n#include <bullet/b.h>\n')
+        self.write("client/c.cpp", '#include "server/one.hpp"\n#include "tandem/scene.pb.h"\n')
+        self.assertEqual(self.breaches(), [])
+
+    def test_an_edge_backwards_fails(self):
+        self.write("server/one.hpp", "")
+        self.write("common/base/a.hpp", '#include "server/one.hpp"\n')
+        self.assertIn("common/base may not include server/one.hpp", self.breaches()[0])
+
+    def test_a_header_beside_the_allowed_one_fails(self):
+        self.write("server/two.hpp", "")
+        self.write("client/c.cpp", '#include "server/two.hpp"\n')
+        self.assertEqual(len(self.breaches()), 1)
+
+    def test_a_library_outside_its_folder_and_a_folder_without_a_line_fail(self):
+        self.write("client/c.cpp", "#include <bullet/b.h>\n")
+        self.write("lab/l.cpp", "")
+        self.assertEqual(len(self.breaches()), 2)
+
+    def test_a_circle_of_folders_is_found(self):
+        self.assertEqual(includes.cycles({"a": ["b"], "b": ["a"], "c": ["a"]}), ["a", "b"])
+
+
+class Counts(Tree):
+    def test_types_are_counted_nested_ones_too_and_declarations_not(self):
+        text = "class A;\nstruct B final : C {\n  enum class D { k };\n};\n// struct E {\ntemplate <class T>\nstruct F {\n};\n"
+        self.assertEqual(count_types.types_of(text), ["B", "D", "F"])
+
+    def test_functions_are_measured_between_their_braces(self):
+        text = "int f(int a,\n      int b) {\n  return a;\n}\n\nnamespace n {\nvoid g() {\n  a();\n  b();\n}\n}\nstruct S {\n  int x;\n};\n"
+        self.assertEqual(count_types.function_lengths(text), [1, 2])
+
+    def test_a_header_is_public_by_use_from_another_namespace(self):
+        self.write("common/base/a.hpp", "namespace tandem {\nstruct A {\n};\n}\n")
+        self.write("common/net/b.hpp", '#include "common/base/a.hpp"\nstruct B {\n};\n')
+        self.write("common/net/c.cpp", '#include "common/net/b.hpp"\nint f() {\n  return 0;\n}\n')
+        figures = count_types.measure(self.root)[0]
+        self.assertEqual((figures["types"], figures["types_in_public_headers"], figures["types_directly_in_tandem"]), (2, 1, 1))
+
+
+class Words(Tree):
+    def found(self):
+        rules = {
+            "identifiers": [{"part": "guard", "say": "x", "except": ["lock_guard"]}, {"part": "slot", "say": "y", "under": ["server"]}],
+            "prose": [{"text": "\\bastray\\b", "say": "z"}],
+        }
+        return sorted(str(what) for _, what, _ in words.breaches(self.root, rules))
+
+    def test_identifiers_are_matched_by_their_parts_outside_of_comments_and_strings(self):
+        self.write("server/a.cpp", 'int guard_gain, kGuardTime, lock_guard, guardian;  // guard\nauto s = "guard";\n')
+        self.assertEqual(self.found(), ["guard_gain", "kGuardTime"])
+
+    def test_a_rule_may_hold_in_one_folder_alone(self):
+        self.write("server/a.cpp", "int slot;\n")
+        self.write("lab/a.cpp", "int slot;\n")
+        self.assertEqual(self.found(), ["slot"])
+
+    def test_readmes_and_help_are_read(self):
+        self.write("client/README.md", "a model that is astray\n")
+        self.write("lab/cli/run.cpp", 'add("--x", "goes astray");\n')
+        self.write("lab/cli/quiet.cpp", "// goes astray\n")
+        self.assertEqual(self.found(), ["1: astray", "astray"])
+
+
+class Results(Tree):
+    def test_what_differs_is_named_and_renamed_keys_are_equal(self):
+        before = compare_results.renamed({"guard": True, "trials": [{"seed": 1, "x": 1, "y": "guard"}]}, {"guard": "passivity"})
+        after = {"passivity": True, "trials": [{"seed": 1, "x": 2, "y": "passivity"}]}
+        self.assertEqual(list(compare_results.differences(before, after)), [("/trials/seed=1/x", 1, 2)])
+
+    def test_numbers_are_compared_as_they_are_written(self):
+        one = compare_results.load(self.write("a.json", '{"x": 0.1}'), {})
+        other = compare_results.load(self.write("b.json", '{"x": 0.10000000000000001}'), {})
+        self.assertEqual(len(list(compare_results.differences(one, other))), 1)
+
+    def test_what_is_missing_or_new_is_a_difference(self):
+        self.assertEqual(len(list(compare_results.differences({"a": 1, "b": [1]}, {"b": [1, 2], "c": 1}))), 3)
+
+    def test_expected_differences_are_told_apart(self):
+        self.assertTrue(compare_results.is_expected("wall", "/trials/1/verdict", {"*": {"verdict": "why"}}))
+        self.assertFalse(compare_results.is_expected("wall", "/trials/1/force", {"peg": {"force": "why"}}))
+
+
+class Tables(unittest.TestCase):
+    def test_the_checked_in_tables_can_be_read(self):
+        folders, libraries = includes.read_table(includes.TABLE)
+        self.assertIn("common/base", folders)
+        self.assertIn("CLI/", libraries)
+        self.assertEqual(includes.cycles(folders), [])
+        json.loads(words.WORDS.read_text(encoding="utf-8"))
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,238 @@
+// Files that a scene names: meshes, their cache, and what clients are told of them.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <limits>
+
+#include "server/assets/scene_file.hpp"
+#include "tests/common/physics/scene_support.hpp"
+
+namespace tandem::server {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+/// A folder for files that a test writes; removed at its end.
+class SceneFiles : public ::testing::Test {
+ protected:
+  SceneFiles() : directory_(std::filesystem::path(::testing::TempDir()) / unique_name()) {
+    std::filesystem::create_directories(directory_);
+  }
+  ~SceneFiles() override { std::filesystem::remove_all(directory_); }
+
+  void write(const std::string& name, const std::string& text) const { std::ofstream(directory_ / name) << text; }
+  std::shared_ptr<const LoadedScene> load(const std::string& json) const {
+    return load_scene_text(json, "test.json", directory_);
+  }
+  std::string refusal(const std::string& json) const {
+    try {
+      load(json);
+    } catch (const SceneError& error) {
+      return error.what();
+    }
+    return "accepted";
+  }
+
+  std::filesystem::path directory_;
+
+ private:
+  static std::string unique_name() {
+    const auto* const info = ::testing::UnitTest::GetInstance()->current_test_info();
+    std::string name = std::string("tandem_") + info->test_suite_name() + "_" + info->name();
+    std::replace(name.begin(), name.end(), '/', '_');
+    return name;
+  }
+};
+
+// A tetrahedron with corners at 0 and 2 along each axis, one triangle without area, and a line.
+constexpr const char* kTetrahedron =
+    "v 0 0 0\nv 2 0 0\nv 0 2 0\nv 0 0 2\n"
+    "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\nf 1 2 2\nl 1 2\n";
+
+std::string mesh_body(const std::string& mesh_fields, const std::string& body_fields = "") {
+  return physics::scene_json(
+      {.bodies = R"({"name": "a", "shapes": [{"mesh": {"file": "t.obj")" + mesh_fields + "}}]" + body_fields + "}"});
+}
+
+TEST_F(SceneFiles, MeshIsScaledToItsLargestSizeAndCentred) {
+  write("t.obj", kTetrahedron);
+  const auto scene = load(mesh_body(R"(, "largest_size_m": 0.1, "centre": true)"));
+  const geometry::TriangleMesh& mesh = *scene->body_shapes[0][0].mesh;
+  EXPECT_EQ(mesh.triangles.size(), 4U);
+  Vec3 low = mesh.vertices[0], high = low;
+  for (const Vec3& vertex : mesh.vertices) {
+    low = low.cwiseMin(vertex);
+    high = high.cwiseMax(vertex);
+  }
+  EXPECT_TRUE(low.isApprox(Vec3::Constant(-0.05), 1e-9)) << low.transpose();
+  EXPECT_TRUE(high.isApprox(Vec3::Constant(0.05), 1e-9)) << high.transpose();
+  EXPECT_NEAR(scene->description.bodies(0).shapes(0).mesh().scale(), 0.05, 1e-12);
+}
+
+TEST_F(SceneFiles, DroppedTrianglesAreNoted) {
+  write("t.obj", kTetrahedron);
+  EXPECT_THAT(load(mesh_body(""))->notes,
+              ::testing::ElementsAre("t.obj: 4 triangles, a solid", HasSubstr("1 triangle without area"),
+                                     ::testing::AllOf(HasSubstr("t.obj: contact"), HasSubstr("points every"))));
+}
+
+TEST_F(SceneFiles, MovingMeshHasTheInertiaOfItsSolid) {
+  write("t.obj", kTetrahedron);
+  const MassProperties mass = load(mesh_body("", R"(, "mass_kg": 3)"))->world.bodies[0].mass;
+  // Corner tetrahedron of edge a = 2: centroid a/4. About it ∫x² = 3ma²/80 and ∫xy = −ma²/80, so the second moments
+  // have the eigenvalues ma²/80·(1, 4, 4), and the inertia, trace − these, ma²/80·(8, 5, 5).
+  EXPECT_TRUE(mass.X_BC.p.isApprox(Vec3::Constant(0.5), 1e-9));
+  const double ma2 = 3.0 * 4.0;
+  EXPECT_NEAR(mass.principal_inertia_kg_m2.maxCoeff(), 8 * ma2 / 80, 1e-9);
+  EXPECT_NEAR(mass.principal_inertia_kg_m2.minCoeff(), 5 * ma2 / 80, 1e-9);
+  EXPECT_NEAR(mass.principal_inertia_kg_m2.sum(), 18 * ma2 / 80, 1e-9);
+}
+
+TEST_F(SceneFiles, BrokenMeshesAreRefused) {
+  write("t.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+  EXPECT_THAT(refusal(mesh_body("", R"(, "mass_kg": 1)")),
+              AllOf(HasSubstr("bodies[0].mass_kg is 1, but a shape encloses no volume"),
+                    HasSubstr("a sheet has none of its own"), HasSubstr("make it static (0)")));
+  write("t.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 2\n");
+  EXPECT_THAT(refusal(mesh_body("")), HasSubstr("t.obj, which cannot be touched: no triangle"));
+  write("t.obj", "v 0 0 0\nv nan 0 0\nv 0 1 0\nf 1 2 3\n");
+  EXPECT_THAT(refusal(mesh_body("")), HasSubstr("t.obj, which"));
+  write("t.obj", std::string("\0\1\2garbage", 10));
+  EXPECT_THAT(refusal(mesh_body("")), HasSubstr("t.obj, which is not a mesh that can be read"));
+  write("t.obj", "");
+  EXPECT_THAT(refusal(mesh_body("")), HasSubstr("t.obj, which is empty; export the mesh again"));
+}
+
+TEST_F(SceneFiles, MeshFarFromItsOriginIsRefusedUntilItIsCentred) {
+  std::string text;
+  for (const char* corner : {"700 0 0", "700.05 0 0", "700 0.05 0", "700 0 0.05"})
+    text += std::string("v ") + corner + "\n";
+  write("t.obj", text + "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
+  EXPECT_THAT(refusal(mesh_body("")),
+              AllOf(HasSubstr("test.json: bodies[0].shapes[0].mesh.file is t.obj, which cannot be touched: the mesh"),
+                    HasSubstr("reaches 700 m"), HasSubstr("\"centre\": true")));
+  EXPECT_EQ(refusal(mesh_body(R"(, "centre": true)")), "accepted");
+}
+
+TEST_F(SceneFiles, BodyWithoutVolumeIsRefusedBeforeItsContactIsBuilt) {
+  write("t.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+  SceneLoading loading;
+  loading.cache_directory.clear();
+  bool is_built = false;
+  loading.progress = [&](const std::string&, double) { is_built = true; };
+  const std::string sheet = R"("shapes": [{"mesh": {"file": "t.obj"}}])";
+  for (const std::string& json :
+       {mesh_body("", R"(, "mass_kg": 1)"), physics::scene_json({.tools = R"({"name": "t", )" + sheet + "}"})}) {
+    EXPECT_THROW(load_scene_text(json, "test.json", directory_, loading), SceneError);
+    EXPECT_FALSE(is_built);
+  }
+}
+
+TEST_F(SceneFiles, AssetIsTheFileAndItsHash) {
+  write("t.obj", kTetrahedron);
+  const std::string body = R"("shapes": [{"mesh": {"file": "t.obj"}}]})";
+  const auto scene = load(physics::scene_json({.bodies = R"({"name": "a", )" + body + R"(, {"name": "b", )" + body}));
+  ASSERT_EQ(scene->assets.size(), 2U) << "the same file twice is one asset, and so is what is made of it";
+  EXPECT_EQ(scene->assets[0].name, "t.obj");
+  EXPECT_EQ(scene->assets[0].kind, "mesh");
+  EXPECT_EQ(scene->assets[0].bytes->size(), std::string(kTetrahedron).size());
+  EXPECT_EQ(scene->assets[0].sha256, proto::sha256_of(*scene->assets[0].bytes));
+  EXPECT_EQ(scene->assets[1].kind, "contact");
+  EXPECT_EQ(scene->assets[1].sha256, proto::sha256_of(*scene->assets[1].bytes));
+  const std::string& named = scene->description.bodies(1).shapes(0).mesh().contact_sha256();
+  EXPECT_EQ(named, std::string(reinterpret_cast<const char*>(scene->assets[1].sha256.data()), 32))
+      << "a client finds a mesh's contact asset by its hash";
+}
+
+TEST_F(SceneFiles, ContactAssetOfAMeshComesFromTheCacheTheSecondTime) {
+  write("t.obj", kTetrahedron);
+  SceneLoading loading;
+  loading.cache_directory = directory_ / "cache";
+  const auto load_with_cache = [&] {
+    return load_scene_text(mesh_body(R"(, "largest_size_m": 0.02)"), "test.json", directory_, loading);
+  };
+  const auto built = load_with_cache();
+  EXPECT_THAT(built->notes.back(), HasSubstr("contact built in"));
+  const auto cached = load_with_cache();
+  EXPECT_THAT(cached->notes.back(), HasSubstr("contact from cache in"));
+  EXPECT_EQ(built->assets[1].sha256, cached->assets[1].sha256);
+
+  // A torn entry is not believed.
+  const auto entry = *std::filesystem::directory_iterator(loading.cache_directory);
+  std::filesystem::resize_file(entry.path(), entry.file_size() / 2);
+  const auto rebuilt = load_with_cache();
+  EXPECT_THAT(rebuilt->notes.back(), HasSubstr("contact built in"));
+  EXPECT_EQ(built->assets[1].sha256, rebuilt->assets[1].sha256) << "the same mesh gives the same bytes";
+  EXPECT_THAT(load_with_cache()->notes.back(), HasSubstr("contact from cache in")) << "and is kept again";
+}
+
+/// What stands where an entry of the cache should be.
+struct BadEntry {
+  const char* name;
+  std::function<void(const std::filesystem::path& entry)> put;
+};
+void PrintTo(const BadEntry& entry, std::ostream* os) {
+  *os << entry.name;
+}
+class BadCache : public SceneFiles, public ::testing::WithParamInterface<BadEntry> {};
+
+constexpr const char* kSmall = R"(, "largest_size_m": 0.01)";
+
+TEST_P(BadCache, EntryIsIgnored) {
+  write("t.obj", kTetrahedron);
+  SceneLoading loading;
+  loading.cache_directory = directory_ / "cache";
+  const auto load_with_cache = [&] { return load_scene_text(mesh_body(kSmall), "test.json", directory_, loading); };
+  const auto built = load_with_cache();
+  const std::filesystem::path entry = std::filesystem::directory_iterator(loading.cache_directory)->path();
+  std::filesystem::remove(entry);
+  GetParam().put(entry);
+  const auto rebuilt = load_with_cache();
+  EXPECT_THAT(rebuilt->notes.back(), HasSubstr("contact built in"));
+  EXPECT_EQ(built->assets[1].sha256, rebuilt->assets[1].sha256);
+  const bool is_replaced = !std::filesystem::is_directory(entry);
+  EXPECT_THAT(load_with_cache()->notes.back(), HasSubstr(is_replaced ? "contact from cache in" : "cannot be written"));
+}
+
+/// The entry of another mesh under this one's name.
+void put_foreign_entry(const std::filesystem::path& entry) {
+  SceneLoading loading;
+  loading.cache_directory = entry.parent_path() / "other";
+  std::ofstream(entry.parent_path() / "t.obj")
+      << "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 0.5\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+  load_scene_text(mesh_body(kSmall), "other.json", entry.parent_path(), loading);
+  std::filesystem::rename(std::filesystem::directory_iterator(loading.cache_directory)->path(), entry);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    SceneFiles, BadCache,
+    ::testing::Values(BadEntry{"Directory", [](const auto& entry) { std::filesystem::create_directory(entry); }},
+                      BadEntry{"Fifo", [](const auto& entry) { ASSERT_EQ(mkfifo(entry.c_str(), 0600), 0); }},
+                      BadEntry{"Empty", [](const auto& entry) { std::ofstream touched(entry); }},
+                      BadEntry{"HugeSparseFile",
+                               [](const auto& entry) {
+                                 std::ofstream touched(entry);
+                                 touched.close();
+                                 std::filesystem::resize_file(entry, 1ULL << 40U);
+                               }},
+                      BadEntry{"EntryOfAnotherMesh", put_foreign_entry}),
+    [](const ::testing::TestParamInfo<BadEntry>& test) { return test.param.name; });
+
+TEST_F(SceneFiles, ClientsSeeBaseNamesOnly) {
+  std::filesystem::create_directory(directory_ / "secret");
+  write("secret/t.obj", kTetrahedron);
+  const std::string path = (directory_ / "secret" / "t.obj").string();
+  const auto scene =
+      load(physics::scene_json({.bodies = R"({"name": "a", "shapes": [{"mesh": {"file": ")" + path + R"("}}]})"}));
+  EXPECT_EQ(scene->description.bodies(0).shapes(0).mesh().file(), "t.obj");
+  EXPECT_EQ(scene->description.SerializeAsString().find("secret"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace tandem::server
