@@ -19,12 +19,6 @@ RigidState at(const Vec3& p) {
   return {{p, Quat::Identity()}, Twist{}};
 }
 
-TickFaults run(World& world, int steps) {
-  TickFaults faults = 0;
-  for (int i = 0; i < steps; ++i) faults |= world.step();
-  return faults;
-}
-
 /// FNV-1a over the bits of every body's and tool's state.
 std::uint64_t state_hash(const World& world, std::size_t bodies, std::size_t tools) {
   std::uint64_t hash = 14695981039346656037ULL;
