@@ -15,9 +15,9 @@ namespace tandem::client {
 /// A moving body at one input.
 struct BodyThen {
   RigidState state;
-  Shift given;              ///< by its reconciler so far
-  bool is_implicit = false;     ///< the model moved it by itself, and not after the server
-  bool is_touched = false;  ///< the own tool held or pressed it
+  Shift given;               ///< by its reconciler so far
+  bool is_implicit = false;  ///< the model moved it by itself, and not after the server
+  bool is_touched = false;   ///< the own tool held or pressed it
 };
 
 /// The model after the tick of one input.

@@ -247,7 +247,8 @@ bool LocalModel::Copy::is_touched() const {
 }
 
 bool LocalModel::is_implicit(const Copy& copy) const noexcept {
-  return copy.is_touched() || (!copy.others_touch && copy.untouched_s < kImplicitAfterTouch_s + to_seconds(loop_delay_));
+  return copy.is_touched() ||
+         (!copy.others_touch && copy.untouched_s < kImplicitAfterTouch_s + to_seconds(loop_delay_));
 }
 
 double LocalModel::joint_share() const {

@@ -55,7 +55,8 @@ Room::Room(RoomId id, std::string name, std::shared_ptr<const LoadedScene> scene
       world_(make_server_world(scene_, options.soft_stepping)),
       sharing_(world_, moving_bodies_, scene_->world.tools.size()),
       coupling_(scene_->world.coupling.parameters) {
-  const bool is_limited = options.controls_tool_passivity && scene_->world.coupling.dynamics != haptics::ToolDynamics::kAtHandle;
+  const bool is_limited =
+      options.controls_tool_passivity && scene_->world.coupling.dynamics != haptics::ToolDynamics::kAtHandle;
   for (auto& user : users_) user = std::make_unique<User>(*this, is_limited);
 }
 

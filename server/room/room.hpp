@@ -29,9 +29,9 @@
 #include "common/realtime/ring.hpp"
 #include "proto/state.hpp"
 #include "server/assets/scene_file.hpp"
-#include "server/room/server_world.hpp"
 #include "server/room/body_sharing.hpp"
 #include "server/room/seat.hpp"
+#include "server/room/server_world.hpp"
 
 namespace tandem::server {
 

@@ -88,8 +88,7 @@ TEST_F(RoomBridge, TheJointComesWithASecondHandOnTheBodyAndGoesAfterIt) {
   std::uint64_t tick = 0;
   const auto step = [&](bool second_holds) {
     ++tick;
-    bench.room.mailboxes(0).input.publish(
-        input(tick, {-0.03, 0, 0}, proto::ClientMode::kLocalModel, kButtonGrab));
+    bench.room.mailboxes(0).input.publish(input(tick, {-0.03, 0, 0}, proto::ClientMode::kLocalModel, kButtonGrab));
     bench.room.mailboxes(1).input.publish(
         input(tick, {0.03, 0, 0}, proto::ClientMode::kHandle, second_holds ? std::uint32_t{kButtonGrab} : 0U));
     return bench.step();
