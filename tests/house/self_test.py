@@ -7,6 +7,7 @@ import unittest
 import compare_results
 import count_types
 import includes
+import links
 import words
 
 
@@ -96,6 +97,14 @@ class Words(Tree):
         self.write("lab/cli/run.cpp", 'add("--x", "goes astray");\n')
         self.write("lab/cli/quiet.cpp", "// goes astray\n")
         self.assertEqual(self.found(), ["1: astray", "astray"])
+
+
+class Links(Tree):
+    def test_dead_links_and_paths_are_found_and_live_ones_are_not(self):
+        self.write("common/base/ids.hpp", "")
+        self.write("common/README.md", "[a](base/) [b](base/ids.hpp#x) [c](gone.md) [d](https://e) `common/base/ids` `lab/gone`\n")
+        self.assertEqual(list(links.dead_ends(self.root)),
+                         ["common/README.md: the link gone.md leads nowhere", "common/README.md: there is no lab/gone"])
 
 
 class Results(Tree):
