@@ -47,11 +47,11 @@ function(tandem_run_cases name program filter labels)
   set_tests_properties(${name} PROPERTIES FAIL_REGULAR_EXPRESSION " 0 tests from 0 test suites ran")
 endfunction()
 
-# tandem_test(name [SLOW|LAB] [THREADS] [NIGHTLY Suite.Case ...] SOURCES ... LINK ...): one GoogleTest program and one
+# tandem_test(name [SLOW|NUMERIC] [THREADS] [NIGHTLY Suite.Case ...] SOURCES ... LINK ...): one GoogleTest program and one
 # ctest entry; a failure names its case. NIGHTLY (patterns as of --gtest_filter): left out of that entry, and run by
-# name.nightly. THREADS: more than one thread takes part. LAB: under sanitizers only in the night. SLOW: never.
+# name.nightly. THREADS: more than one thread takes part. NUMERIC: meets no bytes from outside; under sanitizers only in the night. SLOW: never.
 function(tandem_test name)
-  cmake_parse_arguments(ARG "SLOW;LAB;THREADS" "" "NIGHTLY;SOURCES;LINK" ${ARGN})
+  cmake_parse_arguments(ARG "SLOW;NUMERIC;THREADS" "" "NIGHTLY;SOURCES;LINK" ${ARGN})
   add_executable(${name} ${ARG_SOURCES})
   target_link_libraries(${name} PRIVATE tandem_flags ${ARG_LINK} tandem_test_support GTest::gmock GTest::gtest_main)
   target_compile_options(${name} PRIVATE ${tandem_test_options})
@@ -61,7 +61,7 @@ function(tandem_test name)
   if(ARG_THREADS)
     list(APPEND labels tsan)
   endif()
-  if(ARG_LAB)
+  if(ARG_NUMERIC)
     list(TRANSFORM labels APPEND -nightly)
   elseif(ARG_SLOW)
     set(labels "")
