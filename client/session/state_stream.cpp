@@ -47,7 +47,7 @@ void StateStream::publish_received(LocalTime now) {
   const proto::ServerUpdate& update = received_.update;
   const Duration echo_age = now - update.echoed_sent;
   if (update.echoed_sent != LocalTime{} && echo_age >= Duration{0} && echo_age < kMaxEchoAge) {
-    clock_.add({update.echoed_sent, update.received, update.sent, now});
+    clock_.add(update.echoed_sent, update.received, update.sent, now);
   }
   received_.received = now;
   received_.clock_offset = clock_.has_offset() ? clock_.offset(now) : Duration{0};
@@ -81,7 +81,7 @@ bool StateStream::has_changed(const net::Deadband& deadband, Duration since,
   if (!has_heard() || newest_.mode == proto::ClientMode::kWave || is_urgent()) return true;
   const auto differs = [&](const RigidState& state, const RigidState& last) {
     return deadband.notices(state, last, since, net::BetweenStates::kExtrapolated, received_.update.wrench_on_hand_W,
-                            {coupling.stiffness_n_per_m, coupling.stiffness_n_m_per_rad});
+                            coupling.stiffness_n_per_m, coupling.stiffness_n_m_per_rad);
   };
   if (differs(newest_.handle, sent_.handle)) return true;
   return newest_.mode == proto::ClientMode::kLocalModel && differs(newest_.tool, sent_.tool);

@@ -1,17 +1,40 @@
 #include "common/base/tick_faults.hpp"
 
 #include <algorithm>
+#include <array>
+#include <string_view>
 
 namespace tandem {
+namespace {
+
+struct NamedFault {
+  TickFault bit;
+  std::string_view name;
+};
+/// In the order of the bits.
+constexpr std::array<NamedFault, 10> kNames{{
+    {kFaultNotFinite, "not_finite"},
+    {kFaultSpeedLimited, "speed_limited"},
+    {kFaultCouplingSaturated, "coupling_saturated"},
+    {kFaultFieldLimited, "field_limited"},
+    {kFaultInputStale, "input_stale"},
+    {kFaultOverrun, "overrun"},
+    {kFaultContactUnsolved, "contact_unsolved"},
+    {kFaultContactCoarse, "contact_coarse"},
+    {kFaultSoftLate, "soft_late"},
+    {kFaultToolEnergyLimited, "tool_energy_limited"},
+}};
+
+}  // namespace
 
 std::vector<std::string> tick_fault_names(TickFaults faults) {
   std::vector<std::string> names;
   for (unsigned i = 0; i < 32; ++i) {
     const TickFaults bit = TickFaults{1} << i;
     if ((faults & bit) == 0) continue;
-    const auto known = std::find_if(kTickFaultNames.begin(), kTickFaultNames.end(),
-                                    [bit](const TickFaultName& entry) { return entry.bit == bit; });
-    names.push_back(known != kTickFaultNames.end() ? std::string(known->name) : "bit_" + std::to_string(i));
+    const auto known =
+        std::find_if(kNames.begin(), kNames.end(), [bit](const NamedFault& entry) { return entry.bit == bit; });
+    names.push_back(known != kNames.end() ? std::string(known->name) : "bit_" + std::to_string(i));
   }
   return names;
 }

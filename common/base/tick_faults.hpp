@@ -2,7 +2,6 @@
 // user can be told.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <string>
 #include <string_view>
@@ -40,24 +39,6 @@ enum TickFault : std::uint32_t {
   kFaultToolEnergyLimited = 1U << 9U,
 };
 using TickFaults = std::uint32_t;
-
-struct TickFaultName {
-  TickFault bit;
-  std::string_view name;
-};
-/// Every fault with its name in reports, in the order of the bits.
-inline constexpr std::array<TickFaultName, 10> kTickFaultNames{{
-    {kFaultNotFinite, "not_finite"},
-    {kFaultSpeedLimited, "speed_limited"},
-    {kFaultCouplingSaturated, "coupling_saturated"},
-    {kFaultFieldLimited, "field_limited"},
-    {kFaultInputStale, "input_stale"},
-    {kFaultOverrun, "overrun"},
-    {kFaultContactUnsolved, "contact_unsolved"},
-    {kFaultContactCoarse, "contact_coarse"},
-    {kFaultSoftLate, "soft_late"},
-    {kFaultToolEnergyLimited, "tool_energy_limited"},
-}};
 
 /// One name a bit. A newer server may send bits that this program does not know: they are shown ("bit_20"), not
 /// hidden.

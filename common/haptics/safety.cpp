@@ -56,6 +56,11 @@ bool is_plausible(const Wrench& wrench) {
          wrench.t.cwiseAbs().maxCoeff() < kAbsurdWrench;
 }
 
+/// A share that goes back to 1.
+double risen(double share, double rise_s) {
+  return 1 - (1 - share) * std::exp(-rise_s / kShownAgain_s);
+}
+
 }  // namespace
 
 std::vector<std::string> safety_fault_names(SafetyFaults faults) {
@@ -77,11 +82,12 @@ SafetyChain::SafetyChain(const SafetySettings& settings) : settings_(settings) {
 }
 
 Wrench SafetyChain::apply(LocalTime now, const SafetyInput& input) noexcept {
-  const Step step = advance_time(now);
+  const double elapsed_s = advance_time(now);
+  const double rise_s = std::min(elapsed_s, kMaxRise_s);  // after a stall nothing may jump up
   faults_ = present_faults(input);
   latched_ |= faults_;
   const double gain_before = gain_;
-  update_gain(input, step);
+  update_gain(input, elapsed_s, rise_s);
 
   const double share = gain_ < gain_before ? gain_ / gain_before : 1.0;
   // At either edge of the clutch the handle's speed jumps, and a damper's force with it: until its decay is over the
@@ -89,39 +95,37 @@ Wrench SafetyChain::apply(LocalTime now, const SafetyInput& input) noexcept {
   const bool is_clutched = (latched_ & kSafetyClutched) != 0;
   const bool is_usable =
       input.has_state && input.is_displaying && !is_clutched && input.sample_is_valid && is_plausible(input.wrench);
-  if (!is_usable) shown_ = {};
-  shown_.rise(step.rise_s);
-  const Wrench target{input.wrench.f * (gain_ * shown_.force), input.wrench.t * (gain_ * shown_.torque)};
+  if (!is_usable) shown_force_ = shown_torque_ = 1;
+  shown_force_ = risen(shown_force_, rise_s);
+  shown_torque_ = risen(shown_torque_, rise_s);
+  const Wrench target{input.wrench.f * (gain_ * shown_force_), input.wrench.t * (gain_ * shown_torque_)};
   // Without a usable wrench the last one fades with the gain: no step, and zero when the gain is.
-  Wrench out = is_usable ? slewed(target, step.rise_s) : displayed_ * share;
+  Wrench out = is_usable ? slewed(target, rise_s) : displayed_ * share;
   if (share < 1) {
     out.f = clamped_to_length(out.f, displayed_.f.norm() * share);
     out.t = clamped_to_length(out.t, displayed_.t.norm() * share);
-    if (is_usable) shown_ = {length_share(out.f, input.wrench.f * gain_), length_share(out.t, input.wrench.t * gain_)};
+    if (is_usable) {
+      shown_force_ = length_share(out.f, input.wrench.f * gain_);
+      shown_torque_ = length_share(out.t, input.wrench.t * gain_);
+    }
   }
   if (gain_ <= 0 || !is_finite(out)) {
     out = Wrench{};
-    shown_ = {};
+    shown_force_ = shown_torque_ = 1;
   }
   displayed_ = out;
   return out;
-}
-
-void SafetyChain::Shown::rise(double rise_s) noexcept {
-  const double left = std::exp(-rise_s / kShownAgain_s);
-  force = 1 - (1 - force) * left;
-  torque = 1 - (1 - torque) * left;
 }
 
 bool SafetyChain::is_quiet() const noexcept {
   return gain_ <= 0 && displayed_.f.isZero(0) && displayed_.t.isZero(0);
 }
 
-SafetyChain::Step SafetyChain::advance_time(LocalTime now) noexcept {
+double SafetyChain::advance_time(LocalTime now) noexcept {
   const double elapsed_s = has_time_ ? std::max(0.0, to_seconds(now - last_time_)) : 0.0;
   last_time_ = has_time_ ? std::max(now, last_time_) : now;
   has_time_ = true;
-  return {elapsed_s, std::min(elapsed_s, kMaxRise_s)};
+  return elapsed_s;
 }
 
 SafetyFaults SafetyChain::present_faults(const SafetyInput& input) const noexcept {
@@ -135,22 +139,22 @@ SafetyFaults SafetyChain::present_faults(const SafetyInput& input) const noexcep
   return faults;
 }
 
-void SafetyChain::update_gain(const SafetyInput& input, const Step& step) noexcept {
+void SafetyChain::update_gain(const SafetyInput& input, double elapsed_s, double rise_s) noexcept {
   const double gain_before = gain_;
   // A fault that came and went within the decay is still played out to zero, and to a zero that the device took.
   if (is_quiet() && faults_ == 0) latched_ = 0;
   if (latched_ != 0 || !input.has_state || !input.is_displaying) {
-    gain_ = std::max(0.0, gain_ - step.decay_s / to_seconds(settings_.fault_decay));
+    gain_ = std::max(0.0, gain_ - elapsed_s / to_seconds(settings_.fault_decay));
   } else {
-    gain_ = std::clamp(gain_ + step.rise_s / to_seconds(settings_.start_ramp) - fall_per_s_ * step.rise_s, 0.0, 1.0);
+    gain_ = std::clamp(gain_ + rise_s / to_seconds(settings_.start_ramp) - fall_per_s_ * rise_s, 0.0, 1.0);
   }
-  fall_per_s_ *= std::exp(-step.decay_s / kFallEnds_s);
+  fall_per_s_ *= std::exp(-elapsed_s / kFallEnds_s);
   const double silence = silence_gain(input.state_age);
   gain_ = std::min(gain_, silence);
   if (gain_ <= 0) {
     fall_per_s_ = 0;
-  } else if (silence < 1 && step.decay_s > 0) {
-    fall_per_s_ = std::clamp((gain_before - gain_) / step.decay_s, 0.0, kSteepestFall_per_s);
+  } else if (silence < 1 && elapsed_s > 0) {
+    fall_per_s_ = std::clamp((gain_before - gain_) / elapsed_s, 0.0, kSteepestFall_per_s);
   }
   faults_ |= latched_;
   // Where nothing is to be displayed no state is awaited either, so its absence is no silence; its age still is.

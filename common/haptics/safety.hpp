@@ -89,19 +89,9 @@ class SafetyChain {
   SafetyFaults faults() const noexcept { return faults_; }
 
  private:
-  struct Step {
-    double decay_s = 0;  ///< real time since the last tick: deadlines count in it
-    double rise_s = 0;   ///< the same, bounded: after a stall nothing may jump up
-  };
-  /// What of the wrench times the gain was shown while the gain fell and the wrench rose: back to all of it after.
-  struct Shown {
-    double force = 1;
-    double torque = 1;
-    void rise(double rise_s) noexcept;
-  };
-  Step advance_time(LocalTime now) noexcept;
+  double advance_time(LocalTime now) noexcept;
   SafetyFaults present_faults(const SafetyInput& input) const noexcept;
-  void update_gain(const SafetyInput& input, const Step& step) noexcept;
+  void update_gain(const SafetyInput& input, double elapsed_s, double rise_s) noexcept;
   double silence_gain(Duration state_age) const noexcept;
   Wrench slewed(const Wrench& target, double rise_s) noexcept;
 
@@ -111,7 +101,9 @@ class SafetyChain {
   double gain_ = 0.0;
   double fall_per_s_ = 0.0;  ///< of the gain in a silence; dies out after it
   Wrench displayed_;
-  Shown shown_;
+  /// What of the wrench times the gain was shown while the gain fell and the wrench rose: back to all of it after.
+  double shown_force_ = 1;
+  double shown_torque_ = 1;
   SafetyFaults latched_ = 0;  ///< faults whose decay has not yet reached zero
   bool is_stopping_ = false;
   SafetyFaults faults_ = 0;

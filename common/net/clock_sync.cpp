@@ -6,21 +6,20 @@
 
 namespace tandem::net {
 
-bool ClockSync::add(const TimeExchange& exchange) {
-  const Duration outside = exchange.t4 - exchange.t1;
-  const Duration held = exchange.t3 - exchange.t2;
+bool ClockSync::add(LocalTime t1, ServerTime t2, ServerTime t3, LocalTime t4) {
+  const Duration outside = t4 - t1;
+  const Duration held = t3 - t2;
   if (held < Duration{0} || outside < held) return false;
 
-  const LocalTime now = exchange.t4;
-  const Duration there = exchange.t2.time_since_epoch() - exchange.t1.time_since_epoch();
-  const Duration back = exchange.t3.time_since_epoch() - exchange.t4.time_since_epoch();
+  const Duration there = t2.time_since_epoch() - t1.time_since_epoch();
+  const Duration back = t3.time_since_epoch() - t4.time_since_epoch();
   round_trip_ = outside - held;
-  if (!has_offset_) first_at_ = slewed_at_ = now;
-  slew(now);  // towards the old target up to now
-  const Duration::rep slot = now.time_since_epoch() / kSlot;
-  remember({.offset = (there + back) / 2, .delay = round_trip_, .at = now, .slot = slot, .is_used = true});
-  target_ = best_offset(now);
-  if (!has_offset_ || now - first_at_ < kSettling) current_ = target_;
+  if (!has_offset_) first_at_ = slewed_at_ = t4;
+  slew(t4);  // towards the old target up to now
+  const Duration::rep slot = t4.time_since_epoch() / kSlot;
+  remember({.offset = (there + back) / 2, .delay = round_trip_, .at = t4, .slot = slot, .is_used = true});
+  target_ = best_offset(t4);
+  if (!has_offset_ || t4 - first_at_ < kSettling) current_ = target_;
   has_offset_ = true;
   return true;
 }

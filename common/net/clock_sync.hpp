@@ -9,14 +9,6 @@
 
 namespace tandem::net {
 
-/// One exchange: we sent at t1, the server received at t2 and sent at t3, we received at t4.
-struct TimeExchange {
-  LocalTime t1;
-  ServerTime t2;
-  ServerTime t3;
-  LocalTime t4;
-};
-
 /// Estimates the offset from the least delayed exchanges of the last seconds, and follows it without steps.
 ///
 /// Model   An exchange has delay δ = (t4 − t1) − (t3 − t2) and offset θ = ((t2 − t1) + (t3 − t4)) / 2, which errs
@@ -32,8 +24,9 @@ struct TimeExchange {
 /// Cost    add() O(kSlots), no allocation
 class ClockSync {
  public:
-  /// Adds an exchange; one with a negative round trip or holding time is ignored (false).
-  bool add(const TimeExchange& exchange);
+  /// Adds an exchange: we sent at t1, the server received at t2 and sent at t3, we received at t4. One with a negative
+  /// round trip or holding time is ignored (false).
+  bool add(LocalTime t1, ServerTime t2, ServerTime t3, LocalTime t4);
 
   bool has_offset() const { return has_offset_; }
   /// server − local, slewed up to `now`.

@@ -14,12 +14,6 @@ inline constexpr double kMaxDeadband = 0.5;
 /// What a receiver makes of the last state until the next one comes.
 enum class BetweenStates { kHeld, kExtrapolated };
 
-/// The coupling that makes a force of a way, so that places are compared by what they are felt as.
-struct FeltStiffness {
-  double n_per_m = 0;
-  double n_m_per_rad = 0;
-};
-
 /// What is noticed, as a share of what there is (Weber).
 ///
 /// Model   A force is noticed to be another one when it differs by more than w · max(|F|, kForceFloor_n) from the one
@@ -43,8 +37,9 @@ class Deadband {
   bool is_off() const { return !(fraction_ > 0); }
   bool notices(const Wrench& now, const Wrench& told) const;
   /// In      felt  what the hand feels now
+  ///         stiffness_…  of the coupling that makes a force of a way, so that places are compared by what is felt
   bool notices(const RigidState& now, const RigidState& told, Duration since_told, BetweenStates between,
-               const Wrench& felt, const FeltStiffness& stiffness) const;
+               const Wrench& felt, double stiffness_n_per_m, double stiffness_n_m_per_rad) const;
 
  private:
   bool differs(const Vec3& a, const Vec3& b, double floor) const;

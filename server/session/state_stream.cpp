@@ -65,7 +65,7 @@ bool StateStream::has_changed(const net::Deadband& deadband, Duration since,
   return deadband.notices(published.wrench_on_hand_W, sent_.wrench_on_hand_W) ||
          deadband.notices(published.tool, sent_.tool, since,
                           has_model ? net::BetweenStates::kExtrapolated : net::BetweenStates::kHeld,
-                          published.wrench_on_hand_W, {coupling.stiffness_n_per_m, coupling.stiffness_n_m_per_rad});
+                          published.wrench_on_hand_W, coupling.stiffness_n_per_m, coupling.stiffness_n_m_per_rad);
 }
 
 }  // namespace tandem::server

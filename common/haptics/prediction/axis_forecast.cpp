@@ -12,11 +12,11 @@ constexpr double kMinErrorRatio = 1e-24;
 
 }  // namespace
 
-double ForecastSteps::at(double periods, std::size_t last) const noexcept {
+double AxisForecast::at(const Steps& values, double periods, std::size_t last) noexcept {
   const double clamped = std::clamp(periods, 0.0, static_cast<double>(last));
   const std::size_t index = std::min(static_cast<std::size_t>(clamped), last - 1);
   const double u = clamped - static_cast<double>(index);
-  return values_[index] + u * (values_[index + 1] - values_[index]);
+  return values[index] + u * (values[index + 1] - values[index]);
 }
 
 double AxisForecast::Forecast::point(std::ptrdiff_t i, std::size_t last) const noexcept {
@@ -38,7 +38,7 @@ double AxisForecast::error_rms() const noexcept {
 void AxisForecast::score(double actual, double periods) noexcept {
   const double memory = settings_.error_memory;
   const Forecast& then = scored_;
-  const double model = then.has_model ? actual - then.model.at(periods, steps_) : 0;
+  const double model = then.has_model ? actual - at(then.model, periods, steps_) : 0;
   const double hold = actual - then.newest;
   const double linear = actual - then.bounds.of(then.newest + periods * then.slope);
   // Halfway between a say for each sample alike (smooth stretches then rule: the mean error) and for each newton alike
@@ -129,7 +129,7 @@ double AxisForecast::show(double periods) noexcept {
       return now_.newest;
     case PredictionMethod::kLinear:
     case PredictionMethod::kAr:
-      return now_.blend.at(periods, steps_);
+      return at(now_.blend, periods, steps_);
     case PredictionMethod::kArSpline:
       return now_.bounds.of(show_spline(periods));
     case PredictionMethod::kLiteral:

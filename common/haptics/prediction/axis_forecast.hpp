@@ -12,18 +12,6 @@
 
 namespace tandem::haptics {
 
-/// Values one period apart, from the newest sample (index 0) on; straight between them, level after the last.
-class ForecastSteps {
- public:
-  static constexpr std::size_t kMost = 64;
-  double& operator[](std::size_t i) noexcept { return values_[i]; }
-  double operator[](std::size_t i) const noexcept { return values_[i]; }
-  double at(double periods, std::size_t last) const noexcept;
-
- private:
-  std::array<double, kMost + 1> values_{};
-};
-
 /// Mean square that fades over `memory` values; the plain mean until there were that many.
 class RunningSquare {
  public:
@@ -49,13 +37,14 @@ struct ForecastBounds {
 /// Thread  haptic: no allocation, no throw
 class AxisForecast {
  public:
-  /// In      steps  periods that are foreseen, 3 … ForecastSteps::kMost
+  static constexpr std::size_t kMaxSteps = 64;
+  /// In      steps  periods that are foreseen, 3 … kMaxSteps
   void configure(const ForceStreamSettings& settings, std::size_t steps) noexcept;
 
   /// From here on score() asks about what is foreseen now.
   void remember() noexcept { scored_ = now_; }
   /// Error of the blend, `periods` after remember().
-  double error(double actual, double periods) const noexcept { return actual - scored_.blend.at(periods, steps_); }
+  double error(double actual, double periods) const noexcept { return actual - at(scored_.blend, periods, steps_); }
   /// RMS of those errors so far; infinite before the first.
   double error_rms() const noexcept;
   /// Adds what each candidate, and their blend, had foreseen of a sample that came `periods` after remember().
@@ -73,12 +62,17 @@ class AxisForecast {
   void shift(double periods) noexcept;
 
  private:
+  /// Values one period apart, from the newest sample (index 0) on.
+  using Steps = std::array<double, kMaxSteps + 1>;
+  /// Straight between them, level after the last.
+  static double at(const Steps& values, double periods, std::size_t last) noexcept;
+
   enum Candidate : std::uint8_t { kHold, kLinear, kModel, kCandidates };
   struct Forecast {
     double newest = 0;
     double slope = 0;  ///< by the period
-    ForecastSteps model;
-    ForecastSteps blend;
+    Steps model{};
+    Steps blend{};
     std::array<double, 2> before{};  ///< one and two periods before the newest
     ForecastBounds bounds;
     bool has_model = false;

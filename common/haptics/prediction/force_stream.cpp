@@ -6,7 +6,6 @@
 #include <stdexcept>
 
 #include "common/haptics/prediction/axis_forecast.hpp"
-#include "common/haptics/prediction/sample_history.hpp"
 #include "common/realtime/mailbox.hpp"
 
 namespace tandem::haptics {
@@ -23,6 +22,57 @@ constexpr double kLargest_n = 1e6;
 constexpr double kMinAhead = 0.75;
 /// A jump is more than the rounding of what was seen of late.
 constexpr double kRounding = 1e-9;
+
+using Vector6 = Eigen::Matrix<double, 6, 1>;
+
+/// The newest samples of six series as they came, at times that nobody promised to be even: a ring, read at any time by straight lines between neighbours.
+///
+/// Limits  samples denser than an eighth of `period` replace the newest, so that the ring always spans kCapacity/8
+///         periods; before the oldest sample its value is given, after the newest the newest's
+/// Thread  haptic: no allocation
+class SampleHistory {
+ public:
+  static constexpr std::size_t kCapacity = 320;
+
+  explicit SampleHistory(Duration period) : least_spacing_(period / 8) {}
+
+  std::size_t size() const noexcept { return count_; }
+  LocalTime newest_at() const noexcept { return back(0).at; }
+  const Vector6& newest() const noexcept { return back(0).value; }
+
+  /// In      at  later than newest_at()
+  void add(LocalTime at, const Vector6& value) noexcept {
+    if (count_ < 2 || back(0).at - back(1).at >= least_spacing_) {
+      newest_ = (newest_ + 1) % kCapacity;
+      count_ = count_ < kCapacity ? count_ + 1 : kCapacity;
+    }
+    samples_[newest_] = {at, value};
+  }
+  void keep_newest(std::size_t count) noexcept { count_ = count_ < count ? count_ : count; }
+
+  Vector6 at(LocalTime time) const noexcept {
+    std::size_t older = 0;
+    while (older < count_ && back(older).at > time) ++older;
+    if (older == 0) return newest();
+    if (older == count_) return back(count_ - 1).value;
+    const Sample& a = back(older);
+    const Sample& b = back(older - 1);
+    const double u = static_cast<double>((time - a.at).count()) / static_cast<double>((b.at - a.at).count());
+    return a.value + u * (b.value - a.value);
+  }
+
+ private:
+  struct Sample {
+    LocalTime at{};
+    Vector6 value = Vector6::Zero();
+  };
+  const Sample& back(std::size_t age) const noexcept { return samples_[(newest_ + kCapacity - age) % kCapacity]; }
+
+  Duration least_spacing_;
+  std::array<Sample, kCapacity> samples_;
+  std::size_t count_ = 0;
+  std::size_t newest_ = 0;
+};
 
 struct FitRequest {
   std::uint32_t generation = 0;
@@ -63,7 +113,7 @@ bool is_wrench(const Wrench& wrench) {
 
 std::size_t steps_of(const ForceStreamSettings& settings) {
   const double periods = std::ceil(to_seconds(settings.longest_horizon) * settings.series_rate_hz);
-  return static_cast<std::size_t>(std::clamp(periods, 3.0, static_cast<double>(ForecastSteps::kMost)));
+  return static_cast<std::size_t>(std::clamp(periods, 3.0, static_cast<double>(AxisForecast::kMaxSteps)));
 }
 
 /// The lowest and highest of the last samples: of one to two windows of them.

@@ -60,7 +60,7 @@ void WaveHandPort::set_displayed(const Wrench& on_hand_W) noexcept {
   displayed_ = is_finite(on_hand_W) ? on_hand_W : Wrench{};
 }
 
-const Pose& WaveToolPort::move(const Pose& X_WH_hand, const Coupling& coupling, double period_s) noexcept {
+const Pose& WaveToolPort::move(const Pose& X_WH_hand, const CouplingParameters& coupling, double period_s) noexcept {
   if (!is_finite(X_WH_hand) || !is_period(period_s)) return X_;
   if (!has_pose_) X_ = X_WH_hand;
   has_pose_ = true;
@@ -74,7 +74,7 @@ const Pose& WaveToolPort::move(const Pose& X_WH_hand, const Coupling& coupling, 
   return X_;
 }
 
-Twist WaveToolPort::answer(const Wave& in, const Coupling& coupling, double period_s) const noexcept {
+Twist WaveToolPort::answer(const Wave& in, const CouplingParameters& coupling, double period_s) const noexcept {
   const WaveImpedance& b = impedance_;
   const auto solved = [period_s](const Vec3& wave, const Vec3& force, const Vec3& velocity, double impedance,
                                  double stiffness, double damping) {

@@ -2,6 +2,7 @@
 // tool. Each keeps an energy balance, so that sampling creates no energy either.
 #pragma once
 
+#include "common/haptics/coupling/coupling_law.hpp"
 #include "common/haptics/wave/wave.hpp"
 #include "common/haptics/wave/wave_line.hpp"
 
@@ -72,19 +73,13 @@ class WaveHandPort {
 /// Thread  room: no allocation, no throw; output finite for any input
 class WaveToolPort {
  public:
-  struct Coupling {
-    double stiffness_n_per_m = 0;
-    double damping_n_s_per_m = 0;
-    double stiffness_n_m_per_rad = 0;
-    double damping_n_m_s_per_rad = 0;
-  };
   WaveToolPort(const WaveImpedance& impedance, const WavePlayer::Settings& player)
       : impedance_(impedance), player_(player) {}
 
   void receive(Duration sender_time, const Wave& sum) noexcept { player_.receive(sender_time, sum); }
   /// Where the handle is at the end of the coming step. `hand` is the newest real handle; the first one is where the
   /// virtual one starts.
-  const Pose& move(const Pose& X_WH_hand, const Coupling& coupling, double period_s) noexcept;
+  const Pose& move(const Pose& X_WH_hand, const CouplingParameters& coupling, double period_s) noexcept;
   const Twist& velocity() const noexcept { return velocity_; }
   /// `on_tool_W`: of the coupling in that step, about the handle's origin.
   void settle(const Wrench& on_tool_W, double period_s) noexcept;
@@ -94,7 +89,7 @@ class WaveToolPort {
   double balance_j() const noexcept { return account_.balance_j(); }
 
  private:
-  Twist answer(const Wave& in, const Coupling& coupling, double period_s) const noexcept;
+  Twist answer(const Wave& in, const CouplingParameters& coupling, double period_s) const noexcept;
   Twist drift_correction(const Pose& X_WH_hand, double period_s) const noexcept;
 
   static constexpr double kDriftTime_s = 0.5;

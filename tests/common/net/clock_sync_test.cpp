@@ -42,7 +42,7 @@ class Experiment {
     const LocalTime answered = arrived + milliseconds(1);
     const LocalTime t4 = std::max(answered + network.back + jitter(), newest_t4_);
     newest_t4_ = t4;
-    sync.add({t1, server_clock(arrived), server_clock(answered), t4});
+    sync.add(t1, server_clock(arrived), server_clock(answered), t4);
     now_ += kInterval;
   }
   void run(Duration duration) {
@@ -81,7 +81,7 @@ TEST(ClockSync, FirstExchangeSetsTheOffsetAtOnce) {
   EXPECT_FALSE(sync.has_offset());
   EXPECT_FALSE(sync.server_time(t4).has_value());
   ASSERT_TRUE(
-      sync.add({LocalTime(milliseconds(100)), ServerTime(milliseconds(1015)), ServerTime(milliseconds(1025)), t4}));
+      sync.add(LocalTime(milliseconds(100)), ServerTime(milliseconds(1015)), ServerTime(milliseconds(1025)), t4));
   EXPECT_TRUE(sync.has_offset());
   EXPECT_EQ(sync.round_trip(), milliseconds(30));
   EXPECT_EQ(sync.minimum_round_trip(), milliseconds(30));
@@ -93,9 +93,9 @@ TEST(ClockSync, ImpossibleExchangesAreIgnored) {
   ClockSync sync;
   const LocalTime t1{milliseconds(100)};
   const ServerTime t2{milliseconds(500)};
-  EXPECT_FALSE(sync.add({t1, t2, t2, t1 - microseconds(1)})) << "received before it was sent";
-  EXPECT_FALSE(sync.add({t1, t2, t2 + milliseconds(20), t1 + milliseconds(10)})) << "held longer than it was away";
-  EXPECT_FALSE(sync.add({t1, t2, t2 - milliseconds(1), t1 + milliseconds(10)})) << "answered before it arrived";
+  EXPECT_FALSE(sync.add(t1, t2, t2, t1 - microseconds(1))) << "received before it was sent";
+  EXPECT_FALSE(sync.add(t1, t2, t2 + milliseconds(20), t1 + milliseconds(10))) << "held longer than it was away";
+  EXPECT_FALSE(sync.add(t1, t2, t2 - milliseconds(1), t1 + milliseconds(10))) << "answered before it arrived";
   EXPECT_FALSE(sync.has_offset());
   EXPECT_EQ(sync.minimum_round_trip(), Duration{0});
 }
@@ -181,16 +181,16 @@ TEST(ClockSync, ServerTimeNeitherStepsNorTurnsBackOnceSettled) {
 }
 
 TEST(ClockSync, SmallErrorIsSlewedAt500PpmHoweverOftenItIsAsked) {
-  const auto exchange_at = [](LocalTime t1, Duration offset, Duration delay) {
+  const auto exchange = [](ClockSync& sync, LocalTime t1, Duration offset, Duration delay) {
     const ServerTime t2(t1.time_since_epoch() + delay / 2 + offset);
-    return TimeExchange{t1, t2, t2, t1 + delay};
+    sync.add(t1, t2, t2, t1 + delay);
   };
   for (const Duration interval : {Duration(microseconds(1)), Duration(milliseconds(1)), Duration(milliseconds(100))}) {
     SCOPED_TRACE(testing::Message() << "asked every " << interval.count() << " ns");
     ClockSync sync;
-    sync.add(exchange_at(LocalTime(seconds(1)), microseconds(0), milliseconds(20)));
+    exchange(sync, LocalTime(seconds(1)), microseconds(0), milliseconds(20));
     const LocalTime later(seconds(3));
-    sync.add(exchange_at(later, microseconds(900), milliseconds(10)));
+    exchange(sync, later, microseconds(900), milliseconds(10));
     const LocalTime start = later + milliseconds(10);
     ASSERT_EQ(sync.offset(start), Duration{0}) << "settled, so no step";
     Duration offset{0};
@@ -210,7 +210,7 @@ TEST(ClockSync, ResetForgetsTheOldServer) {
   experiment.sync.reset();
   EXPECT_FALSE(experiment.sync.has_offset());
   const LocalTime t1 = experiment.newest_t4();
-  experiment.sync.add({t1, ServerTime(seconds(1)), ServerTime(seconds(1)), t1 + milliseconds(10)});
+  experiment.sync.add(t1, ServerTime(seconds(1)), ServerTime(seconds(1)), t1 + milliseconds(10));
   EXPECT_EQ(experiment.sync.minimum_round_trip(), milliseconds(10));
   EXPECT_EQ(experiment.sync.server_time(t1 + milliseconds(10)), ServerTime(seconds(1) + milliseconds(5)));
 }
