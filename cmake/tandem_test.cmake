@@ -12,6 +12,10 @@ endforeach()
 
 # What tests check does not depend on how fast they are, and -O1 compiles in two thirds of the time.
 set(tandem_test_options $<$<CONFIG:Release>:-O1>)
+if(TANDEM_SANITIZE MATCHES "undefined")
+  # What is looked for is in the product; a third of a test's compile time is UndefinedBehaviorSanitizer's.
+  list(APPEND tandem_test_options -fno-sanitize=undefined)
+endif()
 if(TANDEM_PCH)
   tandem_precompiled(tandem_precompiled_tests
     LINK Eigen3::Eigen Boost::headers GTest::gmock
@@ -47,11 +51,12 @@ function(tandem_run_cases name program filter labels)
   set_tests_properties(${name} PROPERTIES FAIL_REGULAR_EXPRESSION " 0 tests from 0 test suites ran")
 endfunction()
 
-# tandem_test(name [SLOW|NUMERIC] [THREADS] [NIGHTLY Suite.Case ...] SOURCES ... LINK ...): one GoogleTest program and one
-# ctest entry; a failure names its case. NIGHTLY (patterns as of --gtest_filter): left out of that entry, and run by
-# name.nightly. THREADS: more than one thread takes part. NUMERIC: meets no bytes from outside; under sanitizers only in the night. SLOW: never.
+# tandem_test(name [SLOW|NUMERIC] [THREADS] [NIGHTLY Suite.Case ...] [NUMERIC_CASES Suite.Case ...] SOURCES ... LINK ...):
+# one GoogleTest program and one ctest entry; a failure names its case. NIGHTLY (patterns as of --gtest_filter): left out
+# of that entry, and run by name.nightly. THREADS: more than one thread takes part. NUMERIC: meets no bytes from outside;
+# under sanitizers only in the night. NUMERIC_CASES: likewise, of some cases (name.numeric). SLOW: never.
 function(tandem_test name)
-  cmake_parse_arguments(ARG "SLOW;NUMERIC;THREADS" "" "NIGHTLY;SOURCES;LINK" ${ARGN})
+  cmake_parse_arguments(ARG "SLOW;NUMERIC;THREADS" "" "NIGHTLY;NUMERIC_CASES;SOURCES;LINK" ${ARGN})
   add_executable(${name} ${ARG_SOURCES})
   target_link_libraries(${name} PRIVATE tandem_flags ${ARG_LINK} tandem_test_support GTest::gmock GTest::gtest_main)
   target_compile_options(${name} PRIVATE ${tandem_test_options})
@@ -65,6 +70,13 @@ function(tandem_test name)
     list(TRANSFORM labels APPEND -nightly)
   elseif(ARG_SLOW)
     set(labels "")
+  endif()
+  if(TANDEM_SANITIZE AND ARG_NUMERIC_CASES)
+    list(JOIN ARG_NUMERIC_CASES ":" numeric)
+    tandem_run_cases(${name} ${name} "*-${numeric}" "${labels}")
+    list(TRANSFORM labels APPEND -nightly)
+    tandem_run_cases(${name}.numeric ${name} "${numeric}" "${labels}")
+    return()
   endif()
   list(JOIN ARG_NIGHTLY ":" nightly)
   if(NOT nightly)

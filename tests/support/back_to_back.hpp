@@ -10,6 +10,7 @@
 #include "client/session/session.hpp"
 #include "common/base/random.hpp"
 #include "server/session/session_hub.hpp"
+#include "tests/support/scene_of.hpp"
 
 namespace tandem::test {
 
@@ -75,7 +76,7 @@ class WiredClient final : public client::ClientTransport {
 class BackToBack final : public server::ServerTransport {
  public:
   explicit BackToBack(const std::string& scene_json, Duration delay = Duration{0})
-      : one_way(delay), scene_(server::load_scene_text(scene_json, "test scene", ".")) {
+      : one_way(delay), scene_(scene_of(scene_json)) {
     start_server();
   }
 

@@ -11,8 +11,8 @@
 #include "common/base/random.hpp"
 #include "proto/control_framing.hpp"
 #include "proto/state_codec.hpp"
-#include "server/assets/scene_file.hpp"
 #include "server/session/session_hub.hpp"
+#include "tests/support/scene_of.hpp"
 
 namespace tandem::test {
 
@@ -25,10 +25,6 @@ inline std::string two_hands_scene(const std::string& name = "bench") {
               {"name": "b", "placement": {"position_m": [0.02, 0, 0]}}],
     "coupling": {"law": "spring-damper", "stiffness_n_per_m": 200, "damping_n_s_per_m": 2},
     "limits": {"observers": 1}})";
-}
-
-inline std::shared_ptr<const server::LoadedScene> scene_of(const std::string& json) {
-  return server::load_scene_text(json, "test scene", ".");
 }
 
 /// Remembers what the hub sends.

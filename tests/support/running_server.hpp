@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "server/net/live_server.hpp"
+#include "tests/support/scene_of.hpp"
 
 namespace tandem::test {
 
@@ -26,7 +27,7 @@ inline bool eventually(const std::function<bool()>& is_true) {
 class RunningServer {
  public:
   explicit RunningServer(const std::string& scene_json, server::LiveServerSettings settings = {.port = 0}) {
-    const auto scene = server::load_scene_text(scene_json, "test scene", ".");
+    const auto scene = scene_of(scene_json);
     std::vector<std::unique_ptr<server::Room>> rooms;
     rooms.push_back(std::make_unique<server::Room>(RoomId{1}, scene->description.name(), scene));
     server = std::make_unique<server::LiveServer>(settings, std::move(rooms));

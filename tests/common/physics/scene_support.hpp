@@ -7,6 +7,7 @@
 #include <string>
 
 #include "server/assets/scene_file.hpp"
+#include "tests/support/scene_of.hpp"
 #include "tests/support/source_path.hpp"
 
 namespace tandem::physics {
@@ -41,7 +42,7 @@ inline std::string scene_json(const SceneParts& parts) {
 }
 
 inline std::shared_ptr<const server::LoadedScene> load_parts(const SceneParts& parts) {
-  return server::load_scene_text(scene_json(parts), "test.json", ".");
+  return test::scene_of(scene_json(parts));
 }
 
 inline std::filesystem::path shipped_scene(const std::string& name) {
