@@ -44,8 +44,6 @@ struct LocalModelSettings {
   /// Bodies that others move are carried on by their velocity for so long at most.
   Duration longest_extrapolation{std::chrono::milliseconds(150)};
   double farthest_extrapolation_m = 0.02;
-  /// Of bodies that are felt through a field, without being touched.
-  SmoothedMotion::Settings field{};
   /// For experiments: the mass of moving bodies is taken as this times what the server says.
   double mass_scale = 1.0;
   /// For experiments: energy() is accounted for.
@@ -106,7 +104,7 @@ class LocalModel {
   /// A body that can move.
   struct Copy {
     Copy(BodyId its_id, bool has_field, const LocalModelSettings& settings)
-        : id(its_id), is_felt_from_afar(has_field), smoothed(settings.field), reconciler(settings.body) {}
+        : id(its_id), is_felt_from_afar(has_field), reconciler(settings.body) {}
     BodyId id;
     bool is_felt_from_afar;
     SmoothedMotion smoothed;

@@ -13,19 +13,17 @@ namespace tandem::client {
 /// Thread  any; no allocation
 class SmoothedMotion {
  public:
-  struct Settings {
-    double time_constant_s = 0.3;
-    double lead = 0.25;  ///< of what is missing; 1 follows an even motion without lag, and rings (measured, docking)
-  };
-  explicit SmoothedMotion(const Settings& settings) : settings_(settings) {}
+  static constexpr double kTimeConstant_s = 0.3;
+  /// Of what is missing; 1 follows an even motion without lag, and rings (measured, docking).
+  static constexpr double kLead = 0.25;
 
   void start_at(const Pose& X) noexcept { a_ = b_ = X; }
   RigidState step(const Pose& X, double delay_s, double period_s) noexcept {
-    const double tau_s = settings_.time_constant_s, part = period_s / tau_s;
+    const double tau_s = kTimeConstant_s, part = period_s / tau_s;
     a_ = moved(a_, X, part);
     b_ = moved(b_, a_, part);
     const Twist V{(a_.p - b_.p) / tau_s, rotation_vector(a_.q * b_.q.conjugate()) / tau_s};
-    return {integrate(b_, V, settings_.lead * (delay_s + 2 * tau_s)), V};
+    return {integrate(b_, V, kLead * (delay_s + 2 * tau_s)), V};
   }
 
  private:
@@ -34,7 +32,6 @@ class SmoothedMotion {
             (quaternion_of(part * rotation_vector(to.q * from.q.conjugate())) * from.q).normalized()};
   }
 
-  Settings settings_;
   Pose a_, b_;
 };
 

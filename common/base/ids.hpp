@@ -31,16 +31,10 @@ using RoomId = Id<struct RoomTag>;
 using ConnectionId = Id<struct ConnectionTag, std::uint64_t>;
 
 /// Counts a client's haptic ticks (inputs), from 1. 0: no tick yet.
-struct Tick {
-  std::uint64_t value = 0;
-  constexpr auto operator<=>(const Tick&) const = default;
-};
+using Tick = Id<struct TickTag, std::uint64_t>;
 
 /// Counts a room's fixed simulation steps, from 1. 0: not stepped yet.
-struct Step {
-  std::uint64_t value = 0;
-  constexpr auto operator<=>(const Step&) const = default;
-};
+using Step = Id<struct StepTag, std::uint64_t>;
 
 }  // namespace tandem
 

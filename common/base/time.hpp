@@ -10,20 +10,17 @@ namespace tandem {
 
 using Duration = std::chrono::nanoseconds;
 
-/// Marks times read from this process's own monotonic clock.
-struct LocalClock {
+/// Marks the clock that a time was read from.
+template <class Tag>
+struct TaggedClock {
   using rep = Duration::rep;
   using period = Duration::period;
   using duration = Duration;
 };
-/// Marks times read from the server's monotonic clock.
-struct ServerClock {
-  using rep = Duration::rep;
-  using period = Duration::period;
-  using duration = Duration;
-};
-using LocalTime = std::chrono::time_point<LocalClock, Duration>;
-using ServerTime = std::chrono::time_point<ServerClock, Duration>;
+/// Read from this process's own monotonic clock.
+using LocalTime = std::chrono::time_point<TaggedClock<struct LocalTag>, Duration>;
+/// Read from the server's monotonic clock.
+using ServerTime = std::chrono::time_point<TaggedClock<struct ServerTag>, Duration>;
 
 constexpr double to_seconds(Duration duration) {
   return std::chrono::duration<double>(duration).count();
