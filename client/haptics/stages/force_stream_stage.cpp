@@ -1,31 +1,58 @@
-// See force_stream_stage.hpp.
-#include "client/haptics/stages/force_stream_stage.hpp"
+#include "client/haptics/stages/makers.hpp"
+#include "common/haptics/prediction/force_stream.hpp"
 
 namespace tandem::client {
+namespace {
 
-bool ContactOnset::changes_with(const Wrench& wrench) noexcept {
-  const double force_n = wrench.f.norm(), torque_n_m = wrench.t.norm();
-  const bool was_touching = is_touching_;
-  is_touching_ =
-      was_touching ? force_n > kFree_n || torque_n_m > kFree_n_m : force_n > kTouching_n || torque_n_m > kTouching_n_m;
-  return is_touching_ != was_touching;
+// Ours: above what damping and noise of a free tool show, below what a hand feels as touch.
+constexpr double kTouching_n = 0.10, kFree_n = 0.05;
+constexpr double kTouching_n_m = 0.005, kFree_n_m = 0.0025;
+
+/// When what the server says of step `update.stepped` was true, on this machine's clock.
+LocalTime stepped_at(const ReceivedUpdate& received) {
+  return LocalTime(received.update.stepped.time_since_epoch() - received.clock_offset);
 }
 
-StageOutput ForceStreamStage::tick(const StageInput& input) noexcept {
-  StageOutput output;
-  if (input.newest == nullptr) return output;
-  if (input.is_new) {
-    const Wrench& wrench = input.newest->update.wrench_on_hand_W;
-    stream_.push(stepped_at(*input.newest), wrench, onset_.changes_with(wrench));
+class ForceStreamStage final : public Stage {
+ public:
+  explicit ForceStreamStage(std::string_view name) : stream_(haptics::force_stream_settings(name)) {}
+  std::string_view name() const noexcept override { return haptics::name_of(stream_.settings().method); }
+
+  StageOutput tick(const StageInput& input) noexcept override {
+    StageOutput output;
+    if (input.newest == nullptr) return output;
+    if (input.is_new) {
+      const Wrench& wrench = input.newest->update.wrench_on_hand_W;
+      const bool was_contact = is_contact_;
+      is_contact_ = is_contact(wrench, was_contact);
+      stream_.push(stepped_at(*input.newest), wrench, is_contact_ != was_contact);
+    }
+    output.wrench_on_hand_W = stream_.at(input.now);
+    output.is_predicting = true;
+    return output;
   }
-  output.wrench_on_hand_W = stream_.at(input.now);
-  output.is_predicting = true;
-  return output;
+
+  void reset() noexcept override {
+    stream_.reset();
+    is_contact_ = false;
+  }
+  void service() noexcept override { stream_.fit(); }
+
+ private:
+  haptics::ForceStream stream_;
+  bool is_contact_ = false;
+};
+
+}  // namespace
+
+std::unique_ptr<Stage> make_force_stream_stage(const StageSettings& settings) {
+  return std::make_unique<ForceStreamStage>(settings.name);
 }
 
-void ForceStreamStage::reset() noexcept {
-  stream_.reset();
-  onset_.reset();
+bool is_contact(const Wrench& wrench, bool was_contact) noexcept {
+  const double force_n = wrench.f.norm(), torque_n_m = wrench.t.norm();
+  return was_contact ? force_n > kFree_n || torque_n_m > kFree_n_m
+                     : force_n > kTouching_n || torque_n_m > kTouching_n_m;
 }
 
 }  // namespace tandem::client

@@ -1,9 +1,21 @@
-// See late_pose.hpp.
-#include "client/haptics/stages/late_pose.hpp"
+#include "client/haptics/stages/makers.hpp"
 
 namespace tandem::client {
+namespace {
 
-StageOutput LatePose::tick(const StageInput& input) noexcept {
+class LatePose final : public Stage {
+ public:
+  std::string_view name() const noexcept override { return "late-pose"; }
+  StageOutput tick(const StageInput& input) noexcept override { return late_pose(input); }
+};
+
+}  // namespace
+
+std::unique_ptr<Stage> make_late_pose_stage(const StageSettings&) {
+  return std::make_unique<LatePose>();
+}
+
+StageOutput late_pose(const StageInput& input) noexcept {
   StageOutput output;
   if (input.newest == nullptr) return output;
   const proto::ServerUpdate& newest = input.newest->update;

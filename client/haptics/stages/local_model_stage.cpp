@@ -1,6 +1,7 @@
-#include "client/haptics/stages/local_model_stage.hpp"
-
+#include "client/haptics/stages/force_blend.hpp"
+#include "client/haptics/stages/makers.hpp"
 #include "client/model/local_model.hpp"
+#include "common/haptics/prediction/force_stream.hpp"
 
 namespace tandem::client {
 namespace {
@@ -20,17 +21,34 @@ LocalModelInput model_input(const StageInput& input) {
   return result;
 }
 
-}  // namespace
+class LocalModelStage final : public Stage {
+ public:
+  /// In      predictor  one of predictor_names()
+  explicit LocalModelStage(const std::string& predictor)
+      : residual_(predictor == "none" ? nullptr : haptics::make_force_stream(predictor)) {}
 
-LocalModelStage::LocalModelStage(const std::string& predictor)
-    : residual_(predictor == "none" ? nullptr : haptics::make_force_stream(predictor)) {}
+  std::string_view name() const noexcept override { return "local-model"; }
+  StageOutput tick(const StageInput& input) noexcept override;
+  void reset() noexcept override;
+  void service() noexcept override {
+    if (residual_ != nullptr) residual_->fit();
+  }
+
+ private:
+  Wrench predicted_residual(const StageInput& input) noexcept;
+
+  std::unique_ptr<haptics::ForceStream> residual_;  ///< null: "none"
+  ForceBlend blend_;
+  Wrench before_;  ///< shown, without what fades
+  bool was_local_ = false;
+};
 
 StageOutput LocalModelStage::tick(const StageInput& input) noexcept {
   blend_.advance(input.period_s);
   LocalModel* const model = input.newest == nullptr ? nullptr : input.local_model;
   StageOutput output;
   if (model == nullptr) {
-    output = without_model_.tick(input);
+    output = late_pose(input);
   } else {
     output.local_wrench_on_hand_W = model->step(model_input(input));
     const Wrench residual = predicted_residual(input);
@@ -64,15 +82,16 @@ Wrench LocalModelStage::predicted_residual(const StageInput& input) noexcept {
 }
 
 void LocalModelStage::reset() noexcept {
-  without_model_.reset();
   if (residual_ != nullptr) residual_->reset();
   blend_.reset();
   before_ = {};
   was_local_ = false;
 }
 
-void LocalModelStage::service() noexcept {
-  if (residual_ != nullptr) residual_->fit();
+}  // namespace
+
+std::unique_ptr<Stage> make_local_model_stage(const StageSettings& settings) {
+  return std::make_unique<LocalModelStage>(settings.predictor);
 }
 
 }  // namespace tandem::client

@@ -4,43 +4,23 @@
 #include <algorithm>
 #include <array>
 
-#include "client/haptics/stages/force_stream_stage.hpp"
-#include "client/haptics/stages/hold.hpp"
-#include "client/haptics/stages/late_pose.hpp"
-#include "client/haptics/stages/local_model_stage.hpp"
-#include "client/haptics/stages/wave_stage.hpp"
+#include "client/haptics/stages/makers.hpp"
+#include "common/haptics/prediction/force_stream.hpp"
 
 namespace tandem::client {
 namespace {
 
-using Maker = std::unique_ptr<Stage> (*)(const StageSettings&);
-
-template <class T>
-std::unique_ptr<Stage> plain(const StageSettings&) {
-  return std::make_unique<T>();
-}
-std::unique_ptr<Stage> force_stream(const StageSettings& settings) {
-  return std::make_unique<ForceStreamStage>(settings.name);
-}
-std::unique_ptr<Stage> wave(const StageSettings& settings) {
-  return haptics::is_usable(settings.wave) ? std::make_unique<WaveStage>(settings.wave) : nullptr;
-}
-
-std::unique_ptr<Stage> local_model(const StageSettings& settings) {
-  return std::make_unique<LocalModelStage>(settings.predictor);
-}
-
 struct StageEntry {
   std::string_view name;
-  Maker make;
+  std::unique_ptr<Stage> (*make)(const StageSettings&);
 };
-constexpr std::array kStages{StageEntry{"local-model", &local_model},
-                             StageEntry{"late-pose", &plain<LatePose>},
-                             StageEntry{"hold", &plain<Hold>},
-                             StageEntry{"linear", &force_stream},
-                             StageEntry{"ar", &force_stream},
-                             StageEntry{"ar-spline", &force_stream},
-                             StageEntry{"wave", &wave}};
+constexpr std::array kStages{StageEntry{"local-model", &make_local_model_stage},
+                             StageEntry{"late-pose", &make_late_pose_stage},
+                             StageEntry{"hold", &make_hold_stage},
+                             StageEntry{"linear", &make_force_stream_stage},
+                             StageEntry{"ar", &make_force_stream_stage},
+                             StageEntry{"ar-spline", &make_force_stream_stage},
+                             StageEntry{"wave", &make_wave_stage}};
 
 std::string listed(const std::vector<std::string_view>& names) {
   std::string text;

@@ -8,10 +8,7 @@
 #include <cstdlib>
 #include <string>
 
-#include "client/haptics/stages/force_stream_stage.hpp"
-#include "client/haptics/stages/hold.hpp"
-#include "client/haptics/stages/late_pose.hpp"
-#include "client/haptics/stages/wave_stage.hpp"
+#include "client/haptics/stages/makers.hpp"
 #include "common/base/random.hpp"
 #include "common/haptics/coupling/laws.hpp"
 
@@ -51,8 +48,8 @@ TEST(LatePose, IsASpringAndDamperBetweenHandleAndNewestTool) {
   rig.input.handle.X = {Vec3(0.01, 0, 0), quaternion_of(Vec3(0, 0, 0.2))};
   rig.input.handle.V = {Vec3(0, 0.1, 0), Vec3(0, 0, 1)};
   rig.newest.tool.V.v = Vec3(0, 0, 0.2);
-  LatePose stage;
-  const Wrench on_hand = stage.tick(rig.input).wrench_on_hand_W;
+  const auto stage = make_stage({.name = "late-pose"});
+  const Wrench on_hand = stage->tick(rig.input).wrench_on_hand_W;
   // The handle turns at 1 rad/s: its point at the tool, 0.01 m behind, moves at 0.1 − 0.01 m/s.
   EXPECT_LT((on_hand.f - Vec3(-5.0, -0.18, 0.4)).norm(), 1e-12) << "−(500 d + 2 Δv)";
   const Vec3 lever = Vec3(0.01, 0, 0).cross(-on_hand.f);
@@ -68,11 +65,11 @@ TEST(LatePose, PairOnHandAndToolSumsToZero) {
     return Vec3(scale * Vec3(random.normal(), random.normal(), random.normal()));
   };
   Rig rig;
-  LatePose stage;
+  const auto stage = make_stage({.name = "late-pose"});
   for (int i = 0; i < 1000; ++i) {
     rig.input.handle = {{vector(0.05), quaternion_of(vector(0.5))}, {vector(0.3), vector(3)}};
     rig.newest.tool = {{vector(0.05), quaternion_of(vector(0.5))}, {vector(0.3), vector(3)}};
-    const Wrench on_hand = stage.tick(rig.input).wrench_on_hand_W;
+    const Wrench on_hand = stage->tick(rig.input).wrench_on_hand_W;
     const RigidState& tool = rig.newest.tool;
     const RigidState& handle = rig.input.handle;
     const Wrench on_tool = rig.coupling->wrench_on_tool_W(haptics::coupling_state(handle.X, handle.V, tool.X, tool.V));
@@ -85,11 +82,11 @@ TEST(LatePose, PairOnHandAndToolSumsToZero) {
 TEST(LatePose, IsZeroAtTheToolAndWithoutAnyState) {
   Rig rig;
   rig.input.handle.X.p = rig.newest.tool.X.p = Vec3(1, 2, 3);
-  LatePose stage;
-  EXPECT_TRUE(stage.tick(rig.input).wrench_on_hand_W.f.isZero(0));
+  const auto stage = make_stage({.name = "late-pose"});
+  EXPECT_TRUE(stage->tick(rig.input).wrench_on_hand_W.f.isZero(0));
   rig.input.newest = nullptr;
   rig.input.handle.X.p = Vec3::Zero();
-  EXPECT_TRUE(stage.tick(rig.input).wrench_on_hand_W.f.isZero(0));
+  EXPECT_TRUE(stage->tick(rig.input).wrench_on_hand_W.f.isZero(0));
 }
 
 TEST(LatePose, OfALawWithoutASpringShowsTheServersWrench) {
@@ -98,28 +95,28 @@ TEST(LatePose, OfALawWithoutASpringShowsTheServersWrench) {
   rig.input.coupling = direct.get();
   rig.input.handle.X.p = Vec3(0.01, 0, 0);
   rig.newest.wrench_on_hand_W = {Vec3(1, 2, 3), Vec3(0.1, 0.2, 0.3)};
-  LatePose stage;
-  EXPECT_EQ(stage.tick(rig.input).wrench_on_hand_W.f, rig.newest.wrench_on_hand_W.f);
-  EXPECT_EQ(stage.tick(rig.input).wrench_on_hand_W.t, rig.newest.wrench_on_hand_W.t);
+  const auto stage = make_stage({.name = "late-pose"});
+  EXPECT_EQ(stage->tick(rig.input).wrench_on_hand_W.f, rig.newest.wrench_on_hand_W.f);
+  EXPECT_EQ(stage->tick(rig.input).wrench_on_hand_W.t, rig.newest.wrench_on_hand_W.t);
 }
 
 TEST(Hold, ShowsTheServersWrenchUnchangedWhateverTheHandDoes) {
   Rig rig;
   rig.newest.wrench_on_hand_W = {Vec3(1, 2, 3), Vec3(0.1, 0.2, 0.3)};
-  Hold stage;
+  const auto stage = make_stage({.name = "hold"});
   for (const double x : {0.0, 0.5, -3.0}) {
     rig.input.handle.X.p.x() = x;
-    const Wrench on_hand = stage.tick(rig.input).wrench_on_hand_W;
+    const Wrench on_hand = stage->tick(rig.input).wrench_on_hand_W;
     EXPECT_EQ(on_hand.f, rig.newest.wrench_on_hand_W.f);
     EXPECT_EQ(on_hand.t, rig.newest.wrench_on_hand_W.t);
   }
   rig.input.newest = nullptr;
-  EXPECT_TRUE(stage.tick(rig.input).wrench_on_hand_W.f.isZero(0));
+  EXPECT_TRUE(stage->tick(rig.input).wrench_on_hand_W.f.isZero(0));
 }
 
 /// Server states at 200 Hz of a force along x, `age` old when they arrive, the server's clock an hour ahead.
 struct LateForce {
-  explicit LateForce(const char* name) : stage(name) { rig.received.clock_offset = kOffset; }
+  explicit LateForce(const char* name) : stage(make_stage({.name = name})) { rig.received.clock_offset = kOffset; }
 
   /// One tick; the force shown.
   double tick(double (*force)(double t)) {
@@ -132,12 +129,12 @@ struct LateForce {
       rig.newest.wrench_on_hand_W.f.x() = force(to_seconds(stepped.time_since_epoch()));
     }
     rig.input.newest = k < 5 ? nullptr : &rig.received;
-    return stage.tick(rig.input).wrench_on_hand_W.f.x();
+    return stage->tick(rig.input).wrench_on_hand_W.f.x();
   }
 
   static constexpr Duration kOffset{std::chrono::hours(1)};
   Rig rig;
-  ForceStreamStage stage;
+  std::unique_ptr<Stage> stage;
   LocalTime now{std::chrono::seconds(1)};
   Duration age{std::chrono::milliseconds(20)};
   int k = 0;
@@ -159,7 +156,7 @@ TEST(ForceStreamStage, ArFollowsASineBetterThanTheLastSample) {
   double late_error = 0, held_error = 0;
   for (int k = 0; k < 4000; ++k) {
     const double ar = late.tick(sine), hold = held.tick(sine);
-    late.stage.service();
+    late.stage->service();
     if (k < 2000) continue;
     const double truth = sine(to_seconds(late.now.time_since_epoch()));
     late_error += std::pow(ar - truth, 2);
@@ -171,30 +168,29 @@ TEST(ForceStreamStage, ArFollowsASineBetterThanTheLastSample) {
 TEST(ForceStreamStage, ForgetsOnReset) {
   LateForce late("linear");
   for (int k = 0; k < 50; ++k) late.tick([](double) { return 2.0; });
-  late.stage.reset();
+  late.stage->reset();
   late.rig.input.is_new = false;
-  EXPECT_EQ(late.stage.tick(late.rig.input).wrench_on_hand_W.f.norm(), 0);
+  EXPECT_EQ(late.stage->tick(late.rig.input).wrench_on_hand_W.f.norm(), 0);
 }
 
-TEST(ContactOnset, HasHysteresis) {
-  ContactOnset onset;
+TEST(ForceStreamStage, SeesContactWithHysteresis) {
   const auto force = [](double f) { return Wrench{Vec3(f, 0, 0), Vec3::Zero()}; };
-  EXPECT_FALSE(onset.changes_with(force(0.07)));
-  EXPECT_TRUE(onset.changes_with(force(0.2)));
-  EXPECT_FALSE(onset.changes_with(force(0.07)));
-  EXPECT_TRUE(onset.changes_with(force(0.01)));
+  EXPECT_FALSE(is_contact(force(0.07), false));
+  EXPECT_TRUE(is_contact(force(0.2), false));
+  EXPECT_TRUE(is_contact(force(0.07), true));
+  EXPECT_FALSE(is_contact(force(0.01), true));
 }
 
 TEST(WaveStage, TellsTheServerItsModeAndIsADamperUntilTheFirstEcho) {
   Rig rig;
-  WaveStage stage({20, 0.01});
+  const auto stage = make_stage({.name = "wave", .wave = {20, 0.01}});
   rig.input.tick.value = 1;
-  stage.tick(rig.input);
+  stage->tick(rig.input);
   StageOutput output;
   for (int k = 0; k < 100; ++k) {
     ++rig.input.tick.value;
     rig.input.handle.X.p.x() += 1e-4;
-    output = stage.tick(rig.input);
+    output = stage->tick(rig.input);
   }
   EXPECT_EQ(output.mode, proto::ClientMode::kWave);
   EXPECT_NEAR(output.wrench_on_hand_W.f.x(), -20 * 0.1, 1e-9) << "b v";
@@ -203,12 +199,12 @@ TEST(WaveStage, TellsTheServerItsModeAndIsADamperUntilTheFirstEcho) {
 
 TEST(WaveStage, AJumpOverTicksWithoutAHandIsNoVelocity) {
   Rig rig;
-  WaveStage stage({20, 0.01});
+  const auto stage = make_stage({.name = "wave", .wave = {20, 0.01}});
   rig.input.tick.value = 1;
-  stage.tick(rig.input);
+  stage->tick(rig.input);
   rig.input.tick.value = 30;
   rig.input.handle.X.p.x() = 0.05;
-  EXPECT_EQ(stage.tick(rig.input).wrench_on_hand_W.f.norm(), 0);
+  EXPECT_EQ(stage->tick(rig.input).wrench_on_hand_W.f.norm(), 0);
 }
 
 TEST(Stages, EveryListedNameMakesAStageOfThatName) {
