@@ -47,6 +47,13 @@ function(tandem_run_cases name program filter labels)
   set_tests_properties(${name} PROPERTIES FAIL_REGULAR_EXPRESSION " 0 tests from 0 test suites ran")
 endfunction()
 
+# What is long begins first, so that no core waits for it in the end.
+function(tandem_begin_early name is_slow)
+  if(is_slow)
+    set_tests_properties(${name} PROPERTIES COST 90)
+  endif()
+endfunction()
+
 # tandem_test(name [SLOW|NUMERIC] [THREADS] [NIGHTLY Suite.Case ...] [NUMERIC_CASES Suite.Case ...] SOURCES ... LINK ...):
 # one GoogleTest program and one ctest entry; a failure names its case. NIGHTLY (patterns as of --gtest_filter): left out
 # of that entry, and run by name.nightly. THREADS: more than one thread takes part. NUMERIC: meets no bytes from outside;
@@ -77,10 +84,12 @@ function(tandem_test name)
   list(JOIN ARG_NIGHTLY ":" nightly)
   if(NOT nightly)
     tandem_run_cases(${name} ${name} "*" "${labels}")
+    tandem_begin_early(${name} "${ARG_SLOW}")
     return()
   endif()
   if(NOT nightly STREQUAL "*")
     tandem_run_cases(${name} ${name} "*-${nightly}" "${labels}")
+    tandem_begin_early(${name} "${ARG_SLOW}")
   endif()
   tandem_run_cases(${name}.nightly ${name} "${nightly}" nightly)
 endfunction()
