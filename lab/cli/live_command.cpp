@@ -98,7 +98,7 @@ class References {
     const Trial reference = reference_of(trial);
     const std::string key = compact_json(experiment_json(reference.experiment));
     const auto [place, is_new] = traces_.try_emplace(key);
-    if (is_new) place->second = VirtualSession(reference.experiment, scene).run();
+    if (is_new) place->second = run_virtual_session(reference.experiment, scene);
     return place->second;
   }
 
@@ -122,17 +122,6 @@ std::vector<Comparison> compared(const json::object& live, const json::object& b
   return comparisons;
 }
 
-SessionTrace run_live(LiveSession& session, const Trial& trial, const std::optional<std::filesystem::path>& files_in) {
-  if (!files_in) return session.run();
-  TrialFiles files(trial.experiment, *files_in);
-  session.on_tick = [&](std::size_t user, const client::TickRecord& record, int phase) {
-    files.write_tick(user, record, phase);
-  };
-  SessionTrace trace = session.run();
-  files.finish(trace, "live");
-  return trace;
-}
-
 /// `files_in`: where the time series go; none: nowhere.
 LiveResult run_trial(const Trial& trial, References& references, int realtime_priority,
                      const std::optional<std::filesystem::path>& files_in) {
@@ -140,15 +129,23 @@ LiveResult run_trial(const Trial& trial, References& references, int realtime_pr
   loading.progress = progress_on_stderr();
   const auto scene = load_experiment_scene(trial.experiment, loading);
   const SessionTrace& reference = references.of(trial, scene);
-  const SessionTrace beside = VirtualSession(trial.experiment, scene).run();
-  LiveSession session(trial.experiment, scene, beside, realtime_priority);
+  const SessionTrace beside = run_virtual_session(trial.experiment, scene);
   LiveResult result;
   result.beside = result_of(trial, beside, reference);
-  const SessionTrace live = run_live(session, trial, files_in);
+  std::optional<TrialFiles> files;
+  OnTick on_tick;
+  if (files_in) {
+    files.emplace(trial.experiment, *files_in);
+    on_tick = [&](std::size_t user, const client::TickRecord& record, int phase) {
+      files->write_tick(user, record, phase);
+    };
+  }
+  const SessionTrace live =
+      run_live_session(trial.experiment, scene, beside, realtime_priority, result.timing, on_tick);
+  if (files) files->finish(live, "live");
   result.live = result_of(trial, live, reference);
   if (files_in) result.live.samples = *files_in;
   result.comparisons = compared(result.live.row, result.beside.row);
-  result.timing = session.timing();
   return result;
 }
 

@@ -98,11 +98,9 @@ int run(Options options) {
   loading.progress = progress_on_stderr();
   const auto scene = server::load_scene(scene_path(options.scene, ""), loading);
   if (options.users == 0) options.users = std::min(kDefaultUsers, scene->world.tools.size());
-  RoomBenchSettings settings;
-  settings.hands = hands_of(options);
-  settings.duration = from_seconds(options.seconds);
+  const std::vector<std::string> hands = hands_of(options);
   for (const std::string& refusal : realtime::request_realtime({.priority = 60})) std::cerr << refusal << '\n';
-  const RoomBenchResult result = bench_room(scene, settings);
+  const RoomBenchResult result = bench_room(scene, hands, from_seconds(options.seconds));
   const std::vector<Check> checks = checks_of(result);
   if (options.wants_json) {
     std::cout << pretty_json(to_json(options, result, checks));

@@ -225,7 +225,7 @@ std::shared_ptr<const SessionTrace> TrialRunner::Impl::reference_trace(SharedRef
   const std::lock_guard lock(reference.running);
   if (reference.trace == nullptr) {
     reference.trace =
-        std::make_shared<const SessionTrace>(VirtualSession(reference.trial.experiment, scene.scene).run());
+        std::make_shared<const SessionTrace>(run_virtual_session(reference.trial.experiment, scene.scene));
   }
   return reference.trace;
 }
@@ -240,17 +240,17 @@ TrialResult TrialRunner::Impl::run_job(const Job& job) {
   TrialResult result;
   result.key = job.key;
   const auto reference = reference_trace(*job.reference, *job.scene);
-  VirtualSession session(trial.experiment, job.scene->scene);
   std::optional<TrialFiles> files;
+  OnTick on_tick;
   if (settings.wants_samples) {
     files.emplace(trial.experiment, samples_of(job));
-    session.on_tick = [&](std::size_t user, const client::TickRecord& record, int phase) {
+    on_tick = [&](std::size_t user, const client::TickRecord& record, int phase) {
       files->write_tick(user, record, phase);
     };
   }
   const LocalTime from = wall.now();
   try {
-    const SessionTrace trace = session.run();
+    const SessionTrace trace = run_virtual_session(trial.experiment, job.scene->scene, on_tick);
     result.virtual_s = to_seconds(trace.joined_after + trial.experiment.duration);
     result.row = as_read_back(trial_row(trial, trace, reference.get()));
     if (files) files->finish(trace, job.key);

@@ -63,7 +63,7 @@ class FitMeter {
   Step seen_;
 };
 
-/// One user's session with everything that it needs; the order within a slot is that of VirtualSession.
+/// One user's session with everything that it needs; the order within a slot is that of run_virtual_session().
 class BenchSession {
  public:
   BenchSession(const Experiment& experiment, const std::shared_ptr<const server::LoadedScene>& scene);

@@ -262,11 +262,9 @@ TrafficCounters traffic_of(const client::ClientIoSnapshot& io) {
   return traffic;
 }
 
-}  // namespace
-
-struct LiveSession::Impl {
-  Impl(LiveSession& its_owner, const Experiment& its_experiment, std::shared_ptr<const server::LoadedScene> its_scene,
-       const SessionTrace& its_beside, int its_priority);
+struct LiveSession {
+  LiveSession(const Experiment& its_experiment, std::shared_ptr<const server::LoadedScene> its_scene,
+              const SessionTrace& its_beside, int its_priority, LiveTiming& its_timing, const OnTick& listener);
 
   void join_all();
   template <class IsDone>
@@ -277,7 +275,6 @@ struct LiveSession::Impl {
   SessionTrace take_trace();
   void take_user(std::size_t index);
 
-  LiveSession& owner;
   const Experiment& experiment;
   std::shared_ptr<const server::LoadedScene> scene;
   const SessionTrace& beside;
@@ -291,18 +288,20 @@ struct LiveSession::Impl {
   std::vector<TrafficCounters> traffic_at_start;
   std::vector<std::size_t> told;  // ticks that on_tick has had
   SessionTrace trace;
-  LiveTiming timing;
+  LiveTiming& timing;
+  const OnTick& on_tick;
 };
 
-LiveSession::Impl::Impl(LiveSession& its_owner, const Experiment& its_experiment,
-                        std::shared_ptr<const server::LoadedScene> its_scene, const SessionTrace& its_beside,
-                        int its_priority)
-    : owner(its_owner),
-      experiment(its_experiment),
+LiveSession::LiveSession(const Experiment& its_experiment, std::shared_ptr<const server::LoadedScene> its_scene,
+                         const SessionTrace& its_beside, int its_priority, LiveTiming& its_timing,
+                         const OnTick& listener)
+    : experiment(its_experiment),
       scene(std::move(its_scene)),
       beside(its_beside),
       priority(its_priority),
-      server(experiment, scene, its_priority) {
+      server(experiment, scene, its_priority),
+      timing(its_timing),
+      on_tick(listener) {
   trace.watched_body = beside.watched_body;
   trace.body_names = beside.body_names;
   trace.body_can_move = beside.body_can_move;
@@ -329,7 +328,7 @@ LiveSession::Impl::Impl(LiveSession& its_owner, const Experiment& its_experiment
 
 /// Waits until `is_done`; says what is missing when that is not in time. What the rings hold meanwhile is of no use.
 template <class IsDone>
-void LiveSession::Impl::wait_for(const LiveUser& user, const char* missing, const IsDone& is_done) {
+void LiveSession::wait_for(const LiveUser& user, const char* missing, const IsDone& is_done) {
   const LocalTime give_up = clock.now() + kJoinTimeout;
   while (!is_done()) {
     const client::SessionStatus status = user.io().status;
@@ -343,7 +342,7 @@ void LiveSession::Impl::wait_for(const LiveUser& user, const char* missing, cons
 }
 
 // One after the other, so that the n-th manipulator gets the n-th tool.
-void LiveSession::Impl::join_all() {
+void LiveSession::join_all() {
   begun = clock.now();
   for (const auto& user : users) {
     user->connect();
@@ -358,7 +357,7 @@ void LiveSession::Impl::join_all() {
   }
 }
 
-void LiveSession::Impl::start_hands() {
+void LiveSession::start_hands() {
   for (const auto& user : users) traffic_at_start.push_back(traffic_of(user->io()));
   hands_started = next_whole_millisecond(clock.now() + kStartIn);
   server.record_from(hands_started);
@@ -367,7 +366,7 @@ void LiveSession::Impl::start_hands() {
   while (clock.now() < hands_started) std::this_thread::sleep_for(kHapticPeriod);
 }
 
-void LiveSession::Impl::follow(std::size_t index) {
+void LiveSession::follow(std::size_t index) {
   LiveUser& user = *users[index];
   user.take_ticks();
   // Until a tick of the moving hand is there, told is 0 and everything is of before.
@@ -375,7 +374,7 @@ void LiveSession::Impl::follow(std::size_t index) {
   for (; told[index] < user.ticks().size(); ++told[index]) {
     const client::TickRecord& record = user.ticks()[told[index]].record;
     if (record.at >= hands_started + experiment.duration) break;
-    if (owner.on_tick) owner.on_tick(index, record, user.user().hand.phase_at(record.at - hands_started));
+    if (on_tick) on_tick(index, record, user.user().hand.phase_at(record.at - hands_started));
   }
   UserTrace& user_trace = trace.users[index];
   const client::SessionStatus status = user.io().status;
@@ -385,7 +384,7 @@ void LiveSession::Impl::follow(std::size_t index) {
 }
 
 // Some more than the duration, so that the last tick before its end is there too.
-void LiveSession::Impl::keep_going() {
+void LiveSession::keep_going() {
   const LocalTime end = hands_started + experiment.duration + kMainPeriod;
   while (clock.now() < end) {
     std::this_thread::sleep_for(kMainPeriod);
@@ -393,7 +392,7 @@ void LiveSession::Impl::keep_going() {
   }
 }
 
-void LiveSession::Impl::take_user(std::size_t index) {
+void LiveSession::take_user(std::size_t index) {
   LiveUser& live = *users[index];
   UserTrace& user = trace.users[index];
   const client::ClientIoSnapshot io = live.io();
@@ -413,28 +412,23 @@ void LiveSession::Impl::take_user(std::size_t index) {
   timing.users[index] = {told[index], rows.skipped, live.lost(), live.loop_report()};
 }
 
-SessionTrace LiveSession::Impl::take_trace() {
+SessionTrace LiveSession::take_trace() {
   for (std::size_t i = 0; i < users.size(); ++i) take_user(i);
   server.stop();
   server.take(trace, timing);
   return std::move(trace);
 }
 
-LiveSession::LiveSession(const Experiment& experiment, std::shared_ptr<const server::LoadedScene> scene,
-                         const SessionTrace& beside, int realtime_priority)
-    : impl_(std::make_unique<Impl>(*this, experiment, std::move(scene), beside, realtime_priority)) {}
+}  // namespace
 
-LiveSession::~LiveSession() = default;
-
-SessionTrace LiveSession::run() {
-  impl_->join_all();
-  impl_->start_hands();
-  impl_->keep_going();
-  return impl_->take_trace();
-}
-
-const LiveTiming& LiveSession::timing() const {
-  return impl_->timing;
+SessionTrace run_live_session(const Experiment& experiment, const std::shared_ptr<const server::LoadedScene>& scene,
+                              const SessionTrace& beside, int realtime_priority, LiveTiming& timing,
+                              const OnTick& on_tick) {
+  LiveSession session(experiment, scene, beside, realtime_priority, timing, on_tick);
+  session.join_all();
+  session.start_hands();
+  session.keep_going();
+  return session.take_trace();
 }
 
 }  // namespace tandem::lab

@@ -1,8 +1,8 @@
 // A trial in real time: the server's sockets and room thread, and for each user a client's haptic and io threads, over
-// loopback and the live simulated links. It leaves the same trace as VirtualSession, so the same metrics can be had of
-// it.
+// loopback and the live simulated links. It leaves the same trace as run_virtual_session(), so the same metrics can
+// be had of it.
 //
-//   main thread (run())      per user: haptic thread           per user: io thread        server: room, io thread
+//   the caller's thread      per user: haptic thread           per user: io thread        server: room, io thread
 //   join, one after another  HapticLoop, 1 kHz                 ClientIo                   LiveServer
 //   says when hands start ──▶ hand starts on its path
 //   every 10 ms: takes       ── ring: tick and true hand ──▶
@@ -15,7 +15,6 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -41,30 +40,17 @@ struct LiveTiming {
   std::vector<std::string> realtime_not_granted;
 };
 
-/// Runs one trial of an experiment in real time. Once only.
+/// Runs one trial of an experiment in real time.
 ///
 /// Limits  the local model's mass_scale and the coupling's check against the device are left out: tandem-client has no
 ///         setting for the first, and a virtual trial no check
-class LiveSession {
- public:
-  /// In      beside  the virtual trial of the same experiment: seeds, names and the watched body are taken from it
-  /// Fails   std::invalid_argument: mass_scale is not 1; std::runtime_error: no port
-  LiveSession(const Experiment& experiment, std::shared_ptr<const server::LoadedScene> scene,
-              const SessionTrace& beside, int realtime_priority = 0);
-  ~LiveSession();
-
-  /// Fails   CouldNotJoin (says who and why); std::runtime_error, std::system_error: no port, no thread
-  SessionTrace run();
-  /// After run().
-  const LiveTiming& timing() const;
-
-  /// Called on the thread of run() for each haptic tick of a moving hand, with the index of the user and of the hand
-  /// path's phase, at most some ten milliseconds late.
-  std::function<void(std::size_t, const client::TickRecord&, int)> on_tick;
-
- private:
-  struct Impl;
-  std::unique_ptr<Impl> impl_;
-};
+/// In      beside   the virtual trial of the same experiment: seeds, names and the watched body are taken from it
+///         on_tick  called on this thread for each haptic tick of a moving hand, at most some ten milliseconds late
+/// Out     timing
+/// Fails   std::invalid_argument: mass_scale is not 1; CouldNotJoin (says who and why); std::runtime_error,
+///         std::system_error: no port, no thread
+SessionTrace run_live_session(const Experiment& experiment, const std::shared_ptr<const server::LoadedScene>& scene,
+                              const SessionTrace& beside, int realtime_priority, LiveTiming& timing,
+                              const OnTick& on_tick = {});
 
 }  // namespace tandem::lab

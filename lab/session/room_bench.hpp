@@ -13,12 +13,6 @@
 
 namespace tandem::lab {
 
-struct RoomBenchSettings {
-  std::vector<std::string> hands;  ///< named hand paths, one a user; the n-th user gets the n-th tool
-  Duration duration{from_seconds(11)};
-  std::uint64_t seed = 1;
-};
-
 struct RoomBenchResult {
   Histogram step;              ///< of the room: inputs, physics, updates
   std::uint64_t overlong = 0;  ///< steps that took longer than the period
@@ -31,7 +25,11 @@ struct RoomBenchResult {
 };
 
 /// Runs the room in real time on this thread; the hands are moved between its steps and feel each step's wrench at
-/// once. Fails   std::invalid_argument: more hands than tools, an unknown path
-RoomBenchResult bench_room(const std::shared_ptr<const server::LoadedScene>& scene, const RoomBenchSettings& settings);
+/// once.
+///
+/// In      hands  named hand paths, one a user; the n-th user gets the n-th tool
+/// Fails   std::invalid_argument: more hands than tools, an unknown path
+RoomBenchResult bench_room(const std::shared_ptr<const server::LoadedScene>& scene,
+                           const std::vector<std::string>& hands, Duration duration);
 
 }  // namespace tandem::lab

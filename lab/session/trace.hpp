@@ -1,7 +1,9 @@
 // Everything that a trial leaves behind: what metrics, result files and reports are made from.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -49,6 +51,9 @@ inline bool is_tool_energy_limited(const TickSample& tick) {
 
 /// What the tick's record has of it; the hand's side is left at rest.
 TickSample sample_of(const client::TickRecord& record);
+
+/// Called for a tick of a moving hand, with the index of the user and of the hand path's phase.
+using OnTick = std::function<void(std::size_t user, const client::TickRecord& record, int phase)>;
 
 /// An input as the server took it.
 struct AnsweredInput {

@@ -93,11 +93,9 @@ std::string field_kernel_of(const server::LoadedScene& scene) {
   return molecules < 2 ? std::string() : std::string(docking::LennardJonesField::default_kernel());
 }
 
-}  // namespace
-
-struct VirtualSession::Impl {
-  Impl(VirtualSession& its_owner, const Experiment& its_experiment,
-       std::shared_ptr<const server::LoadedScene> its_scene);
+struct VirtualSession {
+  VirtualSession(const Experiment& its_experiment, std::shared_ptr<const server::LoadedScene> its_scene,
+                 const OnTick& listener);
 
   void run_slot();
   void run_client_slot(std::size_t index, LocalTime now);
@@ -109,8 +107,8 @@ struct VirtualSession::Impl {
   StoredEnergySample energy_at_server() const;
   SessionTrace take_trace();
 
-  VirtualSession& owner;
   const Experiment& experiment;
+  const OnTick& on_tick;
   std::shared_ptr<const server::LoadedScene> scene;
   VirtualClock clock;
   VirtualNetwork network{clock};
@@ -125,10 +123,10 @@ struct VirtualSession::Impl {
   SessionTrace trace;
 };
 
-VirtualSession::Impl::Impl(VirtualSession& its_owner, const Experiment& its_experiment,
-                           std::shared_ptr<const server::LoadedScene> its_scene)
-    : owner(its_owner),
-      experiment(its_experiment),
+VirtualSession::VirtualSession(const Experiment& its_experiment, std::shared_ptr<const server::LoadedScene> its_scene,
+                               const OnTick& listener)
+    : experiment(its_experiment),
+      on_tick(listener),
       scene(std::move(its_scene)),
       room(RoomId{1}, "lab", scene, {.controls_tool_passivity = experiment.controls_passivity()}),
       hub(hub_settings(experiment.seed), {&room}, network),
@@ -169,7 +167,7 @@ VirtualSession::Impl::Impl(VirtualSession& its_owner, const Experiment& its_expe
   trace.field_kernel = field_kernel_of(*scene);
 }
 
-void VirtualSession::Impl::run_slot() {
+void VirtualSession::run_slot() {
   const LocalTime now{kSlot * ++slot};
   clock.advance_to(now);
   network.collect(now);
@@ -184,7 +182,7 @@ void VirtualSession::Impl::run_slot() {
   if (are_hands_moving && now >= next_sample) record_bodies();
 }
 
-void VirtualSession::Impl::run_client_slot(std::size_t index, LocalTime now) {
+void VirtualSession::run_client_slot(std::size_t index, LocalTime now) {
   VirtualUser& user = *users[index];
   user.transport.deliver(user.client.session(), now);
   if ((now.time_since_epoch() - user.user.tick_phase) % kHapticPeriod == Duration(0)) {
@@ -196,7 +194,7 @@ void VirtualSession::Impl::run_client_slot(std::size_t index, LocalTime now) {
   throw std::runtime_error("user " + user.user.name + " has no local model: " + user.client.model_problem());
 }
 
-void VirtualSession::Impl::join_all() {
+void VirtualSession::join_all() {
   for (const auto& user : users) {
     user->client.session().start(clock.now());
     const LocalTime give_up = clock.now() + kJoinTimeout;
@@ -219,7 +217,7 @@ void VirtualSession::Impl::join_all() {
 }
 
 // At a whole millisecond, so that ticks of the same hand in two trials are at the same times.
-void VirtualSession::Impl::start_hands() {
+void VirtualSession::start_hands() {
   while (clock.now().time_since_epoch() % kHapticPeriod != Duration(0)) run_slot();
   hands_started = clock.now();
   next_sample = hands_started;
@@ -235,7 +233,7 @@ void VirtualSession::Impl::start_hands() {
   record_step();
 }
 
-void VirtualSession::Impl::record_step() {
+void VirtualSession::record_step() {
   trace.stored.push_back(energy_at_server());
   for (std::size_t i = 0; i < users.size(); ++i) {
     if (!users[i]->tool) continue;
@@ -248,7 +246,7 @@ void VirtualSession::Impl::record_step() {
 }
 
 /// See energy_ledger.hpp: S, and the field's energy where S is without it.
-StoredEnergySample VirtualSession::Impl::energy_at_server() const {
+StoredEnergySample VirtualSession::energy_at_server() const {
   const physics::World& world = room.world();
   std::uint32_t with_model = 0;
   double by_copies_j = 0;
@@ -270,7 +268,7 @@ StoredEnergySample VirtualSession::Impl::energy_at_server() const {
   return {time, by_copies_j, world.field_energy_j()};
 }
 
-void VirtualSession::Impl::record_tick(std::size_t index) {
+void VirtualSession::record_tick(std::size_t index) {
   const TickSample sample = sample_of(*users[index], clock.now() - hands_started);
   trace.faults_seen |= sample.server_tick_faults;
   UserTrace& user = trace.users[index];
@@ -280,10 +278,10 @@ void VirtualSession::Impl::record_tick(std::size_t index) {
     user.why_disconnected = status.why;
   }
   user.ticks.push_back(sample);
-  if (owner.on_tick) owner.on_tick(index, users[index]->client.haptics().record(), sample.phase);
+  if (on_tick) on_tick(index, users[index]->client.haptics().record(), sample.phase);
 }
 
-void VirtualSession::Impl::record_bodies() {
+void VirtualSession::record_bodies() {
   BodiesSample sample;
   sample.time = clock.now() - hands_started;
   for (std::size_t i = 0; i < scene->world.bodies.size(); ++i) {
@@ -294,7 +292,7 @@ void VirtualSession::Impl::record_bodies() {
   next_sample += experiment.sample_period;
 }
 
-SessionTrace VirtualSession::Impl::take_trace() {
+SessionTrace VirtualSession::take_trace() {
   for (std::size_t i = 0; i < users.size(); ++i) {
     UserTrace& user = trace.users[i];
     const client::HapticCounters& end = users[i]->client.haptics().counters();
@@ -315,17 +313,16 @@ SessionTrace VirtualSession::Impl::take_trace() {
   return std::move(trace);
 }
 
-VirtualSession::VirtualSession(const Experiment& experiment, std::shared_ptr<const server::LoadedScene> scene)
-    : impl_(std::make_unique<Impl>(*this, experiment, std::move(scene))) {}
+}  // namespace
 
-VirtualSession::~VirtualSession() = default;
-
-SessionTrace VirtualSession::run() {
-  impl_->join_all();
-  impl_->start_hands();
-  const LocalTime end = impl_->clock.now() + impl_->experiment.duration;
-  while (impl_->clock.now() < end) impl_->run_slot();
-  return impl_->take_trace();
+SessionTrace run_virtual_session(const Experiment& experiment, const std::shared_ptr<const server::LoadedScene>& scene,
+                                 const OnTick& on_tick) {
+  VirtualSession session(experiment, scene, on_tick);
+  session.join_all();
+  session.start_hands();
+  const LocalTime end = session.clock.now() + experiment.duration;
+  while (session.clock.now() < end) session.run_slot();
+  return session.take_trace();
 }
 
 }  // namespace tandem::lab

@@ -14,8 +14,6 @@
 // are rounded up to slots.
 #pragma once
 
-#include <cstddef>
-#include <functional>
 #include <memory>
 #include <stdexcept>
 
@@ -33,21 +31,10 @@ struct CouldNotJoin : std::runtime_error {
 ///
 /// The users join one after the other, so that the n-th manipulator gets the n-th tool whatever the links do;
 /// then all hands start on their paths together, at time 0 of the trace.
-class VirtualSession {
- public:
-  /// Fails   std::invalid_argument when the scene has not enough tools for the manipulators
-  VirtualSession(const Experiment& experiment, std::shared_ptr<const server::LoadedScene> scene);
-  ~VirtualSession();
-
-  /// Fails   CouldNotJoin (says who and why)
-  SessionTrace run();
-
-  /// Called after each haptic tick of a moving hand, with the index of the user and of the hand path's phase.
-  std::function<void(std::size_t, const client::TickRecord&, int)> on_tick;
-
- private:
-  struct Impl;
-  std::unique_ptr<Impl> impl_;
-};
+/// In      on_tick  called after each haptic tick of a moving hand
+/// Fails   std::invalid_argument when the scene has not enough tools for the manipulators; CouldNotJoin (says who and
+///         why)
+SessionTrace run_virtual_session(const Experiment& experiment, const std::shared_ptr<const server::LoadedScene>& scene,
+                                 const OnTick& on_tick = {});
 
 }  // namespace tandem::lab

@@ -8,7 +8,7 @@
 
 #include "common/base/folders.hpp"
 #include "common/haptics/coupling/laws.hpp"
-#include "devices/sim/sim_device.hpp"
+#include "lab/session/simulated_user.hpp"
 #include "lab/studies/contact/contact_bench.hpp"
 #include "lab/studies/contact/mesh_generators.hpp"
 #include "lab/studies/contact/mesh_source.hpp"
@@ -16,7 +16,6 @@
 #include "lab/studies/contact/touch_simulation.hpp"
 #include "server/assets/scene_library.hpp"
 #include "server/physics/gimpact_reference.hpp"
-#include "server/room/room.hpp"
 
 namespace tandem::lab {
 namespace {
@@ -47,45 +46,10 @@ std::vector<ForceSample> samples_of(const TouchTrace& trace) {
   return samples;
 }
 
-/// A simulated hand at the room's own table: no network, no client.
-class SimulatedUser {
- public:
-  SimulatedUser(server::Room& room, std::size_t index, const std::string& path)
-      : room_(room),
-        seat_(static_cast<std::uint8_t>(index)),
-        device_(devices::SimDevice::default_spec(), devices::HandParameters{}, shipped_path(path), 1 + index),
-        workspace_(room.scene().workspaces[index]) {
-    room_.post({.kind = server::RoomCommand::Kind::kJoin,
-                .seat = {seat_, UserId{static_cast<std::uint32_t>(index + 1)}, server::UserRole::kManipulator, seat_}});
-  }
-
-  Duration path_length() const { return device_.path().length(); }
-
-  void move(LocalTime now) {
-    const devices::DeviceSample sample = device_.read(now);
-    proto::ClientUpdate& update = room_.mailboxes(seat_).input.back();
-    update = proto::ClientUpdate{};
-    ++tick_.value;
-    update.input_tick = tick_;
-    update.handle_valid = true;
-    update.handle = {workspace_.world_pose(sample.X_DH), workspace_.world_twist(sample.V_DH)};
-    update.buttons = sample.buttons;
-    room_.mailboxes(seat_).input.publish();
-  }
-
-  Wrench feel(LocalTime now) {
-    room_.mailboxes(seat_).output.poll();
-    const Wrench on_hand_W = room_.mailboxes(seat_).output.front().update.wrench_on_hand_W;
-    device_.write(now, workspace_.device_wrench(on_hand_W));
-    return on_hand_W;
-  }
-
- private:
-  server::Room& room_;
-  std::uint8_t seat_;
-  devices::SimDevice device_;
-  WorkspaceMapping workspace_;
-  Tick tick_;
+/// A shipped scene with a simulated hand of its own at each tool, at the room's own table: no network.
+struct SceneHands {
+  std::string scene;               ///< of server/scenes
+  std::vector<std::string> paths;  ///< of lab/paths, one a tool
 };
 
 /// Paths are those that the shipped experiments use in these scenes.
@@ -100,16 +64,15 @@ const std::vector<SceneHands>& shipped_hands() {
   return hands;
 }
 
-}  // namespace
-
+/// What the first hand feels.
 ForceSeries scene_series(const SceneHands& hands) {
   const auto scene = server::load_scene(server::find_scene(hands.scene, server::scene_folders()));
-  // Its hands are paths and pay nothing.
+  // Its hands are paths and supply no energy.
   const auto room = std::make_unique<server::Room>(RoomId{1}, hands.scene, scene,
                                                    server::RoomOptions{.controls_tool_passivity = false});
   std::vector<std::unique_ptr<SimulatedUser>> seats;
   for (const std::string& path : hands.paths)
-    seats.push_back(std::make_unique<SimulatedUser>(*room, seats.size(), path));
+    seats.push_back(std::make_unique<SimulatedUser>(*room, seats.size(), shipped_path(path), 1 + seats.size()));
   ForceSeries series{hands.scene, "scene " + hands.scene, {}};
   bool was_touching = false;
   for (Duration at{0}; at < seats.front()->path_length(); at += room->period()) {
@@ -126,6 +89,8 @@ ForceSeries scene_series(const SceneHands& hands) {
   }
   return series;
 }
+
+}  // namespace
 
 std::vector<ForceSeries> shipped_series() {
   constexpr double kPeg_kg = 0.1;

@@ -29,15 +29,8 @@ ForceSeries peg_series(double mass_kg);
 /// Fails   std::invalid_argument when the bunny's file is not there (names the package)
 ForceSeries bunny_pair_series();
 
-/// A shipped scene with a simulated hand of its own at each tool, at the room's own table: no network.
-struct SceneHands {
-  std::string scene;               ///< of server/scenes
-  std::vector<std::string> paths;  ///< of lab/paths, one a tool
-};
-/// What the first hand feels.
-ForceSeries scene_series(const SceneHands& hands);
-
-/// All of the above that every installation can make: scenes and peg; the bunnies where their file is.
+/// All of the above that every installation can make, and what the first hand feels in shipped scenes with a simulated
+/// hand at each tool; the bunnies where their file is.
 std::vector<ForceSeries> shipped_series();
 
 /// Chattering contact of the thesis's kind: the peg and the box in GImpact, stock Bullet with its default solver, at a

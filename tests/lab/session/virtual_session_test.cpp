@@ -57,11 +57,11 @@ Experiment pushing() {
 }
 
 std::string results_of(const Experiment& experiment) {
-  return pretty_json(results_json(experiment, VirtualSession(experiment, scene()).run()));
+  return pretty_json(results_json(experiment, run_virtual_session(experiment, scene())));
 }
 
 TEST(VirtualSession, OneUsersPushReachesTheOtherUsersHand) {
-  const SessionTrace trace = VirtualSession(pushing(), scene()).run();
+  const SessionTrace trace = run_virtual_session(pushing(), scene());
   ASSERT_EQ(trace.users.size(), 2U);
   EXPECT_TRUE(is_complete(trace));
   for (const UserTrace& each : trace.users) EXPECT_EQ(each.ticks.size(), 3000U) << each.user.name;
@@ -71,7 +71,7 @@ TEST(VirtualSession, OneUsersPushReachesTheOtherUsersHand) {
 }
 
 TEST(VirtualSession, TheClientMeasuresTheConfiguredRoundTrip) {
-  const SessionTrace trace = VirtualSession(pushing(), scene()).run();
+  const SessionTrace trace = run_virtual_session(pushing(), scene());
   for (const UserTrace& each : trace.users) {
     // Each way is rounded up to a slot, and an update waits up to a millisecond for the next room step.
     EXPECT_GE(user_metric(each, "round_trip_mean_ms"), 20.0);
@@ -88,7 +88,7 @@ TEST(VirtualSession, ALinkWithoutDelayTakesOneSlotEitherWay) {
       each.transport = transport;
       each.up.delay = each.down.delay = Duration(0);
     }
-    const SessionTrace trace = VirtualSession(experiment, scene()).run();
+    const SessionTrace trace = run_virtual_session(experiment, scene());
     for (const UserTrace& each : trace.users) {
       EXPECT_NEAR(user_metric(each, "round_trip_mean_ms"), 2 * to_seconds(kSlot) * 1e3, 1e-9) << each.user.name;
     }
@@ -115,7 +115,7 @@ TEST(VirtualSession, UsersGetTheToolsInTheirOrderWhateverTheLinks) {
   Experiment experiment = pushing();
   experiment.users[0].up.delay = experiment.users[0].down.delay = milliseconds(200);
   experiment.users[1].up.delay = experiment.users[1].down.delay = milliseconds(1);
-  const SessionTrace trace = VirtualSession(experiment, scene()).run();
+  const SessionTrace trace = run_virtual_session(experiment, scene());
   EXPECT_LT(trace.users[0].ticks.front().handle_W.X.p.x(), 0);
   EXPECT_GT(trace.users[1].ticks.front().handle_W.X.p.x(), 0);
 }
@@ -123,7 +123,7 @@ TEST(VirtualSession, UsersGetTheToolsInTheirOrderWhateverTheLinks) {
 TEST(VirtualSession, LostDatagramsAreCountedAndTheSessionGoesOn) {
   Experiment experiment = pushing();
   for (ExperimentUser& each : experiment.users) each.up.loss = each.down.loss = 0.1;
-  const SessionTrace trace = VirtualSession(experiment, scene()).run();
+  const SessionTrace trace = run_virtual_session(experiment, scene());
   EXPECT_TRUE(is_complete(trace));
   for (const UserTrace& each : trace.users) {
     EXPECT_GT(each.link_up.lost, 0U);
@@ -135,7 +135,7 @@ TEST(VirtualSession, LostDatagramsAreCountedAndTheSessionGoesOn) {
 TEST(VirtualSession, TcpCarriesTheSameSession) {
   Experiment experiment = pushing();
   for (ExperimentUser& each : experiment.users) each.transport = client::StateTransport::kTcp;
-  const SessionTrace trace = VirtualSession(experiment, scene()).run();
+  const SessionTrace trace = run_virtual_session(experiment, scene());
   EXPECT_TRUE(is_complete(trace));
   EXPECT_GT(user_metric(trace.users[1], "force_max_n"), 0.3);
   EXPECT_EQ(trace.users[0].link_up.sent, 0U) << "no datagram of its own";
@@ -146,7 +146,7 @@ TEST(VirtualSession, SaysWhyAUserLostItsConnection) {
   experiment.users[0].down.loss = 0.95;
   experiment.users[0].down.mean_bad_period = seconds(10);
   experiment.users[0].up = experiment.users[0].down;
-  const SessionTrace trace = VirtualSession(experiment, scene()).run();
+  const SessionTrace trace = run_virtual_session(experiment, scene());
   EXPECT_FALSE(trace.users[0].stayed_connected);
   EXPECT_NE(trace.users[0].why_disconnected, "");
   EXPECT_TRUE(trace.users[1].stayed_connected);
@@ -156,10 +156,10 @@ TEST(VirtualSession, SaysWhyAUserLostItsConnection) {
 TEST(VirtualSession, RefusesMoreManipulatorsThanTools) {
   Experiment experiment = pushing();
   experiment.users.push_back(user("cleo", "rest", devices::named_hand_path("rest"), 3));
-  EXPECT_THAT([&] { VirtualSession(experiment, scene()); },
+  EXPECT_THAT([&] { run_virtual_session(experiment, scene()); },
               testing::ThrowsMessage<std::invalid_argument>(testing::HasSubstr("3 manipulators")));
   experiment.users.back().role = server::UserRole::kObserver;
-  const SessionTrace trace = VirtualSession(experiment, scene()).run();
+  const SessionTrace trace = run_virtual_session(experiment, scene());
   EXPECT_EQ(user_metric(trace.users[2], "force_max_n"), 0) << "an observer feels nothing";
 }
 
@@ -168,7 +168,7 @@ TEST(VirtualSession, AHandOnAnotherDeviceHasThatDevicesLimits) {
   devices::DeviceProfile& device = experiment.users[0].device;
   device = devices::find_device_profile("touch");
   device.spec.force_limit_n = 0.3;
-  const SessionTrace trace = VirtualSession(experiment, scene()).run();
+  const SessionTrace trace = run_virtual_session(experiment, scene());
   EXPECT_LE(user_metric(trace.users[0], "force_max_n"), 0.3 * (1 + 1e-12));
   EXPECT_GT(user_metric(trace.users[0], "clamped_fraction"), 0);
   for (const TickSample& tick : trace.users[0].ticks) ASSERT_EQ(tick.displayed_D.t.norm(), 0) << "it shows no torque";
@@ -179,7 +179,7 @@ TEST(VirtualSession, AHandOnAnotherDeviceHasThatDevicesLimits) {
 
 TEST(VirtualSession, TheResultsNameEveryMetricAndParameter) {
   const Experiment experiment = pushing();
-  const SessionTrace trace = VirtualSession(experiment, scene()).run();
+  const SessionTrace trace = run_virtual_session(experiment, scene());
   const boost::json::object results = results_json(experiment, trace);
   for (const auto& each : results.at("users").as_array()) {
     for (const UserMetric& metric : user_metrics()) {
@@ -195,7 +195,7 @@ TEST(VirtualSession, HandsStartAtAWholeMillisecondWhateverTheLinks) {
   for (const int delay_us : {0, 250, 500, 7750}) {
     Experiment experiment = pushing();
     for (ExperimentUser& each : experiment.users) each.up.delay = each.down.delay = std::chrono::microseconds(delay_us);
-    const SessionTrace trace = VirtualSession(experiment, scene()).run();
+    const SessionTrace trace = run_virtual_session(experiment, scene());
     EXPECT_EQ(trace.joined_after % kHapticPeriod, Duration(0));
     EXPECT_EQ(trace.users[0].ticks.front().time, kSlot) << "so that ticks of two trials are at the same times";
     EXPECT_EQ(trace.users[1].ticks.front().time, 2 * kSlot);
@@ -206,7 +206,7 @@ TEST(VirtualSession, HandsStartAtAWholeMillisecondWhateverTheLinks) {
 TEST(VirtualSession, TrafficCountsBothWaysAndWhatIsLost) {
   Experiment experiment = pushing();
   for (ExperimentUser& each : experiment.users) each.up.loss = each.down.loss = 0.3;
-  const SessionTrace trace = VirtualSession(experiment, scene()).run();
+  const SessionTrace trace = run_virtual_session(experiment, scene());
   for (const UserTrace& each : trace.users) {
     EXPECT_NEAR(static_cast<double>(each.traffic.datagrams), 2 * 3000, 2);
     EXPECT_GT(each.traffic.bytes, 6000U * 40);
@@ -214,7 +214,7 @@ TEST(VirtualSession, TrafficCountsBothWaysAndWhatIsLost) {
 }
 
 TEST(VirtualSession, UsersSeeTheBodyThatHandsCanHold) {
-  const SessionTrace trace = VirtualSession(pushing(), scene()).run();
+  const SessionTrace trace = run_virtual_session(pushing(), scene());
   ASSERT_TRUE(trace.watched_body.has_value());
   EXPECT_EQ(trace.body_names[*trace.watched_body], "block");
   for (const UserTrace& each : trace.users) {
@@ -224,12 +224,12 @@ TEST(VirtualSession, UsersSeeTheBodyThatHandsCanHold) {
   }
   Experiment elsewhere = pushing();
   elsewhere.outcome = {"moon", 1, "hold"};
-  EXPECT_THAT([&] { VirtualSession(elsewhere, scene()); },
+  EXPECT_THAT([&] { run_virtual_session(elsewhere, scene()); },
               testing::ThrowsMessage<std::invalid_argument>(testing::HasSubstr("outcome.body is \"moon\"")));
 }
 
 TEST(VirtualSession, TheBodiesTableHasARowASampleFromStartToEnd) {
-  const SessionTrace trace = VirtualSession(pushing(), scene()).run();
+  const SessionTrace trace = run_virtual_session(pushing(), scene());
   const std::string csv = bodies_csv(trace);
   EXPECT_THAT(csv, testing::StartsWith("t_s,field_energy_kj_per_mol,block_x_m,block_y_m,block_z_m,"));
   EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 1 + 301);

@@ -24,7 +24,7 @@ Experiment shipped(const std::string& name) {
 
 SessionTrace run(Experiment experiment, const std::string& stage) {
   for (ExperimentUser& user : experiment.users) user.pipeline.stage = stage;
-  return VirtualSession(experiment, server::load_scene(experiment.scene)).run();
+  return run_virtual_session(experiment, server::load_scene(experiment.scene));
 }
 
 class SharedTouch : public testing::TestWithParam<const char*> {};

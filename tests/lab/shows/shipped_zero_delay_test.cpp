@@ -30,7 +30,7 @@ SessionTrace run(const std::string& name, const std::string& stage = "late-pose"
     user.pipeline.passivity = false;
     user.up.delay = user.down.delay = from_seconds(round_trip_ms / 2000);
   }
-  return VirtualSession(experiment, load_experiment_scene(experiment)).run();
+  return run_virtual_session(experiment, load_experiment_scene(experiment));
 }
 
 Vec3 place(const SessionTrace& trace, const std::string& body, double at_s) {

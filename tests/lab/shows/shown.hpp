@@ -45,8 +45,8 @@ class Shown {
  public:
   Shown(const std::string& name, const Quantities& quantities) : trial_(shipped_trial(name, quantities)) {
     const auto scene = load_experiment_scene(trial_.experiment);
-    reference_ = VirtualSession(reference_of(trial_).experiment, scene).run();
-    trace_ = VirtualSession(trial_.experiment, scene).run();
+    reference_ = run_virtual_session(reference_of(trial_).experiment, scene);
+    trace_ = run_virtual_session(trial_.experiment, scene);
   }
 
   double operator[](std::string_view metric) const { return trial_metric(view(), metric); }
