@@ -34,12 +34,9 @@ std::string_view take_until(std::string_view& rest, char separator) {
 
 class CsvParser {
  public:
-  CsvParser(const std::string& origin, const CsvLimits& limits) : limits_(limits) { table_.origin = origin; }
+  explicit CsvParser(const std::string& origin) { table_.origin = origin; }
 
   CsvTable parse(std::string_view text) {
-    if (text.size() > limits_.bytes) {
-      fail("has " + std::to_string(text.size()) + " bytes; at most " + std::to_string(limits_.bytes) + " are read");
-    }
     while (!text.empty()) {
       ++line_;
       std::string_view line = take_until(text, '\n');
@@ -57,8 +54,8 @@ class CsvParser {
  private:
   void read_header(std::string_view line) {
     const auto count = static_cast<std::size_t>(std::count(line.begin(), line.end(), ',')) + 1;
-    if (count > limits_.columns) {
-      fail(where() + " names " + std::to_string(count) + " columns; at most " + std::to_string(limits_.columns) +
+    if (count > kMaxCsvColumns) {
+      fail(where() + " names " + std::to_string(count) + " columns; at most " + std::to_string(kMaxCsvColumns) +
            " are read");
     }
     for (std::size_t i = 0; i < count; ++i) {
@@ -81,8 +78,8 @@ class CsvParser {
       fail(where() + " has " + std::to_string(count) + " fields; the header names " +
            std::to_string(table_.names.size()));
     }
-    if (table_.row_count() == limits_.rows) {
-      fail(where() + " is one row too many; at most " + std::to_string(limits_.rows) + " are read");
+    if (table_.row_count() == kMaxCsvRows) {
+      fail(where() + " is one row too many; at most " + std::to_string(kMaxCsvRows) + " are read");
     }
     for (std::size_t i = 0; i < count; ++i) table_.columns[i].push_back(number(take_until(line, ','), i));
   }
@@ -104,7 +101,6 @@ class CsvParser {
     throw std::invalid_argument(table_.origin + (what.starts_with("line ") ? ": " : " ") + what);
   }
 
-  CsvLimits limits_;
   CsvTable table_;
   std::size_t line_ = 0;
 };
@@ -121,23 +117,23 @@ const std::vector<double>& CsvTable::column(std::string_view name) const {
   throw std::invalid_argument(origin + ": there is no column " + std::string(name) + "; its first line must name it");
 }
 
-CsvTable parse_csv(std::string_view text, const std::string& origin, const CsvLimits& limits) {
-  return CsvParser(origin, limits).parse(text);
+CsvTable parse_csv(std::string_view text, const std::string& origin) {
+  return CsvParser(origin).parse(text);
 }
 
-CsvTable read_csv(const std::filesystem::path& file, const CsvLimits& limits) {
+CsvTable read_csv(const std::filesystem::path& file) {
   std::error_code error;
   const std::uintmax_t bytes = std::filesystem::file_size(file, error);
   if (error) throw std::invalid_argument(file.string() + " cannot be read (" + error.message() + "); check the path");
-  if (bytes > limits.bytes) {
+  if (bytes > kMaxCsvBytes) {
     throw std::invalid_argument(file.string() + " has " + std::to_string(bytes) + " bytes; at most " +
-                                std::to_string(limits.bytes) + " are read");
+                                std::to_string(kMaxCsvBytes) + " are read");
   }
   std::string text(bytes, '\0');
   std::ifstream in(file, std::ios::binary);
   in.read(text.data(), static_cast<std::streamsize>(bytes));
   if (!in) throw std::invalid_argument(file.string() + " cannot be read; check its rights");
-  return parse_csv(text, file.string(), limits);
+  return parse_csv(text, file.string());
 }
 
 }  // namespace tandem::lab

@@ -11,11 +11,9 @@
 namespace tandem::lab {
 
 /// More than these is refused: twenty minutes at 1 kHz with room to spare.
-struct CsvLimits {
-  std::size_t bytes = std::size_t{512} << 20U;
-  std::size_t columns = 256;
-  std::size_t rows = 2'000'000;
-};
+inline constexpr std::size_t kMaxCsvBytes = std::size_t{512} << 20U;  ///< of a file
+inline constexpr std::size_t kMaxCsvColumns = 256;
+inline constexpr std::size_t kMaxCsvRows = 2'000'000;
 
 /// Columns of equal length.
 struct CsvTable {
@@ -35,7 +33,7 @@ struct CsvTable {
 /// In      names of letters, digits and _; LF or CRLF; no quotes, no comments
 /// Fails   std::invalid_argument: "bob.csv: line 7, column 3 (force_n) is \"x\"; it must be a number"
 /// Cost    O(bytes)
-CsvTable parse_csv(std::string_view text, const std::string& origin, const CsvLimits& limits = {});
-CsvTable read_csv(const std::filesystem::path& file, const CsvLimits& limits = {});
+CsvTable parse_csv(std::string_view text, const std::string& origin);
+CsvTable read_csv(const std::filesystem::path& file);
 
 }  // namespace tandem::lab

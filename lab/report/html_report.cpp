@@ -99,14 +99,14 @@ std::string element(std::string_view tag, std::string_view text) {
 }
 
 std::string header_cell(const Column& column) {
-  std::string cell = column.align == Align::kLeft ? "<th scope=\"col\" class=\"left\">" : "<th scope=\"col\">";
+  std::string cell = column.is_text ? "<th scope=\"col\" class=\"left\">" : "<th scope=\"col\">";
   cell += escape_html(column.header);
   if (!column.unit.empty()) cell += "<span class=\"unit\">[" + escape_html(column.unit) + "]</span>";
   return cell + "</th>";
 }
 
 std::string body_cell(const Column& column, std::string_view text, bool is_first) {
-  const std::string css_class = column.align == Align::kLeft ? "left" : "number";
+  const std::string css_class = column.is_text ? "left" : "number";
   const std::string tag = is_first ? "th" : "td";
   return "<" + tag + (is_first ? " scope=\"row\"" : "") + " class=\"" + css_class + "\">" + escape_html(text) + "</" +
          tag + ">";
@@ -202,14 +202,14 @@ void HtmlReport::table(const Table& table) {
   body_ += "</tbody></table></div>\n";
 }
 
-void HtmlReport::figure(const Figure& figure) {
-  body_ += "<figure>\n" + render_svg(figure.plot) + "<figcaption><b>Figure " + std::to_string(++figure_count_) +
-           ".</b> " + escape_html(figure.caption) + "</figcaption>\n</figure>\n";
+void HtmlReport::figure(const Plot& plot) {
+  body_ += "<figure>\n" + render_svg(plot) + "<figcaption><b>Figure " + std::to_string(++figure_count_) + ".</b> " +
+           escape_html(plot.caption) + "</figcaption>\n</figure>\n";
 }
 
-void HtmlReport::side_by_side(std::span<const Figure> figures) {
+void HtmlReport::side_by_side(std::span<const Plot> plots) {
   body_ += "<div class=\"pair\">\n";
-  for (const Figure& each : figures) figure(each);
+  for (const Plot& each : plots) figure(each);
   body_ += "</div>\n";
 }
 

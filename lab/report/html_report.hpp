@@ -2,7 +2,6 @@
 // neither network nor script, so that a result can be read as long as there are browsers.
 #pragma once
 
-#include <cstdint>
 #include <span>
 #include <string>
 #include <string_view>
@@ -13,12 +12,10 @@
 
 namespace tandem::lab {
 
-enum class Align : std::uint8_t { kLeft, kRight };
-
 struct Column {
   std::string header;
-  std::string unit;  ///< shown in brackets below the header; "" for none
-  Align align = Align::kRight;
+  std::string unit = {};  ///< shown in brackets below the header; "" for none
+  bool is_text = false;   ///< to the left; numbers are to the right
 };
 
 /// Rows shorter than `columns` are filled up with empty cells; the first cell of a row names it.
@@ -26,11 +23,6 @@ struct Table {
   std::string caption;
   std::vector<Column> columns;
   std::vector<std::vector<std::string>> rows;
-};
-
-struct Figure {
-  Plot plot;
-  std::string caption;
 };
 
 /// Builds the page from top to bottom. All text is escaped here; nothing that is passed in can become markup.
@@ -45,9 +37,9 @@ class HtmlReport {
   /// A banner that says whether all hold, then a table: claims with their bounds down, scopes across.
   void verdict(std::span<const Check> checks);
   void table(const Table& table);
-  void figure(const Figure& figure);
+  void figure(const Plot& plot);
   /// Figures next to each other where the page is wide enough, else below each other.
-  void side_by_side(std::span<const Figure> figures);
+  void side_by_side(std::span<const Plot> plots);
   void footer(std::string_view text);
 
   std::string html() const;

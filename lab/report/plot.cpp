@@ -72,29 +72,28 @@ class Extent {
 /// Values of one axis to pixels.
 struct Mapping {
   Range range;
-  Scale scale = Scale::kLinear;
+  bool is_log = false;
   double px_low = 0;
   double px_high = 1;
 
   double fraction(double value) const {
-    if (scale == Scale::kLog)
-      return (std::log(value) - std::log(range.low)) / (std::log(range.high) - std::log(range.low));
+    if (is_log) return (std::log(value) - std::log(range.low)) / (std::log(range.high) - std::log(range.low));
     return (value - range.low) / (range.high - range.low);
   }
   double px(double value) const { return px_low + (px_high - px_low) * fraction(value); }
   bool contains(double value) const { return value >= range.low && value <= range.high; }
 };
 
-Range sane(Range range, Scale scale) {
-  return scale == Scale::kLog ? sane_log(range) : sane_linear(range);
+Range sane(Range range, bool is_log) {
+  return is_log ? sane_log(range) : sane_linear(range);
 }
 
 Range with_fixed_ends(Range range, const PlotAxis& axis) {
   return {axis.low.value_or(range.low), axis.high.value_or(range.high)};
 }
 
-bool can_show(double value, Scale scale) {
-  return std::isfinite(value) && (scale == Scale::kLinear || value > 0);
+bool can_show(double value, bool is_log) {
+  return std::isfinite(value) && (!is_log || value > 0);
 }
 
 class Renderer {
@@ -150,29 +149,29 @@ Range Renderer::x_range() const {
   Extent extent;
   for (const Series& series : plot_.series) {
     for (const double value : series.x) {
-      if (can_show(value, plot_.x.scale)) extent.add(value);
+      if (can_show(value, plot_.x.is_log)) extent.add(value);
     }
   }
-  return sane(with_fixed_ends(extent.range(), plot_.x), plot_.x.scale);
+  return sane(with_fixed_ends(extent.range(), plot_.x), plot_.x.is_log);
 }
 
 Range Renderer::y_extent() const {
   Extent extent;
   for (const Series& series : plot_.series) {
     for (const double value : series.y) {
-      if (can_show(value, plot_.y.scale)) extent.add(value);
+      if (can_show(value, plot_.y.is_log)) extent.add(value);
     }
   }
   for (const LimitLine& limit : plot_.limits) {
-    if (can_show(limit.value, plot_.y.scale)) extent.add(limit.value);
+    if (can_show(limit.value, plot_.y.is_log)) extent.add(limit.value);
   }
-  return sane(with_fixed_ends(extent.range(), plot_.y), plot_.y.scale);
+  return sane(with_fixed_ends(extent.range(), plot_.y), plot_.y.is_log);
 }
 
 void Renderer::scale_y(double bottom_px, double top_px) {
   const auto count = static_cast<std::size_t>(std::max(3.0, (bottom_px - top_px) / kPixelsPerYTick));
-  y_ = {y_extent(), plot_.y.scale, bottom_px, top_px};
-  if (plot_.y.scale == Scale::kLog) {
+  y_ = {y_extent(), plot_.y.is_log, bottom_px, top_px};
+  if (plot_.y.is_log) {
     y_ticks_ = log_ticks(y_.range, count);
     return;
   }
@@ -184,8 +183,8 @@ void Renderer::scale_y(double bottom_px, double top_px) {
 
 void Renderer::scale_x(double left_px, double right_px) {
   const auto count = static_cast<std::size_t>(std::max(3.0, (right_px - left_px) / kPixelsPerXTick));
-  x_ = {x_range(), plot_.x.scale, left_px, right_px};
-  x_ticks_ = plot_.x.scale == Scale::kLog ? log_ticks(x_.range, count) : ticks_inside(x_.range, count);
+  x_ = {x_range(), plot_.x.is_log, left_px, right_px};
+  x_ticks_ = plot_.x.is_log ? log_ticks(x_.range, count) : ticks_inside(x_.range, count);
 }
 
 void Renderer::lay_out() {
@@ -257,7 +256,7 @@ void Renderer::draw_x_axis() {
 void Renderer::draw_y_axis() {
   for (const AxisTick& tick : y_ticks_) {
     const double y = y_.px(tick.value);
-    const bool is_zero = plot_.y.scale == Scale::kLinear && tick.value == 0;
+    const bool is_zero = !plot_.y.is_log && tick.value == 0;
     out_ += line_element(is_zero ? "grid zero" : "grid", {x_.px_low, y}, {x_.px_high, y});
     out_ += text_element("y-tick", {x_.px_low - kTickPx - 3, y + 4}, tick.label);
   }
@@ -272,17 +271,17 @@ void Renderer::draw_series() {
     std::vector<double> x = series.x;
     std::vector<double> y = series.y;
     for (double& value : y) {
-      if (!can_show(value, plot_.y.scale)) value = std::numeric_limits<double>::quiet_NaN();
+      if (!can_show(value, plot_.y.is_log)) value = std::numeric_limits<double>::quiet_NaN();
     }
     Range range = x_.range;
-    if (plot_.x.scale == Scale::kLog) {
+    if (plot_.x.is_log) {
       // Columns are even on the screen, so thinning works on the logarithm; what is not positive falls out of range.
       for (double& value : x) value = value > 0 ? std::log(value) : std::numeric_limits<double>::lowest();
       range = {std::log(range.low), std::log(range.high)};
     }
     for (Polyline& line : decimate(x, y, range, columns)) {
       for (Point& point : line) {
-        if (plot_.x.scale == Scale::kLog) point.x = std::exp(point.x);
+        if (plot_.x.is_log) point.x = std::exp(point.x);
       }
       draw_polyline(series, line);
     }
@@ -307,7 +306,7 @@ void Renderer::draw_polyline(const Series& series, const Polyline& line) {
 
 void Renderer::draw_limits() {
   for (const LimitLine& limit : plot_.limits) {
-    if (!can_show(limit.value, plot_.y.scale) || !y_.contains(limit.value)) continue;
+    if (!can_show(limit.value, plot_.y.is_log) || !y_.contains(limit.value)) continue;
     const double y = y_.px(limit.value);
     out_ += line_element("limit", {x_.px_low, y}, {x_.px_high, y});
     const bool has_room_above = y - kLinePx > y_.px_high;

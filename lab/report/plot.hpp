@@ -35,18 +35,17 @@ struct Band {
   std::string label;
 };
 
-enum class Scale : std::uint8_t { kLinear, kLog };
-
 struct PlotAxis {
   std::string label;  ///< with unit: "force [N]"
-  Scale scale = Scale::kLinear;
+  bool is_log = false;
   /// Ends that the data does not decide; without them the axis fits data and limit lines.
-  std::optional<double> low;
-  std::optional<double> high;
+  std::optional<double> low = {};
+  std::optional<double> high = {};
 };
 
 struct Plot {
   std::string description;  ///< one sentence for those who cannot see it
+  std::string caption;      ///< below it in a report
   PlotAxis x;
   PlotAxis y;
   std::vector<Series> series;

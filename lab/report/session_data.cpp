@@ -63,8 +63,10 @@ void read_timing(const boost::json::value& json, JsonFields& root, ClientSummary
   out.tick_rate_hz = at_least_zero(root, "tick_rate_hz");
   out.missed = required_count(root, "missed");
   JsonFields lateness = root.object("lateness_us");
-  out.lateness = {at_least_zero(lateness, "p50"), at_least_zero(lateness, "p99"), at_least_zero(lateness, "p999"),
-                  at_least_zero(lateness, "max")};
+  out.lateness_p50_us = at_least_zero(lateness, "p50");
+  out.lateness_p99_us = at_least_zero(lateness, "p99");
+  out.lateness_p999_us = at_least_zero(lateness, "p999");
+  out.lateness_max_us = at_least_zero(lateness, "max");
   JsonFields round_trip = root.object("round_trip_ms");
   out.round_trip_newest_ms = measured(json, "/round_trip_ms", round_trip, "newest");
   out.round_trip_minimum_ms = measured(json, "/round_trip_ms", round_trip, "minimum");
@@ -139,18 +141,18 @@ std::vector<double> server_time_s(const CsvTable& table, const ClientSummary& su
 }
 
 /// The column `phase` holds the index of a phase, or −1 between them.
-std::vector<PhaseStretch> phase_stretches(const CsvTable& table, const ClientSummary& summary,
-                                          const std::vector<double>& time_s) {
+std::vector<Band> phase_bands(const CsvTable& table, const ClientSummary& summary, const std::vector<double>& time_s) {
   const std::vector<double>& phase = table.column("phase");
-  std::vector<PhaseStretch> stretches;
+  std::vector<Band> bands;
   for (std::size_t i = 0; i < phase.size(); ++i) {
     const bool is_known = phase[i] >= -1 && phase[i] < static_cast<double>(summary.phases.size());
     if (!is_known) fail_at_row(table, i, "phase is not the index of one of the summary's phases, nor -1");
     const bool is_new = i == 0 || phase[i] != phase[i - 1];
-    if (!stretches.empty() && phase[i - 1] >= 0) stretches.back().end_s = time_s[i];
-    if (is_new && phase[i] >= 0) stretches.push_back({static_cast<std::size_t>(phase[i]), time_s[i], time_s[i]});
+    if (!bands.empty() && phase[i - 1] >= 0) bands.back().end = time_s[i];
+    if (!is_new || phase[i] < 0) continue;
+    bands.push_back({time_s[i], time_s[i], summary.phases[static_cast<std::size_t>(phase[i])].name});
   }
-  return stretches;
+  return bands;
 }
 
 UserRun load_user(const std::filesystem::path& summary_file) {
@@ -186,9 +188,9 @@ void move_start_to_zero(Session& session) {
   for (const UserRun& user : session.users) start_s = std::min(start_s, user.trace.time_s.front());
   for (UserRun& user : session.users) {
     for (double& time_s : user.trace.time_s) time_s -= start_s;
-    for (PhaseStretch& stretch : user.trace.phases) {
-      stretch.begin_s -= start_s;
-      stretch.end_s -= start_s;
+    for (Band& phase : user.trace.phases) {
+      phase.begin -= start_s;
+      phase.end -= start_s;
     }
   }
 }
@@ -218,7 +220,7 @@ ClientSummary parse_client_summary(const boost::json::value& json, const std::st
 Trace make_trace(const CsvTable& table, const ClientSummary& summary) {
   Trace trace;
   trace.time_s = server_time_s(table, summary);
-  trace.phases = phase_stretches(table, summary, trace.time_s);
+  trace.phases = phase_bands(table, summary, trace.time_s);
   trace.force_n = magnitude(table, "displayed_force_", "_n");
   trace.torque_n_m = magnitude(table, "displayed_torque_", "_n_m");
   trace.hand_m = take_axes(table, "handle_");

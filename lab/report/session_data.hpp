@@ -13,6 +13,7 @@
 
 #include "common/base/json.hpp"
 #include "lab/report/csv.hpp"
+#include "lab/report/plot.hpp"
 
 namespace tandem::lab {
 
@@ -22,13 +23,6 @@ struct PhaseSummary {
   double duration_s = 0;
   double settled_hand_speed_max_m_per_s = 0;
   double settled_force_mean_n = 0;
-};
-
-struct LatenessQuantiles {
-  double p50_us = 0;
-  double p99_us = 0;
-  double p999_us = 0;
-  double max_us = 0;
 };
 
 /// Counts by the reasons of proto/drop_reason.hpp, in the file's order.
@@ -43,7 +37,10 @@ struct ClientSummary {
   std::uint64_t ticks_run = 0;
   std::uint64_t ticks_expected = 0;
   double tick_rate_hz = 0;
-  LatenessQuantiles lateness;
+  double lateness_p50_us = 0;
+  double lateness_p99_us = 0;
+  double lateness_p999_us = 0;
+  double lateness_max_us = 0;
   std::uint64_t missed = 0;
 
   double round_trip_newest_ms = 0;
@@ -72,13 +69,6 @@ struct ClientSummary {
 /// A position over time: x, y, z in W.
 using Axes = std::array<std::vector<double>, 3>;
 
-/// When a phase of ClientSummary::phases ran.
-struct PhaseStretch {
-  std::size_t phase = 0;
-  double begin_s = 0;
-  double end_s = 0;
-};
-
 /// A client's trace, one entry a tick; NaN where nothing was known yet.
 struct Trace {
   std::vector<double> time_s;   ///< since the first tick of the session's first client, on the server's clock
@@ -88,7 +78,7 @@ struct Trace {
   Axes tool_m;  ///< p_WT
   Axes body_m;  ///< origin of the watched body
   std::vector<double> state_age_s;
-  std::vector<PhaseStretch> phases;
+  std::vector<Band> phases;  ///< when those of ClientSummary::phases ran [s]
 };
 
 struct UserRun {

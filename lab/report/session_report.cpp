@@ -59,16 +59,6 @@ std::size_t main_axis(const Session& session) {
   return static_cast<std::size_t>(std::max_element(moved.begin(), moved.end()) - moved.begin());
 }
 
-/// Phases of the first user: the hands of a session play their parts together.
-std::vector<Band> phase_bands(const Session& session) {
-  std::vector<Band> bands;
-  const UserRun& user = session.users.front();
-  for (const PhaseStretch& stretch : user.trace.phases) {
-    bands.push_back({stretch.begin_s, stretch.end_s, user.summary.phases[stretch.phase].name});
-  }
-  return bands;
-}
-
 double end_s(const Session& session) {
   double end = 0;
   for (const UserRun& user : session.users) end = std::max(end, user.trace.time_s.back());
@@ -78,9 +68,9 @@ double end_s(const Session& session) {
 Plot base_plot(const Session& session, const std::string& what, const std::string& y_label) {
   Plot plot;
   plot.description = what + " over time, session " + session.name + ", users " + user_list(session);
-  plot.x = {std::string(kTimeLabel), Scale::kLinear, 0, end_s(session)};
+  plot.x = {.label = std::string(kTimeLabel), .low = 0, .high = end_s(session)};
   plot.y.label = y_label;
-  plot.bands = phase_bands(session);
+  plot.bands = session.users.front().trace.phases;  // hands play their parts together
   return plot;
 }
 
@@ -131,27 +121,29 @@ std::string add_limits(Plot& plot, const Session& session, double ClientSummary:
   return words;
 }
 
-Figure force_figure(const Session& session) {
+Plot force_figure(const Session& session) {
   Plot plot = base_plot(session, "Displayed force", "force on the hand [N]");
   plot.y.low = 0;
   add_per_user(plot, session, &Trace::force_n, 1);
   const std::string limit_words = add_limits(plot, session, &ClientSummary::force_limit_n, &Trace::force_n, 1, "N");
-  return {std::move(plot),
-          "Magnitude of the force that each device was given, after every safety stage. Shaded: the phases of the "
-          "hands' path." +
-              limit_words};
+  plot.caption =
+      "Magnitude of the force that each device was given, after every safety stage. Shaded: the phases of the "
+      "hands' path." +
+      limit_words;
+  return plot;
 }
 
-Figure torque_figure(const Session& session) {
+Plot torque_figure(const Session& session) {
   Plot plot = half_plot(session, "Displayed torque", "torque on the hand [mN·m]");
   plot.y.low = 0;
   add_per_user(plot, session, &Trace::torque_n_m, kMilli);
   const std::string limit_words =
       add_limits(plot, session, &ClientSummary::torque_limit_n_m, &Trace::torque_n_m, kMilli, "mN·m");
-  return {std::move(plot), "Magnitude of the torque that each device was given." + limit_words};
+  plot.caption = "Magnitude of the torque that each device was given." + limit_words;
+  return plot;
 }
 
-Figure motion_figure(const Session& session) {
+Plot motion_figure(const Session& session) {
   const std::size_t axis = main_axis(session);
   const std::string name(1, kAxisNames[axis]);
   Plot plot = half_plot(session, "Hand and tool along " + name, "position along " + name + " [mm]");
@@ -163,20 +155,22 @@ Figure motion_figure(const Session& session) {
     plot.series.push_back({who + ", tool", trace.time_s, scaled(trace.tool_m[axis], kMilli), color, Dash::kDashed});
     ++color;
   }
-  return {std::move(plot),
-          "Hand (as the client sent it) and tool (as the server answered) along the axis of the "
-          "largest motion. What separates them is the coupling's stretch and the delay."};
+  plot.caption =
+      "Hand (as the client sent it) and tool (as the server answered) along the axis of the "
+      "largest motion. What separates them is the coupling's stretch and the delay.";
+  return plot;
 }
 
-Figure body_figure(const Session& session) {
+Plot body_figure(const Session& session) {
   const UserRun& user = session.users.front();
   Plot plot = half_plot(session, "Displacement of the shared body", "displacement [mm]");
   for (std::size_t axis = 0; axis < 3; ++axis) {
     plot.series.push_back({std::string(1, kAxisNames[axis]), user.trace.time_s,
                            scaled(since_first(user.trace.body_m[axis]), kMilli), static_cast<int>(axis) + 2});
   }
-  return {std::move(plot),
-          "The shared body (" + user.summary.watched_body + ") from where " + user.summary.user + " first saw it."};
+  plot.caption =
+      "The shared body (" + user.summary.watched_body + ") from where " + user.summary.user + " first saw it.";
+  return plot;
 }
 
 /// The largest value of each stretch of `width_s`, at its beginning: a saw-tooth of 1 ms would only blacken the figure.
@@ -193,7 +187,7 @@ Series largest_each(double width_s, const std::vector<double>& time_s, const std
   return series;
 }
 
-Figure age_figure(const Session& session) {
+Plot age_figure(const Session& session) {
   Plot plot = half_plot(session, "Age of the newest state", "time since last arrival [ms]");
   plot.y.low = 0;
   int color = 0;
@@ -203,16 +197,16 @@ Figure age_figure(const Session& session) {
     series.color = color++;
     plot.series.push_back(std::move(series));
   }
-  return {
-      std::move(plot),
+  plot.caption =
       "How long ago the newest server state had arrived, the largest in each 50 ms. The time that it was on its way "
-      "is not in it: see the round trip below."};
+      "is not in it: see the round trip below.";
+  return plot;
 }
 
 void add_users_table(HtmlReport& report, const Session& session) {
   Table table{"What each hand was shown",
-              {{"User", "", Align::kLeft},
-               {"Stage", "", Align::kLeft},
+              {{.header = "User", .is_text = true},
+               {.header = "Stage", .is_text = true},
                {"Force rms", "N"},
                {"Force max", "N"},
                {"Torque rms", "mN·m"},
@@ -232,8 +226,8 @@ void add_users_table(HtmlReport& report, const Session& session) {
 
 void add_phases_table(HtmlReport& report, const Session& session) {
   Table table{"Phases of the hands' path, settled part",
-              {{"User", "", Align::kLeft},
-               {"Phase", "", Align::kLeft},
+              {{.header = "User", .is_text = true},
+               {.header = "Phase", .is_text = true},
                {"Lasts", "s"},
                {"Mean force", "N"},
                {"Largest hand speed", "mm/s"}},
@@ -250,7 +244,7 @@ void add_phases_table(HtmlReport& report, const Session& session) {
 
 void add_timing_table(HtmlReport& report, const Session& session) {
   Table table{"The haptic loop: lateness of its ticks behind their deadlines, and the way to the server",
-              {{"User", "", Align::kLeft},
+              {{.header = "User", .is_text = true},
                {"Ticks run", ""},
                {"Missed", ""},
                {"Rate", "Hz"},
@@ -264,9 +258,9 @@ void add_timing_table(HtmlReport& report, const Session& session) {
   for (const UserRun& user : session.users) {
     const ClientSummary& s = user.summary;
     table.rows.push_back({s.user, std::to_string(s.ticks_run), std::to_string(s.missed),
-                          format_fixed(s.tick_rate_hz, 2), format_fixed(s.lateness.p50_us, 0),
-                          format_fixed(s.lateness.p99_us, 0), format_fixed(s.lateness.p999_us, 0),
-                          format_fixed(s.lateness.max_us, 0), format_fixed(s.round_trip_newest_ms, 1),
+                          format_fixed(s.tick_rate_hz, 2), format_fixed(s.lateness_p50_us, 0),
+                          format_fixed(s.lateness_p99_us, 0), format_fixed(s.lateness_p999_us, 0),
+                          format_fixed(s.lateness_max_us, 0), format_fixed(s.round_trip_newest_ms, 1),
                           format_fixed(s.round_trip_minimum_ms, 1)});
   }
   report.table(table);
@@ -297,7 +291,7 @@ void add_drops_table(HtmlReport& report, const Session& session) {
     report.paragraph("No datagram was dropped.");
     return;
   }
-  Table table{"Datagrams dropped, by reason", {{"Reason", "", Align::kLeft}}, {}};
+  Table table{"Datagrams dropped, by reason", {{.header = "Reason", .is_text = true}}, {}};
   for (const UserRun& user : session.users) {
     table.columns.push_back({user.summary.user + ", received", ""});
     table.columns.push_back({user.summary.user + ", sent", ""});

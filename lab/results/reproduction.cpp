@@ -39,14 +39,17 @@ boost::json::object to_json(const Reproduction& reproduction) {
 }
 
 std::string to_html(const Reproduction& reproduction) {
-  constexpr auto kLeft = Align::kLeft;
   HtmlReport page(reproduction.title, "Published figures beside those of this run");
   page.paragraph(reproduction.summary);
   page.verdict(reproduction.claims);
-  Table table{"Side by side", {{"Figure", "", kLeft}, {"Published", "", kLeft}, {"Here", "", kLeft}}, {}};
+  Table table{"Side by side",
+              {{.header = "Figure", .is_text = true},
+               {.header = "Published", .is_text = true},
+               {.header = "Here", .is_text = true}},
+              {}};
   for (const ReproductionRow& row : reproduction.rows) table.rows.push_back({row.what, row.published, row.ours});
   page.table(table);
-  for (const Figure& figure : reproduction.figures) page.figure(figure);
+  for (const Plot& figure : reproduction.figures) page.figure(figure);
   page.footer("Times depend on the machine; everything else is the same on every run.");
   return page.html();
 }

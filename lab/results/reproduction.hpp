@@ -22,7 +22,7 @@ struct Reproduction {
   std::string summary;  ///< what was run, and where it differs from the source
   std::vector<ReproductionRow> rows;
   std::vector<Check> claims;
-  std::vector<Figure> figures;
+  std::vector<Plot> figures;
   boost::json::value details;  ///< the settings and every measured number
 };
 

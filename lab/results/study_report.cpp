@@ -76,14 +76,14 @@ Dash dash_of(const CurveName& name, int color) {
   return color >= kColors ? Dash::kDashed : Dash::kSolid;
 }
 
-Figure figure_of(const TrialMetric& metric, const std::map<CurveName, std::map<double, double>>& curves,
-                 const std::map<std::string, int>& colors) {
-  Figure figure;
-  figure.plot.description = std::string(metric.name) + " of each stage over the round trip";
-  figure.plot.width_px = kHalfWidth_px;
-  figure.plot.height_px = kHalfHeight_px;
-  figure.plot.x.label = "round trip [ms]";
-  figure.plot.y.label = std::string(metric.name);
+Plot figure_of(const TrialMetric& metric, const std::map<CurveName, std::map<double, double>>& curves,
+               const std::map<std::string, int>& colors) {
+  Plot figure;
+  figure.description = std::string(metric.name) + " of each stage over the round trip";
+  figure.width_px = kHalfWidth_px;
+  figure.height_px = kHalfHeight_px;
+  figure.x.label = "round trip [ms]";
+  figure.y.label = std::string(metric.name);
   for (const auto& [name, points] : curves) {
     const int color = colors.at(name.stage);
     Series series{name.text, {}, {}, color % kColors, dash_of(name, color)};
@@ -91,15 +91,15 @@ Figure figure_of(const TrialMetric& metric, const std::map<CurveName, std::map<d
       series.x.push_back(rtt_ms);
       series.y.push_back(value);
     }
-    figure.plot.series.push_back(std::move(series));
+    figure.series.push_back(std::move(series));
   }
   figure.caption = std::string(metric.name) + ": " + std::string(metric.definition) + " Means over seeds.";
   return figure;
 }
 
 /// Of every metric that has a curve.
-std::vector<Figure> figures_of(const std::vector<SeedGroup>& groups, const std::map<std::string, int>& colors) {
-  std::vector<Figure> figures;
+std::vector<Plot> figures_of(const std::vector<SeedGroup>& groups, const std::map<std::string, int>& colors) {
+  std::vector<Plot> figures;
   for (const TrialMetric& metric : trial_metrics()) {
     const auto curves = curves_of(groups, metric.name);
     const bool is_a_curve =
@@ -111,21 +111,21 @@ std::vector<Figure> figures_of(const std::vector<SeedGroup>& groups, const std::
 
 /// What the weaker of two users feels over the round trip, under what passive joints would let through; nothing where
 /// no trial has such a bound.
-std::vector<Figure> frontier_of(const std::vector<SeedGroup>& groups, const std::map<std::string, int>& colors) {
+std::vector<Plot> frontier_of(const std::vector<SeedGroup>& groups, const std::map<std::string, int>& colors) {
   const auto bounds = curves_of(groups, "hold_force_bound_n");
   if (bounds.empty()) return {};
-  Figure figure;
-  figure.plot.description = "hold force of the weaker user over the round trip, and the passive bound";
-  figure.plot.x.label = "round trip [ms]";
-  figure.plot.y.label = "force of the weaker user [N]";
-  figure.plot.y.low = 0;
+  Plot figure;
+  figure.description = "hold force of the weaker user over the round trip, and the passive bound";
+  figure.x.label = "round trip [ms]";
+  figure.y.label = "force of the weaker user [N]";
+  figure.y.low = 0;
   const auto add = [&](const std::string& label, const std::map<double, double>& points, int color, Dash dash) {
     Series series{label, {}, {}, color % kColors, dash};
     for (const auto& [rtt_ms, value] : points) {
       series.x.push_back(rtt_ms);
       series.y.push_back(value);
     }
-    figure.plot.series.push_back(std::move(series));
+    figure.series.push_back(std::move(series));
   };
   std::map<double, double> bound;
   for (const auto& [name, points] : bounds) bound.insert(points.begin(), points.end());
@@ -142,7 +142,9 @@ std::vector<Figure> frontier_of(const std::vector<SeedGroup>& groups, const std:
 
 Table definitions_table() {
   Table table{"Metrics",
-              {{"Metric", "", Align::kLeft}, {"Of several users", "", Align::kLeft}, {"Definition", "", Align::kLeft}},
+              {{.header = "Metric", .is_text = true},
+               {.header = "Of several users", .is_text = true},
+               {.header = "Definition", .is_text = true}},
               {}};
   for (const TrialMetric& metric : trial_metrics()) {
     table.rows.push_back({std::string(metric.name),
@@ -153,9 +155,9 @@ Table definitions_table() {
 }
 
 Table results_table(const std::vector<SeedGroup>& groups) {
-  Table table{"Means over seeds", {{"Trial", "", Align::kLeft}, {"Round trip", "ms"}, {"Seeds", ""}}, {}};
+  Table table{"Means over seeds", {{.header = "Trial", .is_text = true}, {"Round trip", "ms"}, {"Seeds", ""}}, {}};
   for (const TrialMetric& metric : trial_metrics()) table.columns.push_back({std::string(metric.name), ""});
-  table.columns.push_back({"Outcome", "", Align::kLeft});
+  table.columns.push_back({.header = "Outcome", .is_text = true});
   for (const SeedGroup& group : groups) {
     std::vector<std::string> row{curve_of(group.first()).text, compact_text(group.first(), "rtt_ms"),
                                  std::to_string(group.rows.size())};
@@ -184,11 +186,11 @@ std::string study_report_html(std::span<const TrialResult> results) {
   const auto colors = stage_colors(results);
   for (const auto& [experiment, groups] : by_experiment(results)) {
     page.heading(experiment);
-    const std::vector<Figure> figures = figures_of(groups, colors);
+    const std::vector<Plot> figures = figures_of(groups, colors);
     for (std::size_t i = 0; i < figures.size(); i += 2) {
       page.side_by_side(std::span(figures).subspan(i, std::min<std::size_t>(2, figures.size() - i)));
     }
-    for (const Figure& figure : frontier_of(groups, colors)) page.figure(figure);
+    for (const Plot& figure : frontier_of(groups, colors)) page.figure(figure);
     page.table(results_table(groups));
   }
   page.heading("Definitions");

@@ -54,45 +54,49 @@ class Figures {
   Figures(const Experiment& experiment, const SessionTrace& trace)
       : trace_(trace), bands_(phase_bands(trace)), end_s_(to_seconds(experiment.duration)) {}
 
-  Figure force() const {
+  Plot force() const {
     Plot plot = wide("Displayed force of each user over time", "force on the hand [N]");
     plot.y.low = 0;
     add_each_user(plot, [](const TickSample& tick) { return tick.displayed_D.f.norm(); });
     std::map<double, std::string> devices;  // those of equal limits share a line
     for (const UserTrace& user : trace_.users) devices[user.user.device.spec.force_limit_n] = user.user.device.name;
     for (const auto& [limit_n, name] : devices) plot.limits.push_back({limit_n, "limit of " + name});
-    return {std::move(plot),
-            "Magnitude of the force that each device was given, after every safety stage. Shaded: the "
-            "phases of the first user's hand path."};
+    plot.caption =
+        "Magnitude of the force that each device was given, after every safety stage. Shaded: the "
+        "phases of the first user's hand path.";
+    return plot;
   }
 
-  Figure torque() const {
+  Plot torque() const {
     Plot plot = half("Displayed torque of each user over time", "torque on the hand [mN·m]");
     plot.y.low = 0;
     add_each_user(plot, [](const TickSample& tick) { return kMilli * tick.displayed_D.t.norm(); });
-    return {std::move(plot), "Magnitude of the torque that each device was given."};
+    plot.caption = "Magnitude of the torque that each device was given.";
+    return plot;
   }
 
-  Figure deviation() const {
+  Plot deviation() const {
     Plot plot = half("Distance of each hand from where it wants to be", "deviation of the hand [mm]");
     plot.y.low = 0;
     add_each_user(plot, [](const TickSample& tick) { return kMilli * (tick.hand_D.p - tick.intended_D).norm(); });
-    return {std::move(plot), "How far the force moved each hand from its intended path."};
+    plot.caption = "How far the force moved each hand from its intended path.";
+    return plot;
   }
 
-  Figure stretch() const {
+  Plot stretch() const {
     Plot plot = half("Distance between handle and tool of each user", "handle to tool [mm]");
     plot.y.low = 0;
     add_each_user(plot, [](const TickSample& tick) {
       const bool is_known = tick.state_age >= Duration{0};
       return is_known ? kMilli * (tick.handle_W.X.p - tick.tool_W.p).norm() : std::numeric_limits<double>::quiet_NaN();
     });
-    return {std::move(plot),
-            "Between the handle now and the server's newest tool pose: the coupling's stretch and the "
-            "delay together."};
+    plot.caption =
+        "Between the handle now and the server's newest tool pose: the coupling's stretch and the "
+        "delay together.";
+    return plot;
   }
 
-  Figure bodies() const {
+  Plot bodies() const {
     Plot plot = half("Displacement of the bodies", "displacement [mm]");
     plot.y.low = 0;
     int color = 2;
@@ -105,11 +109,11 @@ class Figures {
       }
       plot.series.push_back(std::move(series));
     }
-    return {std::move(plot),
-            "The moving bodies from where they were when the hands started; true poses, at the server."};
+    plot.caption = "The moving bodies from where they were when the hands started; true poses, at the server.";
+    return plot;
   }
 
-  Figure field() const {
+  Plot field() const {
     Plot plot = half("Energy of the molecular field", "Lennard-Jones energy [kJ/mol]");
     Series series{"", {}, {}, 3};
     for (const BodiesSample& sample : trace_.bodies) {
@@ -117,21 +121,23 @@ class Figures {
       series.y.push_back(sample.field_energy_kj_per_mol);
     }
     plot.series.push_back(std::move(series));
-    return {std::move(plot), "Of the whole scene, at the server."};
+    plot.caption = "Of the whole scene, at the server.";
+    return plot;
   }
 
-  Figure round_trip() const {
+  Plot round_trip() const {
     Plot plot = half("Round trip as each client measures it", "round trip [ms]");
     plot.y.low = 0;
     add_each_user(plot, [](const TickSample& tick) { return kMilli * to_seconds(tick.round_trip); });
-    return {std::move(plot), "As each client measures it from four time stamps."};
+    plot.caption = "As each client measures it from four time stamps.";
+    return plot;
   }
 
  private:
   Plot wide(const std::string& what, const std::string& y_label) const {
     Plot plot;
     plot.description = what;
-    plot.x = {"virtual time [s]", Scale::kLinear, 0, end_s_};
+    plot.x = {.label = "virtual time [s]", .low = 0, .high = end_s_};
     plot.y.label = y_label;
     plot.bands = bands_;
     return plot;
@@ -154,9 +160,9 @@ class Figures {
 };
 
 Table metrics_table(const SessionTrace& trace) {
-  Table table{"Metrics", {{"Metric", "", Align::kLeft}}, {}};
+  Table table{"Metrics", {{.header = "Metric", .is_text = true}}, {}};
   for (const UserTrace& user : trace.users) table.columns.push_back({user.user.name, ""});
-  table.columns.push_back({"Meaning", "", Align::kLeft});
+  table.columns.push_back({.header = "Meaning", .is_text = true});
   for (const UserMetric& metric : user_metrics()) {
     std::vector<std::string> row{std::string(metric.name)};
     for (const UserTrace& user : trace.users) row.push_back(format_significant(metric.of(user), 4));
@@ -173,14 +179,13 @@ std::string link_words(const net::LinkParameters& link) {
 }
 
 Table users_table(const SessionTrace& trace) {
-  constexpr auto kLeft = Align::kLeft;
   Table table{"Users",
-              {{"User", "", kLeft},
-               {"Hand", "", kLeft},
-               {"Stage", "", kLeft},
-               {"To the server", "", kLeft},
-               {"From the server", "", kLeft},
-               {"Outcome", "", kLeft}},
+              {{.header = "User", .is_text = true},
+               {.header = "Hand", .is_text = true},
+               {.header = "Stage", .is_text = true},
+               {.header = "To the server", .is_text = true},
+               {.header = "From the server", .is_text = true},
+               {.header = "Outcome", .is_text = true}},
               {}};
   for (const UserTrace& user : trace.users) {
     table.rows.push_back({user.user.name, user.user.hand_name, user.user.pipeline.stage, link_words(user.user.up),

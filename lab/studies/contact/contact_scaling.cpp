@@ -23,8 +23,8 @@ std::string scaling_report_html(const std::string& mesh_name, std::span<const Sc
   page.verdict(scaling_checks(rows, reference));
   Plot plot;
   plot.description = "Time of a step against the number of triangles";
-  plot.x = {"triangles of each mesh", Scale::kLog, {}, {}};
-  plot.y = {"time of a step [µs]", Scale::kLinear, 0, {}};
+  plot.x = {.label = "triangles of each mesh", .is_log = true};
+  plot.y = {.label = "time of a step [µs]", .low = 0};
   Series median{"p50", {}, {}, 0}, tail{"p99", {}, {}, 1};
   Table table{"Resolutions",
               {{"Triangles", ""},
@@ -47,7 +47,8 @@ std::string scaling_report_html(const std::string& mesh_name, std::span<const Sc
                           format_fixed(row.figures.step_us.p50_us, 1), format_fixed(row.figures.step_us.p99_us, 1)});
   }
   plot.series = {median, tail};
-  page.figure({plot, "A step is the search for contacts and their solution. The path was made for the mesh as given."});
+  plot.caption = "A step is the search for contacts and their solution. The path was made for the mesh as given.";
+  page.figure(plot);
   page.table(table);
   page.footer("Finer meshes are subdivisions with waves of a few micrometres.");
   return page.html();

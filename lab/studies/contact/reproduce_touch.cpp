@@ -38,14 +38,14 @@ std::vector<Band> bands_of(const TouchTrace& trace) {
   return bands;
 }
 
-Figure figure_of(const std::vector<NamedTrace>& runs, const std::string& label, const std::string& caption,
-                 const std::function<double(const TouchStep&)>& of) {
-  Figure figure;
+Plot figure_of(const std::vector<NamedTrace>& runs, const std::string& label, const std::string& caption,
+               const std::function<double(const TouchStep&)>& of) {
+  Plot figure;
   figure.caption = caption;
-  figure.plot.description = caption;
-  figure.plot.x.label = "time [s]";
-  figure.plot.y = {label, Scale::kLinear, 0, {}};
-  figure.plot.bands = bands_of(runs.front().trace);
+  figure.description = caption;
+  figure.x.label = "time [s]";
+  figure.y = {.label = label, .low = 0};
+  figure.bands = bands_of(runs.front().trace);
   int color = 0;
   for (const NamedTrace& run : runs) {
     Series series{runs.size() > 1 ? run.name : "", {}, {}, color++};
@@ -53,13 +53,13 @@ Figure figure_of(const std::vector<NamedTrace>& runs, const std::string& label, 
       series.x.push_back(to_seconds(step.at));
       series.y.push_back(of(step));
     }
-    figure.plot.series.push_back(std::move(series));
+    figure.series.push_back(std::move(series));
   }
   return figure;
 }
 
 /// The four graphs of the thesis: force, torque, computation time, contacts.
-std::vector<Figure> figures_of_thesis(const std::vector<NamedTrace>& runs) {
+std::vector<Plot> figures_of_thesis(const std::vector<NamedTrace>& runs) {
   return {figure_of(runs, "force on the hand [N]", "Magnitude of the coupling's force on the hand.",
                     [](const TouchStep& step) { return step.on_hand_W.f.norm(); }),
           figure_of(runs, "torque on the hand [mN·m]", "Magnitude of the coupling's torque on the hand.",

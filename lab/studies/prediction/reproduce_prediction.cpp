@@ -162,13 +162,13 @@ boost::json::object add_online(Reproduction& result, const ForceSeries& chatter,
   return details;
 }
 
-Figure window_figure(const ForceSeries& chatter, boost::json::object& details) {
-  Figure figure;
+Plot window_figure(const ForceSeries& chatter, boost::json::object& details) {
+  Plot figure;
   figure.caption =
       "RMS error on chattering contact against the window N of a fit. Model alone: no fall-back, no reset.";
-  figure.plot.description = figure.caption;
-  figure.plot.x.label = "window [samples]";
-  figure.plot.y = {"RMS error [N]", Scale::kLinear, 0, {}};
+  figure.description = figure.caption;
+  figure.x.label = "window [samples]";
+  figure.y = {.label = "RMS error [N]", .low = 0};
   const std::array<std::pair<std::string, haptics::ForceStreamSettings>, 3> kinds{
       {{"model alone", model_alone()},
        {"default", haptics::force_stream_settings(kDefault)},
@@ -183,20 +183,20 @@ Figure window_figure(const ForceSeries& chatter, boost::json::object& details) {
       series.y.push_back(errors_of(chatter, settings).force.rms);
     }
     details[name] = boost::json::value_from(series.y);
-    figure.plot.series.push_back(std::move(series));
+    figure.series.push_back(std::move(series));
   }
   details["windows"] = boost::json::value_from(std::vector<int>(kWindows.begin(), kWindows.end()));
   return figure;
 }
 
-Figure order_figure(const std::vector<const ForceSeries*>& all, Reproduction& result, boost::json::object& details) {
-  Figure figure;
+Plot order_figure(const std::vector<const ForceSeries*>& all, Reproduction& result, boost::json::object& details) {
+  Plot figure;
   figure.caption =
       "Akaike's final prediction error against the order, least squares on differences of the force axis that varies "
       "most, relative to order 0.";
-  figure.plot.description = figure.caption;
-  figure.plot.x.label = "order p";
-  figure.plot.y = {"FPE(p)/FPE(0)", Scale::kLog, {}, {}};
+  figure.description = figure.caption;
+  figure.x.label = "order p";
+  figure.y = {.label = "FPE(p)/FPE(0)", .is_log = true};
   int color = 0;
   std::string listed;
   for (const ForceSeries* series : all) {
@@ -216,7 +216,7 @@ Figure order_figure(const std::vector<const ForceSeries*>& all, Reproduction& re
     }
     listed += (listed.empty() ? "" : ", ") + series->name + " " + std::to_string(haptics::best_order(best));
     details[series->name] = std::move(fpe);
-    figure.plot.series.push_back(std::move(line));
+    figure.series.push_back(std::move(line));
   }
   result.rows.push_back({"order of the least FPE", "5", listed});
   return figure;
@@ -278,9 +278,9 @@ void add_fit_cost(Reproduction& result, const ForceSeries& series, const Clock& 
 }
 
 /// Half a second around the largest error of hold: there something happens.
-Figure trace_figure(const ForceSeries& series) {
+Plot trace_figure(const ForceSeries& series) {
   constexpr std::size_t kTicks = 250;
-  Figure figure;
+  Plot figure;
   std::size_t from = 0;
   int axis = 0;
   int color = 0;
@@ -288,7 +288,7 @@ Figure trace_figure(const ForceSeries& series) {
     haptics::ForceStream stream(haptics::force_stream_settings(method));
     const PredictionErrors errors = predict_series(series, trial_of(series), stream, true);
     const std::vector<Vec3>& is = errors.true_n;
-    if (figure.plot.series.empty()) {
+    if (figure.series.empty()) {
       std::size_t worst = 0;
       for (std::size_t i = 0; i < is.size(); ++i) {
         if ((errors.shown_n[i] - is[i]).norm() > (errors.shown_n[worst] - is[worst]).norm()) worst = i;
@@ -303,15 +303,15 @@ Figure trace_figure(const ForceSeries& series) {
         one.x.push_back(static_cast<double>(i - from));
         one.y.push_back(forces[i][axis]);
       }
-      figure.plot.series.push_back(std::move(one));
+      figure.series.push_back(std::move(one));
     };
-    if (figure.plot.series.empty()) line("true", is);
+    if (figure.series.empty()) line("true", is);
     line(method, errors.shown_n);
   }
   figure.caption = series.what + ": a quarter of a second around the largest error of hold, the axis that has it.";
-  figure.plot.description = figure.caption;
-  figure.plot.x.label = "time [ms]";
-  figure.plot.y.label = "force on the hand [N]";
+  figure.description = figure.caption;
+  figure.x.label = "time [ms]";
+  figure.y.label = "force on the hand [N]";
   return figure;
 }
 

@@ -106,7 +106,7 @@ Plot half_plot(std::string description, const char* x, const char* y) {
   return plot;
 }
 
-Figure stiffness_figure(const AxisCalibration& axis, const Words& words) {
+Plot stiffness_figure(const AxisCalibration& axis, const Words& words) {
   Plot plot = half_plot("Best stiffness of each tool and the polynomial through them", words.inertia, words.stiffness);
   Series found{"best", {}, {}, 1, Dash::kDotted};
   for (const CalibrationPoint& point : axis.points) {
@@ -118,12 +118,13 @@ Figure stiffness_figure(const AxisCalibration& axis, const Words& words) {
       std::move(found)};
   plot.limits.push_back(
       {axis.stiffness_maximum, axis.is_maximum_verified ? "most of the device" : "cap: its own is unverified"});
-  return {std::move(plot),
-          "The largest stiffness that is stable with the margins, calm and quiet. Beyond the ends the "
-          "nearest value holds."};
+  plot.caption =
+      "The largest stiffness that is stable with the margins, calm and quiet. Beyond the ends the "
+      "nearest value holds.";
+  return plot;
 }
 
-Figure damping_figure(const AxisCalibration& axis, const Words& words) {
+Plot damping_figure(const AxisCalibration& axis, const Words& words) {
   Plot plot =
       half_plot("Best damping at each stiffness and the polynomial through them", words.stiffness, words.damping);
   Series found{"best", {}, {}, 1, Dash::kDotted};
@@ -137,9 +138,10 @@ Figure damping_figure(const AxisCalibration& axis, const Words& words) {
       curve("fit, degree " + std::to_string(axis.damping_degree), axis.damping, found.x.front(), found.x.back()),
       std::move(found)};
   plot.limits.push_back({axis.damping_maximum, "most of the device"});
-  return {std::move(plot),
-          "The damping with which the tool settles soonest once it is suddenly heavy, where that is "
-          "stable with the margins, calm and quiet."};
+  plot.caption =
+      "The damping with which the tool settles soonest once it is suddenly heavy, where that is "
+      "stable with the margins, calm and quiet.";
+  return plot;
 }
 
 Table points_table(const AxisCalibration& axis, const Words& words) {
@@ -149,7 +151,7 @@ Table points_table(const AxisCalibration& axis, const Words& words) {
                    {"not stiffer for", ""},  {"best " + std::string(words.damping), ""},
                    {"fitted stiffness", ""}, {"fitted damping", ""},
                    {words.roughness, ""},    {"allowed", ""}};
-  table.columns[2].align = Align::kLeft;
+  table.columns[2].is_text = true;
   for (const CalibrationPoint& point : axis.points) {
     table.rows.push_back({text_of(point.inertia), text_of(point.best.stiffness), std::string(point.limited_by),
                           text_of(point.best.damping), text_of(point.fitted.stiffness), text_of(point.fitted.damping),

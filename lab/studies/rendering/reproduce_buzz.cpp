@@ -201,13 +201,13 @@ void add_claims(Reproduction& result, const std::vector<LawBuzz>& laws, const Pr
        literal_n / ours_n, Relation::kAtLeast, 10, "", 1}};
 }
 
-Figure buzz_figure(const std::vector<LawBuzz>& laws) {
-  Figure figure;
+Plot buzz_figure(const std::vector<LawBuzz>& laws) {
+  Plot figure;
   figure.caption = "Force on the hand above 30 Hz against the force that it presses with (dashed: active laws)";
-  figure.plot.description = figure.caption;
-  figure.plot.x = {"mean normal force [N]", Scale::kLog, {}, {}};
-  figure.plot.y = {"RMS above 30 Hz [mN]", Scale::kLog, {}, {}};
-  figure.plot.height_px = 420;
+  figure.description = figure.caption;
+  figure.x = {.label = "mean normal force [N]", .is_log = true};
+  figure.y = {.label = "RMS above 30 Hz [mN]", .is_log = true};
+  figure.height_px = 420;
   for (const LawBuzz& law : laws) {
     std::vector<std::pair<double, double>> points;
     for (const SteadyPress& press : law.presses) points.emplace_back(press.mean_normal_n, 1e3 * press.rms_n);
@@ -217,22 +217,22 @@ Figure buzz_figure(const std::vector<LawBuzz>& laws) {
       x.push_back(mean_n);
       y.push_back(rms_mn);
     }
-    figure.plot.series.push_back(series_of(law.law, x, y));
+    figure.series.push_back(series_of(law.law, x, y));
   }
   return figure;
 }
 
-Figure chatter_figure(const std::vector<LawBuzz>& laws) {
-  Figure figure;
+Plot chatter_figure(const std::vector<LawBuzz>& laws) {
+  Plot figure;
   figure.caption = "A second of a steady press with 1 N under tremor";
-  figure.plot.description = figure.caption;
-  figure.plot.x.label = "time [s]";
-  figure.plot.y.label = "force on the hand [N]";
+  figure.description = figure.caption;
+  figure.x.label = "time [s]";
+  figure.y.label = "force on the hand [N]";
   for (const std::string_view law : {kLiteral, kRival, haptics::kDefaultCouplingLaw}) {
     const std::vector<double>& force_n = of_law(laws, law).presses[kOneNewton].normal_n;
     std::vector<double> at_s;
     for (std::size_t i = 0; i < 1000; ++i) at_s.push_back(1e-3 * static_cast<double>(i));
-    figure.plot.series.push_back(series_of(law, at_s, {force_n.begin(), force_n.begin() + 1000}));
+    figure.series.push_back(series_of(law, at_s, {force_n.begin(), force_n.begin() + 1000}));
   }
   return figure;
 }

@@ -208,18 +208,18 @@ void add_claims(Reproduction& result, const std::vector<LawSag>& sags) {
                            highest_share, Relation::kBelow, 1, "", 3});
 }
 
-Figure figure_of(const std::vector<LawSag>& sags) {
-  Figure figure;
+Plot figure_of(const std::vector<LawSag>& sags) {
+  Plot figure;
   figure.caption = "Sag in free air against mass, simulated; all laws have the same k_t at 0.05 kg";
-  figure.plot.description = figure.caption;
-  figure.plot.x.label = "mass of the tool [kg]";
-  figure.plot.y.label = "sag [mm]";
-  figure.plot.y.low = 0;
+  figure.description = figure.caption;
+  figure.x.label = "mass of the tool [kg]";
+  figure.y.label = "sag [mm]";
+  figure.y.low = 0;
   for (const LawSag& law : sags) {
     std::vector<double> sags_mm;
     // Past the knee the sag of the QSA curve would flatten all others.
     for (std::size_t i = 0; i + 1 < kMasses_kg.size(); ++i) sags_mm.push_back(1e3 * law.sags_m[i]);
-    figure.plot.series.push_back(series_of(law.law, {kMasses_kg.begin(), kMasses_kg.end() - 1}, sags_mm));
+    figure.series.push_back(series_of(law.law, {kMasses_kg.begin(), kMasses_kg.end() - 1}, sags_mm));
   }
   return figure;
 }

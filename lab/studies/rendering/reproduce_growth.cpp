@@ -93,12 +93,12 @@ Stroke stroke_of(std::string_view law) {
   return result;
 }
 
-Figure curve_figure(const std::string& law, const Curves& curves, const Stroke& stroke) {
-  Figure figure;
+Plot curve_figure(const std::string& law, const Curves& curves, const Stroke& stroke) {
+  Plot figure;
   figure.caption = law + ": force against displacement, curve and simulated stroke";
-  figure.plot.description = figure.caption;
-  figure.plot.x.label = "displacement [mm]";
-  figure.plot.y.label = "force [N]";
+  figure.description = figure.caption;
+  figure.x.label = "displacement [mm]";
+  figure.y.label = "force [N]";
   const auto millimetres = [](std::vector<double> lengths) {
     for (double& length : lengths) length *= 1e3;
     return lengths;
@@ -107,14 +107,14 @@ Figure curve_figure(const std::string& law, const Curves& curves, const Stroke& 
   // A plot runs to the right: the way out is drawn from its end.
   std::vector<double> out_m(stroke.depth_m.rbegin(), stroke.depth_m.rend() - half);
   std::vector<double> out_n(stroke.force_n.rbegin(), stroke.force_n.rend() - half);
-  figure.plot.series = {{"in", millimetres(curves.d_m), curves.in_n, 0},
-                        {"out", millimetres(curves.d_m), curves.out_n, 1},
-                        {"simulated, in",
-                         millimetres({stroke.depth_m.begin(), stroke.depth_m.begin() + half}),
-                         {stroke.force_n.begin(), stroke.force_n.begin() + half},
-                         2,
-                         Dash::kDotted},
-                        {"simulated, out", millimetres(out_m), out_n, 3, Dash::kDotted}};
+  figure.series = {{"in", millimetres(curves.d_m), curves.in_n, 0},
+                   {"out", millimetres(curves.d_m), curves.out_n, 1},
+                   {"simulated, in",
+                    millimetres({stroke.depth_m.begin(), stroke.depth_m.begin() + half}),
+                    {stroke.force_n.begin(), stroke.force_n.begin() + half},
+                    2,
+                    Dash::kDotted},
+                   {"simulated, out", millimetres(out_m), out_n, 3, Dash::kDotted}};
   return figure;
 }
 

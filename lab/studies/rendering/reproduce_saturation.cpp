@@ -92,13 +92,13 @@ double slope_jump() {
   return std::abs(above - below);
 }
 
-Figure curve_figure() {
-  Figure figure;
+Plot curve_figure() {
+  Plot figure;
   figure.caption = "Force shown against force asked for, and its slope times 6.5";
-  figure.plot.description = figure.caption;
-  figure.plot.x.label = "asked for [N]";
-  figure.plot.y.label = "shown [N]";
-  figure.plot.limits = {{kForceLimit_n, "F_max"}, {kKnee_n, "knee"}};
+  figure.description = figure.caption;
+  figure.x.label = "asked for [N]";
+  figure.y.label = "shown [N]";
+  figure.limits = {{kForceLimit_n, "F_max"}, {kKnee_n, "knee"}};
   Series curve{"force", {}, {}, 0}, slope{"slope × 6.5", {}, {}, 1, Dash::kDotted};
   for (double force_n = 0; force_n <= 14; force_n += 0.05) {
     curve.x.push_back(force_n);
@@ -106,22 +106,22 @@ Figure curve_figure() {
     slope.x.push_back(force_n);
     slope.y.push_back(kForceLimit_n * haptics::saturation_slope(force_n, kForceLimit_n, kSoftness));
   }
-  figure.plot.series = {curve, slope};
+  figure.series = {curve, slope};
   return figure;
 }
 
-Figure press_figure(const std::vector<Press>& presses) {
-  Figure figure;
+Plot press_figure(const std::vector<Press>& presses) {
+  Plot figure;
   figure.caption = "A hand presses 70 mm into a plane and comes back: force on the hand, spring-damper, four masses";
-  figure.plot.description = figure.caption;
-  figure.plot.x.label = "time [s]";
-  figure.plot.y.label = "force [N]";
-  figure.plot.limits = {{kForceLimit_n, "F_max"}, {kKnee_n, "knee"}};
+  figure.description = figure.caption;
+  figure.x.label = "time [s]";
+  figure.y.label = "force [N]";
+  figure.limits = {{kForceLimit_n, "F_max"}, {kKnee_n, "knee"}};
   for (std::size_t i = 0; i < presses.size(); ++i) {
-    figure.plot.series.push_back(
+    figure.series.push_back(
         {format_fixed(kMasses_kg[i], 2) + " kg", presses[i].at_s, presses[i].shown_n, static_cast<int>(i)});
   }
-  figure.plot.series.push_back({"asked for, 0.05 kg", presses.front().at_s, presses.front().asked_n, 4, Dash::kDotted});
+  figure.series.push_back({"asked for, 0.05 kg", presses.front().at_s, presses.front().asked_n, 4, Dash::kDotted});
   return figure;
 }
 

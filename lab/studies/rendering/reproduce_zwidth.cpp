@@ -215,24 +215,24 @@ std::string listed(const std::vector<double>& values) {
   return text;
 }
 
-Figure figure_of(const LawWidths& law) {
-  Figure figure;
+Plot figure_of(const LawWidths& law) {
+  Plot figure;
   figure.caption = is_switching(law.law)
                        ? law.law + ": lowest k_t that does not come to rest against damping, simulated"
                        : law.law +
                              ": largest stable k_t against damping, line predicted, dotted "
                              "simulated (they differ by less than a line's width)";
-  figure.plot.description = figure.caption;
-  figure.plot.x.label = "damping [N·s/m]";
-  figure.plot.y = {"k_t [N/m]", Scale::kLog, {}, {}};
+  figure.description = figure.caption;
+  figure.x.label = "damping [N·s/m]";
+  figure.y = {.label = "k_t [N/m]", .is_log = true};
   int color = 0;
   for (const Width& width : law.widths) {
     const std::vector<double> x(kDampings_n_s_per_m.begin(), kDampings_n_s_per_m.end());
     const std::string rate = format_significant(width.rate_hz, 4) + " Hz";
     const bool has_prediction = !width.predicted_n_per_m.empty();
-    if (has_prediction) figure.plot.series.push_back({rate, x, width.predicted_n_per_m, color});
+    if (has_prediction) figure.series.push_back({rate, x, width.predicted_n_per_m, color});
     const Dash dash = has_prediction ? Dash::kDotted : Dash::kSolid;
-    figure.plot.series.push_back({has_prediction ? "" : rate, x, width.simulated_n_per_m, color++, dash});
+    figure.series.push_back({has_prediction ? "" : rate, x, width.simulated_n_per_m, color++, dash});
   }
   return figure;
 }

@@ -1,9 +1,12 @@
 // The report writer, from a number's digits to the page: what it shows must be what was measured.
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <filesystem>
+#include <fstream>
 #include <limits>
 #include <string>
 #include <vector>
@@ -258,8 +261,8 @@ TEST(RenderSvg, DrawsAnEmptyPlotAndASinglePoint) {
 
 TEST(RenderSvg, LeavesWhatIsNotPositiveOutOfALogarithmicAxis) {
   Plot plot;
-  plot.x.scale = Scale::kLog;
-  plot.y.scale = Scale::kLog;
+  plot.x.is_log = true;
+  plot.y.is_log = true;
   plot.series = {{"", {-1.0, 0.0, 1.0, 10.0, 100.0, 1000.0}, {1.0, 1.0, 1.0, 0.0, 100.0, 1000.0}, 0, Dash::kSolid}};
   const std::string svg = render_svg(plot);
   EXPECT_EQ(count_of(svg, "<polyline"), 2U) << "zero is a gap between 1 and 100";
@@ -298,9 +301,10 @@ HtmlReport sample_report() {
   report.verdict(checks);
   report.heading("</h2><h1>");
   report.paragraph("</p><script>");
-  report.table(
-      {"</caption>", {{"<th>", "<unit>", Align::kLeft}, {"value", "N", Align::kRight}}, {{"<td>"}, {"a", "1"}}});
-  report.side_by_side(std::vector<Figure>{{sample_plot(), "</figcaption>"}, {sample_plot(), "second"}});
+  report.table({"</caption>", {{"<th>", "<unit>", true}, {"value", "N"}}, {{"<td>"}, {"a", "1"}}});
+  Plot markup_below = sample_plot();
+  markup_below.caption = "</figcaption>";
+  report.side_by_side(std::vector{markup_below, sample_plot()});
   report.footer("</footer>");
   return report;
 }
@@ -331,9 +335,9 @@ TEST(HtmlReport, SaysInWordsHowManyChecksFail) {
   EXPECT_NE(sample_report().html().find("Failed: 1 of 2 checks does not hold."), std::string::npos);
 }
 
-std::string csv_complaint(std::string_view text, const CsvLimits& limits = {}) {
+std::string csv_complaint(std::string_view text) {
   try {
-    parse_csv(text, "bob.csv", limits);
+    parse_csv(text, "bob.csv");
   } catch (const std::invalid_argument& error) {
     return error.what();
   }
@@ -362,9 +366,23 @@ TEST(ParseCsv, NamesFileLineAndColumnOfWhatIsWrong) {
 }
 
 TEST(ParseCsv, RefusesMoreThanItsLimits) {
-  EXPECT_EQ(csv_complaint("a,b,c\n", {100, 2, 10}), "bob.csv: line 1 names 3 columns; at most 2 are read");
-  EXPECT_EQ(csv_complaint("a\n1\n2\n3\n", {100, 2, 2}), "bob.csv: line 4 is one row too many; at most 2 are read");
-  EXPECT_EQ(csv_complaint("a\n1\n2\n", {5, 2, 2}), "bob.csv has 6 bytes; at most 5 are read");
+  std::string names = "c0";
+  for (std::size_t i = 1; i < kMaxCsvColumns; ++i) names += ",c" + std::to_string(i);
+  EXPECT_EQ(csv_complaint(names), "accepted");
+  EXPECT_EQ(csv_complaint(names + ",more"), "bob.csv: line 1 names 257 columns; at most 256 are read");
+  std::string rows = "a\n";
+  for (std::size_t i = 0; i < kMaxCsvRows; ++i) rows += "1\n";
+  EXPECT_EQ(csv_complaint(rows), "accepted");
+  EXPECT_EQ(csv_complaint(rows + "1\n"), "bob.csv: line 2000002 is one row too many; at most 2000000 are read");
+}
+
+TEST(ReadCsv, RefusesAFileThatIsTooLarge) {
+  const std::filesystem::path file = std::filesystem::path(testing::TempDir()) / "large.csv";
+  std::ofstream(file) << "a\n";
+  std::filesystem::resize_file(file, kMaxCsvBytes + 1);  // takes no room on disk
+  EXPECT_THAT([&] { read_csv(file); }, testing::ThrowsMessage<std::invalid_argument>(
+                                           testing::HasSubstr("has 536870913 bytes; at most 536870912 are read")));
+  std::filesystem::remove(file);
 }
 
 TEST(ParseCsv, NamesAColumnThatIsNotThere) {

@@ -271,8 +271,8 @@ TEST(Trace, HasTheColumnsThatTheClientWrites) {
   EXPECT_DOUBLE_EQ(trace.hand_m[2][0], 0.3);
   EXPECT_TRUE(std::isnan(trace.body_m[0][0]));
   ASSERT_EQ(trace.phases.size(), 1U);
-  EXPECT_EQ(trace.phases[0].phase, 1U);
-  EXPECT_DOUBLE_EQ(trace.phases[0].end_s, 9.5);
+  EXPECT_EQ(trace.phases[0].label, "hold");
+  EXPECT_DOUBLE_EQ(trace.phases[0].end, 9.5);
 }
 
 TEST(Trace, RefusesTimeThatRunsBackAndPhasesThatAreNone) {
@@ -301,7 +301,7 @@ TEST(LoadSession, PutsBothUsersOnOneClock) {
   EXPECT_EQ(session.users[0].summary.user, "anna");
   EXPECT_DOUBLE_EQ(session.users[0].trace.time_s[0], 0);
   EXPECT_NEAR(session.users[1].trace.time_s[0], 0.25, 1e-9);
-  EXPECT_NEAR(session.users[1].trace.phases[1].begin_s, 1.25, 1e-9);
+  EXPECT_NEAR(session.users[1].trace.phases[1].begin, 1.25, 1e-9);
 }
 
 TEST(SessionReport, IsTheSameToTheByteAndShowsNoMarkupOfAUser) {
