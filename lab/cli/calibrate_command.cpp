@@ -1,7 +1,6 @@
 // `tandem-lab calibrate`: the adaptive law's table of one device.
 
 #include <CLI/CLI.hpp>
-#include <array>
 #include <iostream>
 #include <memory>
 #include <string>
@@ -38,9 +37,9 @@ int run(const Options& options) {
       calibrate(profile, settings, [&](double done) { line.show("calibrating " + profile.name, done); });
 
   const std::string results = pretty_json(to_json(calibration));
-  const std::array files{OutputFile{profile.name + ".json", devices::device_profiles_text({calibration.profile})},
-                         OutputFile{"calibration.json", results}, OutputFile{"report.html", to_html(calibration)}};
-  write_all_files(options.out, files);
+  write_all_files(options.out, {{profile.name + ".json", devices::device_profiles_text({calibration.profile})},
+                                {"calibration.json", results},
+                                {"report.html", to_html(calibration)}});
   std::cout << (options.wants_json ? results : to_text(calibration));
   return all_hold(checks_of(calibration)) ? 0 : 1;
 }

@@ -71,10 +71,10 @@ double quantile_us(const std::vector<ClientBenchRun>& runs, Histogram ClientBenc
 Experiment experiment_of(const Claim& claim, const Variant& variant, const Options& options) {
   const std::vector<std::string> names{claim.experiment};
   ExperimentFile file = read_experiment_file(experiment_files(names).front());
-  set_quantity(file.document, {"stage", variant.stage});
-  set_quantity(file.document, {"predictor", variant.predictor});
-  set_quantity(file.document, {"passivity", variant.passivity});
-  set_quantity(file.document, {"link.rtt_ms", options.rtt_ms});
+  set_quantity(file.document, "stage", variant.stage);
+  set_quantity(file.document, "predictor", variant.predictor);
+  set_quantity(file.document, "passivity", variant.passivity);
+  set_quantity(file.document, "link.rtt_ms", options.rtt_ms);
   return parse_experiment(file);
 }
 

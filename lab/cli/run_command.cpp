@@ -95,16 +95,18 @@ std::string time_text(double seconds) {
 /// A bar on a terminal; else a line now and then.
 class StudyLine {
  public:
-  void show(const StudyProgress& progress) {
+  explicit StudyLine(std::size_t total) : total_(total) {}
+
+  void show(std::size_t done, std::size_t reused) {
     constexpr std::size_t kWidth = 30;
-    const std::size_t filled = progress.total == 0 ? kWidth : kWidth * progress.done / progress.total;
-    const std::size_t run = progress.done - progress.reused;
-    const double left_s =
-        run == 0 ? 0 : progress.wall_s * static_cast<double>(progress.total - progress.done) / static_cast<double>(run);
+    const std::size_t filled = kWidth * done / total_;
+    const std::size_t run = done - reused;
+    const double wall_s = to_seconds(clock_.now() - begin_);
+    const double left_s = run == 0 ? 0 : wall_s * static_cast<double>(total_ - done) / static_cast<double>(run);
     std::ostringstream line;
-    line << '[' << std::string(filled, '#') << std::string(kWidth - filled, '.') << "] " << progress.done << '/'
-         << progress.total << " trials, " << time_text(left_s) << " left";
-    const bool is_end = progress.done == progress.total;
+    line << '[' << std::string(filled, '#') << std::string(kWidth - filled, '.') << "] " << done << '/' << total_
+         << " trials, " << time_text(left_s) << " left";
+    const bool is_end = done == total_;
     if (is_terminal_) {
       std::cerr << '\r' << line.str() << "    " << (is_end ? "\n" : "") << std::flush;
     } else if (is_end || filled >= last_shown_ + kWidth / 5) {
@@ -114,6 +116,9 @@ class StudyLine {
   }
 
  private:
+  std::size_t total_;
+  SteadyClock clock_;
+  LocalTime begin_ = clock_.now();
   bool is_terminal_ = isatty(STDERR_FILENO) != 0;
   std::size_t last_shown_ = 0;
 };
@@ -149,14 +154,16 @@ int run(const Options& options) {
   server::SceneLoading loading;
   loading.progress = progress_on_stderr();
   TrialRunner runner(std::move(trials), settings, loading);
-  print_size(runner.size(), settings.threads);
+  const StudySize size = runner.size();
+  print_size(size, settings.threads);
   if (options.is_dry) return 0;
 
   const std::filesystem::path folder = made_folder(options.out);
-  StudyLine line;
+  StudyLine line(size.trials);
   const SteadyClock wall;
   const LocalTime begin = wall.now();
-  const std::vector<TrialResult> results = runner.run([&](const StudyProgress& progress) { line.show(progress); });
+  const std::vector<TrialResult> results =
+      runner.run([&](std::size_t done, std::size_t reused) { line.show(done, reused); });
   const double wall_s = to_seconds(wall.now() - begin);
   write_results(folder, results, wall_s, is_one_with_files);
   if (options.wants_json) {

@@ -184,8 +184,8 @@ std::optional<OutcomeRule> outcome_of(JsonFields& file, const std::vector<Experi
   rule.body = fields.required_text("body");
   if (fields.has("ends_at_m")) {
     constexpr double kFarthest_m = 10;
-    rule.ends_at = EndPlace{fields.vector("ends_at_m", Vec3::Zero(), kFarthest_m),
-                            fields.required_number("within_m", 0, kFarthest_m)};
+    rule.ends_at_W = fields.vector("ends_at_m", Vec3::Zero(), kFarthest_m);
+    rule.ends_within_m = fields.required_number("within_m", 0, kFarthest_m);
     fields.finish();
     return rule;
   }
@@ -202,11 +202,11 @@ std::optional<OutcomeRule> outcome_of(JsonFields& file, const std::vector<Experi
 }
 
 json::object json_of(const OutcomeRule& rule) {
-  if (!rule.ends_at) {
+  if (!rule.ends_at_W) {
     return {{"body", rule.body}, {"lifted_above_m", rule.lifted_above_m}, {"during", rule.during}};
   }
-  const Vec3& p = rule.ends_at->p_WB;
-  return {{"body", rule.body}, {"ends_at_m", json::array{p.x(), p.y(), p.z()}}, {"within_m", rule.ends_at->within_m}};
+  const Vec3& p = *rule.ends_at_W;
+  return {{"body", rule.body}, {"ends_at_m", json::array{p.x(), p.y(), p.z()}}, {"within_m", rule.ends_within_m}};
 }
 
 /// Law, coupling and everything else that the scene's file may say, by one mechanism.
@@ -369,21 +369,8 @@ std::shared_ptr<const server::LoadedScene> load_experiment_scene(const Experimen
                                  loading);
 }
 
-LinkSummary link_summary(const ExperimentUser& user) {
-  return {in_milliseconds(user.up.delay + user.down.delay),
-          std::max(in_milliseconds(user.up.jitter), in_milliseconds(user.down.jitter)),
-          std::max(user.up.loss, user.down.loss)};
-}
-
-LinkSummary link_summary(const Experiment& experiment) {
-  LinkSummary result;
-  for (const ExperimentUser& user : experiment.users) {
-    const LinkSummary own = link_summary(user);
-    result.rtt_ms = std::max(result.rtt_ms, own.rtt_ms);
-    result.jitter_ms = std::max(result.jitter_ms, own.jitter_ms);
-    result.loss = std::max(result.loss, own.loss);
-  }
-  return result;
+Duration round_trip_of(const ExperimentUser& user) {
+  return user.up.delay + user.down.delay;
 }
 
 }  // namespace tandem::lab

@@ -36,18 +36,13 @@ struct ExperimentUser {
   Duration tick_phase{0};  ///< of its 1 kHz loop within the millisecond: a whole number of slots
 };
 
-/// Where a body has to be when a trial ends.
-struct EndPlace {
-  Vec3 p_WB = Vec3::Zero();
-  double within_m = 0;
-};
-
 /// What has to happen for a trial to have succeeded, beyond that nobody lost the connection.
 struct OutcomeRule {
   std::string body;
-  double lifted_above_m = 0;             ///< over where it was at the start …
-  std::string during;                    ///< … all through this phase of the first user's hand
-  std::optional<EndPlace> ends_at = {};  ///< counts instead of the two
+  double lifted_above_m = 0;           ///< over where it was at the start …
+  std::string during;                  ///< … all through this phase of the first user's hand
+  std::optional<Vec3> ends_at_W = {};  ///< counts instead of the two: where the body has to be when the trial ends
+  double ends_within_m = 0;            ///< of it
 };
 
 struct Experiment {
@@ -109,13 +104,7 @@ std::string scene_text(const Experiment& experiment);
 std::shared_ptr<const server::LoadedScene> load_experiment_scene(const Experiment& experiment,
                                                                  const server::SceneLoading& loading = {});
 
-/// The greatest round trip of a user's link [ms], and likewise its jitter (of one way) and loss.
-struct LinkSummary {
-  double rtt_ms = 0;
-  double jitter_ms = 0;
-  double loss = 0;
-};
-LinkSummary link_summary(const ExperimentUser& user);
-LinkSummary link_summary(const Experiment& experiment);
+/// Round trip of a user's link, both ways together.
+Duration round_trip_of(const ExperimentUser& user);
 
 }  // namespace tandem::lab

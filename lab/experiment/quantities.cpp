@@ -213,21 +213,21 @@ void check_quantity(const json::object& complete, const std::string& name) {
                               "? known: " + listed(known, name.starts_with(kUserPrefix)));
 }
 
-void set_quantity(json::object& document, const Setting& setting) {
-  const std::vector<std::string> parts = parts_of_name(setting.name);
-  if (setting.name.starts_with(kUserPrefix) && parts.size() > 2) {
-    set_path(user_called(document, parts[1]), std::span(parts).subspan(2), setting.value);
+void set_quantity(json::object& document, const std::string& name, const json::value& value) {
+  const std::vector<std::string> parts = parts_of_name(name);
+  if (name.starts_with(kUserPrefix) && parts.size() > 2) {
+    set_path(user_called(document, parts[1]), std::span(parts).subspan(2), value);
   } else if (parts.front() == "hand" && parts.size() > 1) {
     std::vector<std::string> own = parts;
     own.front() = "hand_parameters";
-    set_for_each_user(document, own, setting.value);
-  } else if (setting.name == "device") {
-    set_for_each_user(document, parts, setting.value);
+    set_for_each_user(document, own, value);
+  } else if (name == "device") {
+    set_for_each_user(document, parts, value);
   } else if (parts.front() == "scene" && parts.size() > 1) {
-    object_at(document, "scene_changes")[std::string_view(setting.name).substr(6)] = setting.value;
+    object_at(document, "scene_changes")[std::string_view(name).substr(6)] = value;
   } else {
     forget_users_own(document, parts);
-    set_path(document, parts, setting.value);
+    set_path(document, parts, value);
   }
 }
 

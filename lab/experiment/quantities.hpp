@@ -21,12 +21,6 @@ std::string current_name(const std::string& quantity);
 /// The same of every field of an experiment's document.
 boost::json::object with_current_names(boost::json::object document);
 
-/// One quantity with its value.
-struct Setting {
-  std::string name;
-  boost::json::value value;
-};
-
 /// One quantity with the values that it shall take in turn.
 struct Axis {
   std::string name;
@@ -48,7 +42,7 @@ void check_quantity(const boost::json::object& complete, const std::string& name
 
 /// Sets a quantity in an experiment's document. A quantity of all users takes the place of what single users say.
 /// Fails   std::invalid_argument: a user that is not there
-void set_quantity(boost::json::object& document, const Setting& setting);
+void set_quantity(boost::json::object& document, const std::string& name, const boost::json::value& value);
 
 /// The fewest letters to insert, delete or replace that make one text of the other.
 std::size_t edit_distance(std::string_view a, std::string_view b);

@@ -142,21 +142,21 @@ std::size_t combinations(const Block& block) {
 }
 
 /// The number `index` combination, the last axis changing fastest.
-std::vector<Setting> combination(const Block& block, std::size_t index) {
-  std::vector<Setting> settings;
-  for (auto axis = block.axes.rbegin(); axis != block.axes.rend(); ++axis) {
-    settings.push_back({axis->name, axis->values[index % axis->values.size()]});
-    index /= axis->values.size();
+json::object combination(const Block& block, std::size_t index) {
+  json::object settings;
+  std::size_t stride = combinations(block);
+  for (const Axis& axis : block.axes) {
+    stride /= axis.values.size();
+    settings[axis.name] = axis.values[index / stride % axis.values.size()];
   }
-  std::reverse(settings.begin(), settings.end());
   return settings;
 }
 
-ExperimentFile with_settings(const ExperimentFile& file, const std::vector<Setting>& settings) {
+ExperimentFile with_settings(const ExperimentFile& file, const json::object& settings) {
   ExperimentFile result = file;
   result.document.erase("grid");
   result.document.erase("seeds");
-  for (const Setting& setting : settings) set_quantity(result.document, setting);
+  for (const auto& setting : settings) set_quantity(result.document, setting.key(), setting.value());
   return result;
 }
 
@@ -188,7 +188,7 @@ std::vector<Trial> expand(const ExperimentFile& file, const GridRequest& request
     const std::size_t count = combinations(block);
     if (count + trials.size() > kMaxTrials) too_many(file);
     for (std::size_t i = 0; i < count; ++i) {
-      const std::vector<Setting> settings = combination(block, i);
+      const json::object settings = combination(block, i);
       ExperimentFile own = with_settings(file, settings);
       Experiment experiment = parse_experiment(own);
       if (!seen.insert(compact_json(experiment_json(experiment))).second) continue;
@@ -206,7 +206,7 @@ Trial reference_of(const Trial& trial) {
                              {"passivity", false},
                              {"deadband", 0.0},
                              {"model.mass_scale", 1.0}};
-  for (const auto& each : perfect) set_quantity(document, {std::string(each.key()), each.value()});
+  for (const auto& each : perfect) set_quantity(document, each.key(), each.value());
   document["link"] = json::object();
   for (json::value& user : document.at("users").as_array()) {
     user.as_object().erase("link");

@@ -13,8 +13,8 @@ namespace tandem::lab {
 /// One trial: an experiment with every quantity set.
 struct Trial {
   Experiment experiment;
-  ExperimentFile file;            ///< what was parsed: the file's document with the settings made
-  std::vector<Setting> settings;  ///< in which it differs from the file
+  ExperimentFile file;           ///< what was parsed: the file's document with the settings made
+  boost::json::object settings;  ///< quantities in which it differs from the file, by name
 };
 
 /// What the command line says about the trials of each file.

@@ -160,15 +160,12 @@ double user_metric(const UserTrace& user, std::string_view name) {
   throw std::invalid_argument("metric \"" + std::string(name) + "\" is not known; see trial.json for the names");
 }
 
-BodyTravel body_travel(const SessionTrace& trace, std::size_t body) {
-  BodyTravel travel;
-  if (trace.bodies.empty()) return travel;
-  const Vec3 start = trace.bodies.front().X_WB[body].p;
+std::vector<double> body_travel_m(const SessionTrace& trace, std::size_t body) {
+  std::vector<double> travel_m;
   for (const BodiesSample& sample : trace.bodies) {
-    travel.final_m = (sample.X_WB[body].p - start).norm();
-    travel.greatest_m = std::max(travel.greatest_m, travel.final_m);
+    travel_m.push_back((sample.X_WB[body].p - trace.bodies.front().X_WB[body].p).norm());
   }
-  return travel;
+  return travel_m;
 }
 
 }  // namespace tandem::lab

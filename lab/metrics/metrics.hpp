@@ -25,11 +25,7 @@ const std::vector<UserMetric>& user_metrics();
 /// The value of the metric called `name`. Fails: std::invalid_argument for an unknown name.
 double user_metric(const UserTrace& user, std::string_view name);
 
-/// How far a body got from where it started, greatest and at the end [m].
-struct BodyTravel {
-  double greatest_m = 0;
-  double final_m = 0;
-};
-BodyTravel body_travel(const SessionTrace& trace, std::size_t body);
+/// How far a body is from where it started, at each sample of the bodies.
+std::vector<double> body_travel_m(const SessionTrace& trace, std::size_t body);
 
 }  // namespace tandem::lab

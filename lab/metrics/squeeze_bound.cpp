@@ -35,7 +35,8 @@ double zero_delay_joint_n_per_m(const UserTrace& user) {
 }
 
 double passive_joint_n_per_m(const UserTrace& user) {
-  const double one_way_s = link_summary(user.user).rtt_ms / 2000;
+  const double rtt_ms = to_seconds(round_trip_of(user.user)) * 1e3;
+  const double one_way_s = rtt_ms / 2000;
   return physics::DelayedJoint::kAlongDamping_n_s_per_m / one_way_s;
 }
 

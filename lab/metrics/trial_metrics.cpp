@@ -307,8 +307,8 @@ std::optional<std::size_t> body_of(const OutcomeRule& rule, const SessionTrace& 
 std::string place_outcome(const OutcomeRule& rule, const SessionTrace& trace) {
   const auto found = body_of(rule, trace);
   if (!found) return "missed";
-  const double off_m = (trace.bodies.back().X_WB[*found].p - rule.ends_at->p_WB).norm();
-  return off_m <= rule.ends_at->within_m ? "completed" : "missed";
+  const double off_m = (trace.bodies.back().X_WB[*found].p - *rule.ends_at_W).norm();
+  return off_m <= rule.ends_within_m ? "completed" : "missed";
 }
 
 std::string lift_outcome(const OutcomeRule& rule, const SessionTrace& trace) {
@@ -474,7 +474,7 @@ std::string outcome_of(const Experiment& experiment, const SessionTrace& trace) 
   }
   if (!experiment.outcome) return "completed";
   const OutcomeRule& rule = *experiment.outcome;
-  return rule.ends_at ? place_outcome(rule, trace) : lift_outcome(rule, trace);
+  return rule.ends_at_W ? place_outcome(rule, trace) : lift_outcome(rule, trace);
 }
 
 }  // namespace tandem::lab

@@ -91,11 +91,11 @@ void check_folder_can_be_made(const std::string& out) {
   const MadeFolders made(out);
 }
 
-void write_all_files(const std::string& out, std::span<const OutputFile> files) {
+void write_all_files(const std::string& out, const std::map<std::string, std::string>& files) {
   const SignalsWait wait;
   MadeFolders folders(out);
   UnfinishedFiles unfinished;
-  for (const OutputFile& file : files) unfinished.write(fs::path(out) / file.name, file.text);
+  for (const auto& [name, text] : files) unfinished.write(fs::path(out) / name, text);
   unfinished.finish();
   folders.keep();
 }

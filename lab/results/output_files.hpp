@@ -2,15 +2,10 @@
 #pragma once
 
 #include <filesystem>
-#include <span>
+#include <map>
 #include <string>
 
 namespace tandem::lab {
-
-struct OutputFile {
-  std::string name;
-  std::string text;
-};
 
 /// To be asked before the work: whether the folder that `--out` names can be made. Leaves nothing that was not there.
 /// Fails   as made_folder()
@@ -21,6 +16,6 @@ void check_folder_can_be_made(const std::string& out);
 ///
 /// Fails   as made_folder() and write_text_file(), or when a folder is where a file shall be; nothing of it is left but
 ///         the files that had already been renamed
-void write_all_files(const std::string& out, std::span<const OutputFile> files);
+void write_all_files(const std::string& out, const std::map<std::string, std::string>& files);
 
 }  // namespace tandem::lab

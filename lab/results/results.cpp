@@ -70,9 +70,11 @@ json::array bodies_json(const SessionTrace& trace) {
   json::array bodies;
   for (std::size_t i = 0; i < trace.body_names.size(); ++i) {
     if (!trace.body_can_move[i]) continue;
-    const BodyTravel travel = body_travel(trace, i);
-    bodies.push_back(json::object{
-        {"name", trace.body_names[i]}, {"travel_max_m", travel.greatest_m}, {"travel_final_m", travel.final_m}});
+    std::vector<double> travel_m = body_travel_m(trace, i);
+    if (travel_m.empty()) travel_m.push_back(0);
+    bodies.push_back(json::object{{"name", trace.body_names[i]},
+                                  {"travel_max_m", *std::max_element(travel_m.begin(), travel_m.end())},
+                                  {"travel_final_m", travel_m.back()}});
   }
   return bodies;
 }

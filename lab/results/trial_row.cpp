@@ -25,6 +25,31 @@ std::string of_users(const Experiment& experiment, const Of& of) {
   return text;
 }
 
+/// The greatest round trip of a user's link [ms], and likewise its jitter (of one way) and loss.
+struct LinkSummary {
+  double rtt_ms = 0;
+  double jitter_ms = 0;
+  double loss = 0;
+};
+
+LinkSummary link_summary(const ExperimentUser& user) {
+  const auto in_milliseconds = [](Duration value) { return to_seconds(value) * 1e3; };
+  return {in_milliseconds(round_trip_of(user)),
+          std::max(in_milliseconds(user.up.jitter), in_milliseconds(user.down.jitter)),
+          std::max(user.up.loss, user.down.loss)};
+}
+
+LinkSummary link_summary(const Experiment& experiment) {
+  LinkSummary result;
+  for (const ExperimentUser& user : experiment.users) {
+    const LinkSummary own = link_summary(user);
+    result.rtt_ms = std::max(result.rtt_ms, own.rtt_ms);
+    result.jitter_ms = std::max(result.jitter_ms, own.jitter_ms);
+    result.loss = std::max(result.loss, own.loss);
+  }
+  return result;
+}
+
 json::object users_json(const TrialView& view, std::size_t index) {
   const ExperimentUser& user = view.trace.users[index].user;
   const LinkSummary link = link_summary(user);
@@ -44,10 +69,9 @@ json::object overrides_json(const Trial& trial) {
   constexpr std::array<std::string_view, 7> kColumns{"stage",          "predictor", "passivity", "link.rtt_ms",
                                                      "link.jitter_ms", "link.loss", "seed"};
   json::object result;
-  for (const Setting& setting : trial.settings) {
-    if (std::find(kColumns.begin(), kColumns.end(), setting.name) == kColumns.end()) {
-      result[setting.name] = setting.value;
-    }
+  for (const auto& setting : trial.settings) {
+    const bool has_column = std::find(kColumns.begin(), kColumns.end(), setting.key()) != kColumns.end();
+    if (!has_column) result[setting.key()] = setting.value();
   }
   return result;
 }

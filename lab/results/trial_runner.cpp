@@ -96,10 +96,6 @@ struct Job {
   SharedReference* reference = nullptr;
 };
 
-double seconds_between(LocalTime from, LocalTime to) {
-  return to_seconds(to - from);
-}
-
 // In the order in which numbers come out when they are read back, so that what was just measured and what was kept
 // give the same bytes.
 json::object as_read_back(const json::object& row) {
@@ -171,10 +167,10 @@ struct TrialRunner::Impl {
   std::mutex mutex;  ///< of everything below
   std::vector<TrialResult> results;
   std::exception_ptr failure;
-  StudyProgress progress;
-  std::function<void(const StudyProgress&)> on_progress;
+  std::size_t done = 0;
+  std::size_t reused = 0;
+  std::function<void(std::size_t, std::size_t)> on_progress;
   SteadyClock wall;
-  LocalTime begin{};
 };
 
 TrialRunner::Impl::Impl(std::vector<Trial> its_trials, RunSettings its_settings, const server::SceneLoading& loading)
@@ -257,18 +253,17 @@ TrialResult TrialRunner::Impl::run_job(const Job& job) {
   } catch (const CouldNotJoin& error) {
     result.row = as_read_back(row_without_trace(trial, error.what()));
   }
-  result.wall_s = seconds_between(from, wall.now());
+  result.wall_s = to_seconds(wall.now() - from);
   return result;
 }
 
 void TrialRunner::Impl::note_done(const Job& job, TrialResult result) {
   if (settings.wants_samples && has_trial_files(samples_of(job), job.key)) result.samples = samples_of(job);
   const std::lock_guard lock(mutex);
-  ++progress.done;
-  progress.reused += result.was_there ? 1 : 0;
-  progress.wall_s = seconds_between(begin, wall.now());
+  ++done;
+  reused += result.was_there ? 1 : 0;
   results[job.trial] = std::move(result);
-  if (on_progress) on_progress(progress);
+  if (on_progress) on_progress(done, reused);
 }
 
 void TrialRunner::Impl::do_job(const Job& job) {
@@ -319,11 +314,9 @@ StudySize TrialRunner::size() const {
   return size;
 }
 
-std::vector<TrialResult> TrialRunner::run(const std::function<void(const StudyProgress&)>& on_progress) {
+std::vector<TrialResult> TrialRunner::run(const std::function<void(std::size_t, std::size_t)>& on_progress) {
   made_folder((impl_->settings.out / "trials").string());
   impl_->on_progress = on_progress;
-  impl_->progress.total = impl_->jobs.size();
-  impl_->begin = impl_->wall.now();
   std::vector<std::jthread> threads;
   for (std::size_t i = 1; i < impl_->settings.threads; ++i) threads.emplace_back([this] { impl_->work(); });
   impl_->work();

@@ -37,14 +37,6 @@ struct TrialResult {
   bool was_there = false;
 };
 
-/// How far a study has come, after each trial.
-struct StudyProgress {
-  std::size_t done = 0;
-  std::size_t total = 0;
-  std::size_t reused = 0;
-  double wall_s = 0;
-};
-
 /// What has to be done, before it is.
 struct StudySize {
   std::size_t trials = 0;
@@ -62,8 +54,9 @@ class TrialRunner {
 
   StudySize size() const;
   /// Results in the order of the trials. Called once.
+  /// In      on_progress  called after each trial with how many are done, and how many of them were there already
   /// Fails   the first failure of a run, after the others have stopped; what is finished stays
-  std::vector<TrialResult> run(const std::function<void(const StudyProgress&)>& on_progress);
+  std::vector<TrialResult> run(const std::function<void(std::size_t done, std::size_t reused)>& on_progress);
 
  private:
   struct Impl;

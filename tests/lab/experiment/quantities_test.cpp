@@ -28,7 +28,7 @@ json::object two_users() {
 
 json::object with(const std::string& name, const json::value& value) {
   json::object result = two_users();
-  set_quantity(result, {name, value});
+  set_quantity(result, name, value);
   return result;
 }
 

@@ -97,7 +97,7 @@ TEST(TrialGrid, LaterSettingsOfOneUserStandAgainstThoseOfAll) {
   EXPECT_EQ(trials[0].experiment.users[0].up.delay, from_seconds(0.050));
   EXPECT_EQ(trials[0].experiment.users[1].up.delay, from_seconds(0.100));
   EXPECT_EQ(trials[0].experiment.users[1].down.delay, from_seconds(0.100));
-  EXPECT_EQ(link_summary(trials[0].experiment).rtt_ms, 200);
+  EXPECT_EQ(round_trip_of(trials[0].experiment.users[1]), from_seconds(0.200));
 }
 
 TEST(TrialGrid, TheReferenceHasTheSameHandsOnAPerfectLink) {

@@ -79,7 +79,7 @@ TEST(UserMetrics, RefuseAnUnknownName) {
   EXPECT_THROW(user_metric({}, "happiness"), std::invalid_argument);
 }
 
-TEST(BodyTravel, KnowsTheGreatestAndTheLastDistance) {
+TEST(BodyTravel, IsTheDistanceFromTheFirstPlace) {
   SessionTrace trace;
   for (const double x : {1.0, 1.3, 1.1}) {
     BodiesSample sample;
@@ -87,8 +87,11 @@ TEST(BodyTravel, KnowsTheGreatestAndTheLastDistance) {
     sample.X_WB[0].p.x() = x;
     trace.bodies.push_back(sample);
   }
-  EXPECT_NEAR(body_travel(trace, 0).greatest_m, 0.3, 1e-12);
-  EXPECT_NEAR(body_travel(trace, 0).final_m, 0.1, 1e-12);
+  const std::vector<double> travel_m = body_travel_m(trace, 0);
+  ASSERT_EQ(travel_m.size(), 3U);
+  EXPECT_EQ(travel_m[0], 0);
+  EXPECT_NEAR(travel_m[1], 0.3, 1e-12);
+  EXPECT_NEAR(travel_m[2], 0.1, 1e-12);
 }
 
 }  // namespace

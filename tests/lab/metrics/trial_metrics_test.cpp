@@ -412,7 +412,7 @@ TEST(Outcome, SaysWhetherTheBodyWasCarriedAllTheWay) {
 TEST(Outcome, SaysWhetherTheBodyEndsInItsPlace) {
   const auto outcome_at = [](const Vec3& first, const Vec3& last) {
     Experiment experiment;
-    experiment.outcome = OutcomeRule{"peg", 0, "", EndPlace{Vec3(0.06, 0, 0.03), 0.002}};
+    experiment.outcome = OutcomeRule{"peg", 0, "", Vec3(0.06, 0, 0.03), 0.002};
     SessionTrace trace = pressing([](TickSample&, double) {});
     trace.body_names = {"table", "peg"};
     for (const Vec3& p : {first, last}) {

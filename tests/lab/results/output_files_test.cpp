@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <array>
 #include <fstream>
 #include <iterator>
 #include <stdexcept>
@@ -31,7 +30,7 @@ std::ptrdiff_t entries_of(const fs::path& folder) {
 
 TEST(OutputFiles, AreAllThereAndNothingElse) {
   const fs::path folder = empty_folder("all_files") / "deeper";
-  const std::array files{OutputFile{"a.json", "{}"}, OutputFile{"b.html", "<p>"}};
+  const std::map<std::string, std::string> files{{"a.json", "{}"}, {"b.html", "<p>"}};
   write_all_files(folder, files);
   write_all_files(folder, files);
   EXPECT_EQ(content_of(folder / "a.json"), "{}");
@@ -43,7 +42,7 @@ TEST(OutputFiles, LeaveTheOldOnesWhenOneCannotBeWritten) {
   const fs::path folder = empty_folder("one_in_the_way");
   fs::create_directories(folder / "b.html");
   std::ofstream(folder / "a.json") << "before";
-  const std::array files{OutputFile{"a.json", "after"}, OutputFile{"b.html", "<p>"}};
+  const std::map<std::string, std::string> files{{"a.json", "after"}, {"b.html", "<p>"}};
   EXPECT_THROW(write_all_files(folder, files), std::runtime_error);
   EXPECT_EQ(content_of(folder / "a.json"), "before");
   EXPECT_EQ(entries_of(folder), 2);
@@ -51,7 +50,7 @@ TEST(OutputFiles, LeaveTheOldOnesWhenOneCannotBeWritten) {
 
 TEST(OutputFiles, LeaveNoFolderBehindWhenOneCannotBeWritten) {
   const fs::path folder = empty_folder("no_such_place");
-  const std::array files{OutputFile{"a.json", "{}"}, OutputFile{"missing/b.html", "<p>"}};
+  const std::map<std::string, std::string> files{{"a.json", "{}"}, {"missing/b.html", "<p>"}};
   EXPECT_THROW(write_all_files(folder / "deeper", files), std::runtime_error);
   EXPECT_FALSE(fs::exists(folder));
 }

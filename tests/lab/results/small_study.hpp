@@ -61,7 +61,7 @@ class Study : public testing::Test {
     return settings;
   }
   static std::vector<TrialResult> run(std::vector<Trial> trials, const RunSettings& settings) {
-    return TrialRunner(std::move(trials), settings).run([](const StudyProgress&) {});
+    return TrialRunner(std::move(trials), settings).run([](std::size_t, std::size_t) {});
   }
   static std::size_t reused(const std::vector<TrialResult>& results) {
     return static_cast<std::size_t>(

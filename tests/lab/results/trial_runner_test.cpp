@@ -21,9 +21,9 @@ TEST_F(Study, RunsEveryTrialOnceAndSecondTimeNone) {
   EXPECT_EQ(first.size().there, 0U);
   EXPECT_NEAR(first.size().virtual_s, 10, 1e-9);
   std::size_t shown = 0;
-  const auto results = first.run([&](const StudyProgress& progress) {
-    EXPECT_EQ(progress.done, ++shown);
-    EXPECT_EQ(progress.total, 8U);
+  const auto results = first.run([&](std::size_t done, std::size_t reused) {
+    EXPECT_EQ(done, ++shown);
+    EXPECT_EQ(reused, 0U);
   });
   EXPECT_EQ(shown, 8U);
   EXPECT_EQ(reused(results), 0U);
@@ -32,7 +32,7 @@ TEST_F(Study, RunsEveryTrialOnceAndSecondTimeNone) {
   EXPECT_EQ(second.size().there, 8U);
   EXPECT_EQ(second.size().references, 0U);
   EXPECT_EQ(second.size().virtual_s, 0);
-  const auto again = second.run([](const StudyProgress&) {});
+  const auto again = second.run([](std::size_t, std::size_t) {});
   EXPECT_EQ(reused(again), 8U);
   EXPECT_EQ(pretty_json(study_json(again)), pretty_json(study_json(results)));
 }

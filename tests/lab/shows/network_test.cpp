@@ -41,7 +41,7 @@ std::string results_text(const std::string& folder, std::size_t threads) {
     trials.push_back(shipped_trial(name, disturbed(100, {"duration_s=3"})));
     trials.push_back(shipped_trial(name, disturbed(30, {"duration_s=3", "stage=ar"})));
   }
-  const auto results = TrialRunner(std::move(trials), settings).run([](const StudyProgress&) {});
+  const auto results = TrialRunner(std::move(trials), settings).run([](std::size_t, std::size_t) {});
   std::filesystem::remove_all(settings.out);
   return pretty_json(study_json(results));
 }
