@@ -113,6 +113,11 @@ class Results(Tree):
         after = {"passivity": True, "trials": [{"seed": 1, "x": 2, "y": "passivity"}]}
         self.assertEqual(list(compare_results.differences(before, after)), [("/trials/seed=1/x", 1, 2)])
 
+    def test_a_summary_from_before_suppressed_updates_had_that_name_is_equal(self):
+        names = compare_results.json.loads(compare_results.RENAMED.read_text(encoding="utf-8"))
+        before = compare_results.renamed({"datagrams": {"sent": 7, "held_back": 3}}, names)
+        self.assertEqual(list(compare_results.differences(before, {"datagrams": {"sent": 7, "suppressed": 3}})), [])
+
     def test_numbers_are_compared_as_they_are_written(self):
         one = compare_results.load(self.write("a.json", '{"x": 0.1}'), {})
         other = compare_results.load(self.write("b.json", '{"x": 0.10000000000000001}'), {})

@@ -186,6 +186,14 @@ TEST(ClientSummary, WrongValuesAreNamedWithTheirKey) {
   EXPECT_NE(complaint_about(json::array()), "accepted");
 }
 
+TEST(ClientSummary, UpdatesThatWereSuppressedMayHaveTheirOlderName) {
+  for (const char* name : {"suppressed", "held_back"}) {
+    json::object summary = good_summary("ben");
+    summary["datagrams"] = json::object{{"sent", 9000}, {"received", 9100}, {name, 120}, {"paced", 0}};
+    EXPECT_EQ(complaint_about(summary), "accepted") << name;
+  }
+}
+
 TEST(ClientSummary, WhatTheClientDoesNotKnowIsNanAndFailsItsCheck) {
   json::value summary = good_summary("ben");
   summary.at_pointer("/watched_body") = nullptr;
