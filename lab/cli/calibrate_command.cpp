@@ -31,7 +31,7 @@ int run(const Options& options) {
   check_folder_can_be_made(options.out);
   CalibrationSettings settings;
   settings.masses_kg = options.masses_kg;
-  settings.trial.seed = options.seed;
+  settings.seed = options.seed;
   ProgressLine line(std::cerr, isatty(STDERR_FILENO) != 0);
   const Calibration calibration =
       calibrate(profile, settings, [&](double done) { line.show("calibrating " + profile.name, done); });

@@ -79,7 +79,7 @@ class AxisCalibrator {
  public:
   AxisCalibrator(const devices::DeviceProfile& profile, bool is_rotation, const CalibrationSettings& settings,
                  std::function<void(double)> on_progress)
-      : trial_(profile, is_rotation, settings.trial),
+      : trial_(profile, is_rotation, settings),
         name_(profile.name),
         is_rotation_(is_rotation),
         settings_(settings),
@@ -111,7 +111,7 @@ class AxisCalibrator {
   }
   /// Enough for a smooth hand to dissipate what sampling creates (k T), and what settles soonest in continuous time.
   double first_damping(double stiffness, double inertia) const {
-    const double wanted = std::max(stiffness / settings_.trial.rate_hz, 1.4 * std::sqrt(stiffness * inertia));
+    const double wanted = std::max(stiffness / settings_.rate_hz, 1.4 * std::sqrt(stiffness * inertia));
     return std::min(wanted, result_.damping_maximum);
   }
   void find_stiffnesses();
@@ -141,9 +141,10 @@ class AxisCalibrator {
 std::string_view AxisCalibrator::objection(CalibrationPoint& point, double share) const {
   point.spectral_radius = trial_.spectral_radius(point.best, point.inertia);
   if (!(point.spectral_radius < 1)) return "stability";
-  point.press = trial_.press(point.best, point.inertia);
-  if (!(point.press.restlessness <= settings_.restlessness_steps)) return "rest";
-  if (!(point.press.roughness <= share * point.roughness_allowed)) return "quiet";
+  point.restlessness = trial_.restlessness(point.best, point.inertia);
+  if (!(point.restlessness <= settings_.restlessness_steps)) return "rest";
+  point.roughness = trial_.roughness(point.best, point.inertia);
+  if (!(point.roughness <= share * point.roughness_allowed)) return "quiet";
   return "";
 }
 
@@ -250,9 +251,8 @@ void AxisCalibrator::find_damping(CalibrationPoint& point) const {
   const auto cost_of = [&](double damping) {
     all.push_back({damping, trial_.settling_cost({point.best.stiffness, damping}, point.inertia)});
   };
-  const double low =
-      std::min(std::max(point.best.stiffness / settings_.trial.rate_hz, kMinDamping * result_.damping_maximum),
-               result_.damping_maximum);
+  const double low = std::min(std::max(point.best.stiffness / settings_.rate_hz, kMinDamping * result_.damping_maximum),
+                              result_.damping_maximum);
   const double ratio = std::pow(result_.damping_maximum / low, 1.0 / (kDampings - 1));
   for (int i = 0; i < kDampings; ++i) cost_of(std::min(low * std::pow(ratio, i), result_.damping_maximum));
   const double best = std::ranges::min_element(all, {}, &Tried::cost)->damping;
@@ -295,7 +295,8 @@ void AxisCalibrator::judge_fit() {
     point.fitted.stiffness = result_.stiffness(point.inertia);
     point.fitted.damping = result_.damping(point.fitted.stiffness);
     point.fitted_spectral_radius = trial_.spectral_radius(point.fitted, point.inertia);
-    point.fitted_press = trial_.press(point.fitted, point.inertia);
+    point.fitted_restlessness = trial_.restlessness(point.fitted, point.inertia);
+    point.fitted_roughness = trial_.roughness(point.fitted, point.inertia);
   }
   advance(1);
 }
@@ -316,8 +317,8 @@ Worst worst_of(const AxisCalibration& axis) {
   for (const CalibrationPoint& point : axis.points) {
     worst.radius = std::max(worst.radius, point.fitted_spectral_radius);
     worst.stiffness = std::max(worst.stiffness, point.fitted.stiffness / axis.stiffness_maximum);
-    worst.rest = std::max(worst.rest, point.fitted_press.restlessness);
-    worst.roughness = std::max(worst.roughness, point.fitted_press.roughness / point.roughness_allowed);
+    worst.rest = std::max(worst.rest, point.fitted_restlessness);
+    worst.roughness = std::max(worst.roughness, point.fitted_roughness / point.roughness_allowed);
     worst.share_of_stiffness = std::min(worst.share_of_stiffness, point.fitted.stiffness / point.best.stiffness);
     worst.least_damping = std::min(worst.least_damping, point.fitted.damping / point.best.damping);
     worst.most_damping = std::max(worst.most_damping, point.fitted.damping / point.best.damping);
@@ -351,7 +352,7 @@ Calibration calibrate(const devices::DeviceProfile& profile, const CalibrationSe
   Calibration result;
   result.profile = profile;
   result.settings = settings;
-  result.settings.trial.rate_hz = profile.rate_hz;
+  result.settings.rate_hz = profile.rate_hz;
   const double share = profile.has_torque() ? 0.5 : 1.0;
   const auto first = [&](double done) { on_progress(share * done); };
   result.translation = AxisCalibrator(profile, false, result.settings, first).run();

@@ -17,23 +17,6 @@
 
 namespace tandem::lab {
 
-struct CalibrationSettings {
-  TrialSettings trial;
-  /// Empty: eight from 0.02 kg to what the device can hold with 0.8 of its force limit, at most 2 kg.
-  std::vector<double> masses_kg;
-  /// "Quiet": roughness at most floor + share × the tool's weight. A light tool shows more of the encoder's grain than
-  /// a heavy one, whose weight covers it: that is why the best stiffness grows with the mass. Both are ours; 2 mN is
-  /// what the coarsest shipped encoder makes at 100 N/m.
-  double roughness_floor_n = 0.002;
-  double roughness_share_of_weight = 0.005;
-  /// The stiffness may take this much of it: the rest is for the damping's choice.
-  double stiffness_share_of_roughness = 0.75;
-  double restlessness_steps = 2;  ///< "calm": a hand that rests is within so many encoder steps
-  /// Of the tools whose inertias are tried, one for each mass: I = m r². For torque the limits are those of the force
-  /// at this lever. A tool of 4 cm; ours.
-  double gyration_radius_m = 0.02;
-};
-
 /// One mass [kg] or moment of inertia [kg·m²].
 struct CalibrationPoint {
   double inertia = 0;
@@ -43,11 +26,13 @@ struct CalibrationPoint {
   /// Why not stiffer: "maximum" of the device, "cap" where nobody has verified that, "stability", "rest" or "quiet".
   std::string_view limited_by;
   double spectral_radius = 0;  ///< of `best`, with the margins
-  CouplingTrial::Press press;  ///< of `best`
+  double restlessness = 0;     ///< likewise, in encoder steps
+  double roughness = 0;        ///< likewise
   double roughness_allowed = 0;
   Pair fitted;                        ///< what the polynomials give
   double fitted_spectral_radius = 0;  ///< with the margins
-  CouplingTrial::Press fitted_press;
+  double fitted_restlessness = 0;
+  double fitted_roughness = 0;
 };
 
 /// Of translation or rotation.
@@ -74,7 +59,7 @@ struct Calibration {
 /// Model   k(m), b(k) as above; no polynomial gives a tried mass more stiffness than was found for it, nor any mass in
 ///         the range more than coupling_bounds() allows
 /// Source  Hou, PhD thesis, NTU, 2014, chapter 5: the procedure. What is "best" he leaves to the experimenter; ours is
-///         stated in CalibrationSettings and TrialSettings
+///         stated in CalibrationSettings
 /// In      on_progress  0..1
 /// Fails   std::invalid_argument: masses that are not increasing or not in 0.001..100 kg; a device for which the
 ///         smallest tried stiffness is too much for every mass

@@ -34,12 +34,12 @@ std::string text_of(double value) {
   return text;
 }
 
-json::object pair_json(const Pair& pair, double spectral_radius, const CouplingTrial::Press& press) {
+json::object pair_json(const Pair& pair, double spectral_radius, double restlessness, double roughness) {
   return {{"stiffness", pair.stiffness},
           {"damping", pair.damping},
           {"spectral_radius_with_margins", spectral_radius},
-          {"rest_range_steps", press.restlessness},
-          {"roughness", press.roughness}};
+          {"rest_range_steps", restlessness},
+          {"roughness", roughness}};
 }
 
 json::object axis_json(const AxisCalibration& axis, const Words& words) {
@@ -50,13 +50,14 @@ json::object axis_json(const AxisCalibration& axis, const Words& words) {
         json::object{{"mass_kg", point.mass_kg}, {inertia, point.inertia}, {"limited_by", point.limited_by}});
   }
   for (const CalibrationPoint& point : axis.points) {
-    points.push_back(
-        json::object{{"mass_kg", point.mass_kg},
-                     {inertia, point.inertia},
-                     {"limited_by", point.limited_by},
-                     {"roughness_allowed", point.roughness_allowed},
-                     {"best", pair_json(point.best, point.spectral_radius, point.press)},
-                     {"fitted", pair_json(point.fitted, point.fitted_spectral_radius, point.fitted_press)}});
+    points.push_back(json::object{
+        {"mass_kg", point.mass_kg},
+        {inertia, point.inertia},
+        {"limited_by", point.limited_by},
+        {"roughness_allowed", point.roughness_allowed},
+        {"best", pair_json(point.best, point.spectral_radius, point.restlessness, point.roughness)},
+        {"fitted",
+         pair_json(point.fitted, point.fitted_spectral_radius, point.fitted_restlessness, point.fitted_roughness)}});
   }
   const auto polynomial = [](const haptics::Cubic& cubic, int degree) {
     return json::object{{"coefficients", json::array(cubic.c.begin(), cubic.c.end())}, {"degree", degree}};
@@ -71,12 +72,11 @@ json::object axis_json(const AxisCalibration& axis, const Words& words) {
 }
 
 json::object settings_json(const CalibrationSettings& settings) {
-  const TrialSettings& trial = settings.trial;
-  return {{"gain_margin", trial.gain_margin},
-          {"delay_margin_periods", trial.delay_margin_periods},
-          {"rate_hz", trial.rate_hz},
-          {"tremor_rms_n", trial.tremor_rms_n},
-          {"seed", trial.seed},
+  return {{"gain_margin", settings.gain_margin},
+          {"delay_margin_periods", settings.delay_margin_periods},
+          {"rate_hz", settings.rate_hz},
+          {"tremor_rms_n", settings.tremor_rms_n},
+          {"seed", settings.seed},
           {"roughness_floor_n", settings.roughness_floor_n},
           {"roughness_share_of_weight", settings.roughness_share_of_weight},
           {"stiffness_share_of_roughness", settings.stiffness_share_of_roughness},
@@ -155,7 +155,7 @@ Table points_table(const AxisCalibration& axis, const Words& words) {
   for (const CalibrationPoint& point : axis.points) {
     table.rows.push_back({text_of(point.inertia), text_of(point.best.stiffness), std::string(point.limited_by),
                           text_of(point.best.damping), text_of(point.fitted.stiffness), text_of(point.fitted.damping),
-                          text_of(1e3 * point.fitted_press.roughness), text_of(1e3 * point.roughness_allowed)});
+                          text_of(1e3 * point.fitted_roughness), text_of(1e3 * point.roughness_allowed)});
   }
   return table;
 }
@@ -164,13 +164,12 @@ std::string method(const Calibration& calibration) {
   const CalibrationSettings& s = calibration.settings;
   std::ostringstream text;
   text
-      << "Best stiffness of a tool: the largest that (1) is stable with " << s.trial.gain_margin
-      << " times the force and " << s.trial.delay_margin_periods
-      << " period of delay more, in no hand, a relaxed one, a light and a firm grip, the "
+      << "Best stiffness of a tool: the largest that (1) is stable with " << s.gain_margin << " times the force and "
+      << s.delay_margin_periods << " period of delay more, in no hand, a relaxed one, a light and a firm grip, the "
       << "tool in the air and in stiff contact; (2) lets a hand that presses without tremor come to rest within "
       << s.restlessness_steps
       << " encoder steps; (3) adds no more roughness (RMS above 30 Hz, with encoder steps and a "
-      << "tremor of " << s.trial.tremor_rms_n << " N) than " << 1e3 * s.roughness_floor_n << " mN and "
+      << "tremor of " << s.tremor_rms_n << " N) than " << 1e3 * s.roughness_floor_n << " mN and "
       << 100 * s.roughness_share_of_weight
       << " % of the tool's weight; and (4) is within what the device may be asked. "
       << "Best damping: the tool settles soonest once it is suddenly heavy (least ∫ t |d − d_rest| dt) under the same "

@@ -70,7 +70,7 @@ haptics::CouplingParameters with(const devices::DeviceProfile& profile, bool is_
 }
 
 HandRigSettings rig_with(const devices::DeviceProfile& profile, bool is_rotation, const Pair& pair, double inertia,
-                         const devices::HandParameters& hand, const TrialSettings& settings) {
+                         const devices::HandParameters& hand, const CalibrationSettings& settings) {
   HandRigSettings rig;
   rig.law = "spring-damper";  // what the adaptive law is once its parameters are chosen
   rig.coupling = with(profile, is_rotation, pair);
@@ -118,11 +118,18 @@ double CouplingTrial::spectral_radius(const Pair& pair, double inertia) const {
   return worst;
 }
 
-CouplingTrial::Press CouplingTrial::press(const Pair& pair, double inertia) const {
-  Press worst;
+double CouplingTrial::restlessness(const Pair& pair, double inertia) const {
+  double worst = 0;
   for (std::size_t i = 1; i < haptics::checked_hands().size(); ++i) {  // nobody does not press
-    worst.restlessness = std::max(worst.restlessness, restlessness(pair, inertia, i));
-    worst.roughness = std::max(worst.roughness, roughness(pair, inertia, i));
+    worst = std::max(worst, restlessness_of(i, pair, inertia));
+  }
+  return worst;
+}
+
+double CouplingTrial::roughness(const Pair& pair, double inertia) const {
+  double worst = 0;
+  for (std::size_t i = 1; i < haptics::checked_hands().size(); ++i) {
+    worst = std::max(worst, roughness_of(i, pair, inertia));
   }
   return worst;
 }
@@ -136,7 +143,7 @@ devices::HandParameters CouplingTrial::hand(double tremor_rms_n, std::size_t of_
   return hand;
 }
 
-double CouplingTrial::restlessness(const Pair& pair, double inertia, std::size_t of_checked) const {
+double CouplingTrial::restlessness_of(std::size_t of_checked, const Pair& pair, double inertia) const {
   const devices::HandParameters held = hand(0, of_checked);
   HandRigSettings rig = rig_with(profile_, is_rotation_, pair, inertia, held, settings_);
   make_hard(rig, is_rotation_);
@@ -158,7 +165,7 @@ double CouplingTrial::restlessness(const Pair& pair, double inertia, std::size_t
   return last.size() / (is_rotation_ ? held.encoder_step_rad : held.encoder_step_m);
 }
 
-double CouplingTrial::roughness(const Pair& pair, double inertia, std::size_t of_checked) const {
+double CouplingTrial::roughness_of(std::size_t of_checked, const Pair& pair, double inertia) const {
   const devices::HandParameters held = hand(settings_.tremor_rms_n, of_checked);
   HandRigSettings rig = rig_with(profile_, is_rotation_, pair, inertia, held, settings_);
   make_hard(rig, is_rotation_);

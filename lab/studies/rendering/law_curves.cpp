@@ -50,18 +50,21 @@ haptics::CouplingParameters with_secant_stiffness(std::string_view law, haptics:
   return coupling;
 }
 
-SteepestPoint steepest_point(std::string_view name, const haptics::CouplingParameters& coupling) {
+double steepest_displacement_m(std::string_view name, const haptics::CouplingParameters& coupling) {
   const auto law = made(name, coupling);
   // All curves are past their steepest place where a linear one would reach the limit.
   const double end_m = coupling.force_limit_n / coupling.stiffness_n_per_m;
   constexpr int kSamples = 4000;
-  SteepestPoint best;
+  double steepest_n_per_m = 0;
+  double best_m = 0;
   for (int i = 0; i <= kSamples; ++i) {
     const double d_m = end_m * i / kSamples;
-    const double slope = law->gradient(along_z(d_m, true)).force_by_d(2, 2);
-    if (slope > best.slope_n_per_m) best = {slope, d_m};
+    const double slope_n_per_m = law->gradient(along_z(d_m, true)).force_by_d(2, 2);
+    if (slope_n_per_m <= steepest_n_per_m) continue;
+    steepest_n_per_m = slope_n_per_m;
+    best_m = d_m;
   }
-  return best;
+  return best_m;
 }
 
 Series series_of(std::string_view law, std::vector<double> x, std::vector<double> y) {

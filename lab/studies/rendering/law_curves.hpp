@@ -25,12 +25,8 @@ double displacement_m(std::string_view law, const haptics::CouplingParameters& c
 haptics::CouplingParameters with_secant_stiffness(std::string_view law, haptics::CouplingParameters coupling,
                                                   double secant_n_per_m, double at_n);
 
-/// Steepest place of the pushing curve: what decides whether the sampled loop is stable.
-struct SteepestPoint {
-  double slope_n_per_m = 0;
-  double d_m = 0;
-};
-SteepestPoint steepest_point(std::string_view law, const haptics::CouplingParameters& coupling);
+/// Displacement at the steepest place of the pushing curve: what decides whether the sampled loop is stable.
+double steepest_displacement_m(std::string_view law, const haptics::CouplingParameters& coupling);
 
 /// Laws keep their colour through all figures; active ones are dashed.
 Series series_of(std::string_view law, std::vector<double> x, std::vector<double> y);

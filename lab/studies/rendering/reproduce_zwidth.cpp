@@ -77,7 +77,7 @@ Preload preload_of(std::string_view name) {
   if (is_direct(name)) return {};
   const haptics::CouplingParameters unit = coupling_of({name, 1000, 0}, 1);
   const double least_m = displacement_m(name, unit, kMinPreload * kForceLimit_n);
-  const double d_m = std::max(steepest_point(name, unit).d_m, least_m);
+  const double d_m = std::max(steepest_displacement_m(name, unit), least_m);
   const auto law = haptics::make_coupling_law(name, unit);
   haptics::CouplingState state;
   state.d_W = d_m * Vec3::UnitZ();

@@ -83,7 +83,7 @@ TEST(CouplingTrial, TheSpectralRadiusTellsTheStiffnessLimitOfAHeldHandle) {
   EXPECT_LT(trial.spectral_radius({100, 2}, 0.1), 1);
   EXPECT_GT(trial.spectral_radius({1e5, 2}, 0.1), 1);
   // Margins make it stricter: what is stable without them need not be with them.
-  TrialSettings bare;
+  CalibrationSettings bare;
   bare.gain_margin = 1;
   bare.delay_margin_periods = 0;
   const CouplingTrial without(devices::find_device_profile("touch"), false, bare);
@@ -92,11 +92,11 @@ TEST(CouplingTrial, TheSpectralRadiusTellsTheStiffnessLimitOfAHeldHandle) {
 
 TEST(CouplingTrial, RoughnessGrowsWithStiffnessAndWithTheEncoderStep) {
   const CouplingTrial falcon(devices::find_device_profile("falcon"), false, {});
-  const double soft = falcon.press({200, 4}, 0.1).roughness;
-  const double stiff = falcon.press({2000, 4}, 0.1).roughness;
+  const double soft = falcon.roughness({200, 4}, 0.1);
+  const double stiff = falcon.roughness({2000, 4}, 0.1);
   EXPECT_GT(stiff, 3 * soft);
   const CouplingTrial omega(devices::find_device_profile("omega.3"), false, {});
-  EXPECT_LT(omega.press({2000, 4}, 0.1).roughness, stiff) << "a step six times finer";
+  EXPECT_LT(omega.roughness({2000, 4}, 0.1), stiff) << "a step six times finer";
 }
 
 TEST(CouplingTrial, ASoftTurningSpringIsNotTurnedPastHalfATurn) {
@@ -104,8 +104,7 @@ TEST(CouplingTrial, ASoftTurningSpringIsNotTurnedPastHalfATurn) {
   // that jump is no roughness of the coupling.
   const CouplingTrial sigma(devices::find_device_profile("sigma.7"), true, {});
   const double inertia = 8e-6;
-  const CouplingTrial::Press soft = sigma.press({1.0 / 64, 5e-4}, inertia);
-  EXPECT_LT(soft.roughness, sigma.press({0.25, 5e-4}, inertia).roughness);
+  EXPECT_LT(sigma.roughness({1.0 / 64, 5e-4}, inertia), sigma.roughness({0.25, 5e-4}, inertia));
 }
 
 CalibrationSettings four_masses() {
@@ -138,20 +137,19 @@ TEST(Calibration, GivesHeavierToolsMoreStiffnessWithinTheDevicesMaximum) {
 TEST(Calibration, StopsJustBelowAStiffnessThatWouldBreakARule) {
   const Calibration& calibration = of_falcon();
   const CalibrationSettings& settings = calibration.settings;
-  const CouplingTrial trial(calibration.profile, false, settings.trial);
+  const CouplingTrial trial(calibration.profile, false, settings);
   int quiet = 0;
   for (const CalibrationPoint& point : calibration.translation.points) {
     EXPECT_LT(point.spectral_radius, 1);
-    EXPECT_LE(point.press.restlessness, settings.restlessness_steps);
-    EXPECT_LE(point.press.roughness, point.roughness_allowed);
+    EXPECT_LE(point.restlessness, settings.restlessness_steps);
+    EXPECT_LE(point.roughness, point.roughness_allowed);
     if (point.limited_by != "quiet") continue;
     ++quiet;
     // The last halving ends within 3 % of the first stiffness that was too rough, with the damping of that search. Just
     // above it the roughness scatters from one stiffness to the next by some 10 %.
     const double share = settings.stiffness_share_of_roughness;
     const auto roughness = [&](double factor) {
-      return trial.press({factor * point.best.stiffness, std::sqrt(factor) * point.first_damping}, point.inertia)
-          .roughness;
+      return trial.roughness({factor * point.best.stiffness, std::sqrt(factor) * point.first_damping}, point.inertia);
     };
     EXPECT_LE(roughness(1), share * point.roughness_allowed) << point.mass_kg << " kg";
     for (const double factor : {std::pow(64, 1.0 / 128), 1.25}) {
