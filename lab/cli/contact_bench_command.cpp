@@ -60,31 +60,29 @@ Vec3 direction_of(const Options& options) {
   return direction;
 }
 
-TouchPair load_pair(const Options& options, const Clock& clock) {
-  const MeshScale scale{options.scale, options.size_mm / 1e3};
-  TouchPair pair{make_touch_object(options.a, mesh_from(options.a, "--a", scale), clock), {}};
-  if (options.b != options.a) pair.other = make_touch_object(options.b, mesh_from(options.b, "--b", scale), clock);
-  return pair;
+TouchObject object_of(const Options& options, const std::string& name, const std::string& option, const Clock& clock) {
+  return make_touch_object(name, mesh_from(name, option, options.size_mm / 1e3, options.scale), clock);
 }
 
-ContactBench measure(const Options& options, const TouchPair& pair, const Clock& clock) {
+ContactBench measure(const Options& options, const TouchObject& a, const TouchObject& b, const Clock& clock) {
   TouchSettings settings;
   settings.mass_kg = options.mass_kg;
-  const TouchObject &a = pair.a, &b = pair.b();
   TouchPlan plan = bench_plan(settings);
   plan.direction_W = direction_of(options);
   const devices::HandPath path = touch_path(*a.exact, *b.exact, plan);
-  TouchStretch whole;
-  if (options.steps > 0) whole.steps = options.steps;
-  ContactBench bench = describe(pair);
-  bench.ours = figures_of(in_rounds([&] { return run_touch(*a.shape, *b.shape, path, settings, whole, clock); }),
-                          *a.exact, *b.exact);
+  const std::size_t steps = options.steps > 0 ? options.steps : kWholePath;
+  ContactBench bench = describe(a, b);
+  bench.ours =
+      figures_of(in_rounds([&] { return run_touch(*a.shape, *b.shape, path, settings, clock, Duration{0}, steps); }),
+                 *a.exact, *b.exact);
   if (options.has_peer) {
-    const TouchStretch contact_only{begin_of_phase(path, "press"), std::min(options.peer_steps, whole.steps)};
-    const auto peer = [&] { return run_gimpact(a.mesh.mesh, b.mesh.mesh, path, settings, contact_only, clock); };
+    const Duration press = begin_of_phase(path, "press");
+    const std::size_t peer_steps = std::min(options.peer_steps, steps);
+    const auto peer = [&] { return run_gimpact(a.mesh.mesh, b.mesh.mesh, path, settings, clock, press, peer_steps); };
     bench.gimpact = figures_of(in_rounds(peer), *a.exact, *b.exact);
   }
-  bench.machine = measure_machine(*b.shape, clock);
+  bench.field_sample_ns = field_sample_ns(*b.shape, clock);
+  bench.memory_copy_us = memory_copy_us(clock);
   return bench;
 }
 
@@ -109,13 +107,16 @@ boost::json::object to_json(const PoseCheck& check) {
 int run(const Options& options) {
   check_numbers(options);
   const SteadyClock clock;
-  const TouchPair pair = load_pair(options, clock);
-  const ContactBench bench = measure(options, pair, clock);
+  const TouchObject a = object_of(options, options.a, "--a", clock);
+  std::optional<TouchObject> other;
+  if (options.b != options.a) other = object_of(options, options.b, "--b", clock);
+  const TouchObject& b = other ? *other : a;
+  const ContactBench bench = measure(options, a, b, clock);
   boost::json::object json = to_json(bench);
   std::string text = to_text(bench);
   bool holds = true;
   if (options.check > 0) {
-    const PoseCheck check = check_poses(pair.a, pair.b(), options.check, kPoseSeed);
+    const PoseCheck check = check_poses(a, b, options.check, kPoseSeed);
     json["check"] = to_json(check);
     const auto checks = checks_of(check);
     holds = all_hold(checks);

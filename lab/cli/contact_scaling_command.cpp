@@ -68,7 +68,7 @@ void print_rows(std::span<const ScalingRow> rows) {
 int run(const Options& options) {
   constexpr std::size_t kReference = 0;
   const SteadyClock clock;
-  const geometry::TriangleMesh mesh = mesh_from(options.mesh, "--mesh", MeshScale{});
+  const geometry::TriangleMesh mesh = mesh_from(options.mesh, "--mesh");
   const auto folder = made_folder(options.out);
   const std::vector<TouchObject> objects = resolutions_of(options.mesh, geometry::repaired(mesh).mesh, clock);
   const TouchSettings settings;
@@ -80,7 +80,7 @@ int run(const Options& options) {
     // Resolutions take turns, so that a change of the clock rate meets them all.
     for (std::size_t i = 0; i < objects.size(); ++i) {
       const contact::ContactShape& shape = *objects[i].shape;
-      runs[i].push_back(run_touch(shape, shape, path, settings, {}, clock));
+      runs[i].push_back(run_touch(shape, shape, path, settings, clock));
     }
   }
   std::vector<ScalingRow> rows;

@@ -42,7 +42,7 @@ struct Result {
 
 Result measure(const Options& options) {
   const SteadyClock clock;
-  const geometry::TriangleMesh mesh = mesh_from(options.mesh, "--mesh", {{}, options.size_mm / 1e3});
+  const geometry::TriangleMesh mesh = mesh_from(options.mesh, "--mesh", options.size_mm / 1e3);
   const haptics::GodObjectSettings settings{options.radius_mm / 1e3, options.is_shaded};
   const auto shared = std::make_shared<const haptics::ProxyMesh>(mesh);
   const std::vector<Vec3> hand = wandering_hand(mesh, options.steps);

@@ -22,19 +22,12 @@ struct ContactBench {
   std::size_t memory_bytes = 0;
   TouchFigures ours;
   std::optional<TouchFigures> gimpact;
-  MachineLimits machine;
+  double field_sample_ns = 0;    ///< what no method can beat here
+  TimeQuantiles memory_copy_us;  ///< likewise
 };
 
-/// Two objects, the second null when it is the first.
-struct TouchPair {
-  TouchObject a;
-  std::optional<TouchObject> other;
-
-  const TouchObject& b() const { return other ? *other : a; }
-};
-
-/// Figures of the pair itself, without a run.
-ContactBench describe(const TouchPair& pair);
+/// Figures of two objects, without a run. What they cost counts once when both are the same object.
+ContactBench describe(const TouchObject& a, const TouchObject& b);
 
 boost::json::object to_json(const TouchFigures& figures);
 boost::json::object to_json(const ContactBench& bench);

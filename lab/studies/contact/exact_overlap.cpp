@@ -24,7 +24,8 @@ std::vector<std::pair<int, int>> unique_edges(const geometry::TriangleMesh& mesh
 /// Collects what of one mesh lies inside the other; `shallowest_m` may rise while it does.
 class Collector {
  public:
-  Collector(const ExactSurface& other, const OverlapSearch& search) : other_(other), search_(search) {}
+  Collector(const ExactSurface& other, double shallowest_m, double deepest_m)
+      : other_(other), shallowest_m_(shallowest_m), deepest_m_(deepest_m) {}
   virtual ~Collector() = default;
 
   /// All of `from` in the frame of the other mesh.
@@ -35,27 +36,26 @@ class Collector {
 
  protected:
   virtual void found(const Vec3& p_O, double depth_m) = 0;
-  double shallowest_m() const { return search_.shallowest_m; }
-  void raise_shallowest(double depth_m) { search_.shallowest_m = std::max(search_.shallowest_m, depth_m); }
+  void raise_shallowest(double depth_m) { shallowest_m_ = std::max(shallowest_m_, depth_m); }
 
  private:
   /// Signed distance; infinite for what is outside by more than `near_m` or inside by more than the search sees.
   double distance_m(const Vec3& p_O, double near_m) const {
     if (!other_.may_touch(p_O, near_m)) return std::numeric_limits<double>::infinity();
-    return other_.distance_m(p_O, near_m + search_.deepest_m);
+    return other_.distance_m(p_O, near_m + deepest_m_);
   }
   void corner_at(const Vec3& p_O) {
     const double distance = distance_m(p_O, 0);
-    if (distance < -search_.shallowest_m) found(p_O, -distance);
+    if (distance < -shallowest_m_) found(p_O, -distance);
   }
   void edge_between(const Vec3& begin_O, const Vec3& end_O) {
     const Vec3 middle = (begin_O + end_O) / 2;
     const double half_m = (end_O - begin_O).norm() / 2;
     const double distance = distance_m(middle, half_m);
     // Nothing on this piece can be deeper than its middle by more than its half length.
-    if (half_m - distance <= search_.shallowest_m) return;
-    if (2 * half_m <= search_.edge_step_m) {
-      if (distance < -search_.shallowest_m) found(middle, -distance);
+    if (half_m - distance <= shallowest_m_) return;
+    if (2 * half_m <= kOverlapEdgeStep_m) {
+      if (distance < -shallowest_m_) found(middle, -distance);
       return;
     }
     edge_between(begin_O, middle);
@@ -63,13 +63,15 @@ class Collector {
   }
 
   const ExactSurface& other_;
-  OverlapSearch search_;
+  double shallowest_m_;
+  double deepest_m_;
 };
 
 class AllPoints final : public Collector {
  public:
-  AllPoints(const ExactSurface& other, const Pose& X_WO, const OverlapSearch& search, std::vector<OverlapPoint>& out)
-      : Collector(other, search), X_WO_(X_WO), out_(out) {}
+  AllPoints(const ExactSurface& other, const Pose& X_WO, double shallowest_m, double deepest_m,
+            std::vector<OverlapPoint>& out)
+      : Collector(other, shallowest_m, deepest_m), X_WO_(X_WO), out_(out) {}
 
  private:
   void found(const Vec3& p_O, double depth_m) override { out_.push_back({X_WO_ * p_O, depth_m}); }
@@ -140,20 +142,18 @@ std::vector<Vec3> ExactSurface::samples(std::size_t count, std::uint64_t seed) c
 }
 
 std::vector<OverlapPoint> overlap_points(const ExactSurface& a, const Pose& X_WA, const ExactSurface& b,
-                                         const Pose& X_WB, const OverlapSearch& search) {
+                                         const Pose& X_WB, double shallowest_m, double deepest_m) {
   std::vector<OverlapPoint> points;
-  AllPoints(b, X_WB, search, points).collect(a, X_WB.inverse() * X_WA);
-  AllPoints(a, X_WA, search, points).collect(b, X_WA.inverse() * X_WB);
+  AllPoints(b, X_WB, shallowest_m, deepest_m, points).collect(a, X_WB.inverse() * X_WA);
+  AllPoints(a, X_WA, shallowest_m, deepest_m, points).collect(b, X_WA.inverse() * X_WB);
   return points;
 }
 
 double deepest_overlap_m(const ExactSurface& a, const Pose& X_WA, const ExactSurface& b, const Pose& X_WB,
-                         const OverlapSearch& search) {
-  Deepest in_b(b, search);
+                         double shallowest_m, double deepest_m) {
+  Deepest in_b(b, shallowest_m, deepest_m);
   in_b.collect(a, X_WB.inverse() * X_WA);
-  OverlapSearch deeper = search;
-  deeper.shallowest_m = std::max(search.shallowest_m, in_b.depth_m);
-  Deepest in_a(a, deeper);
+  Deepest in_a(a, std::max(shallowest_m, in_b.depth_m), deepest_m);
   in_a.collect(b, X_WA.inverse() * X_WB);
   return std::max(in_b.depth_m, in_a.depth_m);
 }

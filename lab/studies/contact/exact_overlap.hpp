@@ -42,19 +42,20 @@ struct OverlapPoint {
   double depth_m = 0;  ///< distance to the surface that it is inside of
 };
 
-struct OverlapSearch {
-  double shallowest_m = 0;    ///< points with less depth are left out
-  double deepest_m = 3e-3;    ///< points with more depth are not seen: bounds the cost
-  double edge_step_m = 5e-5;  ///< between samples of an edge
-};
+/// Between samples of an edge.
+inline constexpr double kOverlapEdgeStep_m = 5e-5;
+/// Points with more depth are not seen, where nothing else is said: bounds the cost.
+inline constexpr double kDeepestOverlap_m = 3e-3;
 
 /// All corners of both meshes, and samples of all their edges, that lie inside the other mesh.
+/// In      shallowest_m  points with less depth are left out; with more than deepest_m they are not seen
 /// Cost    milliseconds to seconds
 std::vector<OverlapPoint> overlap_points(const ExactSurface& a, const Pose& X_WA, const ExactSurface& b,
-                                         const Pose& X_WB, const OverlapSearch& search);
+                                         const Pose& X_WB, double shallowest_m = 0,
+                                         double deepest_m = kDeepestOverlap_m);
 /// The largest depth of those, 0 without any; much faster than asking for all.
 double deepest_overlap_m(const ExactSurface& a, const Pose& X_WA, const ExactSurface& b, const Pose& X_WB,
-                         const OverlapSearch& search = {});
+                         double shallowest_m = 0, double deepest_m = kDeepestOverlap_m);
 
 /// Distance between meshes that do not overlap, by their corners.
 double corner_gap_m(const ExactSurface& a, const Pose& X_WA, const ExactSurface& b, const Pose& X_WB);

@@ -74,12 +74,12 @@ double smooth_noise(const Vec3& p) {
 
 }  // namespace
 
-geometry::TriangleMesh make_peg(const PegSize& size) {
+geometry::TriangleMesh make_peg() {
   geometry::TriangleMesh mesh;
-  const double end_m = size.length_m / 2;
-  const int tip = add_ring(mesh, kPegSides, size.radius_m - size.chamfer_m, -end_m);
-  const int shoulder = add_ring(mesh, kPegSides, size.radius_m, -end_m + size.chamfer_m);
-  const int top = add_ring(mesh, kPegSides, size.radius_m, end_m);
+  const double end_m = kPegLength_m / 2;
+  const int tip = add_ring(mesh, kPegSides, kPegRadius_m - kPegChamfer_m, -end_m);
+  const int shoulder = add_ring(mesh, kPegSides, kPegRadius_m, -end_m + kPegChamfer_m);
+  const int top = add_ring(mesh, kPegSides, kPegRadius_m, end_m);
   cap_ring(mesh, tip, kPegSides, -end_m, false);
   join_rings(mesh, tip, shoulder, kPegSides);
   join_rings(mesh, shoulder, top, kPegSides);
@@ -87,10 +87,10 @@ geometry::TriangleMesh make_peg(const PegSize& size) {
   return mesh;
 }
 
-geometry::TriangleMesh make_box_with_hole(const BoxWithHoleSize& size) {
+geometry::TriangleMesh make_box_with_hole(double clearance_m) {
   geometry::TriangleMesh mesh;
-  const Vec3 half = size.box_m / 2;
-  const double hole_m = (size.peg_radius_m + size.clearance_m) / std::cos(std::numbers::pi / kHoleSides);
+  const Vec3 half = Vec3(kBoxWidth_m, kBoxWidth_m, kBoxHeight_m) / 2;
+  const double hole_m = (kPegRadius_m + clearance_m) / std::cos(std::numbers::pi / kHoleSides);
   const auto add_square = [&](double z_m) {
     const int first = add_vertex(mesh, Vec3(half.x(), half.y(), z_m));
     add_vertex(mesh, Vec3(-half.x(), half.y(), z_m));

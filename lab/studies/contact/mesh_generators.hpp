@@ -8,23 +8,18 @@ namespace tandem::lab {
 
 /// The peg of the peg-in-hole benchmark: 180 triangles. A prism of 30 sides, axis z, centred; the tip, chamfered, is at
 /// −z.
-struct PegSize {
-  double radius_m = 0.010;  ///< of the circle through its corners
-  double length_m = 0.060;
-  double chamfer_m = 0.002;
-};
-geometry::TriangleMesh make_peg(const PegSize& size = {});
+geometry::TriangleMesh make_peg();
+inline constexpr double kPegRadius_m = 0.010;  ///< of the circle through its corners
+inline constexpr double kPegLength_m = 0.060;
+inline constexpr double kPegChamfer_m = 0.002;
 
 /// The box of that benchmark: 176 triangles. Centred, with a hole of 40 sides through it along z.
 ///
 /// The clearance is that between the circle around the peg and the circle inside the hole, so the peg fits however it
 /// is turned about its axis.
-struct BoxWithHoleSize {
-  Vec3 box_m = Vec3(0.080, 0.080, 0.040);
-  double peg_radius_m = 0.010;
-  double clearance_m = 5e-4;
-};
-geometry::TriangleMesh make_box_with_hole(const BoxWithHoleSize& size = {});
+geometry::TriangleMesh make_box_with_hole(double clearance_m = 5e-4);
+inline constexpr double kBoxWidth_m = 0.080;
+inline constexpr double kBoxHeight_m = 0.040;  ///< along the hole
 
 /// 20 · 4^levels triangles; corners on the sphere.
 geometry::TriangleMesh make_sphere(double radius_m, int levels);

@@ -32,11 +32,12 @@ void place(geometry::TriangleMesh& mesh, double factor) {
 
 }  // namespace
 
-geometry::TriangleMesh mesh_from(const std::string& name, const std::string& option, const MeshScale& scale) {
+geometry::TriangleMesh mesh_from(const std::string& name, const std::string& option, double largest_size_m,
+                                 std::optional<double> factor) {
   for (const Generated& one : kGenerated) {
     if (name != one.name) continue;
     geometry::TriangleMesh mesh = one.make();
-    place(mesh, scale.factor.value_or(1));
+    place(mesh, factor.value_or(1));
     return mesh;
   }
   geometry::TriangleMesh mesh;
@@ -49,7 +50,7 @@ geometry::TriangleMesh mesh_from(const std::string& name, const std::string& opt
   const Eigen::AlignedBox3d bounds = bounds_of(mesh);
   const double size = (bounds.max() - bounds.min()).maxCoeff();
   if (size <= 0) throw std::invalid_argument(option + " is " + name + ", which is a single point; give a surface");
-  place(mesh, scale.factor.value_or(scale.largest_size_m / size));
+  place(mesh, factor.value_or(largest_size_m / size));
   return mesh;
 }
 

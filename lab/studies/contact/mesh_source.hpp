@@ -8,17 +8,14 @@
 
 namespace tandem::lab {
 
-/// How large a mesh shall be.
-struct MeshScale {
-  std::optional<double> factor;  ///< metres per unit of the file; generated meshes are in metres already
-  double largest_size_m = 0.1;   ///< of the bounding box, for files without `factor`
-};
-
 /// The mesh, centred on the middle of its bounding box.
 ///
 /// In      name    "peg", "box_with_hole", "sphere", "cube", or a file
 ///         option  the option that gave the name, for messages: "--a"
+///         largest_size_m  of the bounding box, for files without `factor`
+///         factor  metres per unit of the file; generated meshes are in metres already
 /// Fails   std::invalid_argument: "--a is /x/y.obj, which does not exist; …"
-geometry::TriangleMesh mesh_from(const std::string& name, const std::string& option, const MeshScale& scale);
+geometry::TriangleMesh mesh_from(const std::string& name, const std::string& option, double largest_size_m = 0.1,
+                                 std::optional<double> factor = {});
 
 }  // namespace tandem::lab

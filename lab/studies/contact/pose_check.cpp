@@ -83,11 +83,7 @@ PoseCheck check_poses(const TouchObject& a, const TouchObject& b, std::size_t po
                       const std::function<void(std::size_t)>& progress) {
   PoseCheck result;
   contact::ContactPair pair{contact::ContactBudget{}};
-  OverlapSearch all;
-  all.shallowest_m = kMissedDepth_m;
-  all.deepest_m = 2 * kDeepestPose_m;
-  OverlapSearch deepest_only = all;
-  deepest_only.shallowest_m = 0;
+  constexpr double kDeepest_m = 2 * kDeepestPose_m;
   const double near_m = 2 * std::max(a.spacing_m(), b.spacing_m());
   for (std::size_t i = 0; i < poses; ++i) {
     Random random(seed, i);
@@ -99,13 +95,13 @@ PoseCheck check_poses(const TouchObject& a, const TouchObject& b, std::size_t po
       deepest_found = std::max(deepest_found, contact.depth_m);
 
     const NearContacts contacts(pair.contacts());
-    const auto points = overlap_points(*a.exact, X_WA, *b.exact, Pose{}, all);
+    const auto points = overlap_points(*a.exact, X_WA, *b.exact, Pose{}, kMissedDepth_m, kDeepest_m);
     const bool is_missed = std::any_of(points.begin(), points.end(), [&](const OverlapPoint& point) {
       return !contacts.has_within(point.p_W, near_m + point.depth_m);
     });
     result.missed_poses += is_missed ? 1 : 0;
     result.exact_points += points.size();
-    const double deepest = deepest_overlap_m(*a.exact, X_WA, *b.exact, Pose{}, deepest_only);
+    const double deepest = deepest_overlap_m(*a.exact, X_WA, *b.exact, Pose{}, 0, kDeepest_m);
     result.deepest_max_m = std::max(result.deepest_max_m, deepest);
     if (const double error = std::abs(deepest - deepest_found); error > result.deepest_error_max_m) {
       result.deepest_error_max_m = error;

@@ -162,20 +162,20 @@ std::filesystem::path bunny_file() {
 }
 
 Reproduction reproduce_bunny(const Clock& clock) {
-  const TouchPair pair{make_touch_object("bunny", mesh_from(kBunny, "the bunny", MeshScale{}), clock), {}};
-  const TouchObject& bunny = pair.a;
+  const TouchObject bunny = make_touch_object("bunny", mesh_from(kBunny, "the bunny"), clock);
   const TouchSettings settings;
   const devices::HandPath path = touch_path(*bunny.exact, *bunny.exact, bench_plan(settings));
-  ContactBench bench = describe(pair);
-  const auto ours = in_rounds([&] { return run_touch(*bunny.shape, *bunny.shape, path, settings, {}, clock); });
+  ContactBench bench = describe(bunny, bunny);
+  const auto ours = in_rounds([&] { return run_touch(*bunny.shape, *bunny.shape, path, settings, clock); });
   const std::vector<NamedTrace> runs{{"ours", fastest_of(ours)}};
   bench.ours = figures_of(ours, *bunny.exact, *bunny.exact);
-  const TouchStretch peer_stretch{begin_of_phase(path, "press"),
-                                  static_cast<std::size_t>(to_seconds(kPeerStretch) / settings.step_s)};
+  const Duration press = begin_of_phase(path, "press");
+  const auto peer_steps = static_cast<std::size_t>(to_seconds(kPeerStretch) / settings.step_s);
   const geometry::TriangleMesh& mesh = bunny.mesh.mesh;
-  const auto peer = in_rounds([&] { return run_gimpact(mesh, mesh, path, settings, peer_stretch, clock); });
+  const auto peer = in_rounds([&] { return run_gimpact(mesh, mesh, path, settings, clock, press, peer_steps); });
   bench.gimpact = figures_of(peer, *bunny.exact, *bunny.exact);
-  bench.machine = measure_machine(*bunny.shape, clock);
+  bench.field_sample_ns = field_sample_ns(*bunny.shape, clock);
+  bench.memory_copy_us = memory_copy_us(clock);
 
   Reproduction result;
   result.title = "Stanford bunny against Stanford bunny";
@@ -218,7 +218,7 @@ Reproduction reproduce_peg(const Clock& clock) {
     settings.mass_kg = mass_kg;
     settings.gravity_m_per_s2 = Vec3(0, 0, -kGravity_m_per_s2);
     settings.coupling.force_limit_n = kForceLimit_n;
-    const auto rounds = in_rounds([&] { return run_touch(*peg.shape, *box.shape, path, settings, {}, clock); });
+    const auto rounds = in_rounds([&] { return run_touch(*peg.shape, *box.shape, path, settings, clock); });
     runs.push_back({format_significant(mass_kg, 3) + " kg", fastest_of(rounds)});
     const PegRun run = peg_run(peg, box, rounds, mass_kg);
     result.rows.push_back(peg_row(run));

@@ -18,13 +18,13 @@ constexpr int kSampleRounds = 50;
 constexpr std::size_t kSamplePoints = 4096;
 
 double deepest_exact_m(const TouchTrace& trace, const ExactSurface& tool, const ExactSurface& fixed) {
-  OverlapSearch search;
+  double deepest_m = 0;
   for (std::size_t i = 0; i < trace.steps.size(); i += kExactEvery) {
     const Pose& X_WT = trace.steps[i].X_WT;
     // Only what is deeper than the deepest so far is looked for.
-    search.shallowest_m = std::max(search.shallowest_m, deepest_overlap_m(tool, X_WT, fixed, Pose{}, search));
+    deepest_m = std::max(deepest_m, deepest_overlap_m(tool, X_WT, fixed, Pose{}, deepest_m));
   }
-  return search.shallowest_m;
+  return deepest_m;
 }
 
 }  // namespace
@@ -59,8 +59,7 @@ TouchFigures figures_of(const std::vector<TouchTrace>& runs, const ExactSurface&
   return figures;
 }
 
-MachineLimits measure_machine(const contact::ContactShape& shape, const Clock& clock) {
-  MachineLimits limits;
+double field_sample_ns(const contact::ContactShape& shape, const Clock& clock) {
   const auto& points = shape.shells.surface.points;
   const std::size_t count = std::min(points.size(), kSamplePoints);
   double sum = 0;
@@ -68,10 +67,12 @@ MachineLimits measure_machine(const contact::ContactShape& shape, const Clock& c
   for (int round = 0; round < kSampleRounds; ++round) {
     for (std::size_t i = 0; i < count; ++i) sum += shape.field->sample(points[i].p_S.cast<double>()).distance_m;
   }
-  const double samples = static_cast<double>(count) * kSampleRounds;
-  limits.field_sample_ns = to_seconds(clock.now() - begin) * 1e9 / samples;
+  const Duration took = clock.now() - begin;
   if (!std::isfinite(sum)) throw std::runtime_error("the distance field gave a value that is not finite");
+  return to_seconds(took) * 1e9 / (static_cast<double>(count) * kSampleRounds);
+}
 
+TimeQuantiles memory_copy_us(const Clock& clock) {
   std::vector<char> from(kCopyBytes, 1), to(kCopyBytes);
   std::vector<Duration> times;
   for (int i = 0; i < kCopies; ++i) {
@@ -80,8 +81,7 @@ MachineLimits measure_machine(const contact::ContactShape& shape, const Clock& c
     std::memcpy(to.data(), from.data(), kCopyBytes);
     times.push_back(clock.now() - copy_begin);
   }
-  limits.memory_copy_us = quantiles_of(std::move(times));
-  return limits;
+  return quantiles_of(std::move(times));
 }
 
 }  // namespace tandem::lab

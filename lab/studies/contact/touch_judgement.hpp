@@ -35,11 +35,11 @@ std::vector<TouchTrace> in_rounds(const Run& run) {
   return runs;
 }
 
-/// What no method can beat here.
-struct MachineLimits {
-  double field_sample_ns = 0;    ///< distance and gradient at one point near the surface, everything in the cache
-  TimeQuantiles memory_copy_us;  ///< of 256 KiB: the tail is what the machine itself adds to a step
-};
-MachineLimits measure_machine(const contact::ContactShape& shape, const Clock& clock);
+// What no method can beat here.
+
+/// Distance and gradient at one point near the surface, everything in the cache.
+double field_sample_ns(const contact::ContactShape& shape, const Clock& clock);
+/// Of 256 KiB: the tail is what the machine itself adds to a step.
+TimeQuantiles memory_copy_us(const Clock& clock);
 
 }  // namespace tandem::lab

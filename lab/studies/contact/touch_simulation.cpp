@@ -139,20 +139,20 @@ class TouchSimulation {
 };
 
 /// Where the tool hangs from the hand at the start.
-Pose resting_pose(const devices::HandPath& path, const TouchSettings& settings, const TouchStretch& stretch) {
-  Pose X_WT = path.pose_at(stretch.begin);
+Pose resting_pose(const devices::HandPath& path, const TouchSettings& settings, Duration begin) {
+  Pose X_WT = path.pose_at(begin);
   X_WT.p += settings.mass_kg * settings.gravity_m_per_s2 / settings.coupling.stiffness_n_per_m;
   return X_WT;
 }
 
-/// Calls `step(pose, twist)` of the hand for every step of the stretch.
+/// Calls `step(pose, twist)` of the hand for every step from `begin` on.
 template <class Step>
-TouchTrace trace_of(const devices::HandPath& path, const TouchSettings& settings, const TouchStretch& stretch,
+TouchTrace trace_of(const devices::HandPath& path, const TouchSettings& settings, Duration begin, std::size_t steps,
                     const Step& step) {
   TouchTrace trace;
   trace.phases = path.phases();
   const Duration period = from_seconds(settings.step_s);
-  for (Duration at = stretch.begin; at < path.length() && trace.steps.size() < stretch.steps; at += period) {
+  for (Duration at = begin; at < path.length() && trace.steps.size() < steps; at += period) {
     TouchStep result = step(path.pose_at(at), path.twist_at(at));
     result.at = at;
     result.phase = path.phase_at(at);
@@ -178,10 +178,10 @@ haptics::CouplingParameters damped_for(haptics::CouplingParameters coupling, dou
 }
 
 TouchTrace run_touch(const contact::ContactShape& tool, const contact::ContactShape& fixed,
-                     const devices::HandPath& path, const TouchSettings& settings, const TouchStretch& stretch,
-                     const Clock& clock) {
-  TouchSimulation simulation(tool, fixed, settings, resting_pose(path, settings, stretch), clock);
-  return trace_of(path, settings, stretch,
+                     const devices::HandPath& path, const TouchSettings& settings, const Clock& clock, Duration begin,
+                     std::size_t steps) {
+  TouchSimulation simulation(tool, fixed, settings, resting_pose(path, settings, begin), clock);
+  return trace_of(path, settings, begin, steps,
                   [&](const Pose& X_WH, const Twist& V_WH) { return simulation.step(X_WH, V_WH); });
 }
 
@@ -199,8 +199,8 @@ TouchTrace fastest_of(const std::vector<TouchTrace>& runs) {
 }
 
 TouchTrace run_gimpact(const geometry::TriangleMesh& tool, const geometry::TriangleMesh& fixed,
-                       const devices::HandPath& path, const TouchSettings& settings, const TouchStretch& stretch,
-                       const Clock& clock) {
+                       const devices::HandPath& path, const TouchSettings& settings, const Clock& clock, Duration begin,
+                       std::size_t steps) {
   const Eigen::AlignedBox3d bounds = bounds_of(tool);
   const Vec3 inertia = box_inertia_kg_m2(bounds.max() - bounds.min(), settings.mass_kg);
   server::GImpactReference::Settings peer_settings;
@@ -211,10 +211,10 @@ TouchTrace run_gimpact(const geometry::TriangleMesh& tool, const geometry::Trian
   server::GImpactReference peer(tool, fixed, peer_settings, clock);
   const auto law =
       haptics::make_coupling_law("spring-damper", damped_for(settings.coupling, settings.mass_kg, inertia));
-  Pose X_WT = resting_pose(path, settings, stretch);
+  Pose X_WT = resting_pose(path, settings, begin);
   Twist V_WT;
   peer.place(X_WT);
-  return trace_of(path, settings, stretch, [&](const Pose& X_WH, const Twist& V_WH) {
+  return trace_of(path, settings, begin, steps, [&](const Pose& X_WH, const Twist& V_WH) {
     const haptics::CouplingWrenches pull = haptics::coupling_wrenches(*law, X_WH, V_WH, X_WT, V_WT);
     Wrench on_tool_W = pull.on_tool_W;
     on_tool_W.f += settings.mass_kg * settings.gravity_m_per_s2;

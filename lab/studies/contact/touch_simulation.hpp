@@ -50,10 +50,8 @@ Vec3 box_inertia_kg_m2(const Vec3& size_m, double mass_kg);
 /// `coupling` with damping for this tool: 0.7 of critical, in translation and in rotation.
 haptics::CouplingParameters damped_for(haptics::CouplingParameters coupling, double mass_kg, const Vec3& inertia_kg_m2);
 
-struct TouchStretch {
-  Duration begin{0};
-  std::size_t steps = std::numeric_limits<std::size_t>::max();  ///< ends earlier where the path does
-};
+/// More steps than any path has: a run ends where the path does.
+inline constexpr std::size_t kWholePath = std::numeric_limits<std::size_t>::max();
 
 /// Steps a tool with the mass of a solid box around `tool` along the path; `fixed` stands at the origin of W.
 ///
@@ -61,8 +59,8 @@ struct TouchStretch {
 /// wrench against that of the last ones, carried on by their own stiffness, less the same for all contacts (torque over
 /// the contacts' spread). In      clock  for TouchStep's times
 TouchTrace run_touch(const contact::ContactShape& tool, const contact::ContactShape& fixed,
-                     const devices::HandPath& path, const TouchSettings& settings, const TouchStretch& stretch,
-                     const Clock& clock);
+                     const devices::HandPath& path, const TouchSettings& settings, const Clock& clock,
+                     Duration begin = Duration{0}, std::size_t steps = kWholePath);
 
 /// One trace of several equal runs: of each step the shortest times. What a step costs is then free of what else the
 /// machine did meanwhile.
@@ -71,7 +69,7 @@ TouchTrace fastest_of(const std::vector<TouchTrace>& runs);
 
 /// The same with Bullet's GImpact on the exact triangles, its default solver, and the coupling as an outside force.
 TouchTrace run_gimpact(const geometry::TriangleMesh& tool, const geometry::TriangleMesh& fixed,
-                       const devices::HandPath& path, const TouchSettings& settings, const TouchStretch& stretch,
-                       const Clock& clock);
+                       const devices::HandPath& path, const TouchSettings& settings, const Clock& clock,
+                       Duration begin = Duration{0}, std::size_t steps = kWholePath);
 
 }  // namespace tandem::lab

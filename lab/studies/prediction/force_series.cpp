@@ -110,17 +110,16 @@ ForceSeries peg_series(double mass_kg) {
   const TouchObject box = make_touch_object("box with hole", make_box_with_hole(), clock);
   const devices::HandPath path = shipped_path("peg_five_steps");
   return {"peg", "peg in hole in five steps",
-          samples_of(run_touch(*peg.shape, *box.shape, path, peg_settings(mass_kg), {}, clock))};
+          samples_of(run_touch(*peg.shape, *box.shape, path, peg_settings(mass_kg), clock))};
 }
 
 ForceSeries bunny_pair_series() {
   const VirtualClock clock;
-  const TouchObject bunny =
-      make_touch_object("bunny", mesh_from(bunny_file().string(), "the bunny", MeshScale{}), clock);
+  const TouchObject bunny = make_touch_object("bunny", mesh_from(bunny_file().string(), "the bunny"), clock);
   const TouchSettings settings;
   const devices::HandPath path = touch_path(*bunny.exact, *bunny.exact, bench_plan(settings));
   return {"bunnies", "bunny on bunny: press, slide, twist",
-          samples_of(run_touch(*bunny.shape, *bunny.shape, path, settings, {}, clock))};
+          samples_of(run_touch(*bunny.shape, *bunny.shape, path, settings, clock))};
 }
 
 ForceSeries chatter_series(double mass_kg) {

@@ -52,8 +52,8 @@ TEST(PegFiveSteps, HasTheFiveStepsAndItsTipGoesWellIntoTheHoleAndOutAgain) {
   const devices::HandPath path = devices::load_hand_path(test::source_path("lab/paths/peg_five_steps.json").string());
   EXPECT_EQ(path.phases(), (std::vector<std::string>{"slide tip on top", "lay down and slide", "push the front side",
                                                      "insert", "leave"}));
-  const Vec3 tip(0, 0, -PegSize{}.length_m / 2);
-  const double top_m = BoxWithHoleSize{}.box_m.z() / 2;
+  const Vec3 tip(0, 0, -kPegLength_m / 2);
+  const double top_m = kBoxHeight_m / 2;
   double lowest_in_hole_m = top_m;
   for (Duration at{0}; at < path.length(); at += std::chrono::milliseconds(5)) {
     const Vec3 p = path.pose_at(at) * tip;

@@ -95,7 +95,7 @@ TEST(ContactBench, LeavesThePeerOutWhenAsked) {
 
 /// A cube of 20 mm; built once, because that takes a while.
 const TouchObject& small_cube() {
-  static const TouchObject object = make_touch_object("cube", mesh_from("cube", "--a", {.factor = 0.4}), SteadyClock{});
+  static const TouchObject object = make_touch_object("cube", mesh_from("cube", "--a", 0.1, 0.4), SteadyClock{});
   return object;
 }
 
@@ -103,9 +103,9 @@ TEST(ContactBench, TwoRunsGiveTheSameMotion) {
   const SteadyClock clock;
   const TouchObject& cube = small_cube();
   const devices::HandPath path = touch_path(*cube.exact, *cube.exact, bench_plan({}));
-  const TouchStretch stretch{begin_of_phase(path, "press"), 500};
-  const TouchTrace first = run_touch(*cube.shape, *cube.shape, path, {}, stretch, clock);
-  const TouchTrace second = run_touch(*cube.shape, *cube.shape, path, {}, stretch, clock);
+  const Duration press = begin_of_phase(path, "press");
+  const TouchTrace first = run_touch(*cube.shape, *cube.shape, path, {}, clock, press, 500);
+  const TouchTrace second = run_touch(*cube.shape, *cube.shape, path, {}, clock, press, 500);
   ASSERT_EQ(first.steps.size(), second.steps.size());
   std::uint32_t contacts = 0;
   for (std::size_t i = 0; i < first.steps.size(); ++i) {
@@ -115,7 +115,7 @@ TEST(ContactBench, TwoRunsGiveTheSameMotion) {
   }
   EXPECT_GT(contacts, 10U);
   EXPECT_EQ(fastest_of({first, second}).steps.size(), first.steps.size());
-  EXPECT_THROW(fastest_of({first, run_touch(*cube.shape, *cube.shape, path, {.mass_kg = 0.3}, stretch, clock)}),
+  EXPECT_THROW(fastest_of({first, run_touch(*cube.shape, *cube.shape, path, {.mass_kg = 0.3}, clock, press, 500)}),
                std::logic_error);
 }
 
@@ -126,7 +126,7 @@ TEST(ContactBench, PressesWithTheCouplingsLimitAndRestsOnTheSurface) {
   // The last step before the hand slides: pressed and at rest.
   const Duration slide = begin_of_phase(path, "slide");
   const auto steps = static_cast<std::size_t>(to_seconds(slide) / settings.step_s);
-  const TouchTrace trace = run_touch(*cube.shape, *cube.shape, path, settings, {Duration{0}, steps}, SteadyClock{});
+  const TouchTrace trace = run_touch(*cube.shape, *cube.shape, path, settings, SteadyClock{}, Duration{0}, steps);
   const TouchStep& last = trace.steps.back();
   EXPECT_NEAR(last.on_hand_W.f.z(), settings.coupling.force_limit_n, 1e-6);
   // 4 cm² at 5 GN/m³ give way by 2.5 µm under 5 N.
@@ -135,9 +135,9 @@ TEST(ContactBench, PressesWithTheCouplingsLimitAndRestsOnTheSurface) {
 
 TEST(PoseCheck, FindsNoMissedContactBetweenSmallPegAndBox) {
   const SteadyClock clock;
-  const MeshScale small{.factor = 0.4};
-  const TouchObject peg = make_touch_object("peg", mesh_from("peg", "--a", small), clock);
-  const TouchObject box = make_touch_object("box", mesh_from("box_with_hole", "--b", small), clock);
+  constexpr double kSmall = 0.4;
+  const TouchObject peg = make_touch_object("peg", mesh_from("peg", "--a", 0.1, kSmall), clock);
+  const TouchObject box = make_touch_object("box", mesh_from("box_with_hole", "--b", 0.1, kSmall), clock);
   const PoseCheck check = check_poses(peg, box, 20, 7);
   EXPECT_EQ(check.poses, 20U);
   EXPECT_GT(check.exact_points, 0U);

@@ -32,28 +32,27 @@ double polygon_area(int sides, double radius) {
 }
 
 TEST(MeshGenerators, PegHas180TrianglesIsClosedAndHasTheVolumeOfItsPrisms) {
-  const PegSize size;
-  const geometry::TriangleMesh peg = make_peg(size);
+  const geometry::TriangleMesh peg = make_peg();
   EXPECT_EQ(peg.triangles.size(), 180U);
   EXPECT_TRUE(is_closed(peg));
-  const double wide = polygon_area(30, size.radius_m), narrow = polygon_area(30, size.radius_m - size.chamfer_m);
-  const double frustum = size.chamfer_m / 3 * (wide + narrow + std::sqrt(wide * narrow));
-  EXPECT_NEAR(volume_m3(peg), wide * (size.length_m - size.chamfer_m) + frustum, 1e-15);
+  const double wide = polygon_area(30, kPegRadius_m), narrow = polygon_area(30, kPegRadius_m - kPegChamfer_m);
+  const double frustum = kPegChamfer_m / 3 * (wide + narrow + std::sqrt(wide * narrow));
+  EXPECT_NEAR(volume_m3(peg), wide * (kPegLength_m - kPegChamfer_m) + frustum, 1e-15);
 }
 
 TEST(MeshGenerators, BoxWithHoleHas176TrianglesIsClosedAndLacksThePrismOfItsHole) {
-  const BoxWithHoleSize size;
-  const geometry::TriangleMesh box = make_box_with_hole(size);
+  constexpr double kClearance_m = 2e-4;
+  const geometry::TriangleMesh box = make_box_with_hole(kClearance_m);
   EXPECT_EQ(box.triangles.size(), 176U);
   EXPECT_TRUE(is_closed(box));
-  const double hole = (size.peg_radius_m + size.clearance_m) / std::cos(std::numbers::pi / 40);
-  EXPECT_NEAR(volume_m3(box), size.box_m.prod() - polygon_area(40, hole) * size.box_m.z(), 1e-15);
+  const double hole = (kPegRadius_m + kClearance_m) / std::cos(std::numbers::pi / 40);
+  EXPECT_NEAR(volume_m3(box), (kBoxWidth_m * kBoxWidth_m - polygon_area(40, hole)) * kBoxHeight_m, 1e-15);
 }
 
 TEST(MeshGenerators, ThePegLeavesTheStatedClearanceHoweverItIsTurned) {
   for (const double clearance_m : {1e-4, 5e-4, 1e-3}) {
     const geometry::TriangleMesh peg = make_peg();
-    const geometry::TriangleMesh box = make_box_with_hole({.clearance_m = clearance_m});
+    const geometry::TriangleMesh box = make_box_with_hole(clearance_m);
     double peg_radius = 0;
     for (const Vec3& p : peg.vertices) peg_radius = std::max(peg_radius, p.head<2>().norm());
     // Least distance of the hole's walls from the axis: the middles of its sides.

@@ -49,14 +49,14 @@ TEST(ExactOverlap, SeesCrossedEdgesWhereNoCornerIsInside) {
   // half a sample of 0.05 mm away.
   EXPECT_LE(deepest, overlap_m * std::sqrt(0.5) + 1e-12);
   EXPECT_GE(deepest, (overlap_m - 2.5e-5) * std::sqrt(0.5));
-  EXPECT_FALSE(overlap_points(cube, X_WA, cube, {Vec3::Zero(), below}, {}).empty());
+  EXPECT_FALSE(overlap_points(cube, X_WA, cube, {Vec3::Zero(), below}).empty());
 }
 
 TEST(ExactOverlap, DeepestIsThatOfAllPoints) {
   const ExactSurface sphere(make_sphere(0.02, 4)), cube(make_cube(0.05));
   const Pose X_WA{Vec3(0.004, -0.003, 0.0439), Quat(Eigen::AngleAxisd(0.7, Vec3(1, 2, 3).normalized()))};
   double deepest = 0;
-  for (const OverlapPoint& point : overlap_points(sphere, X_WA, cube, Pose{}, {})) {
+  for (const OverlapPoint& point : overlap_points(sphere, X_WA, cube, Pose{})) {
     deepest = std::max(deepest, point.depth_m);
   }
   EXPECT_GT(deepest, 9e-4);
