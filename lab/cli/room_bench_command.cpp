@@ -2,20 +2,89 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cstdint>
 #include <iostream>
 #include <memory>
 #include <stdexcept>
+#include <string>
+#include <vector>
 
+#include "common/base/histogram.hpp"
 #include "common/base/json_pretty.hpp"
 #include "common/base/progress.hpp"
+#include "common/base/tick_faults.hpp"
+#include "common/base/time.hpp"
 #include "common/realtime/realtime.hpp"
 #include "lab/cli/bench_commands.hpp"
 #include "lab/experiment/experiment.hpp"
 #include "lab/report/check.hpp"
-#include "lab/session/room_bench.hpp"
+#include "lab/session/simulated_user.hpp"
+#include "server/assets/scene_file.hpp"
 
 namespace tandem::lab {
 namespace {
+
+struct RoomBenchResult {
+  Histogram step;              ///< of the room: inputs, physics, updates
+  std::uint64_t overlong = 0;  ///< steps that took longer than the period
+  Histogram lateness;          ///< of the wake-ups: the machine's, not the room's
+  std::uint64_t missed = 0;    ///< periods skipped because a wake-up came more than a period late
+  TickFaults faults = 0;
+  std::uint32_t contacts_max = 0;  ///< points that pressed, all tools together
+  double depth_max_m = 0;
+  double force_max_n = 0;  ///< of the contacts of one tool
+};
+
+void record_touch(const server::Room& room, std::size_t users, RoomBenchResult& result) {
+  std::uint32_t contacts = 0;
+  for (std::size_t i = 0; i < users; ++i) {
+    const physics::TouchSummary touch = room.world().touch(i);
+    contacts += touch.contacts;
+    result.depth_max_m = std::max(result.depth_max_m, touch.deepest_m);
+    result.force_max_n = std::max({result.force_max_n, touch.force_n, touch.soft_force_n});
+  }
+  result.contacts_max = std::max(result.contacts_max, contacts);
+}
+
+/// Runs the room in real time on this thread; the hands are moved between its steps and feel each step's wrench at
+/// once.
+///
+/// In      hands  named hand paths, one a user; the n-th user gets the n-th tool
+/// Fails   std::invalid_argument: more hands than tools, an unknown path
+RoomBenchResult bench_room(const std::shared_ptr<const server::LoadedScene>& scene,
+                           const std::vector<std::string>& hands, Duration duration) {
+  constexpr std::uint64_t kSeed = 1;
+  if (hands.size() > scene->world.tools.size()) {
+    throw std::invalid_argument("--users " + std::to_string(hands.size()) + ": the scene has " +
+                                std::to_string(scene->world.tools.size()) + " tools; ask for fewer users");
+  }
+  // Its hands are paths and supply no energy.
+  const server::RoomOptions options{.soft_stepping = server::SoftStepping::kWorker, .controls_tool_passivity = false};
+  const auto room = std::make_unique<server::Room>(RoomId{1}, scene->description.name(), scene, options);
+  std::vector<std::unique_ptr<SimulatedUser>> seats;
+  for (std::size_t i = 0; i < hands.size(); ++i) {
+    seats.push_back(std::make_unique<SimulatedUser>(*room, i, devices::named_hand_path(hands[i]), kSeed + i));
+  }
+  RoomBenchResult result;
+  const SteadyClock clock;
+  const LocalTime begin = clock.now();
+  realtime::PeriodicTimer timer(room->period(), begin);
+  for (LocalTime due = timer.wait(); due < begin + duration; due = timer.wait()) {
+    for (const auto& seat : seats) seat->move(due);
+    const LocalTime before = clock.now();
+    room->step(server_time_of_own_clock(before));
+    const Duration took = clock.now() - before;
+    result.step.record(took);
+    if (took > room->period()) ++result.overlong;
+    for (const auto& seat : seats) seat->feel(due);
+    record_touch(*room, seats.size(), result);
+    for (std::size_t i = 0; i < seats.size(); ++i)
+      result.faults |= room->mailboxes(i).output.front().update.tick_faults;
+  }
+  result.lateness = timer.lateness();
+  result.missed = timer.missed();
+  return result;
+}
 
 /// What the thesis of 1 kHz touch leaves for a step, beside client, network and operating system.
 constexpr double kStepBudget_us = 250;
