@@ -138,8 +138,8 @@ class Renderer {
   const Plot& plot_;
   Mapping x_;
   Mapping y_;
-  std::vector<AxisTick> x_ticks_;
-  std::vector<AxisTick> y_ticks_;
+  std::vector<AxisMark> x_ticks_;
+  std::vector<AxisMark> y_ticks_;
   std::vector<LegendEntry> legend_;
   double top_px_ = 0;
   std::string out_;
@@ -162,7 +162,7 @@ Range Renderer::y_extent() const {
       if (can_show(value, plot_.y.is_log)) extent.add(value);
     }
   }
-  for (const LimitLine& limit : plot_.limits) {
+  for (const AxisMark& limit : plot_.limits) {
     if (can_show(limit.value, plot_.y.is_log)) extent.add(limit.value);
   }
   return sane(with_fixed_ends(extent.range(), plot_.y), plot_.y.is_log);
@@ -178,7 +178,7 @@ void Renderer::scale_y(double bottom_px, double top_px) {
   // The data ends at ticks, unless an end is fixed.
   y_ticks_ = ticks_around(y_.range, count);
   y_.range = with_fixed_ends({y_ticks_.front().value, y_ticks_.back().value}, plot_.y);
-  std::erase_if(y_ticks_, [this](const AxisTick& tick) { return !y_.contains(tick.value); });
+  std::erase_if(y_ticks_, [this](const AxisMark& tick) { return !y_.contains(tick.value); });
 }
 
 void Renderer::scale_x(double left_px, double right_px) {
@@ -193,7 +193,7 @@ void Renderer::lay_out() {
   top_px_ = legend_bottom + (plot_.bands.empty() ? 4 : kBandStripPx);
   scale_y(plot_.height_px - kBottomPx, top_px_);
   double label_px = kMinLabelPx;
-  for (const AxisTick& tick : y_ticks_) label_px = std::max(label_px, text_px(tick.label));
+  for (const AxisMark& tick : y_ticks_) label_px = std::max(label_px, text_px(tick.label));
   scale_x(kAxisTitlePx + label_px + kTickPx, plot_.width_px - kRightPx);
 }
 
@@ -244,7 +244,7 @@ void Renderer::draw_bands() {
 
 void Renderer::draw_x_axis() {
   const double bottom = y_.px_low;
-  for (const AxisTick& tick : x_ticks_) {
+  for (const AxisMark& tick : x_ticks_) {
     const double x = x_.px(tick.value);
     out_ += line_element("axis", {x, bottom}, {x, bottom + kTickPx});
     out_ += text_element("x-tick", {x, bottom + 18}, tick.label);
@@ -254,7 +254,7 @@ void Renderer::draw_x_axis() {
 }
 
 void Renderer::draw_y_axis() {
-  for (const AxisTick& tick : y_ticks_) {
+  for (const AxisMark& tick : y_ticks_) {
     const double y = y_.px(tick.value);
     const bool is_zero = !plot_.y.is_log && tick.value == 0;
     out_ += line_element(is_zero ? "grid zero" : "grid", {x_.px_low, y}, {x_.px_high, y});
@@ -305,7 +305,7 @@ void Renderer::draw_polyline(const Series& series, const Polyline& line) {
 }
 
 void Renderer::draw_limits() {
-  for (const LimitLine& limit : plot_.limits) {
+  for (const AxisMark& limit : plot_.limits) {
     if (!can_show(limit.value, plot_.y.is_log) || !y_.contains(limit.value)) continue;
     const double y = y_.px(limit.value);
     out_ += line_element("limit", {x_.px_low, y}, {x_.px_high, y});

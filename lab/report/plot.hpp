@@ -22,12 +22,6 @@ struct Series {
   Dash dash = Dash::kSolid;
 };
 
-/// A horizontal line that values are held against.
-struct LimitLine {
-  double value = 0;
-  std::string label;
-};
-
 /// A stretch of x with a name, shaded in turn.
 struct Band {
   double begin = 0;
@@ -49,7 +43,7 @@ struct Plot {
   PlotAxis x;
   PlotAxis y;
   std::vector<Series> series;
-  std::vector<LimitLine> limits;
+  std::vector<AxisMark> limits;  ///< horizontal lines that values are held against
   std::vector<Band> bands;
   int width_px = 960;
   int height_px = 300;

@@ -55,9 +55,9 @@ Multiples few_multiples(Range range, std::size_t max_count, Multiples (*multiple
   }
 }
 
-std::vector<AxisTick> labelled(const Multiples& m) {
+std::vector<AxisMark> labelled(const Multiples& m) {
   const bool is_plain = m.step.exponent >= -6 && m.step.multiple(std::max(std::abs(m.first), std::abs(m.last))) < 1e7;
-  std::vector<AxisTick> ticks;
+  std::vector<AxisMark> ticks;
   for (double i = m.first; i <= m.last; i += 1) {
     const double value = m.step.multiple(i);
     ticks.push_back(
@@ -94,15 +94,15 @@ Range sane_log(Range range) {
   return {low, high};
 }
 
-std::vector<AxisTick> ticks_inside(Range range, std::size_t max_count) {
+std::vector<AxisMark> ticks_inside(Range range, std::size_t max_count) {
   return labelled(few_multiples(sane_linear(range), max_count, multiples_inside));
 }
 
-std::vector<AxisTick> ticks_around(Range range, std::size_t max_count) {
+std::vector<AxisMark> ticks_around(Range range, std::size_t max_count) {
   return labelled(few_multiples(sane_linear(range), max_count, multiples_around));
 }
 
-std::vector<AxisTick> log_ticks(Range range, std::size_t max_count) {
+std::vector<AxisMark> log_ticks(Range range, std::size_t max_count) {
   const Range sane = sane_log(range);
   const int first = static_cast<int>(std::floor(std::log10(sane.low) + 1e-9));
   const int last = static_cast<int>(std::floor(std::log10(sane.high) + 1e-9));
@@ -110,7 +110,7 @@ std::vector<AxisTick> log_ticks(Range range, std::size_t max_count) {
   const int decades = last - first + 1;
   const bool has_room = decades * 3 <= limit;
   const int stride = (decades + limit - 1) / limit;
-  std::vector<AxisTick> ticks;
+  std::vector<AxisMark> ticks;
   for (int exponent = first; exponent <= last; exponent += stride) {
     for (const double mantissa : {1.0, 2.0, 5.0}) {
       if (mantissa > 1 && !has_room) break;

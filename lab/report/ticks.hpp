@@ -13,8 +13,9 @@ struct Range {
   double high = 1;
 };
 
-struct AxisTick {
-  double value;
+/// A place on an axis with its text: a tick, or a limit.
+struct AxisMark {
+  double value = 0;
   std::string label;
 };
 
@@ -24,11 +25,11 @@ Range sane_linear(Range range);
 Range sane_log(Range range);
 
 /// At most `max_count` (≥ 3) multiples of 1, 2 or 5 times a power of ten inside `range`, labelled alike.
-std::vector<AxisTick> ticks_inside(Range range, std::size_t max_count);
+std::vector<AxisMark> ticks_inside(Range range, std::size_t max_count);
 /// Likewise, but the first and last lie on or just outside the ends of `range`.
-std::vector<AxisTick> ticks_around(Range range, std::size_t max_count);
+std::vector<AxisMark> ticks_around(Range range, std::size_t max_count);
 
 /// Powers of ten inside `range`, thinned to at most `max_count`; 1, 2, 5 of each decade where there is room.
-std::vector<AxisTick> log_ticks(Range range, std::size_t max_count);
+std::vector<AxisMark> log_ticks(Range range, std::size_t max_count);
 
 }  // namespace tandem::lab

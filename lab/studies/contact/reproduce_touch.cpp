@@ -26,30 +26,30 @@ struct NamedTrace {
   TouchTrace trace;
 };
 
-std::vector<Band> bands_of(const TouchTrace& trace) {
+std::vector<Band> bands_of(const TouchTrace& trace, const std::vector<std::string>& phases) {
   std::vector<Band> bands;
   int phase = -1;
-  for (const TouchStep& step : trace.steps) {
+  for (const TouchStep& step : trace) {
     const double now_s = to_seconds(step.at);
     if (!bands.empty()) bands.back().end = now_s;
-    if (step.phase != phase) bands.push_back({now_s, now_s, trace.phases[static_cast<std::size_t>(step.phase)]});
+    if (step.phase != phase) bands.push_back({now_s, now_s, phases[static_cast<std::size_t>(step.phase)]});
     phase = step.phase;
   }
   return bands;
 }
 
-Plot figure_of(const std::vector<NamedTrace>& runs, const std::string& label, const std::string& caption,
-               const std::function<double(const TouchStep&)>& of) {
+Plot figure_of(const std::vector<NamedTrace>& runs, const std::vector<std::string>& phases, const std::string& label,
+               const std::string& caption, const std::function<double(const TouchStep&)>& of) {
   Plot figure;
   figure.caption = caption;
   figure.description = caption;
   figure.x.label = "time [s]";
   figure.y = {.label = label, .low = 0};
-  figure.bands = bands_of(runs.front().trace);
+  figure.bands = bands_of(runs.front().trace, phases);
   int color = 0;
   for (const NamedTrace& run : runs) {
     Series series{runs.size() > 1 ? run.name : "", {}, {}, color++};
-    for (const TouchStep& step : run.trace.steps) {
+    for (const TouchStep& step : run.trace) {
       series.x.push_back(to_seconds(step.at));
       series.y.push_back(of(step));
     }
@@ -59,20 +59,20 @@ Plot figure_of(const std::vector<NamedTrace>& runs, const std::string& label, co
 }
 
 /// The four graphs of the thesis: force, torque, computation time, contacts.
-std::vector<Plot> figures_of_thesis(const std::vector<NamedTrace>& runs) {
-  return {figure_of(runs, "force on the hand [N]", "Magnitude of the coupling's force on the hand.",
+std::vector<Plot> figures_of_thesis(const std::vector<NamedTrace>& runs, const std::vector<std::string>& phases) {
+  return {figure_of(runs, phases, "force on the hand [N]", "Magnitude of the coupling's force on the hand.",
                     [](const TouchStep& step) { return step.on_hand_W.f.norm(); }),
-          figure_of(runs, "torque on the hand [mN·m]", "Magnitude of the coupling's torque on the hand.",
+          figure_of(runs, phases, "torque on the hand [mN·m]", "Magnitude of the coupling's torque on the hand.",
                     [](const TouchStep& step) { return 1e3 * step.on_hand_W.t.norm(); }),
-          figure_of(runs, "time of a step [µs]", "Search for contacts and their solution, on one core.",
+          figure_of(runs, phases, "time of a step [µs]", "Search for contacts and their solution, on one core.",
                     [](const TouchStep& step) { return 1e6 * to_seconds(step.step); }),
-          figure_of(runs, "contacts", "Points that press. There is no limit on their number.",
+          figure_of(runs, phases, "contacts", "Points that press. There is no limit on their number.",
                     [](const TouchStep& step) { return static_cast<double>(step.contacts); })};
 }
 
 double greatest_force_n(const TouchTrace& trace) {
   double force = 0;
-  for (const TouchStep& step : trace.steps) force = std::max(force, step.on_hand_W.f.norm());
+  for (const TouchStep& step : trace) force = std::max(force, step.on_hand_W.f.norm());
   return force;
 }
 
@@ -84,10 +84,10 @@ double greatest_force_n(const TouchTrace& trace) {
 double buzz_n(const TouchTrace& trace) {
   constexpr std::size_t kMean = 10, kWindow = 100;
   std::vector<double> sums{0};  // of squared deviations up to a step
-  for (std::size_t i = kMean; i + kMean < trace.steps.size(); ++i) {
+  for (std::size_t i = kMean; i + kMean < trace.size(); ++i) {
     Vec3 mean = Vec3::Zero();
-    for (std::size_t k = i - kMean; k <= i + kMean; ++k) mean += trace.steps[k].on_hand_W.f;
-    sums.push_back(sums.back() + (trace.steps[i].on_hand_W.f - mean / (2 * kMean + 1)).squaredNorm());
+    for (std::size_t k = i - kMean; k <= i + kMean; ++k) mean += trace[k].on_hand_W.f;
+    sums.push_back(sums.back() + (trace[i].on_hand_W.f - mean / (2 * kMean + 1)).squaredNorm());
   }
   double largest = 0;
   for (std::size_t i = 0; i + 3 * kWindow < sums.size(); ++i) {
@@ -130,7 +130,7 @@ PegRun peg_run(const TouchObject& peg, const TouchObject& box, const std::vector
   run.buzz_n = buzz_n(trace);
   run.figures = figures_of(runs, *peg.exact, *box.exact);
   const Vec3 tip(0, 0, peg.shape->low_S.z());
-  for (const TouchStep& step : trace.steps) run.deepest_z_m = std::min(run.deepest_z_m, (step.X_WT * tip).z());
+  for (const TouchStep& step : trace) run.deepest_z_m = std::min(run.deepest_z_m, (step.X_WT * tip).z());
   return run;
 }
 
@@ -195,7 +195,7 @@ Reproduction reproduce_bunny(const Clock& clock) {
            std::to_string(bench.gimpact->pop_throughs) + " pop-throughs"},
       {"penetration", "", format_significant(1e3 * bench.ours.max_penetration_m, 3) + " mm"}};
   result.claims = bunny_claims(bench);
-  result.figures = figures_of_thesis(runs);
+  result.figures = figures_of_thesis(runs, path.phases());
   result.details = to_json(bench);
   return result;
 }
@@ -230,7 +230,7 @@ Reproduction reproduce_peg(const Clock& clock) {
     detail["buzz_n"] = run.buzz_n;
     details.push_back(std::move(detail));
   }
-  result.figures = figures_of_thesis(runs);
+  result.figures = figures_of_thesis(runs, path.phases());
   result.details = std::move(details);
   return result;
 }

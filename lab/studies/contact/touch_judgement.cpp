@@ -19,8 +19,8 @@ constexpr std::size_t kSamplePoints = 4096;
 
 double deepest_exact_m(const TouchTrace& trace, const ExactSurface& tool, const ExactSurface& fixed) {
   double deepest_m = 0;
-  for (std::size_t i = 0; i < trace.steps.size(); i += kExactEvery) {
-    const Pose& X_WT = trace.steps[i].X_WT;
+  for (std::size_t i = 0; i < trace.size(); i += kExactEvery) {
+    const Pose& X_WT = trace[i].X_WT;
     // Only what is deeper than the deepest so far is looked for.
     deepest_m = std::max(deepest_m, deepest_overlap_m(tool, X_WT, fixed, Pose{}, deepest_m));
   }
@@ -32,9 +32,9 @@ double deepest_exact_m(const TouchTrace& trace, const ExactSurface& tool, const 
 TouchFigures quick_figures_of(const std::vector<TouchTrace>& runs) {
   TouchFigures figures;
   const TouchTrace trace = fastest_of(runs);
-  figures.steps = trace.steps.size();
+  figures.steps = trace.size();
   std::vector<Duration> queries, steps;
-  for (const TouchStep& step : trace.steps) {
+  for (const TouchStep& step : trace) {
     queries.push_back(step.query);
     steps.push_back(step.step);
     figures.contacts_max = std::max(figures.contacts_max, step.contacts);
@@ -44,7 +44,7 @@ TouchFigures quick_figures_of(const std::vector<TouchTrace>& runs) {
   figures.query_us = quantiles_of(std::move(queries));
   figures.step_us = quantiles_of(std::move(steps));
   steps.clear();
-  for (const TouchStep& step : runs.front().steps) steps.push_back(step.step);
+  for (const TouchStep& step : runs.front()) steps.push_back(step.step);
   figures.step_once_us = quantiles_of(std::move(steps));
   return figures;
 }
@@ -53,7 +53,7 @@ TouchFigures figures_of(const std::vector<TouchTrace>& runs, const ExactSurface&
   TouchFigures figures = quick_figures_of(runs);
   const TouchTrace& trace = runs.front();
   PopThroughWatch watch(tool, fixed);
-  for (const TouchStep& step : trace.steps) watch.step(step.X_WT, Pose{});
+  for (const TouchStep& step : trace) watch.step(step.X_WT, Pose{});
   figures.pop_throughs = watch.count();
   figures.max_penetration_m = std::max(deepest_exact_m(trace, tool, fixed), watch.deepest_m());
   return figures;

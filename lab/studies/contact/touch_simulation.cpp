@@ -150,13 +150,12 @@ template <class Step>
 TouchTrace trace_of(const devices::HandPath& path, const TouchSettings& settings, Duration begin, std::size_t steps,
                     const Step& step) {
   TouchTrace trace;
-  trace.phases = path.phases();
   const Duration period = from_seconds(settings.step_s);
-  for (Duration at = begin; at < path.length() && trace.steps.size() < steps; at += period) {
+  for (Duration at = begin; at < path.length() && trace.size() < steps; at += period) {
     TouchStep result = step(path.pose_at(at), path.twist_at(at));
     result.at = at;
     result.phase = path.phase_at(at);
-    trace.steps.push_back(result);
+    trace.push_back(result);
   }
   return trace;
 }
@@ -188,11 +187,11 @@ TouchTrace run_touch(const contact::ContactShape& tool, const contact::ContactSh
 TouchTrace fastest_of(const std::vector<TouchTrace>& runs) {
   TouchTrace fastest = runs.front();
   for (const TouchTrace& run : runs) {
-    for (std::size_t i = 0; i < fastest.steps.size(); ++i) {
-      TouchStep& step = fastest.steps[i];
-      if (run.steps[i].X_WT.p != step.X_WT.p) throw std::logic_error("equal runs of a touch moved differently");
-      step.query = std::min(step.query, run.steps[i].query);
-      step.step = std::min(step.step, run.steps[i].step);
+    for (std::size_t i = 0; i < fastest.size(); ++i) {
+      TouchStep& step = fastest[i];
+      if (run[i].X_WT.p != step.X_WT.p) throw std::logic_error("equal runs of a touch moved differently");
+      step.query = std::min(step.query, run[i].query);
+      step.step = std::min(step.step, run[i].step);
     }
   }
   return fastest;

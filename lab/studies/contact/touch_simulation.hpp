@@ -40,10 +40,7 @@ struct TouchStep {
   bool has_converged = true;
 };
 
-struct TouchTrace {
-  std::vector<TouchStep> steps;
-  std::vector<std::string> phases;
-};
+using TouchTrace = std::vector<TouchStep>;
 
 /// Moments of inertia of a solid box.
 Vec3 box_inertia_kg_m2(const Vec3& size_m, double mass_kg);

@@ -38,7 +38,7 @@ TouchSettings peg_settings(double mass_kg) {
 std::vector<ForceSample> samples_of(const TouchTrace& trace) {
   std::vector<ForceSample> samples;
   bool was_touching = false;
-  for (const TouchStep& step : trace.steps) {
+  for (const TouchStep& step : trace) {
     const bool is_touching = step.contacts > 0;
     samples.push_back({step.at, step.on_hand_W, is_touching != was_touching});
     was_touching = is_touching;

@@ -6,6 +6,9 @@
 namespace tandem::lab {
 namespace {
 
+/// Of the haptic loop.
+constexpr Duration kTick = std::chrono::milliseconds(1);
+
 /// The series at a time, read forwards.
 class Truth {
  public:
@@ -67,17 +70,17 @@ LocalTime local(Duration time) {
 
 }  // namespace
 
-PredictionErrors predict_series(const ForceSeries& series, const PredictionTrial& trial, haptics::ForceStream& stream,
-                                bool keeps_trace) {
+PredictionErrors predict_series(const ForceSeries& series, haptics::ForceStream& stream, Duration sample_period,
+                                Duration delay) {
   PredictionErrors result;
-  const std::vector<ForceSample> sent = sent_of(series, trial.sample_period);
+  const std::vector<ForceSample> sent = sent_of(series, sample_period);
   Truth truth(series.samples);
   ErrorSum force, torque, steps;
   Wrench before;
   std::size_t next = 0;
-  const Duration begin = sent.front().at + trial.delay;
-  for (Duration now = begin; now <= sent.back().at; now += trial.tick) {
-    for (; next < sent.size() && sent[next].at + trial.delay <= now; ++next) {
+  const Duration begin = sent.front().at + delay;
+  for (Duration now = begin; now <= sent.back().at; now += kTick) {
+    for (; next < sent.size() && sent[next].at + delay <= now; ++next) {
       stream.push(local(sent[next].at), sent[next].on_hand_W, sent[next].has_contact_changed);
     }
     const Wrench shown = stream.at(local(now));
@@ -88,7 +91,6 @@ PredictionErrors predict_series(const ForceSeries& series, const PredictionTrial
     torque.add(shown.t - is.t);
     if (now > begin) steps.add(shown.f - before.f);
     before = shown;
-    if (!keeps_trace) continue;
     result.shown_n.push_back(shown.f);
     result.true_n.push_back(is.f);
   }

@@ -1,19 +1,13 @@
 // A force series shown to a hand through one prediction: what comes in, when, and how far off what is shown is.
 #pragma once
 
-#include <cstddef>
+#include <chrono>
 #include <vector>
 
 #include "common/haptics/prediction/force_stream.hpp"
 #include "lab/studies/prediction/force_series.hpp"
 
 namespace tandem::lab {
-
-struct PredictionTrial {
-  Duration tick{from_seconds(0.001)};           ///< of the haptic loop
-  Duration sample_period{from_seconds(0.005)};  ///< of an even series, those that are sent; 0: all are
-  Duration delay{0};                            ///< age of a sample when it comes in
-};
 
 /// Of one quantity of three components.
 struct ErrorFigures {
@@ -29,13 +23,14 @@ struct PredictionErrors {
   double step_max_n = 0;  ///< largest change of the shown force from tick to tick
   double step_rms_n = 0;
   haptics::ForceStreamFigures stream;
-  std::vector<Vec3> shown_n;  ///< every tick, when asked for
+  std::vector<Vec3> shown_n;  ///< every tick of 1 ms
   std::vector<Vec3> true_n;
 };
 
 /// The truth between two samples of an uneven series is the straight line.
-/// In      keeps_trace  also fills shown_n and true_n
-PredictionErrors predict_series(const ForceSeries& series, const PredictionTrial& trial, haptics::ForceStream& stream,
-                                bool keeps_trace = false);
+/// In      sample_period  of an even series, those that are sent; 0: all are
+///         delay  age of a sample when it comes in
+PredictionErrors predict_series(const ForceSeries& series, haptics::ForceStream& stream,
+                                Duration sample_period = std::chrono::milliseconds(5), Duration delay = Duration{0});
 
 }  // namespace tandem::lab

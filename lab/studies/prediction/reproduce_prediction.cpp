@@ -31,15 +31,13 @@ constexpr double kChatter_kg = 0.1;
 constexpr double kLightChatter_kg = 0.02;
 
 /// An uneven series is sent as it comes; an even one every 5 ms.
-PredictionTrial trial_of(const ForceSeries& series) {
-  PredictionTrial trial;
-  if (series.name == "chatter") trial.sample_period = Duration(0);
-  return trial;
+Duration sample_period_of(const ForceSeries& series) {
+  return series.name == "chatter" ? Duration(0) : std::chrono::milliseconds(5);
 }
 
 PredictionErrors errors_of(const ForceSeries& series, const haptics::ForceStreamSettings& settings) {
   haptics::ForceStream stream(settings);
-  return predict_series(series, trial_of(series), stream);
+  return predict_series(series, stream, sample_period_of(series));
 }
 
 struct Comparison {
@@ -143,7 +141,7 @@ boost::json::object add_online(Reproduction& result, const ForceSeries& chatter,
   const auto gain_over = [&](const ForceSeries& other, const std::string& name) {
     haptics::ForceStream stream(settings);
     stream.adopt(models_of(other, settings));
-    const double fixed = predict_series(chatter, trial_of(chatter), stream).force.rms;
+    const double fixed = predict_series(chatter, stream, sample_period_of(chatter)).force.rms;
     details["fixed_of_" + name + "_rms_n"] = fixed;
     return percent_below(online, fixed);
   };
@@ -286,7 +284,7 @@ Plot trace_figure(const ForceSeries& series) {
   int color = 0;
   for (const char* method : {"hold", "linear", "ar-spline", "literal"}) {
     haptics::ForceStream stream(haptics::force_stream_settings(method));
-    const PredictionErrors errors = predict_series(series, trial_of(series), stream, true);
+    const PredictionErrors errors = predict_series(series, stream, sample_period_of(series));
     const std::vector<Vec3>& is = errors.true_n;
     if (figure.series.empty()) {
       std::size_t worst = 0;

@@ -32,9 +32,9 @@ std::size_t count_of(std::string_view text, std::string_view part) {
   return count;
 }
 
-std::vector<std::string> labels(const std::vector<AxisTick>& ticks) {
+std::vector<std::string> labels(const std::vector<AxisMark>& ticks) {
   std::vector<std::string> out;
-  for (const AxisTick& tick : ticks) out.push_back(tick.label);
+  for (const AxisMark& tick : ticks) out.push_back(tick.label);
   return out;
 }
 

@@ -106,15 +106,15 @@ TEST(ContactBench, TwoRunsGiveTheSameMotion) {
   const Duration press = begin_of_phase(path, "press");
   const TouchTrace first = run_touch(*cube.shape, *cube.shape, path, {}, clock, press, 500);
   const TouchTrace second = run_touch(*cube.shape, *cube.shape, path, {}, clock, press, 500);
-  ASSERT_EQ(first.steps.size(), second.steps.size());
+  ASSERT_EQ(first.size(), second.size());
   std::uint32_t contacts = 0;
-  for (std::size_t i = 0; i < first.steps.size(); ++i) {
-    EXPECT_EQ(first.steps[i].X_WT.p, second.steps[i].X_WT.p);
-    EXPECT_EQ(first.steps[i].on_hand_W.f, second.steps[i].on_hand_W.f);
-    contacts = std::max(contacts, first.steps[i].contacts);
+  for (std::size_t i = 0; i < first.size(); ++i) {
+    EXPECT_EQ(first[i].X_WT.p, second[i].X_WT.p);
+    EXPECT_EQ(first[i].on_hand_W.f, second[i].on_hand_W.f);
+    contacts = std::max(contacts, first[i].contacts);
   }
   EXPECT_GT(contacts, 10U);
-  EXPECT_EQ(fastest_of({first, second}).steps.size(), first.steps.size());
+  EXPECT_EQ(fastest_of({first, second}).size(), first.size());
   EXPECT_THROW(fastest_of({first, run_touch(*cube.shape, *cube.shape, path, {.mass_kg = 0.3}, clock, press, 500)}),
                std::logic_error);
 }
@@ -127,7 +127,7 @@ TEST(ContactBench, PressesWithTheCouplingsLimitAndRestsOnTheSurface) {
   const Duration slide = begin_of_phase(path, "slide");
   const auto steps = static_cast<std::size_t>(to_seconds(slide) / settings.step_s);
   const TouchTrace trace = run_touch(*cube.shape, *cube.shape, path, settings, SteadyClock{}, Duration{0}, steps);
-  const TouchStep& last = trace.steps.back();
+  const TouchStep& last = trace.back();
   EXPECT_NEAR(last.on_hand_W.f.z(), settings.coupling.force_limit_n, 1e-6);
   // 4 cm² at 5 GN/m³ give way by 2.5 µm under 5 N.
   EXPECT_NEAR(last.X_WT.p.z(), 0.02, 1e-5);

@@ -27,7 +27,7 @@ ForceSeries series_of(double length_s, const Force& force) {
 TEST(PredictionTrial, HoldOnARampErrsByItsMeanAge) {
   const ForceSeries ramp = series_of(1, [](double t) { return 3 * t; });
   haptics::ForceStream hold(haptics::force_stream_settings("hold"));
-  const PredictionErrors errors = predict_series(ramp, {}, hold);
+  const PredictionErrors errors = predict_series(ramp, hold);
   // Ages 0 … 4 ms at 3 N/s; the last tick of 1000 is at age 0: 200 of each and one more 0.
   EXPECT_NEAR(errors.force.mean, 3e-3 * 2 * 1000 / 1001, 1e-9);
   EXPECT_NEAR(errors.force.largest, 0.012, 1e-9);
@@ -40,12 +40,12 @@ TEST(PredictionTrial, HoldOnARampErrsByItsMeanAge) {
 TEST(PredictionTrial, ADelayIsAnAge) {
   const ForceSeries ramp = series_of(1, [](double t) { return 3 * t; });
   haptics::ForceStream hold(haptics::force_stream_settings("hold"));
-  PredictionTrial late;
-  late.delay = std::chrono::milliseconds(10);
-  EXPECT_NEAR(predict_series(ramp, late, hold).force.mean, 3e-3 * 12, 1e-4);
+  constexpr Duration kPeriod = std::chrono::milliseconds(5);
+  constexpr Duration kLate = std::chrono::milliseconds(10);
+  EXPECT_NEAR(predict_series(ramp, hold, kPeriod, kLate).force.mean, 3e-3 * 12, 1e-4);
   haptics::ForceStream linear(haptics::force_stream_settings("linear"));
   // Right but for the first sample, which no line goes through yet.
-  EXPECT_LT(predict_series(ramp, late, linear).force.mean, 3e-3 * 12 / 50);
+  EXPECT_LT(predict_series(ramp, linear, kPeriod, kLate).force.mean, 3e-3 * 12 / 50);
 }
 
 TEST(PredictionTrial, WhatChangedBetweenTwoSentSamplesIsSentWithTheNext) {
@@ -53,10 +53,10 @@ TEST(PredictionTrial, WhatChangedBetweenTwoSentSamplesIsSentWithTheNext) {
   Random random(5);
   ForceSeries series = series_of(1, [&](double t) { return 0.1 * random.normal() + (t < 0.502 ? 0 : 0.8); });
   haptics::ForceStream plain, flagged;
-  const std::uint64_t before = predict_series(series, {}, plain).stream.resets;
+  const std::uint64_t before = predict_series(series, plain).stream.resets;
   // Between the samples of 500 and 505 ms, which are sent.
   series.samples[502].has_contact_changed = true;
-  EXPECT_EQ(predict_series(series, {}, flagged).stream.resets, before + 1);
+  EXPECT_EQ(predict_series(series, flagged).stream.resets, before + 1);
 }
 
 TEST(PredictionTrial, BetweenUnevenSamplesTheTruthIsTheLine) {
@@ -68,9 +68,7 @@ TEST(PredictionTrial, BetweenUnevenSamplesTheTruthIsTheLine) {
     series.samples.push_back(sample);
   }
   haptics::ForceStream hold(haptics::force_stream_settings("hold"));
-  PredictionTrial all;
-  all.sample_period = Duration(0);
-  const PredictionErrors errors = predict_series(series, all, hold, true);
+  const PredictionErrors errors = predict_series(series, hold, Duration(0));
   ASSERT_EQ(errors.true_n.size(), 13U);
   for (int ms = 0; ms <= 12; ++ms) EXPECT_NEAR(errors.true_n[static_cast<std::size_t>(ms)].z(), 2 * ms, 1e-9);
   EXPECT_NEAR(errors.shown_n[9].z(), 6, 1e-12);
