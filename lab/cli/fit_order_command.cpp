@@ -44,12 +44,13 @@ haptics::ArFit fit_named(const std::string& name) {
 
 std::vector<SeriesOrders> orders_of(const Options& options) {
   std::vector<SeriesOrders> result;
-  for (const NamedSeries& series : load_series(options.file, options.reading)) {
-    const std::vector<double> values = options.on_values ? series.values : differences(series.values);
+  const CsvTable series = load_series(options.file, options.reading);
+  for (std::size_t i = 0; i < series.names.size(); ++i) {
+    const std::vector<double> values = options.on_values ? series.columns[i] : differences(series.columns[i]);
     auto orders = haptics::fpe_of_orders(values, options.most_order, fit_named(options.fit), options.on_values);
     // Order 0 alone: nothing varies.
     if (orders.size() < 2) orders.clear();
-    result.push_back({series.name, values.size(), std::move(orders)});
+    result.push_back({series.names[i], values.size(), std::move(orders)});
   }
   return result;
 }

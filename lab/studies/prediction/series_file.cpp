@@ -10,8 +10,6 @@
 #include <stdexcept>
 #include <utility>
 
-#include "lab/report/csv.hpp"
-
 namespace tandem::lab {
 namespace {
 
@@ -39,8 +37,8 @@ std::string read_text(const std::filesystem::path& file) {
 /// Columns of equal length, the first of them times.
 using Columns = std::vector<std::vector<double>>;
 
-std::vector<NamedSeries> resampled(const std::string& origin, const Columns& columns,
-                                   const std::vector<std::string>& names, const SeriesFileOptions& options) {
+CsvTable resampled(const std::string& origin, const Columns& columns, const std::vector<std::string>& names,
+                   const SeriesFileOptions& options) {
   const std::vector<double>& times = columns.front();
   if (times.size() < 2) fail(origin, "has " + std::to_string(times.size()) + " samples; it must have at least 2");
   const double length_s = (times.back() - times.front()) * options.time_unit_s;
@@ -52,8 +50,7 @@ std::vector<NamedSeries> resampled(const std::string& origin, const Columns& col
     fail(origin, "lasts " + std::to_string(length_s) + " s, less than two samples at " +
                      std::to_string(options.rate_hz) + " Hz; check --time-unit and --rate");
   }
-  std::vector<NamedSeries> result;
-  for (const std::string& name : names) result.push_back({name, {}});
+  CsvTable result{origin, names, Columns(names.size())};
   std::size_t next = 0;
   const double step = 1 / (options.rate_hz * options.time_unit_s);
   const auto count = static_cast<std::size_t>((times.back() - times.front()) / step) + 1;
@@ -63,7 +60,7 @@ std::vector<NamedSeries> resampled(const std::string& origin, const Columns& col
     const double u = std::clamp((time - times[next]) / (times[next + 1] - times[next]), 0.0, 1.0);
     for (std::size_t c = 0; c < names.size(); ++c) {
       const std::vector<double>& values = columns[c + 1];
-      result[c].values.push_back(values[next] + u * (values[next + 1] - values[next]));
+      result.columns[c].push_back(values[next] + u * (values[next + 1] - values[next]));
     }
   }
   return result;
@@ -117,7 +114,7 @@ std::vector<std::string> chosen_columns(const CsvTable& table, const std::string
   return chosen;
 }
 
-std::vector<NamedSeries> series_of_csv(const CsvTable& table, const SeriesFileOptions& options) {
+CsvTable series_of_csv(const CsvTable& table, const SeriesFileOptions& options) {
   const std::vector<double>* times = table.find("t_s");
   if (times == nullptr) times = table.find("time_s");
   if (times == nullptr) fail(table.origin, "has no column t_s or time_s; it must have the samples' times");
@@ -138,8 +135,7 @@ std::vector<NamedSeries> series_of_csv(const CsvTable& table, const SeriesFileOp
 
 }  // namespace
 
-std::vector<NamedSeries> parse_traj(std::string_view text, const std::string& origin,
-                                    const SeriesFileOptions& options) {
+CsvTable parse_traj(std::string_view text, const std::string& origin, const SeriesFileOptions& options) {
   Columns columns(4);
   std::size_t line_number = 0;
   while (!text.empty()) {
@@ -163,7 +159,7 @@ std::vector<NamedSeries> parse_traj(std::string_view text, const std::string& or
   return resampled(origin, columns, {"force_x_n", "force_y_n", "force_z_n"}, options);
 }
 
-std::vector<NamedSeries> load_series(const std::filesystem::path& file, const SeriesFileOptions& options) {
+CsvTable load_series(const std::filesystem::path& file, const SeriesFileOptions& options) {
   if (file.extension() == ".traj") return parse_traj(read_text(file), file.string(), options);
   return series_of_csv(read_csv(file), options);
 }

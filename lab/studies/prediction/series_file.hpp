@@ -4,14 +4,10 @@
 #include <filesystem>
 #include <string>
 #include <string_view>
-#include <vector>
+
+#include "lab/report/csv.hpp"
 
 namespace tandem::lab {
-
-struct NamedSeries {
-  std::string name;
-  std::vector<double> values;  ///< at the even rate that was asked for
-};
 
 struct SeriesFileOptions {
   double rate_hz = 200;    ///< that the series are resampled to, by straight lines
@@ -19,12 +15,13 @@ struct SeriesFileOptions {
   std::string columns{};   ///< of a CSV file, separated by commas; "": all that end in _n or _n_m
 };
 
-/// Every force (and torque) column of a file: `.traj` by its name, else CSV with a column t_s or time_s.
+/// Every force (and torque) column of a file, at the even rate that is asked for: `.traj` by its name, else CSV with a
+/// column t_s or time_s.
 ///
 /// .traj   lines of numbers between blanks: time, position x y z, force x y z, anything more; lines that begin with #,
 ///         % or a letter are skipped. README.md says what of this is known and what is assumed.
 /// Fails   std::invalid_argument naming file, line, what is wrong and the remedy
-std::vector<NamedSeries> load_series(const std::filesystem::path& file, const SeriesFileOptions& options);
-std::vector<NamedSeries> parse_traj(std::string_view text, const std::string& origin, const SeriesFileOptions& options);
+CsvTable load_series(const std::filesystem::path& file, const SeriesFileOptions& options);
+CsvTable parse_traj(std::string_view text, const std::string& origin, const SeriesFileOptions& options);
 
 }  // namespace tandem::lab

@@ -42,16 +42,16 @@ TEST(TrajFile, ForcesAreResampledToAnEvenRate) {
       "\n"
       "0.030 1 2 3 2.0 20 -1\n";
   const auto series = parse_traj(text, "duck.traj", {.rate_hz = 200});
-  ASSERT_EQ(series.size(), 3U);
-  EXPECT_EQ(series[0].name, "force_x_n");
-  EXPECT_TRUE(are_near(series[0].values, {0, 0.5, 1, 1.25, 1.5, 1.75, 2}));
-  EXPECT_THAT(series[1].values, testing::Pointwise(testing::DoubleNear(1e-9), {10, 15, 20, 20, 20, 20, 20}));
-  EXPECT_EQ(series[2].values.size(), 7U);
+  ASSERT_EQ(series.columns.size(), 3U);
+  EXPECT_EQ(series.names[0], "force_x_n");
+  EXPECT_TRUE(are_near(series.columns[0], {0, 0.5, 1, 1.25, 1.5, 1.75, 2}));
+  EXPECT_THAT(series.columns[1], testing::Pointwise(testing::DoubleNear(1e-9), {10, 15, 20, 20, 20, 20, 20}));
+  EXPECT_EQ(series.columns[2].size(), 7U);
 }
 
 TEST(TrajFile, TimesMayBeMilliseconds) {
   const std::string text = "0 0 0 0 1 1 1\n100 0 0 0 2 2 2\n";
-  EXPECT_EQ(parse_traj(text, "a.traj", {.rate_hz = 200, .time_unit_s = 1e-3})[0].values.size(), 21U);
+  EXPECT_EQ(parse_traj(text, "a.traj", {.rate_hz = 200, .time_unit_s = 1e-3}).row_count(), 21U);
 }
 
 TEST(TrajFile, ComplaintsNameFileLineAndRemedy) {
@@ -70,12 +70,12 @@ TEST(TrajFile, ComplaintsNameFileLineAndRemedy) {
 TEST(SeriesFile, OfACsvAllForceColumnsAreTaken) {
   const auto file = written("series_file_test.csv", "t_s,speed_m_per_s,force_x_n,torque_z_n_m\n0,1,2,3\n0.01,1,4,5\n");
   const auto series = load_series(file, {.rate_hz = 200});
-  ASSERT_EQ(series.size(), 2U);
-  EXPECT_EQ(series[0].name, "force_x_n");
-  EXPECT_TRUE(are_near(series[0].values, {2, 3, 4}));
-  EXPECT_EQ(series[1].name, "torque_z_n_m");
+  ASSERT_EQ(series.columns.size(), 2U);
+  EXPECT_EQ(series.names[0], "force_x_n");
+  EXPECT_TRUE(are_near(series.columns[0], {2, 3, 4}));
+  EXPECT_EQ(series.names[1], "torque_z_n_m");
   const auto chosen = load_series(file, {.rate_hz = 200, .columns = "speed_m_per_s"});
-  ASSERT_EQ(chosen.size(), 1U);
+  ASSERT_EQ(chosen.columns.size(), 1U);
   EXPECT_THAT(complaint([&] { load_series(file, {.columns = "warmth"}); }), HasSubstr("warmth"));
 }
 
