@@ -4,10 +4,10 @@
 #include <chrono>
 #include <utility>
 
+#include "common/haptics/wave/wave_port.hpp"
 #include "common/physics/joints/delayed_joint.hpp"
 #include "server/assets/scene_coupling.hpp"
 #include "server/room/input_playout.hpp"
-#include "server/room/wave_hand.hpp"
 
 namespace tandem::server {
 namespace {
@@ -110,7 +110,9 @@ class PlayoutDriver final : public ToolDriver {
   Duration slowest_loop_{0};  ///< of all who share a body with this user
 };
 
-/// ClientMode::kWave: the waves move a handle of their own; where the hand is, only keeps it from drifting away.
+/// ClientMode::kWave: the waves move a virtual handle, which the coupling pulls the tool to, and its answer becomes the
+/// wave back; where the hand is, only keeps that handle from drifting away. Both ends keep account, so a client that
+/// uses another impedance gets reflections, but no energy.
 class WaveDriver final : public ToolDriver {
  public:
   WaveDriver(std::shared_ptr<const LoadedScene> scene, Duration period, ToolPort& port,
@@ -124,11 +126,13 @@ class WaveDriver final : public ToolDriver {
     const haptics::CouplingParameters in_force =
         physics::coupling_in_force(scene_->world.coupling, coupling_, moved_mass(*scene_, port_.tool(), body));
     input.answered = input.newest.input_tick;
-    port_.set_handle(wave_.target(input.newest, in_force, step_s_));
+    wave_.receive(input.newest.sent.time_since_epoch(), input.newest.wave);
+    const Pose& X_WH = wave_.move(input.newest.handle.X, in_force, step_s_);
+    port_.set_handle({X_WH, wave_.velocity()});
     return std::nullopt;
   }
-  void settle() noexcept override { wave_.settle(port_.state().wrench_on_hand_W, step_s_); }
-  void describe(proto::ServerUpdate& update) const noexcept override { update.wave = wave_.wave(); }
+  void settle() noexcept override { wave_.settle(-port_.state().wrench_on_hand_W, step_s_); }
+  void describe(proto::ServerUpdate& update) const noexcept override { update.wave = wave_.sum_towards_hand(); }
   void stop() noexcept override { wave_.reset(); }
 
  private:
@@ -136,7 +140,7 @@ class WaveDriver final : public ToolDriver {
   double step_s_;
   ToolPort& port_;
   const haptics::CouplingParameters& coupling_;
-  WaveHand wave_;
+  haptics::WaveToolPort wave_{haptics::WaveImpedance{}, haptics::WavePlayer::Settings{}};
 };
 
 }  // namespace

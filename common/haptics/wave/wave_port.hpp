@@ -79,6 +79,7 @@ class WaveToolPort {
   void receive(Duration sender_time, const Wave& sum) noexcept { player_.receive(sender_time, sum); }
   /// Where the handle is at the end of the coming step. `hand` is the newest real handle; the first one is where the
   /// virtual one starts.
+  /// In      coupling  stiffness and damping at rest, of what pulls the tool there
   const Pose& move(const Pose& X_WH_hand, const CouplingParameters& coupling, double period_s) noexcept;
   const Twist& velocity() const noexcept { return velocity_; }
   /// `on_tool_W`: of the coupling in that step, about the handle's origin.

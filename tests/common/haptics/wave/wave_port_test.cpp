@@ -16,6 +16,8 @@
 namespace tandem::haptics {
 namespace {
 
+constexpr CouplingParameters kSlack{.stiffness_n_per_m = 0, .damping_n_s_per_m = 0};
+
 constexpr double kTick_s = 0.001;
 
 /// Hand port, delay line each way, tool port at a slower rate, and a coupling to a tool of its own on x.
@@ -147,11 +149,11 @@ TEST(WavePorts, AreFiniteForAnyInput) {
   moved.p.x() = 1;
   EXPECT_TRUE(is_finite(hand.tick(moved, 0.001)));
   EXPECT_TRUE(is_finite(hand.sum_towards_tool()));
-  EXPECT_TRUE(is_finite(tool.move(bad, {}, 0.005)));
-  tool.move({}, {}, 0.005);
+  EXPECT_TRUE(is_finite(tool.move(bad, kSlack, 0.005)));
+  tool.move({}, kSlack, 0.005);
   tool.settle({Vec3(nan, 0, 0), Vec3::Zero()}, 0.005);
   tool.settle(huge, 0.005);
-  EXPECT_TRUE(is_finite(tool.move({}, {}, 0.005)));
+  EXPECT_TRUE(is_finite(tool.move({}, kSlack, 0.005)));
   EXPECT_TRUE(is_finite(tool.sum_towards_hand()));
 }
 

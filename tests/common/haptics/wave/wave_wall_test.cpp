@@ -1,21 +1,18 @@
-// The wave line with the server's end of it: the client's port, a delay, and the hand that pulls a tool.
-#include "server/room/wave_hand.hpp"
-
+// The wave line as the room uses it: the client's port, a delay, and the handle that a coupling pulls a tool to.
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <limits>
 #include <vector>
 
-#include "common/haptics/coupling/laws.hpp"
+#include "common/haptics/wave/wave_port.hpp"
 
-namespace tandem::server {
+namespace tandem::haptics {
 namespace {
 
 constexpr double kTick_s = 0.001;
 
-haptics::CouplingParameters coupling_parameters() {
-  haptics::CouplingParameters parameters;
+CouplingParameters coupling_parameters() {
+  CouplingParameters parameters;
   parameters.stiffness_n_per_m = 500;
   parameters.damping_n_s_per_m = 2;
   parameters.force_limit_n = 1e3;
@@ -35,15 +32,11 @@ struct PressedWall {
     up.push_back(port.sum_towards_tool());
     places.push_back(x);
     if (k >= delay) {
-      proto::ClientUpdate update;
-      update.mode = proto::ClientMode::kWave;
-      update.handle_valid = true;
-      update.sent = LocalTime(std::chrono::milliseconds(k - delay));
-      update.wave = up[static_cast<std::size_t>(k - delay)];
-      update.handle.X.p.x() = places[static_cast<std::size_t>(k - delay)];
-      step(update);
+      const auto sent = static_cast<std::size_t>(k - delay);
+      tool.receive(std::chrono::milliseconds(k - delay), up[sent]);
+      step(places[sent]);
     }
-    down.push_back(hand.wave());
+    down.push_back(tool.sum_towards_hand());
     if (k >= delay) port.receive(std::chrono::milliseconds(k - delay), down[static_cast<std::size_t>(k - delay)]);
     v += (f + 200 * (0.02 - x) - 2 * v) / 0.3 * kTick_s;
     x += v * kTick_s;
@@ -52,27 +45,28 @@ struct PressedWall {
     force = f;
     ++k;
   }
-  void step(const proto::ClientUpdate& update) {
-    const RigidState target = hand.target(update, coupling_parameters(), kTick_s);
+  void step(double x_hand) {
+    const Pose X_WT = tool.move({{x_hand, 0, 0}, Quat::Identity()}, coupling_parameters(), kTick_s);
+    const RigidState target{X_WT, tool.velocity()};
     // A tool without mass: coupling against wall, implicit.
     const double stretch = 500 * target.X.p.x() + 2 * target.V.v.x() + 2 / kTick_s * x_tool;
     double x_next = stretch / (500 + 2 / kTick_s);
     if (x_next > 0.005) x_next = (stretch + 5000 * 0.005) / (500 + 2 / kTick_s + 5000);
     const double on_tool = 500 * (target.X.p.x() - x_next) + 2 * (target.V.v.x() - (x_next - x_tool) / kTick_s);
     x_tool = x_next;
-    hand.settle({Vec3(-on_tool, 0, 0), Vec3::Zero()}, kTick_s);
+    tool.settle({Vec3(on_tool, 0, 0), Vec3::Zero()}, kTick_s);
   }
 
   explicit PressedWall(int delay_ticks) : delay(delay_ticks) {}
   int delay, k = 0;
-  haptics::WaveHandPort port{haptics::WaveImpedance{}, haptics::WavePlayer::Settings{}};
-  WaveHand hand;
-  std::vector<haptics::Wave> up, down;
+  WaveHandPort port{WaveImpedance{}, WavePlayer::Settings{}};
+  WaveToolPort tool{WaveImpedance{}, WavePlayer::Settings{}};
+  std::vector<Wave> up, down;
   std::vector<double> places;
   double x = 0, v = 0, x_tool = 0, force = 0, taken_j = 0, most_taken_j = 0;
 };
 
-TEST(WaveHand, APressedWallComesToRestAtEveryDelay) {
+TEST(WaveLine, APressedWallComesToRestAtEveryDelay) {
   for (const int delay : {1, 15, 50, 150}) {
     PressedWall wall(delay);
     wall.run(15000);
@@ -87,38 +81,23 @@ TEST(WaveHand, APressedWallComesToRestAtEveryDelay) {
   }
 }
 
-TEST(WaveHand, TheSameInputAgainIsNotCountedTwice) {
-  const haptics::CouplingParameters slack{.stiffness_n_per_m = 0, .damping_n_s_per_m = 0};
-  WaveHand hand;
-  proto::ClientUpdate update;
-  update.mode = proto::ClientMode::kWave;
-  hand.target(update, slack, kTick_s);
-  update.sent += std::chrono::milliseconds(1);
-  update.wave.f.x() = 0.005;
+TEST(WavePorts, TheSameWaveAgainIsNotCountedTwice) {
+  const CouplingParameters slack{.stiffness_n_per_m = 0, .damping_n_s_per_m = 0};
+  WaveToolPort tool{WaveImpedance{}, WavePlayer::Settings{}};
+  tool.receive(Duration{0}, {});
+  tool.move({}, slack, kTick_s);
+  Wave wave;
+  wave.f.x() = 0.005;
   double x = 0;
   for (int step = 0; step < 20; ++step) {
-    x = hand.target(update, slack, kTick_s).X.p.x();
-    hand.settle({}, kTick_s);
+    tool.receive(std::chrono::milliseconds(1), wave);
+    x = tool.move({}, slack, kTick_s).p.x();
+    tool.settle({}, kTick_s);
   }
   // Without a force V = u √(2/b): 2.24 mm, of which the filter still has e⁻⁴ and the drift has taken back 4 %.
-  const double b = haptics::WaveImpedance{}.linear_n_s_per_m;
+  const double b = WaveImpedance{}.linear_n_s_per_m;
   EXPECT_NEAR(x, 0.005 * std::sqrt(2 / b), 0.08 * 0.005 * std::sqrt(2 / b));
 }
 
-TEST(WaveHand, IsFiniteForAnyInput) {
-  WaveHand hand;
-  proto::ClientUpdate update;
-  update.mode = proto::ClientMode::kWave;
-  const double infinity = std::numeric_limits<double>::infinity();
-  for (const double bad : {std::nan(""), infinity, -infinity, 1e300}) {
-    update.sent += std::chrono::milliseconds(1);
-    update.wave.f.x() = bad;
-    update.handle.X.p.x() = bad;
-    EXPECT_TRUE(is_finite(hand.target(update, coupling_parameters(), kTick_s).X));
-    hand.settle({Vec3(bad, 0, 0), Vec3::Zero()}, kTick_s);
-    EXPECT_TRUE(is_finite(hand.wave()));
-  }
-}
-
 }  // namespace
-}  // namespace tandem::server
+}  // namespace tandem::haptics
