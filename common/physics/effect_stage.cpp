@@ -58,7 +58,8 @@ Wrench scaled(const Wrench& wrench, double factor) {
 }  // namespace
 
 struct EffectStage::Meeting {
-  const Owned& owned;
+  const Effect& effect;
+  std::optional<std::size_t> owner;  ///< body that the effect belongs to
   const EffectTool& tool;
   Pose X_WO;
   Twist V_WT;         ///< of the tool's origin
@@ -68,7 +69,10 @@ struct EffectStage::Meeting {
 
 EffectStage::EffectStage(std::span<const SceneEffect> effects, std::size_t things, std::size_t tools)
     : memories_(effects.size() * tools), flows_(effects.size() * tools), hands_(things), velocities_(things) {
-  for (const SceneEffect& effect : effects) effects_.push_back({Effect(effect.settings), effect.body});
+  for (const SceneEffect& effect : effects) {
+    effects_.emplace_back(effect.settings);
+    owners_.push_back(effect.body);
+  }
 }
 
 void EffectStage::forget(std::size_t tool) noexcept {
@@ -90,26 +94,27 @@ void EffectStage::apply(double time_s, double step_s, std::span<TouchThing> thin
   }
 }
 
-void EffectStage::apply_one(double time_s, double step_s, std::size_t effect, std::span<TouchThing> things,
+void EffectStage::apply_one(double time_s, double step_s, std::size_t index, std::span<TouchThing> things,
                             const EffectTool& tool, const TouchStage& touch) noexcept {
-  const Owned& owned = effects_[effect];
-  EffectMemory& memory = memories_[tool.tool * effects_.size() + effect];
-  Flow& flow = flows_[tool.tool * effects_.size() + effect];
-  if (owned.body == tool.thing) {
+  const Effect& effect = effects_[index];
+  const std::optional<std::size_t> owner = owners_[index];
+  EffectMemory& memory = memories_[tool.tool * effects_.size() + index];
+  Flow& flow = flows_[tool.tool * effects_.size() + index];
+  if (owner == tool.thing) {
     memory = EffectMemory{};
     flow = Flow{};
     return;
   }
   const Vec3& p_WT = tool.X_WT.p;
   const bool has_no_mass = is_massless(things[tool.thing]);
-  Meeting meeting{owned, tool, {}, velocity_at(velocities_[tool.thing], things[tool.thing], p_WT), {}, {}};
+  Meeting meeting{effect, owner, tool, {}, velocity_at(velocities_[tool.thing], things[tool.thing], p_WT), {}, {}};
   TouchBetween between;
-  if (owned.body) {
-    const TouchThing& owner = things[*owned.body];
-    meeting.of_owner = mobility_at(owner, p_WT);
-    meeting.X_WO = owner.rigid->state().X;
-    if (can_move(owner)) meeting.V_WO = velocity_at(velocities_[*owned.body], owner, p_WT);
-    between = touch.between(tool.thing, *owned.body);
+  if (owner) {
+    const TouchThing& thing = things[*owner];
+    meeting.of_owner = mobility_at(thing, p_WT);
+    meeting.X_WO = thing.rigid->state().X;
+    if (can_move(thing)) meeting.V_WO = velocity_at(velocities_[*owner], thing, p_WT);
+    between = touch.between(tool.thing, *owner);
   }
   const Mobility own = has_no_mass ? mobility_of(tool.tether, step_s) : mobility_at(things[tool.thing], p_WT);
   const Quat q_OW = meeting.X_WO.q.conjugate();
@@ -122,26 +127,26 @@ void EffectStage::apply_one(double time_s, double step_s, std::size_t effect, st
                           between.normal_force_n,
                           q_OW * between.normal_W,
                           has_no_mass};
-  if (has_no_mass && owned.effect.is_viscous()) return flow_round(meeting, input, things, flow);
+  if (has_no_mass && effect.is_viscous()) return flow_round(meeting, input, things, flow);
   flow = Flow{};
-  const Wrench on_tool_O = owned.effect.wrench_on_tool_O(input, memory);
+  const Wrench on_tool_O = effect.wrench_on_tool_O(input, memory);
   const Wrench on_tool_W =
       scaled({meeting.X_WO.q * on_tool_O.f, meeting.X_WO.q * on_tool_O.t}, 1.0 / hands_[tool.thing]);
   push(step_s, things[tool.thing], tool.thing, on_tool_W, p_WT);
-  if (owned.body) push(step_s, things[*owned.body], *owned.body, -on_tool_W, p_WT);
+  if (owner) push(step_s, things[*owner], *owner, -on_tool_W, p_WT);
 }
 
 /// First the owner's share of what the fluid did in the last step, then what it is in this one.
 void EffectStage::flow_round(const Meeting& meeting, const EffectInput& input, std::span<TouchThing> things,
                              Flow& flow) noexcept {
-  const EffectSettings& settings = meeting.owned.effect.settings();
-  if (meeting.owned.body) {
+  const EffectSettings& settings = meeting.effect.settings();
+  if (meeting.owner) {
     const Wrench on_owner_W{
         clamped_to_length(flow.damping.n_s_per_m * (meeting.V_WT.v - flow.V_WT.v), settings.force_limit_n),
         clamped_to_length(flow.damping.n_m_s_per_rad * (meeting.V_WT.w - flow.V_WT.w), settings.torque_limit_n_m)};
-    push(input.step_s, things[*meeting.owned.body], *meeting.owned.body, on_owner_W, meeting.tool.X_WT.p);
+    push(input.step_s, things[*meeting.owner], *meeting.owner, on_owner_W, meeting.tool.X_WT.p);
   }
-  flow = {meeting.owned.effect.damping(input), meeting.V_WO};
+  flow = {meeting.effect.damping(input), meeting.V_WO};
   const double linear = bound_of(meeting.of_owner.linear), angular = bound_of(meeting.of_owner.angular);
   if (linear > 0) flow.damping.n_s_per_m = std::min(flow.damping.n_s_per_m, kLateShare / (linear * input.step_s));
   if (angular > 0) {

@@ -43,10 +43,6 @@ class EffectStage {
              const TouchStage& touch) noexcept;
 
  private:
-  struct Owned {
-    Effect effect;
-    std::optional<std::size_t> body;
-  };
   /// What a fluid was to a massless tool in the last step.
   struct Flow {
     EffectDamping damping;
@@ -55,16 +51,17 @@ class EffectStage {
   /// One effect and one tool in this step.
   struct Meeting;
 
-  void apply_one(double time_s, double step_s, std::size_t effect, std::span<TouchThing> things, const EffectTool& tool,
+  void apply_one(double time_s, double step_s, std::size_t index, std::span<TouchThing> things, const EffectTool& tool,
                  const TouchStage& touch) noexcept;
   void flow_round(const Meeting& meeting, const EffectInput& input, std::span<TouchThing> things, Flow& flow) noexcept;
   void push(double step_s, TouchThing& thing, std::size_t index, const Wrench& wrench_W, const Vec3& p_W) noexcept;
 
-  std::vector<Owned> effects_;
-  std::vector<EffectMemory> memories_;  ///< of tool t and effect e: t · effects + e
-  std::vector<Flow> flows_;             ///< alike
-  std::vector<int> hands_;              ///< that pull at each thing
-  std::vector<Twist> velocities_;       ///< of the things' centres, as far as effects have changed them
+  std::vector<Effect> effects_;
+  std::vector<std::optional<std::size_t>> owners_;  ///< body that each belongs to
+  std::vector<EffectMemory> memories_;              ///< of tool t and effect e: t · effects + e
+  std::vector<Flow> flows_;                         ///< alike
+  std::vector<int> hands_;                          ///< that pull at each thing
+  std::vector<Twist> velocities_;                   ///< of the things' centres, as far as effects have changed them
 };
 
 }  // namespace tandem::physics

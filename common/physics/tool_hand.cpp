@@ -35,18 +35,19 @@ void ToolHand::reset(const haptics::CouplingParameters& coupling) noexcept {
 }
 
 void ToolHand::set_handle(const RigidState& handle) noexcept {
-  source_ = Source::kHandle;
+  pulls_ = has_handle_ = true;
   target_ = handle;
 }
 
 void ToolHand::anchor_at(const Pose& X_WT) noexcept {
-  source_ = Source::kAnchor;
+  pulls_ = true;
+  has_handle_ = false;
   target_ = {X_WT, Twist{}};
   wrench_on_hand_W_ = Wrench{};
 }
 
 void ToolHand::let_go() noexcept {
-  source_ = Source::kNone;
+  pulls_ = has_handle_ = false;
   wrench_on_tool_W_ = Wrench{};
   wrench_on_hand_W_ = Wrench{};
 }

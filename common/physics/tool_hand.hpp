@@ -56,8 +56,8 @@ class ToolHand {
   void set_strength(double strength) noexcept;
   double strength() const { return strength_; }
 
-  bool has_handle() const { return source_ == Source::kHandle; }
-  bool pulls() const { return source_ != Source::kNone; }
+  bool has_handle() const { return has_handle_; }
+  bool pulls() const { return pulls_; }
   /// What the law makes of a tool that holds nothing.
   haptics::ToolDynamics dynamics() const { return law_->tool_dynamics(); }
   /// In force now, at strength 1.
@@ -94,13 +94,12 @@ class ToolHand {
  private:
   void add_work(double work_j) noexcept;
 
-  enum class Source { kNone, kHandle, kAnchor };
-
   std::unique_ptr<haptics::CouplingLaw> law_;
   ScaledLaw scaled_;
   double strength_ = 1;
   haptics::CouplingRamp ramp_;
-  Source source_ = Source::kNone;
+  bool pulls_ = false;
+  bool has_handle_ = false;  ///< and pulls to it; else to where the tool was
   RigidState target_;
   Wrench wrench_on_tool_W_;
   Wrench wrench_on_hand_W_;
