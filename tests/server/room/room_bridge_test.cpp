@@ -249,20 +249,21 @@ TEST_F(RoomBridge, WavesMoveTheToolWhereTheHandIsAndAreAnswered) {
   EXPECT_LT(largest.f.norm(), 5);
 }
 
-TEST_F(RoomBridge, PlayingOutAllocatesNothing) {
+TEST_F(RoomBridge, NoModeNorAChangeOfItAllocates) {
   Bench bench(scene_);
   bench.join(0);
   std::uint64_t tick = 0;
   const auto run = [&](std::uint64_t count) {
     for (std::uint64_t end = tick + count; tick < end;) {
       ++tick;
-      bench.room.mailboxes(0).input.publish(input(tick, stirring(tick), proto::ClientMode::kLocalModel));
+      const auto mode = static_cast<proto::ClientMode>(tick / 100 % 3);
+      bench.room.mailboxes(0).input.publish(input(tick, stirring(tick), mode));
       bench.step();
     }
   };
-  run(500);
+  run(600);
   const std::uint64_t before = test::allocation_count();
-  run(500);
+  run(600);
   EXPECT_EQ(test::allocation_count() - before, 0U);
 }
 
