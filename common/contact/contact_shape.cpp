@@ -6,8 +6,11 @@
 #include <stdexcept>
 
 #include "common/base/byte_io.hpp"
+#include "common/contact/distance_grid.hpp"
 #include "common/contact/primitive_fields.hpp"
+#include "common/geometry/mesh_repair.hpp"
 #include "common/geometry/tessellation.hpp"
+#include "common/geometry/triangle_tree.hpp"
 
 namespace tandem::contact {
 namespace {
@@ -64,7 +67,7 @@ std::shared_ptr<const ContactShape> make_primitive(std::shared_ptr<const Distanc
                                                    const geometry::TriangleMesh& outline, double half_thickness_m,
                                                    const ContactShapeOptions& options) {
   auto shape = std::make_shared<ContactShape>();
-  shape->shells = sample_surface(outline, *field, options.shell);
+  shape->shells = sample_surface(outline, *field, options);
   shape->field = std::move(field);
   shape->rigid_depth_m = rigid_depth_of(half_thickness_m);
   set_bounds(*shape);
@@ -157,14 +160,12 @@ std::shared_ptr<const ContactShape> make_contact_capsule(double radius_m, double
 std::shared_ptr<const ContactShape> make_contact_mesh(const geometry::ContactMesh& mesh,
                                                       const ContactShapeOptions& options,
                                                       const std::function<void(double)>& progress) {
-  require_near_origin(mesh.mesh, options.shell.spacing_m);
+  require_near_origin(mesh.mesh, options.spacing_m);
   auto shape = std::make_shared<ContactShape>();
   StagedProgress staged(progress);
   const geometry::TriangleTree tree(mesh.mesh);
-  shape->field = DistanceGrid::build(mesh, tree, options.grid, staged.stage(0.05, 0.7));
-  PointShellOptions shell = options.shell;
-  shell.sheet_thickness_m = options.grid.sheet_thickness_m;
-  shape->shells = sample_surface(mesh, shell, staged.stage(0.7, 0.95));
+  shape->field = DistanceGrid::build(mesh, tree, options, staged.stage(0.05, 0.7));
+  shape->shells = sample_surface(mesh, options, staged.stage(0.7, 0.95));
   shape->rigid_depth_m = rigid_depth_of(thin_half_thickness(*shape->field, shape->shells.surface));
   set_bounds(*shape);
   staged.reach(1);

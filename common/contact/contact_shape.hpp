@@ -27,9 +27,25 @@ struct ContactShape {
   std::size_t memory_bytes() const;
 };
 
+/// How finely a shape is sampled.
 struct ContactShapeOptions {
-  DistanceGridOptions grid;
-  PointShellOptions shell;
+  // Distances to a mesh.
+  double cell_m = 8e-4;       ///< largest cell edge near the surface; cells are halved up to twice where needed
+  double tolerance_m = 3e-5;  ///< largest interpolation error near the surface that does not halve the cells
+  double band_m = 2.5e-3;     ///< distances up to this are sampled at full resolution
+  int threads = 2;
+
+  // Points.
+  double spacing_m = 4.5e-4;
+  /// Edges sharper than this, and corners of such edges, are sampled exactly and at `feature_spacing_m`: the points
+  /// between which a sharp feature would slip through.
+  double feature_angle_deg = 25;
+  double feature_spacing_m = 2.5e-4;
+  double feature_height_m = 5e-5;    ///< vertices that stand out farther than this from the shell are added to it
+  std::size_t max_points = 400'000;  ///< larger surfaces get a wider spacing; bumps may add a quarter
+
+  /// A sheet is felt as a plate of this thickness around it.
+  double sheet_thickness_m = 1e-3;
 };
 
 std::shared_ptr<const ContactShape> make_contact_sphere(double radius_m, const ContactShapeOptions& options = {});

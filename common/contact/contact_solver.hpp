@@ -26,7 +26,7 @@ struct SolverBody {
   bool is_prescribed = false;
 };
 
-/// A user's pull on a body that moves freely.
+/// A user's coupling to a body that moves freely.
 struct SolverCoupling {
   int body = 0;
   const haptics::CouplingLaw* law = nullptr;

@@ -1,4 +1,4 @@
-// A user's pull on a body as the contact solver sees it: taken at the end of the step, where the body will be.
+// A user's coupling as the contact solver sees it: taken at the end of the step, where the body will be.
 #pragma once
 
 #include "common/contact/block_cholesky.hpp"

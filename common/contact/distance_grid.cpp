@@ -114,6 +114,12 @@ std::size_t DistanceGrid::corner_total() const {
   return (std::size_t{bricks_[0]} + 1) * (bricks_[1] + 1) * (bricks_[2] + 1);
 }
 
+/// A place in the lattice.
+struct DistanceGrid::Place {
+  std::array<std::uint32_t, 3> brick;
+  Vec3 in_brick;  ///< 0..1 along each axis
+};
+
 inline bool DistanceGrid::locate(const Vec3& p_S, Place& place) const noexcept {
   const double x = (p_S.x() - origin_S_.x()) * bricks_per_m_;
   const double y = (p_S.y() - origin_S_.y()) * bricks_per_m_;

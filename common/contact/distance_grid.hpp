@@ -15,14 +15,7 @@
 
 namespace tandem::contact {
 
-struct DistanceGridOptions {
-  double cell_m = 8e-4;       ///< largest cell edge near the surface; cells are halved up to twice where needed
-  double tolerance_m = 3e-5;  ///< largest interpolation error near the surface that does not halve the cells
-  double band_m = 2.5e-3;     ///< distances up to this are sampled at full resolution
-  /// A sheet is felt as a plate of this thickness around it.
-  double sheet_thickness_m = 1e-3;
-  int threads = 2;
-};
+struct ContactShapeOptions;
 
 /// Signed distance in bricks of 4³, 8³ or 16³ cells where the surface is near, and on a coarse lattice elsewhere.
 ///
@@ -41,7 +34,7 @@ class DistanceGrid final : public DistanceField {
   /// Fails   std::invalid_argument: an option out of its range; MeshError: the mesh is too large for these cells
   /// Cost    see `tandem-lab bench contact`; the same bytes for any number of threads
   static std::unique_ptr<DistanceGrid> build(const geometry::ContactMesh& mesh, const geometry::TriangleTree& tree,
-                                             const DistanceGridOptions& options,
+                                             const ContactShapeOptions& options,
                                              const std::function<void(double)>& progress);
 
   double distance_m(const Vec3& p_S) const noexcept override;
@@ -75,10 +68,7 @@ class DistanceGrid final : public DistanceField {
     return edge * edge * edge;
   }
 
-  struct Place {
-    std::array<std::uint32_t, 3> brick;
-    Vec3 in_brick;  ///< 0..1 along each axis
-  };
+  struct Place;
 
   DistanceGrid() = default;
   double cell_m(std::uint32_t level) const { return brick_m_ / cells_of(level); }

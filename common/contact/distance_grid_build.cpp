@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "common/contact/brick_sampler.hpp"
+#include "common/contact/contact_shape.hpp"
 #include "common/contact/distance_grid.hpp"
 
 namespace tandem::contact {
@@ -24,7 +25,7 @@ void require(bool is_met, const char* field, double value, const char* remedy) {
   throw std::invalid_argument("distance grid: " + std::string(field) + " is " + std::to_string(value) + "; " + remedy);
 }
 
-void check(const DistanceGridOptions& options) {
+void check(const ContactShapeOptions& options) {
   require(options.cell_m >= 1e-5 && options.cell_m <= 10, "cell_m", options.cell_m, "use 0.00001 to 10 m");
   require(options.tolerance_m > 0 && std::isfinite(options.tolerance_m), "tolerance_m", options.tolerance_m,
           "use a positive length");
@@ -82,7 +83,7 @@ class ParallelFor {
 class DistanceGridBuilder {
  public:
   DistanceGridBuilder(const geometry::ContactMesh& mesh, const geometry::TriangleTree& tree,
-                      const DistanceGridOptions& options, const std::function<void(double)>& progress)
+                      const ContactShapeOptions& options, const std::function<void(double)>& progress)
       : options_(options),
         exact_(tree, mesh.kind, options.sheet_thickness_m),
         parallel_(options.threads, progress),
@@ -126,7 +127,7 @@ class DistanceGridBuilder {
     return (position[2] * grid_->bricks_[1] + position[1]) * grid_->bricks_[0] + position[0];
   }
 
-  DistanceGridOptions options_;
+  ContactShapeOptions options_;
   ExactDistance exact_;
   ParallelFor parallel_;
   std::unique_ptr<DistanceGrid> grid_;
@@ -301,7 +302,7 @@ void DistanceGridBuilder::collect() {
 }
 
 std::unique_ptr<DistanceGrid> DistanceGrid::build(const geometry::ContactMesh& mesh, const geometry::TriangleTree& tree,
-                                                  const DistanceGridOptions& options,
+                                                  const ContactShapeOptions& options,
                                                   const std::function<void(double)>& progress) {
   check(options);
   std::unique_ptr<DistanceGrid> grid =

@@ -50,28 +50,19 @@ struct PointShell {
   static std::optional<PointShell> read(std::span<const std::uint8_t>& bytes);
 };
 
-struct PointShellOptions {
-  double spacing_m = 4.5e-4;
-  /// Edges sharper than this, and corners of such edges, are sampled exactly and at `feature_spacing_m`: the points
-  /// between which a sharp feature would slip through.
-  double feature_angle_deg = 25;
-  double feature_spacing_m = 2.5e-4;
-  double feature_height_m = 5e-5;    ///< vertices that stand out farther than this from the shell are added to it
-  std::size_t max_points = 400'000;  ///< larger surfaces get a wider spacing; bumps may add a quarter
-  double sheet_thickness_m = 1e-3;   ///< as of DistanceGridOptions: a sheet's points lie half of it out, on both sides
-};
-
 /// Both shells of a surface.
 struct PointShells {
   PointShell surface;   ///< everything, features included
   PointShell features;  ///< sharp edges, corners and small bumps alone; may be empty
 };
 
+struct ContactShapeOptions;
+
 /// Deterministic: the same mesh gives the same points.
-PointShells sample_surface(const geometry::ContactMesh& mesh, const PointShellOptions& options,
+PointShells sample_surface(const geometry::ContactMesh& mesh, const ContactShapeOptions& options,
                            const std::function<void(double)>& progress);
 /// Of a primitive: `outline` is its tessellation, `field` its exact distance, on whose surface the points are put.
 PointShells sample_surface(const geometry::TriangleMesh& outline, const DistanceField& field,
-                           const PointShellOptions& options);
+                           const ContactShapeOptions& options);
 
 }  // namespace tandem::contact

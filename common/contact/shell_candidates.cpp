@@ -38,6 +38,15 @@ ContactWork& ContactWork::operator+=(const ContactWork& other) {
   return *this;
 }
 
+/// A node of the cut through the tree, and what refining it gains.
+struct ShellCandidates::Cut {
+  float gain_m = 0;
+  std::uint32_t node = 0;
+};
+
+ShellCandidates::ShellCandidates(ShellCandidates&& other) noexcept = default;
+ShellCandidates::~ShellCandidates() = default;
+
 ShellCandidates::ShellCandidates(std::uint32_t capacity) : capacity_(capacity) {
   parts_.reserve(kParts);
   candidates_.reserve(capacity + 1);

@@ -69,6 +69,8 @@ class ShellCandidates {
  public:
   /// In      capacity  most candidates
   explicit ShellCandidates(std::uint32_t capacity);
+  ShellCandidates(ShellCandidates&& other) noexcept;
+  ~ShellCandidates();
 
   /// In      shell   may be empty
   ///         points  a ball around the shell's points
@@ -86,11 +88,7 @@ class ShellCandidates {
   std::span<const ShellPart> parts() const { return parts_; }
 
  private:
-  /// A node of the cut through the tree, and what refining it gains.
-  struct Cut {
-    float gain_m = 0;
-    std::uint32_t node = 0;
-  };
+  struct Cut;
 
   void divide(std::size_t parts) noexcept;
   bool is_out_of_reach(const Pose& X_FP, double band_m) noexcept;

@@ -6,6 +6,7 @@
 #include <span>
 
 #include "common/base/random.hpp"
+#include "common/contact/contact_shape.hpp"
 
 namespace tandem::contact {
 namespace {
@@ -373,7 +374,7 @@ double area_m2(const geometry::TriangleMesh& mesh) {
 
 }  // namespace
 
-SpreadSamples spread_samples(const geometry::SurfaceTopology& surface, const PointShellOptions& options,
+SpreadSamples spread_samples(const geometry::SurfaceTopology& surface, const ContactShapeOptions& options,
                              const std::function<void(double)>& progress) {
   // Features keep their spacing unless they alone would be half of the points.
   double feature_spacing = options.feature_spacing_m;

@@ -2,8 +2,10 @@
 // rim, a primitive's on its exact surface.
 #include <numbers>
 
+#include "common/contact/contact_shape.hpp"
 #include "common/contact/point_shell.hpp"
 #include "common/contact/shell_sampling.hpp"
+#include "common/geometry/mesh_repair.hpp"
 #include "common/geometry/triangle_tree.hpp"
 
 namespace tandem::contact {
@@ -46,7 +48,7 @@ std::vector<Candidate> candidates_of(const SpreadSamples& spread) {
 /// The points of a plate of `thickness` around a sheet.
 class PlateSampler {
  public:
-  PlateSampler(const geometry::SurfaceTopology& sheet, const PointShellOptions& options)
+  PlateSampler(const geometry::SurfaceTopology& sheet, const ContactShapeOptions& options)
       : sheet_(sheet), radius_m_(options.sheet_thickness_m / 2), step_m_(options.feature_spacing_m) {}
 
   void add_sides(const SpreadSamples& middle) {
@@ -144,10 +146,10 @@ class PlateSampler {
   std::vector<Candidate> candidates_;
 };
 
-PointShells plate_shells(const geometry::ContactMesh& mesh, const PointShellOptions& options,
+PointShells plate_shells(const geometry::ContactMesh& mesh, const ContactShapeOptions& options,
                          const std::function<void(double)>& progress) {
   const geometry::SurfaceTopology sheet(mesh.mesh);
-  PointShellOptions middle = options;
+  ContactShapeOptions middle = options;
   middle.spacing_m *= kSheetDensity;
   middle.max_points /= 2;
   // Folds and spikes of the middle are round on the plate: its tubes and caps are their samples.
@@ -173,7 +175,7 @@ void put_on_surface(const DistanceField& field, double out_m, Candidate& candida
 
 }  // namespace
 
-PointShells sample_surface(const geometry::ContactMesh& mesh, const PointShellOptions& options,
+PointShells sample_surface(const geometry::ContactMesh& mesh, const ContactShapeOptions& options,
                            const std::function<void(double)>& progress) {
   if (mesh.kind == geometry::SurfaceKind::kSheet) return plate_shells(mesh, options, progress);
   const geometry::SurfaceTopology surface(mesh.mesh);
@@ -182,9 +184,9 @@ PointShells sample_surface(const geometry::ContactMesh& mesh, const PointShellOp
 }
 
 PointShells sample_surface(const geometry::TriangleMesh& outline, const DistanceField& field,
-                           const PointShellOptions& options) {
+                           const ContactShapeOptions& options) {
   const geometry::SurfaceTopology surface(outline);
-  PointShellOptions spread_under = options;
+  ContactShapeOptions spread_under = options;
   spread_under.spacing_m *= kOutlineMargin;
   spread_under.max_points = std::min(spread_under.max_points, kPrimitivePoints);
   const SpreadSamples spread = spread_samples(surface, spread_under, {});

@@ -64,6 +64,28 @@ Box box_of(const TriangleMesh& mesh, const std::array<int, 3>& triangle) {
 
 }  // namespace
 
+/// Of one child: a box in single precision, rounded outward, and where it goes on.
+struct TriangleTree::Child {
+  std::array<float, 3> low;
+  std::array<float, 3> high;
+  std::uint32_t link = 0;  ///< a node, or kLeafBit | slots − 1 in the next bits | first slot
+};
+
+struct TriangleTree::Node {
+  std::array<Child, 2> children;
+};
+
+struct TriangleTree::Corners {
+  Vec3 a, ab, ac;
+};
+
+struct TriangleTree::Nearest {
+  double squared_m2;
+  std::uint32_t slot;
+  Vec3 from_a_S;  ///< closest point − corner a
+  int feature;    ///< 0 face, 1..3 edges ab, bc, ca, 4..6 corners a, b, c
+};
+
 /// Splits the triangles from the root down, each time where the surface area heuristic expects the fewest visits.
 struct TriangleTree::Builder {
   std::vector<Box> boxes;  ///< of the mesh's triangles
@@ -165,6 +187,10 @@ struct TriangleTree::Builder {
     return index;
   }
 };
+
+TriangleTree::TriangleTree(TriangleTree&& other) noexcept = default;
+TriangleTree& TriangleTree::operator=(TriangleTree&& other) noexcept = default;
+TriangleTree::~TriangleTree() = default;
 
 TriangleTree::TriangleTree(const TriangleMesh& mesh) {
   if (mesh.triangles.empty() || mesh.triangles.size() > kSlotMask) {

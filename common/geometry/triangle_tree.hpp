@@ -19,6 +19,9 @@ class TriangleTree {
  public:
   /// In      mesh  at least one triangle; it need not live on
   explicit TriangleTree(const TriangleMesh& mesh);
+  TriangleTree(TriangleTree&& other) noexcept;
+  TriangleTree& operator=(TriangleTree&& other) noexcept;
+  ~TriangleTree();
 
   struct Closest {
     Vec3 point_S = Vec3::Zero();
@@ -44,27 +47,13 @@ class TriangleTree {
   /// Source  Baerentzen & Aanaes, "Signed distance computation using the angle weighted pseudonormal", 2005
   double signed_distance_m(const Vec3& p_S) const noexcept;
 
-  std::size_t triangle_count() const { return corners_.size(); }
+  std::size_t triangle_count() const { return triangle_of_slot_.size(); }
 
  private:
-  /// Of one child: a box in single precision, rounded outward, and where it goes on.
-  struct Child {
-    std::array<float, 3> low;
-    std::array<float, 3> high;
-    std::uint32_t link = 0;  ///< a node, or kLeafBit | slots − 1 in the next bits | first slot
-  };
-  struct Node {
-    std::array<Child, 2> children;
-  };
-  struct Corners {
-    Vec3 a, ab, ac;
-  };
-  struct Nearest {
-    double squared_m2;
-    std::uint32_t slot;
-    Vec3 from_a_S;  ///< closest point − corner a
-    int feature;    ///< 0 face, 1..3 edges ab, bc, ca, 4..6 corners a, b, c
-  };
+  struct Child;
+  struct Node;
+  struct Corners;
+  struct Nearest;
   struct Builder;
 
   void build_nodes(const TriangleMesh& mesh);

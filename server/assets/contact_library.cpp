@@ -32,15 +32,14 @@ contact::ContactShapeOptions options_for(const geometry::ContactMesh& mesh, doub
   }
   const double scale = std::max(1.0, (high - low).maxCoeff() / kFullResolutionSize_m);
   contact::ContactShapeOptions options;
-  options.grid.cell_m *= scale;
-  options.grid.tolerance_m *= scale;
-  options.grid.band_m *= scale;
-  options.grid.sheet_thickness_m = sheet_thickness_m;
-  options.grid.threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
-  options.shell.spacing_m *= scale;
-  options.shell.feature_spacing_m *= scale;
-  options.shell.feature_height_m *= scale;
-  options.shell.sheet_thickness_m = sheet_thickness_m;
+  options.cell_m *= scale;
+  options.tolerance_m *= scale;
+  options.band_m *= scale;
+  options.sheet_thickness_m = sheet_thickness_m;
+  options.threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+  options.spacing_m *= scale;
+  options.feature_spacing_m *= scale;
+  options.feature_height_m *= scale;
   return options;
 }
 

@@ -16,11 +16,11 @@ using namespace tandem;
 /// As small as can be, for the runner changes every byte: coarse cells, and few points.
 contact::ContactShapeOptions coarse_options() {
   contact::ContactShapeOptions options;
-  options.grid.cell_m = 2e-3;
-  options.grid.tolerance_m = 1e-3;
-  options.grid.band_m = 2e-3;
-  options.shell.spacing_m = 3e-3;
-  options.shell.feature_spacing_m = 3e-3;
+  options.cell_m = 2e-3;
+  options.tolerance_m = 1e-3;
+  options.band_m = 2e-3;
+  options.spacing_m = 3e-3;
+  options.feature_spacing_m = 3e-3;
   return options;
 }
 

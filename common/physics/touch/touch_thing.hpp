@@ -1,4 +1,4 @@
-// What the touch stage is told of the world in each step, and what it answers. Private to the world.
+// What the touch stage is given of the world in each step, and what it answers. Private to the world.
 #pragma once
 
 #include <cstdint>

@@ -7,6 +7,9 @@
 #include <thread>
 
 #include "common/base/random.hpp"
+#include "common/contact/contact_shape.hpp"
+#include "common/geometry/mesh_repair.hpp"
+#include "common/geometry/triangle_tree.hpp"
 #include "tests/common/contact/test_meshes.hpp"
 #include "tests/support/allocation_counter.hpp"
 
@@ -19,7 +22,7 @@ using ::testing::ThrowsMessage;
 constexpr std::uint64_t kSeed = 5;
 constexpr double kQuantumM = 0.22e-6;  ///< of the default options: band and brick diagonal in 32767 steps
 
-std::unique_ptr<DistanceGrid> grid_of(const geometry::TriangleMesh& mesh, const DistanceGridOptions& options = {},
+std::unique_ptr<DistanceGrid> grid_of(const geometry::TriangleMesh& mesh, const ContactShapeOptions& options = {},
                                       geometry::SurfaceKind kind = geometry::SurfaceKind::kSolid) {
   return DistanceGrid::build({mesh, kind, {}}, geometry::TriangleTree(mesh), options, {});
 }
@@ -210,7 +213,7 @@ TEST(DistanceGrid, SheetIsAPlateThatCanBeTouchedFromBothSides) {
   geometry::TriangleMesh mesh;
   mesh.vertices = {{-0.01, -0.01, 0}, {0.01, -0.01, 0}, {0.01, 0.01, 0}, {-0.01, 0.01, 0}};
   mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
-  DistanceGridOptions options;
+  ContactShapeOptions options;
   options.sheet_thickness_m = 2e-3;
   const auto grid = grid_of(mesh, options, geometry::SurfaceKind::kSheet);
   Random random(kSeed);
@@ -249,7 +252,7 @@ TEST(DistanceGrid, BunnyIsRightToItsStatedError) {
   const std::optional<geometry::TriangleMesh> bunny = bunny_mesh(0.02);
   if (!bunny) GTEST_SKIP() << "glmark2-data is not installed";
   const geometry::TriangleTree tree(*bunny);
-  DistanceGridOptions options;
+  ContactShapeOptions options;
   options.tolerance_m = 5e-5;
   const auto grid = grid_of(*bunny, options);
   Random random(kSeed);
@@ -267,7 +270,7 @@ TEST(DistanceGrid, BunnyIsRightToItsStatedError) {
 
 TEST(DistanceGrid, IsTheSameForAnyNumberOfThreads) {
   const geometry::TriangleMesh mesh = bumpy_sphere();
-  DistanceGridOptions options;
+  ContactShapeOptions options;
   options.threads = 1;
   const std::vector<std::uint8_t> alone = bytes_of(*grid_of(mesh, options));
   options.threads = 3;
@@ -375,18 +378,18 @@ TEST(DistanceGrid, AQueryAllocatesNothing) {
 }
 
 TEST(DistanceGrid, NamesTheOptionThatIsOutOfItsRange) {
-  const auto build_with = [](double DistanceGridOptions::*option, double value) {
+  const auto build_with = [](double ContactShapeOptions::*option, double value) {
     return [=] {
-      DistanceGridOptions options;
+      ContactShapeOptions options;
       options.*option = value;
       grid_of(box_mesh({0.004, 0.004, 0.004}), options);
     };
   };
   const auto names = [](const char* what) { return ThrowsMessage<std::invalid_argument>(HasSubstr(what)); };
-  EXPECT_THAT(build_with(&DistanceGridOptions::cell_m, 0), names("cell_m"));
-  EXPECT_THAT(build_with(&DistanceGridOptions::tolerance_m, std::nan("")), names("tolerance_m"));
-  EXPECT_THAT(build_with(&DistanceGridOptions::band_m, 1e-4), names("band_m"));
-  EXPECT_THAT(build_with(&DistanceGridOptions::sheet_thickness_m, -1), names("sheet_thickness_m"));
+  EXPECT_THAT(build_with(&ContactShapeOptions::cell_m, 0), names("cell_m"));
+  EXPECT_THAT(build_with(&ContactShapeOptions::tolerance_m, std::nan("")), names("tolerance_m"));
+  EXPECT_THAT(build_with(&ContactShapeOptions::band_m, 1e-4), names("band_m"));
+  EXPECT_THAT(build_with(&ContactShapeOptions::sheet_thickness_m, -1), names("sheet_thickness_m"));
 }
 
 TEST(DistanceGrid, AMeshInMillimetresIsNotTakenForMetres) {

@@ -4,7 +4,9 @@
 
 #include <numbers>
 
+#include "common/contact/contact_shape.hpp"
 #include "common/contact/primitive_fields.hpp"
+#include "common/geometry/mesh_repair.hpp"
 #include "common/geometry/tessellation.hpp"
 #include "common/geometry/triangle_tree.hpp"
 #include "tests/common/contact/mesh_measures.hpp"
@@ -156,7 +158,7 @@ TEST(PointShell, CatchesARidgeNarrowerThanItsSpacing) {
   const auto crest_x = [](double y) { return 2e-4 * std::sin(2000 * y); };
   const auto ridge =
       height_field(0.008, 800, [&](double x, double y) { return height / (1 + std::pow((x - crest_x(y)) / 1e-4, 2)); });
-  PointShellOptions options;
+  ContactShapeOptions options;
   options.feature_angle_deg = 60;
   const PointShell features = sample_surface(solid(ridge), options, {}).features;
   for (double y = -0.0025; y < 0.0025; y += 5e-5) {
@@ -192,7 +194,7 @@ TEST(PointShell, MeetsEveryPlaneWhereTheBunnyDoes) {
 }
 
 TEST(PointShell, WidensItsSpacingRatherThanGrow) {
-  PointShellOptions options;
+  ContactShapeOptions options;
   options.max_points = 3000;
   const geometry::TriangleMesh mesh = geometry::tessellated_sphere(0.02);
   const PointShell shell = sample_surface(solid(mesh), options, {}).surface;
@@ -203,7 +205,7 @@ TEST(PointShell, WidensItsSpacingRatherThanGrow) {
 }
 
 TEST(PointShell, OutlinesAPlateAroundASheet) {
-  PointShellOptions options;
+  ContactShapeOptions options;
   options.sheet_thickness_m = 1e-3;
   const double half = 0.01;
   const geometry::ContactMesh sheet{
