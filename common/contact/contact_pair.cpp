@@ -30,11 +30,6 @@ bool is_primary(const ContactShape& a, const ContactShape& b) {
   return area_m2(a) <= area_m2(b);
 }
 
-BoundingBall ball_around(const ContactShape& shape) {
-  // The surface bulges out of the box around its points by less than the way to the next of them.
-  return {(shape.low_S + shape.high_S) / 2, (shape.high_S - shape.low_S).norm() / 2 + shape.shells.surface.spacing_m};
-}
-
 }  // namespace
 
 /// Points of one shape (frame P) against the field of the other (frame F).
@@ -47,22 +42,17 @@ struct ContactPair::Direction {
   double share = 1;  ///< of the points' area
 };
 
-ContactPair::ContactPair(const ContactBudget& budget)
-    : budget_(std::max(8U, budget.points)), primary_(budget_), other_(budget_ / 2) {
-  for (Found* found : {&now_, &before_}) {
-    found->points.reserve(budget_);
-    found->counts.reserve(budget_);
-  }
+ContactPair::ContactPair(std::uint32_t budget) : budget_(std::max(8U, budget)), primary_(budget_), other_(budget_ / 2) {
+  now_.reserve(budget_);
+  before_.reserve(budget_);
 }
 
 void ContactPair::bind(const ContactShape* a, const ContactShape* b) noexcept {
   a_ = a;
   b_ = b;
-  for (Found* found : {&now_, &before_}) {
-    found->points.clear();
-    found->counts.clear();
-    found->first_of_other = 0;
-  }
+  now_.clear();
+  before_.clear();
+  first_of_other_ = first_of_other_before_ = 0;
   if (!is_bound()) return;
   is_a_primary_ = is_primary(*a, *b);
   const ContactShape& first = is_a_primary_ ? *a : *b;
@@ -72,16 +62,14 @@ void ContactPair::bind(const ContactShape* a, const ContactShape* b) noexcept {
   is_mutual_ = is_fine(*a) && is_fine(*b);
   const PointShell& others = is_mutual_ ? second.shells.surface : second.shells.features;
   const std::uint32_t for_others = others.nodes.empty() ? 0 : budget_ / (is_mutual_ ? 2 : 4);
-  primary_.bind(&first.shells.surface, ball_around(first), second.field.get(), ball_around(second),
-                budget_ - for_others);
-  other_.bind(&others, ball_around(second), first.field.get(), ball_around(first), for_others);
+  primary_.bind(first.shells.surface, first, second, budget_ - for_others);
+  other_.bind(others, second, first, for_others);
 }
 
 ContactWork ContactPair::find(const Pose& X_WA, const Pose& X_WB, double band_m) noexcept {
   std::swap(now_, before_);
-  now_.points.clear();
-  now_.counts.clear();
-  now_.first_of_other = 0;
+  now_.clear();
+  first_of_other_before_ = std::exchange(first_of_other_, 0);
   if (!is_bound() || !is_finite(X_WA) || !is_finite(X_WB)) return {};
 
   const Pose X_BA = X_WB.inverse() * X_WA;
@@ -95,12 +83,12 @@ ContactWork ContactPair::find(const Pose& X_WA, const Pose& X_WB, double band_m)
   ContactWork work = primary_.refresh(first.X_FP, band_m);
   work += other_.refresh(second.X_FP, band_m);
   search(primary_, first, band_m);
-  now_.first_of_other = now_.points.size();
+  first_of_other_ = now_.size();
   search(other_, second, band_m);
 
   const Eigen::Matrix3d turn = (X_WB.q * q_WB_before_.conjugate()).toRotationMatrix();
-  carry_bristles(0, now_.first_of_other, 0, before_.first_of_other, turn);
-  carry_bristles(now_.first_of_other, now_.points.size(), before_.first_of_other, before_.points.size(), turn);
+  carry_bristles(0, first_of_other_, 0, first_of_other_before_, turn);
+  carry_bristles(first_of_other_, now_.size(), first_of_other_before_, before_.size(), turn);
   q_WB_before_ = X_WB.q;
   return work;
 }
@@ -116,13 +104,13 @@ void ContactPair::search(ShellCandidates& candidates, const Direction& direction
       const Vec3 p_F = R_FP * candidate.p_P.cast<double>() + direction.X_FP.p;
       const DistanceSample sample = direction.field.sample(p_F);
       if (sample.distance_m >= band_m) continue;
-      ContactPoint& point = now_.points.emplace_back();
+      ContactPoint& point = now_.emplace_back();
       point.p_W = R_WF * p_F + direction.X_WF.p;
       point.normal_W = R_out * unit(sample.gradient);
       point.depth_m = -sample.distance_m;
       point.area_m2 = direction.share * candidate.area_m2;
       point.id = candidate.first | direction.id_bits;
-      now_.counts.push_back(candidate.count);
+      point.count = candidate.count;
     }
   }
 }
@@ -132,15 +120,15 @@ void ContactPair::search(ShellCandidates& candidates, const Direction& direction
 void ContactPair::carry_bristles(std::size_t now, std::size_t now_end, std::size_t before, std::size_t before_end,
                                  const Eigen::Matrix3d& turn_of_b) noexcept {
   for (; now < now_end; ++now) {
-    ContactPoint& point = now_.points[now];
-    const std::uint32_t end = point.id + now_.counts[now];
-    while (before < before_end && before_.points[before].id + before_.counts[before] <= point.id) ++before;
+    ContactPoint& point = now_[now];
+    const std::uint32_t end = point.id + point.count;
+    while (before < before_end && before_[before].id + before_[before].count <= point.id) ++before;
     Vec3 sum = Vec3::Zero();
     double weights = 0;
-    for (std::size_t old = before; old < before_end && before_.points[old].id < end; ++old) {
-      const std::uint32_t overlap_end = std::min(end, before_.points[old].id + before_.counts[old]);
-      const double weight = overlap_end - std::max(point.id, before_.points[old].id);
-      sum += weight * before_.points[old].bristle_W;
+    for (std::size_t i = before; i < before_end && before_[i].id < end; ++i) {
+      const ContactPoint& old = before_[i];
+      const double weight = std::min(end, old.id + old.count) - std::max(point.id, old.id);
+      sum += weight * old.bristle_W;
       weights += weight;
     }
     // What did not press has none.

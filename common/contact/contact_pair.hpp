@@ -21,14 +21,14 @@ struct ContactPoint {
   /// Which sample it is, the same from step to step: the index of the point in its shell, of the first point where it
   /// stands for several; with kOtherDirection for the points of the shape that has the larger surface.
   std::uint32_t id = 0;
+  std::uint32_t count = 1;  ///< of its shell's points, from `id` on, that it stands for
 
   static constexpr std::uint32_t kOtherDirection = 1U << 31;
 };
 
-/// In points asked of a distance field and nodes of a tree, never in time: a replay degrades alike.
-struct ContactBudget {
-  std::uint32_t points = 2048;  ///< a pair and step; beyond it, points are merged with their neighbours
-};
+/// Points of a pair that a step looks at; beyond it, they are merged with their neighbours. A budget in points and never
+/// in time: a replay degrades alike.
+inline constexpr std::uint32_t kContactBudget = 2048;
 
 /// The contacts of shape A with shape B, searched each step. Remembers the candidates of the last walk of the tree and
 /// how far the shapes may move before they are not enough.
@@ -40,7 +40,7 @@ struct ContactBudget {
 class ContactPair {
  public:
   /// All memory for `budget` is taken here.
-  explicit ContactPair(const ContactBudget& budget);
+  explicit ContactPair(std::uint32_t budget = kContactBudget);
 
   /// Forgets everything and looks at these shapes from now on. Null: none. No allocation.
   void bind(const ContactShape* a, const ContactShape* b) noexcept;
@@ -57,15 +57,10 @@ class ContactPair {
   ContactWork find(const Pose& X_WA, const Pose& X_WB, double band_m) noexcept;
 
   /// Of the last find(), in the order of their ids.
-  std::span<ContactPoint> contacts() noexcept { return now_.points; }
-  std::span<const ContactPoint> contacts() const noexcept { return now_.points; }
+  std::span<ContactPoint> contacts() noexcept { return now_; }
+  std::span<const ContactPoint> contacts() const noexcept { return now_; }
 
  private:
-  struct Found {
-    std::vector<ContactPoint> points;
-    std::vector<std::uint32_t> counts;  ///< how many points of the shell each stands for
-    std::size_t first_of_other = 0;     ///< where the second direction begins
-  };
   struct Direction;
 
   void search(ShellCandidates& candidates, const Direction& direction, double band_m) noexcept;
@@ -79,8 +74,10 @@ class ContactPair {
   bool is_mutual_ = false;  ///< all points of both
   ShellCandidates primary_;
   ShellCandidates other_;
-  Found now_;
-  Found before_;
+  std::vector<ContactPoint> now_;
+  std::vector<ContactPoint> before_;
+  std::size_t first_of_other_ = 0;  ///< where the second direction begins
+  std::size_t first_of_other_before_ = 0;
   Quat q_WB_before_ = Quat::Identity();
 };
 

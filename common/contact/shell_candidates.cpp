@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "common/contact/contact_shape.hpp"
+
 namespace tandem::contact {
 namespace {
 
@@ -27,6 +29,15 @@ constexpr std::size_t kParts = 64;
 constexpr double kFlat_m = 1e-6;
 // Room for rounding: candidates keep distances in single precision.
 constexpr double kRounding_m = 1e-8;
+
+Vec3 middle_of(const ContactShape& shape) {
+  return (shape.low_S + shape.high_S) / 2;
+}
+
+// About its middle. The surface bulges out of the box around its points by less than the way to the next of them.
+double radius_of(const ContactShape& shape) {
+  return (shape.high_S - shape.low_S).norm() / 2 + shape.shells.surface.spacing_m;
+}
 
 }  // namespace
 
@@ -54,12 +65,14 @@ ShellCandidates::ShellCandidates(std::uint32_t capacity) : capacity_(capacity) {
   cut_.reserve(std::max<std::size_t>(capacity, kParts) + 2);
 }
 
-void ShellCandidates::bind(const PointShell* shell, const BoundingBall& points, const DistanceField* field,
-                           const BoundingBall& solid, std::uint32_t capacity) noexcept {
-  shell_ = shell;
-  field_ = field;
-  points_ = points;
-  solid_ = solid;
+void ShellCandidates::bind(const PointShell& shell, const ContactShape& points, const ContactShape& solid,
+                           std::uint32_t capacity) noexcept {
+  shell_ = &shell;
+  field_ = solid.field.get();
+  points_centre_P_ = middle_of(points);
+  points_radius_m_ = radius_of(points);
+  solid_centre_F_ = middle_of(solid);
+  solid_radius_m_ = radius_of(solid);
   capacity_ = std::min<std::uint32_t>(capacity, static_cast<std::uint32_t>(candidates_.capacity()) - 1);
   candidates_.clear();
   is_coarse_ = false;
@@ -95,7 +108,7 @@ void ShellCandidates::divide(std::size_t parts) noexcept {
   lever_m_ = 0;
   for (const Cut& cut : cut_) {
     parts_.emplace_back().node = cut.node;
-    const Vec3 lever = nodes[cut.node].centre_S.cast<double>() - points_.centre_S;
+    const Vec3 lever = nodes[cut.node].centre_S.cast<double>() - points_centre_P_;
     lever_m_ = std::max(lever_m_, lever.norm() + nodes[cut.node].radius_m);
   }
 }
@@ -105,7 +118,7 @@ ContactWork ShellCandidates::refresh(const Pose& X_FP, double band_m) noexcept {
   if (parts_.empty() || is_out_of_reach(X_FP, band_m)) return work_;
   R_FP_ = X_FP.q.toRotationMatrix();
   p_FP_ = X_FP.p;
-  solid_P_ = R_FP_.transpose() * (solid_.centre_S - p_FP_);
+  solid_P_ = R_FP_.transpose() * (solid_centre_F_ - p_FP_);
   add_drift(X_FP);
   bool is_expired = false;
   for (ShellPart& part : parts_) is_expired = has_expired(part, X_FP, band_m) || is_expired;
@@ -128,7 +141,7 @@ ContactWork ShellCandidates::refresh(const Pose& X_FP, double band_m) noexcept {
 bool ShellCandidates::is_out_of_reach(const Pose& X_FP, double band_m) noexcept {
   if (gap_m_ < 0) return false;
   const double chord = 2 * (X_FP_gap_.q.conjugate() * X_FP.q).vec().norm();
-  const double motion = (X_FP * points_.centre_S - X_FP_gap_ * points_.centre_S).norm() + chord * points_.radius_m;
+  const double motion = (X_FP * points_centre_P_ - X_FP_gap_ * points_centre_P_).norm() + chord * points_radius_m_;
   return motion + band_m <= gap_m_;
 }
 
@@ -147,7 +160,7 @@ void ShellCandidates::remember_gap(const Pose& X_FP, double band_m) noexcept {
 // By how much `of_points` below can have grown since the last refresh, of any part.
 void ShellCandidates::add_drift(const Pose& X_FP) noexcept {
   const double chord = 2 * (X_FP_before_.q.conjugate() * X_FP.q).vec().norm();
-  drift_m_ += (X_FP * points_.centre_S - X_FP_before_ * points_.centre_S).norm() + chord * lever_m_;
+  drift_m_ += (X_FP * points_centre_P_ - X_FP_before_ * points_centre_P_).norm() + chord * lever_m_;
   X_FP_before_ = X_FP;
 }
 
@@ -158,7 +171,7 @@ void ShellCandidates::look_at(ShellPart& part, const Pose& X_FP) const noexcept 
   // both: a small tool may turn above a large table.
   const Vec3 centre_F = R_FP_ * node.centre_S.cast<double>() + p_FP_;
   const double of_points = (centre_F - part.centre_F).norm() + chord * node.radius_m;
-  part.motion_m = std::min(of_points, (solid_P_ - part.solid_P).norm() + chord * solid_.radius_m);
+  part.motion_m = std::min(of_points, (solid_P_ - part.solid_P).norm() + chord * solid_radius_m_);
   part.looked_motion_m = of_points;
   part.looked_drift_m = drift_m_;
   part.has_old_look = false;

@@ -12,6 +12,8 @@
 
 namespace tandem::contact {
 
+struct ContactShape;
+
 /// What a search had to do.
 struct ContactWork {
   std::uint32_t nodes = 0;
@@ -20,12 +22,6 @@ struct ContactWork {
   bool is_refreshed = false;  ///< some of the tree was walked
 
   ContactWork& operator+=(const ContactWork& other);
-};
-
-/// A ball in the frame of a shape.
-struct BoundingBall {
-  Vec3 centre_S = Vec3::Zero();
-  double radius_m = 0;
 };
 
 /// A point of the shell, or the mean of several.
@@ -72,10 +68,9 @@ class ShellCandidates {
   ShellCandidates(ShellCandidates&& other) noexcept;
   ~ShellCandidates();
 
-  /// In      shell   may be empty
-  ///         points  a ball around the shell's points
-  ///         solid   a ball around what `field` is the distance to
-  void bind(const PointShell* shell, const BoundingBall& points, const DistanceField* field, const BoundingBall& solid,
+  /// In      shell  of `points`; may be empty
+  ///         solid  whose field it is
+  void bind(const PointShell& shell, const ContactShape& points, const ContactShape& solid,
             std::uint32_t capacity) noexcept;
 
   /// Makes the list hold at this pose: walks the tree where it must.
@@ -120,8 +115,10 @@ class ShellCandidates {
 
   const PointShell* shell_ = nullptr;
   const DistanceField* field_ = nullptr;
-  BoundingBall points_;
-  BoundingBall solid_;
+  Vec3 points_centre_P_ = Vec3::Zero();  ///< of a ball around the shell's points
+  double points_radius_m_ = 0;
+  Vec3 solid_centre_F_ = Vec3::Zero();  ///< of one around what `field_` is the distance to
+  double solid_radius_m_ = 0;
   std::uint32_t capacity_ = 0;
 
   std::vector<ShellPart> parts_;
@@ -133,7 +130,7 @@ class ShellCandidates {
   double gap_m_ = 0;  ///< motion until which there is nothing to do
   Pose X_FP_gap_;
   double drift_m_ = 0;  ///< sum over refreshes: no part of the shell moved farther
-  double lever_m_ = 0;  ///< of the parts about the centre of points_
+  double lever_m_ = 0;  ///< of the parts about points_centre_P_
   Pose X_FP_before_;
 
   // Of the walk that goes on.

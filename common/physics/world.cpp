@@ -31,7 +31,7 @@ TouchStage::Limits touch_limits(const WorldDescription& world) {
           world.tools.size(),
           2 * world.bodies.size() + kMaxCopies * world.tools.size(),
           world.limits.contact_pairs,
-          {world.limits.contact_points},
+          world.limits.contact_points,
           world.limits.body_speed_m_per_s};
 }
 

@@ -24,7 +24,7 @@ struct NearPairs::Near {
   double deepest_m() const { return pair == nullptr ? 0 : pair->deepest_m; }
 };
 
-NearPairs::NearPairs(std::size_t pairs, const contact::ContactBudget& budget) {
+NearPairs::NearPairs(std::size_t pairs, std::uint32_t budget) {
   pairs_.reserve(pairs);
   for (std::size_t i = 0; i < pairs; ++i) pairs_.emplace_back(budget);
   near_.reserve(std::max(pairs, kMaxNear));

@@ -16,7 +16,7 @@ class NearPairs {
  public:
   /// Shape part_a of thing_a, which is implicit, and part_b of thing_b.
   struct Pair {
-    explicit Pair(const contact::ContactBudget& budget) : contacts(budget) {}
+    explicit Pair(std::uint32_t budget) : contacts(budget) {}
     contact::ContactPair contacts;
     std::uint16_t thing_a = 0, part_a = 0, thing_b = 0, part_b = 0;
     double band_m = 0;     ///< how near its surfaces must be to be of interest
@@ -25,7 +25,8 @@ class NearPairs {
     bool is_near = false;
   };
 
-  NearPairs(std::size_t pairs, const contact::ContactBudget& budget);
+  /// In      budget  points of a pair (contact::ContactPair)
+  NearPairs(std::size_t pairs, std::uint32_t budget);
   ~NearPairs();
 
   /// Of too many pairs, those that press deepest stay, then those that were near before: kFaultContactCoarse.

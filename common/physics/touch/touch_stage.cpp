@@ -28,14 +28,14 @@ double in_series(double stiffness_a, double stiffness_b) {
 TouchStage::TouchStage(const Limits& limits)
     : limits_(limits),
       inertialess_(limits.things, limits.couplings, limits.speed_m_per_s),
-      pairs_(limits.pairs, limits.budget),
+      pairs_(limits.pairs, limits.contact_points),
       felt_(limits.things),
       gained_(limits.things),
       reach_m_(limits.things),
       body_of_thing_(limits.things, contact::kStaticBody),
       results_(limits.pairs),
       solver_({limits.things, 2 * limits.couplings + limits.joints, limits.pairs,
-               std::min(limits.pairs * limits.budget.points, kMaxRows), 30}) {
+               std::min(limits.pairs * limits.contact_points, kMaxRows), 30}) {
   thing_of_body_.reserve(limits.things);
   bodies_.reserve(limits.things);
   couplings_.reserve(2 * limits.couplings + limits.joints);

@@ -24,8 +24,8 @@ class TouchStage {
     std::size_t things = 80;
     std::size_t couplings = 16;
     std::size_t joints = 16;
-    std::size_t pairs = 64;         ///< pairs of shapes near each other at a time
-    contact::ContactBudget budget;  ///< of a pair
+    std::size_t pairs = 64;                                  ///< pairs of shapes near each other at a time
+    std::uint32_t contact_points = contact::kContactBudget;  ///< of a pair
     double speed_m_per_s = 10;
   };
   explicit TouchStage(const Limits& limits);

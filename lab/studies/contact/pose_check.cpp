@@ -82,7 +82,7 @@ class NearContacts {
 PoseCheck check_poses(const TouchObject& a, const TouchObject& b, std::size_t poses, std::uint64_t seed,
                       const std::function<void(std::size_t)>& progress) {
   PoseCheck result;
-  contact::ContactPair pair{contact::ContactBudget{}};
+  contact::ContactPair pair;
   constexpr double kDeepest_m = 2 * kDeepestPose_m;
   const double near_m = 2 * std::max(a.spacing_m(), b.spacing_m());
   for (std::size_t i = 0; i < poses; ++i) {

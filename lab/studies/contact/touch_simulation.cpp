@@ -71,7 +71,7 @@ class TouchSimulation {
         inertia_T_(box_inertia_kg_m2(tool.high_S - tool.low_S, settings.mass_kg).asDiagonal()),
         law_(haptics::make_coupling_law("spring-damper",
                                         damped_for(settings.coupling, settings.mass_kg, inertia_T_.diagonal()))),
-        solver_({.bodies = 1, .couplings = 1, .patches = 1, .contacts = contact::ContactBudget{}.points}),
+        solver_({.bodies = 1, .couplings = 1, .patches = 1, .contacts = contact::kContactBudget}),
         X_WT_(X_WT) {
     pair_.bind(&tool, &fixed);
   }
@@ -129,7 +129,7 @@ class TouchSimulation {
   double rigid_depth_m_;
   Eigen::Matrix3d inertia_T_;
   std::unique_ptr<haptics::CouplingLaw> law_;
-  contact::ContactPair pair_{contact::ContactBudget{}};
+  contact::ContactPair pair_;
   contact::ContactSolver solver_;
   ReductionError error_;
   contact::PatchResult patch_result_;

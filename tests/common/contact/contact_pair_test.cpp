@@ -90,7 +90,7 @@ class Wander {
 TEST(ContactPair, FindsEveryPointThatACheckOfAllPointsFinds) {
   const ContactShape sphere = sphere_shape();
   const ContactShape box = box_shape(Vec3(0.04, 0.04, 0.04));
-  ContactPair pair({12'000});
+  ContactPair pair(12'000);
   pair.bind(&sphere, &box);
   Wander wander(1);
   std::size_t found = 0;
@@ -121,8 +121,8 @@ TEST(ContactPair, FindsEveryPointThatACheckOfAllPointsFinds) {
 TEST(ContactPair, FindsTheSameWhateverCameBefore) {
   const ContactShape sphere = sphere_shape();
   const ContactShape box = box_shape(Vec3(0.04, 0.04, 0.04));
-  ContactPair old({12'000});
-  ContactPair fresh({12'000});
+  ContactPair old(12'000);
+  ContactPair fresh(12'000);
   old.bind(&box, &sphere);
   Wander wander(2);
   for (int i = 0; i < 400; ++i) {
@@ -138,7 +138,7 @@ TEST(ContactPair, KeepsContactsInTheOrderOfTheirIds) {
   const ContactShape a = box_shape(Vec3(0.03, 0.03, 0.03));
   const ContactShape b = box_shape(Vec3(0.04, 0.04, 0.04));
   for (const std::uint32_t budget : {4096U, 128U}) {
-    ContactPair pair({budget});
+    ContactPair pair(budget);
     pair.bind(&a, &b);
     pair.find({Vec3(0.025, 0.01, 0.0348), Quat::Identity()}, {}, kBand_m);
     const auto contacts = pair.contacts();
@@ -153,8 +153,8 @@ TEST(ContactPair, NormalsPointOutOfBWhicheverShapeGivesThePoints) {
   const ContactShape small = sphere_shape(0.01);
   const ContactShape large = sphere_shape(0.02, 24000);
   const Pose X_small{Vec3(0.0, 0.0, 0.0298), quaternion_of(Vec3(0.4, 0.2, 0.1))};
-  ContactPair pair({4096});
-  ContactPair swapped({4096});
+  ContactPair pair(4096);
+  ContactPair swapped(4096);
   pair.bind(&small, &large);
   swapped.bind(&large, &small);
   pair.find(X_small, {}, kBand_m);
@@ -177,7 +177,7 @@ TEST(ContactPair, TakesThePointsOfTheShapeThatIsSampledFinely) {
   const ContactShape fine = sphere_shape(0.02, 24000);
   ContactShape wide = sphere_shape(0.01, 500);
   wide.shells.surface.spacing_m = 2e-3;
-  ContactPair pair({4096});
+  ContactPair pair(4096);
   pair.bind(&wide, &fine);
   pair.find({Vec3(0.0, 0.0, 0.0298), Quat::Identity()}, {}, kBand_m);
   ASSERT_FALSE(pair.contacts().empty());
@@ -188,8 +188,8 @@ TEST(ContactPair, RemembersMostOfTheTreeWhileShapesSlide) {
   const ContactShape sphere = sphere_shape();
   const ContactShape box = box_shape(Vec3(0.1, 0.1, 0.02), 1e-3);
   for (const auto& [speed_m_s, share] : {std::pair(0.01, 0.1), std::pair(0.1, 0.4), std::pair(1.0, 1.0)}) {
-    ContactPair pair({2048});
-    ContactPair fresh({2048});
+    ContactPair pair(2048);
+    ContactPair fresh(2048);
     pair.bind(&sphere, &box);
     double work = 0;
     double fresh_work = 0;
@@ -207,7 +207,7 @@ TEST(ContactPair, RemembersMostOfTheTreeWhileShapesSlide) {
 TEST(ContactPair, DoesNothingWhileTheGapIsNotUsedUp) {
   const ContactShape sphere = sphere_shape();
   const ContactShape box = box_shape(Vec3(0.04, 0.04, 0.04));
-  ContactPair pair({2048});
+  ContactPair pair(2048);
   pair.bind(&sphere, &box);
   EXPECT_TRUE(pair.find({Vec3(0.2, 0, 0), Quat::Identity()}, {}, kBand_m).is_refreshed);
   for (int i = 1; i < 40; ++i) {
@@ -220,7 +220,7 @@ TEST(ContactPair, DoesNothingWhileTheGapIsNotUsedUp) {
 TEST(ContactPair, SmallToolMayTurnOnALargeTable) {
   const ContactShape tool = sphere_shape();
   const ContactShape table = box_shape(Vec3(0.5, 0.5, 0.02), 4e-3);
-  ContactPair pair({2048});
+  ContactPair pair(2048);
   pair.bind(&tool, &table);
   double work = 0;
   double first_work = 0;
@@ -236,8 +236,8 @@ TEST(ContactPair, SmallToolMayTurnOnALargeTable) {
 TEST(ContactPair, OverBudgetAFlatFaceKeepsItsForceAndMoment) {
   const ContactShape block = box_shape(Vec3(0.04, 0.04, 0.01), 4e-4);
   const ContactShape table = box_shape(Vec3(0.5, 0.5, 0.02), 4e-3);
-  ContactPair all({40'000});
-  ContactPair few({ContactBudget{}.points});
+  ContactPair all(40'000);
+  ContactPair few(kContactBudget);
   all.bind(&block, &table);
   few.bind(&block, &table);
   for (const double tilt_rad : {0.0, 2e-3, 4e-3}) {
@@ -246,8 +246,8 @@ TEST(ContactPair, OverBudgetAFlatFaceKeepsItsForceAndMoment) {
     const ContactWork coarse = few.find(X_WA, {}, kBand_m);
     EXPECT_FALSE(fine.is_coarse);
     EXPECT_TRUE(coarse.is_coarse) << tilt_rad;
-    EXPECT_GT(all.contacts().size(), ContactBudget{}.points);
-    EXPECT_LE(few.contacts().size(), ContactBudget{}.points);
+    EXPECT_GT(all.contacts().size(), kContactBudget);
+    EXPECT_LE(few.contacts().size(), kContactBudget);
     const double force_n = net_normal_force_n(all.contacts());
     EXPECT_NEAR(net_normal_force_n(few.contacts()), force_n, 0.02 * force_n) << tilt_rad;
     Vec3 moment_fine = Vec3::Zero();
@@ -266,8 +266,8 @@ TEST(ContactPair, OverBudgetTheDeepestPlaceIsStillFound) {
   // Far inside: the whole sphere is deeper than the band, and most of it must be merged.
   const ContactShape sphere = sphere_shape(0.01, 24'000);
   const ContactShape box = box_shape(Vec3(0.04, 0.04, 0.04));
-  ContactPair all({40'000});
-  ContactPair few({512});
+  ContactPair all(40'000);
+  ContactPair few(512);
   all.bind(&sphere, &box);
   few.bind(&sphere, &box);
   for (const double z_m : {0.028, 0.024, 0.016}) {
@@ -301,7 +301,7 @@ std::pair<std::size_t, std::size_t> count_deep(const PointShell& shell, const Di
 TEST(ContactPair, FlatOnFlatTakesLeavesForPoints) {
   const ContactShape block = box_shape(Vec3(0.02, 0.02, 0.01), 4e-4);
   const ContactShape table = box_shape(Vec3(0.04, 0.04, 0.02), 4e-4);
-  ContactPair pair({ContactBudget{}.points});
+  ContactPair pair(kContactBudget);
   pair.bind(&block, &table);
   const double stiffness_n_per_m = 5e9 * 0.02 * 0.02;
   for (const double tilt_rad : {0.0, 1e-4, 1e-3, 4e-3}) {
@@ -327,7 +327,7 @@ TEST(ContactPair, FlatOnFlatTakesLeavesForPoints) {
 TEST(ContactPair, ABluntTipBetweenTheOthersPointsIsFound) {
   const ContactShape tip = sphere_shape(1e-3, 400);
   const ContactShape face = box_shape(Vec3(0.02, 0.02, 0.02), 4e-4);
-  ContactPair pair({2048});
+  ContactPair pair(2048);
   for (const ContactShape* a : {&tip, &face}) {
     const ContactShape* b = a == &tip ? &face : &tip;
     pair.bind(a, b);
@@ -342,7 +342,7 @@ TEST(ContactPair, ABluntTipBetweenTheOthersPointsIsFound) {
 TEST(ContactPair, OverBudgetTheDeepestPointIsThatOfAllPoints) {
   const ContactShape sphere = sphere_shape(0.01, 24'000);
   const ContactShape box = box_shape(Vec3(0.04, 0.04, 0.04));
-  ContactPair pair({256});
+  ContactPair pair(256);
   for (int i = 0; i < 20; ++i) {
     const Pose X_BA{Vec3(1e-4 * i, 2e-4 * i, 0.0285 - 1e-4 * i), quaternion_of(Vec3(0.1 * i, 0, 0.3))};
     pair.bind(&sphere, &box);
@@ -359,11 +359,11 @@ TEST(ContactPair, OverBudgetTheDeepestPointIsThatOfAllPoints) {
 TEST(ContactPair, CoarseAndFineDoNotAlternateAtTheBudget) {
   const ContactShape sphere = sphere_shape(0.01, 24'000);
   const ContactShape box = box_shape(Vec3(0.04, 0.04, 0.04));
-  ContactPair counter({40'000});
+  ContactPair counter(40'000);
   counter.bind(&sphere, &box);
   const auto pose = [](int i) { return Pose{Vec3(0, 0, 0.0297 + 2e-5 * std::sin(1.3 * i)), Quat::Identity()}; };
   counter.find(pose(0), {}, kBand_m + 2e-4);
-  ContactPair pair({static_cast<std::uint32_t>(counter.contacts().size() * 4 / 3)});
+  ContactPair pair(static_cast<std::uint32_t>(counter.contacts().size() * 4 / 3));
   pair.bind(&sphere, &box);
   int changes = 0;
   bool was_coarse = false;
@@ -378,7 +378,7 @@ TEST(ContactPair, CoarseAndFineDoNotAlternateAtTheBudget) {
 TEST(ContactPair, BristlesTurnWithBAndStayTangential) {
   const ContactShape sphere = sphere_shape();
   const ContactShape box = box_shape(Vec3(0.04, 0.04, 0.04));
-  ContactPair pair({2048});
+  ContactPair pair(2048);
   pair.bind(&sphere, &box);
   const Pose X_BA{Vec3(0, 0, 0.0299), Quat::Identity()};
   pair.find(X_BA, {}, kBand_m);
@@ -401,7 +401,7 @@ TEST(ContactPair, BristlesTurnWithBAndStayTangential) {
 TEST(ContactPair, ForgetsTheBristleOfWhatLeft) {
   const ContactShape sphere = sphere_shape();
   const ContactShape box = box_shape(Vec3(0.04, 0.04, 0.04));
-  ContactPair pair({2048});
+  ContactPair pair(2048);
   pair.bind(&sphere, &box);
   const Pose X_in{Vec3(0, 0, 0.0299), Quat::Identity()};
   const Pose X_out{Vec3(0, 0, 0.0303), Quat::Identity()};
@@ -417,7 +417,7 @@ TEST(ContactPair, ForgetsTheBristleOfWhatLeft) {
 TEST(ContactPair, BristlesSurviveWhenPointsAreMerged) {
   const ContactShape block = box_shape(Vec3(0.04, 0.04, 0.01), 4e-4);
   const ContactShape table = box_shape(Vec3(0.5, 0.5, 0.02), 4e-3);
-  ContactPair pair({2048});
+  ContactPair pair(2048);
   pair.bind(&block, &table);
   // Tilted, only an edge touches and fits; flat, the face does not.
   const Pose X_tilted{Vec3(0, 0, 0.0205), quaternion_of(Vec3(0, 0.3, 0))};
@@ -436,7 +436,7 @@ TEST(ContactPair, BristlesSurviveWhenPointsAreMerged) {
 TEST(ContactPair, APoseThatIsNotFiniteHasNoContacts) {
   const ContactShape sphere = sphere_shape();
   const ContactShape box = box_shape(Vec3(0.04, 0.04, 0.04));
-  ContactPair pair({2048});
+  ContactPair pair(2048);
   pair.bind(&sphere, &box);
   const Pose X_in{Vec3(0, 0, 0.0299), Quat::Identity()};
   pair.find({Vec3(std::numeric_limits<double>::quiet_NaN(), 0, 0), Quat::Identity()}, {}, kBand_m);
@@ -448,7 +448,7 @@ TEST(ContactPair, APoseThatIsNotFiniteHasNoContacts) {
 TEST(ContactPair, AllocatesNothingOnceItIsThere) {
   const ContactShape sphere = sphere_shape();
   const ContactShape box = box_shape(Vec3(0.04, 0.04, 0.04));
-  ContactPair pair({128});
+  ContactPair pair(128);
   Wander wander(5);
   bool was_coarse = false;
   const std::uint64_t before = test::allocation_count();

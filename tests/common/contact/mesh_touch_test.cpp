@@ -72,7 +72,7 @@ TEST(TouchDerivative, IsThatOfTheSearchForTwoBunnies) {
   if (!mesh) GTEST_SKIP() << "needs bunny.obj of Debian's glmark2-data";
   const ShapePointer bunny = solid_of(*mesh);
   const auto wrench_at = [&](const Pose& X_WA, const Vec3& about) {
-    ContactPair pair({8192});
+    ContactPair pair(8192);
     pair.bind(bunny.get(), bunny.get());
     pair.find(X_WA, {}, 2e-4);
     return contact_wrench(pair.contacts(), 5e9, about);

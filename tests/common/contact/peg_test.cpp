@@ -49,7 +49,7 @@ geometry::TriangleMesh block_mesh() {
 
 class Peg {
  public:
-  explicit Peg(bool is_mesh) : rig(solver_, {2048U}) {
+  explicit Peg(bool is_mesh) : rig(solver_) {
     rig.shape = make_contact_box({kPeg_m, kPeg_m, kPegLength_m});
     rig.mass_kg = 0.12;
     rig.inertia_B = box_inertia(rig.mass_kg, {kPeg_m, kPeg_m, kPegLength_m});

@@ -23,7 +23,7 @@ struct Touch {
 };
 
 std::vector<ContactPoint> contacts_of(const ContactShape& a, const ContactShape& b, const Pose& X_WA) {
-  ContactPair pair({});
+  ContactPair pair;
   pair.bind(&a, &b);
   pair.find(X_WA, {}, kBand_m);
   return {pair.contacts().begin(), pair.contacts().end()};

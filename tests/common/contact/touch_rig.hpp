@@ -53,10 +53,10 @@ class TouchRig {
   double deepest_m = 0;
   bool is_coarse = false;
 
-  explicit TouchRig(ContactSolver& solver, const ContactBudget& budget = {}) : solver_(solver), budget_(budget) {}
+  explicit TouchRig(ContactSolver& solver) : solver_(solver) {}
 
   void add_obstacle(ShapePointer obstacle, const Pose& X_WO = {}) {
-    obstacles_.push_back({std::move(obstacle), X_WO, ContactPair(budget_), false});
+    obstacles_.push_back({std::move(obstacle), X_WO, ContactPair(), false});
   }
 
   void step() {
@@ -139,7 +139,6 @@ class TouchRig {
   }
 
   ContactSolver& solver_;
-  ContactBudget budget_;
   std::deque<Obstacle> obstacles_;
   std::vector<SolverPatch> patches_;
   std::vector<PatchResult> results_;
