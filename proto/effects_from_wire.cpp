@@ -45,14 +45,15 @@ physics::EffectSettings settings_of(const wire::Effect& effect) {
   return settings;
 }
 
-std::vector<physics::SceneEffect> effects_of(const wire::Scene& scene) {
-  std::vector<physics::SceneEffect> effects;
+std::vector<physics::EffectSettings> effects_of(const wire::Scene& scene) {
+  std::vector<physics::EffectSettings> effects;
   for (int i = 0; i < scene.bodies_size(); ++i) {
     for (const wire::Effect& effect : scene.bodies(i).effects()) {
-      effects.push_back({static_cast<std::size_t>(i), settings_of(effect)});
+      effects.push_back(settings_of(effect));
+      effects.back().owner = static_cast<std::size_t>(i);
     }
   }
-  for (const wire::Effect& effect : scene.effects()) effects.push_back({{}, settings_of(effect)});
+  for (const wire::Effect& effect : scene.effects()) effects.push_back(settings_of(effect));
   return effects;
 }
 

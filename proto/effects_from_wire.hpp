@@ -4,7 +4,7 @@
 #include <type_traits>
 #include <vector>
 
-#include "common/physics/effects/scene_effect.hpp"
+#include "common/physics/effects/effect_settings.hpp"
 #include "tandem/scene.pb.h"
 
 namespace tandem::proto {
@@ -50,6 +50,6 @@ physics::EffectSettings settings_of(const wire::Effect& effect);
 
 /// Those of the bodies first, all in the order of the scene.
 /// In      scene  complete
-std::vector<physics::SceneEffect> effects_of(const wire::Scene& scene);
+std::vector<physics::EffectSettings> effects_of(const wire::Scene& scene);
 
 }  // namespace tandem::proto

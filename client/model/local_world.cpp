@@ -79,8 +79,8 @@ class Builder {
     require_within(world_.limits.grab_reach_m, 0, 10, "scene.limits.grab_reach_m");
     require_within(static_cast<double>(world_.limits.contact_points), 256, 65536, "scene.limits.contact_points");
     require_within(static_cast<double>(world_.limits.contact_pairs), 1, 256, "scene.limits.contact_pairs");
-    for (const physics::SceneEffect& effect : world_.effects) {
-      if (const auto problem = physics::find_problem(effect.settings)) {
+    for (const physics::EffectSettings& effect : world_.effects) {
+      if (const auto problem = physics::find_problem(effect)) {
         throw Unusable("scene.effects: " + std::string(problem->field) + " is " + problem->value);
       }
     }
@@ -178,11 +178,11 @@ class Builder {
   }
 
   std::shared_ptr<const docking::Molecule> molecule(const wire::Shape& shape, const std::string& field) const {
-    const double scale = world_.field.scale.metres_per_angstrom;
+    const double scale = world_.molecular_scale.metres_per_angstrom;
     require_within(scale, 1e-9, 1, "scene.molecular_field.metres_per_angstrom");
-    require_within(world_.field.scale.newtons_per_kcal_per_mol_angstrom, 1e-12, 1000,
+    require_within(world_.molecular_scale.newtons_per_kcal_per_mol_angstrom, 1e-12, 1000,
                    "scene.molecular_field.newtons_per_kcal_per_mol_angstrom");
-    require_within(world_.field.force_limit_n, 1e-6, 1000, "scene.molecular_field.force_limit_n");
+    require_within(world_.molecular_force_limit_n, 1e-6, 1000, "scene.molecular_field.force_limit_n");
     auto made = docking::molecule_from(asset(shape, field));
     if (!made) throw Unusable(field + ".shapes[0].molecule: its asset cannot be read");
     return std::make_shared<const docking::Molecule>(std::move(*made));

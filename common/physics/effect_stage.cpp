@@ -59,7 +59,6 @@ Wrench scaled(const Wrench& wrench, double factor) {
 
 struct EffectStage::Meeting {
   const Effect& effect;
-  std::optional<std::size_t> owner;  ///< body that the effect belongs to
   const EffectTool& tool;
   Pose X_WO;
   Twist V_WT;         ///< of the tool's origin
@@ -67,18 +66,15 @@ struct EffectStage::Meeting {
   Mobility of_owner;  ///< there; none: it does not move
 };
 
-EffectStage::EffectStage(std::span<const SceneEffect> effects, std::size_t things, std::size_t tools)
+EffectStage::EffectStage(std::span<const EffectSettings> effects, std::size_t things, std::size_t tools)
     : memories_(effects.size() * tools), flows_(effects.size() * tools), hands_(things), velocities_(things) {
-  for (const SceneEffect& effect : effects) {
-    effects_.emplace_back(effect.settings);
-    owners_.push_back(effect.body);
-  }
+  for (const EffectSettings& effect : effects) effects_.emplace_back(effect);
 }
 
 void EffectStage::forget(std::size_t tool) noexcept {
   const auto first = static_cast<std::ptrdiff_t>(tool * effects_.size());
   std::fill_n(memories_.begin() + first, effects_.size(), EffectMemory{});
-  std::fill_n(flows_.begin() + first, effects_.size(), Flow{});
+  std::fill_n(flows_.begin() + first, effects_.size(), TouchDrag{});
 }
 
 void EffectStage::apply(double time_s, double step_s, std::span<TouchThing> things, std::span<const EffectTool> tools,
@@ -97,17 +93,17 @@ void EffectStage::apply(double time_s, double step_s, std::span<TouchThing> thin
 void EffectStage::apply_one(double time_s, double step_s, std::size_t index, std::span<TouchThing> things,
                             const EffectTool& tool, const TouchStage& touch) noexcept {
   const Effect& effect = effects_[index];
-  const std::optional<std::size_t> owner = owners_[index];
+  const std::optional<std::size_t> owner = effect.settings().owner;
   EffectMemory& memory = memories_[tool.tool * effects_.size() + index];
-  Flow& flow = flows_[tool.tool * effects_.size() + index];
+  TouchDrag& flow = flows_[tool.tool * effects_.size() + index];
   if (owner == tool.thing) {
     memory = EffectMemory{};
-    flow = Flow{};
+    flow = TouchDrag{};
     return;
   }
   const Vec3& p_WT = tool.X_WT.p;
   const bool has_no_mass = is_massless(things[tool.thing]);
-  Meeting meeting{effect, owner, tool, {}, velocity_at(velocities_[tool.thing], things[tool.thing], p_WT), {}, {}};
+  Meeting meeting{effect, tool, {}, velocity_at(velocities_[tool.thing], things[tool.thing], p_WT), {}, {}};
   TouchBetween between;
   if (owner) {
     const TouchThing& thing = things[*owner];
@@ -128,7 +124,7 @@ void EffectStage::apply_one(double time_s, double step_s, std::size_t index, std
                           q_OW * between.normal_W,
                           has_no_mass};
   if (has_no_mass && effect.is_viscous()) return flow_round(meeting, input, things, flow);
-  flow = Flow{};
+  flow = TouchDrag{};
   const Wrench on_tool_O = effect.wrench_on_tool_O(input, memory);
   const Wrench on_tool_W =
       scaled({meeting.X_WO.q * on_tool_O.f, meeting.X_WO.q * on_tool_O.t}, 1.0 / hands_[tool.thing]);
@@ -138,22 +134,21 @@ void EffectStage::apply_one(double time_s, double step_s, std::size_t index, std
 
 /// First the owner's share of what the fluid did in the last step, then what it is in this one.
 void EffectStage::flow_round(const Meeting& meeting, const EffectInput& input, std::span<TouchThing> things,
-                             Flow& flow) noexcept {
+                             TouchDrag& flow) noexcept {
   const EffectSettings& settings = meeting.effect.settings();
-  if (meeting.owner) {
+  if (settings.owner) {
     const Wrench on_owner_W{
-        clamped_to_length(flow.damping.n_s_per_m * (meeting.V_WT.v - flow.V_WT.v), settings.force_limit_n),
-        clamped_to_length(flow.damping.n_m_s_per_rad * (meeting.V_WT.w - flow.V_WT.w), settings.torque_limit_n_m)};
-    push(input.step_s, things[*meeting.owner], *meeting.owner, on_owner_W, meeting.tool.X_WT.p);
+        clamped_to_length(flow.damping.n_s_per_m * (meeting.V_WT.v - flow.V_W.v), settings.force_limit_n),
+        clamped_to_length(flow.damping.n_m_s_per_rad * (meeting.V_WT.w - flow.V_W.w), settings.torque_limit_n_m)};
+    push(input.step_s, things[*settings.owner], *settings.owner, on_owner_W, meeting.tool.X_WT.p);
   }
-  flow = {meeting.effect.damping(input), meeting.V_WO};
+  flow = {meeting.effect.damping(input), meeting.V_WO, settings.force_limit_n, settings.torque_limit_n_m};
   const double linear = bound_of(meeting.of_owner.linear), angular = bound_of(meeting.of_owner.angular);
   if (linear > 0) flow.damping.n_s_per_m = std::min(flow.damping.n_s_per_m, kLateShare / (linear * input.step_s));
   if (angular > 0) {
     flow.damping.n_m_s_per_rad = std::min(flow.damping.n_m_s_per_rad, kLateShare / (angular * input.step_s));
   }
-  if (flow.damping.n_s_per_m <= 0 && flow.damping.n_m_s_per_rad <= 0) return;
-  things[meeting.tool.thing].drag.add(flow.damping, flow.V_WT, settings.force_limit_n, settings.torque_limit_n_m);
+  if (flow.is_there()) things[meeting.tool.thing].drag.add(flow);
 }
 
 void EffectStage::push(double step_s, TouchThing& thing, std::size_t index, const Wrench& wrench_W,

@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "common/physics/effects/effect.hpp"
-#include "common/physics/effects/scene_effect.hpp"
 #include "common/physics/touch/touch_stage.hpp"
 
 namespace tandem::physics {
@@ -32,7 +31,7 @@ struct EffectTool {
 /// it belongs to comes a step later, when it is known.
 class EffectStage {
  public:
-  EffectStage(std::span<const SceneEffect> effects, std::size_t things, std::size_t tools);
+  EffectStage(std::span<const EffectSettings> effects, std::size_t things, std::size_t tools);
 
   bool is_empty() const { return effects_.empty(); }
   /// A new user, or none: what the effects remember of the tool is of somebody else.
@@ -43,25 +42,20 @@ class EffectStage {
              const TouchStage& touch) noexcept;
 
  private:
-  /// What a fluid was to a massless tool in the last step.
-  struct Flow {
-    EffectDamping damping;
-    Twist V_WT;  ///< of the fluid, at the tool
-  };
   /// One effect and one tool in this step.
   struct Meeting;
 
   void apply_one(double time_s, double step_s, std::size_t index, std::span<TouchThing> things, const EffectTool& tool,
                  const TouchStage& touch) noexcept;
-  void flow_round(const Meeting& meeting, const EffectInput& input, std::span<TouchThing> things, Flow& flow) noexcept;
+  void flow_round(const Meeting& meeting, const EffectInput& input, std::span<TouchThing> things,
+                  TouchDrag& flow) noexcept;
   void push(double step_s, TouchThing& thing, std::size_t index, const Wrench& wrench_W, const Vec3& p_W) noexcept;
 
   std::vector<Effect> effects_;
-  std::vector<std::optional<std::size_t>> owners_;  ///< body that each belongs to
-  std::vector<EffectMemory> memories_;              ///< of tool t and effect e: t · effects + e
-  std::vector<Flow> flows_;                         ///< alike
-  std::vector<int> hands_;                          ///< that pull at each thing
-  std::vector<Twist> velocities_;                   ///< of the things' centres, as far as effects have changed them
+  std::vector<EffectMemory> memories_;  ///< of tool t and effect e: t · effects + e
+  std::vector<TouchDrag> flows_;        ///< alike: the fluid round a massless tool in the last step
+  std::vector<int> hands_;              ///< that pull at each thing
+  std::vector<Twist> velocities_;       ///< of the things' centres, as far as effects have changed them
 };
 
 }  // namespace tandem::physics

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/docking/lennard_jones.hpp"
+
 namespace tandem::physics {
 namespace {
 
@@ -21,8 +23,17 @@ double soft_limit(double magnitude, double limit) {
   return limit - (limit - knee) * std::exp(-(magnitude - knee) / (limit - knee));
 }
 
+/// Two bodies with a molecule.
+struct MolecularForces::Pair {
+  std::size_t a = 0;
+  std::size_t b = 0;
+  docking::LennardJonesField field;
+  double gyration_radius_m = 0;
+  double energy_kj_per_mol = 0;
+};
+
 MolecularForces::MolecularForces(const WorldDescription& world)
-    : scale_(world.field.scale), force_limit_n_(world.field.force_limit_n) {
+    : scale_(world.molecular_scale), force_limit_n_(world.molecular_force_limit_n) {
   for (std::size_t a = 0; a < world.bodies.size(); ++a) {
     for (std::size_t b = a + 1; b < world.bodies.size(); ++b) {
       if (!world.bodies[a].molecule || !world.bodies[b].molecule) continue;
@@ -34,6 +45,8 @@ MolecularForces::MolecularForces(const WorldDescription& world)
     }
   }
 }
+
+MolecularForces::~MolecularForces() = default;
 
 bool MolecularForces::add_wrenches(std::span<const Pose> X_WB, std::span<Wrench> wrenches_W) noexcept {
   bool is_limited = false;

@@ -4,7 +4,6 @@
 #include <span>
 #include <vector>
 
-#include "common/docking/lennard_jones.hpp"
 #include "common/physics/world_description.hpp"
 
 namespace tandem::physics {
@@ -23,6 +22,7 @@ double soft_limit(double magnitude, double limit);
 class MolecularForces {
  public:
   explicit MolecularForces(const WorldDescription& world);
+  ~MolecularForces();
 
   /// Adds each body's wrench about its origin. True when a pair had to be bounded.
   /// In      X_WB, wrenches_W  one a body of the scene
@@ -35,13 +35,8 @@ class MolecularForces {
   double energy_j() const;
 
  private:
-  struct Pair {
-    std::size_t a = 0;
-    std::size_t b = 0;
-    docking::LennardJonesField field;
-    double gyration_radius_m = 0;
-    double energy_kj_per_mol = 0;
-  };
+  struct Pair;
+
   bool add_pair(Pair& pair, std::span<const Pose> X_WB, std::span<Wrench> wrenches_W) noexcept;
 
   docking::MolecularScale scale_;

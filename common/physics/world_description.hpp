@@ -10,7 +10,7 @@
 #include "common/base/mass_properties.hpp"
 #include "common/docking/molecule.hpp"
 #include "common/physics/coupling_in_force.hpp"
-#include "common/physics/effects/scene_effect.hpp"
+#include "common/physics/effects/effect_settings.hpp"
 #include "common/physics/joints/joint.hpp"
 #include "common/physics/rigid_body.hpp"
 #include "common/physics/touch_model.hpp"
@@ -42,11 +42,6 @@ struct ToolDescription {
   std::optional<std::size_t> holds_body;  ///< from the start; index into bodies
 };
 
-struct MolecularFieldDescription {
-  docking::MolecularScale scale;
-  double force_limit_n = 20;  ///< the force between two bodies is bounded smoothly by this
-};
-
 /// Immutable while a world runs.
 struct WorldDescription {
   Vec3 gravity_m_per_s2{0, 0, -9.81};
@@ -55,8 +50,9 @@ struct WorldDescription {
   std::vector<BodyDescription> bodies;  ///< body_id_at(i) is bodies[i]
   std::vector<ToolDescription> tools;
   SceneCoupling coupling;
-  MolecularFieldDescription field;
-  std::vector<SceneEffect> effects;
+  docking::MolecularScale molecular_scale;
+  double molecular_force_limit_n = 20;  ///< the molecular force between two bodies is bounded smoothly by this
+  std::vector<EffectSettings> effects;
 };
 
 }  // namespace tandem::physics

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "common/physics/effects/scene_effect.hpp"
+#include "common/physics/effects/effect_settings.hpp"
 #include "server/assets/scene_field.hpp"
 #include "tandem/scene.pb.h"
 

@@ -42,7 +42,7 @@ Vec3 off_block(const Vec3& p, const Vec3& half) {
   return p - p.cwiseMax(-half).cwiseMin(half);
 }
 
-double outside_m(const Everywhere& /*region*/, const Vec3& /*p_E*/) {
+double outside_m(std::monostate /*everywhere*/, const Vec3& /*p_E*/) {
   return 0;
 }
 double outside_m(const BoxRegion& region, const Vec3& p_E) {

@@ -87,7 +87,7 @@ Problem find_problem_of(const StickSlip& model) {
                 outside("stick_slip.slip_force_n", model.slip_force_n, 0, model.breakaway_force_n)});
 }
 
-Problem find_problem_of(const Everywhere& /*region*/) {
+Problem find_problem_of(std::monostate /*everywhere*/) {
   return {};
 }
 
@@ -106,7 +106,7 @@ Problem find_problem_of(const SphereRegion& region) {
 Problem misplaced_magnet(const EffectSettings& settings) {
   if (!std::holds_alternative<Magnet>(settings.model)) return {};
   const std::string demand = "left out for a magnet, which acts within its range_m of its core_size_m";
-  if (!std::holds_alternative<Everywhere>(settings.region)) return EffectProblem{"region", "given", demand};
+  if (!std::holds_alternative<std::monostate>(settings.region)) return EffectProblem{"region", "given", demand};
   if (settings.in_contact) return EffectProblem{"in_contact", "true", demand};
   return {};
 }

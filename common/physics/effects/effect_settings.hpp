@@ -1,6 +1,7 @@
 // What a scene's author says of an effect: which force, where, how strong; and what is wrong with it.
 #pragma once
 
+#include <cstddef>
 #include <optional>
 #include <string>
 #include <variant>
@@ -58,11 +59,12 @@ struct BoxRegion {
 struct SphereRegion {
   double radius_m = 0.05;  ///< more than 0, up to 100
 };
-struct Everywhere {};
-using EffectRegion = std::variant<Everywhere, BoxRegion, SphereRegion>;
+/// None: everywhere.
+using EffectRegion = std::variant<std::monostate, BoxRegion, SphereRegion>;
 
 /// O: the owner, a body or the world. E: the effect.
 struct EffectSettings {
+  std::optional<std::size_t> owner;  ///< index of the body that it belongs to; none: it is the world's
   Pose X_OE;
   EffectRegion region;            ///< full strength inside
   double fade_m = 0.005;          ///< from full strength to none outside the region; 0.0001 to 1

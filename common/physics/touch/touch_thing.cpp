@@ -10,16 +10,15 @@ bool limit_motion(Twist& V_WC, double radius_m, double speed_m_per_s) noexcept {
   return true;
 }
 
-void TouchDrag::add(const EffectDamping& more, const Twist& V_more_W, double more_force_n,
-                    double more_torque_n_m) noexcept {
+void TouchDrag::add(const TouchDrag& more) noexcept {
   const auto mix = [](Vec3& mean, double& sum, const Vec3& value, double weight) {
     sum += weight;
     if (sum > 0) mean += weight / sum * (value - mean);
   };
-  mix(V_W.v, damping.n_s_per_m, V_more_W.v, more.n_s_per_m);
-  mix(V_W.w, damping.n_m_s_per_rad, V_more_W.w, more.n_m_s_per_rad);
-  force_limit_n += more_force_n;
-  torque_limit_n_m += more_torque_n_m;
+  mix(V_W.v, damping.n_s_per_m, more.V_W.v, more.damping.n_s_per_m);
+  mix(V_W.w, damping.n_m_s_per_rad, more.V_W.w, more.damping.n_m_s_per_rad);
+  force_limit_n += more.force_limit_n;
+  torque_limit_n_m += more.torque_limit_n_m;
 }
 
 }  // namespace tandem::physics

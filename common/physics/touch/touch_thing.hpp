@@ -23,7 +23,7 @@ struct TouchDrag {
 
   bool is_there() const { return damping.n_s_per_m > 0 || damping.n_m_s_per_rad > 0; }
   /// Another fluid in the same place: dampings and limits add up, velocities mix by damping.
-  void add(const EffectDamping& more, const Twist& V_more_W, double more_force_n, double more_torque_n_m) noexcept;
+  void add(const TouchDrag& more) noexcept;
 };
 
 /// One rigid thing of the world, as it is in this step.

@@ -106,7 +106,7 @@ TEST(ModelLedger, WhatAMoleculeGainsTheFieldLoses) {
     body.touch = {};
     body.molecule = atom;
   }
-  description.field.scale = {0.01, 0.5};
+  description.molecular_scale = {0.01, 0.5};
   description.bodies[1].X_WB.p.x() = 0.06;
   physics::World world = physics::client_world(description);
   ModelLedger ledger = ledger_of(world);

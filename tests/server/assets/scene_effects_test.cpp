@@ -43,24 +43,24 @@ TEST(SceneEffects, ReachTheWorldAsWritten) {
                               {"constant_field": {"force_n": [1, 2, 3]}},
                               {"magnet": {"core_size_m": [0.1, 0, 0]}}])"});
   ASSERT_EQ(scene->world.effects.size(), 4U);
-  const physics::SceneEffect& pad = scene->world.effects[0];
-  EXPECT_EQ(pad.body, 0U);
-  EXPECT_EQ(pad.settings.X_OE.p, Vec3(1, 2, 3));
-  EXPECT_EQ(std::get<physics::BoxRegion>(pad.settings.region).size_m, Vec3(1, 2, 3));
-  EXPECT_TRUE(pad.settings.in_contact);
-  EXPECT_EQ(pad.settings.fade_m, 0.02);
-  EXPECT_EQ(pad.settings.full_contact_n, 0.5);
-  EXPECT_EQ(pad.settings.force_limit_n, 2);
-  EXPECT_EQ(pad.settings.torque_limit_n_m, 0.3);
-  const physics::StickSlip& model = std::get<physics::StickSlip>(pad.settings.model);
+  const physics::EffectSettings& pad = scene->world.effects[0];
+  EXPECT_EQ(pad.owner, 0U);
+  EXPECT_EQ(pad.X_OE.p, Vec3(1, 2, 3));
+  EXPECT_EQ(std::get<physics::BoxRegion>(pad.region).size_m, Vec3(1, 2, 3));
+  EXPECT_TRUE(pad.in_contact);
+  EXPECT_EQ(pad.fade_m, 0.02);
+  EXPECT_EQ(pad.full_contact_n, 0.5);
+  EXPECT_EQ(pad.force_limit_n, 2);
+  EXPECT_EQ(pad.torque_limit_n_m, 0.3);
+  const physics::StickSlip& model = std::get<physics::StickSlip>(pad.model);
   EXPECT_EQ(model.stiffness_n_per_m, 700);
   EXPECT_EQ(model.breakaway_force_n, 2);
   EXPECT_EQ(model.slip_force_n, 1);
-  EXPECT_FALSE(scene->world.effects[1].body);
-  EXPECT_EQ(std::get<physics::SphereRegion>(scene->world.effects[1].settings.region).radius_m, 0.2);
-  EXPECT_EQ(std::get<physics::Vibration>(scene->world.effects[1].settings.model).direction, Vec3(1, 0, 0));
-  EXPECT_EQ(std::get<physics::ConstantField>(scene->world.effects[2].settings.model).force_n, Vec3(1, 2, 3));
-  EXPECT_EQ(std::get<physics::Magnet>(scene->world.effects[3].settings.model).core_size_m, Vec3(0.1, 0, 0));
+  EXPECT_FALSE(scene->world.effects[1].owner);
+  EXPECT_EQ(std::get<physics::SphereRegion>(scene->world.effects[1].region).radius_m, 0.2);
+  EXPECT_EQ(std::get<physics::Vibration>(scene->world.effects[1].model).direction, Vec3(1, 0, 0));
+  EXPECT_EQ(std::get<physics::ConstantField>(scene->world.effects[2].model).force_n, Vec3(1, 2, 3));
+  EXPECT_EQ(std::get<physics::Magnet>(scene->world.effects[3].model).core_size_m, Vec3(0.1, 0, 0));
 }
 
 TEST(SceneEffects, ABodysEffectWithoutRegionActsInContactUnlessItIsAMagnet) {
@@ -69,7 +69,7 @@ TEST(SceneEffects, ABodysEffectWithoutRegionActsInContactUnlessItIsAMagnet) {
                                          {"in_contact": false, "viscosity": {}})"),
                                           .rest = R"("effects": [{"viscosity": {}}])"});
   std::vector<bool> in_contact;
-  for (const physics::SceneEffect& effect : scene->world.effects) in_contact.push_back(effect.settings.in_contact);
+  for (const physics::EffectSettings& effect : scene->world.effects) in_contact.push_back(effect.in_contact);
   EXPECT_EQ(in_contact, (std::vector<bool>{true, false, false, false, false}));
 }
 

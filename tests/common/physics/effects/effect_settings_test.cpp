@@ -53,7 +53,7 @@ TEST(EffectSettings, RegionsAndLimitsAreChecked) {
   EXPECT_EQ(find_problem(settings)->field, "box.size_m[1]");
   settings.region = SphereRegion{kNaN};
   EXPECT_EQ(find_problem(settings)->field, "sphere.radius_m");
-  settings.region = Everywhere{};
+  settings.region = std::monostate{};
   settings.fade_m = 0;
   EXPECT_EQ(find_problem(settings)->field, "fade_m");
   settings.fade_m = 0.01;
@@ -65,7 +65,7 @@ TEST(EffectSettings, MagnetTakesNoRegionBecauseItWouldNotBeConservative) {
   EffectSettings settings = effect_with(Magnet{});
   settings.region = SphereRegion{};
   EXPECT_EQ(find_problem(settings)->field, "region");
-  settings.region = Everywhere{};
+  settings.region = std::monostate{};
   settings.in_contact = true;
   EXPECT_EQ(find_problem(settings)->field, "in_contact");
 }
