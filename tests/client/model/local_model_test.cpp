@@ -68,7 +68,7 @@ class Across {
  public:
   Across(const std::shared_ptr<const physics::WorldDescription>& world, int one_way_ticks,
          const LocalModelSettings& settings = {})
-      : server(world, std::make_unique<physics::FollowedBodies>(world->bodies.size()), nullptr),
+      : server(world, physics::make_followed_bodies(world->bodies.size()), nullptr),
         model(world, 0, settings),
         coupling_(world->coupling.parameters),
         one_way_(static_cast<std::size_t>(one_way_ticks)) {

@@ -97,7 +97,7 @@ inline World world_with(const WorldDescription& description, std::unique_ptr<Fre
 }
 /// As a client has it.
 inline World client_world(const WorldDescription& description, ExternalBodies* external = nullptr) {
-  return world_with(description, std::make_unique<FollowedBodies>(description.bodies.size()), external);
+  return world_with(description, make_followed_bodies(description.bodies.size()), external);
 }
 inline World falling_world(const WorldDescription& description, ExternalBodies* external = nullptr) {
   return world_with(description, std::make_unique<FallingBodies>(description), external);
