@@ -4,14 +4,26 @@
 #include <BulletCollision/CollisionDispatch/btCollisionDispatcher.h>
 #include <BulletCollision/CollisionDispatch/btDefaultCollisionConfiguration.h>
 #include <BulletCollision/CollisionDispatch/btManifoldResult.h>
+#include <BulletCollision/CollisionShapes/btBoxShape.h>
+#include <BulletCollision/CollisionShapes/btBvhTriangleMeshShape.h>
+#include <BulletCollision/CollisionShapes/btCapsuleShape.h>
+#include <BulletCollision/CollisionShapes/btCompoundShape.h>
+#include <BulletCollision/CollisionShapes/btConvexHullShape.h>
+#include <BulletCollision/CollisionShapes/btCylinderShape.h>
+#include <BulletCollision/CollisionShapes/btShapeHull.h>
+#include <BulletCollision/CollisionShapes/btSphereShape.h>
+#include <BulletCollision/CollisionShapes/btTriangleIndexVertexArray.h>
 #include <BulletDynamics/ConstraintSolver/btSequentialImpulseConstraintSolver.h>
 #include <BulletDynamics/Dynamics/btDiscreteDynamicsWorld.h>
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <utility>
 
+#include "proto/placement.hpp"
 #include "server/physics/bullet_convert.hpp"
-#include "server/physics/collision_shape.hpp"
+#include "server/physics/convex_hull.hpp"
 
 namespace tandem::server {
 namespace {
@@ -30,6 +42,137 @@ void install_contact_rules() {
     gCalculateCombinedRestitutionCallback = combined_restitution;
     return true;
   }();
+}
+
+/// How far outside their exact surface hulls and triangle meshes are felt, so that Bullet's distance algorithm
+/// meets them before they overlap. Primitives do not grow: Bullet takes their margin off inside.
+constexpr double kCollisionMargin_m = 1e-4;
+
+/// Hulls with more points are replaced by what supports them in 42 directions (btShapeHull): the cost of a
+/// contact grows with the number of points, and the difference stays inside the exact hull.
+constexpr int kMaxHullPoints = 100;
+
+std::unique_ptr<btCollisionShape> make_hull(const geometry::TriangleMesh& mesh) {
+  auto hull = std::make_unique<btConvexHullShape>();
+  for (const Vec3& point : convex_hull(mesh.vertices).vertices) hull->addPoint(to_bullet(point), false);
+  if (hull->getNumPoints() > kMaxHullPoints) {
+    btShapeHull reduced(hull.get());
+    // Margin 0, so that the support points lie on the hull and not on its margin.
+    hull->setMargin(0);
+    reduced.buildHull(0);
+    auto smaller = std::make_unique<btConvexHullShape>();
+    for (int i = 0; i < reduced.numVertices(); ++i) smaller->addPoint(reduced.getVertexPointer()[i], false);
+    hull = std::move(smaller);
+  }
+  hull->setMargin(kCollisionMargin_m);
+  hull->recalcLocalAabb();
+  return hull;
+}
+
+std::unique_ptr<btCollisionShape> make_box(const wire::Box& box) {
+  const btVector3 half(box.size_m(0) / 2, box.size_m(1) / 2, box.size_m(2) / 2);
+  auto shape = std::make_unique<btBoxShape>(half);
+  shape->setMargin(std::min<double>(kCollisionMargin_m, 0.1 * half[half.minAxis()]));
+  return shape;
+}
+
+std::unique_ptr<btCollisionShape> make_cylinder(const wire::Cylinder& cylinder) {
+  const double radius = cylinder.radius_m();
+  const double half_length = cylinder.length_m() / 2;
+  auto shape = std::make_unique<btCylinderShapeZ>(btVector3(radius, radius, half_length));
+  shape->setMargin(std::min({kCollisionMargin_m, 0.1 * radius, 0.1 * half_length}));
+  return shape;
+}
+
+/// What of a body collides, in its centre-of-mass frame C: Bullet's shapes, owned together with what they point to.
+class CollisionShape {
+ public:
+  /// In      is_static  meshes are exact triangles, else their convex hulls
+  CollisionShape(const std::vector<SolidShape>& shapes, const Pose& X_BC, bool is_static);
+
+  btCollisionShape& root() { return *root_; }
+  /// False for molecules, which feel the field only.
+  bool collides() const { return collides_; }
+  /// Half the least thickness of any part: what may be moved in a step without passing through something.
+  double half_thickness_m() const { return half_thickness_m_; }
+
+ private:
+  std::unique_ptr<btCollisionShape> make_part(const SolidShape& solid, bool is_static);
+  std::unique_ptr<btCollisionShape> make_exact_mesh(const std::shared_ptr<const geometry::TriangleMesh>& mesh);
+  void assemble(const std::vector<SolidShape>& shapes, const Pose& X_BC);
+
+  std::vector<std::shared_ptr<const geometry::TriangleMesh>> meshes_;  ///< what `triangles_` point into
+  std::vector<std::unique_ptr<btTriangleIndexVertexArray>> triangles_;
+  std::vector<std::unique_ptr<btCollisionShape>> parts_;
+  std::unique_ptr<btCollisionShape> compound_;
+  btCollisionShape* root_ = nullptr;
+  bool collides_ = true;
+  double half_thickness_m_ = 0;
+};
+
+CollisionShape::CollisionShape(const std::vector<SolidShape>& shapes, const Pose& X_BC, bool is_static) {
+  for (const SolidShape& solid : shapes) parts_.push_back(make_part(solid, is_static));
+  assemble(shapes, X_BC);
+  half_thickness_m_ = std::numeric_limits<double>::infinity();
+  for (const auto& part : parts_) {
+    btVector3 low, high;
+    part->getAabb(btTransform::getIdentity(), low, high);
+    const btVector3 size = high - low;
+    half_thickness_m_ = std::min<double>(half_thickness_m_, size[size.minAxis()] / 2);
+  }
+}
+
+std::unique_ptr<btCollisionShape> CollisionShape::make_part(const SolidShape& solid, bool is_static) {
+  const wire::Shape& shape = solid.shape;
+  switch (shape.kind_case()) {
+    case wire::Shape::kBox:
+      return make_box(shape.box());
+    case wire::Shape::kCylinder:
+      return make_cylinder(shape.cylinder());
+    case wire::Shape::kCapsule:
+      return std::make_unique<btCapsuleShapeZ>(shape.capsule().radius_m(), shape.capsule().length_m());
+    case wire::Shape::kMesh:
+      return is_static ? make_exact_mesh(solid.mesh) : make_hull(*solid.mesh);
+    case wire::Shape::kMolecule:
+      // Bullet wants a shape of every body; this one is in no collision group.
+      collides_ = false;
+      return std::make_unique<btSphereShape>(0.01);
+    default:
+      return std::make_unique<btSphereShape>(shape.sphere().radius_m());
+  }
+}
+
+std::unique_ptr<btCollisionShape> CollisionShape::make_exact_mesh(
+    const std::shared_ptr<const geometry::TriangleMesh>& shared_mesh) {
+  meshes_.push_back(shared_mesh);
+  const geometry::TriangleMesh& mesh = *shared_mesh;
+  static_assert(sizeof(Vec3) == 3 * sizeof(btScalar));
+  // Bullet's signature lacks const; the tree only reads.
+  auto* const indices = const_cast<int*>(mesh.triangles.front().data());
+  auto* const vertices = const_cast<double*>(mesh.vertices.front().data());
+  triangles_.push_back(std::make_unique<btTriangleIndexVertexArray>(
+      static_cast<int>(mesh.triangles.size()), indices, static_cast<int>(sizeof(mesh.triangles.front())),
+      static_cast<int>(mesh.vertices.size()), vertices, static_cast<int>(sizeof(Vec3))));
+  auto shape = std::make_unique<btBvhTriangleMeshShape>(triangles_.back().get(), true);
+  shape->setMargin(kCollisionMargin_m);
+  return shape;
+}
+
+void CollisionShape::assemble(const std::vector<SolidShape>& shapes, const Pose& X_BC) {
+  const Pose X_CB = X_BC.inverse();
+  const auto X_CS = [&](std::size_t i) { return X_CB * proto::pose_from_placement(shapes[i].shape.placement()); };
+  const auto is_identity = [](const Pose& X) { return X.p.isZero(0) && X.q.vec().isZero(0); };
+  if (parts_.size() == 1 && is_identity(X_CS(0))) {
+    root_ = parts_.front().get();
+    return;
+  }
+  auto compound = std::make_unique<btCompoundShape>();
+  for (std::size_t i = 0; i < parts_.size(); ++i) {
+    compound->addChildShape(to_bullet(X_CS(i)), parts_[i].get());
+  }
+  compound->setMargin(kCollisionMargin_m);
+  root_ = compound.get();
+  compound_ = std::move(compound);
 }
 
 bool is_same(const Pose& a, const Pose& b) {
