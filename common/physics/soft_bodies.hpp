@@ -1,6 +1,7 @@
 // The soft bodies of a world, seen from what they touch.
 #pragma once
 
+#include <optional>
 #include <span>
 
 #include "common/base/tick_faults.hpp"
@@ -8,21 +9,15 @@
 
 namespace tandem::physics {
 
-/// Where a movable thing is in this room step. Not present: touches nothing.
-struct SoftTool {
-  Pose X_WT;
-  bool is_present = false;
-};
-
 /// Thread  one at a time (the world's)
 class SoftBodies {
  public:
   virtual ~SoftBodies() = default;
 
   /// Once a step, after things have their new poses.
-  /// In      tools  the world's tools, then its bodies
-  virtual TickFaults advance(std::span<const SoftTool> tools) noexcept = 0;
-  /// For soft_wrench(): of one of them, until the next advance(). Empty for one that is not present.
+  /// In      X_WT  where the world's tools are, then its bodies; none: touches nothing
+  virtual TickFaults advance(std::span<const std::optional<Pose>> X_WT) noexcept = 0;
+  /// For soft_wrench(): of one of them, until the next advance(). Empty for one that is not there.
   virtual const SoftContact& contact(std::size_t tool) const noexcept = 0;
 };
 

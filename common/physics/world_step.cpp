@@ -145,7 +145,9 @@ void World::Impl::add_effects() noexcept {
 TickFaults World::Impl::step_soft() noexcept {
   for (std::size_t i = 0; i < things.size(); ++i) {
     const TouchThing& thing = things[i];
-    soft_tools[soft_index_of(i)] = {thing.rigid->state().X, thing.role != TouchThing::Role::kAbsent};
+    std::optional<Pose>& X_WT = soft_tools[soft_index_of(i)];
+    X_WT.reset();
+    if (thing.role != TouchThing::Role::kAbsent) X_WT = thing.rigid->state().X;
   }
   return soft->advance(soft_tools);
 }

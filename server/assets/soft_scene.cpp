@@ -60,11 +60,11 @@ SoftWorldSettings soft_world_settings(const LoadedScene& scene) {
   settings.bodies = scene.soft_bodies;
   for (const physics::ToolDescription& tool : scene.world.tools) settings.tools.push_back({tool.touch, tool.friction});
   for (const physics::BodyDescription& body : scene.world.bodies) {
-    const SoftRigid rigid{body.touch, body.traits.friction};
+    const SoftRigid rigid{body.touch, body.traits.friction, body.X_WB};
     const bool is_static = body.mass.mass_kg <= 0;
     // A static body keeps its place in the order, with nothing that could be touched.
     settings.tools.push_back(is_static ? SoftRigid{} : rigid);
-    if (is_static && rigid.model.can_be_touched()) settings.obstacles.push_back({rigid, body.X_WB});
+    if (is_static && rigid.model.can_be_touched()) settings.obstacles.push_back(rigid);
   }
   settings.gravity_m_per_s2 = scene.world.gravity_m_per_s2;
   settings.room_rate_hz = description.step_rate_hz();

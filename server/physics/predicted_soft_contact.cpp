@@ -21,12 +21,34 @@ constexpr double kMaxStiffness_n_per_m = 2000;
 
 }  // namespace
 
+/// The body's surface where a thing comes near.
+struct PredictedSoftContact::Surface {
+  double gap_m = 0;
+  Vec3 normal_W = Vec3::UnitZ();  ///< towards the thing
+  Vec3 lever_W = Vec3::Zero();    ///< from the thing's origin to its point that will touch
+};
+
+/// A sample of the body.
+struct PredictedSoftContact::Near {
+  double distance_m = 0;
+  Vec3 p_W;
+  Vec3 out_W;  ///< of the thing
+};
+
+struct PredictedSoftContact::Watched {
+  std::optional<Surface> surface;
+  std::optional<double> stiffness_n_per_m;
+  Vec3 p_WT = Vec3::Zero();  ///< where the thing was when that was found
+};
+
 PredictedSoftContact::PredictedSoftContact(const SoftModel& model, const Vec3& gravity_m_per_s2, int sweeps,
                                            std::size_t things)
     : pressed_(model, gravity_m_per_s2, sweeps), watched_(things) {
   p_W_.reserve(model.samples.size());
   near_.reserve(model.samples.size());
 }
+
+PredictedSoftContact::~PredictedSoftContact() = default;
 
 std::optional<PredictedSoftContact::Surface> PredictedSoftContact::surface_near(const SoftBody& body,
                                                                                 const SoftThing& thing) {

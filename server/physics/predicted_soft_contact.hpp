@@ -31,6 +31,7 @@ class PredictedSoftContact {
 
   /// In      things  how many may touch, the first ones of every step's
   PredictedSoftContact(const SoftModel& model, const Vec3& gravity_m_per_s2, int sweeps, std::size_t things);
+  ~PredictedSoftContact();
 
   /// After a step of the body: looks which things are near, and presses on.
   void advance(const SoftStep& real, double step_s, double speed_limit_m_per_s, std::span<const SoftThing> things);
@@ -40,23 +41,9 @@ class PredictedSoftContact {
   SoftContact predict(std::size_t thing, const Pose& X_WT, const SoftContact& now) const;
 
  private:
-  /// The body's surface where a thing comes near.
-  struct Surface {
-    double gap_m = 0;
-    Vec3 normal_W = Vec3::UnitZ();  ///< towards the thing
-    Vec3 lever_W = Vec3::Zero();    ///< from the thing's origin to its point that will touch
-  };
-  /// A sample of the body.
-  struct Near {
-    double distance_m = 0;
-    Vec3 p_W;
-    Vec3 out_W;  ///< of the thing
-  };
-  struct Watched {
-    std::optional<Surface> surface;
-    std::optional<double> stiffness_n_per_m;
-    Vec3 p_WT = Vec3::Zero();  ///< where the thing was when that was found
-  };
+  struct Surface;
+  struct Near;
+  struct Watched;
 
   std::optional<Surface> surface_near(const SoftBody& body, const SoftThing& thing);
   void choose_thing(const SoftBody& body, std::span<const SoftThing> things);

@@ -40,8 +40,35 @@ Eigen::Matrix3d bend(const contact::DistanceField& field, const Vec3& p_S) {
 
 }  // namespace
 
+/// A sample that may meet a part of a thing in this step.
+struct SoftStep::Candidate {
+  int sample = 0;
+  int thing = 0;
+  int part = 0;
+  double mobility = 0;  ///< 1 / mass that the sample opposes
+  Vec3 p_T_start = Vec3::Zero();
+  double normal_sum = 0;               ///< Σ λ
+  Vec3 friction_sum_W = Vec3::Zero();  ///< Σ of its pushes
+  double clearance_m = 0;              ///< surely this far from the part …
+  Vec3 p_S_seen = Vec3::Zero();        ///< … when it was here, seen from the part
+  bool is_bend_known = false;
+  Eigen::Matrix3d bend_S = Eigen::Matrix3d::Zero();
+};
+
+/// Where a thing is during a sweep.
+struct SoftStep::Place {
+  Pose X_WT;
+  double share = 0;
+};
+
 SoftStep::SoftStep(const SoftModel& model, const Vec3& gravity_m_per_s2, int sweeps)
     : body_(model, gravity_m_per_s2), sweeps_(sweeps) {}
+
+SoftStep::~SoftStep() = default;
+
+std::size_t SoftStep::candidate_count() const {
+  return candidates_.size();
+}
 
 bool SoftStep::step(double step_s, double speed_limit_m_per_s, std::span<const SoftThing> things,
                     std::span<SoftReaction> reactions) {

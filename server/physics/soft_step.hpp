@@ -59,6 +59,7 @@ class SoftStep {
  public:
   /// In      sweeps  a step; even
   SoftStep(const SoftModel& model, const Vec3& gravity_m_per_s2, int sweeps);
+  ~SoftStep();
 
   /// In      things  the same number every time
   /// Out     reactions  added to, one a thing; true when a node had to be slowed
@@ -69,7 +70,7 @@ class SoftStep {
   const SoftBody& body() const { return body_; }
   /// Of the last step, in their order.
   std::span<const SoftPush> pushes() const { return pushes_; }
-  std::size_t candidate_count() const { return candidates_.size(); }
+  std::size_t candidate_count() const;
   /// Of the last step: where the nodes were when a sweep began.
   std::span<const Vec3> nodes_at(int sweep) const;
   int sweeps() const { return sweeps_; }
@@ -77,25 +78,8 @@ class SoftStep {
   bool is_near(const SoftThing& thing, double margin_m) const;
 
  private:
-  /// A sample that may meet a part of a thing in this step.
-  struct Candidate {
-    int sample = 0;
-    int thing = 0;
-    int part = 0;
-    double mobility = 0;  ///< 1 / mass that the sample opposes
-    Vec3 p_T_start = Vec3::Zero();
-    double normal_sum = 0;               ///< Σ λ
-    Vec3 friction_sum_W = Vec3::Zero();  ///< Σ of its pushes
-    double clearance_m = 0;              ///< surely this far from the part …
-    Vec3 p_S_seen = Vec3::Zero();        ///< … when it was here, seen from the part
-    bool is_bend_known = false;
-    Eigen::Matrix3d bend_S = Eigen::Matrix3d::Zero();
-  };
-  /// Where a thing is during a sweep.
-  struct Place {
-    Pose X_WT;
-    double share = 0;
-  };
+  struct Candidate;
+  struct Place;
 
   void find_candidates(std::span<const SoftThing> things);
   void find_candidates(const SoftThing& thing, int index);

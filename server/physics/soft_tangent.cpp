@@ -33,6 +33,19 @@ contact::Matrix6 never_negative(contact::Matrix6 stiffness) {
 
 }  // namespace
 
+struct SoftTangent::Link {
+  std::array<int, 2> nodes{};
+  std::array<std::size_t, 2> places{};  ///< in the patch, or the held one
+  double rest2_m2 = 0;                  ///< Bullet's c₁: rest length squared
+  double mobility = 0;                  ///< Bullet's c₀: (w_a + w_b) / stiffness
+};
+
+/// Derivatives of a contact's sums.
+struct SoftTangent::Sums {
+  Row normal = Row::Zero();
+  Change friction = Change::Zero();
+};
+
 SoftTangent::SoftTangent(const SoftModel& model)
     : model_(model), neighbours_(model.nodes_W.size()), place_(model.nodes_W.size(), kHeld) {
   for (const auto& [a, b] : model.links) {
@@ -40,6 +53,8 @@ SoftTangent::SoftTangent(const SoftModel& model)
     neighbours_[static_cast<std::size_t>(b)].push_back(a);
   }
 }
+
+SoftTangent::~SoftTangent() = default;
 
 /// Nodes that the thing pushed and those around them, ring by ring.
 bool SoftTangent::choose_patch(const SoftStep& step, int thing) {

@@ -33,6 +33,7 @@ class SoftTangent {
   static constexpr std::size_t kMaxPatch = 96;
 
   explicit SoftTangent(const SoftModel& model);
+  ~SoftTangent();
 
   /// −∂W/∂X of `thing` in the last step; zero without contact.
   contact::Matrix6 stiffness(const SoftStep& step, int thing, double step_s);
@@ -42,17 +43,8 @@ class SoftTangent {
 
   using Row = Eigen::Matrix<double, 1, 6>;
 
-  struct Link {
-    std::array<int, 2> nodes{};
-    std::array<std::size_t, 2> places{};  ///< in the patch, or the held one
-    double rest2_m2 = 0;                  ///< Bullet's c₁: rest length squared
-    double mobility = 0;                  ///< Bullet's c₀: (w_a + w_b) / stiffness
-  };
-  /// Derivatives of a contact's sums.
-  struct Sums {
-    Row normal = Row::Zero();
-    Change friction = Change::Zero();
-  };
+  struct Link;
+  struct Sums;
 
   bool choose_patch(const SoftStep& step, int thing);
   void link_patch(const SoftBody& body);

@@ -52,19 +52,19 @@ class Stepper {
       bodies_.push_back(std::make_unique<SteppedBody>(model, settings.gravity_m_per_s2, settings.tools.size()));
     }
     for (const SoftRigid& tool : settings.tools) things_.push_back({&tool.model, tool.friction, false, {}, {}});
-    for (const SoftObstacle& obstacle : settings.obstacles) {
-      things_.push_back({&obstacle.rigid.model, obstacle.rigid.friction, true, obstacle.X_WT, obstacle.X_WT});
+    for (const SoftRigid& obstacle : settings.obstacles) {
+      things_.push_back({&obstacle.model, obstacle.friction, true, obstacle.X_WT, obstacle.X_WT});
     }
     reactions_.resize(things_.size());
   }
 
-  void step(std::span<const physics::SoftTool> tools, Result& result) {
+  void step(std::span<const std::optional<Pose>> X_WT, Result& result) {
     if (settings_.before_step) settings_.before_step();
     const auto begin = std::chrono::steady_clock::now();
     result.faults = 0;
     result.contacts.assign(settings_.tools.size(), SoftContact{});
-    for (std::size_t i = 0; i < tools.size(); ++i) result.contacts[i].X_WT0 = tools[i].X_WT;
-    move_things(tools);
+    for (std::size_t i = 0; i < X_WT.size(); ++i) result.contacts[i].X_WT0 = X_WT[i].value_or(Pose{});
+    move_things(X_WT);
     for (std::size_t b = 0; b < bodies_.size(); ++b) step_body(*bodies_[b], result);
     finish_contacts(result);
     predict_contacts(result);
@@ -82,13 +82,14 @@ class Stepper {
   }
 
  private:
-  void move_things(std::span<const physics::SoftTool> tools) {
-    for (std::size_t i = 0; i < tools.size(); ++i) {
+  void move_things(std::span<const std::optional<Pose>> X_WT) {
+    for (std::size_t i = 0; i < X_WT.size(); ++i) {
       SoftThing& thing = things_[i];
-      thing.is_present = tools[i].is_present && is_finite(tools[i].X_WT) && thing.model->can_be_touched();
-      const bool has_come = !was_present_[i] || (tools[i].X_WT.p - thing.X_WT.p).norm() > kMaxWay_m;
-      thing.X_WT_before = has_come ? tools[i].X_WT : thing.X_WT;
-      thing.X_WT = tools[i].X_WT;
+      const Pose X = X_WT[i].value_or(Pose{});
+      thing.is_present = X_WT[i] && is_finite(X) && thing.model->can_be_touched();
+      const bool has_come = !was_present_[i] || (X.p - thing.X_WT.p).norm() > kMaxWay_m;
+      thing.X_WT_before = has_come ? X : thing.X_WT;
+      thing.X_WT = X;
       was_present_[i] = thing.is_present;
     }
   }
@@ -195,8 +196,8 @@ struct SoftWorld::Impl {
     return taken.faults;
   }
 
-  void begin(std::span<const physics::SoftTool> tools) {
-    std::copy_n(tools.begin(), std::min(tools.size(), input.size()), input.begin());
+  void begin(std::span<const std::optional<Pose>> X_WT) {
+    std::copy_n(X_WT.begin(), std::min(X_WT.size(), input.size()), input.begin());
     if (worker.joinable()) {
       is_done.store(false, std::memory_order_relaxed);
       work_to_do.release();
@@ -208,9 +209,9 @@ struct SoftWorld::Impl {
   const SoftWorldSettings settings;
   const int period;
   Stepper stepper;
-  std::vector<physics::SoftTool> input;  ///< of the step under way
-  Result made;                           ///< by the step under way
-  Result taken;                          ///< what the room reads
+  std::vector<std::optional<Pose>> input;  ///< of the step under way
+  Result made;                             ///< by the step under way
+  Result taken;                            ///< what the room reads
   int steps_to_go = 0;
   bool is_under_way = false;
   bool is_known_late = false;
@@ -225,7 +226,7 @@ SoftWorld::SoftWorld(SoftWorldSettings settings, SoftStepping stepping)
     : impl_(std::make_unique<Impl>(std::move(settings), stepping)) {}
 SoftWorld::~SoftWorld() = default;
 
-TickFaults SoftWorld::advance(std::span<const physics::SoftTool> tools) noexcept {
+TickFaults SoftWorld::advance(std::span<const std::optional<Pose>> X_WT) noexcept {
   Impl& impl = *impl_;
   TickFaults faults = 0;
   if (impl.steps_to_go > 0) --impl.steps_to_go;
@@ -234,14 +235,14 @@ TickFaults SoftWorld::advance(std::span<const physics::SoftTool> tools) noexcept
       faults = kFaultSoftLate;
     } else {
       if (impl.is_under_way) faults = impl.take();
-      impl.begin(tools);
+      impl.begin(X_WT);
       impl.is_under_way = true;
       impl.steps_to_go = impl.period;
     }
   }
   // What was computed for a tool that has left since would meet its next user.
-  for (std::size_t i = 0; i < impl.taken.contacts.size() && i < tools.size(); ++i) {
-    if (!tools[i].is_present) impl.taken.contacts[i] = SoftContact{};
+  for (std::size_t i = 0; i < impl.taken.contacts.size() && i < X_WT.size(); ++i) {
+    if (!X_WT[i]) impl.taken.contacts[i] = SoftContact{};
   }
   return faults;
 }

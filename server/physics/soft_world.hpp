@@ -27,17 +27,13 @@ namespace tandem::server {
 struct SoftRigid {
   physics::TouchModel model;  ///< in the frame of the thing T
   double friction = 0.5;
-};
-/// One that never moves.
-struct SoftObstacle {
-  SoftRigid rigid;
-  Pose X_WT;
+  Pose X_WT = {};  ///< of one that never moves
 };
 
 struct SoftWorldSettings {
   std::vector<SoftModel> bodies;
-  std::vector<SoftRigid> tools;  ///< everything movable, in the order of advance()
-  std::vector<SoftObstacle> obstacles;
+  std::vector<SoftRigid> tools;      ///< everything movable, in the order of advance()
+  std::vector<SoftRigid> obstacles;  ///< what never moves
   Vec3 gravity_m_per_s2{0, 0, -9.81};
   double room_rate_hz = 1000;
   double rate_hz = 60;  ///< of soft steps; the nearest whole number of room steps is taken
@@ -67,14 +63,14 @@ class SoftWorld final : public physics::SoftBodies {
   SoftWorld(const SoftWorld&) = delete;
   SoftWorld& operator=(const SoftWorld&) = delete;
 
-  /// Once a room step, after the tools have their new poses. `tools` as in the settings.
+  /// Once a room step, after the tools have their new poses X_WT, in the order of the settings' `tools`.
   ///
   /// Out     faults of the soft step whose result is taken now: kFaultNotFinite (that body starts anew),
   ///         kFaultSpeedLimited; kFaultSoftLate: the worker is not ready, the last result serves on
   /// Cost    kWorker: one step in n copies poses and swaps buffers; no allocation, no lock. kInline: a soft step in n
-  TickFaults advance(std::span<const physics::SoftTool> tools) noexcept override;
+  TickFaults advance(std::span<const std::optional<Pose>> X_WT) noexcept override;
 
-  /// For soft_wrench(): of a tool, until the next advance(). Empty for one that is not present.
+  /// For soft_wrench(): of a tool, until the next advance(). Empty for one that is not there.
   const SoftContact& contact(std::size_t tool) const noexcept override;
 
   /// For viewers, of the last result: nodes, and the surface over them.

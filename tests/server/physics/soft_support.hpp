@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <utility>
 
 #include "common/contact/primitive_fields.hpp"
@@ -13,11 +14,12 @@ namespace tandem::server {
 inline constexpr double kBallRadius_m = 0.015;
 inline constexpr double kPadHeight_m = 0.04;
 
-inline SoftRigid rigid(std::shared_ptr<const contact::ContactShape> shape, double friction) {
+inline SoftRigid rigid(std::shared_ptr<const contact::ContactShape> shape, double friction, const Pose& X_WT = {}) {
   SoftRigid result;
   result.model.radius_m = shape->radius_m();
   result.model.parts.push_back({std::move(shape), Pose{}});
   result.friction = friction;
+  result.X_WT = X_WT;
   return result;
 }
 
@@ -37,7 +39,7 @@ inline SoftWorldSettings pad_settings(SoftSides anchored, double friction = 0.5)
   // The tests step faster than time.
   settings.waits_for_worker = true;
   settings.bodies.push_back(make_soft_block(Vec3(0.08, 0.08, kPadHeight_m), 0.0134, traits));
-  settings.obstacles.push_back({rigid(table_shape(), 0.5), {Vec3(0, 0, -0.01), Quat::Identity()}});
+  settings.obstacles.push_back(rigid(table_shape(), 0.5, {Vec3(0, 0, -0.01), Quat::Identity()}));
   settings.tools.push_back(rigid(contact::make_contact_sphere(kBallRadius_m), friction));
   return settings;
 }
@@ -49,23 +51,27 @@ inline SoftWorldSettings floating_settings() {
   return settings;
 }
 
-inline physics::SoftTool ball_at(const Vec3& p_W) {
-  return {Pose{p_W, Quat::Identity()}, true};
+inline Pose ball_at(const Vec3& p_W) {
+  return {p_W, Quat::Identity()};
 }
 /// A ball that is `depth_m` below the top of the pad, off its middle so that nothing cancels by symmetry.
-inline physics::SoftTool ball_in_pad(double depth_m) {
+inline Pose ball_in_pad(double depth_m) {
   return ball_at(Vec3(0.003, 0.002, kPadHeight_m + kBallRadius_m - depth_m));
 }
-inline const physics::SoftTool kAway = ball_at(Vec3(0, 0, 0.3));
+inline const Pose kAway = ball_at(Vec3(0, 0, 0.3));
 
+/// One step of the room, with the tool there; none: it is not present.
+inline TickFaults room_step(SoftWorld& world, const std::optional<Pose>& X_WT) {
+  return world.advance({&X_WT, 1});
+}
 /// One soft step; its result can be read afterwards (the tool of the next one is the same).
-inline TickFaults soft_step(SoftWorld& world, const physics::SoftTool& tool) {
+inline TickFaults soft_step(SoftWorld& world, const std::optional<Pose>& X_WT) {
   TickFaults faults = 0;
-  for (int i = 0; i < world.period_steps(); ++i) faults |= world.advance({&tool, 1});
+  for (int i = 0; i < world.period_steps(); ++i) faults |= room_step(world, X_WT);
   return faults;
 }
-inline void soft_steps(SoftWorld& world, const physics::SoftTool& tool, int count) {
-  for (int i = 0; i < count; ++i) soft_step(world, tool);
+inline void soft_steps(SoftWorld& world, const std::optional<Pose>& X_WT, int count) {
+  for (int i = 0; i < count; ++i) soft_step(world, X_WT);
 }
 
 using Vector6 = Eigen::Matrix<double, 6, 1>;

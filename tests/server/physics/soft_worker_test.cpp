@@ -19,10 +19,10 @@ std::vector<double> story(SoftStepping stepping) {
   std::vector<double> numbers;
   for (int step = 0; step < 20 * world.period_steps(); ++step) {
     const double phase = 0.01 * step;
-    const physics::SoftTool tool =
+    const Pose tool =
         ball_at(Vec3(0.01 * std::sin(phase), 0.01 * std::cos(phase), 0.048 + 0.004 * std::sin(3 * phase)));
-    world.advance({&tool, 1});
-    const Vector6 wrench = as_vector(physics::soft_wrench(world.contact(0), tool.X_WT));
+    room_step(world, tool);
+    const Vector6 wrench = as_vector(physics::soft_wrench(world.contact(0), tool));
     numbers.insert(numbers.end(), wrench.data(), wrench.data() + 6);
     for (const Vec3& node : world.nodes_W(0)) numbers.push_back(node.sum());
   }
@@ -55,8 +55,8 @@ TEST(SoftWorker, DoesNotWaitForALateWorkerAndSaysSo) {
   EXPECT_EQ(world.late_count(), 1U);
   may_step = true;
   may_step.notify_all();
-  while ((world.advance({&kAway, 1}) & kFaultSoftLate) != 0) std::this_thread::yield();
-  EXPECT_EQ(world.contact(0).X_WT0.p, kAway.X_WT.p) << "the late result is taken all the same";
+  while ((room_step(world, kAway) & kFaultSoftLate) != 0) std::this_thread::yield();
+  EXPECT_EQ(world.contact(0).X_WT0.p, kAway.p) << "the late result is taken all the same";
 }
 
 }  // namespace

@@ -108,7 +108,7 @@ TEST(SoftWorld, ForceRisesWithDepthAndIsGoneAfterLeaving) {
   soft_steps(world, kAway, 4);
   EXPECT_EQ(world.contact(0).wrench_W.f.norm(), 0);
   EXPECT_EQ(world.contact(0).trust_radius_m, 0);
-  EXPECT_EQ(physics::soft_wrench(world.contact(0), kAway.X_WT).f.norm(), 0);
+  EXPECT_EQ(physics::soft_wrench(world.contact(0), kAway).f.norm(), 0);
 }
 
 /// Σ m (x − x_before): momentum times the step, whatever the damping did between nodes.
@@ -130,13 +130,13 @@ TEST(SoftWorld, WhatTheToolGetsTheNodesLose) {
   double largest_n = 0;
   for (int step = 0; step < 40; ++step) {
     // Down into the pad, and sideways so that friction takes part.
-    const physics::SoftTool tool = ball_at(Vec3(0.0005 * step, 0, 0.056 - 0.0004 * step));
+    const Pose tool = ball_at(Vec3(0.0005 * step, 0, 0.056 - 0.0004 * step));
     soft_step(world, tool);
     const Vec3 way = way_of_mass(world.model(0), before, world.nodes_W(0));
     const Vec3 force_on_nodes_W = (way - way_before) / (step_s * step_s);
     way_before = way;
     before.assign(world.nodes_W(0).begin(), world.nodes_W(0).end());
-    const Vec3 p_WT_before = std::exchange(p_WT, tool.X_WT.p);
+    const Vec3 p_WT_before = std::exchange(p_WT, tool.p);
     if (force_on_nodes_W.norm() < 1e-9) continue;  // predicted, at most
     EXPECT_LT((force_on_nodes_W + world.contact(0).wrench_W.f).norm(), 1e-9) << "soft step " << step;
     EXPECT_EQ(world.contact(0).X_WT0.p, p_WT_before) << "where that step had it";
@@ -148,13 +148,13 @@ TEST(SoftWorld, WhatTheToolGetsTheNodesLose) {
 }
 
 /// The contact after a while at `depth_m` and one soft step with the tool at `last`.
-SoftContact contact_after(const SoftWorldSettings& settings, double depth_m, const physics::SoftTool& last) {
+SoftContact contact_after(const SoftWorldSettings& settings, double depth_m, const Pose& last) {
   SoftWorld world(settings, SoftStepping::kInline);
   soft_steps(world, kAway, 10);
   for (int i = 1; i <= 10; ++i) soft_step(world, ball_in_pad(depth_m * i / 10));
   soft_steps(world, ball_in_pad(depth_m), 5);
   soft_step(world, last);
-  world.advance({&last, 1});
+  room_step(world, last);
   return world.contact(0);
 }
 
@@ -163,17 +163,17 @@ class SoftGradient : public ::testing::TestWithParam<std::tuple<SoftSides, doubl
 TEST_P(SoftGradient, IsThatOfTheSoftStep) {
   const auto [anchored, depth_m] = GetParam();
   const SoftWorldSettings settings = pad_settings(anchored);
-  const physics::SoftTool there = ball_in_pad(depth_m);
+  const Pose there = ball_in_pad(depth_m);
   const contact::Matrix6 stiffness = contact_after(settings, depth_m, there).stiffness;
   constexpr double kStep_m = 1e-5;
   for (int axis = 0; axis < 6; ++axis) {
     const double step = axis < 3 ? kStep_m : kStep_m / kBallRadius_m;
     Vector6 wrench[2];
     for (const int side : {0, 1}) {
-      physics::SoftTool moved = there;
+      Pose moved = there;
       const Vec3 way = (side == 0 ? -step : step) * Vec3::Unit(axis % 3);
-      if (axis < 3) moved.X_WT.p += way;
-      if (axis >= 3) moved.X_WT.q = quaternion_of(way);
+      if (axis < 3) moved.p += way;
+      if (axis >= 3) moved.q = quaternion_of(way);
       wrench[side] = as_vector(contact_after(settings, depth_m, moved).wrench_W);
     }
     const double difference = -(wrench[1] - wrench[0])[axis] / (2 * step);
@@ -194,9 +194,9 @@ INSTANTIATE_TEST_SUITE_P(SoftWorld, SoftGradient,
 
 TEST(SoftWorld, ResultIsUsedOneSoftPeriodAfterItsInput) {
   SoftWorld world(pad_settings(16), SoftStepping::kInline);
-  const physics::SoftTool tool = ball_in_pad(0.006);
+  const Pose tool = ball_in_pad(0.006);
   for (int step = 0; step <= world.period_steps(); ++step) {
-    world.advance({&tool, 1});
+    room_step(world, tool);
     EXPECT_EQ(world.contact(0).trust_radius_m > 0, step == world.period_steps()) << "room step " << step;
   }
 }
@@ -212,8 +212,8 @@ TEST(SoftWorld, StartsAnewWhenItIsNotFinite) {
 
 TEST(SoftWorld, ToolThatIsNotFiniteIsNotThere) {
   SoftWorld world(pad_settings(0), SoftStepping::kInline);
-  physics::SoftTool broken = ball_in_pad(0.006);
-  broken.X_WT.p.x() = std::numeric_limits<double>::quiet_NaN();
+  Pose broken = ball_in_pad(0.006);
+  broken.p.x() = std::numeric_limits<double>::quiet_NaN();
   soft_steps(world, broken, 5);
   EXPECT_EQ(soft_step(world, broken) & kFaultNotFinite, 0U);
   EXPECT_EQ(world.contact(0).trust_radius_m, 0);
@@ -223,7 +223,7 @@ TEST(SoftWorld, ToolThatIsNotFiniteIsNotThere) {
 double resting_force_n(double depth_m) {
   SoftWorld world(pad_settings(16), SoftStepping::kInline);
   soft_steps(world, ball_in_pad(depth_m), 60);
-  return physics::soft_wrench(world.contact(0), ball_in_pad(depth_m).X_WT).f.z();
+  return physics::soft_wrench(world.contact(0), ball_in_pad(depth_m)).f.z();
 }
 
 TEST(SoftWorld, PredictsATouch) {
@@ -232,7 +232,7 @@ TEST(SoftWorld, PredictsATouch) {
   EXPECT_EQ(world.contact(0).trust_radius_m, 0) << "too far to be told of";
   soft_steps(world, ball_in_pad(-0.02), 25);
   const SoftContact contact = world.contact(0);
-  const auto force_n = [&](double depth_m) { return physics::soft_wrench(contact, ball_in_pad(depth_m).X_WT).f.z(); };
+  const auto force_n = [&](double depth_m) { return physics::soft_wrench(contact, ball_in_pad(depth_m)).f.z(); };
   EXPECT_EQ(force_n(-0.02), 0) << "where the ball is";
   EXPECT_EQ(force_n(-0.001), 0);
   EXPECT_NEAR(force_n(0.003), resting_force_n(0.003), 0.3 * resting_force_n(0.003));
@@ -245,9 +245,9 @@ TEST(SoftWorld, PredictedTouchIsFeltWhenItComesAndGoesOverIntoTheTouchWithoutASt
   double before_n = 0, greatest_step_n = 0, touched_at_m = 1;
   for (int ms = 0; ms <= 800; ++ms) {
     const double depth_m = -0.01 + 2.5e-5 * ms;  // 25 mm/s, 10 mm deep at last
-    const physics::SoftTool tool = ball_in_pad(depth_m);
-    world.advance({&tool, 1});
-    const double force_n = physics::soft_wrench(world.contact(0), tool.X_WT).f.z();
+    const Pose tool = ball_in_pad(depth_m);
+    room_step(world, tool);
+    const double force_n = physics::soft_wrench(world.contact(0), tool).f.z();
     greatest_step_n = std::max(greatest_step_n, std::abs(force_n - before_n));
     if (force_n > 0 && touched_at_m == 1) touched_at_m = depth_m;
     before_n = force_n;
@@ -266,10 +266,10 @@ TEST(SoftWorld, OfTwoSoftBodiesTheNearerIsPredicted) {
   traits.X_WS.p = Vec3(0, 0.1, kPadHeight_m / 2 - 0.015);
   settings.bodies.push_back(make_soft_block(Vec3(0.08, 0.08, kPadHeight_m), 0.0134, traits));
   SoftWorld world(std::move(settings), SoftStepping::kInline);
-  const physics::SoftTool tool = ball_at(Vec3(0.003, 0.03, kPadHeight_m + kBallRadius_m + 0.01));
+  const Pose tool = ball_at(Vec3(0.003, 0.03, kPadHeight_m + kBallRadius_m + 0.01));
   soft_steps(world, tool, 60);
   const auto force_n = [&](double down_m) {
-    return physics::soft_wrench(world.contact(0), ball_at(tool.X_WT.p - Vec3(0, 0, down_m)).X_WT).f.norm();
+    return physics::soft_wrench(world.contact(0), ball_at(tool.p - Vec3(0, 0, down_m))).f.norm();
   };
   EXPECT_EQ(force_n(0), 0) << "1 cm above";
   EXPECT_EQ(force_n(0.009), 0);
@@ -280,8 +280,7 @@ TEST(SoftWorld, ToolThatLeavesHasNoContactAtOnce) {
   SoftWorld world(pad_settings(16), SoftStepping::kInline);
   soft_steps(world, ball_in_pad(0.008), 10);
   ASSERT_GT(world.contact(0).wrench_W.f.z(), 0);
-  const physics::SoftTool gone{ball_in_pad(0.008).X_WT, false};
-  world.advance({&gone, 1});
+  room_step(world, std::nullopt);
   EXPECT_EQ(world.contact(0).wrench_W.f.norm(), 0);
 }
 
@@ -448,8 +447,8 @@ TEST(SoftScene, ShippedPadIsPressedByItsTool) {
   TANDEM_LOAD_OR_SKIP(scene, "soft_pad");
   ASSERT_EQ(scene->soft_bodies.size(), 1U);
   SoftWorld world(soft_world_settings(*scene), SoftStepping::kInline);
-  std::vector<physics::SoftTool> tools(scene->world.tools.size() + scene->world.bodies.size());
-  for (std::size_t i = 0; i < scene->world.tools.size(); ++i) tools[i] = {scene->world.tools[i].X_WT, true};
+  std::vector<std::optional<Pose>> tools(scene->world.tools.size() + scene->world.bodies.size());
+  for (std::size_t i = 0; i < scene->world.tools.size(); ++i) tools[i] = scene->world.tools[i].X_WT;
   const auto fewest = [&world, &tools](int count) {
     double fastest_s = std::numeric_limits<double>::infinity();
     for (int i = 0; i < count * world.period_steps(); ++i) {
@@ -460,8 +459,8 @@ TEST(SoftScene, ShippedPadIsPressedByItsTool) {
     return 1e3 * fastest_s;
   };
   RecordProperty("ms_per_soft_step_untouched", std::to_string(fewest(30)));
-  EXPECT_EQ(physics::soft_wrench(world.contact(0), tools[0].X_WT).f.norm(), 0) << "predicted only";
-  tools[0].X_WT.p.z() = 0.042;
+  EXPECT_EQ(physics::soft_wrench(world.contact(0), *tools[0]).f.norm(), 0) << "predicted only";
+  tools[0]->p.z() = 0.042;
   RecordProperty("ms_per_soft_step_pressed", std::to_string(fewest(30)));
   EXPECT_GT(world.contact(0).wrench_W.f.z(), 0.1);
   EXPECT_LT(world.contact(0).wrench_W.f.z(), 20);
