@@ -46,23 +46,27 @@ RigidState held(RigidState state, double underrun_s) {
 
 }  // namespace
 
-const InputPlayout::Sample& InputPlayout::sample(std::size_t age) const noexcept {
-  return samples_[(newest_ + kHistory - age) % kHistory];
+const PlayedInput& InputPlayout::input(std::size_t age) const noexcept {
+  return inputs_[(newest_ + kHistory - age) % kHistory];
 }
 
-void InputPlayout::take(const proto::ClientUpdate& input, Duration now) noexcept {
-  const Duration sent = input.sent.time_since_epoch();
+void InputPlayout::take(const proto::ClientUpdate& update, Duration now) noexcept {
+  const Duration sent = update.sent.time_since_epoch();
   if (count_ > 0) {
-    if (input.input_tick <= sample(0).input.tick || sent <= sample(0).sent) return;
-    const bool follows =
-        sent - sample(0).sent <= kMaxGap && input.input_tick.value - sample(0).input.tick.value <= kMaxStep;
+    if (update.input_tick <= input(0).tick || sent <= input(0).sent) return;
+    const bool follows = sent - input(0).sent <= kMaxGap && update.input_tick.value - input(0).tick.value <= kMaxStep;
     if (!follows) reset();
   }
   delay_.add(sent, now);
   newest_ = (newest_ + 1) % kHistory;
-  samples_[newest_] = {sent,
-                       {input.input_tick, input.handle, input.tool, input.copies, input.buttons, input.energy_to_hand_j,
-                        input.energy_from_hand_j}};
+  inputs_[newest_] = {.tick = update.input_tick,
+                      .handle = update.handle,
+                      .tool = update.tool,
+                      .copies = update.copies,
+                      .buttons = update.buttons,
+                      .energy_to_hand_j = update.energy_to_hand_j,
+                      .energy_from_hand_j = update.energy_from_hand_j,
+                      .sent = sent};
   count_ = std::min(count_ + 1, kHistory);
 }
 
@@ -74,30 +78,30 @@ void InputPlayout::reset() noexcept {
 }
 
 double InputPlayout::ticks_per_second() const noexcept {
-  const Sample& oldest = sample(count_ - 1);
-  const Sample& newest = sample(0);
-  const auto ticks = static_cast<double>(newest.input.tick.value - oldest.input.tick.value);
+  const PlayedInput& oldest = input(count_ - 1);
+  const PlayedInput& newest = input(0);
+  const auto ticks = static_cast<double>(newest.tick.value - oldest.tick.value);
   return count_ > 1 ? ticks / to_seconds(newest.sent - oldest.sent) : kUsualTicks_per_s;
 }
 
 /// Ticks from the oldest input to where `client_time` lies; beyond both ends, at the rate of the whole history.
 double InputPlayout::ticks_until(Duration client_time) const noexcept {
   std::size_t age = 0;
-  while (age + 1 < count_ && sample(age).sent > client_time) ++age;
-  const Sample& before = sample(age);
+  while (age + 1 < count_ && input(age).sent > client_time) ++age;
+  const PlayedInput& before = input(age);
   double rate = ticks_per_second();
   if (age > 0 && before.sent <= client_time) {
-    const Sample& after = sample(age - 1);
-    rate = static_cast<double>(after.input.tick.value - before.input.tick.value) / to_seconds(after.sent - before.sent);
+    const PlayedInput& after = input(age - 1);
+    rate = static_cast<double>(after.tick.value - before.tick.value) / to_seconds(after.sent - before.sent);
   }
-  const std::uint64_t first = sample(count_ - 1).input.tick.value;
-  return static_cast<double>(before.input.tick.value - first) + to_seconds(client_time - before.sent) * rate;
+  const std::uint64_t first = input(count_ - 1).tick.value;
+  return static_cast<double>(before.tick.value - first) + to_seconds(client_time - before.sent) * rate;
 }
 
 /// In      wanted  ticks after the oldest input
 void InputPlayout::choose_tick(double wanted) noexcept {
-  const std::uint64_t first = sample(count_ - 1).input.tick.value;
-  const auto last = static_cast<double>(sample(0).input.tick.value - first);
+  const std::uint64_t first = input(count_ - 1).tick.value;
+  const auto last = static_cast<double>(input(0).tick.value - first);
   const double so_far = played_ > first ? static_cast<double>(played_ - first) : 0;
   const double stride = std::round(step_s_ * ticks_per_second());
   const bool keeps_stride = played_ != 0 && std::abs(wanted - so_far - stride) <= kStrideTolerance;
@@ -108,13 +112,13 @@ void InputPlayout::choose_tick(double wanted) noexcept {
 
 PlayedInput InputPlayout::at_tick(std::uint64_t tick) const noexcept {
   std::size_t age = 0;
-  while (age + 1 < count_ && sample(age).input.tick.value > tick) ++age;
-  const PlayedInput& before = sample(age).input;
+  while (age + 1 < count_ && input(age).tick.value > tick) ++age;
+  const PlayedInput& before = input(age);
   if (age == 0 || before.tick.value == tick) return before;
-  const PlayedInput& after = sample(age - 1).input;
+  const PlayedInput& after = input(age - 1);
   const double u =
       static_cast<double>(tick - before.tick.value) / static_cast<double>(after.tick.value - before.tick.value);
-  const double length_s = to_seconds(sample(age - 1).sent - sample(age).sent);
+  const double length_s = to_seconds(input(age - 1).sent - input(age).sent);
   PlayedInput played{Tick{tick},
                      between(before.handle, after.handle, length_s, u),
                      between(before.tool, after.tool, length_s, u),
@@ -134,8 +138,7 @@ std::optional<PlayedInput> InputPlayout::play(Duration now) noexcept {
   if (count_ == 0) return std::nullopt;
   const double wanted = ticks_until(delay_.play_at(now));
   choose_tick(wanted);
-  const bool has_underrun =
-      wanted > static_cast<double>(sample(0).input.tick.value - sample(count_ - 1).input.tick.value) + 0.5;
+  const bool has_underrun = wanted > static_cast<double>(input(0).tick.value - input(count_ - 1).tick.value) + 0.5;
   underrun_s_ = has_underrun ? underrun_s_ + step_s_ : 0;
   PlayedInput played = at_tick(played_);
   played.has_underrun = has_underrun;

@@ -23,6 +23,7 @@ struct PlayedInput {
   double energy_to_hand_j = 0;    ///< as in ClientUpdate
   double energy_from_hand_j = 0;  ///< likewise
   bool has_underrun = false;      ///< nothing newer has come: the last is held
+  Duration sent{0};               ///< by the client's clock, of a tick that came
 };
 
 /// Plays a client's handle, tool, copies, buttons and energies at a delay that nearly all of its inputs keep, one of
@@ -47,7 +48,7 @@ class InputPlayout {
   explicit InputPlayout(double step_s) : step_s_(step_s) {}
 
   /// A valid input that is first seen in the step at `now`; one that is not newer than the last is not taken.
-  void take(const proto::ClientUpdate& input, Duration now) noexcept;
+  void take(const proto::ClientUpdate& update, Duration now) noexcept;
   /// What is played in the step at `now`; once a step. Before the first input is due it is that one, held; nothing
   /// when there is none.
   std::optional<PlayedInput> play(Duration now) noexcept;
@@ -58,18 +59,14 @@ class InputPlayout {
   Duration delay() const noexcept { return delay_.delay(); }
 
  private:
-  struct Sample {
-    Duration sent{0};  ///< client clock
-    PlayedInput input;
-  };
-  const Sample& sample(std::size_t age) const noexcept;  ///< 0: the newest
+  const PlayedInput& input(std::size_t age) const noexcept;  ///< 0: the newest
   double ticks_per_second() const noexcept;
   double ticks_until(Duration client_time) const noexcept;
   void choose_tick(double wanted) noexcept;
   PlayedInput at_tick(std::uint64_t tick) const noexcept;
 
   double step_s_;
-  std::array<Sample, kHistory> samples_{};
+  std::array<PlayedInput, kHistory> inputs_{};
   std::size_t newest_ = 0;
   std::size_t count_ = 0;
   std::uint64_t played_ = 0;  ///< tick; 0: none yet
