@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -20,12 +21,6 @@ struct AtomLabel {
   int serial = 0;
 };
 
-/// An atom for which the force field has no exact entry, and what was taken instead.
-struct GuessedType {
-  std::size_t atom = 0;
-  std::string reason;  ///< for people: names the atom, the residue, the stand-in
-};
-
 /// Atoms with parameters, positions in the file's frame.
 struct Molecule {
   std::vector<Vec3> positions_angstrom;
@@ -35,7 +30,8 @@ struct Molecule {
   std::vector<double> mass_u;
   std::vector<AtomLabel> labels;
   std::vector<std::string> types;  ///< force-field type of each atom, "opls_238"
-  std::vector<GuessedType> guessed;
+  /// Atoms for which the force field has no exact entry, each with what people should know: atom, residue, stand-in.
+  std::map<std::size_t, std::string> guessed;
   std::vector<std::string> notes;  ///< what else the loader saw and people should know: atoms left out or missing
   std::string force_field;         ///< e.g. "oplsaa"
 

@@ -117,8 +117,7 @@ std::shared_ptr<const docking::Molecule> SceneAssets::load_centred_molecule(wire
   read(file, "structure", file_field);
   auto molecule = std::make_shared<docking::Molecule>();
   try {
-    const StructureSelection selection{{message.chains().begin(), message.chains().end()}};
-    *molecule = load_molecule(file, selection, force_field_directory);
+    *molecule = load_molecule(file, {message.chains().begin(), message.chains().end()}, force_field_directory);
   } catch (const docking::MoleculeError& error) {
     field.refuse(std::string("cannot be used: ") + error.what());
   }
@@ -127,7 +126,7 @@ std::shared_ptr<const docking::Molecule> SceneAssets::load_centred_molecule(wire
   message.set_file(file.filename().string());
   notes.push_back(message.file() + ": " + std::to_string(molecule->size()) + " atoms, force field " +
                   molecule->force_field);
-  for (const docking::GuessedType& guess : molecule->guessed) notes.push_back(message.file() + ": " + guess.reason);
+  for (const auto& [atom, reason] : molecule->guessed) notes.push_back(message.file() + ": " + reason);
   try {
     add_molecule(*molecule, message);
   } catch (const std::invalid_argument& error) {

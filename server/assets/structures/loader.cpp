@@ -30,12 +30,11 @@ std::string joined(const std::set<std::string>& names) {
   return list;
 }
 
-bool is_selected(const StructureSelection& selection, const std::string& chain) {
-  return selection.chains.empty() ||
-         std::find(selection.chains.begin(), selection.chains.end(), chain) != selection.chains.end();
+bool is_selected(const std::vector<std::string>& selected, const std::string& chain) {
+  return selected.empty() || std::find(selected.begin(), selected.end(), chain) != selected.end();
 }
 
-void check_chains(const std::vector<PdbResidue>& protein, const StructureSelection& selection,
+void check_chains(const std::vector<PdbResidue>& protein, const std::vector<std::string>& selected,
                   const std::string& source) {
   std::set<std::string> chains;
   std::set<std::string> shown;
@@ -46,7 +45,7 @@ void check_chains(const std::vector<PdbResidue>& protein, const StructureSelecti
   if (chains.empty()) {
     throw docking::MoleculeError(source + ": no protein atoms; a structure in PDB format with amino acids is needed");
   }
-  for (const std::string& wanted : selection.chains) {
+  for (const std::string& wanted : selected) {
     if (!chains.contains(wanted)) {
       throw docking::MoleculeError(source + ": no protein in chain '" + wanted + "'; chains with protein are " +
                                    joined(shown));
@@ -56,12 +55,12 @@ void check_chains(const std::vector<PdbResidue>& protein, const StructureSelecti
 
 /// Splits the protein residues off; the others of the selected chains are counted by name for a note.
 std::vector<PdbResidue> take_protein(std::vector<PdbResidue>&& residues, const ForceField& force_field,
-                                     const StructureSelection& selection, std::map<std::string, int>& left_out) {
+                                     const std::vector<std::string>& selected, std::map<std::string, int>& left_out) {
   std::vector<PdbResidue> protein;
   for (PdbResidue& residue : residues) {
     if (is_protein_residue(force_field, residue.name)) {
       protein.push_back(std::move(residue));
-    } else if (is_selected(selection, residue.chain)) {
+    } else if (is_selected(selected, residue.chain)) {
       ++left_out[residue.name];
     }
   }
@@ -115,7 +114,7 @@ class Loader {
  private:
   void add_atom(const PdbResidue& residue, const PdbAtom& atom, const TypedAtom& typed) {
     const AtomType& type = force_field_.type(typed.type);
-    if (!typed.guess.empty()) molecule_.guessed.push_back({molecule_.size(), typed.guess});
+    if (!typed.guess.empty()) molecule_.guessed.emplace(molecule_.size(), typed.guess);
     molecule_.positions_angstrom.push_back(atom.position_angstrom);
     molecule_.sigma_angstrom.push_back(type.sigma_angstrom);
     molecule_.epsilon_kj_per_mol.push_back(type.epsilon_kj_per_mol);
@@ -137,20 +136,20 @@ class Loader {
 
 }  // namespace
 
-docking::Molecule load_molecule(const std::filesystem::path& structure, const StructureSelection& selection,
+docking::Molecule load_molecule(const std::filesystem::path& structure, const std::vector<std::string>& chains,
                                 const std::filesystem::path& force_field_directory) {
   const ForceField force_field = load_force_field(force_field_directory);
   PdbStructure read = read_pdb(structure);
   std::map<std::string, int> left_out;
-  const std::vector<PdbResidue> protein = take_protein(std::move(read.residues), force_field, selection, left_out);
-  check_chains(protein, selection, structure.string());
+  const std::vector<PdbResidue> protein = take_protein(std::move(read.residues), force_field, chains, left_out);
+  check_chains(protein, chains, structure.string());
   // Over all chains: a disulfide may lead to a chain that is not selected.
   const std::vector<bool> in_disulfide = find_disulfides(protein);
   docking::Molecule molecule;
   molecule.force_field = force_field.name;
   Loader loader(force_field, molecule);
   for (std::size_t r = 0; r < protein.size(); ++r) {
-    if (!is_selected(selection, protein[r].chain)) continue;
+    if (!is_selected(chains, protein[r].chain)) continue;
     ResidueContext context;
     context.first_of_chain = r == 0 || !follows_in_chain(protein[r - 1], protein[r]);
     context.last_of_chain = r + 1 == protein.size() || !follows_in_chain(protein[r], protein[r + 1]);

@@ -10,11 +10,7 @@
 
 namespace tandem::server {
 
-struct StructureSelection {
-  std::vector<std::string> chains;  ///< empty: all
-};
-
-/// Reads the protein atoms of the chosen chains (first model, first alternate location, no solvent, no
+/// Reads the protein atoms of these chains, or of all when none is named (first model, first alternate location, no solvent, no
 /// hetero groups) and gives each its OPLS-AA type, charge and Lennard-Jones parameters.
 ///
 /// An atom without an exact entry is typed by its element (residue_typing.hpp) and named in Molecule::guessed; atoms
@@ -25,7 +21,7 @@ struct StructureSelection {
 ///         run time: Jorgensen, Maxwell, Tirado-Rives, JACS 118 (1996) 11225
 /// Fails   MoleculeError: file missing or damaged, no atoms left, chain not there (names those that are), force
 ///         field missing (names the Debian package) or with another mixing rule than the geometric one
-docking::Molecule load_molecule(const std::filesystem::path& structure, const StructureSelection& selection,
+docking::Molecule load_molecule(const std::filesystem::path& structure, const std::vector<std::string>& chains,
                                 const std::filesystem::path& force_field_directory);
 
 }  // namespace tandem::server

@@ -33,9 +33,9 @@ class OplsLoader : public testing::Test {
     if (!std::filesystem::exists(test::kOplsDirectory)) GTEST_SKIP() << "needs the Debian package gromacs-data";
   }
 
-  static docking::Molecule load(const std::string& text, const StructureSelection& selection = {}) {
+  static docking::Molecule load(const std::string& text, const std::vector<std::string>& chains = {}) {
     const PdbFile file(text);
-    return load_molecule(file.path(), selection, test::kOplsDirectory);
+    return load_molecule(file.path(), chains, test::kOplsDirectory);
   }
 
   static std::string type_of(const docking::Molecule& molecule, const std::string& residue, const std::string& atom) {
@@ -45,9 +45,9 @@ class OplsLoader : public testing::Test {
     return "no atom " + atom;
   }
 
-  static std::string message_of(const std::string& text, const StructureSelection& selection = {}) {
+  static std::string message_of(const std::string& text, const std::vector<std::string>& chains = {}) {
     try {
-      load(text, selection);
+      load(text, chains);
     } catch (const docking::MoleculeError& error) {
       return error.what();
     }
@@ -102,7 +102,7 @@ TEST_F(OplsLoader, TypesEveryAminoAcidExactlyWithAWholeCharge) {
     const docking::Molecule molecule = load(kAcetyl + test::residue_text(residue.name, residue.atoms, 5) + kAmide);
     EXPECT_NEAR(total_charge(molecule), residue.charge_e, 1e-9) << residue.name << " " << residue.atoms;
     EXPECT_EQ(type_of(molecule, residue.name, residue.probe), residue.type) << residue.name << " " << residue.atoms;
-    EXPECT_TRUE(molecule.guessed.empty()) << molecule.guessed[0].reason;
+    EXPECT_TRUE(molecule.guessed.empty()) << molecule.guessed.begin()->second;
     EXPECT_TRUE(molecule.notes.empty()) << molecule.notes[0];
   }
 }
@@ -114,7 +114,7 @@ TEST_F(OplsLoader, KnowsTheOldNamesOfHydrogens) {
       test::residue_text("ILE", "N HN CA HA C O CB HB CG1 1HG1 2HG1 CG2 1HG2 2HG2 3HG2 CD 1HD1 2HD1 3HD1", 5) + kAmide);
   EXPECT_EQ(old.types, remediated.types);
   EXPECT_EQ(old.charge_e, remediated.charge_e);
-  EXPECT_TRUE(old.guessed.empty()) << old.guessed[0].reason;
+  EXPECT_TRUE(old.guessed.empty()) << old.guessed.begin()->second;
 }
 
 TEST_F(OplsLoader, EditsTheChainEnds) {
@@ -167,7 +167,7 @@ std::string cysteines(double distance, char second_chain) {
 
 TEST_F(OplsLoader, FindsDisulfidesAlsoToChainsThatAreNotLoaded) {
   EXPECT_EQ(type_of(load(cysteines(2.05, 'A')), "CYS", "SG"), "opls_203");
-  EXPECT_EQ(type_of(load(cysteines(2.05, 'B'), {{"A"}}), "CYS", "SG"), "opls_203");
+  EXPECT_EQ(type_of(load(cysteines(2.05, 'B'), {"A"}), "CYS", "SG"), "opls_203");
   EXPECT_EQ(type_of(load(cysteines(3.0, 'A')), "CYS", "SG"), "opls_200");
 }
 
@@ -177,21 +177,21 @@ TEST_F(OplsLoader, NamesEveryAtomThatItGuesses) {
   const docking::Molecule molecule = load(kAcetyl + test::residue_text("GLY", "N H CA HA2 HA3 C O", 5) +
                                           test::to_text(odd) + test::to_text(polar) + kAmide);
   ASSERT_EQ(molecule.guessed.size(), 2U);
-  for (const docking::GuessedType& guess : molecule.guessed) {
-    EXPECT_EQ(molecule.charge_e[guess.atom], 0.0);
-    EXPECT_NE(guess.reason.find(molecule.labels[guess.atom].name), std::string::npos) << guess.reason;
-    EXPECT_NE(guess.reason.find("GLY 5 of chain A"), std::string::npos) << guess.reason;
-    EXPECT_NE(guess.reason.find(molecule.types[guess.atom]), std::string::npos) << guess.reason;
+  for (const auto& [atom, reason] : molecule.guessed) {
+    EXPECT_EQ(molecule.charge_e[atom], 0.0);
+    EXPECT_NE(reason.find(molecule.labels[atom].name), std::string::npos) << reason;
+    EXPECT_NE(reason.find("GLY 5 of chain A"), std::string::npos) << reason;
+    EXPECT_NE(reason.find(molecule.types[atom]), std::string::npos) << reason;
   }
-  EXPECT_EQ(molecule.types[molecule.guessed[0].atom], "opls_135");
-  EXPECT_EQ(molecule.types[molecule.guessed[1].atom], "opls_241");
+  EXPECT_EQ(molecule.types[molecule.guessed.begin()->first], "opls_135");
+  EXPECT_EQ(molecule.types[molecule.guessed.rbegin()->first], "opls_241");
 }
 
 TEST_F(OplsLoader, AHistidineWithoutRingHydrogensIsAGuessOfExactlyFourAtoms) {
   const docking::Molecule molecule =
       load(kAcetyl + test::residue_text("HIS", "N CA C O CB CG ND1 CD2 CE1 NE2", 5) + kAmide);
   std::set<std::string> names;
-  for (const docking::GuessedType& guess : molecule.guessed) names.insert(molecule.labels[guess.atom].name);
+  for (const auto& [atom, reason] : molecule.guessed) names.insert(molecule.labels[atom].name);
   EXPECT_EQ(names, (std::set<std::string>{"CG", "ND1", "CD2", "NE2"}));
   EXPECT_EQ(type_of(molecule, "HIS", "NE2"), "opls_503");
 }
@@ -213,18 +213,18 @@ TEST_F(OplsLoader, SelenomethionineIsAMethionineWithAGuessedSelenium) {
   const docking::Molecule molecule =
       load(kAcetyl + test::residue_text("MSE", kBackbone + "CB HB2 HB3 CG HG2 HG3 SE CE HE1 HE2 HE3", 5) + kAmide);
   ASSERT_EQ(molecule.guessed.size(), 1U);
-  EXPECT_EQ(molecule.labels[molecule.guessed[0].atom].name, "SE");
-  EXPECT_EQ(molecule.types[molecule.guessed[0].atom], "opls_202");
+  EXPECT_EQ(molecule.labels[molecule.guessed.begin()->first].name, "SE");
+  EXPECT_EQ(molecule.types[molecule.guessed.begin()->first], "opls_202");
 }
 
 TEST_F(OplsLoader, ErrorsNameTheChainsThatAreThere) {
   const std::string text = test::residue_text("ALA", "N CA C O", 1, 'A') +
                            test::residue_text("ALA", "N CA C O", 1, 'C') + test::residue_text("HOH", "O", 2, 'W');
-  const std::string message = message_of(text, {{"W"}});
+  const std::string message = message_of(text, {"W"});
   EXPECT_NE(message.find("no protein in chain 'W'"), std::string::npos) << message;
   EXPECT_NE(message.find("A, C"), std::string::npos) << message;
   EXPECT_NE(message_of(test::residue_text("HOH", "O", 2)).find("no protein atoms"), std::string::npos);
-  EXPECT_EQ(load(text, {{"C"}}).size(), 4U);
+  EXPECT_EQ(load(text, {"C"}).size(), 4U);
 }
 
 TEST_F(OplsLoader, ReadsTypesInAngstromsAndTheNormalBranchOfIfdef) {
@@ -266,7 +266,7 @@ TEST_F(OplsLoader, Loads3al1WithoutAGuess) {
   for (const std::string chain : {"A", "B"}) {
     const docking::Molecule molecule = load_molecule(test::k3al1File, {{chain}}, test::kOplsDirectory);
     EXPECT_EQ(molecule.size(), 220U);
-    EXPECT_TRUE(molecule.guessed.empty()) << molecule.guessed[0].reason;
+    EXPECT_TRUE(molecule.guessed.empty()) << molecule.guessed.begin()->second;
     // 3 GLU, 3 LYS and the carboxylate of GLY 112 / 212.
     EXPECT_NEAR(total_charge(molecule), -1.0, 1e-9);
     EXPECT_EQ(type_of(molecule, "ACE", "1H"), "opls_140");
