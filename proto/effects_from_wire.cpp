@@ -1,5 +1,6 @@
 #include "proto/effects_from_wire.hpp"
 
+#include "common/physics/effects/catalog.hpp"
 #include "proto/placement.hpp"
 
 namespace tandem::proto {
@@ -29,7 +30,30 @@ physics::StickSlip model_of(const wire::StickSlip& model) {
   return {model.stiffness_n_per_m(), model.breakaway_force_n(), model.slip_force_n()};
 }
 
+using Effects = google::protobuf::RepeatedPtrField<wire::Effect>;
+
+/// In      owner  "" of a scene, "bodies[0]." of a body
+std::string find_problem_of(const Effects& effects, const std::string& owner) {
+  for (int i = 0; i < effects.size(); ++i) {
+    const std::string field = owner + "effects[" + std::to_string(i) + "]";
+    if (effects[i].kind_case() == wire::Effect::KIND_NOT_SET) {
+      return field + " has no kind; it must have one of " + physics::listed_effect_names();
+    }
+    const std::string problem = physics::find_problem(settings_of(effects[i]));
+    if (!problem.empty()) return field + "." + problem;
+  }
+  return {};
+}
+
 }  // namespace
+
+std::string find_effect_problem(const wire::Scene& scene) {
+  for (int i = 0; i < scene.bodies_size(); ++i) {
+    const std::string owner = "bodies[" + std::to_string(i) + "].";
+    if (std::string problem = find_problem_of(scene.bodies(i).effects(), owner); !problem.empty()) return problem;
+  }
+  return find_problem_of(scene.effects(), "");
+}
 
 physics::EffectSettings settings_of(const wire::Effect& effect) {
   physics::EffectSettings settings;
@@ -41,7 +65,12 @@ physics::EffectSettings settings_of(const wire::Effect& effect) {
   settings.full_contact_n = effect.full_contact_n();
   settings.force_limit_n = effect.force_limit_n();
   settings.torque_limit_n_m = effect.torque_limit_n_m();
-  visit_model(effect, [&settings](const char* /*name*/, const auto& model) { settings.model = model_of(model); });
+  if (effect.has_viscosity()) settings.model = model_of(effect.viscosity());
+  if (effect.has_constant_field()) settings.model = model_of(effect.constant_field());
+  if (effect.has_magnet()) settings.model = model_of(effect.magnet());
+  if (effect.has_vibration()) settings.model = model_of(effect.vibration());
+  if (effect.has_texture()) settings.model = model_of(effect.texture());
+  if (effect.has_stick_slip()) settings.model = model_of(effect.stick_slip());
   return settings;
 }
 

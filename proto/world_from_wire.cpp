@@ -8,6 +8,7 @@
 #include "proto/coupling_fields.hpp"
 #include "proto/effects_from_wire.hpp"
 #include "proto/placement.hpp"
+#include "proto/scene_ranges.hpp"
 #include "proto/state.hpp"
 
 namespace tandem::proto {
@@ -44,24 +45,31 @@ physics::WorldLimits limits_from_wire(const wire::Limits& limits) {
 
 }  // namespace
 
+std::string find_mass_problem(const wire::MassProperties& message, const std::string& path) {
+  if (std::string problem = find_range_problem(message, path); !problem.empty() || message.mass_kg() == 0) {
+    return problem;
+  }
+  const auto& centre = message.centre();
+  const int moments = message.principal_inertia_kg_m2_size();
+  if (centre.size() != 7) return path + ".centre has " + std::to_string(centre.size()) + " numbers; it must have 7";
+  if (moments != 3) {
+    return path + ".principal_inertia_kg_m2 has " + std::to_string(moments) + " numbers; it must have 3";
+  }
+  const double norm = Quat(centre[3], centre[4], centre[5], centre[6]).norm();
+  if (std::abs(norm - 1) <= kMaxQuaternionError) return {};
+  return path + ".centre has a quaternion of length " + number_text(norm) + "; it must be 1";
+}
+
 std::optional<MassProperties> mass_from_wire(const wire::MassProperties& message) {
-  constexpr double kMaxMass_kg = 1e4, kMaxPlace_m = 1e4, kMinMoment_kg_m2 = 1e-15, kMaxMoment_kg_m2 = 1e8;
+  if (!find_mass_problem(message, "mass").empty()) return std::nullopt;
   MassProperties mass;
   mass.mass_kg = message.mass_kg();
-  // Written so that a NaN fails each comparison.
-  if (!(mass.mass_kg >= 0 && mass.mass_kg <= kMaxMass_kg)) return std::nullopt;
-  if (mass.mass_kg <= 0) return mass;
+  if (mass.mass_kg == 0) return mass;
   const auto& centre = message.centre();
   const auto& inertia = message.principal_inertia_kg_m2();
-  if (centre.size() != 7 || inertia.size() != 3) return std::nullopt;
   mass.X_BC = {{centre[0], centre[1], centre[2]}, Quat(centre[3], centre[4], centre[5], centre[6])};
-  mass.principal_inertia_kg_m2 = {inertia[0], inertia[1], inertia[2]};
-  const bool is_usable = is_finite(mass.X_BC) && mass.X_BC.p.cwiseAbs().maxCoeff() <= kMaxPlace_m &&
-                         std::abs(mass.X_BC.q.norm() - 1) <= kMaxQuaternionError &&
-                         (mass.principal_inertia_kg_m2.array() >= kMinMoment_kg_m2).all() &&
-                         (mass.principal_inertia_kg_m2.array() <= kMaxMoment_kg_m2).all();
-  if (!is_usable) return std::nullopt;
   mass.X_BC.q.normalize();
+  mass.principal_inertia_kg_m2 = {inertia[0], inertia[1], inertia[2]};
   return mass;
 }
 

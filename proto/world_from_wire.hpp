@@ -4,6 +4,7 @@
 
 #include <memory>
 #include <optional>
+#include <string>
 
 #include "common/base/mass_properties.hpp"
 #include "common/contact/contact_shape.hpp"
@@ -17,9 +18,13 @@ namespace tandem::proto {
 /// In      scene  complete; its numbers are taken as they are
 physics::WorldDescription world_from_wire(const wire::Scene& scene);
 
-/// How mass is spread, as sent; a mass of 0 stands alone. None when it lacks a part, or a number is out of range:
-/// mass 0..1e4 kg, centre within 1e4 m, axes of unit length, moments 1e-15..1e8 kg·m².
-std::optional<MassProperties> mass_from_wire(const wire::MassProperties& mass);
+/// What is wrong with how mass is spread, as sent: a number that is out of its range (scene_ranges.hpp), a part that is
+/// lacking, axes that are not of unit length; empty when there is nothing. A mass of 0 stands alone.
+///
+/// In      path  of the message, with which the text begins, e.g. "tool_masses[0]"
+std::string find_mass_problem(const wire::MassProperties& message, const std::string& path);
+/// None when find_mass_problem() says what is wrong.
+std::optional<MassProperties> mass_from_wire(const wire::MassProperties& message);
 
 /// Of a sphere, box, cylinder or capsule; null for another kind.
 /// Fails   std::invalid_argument as the makers of common/contact do

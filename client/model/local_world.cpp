@@ -1,6 +1,5 @@
 #include "client/model/local_world.hpp"
 
-#include <cmath>
 #include <map>
 #include <optional>
 #include <span>
@@ -8,41 +7,20 @@
 #include <vector>
 
 #include "common/docking/molecule_asset.hpp"
+#include "proto/effects_from_wire.hpp"
 #include "proto/placement.hpp"
-#include "proto/state.hpp"
+#include "proto/scene_ranges.hpp"
 #include "proto/world_from_wire.hpp"
 
 namespace tandem::client {
 namespace {
 
-/// What cannot be used; caught in make_local_world().
-class Unusable : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
-};
-
-// As the server's own checks have it (proto/tandem/scene.proto), for this server may be another.
-constexpr double kMaxMass_kg = 1e4;
-constexpr double kMaxInertia_kg_m2 = 1e8;
-constexpr double kMaxFriction = 10;
-constexpr double kMaxRate_per_s = 1000;
-constexpr double kMaxLength_m = 100;
-constexpr double kMaxPlacement_m = 1e4;
-constexpr double kMinSurface_n_per_m3 = 1e5;
-constexpr double kMaxSurface_n_per_m3 = 1e13;
-constexpr double kMaxGravity_m_per_s2 = 1e3;
-constexpr std::size_t kMaxShapes = 256;
-
-void require(bool is_fine, const std::string& field, double value) {
-  if (!is_fine) throw Unusable(field + " is " + std::to_string(value));
+void require(bool is_fine, const std::string& field, double value, const std::string& demand) {
+  if (!is_fine) throw std::runtime_error(field + " is " + proto::number_text(value) + "; it must be " + demand);
 }
 
-void require_within(double value, double low, double high, const std::string& field) {
-  require(std::isfinite(value) && value >= low && value <= high, field, value);
-}
-
-void require_pose(const Pose& pose, const std::string& field) {
-  require(is_finite(pose) && pose.p.cwiseAbs().maxCoeff() <= kMaxPlacement_m, field, pose.p.norm());
+void require_none(const std::string& problem) {
+  if (!problem.empty()) throw std::runtime_error(problem);
 }
 
 std::optional<proto::Sha256> hash_of(const std::string& bytes) {
@@ -62,57 +40,32 @@ class Builder {
 
   std::shared_ptr<const physics::WorldDescription> build() {
     const wire::Scene& scene = joined_.scene();
-    require(joined_.body_masses_size() == scene.bodies_size(), "body_masses", joined_.body_masses_size());
-    require(joined_.tool_masses_size() == scene.tools_size(), "tool_masses", joined_.tool_masses_size());
-    require_within(scene.step_rate_hz(), 60, 4000, "scene.step_rate_hz");
+    require(joined_.body_masses_size() == scene.bodies_size(), "the number of body_masses", joined_.body_masses_size(),
+            "that of scene.bodies");
+    require(joined_.tool_masses_size() == scene.tools_size(), "the number of tool_masses", joined_.tool_masses_size(),
+            "that of scene.tools");
+    if (!scene.has_limits()) throw std::runtime_error("scene.limits is absent");
+    require_none(proto::find_range_problem(scene, "scene"));
+    if (const std::string problem = proto::find_effect_problem(scene); !problem.empty()) {
+      throw std::runtime_error("scene." + problem);
+    }
     world_ = proto::world_from_wire(scene);
-    check_scene();
     for (int i = 0; i < scene.bodies_size(); ++i) add_body(i);
     for (int i = 0; i < scene.tools_size(); ++i) add_tool(i);
     return std::make_shared<const physics::WorldDescription>(std::move(world_));
   }
 
  private:
-  void check_scene() const {
-    require_within(world_.gravity_m_per_s2.norm(), 0, kMaxGravity_m_per_s2, "scene.gravity_m_per_s2");
-    require_within(world_.limits.body_speed_m_per_s, 1e-6, 1000, "scene.limits.body_speed_m_per_s");
-    require_within(world_.limits.grab_reach_m, 0, 10, "scene.limits.grab_reach_m");
-    require_within(static_cast<double>(world_.limits.contact_points), 256, 65536, "scene.limits.contact_points");
-    require_within(static_cast<double>(world_.limits.contact_pairs), 1, 256, "scene.limits.contact_pairs");
-    for (const physics::EffectSettings& effect : world_.effects) {
-      if (const auto problem = physics::find_problem(effect)) {
-        throw Unusable("scene.effects: " + std::string(problem->field) + " is " + problem->value);
-      }
-    }
-  }
-
-  static MassProperties mass_from(const wire::MassProperties& message, const std::string& field) {
-    MassProperties mass;
-    mass.mass_kg = message.mass_kg();
-    require_within(mass.mass_kg, 0, kMaxMass_kg, field + ".mass_kg");
-    if (mass.mass_kg <= 0) return mass;
-    const auto& centre = message.centre();
-    const auto& inertia = message.principal_inertia_kg_m2();
-    if (centre.size() != 7 || inertia.size() != 3) throw Unusable(field + " lacks its centre or its inertia");
-    mass.X_BC = {{centre[0], centre[1], centre[2]}, Quat(centre[3], centre[4], centre[5], centre[6])};
-    require_pose(mass.X_BC, field + ".centre");
-    require_within(mass.X_BC.q.norm(), 1 - proto::kMaxQuaternionError, 1 + proto::kMaxQuaternionError,
-                   field + ".centre");
-    mass.X_BC.q.normalize();
-    mass.principal_inertia_kg_m2 = {inertia[0], inertia[1], inertia[2]};
-    for (const double moment : inertia) require_within(moment, 1e-15, kMaxInertia_kg_m2, field + ".principal_inertia");
-    return mass;
+  static MassProperties mass_of(const wire::MassProperties& message, const std::string& path) {
+    require_none(proto::find_mass_problem(message, path));
+    return *proto::mass_from_wire(message);
   }
 
   void add_body(int index) {
     const wire::Body& message = joined_.scene().bodies(index);
     const std::string field = "scene.bodies[" + std::to_string(index) + "]";
     physics::BodyDescription& body = world_.bodies[static_cast<std::size_t>(index)];
-    require_pose(body.X_WB, field + ".placement");
-    check_traits(body.traits, field);
-    if (body.anchor && !physics::is_usable(*body.anchor))
-      throw Unusable(field + ".anchor has a number that is not usable");
-    body.mass = mass_from(joined_.body_masses(index), field);
+    body.mass = mass_of(joined_.body_masses(index), "body_masses[" + std::to_string(index) + "]");
     if (message.shapes_size() == 1 && message.shapes(0).has_molecule()) {
       body.molecule = molecule(message.shapes(0), field);
     } else {
@@ -124,29 +77,19 @@ class Builder {
     const wire::Tool& message = joined_.scene().tools(index);
     const std::string field = "scene.tools[" + std::to_string(index) + "]";
     physics::ToolDescription& tool = world_.tools[static_cast<std::size_t>(index)];
-    require_pose(tool.X_WT, field + ".placement");
-    require_within(tool.friction, 0, kMaxFriction, field + ".friction");
-    tool.mass = mass_from(joined_.tool_masses(index), field);
-    require(tool.mass.mass_kg > 0, field + ".mass_kg", tool.mass.mass_kg);
+    const std::string mass_field = "tool_masses[" + std::to_string(index) + "]";
+    tool.mass = mass_of(joined_.tool_masses(index), mass_field);
+    require(tool.mass.mass_kg > 0, mass_field + ".mass_kg", tool.mass.mass_kg, "more than 0");
     tool.touch = touch(message.shapes(), message.contact_stiffness_n_per_m3(), field);
-  }
-
-  static void check_traits(const physics::BodyTraits& traits, const std::string& field) {
-    require_within(traits.friction, 0, kMaxFriction, field + ".friction");
-    require_within(traits.restitution, 0, 1, field + ".restitution");
-    require_within(traits.linear_damping_per_s, 0, kMaxRate_per_s, field + ".linear_damping_per_s");
-    require_within(traits.angular_damping_per_s, 0, kMaxRate_per_s, field + ".angular_damping_per_s");
   }
 
   physics::TouchModel touch(const google::protobuf::RepeatedPtrField<wire::Shape>& shapes, double stiffness_n_per_m3,
                             const std::string& field) {
-    require_within(stiffness_n_per_m3, kMinSurface_n_per_m3, kMaxSurface_n_per_m3, field + ".contact_stiffness");
-    require_within(shapes.size(), 1, kMaxShapes, field + ".shapes");
+    require(shapes.size() >= 1 && shapes.size() <= proto::kMaxShapes, "the number of " + field + ".shapes",
+            shapes.size(), "from 1 to " + std::to_string(proto::kMaxShapes));
     std::vector<physics::TouchModel::Part> parts;
     for (const wire::Shape& shape : shapes) {
-      const Pose X_BS = proto::pose_from_placement(shape.placement());
-      require_pose(X_BS, field + ".shapes.placement");
-      parts.push_back({contact(shape, field), X_BS});
+      parts.push_back({contact(shape, field), proto::pose_from_placement(shape.placement())});
     }
     return proto::touch_model_of(std::move(parts), stiffness_n_per_m3);
   }
@@ -161,37 +104,23 @@ class Builder {
       const proto::Bytes& bytes = asset(shape, field);
       made = contact::contact_shape_from(std::span(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()));
     } else {
-      check_lengths(shape, field);
       made = proto::primitive_contact(shape);
     }
-    if (made == nullptr) throw Unusable(field + ".shapes has one that this client cannot touch");
+    if (made == nullptr) throw std::runtime_error(field + ".shapes has one that this client cannot touch");
     return made;
   }
 
-  static void check_lengths(const wire::Shape& shape, const std::string& field) {
-    const std::string name = field + ".shapes";
-    const auto check = [&name](double length) { require_within(length, 1e-6, kMaxLength_m, name); };
-    for (const double edge : shape.box().size_m()) check(edge);
-    if (shape.has_sphere()) check(shape.sphere().radius_m());
-    if (shape.has_cylinder()) check(shape.cylinder().radius_m()), check(shape.cylinder().length_m());
-    if (shape.has_capsule()) check(shape.capsule().radius_m()), check(shape.capsule().length_m());
-  }
-
   std::shared_ptr<const docking::Molecule> molecule(const wire::Shape& shape, const std::string& field) const {
-    const double scale = world_.molecular_scale.metres_per_angstrom;
-    require_within(scale, 1e-9, 1, "scene.molecular_field.metres_per_angstrom");
-    require_within(world_.molecular_scale.newtons_per_kcal_per_mol_angstrom, 1e-12, 1000,
-                   "scene.molecular_field.newtons_per_kcal_per_mol_angstrom");
-    require_within(world_.molecular_force_limit_n, 1e-6, 1000, "scene.molecular_field.force_limit_n");
+    if (!joined_.scene().has_molecular_field()) throw std::runtime_error("scene.molecular_field is absent");
     auto made = docking::molecule_from(asset(shape, field));
-    if (!made) throw Unusable(field + ".shapes[0].molecule: its asset cannot be read");
+    if (!made) throw std::runtime_error(field + ".shapes[0].molecule: its asset cannot be read");
     return std::make_shared<const docking::Molecule>(std::move(*made));
   }
 
   const proto::Bytes& asset(const wire::Shape& shape, const std::string& field) const {
     const auto hash = hash_of(needed_hash(shape));
     const auto found = hash ? assets_.find(*hash) : assets_.end();
-    if (found == assets_.end()) throw Unusable(field + ".shapes: an asset is not here");
+    if (found == assets_.end()) throw std::runtime_error(field + ".shapes: an asset is not here");
     return *found->second;
   }
 
@@ -208,7 +137,8 @@ LocalWorld make_local_world(const wire::Joined& joined, const AssetMap& assets) 
   result.tool = joined.tool();
   try {
     result.description = Builder(joined, assets).build();
-    if (result.tool >= result.description->tools.size()) throw Unusable("tool is " + std::to_string(result.tool));
+    if (result.tool >= result.description->tools.size())
+      throw std::runtime_error("tool is " + std::to_string(result.tool));
   } catch (const std::exception& error) {
     result.description = nullptr;
     result.problem = error.what();

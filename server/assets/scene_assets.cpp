@@ -46,9 +46,15 @@ void place(geometry::TriangleMesh& mesh, wire::Mesh& message, const std::filesys
   const double largest = (bounds.high - bounds.low).maxCoeff();
   if (message.largest_size_m() > 0) message.set_scale(message.largest_size_m() / largest);
   message.set_largest_size_m(largest * message.scale());
-  if (!(message.largest_size_m() <= 100)) {
+  // Clients are sent both, and check them by the same ranges.
+  if (!proto::scene_range("Mesh.largest_size_m").accepts(message.largest_size_m())) {
     field.refuse("is " + file.string() + ", which is " + number_text(message.largest_size_m()) +
                  " m large; give largest_size_m or a smaller scale");
+  }
+  if (const proto::SceneRange& range = proto::scene_range("Mesh.scale"); !range.accepts(message.scale())) {
+    field.refuse("is " + file.string() + ", which is " + number_text(largest) + " units large and needs a scale of " +
+                 number_text(message.scale()) + "; at most " + number_text(range.high) +
+                 " is possible: give a smaller largest_size_m");
   }
   const Vec3 centre = message.centre() ? Vec3((bounds.low + bounds.high) / 2) : Vec3(Vec3::Zero());
   for (Vec3& vertex : mesh.vertices) vertex = (vertex - centre) * message.scale();

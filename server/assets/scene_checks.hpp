@@ -12,7 +12,8 @@ namespace tandem::server {
 /// The default of MolecularField::force_field_directory, from Debian package gromacs-data.
 inline constexpr const char* kDefaultForceFieldDirectory = "/usr/share/gromacs/top/oplsaa.ff";
 
-/// Fills in every default of `scene` and refuses the first field that cannot be.
+/// Fills in every default of `scene` and refuses the first field that cannot be: first what one number may be
+/// (proto/scene_ranges.hpp), then what fields must be together.
 ///
 /// In      scene  as parsed; its file names stay as written
 /// Fails   SceneError
@@ -20,7 +21,7 @@ void complete_and_check(wire::Scene& scene, const SceneField& file);
 
 /// Parts that several kinds of things have.
 void check_unique_name(const std::string& name, std::set<std::string>& taken, const SceneField& field);
-void complete(wire::Placement& placement, const SceneField& field);
-void check(wire::Mesh& mesh, const SceneField& field);
+void complete_mesh(wire::Mesh& mesh);
+void check_mesh(const wire::Mesh& mesh, const SceneField& field);
 
 }  // namespace tandem::server

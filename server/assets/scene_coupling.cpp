@@ -50,11 +50,10 @@ haptics::AdaptiveFit from_wire(const wire::AdaptiveFit& message) {
   return fit;
 }
 
-void check_range(const Numbers& range, double most, const SceneField& field) {
+void check_range(const Numbers& range, const SceneField& field) {
   if (range.size() != 2) {
     field.refuse("has " + std::to_string(range.size()) + " numbers; it must have 2, the lowest and the highest");
   }
-  for (const double end : range) field.require_at_least_zero(end, most);
   if (range[1] <= 0 || range[0] > range[1]) {
     field.refuse("is " + number_text(range[0]) + " to " + number_text(range[1]) +
                  "; the second must be positive and not below the first");
@@ -64,9 +63,6 @@ void check_range(const Numbers& range, double most, const SceneField& field) {
 void check_polynomial(const Numbers& coefficients, const SceneField& field) {
   if (coefficients.empty() || coefficients.size() > 4) {
     field.refuse("has " + std::to_string(coefficients.size()) + " coefficients; it must have 1 to 4");
-  }
-  for (const double coefficient : coefficients) {
-    field.require_within(coefficient, -Range::kPolynomial, Range::kPolynomial, "from -1e15 to 1e15");
   }
 }
 
@@ -89,7 +85,7 @@ void check_values(const Numbers& range, const haptics::Cubic& stiffness, const h
 }
 
 void check_fit(const wire::AdaptiveFit& message, const SceneField& field) {
-  check_range(message.mass_range_kg(), Range::kMass_kg, field.in("mass_range_kg"));
+  check_range(message.mass_range_kg(), field.in("mass_range_kg"));
   check_polynomial(message.stiffness_n_per_m(), field.in("stiffness_n_per_m"));
   check_polynomial(message.damping_n_s_per_m(), field.in("damping_n_s_per_m"));
   check_values(message.mass_range_kg(), cubic_of(message.stiffness_n_per_m()), cubic_of(message.damping_n_s_per_m()),
@@ -101,7 +97,7 @@ void check_fit(const wire::AdaptiveFit& message, const SceneField& field) {
     }
     return;
   }
-  check_range(message.inertia_range_kg_m2(), Range::kInertia_kg_m2, field.in("inertia_range_kg_m2"));
+  check_range(message.inertia_range_kg_m2(), field.in("inertia_range_kg_m2"));
   check_polynomial(message.stiffness_n_m_per_rad(), field.in("stiffness_n_m_per_rad"));
   check_polynomial(message.damping_n_m_s_per_rad(), field.in("damping_n_m_s_per_rad"));
   check_values(message.inertia_range_kg_m2(), cubic_of(message.stiffness_n_m_per_rad()),
@@ -110,18 +106,14 @@ void check_fit(const wire::AdaptiveFit& message, const SceneField& field) {
 
 }  // namespace
 
-void complete_coupling(wire::Coupling& coupling, const SceneField& file) {
-  const haptics::CouplingParameters fallback;
+void complete_coupling(wire::Coupling& coupling) {
   if (coupling.law().empty()) coupling.set_law(std::string(haptics::kDefaultCouplingLaw));
+}
+
+void check_coupling(const wire::Coupling& coupling, const SceneField& file) {
   if (haptics::find_coupling_law(coupling.law()) == nullptr) {
     file.in("coupling.law")
         .refuse("is \"" + coupling.law() + "\", which is no law; use one of: " + haptics::listed_coupling_law_names());
-  }
-  for (const proto::CouplingField& field : proto::kCouplingFields) {
-    if (!(coupling.*field.has)()) (coupling.*field.set)(fallback.*field.value);
-    file.in(std::string(field.name))
-        .require_within((coupling.*field.get)(), field.low, field.high,
-                        "from " + number_text(field.low) + " to " + number_text(field.high));
   }
   const SceneField fit = file.in("coupling.adaptive");
   if (coupling.law() == kAdaptiveLaw) {

@@ -9,9 +9,9 @@
 
 namespace tandem::server {
 
-/// Fills in every default of scene.coupling and refuses the first field that cannot be. The ranges are those of the
-/// wire, so that a scene's clients accept what its server does.
-void complete_coupling(wire::Coupling& coupling, const SceneField& file);
+void complete_coupling(wire::Coupling& coupling);
+/// Refuses an unknown law, and a fit that is missing or that its law cannot use.
+void check_coupling(const wire::Coupling& coupling, const SceneField& file);
 /// Of a complete description; none for a law that has no fit.
 std::optional<haptics::AdaptiveFit> adaptive_fit(const wire::Coupling& coupling);
 

@@ -2,9 +2,7 @@
 #pragma once
 
 #include <string>
-#include <vector>
 
-#include "common/physics/effects/effect_settings.hpp"
 #include "server/assets/scene_field.hpp"
 #include "tandem/scene.pb.h"
 
@@ -16,11 +14,11 @@ inline constexpr std::size_t kMaxEffects = 32;
 /// Of the step rate: what a sampled sinusoid needs to be one.
 inline constexpr double kMaxVibrationShare = 0.4;
 
-/// Fills in every default of the effects and refuses the first field that cannot be.
-///
-/// In      scene  its step_rate_hz is complete
+/// Fills in what the table of ranges does not: placements, in_contact, the force that is left after slipping.
+void complete_effects(wire::Scene& scene);
+/// In      scene  its numbers are complete and in their ranges
 /// Fails   SceneError
-void complete_effects(wire::Scene& scene, const SceneField& file);
+void check_effects(const wire::Scene& scene, const SceneField& file);
 
 /// What to say of a field of an effect that does not exist; "" for a field elsewhere.
 std::string unknown_effect_field_remedy(const std::string& field);

@@ -6,8 +6,7 @@
 #include <string>
 #include <utility>
 
-#include "common/base/spatial.hpp"
-#include "google/protobuf/repeated_field.h"
+#include "proto/scene_ranges.hpp"
 
 namespace tandem::server {
 
@@ -29,22 +28,14 @@ class SceneField {
 
   /// Throws SceneError "<file>: <field> <text>".
   [[noreturn]] void refuse(const std::string& text) const;
-  /// Refuses a number that is not finite or not within [low, high]; `demand` says in words what it must be.
+  /// Refuses a number that is not within [low, high], which other fields give; `demand` says in words what it must be.
   void require_within(double value, double low, double high, const std::string& demand) const;
-  /// Refuses what is not finite, not positive or above `high`.
-  void require_positive(double value, double high) const;
-  void require_at_least_zero(double value, double high) const;
-  /// Three numbers; an absent array is filled with `fallback`.
-  Vec3 complete_vec3(google::protobuf::RepeatedField<double>& values, const Vec3& fallback, double magnitude) const;
-
-  const std::string& origin() const { return origin_; }
 
  private:
   std::string origin_;
   std::string field_;
 };
 
-/// A number for people: as short as it can be with 6 digits.
-std::string number_text(double value);
+using proto::number_text;
 
 }  // namespace tandem::server

@@ -9,10 +9,10 @@ namespace tandem::server {
 inline constexpr std::size_t kMaxSoftBodies = 8;
 inline constexpr const char* kSoftSideNames[] = {"-x", "+x", "-y", "+y", "-z", "+z"};  ///< bits of SoftSides
 
-/// Fills in every default of the soft bodies and their rate, and refuses the first field that cannot be.
-///
-/// In      scene  its step_rate_hz is complete
+/// Fills in what the table of ranges does not: placements, and the spacing of a block's nodes.
+void complete_soft_bodies(wire::Scene& scene);
+/// In      scene  its numbers are complete and in their ranges
 /// Fails   SceneError
-void complete_soft_bodies(wire::Scene& scene, const SceneField& file);
+void check_soft_bodies(const wire::Scene& scene, const SceneField& file);
 
 }  // namespace tandem::server

@@ -140,9 +140,8 @@ bool is_usable(const EffectInput& input) {
 }  // namespace
 
 Effect::Effect(const EffectSettings& settings) : settings_(settings), X_EO_(settings.X_OE.inverse()) {
-  if (const auto problem = find_problem(settings)) {
-    throw std::invalid_argument("effect: " + problem->field + " is " + problem->value + "; it must be " +
-                                problem->demand);
+  if (const std::string problem = find_problem(settings); !problem.empty()) {
+    throw std::invalid_argument("effect: " + problem);
   }
 }
 

@@ -7,8 +7,6 @@
 namespace tandem::physics {
 namespace {
 
-using Problem = std::optional<EffectProblem>;
-
 std::string text_of(double value) {
   std::array<char, 32> text{};
   std::snprintf(text.data(), text.size(), "%.6g", value);
@@ -19,109 +17,101 @@ std::string text_of(const Vec3& value) {
   return text_of(value.x()) + " " + text_of(value.y()) + " " + text_of(value.z());
 }
 
-Problem outside(const std::string& field, double value, double low, double high) {
-  if (value >= low && value <= high) return {};
-  return EffectProblem{field, text_of(value), "from " + text_of(low) + " to " + text_of(high)};
-}
-
-Problem not_positive(const std::string& field, double value, double high) {
-  if (value > 0 && value <= high) return {};
-  return EffectProblem{field, text_of(value), "more than 0, up to " + text_of(high)};
+std::string refusal(const std::string& field, const std::string& value, const std::string& demand) {
+  return field + " is " + value + "; it must be " + demand;
 }
 
 /// The first of several checks that found something.
-Problem first(std::initializer_list<Problem> problems) {
-  for (const Problem& problem : problems) {
-    if (problem) return problem;
+std::string first(std::initializer_list<std::string> problems) {
+  for (const std::string& problem : problems) {
+    if (!problem.empty()) return problem;
   }
   return {};
 }
 
-Problem outside(const std::string& field, const Vec3& value, double low, double high) {
-  for (int i = 0; i < 3; ++i) {
-    const std::string element = field + "[" + std::to_string(i) + "]";
-    if (Problem problem = outside(element, value[i], low, high)) return problem;
-  }
-  return {};
+std::string not_positive(const std::string& field, double value) {
+  return value > 0 && std::isfinite(value) ? "" : refusal(field, text_of(value), "more than 0 and finite");
+}
+
+std::string negative(const std::string& field, double value) {
+  return value >= 0 && std::isfinite(value) ? "" : refusal(field, text_of(value), "0 or more and finite");
 }
 
 /// A direction or force that must be one.
-Problem no_vector(const std::string& field, const Vec3& value, double high) {
-  if (Problem problem = outside(field, value, -high, high)) return problem;
-  if (value.norm() > 1e-9) return {};
-  return EffectProblem{field, text_of(value), "of some length"};
+std::string no_vector(const std::string& field, const Vec3& value) {
+  return is_finite(value) && value.norm() > 1e-9 ? "" : refusal(field, text_of(value), "of some length and finite");
 }
 
-Problem find_problem_of(const Viscosity& model) {
-  return first({outside("viscosity.damping_n_s_per_m", model.damping_n_s_per_m, 0, 1e3),
-                outside("viscosity.damping_n_m_s_per_rad", model.damping_n_m_s_per_rad, 0, 10)});
+std::string find_problem_of(const Viscosity& model) {
+  return first({negative("viscosity.damping_n_s_per_m", model.damping_n_s_per_m),
+                negative("viscosity.damping_n_m_s_per_rad", model.damping_n_m_s_per_rad)});
 }
 
-Problem find_problem_of(const ConstantField& model) {
-  return no_vector("constant_field.force_n", model.force_n, 100);
+std::string find_problem_of(const ConstantField& model) {
+  return no_vector("constant_field.force_n", model.force_n);
 }
 
-Problem find_problem_of(const Magnet& model) {
-  return first({not_positive("magnet.peak_force_n", model.peak_force_n, 100),
-                outside("magnet.range_m", model.range_m, 5e-4, 1),
-                outside("magnet.core_size_m", model.core_size_m, 0, 10)});
+std::string find_problem_of(const Magnet& model) {
+  return first({not_positive("magnet.peak_force_n", model.peak_force_n), not_positive("magnet.range_m", model.range_m),
+                negative("magnet.core_size_m[0]", model.core_size_m.x()),
+                negative("magnet.core_size_m[1]", model.core_size_m.y()),
+                negative("magnet.core_size_m[2]", model.core_size_m.z())});
 }
 
-Problem find_problem_of(const Vibration& model) {
-  return first({outside("vibration.frequency_hz", model.frequency_hz, 1, 400),
-                not_positive("vibration.amplitude_n", model.amplitude_n, 100),
-                outside("vibration.decay_s", model.decay_s, 0, 10),
-                no_vector("vibration.direction", model.direction, 1)});
+std::string find_problem_of(const Vibration& model) {
+  return first({not_positive("vibration.frequency_hz", model.frequency_hz),
+                not_positive("vibration.amplitude_n", model.amplitude_n), negative("vibration.decay_s", model.decay_s),
+                no_vector("vibration.direction", model.direction)});
 }
 
-Problem find_problem_of(const Texture& model) {
-  const bool has_y = model.period_y_m != 0;
-  return first({not_positive("texture.height_m", model.height_m, 0.01),
-                outside("texture.period_x_m", model.period_x_m, 1e-4, 1),
-                has_y ? outside("texture.period_y_m", model.period_y_m, 1e-4, 1) : Problem{}});
+std::string find_problem_of(const Texture& model) {
+  return first({not_positive("texture.height_m", model.height_m), not_positive("texture.period_x_m", model.period_x_m),
+                negative("texture.period_y_m", model.period_y_m)});
 }
 
-Problem find_problem_of(const StickSlip& model) {
-  return first({outside("stick_slip.stiffness_n_per_m", model.stiffness_n_per_m, 1, 1e5),
-                not_positive("stick_slip.breakaway_force_n", model.breakaway_force_n, 100),
-                outside("stick_slip.slip_force_n", model.slip_force_n, 0, model.breakaway_force_n)});
+std::string find_problem_of(const StickSlip& model) {
+  const double slip_n = model.slip_force_n;
+  const std::string demand = "from 0 to breakaway_force_n, " + text_of(model.breakaway_force_n);
+  return first({not_positive("stick_slip.stiffness_n_per_m", model.stiffness_n_per_m),
+                not_positive("stick_slip.breakaway_force_n", model.breakaway_force_n),
+                slip_n >= 0 && slip_n <= model.breakaway_force_n
+                    ? ""
+                    : refusal("stick_slip.slip_force_n", text_of(slip_n), demand)});
 }
 
-Problem find_problem_of(std::monostate /*everywhere*/) {
+std::string find_problem_of(std::monostate /*everywhere*/) {
   return {};
 }
 
-Problem find_problem_of(const BoxRegion& region) {
-  for (int i = 0; i < 3; ++i) {
-    if (Problem problem = not_positive("box.size_m[" + std::to_string(i) + "]", region.size_m[i], 100)) return problem;
-  }
-  return {};
+std::string find_problem_of(const BoxRegion& region) {
+  return first({not_positive("box.size_m[0]", region.size_m.x()), not_positive("box.size_m[1]", region.size_m.y()),
+                not_positive("box.size_m[2]", region.size_m.z())});
 }
 
-Problem find_problem_of(const SphereRegion& region) {
-  return not_positive("sphere.radius_m", region.radius_m, 100);
+std::string find_problem_of(const SphereRegion& region) {
+  return not_positive("sphere.radius_m", region.radius_m);
 }
 
 /// Faded by anything but its own range, a magnet would not be conservative.
-Problem misplaced_magnet(const EffectSettings& settings) {
+std::string misplaced_magnet(const EffectSettings& settings) {
   if (!std::holds_alternative<Magnet>(settings.model)) return {};
   const std::string demand = "left out for a magnet, which acts within its range_m of its core_size_m";
-  if (!std::holds_alternative<std::monostate>(settings.region)) return EffectProblem{"region", "given", demand};
-  if (settings.in_contact) return EffectProblem{"in_contact", "true", demand};
+  if (!std::holds_alternative<std::monostate>(settings.region)) return refusal("region", "given", demand);
+  if (settings.in_contact) return refusal("in_contact", "true", demand);
   return {};
 }
 
 }  // namespace
 
-std::optional<EffectProblem> find_problem(const EffectSettings& settings) {
+std::string find_problem(const EffectSettings& settings) {
   const auto check = [](const auto& part) { return find_problem_of(part); };
   if (!is_finite(settings.X_OE) || std::abs(settings.X_OE.q.norm() - 1) > 1e-6) {
-    return EffectProblem{"placement", "no pose", "a finite position and a rotation"};
+    return refusal("placement", "no pose", "a finite position and a rotation");
   }
-  return first({std::visit(check, settings.region), outside("fade_m", settings.fade_m, 1e-4, 1),
-                outside("full_contact_n", settings.full_contact_n, 1e-3, 100),
-                outside("force_limit_n", settings.force_limit_n, 1e-3, 100),
-                outside("torque_limit_n_m", settings.torque_limit_n_m, 1e-4, 10), std::visit(check, settings.model),
+  return first({std::visit(check, settings.region), not_positive("fade_m", settings.fade_m),
+                not_positive("full_contact_n", settings.full_contact_n),
+                not_positive("force_limit_n", settings.force_limit_n),
+                not_positive("torque_limit_n_m", settings.torque_limit_n_m), std::visit(check, settings.model),
                 misplaced_magnet(settings)});
 }
 

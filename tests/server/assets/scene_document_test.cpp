@@ -1,5 +1,5 @@
-// scene.proto is the manual of the scene file: the defaults that its comments promise are read from the text and
-// compared with what the loader fills in.
+// scene.proto is the manual of the scene file: the ranges and defaults that its comments promise are read from the text
+// and compared with the table of ranges and with what the loader fills in.
 #include <google/protobuf/descriptor.h>
 #include <google/protobuf/message.h>
 #include <gtest/gtest.h>
@@ -7,7 +7,9 @@
 #include <fstream>
 #include <map>
 #include <regex>
+#include <set>
 
+#include "proto/scene_ranges.hpp"
 #include "tests/common/physics/scene_support.hpp"
 #include "tests/support/source_path.hpp"
 
@@ -31,6 +33,41 @@ std::map<std::string, std::string> documented_defaults() {
     if (std::regex_match(line, match, kField)) defaults[message + "." + std::string(match[1])] = match[2];
   }
   return defaults;
+}
+
+/// The ends of the range beside each field: "0..1" or "more than 0, up to 1".
+TEST(SceneDocument, RangesBesideTheFieldsAreThoseOfTheTable) {
+  static const std::regex kMessage(R"(message (\w+) \{.*)");
+  static const std::string kNumber = R"((-?\d+(?:\.\d+)?(?:e[-+]?\d+)?))";
+  static const std::regex kField(R"(.*?(\w+) = \d+;(?: \})? *//.*?(?:)" + kNumber + R"(\.\.|more than 0, up to ))" +
+                                 kNumber + R"(\b.*)");
+  std::ifstream file(test::source_path("proto/tandem/scene.proto"));
+  std::string message;
+  // Said once above their messages.
+  std::set<std::string> documented{"Sphere.radius_m",
+                                   "Box.size_m",
+                                   "Cylinder.radius_m",
+                                   "Cylinder.length_m",
+                                   "Capsule.radius_m",
+                                   "Capsule.length_m",
+                                   "AdaptiveFit.stiffness_n_per_m",
+                                   "AdaptiveFit.damping_n_s_per_m",
+                                   "AdaptiveFit.stiffness_n_m_per_rad",
+                                   "AdaptiveFit.damping_n_m_s_per_rad"};
+  for (std::string line; std::getline(file, line);) {
+    std::smatch match;
+    if (std::regex_match(line, match, kMessage)) message = match[1];
+    if (!std::regex_match(line, match, kField)) continue;
+    const proto::SceneRange& range = proto::scene_range(message + "." + std::string(match[1]));
+    EXPECT_EQ(match[2].matched ? std::stod(match[2]) : 0, range.low) << line;
+    EXPECT_EQ(!match[2].matched, range.is_above_low) << line;
+    EXPECT_EQ(std::stod(match[3]), range.high) << line;
+    documented.insert(std::string(range.field));
+  }
+  for (const proto::SceneRange& range : proto::scene_ranges()) {
+    if (range.field.starts_with("MassProperties.")) continue;
+    EXPECT_TRUE(documented.contains(std::string(range.field))) << range.field << " has no range beside it";
+  }
 }
 
 std::string number_in(const Message& message, const FieldDescriptor& field) {

@@ -75,17 +75,17 @@ TEST(SceneEffects, ABodysEffectWithoutRegionActsInContactUnlessItIsAMagnet) {
 
 TEST(SceneEffects, ARefusalNamesFileFieldValueAndRemedy) {
   EXPECT_EQ(body_refusal(R"({"viscosity": {"damping_n_s_per_m": -1}})"),
-            "test.json: bodies[0].effects[0].viscosity.damping_n_s_per_m is -1; it must be from 0 to 1000");
+            "test.json: bodies[0].effects[0].viscosity.damping_n_s_per_m is -1 N·s/m; it must be from 0 to 1000 N·s/m");
   EXPECT_EQ(scene_refusal(R"({"viscosity": {}}, {"magnet": {"range_m": 0}})"),
-            "test.json: effects[1].magnet.range_m is 0; it must be from 0.0005 to 1");
+            "test.json: effects[1].magnet.range_m is 0 m; it must be from 0.0005 to 1 m");
   EXPECT_EQ(body_refusal(R"({"box": {"size_m": [1, 0, 1]}, "viscosity": {}})"),
-            "test.json: bodies[0].effects[0].box.size_m[1] is 0; it must be more than 0, up to 100");
+            "test.json: bodies[0].effects[0].box.size_m[1] is 0 m; it must be more than 0, up to 100 m");
   EXPECT_THAT(body_refusal(R"({"box": {"size_m": [1]}, "viscosity": {}})"), HasSubstr("has 1 numbers; it must have 3"));
   EXPECT_THAT(body_refusal(R"({"constant_field": {}})"), HasSubstr("constant_field.force_n is 0 0 0; it must be"));
   EXPECT_THAT(body_refusal(R"({"sphere": {"radius_m": 1}, "magnet": {}})"),
               HasSubstr("effects[0].region is given; it must be left out for a magnet"));
   EXPECT_THAT(body_refusal(R"({"stick_slip": {"breakaway_force_n": 1, "slip_force_n": 2}})"),
-              HasSubstr("stick_slip.slip_force_n is 2; it must be from 0 to 1"));
+              HasSubstr("stick_slip.slip_force_n is 2; it must be from 0 to breakaway_force_n, 1"));
   EXPECT_THAT(body_refusal(R"({"label": ")" + std::string(65, 'x') + R"(", "viscosity": {}})"),
               HasSubstr("effects[0].label has 65 bytes; it must have at most 64"));
 }
