@@ -1,6 +1,7 @@
 #include "client/client.hpp"
 
 #include <chrono>
+#include <exception>
 #include <utility>
 
 #include "client/haptics/stages/stage.hpp"
@@ -40,9 +41,11 @@ void Client::begin_model() {
     if (is_aside) realtime::drop_realtime();
     auto made = std::make_unique<MadeModel>();
     made->generation = generation;
-    LocalWorld world = make_local_world(joined, assets);
-    made->problem = std::move(world.problem);
-    if (world.description) made->model = std::make_unique<LocalModel>(world.description, world.tool, settings);
+    try {
+      made->model = std::make_unique<LocalModel>(make_local_world(joined, assets), joined.tool(), settings);
+    } catch (const std::exception& error) {
+      made->problem = error.what();
+    }
     return made;
   };
   // A future that is replaced waits for its thread: at most for one model.

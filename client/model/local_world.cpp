@@ -44,6 +44,8 @@ class Builder {
             "that of scene.bodies");
     require(joined_.tool_masses_size() == scene.tools_size(), "the number of tool_masses", joined_.tool_masses_size(),
             "that of scene.tools");
+    require(joined_.tool() < static_cast<std::uint32_t>(scene.tools_size()), "tool", joined_.tool(),
+            "less than the number of scene.tools");
     if (!scene.has_limits()) throw std::runtime_error("scene.limits is absent");
     require_none(proto::find_range_problem(scene, "scene"));
     if (const std::string problem = proto::find_effect_problem(scene); !problem.empty()) {
@@ -132,18 +134,8 @@ class Builder {
 
 }  // namespace
 
-LocalWorld make_local_world(const wire::Joined& joined, const AssetMap& assets) {
-  LocalWorld result;
-  result.tool = joined.tool();
-  try {
-    result.description = Builder(joined, assets).build();
-    if (result.tool >= result.description->tools.size())
-      throw std::runtime_error("tool is " + std::to_string(result.tool));
-  } catch (const std::exception& error) {
-    result.description = nullptr;
-    result.problem = error.what();
-  }
-  return result;
+std::shared_ptr<const physics::WorldDescription> make_local_world(const wire::Joined& joined, const AssetMap& assets) {
+  return Builder(joined, assets).build();
 }
 
 }  // namespace tandem::client

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <memory>
-#include <string>
 
 #include "client/session/asset_fetcher.hpp"
 #include "common/physics/world_description.hpp"
@@ -11,15 +10,12 @@
 
 namespace tandem::client {
 
-/// A world for a LocalModel, or why there is none.
-struct LocalWorld {
-  std::shared_ptr<const physics::WorldDescription> description;  ///< null: see `problem`
-  std::size_t tool = 0;                                          ///< the user's own
-  std::string problem;  ///< names the field or asset; the hand is then shown the late pose
-};
-
+/// The world of a LocalModel.
+///
 /// In      joined  of a manipulator, as fill_haptic_scene() accepts it
+/// Fails   std::exception whose message names the field or asset that cannot be used; the hand is then shown the
+///         late pose
 /// Cost    milliseconds a shape of its own kind, tens of milliseconds a mesh: not for the io thread of a live client
-LocalWorld make_local_world(const wire::Joined& joined, const AssetMap& assets);
+std::shared_ptr<const physics::WorldDescription> make_local_world(const wire::Joined& joined, const AssetMap& assets);
 
 }  // namespace tandem::client

@@ -190,7 +190,12 @@ class SceneRanges : public ::testing::Test {
     change(joined);
     client::HapticScene haptic;
     if (std::string problem = client::fill_haptic_scene(joined, haptic); !problem.empty()) return problem;
-    return client::make_local_world(joined, assets_).problem;
+    try {
+      client::make_local_world(joined, assets_);
+    } catch (const std::exception& error) {
+      return error.what();
+    }
+    return "";
   }
 
   std::filesystem::path folder_;
