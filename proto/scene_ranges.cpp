@@ -148,7 +148,7 @@ void add_coupling(Table& table) {
 void add_tools_and_settings(Table& table) {
   const docking::MolecularScale scale;
   const physics::WorldLimits limits;
-  const double force_limit_n = physics::MolecularFieldDescription{}.force_limit_n;
+  const double force_limit_n = physics::WorldDescription{}.molecular_force_limit_n;
   const auto users = static_cast<double>(kMaxUsers);
   add(table, {positive("Workspace.position_scale", "", 1e3, {1}),
               positive("Workspace.force_scale", "", 1e3, {1}),
