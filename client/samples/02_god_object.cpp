@@ -1,5 +1,6 @@
 // Touch for one user, without a server: a simulated hand presses a point into a still box and a sphere that comes by.
-// Read this to give a program of your own the sense of touch; what several users share begins with 01.
+// Read this to give a program of your own the sense of touch; what several users share begins with 01, and the stage
+// god-object of a client touches it this way.
 //
 //   02_god_object            prints a table; a force of 0 means that nothing is touched
 #include <array>
@@ -33,7 +34,7 @@ tandem::devices::HandPath hand_path() {
 }
 
 /// The sphere passes through the hand's last place at 0.1 m/s.
-tandem::haptics::ObstacleMotion sphere_at(double t_s) {
+tandem::RigidState sphere_at(double t_s) {
   const Vec3 v_W(-0.1, 0, 0);
   return {at(Vec3(0.27, 0.004, 0.03) + v_W * t_s), {v_W, Vec3::Zero()}};
 }
@@ -52,7 +53,7 @@ int run() {
   box.dynamic_friction = 0.3;
   tandem::haptics::ProxyObstacle sphere;
   sphere.primitive = tandem::contact::sphere_field(0.02);
-  sphere.X_WB = sphere_at(0).X_WB;
+  sphere.X_WB = sphere_at(0).X;
   tandem::haptics::GodObject proxy({.radius_m = 2e-3, .is_shaded = true}, {box, sphere}, Vec3(0, 0, 0.03));
 
   // The spring between hand and proxy. Its force never exceeds the limit; coupling/laws.hpp lists the alternatives.
@@ -70,7 +71,7 @@ int run() {
       writer.write_zero(now);
       continue;
     }
-    const std::array motions{tandem::haptics::ObstacleMotion{}, sphere_at(tandem::to_seconds(now.time_since_epoch()))};
+    const std::array motions{tandem::RigidState{}, sphere_at(tandem::to_seconds(now.time_since_epoch()))};
     const tandem::haptics::ProxyState& state = proxy.update(sample.X_DH.p, motions);
     const Vec3 force_on_hand_W = tandem::haptics::proxy_force_on_hand_W(state, *spring, sample.V_DH.v);
     writer.write(now, {force_on_hand_W, Vec3::Zero()});

@@ -67,20 +67,27 @@ void GodObject::reset(const Vec3& p_W) noexcept {
   was_sticking_ = false;
 }
 
+void GodObject::set_present(std::size_t obstacle, bool is_present) noexcept {
+  if (obstacle >= tracks_.size() || tracks_[obstacle].is_present() == is_present) return;
+  tracks_[obstacle].set_present(is_present);
+  tracks_[obstacle].set_place_W(state_.p_W);
+}
+
 Vec3 GodObject::sane_goal(const Vec3& goal_W, std::uint8_t& faults) const noexcept {
   if (is_finite(goal_W)) return clamped_to_length(goal_W, kFarthestGoal_m);
   faults |= kProxyBadInput;
   return state_.p_W;
 }
 
-void GodObject::take_motions(std::span<const ObstacleMotion> motions, std::uint8_t& faults) noexcept {
+void GodObject::take_motions(std::span<const RigidState> motions, std::uint8_t& faults) noexcept {
   const std::size_t count = std::min(motions.size(), tracks_.size());
   for (std::size_t i = 0; i < count; ++i) {
     if (!tracks_[i].move_to(motions[i])) faults |= kProxyBadInput;
+    if (!tracks_[i].is_present()) tracks_[i].set_place_W(state_.p_W);
   }
 }
 
-const ProxyState& GodObject::update(const Vec3& goal_W, std::span<const ObstacleMotion> motions) noexcept {
+const ProxyState& GodObject::update(const Vec3& goal_W, std::span<const RigidState> motions) noexcept {
   std::uint8_t faults = 0;
   take_motions(motions, faults);
   const Vec3 goal = sane_goal(goal_W, faults);

@@ -80,7 +80,10 @@ class GodObject {
   GodObject(const GodObjectSettings& settings, std::vector<ProxyObstacle> obstacles, const Vec3& p_W);
 
   /// One tick. `motions` in the order of the obstacles; those it leaves out stay where they are.
-  const ProxyState& update(const Vec3& goal_W, std::span<const ObstacleMotion> motions = {}) noexcept;
+  const ProxyState& update(const Vec3& goal_W, std::span<const RigidState> motions = {}) noexcept;
+  /// Leaves an obstacle out from the next update on, or lets it be felt again: best where the ball is clear of it, else
+  /// it begins as an overlap, see the constructor.
+  void set_present(std::size_t obstacle, bool is_present) noexcept;
   /// Elsewhere, without a way from here to there.
   void reset(const Vec3& p_W) noexcept;
 
@@ -92,7 +95,7 @@ class GodObject {
 
  private:
   Vec3 sane_goal(const Vec3& goal_W, std::uint8_t& faults) const noexcept;
-  void take_motions(std::span<const ObstacleMotion> motions, std::uint8_t& faults) noexcept;
+  void take_motions(std::span<const RigidState> motions, std::uint8_t& faults) noexcept;
   double step(const Vec3& goal_W, std::uint8_t& faults) noexcept;
   void gather(const Vec3& goal_W, std::uint8_t& faults) noexcept;
   void project(const Vec3& goal_W, bool is_begun) noexcept;

@@ -51,11 +51,11 @@ ObstacleTrack::ObstacleTrack(ProxyObstacle obstacle, int index) : obstacle_(std:
   }
 }
 
-bool ObstacleTrack::move_to(const ObstacleMotion& motion) noexcept {
-  V_WB_ = is_finite(motion.V_WB) ? motion.V_WB : Twist{};
-  if (!is_pose(motion.X_WB)) return false;
-  R_WB_ = motion.X_WB.q.normalized().toRotationMatrix();
-  p_WB_ = motion.X_WB.p;
+bool ObstacleTrack::move_to(const RigidState& motion) noexcept {
+  V_WB_ = is_finite(motion.V) ? motion.V : Twist{};
+  if (!is_pose(motion.X)) return false;
+  R_WB_ = motion.X.q.normalized().toRotationMatrix();
+  p_WB_ = motion.X.p;
   place_W_ = p_WB_ + R_WB_ * place_B_;
   return true;
 }
@@ -71,7 +71,7 @@ AllowedSide ObstacleTrack::in_W(const Vec3& normal_B, double offset_m) const {
 }
 
 double ObstacleTrack::prepare(const Vec3& goal_W, double radius_m, double step_m) noexcept {
-  if (!obstacle_.mesh) return std::numeric_limits<double>::infinity();
+  if (!obstacle_.mesh || !is_present_) return std::numeric_limits<double>::infinity();
   const auto reach = [&] { return known_radius_m_ - (place_B_ - known_centre_B_).norm() - radius_m; };
   const double wanted_m = (goal_W - place_W_).norm();
   // Half of what the last search gave: from there on, searching again gets farther.
@@ -115,6 +115,7 @@ bool ObstacleTrack::refresh(const Vec3& p_B, double radius_m, double wanted_m, d
 
 bool ObstacleTrack::gather(double radius_m, double step_m, std::span<NearPiece> pieces,
                            std::size_t& count) const noexcept {
+  if (!is_present_) return true;
   if (obstacle_.primitive) {
     if (count >= pieces.size()) return false;
     pieces[count++] = primitive_piece(radius_m);

@@ -21,12 +21,6 @@ struct ProxyObstacle {
   Pose X_WB;                                             ///< until the first motion arrives
 };
 
-/// Where an obstacle is in this tick. The pose counts; the twist is for damping alone.
-struct ObstacleMotion {
-  Pose X_WB;
-  Twist V_WB;
-};
-
 /// A convex piece of an obstacle that the proxy could meet: a triangle, or a whole primitive.
 struct NearPiece {
   AllowedSide closest;  ///< at the closest point, across the line to it
@@ -54,8 +48,11 @@ class ObstacleTrack {
   /// Fails   std::invalid_argument: neither mesh nor primitive, or both; friction; a pose that is none
   ObstacleTrack(ProxyObstacle obstacle, int index);
 
-  /// False: the pose is not one, and the obstacle stays where it was.
-  bool move_to(const ObstacleMotion& motion) noexcept;
+  /// The pose counts; the twist is for damping alone. False: the pose is not one, and the obstacle stays where it was.
+  bool move_to(const RigidState& motion) noexcept;
+  /// One that is not present holds nothing back; its place is the caller's to keep beside the ball.
+  void set_present(bool is_present) noexcept { is_present_ = is_present; }
+  bool is_present() const { return is_present_; }
   const Vec3& place_W() const { return place_W_; }
   void set_place_W(const Vec3& p_W) noexcept;
 
@@ -91,6 +88,7 @@ class ObstacleTrack {
 
   ProxyObstacle obstacle_;
   int index_;
+  bool is_present_ = true;
   Eigen::Matrix3d R_WB_ = Eigen::Matrix3d::Identity();
   Vec3 p_WB_ = Vec3::Zero();
   Twist V_WB_;

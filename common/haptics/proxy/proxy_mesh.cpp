@@ -11,6 +11,8 @@ namespace {
 
 /// Twice the area, below which a triangle has no direction: of sides of a micrometre.
 constexpr double kMinDoubledArea_m2 = 1e-12;
+/// Neighbours that bend by less are shaded as one smooth surface; by more, there is an edge to be felt.
+constexpr double kCrease_rad = 0.7;
 
 geometry::TriangleMesh checked(const geometry::TriangleMesh& mesh) {
   geometry::TriangleMesh result{mesh.vertices, {}};
@@ -81,8 +83,7 @@ Vec3 smooth_normal(const geometry::TriangleMesh& mesh, const std::vector<Vec3>& 
 
 }  // namespace
 
-ProxyMesh::ProxyMesh(const geometry::TriangleMesh& mesh, const ProxyMeshOptions& options)
-    : ProxyMesh(checked(mesh), std::cos(options.crease_rad)) {}
+ProxyMesh::ProxyMesh(const geometry::TriangleMesh& mesh) : ProxyMesh(checked(mesh), std::cos(kCrease_rad)) {}
 
 ProxyMesh::ProxyMesh(const geometry::TriangleMesh& mesh, double crease_cosine) : tree_(mesh) {
   const std::vector<Vec3> flat = geometry::face_normals(mesh);

@@ -8,11 +8,6 @@
 
 namespace tandem::haptics {
 
-struct ProxyMeshOptions {
-  /// Neighbours that bend by less are shaded as one smooth surface; by more, there is an edge to be felt.
-  double crease_rad = 0.7;
-};
-
 /// Immutable; shared by the proxies that touch it. Open or closed, touchable from both sides; which way triangles are
 /// turned does not matter.
 ///
@@ -21,7 +16,7 @@ class ProxyMesh {
  public:
   /// In      mesh  metres; triangles without area are left out
   /// Fails   std::invalid_argument: none left, a vertex that is not finite, an index out of range
-  explicit ProxyMesh(const geometry::TriangleMesh& mesh, const ProxyMeshOptions& options = {});
+  explicit ProxyMesh(const geometry::TriangleMesh& mesh);
 
   const geometry::TriangleTree& tree() const { return tree_; }
   /// Unit normals of the smooth surface that a triangle stands for, at its corners.

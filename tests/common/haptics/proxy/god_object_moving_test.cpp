@@ -34,7 +34,7 @@ TEST(GodObjectMoving, AWallPushesTheProxyAheadAtAnySpeed) {
       Pose X_WB = behind.X_WB;
       for (int i = 0; i < 200; ++i) {
         X_WB.p.x() += speed_m_per_s * kTick_s;
-        const ObstacleMotion motion{X_WB, {Vec3(speed_m_per_s, 0, 0), Vec3::Zero()}};
+        const RigidState motion{X_WB, {Vec3(speed_m_per_s, 0, 0), Vec3::Zero()}};
         const ProxyState& state = proxy.update(Vec3::Zero(), {&motion, 1});
         const double surface = X_WB.p.x() + half_thickness_of(wall);
         ASSERT_NEAR(state.p_W.x(), std::max(0.0, surface + kRadius_m), 2e-6) << speed_m_per_s << " m/s, tick " << i;
@@ -43,6 +43,22 @@ TEST(GodObjectMoving, AWallPushesTheProxyAheadAtAnySpeed) {
         }
       }
     }
+  }
+}
+
+TEST(GodObjectMoving, AnAbsentWallHoldsNothingBackAndIsFeltAgainFromWhereTheProxyIsThen) {
+  for (const ProxyObstacle& wall : walls()) {
+    GodObject proxy = proxy_at({0.02, 0, 0}, {wall, touchable(contact::sphere_field(0.001), at({0, 0.05, 0}))});
+    drag(proxy, {-0.02, 0, 0}, 100);
+    EXPECT_NEAR(proxy.state().p_W.x(), half_thickness_of(wall) + kRadius_m, 1e-6);
+    proxy.set_present(0, false);
+    // It moves while it is away; that takes nothing along.
+    const std::array motions{RigidState{at({0.001, 0, 0}), {}}, RigidState{at({0, 0.05, 0}), {}}};
+    EXPECT_EQ(proxy.update({-0.02, 0, 0}, motions).p_W, Vec3(-0.02, 0, 0));
+    EXPECT_FALSE(proxy.state().is_touching);
+    proxy.set_present(0, true);
+    for (int i = 1; i <= 100; ++i) proxy.update({-0.02 + 4e-4 * i, 0, 0}, motions);
+    EXPECT_NEAR(proxy.state().p_W.x(), 0.001 - half_thickness_of(wall) - kRadius_m, 1e-6) << "from the other side";
   }
 }
 
@@ -56,7 +72,7 @@ TEST(GodObjectMoving, ARotatingBoxCarriesAStickingProxyRound) {
   // The hand follows, 4 mm below: the pull is straight down, so the proxy turns with the box.
   for (int i = 1; i <= 500; ++i) {
     X_WB.q = quaternion_of({0, 0, rate_rad_per_s * kTick_s * i});
-    const ObstacleMotion motion{X_WB, {Vec3::Zero(), Vec3(0, 0, rate_rad_per_s)}};
+    const RigidState motion{X_WB, {Vec3::Zero(), Vec3(0, 0, rate_rad_per_s)}};
     const Vec3 goal = X_WB * Vec3(0.03, 0, 0.007);
     const ProxyState& state = proxy.update(goal, {&motion, 1});
     EXPECT_LT((state.p_W - X_WB * place_B).norm(), 1e-7) << i;
@@ -70,7 +86,7 @@ TEST(GodObjectMoving, ASlippingBoxLeavesTheProxyBehind) {
   GodObject proxy = proxy_at({0.03, 0, 0.02}, {box});
   drag(proxy, {0.03, 0, 0.007}, 20);
   for (int i = 1; i <= 100; ++i) {
-    const ObstacleMotion motion{at(Vec3(1e-4 * i, 0, 0)), {Vec3(0.1, 0, 0), Vec3::Zero()}};
+    const RigidState motion{at(Vec3(1e-4 * i, 0, 0)), {Vec3(0.1, 0, 0), Vec3::Zero()}};
     EXPECT_LT((proxy.update({0.03, 0, 0.007}, {&motion, 1}).p_W - Vec3(0.03, 0, 0.011)).norm(), 1e-7) << i;
   }
 }
@@ -83,8 +99,7 @@ TEST(GodObjectMoving, ALiftCarriesTheProxyUpAgainstACornerOfTwoBodies) {
   drag(proxy, {0.03, 0, -0.02}, 50);
   for (int i = 0; i < 40; ++i) {
     const double top = -0.01 + 5e-4 * i;
-    const std::array motions{ObstacleMotion{at(Vec3(0, 0, top - 0.01)), {Vec3(0, 0, 0.5), Vec3::Zero()}},
-                             ObstacleMotion{}};
+    const std::array motions{RigidState{at(Vec3(0, 0, top - 0.01)), {Vec3(0, 0, 0.5), Vec3::Zero()}}, RigidState{}};
     const ProxyState& state = proxy.update({0.03, 0, -0.02}, motions);
     EXPECT_LT((state.p_W - Vec3(0.02 - kRadius_m, 0, top + kRadius_m)).norm(), 1e-7) << i;
     EXPECT_EQ(state.contact_count, 2U);
@@ -100,7 +115,7 @@ TEST(GodObjectMoving, AWedgeSqueezesTheProxyOut) {
   GodObject proxy = proxy_at({0, 0, kRadius_m}, {floor, ceiling});
   for (int i = 0; i < 60; ++i) {
     const Pose X_ceiling{-0.02 * n - Vec3(0, 0, 1e-3 * i), slope};
-    const std::array motions{ObstacleMotion{}, ObstacleMotion{X_ceiling, {Vec3(0, 0, -1), Vec3::Zero()}}};
+    const std::array motions{RigidState{}, RigidState{X_ceiling, {Vec3(0, 0, -1), Vec3::Zero()}}};
     const ProxyState& state = proxy.update({0, 0, -0.001}, motions);
     EXPECT_GE(state.p_W.z(), kRadius_m - GodObject::kTolerance_m) << i;
     EXPECT_GE(n.dot(state.p_W - X_ceiling.p), kRadius_m - GodObject::kTolerance_m) << i;
@@ -117,7 +132,7 @@ TEST(GodObjectMoving, AViceThatClosesAndOpensLetsTheProxyStayBetween) {
   bool was_held_back = false;
   for (int i = 0; i <= 400; ++i) {
     const double gap = 0.019 * std::abs(std::cos(std::numbers::pi * i / 400)) + 0.0012;
-    const std::array motions{ObstacleMotion{at(Vec3(-gap, 0, 0)), {}}, ObstacleMotion{at(Vec3(gap, 0, 0)), {}}};
+    const std::array motions{RigidState{at(Vec3(-gap, 0, 0)), {}}, RigidState{at(Vec3(gap, 0, 0)), {}}};
     const ProxyState& state = proxy.update({0.05, 0, 0}, motions);
     ASSERT_TRUE(is_finite(state.p_W));
     was_held_back = was_held_back || (state.faults & kProxyHeldBack) != 0;
@@ -142,7 +157,7 @@ TEST(GodObjectMoving, ATumblingMeshNeverPassesTheProxy) {
       V_WB.v = clamped_to_length(Vec3(random.normal(), random.normal(), random.normal()) - 20 * X_WB.p, 2.0);
     }
     X_WB = integrate(X_WB, V_WB, kTick_s);
-    const ObstacleMotion motion{X_WB, V_WB};
+    const RigidState motion{X_WB, V_WB};
     const ProxyState& state = proxy.update({0.01, 0, 0.02}, {&motion, 1});
     ASSERT_GT(tree.signed_distance_m(X_WB.inverse() * state.p_W), kRadius_m - GodObject::kTolerance_m)
         << "seed " << kSeed << ", tick " << i;

@@ -266,11 +266,11 @@ TEST(GodObject, StaysFiniteAndOutsideForHostileInput) {
   const auto pick = [&] { return values[random.next_u32() % values.size()]; };
   const auto pick_vector = [&] { return Vec3(pick(), pick(), pick()); };
   for (int i = 0; i < 3000; ++i) {
-    std::array<ObstacleMotion, 3> motions;
-    for (ObstacleMotion& motion : motions) {
-      motion.X_WB = {pick_vector(), Quat(pick(), pick(), pick(), pick())};
-      if (i % 2 == 0) motion.X_WB.q = quaternion_of({0.1 * i, 0, 0});
-      motion.V_WB = {pick_vector(), pick_vector()};
+    std::array<RigidState, 3> motions;
+    for (RigidState& motion : motions) {
+      motion.X = {pick_vector(), Quat(pick(), pick(), pick(), pick())};
+      if (i % 2 == 0) motion.X.q = quaternion_of({0.1 * i, 0, 0});
+      motion.V = {pick_vector(), pick_vector()};
     }
     const ProxyState& state = proxy.update(pick_vector(), std::span(motions).first(random.next_u32() % 4));
     ASSERT_TRUE(is_finite(state.p_W) && is_finite(state.goal_W)) << i;
