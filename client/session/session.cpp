@@ -5,6 +5,7 @@
 
 #include "client/session/joined_scene.hpp"
 #include "client/session/state_stream.hpp"
+#include "common/geometry/surface_asset.hpp"
 #include "proto/control_framing.hpp"
 
 namespace tandem::client {
@@ -25,6 +26,15 @@ std::string printable(std::string text) {
 
 std::string milliseconds(Duration duration) {
   return std::to_string(duration / std::chrono::milliseconds(1)) + " ms";
+}
+
+google::protobuf::RepeatedPtrField<wire::AssetInfo> wanted_of(
+    const google::protobuf::RepeatedPtrField<wire::AssetInfo>& offered, bool wants_surfaces) {
+  google::protobuf::RepeatedPtrField<wire::AssetInfo> wanted;
+  for (const wire::AssetInfo& info : offered) {
+    if ((info.kind() == geometry::kSurfaceAssetKind) == wants_surfaces) *wanted.Add() = info;
+  }
+  return wanted;
 }
 
 /// True for refusals that time can cure: our own old connection may still hold the place.
@@ -301,7 +311,7 @@ void ClientSession::Impl::take_joined(const wire::Joined& answer, LocalTime now)
   log("joined \"" + joined.scene().name() + "\" as user " + std::to_string(joined.user()));
   if (owner.on_joined) owner.on_joined(joined);
   has_announced_assets = false;
-  for (const std::string& line : assets.begin(joined.assets())) log(line);
+  for (const std::string& line : assets.begin(wanted_of(joined.assets(), settings.wants_surfaces))) log(line);
   request_asset();
 }
 

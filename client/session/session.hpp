@@ -61,6 +61,8 @@ struct SessionSettings {
   Duration reconnect_delay_max{std::chrono::seconds(2)};
   bool may_reconnect = true;  ///< after a connection that once joined was lost
   bool fetch_assets = true;   ///< false: only what the store has
+  /// Of the assets that the server offers the surfaces (common/geometry/surface_asset.hpp) alone; false: all others.
+  bool wants_surfaces = false;
   /// Asked for assets before the server is, and told what came from it; null: what is fetched lives as long as
   /// the session.
   std::shared_ptr<AssetStore> asset_store{};

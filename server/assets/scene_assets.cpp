@@ -5,6 +5,7 @@
 
 #include "common/base/units.hpp"
 #include "common/docking/molecule_asset.hpp"
+#include "common/geometry/surface_asset.hpp"
 #include "server/assets/mesh_file.hpp"
 #include "server/assets/structures/loader.hpp"
 
@@ -60,6 +61,11 @@ void place(geometry::TriangleMesh& mesh, wire::Mesh& message, const std::filesys
   for (Vec3& vertex : mesh.vertices) vertex = (vertex - centre) * message.scale();
 }
 
+/// The same mesh may be there in several sizes, and names must differ.
+std::string sized_name(const wire::Mesh& message) {
+  return message.file() + "." + std::to_string(std::llround(message.largest_size_m() * 1e6)) + "um";
+}
+
 }  // namespace
 
 std::filesystem::path SceneAssets::located(const std::string& file) const {
@@ -106,13 +112,28 @@ geometry::ContactMesh SceneAssets::load_mesh(wire::Mesh& message, const SceneFie
 
 void SceneAssets::add_contact(const ContactAsset& asset, wire::Mesh& message) {
   message.set_contact_sha256(asset.sha256.data(), asset.sha256.size());
+  if (offer({asset.sha256, "contact", sized_name(message) + ".contact", asset.bytes})) {
+    notes.push_back(message.file() + ": " + asset.note);
+  }
+}
+
+void SceneAssets::add_surface(const geometry::TriangleMesh& mesh, wire::Mesh& message) {
+  try {
+    const auto bytes = std::make_shared<const proto::Bytes>(geometry::surface_asset_bytes(mesh));
+    const proto::Sha256 hash = proto::sha256_of(*bytes);
+    message.set_surface_sha256(hash.data(), hash.size());
+    offer({hash, std::string(geometry::kSurfaceAssetKind), sized_name(message) + ".surface", bytes});
+  } catch (const std::invalid_argument& error) {
+    notes.push_back(message.file() + ": " + error.what() +
+                    ", so clients can neither draw it nor touch it with a point");
+  }
+}
+
+bool SceneAssets::offer(Asset asset) {
   const auto is_same = [&asset](const Asset& other) { return other.sha256 == asset.sha256; };
-  if (std::any_of(assets.begin(), assets.end(), is_same)) return;
-  // The same mesh may be there in several sizes, and names must differ.
-  const auto size_um = static_cast<long long>(std::llround(message.largest_size_m() * 1e6));
-  const std::string name = message.file() + "." + std::to_string(size_um) + "um.contact";
-  assets.push_back({asset.sha256, "contact", name, asset.bytes});
-  notes.push_back(message.file() + ": " + asset.note);
+  if (std::any_of(assets.begin(), assets.end(), is_same)) return false;
+  assets.push_back(std::move(asset));
+  return true;
 }
 
 std::shared_ptr<const docking::Molecule> SceneAssets::load_centred_molecule(wire::MoleculeSource& message,
@@ -145,12 +166,10 @@ void SceneAssets::add_molecule(const docking::Molecule& molecule, wire::Molecule
   const auto bytes = std::make_shared<const proto::Bytes>(docking::molecule_asset_bytes(molecule));
   const proto::Sha256 hash = proto::sha256_of(*bytes);
   message.set_asset_sha256(hash.data(), hash.size());
-  const auto is_same = [&hash](const Asset& other) { return other.sha256 == hash; };
-  if (std::any_of(assets.begin(), assets.end(), is_same)) return;
   // The same file may be there with several choices of chains, and names must differ.
   std::string name = message.file();
   for (const std::string& chain : message.chains()) name += "." + chain;
-  assets.push_back({hash, "molecule", name + ".molecule", bytes});
+  offer({hash, "molecule", name + ".molecule", bytes});
 }
 
 }  // namespace tandem::server

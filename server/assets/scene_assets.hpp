@@ -20,8 +20,8 @@ namespace tandem::server {
 /// A file that the scene uses, offered to clients by the hash of its bytes.
 struct Asset {
   proto::Sha256 sha256{};
-  /// "mesh", "structure", "contact" (common/contact/contact_shape.hpp), or "molecule"
-  /// (common/docking/molecule_asset.hpp)
+  /// "mesh", "structure", "contact" (common/contact/contact_shape.hpp), "surface" (common/geometry/surface_asset.hpp),
+  /// or "molecule" (common/docking/molecule_asset.hpp)
   std::string kind;
   std::string name;  ///< base name
   std::shared_ptr<const proto::Bytes> bytes;
@@ -39,6 +39,8 @@ class SceneAssets {
 
   /// Offers `asset` to clients and writes its hash into the message of its mesh.
   void add_contact(const ContactAsset& asset, wire::Mesh& message);
+  /// Likewise the triangles of `mesh`, as load_mesh() gave it; of more than a client takes there is a note instead.
+  void add_surface(const geometry::TriangleMesh& mesh, wire::Mesh& message);
 
   /// Reads the chosen chains; the origin is the centre of mass. Offered to clients; `message` leaves with its base name
   /// and the hash of what is offered.
@@ -55,6 +57,8 @@ class SceneAssets {
   std::shared_ptr<const proto::Bytes> read(const std::filesystem::path& file, const std::string& kind,
                                            const SceneField& field);
   std::filesystem::path located(const std::string& file) const;
+  /// False: it was there already.
+  bool offer(Asset asset);
   void add_molecule(const docking::Molecule& molecule, wire::MoleculeSource& message);
 
   std::filesystem::path directory_;

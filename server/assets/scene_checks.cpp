@@ -209,6 +209,7 @@ void check_mesh(const wire::Mesh& mesh, const SceneField& field) {
     field.refuse("has both scale and largest_size_m; give one of them");
   }
   if (!mesh.contact_sha256().empty()) field.in("contact_sha256").refuse("is the server's to set; leave it out");
+  if (!mesh.surface_sha256().empty()) field.in("surface_sha256").refuse("is the server's to set; leave it out");
 }
 
 void complete_and_check(wire::Scene& scene, const SceneField& file) {

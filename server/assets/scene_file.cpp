@@ -140,6 +140,7 @@ class SceneBuilder {
     try {
       const ContactAsset asset = library_.mesh(mesh, message.sheet_thickness_m(), message.file());
       assets_.add_contact(asset, message);
+      assets_.add_surface(*shape.mesh, message);
       return asset.shape;
     } catch (const geometry::MeshError& error) {
       refuse(error);

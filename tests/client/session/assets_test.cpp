@@ -110,6 +110,25 @@ TEST(SessionAssets, AsksTheStoreBeforeTheServerAndAnnouncesAllAssetsOnceAJoin) {
   EXPECT_EQ(cheated.announced, 0);
 }
 
+TEST(SessionAssets, SurfacesAreFetchedByWhoWantsThemAndNothingElseThen) {
+  const std::string bytes(1000, 'v'), triangles(2000, 't');
+  wire::Joined joined = joined_with_asset(bytes);
+  *joined.add_assets() = joined_with_asset(triangles).assets(0);
+  joined.mutable_assets(1)->set_kind("surface");
+  for (const bool wants_surfaces : {false, true}) {
+    SessionSettings settings;
+    settings.wants_surfaces = wants_surfaces;
+    test::SessionBench bench(settings);
+    bench.session.on_connected(bench.now);
+    bench.say_welcome();
+    bench.transport.messages.clear();
+    bench.say_joined(joined);
+    EXPECT_EQ(serve_assets(bench, wants_surfaces ? triangles : bytes), 1);
+    ASSERT_EQ(bench.session.assets().size(), 1U);
+    EXPECT_EQ(bench.session.assets().begin()->second->size(), wants_surfaces ? 2000U : 1000U);
+  }
+}
+
 class DiskStore : public ::testing::Test {
  protected:
   DiskStore() : directory_(std::filesystem::temp_directory_path() / ("tandem_store_" + std::to_string(getpid()))) {

@@ -9,6 +9,7 @@
 #include <functional>
 #include <limits>
 
+#include "common/geometry/surface_asset.hpp"
 #include "server/assets/scene_file.hpp"
 #include "tests/common/physics/scene_support.hpp"
 
@@ -138,7 +139,7 @@ TEST_F(SceneFiles, AssetIsTheFileAndItsHash) {
   write("t.obj", kTetrahedron);
   const std::string body = R"("shapes": [{"mesh": {"file": "t.obj"}}]})";
   const auto scene = load(physics::scene_json({.bodies = R"({"name": "a", )" + body + R"(, {"name": "b", )" + body}));
-  ASSERT_EQ(scene->assets.size(), 2U) << "the same file twice is one asset, and so is what is made of it";
+  ASSERT_EQ(scene->assets.size(), 3U) << "the same file twice is one asset, and so is what is made of it";
   EXPECT_EQ(scene->assets[0].name, "t.obj");
   EXPECT_EQ(scene->assets[0].kind, "mesh");
   EXPECT_EQ(scene->assets[0].bytes->size(), std::string(kTetrahedron).size());
@@ -148,6 +149,24 @@ TEST_F(SceneFiles, AssetIsTheFileAndItsHash) {
   const std::string& named = scene->description.bodies(1).shapes(0).mesh().contact_sha256();
   EXPECT_EQ(named, std::string(reinterpret_cast<const char*>(scene->assets[1].sha256.data()), 32))
       << "a client finds a mesh's contact asset by its hash";
+}
+
+TEST_F(SceneFiles, SurfaceAssetIsTheMeshAsItIsTouched) {
+  write("t.obj", kTetrahedron);
+  const auto scene = load(mesh_body(R"(, "largest_size_m": 0.1, "centre": true)"));
+  const Asset& asset = scene->assets[2];
+  EXPECT_EQ(asset.kind, "surface");
+  EXPECT_EQ(asset.name, "t.obj.100000um.surface");
+  EXPECT_EQ(asset.sha256, proto::sha256_of(*asset.bytes));
+  EXPECT_EQ(scene->description.bodies(0).shapes(0).mesh().surface_sha256(),
+            std::string(reinterpret_cast<const char*>(asset.sha256.data()), 32));
+  const auto surface = geometry::surface_from(*asset.bytes);
+  ASSERT_TRUE(surface.has_value());
+  const geometry::TriangleMesh& mesh = *scene->body_shapes[0][0].mesh;
+  EXPECT_EQ(surface->triangles, mesh.triangles);
+  for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
+    EXPECT_LT((surface->vertices[i] - mesh.vertices[i]).norm(), 1e-8) << "scaled and centred, in single precision";
+  }
 }
 
 TEST_F(SceneFiles, ContactAssetOfAMeshComesFromTheCacheTheSecondTime) {
