@@ -6,6 +6,7 @@
 
 #include "client/haptics/stages/stage.hpp"
 #include "client/model/local_world.hpp"
+#include "client/model/proxy_world.hpp"
 #include "common/realtime/realtime.hpp"
 
 namespace tandem::client {
@@ -13,14 +14,38 @@ namespace tandem::client {
 struct Client::MadeModel {
   std::uint32_t generation = 0;  ///< of the scene that it is of
   std::unique_ptr<LocalModel> model;
+  std::unique_ptr<ProxyWorld> proxy_world;
   std::string problem;  ///< why there is none
+
+  /// Also where there is nothing to take.
+  bool is_taken_by(HapticCore& core) {
+    return (model == nullptr || core.offer_model(generation, model)) &&
+           (proxy_world == nullptr || core.offer_model(generation, proxy_world));
+  }
 };
+
+namespace {
+
+/// What the stage asks of the session.
+SessionSettings session_settings(const ClientSettings& settings) {
+  SessionSettings session = settings.session;
+  if (!needs_proxy_world(settings.haptics.stage.name)) return session;
+  session.wants_surfaces = true;
+  session.find_scene_problem = [](const wire::Joined& joined) {
+    const std::string problem = proxy_problem(joined);
+    return problem.empty() ? problem : "stage god-object: " + problem;
+  };
+  return session;
+}
+
+}  // namespace
 
 Client::Client(const ClientSettings& settings, devices::Device& device, ClientTransport& transport)
     : settings_(settings),
       core_(settings.haptics, device, mailboxes_),
-      session_(settings.session, transport, mailboxes_) {
-  if (needs_local_model(settings.haptics.stage.name)) session_.on_assets = [this] { begin_model(); };
+      session_(session_settings(settings), transport, mailboxes_) {
+  const std::string& stage = settings.haptics.stage.name;
+  if (needs_local_model(stage) || needs_proxy_world(stage)) session_.on_assets = [this] { begin_model(); };
 }
 
 Client::~Client() = default;
@@ -35,6 +60,7 @@ void Client::poll(LocalTime now) {
 void Client::begin_model() {
   if (session_.joined()->role() != wire::ROLE_MANIPULATOR) return;
   const auto make = [settings = settings_.local_model, is_aside = settings_.makes_models_aside,
+                     has_ball = needs_proxy_world(settings_.haptics.stage.name),
                      generation = session_.scene_generation(), joined = *session_.joined(),
                      assets = session_.assets()] {
     // The thread comes with the priority of the one that started it: a second of work there would starve the sockets.
@@ -42,7 +68,11 @@ void Client::begin_model() {
     auto made = std::make_unique<MadeModel>();
     made->generation = generation;
     try {
-      made->model = std::make_unique<LocalModel>(make_local_world(joined, assets), joined.tool(), settings);
+      if (has_ball) {
+        made->proxy_world = std::make_unique<ProxyWorld>(joined, assets);
+      } else {
+        made->model = std::make_unique<LocalModel>(make_local_world(joined, assets), joined.tool(), settings);
+      }
     } catch (const std::exception& error) {
       made->problem = error.what();
     }
@@ -61,7 +91,11 @@ void Client::take_made_model() {
   made_ = making_.get();
   const bool is_new_problem = !made_->problem.empty() && made_->problem != model_problem_;
   model_problem_ = made_->problem;
-  if (is_new_problem && session_.on_log) {
+  if (made_->proxy_world != nullptr) stage_note_ = "stage god-object: " + made_->proxy_world->note();
+  if (!is_new_problem) return;
+  if (needs_proxy_world(settings_.haptics.stage.name)) {
+    stage_note_ = "stage god-object: no force is displayed, for a ball cannot touch this scene: " + model_problem_;
+  } else if (session_.on_log) {
     session_.on_log("no local model of this scene, the late pose is shown instead: " + model_problem_);
   }
 }
@@ -70,7 +104,7 @@ void Client::take_made_model() {
 void Client::hand_over_model() {
   if (made_ == nullptr) return;
   const bool is_of_this_scene = made_->generation == session_.scene_generation();
-  if (!is_of_this_scene || made_->model == nullptr || core_.offer_model(made_->generation, made_->model)) made_.reset();
+  if (!is_of_this_scene || made_->is_taken_by(core_)) made_.reset();
 }
 
 }  // namespace tandem::client

@@ -6,7 +6,7 @@
 //               1 kHz, haptic thread ◀────── local model ─────────── poll(now), io thread
 //
 // Each join is a new generation of the scene. When its assets are here and the stage shows a local model, the model is
-// made (up to a second for a large mesh) and handed over to the haptic thread (common/realtime/handover.hpp).
+// made (up to a second for a large mesh), or the world of a ball for the stage that touches with one, and handed over to the haptic thread (common/realtime/handover.hpp).
 #pragma once
 
 #include <future>
@@ -48,10 +48,13 @@ class Client {
   /// keeps time-outs and does what the stage leaves to this thread.
   /// Thread  io
   void poll(LocalTime now);
-  /// Why the last scene whose local model was to be made has none; empty when it has one. The stage shows the late pose
-  /// meanwhile.
+  /// Why the last scene whose local model, or ball's world, was to be made has none; empty when it has one. Instead of a
+  /// local model the late pose is shown, instead of what a ball touches nothing.
   /// Thread  io
   const std::string& model_problem() const { return model_problem_; }
+  /// What a user should know of how the scene in force is shown: one line, or empty.
+  /// Thread  io
+  const std::string& stage_note() const { return stage_note_; }
 
  private:
   struct MadeModel;
@@ -66,6 +69,7 @@ class Client {
   std::future<std::unique_ptr<MadeModel>> making_;
   std::unique_ptr<MadeModel> made_;  ///< not handed over yet
   std::string model_problem_;
+  std::string stage_note_;
 };
 
 }  // namespace tandem::client

@@ -88,6 +88,7 @@ class ClientRun {
   std::string watched_name_;
   std::vector<std::string> realtime_not_granted_;
   std::string last_why_;
+  std::string last_stage_note_;
   std::uint64_t explained_check_ = 0;
   std::vector<haptics::StabilityFinding> coupling_findings_;
   std::string last_coupling_lines_;
@@ -201,6 +202,8 @@ void ClientRun::follow_session(const ClientIoSnapshot& io) {
   }
   if (status.why != last_why_ && !status.why.empty()) std::cerr << "tandem-client: " + status.why + "\n";
   last_why_ = status.why;
+  if (io.stage_note != last_stage_note_) std::cerr << "tandem-client: " + io.stage_note + "\n";
+  last_stage_note_ = io.stage_note;
   explain_coupling(io.coupling_check);
   if (status.state == SessionState::kEnded) is_over_ = true;
 }

@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "client/model/local_model.hpp"
+#include "client/model/proxy_world.hpp"
 
 namespace tandem::client {
 namespace {
@@ -70,6 +71,10 @@ HapticCore::~HapticCore() = default;
 
 bool HapticCore::offer_model(std::uint32_t generation, std::unique_ptr<LocalModel>& model) {
   return models_.offer(generation, model);
+}
+
+bool HapticCore::offer_model(std::uint32_t generation, std::unique_ptr<ProxyWorld>& world) {
+  return proxy_worlds_.offer(generation, world);
 }
 
 void HapticCore::tick(LocalTime now) noexcept {
@@ -158,6 +163,7 @@ void HapticCore::enter_scene(const HapticScene& scene) noexcept {
   if (!is_new) return change_scene();
   if (scene_is_usable_) coupling_.start(scene);
   models_.enter(scene.generation);
+  proxy_worlds_.enter(scene.generation);
   record_.scene_generation = scene.generation;
   record_.has_watched_body = false;
   has_state_ = false;
@@ -235,6 +241,7 @@ StageInput HapticCore::stage_input(LocalTime now) const noexcept {
   input.parameters = &coupling_.parameters();
   input.parameter_bounds = coupling_.device_bounds();
   input.local_model = models_.get();
+  input.proxy_world = proxy_worlds_.get();
   input.watched = BodyId{watched_last_};
   return input;
 }

@@ -67,6 +67,7 @@ class HapticCore {
   /// be offered again later (Handover::offer()).
   /// Thread  io
   bool offer_model(std::uint32_t generation, std::unique_ptr<LocalModel>& model);
+  bool offer_model(std::uint32_t generation, std::unique_ptr<ProxyWorld>& world);
 
   /// The last tick.
   const TickRecord& record() const { return record_; }
@@ -116,6 +117,7 @@ class HapticCore {
   haptics::SafetyChain safety_;
   HapticScene scene_;
   realtime::Handover<LocalModel> models_;
+  realtime::Handover<ProxyWorld> proxy_worlds_;
   bool scene_is_usable_ = false;
   bool has_state_ = false;
   bool state_is_new_ = false;

@@ -149,6 +149,7 @@ void ClientIo::Impl::publish_snapshot(LocalTime now) {
   snapshot.joined = joined;
   snapshot.room = session.room();
   snapshot.coupling_check = session.coupling_check();
+  snapshot.stage_note = client.stage_note();
   published_at = now;
   const std::lock_guard lock(mutex);
   published = std::move(snapshot);

@@ -43,6 +43,7 @@ struct ClientIoSnapshot {
   std::shared_ptr<const wire::Joined> joined;  ///< from the last join; null before the first
   std::string room;                            ///< joined; "" before the first welcome
   CouplingCheck coupling_check;                ///< of the coupling in force
+  std::string stage_note;                      ///< Client::stage_note()
 };
 
 class ClientIo {

@@ -292,7 +292,8 @@ void ClientSession::Impl::take_welcome(const wire::Welcome& welcome, LocalTime n
 }
 
 void ClientSession::Impl::take_joined(const wire::Joined& answer, LocalTime now) {
-  const std::string problem = scene.take(answer, settings.role, now);
+  std::string problem = scene.take(answer, settings.role, now);
+  if (problem.empty() && settings.find_scene_problem) problem = settings.find_scene_problem(answer);
   if (!problem.empty()) {
     wire::ClientControl message;
     message.mutable_leave();

@@ -63,6 +63,8 @@ struct SessionSettings {
   bool fetch_assets = true;   ///< false: only what the store has
   /// Of the assets that the server offers the surfaces (common/geometry/surface_asset.hpp) alone; false: all others.
   bool wants_surfaces = false;
+  /// Empty, or why a scene whose numbers are sound cannot be shown: the session then ends, as for a bad set-up.
+  std::function<std::string(const wire::Joined&)> find_scene_problem{};
   /// Asked for assets before the server is, and told what came from it; null: what is fetched lives as long as
   /// the session.
   std::shared_ptr<AssetStore> asset_store{};

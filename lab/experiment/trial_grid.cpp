@@ -31,12 +31,17 @@ Axis axis_of_names(std::string name, const std::vector<std::string_view>& values
   return result;
 }
 
+/// Those that can show every scene.
+std::vector<std::string_view> general_stages() {
+  std::vector<std::string_view> stages = known_stages();
+  std::erase_if(stages, client::needs_proxy_world);
+  return stages;
+}
+
 Axis other_stages() {
-  Axis result{"stage", {}};
-  for (const std::string_view stage : known_stages()) {
-    if (stage != default_stage()) result.values.emplace_back(stage);
-  }
-  return result;
+  std::vector<std::string_view> stages = general_stages();
+  std::erase(stages, default_stage());
+  return axis_of_names("stage", stages);
 }
 
 std::vector<Block> default_blocks() {
@@ -50,13 +55,13 @@ std::vector<Block> default_blocks() {
 }
 
 std::vector<Block> full_blocks() {
-  return {{{axis_of_names("stage", known_stages()), axis_of_names("predictor", known_predictors()),
+  return {{{axis_of_names("stage", general_stages()), axis_of_names("predictor", known_predictors()),
             axis("passivity", {true, false}), axis("link.rtt_ms", {0, 10, 25, 30, 50, 100, 200, 300}),
             axis("link.jitter_ms", {0, 10}), axis("link.loss", {0, 0.05})},
            std::nullopt}};
 }
 
-/// `"stage": "others"` stands for every stage but the default.
+/// `"stage": "others"` stands for every stage that can show every scene, but the default.
 Axis axis_of(const std::string& name, const json::value& value) {
   if (name == "stage" && value == json::value("others")) return other_stages();
   Axis result{name, {}};

@@ -28,7 +28,9 @@ struct HandWork {
 };
 
 bool has_bound(const UserTrace& user) {
-  return user.user.pipeline.stage != "local-model" && !(user.user.pipeline.deadband > 0) && !user.answered.empty() &&
+  const std::string& stage = user.user.pipeline.stage;
+  const bool is_over_network = !client::needs_local_model(stage) && !client::needs_proxy_world(stage);
+  return is_over_network && !(user.user.pipeline.deadband > 0) && !user.answered.empty() &&
          std::none_of(user.ticks.begin(), user.ticks.end(), is_tool_energy_limited);
 }
 

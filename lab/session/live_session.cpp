@@ -233,7 +233,8 @@ void LiveUser::take_ticks() {
 bool LiveUser::is_ready() const {
   if (user_.role != server::UserRole::kManipulator) return true;
   if (newest() == nullptr || newest()->newest_step.value == 0) return false;
-  return newest()->is_local || !client::needs_local_model(user_.pipeline.stage);
+  const std::string& stage = user_.pipeline.stage;
+  return newest()->is_local || !(client::needs_local_model(stage) || client::needs_proxy_world(stage));
 }
 
 void LiveUser::take_newest_tick() {

@@ -191,7 +191,7 @@ void VirtualSession::run_client_slot(std::size_t index, LocalTime now) {
   }
   user.client.poll(now);
   if (user.client.model_problem().empty()) return;
-  throw std::runtime_error("user " + user.user.name + " has no local model: " + user.client.model_problem());
+  throw std::runtime_error("user " + user.user.name + " cannot be shown the scene: " + user.client.model_problem());
 }
 
 void VirtualSession::join_all() {

@@ -154,8 +154,10 @@ TEST(Client, AModelIsMadeOnlyForTheStageThatShowsItAndForWhoMayMoveSomething) {
   EXPECT_EQ(observer.client.model_problem(), "");
 }
 
-TEST(Client, NoTickAllocatesOrFreesWhenModelsComeAndGo) {
-  ClientBench bench;
+class ClientOfStage : public testing::TestWithParam<std::string> {};
+
+TEST_P(ClientOfStage, NoTickAllocatesOrFreesWhenModelsComeAndGo) {
+  ClientBench bench({.haptics = {.stage = {.name = GetParam()}}});
   std::uint64_t allocations = 0;
   std::uint64_t frees = 0;
   bench.join(box_scene());
@@ -173,6 +175,40 @@ TEST(Client, NoTickAllocatesOrFreesWhenModelsComeAndGo) {
   }
   EXPECT_EQ(allocations, 0U);
   EXPECT_EQ(frees, 0U);
+}
+
+INSTANTIATE_TEST_SUITE_P(WithAModel, ClientOfStage, testing::Values("local-model", "god-object"),
+                         [](const auto& test) { return test.param == "god-object" ? "GodObject" : "LocalModel"; });
+
+TEST(Client, AGodObjectSaysWithWhichBallItTouches) {
+  ClientBench bench({.haptics = {.stage = {.name = "god-object"}}});
+  EXPECT_EQ(bench.client.stage_note(), "");
+  bench.join(box_scene());
+  bench.run();
+  EXPECT_TRUE(bench.is_local());
+  EXPECT_EQ(bench.client.haptics().local_model(), nullptr);
+  EXPECT_THAT(bench.client.stage_note(), HasSubstr("touches 1 shape with a ball of 5 mm radius"));
+}
+
+TEST(Client, AGodObjectEndsASessionWhoseSceneItCannotTouch) {
+  ClientBench bench({.haptics = {.stage = {.name = "god-object"}}});
+  wire::Joined joined = box_scene();
+  joined.mutable_scene()->mutable_bodies(0)->mutable_shapes(0)->mutable_molecule();
+  bench.join(joined);
+  EXPECT_EQ(bench.client.session().status().state, SessionState::kEnded);
+  EXPECT_TRUE(bench.client.session().status().is_setup_error);
+  EXPECT_THAT(bench.client.session().status().why, HasSubstr("use stage local-model"));
+}
+
+TEST(Client, AGodObjectShowsNothingOfASceneThatItCannotMakeAndSaysWhy) {
+  ClientBench bench({.haptics = {.stage = {.name = "god-object"}}});
+  wire::Joined joined = box_scene();
+  joined.mutable_scene()->mutable_bodies(0)->mutable_shapes(0)->mutable_mesh()->set_file("a.obj");
+  bench.join(joined);
+  bench.run();
+  EXPECT_FALSE(bench.is_local());
+  EXPECT_THAT(bench.client.stage_note(), testing::AllOf(HasSubstr("no force"), HasSubstr("a.obj is not here")));
+  EXPECT_THAT(bench.client.model_problem(), HasSubstr("a.obj is not here"));
 }
 
 TEST(Client, WithoutATickNoModelIsFreedAndTheNewestIsShownAtLast) {

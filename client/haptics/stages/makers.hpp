@@ -39,4 +39,14 @@ bool is_contact(const Wrench& wrench, bool was_contact) noexcept;
 /// of a line that is felt: heavier in the air and softer in contact the longer it is.
 std::unique_ptr<Stage> make_wave_stage(const StageSettings& settings);
 
+/// "god-object": the spring between the hand's point and a ball that never enters a body, at once and without a tool's
+/// mass: classical rendering of a shared scene for devices with three force axes. Things that stand feel exact at any
+/// delay; what one pushes moves when the server says so, and feels like the server's past. The server's tool follows the
+/// handle as it does for "late-pose".
+///
+/// Model   on hand f = −law(handle − ball), without torque (proxy_force_on_hand_W()); the ball's place is ProxyWorld's
+/// Source  Zilles & Salisbury, "A constraint-based god-object method for haptic display", IROS 1995
+/// Fails   no force without a ProxyWorld: its assets are not all here yet, or it could not be made
+std::unique_ptr<Stage> make_god_object_stage(const StageSettings& settings);
+
 }  // namespace tandem::client

@@ -20,7 +20,8 @@ constexpr std::array kStages{StageEntry{"local-model", &make_local_model_stage},
                              StageEntry{"linear", &make_force_stream_stage},
                              StageEntry{"ar", &make_force_stream_stage},
                              StageEntry{"ar-spline", &make_force_stream_stage},
-                             StageEntry{"wave", &make_wave_stage}};
+                             StageEntry{"wave", &make_wave_stage},
+                             StageEntry{"god-object", &make_god_object_stage}};
 
 std::string listed(const std::vector<std::string_view>& names) {
   std::string text;
@@ -41,6 +42,10 @@ std::unique_ptr<Stage> make_stage(const StageSettings& settings) {
 
 bool needs_local_model(std::string_view stage) {
   return stage == kStages.front().name;
+}
+
+bool needs_proxy_world(std::string_view stage) {
+  return stage == kStages.back().name;
 }
 
 std::vector<std::string_view> stage_names() {

@@ -22,6 +22,7 @@
 namespace tandem::client {
 
 class LocalModel;
+class ProxyWorld;
 
 /// Which stage, with which parts. The same names on the command line, in experiment files and in reports.
 struct StageSettings {
@@ -45,6 +46,7 @@ struct StageInput {
   const haptics::CouplingParameters* parameters = nullptr;  ///< in force in `coupling`, already bounded; never null
   haptics::CouplingParameters parameter_bounds;  ///< this device's: what a stage renders by itself keeps to them
   LocalModel* local_model = nullptr;             ///< of this scene; null: the session has none
+  ProxyWorld* proxy_world = nullptr;             ///< likewise
   BodyId watched;                                ///< whose local pose is to be reported, if the stage has one
 };
 
@@ -53,12 +55,12 @@ struct StageOutput {
   Wrench wrench_on_hand_W;  ///< about the handle
   /// What is sent to the server besides the handle.
   proto::ClientMode mode = proto::ClientMode::kHandle;
-  RigidState tool;                                                 ///< of kLocalModel: the stage's own tool
+  RigidState tool;                                                 ///< the stage's own, if it has one
   boost::container::static_vector<CopyTarget, kMaxCopies> copies;  ///< likewise: its bodies that the tool touches
   Wrench wave;             ///< of kWave: the wave's running integral, common/haptics/wave/wave_port.hpp
   Duration round_trip{0};  ///< as the stage measured it at matched input; 0: not known
   /// For traces and metrics.
-  bool is_local = false;          ///< the wrench is of a local model: `tool` is its tool
+  bool is_local = false;          ///< the wrench is of a local model or ball: `tool` is that
   Wrench local_wrench_on_hand_W;  ///< of it, the local model's part: without the predicted residual
   bool is_predicting = false;     ///< a predictor is in the wrench
   double joint_share = 0;         ///< of a shared body's delayed joint, 0 (mine alone) to 1
@@ -91,6 +93,8 @@ class Stage {
 std::unique_ptr<Stage> make_stage(const StageSettings& settings);
 /// Whether the stage shows a local model, which Client makes.
 bool needs_local_model(std::string_view stage);
+/// Whether the stage shows what a ball touches instead of the scene's tool, and so not every scene (proxy_problem()).
+bool needs_proxy_world(std::string_view stage);
 /// In the order of help texts.
 std::vector<std::string_view> stage_names();
 std::vector<std::string_view> predictor_names();

@@ -215,7 +215,8 @@ TEST(Stages, EveryListedNameMakesAStageOfThatName) {
       EXPECT_EQ(stage->name(), name);
     }
   }
-  EXPECT_THAT(stage_names(), ::testing::IsSupersetOf({"late-pose", "hold", "linear", "ar", "ar-spline", "wave"}));
+  EXPECT_THAT(stage_names(),
+              ::testing::IsSupersetOf({"late-pose", "hold", "linear", "ar", "ar-spline", "wave", "god-object"}));
   EXPECT_THAT(predictor_names(), ::testing::IsSupersetOf({"none", "hold", "linear", "ar-spline"}));
   EXPECT_EQ(make_stage({.name = "telepathy"}), nullptr);
   EXPECT_EQ(make_stage({.name = "hold", .predictor = "telepathy"}), nullptr);

@@ -15,6 +15,9 @@ namespace {
 using testing::HasSubstr;
 using testing::ThrowsMessage;
 
+/// All but god-object.
+const std::size_t kGeneralStages = known_stages().size() - 1;
+
 ExperimentFile file(const std::string& more) {
   return {"e.json", ".",
           parse_json(R"({"name": "e", "scene": "two_boxes", "users": [{"name": "anna"}, {"name": "ben"}])" + more + "}",
@@ -33,8 +36,9 @@ std::size_t count(const std::string& more, const GridRequest& request = {}) {
 }
 
 TEST(TrialGrid, WithoutAGridIsTheBuiltIn) {
-  // Default stage: 7 delays × 2 jitters × 2 losses × 3 seeds; each other: 4 delays, one seed.
-  EXPECT_EQ(count(""), 7 * 2 * 2 * 3 + 4 * (known_stages().size() - 1));
+  // Default stage: 7 delays × 2 jitters × 2 losses × 3 seeds; each other that can show
+  // every scene: 4 delays, one seed.
+  EXPECT_EQ(count(""), 7 * 2 * 2 * 3 + 4 * (kGeneralStages - 1));
   for (const Trial& trial : expand(file(""), {})) {
     EXPECT_EQ(trial.experiment.pipeline.passivity, trial.experiment.pipeline.stage == default_stage());
   }
@@ -43,7 +47,7 @@ TEST(TrialGrid, WithoutAGridIsTheBuiltIn) {
 TEST(TrialGrid, IsTheProductOfItsAxesTimesSeeds) {
   EXPECT_EQ(count(R"(, "seeds": 2, "grid": [{"link.rtt_ms": [0, 10, 20], "link.loss": [0, 0.05]}])"), 12U);
   EXPECT_EQ(count(R"(, "seeds": 2, "grid": [{"link.rtt_ms": [0, 10]}, {"link.rtt_ms": 20, "seeds": 1}])"), 5U);
-  EXPECT_EQ(count(R"(, "seeds": 2, "grid": [{"stage": "others"}])"), 2 * (known_stages().size() - 1));
+  EXPECT_EQ(count(R"(, "seeds": 2, "grid": [{"stage": "others"}])"), 2 * (kGeneralStages - 1));
   EXPECT_EQ(count(R"(, "seeds": 5, "grid": [])"), 1U) << "the file as it stands";
 }
 
@@ -76,11 +80,11 @@ TEST(TrialGrid, SeedsCountFromTheFirst) {
   EXPECT_THAT(seeds, testing::ElementsAre(3, 5)) << "listed one by one";
 }
 
-TEST(TrialGrid, TheFullProductHasEveryStageAndPredictorWithAndWithoutPassivityController) {
+TEST(TrialGrid, TheFullProductHasEveryGeneralStageAndPredictorWithAndWithoutPassivityController) {
   GridRequest full;
   full.is_full = true;
   full.seeds = 1;
-  EXPECT_EQ(count("", full), known_stages().size() * known_predictors().size() * 2 * 8 * 2 * 2);
+  EXPECT_EQ(count("", full), kGeneralStages * known_predictors().size() * 2 * 8 * 2 * 2);
 }
 
 TEST(TrialGrid, TakesTheOlderNameOfPassivity) {

@@ -54,6 +54,40 @@ TEST(Rim, IsFeltForAsLongAsTheDelayWhereForcesAreHeld) {
   EXPECT_GT(Shown("rim", bare("hold", 100))["ghost_contact_ms"], 50);
 }
 
+/// Largest difference of the force on the hand between two runs, tick by tick.
+double largest_difference_n(const SessionTrace& a, const SessionTrace& b) {
+  double largest_n = 0;
+  const std::size_t count = std::min(a.users[0].ticks.size(), b.users[0].ticks.size());
+  for (std::size_t i = 0; i < count; ++i) {
+    largest_n = std::max(largest_n, (a.users[0].ticks[i].displayed_D.f - b.users[0].ticks[i].displayed_D.f).norm());
+  }
+  return largest_n;
+}
+
+// The ball needs no server to know where a wall is.
+TEST(GodObject, FeelsAWallToTheLastBitAsWithoutDelay) {
+  const Shown at_0("wall", {"stage=god-object", "link.rtt_ms=0"});
+  EXPECT_EQ(at_0.outcome(), "completed");
+  EXPECT_GT(at_0["contact_force_mean_n"], 1.0);
+  // The reference's wall gives way a little beneath the coupling, this one does not.
+  EXPECT_NEAR(at_0["felt_stiffness_ratio"], 1.02, 0.01);
+  for (const double round_trip_ms : {100.0, 200.0}) {
+    const Shown late("wall", {"stage=god-object", "link.rtt_ms=" + std::to_string(round_trip_ms)});
+    EXPECT_EQ(largest_difference_n(at_0.trace(), late.trace()), 0) << round_trip_ms << " ms";
+    EXPECT_LE(late["limit_cycle_m_per_s"], 0.001);
+  }
+}
+
+TEST(GodObject, IsRefusedWhereThereAreOnlyMolecules) {
+  Quantities quantities{"stage=god-object"};
+  try {
+    const Shown docking("docking", quantities);
+    FAIL() << "accepted";
+  } catch (const CouldNotJoin& error) {
+    EXPECT_NE(std::string(error.what()).find("use stage local-model"), std::string::npos) << error.what();
+  }
+}
+
 TEST(Push, IsFeltWithin150MillinewtonAt200Ms) {
   EXPECT_LE(Shown("push", disturbed(200))["contact_error_rms_n"], 0.15);
 }

@@ -44,9 +44,10 @@ TEST(SqueezeFarApart, StaysBelowThePassiveBound) {
 }
 
 // The weight takes 2.94 of the 3.6 N that friction of 0.5 bears at zero delay, where nobody lets it fall; late, each
-// does.
+// does that shows a tool. A god-object may carry it: what it presses comes late, and presses back harder.
 TEST_P(Squeeze, OfAFrictionOfAHalfIsDroppedByEveryStage) {
   for (const std::string_view stage : known_stages()) {
+    if (client::needs_proxy_world(stage)) continue;
     Quantities quantities = stage == default_stage() ? at(GetParam().first, GetParam().second)
                                                      : bare(std::string(stage), GetParam().second);
     if (stage != default_stage()) quantities.push_back("users.anna.link.rtt_ms=" + std::to_string(GetParam().first));

@@ -1,0 +1,28 @@
+#include "client/haptics/stages/makers.hpp"
+#include "client/model/proxy_world.hpp"
+
+namespace tandem::client {
+namespace {
+
+class GodObjectStage final : public Stage {
+ public:
+  std::string_view name() const noexcept override { return "god-object"; }
+  StageOutput tick(const StageInput& input) noexcept override {
+    StageOutput output;
+    if (input.newest == nullptr || input.proxy_world == nullptr) return output;
+    const haptics::ProxyState& ball = input.proxy_world->step(input.handle.X.p, *input.newest, input.now);
+    output.wrench_on_hand_W.f = haptics::proxy_force_on_hand_W(ball, *input.coupling, input.handle.V.v);
+    output.local_wrench_on_hand_W = output.wrench_on_hand_W;
+    output.is_local = true;
+    output.tool.X = {ball.p_W, input.handle.X.q};
+    return output;
+  }
+};
+
+}  // namespace
+
+std::unique_ptr<Stage> make_god_object_stage(const StageSettings&) {
+  return std::make_unique<GodObjectStage>();
+}
+
+}  // namespace tandem::client

@@ -1,0 +1,233 @@
+#include "client/model/proxy_world.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <sstream>
+#include <stdexcept>
+
+#include "client/model/wire_checks.hpp"
+#include "common/contact/primitive_fields.hpp"
+#include "common/geometry/surface_asset.hpp"
+#include "common/haptics/coupling/laws.hpp"
+#include "proto/placement.hpp"
+
+namespace tandem::client {
+namespace {
+
+using contact::ExactField;
+
+/// What a ball may have (GodObjectSettings).
+constexpr double kMinRadius_m = 5e-5;
+constexpr double kMaxRadius_m = 0.1;
+/// Of a box around a flat mesh.
+constexpr double kMinOutline_m = 1e-6;
+
+bool is_touchable(const wire::Shape& shape) {
+  return shape.kind_case() != wire::Shape::KIND_NOT_SET && !shape.has_molecule();
+}
+
+std::size_t touchable_shapes(const wire::Scene& scene) {
+  std::size_t count = 0;
+  for (const wire::Body& body : scene.bodies()) {
+    count += static_cast<std::size_t>(std::count_if(body.shapes().begin(), body.shapes().end(), is_touchable));
+  }
+  return count;
+}
+
+/// Of a sphere, cylinder, capsule or box.
+std::shared_ptr<const ExactField> exact_field(const wire::Shape& shape, const std::string& field) {
+  require_lengths(shape, field);
+  if (shape.has_sphere()) return contact::sphere_field(shape.sphere().radius_m());
+  if (shape.has_cylinder()) return contact::cylinder_field(shape.cylinder().radius_m(), shape.cylinder().length_m());
+  if (shape.has_capsule()) return contact::capsule_field(shape.capsule().radius_m(), shape.capsule().length_m());
+  const auto& size = shape.box().size_m();
+  if (size.size() != 3) throw std::runtime_error(field + " has one that this client cannot touch");
+  return contact::box_field({size[0], size[1], size[2]});
+}
+
+Pose placement_of(const wire::Shape& shape, const std::string& field) {
+  const Pose X = proto::pose_from_placement(shape.placement());
+  require_pose(X, field + ".placement");
+  return X;
+}
+
+/// The largest ball about the tool's origin that is inside one of its shapes; 0 or less: there is none.
+double largest_ball_m(const wire::Tool& tool) {
+  double largest_m = 0;
+  require_within(tool.shapes_size(), 0, kMaxShapes, "scene.tools.shapes");
+  for (const wire::Shape& shape : tool.shapes()) {
+    if (shape.has_mesh()) continue;
+    const Pose X_TS = placement_of(shape, "scene.tools.shapes");
+    largest_m = std::max(largest_m, -exact_field(shape, "scene.tools.shapes")->distance_m(X_TS.inverse().p));
+  }
+  return largest_m;
+}
+
+/// The frame of `part`, fixed in a frame that moves.
+RigidState fixed_in(const RigidState& frame, const Pose& part) {
+  return {frame.X * part, {frame.V.v + frame.V.w.cross(frame.X.q * part.p), frame.V.w}};
+}
+
+}  // namespace
+
+struct ProxyWorld::Part {
+  std::size_t body = 0;
+  Pose X_BS;
+  /// What the ball has to be clear of before the part is felt again: the shape, or a box around its triangles.
+  std::shared_ptr<const ExactField> outline;
+  Pose X_SO;
+  bool is_left_out = false;
+};
+
+namespace {
+
+/// Of one surface asset.
+struct TouchedMesh {
+  std::shared_ptr<const haptics::ProxyMesh> mesh;
+  std::shared_ptr<const ExactField> box;
+  Vec3 centre = Vec3::Zero();
+};
+
+TouchedMesh load_mesh(const wire::Mesh& message, const AssetMap& assets, const std::string& field) {
+  const std::string name = field + ": the surface of " + message.file();
+  const proto::Bytes* const bytes = find_asset(assets, message.surface_sha256());
+  if (bytes == nullptr) throw std::runtime_error(name + " is not here");
+  const auto surface = geometry::surface_from(*bytes);
+  if (!surface) throw std::runtime_error(name + " cannot be read");
+  Eigen::AlignedBox3d box;
+  for (const auto& triangle : surface->triangles) {
+    for (const int index : triangle) box.extend(surface->vertices[static_cast<std::size_t>(index)]);
+  }
+  return {std::make_shared<const haptics::ProxyMesh>(*surface), contact::box_field(box.sizes().cwiseMax(kMinOutline_m)),
+          box.center()};
+}
+
+}  // namespace
+
+ProxyWorld::ProxyWorld(const wire::Joined& joined, const AssetMap& assets) {
+  const wire::Scene& scene = joined.scene();
+  const wire::Tool& tool = scene.tools(static_cast<int>(joined.tool()));
+  require_within(tool.friction(), 0, kMaxFriction, "scene.tools.friction");
+  std::vector<haptics::ProxyObstacle> obstacles;
+  std::map<std::string, TouchedMesh> meshes;
+  for (int i = 0; i < scene.bodies_size(); ++i) {
+    const wire::Body& body = scene.bodies(i);
+    const std::string field = "scene.bodies[" + std::to_string(i) + "]";
+    require_within(body.friction(), 0, kMaxFriction, field + ".friction");
+    const Pose X_WB = proto::pose_from_placement(body.placement());
+    require_pose(X_WB, field + ".placement");
+    bodies_.push_back({X_WB, {}});
+    is_known_.push_back(body.mass_kg() > 0 ? 0 : 1);
+    for (const wire::Shape& shape : body.shapes()) {
+      if (!is_touchable(shape)) continue;
+      Part part;
+      part.body = static_cast<std::size_t>(i);
+      part.X_BS = placement_of(shape, field + ".shapes");
+      haptics::ProxyObstacle obstacle;
+      if (shape.has_mesh()) {
+        TouchedMesh& mesh = meshes[shape.mesh().surface_sha256()];
+        if (mesh.mesh == nullptr) mesh = load_mesh(shape.mesh(), assets, field + ".shapes");
+        obstacle.mesh = mesh.mesh;
+        part.outline = mesh.box;
+        part.X_SO.p = mesh.centre;
+      } else {
+        part.outline = obstacle.primitive = exact_field(shape, field + ".shapes");
+      }
+      obstacle.static_friction = obstacle.dynamic_friction = std::sqrt(tool.friction() * body.friction());
+      obstacle.X_WB = X_WB * part.X_BS;
+      obstacles.push_back(std::move(obstacle));
+      parts_.push_back(std::move(part));
+    }
+  }
+  told_.resize(bodies_.size());
+  motions_.resize(parts_.size());
+  const double largest_m = largest_ball_m(tool);
+  has_own_ball_ = largest_m >= kMinRadius_m;
+  const double radius_m = has_own_ball_ ? std::min(largest_m, kMaxRadius_m) : kDefaultRadius_m;
+  const Vec3 start_W = proto::pose_from_placement(tool.placement()).p;
+  ball_ = std::make_unique<haptics::GodObject>(haptics::GodObjectSettings{.radius_m = radius_m}, std::move(obstacles),
+                                               start_W);
+}
+
+ProxyWorld::~ProxyWorld() = default;
+
+// A tick without a valid hand takes no state, so whether one is new is asked of its step.
+const haptics::ProxyState& ProxyWorld::step(const Vec3& p_WH, const ReceivedUpdate& newest, LocalTime now) noexcept {
+  if (!has_begun_ || newest.update.step != taken_) take(newest);
+  move_parts(now);
+  if (!has_begun_) begin(newest.update);
+  const haptics::ProxyState& state = ball_->update(p_WH, motions_);
+  leave_out(newest.update.held_body, state.p_W);
+  return state;
+}
+
+// The bodies first come to where they are, then the ball beside them.
+void ProxyWorld::begin(const proto::ServerUpdate& newest) noexcept {
+  leave_out(newest.held_body, newest.tool.X.p);
+  ball_->update(newest.tool.X.p, motions_);
+  ball_->reset(newest.tool.X.p);
+  has_begun_ = true;
+}
+
+// Updates are thinned on the wire: what is missing from this one has its last state.
+void ProxyWorld::take(const ReceivedUpdate& newest) noexcept {
+  if (newest.received - heard_ > kForgotten) has_begun_ = false;
+  taken_ = newest.update.step;
+  heard_ = newest.received;
+  for (const proto::BodyState& told : newest.update.bodies) {
+    const std::size_t index = told.id.value - 1;  // an id of 0 gives the largest index there is
+    if (index >= bodies_.size()) continue;
+    bodies_[index] = told.state;
+    told_[index] = newest.received;
+    is_known_[index] = 1;
+  }
+}
+
+void ProxyWorld::move_parts(LocalTime now) noexcept {
+  for (std::size_t i = 0; i < parts_.size(); ++i) {
+    const Part& part = parts_[i];
+    RigidState body = bodies_[part.body];
+    const bool is_moving = !body.V.v.isZero(0) || !body.V.w.isZero(0);
+    const Duration since = std::clamp(now - told_[part.body], Duration{0}, kCarriedOn);
+    if (is_moving) body.X = integrate(body.X, body.V, to_seconds(since));
+    motions_[i] = fixed_in(body, part.X_BS);
+  }
+}
+
+void ProxyWorld::leave_out(BodyId held, const Vec3& p_W) noexcept {
+  for (std::size_t i = 0; i < parts_.size(); ++i) {
+    Part& part = parts_[i];
+    const bool is_out = held == body_id_at(part.body) || is_known_[part.body] == 0;
+    if (!is_out && !part.is_left_out) continue;
+    const Vec3 p_O = (motions_[i].X * part.X_SO).inverse() * p_W;
+    part.is_left_out = is_out || part.outline->distance_m(p_O) < radius_m();
+    ball_->set_present(i, !part.is_left_out);
+  }
+}
+
+std::string ProxyWorld::note() const {
+  std::ostringstream text;
+  text << "the hand touches " << parts_.size() << (parts_.size() == 1 ? " shape" : " shapes") << " with a ball of "
+       << 1e3 * radius_m() << " mm radius ("
+       << (has_own_ball_ ? "the largest in its tool" : "its tool has none about its origin")
+       << "), without torque; it does not feel what it holds, other tools, molecules and soft bodies";
+  return text.str();
+}
+
+std::string proxy_problem(const wire::Joined& joined) {
+  if (joined.role() != wire::ROLE_MANIPULATOR) return {};
+  const wire::Scene& scene = joined.scene();
+  const haptics::CouplingLawInfo* const law = haptics::find_coupling_law(scene.coupling().law());
+  if (law == nullptr || law->tool == haptics::ToolDynamics::kAtHandle) {
+    return "coupling law " + scene.coupling().law() + " has no spring between hand and ball; use stage hold";
+  }
+  const std::size_t count = touchable_shapes(scene);
+  const std::string remedy = "; use stage local-model";
+  if (count == 0) return "a ball can touch none of its bodies, which are molecules or soft" + remedy;
+  if (count <= haptics::GodObject::kMaxObstacles) return {};
+  return "its bodies have " + std::to_string(count) + " shapes; a ball can touch at most " +
+         std::to_string(haptics::GodObject::kMaxObstacles) + remedy;
+}
+
+}  // namespace tandem::client
