@@ -20,6 +20,8 @@ using contact::ExactField;
 /// What a ball may have (GodObjectSettings).
 constexpr double kMinRadius_m = 5e-5;
 constexpr double kMaxRadius_m = 0.1;
+/// Of all meshes of a scene, each made once: a server must not fill the memory with their trees.
+constexpr std::size_t kMaxTriangles = 2 * geometry::kMaxSurfaceTriangles;
 /// Of a box around a flat mesh.
 constexpr double kMinOutline_m = 1e-6;
 
@@ -82,14 +84,16 @@ struct ProxyWorld::Part {
 
 namespace {
 
-/// Of one surface asset.
-struct TouchedMesh {
-  std::shared_ptr<const haptics::ProxyMesh> mesh;
-  std::shared_ptr<const ExactField> box;
-  Vec3 centre = Vec3::Zero();
+/// A shape as the ball meets it.
+struct TouchedShape {
+  std::shared_ptr<const haptics::ProxyMesh> mesh;  ///< null: `outline` is what is touched
+  std::shared_ptr<const ExactField> outline;
+  Pose X_SO;
 };
+/// Those of meshes, by the hash of their surface: made once.
+using TouchedMeshes = std::map<std::string, TouchedShape>;
 
-TouchedMesh load_mesh(const wire::Mesh& message, const AssetMap& assets, const std::string& field) {
+TouchedShape load_mesh(const wire::Mesh& message, const AssetMap& assets, const std::string& field) {
   const std::string name = field + ": the surface of " + message.file();
   const proto::Bytes* const bytes = find_asset(assets, message.surface_sha256());
   if (bytes == nullptr) throw std::runtime_error(name + " is not here");
@@ -99,8 +103,31 @@ TouchedMesh load_mesh(const wire::Mesh& message, const AssetMap& assets, const s
   for (const auto& triangle : surface->triangles) {
     for (const int index : triangle) box.extend(surface->vertices[static_cast<std::size_t>(index)]);
   }
-  return {std::make_shared<const haptics::ProxyMesh>(*surface), contact::box_field(box.sizes().cwiseMax(kMinOutline_m)),
-          box.center()};
+  return {std::make_shared<const haptics::ProxyMesh>(*surface),
+          contact::box_field(box.sizes().cwiseMax(kMinOutline_m)),
+          {box.center(), Quat::Identity()}};
+}
+
+TouchedShape touched(const wire::Shape& shape, const AssetMap& assets, TouchedMeshes& meshes,
+                     const std::string& field) {
+  if (!shape.has_mesh()) return {nullptr, exact_field(shape, field), {}};
+  TouchedShape& mesh = meshes[shape.mesh().surface_sha256()];
+  if (mesh.mesh != nullptr) return mesh;
+  mesh = load_mesh(shape.mesh(), assets, field);
+  std::size_t triangles = 0;
+  for (const auto& [hash, one] : meshes) triangles += one.mesh->triangle_count();
+  require(triangles <= kMaxTriangles, field + ": the number of triangles up to here", static_cast<double>(triangles));
+  return mesh;
+}
+
+haptics::ProxyObstacle obstacle_of(const TouchedShape& shape, const Pose& X_WS, double tool_friction,
+                                   double body_friction) {
+  haptics::ProxyObstacle obstacle;
+  obstacle.mesh = shape.mesh;
+  if (shape.mesh == nullptr) obstacle.primitive = shape.outline;
+  obstacle.static_friction = obstacle.dynamic_friction = std::sqrt(tool_friction * body_friction);
+  obstacle.X_WB = X_WS;
+  return obstacle;
 }
 
 }  // namespace
@@ -110,10 +137,10 @@ ProxyWorld::ProxyWorld(const wire::Joined& joined, const AssetMap& assets) {
   const wire::Tool& tool = scene.tools(static_cast<int>(joined.tool()));
   require_within(tool.friction(), 0, kMaxFriction, "scene.tools.friction");
   std::vector<haptics::ProxyObstacle> obstacles;
-  std::map<std::string, TouchedMesh> meshes;
-  for (int i = 0; i < scene.bodies_size(); ++i) {
-    const wire::Body& body = scene.bodies(i);
-    const std::string field = "scene.bodies[" + std::to_string(i) + "]";
+  TouchedMeshes meshes;
+  for (const wire::Body& body : scene.bodies()) {
+    const std::size_t index = bodies_.size();
+    const std::string field = "scene.bodies[" + std::to_string(index) + "]";
     require_within(body.friction(), 0, kMaxFriction, field + ".friction");
     const Pose X_WB = proto::pose_from_placement(body.placement());
     require_pose(X_WB, field + ".placement");
@@ -121,33 +148,20 @@ ProxyWorld::ProxyWorld(const wire::Joined& joined, const AssetMap& assets) {
     is_known_.push_back(body.mass_kg() > 0 ? 0 : 1);
     for (const wire::Shape& shape : body.shapes()) {
       if (!is_touchable(shape)) continue;
-      Part part;
-      part.body = static_cast<std::size_t>(i);
-      part.X_BS = placement_of(shape, field + ".shapes");
-      haptics::ProxyObstacle obstacle;
-      if (shape.has_mesh()) {
-        TouchedMesh& mesh = meshes[shape.mesh().surface_sha256()];
-        if (mesh.mesh == nullptr) mesh = load_mesh(shape.mesh(), assets, field + ".shapes");
-        obstacle.mesh = mesh.mesh;
-        part.outline = mesh.box;
-        part.X_SO.p = mesh.centre;
-      } else {
-        part.outline = obstacle.primitive = exact_field(shape, field + ".shapes");
-      }
-      obstacle.static_friction = obstacle.dynamic_friction = std::sqrt(tool.friction() * body.friction());
-      obstacle.X_WB = X_WB * part.X_BS;
-      obstacles.push_back(std::move(obstacle));
-      parts_.push_back(std::move(part));
+      const TouchedShape what = touched(shape, assets, meshes, field + ".shapes");
+      const Pose X_BS = placement_of(shape, field + ".shapes");
+      obstacles.push_back(obstacle_of(what, X_WB * X_BS, tool.friction(), body.friction()));
+      parts_.push_back({index, X_BS, what.outline, what.X_SO});
     }
   }
   told_.resize(bodies_.size());
   motions_.resize(parts_.size());
   const double largest_m = largest_ball_m(tool);
   has_own_ball_ = largest_m >= kMinRadius_m;
-  const double radius_m = has_own_ball_ ? std::min(largest_m, kMaxRadius_m) : kDefaultRadius_m;
+  const haptics::GodObjectSettings settings{.radius_m =
+                                                has_own_ball_ ? std::min(largest_m, kMaxRadius_m) : kDefaultRadius_m};
   const Vec3 start_W = proto::pose_from_placement(tool.placement()).p;
-  ball_ = std::make_unique<haptics::GodObject>(haptics::GodObjectSettings{.radius_m = radius_m}, std::move(obstacles),
-                                               start_W);
+  ball_ = std::make_unique<haptics::GodObject>(settings, std::move(obstacles), start_W);
 }
 
 ProxyWorld::~ProxyWorld() = default;

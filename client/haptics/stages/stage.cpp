@@ -45,7 +45,7 @@ bool needs_local_model(std::string_view stage) {
 }
 
 bool needs_proxy_world(std::string_view stage) {
-  return stage == kStages.back().name;
+  return stage == "god-object";
 }
 
 std::vector<std::string_view> stage_names() {
