@@ -130,6 +130,20 @@ haptics::ProxyObstacle obstacle_of(const TouchedShape& shape, const Pose& X_WS, 
   return obstacle;
 }
 
+std::string note_of(const wire::Scene& scene, std::size_t shapes, double radius_m, bool is_of_tool) {
+  const auto is_molecule = [](const wire::Shape& shape) { return shape.has_molecule(); };
+  const auto has_molecule = [&](const wire::Body& body) {
+    return std::any_of(body.shapes().begin(), body.shapes().end(), is_molecule);
+  };
+  std::ostringstream text;
+  text << "the hand touches " << shapes << (shapes == 1 ? " shape" : " shapes") << " with a ball of " << 1e3 * radius_m
+       << " mm radius (" << (is_of_tool ? "the largest in its tool" : "its tool has none about its origin")
+       << "), without torque; it does not feel what it holds, other tools and effects";
+  if (std::any_of(scene.bodies().begin(), scene.bodies().end(), has_molecule)) text << ", nor the molecules here";
+  if (scene.soft_bodies_size() > 0) text << ", nor the soft bodies here: use stage local-model for these";
+  return text.str();
+}
+
 }  // namespace
 
 ProxyWorld::ProxyWorld(const wire::Joined& joined, const AssetMap& assets) {
@@ -157,11 +171,12 @@ ProxyWorld::ProxyWorld(const wire::Joined& joined, const AssetMap& assets) {
   told_.resize(bodies_.size());
   motions_.resize(parts_.size());
   const double largest_m = largest_ball_m(tool);
-  has_own_ball_ = largest_m >= kMinRadius_m;
-  const haptics::GodObjectSettings settings{.radius_m =
-                                                has_own_ball_ ? std::min(largest_m, kMaxRadius_m) : kDefaultRadius_m};
+  const bool has_own_ball = largest_m >= kMinRadius_m;
+  const double radius_m = has_own_ball ? std::min(largest_m, kMaxRadius_m) : kDefaultRadius_m;
+  note_ = note_of(scene, parts_.size(), radius_m, has_own_ball);
   const Vec3 start_W = proto::pose_from_placement(tool.placement()).p;
-  ball_ = std::make_unique<haptics::GodObject>(settings, std::move(obstacles), start_W);
+  ball_ = std::make_unique<haptics::GodObject>(haptics::GodObjectSettings{.radius_m = radius_m}, std::move(obstacles),
+                                               start_W);
 }
 
 ProxyWorld::~ProxyWorld() = default;
@@ -218,15 +233,6 @@ void ProxyWorld::leave_out(BodyId held, const Vec3& p_W) noexcept {
     part.is_left_out = is_out || part.outline->distance_m(p_O) < radius_m();
     ball_->set_present(i, !part.is_left_out);
   }
-}
-
-std::string ProxyWorld::note() const {
-  std::ostringstream text;
-  text << "the hand touches " << parts_.size() << (parts_.size() == 1 ? " shape" : " shapes") << " with a ball of "
-       << 1e3 * radius_m() << " mm radius ("
-       << (has_own_ball_ ? "the largest in its tool" : "its tool has none about its origin")
-       << "), without torque; it does not feel what it holds, other tools, molecules and soft bodies";
-  return text.str();
 }
 
 std::string proxy_problem(const wire::Joined& joined) {

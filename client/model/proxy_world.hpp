@@ -44,7 +44,7 @@ class ProxyWorld {
 
   double radius_m() const { return ball_->settings().radius_m; }
   /// One line for people: with what, and what not, the hand touches.
-  std::string note() const;
+  const std::string& note() const { return note_; }
 
  private:
   struct Part;
@@ -62,7 +62,7 @@ class ProxyWorld {
   Step taken_;
   LocalTime heard_{};
   bool has_begun_ = false;
-  bool has_own_ball_ = false;  ///< its radius is of the tool
+  std::string note_;
 };
 
 /// Empty, or why a ball can touch nothing of this scene, or not all, and what to use instead; by kinds and counts alone.

@@ -333,6 +333,17 @@ TEST(ProxyWorld, TakesTheLargestBallOfTheToolOrSaysThatThereIsNone) {
   EXPECT_THAT(ProxyWorld(pen, {}).note(), HasSubstr("a ball of 5 mm radius (its tool has none about its origin)"));
 }
 
+TEST(ProxyWorld, SaysWhatOfTheSceneIsNotFelt) {
+  wire::Joined joined = scene_of({sphere_shape(0.01), sphere_shape(0.01)});
+  EXPECT_THAT(ProxyWorld(joined, {}).note(),
+              testing::AllOf(HasSubstr("touches 2 shapes"), testing::Not(HasSubstr("molecules"))));
+  joined.mutable_scene()->mutable_bodies(1)->mutable_shapes(0)->mutable_molecule();
+  joined.mutable_scene()->add_soft_bodies();
+  EXPECT_THAT(ProxyWorld(joined, {}).note(),
+              testing::AllOf(HasSubstr("touches 1 shape with"), HasSubstr("nor the molecules"),
+                             HasSubstr("nor the soft bodies")));
+}
+
 TEST(ProxyProblem, SaysWhatToUseWhereABallCanTouchNothing) {
   EXPECT_EQ(proxy_problem(scene_of({sphere_shape(0.01)})), "");
   wire::Shape molecule;
