@@ -23,13 +23,6 @@ void require_none(const std::string& problem) {
   if (!problem.empty()) throw std::runtime_error(problem);
 }
 
-std::optional<proto::Sha256> hash_of(const std::string& bytes) {
-  proto::Sha256 hash{};
-  if (bytes.size() != hash.size()) return std::nullopt;
-  std::copy_n(std::as_bytes(std::span(bytes)).begin(), hash.size(), hash.begin());
-  return hash;
-}
-
 const std::string& needed_hash(const wire::Shape& shape) {
   return shape.has_mesh() ? shape.mesh().contact_sha256() : shape.molecule().asset_sha256();
 }
@@ -120,10 +113,9 @@ class Builder {
   }
 
   const proto::Bytes& asset(const wire::Shape& shape, const std::string& field) const {
-    const auto hash = hash_of(needed_hash(shape));
-    const auto found = hash ? assets_.find(*hash) : assets_.end();
-    if (found == assets_.end()) throw std::runtime_error(field + ".shapes: an asset is not here");
-    return *found->second;
+    const proto::Bytes* const bytes = find_asset(assets_, needed_hash(shape));
+    if (bytes == nullptr) throw std::runtime_error(field + ".shapes: an asset is not here");
+    return *bytes;
   }
 
   const wire::Joined& joined_;

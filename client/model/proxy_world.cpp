@@ -6,11 +6,11 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "client/model/wire_checks.hpp"
 #include "common/contact/primitive_fields.hpp"
 #include "common/geometry/surface_asset.hpp"
 #include "common/haptics/coupling/laws.hpp"
 #include "proto/placement.hpp"
+#include "proto/scene_ranges.hpp"
 
 namespace tandem::client {
 namespace {
@@ -38,30 +38,21 @@ std::size_t touchable_shapes(const wire::Scene& scene) {
 }
 
 /// Of a sphere, cylinder, capsule or box.
-std::shared_ptr<const ExactField> exact_field(const wire::Shape& shape, const std::string& field) {
-  require_lengths(shape, field);
+std::shared_ptr<const ExactField> exact_field(const wire::Shape& shape) {
   if (shape.has_sphere()) return contact::sphere_field(shape.sphere().radius_m());
   if (shape.has_cylinder()) return contact::cylinder_field(shape.cylinder().radius_m(), shape.cylinder().length_m());
   if (shape.has_capsule()) return contact::capsule_field(shape.capsule().radius_m(), shape.capsule().length_m());
   const auto& size = shape.box().size_m();
-  if (size.size() != 3) throw std::runtime_error(field + " has one that this client cannot touch");
   return contact::box_field({size[0], size[1], size[2]});
-}
-
-Pose placement_of(const wire::Shape& shape, const std::string& field) {
-  const Pose X = proto::pose_from_placement(shape.placement());
-  require_pose(X, field + ".placement");
-  return X;
 }
 
 /// The largest ball about the tool's origin that is inside one of its shapes; 0 or less: there is none.
 double largest_ball_m(const wire::Tool& tool) {
   double largest_m = 0;
-  require_within(tool.shapes_size(), 0, kMaxShapes, "scene.tools.shapes");
   for (const wire::Shape& shape : tool.shapes()) {
     if (shape.has_mesh()) continue;
-    const Pose X_TS = placement_of(shape, "scene.tools.shapes");
-    largest_m = std::max(largest_m, -exact_field(shape, "scene.tools.shapes")->distance_m(X_TS.inverse().p));
+    const Pose X_TS = proto::pose_from_placement(shape.placement());
+    largest_m = std::max(largest_m, -exact_field(shape)->distance_m(X_TS.inverse().p));
   }
   return largest_m;
 }
@@ -110,13 +101,16 @@ TouchedShape load_mesh(const wire::Mesh& message, const AssetMap& assets, const 
 
 TouchedShape touched(const wire::Shape& shape, const AssetMap& assets, TouchedMeshes& meshes,
                      const std::string& field) {
-  if (!shape.has_mesh()) return {nullptr, exact_field(shape, field), {}};
+  if (!shape.has_mesh()) return {nullptr, exact_field(shape), {}};
   TouchedShape& mesh = meshes[shape.mesh().surface_sha256()];
   if (mesh.mesh != nullptr) return mesh;
   mesh = load_mesh(shape.mesh(), assets, field);
   std::size_t triangles = 0;
   for (const auto& [hash, one] : meshes) triangles += one.mesh->triangle_count();
-  require(triangles <= kMaxTriangles, field + ": the number of triangles up to here", static_cast<double>(triangles));
+  if (triangles > kMaxTriangles) {
+    throw std::runtime_error(field + ": the number of triangles up to here is " + std::to_string(triangles) +
+                             "; it must be at most " + std::to_string(kMaxTriangles));
+  }
   return mesh;
 }
 
@@ -149,21 +143,22 @@ std::string note_of(const wire::Scene& scene, std::size_t shapes, double radius_
 ProxyWorld::ProxyWorld(const wire::Joined& joined, const AssetMap& assets) {
   const wire::Scene& scene = joined.scene();
   const wire::Tool& tool = scene.tools(static_cast<int>(joined.tool()));
-  require_within(tool.friction(), 0, kMaxFriction, "scene.tools.friction");
+  if (const std::string problem = proto::find_range_problem(scene, "scene"); !problem.empty()) {
+    throw std::runtime_error(problem);
+  }
+  if (tool.shapes_size() > proto::kMaxShapes) throw std::runtime_error("scene.tools.shapes are too many");
   std::vector<haptics::ProxyObstacle> obstacles;
   TouchedMeshes meshes;
   for (const wire::Body& body : scene.bodies()) {
     const std::size_t index = bodies_.size();
     const std::string field = "scene.bodies[" + std::to_string(index) + "]";
-    require_within(body.friction(), 0, kMaxFriction, field + ".friction");
     const Pose X_WB = proto::pose_from_placement(body.placement());
-    require_pose(X_WB, field + ".placement");
     bodies_.push_back({X_WB, {}});
     is_known_.push_back(body.mass_kg() > 0 ? 0 : 1);
     for (const wire::Shape& shape : body.shapes()) {
       if (!is_touchable(shape)) continue;
       const TouchedShape what = touched(shape, assets, meshes, field + ".shapes");
-      const Pose X_BS = placement_of(shape, field + ".shapes");
+      const Pose X_BS = proto::pose_from_placement(shape.placement());
       obstacles.push_back(obstacle_of(what, X_WB * X_BS, tool.friction(), body.friction()));
       parts_.push_back({index, X_BS, what.outline, what.X_SO});
     }

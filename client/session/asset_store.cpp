@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <fstream>
-#include <string>
+#include <span>
 #include <system_error>
 #include <vector>
 
@@ -46,6 +46,14 @@ std::vector<Entry> entries_in(const fs::path& directory) {
 }
 
 }  // namespace
+
+const proto::Bytes* find_asset(const AssetMap& assets, const std::string& hash) {
+  proto::Sha256 key{};
+  if (hash.size() != key.size()) return nullptr;
+  std::copy_n(std::as_bytes(std::span(hash)).begin(), key.size(), key.begin());
+  const auto found = assets.find(key);
+  return found == assets.end() ? nullptr : found->second.get();
+}
 
 std::shared_ptr<const proto::Bytes> MemoryAssetStore::find(const proto::Sha256& hash) {
   const auto found = assets_.find(hash);

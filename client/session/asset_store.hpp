@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <map>
 #include <memory>
+#include <string>
 
 #include "proto/content_hash.hpp"
 #include "proto/datagram.hpp"
@@ -13,6 +14,10 @@ namespace tandem::client {
 
 /// What is here, by content.
 using AssetMap = std::map<proto::Sha256, std::shared_ptr<const proto::Bytes>>;
+
+/// In      hash  32 bytes, as a message has it
+/// Out     null: no hash, or not here
+const proto::Bytes* find_asset(const AssetMap& assets, const std::string& hash);
 
 /// Thread  io
 class AssetStore {

@@ -30,7 +30,9 @@ std::string problem_of(const TriangleMesh& mesh) {
   if (!std::all_of(mesh.vertices.begin(), mesh.vertices.end(), is_near)) {
     return "a vertex is not finite, or farther than a kilometre from the origin";
   }
-  const auto is_vertex = [&](int index) { return index >= 0 && static_cast<std::size_t>(index) < mesh.vertices.size(); };
+  const auto is_vertex = [&](int index) {
+    return index >= 0 && static_cast<std::size_t>(index) < mesh.vertices.size();
+  };
   for (const auto& triangle : mesh.triangles) {
     if (!std::all_of(triangle.begin(), triangle.end(), is_vertex)) return "a triangle names a vertex that is not there";
   }

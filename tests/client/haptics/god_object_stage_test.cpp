@@ -1,6 +1,6 @@
 // The stage of 3-DOF devices: its force in closed form, what bodies that move, are held or are meshes do to it, and what
 // the hand may rely on.
-#include "client/haptics/stages/god_object_stage.hpp"
+#include "client/haptics/stages/stage.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -62,7 +62,7 @@ struct Rig {
 
   StageOutput tick() {
     input.now += std::chrono::milliseconds(1);
-    return stage.tick(input);
+    return stage->tick(input);
   }
   /// The hand goes there in a straight line, a millimetre a tick at most, and stops.
   StageOutput go(const Vec3& to_W) {
@@ -87,7 +87,7 @@ struct Rig {
   std::unique_ptr<haptics::CouplingLaw> law;
   ReceivedUpdate received;
   StageInput input;
-  GodObjectStage stage;
+  std::unique_ptr<Stage> stage = make_stage({.name = "god-object"});
 };
 
 TEST(GodObjectStage, PressesOutOfAPlaneByStiffnessTimesDepth) {

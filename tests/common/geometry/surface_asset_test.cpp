@@ -67,8 +67,8 @@ TEST(SurfaceAsset, CountsThatTheBytesDoNotHoldAreRefusedBeforeMemoryIsTaken) {
 TEST(SurfaceAsset, NumbersThatNoShapeHasAreRefused) {
   const std::vector<std::byte> bytes = surface_asset_bytes(box());
   ASSERT_TRUE(surface_from(forged(bytes, kFirstVertexAt, 999.0F)));
-  for (const float coordinate : {1001.0F, -1e30F, std::numeric_limits<float>::infinity(),
-                                 std::numeric_limits<float>::quiet_NaN()}) {
+  for (const float coordinate :
+       {1001.0F, -1e30F, std::numeric_limits<float>::infinity(), std::numeric_limits<float>::quiet_NaN()}) {
     EXPECT_FALSE(surface_from(forged(bytes, kFirstVertexAt, coordinate))) << coordinate;
   }
   const std::size_t first_triangle = kFirstVertexAt + box().vertices.size() * 3 * sizeof(float);
