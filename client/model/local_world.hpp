@@ -4,7 +4,7 @@
 
 #include <memory>
 
-#include "client/session/asset_fetcher.hpp"
+#include "client/session/asset_store.hpp"
 #include "common/physics/world_description.hpp"
 #include "tandem/control.pb.h"
 
