@@ -16,7 +16,7 @@ constexpr double kWindowOfSteps_s = 0.004;
 
 int velocity_window(const SourcedLimit& step, double rate_hz) {
   if (!(step.value > 0)) return 1;
-  const auto longest = static_cast<double>(haptics::VelocityEstimator::Settings{}.window);
+  const auto longest = static_cast<double>(haptics::VelocityEstimator::kWindow);
   return static_cast<int>(std::clamp(std::round(kWindowOfSteps_s * rate_hz), 1.0, longest));
 }
 

@@ -277,7 +277,7 @@ std::optional<ClientOptions> parse_client_options(int argc, const char* const* a
     return std::nullopt;
   }
   if (const auto cache = default_cache_directory(); !cache.empty()) {
-    options.io.client.session.asset_store = std::make_shared<DiskAssetStore>(cache / "assets");
+    options.io.client.session.asset_store = disk_asset_store(cache / "assets");
   }
   complete(options.device, profile);
   options.device.seed = options.seed;

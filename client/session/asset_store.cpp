@@ -45,20 +45,35 @@ std::vector<Entry> entries_in(const fs::path& directory) {
   return entries;
 }
 
-}  // namespace
+class MemoryAssetStore final : public AssetStore {
+ public:
+  std::shared_ptr<const proto::Bytes> find(const proto::Sha256& hash) override {
+    const auto found = assets_.find(hash);
+    return found == assets_.end() ? nullptr : found->second;
+  }
+  void keep(const proto::Sha256& hash, const std::shared_ptr<const proto::Bytes>& bytes) override {
+    assets_[hash] = bytes;
+  }
 
-const proto::Bytes* find_asset(const AssetMap& assets, const std::string& hash) {
-  proto::Sha256 key{};
-  if (hash.size() != key.size()) return nullptr;
-  std::copy_n(std::as_bytes(std::span(hash)).begin(), key.size(), key.begin());
-  const auto found = assets.find(key);
-  return found == assets.end() ? nullptr : found->second.get();
-}
+ private:
+  AssetMap assets_;
+};
 
-std::shared_ptr<const proto::Bytes> MemoryAssetStore::find(const proto::Sha256& hash) {
-  const auto found = assets_.find(hash);
-  return found == assets_.end() ? nullptr : found->second;
-}
+class DiskAssetStore final : public AssetStore {
+ public:
+  DiskAssetStore(fs::path directory, std::uint64_t limit_bytes)
+      : directory_(std::move(directory)), limit_bytes_(limit_bytes) {}
+
+  std::shared_ptr<const proto::Bytes> find(const proto::Sha256& hash) override;
+  void keep(const proto::Sha256& hash, const std::shared_ptr<const proto::Bytes>& bytes) override;
+
+ private:
+  fs::path file_of(const proto::Sha256& hash) const;
+  void make_room_for(std::uint64_t bytes) const;
+
+  fs::path directory_;
+  std::uint64_t limit_bytes_;
+};
 
 fs::path DiskAssetStore::file_of(const proto::Sha256& hash) const {
   return directory_ / (hex(hash) + kExtension);
@@ -99,6 +114,24 @@ void DiskAssetStore::make_room_for(std::uint64_t bytes) const {
     fs::remove(entry.file, error);
     total -= entry.bytes;
   }
+}
+
+}  // namespace
+
+const proto::Bytes* find_asset(const AssetMap& assets, const std::string& hash) {
+  proto::Sha256 key{};
+  if (hash.size() != key.size()) return nullptr;
+  std::copy_n(std::as_bytes(std::span(hash)).begin(), key.size(), key.begin());
+  const auto found = assets.find(key);
+  return found == assets.end() ? nullptr : found->second.get();
+}
+
+std::shared_ptr<AssetStore> memory_asset_store() {
+  return std::make_shared<MemoryAssetStore>();
+}
+
+std::shared_ptr<AssetStore> disk_asset_store(fs::path directory, std::uint64_t limit_bytes) {
+  return std::make_shared<DiskAssetStore>(std::move(directory), limit_bytes);
 }
 
 }  // namespace tandem::client

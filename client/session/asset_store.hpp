@@ -30,36 +30,14 @@ class AssetStore {
 };
 
 /// For trials: filled before they begin, gone after.
-class MemoryAssetStore final : public AssetStore {
- public:
-  std::shared_ptr<const proto::Bytes> find(const proto::Sha256& hash) override;
-  void keep(const proto::Sha256& hash, const std::shared_ptr<const proto::Bytes>& bytes) override {
-    assets_[hash] = bytes;
-  }
+std::shared_ptr<AssetStore> memory_asset_store();
 
- private:
-  AssetMap assets_;
-};
+inline constexpr std::uint64_t kDefaultAssetStoreBytes = 1ULL << 30U;
 
 /// A folder with a file for each asset. Others can write to it, so what is read is hashed, and what is damaged is
 /// removed. When it would be over its limit, the files go that were not used for longest.
 /// Cost    a find reads and hashes the whole asset: about 0.1 s for 30 MB
-class DiskAssetStore final : public AssetStore {
- public:
-  static constexpr std::uint64_t kDefaultLimitBytes = 1ULL << 30U;
-
-  explicit DiskAssetStore(std::filesystem::path directory, std::uint64_t limit_bytes = kDefaultLimitBytes)
-      : directory_(std::move(directory)), limit_bytes_(limit_bytes) {}
-
-  std::shared_ptr<const proto::Bytes> find(const proto::Sha256& hash) override;
-  void keep(const proto::Sha256& hash, const std::shared_ptr<const proto::Bytes>& bytes) override;
-
- private:
-  std::filesystem::path file_of(const proto::Sha256& hash) const;
-  void make_room_for(std::uint64_t bytes) const;
-
-  std::filesystem::path directory_;
-  std::uint64_t limit_bytes_;
-};
+std::shared_ptr<AssetStore> disk_asset_store(std::filesystem::path directory,
+                                             std::uint64_t limit_bytes = kDefaultAssetStoreBytes);
 
 }  // namespace tandem::client

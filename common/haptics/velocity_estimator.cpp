@@ -59,15 +59,16 @@ Line longest_line(const History& history, double step, std::size_t most) {
 
 }  // namespace
 
-VelocityEstimator::VelocityEstimator(const Settings& settings) : settings_(settings) {
-  settings_.window = std::clamp<std::size_t>(settings_.window, 1, kMaxSamples - 1);
-}
+VelocityEstimator::VelocityEstimator(double position_step_m, double rotation_step_rad, std::size_t window)
+    : position_step_m_(position_step_m),
+      rotation_step_rad_(rotation_step_rad),
+      window_(std::clamp<std::size_t>(window, 1, kMaxSamples - 1)) {}
 
 Twist VelocityEstimator::add(LocalTime taken, const Pose& X) noexcept {
   if (!is_finite(X) || (count_ > 0 && taken <= samples_[newest_].taken)) return twist_;
   newest_ = (newest_ + 1) % kMaxSamples;
   samples_[newest_] = {taken, X};
-  count_ = std::min(count_ + 1, settings_.window + 1);
+  count_ = std::min(count_ + 1, window_ + 1);
   History linear, angular;
   linear.count = angular.count = count_;
   for (std::size_t i = 0; i < count_; ++i) {
@@ -76,8 +77,8 @@ Twist VelocityEstimator::add(LocalTime taken, const Pose& X) noexcept {
     angular.x[i] = rotation_vector(sample.X.q * X.q.conjugate());
     linear.age_s[i] = angular.age_s[i] = to_seconds(taken - sample.taken);
   }
-  const Line travel = longest_line(linear, settings_.position_step_m, settings_.window);
-  const Line turn = longest_line(angular, settings_.rotation_step_rad, settings_.window);
+  const Line travel = longest_line(linear, position_step_m_, window_);
+  const Line turn = longest_line(angular, rotation_step_rad_, window_);
   const Twist found{travel.slope, turn.slope};
   // Positions at the end of the number range can overflow in between.
   if (is_finite(found)) twist_ = found;

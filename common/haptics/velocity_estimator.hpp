@@ -18,12 +18,10 @@ namespace tandem::haptics {
 class VelocityEstimator {
  public:
   static constexpr std::size_t kMaxSamples = 32;
-  struct Settings {
-    double position_step_m = 0;  ///< resolution; 0: exact positions, the window is one period
-    double rotation_step_rad = 0;
-    std::size_t window = 20;  ///< most periods, below kMaxSamples
-  };
-  explicit VelocityEstimator(const Settings& settings);
+  static constexpr std::size_t kWindow = 20;
+  /// In      …_step_…  resolution; 0: exact positions, the window is one period
+  ///         window    most periods, below kMaxSamples
+  explicit VelocityEstimator(double position_step_m = 0, double rotation_step_rad = 0, std::size_t window = kWindow);
 
   /// Takes a sample and gives the velocity. A sample that is not newer than the last, or not finite, changes nothing.
   Twist add(LocalTime taken, const Pose& X) noexcept;
@@ -38,7 +36,9 @@ class VelocityEstimator {
     LocalTime taken{};
     Pose X;
   };
-  Settings settings_;
+  double position_step_m_;
+  double rotation_step_rad_;
+  std::size_t window_;
   std::array<Sample, kMaxSamples> samples_{};
   std::size_t count_ = 0;
   std::size_t newest_ = 0;

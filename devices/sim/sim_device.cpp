@@ -70,7 +70,7 @@ SimDevice::SimDevice(DeviceSpec spec, const HandParameters& hand, HandPath path,
       hand_(hand),
       path_(std::move(path)),
       random_(seed),
-      estimator_({.position_step_m = hand.encoder_step_m, .rotation_step_rad = hand.encoder_step_rad}),
+      estimator_(hand.encoder_step_m, hand.encoder_step_rad),
       X_DH_(path_.pose_at(Duration(0))) {
   check_parameters(hand_);
   // The tremor is under way from the first sample: its state is drawn from the stationary distribution.

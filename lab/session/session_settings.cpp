@@ -9,7 +9,7 @@
 namespace tandem::lab {
 
 std::shared_ptr<client::AssetStore> assets_of(const server::LoadedScene& scene) {
-  auto store = std::make_shared<client::MemoryAssetStore>();
+  auto store = client::memory_asset_store();
   for (const server::Asset& asset : scene.assets) store->keep(asset.sha256, asset.bytes);
   return store;
 }

@@ -85,8 +85,7 @@ HandRig::Impl::Impl(const HandRigSettings& settings_in, devices::HandPath path)
       period_s(checked_period_s(settings_in.rate_hz)),
       law(made_law(settings_in)),
       device(devices::SimDevice::default_spec(), settings_in.hand, std::move(path), settings_in.seed),
-      estimator(
-          {.position_step_m = settings_in.hand.encoder_step_m, .rotation_step_rad = settings_in.hand.encoder_step_rad}),
+      estimator(settings_in.hand.encoder_step_m, settings_in.hand.encoder_step_rad),
       X_WT(device.hand_pose()),
       X_WH_before(device.hand_pose()) {
   device.read(now);

@@ -94,7 +94,7 @@ struct StoreBench {
 TEST(SessionAssets, AsksTheStoreBeforeTheServerAndAnnouncesAllAssetsOnceAJoin) {
   const std::string bytes(150'000, 'v');
   const wire::Joined joined = joined_with_asset(bytes);
-  const auto store = std::make_shared<MemoryAssetStore>();
+  const auto store = memory_asset_store();
   StoreBench first(store, joined);
   EXPECT_EQ(first.announced, 0) << "it is not here yet";
   EXPECT_EQ(serve_assets(first.bench, bytes), 3);
@@ -147,9 +147,9 @@ class DiskStore : public ::testing::Test {
 TEST_F(DiskStore, GivesBackWhatAnotherProgramKept) {
   const auto bytes = bytes_of('a', 1000);
   const proto::Sha256 hash = proto::sha256_of(*bytes);
-  EXPECT_EQ(DiskAssetStore(directory_).find(hash), nullptr);
-  DiskAssetStore(directory_).keep(hash, bytes);
-  const auto found = DiskAssetStore(directory_).find(hash);
+  EXPECT_EQ(disk_asset_store(directory_)->find(hash), nullptr);
+  disk_asset_store(directory_)->keep(hash, bytes);
+  const auto found = disk_asset_store(directory_)->find(hash);
   ASSERT_NE(found, nullptr);
   EXPECT_EQ(*found, *bytes);
 }
@@ -157,20 +157,20 @@ TEST_F(DiskStore, GivesBackWhatAnotherProgramKept) {
 TEST_F(DiskStore, NeverGivesBytesOfAnotherHashAndRemovesThem) {
   const auto bytes = bytes_of('a', 1000);
   const proto::Sha256 hash = proto::sha256_of(*bytes);
-  DiskAssetStore store(directory_);
-  store.keep(hash, bytes);
+  const auto store = disk_asset_store(directory_);
+  store->keep(hash, bytes);
   std::fstream(only_file(), std::ios::binary | std::ios::in | std::ios::out).seekp(500).put('b');
-  EXPECT_EQ(store.find(hash), nullptr);
+  EXPECT_EQ(store->find(hash), nullptr);
   EXPECT_TRUE(std::filesystem::is_empty(directory_));
 }
 
 TEST_F(DiskStore, StaysWithinItsLimitByWhatWasNotUsedForLongest) {
-  DiskAssetStore store(directory_, 2500);
+  const auto store = disk_asset_store(directory_, 2500);
   std::vector<proto::Sha256> hashes;
   for (const char letter : {'a', 'b', 'c'}) {
     const auto bytes = bytes_of(letter, 1000);
     hashes.push_back(proto::sha256_of(*bytes));
-    store.keep(hashes.back(), bytes);
+    store->keep(hashes.back(), bytes);
     // The clock of a file system may be coarse.
     const auto hours = std::chrono::hours(letter == 'a' ? 1 : 2);
     for (const auto& entry : std::filesystem::directory_iterator(directory_)) {
@@ -178,15 +178,15 @@ TEST_F(DiskStore, StaysWithinItsLimitByWhatWasNotUsedForLongest) {
       std::filesystem::last_write_time(entry, std::filesystem::file_time_type::clock::now() - hours);
     }
     if (letter != 'b') continue;
-    EXPECT_NE(store.find(hashes[0]), nullptr) << "used now, so b is the oldest";
+    EXPECT_NE(store->find(hashes[0]), nullptr) << "used now, so b is the oldest";
   }
-  EXPECT_NE(store.find(hashes[0]), nullptr);
-  EXPECT_EQ(store.find(hashes[1]), nullptr);
-  EXPECT_NE(store.find(hashes[2]), nullptr);
+  EXPECT_NE(store->find(hashes[0]), nullptr);
+  EXPECT_EQ(store->find(hashes[1]), nullptr);
+  EXPECT_NE(store->find(hashes[2]), nullptr);
   const auto huge = bytes_of('d', 3000);
-  store.keep(proto::sha256_of(*huge), huge);
-  EXPECT_EQ(store.find(proto::sha256_of(*huge)), nullptr);
-  EXPECT_NE(store.find(hashes[0]), nullptr) << "what cannot be kept must push nothing out";
+  store->keep(proto::sha256_of(*huge), huge);
+  EXPECT_EQ(store->find(proto::sha256_of(*huge)), nullptr);
+  EXPECT_NE(store->find(hashes[0]), nullptr) << "what cannot be kept must push nothing out";
 }
 
 TEST(AssetFetcher, PlansNoMoreThanItsLimitHoweverManyAreOffered) {

@@ -32,12 +32,12 @@ Pose turned_z(double angle) {
 LocalTime tick(int k) {
   return LocalTime(milliseconds(k));
 }
-VelocityEstimator::Settings quantised() {
-  return {.position_step_m = kStep, .rotation_step_rad = 1e-3};
+VelocityEstimator quantised() {
+  return VelocityEstimator(kStep, 1e-3);
 }
 
 TEST(VelocityEstimator, OfExactPositionsIsTheLastPeriodsDifference) {
-  VelocityEstimator estimator({});
+  VelocityEstimator estimator;
   EXPECT_EQ(estimator.add(tick(0), at_x(1)).v.norm(), 0);
   EXPECT_NEAR(estimator.add(tick(1), at_x(1.001)).v.x(), 1, 1e-9);
   EXPECT_NEAR(estimator.add(tick(2), at_x(1.000)).v.x(), -1, 1e-9);
@@ -49,7 +49,7 @@ TEST(VelocityEstimator, OfSteadyMotionIsWithinWhatTheResolutionLeavesOpen) {
   // Σ|t_i − t̄| step/2 / Σ(t_i − t̄)² = 110 step/2 / (770 T).
   const double bound = 110 * kStep / 2 / (770 * kPeriod);
   for (const double speed : {0.0, 0.001, 0.003, 0.01, 0.037, 0.1, 0.3, 1.0}) {
-    VelocityEstimator estimator(quantised());
+    VelocityEstimator estimator = quantised();
     for (int k = 0; k < 300; ++k) {
       const Twist found = estimator.add(tick(k), at_x(rounded(0.1234 + speed * k * kPeriod, kStep)));
       if (k < 20) continue;
@@ -63,7 +63,7 @@ TEST(VelocityEstimator, OfSteadyTurningIsWithinWhatTheResolutionLeavesOpen) {
   const double step = 1e-3;
   const double bound = 110 * step / 2 / (770 * kPeriod);
   for (const double speed : {0.05, 1.0, 7.0, -40.0}) {
-    VelocityEstimator estimator(quantised());
+    VelocityEstimator estimator = quantised();
     for (int k = 0; k < 300; ++k) {
       const Twist found = estimator.add(tick(k), turned_z(rounded(0.2 + speed * k * kPeriod, step)));
       if (k >= 20) {
@@ -76,7 +76,7 @@ TEST(VelocityEstimator, OfSteadyTurningIsWithinWhatTheResolutionLeavesOpen) {
 TEST(VelocityEstimator, IsQuietAtRestOnTheEdgeOfAStep) {
   // The reported position flickers between two neighbours at random; one period would say ±30 mm/s.
   Random random(11, 0);
-  VelocityEstimator estimator(quantised());
+  VelocityEstimator estimator = quantised();
   double square = 0, largest = 0;
   constexpr int kTicks = 5000;
   for (int k = 0; k < kTicks; ++k) {
@@ -92,7 +92,7 @@ TEST(VelocityEstimator, IsQuietAtRestOnTheEdgeOfAStep) {
 }
 
 TEST(VelocityEstimator, FollowsASuddenStartWithinItsStatedDelay) {
-  VelocityEstimator estimator(quantised());
+  VelocityEstimator estimator = quantised();
   const double acceleration = 20;
   for (int k = 0; k < 100; ++k) estimator.add(tick(k), at_x(0));
   for (int k = 1; k <= 40; ++k) {
@@ -127,7 +127,7 @@ double lag_of(const std::vector<double>& now, const std::vector<double>& late) {
 TEST(VelocityEstimator, IsAsLateAsItSays) {
   for (const double frequency : {1.0, 3.0, 8.0}) {
     for (const double amplitude : {5e-4, 5e-3, 2e-2}) {
-      VelocityEstimator estimator(quantised());
+      VelocityEstimator estimator = quantised();
       const double omega = 2 * std::numbers::pi * frequency;
       std::vector<double> real, found;
       double delay = 0, weight = 0;
@@ -147,7 +147,7 @@ TEST(VelocityEstimator, IsAsLateAsItSays) {
 
 TEST(VelocityEstimator, TakesUnevenTimesAsTheyAre) {
   Random random(13, 0);
-  VelocityEstimator estimator(quantised());
+  VelocityEstimator estimator = quantised();
   double t = 0;
   for (int k = 0; k < 200; ++k) {
     t += random.uniform(2e-4, 3e-3);
@@ -159,7 +159,7 @@ TEST(VelocityEstimator, TakesUnevenTimesAsTheyAre) {
 }
 
 TEST(VelocityEstimator, IgnoresSamplesThatAreNotNewerOrNotFinite) {
-  VelocityEstimator estimator(quantised());
+  VelocityEstimator estimator = quantised();
   Twist last;
   for (int k = 0; k < 50; ++k) last = estimator.add(tick(k), at_x(k * kStep));
   const Duration delay = estimator.linear_delay();
@@ -176,14 +176,14 @@ TEST(VelocityEstimator, IgnoresSamplesThatAreNotNewerOrNotFinite) {
 }
 
 TEST(VelocityEstimator, IsFiniteForPositionsAtTheEndOfTheNumberRange) {
-  VelocityEstimator estimator(quantised());
+  VelocityEstimator estimator = quantised();
   for (int k = 0; k < 60; ++k) {
     EXPECT_TRUE(is_finite(estimator.add(tick(k), at_x(k % 2 == 0 ? 1e308 : -1e308)))) << k;
   }
 }
 
 TEST(VelocityEstimator, StartsAnewAfterReset) {
-  VelocityEstimator estimator(quantised());
+  VelocityEstimator estimator = quantised();
   for (int k = 0; k < 50; ++k) estimator.add(tick(k), at_x(k * 1e-3));
   estimator.reset();
   EXPECT_EQ(estimator.add(tick(60), at_x(5)).v.norm(), 0);
@@ -192,7 +192,7 @@ TEST(VelocityEstimator, StartsAnewAfterReset) {
 }
 
 TEST(VelocityEstimator, AllocatesNothing) {
-  VelocityEstimator estimator(quantised());
+  VelocityEstimator estimator = quantised();
   const std::uint64_t before = test::allocation_count();
   for (int k = 0; k < 100; ++k) estimator.add(tick(k), at_x(k * 1e-4));
   EXPECT_EQ(test::allocation_count(), before);
