@@ -9,6 +9,7 @@
 #include <thread>
 #include <vector>
 
+#include "proto/scene_ranges.hpp"
 #include "tests/client/haptics/scripted_device.hpp"
 #include "tests/support/allocation_counter.hpp"
 #include "tests/support/hub_bench.hpp"
@@ -204,6 +205,7 @@ TEST(Client, AGodObjectShowsNothingOfASceneThatItCannotMakeAndSaysWhy) {
   ClientBench bench({.haptics = {.stage = {.name = "god-object"}}});
   wire::Joined joined = box_scene();
   joined.mutable_scene()->mutable_bodies(0)->mutable_shapes(0)->mutable_mesh()->set_file("a.obj");
+  proto::complete_numbers(*joined.mutable_scene());
   bench.join(joined);
   bench.run();
   EXPECT_FALSE(bench.is_local());

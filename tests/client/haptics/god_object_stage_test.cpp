@@ -12,6 +12,7 @@
 #include "common/contact/primitive_fields.hpp"
 #include "common/geometry/surface_asset.hpp"
 #include "common/geometry/tessellation.hpp"
+#include "proto/scene_ranges.hpp"
 #include "tests/client/haptics/haptic_rig.hpp"
 #include "tests/support/session_bench.hpp"
 
@@ -34,11 +35,17 @@ wire::Shape sphere_shape(double radius_m) {
   return shape;
 }
 
-/// What a user of a ball of 2 mm gets who joins a scene with these shapes, each a body of its own at the origin.
+/// What a user of a ball of 2 mm gets who joins a scene with these shapes, each a body without friction of its own at the
+/// origin.
 wire::Joined scene_of(const std::vector<wire::Shape>& shapes) {
   wire::Joined joined = test::minimal_joined();
   *joined.mutable_scene()->mutable_tools(0)->add_shapes() = sphere_shape(kRadius_m);
-  for (const wire::Shape& shape : shapes) *joined.mutable_scene()->add_bodies()->add_shapes() = shape;
+  for (const wire::Shape& shape : shapes) {
+    wire::Body& body = *joined.mutable_scene()->add_bodies();
+    *body.add_shapes() = shape;
+    body.set_friction(0);
+  }
+  proto::complete_numbers(*joined.mutable_scene());
   return joined;
 }
 
@@ -310,7 +317,7 @@ TEST(ProxyWorld, NamesTheFieldThatItCannotUse) {
   torn.begin()->second = std::make_shared<const proto::Bytes>(100);
   EXPECT_THAT(failure_of(good.joined, torn), HasSubstr("the surface of box.obj cannot be read"));
   EXPECT_THAT(failure_of(scene_of({sphere_shape(std::numeric_limits<double>::infinity())})),
-              HasSubstr("scene.bodies[0].shapes is inf"));
+              HasSubstr("scene.bodies[0].shapes[0].sphere.radius_m is inf"));
   wire::Joined slippery = scene_of({sphere_shape(0.01)});
   slippery.mutable_scene()->mutable_bodies(0)->set_friction(-1);
   EXPECT_THAT(failure_of(slippery), HasSubstr("scene.bodies[0].friction is -1"));
@@ -319,7 +326,7 @@ TEST(ProxyWorld, NamesTheFieldThatItCannotUse) {
   EXPECT_THAT(failure_of(far), HasSubstr("scene.bodies[0].placement"));
   wire::Joined flat = scene_of({sphere_shape(0.01)});
   flat.mutable_scene()->mutable_bodies(0)->mutable_shapes(0)->mutable_box()->add_size_m(1);
-  EXPECT_THAT(failure_of(flat), HasSubstr("one that this client cannot touch"));
+  EXPECT_THAT(failure_of(flat), HasSubstr("scene.bodies[0].shapes[0].box.size_m has 1 numbers"));
 }
 
 TEST(ProxyWorld, TakesTheLargestBallOfTheToolOrSaysThatThereIsNone) {
@@ -339,6 +346,7 @@ TEST(ProxyWorld, SaysWhatOfTheSceneIsNotFelt) {
               testing::AllOf(HasSubstr("touches 2 shapes"), testing::Not(HasSubstr("molecules"))));
   joined.mutable_scene()->mutable_bodies(1)->mutable_shapes(0)->mutable_molecule();
   joined.mutable_scene()->add_soft_bodies();
+  proto::complete_numbers(*joined.mutable_scene());
   EXPECT_THAT(ProxyWorld(joined, {}).note(),
               testing::AllOf(HasSubstr("touches 1 shape with"), HasSubstr("nor the molecules"),
                              HasSubstr("nor the soft bodies")));
