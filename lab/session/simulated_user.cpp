@@ -15,19 +15,19 @@ SimulatedUser::SimulatedUser(server::Room& room, std::size_t index, devices::Han
 
 void SimulatedUser::move(LocalTime now) {
   const devices::DeviceSample sample = device_.read(now);
-  proto::ClientUpdate& update = room_.mailboxes(seat_).input.back();
+  proto::ClientUpdate& update = room_.input(seat_).back();
   update = proto::ClientUpdate{};
   ++tick_.value;
   update.input_tick = tick_;
   update.handle_valid = true;
   update.handle = {workspace_.world_pose(sample.X_DH), workspace_.world_twist(sample.V_DH)};
   update.buttons = sample.buttons;
-  room_.mailboxes(seat_).input.publish();
+  room_.input(seat_).publish();
 }
 
 Wrench SimulatedUser::feel(LocalTime now) {
-  room_.mailboxes(seat_).output.poll();
-  const Wrench on_hand_W = room_.mailboxes(seat_).output.front().update.wrench_on_hand_W;
+  room_.output(seat_).poll();
+  const Wrench on_hand_W = room_.output(seat_).front().update.wrench_on_hand_W;
   device_.write(now, workspace_.device_wrench(on_hand_W));
   return on_hand_W;
 }

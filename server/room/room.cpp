@@ -35,7 +35,8 @@ struct Room::User {
     port.clear_handle();
   }
 
-  SeatMailboxes mailboxes;
+  realtime::Mailbox<proto::ClientUpdate> inbox;
+  realtime::Mailbox<UserUpdate> outbox;
   Seat seat;
   UserInput input;
   ToolPort port;
@@ -62,8 +63,12 @@ Room::Room(RoomId id, std::string name, std::shared_ptr<const LoadedScene> scene
 
 Room::~Room() = default;
 
-SeatMailboxes& Room::mailboxes(std::size_t seat) {
-  return users_[seat]->mailboxes;
+realtime::Mailbox<proto::ClientUpdate>& Room::input(std::size_t seat) {
+  return users_[seat]->inbox;
+}
+
+realtime::Mailbox<UserUpdate>& Room::output(std::size_t seat) {
+  return users_[seat]->outbox;
 }
 
 const haptics::ToolPassivityController& Room::tool_passivity(std::size_t seat) const {
@@ -116,7 +121,7 @@ void Room::join(const Seat& seat) noexcept {
   if (seat.role == UserRole::kManipulator && seat.tool >= scene_->world.tools.size()) return;
   user.seat = seat;
   // What the seat's former user sent last is not this one's.
-  user.mailboxes.input.poll();
+  user.inbox.poll();
   if (seat.is_manipulator()) user.port.open(seat.tool);
 }
 
@@ -175,7 +180,7 @@ TickFaults Room::take_inputs() noexcept {
 }
 
 TickFaults Room::take_input(User& user) noexcept {
-  if (user.mailboxes.input.poll()) take_newest(user);
+  if (user.inbox.poll()) take_newest(user);
   const UserInput& input = user.input;
   if (!input.is_there) return 0;
   const bool is_stale = time_done() - input.arrived > kInputStaleAfter;
@@ -194,7 +199,7 @@ TickFaults Room::take_input(User& user) noexcept {
 void Room::take_newest(User& user) noexcept {
   UserInput& input = user.input;
   const Tick tick_before = input.newest.input_tick;
-  input.newest = user.mailboxes.input.front();
+  input.newest = user.inbox.front();
   input.since_last = time_done() - std::exchange(input.arrived, time_done());
   const bool has_left_a_gap = input.is_there && input.newest.input_tick.value > tick_before.value + 1;
   input.has_gaps = user.seat.leaves_gaps || has_left_a_gap;
@@ -251,7 +256,7 @@ void Room::describe_world(ServerTime now, TickFaults faults) noexcept {
 }
 
 void Room::publish_to(User& user) noexcept {
-  UserUpdate& told = user.mailboxes.output.back();
+  UserUpdate& told = user.outbox.back();
   told.user = user.seat.user;
   told.requests_served = user.requests_served;
   proto::ServerUpdate& update = told.update;
@@ -264,7 +269,7 @@ void Room::publish_to(User& user) noexcept {
     const physics::ToolState tool = world_.tool(other->seat.tool);
     update.users.push_back({other->seat.user, tool.tool, tool.held});
   }
-  user.mailboxes.output.publish();
+  user.outbox.publish();
 }
 
 void Room::describe_tool(const User& user, proto::ServerUpdate& update) const noexcept {

@@ -62,12 +62,6 @@ struct UserUpdate {
   proto::ServerUpdate update;
 };
 
-/// Between io and the room.
-struct SeatMailboxes {
-  realtime::Mailbox<proto::ClientUpdate> input;  ///< io writes, room reads
-  realtime::Mailbox<UserUpdate> output;          ///< room writes, io reads
-};
-
 /// More commands wait for the next step: io refills the ring while the room empties it.
 inline constexpr int kMaxCommandsPerStep = 64;
 
@@ -93,8 +87,9 @@ class Room {
   /// False when 256 commands are waiting: the room is stuck or flooded.
   bool post(const RoomCommand& command) { return commands_.push(command); }
   bool next_event(RoomEvent& event) { return events_.pop(event); }
-  /// In      seat  Seat::index
-  SeatMailboxes& mailboxes(std::size_t seat);
+  /// The mailboxes of a seat, by Seat::index: io writes the input, the room the output.
+  realtime::Mailbox<proto::ClientUpdate>& input(std::size_t seat);
+  realtime::Mailbox<UserUpdate>& output(std::size_t seat);
 
   // room side
   /// One fixed step at `now` (stamps updates; does not change the physics).

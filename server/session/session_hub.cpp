@@ -64,7 +64,7 @@ proto::DropReason SessionHub::Impl::take_datagram(std::span<const std::byte> dat
 }
 
 void SessionHub::Impl::send_newest_update(Connection& connection, LocalTime now) {
-  auto& output = connection.seats->room().mailboxes(connection.seat.index).output;
+  auto& output = connection.seats->room().output(connection.seat.index);
   if (!output.poll()) return;
   // What the seat's previous user was not sent any more.
   if (output.front().user != connection.seat.user) return;

@@ -26,7 +26,7 @@ proto::DropReason StateStream::receive(const proto::DatagramHeader& header, std:
   if (reason != proto::DropReason::kNone) return reason;
   mode_ = input.mode;
   // An observer's updates only say that it is there and where; they never reach the world.
-  if (seat_.role == UserRole::kManipulator && seats_.room().mailboxes(seat_.index).input.publish(input)) {
+  if (seat_.role == UserRole::kManipulator && seats_.room().input(seat_.index).publish(input)) {
     counters_.received_drops.add(proto::DropReason::kOverwritten);
   }
   return proto::DropReason::kNone;

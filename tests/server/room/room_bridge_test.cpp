@@ -32,8 +32,8 @@ class RoomBridge : public ::testing::Test {
     }
     proto::ServerUpdate step(std::uint8_t told = 0) {
       room.step(ServerTime(room.period() * static_cast<Duration::rep>(room.steps_done().value + 1)));
-      room.mailboxes(told).output.poll();
-      return room.mailboxes(told).output.front().update;
+      room.output(told).poll();
+      return room.output(told).front().update;
     }
 
     Room room;
@@ -66,12 +66,11 @@ TEST_F(RoomBridge, APlayedHandleMovesTheToolAsTheSameHandleGivenDirectlyDoes) {
   given.join(0);
   std::uint64_t compared = 0;
   for (std::uint64_t step = 1; step <= 2000; ++step) {
-    played.room.mailboxes(0).input.publish(input(step, stirring(step), proto::ClientMode::kLocalModel));
+    played.room.input(0).publish(input(step, stirring(step), proto::ClientMode::kLocalModel));
     const proto::ServerUpdate told = played.step();
     // The one step ahead: what the played room answers is known only after its step.
     if (told.answered_input.value != 0) {
-      given.room.mailboxes(0).input.publish(
-          input(step, stirring(told.answered_input.value), proto::ClientMode::kHandle));
+      given.room.input(0).publish(input(step, stirring(told.answered_input.value), proto::ClientMode::kHandle));
     }
     const proto::ServerUpdate same = given.step();
     ASSERT_EQ(told.tool.X.p, same.tool.X.p) << "step " << step;
@@ -88,8 +87,8 @@ TEST_F(RoomBridge, TheJointComesWithASecondHandOnTheBodyAndGoesAfterIt) {
   std::uint64_t tick = 0;
   const auto step = [&](bool second_holds) {
     ++tick;
-    bench.room.mailboxes(0).input.publish(input(tick, {-0.03, 0, 0}, proto::ClientMode::kLocalModel, kButtonGrab));
-    bench.room.mailboxes(1).input.publish(
+    bench.room.input(0).publish(input(tick, {-0.03, 0, 0}, proto::ClientMode::kLocalModel, kButtonGrab));
+    bench.room.input(1).publish(
         input(tick, {0.03, 0, 0}, proto::ClientMode::kHandle, second_holds ? std::uint32_t{kButtonGrab} : 0U));
     return bench.step();
   };
@@ -133,8 +132,8 @@ TEST_F(RoomBridge, TheJointPullsTheBodyToTheClientsCopy) {
     CopyTarget copy{BodyId{1}, {}, Vec3(-0.03, 0, 0), Vec3::Zero()};
     copy.state.X.p.y() = 0.005;
     mine.copies.push_back(copy);
-    bench.room.mailboxes(0).input.publish(mine);
-    bench.room.mailboxes(1).input.publish(input(tick, {0.03, 0, 0}, proto::ClientMode::kHandle, kButtonGrab));
+    bench.room.input(0).publish(mine);
+    bench.room.input(1).publish(input(tick, {0.03, 0, 0}, proto::ClientMode::kHandle, kButtonGrab));
     told = bench.step();
   }
   ASSERT_EQ(told.joint_share, 1);
@@ -151,8 +150,8 @@ TEST_F(RoomBridge, AGraspIsOfTheInputThatPressed) {
   for (std::uint64_t step = 1; step <= 500 && !told.held_body.is_valid(); ++step) {
     // Ten at a time, of which the newest is kept: the playout has to wait for them.
     if (step % 10 == 0) {
-      bench.room.mailboxes(0).input.publish(input(step, {-0.03, 0, 0}, proto::ClientMode::kLocalModel,
-                                                  step >= kPressed ? std::uint32_t{kButtonGrab} : 0U));
+      bench.room.input(0).publish(input(step, {-0.03, 0, 0}, proto::ClientMode::kLocalModel,
+                                        step >= kPressed ? std::uint32_t{kButtonGrab} : 0U));
     }
     before = told;
     told = bench.step();
@@ -179,7 +178,7 @@ TEST_F(RoomBridge, ASharedBodyHangsInTheCopyOfWhoAloneHoldsIt) {
         const Vec3 p(seat == 0 ? -0.03 : 0.03, 0, 0);
         proto::ClientUpdate update = input(tick, p, proto::ClientMode::kLocalModel, seat == 0 ? first : second);
         update.copies.push_back({BodyId{1}, {}, p, Vec3::Zero()});
-        bench.room.mailboxes(seat).input.publish(update);
+        bench.room.input(seat).publish(update);
       }
       told = bench.step();
     }
@@ -200,7 +199,7 @@ TEST_F(RoomBridge, TheGraspIsToldAsThePlaceOfTheToolOnTheBody) {
   proto::ServerUpdate told;
   for (std::uint64_t tick = 1; tick <= 400; ++tick) {
     const Vec3 p = Vec3(-0.03, 0, 0) + Vec3(0.0001, 0.0002, 0) * static_cast<double>(tick);
-    bench.room.mailboxes(0).input.publish(input(tick, p, proto::ClientMode::kHandle, kButtonGrab));
+    bench.room.input(0).publish(input(tick, p, proto::ClientMode::kHandle, kButtonGrab));
     told = bench.step();
   }
   ASSERT_TRUE(told.held_body.is_valid());
@@ -213,10 +212,10 @@ TEST_F(RoomBridge, AnotherModeOrAnotherUserStartsWithNothingOfTheLast) {
   Bench bench(scene_);
   bench.join(0);
   for (std::uint64_t tick = 1; tick <= 200; ++tick) {
-    bench.room.mailboxes(0).input.publish(input(tick, stirring(tick), proto::ClientMode::kLocalModel));
+    bench.room.input(0).publish(input(tick, stirring(tick), proto::ClientMode::kLocalModel));
     bench.step();
   }
-  bench.room.mailboxes(0).input.publish(input(201, stirring(201), proto::ClientMode::kHandle));
+  bench.room.input(0).publish(input(201, stirring(201), proto::ClientMode::kHandle));
   proto::ServerUpdate told = bench.step();
   EXPECT_EQ(told.answered_input, Tick{201}) << "the newest, at once";
   EXPECT_EQ(told.playout, Duration{0});
@@ -240,7 +239,7 @@ TEST_F(RoomBridge, WavesMoveTheToolWhereTheHandIsAndAreAnswered) {
     if (on_hand.f.norm() > largest.f.norm()) largest = on_hand;
     proto::ClientUpdate update = input(tick, X_WH.p, proto::ClientMode::kWave);
     update.wave = hand.sum_towards_tool();
-    bench.room.mailboxes(0).input.publish(update);
+    bench.room.input(0).publish(update);
     told = bench.step();
     ASSERT_TRUE(is_finite(told.wave));
   }
@@ -257,7 +256,7 @@ TEST_F(RoomBridge, NoModeNorAChangeOfItAllocates) {
     for (std::uint64_t end = tick + count; tick < end;) {
       ++tick;
       const auto mode = static_cast<proto::ClientMode>(tick / 100 % 3);
-      bench.room.mailboxes(0).input.publish(input(tick, stirring(tick), mode));
+      bench.room.input(0).publish(input(tick, stirring(tick), mode));
       bench.step();
     }
   };

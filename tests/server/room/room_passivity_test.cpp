@@ -46,10 +46,10 @@ class Flung {
       (work_j > 0 ? to_hand_j_ : from_hand_j_) += supplied_share * std::abs(work_j);
       input.energy_from_hand_j = from_hand_j_;
       input.energy_to_hand_j = to_hand_j_;
-      room_.mailboxes(0).input.publish(input);
+      room_.input(0).publish(input);
       room_.step(ServerTime(std::chrono::milliseconds(tick)));
-      room_.mailboxes(0).output.poll();
-      told_ = room_.mailboxes(0).output.front().update;
+      room_.output(0).poll();
+      told_ = room_.output(0).front().update;
       faults_ |= told_.tick_faults;
       const double put_in_j = told_.energy_into_world_j - told_.energy_from_world_j;
       created_max_j_ = std::max(created_max_j_, put_in_j - (from_hand_j_ - to_hand_j_));
@@ -82,7 +82,7 @@ class Flung {
       input.mode = mode_;
       input.energy_from_hand_j = from_hand_j_;
       input.energy_to_hand_j = to_hand_j_;
-      room_.mailboxes(0).input.publish(input);
+      room_.input(0).publish(input);
       room_.step(ServerTime(std::chrono::milliseconds(rest_ticks_)));
     }
   }

@@ -44,15 +44,15 @@ class RoomTest : public ::testing::Test {
     update.handle_valid = is_valid;
     update.buttons = buttons;
     update.sent = LocalTime(Duration(static_cast<Duration::rep>(1000 * ticks_)));
-    room_.mailboxes(seat).input.publish(update);
+    room_.input(seat).publish(update);
   }
   void step(int count = 1) {
     for (int i = 0; i < count; ++i) room_.step(ServerTime(room_.period() * static_cast<Duration::rep>(++steps_)));
   }
   /// The newest update of a seat; empty when none came since the last call.
   std::optional<proto::ServerUpdate> update(std::uint8_t seat) {
-    if (!room_.mailboxes(seat).output.poll()) return std::nullopt;
-    return room_.mailboxes(seat).output.front().update;
+    if (!room_.output(seat).poll()) return std::nullopt;
+    return room_.output(seat).front().update;
   }
   std::optional<RoomEvent> event() {
     RoomEvent event;
@@ -296,14 +296,14 @@ TEST_F(RoomTest, UpdatesSayWhomTheyAreForAndHowManyRequestsWereServed) {
   post(RoomCommand::Kind::kRelease, 0, 7, 0);
   step();
   ASSERT_TRUE(update(0).has_value());
-  EXPECT_EQ(room_.mailboxes(0).output.front().user, UserId{7});
-  EXPECT_EQ(room_.mailboxes(0).output.front().requests_served, 2U);
+  EXPECT_EQ(room_.output(0).front().user, UserId{7});
+  EXPECT_EQ(room_.output(0).front().requests_served, 2U);
   post(RoomCommand::Kind::kLeave, 0, 7);
   join(0, 8, 0);
   step();
   ASSERT_TRUE(update(0).has_value());
-  EXPECT_EQ(room_.mailboxes(0).output.front().user, UserId{8});
-  EXPECT_EQ(room_.mailboxes(0).output.front().requests_served, 0U);
+  EXPECT_EQ(room_.output(0).front().user, UserId{8});
+  EXPECT_EQ(room_.output(0).front().requests_served, 0U);
 }
 
 // Bullet takes its memory from its own functions, not from operator new.
@@ -336,7 +336,7 @@ TEST(Room, StepDoesNotAllocateInSteadyContactNorDoesBullet) {
       update.handle.X.p = {0.001 * std::sin(0.01 * i), 0, 0.035};
       update.handle_valid = true;
       update.energy_from_hand_j = from_hand_j += 1e-4;
-      room.mailboxes(0).input.publish(update);
+      room.input(0).publish(update);
       room.step(ServerTime(room.period()));
     }
   };

@@ -23,7 +23,7 @@ TEST(StateStream, ANewcomerIsNotSentWhatItsSeatsFormerUserWas) {
   late.update.step = Step{77};
   bench.now += std::chrono::milliseconds(1);
   late.update.stepped = server_time_of_own_clock(bench.now);
-  bench.rooms[0]->mailboxes(0).output.publish(late);
+  bench.rooms[0]->output(0).publish(late);
   bench.hub->poll(bench.now);
   EXPECT_EQ(test::described(bench.take(ben)), "");
   bench.step();
