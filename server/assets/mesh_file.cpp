@@ -7,6 +7,7 @@
 #include <assimp/Importer.hpp>
 #include <cstdint>
 #include <fstream>
+#include <stdexcept>
 
 namespace tandem::server {
 namespace {
@@ -46,7 +47,7 @@ geometry::TriangleMesh triangles_of(const aiScene& scene) {
 
 /// Positions only, so that corners that differ in colour or normal join; nodes flattened into one frame.
 geometry::TriangleMesh import_mesh(const std::vector<std::byte>& bytes, const std::filesystem::path& file) {
-  if (bytes.empty()) throw AssetFileError(file.string() + ", which is empty; export the mesh again");
+  if (bytes.empty()) throw std::runtime_error(file.string() + ", which is empty; export the mesh again");
   Assimp::Importer importer;
   importer.SetPropertyInteger(AI_CONFIG_PP_RVC_FLAGS, aiComponent_NORMALS | aiComponent_TANGENTS_AND_BITANGENTS |
                                                           aiComponent_COLORS | aiComponent_TEXCOORDS |
@@ -64,20 +65,20 @@ geometry::TriangleMesh import_mesh(const std::vector<std::byte>& bytes, const st
                                   format.c_str());
   if (scene == nullptr || scene->mNumMeshes == 0) {
     const std::string reason = importer.GetErrorString();
-    throw AssetFileError(file.string() + ", which is not a mesh that can be read" +
-                         (reason.empty() ? "" : " (" + reason + ")") + "; give a file such as .obj, .ply or .stl");
+    throw std::runtime_error(file.string() + ", which is not a mesh that can be read" +
+                             (reason.empty() ? "" : " (" + reason + ")") + "; give a file such as .obj, .ply or .stl");
   }
   return triangles_of(*scene);
 }
 
 void check(const geometry::TriangleMesh& mesh, const std::filesystem::path& file) {
   if (mesh.triangles.size() > kMaxTriangles) {
-    throw AssetFileError(file.string() + ", which has " + std::to_string(mesh.triangles.size()) +
-                         " triangles; at most " + std::to_string(kMaxTriangles) + " are possible");
+    throw std::runtime_error(file.string() + ", which has " + std::to_string(mesh.triangles.size()) +
+                             " triangles; at most " + std::to_string(kMaxTriangles) + " are possible");
   }
   for (const Vec3& vertex : mesh.vertices) {
     if (!is_finite(vertex)) {
-      throw AssetFileError(file.string() + ", which has a vertex that is not finite; repair the mesh");
+      throw std::runtime_error(file.string() + ", which has a vertex that is not finite; repair the mesh");
     }
   }
 }
@@ -87,17 +88,17 @@ void check(const geometry::TriangleMesh& mesh, const std::filesystem::path& file
 std::vector<std::byte> read_asset_file(const std::filesystem::path& file, const std::string& remedy) {
   std::error_code error;
   if (!std::filesystem::is_regular_file(file, error)) {
-    throw AssetFileError(file.string() + ", which does not exist; " + remedy_for(file, remedy));
+    throw std::runtime_error(file.string() + ", which does not exist; " + remedy_for(file, remedy));
   }
   const std::uintmax_t size = std::filesystem::file_size(file, error);
   if (error || size > kMaxFileBytes) {
-    throw AssetFileError(file.string() + ", which is too large; at most " + std::to_string(kMaxFileBytes >> 20U) +
-                         " MiB are possible");
+    throw std::runtime_error(file.string() + ", which is too large; at most " + std::to_string(kMaxFileBytes >> 20U) +
+                             " MiB are possible");
   }
   std::vector<std::byte> bytes(static_cast<std::size_t>(size));
   std::ifstream stream(file, std::ios::binary);
   stream.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(size));
-  if (!stream) throw AssetFileError(file.string() + ", which cannot be read; check its permissions");
+  if (!stream) throw std::runtime_error(file.string() + ", which cannot be read; check its permissions");
   return bytes;
 }
 

@@ -1,9 +1,9 @@
-// Mesh files of any format, read from outside the project: sizes bounded, every vertex finite, complaints that say why.
+// Mesh files of any format, read from outside the project: sizes bounded, every vertex finite. A std::runtime_error says
+// why a file cannot be used and what to do about it: "/x/y.obj, which does not exist; give …".
 #pragma once
 
 #include <cstddef>
 #include <filesystem>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -11,20 +11,14 @@
 
 namespace tandem::server {
 
-/// Why a file cannot be used and what to do about it: "/x/y.obj, which does not exist; give …".
-class AssetFileError : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
-};
-
 /// The whole of a file of at most 64 MiB.
 /// In      remedy  what to do when there is no such file; for a data file of Debian it is the package to install
-/// Fails   AssetFileError
+/// Fails   std::runtime_error
 std::vector<std::byte> read_asset_file(const std::filesystem::path& file, const std::string& remedy);
 
 /// Triangles of all parts of a mesh in one frame, in the file's units; corners that differ only in colour or normal are
 /// joined. `file` tells the format by its extension and is named in messages; only `bytes` are read.
-/// Fails   AssetFileError: empty, not a mesh, more than a million triangles, a vertex that is not finite
+/// Fails   std::runtime_error: empty, not a mesh, more than a million triangles, a vertex that is not finite
 geometry::TriangleMesh mesh_of_bytes(const std::vector<std::byte>& bytes, const std::filesystem::path& file);
 
 /// Both of the above.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <stdexcept>
 
 #include "common/base/units.hpp"
 #include "common/docking/molecule_asset.hpp"
@@ -17,7 +18,7 @@ template <class Read>
 auto or_refused(const SceneField& field, const Read& read) {
   try {
     return read();
-  } catch (const AssetFileError& error) {
+  } catch (const std::runtime_error& error) {
     field.refuse(std::string("is ") + error.what());
   }
 }
