@@ -47,7 +47,6 @@ Result measure(const Options& options) {
   const auto shared = std::make_shared<const haptics::ProxyMesh>(mesh);
   const std::vector<Vec3> hand = wandering_hand(mesh, options.steps);
   const geometry::TriangleTree tree(mesh);
-  const CrossingJudge judge(mesh);
   std::vector<ProxyRun> ours, closest_point;
   for (int round = 0; round < 1 + kRounds; ++round) {
     ours.push_back(run_god_object(shared, settings, hand, clock));
@@ -58,9 +57,9 @@ Result measure(const Options& options) {
   Result result;
   result.triangles = mesh.triangles.size();
   result.hand_depth_m = depth_of(hand, tree);
-  result.ours = figures_of(ours, tree, judge, settings.radius_m);
+  result.ours = figures_of(ours, mesh, settings.radius_m);
   result.lag = lag_of(shared, settings, hand);
-  result.closest_point = figures_of(closest_point, tree, judge, settings.radius_m);
+  result.closest_point = figures_of(closest_point, mesh, settings.radius_m);
   return result;
 }
 

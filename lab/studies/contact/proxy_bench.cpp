@@ -1,6 +1,7 @@
 #include "lab/studies/contact/proxy_bench.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -40,6 +41,39 @@ bool crosses_triangle(const Vec3& p, const Vec3& q, const Vec3& a, const Vec3& b
 
 double lowest_x(const std::array<Vec3, 3>& triangle) {
   return std::min({triangle[0].x(), triangle[1].x(), triangle[2].x()});
+}
+
+/// Tells which straight ways cross a mesh, by trying every triangle that overlaps their extent in x.
+class CrossingJudge {
+ public:
+  explicit CrossingJudge(const geometry::TriangleMesh& mesh);
+  bool crosses(const Vec3& from, const Vec3& to) const;
+
+ private:
+  std::vector<std::array<Vec3, 3>> triangles_;  ///< by their lowest x
+  double widest_m_ = 0;                         ///< in x
+};
+
+CrossingJudge::CrossingJudge(const geometry::TriangleMesh& mesh) {
+  triangles_.reserve(mesh.triangles.size());
+  for (const auto& corners : mesh.triangles) {
+    const auto corner = [&](std::size_t i) { return mesh.vertices[static_cast<std::size_t>(corners[i])]; };
+    const auto [low, high] = std::minmax({corner(0).x(), corner(1).x(), corner(2).x()});
+    widest_m_ = std::max(widest_m_, high - low);
+    triangles_.push_back({corner(0), corner(1), corner(2)});
+  }
+  std::ranges::sort(triangles_, {}, lowest_x);
+}
+
+bool CrossingJudge::crosses(const Vec3& from, const Vec3& to) const {
+  if (from == to) return false;
+  const auto [low, high] = std::minmax(from.x(), to.x());
+  auto triangle = std::ranges::lower_bound(triangles_, low - widest_m_, {}, lowest_x);
+  for (; triangle != triangles_.end() && lowest_x(*triangle) <= high; ++triangle) {
+    const auto& [a, b, c] = *triangle;
+    if (crosses_triangle(from, to, a, b, c)) return true;
+  }
+  return false;
 }
 
 }  // namespace
@@ -106,30 +140,9 @@ ProxyRun run_closest_point(const geometry::TriangleTree& tree, double radius_m, 
   return run;
 }
 
-CrossingJudge::CrossingJudge(const geometry::TriangleMesh& mesh) {
-  triangles_.reserve(mesh.triangles.size());
-  for (const auto& corners : mesh.triangles) {
-    const auto corner = [&](std::size_t i) { return mesh.vertices[static_cast<std::size_t>(corners[i])]; };
-    const auto [low, high] = std::minmax({corner(0).x(), corner(1).x(), corner(2).x()});
-    widest_m_ = std::max(widest_m_, high - low);
-    triangles_.push_back({corner(0), corner(1), corner(2)});
-  }
-  std::ranges::sort(triangles_, {}, lowest_x);
-}
-
-bool CrossingJudge::crosses(const Vec3& from, const Vec3& to) const {
-  if (from == to) return false;
-  const auto [low, high] = std::minmax(from.x(), to.x());
-  auto triangle = std::ranges::lower_bound(triangles_, low - widest_m_, {}, lowest_x);
-  for (; triangle != triangles_.end() && lowest_x(*triangle) <= high; ++triangle) {
-    const auto& [a, b, c] = *triangle;
-    if (crosses_triangle(from, to, a, b, c)) return true;
-  }
-  return false;
-}
-
-ProxyFigures figures_of(const std::vector<ProxyRun>& runs, const geometry::TriangleTree& tree,
-                        const CrossingJudge& judge, double radius_m) {
+ProxyFigures figures_of(const std::vector<ProxyRun>& runs, const geometry::TriangleMesh& mesh, double radius_m) {
+  const geometry::TriangleTree tree(mesh);
+  const CrossingJudge judge(mesh);
   ProxyFigures figures;
   std::vector<Duration> times;
   for (const ProxyRun& run : runs) times.insert(times.end(), run.times.begin(), run.times.end());

@@ -2,7 +2,6 @@
 // write first, both along the same path of the hand.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <memory>
 #include <vector>
@@ -37,9 +36,9 @@ ProxyRun run_closest_point(const geometry::TriangleTree& tree, double radius_m, 
 
 /// Judged from places and triangles alone, without any of the loops' own code but the exact distance to a mesh.
 struct ProxyFigures {
-  TimeQuantiles loop_us;         ///< over all ticks of all runs
-  double max_penetration_m = 0;  ///< of the ball: radius less the signed distance of its centre
-  std::uint64_t pop_throughs = 0;
+  TimeQuantiles loop_us;           ///< over all ticks of all runs
+  double max_penetration_m = 0;    ///< of the ball: radius less the signed distance of its centre
+  std::uint64_t pop_throughs = 0;  ///< straight pieces of the way that cross the mesh
 };
 
 /// How far the god-object is from where it would be if it had more time in a tick.
@@ -55,20 +54,8 @@ ProxyLag lag_of(const std::shared_ptr<const haptics::ProxyMesh>& mesh, const hap
 /// How deep the hand's point is at most.
 double depth_of(const std::vector<Vec3>& hand, const geometry::TriangleTree& tree);
 
-/// Counts straight ways that cross a mesh, by trying every triangle that overlaps their extent in x.
-class CrossingJudge {
- public:
-  explicit CrossingJudge(const geometry::TriangleMesh& mesh);
-  bool crosses(const Vec3& from, const Vec3& to) const;
-
- private:
-  std::vector<std::array<Vec3, 3>> triangles_;  ///< by their lowest x
-  double widest_m_ = 0;                         ///< in x
-};
-
 /// In      runs  of the same loop and path, at least one; leave out a first one, which finds caches cold
-ProxyFigures figures_of(const std::vector<ProxyRun>& runs, const geometry::TriangleTree& tree,
-                        const CrossingJudge& judge, double radius_m);
+ProxyFigures figures_of(const std::vector<ProxyRun>& runs, const geometry::TriangleMesh& mesh, double radius_m);
 boost::json::object to_json(const ProxyFigures& figures);
 boost::json::object to_json(const ProxyLag& lag);
 
