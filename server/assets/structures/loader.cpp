@@ -82,7 +82,9 @@ class Loader {
 
   void add(const PdbResidue& residue, const ResidueContext& context) {
     const TypedResidue typed = type_residue(force_field_, residue, context);
-    for (std::size_t i = 0; i < residue.atoms.size(); ++i) add_atom(residue, residue.atoms[i], typed.atoms[i]);
+    for (std::size_t i = 0; i < residue.atoms.size(); ++i) {
+      add_atom(residue, residue.atoms[i], typed.atoms[i], typed.guesses[i]);
+    }
     expected_hydrogens_ += typed.expected_hydrogens;
     missing_hydrogens_ += typed.missing_hydrogens;
     for (const std::string& name : typed.missing_heavy) {
@@ -112,16 +114,16 @@ class Loader {
   }
 
  private:
-  void add_atom(const PdbResidue& residue, const PdbAtom& atom, const TypedAtom& typed) {
-    const AtomType& type = force_field_.type(typed.type);
-    if (!typed.guess.empty()) molecule_.guessed.emplace(molecule_.size(), typed.guess);
+  void add_atom(const PdbResidue& residue, const PdbAtom& atom, const BlockAtom& entry, const std::string& guess) {
+    const AtomType& type = force_field_.type(entry.type);
+    if (!guess.empty()) molecule_.guessed.emplace(molecule_.size(), guess);
     molecule_.positions_angstrom.push_back(atom.position_angstrom);
     molecule_.sigma_angstrom.push_back(type.sigma_angstrom);
     molecule_.epsilon_kj_per_mol.push_back(type.epsilon_kj_per_mol);
-    molecule_.charge_e.push_back(typed.charge_e);
+    molecule_.charge_e.push_back(entry.charge_e);
     molecule_.mass_u.push_back(type.mass_u);
     molecule_.labels.push_back({atom.name, residue.name, residue.id, residue.chain, atom.element, atom.serial});
-    molecule_.types.push_back(typed.type);
+    molecule_.types.push_back(entry.type);
   }
 
   void note(std::string text) { molecule_.notes.push_back(std::move(text)); }

@@ -288,16 +288,17 @@ std::string place_of(const PdbResidue& residue) {
   return residue.name + " " + residue.id + (residue.chain.empty() ? "" : " of chain " + residue.chain);
 }
 
-TypedAtom guess_by_element(const PdbResidue& residue, std::size_t i, const std::string& block) {
+/// Adds an entry for atom i by its element, and what people are told of it.
+void guess_by_element(const PdbResidue& residue, std::size_t i, const std::string& block, TypedResidue& typed) {
   const PdbAtom& atom = residue.atoms[i];
   std::string_view type = "opls_135";  // an unknown element: in a protein a carbon-sized atom is the likeliest
   for (const ElementType& known : kTypeOfElement) {
     if (known.element == atom.element) type = known.type;
   }
   if (atom.element == "H" && !is_bound_to_carbon(residue, i)) type = kPolarHydrogen;
-  return {std::string(type), 0.0,
-          "atom " + atom.name + " of " + place_of(residue) + ": not in the force field's block " + block +
-              ", taken as " + std::string(type) + " by its element with charge 0"};
+  typed.atoms.push_back({atom.name, std::string(type), 0.0});
+  typed.guesses.push_back("atom " + atom.name + " of " + place_of(residue) + ": not in the force field's block " +
+                          block + ", taken as " + std::string(type) + " by its element with charge 0");
 }
 
 /// Without ring hydrogens the tautomer is a choice: every atom whose entry depends on it is a guess.
@@ -307,10 +308,10 @@ void mark_guessed_tautomer(const ForceField& force_field, const PdbResidue& resi
   if (canonical_residue(residue.name) != "HIS" || has(names, "HD1") || has(names, "HE2") || other == nullptr) return;
   for (std::size_t i = 0; i < names.size(); ++i) {
     const BlockAtom* alternative = other->find(names[i]);
-    TypedAtom& atom = typed.atoms[i];
-    if (!atom.guess.empty() || alternative == nullptr || alike(*alternative, {{}, atom.type, atom.charge_e})) continue;
-    atom.guess = "atom " + residue.atoms[i].name + " of " + place_of(residue) +
-                 ": neither HD1 nor HE2 in the file, taken as HISE, neutral with the hydrogen on NE2";
+    std::string& guess = typed.guesses[i];
+    if (!guess.empty() || alternative == nullptr || alike(*alternative, typed.atoms[i])) continue;
+    guess = "atom " + residue.atoms[i].name + " of " + place_of(residue) +
+            ": neither HD1 nor HE2 in the file, taken as HISE, neutral with the hydrogen on NE2";
   }
 }
 
@@ -329,9 +330,12 @@ TypedResidue type_residue(const ForceField& force_field, const PdbResidue& resid
   const Matcher matcher(atoms, residue, names);
   TypedResidue typed;
   for (std::size_t i = 0; i < residue.atoms.size(); ++i) {
-    const BlockAtom* entry = matcher.of(i);
-    typed.atoms.push_back(entry != nullptr ? TypedAtom{entry->type, entry->charge_e, {}}
-                                           : guess_by_element(residue, i, block.name));
+    if (const BlockAtom* entry = matcher.of(i)) {
+      typed.atoms.push_back(*entry);
+      typed.guesses.emplace_back();
+    } else {
+      guess_by_element(residue, i, block.name, typed);
+    }
   }
   for (std::size_t k = 0; k < atoms.size(); ++k) {
     const bool hydrogen = atoms[k].name.starts_with('H');

@@ -25,14 +25,9 @@ struct ResidueContext {
   bool in_disulfide = false;
 };
 
-struct TypedAtom {
-  std::string type;
-  double charge_e = 0;
-  std::string guess;  ///< empty for an exact entry; else for people
-};
-
 struct TypedResidue {
-  std::vector<TypedAtom> atoms;  ///< one for each of the residue's
+  std::vector<BlockAtom> atoms;      ///< the entry of each of the residue's
+  std::vector<std::string> guesses;  ///< likewise: empty for an exact entry; else for people
   std::size_t expected_hydrogens = 0;
   std::size_t missing_hydrogens = 0;
   std::vector<std::string> missing_heavy;  ///< names
