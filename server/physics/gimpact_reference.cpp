@@ -17,6 +17,9 @@
 namespace tandem::server {
 namespace {
 
+/// By which Bullet grows the triangles of both meshes.
+constexpr double kMargin_m = 1e-4;
+
 /// A mesh with the copy of its triangles that Bullet points into.
 class GImpactMesh {
  public:
@@ -59,20 +62,19 @@ class TimedWorld final : public btDiscreteDynamicsWorld {
 }  // namespace
 
 struct GImpactReference::Impl {
-  Impl(const geometry::TriangleMesh& moving, const geometry::TriangleMesh& fixed, const Settings& settings_in,
-       const Clock& clock_in)
-      : settings(settings_in),
-        clock(clock_in),
-        moving_mesh(moving, settings.margin_m),
-        fixed_mesh(fixed, settings.margin_m),
+  Impl(const geometry::TriangleMesh& moving, const geometry::TriangleMesh& fixed, double mass_kg,
+       const Vec3& principal_inertia_kg_m2, double friction, const Clock& clock_in)
+      : clock(clock_in),
+        moving_mesh(moving, kMargin_m),
+        fixed_mesh(fixed, kMargin_m),
         dispatcher(&configuration),
         world(&dispatcher, &broadphase, &solver, &configuration, clock),
-        tool(settings.mass_kg, nullptr, &moving_mesh.shape(), to_bullet(settings.principal_inertia_kg_m2)),
+        tool(mass_kg, nullptr, &moving_mesh.shape(), to_bullet(principal_inertia_kg_m2)),
         wall(0, nullptr, &fixed_mesh.shape()) {
     btGImpactCollisionAlgorithm::registerAlgorithm(&dispatcher);
     world.setGravity(btVector3(0, 0, 0));
     for (btRigidBody* body : {&tool, &wall}) {
-      body->setFriction(std::sqrt(settings.friction));
+      body->setFriction(std::sqrt(friction));
       body->setActivationState(DISABLE_DEACTIVATION);
       world.addRigidBody(body);
     }
@@ -90,7 +92,6 @@ struct GImpactReference::Impl {
     return count;
   }
 
-  Settings settings;
   const Clock& clock;
   GImpactMesh moving_mesh;
   GImpactMesh fixed_mesh;
@@ -104,8 +105,9 @@ struct GImpactReference::Impl {
 };
 
 GImpactReference::GImpactReference(const geometry::TriangleMesh& moving, const geometry::TriangleMesh& fixed,
-                                   const Settings& settings, const Clock& clock)
-    : impl_(std::make_unique<Impl>(moving, fixed, settings, clock)) {}
+                                   double mass_kg, const Vec3& principal_inertia_kg_m2, double friction,
+                                   const Clock& clock)
+    : impl_(std::make_unique<Impl>(moving, fixed, mass_kg, principal_inertia_kg_m2, friction, clock)) {}
 GImpactReference::~GImpactReference() = default;
 
 void GImpactReference::place(const Pose& X_WT) {
@@ -114,17 +116,13 @@ void GImpactReference::place(const Pose& X_WT) {
   impl_->tool.setAngularVelocity(btVector3(0, 0, 0));
 }
 
-void GImpactReference::set_step(double step_s) {
-  impl_->settings.step_s = step_s;
-}
-
-GImpactReference::Step GImpactReference::step(const Wrench& on_tool_W) {
+GImpactReference::Step GImpactReference::step(const Wrench& on_tool_W, double step_s) {
   Impl& all = *impl_;
   const LocalTime begin = all.clock.now();
   all.tool.applyCentralForce(to_bullet(on_tool_W.f));
   all.tool.applyTorque(to_bullet(on_tool_W.t));
   // No sub-steps: Bullet then advances by exactly this time.
-  all.world.stepSimulation(all.settings.step_s, 0);
+  all.world.stepSimulation(step_s, 0);
   Step result;
   result.whole = all.clock.now() - begin;
   result.query = all.world.query;

@@ -202,12 +202,7 @@ TouchTrace run_gimpact(const geometry::TriangleMesh& tool, const geometry::Trian
                        std::size_t steps) {
   const Eigen::AlignedBox3d bounds = bounds_of(tool);
   const Vec3 inertia = box_inertia_kg_m2(bounds.max() - bounds.min(), settings.mass_kg);
-  server::GImpactReference::Settings peer_settings;
-  peer_settings.step_s = settings.step_s;
-  peer_settings.mass_kg = settings.mass_kg;
-  peer_settings.principal_inertia_kg_m2 = inertia;
-  peer_settings.friction = settings.friction;
-  server::GImpactReference peer(tool, fixed, peer_settings, clock);
+  server::GImpactReference peer(tool, fixed, settings.mass_kg, inertia, settings.friction, clock);
   const auto law =
       haptics::make_coupling_law("spring-damper", damped_for(settings.coupling, settings.mass_kg, inertia));
   Pose X_WT = resting_pose(path, settings, begin);
@@ -217,7 +212,7 @@ TouchTrace run_gimpact(const geometry::TriangleMesh& tool, const geometry::Trian
     const haptics::CouplingWrenches pull = haptics::coupling_wrenches(*law, X_WH, V_WH, X_WT, V_WT);
     Wrench on_tool_W = pull.on_tool_W;
     on_tool_W.f += settings.mass_kg * settings.gravity_m_per_s2;
-    const server::GImpactReference::Step stepped = peer.step(on_tool_W);
+    const server::GImpactReference::Step stepped = peer.step(on_tool_W, settings.step_s);
     X_WT = stepped.X_WT;
     V_WT = stepped.V_WT;
     TouchStep result;

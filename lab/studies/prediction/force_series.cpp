@@ -131,11 +131,7 @@ ForceSeries chatter_series(double mass_kg) {
   const TouchSettings settings = peg_settings(mass_kg);
   const Eigen::AlignedBox3d bounds = bounds_of(peg);
   const Vec3 inertia = box_inertia_kg_m2(bounds.max() - bounds.min(), mass_kg);
-  server::GImpactReference::Settings peer_settings;
-  peer_settings.mass_kg = mass_kg;
-  peer_settings.principal_inertia_kg_m2 = inertia;
-  peer_settings.friction = settings.friction;
-  server::GImpactReference peer(peg, box, peer_settings, clock);
+  server::GImpactReference peer(peg, box, mass_kg, inertia, settings.friction, clock);
   haptics::CouplingParameters coupling = damped_for(settings.coupling, mass_kg, inertia);
   const auto law = haptics::make_coupling_law("spring-damper", coupling);
   RigidState tool{path.pose_at(Duration(0)), {}};
@@ -149,8 +145,7 @@ ForceSeries chatter_series(double mass_kg) {
         haptics::coupling_wrenches(*law, path.pose_at(at), path.twist_at(at), tool.X, tool.V);
     Wrench on_tool_W = pull.on_tool_W;
     on_tool_W.f += mass_kg * settings.gravity_m_per_s2;
-    peer.set_step(step_s);
-    const server::GImpactReference::Step step = peer.step(on_tool_W);
+    const server::GImpactReference::Step step = peer.step(on_tool_W, step_s);
     tool = {step.X_WT, step.V_WT};
     const bool is_touching = step.contacts > 0;
     series.samples.push_back({at, pull.on_hand_W, is_touching != was_touching});
