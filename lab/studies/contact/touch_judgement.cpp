@@ -3,10 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <stdexcept>
 #include <vector>
-
-#include "lab/studies/contact/pop_through.hpp"
 
 namespace tandem::lab {
 namespace {
@@ -16,6 +15,11 @@ constexpr std::size_t kCopyBytes = 256U << 10U;
 constexpr int kCopies = 5000;
 constexpr int kSampleRounds = 50;
 constexpr std::size_t kSamplePoints = 4096;
+constexpr std::size_t kPointsOfBody = 200;  // that are followed
+constexpr double kTooDeep_m = 2e-3;
+constexpr double kShallow_m = 5e-4;
+constexpr double kPiece_m = 2.5e-4;
+constexpr int kMaxPieces = 1000;
 
 double deepest_exact_m(const TouchTrace& trace, const ExactSurface& tool, const ExactSurface& fixed) {
   double deepest_m = 0;
@@ -26,6 +30,102 @@ double deepest_exact_m(const TouchTrace& trace, const ExactSurface& tool, const 
   }
   return deepest_m;
 }
+
+/// Points of one body's surface, followed relative to another body.
+class PointsThrough {
+ public:
+  /// In      points_M  in the frame of the moving body
+  PointsThrough(const std::vector<Vec3>& points_M, const ExactSurface& other) : other_(other) {
+    for (const Vec3& p_M : points_M) followers_.push_back({.p_M = p_M});
+  }
+
+  /// The moving body relative to the other; returns how many points are through now.
+  std::size_t step(const Pose& X_OM);
+  double deepest_m() const { return deepest_m_; }
+
+ private:
+  struct Follower {
+    Vec3 p_M = Vec3::Zero();
+    Vec3 last_O = Vec3::Zero();
+    Vec3 entry_O = Vec3::Zero();  ///< normal of the side that it was last outside of
+    bool is_inside = false;
+    bool is_through = false;
+  };
+  void move(Follower& follower, const Vec3& p_O);
+
+  const ExactSurface& other_;
+  std::vector<Follower> followers_;
+  double deepest_m_ = 0;
+  bool has_started_ = false;
+};
+
+std::size_t PointsThrough::step(const Pose& X_OM) {
+  std::size_t through = 0;
+  for (Follower& follower : followers_) {
+    const Vec3 p_O = X_OM * follower.p_M;
+    if (!has_started_) follower.last_O = p_O;
+    const Vec3 from_O = follower.last_O;
+    const double length = (p_O - from_O).norm();
+    const int pieces = std::clamp(static_cast<int>(std::ceil(length / kPiece_m)), 1, kMaxPieces);
+    // The ball around the stretch: far from the box, nothing on it matters.
+    if (follower.is_inside || other_.may_touch((from_O + p_O) / 2, length / 2 + kTooDeep_m)) {
+      for (int i = 1; i <= pieces; ++i) move(follower, from_O + (p_O - from_O) * i / pieces);
+    }
+    follower.last_O = p_O;
+    through += follower.is_through ? 1 : 0;
+  }
+  has_started_ = true;
+  return through;
+}
+
+void PointsThrough::move(Follower& follower, const Vec3& p_O) {
+  const geometry::TriangleTree::Closest closest = other_.tree().closest(p_O, kTooDeep_m);
+  if (closest.triangle < 0) {
+    // Farther from the surface than a point may be inside.
+    if (follower.is_inside) {
+      follower.is_through = true;
+      deepest_m_ = std::max(deepest_m_, -other_.distance_m(p_O, std::numeric_limits<double>::infinity()));
+    }
+    return;
+  }
+  const Vec3 normal = closest.normal_S.stableNormalized();
+  follower.is_inside = (p_O - closest.point_S).dot(normal) < 0;
+  if (!follower.is_inside) {
+    follower.entry_O = normal;
+    follower.is_through = false;
+    return;
+  }
+  deepest_m_ = std::max(deepest_m_, closest.distance_m);
+  if (closest.distance_m > kShallow_m && normal.dot(follower.entry_O) < 0) follower.is_through = true;
+}
+
+/// Follows points of the surface of each of two bodies against the other, and counts how often the pair goes from none
+/// through to some, judged from the motion and the exact meshes alone.
+///
+/// Model   A point has popped through when it is more than kTooDeep_m inside, or more than kShallow_m inside and
+///         closest to a side that faces away from the one it came in by: so thin walls count too. Between steps the
+///         points are taken to move straight, in pieces of at most kPiece_m.
+class PopThroughWatch {
+ public:
+  /// In      a, b  apart at the first step
+  PopThroughWatch(const ExactSurface& a, const ExactSurface& b)
+      : a_in_b_(a.samples(kPointsOfBody, 1), b), b_in_a_(b.samples(kPointsOfBody, 2), a) {}
+
+  void step(const Pose& X_WA, const Pose& X_WB) {
+    const std::size_t through = a_in_b_.step(X_WB.inverse() * X_WA) + b_in_a_.step(X_WA.inverse() * X_WB);
+    if (through > 0 && !is_through_) ++count_;
+    is_through_ = through > 0;
+  }
+  std::uint64_t count() const { return count_; }
+  /// Of any point at any step.
+  double deepest_m() const { return std::max(a_in_b_.deepest_m(), b_in_a_.deepest_m()); }
+
+ private:
+  PointsThrough a_in_b_;
+  PointsThrough b_in_a_;
+  std::uint64_t count_ = 0;
+  bool is_through_ = false;
+};
 
 }  // namespace
 

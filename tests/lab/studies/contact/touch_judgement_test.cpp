@@ -9,7 +9,6 @@
 
 #include "lab/studies/contact/exact_overlap.hpp"
 #include "lab/studies/contact/mesh_generators.hpp"
-#include "lab/studies/contact/pop_through.hpp"
 #include "lab/studies/contact/touch_path.hpp"
 
 namespace tandem::lab {
@@ -71,9 +70,9 @@ geometry::TriangleMesh plate(double thickness_m) {
 
 std::uint64_t events_of_fall(double thickness_m, double to_z_m, double per_step_m) {
   const ExactSurface sphere(make_sphere(0.01, 3)), wall(plate(thickness_m));
-  PopThroughWatch watch(sphere, wall);
-  for (double z = 0.03; z > to_z_m; z -= per_step_m) watch.step({Vec3(0, 0, z), Quat::Identity()}, Pose{});
-  return watch.count();
+  TouchTrace fall;
+  for (double z = 0.03; z > to_z_m; z -= per_step_m) fall.emplace_back().X_WT.p.z() = z;
+  return figures_of({fall}, sphere, wall).pop_throughs;
 }
 
 TEST(PopThrough, CountsASphereThatFallsThroughAThinWallHoweverFast) {
