@@ -10,7 +10,10 @@ SoftTraits traits_of(const wire::SoftBody& body) {
   SoftTraits traits;
   traits.mass_kg = body.mass_kg();
   traits.X_WS = proto::pose_from_placement(body.placement());
-  traits.material = {body.stiffness(), body.damping(), body.volume_stiffness(), body.friction()};
+  traits.stiffness = body.stiffness();
+  traits.damping = body.damping();
+  traits.volume_stiffness = body.volume_stiffness();
+  traits.friction = body.friction();
   for (const std::string& side : body.anchored()) {
     for (unsigned bit = 0; bit < std::size(kSoftSideNames); ++bit) {
       if (side == kSoftSideNames[bit]) traits.anchored = static_cast<SoftSides>(traits.anchored | 1U << bit);

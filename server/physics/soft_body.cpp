@@ -11,7 +11,7 @@ SoftBody::SoftBody(const SoftModel& model, const Vec3& gravity_m_per_s2)
   world_.air_density = 0;
   body_ = std::make_unique<btSoftBody>(&world_);
   btSoftBody::Material* const material = body_->appendMaterial();
-  material->m_kLST = model.material.stiffness;
+  material->m_kLST = model.traits.stiffness;
   for (std::size_t i = 0; i < model.nodes_W.size(); ++i)
     body_->appendNode(to_bullet(model.nodes_W[i]), model.mass_kg[i]);
   // Without looking for links that exist already, which costs the square of their number.
@@ -44,13 +44,13 @@ double SoftBody::update_volume() {
 }
 
 void SoftBody::solve_volume() {
-  if (model_.material.volume_stiffness <= 0) return;
+  if (model_.traits.volume_stiffness <= 0) return;
   const double error = update_volume() - rest_volume_m3_;
   double sum = 0;
   for (int i = 0; i < node_count(); ++i) {
     sum += inverse_mass(i) * volume_gradient_[static_cast<std::size_t>(i)].squaredNorm();
   }
-  volume_gain_ = sum > 0 ? model_.material.volume_stiffness / sum : 0.0;
+  volume_gain_ = sum > 0 ? model_.traits.volume_stiffness / sum : 0.0;
   const double step = -volume_gain_ * error;
   for (int i = 0; i < node_count(); ++i) {
     move(i, step * inverse_mass(i) * volume_gradient_[static_cast<std::size_t>(i)]);
@@ -58,7 +58,7 @@ void SoftBody::solve_volume() {
 }
 
 void SoftBody::damp_links() {
-  if (model_.material.damping <= 0) return;
+  if (model_.traits.damping <= 0) return;
   for (int i = 0; i < body_->m_links.size(); ++i) {
     btSoftBody::Link& link = body_->m_links[i];
     link.m_c3 = link.m_n[1]->m_x - link.m_n[0]->m_x;
@@ -66,7 +66,7 @@ void SoftBody::damp_links() {
     const double scale = link.m_c3.length2() * mobility;
     link.m_c2 = scale > 0 ? 1 / scale : 0.0;
   }
-  btSoftBody::VSolve_Links(body_.get(), model_.material.damping);
+  btSoftBody::VSolve_Links(body_.get(), model_.traits.damping);
 }
 
 bool SoftBody::finish(double step_s, double speed_limit_m_per_s) {

@@ -213,7 +213,7 @@ SoftModel finished(SoftModel model, const SoftTraits& traits) {
   order_by_colour(model);
   for (Vec3& node : model.nodes_W) node = traits.X_WS * node;
   add_samples(model);
-  model.material = traits.material;
+  model.traits = traits;
   return model;
 }
 

@@ -18,15 +18,6 @@ inline constexpr std::size_t kMaxSoftSamples = 20'000;
 /// No point of the surface at rest is farther than this over √2 from a sample, as long as the limit above holds.
 inline constexpr double kSoftSampleSpacing_m = 3e-3;
 
-/// Coefficients of Bullet's position-based solver: how much of an error one sweep mends. What they feel like depends
-/// on the rate and on the mass (server/README.md).
-struct SoftMaterial {
-  double stiffness = 0.5;         ///< of the links, 0..1
-  double damping = 0.1;           ///< of motion along the links, a step, 0..1
-  double volume_stiffness = 0.5;  ///< of the enclosed volume, 0..1
-  double friction = 0.5;
-};
-
 /// A point of the surface that can touch: a mean of up to three nodes. Weights sum to 1.
 struct SoftSample {
   std::array<int, 3> nodes{};
@@ -36,6 +27,20 @@ struct SoftSample {
 /// Sides of the bounding box in the body's frame, as bits 0..5: −x, +x, −y, +y, −z, +z.
 using SoftSides = std::uint8_t;
 
+/// What both kinds of soft bodies have in common.
+///
+/// Stiffness and damping are coefficients of Bullet's position-based solver: how much of an error one sweep mends. What
+/// they feel like depends on the rate and on the mass (server/README.md).
+struct SoftTraits {
+  double mass_kg = 0.2;
+  SoftSides anchored = 0;  ///< nodes of these sides do not move
+  Pose X_WS;
+  double stiffness = 0.5;         ///< of the links, 0..1
+  double damping = 0.1;           ///< of motion along the links, a step, 0..1
+  double volume_stiffness = 0.5;  ///< of the enclosed volume, 0..1
+  double friction = 0.5;
+};
+
 struct SoftModel {
   std::string name;
   std::vector<Vec3> nodes_W;    ///< at the start
@@ -43,15 +48,7 @@ struct SoftModel {
   std::vector<std::array<int, 2>> links;
   std::vector<std::array<int, 3>> faces;  ///< closed; corners counter-clockwise seen from outside
   std::vector<SoftSample> samples;        ///< nodes of the surface first
-  SoftMaterial material;
-};
-
-/// What both kinds have in common.
-struct SoftTraits {
-  double mass_kg = 0.2;
-  SoftSides anchored = 0;  ///< nodes of these sides do not move
-  Pose X_WS;
-  SoftMaterial material;
+  SoftTraits traits;                      ///< that it was made with
 };
 
 /// Cells of a block along x, y, z: as few as keep their edges at most `spacing_m` long.

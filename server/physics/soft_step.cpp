@@ -211,7 +211,7 @@ void SoftStep::solve_contact(const SoftThing& thing, int index, int sweep, std::
 }
 
 void SoftStep::rub(const SoftThing& thing, Candidate& candidate, SoftPush push, std::span<SoftReaction> reactions) {
-  push.friction = std::sqrt(thing.friction * body_.model().material.friction);
+  push.friction = std::sqrt(thing.friction * body_.model().traits.friction);
   if (push.friction <= 0) return;
   const Vec3 p_W = body_.position(body_.model().samples[static_cast<std::size_t>(candidate.sample)]);
   const Vec3 stuck_W = places_[static_cast<std::size_t>(candidate.thing)].X_WT * candidate.p_T_start;

@@ -120,7 +120,7 @@ void SoftTangent::sweep_links(const SoftBody& body, std::span<const Vec3> nodes_
 }
 
 void SoftTangent::sweep_volume(const SoftBody& body) {
-  if (model_.material.volume_stiffness <= 0) return;
+  if (model_.traits.volume_stiffness <= 0) return;
   const std::vector<Vec3>& gradient = body.volume_gradient();
   Row error = Row::Zero();
   for (std::size_t i = 0; i < patch_.size(); ++i) {

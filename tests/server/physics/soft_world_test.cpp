@@ -428,7 +428,7 @@ TEST(SoftScene, OpenOrTooFineSurfaceIsRefused) {
 TEST(SoftScene, ClosedSurfaceKeepsItsVolumeOnATable) {
   SoftTraits traits;
   traits.X_WS.p = Vec3(0, 0, 0.03);
-  traits.material.volume_stiffness = 1;
+  traits.volume_stiffness = 1;
   SoftWorldSettings settings = pad_settings(0);
   settings.bodies = {make_soft_surface(octahedron(geometry::SurfaceKind::kSolid).mesh, traits)};
   const double volume_m3 = enclosed_volume_m3(settings.bodies[0].nodes_W, settings.bodies[0].faces);
