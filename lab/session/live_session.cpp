@@ -131,9 +131,8 @@ void LiveTrialServer::take(SessionTrace& trace, LiveTiming& timing) {
   trace.bodies = std::move(bodies_);
   trace.stored = std::move(stored_);
   trace.room_steps = server_.rooms().front()->steps_done().value;
-  server::LiveServerReport report = server_.report();
-  trace.hub = report.counters;
-  timing.room = std::move(report.rooms.front());
+  trace.hub = server_.counters();
+  timing.room = server_.room_timings().front();
 }
 
 /// A person with everything on their side of the network.

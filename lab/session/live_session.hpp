@@ -22,7 +22,7 @@
 #include "client/haptics/haptic_loop.hpp"
 #include "lab/experiment/experiment.hpp"
 #include "lab/session/trace.hpp"
-#include "server/net/room_scheduler.hpp"
+#include "server/net/live_server.hpp"
 
 namespace tandem::lab {
 

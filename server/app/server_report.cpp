@@ -25,10 +25,10 @@ boost::json::object drops(const proto::DropCounters& counters) {
 }  // namespace
 
 boost::json::object report_json(const LiveServer& server) {
-  const LiveServerReport report = server.report();
+  const std::vector<RoomTiming> timings = server.room_timings();
   boost::json::array rooms;
-  for (std::size_t i = 0; i < report.rooms.size(); ++i) {
-    const RoomTiming& timing = report.rooms[i];
+  for (std::size_t i = 0; i < timings.size(); ++i) {
+    const RoomTiming& timing = timings[i];
     rooms.push_back(boost::json::object{{"name", server.rooms()[i]->name()},
                                         {"steps", timing.steps},
                                         {"overruns", timing.overruns},
@@ -36,11 +36,11 @@ boost::json::object report_json(const LiveServer& server) {
                                         {"lateness_us", quantiles_us(timing.lateness)},
                                         {"step_time_us", quantiles_us(timing.step_time)}});
   }
-  const HubCounters& counters = report.counters;
+  const HubCounters& counters = server.counters();
   return {{"program", "tandem-server"},
           {"version", TANDEM_VERSION},
           {"port", server.port()},
-          {"up_s", to_seconds(report.up)},
+          {"up_s", to_seconds(server.up())},
           {"joins", counters.joins},
           {"datagrams", boost::json::object{{"received", counters.datagrams_received},
                                             {"sent", counters.datagrams_sent},

@@ -13,7 +13,8 @@
 #include <string>
 #include <vector>
 
-#include "server/net/room_scheduler.hpp"
+#include "common/base/histogram.hpp"
+#include "common/base/time.hpp"
 #include "server/session/session_hub.hpp"
 
 namespace tandem::server {
@@ -27,11 +28,13 @@ struct LiveServerSettings {
   HubSettings hub{};                       ///< datagram_port, and connection_ids where empty, are filled in
 };
 
-/// What a server did; after run().
-struct LiveServerReport {
-  Duration up{0};
-  HubCounters counters;
-  std::vector<RoomTiming> rooms;
+/// How well a room's loop kept its time.
+struct RoomTiming {
+  std::uint64_t steps = 0;
+  std::uint64_t overruns = 0;  ///< steps that ended after the next deadline (kFaultOverrun)
+  std::uint64_t missed = 0;    ///< deadlines skipped
+  Histogram lateness;          ///< of waking up
+  Histogram step_time;
 };
 
 class LiveServer {
@@ -54,8 +57,12 @@ class LiveServer {
   /// Lets run() return at once, without a goodbye, as a crash would.
   /// Thread  any
   void abandon();
-  /// After run().
-  LiveServerReport report() const;
+
+  // What the server did; after run().
+  Duration up() const;
+  const HubCounters& counters() const;
+  /// In the order of the rooms.
+  std::vector<RoomTiming> room_timings() const;
 
   /// Set before run(); called on the io thread.
   std::function<void(const std::string&)> on_log;
