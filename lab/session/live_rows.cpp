@@ -16,10 +16,12 @@ TickSample sample_of(const ExperimentUser& user, const LiveTick& tick, Duration 
 
 }  // namespace
 
-LiveRows live_rows(const ExperimentUser& user, const std::vector<LiveTick>& ticks, LocalTime start, Duration duration) {
-  LiveRows result;
+std::vector<TickSample> live_rows(const ExperimentUser& user, const std::vector<LiveTick>& ticks, LocalTime start,
+                                  Duration duration, std::uint64_t& skipped) {
+  std::vector<TickSample> rows;
+  skipped = 0;
   const auto count = static_cast<std::size_t>(duration / kHapticPeriod);
-  result.rows.reserve(count);
+  rows.reserve(count);
   std::size_t next = 0;
   for (std::size_t k = 0; k < count && !ticks.empty(); ++k) {
     const Duration begin = kHapticPeriod * static_cast<Duration::rep>(k);
@@ -27,10 +29,10 @@ LiveRows live_rows(const ExperimentUser& user, const std::vector<LiveTick>& tick
     while (next < ticks.size() && ticks[next].record.at < start + begin + kHapticPeriod) ++next;
     const LiveTick& tick = ticks[next == 0 ? 0 : next - 1];
     const bool is_new = next > before;
-    result.skipped += is_new ? 0 : 1;
-    result.rows.push_back(sample_of(user, tick, is_new ? tick.record.at - start : begin + user.tick_phase));
+    skipped += is_new ? 0 : 1;
+    rows.push_back(sample_of(user, tick, is_new ? tick.record.at - start : begin + user.tick_phase));
   }
-  return result;
+  return rows;
 }
 
 }  // namespace tandem::lab

@@ -17,16 +17,13 @@ struct LiveTick {
   Duration round_trip{0};  ///< filled in by the reader, from the session's newest snapshot
 };
 
-struct LiveRows {
-  std::vector<TickSample> rows;
-  std::uint64_t skipped = 0;  ///< rows that repeat the one before
-};
-
 /// One row a millisecond of the duration: row k is the newest tick before k + 1 ms after `start`, at its own time.
 /// Where the machine skipped a tick, the one before is repeated, which is what the hand felt; phase and intended place
 /// are those of the row's time.
 ///
 /// In      ticks  in order; empty: no rows
-LiveRows live_rows(const ExperimentUser& user, const std::vector<LiveTick>& ticks, LocalTime start, Duration duration);
+/// Out     skipped  rows that repeat the one before
+std::vector<TickSample> live_rows(const ExperimentUser& user, const std::vector<LiveTick>& ticks, LocalTime start,
+                                  Duration duration, std::uint64_t& skipped);
 
 }  // namespace tandem::lab

@@ -397,8 +397,8 @@ void LiveSession::take_user(std::size_t index) {
   UserTrace& user = trace.users[index];
   const client::ClientIoSnapshot io = live.io();
   live.stop();
-  LiveRows rows = live_rows(live.user(), live.ticks(), hands_started, experiment.duration);
-  user.ticks = std::move(rows.rows);
+  std::uint64_t skipped = 0;
+  user.ticks = live_rows(live.user(), live.ticks(), hands_started, experiment.duration, skipped);
   for (const TickSample& tick : user.ticks) trace.faults_seen |= tick.server_tick_faults;
   user.energy_to_hand_j = live.counters().energy_to_hand_j - live.counters_at_start().energy_to_hand_j;
   user.energy_from_hand_j = live.counters().energy_from_hand_j - live.counters_at_start().energy_from_hand_j;
@@ -409,7 +409,7 @@ void LiveSession::take_user(std::size_t index) {
   user.traffic = traffic_of(io);
   user.traffic.datagrams -= traffic_at_start[index].datagrams;
   user.traffic.bytes -= traffic_at_start[index].bytes;
-  timing.users[index] = {told[index], rows.skipped, live.lost(), live.loop_report()};
+  timing.users[index] = {told[index], skipped, live.lost(), live.loop_report()};
 }
 
 SessionTrace LiveSession::take_trace() {
