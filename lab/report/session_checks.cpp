@@ -23,11 +23,11 @@ constexpr double kTicksRunFraction = 0.99;
 constexpr double kTickRate_hz = 1000;
 constexpr double kTickRateErrorFraction = 0.01;
 
-const PhaseSummary& hold_phase(const Session& session, const ClientSummary& summary) {
+const PhaseSummary& hold_phase(const Session& session, const ClientRun& summary) {
   if (const auto* phase = summary.phase(kHoldPhase)) return *phase;
   std::string known;
   for (const PhaseSummary& phase : summary.phases) known += (known.empty() ? "" : ", ") + phase.name;
-  throw std::invalid_argument("session " + session.name + ", user " + summary.user +
+  throw std::invalid_argument("session " + session.name + ", user " + summary.name +
                               ": phases has no \"hold\" (it has: " + (known.empty() ? "none" : known) +
                               "); give the client a hand path with a phase of that name");
 }
@@ -41,40 +41,40 @@ double largest_finite(const std::vector<double>& values) {
 }
 
 /// At least one when only the client, which sees more than the trace holds, says so.
-double not_finite_count(const UserRun& user) {
+double not_finite_count(const ClientRun& user) {
   const auto& force = user.trace.force_n;
   const auto& torque = user.trace.torque_n_m;
   std::size_t count = 0;
   for (std::size_t i = 0; i < force.size(); ++i) {
     if (!std::isfinite(force[i]) || !std::isfinite(torque[i])) ++count;
   }
-  if (!user.summary.all_forces_finite) count = std::max<std::size_t>(count, 1);
+  if (!user.all_forces_finite) count = std::max<std::size_t>(count, 1);
   return static_cast<double>(count);
 }
 
-void add_touch_checks(const std::string& scope, const UserRun& user, const PhaseSummary& hold,
+void add_touch_checks(const std::string& scope, const ClientRun& user, const PhaseSummary& hold,
                       std::vector<Check>& out) {
   out.push_back({scope, "shared body felt: mean force, settled hold phase", hold.settled_force_mean_n,
                  Relation::kAtLeast, kFeltForce_n, "N", 2});
-  out.push_back({scope, "shared body moved: largest displacement", user.summary.body_displacement_m * kMillimetres,
+  out.push_back({scope, "shared body moved: largest displacement", user.body_displacement_m * kMillimetres,
                  Relation::kAtLeast, kBodyDisplacement_m * kMillimetres, "mm", 1});
   out.push_back({scope, "hand at rest: largest speed, settled hold phase",
                  hold.settled_hand_speed_max_m_per_s * kMillimetres, Relation::kAtMost,
                  kSettledHandSpeed_m_per_s * kMillimetres, "mm/s", 1});
 }
 
-void add_force_checks(const std::string& scope, const UserRun& user, std::vector<Check>& out) {
-  const double largest = std::max(user.summary.force_max_n, largest_finite(user.trace.force_n));
-  const double limit = user.summary.force_limit_n;
+void add_force_checks(const std::string& scope, const ClientRun& user, std::vector<Check>& out) {
+  const double largest = std::max(user.force_max_n, largest_finite(user.trace.force_n));
+  const double limit = user.force_limit_n;
   out.push_back({scope, "forces that are not finite", not_finite_count(user), Relation::kAtMost, 0, "ticks", 0});
   out.push_back({scope, "largest force, within the device's limit",
                  largest <= limit * (1 + kTraceRounding) ? std::min(largest, limit) : largest, Relation::kAtMost, limit,
                  "N", 2});
-  out.push_back({scope, "time at the clamp", user.summary.clamped_fraction * kPercent, Relation::kBelow,
+  out.push_back({scope, "time at the clamp", user.clamped_fraction * kPercent, Relation::kBelow,
                  kClampedFraction * kPercent, "%", 2});
 }
 
-void add_timing_checks(const std::string& scope, const ClientSummary& summary, std::vector<Check>& out) {
+void add_timing_checks(const std::string& scope, const ClientRun& summary, std::vector<Check>& out) {
   // No expected tick: 0/0 is NaN, and the check fails.
   const double run = static_cast<double>(summary.ticks_run) / static_cast<double>(summary.ticks_expected);
   const double error = std::abs(summary.tick_rate_hz / kTickRate_hz - 1);
@@ -89,11 +89,11 @@ void add_timing_checks(const std::string& scope, const ClientSummary& summary, s
 std::vector<Check> check_sessions(std::span<const Session> sessions) {
   std::vector<Check> checks;
   for (const Session& session : sessions) {
-    for (const UserRun& user : session.users) {
-      const std::string scope = session.name + " · " + user.summary.user;
-      add_touch_checks(scope, user, hold_phase(session, user.summary), checks);
+    for (const ClientRun& user : session.users) {
+      const std::string scope = session.name + " · " + user.name;
+      add_touch_checks(scope, user, hold_phase(session, user), checks);
       add_force_checks(scope, user, checks);
-      add_timing_checks(scope, user.summary, checks);
+      add_timing_checks(scope, user, checks);
     }
   }
   return checks;

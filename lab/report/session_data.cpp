@@ -48,7 +48,7 @@ Drops parse_drops(const boost::json::value& counts, const std::string& origin, c
   return drops;
 }
 
-void read_drops(const boost::json::value& json, const std::string& origin, ClientSummary& out) {
+void read_drops(const boost::json::value& json, const std::string& origin, ClientRun& out) {
   const auto* drops = json.get_object().if_contains("drops");
   JsonFields fields(drops == nullptr ? boost::json::value(nullptr) : *drops, origin, "drops");
   for (const auto& [name, target] : {std::pair{"received", &out.received_drops}, std::pair{"sent", &out.sent_drops}}) {
@@ -57,7 +57,7 @@ void read_drops(const boost::json::value& json, const std::string& origin, Clien
   }
 }
 
-void read_timing(const boost::json::value& json, JsonFields& root, ClientSummary& out) {
+void read_timing(const boost::json::value& json, JsonFields& root, ClientRun& out) {
   out.ticks_run = required_count(root, "ticks_run");
   out.ticks_expected = required_count(root, "ticks_expected");
   out.tick_rate_hz = at_least_zero(root, "tick_rate_hz");
@@ -73,7 +73,7 @@ void read_timing(const boost::json::value& json, JsonFields& root, ClientSummary
   out.clock_offset_ms = measured(json, "", root, "clock_offset_ms");
 }
 
-void read_forces(JsonFields& root, ClientSummary& out) {
+void read_forces(JsonFields& root, ClientRun& out) {
   JsonFields force = root.object("force_n");
   out.force_rms_n = at_least_zero(force, "rms");
   out.force_max_n = at_least_zero(force, "max");
@@ -86,7 +86,7 @@ void read_forces(JsonFields& root, ClientSummary& out) {
   out.all_forces_finite = required_boolean(root, "all_forces_finite");
 }
 
-void read_phases(const boost::json::value& json, JsonFields& root, ClientSummary& out) {
+void read_phases(const boost::json::value& json, JsonFields& root, ClientRun& out) {
   if (!root.has("phases")) root.fail("phases", "it must be a list of objects");
   for (JsonFields& fields : root.objects("phases", 0, kMaxPhases)) {
     const std::string pointer = "/phases/" + std::to_string(out.phases.size());
@@ -99,7 +99,7 @@ void read_phases(const boost::json::value& json, JsonFields& root, ClientSummary
   }
 }
 
-void read_watched_body(const boost::json::value& json, JsonFields& root, ClientSummary& out) {
+void read_watched_body(const boost::json::value& json, JsonFields& root, ClientRun& out) {
   if (!root.has("watched_body")) root.fail("watched_body", "it must be an object, or null when no body was seen");
   if (json.get_object().at("watched_body").is_null()) return;
   JsonFields body = root.object("watched_body");
@@ -127,7 +127,7 @@ Axes take_axes(const CsvTable& table, const std::string& before) {
 
 /// Each client's own clock moved to the server's, in seconds. A client that never measured the offset is taken to share
 /// the server's machine: one that was never answered has nothing to line up.
-std::vector<double> server_time_s(const CsvTable& table, const ClientSummary& summary) {
+std::vector<double> server_time_s(const CsvTable& table, const ClientRun& summary) {
   std::vector<double> time_s = table.column("local_ns");
   if (time_s.empty()) throw std::invalid_argument(table.origin + " has no row; the client must have ticked");
   const double offset_s = std::isfinite(summary.clock_offset_ms) ? summary.clock_offset_ms * 1e-3 : 0;
@@ -141,7 +141,7 @@ std::vector<double> server_time_s(const CsvTable& table, const ClientSummary& su
 }
 
 /// The column `phase` holds the index of a phase, or −1 between them.
-std::vector<Band> phase_bands(const CsvTable& table, const ClientSummary& summary, const std::vector<double>& time_s) {
+std::vector<Band> phase_bands(const CsvTable& table, const ClientRun& summary, const std::vector<double>& time_s) {
   const std::vector<double>& phase = table.column("phase");
   std::vector<Band> bands;
   for (std::size_t i = 0; i < phase.size(); ++i) {
@@ -155,12 +155,11 @@ std::vector<Band> phase_bands(const CsvTable& table, const ClientSummary& summar
   return bands;
 }
 
-UserRun load_user(const std::filesystem::path& summary_file) {
+ClientRun load_user(const std::filesystem::path& summary_file) {
   const std::string origin = summary_file.string();
-  UserRun run;
-  run.summary = parse_client_summary(parse_json(read_text_file(summary_file), origin), origin);
+  ClientRun run = parse_client_summary(parse_json(read_text_file(summary_file), origin), origin);
   std::filesystem::path trace_file = summary_file;
-  run.trace = make_trace(read_csv(trace_file.replace_extension(".csv")), run.summary);
+  run.trace = make_trace(read_csv(trace_file.replace_extension(".csv")), run);
   return run;
 }
 
@@ -185,8 +184,8 @@ std::set<std::filesystem::path> summary_files(const std::filesystem::path& folde
 
 void move_start_to_zero(Session& session) {
   double start_s = std::numeric_limits<double>::infinity();
-  for (const UserRun& user : session.users) start_s = std::min(start_s, user.trace.time_s.front());
-  for (UserRun& user : session.users) {
+  for (const ClientRun& user : session.users) start_s = std::min(start_s, user.trace.time_s.front());
+  for (ClientRun& user : session.users) {
     for (double& time_s : user.trace.time_s) time_s -= start_s;
     for (Band& phase : user.trace.phases) {
       phase.begin -= start_s;
@@ -197,16 +196,16 @@ void move_start_to_zero(Session& session) {
 
 }  // namespace
 
-const PhaseSummary* ClientSummary::phase(std::string_view phase_name) const {
+const PhaseSummary* ClientRun::phase(std::string_view phase_name) const {
   const auto found =
       std::find_if(phases.begin(), phases.end(), [&](const PhaseSummary& phase) { return phase.name == phase_name; });
   return found == phases.end() ? nullptr : &*found;
 }
 
-ClientSummary parse_client_summary(const boost::json::value& json, const std::string& origin) {
+ClientRun parse_client_summary(const boost::json::value& json, const std::string& origin) {
   JsonFields root(json, origin);
-  ClientSummary summary;
-  summary.user = root.required_text("user");
+  ClientRun summary;
+  summary.name = root.required_text("user");
   summary.scene = root.required_text("scene");
   summary.stage = root.required_text("stage");
   read_timing(json, root, summary);
@@ -217,7 +216,7 @@ ClientSummary parse_client_summary(const boost::json::value& json, const std::st
   return summary;
 }
 
-Trace make_trace(const CsvTable& table, const ClientSummary& summary) {
+Trace make_trace(const CsvTable& table, const ClientRun& summary) {
   Trace trace;
   trace.time_s = server_time_s(table, summary);
   trace.phases = phase_bands(table, summary, trace.time_s);

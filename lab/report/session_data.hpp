@@ -28,9 +28,24 @@ struct PhaseSummary {
 /// Counts by the reasons of proto/drop_reason.hpp, in the file's order.
 using Drops = std::vector<std::pair<std::string, std::uint64_t>>;
 
-/// A client's JSON summary; NaN where it says null, which is: not known.
-struct ClientSummary {
-  std::string user;
+/// A position over time: x, y, z in W.
+using Axes = std::array<std::vector<double>, 3>;
+
+/// A client's trace, one entry a tick; NaN where nothing was known yet.
+struct Trace {
+  std::vector<double> time_s;   ///< since the first tick of the session's first client, on the server's clock
+  std::vector<double> force_n;  ///< displayed
+  std::vector<double> torque_n_m;
+  Axes hand_m;  ///< p_WH
+  Axes tool_m;  ///< p_WT
+  Axes body_m;  ///< origin of the watched body
+  std::vector<double> state_age_s;
+  std::vector<Band> phases;  ///< when those of ClientRun::phases ran [s]
+};
+
+/// What a client left: its JSON summary, NaN where that says null, which is: not known; and its trace.
+struct ClientRun {
+  std::string name;  ///< of the user
   std::string scene;
   std::string stage;
 
@@ -62,42 +77,24 @@ struct ClientSummary {
   std::string watched_body;  ///< "": none was seen
   double body_displacement_m = std::numeric_limits<double>::quiet_NaN();
 
+  Trace trace;
+
   /// Null when there is no such phase.
   const PhaseSummary* phase(std::string_view phase_name) const;
 };
 
-/// A position over time: x, y, z in W.
-using Axes = std::array<std::vector<double>, 3>;
-
-/// A client's trace, one entry a tick; NaN where nothing was known yet.
-struct Trace {
-  std::vector<double> time_s;   ///< since the first tick of the session's first client, on the server's clock
-  std::vector<double> force_n;  ///< displayed
-  std::vector<double> torque_n_m;
-  Axes hand_m;  ///< p_WH
-  Axes tool_m;  ///< p_WT
-  Axes body_m;  ///< origin of the watched body
-  std::vector<double> state_age_s;
-  std::vector<Band> phases;  ///< when those of ClientSummary::phases ran [s]
-};
-
-struct UserRun {
-  ClientSummary summary;
-  Trace trace;
-};
-
 struct Session {
   std::string name;
-  std::vector<UserRun> users;  ///< in the order of their files' names, at least two
+  std::vector<ClientRun> users;  ///< in the order of their files' names, at least two
 };
 
-/// Reads a summary. Keys that the report does not use are ignored.
+/// Reads a summary; the trace stays empty. Keys that the report does not use are ignored.
 /// Fails   std::invalid_argument naming file, key, value and remedy
-ClientSummary parse_client_summary(const boost::json::value& json, const std::string& origin);
+ClientRun parse_client_summary(const boost::json::value& json, const std::string& origin);
 
 /// Takes the columns that the report needs out of a client's CSV; time_s is then the server's clock since its start.
 /// Fails   std::invalid_argument: a column is missing, there is no row, time runs back, or a phase that `summary` lacks
-Trace make_trace(const CsvTable& table, const ClientSummary& summary);
+Trace make_trace(const CsvTable& table, const ClientRun& summary);
 
 /// Reads every USER.json of `folder` with its USER.csv.
 /// Fails   std::invalid_argument naming the file that is missing or bad; fewer than 2 users, or more than 16

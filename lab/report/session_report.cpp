@@ -20,7 +20,7 @@ constexpr std::string_view kTimeLabel = "time [s]";
 
 std::string user_list(const Session& session) {
   std::string list;
-  for (const UserRun& user : session.users) list += (list.empty() ? "" : ", ") + user.summary.user;
+  for (const ClientRun& user : session.users) list += (list.empty() ? "" : ", ") + user.name;
   return list;
 }
 
@@ -51,7 +51,7 @@ double extent(const std::vector<double>& values) {
 /// The axis of W along which the hands of the session moved furthest.
 std::size_t main_axis(const Session& session) {
   std::array<double, 3> moved{};
-  for (const UserRun& user : session.users) {
+  for (const ClientRun& user : session.users) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
       moved[axis] = std::max(moved[axis], extent(user.trace.hand_m[axis]));
     }
@@ -61,7 +61,7 @@ std::size_t main_axis(const Session& session) {
 
 double end_s(const Session& session) {
   double end = 0;
-  for (const UserRun& user : session.users) end = std::max(end, user.trace.time_s.back());
+  for (const ClientRun& user : session.users) end = std::max(end, user.trace.time_s.back());
   return end;
 }
 
@@ -83,15 +83,15 @@ Plot half_plot(const Session& session, const std::string& what, const std::strin
 
 void add_per_user(Plot& plot, const Session& session, std::vector<double> Trace::*values, double factor) {
   int color = 0;
-  for (const UserRun& user : session.users) {
-    plot.series.push_back({user.summary.user, user.trace.time_s, scaled(user.trace.*values, factor), color++});
+  for (const ClientRun& user : session.users) {
+    plot.series.push_back({user.name, user.trace.time_s, scaled(user.trace.*values, factor), color++});
   }
 }
 
 /// The largest finite value over all users; 0 when there is none.
 double largest(const Session& session, std::vector<double> Trace::*values) {
   double result = 0;
-  for (const UserRun& user : session.users) {
+  for (const ClientRun& user : session.users) {
     for (const double value : user.trace.*values) {
       if (std::isfinite(value)) result = std::max(result, value);
     }
@@ -101,14 +101,14 @@ double largest(const Session& session, std::vector<double> Trace::*values) {
 
 /// Draws the devices' limits; one so high that the lines below could not be read any more is only put in words, which
 /// are returned for the caption.
-std::string add_limits(Plot& plot, const Session& session, double ClientSummary::*limit,
-                       std::vector<double> Trace::*values, double factor, const std::string& unit) {
+std::string add_limits(Plot& plot, const Session& session, double ClientRun::*limit, std::vector<double> Trace::*values,
+                       double factor, const std::string& unit) {
   constexpr double kReadable = 5;
   const double largest_shown = largest(session, values) * factor;
   std::vector<double> seen;
   std::string words;
-  for (const UserRun& user : session.users) {
-    const double value = user.summary.*limit * factor;
+  for (const ClientRun& user : session.users) {
+    const double value = user.*limit * factor;
     if (std::find(seen.begin(), seen.end(), value) != seen.end()) continue;
     seen.push_back(value);
     const std::string text = "device limit " + format_significant(value, 3) + " " + unit;
@@ -125,7 +125,7 @@ Plot force_figure(const Session& session) {
   Plot plot = base_plot(session, "Displayed force", "force on the hand [N]");
   plot.y.low = 0;
   add_per_user(plot, session, &Trace::force_n, 1);
-  const std::string limit_words = add_limits(plot, session, &ClientSummary::force_limit_n, &Trace::force_n, 1, "N");
+  const std::string limit_words = add_limits(plot, session, &ClientRun::force_limit_n, &Trace::force_n, 1, "N");
   plot.caption =
       "Magnitude of the force that each device was given, after every safety stage. Shaded: the phases of the "
       "hands' path." +
@@ -138,7 +138,7 @@ Plot torque_figure(const Session& session) {
   plot.y.low = 0;
   add_per_user(plot, session, &Trace::torque_n_m, kMilli);
   const std::string limit_words =
-      add_limits(plot, session, &ClientSummary::torque_limit_n_m, &Trace::torque_n_m, kMilli, "mN·m");
+      add_limits(plot, session, &ClientRun::torque_limit_n_m, &Trace::torque_n_m, kMilli, "mN·m");
   plot.caption = "Magnitude of the torque that each device was given." + limit_words;
   return plot;
 }
@@ -148,9 +148,9 @@ Plot motion_figure(const Session& session) {
   const std::string name(1, kAxisNames[axis]);
   Plot plot = half_plot(session, "Hand and tool along " + name, "position along " + name + " [mm]");
   int color = 0;
-  for (const UserRun& user : session.users) {
+  for (const ClientRun& user : session.users) {
     const Trace& trace = user.trace;
-    const std::string& who = user.summary.user;
+    const std::string& who = user.name;
     plot.series.push_back({who + ", hand", trace.time_s, scaled(trace.hand_m[axis], kMilli), color});
     plot.series.push_back({who + ", tool", trace.time_s, scaled(trace.tool_m[axis], kMilli), color, Dash::kDashed});
     ++color;
@@ -162,14 +162,13 @@ Plot motion_figure(const Session& session) {
 }
 
 Plot body_figure(const Session& session) {
-  const UserRun& user = session.users.front();
+  const ClientRun& user = session.users.front();
   Plot plot = half_plot(session, "Displacement of the shared body", "displacement [mm]");
   for (std::size_t axis = 0; axis < 3; ++axis) {
     plot.series.push_back({std::string(1, kAxisNames[axis]), user.trace.time_s,
                            scaled(since_first(user.trace.body_m[axis]), kMilli), static_cast<int>(axis) + 2});
   }
-  plot.caption =
-      "The shared body (" + user.summary.watched_body + ") from where " + user.summary.user + " first saw it.";
+  plot.caption = "The shared body (" + user.watched_body + ") from where " + user.name + " first saw it.";
   return plot;
 }
 
@@ -191,9 +190,9 @@ Plot age_figure(const Session& session) {
   Plot plot = half_plot(session, "Age of the newest state", "time since last arrival [ms]");
   plot.y.low = 0;
   int color = 0;
-  for (const UserRun& user : session.users) {
+  for (const ClientRun& user : session.users) {
     Series series = largest_each(0.050, user.trace.time_s, scaled(user.trace.state_age_s, kMilli));
-    series.label = user.summary.user;
+    series.label = user.name;
     series.color = color++;
     plot.series.push_back(std::move(series));
   }
@@ -214,9 +213,9 @@ void add_users_table(HtmlReport& report, const Session& session) {
                {"At the clamp", "%"},
                {"Body moved", "mm"}},
               {}};
-  for (const UserRun& user : session.users) {
-    const ClientSummary& s = user.summary;
-    table.rows.push_back({s.user, s.stage, format_fixed(s.force_rms_n, 2), format_fixed(s.force_max_n, 2),
+  for (const ClientRun& user : session.users) {
+    const ClientRun& s = user;
+    table.rows.push_back({s.name, s.stage, format_fixed(s.force_rms_n, 2), format_fixed(s.force_max_n, 2),
                           format_fixed(s.torque_rms_n_m * kMilli, 1), format_fixed(s.torque_max_n_m * kMilli, 1),
                           format_fixed(s.clamped_fraction * kPercent, 2),
                           format_fixed(s.body_displacement_m * kMilli, 1)});
@@ -232,9 +231,9 @@ void add_phases_table(HtmlReport& report, const Session& session) {
                {"Mean force", "N"},
                {"Largest hand speed", "mm/s"}},
               {}};
-  for (const UserRun& user : session.users) {
-    for (const PhaseSummary& phase : user.summary.phases) {
-      table.rows.push_back({user.summary.user, phase.name, format_fixed(phase.duration_s, 2),
+  for (const ClientRun& user : session.users) {
+    for (const PhaseSummary& phase : user.phases) {
+      table.rows.push_back({user.name, phase.name, format_fixed(phase.duration_s, 2),
                             format_fixed(phase.settled_force_mean_n, 2),
                             format_fixed(phase.settled_hand_speed_max_m_per_s * kMilli, 1)});
     }
@@ -255,9 +254,9 @@ void add_timing_table(HtmlReport& report, const Session& session) {
                {"Round trip", "ms"},
                {"Least", "ms"}},
               {}};
-  for (const UserRun& user : session.users) {
-    const ClientSummary& s = user.summary;
-    table.rows.push_back({s.user, std::to_string(s.ticks_run), std::to_string(s.missed),
+  for (const ClientRun& user : session.users) {
+    const ClientRun& s = user;
+    table.rows.push_back({s.name, std::to_string(s.ticks_run), std::to_string(s.missed),
                           format_fixed(s.tick_rate_hz, 2), format_fixed(s.lateness_p50_us, 0),
                           format_fixed(s.lateness_p99_us, 0), format_fixed(s.lateness_p999_us, 0),
                           format_fixed(s.lateness_max_us, 0), format_fixed(s.round_trip_newest_ms, 1),
@@ -274,8 +273,8 @@ std::uint64_t count_of(const Drops& drops, std::string_view reason) {
 /// Reasons that occurred, in the order of their first mention.
 std::vector<std::string> reasons_seen(const Session& session) {
   std::vector<std::string> reasons;
-  for (const UserRun& user : session.users) {
-    for (const Drops* drops : {&user.summary.received_drops, &user.summary.sent_drops}) {
+  for (const ClientRun& user : session.users) {
+    for (const Drops* drops : {&user.received_drops, &user.sent_drops}) {
       for (const auto& [reason, count] : *drops) {
         const bool is_new = std::find(reasons.begin(), reasons.end(), reason) == reasons.end();
         if (count > 0 && is_new) reasons.push_back(reason);
@@ -292,15 +291,15 @@ void add_drops_table(HtmlReport& report, const Session& session) {
     return;
   }
   Table table{"Datagrams dropped, by reason", {{.header = "Reason", .is_text = true}}, {}};
-  for (const UserRun& user : session.users) {
-    table.columns.push_back({user.summary.user + ", received", ""});
-    table.columns.push_back({user.summary.user + ", sent", ""});
+  for (const ClientRun& user : session.users) {
+    table.columns.push_back({user.name + ", received", ""});
+    table.columns.push_back({user.name + ", sent", ""});
   }
   for (const std::string& reason : reasons) {
     std::vector<std::string> row = {reason};
-    for (const UserRun& user : session.users) {
-      row.push_back(std::to_string(count_of(user.summary.received_drops, reason)));
-      row.push_back(std::to_string(count_of(user.summary.sent_drops, reason)));
+    for (const ClientRun& user : session.users) {
+      row.push_back(std::to_string(count_of(user.received_drops, reason)));
+      row.push_back(std::to_string(count_of(user.sent_drops, reason)));
     }
     table.rows.push_back(std::move(row));
   }
@@ -308,7 +307,7 @@ void add_drops_table(HtmlReport& report, const Session& session) {
 }
 
 void add_session(HtmlReport& report, const Session& session) {
-  const ClientSummary& first = session.users.front().summary;
+  const ClientRun& first = session.users.front();
   report.heading("Session " + session.name);
   report.paragraph("Scene " + first.scene + ", users " + user_list(session) +
                    "; shared body: " + (first.watched_body.empty() ? "none seen" : first.watched_body) + ".");

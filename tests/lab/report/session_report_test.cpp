@@ -63,18 +63,17 @@ std::string trace_csv(const std::vector<std::string>& forces_n, double start_s =
   return out.str();
 }
 
-UserRun user_run(const json::object& summary, const std::string& csv) {
-  UserRun run;
-  run.summary = parse_client_summary(summary, "anna.json");
-  run.trace = make_trace(parse_csv(csv, "anna.csv"), run.summary);
+ClientRun user_run(const json::object& summary, const std::string& csv) {
+  ClientRun run = parse_client_summary(summary, "anna.json");
+  run.trace = make_trace(parse_csv(csv, "anna.csv"), run);
   return run;
 }
 
-UserRun good_user(const std::string& name) {
+ClientRun good_user(const std::string& name) {
   return user_run(good_summary(name), trace_csv({"0", "2", "3.5"}));
 }
 
-std::vector<std::string> failing_claims(const UserRun& user) {
+std::vector<std::string> failing_claims(const ClientRun& user) {
   const std::vector<Session> sessions = {{"peg", {good_user("anna"), user}}};
   std::vector<std::string> claims;
   for (const Check& check : check_sessions(sessions)) {
@@ -91,31 +90,31 @@ TEST(SessionChecks, AllHoldForAGoodSession) {
 
 struct Fault {
   const char* claim;
-  std::function<void(UserRun&)> make;
+  std::function<void(ClientRun&)> make;
 };
 
 TEST(SessionChecks, EachFailsAloneForItsOwnFault) {
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
   const std::vector<Fault> faults = {
-      {"shared body felt", [](UserRun& u) { u.summary.phases[1].settled_force_mean_n = 0.29; }},
-      {"shared body felt", [](UserRun& u) { u.summary.phases[1].settled_force_mean_n = kNan; }},
-      {"shared body moved", [](UserRun& u) { u.summary.body_displacement_m = 0.0019; }},
-      {"shared body moved", [](UserRun& u) { u.summary.body_displacement_m = kNan; }},
-      {"hand at rest", [](UserRun& u) { u.summary.phases[1].settled_hand_speed_max_m_per_s = 0.021; }},
-      {"hand at rest", [](UserRun& u) { u.summary.phases[1].settled_hand_speed_max_m_per_s = kNan; }},
-      {"forces that are not finite", [](UserRun& u) { u.summary.all_forces_finite = false; }},
-      {"forces that are not finite", [](UserRun& u) { u.trace.force_n[1] = kNan; }},
-      {"forces that are not finite", [](UserRun& u) { u.trace.torque_n_m[1] = -1 / 0.0; }},
-      {"largest force", [](UserRun& u) { u.summary.force_max_n = 8.01; }},
-      {"largest force", [](UserRun& u) { u.trace.force_n[2] = 8.01; }},
-      {"time at the clamp", [](UserRun& u) { u.summary.clamped_fraction = 0.01; }},
-      {"haptic ticks run", [](UserRun& u) { u.summary.ticks_run = 9899; }},
-      {"haptic ticks run", [](UserRun& u) { u.summary.ticks_run = u.summary.ticks_expected = 0; }},
-      {"mean tick rate", [](UserRun& u) { u.summary.tick_rate_hz = 989; }},
-      {"mean tick rate", [](UserRun& u) { u.summary.tick_rate_hz = 1011; }},
+      {"shared body felt", [](ClientRun& u) { u.phases[1].settled_force_mean_n = 0.29; }},
+      {"shared body felt", [](ClientRun& u) { u.phases[1].settled_force_mean_n = kNan; }},
+      {"shared body moved", [](ClientRun& u) { u.body_displacement_m = 0.0019; }},
+      {"shared body moved", [](ClientRun& u) { u.body_displacement_m = kNan; }},
+      {"hand at rest", [](ClientRun& u) { u.phases[1].settled_hand_speed_max_m_per_s = 0.021; }},
+      {"hand at rest", [](ClientRun& u) { u.phases[1].settled_hand_speed_max_m_per_s = kNan; }},
+      {"forces that are not finite", [](ClientRun& u) { u.all_forces_finite = false; }},
+      {"forces that are not finite", [](ClientRun& u) { u.trace.force_n[1] = kNan; }},
+      {"forces that are not finite", [](ClientRun& u) { u.trace.torque_n_m[1] = -1 / 0.0; }},
+      {"largest force", [](ClientRun& u) { u.force_max_n = 8.01; }},
+      {"largest force", [](ClientRun& u) { u.trace.force_n[2] = 8.01; }},
+      {"time at the clamp", [](ClientRun& u) { u.clamped_fraction = 0.01; }},
+      {"haptic ticks run", [](ClientRun& u) { u.ticks_run = 9899; }},
+      {"haptic ticks run", [](ClientRun& u) { u.ticks_run = u.ticks_expected = 0; }},
+      {"mean tick rate", [](ClientRun& u) { u.tick_rate_hz = 989; }},
+      {"mean tick rate", [](ClientRun& u) { u.tick_rate_hz = 1011; }},
   };
   for (std::size_t i = 0; i < faults.size(); ++i) {
-    UserRun user = good_user("ben");
+    ClientRun user = good_user("ben");
     faults[i].make(user);
     const auto claims = failing_claims(user);
     ASSERT_EQ(claims.size(), 1U) << "fault " << i << ", " << faults[i].claim;
@@ -124,14 +123,14 @@ TEST(SessionChecks, EachFailsAloneForItsOwnFault) {
 }
 
 TEST(SessionChecks, AForceClampedAtTheLimitIsWithinItInRoundedText) {
-  UserRun user = good_user("ben");
+  ClientRun user = good_user("ben");
   user.trace.force_n[2] = 8.0000001;
   EXPECT_EQ(failing_claims(user), std::vector<std::string>());
 }
 
 TEST(SessionChecks, RefuseAUserWithoutAHoldPhase) {
-  UserRun user = good_user("ben");
-  user.summary.phases[1].name = "move";
+  ClientRun user = good_user("ben");
+  user.phases[1].name = "move";
   try {
     check_sessions(std::vector<Session>{{"peg", {user}}});
     FAIL() << "accepted";
@@ -152,7 +151,7 @@ std::string complaint_about(const json::value& summary) {
   return "accepted";
 }
 
-TEST(ClientSummary, MissingKeysAreNamedWithTheirFile) {
+TEST(ClientRun, MissingKeysAreNamedWithTheirFile) {
   for (const auto& entry : good_summary("ben")) {
     json::object summary = good_summary("ben");
     summary.erase(entry.key());
@@ -161,7 +160,7 @@ TEST(ClientSummary, MissingKeysAreNamedWithTheirFile) {
   }
 }
 
-TEST(ClientSummary, WrongValuesAreNamedWithTheirKey) {
+TEST(ClientRun, WrongValuesAreNamedWithTheirKey) {
   const std::vector<std::pair<std::string, json::value>> wrong = {
       {"/ticks_run", "many"},
       {"/lateness_us/p99", -1},
@@ -186,7 +185,7 @@ TEST(ClientSummary, WrongValuesAreNamedWithTheirKey) {
   EXPECT_NE(complaint_about(json::array()), "accepted");
 }
 
-TEST(ClientSummary, UpdatesThatWereSuppressedMayHaveTheirOlderName) {
+TEST(ClientRun, UpdatesThatWereSuppressedMayHaveTheirOlderName) {
   for (const char* name : {"suppressed", "held_back"}) {
     json::object summary = good_summary("ben");
     summary["datagrams"] = json::object{{"sent", 9000}, {"received", 9100}, {name, 120}, {"paced", 0}};
@@ -194,7 +193,7 @@ TEST(ClientSummary, UpdatesThatWereSuppressedMayHaveTheirOlderName) {
   }
 }
 
-TEST(ClientSummary, WhatTheClientDoesNotKnowIsNanAndFailsItsCheck) {
+TEST(ClientRun, WhatTheClientDoesNotKnowIsNanAndFailsItsCheck) {
   json::value summary = good_summary("ben");
   summary.at_pointer("/watched_body") = nullptr;
   summary.at_pointer("/phases/1/settled_force_mean_n") = nullptr;
@@ -204,7 +203,7 @@ TEST(ClientSummary, WhatTheClientDoesNotKnowIsNanAndFailsItsCheck) {
   EXPECT_EQ(claims.size(), 2U);
 }
 
-TEST(ClientSummary, IsWhatTheClientWrites) {
+TEST(ClientRun, IsWhatTheClientWrites) {
   client::RunReport run({"approach", "hold"}, from_seconds(0.14));
   client::TickRecord record;
   record.at = LocalTime(from_seconds(5));
@@ -229,8 +228,8 @@ TEST(ClientSummary, IsWhatTheClientWrites) {
   summary.io.joined = std::make_shared<wire::Joined>();
   json::object written = client::to_json(summary);
   written["scene"] = "peg";  // of a Joined without a scene it is ""
-  const ClientSummary read = parse_client_summary(written, "ben.json");
-  EXPECT_EQ(read.user, "ben");
+  const ClientRun read = parse_client_summary(written, "ben.json");
+  EXPECT_EQ(read.name, "ben");
   EXPECT_EQ(read.stage, "hold");
   ASSERT_NE(read.phase("hold"), nullptr);
   EXPECT_DOUBLE_EQ(read.phase("hold")->settled_force_mean_n, 2.0);
@@ -284,7 +283,7 @@ TEST(Trace, HasTheColumnsThatTheClientWrites) {
 }
 
 TEST(Trace, RefusesTimeThatRunsBackAndPhasesThatAreNone) {
-  const ClientSummary summary = parse_client_summary(good_summary("ben"), "ben.json");
+  const ClientRun summary = parse_client_summary(good_summary("ben"), "ben.json");
   CsvTable table = parse_csv(trace_csv({"0", "1", "2"}), "ben.csv");
   const std::size_t time_column = 0;
   const std::size_t phase_column = 1;
@@ -306,7 +305,7 @@ TEST(LoadSession, PutsBothUsersOnOneClock) {
   folder.write_user("ben", ben, trace_csv({"0", "1"}, 15.25));
   const Session session = load_session("peg", folder / "");
   ASSERT_EQ(session.users.size(), 2U);
-  EXPECT_EQ(session.users[0].summary.user, "anna");
+  EXPECT_EQ(session.users[0].name, "anna");
   EXPECT_DOUBLE_EQ(session.users[0].trace.time_s[0], 0);
   EXPECT_NEAR(session.users[1].trace.time_s[0], 0.25, 1e-9);
   EXPECT_NEAR(session.users[1].trace.phases[1].begin, 1.25, 1e-9);
