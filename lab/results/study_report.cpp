@@ -56,8 +56,8 @@ CurveName curve_of(const json::object& row) {
 std::map<CurveName, std::map<double, double>> curves_of(const std::vector<SeedGroup>& groups, std::string_view metric) {
   std::map<CurveName, std::map<double, double>> curves;
   for (const SeedGroup& group : groups) {
-    const double value = group.mean(metric);
-    if (std::isfinite(value)) curves[curve_of(group.first())][number_in(group.first(), "rtt_ms")] = value;
+    const double value = mean_of(group, metric);
+    if (std::isfinite(value)) curves[curve_of(*group.front())][number_in(*group.front(), "rtt_ms")] = value;
   }
   return curves;
 }
@@ -159,12 +159,12 @@ Table results_table(const std::vector<SeedGroup>& groups) {
   for (const TrialMetric& metric : trial_metrics()) table.columns.push_back({std::string(metric.name), ""});
   table.columns.push_back({.header = "Outcome", .is_text = true});
   for (const SeedGroup& group : groups) {
-    std::vector<std::string> row{curve_of(group.first()).text, compact_text(group.first(), "rtt_ms"),
-                                 std::to_string(group.rows.size())};
+    std::vector<std::string> row{curve_of(*group.front()).text, compact_text(*group.front(), "rtt_ms"),
+                                 std::to_string(group.size())};
     for (const TrialMetric& metric : trial_metrics()) {
-      row.push_back(format_significant(group.mean(metric.name), 3));
+      row.push_back(format_significant(mean_of(group, metric.name), 3));
     }
-    row.push_back(group.outcomes());
+    row.push_back(outcomes_of(group));
     table.rows.push_back(std::move(row));
   }
   return table;
@@ -172,7 +172,7 @@ Table results_table(const std::vector<SeedGroup>& groups) {
 
 std::map<std::string, std::vector<SeedGroup>> by_experiment(std::span<const TrialResult> results) {
   std::map<std::string, std::vector<SeedGroup>> experiments;
-  for (SeedGroup& group : seed_groups(results)) experiments[text_in(group.first(), "experiment")].push_back(group);
+  for (SeedGroup& group : seed_groups(results)) experiments[text_in(*group.front(), "experiment")].push_back(group);
   return experiments;
 }
 

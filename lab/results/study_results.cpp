@@ -71,7 +71,7 @@ std::string overrides_text(const json::object& row) {
 }
 
 void print_group(std::ostream& out, const SeedGroup& group) {
-  const json::object& row = group.first();
+  const json::object& row = *group.front();
   const bool has_controller = row.at("passivity") == json::value(true);
   const std::string predictor = text_in(row, "predictor");
   const std::string stage =
@@ -79,7 +79,7 @@ void print_group(std::ostream& out, const SeedGroup& group) {
   out << std::left << std::setw(20) << stage << std::right << std::setw(6) << number_in(row, "rtt_ms") << std::setw(5)
       << number_in(row, "jitter_ms") << std::setw(6) << number_in(row, "loss");
   for (const PrintedColumn& column : kPrinted) {
-    const double value = group.mean(column.name);
+    const double value = mean_of(group, column.name);
     std::ostringstream cell;
     if (std::isfinite(value)) {
       cell << std::fixed << std::setprecision(column.decimals) << value * column.scale;
@@ -88,7 +88,7 @@ void print_group(std::ostream& out, const SeedGroup& group) {
     }
     out << std::setw(kColumnWidth) << cell.str();
   }
-  out << "  " << group.outcomes() << overrides_text(row) << '\n';
+  out << "  " << outcomes_of(group) << overrides_text(row) << '\n';
 }
 
 }  // namespace
@@ -149,10 +149,10 @@ std::string text_in(const json::object& row, std::string_view name) {
   return value != nullptr && value->is_string() ? std::string(value->get_string()) : std::string();
 }
 
-double SeedGroup::mean(std::string_view name) const {
+double mean_of(const SeedGroup& group, std::string_view name) {
   double sum = 0;
   int count = 0;
-  for (const json::object* row : rows) {
+  for (const json::object* row : group) {
     const double value = number_in(*row, name);
     if (!std::isfinite(value)) continue;
     sum += value;
@@ -161,9 +161,9 @@ double SeedGroup::mean(std::string_view name) const {
   return count == 0 ? std::numeric_limits<double>::quiet_NaN() : sum / count;
 }
 
-std::string SeedGroup::outcomes() const {
+std::string outcomes_of(const SeedGroup& group) {
   std::set<std::string> seen;
-  for (const json::object* row : rows) seen.insert(text_in(*row, "outcome"));
+  for (const json::object* row : group) seen.insert(text_in(*row, "outcome"));
   std::string text;
   for (const std::string& outcome : seen) text.append(text.empty() ? "" : "/").append(outcome);
   return text;
@@ -175,7 +175,7 @@ std::vector<SeedGroup> seed_groups(std::span<const TrialResult> results) {
   for (const TrialResult& result : results) {
     const auto [place, is_new] = index.emplace(group_key(result.row), groups.size());
     if (is_new) groups.emplace_back();
-    groups[place->second].rows.push_back(&result.row);
+    groups[place->second].push_back(&result.row);
   }
   return groups;
 }
@@ -183,8 +183,8 @@ std::vector<SeedGroup> seed_groups(std::span<const TrialResult> results) {
 void print_study(std::ostream& out, std::span<const TrialResult> results) {
   std::string experiment;
   for (const SeedGroup& group : seed_groups(results)) {
-    if (text_in(group.first(), "experiment") != experiment) {
-      experiment = text_in(group.first(), "experiment");
+    if (text_in(*group.front(), "experiment") != experiment) {
+      experiment = text_in(*group.front(), "experiment");
       out << '\n'
           << experiment << " (means over seeds; -p: without passivity controller)\n"
           << std::left << std::setw(20) << "stage" << std::right << std::setw(6) << "rtt" << std::setw(5) << "jit"

@@ -22,15 +22,12 @@ boost::json::object study_timing_json(std::span<const TrialResult> results, doub
 double number_in(const boost::json::object& row, std::string_view name);
 std::string text_in(const boost::json::object& row, std::string_view name);
 
-/// Trials that differ in nothing but their seed.
-struct SeedGroup {
-  std::vector<const boost::json::object*> rows;
-  const boost::json::object& first() const { return *rows.front(); }
-  /// Mean over the seeds; NaN when all are null.
-  double mean(std::string_view name) const;
-  /// Outcomes, each once: "completed", "completed/dropped".
-  std::string outcomes() const;
-};
+/// Rows of trials that differ in nothing but their seed, at least one.
+using SeedGroup = std::vector<const boost::json::object*>;
+/// Mean over the seeds; NaN when all are null.
+double mean_of(const SeedGroup& group, std::string_view name);
+/// Outcomes, each once: "completed", "completed/dropped".
+std::string outcomes_of(const SeedGroup& group);
 /// In the order of their first trials.
 std::vector<SeedGroup> seed_groups(std::span<const TrialResult> results);
 

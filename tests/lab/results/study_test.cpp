@@ -120,9 +120,9 @@ TEST(SeedGroup, MeansLeaveOutWhatIsNull) {
   const std::vector<TrialResult> results{row(1, 2, "completed"), row(2, 4, "dropped"), row(3, nullptr, "completed")};
   const auto groups = seed_groups(results);
   ASSERT_EQ(groups.size(), 1U);
-  EXPECT_EQ(groups[0].mean("drag"), 3);
-  EXPECT_EQ(groups[0].outcomes(), "completed/dropped");
-  EXPECT_TRUE(std::isnan(groups[0].mean("nothing")));
+  EXPECT_EQ(mean_of(groups[0], "drag"), 3);
+  EXPECT_EQ(outcomes_of(groups[0]), "completed/dropped");
+  EXPECT_TRUE(std::isnan(mean_of(groups[0], "nothing")));
 }
 
 }  // namespace
