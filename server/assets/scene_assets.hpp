@@ -1,21 +1,32 @@
-// The files that a scene names: read once, hashed, and turned into meshes and molecules.
+// The files that a scene names: read once, hashed, and turned into meshes and molecules. Its shapes become ready for
+// touch here: primitives in milliseconds, meshes in seconds, or at once from the cache on disk.
 #pragma once
 
+#include <array>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <memory>
 #include <string>
 #include <vector>
 
+#include "common/base/folders.hpp"
+#include "common/contact/contact_shape.hpp"
 #include "common/docking/molecule.hpp"
 #include "common/geometry/mesh_repair.hpp"
 #include "proto/content_hash.hpp"
 #include "proto/datagram.hpp"
-#include "server/assets/contact_library.hpp"
 #include "server/assets/scene_field.hpp"
 #include "tandem/scene.pb.h"
 
 namespace tandem::server {
+
+/// How a scene is loaded, beside what its file says.
+struct SceneLoading {
+  std::filesystem::path cache_directory = default_cache_directory();  ///< empty: build every time
+  /// Called while something takes long: what, and how much of it is done (0..1).
+  std::function<void(const std::string& what, double done)> progress;
+};
 
 /// A file that the scene uses, offered to clients by the hash of its bytes.
 struct Asset {
@@ -27,19 +38,25 @@ struct Asset {
   std::shared_ptr<const proto::Bytes> bytes;
 };
 
-/// Reads the files of one scene; the same file is read once.
+/// Reads the files of one scene and makes contact shapes; the same file is read once, and equal shapes are made once.
 class SceneAssets {
  public:
   /// Relative file names start at `directory`.
-  explicit SceneAssets(std::filesystem::path directory) : directory_(std::move(directory)) {}
+  SceneAssets(std::filesystem::path directory, SceneLoading loading)
+      : directory_(std::move(directory)), loading_(std::move(loading)) {}
 
   /// Reads, scales, centres and repairs the mesh. `message` leaves with its base name and the scale that was used.
   /// Fails   SceneError: no such file, not a mesh, too large, not finite, beyond repair
   geometry::ContactMesh load_mesh(wire::Mesh& message, const SceneField& field);
 
-  /// Offers `asset` to clients and writes its hash into the message of its mesh.
-  void add_contact(const ContactAsset& asset, wire::Mesh& message);
-  /// Likewise the triangles of `mesh`, as load_mesh() gave it; of more than a client takes there is a note instead.
+  /// Of a sphere, box, cylinder or capsule.
+  std::shared_ptr<const contact::ContactShape> primitive_contact(const wire::Shape& shape);
+  /// Of a mesh, from the cache when it is there. An unreadable, damaged or foreign entry is built anew; a cache that
+  /// cannot be written is told of in a note, and is no error. Offered to clients; `message` leaves with its hash.
+  /// Fails   as make_contact_mesh()
+  std::shared_ptr<const contact::ContactShape> mesh_contact(const geometry::ContactMesh& mesh, wire::Mesh& message);
+  /// Offers the triangles of `mesh`, as load_mesh() gave it, and writes their hash into `message`; of more than a client
+  /// takes there is a note instead.
   void add_surface(const geometry::TriangleMesh& mesh, wire::Mesh& message);
 
   /// Reads the chosen chains; the origin is the centre of mass. Offered to clients; `message` leaves with its base name
@@ -53,6 +70,9 @@ class SceneAssets {
   std::vector<std::string> notes;  ///< for people
 
  private:
+  struct Contact;
+
+  const Contact& contact_of(const geometry::ContactMesh& mesh, double sheet_thickness_m, const std::string& name);
   /// The file's bytes, kept as an asset of `kind`.
   std::shared_ptr<const proto::Bytes> read(const std::filesystem::path& file, const std::string& kind,
                                            const SceneField& field);
@@ -62,6 +82,9 @@ class SceneAssets {
   void add_molecule(const docking::Molecule& molecule, wire::MoleculeSource& message);
 
   std::filesystem::path directory_;
+  SceneLoading loading_;
+  std::map<std::array<double, 4>, std::shared_ptr<const contact::ContactShape>> primitives_;
+  std::map<proto::Sha256, std::shared_ptr<const Contact>> contacts_;  ///< by what they are made of
   std::map<std::filesystem::path, std::shared_ptr<const proto::Bytes>> read_;
 };
 

@@ -79,7 +79,7 @@ class SceneBuilder {
  public:
   SceneBuilder(wire::Scene description, SceneField file, const std::filesystem::path& directory,
                const SceneLoading& loading)
-      : file_(std::move(file)), assets_(directory), library_(loading), scene_(std::make_shared<LoadedScene>()) {
+      : file_(std::move(file)), assets_(directory, loading), scene_(std::make_shared<LoadedScene>()) {
     scene_->description = std::move(description);
   }
 
@@ -125,7 +125,7 @@ class SceneBuilder {
       const SolidShape& solid = solids[static_cast<std::size_t>(i)];
       auto contact = shapes[i].has_mesh()
                          ? mesh_contact(*shapes[i].mutable_mesh(), solid, mesh_field(field, i).in("file"))
-                         : library_.primitive(shapes[i]);
+                         : assets_.primitive_contact(shapes[i]);
       parts.push_back({std::move(contact), proto::pose_from_placement(shapes[i].placement())});
     }
     return proto::touch_model_of(std::move(parts), stiffness_n_per_m3);
@@ -138,10 +138,9 @@ class SceneBuilder {
       file_field.refuse("is " + message.file() + ", which cannot be touched: " + error.what());
     };
     try {
-      const ContactAsset asset = library_.mesh(mesh, message.sheet_thickness_m(), message.file());
-      assets_.add_contact(asset, message);
+      auto contact = assets_.mesh_contact(mesh, message);
       assets_.add_surface(*shape.mesh, message);
-      return asset.shape;
+      return contact;
     } catch (const geometry::MeshError& error) {
       refuse(error);
     } catch (const std::invalid_argument& error) {
@@ -210,7 +209,6 @@ class SceneBuilder {
 
   SceneField file_;
   SceneAssets assets_;
-  ContactLibrary library_;
   std::shared_ptr<LoadedScene> scene_;
 };
 

@@ -9,7 +9,6 @@
 
 #include "common/base/workspace.hpp"
 #include "common/physics/world_description.hpp"
-#include "server/assets/contact_library.hpp"
 #include "server/assets/scene_assets.hpp"
 #include "server/assets/scene_field.hpp"
 #include "server/physics/soft_model.hpp"
