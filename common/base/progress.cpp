@@ -8,20 +8,31 @@
 #include <memory>
 
 namespace tandem {
+namespace {
 
-void ProgressLine::show(const std::string& what, double done) {
-  if (what != what_) shown_percent_ = -1;
-  what_ = what;
-  const int every = is_terminal_ ? 1 : 25;
-  const int percent = static_cast<int>(std::floor(100 * std::clamp(done, 0.0, 1.0))) / every * every;
-  if (percent <= shown_percent_) return;
-  shown_percent_ = percent;
-  const bool ends = percent == 100 || !is_terminal_;
-  out_ << (is_terminal_ ? "\r" : "") << what << ": " << percent << " %" << (ends ? "\n" : "") << std::flush;
-}
+class ProgressLine {
+ public:
+  void show(const std::string& what, double done) {
+    if (what != what_) shown_percent_ = -1;
+    what_ = what;
+    const int every = is_terminal_ ? 1 : 25;
+    const int percent = static_cast<int>(std::floor(100 * std::clamp(done, 0.0, 1.0))) / every * every;
+    if (percent <= shown_percent_) return;
+    shown_percent_ = percent;
+    const bool ends = percent == 100 || !is_terminal_;
+    std::cerr << (is_terminal_ ? "\r" : "") << what << ": " << percent << " %" << (ends ? "\n" : "") << std::flush;
+  }
+
+ private:
+  bool is_terminal_ = isatty(STDERR_FILENO) != 0;
+  std::string what_;
+  int shown_percent_ = -1;
+};
+
+}  // namespace
 
 std::function<void(const std::string& what, double done)> progress_on_stderr() {
-  const auto line = std::make_shared<ProgressLine>(std::cerr, isatty(STDERR_FILENO) != 0);
+  const auto line = std::make_shared<ProgressLine>();
   return [line](const std::string& what, double done) { line->show(what, done); };
 }
 

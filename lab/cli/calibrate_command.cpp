@@ -6,8 +6,6 @@
 #include <string>
 #include <vector>
 
-#include <unistd.h>
-
 #include "common/base/json_pretty.hpp"
 #include "common/base/progress.hpp"
 #include "lab/cli/commands.hpp"
@@ -32,9 +30,9 @@ int run(const Options& options) {
   CalibrationSettings settings;
   settings.masses_kg = options.masses_kg;
   settings.seed = options.seed;
-  ProgressLine line(std::cerr, isatty(STDERR_FILENO) != 0);
+  const auto progress = progress_on_stderr();
   const Calibration calibration =
-      calibrate(profile, settings, [&](double done) { line.show("calibrating " + profile.name, done); });
+      calibrate(profile, settings, [&](double done) { progress("calibrating " + profile.name, done); });
 
   const std::string results = pretty_json(to_json(calibration));
   write_all_files(options.out, {{profile.name + ".json", devices::device_profiles_text({calibration.profile})},
