@@ -32,7 +32,8 @@ struct SolverCoupling {
   const haptics::CouplingLaw* law = nullptr;
   Pose X_WH;
   Twist V_WH;
-  Pose X_WT;  ///< the tool, fixed to the body
+  Pose X_WT;         ///< the tool, fixed to the body
+  double share = 1;  ///< of what the law does, 0..1
 };
 
 /// The contacts of body `a` with body `b`; either may be kStaticBody, not both.

@@ -31,6 +31,7 @@ class CouplingTerm {
 
  private:
   const haptics::CouplingLaw* law_ = nullptr;
+  double share_ = 1;  ///< of what the law does
   Pose X_WH_;
   Twist V_WH_;
   Quat q_WT_ = Quat::Identity();

@@ -6,20 +6,6 @@
 
 namespace tandem::physics {
 
-haptics::CouplingGradient ScaledLaw::gradient(const haptics::CouplingState& state) const noexcept {
-  haptics::CouplingGradient gradient = law_->gradient(state);
-  gradient.force_by_d *= scale_;
-  gradient.force_by_v *= scale_;
-  gradient.torque_by_theta *= scale_;
-  gradient.torque_by_w *= scale_;
-  return gradient;
-}
-
-void ToolHand::set_strength(double strength) noexcept {
-  strength_ = strength;
-  scaled_.set_scale(strength);
-}
-
 void ToolHand::advance(double step_s) noexcept {
   if (ramp_.advance(step_s)) law_->set_parameters(ramp_.now());
 }

@@ -11,26 +11,6 @@
 
 namespace tandem::physics {
 
-/// A share of what a law does; exact for every law, which its coefficients would not be.
-class ScaledLaw final : public haptics::CouplingLaw {
- public:
-  explicit ScaledLaw(const haptics::CouplingLaw& law) noexcept : law_(&law) {}
-  void set_scale(double scale) noexcept { scale_ = scale; }
-
-  std::string_view name() const noexcept override { return law_->name(); }
-  /// Those are the law's own.
-  void set_parameters(const haptics::CouplingParameters& /*parameters*/) noexcept override {}
-  Wrench wrench_on_tool_W(const haptics::CouplingState& state) const noexcept override {
-    return law_->wrench_on_tool_W(state) * scale_;
-  }
-  haptics::CouplingGradient gradient(const haptics::CouplingState& state) const noexcept override;
-  haptics::ToolDynamics tool_dynamics() const noexcept override { return law_->tool_dynamics(); }
-
- private:
-  const haptics::CouplingLaw* law_;
-  double scale_ = 1;
-};
-
 /// Per step: coupling() before the solver, settle() with what it found.
 ///
 /// Model   work of a step = F_k · (x_{k+1} − x_k) + τ_k · θ_{k,k+1}, the mean wrench of the step about T; its
@@ -39,7 +19,7 @@ class ToolHand {
  public:
   /// In      law  a name that make_coupling_law() knows
   ToolHand(std::string_view law, const haptics::CouplingParameters& coupling)
-      : law_(haptics::make_coupling_law(law, coupling)), scaled_(*law_), ramp_(coupling) {}
+      : law_(haptics::make_coupling_law(law, coupling)), ramp_(coupling) {}
 
   /// Moves there (CouplingRamp), with advance().
   void set_coupling(const haptics::CouplingParameters& coupling) noexcept { ramp_.go_to(coupling); }
@@ -53,7 +33,7 @@ class ToolHand {
   void let_go() noexcept;
 
   /// From now on the coupling does this share of what its law says; 1 at first.
-  void set_strength(double strength) noexcept;
+  void set_strength(double strength) noexcept { strength_ = strength; }
   double strength() const { return strength_; }
 
   bool has_handle() const { return has_handle_; }
@@ -67,8 +47,7 @@ class ToolHand {
 
   /// What the solver needs to know of the pull on `body`, the tool being at `X_WT` now. Only while it pulls.
   contact::SolverCoupling coupling(int body, const Pose& X_WT) const noexcept {
-    const haptics::CouplingLaw* law = strength_ < 1 ? &scaled_ : law_.get();
-    return {body, law, target_.X, target_.V, X_WT};
+    return {body, law_.get(), target_.X, target_.V, X_WT, strength_ < 1 ? strength_ : 1};
   }
   /// As a spring: force over displacement, as stretched to a tool at `X_WT`; without damping. Only while it pulls.
   Joint tether(const Pose& X_WT) const noexcept;
@@ -95,7 +74,6 @@ class ToolHand {
   void add_work(double work_j) noexcept;
 
   std::unique_ptr<haptics::CouplingLaw> law_;
-  ScaledLaw scaled_;
   double strength_ = 1;
   haptics::CouplingRamp ramp_;
   bool pulls_ = false;
