@@ -138,15 +138,17 @@ void EffectStage::flow_round(const Meeting& meeting, const EffectInput& input, s
   const EffectSettings& settings = meeting.effect.settings();
   if (settings.owner) {
     const Wrench on_owner_W{
-        clamped_to_length(flow.damping.n_s_per_m * (meeting.V_WT.v - flow.V_W.v), settings.force_limit_n),
-        clamped_to_length(flow.damping.n_m_s_per_rad * (meeting.V_WT.w - flow.V_W.w), settings.torque_limit_n_m)};
+        clamped_to_length(flow.fluid.damping_n_s_per_m * (meeting.V_WT.v - flow.V_W.v), settings.force_limit_n),
+        clamped_to_length(flow.fluid.damping_n_m_s_per_rad * (meeting.V_WT.w - flow.V_W.w), settings.torque_limit_n_m)};
     push(input.step_s, things[*settings.owner], *settings.owner, on_owner_W, meeting.tool.X_WT.p);
   }
   flow = {meeting.effect.damping(input), meeting.V_WO, settings.force_limit_n, settings.torque_limit_n_m};
   const double linear = bound_of(meeting.of_owner.linear), angular = bound_of(meeting.of_owner.angular);
-  if (linear > 0) flow.damping.n_s_per_m = std::min(flow.damping.n_s_per_m, kLateShare / (linear * input.step_s));
+  if (linear > 0)
+    flow.fluid.damping_n_s_per_m = std::min(flow.fluid.damping_n_s_per_m, kLateShare / (linear * input.step_s));
   if (angular > 0) {
-    flow.damping.n_m_s_per_rad = std::min(flow.damping.n_m_s_per_rad, kLateShare / (angular * input.step_s));
+    flow.fluid.damping_n_m_s_per_rad =
+        std::min(flow.fluid.damping_n_m_s_per_rad, kLateShare / (angular * input.step_s));
   }
   if (flow.is_there()) things[meeting.tool.thing].drag.add(flow);
 }

@@ -151,9 +151,9 @@ double Effect::strength(const Vec3& p_E, double normal_force_n) const noexcept {
   return settings_.in_contact ? in_region * smooth_step(normal_force_n / settings_.full_contact_n) : in_region;
 }
 
-EffectDamping Effect::damping(const EffectInput& input) const noexcept {
+Viscosity Effect::damping(const EffectInput& input) const noexcept {
   const auto* fluid = std::get_if<Viscosity>(&settings_.model);
-  if (fluid == nullptr || !is_usable(input)) return {};
+  if (fluid == nullptr || !is_usable(input)) return {0, 0};
   const double w = strength(X_EO_ * input.p_OT, input.normal_force_n);
   return {w * fluid->damping_n_s_per_m, w * fluid->damping_n_m_s_per_rad};
 }

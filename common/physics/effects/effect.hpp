@@ -18,12 +18,6 @@ struct EffectInput {
   bool is_massless = false;      ///< after each step the tool is where all balances; mass_kg is then k h²
 };
 
-/// How an effect slows a tool.
-struct EffectDamping {
-  double n_s_per_m = 0;
-  double n_m_s_per_rad = 0;
-};
-
 /// What an effect remembers of one tool.
 struct EffectMemory {
   bool is_inside = false;  ///< the effect reached the tool in the last step
@@ -58,9 +52,9 @@ class Effect {
   Wrench wrench_on_tool_O(const EffectInput& input, EffectMemory& memory) const noexcept;
 
   bool is_viscous() const { return std::holds_alternative<Viscosity>(settings_.model); }
-  /// Of viscosity, unbounded: for who solves for the velocity at the end of the step, as a massless tool needs. Zero of
+  /// The fluid as thick as it is there, unbounded: for who solves for the velocity at the end of the step, as a massless tool needs. Zero of
   /// other kinds, and for an input that is not finite.
-  EffectDamping damping(const EffectInput& input) const noexcept;
+  Viscosity damping(const EffectInput& input) const noexcept;
 
  private:
   double strength(const Vec3& p_E, double normal_force_n) const noexcept;

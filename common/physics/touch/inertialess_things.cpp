@@ -129,8 +129,8 @@ void InertialessThings::add_drags(std::span<const TouchThing> things, std::span<
     const TouchDrag& drag = things[i].drag;
     if (!things[i].is_massless() || body_of_thing[i] == contact::kStaticBody || !drag.is_there()) continue;
     haptics::CouplingLaw& law = *drag_laws_[drags++];
-    law.set_parameters(
-        {0, drag.damping.n_s_per_m, 0, drag.damping.n_m_s_per_rad, drag.force_limit_n, drag.torque_limit_n_m, 0, 1});
+    law.set_parameters({0, drag.fluid.damping_n_s_per_m, 0, drag.fluid.damping_n_m_s_per_rad, drag.force_limit_n,
+                        drag.torque_limit_n_m, 0, 1});
     const Pose X_W = things[i].rigid->state().X;
     couplings.push_back({body_of_thing[i], &law, X_W, drag.V_W, X_W});
   }

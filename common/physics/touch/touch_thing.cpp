@@ -15,8 +15,8 @@ void TouchDrag::add(const TouchDrag& more) noexcept {
     sum += weight;
     if (sum > 0) mean += weight / sum * (value - mean);
   };
-  mix(V_W.v, damping.n_s_per_m, more.V_W.v, more.damping.n_s_per_m);
-  mix(V_W.w, damping.n_m_s_per_rad, more.V_W.w, more.damping.n_m_s_per_rad);
+  mix(V_W.v, fluid.damping_n_s_per_m, more.V_W.v, more.fluid.damping_n_s_per_m);
+  mix(V_W.w, fluid.damping_n_m_s_per_rad, more.V_W.w, more.fluid.damping_n_m_s_per_rad);
   force_limit_n += more.force_limit_n;
   torque_limit_n_m += more.torque_limit_n_m;
 }

@@ -16,12 +16,12 @@ namespace tandem::physics {
 /// Fluid round a massless thing, at the thing's origin: what slows it is solved for together with all else, because the
 /// thing brings no velocity into the step.
 struct TouchDrag {
-  EffectDamping damping;
+  Viscosity fluid{0, 0};
   Twist V_W;  ///< of the fluid
   double force_limit_n = 0;
   double torque_limit_n_m = 0;
 
-  bool is_there() const { return damping.n_s_per_m > 0 || damping.n_m_s_per_rad > 0; }
+  bool is_there() const { return fluid.damping_n_s_per_m > 0 || fluid.damping_n_m_s_per_rad > 0; }
   /// Another fluid in the same place: dampings and limits add up, velocities mix by damping.
   void add(const TouchDrag& more) noexcept;
 };
