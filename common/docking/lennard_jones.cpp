@@ -217,8 +217,9 @@ FieldResult LennardJonesField::evaluate(const Pose& X_AB_angstrom) noexcept {
   const Target target = {
       f.padded_a,           f.x_a.get(), f.y_a.get(), f.z_a.get(), f.inverse_sigma_a.get(), f.sqrt_epsilon_a.get(),
       f.tile_origins.data()};
-  const Probes probes = {f.positions_b.size(), f.x_b.data(), f.y_b.data(), f.z_b.data(), f.sigma_b.data()};
-  f.kernel.function(target, probes, {f.energy.data(), f.fx.data(), f.fy.data(), f.fz.data()});
+  const Probes probes = {f.positions_b.size(), f.x_b.data(), f.y_b.data(), f.z_b.data(), f.sigma_b.data(),
+                         f.energy.data(),      f.fx.data(),  f.fy.data(),  f.fz.data()};
+  f.kernel.function(target, probes);
   for (std::size_t j = 0; j < f.positions_b.size(); ++j) {
     const Vec3 force = 24.0 * f.sqrt_epsilon_b[j] * Vec3(f.fx[j], f.fy[j], f.fz[j]);
     result.energy_kj_per_mol += 4.0 * f.sqrt_epsilon_b[j] * f.energy[j];

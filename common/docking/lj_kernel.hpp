@@ -30,29 +30,25 @@ struct Target {
   const double* tile_origin = nullptr;  ///< Å, x y z of each tile
 };
 
-/// Atoms of molecule B in A's frame; √ε of B is left to the caller, who multiplies the sums with it.
+/// Atoms of molecule B in A's frame, and the sums of each; √ε_b is left to the caller, who multiplies them with it.
 struct Probes {
   std::size_t count = 0;
   const double* x = nullptr;  ///< Å
   const double* y = nullptr;
   const double* z = nullptr;
   const float* sigma = nullptr;  ///< Å
-};
-
-/// Per probe atom, arrays of Probes::count: V/(4 √ε_b) and f/(24 √ε_b).
-struct Sums {
-  double* energy = nullptr;
-  double* fx = nullptr;
+  double* energy = nullptr;      ///< out: V/(4 √ε_b)
+  double* fx = nullptr;          ///< out: f/(24 √ε_b)
   double* fy = nullptr;
   double* fz = nullptr;
 };
 
-using Kernel = void (*)(const Target&, const Probes&, const Sums&) noexcept;
+using Kernel = void (*)(const Target&, const Probes&) noexcept;
 
-void evaluate_portable(const Target& target, const Probes& probes, const Sums& sums) noexcept;
+void evaluate_portable(const Target& target, const Probes& probes) noexcept;
 #ifdef TANDEM_LJ_X86
-void evaluate_avx2(const Target& target, const Probes& probes, const Sums& sums) noexcept;
-void evaluate_avx512(const Target& target, const Probes& probes, const Sums& sums) noexcept;
+void evaluate_avx2(const Target& target, const Probes& probes) noexcept;
+void evaluate_avx512(const Target& target, const Probes& probes) noexcept;
 #endif
 
 }  // namespace tandem::docking
