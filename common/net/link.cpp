@@ -38,13 +38,6 @@ bool is_delay(Duration delay) {
   return delay >= Duration(0) && delay <= kMaxDelay;
 }
 
-struct ArrivesLater {
-  template <class Packet>
-  bool operator()(const Packet& a, const Packet& b) const {
-    return std::pair(a.due, a.order) > std::pair(b.due, b.order);
-  }
-};
-
 }  // namespace
 
 std::string LinkParameters::problem() const {
@@ -114,10 +107,9 @@ void SimulatedLink::send(LocalTime now, std::span<const std::byte> packet) {
 }
 
 std::optional<std::vector<std::byte>> SimulatedLink::receive(LocalTime now) {
-  if (in_flight_.empty() || in_flight_.front().due > now) return std::nullopt;
-  std::pop_heap(in_flight_.begin(), in_flight_.end(), ArrivesLater{});
-  std::vector<std::byte> bytes = std::move(in_flight_.back().bytes);
-  in_flight_.pop_back();
+  if (in_flight_.empty() || in_flight_.begin()->first > now) return std::nullopt;
+  std::vector<std::byte> bytes = std::move(in_flight_.begin()->second);
+  in_flight_.erase(in_flight_.begin());
   ++counters_.delivered;
   return bytes;
 }
@@ -129,7 +121,7 @@ std::size_t SimulatedLink::queued_bytes(LocalTime now) const {
 
 std::optional<LocalTime> SimulatedLink::next_due() const {
   if (in_flight_.empty()) return std::nullopt;
-  return in_flight_.front().due;
+  return in_flight_.begin()->first;
 }
 
 // Good and bad periods with exponential lengths (a two-state Markov chain in continuous time): the fraction
@@ -180,8 +172,7 @@ void SimulatedLink::enqueue(LocalTime due, std::span<const std::byte> packet) {
     due = std::max(due, last_due_);
     last_due_ = due;
   }
-  in_flight_.push_back({due, next_order_++, {packet.begin(), packet.end()}});
-  std::push_heap(in_flight_.begin(), in_flight_.end(), ArrivesLater{});
+  in_flight_.emplace(due, std::vector<std::byte>(packet.begin(), packet.end()));
 }
 
 }  // namespace tandem::net

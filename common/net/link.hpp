@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <span>
 #include <string>
@@ -77,11 +78,6 @@ class SimulatedLink {
   const LinkCounters& counters() const { return counters_; }
 
  private:
-  struct InFlight {
-    LocalTime due;
-    std::uint64_t order;
-    std::vector<std::byte> bytes;
-  };
   bool is_lost(LocalTime now);
   /// Draws of delays, in an order of its own.
   struct DelaySource {
@@ -102,8 +98,7 @@ class SimulatedLink {
   bool has_period_ = false;
   LocalTime last_due_{};
   LocalTime line_free_{};
-  std::uint64_t next_order_ = 0;
-  std::vector<InFlight> in_flight_;  ///< heap by (due, order)
+  std::multimap<LocalTime, std::vector<std::byte>> in_flight_;  ///< by when they are due; alike, as they were sent
   LinkCounters counters_;
 };
 
