@@ -13,14 +13,12 @@ bool Deadband::notices(const Wrench& now, const Wrench& told) const {
   return is_off() || differs(now.f, told.f, kForceFloor_n) || differs(now.t, told.t, kTorqueFloor_n_m);
 }
 
-bool Deadband::notices(const RigidState& now, const RigidState& told, Duration since_told, BetweenStates between,
-                       const Wrench& felt, double stiffness_n_per_m, double stiffness_n_m_per_rad) const {
+bool Deadband::notices(const RigidState& now, const Twist& told, const Pose& X_believed, const Wrench& felt,
+                       double stiffness_n_per_m, double stiffness_n_m_per_rad) const {
   if (is_off()) return true;
-  if (differs(now.V.v, told.V.v, kSpeedFloor_m_per_s) || differs(now.V.w, told.V.w, kTurnFloor_rad_per_s)) return true;
-  const bool is_extrapolated = between == BetweenStates::kExtrapolated;
-  const Pose believed = is_extrapolated ? integrate(told.X, told.V, to_seconds(since_told)) : told.X;
-  const double way_n = stiffness_n_per_m * (now.X.p - believed.p).norm();
-  const double turn_n_m = stiffness_n_m_per_rad * rotation_vector(now.X.q * believed.q.conjugate()).norm();
+  if (differs(now.V.v, told.v, kSpeedFloor_m_per_s) || differs(now.V.w, told.w, kTurnFloor_rad_per_s)) return true;
+  const double way_n = stiffness_n_per_m * (now.X.p - X_believed.p).norm();
+  const double turn_n_m = stiffness_n_m_per_rad * rotation_vector(now.X.q * X_believed.q.conjugate()).norm();
   return !(way_n <= fraction_ * std::max(felt.f.norm(), kForceFloor_n) &&
            turn_n_m <= fraction_ * std::max(felt.t.norm(), kTorqueFloor_n_m));
 }

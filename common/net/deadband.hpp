@@ -11,9 +11,6 @@ namespace tandem::net {
 inline constexpr Duration kDeadbandFloor = std::chrono::milliseconds(10);
 inline constexpr double kMaxDeadband = 0.5;
 
-/// What a receiver makes of the last state until the next one comes.
-enum class BetweenStates { kHeld, kExtrapolated };
-
 /// What is noticed, as a share of what there is (Weber).
 ///
 /// Model   A force is noticed to be another one when it differs by more than w · max(|F|, kForceFloor_n) from the one
@@ -36,10 +33,11 @@ class Deadband {
 
   bool is_off() const { return !(fraction_ > 0); }
   bool notices(const Wrench& now, const Wrench& told) const;
-  /// In      felt  what the hand feels now
+  /// In      X_believed  where the receiver has it now: where it was told, or on from there with the told velocity
+  ///         felt  what the hand feels now
   ///         stiffness_…  of the coupling that makes a force of a way, so that places are compared by what is felt
-  bool notices(const RigidState& now, const RigidState& told, Duration since_told, BetweenStates between,
-               const Wrench& felt, double stiffness_n_per_m, double stiffness_n_m_per_rad) const;
+  bool notices(const RigidState& now, const Twist& told, const Pose& X_believed, const Wrench& felt,
+               double stiffness_n_per_m, double stiffness_n_m_per_rad) const;
 
  private:
   bool differs(const Vec3& a, const Vec3& b, double floor) const;

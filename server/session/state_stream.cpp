@@ -61,11 +61,12 @@ bool StateStream::has_changed(const net::Deadband& deadband, Duration since,
   if (mode_ == proto::ClientMode::kWave || published.held_body != sent_.held_body) return true;
   if (published.tick_faults != sent_.tick_faults || published.users.size() != sent_.users.size()) return true;
   const haptics::CouplingParameters coupling = seats_.coupling_in_force(seat_);
+  const RigidState& told = sent_.tool;
   const bool has_model = mode_ == proto::ClientMode::kLocalModel;
+  const Pose X_believed = has_model ? integrate(told.X, told.V, to_seconds(since)) : told.X;
   return deadband.notices(published.wrench_on_hand_W, sent_.wrench_on_hand_W) ||
-         deadband.notices(published.tool, sent_.tool, since,
-                          has_model ? net::BetweenStates::kExtrapolated : net::BetweenStates::kHeld,
-                          published.wrench_on_hand_W, coupling.stiffness_n_per_m, coupling.stiffness_n_m_per_rad);
+         deadband.notices(published.tool, told.V, X_believed, published.wrench_on_hand_W, coupling.stiffness_n_per_m,
+                          coupling.stiffness_n_m_per_rad);
 }
 
 }  // namespace tandem::server

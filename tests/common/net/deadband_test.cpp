@@ -34,8 +34,8 @@ TEST(Deadband, AForceIsNoticedBeyondItsShareOfWhatIsFelt) {
 TEST(Deadband, APlaceIsNoticedAsTheForceThatTheCouplingMakesOfIt) {
   const Deadband deadband(0.1);
   const auto notices = [&](double way_m, double felt_n) {
-    return deadband.notices(moving(Vec3(way_m, 0, 0), Vec3::Zero()), {}, kHalfFloor, BetweenStates::kHeld,
-                            {Vec3(0, 0, felt_n), Vec3::Zero()}, kStiffness_n_per_m, kStiffness_n_m_per_rad);
+    return deadband.notices(moving(Vec3(way_m, 0, 0), Vec3::Zero()), {}, {}, {Vec3(0, 0, felt_n), Vec3::Zero()},
+                            kStiffness_n_per_m, kStiffness_n_m_per_rad);
   };
   // 0.1 of 1 N (floor), or of 6 N, over 300 N/m.
   EXPECT_FALSE(notices(0.99 * 0.1 / 300, 0));
@@ -48,18 +48,15 @@ TEST(Deadband, SteadyMotionIsNoticedByWhoHoldsTheLastStateOnly) {
   const Deadband deadband(0.1);
   const RigidState told = moving(Vec3::Zero(), Vec3(0.2, 0, 0));
   const RigidState now = moving(Vec3(0.2 * to_seconds(kHalfFloor), 0, 0), told.V.v);
-  EXPECT_TRUE(
-      deadband.notices(now, told, kHalfFloor, BetweenStates::kHeld, {}, kStiffness_n_per_m, kStiffness_n_m_per_rad));
-  EXPECT_FALSE(deadband.notices(now, told, kHalfFloor, BetweenStates::kExtrapolated, {}, kStiffness_n_per_m,
-                                kStiffness_n_m_per_rad));
+  const Pose X_believed = integrate(told.X, told.V, to_seconds(kHalfFloor));
+  EXPECT_TRUE(deadband.notices(now, told.V, told.X, {}, kStiffness_n_per_m, kStiffness_n_m_per_rad));
+  EXPECT_FALSE(deadband.notices(now, told.V, X_believed, {}, kStiffness_n_per_m, kStiffness_n_m_per_rad));
   RigidState faster = now;
   faster.V.v.x() += 0.021;
-  EXPECT_TRUE(deadband.notices(faster, told, kHalfFloor, BetweenStates::kExtrapolated, {}, kStiffness_n_per_m,
-                               kStiffness_n_m_per_rad));
+  EXPECT_TRUE(deadband.notices(faster, told.V, X_believed, {}, kStiffness_n_per_m, kStiffness_n_m_per_rad));
   RigidState turned = now;
   turned.X.q = quaternion_of(Vec3(0, 0, 0.011));  // 0.3 N·m/rad makes 3.3 mN·m of it; the floor is 3
-  EXPECT_TRUE(deadband.notices(turned, told, kHalfFloor, BetweenStates::kExtrapolated, {}, kStiffness_n_per_m,
-                               kStiffness_n_m_per_rad));
+  EXPECT_TRUE(deadband.notices(turned, told.V, X_believed, {}, kStiffness_n_per_m, kStiffness_n_m_per_rad));
 }
 
 TEST(Deadband, OffNoticesEverythingAndNothingHidesANumberThatIsNone) {
@@ -68,8 +65,7 @@ TEST(Deadband, OffNoticesEverythingAndNothingHidesANumberThatIsNone) {
   const Deadband deadband(0.5);
   EXPECT_TRUE(deadband.notices({Vec3(std::nan(""), 0, 0), Vec3::Zero()}, {}));
   const RigidState lost = moving(Vec3(0, std::numeric_limits<double>::infinity(), 0), Vec3::Zero());
-  EXPECT_TRUE(
-      deadband.notices(lost, {}, kHalfFloor, BetweenStates::kHeld, {}, kStiffness_n_per_m, kStiffness_n_m_per_rad));
+  EXPECT_TRUE(deadband.notices(lost, {}, {}, {}, kStiffness_n_per_m, kStiffness_n_m_per_rad));
 }
 
 }  // namespace
