@@ -355,11 +355,8 @@ void GodObject::settle_state(const Vec3& goal_W, std::uint8_t faults) noexcept {
   const bool is_goal_known = is_far(goal_W, state_.p_W);
   for (const PlaneProjection::Active& active : planes_.active()) {
     if (!(load > 0) || !is_goal_known) break;
-    const NearPiece& piece = piece_of(active);
-    const double share = active.load_m / load;
-    state_.contacts[state_.contact_count++] = {piece.obstacle, state_.p_W - settings_.radius_m * active.side.normal,
-                                               active.side.normal, share};
-    state_.surface_velocity_W += share * track_of(piece).surface_velocity_W(state_.p_W);
+    ++state_.contact_count;
+    state_.surface_velocity_W += active.load_m / load * track_of(piece_of(active)).surface_velocity_W(state_.p_W);
   }
   state_.is_touching = state_.contact_count > 0;
   state_.is_sticking = state_.is_touching && !has_slipped_;

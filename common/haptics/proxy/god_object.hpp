@@ -33,23 +33,14 @@ enum ProxyFault : std::uint8_t {
   kProxyTooDense = 4,  ///< more triangles around than it can hold: it stays. Use a coarser mesh or a smaller ball
 };
 
-/// One body that the proxy leans on.
-struct ProxyContact {
-  int obstacle = 0;
-  Vec3 point_W = Vec3::Zero();    ///< on the surface
-  Vec3 normal_W = Vec3::UnitZ();  ///< out of it
-  double share = 0;               ///< of the load; shares sum to 1
-};
-
 struct ProxyState {
   Vec3 p_W = Vec3::Zero();                 ///< centre of the ball
   Vec3 goal_W = Vec3::Zero();              ///< of this update
   bool is_touching = false;                ///< something keeps it from the goal
   bool is_sticking = false;                ///< and friction holds it in place there
   Vec3 surface_velocity_W = Vec3::Zero();  ///< of what it leans on
-  std::array<ProxyContact, 3> contacts;
-  std::size_t contact_count = 0;
-  std::uint8_t faults = 0;  ///< of ProxyFault
+  std::size_t contact_count = 0;           ///< pieces that it leans on, at most 3
+  std::uint8_t faults = 0;                 ///< of ProxyFault
 };
 
 /// A ball of finite size that follows the hand's point as far as obstacles let it.

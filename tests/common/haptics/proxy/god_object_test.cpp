@@ -62,8 +62,7 @@ TEST(GodObject, RestsOnAPlaneAtItsRadiusWithForceByDepth) {
     EXPECT_LT((proxy.state().p_W - Vec3(0.0234, 0.0123, kRadius_m)).norm(), 1e-9);
     const Vec3 force = proxy_force_on_hand_W(proxy.state(), *law, Vec3::Zero());
     EXPECT_LT((force - Vec3(0, 0, 500 * (0.004 + kRadius_m))).norm(), 1e-6);
-    ASSERT_EQ(proxy.state().contact_count, 1U);
-    EXPECT_LT((proxy.state().contacts[0].point_W - Vec3(0.0234, 0.0123, 0)).norm(), 1e-9);
+    EXPECT_EQ(proxy.state().contact_count, 1U);
   }
 }
 
