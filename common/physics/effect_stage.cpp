@@ -59,7 +59,7 @@ Wrench scaled(const Wrench& wrench, double factor) {
 
 struct EffectStage::Meeting {
   const Effect& effect;
-  const EffectTool& tool;
+  const TouchCoupling& tool;
   Pose X_WO;
   Twist V_WT;         ///< of the tool's origin
   Twist V_WO;         ///< of the owner's point there
@@ -77,21 +77,21 @@ void EffectStage::forget(std::size_t tool) noexcept {
   std::fill_n(flows_.begin() + first, effects_.size(), TouchDrag{});
 }
 
-void EffectStage::apply(double time_s, double step_s, std::span<TouchThing> things, std::span<const EffectTool> tools,
-                        const TouchStage& touch) noexcept {
+void EffectStage::apply(double time_s, double step_s, std::span<TouchThing> things,
+                        std::span<const TouchCoupling> tools, const TouchStage& touch) noexcept {
   for (std::size_t i = 0; i < things.size(); ++i) {
     velocities_[i] = can_move(things[i]) ? things[i].rigid->velocity_of_centre_W() : Twist{};
     if (is_massless(things[i])) velocities_[i] = touch.contact(i).V_WC;
   }
   std::fill(hands_.begin(), hands_.end(), 0);
-  for (const EffectTool& tool : tools) ++hands_[tool.thing];
-  for (const EffectTool& tool : tools) {
+  for (const TouchCoupling& tool : tools) ++hands_[tool.thing];
+  for (const TouchCoupling& tool : tools) {
     for (std::size_t i = 0; i < effects_.size(); ++i) apply_one(time_s, step_s, i, things, tool, touch);
   }
 }
 
 void EffectStage::apply_one(double time_s, double step_s, std::size_t index, std::span<TouchThing> things,
-                            const EffectTool& tool, const TouchStage& touch) noexcept {
+                            const TouchCoupling& tool, const TouchStage& touch) noexcept {
   const Effect& effect = effects_[index];
   const std::optional<std::size_t> owner = effect.settings().owner;
   EffectMemory& memory = memories_[tool.tool * effects_.size() + index];
@@ -112,7 +112,8 @@ void EffectStage::apply_one(double time_s, double step_s, std::size_t index, std
     if (can_move(thing)) meeting.V_WO = velocity_at(velocities_[*owner], thing, p_WT);
     between = touch.between(tool.thing, *owner);
   }
-  const Mobility own = has_no_mass ? mobility_of(tool.tether, step_s) : mobility_at(things[tool.thing], p_WT);
+  const Mobility own =
+      has_no_mass ? mobility_of(tool.hand->tether(tool.X_WT), step_s) : mobility_at(things[tool.thing], p_WT);
   const Quat q_OW = meeting.X_WO.q.conjugate();
   const EffectInput input{time_s,
                           step_s,

@@ -9,14 +9,6 @@
 
 namespace tandem::physics {
 
-/// A tool that a hand moves.
-struct EffectTool {
-  std::size_t tool = 0;
-  std::size_t thing = 0;  ///< the tool itself, or the body that it holds
-  Pose X_WT;
-  Joint tether;  ///< ToolHand::tether() of a massless tool alone
-};
-
 /// Effects as wrenches from outside, on tools and, oppositely, on the bodies that the effects belong to.
 ///
 /// One after the other, each seeing the velocities that those before it leave behind: dampers that overlap then slow
@@ -38,15 +30,16 @@ class EffectStage {
   void forget(std::size_t tool) noexcept;
   /// Adds to `wrench_W` of implicit and external things; external ones are pushed where they are stepped as well. No allocation.
   /// In      things  bodies first, in the order of the scene
-  void apply(double time_s, double step_s, std::span<TouchThing> things, std::span<const EffectTool> tools,
+  ///         tools  that a hand moves
+  void apply(double time_s, double step_s, std::span<TouchThing> things, std::span<const TouchCoupling> tools,
              const TouchStage& touch) noexcept;
 
  private:
   /// One effect and one tool in this step.
   struct Meeting;
 
-  void apply_one(double time_s, double step_s, std::size_t index, std::span<TouchThing> things, const EffectTool& tool,
-                 const TouchStage& touch) noexcept;
+  void apply_one(double time_s, double step_s, std::size_t index, std::span<TouchThing> things,
+                 const TouchCoupling& tool, const TouchStage& touch) noexcept;
   void flow_round(const Meeting& meeting, const EffectInput& input, std::span<TouchThing> things,
                   TouchDrag& flow) noexcept;
   void push(double step_s, TouchThing& thing, std::size_t index, const Wrench& wrench_W, const Vec3& p_W) noexcept;

@@ -55,9 +55,7 @@ World::Impl::Impl(std::shared_ptr<const WorldDescription> world, std::unique_ptr
   }
   things.resize(bodies.size() + tools.size());
   pulls.reserve(tools.size());
-  pulling.reserve(tools.size());
   touch_joints.reserve(2 * bodies.size() + kMaxCopies * tools.size());
-  effect_tools.reserve(tools.size());
   soft_tools.resize(things.size());
   poses.resize(bodies.size());
   wrenches.resize(bodies.size());

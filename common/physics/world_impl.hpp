@@ -154,13 +154,11 @@ struct World::Impl {
   std::vector<Wrench> wrenches;    ///< likewise
   std::vector<TouchThing> things;  ///< bodies, then tools
   std::vector<TouchCoupling> pulls;
-  std::vector<std::size_t> pulling;             ///< tool of pulls[i]
   std::vector<TouchJoint> touch_joints;         ///< anchors and joints
   std::vector<std::optional<Pose>> soft_tools;  ///< where tools are, then bodies; none: touches nothing
   TouchStage touch;
   std::unique_ptr<SoftBodies> soft;  ///< null without soft bodies
   EffectStage effects;
-  std::vector<EffectTool> effect_tools;  ///< scratch of add_effects()
   std::uint64_t steps_done = 0;
   std::unique_ptr<FreeBodies> free;
 };

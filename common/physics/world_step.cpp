@@ -129,17 +129,10 @@ void World::Impl::add_soft_wrenches() noexcept {
 
 /// On tools that a hand moves: one that floats would be blown away. `pulls` are those of this step.
 void World::Impl::add_effects() noexcept {
-  effect_tools.clear();
-  for (std::size_t i = 0; i < pulls.size(); ++i) {
-    const TouchCoupling& pull = pulls[i];
-    const bool is_massless = things[pull.thing].dynamics == haptics::ToolDynamics::kMassless;
-    const Joint tether = is_massless ? pull.hand->tether(pull.X_WT) : Joint{};
-    effect_tools.push_back({pulling[i], pull.thing, pull.X_WT, tether});
-  }
   for (std::size_t i = 0; i < tools.size(); ++i) {
     if (!tools[i].hand.pulls()) effects.forget(i);
   }
-  effects.apply(static_cast<double>(steps_done) * step_s(), step_s(), things, effect_tools, touch);
+  effects.apply(static_cast<double>(steps_done) * step_s(), step_s(), things, pulls, touch);
 }
 
 TickFaults World::Impl::step_soft() noexcept {
@@ -154,15 +147,13 @@ TickFaults World::Impl::step_soft() noexcept {
 
 void World::Impl::describe_pulls() noexcept {
   pulls.clear();
-  pulling.clear();
   for (std::size_t i = 0; i < tools.size(); ++i) {
     WorldTool& tool = tools[i];
     tool.pull.reset();
     // One that is away is not stepped, and of one that holds a body nothing of the coupling is left.
     if (!tool.is_active || !tool.hand.pulls() || tool.is_away()) continue;
     tool.pull = pulls.size();
-    pulls.push_back({thing_of(tool), &tool.hand, tool_state(tool).X, {}});
-    pulling.push_back(i);
+    pulls.push_back({i, thing_of(tool), &tool.hand, tool_state(tool).X, {}});
   }
 }
 

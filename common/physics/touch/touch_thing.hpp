@@ -51,7 +51,8 @@ struct TouchThing {
 /// One tool's coupling; `wrench_W` is the answer: what the hand does to the tool, about the tool's origin at the end of
 /// the step.
 struct TouchCoupling {
-  std::size_t thing = 0;
+  std::size_t tool = 0;
+  std::size_t thing = 0;  ///< the tool itself, or the body that it holds
   const ToolHand* hand = nullptr;
   Pose X_WT;
   Wrench wrench_W;
