@@ -1,6 +1,6 @@
 #include "proto/effects_from_wire.hpp"
 
-#include "common/physics/effects/catalog.hpp"
+#include "common/physics/effects/effect_settings.hpp"
 #include "proto/placement.hpp"
 
 namespace tandem::proto {

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "common/physics/effects/catalog.hpp"
+#include "common/physics/effects/effect_settings.hpp"
 #include "proto/effects_from_wire.hpp"
 
 namespace tandem::server {

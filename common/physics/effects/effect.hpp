@@ -28,7 +28,7 @@ struct EffectMemory {
 
 /// One effect of a scene.
 ///
-/// Model   see catalog.hpp; E is the effect's frame, p, v the tool's origin and its velocity. The strength w is 1
+/// Model   see README.md; E is the effect's frame, p, v the tool's origin and its velocity. The strength w is 1
 ///         inside the region and falls to 0 over fade_m outside of it (once continuously differentiable), and rises
 ///         with the normal force up to full_contact_n for what asks for contact. Force and torque are bounded at last,
 ///         their directions kept. The force acts at the tool's origin, so that its work is that of the origin.
@@ -36,7 +36,7 @@ struct EffectMemory {
 ///         and what depends on place is taken ahead by half a step (a whole one for stick-slip) and never stiffer
 ///         than m/(2h²). A massless tool is where its spring k and the force of the step before balance, x ← x_H + f/k:
 ///         nothing is taken ahead, for that would be ahead of itself, and m = k h² keeps each round below half of the
-///         one before. What is said of energy in the catalog then holds for any mass; at rest forces are exact.
+///         one before. What is said of energy there then holds for any mass; at rest forces are exact.
 /// Source  sampled springs: Colgate, Schenkel, "Passivity of a class of sampled-data systems", 1997 (b ≥ kT/2);
 ///         the rest our derivation
 /// Thread  one at a time: the room's; no allocation, no throw

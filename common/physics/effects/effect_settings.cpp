@@ -7,6 +7,10 @@
 namespace tandem::physics {
 namespace {
 
+/// In the order of EffectModel.
+constexpr std::array<std::string_view, std::variant_size_v<EffectModel>> kNames = {
+    "viscosity", "constant_field", "magnet", "vibration", "texture", "stick_slip"};
+
 std::string text_of(double value) {
   std::array<char, 32> text{};
   std::snprintf(text.data(), text.size(), "%.6g", value);
@@ -102,6 +106,16 @@ std::string misplaced_magnet(const EffectSettings& settings) {
 }
 
 }  // namespace
+
+std::string_view effect_name(const EffectModel& model) noexcept {
+  return kNames[model.index()];
+}
+
+std::string listed_effect_names() {
+  std::string names;
+  for (const std::string_view name : kNames) names += (names.empty() ? "" : ", ") + std::string(name);
+  return names;
+}
 
 std::string find_problem(const EffectSettings& settings) {
   const auto check = [](const auto& part) { return find_problem_of(part); };

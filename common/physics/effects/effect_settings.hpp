@@ -5,13 +5,14 @@
 #include <cstddef>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <variant>
 
 #include "common/base/spatial.hpp"
 
 namespace tandem::physics {
 
-/// Thick fluid: slows the tool, and its turning. For the models behind these see catalog.hpp.
+/// Thick fluid: slows the tool, and its turning. For the models behind these see README.md.
 struct Viscosity {
   double damping_n_s_per_m = 2;      ///< b
   double damping_n_m_s_per_rad = 0;  ///< of turning
@@ -52,6 +53,10 @@ struct StickSlip {
 };
 
 using EffectModel = std::variant<Viscosity, ConstantField, Magnet, Vibration, Texture, StickSlip>;
+/// As in scene files.
+std::string_view effect_name(const EffectModel& model) noexcept;
+/// "viscosity, constant_field, …": for messages.
+std::string listed_effect_names();
 
 /// Centred on the effect's origin.
 struct BoxRegion {

@@ -4,7 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "common/physics/effects/catalog.hpp"
+#include "common/physics/effects/effect_settings.hpp"
 #include "tests/common/physics/scene_support.hpp"
 
 namespace tandem::server {

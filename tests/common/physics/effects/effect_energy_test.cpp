@@ -4,6 +4,9 @@
 #include <cmath>
 #include <functional>
 #include <numbers>
+#include <stdexcept>
+#include <string>
+#include <vector>
 
 #include "tests/common/physics/effects/effect_support.hpp"
 
@@ -13,11 +16,14 @@ namespace {
 constexpr double kTurn = 2 * std::numbers::pi;
 constexpr std::array<double, 5> kMasses_kg = {0.005, 0.02, 0.05, 0.3, 2};
 
-std::vector<EffectModel> models_where(bool is_passive) {
+/// Those of which the README says so.
+std::vector<EffectModel> models_where(const std::string& column, const std::string& value) {
+  const std::vector<test::TableRow> rows = rows_of_readme();
   std::vector<EffectModel> models;
   for (const EffectModel& model : every_model()) {
-    if (effect_info(model).is_passive() == is_passive) models.push_back(model);
+    if (rows.at(model.index()).at(column) == value) models.push_back(model);
   }
+  if (models.empty()) throw std::runtime_error("no effect is " + value);
   return models;
 }
 
@@ -72,8 +78,7 @@ Work work_along(const Effect& effect, SteppedTool tool, const ClosedPath& path) 
 }
 
 TEST(EffectEnergy, DissipativeEffectsTakeEnergyOnEveryClosedPathAtEveryMass) {
-  for (const EffectModel& model : models_where(true)) {
-    if (effect_info(model).energy != EffectEnergy::kDissipative) continue;
+  for (const EffectModel& model : models_where("energy", "dissipative")) {
     const Effect effect(ball_with(model));
     for (const double mass_kg : kMasses_kg) {
       for (std::uint64_t seed = 1; seed <= 4; ++seed) {
@@ -122,7 +127,7 @@ TEST(EffectEnergy, AMagnetsWorkOnAClosedPathVanishesWithTheSquareOfTheStep) {
 }
 
 TEST(EffectEnergy, PassiveEffectsNeverSpeedUpAFreeTool) {
-  for (const EffectModel& model : models_where(true)) {
+  for (const EffectModel& model : models_where("label", "passive")) {
     const Effect effect(ball_with(model));
     const bool is_magnet = std::holds_alternative<Magnet>(model);
     for (const double mass_kg : kMasses_kg) {

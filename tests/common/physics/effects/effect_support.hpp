@@ -4,10 +4,12 @@
 #include <array>
 #include <cmath>
 #include <string>
+#include <vector>
 
 #include "common/base/random.hpp"
-#include "common/physics/effects/catalog.hpp"
 #include "common/physics/effects/effect.hpp"
+#include "tests/support/markdown_table.hpp"
+#include "tests/support/source_path.hpp"
 
 namespace tandem::physics {
 
@@ -30,7 +32,12 @@ inline EffectSettings ball_with(const EffectModel& model) {
 }
 
 inline std::string name_of(const EffectModel& model) {
-  return std::string(effect_info(model).name);
+  return std::string(effect_name(model));
+}
+
+/// What authors read of the effects, in the order of EffectModel.
+inline std::vector<test::TableRow> rows_of_readme() {
+  return test::table_under(test::source_path("common/physics/effects/README.md").string(), "## Catalog");
 }
 
 inline Vec3 random_vec3(Random& random, double magnitude) {

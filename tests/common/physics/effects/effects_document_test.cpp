@@ -1,51 +1,30 @@
-// README.md is what authors read before they choose an effect: its table is held against the catalog.
+// README.md is what authors read before they choose an effect: its table has every effect, and does not contradict itself.
 #include <gtest/gtest.h>
 
-#include <set>
-
-#include "common/physics/effects/catalog.hpp"
-#include "tests/support/markdown_table.hpp"
-#include "tests/support/source_path.hpp"
+#include "tests/common/physics/effects/effect_support.hpp"
 
 namespace tandem::physics {
 namespace {
 
-std::string energy_text(EffectEnergy energy) {
-  switch (energy) {
-    case EffectEnergy::kDissipative:
-      return "dissipative";
-    case EffectEnergy::kConservative:
-      return "conservative";
-    case EffectEnergy::kActive:
-      break;
-  }
-  return "active";
-}
-
-TEST(EffectCatalog, TableOfTheReadmeIsTheCatalog) {
-  const std::vector<test::TableRow> rows =
-      test::table_under(test::source_path("common/physics/effects/README.md").string(), "## Catalog");
-  ASSERT_EQ(rows.size(), effect_catalog().size());
+TEST(EffectsDocument, TableOfTheReadmeHasEveryEffectInOrder) {
+  const std::vector<test::TableRow> rows = rows_of_readme();
+  const auto models = every_model();
+  ASSERT_EQ(rows.size(), models.size());
+  std::string listed;
   for (std::size_t i = 0; i < rows.size(); ++i) {
-    const EffectInfo& info = effect_catalog()[i];
-    test::TableRow row = rows[i];
-    EXPECT_EQ(row["effect"], "`" + std::string(info.name) + "`");
-    EXPECT_EQ(row["energy"], energy_text(info.energy)) << info.name;
-    EXPECT_EQ(row["label"], passivity_label(info)) << info.name;
-    EXPECT_EQ(row["model"], info.model) << info.name;
-    EXPECT_EQ(row["source"], info.source) << info.name;
-    EXPECT_EQ(row["limits"], info.limits) << info.name;
+    ASSERT_EQ(models[i].index(), i);
+    EXPECT_EQ(rows[i].at("effect"), "`" + name_of(models[i]) + "`");
+    listed += (i == 0 ? "" : ", ") + name_of(models[i]);
   }
+  EXPECT_EQ(listed_effect_names(), listed);
 }
 
-TEST(EffectCatalog, NamesAreDistinctAndListed) {
-  std::set<std::string_view> names;
-  for (const EffectInfo& info : effect_catalog()) {
-    names.insert(info.name);
-    EXPECT_NE(listed_effect_names().find(info.name), std::string::npos);
+TEST(EffectsDocument, LabelsFollowFromWhatTheEffectsDoToEnergy) {
+  for (const test::TableRow& row : rows_of_readme()) {
+    const std::string& energy = row.at("energy");
+    EXPECT_TRUE(energy == "dissipative" || energy == "conservative" || energy == "active") << row.at("effect");
+    EXPECT_EQ(row.at("label"), energy == "active" ? "active" : "passive") << row.at("effect");
   }
-  EXPECT_EQ(names.size(), effect_catalog().size());
-  EXPECT_EQ(effect_info(EffectModel(StickSlip{})).name, "stick_slip");
 }
 
 }  // namespace
