@@ -4,12 +4,12 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <span>
 #include <vector>
 
-#include "common/geometry/mesh_repair.hpp"
-#include "common/geometry/triangle_tree.hpp"
+#include "common/base/spatial.hpp"
 
 namespace tandem::contact {
 
@@ -19,25 +19,10 @@ inline constexpr int kFinestCells = 16;  ///< of the smallest; positions in bric
 inline constexpr double kRounding = 1.001;
 inline constexpr double kSampleSteps = std::numeric_limits<std::int16_t>::max();
 
-/// Distance to the mesh as contact means it: signed for a solid, to the plate around a sheet.
-class ExactDistance {
- public:
-  ExactDistance(const geometry::TriangleTree& tree, geometry::SurfaceKind kind, double sheet_thickness_m)
-      : tree_(tree), is_solid_(kind == geometry::SurfaceKind::kSolid), half_thickness_m_(sheet_thickness_m / 2) {}
-
-  /// In      hint  triangle of a query nearby, or −1; replaced by this query's
-  double operator()(const Vec3& p_S, int& hint) const {
-    const geometry::TriangleTree::Closest closest = tree_.closest(p_S, std::numeric_limits<double>::infinity(), hint);
-    hint = closest.triangle;
-    if (!is_solid_) return closest.distance_m - half_thickness_m_;
-    return (p_S - closest.point_S).dot(closest.normal_S) < 0 ? -closest.distance_m : closest.distance_m;
-  }
-
- private:
-  const geometry::TriangleTree& tree_;
-  bool is_solid_;
-  double half_thickness_m_;
-};
+/// Distance to the mesh as contact means it, at a place in its frame S.
+///
+/// In      hint  triangle of a query nearby, or −1; replaced by this query's
+using ExactDistance = std::function<double(const Vec3& p_S, int& hint)>;
 
 /// One pseudo-normal at a flaw of the mesh, a tiny fold, must not turn the space around it inside out. Two neighbours
 /// farther from the surface, together, than from each other are on the same side of it; all that hangs together like

@@ -78,6 +78,17 @@ class ParallelFor {
   const std::function<void(double)>& progress_;
 };
 
+/// Signed for a solid, to the plate around a sheet. Refers to the tree.
+ExactDistance exact_distance(const geometry::TriangleTree& tree, geometry::SurfaceKind kind, double sheet_thickness_m) {
+  const bool is_solid = kind == geometry::SurfaceKind::kSolid;
+  return [&tree, is_solid, half_thickness_m = sheet_thickness_m / 2](const Vec3& p_S, int& hint) {
+    const geometry::TriangleTree::Closest closest = tree.closest(p_S, std::numeric_limits<double>::infinity(), hint);
+    hint = closest.triangle;
+    if (!is_solid) return closest.distance_m - half_thickness_m;
+    return (p_S - closest.point_S).dot(closest.normal_S) < 0 ? -closest.distance_m : closest.distance_m;
+  };
+}
+
 }  // namespace
 
 class DistanceGridBuilder {
@@ -85,7 +96,7 @@ class DistanceGridBuilder {
   DistanceGridBuilder(const geometry::ContactMesh& mesh, const geometry::TriangleTree& tree,
                       const ContactShapeOptions& options, const std::function<void(double)>& progress)
       : options_(options),
-        exact_(tree, mesh.kind, options.sheet_thickness_m),
+        exact_(exact_distance(tree, mesh.kind, options.sheet_thickness_m)),
         parallel_(options.threads, progress),
         grid_(new DistanceGrid) {
     lay_lattice(mesh);
