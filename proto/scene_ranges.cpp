@@ -6,7 +6,6 @@
 #include <map>
 #include <stdexcept>
 
-#include "common/docking/molecule.hpp"
 #include "common/haptics/coupling/adaptive.hpp"
 #include "common/haptics/coupling/coupling_ranges.hpp"
 #include "common/physics/world_description.hpp"
@@ -146,19 +145,18 @@ void add_coupling(Table& table) {
 }
 
 void add_tools_and_settings(Table& table) {
-  const docking::MolecularScale scale;
-  const physics::WorldLimits limits;
-  const double force_limit_n = physics::WorldDescription{}.molecular_force_limit_n;
+  const physics::WorldDescription world;
+  const physics::WorldLimits& limits = world.limits;
   const auto users = static_cast<double>(kMaxUsers);
   add(table, {positive("Workspace.position_scale", "", 1e3, {1}),
               positive("Workspace.force_scale", "", 1e3, {1}),
               positive("Tool.mass_kg", "kg", kMaxMass_kg, {0.05}),
               friction("Tool.friction"),
               contact_stiffness("Tool.contact_stiffness_n_per_m3"),
-              positive("MolecularField.metres_per_angstrom", "m/Å", 1, {scale.metres_per_angstrom}),
+              positive("MolecularField.metres_per_angstrom", "m/Å", 1, {world.metres_per_angstrom}),
               positive("MolecularField.newtons_per_kcal_per_mol_angstrom", "N/(kcal/mol/Å)", 1000,
-                       {scale.newtons_per_kcal_per_mol_angstrom}),
-              positive("MolecularField.force_limit_n", "N", 1000, {force_limit_n}),
+                       {world.newtons_per_kcal_per_mol_angstrom}),
+              positive("MolecularField.force_limit_n", "N", 1000, {world.molecular_force_limit_n}),
               {"Limits.manipulators", "", 1, users, {}},
               {"Limits.observers", "", 0, users - 1, {}},
               positive("Limits.body_speed_m_per_s", "m/s", 1000, {limits.body_speed_m_per_s}),

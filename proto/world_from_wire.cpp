@@ -90,7 +90,8 @@ physics::WorldDescription world_from_wire(const wire::Scene& scene) {
     world.coupling.dynamics = law->tool_dynamics();
   }
   const wire::MolecularField& field = scene.molecular_field();
-  world.molecular_scale = {field.metres_per_angstrom(), field.newtons_per_kcal_per_mol_angstrom()};
+  world.metres_per_angstrom = field.metres_per_angstrom();
+  world.newtons_per_kcal_per_mol_angstrom = field.newtons_per_kcal_per_mol_angstrom();
   world.molecular_force_limit_n = field.force_limit_n();
   world.effects = effects_of(scene);
   return world;

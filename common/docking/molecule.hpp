@@ -1,5 +1,5 @@
 // A rigid molecule as the field sees it: atom positions and Lennard-Jones parameters. Å, kJ/mol and e inside
-// this folder; metres and newtons begin at MolecularScale.
+// this folder; metres and newtons begin at physics::MolecularForces.
 #pragma once
 
 #include <cstddef>
@@ -44,14 +44,6 @@ struct Molecule {
 ///
 /// Fails   std::invalid_argument naming the atom, the value and the range
 void validate(const Molecule& molecule);
-
-/// How molecular quantities become device-sized ones, kept consistent in work.
-///
-/// Model   x [m] = S_x · x [Å];  f [N] = S_f · f [kcal/mol/Å];  τ [N·m] = S_f · S_x · τ [kcal/mol]
-struct MolecularScale {
-  double metres_per_angstrom = 0.01;
-  double newtons_per_kcal_per_mol_angstrom = 0.03;
-};
 
 inline constexpr double kKilojoulesPerKilocalorie = 4.184;
 

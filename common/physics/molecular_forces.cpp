@@ -33,15 +33,16 @@ struct MolecularForces::Pair {
 };
 
 MolecularForces::MolecularForces(const WorldDescription& world)
-    : scale_(world.molecular_scale), force_limit_n_(world.molecular_force_limit_n) {
+    : metres_per_angstrom_(world.metres_per_angstrom),
+      newtons_per_kcal_per_mol_angstrom_(world.newtons_per_kcal_per_mol_angstrom),
+      force_limit_n_(world.molecular_force_limit_n) {
   for (std::size_t a = 0; a < world.bodies.size(); ++a) {
     for (std::size_t b = a + 1; b < world.bodies.size(); ++b) {
       if (!world.bodies[a].molecule || !world.bodies[b].molecule) continue;
       const docking::Molecule& molecule_a = *world.bodies[a].molecule;
       const docking::Molecule& molecule_b = *world.bodies[b].molecule;
       const double radius = 0.5 * (gyration_radius_angstrom(molecule_a) + gyration_radius_angstrom(molecule_b));
-      pairs_.push_back(
-          {a, b, docking::LennardJonesField(molecule_a, molecule_b), radius * scale_.metres_per_angstrom, 0});
+      pairs_.push_back({a, b, docking::LennardJonesField(molecule_a, molecule_b), radius * metres_per_angstrom_, 0});
     }
   }
 }
@@ -59,21 +60,21 @@ bool MolecularForces::add_wrenches(std::span<const Pose> X_WB, std::span<Wrench>
 }
 
 double MolecularForces::energy_j() const {
-  return scale_.newtons_per_kcal_per_mol_angstrom * scale_.metres_per_angstrom * energy_kj_per_mol_ /
+  return newtons_per_kcal_per_mol_angstrom_ * metres_per_angstrom_ * energy_kj_per_mol_ /
          docking::kKilojoulesPerKilocalorie;
 }
 
 bool MolecularForces::add_pair(Pair& pair, std::span<const Pose> X_WB, std::span<Wrench> wrenches_W) noexcept {
   const Pose X_AB = X_WB[pair.a].inverse() * X_WB[pair.b];
-  const docking::FieldResult result = pair.field.evaluate({X_AB.p / scale_.metres_per_angstrom, X_AB.q});
+  const docking::FieldResult result = pair.field.evaluate({X_AB.p / metres_per_angstrom_, X_AB.q});
   // Atoms on top of each other: the field has no value there. The last energy stays; nothing pushes.
   if (!std::isfinite(result.energy_kj_per_mol) || !is_finite(result.force_on_b) || !is_finite(result.torque_on_b)) {
     return true;
   }
   pair.energy_kj_per_mol = result.energy_kj_per_mol;
-  const double newtons = scale_.newtons_per_kcal_per_mol_angstrom / docking::kKilojoulesPerKilocalorie;
+  const double newtons = newtons_per_kcal_per_mol_angstrom_ / docking::kKilojoulesPerKilocalorie;
   const Vec3 f_b = newtons * result.force_on_b;
-  const Vec3 t_b = newtons * scale_.metres_per_angstrom * result.torque_on_b;
+  const Vec3 t_b = newtons * metres_per_angstrom_ * result.torque_on_b;
   const Vec3 t_a = -t_b - X_AB.p.cross(f_b);
 
   const double twist = (t_a.squaredNorm() + t_b.squaredNorm()) / (2 * pair.gyration_radius_m * pair.gyration_radius_m);

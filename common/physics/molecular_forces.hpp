@@ -14,7 +14,7 @@ double soft_limit(double magnitude, double limit);
 
 /// Lennard-Jones forces between every two bodies with a molecule.
 ///
-/// Model   f [N] = S_f · f [kcal/mol/Å], τ [N·m] = S_f · S_x · τ [kcal/mol]. Force and both torques of a pair are
+/// Model   x [m] = S_x · x [Å], f [N] = S_f · f [kcal/mol/Å], τ [N·m] = S_f · S_x · τ [kcal/mol]. Force and both torques of a pair are
 ///         scaled down together so that √(|f|² + (|τ_a|² + |τ_b|²)/(2L²)) stays below the scene's force limit, L being
 ///         the pair's mean radius of gyration: overlap can then neither push nor twist without bound, directions
 ///         are kept, and action equals reaction. The scaled field is not conservative; below half the limit it is
@@ -39,8 +39,9 @@ class MolecularForces {
 
   bool add_pair(Pair& pair, std::span<const Pose> X_WB, std::span<Wrench> wrenches_W) noexcept;
 
-  docking::MolecularScale scale_;
-  double force_limit_n_ = 0;
+  double metres_per_angstrom_;
+  double newtons_per_kcal_per_mol_angstrom_;
+  double force_limit_n_;
   std::vector<Pair> pairs_;
   double energy_kj_per_mol_ = 0;
 };

@@ -50,7 +50,9 @@ struct WorldDescription {
   std::vector<BodyDescription> bodies;  ///< body_id_at(i) is bodies[i]
   std::vector<ToolDescription> tools;
   SceneCoupling coupling;
-  docking::MolecularScale molecular_scale;
+  // How molecular quantities become device-sized ones, kept consistent in work (MolecularForces).
+  double metres_per_angstrom = 0.01;                ///< S_x
+  double newtons_per_kcal_per_mol_angstrom = 0.03;  ///< S_f
   double molecular_force_limit_n = 20;  ///< the molecular force between two bodies is bounded smoothly by this
   std::vector<EffectSettings> effects;
 };

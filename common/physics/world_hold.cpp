@@ -49,7 +49,7 @@ double World::Impl::distance_m(const WorldTool& tool, std::size_t index, double 
   if (body.molecule() == nullptr) {
     return physics::distance_m(tool.description->touch, X_WT, body.description->touch, X_WB, limit_m);
   }
-  const double scale = scene->molecular_scale.metres_per_angstrom;
+  const double scale = scene->metres_per_angstrom;
   const Vec3 tool_B = X_WB.inverse() * X_WT.p;
   double nearest = std::numeric_limits<double>::infinity();
   for (const Vec3& atom : body.molecule()->positions_angstrom) {

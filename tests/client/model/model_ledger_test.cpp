@@ -106,7 +106,8 @@ TEST(ModelLedger, WhatAMoleculeGainsTheFieldLoses) {
     body.touch = {};
     body.molecule = atom;
   }
-  description.molecular_scale = {0.01, 0.5};
+  description.metres_per_angstrom = 0.01;
+  description.newtons_per_kcal_per_mol_angstrom = 0.5;
   description.bodies[1].X_WB.p.x() = 0.06;
   physics::World world = physics::client_world(description);
   ModelLedger ledger = ledger_of(world);

@@ -187,7 +187,8 @@ TEST(Ledger, HasTheFieldsForceAsItsSlope) {
     body.mass = mass_of(0.1, 0.01);
     body.molecule = argon();
   }
-  description.molecular_scale = {0.01, 0.5};
+  description.metres_per_angstrom = 0.01;
+  description.newtons_per_kcal_per_mol_angstrom = 0.5;
   World world = client_world(description);
   const auto energy_at = [&world](double x_m) {
     world.set_body(kB, at({x_m, 0, 0}));
