@@ -11,16 +11,6 @@
 
 namespace tandem::docking {
 
-/// What is kept of an atom for people and reports.
-struct AtomLabel {
-  std::string name;        ///< "CA"
-  std::string residue;     ///< "GLU"
-  std::string residue_id;  ///< number and insertion code, "12A"
-  std::string chain;
-  std::string element;  ///< "C"
-  int serial = 0;
-};
-
 /// Atoms with parameters, positions in the file's frame.
 struct Molecule {
   std::vector<Vec3> positions_angstrom;
@@ -28,8 +18,9 @@ struct Molecule {
   std::vector<double> epsilon_kj_per_mol;
   std::vector<double> charge_e;
   std::vector<double> mass_u;
-  std::vector<AtomLabel> labels;
-  std::vector<std::string> types;  ///< force-field type of each atom, "opls_238"
+  std::vector<std::string> atom_names;     ///< "CA"
+  std::vector<std::string> residue_names;  ///< of the residue that each atom is in, "GLU"
+  std::vector<std::string> types;          ///< force-field type of each atom, "opls_238"
   /// Atoms for which the force field has no exact entry, each with what people should know: atom, residue, stand-in.
   std::map<std::size_t, std::string> guessed;
   std::vector<std::string> notes;  ///< what else the loader saw and people should know: atoms left out or missing

@@ -15,7 +15,7 @@ inline constexpr std::uint32_t kMoleculeAssetVersion = 1;
 inline constexpr std::size_t kMaxMoleculeAssetAtoms = 1'000'000;
 
 /// Positions, masses and the parameters of the field, in double precision, so that both ends compute the same forces;
-/// labels, types and notes stay behind.
+/// names, types and notes stay behind.
 ///
 /// Model   little-endian: "TMOL", version, count; for each atom x y z σ ε q m (Å, kJ/mol, e, u); a checksum of all that
 /// Fails   std::invalid_argument: see validate(), or more atoms than kMaxMoleculeAssetAtoms

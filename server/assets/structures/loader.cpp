@@ -122,7 +122,8 @@ class Loader {
     molecule_.epsilon_kj_per_mol.push_back(type.epsilon_kj_per_mol);
     molecule_.charge_e.push_back(entry.charge_e);
     molecule_.mass_u.push_back(type.mass_u);
-    molecule_.labels.push_back({atom.name, residue.name, residue.id, residue.chain, atom.element, atom.serial});
+    molecule_.atom_names.push_back(atom.name);
+    molecule_.residue_names.push_back(residue.name);
     molecule_.types.push_back(entry.type);
   }
 

@@ -1,12 +1,11 @@
 // Fixed columns of the PDB format 3.3, https://www.wwpdb.org/documentation/file-format-content/format33/sect9.html:
 //
-//    1-6 record   7-11 serial   13-16 name   17 alternate location   18-20 residue   22 chain   23-26 number
+//    1-6 record   13-16 name   17 alternate location   18-20 residue   22 chain   23-26 number
 //   27 insertion code   31-38, 39-46, 47-54 x y z [Å]   77-78 element
 //
 // Everything is bounded, because any bytes may come: file size, atoms, and atoms collected for one residue.
 #include "server/assets/structures/pdb_reader.hpp"
 
-#include <charconv>
 #include <cmath>
 #include <cstdint>
 #include <fstream>
@@ -93,8 +92,6 @@ void Parser::add_atom(std::string_view line) {
          ", within the coordinates in columns 31-54; complete or delete this line");
   }
   Record record;
-  const std::string_view serial = columns(line, 7, 11);
-  std::from_chars(serial.data(), serial.data() + serial.size(), record.atom.serial);
   record.atom.name = columns(line, 13, 16);
   record.atom.element = element_of(record.atom.name, columns(line, 77, 78));
   record.alternate = line.size() >= 17 ? line[16] : ' ';

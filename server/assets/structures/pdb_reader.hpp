@@ -17,7 +17,6 @@ struct PdbAtom {
   std::string name;     ///< as in the file: "CA", "1HB"
   std::string element;  ///< "C": from the name, which files have right more often than columns 77-78; "SE" of those
   Vec3 position_angstrom = Vec3::Zero();
-  int serial = 0;  ///< 0: not a number in the file
 };
 
 struct PdbResidue {

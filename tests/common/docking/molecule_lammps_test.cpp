@@ -113,7 +113,6 @@ Molecule only_atom(const Molecule& all, std::size_t index) {
   one.epsilon_kj_per_mol = {all.epsilon_kj_per_mol[index]};
   one.charge_e = {all.charge_e[index]};
   one.mass_u = {all.mass_u[index]};
-  one.labels = {all.labels[index]};
   one.types = {all.types[index]};
   return one;
 }

@@ -40,7 +40,7 @@ class OplsLoader : public testing::Test {
 
   static std::string type_of(const docking::Molecule& molecule, const std::string& residue, const std::string& atom) {
     for (std::size_t i = 0; i < molecule.size(); ++i) {
-      if (molecule.labels[i].residue == residue && molecule.labels[i].name == atom) return molecule.types[i];
+      if (molecule.residue_names[i] == residue && molecule.atom_names[i] == atom) return molecule.types[i];
     }
     return "no atom " + atom;
   }
@@ -179,7 +179,7 @@ TEST_F(OplsLoader, NamesEveryAtomThatItGuesses) {
   ASSERT_EQ(molecule.guessed.size(), 2U);
   for (const auto& [atom, reason] : molecule.guessed) {
     EXPECT_EQ(molecule.charge_e[atom], 0.0);
-    EXPECT_NE(reason.find(molecule.labels[atom].name), std::string::npos) << reason;
+    EXPECT_NE(reason.find(molecule.atom_names[atom]), std::string::npos) << reason;
     EXPECT_NE(reason.find("GLY 5 of chain A"), std::string::npos) << reason;
     EXPECT_NE(reason.find(molecule.types[atom]), std::string::npos) << reason;
   }
@@ -191,7 +191,7 @@ TEST_F(OplsLoader, AHistidineWithoutRingHydrogensIsAGuessOfExactlyFourAtoms) {
   const docking::Molecule molecule =
       load(kAcetyl + test::residue_text("HIS", "N CA C O CB CG ND1 CD2 CE1 NE2", 5) + kAmide);
   std::set<std::string> names;
-  for (const auto& [atom, reason] : molecule.guessed) names.insert(molecule.labels[atom].name);
+  for (const auto& [atom, reason] : molecule.guessed) names.insert(molecule.atom_names[atom]);
   EXPECT_EQ(names, (std::set<std::string>{"CG", "ND1", "CD2", "NE2"}));
   EXPECT_EQ(type_of(molecule, "HIS", "NE2"), "opls_503");
 }
@@ -213,7 +213,7 @@ TEST_F(OplsLoader, SelenomethionineIsAMethionineWithAGuessedSelenium) {
   const docking::Molecule molecule =
       load(kAcetyl + test::residue_text("MSE", kBackbone + "CB HB2 HB3 CG HG2 HG3 SE CE HE1 HE2 HE3", 5) + kAmide);
   ASSERT_EQ(molecule.guessed.size(), 1U);
-  EXPECT_EQ(molecule.labels[molecule.guessed.begin()->first].name, "SE");
+  EXPECT_EQ(molecule.atom_names[molecule.guessed.begin()->first], "SE");
   EXPECT_EQ(molecule.types[molecule.guessed.begin()->first], "opls_202");
 }
 

@@ -37,7 +37,6 @@ TEST(PdbReader, ReadsTheFixedColumns) {
   ASSERT_EQ(residue.atoms.size(), 1U);
   EXPECT_EQ(residue.atoms[0].name, "CG2");
   EXPECT_EQ(residue.atoms[0].element, "C");
-  EXPECT_EQ(residue.atoms[0].serial, 1234);
   EXPECT_EQ(residue.atoms[0].position_angstrom, Vec3(-11.104, 6.134, -6.504));
 }
 
