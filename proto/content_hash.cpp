@@ -2,9 +2,17 @@
 
 #include <openssl/evp.h>
 
+#include <cstring>
 #include <stdexcept>
 
 namespace tandem::proto {
+
+std::optional<Sha256> hash_from(const std::string& bytes) {
+  Sha256 hash{};
+  if (bytes.size() != hash.size()) return std::nullopt;
+  std::memcpy(hash.data(), bytes.data(), hash.size());
+  return hash;
+}
 
 Sha256 sha256_of(std::span<const std::byte> bytes) {
   Sha256 hash{};

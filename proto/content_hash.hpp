@@ -3,11 +3,16 @@
 
 #include <array>
 #include <cstddef>
+#include <optional>
 #include <span>
+#include <string>
 
 namespace tandem::proto {
 
 using Sha256 = std::array<std::byte, 32>;
+
+/// A hash as a message has it; none when it is not 32 bytes.
+std::optional<Sha256> hash_from(const std::string& bytes);
 
 /// SHA-256 of `bytes`. Fails: std::runtime_error when OpenSSL has no SHA-256 (a broken installation).
 Sha256 sha256_of(std::span<const std::byte> bytes);

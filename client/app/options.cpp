@@ -98,8 +98,7 @@ void add_session_options(CLI::App& app, ClientOptions& options) {
   });
   add_text(app, "--transport", "what carries the state [udp]; tcp where UDP is blocked", "udp|tcp",
            [&io](const std::string& text) {
-             io.client.session.state_transport =
-                 chosen<StateTransport>(text, {{"udp", StateTransport::kUdp}, {"tcp", StateTransport::kTcp}});
+             io.client.session.state_over_tcp = chosen<bool>(text, {{"udp", false}, {"tcp", true}});
            });
 }
 
@@ -228,7 +227,7 @@ void add_run_options(CLI::App& app, ClientOptions& options, bool& is_headless) {
 void check_links(const ClientOptions& options, const net::LinkParameters& link) {
   const std::string problem = link.problem();
   if (!problem.empty()) throw std::invalid_argument("simulated link: " + problem);
-  if (options.io.client.session.state_transport == StateTransport::kTcp && link.spoils_datagrams()) {
+  if (options.io.client.session.state_over_tcp && link.spoils_datagrams()) {
     throw std::invalid_argument(
         "--transport tcp: over a stream nothing is lost, doubled or reordered; leave out --loss, --duplication and "
         "--reorder, or use --transport udp");

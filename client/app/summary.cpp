@@ -55,7 +55,7 @@ void add_setup(const RunSummary& s, json::object& out) {
   out["scene"] = s.io.joined ? json::value(s.io.joined->scene().name()) : json::value();
   out["user"] = session.user_name;
   out["role"] = session.role == wire::ROLE_OBSERVER ? "observer" : "manipulator";
-  out["transport"] = session.state_transport == StateTransport::kTcp ? "tcp" : "udp";
+  out["transport"] = session.state_over_tcp ? "tcp" : "udp";
   out["stage"] = options.stage.name;
   out["predictor"] = options.stage.predictor;
   out["passivity"] = options.stage.passivity;

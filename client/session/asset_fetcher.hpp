@@ -43,11 +43,6 @@ class AssetFetcher {
   std::uint64_t bytes() const { return held_bytes_; }
 
  private:
-  struct Wanted {
-    proto::Sha256 hash;
-    std::uint64_t size = 0;
-    std::string name;
-  };
   bool take_from_store(const proto::Sha256& hash, std::uint64_t size);
   std::string finish();
   void forget_first();
@@ -56,8 +51,8 @@ class AssetFetcher {
   std::shared_ptr<AssetStore> store_;
   AssetMap assets_;
   std::uint64_t held_bytes_ = 0;
-  std::deque<Wanted> wanted_;
-  proto::Bytes partial_;  ///< of wanted_.front()
+  std::deque<wire::AssetInfo> wanted_;  ///< their hashes have 32 bytes
+  proto::Bytes partial_;                ///< of wanted_.front()
   bool is_awaiting_ = false;
   bool is_lacking_ = true;  ///< something on the list will not come
 };

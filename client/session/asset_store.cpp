@@ -119,10 +119,8 @@ void DiskAssetStore::make_room_for(std::uint64_t bytes) const {
 }  // namespace
 
 const proto::Bytes* find_asset(const AssetMap& assets, const std::string& hash) {
-  proto::Sha256 key{};
-  if (hash.size() != key.size()) return nullptr;
-  std::copy_n(std::as_bytes(std::span(hash)).begin(), key.size(), key.begin());
-  const auto found = assets.find(key);
+  const auto key = proto::hash_from(hash);
+  const auto found = key ? assets.find(*key) : assets.end();
   return found == assets.end() ? nullptr : found->second.get();
 }
 

@@ -133,8 +133,7 @@ void ClientSession::Impl::connected(LocalTime now) {
   wire::Hello& hello = *message.mutable_hello();
   hello.set_protocol_version(proto::kProtocolVersion);
   hello.set_program(kProgram);
-  hello.add_capabilities(settings.state_transport == StateTransport::kTcp ? proto::kCapabilityStateTcp
-                                                                          : proto::kCapabilityStateUdp);
+  hello.add_capabilities(settings.state_over_tcp ? proto::kCapabilityStateTcp : proto::kCapabilityStateUdp);
   send_request(message);
 }
 
@@ -180,10 +179,9 @@ void ClientSession::Impl::check_time_outs(LocalTime now) {
       if (stream.has_heard()) {
         lose(now, "nothing came from the server for " + milliseconds(settings.silence_timeout));
       } else {
-        lose(now, "joined, but no state arrived within " + milliseconds(settings.silence_timeout) +
-                      (settings.state_transport == StateTransport::kUdp
-                           ? "; is UDP blocked? state can go over TCP instead (--transport tcp)"
-                           : ""));
+        lose(now,
+             "joined, but no state arrived within " + milliseconds(settings.silence_timeout) +
+                 (settings.state_over_tcp ? "" : "; is UDP blocked? state can go over TCP instead (--transport tcp)"));
       }
       return;
     case SessionState::kWaiting:
@@ -369,13 +367,13 @@ void ClientSession::Impl::send_request(wire::ClientControl& message) {
 }
 
 void ClientSession::Impl::send_newest(LocalTime now) {
-  const bool is_blocked = settings.state_transport == StateTransport::kTcp && transport.queued_control_bytes() > 0;
+  const bool is_blocked = settings.state_over_tcp && transport.queued_control_bytes() > 0;
   stream.send_newest(scene.coupling(), is_blocked, now,
                      [this](std::span<const std::byte> datagram) { return deliver_state(datagram); });
 }
 
 bool ClientSession::Impl::deliver_state(std::span<const std::byte> datagram) {
-  if (settings.state_transport == StateTransport::kTcp) {
+  if (settings.state_over_tcp) {
     wire::ClientControl message;
     message.set_state_datagram(datagram.data(), datagram.size());
     send(message);

@@ -44,13 +44,11 @@ class ClientTransport {
   virtual void close() = 0;
 };
 
-enum class StateTransport { kUdp, kTcp };
-
 struct SessionSettings {
   std::string room = "";  ///< "": the server's only room
   std::string user_name = "user";
   wire::Role role = wire::ROLE_MANIPULATOR;
-  StateTransport state_transport = StateTransport::kUdp;
+  bool state_over_tcp = false;  ///< where UDP does not pass
   Duration silence_timeout{std::chrono::milliseconds(1500)};
   Duration setup_timeout{std::chrono::seconds(5)};  ///< for each of connecting, greeting and joining
   Duration keep_alive{

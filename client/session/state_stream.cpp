@@ -21,7 +21,7 @@ void StateStream::begin(ConnectionId connection, std::uint8_t epoch, LocalTime n
                                                     .epoch = epoch,
                                                     .deadband = settings_.deadband,
                                                     .max_rate_hz = kTickRate_hz,
-                                                    .is_stream = settings_.state_transport == StateTransport::kTcp,
+                                                    .is_stream = settings_.state_over_tcp,
                                                     .opened = now},
                    counters_);
   clock_.reset();

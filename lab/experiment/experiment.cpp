@@ -138,8 +138,7 @@ void take_links(JsonFields& user, const json::object& document, std::size_t inde
   const json::object down = with(up, object_in(document, "downlink"));
   result.up = link_of(JsonFields(up, context.file.origin, path + "link"));
   result.down = link_of(JsonFields(down, context.file.origin, path + "downlink"));
-  if (result.transport == client::StateTransport::kTcp &&
-      (result.up.spoils_datagrams() || result.down.spoils_datagrams())) {
+  if (result.state_over_tcp && (result.up.spoils_datagrams() || result.down.spoils_datagrams())) {
     user.fail("transport",
               "over a stream nothing is lost, doubled or reordered; leave out loss, duplication and "
               "reordering, or use udp");
@@ -157,8 +156,7 @@ ExperimentUser user_of(JsonFields& user, const json::object& document, std::size
   result.hand_parameters = hand_parameters_of(user.object("hand_parameters"));
   result.device = device_of(user, directory);
   result.pipeline = pipeline_of(user, context.pipeline);
-  result.transport =
-      user.choice("transport", 0, {"udp", "tcp"}) == 0 ? client::StateTransport::kUdp : client::StateTransport::kTcp;
+  result.state_over_tcp = user.choice("transport", 0, {"udp", "tcp"}) == 1;
   take_links(user, document, index, context, result);
   result.tick_phase = phase_of(user, "tick_phase_ms", kSlot * static_cast<int>(1 + index % 3));
   user.finish();
@@ -268,7 +266,7 @@ json::object user_json(const ExperimentUser& user) {
                       {"hand", user.hand_name},
                       {"hand_parameters", client::to_json(user.hand_parameters)},
                       {"device", user.device.name},
-                      {"transport", user.transport == client::StateTransport::kUdp ? "udp" : "tcp"},
+                      {"transport", user.state_over_tcp ? "tcp" : "udp"},
                       {"tick_phase_ms", in_milliseconds(user.tick_phase)},
                       {"link", link_json(user.up)},
                       {"downlink", link_json(user.down)}};

@@ -30,7 +30,7 @@ struct ExperimentUser {
   devices::HandParameters hand_parameters;                              ///< without the device
   devices::DeviceProfile device = devices::find_device_profile("sim");  ///< what the hand holds
   Pipeline pipeline;                                                    ///< between the server's state and the hand
-  client::StateTransport transport = client::StateTransport::kUdp;
+  bool state_over_tcp = false;
   net::LinkParameters up;
   net::LinkParameters down;
   Duration tick_phase{0};  ///< of its 1 kHz loop within the millisecond: a whole number of slots

@@ -41,7 +41,7 @@ json::object parameters_json(const UserTrace& trace) {
           {"hand_parameters", client::to_json(user.hand_parameters)},
           {"hand_seed", trace.hand_seed},
           {"pipeline", pipeline_json(user.pipeline)},
-          {"transport", user.transport == client::StateTransport::kUdp ? "udp" : "tcp"},
+          {"transport", user.state_over_tcp ? "tcp" : "udp"},
           {"tick_phase_ms", milliseconds(user.tick_phase)},
           {"uplink", link_json(user.up)},
           {"downlink", link_json(user.down)}};

@@ -94,7 +94,7 @@ TEST(ClientOptions, SessionOptionsReachTheSession) {
   EXPECT_EQ(options->io.client.session.room, "attic");
   EXPECT_EQ(options->io.client.session.user_name, "anna");
   EXPECT_EQ(options->io.client.session.role, wire::ROLE_OBSERVER);
-  EXPECT_EQ(options->io.client.session.state_transport, StateTransport::kTcp);
+  EXPECT_TRUE(options->io.client.session.state_over_tcp);
   EXPECT_EQ(options->duration, std::chrono::seconds(10));
   EXPECT_EQ(options->realtime_priority, 0);
 }

@@ -67,7 +67,7 @@ TEST(ClientIo, WhereTheHapticThreadHasTheHandleTheToolFollows) {
 TEST(ClientIo, StateGoesOverTcpWhenAsked) {
   test::RunningServer running(test::two_hands_scene());
   ClientIoSettings settings = settings_for(running.server->port());
-  settings.client.session.state_transport = StateTransport::kTcp;
+  settings.client.session.state_over_tcp = true;
   ScriptedDevice device;
   ClientIo io(settings, device);
   io.start();
@@ -138,7 +138,7 @@ TEST(ClientIo, StateOverTcpIsCountedOnTheControlLinksAndTheOnlyRoomIsNamed) {
   test::RunningServer running(test::two_hands_scene());
   ClientIoSettings settings = settings_for(running.server->port());
   settings.client.session.room = "";
-  settings.client.session.state_transport = StateTransport::kTcp;
+  settings.client.session.state_over_tcp = true;
   settings.links.emplace();
   ScriptedDevice device;
   ClientIo io(settings, device);

@@ -101,7 +101,7 @@ TEST(SessionsBackToBack, ADeadbandOfTenPercentSavesMostDatagramsOfPressingOnAFlo
 TEST(SessionsBackToBack, ASessionOverTcpIsTheSameSession) {
   test::BackToBack net(test::two_hands_scene(), std::chrono::milliseconds(10));
   net.delivers_datagrams = false;
-  test::WiredClient& ada = net.add_client({.user_name = "ada", .state_transport = StateTransport::kTcp});
+  test::WiredClient& ada = net.add_client({.user_name = "ada", .state_over_tcp = true});
   for (int i = 0; i < 3000; ++i) {
     ada.publish_handle({Vec3(-0.02, 0.01, 0), Quat::Identity()});
     net.run(1);
@@ -148,7 +148,7 @@ TEST(SessionsBackToBack, DamagedBytesNeverCrashAndNeverLastLongerThanTheDamage) 
     Random random(seed);
     test::BackToBack net(test::two_hands_scene());
     test::WiredClient& ada = net.add_client({.user_name = "ada"});
-    test::WiredClient& ben = net.add_client({.user_name = "ben", .state_transport = StateTransport::kTcp});
+    test::WiredClient& ben = net.add_client({.user_name = "ben", .state_over_tcp = true});
     net.run(50);
     ASSERT_EQ(ben.session.status().state, SessionState::kActive);
     net.damage = [&random](proto::Bytes& bytes) {

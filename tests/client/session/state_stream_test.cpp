@@ -141,7 +141,7 @@ TEST(StateStream, DropsEachBadDatagramForItsOwnReasonAndKeepsTheNewestState) {
 }
 
 TEST(StateStream, SkipsStateOverTcpWhileControlBytesWait) {
-  test::SessionBench bench({.state_transport = StateTransport::kTcp});
+  test::SessionBench bench({.state_over_tcp = true});
   bench.join();
   const auto publish = [&bench](std::uint64_t tick) {
     proto::ClientUpdate update;

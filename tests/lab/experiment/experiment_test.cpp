@@ -86,7 +86,7 @@ TEST_F(ExperimentFile, EveryFieldArrives) {
   EXPECT_EQ(experiment.outcome->body, "cube");
   EXPECT_EQ(experiment.outcome->lifted_above_m, 0.05);
   EXPECT_EQ(experiment.outcome->during, "wave");
-  EXPECT_EQ(user.transport, client::StateTransport::kUdp);
+  EXPECT_FALSE(user.state_over_tcp);
   EXPECT_EQ(user.tick_phase, microseconds(750));
   EXPECT_EQ(user.hand_parameters.mass_kg, 0.4);
   EXPECT_EQ(user.hand_parameters.stiffness_n_per_m, 100);
@@ -118,7 +118,7 @@ TEST_F(ExperimentFile, LeavesOutWhatItDoesNotSay) {
       R"({"name": "n", "scene": "./scene.json", "users": [{"name": "a", "link": {"rtt_ms": 14}}, {"name": "b"}]})");
   EXPECT_EQ(experiment.duration, seconds(10));
   EXPECT_EQ(experiment.users[0].pipeline.stage, default_stage());
-  EXPECT_EQ(experiment.users[0].transport, client::StateTransport::kUdp);
+  EXPECT_FALSE(experiment.users[0].state_over_tcp);
   EXPECT_EQ(experiment.users[0].down.delay, milliseconds(7)) << "downlink is like link unless it is given";
   EXPECT_EQ(experiment.users[0].tick_phase, microseconds(250));
   EXPECT_EQ(experiment.users[1].tick_phase, microseconds(500));
@@ -132,7 +132,7 @@ std::string one_user(const std::string& fields) {
 
 TEST_F(ExperimentFile, AStreamMayBeSlowButLosesNothing) {
   const Experiment experiment = parse(one_user(R"("transport": "tcp", "link": {"rtt_ms": 14, "jitter_ms": 1})"));
-  EXPECT_EQ(experiment.users[0].transport, client::StateTransport::kTcp);
+  EXPECT_TRUE(experiment.users[0].state_over_tcp);
   for (const char* spoilt :
        {R"("link": {"loss": 0.01})", R"("downlink": {"duplication": 0.01})", R"("downlink": {"reordering": true})"}) {
     EXPECT_EQ(complaint(one_user(std::string(R"("transport": "tcp", )") + spoilt)),

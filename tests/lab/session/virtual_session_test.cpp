@@ -82,10 +82,10 @@ TEST(VirtualSession, TheClientMeasuresTheConfiguredRoundTrip) {
 }
 
 TEST(VirtualSession, ALinkWithoutDelayTakesOneSlotEitherWay) {
-  for (const client::StateTransport transport : {client::StateTransport::kUdp, client::StateTransport::kTcp}) {
+  for (const bool over_tcp : {false, true}) {
     Experiment experiment = pushing();
     for (ExperimentUser& each : experiment.users) {
-      each.transport = transport;
+      each.state_over_tcp = over_tcp;
       each.up.delay = each.down.delay = Duration(0);
     }
     const SessionTrace trace = run_virtual_session(experiment, scene());
@@ -134,7 +134,7 @@ TEST(VirtualSession, LostDatagramsAreCountedAndTheSessionGoesOn) {
 
 TEST(VirtualSession, TcpCarriesTheSameSession) {
   Experiment experiment = pushing();
-  for (ExperimentUser& each : experiment.users) each.transport = client::StateTransport::kTcp;
+  for (ExperimentUser& each : experiment.users) each.state_over_tcp = true;
   const SessionTrace trace = run_virtual_session(experiment, scene());
   EXPECT_TRUE(is_complete(trace));
   EXPECT_GT(user_metric(trace.users[1], "force_max_n"), 0.3);
