@@ -94,8 +94,7 @@ std::pair<double, double> range_of(JsonFields& fit, const char* name, double hig
 }
 
 haptics::Cubic cubic_of(JsonFields& fit, const char* name) {
-  const std::vector<double> coefficients =
-      fit.numbers(name, -haptics::AdaptiveFitRange::kPolynomial, haptics::AdaptiveFitRange::kPolynomial);
+  const std::vector<double> coefficients = fit.numbers(name, -haptics::kMaxFitPolynomial, haptics::kMaxFitPolynomial);
   if (coefficients.size() != kCoefficients) fit.fail(name, "it must be four numbers [c0, c1, c2, c3]");
   haptics::Cubic result;
   std::copy(coefficients.begin(), coefficients.end(), result.c.begin());
@@ -118,7 +117,7 @@ struct FittedCubic {
 /// A pair that is negative or huge anywhere in the range would be used as it is: it is refused here.
 void check_pair(const JsonFields& fit, const std::pair<double, double>& range, const FittedCubic& stiffness,
                 const FittedCubic& damping) {
-  constexpr int kLooks = haptics::AdaptiveFitRange::kLooks;
+  constexpr int kLooks = haptics::kFitLooks;
   for (int i = 0; i <= kLooks; ++i) {
     const double k = stiffness.cubic(range.first + (range.second - range.first) * i / kLooks);
     if (!(k > 0 && k <= stiffness.most)) {
@@ -139,17 +138,16 @@ haptics::AdaptiveFit fit_of(JsonFields fit, std::string& source) {
   std::tie(result.mass_low_kg, result.mass_high_kg) = mass;
   result.stiffness_n_per_m = cubic_of(fit, "stiffness_n_per_m");
   result.damping_n_s_per_m = cubic_of(fit, "damping_n_s_per_m");
-  check_pair(fit, mass, {"stiffness_n_per_m", result.stiffness_n_per_m, haptics::AdaptiveFitRange::kStiffness_n_per_m},
-             {"damping_n_s_per_m", result.damping_n_s_per_m, haptics::AdaptiveFitRange::kDamping_n_s_per_m});
+  check_pair(fit, mass, {"stiffness_n_per_m", result.stiffness_n_per_m, haptics::kMaxFitStiffness_n_per_m},
+             {"damping_n_s_per_m", result.damping_n_s_per_m, haptics::kMaxFitDamping_n_s_per_m});
   if (fit.has("inertia_kg_m2")) {
     const auto inertia = range_of(fit, "inertia_kg_m2", 1000);
     std::tie(result.inertia_low_kg_m2, result.inertia_high_kg_m2) = inertia;
     result.stiffness_n_m_per_rad = cubic_of(fit, "stiffness_n_m_per_rad");
     result.damping_n_m_s_per_rad = cubic_of(fit, "damping_n_m_s_per_rad");
-    check_pair(
-        fit, inertia,
-        {"stiffness_n_m_per_rad", result.stiffness_n_m_per_rad, haptics::AdaptiveFitRange::kStiffness_n_m_per_rad},
-        {"damping_n_m_s_per_rad", result.damping_n_m_s_per_rad, haptics::AdaptiveFitRange::kDamping_n_m_s_per_rad});
+    check_pair(fit, inertia,
+               {"stiffness_n_m_per_rad", result.stiffness_n_m_per_rad, haptics::kMaxFitStiffness_n_m_per_rad},
+               {"damping_n_m_s_per_rad", result.damping_n_m_s_per_rad, haptics::kMaxFitDamping_n_m_s_per_rad});
   }
   fit.finish();
   return result;

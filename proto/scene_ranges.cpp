@@ -17,7 +17,6 @@ namespace {
 using google::protobuf::FieldDescriptor;
 using google::protobuf::Message;
 using google::protobuf::Reflection;
-using Fit = haptics::AdaptiveFitRange;
 
 constexpr double kMaxLength_m = 100;
 constexpr double kMaxMass_kg = 1e4;
@@ -60,7 +59,7 @@ SceneRange coupling(Text field, Text unit, double haptics::CouplingParameters::*
 }
 
 SceneRange polynomial(Text field) {
-  return {field, "", -Fit::kPolynomial, Fit::kPolynomial, {}, 0};
+  return {field, "", -haptics::kMaxFitPolynomial, haptics::kMaxFitPolynomial, {}, 0};
 }
 
 void add(Table& table, const Table& rows) {
@@ -128,10 +127,10 @@ void add_bodies(Table& table) {
 
 void add_coupling(Table& table) {
   using Parameters = haptics::CouplingParameters;
-  add(table, {{"AdaptiveFit.mass_range_kg", "kg", 0, Fit::kMass_kg, {}, 0},
+  add(table, {{"AdaptiveFit.mass_range_kg", "kg", 0, haptics::kMaxFitMass_kg, {}, 0},
               polynomial("AdaptiveFit.stiffness_n_per_m"),
               polynomial("AdaptiveFit.damping_n_s_per_m"),
-              {"AdaptiveFit.inertia_range_kg_m2", "kg·m²", 0, Fit::kInertia_kg_m2, {}, 0},
+              {"AdaptiveFit.inertia_range_kg_m2", "kg·m²", 0, haptics::kMaxFitInertia_kg_m2, {}, 0},
               polynomial("AdaptiveFit.stiffness_n_m_per_rad"),
               polynomial("AdaptiveFit.damping_n_m_s_per_rad"),
               coupling("Coupling.stiffness_n_per_m", "N/m", &Parameters::stiffness_n_per_m),

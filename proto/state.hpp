@@ -64,7 +64,7 @@ struct ClientUpdate {
   /// kLocalModel: the bodies that its tool touches, as the client steps them by itself.
   boost::container::static_vector<CopyTarget, kMaxCopies> copies;
   Duration round_trip{0};  ///< as the client measured it, with what it waits before it uses what comes; 0: unknown
-  Wrench wave;             ///< kWave: sum of the wave towards the tool, √W·s (WaveSum)
+  Wrench wave;             ///< kWave: sum of the wave towards the tool, √W·s (wave_sum())
 };
 
 struct BodyState {

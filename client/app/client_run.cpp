@@ -147,8 +147,8 @@ void ClientRun::watch_first_graspable(const wire::Joined& joined) {
 
 void ClientRun::start_loop() {
   HapticLoopSettings settings;
-  settings.realtime = {
-      .priority = options_.realtime_priority, .lock_memory = options_.realtime_priority > 0, .cpu = options_.cpu};
+  settings.realtime_priority = options_.realtime_priority;
+  settings.cpu = options_.cpu;
   settings.duration = options_.duration;
   loop_.emplace(settings, io_.haptics(), [this] { io_.notify(); });
   realtime_not_granted_ = loop_->start();

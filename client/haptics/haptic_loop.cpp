@@ -30,7 +30,7 @@ void HapticLoop::stop() {
 }
 
 void HapticLoop::run(const std::function<void(std::vector<std::string>)>& on_ready) {
-  on_ready(realtime::request_realtime(settings_.realtime));
+  on_ready(realtime::request_realtime(settings_.realtime_priority, settings_.cpu));
   const bool is_realtime = realtime::has_realtime_priority();
 
   const SteadyClock clock;

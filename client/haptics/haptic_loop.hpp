@@ -25,7 +25,8 @@ namespace tandem::client {
 
 struct HapticLoopSettings {
   Duration period{std::chrono::milliseconds(1)};
-  realtime::RealtimeRequest realtime;
+  int realtime_priority = 0;                        ///< as request_realtime() has it
+  int cpu = -1;                                     ///< likewise
   std::optional<Duration> duration = std::nullopt;  ///< since the start; none: until it is told to stop
   /// Records that the reader may fall behind by before they are lost (and counted): 4 s at 1 kHz.
   std::size_t trace_capacity = 4096;

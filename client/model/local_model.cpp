@@ -195,7 +195,8 @@ bool LocalModel::touched_then(std::size_t copy, Tick input) noexcept {
 void LocalModel::compare_tool(const proto::ServerUpdate& update, const ModelThen& then,
                               const LocalModelInput& input) noexcept {
   const Duration ago = kInputPeriod * static_cast<int>(input.input.value - update.answered_input.value);
-  residual_ = WrenchResidual{input.now - ago, update.wrench_on_hand_W - then.on_hand_W};
+  residual_ = update.wrench_on_hand_W - then.on_hand_W;
+  residual_of_ = input.now - ago;
   // The joint holds the server's tool elsewhere than the handle's coupling holds ours.
   const bool is_alike =
       update.joint_share <= 0 && joint_share() <= 0 && !update.held_body.is_valid() && !tool_state_.held.is_valid();
@@ -391,7 +392,7 @@ void LocalModel::remember(Tick input) noexcept {
   }
 }
 
-std::optional<WrenchResidual> LocalModel::take_residual() noexcept {
+std::optional<Wrench> LocalModel::take_residual() noexcept {
   return std::exchange(residual_, std::nullopt);
 }
 

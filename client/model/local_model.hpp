@@ -61,12 +61,6 @@ struct LocalModelInput {
   haptics::CouplingParameters coupling;  ///< bounded by the device
 };
 
-/// What the server's wrench was beyond the model's, for the same input.
-struct WrenchResidual {
-  LocalTime of{};  ///< when that input was
-  Wrench on_hand_W;
-};
-
 /// Thread  constructed anywhere; then haptic only: no allocation, no throw
 class LocalModel {
  public:
@@ -90,8 +84,11 @@ class LocalModel {
   std::span<const CopyTarget> copies() const { return touched_; }
   /// From an input to its effect being used here, the waiting at both ends included; 0: not known yet.
   Duration loop_delay() const { return loop_delay_; }
-  /// Of the newest update that answered a known input; consumed by the call.
-  std::optional<WrenchResidual> take_residual() noexcept;
+  /// What the server's wrench on the hand was beyond the model's for the same input, of the newest update that answered a
+  /// known one; consumed by the call.
+  std::optional<Wrench> take_residual() noexcept;
+  /// When that input was.
+  LocalTime residual_of() const { return residual_of_; }
   /// Work of the hand's coupling on the model, less what it gave back [J].
   double coupling_work_j() const { return tool_state_.energy_into_world_j - tool_state_.energy_from_world_j; }
   /// The tool was put where the server has it: what is displayed should not jump with it. Consumed by the call.
@@ -167,7 +164,8 @@ class LocalModel {
   Duration loop_delay_{0};
   Duration slowest_loop_{0};  ///< of all who touch what our tool touches, as the server knows it
   Tick newest_input_;
-  std::optional<WrenchResidual> residual_;
+  std::optional<Wrench> residual_;
+  LocalTime residual_of_{};
   boost::container::static_vector<OtherHold, proto::kMaxUsers> other_holds_;
   BodyId told_held_;                     ///< what the server has our tool hold
   std::optional<Tick> predicted_grasp_;  ///< input of a grasp or release that the server has not answered yet

@@ -81,10 +81,7 @@ ClientIo::Impl::Impl(ClientIo& client_io, ClientIoSettings client_settings, devi
 }
 
 void ClientIo::Impl::run() {
-  realtime::RealtimeRequest request;
-  request.priority = settings.realtime_priority;
-  request.lock_memory = settings.realtime_priority > 0;
-  for (const std::string& line : realtime::request_realtime(request)) {
+  for (const std::string& line : realtime::request_realtime(settings.realtime_priority)) {
     if (owner.on_log) owner.on_log(line);
   }
   session.start(clock.now());

@@ -81,11 +81,11 @@ timespec timespec_of(LocalTime time) {
 
 }  // namespace
 
-std::vector<std::string> request_realtime(const RealtimeRequest& request) {
+std::vector<std::string> request_realtime(int priority, int cpu) {
   std::vector<std::string> missing;
-  if (request.lock_memory) request_locked_memory(missing);
-  if (request.cpu >= 0) request_cpu(request.cpu, missing);
-  if (request.priority != 0) request_priority(request.priority, missing);
+  if (priority > 0) request_locked_memory(missing);
+  if (cpu >= 0) request_cpu(cpu, missing);
+  if (priority != 0) request_priority(priority, missing);
   return missing;
 }
 

@@ -11,15 +11,13 @@
 
 namespace tandem::realtime {
 
-struct RealtimeRequest {
-  int priority = 0;         ///< SCHED_FIFO priority 1–99; 0: stay with the normal scheduler
-  bool lock_memory = true;  ///< mlockall, and the first 256 KiB of the stack touched: no page fault in the loop
-  int cpu = -1;             ///< pin to this CPU; −1: do not pin
-};
-
-/// For the calling thread (locked memory: for the process, also what it allocates later). Returns one line for each
-/// thing not granted, with the remedy; empty when all was.
-std::vector<std::string> request_realtime(const RealtimeRequest& request);
+/// For the calling thread. Memory is locked with a priority, for the process and what it allocates later: mlockall, and the
+/// first 256 KiB of the stack touched, so that the loop meets no page fault.
+///
+/// In      priority  SCHED_FIFO priority 1–99; 0: stay with the normal scheduler
+///         cpu       pin to this CPU; −1: do not pin
+/// Out     one line for each thing not granted, with the remedy; empty when all was
+std::vector<std::string> request_realtime(int priority, int cpu = -1);
 /// Puts the calling thread back to the normal scheduler: for work that may take long.
 void drop_realtime();
 /// Whether the calling thread runs at SCHED_FIFO (or SCHED_RR) priority.

@@ -21,8 +21,9 @@ constexpr std::array kFits{haptics::ArFit::kYuleWalker, haptics::ArFit::kLeastSq
 
 struct Options {
   std::string file;
-  SeriesFileOptions reading;
+  double rate_hz = 200;
   std::string time_unit = "s";
+  std::string columns;
   std::string fit{haptics::name_of(haptics::ArFit::kLeastSquares)};
   std::size_t most_order = 16;
   bool on_values = false;
@@ -44,7 +45,8 @@ haptics::ArFit fit_named(const std::string& name) {
 
 std::vector<SeriesOrders> orders_of(const Options& options) {
   std::vector<SeriesOrders> result;
-  const CsvTable series = load_series(options.file, options.reading);
+  const CsvTable series =
+      load_series(options.file, options.rate_hz, options.time_unit == "ms" ? 1e-3 : 1.0, options.columns);
   for (std::size_t i = 0; i < series.names.size(); ++i) {
     const std::vector<double> values = options.on_values ? series.columns[i] : differences(series.columns[i]);
     auto orders = haptics::fpe_of_orders(values, options.most_order, fit_named(options.fit), options.on_values);
@@ -68,7 +70,7 @@ boost::json::object to_json(const Options& options, const std::vector<SeriesOrde
                       {"orders", std::move(orders)}});
   }
   return {{"file", options.file},
-          {"rate_hz", options.reading.rate_hz},
+          {"rate_hz", options.rate_hz},
           {"fit", options.fit},
           {"on_differences", !options.on_values},
           {"series", std::move(series)}};
@@ -104,17 +106,16 @@ void add_fit_order_command(CLI::App& app, int&) {
       ->check(CLI::IsMember(fits));
   command->add_flag("--values", options->on_values,
                     "fit the values themselves, less their mean; else their differences");
-  command->add_option("--rate", options->reading.rate_hz, "Hz that the series is resampled to")
+  command->add_option("--rate", options->rate_hz, "Hz that the series is resampled to")
       ->capture_default_str()
       ->check(CLI::Range(1.0, 10000.0));
   command->add_option("--time-unit", options->time_unit, "of a file's times")
       ->capture_default_str()
       ->check(CLI::IsMember({"s", "ms"}));
-  command->add_option("--columns", options->reading.columns, "of a .csv, separated by commas; else all in N and N·m");
+  command->add_option("--columns", options->columns, "of a .csv, separated by commas; else all in N and N·m");
   command->add_flag("--json", options->wants_json, "print one JSON object");
   command->footer("V: variance of the one-step error. FPE = V (1 + p/N)/(1 - p/N). Exit code: 0 done, 2 bad input.");
   command->callback([options] {
-    options->reading.time_unit_s = options->time_unit == "ms" ? 1e-3 : 1.0;
     const std::vector<SeriesOrders> all = orders_of(*options);
     if (options->wants_json) {
       std::cout << pretty_json(to_json(*options, all));

@@ -59,7 +59,7 @@ RoomBenchResult bench_room(const std::shared_ptr<const server::LoadedScene>& sce
                                 std::to_string(scene->world.tools.size()) + " tools; ask for fewer users");
   }
   // Its hands are paths and supply no energy.
-  const server::RoomOptions options{.soft_stepping = server::SoftStepping::kWorker, .controls_tool_passivity = false};
+  const server::RoomOptions options{.steps_soft_aside = true, .controls_tool_passivity = false};
   const auto room = std::make_unique<server::Room>(RoomId{1}, scene->description.name(), scene, options);
   std::vector<std::unique_ptr<SimulatedUser>> seats;
   for (std::size_t i = 0; i < hands.size(); ++i) {
@@ -167,7 +167,7 @@ int run(Options options) {
   const auto scene = server::load_scene(scene_path(options.scene, ""), loading);
   if (options.users == 0) options.users = std::min(kDefaultUsers, scene->world.tools.size());
   const std::vector<std::string> hands = hands_of(options);
-  for (const std::string& refusal : realtime::request_realtime({.priority = 60})) std::cerr << refusal << '\n';
+  for (const std::string& refusal : realtime::request_realtime(60)) std::cerr << refusal << '\n';
   const RoomBenchResult result = bench_room(scene, hands, from_seconds(options.seconds));
   const std::vector<Check> checks = checks_of(result);
   if (options.wants_json) {

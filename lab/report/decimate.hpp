@@ -2,6 +2,7 @@
 // sample that matters.
 #pragma once
 
+#include <Eigen/Core>
 #include <cstddef>
 #include <span>
 #include <vector>
@@ -10,13 +11,8 @@
 
 namespace tandem::lab {
 
-struct Point {
-  double x;
-  double y;
-};
-
 /// A line without gaps.
-using Polyline = std::vector<Point>;
+using Polyline = std::vector<Eigen::Vector2d>;
 
 /// Reduces a series to what `columns` pixel columns over `x_range` can show.
 ///

@@ -37,13 +37,13 @@ std::string attribute(std::string_view name, double value) {
   return " " + std::string(name) + "=\"" + format_coordinate(value) + "\"";
 }
 
-std::string line_element(std::string_view css_class, Point a, Point b) {
-  return "<line class=\"" + std::string(css_class) + "\"" + attribute("x1", a.x) + attribute("y1", a.y) +
-         attribute("x2", b.x) + attribute("y2", b.y) + "/>\n";
+std::string line_element(std::string_view css_class, const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+  return "<line class=\"" + std::string(css_class) + "\"" + attribute("x1", a.x()) + attribute("y1", a.y()) +
+         attribute("x2", b.x()) + attribute("y2", b.y()) + "/>\n";
 }
 
-std::string text_element(std::string_view css_class, Point at, std::string_view text) {
-  return "<text class=\"" + std::string(css_class) + "\"" + attribute("x", at.x) + attribute("y", at.y) + ">" +
+std::string text_element(std::string_view css_class, const Eigen::Vector2d& at, std::string_view text) {
+  return "<text class=\"" + std::string(css_class) + "\"" + attribute("x", at.x()) + attribute("y", at.y()) + ">" +
          escape_html(text) + "</text>\n";
 }
 
@@ -116,7 +116,7 @@ class Renderer {
   struct LegendEntry {
     const Series* series;
     std::string label;
-    Point at;
+    Eigen::Vector2d at;
   };
 
   void lay_out();
@@ -189,7 +189,7 @@ void Renderer::scale_x(double left_px, double right_px) {
 
 void Renderer::lay_out() {
   place_legend();
-  const double legend_bottom = legend_.empty() ? 4 : legend_.back().at.y + 10;
+  const double legend_bottom = legend_.empty() ? 4 : legend_.back().at.y() + 10;
   top_px_ = legend_bottom + (plot_.bands.empty() ? 4 : kBandStripPx);
   scale_y(plot_.height_px - kBottomPx, top_px_);
   double label_px = kMinLabelPx;
@@ -201,16 +201,16 @@ void Renderer::place_legend() {
   constexpr double kSwatchPx = 34;
   constexpr double kBetweenPx = 22;
   const double left = kAxisTitlePx + kMinLabelPx + kTickPx;
-  Point at{left, 12};
+  Eigen::Vector2d at{left, 12};
   for (const Series& series : plot_.series) {
     if (series.label.empty()) continue;
     LegendEntry entry{&series, shortened(series.label, kLegendCharacters), at};
     const double width = kSwatchPx + text_px(entry.label);
-    if (at.x > left && at.x + width > plot_.width_px - kRightPx) {
-      at = {left, at.y + kLinePx};
+    if (at.x() > left && at.x() + width > plot_.width_px - kRightPx) {
+      at = {left, at.y() + kLinePx};
       entry.at = at;
     }
-    at.x += width + kBetweenPx;
+    at.x() += width + kBetweenPx;
     legend_.push_back(std::move(entry));
   }
 }
@@ -280,8 +280,8 @@ void Renderer::draw_series() {
       range = {std::log(range.low), std::log(range.high)};
     }
     for (Polyline& line : decimate(x, y, range, columns)) {
-      for (Point& point : line) {
-        if (plot_.x.is_log) point.x = std::exp(point.x);
+      for (Eigen::Vector2d& point : line) {
+        if (plot_.x.is_log) point.x() = std::exp(point.x());
       }
       draw_polyline(series, line);
     }
@@ -290,16 +290,16 @@ void Renderer::draw_series() {
 
 void Renderer::draw_polyline(const Series& series, const Polyline& line) {
   out_ += "<polyline class=\"" + series_class(series) + "\" points=\"";
-  for (const Point& point : line) {
+  for (const Eigen::Vector2d& point : line) {
     // A fixed end of the axis may cut values off; the line then runs along the edge.
-    const double y = std::clamp(y_.px(point.y), y_.px_high, y_.px_low);
+    const double y = std::clamp(y_.px(point.y()), y_.px_high, y_.px_low);
     if (out_.back() != '"') out_ += ' ';
-    out_ += format_coordinate(x_.px(point.x)) + "," + format_coordinate(y);
+    out_ += format_coordinate(x_.px(point.x())) + "," + format_coordinate(y);
   }
   // One point alone needs a length for its round caps to show.
   if (line.size() == 1) {
-    const double y = std::clamp(y_.px(line[0].y), y_.px_high, y_.px_low);
-    out_ += " " + format_coordinate(x_.px(line[0].x) + 0.01) + "," + format_coordinate(y);
+    const double y = std::clamp(y_.px(line[0].y()), y_.px_high, y_.px_low);
+    out_ += " " + format_coordinate(x_.px(line[0].x()) + 0.01) + "," + format_coordinate(y);
   }
   out_ += "\"/>\n";
 }
@@ -316,10 +316,10 @@ void Renderer::draw_limits() {
 
 void Renderer::draw_legend() {
   for (const LegendEntry& entry : legend_) {
-    out_ += "<polyline class=\"" + series_class(*entry.series) + " key\" points=\"" + format_coordinate(entry.at.x) +
-            "," + format_coordinate(entry.at.y) + " " + format_coordinate(entry.at.x + 26) + "," +
-            format_coordinate(entry.at.y) + "\"/>\n";
-    out_ += text_element("legend", {entry.at.x + 34, entry.at.y + 4}, entry.label);
+    out_ += "<polyline class=\"" + series_class(*entry.series) + " key\" points=\"" + format_coordinate(entry.at.x()) +
+            "," + format_coordinate(entry.at.y()) + " " + format_coordinate(entry.at.x() + 26) + "," +
+            format_coordinate(entry.at.y()) + "\"/>\n";
+    out_ += text_element("legend", {entry.at.x() + 34, entry.at.y() + 4}, entry.label);
   }
 }
 

@@ -56,10 +56,9 @@ client::ClientIoSettings io_settings(const ExperimentUser& user, const server::L
 std::vector<std::unique_ptr<server::Room>> one_room(const Experiment& experiment,
                                                     const std::shared_ptr<const server::LoadedScene>& scene) {
   std::vector<std::unique_ptr<server::Room>> rooms;
-  rooms.push_back(
-      std::make_unique<server::Room>(RoomId{1}, "lab", scene,
-                                     server::RoomOptions{.soft_stepping = server::SoftStepping::kWorker,
-                                                         .controls_tool_passivity = experiment.controls_passivity()}));
+  rooms.push_back(std::make_unique<server::Room>(
+      RoomId{1}, "lab", scene,
+      server::RoomOptions{.steps_soft_aside = true, .controls_tool_passivity = experiment.controls_passivity()}));
   return rooms;
 }
 
@@ -199,7 +198,7 @@ LiveUser::LiveUser(const ExperimentUser& description, client::ClientIoSettings i
 
 std::vector<std::string> LiveUser::start_loop() {
   client::HapticLoopSettings settings;
-  settings.realtime = {.priority = realtime_priority_, .lock_memory = realtime_priority_ > 0};
+  settings.realtime_priority = realtime_priority_;
   settings.trace_capacity = 1;  // the ring here has the hand's true state too
   loop_.emplace(settings, io_.haptics(), [this] { after_tick(); });
   std::this_thread::sleep_until(std::chrono::steady_clock::time_point(

@@ -90,8 +90,7 @@ std::vector<std::unique_ptr<server::Room>> open_rooms(const Options& options) {
     }
     rooms.push_back(std::make_unique<server::Room>(
         RoomId{static_cast<std::uint32_t>(i + 1)}, name, scene,
-        server::RoomOptions{.soft_stepping = server::SoftStepping::kWorker,
-                            .controls_tool_passivity = options.controls_tool_passivity}));
+        server::RoomOptions{.steps_soft_aside = true, .controls_tool_passivity = options.controls_tool_passivity}));
   }
   return rooms;
 }

@@ -11,16 +11,15 @@ namespace tandem::server {
 namespace {
 
 constexpr std::string_view kAdaptiveLaw = "adaptive";
-using Range = haptics::AdaptiveFitRange;
 
 constexpr double most(std::string_view coefficient) {
   return proto::find_coupling_field(coefficient)->high;
 }
 // What a device's profile may hold, a scene accepts.
-static_assert(Range::kStiffness_n_per_m == most("coupling.stiffness_n_per_m"));
-static_assert(Range::kDamping_n_s_per_m == most("coupling.damping_n_s_per_m"));
-static_assert(Range::kStiffness_n_m_per_rad == most("coupling.stiffness_n_m_per_rad"));
-static_assert(Range::kDamping_n_m_s_per_rad == most("coupling.damping_n_m_s_per_rad"));
+static_assert(haptics::kMaxFitStiffness_n_per_m == most("coupling.stiffness_n_per_m"));
+static_assert(haptics::kMaxFitDamping_n_s_per_m == most("coupling.damping_n_s_per_m"));
+static_assert(haptics::kMaxFitStiffness_n_m_per_rad == most("coupling.stiffness_n_m_per_rad"));
+static_assert(haptics::kMaxFitDamping_n_m_s_per_rad == most("coupling.damping_n_m_s_per_rad"));
 
 using Numbers = google::protobuf::RepeatedField<double>;
 
@@ -69,8 +68,8 @@ void check_polynomial(const Numbers& coefficients, const SceneField& field) {
 /// What the two polynomials give over the range must be what the wire accepts.
 void check_values(const Numbers& range, const haptics::Cubic& stiffness, const haptics::Cubic& damping,
                   std::string_view stiffness_name, std::string_view damping_name, const SceneField& fit) {
-  for (int i = 0; i <= Range::kLooks; ++i) {
-    const double x = range[0] + (range[1] - range[0]) * i / Range::kLooks;
+  for (int i = 0; i <= haptics::kFitLooks; ++i) {
+    const double x = range[0] + (range[1] - range[0]) * i / haptics::kFitLooks;
     const double k = stiffness(x);
     const auto check = [&](std::string_view name, double value) {
       const proto::CouplingField& field = *proto::find_coupling_field("coupling." + std::string(name));

@@ -57,8 +57,7 @@ std::uint64_t unguessable_id() {
 class RoomScheduler {
  public:
   /// `after_step` runs on a worker thread after each step: no lock, no wait.
-  RoomScheduler(std::vector<Room*> rooms, realtime::RealtimeRequest realtime,
-                std::function<void(const Room&)> after_step);
+  RoomScheduler(std::vector<Room*> rooms, int realtime_priority, std::function<void(const Room&)> after_step);
   /// Stops.
   ~RoomScheduler();
   RoomScheduler(const RoomScheduler&) = delete;
@@ -90,16 +89,16 @@ class RoomScheduler {
   void run(Worker& worker);
   void step_next(Worker& worker);
 
-  realtime::RealtimeRequest realtime_;
+  int realtime_priority_;
   std::function<void(const Room&)> after_step_;
   std::vector<std::unique_ptr<Loop>> loops_;
   std::vector<std::unique_ptr<Worker>> workers_;
   std::atomic<bool> is_stopping_{false};
 };
 
-RoomScheduler::RoomScheduler(std::vector<Room*> rooms, realtime::RealtimeRequest realtime,
+RoomScheduler::RoomScheduler(std::vector<Room*> rooms, int realtime_priority,
                              std::function<void(const Room&)> after_step)
-    : realtime_(realtime), after_step_(std::move(after_step)) {
+    : realtime_priority_(realtime_priority), after_step_(std::move(after_step)) {
   const std::size_t cores = std::max(2U, std::thread::hardware_concurrency());
   for (Room* room : rooms) loops_.push_back(std::make_unique<Loop>(*room));
   for (std::size_t i = 0; i < std::min(cores - 1, loops_.size()); ++i) workers_.push_back(std::make_unique<Worker>());
@@ -127,7 +126,7 @@ void RoomScheduler::stop() {
 }
 
 void RoomScheduler::run(Worker& worker) {
-  worker.not_granted.set_value(realtime::request_realtime(realtime_));
+  worker.not_granted.set_value(realtime::request_realtime(realtime_priority_));
   const LocalTime start = SteadyClock().now();
   for (Loop* loop : worker.loops) {
     loop->timer = std::make_unique<realtime::PeriodicTimer>(loop->room.period(), start);
@@ -171,7 +170,6 @@ struct LiveServer::Impl {
   Impl(LiveServer& server, LiveServerSettings server_settings, std::vector<std::unique_ptr<Room>> server_rooms);
 
   std::vector<Room*> room_pointers() const;
-  realtime::RealtimeRequest realtime(int priority) const;
   void run();
   void begin_stop(const std::string& why);
   void finish_when_closed(LocalTime deadline);
@@ -213,7 +211,7 @@ LiveServer::Impl::Impl(LiveServer& server, LiveServerSettings server_settings,
           }(),
           room_pointers(), transport),
       step_event(io, open_eventfd()),
-      scheduler(room_pointers(), realtime(settings.realtime_priority),
+      scheduler(room_pointers(), settings.realtime_priority,
                 [this, descriptor = step_event.native_handle()](const Room& room) {
                   const std::uint64_t one = 1;
                   // Fails only when the counter is full: then the io thread has been woken already.
@@ -229,18 +227,11 @@ std::vector<Room*> LiveServer::Impl::room_pointers() const {
   return pointers;
 }
 
-realtime::RealtimeRequest LiveServer::Impl::realtime(int priority) const {
-  realtime::RealtimeRequest request;
-  request.priority = priority;
-  request.lock_memory = priority > 0;
-  return request;
-}
-
 void LiveServer::Impl::run() {
   started = clock.now();
   std::vector<std::string> not_granted = scheduler.start();
   const int io_priority = settings.realtime_priority > 0 ? settings.realtime_priority + 1 : 0;
-  for (const std::string& line : realtime::request_realtime(realtime(io_priority))) {
+  for (const std::string& line : realtime::request_realtime(io_priority)) {
     if (std::find(not_granted.begin(), not_granted.end(), line) == not_granted.end()) not_granted.push_back(line);
   }
   for (const std::string& line : not_granted) log(line);

@@ -155,7 +155,7 @@ int soft_period_steps(double room_rate_hz, double rate_hz) {
 }
 
 struct SoftWorld::Impl {
-  Impl(SoftWorldSettings s, SoftStepping stepping)
+  Impl(SoftWorldSettings s, bool steps_aside)
       : settings(std::move(s)),
         period(soft_period_steps(settings.room_rate_hz, settings.rate_hz)),
         stepper(settings),
@@ -163,7 +163,7 @@ struct SoftWorld::Impl {
     stepper.copy_nodes(taken);
     taken.contacts.resize(settings.tools.size());
     made = taken;
-    if (stepping == SoftStepping::kWorker) worker = std::thread([this] { work(); });
+    if (steps_aside) worker = std::thread([this] { work(); });
   }
   ~Impl() {
     if (!worker.joinable()) return;
@@ -222,8 +222,8 @@ struct SoftWorld::Impl {
   std::thread worker;
 };
 
-SoftWorld::SoftWorld(SoftWorldSettings settings, SoftStepping stepping)
-    : impl_(std::make_unique<Impl>(std::move(settings), stepping)) {}
+SoftWorld::SoftWorld(SoftWorldSettings settings, bool steps_aside)
+    : impl_(std::make_unique<Impl>(std::move(settings), steps_aside)) {}
 SoftWorld::~SoftWorld() = default;
 
 TickFaults SoftWorld::advance(std::span<const std::optional<Pose>> X_WT) noexcept {

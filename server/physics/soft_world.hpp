@@ -38,14 +38,11 @@ struct SoftWorldSettings {
   double room_rate_hz = 1000;
   double rate_hz = 60;  ///< of soft steps; the nearest whole number of room steps is taken
   double speed_limit_m_per_s = 10;
-  /// Wait for a worker that is late: for who steps the room faster than time, and wants kInline's bits.
+  /// Wait for a worker that is late: for who steps the room faster than time, and wants the same bits as without.
   bool waits_for_worker = false;
   /// Called before each soft step on the thread that does it, for tests and tracing; may be empty.
   std::function<void()> before_step;
 };
-
-/// How soft bodies are stepped: within World::step(), or by a thread of their own. Both give the same bits.
-enum class SoftStepping { kInline, kWorker };
 
 /// Room steps in a soft step, at least 1.
 int soft_period_steps(double room_rate_hz, double rate_hz);
@@ -55,10 +52,11 @@ int soft_period_steps(double room_rate_hz, double rate_hz);
 /// Same calls, same bits. Third law: the impulse of a soft step on a tool, W₀ times the soft step's length, is
 /// the opposite of what the soft bodies' nodes got from it, push by push.
 ///
-/// Thread  one at a time (the room's); with kWorker a thread of its own does the steps
+/// Thread  one at a time (the room's); with steps_aside a thread of its own does the steps
 class SoftWorld final : public physics::SoftBodies {
  public:
-  SoftWorld(SoftWorldSettings settings, SoftStepping stepping);
+  /// In      steps_aside  by a thread of their own, not within World::step(); both give the same bits
+  explicit SoftWorld(SoftWorldSettings settings, bool steps_aside = false);
   ~SoftWorld() override;
   SoftWorld(const SoftWorld&) = delete;
   SoftWorld& operator=(const SoftWorld&) = delete;

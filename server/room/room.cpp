@@ -53,7 +53,7 @@ Room::Room(RoomId id, std::string name, std::shared_ptr<const LoadedScene> scene
       scene_(std::move(scene)),
       period_(from_seconds(1.0 / scene_->description.step_rate_hz())),
       moving_bodies_(moving_bodies_of(*scene_)),
-      world_(make_server_world(scene_, options.soft_stepping)),
+      world_(make_server_world(scene_, options.steps_soft_aside)),
       sharing_(world_, moving_bodies_, scene_->world.tools.size()),
       coupling_(scene_->world.coupling.parameters) {
   const bool is_limited =

@@ -69,7 +69,7 @@ inline constexpr int kMaxCommandsPerStep = 64;
 inline constexpr Duration kInputStaleAfter = std::chrono::milliseconds(100);
 
 struct RoomOptions {
-  SoftStepping soft_stepping = SoftStepping::kInline;
+  bool steps_soft_aside = false;        ///< soft bodies by a thread of their own; the same bits
   bool controls_tool_passivity = true;  ///< a tool puts no more into the world than its user's hand put in
 };
 

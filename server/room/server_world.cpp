@@ -5,9 +5,9 @@
 
 namespace tandem::server {
 
-physics::World make_server_world(const std::shared_ptr<const LoadedScene>& scene, SoftStepping soft_stepping) {
+physics::World make_server_world(const std::shared_ptr<const LoadedScene>& scene, bool steps_soft_aside) {
   std::unique_ptr<physics::SoftBodies> soft;
-  if (!scene->soft_bodies.empty()) soft = std::make_unique<SoftWorld>(soft_world_settings(*scene), soft_stepping);
+  if (!scene->soft_bodies.empty()) soft = std::make_unique<SoftWorld>(soft_world_settings(*scene), steps_soft_aside);
   // The world keeps the scene alive that its description is a part of.
   return physics::World(std::shared_ptr<const physics::WorldDescription>(scene, &scene->world),
                         make_bullet_world(scene->world, scene->body_shapes), std::move(soft));

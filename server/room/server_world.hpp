@@ -7,7 +7,6 @@
 
 namespace tandem::server {
 
-physics::World make_server_world(const std::shared_ptr<const LoadedScene>& scene,
-                                 SoftStepping soft_stepping = SoftStepping::kInline);
+physics::World make_server_world(const std::shared_ptr<const LoadedScene>& scene, bool steps_soft_aside = false);
 
 }  // namespace tandem::server

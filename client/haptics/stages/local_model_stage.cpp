@@ -74,7 +74,8 @@ StageOutput LocalModelStage::tick(const StageInput& input) noexcept {
 
 Wrench LocalModelStage::predicted_residual(const StageInput& input) noexcept {
   if (residual_ == nullptr) return {};
-  if (const auto newest = input.local_model->take_residual()) residual_->push(newest->of, newest->on_hand_W);
+  const LocalModel& model = *input.local_model;
+  if (const auto newest = input.local_model->take_residual()) residual_->push(model.residual_of(), *newest);
   const Wrench predicted = residual_->at(input.now);
   const double share = kResidualShare * (1 - input.local_model->joint_share());
   return {clamped_to_length(predicted.f, share * input.parameters->force_limit_n),

@@ -15,17 +15,15 @@ struct Cubic {
 
 /// What a fit may hold and give: where it is read, in device profiles and in scenes, it is checked against these. The
 /// coefficients that it gives are those that server and client take from each other (proto/coupling_fields.hpp).
-struct AdaptiveFitRange {
-  static constexpr double kMass_kg = 1e4;
-  static constexpr double kInertia_kg_m2 = 1e4;
-  static constexpr double kPolynomial = 1e15;  ///< either sign
-  static constexpr double kStiffness_n_per_m = 1e5;
-  static constexpr double kDamping_n_s_per_m = 1e4;
-  static constexpr double kStiffness_n_m_per_rad = 1e4;
-  static constexpr double kDamping_n_m_s_per_rad = 1e3;
-  /// Places from end to end of a range at which its cubic is looked at. Ours: it turns twice at most.
-  static constexpr int kLooks = 64;
-};
+inline constexpr double kMaxFitMass_kg = 1e4;
+inline constexpr double kMaxFitInertia_kg_m2 = 1e4;
+inline constexpr double kMaxFitPolynomial = 1e15;  ///< either sign
+inline constexpr double kMaxFitStiffness_n_per_m = 1e5;
+inline constexpr double kMaxFitDamping_n_s_per_m = 1e4;
+inline constexpr double kMaxFitStiffness_n_m_per_rad = 1e4;
+inline constexpr double kMaxFitDamping_n_m_s_per_rad = 1e3;
+/// Places from end to end of a range at which its cubic is looked at. Ours: it turns twice at most.
+inline constexpr int kFitLooks = 64;
 
 /// What a calibration of one device finds (tandem-lab calibrate). Outside the calibrated range the nearest end counts.
 struct AdaptiveFit {

@@ -7,7 +7,7 @@ namespace tandem::haptics {
 namespace {
 
 double wrapped(double value) {
-  return std::isfinite(value) ? value - 2 * WaveSum::kRange * std::floor(value / (2 * WaveSum::kRange) + 0.5) : 0.0;
+  return std::isfinite(value) ? value - 2 * kWaveSumRange * std::floor(value / (2 * kWaveSumRange) + 0.5) : 0.0;
 }
 
 Wave wrapped(const Wave& wave) {
@@ -21,8 +21,8 @@ Wave wrapped(const Wave& wave) {
 
 }  // namespace
 
-void WaveSum::add(const Wave& wave, double period_s) noexcept {
-  if (is_finite(wave) && std::isfinite(period_s)) sum_ = wrapped(sum_ + wave * period_s);
+Wave wave_sum(const Wave& sum_before, const Wave& wave, double period_s) noexcept {
+  return is_finite(wave) && std::isfinite(period_s) ? wrapped(sum_before + wave * period_s) : sum_before;
 }
 
 Wave wave_difference(const Wave& b, const Wave& a) noexcept {

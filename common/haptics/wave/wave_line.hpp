@@ -10,24 +10,16 @@
 
 namespace tandem::haptics {
 
-/// The sum of a wave over time, as it travels.
+/// √W·s; a difference of half of it is minutes of full force.
+inline constexpr double kWaveSumRange = 2048.0;
+
+/// The sum of a wave over time, as it travels, one period on.
 ///
-/// Model   U_k = U_{k−1} + u_k T, each number wrapped to [−kRange, kRange): a reader takes differences, so the sum
-///         may go round, and a message's numbers stay bounded however long somebody presses
-/// Thread  haptic or room: no allocation, no throw
-class WaveSum {
- public:
-  static constexpr double kRange = 2048.0;  ///< √W·s; a difference of half of it is minutes of full force
+/// Model   U_k = U_{k−1} + u_k T, each number wrapped to [−kWaveSumRange, kWaveSumRange): a reader takes differences, so
+///         the sum may go round, and a message's numbers stay bounded however long somebody presses
+Wave wave_sum(const Wave& sum_before, const Wave& wave, double period_s) noexcept;
 
-  void add(const Wave& wave, double period_s) noexcept;
-  void reset() noexcept { sum_ = {}; }
-  const Wave& value() const noexcept { return sum_; }
-
- private:
-  Wave sum_;
-};
-
-/// b − a on the wrapped scale of WaveSum; what is not finite gives zero.
+/// b − a on the wrapped scale of wave_sum(); what is not finite gives zero.
 Wave wave_difference(const Wave& b, const Wave& a) noexcept;
 
 /// Plays a received wave.

@@ -50,7 +50,7 @@ void WaveHandPort::end_period(const Pose& X_WH, double period_s) noexcept {
     const Wave out =
         Wave{std::sqrt(2 * b.linear_n_s_per_m) * velocity_.v, std::sqrt(2 * b.angular_n_m_s_per_rad) * velocity_.w} -
         in_;
-    sum_.add(account_.settle(in_, out, held_work_j(displayed_, X_WH_, X_WH), period_s), period_s);
+    sum_ = wave_sum(sum_, account_.settle(in_, out, held_work_j(displayed_, X_WH_, X_WH), period_s), period_s);
   }
   X_WH_ = X_WH;
   has_pose_ = true;
@@ -102,7 +102,7 @@ void WaveToolPort::settle(const Wrench& on_tool_W, double period_s) noexcept {
   if (!has_pose_ || !is_period(period_s)) return;
   on_tool_W_ = is_finite(on_tool_W) ? on_tool_W : Wrench{};
   const Wave out = wave_towards_hand(impedance_, velocity_, on_tool_W_);
-  sum_.add(account_.settle(in_, out, held_work_j(on_tool_W_, X_before_, X_), period_s), period_s);
+  sum_ = wave_sum(sum_, account_.settle(in_, out, held_work_j(on_tool_W_, X_before_, X_), period_s), period_s);
 }
 
 }  // namespace tandem::haptics

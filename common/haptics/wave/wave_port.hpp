@@ -44,7 +44,7 @@ class WaveHandPort {
   void reset() noexcept { *this = WaveHandPort(impedance_, player_.settings()); }
 
   /// To be sent.
-  const Wave& sum_towards_tool() const noexcept { return sum_.value(); }
+  const Wave& sum_towards_tool() const noexcept { return sum_; }
   double balance_j() const noexcept { return account_.balance_j(); }
 
  private:
@@ -52,7 +52,7 @@ class WaveHandPort {
 
   WaveImpedance impedance_;
   WavePlayer player_;
-  WaveSum sum_;
+  Wave sum_;
   WaveAccount account_;
   Pose X_WH_;
   bool has_pose_ = false;
@@ -86,7 +86,7 @@ class WaveToolPort {
   void settle(const Wrench& on_tool_W, double period_s) noexcept;
   void reset() noexcept { *this = WaveToolPort(impedance_, player_.settings()); }
 
-  const Wave& sum_towards_hand() const noexcept { return sum_.value(); }
+  const Wave& sum_towards_hand() const noexcept { return sum_; }
   double balance_j() const noexcept { return account_.balance_j(); }
 
  private:
@@ -99,7 +99,7 @@ class WaveToolPort {
 
   WaveImpedance impedance_;
   WavePlayer player_;
-  WaveSum sum_;
+  Wave sum_;
   WaveAccount account_;
   bool has_pose_ = false;
   Pose X_;

@@ -38,21 +38,21 @@ std::string read_text(const std::filesystem::path& file) {
 using Columns = std::vector<std::vector<double>>;
 
 CsvTable resampled(const std::string& origin, const Columns& columns, const std::vector<std::string>& names,
-                   const SeriesFileOptions& options) {
+                   double rate_hz, double time_unit_s) {
   const std::vector<double>& times = columns.front();
   if (times.size() < 2) fail(origin, "has " + std::to_string(times.size()) + " samples; it must have at least 2");
-  const double length_s = (times.back() - times.front()) * options.time_unit_s;
-  if (!(length_s * options.rate_hz <= kMaxSamples)) {
-    fail(origin, "lasts " + std::to_string(length_s) + " s; with this many samples at " +
-                     std::to_string(options.rate_hz) + " Hz it is too long: are its times in ms? (--time-unit ms)");
+  const double length_s = (times.back() - times.front()) * time_unit_s;
+  if (!(length_s * rate_hz <= kMaxSamples)) {
+    fail(origin, "lasts " + std::to_string(length_s) + " s; with this many samples at " + std::to_string(rate_hz) +
+                     " Hz it is too long: are its times in ms? (--time-unit ms)");
   }
-  if (length_s * options.rate_hz < 2) {
-    fail(origin, "lasts " + std::to_string(length_s) + " s, less than two samples at " +
-                     std::to_string(options.rate_hz) + " Hz; check --time-unit and --rate");
+  if (length_s * rate_hz < 2) {
+    fail(origin, "lasts " + std::to_string(length_s) + " s, less than two samples at " + std::to_string(rate_hz) +
+                     " Hz; check --time-unit and --rate");
   }
   CsvTable result{origin, names, Columns(names.size())};
   std::size_t next = 0;
-  const double step = 1 / (options.rate_hz * options.time_unit_s);
+  const double step = 1 / (rate_hz * time_unit_s);
   const auto count = static_cast<std::size_t>((times.back() - times.front()) / step) + 1;
   for (std::size_t i = 0; i < count; ++i) {
     const double time = times.front() + static_cast<double>(i) * step;
@@ -114,11 +114,11 @@ std::vector<std::string> chosen_columns(const CsvTable& table, const std::string
   return chosen;
 }
 
-CsvTable series_of_csv(const CsvTable& table, const SeriesFileOptions& options) {
+CsvTable series_of_csv(const CsvTable& table, double rate_hz, double time_unit_s, const std::string& wanted) {
   const std::vector<double>* times = table.find("t_s");
   if (times == nullptr) times = table.find("time_s");
   if (times == nullptr) fail(table.origin, "has no column t_s or time_s; it must have the samples' times");
-  const std::vector<std::string> names = chosen_columns(table, options.columns);
+  const std::vector<std::string> names = chosen_columns(table, wanted);
   Columns columns{*times};
   for (const std::string& name : names) columns.push_back(table.column(name));
   for (std::size_t row = 0; row < times->size(); ++row) {
@@ -130,12 +130,12 @@ CsvTable series_of_csv(const CsvTable& table, const SeriesFileOptions& options) 
     if (row > 0 && !((*times)[row] > (*times)[row - 1]))
       fail(where, "its time must be later than that of the row before");
   }
-  return resampled(table.origin, columns, names, options);
+  return resampled(table.origin, columns, names, rate_hz, time_unit_s);
 }
 
 }  // namespace
 
-CsvTable parse_traj(std::string_view text, const std::string& origin, const SeriesFileOptions& options) {
+CsvTable parse_traj(std::string_view text, const std::string& origin, double rate_hz, double time_unit_s) {
   Columns columns(4);
   std::size_t line_number = 0;
   while (!text.empty()) {
@@ -156,12 +156,13 @@ CsvTable parse_traj(std::string_view text, const std::string& origin, const Seri
     columns[0].push_back(numbers[0]);
     for (std::size_t axis = 0; axis < 3; ++axis) columns[axis + 1].push_back(numbers[axis + 4]);
   }
-  return resampled(origin, columns, {"force_x_n", "force_y_n", "force_z_n"}, options);
+  return resampled(origin, columns, {"force_x_n", "force_y_n", "force_z_n"}, rate_hz, time_unit_s);
 }
 
-CsvTable load_series(const std::filesystem::path& file, const SeriesFileOptions& options) {
-  if (file.extension() == ".traj") return parse_traj(read_text(file), file.string(), options);
-  return series_of_csv(read_csv(file), options);
+CsvTable load_series(const std::filesystem::path& file, double rate_hz, double time_unit_s,
+                     const std::string& columns) {
+  if (file.extension() == ".traj") return parse_traj(read_text(file), file.string(), rate_hz, time_unit_s);
+  return series_of_csv(read_csv(file), rate_hz, time_unit_s, columns);
 }
 
 }  // namespace tandem::lab

@@ -11,7 +11,7 @@
 namespace tandem::client {
 namespace {
 
-constexpr HapticLoopSettings kNormalPriority{.realtime = {.priority = 0, .lock_memory = false, .cpu = -1}};
+constexpr HapticLoopSettings kNormalPriority{};
 
 struct Rig {
   explicit Rig(const HapticLoopSettings& settings = kNormalPriority)

@@ -11,6 +11,7 @@ namespace tandem::realtime {
 namespace {
 
 using ::testing::Contains;
+using ::testing::Ge;
 using ::testing::HasSubstr;
 using ::testing::SizeIs;
 
@@ -54,16 +55,14 @@ TEST(PeriodicTimer, RefusesAPeriodOfZero) {
 }
 
 TEST(Realtime, AskingForNothingIsAlwaysGranted) {
-  EXPECT_THAT(request_realtime({.priority = 0, .lock_memory = false, .cpu = -1}), SizeIs(0));
+  EXPECT_THAT(request_realtime(0), SizeIs(0));
 }
 
 TEST(Realtime, ImpossibleRequestsAreEachAnsweredByOneLineWithARemedy) {
   // In a thread of its own, so that no right sticks to the test program.
   std::vector<std::string> missing;
-  std::thread([&missing] {
-    missing = request_realtime({.priority = 1000, .lock_memory = false, .cpu = 100000});
-  }).join();
-  EXPECT_THAT(missing, SizeIs(2));
+  std::thread([&missing] { missing = request_realtime(1000, 100000); }).join();
+  EXPECT_THAT(missing, SizeIs(Ge(2U))) << "and where memory may not be locked, a line of that";
   EXPECT_THAT(missing, Contains(HasSubstr("CPU 100000")));
   EXPECT_THAT(missing, Contains(HasSubstr("priority 1000")));
   EXPECT_THAT(missing, Contains(HasSubstr("use a priority from 1 to 99")));

@@ -166,8 +166,9 @@ TEST(Decimate, KeepsASingleSamplePeakWhereverItIs) {
     wave.y[peak] = 50;
     const auto lines = decimate(wave.x, wave.y, {0, 19999}, 300);
     ASSERT_EQ(lines.size(), 1U);
-    const bool is_kept = std::any_of(lines[0].begin(), lines[0].end(),
-                                     [&](Point p) { return p.x == static_cast<double>(peak) && p.y == 50; });
+    const bool is_kept = std::any_of(lines[0].begin(), lines[0].end(), [&](const Eigen::Vector2d& p) {
+      return p.x() == static_cast<double>(peak) && p.y() == 50;
+    });
     ASSERT_TRUE(is_kept) << peak;
     ASSERT_LE(lines[0].size(), 4U * 300U);
   }
@@ -178,15 +179,16 @@ TEST(Decimate, KeepsEveryColumnsExtremesAndEndsInOrder) {
   constexpr std::size_t kColumns = 100;
   const auto lines = decimate(wave.x, wave.y, {0, 10000}, kColumns);
   ASSERT_EQ(lines.size(), 1U);
-  EXPECT_TRUE(std::is_sorted(lines[0].begin(), lines[0].end(), [](Point a, Point b) { return a.x < b.x; }));
+  EXPECT_TRUE(std::is_sorted(lines[0].begin(), lines[0].end(),
+                             [](const Eigen::Vector2d& a, const Eigen::Vector2d& b) { return a.x() < b.x(); }));
   for (std::size_t column = 0; column < kColumns; ++column) {
     const auto begin = wave.y.begin() + static_cast<std::ptrdiff_t>(column * 100);
     double low = kInfinity;
     double high = -kInfinity;
-    for (const Point& point : lines[0]) {
-      if (static_cast<std::size_t>(point.x) / 100 != column) continue;
-      low = std::min(low, point.y);
-      high = std::max(high, point.y);
+    for (const Eigen::Vector2d& point : lines[0]) {
+      if (static_cast<std::size_t>(point.x()) / 100 != column) continue;
+      low = std::min(low, point.y());
+      high = std::max(high, point.y());
     }
     ASSERT_EQ(low, *std::min_element(begin, begin + 100)) << column;
     ASSERT_EQ(high, *std::max_element(begin, begin + 100)) << column;
@@ -198,8 +200,8 @@ TEST(Decimate, LeavesAGapWhereSamplesAreMissing) {
   for (std::size_t i = 400; i < 500; ++i) wave.y[i] = i % 2 == 0 ? kNan : kInfinity;
   const auto lines = decimate(wave.x, wave.y, {0, 999}, 100);
   ASSERT_EQ(lines.size(), 2U);
-  EXPECT_LT(lines[0].back().x, 400);
-  EXPECT_EQ(lines[1].front().x, 500);
+  EXPECT_LT(lines[0].back().x(), 400);
+  EXPECT_EQ(lines[1].front().x(), 500);
 }
 
 TEST(Decimate, StaysBoundedWhenEverySecondSampleIsMissing) {

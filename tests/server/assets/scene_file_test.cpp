@@ -263,14 +263,14 @@ TEST(SceneFile, TheFitThatTheRefusalOfNoneShowsIsTheThesissAndTellsClients) {
 }
 
 TEST(SceneFile, WhatAProfileMayHoldAtMostAFitAccepts) {
-  using Range = haptics::AdaptiveFitRange;
   const auto fit = [](double share) {
     const auto value = [share](double most) { return "[" + number_text(share * most) + "]"; };
     return R"({"law": "adaptive", "adaptive": {"mass_range_kg": [0.1, 1000], "stiffness_n_per_m": )" +
-           value(Range::kStiffness_n_per_m) + R"(, "damping_n_s_per_m": )" + value(Range::kDamping_n_s_per_m) +
+           value(haptics::kMaxFitStiffness_n_per_m) + R"(, "damping_n_s_per_m": )" +
+           value(haptics::kMaxFitDamping_n_s_per_m) +
            R"(, "inertia_range_kg_m2": [1e-6, 1000], "stiffness_n_m_per_rad": )" +
-           value(Range::kStiffness_n_m_per_rad) + R"(, "damping_n_m_s_per_rad": )" +
-           value(Range::kDamping_n_m_s_per_rad) + "}}";
+           value(haptics::kMaxFitStiffness_n_m_per_rad) + R"(, "damping_n_m_s_per_rad": )" +
+           value(haptics::kMaxFitDamping_n_m_s_per_rad) + "}}";
   };
   EXPECT_NO_THROW(physics::load_parts({.coupling = fit(1)}));
   EXPECT_THROW(physics::load_parts({.coupling = fit(1.01)}), SceneError);

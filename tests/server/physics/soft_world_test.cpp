@@ -70,7 +70,7 @@ TEST(SoftWorld, PeriodIsAWholeNumberOfRoomSteps) {
 TEST(SoftWorld, PadDroppedOnATableRestsOnIt) {
   SoftWorldSettings settings = pad_settings(0);
   for (Vec3& node : settings.bodies[0].nodes_W) node.z() += 0.02;
-  SoftWorld world(std::move(settings), SoftStepping::kInline);
+  SoftWorld world(std::move(settings));
   const SoftModel& model = world.model(0);
   const double step_s = world.period_steps() / 1000.0;
   std::vector<Vec3> before(world.nodes_W(0).begin(), world.nodes_W(0).end());
@@ -95,7 +95,7 @@ TEST(SoftWorld, PadDroppedOnATableRestsOnIt) {
 }
 
 TEST(SoftWorld, ForceRisesWithDepthAndIsGoneAfterLeaving) {
-  SoftWorld world(pad_settings(0), SoftStepping::kInline);
+  SoftWorld world(pad_settings(0));
   soft_steps(world, kAway, 20);
   double before_n = 0;
   for (const double depth_m : {0.004, 0.006, 0.008, 0.010, 0.012}) {
@@ -119,7 +119,7 @@ Vec3 way_of_mass(const SoftModel& model, std::span<const Vec3> before, std::span
 }
 
 TEST(SoftWorld, WhatTheToolGetsTheNodesLose) {
-  SoftWorld world(floating_settings(), SoftStepping::kInline);
+  SoftWorld world(floating_settings());
   const double step_s = world.period_steps() / 1000.0;
   // Long enough for the touch to be predicted.
   soft_steps(world, ball_at(Vec3(0, 0, 0.0555)), 25);
@@ -149,7 +149,7 @@ TEST(SoftWorld, WhatTheToolGetsTheNodesLose) {
 
 /// The contact after a while at `depth_m` and one soft step with the tool at `last`.
 SoftContact contact_after(const SoftWorldSettings& settings, double depth_m, const Pose& last) {
-  SoftWorld world(settings, SoftStepping::kInline);
+  SoftWorld world(settings);
   soft_steps(world, kAway, 10);
   for (int i = 1; i <= 10; ++i) soft_step(world, ball_in_pad(depth_m * i / 10));
   soft_steps(world, ball_in_pad(depth_m), 5);
@@ -193,7 +193,7 @@ INSTANTIATE_TEST_SUITE_P(SoftWorld, SoftGradient,
                          });
 
 TEST(SoftWorld, ResultIsUsedOneSoftPeriodAfterItsInput) {
-  SoftWorld world(pad_settings(16), SoftStepping::kInline);
+  SoftWorld world(pad_settings(16));
   const Pose tool = ball_in_pad(0.006);
   for (int step = 0; step <= world.period_steps(); ++step) {
     room_step(world, tool);
@@ -204,14 +204,14 @@ TEST(SoftWorld, ResultIsUsedOneSoftPeriodAfterItsInput) {
 TEST(SoftWorld, StartsAnewWhenItIsNotFinite) {
   SoftWorldSettings settings = pad_settings(0);
   settings.gravity_m_per_s2 = Vec3(0, 0, std::numeric_limits<double>::quiet_NaN());
-  SoftWorld world(std::move(settings), SoftStepping::kInline);
+  SoftWorld world(std::move(settings));
   soft_step(world, kAway);
   EXPECT_NE(soft_step(world, kAway) & kFaultNotFinite, 0U);
   for (const Vec3& node : world.nodes_W(0)) EXPECT_TRUE(is_finite(node));
 }
 
 TEST(SoftWorld, ToolThatIsNotFiniteIsNotThere) {
-  SoftWorld world(pad_settings(0), SoftStepping::kInline);
+  SoftWorld world(pad_settings(0));
   Pose broken = ball_in_pad(0.006);
   broken.p.x() = std::numeric_limits<double>::quiet_NaN();
   soft_steps(world, broken, 5);
@@ -221,13 +221,13 @@ TEST(SoftWorld, ToolThatIsNotFiniteIsNotThere) {
 
 /// Of a ball held so deep in the pad for a second [N].
 double resting_force_n(double depth_m) {
-  SoftWorld world(pad_settings(16), SoftStepping::kInline);
+  SoftWorld world(pad_settings(16));
   soft_steps(world, ball_in_pad(depth_m), 60);
   return physics::soft_wrench(world.contact(0), ball_in_pad(depth_m)).f.z();
 }
 
 TEST(SoftWorld, PredictsATouch) {
-  SoftWorld world(pad_settings(16), SoftStepping::kInline);
+  SoftWorld world(pad_settings(16));
   soft_steps(world, kAway, 5);
   EXPECT_EQ(world.contact(0).trust_radius_m, 0) << "too far to be told of";
   soft_steps(world, ball_in_pad(-0.02), 25);
@@ -240,7 +240,7 @@ TEST(SoftWorld, PredictsATouch) {
 }
 
 TEST(SoftWorld, PredictedTouchIsFeltWhenItComesAndGoesOverIntoTheTouchWithoutAStep) {
-  SoftWorld world(pad_settings(16), SoftStepping::kInline);
+  SoftWorld world(pad_settings(16));
   soft_steps(world, ball_in_pad(-0.01), 25);
   double before_n = 0, greatest_step_n = 0, touched_at_m = 1;
   for (int ms = 0; ms <= 800; ++ms) {
@@ -265,7 +265,7 @@ TEST(SoftWorld, OfTwoSoftBodiesTheNearerIsPredicted) {
   traits.anchored = 16;
   traits.X_WS.p = Vec3(0, 0.1, kPadHeight_m / 2 - 0.015);
   settings.bodies.push_back(make_soft_block(Vec3(0.08, 0.08, kPadHeight_m), 0.0134, traits));
-  SoftWorld world(std::move(settings), SoftStepping::kInline);
+  SoftWorld world(std::move(settings));
   const Pose tool = ball_at(Vec3(0.003, 0.03, kPadHeight_m + kBallRadius_m + 0.01));
   soft_steps(world, tool, 60);
   const auto force_n = [&](double down_m) {
@@ -277,7 +277,7 @@ TEST(SoftWorld, OfTwoSoftBodiesTheNearerIsPredicted) {
 }
 
 TEST(SoftWorld, ToolThatLeavesHasNoContactAtOnce) {
-  SoftWorld world(pad_settings(16), SoftStepping::kInline);
+  SoftWorld world(pad_settings(16));
   soft_steps(world, ball_in_pad(0.008), 10);
   ASSERT_GT(world.contact(0).wrench_W.f.z(), 0);
   room_step(world, std::nullopt);
@@ -286,7 +286,7 @@ TEST(SoftWorld, ToolThatLeavesHasNoContactAtOnce) {
 
 TEST(SoftWorld, BallDoesNotJumpThroughAPadInOneSoftStep) {
   // From above the pad to below its middle within 17 ms: what was in the way is carried along, and pushes back.
-  SoftWorld world(pad_settings(16), SoftStepping::kInline);
+  SoftWorld world(pad_settings(16));
   soft_steps(world, ball_at(Vec3(0, 0, 0.07)), 3);
   soft_steps(world, ball_at(Vec3(0, 0, 0.03)), 2);
   EXPECT_GT(world.contact(0).wrench_W.f.z(), 0.5);
@@ -432,7 +432,7 @@ TEST(SoftScene, ClosedSurfaceKeepsItsVolumeOnATable) {
   SoftWorldSettings settings = pad_settings(0);
   settings.bodies = {make_soft_surface(octahedron(geometry::SurfaceKind::kSolid).mesh, traits)};
   const double volume_m3 = enclosed_volume_m3(settings.bodies[0].nodes_W, settings.bodies[0].faces);
-  SoftWorld world(std::move(settings), SoftStepping::kInline);
+  SoftWorld world(std::move(settings));
   soft_steps(world, kAway, 120);
   const std::vector<Vec3> nodes(world.nodes_W(0).begin(), world.nodes_W(0).end());
   EXPECT_NEAR(enclosed_volume_m3(nodes, world.model(0).faces), volume_m3, 0.1 * volume_m3);
@@ -447,7 +447,7 @@ TEST(SoftScene, NoteSaysTheRateThatIsReallyUsed) {
 TEST(SoftScene, ShippedPadIsPressedByItsTool) {
   TANDEM_LOAD_OR_SKIP(scene, "soft_pad");
   ASSERT_EQ(scene->soft_bodies.size(), 1U);
-  SoftWorld world(soft_world_settings(*scene), SoftStepping::kInline);
+  SoftWorld world(soft_world_settings(*scene));
   std::vector<std::optional<Pose>> tools(scene->world.tools.size() + scene->world.bodies.size());
   for (std::size_t i = 0; i < scene->world.tools.size(); ++i) tools[i] = scene->world.tools[i].X_WT;
   const auto fewest = [&world, &tools](int count) {

@@ -31,25 +31,25 @@ TEST(Waves, HalfTheirSquaresDifferByThePower) {
 }
 
 TEST(WaveSum, GoesRoundWithoutLosingADifference) {
-  WaveSum sum;
+  Wave sum;
   Wave last;
   double total = 0;
   for (int i = 0; i < 1000; ++i) {
-    sum.add(wave_x(50), 0.1);
-    total += wave_difference(sum.value(), last).f.x();
-    last = sum.value();
-    ASSERT_LT(std::abs(last.f.x()), WaveSum::kRange + 1e-9);
+    sum = wave_sum(sum, wave_x(50), 0.1);
+    total += wave_difference(sum, last).f.x();
+    last = sum;
+    ASSERT_LT(std::abs(last.f.x()), kWaveSumRange + 1e-9);
   }
   EXPECT_NEAR(total, 5000, 1e-6) << "more than the whole range of 4096";
 }
 
 TEST(WavePlayer, PlaysAConstantWaveAsItWasSent) {
   WavePlayer player({});
-  WaveSum sum;
+  Wave sum;
   Wave played;
   for (int k = 0; k < 1000; ++k) {
-    sum.add(wave_x(2), 0.001);
-    if (k % 5 == 0) player.receive(std::chrono::milliseconds(k), sum.value());
+    sum = wave_sum(sum, wave_x(2), 0.001);
+    if (k % 5 == 0) player.receive(std::chrono::milliseconds(k), sum);
     played = player.play(0.001);
   }
   EXPECT_NEAR(played.f.x(), 2, 1e-9);
@@ -69,7 +69,7 @@ Delivered deliver(std::uint64_t seed, double loss, double skipped_share) {
   WavePlayer::Settings settings;
   settings.skipped_share = skipped_share;
   WavePlayer player(settings);
-  WaveSum sum;
+  Wave sum;
   struct Message {
     int due;
     Duration sent;
@@ -81,11 +81,11 @@ Delivered deliver(std::uint64_t seed, double loss, double skipped_share) {
   for (int k = 0; k < 6000; ++k) {
     if (k % 40 == 0) wave = {5 * Vec3(random.normal(), random.normal(), random.normal()), Vec3(random.normal(), 0, 0)};
     if (k >= 4000) wave = {};
-    sum.add(wave, 0.001);
+    sum = wave_sum(sum, wave, 0.001);
     if (k > 0) result.missing += wave * 0.001;
     result.in_j += squared(wave) * 0.001 / 2;
     if (random.uniform() >= loss || k == 4100) {
-      way.push_back({k + 20 + static_cast<int>(40 * random.uniform()), std::chrono::milliseconds(k), sum.value()});
+      way.push_back({k + 20 + static_cast<int>(40 * random.uniform()), std::chrono::milliseconds(k), sum});
     }
     for (const Message& message : way) {
       if (message.due == k || message.due == k - 7) player.receive(message.sent, message.sum);
@@ -118,11 +118,11 @@ TEST(WavePlayer, AfterLossNothingOfTheIntegralIsMissing) {
 
 TEST(WavePlayer, AfterABurstOfLossItsDelayGoesAwayAgain) {
   WavePlayer player({});
-  WaveSum sum;
+  Wave sum;
   double after_burst_s = 0;
   for (int k = 0; k < 6000; ++k) {
-    sum.add(wave_x(2), 0.001);
-    if (k < 1000 || k > 1060) player.receive(std::chrono::milliseconds(k), sum.value());
+    sum = wave_sum(sum, wave_x(2), 0.001);
+    if (k < 1000 || k > 1060) player.receive(std::chrono::milliseconds(k), sum);
     player.play(0.001);
     if (k == 1100) after_burst_s = player.waiting_s();
   }
@@ -134,11 +134,11 @@ TEST(WavePlayer, TakesMoreArrivalsThanItHasRoomForWithoutLosingAny) {
   WavePlayer::Settings settings;
   settings.skipped_share = 0;
   WavePlayer player(settings);
-  WaveSum sum;
-  player.receive(Duration{0}, sum.value());
+  Wave sum;
+  player.receive(Duration{0}, sum);
   for (int k = 1; k <= 600; ++k) {
-    sum.add(wave_x(2), 0.001);
-    player.receive(std::chrono::milliseconds(k), sum.value());
+    sum = wave_sum(sum, wave_x(2), 0.001);
+    player.receive(std::chrono::milliseconds(k), sum);
   }
   double played = 0;
   for (int k = 0; k < 700; ++k) played += player.play(0.001).f.x() * 0.001;
@@ -159,10 +159,10 @@ TEST(WavePlayer, IgnoresWhatIsNotFiniteNotNewerOrAfterALongSilence) {
 
 TEST(WavePlayer, PlaysNothingOfASumThatStartedAnew) {
   WavePlayer player({});
-  WaveSum sum;
+  Wave sum;
   for (int k = 0; k < 100; ++k) {
-    sum.add(wave_x(2), 0.001);
-    player.receive(std::chrono::milliseconds(k), sum.value());
+    sum = wave_sum(sum, wave_x(2), 0.001);
+    player.receive(std::chrono::milliseconds(k), sum);
   }
   for (int k = 0; k < 200; ++k) player.play(0.001);
   for (int k = 100; k < 110; ++k) player.receive(std::chrono::milliseconds(k), Wave{});
