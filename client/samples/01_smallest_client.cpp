@@ -56,7 +56,7 @@ void run(std::uint16_t port) {
 
   // The 1 kHz thread. Priority 70 is above the io thread and below the kernel's own threads. What the machine does not
   // grant is only reported: the loop runs without it, with more lateness.
-  client::HapticLoop loop({.realtime = {.priority = 70}}, io.haptics(), [&io] { io.notify(); });
+  client::HapticLoop loop({.realtime_priority = 70}, io.haptics(), [&io] { io.notify(); });
   for (const std::string& missing : loop.start()) std::fprintf(stderr, "%s\n", missing.c_str());
 
   // Ctrl-C lets the hand go, too, and from a thread of its own: this one may hang in a write to its terminal.

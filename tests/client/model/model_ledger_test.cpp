@@ -100,7 +100,8 @@ TEST(ModelLedger, WhatAMoleculeGainsTheFieldLoses) {
   atom->epsilon_kj_per_mol = {1.0};
   atom->charge_e = {0};
   atom->mass_u = {39.95};
-  atom->labels.resize(1);
+  atom->atom_names.resize(1);
+  atom->residue_names.resize(1);
   atom->types = {"test"};
   for (physics::BodyDescription& body : description.bodies) {
     body.touch = {};

@@ -176,7 +176,8 @@ std::shared_ptr<const docking::Molecule> argon() {
   molecule->epsilon_kj_per_mol = {1.0};
   molecule->charge_e = {0};
   molecule->mass_u = {39.95};
-  molecule->labels.resize(1);
+  molecule->atom_names.resize(1);
+  molecule->residue_names.resize(1);
   molecule->types = {"test"};
   return molecule;
 }

@@ -24,7 +24,8 @@ std::shared_ptr<const docking::Molecule> cluster(int count) {
     molecule->charge_e.push_back(0);
     molecule->mass_u.push_back(39.95);
   }
-  molecule->labels.resize(molecule->size());
+  molecule->atom_names.resize(molecule->size());
+  molecule->residue_names.resize(molecule->size());
   molecule->types.resize(molecule->size(), "test");
   const Vec3 centre = molecule->centre_of_mass_angstrom();
   for (Vec3& position : molecule->positions_angstrom) position -= centre;
