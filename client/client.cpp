@@ -74,7 +74,7 @@ void Client::begin_model() {
         made->model = std::make_unique<LocalModel>(make_local_world(joined, assets), joined.tool(), settings);
       }
     } catch (const std::exception& error) {
-      made->problem = error.what();
+      made->problem = printable(error.what());
     }
     return made;
   };
@@ -89,6 +89,10 @@ void Client::begin_model() {
 void Client::take_made_model() {
   if (!making_.valid() || making_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return;
   made_ = making_.get();
+  if (made_->generation != session_.scene_generation()) {
+    made_.reset();
+    return;
+  }
   const bool is_new_problem = !made_->problem.empty() && made_->problem != model_problem_;
   model_problem_ = made_->problem;
   if (made_->proxy_world != nullptr) stage_note_ = "stage god-object: " + made_->proxy_world->note();

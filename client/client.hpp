@@ -5,8 +5,9 @@
 //   device ◀──▶ haptics().tick(now) ── mailboxes (mailboxes.hpp) ──▶ session() ◀──▶ transport
 //               1 kHz, haptic thread ◀────── local model ─────────── poll(now), io thread
 //
-// Each join is a new generation of the scene. When its assets are here and the stage shows a local model, the model is
-// made (up to a second for a large mesh), or the world of a ball for the stage that touches with one, and handed over to the haptic thread (common/realtime/handover.hpp).
+// Each join is a new generation of the scene. When its assets are here and the stage shows a local model, or touches with
+// a ball, the model or the ball's world is made (up to a second for a large mesh) and handed over to the haptic thread
+// (common/realtime/handover.hpp).
 #pragma once
 
 #include <future>
@@ -23,7 +24,7 @@ struct ClientSettings {
   HapticSettings haptics{};
   SessionSettings session{};
   LocalModelSettings local_model{};
-  /// Local models are made by a thread of their own. False, for virtual time: at once, on the io thread.
+  /// Local models and balls' worlds are made by a thread of their own. False, for virtual time: at once, on the io thread.
   bool makes_models_aside = false;
 };
 
@@ -44,7 +45,7 @@ class Client {
   /// Thread  io
   ClientSession& session() { return session_; }
   const ClientSession& session() const { return session_; }
-  /// After every tick and every few milliseconds without: hands a local model over, sends the newest haptic update,
+  /// After every tick and every few milliseconds without: hands a made model over, sends the newest haptic update,
   /// keeps time-outs and does what the stage leaves to this thread.
   /// Thread  io
   void poll(LocalTime now);

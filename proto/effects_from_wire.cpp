@@ -48,6 +48,12 @@ std::string find_problem_of(const Effects& effects, const std::string& owner) {
 }  // namespace
 
 std::string find_effect_problem(const wire::Scene& scene) {
+  int count = scene.effects_size();
+  for (const wire::Body& body : scene.bodies()) count += body.effects_size();
+  if (count > kMaxEffects) {
+    return "effects and those of the bodies are " + std::to_string(count) + " effects; at most " +
+           std::to_string(kMaxEffects) + " are possible";
+  }
   for (int i = 0; i < scene.bodies_size(); ++i) {
     const std::string owner = "bodies[" + std::to_string(i) + "].";
     if (std::string problem = find_problem_of(scene.bodies(i).effects(), owner); !problem.empty()) return problem;

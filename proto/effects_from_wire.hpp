@@ -9,10 +9,14 @@
 
 namespace tandem::proto {
 
+/// Of a scene and its bodies together: a local model evaluates them in the haptic tick.
+inline constexpr int kMaxEffects = 32;
+
 /// Numbers that are absent count as 0.
 physics::EffectSettings settings_of(const wire::Effect& effect);
 
-/// What the numbers of an effect must be together; what each may be alone is in scene_ranges.hpp.
+/// How many effects there may be, and what the numbers of each must be together; what each number may be alone is in
+/// scene_ranges.hpp.
 ///
 /// Out     "bodies[0].effects[1].region is given; it must be ...", of the first effect that cannot be used; empty when
 ///         all can

@@ -28,12 +28,6 @@ void OutgoingUpdate::write(proto::ClientUpdate& update, const TickRecord& record
   update.handle = record.handle_W;
   update.handle_valid = record.sample.is_valid && is_driving;
   update.buttons = is_driving ? buttons_of(record) : 0;
-  update.sent = record.at;
-  if (newest != nullptr) {
-    update.acknowledged_step = newest->update.step;
-    update.acknowledged_sent = newest->update.sent;
-    update.acknowledged_held = record.state_age;
-  }
   update.mode = output.mode;
   update.tool = output.tool;
   update.copies = output.copies;

@@ -22,6 +22,8 @@ constexpr double kMinRadius_m = 5e-5;
 constexpr double kMaxRadius_m = 0.1;
 /// Of all meshes of a scene, each made once: a server must not fill the memory with their trees.
 constexpr std::size_t kMaxTriangles = 2 * geometry::kMaxSurfaceTriangles;
+/// Of one vertex: what a mesh's normals cost grows with the square of it. Fans of real meshes have tens, rarely hundreds.
+constexpr int kMaxTrianglesOfVertex = 4096;
 /// Of a box around a flat mesh.
 constexpr double kMinOutline_m = 1e-6;
 
@@ -50,7 +52,7 @@ std::shared_ptr<const ExactField> exact_field(const wire::Shape& shape) {
 double largest_ball_m(const wire::Tool& tool) {
   double largest_m = 0;
   for (const wire::Shape& shape : tool.shapes()) {
-    if (shape.has_mesh()) continue;
+    if (shape.has_mesh() || !is_touchable(shape)) continue;
     const Pose X_TS = proto::pose_from_placement(shape.placement());
     largest_m = std::max(largest_m, -exact_field(shape)->distance_m(X_TS.inverse().p));
   }
@@ -84,12 +86,27 @@ struct TouchedShape {
 /// Those of meshes, by the hash of their surface: made once.
 using TouchedMeshes = std::map<std::string, TouchedShape>;
 
+/// The largest number of triangles that share a vertex.
+int largest_fan(const geometry::TriangleMesh& mesh) {
+  std::vector<int> fans(mesh.vertices.size());
+  int largest = 0;
+  for (const auto& triangle : mesh.triangles) {
+    for (const int index : triangle) largest = std::max(largest, ++fans[static_cast<std::size_t>(index)]);
+  }
+  return largest;
+}
+
 TouchedShape load_mesh(const wire::Mesh& message, const AssetMap& assets, const std::string& field) {
   const std::string name = field + ": the surface of " + message.file();
+  if (message.surface_sha256().empty()) throw std::runtime_error(name + " is too large for the server to offer it");
   const proto::Bytes* const bytes = find_asset(assets, message.surface_sha256());
   if (bytes == nullptr) throw std::runtime_error(name + " is not here");
   const auto surface = geometry::surface_from(*bytes);
   if (!surface) throw std::runtime_error(name + " cannot be read");
+  if (const int fan = largest_fan(*surface); fan > kMaxTrianglesOfVertex) {
+    throw std::runtime_error(name + " has " + std::to_string(fan) + " triangles at one vertex; it must have at most " +
+                             std::to_string(kMaxTrianglesOfVertex));
+  }
   Eigen::AlignedBox3d box;
   for (const auto& triangle : surface->triangles) {
     for (const int index : triangle) box.extend(surface->vertices[static_cast<std::size_t>(index)]);

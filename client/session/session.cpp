@@ -12,17 +12,6 @@ namespace tandem::client {
 namespace {
 
 constexpr const char* kProgram = "tandem-client";
-constexpr std::size_t kMaxTextBytes = 400;
-
-/// Text from the wire, made fit for a terminal: one line, no escape sequences, bounded.
-std::string printable(std::string text) {
-  if (text.size() > kMaxTextBytes) text.resize(kMaxTextBytes);
-  for (char& character : text) {
-    const auto byte = static_cast<unsigned char>(character);
-    if (byte < 0x20 || byte == 0x7F) character = '?';
-  }
-  return text;
-}
 
 std::string milliseconds(Duration duration) {
   return std::to_string(duration / std::chrono::milliseconds(1)) + " ms";
@@ -43,6 +32,16 @@ bool may_pass(wire::ErrorCode code) {
 }
 
 }  // namespace
+
+std::string printable(std::string text) {
+  constexpr std::size_t kMaxTextBytes = 400;
+  if (text.size() > kMaxTextBytes) text.resize(kMaxTextBytes);
+  for (char& character : text) {
+    const auto byte = static_cast<unsigned char>(character);
+    if (byte < 0x20 || byte == 0x7F) character = '?';
+  }
+  return text;
+}
 
 std::string_view name_of(SessionState state) {
   constexpr std::array<std::string_view, 6> kNames{"connecting", "greeting", "joining", "active", "waiting", "ended"};

@@ -90,6 +90,9 @@ struct SessionStatus {
   bool is_setup_error = false;
 };
 
+/// Text from the wire, made fit for a terminal: one line, no escape sequences, bounded.
+std::string printable(std::string text);
+
 class ClientSession {
  public:
   ClientSession(SessionSettings settings, ClientTransport& transport, ClientMailboxes& mailboxes);

@@ -58,12 +58,6 @@ void complete_effects(wire::Scene& scene) {
 }
 
 void check_effects(const wire::Scene& scene, const SceneField& file) {
-  std::size_t count = static_cast<std::size_t>(scene.effects_size());
-  for (const wire::Body& body : scene.bodies()) count += static_cast<std::size_t>(body.effects_size());
-  if (count > kMaxEffects) {
-    file.in("effects").refuse("and those of the bodies are " + std::to_string(count) + " effects; at most " +
-                              std::to_string(kMaxEffects) + " are possible");
-  }
   if (const std::string problem = proto::find_effect_problem(scene); !problem.empty()) file.refuse(problem);
   for (int i = 0; i < scene.bodies_size(); ++i) {
     const SceneField body = file.in("bodies", static_cast<std::size_t>(i));

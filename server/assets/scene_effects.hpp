@@ -8,9 +8,6 @@
 
 namespace tandem::server {
 
-/// Of a scene and its bodies together.
-inline constexpr std::size_t kMaxEffects = 32;
-
 /// Of the step rate: what a sampled sinusoid needs to be one.
 inline constexpr double kMaxVibrationShare = 0.4;
 

@@ -262,7 +262,6 @@ void Room::publish_to(User& user) noexcept {
   proto::ServerUpdate& update = told.update;
   update = common_;
   update.answered_input = user.input.answered;
-  update.echoed_sent = user.input.newest.sent;
   if (user.seat.is_manipulator()) describe_tool(user, update);
   for (const auto& other : users_) {
     if (other.get() == &user || !other->seat.is_manipulator()) continue;

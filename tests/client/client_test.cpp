@@ -209,8 +209,8 @@ TEST(Client, AGodObjectShowsNothingOfASceneThatItCannotMakeAndSaysWhy) {
   bench.join(joined);
   bench.run();
   EXPECT_FALSE(bench.is_local());
-  EXPECT_THAT(bench.client.stage_note(), testing::AllOf(HasSubstr("no force"), HasSubstr("a.obj is not here")));
-  EXPECT_THAT(bench.client.model_problem(), HasSubstr("a.obj is not here"));
+  EXPECT_THAT(bench.client.stage_note(), testing::AllOf(HasSubstr("no force"), HasSubstr("a.obj is too large")));
+  EXPECT_THAT(bench.client.model_problem(), HasSubstr("a.obj is too large"));
 }
 
 TEST(Client, WithoutATickNoModelIsFreedAndTheNewestIsShownAtLast) {

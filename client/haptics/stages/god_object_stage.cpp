@@ -1,3 +1,4 @@
+#include "client/haptics/stages/force_blend.hpp"
 #include "client/haptics/stages/makers.hpp"
 #include "client/model/proxy_world.hpp"
 
@@ -11,12 +12,26 @@ class GodObjectStage final : public Stage {
     StageOutput output;
     if (input.newest == nullptr || input.proxy_world == nullptr) return output;
     const haptics::ProxyState& ball = input.proxy_world->step(input.handle.X.p, *input.newest, input.now);
-    output.wrench_on_hand_W.f = haptics::proxy_force_on_hand_W(ball, *input.coupling, input.handle.V.v);
+    Wrench wrench;
+    wrench.f = haptics::proxy_force_on_hand_W(ball, *input.coupling, input.handle.V.v);
+    // The ball may come when the hand is deep in a wall: its assets take their time.
+    blend_.advance(input.period_s);
+    if (!has_ball_) blend_.jump({}, wrench);
+    has_ball_ = true;
+    output.wrench_on_hand_W = blend_.apply(wrench);
     output.local_wrench_on_hand_W = output.wrench_on_hand_W;
     output.is_local = true;
     output.tool.X = {ball.p_W, input.handle.X.q};
     return output;
   }
+  void reset() noexcept override {
+    blend_.reset();
+    has_ball_ = false;
+  }
+
+ private:
+  ForceBlend blend_;
+  bool has_ball_ = false;
 };
 
 }  // namespace

@@ -133,9 +133,8 @@ TEST(GodObjectStage, FrictionIsTheRootOfBothCoefficients) {
 
 /// A box as triangles, which the server would send as a surface asset.
 struct MeshScene {
-  MeshScene() {
-    const auto bytes = std::make_shared<const proto::Bytes>(
-        geometry::surface_asset_bytes(geometry::tessellated_box(Vec3(0.03, 0.03, 0.02))));
+  explicit MeshScene(const geometry::TriangleMesh& mesh = geometry::tessellated_box(Vec3(0.03, 0.03, 0.02))) {
+    const auto bytes = std::make_shared<const proto::Bytes>(geometry::surface_asset_bytes(mesh));
     const proto::Sha256 hash = proto::sha256_of(*bytes);
     assets[hash] = bytes;
     wire::Shape shape;
@@ -193,7 +192,7 @@ TEST(GodObjectStage, ABodyIsCarriedOnForTwentyMillisecondsAndNoLonger) {
   Rig rig(scene_of({box_shape({0.02, 0.2, 0.2})}), {}, {0.011, 0, 0});
   rig.tell({{}, {Vec3(0.1, 0, 0), Vec3::Zero()}});
   Vec3 force = Vec3::Zero();
-  for (int i = 0; i < 100; ++i) force = rig.tick().wrench_on_hand_W.f;
+  for (int i = 0; i < 1000; ++i) force = rig.tick().wrench_on_hand_W.f;
   EXPECT_NEAR(force.x(), kStiffness_n_per_m * (0.002 + 0.01 + kRadius_m - 0.011) + kDamping_n_s_per_m * 0.1, 1e-9);
 }
 
@@ -241,6 +240,18 @@ TEST(GodObjectStage, BeginsAtTheServersToolHoweverFarTheHandIsInside) {
   rig.input.handle.X.p = Vec3(-0.02, 0, 0.01);
   const StageOutput output = rig.tick();
   EXPECT_NEAR(output.tool.X.p.x(), 0.1 + kRadius_m, 1e-6) << "on the tool's side, though the other one is nearer";
+}
+
+TEST(GodObjectStage, ComesInWithoutAStepWhereTheHandIsAlreadyInside) {
+  Rig rig(scene_of({box_shape({0.2, 0.2, 0.2})}), {}, {0.11, 0, 0});
+  rig.input.handle.X.p = Vec3(0.09, 0, 0);
+  Vec3 before = Vec3::Zero();
+  for (int i = 0; i < 200; ++i) {
+    const Vec3 force = rig.tick().wrench_on_hand_W.f;
+    ASSERT_LE((force - before).norm(), 0.05 * kStiffness_n_per_m * 0.012) << i;
+    before = force;
+  }
+  EXPECT_NEAR(before.x(), kStiffness_n_per_m * (0.01 + kRadius_m), 1e-3) << "all of it after 200 ms";
 }
 
 TEST(GodObjectStage, HasNoTorqueOnAHandThatTurns) {
@@ -324,6 +335,21 @@ TEST(ProxyWorld, NamesTheFieldThatItCannotUse) {
   wire::Joined far = scene_of({sphere_shape(0.01)});
   for (int i = 0; i < 3; ++i) far.mutable_scene()->mutable_bodies(0)->mutable_placement()->add_position_m(1e9);
   EXPECT_THAT(failure_of(far), HasSubstr("scene.bodies[0].placement"));
+  for (const bool is_molecule : {false, true}) {
+    wire::Joined bare = scene_of({sphere_shape(0.01)});
+    wire::Shape& shape = *bare.mutable_scene()->mutable_tools(0)->add_shapes();
+    if (is_molecule) shape.mutable_molecule();
+    EXPECT_EQ(failure_of(bare), "accepted") << "a tool's shape without extent makes no ball";
+  }
+  geometry::TriangleMesh fan;
+  fan.vertices.emplace_back(Vec3::Zero());
+  for (int i = 0; i <= 5000; ++i) fan.vertices.emplace_back(std::cos(1e-3 * i), std::sin(1e-3 * i), 0);
+  for (int i = 1; i <= 5000; ++i) fan.triangles.push_back({0, i, i + 1});
+  const MeshScene fanned(fan);
+  EXPECT_THAT(failure_of(fanned.joined, fanned.assets), HasSubstr("has 5000 triangles at one vertex"));
+  wire::Joined huge = good.joined;
+  huge.mutable_scene()->mutable_bodies(0)->mutable_shapes(0)->mutable_mesh()->clear_surface_sha256();
+  EXPECT_THAT(failure_of(huge), HasSubstr("box.obj is too large for the server to offer it"));
   wire::Joined flat = scene_of({sphere_shape(0.01)});
   flat.mutable_scene()->mutable_bodies(0)->mutable_shapes(0)->mutable_box()->add_size_m(1);
   EXPECT_THAT(failure_of(flat), HasSubstr("scene.bodies[0].shapes[0].box.size_m has 1 numbers"));

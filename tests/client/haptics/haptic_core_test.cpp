@@ -178,17 +178,12 @@ TEST(HapticCore, UpdateForTheServerSaysWhatThisTickSaw) {
   rig.enter_scene();
   rig.device.sample.X_DH.p = Vec3(0.003, 0, 0);
   rig.device.sample.buttons = kButtonGrab;
-  rig.received.update.sent = ServerTime(std::chrono::milliseconds(77));
   rig.run(10);
   const proto::ClientUpdate& sent = rig.sent();
   EXPECT_EQ(sent.input_tick.value, 10U);
   EXPECT_EQ(sent.handle.X.p, Vec3(0.003, 0, 0));
   EXPECT_TRUE(sent.handle_valid);
   EXPECT_EQ(sent.buttons, kButtonGrab);
-  EXPECT_EQ(sent.acknowledged_step.value, 10U);
-  EXPECT_EQ(sent.acknowledged_sent, rig.received.update.sent);
-  EXPECT_EQ(sent.acknowledged_held, kTick);
-  EXPECT_EQ(sent.sent, rig.now);
 }
 
 TEST(HapticCore, LostHandIsZeroForceAndToldToTheServer) {

@@ -41,7 +41,6 @@ TEST(OutgoingUpdate, HasHandleButtonsAndEnergyOfTheTick) {
   sender.requested.move_to({Vec3(0, 0, 0.5), Quat::Identity()});
   const proto::ClientUpdate& update = sender.write();
   EXPECT_EQ(update.input_tick, sender.record.tick);
-  EXPECT_EQ(update.sent, sender.record.at);
   EXPECT_EQ(update.handle.X.p, Vec3(1, 2, 3));
   EXPECT_TRUE(update.handle_valid);
   EXPECT_EQ(update.buttons, kButtonGrab);
@@ -77,18 +76,6 @@ TEST(OutgoingUpdate, ForgetsTheButtonsOfAnotherScene) {
   sender.record.sample.is_valid = false;
   sender.outgoing.forget_buttons();
   EXPECT_EQ(sender.write().buttons, 0U);
-}
-
-TEST(OutgoingUpdate, AcknowledgesTheNewestState) {
-  Sender sender;
-  sender.newest.update.step = Step{7};
-  sender.newest.update.sent = ServerTime(milliseconds(77));
-  sender.record.state_age = milliseconds(3);
-  EXPECT_EQ(sender.write().acknowledged_step, Step{7});
-  EXPECT_EQ(sender.update.acknowledged_sent, sender.newest.update.sent);
-  EXPECT_EQ(sender.update.acknowledged_held, milliseconds(3));
-  sender.has_state = false;
-  EXPECT_EQ(sender.write().acknowledged_step, Step{});
 }
 
 TEST(OutgoingUpdate, HasTheRoundTripOfTheNewestExchangeUnlessTheStageKnowsIt) {

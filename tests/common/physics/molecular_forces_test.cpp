@@ -18,7 +18,8 @@ namespace {
 std::shared_ptr<const docking::Molecule> cluster(int count) {
   auto molecule = std::make_shared<docking::Molecule>();
   for (int i = 0; i < count; ++i) {
-    molecule->positions_angstrom.emplace_back(4.0 * (i % 2), 4.0 * (i / 2 % 2), 4.0 * (i / 4));
+    const int column = i % 2, row = i / 2 % 2, layer = i / 4;
+    molecule->positions_angstrom.emplace_back(4.0 * column, 4.0 * row, 4.0 * layer);
     molecule->sigma_angstrom.push_back(3.4);
     molecule->epsilon_kj_per_mol.push_back(1.0);
     molecule->charge_e.push_back(0);
