@@ -2,6 +2,7 @@
 
 #include "common/physics/effects/effect_settings.hpp"
 #include "proto/placement.hpp"
+#include "proto/scene_ranges.hpp"
 
 namespace tandem::proto {
 namespace {
@@ -32,15 +33,40 @@ physics::StickSlip model_of(const wire::StickSlip& model) {
 
 using Effects = google::protobuf::RepeatedPtrField<wire::Effect>;
 
-/// In      owner  "" of a scene, "bodies[0]." of a body
-std::string find_problem_of(const Effects& effects, const std::string& owner) {
+constexpr std::size_t kMaxLabelBytes = 64;
+/// Of the step rate: what a sampled sinusoid needs to be one.
+constexpr double kMaxVibrationShare = 0.4;
+
+std::string find_surface_problem(const wire::Effect& effect) {
+  if (effect.in_contact()) {
+    return ".in_contact is true; a scene has no surface to press on: attach the effect to a body";
+  }
+  return effect.has_texture() ? ".texture has no surface to be on; attach the effect to a body" : "";
+}
+
+std::string find_problem_of(const wire::Effect& effect, double step_rate_hz) {
+  if (effect.kind_case() == wire::Effect::KIND_NOT_SET) {
+    return " has no kind; it must have one of " + physics::listed_effect_names();
+  }
+  if (effect.label().size() > kMaxLabelBytes) {
+    return ".label has " + std::to_string(effect.label().size()) + " bytes; it must have at most " +
+           std::to_string(kMaxLabelBytes);
+  }
+  const double highest_hz = kMaxVibrationShare * step_rate_hz;
+  if (effect.has_vibration() && effect.vibration().frequency_hz() > highest_hz) {
+    return ".vibration.frequency_hz is " + number_text(effect.vibration().frequency_hz()) + "; it must be at most " +
+           number_text(highest_hz) + ", 0.4 times step_rate_hz: lower it, or raise the rate";
+  }
+  const std::string problem = physics::find_problem(settings_of(effect));
+  return problem.empty() ? problem : "." + problem;
+}
+
+/// In      owner  "" of a scene, which has no surface; "bodies[0]." of a body
+std::string find_problem_of(const Effects& effects, double step_rate_hz, const std::string& owner) {
   for (int i = 0; i < effects.size(); ++i) {
-    const std::string field = owner + "effects[" + std::to_string(i) + "]";
-    if (effects[i].kind_case() == wire::Effect::KIND_NOT_SET) {
-      return field + " has no kind; it must have one of " + physics::listed_effect_names();
-    }
-    const std::string problem = physics::find_problem(settings_of(effects[i]));
-    if (!problem.empty()) return field + "." + problem;
+    std::string problem = owner.empty() ? find_surface_problem(effects[i]) : "";
+    if (problem.empty()) problem = find_problem_of(effects[i], step_rate_hz);
+    if (!problem.empty()) return owner + "effects[" + std::to_string(i) + "]" + problem;
   }
   return {};
 }
@@ -56,9 +82,10 @@ std::string find_effect_problem(const wire::Scene& scene) {
   }
   for (int i = 0; i < scene.bodies_size(); ++i) {
     const std::string owner = "bodies[" + std::to_string(i) + "].";
-    if (std::string problem = find_problem_of(scene.bodies(i).effects(), owner); !problem.empty()) return problem;
+    std::string problem = find_problem_of(scene.bodies(i).effects(), scene.step_rate_hz(), owner);
+    if (!problem.empty()) return problem;
   }
-  return find_problem_of(scene.effects(), "");
+  return find_problem_of(scene.effects(), scene.step_rate_hz(), "");
 }
 
 physics::EffectSettings settings_of(const wire::Effect& effect) {

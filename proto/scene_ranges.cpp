@@ -26,17 +26,17 @@ constexpr double kMaxGravity_m_per_s2 = 1e3;
 constexpr double kDefaultContactStiffness_n_per_m3 = 1e10;
 /// From an atom, in a file in metres, to the largest length.
 constexpr double kMaxMeshScale = 1e12;
+/// Below that of nature itself: 1e-10 m/Å, and 7e-11 N a kcal/mol/Å.
+constexpr double kMinMolecularScale = 1e-12;
 
 using Table = std::vector<SceneRange>;
 using Text = std::string_view;
 
-/// More than 0.
-SceneRange positive(Text field, Text unit, double high, const std::vector<double>& fallback = {}, int count = 1) {
-  return {field, unit, 0, high, fallback, count, true};
-}
+/// What is divided by, or must be there to be felt, ends far above the smallest double.
+constexpr double kMin = 1e-6;
 
-SceneRange length(Text field) {
-  return positive(field, "m", kMaxLength_m);
+SceneRange length(Text field, int count = 1) {
+  return {field, "m", kMin, kMaxLength_m, {}, count};
 }
 
 SceneRange friction(Text field) {
@@ -70,13 +70,13 @@ void add_shapes(Table& table) {
   add(table, {{"Placement.position_m", "m", -kMaxLength_m, kMaxLength_m, {0, 0, 0}, 3},
               {"Placement.rotation_xyz_deg", "°", -360, 360, {0, 0, 0}, 3},
               length("Sphere.radius_m"),
-              positive("Box.size_m", "m", kMaxLength_m, {}, 3),
+              length("Box.size_m", 3),
               length("Cylinder.radius_m"),
               length("Cylinder.length_m"),
               length("Capsule.radius_m"),
               length("Capsule.length_m"),
-              {"Mesh.scale", "", 0, kMaxMeshScale, {}, 1, false, false, "1, or what largest_size_m asks for"},
-              {"Mesh.largest_size_m", "m", 0, kMaxLength_m, {}, 1, false, false, "as scale says"},
+              {"Mesh.scale", "", 1 / kMaxMeshScale, kMaxMeshScale, {}, 1, "1, or what largest_size_m asks for"},
+              {"Mesh.largest_size_m", "m", kMin, kMaxLength_m, {}, 1, "as scale says"},
               {"Mesh.sheet_thickness_m", "m", 2e-4, 0.1, {1e-3}}});
 }
 
@@ -90,18 +90,18 @@ void add_effects(Table& table) {
   add(table, {{"Viscosity.damping_n_s_per_m", "N·s/m", 0, 1000, {viscosity.damping_n_s_per_m}},
               {"Viscosity.damping_n_m_s_per_rad", "N·m·s/rad", 0, 10, {viscosity.damping_n_m_s_per_rad}},
               {"ConstantField.force_n", "N", -100, 100, {0, 0, 0}, 3},
-              positive("Magnet.peak_force_n", "N", 100, {magnet.peak_force_n}),
+              {"Magnet.peak_force_n", "N", kMin, 100, {magnet.peak_force_n}},
               {"Magnet.range_m", "m", 5e-4, 1, {magnet.range_m}},
               {"Magnet.core_size_m", "m", 0, 10, {0, 0, 0}, 3},
               {"Vibration.frequency_hz", "Hz", 1, 400, {vibration.frequency_hz}},
-              positive("Vibration.amplitude_n", "N", 100, {vibration.amplitude_n}),
+              {"Vibration.amplitude_n", "N", kMin, 100, {vibration.amplitude_n}},
               {"Vibration.decay_s", "s", 0, 10, {vibration.decay_s}},
               {"Vibration.direction", "", -1, 1, {0, 0, 1}, 3},
-              positive("Texture.height_m", "m", 0.01, {texture.height_m}),
+              {"Texture.height_m", "m", kMin, 0.01, {texture.height_m}},
               {"Texture.period_x_m", "m", 1e-4, 1, {texture.period_x_m}},
-              {"Texture.period_y_m", "m", 1e-4, 1, {texture.period_y_m}, 1, false, true, "no waves along y"},
+              {"Texture.period_y_m", "m", 1e-4, 1, {texture.period_y_m}, 1, "no waves along y"},
               {"StickSlip.stiffness_n_per_m", "N/m", 1, 1e5, {stick_slip.stiffness_n_per_m}},
-              positive("StickSlip.breakaway_force_n", "N", 100, {stick_slip.breakaway_force_n}),
+              {"StickSlip.breakaway_force_n", "N", kMin, 100, {stick_slip.breakaway_force_n}},
               {"StickSlip.slip_force_n", "N", 0, 100, {}},
               {"Effect.fade_m", "m", 1e-4, 1, {settings.fade_m}},
               {"Effect.full_contact_n", "N", 1e-3, 100, {settings.full_contact_n}},
@@ -115,7 +115,7 @@ void add_bodies(Table& table) {
               coupling("Anchor.damping_n_s_per_m", "N·s/m", &Parameters::damping_n_s_per_m),
               coupling("Anchor.stiffness_n_m_per_rad", "N·m/rad", &Parameters::stiffness_n_m_per_rad),
               coupling("Anchor.damping_n_m_s_per_rad", "N·m·s/rad", &Parameters::damping_n_m_s_per_rad),
-              {"Body.mass_kg", "kg", 0, kMaxMass_kg, {}, 1, false, false, "static"},
+              {"Body.mass_kg", "kg", kMin, kMaxMass_kg, {}, 1, "static"},
               friction("Body.friction"),
               {"Body.restitution", "", 0, 1, {0}},
               {"Body.linear_damping_per_s", "1/s", 0, 1000, {0}},
@@ -147,27 +147,30 @@ void add_tools_and_settings(Table& table) {
   const physics::WorldDescription world;
   const physics::WorldLimits& limits = world.limits;
   const auto users = static_cast<double>(kMaxUsers);
-  add(table, {positive("Workspace.position_scale", "", 1e3, {1}),
-              positive("Workspace.force_scale", "", 1e3, {1}),
-              positive("Tool.mass_kg", "kg", kMaxMass_kg, {0.05}),
+  add(table, {{"Workspace.position_scale", "", kMin, 1e3, {1}},
+              {"Workspace.force_scale", "", kMin, 1e3, {1}},
+              {"Tool.mass_kg", "kg", kMin, kMaxMass_kg, {0.05}},
               friction("Tool.friction"),
               contact_stiffness("Tool.contact_stiffness_n_per_m3"),
-              positive("MolecularField.metres_per_angstrom", "m/Å", 1, {world.metres_per_angstrom}),
-              positive("MolecularField.newtons_per_kcal_per_mol_angstrom", "N/(kcal/mol/Å)", 1000,
-                       {world.newtons_per_kcal_per_mol_angstrom}),
-              positive("MolecularField.force_limit_n", "N", 1000, {world.molecular_force_limit_n}),
+              {"MolecularField.metres_per_angstrom", "m/Å", kMinMolecularScale, 1, {world.metres_per_angstrom}},
+              {"MolecularField.newtons_per_kcal_per_mol_angstrom",
+               "N/(kcal/mol/Å)",
+               kMinMolecularScale,
+               1000,
+               {world.newtons_per_kcal_per_mol_angstrom}},
+              {"MolecularField.force_limit_n", "N", kMin, 1000, {world.molecular_force_limit_n}},
               {"Limits.manipulators", "", 1, users, {}},
               {"Limits.observers", "", 0, users - 1, {}},
-              positive("Limits.body_speed_m_per_s", "m/s", 1000, {limits.body_speed_m_per_s}),
+              {"Limits.body_speed_m_per_s", "m/s", kMin, 1000, {limits.body_speed_m_per_s}},
               {"Limits.grab_reach_m", "m", 0, 10, {limits.grab_reach_m}},
               {"Limits.contact_points", "", 256, 65536, {static_cast<double>(limits.contact_points)}},
               {"Limits.contact_pairs", "", 1, 256, {static_cast<double>(limits.contact_pairs)}}});
 }
 
 void add_soft_bodies_and_scene(Table& table) {
-  add(table, {positive("SoftBlock.size_m", "m", kMaxLength_m, {}, 3),
+  add(table, {length("SoftBlock.size_m", 3),
               {"SoftBlock.spacing_m", "m", 1e-4, kMaxLength_m, {}},
-              positive("SoftBody.mass_kg", "kg", kMaxMass_kg, {0.2}),
+              {"SoftBody.mass_kg", "kg", kMin, kMaxMass_kg, {0.2}},
               // Without links the body would be a cloud.
               {"SoftBody.stiffness", "", 1e-3, 1, {0.5}},
               {"SoftBody.damping", "", 0, 1, {0.1}},
@@ -181,7 +184,7 @@ void add_soft_bodies_and_scene(Table& table) {
 
 /// The centre is a position and a unit quaternion; a moment is divided by, so it must be far from the smallest double.
 void add_mass(Table& table) {
-  add(table, {{"MassProperties.mass_kg", "kg", 0, kMaxMass_kg, {}, 1, false, false, "static"},
+  add(table, {{"MassProperties.mass_kg", "kg", kMin, kMaxMass_kg, {}, 1, "static"},
               {"MassProperties.centre", "m", -kMaxLength_m, kMaxLength_m, {}, 0},
               {"MassProperties.principal_inertia_kg_m2", "kg·m²", 1e-15, 1e8, {}, 0}});
 }
@@ -251,11 +254,9 @@ std::string with_unit(const std::string& number, const SceneRange& range) {
 std::string check(double value, const SceneRange& range, const std::string& path) {
   if (range.accepts(value)) return {};
   const std::string high = with_unit(number_text(range.high), range);
-  const std::string demand = range.is_above_low ? "more than " + number_text(range.low) + ", up to " + high
-                                                : "from " + number_text(range.low) + " to " + high;
-  const std::string zero = range.zero_is.empty() ? "" : " (0: " + std::string(range.zero_is) + ")";
-  return path + " is " + with_unit(text_outside(value, range), range) + "; it must be " + demand +
-         (range.allows_zero ? ", or 0" : "") + zero;
+  const std::string zero = range.zero_is.empty() ? "" : ", or 0 (" + std::string(range.zero_is) + ")";
+  return path + " is " + with_unit(text_outside(value, range), range) + "; it must be from " + number_text(range.low) +
+         " to " + high + zero;
 }
 
 std::string check_numbers(const Message& message, const FieldDescriptor& field, const SceneRange& range,
@@ -296,8 +297,7 @@ std::string visit_messages(const Message& message, const FieldDescriptor& field,
 }  // namespace
 
 bool SceneRange::accepts(double value) const {
-  if (allows_zero && value == 0) return true;
-  return (is_above_low ? value > low : value >= low) && value <= high;
+  return (value >= low && value <= high) || (value == 0 && !zero_is.empty());
 }
 
 std::span<const SceneRange> scene_ranges() {

@@ -18,13 +18,10 @@ inline constexpr int kMaxShapes = 256;
 struct SceneRange {
   std::string_view field;         ///< "Message.field"
   std::string_view unit;          ///< "" of a plain number
-  double low;                     ///< accepted unless `is_above_low`; `high` is accepted
-  double high;                    ///< never infinite
+  double low, high;               ///< both accepted, both finite
   std::vector<double> fallback;   ///< of an absent field; empty: it must be there, or follows from other fields
   int count = 1;                  ///< of numbers; 0: how many is a matter of other fields, and checked with them
-  bool is_above_low = false;      ///< `low` itself is refused: "more than 0"
-  bool allows_zero = false;       ///< 0 is accepted outside of the range as well
-  std::string_view zero_is = "";  ///< what 0 stands for, where it is not just a number; for people
+  std::string_view zero_is = "";  ///< what 0 stands for where it is accepted though outside the range; for people
 
   /// False for NaN.
   bool accepts(double value) const;
@@ -47,7 +44,7 @@ void complete_numbers(google::protobuf::Message& message);
 /// there is none. An absent array counts as its fallback.
 ///
 /// In      path  of `message`, e.g. "scene"; "": the text begins with the name of a field
-/// Out     "bodies[2].mass_kg is -1 kg; it must be from 0 to 10000 kg (0: static)"
+/// Out     "bodies[2].mass_kg is -1 kg; it must be from 1e-06 to 10000 kg, or 0 (static)"
 std::string find_range_problem(const google::protobuf::Message& message, const std::string& path = "");
 
 /// A number for people: as short as it can be with 6 digits.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <set>
 
+#include "proto/effects_from_wire.hpp"
 #include "proto/state.hpp"
 #include "server/assets/scene_coupling.hpp"
 #include "server/assets/scene_effects.hpp"
@@ -226,7 +227,7 @@ void complete_and_check(wire::Scene& scene, const SceneField& file) {
   check_coupling(scene.coupling(), file);
   check_limits(scene, file.in("limits"));
   check_soft_bodies(scene, file);
-  check_effects(scene, file);
+  if (const std::string problem = proto::find_effect_problem(scene); !problem.empty()) file.refuse(problem);
 }
 
 }  // namespace tandem::server

@@ -117,15 +117,15 @@ bool is_whole(const SceneRange& range) {
 
 /// One ulp below and above, or one; nothing is below an unsigned 0.
 std::vector<double> just_outside(const SceneRange& range) {
-  const double below = range.is_above_low ? range.low : std::nextafter(range.low, -kInfinity);
+  const double below = std::nextafter(range.low, -kInfinity);
   if (!is_whole(range)) return {below, std::nextafter(range.high, kInfinity)};
   if (range.low > 0) return {range.low - 1, range.high + 1};
   return {range.high + 1};
 }
 
 std::vector<double> just_inside(const SceneRange& range) {
-  std::vector<double> values{range.is_above_low ? std::nextafter(range.low, kInfinity) : range.low, range.high};
-  if (range.allows_zero) values.push_back(0);
+  std::vector<double> values{range.low, range.high};
+  if (!range.zero_is.empty()) values.push_back(0);
   return values;
 }
 

@@ -79,7 +79,7 @@ TEST(SceneEffects, ARefusalNamesFileFieldValueAndRemedy) {
   EXPECT_EQ(scene_refusal(R"({"viscosity": {}}, {"magnet": {"range_m": 0}})"),
             "test.json: effects[1].magnet.range_m is 0 m; it must be from 0.0005 to 1 m");
   EXPECT_EQ(body_refusal(R"({"box": {"size_m": [1, 0, 1]}, "viscosity": {}})"),
-            "test.json: bodies[0].effects[0].box.size_m[1] is 0 m; it must be more than 0, up to 100 m");
+            "test.json: bodies[0].effects[0].box.size_m[1] is 0 m; it must be from 1e-06 to 100 m");
   EXPECT_THAT(body_refusal(R"({"box": {"size_m": [1]}, "viscosity": {}})"), HasSubstr("has 1 numbers; it must have 3"));
   EXPECT_THAT(body_refusal(R"({"constant_field": {}})"), HasSubstr("constant_field.force_n is 0 0 0; it must be"));
   EXPECT_THAT(body_refusal(R"({"sphere": {"radius_m": 1}, "magnet": {}})"),
