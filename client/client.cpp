@@ -7,6 +7,7 @@
 #include "client/haptics/stages/stage.hpp"
 #include "client/model/local_world.hpp"
 #include "client/model/proxy_world.hpp"
+#include "common/geometry/surface_asset.hpp"
 #include "common/realtime/realtime.hpp"
 
 namespace tandem::client {
@@ -29,8 +30,9 @@ namespace {
 /// What the stage asks of the session.
 SessionSettings session_settings(const ClientSettings& settings) {
   SessionSettings session = settings.session;
+  if (needs_local_model(settings.haptics.stage.name)) session.asset_kinds = {"contact", "molecule"};
   if (!needs_proxy_world(settings.haptics.stage.name)) return session;
-  session.wants_surfaces = true;
+  session.asset_kinds = {geometry::kSurfaceAssetKind};
   session.find_scene_problem = [](const wire::Joined& joined) {
     const std::string problem = proxy_problem(joined);
     return problem.empty() ? problem : "stage god-object: " + problem;
@@ -58,6 +60,7 @@ void Client::poll(LocalTime now) {
 }
 
 void Client::begin_model() {
+  stage_note_.clear();
   if (session_.joined()->role() != wire::ROLE_MANIPULATOR) return;
   const auto make = [settings = settings_.local_model, is_aside = settings_.makes_models_aside,
                      has_ball = needs_proxy_world(settings_.haptics.stage.name),
@@ -93,13 +96,13 @@ void Client::take_made_model() {
     made_.reset();
     return;
   }
-  const bool is_new_problem = !made_->problem.empty() && made_->problem != model_problem_;
+  const bool is_new_problem = made_->problem != model_problem_;
   model_problem_ = made_->problem;
-  if (made_->proxy_world != nullptr) stage_note_ = "stage god-object: " + made_->proxy_world->note();
-  if (!is_new_problem) return;
-  if (needs_proxy_world(settings_.haptics.stage.name)) {
+  if (made_->proxy_world != nullptr) {
+    stage_note_ = "stage god-object: " + made_->proxy_world->note();
+  } else if (needs_proxy_world(settings_.haptics.stage.name)) {
     stage_note_ = "stage god-object: no force is displayed, for a ball cannot touch this scene: " + model_problem_;
-  } else if (session_.on_log) {
+  } else if (!model_problem_.empty() && is_new_problem && session_.on_log) {
     session_.on_log("no local model of this scene, the late pose is shown instead: " + model_problem_);
   }
 }

@@ -1,13 +1,13 @@
-// One user's client: everything between a device and a connection to the server, in one object that owns it. Two threads
-// call it; neither they nor sockets nor a clock are in here, so the lab drives it in virtual time, and client_io.hpp
-// with haptic_loop.hpp drives it live.
+// One user's client: everything between a device and a connection to the server, in one object that owns it. Two
+// threads call it; neither they nor sockets nor a clock are in here, so the lab drives it in virtual time, and
+// client_io.hpp with haptic_loop.hpp drives it live.
 //
 //   device ◀──▶ haptics().tick(now) ── mailboxes (mailboxes.hpp) ──▶ session() ◀──▶ transport
 //               1 kHz, haptic thread ◀────── local model ─────────── poll(now), io thread
 //
-// Each join is a new generation of the scene. When its assets are here and the stage shows a local model, or touches with
-// a ball, the model or the ball's world is made (up to a second for a large mesh) and handed over to the haptic thread
-// (common/realtime/handover.hpp).
+// Each join is a new generation of the scene. When its assets are here and the stage shows a local model, or touches
+// with a ball, the model or the ball's world is made (up to a second for a large mesh) and handed over to the haptic
+// thread (common/realtime/handover.hpp).
 #pragma once
 
 #include <future>
@@ -24,7 +24,8 @@ struct ClientSettings {
   HapticSettings haptics{};
   SessionSettings session{};
   LocalModelSettings local_model{};
-  /// Local models and balls' worlds are made by a thread of their own. False, for virtual time: at once, on the io thread.
+  /// Local models and balls' worlds are made by a thread of their own. False, for virtual time: at once, on the io
+  /// thread.
   bool makes_models_aside = false;
 };
 
@@ -49,8 +50,8 @@ class Client {
   /// keeps time-outs and does what the stage leaves to this thread.
   /// Thread  io
   void poll(LocalTime now);
-  /// Why the last scene whose local model, or ball's world, was to be made has none; empty when it has one. Instead of a
-  /// local model the late pose is shown, instead of what a ball touches nothing.
+  /// Why the last scene whose local model, or ball's world, was to be made has none; empty when it has one. Instead of
+  /// a local model the late pose is shown, instead of what a ball touches nothing.
   /// Thread  io
   const std::string& model_problem() const { return model_problem_; }
   /// What a user should know of how the scene in force is shown: one line, or empty.

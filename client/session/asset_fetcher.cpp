@@ -27,7 +27,6 @@ std::vector<std::string> AssetFetcher::begin(const google::protobuf::RepeatedPtr
       if (!take_from_store(*hash, info.size_bytes())) wanted_.push_back(info);
     }
   }
-  is_lacking_ = !left_out.empty();
   return left_out;
 }
 
@@ -58,7 +57,7 @@ std::string AssetFetcher::on_chunk(const wire::AssetChunk& chunk) {
   const bool fits = chunk.data().size() <= std::min<std::uint64_t>(missing, proto::kAssetChunkBytes);
   if (!is_next || !fits || (chunk.data().empty() && missing > 0)) {
     const std::string problem = "asset " + wanted.name() + ": the chunk is not the one asked for";
-    on_refused();
+    forget_first();
     return problem;
   }
   const auto data = std::as_bytes(std::span(chunk.data()));
@@ -71,7 +70,7 @@ std::string AssetFetcher::finish() {
   const proto::Sha256 hash = proto::sha256_of(partial_);
   if (hash != proto::hash_from(wanted.sha256())) {
     const std::string problem = "asset " + wanted.name() + ": the bytes do not match their hash";
-    on_refused();
+    forget_first();
     return problem;
   }
   const auto bytes = std::make_shared<const proto::Bytes>(std::move(partial_));
@@ -80,11 +79,6 @@ std::string AssetFetcher::finish() {
   if (store_) store_->keep(hash, bytes);
   forget_first();
   return {};
-}
-
-void AssetFetcher::on_refused() {
-  is_lacking_ = true;
-  forget_first();
 }
 
 void AssetFetcher::forget_first() {

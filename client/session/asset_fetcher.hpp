@@ -35,10 +35,10 @@ class AssetFetcher {
   /// Takes an answer. The problem when it cannot be used (the asset is then given up); else empty.
   std::string on_chunk(const wire::AssetChunk& chunk);
   /// The server refused the chunk asked for last: its asset is given up.
-  void on_refused();
+  void on_refused() { forget_first(); }
 
-  /// Everything on the list is here; false when any of it was left out or given up.
-  bool has_all() const { return wanted_.empty() && !is_lacking_; }
+  /// Nothing on the list is still to come: it is here, or was left out or given up.
+  bool is_done() const { return wanted_.empty(); }
   const AssetMap& assets() const { return assets_; }
   std::uint64_t bytes() const { return held_bytes_; }
 
@@ -54,7 +54,6 @@ class AssetFetcher {
   std::deque<wire::AssetInfo> wanted_;  ///< their hashes have 32 bytes
   proto::Bytes partial_;                ///< of wanted_.front()
   bool is_awaiting_ = false;
-  bool is_lacking_ = true;  ///< something on the list will not come
 };
 
 }  // namespace tandem::client

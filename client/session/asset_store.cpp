@@ -15,17 +15,6 @@ namespace fs = std::filesystem;
 
 constexpr const char* kExtension = ".asset";
 
-std::string hex(const proto::Sha256& hash) {
-  constexpr const char* kDigits = "0123456789abcdef";
-  std::string text;
-  for (const std::byte byte : hash) {
-    const auto value = std::to_integer<unsigned>(byte);
-    text += kDigits[value >> 4U];
-    text += kDigits[value & 15U];
-  }
-  return text;
-}
-
 struct Entry {
   fs::file_time_type used;
   std::uint64_t bytes = 0;
@@ -76,7 +65,7 @@ class DiskAssetStore final : public AssetStore {
 };
 
 fs::path DiskAssetStore::file_of(const proto::Sha256& hash) const {
-  return directory_ / (hex(hash) + kExtension);
+  return directory_ / (proto::hex(hash) + kExtension);
 }
 
 std::shared_ptr<const proto::Bytes> DiskAssetStore::find(const proto::Sha256& hash) {

@@ -5,7 +5,6 @@
 
 #include "client/session/joined_scene.hpp"
 #include "client/session/state_stream.hpp"
-#include "common/geometry/surface_asset.hpp"
 #include "proto/control_framing.hpp"
 
 namespace tandem::client {
@@ -17,11 +16,11 @@ std::string milliseconds(Duration duration) {
   return std::to_string(duration / std::chrono::milliseconds(1)) + " ms";
 }
 
-google::protobuf::RepeatedPtrField<wire::AssetInfo> wanted_of(
-    const google::protobuf::RepeatedPtrField<wire::AssetInfo>& offered, bool wants_surfaces) {
+google::protobuf::RepeatedPtrField<wire::AssetInfo> of_kinds(
+    const std::vector<std::string>& kinds, const google::protobuf::RepeatedPtrField<wire::AssetInfo>& offered) {
   google::protobuf::RepeatedPtrField<wire::AssetInfo> wanted;
   for (const wire::AssetInfo& info : offered) {
-    if ((info.kind() == geometry::kSurfaceAssetKind) == wants_surfaces) *wanted.Add() = info;
+    if (std::ranges::find(kinds, info.kind()) != kinds.end()) *wanted.Add() = info;
   }
   return wanted;
 }
@@ -309,7 +308,7 @@ void ClientSession::Impl::take_joined(const wire::Joined& answer, LocalTime now)
   log("joined \"" + joined.scene().name() + "\" as user " + std::to_string(joined.user()));
   if (owner.on_joined) owner.on_joined(joined);
   has_announced_assets = false;
-  for (const std::string& line : assets.begin(wanted_of(joined.assets(), settings.wants_surfaces))) log(line);
+  for (const std::string& line : assets.begin(of_kinds(settings.asset_kinds, joined.assets()))) log(line);
   request_asset();
 }
 
@@ -338,8 +337,8 @@ void ClientSession::Impl::take_asset_chunk(const wire::AssetChunk& chunk) {
 
 void ClientSession::Impl::request_asset() {
   asset_request = 0;
-  if (assets.has_all()) return announce_assets();
-  const auto wanted = settings.fetch_assets ? assets.next_request() : std::nullopt;
+  if (assets.is_done()) return announce_assets();
+  const auto wanted = assets.next_request();
   if (!wanted) return;
   wire::ClientControl message;
   *message.mutable_get_asset() = *wanted;

@@ -57,16 +57,15 @@ struct SessionSettings {
   Duration buttons_kept{std::chrono::milliseconds(250)};
   Duration reconnect_delay{std::chrono::milliseconds(250)};  ///< first; doubled up to reconnect_delay_max
   Duration reconnect_delay_max{std::chrono::seconds(2)};
-  bool may_reconnect = true;  ///< after a connection that once joined was lost
-  bool fetch_assets = true;   ///< false: only what the store has
-  /// Of the assets that the server offers the surfaces (common/geometry/surface_asset.hpp) alone; false: all others.
-  bool wants_surfaces = false;
+  bool may_reconnect = true;               ///< after a connection that once joined was lost
+  std::vector<std::string> asset_kinds{};  ///< that are fetched, of proto/WIRE.md's; others stay at the server
   /// Empty, or why a scene whose numbers are sound cannot be shown: the session then ends, as for a bad set-up.
   std::function<std::string(const wire::Joined&)> find_scene_problem{};
   /// Asked for assets before the server is, and told what came from it; null: what is fetched lives as long as
   /// the session.
   std::shared_ptr<AssetStore> asset_store{};
-  /// Weber fraction (common/net/deadband.hpp): what differs by less is not sent at once, in either direction; 0: all is.
+  /// Weber fraction (common/net/deadband.hpp): what differs by less is not sent at once, in either direction; 0: all
+  /// is.
   double deadband = 0;
   /// What the scene's coupling is checked with (CouplingWatch): one that is unstable on it is not displayed, and the
   /// hand still drives its tool. None: no check.
@@ -127,7 +126,7 @@ class ClientSession {
   const SessionCounters& counters() const;
   /// Called on the io thread.
   std::function<void(const wire::Joined&)> on_joined;
-  /// All assets that the server offers for the joined scene are in assets(); once a join, never when one is missing.
+  /// What of the joined scene's assets can be had is in assets(), nothing more is to come; once a join.
   std::function<void()> on_assets;
   std::function<void(const std::string&)> on_log;
   std::function<void(const wire::ParameterSet&)> on_parameter;

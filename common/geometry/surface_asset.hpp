@@ -5,7 +5,6 @@
 #include <cstdint>
 #include <optional>
 #include <span>
-#include <string_view>
 #include <vector>
 
 #include "common/geometry/triangle_mesh.hpp"
@@ -13,7 +12,7 @@
 namespace tandem::geometry {
 
 /// Of such an asset in the list that a server sends.
-inline constexpr std::string_view kSurfaceAssetKind = "surface";
+inline constexpr const char* kSurfaceAssetKind = "surface";
 inline constexpr std::uint32_t kSurfaceAssetVersion = 1;
 /// As many as a mesh file may have; the vertices of a welded mesh are fewer.
 inline constexpr std::size_t kMaxSurfaceTriangles = 1'000'000;

@@ -40,6 +40,7 @@ wire::Joined scene_without_its_asset() {
   wire::AssetInfo& asset = *joined.add_assets();
   asset.set_sha256(std::string(32, 'x'));
   asset.set_size_bytes(100);
+  asset.set_kind("contact");
   return joined;
 }
 
@@ -211,6 +212,25 @@ TEST(Client, AGodObjectShowsNothingOfASceneThatItCannotMakeAndSaysWhy) {
   EXPECT_FALSE(bench.is_local());
   EXPECT_THAT(bench.client.stage_note(), testing::AllOf(HasSubstr("no force"), HasSubstr("a.obj is too large")));
   EXPECT_THAT(bench.client.model_problem(), HasSubstr("a.obj is too large"));
+}
+
+TEST(Client, AGodObjectSaysWhichAssetIsNotHere) {
+  ClientBench bench({.haptics = {.stage = {.name = "god-object"}}});
+  wire::Joined joined = box_scene();
+  wire::Mesh& mesh = *joined.mutable_scene()->mutable_bodies(0)->mutable_shapes(0)->mutable_mesh();
+  mesh.set_file("a.obj");
+  mesh.set_surface_sha256(std::string(32, 's'));
+  proto::complete_numbers(*joined.mutable_scene());
+  wire::AssetInfo& offered = *joined.add_assets();
+  offered.set_name("a.obj");
+  offered.set_kind("surface");
+  offered.set_size_bytes(kMaxAssetBytes + 1);
+  offered.set_sha256(mesh.surface_sha256());
+  bench.join(joined);
+  bench.run();
+  EXPECT_FALSE(bench.is_local());
+  EXPECT_THAT(bench.client.stage_note(),
+              testing::AllOf(HasSubstr("no force"), HasSubstr("surface of a.obj is not here")));
 }
 
 TEST(Client, WithoutATickNoModelIsFreedAndTheNewestIsShownAtLast) {

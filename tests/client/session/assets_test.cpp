@@ -19,8 +19,15 @@ wire::Joined joined_with_asset(const std::string& bytes) {
   wire::AssetInfo& info = *joined.add_assets();
   info.set_sha256(hash.data(), hash.size());
   info.set_size_bytes(bytes.size());
+  info.set_kind("contact");
   info.set_name("thing.obj");
   return joined;
+}
+
+SessionSettings fetching(const std::string& kind) {
+  SessionSettings settings;
+  settings.asset_kinds = {kind};
+  return settings;
 }
 
 /// Answers every asset request from `bytes`; returns how many there were.
@@ -46,7 +53,7 @@ int serve_assets(test::SessionBench& bench, const std::string& bytes) {
 TEST(SessionAssets, FetchesAnAssetOnceAndKeepsItOnlyWhenItsHashIsRight) {
   const std::string bytes(150'000, 'v');
   const wire::Joined joined = joined_with_asset(bytes);
-  test::SessionBench bench;
+  test::SessionBench bench(fetching("contact"));
   bench.session.on_connected(bench.now);
   bench.say_welcome();
   bench.transport.messages.clear();
@@ -62,7 +69,7 @@ TEST(SessionAssets, FetchesAnAssetOnceAndKeepsItOnlyWhenItsHashIsRight) {
   bench.say_joined(joined);
   EXPECT_EQ(serve_assets(bench, bytes), 0) << "it is here already";
 
-  test::SessionBench cheated;
+  test::SessionBench cheated(fetching("contact"));
   cheated.session.on_connected(cheated.now);
   cheated.say_welcome();
   cheated.transport.messages.clear();
@@ -76,7 +83,7 @@ TEST(SessionAssets, FetchesAnAssetOnceAndKeepsItOnlyWhenItsHashIsRight) {
 struct StoreBench {
   explicit StoreBench(std::shared_ptr<AssetStore> store, const wire::Joined& joined)
       : bench([&store] {
-          SessionSettings settings;
+          SessionSettings settings = fetching("contact");
           settings.asset_store = std::move(store);
           return settings;
         }()) {
@@ -91,7 +98,7 @@ struct StoreBench {
   int announced = 0;
 };
 
-TEST(SessionAssets, AsksTheStoreBeforeTheServerAndAnnouncesAllAssetsOnceAJoin) {
+TEST(SessionAssets, AsksTheStoreBeforeTheServerAndSaysOnceAJoinThatNothingMoreIsToCome) {
   const std::string bytes(150'000, 'v');
   const wire::Joined joined = joined_with_asset(bytes);
   const auto store = memory_asset_store();
@@ -107,25 +114,27 @@ TEST(SessionAssets, AsksTheStoreBeforeTheServerAndAnnouncesAllAssetsOnceAJoin) {
   EXPECT_EQ(without.announced, 1) << "a scene without assets has them all";
   StoreBench cheated(nullptr, joined);
   serve_assets(cheated.bench, std::string(150'000, 'w'));
-  EXPECT_EQ(cheated.announced, 0);
+  EXPECT_EQ(cheated.announced, 1) << "what needs the asset says that it is missing";
+  EXPECT_TRUE(cheated.bench.session.assets().empty());
 }
 
-TEST(SessionAssets, SurfacesAreFetchedByWhoWantsThemAndNothingElseThen) {
+TEST(SessionAssets, FetchesTheKindsThatItIsToldAndNothingElse) {
   const std::string bytes(1000, 'v'), triangles(2000, 't');
   wire::Joined joined = joined_with_asset(bytes);
   *joined.add_assets() = joined_with_asset(triangles).assets(0);
   joined.mutable_assets(1)->set_kind("surface");
-  for (const bool wants_surfaces : {false, true}) {
-    SessionSettings settings;
-    settings.wants_surfaces = wants_surfaces;
-    test::SessionBench bench(settings);
+  *joined.add_assets() = joined_with_asset(std::string(3000, 'm')).assets(0);
+  joined.mutable_assets(2)->set_kind("mesh");
+  for (const std::string kind : {"contact", "surface"}) {
+    const std::string& expected = kind == "surface" ? triangles : bytes;
+    test::SessionBench bench(fetching(kind));
     bench.session.on_connected(bench.now);
     bench.say_welcome();
     bench.transport.messages.clear();
     bench.say_joined(joined);
-    EXPECT_EQ(serve_assets(bench, wants_surfaces ? triangles : bytes), 1);
+    EXPECT_EQ(serve_assets(bench, expected), 1);
     ASSERT_EQ(bench.session.assets().size(), 1U);
-    EXPECT_EQ(bench.session.assets().begin()->second->size(), wants_surfaces ? 2000U : 1000U);
+    EXPECT_EQ(bench.session.assets().begin()->second->size(), expected.size());
   }
 }
 
