@@ -4,6 +4,7 @@
 
 #include <cstring>
 #include <stdexcept>
+#include <string_view>
 
 namespace tandem::proto {
 
@@ -12,6 +13,16 @@ std::optional<Sha256> hash_from(const std::string& bytes) {
   if (bytes.size() != hash.size()) return std::nullopt;
   std::memcpy(hash.data(), bytes.data(), hash.size());
   return hash;
+}
+
+std::string hex(const Sha256& hash) {
+  constexpr std::string_view kDigits = "0123456789abcdef";
+  std::string text;
+  for (const std::byte byte : hash) {
+    text += kDigits[std::to_integer<unsigned>(byte) >> 4U];
+    text += kDigits[std::to_integer<unsigned>(byte) & 15U];
+  }
+  return text;
 }
 
 Sha256 sha256_of(std::span<const std::byte> bytes) {

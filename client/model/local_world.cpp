@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "common/base/byte_io.hpp"
 #include "common/docking/molecule_asset.hpp"
 #include "proto/effects_from_wire.hpp"
 #include "proto/placement.hpp"
@@ -97,7 +98,7 @@ class Builder {
     if (made != nullptr) return made;
     if (shape.has_mesh()) {
       const proto::Bytes& bytes = asset(shape, field);
-      made = contact::contact_shape_from(std::span(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()));
+      made = contact::contact_shape_from(octets_of(bytes));
     } else {
       made = proto::primitive_contact(shape);
     }

@@ -2,10 +2,12 @@
 // little-endian order, and a reader that cannot leave its bytes.
 #pragma once
 
+#include <array>
 #include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <optional>
 #include <span>
 #include <type_traits>
 #include <utility>
@@ -109,6 +111,39 @@ inline std::uint64_t checksum_of(std::span<const std::uint8_t> bytes) {
   while (bytes.size() >= sizeof(std::uint64_t)) sum = (std::rotl(sum, 29) ^ reader.number<std::uint64_t>()) * kOdd;
   while (!bytes.empty()) sum = (std::rotl(sum, 29) ^ reader.number<std::uint8_t>()) * kOdd;
   return sum ^ sum >> 32U;
+}
+
+/// The start of an asset: its kind and version.
+inline std::vector<std::uint8_t> begin_asset(std::uint32_t kind, std::uint32_t version) {
+  std::vector<std::uint8_t> bytes;
+  ByteWriter(bytes).array(std::span<const std::uint32_t>(std::array{kind, version}));
+  return bytes;
+}
+
+/// Its end: the checksum of all before.
+inline void end_asset(std::vector<std::uint8_t>& bytes) {
+  ByteWriter(bytes).number(checksum_of(bytes));
+}
+
+/// What lies between the two; none when the checksum, the kind or the version is another.
+inline std::optional<std::span<const std::uint8_t>> asset_content(std::span<const std::uint8_t> bytes,
+                                                                  std::uint32_t kind, std::uint32_t version) {
+  constexpr std::size_t kChecksumBytes = sizeof(std::uint64_t);
+  if (bytes.size() < kChecksumBytes) return std::nullopt;
+  auto content = bytes.first(bytes.size() - kChecksumBytes), ending = bytes.last(kChecksumBytes);
+  if (ByteReader(ending).number<std::uint64_t>() != checksum_of(content)) return std::nullopt;
+  ByteReader reader(content);
+  if (reader.u32() != kind || reader.u32() != version) return std::nullopt;
+  return content;
+}
+
+/// Bytes as numbers are written and read, and as files and messages carry them.
+inline std::span<const std::uint8_t> octets_of(std::span<const std::byte> bytes) {
+  return {reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()};
+}
+inline std::vector<std::byte> bytes_of(std::span<const std::uint8_t> octets) {
+  const auto bytes = std::as_bytes(octets);
+  return {bytes.begin(), bytes.end()};
 }
 
 }  // namespace tandem

@@ -1,5 +1,5 @@
-// Folders of the programs: of what comes with Tandem (scenes, experiments, hand paths, device profiles), and of what would
-// take long to make or fetch again.
+// Folders of the programs: of what comes with Tandem (scenes, experiments, hand paths, device profiles), and of what
+// would take long to make or fetch again.
 #pragma once
 
 #include <cstddef>

@@ -13,6 +13,8 @@
 namespace tandem {
 
 using Vec3 = Eigen::Vector3d;
+using Vec6 = Eigen::Matrix<double, 6, 1>;  ///< (f, t) of a wrench, (v, w) of a twist
+using Mat6 = Eigen::Matrix<double, 6, 6>;
 using Quat = Eigen::Quaterniond;
 
 /// A rigid pose X_AB: `p` = p_AB [m], `q` = rotation from B to A, unit length.

@@ -25,7 +25,7 @@ inline constexpr std::size_t kMaxCopies = 4;
 struct SoftContact {
   Wrench wrench_W;  ///< on T at X_WT0, about its origin: impulse of the soft step over its length
   /// −∂W/∂X, symmetric, never negative; translation [m], then rotation [rad]
-  Eigen::Matrix<double, 6, 6> stiffness = Eigen::Matrix<double, 6, 6>::Zero();
+  Mat6 stiffness = Mat6::Zero();
   Pose X_WT0;                 ///< where T was, or will be
   double trust_radius_m = 0;  ///< how far T may move aside until the contact is another one; 0: none, nor near
   double lever_m = 0;         ///< a turn by θ counts as a way of lever · θ

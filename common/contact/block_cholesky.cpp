@@ -6,14 +6,14 @@
 namespace tandem::contact {
 
 BlockCholesky::BlockCholesky(std::size_t capacity)
-    : lower_(capacity * (capacity + 1) / 2, Matrix6::Zero()), is_used_(lower_.size(), 0) {}
+    : lower_(capacity * (capacity + 1) / 2, Mat6::Zero()), is_used_(lower_.size(), 0) {}
 
 void BlockCholesky::reset(std::size_t blocks) noexcept {
   blocks_ = blocks;
   std::fill_n(is_used_.begin(), blocks * (blocks + 1) / 2, std::uint8_t{0});
 }
 
-Matrix6& BlockCholesky::block(std::size_t row, std::size_t column) noexcept {
+Mat6& BlockCholesky::block(std::size_t row, std::size_t column) noexcept {
   const std::size_t at = index(row, column);
   if (is_used_[at] == 0) {
     is_used_[at] = 1;
@@ -24,13 +24,13 @@ Matrix6& BlockCholesky::block(std::size_t row, std::size_t column) noexcept {
 
 bool BlockCholesky::factor() noexcept {
   for (std::size_t j = 0; j < blocks_; ++j) {
-    Matrix6& pivot = block(j, j);
+    Mat6& pivot = block(j, j);
     for (std::size_t k = 0; k < j; ++k) {
       if (is_used_[index(j, k)] == 0) continue;
-      const Matrix6& left = lower_[index(j, k)];
+      const Mat6& left = lower_[index(j, k)];
       pivot.noalias() -= left * left.transpose();
     }
-    Eigen::LLT<Eigen::Ref<Matrix6>> llt(pivot);
+    Eigen::LLT<Eigen::Ref<Mat6>> llt(pivot);
     if (llt.info() != Eigen::Success || !pivot.diagonal().allFinite()) return false;
     for (std::size_t i = j + 1; i < blocks_; ++i) {
       for (std::size_t k = 0; k < j; ++k) {
@@ -44,7 +44,7 @@ bool BlockCholesky::factor() noexcept {
   return true;
 }
 
-void BlockCholesky::solve(std::span<Vector6> x) const noexcept {
+void BlockCholesky::solve(std::span<Vec6> x) const noexcept {
   for (std::size_t i = 0; i < blocks_; ++i) {
     for (std::size_t k = 0; k < i; ++k) {
       if (is_used_[index(i, k)] != 0) x[i].noalias() -= lower_[index(i, k)] * x[k];

@@ -5,12 +5,9 @@
 #include <span>
 #include <vector>
 
-#include <Eigen/Core>
+#include "common/base/spatial.hpp"
 
 namespace tandem::contact {
-
-using Vector6 = Eigen::Matrix<double, 6, 1>;
-using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
 /// A symmetric positive definite matrix of n × n blocks, factored where it is stored. Blocks that nobody touched are
 /// zero and cost nothing. Eigen's own factorisations take memory for temporaries once a matrix outgrows the stack's.
@@ -21,18 +18,18 @@ class BlockCholesky {
   /// A zero matrix of `blocks` × `blocks`, at most the capacity.
   void reset(std::size_t blocks) noexcept;
   /// Of the lower triangle: row ≥ column.
-  Matrix6& block(std::size_t row, std::size_t column) noexcept;
+  Mat6& block(std::size_t row, std::size_t column) noexcept;
 
   /// Replaces the matrix by its factor. False: not positive definite, or not finite.
   bool factor() noexcept;
   /// x ← A⁻¹ x, after factor().
-  void solve(std::span<Vector6> x) const noexcept;
+  void solve(std::span<Vec6> x) const noexcept;
 
  private:
   std::size_t index(std::size_t row, std::size_t column) const { return row * (row + 1) / 2 + column; }
 
   std::size_t blocks_ = 0;
-  std::vector<Matrix6> lower_;
+  std::vector<Mat6> lower_;
   std::vector<std::uint8_t> is_used_;
 };
 

@@ -1,5 +1,6 @@
 // Newton's method on one island. Each iteration: residual M (V − V*) − h Σ wrenches (evaluate), its derivative
-// (assemble), the step that would zero it (BlockCholesky), and as much of that step as lowers the potential (search_line).
+// (assemble), the step that would zero it (BlockCholesky), and as much of that step as lowers the potential
+// (search_line).
 #include "common/contact/contact_island.hpp"
 
 #include <algorithm>
@@ -23,12 +24,12 @@ constexpr double kHardness = 10;
 /// How far what pushes the island at the start of a step may press one contact into the hard floor.
 constexpr double kHardGive_m = 2e-5;
 
-Twist twist_of(const Vector6& v) {
+Twist twist_of(const Vec6& v) {
   return {v.head<3>(), v.tail<3>()};
 }
 
-Vector6 vector_of(const Wrench& w) {
-  return (Vector6() << w.f, w.t).finished();
+Vec6 vector_of(const Wrench& w) {
+  return (Vec6() << w.f, w.t).finished();
 }
 
 /// Of the body's point that is at `about_W`; nothing moves the rest of the world.
@@ -39,14 +40,14 @@ Twist twist_at(const IslandBody* body, const Vec3& about_W) {
 }
 
 /// About the body's centre, of a wrench about `about_W`.
-Vector6 at_centre(const IslandBody& body, const Wrench& wrench, const Vec3& about_W) {
-  return (Vector6() << wrench.f, wrench.t + (about_W - body.p_WC).cross(wrench.f)).finished();
+Vec6 at_centre(const IslandBody& body, const Wrench& wrench, const Vec3& about_W) {
+  return (Vec6() << wrench.f, wrench.t + (about_W - body.p_WC).cross(wrench.f)).finished();
 }
 
 /// Turns a twist of the body into the twist at `about_W`.
-Matrix6 shift_to(const Vec3& about_W, const IslandBody& body) {
+Mat6 shift_to(const Vec3& about_W, const IslandBody& body) {
   const Vec3 r = about_W - body.p_WC;
-  Matrix6 shift = Matrix6::Identity();
+  Mat6 shift = Mat6::Identity();
   shift.topRightCorner<3, 3>() << 0, r.z(), -r.y(), -r.z(), 0, r.x(), r.y(), -r.x(), 0;
   return shift;
 }
@@ -61,8 +62,8 @@ Twist relative_twist(const IslandPatch& patch) {
   return {of_a.v - of_b.v, of_a.w - of_b.w};
 }
 
-Vector6 IslandBody::momentum(const Vector6& v) const {
-  return (Vector6() << mass_kg * v.head<3>(), inertia_W * v.tail<3>()).finished();
+Vec6 IslandBody::momentum(const Vec6& v) const {
+  return (Vec6() << mass_kg * v.head<3>(), inertia_W * v.tail<3>()).finished();
 }
 
 double IslandBody::residual_energy() const {
@@ -156,7 +157,7 @@ void ContactIsland::evaluate() noexcept {
 void ContactIsland::assemble() noexcept {
   system_.reset(bodies_.size());
   for (const IslandBody* body : bodies_) {
-    Matrix6& own = system_.block(body->row, body->row);
+    Mat6& own = system_.block(body->row, body->row);
     own.diagonal().head<3>().setConstant(body->mass_kg);
     own.bottomRightCorner<3, 3>() = body->inertia_W;
   }
@@ -167,18 +168,18 @@ void ContactIsland::assemble() noexcept {
 }
 
 void ContactIsland::add_patch(const IslandPatch& patch) noexcept {
-  const Matrix6 k = step_s_ * rows_.derivative(patch.terms);
+  const Mat6 k = step_s_ * rows_.derivative(patch.terms);
   if (!patch.moves_b()) {  // terms.about_W is the centre of the only body that moves
     system_.block(patch.a->row, patch.a->row) += k;
     return;
   }
-  const Matrix6 shift_b = shift_to(patch.terms.about_W, *patch.b);
-  const Matrix6 k_b = k * shift_b;
+  const Mat6 shift_b = shift_to(patch.terms.about_W, *patch.b);
+  const Mat6 k_b = k * shift_b;
   system_.block(patch.b->row, patch.b->row).noalias() += shift_b.transpose() * k_b;
   if (!patch.moves_a()) return;
-  const Matrix6 shift_a = shift_to(patch.terms.about_W, *patch.a);
+  const Mat6 shift_a = shift_to(patch.terms.about_W, *patch.a);
   system_.block(patch.a->row, patch.a->row).noalias() += shift_a.transpose() * (k * shift_a);
-  const Matrix6 a_b = shift_a.transpose() * k_b;
+  const Mat6 a_b = shift_a.transpose() * k_b;
   if (patch.a->row > patch.b->row) {
     system_.block(patch.a->row, patch.b->row) -= a_b;
   } else {

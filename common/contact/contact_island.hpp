@@ -15,16 +15,16 @@ struct IslandBody {
   Eigen::Matrix3d inertia_W = Eigen::Matrix3d::Identity();
   Eigen::Matrix3d inverse_inertia_W = Eigen::Matrix3d::Identity();
   Vec3 p_WC = Vec3::Zero();
-  Vector6 free = Vector6::Zero();      ///< V*: without contact and couplings
-  Vector6 velocity = Vector6::Zero();  ///< V, the iterate
-  Vector6 residual = Vector6::Zero();  ///< M (V − V*) − h Σ wrenches
-  double push_n = 0;                   ///< force from outside
+  Vec6 free = Vec6::Zero();      ///< V*: without contact and couplings
+  Vec6 velocity = Vec6::Zero();  ///< V, the iterate
+  Vec6 residual = Vec6::Zero();  ///< M (V − V*) − h Σ wrenches
+  double push_n = 0;             ///< force from outside
   int island = 0;
   std::size_t row = 0;         ///< in the system of the island
   bool is_moving = false;      ///< as the solution says
   bool is_prescribed = false;  ///< as the caller says
 
-  Vector6 momentum(const Vector6& v) const;
+  Vec6 momentum(const Vec6& v) const;
   /// Of the residual: twice the kinetic energy of the velocity that it would make.
   double residual_energy() const;
   /// Force that moves the body's surface as this wrench does, to its size.
@@ -82,8 +82,8 @@ class ContactIsland {
 
   ContactRows& rows_;
   BlockCholesky system_;
-  std::vector<Vector6> start_;      ///< of the line that is searched
-  std::vector<Vector6> direction_;  ///< and where it goes
+  std::vector<Vec6> start_;      ///< of the line that is searched
+  std::vector<Vec6> direction_;  ///< and where it goes
   double step_s_ = 0;
   double mass_kg_ = 0;
   std::span<IslandBody* const> bodies_;

@@ -26,8 +26,8 @@ struct ContactPoint {
   static constexpr std::uint32_t kOtherDirection = 1U << 31;
 };
 
-/// Points of a pair that a step looks at; beyond it, they are merged with their neighbours. A budget in points and never
-/// in time: a replay degrades alike.
+/// Points of a pair that a step looks at; beyond it, they are merged with their neighbours. A budget in points and
+/// never in time: a replay degrades alike.
 inline constexpr std::uint32_t kContactBudget = 2048;
 
 /// The contacts of shape A with shape B, searched each step. Remembers the candidates of the last walk of the tree and

@@ -7,8 +7,6 @@
 
 namespace tandem::contact {
 namespace {
-
-using Vector6 = Eigen::Matrix<double, 6, 1>;
 constexpr int kMost = static_cast<int>(kReducedContacts);
 using Columns6 = Eigen::Matrix<double, 6, Eigen::Dynamic, Eigen::ColMajor, 6, kMost>;  // at most 16, on the stack
 
@@ -30,7 +28,7 @@ Eigen::Matrix3d cross_matrix(const Vec3& a) {
 void add(ContactWrench& net, const Vec3& r, const Vec3& normal, const Vec3& force, double stiffness) {
   net.on_a_W.f += force;
   net.on_a_W.t += r.cross(force);
-  Vector6 line;
+  Vec6 line;
   line << normal, r.cross(normal);
   net.derivative -= stiffness * line * line.transpose();
   // δp × f = −f × δt − f × (δθ × r)
@@ -44,9 +42,9 @@ struct Moments {
   double stiffness = 0;
   double radius_m = 0;  ///< root mean square distance from the mean; the unit of length below
   Vec3 p_W = Vec3::Zero();
-  Vec3 normal_W = Vec3::Zero();          ///< mean, not unit
-  Matrix6 covariance = Matrix6::Zero();  ///< of position and normal
-  Matrix6 lines = Matrix6::Zero();       ///< Σ s w wᵀ / Σ s with w = (n, r × n)
+  Vec3 normal_W = Vec3::Zero();    ///< mean, not unit
+  Mat6 covariance = Mat6::Zero();  ///< of position and normal
+  Mat6 lines = Mat6::Zero();       ///< Σ s w wᵀ / Σ s with w = (n, r × n)
   Wrench wrench_W;
 };
 
@@ -65,10 +63,10 @@ Moments moments_of(std::span<const ContactPoint> contacts, double stiffness_n_pe
     if (!(contact.depth_m > 0)) continue;
     const double share = stiffness_n_per_m3 * contact.area_m2 / m.stiffness;
     const Vec3 r = contact.p_W - m.p_W;
-    Vector6 spread;
+    Vec6 spread;
     spread << r, contact.normal_W - m.normal_W;
     m.covariance += share * spread * spread.transpose();
-    Vector6 line;
+    Vec6 line;
     line << contact.normal_W, r.cross(contact.normal_W);
     m.lines += share * line * line.transpose();
     const Vec3 force = m.stiffness * share * contact.depth_m * contact.normal_W;
@@ -76,7 +74,7 @@ Moments moments_of(std::span<const ContactPoint> contacts, double stiffness_n_pe
   }
   // Never zero: one nanometre is one point.
   m.radius_m = std::max(1e-9, std::sqrt(m.covariance.topLeftCorner<3, 3>().trace()));
-  Vector6 unit = Vector6::Ones();
+  Vec6 unit = Vec6::Ones();
   unit.head<3>() /= m.radius_m;
   m.covariance = unit.asDiagonal() * m.covariance * unit.asDiagonal();
   unit << Vec3::Ones(), Vec3::Constant(1 / m.radius_m);
@@ -86,13 +84,13 @@ Moments moments_of(std::span<const ContactPoint> contacts, double stiffness_n_pe
 
 // Symmetric function of a symmetric matrix: it has no need to choose among equal axes.
 template <typename Function>
-Matrix6 applied(const Matrix6& matrix, Function function) {
-  const Eigen::SelfAdjointEigenSolver<Matrix6> solver(matrix);
-  const Vector6 values = solver.eigenvalues().unaryExpr(function);
+Mat6 applied(const Mat6& matrix, Function function) {
+  const Eigen::SelfAdjointEigenSolver<Mat6> solver(matrix);
+  const Vec6 values = solver.eigenvalues().unaryExpr(function);
   return solver.eigenvectors() * values.asDiagonal() * solver.eigenvectors().transpose();
 }
 
-Matrix6 root(const Matrix6& matrix) {
+Mat6 root(const Mat6& matrix) {
   // Rounding of what is zero would be 1e8 times larger as a root, and widen a patch that is a line.
   const double zero = kRounding * matrix.trace();
   return applied(matrix, [zero](double value) { return value > zero ? std::sqrt(value) : 0.0; });
@@ -178,7 +176,7 @@ Groups grouped(std::span<const ContactPoint> contacts, double stiffness_n_per_m3
 
 // Bends the lines of force of the groups towards the nearest ones whose Σ s w wᵀ is that of all; what pitch these have
 // is dropped. The normals' lengths then carry a part of the stiffness.
-void bend(Groups& groups, const Matrix6& wanted_root) {
+void bend(Groups& groups, const Mat6& wanted_root) {
   const int count = groups.count();
   Columns6 lines(6, count);
   for (int i = 0; i < count; ++i) {
@@ -186,10 +184,10 @@ void bend(Groups& groups, const Matrix6& wanted_root) {
     lines.col(i) << normal, groups.spread.col(i).head<3>().cross(normal);
     lines.col(i) *= std::sqrt(groups.share[i]);
   }
-  const Matrix6 have = lines * lines.transpose();
-  const Matrix6 both = wanted_root * have * wanted_root;
+  const Mat6 have = lines * lines.transpose();
+  const Mat6 both = wanted_root * have * wanted_root;
   const double zero = kRounding * both.trace();
-  const Matrix6 stretch = applied(both, [zero](double value) { return value > zero ? 1 / std::sqrt(value) : 0.0; });
+  const Mat6 stretch = applied(both, [zero](double value) { return value > zero ? 1 / std::sqrt(value) : 0.0; });
   lines = (wanted_root * stretch * wanted_root * lines).eval();
   for (int i = 0; i < count; ++i) {
     const Vec3 normal = lines.col(i).head<3>() / std::sqrt(groups.share[i]);
@@ -274,7 +272,7 @@ std::size_t reduce_contacts(std::span<const ContactPoint> contacts, double stiff
   const Moments m = moments_of(contacts, stiffness_n_per_m3);
   if (!(m.stiffness > 0)) return 0;
   Groups groups = grouped(contacts, stiffness_n_per_m3, m, static_cast<int>(count));
-  const Matrix6 lines_root = root(m.lines);
+  const Mat6 lines_root = root(m.lines);
   for (int round = 0; round < kBendings; ++round) bend(groups, lines_root);
   put(groups, m, out);
   correct_wrench(out.first(count), m);

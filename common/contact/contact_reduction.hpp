@@ -8,8 +8,6 @@
 
 namespace tandem::contact {
 
-using Matrix6 = Eigen::Matrix<double, 6, 6>;
-
 /// A contact force with its stiffness.
 struct ReducedContact {
   Vec3 p_W = Vec3::Zero();
@@ -27,7 +25,7 @@ struct ReducedContact {
 ///         δf = −s n (n·δp),  δτ = r × δf + δp × f
 struct ContactWrench {
   Wrench on_a_W;
-  Matrix6 derivative = Matrix6::Zero();
+  Mat6 derivative = Mat6::Zero();
 };
 ContactWrench contact_wrench(std::span<const ContactPoint> contacts, double stiffness_n_per_m3, const Vec3& about_W);
 ContactWrench contact_wrench(std::span<const ReducedContact> contacts, const Vec3& about_W);

@@ -158,7 +158,7 @@ Wrench ContactRows::evaluate(const PatchTerms& terms, const Twist& twist, Fricti
   return {{fx.sum(), fy.sum(), fz.sum()}, {tx.sum(), ty.sum(), tz.sum()}};
 }
 
-Matrix6 ContactRows::derivative(const PatchTerms& terms) const noexcept {
+Mat6 ContactRows::derivative(const PatchTerms& terms) const noexcept {
   // With K = −∂f/∂v of a contact and R = [r]×: sums of K, of −K R and of −R K R = R (−K R).
   Lane vv[6] = {Lane::Zero(), Lane::Zero(), Lane::Zero(), Lane::Zero(), Lane::Zero(), Lane::Zero()};
   Lane vw[9] = {Lane::Zero(), Lane::Zero(), Lane::Zero(), Lane::Zero(), Lane::Zero(),
@@ -198,7 +198,7 @@ Matrix6 ContactRows::derivative(const PatchTerms& terms) const noexcept {
     ww[4] += z * mxz - x * mzz;
     ww[5] += x * myz - y * mxz;
   }
-  Matrix6 k;
+  Mat6 k;
   k.topLeftCorner<3, 3>() << vv[0].sum(), vv[1].sum(), vv[2].sum(), vv[1].sum(), vv[3].sum(), vv[4].sum(), vv[2].sum(),
       vv[4].sum(), vv[5].sum();
   k.topRightCorner<3, 3>() << vw[0].sum(), vw[1].sum(), vw[2].sum(), vw[3].sum(), vw[4].sum(), vw[5].sum(), vw[6].sum(),

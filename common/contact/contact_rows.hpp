@@ -59,7 +59,7 @@ class ContactRows {
   /// Wrench on A at this twist of A past B, both about terms.about_W.
   Wrench evaluate(const PatchTerms& terms, const Twist& twist, FrictionLimit friction) noexcept;
   /// −∂wrench/∂twist where evaluate() was last asked: symmetric, no negative eigenvalue.
-  Matrix6 derivative(const PatchTerms& terms) const noexcept;
+  Mat6 derivative(const PatchTerms& terms) const noexcept;
 
   /// Moves the bristles by the twist of the last evaluate().
   /// Out     all but the wrench

@@ -15,7 +15,7 @@
 namespace tandem::contact {
 namespace {
 
-constexpr std::uint32_t kMagic = 0x41435454;  // "TTCA"
+constexpr std::uint32_t kKind = 0x41435454;  // "TTCA"
 constexpr double kMaxRigidDepth = 5e-4;
 // Of the half thickness. Below 1/2, with something left for what a hard contact still gives way.
 constexpr double kRigidShare = 0.4;
@@ -175,28 +175,20 @@ std::shared_ptr<const ContactShape> make_contact_mesh(const geometry::ContactMes
 std::vector<std::uint8_t> contact_asset_bytes(const ContactShape& shape) {
   const auto* grid = dynamic_cast<const DistanceGrid*>(shape.field.get());
   if (grid == nullptr) throw std::invalid_argument("only the shape of a mesh is an asset: a primitive is its formula");
-  std::vector<std::uint8_t> bytes;
-  ByteWriter writer(bytes);
-  writer.u32(kMagic);
-  writer.u32(kContactAssetVersion);
-  writer.f64(shape.rigid_depth_m);
+  std::vector<std::uint8_t> bytes = begin_asset(kKind, kContactAssetVersion);
+  ByteWriter(bytes).f64(shape.rigid_depth_m);
   grid->write(bytes);
   shape.shells.surface.write(bytes);
   shape.shells.features.write(bytes);
-  writer.number(checksum_of(bytes));
+  end_asset(bytes);
   return bytes;
 }
 
 std::shared_ptr<const ContactShape> contact_shape_from(std::span<const std::uint8_t> bytes) {
-  constexpr std::size_t kChecksumBytes = sizeof(std::uint64_t);
-  if (bytes.size() < kChecksumBytes) return nullptr;
-  const auto content = bytes.first(bytes.size() - kChecksumBytes);
-  auto ending = bytes.last(kChecksumBytes);
-  if (ByteReader(ending).number<std::uint64_t>() != checksum_of(content)) return nullptr;
-
-  auto rest = content;
+  auto content = asset_content(bytes, kKind, kContactAssetVersion);
+  if (!content) return nullptr;
+  auto& rest = *content;
   ByteReader reader(rest);
-  if (reader.u32() != kMagic || reader.u32() != kContactAssetVersion) return nullptr;
   auto shape = std::make_shared<ContactShape>();
   shape->rigid_depth_m = reader.f64();
   if (!reader.ok() || !(shape->rigid_depth_m >= kMinRigidDepth && shape->rigid_depth_m <= kMaxRigidDepth)) {

@@ -1,6 +1,6 @@
-// One step in five parts: load() checks what the caller gives and turns it into bodies, couplings and patches with rows;
-// find_islands() groups what touches, for only that must be solved together; solve_island() minimises the potential of
-// each (ContactIsland: Newton's method), or leaves it in free flight where the numbers allow no solution;
+// One step in five parts: load() checks what the caller gives and turns it into bodies, couplings and patches with
+// rows; find_islands() groups what touches, for only that must be solved together; solve_island() minimises the
+// potential of each (ContactIsland: Newton's method), or leaves it in free flight where the numbers allow no solution;
 // solve_unyielding() evaluates contacts between bodies that no force moves; finish() gives velocities, wrenches and
 // bristles back.
 #include "common/contact/contact_solver.hpp"
@@ -219,7 +219,7 @@ void ContactSolver::Impl::finish(std::span<SolverBody> bodies_out, std::span<con
                                  std::span<PatchResult> results, std::span<Wrench> tool_wrenches_W) const noexcept {
   for (std::size_t i = 0; i < bodies_out.size(); ++i) {
     const bool is_used = i < static_cast<std::size_t>(body_count) && (bodies[i].is_moving || bodies[i].is_prescribed);
-    const Vector6 v = is_used ? bodies[i].velocity : Vector6::Zero();
+    const Vec6 v = is_used ? bodies[i].velocity : Vec6::Zero();
     bodies_out[i].V_WC = {v.head<3>(), v.tail<3>()};
   }
   for (const IslandPatch& patch : patches) {

@@ -23,7 +23,7 @@ CouplingTerm::CouplingTerm(const SolverCoupling& coupling, const SolverBody& bod
 
 Wrench CouplingTerm::evaluate(const Twist& V_WC) noexcept {
   if (is_linear_) {
-    const Vector6 wrench = wrench_ - derivative_ * ((Vector6() << V_WC.v, V_WC.w).finished() - at_);
+    const Vec6 wrench = wrench_ - derivative_ * ((Vec6() << V_WC.v, V_WC.w).finished() - at_);
     const Vec3 force = wrench.head<3>(), torque = wrench.tail<3>();
     on_tool_W_ = {force, torque - lever_W_.cross(force)};
     return {force, torque};
@@ -45,7 +45,7 @@ void CouplingTerm::linearise(const Twist& V_WC) noexcept {
   is_linear_ = true;
 }
 
-Matrix6 CouplingTerm::derivative() const noexcept {
+Mat6 CouplingTerm::derivative() const noexcept {
   if (is_linear_) return derivative_;
   haptics::CouplingGradient gradient = law_->gradient(state_);
   for (Eigen::Matrix3d* slope :
@@ -55,7 +55,7 @@ Matrix6 CouplingTerm::derivative() const noexcept {
   const Eigen::Matrix3d direct = step_s_ * gradient.force_by_d + gradient.force_by_v;
   const Eigen::Matrix3d lever = cross_matrix(lever_W_);
   const Eigen::Matrix3d turned = lever * direct;
-  Matrix6 k;
+  Mat6 k;
   k.topLeftCorner<3, 3>() = direct;
   k.bottomLeftCorner<3, 3>() = turned;
   k.topRightCorner<3, 3>() = turned.transpose();

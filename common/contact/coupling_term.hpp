@@ -23,7 +23,7 @@ class CouplingTerm {
   /// On the body, about its centre of mass at the end of the step.
   Wrench evaluate(const Twist& V_WC) noexcept;
   /// −∂wrench/∂V_WC where evaluate() was last asked.
-  Matrix6 derivative() const noexcept;
+  Mat6 derivative() const noexcept;
   /// From now on the wrench is linear in the twist, as it is now at `V_WC`.
   void linearise(const Twist& V_WC) noexcept;
   /// As last evaluated, about the tool's origin.
@@ -44,9 +44,9 @@ class CouplingTerm {
   Wrench on_tool_W_;
 
   bool is_linear_ = false;
-  Vector6 at_ = Vector6::Zero();
-  Vector6 wrench_ = Vector6::Zero();
-  Matrix6 derivative_ = Matrix6::Zero();
+  Vec6 at_ = Vec6::Zero();
+  Vec6 wrench_ = Vec6::Zero();
+  Mat6 derivative_ = Mat6::Zero();
 };
 
 }  // namespace tandem::contact

@@ -10,8 +10,8 @@
 namespace tandem::contact {
 namespace {
 
-// Slack is worth its price (more candidates a step) when a walk is avoided often enough. Half or twice these values cost
-// a few per cent (measured on two bunnies that slide over each other at 0.01 to 0.5 m/s).
+// Slack is worth its price (more candidates a step) when a walk is avoided often enough. Half or twice these values
+// cost a few per cent (measured on two bunnies that slide over each other at 0.01 to 0.5 m/s).
 constexpr double kSlackMin_m = 2e-4;
 constexpr double kSlackMax_m = 2e-3;
 constexpr double kStepsPerWalk = 2;

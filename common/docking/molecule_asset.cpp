@@ -9,14 +9,10 @@
 namespace tandem::docking {
 namespace {
 
-constexpr std::uint32_t kMagic = 0x4C4F4D54;  // "TMOL"
+constexpr std::uint32_t kKind = 0x4C4F4D54;  // "TMOL"
 constexpr std::size_t kAtomBytes = 7 * sizeof(double);
 constexpr double kMaxCharge_e = 100;
 constexpr double kMaxMass_u = 1e4;
-
-std::span<const std::uint8_t> octets_of(std::span<const std::byte> bytes) {
-  return {reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()};
-}
 
 bool has_sound_charges_and_masses(const Molecule& molecule) {
   for (std::size_t i = 0; i < molecule.size(); ++i) {
@@ -63,30 +59,23 @@ std::vector<std::byte> molecule_asset_bytes(const Molecule& molecule) {
                                 "position, parameters, charge and mass within their ranges, and 1 to " +
                                 std::to_string(kMaxMoleculeAssetAtoms) + " are allowed");
   }
-  std::vector<std::uint8_t> octets;
+  std::vector<std::uint8_t> octets = begin_asset(kKind, kMoleculeAssetVersion);
   ByteWriter writer(octets);
-  writer.u32(kMagic);
-  writer.u32(kMoleculeAssetVersion);
   writer.u32(static_cast<std::uint32_t>(count));
   for (std::size_t atom = 0; atom < count; ++atom) write_atom(molecule, atom, writer);
-  writer.number(checksum_of(octets));
-  const auto* const first = reinterpret_cast<const std::byte*>(octets.data());
-  return {first, first + octets.size()};
+  end_asset(octets);
+  return bytes_of(octets);
 }
 
 std::optional<Molecule> molecule_from(std::span<const std::byte> bytes) {
-  constexpr std::size_t kChecksumBytes = sizeof(std::uint64_t);
-  if (bytes.size() < kChecksumBytes) return std::nullopt;
-  auto content = octets_of(bytes.first(bytes.size() - kChecksumBytes));
-  auto ending = octets_of(bytes.last(kChecksumBytes));
-  if (ByteReader(ending).number<std::uint64_t>() != checksum_of(content)) return std::nullopt;
-  ByteReader reader(content);
-  if (reader.u32() != kMagic || reader.u32() != kMoleculeAssetVersion) return std::nullopt;
+  auto content = asset_content(octets_of(bytes), kKind, kMoleculeAssetVersion);
+  if (!content) return std::nullopt;
+  ByteReader reader(*content);
   const std::uint32_t count = reader.count(kAtomBytes);
   if (!reader.ok() || count > kMaxMoleculeAssetAtoms) return std::nullopt;
   Molecule molecule;
   for (std::uint32_t atom = 0; atom < count; ++atom) read_atom(reader, molecule);
-  if (!reader.ok() || !content.empty() || !is_sound(molecule)) return std::nullopt;
+  if (!reader.ok() || !content->empty() || !is_sound(molecule)) return std::nullopt;
   return molecule;
 }
 

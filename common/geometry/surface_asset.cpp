@@ -10,13 +10,9 @@
 namespace tandem::geometry {
 namespace {
 
-constexpr std::uint32_t kMagic = 0x46525354;  // "TSRF"
+constexpr std::uint32_t kKind = 0x46525354;  // "TSRF"
 constexpr std::size_t kVertexBytes = 3 * sizeof(float);
 constexpr std::size_t kTriangleBytes = 3 * sizeof(std::uint32_t);
-
-std::span<const std::uint8_t> octets_of(std::span<const std::byte> bytes) {
-  return {reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()};
-}
 
 /// Empty, or why a mesh is not one that may travel.
 std::string problem_of(const TriangleMesh& mesh) {
@@ -55,11 +51,9 @@ std::vector<std::byte> surface_asset_bytes(const TriangleMesh& mesh) {
   if (const std::string problem = problem_of(mesh); !problem.empty()) {
     throw std::invalid_argument("a surface cannot be made an asset: " + problem);
   }
-  std::vector<std::uint8_t> octets;
+  std::vector<std::uint8_t> octets = begin_asset(kKind, kSurfaceAssetVersion);
   octets.reserve(24 + mesh.vertices.size() * kVertexBytes + mesh.triangles.size() * kTriangleBytes);
   ByteWriter writer(octets);
-  writer.u32(kMagic);
-  writer.u32(kSurfaceAssetVersion);
   writer.u32(static_cast<std::uint32_t>(mesh.vertices.size()));
   writer.u32(static_cast<std::uint32_t>(mesh.triangles.size()));
   for (const Vec3& vertex : mesh.vertices) {
@@ -68,23 +62,18 @@ std::vector<std::byte> surface_asset_bytes(const TriangleMesh& mesh) {
   for (const auto& triangle : mesh.triangles) {
     for (const int index : triangle) writer.u32(static_cast<std::uint32_t>(index));
   }
-  writer.number(checksum_of(octets));
-  const auto* const first = reinterpret_cast<const std::byte*>(octets.data());
-  return {first, first + octets.size()};
+  end_asset(octets);
+  return bytes_of(octets);
 }
 
 std::optional<TriangleMesh> surface_from(std::span<const std::byte> bytes) {
-  constexpr std::size_t kChecksumBytes = sizeof(std::uint64_t);
-  if (bytes.size() < kChecksumBytes) return std::nullopt;
-  auto content = octets_of(bytes.first(bytes.size() - kChecksumBytes));
-  auto ending = octets_of(bytes.last(kChecksumBytes));
-  if (ByteReader(ending).number<std::uint64_t>() != checksum_of(content)) return std::nullopt;
-  ByteReader reader(content);
-  if (reader.u32() != kMagic || reader.u32() != kSurfaceAssetVersion) return std::nullopt;
+  auto content = asset_content(octets_of(bytes), kKind, kSurfaceAssetVersion);
+  if (!content) return std::nullopt;
+  ByteReader reader(*content);
   const std::size_t vertices = reader.u32(), triangles = reader.u32();
   if (!reader.ok() || vertices > kMaxSurfaceVertices || triangles > kMaxSurfaceTriangles) return std::nullopt;
   // Both counts are bounded, so the product cannot overflow.
-  if (content.size() != vertices * kVertexBytes + triangles * kTriangleBytes) return std::nullopt;
+  if (content->size() != vertices * kVertexBytes + triangles * kTriangleBytes) return std::nullopt;
   TriangleMesh mesh;
   mesh.vertices.reserve(vertices);
   mesh.triangles.reserve(triangles);

@@ -28,7 +28,8 @@ class EffectStage {
   bool is_empty() const { return effects_.empty(); }
   /// A new user, or none: what the effects remember of the tool is of somebody else.
   void forget(std::size_t tool) noexcept;
-  /// Adds to `wrench_W` of implicit and external things; external ones are pushed where they are stepped as well. No allocation.
+  /// Adds to `wrench_W` of implicit and external things; external ones are pushed where they are stepped as well. No
+  /// allocation.
   /// In      things  bodies first, in the order of the scene
   ///         tools  that a hand moves
   void apply(double time_s, double step_s, std::span<TouchThing> things, std::span<const TouchCoupling> tools,

@@ -20,15 +20,15 @@ Wrench soft_wrench(const SoftContact& contact, const Pose& X_WT) noexcept {
   const Vec3 normal_W = contact.wrench_W.f / pressing;
   const Vec3 moved_W = X_WT.p - contact.X_WT0.p;
   const double out_m = moved_W.dot(normal_W);
-  Eigen::Matrix<double, 6, 1> aside;
+  Vec6 aside;
   aside << moved_W - normal_W * out_m, rotation_vector(X_WT.q * contact.X_WT0.q.conjugate());
   const double distance = std::hypot(aside.head<3>().norm(), contact.lever_m * aside.tail<3>().norm());
   if (!(distance < kFadeEnd * contact.trust_radius_m)) return {};
   if (distance > contact.trust_radius_m) aside *= contact.trust_radius_m / distance;
 
-  Eigen::Matrix<double, 6, 1> way = aside;
+  Vec6 way = aside;
   way.head<3>() += normal_W * std::clamp(out_m, -kDeepest_m, kDeepest_m);
-  const Eigen::Matrix<double, 6, 1> change = contact.stiffness * way;
+  const Vec6 change = contact.stiffness * way;
   const Wrench wrench{contact.wrench_W.f - change.head<3>(), contact.wrench_W.t - change.tail<3>()};
   const double share = wrench.f.dot(normal_W) / pressing;
   const double held = std::clamp(share / kLetGoShare, 0.0, 1.0);

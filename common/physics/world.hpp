@@ -47,9 +47,10 @@ struct TouchSummary {
 /// it, and the tool neither collides nor adds mass. Several tools may hold the same body. A tool that is inside the
 /// body that it releases passes through it until they have come apart.
 ///
-/// Tools, held bodies, and what these touch are stepped by the implicit solver of common/contact (touch/touch_stage.hpp),
-/// with coupling, joints, anchors, contact and friction in one solution: no tool is too light and no coupling or
-/// surface too stiff. FreeBodies steps the bodies that nobody touches. Soft bodies step at a rate of their own.
+/// Tools, held bodies, and what these touch are stepped by the implicit solver of common/contact
+/// (touch/touch_stage.hpp), with coupling, joints, anchors, contact and friction in one solution: no tool is too light
+/// and no coupling or surface too stiff. FreeBodies steps the bodies that nobody touches. Soft bodies step at a rate of
+/// their own.
 ///
 /// The same calls in the same order give the same bits on the same machine. Tools and bodies are named by their place
 /// in the description; a tool that is not there must not be asked for, a body may.

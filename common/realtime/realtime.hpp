@@ -11,8 +11,8 @@
 
 namespace tandem::realtime {
 
-/// For the calling thread. Memory is locked with a priority, for the process and what it allocates later: mlockall, and the
-/// first 256 KiB of the stack touched, so that the loop meets no page fault.
+/// For the calling thread. Memory is locked with a priority, for the process and what it allocates later: mlockall, and
+/// the first 256 KiB of the stack touched, so that the loop meets no page fault.
 ///
 /// In      priority  SCHED_FIFO priority 1–99; 0: stay with the normal scheduler
 ///         cpu       pin to this CPU; −1: do not pin

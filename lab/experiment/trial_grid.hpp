@@ -28,8 +28,8 @@ struct GridRequest {
 /// The trials in a fixed order, each once.
 ///
 /// The blocks are the file's `grid`; without one, the built-in: the default stage with passivity controller on delays ×
-/// jitter × loss, and every other stage without it on four delays of a perfect link, where more than one seed would give
-/// the same.
+/// jitter × loss, and every other stage without it on four delays of a perfect link, where more than one seed would
+/// give the same.
 /// Fails   std::invalid_argument: a name or value that does not exist, more than kMaxTrials
 std::vector<Trial> expand(const ExperimentFile& file, const GridRequest& request);
 inline constexpr std::size_t kMaxTrials = 20000;

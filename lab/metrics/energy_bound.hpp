@@ -21,8 +21,8 @@ namespace tandem::lab {
 ///         input to the next loads the coupling by half its stiffness times the jump squared more than A_i says. Third:
 ///         of inputs on their way at an instant the world has not seen anything; the most that they carried.
 ///         wave: waves carry what they were given and no more, whatever the delay (common/haptics/wave), so 0
-/// Limits  effects that give energy (common/physics/effects), and what a molecular field gives by being sampled, are not in it;
-///         k_t, k_r are the scene's, not an adapted law's
+/// Limits  effects that give energy (common/physics/effects), and what a molecular field gives by being sampled, are not in
+///         it; k_t, k_r are the scene's, not an adapted law's
 /// Source  the two-port observer of Ryu, Artigas, Preusche, "A passive bilateral control scheme for a teleoperator with
 ///         time-varying communication delay", Mechatronics 20(7), 2010, with the parts of its sum taken without sign
 /// Cost    O(ticks)

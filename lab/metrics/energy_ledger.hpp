@@ -27,16 +27,16 @@ struct EnergyLedger {
 ///              (ModelLedger: bodies that changed their owner there, the field). Corrections towards the server are not
 ///              taken off: what they give a hand was created
 ///         U    of the field between molecules, which M is without. Each user has his own late view of it, so it has no
-///              one value at an instant. W is its work on the molecules that local models step, W_s what the field at the
-///              server has lost:  U = max(0, W − depth) − max(0, W_s − W). Hands that get more out of it, turn by turn,
+///              one value at an instant. W is its work on the molecules that local models step, W_s what the field at
+///              the server has lost:  U = max(0, W − depth) − max(0, W_s − W). Hands that get more out of it, turn by turn,
 ///              than its well is deep (field_depth_j()), got that from the delay; what it gave at the server reaches
 ///              hands by corrections, and is not from nowhere
 ///         S    of what is at the server:
 ///              + for users of a local model, the work that joints to their copies did on bodies there. A shared body
 ///                and its copy are two things with a joint between; what one end loses the other should get. What the
 ///                joint stores is in neither, so it lowers E while it is there
-///              + for users of other stages, who touch the server's world itself, all that it stores, less what users of
-///                a local model did to it. A thing that such a user alone touches is at the server only as a late copy
+///              + for users of other stages, who touch the server's world itself, all that it stores, less what users
+///                of a local model did to it. A thing that such a user alone touches is at the server only as a late copy
 ///                of what is in M already; counted too, it would be energy that a hand has got back and the copy
 ///                still has
 ///         Whatever friction, dampers and passivity controllers take makes E fall, so E > 0 means that energy came from

@@ -17,8 +17,8 @@ namespace tandem::lab {
 ///           f(T) = f(0) · (C + Σ 1/k_j(0)) / (C + Σ 1/k_j(T)),  C = Σ (1/k_h + 1/k_c)
 ///         A spring whose far end is told T late gives back up to k T of negative damping; the joint's damper b along
 ///         the pressing direction is what it has to take that, so it is passive by itself for k_j ≤ b/T, T half the
-///         round trip. f(0) is measured in the run at zero delay, whose own joints are DelayedJoint::joint(); T is the link's
-///         alone, without jitter and the waiting that it costs, so what is measured lies lower.
+///         round trip. f(0) is measured in the run at zero delay, whose own joints are DelayedJoint::joint(); T is the
+///         link's alone, without jitter and the waiting that it costs, so what is measured lies lower.
 /// Limits  a bound of this joint with its damper: a stiffer damper would allow more, until it rings by itself
 ///         (delayed_joint.hpp). The hands' own damping is not counted: with it a little more than b/T can be calm
 double hold_force_bound_n(const TrialView& trial);

@@ -29,18 +29,8 @@ namespace {
 namespace json = boost::json;
 namespace fs = std::filesystem;
 
-std::string hex(const proto::Sha256& hash) {
-  constexpr std::string_view kDigits = "0123456789abcdef";
-  std::string text;
-  for (const std::byte byte : hash) {
-    text += kDigits[std::to_integer<unsigned>(byte) >> 4U];
-    text += kDigits[std::to_integer<unsigned>(byte) & 15U];
-  }
-  return text;
-}
-
 std::string hash_of(std::string_view text) {
-  return hex(proto::sha256_of(std::as_bytes(std::span(text.data(), text.size()))));
+  return proto::hex(proto::sha256_of(std::as_bytes(std::span(text.data(), text.size()))));
 }
 
 /// A scene with what tells it from others.
@@ -51,7 +41,7 @@ struct KeptScene {
 
 std::string fingerprint_of(const std::string& text, const server::LoadedScene& scene) {
   std::string all = hash_of(text);
-  for (const server::Asset& asset : scene.assets) all += hex(asset.sha256);
+  for (const server::Asset& asset : scene.assets) all += proto::hex(asset.sha256);
   return hash_of(all);
 }
 

@@ -10,7 +10,8 @@
 
 namespace tandem::lab {
 
-/// All files of a scene, so that nobody has to fetch them: a trial is about state, not about how long they take to load.
+/// All files of a scene, so that nobody has to fetch them: a trial is about state, not about how long they take to
+/// load.
 std::shared_ptr<client::AssetStore> assets_of(const server::LoadedScene& scene);
 
 /// In      assets  may be shared by users of one thread

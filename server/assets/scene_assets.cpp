@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <chrono>
 #include <fstream>
-#include <iomanip>
 #include <limits>
 #include <span>
 #include <sstream>
 #include <stdexcept>
 #include <thread>
 
+#include "common/base/byte_io.hpp"
 #include "common/base/units.hpp"
 #include "common/docking/molecule_asset.hpp"
 #include "common/geometry/surface_asset.hpp"
@@ -24,13 +24,6 @@ namespace {
 constexpr double kFullResolutionSize_m = 0.2;
 /// No asset is as large: what is larger is not one.
 constexpr std::uintmax_t kMaxEntryBytes = 1U << 30U;
-
-std::string hex(const proto::Sha256& hash) {
-  std::ostringstream out;
-  out << std::hex << std::setfill('0');
-  for (const std::byte byte : hash) out << std::setw(2) << std::to_integer<int>(byte);
-  return out.str();
-}
 
 contact::ContactShapeOptions options_for(const geometry::ContactMesh& mesh, double sheet_thickness_m) {
   Vec3 low = mesh.mesh.vertices.front(), high = low;
@@ -51,24 +44,17 @@ contact::ContactShapeOptions options_for(const geometry::ContactMesh& mesh, doub
   return options;
 }
 
-template <typename T>
-void append(proto::Bytes& bytes, const T& value) {
-  const auto* const first = reinterpret_cast<const std::byte*>(&value);
-  bytes.insert(bytes.end(), first, first + sizeof(T));
-}
-
-/// Everything that the asset's bytes depend on. The cache is this machine's own, so its byte order will do.
+/// Everything that the asset's bytes depend on.
 proto::Sha256 key_of(const geometry::ContactMesh& mesh, double sheet_thickness_m) {
-  proto::Bytes bytes;
+  std::vector<std::uint8_t> bytes;
   bytes.reserve(32 + mesh.mesh.vertices.size() * sizeof(Vec3) + mesh.mesh.triangles.size() * sizeof(int) * 3);
-  append(bytes, contact::kContactAssetVersion);
-  append(bytes, sheet_thickness_m);
-  append(bytes, static_cast<std::uint32_t>(mesh.kind));
-  for (const Vec3& vertex : mesh.mesh.vertices) {
-    for (int i = 0; i < 3; ++i) append(bytes, vertex[i]);
-  }
-  for (const auto& triangle : mesh.mesh.triangles) append(bytes, triangle);
-  return proto::sha256_of(bytes);
+  ByteWriter writer(bytes);
+  writer.u32(contact::kContactAssetVersion);
+  writer.f64(sheet_thickness_m);
+  writer.u32(static_cast<std::uint32_t>(mesh.kind));
+  for (const Vec3& vertex : mesh.mesh.vertices) writer.array(std::span<const double>(vertex.data(), 3));
+  for (const auto& triangle : mesh.mesh.triangles) writer.array(std::span<const int>(triangle));
+  return proto::sha256_of(std::as_bytes(std::span(bytes)));
 }
 
 /// An entry of the cache is the asset's key, which tells a renamed file from the right one, and the asset's bytes.
@@ -224,7 +210,7 @@ const SceneAssets::Contact& SceneAssets::contact_of(const geometry::ContactMesh&
   if (entry) return *entry;
   const auto begin = std::chrono::steady_clock::now();
   const std::filesystem::path cached =
-      loading_.cache_directory.empty() ? "" : loading_.cache_directory / (hex(key) + ".contact");
+      loading_.cache_directory.empty() ? "" : loading_.cache_directory / (proto::hex(key) + ".contact");
 
   Contact asset;
   std::vector<std::uint8_t> bytes = cached.empty() ? std::vector<std::uint8_t>{} : read_entry(cached, key);
@@ -242,8 +228,7 @@ const SceneAssets::Contact& SceneAssets::contact_of(const geometry::ContactMesh&
       asset.note += "; " + cached.string() + " cannot be written, so the next start builds it again";
     }
   }
-  const auto* const first = reinterpret_cast<const std::byte*>(bytes.data());
-  asset.bytes = std::make_shared<const proto::Bytes>(first, first + bytes.size());
+  asset.bytes = std::make_shared<const proto::Bytes>(bytes_of(bytes));
   asset.sha256 = proto::sha256_of(*asset.bytes);
   entry = std::make_shared<const Contact>(std::move(asset));
   return *entry;
@@ -264,7 +249,7 @@ void SceneAssets::add_surface(const geometry::TriangleMesh& mesh, wire::Mesh& me
     const auto bytes = std::make_shared<const proto::Bytes>(geometry::surface_asset_bytes(mesh));
     const proto::Sha256 hash = proto::sha256_of(*bytes);
     message.set_surface_sha256(hash.data(), hash.size());
-    offer({hash, std::string(geometry::kSurfaceAssetKind), sized_name(message) + ".surface", bytes});
+    offer({hash, geometry::kSurfaceAssetKind, sized_name(message) + ".surface", bytes});
   } catch (const std::invalid_argument& error) {
     notes.push_back(message.file() + ": " + error.what() +
                     ", so clients can neither draw it nor touch it with a point");

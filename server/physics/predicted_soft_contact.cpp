@@ -141,14 +141,14 @@ SoftContact PredictedSoftContact::predict(std::size_t index, const Pose& X_WT, c
   const double k = *watched_[index].stiffness_n_per_m;
   const double own_share = now.wrench_W.f.norm() / (k * kDepth_m);
   if (own_share >= 1) return now;
-  Eigen::Matrix<double, 6, 1> along;
+  Vec6 along;
   along << surface.normal_W, surface.lever_W.cross(surface.normal_W);
   SoftContact contact = now;
   contact.stiffness = (1 - own_share) * k * along * along.transpose() + own_share * now.stiffness;
   contact.trust_radius_m = (1 - own_share) * kTrust_m + own_share * now.trust_radius_m;
   contact.lever_m = std::max(surface.lever_W.norm(), now.lever_m);
   if (own_share > 0) return contact;
-  const Eigen::Matrix<double, 6, 1> pressed = k * kDepth_m * along;
+  const Vec6 pressed = k * kDepth_m * along;
   contact.wrench_W = {pressed.head<3>(), pressed.tail<3>()};
   contact.X_WT0 = X_WT;
   contact.X_WT0.p -= surface.normal_W * (std::max(0.0, surface.gap_m) + kDepth_m);

@@ -18,16 +18,15 @@ Eigen::Matrix3d cross_matrix(const Vec3& v) {
 }
 
 /// The nearest symmetric matrix without negative eigenvalues, torques in units of force times kLever_m.
-contact::Matrix6 never_negative(contact::Matrix6 stiffness) {
-  Eigen::Matrix<double, 6, 1> scale;
+Mat6 never_negative(Mat6 stiffness) {
+  Vec6 scale;
   scale << 1, 1, 1, kLever_m, kLever_m, kLever_m;
-  const contact::Matrix6 even = scale.cwiseInverse().asDiagonal() *
-                                contact::Matrix6((stiffness + stiffness.transpose()) / 2) *
-                                scale.cwiseInverse().asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<contact::Matrix6> eigen(even);
-  const contact::Matrix6 positive =
+  const Mat6 even = scale.cwiseInverse().asDiagonal() * Mat6((stiffness + stiffness.transpose()) / 2) *
+                    scale.cwiseInverse().asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<Mat6> eigen(even);
+  const Mat6 positive =
       eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0).asDiagonal() * eigen.eigenvectors().transpose();
-  const contact::Matrix6 scaled = scale.asDiagonal() * positive * scale.asDiagonal();
+  const Mat6 scaled = scale.asDiagonal() * positive * scale.asDiagonal();
   return (scaled + scaled.transpose()) / 2;
 }
 
@@ -182,8 +181,8 @@ void SoftTangent::push(const SoftStep& step, const SoftPush& push, bool is_own_p
   sum_.bottomRows<3>() += cross_matrix(push.lever_W) * done;
 }
 
-contact::Matrix6 SoftTangent::stiffness(const SoftStep& step, int thing, double step_s) {
-  if (!choose_patch(step, thing)) return contact::Matrix6::Zero();
+Mat6 SoftTangent::stiffness(const SoftStep& step, int thing, double step_s) {
+  if (!choose_patch(step, thing)) return Mat6::Zero();
   link_patch(step.body());
   change_.assign(patch_.size(), Change::Zero());
   sums_.assign(step.candidate_count(), Sums{});

@@ -36,7 +36,7 @@ class SoftTangent {
   ~SoftTangent();
 
   /// −∂W/∂X of `thing` in the last step; zero without contact.
-  contact::Matrix6 stiffness(const SoftStep& step, int thing, double step_s);
+  Mat6 stiffness(const SoftStep& step, int thing, double step_s);
 
  private:
   using Change = Eigen::Matrix<double, 3, 6, Eigen::RowMajor>;
@@ -63,7 +63,7 @@ class SoftTangent {
   std::vector<Vec3> nodes_W_;       ///< all, during a sweep over the links
   std::vector<Link> links_;
   std::vector<Sums> sums_;  ///< of each candidate of the step
-  contact::Matrix6 sum_ = contact::Matrix6::Zero();
+  Mat6 sum_ = Mat6::Zero();
 };
 
 }  // namespace tandem::server

@@ -125,7 +125,7 @@ class Stepper {
       const double depth = stiffness > 0 ? force / stiffness : kMaxTrust_m;
       contact.trust_radius_m = std::clamp(depth, kMinTrust_m, kMaxTrust_m);
       const bool is_sound = is_finite(contact.wrench_W) && contact.stiffness.allFinite();
-      if (!is_sound) contact = SoftContact{{}, contact::Matrix6::Zero(), contact.X_WT0, 0, 0};
+      if (!is_sound) contact = SoftContact{{}, Mat6::Zero(), contact.X_WT0, 0, 0};
       if (!is_sound) result.faults |= kFaultNotFinite;
     }
   }

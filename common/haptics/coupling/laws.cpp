@@ -42,8 +42,8 @@ RadialStiffness linear_curve(const CouplingChannel& channel, double /*displaceme
 }
 
 /// The curve of the quasi-static approximation while the handle is pushed away from the tool, steepest at first,
-/// levelling off at the limit; a linear spring while it comes back (so that a surface does not hold it): the force jumps where it
-/// turns, and the way back gives more than the way there took.
+/// levelling off at the limit; a linear spring while it comes back (so that a surface does not hold it): the force
+/// jumps where it turns, and the way back gives more than the way there took.
 ///
 /// Model   f = L (1 − e^(−u)) pushing: slope k at 0; k x receding
 /// Source  Hou, PhD thesis, NTU, 2014, eqs. 3.10–3.14, after Wan, McNeely, "Quasi-static approximation for 6 degrees-

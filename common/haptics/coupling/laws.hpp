@@ -2,8 +2,8 @@
 // them as a table. A law is an elastic curve and an entry of the catalog, both in laws.cpp.
 //
 // All but direct add a damper, b (v_H − v_T), and saturate the whole force at F_max (saturation.hpp); rotation alike.
-// "Passive": the elastic part is the gradient of a convex potential and the damper opposes motion, so in continuous time
-// nothing is created; sampled, see haptics/passivity. "Active": it can create energy, and a test shows how much.
+// "Passive": the elastic part is the gradient of a convex potential and the damper opposes motion, so in continuous
+// time nothing is created; sampled, see haptics/passivity. "Active": it can create energy, and a test shows how much.
 #pragma once
 
 #include <memory>

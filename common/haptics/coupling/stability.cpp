@@ -285,7 +285,8 @@ double needed_at(const LoopModel& m, double theta) {
   return m.period_s / 2 * ((1.0 - back) * (on_tool_held - coupling * tool)).real() / (1 - std::cos(theta));
 }
 
-/// The damping that the mechanism must have: Colgate and Schenkel's bound of the coupling itself, and of tools that give way.
+/// The damping that the mechanism must have: Colgate and Schenkel's bound of the coupling itself, and of tools that
+/// give way.
 double needed_damping(const Axis& axis, const Setup& setup) {
   constexpr int kFrequencies = 256;
   const LoopModel wall = loop_model(axis, setup, kHands.front(), true);

@@ -23,9 +23,8 @@ constexpr double kMinAhead = 0.75;
 /// A jump is more than the rounding of what was seen of late.
 constexpr double kRounding = 1e-9;
 
-using Vector6 = Eigen::Matrix<double, 6, 1>;
-
-/// The newest samples of six series as they came, at times that nobody promised to be even: a ring, read at any time by straight lines between neighbours.
+/// The newest samples of six series as they came, at times that nobody promised to be even: a ring, read at any time by
+/// straight lines between neighbours.
 ///
 /// Limits  samples denser than an eighth of `period` replace the newest, so that the ring always spans kCapacity/8
 ///         periods; before the oldest sample its value is given, after the newest the newest's
@@ -38,10 +37,10 @@ class SampleHistory {
 
   std::size_t size() const noexcept { return count_; }
   LocalTime newest_at() const noexcept { return back(0).at; }
-  const Vector6& newest() const noexcept { return back(0).value; }
+  const Vec6& newest() const noexcept { return back(0).value; }
 
   /// In      at  later than newest_at()
-  void add(LocalTime at, const Vector6& value) noexcept {
+  void add(LocalTime at, const Vec6& value) noexcept {
     if (count_ < 2 || back(0).at - back(1).at >= least_spacing_) {
       newest_ = (newest_ + 1) % kCapacity;
       count_ = count_ < kCapacity ? count_ + 1 : kCapacity;
@@ -50,7 +49,7 @@ class SampleHistory {
   }
   void keep_newest(std::size_t count) noexcept { count_ = count_ < count ? count_ : count; }
 
-  Vector6 at(LocalTime time) const noexcept {
+  Vec6 at(LocalTime time) const noexcept {
     std::size_t older = 0;
     while (older < count_ && back(older).at > time) ++older;
     if (older == 0) return newest();
@@ -64,7 +63,7 @@ class SampleHistory {
  private:
   struct Sample {
     LocalTime at{};
-    Vector6 value = Vector6::Zero();
+    Vec6 value = Vec6::Zero();
   };
   const Sample& back(std::size_t age) const noexcept { return samples_[(newest_ + kCapacity - age) % kCapacity]; }
 
@@ -119,7 +118,7 @@ std::size_t steps_of(const ForceStreamSettings& settings) {
 /// The lowest and highest of the last samples: of one to two windows of them.
 class RecentRange {
  public:
-  void add(const Vector6& value, std::size_t window) noexcept {
+  void add(const Vec6& value, std::size_t window) noexcept {
     if (count_ == 0) {
       before_low_ = before_high_ = low_ = high_ = value;
     } else if (count_ % window == 0) {
@@ -137,8 +136,8 @@ class RecentRange {
 
  private:
   std::uint64_t count_ = 0;
-  Vector6 low_ = Vector6::Zero(), high_ = Vector6::Zero();
-  Vector6 before_low_ = Vector6::Zero(), before_high_ = Vector6::Zero();
+  Vec6 low_ = Vec6::Zero(), high_ = Vec6::Zero();
+  Vec6 before_low_ = Vec6::Zero(), before_high_ = Vec6::Zero();
 };
 
 ForecastBounds widened(const ForecastBounds& range, double factor) {
@@ -151,7 +150,7 @@ class EvenSeries {
  public:
   void clear() noexcept { count_ = 0; }
   std::size_t count() const noexcept { return count_; }
-  void append(const Vector6& value, std::size_t window) noexcept {
+  void append(const Vec6& value, std::size_t window) noexcept {
     end_ = (end_ + 1) % kMaxWindow;
     values_[end_] = value;
     count_ = std::min(count_ + 1, window);
@@ -166,7 +165,7 @@ class EvenSeries {
   }
 
  private:
-  std::array<Vector6, kMaxWindow> values_;
+  std::array<Vec6, kMaxWindow> values_;
   std::size_t count_ = 0;
   std::size_t end_ = 0;
 };
@@ -199,7 +198,7 @@ struct ForceStream::Impl {
       return;
     }
     ++figures.samples;
-    Vector6 value;
+    Vec6 value;
     value << wrench.f, wrench.t;
     take_models();
     if (history.size() > 0) follow_up(sampled_at, value, contact_changed);
@@ -211,7 +210,7 @@ struct ForceStream::Impl {
   }
 
   /// Holds the sample against what had been foreseen of it.
-  void follow_up(LocalTime sampled_at, const Vector6& value, bool contact_changed) noexcept {
+  void follow_up(LocalTime sampled_at, const Vec6& value, bool contact_changed) noexcept {
     for (AxisForecast& axis : axes) axis.shift(periods(sampled_at - history.newest_at()));
     has_contact_changed |= contact_changed;
     const double ahead = periods(sampled_at - scored_from);
@@ -240,7 +239,7 @@ struct ForceStream::Impl {
     for (AxisForecast& axis : axes) axis.forget_model();
   }
 
-  void extend_series(LocalTime sampled_at, const Vector6& value) noexcept {
+  void extend_series(LocalTime sampled_at, const Vec6& value) noexcept {
     if (series.count() == 0) {
       series.append(value, settings.window);
       series_at = sampled_at;
@@ -256,7 +255,7 @@ struct ForceStream::Impl {
   }
 
   void foresee() noexcept {
-    std::array<Vector6, kMaxArOrder> past;
+    std::array<Vec6, kMaxArOrder> past;
     const std::size_t count = settings.order + 2;
     for (std::size_t i = 0; i < count; ++i) {
       past[i] = history.at(history.newest_at() - static_cast<Duration::rep>(i) * period);
@@ -295,7 +294,7 @@ struct ForceStream::Impl {
   Wrench at(LocalTime now) noexcept {
     if (history.size() == 0) return {};
     const double age = std::max(0.0, periods(now - history.newest_at()));
-    Vector6 shown;
+    Vec6 shown;
     for (std::size_t a = 0; a < 6; ++a) shown[static_cast<int>(a)] = axes[a].show(age);
     return {shown.head<3>(), shown.tail<3>()};
   }

@@ -52,8 +52,8 @@ class Effect {
   Wrench wrench_on_tool_O(const EffectInput& input, EffectMemory& memory) const noexcept;
 
   bool is_viscous() const { return std::holds_alternative<Viscosity>(settings_.model); }
-  /// The fluid as thick as it is there, unbounded: for who solves for the velocity at the end of the step, as a massless tool needs. Zero of
-  /// other kinds, and for an input that is not finite.
+  /// The fluid as thick as it is there, unbounded: for who solves for the velocity at the end of the step, as a
+  /// massless tool needs. Zero of other kinds, and for an input that is not finite.
   Viscosity damping(const EffectInput& input) const noexcept;
 
  private:

@@ -78,7 +78,8 @@ class DelayedJoint {
 
   /// 0..1 of the pull on the body.
   double share() const noexcept { return ramp_ * ramp_ * (3 - 2 * ramp_); }
-  /// 0..1 of the body's weight, to be borne by the copy as far as the joint has a share; by the server's body: the rest.
+  /// 0..1 of the body's weight, to be borne by the copy as far as the joint has a share; by the server's body: the
+  /// rest.
   double weight_on_copy() const noexcept { return weight_; }
 
  private:

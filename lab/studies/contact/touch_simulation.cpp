@@ -42,14 +42,14 @@ class ReductionError {
   /// Of the reduced contacts' wrench about the tool's origin, and of its derivative.
   struct Error {
     Wrench wrench_W;
-    contact::Matrix6 derivative = contact::Matrix6::Zero();
+    Mat6 derivative = Mat6::Zero();
     Pose X_WT;
 
     Wrench carried_to(const Pose& X_WT_now) const {
       const Vec3 way = X_WT_now.p - X_WT.p;
-      Eigen::Matrix<double, 6, 1> motion;
+      Vec6 motion;
       motion << way, rotation_vector(X_WT_now.q * X_WT.q.conjugate());
-      const Eigen::Matrix<double, 6, 1> change = derivative * motion;
+      const Vec6 change = derivative * motion;
       const Vec3 force = wrench_W.f + change.head<3>();
       return {force, wrench_W.t + change.tail<3>() - way.cross(force)};
     }

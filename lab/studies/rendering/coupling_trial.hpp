@@ -51,8 +51,8 @@ class CouplingTrial {
   /// contact.
   double spectral_radius(const Pair& pair, double inertia) const;
 
-  // Hands press the tool on a plane (turn one that does not turn), relaxed, with a light and with a firm grip; the worst
-  // of them counts. Cost of each: 3 simulated hands of 2 s, about 0.08 s.
+  // Hands press the tool on a plane (turn one that does not turn), relaxed, with a light and with a firm grip; the
+  // worst of them counts. Cost of each: 3 simulated hands of 2 s, about 0.08 s.
 
   /// Range of the handle in the last quarter of 2 s without tremor, in encoder steps; 0 when it is still shrinking.
   double restlessness(const Pair& pair, double inertia) const;

@@ -1,5 +1,5 @@
-// The stage of 3-DOF devices: its force in closed form, what bodies that move, are held or are meshes do to it, and what
-// the hand may rely on.
+// The stage of 3-DOF devices: its force in closed form, what bodies that move, are held or are meshes do to it, and
+// what the hand may rely on.
 #include "client/haptics/stages/stage.hpp"
 
 #include <gmock/gmock.h>
@@ -35,8 +35,8 @@ wire::Shape sphere_shape(double radius_m) {
   return shape;
 }
 
-/// What a user of a ball of 2 mm gets who joins a scene with these shapes, each a body without friction of its own at the
-/// origin.
+/// What a user of a ball of 2 mm gets who joins a scene with these shapes, each a body without friction of its own at
+/// the origin.
 wire::Joined scene_of(const std::vector<wire::Shape>& shapes) {
   wire::Joined joined = test::minimal_joined();
   *joined.mutable_scene()->mutable_tools(0)->add_shapes() = sphere_shape(kRadius_m);

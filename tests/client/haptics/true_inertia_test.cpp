@@ -1,5 +1,5 @@
-// What a tool or a held body is like at the grip, against closed forms and numerical integration, with the masses as the
-// server computes and sends them; and what that says of the shipped scenes.
+// What a tool or a held body is like at the grip, against closed forms and numerical integration, with the masses as
+// the server computes and sends them; and what that says of the shipped scenes.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -153,7 +153,7 @@ TEST(TrueInertia, IsWhatTheMassMatrixAtTheGripSays) {
                               Vec3(1e-5 + 1e-4 * random.uniform(), 1e-5 + 1e-4 * random.uniform(), 1e-4)};
     const Vec3 p_BT = 0.05 * any();
     const Vec3 c = mass.X_BC.p - p_BT;
-    Eigen::Matrix<double, 6, 6> M = Eigen::Matrix<double, 6, 6>::Zero();
+    Mat6 M = Mat6::Zero();
     for (int column = 0; column < 6; ++column) {
       // Newton and Euler, for a unit acceleration of each kind.
       const Vec3 a = column < 3 ? Vec3(Vec3::Unit(column)) : Vec3(Vec3::Zero());
@@ -163,7 +163,7 @@ TEST(TrueInertia, IsWhatTheMassMatrixAtTheGripSays) {
       M.col(column) << f, mass.X_BC.q * (mass.principal_inertia_kg_m2.cwiseProduct(turned)) + c.cross(f);
     }
     ASSERT_LT((M - M.transpose()).norm(), 1e-12 * M.norm());
-    const Eigen::Matrix<double, 6, 6> mobility = M.inverse();
+    const Mat6 mobility = M.inverse();
     const auto [least, most] = resistance_at(mass, p_BT, true);
     EXPECT_NEAR(most.mass_kg, largest_eigenvalue(M.topLeftCorner<3, 3>()), 1e-9);
     EXPECT_NEAR(most.inertia_kg_m2, largest_eigenvalue(M.bottomRightCorner<3, 3>()), 1e-9 * most.inertia_kg_m2);

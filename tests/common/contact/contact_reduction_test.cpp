@@ -132,8 +132,8 @@ Middle middle_of(const Patch& patch) {
 }
 
 // Forces by translations: turns count by what they move at the radius.
-Matrix6 in_units_of(double radius_m, const Matrix6& derivative) {
-  Eigen::Matrix<double, 6, 1> unit;
+Mat6 in_units_of(double radius_m, const Mat6& derivative) {
+  Vec6 unit;
   unit << Vec3::Ones(), Vec3::Constant(1 / radius_m);
   return unit.asDiagonal() * derivative * unit.asDiagonal();
 }
@@ -160,8 +160,8 @@ TEST_P(Reduction, KeepsTheNetWrenchAndNearlyItsDerivative) {
     const ContactWrench all = contact_wrench(patch, kStiffness_n_per_m3, middle.p_W);
     const ContactWrench few = contact_wrench(out, middle.p_W);
     EXPECT_LT(wrench_error(few.on_a_W, all.on_a_W, middle), 1e-9) << "seed " << seed;
-    const Matrix6 wanted = in_units_of(middle.radius_m, all.derivative);
-    const Matrix6 error = in_units_of(middle.radius_m, few.derivative - all.derivative);
+    const Mat6 wanted = in_units_of(middle.radius_m, all.derivative);
+    const Mat6 error = in_units_of(middle.radius_m, few.derivative - all.derivative);
     EXPECT_LT(error.norm(), GetParam().derivative_error * wanted.norm()) << "seed " << seed;
   }
 }
@@ -211,8 +211,8 @@ void move(std::vector<ReducedContact>& contacts, const Vec3& about, const Vec3& 
 }
 
 // By central differences, of a function that gives the wrench after a motion.
-Matrix6 differences(const std::function<Wrench(const Vec3&, const Vec3&)>& wrench) {
-  Matrix6 derivative;
+Mat6 differences(const std::function<Wrench(const Vec3&, const Vec3&)>& wrench) {
+  Mat6 derivative;
   constexpr double kStep = 1e-6;
   for (int column = 0; column < 6; ++column) {
     Vec3 shift = Vec3::Zero();
@@ -235,18 +235,18 @@ TEST(ContactWrench, DerivativeIsThatOfFiniteDifferences) {
       reduced.push_back({random.vector(0.01), random.vector(1).normalized(), random.vector(5), 1e3});
     }
     const Vec3 about = random.vector(0.02);
-    const Matrix6 of_all = differences([&](const Vec3& shift, const Vec3& turn) {
+    const Mat6 of_all = differences([&](const Vec3& shift, const Vec3& turn) {
       Patch moved = patch;
       move(moved, about, shift, turn);
       return contact_wrench(moved, kStiffness_n_per_m3, about).on_a_W;
     });
-    const Matrix6 of_few = differences([&](const Vec3& shift, const Vec3& turn) {
+    const Mat6 of_few = differences([&](const Vec3& shift, const Vec3& turn) {
       std::vector<ReducedContact> moved = reduced;
       move(moved, about, shift, turn);
       return contact_wrench(moved, about).on_a_W;
     });
-    const Matrix6 all = contact_wrench(patch, kStiffness_n_per_m3, about).derivative;
-    const Matrix6 few = contact_wrench(reduced, about).derivative;
+    const Mat6 all = contact_wrench(patch, kStiffness_n_per_m3, about).derivative;
+    const Mat6 few = contact_wrench(reduced, about).derivative;
     EXPECT_LT((all - of_all).norm(), 1e-7 * all.norm()) << "seed " << seed;
     EXPECT_LT((few - of_few).norm(), 1e-7 * few.norm()) << "seed " << seed;
   }
@@ -256,7 +256,7 @@ TEST(ContactWrench, WhatDoesNotPressHasNone) {
   const Patch patch = {contact_at(Vec3::Zero(), Vec3::UnitZ(), -1e-4), contact_at(Vec3::Zero(), Vec3::UnitZ(), 0)};
   const ContactWrench net = contact_wrench(patch, kStiffness_n_per_m3, Vec3(1, 2, 3));
   EXPECT_EQ(net.on_a_W.f, Vec3::Zero());
-  EXPECT_EQ(net.derivative, Matrix6::Zero());
+  EXPECT_EQ(net.derivative, Mat6::Zero());
 }
 
 // A sphere that rolls into a groove: its points come and go, first on one wall, then on both.
@@ -295,8 +295,8 @@ TEST(ContactReduction, ChangesNoMoreAtOnceThanThePatchDoes) {
     const ContactWrench few = contact_wrench(now, about);
     if (i > 0) {
       EXPECT_LT(wrench_error(few.on_a_W - few_before.on_a_W, all.on_a_W - all_before.on_a_W, middle), 1e-9);
-      const Matrix6 change = in_units_of(middle.radius_m, few.derivative - few_before.derivative);
-      const Matrix6 true_change = in_units_of(middle.radius_m, all.derivative - all_before.derivative);
+      const Mat6 change = in_units_of(middle.radius_m, few.derivative - few_before.derivative);
+      const Mat6 true_change = in_units_of(middle.radius_m, all.derivative - all_before.derivative);
       const double size = in_units_of(middle.radius_m, all.derivative).norm();
       EXPECT_LT((change - true_change).norm(), 2e-4 * size + 0.02 * true_change.norm()) << "step " << i;
       for (std::size_t k = 0; k < now.size(); ++k) {

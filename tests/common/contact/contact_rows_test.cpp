@@ -38,8 +38,8 @@ std::vector<ContactPoint> random_contacts(Random& random, int count) {
   return contacts;
 }
 
-Vector6 vector_of(const Wrench& wrench) {
-  return (Vector6() << wrench.f, wrench.t).finished();
+Vec6 vector_of(const Wrench& wrench) {
+  return (Vec6() << wrench.f, wrench.t).finished();
 }
 
 TEST(ContactRows, DerivativeIsThatOfTheWrenchStickingSlippingAndHard) {
@@ -55,7 +55,7 @@ TEST(ContactRows, DerivativeIsThatOfTheWrenchStickingSlippingAndHard) {
       const Twist twist{random_vector(random, 0.1), random_vector(random, 1)};
       rows.evaluate(terms, twist, FrictionLimit::kFollows);
       rows.evaluate(terms, twist, FrictionLimit::kKept);
-      const Matrix6 derivative = rows.derivative(terms);
+      const Mat6 derivative = rows.derivative(terms);
       for (int k = 0; k < 6; ++k) {
         // Small against 1e-4 m/s, the width of a kink's neighbourhood that a draw hits once in thousands.
         constexpr double kDifference = 1e-7;
@@ -64,7 +64,7 @@ TEST(ContactRows, DerivativeIsThatOfTheWrenchStickingSlippingAndHard) {
           (k < 3 ? moved.v : moved.w)[k % 3] += by;
           return vector_of(rows.evaluate(terms, moved, FrictionLimit::kKept));
         };
-        const Vector6 slope = (wrench(kDifference) - wrench(-kDifference)) / (2 * kDifference);
+        const Vec6 slope = (wrench(kDifference) - wrench(-kDifference)) / (2 * kDifference);
         ASSERT_LT((slope + derivative.col(k)).norm(), 1e-5 * derivative.norm() + 1e-6)
             << "seed " << kSeed << " friction " << friction << " draw " << draw << " column " << k;
       }
@@ -164,7 +164,7 @@ TEST(BlockCholesky, SolvesWhatADenseSolverSolves) {
     }
     Eigen::VectorXd right(6 * kBlocks);
     for (double& x : right) x = random.uniform(-1, 1);
-    std::vector<Vector6> x(kBlocks);
+    std::vector<Vec6> x(kBlocks);
     for (std::size_t i = 0; i < kBlocks; ++i) x[i] = right.segment<6>(static_cast<Eigen::Index>(6 * i));
     ASSERT_TRUE(system.factor());
     system.solve(x);
@@ -180,7 +180,7 @@ TEST(BlockCholesky, RefusesWhatIsNotPositiveDefinite) {
   system.reset(2);
   system.block(0, 0).setIdentity();
   system.block(1, 0).setIdentity();
-  system.block(1, 1) = 0.5 * Matrix6::Identity();
+  system.block(1, 1) = 0.5 * Mat6::Identity();
   EXPECT_FALSE(system.factor());
   system.reset(1);
   system.block(0, 0).setConstant(std::numeric_limits<double>::quiet_NaN());

@@ -78,12 +78,12 @@ TEST(TouchDerivative, IsThatOfTheSearchForTwoBunnies) {
     return contact_wrench(pair.contacts(), 5e9, about);
   };
   const double unit_m = 0.05;
-  Eigen::Matrix<double, 6, 1> scale;
+  Vec6 scale;
   scale << 1, 1, 1, 1 / unit_m, 1 / unit_m, 1 / unit_m;
   for (const Vec3& from : {Vec3(1, 0, 0), Vec3(0, 1, 0.2), Vec3(-0.3, 0.2, 1)}) {
     Pose X_WA{0.2 * from.normalized(), quaternion_of(from)};
     while (wrench_at(X_WA, X_WA.p).on_a_W.f.norm() < 5) X_WA.p -= 2e-5 * from.normalized();
-    Matrix6 searched;
+    Mat6 searched;
     for (int axis = 0; axis < 6; ++axis) {
       const double step = axis < 3 ? 1e-6 : 1e-5;
       searched.col(axis).setZero();
@@ -96,7 +96,7 @@ TEST(TouchDerivative, IsThatOfTheSearchForTwoBunnies) {
         searched.col(axis).tail<3>() += sign / (2 * step) * wrench.t;
       }
     }
-    const Matrix6 stated = wrench_at(X_WA, X_WA.p).derivative;
+    const Mat6 stated = wrench_at(X_WA, X_WA.p).derivative;
     const double error = (scale.asDiagonal() * (stated - searched) * scale.asDiagonal()).norm();
     EXPECT_LT(error, 0.1 * (scale.asDiagonal() * searched * scale.asDiagonal()).norm()) << from.transpose();
   }

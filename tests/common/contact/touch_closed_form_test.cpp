@@ -159,11 +159,11 @@ TEST(TouchClosedForm, AnEdgeOnAPlaneIsPushedAlongThePlanesNormal) {
 }
 
 /// By central differences of the search itself: A moves by ± 1 µm, ± 10 µrad.
-Matrix6 searched_derivative(const ContactShape& a, const ContactShape& b, const Pose& X_WA) {
-  Matrix6 derivative;
+Mat6 searched_derivative(const ContactShape& a, const ContactShape& b, const Pose& X_WA) {
+  Mat6 derivative;
   for (int axis = 0; axis < 6; ++axis) {
     const double step = axis < 3 ? 1e-6 : 1e-5;
-    Eigen::Matrix<double, 6, 1> change = Eigen::Matrix<double, 6, 1>::Zero();
+    Vec6 change = Vec6::Zero();
     for (const double sign : {1.0, -1.0}) {
       Pose moved = X_WA;
       if (axis < 3) moved.p[axis] += sign * step;
@@ -179,10 +179,10 @@ Matrix6 searched_derivative(const ContactShape& a, const ContactShape& b, const 
 
 /// With lengths in units of `unit_m`.
 double derivative_error(const ContactShape& a, const ContactShape& b, const Pose& X_WA, double unit_m) {
-  Eigen::Matrix<double, 6, 1> scale;
+  Vec6 scale;
   scale << 1, 1, 1, 1 / unit_m, 1 / unit_m, 1 / unit_m;
-  const Matrix6 stated = contact_wrench(contacts_of(a, b, X_WA), kStiffness, X_WA.p).derivative;
-  const Matrix6 searched = searched_derivative(a, b, X_WA);
+  const Mat6 stated = contact_wrench(contacts_of(a, b, X_WA), kStiffness, X_WA.p).derivative;
+  const Mat6 searched = searched_derivative(a, b, X_WA);
   return (scale.asDiagonal() * (stated - searched) * scale.asDiagonal()).norm() /
          (scale.asDiagonal() * searched * scale.asDiagonal()).norm();
 }

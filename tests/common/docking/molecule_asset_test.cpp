@@ -23,11 +23,11 @@ Molecule sample(std::size_t count) {
 }
 
 /// With the checksum that belongs to it, as somebody who means harm would send it.
-std::vector<std::byte> sealed(std::vector<std::byte> bytes) {
-  const auto* const octets = reinterpret_cast<const std::uint8_t*>(bytes.data());
-  const std::uint64_t sum = checksum_of({octets, bytes.size() - sizeof(std::uint64_t)});
-  std::memcpy(bytes.data() + bytes.size() - sizeof sum, &sum, sizeof sum);
-  return bytes;
+std::vector<std::byte> sealed(std::span<const std::byte> bytes) {
+  const auto content = octets_of(bytes.first(bytes.size() - sizeof(std::uint64_t)));
+  std::vector<std::uint8_t> octets(content.begin(), content.end());
+  end_asset(octets);
+  return bytes_of(octets);
 }
 
 std::vector<std::byte> with_number(std::size_t offset, double value) {

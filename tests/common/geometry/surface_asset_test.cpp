@@ -24,10 +24,10 @@ TriangleMesh box() {
 template <class T>
 std::vector<std::byte> forged(std::vector<std::byte> bytes, std::size_t at, T value) {
   std::memcpy(bytes.data() + at, &value, sizeof value);
-  const std::size_t content = bytes.size() - sizeof(std::uint64_t);
-  const std::uint64_t sum = checksum_of({reinterpret_cast<const std::uint8_t*>(bytes.data()), content});
-  std::memcpy(bytes.data() + content, &sum, sizeof sum);
-  return bytes;
+  const auto content = octets_of(std::span(bytes).first(bytes.size() - sizeof(std::uint64_t)));
+  std::vector<std::uint8_t> octets(content.begin(), content.end());
+  end_asset(octets);
+  return bytes_of(octets);
 }
 
 TEST(SurfaceAsset, ComesBackInSinglePrecision) {

@@ -48,7 +48,7 @@ TEST(ToolHandStrength, ScalesTheForceOfEveryLawAndItsSlopes) {
       ASSERT_GT(expected.f.norm() + expected.t.norm(), law.tool == haptics::ToolDynamics::kAtHandle ? -1 : 0);
       ASSERT_LT((found.f - expected.f).norm(), 1e-14) << law.name;
       ASSERT_LT((found.t - expected.t).norm(), 1e-14) << law.name;
-      const contact::Matrix6 slope = all.derivative();
+      const Mat6 slope = all.derivative();
       ASSERT_LT((share.derivative() - 0.3 * slope).norm(), 1e-12 * (1 + slope.norm())) << law.name;
     }
   }

@@ -36,7 +36,8 @@ TEST(EveryOtherStage, MakesNoMoreEnergyThanItsBound) {
   }
 }
 
-// The hand of a tool that follows a late pose supplies none of the energy that the tool gives, until the room limits it.
+// The hand of a tool that follows a late pose supplies none of the energy that the tool gives, until the room limits
+// it.
 TEST(LatePose, PushesWithEnergyFromNowhereUnlessTheToolsEnergyIsLimited) {
   const Shown off("push", bare("late-pose", 100));
   const Shown on("push", {"stage=late-pose", "passivity=true", "link.rtt_ms=100"});

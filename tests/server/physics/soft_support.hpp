@@ -73,10 +73,8 @@ inline TickFaults soft_step(SoftWorld& world, const std::optional<Pose>& X_WT) {
 inline void soft_steps(SoftWorld& world, const std::optional<Pose>& X_WT, int count) {
   for (int i = 0; i < count; ++i) soft_step(world, X_WT);
 }
-
-using Vector6 = Eigen::Matrix<double, 6, 1>;
-inline Vector6 as_vector(const Wrench& wrench) {
-  Vector6 vector;
+inline Vec6 as_vector(const Wrench& wrench) {
+  Vec6 vector;
   vector << wrench.f, wrench.t;
   return vector;
 }

@@ -22,7 +22,7 @@ std::vector<double> story(bool steps_aside) {
     const Pose tool =
         ball_at(Vec3(0.01 * std::sin(phase), 0.01 * std::cos(phase), 0.048 + 0.004 * std::sin(3 * phase)));
     room_step(world, tool);
-    const Vector6 wrench = as_vector(physics::soft_wrench(world.contact(0), tool));
+    const Vec6 wrench = as_vector(physics::soft_wrench(world.contact(0), tool));
     numbers.insert(numbers.end(), wrench.data(), wrench.data() + 6);
     for (const Vec3& node : world.nodes_W(0)) numbers.push_back(node.sum());
   }

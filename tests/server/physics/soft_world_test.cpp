@@ -164,11 +164,11 @@ TEST_P(SoftGradient, IsThatOfTheSoftStep) {
   const auto [anchored, depth_m] = GetParam();
   const SoftWorldSettings settings = pad_settings(anchored);
   const Pose there = ball_in_pad(depth_m);
-  const contact::Matrix6 stiffness = contact_after(settings, depth_m, there).stiffness;
+  const Mat6 stiffness = contact_after(settings, depth_m, there).stiffness;
   constexpr double kStep_m = 1e-5;
   for (int axis = 0; axis < 6; ++axis) {
     const double step = axis < 3 ? kStep_m : kStep_m / kBallRadius_m;
-    Vector6 wrench[2];
+    Vec6 wrench[2];
     for (const int side : {0, 1}) {
       Pose moved = there;
       const Vec3 way = (side == 0 ? -step : step) * Vec3::Unit(axis % 3);
@@ -180,8 +180,8 @@ TEST_P(SoftGradient, IsThatOfTheSoftStep) {
     EXPECT_GT(difference, 0) << "axis " << axis;
     EXPECT_NEAR(stiffness(axis, axis), difference, 0.25 * difference) << "axis " << axis;
   }
-  EXPECT_EQ(stiffness, contact::Matrix6(stiffness.transpose()));
-  const Vector6 eigenvalues = stiffness.selfadjointView<Eigen::Lower>().eigenvalues();
+  EXPECT_EQ(stiffness, Mat6(stiffness.transpose()));
+  const Vec6 eigenvalues = stiffness.selfadjointView<Eigen::Lower>().eigenvalues();
   EXPECT_GT(eigenvalues.minCoeff(), -1e-9 * eigenvalues.maxCoeff());
 }
 INSTANTIATE_TEST_SUITE_P(SoftWorld, SoftGradient,
@@ -299,7 +299,7 @@ TEST(SoftWorld, BallDoesNotJumpThroughAPadInOneSoftStep) {
 SoftContact pushing_up() {
   SoftContact contact;
   contact.wrench_W = {Vec3(0.1, 0, 1), Vec3(0.01, 0, 0)};
-  contact::Matrix6 root = contact::Matrix6::Zero();
+  Mat6 root = Mat6::Zero();
   root << 4, 1, 2, 0, 0.1, 0, 0, 6, 1, 0.1, 0, 0, 1, 0, 15, 0, 0, 0.1, 0, 0, 0, 0.2, 0, 0, 0, 0, 0, 0, 0.2, 0, 0, 0, 0,
       0, 0, 0.1;
   contact.stiffness = root.transpose() * root;
@@ -313,11 +313,11 @@ TEST(SoftWrench, IsLinearWhereItIsTrusted) {
   const SoftContact contact = pushing_up();
   Pose X_WT = contact.X_WT0;
   EXPECT_EQ(as_vector(physics::soft_wrench(contact, X_WT)), as_vector(contact.wrench_W));
-  Vector6 way;
+  Vec6 way;
   way << 1e-4, 2e-4, -1e-4, 0.01, -0.02, 0.01;
   X_WT.p += way.head<3>();
   X_WT.q = quaternion_of(way.tail<3>());
-  const Vector6 expected = as_vector(contact.wrench_W) - contact.stiffness * way;
+  const Vec6 expected = as_vector(contact.wrench_W) - contact.stiffness * way;
   EXPECT_LT((as_vector(physics::soft_wrench(contact, X_WT)) - expected).norm(), 1e-9);
 }
 

@@ -18,7 +18,8 @@ constexpr double kMaxCreated_j =
 
 /// A coupling that drags a body of 0.5 kg against a damper along x, towards a target that moves at 0.1 m/s.
 struct PushedBody {
-  /// `supplied_share`: of the work on the world, what the hand's report says that it put in, late by `report_delay` steps.
+  /// `supplied_share`: of the work on the world, what the hand's report says that it put in, late by `report_delay`
+  /// steps.
   void run(int steps, double supplied_share, int report_delay) {
     std::vector<double> supplied;
     for (int k = 0; k < steps; ++k) {

@@ -1,4 +1,5 @@
-// README.md is what authors read before they choose an effect: its table has every effect, and does not contradict itself.
+// README.md is what authors read before they choose an effect: its table has every effect, and does not contradict
+// itself.
 #include <gtest/gtest.h>
 
 #include "tests/common/physics/effects/effect_support.hpp"

@@ -101,7 +101,8 @@ struct ControlledWork {
   LeastWork reported;  ///< over the positions that the passivity controller was given
 };
 
-/// With damping k T: less is never asked for. The passivity controller knows no direction, so its bound counts from rest.
+/// With damping k T: less is never asked for. The passivity controller knows no direction, so its bound counts from
+/// rest.
 ControlledWork least_of_controlled_drivers(Encoder encoder) {
   ControlledWork least;
   const std::uint64_t seed = test::test_seed(1);
@@ -148,8 +149,8 @@ TEST(PassivityRegion, HoldsWithThePassivityControllerForDriversWhoTurnEveryTickW
 }
 
 TEST(PassivityRegion, OfTheReportedPositionsIsWhatThePassivityControllerKeepsBehindTheEncoder) {
-  // Its energy balance is of what the encoder reports. A driver that turns every tick gets a little more, as what it does
-  // within a step is seen by nobody: W of the true positions is printed and not claimed.
+  // Its energy balance is of what the encoder reports. A driver that turns every tick gets a little more, as what it
+  // does within a step is seen by nobody: W of the true positions is printed and not claimed.
   const ControlledWork least = least_of_controlled_drivers(Encoder::kOfProfile);
   least.real.print("with passivity controller, drivers that turn every tick, encoder, true positions");
   expect_passive(least.reported,
