@@ -1,5 +1,5 @@
-// A coupling law on a device: what the stability check (common/haptics/coupling/stability.hpp) needs to know of a profile and
-// of how a room runs the law.
+// A coupling law on a device: what the stability check (common/haptics/coupling/stability.hpp) needs to know of a
+// profile and of how a room runs the law.
 #pragma once
 
 #include <optional>

@@ -5,8 +5,8 @@
 
 namespace tandem::devices {
 
-/// Fails   std::invalid_argument when axes are missing or too many, when a limit of the spec is not finite, negative, above its verified maximum, or
-///         above 2 N or 0.1 N·m while the maximum is unverified
+/// Fails   std::invalid_argument when axes are missing or too many, when a limit of the spec is not finite, negative,
+///         above its verified maximum, or above 2 N or 0.1 N·m while the maximum is unverified
 void check_device_spec(const DeviceSpec& spec);
 
 /// Clamps to the device's software limits with the direction kept, and writes. The limits are those of the spec at

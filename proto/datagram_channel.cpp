@@ -27,8 +27,8 @@ void DatagramChannel::note_heard(Duration sent_by_peer, LocalTime now) {
   last_heard_ = now;
 }
 
-// How long what was sent has taken: from the own stamp that comes back to the peer's stamp of its arrival, by two clocks.
-// A server update has both; a client update says how long the client has had what it acknowledges.
+// How long what was sent has taken: from the own stamp that comes back to the peer's stamp of its arrival, by two
+// clocks. A server update has both; a client update says how long the client has had what it acknowledges.
 void DatagramChannel::take_stamps(const ClientUpdate& update, LocalTime now) {
   note_heard(update.sent.time_since_epoch(), now);
   if (update.acknowledged_sent == ServerTime{}) return;

@@ -1,5 +1,5 @@
-// One end of a connection's state stream: datagrams in, datagrams out, only the freshest. Client and server use the same
-// class, each with its own message; no socket, no clock, no thread.
+// One end of a connection's state stream: datagrams in, datagrams out, only the freshest. Client and server use the
+// same class, each with its own message; no socket, no clock, no thread.
 //
 // Receive, in this order; the first check that fails names the drop reason (WIRE.md, "Checks on receive"):
 //

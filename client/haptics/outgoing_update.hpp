@@ -8,7 +8,8 @@
 
 namespace tandem::client {
 
-/// Writes proto::ClientUpdate, but for the stamps of the exchange, which are the channel's (proto/datagram_channel.hpp).
+/// Writes proto::ClientUpdate, but for the stamps of the exchange, which are the channel's
+/// (proto/datagram_channel.hpp).
 ///
 /// Thread  haptic: no allocation, no throw
 class OutgoingUpdate {

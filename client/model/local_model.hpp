@@ -84,8 +84,8 @@ class LocalModel {
   std::span<const CopyTarget> copies() const { return touched_; }
   /// From an input to its effect being used here, the waiting at both ends included; 0: not known yet.
   Duration loop_delay() const { return loop_delay_; }
-  /// What the server's wrench on the hand was beyond the model's for the same input, of the newest update that answered a
-  /// known one; consumed by the call.
+  /// What the server's wrench on the hand was beyond the model's for the same input, of the newest update that answered
+  /// a known one; consumed by the call.
   std::optional<Wrench> take_residual() noexcept;
   /// When that input was.
   LocalTime residual_of() const { return residual_of_; }

@@ -25,8 +25,8 @@ struct ModelEnergy {
 ///                    − its energy as the model had it, when the model gives it up to follow the server
 ///                    + the change when a part of its weight goes over to the server's body, or comes back
 ///                    + the field's work on bodies that the model steps, by the mean of the wrenches at both ends of a
-///                      step; corrections move a body in the field too. Bodies that are followed move the field and so do
-///                      work through it; this way that is from outside, as it is, and the energy that sampling the
+///                      step; corrections move a body in the field too. Bodies that are followed move the field and so
+///                      do work through it; this way that is from outside, as it is, and the energy that sampling the
 ///                      field makes is not: the model's bodies got the wrench of the step's begin
 ///         A body's first step after a touch is counted with what the touch gave it: it is taken over with the energy
 ///         that it had where it was followed last.

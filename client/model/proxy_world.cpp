@@ -22,7 +22,8 @@ constexpr double kMinRadius_m = 5e-5;
 constexpr double kMaxRadius_m = 0.1;
 /// Of all meshes of a scene, each made once: a server must not fill the memory with their trees.
 constexpr std::size_t kMaxTriangles = 2 * geometry::kMaxSurfaceTriangles;
-/// Of one vertex: what a mesh's normals cost grows with the square of it. Fans of real meshes have tens, rarely hundreds.
+/// Of one vertex: what a mesh's normals cost grows with the square of it. Fans of real meshes have tens, rarely
+/// hundreds.
 constexpr int kMaxTrianglesOfVertex = 4096;
 /// Of a box around a flat mesh.
 constexpr double kMinOutline_m = 1e-6;

@@ -1,6 +1,6 @@
 // What a hand's point can touch of a scene by itself: a ball that stays outside of the bodies (common/haptics/proxy),
-// and the bodies where the server last said that they are. Nothing here has a mass: what the ball pushes moves only when
-// the server says so.
+// and the bodies where the server last said that they are. Nothing here has a mass: what the ball pushes moves only
+// when the server says so.
 #pragma once
 
 #include <memory>
@@ -65,7 +65,8 @@ class ProxyWorld {
   std::string note_;
 };
 
-/// Empty, or why a ball can touch nothing of this scene, or not all, and what to use instead; by kinds and counts alone.
+/// Empty, or why a ball can touch nothing of this scene, or not all, and what to use instead; by kinds and counts
+/// alone.
 std::string proxy_problem(const wire::Joined& joined);
 
 }  // namespace tandem::client

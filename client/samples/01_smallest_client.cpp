@@ -37,8 +37,9 @@ void run(std::uint16_t port) {
                             devices::named_hand_path("peg-left"), /*seed=*/1);
 
   // The client (client/client.hpp) with its sockets and io thread. It joins the server's only room as a manipulator,
-  // and joins again by itself when it is lost; a program with users would set session.room and session.role. "late-pose"
-  // is the stage that needs no assets. The force limits come from the device's spec; no server can widen them.
+  // and joins again by itself when it is lost; a program with users would set session.room and session.role.
+  // "late-pose" is the stage that needs no assets. The force limits come from the device's spec; no server can widen
+  // them.
   client::ClientIoSettings settings;
   settings.port = port;
   settings.client.session.user_name = "smallest";

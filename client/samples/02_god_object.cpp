@@ -63,8 +63,9 @@ int run() {
   std::puts("   time   hand z  proxy x  proxy z    depth    force");
   std::puts("      s       mm       mm       mm       mm        N");
   for (int tick = 0; tick < 3000; ++tick) {
-    // A program with a real device waits here for the next millisecond: common/realtime/realtime.hpp has the loop, with absolute
-    // deadlines, priority and a record of lateness. This one steps as fast as it can, the simulated hand along with it.
+    // A program with a real device waits here for the next millisecond: common/realtime/realtime.hpp has the loop, with
+    // absolute deadlines, priority and a record of lateness. This one steps as fast as it can, the simulated hand along
+    // with it.
     const tandem::LocalTime now(1ms * tick);
     const tandem::devices::DeviceSample sample = device.read(now);
     if (!sample.is_valid) {

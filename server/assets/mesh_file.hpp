@@ -1,5 +1,5 @@
-// Mesh files of any format, read from outside the project: sizes bounded, every vertex finite. A std::runtime_error says
-// why a file cannot be used and what to do about it: "/x/y.obj, which does not exist; give …".
+// Mesh files of any format, read from outside the project: sizes bounded, every vertex finite. A std::runtime_error
+// says why a file cannot be used and what to do about it: "/x/y.obj, which does not exist; give …".
 #pragma once
 
 #include <cstddef>

@@ -55,8 +55,8 @@ class SceneAssets {
   /// cannot be written is told of in a note, and is no error. Offered to clients; `message` leaves with its hash.
   /// Fails   as make_contact_mesh()
   std::shared_ptr<const contact::ContactShape> mesh_contact(const geometry::ContactMesh& mesh, wire::Mesh& message);
-  /// Offers the triangles of `mesh`, as load_mesh() gave it, and writes their hash into `message`; of more than a client
-  /// takes there is a note instead.
+  /// Offers the triangles of `mesh`, as load_mesh() gave it, and writes their hash into `message`; of more than a
+  /// client takes there is a note instead.
   void add_surface(const geometry::TriangleMesh& mesh, wire::Mesh& message);
 
   /// Reads the chosen chains; the origin is the centre of mass. Offered to clients; `message` leaves with its base name

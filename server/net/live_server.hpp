@@ -66,8 +66,8 @@ class LiveServer {
 
   /// Set before run(); called on the io thread.
   std::function<void(const std::string&)> on_log;
-  /// Set before run(); called on the thread of each room after its step, while nobody else changes that room's world: no
-  /// lock, no wait.
+  /// Set before run(); called on the thread of each room after its step, while nobody else changes that room's world:
+  /// no lock, no wait.
   std::function<void(const Room&)> on_step;
 
  private:

@@ -1,4 +1,5 @@
-// What the server says on the control channel, as functions from facts to messages. session_control.cpp and session_hub.cpp decide when.
+// What the server says on the control channel, as functions from facts to messages. session_control.cpp and
+// session_hub.cpp decide when.
 #pragma once
 
 #include <cstdint>

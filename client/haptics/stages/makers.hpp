@@ -1,5 +1,5 @@
-// Private to this folder: what makes each stage, a source each; stage.cpp has the table of their names. Null for settings
-// that the stage cannot use.
+// Private to this folder: what makes each stage, a source each; stage.cpp has the table of their names. Null for
+// settings that the stage cannot use.
 #pragma once
 
 #include "client/haptics/stages/stage.hpp"
@@ -35,14 +35,14 @@ std::unique_ptr<Stage> make_force_stream_stage(const StageSettings& settings);
 /// Contact as a wrench shows it: it appears above one force and vanishes below a lower one.
 bool is_contact(const Wrench& wrench, bool was_contact) noexcept;
 
-/// "wave": force and velocity travel as wave variables (common/haptics/wave). Stable at any constant delay, at the price
-/// of a line that is felt: heavier in the air and softer in contact the longer it is.
+/// "wave": force and velocity travel as wave variables (common/haptics/wave). Stable at any constant delay, at the
+/// price of a line that is felt: heavier in the air and softer in contact the longer it is.
 std::unique_ptr<Stage> make_wave_stage(const StageSettings& settings);
 
 /// "god-object": the spring between the hand's point and a ball that never enters a body, at once and without a tool's
 /// mass: classical rendering of a shared scene for devices with three force axes. Things that stand feel exact at any
-/// delay; what one pushes moves when the server says so, and feels like the server's past. The server's tool follows the
-/// handle as it does for "late-pose".
+/// delay; what one pushes moves when the server says so, and feels like the server's past. The server's tool follows
+/// the handle as it does for "late-pose".
 ///
 /// Model   on hand f = −law(handle − ball), without torque (proxy_force_on_hand_W()); the ball's place is ProxyWorld's
 /// Source  Zilles & Salisbury, "A constraint-based god-object method for haptic display", IROS 1995

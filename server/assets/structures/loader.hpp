@@ -10,8 +10,8 @@
 
 namespace tandem::server {
 
-/// Reads the protein atoms of these chains, or of all when none is named (first model, first alternate location, no solvent, no
-/// hetero groups) and gives each its OPLS-AA type, charge and Lennard-Jones parameters.
+/// Reads the protein atoms of these chains, or of all when none is named (first model, first alternate location, no
+/// solvent, no hetero groups) and gives each its OPLS-AA type, charge and Lennard-Jones parameters.
 ///
 /// An atom without an exact entry is typed by its element (residue_typing.hpp) and named in Molecule::guessed; atoms
 /// that the file lacks or the force field does not know are counted in Molecule::notes. Nothing is added: a file
