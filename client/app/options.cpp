@@ -45,7 +45,7 @@ std::vector<std::string> owned(const std::vector<std::string_view>& names) {
 /// Registers a number from `least` to `largest`, both of which a mistake is answered with.
 void add_number(CLI::App& app, const std::string& name, double& value, double least, double largest,
                 const std::string& help, const std::string& type) {
-  const auto in_range = [&value, least, largest](const std::string& text) {
+  const auto in_range = [least, largest](const std::string& text) {
     double number = 0;
     // Written so that a NaN fails the comparison.
     if (CLI::detail::lexical_cast(text, number) && number >= least && number <= largest) return std::string();
@@ -67,6 +67,7 @@ T chosen(const std::string& text, const std::map<std::string_view, T>& choices) 
   const auto found = choices.find(text);
   if (found != choices.end()) return found->second;
   std::vector<std::string_view> names;
+  names.reserve(choices.size());
   for (const auto& [name, value] : choices) names.push_back(name);
   throw std::invalid_argument("'" + text + "' does not exist; use one of: " + listed(names));
 }

@@ -59,7 +59,7 @@ Pose pose_of(const Shift& shift) {
 
 }  // namespace
 
-LocalModel::LocalModel(std::shared_ptr<const physics::WorldDescription> description, std::size_t tool,
+LocalModel::LocalModel(const std::shared_ptr<const physics::WorldDescription>& description, std::size_t tool,
                        const LocalModelSettings& settings)
     : settings_(settings),
       tool_(tool),

@@ -65,7 +65,7 @@ struct LocalModelInput {
 class LocalModel {
  public:
   /// In      tool  the user's own, index into description.tools
-  LocalModel(std::shared_ptr<const physics::WorldDescription> description, std::size_t tool,
+  LocalModel(const std::shared_ptr<const physics::WorldDescription>& description, std::size_t tool,
              const LocalModelSettings& settings = {});
   ~LocalModel();
 

@@ -56,7 +56,7 @@ std::string AssetFetcher::on_chunk(const wire::AssetChunk& chunk) {
                        chunk.total_bytes() == wanted.size_bytes();
   const bool fits = chunk.data().size() <= std::min<std::uint64_t>(missing, proto::kAssetChunkBytes);
   if (!is_next || !fits || (chunk.data().empty() && missing > 0)) {
-    const std::string problem = "asset " + wanted.name() + ": the chunk is not the one asked for";
+    std::string problem = "asset " + wanted.name() + ": the chunk is not the one asked for";
     forget_first();
     return problem;
   }
@@ -69,7 +69,7 @@ std::string AssetFetcher::finish() {
   const wire::AssetInfo& wanted = wanted_.front();
   const proto::Sha256 hash = proto::sha256_of(partial_);
   if (hash != proto::hash_from(wanted.sha256())) {
-    const std::string problem = "asset " + wanted.name() + ": the bytes do not match their hash";
+    std::string problem = "asset " + wanted.name() + ": the bytes do not match their hash";
     forget_first();
     return problem;
   }

@@ -35,7 +35,7 @@ std::filesystem::path default_cache_directory() {
     const char* const value = std::getenv(name);
     return value == nullptr ? "" : value;
   };
-  if (const auto own = variable("TANDEM_CACHE"); !own.empty()) return own;
+  if (auto own = variable("TANDEM_CACHE"); !own.empty()) return own;
   if (const auto xdg = variable("XDG_CACHE_HOME"); !xdg.empty()) return xdg / "tandem";
   if (const auto home = variable("HOME"); !home.empty()) return home / ".cache" / "tandem";
   return {};

@@ -15,7 +15,7 @@ struct Id {
   Integer value = 0;
 
   constexpr bool is_valid() const { return value != 0; }
-  constexpr auto operator<=>(const Id&) const = default;
+  constexpr auto operator<=>(const Id&) const = default;  // NOLINT(modernize-use-nullptr): there is no pointer
 };
 
 /// A body of a room's scene: 1-based position in the scene's `bodies`, the same on server and client.

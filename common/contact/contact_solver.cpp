@@ -177,8 +177,8 @@ namespace {
 
 template <typename Entry>
 std::span<Entry> of_island(std::vector<Entry>& entries, int island) {
-  const auto [first, last] = std::ranges::equal_range(entries, island, {}, &Entry::island);
-  return {first, last};
+  return {std::ranges::lower_bound(entries, island, {}, &Entry::island),
+          std::ranges::upper_bound(entries, island, {}, &Entry::island)};
 }
 
 }  // namespace

@@ -196,10 +196,10 @@ void DistanceGridBuilder::measure_corners() {
 }
 
 void DistanceGridBuilder::find_bricks() {
-  const auto& [nx, ny, nz] = grid_->bricks_;
+  const auto [nx, ny, nz] = grid_->bricks_;
   const double diagonal_m = grid_->brick_m_ * std::sqrt(3.0);
   std::vector<std::vector<Brick>> layers(nz);
-  parallel_.run(nz, 0.1, 0.15, [&](std::size_t z) {
+  parallel_.run(nz, 0.1, 0.15, [&, nx = nx, ny = ny](std::size_t z) {
     for (std::size_t y = 0; y < ny; ++y) {
       int hint = -1;
       for (std::size_t x = 0; x < nx; ++x) {

@@ -27,7 +27,7 @@ inline std::string lower_first(std::string text) {
 /// Fails   std::invalid_argument: not a numeric address (or localhost), or not loopback
 inline boost::asio::ip::address loopback_address(const std::string& purpose, const std::string& text) {
   boost::system::error_code error;
-  const auto address = boost::asio::ip::make_address(text == "localhost" ? "127.0.0.1" : text, error);
+  auto address = boost::asio::ip::make_address(text == "localhost" ? "127.0.0.1" : text, error);
   if (error) throw std::invalid_argument(purpose + " \"" + text + "\": not a numeric address; use 127.0.0.1");
   if (!address.is_loopback()) {
     throw std::invalid_argument(purpose + " " + text +

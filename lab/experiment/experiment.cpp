@@ -292,7 +292,7 @@ std::filesystem::path scene_path(const std::string& scene, const std::filesystem
 
 ExperimentFile read_experiment_file(const std::filesystem::path& file) {
   const json::value value = parse_json(read_text_file(file), file.string());
-  JsonFields(value, file.string());  // says so when it is not an object
+  [[maybe_unused]] const JsonFields fields(value, file.string());  // says so when it is not an object
   return {file.string(), file.parent_path(), with_current_names(value.get_object())};
 }
 
@@ -327,7 +327,7 @@ Experiment parse_experiment(const ExperimentFile& source) {
 
 Experiment parse_experiment(std::string_view text, const std::string& origin, const std::filesystem::path& directory) {
   const json::value value = parse_json(text, origin);
-  JsonFields(value, origin);
+  [[maybe_unused]] const JsonFields fields(value, origin);
   return parse_experiment(ExperimentFile{origin, directory, with_current_names(value.get_object())});
 }
 

@@ -350,6 +350,7 @@ std::vector<bool> contact_phases(const UserView& view) {
   return result;
 }
 
+// NOLINTNEXTLINE(readability-function-size): one table
 const std::vector<TrialMetric>& trial_metrics() {
   static const std::vector<TrialMetric> metrics = {
       {"free_drag_rms_n",

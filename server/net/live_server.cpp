@@ -57,7 +57,7 @@ std::uint64_t unguessable_id() {
 class RoomScheduler {
  public:
   /// `after_step` runs on a worker thread after each step: no lock, no wait.
-  RoomScheduler(std::vector<Room*> rooms, int realtime_priority, std::function<void(const Room&)> after_step);
+  RoomScheduler(const std::vector<Room*>& rooms, int realtime_priority, std::function<void(const Room&)> after_step);
   /// Stops.
   ~RoomScheduler();
   RoomScheduler(const RoomScheduler&) = delete;
@@ -96,7 +96,7 @@ class RoomScheduler {
   std::atomic<bool> is_stopping_{false};
 };
 
-RoomScheduler::RoomScheduler(std::vector<Room*> rooms, int realtime_priority,
+RoomScheduler::RoomScheduler(const std::vector<Room*>& rooms, int realtime_priority,
                              std::function<void(const Room&)> after_step)
     : realtime_priority_(realtime_priority), after_step_(std::move(after_step)) {
   const std::size_t cores = std::max(2U, std::thread::hardware_concurrency());

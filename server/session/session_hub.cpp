@@ -175,7 +175,7 @@ Connection* SessionHub::Impl::find(ConnectionHandle handle) {
   return found == connections.end() ? nullptr : found->second.get();
 }
 
-SessionHub::SessionHub(HubSettings settings, std::vector<Room*> rooms, ServerTransport& transport)
+SessionHub::SessionHub(HubSettings settings, const std::vector<Room*>& rooms, ServerTransport& transport)
     : impl_(std::make_unique<Impl>(*this, std::move(settings), rooms, transport)) {}
 
 SessionHub::~SessionHub() = default;

@@ -62,7 +62,7 @@ struct HubCounters : proto::ChannelCounters {
 class SessionHub {
  public:
   /// Fails   std::invalid_argument: connection_ids is empty, or a scene's description is too long for the wire
-  SessionHub(HubSettings settings, std::vector<Room*> rooms, ServerTransport& transport);
+  SessionHub(HubSettings settings, const std::vector<Room*>& rooms, ServerTransport& transport);
   ~SessionHub();
 
   void on_connected(ConnectionHandle connection, LocalTime now);

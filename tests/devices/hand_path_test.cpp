@@ -37,7 +37,7 @@ TEST(HandPath, MovesByMinimumJerk) {
 
 TEST(HandPath, TwistIsTheDerivativeOfThePose) {
   const HandPath path = straight_move();
-  constexpr double h_s = 1e-4;
+  const double h_s = 1e-4;
   for (int i = 1; i < 40; ++i) {
     const Duration time = seconds(1) + milliseconds(50) * i;
     const Pose before = path.pose_at(time - from_seconds(h_s));
@@ -191,7 +191,7 @@ TEST(Multisine, OfTwoSinesAQuarterTurnApartIsACircleAtASteadySpeed) {
 
 TEST(Multisine, TwistIsTheDerivativeOfThePoseAlsoInTheFades) {
   const HandPath path = shaken_move();
-  constexpr double h_s = 1e-4;
+  const double h_s = 1e-4;
   for (int i = 1; i < 240; ++i) {
     const Duration time = milliseconds(50) * i;
     const Vec3 slope =

@@ -50,6 +50,7 @@ bool needs_proxy_world(std::string_view stage) {
 
 std::vector<std::string_view> stage_names() {
   std::vector<std::string_view> names;
+  names.reserve(std::size(kStages));
   for (const StageEntry& entry : kStages) names.push_back(entry.name);
   return names;
 }

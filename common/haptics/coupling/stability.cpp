@@ -250,7 +250,7 @@ std::string name_value(const Axis& axis, const Setup& setup, StabilityFinding& f
   if (finding.parameter == axis.stiffness_name) finding.value = setup.asked.*axis.stiffness;
   if (finding.parameter == axis.damping_name) finding.value = setup.asked.*axis.damping;
   const std::string unit = finding.parameter == axis.stiffness_name ? axis.stiffness_unit : axis.damping_unit;
-  const std::string text = finding.parameter + " is " + number(finding.value) + " " + unit;
+  std::string text = finding.parameter + " is " + number(finding.value) + " " + unit;
   if (finding.value == finding.rendered_value) return text;
   return text + " in the scene, " + number(finding.rendered_value) + " " + unit + " on this device";
 }

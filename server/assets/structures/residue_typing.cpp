@@ -229,7 +229,7 @@ bool alike(const BlockAtom& a, const BlockAtom& b) {
 class Matcher {
  public:
   Matcher(const std::vector<BlockAtom>& atoms, const PdbResidue& residue, const Names& names)
-      : atoms_(atoms), residue_(residue), names_(names), used_(atoms.size(), false), match_(names.size()) {
+      : atoms_(atoms), names_(names), used_(atoms.size(), false), match_(names.size()) {
     for (std::size_t i = 0; i < names.size(); ++i) match_by_name(i);
     for (std::size_t i = 0; i < names.size(); ++i) {
       if (!match_[i] && residue.atoms[i].element == "H") match_hydrogen_by_stem(i);
@@ -264,7 +264,6 @@ class Matcher {
   }
 
   const std::vector<BlockAtom>& atoms_;
-  const PdbResidue& residue_;
   const Names& names_;
   std::vector<bool> used_;
   std::vector<std::optional<std::size_t>> match_;

@@ -60,7 +60,7 @@ TEST(TrueInertia, OfALongRodHeldAtOneEndIsTheClosedForm) {
   const double degree = std::numbers::pi / 180;
   const Vec3 axis =
       Eigen::AngleAxisd(30 * degree, Vec3::UnitZ()) * (Eigen::AngleAxisd(40 * degree, Vec3::UnitY()) * Vec3::UnitX());
-  constexpr double m = 0.05, length = 0.3, width = 0.006;
+  const double m = 0.05, length = 0.3, width = 0.006;
   const double across = m * (length * length + width * width) / 12;
   const auto [least, most] = body_at(*scene, -0.5 * length * axis);
   EXPECT_NEAR(most.inertia_kg_m2, across + m * length * length / 4, 1e-9 * across) << "m (L²/3 + w²/12)";

@@ -115,15 +115,15 @@ class ContactAsset : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
     // Small, so that damaging it thousands of times is quick: 3 mm.
-    bytes_ = contact_asset_bytes(*make_contact_mesh(mesh_box(Vec3(3e-3, 3e-3, 2e-3))));
+    asset = contact_asset_bytes(*make_contact_mesh(mesh_box(Vec3(3e-3, 3e-3, 2e-3))));
   }
-  static inline std::vector<std::uint8_t> bytes_;
+  static inline std::vector<std::uint8_t> asset;
 };
 
 TEST_F(ContactAsset, IsTheSameShapeAgain) {
-  const auto shape = contact_shape_from(bytes_);
+  const auto shape = contact_shape_from(asset);
   ASSERT_TRUE(shape);
-  EXPECT_EQ(contact_asset_bytes(*shape), bytes_);
+  EXPECT_EQ(contact_asset_bytes(*shape), asset);
   const auto original = make_contact_mesh(mesh_box(Vec3(3e-3, 3e-3, 2e-3)));
   EXPECT_EQ(shape->low_S, original->low_S);
   EXPECT_EQ(shape->high_S, original->high_S);
@@ -135,10 +135,10 @@ TEST_F(ContactAsset, IsTheSameShapeAgain) {
 }
 
 TEST_F(ContactAsset, IsNotReadWhenTorn) {
-  for (std::size_t size = 0; size < bytes_.size(); size += 1 + bytes_.size() / 500) {
-    EXPECT_FALSE(contact_shape_from(std::span(bytes_).first(size))) << size;
+  for (std::size_t size = 0; size < asset.size(); size += 1 + asset.size() / 500) {
+    EXPECT_FALSE(contact_shape_from(std::span(asset).first(size))) << size;
     // Nor with a checksum that fits.
-    std::vector<std::uint8_t> cut(bytes_.begin(), bytes_.begin() + static_cast<std::ptrdiff_t>(size));
+    std::vector<std::uint8_t> cut(asset.begin(), asset.begin() + static_cast<std::ptrdiff_t>(size));
     if (cut.size() < sizeof(std::uint64_t)) continue;
     seal(cut);
     EXPECT_FALSE(contact_shape_from(cut)) << size;
@@ -148,7 +148,7 @@ TEST_F(ContactAsset, IsNotReadWhenTorn) {
 TEST_F(ContactAsset, IsNotReadWhenAByteHasChanged) {
   Random random(2);
   for (int i = 0; i < 300; ++i) {
-    std::vector<std::uint8_t> damaged = bytes_;
+    std::vector<std::uint8_t> damaged = asset;
     damaged[random.next_u32() % damaged.size()] ^= static_cast<std::uint8_t>(1U << (random.next_u32() % 8));
     EXPECT_FALSE(contact_shape_from(damaged));
   }
@@ -159,7 +159,7 @@ TEST_F(ContactAsset, SurvivesHostileBytes) {
   for (std::uint64_t seed = 1; seed <= 2000; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     Random random(seed);
-    std::vector<std::uint8_t> hostile = bytes_;
+    std::vector<std::uint8_t> hostile = asset;
     const std::uint32_t changes = 1 + random.next_u32() % 4;
     for (std::uint32_t k = 0; k < changes; ++k) {
       // Half of them in the headers, where counts are.

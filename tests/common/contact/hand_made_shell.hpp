@@ -50,8 +50,9 @@ inline std::vector<ShellPoint> box_points(const Vec3& size_m, double spacing_m) 
       Vec3 normal = Vec3::Zero();
       normal[axis] = i % 2 == 0 ? 1 : -1;
       Vec3 p = normal.cwiseProduct(size_m) / 2;
-      p[u] = size_m[u] * ((i / 2 % columns + 0.5) / columns - 0.5);
-      p[v] = size_m[v] * ((i / 2 / columns + 0.5) / rows - 0.5);
+      const int column = i / 2 % columns, row = i / 2 / columns;
+      p[u] = size_m[u] * ((column + 0.5) / columns - 0.5);
+      p[v] = size_m[v] * ((row + 0.5) / rows - 0.5);
       points.push_back({p.cast<float>(), normal.cast<float>(), static_cast<float>(area)});
     }
   }
@@ -66,7 +67,8 @@ inline std::vector<ShellPoint> box_edge_points(const Vec3& size_m, double spacin
     for (int i = 0; i < 4 * (count + 1); ++i) {
       Vec3 outwards(i % 2 == 0 ? 1 : -1, i % 2 == 0 ? 1 : -1, i % 2 == 0 ? 1 : -1);
       outwards[(axis + 1) % 3] = i / 2 % 2 == 0 ? 1 : -1;
-      outwards[axis] = 2.0 * (i / 4) / count - 1;
+      const int place = i / 4;
+      outwards[axis] = 2.0 * place / count - 1;
       const Vec3 p = outwards.cwiseProduct(size_m) / 2;
       outwards[axis] = 0;
       const auto area = static_cast<float>(spacing_m * size_m[axis] / count);

@@ -60,7 +60,7 @@ double energy_at(const Pair& pair, const Pose& X_AB) {
 /// Five-point central difference: the error is of order h⁴ and stays below 1e-8 for h = 1e-3 Å.
 template <typename Function>
 double derivative(const Function& f) {
-  constexpr double h = 1e-3;
+  const double h = 1e-3;
   return (8.0 * (f(h) - f(-h)) - (f(2 * h) - f(-2 * h))) / (12.0 * h);
 }
 
@@ -309,7 +309,7 @@ TEST(LennardJonesField, PicksTheWidestKernelAndNamesThoseItHas) {
   EXPECT_EQ(kernels.back(), "portable");
   EXPECT_EQ(LennardJonesField(atom, atom).kernel(), kernels.front());
   try {
-    LennardJonesField(atom, atom, "neon");
+    const LennardJonesField field(atom, atom, "neon");
     FAIL() << "an unknown kernel was taken";
   } catch (const std::invalid_argument& error) {
     EXPECT_NE(std::string(error.what()).find("portable"), std::string::npos) << error.what();

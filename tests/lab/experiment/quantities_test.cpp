@@ -109,9 +109,8 @@ TEST(CheckQuantity, KnowsEveryFieldAndGuessesTheNearest) {
                                                           {"hand.mas_kg", "did you mean hand.mass_kg?"},
                                                           {"users.ben.stagee", "did you mean users.0.stage?"}};
   for (const auto& [name, guess] : misspelt) {
-    EXPECT_THAT([&] { check_quantity(all, name); },
-                ThrowsMessage<std::invalid_argument>(AllOf(HasSubstr(guess), HasSubstr("known: "))))
-        << name;
+    const auto check = [&all, name = name] { check_quantity(all, name); };
+    EXPECT_THAT(check, ThrowsMessage<std::invalid_argument>(AllOf(HasSubstr(guess), HasSubstr("known: ")))) << name;
   }
   EXPECT_THROW(check_quantity(all, "users"), std::invalid_argument);
   EXPECT_THROW(check_quantity(all, "scene."), std::invalid_argument);

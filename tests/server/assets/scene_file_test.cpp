@@ -247,7 +247,7 @@ TEST(SceneFile, TheFitThatTheRefusalOfNoneShowsIsTheThesissAndTellsClients) {
   } catch (const SceneError& error) {
     refusal = error.what();
   }
-  const std::size_t shown = refusal.find("{");
+  const std::size_t shown = refusal.find('{');
   ASSERT_NE(shown, std::string::npos) << refusal;
   const std::string fit = refusal.substr(shown, refusal.rfind('}') + 1 - shown);
   const auto scene = load_scene_text(

@@ -87,16 +87,8 @@ TEST(SessionHub, AnEmptyRoomNameIsTheOnlyRoomButNeverOneOfSeveral) {
 
 TEST(SessionHub, RefusesNamesThatCouldSpoilALogOrAWindow) {
   const std::string allowed[] = {"ada", "Zoë", "李雷", std::string(64, 'x')};
-  const std::string refused[] = {"",
-                                 std::string(65, 'x'),
-                                 "a\nb",
-                                 "a\x1b[2J",
-                                 "a\xc2\x85",
-                                 "\xe2\x80\xae"
-                                 "evil",
-                                 "a\xe2\x80\xa8"
-                                 "b",
-                                 std::string("a\0b", 3)};
+  const std::string refused[] = {"",         std::string(65, 'x'),  "a\nb", "a\x1b[2J", "a\xc2\x85", "a\u202e",
+                                 "a\u2028z", std::string("a\0b", 3)};
   for (const std::string& name : allowed) {
     test::HubBench bench;
     EXPECT_EQ(bench.join(name).joined.user(), 1U) << name;

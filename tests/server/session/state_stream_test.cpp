@@ -61,7 +61,7 @@ TEST(StateStream, DropsEachBadDatagramForItsOwnReason) {
   test::BenchClient ada = bench.join("ada");
   bench.send_state(ada);
   bench.send_state(ada);
-  const auto reason_of = [&bench](const proto::Bytes& datagram, std::function<bool(ConnectionHandle)> may = {}) {
+  const auto reason_of = [&bench](const proto::Bytes& datagram, const std::function<bool(ConnectionHandle)>& may = {}) {
     const proto::DropCounters before = bench.hub->counters().received_drops;
     EXPECT_EQ(bench.hub->on_datagram(datagram, bench.now, may), 0U);
     for (int i = 1; i < static_cast<int>(proto::DropReason::kCount); ++i) {

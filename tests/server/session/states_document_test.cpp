@@ -15,7 +15,7 @@ const std::string kDocument = test::source_path("proto/STATES.md").string();
 
 /// A client of a bench, brought into the state of that name.
 struct Subject {
-  explicit Subject(const std::string& state, HubSettings settings = {}) : bench(settings) {
+  explicit Subject(const std::string& state, const HubSettings& settings = {}) : bench(settings) {
     client = bench.connect();
     if (state != "greeting") bench.greet(client);
     if (state == "active") {

@@ -92,7 +92,8 @@ class Loop {
   Vec3 operator()(double s) const {
     Vec3 point = Vec3::Zero();
     for (std::size_t i = 0; i < amplitudes_.size(); ++i) {
-      const double turn = 2 * std::numbers::pi * static_cast<double>(i / 2 + 1) * s;
+      const std::size_t harmonic = i / 2 + 1;
+      const double turn = 2 * std::numbers::pi * static_cast<double>(harmonic) * s;
       point += amplitudes_[i] * (i % 2 == 0 ? std::cos(turn) : std::sin(turn));
     }
     return point;
