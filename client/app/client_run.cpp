@@ -57,6 +57,13 @@ std::string coupling_lines(const std::vector<haptics::StabilityFinding>& finding
   return text;
 }
 
+/// What a user got: two that join together may get each other's tool.
+std::string joined_line(const wire::Joined& joined) {
+  const std::string scene = "joined " + joined.scene().name() + " as user " + std::to_string(joined.user());
+  if (joined.role() != wire::ROLE_MANIPULATOR) return scene + ", an observer";
+  return scene + ", with tool " + printable(joined.scene().tools(static_cast<int>(joined.tool())).name());
+}
+
 class ClientRun {
  public:
   explicit ClientRun(const ClientOptions& options);
@@ -125,6 +132,7 @@ bool ClientRun::join() {
   while (true) {
     const ClientIoSnapshot io = io_.snapshot();
     if (io.status.state == SessionState::kActive && io.joined) {
+      std::cerr << "tandem-client: " + joined_line(*io.joined) + "\n";
       watch_first_graspable(*io.joined);
       return true;
     }
@@ -220,9 +228,12 @@ void ClientRun::explain_coupling(const CouplingCheck& check) {
 }
 
 void ClientRun::print_status(const ClientIoSnapshot& io) {
-  const double round_trip_ms = to_seconds(io.round_trip) * 1e3;
-  std::printf("%6.1f s  %-10s round trip %6.1f ms  state age %6.1f ms  force %5.2f N  torque %6.3f N·m  safety %s\n",
-              to_seconds(report_.length()), std::string(name_of(io.status.state)).c_str(), round_trip_ms,
+  char round_trip[16] = "     -";  // of a connection that there is
+  if (io.status.state == SessionState::kActive) {
+    std::snprintf(round_trip, sizeof round_trip, "%6.1f", to_seconds(io.round_trip) * 1e3);
+  }
+  std::printf("%6.1f s  %-10s round trip %s ms  state age %6.1f ms  force %5.2f N  torque %6.3f N·m  safety %s\n",
+              to_seconds(report_.length()), std::string(name_of(io.status.state)).c_str(), round_trip,
               to_seconds(newest_.state_age) * 1e3, newest_.displayed_on_hand_D.f.norm(),
               newest_.displayed_on_hand_D.t.norm(), haptics::describe_safety_faults(newest_.safety_faults).c_str());
   std::fflush(stdout);

@@ -202,7 +202,9 @@ int last_cpu() {
 
 void add_run_options(CLI::App& app, ClientOptions& options, bool& is_headless) {
   app.add_flag("--headless", is_headless, "without a window; required in this version");
-  app.add_option("--seed", options.seed, "of the simulated hand and links")->capture_default_str();
+  app.add_option("--seed", options.seed, "of the simulated hand and links")
+      ->check(CLI::NonNegativeNumber.description(""))
+      ->capture_default_str();
   add_text(app, "--duration", "how long to run after joining, e.g. 10s; default: until Ctrl-C", "TIME",
            [&options](const std::string& text) {
              options.duration = parse_duration(text, "s");

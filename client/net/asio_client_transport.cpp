@@ -123,7 +123,8 @@ void AsioClientTransport::connected(const ConnectionPointer& connection) {
   error_code error;
   // A client that keeps trying a local port that nobody listens on can be given that very port and meet itself.
   if (connection->stream.local_endpoint(error) == tcp::endpoint(address_, port_)) {
-    lost(connection, "cannot connect to " + server_name() + ": connection refused; is tandem-server running there?");
+    lost(connection, "cannot connect to " + server_name() +
+                         ": connection refused; is tandem-server running there, and has it said that it is listening?");
     return;
   }
   connection->is_connected = true;

@@ -56,11 +56,9 @@ struct Comparison {
   double virtual_value = 0;
 
   double allowed() const { return std::max(of->allowed, kAllowedShare * std::abs(virtual_value)); }
-  /// Where neither trial has such a number there is nothing to disagree about.
-  bool agrees() const {
-    if (std::isnan(live) && std::isnan(virtual_value)) return true;
-    return std::abs(live - virtual_value) <= allowed();
-  }
+  /// False where neither trial has such a number: there is nothing to disagree about.
+  bool is_possible() const { return !std::isnan(live) || !std::isnan(virtual_value); }
+  bool agrees() const { return std::abs(live - virtual_value) <= allowed(); }
 };
 
 struct LiveResult {
@@ -149,9 +147,20 @@ LiveResult run_trial(const Trial& trial, References& references, int realtime_pr
   return result;
 }
 
+/// A trial of which nothing could be compared does not agree.
 bool agrees(const LiveResult& result) {
-  return std::all_of(result.comparisons.begin(), result.comparisons.end(),
-                     [](const Comparison& each) { return each.agrees(); });
+  const auto possible = [](const Comparison& each) { return each.is_possible(); };
+  const auto good = [](const Comparison& each) { return !each.is_possible() || each.agrees(); };
+  return std::ranges::any_of(result.comparisons, possible) && std::ranges::all_of(result.comparisons, good);
+}
+
+json::value verdict_json(const Comparison& comparison) {
+  return comparison.is_possible() ? json::value(comparison.agrees()) : json::value();
+}
+
+const char* verdict(const Comparison& comparison) {
+  if (!comparison.is_possible()) return "  not compared";
+  return comparison.agrees() ? "  ok" : "  DISAGREES";
 }
 
 double milliseconds(Duration duration) {
@@ -181,7 +190,7 @@ json::object comparison_json(const LiveResult& result) {
                                     {"live", each.live},
                                     {"virtual", each.virtual_value},
                                     {"allowed_difference", each.allowed()},
-                                    {"agrees", each.agrees()}});
+                                    {"agrees", verdict_json(each)}});
   }
   return {{"stage", text_in(result.live.row, "stage")},
           {"rtt_ms", number_in(result.live.row, "rtt_ms")},
@@ -215,8 +224,8 @@ void print_result(const LiveResult& result) {
     std::cout << "  " << std::left << std::setw(28) << each.of->what << std::right << std::setw(10)
               << number_text(each.live) << std::setw(10) << number_text(each.virtual_value) << std::setw(12)
               << number_text(each.live - each.virtual_value) << std::setw(9)
-              << number_text(std::isnan(each.virtual_value) ? each.virtual_value : each.allowed())
-              << (each.agrees() ? "  ok\n" : "  DISAGREES\n");
+              << number_text(std::isnan(each.virtual_value) ? each.virtual_value : each.allowed()) << verdict(each)
+              << '\n';
   }
   for (const LiveUserTiming& user : result.timing.users) {
     std::cout << "  " << user.ticks << " ticks, " << user.skipped << " ms without one, late p99 "
@@ -293,7 +302,8 @@ void add_live_command(CLI::App& app, int& exit_code) {
   command->add_option("--set", options->settings,
                       "a quantity with its value, or with several to try, as of run; may be repeated");
   command->add_option("--stage", options->stage, "as --set stage=: one or more of " + listed_stages());
-  command->add_option("--seeds", options->seeds, "how many seeds, from the file's on");
+  command->add_option("--seeds", options->seeds, "how many seeds, from the file's on: 1 to 1000")
+      ->check(CLI::Range(1, 1000).description(""));
   command->add_flag("--single", options->is_single, "the file as it stands, without its grid");
   command
       ->add_option("--rt-priority", options->realtime_priority,
@@ -302,7 +312,8 @@ void add_live_command(CLI::App& app, int& exit_code) {
       ->capture_default_str();
   command->add_flag("--json", options->wants_json, "print comparison.json instead of a table");
   command->footer(
-      "Exit code: 0 all agree, 1 a trial does not agree or a user lost its connection, 2 bad input or set-up.");
+      "Exit code: 0 all agree, 1 a trial does not agree, has nothing to compare, or lost a user, 2 bad input or "
+      "set-up.");
   command->callback([options, &exit_code] { exit_code = run(*options); });
 }
 

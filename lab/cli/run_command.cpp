@@ -9,6 +9,7 @@
 #include <iostream>
 #include <memory>
 #include <optional>
+#include <set>
 #include <sstream>
 #include <stdexcept>
 #include <string>
@@ -124,6 +125,7 @@ class StudyLine {
 };
 
 void print_size(const StudySize& size, std::size_t threads) {
+  threads = std::min(threads, std::max<std::size_t>(1, size.trials));
   std::cerr << size.trials << (size.trials == 1 ? " trial" : " trials");
   if (size.there > 0) std::cerr << ", " << size.there << " of them done already";
   if (size.references > 0) std::cerr << ", and " << size.references << " at zero delay to hold them against";
@@ -139,6 +141,23 @@ void write_results(const std::filesystem::path& folder, std::span<const TrialRes
   write_text_file(folder / "timing.json", pretty_json(study_timing_json(results, wall_s)));
   // The only trial's own report shows its forces over time; curves over delay would have one point.
   if (!is_one_with_files) write_text_file(folder / "report.html", study_report_html(results));
+}
+
+/// What of the results a reader of the table alone would wonder at.
+void print_notes(const std::filesystem::path& folder, std::span<const TrialResult> results) {
+  std::set<std::string> here, reasons;
+  for (const TrialResult& result : results) {
+    here.insert(result.key + ".json");
+    if (const std::string why = text_in(result.row, "why"); !why.empty()) reasons.insert(why);
+  }
+  for (const std::string& why : reasons) std::cerr << "tandem-lab: not joined: " << why << '\n';
+  const std::filesystem::directory_iterator kept(folder / "trials");
+  const auto others = std::count_if(begin(kept), end(kept), [&](const std::filesystem::directory_entry& entry) {
+    return !here.contains(entry.path().filename().string());
+  });
+  if (others == 0) return;
+  std::cerr << "tandem-lab: " << (folder / "trials").string() << " keeps " << others
+            << (others == 1 ? " trial" : " trials") << " of earlier runs, which these results are without\n";
 }
 
 int run(const Options& options) {
@@ -171,8 +190,10 @@ int run(const Options& options) {
   } else {
     print_study(std::cout, results);
     std::cout << "\n"
-              << results.size() << " trials in " << time_text(wall_s) << "; files in " << folder.string() << '\n';
+              << results.size() << (results.size() == 1 ? " trial in " : " trials in ") << time_text(wall_s)
+              << "; files in " << folder.string() << '\n';
   }
+  print_notes(folder, results);
   return has_lost_users(results) ? 1 : 0;
 }
 
@@ -187,13 +208,15 @@ void add_run_command(CLI::App& app, int& exit_code) {
       ->add_option(
           "--out", options->out,
           "folder for results.json, results.csv, results.h5, report.html and timing.json; what is in it from an "
-          "earlier run is not run again")
+          "earlier run is not run again, and the results are of this run's trials alone")
       ->required();
   command->add_option("--set", options->settings,
                       "a quantity with its value, or with several to try: link.rtt_ms=0,50,100, hand.mass_kg=0.5, "
                       "users.1.device=falcon, scene.bodies.cube.friction=0.5; may be repeated");
-  command->add_option("--seeds", options->seeds, "how many seeds, from the file's on");
-  command->add_option("--seed", options->seed, "the first seed, instead of the file's");
+  command->add_option("--seeds", options->seeds, "how many seeds, from the file's on: 1 to 1000")
+      ->check(CLI::Range(1, 1000).description(""));
+  command->add_option("--seed", options->seed, "the first seed, instead of the file's")
+      ->check(CLI::NonNegativeNumber.description(""));
   command->add_option("--stage", options->stage, "as --set stage=: one or more of " + listed_stages());
   auto* single = command->add_flag("--single", options->is_single, "the file as it stands, without its grid");
   command
@@ -204,10 +227,11 @@ void add_run_command(CLI::App& app, int& exit_code) {
   command->add_option("--kernel", options->kernel,
                       "of the molecular field, instead of the widest that this CPU has: \"portable\" gives the same "
                       "bytes on every x86-64");
-  command->add_option("--threads", options->threads, "trials at a time; default: as many as there are cores");
+  command->add_option("--threads", options->threads, "trials at a time, 1 to 256 [default: as many as there are cores]")
+      ->check(CLI::Range(1, 256).description(""));
   command->add_flag("--dry", options->is_dry, "only say how many trials there are and how long they may take");
   command->add_flag("--json", options->wants_json, "print results.json instead of a table");
-  command->footer("Exit code: 0 done, 1 a user lost its connection during a trial, 2 bad input or set-up.");
+  command->footer("Exit code: 0 done, 1 a user could not join, or lost its connection, 2 bad input or set-up.");
   command->callback([options, &exit_code] { exit_code = run(*options); });
 }
 

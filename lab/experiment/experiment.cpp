@@ -362,9 +362,18 @@ std::string scene_text(const Experiment& experiment) {
 
 std::shared_ptr<const server::LoadedScene> load_experiment_scene(const Experiment& experiment,
                                                                  const server::SceneLoading& loading) {
-  if (experiment.scene_changes.empty()) return server::load_scene(experiment.scene, loading);
-  return server::load_scene_text(scene_text(experiment), experiment.scene.string(), experiment.scene.parent_path(),
-                                 loading);
+  const auto scene = experiment.scene_changes.empty()
+                         ? server::load_scene(experiment.scene, loading)
+                         : server::load_scene_text(scene_text(experiment), experiment.scene.string(),
+                                                   experiment.scene.parent_path(), loading);
+  const auto manipulators = std::ranges::count(experiment.users, server::UserRole::kManipulator, &ExperimentUser::role);
+  const std::size_t tools = scene->world.tools.size();
+  if (static_cast<std::size_t>(manipulators) > tools) {
+    throw std::invalid_argument("experiment " + experiment.name + ": users has " + std::to_string(manipulators) +
+                                " manipulators, but the scene has " + std::to_string(tools) +
+                                (tools == 1 ? " tool" : " tools") + "; make the others observers");
+  }
+  return scene;
 }
 
 Duration round_trip_of(const ExperimentUser& user) {

@@ -175,6 +175,19 @@ void check_names(const Block& block, const json::object& complete, const Experim
   }
 }
 
+/// Of the file with `settings`: what is wrong then is theirs, for the file alone was read before.
+Experiment experiment_with(const json::object& settings, const ExperimentFile& file) {
+  try {
+    return parse_experiment(file);
+  } catch (const std::invalid_argument& error) {
+    std::string text;
+    for (const auto& setting : settings) {
+      text += (text.empty() ? "" : ", ") + std::string(setting.key()) + "=" + compact_json(setting.value());
+    }
+    throw std::invalid_argument("with " + text + ": " + error.what());
+  }
+}
+
 void too_many(const ExperimentFile& file) {
   throw std::invalid_argument(file.origin + ": more than " + std::to_string(kMaxTrials) +
                               " trials; leave out values or seeds");
@@ -195,7 +208,7 @@ std::vector<Trial> expand(const ExperimentFile& file, const GridRequest& request
     for (std::size_t i = 0; i < count; ++i) {
       const json::object settings = combination(block, i);
       ExperimentFile own = with_settings(file, settings);
-      Experiment experiment = parse_experiment(own);
+      Experiment experiment = experiment_with(settings, own);
       if (!seen.insert(compact_json(experiment_json(experiment))).second) continue;
       trials.push_back({std::move(experiment), std::move(own), settings});
     }

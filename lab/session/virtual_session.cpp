@@ -131,14 +131,6 @@ VirtualSession::VirtualSession(const Experiment& its_experiment, std::shared_ptr
       room(RoomId{1}, "lab", scene, {.controls_tool_passivity = experiment.controls_passivity()}),
       hub(hub_settings(experiment.seed), {&room}, network),
       next_room_step(LocalTime(experiment.server_phase)) {
-  std::size_t manipulators = 0;
-  for (const ExperimentUser& user : experiment.users)
-    manipulators += user.role == server::UserRole::kManipulator ? 1 : 0;
-  if (manipulators > scene->world.tools.size()) {
-    throw std::invalid_argument("experiment " + experiment.name + ": users has " + std::to_string(manipulators) +
-                                " manipulators, but the scene has " + std::to_string(scene->world.tools.size()) +
-                                " tools; make the others observers");
-  }
   const std::optional<std::size_t> watched = watched_body(experiment, *scene);
   trace.watched_body = watched;
   trace.stored.reserve(static_cast<std::size_t>(experiment.duration / room.period()) + 1);

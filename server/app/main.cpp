@@ -11,6 +11,7 @@
 #include "server/app/server_report.hpp"
 #include "server/assets/scene_library.hpp"
 #include "server/net/live_server.hpp"
+#include "server/session/user_name.hpp"
 
 namespace {
 
@@ -83,6 +84,9 @@ std::vector<std::unique_ptr<server::Room>> open_rooms(const Options& options) {
   for (std::size_t i = 0; i < options.scenes.size(); ++i) {
     const auto scene = server::load_scene(server::find_scene(options.scenes[i], server::scene_folders()), loading);
     const std::string name = i < options.rooms.size() ? options.rooms[i] : scene->description.name();
+    if (!server::is_acceptable_user_name(name)) {
+      throw std::invalid_argument("--room \"" + name + "\" must be 1 to 64 bytes of printable UTF-8");
+    }
     for (const auto& other : rooms) {
       if (other->name() == name) {
         throw std::invalid_argument("two rooms are called \"" + name + "\"; name them with --room");
@@ -102,6 +106,9 @@ std::string mistake(const CLI::App& app, const CLI::ParseError& error) {
   const std::string file = app.get_config_ptr()->as<std::string>();
   if (what.starts_with(kUnknownInFile)) {
     return file + ": no option is called " + what.substr(kUnknownInFile.size()) + "; see --help";
+  }
+  if (dynamic_cast<const CLI::FileError*>(&error) != nullptr) {
+    return "--config " + file + " cannot be read; give the path of a file";
   }
   return what + "; see --help" + (file.empty() ? "" : " and " + file);
 }

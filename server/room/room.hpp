@@ -6,7 +6,7 @@
 //   ClientUpdate ──mailbox per seat──▶            2 take each user's newest input, and let the driver of its mode set
 //                                                   the handle of his tool (tool_driver.hpp)
 //                                                 3 step the world; account for what each tool put into it
-//                                                 (tool_port.hpp)
+//                                                   (tool_port.hpp)
 //                ◀──mailbox per seat── UserUpdate     4 publish one update a user
 //                ◀──ring── RoomEvent
 //

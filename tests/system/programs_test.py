@@ -66,12 +66,16 @@ class Mistakes(ProgramTest):
     def test_of_the_server(self):
         for arguments, words in [([], ["--scene"]), (["--bogus"], ["--bogus"]),
                                  (["--scene", "two_boxes", "--port", "70000"], ["--port", "0 to 65535"]),
-                                 (["--scene", "two_boxes", "--duration", "3"], ["--duration", "3s"])]:
+                                 (["--scene", "two_boxes", "--duration", "3"], ["--duration", "3s"]),
+                                 (["--scene", "two_boxes", "--room", ""], ["--room", "1 to 64 bytes"]),
+                                 (["--config", "none.conf"], ["--config none.conf cannot be read"])]:
             with self.subTest(arguments=arguments):
                 self.assert_setup_error(run("tandem-server", *arguments), "tandem-server: ", *words)
 
     def test_of_the_lab(self):
         experiment = self.write("e.json", json.dumps({"name": "e", "scene": "two_boxes", "users": [{"name": "a"}]}))
+        crowd = self.write("crowd.json", json.dumps({"name": "crowd", "scene": "two_boxes",
+                                                     "users": [{"name": name} for name in "abc"]}))
         subcommands = "run or live or bench or calibrate or check or reproduce or fit-order or report"
         for arguments, words in [([], [subcommands]), (["run"], ["--out", "tandem-lab run --help"]),
                                  (["bench"], ["field", "tandem-lab bench --help"]),
@@ -83,7 +87,13 @@ class Mistakes(ProgramTest):
                                  (["bench", "room", "--users", "1", "--hands", "rest", "rest"],
                                   ["--hands names 2 paths for 1 user"]),
                                  (["run", experiment, "--out", self.folder, "--stage", "telepathy"],
-                                  ["--stage telepathy", "late-pose, hold"])]:
+                                  ["--stage telepathy", "late-pose, hold"]),
+                                 (["run", experiment, "--out", self.folder, "--threads", "-1"], ["--threads", "1 to 256"]),
+                                 (["run", experiment, "--out", self.folder, "--seeds", "-1"], ["--seeds", "1 to 1000"]),
+                                 (["run", experiment, "--out", self.folder, "--set", "link.rtt_ms=-1"],
+                                  ["with ", "link.rtt_ms=-1", "link.rtt_ms is -1"]),
+                                 (["run", crowd, "--out", self.folder, "--single", "--dry"],
+                                  ["users has 3 manipulators, but the scene has 2 tools"])]:
             with self.subTest(arguments=arguments):
                 self.assert_setup_error(run("tandem-lab", *arguments), "tandem-lab: ", *words)
 
@@ -91,6 +101,28 @@ class Mistakes(ProgramTest):
         for port in ("0", "65536", "-1", "47800x", ""):
             with self.subTest(port=port):
                 self.assert_setup_error(run("01_smallest_client", port), "01_smallest_client: ", f"'{port}'", "65535")
+
+
+class Study(ProgramTest):
+    def run_study(self, *settings):
+        experiment = self.write("e.json", json.dumps({"name": "e", "scene": "free", "duration_s": 0.2,
+                                                      "users": [{"name": "a", "hand": "rest"}]}))
+        return run("tandem-lab", "run", experiment, "--single", "--out", self.folder, *settings)
+
+    def test_says_which_trials_of_the_folder_its_results_are_without(self):
+        code, _, err = self.run_study()
+        self.assertEqual(code, 0, err)
+        self.assertNotIn("earlier runs", err)
+        code, _, err = self.run_study("--set", "link.rtt_ms=10")
+        self.assertEqual(code, 0, err)
+        self.assertIn("keeps 1 trial of earlier runs", err)
+
+    def test_says_why_a_user_did_not_join(self):
+        code, out, err = self.run_study("--stage", "god-object", "--set", "law=direct")
+        self.assertEqual(code, 1, err)
+        self.assertIn("not-joined", out)
+        self.assertIn("not joined: ", err)
+        self.assertIn("direct", err)
 
 
 class Help(ProgramTest):
