@@ -360,19 +360,23 @@ std::string scene_text(const Experiment& experiment) {
   return pretty_json(scene);
 }
 
+void check_manipulators(const Experiment& experiment, const server::LoadedScene& scene) {
+  const auto manipulators = std::ranges::count(experiment.users, server::UserRole::kManipulator, &ExperimentUser::role);
+  const std::size_t tools = scene.world.tools.size();
+  if (static_cast<std::size_t>(manipulators) > tools) {
+    throw std::invalid_argument("experiment " + experiment.name + ": users has " + std::to_string(manipulators) +
+                                " manipulators, but the scene has " + std::to_string(tools) +
+                                (tools == 1 ? " tool" : " tools") + "; make the others observers");
+  }
+}
+
 std::shared_ptr<const server::LoadedScene> load_experiment_scene(const Experiment& experiment,
                                                                  const server::SceneLoading& loading) {
   const auto scene = experiment.scene_changes.empty()
                          ? server::load_scene(experiment.scene, loading)
                          : server::load_scene_text(scene_text(experiment), experiment.scene.string(),
                                                    experiment.scene.parent_path(), loading);
-  const auto manipulators = std::ranges::count(experiment.users, server::UserRole::kManipulator, &ExperimentUser::role);
-  const std::size_t tools = scene->world.tools.size();
-  if (static_cast<std::size_t>(manipulators) > tools) {
-    throw std::invalid_argument("experiment " + experiment.name + ": users has " + std::to_string(manipulators) +
-                                " manipulators, but the scene has " + std::to_string(tools) +
-                                (tools == 1 ? " tool" : " tools") + "; make the others observers");
-  }
+  check_manipulators(experiment, *scene);
   return scene;
 }
 

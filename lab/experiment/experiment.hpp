@@ -97,6 +97,9 @@ boost::json::object link_json(const net::LinkParameters& link);
 /// Fails   SceneError (lists the shipped names)
 std::filesystem::path scene_path(const std::string& scene, const std::filesystem::path& directory);
 
+/// Fails: std::invalid_argument when there are more manipulators than the scene has tools.
+void check_manipulators(const Experiment& experiment, const server::LoadedScene& scene);
+
 /// The text of the experiment's scene with its changes made.
 /// Fails   std::invalid_argument: a change names a body that is not there, or goes through what has no fields
 std::string scene_text(const Experiment& experiment);

@@ -131,6 +131,7 @@ VirtualSession::VirtualSession(const Experiment& its_experiment, std::shared_ptr
       room(RoomId{1}, "lab", scene, {.controls_tool_passivity = experiment.controls_passivity()}),
       hub(hub_settings(experiment.seed), {&room}, network),
       next_room_step(LocalTime(experiment.server_phase)) {
+  check_manipulators(experiment, *scene);
   const std::optional<std::size_t> watched = watched_body(experiment, *scene);
   trace.watched_body = watched;
   trace.stored.reserve(static_cast<std::size_t>(experiment.duration / room.period()) + 1);
