@@ -17,8 +17,8 @@ double soft_limit(double magnitude, double limit);
 /// Model   x [m] = S_x · x [Å], f [N] = S_f · f [kcal/mol/Å], τ [N·m] = S_f · S_x · τ [kcal/mol]. Force and both
 ///         torques of a pair are scaled down together so that √(|f|² + (|τ_a|² + |τ_b|²)/(2L²)) stays below the
 ///         scene's force limit, L being the pair's mean radius of gyration: overlap can then neither push nor twist
-///         without bound, directions are kept, and action equals reaction. The scaled field is not conservative; below half the limit it is
-///         exact.
+///         without bound, directions are kept, and action equals reaction. The scaled field is not conservative; below
+///         half the limit it is exact.
 class MolecularForces {
  public:
   explicit MolecularForces(const WorldDescription& world);
