@@ -372,12 +372,9 @@ void check_manipulators(const Experiment& experiment, const server::LoadedScene&
 
 std::shared_ptr<const server::LoadedScene> load_experiment_scene(const Experiment& experiment,
                                                                  const server::SceneLoading& loading) {
-  const auto scene = experiment.scene_changes.empty()
-                         ? server::load_scene(experiment.scene, loading)
-                         : server::load_scene_text(scene_text(experiment), experiment.scene.string(),
-                                                   experiment.scene.parent_path(), loading);
-  check_manipulators(experiment, *scene);
-  return scene;
+  if (experiment.scene_changes.empty()) return server::load_scene(experiment.scene, loading);
+  return server::load_scene_text(scene_text(experiment), experiment.scene.string(), experiment.scene.parent_path(),
+                                 loading);
 }
 
 Duration round_trip_of(const ExperimentUser& user) {

@@ -173,9 +173,11 @@ TrialRunner::Impl::Impl(std::vector<Trial> its_trials, RunSettings its_settings,
 void TrialRunner::Impl::load_scenes(const server::SceneLoading& loading) {
   for (const Trial& trial : trials) {
     KeptScene& kept = scenes[scene_key(trial.experiment)];
-    if (kept.scene != nullptr) continue;
-    kept.scene = load_experiment_scene(trial.experiment, loading);
-    kept.fingerprint = fingerprint_of(scene_text(trial.experiment), *kept.scene);
+    if (kept.scene == nullptr) {
+      kept.scene = load_experiment_scene(trial.experiment, loading);
+      kept.fingerprint = fingerprint_of(scene_text(trial.experiment), *kept.scene);
+    }
+    check_manipulators(trial.experiment, *kept.scene);
   }
 }
 

@@ -5,6 +5,10 @@
 
 #include <filesystem>
 #include <fstream>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "common/base/json_pretty.hpp"
 #include "lab/results/study_report.hpp"
@@ -35,6 +39,20 @@ TEST_F(Study, RunsEveryTrialOnceAndSecondTimeNone) {
   const auto again = second.run([](std::size_t, std::size_t) {});
   EXPECT_EQ(reused(again), 8U);
   EXPECT_EQ(pretty_json(study_json(again)), pretty_json(study_json(results)));
+}
+
+TEST_F(Study, IsRefusedForATrialWithMoreHandsThanToolsWhoeverSharesItsScene) {
+  std::vector<Trial> all = trials();
+  ExperimentUser cleo = all.back().experiment.users.back();
+  cleo.name = "cleo";
+  all.back().experiment.users.push_back(cleo);
+  try {
+    const TrialRunner runner(std::move(all), settings());
+    FAIL() << "accepted";
+  } catch (const std::invalid_argument& error) {
+    EXPECT_NE(std::string(error.what()).find("3 manipulators, but the scene has 2 tools"), std::string::npos)
+        << error.what();
+  }
 }
 
 TEST_F(Study, GoesOnWhereItWasInterrupted) {
