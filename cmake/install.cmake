@@ -21,6 +21,7 @@ endfunction()
 tandem_data(server/scenes scenes)
 tandem_data(lab/experiments experiments)
 tandem_data(lab/paths paths)
+tandem_data(lab/links links)
 tandem_data(devices/profiles.json devices/profiles.json)
 
 install(FILES LICENSE README.md DESTINATION ${CMAKE_INSTALL_DOCDIR})

@@ -29,7 +29,9 @@ std::string_view name_of(net::JitterDistribution distribution) {
 json::object to_json(const net::LinkParameters& link) {
   json::object result{{"delay_ms", in_ms(link.delay)},
                       {"jitter_ms", in_ms(link.jitter)},
+                      {"jitter_correlation_ms", in_ms(link.jitter_correlation)},
                       {"distribution", name_of(link.distribution)},
+                      {"delay_path", link.delay_path.name},
                       {"reordering", link.allows_reordering},
                       {"loss", link.loss},
                       {"bad_period_ms", in_ms(link.mean_bad_period)},

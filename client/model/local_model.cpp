@@ -33,14 +33,17 @@ constexpr Duration kHoldKept = std::chrono::seconds(1);
 constexpr double kLoopDelaySmoothing_s = 0.5;
 
 std::shared_ptr<const physics::WorldDescription> for_a_client(
-    const std::shared_ptr<const physics::WorldDescription>& description, double mass_scale) {
+    const std::shared_ptr<const physics::WorldDescription>& description, const ModelErrors& errors) {
   auto copy = std::make_shared<physics::WorldDescription>(*description);
   // What the law chooses for a tool comes from the server.
   copy->coupling.fit.reset();
   copy->step_s = to_seconds(kInputPeriod);
   for (physics::BodyDescription& body : copy->bodies) {
-    body.mass.mass_kg *= mass_scale;
-    body.mass.principal_inertia_kg_m2 *= mass_scale;
+    body.mass.mass_kg *= errors.mass_scale;
+    body.mass.principal_inertia_kg_m2 *= errors.mass_scale;
+    body.traits.friction *= errors.friction_scale * errors.friction_scale;
+    for (physics::TouchModel::Part& part : body.touch.parts) part.X_BS.p += errors.shape_shift_m;
+    body.touch.radius_m += errors.shape_shift_m.norm();
   }
   return copy;
 }
@@ -64,7 +67,7 @@ LocalModel::LocalModel(const std::shared_ptr<const physics::WorldDescription>& d
     : settings_(settings),
       tool_(tool),
       step_s_(to_seconds(kInputPeriod)),
-      world_(for_a_client(description, settings.mass_scale), physics::make_followed_bodies(description->bodies.size()),
+      world_(for_a_client(description, settings.errors), physics::make_followed_bodies(description->bodies.size()),
              nullptr),
       copies_(copies_of(*description, settings)),
       ledger_(world_, tool, settings.keeps_ledger),

@@ -32,6 +32,15 @@
 
 namespace tandem::client {
 
+/// For experiments: in what the model is wrong.
+struct ModelErrors {
+  double mass_scale = 1;              ///< of moving bodies, times what the server says
+  double friction_scale = 1;          ///< of what bodies touch
+  Vec3 shape_shift_m = Vec3::Zero();  ///< every body's surface is off by this, in the body's frame
+
+  bool operator==(const ModelErrors&) const = default;
+};
+
 struct LocalModelSettings {
   ReconcilerSettings body{};
   /// The tool is held by its coupling, so it needs little: what friction or a gap passed on another side left.
@@ -44,8 +53,7 @@ struct LocalModelSettings {
   /// Bodies that others move are carried on by their velocity for so long at most.
   Duration longest_extrapolation{std::chrono::milliseconds(150)};
   double farthest_extrapolation_m = 0.02;
-  /// For experiments: the mass of moving bodies is taken as this times what the server says.
-  double mass_scale = 1.0;
+  ModelErrors errors;
   /// For experiments: energy() is accounted for.
   bool keeps_ledger = false;
 };

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <sstream>
 #include <stdexcept>
 #include <utility>
@@ -16,6 +17,7 @@ constexpr Duration kMinBadPeriod = std::chrono::microseconds(100);
 constexpr double kMaxPeriod_s = 1e8;
 // Above the streams of all links.
 constexpr std::uint64_t kDuplicateStreams = 1ULL << 40U;
+constexpr std::uint64_t kPathStreams = 1ULL << 41U;
 
 // Pareto's shape: the smallest whole one with a finite standard deviation, so the tail is as heavy as can be
 // while `jitter` still means one. Ours.
@@ -38,7 +40,32 @@ bool is_delay(Duration delay) {
   return delay >= Duration(0) && delay <= kMaxDelay;
 }
 
+std::string path_problem(const DelayPath& path) {
+  if (path.points.empty()) return "";
+  if (path.points.front().at != Duration(0)) return complaint("delay_path", "not there at 0 s", "begun at 0 s");
+  for (std::size_t i = 0; i < path.points.size(); ++i) {
+    if (!is_delay(path.points[i].delay)) {
+      return complaint("delay_path", milliseconds(path.points[i].delay), "of delays of 0 to 10000 ms");
+    }
+    if (i > 0 && path.points[i].at < path.points[i - 1].at) {
+      return complaint("delay_path", to_seconds(path.points[i].at), "in order of time [s]");
+    }
+  }
+  return path.length() > Duration(0) ? "" : complaint("delay_path", "0 s long", "longer");
+}
+
 }  // namespace
+
+Duration DelayPath::at(Duration time) const {
+  if (length() <= Duration(0)) return Duration(0);
+  const Duration here = time % length();
+  const auto next = std::upper_bound(points.begin(), points.end(), here,
+                                     [](Duration value, const Point& point) { return value < point.at; });
+  const Point& to = *next;  // there is one, for `here` is before the last
+  const Point& from = *(next - 1);
+  const double share = to_seconds(here - from.at) / to_seconds(to.at - from.at);
+  return from.delay + from_seconds(share * to_seconds(to.delay - from.delay));
+}
 
 std::string LinkParameters::problem() const {
   // Written so that a NaN fails every comparison.
@@ -50,6 +77,10 @@ std::string LinkParameters::problem() const {
   for (const Duration value : trace) {
     if (!is_delay(value)) return complaint("trace", milliseconds(value), "delays of 0 to 10000 ms");
   }
+  if (!is_delay(jitter_correlation)) {
+    return complaint("jitter_correlation", milliseconds(jitter_correlation), "0 to 10000 ms");
+  }
+  if (std::string bad = path_problem(delay_path); !bad.empty()) return bad;
   if (!(loss >= 0 && loss <= kMaxLoss)) return complaint("loss", loss, "0 to 0.95");
   if (!(mean_bad_period >= kMinBadPeriod && mean_bad_period <= kMaxDelay)) {
     return complaint("mean_bad_period", milliseconds(mean_bad_period), "0.1 to 10000 ms");
@@ -69,6 +100,10 @@ SimulatedLink::SimulatedLink(LinkParameters parameters, std::uint64_t seed, std:
       duplicate_delays_{Random(seed, kDuplicateStreams + 2 * stream + 1)} {
   const std::string problem = parameters_.problem();
   if (!problem.empty()) throw std::invalid_argument("link: " + problem);
+  const DelayPath& path = parameters_.delay_path;
+  if (path.starts_anywhere && path.length() > Duration(0)) {
+    path_from_ = from_seconds(Random(seed, kPathStreams + stream).uniform() * to_seconds(path.length()));
+  }
 }
 
 SimulatedLink SimulatedLink::reliable(LinkParameters parameters, std::uint64_t seed, std::uint64_t stream) {
@@ -94,7 +129,7 @@ void SimulatedLink::send(LocalTime now, std::span<const std::byte> packet) {
     on_wire = line_free_;
   }
   // Drawn for every packet, so that changing the loss leaves the delays as they were; copies have draws of their own.
-  const Duration delay = draw_delay(delays_);
+  const Duration delay = draw_delay(delays_, on_wire);
   if (is_lost(on_wire)) {
     ++counters_.lost;
     return;
@@ -102,7 +137,7 @@ void SimulatedLink::send(LocalTime now, std::span<const std::byte> packet) {
   enqueue(on_wire + delay, packet);
   if (parameters_.duplication > 0 && duplicate_random_.uniform() < parameters_.duplication) {
     ++counters_.duplicated;
-    enqueue(on_wire + draw_delay(duplicate_delays_), packet);
+    enqueue(on_wire + draw_delay(duplicate_delays_, on_wire), packet);
   }
 }
 
@@ -146,25 +181,41 @@ bool SimulatedLink::is_lost(LocalTime now) {
   return in_bad_period_;
 }
 
-Duration SimulatedLink::draw_delay(DelaySource& source) {
-  const double sigma_s = to_seconds(parameters_.jitter);
-  switch (parameters_.distribution) {
-    case JitterDistribution::kTrace: {
-      const Duration delay = parameters_.trace[source.trace_position];
-      source.trace_position = (source.trace_position + 1) % parameters_.trace.size();
-      return delay;
-    }
-    case JitterDistribution::kPareto: {
-      if (sigma_s <= 0) return parameters_.delay;
-      const double scale_s = sigma_s / kParetoUnitSigma;
-      const double excess = std::pow(1.0 - source.random.uniform(), -1.0 / kParetoShape) - 1.0;
-      return parameters_.delay + from_seconds(scale_s * excess);
-    }
-    case JitterDistribution::kNormal:
-      break;
+Duration SimulatedLink::draw_delay(DelaySource& source, LocalTime now) {
+  const Duration along_path = path_delay(now);
+  if (parameters_.distribution != JitterDistribution::kTrace) {
+    return std::max(Duration(0), parameters_.delay + variable_delay(source, now)) + along_path;
   }
-  if (sigma_s <= 0) return parameters_.delay;
-  return std::max(Duration(0), parameters_.delay + from_seconds(sigma_s * source.random.normal()));
+  const Duration delay = parameters_.trace[source.trace_position];
+  source.trace_position = (source.trace_position + 1) % parameters_.trace.size();
+  return delay + along_path;
+}
+
+Duration SimulatedLink::path_delay(LocalTime now) {
+  if (!std::exchange(has_path_begun_, true)) path_began_ = now;
+  return parameters_.delay_path.at(path_from_ + (now - path_began_));
+}
+
+Duration SimulatedLink::variable_delay(DelaySource& source, LocalTime now) const {
+  const double sigma_s = to_seconds(parameters_.jitter);
+  if (sigma_s <= 0) return Duration(0);
+  if (parameters_.distribution == JitterDistribution::kNormal) return from_seconds(sigma_s * draw_deviate(source, now));
+  const bool is_correlated = parameters_.jitter_correlation > Duration(0);
+  const double beyond =
+      is_correlated ? 0.5 * std::erfc(draw_deviate(source, now) / std::numbers::sqrt2) : 1.0 - source.random.uniform();
+  return from_seconds(sigma_s / kParetoUnitSigma * (std::pow(beyond, -1.0 / kParetoShape) - 1.0));
+}
+
+// Of an Ornstein–Uhlenbeck process, as it is after any time.
+double SimulatedLink::draw_deviate(DelaySource& source, LocalTime now) const {
+  const double fresh = source.random.normal();
+  if (parameters_.jitter_correlation <= Duration(0)) return fresh;
+  const double kept =
+      source.has_drawn ? std::exp(-to_seconds(now - source.drawn) / to_seconds(parameters_.jitter_correlation)) : 0.0;
+  source.deviate = kept * source.deviate + std::sqrt(1 - kept * kept) * fresh;
+  source.drawn = now;
+  source.has_drawn = true;
+  return source.deviate;
 }
 
 void SimulatedLink::enqueue(LocalTime due, std::span<const std::byte> packet) {

@@ -23,6 +23,23 @@ namespace tandem::net {
 ///         kTrace   the delays of a list, in turn
 enum class JitterDistribution { kNormal, kPareto, kTrace };
 
+/// How a delay changes over time: straight from point to point, and again from the first after the last.
+struct DelayPath {
+  struct Point {
+    Duration at{0};
+    Duration delay{0};
+    bool operator==(const Point&) const = default;
+  };
+  std::string name;             ///< of its file
+  std::vector<Point> points;    ///< in order of time, the first at 0, the last later; none: no delay
+  bool starts_anywhere = true;  ///< each link begins at a place of its own, by its seed; false: at its first packet
+
+  /// At a time since the path began.
+  Duration at(Duration time) const;
+  Duration length() const { return points.empty() ? Duration(0) : points.back().at; }
+  bool operator==(const DelayPath&) const = default;
+};
+
 /// The most loss that a link has: with more, the good periods would be shorter than a packet's spacing.
 inline constexpr double kMaxLoss = 0.95;
 
@@ -32,6 +49,9 @@ struct LinkParameters {
   Duration jitter{0};  ///< standard deviation of the variable part
   JitterDistribution distribution = JitterDistribution::kNormal;
   std::vector<Duration> trace;  ///< kTrace: delays used in turn instead of delay + jitter
+  /// Not of kTrace: over about so long the variable part changes, as a queue's does. 0: each packet has its own.
+  Duration jitter_correlation{0};
+  DelayPath delay_path;  ///< added to all that: a load that comes and goes, a change of route, a radio's retries
   /// False: a packet waits for those sent before it, so a late one holds up those behind it and they arrive in bursts.
   bool allows_reordering = false;
   double loss = 0.0;                              ///< overall fraction lost, 0 to kMaxLoss
@@ -83,8 +103,14 @@ class SimulatedLink {
   struct DelaySource {
     Random random;
     std::size_t trace_position = 0;
+    double deviate = 0;  ///< of the standard normal distribution, last drawn …
+    LocalTime drawn{};   ///< … for this time
+    bool has_drawn = false;
   };
-  Duration draw_delay(DelaySource& source);
+  Duration draw_delay(DelaySource& source, LocalTime now);
+  Duration variable_delay(DelaySource& source, LocalTime now) const;
+  double draw_deviate(DelaySource& source, LocalTime now) const;
+  Duration path_delay(LocalTime now);
   void enqueue(LocalTime due, std::span<const std::byte> packet);
 
   LinkParameters parameters_;
@@ -93,6 +119,9 @@ class SimulatedLink {
   DelaySource delays_;
   Random duplicate_random_;
   DelaySource duplicate_delays_;
+  Duration path_from_{0};  ///< where on the path the link begins
+  LocalTime path_began_{};
+  bool has_path_begun_ = false;
   bool in_bad_period_ = false;
   LocalTime period_end_{};
   bool has_period_ = false;

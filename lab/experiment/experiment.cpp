@@ -8,6 +8,7 @@
 #include "client/app/parameters_json.hpp"
 #include "common/base/json_fields.hpp"
 #include "common/base/json_pretty.hpp"
+#include "lab/experiment/delay_path.hpp"
 #include "lab/experiment/quantities.hpp"
 #include "server/assets/scene_library.hpp"
 
@@ -36,10 +37,16 @@ Duration phase_of(JsonFields& fields, std::string_view name, Duration otherwise)
   return kSlot * static_cast<int>(slots);
 }
 
-net::LinkParameters link_of(JsonFields link) {
+net::LinkParameters link_of(JsonFields link, const std::filesystem::path& directory) {
   net::LinkParameters result;
   result.delay = from_milliseconds(link.number("rtt_ms", 0, 0, 20000) / 2);
   result.jitter = from_milliseconds(link.number("jitter_ms", 0, 0, 10000));
+  result.jitter_correlation = from_milliseconds(link.number("jitter_correlation_ms", 0, 0, 10000));
+  try {
+    result.delay_path = delay_path_called(link.text("delay_path", ""), directory);
+  } catch (const std::invalid_argument& error) {
+    link.fail("delay_path", error.what());
+  }
   result.distribution =
       static_cast<net::JitterDistribution>(link.choice("distribution", 0, {"normal", "pareto", "trace"}));
   for (const double delay_ms : link.numbers("trace_ms", 0, 10000)) result.trace.push_back(from_milliseconds(delay_ms));
@@ -104,7 +111,9 @@ Pipeline pipeline_of(JsonFields& fields, Pipeline result) {
   result.deadband = fields.number("deadband", result.deadband, 0, 0.5);
   if (fields.has("model")) {
     JsonFields model = fields.object("model");
-    result.model_mass_scale = model.number("mass_scale", result.model_mass_scale, 0.01, 100);
+    result.model.mass_scale = model.number("mass_scale", result.model.mass_scale, 0.01, 100);
+    result.model.friction_scale = model.number("friction_scale", result.model.friction_scale, 0, 100);
+    result.model.shape_shift_m = model.vector("shape_shift_m", result.model.shape_shift_m, 0.1);
     model.finish();
   }
   return result;
@@ -136,8 +145,8 @@ void take_links(JsonFields& user, const json::object& document, std::size_t inde
   user.object("downlink");
   const json::object up = with(context.link, object_in(document, "link"));
   const json::object down = with(up, object_in(document, "downlink"));
-  result.up = link_of(JsonFields(up, context.file.origin, path + "link"));
-  result.down = link_of(JsonFields(down, context.file.origin, path + "downlink"));
+  result.up = link_of(JsonFields(up, context.file.origin, path + "link"), context.file.directory);
+  result.down = link_of(JsonFields(down, context.file.origin, path + "downlink"), context.file.directory);
   if (result.state_over_tcp && (result.up.spoils_datagrams() || result.down.spoils_datagrams())) {
     user.fail("transport",
               "over a stream nothing is lost, doubled or reordered; leave out loss, duplication and "
@@ -314,7 +323,7 @@ Experiment parse_experiment(const ExperimentFile& source) {
   if (result.sample_period <= Duration(0)) file.fail("sample_period_ms", "it must be a whole number from 1 to 1000");
   result.pipeline = pipeline_of(file, result.pipeline);
   result.reference_stage = one_of(file, "reference_stage", default_stage(), known_stages());
-  result.link = link_of(file.object("link"));
+  result.link = link_of(file.object("link"), source.directory);
   result.users = users_of(file, {source, result.pipeline, object_in(source.document, "link")});
   result.outcome = outcome_of(file, result.users);
   skip_grid(file);

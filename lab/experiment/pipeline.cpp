@@ -21,11 +21,14 @@ std::string listed_stages() {
 }
 
 boost::json::object pipeline_json(const Pipeline& pipeline) {
+  const Vec3& shift = pipeline.model.shape_shift_m;
   return {{"stage", pipeline.stage},
           {"predictor", pipeline.predictor},
           {"passivity", pipeline.passivity},
           {"deadband", pipeline.deadband},
-          {"model", boost::json::object{{"mass_scale", pipeline.model_mass_scale}}}};
+          {"model", boost::json::object{{"mass_scale", pipeline.model.mass_scale},
+                                        {"friction_scale", pipeline.model.friction_scale},
+                                        {"shape_shift_m", boost::json::array{shift.x(), shift.y(), shift.z()}}}}};
 }
 
 }  // namespace tandem::lab

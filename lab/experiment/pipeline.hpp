@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "client/haptics/stages/stage.hpp"
+#include "client/model/local_model.hpp"
 #include "common/base/json.hpp"
 
 namespace tandem::lab {
@@ -21,8 +22,8 @@ struct Pipeline {
   std::string stage = default_stage();
   std::string predictor = client::StageSettings{}.predictor;  ///< of what the stage's model does not know
   bool passivity = client::StageSettings{}.passivity;         ///< a passivity controller follows the stage
-  double deadband = 0;          ///< Weber fraction below which nothing is sent; 0: everything is
-  double model_mass_scale = 1;  ///< masses of the local model are wrong by this factor
+  double deadband = 0;        ///< Weber fraction below which nothing is sent; 0: everything is
+  client::ModelErrors model;  ///< in what the local model is wrong
 };
 
 /// As an experiment file has it.

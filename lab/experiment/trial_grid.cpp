@@ -223,7 +223,7 @@ Trial reference_of(const Trial& trial) {
                              {"predictor", "none"},
                              {"passivity", false},
                              {"deadband", 0.0},
-                             {"model.mass_scale", 1.0}};
+                             {"model", pipeline_json({}).at("model")}};
   for (const auto& each : perfect) set_quantity(document, each.key(), each.value());
   document["link"] = json::object();
   for (json::value& user : document.at("users").as_array()) {

@@ -37,8 +37,8 @@ LocalTime next_whole_millisecond(LocalTime time) {
 
 // A link without delay is no link: the loopback's own is what is left.
 bool is_perfect(const net::LinkParameters& link) {
-  return link.delay == Duration(0) && link.jitter == Duration(0) && link.trace.empty() && !link.spoils_datagrams() &&
-         link.rate_limit_bytes_per_s == 0;
+  return link.delay == Duration(0) && link.jitter == Duration(0) && link.trace.empty() &&
+         link.delay_path.points.empty() && !link.spoils_datagrams() && link.rate_limit_bytes_per_s == 0;
 }
 
 client::ClientIoSettings io_settings(const ExperimentUser& user, const server::LoadedScene& scene, std::uint16_t port,
@@ -309,9 +309,10 @@ LiveSession::LiveSession(const Experiment& its_experiment, std::shared_ptr<const
   told.resize(experiment.users.size());
   for (std::size_t i = 0; i < experiment.users.size(); ++i) {
     const ExperimentUser& user = experiment.users[i];
-    if (user.pipeline.model_mass_scale != 1) {
+    if (user.pipeline.model != client::ModelErrors{}) {
       throw std::invalid_argument("experiment " + experiment.name +
-                                  ": model.mass_scale is not 1; tandem-client has no such setting: leave it out");
+                                  ": model has errors (mass_scale, friction_scale, shape_shift_m); tandem-client has "
+                                  "no such setting: leave it out");
     }
     const UserTrace& virtual_user = beside.users[i];
     users.push_back(std::make_unique<LiveUser>(user,

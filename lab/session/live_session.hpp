@@ -42,12 +42,12 @@ struct LiveTiming {
 
 /// Runs one trial of an experiment in real time.
 ///
-/// Limits  the local model's mass_scale and the coupling's check against the device are left out: tandem-client has no
+/// Limits  errors of the local model and the coupling's check against the device are left out: tandem-client has no
 ///         setting for the first, and a virtual trial no check
 /// In      beside   the virtual trial of the same experiment: seeds, names and the watched body are taken from it
 ///         on_tick  called on this thread for each haptic tick of a moving hand, at most some ten milliseconds late
 /// Out     timing
-/// Fails   std::invalid_argument: mass_scale is not 1; CouldNotJoin (says who and why); std::runtime_error,
+/// Fails   std::invalid_argument: errors of the model; CouldNotJoin (says who and why); std::runtime_error,
 ///         std::system_error: no port, no thread
 SessionTrace run_live_session(const Experiment& experiment, const std::shared_ptr<const server::LoadedScene>& scene,
                               const SessionTrace& beside, int realtime_priority, LiveTiming& timing,

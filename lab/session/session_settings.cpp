@@ -25,7 +25,7 @@ client::ClientSettings client_settings(const ExperimentUser& user, std::shared_p
   settings.session.state_over_tcp = user.state_over_tcp;
   settings.session.deadband = user.pipeline.deadband;
   settings.session.asset_store = std::move(assets);
-  settings.local_model.mass_scale = user.pipeline.model_mass_scale;
+  settings.local_model.errors = user.pipeline.model;
   return settings;
 }
 

@@ -197,7 +197,7 @@ TEST_P(LocalModelDelay, ABodyThatOnlyThisUserPushesIsFeltAsWithoutADelay) {
 
 TEST_P(LocalModelDelay, AWrongMassIsReconciledAndStaysCalm) {
   LocalModelSettings settings;
-  settings.mass_scale = 0.6;
+  settings.errors.mass_scale = 0.6;
   const Vec3 start{-0.04, 0, 0.02}, pushed{0.06, 0, 0.02};
   Across far(scene(), GetParam(), settings);
   const auto forces = felt(far, start, pushed);

@@ -156,6 +156,83 @@ TEST(SimulatedLink, TraceDelaysComeInTurnAndStartAgain) {
   EXPECT_THAT(delays, testing::ElementsAre(1ms, 7ms, 3ms, 1ms, 7ms, 3ms, 1ms));
 }
 
+/// Correlation of values `lag` apart.
+double correlation_at(const std::vector<double>& values, std::size_t lag) {
+  const double mean = mean_of(values);
+  double sum = 0, square = 0;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    square += (values[i] - mean) * (values[i] - mean);
+    if (i + lag < values.size()) sum += (values[i] - mean) * (values[i + lag] - mean);
+  }
+  return sum / square;
+}
+
+TEST(SimulatedLink, CorrelatedJitterHasTheSameDistributionAndForgetsExponentially) {
+  LinkParameters parameters;
+  parameters.delay = milliseconds(100);
+  parameters.jitter = milliseconds(5);
+  parameters.jitter_correlation = milliseconds(20);
+  constexpr std::uint32_t kCount = 400000;
+  const auto delays = measured_delays_s(parameters, kCount);
+  // As many independent values as there are twice the correlation time in the whole: 10000.
+  const double independent = kCount / 40.0;
+  EXPECT_NEAR(mean_of(delays), 0.100, 6 * 0.005 / std::sqrt(independent));
+  EXPECT_NEAR(deviation_of(delays), 0.005, 6 * 0.005 / std::sqrt(independent));
+  EXPECT_NEAR(correlation_at(delays, 1), std::exp(-1.0 / 20), 0.01);
+  EXPECT_NEAR(correlation_at(delays, 20), std::exp(-1.0), 6 / std::sqrt(independent));
+  EXPECT_NEAR(correlation_at(delays, 200), 0, 6 / std::sqrt(independent));
+}
+
+TEST(SimulatedLink, CorrelatedParetoKeepsItsTail) {
+  LinkParameters parameters;
+  parameters.delay = milliseconds(20);
+  parameters.jitter = milliseconds(4);
+  parameters.distribution = JitterDistribution::kPareto;
+  parameters.jitter_correlation = milliseconds(2);
+  constexpr std::uint32_t kCount = 80000;
+  const double scale_s = 0.004 / (std::sqrt(3.0) / 2);
+  // Values a tenth of a second apart know nothing of each other.
+  std::vector<double> apart;
+  const auto delays = measured_delays_s(parameters, kCount);
+  for (std::size_t i = 0; i < delays.size(); i += 20) apart.push_back(delays[i]);
+  EXPECT_LT(distance_to(apart, [&](double x) { return 1 - std::pow(1 + (x - 0.020) / scale_s, -3.0); }),
+            dkw_bound(apart.size()));
+}
+
+TEST(SimulatedLink, ADelayPathIsAddedStraightBetweenItsPointsAndBeginsAgain) {
+  LinkParameters parameters;
+  parameters.delay = milliseconds(5);
+  parameters.delay_path.points = {{milliseconds(0), milliseconds(0)},
+                                  {milliseconds(100), milliseconds(10)},
+                                  {milliseconds(100), milliseconds(50)},
+                                  {milliseconds(200), milliseconds(50)}};
+  parameters.delay_path.starts_anywhere = false;
+  const auto delays = measured_delays_s(parameters, 400);
+  for (const std::size_t begin : {std::size_t{0}, std::size_t{200}}) {
+    EXPECT_NEAR(delays[begin], 0.005, 1e-9);
+    EXPECT_NEAR(delays[begin + 50], 0.010, 1e-9);
+    EXPECT_NEAR(delays[begin + 100], 0.055, 1e-9) << "a step";
+    EXPECT_NEAR(delays[begin + 199], 0.055, 1e-9);
+  }
+  parameters.delay_path.starts_anywhere = true;
+  EXPECT_NE(measured_delays_s(parameters, 400), delays) << "begins elsewhere";
+  EXPECT_EQ(measured_delays_s(parameters, 400), measured_delays_s(parameters, 400)) << "the same of the same seed";
+}
+
+TEST(SimulatedLink, RefusesADelayPathThatIsNone) {
+  const auto problem_of = [](std::vector<DelayPath::Point> points) {
+    LinkParameters parameters;
+    parameters.delay_path.points = std::move(points);
+    return parameters.problem();
+  };
+  EXPECT_EQ(problem_of({}), "");
+  EXPECT_THAT(problem_of({{milliseconds(1), milliseconds(1)}}), testing::HasSubstr("begun at 0 s"));
+  EXPECT_THAT(problem_of({{milliseconds(0), milliseconds(1)}}), testing::HasSubstr("longer"));
+  EXPECT_THAT(problem_of({{milliseconds(0), milliseconds(-1)}}), testing::HasSubstr("delays of 0 to 10000 ms"));
+  EXPECT_THAT(problem_of({{milliseconds(0), {}}, {milliseconds(2), {}}, {milliseconds(1), {}}}),
+              testing::HasSubstr("in order of time"));
+}
+
 TEST(SimulatedLink, KeepsTheOrderUnlessReorderingIsAllowed) {
   LinkParameters parameters;
   parameters.delay = milliseconds(20);

@@ -77,7 +77,7 @@ TEST_F(ExperimentFile, EveryFieldArrives) {
   EXPECT_TRUE(user.pipeline.passivity) << "the user's own";
   EXPECT_FALSE(experiment.pipeline.passivity);
   EXPECT_EQ(user.pipeline.deadband, 0.1);
-  EXPECT_EQ(user.pipeline.model_mass_scale, 1.4);
+  EXPECT_EQ(user.pipeline.model.mass_scale, 1.4);
   EXPECT_EQ(experiment.reference_stage, "hold");
   EXPECT_EQ(experiment.scene_changes.at("bodies.cube.friction"), boost::json::value(0.5));
   EXPECT_EQ(experiment.scene_changes.at("coupling.law"), boost::json::value("qsa-static"));
@@ -141,6 +141,24 @@ TEST_F(ExperimentFile, AStreamMayBeSlowButLosesNothing) {
   }
 }
 
+TEST_F(ExperimentFile, ADelayPathIsAFileBesideItOrAShippedOne) {
+  std::ofstream(folder_ / "ramp.json") << R"({"times_s": [0, 2], "delays_ms": [0, 30], "starts_anywhere": false})";
+  const Experiment own = parse(one_user(R"("link": {"delay_path": "ramp.json"})"));
+  const net::DelayPath& path = own.users.at(0).up.delay_path;
+  EXPECT_EQ(path.at(seconds(1)), milliseconds(15));
+  EXPECT_FALSE(path.starts_anywhere);
+  EXPECT_EQ(own.users[0].down.delay_path, path);
+  for (const std::string name : {"drift", "steps", "wifi"}) {
+    const Experiment shipped = parse(one_user(R"("link": {"delay_path": ")" + name + "\"}"));
+    EXPECT_EQ(shipped.users.at(0).up.delay_path.length(), seconds(60)) << name;
+    EXPECT_EQ(parse(compact_json(experiment_json(shipped))).users.at(0).up.delay_path,
+              shipped.users.at(0).up.delay_path);
+  }
+  std::ofstream(folder_ / "short.json") << R"({"times_s": [0, 1], "delays_ms": [0]})";
+  EXPECT_THAT(complaint(one_user(R"("link": {"delay_path": "short.json"})")),
+              testing::HasSubstr("must have the same number of values"));
+}
+
 TEST_F(ExperimentFile, SaysWhatIsWrongWhereAndWhatWouldBeRight) {
   const std::pair<std::string, std::string> cases[] = {
       {"{", "e.json: line 1, column 2: incomplete JSON; it must be one valid JSON value"},
@@ -169,8 +187,9 @@ TEST_F(ExperimentFile, SaysWhatIsWrongWhereAndWhatWouldBeRight) {
       {one_user(R"("link": {"rtt_ms": -1})"),
        "e.json: users[0].link.rtt_ms is -1; it must be a number from 0 to 20000"},
       {one_user(R"("link": {"delay_ms": 1})"),
-       "e.json: users[0].link.delay_ms is 1; there is no such field here; known: bad_period_ms, distribution, "
-       "duplication, jitter_ms, loss, queue_limit, rate_limit_bytes_per_s, reordering, rtt_ms, trace_ms"},
+       "e.json: users[0].link.delay_ms is 1; there is no such field here; known: bad_period_ms, delay_path, "
+       "distribution, duplication, jitter_correlation_ms, jitter_ms, loss, queue_limit, rate_limit_bytes_per_s, "
+       "reordering, rtt_ms, trace_ms"},
       {R"({"name": "n", "scene": "./scene.json", "link": {"loss": 2}, "users": [{"name": "a"}]})",
        "e.json: link.loss is 2; it must be a number from 0 to 0.95"},
       {R"({"name": "n", "scene": "./scene.json", "users": [{"name": "a"}],
@@ -191,6 +210,9 @@ TEST_F(ExperimentFile, SaysWhatIsWrongWhereAndWhatWouldBeRight) {
        "e.json: users[0].hand_parameters.mass_kg is 0; it must be a number from 0.01 to 10"},
   };
   for (const auto& [json, message] : cases) EXPECT_EQ(complaint(json), message);
+  EXPECT_THAT(complaint(one_user(R"("link": {"delay_path": "pigeon"})")),
+              testing::AllOf(testing::StartsWith("e.json: users[0].link.delay_path is \"pigeon\""),
+                             testing::HasSubstr("shipped: drift, steps, wifi")));
   EXPECT_THAT(complaint(one_user(R"("hand": "peg-middle")")),
               testing::AllOf(testing::StartsWith("e.json: users[0].hand is \"peg-middle\""),
                              testing::HasSubstr("known: rest, ")));

@@ -115,7 +115,7 @@ TEST(TrialGrid, TheReferenceHasTheSameHandsOnAPerfectLink) {
     EXPECT_EQ(user.pipeline.stage, "late-pose");
     EXPECT_FALSE(user.pipeline.passivity);
     EXPECT_EQ(user.pipeline.deadband, 0);
-    EXPECT_EQ(user.pipeline.model_mass_scale, 1);
+    EXPECT_TRUE(user.pipeline.model == client::ModelErrors{});
     EXPECT_EQ(user.up.delay, Duration(0));
     EXPECT_EQ(user.up.loss, 0);
     EXPECT_EQ(user.down.loss, 0);

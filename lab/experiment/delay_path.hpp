@@ -1,0 +1,16 @@
+// Delay paths by name: how a link's delay changes over time.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "common/net/link.hpp"
+
+namespace tandem::lab {
+
+/// A file's path, relative to `directory`, or the name of one of the shipped ones ("wifi"); "": none. The file has
+/// `times_s` and `delays_ms`, lists of the same length, and may have `starts_anywhere` and `description`.
+/// Fails   std::invalid_argument naming file, field and remedy, or the shipped names
+net::DelayPath delay_path_called(const std::string& name, const std::filesystem::path& directory);
+
+}  // namespace tandem::lab
