@@ -38,6 +38,8 @@ struct DeviceSpec {
   double speed_limit_m_per_s = 3.0;    ///< a faster handle is a fault: force to zero within 20 ms, then re-armed
   double slew_limit_n_per_s = 4000.0;  ///< how fast the displayed force may change
   double slew_limit_n_m_per_s = 200.0;
+  double position_step_m = 0;  ///< resolution of the reported pose; 0: exact
+  double rotation_step_rad = 0;
 
   bool has_torque() const { return actuated_rotations > 0; }
 };

@@ -65,7 +65,8 @@ HapticCore::HapticCore(const HapticSettings& settings, devices::Device& device, 
       coupling_(settings.coupling_bounds),
       stage_(require_stage(settings.stage)),
       is_passivity_controlled_(settings.stage.passivity),
-      safety_(with_device_limits(settings.safety, device.spec())) {}
+      safety_(with_device_limits(settings.safety, device.spec())),
+      device_path_(device.spec().position_step_m, device.spec().rotation_step_rad) {}
 
 HapticCore::~HapticCore() = default;
 
@@ -190,7 +191,7 @@ void HapticCore::take_state(const ReceivedUpdate& received) noexcept {
   record_.held_body = update.held_body;
   note_watched_body(update);
   passivity_.world_reported(update.energy_from_world_j, update.energy_into_world_j,
-                            to_seconds(received.received - energy_reported_at_));
+                            to_seconds(received.received - energy_reported_at_), stage_output_.is_local);
   energy_reported_at_ = received.received;
 }
 
@@ -209,14 +210,20 @@ void HapticCore::note_watched_body(const proto::ServerUpdate& update) noexcept {
 
 void HapticCore::move_handle(const devices::DeviceSample& sample) noexcept {
   if (sample.is_valid) {
-    displayed_work_.move_to(sample.X_DH);
+    X_DH_path_ = device_path_.follow(sample.X_DH, sample.V_DH, period_s_);
+    displayed_work_.move_to(X_DH_path_);
   } else {
+    device_path_.lose_pose();
     displayed_work_.lose_pose();
   }
   if (!scene_is_usable_ || !sample.is_valid) return;
   const RigidState raw_W{scene_.workspace.world_pose(sample.X_DH), scene_.workspace.world_twist(sample.V_DH)};
-  raw_X_WH_ = raw_W.X;
+  raw_X_WH_ = scene_.workspace.world_pose(X_DH_path_);
   record_.handle_W = clutch_.apply(raw_W, is_clutch_down(sample));
+  X_WH_path_ = record_.handle_W.X;
+  if (is_clutch_down(sample)) return;
+  X_WH_path_.p += raw_X_WH_.p - raw_W.X.p;
+  X_WH_path_.q = (raw_X_WH_.q * raw_W.X.q.conjugate() * X_WH_path_.q).normalized();
 }
 
 // Without a hand for a tick or two the last tool and wave are sent again; who is not displaying has none.
@@ -277,7 +284,7 @@ void HapticCore::request(const Wrench& controlled_on_hand_W) noexcept {
   // No coupling is that strong; a sum of less never leaves what the wire takes.
   constexpr double kMax_n = 1000, kMax_n_m = 100;
   if (record_.sample.is_valid && is_driving()) {
-    requested_work_.move_to(record_.handle_W.X);
+    requested_work_.move_to(X_WH_path_);
   } else {
     requested_work_.lose_pose();
   }

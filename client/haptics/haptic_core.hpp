@@ -19,6 +19,7 @@
 #include "client/haptics/scene_coupling.hpp"
 #include "client/haptics/stages/stage.hpp"
 #include "client/haptics/tick_record.hpp"
+#include "common/haptics/encoder_path.hpp"
 #include "common/haptics/passivity/hand_passivity_controller.hpp"
 #include "common/haptics/safety.hpp"
 #include "common/realtime/handover.hpp"
@@ -123,12 +124,15 @@ class HapticCore {
   bool state_is_new_ = false;
   LocalTime ticked_at_{};
   double period_s_ = 0.001;
-  Pose raw_X_WH_;  ///< of the hand, without clutch: what it does work along
+  Pose X_DH_path_;  ///< of the hand: what it does work along, between the steps of its encoders
+  Pose raw_X_WH_;   ///< that in the world, without clutch …
+  Pose X_WH_path_;  ///< … and with it
   LocalTime energy_reported_at_{};
   std::atomic<std::uint32_t> watched_{0};
   std::uint32_t watched_last_ = 0;
   devices::DeviceSample last_sample_;  ///< of the last tick, when valid
-  PortWork displayed_work_;            ///< device joules
+  haptics::EncoderPath device_path_;
+  PortWork displayed_work_;  ///< device joules
   /// World joules, of the wrench after the passivity controller and before the safety stages: what ramp, slew limit and
   /// the device's own limit keep from the hand, its tool does in the world all the same, so the server has to count it.
   PortWork requested_work_;

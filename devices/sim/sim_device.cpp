@@ -72,6 +72,8 @@ SimDevice::SimDevice(DeviceSpec spec, const HandParameters& hand, HandPath path,
       random_(seed),
       estimator_(hand.encoder_step_m, hand.encoder_step_rad),
       X_DH_(path_.pose_at(Duration(0))) {
+  spec_.position_step_m = hand.encoder_step_m;
+  spec_.rotation_step_rad = hand.encoder_step_rad;
   check_parameters(hand_);
   // The tremor is under way from the first sample: its state is drawn from the stationary distribution.
   const double omega = 2 * std::numbers::pi * hand_.tremor_hz;

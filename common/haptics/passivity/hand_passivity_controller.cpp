@@ -20,8 +20,11 @@ double rise_above_peak_j(double& below_peak_j, double net_j) noexcept {
 
 }  // namespace
 
-void HandPassivityController::world_reported(double from_world_j, double into_world_j, double elapsed_s) noexcept {
-  add_to_balance(rise_above_peak_j(world_below_peak_j_, world_.take(from_world_j, into_world_j, elapsed_s)));
+void HandPassivityController::world_reported(double from_world_j, double into_world_j, double elapsed_s,
+                                             bool has_model) noexcept {
+  const double net_j = world_.take(from_world_j, into_world_j, elapsed_s);
+  const double risen_j = rise_above_peak_j(world_below_peak_j_, net_j);
+  add_to_balance(has_model ? risen_j : net_j);
 }
 
 void HandPassivityController::local_model_reported(double net_j) noexcept {
@@ -35,11 +38,13 @@ Wrench HandPassivityController::apply(const Pose& X_WH, const Wrench& on_hand_W,
   if (is_finite(X_WH)) end_period(X_WH, period_s);
   displayed_ = withheld_ = left_out_later_ = {};
   if (!is_finite(X_WH) || !is_finite(on_hand_W) || !(period_s > 0) || !std::isfinite(period_s)) return {};
-  const double max_work_j = port_.max_work_j(on_hand_W, kPeriod_s);
+  const double ahead_j = std::max(0.0, port_.expected_work_j(on_hand_W));
   // Norms of huge numbers overflow.
-  if (!std::isfinite(max_work_j)) return {};
+  if (!std::isfinite(ahead_j)) return {};
+  if (balance_j_ < 0) balance_j_ = std::min(0.0, balance_j_ + kLeakRate_w * std::min(period_s, kPeriod_s));
   const double available_j = std::max(0.0, balance_j_ + kInitialCredit_j);
-  gain_ = next_passivity_gain(gain_, kPeriodsAhead * max_work_j, available_j, period_s);
+  gain_ = next_passivity_gain(gain_, kPeriodsAhead * ahead_j, available_j, period_s);
+  gain_ = std::min(gain_, std::clamp((kMaxDebt_j + balance_j_) / (kMaxDebt_j - kInitialCredit_j), 0.0, 1.0));
   limited_ticks_ += gain_ < 1 ? 1 : 0;
   displayed_ = on_hand_W * gain_;
   withheld_ = on_hand_W * (1 - gain_);
@@ -67,7 +72,7 @@ void HandPassivityController::set_displayed(const Wrench& on_hand_W) noexcept {
 
 void HandPassivityController::add_to_balance(double energy_j) noexcept {
   const double balance_j = balance_j_ + energy_j;
-  if (std::isfinite(balance_j)) balance_j_ = std::min(balance_j, kMaxBalance_j);
+  if (std::isfinite(balance_j)) balance_j_ = std::clamp(balance_j, -kMaxDebt_j, kMaxBalance_j);
 }
 
 void HandPassivityController::reset() noexcept {

@@ -14,15 +14,18 @@ namespace tandem::haptics {
 
 /// Time-domain passivity observer and controller of the hand's port.
 ///
-/// Model   energy balance E = −Σ (F_j·(x_{j+1} − x_j) + τ_j·θ_{j,j+1}) + C_world + C_local, F, τ as displayed and held;
-///         the credit C of a source is the highest value that its net output (given − taken) has had so far, at least
-///         0. The wrench is scaled by g = min(1, (E + initial credit) / (n m)), m the bound of PortLookAhead; g falls
-///         at once and rises slowly.
-///         Why it holds: n ≥ 1, so no period takes more than E + initial credit: the hand never gets more than C_world
-///         + C_local + initial credit beyond what it put in.
-///         Why a credit never falls: what the tool took of the hand's energy would else be charged twice, here and by
-///         the tool's controller (ToolPassivityController), and the force would not come back.
-///         World, wire and local model: each sum only grows, so a lost report delays a credit and does no harm.
+/// Model   energy balance E = −Σ (F_j·(x_{j+1} − x_j) + τ_j·θ_{j,j+1}) + (given by the world − taken by it) + C_local, F, τ
+///         as displayed and held, x along the path between encoder steps (EncoderPath); the credit C_local is the
+///         highest value that the local model's net output has had so far, at least 0. The wrench is scaled by
+///         g = min(1, (E + initial credit) / (n m)), m = F·δ + τ·δ_θ the work that the hand takes if it moves on as it
+///         did in the last period; g falls at once and rises slowly. A debt E < 0 is forgiven at kLeakRate_w and bounds
+///         g by its size, to 0 at kMaxDebt_j.
+///         Why it starves no hand: at rest and against the force m ≤ 0, so that a hand that presses gets the force which
+///         it pays for; what is left of a debt is gone in kMaxDebt_j / kLeakRate_w = 1 s.
+///         Why it holds: the hand never gets more than the world and the local model gave, beyond what it put in, than
+///         the initial credit, what is forgiven, and kMaxDebt_j. A debt comes from motion that turned within a period,
+///         and from what the world took before its report came.
+///         World, wire and local model: each sum only grows, so a lost report delays and does no harm.
 /// Source  Hannaford, Ryu, "Time-domain passivity control of haptic interfaces", IEEE T-RA 18(1), 2002; theirs looks
 ///         back and adds damping, ours looks one period ahead and scales. Two-port energies over a delay: Ryu, Artigas,
 ///         Preusche, "A passive bilateral control scheme for a teleoperator with time-varying communication delay",
@@ -37,6 +40,8 @@ class HandPassivityController {
   /// affected when this is above k (n (v T + a T²))² / 2: 1000 N/m at 0.2 m/s.
   static constexpr double kInitialCredit_j = 2e-4;
   static constexpr double kMaxBalance_j = 2.0;
+  static constexpr double kLeakRate_w = 2e-3;   ///< at which a debt is forgiven
+  static constexpr double kMaxDebt_j = 2e-3;    ///< at which no force is left
   static constexpr double kPeriodsAhead = 2.0;  ///< n: more is softer, and acts sooner
   /// Of the loop. A tick that came late does not make the next one as long, and of the work that the hand took
   /// meanwhile only this much of the time is charged: it could not have been foreseen, and without a force a negative
@@ -44,7 +49,10 @@ class HandPassivityController {
   static constexpr double kPeriod_s = 0.001;
 
   /// The server's running sums, for every update that came; `elapsed_s` since the one before.
-  void world_reported(double from_world_j, double into_world_j, double elapsed_s) noexcept;
+  /// In      has_model  what the hand feels is a model of its own, driven by the hand: the world, which mirrors it, takes
+  ///                    the same energy a second time, and more where the model is too light; then only the rise of what
+  ///                    the world gave above its highest counts
+  void world_reported(double from_world_j, double into_world_j, double elapsed_s, bool has_model = false) noexcept;
   /// The local model's running net output (StageOutput::energy_from_local_j); ignored when not finite. The first one
   /// only sets where to count from.
   void local_model_reported(double net_j) noexcept;

@@ -6,8 +6,10 @@
 namespace tandem::haptics {
 
 void PortLookAhead::move_to(const Pose& X_W, double share) noexcept {
-  step_m_ = has_pose_ ? share * (X_W.p - X_W_.p).norm() : 0.0;
-  turn_rad_ = has_pose_ ? share * rotation_vector(X_W.q * X_W_.q.conjugate()).norm() : 0.0;
+  moved_m_ = has_pose_ ? Vec3(share * (X_W.p - X_W_.p)) : Vec3::Zero();
+  turned_rad_ = has_pose_ ? Vec3(share * rotation_vector(X_W.q * X_W_.q.conjugate())) : Vec3::Zero();
+  step_m_ = moved_m_.norm();
+  turn_rad_ = turned_rad_.norm();
   X_W_ = X_W;
   has_pose_ = true;
 }

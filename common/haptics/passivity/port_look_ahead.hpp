@@ -2,6 +2,8 @@
 // energy balance allows.
 #pragma once
 
+#include <cmath>
+
 #include "common/base/spatial.hpp"
 
 namespace tandem::haptics {
@@ -26,12 +28,19 @@ class PortLookAhead {
   bool has_pose() const noexcept { return has_pose_; }
   /// Of the last move_to().
   const Pose& pose() const noexcept { return X_W_; }
+  /// How far it moved in the last period, and turned at `lever_m` [m].
+  double moved_m(double lever_m) const noexcept { return std::hypot(step_m_, lever_m * turn_rad_); }
   /// Not finite when norms overflow.
   double max_work_j(const Wrench& held_W, double period_s) const noexcept;
+  /// Of the coming period if the port moves on as it did in the last one; negative: it puts work in.
+  double expected_work_j(const Wrench& held_W) const noexcept {
+    return held_W.f.dot(moved_m_) + held_W.t.dot(turned_rad_);
+  }
 
  private:
   bool has_pose_ = false;
   Pose X_W_;
+  Vec3 moved_m_ = Vec3::Zero(), turned_rad_ = Vec3::Zero();
   double step_m_ = 0;
   double turn_rad_ = 0;
 };
