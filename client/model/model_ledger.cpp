@@ -73,7 +73,8 @@ void ModelLedger::end_step() noexcept {
 
 ModelEnergy ModelLedger::energy() const noexcept {
   if (!is_kept_) return {};
-  ModelEnergy energy{world_.energy_of_tool_j(tool_), exchanged_j_ + field_work_j_, field_work_j_, corrected_j_};
+  ModelEnergy energy{world_.energy_of_tool_j(tool_), exchanged_j_ + field_work_j_, field_work_j_, corrected_j_,
+                     world_.energy_of_joints_j()};
   for (const Entry& entry : bodies_) {
     if (!entry.is_followed) energy.stored_j += energy_j(entry);
   }

@@ -14,13 +14,14 @@ struct ModelEnergy {
   double exchanged_j = 0;   ///< what came with bodies and from the field, less what went; see ModelLedger
   double field_work_j = 0;  ///< the field's part of that
   double corrected_j = 0;   ///< of what stored_j rose by, that of small corrections towards the server
+  double joints_j = 0;      ///< held by the joints to the server's bodies, as the model sees them; in none of the above
 };
 
 /// Keeps the account for experiments; when it is not kept, every call is a comparison.
 ///
 /// Model   stored     Σ of the bodies that the model steps: ½ m v² + ½ ωᵀ I ω + c m g z + anchor, c the part of the weight
 ///                    that is borne here; the same of the tool, and what its coupling holds. Joints to the server's
-///                    bodies hold nothing here: what they do is accounted as work, at both ends
+///                    bodies are apart (joints_j): what they do is work at both ends
 ///         exchanged  + the energy of a body as the server had it, when the model takes it over
 ///                    − its energy as the model had it, when the model gives it up to follow the server
 ///                    + the change when a part of its weight goes over to the server's body, or comes back

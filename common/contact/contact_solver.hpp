@@ -34,6 +34,9 @@ struct SolverCoupling {
   Twist V_WH;
   Pose X_WT;         ///< the tool, fixed to the body
   double share = 1;  ///< of what the law does, 0..1
+  /// Beside it, what the tool does in the world is held back by these times its velocity: a part of the coupling.
+  double brake_n_s_per_m = 0;
+  double brake_n_m_s_per_rad = 0;
 };
 
 /// The contacts of body `a` with body `b`; either may be kStaticBody, not both.

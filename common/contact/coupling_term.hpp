@@ -32,6 +32,8 @@ class CouplingTerm {
  private:
   const haptics::CouplingLaw* law_ = nullptr;
   double share_ = 1;  ///< of what the law does
+  double brake_n_s_per_m_ = 0;
+  double brake_n_m_s_per_rad_ = 0;
   Pose X_WH_;
   Twist V_WH_;
   Quat q_WT_ = Quat::Identity();

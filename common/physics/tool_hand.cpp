@@ -12,6 +12,7 @@ void ToolHand::advance(double step_s) noexcept {
 
 void ToolHand::reset(const haptics::CouplingParameters& coupling) noexcept {
   let_go();
+  brake_n_s_per_m_ = 0;
   ramp_.jump_to(coupling);
   law_->set_parameters(coupling);
   energy_into_world_j_ = 0;

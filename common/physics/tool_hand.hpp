@@ -11,6 +11,9 @@
 
 namespace tandem::physics {
 
+/// At which a brake that holds a tool back in turning is the brake of its translation: about the reach of a grip.
+inline constexpr double kBrakeLever_m = 0.03;
+
 /// Per step: coupling() before the solver, settle() with what it found.
 ///
 /// Model   work of a step = F_k · (x_{k+1} − x_k) + τ_k · θ_{k,k+1}, the mean wrench of the step about T; its
@@ -35,6 +38,8 @@ class ToolHand {
   /// From now on the coupling does this share of what its law says; 1 at first.
   void set_strength(double strength) noexcept { strength_ = strength; }
   double strength() const { return strength_; }
+  /// And beside it holds the tool back by this times its velocity; 0 at first.
+  void set_brake(double n_s_per_m) noexcept { brake_n_s_per_m_ = n_s_per_m; }
 
   bool has_handle() const { return has_handle_; }
   bool pulls() const { return pulls_; }
@@ -47,7 +52,14 @@ class ToolHand {
 
   /// What the solver needs to know of the pull on `body`, the tool being at `X_WT` now. Only while it pulls.
   contact::SolverCoupling coupling(int body, const Pose& X_WT) const noexcept {
-    return {body, law_.get(), target_.X, target_.V, X_WT, strength_ < 1 ? strength_ : 1};
+    return {body,
+            law_.get(),
+            target_.X,
+            target_.V,
+            X_WT,
+            strength_ < 1 ? strength_ : 1,
+            brake_n_s_per_m_,
+            brake_n_s_per_m_ * kBrakeLever_m * kBrakeLever_m};
   }
   /// As a spring: force over displacement, as stretched to a tool at `X_WT`; without damping. Only while it pulls.
   Joint tether(const Pose& X_WT) const noexcept;
@@ -75,6 +87,7 @@ class ToolHand {
 
   std::unique_ptr<haptics::CouplingLaw> law_;
   double strength_ = 1;
+  double brake_n_s_per_m_ = 0;
   haptics::CouplingRamp ramp_;
   bool pulls_ = false;
   bool has_handle_ = false;  ///< and pulls to it; else to where the tool was

@@ -89,10 +89,10 @@ class World {
   /// tool stays (coupling_in_force()). Ignored when one is negative or not finite.
   void set_coupling(const haptics::CouplingParameters& parameters);
 
-  /// From now on this share, 0..1, of all that pulls for the tool's user acts: of the coupling, and of joints and of
-  /// what copies bear as they are joined next. A tool that is where its handle is (ToolDynamics::kAtHandle) is not held
-  /// back.
-  void limit_pull(std::size_t tool, double share);
+  /// From now on all that pulls for the tool's user, its coupling and joints, also brakes what it moves, by this times
+  /// its velocity in the world; turning by that at kBrakeLever_m. At rest a brake does nothing: what is held stays held.
+  /// A tool that is where its handle is (ToolDynamics::kAtHandle) is not braked. Ignored below 0 or not finite.
+  void brake(std::size_t tool, double n_s_per_m);
   /// What the tool touches came about elsewhere, on the copies that its user's client steps: `share` of a joint pulls
   /// each of these bodies to its copy at p_BJ, and the coupling to the handle does 1 − share. With a share of 1 the
   /// tool touches nothing here and is where the client has it, as seen from the first copy. Work and wrench of these
@@ -148,6 +148,8 @@ class World {
   /// Of one body: kinetic, that of the part of its weight that it bears, and of its anchor [J]; not of joints and
   /// field.
   double energy_of_body_j(BodyId body) const;
+  /// Held by joints between a shared body and its copies elsewhere [J]; part of stored_energy_j().
+  double energy_of_joints_j() const;
   /// Of a tool: kinetic where it has mass and holds nothing, and what its coupling stores [J]; not of joints.
   double energy_of_tool_j(std::size_t tool) const;
   /// Of the molecular field on a body in the last step, about the body's origin, bounded; zero without a molecule.

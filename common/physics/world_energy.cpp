@@ -17,7 +17,7 @@ double World::Impl::mechanical_energy_j() const {
   return energy;
 }
 
-double World::Impl::coupling_energy_j(std::uint32_t without_hands) const {
+double World::Impl::joints_energy_j(std::uint32_t without_hands) const {
   double energy = 0;
   const auto add = [this, &energy](const Join& join) {
     energy += physics::stored_energy_j(join.law.joint(), joined_pose(join.target.X, join.p_BJ),
@@ -28,10 +28,18 @@ double World::Impl::coupling_energy_j(std::uint32_t without_hands) const {
   }
   for (std::size_t i = 0; i < tools.size(); ++i) {
     const WorldTool& tool = tools[i];
-    if (!tool.is_active || tool.hand.dynamics() == haptics::ToolDynamics::kAtHandle) continue;
-    if ((without_hands & bit_of(i)) != 0) continue;
-    energy += tool.hand.stored_energy_j(tool_state(tool).X);
+    if (!tool.is_active || (without_hands & bit_of(i)) != 0) continue;
     for (const Join& copy : tool.copies) add(copy);
+  }
+  return energy;
+}
+
+double World::Impl::coupling_energy_j(std::uint32_t without_hands) const {
+  double energy = joints_energy_j(without_hands);
+  for (std::size_t i = 0; i < tools.size(); ++i) {
+    const WorldTool& tool = tools[i];
+    if (!tool.is_active || tool.hand.dynamics() == haptics::ToolDynamics::kAtHandle) continue;
+    if ((without_hands & bit_of(i)) == 0) energy += tool.hand.stored_energy_j(tool_state(tool).X);
   }
   return energy;
 }
@@ -47,6 +55,10 @@ double World::energy_of_body_j(BodyId id) const {
   if (body->has_anchor())
     energy += physics::stored_energy_j(body->anchor.joint(), body->start().X, body->rigid.state().X);
   return energy;
+}
+
+double World::energy_of_joints_j() const {
+  return impl_->joints_energy_j(0);
 }
 
 double World::energy_of_tool_j(std::size_t index) const {

@@ -79,7 +79,7 @@ void World::deactivate_tool(std::size_t index) {
   tool.passes_through.reset();
   tool.hand.let_go();
   impl_->forget_copies(tool);
-  tool.pull_share = 1;
+  tool.brake_n_s_per_m = 0;
   tool.tune_coupling();
   tool.soft = {};
   impl_->effects.forget(index);

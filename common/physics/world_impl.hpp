@@ -61,7 +61,7 @@ struct WorldTool {
   boost::container::static_vector<Join, kMaxCopies> copies = {};
   RigidState tool_there = {};  ///< with copies: the client's tool, which they were touched with
   double copies_share = 0;
-  double pull_share = 1;                 ///< World::limit_pull()
+  double brake_n_s_per_m = 0;            ///< World::brake()
   SoftContact soft = {};                 ///< told from outside
   std::optional<std::size_t> pull = {};  ///< its place among this step's pulls
 
@@ -72,7 +72,7 @@ struct WorldTool {
   bool has_mass() const { return hand.dynamics() == haptics::ToolDynamics::kWithMass; }
   RigidState start() const { return {description->X_WT, Twist{}}; }
   /// Of the coupling, what joints leave of it.
-  void tune_coupling() { hand.set_strength(pull_share * (1 - copies_share)); }
+  void tune_coupling() { hand.set_strength(1 - copies_share); }
 };
 
 /// The frame at `p_BJ` on a body, with the body's axes.
@@ -143,6 +143,7 @@ struct World::Impl {
 
   // The accounts.
   double mechanical_energy_j() const;
+  double joints_energy_j(std::uint32_t without_hands) const;
   double coupling_energy_j(std::uint32_t without_hands) const;
 
   std::shared_ptr<const WorldDescription> scene;

@@ -23,11 +23,11 @@ double World::Impl::weight_borne(std::size_t body) const {
   return std::max(0.0, 1 - there);
 }
 
-void World::limit_pull(std::size_t index, double share) {
-  if (!std::isfinite(share)) return;
+void World::brake(std::size_t index, double n_s_per_m) {
+  if (!std::isfinite(n_s_per_m) || n_s_per_m < 0) return;
   WorldTool& tool = impl_->tools[index];
-  tool.pull_share = std::clamp(share, 0.0, 1.0);
-  tool.tune_coupling();
+  tool.brake_n_s_per_m = n_s_per_m;
+  tool.hand.set_brake(n_s_per_m);
 }
 
 void World::join_copies(std::size_t index, const RigidState& tool_there, std::span<const CopyTarget> copies,
@@ -40,7 +40,6 @@ void World::join_copies(std::size_t index, const RigidState& tool_there, std::sp
   tool.copies_share = copies.empty() && share < 1 ? 0 : std::clamp(share, 0.0, 1.0);
   tool.tool_there = tool_there;
   tool.tune_coupling();
-  const double acting = tool.copies_share * tool.pull_share;
   for (std::size_t i = 0; i < std::min({copies.size(), joints.size(), kMaxCopies}); ++i) {
     const CopyTarget& copy = copies[i];
     WorldBody* const body = impl_->body_of(copy.body);
@@ -50,11 +49,11 @@ void World::join_copies(std::size_t index, const RigidState& tool_there, std::sp
     impl_->change_owner(*body, [](WorldBody& changed) { ++changed.copies; });
     Join& join = tool.copies.emplace_back();
     join.body = copy.body.value - 1;
-    join.share = acting;
-    join.law.set(joints[i], acting);
+    join.share = tool.copies_share;
+    join.law.set(joints[i], tool.copies_share);
     join.target = copy.state;
     join.p_BJ = copy.p_BJ;
-    join.weight_there = i < weights.size() && weights[i] > 0 ? std::min(weights[i], 1.0) * acting : 0;
+    join.weight_there = i < weights.size() && weights[i] > 0 ? std::min(weights[i], 1.0) * tool.copies_share : 0;
   }
   for (const Join& old : before) {
     impl_->change_owner(impl_->bodies[old.body], [](WorldBody& changed) { --changed.copies; });

@@ -66,18 +66,19 @@ void World::Impl::describe_things() noexcept {
 
 void World::Impl::describe_joints() noexcept {
   touch_joints.clear();
-  const auto add = [this](Join& join) {
+  const auto add = [this](Join& join, double brake_n_s_per_m) {
     join.touch_joint = touch_joints.size();
     const Pose X_WJ = joined_pose(bodies[join.body].rigid.state().X, join.p_BJ);
     touch_joints.push_back({join.body, &join.law, joined_frame(join.target, join.p_BJ), X_WJ});
+    touch_joints.back().brake_n_s_per_m = brake_n_s_per_m;
   };
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     WorldBody& body = bodies[i];
     if (body.has_anchor()) touch_joints.push_back({i, &body.anchor, body.start(), body.rigid.state().X});
-    if (body.join.is_there()) add(body.join);
+    if (body.join.is_there()) add(body.join, 0);
   }
   for (WorldTool& tool : tools) {
-    for (Join& copy : tool.copies) add(copy);
+    for (Join& copy : tool.copies) add(copy, tool.brake_n_s_per_m);
   }
 }
 

@@ -24,7 +24,7 @@ void ToolPort::set_handle(const RigidState& handle) noexcept {
 
 void ToolPort::clear_handle() noexcept {
   has_handle_ = false;
-  world_.limit_pull(tool_, 1);
+  world_.brake(tool_, 0);
   world_.join_copies(tool_, RigidState{}, {}, {}, 0);
   world_.clear_handle(tool_);
 }
@@ -35,9 +35,9 @@ void ToolPort::report(double from_hand_j, double to_hand_j, double elapsed_s) no
 
 TickFaults ToolPort::limit(double step_s) noexcept {
   if (!is_limited_) return 0;
-  const double share = passivity_.gain(step_s);
-  world_.limit_pull(tool_, share);
-  return share < 1 ? TickFaults{kFaultToolEnergyLimited} : 0;
+  const double brake_n_s_per_m = passivity_.brake_n_s_per_m(step_s);
+  world_.brake(tool_, brake_n_s_per_m);
+  return brake_n_s_per_m > 0 ? TickFaults{kFaultToolEnergyLimited} : 0;
 }
 
 void ToolPort::settle() noexcept {

@@ -5,6 +5,14 @@
 #include <cmath>
 
 namespace tandem::haptics {
+namespace {
+
+constexpr double kRise_s = 0.005;
+constexpr double kFall_s = 0.05;
+/// Less than this nobody feels: 0.01 N at 0.1 m/s.
+constexpr double kNoBrake_n_s_per_m = 0.1;
+
+}  // namespace
 
 void ToolPassivityController::hand_reported(double from_hand_j, double to_hand_j, double elapsed_s) noexcept {
   add_to_balance(hand_.take(from_hand_j, to_hand_j, elapsed_s));
@@ -13,28 +21,25 @@ void ToolPassivityController::hand_reported(double from_hand_j, double to_hand_j
 void ToolPassivityController::stepped(const Pose& X_WT, const Wrench& on_tool_W, double net_into_world_j) noexcept {
   if (!is_finite(X_WT)) return;
   port_.move_to(X_WT);
-  note_full_wrench(on_tool_W);
+  on_tool_W_ = is_finite(on_tool_W) ? on_tool_W : Wrench{};
   if (!std::isfinite(net_into_world_j)) return;
   add_to_balance(net_into_world_j_ - net_into_world_j);
   net_into_world_j_ = net_into_world_j;
 }
 
-// What the whole coupling would have done, not what was left of it.
-void ToolPassivityController::note_full_wrench(const Wrench& on_tool_W) noexcept {
-  constexpr double kMinGain = 1e-6;
-  if (gain_ < kMinGain) return;
-  const Wrench full = on_tool_W * (1 / gain_);
-  full_on_tool_W_ = is_finite(full) ? full : Wrench{};
-}
-
-double ToolPassivityController::gain(double step_s) noexcept {
-  if (!(step_s > 0) || !std::isfinite(step_s)) return gain_;
+double ToolPassivityController::brake_n_s_per_m(double step_s) noexcept {
+  if (!(step_s > 0) || !std::isfinite(step_s)) return brake_n_s_per_m_;
   if (balance_j_ < 0) balance_j_ = std::min(0.0, balance_j_ + kLeakRate_w * step_s);
-  const double needed_j = kStepsAhead * port_.max_work_j(full_on_tool_W_, step_s);
-  const double available_j = std::max(0.0, balance_j_ + kInitialCredit_j);
-  gain_ = available_j > 0 ? next_passivity_gain(gain_, needed_j, available_j, step_s) : 0;
-  limited_steps_ += gain_ < 1 ? 1 : 0;
-  return gain_;
+  const double ahead_j = kStepsAhead * std::max(0.0, port_.expected_work_j(on_tool_W_));
+  const double missing_j = std::max(0.0, ahead_j - balance_j_ - kInitialCredit_j);
+  const double speed = std::max(kSlow_m_per_s, port_.moved_m(kLever_m) / step_s);
+  const double wanted = std::min(kMaxBrake_n_s_per_m, missing_j / (kPayBack_s * speed * speed));
+  if (!std::isfinite(wanted)) return brake_n_s_per_m_;
+  const double time_s = wanted > brake_n_s_per_m_ ? kRise_s : kFall_s;
+  brake_n_s_per_m_ += (wanted - brake_n_s_per_m_) * std::min(1.0, step_s / time_s);
+  if (brake_n_s_per_m_ < kNoBrake_n_s_per_m) brake_n_s_per_m_ = 0;
+  limited_steps_ += brake_n_s_per_m_ > 0 ? 1 : 0;
+  return brake_n_s_per_m_;
 }
 
 void ToolPassivityController::restart_handle(double stored_j) noexcept {

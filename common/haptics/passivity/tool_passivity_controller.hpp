@@ -11,22 +11,24 @@
 
 namespace tandem::haptics {
 
-/// Which share of a user's coupling may act in the next step.
+/// How much a user's pull brakes what it moves in the next step.
 ///
-/// Model   energy balance E = (Σ from_hand − Σ to_hand, as reported) − (Σ into_world − Σ from_world, as measured).
-///         gain = min(1, (E + initial credit) / (n m)), falling at once, rising slowly; m the bound of PortLookAhead
-///         with wrench and motion of the last step. The room scales by it everything that acts for the user
-///         (World::limit_pull()).
+/// Model   energy balance E = (Σ from_hand − Σ to_hand, as reported) − (Σ into_world − Σ from_world, as measured, after
+///         the brake). What is missing, D = n max(0, m) − E − initial credit where that is above 0, m the work of the
+///         coming step if the tool moves on as it did, is braked away within kPayBack_s: b = D / (kPayBack_s u²), u the
+///         tool's speed and its turning at kLever_m, at least kSlow_m_per_s. The brake comes and goes gradually.
+///         The room gives b to everything that acts for the user (World::brake()). A brake does nothing at rest, so what
+///         is held or pressed stays so: an error of the client's model, whose hand paid for a lighter thing, makes the
+///         thing heavier to move, and drops nothing.
 ///         Pose and energy travel in one message, so the delay by itself makes no negative balance: what the tool does
 ///         now answers a hand that had put in so much then. Of inputs that are played out, the energies are played out
 ///         with them.
 ///         A negative balance leaks back to zero at kLeakRate_w and is bounded by kMinBalance_j: E falls while the hand
-///         is given back what it put in itself, which is for the hand's controller (HandPassivityController) to limit,
-///         and a tool would not act until its user joins again.
-/// Limits  m is of the last step's wrench: one that grows within a step (first contact) overdraws once, and the balance
-///         recovers before more is let through. Braking is limited like driving. Energy dissipated on the hand's side
-///         stays in the balance up to kMaxBalance_j.
-/// Source  as HandPassivityController
+///         is given back what it put in itself, which is for the hand's controller (HandPassivityController) to limit.
+/// Limits  m is of the last step's wrench: one that grows within a step (first contact) overdraws once, and is braked
+///         away after. At most kMaxBrake_n_s_per_m: a pull of 6 N without any supply creeps at 3 mm/s. Energy
+///         dissipated on the hand's side stays in the balance up to kMaxBalance_j.
+/// Source  as HandPassivityController; the damper of an admittance port
 /// Thread  room: no allocation, no throw
 class ToolPassivityController {
  public:
@@ -36,14 +38,18 @@ class ToolPassivityController {
   static constexpr double kMinBalance_j = -0.05;
   static constexpr double kMaxBalance_j = 2.0;
   static constexpr double kStepsAhead = 4.0;  ///< n
+  static constexpr double kPayBack_s = 0.02;
+  static constexpr double kSlow_m_per_s = 0.02;
+  static constexpr double kLever_m = 0.03;
+  static constexpr double kMaxBrake_n_s_per_m = 2000;
 
   /// The client's running sums, for every input that came; `elapsed_s` since the one before.
   void hand_reported(double from_hand_j, double to_hand_j, double elapsed_s) noexcept;
-  /// After a step: where the tool is, what the coupling, scaled by the last gain(), did on it, and the world's running
-  /// sum of what this user put in less what he drew (its own, so trusted).
+  /// After a step: where the tool is, what the coupling with its brake did on it, and the world's running sum of what
+  /// this user put in less what he drew (its own, so trusted).
   void stepped(const Pose& X_WT, const Wrench& on_tool_W, double net_into_world_j) noexcept;
-  /// The share of the coupling that may act in the coming step, 0 … 1.
-  double gain(double step_s) noexcept;
+  /// Of the coming step [N·s/m], 0 … kMaxBrake_n_s_per_m.
+  double brake_n_s_per_m(double step_s) noexcept;
   /// The handle starts somewhere else than the last one ended, or than the tool is, without a motion along which its
   /// hand could have done work: a negative balance is cleared, and what the coupling stores is credited.
   void restart_handle(double stored_j) noexcept;
@@ -55,15 +61,14 @@ class ToolPassivityController {
   std::uint64_t dropped_reports() const noexcept { return hand_.dropped(); }
 
  private:
-  void note_full_wrench(const Wrench& on_tool_W) noexcept;
   void add_to_balance(double energy_j) noexcept;
 
   EnergyReport hand_;
   PortLookAhead port_;
-  Wrench full_on_tool_W_;  ///< as if gain were 1
+  Wrench on_tool_W_;
   double net_into_world_j_ = 0;
   double balance_j_ = 0;
-  double gain_ = 1;
+  double brake_n_s_per_m_ = 0;
   std::uint64_t limited_steps_ = 0;
 };
 
