@@ -21,7 +21,7 @@ enum TickFault : std::uint32_t {
   kFaultCouplingSaturated = 1U << 2U,
   /// The molecular field was bounded by molecular_field.force_limit_n: the molecules overlap.
   kFaultFieldLimited = 1U << 3U,
-  /// A user's input is older than 100 ms: its tool is held softly where it is. Remedy: look at that user's network.
+  /// A user's input is older than 115 ms: its tool is held softly where it is. Remedy: look at that user's network.
   kFaultInputStale = 1U << 4U,
   /// A step ended after its deadline (live only). Remedy: fewer bodies, fewer rooms, a faster machine.
   kFaultOverrun = 1U << 5U,

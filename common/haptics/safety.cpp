@@ -18,7 +18,7 @@ constexpr double kMaxRise_s = 0.005;
 // slowly: neither the force nor its slope jumps.
 constexpr double kFallEnds_s = 0.006;
 constexpr double kShownAgain_s = 0.020;
-constexpr double kSteepestFall_per_s = 20;
+constexpr double kSteepestFall_per_s = 60;
 constexpr Duration kSilencePromise{std::chrono::milliseconds(150)};
 constexpr Duration kFaultPromise{std::chrono::milliseconds(20)};
 
@@ -141,15 +141,16 @@ SafetyFaults SafetyChain::present_faults(const SafetyInput& input) const noexcep
 
 void SafetyChain::update_gain(const SafetyInput& input, double elapsed_s, double rise_s) noexcept {
   const double gain_before = gain_;
+  const double silence = silence_gain(input.state_age);
   // A fault that came and went within the decay is still played out to zero, and to a zero that the device took.
   if (is_quiet() && faults_ == 0) latched_ = 0;
   if (latched_ != 0 || !input.has_state || !input.is_displaying) {
     gain_ = std::max(0.0, gain_ - elapsed_s / to_seconds(settings_.fault_decay));
   } else {
-    gain_ = std::clamp(gain_ + rise_s / to_seconds(settings_.start_ramp) - fall_per_s_ * rise_s, 0.0, 1.0);
+    const double fall_per_s = silence < 1 ? 0 : fall_per_s_;
+    gain_ = std::clamp(gain_ + rise_s * (1 / to_seconds(settings_.start_ramp) - fall_per_s), 0.0, 1.0);
   }
   fall_per_s_ *= std::exp(-elapsed_s / kFallEnds_s);
-  const double silence = silence_gain(input.state_age);
   gain_ = std::min(gain_, silence);
   if (gain_ <= 0) {
     fall_per_s_ = 0;

@@ -3,7 +3,7 @@
 // slower or zero.
 //
 //   gain   1 ┤          ________                 ______      rises with the start ramp only, falls with
-//            │        ／        ＼             ／            silence (60 → 140 ms) or a fault (15 ms)
+//            │        ／        ＼             ／            silence (115 → 148 ms) or a fault (15 ms)
 //          0 ┤______／            ＼__________／
 //               start        silence      state again
 //
@@ -40,8 +40,8 @@ std::string describe_safety_faults(SafetyFaults faults);
 
 struct SafetySettings {
   Duration start_ramp{from_seconds(0.5)};       ///< 0 → full force after start, a new connection, silence or a fault
-  Duration silence_start{from_seconds(0.060)};  ///< since the last arrival: full force up to here …
-  Duration silence_zero{from_seconds(0.140)};   ///< … and none from here on (promise: zero within 150 ms)
+  Duration silence_start{from_seconds(0.115)};  ///< since the last arrival: full force up to here …
+  Duration silence_zero{from_seconds(0.148)};   ///< … and none from here on (promise: zero within 150 ms)
   Duration fault_decay{from_seconds(0.015)};    ///< to zero after a fault (promise: within 20 ms)
   double slew_n_per_s = 4000.0;                 ///< set from DeviceSpec
   double slew_n_m_per_s = 200.0;

@@ -67,7 +67,7 @@ struct UserUpdate {
 inline constexpr int kMaxCommandsPerStep = 64;
 
 /// Older input than this is not followed any more: the hand may be anywhere by then.
-inline constexpr Duration kInputStaleAfter = std::chrono::milliseconds(100);
+inline constexpr Duration kInputStaleAfter = std::chrono::milliseconds(115);
 
 struct RoomOptions {
   bool steps_soft_aside = false;        ///< soft bodies by a thread of their own; the same bits
