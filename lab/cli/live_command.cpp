@@ -92,11 +92,11 @@ std::vector<Trial> trials_of(const Options& options) {
 /// Virtual runs at zero delay, each done once.
 class References {
  public:
-  const SessionTrace& of(const Trial& trial, const std::shared_ptr<const server::LoadedScene>& scene) {
-    const Trial reference = reference_of(trial);
-    const std::string key = compact_json(experiment_json(reference.experiment));
+  /// In      at_zero_delay  reference_of() or same_stage_of() a trial
+  const SessionTrace& of(const Trial& at_zero_delay, const std::shared_ptr<const server::LoadedScene>& scene) {
+    const std::string key = compact_json(experiment_json(at_zero_delay.experiment));
     const auto [place, is_new] = traces_.try_emplace(key);
-    if (is_new) place->second = run_virtual_session(reference.experiment, scene);
+    if (is_new) place->second = run_virtual_session(at_zero_delay.experiment, scene);
     return place->second;
   }
 
@@ -104,10 +104,10 @@ class References {
   std::map<std::string, SessionTrace> traces_;
 };
 
-TrialResult result_of(const Trial& trial, const SessionTrace& trace, const SessionTrace& reference) {
+TrialResult result_of(const Trial& trial, const TrialView& view) {
   TrialResult result;
-  result.row = parse_json(pretty_json(trial_row(trial, trace, &reference)), "a trial's row").get_object();
-  result.virtual_s = to_seconds(trace.joined_after + trial.experiment.duration);
+  result.row = parse_json(pretty_json(trial_row(trial, view)), "a trial's row").get_object();
+  result.virtual_s = to_seconds(view.trace.joined_after + trial.experiment.duration);
   result.wall_s = result.virtual_s;
   return result;
 }
@@ -126,10 +126,11 @@ LiveResult run_trial(const Trial& trial, References& references, int realtime_pr
   server::SceneLoading loading;
   loading.progress = progress_on_stderr();
   const auto scene = load_experiment_scene(trial.experiment, loading);
-  const SessionTrace& reference = references.of(trial, scene);
+  const SessionTrace& reference = references.of(reference_of(trial), scene);
+  const SessionTrace& same_stage = references.of(same_stage_of(trial), scene);
   const SessionTrace beside = run_virtual_session(trial.experiment, scene);
   LiveResult result;
-  result.beside = result_of(trial, beside, reference);
+  result.beside = result_of(trial, {trial.experiment, beside, &reference, &same_stage});
   std::optional<TrialFiles> files;
   OnTick on_tick;
   if (files_in) {
@@ -141,7 +142,7 @@ LiveResult run_trial(const Trial& trial, References& references, int realtime_pr
   const SessionTrace live =
       run_live_session(trial.experiment, scene, beside, realtime_priority, result.timing, on_tick);
   if (files) files->finish(live, "live");
-  result.live = result_of(trial, live, reference);
+  result.live = result_of(trial, {trial.experiment, live, &reference, &same_stage});
   if (files_in) result.live.samples = *files_in;
   result.comparisons = compared(result.live.row, result.beside.row);
   return result;

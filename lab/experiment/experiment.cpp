@@ -322,7 +322,7 @@ Experiment parse_experiment(const ExperimentFile& source) {
   result.sample_period = std::chrono::milliseconds(file.whole_number("sample_period_ms", 10, 1000));
   if (result.sample_period <= Duration(0)) file.fail("sample_period_ms", "it must be a whole number from 1 to 1000");
   result.pipeline = pipeline_of(file, result.pipeline);
-  result.reference_stage = one_of(file, "reference_stage", default_stage(), known_stages());
+  result.reference_stage = one_of(file, "reference_stage", truth_stage(), known_stages());
   result.link = link_of(file.object("link"), source.directory);
   result.users = users_of(file, {source, result.pipeline, object_in(source.document, "link")});
   result.outcome = outcome_of(file, result.users);

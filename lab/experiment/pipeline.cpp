@@ -6,6 +6,10 @@ std::string default_stage() {
   return client::StageSettings{}.name;
 }
 
+std::string truth_stage() {
+  return "late-pose";
+}
+
 std::vector<std::string_view> known_stages() {
   return client::stage_names();
 }

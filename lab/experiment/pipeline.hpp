@@ -13,6 +13,8 @@ namespace tandem::lab {
 
 /// The stage that a client uses when nobody asks for another.
 std::string default_stage();
+/// The one that shows the server's own touch: at zero delay, the truth.
+std::string truth_stage();
 std::vector<std::string_view> known_stages();
 std::vector<std::string_view> known_predictors();
 /// "late-pose, hold": for messages.

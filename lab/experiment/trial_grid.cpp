@@ -193,6 +193,22 @@ void too_many(const ExperimentFile& file) {
                               " trials; leave out values or seeds");
 }
 
+Trial at_zero_delay(const Trial& trial, json::object settings) {
+  Trial result = trial;
+  json::object& document = result.file.document;
+  settings.insert(
+      {{"predictor", "none"}, {"passivity", false}, {"deadband", 0.0}, {"model", pipeline_json({}).at("model")}});
+  for (const auto& each : settings) set_quantity(document, each.key(), each.value());
+  document["link"] = json::object();
+  for (json::value& user : document.at("users").as_array()) {
+    user.as_object().erase("link");
+    user.as_object().erase("downlink");
+  }
+  result.settings.clear();
+  result.experiment = parse_experiment(result.file);
+  return result;
+}
+
 }  // namespace
 
 std::vector<Trial> expand(const ExperimentFile& file, const GridRequest& request) {
@@ -217,22 +233,11 @@ std::vector<Trial> expand(const ExperimentFile& file, const GridRequest& request
 }
 
 Trial reference_of(const Trial& trial) {
-  Trial result = trial;
-  json::object& document = result.file.document;
-  const json::object perfect{{"stage", trial.experiment.reference_stage},
-                             {"predictor", "none"},
-                             {"passivity", false},
-                             {"deadband", 0.0},
-                             {"model", pipeline_json({}).at("model")}};
-  for (const auto& each : perfect) set_quantity(document, each.key(), each.value());
-  document["link"] = json::object();
-  for (json::value& user : document.at("users").as_array()) {
-    user.as_object().erase("link");
-    user.as_object().erase("downlink");
-  }
-  result.settings.clear();
-  result.experiment = parse_experiment(result.file);
-  return result;
+  return at_zero_delay(trial, {{"stage", trial.experiment.reference_stage}});
+}
+
+Trial same_stage_of(const Trial& trial) {
+  return at_zero_delay(trial, {});
 }
 
 }  // namespace tandem::lab

@@ -34,8 +34,11 @@ struct GridRequest {
 std::vector<Trial> expand(const ExperimentFile& file, const GridRequest& request);
 inline constexpr std::size_t kMaxTrials = 20000;
 
-/// The same hands with the same seed at zero delay, on the trial's reference stage without passivity controller or
-/// predictor: what a perfect link would have let them feel.
+// What a trial is held against: the same hands with the same seed on a perfect link, without passivity controller,
+// predictor, deadband or errors of the model.
+/// On the trial's reference stage: the truth, where that is truth_stage().
 Trial reference_of(const Trial& trial);
+/// On the stages that its users have.
+Trial same_stage_of(const Trial& trial);
 
 }  // namespace tandem::lab

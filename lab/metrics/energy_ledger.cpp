@@ -1,6 +1,8 @@
 #include "lab/metrics/energy_ledger.hpp"
 
 #include <algorithm>
+#include <deque>
+#include <utility>
 
 #include "common/base/work.hpp"
 
@@ -30,6 +32,7 @@ class HandPort {
     return user_.ticks.empty() ? 0 : now().model.corrected_j - user_.ticks.front().model.corrected_j;
   }
   double withheld_by_safety_j() const { return withheld_by_safety_j_; }
+  double joints_j() const { return user_.ticks.empty() ? 0 : now().model.joints_j; }
   double field_work_j() const {
     return user_.ticks.empty() ? 0 : now().model.field_work_j - user_.ticks.front().model.field_work_j;
   }
@@ -45,25 +48,51 @@ class HandPort {
   double withheld_by_safety_j_ = 0;
 };
 
+/// The greatest rise of a series within a window, given sample by sample.
+class GreatestRise {
+ public:
+  explicit GreatestRise(Duration window) : window_(window) {}
+  void add(Duration time, double value) {
+    while (!rising_.empty() && rising_.back().second >= value) rising_.pop_back();
+    rising_.emplace_back(time, value);
+    while (rising_.front().first < time - window_) rising_.pop_front();
+    greatest_ = std::max(greatest_, value - rising_.front().second);
+  }
+  double value() const { return greatest_; }
+
+ private:
+  Duration window_;
+  std::deque<std::pair<Duration, double>> rising_;  ///< candidates for the least in the window: later ones are greater
+  double greatest_ = 0;
+};
+
 }  // namespace
 
 EnergyLedger energy_ledger(const SessionTrace& trace) {
   EnergyLedger ledger;
   std::vector<HandPort> ports(trace.users.begin(), trace.users.end());
+  GreatestRise in_100_ms(from_seconds(0.1));
+  GreatestRise in_1_s(from_seconds(1));
   for (const StoredEnergySample& sample : trace.stored) {
     double energy_j = sample.energy_j - trace.stored.front().energy_j;
     double by_field_j = 0;
+    double joints_j = 0.5 * sample.joints_j;
     for (HandPort& port : ports) {
       port.advance_to(sample.time);
       by_field_j += port.field_work_j();
+      joints_j += 0.5 * port.joints_j();
       energy_j += port.work_j() + port.withheld_by_safety_j() + port.model_change_j();
     }
     const double at_server_j = trace.stored.front().field_j - sample.field_j;
     energy_j -= std::max(0.0, at_server_j - by_field_j);
     energy_j += std::max(0.0, by_field_j - trace.field_depth_j);
     ledger.created_max_j = std::max(ledger.created_max_j, energy_j);
+    in_100_ms.add(sample.time, energy_j + joints_j);
+    in_1_s.add(sample.time, energy_j + joints_j);
     ledger.stored_change_j = sample.energy_j - trace.stored.front().energy_j;
   }
+  ledger.created_in_100_ms_j = in_100_ms.value();
+  ledger.created_in_1_s_j = in_1_s.value();
   for (const HandPort& port : ports) {
     ledger.hand_ports_j.push_back(port.work_j());
     ledger.withheld_by_safety_j += port.withheld_by_safety_j();

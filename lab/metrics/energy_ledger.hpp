@@ -10,6 +10,8 @@ namespace tandem::lab {
 /// Energies in world joules.
 struct EnergyLedger {
   double created_max_j = 0;          ///< the greatest of E(t); 0 or more, for E(0) = 0
+  double created_in_100_ms_j = 0;    ///< the greatest rise of E(t) + J(t) within so long
+  double created_in_1_s_j = 0;       ///< likewise
   double stored_change_j = 0;        ///< of S and of all models, at the end
   double corrected_j = 0;            ///< what corrections of the models towards the server put in; part of the above
   std::vector<double> hand_ports_j;  ///< of each user at the end: work done on the hand, less than 0 when it gave
@@ -39,6 +41,9 @@ struct EnergyLedger {
 ///                of a local model did to it. A thing that such a user alone touches is at the server only as a late copy
 ///                of what is in M already; counted too, it would be energy that a hand has got back and the copy
 ///                still has
+///         J    what joints between a shared body and its copies hold: the mean of what both ends say, for each has a
+///              late view of the other. It is not in E, which it would make rise while something is squeezed and nothing
+///              was created; but a rise within a short time would else be what a joint only gave back
 ///         Whatever friction, dampers and passivity controllers take makes E fall, so E > 0 means that energy came from
 ///         nowhere: from sampling, from delay, or from a model that is not the server's.
 /// Source  Hannaford, Ryu, "Time-domain passivity control of haptic interfaces", IEEE T-RA 18(1), 2002: the observer;

@@ -39,6 +39,9 @@ double torque_n_m(const TickSample& tick) {
 double speed_m_per_s(const TickSample& tick) {
   return tick.hand_twist_D.v.norm();
 }
+double turn_rate_rad_per_s(const TickSample& tick) {
+  return tick.hand_twist_D.w.norm();
+}
 double deviation_m(const TickSample& tick) {
   return (tick.hand_D.p - tick.intended_D).norm();
 }
@@ -79,8 +82,7 @@ double hold_force_deviation(const UserTrace& user) {
 }
 
 double free_force(const UserTrace& user) {
-  const auto& phases = user.user.hand.phases();
-  const auto move = std::find(phases.begin(), phases.end(), "move") - phases.begin();
+  const int move = phase_called(user, "move");
   std::vector<const TickSample*> ticks;
   for (const TickSample& tick : user.ticks) {
     if (tick.phase == move) ticks.push_back(&tick);
@@ -102,8 +104,7 @@ double state_age_quantile(const UserTrace& user, double q) {
 }  // namespace
 
 std::vector<const TickSample*> settled_hold_ticks(const UserTrace& user) {
-  const auto& phases = user.user.hand.phases();
-  const auto hold = std::find(phases.begin(), phases.end(), "hold") - phases.begin();
+  const int hold = phase_called(user, "hold");
   std::vector<const TickSample*> settled;
   Duration since{0};
   bool was_hold = false;
@@ -133,6 +134,8 @@ const std::vector<UserMetric>& user_metrics() {
        [](const UserTrace& u) { return rms(settled_hold_ticks(u), of_pointer<speed_m_per_s>); }},
       {"hold_speed_max_m_per_s", "likewise, greatest: a limit cycle shows here",
        [](const UserTrace& u) { return greatest(settled_hold_ticks(u), of_pointer<speed_m_per_s>); }},
+      {"hold_turn_rate_rms_rad_per_s", "how fast the hand truly turns, settled hold phase",
+       [](const UserTrace& u) { return rms(settled_hold_ticks(u), of_pointer<turn_rate_rad_per_s>); }},
       {"hold_deviation_mean_m", "from where the hand wants to be, settled hold phase",
        [](const UserTrace& u) { return mean(settled_hold_ticks(u), of_pointer<deviation_m>); }},
       {"slew_limited_ticks", "force changes that the slew limit slowed",
@@ -158,6 +161,12 @@ double user_metric(const UserTrace& user, std::string_view name) {
     if (metric.name == name) return metric.of(user);
   }
   throw std::invalid_argument("metric \"" + std::string(name) + "\" is not known; see trial.json for the names");
+}
+
+int phase_called(const UserTrace& user, std::string_view name) {
+  const auto& phases = user.user.hand.phases();
+  const auto found = std::find(phases.begin(), phases.end(), name);
+  return found == phases.end() ? -2 : static_cast<int>(found - phases.begin());
 }
 
 std::vector<double> body_travel_m(const SessionTrace& trace, std::size_t body) {

@@ -28,4 +28,7 @@ double user_metric(const UserTrace& user, std::string_view name);
 /// How far a body is from where it started, at each sample of the bodies.
 std::vector<double> body_travel_m(const SessionTrace& trace, std::size_t body);
 
+/// Index of the hand path's phase of that name, as TickSample::phase has it; less than −1: it has none.
+int phase_called(const UserTrace& user, std::string_view name);
+
 }  // namespace tandem::lab

@@ -8,6 +8,7 @@
 #include "client/haptics/stages/stage.hpp"
 #include "common/physics/joints/delayed_joint.hpp"
 #include "lab/metrics/metrics.hpp"
+#include "lab/metrics/touch_errors.hpp"
 
 namespace tandem::lab {
 namespace {

@@ -10,11 +10,12 @@
 
 namespace tandem::lab {
 
-/// One user of a trial and the same hand at zero delay.
+/// One user of a trial and what it is held against; null: there is none.
 struct UserView {
   const Experiment& experiment;
   const UserTrace& user;
-  const UserTrace* reference;  ///< null: there is none
+  const UserTrace* reference;   ///< the same hand at zero delay on the reference stage: the truth
+  const UserTrace* same_stage;  ///< the same hand at zero delay on the user's own stage
 };
 
 /// A trial and the same hands at zero delay.
@@ -22,6 +23,7 @@ struct TrialView {
   const Experiment& experiment;
   const SessionTrace& trace;
   const SessionTrace* reference = nullptr;
+  const SessionTrace* same_stage = nullptr;
 };
 
 /// How the values of several users become the trial's; users for whom a metric has no meaning do not count.
@@ -37,21 +39,15 @@ struct TrialMetric {
   double (*of_trial)(const TrialView&) = nullptr;
 };
 const std::vector<TrialMetric>& trial_metrics();
+/// Fails: std::invalid_argument for an unknown name.
+const TrialMetric& trial_metric_called(std::string_view name);
+/// The worst of several trials' values of a metric, which is how users are combined; of a sum the greatest. NaN where
+/// neither end is the worse (a mean of users), or without a value.
+double worst_value(const TrialMetric& metric, const std::vector<double>& values);
 
 UserView view_of_user(const TrialView& trial, std::size_t user);
 double value_of(const TrialMetric& metric, const TrialView& trial);
 /// By name. Fails: std::invalid_argument for an unknown one.
 double trial_metric(const TrialView& trial, std::string_view name);
-
-/// Phases of a hand's path in which it is in contact: those, except the ways there and back ("approach", "move",
-/// "retreat"), in which the displayed force of the run at zero delay (without one: this run's) is kContactForce_n or
-/// more on average.
-inline constexpr double kContactForce_n = 0.1;
-std::vector<bool> contact_phases(const UserView& view);
-
-/// "completed"; "lost": a user lost its connection. With a rule also "never-lifted": the body never got as high as it
-/// should; "dropped": it was not that high at some instant of the rule's phase; or "missed": it did not end where it
-/// should.
-std::string outcome_of(const Experiment& experiment, const SessionTrace& trace);
 
 }  // namespace tandem::lab

@@ -10,6 +10,7 @@
 #include <sstream>
 
 #include "common/base/json_pretty.hpp"
+#include "lab/metrics/trial_metrics.hpp"
 #include "lab/report/format.hpp"
 
 namespace tandem::lab {
@@ -36,6 +37,7 @@ std::string group_key(const json::object& row) {
        {"experiment", "stage", "predictor", "passivity", "deadband", "rtt_ms", "jitter_ms", "loss", "overrides"}) {
     if (const json::value* value = row.if_contains(name)) key[name] = *value;
   }
+  key["was_silent"] = was_silent(row);
   return compact_json(key);
 }
 
@@ -46,18 +48,21 @@ struct PrintedColumn {
   double scale;
   int decimals;
 };
-constexpr std::array<PrintedColumn, 11> kPrinted{{{"drag N", "free_drag_rms_n", 1, 3},
+constexpr std::array<PrintedColumn, 13> kPrinted{{{"drag N", "free_drag_rms_n", 1, 3},
                                                   {"force N", "contact_force_mean_n", 1, 2},
+                                                  {"of truth", "contact_force_ratio", 1, 2},
                                                   {"error N", "contact_error_rms_n", 1, 3},
+                                                  {"path %", "path_error_of_peak", 100, 1},
+                                                  {"torque %", "path_torque_error_of_peak", 100, 1},
                                                   {"stiff", "felt_stiffness_ratio", 1, 2},
                                                   {"mass", "felt_mass_ratio", 1, 2},
                                                   {"cycle mm/s", "limit_cycle_m_per_s", 1e3, 2},
                                                   {"step N/ms", "force_step_max_n_per_ms", 1, 3},
                                                   {"made mJ", "energy_created_max_j", 1e3, 2},
-                                                  {"bound mJ", "energy_created_bound_j", 1e3, 2},
                                                   {"apart mm", "view_divergence_max_m", 1e3, 2},
                                                   {"kB/s", "bytes_per_s", 1e-3, 1}}};
 constexpr int kColumnWidth = 11;
+constexpr int kTrialWidth = 31;  ///< of the columns that say which trial it is
 
 std::string overrides_text(const json::object& row) {
   const json::value* overrides = row.if_contains("overrides");
@@ -70,16 +75,12 @@ std::string overrides_text(const json::object& row) {
   return text;
 }
 
-void print_group(std::ostream& out, const SeedGroup& group) {
-  const json::object& row = *group.front();
-  const bool has_controller = row.at("passivity") == json::value(true);
-  const std::string predictor = text_in(row, "predictor");
-  const std::string stage =
-      text_in(row, "stage") + (predictor == "none" ? "" : "/" + predictor) + (has_controller ? "" : " -p");
-  out << std::left << std::setw(20) << stage << std::right << std::setw(6) << number_in(row, "rtt_ms") << std::setw(5)
-      << number_in(row, "jitter_ms") << std::setw(6) << number_in(row, "loss");
+/// One value of a group, for people.
+using OfGroup = double (*)(const SeedGroup& group, std::string_view metric);
+
+void print_values(std::ostream& out, const SeedGroup& group, OfGroup of) {
   for (const PrintedColumn& column : kPrinted) {
-    const double value = mean_of(group, column.name);
+    const double value = of(group, column.name);
     std::ostringstream cell;
     if (std::isfinite(value)) {
       cell << std::fixed << std::setprecision(column.decimals) << value * column.scale;
@@ -88,7 +89,22 @@ void print_group(std::ostream& out, const SeedGroup& group) {
     }
     out << std::setw(kColumnWidth) << cell.str();
   }
-  out << "  " << outcomes_of(group) << overrides_text(row) << '\n';
+}
+
+void print_group(std::ostream& out, const SeedGroup& group) {
+  const json::object& row = *group.front();
+  const bool has_controller = row.at("passivity") == json::value(true);
+  const std::string predictor = text_in(row, "predictor");
+  const std::string stage =
+      text_in(row, "stage") + (predictor == "none" ? "" : "/" + predictor) + (has_controller ? "" : " -p");
+  out << std::left << std::setw(20) << stage << std::right << std::setw(6) << number_in(row, "rtt_ms") << std::setw(5)
+      << number_in(row, "jitter_ms") << std::setw(6) << number_in(row, "loss");
+  print_values(out, group, mean_of);
+  out << "  " << outcomes_of(group) << (was_silent(row) ? "  after a silence" : "") << overrides_text(row) << '\n';
+  if (group.size() == 1) return;
+  out << std::left << std::setw(kTrialWidth) << ("  worst of " + std::to_string(group.size())) << std::right;
+  print_values(out, group, worst_of);
+  out << '\n';
 }
 
 }  // namespace
@@ -149,6 +165,10 @@ std::string text_in(const json::object& row, std::string_view name) {
   return value != nullptr && value->is_string() ? std::string(value->get_string()) : std::string();
 }
 
+bool was_silent(const json::object& row) {
+  return number_in(row, "silence_max_ms") > kLongSilence_ms;
+}
+
 double mean_of(const SeedGroup& group, std::string_view name) {
   double sum = 0;
   int count = 0;
@@ -161,11 +181,23 @@ double mean_of(const SeedGroup& group, std::string_view name) {
   return count == 0 ? std::numeric_limits<double>::quiet_NaN() : sum / count;
 }
 
+double worst_of(const SeedGroup& group, std::string_view name) {
+  std::vector<double> values;
+  for (const json::object* row : group) {
+    const double value = number_in(*row, name);
+    if (std::isfinite(value)) values.push_back(value);
+  }
+  return worst_value(trial_metric_called(name), values);
+}
+
 std::string outcomes_of(const SeedGroup& group) {
-  std::set<std::string> seen;
-  for (const json::object* row : group) seen.insert(text_in(*row, "outcome"));
+  std::map<std::string, int> seen;
+  for (const json::object* row : group) ++seen[text_in(*row, "outcome")];
   std::string text;
-  for (const std::string& outcome : seen) text.append(text.empty() ? "" : "/").append(outcome);
+  for (const auto& [outcome, count] : seen) {
+    text.append(text.empty() ? "" : "/").append(outcome);
+    if (seen.size() > 1) text.append(" ").append(std::to_string(count));
+  }
   return text;
 }
 
@@ -186,7 +218,7 @@ void print_study(std::ostream& out, std::span<const TrialResult> results) {
     if (text_in(*group.front(), "experiment") != experiment) {
       experiment = text_in(*group.front(), "experiment");
       out << '\n'
-          << experiment << " (means over seeds; -p: without passivity controller)\n"
+          << experiment << " (means over seeds, then the worst; -p: without passivity controller)\n"
           << std::left << std::setw(20) << "stage" << std::right << std::setw(6) << "rtt" << std::setw(5) << "jit"
           << std::setw(6) << "loss";
       for (const PrintedColumn& column : kPrinted) out << std::setw(kColumnWidth) << column.header;

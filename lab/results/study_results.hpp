@@ -22,16 +22,22 @@ boost::json::object study_timing_json(std::span<const TrialResult> results, doub
 double number_in(const boost::json::object& row, std::string_view name);
 std::string text_in(const boost::json::object& row, std::string_view name);
 
-/// Rows of trials that differ in nothing but their seed, at least one.
+/// Whether a user's link was silent for so long that the force had to fall: what came of it is no matter of the stage.
+inline constexpr double kLongSilence_ms = 110;
+bool was_silent(const boost::json::object& row);
+
+/// Rows of trials that differ in nothing but their seed, at least one; those with a long silence apart from the others.
 using SeedGroup = std::vector<const boost::json::object*>;
 /// Mean over the seeds; NaN when all are null.
 double mean_of(const SeedGroup& group, std::string_view name);
-/// Outcomes, each once: "completed", "completed/dropped".
+/// The worst of the seeds (worst_value()). Fails: std::invalid_argument for what is no metric
+double worst_of(const SeedGroup& group, std::string_view name);
+/// Outcomes, each once: "completed", "completed 4/dropped 1".
 std::string outcomes_of(const SeedGroup& group);
 /// In the order of their first trials.
 std::vector<SeedGroup> seed_groups(std::span<const TrialResult> results);
 
-/// One line for every group of seeds.
+/// One line for every group of seeds; a second with the worst where there are several.
 void print_study(std::ostream& out, std::span<const TrialResult> results);
 /// Whether a user lost its connection, or never got one, in any trial.
 bool has_lost_users(std::span<const TrialResult> results);

@@ -5,6 +5,7 @@
 #include <string>
 #include <string_view>
 
+#include "lab/metrics/outcome.hpp"
 #include "lab/metrics/trial_metrics.hpp"
 #include "lab/results/trial_runner.hpp"
 
@@ -78,9 +79,8 @@ json::object overrides_json(const Trial& trial) {
 
 }  // namespace
 
-json::object trial_row(const Trial& trial, const SessionTrace& trace, const SessionTrace* reference) {
+json::object trial_row(const Trial& trial, const TrialView& view) {
   const Experiment& experiment = trial.experiment;
-  const TrialView view{experiment, trace, reference};
   const LinkSummary link = link_summary(experiment);
   json::object row{{"experiment", experiment.name},
                    {"stage", of_users(experiment, [](const auto& user) { return user.pipeline.stage; })},
@@ -93,9 +93,9 @@ json::object trial_row(const Trial& trial, const SessionTrace& trace, const Sess
                    {"seed", experiment.seed},
                    {"overrides", overrides_json(trial)}};
   for (const TrialMetric& metric : trial_metrics()) row[metric.name] = value_of(metric, view);
-  row["outcome"] = outcome_of(experiment, trace);
+  row["outcome"] = outcome_of(view);
   json::array& users = row["users"].emplace_array();
-  for (std::size_t i = 0; i < trace.users.size(); ++i) users.push_back(users_json(view, i));
+  for (std::size_t i = 0; i < view.trace.users.size(); ++i) users.push_back(users_json(view, i));
   return row;
 }
 

@@ -45,14 +45,22 @@ std::string fingerprint_of(const std::string& text, const server::LoadedScene& s
   return hash_of(all);
 }
 
-/// Everything that a hand and its device are made of, whatever files they came from.
-std::string hands_text(const Experiment& experiment, const fs::path& directory) {
+std::string text_of(const net::DelayPath& path) {
+  std::ostringstream text;
+  text << path.starts_anywhere;
+  for (const net::DelayPath::Point& point : path.points) text << ' ' << point.at.count() << ' ' << point.delay.count();
+  return text.str();
+}
+
+/// Everything that hands, devices and links are made of, whatever files they came from.
+std::string files_text(const Experiment& experiment, const fs::path& directory) {
   std::string text;
   std::vector<devices::DeviceProfile> devices;
   for (const ExperimentUser& user : experiment.users) {
     const bool is_file = fs::path(user.hand_name).extension() == ".json";
     text += is_file ? read_text_file(directory / user.hand_name) : user.hand_name;
     text += devices::device_profiles_text({user.device});
+    text += text_of(user.up.delay_path) + text_of(user.down.delay_path);
   }
   return text;
 }
@@ -62,7 +70,7 @@ std::string key_of(const Trial& trial, const KeptScene& scene, const std::string
   json::object document = experiment_json(trial.experiment);
   document.erase("description");
   document.erase("scene");
-  return hash_of(compact_json(document) + scene.fingerprint + hands_text(trial.experiment, trial.file.directory) +
+  return hash_of(compact_json(document) + scene.fingerprint + files_text(trial.experiment, trial.file.directory) +
                  program)
       .substr(0, 32);
 }
@@ -84,6 +92,7 @@ struct Job {
   const KeptScene* scene = nullptr;
   std::string key;
   SharedReference* reference = nullptr;
+  SharedReference* same_stage = nullptr;  ///< often the same run
 };
 
 // In the order in which numbers come out when they are read back, so that what was just measured and what was kept
@@ -122,7 +131,7 @@ void keep_result(const fs::path& file, const TrialResult& result) {
 json::object row_without_trace(const Trial& trial, const std::string& why) {
   SessionTrace nothing;
   for (const ExperimentUser& user : trial.experiment.users) nothing.users.emplace_back().user = user;
-  json::object row = trial_row(trial, nothing, nullptr);
+  json::object row = trial_row(trial, {trial.experiment, nothing});
   for (const TrialMetric& metric : trial_metrics()) row[metric.name] = nullptr;
   row["outcome"] = "not-joined";
   row["why"] = why;
@@ -136,6 +145,7 @@ struct TrialRunner::Impl {
 
   void load_scenes(const server::SceneLoading& loading);
   void make_jobs();
+  SharedReference& shared(Trial at_zero_delay, const KeptScene& scene);
   fs::path file_of(const Job& job) const { return settings.out / "trials" / (job.key + ".json"); }
   fs::path samples_of(const Job& job) const;
   std::optional<TrialResult> kept(const Job& job) const;
@@ -181,17 +191,24 @@ void TrialRunner::Impl::load_scenes(const server::SceneLoading& loading) {
   }
 }
 
+SharedReference& TrialRunner::Impl::shared(Trial at_zero_delay, const KeptScene& scene) {
+  auto& place = references[key_of(at_zero_delay, scene, settings.program)];
+  if (place == nullptr) {
+    place = std::make_unique<SharedReference>();
+    place->trial = std::move(at_zero_delay);
+  }
+  return *place;
+}
+
 void TrialRunner::Impl::make_jobs() {
   for (std::size_t i = 0; i < trials.size(); ++i) {
     const KeptScene& scene = scenes.at(scene_key(trials[i].experiment));
-    Trial reference = reference_of(trials[i]);
-    auto& shared = references[key_of(reference, scene, settings.program)];
-    if (shared == nullptr) {
-      shared = std::make_unique<SharedReference>();
-      shared->trial = std::move(reference);
-    }
-    jobs.push_back({i, &scene, key_of(trials[i], scene, settings.program), shared.get()});
-    shared->open += kept(jobs.back()) ? 0 : 1;
+    SharedReference& reference = shared(reference_of(trials[i]), scene);
+    SharedReference& same_stage = shared(same_stage_of(trials[i]), scene);
+    jobs.push_back({i, &scene, key_of(trials[i], scene, settings.program), &reference, &same_stage});
+    if (kept(jobs.back())) continue;
+    ++reference.open;
+    ++same_stage.open;
   }
   std::map<const SharedReference*, std::size_t> first;
   for (const Job& job : jobs) first.emplace(job.reference, job.trial);
@@ -228,6 +245,7 @@ TrialResult TrialRunner::Impl::run_job(const Job& job) {
   TrialResult result;
   result.key = job.key;
   const auto reference = reference_trace(*job.reference, *job.scene);
+  const auto same_stage = reference_trace(*job.same_stage, *job.scene);
   std::optional<TrialFiles> files;
   OnTick on_tick;
   if (settings.wants_samples) {
@@ -240,7 +258,7 @@ TrialResult TrialRunner::Impl::run_job(const Job& job) {
   try {
     const SessionTrace trace = run_virtual_session(trial.experiment, job.scene->scene, on_tick);
     result.virtual_s = to_seconds(trace.joined_after + trial.experiment.duration);
-    result.row = as_read_back(trial_row(trial, trace, reference.get()));
+    result.row = as_read_back(trial_row(trial, {trial.experiment, trace, reference.get(), same_stage.get()}));
     if (files) files->finish(trace, job.key);
   } catch (const CouldNotJoin& error) {
     result.row = as_read_back(row_without_trace(trial, error.what()));
@@ -265,6 +283,7 @@ void TrialRunner::Impl::do_job(const Job& job) {
   }
   TrialResult result = run_job(job);
   forget_if_last(*job.reference);
+  forget_if_last(*job.same_stage);
   keep_result(file_of(job), result);
   note_done(job, std::move(result));
 }

@@ -16,7 +16,7 @@
 
 #include "common/base/json.hpp"
 #include "lab/experiment/trial_grid.hpp"
-#include "lab/session/trace.hpp"
+#include "lab/metrics/trial_metrics.hpp"
 
 namespace tandem::lab {
 
@@ -64,7 +64,7 @@ class TrialRunner {
 };
 
 /// What the trial was and what came out. Numbers that have no meaning are null.
-boost::json::object trial_row(const Trial& trial, const SessionTrace& trace, const SessionTrace* reference);
+boost::json::object trial_row(const Trial& trial, const TrialView& view);
 
 /// SHA-256 of the running program's file, in hex: two builds are two programs.
 std::string program_fingerprint();

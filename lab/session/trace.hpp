@@ -34,6 +34,7 @@ struct TickSample {
   Wrench displayed_D;      ///< on the hand
   Wrench server_wrench_W;  ///< on the hand, newest of the server
   Duration state_age{0};   ///< negative: no state yet
+  Duration input_age{0};   ///< since something of this user last arrived at the server; 0 where that is not known
   Duration round_trip{0};
   BodyId held_body;
   Vec3 view_W = Vec3::Zero();  ///< where this user sees the watched body
@@ -92,7 +93,8 @@ struct BodiesSample {
 struct StoredEnergySample {
   Duration time{0};
   double energy_j = 0;
-  double field_j = 0;  ///< of the molecular field there, where all users have a local model; else in energy_j
+  double field_j = 0;   ///< of the molecular field there, where all users have a local model; else in energy_j
+  double joints_j = 0;  ///< held by joints to the copies of users of a local model; in neither of the above
 };
 
 struct SessionTrace {

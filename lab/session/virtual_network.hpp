@@ -48,6 +48,8 @@ class VirtualClientTransport final : public client::ClientTransport {
   const net::LinkCounters& datagrams_up() const { return datagrams_up_.counters(); }
   const net::LinkCounters& datagrams_down() const { return datagrams_down_.counters(); }
   const TrafficCounters& traffic() const { return traffic_; }
+  /// When something last arrived at the server's end.
+  LocalTime heard_at_server() const { return heard_at_server_; }
 
  private:
   friend class VirtualNetwork;
@@ -63,6 +65,7 @@ class VirtualClientTransport final : public client::ClientTransport {
   net::SimulatedLink stream_up_;
   net::SimulatedLink stream_down_;
   TrafficCounters traffic_;
+  LocalTime heard_at_server_{};
   // Arrived, not handed on yet.
   Packets arrived_datagrams_up_;
   Packets arrived_datagrams_down_;

@@ -75,13 +75,14 @@ struct VirtualUser {
   double passivity_dissipated_at_start_j = 0;
 };
 
-TickSample sample_of(VirtualUser& user, Duration time) {
+TickSample sample_of(VirtualUser& user, Duration time, LocalTime now) {
   TickSample sample = lab::sample_of(user.client.haptics().record());
   sample.time = time;
   sample.phase = user.device.path().phase_at(user.device.path_time());
   sample.hand_D = user.device.hand_pose();
   sample.hand_twist_D = user.device.hand_twist();
   sample.intended_D = user.device.path().pose_at(user.device.path_time()).p;
+  sample.input_age = now - user.transport.heard_at_server();
   sample.round_trip = user.client.session().clock_sync().round_trip();
   if (user.model() != nullptr) sample.model = user.model()->energy();
   return sample;
@@ -257,12 +258,13 @@ StoredEnergySample VirtualSession::energy_at_server() const {
     by_models_j += state.energy_into_world_j - state.energy_from_world_j;
   }
   const Duration time = clock.now() - hands_started;
-  if (!is_for_all) return {time, by_copies_j + world.stored_energy_j(with_model) - by_models_j, 0};
-  return {time, by_copies_j, world.field_energy_j()};
+  const double joints_j = world.energy_of_joints_j();  // only copies of local models have them
+  if (!is_for_all) return {time, by_copies_j + world.stored_energy_j(with_model) - by_models_j, 0, joints_j};
+  return {time, by_copies_j, world.field_energy_j(), joints_j};
 }
 
 void VirtualSession::record_tick(std::size_t index) {
-  const TickSample sample = sample_of(*users[index], clock.now() - hands_started);
+  const TickSample sample = sample_of(*users[index], clock.now() - hands_started, clock.now());
   trace.faults_seen |= sample.server_tick_faults;
   UserTrace& user = trace.users[index];
   const client::SessionStatus& status = users[index]->client.session().status();

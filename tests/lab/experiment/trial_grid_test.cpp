@@ -108,7 +108,10 @@ TEST(TrialGrid, TheReferenceHasTheSameHandsOnAPerfectLink) {
   GridRequest request = asking({"link.rtt_ms=100", "users.1.link.loss=0.1", "stage=hold", "hand.mass_kg=0.5",
                                 "model.mass_scale=1.4", "deadband=0.1", "seed=5"});
   request.is_single = true;
-  const Trial reference = reference_of(expand(file(R"(, "reference_stage": "late-pose")"), request).at(0));
+  const Trial trial = expand(file(""), request).at(0);
+  EXPECT_EQ(same_stage_of(trial).experiment.users[0].pipeline.stage, "hold");
+  EXPECT_EQ(same_stage_of(trial).experiment.users[0].up.delay, Duration(0));
+  const Trial reference = reference_of(trial);
   EXPECT_EQ(reference.experiment.seed, 5U);
   for (const ExperimentUser& user : reference.experiment.users) {
     EXPECT_EQ(user.hand_parameters.mass_kg, 0.5);

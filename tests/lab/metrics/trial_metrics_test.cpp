@@ -10,6 +10,8 @@
 
 #include "lab/metrics/energy_ledger.hpp"
 #include "lab/metrics/felt_mass.hpp"
+#include "lab/metrics/outcome.hpp"
+#include "lab/metrics/touch_errors.hpp"
 
 namespace tandem::lab {
 namespace {
@@ -71,7 +73,7 @@ TEST(TrialMetrics, ContactPhasesAreThoseInWhichTheHandFeelsSomethingAtZeroDelay)
   const SessionTrace reference = pressing([](TickSample& tick, double t) { force(tick, t < 4 ? 2 : 0.05); });
   const SessionTrace trace = pressing([](TickSample& tick, double) { force(tick, 4); });
   const Experiment experiment;
-  const UserView view{experiment, trace.users[0], &reference.users[0]};
+  const UserView view{experiment, trace.users[0], &reference.users[0], nullptr};
   EXPECT_EQ(contact_phases(view), (std::vector<bool>{false, true, false})) << "move never, hold too weak";
   EXPECT_NEAR(metric("contact_force_mean_n", trace, &reference), 4, 1e-12);
   EXPECT_NEAR(metric("contact_force_ratio", trace, &reference), 2, 1e-12);
@@ -171,9 +173,77 @@ TEST(TrialMetrics, PeakAndStepOfTheForce) {
     if (t >= 3 && t < 3.0145) tick.safety_faults = haptics::kSafetySlewed;
   });
   EXPECT_NEAR(metric("peak_force_n", trace, &reference), std::hypot(0.4, 1.5), 1e-9);
-  EXPECT_NEAR(metric("force_step_max_n_per_ms", trace, &reference), 1.5 - 0.4, 1e-9);
+  EXPECT_NEAR(metric("force_step_max_n_per_ms", trace, &reference), 1.5, 1e-9) << "a step elsewhere excuses none";
   EXPECT_EQ(metric("force_step_max_n_per_ms", reference, &trace), 0) << "less than at zero delay is no excess";
   EXPECT_EQ(metric("slew_activations", trace, &reference), 15);
+}
+
+/// A step of 0.5 N and 0.05 N·m at `at_s`.
+SessionTrace stepping(double at_s) {
+  return pressing([at_s](TickSample& tick, double t) {
+    if (t >= at_s) tick.stage_D = {Vec3(0.5, 0, 0), Vec3(0, 0.05, 0)};
+  });
+}
+
+TEST(TrialMetrics, AStepIsExcusedByOneOfTheReferenceATenthOfASecondAndARoundTripAway) {
+  const SessionTrace reference = stepping(3);
+  for (const double apart_s : {-0.1, 0.0, 0.1}) {
+    EXPECT_EQ(metric("force_step_max_n_per_ms", stepping(3 + apart_s), &reference), 0) << apart_s;
+    EXPECT_EQ(metric("torque_step_max_n_m_per_ms", stepping(3 + apart_s), &reference), 0) << apart_s;
+  }
+  EXPECT_NEAR(metric("force_step_max_n_per_ms", stepping(3.102), &reference), 0.5, 1e-12);
+  EXPECT_NEAR(metric("torque_step_max_n_m_per_ms", stepping(2.898), &reference), 0.05, 1e-12);
+  SessionTrace late = stepping(3.199);
+  late.users[0].user.up.delay = late.users[0].user.down.delay = milliseconds(50);
+  EXPECT_EQ(metric("force_step_max_n_per_ms", late, &reference), 0) << "a partner's touch comes so late";
+}
+
+TEST(TrialMetrics, PathErrorsAreOfTheWholePathAndOverThePeak) {
+  const SessionTrace reference = pressing([](TickSample& tick, double t) {
+    force(tick, t < 1 ? 0 : 2);
+    tick.displayed_D.t.y() = t < 1 ? 0 : 0.02;
+  });
+  // Wrong in the first of seven seconds, in which the hand is not in contact.
+  const SessionTrace trace = pressing([](TickSample& tick, double t) {
+    force(tick, t < 1 ? 1 : 2);
+    tick.displayed_D.t.y() = t < 1 ? 0.01 : 0.02;
+  });
+  EXPECT_EQ(metric("contact_error_rms_n", trace, &reference), 0);
+  EXPECT_NEAR(metric("path_error_rms_n", trace, &reference), std::sqrt(1.0 / 7), 1e-9);
+  EXPECT_NEAR(metric("path_error_of_peak", trace, &reference), std::sqrt(1.0 / 7) / 2, 1e-9);
+  EXPECT_NEAR(metric("path_torque_error_rms_n_m", trace, &reference), 0.01 * std::sqrt(1.0 / 7), 1e-12);
+  EXPECT_NEAR(metric("path_torque_error_of_peak", trace, &reference), 0.5 * std::sqrt(1.0 / 7), 1e-9);
+  const SessionTrace nothing = pressing([](TickSample&, double) {});
+  EXPECT_TRUE(std::isnan(metric("path_error_of_peak", trace, &nothing)));
+  EXPECT_TRUE(std::isnan(metric("path_torque_error_of_peak", trace, &nothing)));
+}
+
+TEST(TrialMetrics, WhatDelayDidIsHeldAgainstTheSameStage) {
+  const SessionTrace reference = pressing([](TickSample& tick, double) { force(tick, 4); });
+  const SessionTrace same_stage = pressing([](TickSample& tick, double) { force(tick, 3); });
+  const SessionTrace trace = pressing([](TickSample& tick, double) { force(tick, 3.25); });
+  const Experiment experiment;
+  const TrialView view{experiment, trace, &reference, &same_stage};
+  EXPECT_NEAR(trial_metric(view, "contact_error_rms_n"), 0.75, 1e-12);
+  EXPECT_NEAR(trial_metric(view, "contact_delay_error_rms_n"), 0.25, 1e-12);
+}
+
+TEST(TrialMetrics, TheHoldIsJudgedByItsMeanAndItsLeast) {
+  const SessionTrace reference = pressing([](TickSample& tick, double) { force(tick, 4); });
+  const SessionTrace trace = pressing([](TickSample& tick, double t) { force(tick, t < 5 ? 0 : (t < 6 ? 3 : 5)); });
+  EXPECT_NEAR(metric("hold_force_ratio", trace, &reference), 1, 1e-9) << "its first second does not count";
+  EXPECT_NEAR(metric("hold_force_least_ratio", trace, &reference), 0.75, 1e-12);
+}
+
+TEST(TrialMetrics, AHandThatShouldRestMayNotTurn) {
+  const SessionTrace trace = pressing([](TickSample& tick, double t) { tick.hand_twist_D.w.z() = t < 5 ? 1 : 0.02; });
+  EXPECT_NEAR(metric("limit_cycle_rad_per_s", trace), 0.02, 1e-12);
+}
+
+TEST(TrialMetrics, ASilenceIsAsLongAsTheOldestState) {
+  const SessionTrace trace = pressing(
+      [](TickSample& tick, double t) { tick.state_age = t < 2 || t > 2.12 ? milliseconds(1) : from_seconds(t - 2); });
+  EXPECT_NEAR(metric("silence_max_ms", trace), 120, 1e-6);
 }
 
 TEST(TrialMetrics, GhostContactIsFeltWhereThereIsNothing) {
@@ -216,6 +286,33 @@ TEST(EnergyLedger, TheGreatestSurplusAtAnyTimeCounts) {
   later.stored.back().energy_j -= 5;  // it is gone at the end
   for (std::size_t k = 400; k < 600; ++k) later.stored[k].energy_j += 0.05;
   EXPECT_NEAR(energy_ledger(later).created_max_j, 0.05, 1e-9);
+}
+
+TEST(EnergyLedger, ARiseWithinAShortTimeIsSeenWhateverWasTakenBefore) {
+  // 1 W is lost for half a second, then 0.4 W is made.
+  SessionTrace trace = working(0, 0);
+  for (std::size_t k = 0; k < trace.stored.size(); ++k) {
+    const double t = static_cast<double>(k) / 1000;
+    trace.stored[k].energy_j = t < 0.5 ? 3 - t : 2.5 + 0.4 * (t - 0.5);
+  }
+  const EnergyLedger ledger = energy_ledger(trace);
+  EXPECT_EQ(ledger.created_max_j, 0);
+  EXPECT_NEAR(ledger.created_in_100_ms_j, 0.04, 1e-9);
+  EXPECT_NEAR(ledger.created_in_1_s_j, 0.2, 1e-9);
+}
+
+TEST(EnergyLedger, WhatAJointGivesBackIsNoRise) {
+  // A joint takes 0.1 J in, and gives them back; either end says how much it holds.
+  SessionTrace trace = working(0, 0);
+  for (std::size_t k = 0; k < trace.stored.size(); ++k) {
+    const double held_j = 0.1 * std::abs(sine(0.5, static_cast<double>(k) / 1000));
+    trace.stored[k].energy_j = 3 - held_j;
+    trace.stored[k].joints_j = held_j;
+    trace.users[0].ticks[k].model.joints_j = held_j;
+  }
+  EXPECT_NEAR(energy_ledger(trace).created_in_1_s_j, 0, 1e-9);
+  for (TickSample& tick : trace.users[0].ticks) tick.model.joints_j = 0;
+  EXPECT_NEAR(energy_ledger(trace).created_in_1_s_j, 0.05, 1e-6) << "half of it was nowhere";
 }
 
 TEST(EnergyLedger, CountsWhatAModelHoldsLessWhatCameFromElsewhere) {
@@ -400,7 +497,7 @@ std::string outcome_with(const std::vector<double>& heights_m) {
     sample.X_WB[1].p.z() = 0.02 + heights_m[i];
     trace.bodies.push_back(sample);
   }
-  return outcome_of(experiment, trace);
+  return outcome_of({experiment, trace});
 }
 
 TEST(Outcome, SaysWhetherTheBodyWasCarriedAllTheWay) {
@@ -421,18 +518,31 @@ TEST(Outcome, SaysWhetherTheBodyEndsInItsPlace) {
       sample.X_WB[1].p = p;
       trace.bodies.push_back(sample);
     }
-    return outcome_of(experiment, trace);
+    return outcome_of({experiment, trace});
   };
   EXPECT_EQ(outcome_at({0, 0, 0}, {0.061, 0.001, 0.031}), "completed");
   EXPECT_EQ(outcome_at({0, 0, 0}, {0.06, 0, 0.0325}), "missed");
   EXPECT_EQ(outcome_at({0.06, 0, 0.03}, {0, 0, 0}), "missed") << "it was there, and is not any more";
 }
 
+TEST(Outcome, OfAHandThatFeelsLessThanHalfOfTheTruthIsWeak) {
+  const Experiment experiment;
+  const SessionTrace reference = pressing([](TickSample& tick, double) { force(tick, 4); });
+  const auto outcome_of_force = [&](double n) {
+    const SessionTrace trace = pressing([n](TickSample& tick, double) { force(tick, n); });
+    return outcome_of({experiment, trace, &reference});
+  };
+  EXPECT_EQ(outcome_of_force(2.1), "completed");
+  EXPECT_EQ(outcome_of_force(1.9), "weak");
+  EXPECT_EQ(outcome_of_force(0), "weak") << "the calmest of all";
+}
+
 TEST(Outcome, AUserWhoLostItsConnectionComesFirst) {
+  const Experiment experiment;
   SessionTrace trace = pressing([](TickSample&, double) {});
-  EXPECT_EQ(outcome_of(Experiment{}, trace), "completed");
+  EXPECT_EQ(outcome_of({experiment, trace}), "completed");
   trace.users[0].stayed_connected = false;
-  EXPECT_EQ(outcome_of(Experiment{}, trace), "lost");
+  EXPECT_EQ(outcome_of({experiment, trace}), "lost");
 }
 
 }  // namespace

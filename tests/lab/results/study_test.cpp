@@ -111,18 +111,32 @@ TEST(FieldKernel, CanBeForcedAndLetGo) {
   EXPECT_EQ(docking::LennardJonesField::default_kernel(), docking::LennardJonesField::available_kernels().front());
 }
 
-TEST(SeedGroup, MeansLeaveOutWhatIsNull) {
+TEST(SeedGroup, MeansAndWorstLeaveOutWhatIsNull) {
   const auto row = [](std::uint64_t seed, const json::value& drag, const char* outcome) {
     TrialResult result;
-    result.row = {{"experiment", "e"}, {"stage", "hold"}, {"seed", seed}, {"drag", drag}, {"outcome", outcome}};
+    result.row = {
+        {"experiment", "e"}, {"stage", "hold"}, {"seed", seed}, {"free_drag_rms_n", drag}, {"outcome", outcome}};
     return result;
   };
   const std::vector<TrialResult> results{row(1, 2, "completed"), row(2, 4, "dropped"), row(3, nullptr, "completed")};
   const auto groups = seed_groups(results);
   ASSERT_EQ(groups.size(), 1U);
-  EXPECT_EQ(mean_of(groups[0], "drag"), 3);
-  EXPECT_EQ(outcomes_of(groups[0]), "completed/dropped");
-  EXPECT_TRUE(std::isnan(mean_of(groups[0], "nothing")));
+  EXPECT_EQ(mean_of(groups[0], "free_drag_rms_n"), 3);
+  EXPECT_EQ(worst_of(groups[0], "free_drag_rms_n"), 4);
+  EXPECT_EQ(outcomes_of(groups[0]), "completed 2/dropped 1");
+  EXPECT_TRUE(std::isnan(mean_of(groups[0], "peak_force_n")));
+  EXPECT_TRUE(std::isnan(worst_of(groups[0], "peak_force_n")));
+}
+
+TEST(SeedGroup, KeepsTrialsWithALongSilenceApart) {
+  std::vector<TrialResult> results(3);
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    results[i].row = {{"experiment", "e"}, {"seed", i}, {"silence_max_ms", i == 1 ? 111 : 109}};
+  }
+  const auto groups = seed_groups(results);
+  ASSERT_EQ(groups.size(), 2U);
+  EXPECT_EQ(groups[0].size(), 2U);
+  EXPECT_TRUE(was_silent(*groups[1].front()));
 }
 
 }  // namespace

@@ -11,6 +11,7 @@
 #include "lab/experiment/experiment_library.hpp"
 #include "lab/experiment/trial_grid.hpp"
 #include "lab/metrics/metrics.hpp"
+#include "lab/metrics/outcome.hpp"
 #include "lab/metrics/trial_metrics.hpp"
 #include "lab/session/virtual_session.hpp"
 #include "tests/support/source_path.hpp"
@@ -46,19 +47,21 @@ class Shown {
   Shown(const std::string& name, const Quantities& quantities) : trial_(shipped_trial(name, quantities)) {
     const auto scene = load_experiment_scene(trial_.experiment);
     reference_ = run_virtual_session(reference_of(trial_).experiment, scene);
+    same_stage_ = run_virtual_session(same_stage_of(trial_).experiment, scene);
     trace_ = run_virtual_session(trial_.experiment, scene);
   }
 
   double operator[](std::string_view metric) const { return trial_metric(view(), metric); }
-  std::string outcome() const { return outcome_of(trial_.experiment, trace_); }
+  std::string outcome() const { return outcome_of(view()); }
   const SessionTrace& trace() const { return trace_; }
   const SessionTrace& reference() const { return reference_; }
 
  private:
-  TrialView view() const { return {trial_.experiment, trace_, &reference_}; }
+  TrialView view() const { return {trial_.experiment, trace_, &reference_, &same_stage_}; }
 
   Trial trial_;
   SessionTrace reference_;
+  SessionTrace same_stage_;
   SessionTrace trace_;
 };
 
