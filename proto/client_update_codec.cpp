@@ -4,76 +4,26 @@
 namespace tandem::proto {
 namespace {
 
-bool is_direction_or_none(const Vec3& a) {
-  return a.isZero(0) || std::abs(a.norm() - 1) <= kMaxQuaternionError;
-}
-bool is_sendable_copy(const CopyTarget& copy) {
-  return copy.body.is_valid() && is_sendable(copy.state) && is_within(copy.p_BJ, 0.999 * kMaxPositionM) &&
-         is_direction_or_none(copy.pressing_B);
-}
-
-void write_copy(const CopyTarget& copy, wire::BodyCopy& out) {
-  write_compact(copy.body.value, copy.state, *out.mutable_state());
-  for (const double number : copy.p_BJ) out.add_point(static_cast<float>(number));
-  if (copy.pressing_B.isZero(0)) return;
-  for (const double number : copy.pressing_B) out.add_pressing(static_cast<float>(number));
-}
-
-DropReason read_copy(const wire::BodyCopy& in, CopyTarget& out) {
-  const bool has_direction = in.pressing_size() == 3;
-  if (!in.has_state() || in.point_size() != 3 || (!has_direction && !in.pressing().empty())) {
-    return DropReason::kMalformed;
-  }
-  if (const DropReason drop = read_compact(in.state(), out.state); drop != DropReason::kNone) return drop;
-  out.body = BodyId{in.state().id()};
-  out.p_BJ = {in.point(0), in.point(1), in.point(2)};
-  out.pressing_B = Vec3::Zero();
-  if (!is_within(out.p_BJ, kMaxPositionM)) return DropReason::kNotFinite;
-  if (!has_direction) return DropReason::kNone;
-  out.pressing_B = {in.pressing(0), in.pressing(1), in.pressing(2)};
-  if (!(std::abs(out.pressing_B.norm() - 1) <= kMaxQuaternionError)) return DropReason::kNotFinite;
-  out.pressing_B.normalize();
-  return DropReason::kNone;
-}
-
-DropReason read_copies(const wire::ClientUpdate& in, ClientUpdate& out) {
-  out.copies.clear();
-  const bool may_have = out.mode == ClientMode::kLocalModel;
-  if (in.copies_size() > (may_have ? static_cast<int>(kMaxCopies) : 0)) return DropReason::kMalformed;
-  for (const wire::BodyCopy& message : in.copies()) {
-    CopyTarget copy;
-    if (const DropReason drop = read_copy(message, copy); drop != DropReason::kNone) return drop;
-    const auto is_same = [&copy](const CopyTarget& other) { return other.body == copy.body; };
-    if (std::ranges::any_of(out.copies, is_same)) return DropReason::kMalformed;
-    out.copies.push_back(copy);
-  }
-  return DropReason::kNone;
-}
-
 /// What belongs to the mode; absent in the others.
 void write_mode_part(const ClientUpdate& update, wire::ClientUpdate& out) {
   out.set_mode(static_cast<std::uint32_t>(update.mode));
   out.set_round_trip_ns(nanoseconds_of_delay(update.round_trip));
-  if (update.mode == ClientMode::kLocalModel) {
-    write_rigid(update.tool, *out.mutable_tool());
-    for (const CopyTarget& copy : update.copies) {
-      if (is_sendable_copy(copy)) write_copy(copy, *out.add_copies());
-    }
-  }
+  // One that is out of range would make the whole message unreadable.
+  const Wrench on_hand_W = is_wrench(update.on_hand_W) ? update.on_hand_W : Wrench{};
+  if (update.mode == ClientMode::kLocalModel) write_six(on_hand_W, *out.mutable_on_hand());
   if (update.mode == ClientMode::kWave) write_six(update.wave, *out.mutable_wave());
 }
 
 DropReason read_mode_part(const wire::ClientUpdate& in, ClientUpdate& out) {
-  out.tool = {};
   if (in.mode() > static_cast<std::uint32_t>(ClientMode::kWave)) return DropReason::kNotFinite;
   out.mode = static_cast<ClientMode>(in.mode());
   if (!read_delay(in.round_trip_ns(), out.round_trip)) return DropReason::kNotFinite;
-  if (in.has_tool() != (out.mode == ClientMode::kLocalModel)) return DropReason::kMalformed;
+  const int on_hand_numbers = out.mode == ClientMode::kLocalModel ? kWrenchNumbers : 0;
+  if (in.on_hand_size() != on_hand_numbers) return DropReason::kMalformed;
   if (in.wave().empty() != (out.mode != ClientMode::kWave)) return DropReason::kMalformed;
-  if (in.has_tool()) {
-    if (const DropReason drop = read_rigid(in.tool(), out.tool); drop != DropReason::kNone) return drop;
-  }
-  if (const DropReason drop = read_copies(in, out); drop != DropReason::kNone) return drop;
+  out.on_hand_W = {};
+  if (on_hand_numbers > 0) out.on_hand_W = six_of(in.on_hand());
+  if (!is_wrench(out.on_hand_W)) return DropReason::kNotFinite;
   return read_wave(in.wave(), out.wave);
 }
 

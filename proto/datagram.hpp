@@ -20,7 +20,7 @@
 namespace tandem::proto {
 
 /// Version of everything on the wire, control and state; peers of another version are refused.
-inline constexpr std::uint32_t kProtocolVersion = 1;
+inline constexpr std::uint32_t kProtocolVersion = 2;
 inline constexpr std::size_t kDatagramHeaderBytes = 33;
 /// Fits an IPv6 path of minimum MTU with room for tunnels; never fragmented.
 inline constexpr std::size_t kMaxDatagramBytes = 1200;

@@ -19,9 +19,8 @@ bool is_never_negative(const decltype(SoftContact::stiffness)& stiffness) {
 bool is_in_range(const SoftContact& contact) {
   const bool has_lengths = contact.trust_radius_m > 0 && contact.trust_radius_m <= kMaxPositionM &&
                            contact.lever_m >= 0 && contact.lever_m <= kMaxPositionM;
-  const bool has_wrench = is_within(contact.wrench_W.f, kMaxForceN) && is_within(contact.wrench_W.t, kMaxTorqueNM);
   const bool has_pose = is_within(contact.X_WT0.p, kMaxPositionM) && is_unit(contact.X_WT0.q);
-  return has_lengths && has_wrench && has_pose && contact.stiffness.allFinite() &&
+  return has_lengths && is_wrench(contact.wrench_W) && has_pose && contact.stiffness.allFinite() &&
          contact.stiffness.cwiseAbs().maxCoeff() <= kMaxContactStiffness && is_never_negative(contact.stiffness);
 }
 
@@ -53,20 +52,14 @@ DropReason read_soft_contact(const wire::SoftContact& in, SoftContact& out) {
 /// What a client with a local model, or with wave variables, needs besides.
 void write_bridge_part(const ServerUpdate& update, wire::ServerUpdate& out) {
   if (update.held_body.is_valid()) write_pose(update.X_BT, *out.mutable_tool_in_held_body());
-  out.set_joint_share(update.joint_share);
   out.set_playout_ns(nanoseconds_of_delay(update.playout));
-  out.set_slowest_loop_ns(nanoseconds_of_delay(update.slowest_loop));
   // One that is out of range would make the whole message unreadable.
   if (is_in_range(update.soft_contact)) write_soft_contact(update.soft_contact, *out.mutable_soft_contact());
   if (!is_zero(update.wave)) write_six(update.wave, *out.mutable_wave());
 }
 
 DropReason read_bridge_part(const wire::ServerUpdate& in, ServerUpdate& out) {
-  out.joint_share = in.joint_share();
-  const bool is_share = out.joint_share >= 0 && out.joint_share <= 1;
-  const bool has_delays =
-      read_delay(in.playout_ns(), out.playout) && read_delay(in.slowest_loop_ns(), out.slowest_loop);
-  if (!is_share || !has_delays) return DropReason::kNotFinite;
+  if (!read_delay(in.playout_ns(), out.playout)) return DropReason::kNotFinite;
   out.X_BT = {};
   if (out.held_body.is_valid() != !in.tool_in_held_body().empty()) return DropReason::kMalformed;
   if (out.held_body.is_valid()) {
@@ -132,8 +125,7 @@ DropReason read_bodies(const wire::ServerUpdate& in, ServerUpdate& out) {
   out.bodies.clear();
   if (in.bodies_size() > static_cast<int>(kMaxBodies)) return DropReason::kMalformed;
   for (const wire::CompactState& compact : in.bodies()) {
-    BodyState body{BodyId{compact.id()}, {}, UserId{compact.held_by_user()}, compact.hands()};
-    if (body.hands > kMaxUsers) return DropReason::kNotFinite;
+    BodyState body{BodyId{compact.id()}, {}, UserId{compact.held_by_user()}};
     if (const DropReason drop = read_compact(compact, body.state); drop != DropReason::kNone) return drop;
     if (has_id(out.bodies, compact.id())) return DropReason::kMalformed;
     out.bodies.push_back(body);
@@ -141,12 +133,31 @@ DropReason read_bodies(const wire::ServerUpdate& in, ServerUpdate& out) {
   return DropReason::kNone;
 }
 
+DropReason read_user(const wire::CompactState& in, OtherUserState& out) {
+  out.id = UserId{in.id()};
+  out.holds = BodyId{in.holds_body()};
+  out.tool_index = in.tool();
+  if (const DropReason drop = read_compact(in, out.tool); drop != DropReason::kNone) return drop;
+  out.has_handle = in.has_handle();
+  if (!out.has_handle) return DropReason::kNone;
+  const wire::PartnerHandle& handle = in.handle();
+  if (handle.pose_size() != 7 || handle.twist_size() != kTwistNumbers || handle.on_hand_size() != kWrenchNumbers) {
+    return DropReason::kMalformed;
+  }
+  if (const DropReason drop = read_pose(handle.pose(), out.handle.X); drop != DropReason::kNone) return drop;
+  const Wrench numbers = six_of(handle.twist());
+  out.handle.V = {numbers.f, numbers.t};
+  out.on_hand_W = six_of(handle.on_hand());
+  if (!is_wrench(out.on_hand_W) || !read_delay(handle.age_ns(), out.handle_age)) return DropReason::kNotFinite;
+  return accept_rigid(out.handle);
+}
+
 DropReason read_users(const wire::ServerUpdate& in, ServerUpdate& out) {
   out.users.clear();
   if (in.users_size() > static_cast<int>(kMaxUsers)) return DropReason::kMalformed;
   for (const wire::CompactState& compact : in.users()) {
-    OtherUserState user{UserId{compact.id()}, {}, BodyId{compact.holds_body()}};
-    if (const DropReason drop = read_compact(compact, user.tool); drop != DropReason::kNone) return drop;
+    OtherUserState user;
+    if (const DropReason drop = read_user(compact, user); drop != DropReason::kNone) return drop;
     if (has_id(out.users, compact.id())) return DropReason::kMalformed;
     out.users.push_back(user);
   }
@@ -202,12 +213,19 @@ bool keep_last_if_it_fits(WireItems& items, std::size_t& left) {
 void write_body(const BodyState& body, wire::CompactState& out) {
   write_compact(body.id.value, body.state, out);
   out.set_held_by_user(body.held_by.value);
-  out.set_hands(body.hands);
 }
 
 void write_user(const OtherUserState& user, wire::CompactState& out) {
   write_compact(user.id.value, user.tool, out);
   out.set_holds_body(user.holds.value);
+  out.set_tool(user.tool_index);
+  // One that is out of range would make the whole message unreadable.
+  if (!user.has_handle || !is_sendable(user.handle) || !is_wrench(user.on_hand_W)) return out.clear_handle();
+  wire::PartnerHandle& handle = *out.mutable_handle();
+  write_pose(user.handle.X, *handle.mutable_pose());
+  write_six({user.handle.V.v, user.handle.V.w}, *handle.mutable_twist());
+  write_six(user.on_hand_W, *handle.mutable_on_hand());
+  handle.set_age_ns(nanoseconds_of_delay(user.handle_age));
 }
 
 /// One body or user that could go into the message.

@@ -60,30 +60,32 @@ struct ClientUpdate {
   double energy_to_hand_j = 0;    ///< world joules, of the wrench before the safety stages
   double energy_from_hand_j = 0;  ///< likewise
   ClientMode mode = ClientMode::kHandle;
-  RigidState tool;  ///< kLocalModel: X_WT, V_WT of the client's own tool
-  /// kLocalModel: the bodies that its tool touches, as the client steps them by itself.
-  boost::container::static_vector<CopyTarget, kMaxCopies> copies;
   Duration round_trip{0};  ///< as the client measured it, with what it waits before it uses what comes; 0: unknown
   Wrench wave;             ///< kWave: sum of the wave towards the tool, √W·s (wave_sum())
+  Wrench on_hand_W;        ///< kLocalModel: what the hand is shown, about the handle, in W
 };
 
 struct BodyState {
   BodyId id;
   RigidState state;
   UserId held_by;
-  std::uint32_t hands = 0;  ///< how many users hold or touch it
 };
 struct OtherUserState {
   UserId id;
   RigidState tool;
   BodyId holds;
+  std::uint32_t tool_index = 0;  ///< of the scene's tools
+  bool has_handle = false;       ///< one pulls the tool …
+  RigidState handle;             ///< … this …
+  Duration handle_age{0};        ///< … which was so long ago, about
+  Wrench on_hand_W;              ///< what the hand was shown then, about the handle, in W
 };
 
 /// One step of a room as one user is told: absolute, so that the newest one is enough.
 struct ServerUpdate {
   Step step;
   ServerTime stepped{};
-  Tick answered_input;      ///< of which handle, and tool and copies, this step used exactly that
+  Tick answered_input;      ///< of which handle this step used exactly that
   LocalTime echoed_sent{};  ///< t1, the client's own clock; 0: nothing received yet
   ServerTime received{};    ///< t2
   ServerTime sent{};        ///< t3
@@ -95,8 +97,6 @@ struct ServerUpdate {
   double energy_into_world_j = 0;
   double energy_from_world_j = 0;
   double field_energy_kj_per_mol = 0;
-  double joint_share = 0;  ///< of what moves the bodies that this user touches: 0 the coupling, 1 joints to the copies
-  Duration slowest_loop{0};  ///< the longest round_trip of those who share a body with this user; 0: nobody does
   Duration playout{0};       ///< present delay between a handle's arrival and its use; 0: the newest is used at once
   SoftContact soft_contact;  ///< of this user's tool or what it holds; trust_radius_m 0: none
   Wrench wave;               ///< kWave: sum of the wave towards the hand, √W·s

@@ -57,6 +57,10 @@ bool read_time(std::uint64_t nanoseconds, std::chrono::time_point<Clock, Duratio
 inline bool is_within(const Vec3& a, double limit) {
   return a.norm() <= limit;
 }
+/// Of a hand or a tool.
+inline bool is_wrench(const Wrench& wrench) {
+  return is_within(wrench.f, kMaxForceN) && is_within(wrench.t, kMaxTorqueNM);
+}
 inline bool is_cumulative_energy(double energy_j) {
   return energy_j >= 0 && energy_j <= kMaxEnergyJ;
 }
@@ -189,8 +193,7 @@ inline void write_wrench(const Wrench& wrench, wire::WrenchOnHand& out) {
 inline DropReason read_wrench(const wire::WrenchOnHand& in, Wrench& out) {
   out.f = {in.fx_n(), in.fy_n(), in.fz_n()};
   out.t = {in.tx_n_m(), in.ty_n_m(), in.tz_n_m()};
-  const bool is_sane = is_within(out.f, kMaxForceN) && is_within(out.t, kMaxTorqueNM);
-  return is_sane ? DropReason::kNone : DropReason::kNotFinite;
+  return is_wrench(out) ? DropReason::kNone : DropReason::kNotFinite;
 }
 
 /// A little inside the reader's limits, so that rounding to single precision cannot cross them.

@@ -105,7 +105,6 @@ void fill(Row& row, const TickRecord& r, LocalTime start, int phase) {
   row.rigid_state("local_tool", r.local_tool_W.X, r.local_tool_W.V, r.is_local);
   row.rigid_state("local_body", r.local_body_W.X, r.local_body_W.V, r.has_local_body);
   row.whole("is_predicting", static_cast<int>(r.is_predicting));
-  row.number("joint_share", r.joint_share);
   row.number("passivity_gain", r.passivity_gain);
   row.number("passivity_withheld_world_j", r.passivity_withheld_j);
   row.whole("scene_generation", r.scene_generation);

@@ -308,7 +308,6 @@ void HapticCore::record_stage() noexcept {
   record_.has_local_body = stage_output_.has_watched_body;
   record_.local_body_W = stage_output_.watched_body;
   record_.is_predicting = stage_output_.is_predicting;
-  record_.joint_share = stage_output_.joint_share;
   record_.passivity_gain = is_passivity_controlled_ ? passivity_.gain() : 1.0;
   record_.passivity_withheld_j = passivity_.withheld_j();
 }

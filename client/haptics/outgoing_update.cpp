@@ -29,8 +29,7 @@ void OutgoingUpdate::write(proto::ClientUpdate& update, const TickRecord& record
   update.handle_valid = record.sample.is_valid && is_driving;
   update.buttons = is_driving ? buttons_of(record) : 0;
   update.mode = output.mode;
-  update.tool = output.tool;
-  update.copies = output.copies;
+  update.on_hand_W = output.wrench_on_hand_W;
   update.wave = output.wave;
   update.round_trip = round_trip(output, newest);
   update.energy_to_hand_j = requested.to_hand_j();

@@ -17,7 +17,6 @@ struct BodyThen {
   RigidState state;
   Shift given;               ///< by its reconciler so far
   bool is_implicit = false;  ///< the model moved it by itself, and not after the server
-  bool is_touched = false;   ///< the own tool held or pressed it
 };
 
 /// The model after the tick of one input.

@@ -17,19 +17,17 @@ constexpr double kTouchKept_s = 0.05;
 constexpr double kImplicitAfterTouch_s = 0.25;
 /// Where a body was when it began to be followed is forgotten within about three of these.
 constexpr double kFollowTime_s = 0.08;
-/// Where a joint acts follows a tool that slides.
-constexpr double kJointPlace_s = 0.1;
 /// Divergence: a tool so far from the server's, for so long, is on the other side of something, and snaps to where the
 /// server has it.
-constexpr double kDivergence_m = 0.01;
-constexpr double kDivergence_s = 0.5;
+constexpr double kDivergence_m = 0.006;
+constexpr double kDivergence_s = 0.1;
 /// The server grants or refuses what a button asks within so many inputs of the one that pressed it.
 constexpr std::uint64_t kGraspAnsweredAfter = 5;
 /// The client's loop, and so its model, runs at this whatever the room's rate.
 constexpr Duration kInputPeriod{std::chrono::milliseconds(1)};
 /// A user whom the server has not told of for so long has left.
 constexpr Duration kHoldKept = std::chrono::seconds(1);
-/// Of the smoothed loop delay: jitter does not move the joint's stiffness.
+/// Of the smoothed loop delay.
 constexpr double kLoopDelaySmoothing_s = 0.5;
 
 std::shared_ptr<const physics::WorldDescription> for_a_client(
@@ -66,15 +64,15 @@ LocalModel::LocalModel(const std::shared_ptr<const physics::WorldDescription>& d
                        const LocalModelSettings& settings)
     : settings_(settings),
       tool_(tool),
+      tools_(description->tools.size()),
       step_s_(to_seconds(kInputPeriod)),
       world_(for_a_client(description, settings.errors), physics::make_followed_bodies(description->bodies.size()),
              nullptr),
       copies_(copies_of(*description, settings)),
-      ledger_(world_, tool, settings.keeps_ledger),
       history_(kInputsKept, copies_.size()),
       tool_reconciler_(settings.tool),
       playout_(settings.playout) {
-  for (const Copy& copy : copies_) ledger_.add(copy.id);
+  partners_.reserve(proto::kMaxUsers);
 }
 
 LocalModel::~LocalModel() = default;
@@ -93,7 +91,6 @@ Wrench LocalModel::step(const LocalModelInput& input) noexcept {
   if (input.newest == nullptr) return {};
   if (!has_started_) start(input.newest->update);
   if (input.is_new) take_update(input);
-  newest_input_ = input.input;
   world_.set_coupling(input.coupling);
   follow_buttons(input);
   drive_copies(input, step_s_);
@@ -104,9 +101,7 @@ Wrench LocalModel::step(const LocalModelInput& input) noexcept {
   } else {
     world_.clear_handle(tool_);
   }
-  ledger_.begin_step();
   faults_ = world_.step();
-  ledger_.end_step();
   tool_state_ = world_.tool(tool_);
   remember(input.input);
   return input.has_handle ? tool_state_.wrench_on_hand_W : Wrench{};
@@ -130,9 +125,7 @@ void LocalModel::take_update(const LocalModelInput& input) noexcept {
   const proto::ServerUpdate& update = input.newest->update;
   const Duration stepped = update.stepped.time_since_epoch();
   playout_.add(stepped, input.newest->received.time_since_epoch());
-  slowest_loop_ = update.slowest_loop;
-  told_held_ = update.held_body;
-  note_holds(update);
+  take_partners(update);
   const ModelThen* const then = history_.find(update.answered_input);
   for (Copy& copy : copies_) {
     const auto told = std::find_if(update.bodies.begin(), update.bodies.end(),
@@ -140,7 +133,6 @@ void LocalModel::take_update(const LocalModelInput& input) noexcept {
     if (told == update.bodies.end()) continue;
     copy.is_known = true;
     copy.track.add(stepped, told->state, update.step.value);
-    note_others(*told, copy, update);
     if (then == nullptr) continue;
     const BodyThen& body_then =
         history_.bodies(update.answered_input)[static_cast<std::size_t>(&copy - copies_.data())];
@@ -155,44 +147,86 @@ void LocalModel::take_update(const LocalModelInput& input) noexcept {
   mirror_grasp(update);
 }
 
-void LocalModel::note_holds(const proto::ServerUpdate& update) noexcept {
+void LocalModel::take_partners(const proto::ServerUpdate& update) noexcept {
   for (const proto::OtherUserState& told : update.users) {
-    auto known = std::find_if(other_holds_.begin(), other_holds_.end(),
-                              [&told](const OtherHold& other) { return other.user == told.id; });
-    if (known == other_holds_.end()) {
-      if (other_holds_.size() == other_holds_.capacity()) continue;
-      known = other_holds_.insert(known, OtherHold{told.id, {}, {}});
+    auto known = std::find_if(partners_.begin(), partners_.end(),
+                              [&told](const PartnerHere& here) { return here.partner.id() == told.id; });
+    if (known == partners_.end()) {
+      if (partners_.size() == partners_.capacity()) continue;
+      partners_.push_back({Partner(told.id), 0, false, {}});
+      known = partners_.end() - 1;
     }
-    known->body = told.holds;
-    known->told = update.stepped;
+    known->partner.take(told, update);
   }
-  const auto is_gone = [&update](const OtherHold& other) { return update.stepped - other.told > kHoldKept; };
-  other_holds_.erase(std::remove_if(other_holds_.begin(), other_holds_.end(), is_gone), other_holds_.end());
+  const auto is_gone = [&update](const PartnerHere& here) {
+    return update.stepped - here.partner.told_at() > kHoldKept;
+  };
+  for (PartnerHere& here : partners_) {
+    const Partner& partner = here.partner;
+    if (here.is_here && (is_gone(here) || !partner.has_handle() || partner.tool() != here.tool)) let_go(here);
+    if (here.held.is_valid() && here.held != partner.holds()) {
+      world_.release(here.tool);
+      here.held = BodyId{};
+    }
+  }
+  std::erase_if(partners_, is_gone);
 }
 
-/// The server counts our own hand too, some milliseconds before or after we felt the same touch.
-void LocalModel::note_others(const proto::BodyState& told, Copy& copy, const proto::ServerUpdate& update) noexcept {
-  const auto index = static_cast<std::size_t>(&copy - copies_.data());
-  const auto holds_it = [&copy](const OtherHold& other) { return other.body == copy.id; };
-  copy.other_holders = static_cast<std::size_t>(std::count_if(other_holds_.begin(), other_holds_.end(), holds_it));
-  // Who has left is told of no more, but his hand is off the body at once.
-  if (!physics::others_touch(told.hands, update.held_body == copy.id)) copy.other_holders = 0;
-  if (copy.other_holders > 0) {
-    copy.others_touch = true;
-    return;
-  }
-  // Touches are remembered for kTouchKept_s; half of it later covers a touch that the server felt first.
-  const Tick input = update.answered_input;
-  const auto half_kept = static_cast<std::uint64_t>(0.5 * kTouchKept_s / step_s_);
-  const bool is_mine = touched_then(index, input) || update.held_body == copy.id;
-  const bool was_soon_mine = touched_then(index, Tick{std::min(input.value + half_kept, newest_input_.value)});
-  // That one hand may then be ours or not: as it was.
-  if (!is_mine && was_soon_mine && told.hands == 1) return;
-  copy.others_touch = physics::others_touch(told.hands, is_mine);
+void LocalModel::let_go(PartnerHere& here) noexcept {
+  world_.deactivate_tool(here.tool);
+  here.is_here = false;
+  here.held = BodyId{};
 }
 
-bool LocalModel::touched_then(std::size_t copy, Tick input) noexcept {
-  return history_.find(input) != nullptr && history_.bodies(input)[copy].is_touched;
+bool LocalModel::is_held_by_partner(BodyId body) const noexcept {
+  return std::any_of(partners_.begin(), partners_.end(), [body](const PartnerHere& here) { return here.held == body; });
+}
+
+/// His tool appears where the server has it, and takes what he holds at his place of it.
+void LocalModel::bring_in(PartnerHere& here) noexcept {
+  const Partner& partner = here.partner;
+  if (!here.is_here) {
+    here.tool = partner.tool();
+    world_.activate_tool(here.tool);
+    world_.release(here.tool);
+    world_.set_tool(here.tool, partner.told_tool());
+    here.is_here = true;
+  }
+  if (here.held.is_valid() || !partner.holds().is_valid() || !partner.place()) return;
+  const auto is_it = [&partner](const Copy& copy) { return copy.id == partner.holds() && copy.is_known; };
+  if (std::none_of(copies_.begin(), copies_.end(), is_it)) return;
+  world_.hold(here.tool, partner.holds(), *partner.place());
+  here.held = partner.holds();
+}
+
+PartnerSurroundings LocalModel::surroundings_of(const PartnerHere& here, Duration played) noexcept {
+  PartnerSurroundings around;
+  if (!here.is_here) return around;
+  around.on_hand_W = world_.tool(here.tool).wrench_on_hand_W;
+  for (const Copy& copy : copies_) {
+    if (!copy.is_known) continue;
+    const std::uint32_t hands = world_.hands_on(copy.id);
+    const bool is_held = here.held == copy.id;
+    if (is_held && copy.is_felt_from_afar) around.holds_molecule = true;
+    if ((hands >> here.tool & 1U) == 0 || (hands >> tool_ & 1U) == 0) continue;
+    const Vec3 pressing_W = is_held ? Vec3(Vec3::Zero()) : world_.pressing_normal_W(here.tool, copy.id);
+    around.common = CommonBody{world_.body(copy.id), copy.track.at(played).X, pressing_W, is_held};
+    around.holds_molecule = false;
+    break;
+  }
+  return around;
+}
+
+/// Partners' tools are stepped here: their answer to what our hand does then comes at once.
+void LocalModel::drive_partners(Duration played, Duration present, double period_s) noexcept {
+  for (PartnerHere& here : partners_) {
+    const bool is_tool = here.partner.tool() < tools_ && here.partner.tool() != tool_;
+    if (!here.partner.has_handle() || !is_tool) continue;
+    const RigidState handle =
+        here.partner.foresee(played, to_seconds(present - played), surroundings_of(here, played), period_s);
+    bring_in(here);
+    world_.set_handle(here.tool, handle);
+  }
 }
 
 void LocalModel::compare_tool(const proto::ServerUpdate& update, const ModelThen& then,
@@ -200,16 +234,25 @@ void LocalModel::compare_tool(const proto::ServerUpdate& update, const ModelThen
   const Duration ago = kInputPeriod * static_cast<int>(input.input.value - update.answered_input.value);
   residual_ = update.wrench_on_hand_W - then.on_hand_W;
   residual_of_ = input.now - ago;
-  // The joint holds the server's tool elsewhere than the handle's coupling holds ours.
-  const bool is_alike =
-      update.joint_share <= 0 && joint_share() <= 0 && !update.held_body.is_valid() && !tool_state_.held.is_valid();
-  if (!is_alike) {
+  if (update.held_body.is_valid() || tool_state_.held.is_valid()) {
     diverged_s_ = 0;
     return;
   }
   tool_reconciler_.observe(update.tool, then.tool, then.tool_given);
-  diverged_s_ = tool_reconciler_.error_m() > kDivergence_m ? diverged_s_ + step_s_ : 0;
+  double farthest_m = tool_reconciler_.error_m();
+  for (const Copy& copy : copies_) {
+    if (!copy.was_followed && copy.is_touched()) farthest_m = std::max(farthest_m, copy.reconciler.error_m());
+  }
+  diverged_s_ = farthest_m > kDivergence_m ? diverged_s_ + step_s_ : 0;
   if (diverged_s_ < kDivergence_s) return;
+  for (Copy& copy : copies_) {
+    if (copy.was_followed || !copy.is_known) continue;
+    world_.set_body(copy.id, copy.track.newest());
+    copy.reconciler.reset();
+  }
+  for (const PartnerHere& here : partners_) {
+    if (here.is_here && !here.held.is_valid()) world_.set_tool(here.tool, here.partner.told_tool());
+  }
   world_.set_tool(tool_, update.tool);
   tool_reconciler_.reset();
   diverged_s_ = 0;
@@ -251,29 +294,13 @@ bool LocalModel::Copy::is_touched() const {
 }
 
 bool LocalModel::is_implicit(const Copy& copy) const noexcept {
-  return copy.is_touched() ||
-         (!copy.others_touch && copy.untouched_s < kImplicitAfterTouch_s + to_seconds(loop_delay_));
+  return copy.unpressed_s < kTouchKept_s || copy.untouched_s < kImplicitAfterTouch_s + to_seconds(loop_delay_);
 }
 
-double LocalModel::joint_share() const {
-  double greatest = 0;
-  for (const Copy& copy : copies_) greatest = std::max(greatest, copy.joint.share());
-  return greatest;
-}
-
-/// A body that others hold, and that we begin to touch, has followed the server so far: it is joined to it at once.
-/// Without, it would fall until its joint has come in.
-void LocalModel::follow_touches(Duration now, double period_s) noexcept {
-  bool is_shared = false;
+void LocalModel::follow_touches(double period_s) noexcept {
   for (Copy& copy : copies_) {
     copy.untouched_s = touches(copy.id) ? 0 : copy.untouched_s + period_s;
-    if (!copy.is_touched() || !copy.others_touch) continue;
-    is_shared = true;
-    if (copy.was_followed) copy.joint.engage();
-  }
-  for (Copy& copy : copies_) {
-    const bool is_held = copy.is_known && tool_state_.held == copy.id && told_held_ == copy.id;
-    copy.joint.step(now, kInputPeriod, {is_shared && copy.is_touched(), is_held, copy.other_holders});
+    copy.unpressed_s = world_.hands_on(copy.id) != 0 ? 0 : copy.unpressed_s + period_s;
   }
 }
 
@@ -281,90 +308,54 @@ void LocalModel::drive_copies(const LocalModelInput& input, double period_s) noe
   if (!playout_.has_started()) return;
   const Duration played = playout_.play_at(input.now.time_since_epoch());
   const Duration present = input.now.time_since_epoch() + input.newest->clock_offset;
-  follow_touches(input.now.time_since_epoch(), period_s);
+  follow_touches(period_s);
+  drive_partners(played, present, period_s);
   for (Copy& copy : copies_) {
     if (!copy.is_known) continue;
     if (is_implicit(copy)) {
-      drive_implicit(copy, played, period_s);
+      reconcile(copy, period_s);
     } else {
       follow(copy, played, present, period_s);
     }
   }
 }
 
-/// Where our tool is and how it presses: friction there then turns neither the copy nor, at the other end, the body.
-/// Both follow slowly, for what moves a joint's frame does work.
-void LocalModel::follow_grip(Copy& copy, double period_s, bool is_begin) noexcept {
-  const Pose X_BW = world_.body(copy.id).X.inverse();
-  const bool is_at_once = is_begin || joint_share() <= 0;
-  const double part = is_at_once ? 1.0 : std::min(1.0, period_s / kJointPlace_s);
-  if (is_begin) copy.pressing_B = Vec3::Zero();
-  copy.p_BJ += part * (X_BW * tool_state_.tool.X.p - copy.p_BJ);
-  if (tool_state_.held == copy.id) {
-    copy.pressing_B = Vec3::Zero();
-    return;
-  }
-  const Vec3 normal_B = X_BW.q * world_.pressing_normal_W(tool_, copy.id);
-  if (normal_B.norm() < 0.5) return;
-  // An axis has no sign.
-  const Vec3 like = normal_B.dot(copy.pressing_B) < 0 ? Vec3(-normal_B) : normal_B;
-  copy.pressing_B = (copy.pressing_B + part * (like - copy.pressing_B)).normalized();
-}
-
-void LocalModel::drive_implicit(Copy& copy, Duration played, double period_s) noexcept {
-  const auto index = static_cast<std::size_t>(&copy - copies_.data());
-  const bool is_begin = std::exchange(copy.was_followed, false);
-  ledger_.take(index);
+/// What a partner alone moves goes where his predicted hand takes it: to pull it back would be felt as his force.
+void LocalModel::reconcile(Copy& copy, double period_s) noexcept {
+  copy.was_followed = false;
   world_.keep_implicit(copy.id, 2 * period_s);
-  const double share = copy.is_touched() ? copy.joint.share() : 0;
-  follow_grip(copy, period_s, is_begin);
-  const Vec3 pressing_W = world_.body(copy.id).X.q * copy.pressing_B;
-  const physics::Joint joint = physics::DelayedJoint::joint(loop_delay_, slowest_loop_, pressing_W);
-  // It begins where the copy is, which is ahead of what is played of the server's.
-  if (is_begin) copy.offset = shift_between(copy.track.at(played), world_.body(copy.id));
-  copy.offset = faded(copy.offset, period_s);
-  world_.join_body(copy.id, shifted(copy.track.at(played), copy.offset), copy.p_BJ, joint, share,
-                   1 - copy.joint.weight_on_copy());
-  ledger_.joined(index);
-  const Shift shift = copy.reconciler.step(period_s, to_seconds(loop_delay_), 1 - share);
+  const bool is_partners = is_held_by_partner(copy.id) && tool_state_.held != copy.id;
+  if (is_partners) return;
+  const Shift shift = copy.reconciler.step(period_s, to_seconds(loop_delay_));
   world_.shift_body(copy.id, pose_of(shift), {shift.v, shift.w});
-  ledger_.corrected(index);
 }
 
-RigidState LocalModel::seen_at_present(Copy& copy, Duration played, Duration present, double period_s) noexcept {
+RigidState LocalModel::seen_at_present(const Copy& copy, Duration played, Duration present) const noexcept {
   RigidState target = copy.track.at(played);
   const Duration ahead = std::clamp(present - played, Duration{0}, settings_.longest_extrapolation);
   const double speed = target.V.v.norm();
   double ahead_s = to_seconds(ahead);
   if (speed * ahead_s > settings_.farthest_extrapolation_m) ahead_s = settings_.farthest_extrapolation_m / speed;
-  if (copy.is_felt_from_afar) return copy.smoothed.step(target.X, ahead_s, period_s);
   target.X = integrate(target.X, target.V, ahead_s);
   return target;
 }
 
 void LocalModel::follow(Copy& copy, Duration played, Duration present, double period_s) noexcept {
-  if (!copy.was_followed) copy.smoothed.start_at(copy.track.at(played).X);
-  const RigidState target = seen_at_present(copy, played, present, period_s);
-  const auto index = static_cast<std::size_t>(&copy - copies_.data());
+  const RigidState target = seen_at_present(copy, played, present);
   if (!copy.was_followed) {
-    ledger_.give_up(index);
     copy.offset = shift_between(target, world_.body(copy.id));
     copy.reconciler.reset();
-    world_.join_body(copy.id, target, Vec3::Zero(), physics::Joint{}, 0);
     world_.keep_implicit(copy.id, 0);
     copy.was_followed = true;
   }
   copy.offset = faded(copy.offset, period_s);
   world_.set_body(copy.id, shifted(target, copy.offset));
-  ledger_.follow(index);
 }
 
 void LocalModel::correct_tool(double period_s) noexcept {
   if (tool_state_.held.is_valid()) return;
-  const Shift shift = tool_reconciler_.step(period_s, to_seconds(loop_delay_), 1 - joint_share());
-  ledger_.take_tool();
+  const Shift shift = tool_reconciler_.step(period_s, to_seconds(loop_delay_));
   world_.shift_tool(tool_, pose_of(shift), {shift.v, shift.w});
-  ledger_.corrected_tool();
 }
 
 void LocalModel::follow_soft_contact(const proto::ServerUpdate& update, bool is_new, double period_s) noexcept {
@@ -385,13 +376,9 @@ void LocalModel::remember(Tick input) noexcept {
   model.tool_given = tool_reconciler_.given();
   model.on_hand_W = tool_state_.wrench_on_hand_W;
   const std::span<BodyThen> bodies = history_.bodies(input);
-  touched_.clear();
   for (std::size_t i = 0; i < copies_.size(); ++i) {
     const Copy& copy = copies_[i];
-    const bool is_touched = copy.is_touched() || touches(copy.id);
-    bodies[i] = {world_.body(copy.id), copy.reconciler.given(), !copy.was_followed && joint_share() <= 0, is_touched};
-    if (is_touched && touched_.size() < touched_.capacity())
-      touched_.push_back({copy.id, bodies[i].state, copy.p_BJ, copy.pressing_B});
+    bodies[i] = {world_.body(copy.id), copy.reconciler.given(), !copy.was_followed};
   }
 }
 

@@ -2,31 +2,25 @@
 // so that contact, friction and fields answer the hand at once, whatever the delay.
 //
 //   static things            here as at the server: nothing to reconcile but the tool itself
-//   bodies nobody else       predicted here; the server's state answers an old input, is compared with what was here
+//   other users' tools       stepped here too, each pulled to where its user's hand is by now (Partner)
+//   bodies that any tool     predicted here; the server's state answers an old input, is compared with what was here
 //   touches                  at that input, and the difference is taken out slowly (Reconciler)
-//   bodies that others       a copy here, joined to the server's body by a delayed spring–damper (delayed_joint.hpp), as
-//   touch as well            the server's body is joined to ours; its weight is at the copy of who alone holds it, else
-//                            at the server's body
 //   bodies that others       follow the server, played at a constant delay and carried on to the present by their
 //   move                     velocity
 //   soft bodies              the server's linearised contact, told before the touch (SoftFollower)
 #pragma once
 
-#include <boost/container/static_vector.hpp>
 #include <cstdint>
 #include <memory>
 #include <optional>
-#include <span>
 #include <vector>
 
 #include "client/haptics/mailboxes.hpp"
 #include "client/model/input_history.hpp"
-#include "client/model/model_ledger.hpp"
+#include "client/model/partner.hpp"
 #include "client/model/reconciler.hpp"
-#include "client/model/smoothed_motion.hpp"
 #include "client/model/soft_follower.hpp"
 #include "common/net/playout.hpp"
-#include "common/physics/joints/delayed_joint.hpp"
 #include "common/physics/world.hpp"
 #include "proto/state.hpp"
 
@@ -54,8 +48,6 @@ struct LocalModelSettings {
   Duration longest_extrapolation{std::chrono::milliseconds(150)};
   double farthest_extrapolation_m = 0.02;
   ModelErrors errors;
-  /// For experiments: energy() is accounted for.
-  bool keeps_ledger = false;
 };
 
 struct LocalModelInput {
@@ -86,10 +78,6 @@ class LocalModel {
   BodyId held() const { return tool_state_.held; }
   /// As the model has it now.
   RigidState body(BodyId id) const { return world_.body(id); }
-  /// How far what the tool touches is held by the joint to the server's, for others touch it as well.
-  double joint_share() const;
-  /// What the tool touches and could move, as the model has it: what the server joins its bodies to.
-  std::span<const CopyTarget> copies() const { return touched_; }
   /// From an input to its effect being used here, the waiting at both ends included; 0: not known yet.
   Duration loop_delay() const { return loop_delay_; }
   /// What the server's wrench on the hand was beyond the model's for the same input, of the newest update that answered
@@ -102,8 +90,6 @@ class LocalModel {
   /// The tool was put where the server has it: what is displayed should not jump with it. Consumed by the call.
   bool take_jump() noexcept;
   TickFaults faults() const { return faults_; }
-  /// Where the model's energy came from; zero unless settings.keeps_ledger.
-  ModelEnergy energy() const noexcept { return ledger_.energy(); }
 
  private:
   /// A body that can move.
@@ -112,45 +98,43 @@ class LocalModel {
         : id(its_id), is_felt_from_afar(has_field), reconciler(settings.body) {}
     BodyId id;
     bool is_felt_from_afar;
-    SmoothedMotion smoothed;
     net::RigidTrack track;
     Reconciler reconciler;
-    bool is_known = false;  ///< the server has told of it
-    bool others_touch = false;
-    std::size_t other_holders = 0;   ///< users beside this one whose tools hold it
-    physics::DelayedJoint joint;     ///< to the server's body, while our tool touches it
-    Vec3 p_BJ = Vec3::Zero();        ///< where our tool is on it
-    Vec3 pressing_B = Vec3::Zero();  ///< along which it presses there; zero: holds it
-    double untouched_s = 1e9;        ///< since our tool last held or pressed it
-    Shift offset = {};               ///< left of where it was when it began to be followed, or to be ours
+    bool is_known = false;     ///< the server has told of it
+    double unpressed_s = 1e9;  ///< since any tool did
+    double untouched_s = 1e9;  ///< since our tool last held or pressed it
+    Shift offset = {};         ///< left of where it was when it began to be followed, or to be ours
     bool was_followed = false;
 
     /// Now, or not long enough ago to have been given up.
     bool is_touched() const;
   };
-  /// What another user held when the server last told of him: not every update has room for all.
-  struct OtherHold {
-    UserId user;
-    BodyId body;
-    ServerTime told{};
+  /// A partner, and what of him is in the model's world.
+  struct PartnerHere {
+    Partner partner;
+    std::size_t tool = 0;  ///< that is here, and holds `held` there
+    bool is_here = false;
+    BodyId held;
   };
 
   static std::vector<Copy> copies_of(const physics::WorldDescription& description, const LocalModelSettings& settings);
   void start(const proto::ServerUpdate& update) noexcept;
   void take_update(const LocalModelInput& input) noexcept;
-  void note_holds(const proto::ServerUpdate& update) noexcept;
-  void note_others(const proto::BodyState& told, Copy& copy, const proto::ServerUpdate& update) noexcept;
-  bool touched_then(std::size_t copy, Tick input) noexcept;
   void compare_tool(const proto::ServerUpdate& update, const ModelThen& then, const LocalModelInput& input) noexcept;
   void mirror_grasp(const proto::ServerUpdate& update) noexcept;
   void follow_buttons(const LocalModelInput& input) noexcept;
+  void take_partners(const proto::ServerUpdate& update) noexcept;
+  void drive_partners(Duration played, Duration present, double period_s) noexcept;
+  void bring_in(PartnerHere& here) noexcept;
+  PartnerSurroundings surroundings_of(const PartnerHere& here, Duration played) noexcept;
+  void let_go(PartnerHere& here) noexcept;
+  bool is_held_by_partner(BodyId body) const noexcept;
   void follow_soft_contact(const proto::ServerUpdate& update, bool is_new, double period_s) noexcept;
   void drive_copies(const LocalModelInput& input, double period_s) noexcept;
   bool is_implicit(const Copy& copy) const noexcept;
-  void follow_touches(Duration now, double period_s) noexcept;
-  void follow_grip(Copy& copy, double period_s, bool is_begin) noexcept;
-  void drive_implicit(Copy& copy, Duration played, double period_s) noexcept;
-  RigidState seen_at_present(Copy& copy, Duration played, Duration present, double period_s) noexcept;
+  void follow_touches(double period_s) noexcept;
+  void reconcile(Copy& copy, double period_s) noexcept;
+  RigidState seen_at_present(const Copy& copy, Duration played, Duration present) const noexcept;
   void follow(Copy& copy, Duration played, Duration present, double period_s) noexcept;
   void correct_tool(double period_s) noexcept;
   void remember(Tick input) noexcept;
@@ -158,24 +142,20 @@ class LocalModel {
 
   LocalModelSettings settings_;
   std::size_t tool_;
+  std::size_t tools_;  ///< of the scene
   double step_s_;
   physics::World world_;
   std::vector<Copy> copies_;
-  ModelLedger ledger_;
   InputHistory history_;
   Reconciler tool_reconciler_;
   net::PlayoutDelay playout_;
   physics::ToolState tool_state_;
   TickFaults faults_ = 0;
   bool has_started_ = false;
-  boost::container::static_vector<CopyTarget, kMaxCopies> touched_;
   Duration loop_delay_{0};
-  Duration slowest_loop_{0};  ///< of all who touch what our tool touches, as the server knows it
-  Tick newest_input_;
   std::optional<Wrench> residual_;
   LocalTime residual_of_{};
-  boost::container::static_vector<OtherHold, proto::kMaxUsers> other_holds_;
-  BodyId told_held_;                     ///< what the server has our tool hold
+  std::vector<PartnerHere> partners_;    ///< reserved for kMaxUsers
   std::optional<Tick> predicted_grasp_;  ///< input of a grasp or release that the server has not answered yet
   bool grab_button_ = false;
   bool has_jumped_ = false;

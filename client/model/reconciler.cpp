@@ -31,9 +31,9 @@ void Reconciler::observe(const RigidState& server, const RigidState& then, const
   wanted_ = given_then + error;
 }
 
-Shift Reconciler::step(double period_s, double loop_s, double share) noexcept {
+Shift Reconciler::step(double period_s, double loop_s) noexcept {
   const double time_constant_s = settings_.time_constant_s + settings_.loops * loop_s;
-  const double part = share * std::min(1.0, period_s / time_constant_s);
+  const double part = std::min(1.0, period_s / time_constant_s);
   Shift shift = (wanted_ - given_) * part;
   shift.p = clamped_to_length(shift.p, settings_.speed_limit_m_per_s * period_s);
   shift.theta = clamped_to_length(shift.theta, settings_.turn_limit_rad_per_s * period_s);

@@ -48,9 +48,9 @@ class Reconciler {
 
   /// The server's `server` answers an input at which the model was at `then`, shifted by `given_then` in all.
   void observe(const RigidState& server, const RigidState& then, const Shift& given_then) noexcept;
-  /// What to shift the thing by in this tick. `share` 0..1 scales it: 0 gives nothing.
+  /// What to shift the thing by in this tick.
   /// In      loop_s  delay from an input to the server's answer to it
-  Shift step(double period_s, double loop_s, double share) noexcept;
+  Shift step(double period_s, double loop_s) noexcept;
   /// Everything given so far.
   const Shift& given() const { return given_; }
   /// The last difference of positions that was observed [m].

@@ -79,13 +79,10 @@ void StateStream::send_newest(const haptics::CouplingParameters& coupling, bool 
 bool StateStream::has_changed(const net::Deadband& deadband, Duration since,
                               const haptics::CouplingParameters& coupling) const {
   if (!has_heard() || newest_.mode == proto::ClientMode::kWave || is_urgent()) return true;
-  const auto differs = [&](const RigidState& state, const RigidState& last) {
-    const Pose X_believed = integrate(last.X, last.V, to_seconds(since));
-    return deadband.notices(state, last.V, X_believed, received_.update.wrench_on_hand_W, coupling.stiffness_n_per_m,
-                            coupling.stiffness_n_m_per_rad);
-  };
-  if (differs(newest_.handle, sent_.handle)) return true;
-  return newest_.mode == proto::ClientMode::kLocalModel && differs(newest_.tool, sent_.tool);
+  const Pose X_believed = integrate(sent_.handle.X, sent_.handle.V, to_seconds(since));
+  return deadband.notices(newest_.on_hand_W, sent_.on_hand_W) ||
+         deadband.notices(newest_.handle, sent_.handle.V, X_believed, received_.update.wrench_on_hand_W,
+                          coupling.stiffness_n_per_m, coupling.stiffness_n_m_per_rad);
 }
 
 /// What a hand has just pressed or let go.

@@ -1,5 +1,5 @@
-// What the two copies of a world, the room's and a client's local model, tell each other of what a tool touches. Plain
-// numbers, so that worlds and the wire share them and the wire needs nothing of physics.
+// What a room tells a client's local model of what a tool touches. Plain numbers, so that worlds and the wire share
+// them and the wire needs nothing of physics.
 #pragma once
 
 #include <Eigen/Core>
@@ -8,16 +8,6 @@
 #include "common/base/spatial.hpp"
 
 namespace tandem {
-
-/// A body as a client has it that steps it by itself.
-struct CopyTarget {
-  BodyId body;
-  RigidState state;
-  Vec3 p_BJ = Vec3::Zero();        ///< where the joint acts: where the user's tool is on the body
-  Vec3 pressing_B = Vec3::Zero();  ///< unit: along which the tool presses on it; zero: it holds it
-};
-/// That one user can have at a time.
-inline constexpr std::size_t kMaxCopies = 4;
 
 /// The contact of one rigid thing T with all soft bodies, linearised at the pose that the soft step was made with. Or,
 /// of a T that does not touch yet, the contact that it is going to have, linearised at a pose within the soft body.

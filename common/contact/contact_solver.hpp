@@ -32,8 +32,7 @@ struct SolverCoupling {
   const haptics::CouplingLaw* law = nullptr;
   Pose X_WH;
   Twist V_WH;
-  Pose X_WT;         ///< the tool, fixed to the body
-  double share = 1;  ///< of what the law does, 0..1
+  Pose X_WT;  ///< the tool, fixed to the body
   /// Beside it, what the tool does in the world is held back by these times its velocity: a part of the coupling.
   double brake_n_s_per_m = 0;
   double brake_n_m_s_per_rad = 0;

@@ -13,7 +13,6 @@ Eigen::Matrix3d cross_matrix(const Vec3& a) {
 
 CouplingTerm::CouplingTerm(const SolverCoupling& coupling, const SolverBody& body, double step_s)
     : law_(coupling.law),
-      share_(coupling.share),
       brake_n_s_per_m_(coupling.brake_n_s_per_m),
       brake_n_m_s_per_rad_(coupling.brake_n_m_s_per_rad),
       X_WH_(coupling.X_WH),
@@ -36,7 +35,7 @@ Wrench CouplingTerm::evaluate(const Twist& V_WC) noexcept {
   const Twist V_WT{V_WC.v + V_WC.w.cross(lever_W_), V_WC.w};
   state_ = haptics::coupling_state(X_WH_, V_WH_, X_WT, V_WT);
   const Wrench brake{brake_n_s_per_m_ * V_WT.v, brake_n_m_s_per_rad_ * V_WT.w};
-  on_tool_W_ = law_->wrench_on_tool_W(state_) * share_ - brake;
+  on_tool_W_ = law_->wrench_on_tool_W(state_) - brake;
   return {on_tool_W_.f, on_tool_W_.t + lever_W_.cross(on_tool_W_.f)};
 }
 
@@ -51,10 +50,6 @@ void CouplingTerm::linearise(const Twist& V_WC) noexcept {
 Mat6 CouplingTerm::derivative() const noexcept {
   if (is_linear_) return derivative_;
   haptics::CouplingGradient gradient = law_->gradient(state_);
-  for (Eigen::Matrix3d* slope :
-       {&gradient.force_by_d, &gradient.force_by_v, &gradient.torque_by_theta, &gradient.torque_by_w}) {
-    *slope *= share_;
-  }
   gradient.force_by_v.diagonal().array() += brake_n_s_per_m_;
   gradient.torque_by_w.diagonal().array() += brake_n_m_s_per_rad_;
   const Eigen::Matrix3d direct = step_s_ * gradient.force_by_d + gradient.force_by_v;

@@ -31,7 +31,6 @@ class CouplingTerm {
 
  private:
   const haptics::CouplingLaw* law_ = nullptr;
-  double share_ = 1;  ///< of what the law does
   double brake_n_s_per_m_ = 0;
   double brake_n_m_s_per_rad_ = 0;
   Pose X_WH_;

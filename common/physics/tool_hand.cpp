@@ -17,8 +17,6 @@ void ToolHand::reset(const haptics::CouplingParameters& coupling) noexcept {
   law_->set_parameters(coupling);
   energy_into_world_j_ = 0;
   energy_from_world_j_ = 0;
-  copies_work_j_ = 0;
-  weight_work_j_ = 0;
 }
 
 void ToolHand::set_handle(const RigidState& handle) noexcept {
@@ -46,8 +44,8 @@ Joint ToolHand::tether(const Pose& X_WT) const noexcept {
   const double d = state.d_W.norm(), theta = state.theta_W.norm();
   const haptics::CouplingParameters& c = ramp_.now();
   Joint spring;
-  spring.stiffness_n_per_m = strength_ * (d > kNoStretch ? pull.f.norm() / d : c.stiffness_n_per_m);
-  spring.stiffness_n_m_per_rad = strength_ * (theta > kNoStretch ? pull.t.norm() / theta : c.stiffness_n_m_per_rad);
+  spring.stiffness_n_per_m = d > kNoStretch ? pull.f.norm() / d : c.stiffness_n_per_m;
+  spring.stiffness_n_m_per_rad = theta > kNoStretch ? pull.t.norm() / theta : c.stiffness_n_m_per_rad;
   return spring;
 }
 
@@ -65,17 +63,16 @@ double ToolHand::stored_energy_j(const Pose& X_WT) const noexcept {
     const double weight = i == 0 || i == kPieces ? 1 : (i % 2 == 1 ? 4 : 2);
     sum += weight * (pull.f.dot(end.d_W) + pull.t.dot(end.theta_W));
   }
-  return strength_ * sum / (3 * kPieces);
+  return sum / (3 * kPieces);
 }
 
 bool ToolHand::is_saturated() const noexcept {
   // A bent force never quite reaches its limit, and without a bend it does so up to rounding.
   constexpr double kAtLimit = 1 - 1e-9;
   const haptics::CouplingParameters& c = ramp_.now();
-  const double share = strength_ * kAtLimit * (1 - c.saturation_softness / 2);
-  return pulls() && strength_ > 0 &&
-         (wrench_on_tool_W_.f.norm() >= share * c.force_limit_n ||
-          wrench_on_tool_W_.t.norm() >= share * c.torque_limit_n_m);
+  const double share = kAtLimit * (1 - c.saturation_softness / 2);
+  return pulls() && (wrench_on_tool_W_.f.norm() >= share * c.force_limit_n ||
+                     wrench_on_tool_W_.t.norm() >= share * c.torque_limit_n_m);
 }
 
 void ToolHand::settle(const Pose& X_WT_before, const RigidState& tool, const Wrench& on_tool_W) noexcept {
@@ -84,19 +81,7 @@ void ToolHand::settle(const Pose& X_WT_before, const RigidState& tool, const Wre
   // Adding zero turns a negative zero into zero, which the wire leaves out.
   const Wrench by_user_W = (has_handle() ? on_tool_W : Wrench{}) + Wrench{};
   if (has_handle()) wrench_on_hand_W_ = haptics::reaction_on_hand(by_user_W, target_.X.p - tool.X.p);
-  add_work(held_work_j(by_user_W, X_WT_before, tool.X));
-}
-
-void ToolHand::settle_copy(const Pose& X_WB_before, const Pose& X_WB, const Wrench& on_body_W,
-                           double weight_work_j) noexcept {
-  if (has_handle()) wrench_on_hand_W_ += haptics::reaction_on_hand(on_body_W, target_.X.p - X_WB.p);
-  const double work_j = held_work_j(on_body_W, X_WB_before, X_WB);
-  copies_work_j_ += work_j;
-  weight_work_j_ += weight_work_j;
-  add_work(work_j);
-}
-
-void ToolHand::add_work(double work_j) noexcept {
+  const double work_j = held_work_j(by_user_W, X_WT_before, tool.X);
   (work_j > 0 ? energy_into_world_j_ : energy_from_world_j_) += std::abs(work_j);
 }
 

@@ -35,20 +35,18 @@ class ToolHand {
   /// Pulls no more.
   void let_go() noexcept;
 
-  /// From now on the coupling does this share of what its law says; 1 at first.
-  void set_strength(double strength) noexcept { strength_ = strength; }
-  double strength() const { return strength_; }
-  /// And beside it holds the tool back by this times its velocity; 0 at first.
+  /// The coupling also holds the tool back by this times its velocity; 0 at first.
   void set_brake(double n_s_per_m) noexcept { brake_n_s_per_m_ = n_s_per_m; }
 
   bool has_handle() const { return has_handle_; }
   bool pulls() const { return pulls_; }
   /// What the law makes of a tool that holds nothing.
   haptics::ToolDynamics dynamics() const { return law_->tool_dynamics(); }
-  /// In force now, at strength 1.
+  /// In force now.
   const haptics::CouplingParameters& parameters() const { return ramp_.now(); }
   /// Where the tool is pulled to. Only while it pulls.
   const Pose& target_pose() const { return target_.X; }
+  const RigidState& target() const { return target_; }
 
   /// What the solver needs to know of the pull on `body`, the tool being at `X_WT` now. Only while it pulls.
   contact::SolverCoupling coupling(int body, const Pose& X_WT) const noexcept {
@@ -57,7 +55,6 @@ class ToolHand {
             target_.X,
             target_.V,
             X_WT,
-            strength_ < 1 ? strength_ : 1,
             brake_n_s_per_m_,
             brake_n_s_per_m_ * kBrakeLever_m * kBrakeLever_m};
   }
@@ -67,9 +64,6 @@ class ToolHand {
   double stored_energy_j(const Pose& X_WT) const noexcept;
   /// After a step in which the tool came from `X_WT_before` and the coupling did `on_tool_W`, about the tool's origin.
   void settle(const Pose& X_WT_before, const RigidState& tool, const Wrench& on_tool_W) noexcept;
-  /// And then, for each body that a copy of the user's pulls: from where to where it went, and what pulled it, about
-  /// its origin; `weight_work_j` is what that of its weight did which the copy bears.
-  void settle_copy(const Pose& X_WB_before, const Pose& X_WB, const Wrench& on_body_W, double weight_work_j) noexcept;
   /// The last step's force or torque was at its limit: past half of the bend that saturation makes.
   bool is_saturated() const noexcept;
 
@@ -77,16 +71,9 @@ class ToolHand {
   Wrench wrench_on_hand_W() const noexcept { return wrench_on_hand_W_; }
   double energy_into_world_j() const { return energy_into_world_j_; }
   double energy_from_world_j() const { return energy_from_world_j_; }
-  /// Of both: what settle_copy() was told of, less than 0 when it was drawn from the world.
-  double copies_work_j() const { return copies_work_j_; }
-  /// In neither: what copies did that bear the weight of bodies here, by lifting it.
-  double weight_work_j() const { return weight_work_j_; }
 
  private:
-  void add_work(double work_j) noexcept;
-
   std::unique_ptr<haptics::CouplingLaw> law_;
-  double strength_ = 1;
   double brake_n_s_per_m_ = 0;
   haptics::CouplingRamp ramp_;
   bool pulls_ = false;
@@ -96,8 +83,6 @@ class ToolHand {
   Wrench wrench_on_hand_W_;
   double energy_into_world_j_ = 0;
   double energy_from_world_j_ = 0;
-  double copies_work_j_ = 0;
-  double weight_work_j_ = 0;
 };
 
 }  // namespace tandem::physics

@@ -29,7 +29,7 @@ RigidBody make_tool(const ToolDescription& tool) {
 TouchStage::Limits touch_limits(const WorldDescription& world) {
   return {world.bodies.size() + world.tools.size(),
           world.tools.size(),
-          2 * world.bodies.size() + kMaxCopies * world.tools.size(),
+          world.bodies.size(),
           world.limits.contact_pairs,
           world.limits.contact_points,
           world.limits.body_speed_m_per_s};
@@ -48,14 +48,14 @@ World::Impl::Impl(std::shared_ptr<const WorldDescription> world, std::unique_ptr
       free(std::move(free_bodies)) {
   for (const BodyDescription& body : scene->bodies) {
     bodies.push_back({make_body(body), &body});
-    if (body.anchor) bodies.back().anchor.set(*body.anchor, 1);
+    if (body.anchor) bodies.back().anchor.set(*body.anchor);
   }
   for (const ToolDescription& tool : scene->tools) {
     tools.push_back({make_tool(tool), &tool, ToolHand(scene->coupling.law, coupling), false, {}, {}, {}});
   }
   things.resize(bodies.size() + tools.size());
   pulls.reserve(tools.size());
-  touch_joints.reserve(2 * bodies.size() + kMaxCopies * tools.size());
+  touch_joints.reserve(bodies.size());
   soft_tools.resize(things.size());
   poses.resize(bodies.size());
   wrenches.resize(bodies.size());
@@ -81,9 +81,7 @@ std::size_t World::Impl::thing_of(const WorldTool& tool) const {
 std::uint32_t World::Impl::holders_of(std::size_t body) const {
   std::uint32_t holders = 0;
   for (std::size_t i = 0; i < tools.size(); ++i) {
-    const auto is_copy = [body](const Join& copy) { return copy.body == body; };
-    const bool has_copy = std::any_of(tools[i].copies.begin(), tools[i].copies.end(), is_copy);
-    if (tools[i].held == body || has_copy) holders |= bit_of(i);
+    if (tools[i].held == body) holders |= bit_of(i);
   }
   return holders;
 }
@@ -154,7 +152,7 @@ const SoftContact& World::soft_contact(std::size_t index) const noexcept {
 
 Vec3 World::pressing_normal_W(std::size_t index, BodyId id) const {
   const WorldTool& tool = impl_->tools[index];
-  if (!tool.touches() || impl_->body_of(id) == nullptr) return Vec3::Zero();
+  if (!tool.is_free() || impl_->body_of(id) == nullptr) return Vec3::Zero();
   return impl_->touch.between(impl_->thing_of(tool), id.value - 1).normal_W;
 }
 
@@ -169,15 +167,15 @@ ToolState World::tool(std::size_t index) const {
   ToolState state;
   state.tool = impl_->tool_state(tool);
   state.wrench_on_hand_W = tool.hand.wrench_on_hand_W();
+  state.has_handle = tool.hand.has_handle();
   if (tool.hand.has_handle()) {
+    state.handle = tool.hand.target();
     const Vec3 d_W = state.tool.X.p - tool.hand.target_pose().p;
     state.pull_on_tool_W = haptics::reaction_on_hand(state.wrench_on_hand_W, d_W);
   }
   if (tool.held) state.held = body_id_at(*tool.held);
   state.energy_into_world_j = tool.hand.energy_into_world_j();
   state.energy_from_world_j = tool.hand.energy_from_world_j();
-  state.copies_work_j = tool.hand.copies_work_j();
-  state.weight_work_j = tool.hand.weight_work_j();
   return state;
 }
 
@@ -192,12 +190,6 @@ double World::field_energy_kj_per_mol() const {
 
 double World::field_energy_j() const {
   return impl_->field.energy_j();
-}
-
-Wrench World::field_wrench_W(BodyId id) const {
-  const WorldBody* const body = impl_->body_of(id);
-  if (body == nullptr || body->molecule() == nullptr) return {};
-  return impl_->wrenches[id.value - 1];
 }
 
 }  // namespace tandem::physics

@@ -22,13 +22,13 @@ enum class GrabResult { kGrabbed, kUnknownBody, kNotGraspable, kOutOfReach, kAlr
 /// One user's tool after a step.
 struct ToolState {
   RigidState tool;
-  Wrench wrench_on_hand_W;  ///< of all that pulls the tool, coupling and joint, about the handle
+  Wrench wrench_on_hand_W;  ///< of the coupling, about the handle
   Wrench pull_on_tool_W;    ///< the same from the tool's end, about its origin
   BodyId held;
-  double energy_into_world_j = 0;  ///< Σ of positive work of coupling and joint on the world
+  bool has_handle = false;         ///< one pulls it …
+  RigidState handle;               ///< … this
+  double energy_into_world_j = 0;  ///< Σ of positive work of the coupling on the world
   double energy_from_world_j = 0;  ///< Σ of work drawn from the world, ≥ 0
-  double copies_work_j = 0;        ///< of both, what joints to the user's copies did on bodies (World::join_copies())
-  double weight_work_j = 0;        ///< of neither: what the copies did that bear a body's weight, by lifting it
 };
 
 /// What a tool touched in a step.
@@ -48,7 +48,7 @@ struct TouchSummary {
 /// body that it releases passes through it until they have come apart.
 ///
 /// Tools, held bodies, and what these touch are stepped by the implicit solver of common/contact
-/// (touch/touch_stage.hpp), with coupling, joints, anchors, contact and friction in one solution: no tool is too light
+/// (touch/touch_stage.hpp), with coupling, anchors, contact and friction in one solution: no tool is too light
 /// and no coupling or surface too stiff. FreeBodies steps the bodies that nobody touches. Soft bodies step at a rate of
 /// their own.
 ///
@@ -89,25 +89,9 @@ class World {
   /// tool stays (coupling_in_force()). Ignored when one is negative or not finite.
   void set_coupling(const haptics::CouplingParameters& parameters);
 
-  /// From now on all that pulls for the tool's user, its coupling and joints, also brakes what it moves, by this times
-  /// its velocity in the world; turning by that at kBrakeLever_m. At rest a brake does nothing: what is held stays held.
+  /// From now on the tool's coupling also brakes what it moves, by this times its velocity in the world; turning by that at kBrakeLever_m. At rest a brake does nothing: what is held stays held.
   /// A tool that is where its handle is (ToolDynamics::kAtHandle) is not braked. Ignored below 0 or not finite.
   void brake(std::size_t tool, double n_s_per_m);
-  /// What the tool touches came about elsewhere, on the copies that its user's client steps: `share` of a joint pulls
-  /// each of these bodies to its copy at p_BJ, and the coupling to the handle does 1 − share. With a share of 1 the
-  /// tool touches nothing here and is where the client has it, as seen from the first copy. Work and wrench of these
-  /// joints are the tool's. Ignored with a number that is not finite; copies of bodies that are static or not there are
-  /// left out. In force until the next call.
-  /// In      joints   one a copy
-  ///         weights  one a copy: the part of the body's weight, 0..1, that this copy bears, and the body with `share`
-  ///                  not; none: 0
-  void join_copies(std::size_t tool, const RigidState& tool_there, std::span<const CopyTarget> copies,
-                   std::span<const Joint> joints, double share, std::span<const double> weights = {});
-  /// From now on `share` of the joint pulls the body at `p_BJ` to where `target`, another state of it, has that point;
-  /// it then bears 1 − share · weight_there of its weight. The touch stage steps it while share > 0. Ignored with a
-  /// number that is not finite.
-  void join_body(BodyId body, const RigidState& target, const Vec3& p_BJ, const Joint& joint, double share,
-                 double weight_there = 1);
 
   /// Puts a body, or a tool that holds nothing, where somebody else says it is. Not finite: ignored.
   void set_body(BodyId body, const RigidState& state);
@@ -117,7 +101,7 @@ class World {
   /// body is moved with the body alone.
   void shift_body(BodyId body, const Pose& by_W, const Twist& dv);
   void shift_tool(std::size_t tool, const Pose& by_W, const Twist& dv);
-  /// The touch stage steps the body for so long at least; 0: no longer than it is held, joined or touched.
+  /// The touch stage steps the body for so long at least; 0: no longer than it is held or touched.
   void keep_implicit(BodyId body, double seconds);
   /// What soft bodies do to the tool, or to what it holds, where this world has no soft bodies itself; until the next.
   void set_soft_contact(std::size_t tool, const SoftContact& contact);
@@ -143,17 +127,12 @@ class World {
   /// All that the world holds [J]: kinetic and gravitational energy of the moving bodies and tools, what anchors,
   /// couplings and joints store, each as in force, and the molecular field, unbounded. Contacts hold more, which is not
   /// counted.
-  /// In      without_hands  bit i: what pulls tool i, coupling and joints, is left out
+  /// In      without_hands  bit i: the coupling of tool i is left out
   double stored_energy_j(std::uint32_t without_hands = 0) const;
-  /// Of one body: kinetic, that of the part of its weight that it bears, and of its anchor [J]; not of joints and
-  /// field.
-  double energy_of_body_j(BodyId body) const;
-  /// Held by joints between a shared body and its copies elsewhere [J]; part of stored_energy_j().
-  double energy_of_joints_j() const;
-  /// Of a tool: kinetic where it has mass and holds nothing, and what its coupling stores [J]; not of joints.
+  /// What a tool's coupling stores [J].
+  double coupling_energy_j(std::size_t tool) const;
+  /// Of a tool: kinetic where it has mass and holds nothing, and what its coupling stores [J].
   double energy_of_tool_j(std::size_t tool) const;
-  /// Of the molecular field on a body in the last step, about the body's origin, bounded; zero without a molecule.
-  Wrench field_wrench_W(BodyId body) const;
 
  private:
   struct Impl;

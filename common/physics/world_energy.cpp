@@ -1,4 +1,4 @@
-// What the world holds [J], for tests, reports and the ledger of the local model.
+// What the world holds [J], for tests, reports and passivity control.
 #include "common/physics/world_impl.hpp"
 
 namespace tandem::physics {
@@ -17,25 +17,8 @@ double World::Impl::mechanical_energy_j() const {
   return energy;
 }
 
-double World::Impl::joints_energy_j(std::uint32_t without_hands) const {
-  double energy = 0;
-  const auto add = [this, &energy](const Join& join) {
-    energy += physics::stored_energy_j(join.law.joint(), joined_pose(join.target.X, join.p_BJ),
-                                       joined_pose(bodies[join.body].rigid.state().X, join.p_BJ));
-  };
-  for (const WorldBody& body : bodies) {
-    if (body.join.is_there()) add(body.join);
-  }
-  for (std::size_t i = 0; i < tools.size(); ++i) {
-    const WorldTool& tool = tools[i];
-    if (!tool.is_active || (without_hands & bit_of(i)) != 0) continue;
-    for (const Join& copy : tool.copies) add(copy);
-  }
-  return energy;
-}
-
 double World::Impl::coupling_energy_j(std::uint32_t without_hands) const {
-  double energy = joints_energy_j(without_hands);
+  double energy = 0;
   for (std::size_t i = 0; i < tools.size(); ++i) {
     const WorldTool& tool = tools[i];
     if (!tool.is_active || tool.hand.dynamics() == haptics::ToolDynamics::kAtHandle) continue;
@@ -48,25 +31,16 @@ double World::stored_energy_j(std::uint32_t without_hands) const {
   return impl_->mechanical_energy_j() + impl_->coupling_energy_j(without_hands) + impl_->field.energy_j();
 }
 
-double World::energy_of_body_j(BodyId id) const {
-  const WorldBody* const body = impl_->body_of(id);
-  if (body == nullptr || body->rigid.is_static()) return 0;
-  double energy = body->rigid.mechanical_energy_j(impl_->scene->gravity_m_per_s2 * impl_->weight_borne(id.value - 1));
-  if (body->has_anchor())
-    energy += physics::stored_energy_j(body->anchor.joint(), body->start().X, body->rigid.state().X);
-  return energy;
-}
-
-double World::energy_of_joints_j() const {
-  return impl_->joints_energy_j(0);
+double World::coupling_energy_j(std::size_t index) const {
+  const WorldTool& tool = impl_->tools[index];
+  if (!tool.is_active || tool.hand.dynamics() == haptics::ToolDynamics::kAtHandle) return 0;
+  return tool.hand.stored_energy_j(impl_->tool_state(tool).X);
 }
 
 double World::energy_of_tool_j(std::size_t index) const {
   const WorldTool& tool = impl_->tools[index];
-  if (!tool.is_active || tool.hand.dynamics() == haptics::ToolDynamics::kAtHandle) return 0;
   const bool moves = tool.is_free() && tool.has_mass();
-  return (moves ? tool.rigid.mechanical_energy_j(Vec3::Zero()) : 0.0) +
-         tool.hand.stored_energy_j(impl_->tool_state(tool).X);
+  return (moves ? tool.rigid.mechanical_energy_j(Vec3::Zero()) : 0.0) + coupling_energy_j(index);
 }
 
 }  // namespace tandem::physics

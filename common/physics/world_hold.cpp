@@ -1,5 +1,6 @@
 // What hands do in the world: tools that come and go, their handles and couplings, and the bodies that they hold.
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "common/haptics/coupling/coupling_ranges.hpp"
@@ -78,9 +79,7 @@ void World::deactivate_tool(std::size_t index) {
   release(index);
   tool.passes_through.reset();
   tool.hand.let_go();
-  impl_->forget_copies(tool);
-  tool.brake_n_s_per_m = 0;
-  tool.tune_coupling();
+  tool.hand.set_brake(0);
   tool.soft = {};
   impl_->effects.forget(index);
   tool.is_active = false;
@@ -88,6 +87,10 @@ void World::deactivate_tool(std::size_t index) {
 
 void World::set_handle(std::size_t tool, const RigidState& handle) {
   if (is_finite(handle.X) && is_finite(handle.V)) impl_->tools[tool].hand.set_handle(handle);
+}
+
+void World::brake(std::size_t index, double n_s_per_m) {
+  if (std::isfinite(n_s_per_m) && n_s_per_m >= 0) impl_->tools[index].hand.set_brake(n_s_per_m);
 }
 
 void World::clear_handle(std::size_t index) {

@@ -1,6 +1,6 @@
-// What the world is made of inside: its bodies and tools, what holds and joins them, and what one step works with.
-// Private to the world: world.cpp has what is there and how it is read, world_hold.cpp what hands do, world_joins.cpp
-// what pulls things to somewhere else, world_step.cpp the step, world_energy.cpp the accounts.
+// What the world is made of inside: its bodies and tools, what holds them, and what one step works with.
+// Private to the world: world.cpp has what is there and how it is read, world_hold.cpp what hands do,
+// world_step.cpp the step, world_energy.cpp what it holds.
 #pragma once
 
 #include <boost/container/static_vector.hpp>
@@ -19,31 +19,16 @@
 
 namespace tandem::physics {
 
-/// What joins a body to another state of it, a user's copy or the server's, in this step and the next ones.
-struct Join {
-  std::size_t body = 0;
-  JointLaw law;
-  RigidState target;         ///< of the body
-  Vec3 p_BJ = Vec3::Zero();  ///< where it is joined
-  double share = 0;
-  double weight_there = 0;      ///< part of the body's weight that the target bears
-  std::size_t touch_joint = 0;  ///< its place among this step's touch_joints
-
-  bool is_there() const { return share > 0; }
-};
-
 struct WorldBody {
   RigidBody rigid;
   const BodyDescription* description = nullptr;
   JointLaw anchor = {};  ///< as the description says
-  Join join = {};
-  int hands = 0;    ///< tools that hold it
-  int copies = 0;   ///< users whose copies pull it
-  int adopted = 0;  ///< steps that the touch stage still steps it for, after something led has touched it
-  int kept = 0;     ///< the same, because somebody asked
+  int hands = 0;         ///< tools that hold it
+  int adopted = 0;       ///< steps that the touch stage still steps it for, after something led has touched it
+  int kept = 0;          ///< the same, because somebody asked
 
   /// It stays the touch stage's, and what it touches becomes that too.
-  bool makes_implicit() const { return hands > 0 || copies > 0 || kept > 0 || join.is_there(); }
+  bool makes_implicit() const { return hands > 0 || kept > 0; }
   bool is_free() const { return !makes_implicit() && adopted == 0; }
   bool has_anchor() const { return description->anchor.has_value() && !rigid.is_static(); }
   const docking::Molecule* molecule() const { return description->molecule.get(); }
@@ -58,31 +43,13 @@ struct WorldTool {
   std::optional<std::size_t> held;            ///< index of a body
   Pose X_BT;                                  ///< its place on the held body
   std::optional<std::size_t> passes_through;  ///< body that was released with the tool inside
-  boost::container::static_vector<Join, kMaxCopies> copies = {};
-  RigidState tool_there = {};  ///< with copies: the client's tool, which they were touched with
-  double copies_share = 0;
-  double brake_n_s_per_m = 0;            ///< World::brake()
-  SoftContact soft = {};                 ///< told from outside
-  std::optional<std::size_t> pull = {};  ///< its place among this step's pulls
+  SoftContact soft = {};                      ///< told from outside
+  std::optional<std::size_t> pull = {};       ///< its place among this step's pulls
 
   bool is_free() const { return is_active && !held; }
-  /// Its user acts by copies alone.
-  bool is_away() const { return copies_share >= 1; }
-  bool touches() const { return is_free() && !is_away(); }
   bool has_mass() const { return hand.dynamics() == haptics::ToolDynamics::kWithMass; }
   RigidState start() const { return {description->X_WT, Twist{}}; }
-  /// Of the coupling, what joints leave of it.
-  void tune_coupling() { hand.set_strength(1 - copies_share); }
 };
-
-/// The frame at `p_BJ` on a body, with the body's axes.
-inline RigidState joined_frame(const RigidState& body, const Vec3& p_BJ) {
-  const Vec3 lever = body.X.q * p_BJ;
-  return {{body.X.p + lever, body.X.q}, {body.V.v + body.V.w.cross(lever), body.V.w}};
-}
-inline Pose joined_pose(const Pose& X_WB, const Vec3& p_BJ) {
-  return {X_WB * p_BJ, X_WB.q};
-}
 
 /// A body that tools touch belongs to the touch stage, and for so long after: taps and slides do not change its owner
 /// at every bounce.
@@ -118,16 +85,11 @@ struct World::Impl {
   double distance_m(const WorldTool& tool, std::size_t body, double limit_m) const;
   haptics::CouplingParameters coupling_of(const WorldTool& tool) const;
 
-  // What pulls things to somewhere else.
-  void forget_copies(WorldTool& tool) noexcept;
-  double weight_borne(std::size_t body) const;
-
   // The step, in this order.
   TickFaults apply_field() noexcept;
   void damp_and_ramp() noexcept;
   TickFaults step_touch() noexcept;
   void describe_things() noexcept;
-  void place_away(WorldTool& tool) noexcept;
   void add_soft_wrenches() noexcept;
   void describe_joints() noexcept;
   void describe_pulls() noexcept;
@@ -143,7 +105,6 @@ struct World::Impl {
 
   // The accounts.
   double mechanical_energy_j() const;
-  double joints_energy_j(std::uint32_t without_hands) const;
   double coupling_energy_j(std::uint32_t without_hands) const;
 
   std::shared_ptr<const WorldDescription> scene;
@@ -155,7 +116,7 @@ struct World::Impl {
   std::vector<Wrench> wrenches;    ///< likewise
   std::vector<TouchThing> things;  ///< bodies, then tools
   std::vector<TouchCoupling> pulls;
-  std::vector<TouchJoint> touch_joints;         ///< anchors and joints
+  std::vector<TouchJoint> touch_joints;         ///< anchors
   std::vector<std::optional<Pose>> soft_tools;  ///< where tools are, then bodies; none: touches nothing
   TouchStage touch;
   std::unique_ptr<SoftBodies> soft;  ///< null without soft bodies

@@ -47,15 +47,14 @@ void World::Impl::describe_things() noexcept {
     thing = {&body.rigid, &body.description->touch, Role::kStatic, body.makes_implicit(), holders_of(i)};
     if (body.rigid.is_static()) continue;
     thing.role = body.is_free() ? Role::kExternal : Role::kImplicit;
-    thing.wrench_W = body.rigid.weight_W(scene->gravity_m_per_s2) * weight_borne(i);
+    thing.wrench_W = body.rigid.weight_W(scene->gravity_m_per_s2);
     if (body.molecule() == nullptr) continue;
     const Vec3 lever = poses[i].p - body.rigid.centre_W();
     thing.wrench_W += {wrenches[i].f, wrenches[i].t + lever.cross(wrenches[i].f)};
   }
   for (std::size_t i = 0; i < tools.size(); ++i) {
     WorldTool& tool = tools[i];
-    place_away(tool);
-    const Role role = tool.touches() ? Role::kImplicit : Role::kAbsent;
+    const Role role = tool.is_free() ? Role::kImplicit : Role::kAbsent;
     things[bodies.size() + i] = {&tool.rigid, &tool.description->touch, role, true,
                                  bit_of(i),   tool.hand.dynamics(),     {},   tool.passes_through};
     // A body keeps its mass in a massless tool, but not its freedom in one that is at the handle.
@@ -66,31 +65,10 @@ void World::Impl::describe_things() noexcept {
 
 void World::Impl::describe_joints() noexcept {
   touch_joints.clear();
-  const auto add = [this](Join& join, double brake_n_s_per_m) {
-    join.touch_joint = touch_joints.size();
-    const Pose X_WJ = joined_pose(bodies[join.body].rigid.state().X, join.p_BJ);
-    touch_joints.push_back({join.body, &join.law, joined_frame(join.target, join.p_BJ), X_WJ});
-    touch_joints.back().brake_n_s_per_m = brake_n_s_per_m;
-  };
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     WorldBody& body = bodies[i];
     if (body.has_anchor()) touch_joints.push_back({i, &body.anchor, body.start(), body.rigid.state().X});
-    if (body.join.is_there()) add(body.join, 0);
   }
-  for (WorldTool& tool : tools) {
-    for (Join& copy : tool.copies) add(copy, tool.brake_n_s_per_m);
-  }
-}
-
-/// Where its user's client has it, carried over from copy to body, so that it can touch again from there.
-void World::Impl::place_away(WorldTool& tool) noexcept {
-  if (!tool.is_away() || !tool.is_free()) return;
-  RigidState state = tool.tool_there;
-  if (!tool.copies.empty()) {
-    const Join& copy = tool.copies.front();
-    state.X = bodies[copy.body].rigid.state().X * copy.target.X.inverse() * state.X;
-  }
-  tool.rigid.set_state(state);
 }
 
 /// An external body's anchor was solved with what touched it; of all others, alone.
@@ -151,8 +129,7 @@ void World::Impl::describe_pulls() noexcept {
   for (std::size_t i = 0; i < tools.size(); ++i) {
     WorldTool& tool = tools[i];
     tool.pull.reset();
-    // One that is away is not stepped, and of one that holds a body nothing of the coupling is left.
-    if (!tool.is_active || !tool.hand.pulls() || tool.is_away()) continue;
+    if (!tool.is_active || !tool.hand.pulls()) continue;
     tool.pull = pulls.size();
     pulls.push_back({i, thing_of(tool), &tool.hand, tool_state(tool).X, {}});
   }
@@ -185,20 +162,8 @@ void World::Impl::adopt() noexcept {
 TickFaults World::Impl::settle_hands() noexcept {
   TickFaults faults = 0;
   for (WorldTool& tool : tools) {
-    if (!tool.is_active || (!tool.pull && tool.copies.empty())) continue;
-    const RigidState now = tool_state(tool);
-    const Pose X_WT_before = tool.pull ? pulls[*tool.pull].X_WT : now.X;
-    const Wrench by_hand_W = tool.pull ? pulls[*tool.pull].wrench_W : Wrench{};
-    tool.hand.settle(X_WT_before, now, by_hand_W);
-    for (const Join& copy : tool.copies) {
-      const TouchJoint& touch_joint = touch_joints[copy.touch_joint];
-      const RigidBody& body = bodies[copy.body].rigid;
-      const Pose X_WJ = joined_pose(body.state().X, copy.p_BJ);
-      const Vec3 p_JCo_J = X_WJ.inverse() * body.centre_W();
-      const Vec3 rise_W = body.centre_W() - touch_joint.X_WT * p_JCo_J;
-      const double weight_work_j = -copy.weight_there * body.weight_W(scene->gravity_m_per_s2).f.dot(rise_W);
-      tool.hand.settle_copy(touch_joint.X_WT, X_WJ, touch_joint.wrench_W, weight_work_j);
-    }
+    if (!tool.is_active || !tool.pull) continue;
+    tool.hand.settle(pulls[*tool.pull].X_WT, tool_state(tool), pulls[*tool.pull].wrench_W);
     if (tool.hand.is_saturated()) faults |= kFaultCouplingSaturated;
   }
   return faults;

@@ -31,7 +31,7 @@ fs::path file_called(const std::string& name, const fs::path& directory) {
 }  // namespace
 
 net::DelayPath delay_path_called(const std::string& name, const fs::path& directory) {
-  constexpr double kLongest_s = 86400, kMostDelay_ms = 10000;
+  constexpr double kMaxLength_s = 86400, kMaxDelay_ms = 10000;
   net::DelayPath path;
   if (name.empty()) return path;
   path.name = name;
@@ -39,8 +39,8 @@ net::DelayPath delay_path_called(const std::string& name, const fs::path& direct
   JsonFields fields(parse_json(read_text_file(file), file.string()), file.string());
   fields.text("description", "");
   path.starts_anywhere = fields.boolean("starts_anywhere", true);
-  const std::vector<double> times_s = fields.numbers("times_s", 0, kLongest_s);
-  const std::vector<double> delays_ms = fields.numbers("delays_ms", 0, kMostDelay_ms);
+  const std::vector<double> times_s = fields.numbers("times_s", 0, kMaxLength_s);
+  const std::vector<double> delays_ms = fields.numbers("delays_ms", 0, kMaxDelay_ms);
   fields.finish();
   if (times_s.size() < 2 || times_s.size() != delays_ms.size()) {
     fields.fail("delays_ms", "times_s and delays_ms must have the same number of values, two or more");

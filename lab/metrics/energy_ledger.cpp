@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <deque>
+#include <numeric>
 #include <utility>
 
 #include "common/base/work.hpp"
@@ -9,44 +10,46 @@
 namespace tandem::lab {
 namespace {
 
-/// One user's port, advanced tick by tick.
-class HandPort {
- public:
-  explicit HandPort(const UserTrace& user) : user_(user) {}
-
-  /// Takes in all periods that have ended by `time`.
-  void advance_to(Duration time) {
-    for (; next_ < user_.ticks.size() && user_.ticks[next_].time <= time; ++next_) {
-      const TickSample& from = user_.ticks[next_ - 1];
-      const Pose& to = user_.ticks[next_].hand_D;
-      work_j_ += world_joules(held_work_j(from.displayed_D, from.hand_D, to));
-      if (is_finite(from.asked_D)) {
-        withheld_by_safety_j_ += world_joules(held_work_j(from.asked_D - from.displayed_D, from.hand_D, to));
-      }
+/// Work on one user's hand, summed up to each tick.
+struct HandWork {
+  explicit HandWork(const UserTrace& user) {
+    asked_j.reserve(user.ticks.size());
+    const double scale = user.hand_joules_per_world_joule;
+    for (std::size_t k = 1; k < user.ticks.size(); ++k) {
+      const TickSample& from = user.ticks[k - 1];
+      const Pose& to = user.ticks[k].hand_D;
+      const double done_j = held_work_j(from.displayed_D, from.hand_D, to) / scale;
+      const bool has_asked = is_finite(from.asked_D);
+      const double withheld_now_j =
+          has_asked ? held_work_j(from.asked_D - from.displayed_D, from.hand_D, to) / scale : 0.0;
+      displayed_j += done_j;
+      withheld_j += withheld_now_j;
+      asked_j.push_back(asked_j.back() + done_j + withheld_now_j);
     }
   }
-  double work_j() const { return work_j_; }
-  /// M(t) − M(0), at the last tick so far.
-  double model_change_j() const { return user_.ticks.empty() ? 0 : held_j(now()) - held_j(user_.ticks.front()); }
-  double corrected_j() const {
-    return user_.ticks.empty() ? 0 : now().model.corrected_j - user_.ticks.front().model.corrected_j;
-  }
-  double withheld_by_safety_j() const { return withheld_by_safety_j_; }
-  double joints_j() const { return user_.ticks.empty() ? 0 : now().model.joints_j; }
-  double field_work_j() const {
-    return user_.ticks.empty() ? 0 : now().model.field_work_j - user_.ticks.front().model.field_work_j;
-  }
 
- private:
-  static double held_j(const TickSample& tick) { return tick.model.stored_j - tick.model.exchanged_j; }
-  const TickSample& now() const { return user_.ticks[next_ - 1]; }
-  double world_joules(double hand_joules) const { return hand_joules / user_.hand_joules_per_world_joule; }
-
-  const UserTrace& user_;
-  std::size_t next_ = 1;
-  double work_j_ = 0;
-  double withheld_by_safety_j_ = 0;
+  std::vector<double> asked_j{0};
+  double displayed_j = 0;
+  double withheld_j = 0;
 };
+
+/// What a user's part of E is from a time on.
+struct Share {
+  Duration time{0};
+  std::size_t user = 0;
+  double energy_j = 0;
+};
+
+void add_shares(const UserTrace& user, std::size_t index, const HandWork& work, std::vector<Share>& shares) {
+  if (user.ticks.empty() || user.answered.empty()) return;
+  const std::uint64_t first = user.ticks.front().tick.value;
+  const auto sum_j = [&](const AnsweredInput& answer) {
+    const std::uint64_t place = answer.tick.value - std::min(first, answer.tick.value);
+    return work.asked_j[std::min<std::size_t>(place, user.ticks.size() - 1)] + answer.taken_j;
+  };
+  const double before_j = sum_j(user.answered.front());
+  for (const AnsweredInput& answer : user.answered) shares.push_back({answer.time, index, sum_j(answer) - before_j});
+}
 
 /// The greatest rise of a series within a window, given sample by sample.
 class GreatestRise {
@@ -70,35 +73,27 @@ class GreatestRise {
 
 EnergyLedger energy_ledger(const SessionTrace& trace) {
   EnergyLedger ledger;
-  std::vector<HandPort> ports(trace.users.begin(), trace.users.end());
+  std::vector<Share> shares;
+  for (std::size_t i = 0; i < trace.users.size(); ++i) {
+    const HandWork work(trace.users[i]);
+    add_shares(trace.users[i], i, work, shares);
+    ledger.hand_ports_j.push_back(work.displayed_j);
+    ledger.withheld_by_safety_j += work.withheld_j;
+  }
+  std::stable_sort(shares.begin(), shares.end(), [](const Share& a, const Share& b) { return a.time < b.time; });
   GreatestRise in_100_ms(from_seconds(0.1));
   GreatestRise in_1_s(from_seconds(1));
-  for (const StoredEnergySample& sample : trace.stored) {
-    double energy_j = sample.energy_j - trace.stored.front().energy_j;
-    double by_field_j = 0;
-    double joints_j = 0.5 * sample.joints_j;
-    for (HandPort& port : ports) {
-      port.advance_to(sample.time);
-      by_field_j += port.field_work_j();
-      joints_j += 0.5 * port.joints_j();
-      energy_j += port.work_j() + port.withheld_by_safety_j() + port.model_change_j();
-    }
-    const double at_server_j = trace.stored.front().field_j - sample.field_j;
-    energy_j -= std::max(0.0, at_server_j - by_field_j);
-    energy_j += std::max(0.0, by_field_j - trace.field_depth_j);
+  std::vector<double> now_j(trace.users.size());
+  for (std::size_t i = 0; i < shares.size(); ++i) {
+    now_j[shares[i].user] = shares[i].energy_j;
+    if (i + 1 < shares.size() && shares[i + 1].time == shares[i].time) continue;
+    const double energy_j = std::accumulate(now_j.begin(), now_j.end(), 0.0);
     ledger.created_max_j = std::max(ledger.created_max_j, energy_j);
-    in_100_ms.add(sample.time, energy_j + joints_j);
-    in_1_s.add(sample.time, energy_j + joints_j);
-    ledger.stored_change_j = sample.energy_j - trace.stored.front().energy_j;
+    in_100_ms.add(shares[i].time, energy_j);
+    in_1_s.add(shares[i].time, energy_j);
   }
   ledger.created_in_100_ms_j = in_100_ms.value();
   ledger.created_in_1_s_j = in_1_s.value();
-  for (const HandPort& port : ports) {
-    ledger.hand_ports_j.push_back(port.work_j());
-    ledger.withheld_by_safety_j += port.withheld_by_safety_j();
-    ledger.stored_change_j += port.model_change_j();
-    ledger.corrected_j += port.corrected_j();
-  }
   return ledger;
 }
 

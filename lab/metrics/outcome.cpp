@@ -54,7 +54,7 @@ std::string rule_outcome(const Experiment& experiment, const SessionTrace& trace
 
 bool is_weak(const TrialView& view) {
   for (std::size_t i = 0; i < view.trace.users.size(); ++i) {
-    if (contact_force_ratio(view_of_user(view, i)) < kLeastForceRatio) return true;
+    if (contact_force_ratio(view_of_user(view, i)) < kMinForceRatio) return true;
   }
   return false;
 }

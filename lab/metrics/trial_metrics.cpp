@@ -8,11 +8,9 @@
 #include <optional>
 #include <stdexcept>
 
-#include "lab/metrics/energy_bound.hpp"
 #include "lab/metrics/energy_ledger.hpp"
 #include "lab/metrics/felt_mass.hpp"
 #include "lab/metrics/metrics.hpp"
-#include "lab/metrics/squeeze_bound.hpp"
 #include "lab/metrics/touch_errors.hpp"
 
 namespace tandem::lab {
@@ -72,7 +70,9 @@ double per_second(const UserView& view, std::uint64_t count) {
 /// A number of the trial's energy ledger.
 template <double EnergyLedger::*kNumber>
 double of_ledger(const TrialView& view) {
-  return view.trace.stored.empty() ? kNothing : energy_ledger(view.trace).*kNumber;
+  const auto has_answers = [](const UserTrace& user) { return !user.answered.empty(); };
+  return std::any_of(view.trace.users.begin(), view.trace.users.end(), has_answers) ? energy_ledger(view.trace).*kNumber
+                                                                                    : kNothing;
 }
 
 /// Where a user saw the watched body at `time`, straight between ticks. `from` is where the search begins.
@@ -191,10 +191,6 @@ const std::vector<TrialMetric>& trial_metrics() {
        hold_force_ratio},
       {"hold_force_least_ratio", "The least displayed force there over the reference's mean.", Combine::kLeast,
        hold_force_least_ratio},
-      {"hold_force_bound_n",
-       "Of two users of a local model who squeeze a thing: what that could be at most with passive joints between the "
-       "copies of the thing; from the round trip and the run at zero delay (squeeze_bound.hpp).",
-       Combine::kLeast, nullptr, hold_force_bound_n},
       {"peak_force_n", "Greatest displayed force.", Combine::kGreatest, of_user<kPeakForce>},
       {"force_step_max_n_per_ms",
        "Greatest change of the computed force in a millisecond, before the slew limit, beyond the greatest of the "
@@ -213,28 +209,16 @@ const std::vector<TrialMetric>& trial_metrics() {
       {"force_above_60_hz_n", "RMS of the displayed force above 60 Hz (Butterworth, order 8), phases in contact.",
        Combine::kGreatest, force_above_60_hz_n},
       {"energy_created_max_j",
-       "Greatest E(t) = Σ over users of Σ F_k·(x_{k+1} − x_k) + energy stored for them − the same at the start, in "
-       "world "
-       "joules, F_k the wrench after the passivity controller: what came from nowhere. Stored: in a user's local "
-       "model, else in the "
-       "server's "
-       "world (energy_ledger.hpp).",
+       "Greatest E(t) = Σ over users of the work on the hand up to an input + what the server's coupling had put into "
+       "the "
+       "world with that input, in world joules, the wrench after the passivity controller: what came from nowhere "
+       "(energy_ledger.hpp).",
        Combine::kGreatest, nullptr, of_ledger<&EnergyLedger::created_max_j>},
       {"energy_created_in_100_ms_j",
-       "Greatest rise of E(t) within 0.1 s, what joints between a shared body and its copies hold counted in: whatever "
-       "friction took before cannot hide it.",
-       Combine::kGreatest, nullptr, of_ledger<&EnergyLedger::created_in_100_ms_j>},
+       "Greatest rise of E(t) within 0.1 s: whatever friction took before cannot hide it.", Combine::kGreatest, nullptr,
+       of_ledger<&EnergyLedger::created_in_100_ms_j>},
       {"energy_created_in_1_s_j", "Likewise within 1 s.", Combine::kGreatest, nullptr,
        of_ledger<&EnergyLedger::created_in_1_s_j>},
-      {"energy_created_bound_j",
-       "What that can be at most where the loop is closed through the network: Σ |F·Δx − A·Δh| over inputs, A the "
-       "server's answer to the same input and h its handle, and what jumps of the handle and inputs on their way hold "
-       "(energy_bound.hpp); 0 of waves, null of local models.",
-       Combine::kGreatest, nullptr, [](const TrialView& view) { return energy_created_bound_j(view.trace); }},
-      {"energy_corrected_j",
-       "What corrections of local models towards the server put into them over the trial, in world joules; contained "
-       "in energy_created_max_j.",
-       Combine::kGreatest, nullptr, of_ledger<&EnergyLedger::corrected_j>},
       {"energy_withheld_by_safety_j",
        "Work on the hands that ramp, decay in silence, slew limit and clamp left out, in world joules; a line of its "
        "own, "

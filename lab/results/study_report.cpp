@@ -109,37 +109,6 @@ std::vector<Plot> figures_of(const std::vector<SeedGroup>& groups, const std::ma
   return figures;
 }
 
-/// What the weaker of two users feels over the round trip, under what passive joints would let through; nothing where
-/// no trial has such a bound.
-std::vector<Plot> frontier_of(const std::vector<SeedGroup>& groups, const std::map<std::string, int>& colors) {
-  const auto bounds = curves_of(groups, "hold_force_bound_n");
-  if (bounds.empty()) return {};
-  Plot figure;
-  figure.description = "hold force of the weaker user over the round trip, and the passive bound";
-  figure.x.label = "round trip [ms]";
-  figure.y.label = "force of the weaker user [N]";
-  figure.y.low = 0;
-  const auto add = [&](const std::string& label, const std::map<double, double>& points, int color, Dash dash) {
-    Series series{label, {}, {}, color % kColors, dash};
-    for (const auto& [rtt_ms, value] : points) {
-      series.x.push_back(rtt_ms);
-      series.y.push_back(value);
-    }
-    figure.series.push_back(std::move(series));
-  };
-  std::map<double, double> bound;
-  for (const auto& [name, points] : bounds) bound.insert(points.begin(), points.end());
-  add("passive bound", bound, kColors - 1, Dash::kDashed);
-  for (const auto& [name, points] : curves_of(groups, "hold_force_mean_n")) {
-    const int color = colors.at(name.stage);
-    add(name.text, points, color, dash_of(name, color));
-  }
-  figure.caption =
-      "The frontier of squeezing: mean force of the weaker user in the settled hold, and what springs in a row allow: "
-      "hands, couplings, and joints as stiff as their damper over the one-way delay. Means over seeds.";
-  return {figure};
-}
-
 Table definitions_table() {
   Table table{"Metrics",
               {{.header = "Metric", .is_text = true},
@@ -198,7 +167,6 @@ std::string study_report_html(std::span<const TrialResult> results) {
     for (std::size_t i = 0; i < figures.size(); i += 2) {
       page.side_by_side(std::span(figures).subspan(i, std::min<std::size_t>(2, figures.size() - i)));
     }
-    for (const Plot& figure : frontier_of(groups, colors)) page.figure(figure);
     page.table(results_table(groups));
   }
   page.heading("Definitions");

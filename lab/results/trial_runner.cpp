@@ -244,8 +244,6 @@ TrialResult TrialRunner::Impl::run_job(const Job& job) {
   const Trial& trial = trials[job.trial];
   TrialResult result;
   result.key = job.key;
-  const auto reference = reference_trace(*job.reference, *job.scene);
-  const auto same_stage = reference_trace(*job.same_stage, *job.scene);
   std::optional<TrialFiles> files;
   OnTick on_tick;
   if (settings.wants_samples) {
@@ -256,6 +254,8 @@ TrialResult TrialRunner::Impl::run_job(const Job& job) {
   }
   const LocalTime from = wall.now();
   try {
+    const auto reference = reference_trace(*job.reference, *job.scene);
+    const auto same_stage = reference_trace(*job.same_stage, *job.scene);
     const SessionTrace trace = run_virtual_session(trial.experiment, job.scene->scene, on_tick);
     result.virtual_s = to_seconds(trace.joined_after + trial.experiment.duration);
     result.row = as_read_back(trial_row(trial, {trial.experiment, trace, reference.get(), same_stage.get()}));

@@ -87,7 +87,7 @@ class LiveTrialServer {
   Duration next_bodies_{0};
   std::vector<BodiesSample> bodies_;
   std::size_t bodies_taken_ = 0;
-  std::vector<StoredEnergySample> stored_;
+  std::vector<std::vector<AnsweredInput>> answered_;  ///< by tool
   std::future<void> serving_;
 };
 
@@ -99,7 +99,9 @@ LiveTrialServer::LiveTrialServer(const Experiment& experiment, const std::shared
   BodiesSample blank;
   blank.X_WB.resize(scene->world.bodies.size());
   bodies_.resize(static_cast<std::size_t>(experiment.duration / experiment.sample_period) + 1, blank);
-  stored_.reserve(static_cast<std::size_t>(experiment.duration / server_.rooms().front()->period()) + 2);
+  const auto steps = static_cast<std::size_t>(experiment.duration / server_.rooms().front()->period()) + 2;
+  answered_.resize(scene->world.tools.size());
+  for (std::vector<AnsweredInput>& answered : answered_) answered.reserve(steps);
   server_.on_step = [this](const server::Room& room) { record(room); };
   serving_ = std::async(std::launch::async, [this] { server_.run(); });
 }
@@ -110,7 +112,9 @@ void LiveTrialServer::record(const server::Room& room) noexcept {
   const Duration since = SteadyClock().now().time_since_epoch() - Duration(start);
   if (since < Duration(0) || since > experiment_.duration) return;
   const physics::World& world = room.world();
-  if (stored_.size() < stored_.capacity()) stored_.push_back({since, world.stored_energy_j()});
+  for (std::size_t tool = 0; tool < answered_.size(); ++tool) {
+    if (answered_[tool].size() < answered_[tool].capacity()) note_answer(room, tool, since, answered_[tool]);
+  }
   if (since < next_bodies_ || bodies_taken_ == bodies_.size()) return;
   BodiesSample& sample = bodies_[bodies_taken_++];
   sample.time = since;
@@ -128,7 +132,10 @@ void LiveTrialServer::stop() {
 void LiveTrialServer::take(SessionTrace& trace, LiveTiming& timing) {
   bodies_.resize(bodies_taken_);
   trace.bodies = std::move(bodies_);
-  trace.stored = std::move(stored_);
+  std::size_t tool = 0;
+  for (UserTrace& user : trace.users) {
+    if (user.user.role == server::UserRole::kManipulator) user.answered = std::move(answered_[tool++]);
+  }
   trace.room_steps = server_.rooms().front()->steps_done().value;
   trace.hub = server_.counters();
   timing.room = server_.room_timings().front();

@@ -21,4 +21,15 @@ TickSample sample_of(const client::TickRecord& record) {
   return sample;
 }
 
+double energy_taken_j(const physics::World& world, std::size_t tool) {
+  const physics::ToolState state = world.tool(tool);
+  return state.energy_into_world_j - state.energy_from_world_j + world.coupling_energy_j(tool);
+}
+
+void note_answer(const server::Room& room, std::size_t tool, Duration time, std::vector<AnsweredInput>& answered) {
+  const Tick tick = room.answered(tool);
+  if (answered.empty() || answered.back().tick != tick) answered.push_back({time, tick});
+  answered.back().taken_j = energy_taken_j(room.world(), tool);
+}
+
 }  // namespace tandem::lab

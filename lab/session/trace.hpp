@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "client/haptics/haptic_core.hpp"
-#include "client/model/model_ledger.hpp"
 #include "client/session/session.hpp"
 #include "common/base/tick_faults.hpp"
 #include "common/net/link.hpp"
@@ -42,7 +41,6 @@ struct TickSample {
   haptics::SafetyFaults safety_faults = 0;
   std::uint32_t server_tick_faults = 0;
   bool is_clamped = false;
-  client::ModelEnergy model;  ///< of the local model after this tick; zero without one
 };
 
 /// The room held a tool back, in the newest step that this tick knew of.
@@ -60,8 +58,13 @@ using OnTick = std::function<void(std::size_t user, const client::TickRecord& re
 struct AnsweredInput {
   Duration time{0};  ///< of the first step that used it
   Tick tick;
-  Wrench on_hand_W;  ///< about the handle, in the last step that did
+  double taken_j = 0;  ///< energy_taken_j() after the last step that did
 };
+
+/// What the coupling of a tool has put into the world, less what it took from there, with what its spring holds [J].
+double energy_taken_j(const physics::World& world, std::size_t tool);
+/// After a step of the room.
+void note_answer(const server::Room& room, std::size_t tool, Duration time, std::vector<AnsweredInput>& answered);
 
 struct UserTrace {
   ExperimentUser user;
@@ -69,13 +72,11 @@ struct UserTrace {
   bool stayed_connected = true;
   std::string why_disconnected;
   std::vector<TickSample> ticks;
-  std::vector<AnsweredInput> answered;  ///< since the hands started; in virtual time
+  std::vector<AnsweredInput> answered;  ///< since the hands started
   double energy_to_hand_j = 0;          ///< since the hands started
   double energy_from_hand_j = 0;
   double passivity_dissipated_j = 0;  ///< world joules, since the hands started; NaN: no passivity controller
   double hand_joules_per_world_joule = 1;
-  double coupling_stiffness_n_per_m = 0;  ///< as the scene says
-  double coupling_stiffness_n_m_per_rad = 0;
   client::SessionCounters session;
   net::LinkCounters link_up;  ///< datagrams
   net::LinkCounters link_down;
@@ -89,26 +90,16 @@ struct BodiesSample {
   double field_energy_kj_per_mol = 0;
 };
 
-/// Energy at the server that counts, after a step of its world (energy_ledger.hpp).
-struct StoredEnergySample {
-  Duration time{0};
-  double energy_j = 0;
-  double field_j = 0;   ///< of the molecular field there, where all users have a local model; else in energy_j
-  double joints_j = 0;  ///< held by joints to the copies of users of a local model; in neither of the above
-};
-
 struct SessionTrace {
   std::vector<UserTrace> users;
   std::vector<std::string> body_names;
   std::vector<bool> body_can_move;
-  std::vector<BodiesSample> bodies;  ///< every sample_period
-  std::vector<StoredEnergySample> stored;
+  std::vector<BodiesSample> bodies;         ///< every sample_period
   std::optional<std::size_t> watched_body;  ///< index into body_names; which TickSample::view_W is of
   server::HubCounters hub;
   std::uint64_t room_steps = 0;
   TickFaults faults_seen = 0;
   Duration joined_after{0};  ///< virtual time from the first connection to the start of the hands
-  double field_depth_j = 0;  ///< what the molecular field can have given at most, in world joules
   std::string field_kernel;  ///< of the molecular field; "": the scene has none
 };
 

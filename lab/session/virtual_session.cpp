@@ -6,7 +6,6 @@
 #include "client/client.hpp"
 #include "common/docking/lennard_jones.hpp"
 #include "devices/sim/sim_device.hpp"
-#include "lab/session/field_depth.hpp"
 #include "lab/session/session_settings.hpp"
 #include "lab/session/virtual_network.hpp"
 #include "server/room/server_world.hpp"
@@ -26,7 +25,6 @@ std::uint64_t hand_seed(std::uint64_t seed, std::size_t user) {
 client::ClientSettings client_settings_with_ledger(const ExperimentUser& user,
                                                    const std::shared_ptr<client::AssetStore>& assets) {
   client::ClientSettings settings = client_settings(user, assets);
-  settings.local_model.keeps_ledger = true;
   return settings;
 }
 
@@ -84,7 +82,6 @@ TickSample sample_of(VirtualUser& user, Duration time, LocalTime now) {
   sample.intended_D = user.device.path().pose_at(user.device.path_time()).p;
   sample.input_age = now - user.transport.heard_at_server();
   sample.round_trip = user.client.session().clock_sync().round_trip();
-  if (user.model() != nullptr) sample.model = user.model()->energy();
   return sample;
 }
 
@@ -105,7 +102,6 @@ struct VirtualSession {
   void record_tick(std::size_t index);
   void record_bodies();
   void record_step();
-  StoredEnergySample energy_at_server() const;
   SessionTrace take_trace();
 
   const Experiment& experiment;
@@ -135,7 +131,6 @@ VirtualSession::VirtualSession(const Experiment& its_experiment, std::shared_ptr
   check_manipulators(experiment, *scene);
   const std::optional<std::size_t> watched = watched_body(experiment, *scene);
   trace.watched_body = watched;
-  trace.stored.reserve(static_cast<std::size_t>(experiment.duration / room.period()) + 1);
   const std::shared_ptr<client::AssetStore> assets = assets_of(*scene);
   std::size_t tool = 0;
   for (std::size_t i = 0; i < experiment.users.size(); ++i) {
@@ -148,8 +143,6 @@ VirtualSession::VirtualSession(const Experiment& its_experiment, std::shared_ptr
     user_trace.hand_seed = users.back()->seed_of_hand;
     if (user.role == server::UserRole::kManipulator) {
       users.back()->tool = tool;
-      user_trace.coupling_stiffness_n_per_m = scene->world.coupling.parameters.stiffness_n_per_m;
-      user_trace.coupling_stiffness_n_m_per_rad = scene->world.coupling.parameters.stiffness_n_m_per_rad;
       user_trace.hand_joules_per_world_joule = scene->workspaces[tool++].hand_joules_per_world_joule();
     }
     user_trace.ticks.reserve(static_cast<std::size_t>(experiment.duration / kHapticPeriod) + 1);
@@ -228,39 +221,9 @@ void VirtualSession::start_hands() {
 }
 
 void VirtualSession::record_step() {
-  trace.stored.push_back(energy_at_server());
   for (std::size_t i = 0; i < users.size(); ++i) {
-    if (!users[i]->tool) continue;
-    std::vector<AnsweredInput>& answered = trace.users[i].answered;
-    const Tick tick = room.answered(*users[i]->tool);
-    const bool is_newer = answered.empty() || answered.back().tick != tick;
-    if (is_newer) answered.push_back({clock.now() - hands_started, tick, {}});
-    answered.back().on_hand_W = room.world().tool(*users[i]->tool).wrench_on_hand_W;
+    if (users[i]->tool) note_answer(room, *users[i]->tool, clock.now() - hands_started, trace.users[i].answered);
   }
-}
-
-/// See energy_ledger.hpp: S, and the field's energy where S is without it.
-StoredEnergySample VirtualSession::energy_at_server() const {
-  const physics::World& world = room.world();
-  std::uint32_t with_model = 0;
-  double by_copies_j = 0;
-  double by_models_j = 0;
-  bool is_for_all = true;
-  for (const auto& user : users) {
-    if (!user->tool) continue;
-    if (user->model() == nullptr) {
-      is_for_all = false;
-      continue;
-    }
-    const physics::ToolState state = world.tool(*user->tool);
-    with_model |= std::uint32_t{1} << *user->tool;
-    by_copies_j += state.copies_work_j;
-    by_models_j += state.energy_into_world_j - state.energy_from_world_j;
-  }
-  const Duration time = clock.now() - hands_started;
-  const double joints_j = world.energy_of_joints_j();  // only copies of local models have them
-  if (!is_for_all) return {time, by_copies_j + world.stored_energy_j(with_model) - by_models_j, 0, joints_j};
-  return {time, by_copies_j, world.field_energy_j(), joints_j};
 }
 
 void VirtualSession::record_tick(std::size_t index) {
@@ -302,7 +265,6 @@ SessionTrace VirtualSession::take_trace() {
     user.link_up = users[i]->transport.datagrams_up();
     user.link_down = users[i]->transport.datagrams_down();
   }
-  if (!trace.field_kernel.empty()) trace.field_depth_j = field_depth_j(scene->world, trace.bodies);
   trace.hub = hub.counters();
   trace.room_steps = room.steps_done().value;
   return std::move(trace);

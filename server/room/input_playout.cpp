@@ -61,11 +61,10 @@ void InputPlayout::take(const proto::ClientUpdate& update, Duration now) noexcep
   newest_ = (newest_ + 1) % kHistory;
   inputs_[newest_] = {.tick = update.input_tick,
                       .handle = update.handle,
-                      .tool = update.tool,
-                      .copies = update.copies,
                       .buttons = update.buttons,
                       .energy_to_hand_j = update.energy_to_hand_j,
                       .energy_from_hand_j = update.energy_from_hand_j,
+                      .on_hand_W = update.on_hand_W,
                       .sent = sent};
   count_ = std::min(count_ + 1, kHistory);
 }
@@ -121,16 +120,10 @@ PlayedInput InputPlayout::at_tick(std::uint64_t tick) const noexcept {
   const double length_s = to_seconds(input(age - 1).sent - input(age).sent);
   PlayedInput played{Tick{tick},
                      between(before.handle, after.handle, length_s, u),
-                     between(before.tool, after.tool, length_s, u),
-                     before.copies,
                      after.buttons,
                      std::lerp(before.energy_to_hand_j, after.energy_to_hand_j, u),
-                     std::lerp(before.energy_from_hand_j, after.energy_from_hand_j, u)};
-  for (CopyTarget& copy : played.copies) {
-    const auto next = std::find_if(after.copies.begin(), after.copies.end(),
-                                   [&copy](const CopyTarget& other) { return other.body == copy.body; });
-    if (next != after.copies.end()) copy.state = between(copy.state, next->state, length_s, u);
-  }
+                     std::lerp(before.energy_from_hand_j, after.energy_from_hand_j, u),
+                     before.on_hand_W * (1 - u) + after.on_hand_W * u};
   return played;
 }
 
@@ -143,8 +136,6 @@ std::optional<PlayedInput> InputPlayout::play(Duration now) noexcept {
   PlayedInput played = at_tick(played_);
   played.has_underrun = has_underrun;
   played.handle = held(played.handle, underrun_s_);
-  played.tool = held(played.tool, underrun_s_);
-  for (CopyTarget& copy : played.copies) copy.state = held(copy.state, underrun_s_);
   return played;
 }
 

@@ -17,22 +17,21 @@ namespace tandem::server {
 struct PlayedInput {
   Tick tick;  ///< of exactly which the rest is
   RigidState handle;
-  RigidState tool;
-  boost::container::static_vector<CopyTarget, kMaxCopies> copies;
   std::uint32_t buttons = 0;      ///< of a tick that did not come, those of the next that did: not later than pressed
   double energy_to_hand_j = 0;    ///< as in ClientUpdate
   double energy_from_hand_j = 0;  ///< likewise
+  Wrench on_hand_W;               ///< likewise
   bool has_underrun = false;      ///< nothing newer has come: the last is held
   Duration sent{0};               ///< by the client's clock, of a tick that came
 };
 
-/// Plays a client's handle, tool, copies, buttons and energies at a delay that nearly all of its inputs keep, one of
+/// Plays a client's handle, buttons, energies and what its hand is shown at a delay that nearly all of its inputs keep, one of
 /// its ticks after the other.
 ///
 /// Model   The delay is PlayoutDelay's, of stamps by the client and steps of the room.
 ///         A tick that did not come is put between its neighbours: a cubic for the position and for the rotation
 ///         vector from the first to the second, with their twists at its ends. It errs by T⁴/384 max|x⁗| over a gap
-///         of T. Energies go evenly. Which tick is played moves on by as many as fit into a step, and changes stride
+///         of T. Energies and wrenches go evenly. Which tick is played moves on by as many as fit into a step, and changes stride
 ///         only when it has drifted 0.75 ticks from where the delay wants it: a jitter of time stamps moves nothing.
 ///         On underrun, the last one's poses are held and its twists fade to zero in kTwistFade_s; what then comes is
 ///         caught up with at kCatchUp times the hand's pace, not by a jump.
@@ -43,7 +42,7 @@ class InputPlayout {
   static constexpr std::size_t kHistory = 128;
   static constexpr net::PlayoutSettings kDelay{.quantile = 0.985};
   static constexpr double kTwistFade_s = 0.020;
-  static constexpr double kCatchUp = 4;
+  static constexpr double kCatchUp = 2;
 
   explicit InputPlayout(double step_s) : step_s_(step_s) {}
 

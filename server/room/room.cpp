@@ -22,7 +22,7 @@ std::vector<BodyId> moving_bodies_of(const LoadedScene& scene) {
 struct Room::User {
   explicit User(Room& room, bool is_limited)
       : port(room.world_, is_limited),
-        drivers(make_tool_drivers(room.scene_, room.period_, room.world_, port, room.sharing_, room.coupling_)),
+        drivers(make_tool_drivers(room.scene_, room.period_, port, room.coupling_)),
         driver(drivers.front().get()) {}
 
   ToolDriver& driver_for(proto::ClientMode mode) const {
@@ -54,7 +54,6 @@ Room::Room(RoomId id, std::string name, std::shared_ptr<const LoadedScene> scene
       period_(from_seconds(1.0 / scene_->description.step_rate_hz())),
       moving_bodies_(moving_bodies_of(*scene_)),
       world_(make_server_world(scene_, options.steps_soft_aside)),
-      sharing_(world_, moving_bodies_, scene_->world.tools.size()),
       coupling_(scene_->world.coupling.parameters) {
   const bool is_limited =
       options.controls_tool_passivity && scene_->world.coupling.dynamics != haptics::ToolDynamics::kAtHandle;
@@ -82,7 +81,6 @@ void Room::step(ServerTime now) noexcept {
   faults |= world_.step();
   ++step_.value;
   settle_tools();
-  sharing_.update();
   describe_world(now, faults);
   for (const auto& user : users_) {
     if (user->seat.user.is_valid()) publish_to(*user);
@@ -242,9 +240,7 @@ void Room::describe_world(ServerTime now, TickFaults faults) noexcept {
   common_.tick_faults = faults;
   common_.field_energy_kj_per_mol = world_.field_energy_kj_per_mol();
   common_.bodies.clear();
-  for (std::size_t i = 0; i < moving_bodies_.size(); ++i) {
-    common_.bodies.push_back({moving_bodies_[i], world_.body(moving_bodies_[i]), UserId{}, sharing_.hand_count(i)});
-  }
+  for (const BodyId id : moving_bodies_) common_.bodies.push_back({id, world_.body(id), UserId{}});
   for (const auto& user : users_) {
     if (!user->seat.is_manipulator()) continue;
     const BodyId held = world_.tool(user->seat.tool).held;
@@ -266,7 +262,8 @@ void Room::publish_to(User& user) noexcept {
   for (const auto& other : users_) {
     if (other.get() == &user || !other->seat.is_manipulator()) continue;
     const physics::ToolState tool = world_.tool(other->seat.tool);
-    update.users.push_back({other->seat.user, tool.tool, tool.held});
+    update.users.push_back({other->seat.user, tool.tool, tool.held, other->seat.tool, tool.has_handle, tool.handle,
+                            other->input.handle_age(), other->input.on_hand_W});
   }
   user.outbox.publish();
 }

@@ -30,7 +30,6 @@
 #include "common/realtime/ring.hpp"
 #include "proto/state.hpp"
 #include "server/assets/scene_file.hpp"
-#include "server/room/body_sharing.hpp"
 #include "server/room/seat.hpp"
 #include "server/room/server_world.hpp"
 
@@ -136,7 +135,6 @@ class Room {
   physics::World world_;
   realtime::Ring<RoomCommand> commands_{256};
   realtime::Ring<RoomEvent> events_{256};
-  BodySharing sharing_;
   haptics::CouplingParameters coupling_;                       ///< as last set
   std::array<std::unique_ptr<User>, proto::kMaxUsers> users_;  ///< by Seat::index
   proto::ServerUpdate common_;                                 ///< of this step: what all users are told alike

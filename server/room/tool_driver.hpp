@@ -9,7 +9,6 @@
 
 #include "proto/state.hpp"
 #include "server/assets/scene_file.hpp"
-#include "server/room/body_sharing.hpp"
 #include "server/room/tool_port.hpp"
 
 namespace tandem::server {
@@ -22,10 +21,11 @@ struct UserInput {
   bool is_there = false;   ///< one has come
   bool has_gaps = false;   ///< between inputs the handle goes on as it last moved
   Tick answered;           ///< whose handle is in use
+  Wrench on_hand_W;        ///< what the hand was shown then, as far as its client tells
 
   bool has_handle() const { return is_there && newest.handle_valid; }
-  /// The round trip; a client that has not measured it yet is taken to have a long one, and is joined softly.
-  Duration loop() const;
+  /// How long ago the hand was where the handle in use is, about: half of the round trip; 0: not known.
+  Duration handle_age() const { return newest.round_trip / 2; }
 };
 
 /// A strategy for one seat: in each step take() when an input has come, drive(), the world's step, settle().
@@ -57,8 +57,8 @@ class ToolDriver {
 using ToolDrivers = std::array<std::unique_ptr<ToolDriver>, 3>;
 
 /// For one seat.
-/// In      port, sharing, coupling  outlive them; `coupling` is that of the room as last set
-ToolDrivers make_tool_drivers(std::shared_ptr<const LoadedScene> scene, Duration period, physics::World& world,
-                              ToolPort& port, BodySharing& sharing, const haptics::CouplingParameters& coupling);
+/// In      port, coupling  outlive them; `coupling` is that of the room as last set
+ToolDrivers make_tool_drivers(std::shared_ptr<const LoadedScene> scene, Duration period, ToolPort& port,
+                              const haptics::CouplingParameters& coupling);
 
 }  // namespace tandem::server

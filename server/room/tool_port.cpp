@@ -25,7 +25,6 @@ void ToolPort::set_handle(const RigidState& handle) noexcept {
 void ToolPort::clear_handle() noexcept {
   has_handle_ = false;
   world_.brake(tool_, 0);
-  world_.join_copies(tool_, RigidState{}, {}, {}, 0);
   world_.clear_handle(tool_);
 }
 
@@ -43,7 +42,7 @@ TickFaults ToolPort::limit(double step_s) noexcept {
 void ToolPort::settle() noexcept {
   if (!is_limited_) return;
   const physics::ToolState tool = state();
-  const double net_into_world_j = tool.energy_into_world_j + tool.weight_work_j - tool.energy_from_world_j;
+  const double net_into_world_j = tool.energy_into_world_j - tool.energy_from_world_j;
   passivity_.stepped(tool.tool.X, tool.pull_on_tool_W, net_into_world_j);
 }
 

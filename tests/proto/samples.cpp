@@ -208,10 +208,7 @@ ClientUpdate client_update() {
   update.energy_to_hand_j = 1.25;
   update.energy_from_hand_j = 2.75;
   update.mode = ClientMode::kLocalModel;
-  update.tool.X = {Vec3(0.125, -0.25, 0.46875), Quat(0.5, 0.5, -0.5, 0.5)};
-  update.tool.V = {Vec3(0.5, 0.25, -0.125), Vec3(-1, 2, -3)};
-  update.copies.push_back({BodyId{2}, update.handle, Vec3(0.25, 0, -0.5), Vec3(0, -1, 0)});
-  update.copies.push_back({BodyId{7}, {}, Vec3(0, 0.125, 0), Vec3::Zero()});
+  update.on_hand_W = {Vec3(0.5, -1.25, 2), Vec3(0.0625, 0, -0.03125)};
   update.round_trip = std::chrono::milliseconds(42);
   return update;
 }
@@ -233,16 +230,15 @@ ServerUpdate server_update() {
   update.energy_from_world_j = 0.75;
   update.field_energy_kj_per_mol = -42.5;
   update.X_BT = {Vec3(0.03125, 0, -0.0625), Quat(0.5, 0.5, 0.5, -0.5)};
-  update.joint_share = 0.25;
   update.playout = std::chrono::microseconds(12'500);
-  update.slowest_loop = std::chrono::milliseconds(80);
   update.soft_contact = soft_contact();
   update.wave = {Vec3(0.5, -0.25, 0), Vec3(0.125, 0, 1)};
-  BodyState held{BodyId{2}, update.tool, UserId{3}, 2};
-  BodyState resting{BodyId{7}, {}, UserId{}, 0};
+  BodyState held{BodyId{2}, update.tool, UserId{3}};
+  BodyState resting{BodyId{7}, {}, UserId{}};
   resting.state.X.p = Vec3(0.25, 0.5, 0.75);
   update.bodies = {resting, held};
-  update.users = {OtherUserState{UserId{4}, update.tool, BodyId{}}};
+  update.users = {OtherUserState{UserId{4}, update.tool, BodyId{}, 2, true, update.tool, std::chrono::milliseconds(40),
+                                 update.wrench_on_hand_W}};
   return update;
 }
 
@@ -301,13 +297,7 @@ ClientUpdate largest_client_update(ClientMode mode) {
   update.energy_to_hand_j = kMaxEnergyJ;
   update.energy_from_hand_j = kMaxEnergyJ;
   update.mode = mode;
-  if (mode == ClientMode::kLocalModel) {
-    update.tool = moving_state(1);
-    for (std::size_t i = 0; i < kMaxCopies; ++i) {
-      const auto id = static_cast<std::uint32_t>(kMaxVarint32 - i);
-      update.copies.push_back({BodyId{id}, moving_state(2 + i), Vec3(1.1, -2.2, 3.3), Vec3(1, 2, -2) / 3});
-    }
-  }
+  if (mode == ClientMode::kLocalModel) update.on_hand_W = {Vec3(5.1e4, -5.2e4, 5.3e4), Vec3(-5.4e4, 5.5e4, -5.6e4)};
   if (mode == ClientMode::kWave) update.wave = largest_wave();
   update.round_trip = kMaxDelay;
   return update;
@@ -327,17 +317,22 @@ ServerUpdate largest_server_update(std::size_t held) {
   update.field_energy_kj_per_mol = -kMaxFieldEnergyKjPerMol;
   for (std::size_t i = 0; i < kMaxBodies; ++i) {
     const auto id = static_cast<std::uint32_t>(kMaxVarint32 - i);
-    update.bodies.push_back({BodyId{id}, moving_state(i), UserId{kMaxVarint32}, kMaxUsers});
+    update.bodies.push_back({BodyId{id}, moving_state(i), UserId{kMaxVarint32}});
   }
   for (std::size_t i = 0; i < kMaxUsers; ++i) {
     const auto id = static_cast<std::uint32_t>(kMaxVarint32 - i);
-    update.users.push_back({UserId{id}, moving_state(i), BodyId{kMaxVarint32}});
+    update.users.push_back({UserId{id},
+                            moving_state(i),
+                            BodyId{kMaxVarint32},
+                            kMaxVarint32,
+                            true,
+                            moving_state(i),
+                            kMaxDelay,
+                            {Vec3::Constant(1.0 / 3), Vec3::Constant(1.0 / 3)}});
   }
   update.held_body = update.bodies.at(held).id;
   update.X_BT = moving_state(2).X;
-  update.joint_share = 0.7;
   update.playout = kMaxDelay;
-  update.slowest_loop = kMaxDelay;
   update.soft_contact = soft_contact();
   update.soft_contact.X_WT0 = moving_state(3).X;
   update.soft_contact.trust_radius_m = 0.1;

@@ -137,7 +137,8 @@ TEST(ServerUpdateEncoder, MovingBodiesAreThinnedBeforeThoseHeldByOthers) {
 TEST(ServerUpdateEncoder, BodiesHeldByOthersAreThinnedBeforeOtherUsersTools) {
   ServerUpdate update;
   for (std::uint32_t id = 1; id <= kMaxBodies; ++id) update.bodies.push_back(body_of(id, moving_state(id), 9));
-  for (std::uint32_t id = 1; id <= 6; ++id) update.users.push_back({UserId{id}, moving_state(id), BodyId{id}});
+  for (std::uint32_t id = 1; id <= 6; ++id)
+    update.users.push_back({UserId{id}, moving_state(id), BodyId{id}, 0, false, {}, {}, {}});
   Receiver receiver;
   for (int message = 0; message < 40; ++message) receiver.receive(update);
   for (int message = 0; message < 100; ++message) EXPECT_EQ(receiver.receive(update).users.size(), 6U);
@@ -201,7 +202,7 @@ TEST(ServerUpdateEncoder, FollowsUsersWhoComeAndGo) {
   for (std::uint32_t first = 1; first < 2'000; first += 7) {
     update.users.clear();
     for (std::uint32_t i = 0; i < kMaxUsers; ++i) {
-      update.users.push_back({UserId{first + i}, moving_state(i), BodyId{}});
+      update.users.push_back({UserId{first + i}, moving_state(i), BodyId{}, 0, false, {}, {}, {}});
     }
     EXPECT_FALSE(receiver.receive(update).users.empty());
   }

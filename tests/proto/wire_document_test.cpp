@@ -127,8 +127,7 @@ TEST(WireDocument, ConstantsAreThoseOfTheCode) {
                                                {"kAssetChunkBytes", kAssetChunkBytes},
                                                {"kAssetHashBytes", kAssetHashBytes},
                                                {"kMaxBodies", kMaxBodies},
-                                               {"kMaxUsers", kMaxUsers},
-                                               {"kMaxCopies", kMaxCopies}};
+                                               {"kMaxUsers", kMaxUsers}};
   EXPECT_EQ(numbers_in(table_under("Constants")), expected);
 }
 

@@ -57,10 +57,8 @@ StageOutput LocalModelStage::tick(const StageInput& input) noexcept {
     output.mode = proto::ClientMode::kLocalModel;
     output.is_local = true;
     output.tool = model->tool();
-    output.copies.assign(model->copies().begin(), model->copies().end());
     output.energy_from_local_j = -model->coupling_work_j();
     output.round_trip = model->loop_delay();
-    output.joint_share = model->joint_share();
     output.has_watched_body = input.watched.is_valid();
     if (output.has_watched_body) output.watched_body = model->body(input.watched);
   }
@@ -77,9 +75,8 @@ Wrench LocalModelStage::predicted_residual(const StageInput& input) noexcept {
   const LocalModel& model = *input.local_model;
   if (const auto newest = input.local_model->take_residual()) residual_->push(model.residual_of(), *newest);
   const Wrench predicted = residual_->at(input.now);
-  const double share = kResidualShare * (1 - input.local_model->joint_share());
-  return {clamped_to_length(predicted.f, share * input.parameters->force_limit_n),
-          clamped_to_length(predicted.t, share * input.parameters->torque_limit_n_m)};
+  return {clamped_to_length(predicted.f, kResidualShare * input.parameters->force_limit_n),
+          clamped_to_length(predicted.t, kResidualShare * input.parameters->torque_limit_n_m)};
 }
 
 void LocalModelStage::reset() noexcept {

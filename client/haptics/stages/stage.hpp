@@ -55,15 +55,13 @@ struct StageOutput {
   Wrench wrench_on_hand_W;  ///< about the handle
   /// What is sent to the server besides the handle.
   proto::ClientMode mode = proto::ClientMode::kHandle;
-  RigidState tool;                                                 ///< the stage's own, if it has one
-  boost::container::static_vector<CopyTarget, kMaxCopies> copies;  ///< likewise: its bodies that the tool touches
+  RigidState tool;         ///< the stage's own, if it has one; not sent
   Wrench wave;             ///< of kWave: the wave's running integral, common/haptics/wave/wave_port.hpp
   Duration round_trip{0};  ///< as the stage measured it at matched input; 0: not known
   /// For traces and metrics.
   bool is_local = false;          ///< the wrench is of a local model or ball: `tool` is that
   Wrench local_wrench_on_hand_W;  ///< of it, the local model's part: without the predicted residual
   bool is_predicting = false;     ///< a predictor is in the wrench
-  double joint_share = 0;         ///< of a shared body's delayed joint, 0 (mine alone) to 1
   bool has_watched_body = false;
   RigidState watched_body;  ///< of the local copy
   /// Cumulative: what the stage's own store of energy (local bodies, fields) has given the coupling so far, less what

@@ -44,7 +44,7 @@ Wrench HandPassivityController::apply(const Pose& X_WH, const Wrench& on_hand_W,
   if (balance_j_ < 0) balance_j_ = std::min(0.0, balance_j_ + kLeakRate_w * std::min(period_s, kPeriod_s));
   const double available_j = std::max(0.0, balance_j_ + kInitialCredit_j);
   gain_ = next_passivity_gain(gain_, kPeriodsAhead * ahead_j, available_j, period_s);
-  gain_ = std::min(gain_, std::clamp((kMaxDebt_j + balance_j_) / (kMaxDebt_j - kInitialCredit_j), 0.0, 1.0));
+  gain_ = std::min(gain_, std::clamp((balance_j_ - kMinBalance_j) / (-kMinBalance_j - kInitialCredit_j), 0.0, 1.0));
   limited_ticks_ += gain_ < 1 ? 1 : 0;
   displayed_ = on_hand_W * gain_;
   withheld_ = on_hand_W * (1 - gain_);
@@ -72,7 +72,7 @@ void HandPassivityController::set_displayed(const Wrench& on_hand_W) noexcept {
 
 void HandPassivityController::add_to_balance(double energy_j) noexcept {
   const double balance_j = balance_j_ + energy_j;
-  if (std::isfinite(balance_j)) balance_j_ = std::clamp(balance_j, -kMaxDebt_j, kMaxBalance_j);
+  if (std::isfinite(balance_j)) balance_j_ = std::clamp(balance_j, kMinBalance_j, kMaxBalance_j);
 }
 
 void HandPassivityController::reset() noexcept {

@@ -18,12 +18,12 @@ namespace tandem::haptics {
 ///         as displayed and held, x along the path between encoder steps (EncoderPath); the credit C_local is the
 ///         highest value that the local model's net output has had so far, at least 0. The wrench is scaled by
 ///         g = min(1, (E + initial credit) / (n m)), m = F·δ + τ·δ_θ the work that the hand takes if it moves on as it
-///         did in the last period; g falls at once and rises slowly. A debt E < 0 is forgiven at kLeakRate_w and bounds
-///         g by its size, to 0 at kMaxDebt_j.
+///         did in the last period; g falls at once and rises slowly. A balance E < 0 is forgiven at kLeakRate_w and bounds
+///         g by its size, to 0 at kMinBalance_j.
 ///         Why it starves no hand: at rest and against the force m ≤ 0, so that a hand that presses gets the force which
-///         it pays for; what is left of a debt is gone in kMaxDebt_j / kLeakRate_w = 1 s.
+///         it pays for; a negative balance is gone in −kMinBalance_j / kLeakRate_w = 1 s.
 ///         Why it holds: the hand never gets more than the world and the local model gave, beyond what it put in, than
-///         the initial credit, what is forgiven, and kMaxDebt_j. A debt comes from motion that turned within a period,
+///         the initial credit, what is forgiven, and −kMinBalance_j. A negative balance comes from motion that turned within a period,
 ///         and from what the world took before its report came.
 ///         World, wire and local model: each sum only grows, so a lost report delays and does no harm.
 /// Source  Hannaford, Ryu, "Time-domain passivity control of haptic interfaces", IEEE T-RA 18(1), 2002; theirs looks
@@ -40,9 +40,9 @@ class HandPassivityController {
   /// affected when this is above k (n (v T + a T²))² / 2: 1000 N/m at 0.2 m/s.
   static constexpr double kInitialCredit_j = 2e-4;
   static constexpr double kMaxBalance_j = 2.0;
-  static constexpr double kLeakRate_w = 2e-3;   ///< at which a debt is forgiven
-  static constexpr double kMaxDebt_j = 2e-3;    ///< at which no force is left
-  static constexpr double kPeriodsAhead = 2.0;  ///< n: more is softer, and acts sooner
+  static constexpr double kLeakRate_w = 2e-3;     ///< at which a negative balance is forgiven
+  static constexpr double kMinBalance_j = -2e-3;  ///< at which no force is left
+  static constexpr double kPeriodsAhead = 2.0;    ///< n: more is softer, and acts sooner
   /// Of the loop. A tick that came late does not make the next one as long, and of the work that the hand took
   /// meanwhile only this much of the time is charged: it could not have been foreseen, and without a force a negative
   /// balance would never recover.

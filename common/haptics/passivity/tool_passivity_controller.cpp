@@ -7,10 +7,17 @@
 namespace tandem::haptics {
 namespace {
 
-constexpr double kRise_s = 0.005;
+constexpr double kRise_s = 0.002;
 constexpr double kFall_s = 0.05;
 /// Less than this nobody feels: 0.01 N at 0.1 m/s.
 constexpr double kNoBrake_n_s_per_m = 0.1;
+
+double max_brake_n_s_per_m(double missing_j) noexcept {
+  using Controller = ToolPassivityController;
+  const double firm_at_j = -Controller::kMinBalance_j - Controller::kInitialCredit_j;
+  const double way = (missing_j - Controller::kGentleUpTo_j) / (firm_at_j - Controller::kGentleUpTo_j);
+  return std::lerp(Controller::kGentleBrake_n_s_per_m, Controller::kFirmBrake_n_s_per_m, std::clamp(way, 0.0, 1.0));
+}
 
 }  // namespace
 
@@ -33,7 +40,7 @@ double ToolPassivityController::brake_n_s_per_m(double step_s) noexcept {
   const double ahead_j = kStepsAhead * std::max(0.0, port_.expected_work_j(on_tool_W_));
   const double missing_j = std::max(0.0, ahead_j - balance_j_ - kInitialCredit_j);
   const double speed = std::max(kSlow_m_per_s, port_.moved_m(kLever_m) / step_s);
-  const double wanted = std::min(kMaxBrake_n_s_per_m, missing_j / (kPayBack_s * speed * speed));
+  const double wanted = std::min(max_brake_n_s_per_m(missing_j), missing_j / (kPayBack_s * speed * speed));
   if (!std::isfinite(wanted)) return brake_n_s_per_m_;
   const double time_s = wanted > brake_n_s_per_m_ ? kRise_s : kFall_s;
   brake_n_s_per_m_ += (wanted - brake_n_s_per_m_) * std::min(1.0, step_s / time_s);

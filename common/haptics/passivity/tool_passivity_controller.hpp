@@ -16,7 +16,9 @@ namespace tandem::haptics {
 /// Model   energy balance E = (Σ from_hand − Σ to_hand, as reported) − (Σ into_world − Σ from_world, as measured, after
 ///         the brake). What is missing, D = n max(0, m) − E − initial credit where that is above 0, m the work of the
 ///         coming step if the tool moves on as it did, is braked away within kPayBack_s: b = D / (kPayBack_s u²), u the
-///         tool's speed and its turning at kLever_m, at least kSlow_m_per_s. The brake comes and goes gradually.
+///         tool's speed and its turning at kLever_m, at least kSlow_m_per_s. The brake comes and goes gradually, and is
+///         gentle while little is missing: at most kGentleBrake_n_s_per_m up to kGentleUpTo_j, then evenly more, to
+///         kFirmBrake_n_s_per_m at the least balance. A firm one shakes what two users squeeze between them.
 ///         The room gives b to everything that acts for the user (World::brake()). A brake does nothing at rest, so what
 ///         is held or pressed stays so: an error of the client's model, whose hand paid for a lighter thing, makes the
 ///         thing heavier to move, and drops nothing.
@@ -26,7 +28,7 @@ namespace tandem::haptics {
 ///         A negative balance leaks back to zero at kLeakRate_w and is bounded by kMinBalance_j: E falls while the hand
 ///         is given back what it put in itself, which is for the hand's controller (HandPassivityController) to limit.
 /// Limits  m is of the last step's wrench: one that grows within a step (first contact) overdraws once, and is braked
-///         away after. At most kMaxBrake_n_s_per_m: a pull of 6 N without any supply creeps at 3 mm/s. Energy
+///         away after. A pull of 6 N without any supply creeps at 3 mm/s once the balance is at its least. Energy
 ///         dissipated on the hand's side stays in the balance up to kMaxBalance_j.
 /// Source  as HandPassivityController; the damper of an admittance port
 /// Thread  room: no allocation, no throw
@@ -38,17 +40,19 @@ class ToolPassivityController {
   static constexpr double kMinBalance_j = -0.05;
   static constexpr double kMaxBalance_j = 2.0;
   static constexpr double kStepsAhead = 4.0;  ///< n
-  static constexpr double kPayBack_s = 0.02;
+  static constexpr double kPayBack_s = 0.002;
   static constexpr double kSlow_m_per_s = 0.02;
   static constexpr double kLever_m = 0.03;
-  static constexpr double kMaxBrake_n_s_per_m = 2000;
+  static constexpr double kGentleBrake_n_s_per_m = 20;
+  static constexpr double kGentleUpTo_j = 0.02;
+  static constexpr double kFirmBrake_n_s_per_m = 2000;
 
   /// The client's running sums, for every input that came; `elapsed_s` since the one before.
   void hand_reported(double from_hand_j, double to_hand_j, double elapsed_s) noexcept;
   /// After a step: where the tool is, what the coupling with its brake did on it, and the world's running sum of what
   /// this user put in less what he drew (its own, so trusted).
   void stepped(const Pose& X_WT, const Wrench& on_tool_W, double net_into_world_j) noexcept;
-  /// Of the coming step [N·s/m], 0 … kMaxBrake_n_s_per_m.
+  /// Of the coming step [N·s/m], 0 … kFirmBrake_n_s_per_m.
   double brake_n_s_per_m(double step_s) noexcept;
   /// The handle starts somewhere else than the last one ended, or than the tool is, without a motion along which its
   /// hand could have done work: a negative balance is cleared, and what the coupling stores is credited.

@@ -31,7 +31,7 @@ Wrench anchor_wrench_W(const RigidBody& body, const Pose& X_target, const Joint&
   const Twist& V_WC = body.velocity_of_centre_W();
   const Mat6 J = to_point(now.X.p - body.centre_W());
   JointLaw law;
-  law.set(joint, 1);
+  law.set(joint);
   const haptics::CouplingGradient slopes = law.gradient({});
   const Mat6 K = blocks(slopes.force_by_d, slopes.torque_by_theta);
   const Mat6 D = blocks(slopes.force_by_v, slopes.torque_by_w);

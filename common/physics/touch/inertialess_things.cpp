@@ -76,7 +76,7 @@ void InertialessThings::add_coupling(double step_s, const TouchThing& thing, con
   motion.reach_m += 2 * step_s * (V_WC.v.norm() + 2 * thing.model->radius_m * V_WC.w.norm());
   motion.lever_W = coupling.X_WT.p - p_WC;
   const haptics::CouplingParameters& spring = coupling.hand->parameters();
-  const double squared = kRegularisation * coupling.hand->strength() * step_s * step_s;
+  const double squared = kRegularisation * step_s * step_s;
   motion.mass_kg += squared * spring.stiffness_n_per_m;
   motion.inertia_kg_m2 += squared * spring.stiffness_n_m_per_rad;
 }

@@ -16,7 +16,7 @@ Wrench about_centre_W(const contact::SolverCoupling& coupling, const RigidBody& 
   const Pose& X_WT = coupling.X_WT;
   const Twist V_WT{rigid.velocity_at_W(X_WT.p), rigid.velocity_of_centre_W().w};
   const haptics::CouplingState state = haptics::coupling_state(coupling.X_WH, coupling.V_WH, X_WT, V_WT);
-  const Wrench on_tool = coupling.law->wrench_on_tool_W(state) * coupling.share;
+  const Wrench on_tool = coupling.law->wrench_on_tool_W(state);
   return {on_tool.f, on_tool.t + (X_WT.p - rigid.centre_W()).cross(on_tool.f)};
 }
 

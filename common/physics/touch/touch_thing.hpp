@@ -64,14 +64,11 @@ struct TouchJoint {
   std::size_t thing = 0;
   const JointLaw* law = nullptr;
   RigidState target;
-  Pose X_WT;                   ///< of the frame, fixed to the thing
-  Wrench wrench_W = {};        ///< zero, too, for an external thing that nothing touched
-  bool is_solved = false;      ///< false: of such a thing, and of no effect
-  double brake_n_s_per_m = 0;  ///< World::brake()
+  Pose X_WT;               ///< of the frame, fixed to the thing
+  Wrench wrench_W = {};    ///< zero, too, for an external thing that nothing touched
+  bool is_solved = false;  ///< false: of such a thing, and of no effect
 
-  contact::SolverCoupling coupling(int body) const {
-    return {body, law, target.X, target.V, X_WT, 1, brake_n_s_per_m, brake_n_s_per_m * kBrakeLever_m * kBrakeLever_m};
-  }
+  contact::SolverCoupling coupling(int body) const { return {body, law, target.X, target.V, X_WT}; }
 };
 
 /// What an implicit thing felt in the last step.

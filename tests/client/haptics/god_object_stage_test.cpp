@@ -86,7 +86,7 @@ struct Rig {
   void tell(const RigidState& body) {
     ++received.update.step.value;
     received.received = input.now;
-    received.update.bodies.assign(1, {body_id_at(0), body, {}, 0});
+    received.update.bodies.assign(1, {body_id_at(0), body, {}});
   }
 
   ProxyWorld world;
@@ -270,8 +270,8 @@ TEST(GodObjectStage, StaysFiniteWhateverTheServerSaysOfItsBodies) {
   const double huge = 1e308, nothing = std::numeric_limits<double>::quiet_NaN();
   for (const double number : {huge, -huge, nothing}) {
     rig.tell({{Vec3::Constant(number), Quat(number, 0, number, 0)}, {Vec3::Constant(number), Vec3::Constant(number)}});
-    rig.received.update.bodies.push_back({BodyId{0}, {}, {}, 0});
-    rig.received.update.bodies.push_back({BodyId{77}, {}, {}, 0});
+    rig.received.update.bodies.push_back({BodyId{0}, {}, {}});
+    rig.received.update.bodies.push_back({BodyId{77}, {}, {}});
     EXPECT_TRUE(is_finite(rig.tick().wrench_on_hand_W)) << number;
   }
 }

@@ -150,9 +150,9 @@ double energy_taken_j(bool is_passivity_controlled) {
 }
 
 TEST(HapticCore, WithThePassivityControllerALateForceGivesTheHandNoEnergy) {
-  EXPECT_GT(energy_taken_j(false), 5e-3);
-  // Beside the initial credit what the ramp at the start left out.
-  EXPECT_LT(energy_taken_j(true), 1e-3);
+  EXPECT_GT(energy_taken_j(false), 30e-3);
+  // Beside the initial credit what the ramp at the start left out, and what is forgiven in six seconds.
+  EXPECT_LT(energy_taken_j(true), 1e-3 + 6 * haptics::HandPassivityController::kLeakRate_w);
 }
 
 /// A hand of 0.3 kg on 200 N/m that presses a wall of 5 kN/m through a massless tool of a server, `delay` each way, and
@@ -246,9 +246,10 @@ TEST(HapticCore, WhatThePassivityControllerWithheldIsRecordedAndCounted) {
   }
   EXPECT_EQ(core.record().stage_wrench_on_hand_D.f.x(), 3) << "before the passivity controller";
   EXPECT_LT(core.record().passivity_gain, 0.1);
-  EXPECT_NEAR(core.counters().passivity_withheld_j, 3 * 0.2, 0.01) << "nearly all of it";
+  EXPECT_NEAR(core.counters().passivity_withheld_j, 3 * 0.2, 0.02) << "nearly all of it";
   EXPECT_GT(core.counters().passivity_limited_ticks, 1900U);
-  EXPECT_LE(core.counters().energy_to_hand_j, haptics::HandPassivityController::kInitialCredit_j + 1e-9);
+  using Controller = haptics::HandPassivityController;
+  EXPECT_LE(core.counters().energy_to_hand_j, Controller::kInitialCredit_j + 2 * Controller::kLeakRate_w + 1e-9);
 }
 
 TEST(HapticCore, WhatTheServerDrewFromTheWorldMayReachTheHand) {

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <deque>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "client/model/local_model.hpp"
@@ -75,6 +76,18 @@ class Across {
     server.activate_tool(0);
   }
 
+  /// From now on another user is at tool 1, and is shown what the server's coupling does there.
+  void join_partner(const RigidState& handle) {
+    server.activate_tool(1);
+    server.set_tool(1, handle);
+    partner_ = handle;
+  }
+  void move_partner(const RigidState& handle) { partner_ = handle; }
+  void lose_partner() {
+    server.deactivate_tool(1);
+    partner_.reset();
+  }
+
   /// One tick of both; the wrench is on the client's hand.
   Wrench tick(const RigidState& handle, std::uint32_t buttons = 0) {
     ++tick_.value;
@@ -84,6 +97,7 @@ class Across {
       up_.pop_front();
     }
     if (input_.tick.value != 0) take_input();
+    if (partner_) server.set_handle(1, *partner_);
     server.step();
     down_.push_back(update());
     LocalModelInput input;
@@ -103,10 +117,6 @@ class Across {
     return model.step(input);
   }
 
-  /// How many hands the server says there are on the block, instead of those that there are.
-  std::uint32_t told_hands = 0;
-  /// The server says that another user holds it.
-  bool is_told_held = false;
   physics::World server;
   LocalModel model;
 
@@ -135,9 +145,18 @@ class Across {
     told.wrench_on_hand_W = tool.wrench_on_hand_W;
     told.held_body = tool.held;
     if (tool.held.is_valid()) told.X_BT = server.body(tool.held).X.inverse() * tool.tool.X;
-    const std::uint32_t hands = told_hands > 0 ? told_hands : server.hands_on(kBlock);
-    if (is_told_held) told.users.push_back({UserId{2}, RigidState{}, kBlock});
-    told.bodies.push_back({kBlock, server.body(kBlock), UserId{}, hands});
+    if (partner_) {
+      const physics::ToolState other = server.tool(1);
+      told.users.push_back({.id = UserId{2},
+                            .tool = other.tool,
+                            .holds = other.held,
+                            .tool_index = 1,
+                            .has_handle = other.has_handle,
+                            .handle = other.handle,
+                            .handle_age = Duration{0},
+                            .on_hand_W = other.wrench_on_hand_W});
+    }
+    told.bodies.push_back({kBlock, server.body(kBlock), UserId{}});
     return told;
   }
 
@@ -149,6 +168,7 @@ class Across {
   std::deque<Input> up_;
   std::deque<proto::ServerUpdate> down_;
   Input input_;
+  std::optional<RigidState> partner_;  ///< where his hand is
   ReceivedUpdate newest_;
   bool has_newest_ = false;
   bool was_down_ = false;
@@ -239,72 +259,79 @@ TEST(LocalModel, FollowsABodyThatOthersMove) {
   }
   // Carried on to the present by its velocity: without, it would be 5 mm behind.
   EXPECT_NEAR(far.model.body(kBlock).X.p.x(), far.server.body(kBlock).X.p.x(), 1e-3);
-  EXPECT_EQ(far.model.joint_share(), 0);
 }
 
-TEST(LocalModel, JoinsWhatOthersTouchTooAndLetsGoOfItSmoothly) {
-  Across far(scene(), 50);
-  const Vec3 start{-0.04, 0, 0.02}, pressed{-0.015, 0, 0.02};
-  for (int k = 0; k < 500; ++k) far.tick(at(start));
-  for (int k = 0; k < 500; ++k) far.tick(at(start + k / 500.0 * (pressed - start)));
-  far.told_hands = 2;
-  double before = 0, steepest = 0;
-  for (int k = 0; k < 600; ++k) {
-    far.tick(at(pressed));
-    steepest = std::max(steepest, std::abs(far.model.joint_share() - before));
-    before = far.model.joint_share();
+TEST(LocalModel, WhatAPartnerPressesFromTheOtherSideDoesNotGiveWay) {
+  for (const int one_way_ticks : {12, 50, 150}) {
+    Across far(scene(), one_way_ticks);
+    const Vec3 start{-0.04, 0, 0.02}, beside{-0.025, 0, 0.02};
+    far.join_partner(at({0.025, 0, 0.02}));
+    for (int k = 0; k < 500; ++k) far.tick(at(start));
+    for (int k = 0; k < 500; ++k) far.tick(at(start + k / 500.0 * (beside - start)));
+    // The partner does not move, so half of the way goes into the user's coupling, however late he is told of.
+    Wrench wrench;
+    double farthest_m = 0;
+    for (int k = 0; k < 6000; ++k) {
+      const double way_m = 0.01 * std::min(1.0, k / 300.0);
+      wrench = far.tick(at(beside + Vec3(way_m, 0, 0)));
+      farthest_m = std::max(farthest_m, far.model.body(kBlock).X.p.x());
+    }
+    const double true_n = far.server.tool(0).wrench_on_hand_W.f.x();
+    EXPECT_NEAR(true_n, -2.5, 0.5) << "with friction on the table";
+    EXPECT_NEAR(wrench.f.x(), true_n, 0.05) << one_way_ticks;
+    EXPECT_NEAR(far.model.body(kBlock).X.p.x(), far.server.body(kBlock).X.p.x(), 2e-4) << one_way_ticks;
+    EXPECT_LT(farthest_m, 0.02) << "pushed away";
   }
-  EXPECT_EQ(far.model.joint_share(), 1);
-  ASSERT_EQ(far.model.copies().size(), 1u);
-  EXPECT_EQ(far.model.copies()[0].body, kBlock);
-  // 1.5 / 100 ms at the middle of the eased rise.
-  EXPECT_LT(steepest, 0.016);
-  far.told_hands = 1;
-  for (int k = 0; k < 600; ++k) far.tick(at(pressed));
-  EXPECT_EQ(far.model.joint_share(), 0);
 }
 
-TEST(LocalModel, WhatAnotherHoldsDoesNotFallWhenItIsTouched) {
-  // A loop shorter and one longer than what the server may know of a touch sooner or later.
+TEST(LocalModel, WhatAPartnerHoldsDoesNotFallWhenItIsTouched) {
   for (const int one_way_ticks : {12, 50}) {
     Across far(scene(), one_way_ticks);
-    far.server.activate_tool(1);
+    far.join_partner(at({0, 0, 0.1}));
     far.server.set_body(kBlock, at({0, 0, 0.1}));
     far.server.hold(1, kBlock, Pose{});
-    far.is_told_held = true;
     const Vec3 start{-0.04, 0, 0.1}, touching{-0.0245, 0, 0.1};
     for (int k = 0; k < 1500; ++k) far.tick(at(start));
     const double before_m = far.model.body(kBlock).X.p.z();
     EXPECT_NEAR(before_m, far.server.body(kBlock).X.p.z(), 1e-4);
     double lowest_m = before_m;
+    Wrench wrench;
     for (int k = 0; k < 1000; ++k) {
-      far.tick(at(start + std::min(1.0, k / 300.0) * (touching - start)));
+      wrench = far.tick(at(start + std::min(1.0, k / 300.0) * (touching - start)));
       lowest_m = std::min(lowest_m, far.model.body(kBlock).X.p.z());
     }
-    EXPECT_EQ(far.model.joint_share(), 1) << "it was not touched, so nothing was tested";
+    EXPECT_LT(wrench.f.x(), -0.05) << "it was not touched, so nothing was tested";
     EXPECT_NEAR(lowest_m, before_m, 1e-3) << one_way_ticks;
   }
 }
 
-TEST(LocalModel, WhoAloneHoldsASharedBodyFeelsAllOfItsWeight) {
+TEST(LocalModel, TwoWhoHoldABodyBearItsWeightAsAtTheServer) {
   Across far(scene(), 50);
-  const Vec3 start{-0.04, 0, 0.02}, beside{-0.026, 0, 0.02}, lifted{-0.026, 0, 0.06};
-  for (int k = 0; k < 700; ++k) far.tick(at(start));
-  for (int k = 0; k < 1000; ++k) far.tick(at(start + std::min(1.0, k / 500.0) * (beside - start)));
-  const auto weight_after = [&](std::uint32_t hands, bool another_holds) {
-    far.told_hands = hands;
-    far.is_told_held = another_holds;
-    Wrench wrench;
-    for (int k = 0; k < 1500; ++k) wrench = far.tick(at(lifted), kButtonGrab);
-    return -wrench.f.z();
-  };
-  EXPECT_NEAR(weight_after(1, false), 0.5 * 9.81, 0.05);
-  EXPECT_NEAR(weight_after(2, false), 0.5 * 9.81, 0.05) << "the other only touches it";
-  EXPECT_EQ(far.model.joint_share(), 1);
-  // The server's body, which has no joint here, hangs in the coupling of 500 N/m; the copy without weight between both.
-  const physics::Joint joint = physics::DelayedJoint::joint(far.model.loop_delay(), Duration{0}, Vec3::Zero());
-  const double part = joint.stiffness_n_per_m / (joint.stiffness_n_per_m + 500);
-  EXPECT_NEAR(weight_after(2, true), part * 0.5 * 9.81, 0.1);
+  far.join_partner(at({0.02, 0, 0.06}));
+  far.server.set_body(kBlock, at({0, 0, 0.06}));
+  far.server.hold(1, kBlock, {{0.02, 0, 0}, Quat::Identity()});
+  const Vec3 beside{-0.026, 0, 0.06};
+  for (int k = 0; k < 1500; ++k) far.tick(at(beside));
+  Wrench wrench;
+  for (int k = 0; k < 3000; ++k) {
+    wrench = far.tick(at(beside + Vec3(0, 0, 0.02 * std::min(1.0, k / 500.0))), kButtonGrab);
+  }
+  EXPECT_TRUE(far.model.held().is_valid());
+  const Wrench true_W = far.server.tool(0).wrench_on_hand_W;
+  EXPECT_LT(true_W.f.z(), -1) << "a part of the weight";
+  EXPECT_LT((wrench.f - true_W.f).norm(), 0.1);
+}
+
+TEST(LocalModel, APartnerWhoHasLeftTouchesNothing) {
+  Across far(scene(), 20);
+  far.join_partner(at({0.024, 0, 0.02}));
+  for (int k = 0; k < 500; ++k) far.tick(at({-0.04, 0, 0.02}));
+  far.lose_partner();
+  for (int k = 0; k < 1200; ++k) far.tick(at({-0.04, 0, 0.02}));
+  // The block goes where it is pushed, through where his tool was.
+  for (int k = 0; k < 1000; ++k) far.tick(at({-0.04 + 0.06 * k / 1000, 0, 0.02}));
+  EXPECT_GT(far.model.body(kBlock).X.p.x(), 0.03);
+  EXPECT_NEAR(far.model.body(kBlock).X.p.x(), far.server.body(kBlock).X.p.x(), 5e-3);
 }
 
 TEST(LocalModel, ShowsNothingBeforeTheServersFirstState) {

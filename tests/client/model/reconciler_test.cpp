@@ -36,7 +36,7 @@ Course corrected(double offset_m, int delay, const ReconcilerSettings& settings,
       const auto then = static_cast<std::size_t>(answered);
       reconciler.observe(at_x(0), at_x(was[then]), given[then]);
     }
-    const Shift shift = reconciler.step(kPeriod_s, 0, 1);
+    const Shift shift = reconciler.step(kPeriod_s, 0);
     model_m += shift.p.x();
     run.lowest_m = std::min(run.lowest_m, model_m);
     run.fastest_m_per_tick = std::max(run.fastest_m_per_tick, shift.p.norm());
@@ -73,13 +73,6 @@ TEST(Reconciler, LeavesDifferencesWithinItsDeadZone) {
   EXPECT_NEAR(corrected(0.003, 50, settings, 3000).end_m, 0.001, 1e-9);
 }
 
-TEST(Reconciler, GivesNothingWithoutAShare) {
-  Reconciler reconciler{ReconcilerSettings{}};
-  reconciler.observe(at_x(0.01), at_x(0), Shift{});
-  EXPECT_EQ(reconciler.step(kPeriod_s, 0, 0).p.norm(), 0);
-  EXPECT_GT(reconciler.step(kPeriod_s, 0, 1).p.x(), 0);
-}
-
 TEST(Reconciler, TurnsTheShortWay) {
   RigidState server;
   server.X.q = quaternion_of(Vec3(0, 0, 3.0));
@@ -87,7 +80,7 @@ TEST(Reconciler, TurnsTheShortWay) {
   model.X.q = quaternion_of(Vec3(0, 0, -3.0));
   Reconciler reconciler{ReconcilerSettings{}};
   reconciler.observe(server, model, Shift{});
-  EXPECT_LT(reconciler.step(kPeriod_s, 0, 1).theta.z(), 0);
+  EXPECT_LT(reconciler.step(kPeriod_s, 0).theta.z(), 0);
 }
 
 TEST(Reconciler, IgnoresAStateThatIsNotFinite) {
@@ -95,20 +88,20 @@ TEST(Reconciler, IgnoresAStateThatIsNotFinite) {
   RigidState broken;
   broken.X.p.x() = std::numeric_limits<double>::quiet_NaN();
   reconciler.observe(broken, at_x(0), Shift{});
-  EXPECT_EQ(reconciler.step(kPeriod_s, 0, 1).p.norm(), 0);
+  EXPECT_EQ(reconciler.step(kPeriod_s, 0).p.norm(), 0);
 }
 
 TEST(InputHistory, KnowsAnInputUntilItsPlaceIsTakenAgain) {
   InputHistory history(4, 2);
   for (std::uint64_t k = 1; k <= 5; ++k) {
     history.add(Tick{k}).tool.X.p.x() = static_cast<double>(k);
-    history.bodies(Tick{k})[1].is_touched = k == 5;
+    history.bodies(Tick{k})[1].is_implicit = k == 5;
   }
   EXPECT_EQ(history.find(Tick{1}), nullptr);
   ASSERT_NE(history.find(Tick{2}), nullptr);
   EXPECT_EQ(history.find(Tick{2})->tool.X.p.x(), 2);
-  EXPECT_TRUE(history.bodies(Tick{5})[1].is_touched);
-  EXPECT_FALSE(history.bodies(Tick{4})[1].is_touched);
+  EXPECT_TRUE(history.bodies(Tick{5})[1].is_implicit);
+  EXPECT_FALSE(history.bodies(Tick{4})[1].is_implicit);
   EXPECT_EQ(history.find(Tick{6}), nullptr);
   EXPECT_EQ(history.find(Tick{0}), nullptr);
 }

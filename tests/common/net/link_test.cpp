@@ -59,9 +59,9 @@ std::vector<double> measured_delays_s(LinkParameters parameters, std::uint32_t c
   parameters.allows_reordering = true;
   parameters.queue_limit = count;
   SimulatedLink link(parameters, kSeed, 1);
-  std::vector<double> delays;
+  std::vector<double> delays(count);
   for (const Arrival& arrival : run(link, count, milliseconds(1))) {
-    delays.push_back(to_seconds(arrival.at - LocalTime(milliseconds(1) * arrival.number)));
+    delays.at(arrival.number) = to_seconds(arrival.at - LocalTime(milliseconds(1) * arrival.number));
   }
   return delays;
 }

@@ -140,20 +140,7 @@ TEST(SoftContactFromOutside, PushesAToolAsItsLinearisationSays) {
   EXPECT_EQ(world.touch(0).soft_force_n, 0) << "the next user's tool is elsewhere";
 }
 
-TEST(Ledger, HoldsTheStretchOfCouplingAndJoint) {
-  World world = client_world(world_of({cube({1, 0, 0}, 0.3)}, {ball_tool(Vec3::Zero())}));
-  world.activate_tool(0);
-  const double before = world.stored_energy_j();
-  world.set_handle(0, at({0.01, 0, 0}));
-  const CopyTarget copy{kA, at({1, 0.02, 0}), Vec3::Zero(), Vec3::Zero()};
-  const Joint joint{200, 5, 1, 0.01};
-  world.join_copies(0, at(Vec3::Zero()), {&copy, 1}, {&joint, 1}, 0.25);
-  world.join_body(kA, at({1, 0, 0.01}), Vec3::Zero(), {1000, 5, 1, 0.01}, 0.5);
-  EXPECT_NEAR(world.stored_energy_j() - before,
-              0.75 * 0.5 * 300 * 1e-4 + 0.25 * 0.5 * 200 * 4e-4 + 0.5 * 0.5 * 1000 * 1e-4, 1e-9);
-}
-
-TEST(Ledger, OfAFreeTiedWorldNeverRises) {
+TEST(StoredEnergy, OfAFreeTiedWorldNeverRises) {
   WorldDescription description = world_of({cube({1, 0, 0}, 0.3)}, {ball_tool(Vec3::Zero())});
   description.bodies[0].anchor = Joint{300, 0, 1, 0};
   World world = falling_world(description);
@@ -182,7 +169,7 @@ std::shared_ptr<const docking::Molecule> argon() {
   return molecule;
 }
 
-TEST(Ledger, HasTheFieldsForceAsItsSlope) {
+TEST(StoredEnergy, HasTheFieldsForceAsItsSlope) {
   WorldDescription description = world_of({{}, {}}, {ball_tool({0, 0, 9})});
   for (BodyDescription& body : description.bodies) {
     body.mass = mass_of(0.1, 0.01);
@@ -215,10 +202,7 @@ TEST(ClientWorld, AllocatesNothingWhateverIsAskedOfAStep) {
   world.activate_tool(0);
   const auto step = [&world](int i) {
     world.set_handle(0, at({-0.03 + 5e-5 * i, 0, 0.02}));
-    const CopyTarget copy{kA, at({0, 0, 0.02}), Vec3::Zero(), Vec3::Zero()};
-    const Joint joint{200, 5, 1, 0.01};
-    world.join_copies(0, at({-0.02, 0, 0.02}), {&copy, 1}, {&joint, 1}, 0.5);
-    world.join_body(kA, at({0, 0, 0.02}), Vec3::Zero(), {200, 5, 1, 0.01}, i % 100 < 50 ? 0.3 : 0);
+    world.brake(0, i % 100 < 50 ? 3 : 0);
     world.shift_body(kA, {{1e-6, 0, 0}, Quat::Identity()}, {});
     world.keep_implicit(kB, 0.01);
     world.set_soft_contact(0, {});

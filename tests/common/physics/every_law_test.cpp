@@ -87,7 +87,9 @@ TEST_P(EveryLaw, IsBrakedToAStandstillAndLetGoAgainWithoutAFault) {
     world.brake(0, 2000 * std::clamp(0.5 + std::sin(0.02 * i), 0.0, 1.0));
     const double z = 0.002 + 1e-4 * std::max(0, 180 - i);
     world.set_handle(0, at({0.02 * std::sin(0.003 * i), 0, z}, {0.06 * std::cos(0.003 * i), 0, i < 180 ? -0.1 : 0}));
-    ASSERT_EQ(world.step() & ~static_cast<TickFaults>(kFaultCouplingSaturated), 0U) << "step " << i;
+    // One without mass may be let go faster than the step allows.
+    ASSERT_EQ(world.step() & ~static_cast<TickFaults>(kFaultCouplingSaturated | kFaultSpeedLimited), 0U)
+        << "step " << i;
     ASSERT_TRUE(is_finite(world.tool(0).tool.X)) << i;
     ASSERT_LE(world.tool(0).wrench_on_hand_W.f.norm(), 6.5 + 1e-9) << i;
   }

@@ -5,6 +5,7 @@
 
 #include "common/base/random.hpp"
 #include "proto/coupling_fields.hpp"
+#include "tests/common/physics/world_support.hpp"
 
 namespace tandem::physics {
 namespace {
@@ -102,6 +103,31 @@ TEST(ToolHand, ANewCouplingIsReachedInATenthOfASecondAndByNoStep) {
   hand.set_coupling(before);
   hand.reset(before);
   EXPECT_EQ(hand.parameters(), before) << "a new user starts with it";
+}
+
+TEST(ToolHandEnergy, IsHalfKDSquaredOfASpring) {
+  haptics::CouplingParameters parameters;
+  parameters.force_limit_n = parameters.torque_limit_n_m = 100;
+  ToolHand hand("spring-damper", parameters);
+  hand.set_handle({{{0.01, 0, 0.02}, quaternion_of({0, 0.4, 0})}, {{1, 2, 3}, {}}});
+  const double expected = 0.5 * parameters.stiffness_n_per_m * 5e-4 + 0.5 * parameters.stiffness_n_m_per_rad * 0.16;
+  EXPECT_NEAR(hand.stored_energy_j(Pose{}), expected, 1e-12);
+}
+
+TEST(ToolHandEnergy, HasTheForceAsItsSlopeForEveryLawWithAPotential) {
+  for (const haptics::CouplingLawInfo& law : haptics::coupling_laws()) {
+    if (!law.is_passive) continue;
+    ToolHand hand(law.name, {});
+    for (const double d : {0.002, 0.01, 0.02, 0.05}) {
+      hand.set_handle(at({d, 0, 0}));
+      const auto energy_at = [&hand](double x) { return hand.stored_energy_j({{x, 0, 0}, Quat::Identity()}); };
+      const double slope = (energy_at(-1e-5) - energy_at(1e-5)) / 2e-5;
+      const contact::SolverCoupling c = hand.coupling(0, Pose{});
+      const double force = haptics::coupling_wrenches(*c.law, c.X_WH, {}, c.X_WT, {}).on_tool_W.f.x();
+      // Simpson's rule over the bend at the limit.
+      EXPECT_NEAR(slope, force, 2e-3 * force) << law.name << " at " << d;
+    }
+  }
 }
 
 }  // namespace

@@ -54,7 +54,7 @@ TEST_F(Study, ARowSaysWhatWasTriedAndWhatCameOut) {
 
 TEST_F(Study, AtZeroDelayTheReferenceStageDoesNotErr) {
   GridRequest request;
-  request.axes = {parse_axis("link.loss=0"), parse_axis("link.rtt_ms=0"), parse_axis("stage=" + default_stage())};
+  request.axes = {parse_axis("link.loss=0"), parse_axis("link.rtt_ms=0"), parse_axis("stage=" + truth_stage())};
   for (const TrialResult& result : run(trials(request), settings())) {
     EXPECT_EQ(number_in(result.row, "contact_error_rms_n"), 0);
     EXPECT_EQ(number_in(result.row, "free_drag_rms_n"), 0);

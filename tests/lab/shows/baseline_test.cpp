@@ -23,16 +23,9 @@ TEST(Hold, DropsWhatTwoSqueezeAt100Ms) {
   EXPECT_NE(Shown("squeeze", bare("hold", 100)).outcome(), "completed");
 }
 
-// What is made is within what theory says, and where it is much, not far below.
-TEST(EveryOtherStage, MakesNoMoreEnergyThanItsBound) {
-  for (const char* stage : {"late-pose", "hold", "linear", "ar", "ar-spline", "wave"}) {
-    for (const char* experiment : {"wall", "push"}) {
-      const Shown shown(experiment, bare(stage, 100));
-      const double made_j = shown["energy_created_max_j"], bound_j = shown["energy_created_bound_j"];
-      EXPECT_LE(made_j, bound_j + 1e-9) << stage << " on " << experiment;
-      if (made_j < 1) continue;
-      EXPECT_LE(bound_j, 4 * made_j) << stage << " on " << experiment;
-    }
+TEST(Wave, MakesNoEnergyWhateverTheDelay) {
+  for (const char* experiment : {"wall", "push"}) {
+    EXPECT_LE(Shown(experiment, bare("wave", 100))["energy_created_max_j"], 0.001) << experiment;
   }
 }
 
@@ -44,7 +37,8 @@ TEST(LatePose, PushesWithEnergyFromNowhereUnlessTheToolsEnergyIsLimited) {
   EXPECT_GT(off["energy_created_max_j"], 0.5);
   EXPECT_LT(on["energy_created_max_j"], 0.1);
   EXPECT_GT(off["limit_cycle_m_per_s"], kRings_m_per_s);
-  EXPECT_LE(on["limit_cycle_m_per_s"], kCalm_m_per_s);
+  EXPECT_LE(on["limit_cycle_m_per_s"], 0.1 * off["limit_cycle_m_per_s"]);
+  EXPECT_GT(on["contact_force_ratio"], 0.9) << "and the hand keeps its force";
   EXPECT_EQ(off["tool_energy_limited_fraction"], 0);
   EXPECT_GT(on["tool_energy_limited_fraction"], 0);
 }

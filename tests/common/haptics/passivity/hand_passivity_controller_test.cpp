@@ -113,11 +113,21 @@ TEST(HandPassivityController, TheHandMayTakeWhatTheWorldGaveAndNoMore) {
 TEST(HandPassivityController, WhatTheWorldGotIsNotTheHandsAnyMore) {
   HandPassivityController controller;
   controller.world_reported(0, 0, 0);
-  controller.world_reported(0, 1.0, 0.005);
-  EXPECT_NEAR(controller.balance_j(), -1.0, 1e-12);
-  controller.world_reported(0.9, 1.0, 0.1);
-  EXPECT_NEAR(controller.balance_j(), -0.1, 1e-12);
-  controller.world_reported(1.2, 1.0, 0.1);
+  controller.world_reported(1.0, 0, 0.1);
+  controller.world_reported(1.0, 0.7, 0.1);
+  EXPECT_NEAR(controller.balance_j(), 0.3, 1e-12);
+  controller.world_reported(1.0, 5, 0.1);
+  EXPECT_EQ(controller.balance_j(), HandPassivityController::kMinBalance_j)
+      << "a debt is bounded, so that it is over soon";
+}
+
+TEST(HandPassivityController, WhatTheWorldTookOfAHandWithAModelOfItsOwnItMustGiveBackFirst) {
+  HandPassivityController controller;
+  controller.world_reported(0, 0, 0, true);
+  controller.world_reported(0, 1.0, 0.005, true);
+  controller.world_reported(0.9, 1.0, 0.1, true);
+  EXPECT_EQ(controller.balance_j(), 0) << "the hand paid its model";
+  controller.world_reported(1.2, 1.0, 0.1, true);
   EXPECT_NEAR(controller.balance_j(), 0.2, 1e-12);
 }
 

@@ -14,9 +14,9 @@ namespace tandem::haptics {
 namespace {
 
 constexpr double kStep = 0.001;
-/// Beyond what the hand supplied, in the five seconds of a push: the credit, what is forgiven, and what 6 N at 0.1 m/s
-/// put in until it is braked away.
-constexpr double kMaxCreated_j = ToolPassivityController::kInitialCredit_j + 5 * ToolPassivityController::kLeakRate_w +
+/// Beyond what the hand supplied, in the five seconds of a push: what the brake is firm at, what is forgiven, and what
+/// 6 N at 0.1 m/s put in until it is braked away.
+constexpr double kMaxCreated_j = -ToolPassivityController::kMinBalance_j + 5 * ToolPassivityController::kLeakRate_w +
                                  6 * 0.1 * ToolPassivityController::kPayBack_s;
 
 /// A coupling of at most 6 N that drags a body of 0.5 kg against a damper along x, towards a target that moves at 0.1
@@ -122,7 +122,7 @@ TEST(ToolPassivityController, IsFiniteAndWithinItsBoundsForAnyInput) {
     controller.stepped({}, {Vec3(bad, 0, 0), Vec3::Zero()}, -bad);
     for (const double step : {bad, kStep}) {
       const double brake = controller.brake_n_s_per_m(step);
-      EXPECT_TRUE(brake >= 0 && brake <= ToolPassivityController::kMaxBrake_n_s_per_m) << brake;
+      EXPECT_TRUE(brake >= 0 && brake <= ToolPassivityController::kFirmBrake_n_s_per_m) << brake;
     }
   }
 }

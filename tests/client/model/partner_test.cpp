@@ -1,0 +1,136 @@
+// Where another user's hand is by now: as told at rest, giving way to what the model does to it, going along with what
+// both hold.
+#include "client/model/partner.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "common/base/random.hpp"
+
+namespace tandem::client {
+namespace {
+
+constexpr double kPeriod_s = 1e-3;
+constexpr double kLate_s = 0.05;
+
+RigidState at(const Vec3& p, const Vec3& v = Vec3::Zero()) {
+  return {{p, Quat::Identity()}, {v, Vec3::Zero()}};
+}
+
+/// A user who is told of every millisecond, 50 ms late.
+class Told {
+ public:
+  RigidState tick(const RigidState& handle, const Wrench& shown_W, const PartnerSurroundings& around) {
+    ++step_;
+    proto::ServerUpdate update;
+    update.step.value = step_;
+    update.stepped = ServerTime(std::chrono::milliseconds(step_));
+    partner.take({.id = UserId{2},
+                  .tool = handle,
+                  .holds = BodyId{},
+                  .tool_index = 1,
+                  .has_handle = true,
+                  .handle = handle,
+                  .handle_age = Duration{0},
+                  .on_hand_W = shown_W},
+                 update);
+    return partner.foresee(update.stepped.time_since_epoch(), kLate_s, around, kPeriod_s);
+  }
+
+  Partner partner{UserId{2}};
+
+ private:
+  std::uint64_t step_ = 0;
+};
+
+PartnerSurroundings pushed_by(const Vec3& force) {
+  PartnerSurroundings around;
+  around.on_hand_W.f = force;
+  return around;
+}
+
+TEST(GivingHand, ComesToRestWhereItsSpringBearsTheForceForAnyPeriod) {
+  for (const double period_s : {1e-4, 1e-3, 1e-2, 1.0}) {
+    GivingHand hand;
+    for (int k = 0; k < 20000; ++k) hand.step({{2, 0, 0}, {0, 0.1, 0}}, period_s);
+    EXPECT_NEAR(hand.p().x(), 2 / GivingHand::kStiffness_n_per_m, 1e-9) << period_s;
+    EXPECT_NEAR(hand.theta().y(), 0.1 / GivingHand::kStiffness_n_m_per_rad, 1e-9) << period_s;
+    EXPECT_NEAR(hand.V().v.norm(), 0, 1e-9);
+  }
+}
+
+TEST(Partner, AtRestIsExactlyWhereHeIsToldWhateverHeIsShown) {
+  for (const double newtons : {0.0, 1.0, 5.0}) {
+    Told told;
+    const Vec3 force(newtons, 0, -newtons);
+    RigidState handle;
+    for (int k = 0; k < 5000; ++k) handle = told.tick(at({0.1, 0.2, 0.3}), {force, Vec3::Zero()}, pushed_by(force));
+    EXPECT_LT((handle.X.p - Vec3(0.1, 0.2, 0.3)).norm(), 1e-9) << newtons;
+    EXPECT_LT(handle.V.v.norm(), 1e-9);
+  }
+}
+
+TEST(Partner, GivesWayToWhatTheModelDoesBeforeHeCanHaveFeltIt) {
+  Told told;
+  for (int k = 0; k < 1000; ++k) told.tick(at(Vec3::Zero()), {}, {});
+  RigidState handle;
+  for (int k = 0; k < 30; ++k) handle = told.tick(at(Vec3::Zero()), {}, pushed_by({1, 0, 0}));
+  EXPECT_GT(handle.X.p.x(), 5e-4) << "an arm of 0.3 kg within 30 ms";
+  for (int k = 0; k < 5000; ++k) handle = told.tick(at(Vec3::Zero()), {}, pushed_by({1, 0, 0}));
+  EXPECT_NEAR(handle.X.p.x(), 1 / GivingHand::kStiffness_n_per_m, 1e-6);
+}
+
+TEST(Partner, GoesAlongAcrossAndNotAlongThePressingDirection) {
+  Told told;
+  PartnerSurroundings around;
+  around.common = CommonBody{at(Vec3::Zero()), Pose{}, Vec3::UnitX(), false};
+  for (int k = 0; k < 1000; ++k) told.tick(at({0.02, 0, 0}), {}, around);
+  // The body is here 5 mm farther along and across than where it was when he was told of.
+  around.common->here = at({0.005, 0.005, 0});
+  const RigidState handle = told.tick(at({0.02, 0, 0}), {}, around);
+  EXPECT_NEAR(handle.X.p.x(), 0.02, 1e-6);
+  EXPECT_GT(handle.X.p.y(), 0.002);
+  EXPECT_LT(handle.X.p.y(), 0.005);
+}
+
+TEST(Partner, ForgetsHisHandleWhenNothingPullsHisTool) {
+  Told told;
+  told.tick(at(Vec3::Zero()), {}, {});
+  EXPECT_TRUE(told.partner.has_handle());
+  proto::ServerUpdate update;
+  update.step.value = 2;
+  told.partner.take({.id = UserId{2},
+                     .tool = {},
+                     .holds = BodyId{},
+                     .tool_index = 1,
+                     .has_handle = false,
+                     .handle = {},
+                     .handle_age = Duration{0},
+                     .on_hand_W = {}},
+                    update);
+  EXPECT_FALSE(told.partner.has_handle());
+}
+
+TEST(Partner, IsFiniteForFiniteInput) {
+  constexpr std::uint64_t kSeed = 5;
+  Random random(kSeed);
+  const auto any = [&random](double size) {
+    return Vec3(random.uniform(-size, size), random.uniform(-size, size), random.uniform(-size, size));
+  };
+  Told told;
+  for (int k = 0; k < 3000; ++k) {
+    PartnerSurroundings around = pushed_by(any(1e4));
+    around.holds_molecule = k % 7 == 0;
+    if (k % 3 == 0) {
+      const Pose X_there{any(1e3), quaternion_of(any(3))};
+      around.common = CommonBody{at(any(1e3), any(1e3)), X_there, any(1).normalized(), k % 2 == 0};
+    }
+    const RigidState handle = told.tick(at(any(1e3), any(1e3)), {any(1e4), any(1e4)}, around);
+    ASSERT_TRUE(is_finite(handle)) << k;
+    ASSERT_NEAR(handle.X.q.norm(), 1, 1e-9);
+  }
+}
+
+}  // namespace
+}  // namespace tandem::client
