@@ -82,7 +82,7 @@ std::vector<LocalModel::Copy> LocalModel::copies_of(const physics::WorldDescript
   std::vector<Copy> copies;
   for (std::size_t i = 0; i < description.bodies.size(); ++i) {
     const physics::BodyDescription& body = description.bodies[i];
-    if (body.mass.mass_kg > 0) copies.emplace_back(body_id_at(i), body.molecule != nullptr, settings);
+    if (body.mass.mass_kg > 0) copies.emplace_back(body_id_at(i), settings);
   }
   return copies;
 }
@@ -207,11 +207,13 @@ PartnerSurroundings LocalModel::surroundings_of(const PartnerHere& here, Duratio
     if (!copy.is_known) continue;
     const std::uint32_t hands = world_.hands_on(copy.id);
     const bool is_held = here.held == copy.id;
-    if (is_held && copy.is_felt_from_afar) around.holds_molecule = true;
     if ((hands >> here.tool & 1U) == 0 || (hands >> tool_ & 1U) == 0) continue;
     const Vec3 pressing_W = is_held ? Vec3(Vec3::Zero()) : world_.pressing_normal_W(here.tool, copy.id);
-    around.common = CommonBody{world_.body(copy.id), copy.track.at(played).X, pressing_W, is_held};
-    around.holds_molecule = false;
+    around.has_common_body = true;
+    around.body = world_.body(copy.id);
+    around.X_WB_then = copy.track.at(played).X;
+    around.is_held = is_held;
+    around.pressing_W = pressing_W;
     break;
   }
   return around;

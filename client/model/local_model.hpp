@@ -94,10 +94,8 @@ class LocalModel {
  private:
   /// A body that can move.
   struct Copy {
-    Copy(BodyId its_id, bool has_field, const LocalModelSettings& settings)
-        : id(its_id), is_felt_from_afar(has_field), reconciler(settings.body) {}
+    Copy(BodyId its_id, const LocalModelSettings& settings) : id(its_id), reconciler(settings.body) {}
     BodyId id;
-    bool is_felt_from_afar;
     net::RigidTrack track;
     Reconciler reconciler;
     bool is_known = false;     ///< the server has told of it

@@ -7,16 +7,25 @@
 namespace tandem::client {
 namespace {
 
-// Ours, found on squeezing, docking, a peg, bars and plates that two and three hold, at 0–300 ms with jitter and loss.
-constexpr double kWishCorner_hz = 0.5;
-constexpr double kWishOfMolecule = 0.7;
-constexpr double kWishAcross = 0.6;  ///< of what both press
-constexpr double kWishAlong = 0.3;   ///< likewise, along the pressing direction
-constexpr double kWishOfGrip = 0.5;  ///< of what both hold
-/// Of the way of what both press the hand goes along by kAlong · H/(H + kAlongFrom_s).
-constexpr double kGoesAlong = 0.7;
-constexpr double kGoesAlongFrom_s = 0.02;
-constexpr double kGripGoesAlong = 0.5;  ///< of that, of what both hold
+/// The grid: three masses times three stiffnesses about those of a relaxed hand.
+constexpr std::size_t kRelaxed = 4;
+double mass_of(std::size_t j) {
+  return GivingHand::kMass_kg * std::pow(4.5, static_cast<double>(j % 3) - 1);
+}
+double stiffness_of(std::size_t j) {
+  return GivingHand::kStiffness_n_per_m * std::pow(2.7, static_cast<double>(j / 3) - 1);
+}
+constexpr double kOtherPrior = 0.2;
+/// Of scores, m² s: less says nothing.
+constexpr double kMinSquare = 1e-7;
+constexpr double kSettle_s = 0.2;
+/// Of the fixed forecast: low passes, and shares of the velocities behind them. Best for movements of least jerk.
+constexpr double kFast_hz = 4, kSlow_hz = 0.7, kFastShare = 1.1, kSlowShare = -0.4;
+
+double part_of(double corner_hz, double period_s) {
+  return 1 - std::exp(-2 * std::numbers::pi * corner_hz * period_s);
+}
+
 /// In which these come and go.
 constexpr double kChange_s = 0.05;
 
@@ -31,12 +40,61 @@ RigidState as_position(const Vec3& value) noexcept {
 }  // namespace
 
 void GivingHand::step(const Wrench& on_hand_W, double h) noexcept {
-  V_.v = (kMass_kg * V_.v + h * (on_hand_W.f - kStiffness_n_per_m * p_)) /
-         (kMass_kg + h * kDamping_n_s_per_m + h * h * kStiffness_n_per_m);
+  V_.v = (mass_kg_ * V_.v + h * (on_hand_W.f - stiffness_n_per_m_ * p_)) /
+         (mass_kg_ + h * kDamping_n_s_per_m + h * h * stiffness_n_per_m_);
   p_ += h * V_.v;
   V_.w = (kInertia_kg_m2 * V_.w + h * (on_hand_W.t - kStiffness_n_m_per_rad * theta_)) /
          (kInertia_kg_m2 + h * kDamping_n_m_s_per_rad + h * h * kStiffness_n_m_per_rad);
   theta_ += h * V_.w;
+}
+
+void GivingHand::set(double mass_kg, double stiffness_n_per_m) noexcept {
+  mass_kg_ = mass_kg;
+  stiffness_n_per_m_ = stiffness_n_per_m;
+}
+
+HandEstimate::HandEstimate()
+    : log_mass_(std::log(GivingHand::kMass_kg)), log_stiffness_(std::log(GivingHand::kStiffness_n_per_m)) {
+  for (std::size_t j = 0; j < kHands; ++j) hands_[j].set(mass_of(j), stiffness_of(j));
+}
+
+/// Of hand j: what it makes of where the handle is and was.
+void HandEstimate::score(std::size_t j, const Vec3& intent, double period_s) noexcept {
+  if (count_ == 0) fast_[j] = slow_[j] = intent;
+  const double fast = part_of(kFast_hz, period_s), slow = part_of(kSlow_hz, period_s);
+  fast_[j] += fast * (intent - fast_[j]);
+  slow_[j] += slow * (intent - slow_[j]);
+  const Vec3 moved = kFastShare * fast * (intent - fast_[j]) + kSlowShare * slow * (intent - slow_[j]);
+  Vec3& forecast = forecasts_[next_][j];
+  if (count_ == kKept) squares_[j] += (intent - forecast).squaredNorm() * period_s;
+  squares_[j] *= std::exp(-period_s / kMemory_s);
+  forecast = intent + kHorizon_s / period_s * moved;
+}
+
+void HandEstimate::observe(const Vec3& handle_W, const Vec3& shown_W, double period_s) noexcept {
+  double weights = 0, log_mass = 0, log_stiffness = 0;
+  for (std::size_t j = 0; j < kHands; ++j) {
+    hands_[j].step({shown_W, Vec3::Zero()}, period_s);
+    score(j, handle_W - hands_[j].p(), period_s);
+    const double weight = (j == kRelaxed ? 1.0 : kOtherPrior) / std::pow(squares_[j] + kMinSquare, 4);
+    weights += weight;
+    log_mass += weight * std::log(mass_of(j));
+    log_stiffness += weight * std::log(stiffness_of(j));
+  }
+  next_ = (next_ + 1) % kKept;
+  count_ = std::min(count_ + 1, kKept);
+  if (!(weights > 0) || !std::isfinite(weights)) return;
+  const double part = std::min(1.0, period_s / kSettle_s);
+  log_mass_ += part * (log_mass / weights - log_mass_);
+  log_stiffness_ += part * (log_stiffness / weights - log_stiffness_);
+}
+
+double HandEstimate::mass_kg() const {
+  return std::exp(log_mass_);
+}
+
+double HandEstimate::stiffness_n_per_m() const {
+  return std::exp(log_stiffness_);
 }
 
 void Partner::take(const proto::OtherUserState& told, const proto::ServerUpdate& update) noexcept {
@@ -56,26 +114,15 @@ void Partner::take(const proto::OtherUserState& told, const proto::ServerUpdate&
   torque_.add(stepped, as_position(told.on_hand_W.t), update.step.value);
 }
 
-void Partner::follow_wish(const RigidState& told, double period_s) noexcept {
-  const double part = 1 - std::exp(-2 * std::numbers::pi * kWishCorner_hz * period_s);
-  const Vec3 wished = told.X.p - shown_.p();
-  if (!slow_p_) slow_p_ = wished;
-  *slow_p_ += part * (wished - *slow_p_);
-  // By places: a gap in what is told then is a rest, and no change of velocity.
-  wish_.v = (wished - *slow_p_) * (part / period_s);
-  wish_.w += part * (told.V.w - shown_.V().w - wish_.w);
-}
-
 void Partner::follow_grip(const PartnerSurroundings& around, double period_s) noexcept {
-  const bool has_common = around.common.has_value();
-  const bool is_gripped = has_common && around.common->is_held_by_partner;
+  const bool has_common = around.has_common_body;
+  const bool is_gripped = has_common && around.is_held;
   approach(common_share_, has_common ? 1 : 0, period_s);
-  approach(afar_share_, around.holds_molecule ? 1 : 0, period_s);
   const double part = std::min(1.0, period_s / kChange_s);
   if (is_gripped) pressing_W_ *= 1 - part;
-  if (!has_common || is_gripped || around.common->pressing_W.norm() < 0.5) return;
+  if (!has_common || is_gripped || around.pressing_W.norm() < 0.5) return;
   // An axis has no sign.
-  const Vec3& now_W = around.common->pressing_W;
+  const Vec3& now_W = around.pressing_W;
   const Vec3 like_W = pressing_W_.dot(now_W) < 0 ? Vec3(-now_W) : now_W;
   pressing_W_ += part * (like_W.normalized() - pressing_W_);
 }
@@ -89,34 +136,30 @@ RigidState Partner::foresee(Duration played, double since_s, const PartnerSurrou
                             double period_s) noexcept {
   const RigidState told = handle_.at(played);
   const double late_s = since_s + to_seconds(handle_age_);
+  const Wrench shown_W{force_.at(played).X.p, torque_.at(played).X.p};
+  hand_.observe(told.X.p, shown_W.f, period_s);
+  modelled_.set(hand_.mass_kg(), hand_.stiffness_n_per_m());
+  shown_.set(hand_.mass_kg(), hand_.stiffness_n_per_m());
   modelled_.step(around.on_hand_W, period_s);
-  shown_.step({force_.at(played).X.p, torque_.at(played).X.p}, period_s);
-  follow_wish(told, period_s);
+  shown_.step(shown_W, period_s);
+
   follow_grip(around, period_s);
 
-  const bool is_gripped = around.common && around.common->is_held_by_partner;
-  const double of_grip = is_gripped ? kWishOfGrip * common_share_ : 0;
-  const double of_pressed = is_gripped ? 0 : common_share_;
-  const Vec3 across_v = across(wish_.v);
-  Twist wish;
-  wish.v = (kWishOfMolecule * afar_share_ + of_grip) * wish_.v + kWishAcross * of_pressed * across_v +
-           kWishAlong * common_share_ * (wish_.v - across_v);
-  wish.w = (kWishOfMolecule * afar_share_ + of_grip) * wish_.w;
+  haptics::TrajectoryForecast::Way along, turn_along;
+  if (around.has_common_body) {
+    along = {common_share_ * across(around.body.X.p - around.X_WB_then.p), common_share_ * across(around.body.V.v)};
+    turn_along = {common_share_ * rotation_vector(around.body.X.q * around.X_WB_then.q.conjugate()),
+                  common_share_ * around.body.V.w};
+  }
+  turned_ += rotation_vector(told.X.q * q_before_.conjugate());
+  q_before_ = told.X.q;
+  const auto intent = intent_.step(told.X.p - shown_.p(), late_s, along, period_s);
+  const auto turn_intent = turn_intent_.step(turned_ - shown_.theta(), late_s, turn_along, period_s);
 
   RigidState now;
-  now.X.p = told.X.p + modelled_.p() - shown_.p() + late_s * wish.v;
-  now.X.q = (quaternion_of(modelled_.theta() - shown_.theta() + late_s * wish.w) * told.X.q).normalized();
-  now.V = {modelled_.V().v + wish.v, modelled_.V().w + wish.w};
-  if (!around.common) return now;
-
-  const CommonBody& body = *around.common;
-  const double share =
-      (is_gripped ? kGripGoesAlong : 1) * common_share_ * kGoesAlong * late_s / (late_s + kGoesAlongFrom_s);
-  const Pose along = body.here.X * (body.X_there.inverse() * told.X);
-  now.X.p += share * across(along.p - now.X.p);
-  now.X.q = (quaternion_of(share * rotation_vector(along.q * now.X.q.conjugate())) * now.X.q).normalized();
-  const Vec3 v_along = body.here.V.v + body.here.V.w.cross(now.X.p - body.here.X.p);
-  now.V.v += share * across(v_along - now.V.v);
+  now.X.p = told.X.p + modelled_.p() - shown_.p() + intent.way;
+  now.X.q = (quaternion_of(modelled_.theta() - shown_.theta() + turn_intent.way) * told.X.q).normalized();
+  now.V = {modelled_.V().v + intent.velocity, modelled_.V().w + turn_intent.velocity};
   return now;
 }
 

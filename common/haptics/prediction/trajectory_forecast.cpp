@@ -1,0 +1,66 @@
+#include "common/haptics/prediction/trajectory_forecast.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace tandem::haptics {
+namespace {
+
+const Vec3 kPrior(0.9, -0.4, 0.4);
+/// What the prior is worth: so many seconds of typical ways.
+constexpr double kPriorWorth_s = 2;
+constexpr double kScoreWorth_s = 0.05;
+
+double part_of(double corner_hz, double period_s) {
+  return 1 - std::exp(-2 * std::numbers::pi * corner_hz * period_s);
+}
+
+}  // namespace
+
+void TrajectoryForecast::learn(const Vec3& known, double horizon_s, double period_s) noexcept {
+  const auto steps = static_cast<std::size_t>(std::lround(horizon_s / period_s));
+  if (steps == 0 || steps > count_ || steps >= kKept) return;
+  const std::size_t then = (next_ + kKept - steps) % kKept;
+  const Vec3 way = known - known_[then];
+  const double kept = std::exp(-period_s / kMemory_s);
+  squares_ *= kept;
+  products_ *= kept;
+  for (int axis = 0; axis < 3; ++axis) {
+    const Vec3 phi = features_[then].row(axis);
+    squares_ += phi * phi.transpose();
+    products_ += phi * way[axis];
+  }
+  const double score_kept = std::exp(-period_s / kScoreMemory_s);
+  came_true_ = score_kept * came_true_ + way.dot(ways_[then]);
+  forecast_ = score_kept * forecast_ + ways_[then].squaredNorm();
+}
+
+TrajectoryForecast::Way TrajectoryForecast::step(const Vec3& known, double horizon_s, const Way& along,
+                                                 double period_s) noexcept {
+  const double horizon = std::clamp(horizon_s, 0.0, kMaxHorizon_s);
+  if (count_ == 0) fast_ = slow_ = known;
+  const double fast_part = part_of(kFast_hz, period_s), slow_part = part_of(kSlow_hz, period_s);
+  fast_ += fast_part * (known - fast_);
+  slow_ += slow_part * (known - slow_);
+  const Vec3 v_fast = (known - fast_) * (fast_part / period_s), v_slow = (known - slow_) * (slow_part / period_s);
+  learn(known, horizon, period_s);
+
+  const double unit = typical_way_ * typical_way_ / period_s;
+  const double worth = kPriorWorth_s * unit;
+  const Eigen::Matrix3d A = squares_ + worth * Eigen::Matrix3d::Identity();
+  c_ = A.llt().solve(products_ + worth * kPrior);
+  const double score_worth = kScoreWorth_s * unit;
+  share_ = std::clamp((came_true_ + score_worth) / (forecast_ + score_worth), 0.0, 1.0) * kMaxShare;
+
+  known_[next_] = known;
+  features_[next_] << horizon * v_fast, horizon * v_slow, along.way;
+  ways_[next_] = features_[next_] * c_;
+  const Vec3 way = share_ * ways_[next_];
+  next_ = (next_ + 1) % kKept;
+  count_ = std::min(count_ + 1, kKept);
+  return {way, share_ * (c_[0] * v_fast + c_[1] * v_slow + c_[2] * along.velocity)};
+}
+
+}  // namespace tandem::haptics

@@ -1,0 +1,109 @@
+// A trajectory that is known only until a while ago: movements are continued, tremor is not, and it is never much worse
+// than to hold.
+#include "common/haptics/prediction/trajectory_forecast.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include "common/base/random.hpp"
+
+namespace tandem::haptics {
+namespace {
+
+constexpr double kPeriod_s = 1e-3;
+
+/// Movements of least jerk and pauses, at random, with tremor.
+std::vector<Vec3> movements(std::uint64_t seed, double seconds) {
+  Random random(seed);
+  std::vector<Vec3> path{Vec3::Zero()};
+  const auto length = static_cast<std::size_t>(seconds / kPeriod_s);
+  while (path.size() < length) {
+    const Vec3 from = path.back();
+    path.insert(path.end(), static_cast<std::size_t>(random.uniform(200, 1500)), from);
+    const Vec3 way(random.uniform(-0.1, 0.1), random.uniform(-0.1, 0.1), random.uniform(-0.1, 0.1));
+    const double steps = way.norm() / random.uniform(0.03, 0.15) / kPeriod_s;
+    for (double k = 0; k < steps; ++k) {
+      const double u = k / steps;
+      path.emplace_back(from + way * (u * u * u * (10 - 15 * u + 6 * u * u)));
+    }
+  }
+  for (std::size_t k = 0; k < path.size(); ++k) {
+    path[k].z() += 1e-4 * std::sin(2 * std::numbers::pi * 9 * kPeriod_s * static_cast<double>(k));
+  }
+  return path;
+}
+
+struct Errors {
+  double forecast_m = 0;  ///< RMS
+  double hold_m = 0;
+};
+
+Errors errors_over(const std::vector<Vec3>& path, double horizon_s) {
+  TrajectoryForecast forecast(0.01);
+  const auto late = static_cast<std::size_t>(std::lround(horizon_s / kPeriod_s));
+  double forecast_square = 0, hold_square = 0;
+  for (std::size_t k = late; k < path.size(); ++k) {
+    const auto way = forecast.step(path[k - late], horizon_s, {}, kPeriod_s);
+    forecast_square += (path[k] - path[k - late] - way.way).squaredNorm();
+    hold_square += (path[k] - path[k - late]).squaredNorm();
+  }
+  const auto count = static_cast<double>(path.size() - late);
+  return {std::sqrt(forecast_square / count), std::sqrt(hold_square / count)};
+}
+
+TEST(TrajectoryForecast, ErrsHalfAsMuchAsToHoldOverATenthOfASecondAndLessOverThreeTenths) {
+  for (const std::uint64_t seed : {1, 2, 3}) {
+    const std::vector<Vec3> path = movements(seed, 60);
+    const Errors at_100_ms = errors_over(path, 0.1), at_300_ms = errors_over(path, 0.3);
+    EXPECT_LT(at_100_ms.forecast_m, 0.6 * at_100_ms.hold_m) << seed;
+    EXPECT_LT(at_300_ms.forecast_m, 0.85 * at_300_ms.hold_m) << seed;
+  }
+}
+
+TEST(TrajectoryForecast, IsHardlyWorseThanToHoldOnWhatCannotBeForeseen) {
+  // A random walk: its past says nothing of its future.
+  Random random(7);
+  std::vector<Vec3> path{Vec3::Zero()};
+  for (int k = 0; k < 60000; ++k) {
+    path.emplace_back(path.back() + 1e-3 * Vec3(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1)));
+  }
+  for (const double horizon_s : {0.05, 0.2}) {
+    const Errors errors = errors_over(path, horizon_s);
+    EXPECT_LT(errors.forecast_m, 1.05 * errors.hold_m) << horizon_s;
+  }
+}
+
+TEST(TrajectoryForecast, LearnsWhetherItGoesAlong) {
+  const auto share_of_along = [](bool goes_along) {
+    TrajectoryForecast forecast(0.01);
+    const std::vector<Vec3> path = movements(11, 30);
+    for (std::size_t k = 200; k < path.size(); ++k) {
+      const Vec3 known = goes_along ? path[k - 200] : Vec3(Vec3::Zero());
+      forecast.step(known, 0.2, {path[k] - path[k - 200], Vec3::Zero()}, kPeriod_s);
+    }
+    return forecast.coefficients()[2];
+  };
+  EXPECT_GT(share_of_along(true), 0.4);
+  EXPECT_LT(share_of_along(false), 0.15);
+}
+
+TEST(TrajectoryForecast, AtRestItHoldsAndForFiniteInputItIsFinite) {
+  TrajectoryForecast forecast(0.01);
+  for (int k = 0; k < 3000; ++k) forecast.step({0.1, 0.2, 0.3}, 0.1, {}, kPeriod_s);
+  EXPECT_EQ(forecast.step({0.1, 0.2, 0.3}, 0.1, {}, kPeriod_s).way.norm(), 0);
+  Random random(3);
+  const auto any = [&random] { return Vec3(random.uniform(-1e3, 1e3), random.uniform(-1e3, 1e3), random.uniform(-1e3, 1e3)); };
+  for (int k = 0; k < 3000; ++k) {
+    const auto way = forecast.step(any(), random.uniform(0, 2), {any(), any()}, kPeriod_s);
+    ASSERT_TRUE(way.way.allFinite() && way.velocity.allFinite()) << k;
+    ASSERT_GE(forecast.share(), 0);
+    ASSERT_LE(forecast.share(), TrajectoryForecast::kMaxShare);
+  }
+}
+
+}  // namespace
+}  // namespace tandem::haptics
