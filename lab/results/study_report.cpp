@@ -38,7 +38,8 @@ CurveName curve_of(const json::object& row) {
   CurveName name;
   name.stage = text_in(row, "stage");
   name.text = name.stage;
-  if (const std::string predictor = text_in(row, "predictor"); predictor != "none") name.text += " + " + predictor;
+  if (const std::string predictor = text_in(row, "predictor"); predictor != client::StageSettings{}.predictor)
+    name.text += " + " + predictor;
   if (row.at("passivity") == json::value(true)) name.text += ", passivity";
   if (number_in(row, "deadband") > 0) name.text += ", deadband " + compact_text(row, "deadband");
   const double jitter_ms = number_in(row, "jitter_ms");

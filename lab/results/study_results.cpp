@@ -95,8 +95,9 @@ void print_group(std::ostream& out, const SeedGroup& group) {
   const json::object& row = *group.front();
   const bool has_controller = row.at("passivity") == json::value(true);
   const std::string predictor = text_in(row, "predictor");
-  const std::string stage =
-      text_in(row, "stage") + (predictor == "none" ? "" : "/" + predictor) + (has_controller ? "" : " -p");
+  const std::string stage = text_in(row, "stage") +
+                            (predictor == client::StageSettings{}.predictor ? "" : "/" + predictor) +
+                            (has_controller ? "" : " -p");
   out << std::left << std::setw(20) << stage << std::right << std::setw(6) << number_in(row, "rtt_ms") << std::setw(5)
       << number_in(row, "jitter_ms") << std::setw(6) << number_in(row, "loss");
   print_values(out, group, mean_of);

@@ -1,3 +1,8 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+
 #include "client/haptics/stages/force_blend.hpp"
 #include "client/haptics/stages/makers.hpp"
 #include "client/model/local_model.hpp"
@@ -21,11 +26,61 @@ LocalModelInput model_input(const StageInput& input) {
   return result;
 }
 
+/// A residual that is shown as far as such came true lately.
+///
+/// Model   r̂(t) = g r̄(t), r̄ the newest known residual through a low pass of kTime_s and a loop; g, apart for force and
+///         torque: the regression, over kMemory_s, of what the residual was on what r̄ was a loop before, 0 to
+///         kMaxShare, with a prior of 0. So what stays (a wrong mass, a soft body) is made up for, and what nobody can
+///         foresee is not shown at all.
+/// Source  direct autoregression of order one over the loop; figures ours
+class ScoredResidual {
+ public:
+  Wrench step(const std::optional<Wrench>& newest, Duration loop, double period_s) noexcept;
+  void reset() noexcept { *this = ScoredResidual(); }
+
+ private:
+  static constexpr double kTime_s = 0.15;
+  static constexpr double kMemory_s = 1.5;
+  static constexpr double kMaxShare = 0.9;
+  static constexpr std::size_t kKept = 512;
+  /// Residuals of so much for so long say that g is half of what it seems to be.
+  static constexpr double kForceWorth = 0.05 * 0.05 * 0.3;
+  static constexpr double kTorqueWorth = 0.002 * 0.002 * 0.3;
+
+  Wrench known_;
+  Wrench smooth_;
+  std::array<Wrench, kKept> smooths_{};
+  std::size_t next_ = 0;
+  std::size_t count_ = 0;
+  double force_true_ = 0, force_square_ = 0, torque_true_ = 0, torque_square_ = 0;
+};
+
+Wrench ScoredResidual::step(const std::optional<Wrench>& newest, Duration loop, double period_s) noexcept {
+  if (newest && is_finite(*newest)) known_ = *newest;
+  const double loop_s = to_seconds(loop);
+  smooth_ += (known_ - smooth_) * std::min(1.0, period_s / (kTime_s + loop_s));
+  const auto steps = static_cast<std::size_t>(std::lround(loop_s / period_s));
+  const double kept = std::exp(-period_s / kMemory_s);
+  for (double* const sum : {&force_true_, &force_square_, &torque_true_, &torque_square_}) *sum *= kept;
+  if (steps > 0 && steps <= count_ && steps < kKept) {
+    const Wrench& then = smooths_[(next_ + kKept - steps) % kKept];
+    force_true_ += known_.f.dot(then.f) * period_s;
+    force_square_ += then.f.squaredNorm() * period_s;
+    torque_true_ += known_.t.dot(then.t) * period_s;
+    torque_square_ += then.t.squaredNorm() * period_s;
+  }
+  smooths_[next_] = smooth_;
+  next_ = (next_ + 1) % kKept;
+  count_ = std::min(count_ + 1, kKept);
+  return {smooth_.f * std::clamp(force_true_ / (force_square_ + kForceWorth), 0.0, kMaxShare),
+          smooth_.t * std::clamp(torque_true_ / (torque_square_ + kTorqueWorth), 0.0, kMaxShare)};
+}
+
 class LocalModelStage final : public Stage {
  public:
   /// In      predictor  one of predictor_names()
   explicit LocalModelStage(const std::string& predictor)
-      : residual_(predictor == "none" ? nullptr : haptics::make_force_stream(predictor)) {}
+      : residual_(haptics::make_force_stream(predictor)), is_scored_(predictor == kScoredPredictor) {}
 
   std::string_view name() const noexcept override { return "local-model"; }
   StageOutput tick(const StageInput& input) noexcept override;
@@ -37,7 +92,9 @@ class LocalModelStage final : public Stage {
  private:
   Wrench predicted_residual(const StageInput& input) noexcept;
 
-  std::unique_ptr<haptics::ForceStream> residual_;  ///< null: "none"
+  std::unique_ptr<haptics::ForceStream> residual_;  ///< null: "none" or scored
+  bool is_scored_;
+  ScoredResidual scored_;
   ForceBlend blend_;
   Wrench before_;  ///< shown, without what fades
   bool was_local_ = false;
@@ -53,7 +110,7 @@ StageOutput LocalModelStage::tick(const StageInput& input) noexcept {
     output.local_wrench_on_hand_W = model->step(model_input(input));
     const Wrench residual = predicted_residual(input);
     output.wrench_on_hand_W = output.local_wrench_on_hand_W + residual;
-    output.is_predicting = residual_ != nullptr;
+    output.is_predicting = residual_ != nullptr || is_scored_;
     output.mode = proto::ClientMode::kLocalModel;
     output.is_local = true;
     output.tool = model->tool();
@@ -71,16 +128,23 @@ StageOutput LocalModelStage::tick(const StageInput& input) noexcept {
 }
 
 Wrench LocalModelStage::predicted_residual(const StageInput& input) noexcept {
-  if (residual_ == nullptr) return {};
+  if (residual_ == nullptr && !is_scored_) return {};
   const LocalModel& model = *input.local_model;
-  if (const auto newest = input.local_model->take_residual()) residual_->push(model.residual_of(), *newest);
-  const Wrench predicted = residual_->at(input.now);
+  const auto newest = input.local_model->take_residual();
+  Wrench predicted;
+  if (is_scored_) {
+    predicted = scored_.step(newest, model.loop_delay(), input.period_s);
+  } else {
+    if (newest) residual_->push(model.residual_of(), *newest);
+    predicted = residual_->at(input.now);
+  }
   return {clamped_to_length(predicted.f, kResidualShare * input.parameters->force_limit_n),
           clamped_to_length(predicted.t, kResidualShare * input.parameters->torque_limit_n_m)};
 }
 
 void LocalModelStage::reset() noexcept {
   if (residual_ != nullptr) residual_->reset();
+  scored_.reset();
   blend_.reset();
   before_ = {};
   was_local_ = false;

@@ -56,7 +56,7 @@ std::vector<std::string_view> stage_names() {
 }
 
 std::vector<std::string_view> predictor_names() {
-  std::vector<std::string_view> names{"none"};
+  std::vector<std::string_view> names{kScoredPredictor, "none"};
   for (const std::string_view name : haptics::force_stream_names()) names.push_back(name);
   return names;
 }

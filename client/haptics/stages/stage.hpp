@@ -24,10 +24,13 @@ namespace tandem::client {
 class LocalModel;
 class ProxyWorld;
 
+/// The predictor that shows of a residual what came true lately.
+inline constexpr std::string_view kScoredPredictor = "scored";
+
 /// Which stage, with which parts. The same names on the command line, in experiment files and in reports.
 struct StageSettings {
   std::string name = "local-model";  ///< one of stage_names()
-  std::string predictor = "none";    ///< one of predictor_names(): of the residual, for stages that leave one
+  std::string predictor = "scored";  ///< one of predictor_names(): of the residual, for stages that leave one
   bool passivity = true;             ///< a passivity controller follows the stage
   haptics::WaveImpedance wave{};     ///< of "wave"
 };

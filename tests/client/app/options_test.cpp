@@ -40,7 +40,7 @@ TEST(ClientOptions, DefaultsRunTheSimulatedHandAgainstThisMachine) {
   EXPECT_EQ(options->io.port, 47800);
   EXPECT_EQ(options->device.hand, "rest");
   EXPECT_EQ(options->stage.name, StageSettings{}.name);
-  EXPECT_EQ(options->stage.predictor, "none");
+  EXPECT_EQ(options->stage.predictor, "scored");
   EXPECT_TRUE(options->stage.passivity);
   EXPECT_FALSE(parse({"--passivity", "off"})->stage.passivity);
   EXPECT_FALSE(parse({"--guard", "off"})->stage.passivity) << "its older name";

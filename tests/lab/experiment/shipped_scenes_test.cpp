@@ -19,8 +19,26 @@ namespace {
 
 using std::chrono::milliseconds;
 
-constexpr std::array kShipped = {
-    "free", "wall", "curve", "rim", "bunny", "push", "mass", "squeeze", "squeeze_slippery", "peg", "soft", "docking"};
+constexpr std::array kShipped = {"free",
+                                 "wall",
+                                 "curve",
+                                 "rim",
+                                 "bunny",
+                                 "push",
+                                 "mass",
+                                 "squeeze",
+                                 "squeeze_slippery",
+                                 "peg",
+                                 "soft",
+                                 "docking",
+                                 "carry_along",
+                                 "carry_along_fast",
+                                 "carry_across",
+                                 "carry_across_fast",
+                                 "tug_of_war",
+                                 "turn_together",
+                                 "two_blocks",
+                                 "three_hands"};
 /// What metrics know: free motion, moving in contact or with something in the hand, shaking it, pressing or carrying at
 /// rest.
 constexpr std::array kPhases = {"approach", "move", "contact", "slide", "shake", "hold", "retreat"};

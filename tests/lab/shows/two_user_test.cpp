@@ -58,6 +58,37 @@ TEST(SqueezeSlippery, IsLiftedAndNotDroppedAt200Ms) {
   EXPECT_EQ(squeeze["slew_activations"], 0);
 }
 
+/// What several have a hand on, carried, turned and pulled apart.
+class Together : public testing::TestWithParam<At> {};
+
+TEST_P(Together, IsFeltAsAtTheServerAndNotDropped) {
+  const Shown shown(GetParam().experiment, GetParam().quantities());
+  const bool is_near = GetParam().round_trip_ms <= 100;
+  EXPECT_EQ(shown.outcome(), "completed");
+  EXPECT_LE(shown["path_error_of_peak"], is_near ? 0.1 : 0.25);
+  EXPECT_GE(shown["hold_force_ratio"], is_near ? 0.95 : 0.85);
+  EXPECT_LE(shown["limit_cycle_m_per_s"], 0.002);
+  EXPECT_LE(shown["force_step_max_n_per_ms"], 0.3);
+  EXPECT_LE(shown["energy_created_max_j"], is_near ? 0.005 : 0.03);
+}
+
+INSTANTIATE_TEST_SUITE_P(Default, Together,
+                         testing::Values(At{"carry_along", 100}, At{"carry_along_fast", 100}, At{"carry_across", 100},
+                                         At{"carry_across_fast", 100}, At{"tug_of_war", 100}, At{"turn_together", 100},
+                                         At{"two_blocks", 100}, At{"three_hands", 100}, At{"carry_along", 200},
+                                         At{"tug_of_war", 200}, At{"turn_together", 200}),
+                         [](const auto& each) { return name_of_case(each); });
+
+// What kind of hand the partner has is found out while they touch.
+TEST(Together, HandsOfAnyWeightAndStiffness) {
+  for (const char* hand : {"hand.mass_kg=1.5", "hand.mass_kg=0.05", "hand.stiffness_n_per_m=600"}) {
+    const Shown squeeze("squeeze", disturbed(100, {hand}));
+    EXPECT_EQ(squeeze.outcome(), "completed") << hand;
+    EXPECT_LE(squeeze["path_error_of_peak"], 0.1) << hand;
+    EXPECT_LE(squeeze["limit_cycle_m_per_s"], 0.01) << hand;
+  }
+}
+
 class Peg : public testing::TestWithParam<double> {};
 
 TEST_P(Peg, IsHandedOverAndPutIntoTheHole) {

@@ -96,7 +96,9 @@ TEST(TrajectoryForecast, AtRestItHoldsAndForFiniteInputItIsFinite) {
   for (int k = 0; k < 3000; ++k) forecast.step({0.1, 0.2, 0.3}, 0.1, {}, kPeriod_s);
   EXPECT_EQ(forecast.step({0.1, 0.2, 0.3}, 0.1, {}, kPeriod_s).way.norm(), 0);
   Random random(3);
-  const auto any = [&random] { return Vec3(random.uniform(-1e3, 1e3), random.uniform(-1e3, 1e3), random.uniform(-1e3, 1e3)); };
+  const auto any = [&random] {
+    return Vec3(random.uniform(-1e3, 1e3), random.uniform(-1e3, 1e3), random.uniform(-1e3, 1e3));
+  };
   for (int k = 0; k < 3000; ++k) {
     const auto way = forecast.step(any(), random.uniform(0, 2), {any(), any()}, kPeriod_s);
     ASSERT_TRUE(way.way.allFinite() && way.velocity.allFinite()) << k;

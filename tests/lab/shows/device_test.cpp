@@ -1,0 +1,90 @@
+// Every device that there is a profile of: its encoders, mass and limits take nothing from what is felt, however long
+// the hand has moved freely before.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cctype>
+#include <chrono>
+#include <string>
+#include <vector>
+
+#include "devices/device_profile.hpp"
+#include "tests/lab/shows/shown.hpp"
+
+namespace tandem::lab {
+namespace {
+
+std::vector<std::string> profiles() {
+  std::vector<std::string> names;
+  for (const devices::DeviceProfile& profile : devices::load_device_profiles(devices::shipped_device_profiles())) {
+    names.push_back(profile.name);
+  }
+  return names;
+}
+
+template <class Info>
+std::string name_of_profile(const Info& info) {
+  std::string name = info.param;
+  std::replace_if(name.begin(), name.end(), [](unsigned char c) { return std::isalnum(c) == 0; }, '_');
+  return name;
+}
+
+Quantities held(const std::string& device, double round_trip_ms) {
+  return {"users.anna.device=" + device, "link.rtt_ms=" + std::to_string(round_trip_ms)};
+}
+
+class Device : public testing::TestWithParam<std::string> {};
+
+TEST_P(Device, FeelsTheWallWithAndWithoutDelay) {
+  for (const double round_trip_ms : {0.0, 200.0}) {
+    const Shown wall("wall", held(GetParam(), round_trip_ms));
+    EXPECT_GE(wall["contact_force_ratio"], 0.97) << round_trip_ms;
+    EXPECT_GE(wall["hold_force_ratio"], 0.97) << round_trip_ms;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Profiles, Device, testing::ValuesIn(profiles()),
+                         [](const auto& each) { return name_of_profile(each); });
+
+/// The path of the experiment after ten minutes of going to and fro in the air.
+devices::HandPath after_ten_minutes(const devices::HandPath& path) {
+  constexpr Duration kFree = std::chrono::minutes(10), kWay = std::chrono::seconds(1);
+  std::vector<devices::WayPoint> points;
+  for (Duration time{0}; time < kFree; time += kWay) {
+    devices::WayPoint point = path.points().front();
+    const double side = points.size() % 2 == 0 ? -1 : 1;
+    point.X_DH.p += side * Vec3(0.01, 0.03, 0.02) - Vec3(0.03, 0, 0);
+    point.at = time;
+    points.push_back(point);
+  }
+  for (devices::WayPoint point : path.points()) {
+    point.at += kFree;
+    points.push_back(point);
+  }
+  return devices::HandPath(std::move(points));
+}
+
+class DeviceAfterTenMinutes : public testing::TestWithParam<std::string> {};
+
+TEST_P(DeviceAfterTenMinutes, FeelsTheWallAsAtOnce) {
+  for (const double round_trip_ms : {0.0, 100.0, 200.0}) {
+    const auto hold_n = [&](bool is_late) {
+      Trial trial = shipped_trial("wall", held(GetParam(), round_trip_ms));
+      ExperimentUser& user = trial.experiment.users.at(0);
+      if (is_late) {
+        user.hand = after_ten_minutes(user.hand);
+        trial.experiment.duration += std::chrono::minutes(10);
+      }
+      const auto scene = load_experiment_scene(trial.experiment);
+      return user_metric(run_virtual_session(trial.experiment, scene).users.at(0), "hold_force_mean_n");
+    };
+    EXPECT_GE(hold_n(true), 0.97 * hold_n(false)) << round_trip_ms;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Profiles, DeviceAfterTenMinutes, testing::ValuesIn(profiles()),
+                         [](const auto& each) { return name_of_profile(each); });
+
+}  // namespace
+}  // namespace tandem::lab
