@@ -9,12 +9,19 @@ namespace {
 
 /// The grid: three masses times three stiffnesses about those of a relaxed hand.
 constexpr std::size_t kRelaxed = 4;
-double mass_of(std::size_t j) {
+double mass_of(std::size_t j) noexcept {
   return GivingHand::kMass_kg * std::pow(4.5, static_cast<double>(j % 3) - 1);
 }
-double stiffness_of(std::size_t j) {
+double stiffness_of(std::size_t j) noexcept {
   return GivingHand::kStiffness_n_per_m * std::pow(2.7, static_cast<double>(j / 3) - 1);
 }
+using Logarithms = std::array<double, HandEstimate::kHands>;
+Logarithms logarithms(double (*of)(std::size_t j) noexcept) noexcept {
+  Logarithms result{};
+  for (std::size_t j = 0; j < result.size(); ++j) result[j] = std::log(of(j));
+  return result;
+}
+const Logarithms kLogMasses = logarithms(mass_of), kLogStiffnesses = logarithms(stiffness_of);
 constexpr double kOtherPrior = 0.2;
 /// Of scores, m² s: less says nothing.
 constexpr double kMinSquare = 1e-7;
@@ -24,6 +31,10 @@ constexpr double kFast_hz = 4, kSlow_hz = 0.7, kFastShare = 1.1, kSlowShare = -0
 
 double part_of(double corner_hz, double period_s) {
   return 1 - std::exp(-2 * std::numbers::pi * corner_hz * period_s);
+}
+
+double fourth_power(double x) {
+  return x * x * x * x;
 }
 
 /// In which these come and go.
@@ -76,10 +87,10 @@ void HandEstimate::observe(const Vec3& handle_W, const Vec3& shown_W, double per
   for (std::size_t j = 0; j < kHands; ++j) {
     hands_[j].step({shown_W, Vec3::Zero()}, period_s);
     score(j, handle_W - hands_[j].p(), period_s);
-    const double weight = (j == kRelaxed ? 1.0 : kOtherPrior) / std::pow(squares_[j] + kMinSquare, 4);
+    const double weight = (j == kRelaxed ? 1.0 : kOtherPrior) / fourth_power(squares_[j] + kMinSquare);
     weights += weight;
-    log_mass += weight * std::log(mass_of(j));
-    log_stiffness += weight * std::log(stiffness_of(j));
+    log_mass += weight * kLogMasses[j];
+    log_stiffness += weight * kLogStiffnesses[j];
   }
   next_ = (next_ + 1) % kKept;
   count_ = std::min(count_ + 1, kKept);
@@ -107,7 +118,12 @@ void Partner::take(const proto::OtherUserState& told, const proto::ServerUpdate&
   told_tool_ = told.tool;
   told_at_ = update.stepped;
   handle_age_ = told.handle_age;
-  if (!told.has_handle) return handle_.reset();
+  if (!told.has_handle) {
+    handle_.reset();
+    intent_.reset();
+    turn_intent_.reset();
+    return;
+  }
   const Duration stepped = update.stepped.time_since_epoch();
   handle_.add(stepped, told.handle, update.step.value);
   force_.add(stepped, as_position(told.on_hand_W.f), update.step.value);
