@@ -10,10 +10,12 @@ namespace {
 /// The grid: three masses times three stiffnesses about those of a relaxed hand.
 constexpr std::size_t kRelaxed = 4;
 double mass_of(std::size_t j) noexcept {
-  return GivingHand::kMass_kg * std::pow(4.5, static_cast<double>(j % 3) - 1);
+  const std::size_t column = j % 3;
+  return GivingHand::kMass_kg * std::pow(4.5, static_cast<double>(column) - 1);
 }
 double stiffness_of(std::size_t j) noexcept {
-  return GivingHand::kStiffness_n_per_m * std::pow(2.7, static_cast<double>(j / 3) - 1);
+  const std::size_t row = j / 3;
+  return GivingHand::kStiffness_n_per_m * std::pow(2.7, static_cast<double>(row) - 1);
 }
 using Logarithms = std::array<double, HandEstimate::kHands>;
 Logarithms logarithms(double (*of)(std::size_t j) noexcept) noexcept {
