@@ -1,0 +1,109 @@
+#!/usr/bin/env python3
+"""Makes the table of lab/README.md: what each stage shows of each case, against the server's own touch at zero delay.
+
+Usage: lab/make_touch_table.py [--lab PROGRAM] [--out DIR] [--seeds 30] [--other-seeds 5] [--write]
+Prints the table; with --write it also replaces the one in lab/README.md. What is in DIR from an earlier run is not run
+again. Exit code: 0 done, 1 tandem-lab failed, 2 wrong arguments.
+"""
+
+import argparse
+import json
+import math
+import pathlib
+import subprocess
+import sys
+
+HERE = pathlib.Path(__file__).resolve().parent
+README = HERE / "README.md"
+BEGIN, END = "<!-- touch table: made by lab/make_touch_table.py -->", "<!-- end of the touch table -->"
+CASES = ["wall", "push", "curve", "rim", "mass", "soft", "peg", "docking", "squeeze", "squeeze_slippery",
+         "carry_along", "carry_along_fast", "carry_across", "carry_across_fast", "tug_of_war", "turn_together",
+         "two_blocks", "three_hands"]
+OTHERS = ["late-pose", "hold", "ar-spline", "wave"]
+LINK = ["--set", "link.rtt_ms=100", "--set", "link.jitter_ms=10", "--set", "link.loss=0.05", "--set", "passivity=true"]
+LONG_SILENCE_MS = 110
+
+
+def trials(lab, out, stage, seeds):
+    command = [lab, "run", *CASES, "--single", "--json", "--stage", stage, "--seeds", str(seeds), "--out", str(out / stage)]
+    done = subprocess.run(command + LINK, stdout=subprocess.PIPE, check=False)
+    if done.returncode > 1:
+        sys.exit(f"make_touch_table: {' '.join(command)} ended with {done.returncode}")
+    rows = {case: [] for case in CASES}
+    for row in json.loads(done.stdout)["trials"]:
+        rows[row["experiment"]].append(row)
+    return rows
+
+
+def values(rows, name, scale=1.0):
+    return [row[name] * scale for row in rows if row.get(name) is not None]
+
+
+def mean_and_worst(numbers, worst, digits):
+    if not numbers:
+        return "–"
+    mean = math.fsum(numbers) / len(numbers)
+    return f"{mean:.{digits}f} ({worst(numbers):.{digits}f})"
+
+
+def outcomes(rows):
+    failed = [row["outcome"] for row in rows if row["outcome"] != "completed"]
+    return "" if not failed else ", ".join(f"{failed.count(name)} {name}" for name in sorted(set(failed)))
+
+
+def default_cells(rows):
+    judged = [row for row in rows if row["silence_max_ms"] <= LONG_SILENCE_MS]
+    return [mean_and_worst(values(judged, "path_error_of_peak", 100), max, 1),
+            mean_and_worst(values(judged, "path_torque_error_of_peak", 100), max, 1),
+            mean_and_worst(values(judged, "hold_force_least_ratio"), min, 2),
+            mean_and_worst(values(judged, "limit_cycle_m_per_s", 1e3), max, 2),
+            mean_and_worst(values(judged, "force_step_max_n_per_ms"), max, 2),
+            mean_and_worst(values(judged, "energy_created_max_j", 1e3), max, 1),
+            f"{len(rows) - len(judged)}", outcomes(judged) or "–"]
+
+
+def other_cell(rows):
+    error = mean_and_worst(values(rows, "path_error_of_peak", 100), max, 0)
+    return f"{error} {outcomes(rows)}".strip()
+
+
+def table(default, others, seeds, other_seeds):
+    lines = [f"{seeds} seeds of the default stage, {other_seeds} of the others; mean, in brackets the worst.", "",
+             "| case | error of the path, % of the peak | of the torque, % | least force of the hold / truth's "
+             "| calm, mm/s | step, N/ms | made, mJ | silent seeds | not completed | "
+             + " | ".join(f"{stage}: error, %" for stage in OTHERS) + " |",
+             "|" + "---|" * (9 + len(OTHERS))]
+    for case in CASES:
+        cells = default_cells(default[case]) + [other_cell(others[stage][case]) for stage in OTHERS]
+        lines.append("| " + " | ".join([f"`{case}`", *cells]) + " |")
+    return "\n".join(lines)
+
+
+def replaced(text, new):
+    before, begin, rest = text.partition(BEGIN)
+    _, end, after = rest.partition(END)
+    if not begin or not end:
+        sys.exit(f"make_touch_table: {README} has no place for the table: {BEGIN} … {END}")
+    return f"{before}{BEGIN}\n{new}\n{END}{after}"
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--lab", default=str(HERE.parent / "build/release/bin/tandem-lab"), help="the program tandem-lab")
+    parser.add_argument("--out", type=pathlib.Path, default=pathlib.Path("out/touch-table"), help="folder of the trials")
+    parser.add_argument("--seeds", type=int, default=30, help="of the default stage")
+    parser.add_argument("--other-seeds", type=int, default=5, help="of each other stage")
+    parser.add_argument("--write", action="store_true", help="replace the table of lab/README.md")
+    options = parser.parse_args()
+    if not pathlib.Path(options.lab).is_file():
+        parser.error(f"--lab {options.lab}: no such program; build it first (README.md)")
+    default = trials(options.lab, options.out, "local-model", options.seeds)
+    others = {stage: trials(options.lab, options.out, stage, options.other_seeds) for stage in OTHERS}
+    text = table(default, others, options.seeds, options.other_seeds)
+    print(text)
+    if options.write:
+        README.write_text(replaced(README.read_text(encoding="utf-8"), text), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
