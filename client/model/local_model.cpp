@@ -301,8 +301,9 @@ bool LocalModel::is_implicit(const Copy& copy) const noexcept {
 
 void LocalModel::follow_touches(double period_s) noexcept {
   for (Copy& copy : copies_) {
-    copy.untouched_s = touches(copy.id) ? 0 : copy.untouched_s + period_s;
-    copy.unpressed_s = world_.hands_on(copy.id) != 0 ? 0 : copy.unpressed_s + period_s;
+    const std::uint32_t hands = world_.hands_on(copy.id);
+    copy.untouched_s = (hands >> tool_ & 1U) != 0 ? 0 : copy.untouched_s + period_s;
+    copy.unpressed_s = hands != 0 ? 0 : copy.unpressed_s + period_s;
   }
 }
 

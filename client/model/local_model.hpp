@@ -136,7 +136,6 @@ class LocalModel {
   void follow(Copy& copy, Duration played, Duration present, double period_s) noexcept;
   void correct_tool(double period_s) noexcept;
   void remember(Tick input) noexcept;
-  bool touches(BodyId id) const noexcept { return (world_.hands_on(id) >> tool_ & 1U) != 0; }
 
   LocalModelSettings settings_;
   std::size_t tool_;

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 namespace tandem::client {
 namespace {
@@ -28,12 +27,8 @@ constexpr double kOtherPrior = 0.2;
 /// Of scores, m² s: less says nothing.
 constexpr double kMinSquare = 1e-7;
 constexpr double kSettle_s = 0.2;
-/// Of the fixed forecast: low passes, and shares of the velocities behind them. Best for movements of least jerk.
-constexpr double kFast_hz = 4, kSlow_hz = 0.7, kFastShare = 1.1, kSlowShare = -0.4;
-
-double part_of(double corner_hz, double period_s) {
-  return 1 - std::exp(-2 * std::numbers::pi * corner_hz * period_s);
-}
+/// Of the fixed forecast: shares of the velocities behind the low passes of TrajectoryForecast.
+constexpr double kFastShare = 1.1, kSlowShare = -0.4;
 
 double fourth_power(double x) {
   return x * x * x * x;
@@ -72,23 +67,25 @@ HandEstimate::HandEstimate()
 }
 
 /// Of hand j: what it makes of where the handle is and was.
-void HandEstimate::score(std::size_t j, const Vec3& intent, double period_s) noexcept {
+void HandEstimate::score(std::size_t j, const Vec3& intent, double fast, double slow, double period_s) noexcept {
   if (count_ == 0) fast_[j] = slow_[j] = intent;
-  const double fast = part_of(kFast_hz, period_s), slow = part_of(kSlow_hz, period_s);
   fast_[j] += fast * (intent - fast_[j]);
   slow_[j] += slow * (intent - slow_[j]);
   const Vec3 moved = kFastShare * fast * (intent - fast_[j]) + kSlowShare * slow * (intent - slow_[j]);
   Vec3& forecast = forecasts_[next_][j];
   if (count_ == kKept) squares_[j] += (intent - forecast).squaredNorm() * period_s;
-  squares_[j] *= std::exp(-period_s / kMemory_s);
   forecast = intent + kHorizon_s / period_s * moved;
 }
 
 void HandEstimate::observe(const Vec3& handle_W, const Vec3& shown_W, double period_s) noexcept {
+  const double fast = haptics::low_pass_part(haptics::TrajectoryForecast::kFast_hz, period_s);
+  const double slow = haptics::low_pass_part(haptics::TrajectoryForecast::kSlow_hz, period_s);
+  const double kept = std::exp(-period_s / kMemory_s);
   double weights = 0, log_mass = 0, log_stiffness = 0;
   for (std::size_t j = 0; j < kHands; ++j) {
     hands_[j].step({shown_W, Vec3::Zero()}, period_s);
-    score(j, handle_W - hands_[j].p(), period_s);
+    score(j, handle_W - hands_[j].p(), fast, slow, period_s);
+    squares_[j] *= kept;
     const double weight = (j == kRelaxed ? 1.0 : kOtherPrior) / fourth_power(squares_[j] + kMinSquare);
     weights += weight;
     log_mass += weight * kLogMasses[j];

@@ -65,7 +65,7 @@ class HandEstimate {
   double stiffness_n_per_m() const;
 
  private:
-  void score(std::size_t j, const Vec3& intent, double period_s) noexcept;
+  void score(std::size_t j, const Vec3& intent, double fast, double slow, double period_s) noexcept;
 
   static constexpr std::size_t kKept = 100;
   std::array<GivingHand, kHands> hands_;

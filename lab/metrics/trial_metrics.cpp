@@ -167,7 +167,7 @@ const std::vector<TrialMetric>& trial_metrics() {
        Combine::kGreatest, path_error_of_peak},
       {"path_torque_error_rms_n_m", "As path_error_rms_n, of the torque.", Combine::kGreatest,
        path_torque_error_rms_n_m},
-      {"path_torque_error_of_peak", "That over the reference's greatest torque; null where that is below 1 mN·m.",
+      {"path_torque_error_of_peak", "That over the reference's greatest torque; null where that is below 10 mN·m.",
        Combine::kGreatest, path_torque_error_of_peak},
       {"felt_stiffness_ratio",
        "Slope of displayed force against position of the hand (least squares, along the mean force of the reference, "
@@ -200,8 +200,7 @@ const std::vector<TrialMetric>& trial_metrics() {
       {"slew_activations", "Ticks in which the slew limit held the force back.", Combine::kSum, of_user<kSlewed>},
       {"silence_max_ms",
        "Longest time without anything arriving at the client, or of it at the server. Where it is above 110 ms the "
-       "force "
-       "has to fall, or the server lets the tool go: such seeds are judged apart.",
+       "force has to fall, or the server lets the tool go: such seeds are judged apart.",
        Combine::kGreatest, silence_max_ms},
       {"ghost_contact_ms",
        "Longest time for which more than 0.2 N is displayed where the reference feels less than 0.05 N.",
@@ -210,9 +209,8 @@ const std::vector<TrialMetric>& trial_metrics() {
        Combine::kGreatest, force_above_60_hz_n},
       {"energy_created_max_j",
        "Greatest E(t) = Σ over users of the work on the hand up to an input + what the server's coupling had put into "
-       "the "
-       "world with that input, in world joules, the wrench after the passivity controller: what came from nowhere "
-       "(energy_ledger.hpp).",
+       "the world with that input, in world joules, the wrench after the passivity controller: what came from "
+       "nowhere (energy_ledger.hpp).",
        Combine::kGreatest, nullptr, of_ledger<&EnergyLedger::created_max_j>},
       {"energy_created_in_100_ms_j",
        "Greatest rise of E(t) within 0.1 s: whatever friction took before cannot hide it.", Combine::kGreatest, nullptr,
@@ -221,8 +219,7 @@ const std::vector<TrialMetric>& trial_metrics() {
        of_ledger<&EnergyLedger::created_in_1_s_j>},
       {"energy_withheld_by_safety_j",
        "Work on the hands that ramp, decay in silence, slew limit and clamp left out, in world joules; a line of its "
-       "own, "
-       "for E(t) is of the force before them.",
+       "own, for E(t) is of the force before them.",
        Combine::kGreatest, nullptr, of_ledger<&EnergyLedger::withheld_by_safety_j>},
       {"hand_port_j", "Work done on the hand over the trial, in world joules; less than 0 when it gave.", Combine::kSum,
        hand_port_j},

@@ -3,7 +3,6 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 namespace tandem::haptics {
 namespace {
@@ -12,10 +11,6 @@ const Vec3 kPrior(0.9, -0.4, 0.4);
 /// What the prior is worth: so many seconds of typical ways.
 constexpr double kPriorWorth_s = 2;
 constexpr double kScoreWorth_s = 0.05;
-
-double part_of(double corner_hz, double period_s) {
-  return 1 - std::exp(-2 * std::numbers::pi * corner_hz * period_s);
-}
 
 }  // namespace
 
@@ -41,7 +36,7 @@ TrajectoryForecast::Way TrajectoryForecast::step(const Vec3& known, double horiz
                                                  double period_s) noexcept {
   const double horizon = std::clamp(horizon_s, 0.0, kMaxHorizon_s);
   if (count_ == 0) fast_ = slow_ = known;
-  const double fast_part = part_of(kFast_hz, period_s), slow_part = part_of(kSlow_hz, period_s);
+  const double fast_part = low_pass_part(kFast_hz, period_s), slow_part = low_pass_part(kSlow_hz, period_s);
   fast_ += fast_part * (known - fast_);
   slow_ += slow_part * (known - slow_);
   const Vec3 v_fast = (known - fast_) * (fast_part / period_s), v_slow = (known - slow_) * (slow_part / period_s);

@@ -2,11 +2,18 @@
 #pragma once
 
 #include <array>
-#include <cstdint>
+#include <cmath>
+#include <cstddef>
+#include <numbers>
 
 #include "common/base/spatial.hpp"
 
 namespace tandem::haptics {
+
+/// Of a low pass of first order: the part of the way to its input that it goes in a period.
+inline double low_pass_part(double corner_hz, double period_s) noexcept {
+  return 1 - std::exp(-2 * std::numbers::pi * corner_hz * period_s);
+}
 
 /// Continues a trajectory over its age, from how it moved and how something moves that it may go along with.
 ///

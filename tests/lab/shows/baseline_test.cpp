@@ -25,7 +25,9 @@ TEST(Hold, DropsWhatTwoSqueezeAt100Ms) {
 
 TEST(Wave, MakesNoEnergyWhateverTheDelay) {
   for (const char* experiment : {"wall", "push"}) {
-    EXPECT_LE(Shown(experiment, bare("wave", 100))["energy_created_max_j"], 0.001) << experiment;
+    const Shown wave(experiment, bare("wave", 100));
+    EXPECT_LE(wave["energy_created_max_j"], 0.001) << experiment;
+    EXPECT_GE(wave["contact_force_ratio"], 0.3) << experiment;
   }
 }
 

@@ -80,7 +80,9 @@ TEST_P(DeviceAfterTenMinutes, FeelsTheWallAsAtOnce) {
       const auto scene = load_experiment_scene(trial.experiment);
       return user_metric(run_virtual_session(trial.experiment, scene).users.at(0), "hold_force_mean_n");
     };
-    EXPECT_GE(hold_n(true), 0.97 * hold_n(false)) << round_trip_ms;
+    const double at_once_n = hold_n(false);
+    EXPECT_GT(at_once_n, 1) << "nothing was felt, so nothing was tested";
+    EXPECT_GE(hold_n(true), 0.97 * at_once_n) << round_trip_ms;
   }
 }
 
