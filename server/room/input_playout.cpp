@@ -72,6 +72,7 @@ void InputPlayout::take(const proto::ClientUpdate& update, Duration now) noexcep
 void InputPlayout::reset() noexcept {
   count_ = 0;
   played_ = 0;
+  steps_behind_ = 0;
   underrun_s_ = 0;
   delay_.reset();
 }
@@ -105,7 +106,10 @@ void InputPlayout::choose_tick(double wanted) noexcept {
   const double stride = std::round(step_s_ * ticks_per_second());
   const bool keeps_stride = played_ != 0 && std::abs(wanted - so_far - stride) <= kStrideTolerance;
   double chosen = keeps_stride ? so_far + stride : std::round(wanted);
-  if (played_ != 0) chosen = std::min(chosen, so_far + kCatchUp * std::max(stride, 1.0));
+  if (played_ != 0) {
+    steps_behind_ = chosen > so_far + std::max(stride, 1.0) ? steps_behind_ + 1 : 0;
+    chosen = std::min(chosen, so_far + std::max(stride, 1.0) * (steps_behind_ % kCatchUpSteps == 1 ? 2 : 1));
+  }
   played_ = first + static_cast<std::uint64_t>(std::clamp(chosen, so_far, last));
 }
 

@@ -34,7 +34,7 @@ struct PlayedInput {
 ///         of T. Energies and wrenches go evenly. Which tick is played moves on by as many as fit into a step, and changes stride
 ///         only when it has drifted 0.75 ticks from where the delay wants it: a jitter of time stamps moves nothing.
 ///         On underrun, the last one's poses are held and its twists fade to zero in kTwistFade_s; what then comes is
-///         caught up with at kCatchUp times the hand's pace, not by a jump.
+///         caught up with at 5/4 of the hand's pace, two of its ticks in every fourth step, not by a jump.
 /// Limits  a client that leaves gaps by itself (a deadband) is played later by their length
 /// Thread  the room's; time is counted in steps; no allocation
 class InputPlayout {
@@ -42,7 +42,7 @@ class InputPlayout {
   static constexpr std::size_t kHistory = 128;
   static constexpr net::PlayoutSettings kDelay{.quantile = 0.985};
   static constexpr double kTwistFade_s = 0.020;
-  static constexpr double kCatchUp = 2;
+  static constexpr std::uint32_t kCatchUpSteps = 4;
 
   explicit InputPlayout(double step_s) : step_s_(step_s) {}
 
@@ -68,7 +68,8 @@ class InputPlayout {
   std::array<PlayedInput, kHistory> inputs_{};
   std::size_t newest_ = 0;
   std::size_t count_ = 0;
-  std::uint64_t played_ = 0;  ///< tick; 0: none yet
+  std::uint64_t played_ = 0;        ///< tick; 0: none yet
+  std::uint32_t steps_behind_ = 0;  ///< in a row
   double underrun_s_ = 0;
 
   net::PlayoutDelay delay_{kDelay};
