@@ -30,6 +30,7 @@ namespace {
 /// What the stage asks of the session.
 SessionSettings session_settings(const ClientSettings& settings) {
   SessionSettings session = settings.session;
+  session.coupling_bounds = settings.haptics.coupling_bounds;
   if (needs_local_model(settings.haptics.stage.name)) session.asset_kinds = {"contact", "molecule"};
   if (!needs_proxy_world(settings.haptics.stage.name)) return session;
   session.asset_kinds = {geometry::kSurfaceAssetKind};

@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "common/haptics/coupling/coupling_ranges.hpp"
+#include "common/haptics/coupling/rendered_coupling.hpp"
 #include "tandem/scene.pb.h"
 
 namespace tandem::proto {
@@ -58,6 +59,21 @@ constexpr const CouplingField* find_coupling_field(std::string_view name) {
     if (field.name == name) return &field;
   }
   return nullptr;
+}
+
+/// What a device bears; what is not bounded is left out.
+inline void write_bounds(const haptics::CouplingParameters& bounds, wire::Coupling& out) {
+  for (const CouplingField& field : kCouplingFields) {
+    if (std::isfinite(bounds.*field.value)) (out.*field.set)(bounds.*field.value);
+  }
+}
+/// The reverse; of any number, so what it says is for the reader to check.
+inline haptics::CouplingParameters read_bounds(const wire::Coupling& coupling) {
+  haptics::CouplingParameters bounds = haptics::kNoCouplingBounds;
+  for (const CouplingField& field : kCouplingFields) {
+    if ((coupling.*field.has)()) bounds.*field.value = (coupling.*field.get)();
+  }
+  return bounds;
 }
 
 }  // namespace tandem::proto

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <limits>
 
-#include "client/haptics/rendered_coupling.hpp"
 #include "devices/device_check.hpp"
 #include "proto/world_from_wire.hpp"
 
@@ -45,7 +44,8 @@ const haptics::CouplingLawInfo* law_of(const HapticScene& scene) {
 }
 haptics::CouplingParameters rendered(const HapticScene& scene, const haptics::CouplingLawInfo& law,
                                      const devices::DeviceProfile& device) {
-  return rendered_coupling(law.name, scene.coupling, devices::coupling_bounds(device), scene.workspace);
+  return haptics::rendered_coupling(
+      law.name, scene.coupling, haptics::coupling_bounds_in_world(devices::coupling_bounds(device), scene.workspace));
 }
 
 /// As the server sent them; none where they are of no use.

@@ -160,6 +160,10 @@ void HapticCore::take_mail() noexcept {
 void HapticCore::enter_scene(const HapticScene& scene) noexcept {
   const bool is_new = scene.generation != scene_.generation;
   scene_ = scene;
+  if (scene_.tool < scene_.coupling_bounds.size()) {
+    scene_.coupling_bounds[scene_.tool] =
+        haptics::coupling_bounds_in_world(coupling_.device_bounds(), scene_.workspace);
+  }
   scene_is_usable_ = scene.generation != 0 && is_usable(scene);
   if (!is_new) return change_scene();
   if (scene_is_usable_) coupling_.start(scene);
@@ -246,7 +250,7 @@ StageInput HapticCore::stage_input(LocalTime now) const noexcept {
   input.age = record_.state_age;
   input.coupling = &coupling_.law();
   input.parameters = &coupling_.parameters();
-  input.parameter_bounds = coupling_.device_bounds();
+  input.scene = &scene_;
   input.local_model = models_.get();
   input.proxy_world = proxy_worlds_.get();
   input.watched = BodyId{watched_last_};

@@ -2,12 +2,13 @@
 // which own memory, are handed over (HapticCore::offer_model()).
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 
 #include "common/base/time.hpp"
 #include "common/base/workspace.hpp"
-#include "common/haptics/coupling/coupling_law.hpp"
+#include "common/haptics/coupling/rendered_coupling.hpp"
 #include "common/realtime/mailbox.hpp"
 #include "proto/state.hpp"
 
@@ -29,6 +30,13 @@ struct HapticScene {
   WorkspaceMapping workspace;
   std::size_t law = 0;                   ///< index into coupling_laws()
   haptics::CouplingParameters coupling;  ///< in force for this user's tool, where it is going (CouplingRamp)
+  std::uint32_t tool = 0;                ///< this user's, index into the scene's
+  /// Of the coupling, that the users' devices bear, by tool; in the world.
+  std::array<haptics::CouplingParameters, proto::kMaxUsers> coupling_bounds = [] {
+    std::array<haptics::CouplingParameters, proto::kMaxUsers> bounds;
+    bounds.fill(haptics::kNoCouplingBounds);
+    return bounds;
+  }();
 };
 
 struct ClientMailboxes {

@@ -3,9 +3,9 @@
 
 #include <string_view>
 
-#include "client/haptics/rendered_coupling.hpp"
 #include "common/haptics/coupling/coupling_ranges.hpp"
 #include "common/haptics/coupling/laws.hpp"
+#include "common/haptics/coupling/rendered_coupling.hpp"
 
 namespace tandem::client {
 namespace {
@@ -28,7 +28,8 @@ bool SceneCoupling::is_usable(const HapticScene& scene) noexcept {
 
 void SceneCoupling::go_to(const HapticScene& scene) noexcept {
   const std::string_view law = laws_[scene.law]->name();
-  ramp_.go_to(rendered_coupling(law, scene.coupling, device_bounds_, scene.workspace));
+  ramp_.go_to(haptics::rendered_coupling(law, scene.coupling,
+                                         haptics::coupling_bounds_in_world(device_bounds_, scene.workspace)));
 }
 
 void SceneCoupling::start(const HapticScene& scene) noexcept {

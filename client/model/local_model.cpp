@@ -91,7 +91,11 @@ Wrench LocalModel::step(const LocalModelInput& input) noexcept {
   if (input.newest == nullptr) return {};
   if (!has_started_) start(input.newest->update);
   if (input.is_new) take_update(input);
-  world_.set_coupling(input.coupling);
+  world_.set_coupling(input.scene->coupling);
+  world_.set_coupling_bounds(tool_, input.scene->coupling_bounds[tool_]);
+  for (const PartnerHere& here : partners_) {
+    if (here.is_here) world_.set_coupling_bounds(here.tool, input.scene->coupling_bounds[here.tool]);
+  }
   follow_buttons(input);
   drive_copies(input, step_s_);
   correct_tool(step_s_);

@@ -58,7 +58,7 @@ struct LocalModelInput {
   std::uint32_t buttons = 0;
   const ReceivedUpdate* newest = nullptr;  ///< of this scene; null before the first
   bool is_new = false;
-  haptics::CouplingParameters coupling;  ///< bounded by the device
+  const HapticScene* scene = nullptr;  ///< the coupling that it asks for, and what the users' devices bear of it
 };
 
 /// Thread  constructed anywhere; then haptic only: no allocation, no throw

@@ -1,5 +1,7 @@
 #include "client/session/joined_scene.hpp"
 
+#include <algorithm>
+
 #include "client/session/scene_from_wire.hpp"
 #include "proto/coupling_fields.hpp"
 
@@ -22,6 +24,15 @@ void JoinedScene::hide() {
   watch_.forget_changes();
   if (!scene_.may_drive) return;
   scene_.may_drive = scene_.may_display = false;
+  publish();
+}
+
+void JoinedScene::meet(const wire::UserJoined& user) {
+  if (user.role() != wire::ROLE_MANIPULATOR || user.tool() >= scene_.coupling_bounds.size()) return;
+  const haptics::CouplingParameters bounds = proto::read_bounds(user.coupling_bounds());
+  const auto is_bound = [&bounds](const proto::CouplingField& field) { return bounds.*field.value >= 0; };
+  const bool is_sound = std::ranges::all_of(proto::kCouplingFields, is_bound);
+  scene_.coupling_bounds[user.tool()] = is_sound ? bounds : haptics::kNoCouplingBounds;
   publish();
 }
 

@@ -28,6 +28,8 @@ class JoinedScene {
   /// The haptic thread drives and displays nothing of it any more.
   void hide();
 
+  /// Another user is in the room. Bounds that are not sound are left out.
+  void meet(const wire::UserJoined& user);
   /// The server says what this user's tool holds, and what a coefficient is for it.
   void hold(BodyId body, LocalTime now);
   /// Where the tool is on the body that it holds.

@@ -49,6 +49,8 @@ std::string fill_haptic_scene(const wire::Joined& joined, HapticScene& out) {
     return "tool is " + std::to_string(joined.tool()) + "; the scene has " + std::to_string(scene.tools_size()) +
            " tools";
   }
+  out.tool = joined.tool();
+  out.coupling_bounds = HapticScene{}.coupling_bounds;
   const auto tool = static_cast<int>(joined.tool());
   return fill_workspace(scene.tools(tool).workspace(), "scene.tools[" + std::to_string(tool) + "].workspace",
                         out.workspace);

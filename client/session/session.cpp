@@ -6,6 +6,7 @@
 #include "client/session/joined_scene.hpp"
 #include "client/session/state_stream.hpp"
 #include "proto/control_framing.hpp"
+#include "proto/coupling_fields.hpp"
 
 namespace tandem::client {
 namespace {
@@ -238,6 +239,7 @@ bool ClientSession::Impl::handle_active(const wire::ServerControl& message, Loca
       log("released body " + std::to_string(message.released().body()));
       return true;
     case wire::ServerControl::kUserJoined:
+      scene.meet(message.user_joined());
       log("user " + std::to_string(message.user_joined().user()) + " \"" + message.user_joined().name() + "\" is here");
       return true;
     case wire::ServerControl::kUserLeft:
@@ -284,6 +286,7 @@ void ClientSession::Impl::take_welcome(const wire::Welcome& welcome, LocalTime n
   message.mutable_join()->set_user_name(settings.user_name);
   message.mutable_join()->set_role(settings.role);
   message.mutable_join()->set_deadband(settings.deadband);
+  proto::write_bounds(settings.coupling_bounds, *message.mutable_join()->mutable_coupling_bounds());
   send_request(message);
 }
 

@@ -20,6 +20,7 @@
 #include "client/haptics/mailboxes.hpp"
 #include "client/session/asset_fetcher.hpp"
 #include "common/base/time.hpp"
+#include "common/haptics/coupling/rendered_coupling.hpp"
 #include "common/net/clock_sync.hpp"
 #include "common/realtime/mailbox.hpp"
 #include "proto/datagram_channel.hpp"
@@ -67,6 +68,8 @@ struct SessionSettings {
   /// Weber fraction (common/net/deadband.hpp): what differs by less is not sent at once, in either direction; 0: all
   /// is.
   double deadband = 0;
+  /// Of the coupling, that the user's device bears, in its newtons and metres: the tool at the server is pulled no harder.
+  haptics::CouplingParameters coupling_bounds = haptics::kNoCouplingBounds;
   /// What the scene's coupling is checked with (CouplingWatch): one that is unstable on it is not displayed, and the
   /// hand still drives its tool. None: no check.
   std::optional<devices::DeviceProfile> device{};

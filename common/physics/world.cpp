@@ -51,7 +51,7 @@ World::Impl::Impl(std::shared_ptr<const WorldDescription> world, std::unique_ptr
     if (body.anchor) bodies.back().anchor.set(*body.anchor);
   }
   for (const ToolDescription& tool : scene->tools) {
-    tools.push_back({make_tool(tool), &tool, ToolHand(scene->coupling.law, coupling), false, {}, {}, {}});
+    tools.push_back({make_tool(tool), &tool, ToolHand(scene->coupling.law, coupling)});
   }
   things.resize(bodies.size() + tools.size());
   pulls.reserve(tools.size());

@@ -88,6 +88,11 @@ class World {
   /// Replaces the coupling's coefficients, by CouplingRamp from the next step on; what the law chooses itself for a
   /// tool stays (coupling_in_force()). Ignored when one is negative or not finite.
   void set_coupling(const haptics::CouplingParameters& parameters);
+  /// What the device of the tool's user bears: the coupling of this tool is held to it (rendered_coupling()). Until the
+  /// tool is taken out of the world. Ignored when one is negative or NaN.
+  void set_coupling_bounds(std::size_t tool, const haptics::CouplingParameters& bounds);
+  /// In force for the tool now.
+  const haptics::CouplingParameters& coupling(std::size_t tool) const;
 
   /// From now on the tool's coupling also brakes what it moves, by this times its velocity in the world; turning by that at kBrakeLever_m. At rest a brake does nothing: what is held stays held.
   /// A tool that is where its handle is (ToolDynamics::kAtHandle) is not braked. Ignored below 0 or not finite.

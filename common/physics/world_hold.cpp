@@ -39,7 +39,8 @@ void World::Impl::detach(WorldTool& tool) {
 
 haptics::CouplingParameters World::Impl::coupling_of(const WorldTool& tool) const {
   const RigidBody& moved = tool.held ? bodies[*tool.held].rigid : tool.rigid;
-  return coupling_in_force(scene->coupling, coupling, moved_mass(moved.mass(), tool.held.has_value()));
+  const auto in_force = coupling_in_force(scene->coupling, coupling, moved_mass(moved.mass(), tool.held.has_value()));
+  return haptics::rendered_coupling(scene->coupling.law, in_force, tool.coupling_bounds);
 }
 
 /// To the body's surface; of a molecule, from the tool's origin to the nearest atom.
@@ -82,6 +83,7 @@ void World::deactivate_tool(std::size_t index) {
   tool.hand.set_brake(0);
   tool.soft = {};
   impl_->effects.forget(index);
+  tool.coupling_bounds = haptics::kNoCouplingBounds;
   tool.is_active = false;
 }
 
@@ -158,6 +160,18 @@ void World::set_coupling(const haptics::CouplingParameters& parameters) {
   if (parameters == impl_->coupling || !haptics::is_usable(parameters)) return;
   impl_->coupling = parameters;
   for (WorldTool& tool : impl_->tools) tool.hand.set_coupling(impl_->coupling_of(tool));
+}
+
+void World::set_coupling_bounds(std::size_t index, const haptics::CouplingParameters& bounds) {
+  WorldTool& tool = impl_->tools[index];
+  const auto is_bound = [&bounds](const haptics::CouplingRange& range) { return bounds.*range.value >= 0; };
+  if (bounds == tool.coupling_bounds || !std::ranges::all_of(haptics::kCouplingRanges, is_bound)) return;
+  tool.coupling_bounds = bounds;
+  tool.hand.set_coupling(impl_->coupling_of(tool));
+}
+
+const haptics::CouplingParameters& World::coupling(std::size_t tool) const {
+  return impl_->tools[tool].hand.parameters();
 }
 
 }  // namespace tandem::physics

@@ -11,6 +11,7 @@
 #include <span>
 #include <vector>
 
+#include "common/haptics/coupling/rendered_coupling.hpp"
 #include "common/physics/effect_stage.hpp"
 #include "common/physics/molecular_forces.hpp"
 #include "common/physics/tool_hand.hpp"
@@ -39,12 +40,13 @@ struct WorldTool {
   RigidBody rigid;
   const ToolDescription* description = nullptr;
   ToolHand hand;
+  haptics::CouplingParameters coupling_bounds = haptics::kNoCouplingBounds;
   bool is_active = false;
-  std::optional<std::size_t> held;            ///< index of a body
-  Pose X_BT;                                  ///< its place on the held body
-  std::optional<std::size_t> passes_through;  ///< body that was released with the tool inside
-  SoftContact soft = {};                      ///< told from outside
-  std::optional<std::size_t> pull = {};       ///< its place among this step's pulls
+  std::optional<std::size_t> held = {};            ///< index of a body
+  Pose X_BT = {};                                  ///< its place on the held body
+  std::optional<std::size_t> passes_through = {};  ///< body that was released with the tool inside
+  SoftContact soft = {};                           ///< told from outside
+  std::optional<std::size_t> pull = {};            ///< its place among this step's pulls
 
   bool is_free() const { return is_active && !held; }
   bool has_mass() const { return hand.dynamics() == haptics::ToolDynamics::kWithMass; }

@@ -21,9 +21,7 @@ std::vector<BodyId> moving_bodies_of(const LoadedScene& scene) {
 /// What the room's loop keeps of a seat: large, so made once, and taken over by the seat's next user.
 struct Room::User {
   explicit User(Room& room, bool is_limited)
-      : port(room.world_, is_limited),
-        drivers(make_tool_drivers(room.scene_, room.period_, port, room.coupling_)),
-        driver(drivers.front().get()) {}
+      : port(room.world_, is_limited), drivers(make_tool_drivers(room.period_, port)), driver(drivers.front().get()) {}
 
   ToolDriver& driver_for(proto::ClientMode mode) const {
     return *drivers[std::min(static_cast<std::size_t>(mode), drivers.size() - 1)];
@@ -53,8 +51,7 @@ Room::Room(RoomId id, std::string name, std::shared_ptr<const LoadedScene> scene
       scene_(std::move(scene)),
       period_(from_seconds(1.0 / scene_->description.step_rate_hz())),
       moving_bodies_(moving_bodies_of(*scene_)),
-      world_(make_server_world(scene_, options.steps_soft_aside)),
-      coupling_(scene_->world.coupling.parameters) {
+      world_(make_server_world(scene_, options.steps_soft_aside)) {
   const bool is_limited =
       options.controls_tool_passivity && scene_->world.coupling.dynamics != haptics::ToolDynamics::kAtHandle;
   for (auto& user : users_) user = std::make_unique<User>(*this, is_limited);
@@ -106,7 +103,6 @@ void Room::apply(const RoomCommand& command) noexcept {
     case RoomCommand::Kind::kRelease:
       return serve_request(user, command);
     case RoomCommand::Kind::kSetCoupling:
-      coupling_ = command.coupling;
       return world_.set_coupling(command.coupling);
     case RoomCommand::Kind::kJoin:
       return;
@@ -120,7 +116,7 @@ void Room::join(const Seat& seat) noexcept {
   user.seat = seat;
   // What the seat's former user sent last is not this one's.
   user.inbox.poll();
-  if (seat.is_manipulator()) user.port.open(seat.tool);
+  if (seat.is_manipulator()) user.port.open(seat.tool, seat.coupling_bounds);
 }
 
 void Room::leave(User& user) noexcept {

@@ -135,7 +135,6 @@ class Room {
   physics::World world_;
   realtime::Ring<RoomCommand> commands_{256};
   realtime::Ring<RoomEvent> events_{256};
-  haptics::CouplingParameters coupling_;                       ///< as last set
   std::array<std::unique_ptr<User>, proto::kMaxUsers> users_;  ///< by Seat::index
   proto::ServerUpdate common_;                                 ///< of this step: what all users are told alike
   Step step_;

@@ -27,7 +27,7 @@ std::optional<std::uint8_t> RoomSeats::free_tool() const {
   return std::nullopt;
 }
 
-std::optional<Seat> RoomSeats::take(UserRole role, bool leaves_gaps) {
+std::optional<Seat> RoomSeats::take(UserRole role, bool leaves_gaps, const haptics::CouplingParameters& device_bounds) {
   const auto& limits = room_.scene().description.limits();
   const std::size_t limit = role == UserRole::kManipulator ? limits.manipulators() : limits.observers();
   const auto free = std::find(seats_.begin(), seats_.end(), std::nullopt);
@@ -38,6 +38,7 @@ std::optional<Seat> RoomSeats::take(UserRole role, bool leaves_gaps) {
     const auto tool = free_tool();
     if (!tool) return std::nullopt;
     seat.tool = *tool;
+    seat.coupling_bounds = haptics::coupling_bounds_in_world(device_bounds, room_.scene().workspaces[seat.tool]);
   }
   seat.user = UserId{++last_user_};
   *free = seat;

@@ -25,7 +25,9 @@ class RoomSeats {
 
   /// The n-th manipulator takes the n-th free tool. Nothing when the scene's limits are reached.
   /// In      leaves_gaps  what does not come from this user is little enough to be extrapolated (a deadband)
-  std::optional<Seat> take(UserRole role, bool leaves_gaps = false);
+  ///         device_bounds  of the coupling, that this user's device bears, in its newtons and metres
+  std::optional<Seat> take(UserRole role, bool leaves_gaps = false,
+                           const haptics::CouplingParameters& device_bounds = haptics::kNoCouplingBounds);
   void leave(const Seat& seat);
   void set_coupling(const Seat& seat, const haptics::CouplingParameters& parameters);
   /// False, and nothing is asked of the room, when it does not keep up or this seat's last request is not served yet

@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "common/base/ids.hpp"
+#include "common/haptics/coupling/rendered_coupling.hpp"
 
 namespace tandem::server {
 
@@ -16,6 +17,7 @@ struct Seat {
   UserRole role = UserRole::kObserver;
   std::uint8_t tool = 0;     ///< of a manipulator
   bool leaves_gaps = false;  ///< the user does not send what is little enough to be extrapolated (a deadband)
+  haptics::CouplingParameters coupling_bounds = haptics::kNoCouplingBounds;  ///< that his device bears, in the world
 
   bool is_manipulator() const { return user.is_valid() && role == UserRole::kManipulator; }
 };

@@ -2,10 +2,8 @@
 
 #include <algorithm>
 #include <chrono>
-#include <utility>
 
 #include "common/haptics/wave/wave_port.hpp"
-#include "server/assets/scene_coupling.hpp"
 #include "server/room/input_playout.hpp"
 
 namespace tandem::server {
@@ -73,19 +71,13 @@ class PlayoutDriver final : public ToolDriver {
 /// uses another impedance gets reflections, but no energy.
 class WaveDriver final : public ToolDriver {
  public:
-  WaveDriver(std::shared_ptr<const LoadedScene> scene, Duration period, ToolPort& port,
-             const haptics::CouplingParameters& coupling)
-      : scene_(std::move(scene)), step_s_(to_seconds(period)), port_(port), coupling_(coupling) {}
+  WaveDriver(Duration period, ToolPort& port) : step_s_(to_seconds(period)), port_(port) {}
 
   void take(const UserInput& input, Duration /*now*/) noexcept override { report_energy(port_, input); }
   std::optional<std::uint32_t> drive(UserInput& input, Duration /*now*/) noexcept override {
-    const BodyId held = port_.state().held;
-    const auto body = held.is_valid() ? std::optional<std::size_t>(held.value - 1) : std::nullopt;
-    const haptics::CouplingParameters in_force =
-        physics::coupling_in_force(scene_->world.coupling, coupling_, moved_mass(*scene_, port_.tool(), body));
     input.answered = input.newest.input_tick;
     wave_.receive(input.newest.sent.time_since_epoch(), input.newest.wave);
-    const Pose& X_WH = wave_.move(input.newest.handle.X, in_force, step_s_);
+    const Pose& X_WH = wave_.move(input.newest.handle.X, port_.coupling(), step_s_);
     port_.set_handle({X_WH, wave_.velocity()});
     return std::nullopt;
   }
@@ -94,24 +86,21 @@ class WaveDriver final : public ToolDriver {
   void stop() noexcept override { wave_.reset(); }
 
  private:
-  std::shared_ptr<const LoadedScene> scene_;
   double step_s_;
   ToolPort& port_;
-  const haptics::CouplingParameters& coupling_;
   haptics::WaveToolPort wave_{haptics::WaveImpedance{}, haptics::WavePlayer::Settings{}};
 };
 
 }  // namespace
 
-ToolDrivers make_tool_drivers(std::shared_ptr<const LoadedScene> scene, Duration period, ToolPort& port,
-                              const haptics::CouplingParameters& coupling) {
+ToolDrivers make_tool_drivers(Duration period, ToolPort& port) {
   ToolDrivers drivers;
   const auto of = [&drivers](proto::ClientMode mode) -> auto& {
     return drivers.at(static_cast<std::size_t>(mode));
   };
   of(proto::ClientMode::kHandle) = std::make_unique<HandleDriver>(port);
   of(proto::ClientMode::kLocalModel) = std::make_unique<PlayoutDriver>(period, port);
-  of(proto::ClientMode::kWave) = std::make_unique<WaveDriver>(std::move(scene), period, port, coupling);
+  of(proto::ClientMode::kWave) = std::make_unique<WaveDriver>(period, port);
   return drivers;
 }
 

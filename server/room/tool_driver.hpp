@@ -57,8 +57,7 @@ class ToolDriver {
 using ToolDrivers = std::array<std::unique_ptr<ToolDriver>, 3>;
 
 /// For one seat.
-/// In      port, coupling  outlive them; `coupling` is that of the room as last set
-ToolDrivers make_tool_drivers(std::shared_ptr<const LoadedScene> scene, Duration period, ToolPort& port,
-                              const haptics::CouplingParameters& coupling);
+/// In      port  outlives them
+ToolDrivers make_tool_drivers(Duration period, ToolPort& port);
 
 }  // namespace tandem::server

@@ -4,10 +4,11 @@
 
 namespace tandem::server {
 
-void ToolPort::open(std::size_t tool) noexcept {
+void ToolPort::open(std::size_t tool, const haptics::CouplingParameters& bounds) noexcept {
   tool_ = tool;
   has_handle_ = false;
   passivity_.reset();
+  world_.set_coupling_bounds(tool_, bounds);
   world_.activate_tool(tool_);
 }
 

@@ -18,11 +18,14 @@ class ToolPort {
   ToolPort(physics::World& world, bool is_limited) : world_(world), is_limited_(is_limited) {}
 
   /// A new user takes a tool; it appears in the world.
-  void open(std::size_t tool) noexcept;
+  /// In      bounds  of the coupling, that the user's device bears, in the world
+  void open(std::size_t tool, const haptics::CouplingParameters& bounds) noexcept;
   /// He leaves, and the tool with him.
   void close() noexcept;
   std::size_t tool() const noexcept { return tool_; }
   physics::ToolState state() const noexcept { return world_.tool(tool_); }
+  /// In force now.
+  const haptics::CouplingParameters& coupling() const noexcept { return world_.coupling(tool_); }
 
   /// The tool is pulled there, until the next call.
   void set_handle(const RigidState& handle) noexcept;

@@ -135,6 +135,9 @@ wire::ServerControl user_joined(const Seat& seat, const std::string& name) {
   message.mutable_user_joined()->set_user(seat.user.value);
   message.mutable_user_joined()->set_name(name);
   message.mutable_user_joined()->set_role(wire_role(seat.role));
+  if (!seat.is_manipulator()) return message;
+  message.mutable_user_joined()->set_tool(seat.tool);
+  proto::write_bounds(seat.coupling_bounds, *message.mutable_user_joined()->mutable_coupling_bounds());
   return message;
 }
 

@@ -6,6 +6,14 @@
 namespace tandem::server {
 namespace {
 
+/// Null: all that is there is in range.
+const proto::CouplingField* find_bad_bound(const wire::Coupling& bounds) {
+  for (const proto::CouplingField& field : proto::kCouplingFields) {
+    if ((bounds.*field.has)() && !field.accepts((bounds.*field.get)())) return &field;
+  }
+  return nullptr;
+}
+
 constexpr std::size_t kMaxProgramBytes = 200;
 constexpr int kMaxCapabilities = 32;
 
@@ -137,6 +145,10 @@ void SessionHub::Impl::join(Connection& connection, const wire::ClientControl& m
                "; rooms here: " + room_names());
   } else if (!(wanted.deadband() >= 0 && wanted.deadband() <= net::kMaxDeadband)) {  // NaN, too, is refused
     refuse(connection, message.request(), wire::ERROR_BAD_VALUE, "the deadband must be 0 to 0.5");
+  } else if (const proto::CouplingField* bad = find_bad_bound(wanted.coupling_bounds())) {
+    refuse(connection, message.request(), wire::ERROR_BAD_VALUE,
+           "coupling_bounds: " + std::string(bad->name) + " must be " + std::to_string(bad->low) + " to " +
+               std::to_string(bad->high) + ", or absent");
   } else {
     take_seat(connection, message, *seats);
   }
@@ -145,7 +157,7 @@ void SessionHub::Impl::join(Connection& connection, const wire::ClientControl& m
 void SessionHub::Impl::take_seat(Connection& connection, const wire::ClientControl& message, RoomSeats& seats) {
   const wire::JoinRoom& wanted = message.join();
   const UserRole role = wanted.role() == wire::ROLE_MANIPULATOR ? UserRole::kManipulator : UserRole::kObserver;
-  const auto seat = seats.take(role, wanted.deadband() > 0);
+  const auto seat = seats.take(role, wanted.deadband() > 0, proto::read_bounds(wanted.coupling_bounds()));
   if (!seat) {
     refuse(connection, message.request(), wire::ERROR_ROOM_FULL,
            "room " + seats.room().name() + " is full: no free place for " +

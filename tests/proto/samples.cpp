@@ -106,6 +106,7 @@ wire::ClientControl join() {
   message.mutable_join()->set_user_name("Zoë");
   message.mutable_join()->set_role(wire::ROLE_MANIPULATOR);
   message.mutable_join()->set_deadband(0.1);
+  message.mutable_join()->mutable_coupling_bounds()->set_force_limit_n(2.5);
   return message;
 }
 

@@ -22,7 +22,7 @@ LocalModelInput model_input(const StageInput& input) {
   result.buttons = input.buttons;
   result.newest = input.newest;
   result.is_new = input.is_new;
-  result.coupling = *input.parameters;
+  result.scene = input.scene;
   return result;
 }
 

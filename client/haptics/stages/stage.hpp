@@ -47,10 +47,10 @@ struct StageInput {
   Duration age{0};                                          ///< since `newest` arrived
   const haptics::CouplingLaw* coupling = nullptr;           ///< the scene's law, never null
   const haptics::CouplingParameters* parameters = nullptr;  ///< in force in `coupling`, already bounded; never null
-  haptics::CouplingParameters parameter_bounds;  ///< this device's: what a stage renders by itself keeps to them
-  LocalModel* local_model = nullptr;             ///< of this scene; null: the session has none
-  ProxyWorld* proxy_world = nullptr;             ///< likewise
-  BodyId watched;                                ///< whose local pose is to be reported, if the stage has one
+  const HapticScene* scene = nullptr;  ///< with what this user's device bears among the bounds of the coupling
+  LocalModel* local_model = nullptr;   ///< of this scene; null: the session has none
+  ProxyWorld* proxy_world = nullptr;   ///< likewise
+  BodyId watched;                      ///< whose local pose is to be reported, if the stage has one
 };
 
 /// What a stage does at one tick. All in W.

@@ -71,8 +71,8 @@ class Across {
          const LocalModelSettings& settings = {})
       : server(world, physics::make_followed_bodies(world->bodies.size()), nullptr),
         model(world, 0, settings),
-        coupling_(world->coupling.parameters),
         one_way_(static_cast<std::size_t>(one_way_ticks)) {
+    scene_.coupling = world->coupling.parameters;
     server.activate_tool(0);
   }
 
@@ -113,7 +113,7 @@ class Across {
     input.handle = handle;
     input.buttons = buttons;
     input.newest = has_newest_ ? &newest_ : nullptr;
-    input.coupling = coupling_;
+    input.scene = &scene_;
     return model.step(input);
   }
 
@@ -162,7 +162,7 @@ class Across {
 
   LocalTime now() const { return LocalTime{kPeriod * static_cast<int>(tick_.value)}; }
 
-  haptics::CouplingParameters coupling_;
+  HapticScene scene_;
   std::size_t one_way_;
   Tick tick_;
   std::deque<Input> up_;
@@ -351,7 +351,9 @@ TEST(LocalModel, FeelsASoftContactThatTheServerTellsWithoutAStep) {
   LocalModelInput input;
   input.handle = newest.update.tool;
   input.newest = &newest;
-  input.coupling = world->coupling.parameters;
+  HapticScene asked;
+  asked.coupling = world->coupling.parameters;
+  input.scene = &asked;
   double before = 0, steepest = 0;
   for (std::uint64_t k = 1; k < 500; ++k) {
     input.input = Tick{k};

@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
+#include "common/haptics/coupling/rendered_coupling.hpp"
 #include "server/room/server_world.hpp"
 #include "tests/common/physics/scene_support.hpp"
 
@@ -28,11 +30,37 @@ std::string block(const std::string& more = "") {
              "placement": {"position_m": [0, 0, -0.05]})" +
          more + "}";
 }
-std::string ball_at(double z) {
-  return R"({"name": "t", "placement": {"position_m": [0, 0, )" + std::to_string(z) + "]}}";
+std::string ball_at(double z, const std::string& name = "t") {
+  return R"({"name": ")" + name + R"(", "placement": {"position_m": [0, 0, )" + std::to_string(z) + "]}}";
 }
 
 constexpr double kRadius_m = 0.005;  // of a tool without shapes
+
+TEST(World, AToolIsPulledNoHarderThanItsUsersDeviceBearsUntilHeLeaves) {
+  World world(server::make_server_world(
+      load_parts({.tools = ball_at(1) + "," + ball_at(2, "u"), .coupling = law("spring-damper")})));
+  haptics::CouplingParameters weak = haptics::kNoCouplingBounds;
+  weak.stiffness_n_per_m = 100;
+  weak.force_limit_n = 2;
+  world.set_coupling_bounds(0, weak);
+  for (const std::size_t tool : {0, 1}) world.activate_tool(tool);
+  EXPECT_EQ(world.coupling(0).stiffness_n_per_m, 100);
+  EXPECT_EQ(world.coupling(0).force_limit_n, 2);
+  EXPECT_EQ(world.coupling(1).stiffness_n_per_m, haptics::CouplingParameters{}.stiffness_n_per_m);
+  haptics::CouplingParameters strong;
+  strong.stiffness_n_per_m = 900;
+  world.set_coupling(strong);
+  run(world, 1000);
+  EXPECT_EQ(world.coupling(0).stiffness_n_per_m, 100) << "a coupling set later is bounded alike";
+  EXPECT_EQ(world.coupling(1).stiffness_n_per_m, 900);
+  weak.force_limit_n = std::numeric_limits<double>::quiet_NaN();
+  world.set_coupling_bounds(0, weak);
+  run(world, 1000);
+  EXPECT_EQ(world.coupling(0).force_limit_n, 2);
+  world.deactivate_tool(0);
+  world.activate_tool(0);
+  EXPECT_EQ(world.coupling(0).stiffness_n_per_m, 900) << "who comes next has a device of his own";
+}
 
 TEST(MasslessTool, IsAtTheHandleAfterAStepHoweverItMoves) {
   World world(server::make_server_world(load_parts({.coupling = law("qsa-static")})));

@@ -48,6 +48,24 @@ TEST_P(Device, FeelsTheWallWithAndWithoutDelay) {
 INSTANTIATE_TEST_SUITE_P(Profiles, Device, testing::ValuesIn(profiles()),
                          [](const auto& each) { return name_of_profile(each); });
 
+// Two newtons are less than the path asks for: the tool at the server is pulled by what the hand is shown, no harder.
+TEST(Device, OfTwoNewtonsPushesWithoutAStepAndMakesNoEnergy) {
+  for (const double round_trip_ms : {0.0, 100.0}) {
+    const Shown push("push", held("inverse3", round_trip_ms));
+    EXPECT_LE(push["path_error_of_peak"], 0.03) << round_trip_ms;
+    EXPECT_LE(push["force_step_max_n_per_ms"], 0.1) << round_trip_ms;
+    EXPECT_LE(push["energy_created_max_j"], 0.002) << round_trip_ms;
+  }
+}
+
+// Each knows what the other's device bears.
+TEST(Device, OfEachUserHisOwnSqueezeTogether) {
+  const Shown squeeze("squeeze", {"users.anna.device=falcon", "users.ben.device=touch", "link.rtt_ms=100"});
+  EXPECT_EQ(squeeze.outcome(), "completed");
+  EXPECT_LE(squeeze["path_error_of_peak"], 0.1);
+  EXPECT_GE(squeeze["hold_force_least_ratio"], 0.9);
+}
+
 /// The path of the experiment after ten minutes of going to and fro in the air.
 devices::HandPath after_ten_minutes(const devices::HandPath& path) {
   constexpr Duration kFree = std::chrono::minutes(10), kWay = std::chrono::seconds(1);

@@ -250,6 +250,35 @@ TEST(SessionHub, RefusesADeadbandThatHidesMoreThanItMay) {
   }
 }
 
+TEST(SessionHub, TellsOthersWhatADeviceBearsInTheWorld) {
+  test::HubBench bench;
+  test::BenchClient ada = bench.join("ada");
+  test::BenchClient ben = bench.connect();
+  bench.greet(ben);
+  wire::ClientControl join = test::HubBench::join_message("ben");
+  join.mutable_join()->mutable_coupling_bounds()->set_force_limit_n(2);
+  bench.send(ben, join);
+  const auto told = bench.take(ada);
+  ASSERT_EQ(test::described(told), "user_joined");
+  const wire::UserJoined& user = told[0].user_joined();
+  EXPECT_EQ(user.tool(), 1U);
+  const double scale = bench.rooms.front()->scene().workspaces.at(1).force_scale;
+  EXPECT_EQ(user.coupling_bounds().force_limit_n(), 2 / scale);
+  EXPECT_FALSE(user.coupling_bounds().has_stiffness_n_per_m()) << "nothing was said of it";
+}
+
+TEST(SessionHub, RefusesBoundsOfACouplingThatNoDeviceHas) {
+  for (const double newtons : {-1.0, 0.0, 1e9}) {
+    test::HubBench bench;
+    test::BenchClient ada = bench.connect();
+    bench.greet(ada);
+    wire::ClientControl join = test::HubBench::join_message("ada");
+    join.mutable_join()->mutable_coupling_bounds()->set_force_limit_n(newtons);
+    bench.send(ada, join);
+    EXPECT_EQ(test::described(bench.take(ada)), "error ERROR_BAD_VALUE, goodbye") << newtons;
+  }
+}
+
 TEST(SessionHub, JoinedTellsHowMassIsSpreadInEveryBodyAndTool) {
   test::HubBench bench;
   const test::BenchClient ada = bench.join("ada");
