@@ -18,7 +18,7 @@ README = HERE / "README.md"
 BEGIN, END = "<!-- touch table: made by lab/make_touch_table.py -->", "<!-- end of the touch table -->"
 CASES = ["wall", "push", "curve", "rim", "mass", "soft", "peg", "docking", "squeeze", "squeeze_slippery",
          "carry_along", "carry_along_fast", "carry_across", "carry_across_fast", "tug_of_war", "turn_together",
-         "two_blocks", "three_hands"]
+         "turn_squeezed", "two_carry", "two_blocks", "two_plates", "box_on_box", "three_hands", "four_hands"]
 OTHERS = ["late-pose", "hold", "ar-spline", "wave"]
 LINK = ["--set", "link.rtt_ms=100", "--set", "link.jitter_ms=10", "--set", "link.loss=0.05", "--set", "passivity=true"]
 LONG_SILENCE_MS = 110

@@ -38,7 +38,12 @@ constexpr std::array kShipped = {"free",
                                  "tug_of_war",
                                  "turn_together",
                                  "two_blocks",
-                                 "three_hands"};
+                                 "three_hands",
+                                 "four_hands",
+                                 "two_carry",
+                                 "turn_squeezed",
+                                 "two_plates",
+                                 "box_on_box"};
 /// What metrics know: free motion, moving in contact or with something in the hand, shaking it, pressing or carrying at
 /// rest.
 constexpr std::array kPhases = {"approach", "move", "contact", "slide", "shake", "hold", "retreat"};

@@ -65,7 +65,8 @@ TEST_P(Together, IsFeltAsAtTheServerAndNotDropped) {
   const Shown shown(GetParam().experiment, GetParam().quantities());
   const bool is_near = GetParam().round_trip_ms <= 100;
   EXPECT_EQ(shown.outcome(), "completed");
-  EXPECT_LE(shown["path_error_of_peak"], is_near ? 0.1 : 0.25);
+  const bool is_easy = is_near && GetParam().experiment != std::string("four_hands");
+  EXPECT_LE(shown["path_error_of_peak"], is_easy ? 0.1 : 0.25);
   EXPECT_GE(shown["hold_force_ratio"], is_near ? 0.95 : 0.85);
   EXPECT_LE(shown["limit_cycle_m_per_s"], 0.002);
   EXPECT_LE(shown["force_step_max_n_per_ms"], 0.3);
@@ -75,9 +76,16 @@ TEST_P(Together, IsFeltAsAtTheServerAndNotDropped) {
 INSTANTIATE_TEST_SUITE_P(Default, Together,
                          testing::Values(At{"carry_along", 100}, At{"carry_along_fast", 100}, At{"carry_across", 100},
                                          At{"carry_across_fast", 100}, At{"tug_of_war", 100}, At{"turn_together", 100},
-                                         At{"two_blocks", 100}, At{"three_hands", 100}, At{"carry_along", 200},
-                                         At{"tug_of_war", 200}, At{"turn_together", 200}),
+                                         At{"two_blocks", 100}, At{"three_hands", 100}, At{"four_hands", 100},
+                                         At{"turn_squeezed", 100}, At{"two_carry", 100}, At{"two_plates", 100},
+                                         At{"box_on_box", 100}, At{"carry_along", 200}, At{"tug_of_war", 200},
+                                         At{"turn_together", 200}),
                          [](const auto& each) { return name_of_case(each); });
+
+// Of what moves at 125 mm/s, in all directions together; a partner that is held instead of foreseen drags with 1.25 N.
+TEST(Together, APlateCarriedByTwoDragsByLessThanATenthOfItsWeight) {
+  EXPECT_LE(Shown("two_carry", disturbed(100))["contact_error_rms_n"], 0.29);
+}
 
 // What kind of hand the partner has is found out while they touch.
 TEST(Together, HandsOfAnyWeightAndStiffness) {
