@@ -19,19 +19,22 @@ BEGIN, END = "<!-- touch table: made by lab/make_touch_table.py -->", "<!-- end 
 CASES = ["wall", "push", "curve", "rim", "mass", "soft", "peg", "docking", "squeeze", "squeeze_slippery",
          "carry_along", "carry_along_fast", "carry_across", "carry_across_fast", "tug_of_war", "turn_together",
          "turn_squeezed", "two_carry", "two_blocks", "two_plates", "box_on_box", "three_hands", "four_hands"]
+DEFAULT = "local-model"
 OTHERS = ["late-pose", "hold", "ar-spline", "wave"]
 LINK = ["--set", "link.rtt_ms=100", "--set", "link.jitter_ms=10", "--set", "link.loss=0.05", "--set", "passivity=true"]
 LONG_SILENCE_MS = 110
 
 
-def trials(lab, out, stage, seeds):
-    command = [lab, "run", *CASES, "--single", "--json", "--stage", stage, "--seeds", str(seeds), "--out", str(out / stage)]
+def trials(lab, out, stages, seeds):
+    """Rows by stage and case."""
+    command = [lab, "run", *CASES, "--single", "--json", "--truth-alone", "--stage", ",".join(stages),
+               "--seeds", str(seeds), "--out", str(out / stages[0])]
     done = subprocess.run(command + LINK, stdout=subprocess.PIPE, check=False)
     if done.returncode > 1:
         sys.exit(f"make_touch_table: {' '.join(command)} ended with {done.returncode}")
-    rows = {case: [] for case in CASES}
+    rows = {stage: {case: [] for case in CASES} for stage in stages}
     for row in json.loads(done.stdout)["trials"]:
-        rows[row["experiment"]].append(row)
+        rows[row["stage"]][row["experiment"]].append(row)
     return rows
 
 
@@ -97,8 +100,8 @@ def main():
     options = parser.parse_args()
     if not pathlib.Path(options.lab).is_file():
         parser.error(f"--lab {options.lab}: no such program; build it first (README.md)")
-    default = trials(options.lab, options.out, "local-model", options.seeds)
-    others = {stage: trials(options.lab, options.out, stage, options.other_seeds) for stage in OTHERS}
+    default = trials(options.lab, options.out, [DEFAULT], options.seeds)[DEFAULT]
+    others = trials(options.lab, options.out, OTHERS, options.other_seeds)
     text = table(default, others, options.seeds, options.other_seeds)
     print(text)
     if options.write:

@@ -92,7 +92,7 @@ struct Job {
   const KeptScene* scene = nullptr;
   std::string key;
   SharedReference* reference = nullptr;
-  SharedReference* same_stage = nullptr;  ///< often the same run
+  SharedReference* same_stage = nullptr;  ///< often the same run; null: not asked for
 };
 
 // In the order in which numbers come out when they are read back, so that what was just measured and what was kept
@@ -152,8 +152,8 @@ struct TrialRunner::Impl {
   void work();
   void do_job(const Job& job);
   TrialResult run_job(const Job& job);
-  std::shared_ptr<const SessionTrace> reference_trace(SharedReference& reference, const KeptScene& scene);
-  void forget_if_last(SharedReference& reference);
+  std::shared_ptr<const SessionTrace> reference_trace(SharedReference* reference, const KeptScene& scene);
+  void forget_if_last(SharedReference* reference);
   void note_done(const Job& job, TrialResult result);
 
   std::vector<Trial> trials;
@@ -204,11 +204,12 @@ void TrialRunner::Impl::make_jobs() {
   for (std::size_t i = 0; i < trials.size(); ++i) {
     const KeptScene& scene = scenes.at(scene_key(trials[i].experiment));
     SharedReference& reference = shared(reference_of(trials[i]), scene);
-    SharedReference& same_stage = shared(same_stage_of(trials[i]), scene);
-    jobs.push_back({i, &scene, key_of(trials[i], scene, settings.program), &reference, &same_stage});
+    SharedReference* same_stage = settings.holds_against_own_stage ? &shared(same_stage_of(trials[i]), scene) : nullptr;
+    const std::string asked = settings.holds_against_own_stage ? "" : "against the truth alone";
+    jobs.push_back({i, &scene, key_of(trials[i], scene, settings.program + asked), &reference, same_stage});
     if (kept(jobs.back())) continue;
     ++reference.open;
-    ++same_stage.open;
+    if (same_stage != nullptr) ++same_stage->open;
   }
   std::map<const SharedReference*, std::size_t> first;
   for (const Job& job : jobs) first.emplace(job.reference, job.trial);
@@ -225,19 +226,21 @@ std::optional<TrialResult> TrialRunner::Impl::kept(const Job& job) const {
   return kept_result(file_of(job), job.key);
 }
 
-std::shared_ptr<const SessionTrace> TrialRunner::Impl::reference_trace(SharedReference& reference,
+std::shared_ptr<const SessionTrace> TrialRunner::Impl::reference_trace(SharedReference* reference,
                                                                        const KeptScene& scene) {
-  const std::lock_guard lock(reference.running);
-  if (reference.trace == nullptr) {
-    reference.trace =
-        std::make_shared<const SessionTrace>(run_virtual_session(reference.trial.experiment, scene.scene));
+  if (reference == nullptr) return nullptr;
+  const std::lock_guard lock(reference->running);
+  if (reference->trace == nullptr) {
+    reference->trace =
+        std::make_shared<const SessionTrace>(run_virtual_session(reference->trial.experiment, scene.scene));
   }
-  return reference.trace;
+  return reference->trace;
 }
 
-void TrialRunner::Impl::forget_if_last(SharedReference& reference) {
-  const std::lock_guard lock(reference.running);
-  if (--reference.open == 0) reference.trace.reset();
+void TrialRunner::Impl::forget_if_last(SharedReference* reference) {
+  if (reference == nullptr) return;
+  const std::lock_guard lock(reference->running);
+  if (--reference->open == 0) reference->trace.reset();
 }
 
 TrialResult TrialRunner::Impl::run_job(const Job& job) {
@@ -254,8 +257,8 @@ TrialResult TrialRunner::Impl::run_job(const Job& job) {
   }
   const LocalTime from = wall.now();
   try {
-    const auto reference = reference_trace(*job.reference, *job.scene);
-    const auto same_stage = reference_trace(*job.same_stage, *job.scene);
+    const auto reference = reference_trace(job.reference, *job.scene);
+    const auto same_stage = reference_trace(job.same_stage, *job.scene);
     const SessionTrace trace = run_virtual_session(trial.experiment, job.scene->scene, on_tick);
     result.virtual_s = to_seconds(trace.joined_after + trial.experiment.duration);
     result.row = as_read_back(trial_row(trial, {trial.experiment, trace, reference.get(), same_stage.get()}));
@@ -282,8 +285,8 @@ void TrialRunner::Impl::do_job(const Job& job) {
     return;
   }
   TrialResult result = run_job(job);
-  forget_if_last(*job.reference);
-  forget_if_last(*job.same_stage);
+  forget_if_last(job.reference);
+  forget_if_last(job.same_stage);
   keep_result(file_of(job), result);
   note_done(job, std::move(result));
 }

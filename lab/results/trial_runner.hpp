@@ -21,11 +21,12 @@
 namespace tandem::lab {
 
 struct RunSettings {
-  std::filesystem::path out;        ///< an existing folder
-  std::size_t threads = 1;          ///< 1 or more
-  bool wants_samples = false;       ///< time series of every trial …
-  bool samples_lie_in_out = false;  ///< … of the only one, in `out` itself
-  std::string program;              ///< that runs them: another one's trials are not reused
+  std::filesystem::path out;            ///< an existing folder
+  std::size_t threads = 1;              ///< 1 or more
+  bool wants_samples = false;           ///< time series of every trial …
+  bool samples_lie_in_out = false;      ///< … of the only one, in `out` itself
+  bool holds_against_own_stage = true;  ///< and not against the truth alone: the metrics of TrialView::same_stage
+  std::string program;                  ///< that runs them: another one's trials are not reused
 };
 
 struct TrialResult {

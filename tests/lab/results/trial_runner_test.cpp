@@ -41,6 +41,21 @@ TEST_F(Study, RunsEveryTrialOnceAndSecondTimeNone) {
   EXPECT_EQ(pretty_json(study_json(again)), pretty_json(study_json(results)));
 }
 
+TEST_F(Study, AgainstTheTruthAloneRunsItOnceASeedAndLeavesOutWhatTheOwnStageWouldSay) {
+  RunSettings alone = settings();
+  alone.holds_against_own_stage = false;
+  TrialRunner runner(trials(), alone);
+  EXPECT_EQ(runner.size().references, 2U) << "one a seed";
+  const auto results = runner.run([](std::size_t, std::size_t) {});
+  const auto both = run(trials(), settings());
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    EXPECT_TRUE(results[i].row.at("contact_delay_error_rms_n").is_null());
+    EXPECT_FALSE(both[i].row.at("contact_delay_error_rms_n").is_null());
+    EXPECT_EQ(results[i].row.at("contact_error_rms_n"), both[i].row.at("contact_error_rms_n"));
+  }
+  EXPECT_EQ(reused(both), 0U) << "of the same folder: a row that lacks a metric is not the other's";
+}
+
 TEST_F(Study, IsRefusedForATrialWithMoreHandsThanToolsWhoeverSharesItsScene) {
   std::vector<Trial> all = trials();
   ExperimentUser cleo = all.back().experiment.users.back();

@@ -48,7 +48,6 @@ class Shown {
   Shown(const std::string& name, const Quantities& quantities) : trial_(shipped_trial(name, quantities)) {
     const auto scene = load_experiment_scene(trial_.experiment);
     reference_ = run_virtual_session(reference_of(trial_).experiment, scene);
-    same_stage_ = run_virtual_session(same_stage_of(trial_).experiment, scene);
     trace_ = run_virtual_session(trial_.experiment, scene);
   }
 
@@ -60,11 +59,10 @@ class Shown {
   const SessionTrace& reference() const { return reference_; }
 
  private:
-  TrialView view() const { return {trial_.experiment, trace_, &reference_, &same_stage_}; }
+  TrialView view() const { return {trial_.experiment, trace_, &reference_}; }
 
   Trial trial_;
   SessionTrace reference_;
-  SessionTrace same_stage_;
   SessionTrace trace_;
 };
 
