@@ -114,12 +114,11 @@ Wrench LocalModel::step(const LocalModelInput& input) noexcept {
 // As the server has it: the first force comes under the start ramp, so nothing is blended.
 void LocalModel::start(const proto::ServerUpdate& update) noexcept {
   has_started_ = true;
-  world_.activate_tool(tool_);
+  world_.activate_tool(tool_, false);
   for (const proto::BodyState& told : update.bodies) world_.set_body(told.id, told.state);
   if (update.held_body.is_valid()) {
     world_.hold(tool_, update.held_body, update.X_BT);
   } else {
-    world_.release(tool_);
     world_.set_tool(tool_, update.tool);
   }
   tool_state_ = world_.tool(tool_);
@@ -178,6 +177,7 @@ void LocalModel::take_partners(const proto::ServerUpdate& update) noexcept {
 
 void LocalModel::let_go(PartnerHere& here) noexcept {
   world_.deactivate_tool(here.tool);
+  has_jumped_ = has_jumped_ || here.is_here;
   here.is_here = false;
   here.held = BodyId{};
 }
@@ -191,10 +191,11 @@ void LocalModel::bring_in(PartnerHere& here) noexcept {
   const Partner& partner = here.partner;
   if (!here.is_here) {
     here.tool = partner.tool();
-    world_.activate_tool(here.tool);
-    world_.release(here.tool);
+    // What the scene gives this tool at first is where the model has it.
+    world_.activate_tool(here.tool, false);
     world_.set_tool(here.tool, partner.told_tool());
     here.is_here = true;
+    has_jumped_ = true;
   }
   if (here.held.is_valid() || !partner.holds().is_valid() || !partner.place()) return;
   const auto is_it = [&partner](const Copy& copy) { return copy.id == partner.holds() && copy.is_known; };

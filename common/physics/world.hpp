@@ -67,7 +67,8 @@ class World {
 
   /// Brings a tool to life at its start pose, and the body that it holds from the start into its hand: moved to the
   /// body's start pose, unless another tool holds it; then the tool appears at its place on the body.
-  void activate_tool(std::size_t tool);
+  /// In      takes_its_body  false: the tool comes empty, and no body is moved
+  void activate_tool(std::size_t tool, bool takes_its_body = true);
   /// Takes a tool out of the world; what it held is let go.
   void deactivate_tool(std::size_t tool);
   /// The newest known handle of a tool's user; couples until clear_handle().

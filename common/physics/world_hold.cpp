@@ -60,13 +60,13 @@ double World::Impl::distance_m(const WorldTool& tool, std::size_t index, double 
   return nearest;
 }
 
-void World::activate_tool(std::size_t index) {
+void World::activate_tool(std::size_t index, bool takes_its_body) {
   WorldTool& tool = impl_->tools[index];
   if (tool.is_active) return;
   tool.is_active = true;
   tool.rigid.set_state(tool.start());
   const std::optional<std::size_t> held = impl_->scene->tools[index].holds_body;
-  if (!held) return tool.hand.reset(impl_->coupling_of(tool));
+  if (!held || !takes_its_body) return tool.hand.reset(impl_->coupling_of(tool));
   WorldBody& body = impl_->bodies[*held];
   if (body.hands == 0) body.rigid.set_state(body.start());
   impl_->attach(tool, *held, body.start().X.inverse() * tool.start().X);

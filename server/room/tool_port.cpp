@@ -35,7 +35,9 @@ void ToolPort::report(double from_hand_j, double to_hand_j, double elapsed_s) no
 
 TickFaults ToolPort::limit(double step_s) noexcept {
   if (!is_limited_) return 0;
-  const double brake_n_s_per_m = passivity_.brake_n_s_per_m(step_s);
+  const physics::TouchSummary touch = world_.touch(tool_);
+  const bool acts = state().held.is_valid() || touch.contacts > 0 || touch.soft_force_n > 0;
+  const double brake_n_s_per_m = passivity_.brake_n_s_per_m(step_s, acts);
   world_.brake(tool_, brake_n_s_per_m);
   return brake_n_s_per_m > 0 ? TickFaults{kFaultToolEnergyLimited} : 0;
 }

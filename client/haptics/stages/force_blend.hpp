@@ -1,36 +1,41 @@
-// No kick where a stage changes its mind: the difference between what was shown and what comes next fades away.
+// No kick where a stage changes its mind: from what was shown it goes over to what comes next.
 #pragma once
 
 #include "common/base/spatial.hpp"
 
 namespace tandem::client {
 
-/// Fades jumps of a wrench.
+/// Goes over jumps of a wrench.
 ///
-/// Model   shown = target + o, with ö = −2ω ȯ − ω² o (critically damped, solved exactly for any period); jump() adds
-///         (from − to) to o and leaves ȯ, so shown and its slope go on through a jump that target makes from `from`
-///         to `to`.
-///         Bounds: after a jump Δ from rest o falls monotonically and by at most |Δ| ω T / e in a period T, 3 % of it
-///         at the default and 1 ms; 10 % of Δ is left after 3.9 / ω = 49 ms, 1 % after 6.6 / ω = 83 ms. Jumps add up.
-/// Thread  haptic: no allocation, no throw; a jump that is not finite is ignored
+/// Model   shown = target + w (held − target); jump() holds what was shown last and sets w = 1, which then falls as
+///         w = (1 + ωt) e^(−ωt) (critically damped, exact for any period).
+///         Bounds: shown lies between what is held and the target, so a target that comes back to what is held by
+///         itself (a tool that springs to its handle) makes no force of its own; w falls by at most ω T / e in a period T,
+///         3 % at the default and 1 ms; 10 % are left after 3.9 / ω = 49 ms, 1 % after 6.6 / ω = 83 ms. A jump amid
+///         another holds what is shown then.
+/// Thread  haptic: no allocation, no throw
 class ForceBlend {
  public:
   /// Of ω, per second; faster is sooner true and a steeper change.
   static constexpr double kRate = 80.0;
 
-  /// The target is about to change from one rule's value to another's, both of this tick.
-  void jump(const Wrench& from, const Wrench& to) noexcept;
+  /// From this tick on the target is another rule's.
+  void jump() noexcept;
   /// Once a tick, before apply().
   void advance(double period_s) noexcept;
-  Wrench apply(const Wrench& target) const noexcept { return target + offset_; }
+  /// What is shown; once a tick. A target that is not finite is shown as it is, and not held.
+  Wrench apply(const Wrench& target) noexcept;
   void reset() noexcept { *this = ForceBlend(); }
 
-  /// What is still to fade.
-  const Wrench& offset() const noexcept { return offset_; }
+  /// What is left of what is held, 0 to 1.
+  double share() const noexcept;
 
  private:
-  Wrench offset_;
-  Wrench slope_;  ///< per second
+  static constexpr double kLong = 30;  ///< nothing is left
+
+  Wrench shown_;
+  Wrench held_;
+  double turned_ = kLong;  ///< ωt
 };
 
 }  // namespace tandem::client

@@ -16,7 +16,7 @@ class GodObjectStage final : public Stage {
     wrench.f = haptics::proxy_force_on_hand_W(ball, *input.coupling, input.handle.V.v);
     // The ball may come when the hand is deep in a wall: its assets take their time.
     blend_.advance(input.period_s);
-    if (!has_ball_) blend_.jump({}, wrench);
+    if (!has_ball_) blend_.jump();
     has_ball_ = true;
     output.wrench_on_hand_W = blend_.apply(wrench);
     output.local_wrench_on_hand_W = output.wrench_on_hand_W;

@@ -96,7 +96,6 @@ class LocalModelStage final : public Stage {
   bool is_scored_;
   ScoredResidual scored_;
   ForceBlend blend_;
-  Wrench before_;  ///< shown, without what fades
   bool was_local_ = false;
 };
 
@@ -120,9 +119,8 @@ StageOutput LocalModelStage::tick(const StageInput& input) noexcept {
     if (output.has_watched_body) output.watched_body = model->body(input.watched);
   }
   const bool has_jumped = model != nullptr && model->take_jump();
-  if (has_jumped || output.is_local != was_local_) blend_.jump(before_, output.wrench_on_hand_W);
+  if (has_jumped || output.is_local != was_local_) blend_.jump();
   was_local_ = output.is_local;
-  before_ = output.wrench_on_hand_W;
   output.wrench_on_hand_W = blend_.apply(output.wrench_on_hand_W);
   return output;
 }
@@ -146,7 +144,6 @@ void LocalModelStage::reset() noexcept {
   if (residual_ != nullptr) residual_->reset();
   scored_.reset();
   blend_.reset();
-  before_ = {};
   was_local_ = false;
 }
 

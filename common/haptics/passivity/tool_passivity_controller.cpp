@@ -9,6 +9,8 @@ namespace {
 
 constexpr double kRise_s = 0.002;
 constexpr double kFall_s = 0.05;
+/// A tool that leaves and comes back within so long is still at it.
+constexpr double kIdle_s = 0.1;
 /// Less than this nobody feels: 0.01 N at 0.1 m/s.
 constexpr double kNoBrake_n_s_per_m = 0.1;
 
@@ -34,13 +36,15 @@ void ToolPassivityController::stepped(const Pose& X_WT, const Wrench& on_tool_W,
   net_into_world_j_ = net_into_world_j;
 }
 
-double ToolPassivityController::brake_n_s_per_m(double step_s) noexcept {
+double ToolPassivityController::brake_n_s_per_m(double step_s, bool acts) noexcept {
   if (!(step_s > 0) || !std::isfinite(step_s)) return brake_n_s_per_m_;
   if (balance_j_ < 0) balance_j_ = std::min(0.0, balance_j_ + kLeakRate_w * step_s);
   const double ahead_j = kStepsAhead * std::max(0.0, port_.expected_work_j(on_tool_W_));
   const double missing_j = std::max(0.0, ahead_j - balance_j_ - kInitialCredit_j);
   const double speed = std::max(kSlow_m_per_s, port_.moved_m(kLever_m) / step_s);
-  const double wanted = std::min(max_brake_n_s_per_m(missing_j), missing_j / (kPayBack_s * speed * speed));
+  idle_s_ = acts ? 0 : idle_s_ + step_s;
+  const double most = idle_s_ < kIdle_s ? max_brake_n_s_per_m(missing_j) : 0;
+  const double wanted = std::min(most, missing_j / (kPayBack_s * speed * speed));
   if (!std::isfinite(wanted)) return brake_n_s_per_m_;
   const double time_s = wanted > brake_n_s_per_m_ ? kRise_s : kFall_s;
   brake_n_s_per_m_ += (wanted - brake_n_s_per_m_) * std::min(1.0, step_s / time_s);

@@ -53,7 +53,9 @@ class ToolPassivityController {
   /// this user put in less what he drew (its own, so trusted).
   void stepped(const Pose& X_WT, const Wrench& on_tool_W, double net_into_world_j) noexcept;
   /// Of the coming step [N·s/m], 0 … kFirmBrake_n_s_per_m.
-  double brake_n_s_per_m(double step_s) noexcept;
+  /// In      acts  the tool touches or holds something. What touches nothing gives the world nothing: a brake there would
+  ///               pay nothing back, and hold the tool in the air
+  double brake_n_s_per_m(double step_s, bool acts = true) noexcept;
   /// The handle starts somewhere else than the last one ended, or than the tool is, without a motion along which its
   /// hand could have done work: a negative balance is cleared, and what the coupling stores is credited.
   void restart_handle(double stored_j) noexcept;
@@ -73,6 +75,7 @@ class ToolPassivityController {
   double net_into_world_j_ = 0;
   double balance_j_ = 0;
   double brake_n_s_per_m_ = 0;
+  double idle_s_ = 0;  ///< since the tool touched something
   std::uint64_t limited_steps_ = 0;
 };
 

@@ -83,6 +83,8 @@ class Across {
     partner_ = handle;
   }
   void move_partner(const RigidState& handle) { partner_ = handle; }
+  /// For a while nothing comes from him.
+  void silence_partner(bool is_silent) { partner_is_silent_ = is_silent; }
   void lose_partner() {
     server.deactivate_tool(1);
     partner_.reset();
@@ -97,7 +99,8 @@ class Across {
       up_.pop_front();
     }
     if (input_.tick.value != 0) take_input();
-    if (partner_) server.set_handle(1, *partner_);
+    if (partner_ && !partner_is_silent_) server.set_handle(1, *partner_);
+    if (partner_is_silent_) server.clear_handle(1);
     server.step();
     down_.push_back(update());
     LocalModelInput input;
@@ -169,6 +172,7 @@ class Across {
   std::deque<proto::ServerUpdate> down_;
   Input input_;
   std::optional<RigidState> partner_;  ///< where his hand is
+  bool partner_is_silent_ = false;
   ReceivedUpdate newest_;
   bool has_newest_ = false;
   bool was_down_ = false;
@@ -303,6 +307,26 @@ TEST(LocalModel, WhatAPartnerHoldsDoesNotFallWhenItIsTouched) {
     EXPECT_LT(wrench.f.x(), -0.05) << "it was not touched, so nothing was tested";
     EXPECT_NEAR(lowest_m, before_m, 1e-3) << one_way_ticks;
   }
+}
+
+// What the scene gives a tool at first is by then elsewhere.
+TEST(LocalModel, APartnerWhoFellSilentComesBackToWhatHeHoldsWhereItIs) {
+  const auto world = scene();
+  world->tools[1].holds_body = 1;
+  Across far(world, 50);
+  far.join_partner(at({0, 0, 0.1}));
+  far.server.set_body(kBlock, at({0, 0, 0.1}));
+  far.server.hold(1, kBlock, Pose{});
+  for (int k = 0; k < 800; ++k) far.tick(at({-0.023, 0, 0.1}));
+  double largest_step_m = 0;
+  for (int k = 0; k < 600; ++k) {
+    const Vec3 before = far.model.body(kBlock).X.p;
+    far.silence_partner(k >= 100 && k < 160);
+    far.tick(at({-0.023, 0, 0.1}));
+    largest_step_m = std::max(largest_step_m, (far.model.body(kBlock).X.p - before).norm());
+  }
+  EXPECT_EQ(far.server.tool(1).held, kBlock);
+  EXPECT_LT(largest_step_m, 0.002) << "its start is 70 mm below";
 }
 
 TEST(LocalModel, TwoWhoHoldABodyBearItsWeightAsAtTheServer) {

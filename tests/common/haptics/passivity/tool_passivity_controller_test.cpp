@@ -94,6 +94,19 @@ TEST(ToolPassivityController, ANegativeBalanceLeaksAwayAndIsClearedWhereTheHandl
   EXPECT_NEAR(controller.balance_j(), 0.2, 1e-12) << "what the coupling stores is credited";
 }
 
+// In the air a brake pays nothing back: a tool whose account is empty would hang there for seconds.
+TEST(ToolPassivityController, WhatTouchesNothingIsNotBraked) {
+  ToolPassivityController controller;
+  controller.hand_reported(0, 0, 0);
+  controller.hand_reported(0, 5, kStep);
+  for (int i = 0; i < 100; ++i) controller.brake_n_s_per_m(kStep);
+  EXPECT_NEAR(controller.brake_n_s_per_m(kStep), ToolPassivityController::kFirmBrake_n_s_per_m, 50);
+  for (int i = 0; i < 600; ++i) controller.brake_n_s_per_m(kStep, false);
+  EXPECT_EQ(controller.brake_n_s_per_m(kStep, false), 0);
+  for (int i = 0; i < 10; ++i) controller.brake_n_s_per_m(kStep);
+  EXPECT_GT(controller.brake_n_s_per_m(kStep), 1000) << "as soon as it touches something";
+}
+
 TEST(ToolPassivityController, WhatIsMissingIsBrakedAwayAndNotMore) {
   // 2 N lift at 0.1 m/s, and the hand says that it paid for 1.7 N: a model that is 15 % too light.
   ToolPassivityController controller;
