@@ -62,7 +62,14 @@ def default_cells(rows):
             mean_and_worst(values(judged, "limit_cycle_m_per_s", 1e3), max, 2),
             mean_and_worst(values(judged, "force_step_max_n_per_ms"), max, 2),
             mean_and_worst(values(judged, "energy_created_max_j", 1e3), max, 1),
-            f"{len(rows) - len(judged)}", outcomes(judged) or "–"]
+            silent_cell(rows), outcomes(judged) or "–"]
+
+
+def silent_cell(rows):
+    """How many, and the greatest step at a return."""
+    silent = [row for row in rows if row["silence_max_ms"] > LONG_SILENCE_MS]
+    steps = values(silent, "return_step_max_n_per_ms")
+    return f"{len(silent)}" + (f": {max(steps):.2f}" if steps else "")
 
 
 def other_cell(rows):
@@ -73,7 +80,7 @@ def other_cell(rows):
 def table(default, others, seeds, other_seeds):
     lines = [f"{seeds} seeds of the default stage, {other_seeds} of the others; mean, in brackets the worst.", "",
              "| case | error of the path, % of the peak | of the torque, % | least force of the hold / truth's "
-             "| calm, mm/s | step, N/ms | made, mJ | silent seeds | not completed | "
+             "| calm, mm/s | step, N/ms | made, mJ | silent seeds: step at the return, N/ms | not completed | "
              + " | ".join(f"{stage}: error, %" for stage in OTHERS) + " |",
              "|" + "---|" * (9 + len(OTHERS))]
     for case in CASES:

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <deque>
 #include <limits>
+#include <optional>
 
 #include "lab/metrics/high_pass.hpp"
 #include "lab/metrics/metrics.hpp"
@@ -22,6 +23,8 @@ constexpr double kHapticRate_hz = 1000;
 constexpr double kSoftCorner_hz = 60;
 /// A step of the reference excuses one of the trial so long before and after it, and a round trip more.
 constexpr Duration kSameInstant{from_seconds(0.1)};
+constexpr Duration kLongSilence = std::chrono::milliseconds(110);
+constexpr Duration kReturn = std::chrono::milliseconds(500);
 
 double force_n(const TickSample& tick) {
   return tick.displayed_D.f.norm();
@@ -256,6 +259,21 @@ double hold_force_least_ratio(const UserView& view) {
 
 double force_step_max_n_per_ms(const UserView& view) {
   return step_beyond_reference(view, [](const TickSample& tick) -> Vec3 { return tick.stage_D.f; });
+}
+
+double return_step_max_n_per_ms(const UserView& view) {
+  const auto& ticks = view.user.ticks;
+  const std::vector<double> steps =
+      steps_per_ms(view.user, [](const TickSample& tick) -> Vec3 { return tick.displayed_D.f; });
+  double greatest = kNothing;
+  std::optional<Duration> ended;
+  for (std::size_t k = 1; k < ticks.size(); ++k) {
+    const bool was_silent = std::max(ticks[k - 1].state_age, ticks[k - 1].input_age) > kLongSilence;
+    const bool is_silent = std::max(ticks[k].state_age, ticks[k].input_age) > kLongSilence;
+    if (was_silent && !is_silent) ended = ticks[k].time;
+    if (ended && !is_silent && ticks[k].time - *ended < kReturn) greatest = std::fmax(greatest, steps[k]);
+  }
+  return greatest;
 }
 
 double torque_step_max_n_m_per_ms(const UserView& view) {

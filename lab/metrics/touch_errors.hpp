@@ -29,6 +29,7 @@ double felt_stiffness_ratio(const UserView& view);
 double hold_force_ratio(const UserView& view);
 double hold_force_least_ratio(const UserView& view);
 double force_step_max_n_per_ms(const UserView& view);
+double return_step_max_n_per_ms(const UserView& view);
 double torque_step_max_n_m_per_ms(const UserView& view);
 double ghost_contact_ms(const UserView& view);
 double force_above_60_hz_n(const UserView& view);

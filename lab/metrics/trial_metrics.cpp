@@ -197,6 +197,10 @@ const std::vector<TrialMetric>& trial_metrics() {
        "reference at that instant (0.1 s and a round trip before or after it); 0 when it is no greater.",
        Combine::kGreatest, force_step_max_n_per_ms},
       {"torque_step_max_n_m_per_ms", "Likewise of the torque.", Combine::kGreatest, torque_step_max_n_m_per_ms},
+      {"return_step_max_n_per_ms",
+       "Greatest change of the displayed force in a millisecond in the half second after a silence of more than 110 "
+       "ms; null without one.",
+       Combine::kGreatest, return_step_max_n_per_ms},
       {"slew_activations", "Ticks in which the slew limit held the force back.", Combine::kSum, of_user<kSlewed>},
       {"silence_max_ms",
        "Longest time without anything arriving at the client, or of it at the server. Where it is above 110 ms the "

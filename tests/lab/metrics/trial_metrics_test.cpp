@@ -198,6 +198,18 @@ TEST(TrialMetrics, AStepIsExcusedByOneOfTheReferenceATenthOfASecondAndARoundTrip
   EXPECT_EQ(metric("force_step_max_n_per_ms", late, &reference), 0) << "a partner's touch comes so late";
 }
 
+TEST(TrialMetrics, AReturnIsHalfASecondAfterALongSilence) {
+  const auto trace = [](double silence_s, double step_at_s) {
+    return pressing([=](TickSample& tick, double t) {
+      tick.state_age = from_seconds(t >= 2 && t - 2 <= silence_s ? t - 2 : 0.005);
+      force(tick, t >= step_at_s ? 0.4 : 0);
+    });
+  };
+  EXPECT_TRUE(std::isnan(metric("return_step_max_n_per_ms", trace(0.1, 2.2))));
+  EXPECT_NEAR(metric("return_step_max_n_per_ms", trace(0.15, 2.2)), 0.4, 1e-12);
+  for (const double outside_s : {2.7, 2.1}) EXPECT_EQ(metric("return_step_max_n_per_ms", trace(0.15, outside_s)), 0);
+}
+
 TEST(TrialMetrics, PathErrorsAreOfTheWholePathAndOverThePeak) {
   const SessionTrace reference = pressing([](TickSample& tick, double t) {
     force(tick, t < 1 ? 0 : 2);
