@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <string>
 #include <utility>
 
@@ -111,6 +112,25 @@ TEST_P(Peg, IsHandedOverAndPutIntoTheHole) {
 
 // 25 ms: a loop as short as the time by which client and server may know of a touch apart.
 INSTANTIATE_TEST_SUITE_P(RoundTrips, Peg, testing::Values(25.0, 100.0, 300.0));
+
+/// From where a user sees the watched body to where the server has it, at an instant at which it rests.
+double out_of_place_m(const SessionTrace& trace, std::size_t user, double at_s) {
+  const auto tick = std::ranges::find_if(trace.users.at(user).ticks,
+                                         [&](const TickSample& each) { return each.time >= from_seconds(at_s); });
+  const auto sample =
+      std::ranges::find_if(trace.bodies, [&](const BodiesSample& each) { return each.time >= from_seconds(at_s); });
+  return (tick->view_W - sample->X_WB.at(trace.watched_body.value()).p).norm();
+}
+
+// After it changed hands, on its way into the hole, and in it.
+TEST(HandOver, LeavesThePegWhereTheReceiverHasIt) {
+  for (const double round_trip_ms : {100.0, 200.0}) {
+    const Shown peg("peg", disturbed(round_trip_ms));
+    for (const double at_s : {9.7, 14.0, 17.5}) {
+      EXPECT_LE(out_of_place_m(peg.trace(), 1, at_s), 0.002) << round_trip_ms << " ms, at " << at_s << " s";
+    }
+  }
+}
 
 TEST(Deadband, OfATenthLeavesOut85PercentOfTheDatagramsAndNotTheForceOfThePeg) {
   expect_few_datagrams("peg");
