@@ -63,6 +63,7 @@ struct AsioClientTransport::Connection {
   tcp::socket stream;
   udp::socket datagrams;
   asio::steady_timer pump_timer;
+  std::optional<LocalTime> pump_due;  ///< what the timer waits for
   asio::steady_timer linger;
   std::unique_ptr<Links> links;
   LinkTraffic before;  // sums over earlier connections
@@ -305,17 +306,17 @@ void AsioClientTransport::abort(Connection& connection) {
 void AsioClientTransport::schedule_pump(const ConnectionPointer& connection) {
   const auto due = connection->links->next_due();
   if (!due) return;
-  const asio::steady_timer::time_point at{due->time_since_epoch()};
-  if (connection->pump_timer.expiry() == at) return;
-  connection->pump_timer.expires_at(at);
+  if (connection->pump_due == *due) return;
+  connection->pump_due = *due;
+  connection->pump_timer.expires_after(*due - clock_.now());
   connection->pump_timer.async_wait([this, connection](const error_code& moved) {
     if (!moved) pump(connection);
   });
 }
 
 void AsioClientTransport::pump(const ConnectionPointer& connection) {
-  // An expiry in the past, so that schedule_pump() cannot take it for the next one.
-  connection->pump_timer.expires_at(asio::steady_timer::time_point::min());
+  connection->pump_timer.cancel();
+  connection->pump_due.reset();
   Links& links = *connection->links;
   const LocalTime now = clock_.now();
   while (const auto bytes = links.control_up.receive(now)) {

@@ -5,6 +5,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <ctime>
 
 namespace tandem {
 
@@ -41,11 +42,14 @@ class Clock {
   virtual LocalTime now() const noexcept = 0;
 };
 
-/// CLOCK_MONOTONIC, the clock of the absolute deadlines in realtime.hpp.
+/// CLOCK_BOOTTIME, the clock of the absolute deadlines in realtime.hpp: steady, and it counts the time for which the
+/// machine was suspended, so that a force from before is known to be old.
 class SteadyClock final : public Clock {
  public:
   LocalTime now() const noexcept override {
-    return LocalTime(std::chrono::duration_cast<Duration>(std::chrono::steady_clock::now().time_since_epoch()));
+    timespec time{};
+    clock_gettime(CLOCK_BOOTTIME, &time);
+    return LocalTime(std::chrono::seconds(time.tv_sec) + std::chrono::nanoseconds(time.tv_nsec));
   }
 };
 

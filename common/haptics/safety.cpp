@@ -12,8 +12,8 @@ namespace {
 
 // Beyond this a wrench is as wrong as NaN: five orders above any device, and every sum below stays finite.
 constexpr double kAbsurdWrench = 1e6;
-// After a stall the ramp and the slew limit count at most this much time.
-constexpr double kMaxRise_s = 0.005;
+// A tick in time. Ramp and slew limit count no more for one that came later, and a late one counts as this.
+constexpr double kTick_s = 0.001;
 // When a state ends a silence, the gain falls on for about so long, and what the wrench rose by meanwhile comes in
 // slowly: neither the force nor its slope jumps.
 constexpr double kFallEnds_s = 0.006;
@@ -22,9 +22,9 @@ constexpr double kSteepestFall_per_s = 60;
 constexpr Duration kSilencePromise{std::chrono::milliseconds(150)};
 constexpr Duration kFaultPromise{std::chrono::milliseconds(20)};
 
-constexpr std::array<std::string_view, 9> kFaultNames{"ramping",    "silence",        "slewed",
-                                                      "not_finite", "too_fast",       "invalid_sample",
-                                                      "stopping",   "not_displaying", "clutched"};
+constexpr std::array<std::string_view, 10> kFaultNames{
+    "ramping",        "silence",  "slewed",         "not_finite", "too_fast",
+    "invalid_sample", "stopping", "not_displaying", "clutched",   "late"};
 
 void require(bool is_good, const char* field, double value, const char* remedy) {
   if (is_good) return;
@@ -37,6 +37,8 @@ void check(const SafetySettings& s) {
   require(s.silence_zero > s.silence_start && s.silence_zero <= kSilencePromise, "silence_zero [s]",
           to_seconds(s.silence_zero), "it must be above silence_start and at most 0.15");
   require(s.fault_decay > Duration{0} && s.fault_decay <= kFaultPromise, "fault_decay [s]", to_seconds(s.fault_decay),
+          "it must be above 0 and at most 0.02");
+  require(s.late_tick > Duration{0} && s.late_tick <= kFaultPromise, "late_tick [s]", to_seconds(s.late_tick),
           "it must be above 0 and at most 0.02");
   require(std::isfinite(s.slew_n_per_s) && s.slew_n_per_s > 0, "slew_n_per_s", s.slew_n_per_s, "it must be above 0");
   require(std::isfinite(s.slew_n_m_per_s) && s.slew_n_m_per_s > 0, "slew_n_m_per_s", s.slew_n_m_per_s,
@@ -82,9 +84,11 @@ SafetyChain::SafetyChain(const SafetySettings& settings) : settings_(settings) {
 }
 
 Wrench SafetyChain::apply(LocalTime now, const SafetyInput& input) noexcept {
-  const double elapsed_s = advance_time(now);
-  const double rise_s = std::min(elapsed_s, kMaxRise_s);  // after a stall nothing may jump up
-  faults_ = present_faults(input);
+  const double since_s = advance_time(now);
+  const bool is_late = since_s > kTick_s + to_seconds(settings_.late_tick);
+  const double elapsed_s = is_late ? kTick_s : since_s;
+  const double rise_s = std::min(elapsed_s, kTick_s);  // nothing may jump up
+  faults_ = present_faults(input) | (is_late ? SafetyFaults{kSafetyLate} : 0);
   latched_ |= faults_;
   const double gain_before = gain_;
   update_gain(input, elapsed_s, rise_s);
@@ -151,7 +155,9 @@ void SafetyChain::update_gain(const SafetyInput& input, double elapsed_s, double
     gain_ = std::clamp(gain_ + rise_s * (1 / to_seconds(settings_.start_ramp) - fall_per_s), 0.0, 1.0);
   }
   fall_per_s_ *= std::exp(-elapsed_s / kFallEnds_s);
-  gain_ = std::min(gain_, silence);
+  // A silence falls more slowly by itself; what is silent after a stall is let go in steps, too.
+  const double least = gain_before - elapsed_s / to_seconds(settings_.fault_decay);
+  gain_ = std::max(std::min(gain_, silence), least);
   if (gain_ <= 0) {
     fall_per_s_ = 0;
   } else if (silence < 1 && elapsed_s > 0) {

@@ -31,6 +31,7 @@ enum SafetyFault : std::uint32_t {
   kSafetyStopping = 1U << 6U,       ///< shutting down
   kSafetyNotDisplaying = 1U << 7U,  ///< nothing is meant to be felt: an observer, or no session stands
   kSafetyClutched = 1U << 8U,       ///< the hand moves back: zero within 20 ms, ramped in after release
+  kSafetyLate = 1U << 9U,           ///< the loop stood still: zero within 20 ticks, then re-armed by the ramp
 };
 using SafetyFaults = std::uint32_t;
 /// One word a set bit, in bit order: "ramping", "silence", …
@@ -43,6 +44,7 @@ struct SafetySettings {
   Duration silence_start{from_seconds(0.115)};  ///< since the last arrival: full force up to here …
   Duration silence_zero{from_seconds(0.148)};   ///< … and none from here on (promise: zero within 150 ms)
   Duration fault_decay{from_seconds(0.015)};    ///< to zero after a fault (promise: within 20 ms)
+  Duration late_tick{from_seconds(0.020)};      ///< a tick that comes later than this is a fault
   double slew_n_per_s = 4000.0;                 ///< set from DeviceSpec
   double slew_n_m_per_s = 200.0;
   double speed_limit_m_per_s = 3.0;
@@ -70,6 +72,9 @@ struct SafetyInput {
 ///         torque each; what that kept back comes in again within 60 ms once g falls no more. Without a usable
 ///         wrench (no state, no sample, not finite, clutched) out is the displayed one · g / g_before. A fault's
 ///         fall is over when zero has been displayed, not only computed.
+///         While the loop stood still (a stopped process, a suspended machine) the device held the last force: a late
+///         tick is a fault and counts as a tick in time, so that the force falls from there in steps, whatever wrench
+///         and age of the state are by then.
 /// Thread  haptic: no allocation, no throw
 class SafetyChain {
  public:

@@ -115,7 +115,7 @@ LocalTime PeriodicTimer::wait() {
     next_ += skipped * period_;
   }
   const timespec deadline = timespec_of(next_);
-  while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &deadline, nullptr) == EINTR) {
+  while (clock_nanosleep(CLOCK_BOOTTIME, TIMER_ABSTIME, &deadline, nullptr) == EINTR) {
   }
   const Duration late = clock.now() - next_;
   lateness_.record(late);

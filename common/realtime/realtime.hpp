@@ -23,7 +23,7 @@ void drop_realtime();
 /// Whether the calling thread runs at SCHED_FIFO (or SCHED_RR) priority.
 bool has_realtime_priority();
 
-/// Sleeps to absolute deadlines start + n·period on CLOCK_MONOTONIC (SteadyClock's clock), and records how late
+/// Sleeps to absolute deadlines start + n·period on SteadyClock's clock, and records how late
 /// each wake-up was.
 ///
 /// Thread  the loop's own

@@ -4,10 +4,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <limits>
 #include <stdexcept>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "common/base/random.hpp"
@@ -155,7 +157,7 @@ TEST(Safety, StateAfterSilenceIsRampedInFromZero) {
   rig.run(good_input(), 600);
   SafetyInput silent = good_input();
   silent.state_age = std::chrono::seconds(1);
-  rig.tick(silent);
+  rig.run(silent, 16);
   ASSERT_TRUE(rig.out.f.isZero(0));
   rig.run(good_input(), 250);
   EXPECT_NEAR(rig.out.f.z(), 1.5, 1e-9);
@@ -309,16 +311,47 @@ TEST(Safety, FaultIsNotOverBeforeTheDeviceHasTakenAZero) {
   EXPECT_NEAR(rig.out.f.z(), 1.5, 1e-9) << "ramped in";
 }
 
-TEST(Safety, StalledLoopComesBackWithoutAJumpUpButInTimeDown) {
+/// The loop stands still for so long, then ticks on in time; the state is as old as the stall, or as new as ever.
+class Stall : public testing::TestWithParam<std::tuple<int, bool>> {};
+
+TEST_P(Stall, LetsTheForceGoInStepsThenRampsItIn) {
+  const auto [stall_ms, state_is_old] = GetParam();
   Rig rig;
-  rig.run(good_input(Vec3::Zero()), 600);
-  rig.now += std::chrono::seconds(2);
-  rig.tick(good_input(Vec3(0, 0, 30)));
-  EXPECT_LE(rig.out.f.norm(), 4000 * 0.005 + kRounding);
-  rig.now += std::chrono::seconds(2);
-  SafetyInput lost = good_input();
-  lost.sample_is_valid = false;
-  EXPECT_TRUE(rig.tick(lost).f.isZero(0)) << "2 s are longer than the fault decay";
+  rig.run(good_input(Vec3(0, 0, 6)), 600);
+  rig.now += std::chrono::milliseconds(stall_ms);
+  double before_n = rig.out.f.z(), rose_n = 0;
+  int zero_at = 0;
+  for (int k = 1; k <= 600; ++k) {
+    // What is computed after a stall may be anything.
+    SafetyInput input = good_input(Vec3(0, 0, k < 20 ? 30 : 6));
+    if (state_is_old && k < 30) input.state_age = std::chrono::milliseconds(stall_ms + k);
+    rig.tick(input);
+    const bool is_named = (rig.chain.faults() & kSafetyLate) != 0;
+    EXPECT_TRUE(k > 15 || is_named) << k;
+    EXPECT_FALSE(k > 18 && is_named) << k;
+    ASSERT_LE(std::abs(rig.out.f.z() - before_n), 4 + kRounding) << k;
+    ASSERT_TRUE(zero_at > 0 || rig.out.f.z() <= before_n) << "it rises before it was zero, tick " << k;
+    if (zero_at == 0 && rig.out.f.isZero(0)) zero_at = k;
+    if (zero_at > 0) rose_n = std::max(rose_n, rig.out.f.z() - before_n);
+    before_n = rig.out.f.z();
+  }
+  EXPECT_GT(zero_at, 1);
+  EXPECT_LE(zero_at, 20);
+  EXPECT_LE(rose_n, 0.1) << "the start ramp: 6 N in 0.5 s";
+  EXPECT_NEAR(rig.out.f.z(), 6, 1e-9);
+}
+
+INSTANTIATE_TEST_SUITE_P(Safety, Stall, testing::Combine(testing::Values(22, 70, 200, 500, 100000), testing::Bool()));
+
+TEST(Safety, ATickThatIsALittleLateCostsNothing) {
+  Rig rig;
+  rig.run(good_input(), 600);
+  rig.now += std::chrono::milliseconds(19);
+  rig.tick(good_input());
+  EXPECT_EQ(rig.chain.faults(), 0U);
+  EXPECT_EQ(rig.out.f.z(), 3);
+  rig.now += std::chrono::milliseconds(19);
+  EXPECT_LE(rig.tick(good_input(Vec3(0, 0, 30))).f.z(), 3 + 4 + kRounding) << "slew counts a tick, whatever the gap";
 }
 
 TEST(Safety, ClampedForceDoesNotWindUp) {
