@@ -12,6 +12,14 @@
 namespace tandem::client {
 namespace {
 
+/// How long ago it came, and how old it was when the server sent it: a server that goes on sending a world that stands
+/// still is as silent as one that sends nothing.
+Duration age_of(const ReceivedUpdate& newest, LocalTime now) noexcept {
+  constexpr Duration kLongest = std::chrono::hours(1);
+  const Duration kept_back = newest.update.sent - newest.update.stepped;
+  return std::max(Duration{0}, now - newest.received) + std::clamp(kept_back, Duration{0}, kLongest);
+}
+
 // Shorter gaps between two samples are rounded up to this before a speed is computed from them: a device that
 // updates at 1 kHz would seem to jump when it is read twice in a row.
 constexpr double kMinSpeedGap_s = 0.001;
@@ -88,7 +96,7 @@ void HapticCore::tick(LocalTime now) noexcept {
   take_mail();
   coupling_.advance(now);
   move_handle(sample);
-  record_.state_age = newest() != nullptr ? std::max(Duration{0}, now - newest()->received) : Duration{-1};
+  record_.state_age = newest() != nullptr ? age_of(*newest(), now) : Duration{-1};
   run_stage(now);
   const Wrench controlled_on_hand_W = through_passivity_controller(stage_output_.wrench_on_hand_W);
   write(now, through_safety(now, scene_.workspace.device_wrench(controlled_on_hand_W), speed_m_per_s));

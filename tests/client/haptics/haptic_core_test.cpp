@@ -99,6 +99,24 @@ TEST(HapticCore, SilentServerMeansZeroForceWithin150MillisecondsOfTheLastArrival
   EXPECT_TRUE(rig.core.record().safety_faults & haptics::kSafetySilence);
 }
 
+// Under a rising sequence, with what it sends stamped anew each time.
+TEST(HapticCore, AWorldThatStandsStillIsSilence) {
+  HapticRig rig("hold");
+  rig.enter_scene();
+  rig.received.update.wrench_on_hand_W.f = {0, 0, 2};
+  const auto receive = [&](Duration stood_still) {
+    rig.received.update.sent = ServerTime(rig.now.time_since_epoch());
+    rig.received.update.stepped = rig.received.update.sent - stood_still;
+    rig.receive();
+    rig.tick();
+  };
+  for (int k = 0; k < 700; ++k) receive(Duration{0});
+  ASSERT_NEAR(rig.force().z(), 2, 1e-9);
+  for (int k = 1; k <= 150; ++k) receive(std::chrono::milliseconds(k));
+  EXPECT_EQ(rig.force().norm(), 0);
+  EXPECT_TRUE(rig.core.record().safety_faults & haptics::kSafetySilence);
+}
+
 TEST(HapticCore, NewSceneForgetsTheOldStateAndRampsAgain) {
   HapticRig rig("hold");
   rig.enter_scene();
