@@ -136,7 +136,7 @@ void SessionHub::Impl::join(Connection& connection, const wire::ClientControl& m
   RoomSeats* seats = find_room(wanted.room());
   if (!is_acceptable_user_name(wanted.user_name())) {
     refuse(connection, message.request(), wire::ERROR_BAD_NAME,
-           "a user name is 1 to 64 bytes of printable UTF-8; choose another");
+           "a user name is 1 to 64 bytes of printable UTF-8, without invisible characters; choose another");
   } else if (wanted.role() != wire::ROLE_MANIPULATOR && wanted.role() != wire::ROLE_OBSERVER) {
     refuse(connection, message.request(), wire::ERROR_BAD_VALUE, "the role must be manipulator or observer");
   } else if (seats == nullptr) {
@@ -164,7 +164,11 @@ void SessionHub::Impl::take_seat(Connection& connection, const wire::ClientContr
                (role == UserRole::kManipulator ? "a manipulator; join as an observer, or wait" : "an observer"));
     return;
   }
-  connection.user_name = wanted.user_name();
+  std::vector<std::string> taken;
+  for (const auto& [handle, other] : connections) {
+    if (other->is_in(seats)) taken.push_back(other->user_name);
+  }
+  connection.user_name = name_beside(wanted.user_name(), taken);
   connection.seats = &seats;
   connection.seat = *seat;
   connection.stream.emplace(seats, *seat,

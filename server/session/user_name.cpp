@@ -1,5 +1,6 @@
 #include "server/session/user_name.hpp"
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -38,15 +39,44 @@ bool is_harmless(std::uint32_t code) {
   return !is_control && !breaks_line && !turns_text;
 }
 
+bool is_between(std::uint32_t code, std::uint32_t first, std::uint32_t last) {
+  return code >= first && code <= last;
+}
+
+/// A blank of any width.
+bool is_space(std::uint32_t code) {
+  return code == ' ' || code == 0xA0 || code == 0x1680 || is_between(code, 0x2000, 0x200A) || code == 0x202F ||
+         code == 0x205F || code == 0x3000;
+}
+
+/// Takes no place, or shows nothing there: two names that differ by it look alike.
+bool is_invisible(std::uint32_t code) {
+  return code == 0xAD || code == 0x34F || code == 0x61C || code == 0x115F || code == 0x1160 ||
+         is_between(code, 0x17B4, 0x17B5) || is_between(code, 0x180B, 0x180F) || is_between(code, 0x200B, 0x200D) ||
+         is_between(code, 0x2060, 0x2065) || code == 0x2800 || code == 0x3164 || is_between(code, 0xFE00, 0xFE0F) ||
+         code == 0xFEFF || code == 0xFFA0 || is_between(code, 0xFFF0, 0xFFFB) || is_between(code, 0xE0000, 0xE0FFF);
+}
+
 }  // namespace
 
 bool is_acceptable_user_name(std::string_view name) {
   if (name.empty() || name.size() > kMaxNameBytes) return false;
+  bool was_space = true;  // at either end a space is invisible
   while (!name.empty()) {
     const auto code = take_code_point(name);
-    if (!code || !is_harmless(*code)) return false;
+    if (!code || !is_harmless(*code) || is_invisible(*code)) return false;
+    if (was_space && is_space(*code)) return false;
+    was_space = is_space(*code);
   }
-  return true;
+  return !was_space;
+}
+
+std::string name_beside(const std::string& name, const std::vector<std::string>& taken) {
+  std::string result = name;
+  for (int number = 2; std::ranges::find(taken, result) != taken.end(); ++number) {
+    result = name + " (" + std::to_string(number) + ")";
+  }
+  return result;
 }
 
 }  // namespace tandem::server

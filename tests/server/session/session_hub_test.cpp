@@ -100,6 +100,25 @@ TEST(SessionHub, RefusesNamesThatCouldSpoilALogOrAWindow) {
   }
 }
 
+TEST(SessionHub, RefusesNamesThatCannotBeSeenOrLookLikeAnother) {
+  for (const std::string name :
+       {" ", "a ", " a", "a  b", "\u200b", "ad\u200da", "\u3000", "a\u00ad", "\ufeffa", "a\U000E0041", "\u3164"}) {
+    test::HubBench bench;
+    EXPECT_EQ(bench.join(name).joined.user(), 0U) << testing::PrintToString(name);
+  }
+  test::HubBench bench;
+  EXPECT_EQ(bench.join("ada of b").joined.user(), 1U);
+}
+
+TEST(SessionHub, TwoOfOneNameAreToldApart) {
+  test::HubBench bench;
+  test::BenchClient ada = bench.join("ada");
+  bench.join("ada");
+  const auto told = bench.take(ada);
+  ASSERT_EQ(test::described(told), "user_joined");
+  EXPECT_EQ(told[0].user_joined().name(), "ada (2)");
+}
+
 TEST(SessionHub, GivesEachManipulatorAToolOfItsOwnAndReusesItAfterALeave) {
   test::HubBench bench;
   test::BenchClient first = bench.join("ada");
