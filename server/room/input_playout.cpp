@@ -9,7 +9,7 @@ namespace {
 /// Of a client of which only one input is known.
 constexpr double kUsualTicks_per_s = 1000;
 /// A longer silence is not the network's jitter: the user was away.
-constexpr Duration kMaxGap = std::chrono::milliseconds(100);
+constexpr Duration kMaxGap = std::chrono::milliseconds(115);
 /// In ticks; see the class.
 constexpr double kStrideTolerance = 0.75;
 /// More ticks than this from one input to the next are another client's count: differences stay exact as doubles.

@@ -7,31 +7,40 @@
 namespace tandem::client {
 namespace {
 
-/// A jump by less is none: what comes next should not wait for it.
-constexpr double kUnfelt_n = 0.02, kUnfelt_n_m = 0.0005;
+/// `offset` where the target has moved by `way`, and its slope with it.
+void give_way(const Vec3& way, Vec3& offset, Vec3& slope) {
+  const double length = offset.norm();
+  const double along = length > 0 ? way.dot(offset) / length : 0.0;
+  if (!(along > 0)) return;
+  const double left = std::max(0.0, 1 - along / length);
+  offset *= left;
+  slope *= left;
+}
 
 }  // namespace
 
-void ForceBlend::jump() noexcept {
-  held_ = shown_;
-  turned_ = 0;
-}
-
+// o(t) = e^(−ωt) (o (1 + ωt) + ȯ t),  ȯ(t) = e^(−ωt) (ȯ (1 − ωt) − ω² t o)
 void ForceBlend::advance(double period_s) noexcept {
   const double turned = kRate * period_s;
-  if (turned > 0 && std::isfinite(turned)) turned_ = std::min(turned_ + turned, kLong);
-}
-
-double ForceBlend::share() const noexcept {
-  return turned_ < kLong ? (1 + turned_) * std::exp(-turned_) : 0.0;
+  if (!(turned > 0) || !std::isfinite(turned)) return;
+  const double left = std::exp(-turned);
+  const Wrench offset = (offset_ * (1 + turned) + slope_ * period_s) * left;
+  slope_ = (slope_ * (1 - turned) - offset_ * (kRate * turned)) * left;
+  offset_ = offset;
 }
 
 Wrench ForceBlend::apply(const Wrench& target) noexcept {
   if (!is_finite(target)) return target;
-  const Wrench way = held_ - target;
-  if (turned_ == 0 && way.f.norm() < kUnfelt_n && way.t.norm() < kUnfelt_n_m) turned_ = kLong;
-  shown_ = target + (held_ - target) * share();
-  return shown_;
+  const Wrench way = target - target_;
+  target_ = target;
+  if (jumps_) {
+    offset_ = offset_ - way;
+  } else {
+    give_way(way.f, offset_.f, slope_.f);
+    give_way(way.t, offset_.t, slope_.t);
+  }
+  jumps_ = false;
+  return target + offset_;
 }
 
 }  // namespace tandem::client
