@@ -33,8 +33,25 @@ void SessionHub::Impl::take_control_bytes(Connection& connection, std::span<cons
       return;
     }
     connection.last_heard = now;
+    if (!can_afford(connection, message, now)) {
+      end(connection, wire::DISCONNECT_PROTOCOL_ERROR,
+          "too many control messages: at most 100 a second, and 200 at once");
+      return;
+    }
     handle(connection, message, now);
   }
+}
+
+/// A bucket of messages: who sends more than a program with a person in front of it could costs all others their states.
+/// What a client sends by itself at its own pace, state over TCP and requests for assets, counts a twentieth.
+bool SessionHub::Impl::can_afford(Connection& connection, const wire::ClientControl& message, LocalTime now) {
+  constexpr double kPerSecond = 100, kAtOnce = 200, kOwnPace = 0.05;
+  const bool is_first = connection.budget_at == LocalTime{};
+  const double earned = is_first ? kAtOnce : kPerSecond * to_seconds(now - connection.budget_at);
+  connection.control_budget = std::min(kAtOnce, connection.control_budget + earned);
+  connection.budget_at = now;
+  connection.control_budget -= message.has_state_datagram() || message.has_get_asset() ? kOwnPace : 1.0;
+  return connection.control_budget >= 0;
 }
 
 void SessionHub::Impl::handle(Connection& connection, const wire::ClientControl& message, LocalTime now) {

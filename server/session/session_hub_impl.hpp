@@ -27,6 +27,8 @@ struct Connection {
   LocalTime last_heard{};
   proto::FrameReader reader;
   bool state_over_tcp = false;
+  double control_budget = 0;  ///< of messages, as of `budget_at`; see can_afford()
+  LocalTime budget_at{};
 
   // kActive
   std::string user_name;
@@ -49,6 +51,7 @@ struct SessionHub::Impl {
 
   // session_control.cpp
   void take_control_bytes(Connection& connection, std::span<const std::byte> bytes, LocalTime now);
+  static bool can_afford(Connection& connection, const wire::ClientControl& message, LocalTime now);
   void handle(Connection& connection, const wire::ClientControl& message, LocalTime now);
   bool handle_in_any_state(Connection& connection, const wire::ClientControl& message);
   bool handle_active(Connection& connection, const wire::ClientControl& message, LocalTime now);
