@@ -23,7 +23,6 @@ constexpr double kHapticRate_hz = 1000;
 constexpr double kSoftCorner_hz = 60;
 /// A step of the reference excuses one of the trial so long before and after it, and a round trip more.
 constexpr Duration kSameInstant{from_seconds(0.1)};
-constexpr Duration kLongSilence = std::chrono::milliseconds(110);
 constexpr Duration kReturn = std::chrono::milliseconds(500);
 
 double force_n(const TickSample& tick) {
@@ -166,6 +165,10 @@ double step_beyond_reference(const UserView& view, Quantity of) {
   return greatest;
 }
 
+bool is_long_silence(const TickSample& tick) {
+  return std::max(tick.state_age, tick.input_age) > from_seconds(kLongSilence_ms / 1e3);
+}
+
 double mean_hold_force_n(const UserTrace& user) {
   return user_metric(user, "hold_force_mean_n");
 }
@@ -268,8 +271,8 @@ double return_step_max_n_per_ms(const UserView& view) {
   double greatest = kNothing;
   std::optional<Duration> ended;
   for (std::size_t k = 1; k < ticks.size(); ++k) {
-    const bool was_silent = std::max(ticks[k - 1].state_age, ticks[k - 1].input_age) > kLongSilence;
-    const bool is_silent = std::max(ticks[k].state_age, ticks[k].input_age) > kLongSilence;
+    const bool was_silent = is_long_silence(ticks[k - 1]);
+    const bool is_silent = is_long_silence(ticks[k]);
     if (was_silent && !is_silent) ended = ticks[k].time;
     if (ended && !is_silent && ticks[k].time - *ended < kReturn) greatest = std::fmax(greatest, steps[k]);
   }

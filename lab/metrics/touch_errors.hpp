@@ -7,6 +7,9 @@
 
 namespace tandem::lab {
 
+/// After a silence of so long the force has to fall.
+inline constexpr double kLongSilence_ms = 110;
+
 /// Phases of a hand's path in which it is in contact: those, except the ways there and back ("approach", "move",
 /// "retreat"), in which the displayed force of the reference (without one: this run's) is kContactForce_n or more on
 /// average.

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "common/base/json.hpp"
+#include "lab/metrics/touch_errors.hpp"
 #include "lab/results/trial_runner.hpp"
 
 namespace tandem::lab {
@@ -22,8 +23,7 @@ boost::json::object study_timing_json(std::span<const TrialResult> results, doub
 double number_in(const boost::json::object& row, std::string_view name);
 std::string text_in(const boost::json::object& row, std::string_view name);
 
-/// Whether a user's link was silent for so long that the force had to fall: what came of it is no matter of the stage.
-inline constexpr double kLongSilence_ms = 110;
+/// Whether a user's link was silent for longer than kLongSilence_ms: what came of it is no matter of the stage.
 bool was_silent(const boost::json::object& row);
 
 /// Rows of trials that differ in nothing but their seed, at least one; those with a long silence apart from the others.
