@@ -41,6 +41,9 @@ SessionSettings session_settings(const ClientSettings& settings) {
   return session;
 }
 
+/// Of the tick's 1 ms: the rest is the device's, and the stages'.
+constexpr Duration kMaxModelStep = std::chrono::microseconds(900);
+
 }  // namespace
 
 Client::Client(const ClientSettings& settings, devices::Device& device, ClientTransport& transport)
@@ -62,7 +65,7 @@ void Client::poll(LocalTime now) {
 
 void Client::begin_model() {
   stage_note_.clear();
-  if (session_.joined()->role() != wire::ROLE_MANIPULATOR) return;
+  if (session_.joined()->role() == wire::ROLE_OBSERVER) return;
   const auto make = [settings = settings_.local_model, is_aside = settings_.makes_models_aside,
                      has_ball = needs_proxy_world(settings_.haptics.stage.name),
                      generation = session_.scene_generation(), joined = *session_.joined(),
@@ -75,7 +78,9 @@ void Client::begin_model() {
       if (has_ball) {
         made->proxy_world = std::make_unique<ProxyWorld>(joined, assets);
       } else {
-        made->model = std::make_unique<LocalModel>(make_local_world(joined, assets), joined.tool(), settings);
+        const auto world = make_local_world(joined, assets);
+        if (is_aside) require_in_time(world, kMaxModelStep);
+        made->model = std::make_unique<LocalModel>(world, joined.tool(), settings);
       }
     } catch (const std::exception& error) {
       made->problem = printable(error.what());

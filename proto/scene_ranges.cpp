@@ -164,7 +164,10 @@ void add_tools_and_settings(Table& table) {
               {"Limits.body_speed_m_per_s", "m/s", kMin, 1000, {limits.body_speed_m_per_s}},
               {"Limits.grab_reach_m", "m", 0, 10, {limits.grab_reach_m}},
               {"Limits.contact_points", "", 256, 65536, {static_cast<double>(limits.contact_points)}},
-              {"Limits.contact_pairs", "", 1, 256, {static_cast<double>(limits.contact_pairs)}}});
+              {"Limits.contact_pairs", "", 1, 256, {static_cast<double>(limits.contact_pairs)}},
+              {"Limits.atom_pairs", "", 1, 2e9, {static_cast<double>(limits.atom_pairs)}},
+              {"Limits.bounds_m", "m", 0.1, 0.95 * kMaxPositionM, {}},
+              {"Limits.reset_after_s", "s", 0, 86400, {limits.reset_after_s}}});
 }
 
 void add_soft_bodies_and_scene(Table& table) {

@@ -40,7 +40,8 @@ physics::ToolDescription tool_from_wire(const wire::Tool& tool, const wire::Scen
 }
 
 physics::WorldLimits limits_from_wire(const wire::Limits& limits) {
-  return {limits.body_speed_m_per_s(), limits.grab_reach_m(), limits.contact_points(), limits.contact_pairs()};
+  return {limits.body_speed_m_per_s(), limits.grab_reach_m(), limits.contact_points(), limits.contact_pairs(),
+          limits.atom_pairs(),         limits.bounds_m(),     limits.reset_after_s()};
 }
 
 }  // namespace

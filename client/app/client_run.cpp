@@ -60,7 +60,7 @@ std::string coupling_lines(const std::vector<haptics::StabilityFinding>& finding
 /// What a user got: two that join together may get each other's tool.
 std::string joined_line(const wire::Joined& joined) {
   const std::string scene = "joined " + printable(joined.scene().name()) + " as user " + std::to_string(joined.user());
-  if (joined.role() != wire::ROLE_MANIPULATOR) return scene + ", an observer";
+  if (joined.role() == wire::ROLE_OBSERVER) return scene + ", an observer";
   return scene + ", with tool " + printable(joined.scene().tools(static_cast<int>(joined.tool())).name());
 }
 

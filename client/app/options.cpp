@@ -93,10 +93,12 @@ void add_session_options(CLI::App& app, ClientOptions& options) {
            [&io](const std::string& text) { take_server(text, io); });
   app.add_option("--room", io.client.session.room, "room to join; default: the server's only room");
   app.add_option("--name", io.client.session.user_name, "your name in the room")->capture_default_str();
-  add_text(app, "--role", "what you may do [manipulator]", "manipulator|observer", [&io](const std::string& text) {
-    io.client.session.role =
-        chosen<wire::Role>(text, {{"manipulator", wire::ROLE_MANIPULATOR}, {"observer", wire::ROLE_OBSERVER}});
-  });
+  add_text(app, "--role", "what you may do; one operator a room may also set its parameters [manipulator]",
+           "manipulator|operator|observer", [&io](const std::string& text) {
+             io.client.session.role = chosen<wire::Role>(text, {{"manipulator", wire::ROLE_MANIPULATOR},
+                                                                {"operator", wire::ROLE_OPERATOR},
+                                                                {"observer", wire::ROLE_OBSERVER}});
+           });
   add_text(app, "--transport", "what carries the state [udp]; tcp where UDP is blocked", "udp|tcp",
            [&io](const std::string& text) {
              io.client.session.state_over_tcp = chosen<bool>(text, {{"udp", false}, {"tcp", true}});

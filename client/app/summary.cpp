@@ -54,7 +54,9 @@ void add_setup(const RunSummary& s, json::object& out) {
   out["room"] = s.io.joined ? json::value(s.io.room) : json::value();
   out["scene"] = s.io.joined ? json::value(s.io.joined->scene().name()) : json::value();
   out["user"] = session.user_name;
-  out["role"] = session.role == wire::ROLE_OBSERVER ? "observer" : "manipulator";
+  out["role"] = session.role == wire::ROLE_OBSERVER   ? "observer"
+                : session.role == wire::ROLE_OPERATOR ? "operator"
+                                                      : "manipulator";
   out["transport"] = session.state_over_tcp ? "tcp" : "udp";
   out["stage"] = options.stage.name;
   out["predictor"] = options.stage.predictor;

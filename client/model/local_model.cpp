@@ -73,6 +73,8 @@ LocalModel::LocalModel(const std::shared_ptr<const physics::WorldDescription>& d
       tool_reconciler_(settings.tool),
       playout_(settings.playout) {
   partners_.reserve(proto::kMaxUsers);
+  // Nobody touches what the server has not told of.
+  for (const Copy& copy : copies_) world_.remove_body(copy.id);
 }
 
 LocalModel::~LocalModel() = default;
@@ -134,7 +136,7 @@ void LocalModel::take_update(const LocalModelInput& input) noexcept {
     const auto told = std::find_if(update.bodies.begin(), update.bodies.end(),
                                    [&copy](const proto::BodyState& body) { return body.id == copy.id; });
     if (told == update.bodies.end()) continue;
-    copy.is_known = true;
+    if (!std::exchange(copy.is_known, true)) world_.set_body(copy.id, told->state);
     copy.track.add(stepped, told->state, update.step.value);
     if (then == nullptr) continue;
     const BodyThen& body_then =

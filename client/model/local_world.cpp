@@ -8,6 +8,8 @@
 
 #include "common/base/byte_io.hpp"
 #include "common/docking/molecule_asset.hpp"
+#include "common/physics/followed_bodies.hpp"
+#include "common/physics/world.hpp"
 #include "proto/effects_from_wire.hpp"
 #include "proto/placement.hpp"
 #include "proto/scene_ranges.hpp"
@@ -129,6 +131,15 @@ class Builder {
 
 std::shared_ptr<const physics::WorldDescription> make_local_world(const wire::Joined& joined, const AssetMap& assets) {
   return Builder(joined, assets).build();
+}
+
+void require_in_time(const std::shared_ptr<const physics::WorldDescription>& description, Duration most) {
+  physics::World world(description, physics::make_followed_bodies(description->bodies.size()), nullptr);
+  for (std::size_t tool = 0; tool < description->tools.size(); ++tool) world.activate_tool(tool);
+  const auto ms = [](Duration time) { return proto::number_text(to_seconds(time) * 1e3) + " ms"; };
+  const Duration step = world.quickest_step();
+  if (step <= most) return;
+  throw std::runtime_error("a step of it takes " + ms(step) + " on this machine, and may take " + ms(most));
 }
 
 }  // namespace tandem::client

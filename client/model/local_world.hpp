@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "client/session/asset_store.hpp"
+#include "common/base/time.hpp"
 #include "common/physics/world_description.hpp"
 #include "tandem/control.pb.h"
 
@@ -17,5 +18,10 @@ namespace tandem::client {
 ///         late pose
 /// Cost    milliseconds a shape of its own kind, tens of milliseconds a mesh: not for the io thread of a live client
 std::shared_ptr<const physics::WorldDescription> make_local_world(const wire::Joined& joined, const AssetMap& assets);
+
+/// Takes some steps with every tool at its start.
+///
+/// Fails   std::runtime_error: the quickest took longer than `most`; this machine could not keep the haptic loop's rate
+void require_in_time(const std::shared_ptr<const physics::WorldDescription>& world, Duration most);
 
 }  // namespace tandem::client

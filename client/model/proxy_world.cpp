@@ -249,7 +249,7 @@ void ProxyWorld::leave_out(BodyId held, const Vec3& p_W) noexcept {
 }
 
 std::string proxy_problem(const wire::Joined& joined) {
-  if (joined.role() != wire::ROLE_MANIPULATOR) return {};
+  if (joined.role() == wire::ROLE_OBSERVER) return {};
   const wire::Scene& scene = joined.scene();
   const haptics::CouplingLawInfo* const law = haptics::find_coupling_law(scene.coupling().law());
   if (law == nullptr || law->tool == haptics::ToolDynamics::kAtHandle) {

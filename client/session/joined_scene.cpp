@@ -13,11 +13,19 @@ std::string JoinedScene::take(const wire::Joined& answer, wire::Role role, Local
   if (answer.role() != role) return "role is not the one asked for";
   joined_ = std::make_unique<wire::Joined>(answer);
   scene_ = offered;
+  told_ = scene_.coupling;
   ++scene_.generation;
   held_ = BodyId{};
   watch_.note_grip(held_, Vec3::Zero(), now);
   check();
   return {};
+}
+
+std::string JoinedScene::name_of(BodyId body) const {
+  const bool is_there =
+      joined_ != nullptr && body.is_valid() && body.value <= std::size_t(joined_->scene().bodies_size());
+  return is_there ? joined_->scene().bodies(static_cast<int>(body.value) - 1).name()
+                  : "body " + std::to_string(body.value);
 }
 
 void JoinedScene::hide() {
@@ -28,7 +36,7 @@ void JoinedScene::hide() {
 }
 
 void JoinedScene::meet(const wire::UserJoined& user) {
-  if (user.role() != wire::ROLE_MANIPULATOR || user.tool() >= scene_.coupling_bounds.size()) return;
+  if (!has_tool(user.role()) || user.tool() >= scene_.coupling_bounds.size()) return;
   const haptics::CouplingParameters bounds = proto::read_bounds(user.coupling_bounds());
   const auto is_bound = [&bounds](const proto::CouplingField& field) { return bounds.*field.value >= 0; };
   const bool is_sound = std::ranges::all_of(proto::kCouplingFields, is_bound);
@@ -47,9 +55,7 @@ bool JoinedScene::set_parameter(const wire::ParameterSet& parameter, LocalTime n
     log_("ignored parameter " + parameter.name() + " = " + std::to_string(parameter.value()));
     return false;
   }
-  scene_.coupling.*(field->value) = parameter.value();
-  // At once, so that the hand's end of the coupling stays the server's; whether it is fit, when all of it is here.
-  publish();
+  told_.*(field->value) = parameter.value();
   watch_.note_change(now);
   log_(parameter.name() + " is now " + std::to_string(parameter.value()));
   return true;
@@ -58,9 +64,11 @@ bool JoinedScene::set_parameter(const wire::ParameterSet& parameter, LocalTime n
 void JoinedScene::check_when_due(LocalTime now) {
   if (!watch_.is_due(now)) return;
   watch_.forget_changes();
-  const bool did_display = scene_.may_display;
+  const HapticScene before = scene_;
+  // What a hand feels changes when all of a burst is here, and found fit for the device.
+  scene_.coupling = told_;
   check();
-  if (scene_.may_display != did_display) publish();
+  if (scene_.may_display != before.may_display || scene_.coupling != before.coupling) publish();
 }
 
 // The session goes on either way, and the hand drives its tool: only what it would feel is left out.

@@ -43,8 +43,11 @@ class JoinedScene {
 
   /// Null before the first.
   const wire::Joined* joined() const { return joined_.get(); }
+  /// Of a body, for people; "body 7" where the scene has none of that number.
+  std::string name_of(BodyId body) const;
   std::uint32_t generation() const { return scene_.generation; }
-  const haptics::CouplingParameters& coupling() const { return scene_.coupling; }
+  /// The server's, checked or not.
+  const haptics::CouplingParameters& coupling() const { return told_; }
   const CouplingCheck& last_check() const { return watch_.last(); }
 
  private:
@@ -55,6 +58,7 @@ class JoinedScene {
   std::function<void(const std::string&)> log_;
   std::unique_ptr<wire::Joined> joined_;
   HapticScene scene_;
+  haptics::CouplingParameters told_;  ///< by the server; scene_.coupling once it has been checked
   BodyId held_;
 };
 

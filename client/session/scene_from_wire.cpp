@@ -43,7 +43,7 @@ std::string fill_haptic_scene(const wire::Joined& joined, HapticScene& out) {
            std::to_string(proto::kMaxUsers);
   }
   if (std::string problem = fill_coupling(scene.coupling(), out); !problem.empty()) return problem;
-  out.may_drive = out.may_display = joined.role() == wire::ROLE_MANIPULATOR;
+  out.may_drive = out.may_display = has_tool(joined.role());
   if (!out.may_drive) return {};
   if (joined.tool() >= static_cast<std::uint32_t>(scene.tools_size())) {
     return "tool is " + std::to_string(joined.tool()) + "; the scene has " + std::to_string(scene.tools_size()) +

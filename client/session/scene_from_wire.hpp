@@ -8,6 +8,11 @@
 
 namespace tandem::client {
 
+/// An observer has none.
+inline bool has_tool(wire::Role role) {
+  return role == wire::ROLE_MANIPULATOR || role == wire::ROLE_OPERATOR;
+}
+
 /// Fills workspace and coupling of `out` from the user's place in the joined scene; `may_drive` and
 /// `may_display` tell a manipulator from an observer.
 ///

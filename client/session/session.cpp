@@ -245,6 +245,9 @@ bool ClientSession::Impl::handle_active(const wire::ServerControl& message, Loca
     case wire::ServerControl::kUserLeft:
       log("user " + std::to_string(message.user_left().user()) + " left");
       return true;
+    case wire::ServerControl::kBodyReturned:
+      log(scene.name_of(BodyId{message.body_returned().body()}) + " left the scene and is back at its start");
+      return true;
     case wire::ServerControl::kAssetChunk:
       take_asset_chunk(message.asset_chunk());
       return true;

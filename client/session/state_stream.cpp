@@ -26,6 +26,8 @@ void StateStream::begin(ConnectionId connection, std::uint8_t epoch, LocalTime n
                    counters_);
   clock_.reset();
   newest_ = sent_ = proto::ClientUpdate{};
+  newest_step_ = Step{};
+  newest_stepped_ = ServerTime{};
   // What the haptic thread wrote before it knew this scene does not belong to it.
   mailboxes_.outbox.poll();
 }
@@ -37,9 +39,18 @@ proto::DropReason StateStream::receive(std::span<const std::byte> datagram, Loca
     return reason;
   }
   if (!channel_ || !channel_->is_for(header)) return proto::DropReason::kUnknownConnection;
-  const proto::DropReason reason =
-      channel_->receive(header, datagram, now, received_.update, proto::parse_server_update);
-  if (reason == proto::DropReason::kNone) publish_received(now);
+  const auto read = [this](std::span<const std::byte> payload, proto::ServerUpdate& out) {
+    const proto::DropReason reason = proto::parse_server_update(payload, out);
+    if (reason != proto::DropReason::kNone) return reason;
+    // A server that says the same again and again is as silent as one that says nothing.
+    const bool goes_on = out.step > newest_step_ && out.stepped >= newest_stepped_;
+    return goes_on ? proto::DropReason::kNone : proto::DropReason::kDuplicate;
+  };
+  const proto::DropReason reason = channel_->receive(header, datagram, now, received_.update, read);
+  if (reason != proto::DropReason::kNone) return reason;
+  newest_step_ = received_.update.step;
+  newest_stepped_ = received_.update.stepped;
+  publish_received(now);
   return reason;
 }
 

@@ -56,6 +56,9 @@ class StateStream {
   proto::ClientUpdate newest_;  ///< of the haptic thread since begin()
   LocalTime newest_taken_{};
   proto::ClientUpdate sent_;  ///< last
+  // Of the newest state received.
+  Step newest_step_;
+  ServerTime newest_stepped_{};
 };
 
 }  // namespace tandem::client

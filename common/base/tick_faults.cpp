@@ -12,7 +12,7 @@ struct NamedFault {
   std::string_view name;
 };
 /// In the order of the bits.
-constexpr std::array<NamedFault, 10> kNames{{
+constexpr std::array<NamedFault, 12> kNames{{
     {kFaultNotFinite, "not_finite"},
     {kFaultSpeedLimited, "speed_limited"},
     {kFaultCouplingSaturated, "coupling_saturated"},
@@ -23,6 +23,8 @@ constexpr std::array<NamedFault, 10> kNames{{
     {kFaultContactCoarse, "contact_coarse"},
     {kFaultSoftLate, "soft_late"},
     {kFaultToolEnergyLimited, "tool_energy_limited"},
+    {kFaultRoomSlow, "room_slow"},
+    {kFaultOutOfBounds, "out_of_bounds"},
 }};
 
 }  // namespace

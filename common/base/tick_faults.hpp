@@ -37,6 +37,11 @@ enum TickFault : std::uint32_t {
   /// A user's tool would have put more into the world than his hand put in, and was limited. Remedy: a stage whose
   /// hand supplies what its tool does (local-model, wave), or a shorter delay.
   kFaultToolEnergyLimited = 1U << 9U,
+  /// The room steps at less than 90 % of its rate (live only): clients let the force go. Remedy: fewer bodies, contacts
+  /// or atoms, a lower step_rate_hz, fewer rooms, a faster machine.
+  kFaultRoomSlow = 1U << 10U,
+  /// A body got beyond limits.bounds_m of the scene, and was put back to its start at rest. Remedy: none needed.
+  kFaultOutOfBounds = 1U << 11U,
 };
 using TickFaults = std::uint32_t;
 

@@ -52,11 +52,13 @@ World::Impl::Impl(std::shared_ptr<const WorldDescription> world, std::unique_ptr
   }
   for (const ToolDescription& tool : scene->tools) {
     tools.push_back({make_tool(tool), &tool, ToolHand(scene->coupling.law, coupling)});
+    if (tool.holds_body) bodies[*tool.holds_body].waits = true;
   }
   things.resize(bodies.size() + tools.size());
   pulls.reserve(tools.size());
   touch_joints.reserve(bodies.size());
   soft_tools.resize(things.size());
+  put_back.reserve(bodies.size());
   poses.resize(bodies.size());
   wrenches.resize(bodies.size());
   for (std::size_t i = 0; i < bodies.size(); ++i) free->add(i, bodies[i].rigid);
@@ -95,10 +97,21 @@ World::World(std::shared_ptr<const WorldDescription> description, std::unique_pt
              std::unique_ptr<SoftBodies> soft_bodies)
     : impl_(std::make_unique<Impl>(std::move(description), std::move(free_bodies), std::move(soft_bodies))) {}
 World::~World() = default;
+World& World::operator=(World&& other) noexcept = default;
 
 void World::set_body(BodyId id, const RigidState& state) {
   WorldBody* const body = impl_->body_of(id);
-  if (body != nullptr && !body->rigid.is_static() && is_finite(state)) body->rigid.set_state(state);
+  if (body == nullptr || body->rigid.is_static() || !is_finite(state)) return;
+  body->waits = body->is_absent = false;
+  body->rigid.set_state(state);
+}
+
+void World::remove_body(BodyId id) {
+  if (WorldBody* const body = impl_->body_of(id)) body->is_absent = true;
+}
+
+std::span<const BodyId> World::put_back() const noexcept {
+  return impl_->put_back;
 }
 
 void World::set_tool(std::size_t index, const RigidState& state) {

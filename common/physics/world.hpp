@@ -8,6 +8,7 @@
 
 #include "common/base/ids.hpp"
 #include "common/base/tick_faults.hpp"
+#include "common/base/time.hpp"
 #include "common/base/touch_exchange.hpp"
 #include "common/physics/free_bodies.hpp"
 #include "common/physics/joints/joint.hpp"
@@ -45,7 +46,8 @@ struct TouchSummary {
 /// has it, one without mass, that is where coupling and contact balance, or one that is where the handle is
 /// (ToolDynamics). While a tool holds a body the two move as one: the coupling acts on the body, at the tool's place on
 /// it, and the tool neither collides nor adds mass. Several tools may hold the same body. A tool that is inside the
-/// body that it releases passes through it until they have come apart.
+/// body that it releases passes through it until they have come apart. A body that a tool of the scene holds from the
+/// start waits there for it, at rest, until some tool takes or touches it.
 ///
 /// Tools, held bodies, and what these touch are stepped by the implicit solver of common/contact
 /// (touch/touch_stage.hpp), with coupling, anchors, contact and friction in one solution: no tool is too light
@@ -64,6 +66,8 @@ class World {
   ~World();
   World(const World&) = delete;
   World& operator=(const World&) = delete;
+  /// Becomes another one. References to this stay good.
+  World& operator=(World&& other) noexcept;
 
   /// Brings a tool to life at its start pose, and the body that it holds from the start into its hand: moved to the
   /// body's start pose, unless another tool holds it; then the tool appears at its place on the body.
@@ -99,6 +103,8 @@ class World {
   /// A tool that is where its handle is (ToolDynamics::kAtHandle) is not braked. Ignored below 0 or not finite.
   void brake(std::size_t tool, double n_s_per_m);
 
+  /// Nothing meets the body, neither contact nor field, until set_body() or hold() says where it is.
+  void remove_body(BodyId body);
   /// Puts a body, or a tool that holds nothing, where somebody else says it is. Not finite: ignored.
   void set_body(BodyId body, const RigidState& state);
   void set_tool(std::size_t tool, const RigidState& state);
@@ -114,7 +120,12 @@ class World {
 
   /// Advances by step_s. No throw; faults are bits.
   TickFaults step() noexcept;
+  /// Some steps, and how long the quickest of them took: what else the machine does at the time counts little.
+  Duration quickest_step() noexcept;
 
+  /// Bodies that the last step put back to their starts, at rest: not finite any more, or beyond limits.bounds_m with
+  /// nobody's hand on them.
+  std::span<const BodyId> put_back() const noexcept;
   ToolState tool(std::size_t tool) const;
   /// What the tool, or the body that it holds, touched in the last step.
   TouchSummary touch(std::size_t tool) const;

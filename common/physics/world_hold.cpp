@@ -16,6 +16,7 @@ constexpr double kPressedDepth_m = 2e-4;
 
 void World::Impl::attach(WorldTool& tool, std::size_t index, const Pose& X_BT) {
   change_owner(bodies[index], [](WorldBody& body) { ++body.hands; });
+  bodies[index].is_absent = false;
   tool.soft = {};
   tool.passes_through.reset();
   tool.held = index;
@@ -115,7 +116,8 @@ GrabResult World::grab(std::size_t index, BodyId id) {
   double nearest_m = impl_->scene->limits.grab_reach_m;
   std::optional<std::size_t> nearest;
   for (std::size_t i = 0; i < impl_->bodies.size(); ++i) {
-    if (!impl_->bodies[i].description->is_graspable || (id.is_valid() && i + 1 != id.value)) continue;
+    const WorldBody& body = impl_->bodies[i];
+    if (!body.description->is_graspable || body.is_absent || (id.is_valid() && i + 1 != id.value)) continue;
     const double distance = impl_->distance_m(tool, i, nearest_m);
     // Of equally near ones the first: the order of the scene decides, not that of memory.
     if (distance < nearest_m || (distance == nearest_m && !nearest)) {

@@ -23,10 +23,12 @@ namespace tandem::physics {
 struct WorldBody {
   RigidBody rigid;
   const BodyDescription* description = nullptr;
-  JointLaw anchor = {};  ///< as the description says
-  int hands = 0;         ///< tools that hold it
-  int adopted = 0;       ///< steps that the touch stage still steps it for, after something led has touched it
-  int kept = 0;          ///< the same, because somebody asked
+  JointLaw anchor = {};    ///< as the description says
+  int hands = 0;           ///< tools that hold it
+  int adopted = 0;         ///< steps that the touch stage still steps it for, after something led has touched it
+  int kept = 0;            ///< the same, because somebody asked
+  bool is_absent = false;  ///< until somebody says where it is
+  bool waits = false;  ///< at its start, for the tool that holds it from the start, until something takes or touches it
 
   /// It stays the touch stage's, and what it touches becomes that too.
   bool makes_implicit() const { return hands > 0 || kept > 0; }
@@ -97,6 +99,7 @@ struct World::Impl {
   void describe_pulls() noexcept;
   void add_effects() noexcept;
   void anchor_free_bodies() noexcept;
+  void keep_waiting() noexcept;
   TickFaults limit_or_restore_all() noexcept;
   TickFaults limit_or_restore(std::size_t body) noexcept;
   TickFaults limit_speed(RigidBody& rigid) noexcept;
@@ -123,6 +126,7 @@ struct World::Impl {
   TouchStage touch;
   std::unique_ptr<SoftBodies> soft;  ///< null without soft bodies
   EffectStage effects;
+  std::vector<BodyId> put_back;  ///< in the last step
   std::uint64_t steps_done = 0;
   std::unique_ptr<FreeBodies> free;
 };

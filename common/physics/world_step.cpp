@@ -9,6 +9,8 @@ namespace {
 
 /// How fast a tool without a handle comes to rest. Ours: gone in a quarter of a second, without a jerk.
 constexpr double kIdleDamping_per_s = 20;
+/// Where the molecular field has a molecule that is not there: no force comes so far.
+constexpr double kOutOfReach_m = 1e6;
 
 }  // namespace
 
@@ -16,6 +18,7 @@ TickFaults World::Impl::apply_field() noexcept {
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     if (bodies[i].molecule() == nullptr) continue;
     poses[i] = bodies[i].rigid.state().X;
+    if (bodies[i].is_absent) poses[i].p.setConstant(kOutOfReach_m * static_cast<double>(i + 1));
     wrenches[i] = Wrench{};
   }
   const bool is_limited = field.add_wrenches(poses, wrenches);
@@ -45,7 +48,8 @@ void World::Impl::describe_things() noexcept {
     WorldBody& body = bodies[i];
     TouchThing& thing = things[i];
     thing = {&body.rigid, &body.description->touch, Role::kStatic, body.makes_implicit(), holders_of(i)};
-    if (body.rigid.is_static()) continue;
+    if (body.is_absent) thing.role = Role::kAbsent;
+    if (body.rigid.is_static() || body.is_absent) continue;
     thing.role = body.is_free() ? Role::kExternal : Role::kImplicit;
     thing.wrench_W = body.rigid.weight_W(scene->gravity_m_per_s2);
     if (body.molecule() == nullptr) continue;
@@ -169,22 +173,34 @@ TickFaults World::Impl::settle_hands() noexcept {
   return faults;
 }
 
+/// What hangs in nobody's hand yet: neither weight nor field moves it.
+void World::Impl::keep_waiting() noexcept {
+  for (WorldBody& body : bodies) {
+    body.waits = body.waits && body.is_free();
+    if (body.waits) body.rigid.set_state(body.start());
+  }
+}
+
 TickFaults World::Impl::limit_speed(RigidBody& rigid) noexcept {
   return rigid.limit_speed(scene->limits.body_speed_m_per_s, step_s()) ? TickFaults{kFaultSpeedLimited} : 0;
 }
 
 TickFaults World::Impl::limit_or_restore(std::size_t index) noexcept {
   WorldBody& body = bodies[index];
-  if (body.rigid.is_finite()) return limit_speed(body.rigid);
+  const bool is_finite = body.rigid.is_finite();
+  const bool is_outside = is_finite && body.hands == 0 && body.rigid.state().X.p.norm() > scene->limits.bounds_m;
+  if (is_finite && !is_outside) return limit_speed(body.rigid);
+  put_back.push_back(body_id_at(index));
   // Out and in again, so that no contact keeps a number that is not finite.
   if (body.is_free()) free->remove(index);
   body.rigid.set_state(body.start());
   if (body.is_free()) free->add(index, body.rigid);
-  return kFaultNotFinite;
+  return is_outside ? TickFaults{kFaultOutOfBounds} : TickFaults{kFaultNotFinite};
 }
 
 TickFaults World::Impl::limit_or_restore_all() noexcept {
   TickFaults faults = 0;
+  put_back.clear();
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     if (!bodies[i].rigid.is_static()) faults |= limit_or_restore(i);
   }
@@ -212,6 +228,7 @@ TickFaults World::step() noexcept {
   impl_->damp_and_ramp();
   faults |= impl_->step_touch();
   impl_->free->step(impl_->step_s());
+  impl_->keep_waiting();
   faults |= impl_->limit_or_restore_all();
   impl_->adopt();
   faults |= impl_->settle_hands();
@@ -219,6 +236,18 @@ TickFaults World::step() noexcept {
   for (WorldTool& tool : impl_->tools) impl_->end_passing_through(tool);
   ++impl_->steps_done;
   return faults;
+}
+
+Duration World::quickest_step() noexcept {
+  constexpr int kSteps = 10;
+  const SteadyClock clock;
+  Duration quickest = std::chrono::hours(1);
+  for (int i = 0; i < kSteps; ++i) {
+    const LocalTime begin = clock.now();
+    step();
+    quickest = std::min(quickest, clock.now() - begin);
+  }
+  return quickest;
 }
 
 }  // namespace tandem::physics

@@ -18,6 +18,8 @@ class Ring {
   bool push(const T& value) { return queue_.push(value); }
   /// False when empty.
   bool pop(T& value) { return queue_.pop(value); }
+  /// Thread  the reader's
+  bool is_empty() const { return queue_.read_available() == 0; }
 
  private:
   boost::lockfree::spsc_queue<T> queue_;

@@ -3,8 +3,10 @@
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
+#include <iomanip>
 #include <iostream>
 #include <optional>
+#include <sstream>
 
 #include "common/base/progress.hpp"
 #include "common/base/units.hpp"
@@ -75,6 +77,19 @@ void declare(CLI::App& app, Options& options) {
                "print what the server did as one JSON object at the end; the ready line then goes to stderr");
 }
 
+/// What a step takes here. A room that this machine cannot step in time would only ever tell its users so: refused.
+std::string machine_note(const server::LoadedScene& scene, Duration step) {
+  const double rate_hz = scene.description.step_rate_hz(), most_ms = 1e3 / rate_hz, step_ms = to_seconds(step) * 1e3;
+  std::ostringstream text;
+  text << std::setprecision(3) << "scene " << scene.description.name() << ": a step with every tool at its start takes "
+       << step_ms << " ms on this machine, of the " << most_ms << " ms that it has at " << rate_hz << " Hz";
+  if (step_ms > most_ms) {
+    throw std::invalid_argument(text.str() +
+                                "; give it fewer or smaller molecules, meshes or soft bodies, or a lower step_rate_hz");
+  }
+  return text.str();
+}
+
 std::vector<std::unique_ptr<server::Room>> open_rooms(const Options& options) {
   // Not left to the parser, which would miss it before it names a misspelt option.
   if (options.scenes.empty()) throw std::invalid_argument("--scene is required, e.g. --scene peg_in_hole; see --help");
@@ -130,7 +145,12 @@ void serve(const Options& options) {
   if (options.duration) settings.duration = *options.duration;
   settings.stops_on_signals = true;
   server::LiveServer server(settings, open_rooms(options));
+  std::vector<std::string> machine_notes;
+  for (const auto& room : server.rooms()) {
+    machine_notes.push_back(machine_note(room->scene(), server::quickest_step(room->shared_scene())));
+  }
   // Not before all set-up has worked: an error is then the only line.
+  for (const std::string& note : machine_notes) spdlog::info(note);
   for (const auto& room : server.rooms()) {
     for (const std::string& note : room->scene().notes) spdlog::info("{}: {}", room->name(), note);
   }

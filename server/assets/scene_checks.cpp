@@ -1,6 +1,7 @@
 #include "server/assets/scene_checks.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <set>
 
 #include "proto/effects_from_wire.hpp"
@@ -16,6 +17,7 @@ constexpr std::size_t kMaxNameBytes = 64;
 constexpr std::size_t kMaxDescriptionBytes = 2000;
 constexpr double kMaxContactPoints = 1 << 20U;  // of a room; about 1 KiB each
 constexpr std::uint32_t kDefaultObservers = 4;
+constexpr double kDefaultBounds_m = 10;
 
 using Shapes = google::protobuf::RepeatedPtrField<wire::Shape>;
 
@@ -46,6 +48,19 @@ void complete_molecular_field(wire::Scene& scene) {
   if (molecular.force_field_directory().empty()) molecular.set_force_field_directory(kDefaultForceFieldDirectory);
 }
 
+/// Of bodies and tools, from the origin.
+double farthest_start_m(const wire::Scene& scene) {
+  double farthest_m = 0;
+  const auto look_at = [&farthest_m](const wire::Placement& placement) {
+    double squared = 0;
+    for (const double x : placement.position_m()) squared += x * x;
+    farthest_m = std::max(farthest_m, std::sqrt(squared));
+  };
+  for (const wire::Body& body : scene.bodies()) look_at(body.placement());
+  for (const wire::Tool& tool : scene.tools()) look_at(tool.placement());
+  return farthest_m;
+}
+
 void complete_limits(wire::Scene& scene) {
   wire::Limits& limits = *scene.mutable_limits();
   constexpr auto kUsers = static_cast<std::uint32_t>(proto::kMaxUsers);
@@ -53,6 +68,7 @@ void complete_limits(wire::Scene& scene) {
   if (!limits.has_manipulators()) limits.set_manipulators(std::clamp(tools, 1U, kUsers));
   const std::uint32_t seats = kUsers - std::min(limits.manipulators(), kUsers);
   if (!limits.has_observers()) limits.set_observers(std::min(kDefaultObservers, seats));
+  if (!limits.has_bounds_m()) limits.set_bounds_m(std::max(kDefaultBounds_m, 2 * farthest_start_m(scene)));
 }
 
 /// Every message that a complete scene has, and the defaults that are no numbers or follow from other fields.
@@ -191,6 +207,11 @@ void check_limits(const wire::Scene& scene, const SceneField& field) {
       .require_within(
           product, 0, kMaxContactPoints,
           "times contact_pairs at most " + number_text(kMaxContactPoints) + ", so that the memory suffices");
+  if (!(farthest_start_m(scene) < limits.bounds_m())) {
+    field.in("bounds_m")
+        .refuse("is " + number_text(limits.bounds_m()) + " m, and a body or tool starts " +
+                number_text(farthest_start_m(scene)) + " m from the origin; it must be more than that");
+  }
 }
 
 }  // namespace

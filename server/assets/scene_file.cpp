@@ -91,6 +91,7 @@ class SceneBuilder {
     for (int i = 0; i < description.soft_bodies_size(); ++i) {
       add_soft_body(*description.mutable_soft_bodies(i), file_.in("soft_bodies", static_cast<std::size_t>(i)));
     }
+    check_atom_pairs();
     scene_->world.coupling.fit = adaptive_fit(description.coupling());
     if (description.has_molecular_field()) hide_directory(*description.mutable_molecular_field());
     scene_->assets = std::move(assets_.assets);
@@ -191,6 +192,24 @@ class SceneBuilder {
     if (body.has_mesh()) mesh = assets_.load_mesh(*body.mutable_mesh(), field.in("mesh"));
     scene_->soft_bodies.push_back(soft_model_of(body, mesh ? &*mesh : nullptr, field));
     assets_.notes.push_back(soft_note(scene_->soft_bodies.back(), scene_->description));
+  }
+
+  /// Work that is too large for the rate is refused here, and not found out in somebody's hand.
+  void check_atom_pairs() const {
+    double pairs = 0, atoms = 0;
+    for (const physics::BodyDescription& body : scene_->world.bodies) {
+      if (body.molecule == nullptr) continue;
+      pairs += atoms * static_cast<double>(body.molecule->size());
+      atoms += static_cast<double>(body.molecule->size());
+    }
+    const double most = scene_->world.limits.atom_pairs;
+    if (pairs <= most) return;
+    file_.in("limits")
+        .in("atom_pairs")
+        .refuse("is " + number_text(most) + ", and the molecules have " + number_text(pairs) +
+                " pairs, all of them evaluated in each step; choose chains that touch (molecule.chains), or raise it "
+                "where server and "
+                "clients can bear that");
   }
 
   /// Paths of the server are not the clients' business.

@@ -49,6 +49,7 @@ Room::Room(RoomId id, std::string name, std::shared_ptr<const LoadedScene> scene
     : id_(id),
       name_(std::move(name)),
       scene_(std::move(scene)),
+      options_(options),
       period_(from_seconds(1.0 / scene_->description.step_rate_hz())),
       moving_bodies_(moving_bodies_of(*scene_)),
       world_(make_server_world(scene_, options.steps_soft_aside)) {
@@ -71,11 +72,32 @@ const haptics::ToolPassivityController& Room::tool_passivity(std::size_t seat) c
   return users_[seat]->port.passivity();
 }
 
+bool Room::is_empty() const noexcept {
+  return std::ranges::none_of(users_, [](const auto& user) { return user->seat.user.is_valid(); });
+}
+
+bool Room::is_idle() const {
+  const bool stays_as_it_is = is_as_at_start_ || scene_->world.limits.reset_after_s == 0;
+  return commands_.is_empty() && stays_as_it_is && is_empty();
+}
+
+/// Who comes into an empty room finds the scene, and not what somebody did to it yesterday.
+void Room::start_anew_when_left() noexcept {
+  steps_empty_ = is_empty() ? steps_empty_ + 1 : 0;
+  is_as_at_start_ = is_as_at_start_ && steps_empty_ > 0;
+  const double after_s = scene_->world.limits.reset_after_s;
+  if (is_as_at_start_ || after_s == 0 || static_cast<double>(steps_empty_) * to_seconds(period_) < after_s) return;
+  world_ = make_server_world(scene_, options_.steps_soft_aside);
+  is_as_at_start_ = true;
+}
+
 void Room::step(ServerTime now) noexcept {
   apply_commands();
+  start_anew_when_left();
   TickFaults faults = std::exchange(pending_faults_, 0);
   faults |= take_inputs();
   faults |= world_.step();
+  for (const BodyId body : world_.put_back()) emit({RoomEvent::Kind::kPutBack, UserId{}, body, 0, {}});
   ++step_.value;
   settle_tools();
   describe_world(now, faults);
@@ -112,7 +134,7 @@ void Room::apply(const RoomCommand& command) noexcept {
 void Room::join(const Seat& seat) noexcept {
   User& user = *users_[seat.index];
   leave(user);
-  if (seat.role == UserRole::kManipulator && seat.tool >= scene_->world.tools.size()) return;
+  if (has_tool(seat.role) && seat.tool >= scene_->world.tools.size()) return;
   user.seat = seat;
   // What the seat's former user sent last is not this one's.
   user.inbox.poll();

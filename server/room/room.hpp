@@ -45,9 +45,9 @@ struct RoomCommand {
   haptics::CouplingParameters coupling = {};  ///< kSetCoupling
 };
 
-/// From the room to io.
+/// From the room to io. kPutBack concerns all users, and only its `body` counts.
 struct RoomEvent {
-  enum class Kind : std::uint8_t { kGrabbed, kGrabRefused, kReleased };
+  enum class Kind : std::uint8_t { kGrabbed, kGrabRefused, kReleased, kPutBack };
   Kind kind = Kind::kGrabbed;
   UserId user;
   BodyId body;
@@ -81,6 +81,7 @@ class Room {
   RoomId id() const { return id_; }
   const std::string& name() const { return name_; }
   const LoadedScene& scene() const { return *scene_; }
+  const std::shared_ptr<const LoadedScene>& shared_scene() const { return scene_; }
   Duration period() const { return period_; }
 
   // io side
@@ -95,6 +96,9 @@ class Room {
   /// One fixed step at `now` (stamps updates; does not change the physics).
   void step(ServerTime now) noexcept;
   Step steps_done() const { return step_; }
+  /// Nobody is here or has asked to come, and all is as the scene says, or stays as it was left: a step would change
+  /// nothing that anybody could miss.
+  bool is_idle() const;
   /// Adds `faults` to what the next updates report (the loop's own, e.g. kFaultOverrun).
   void report(TickFaults faults) { pending_faults_ |= faults; }
   /// Events that found no place: io has not taken any for 256 of them.
@@ -110,6 +114,8 @@ class Room {
 
   /// Time as the physics knows it.
   Duration time_done() const noexcept { return period_ * static_cast<Duration::rep>(step_.value); }
+  bool is_empty() const noexcept;
+  void start_anew_when_left() noexcept;
   void apply_commands() noexcept;
   void apply(const RoomCommand& command) noexcept;
   void join(const Seat& seat) noexcept;
@@ -130,6 +136,7 @@ class Room {
   RoomId id_;
   std::string name_;
   std::shared_ptr<const LoadedScene> scene_;
+  RoomOptions options_;
   Duration period_;
   std::vector<BodyId> moving_bodies_;  ///< those that updates tell of
   physics::World world_;
@@ -138,6 +145,8 @@ class Room {
   std::array<std::unique_ptr<User>, proto::kMaxUsers> users_;  ///< by Seat::index
   proto::ServerUpdate common_;                                 ///< of this step: what all users are told alike
   Step step_;
+  std::int64_t steps_empty_ = 0;  ///< since the last user left
+  bool is_as_at_start_ = true;
   TickFaults pending_faults_ = 0;
   std::uint64_t events_lost_ = 0;
 };

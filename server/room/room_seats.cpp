@@ -13,14 +13,19 @@ constexpr std::size_t kMaxWaiting = 4 * proto::kMaxUsers;
 RoomSeats::RoomSeats(Room& room) : room_(room), coupling_(room.scene().world.coupling.parameters) {}
 
 std::size_t RoomSeats::count(UserRole role) const {
-  return static_cast<std::size_t>(
-      std::count_if(seats_.begin(), seats_.end(), [role](const auto& seat) { return seat && seat->role == role; }));
+  return static_cast<std::size_t>(std::count_if(seats_.begin(), seats_.end(), [role](const auto& seat) {
+    return seat && has_tool(seat->role) == has_tool(role);
+  }));
+}
+
+bool RoomSeats::has_operator() const {
+  return std::ranges::any_of(seats_, [](const auto& seat) { return seat && seat->role == UserRole::kOperator; });
 }
 
 std::optional<std::uint8_t> RoomSeats::free_tool() const {
   for (std::size_t tool = 0; tool < std::min(room_.scene().world.tools.size(), proto::kMaxUsers); ++tool) {
     const bool is_taken = std::any_of(seats_.begin(), seats_.end(), [tool](const auto& seat) {
-      return seat && seat->role == UserRole::kManipulator && seat->tool == tool;
+      return seat && has_tool(seat->role) && seat->tool == tool;
     });
     if (!is_taken) return static_cast<std::uint8_t>(tool);
   }
@@ -29,12 +34,12 @@ std::optional<std::uint8_t> RoomSeats::free_tool() const {
 
 std::optional<Seat> RoomSeats::take(UserRole role, bool leaves_gaps, const haptics::CouplingParameters& device_bounds) {
   const auto& limits = room_.scene().description.limits();
-  const std::size_t limit = role == UserRole::kManipulator ? limits.manipulators() : limits.observers();
+  const std::size_t limit = has_tool(role) ? limits.manipulators() : limits.observers();
   const auto free = std::find(seats_.begin(), seats_.end(), std::nullopt);
   if (waiting_.size() >= kMaxWaiting) return std::nullopt;
   if (free == seats_.end() || count(role) >= limit) return std::nullopt;
   Seat seat{static_cast<std::uint8_t>(free - seats_.begin()), UserId{}, role, 0, leaves_gaps};
-  if (role == UserRole::kManipulator) {
+  if (has_tool(role)) {
     const auto tool = free_tool();
     if (!tool) return std::nullopt;
     seat.tool = *tool;
@@ -44,7 +49,7 @@ std::optional<Seat> RoomSeats::take(UserRole role, bool leaves_gaps, const hapti
   *free = seat;
   requested_[seat.index] = served_[seat.index] = 0;
   held_[seat.index] = BodyId{};
-  if (role == UserRole::kManipulator) {
+  if (has_tool(role)) {
     const auto holds = room_.scene().world.tools[seat.tool].holds_body;
     if (holds) held_[seat.index] = body_id_at(*holds);
   }
@@ -53,6 +58,8 @@ std::optional<Seat> RoomSeats::take(UserRole role, bool leaves_gaps, const hapti
 }
 
 void RoomSeats::leave(const Seat& seat) {
+  const haptics::CouplingParameters& of_scene = room_.scene().world.coupling.parameters;
+  if (seat.role == UserRole::kOperator && coupling_ != of_scene) set_coupling(seat, of_scene);
   seats_[seat.index].reset();
   post_surely({.kind = RoomCommand::Kind::kLeave, .seat = seat});
 }
@@ -65,7 +72,7 @@ void RoomSeats::set_coupling(const Seat& seat, const haptics::CouplingParameters
 }
 
 haptics::CouplingParameters RoomSeats::coupling_in_force(const Seat& seat) const {
-  if (seat.role != UserRole::kManipulator) return coupling_;
+  if (!has_tool(seat.role)) return coupling_;
   const BodyId held = held_[seat.index];
   const auto body = held.is_valid() ? std::optional<std::size_t>(held.value - 1) : std::nullopt;
   return physics::coupling_in_force(room_.scene().world.coupling, coupling_,

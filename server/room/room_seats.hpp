@@ -18,7 +18,7 @@ class RoomSeats {
   explicit RoomSeats(Room& room);
 
   Room& room() const { return room_; }
-  /// As the scene's file or a user has set it.
+  /// As the scene's file or the operator has set it.
   const haptics::CouplingParameters& coupling() const { return coupling_; }
   /// What this is for the seat's tool and what it holds (common/physics/coupling_in_force.hpp).
   haptics::CouplingParameters coupling_in_force(const Seat& seat) const;
@@ -28,7 +28,9 @@ class RoomSeats {
   ///         device_bounds  of the coupling, that this user's device bears, in its newtons and metres
   std::optional<Seat> take(UserRole role, bool leaves_gaps = false,
                            const haptics::CouplingParameters& device_bounds = haptics::kNoCouplingBounds);
+  /// With an operator goes what was set: the coupling is the scene's again.
   void leave(const Seat& seat);
+  bool has_operator() const;
   void set_coupling(const Seat& seat, const haptics::CouplingParameters& parameters);
   /// False, and nothing is asked of the room, when it does not keep up or this seat's last request is not served yet
   /// (on_update()): one user cannot fill the queue that all share. The user is told.
@@ -41,6 +43,7 @@ class RoomSeats {
   void flush();
 
  private:
+  /// With or without a tool, as `role`.
   std::size_t count(UserRole role) const;
   std::optional<std::uint8_t> free_tool() const;
   void post_surely(const RoomCommand& command);

@@ -8,18 +8,22 @@
 
 namespace tandem::server {
 
-enum class UserRole : std::uint8_t { kManipulator, kObserver };
+/// kOperator: a manipulator who may also set the room's parameters; one a room.
+enum class UserRole : std::uint8_t { kManipulator, kObserver, kOperator };
+constexpr bool has_tool(UserRole role) {
+  return role != UserRole::kObserver;
+}
 
 /// One of a room's places, as both its io thread and its loop name it.
 struct Seat {
   std::uint8_t index = 0;  ///< in the room's fixed arrays, < proto::kMaxUsers
   UserId user = {};        ///< invalid: nobody has it
   UserRole role = UserRole::kObserver;
-  std::uint8_t tool = 0;     ///< of a manipulator
+  std::uint8_t tool = 0;     ///< where has_tool(role)
   bool leaves_gaps = false;  ///< the user does not send what is little enough to be extrapolated (a deadband)
   haptics::CouplingParameters coupling_bounds = haptics::kNoCouplingBounds;  ///< that his device bears, in the world
 
-  bool is_manipulator() const { return user.is_valid() && role == UserRole::kManipulator; }
+  bool is_manipulator() const { return user.is_valid() && has_tool(role); }
 };
 
 }  // namespace tandem::server

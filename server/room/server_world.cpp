@@ -13,4 +13,10 @@ physics::World make_server_world(const std::shared_ptr<const LoadedScene>& scene
                         make_bullet_world(scene->world, scene->body_shapes), std::move(soft));
 }
 
+Duration quickest_step(const std::shared_ptr<const LoadedScene>& scene) {
+  physics::World world = make_server_world(scene, false);
+  for (std::size_t tool = 0; tool < scene->world.tools.size(); ++tool) world.activate_tool(tool);
+  return world.quickest_step();
+}
+
 }  // namespace tandem::server

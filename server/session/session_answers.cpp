@@ -44,6 +44,7 @@ const char* text_of(physics::GrabResult result) {
 }
 
 wire::Role wire_role(UserRole role) {
+  if (role == UserRole::kOperator) return wire::ROLE_OPERATOR;
   return role == UserRole::kManipulator ? wire::ROLE_MANIPULATOR : wire::ROLE_OBSERVER;
 }
 
@@ -160,6 +161,12 @@ wire::ServerControl grab_answer(const RoomEvent& event) {
     answer.mutable_released()->set_body(event.body.value);
   }
   return answer;
+}
+
+wire::ServerControl body_returned(BodyId body) {
+  wire::ServerControl message;
+  message.mutable_body_returned()->set_body(body.value);
+  return message;
 }
 
 wire::ServerControl parameter_set(const proto::CouplingField& field, const haptics::CouplingParameters& in_force) {

@@ -33,6 +33,8 @@ wire::ServerControl user_left(const Seat& seat, wire::DisconnectReason reason);
 /// The answer to Grab and Release, from what the room did.
 wire::ServerControl grab_answer(const RoomEvent& event);
 
+/// To all: it left the scene, or was not finite any more.
+wire::ServerControl body_returned(BodyId body);
 /// What a coefficient now is for a user.
 wire::ServerControl parameter_set(const proto::CouplingField& field, const haptics::CouplingParameters& in_force);
 

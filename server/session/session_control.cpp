@@ -14,6 +14,14 @@ const proto::CouplingField* find_bad_bound(const wire::Coupling& bounds) {
   return nullptr;
 }
 
+/// Nothing: not a role that can be asked for.
+std::optional<UserRole> role_of(wire::Role role) {
+  if (role == wire::ROLE_MANIPULATOR) return UserRole::kManipulator;
+  if (role == wire::ROLE_OBSERVER) return UserRole::kObserver;
+  if (role == wire::ROLE_OPERATOR) return UserRole::kOperator;
+  return std::nullopt;
+}
+
 constexpr std::size_t kMaxProgramBytes = 200;
 constexpr int kMaxCapabilities = 32;
 
@@ -154,12 +162,15 @@ void SessionHub::Impl::join(Connection& connection, const wire::ClientControl& m
   if (!is_acceptable_user_name(wanted.user_name())) {
     refuse(connection, message.request(), wire::ERROR_BAD_NAME,
            "a user name is 1 to 64 bytes of printable UTF-8, without invisible characters; choose another");
-  } else if (wanted.role() != wire::ROLE_MANIPULATOR && wanted.role() != wire::ROLE_OBSERVER) {
-    refuse(connection, message.request(), wire::ERROR_BAD_VALUE, "the role must be manipulator or observer");
+  } else if (!role_of(wanted.role())) {
+    refuse(connection, message.request(), wire::ERROR_BAD_VALUE, "the role must be manipulator, operator or observer");
   } else if (seats == nullptr) {
     refuse(connection, message.request(), wire::ERROR_UNKNOWN_ROOM,
            (wanted.room().empty() ? "several rooms are open, name one" : "there is no room " + quoted(wanted.room())) +
                "; rooms here: " + room_names());
+  } else if (wanted.role() == wire::ROLE_OPERATOR && seats->has_operator()) {
+    refuse(connection, message.request(), wire::ERROR_NOT_ALLOWED,
+           "room " + seats->room().name() + " has an operator; join as a manipulator");
   } else if (!(wanted.deadband() >= 0 && wanted.deadband() <= net::kMaxDeadband)) {  // NaN, too, is refused
     refuse(connection, message.request(), wire::ERROR_BAD_VALUE, "the deadband must be 0 to 0.5");
   } else if (const proto::CouplingField* bad = find_bad_bound(wanted.coupling_bounds())) {
@@ -173,12 +184,12 @@ void SessionHub::Impl::join(Connection& connection, const wire::ClientControl& m
 
 void SessionHub::Impl::take_seat(Connection& connection, const wire::ClientControl& message, RoomSeats& seats) {
   const wire::JoinRoom& wanted = message.join();
-  const UserRole role = wanted.role() == wire::ROLE_MANIPULATOR ? UserRole::kManipulator : UserRole::kObserver;
+  const UserRole role = *role_of(wanted.role());
   const auto seat = seats.take(role, wanted.deadband() > 0, proto::read_bounds(wanted.coupling_bounds()));
   if (!seat) {
     refuse(connection, message.request(), wire::ERROR_ROOM_FULL,
            "room " + seats.room().name() + " is full: no free place for " +
-               (role == UserRole::kManipulator ? "a manipulator; join as an observer, or wait" : "an observer"));
+               (has_tool(role) ? "a manipulator; join as an observer, or wait" : "an observer"));
     return;
   }
   std::vector<std::string> taken;
@@ -199,7 +210,9 @@ void SessionHub::Impl::take_seat(Connection& connection, const wire::ClientContr
   connection.state = ConnectionState::kActive;
   ++counters.joins;
   log(connection.label() + " joined room " + seats.room().name() + " as " +
-      (role == UserRole::kManipulator ? "manipulator, tool " + std::to_string(seat->tool) : std::string("observer")));
+      (has_tool(role)
+           ? (role == UserRole::kOperator ? "operator" : "manipulator") + (", tool " + std::to_string(seat->tool))
+           : std::string("observer")));
   send(connection, joined_answer(message.request(), seats, *seat));
   introduce(connection);
 }
@@ -214,7 +227,7 @@ void SessionHub::Impl::introduce(Connection& newcomer) {
 }
 
 void SessionHub::Impl::grab_or_release(Connection& connection, const wire::ClientControl& message) {
-  if (connection.seat.role != UserRole::kManipulator) {
+  if (!has_tool(connection.seat.role)) {
     send(connection, error_answer(message.request(), wire::ERROR_NOT_ALLOWED, "an observer cannot grab"));
     return;
   }
@@ -229,8 +242,9 @@ void SessionHub::Impl::set_parameter(Connection& connection, const wire::ClientC
   const proto::CouplingField* field = proto::find_coupling_field(wanted.name());
   haptics::CouplingParameters parameters = connection.seats->coupling();
   if (field != nullptr) parameters.*(field->value) = wanted.value();
-  if (connection.seat.role != UserRole::kManipulator) {
-    send(connection, error_answer(message.request(), wire::ERROR_NOT_ALLOWED, "an observer cannot set parameters"));
+  if (connection.seat.role != UserRole::kOperator) {
+    send(connection, error_answer(message.request(), wire::ERROR_NOT_ALLOWED,
+                                  "only the room's operator may set parameters; join with --role operator"));
   } else if (field == nullptr) {
     std::string names;
     for (const proto::CouplingField& known : proto::kCouplingFields)

@@ -88,6 +88,10 @@ void SessionHub::Impl::deliver_events(RoomSeats& seats) {
   seats.flush();
   RoomEvent event;
   while (seats.room().next_event(event)) {
+    if (event.kind == RoomEvent::Kind::kPutBack) {
+      broadcast(seats, body_returned(event.body), nullptr);
+      continue;
+    }
     for (const auto& [handle, connection] : connections) {
       if (connection->is_in(seats) && connection->seat.user == event.user) send(*connection, grab_answer(event));
     }
@@ -162,7 +166,11 @@ void SessionHub::Impl::forget(Connection& connection, wire::DisconnectReason rea
     return;
   }
   log(connection.label() + " left room " + connection.seats->room().name() + ": " + text);
+  const haptics::CouplingParameters before = connection.seats->coupling();
   connection.seats->leave(connection.seat);
+  for (const proto::CouplingField& field : proto::kCouplingFields) {
+    if (before.*field.value != connection.seats->coupling().*field.value) announce_parameter(connection, 0, field);
+  }
   broadcast(*connection.seats, user_left(connection.seat, reason), &connection);
 }
 

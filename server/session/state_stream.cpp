@@ -19,14 +19,14 @@ proto::DropReason StateStream::receive(const proto::DatagramHeader& header, std:
   const auto read = [this](std::span<const std::byte> payload, proto::ClientUpdate& out) {
     const proto::DropReason reason = proto::parse_client_update(payload, out);
     if (reason != proto::DropReason::kNone) return reason;
-    const bool is_allowed = seat_.role == UserRole::kManipulator || !out.handle_valid;
+    const bool is_allowed = has_tool(seat_.role) || !out.handle_valid;
     return is_allowed ? proto::DropReason::kNone : proto::DropReason::kNotAllowed;
   };
   const proto::DropReason reason = channel_.receive(header, datagram, now, input, read);
   if (reason != proto::DropReason::kNone) return reason;
   mode_ = input.mode;
   // An observer's updates only say that it is there and where; they never reach the world.
-  if (seat_.role == UserRole::kManipulator && seats_.room().input(seat_.index).publish(input)) {
+  if (has_tool(seat_.role) && seats_.room().input(seat_.index).publish(input)) {
     counters_.received_drops.add(proto::DropReason::kOverwritten);
   }
   return proto::DropReason::kNone;

@@ -143,7 +143,7 @@ class HubBench {
   proto::ClientUpdate resting_input(BenchClient& client) {
     proto::ClientUpdate update;
     update.input_tick = Tick{++client.tick};
-    update.handle_valid = client.joined.role() == wire::ROLE_MANIPULATOR;
+    update.handle_valid = client.joined.role() != wire::ROLE_OBSERVER;
     if (update.handle_valid) update.handle.X = rooms.front()->scene().world.tools[client.joined.tool()].X_WT;
     update.sent = now;
     return update;

@@ -35,6 +35,23 @@ class ServerSetup(ProgramTest):
         self.assert_setup_error(self.start_with({"name": "x", "bodies": [mesh], "tools": [{"name": "a"}]}),
                                 "bodies[0].shapes[0].mesh.file", "/nowhere/bunny.obj")
 
+    def start_with_molecules(self, limits):
+        """Two molecules of 4,000 atoms: 16 million pairs, some milliseconds a step on any core."""
+        names = ("N", "CA", "C", "O", "CB")
+        lines = ["ATOM  %5d  %-3s ALA A%4d    %8.3f%8.3f%8.3f  1.00  0.00           %s" %
+                 (i + 1, names[i % 5], i // 5 + 1, 1.5 * (i % 16), 1.5 * (i // 16 % 16), 1.5 * (i // 256), names[i % 5][0])
+                 for i in range(4000)]
+        shape = {"molecule": {"file": self.write("large.pdb", "\n".join(lines) + "\nEND\n")}}
+        bodies = [{"name": name, "shapes": [shape], "mass_kg": 0.2, "placement": {"position_m": [x, 0, 0]}}
+                  for name, x in (("a", -0.5), ("b", 0.5))]
+        return self.start_with({"name": "large", "bodies": bodies, "tools": [{"name": "t"}], "limits": limits})
+
+    def test_more_pairs_of_atoms_than_a_step_may_have(self):
+        self.assert_setup_error(self.start_with_molecules({}), "limits.atom_pairs", "1.6e+07", "chains")
+
+    def test_a_scene_that_this_machine_cannot_step_in_time(self):
+        self.assert_setup_error(self.start_with_molecules({"atom_pairs": 20_000_000}), "large", "on this machine", "of the 1 ms")
+
     def test_a_port_in_use(self):
         with socket.socket() as holder:
             holder.bind(("127.0.0.1", 0))

@@ -107,13 +107,30 @@ TEST(CouplingCheck, AStableValueBringsTheForceBackWithoutANewScene) {
   EXPECT_FALSE(is_displayed_for(bench, 1));
 }
 
-TEST(CouplingCheck, TheHandsEndGetsAParameterAtOnce) {
+TEST(CouplingCheck, AParameterIsFeltOnceItHasBeenChecked) {
   test::SessionBench bench(with(light_device()));
   bench.join(joined_with(400, 1));
   ASSERT_TRUE(bench.mailboxes.scene.poll());
   set_stiffness(bench, 410);
+  EXPECT_FALSE(bench.mailboxes.scene.poll());
+  bench.wait(CouplingWatch::kQuiet);
   ASSERT_TRUE(bench.mailboxes.scene.poll());
   EXPECT_EQ(bench.mailboxes.scene.front().coupling.stiffness_n_per_m, 410);
+}
+
+TEST(CouplingCheck, NoHandFeelsAnUnstableCouplingThatSomebodySets) {
+  test::SessionBench bench(with(light_device()));
+  bench.join(joined_with(400, 1));
+  ASSERT_TRUE(bench.mailboxes.scene.poll());
+  set_stiffness(bench, 60000);
+  for (int i = 0; i < 300; ++i) {
+    bench.send_update();
+    bench.wait(kMillisecond);
+    if (!bench.mailboxes.scene.poll()) continue;
+    const HapticScene& felt = bench.mailboxes.scene.front();
+    ASSERT_TRUE(!felt.may_display || felt.coupling.stiffness_n_per_m == 400);
+  }
+  EXPECT_FALSE(bench.scene_may_display());
 }
 
 TEST(CouplingCheck, ASetThatIsUnstableOnlyBetweenItsMessagesNeverCutsTheForce) {

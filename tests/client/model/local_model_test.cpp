@@ -1,5 +1,6 @@
 // The local model against a server's world, with the delay between them as a queue: what the hand feels must be what it
 // would feel without a delay, wherever nobody else is involved.
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -7,9 +8,11 @@
 #include <deque>
 #include <memory>
 #include <optional>
+#include <stdexcept>
 #include <vector>
 
 #include "client/model/local_model.hpp"
+#include "client/model/local_world.hpp"
 #include "common/haptics/coupling/laws.hpp"
 #include "common/physics/followed_bodies.hpp"
 #include "proto/world_from_wire.hpp"
@@ -395,6 +398,17 @@ TEST(LocalModel, FeelsASoftContactThatTheServerTellsWithoutAStep) {
   EXPECT_NEAR(std::abs(before), 1, 0.01);
   // 1 / (e · 50 ms) at most; the tool's mass and coupling only make it slower.
   EXPECT_LT(steepest, 0.01);
+}
+
+TEST(LocalWorld, OneThatThisMachineCannotStepInTimeIsRefused) {
+  const auto world = std::make_shared<const physics::WorldDescription>();
+  EXPECT_NO_THROW(require_in_time(world, std::chrono::hours(1)));
+  try {
+    require_in_time(world, Duration{-1});
+    FAIL();
+  } catch (const std::runtime_error& error) {
+    EXPECT_THAT(error.what(), testing::HasSubstr("ms on this machine, and may take"));
+  }
 }
 
 }  // namespace

@@ -129,11 +129,13 @@ TEST(ClientSession, AParameterFromTheServerIsBoundedBeforeItReachesTheHand) {
   message.mutable_parameter_set()->set_name("coupling.stiffness_n_per_m");
   message.mutable_parameter_set()->set_value(123);
   bench.say(message);
+  bench.wait(CouplingWatch::kAtLatest);
   ASSERT_TRUE(bench.mailboxes.scene.poll());
   EXPECT_EQ(bench.mailboxes.scene.front().coupling.stiffness_n_per_m, 123);
   EXPECT_EQ(bench.mailboxes.scene.front().generation, 1U) << "a parameter restarts no ramp";
   message.mutable_parameter_set()->set_value(1e12);
   bench.say(message);
+  bench.wait(CouplingWatch::kAtLatest);
   EXPECT_FALSE(bench.mailboxes.scene.poll());
 }
 

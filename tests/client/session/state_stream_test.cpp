@@ -212,5 +212,23 @@ TEST(StateStream, ADeadbandLetsThroughAtOnceWhatAHandWouldNotice) {
   EXPECT_LE(sent, 102U);
 }
 
+TEST(StateStream, AStepThatIsHereAlreadyIsNoNewsWhateverItsSequence) {
+  test::SessionBench bench;
+  bench.join();
+  proto::ServerUpdate update = bench.next_update();
+  update.stepped = ServerTime(std::chrono::seconds(60));
+  bench.session.on_datagram(bench.datagram_of(update), bench.now);
+  ASSERT_TRUE(bench.mailboxes.inbox.poll());
+  for (int i = 0; i < 100; ++i) bench.session.on_datagram(bench.datagram_of(update), bench.now);
+  EXPECT_FALSE(bench.mailboxes.inbox.poll()) << "frozen step under a rising sequence";
+  proto::ServerUpdate older = bench.next_update();
+  older.stepped = update.stepped - std::chrono::milliseconds(1);
+  bench.session.on_datagram(bench.datagram_of(older), bench.now);
+  EXPECT_FALSE(bench.mailboxes.inbox.poll()) << "time went back";
+  older.stepped = update.stepped;
+  bench.session.on_datagram(bench.datagram_of(older), bench.now);
+  EXPECT_TRUE(bench.mailboxes.inbox.poll());
+}
+
 }  // namespace
 }  // namespace tandem::client

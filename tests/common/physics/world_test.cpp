@@ -325,6 +325,17 @@ TEST(World, NextUserFindsTheBodyInTheHandAgain) {
   EXPECT_LT((world.tool(0).tool.X.p - Vec3(0.01, 0, 1)).norm(), 1e-15);
 }
 
+TEST(World, ABodyWaitsForTheToolThatHoldsItFromTheStart) {
+  World world(server::make_server_world(
+      load_parts({.bodies = cube("a", 0.12, {0, 0, 1}), .tools = tool_at("t", {0.01, 0, 1}, "a")})));
+  run(world, 300);
+  EXPECT_EQ(world.body(BodyId{1}).X.p, Vec3(0, 0, 1));
+  world.activate_tool(0);
+  world.deactivate_tool(0);
+  run(world, 300);
+  EXPECT_LT(world.body(BodyId{1}).X.p.z(), 0.6) << "once held, it waits no more";
+}
+
 TEST(World, ManyHandsAndAWildCouplingStayCalm) {
   // 4 hands beside the centre of 20 g, each 40 times stiffer than an explicit step could hold.
   std::string tools;

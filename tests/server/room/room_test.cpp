@@ -365,5 +365,61 @@ TEST_F(RoomTest, OurOwnPartOfAStepDoesNotAllocateEvenWhenItGrabs) {
   EXPECT_EQ(event()->kind, RoomEvent::Kind::kGrabbed) << "the steps above must have done something";
 }
 
+TEST_F(RoomTest, AnEmptyRoomIsIdleAndAsItWas) {
+  EXPECT_TRUE(room_.is_idle()) << "nobody has come yet";
+  join(0, 7, 0);
+  EXPECT_FALSE(room_.is_idle()) << "somebody wants to come in";
+  step();
+  EXPECT_FALSE(room_.is_idle());
+}
+
+TEST_F(RoomTest, StartsAnewWhenAllHaveBeenAwayForAWhile) {
+  join(0, 7, 0);
+  send(0, {0, 0, 0.05});
+  step();
+  post(RoomCommand::Kind::kGrab, 0, 7, 1, BodyId{2});
+  for (int i = 0; i < 300; ++i) {
+    send(0, {0, 1e-3 * i, 0.05});
+    step();
+  }
+  post(RoomCommand::Kind::kLeave, 0, 7);
+  step(29'000);
+  EXPECT_FALSE(room_.is_idle()) << "30 s unless the scene says otherwise";
+  EXPECT_GT(room_.world().body(BodyId{2}).X.p.y(), 0.02) << "where it was left";
+  step(1'100);
+  EXPECT_TRUE(room_.is_idle());
+  EXPECT_LT((room_.world().body(BodyId{2}).X.p - Vec3(0, 0, 0.02)).norm(), 1e-3);
+  join(1, 8, 1);
+  step();
+  EXPECT_TRUE(update(1).has_value()) << "and takes people in again";
+}
+
+TEST(RoomWithoutReset, StaysAsItWasLeftAndSleeps) {
+  Room room(
+      RoomId{1}, "test",
+      physics::load_parts({.bodies = kTwoCubes, .tools = kTwoTools, .rest = R"("limits": {"reset_after_s": 0})"}));
+  ASSERT_TRUE(room.post({.seat = {0, UserId{7}, UserRole::kManipulator, 0}}));
+  room.step(ServerTime{});
+  ASSERT_TRUE(room.post({.kind = RoomCommand::Kind::kLeave, .seat = {0, UserId{7}}}));
+  EXPECT_FALSE(room.is_idle()) << "the leave is still to be taken";
+  room.step(ServerTime{});
+  EXPECT_TRUE(room.is_idle());
+}
+
+TEST(RoomBounds, AllAreToldOfABodyThatIsPutBack) {
+  const std::string falling = R"({"name": "a", "shapes": [{"box": {"size_m": [0.04, 0.04, 0.04]}}], "mass_kg": 0.2})";
+  Room room(RoomId{1}, "test",
+            physics::load_parts({.bodies = falling, .tools = kTwoTools, .rest = R"("limits": {"bounds_m": 0.8})"}));
+  RoomEvent event;
+  int steps = 0;
+  while (!room.next_event(event) && steps < 1000) {
+    room.step(ServerTime{});
+    ++steps;
+  }
+  EXPECT_EQ(event.kind, RoomEvent::Kind::kPutBack);
+  EXPECT_EQ(event.body, BodyId{1});
+  EXPECT_EQ(room.world().body(BodyId{1}).X.p, Vec3(0, 0, 0));
+}
+
 }  // namespace
 }  // namespace tandem::server

@@ -19,7 +19,7 @@ wire::ClientControl set_parameter(const std::string& name, double value) {
 
 TEST(SessionParameters, AParameterIsBoundedToldToAllAndKnownToNewcomers) {
   test::HubBench bench;
-  test::BenchClient ada = bench.join("ada");
+  test::BenchClient ada = bench.join("ada", wire::ROLE_OPERATOR);
   test::BenchClient ben = bench.join("ben");
   bench.take(ada);
   bench.send(ada, set_parameter("coupling.stiffness_n_per_m", 250));
@@ -60,7 +60,7 @@ std::map<std::string, double> parameters_in(const std::vector<wire::ServerContro
 TEST(SessionParameters, UnderTheAdaptiveLawOneIsToldTheStiffnessOfWhatOneHolds) {
   test::HubBench bench = bench_with_coupling(R"({"law": "adaptive", "adaptive": {
       "mass_range_kg": [0.01, 1], "stiffness_n_per_m": [100, 1000], "damping_n_s_per_m": [5]}})");
-  test::BenchClient ada = bench.join("ada");
+  test::BenchClient ada = bench.join("ada", wire::ROLE_OPERATOR);
   test::BenchClient ben = bench.join("ben");
   EXPECT_DOUBLE_EQ(ada.joined.scene().coupling().stiffness_n_per_m(), 150) << "the tool's 0.05 kg";
   bench.take(ada);
@@ -104,11 +104,30 @@ TEST(SessionParameters, AMasslessToolHasDampingOnlyWhileItHoldsABody) {
   bench.step();
   EXPECT_EQ(parameters_in(bench.take(ada)), (std::map<std::string, double>{{"coupling.damping_n_s_per_m", 4},
                                                                            {"coupling.damping_n_m_s_per_rad", 0.01}}));
-  test::BenchClient ben = bench.join("ben");
+  test::BenchClient ben = bench.join("ben", wire::ROLE_OPERATOR);
   bench.take(ada);
   bench.send(ben, set_parameter("coupling.damping_n_s_per_m", 7));
   EXPECT_EQ(parameters_in(bench.take(ada)), (std::map<std::string, double>{{"coupling.damping_n_s_per_m", 7}}));
   EXPECT_EQ(parameters_in(bench.take(ben)), (std::map<std::string, double>{{"coupling.damping_n_s_per_m", 0}}));
+}
+
+TEST(SessionParameters, OnlyTheOperatorSetsThemAndTakesThemAlong) {
+  test::HubBench bench;
+  test::BenchClient ada = bench.join("ada");
+  test::BenchClient olga = bench.join("olga", wire::ROLE_OPERATOR);
+  EXPECT_EQ(olga.joined.role(), wire::ROLE_OPERATOR);
+  bench.take(ada);
+  bench.send(ada, set_parameter("coupling.stiffness_n_per_m", 300));
+  EXPECT_EQ(test::described(bench.take(ada)), "error ERROR_NOT_ALLOWED");
+  bench.send(olga, set_parameter("coupling.stiffness_n_per_m", 300));
+  bench.step(200);
+  EXPECT_EQ(bench.rooms.front()->world().coupling(0).stiffness_n_per_m, 300);
+  bench.take(ada);
+  bench.send(olga, message_of([](auto& message) { message.mutable_leave(); }));
+  const auto told = bench.take(ada);
+  EXPECT_EQ(parameters_in(told), (std::map<std::string, double>{{"coupling.stiffness_n_per_m", 200}}));
+  bench.step(200);
+  EXPECT_EQ(bench.rooms.front()->world().coupling(0).stiffness_n_per_m, 200);
 }
 
 }  // namespace

@@ -101,6 +101,11 @@ const std::map<std::string, Event>& events() {
          s.bench.join("cleo");
          join_room(s, "ada", wire::ROLE_MANIPULATOR, "");
        }},
+      {"join as a second operator",
+       [](Subject& s) {
+         s.bench.join("olga", wire::ROLE_OPERATOR);
+         join_room(s, "ada", wire::ROLE_OPERATOR, "");
+       }},
       {"join with a bad name", [](Subject& s) { join_room(s, "", wire::ROLE_MANIPULATOR, ""); }},
       {"join with a bad deadband",
        [](Subject& s) {
@@ -124,9 +129,22 @@ const std::map<std::string, Event>& events() {
          s.send([](auto& message) { message.mutable_release(); });
          s.bench.step();
        }},
-      {"set_parameter", [](Subject& s) { set_parameter(s, "coupling.force_limit_n", 5); }},
-      {"set_parameter of an unknown name", [](Subject& s) { set_parameter(s, "colour", 5); }},
-      {"set_parameter out of range", [](Subject& s) { set_parameter(s, "coupling.force_limit_n", -5); }},
+      {"set_parameter by the operator",
+       [](Subject& s) {
+         s.client = s.bench.join("olga", wire::ROLE_OPERATOR);
+         set_parameter(s, "coupling.force_limit_n", 5);
+       }},
+      {"set_parameter by another user", [](Subject& s) { set_parameter(s, "coupling.force_limit_n", 5); }},
+      {"set_parameter of an unknown name",
+       [](Subject& s) {
+         s.client = s.bench.join("olga", wire::ROLE_OPERATOR);
+         set_parameter(s, "colour", 5);
+       }},
+      {"set_parameter out of range",
+       [](Subject& s) {
+         s.client = s.bench.join("olga", wire::ROLE_OPERATOR);
+         set_parameter(s, "coupling.force_limit_n", -5);
+       }},
       {"get_asset of an unknown hash",
        [](Subject& s) { s.send([](auto& message) { message.mutable_get_asset()->set_sha256("?"); }); }},
       {"state_datagram",

@@ -1,0 +1,73 @@
+// What leaves the scene, and what is not there.
+#include <gtest/gtest.h>
+
+#include "tests/common/physics/world_support.hpp"
+
+namespace tandem::physics {
+namespace {
+
+constexpr BodyId kA{1};
+
+/// A cube that nothing carries, 0.5 m under the top of bounds of 1 m.
+WorldDescription falling() {
+  WorldDescription description = world_of({cube({0, 0, 0.5}, 0.3)}, {ball_tool({0, 0, 0.6})});
+  description.gravity_m_per_s2 = {0, 0, -9.81};
+  description.limits.bounds_m = 1;
+  return description;
+}
+
+TEST(SceneBounds, ABodyThatLeavesReturnsToItsStartAtRest) {
+  World world = client_world(falling());
+  world.set_body(kA, at({0, 0, -0.9}, {0, 0, -1}));
+  int steps = 0;
+  while (world.put_back().empty() && steps < 1000) {
+    const TickFaults faults = world.step();
+    EXPECT_EQ((faults & kFaultOutOfBounds) != 0, !world.put_back().empty());
+    ++steps;
+  }
+  EXPECT_NEAR(steps, 101, 1);
+  ASSERT_EQ(world.put_back().size(), 1U);
+  EXPECT_EQ(world.put_back()[0], kA);
+  EXPECT_EQ(world.body(kA).X.p, Vec3(0, 0, 0.5));
+  EXPECT_EQ(world.body(kA).V.v, Vec3(0, 0, 0));
+  EXPECT_EQ(world.step(), 0U);
+  EXPECT_TRUE(world.put_back().empty()) << "told once";
+}
+
+TEST(SceneBounds, AHandMayCarryABodyAnywhere) {
+  World world = client_world(falling());
+  world.activate_tool(0);
+  world.set_body(kA, at({0, 0, -1.2}));
+  world.hold(0, kA, Pose{});
+  world.set_handle(0, at({0, 0, -1.2}));
+  for (int i = 0; i < 50; ++i) {
+    EXPECT_EQ(world.step() & kFaultOutOfBounds, 0U);
+    ASSERT_LT(world.body(kA).X.p.z(), -1.1);
+  }
+}
+
+TEST(RemovedBody, IsMetByNothingUntilSomebodySaysWhereItIs) {
+  WorldDescription description = world_of({cube({0, 0, 0}, 0.3)}, {ball_tool({-0.05, 0, 0})});
+  const auto push = [](World& world) {
+    double force_n = 0;
+    for (int i = 0; i < 100; ++i) {
+      world.set_handle(0, at({-0.05 + 5e-4 * i, 0, 0}));
+      world.step();
+      force_n = std::max(force_n, world.touch(0).force_n);
+    }
+    return force_n;
+  };
+  World without = client_world(description);
+  without.remove_body(kA);
+  without.activate_tool(0);
+  EXPECT_EQ(push(without), 0) << "a body that nobody has told of is no ghost at its start";
+  EXPECT_EQ(without.grab(0, kA), GrabResult::kOutOfReach);
+  World with = client_world(description);
+  with.remove_body(kA);
+  with.set_body(kA, at({0, 0, 0}));
+  with.activate_tool(0);
+  EXPECT_GT(push(with), 0.5);
+}
+
+}  // namespace
+}  // namespace tandem::physics
