@@ -285,6 +285,7 @@ Wrench HapticCore::through_safety(LocalTime now, const Wrench& controlled_on_han
   input.is_clutched = record_.sample.is_valid && is_clutch_down(record_.sample);
   input.sample_is_valid = record_.sample.is_valid;
   input.handle_speed_m_per_s = handle_speed_m_per_s;
+  input.is_room_slow = has_state_ && (record_.server_tick_faults & kFaultRoomSlow) != 0;
   Wrench safe = safety_.apply(now, input);
   record_.safety_faults = safety_.faults();
   return safe;

@@ -22,9 +22,9 @@ constexpr double kSteepestFall_per_s = 60;
 constexpr Duration kSilencePromise{std::chrono::milliseconds(150)};
 constexpr Duration kFaultPromise{std::chrono::milliseconds(20)};
 
-constexpr std::array<std::string_view, 10> kFaultNames{
-    "ramping",        "silence",  "slewed",         "not_finite", "too_fast",
-    "invalid_sample", "stopping", "not_displaying", "clutched",   "late"};
+constexpr std::array<std::string_view, 11> kFaultNames{"ramping",  "silence",        "slewed",   "not_finite",
+                                                       "too_fast", "invalid_sample", "stopping", "not_displaying",
+                                                       "clutched", "late",           "slow"};
 
 void require(bool is_good, const char* field, double value, const char* remedy) {
   if (is_good) return;
@@ -40,6 +40,7 @@ void check(const SafetySettings& s) {
           "it must be above 0 and at most 0.02");
   require(s.late_tick > Duration{0} && s.late_tick <= kFaultPromise, "late_tick [s]", to_seconds(s.late_tick),
           "it must be above 0 and at most 0.02");
+  require(s.tick > Duration{0}, "tick [s]", to_seconds(s.tick), "it must be above 0");
   require(std::isfinite(s.slew_n_per_s) && s.slew_n_per_s > 0, "slew_n_per_s", s.slew_n_per_s, "it must be above 0");
   require(std::isfinite(s.slew_n_m_per_s) && s.slew_n_m_per_s > 0, "slew_n_m_per_s", s.slew_n_m_per_s,
           "it must be above 0");
@@ -79,16 +80,17 @@ std::string describe_safety_faults(SafetyFaults faults) {
   return text.empty() ? "none" : text;
 }
 
-SafetyChain::SafetyChain(const SafetySettings& settings) : settings_(settings) {
-  check(settings_);
-}
+SafetyChain::SafetyChain(const SafetySettings& settings)
+    : settings_((check(settings), settings)), rate_(settings.tick) {}
 
 Wrench SafetyChain::apply(LocalTime now, const SafetyInput& input) noexcept {
   const double since_s = advance_time(now);
   const bool is_late = since_s > kTick_s + to_seconds(settings_.late_tick);
   const double elapsed_s = is_late ? kTick_s : since_s;
   const double rise_s = std::min(elapsed_s, kTick_s);  // nothing may jump up
-  faults_ = present_faults(input) | (is_late ? SafetyFaults{kSafetyLate} : 0);
+  const bool is_slow = rate_.is_slow(now) || input.is_room_slow;
+  faults_ =
+      present_faults(input) | (is_late ? SafetyFaults{kSafetyLate} : 0) | (is_slow ? SafetyFaults{kSafetySlow} : 0);
   latched_ |= faults_;
   const double gain_before = gain_;
   update_gain(input, elapsed_s, rise_s);

@@ -17,6 +17,7 @@
 
 #include "common/base/spatial.hpp"
 #include "common/base/time.hpp"
+#include "common/realtime/rate_watch.hpp"
 
 namespace tandem::haptics {
 
@@ -32,6 +33,7 @@ enum SafetyFault : std::uint32_t {
   kSafetyNotDisplaying = 1U << 7U,  ///< nothing is meant to be felt: an observer, or no session stands
   kSafetyClutched = 1U << 8U,       ///< the hand moves back: zero within 20 ms, ramped in after release
   kSafetyLate = 1U << 9U,           ///< the loop stood still: zero within 20 ticks, then re-armed by the ramp
+  kSafetySlow = 1U << 10U,  ///< the loop, or the server's room, runs at below 90 % of its rate: zero, then re-armed
 };
 using SafetyFaults = std::uint32_t;
 /// One word a set bit, in bit order: "ramping", "silence", …
@@ -45,6 +47,7 @@ struct SafetySettings {
   Duration silence_zero{from_seconds(0.148)};   ///< … and none from here on (promise: zero within 150 ms)
   Duration fault_decay{from_seconds(0.015)};    ///< to zero after a fault (promise: within 20 ms)
   Duration late_tick{from_seconds(0.020)};      ///< a tick that comes later than this is a fault
+  Duration tick{from_seconds(0.001)};           ///< of the loop
   double slew_n_per_s = 4000.0;                 ///< set from DeviceSpec
   double slew_n_m_per_s = 200.0;
   double speed_limit_m_per_s = 3.0;
@@ -61,6 +64,7 @@ struct SafetyInput {
   bool is_clutched = false;
   bool sample_is_valid = true;
   double handle_speed_m_per_s = 0;
+  bool is_room_slow = false;  ///< the server says so (kFaultRoomSlow)
 };
 
 /// The stages before the clamp. One call a tick.
@@ -101,6 +105,7 @@ class SafetyChain {
   Wrench slewed(const Wrench& target, double rise_s) noexcept;
 
   SafetySettings settings_;
+  realtime::RateWatch rate_;
   LocalTime last_time_{};
   bool has_time_ = false;
   double gain_ = 0.0;

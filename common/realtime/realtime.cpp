@@ -1,11 +1,16 @@
 // See realtime.hpp. Linux only: SCHED_FIFO, mlockall and absolute sleeps are what the loops are built on.
 #include "common/realtime/realtime.hpp"
 
+#include <linux/capability.h>
 #include <pthread.h>
 #include <sched.h>
 #include <sys/mman.h>
+#include <sys/resource.h>
+#include <sys/syscall.h>
 #include <time.h>
+#include <unistd.h>
 
+#include <array>
 #include <cerrno>
 #include <cstddef>
 #include <stdexcept>
@@ -47,9 +52,23 @@ void request_priority(int priority, std::vector<std::string>& missing) {
   for (std::size_t i = 0; i < kPrefaultedStackBytes; i += kPageBytes) touched[i] = std::byte{0};
 }
 
+bool may_lock_all_memory() {
+  __user_cap_header_struct header{_LINUX_CAPABILITY_VERSION_3, 0};
+  std::array<__user_cap_data_struct, _LINUX_CAPABILITY_U32S_3> held{};
+  const bool is_known = syscall(SYS_capget, &header, held.data()) == 0;
+  if (is_known && (held[0].effective & (1U << CAP_IPC_LOCK)) != 0) return true;
+  rlimit limit{};
+  return getrlimit(RLIMIT_MEMLOCK, &limit) == 0 && limit.rlim_cur == RLIM_INFINITY;
+}
+
 void request_locked_memory(std::vector<std::string>& missing) {
-  if (mlockall(MCL_CURRENT | MCL_FUTURE) != 0) {
-    missing.push_back(not_granted("locked memory", errno,
+  // Under a limit, what is allocated later must not be locked: at the limit an allocation fails, and with it the program,
+  // with a force on.
+  const bool may_lock_all = may_lock_all_memory();
+  const int result = mlockall(may_lock_all ? MCL_CURRENT | MCL_FUTURE : MCL_CURRENT);
+  if (result != 0 || !may_lock_all) {
+    missing.push_back(not_granted(result != 0 ? "locked memory" : "locked memory for what is allocated later",
+                                  result != 0 ? errno : EPERM,
                                   "raise the limit shown by 'ulimit -l' (a line '<user> - memlock unlimited' in "
                                   "/etc/security/limits.conf, then log in again) or give the program CAP_IPC_LOCK"));
   }

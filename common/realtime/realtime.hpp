@@ -35,6 +35,9 @@ class PeriodicTimer {
   /// counted, so that a late loop does not run a burst to catch up. Returns the deadline that it woke for.
   LocalTime wait();
 
+  /// The next deadline is a period after `start`; what was missed before is not counted.
+  void restart(LocalTime start) { next_ = start; }
+
   const Histogram& lateness() const { return lateness_; }
   std::uint64_t missed() const { return missed_; }
   /// Wake-ups more than 25 ms late while running at real-time priority look like the kernel's real-time

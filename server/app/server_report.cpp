@@ -33,6 +33,7 @@ boost::json::object report_json(const LiveServer& server) {
                                         {"steps", timing.steps},
                                         {"overruns", timing.overruns},
                                         {"missed", timing.missed},
+                                        {"slow", timing.slow},
                                         {"lateness_us", quantiles_us(timing.lateness)},
                                         {"step_time_us", quantiles_us(timing.step_time)}});
   }

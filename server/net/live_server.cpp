@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <bit>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/posix/stream_descriptor.hpp>
@@ -14,14 +13,12 @@
 #include <boost/asio/signal_set.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <csignal>
-#include <future>
-#include <set>
 #include <stdexcept>
 #include <system_error>
-#include <thread>
 
 #include "common/realtime/realtime.hpp"
 #include "server/net/asio_server_transport.hpp"
+#include "server/net/room_scheduler.hpp"
 
 namespace tandem::server {
 namespace {
@@ -48,122 +45,6 @@ std::uint64_t unguessable_id() {
   return std::bit_cast<std::uint64_t>(bytes);
 }
 
-/// The threads that step the rooms.
-///
-/// Rooms are dealt to at most (cores − 1) worker threads, so that one core is left for io. A worker with several
-/// rooms steps the one whose deadline is next; each room keeps absolute deadlines of its own period. Workers run at
-/// one SCHED_FIFO priority, below the io thread: reading a datagram takes microseconds, and a step that used the
-/// datagram before it would be a millisecond older.
-class RoomScheduler {
- public:
-  /// `after_step` runs on a worker thread after each step: no lock, no wait.
-  RoomScheduler(const std::vector<Room*>& rooms, int realtime_priority, std::function<void(const Room&)> after_step);
-  /// Stops.
-  ~RoomScheduler();
-  RoomScheduler(const RoomScheduler&) = delete;
-  RoomScheduler& operator=(const RoomScheduler&) = delete;
-
-  /// Starts the workers. Returns what they asked for and were not granted, each line once.
-  std::vector<std::string> start();
-  void stop();
-  /// In the order of the rooms; after stop().
-  std::vector<RoomTiming> timings() const;
-
- private:
-  /// One room's timer and measurements; touched by its worker only while that runs.
-  struct Loop {
-    explicit Loop(Room& its_room) : room(its_room) {}
-
-    Room& room;
-    std::unique_ptr<realtime::PeriodicTimer> timer;
-    LocalTime next{};  ///< the timer's next deadline
-    RoomTiming timing;
-  };
-
-  struct Worker {
-    std::vector<Loop*> loops;
-    std::promise<std::vector<std::string>> not_granted;
-    std::thread thread;
-  };
-
-  void run(Worker& worker);
-  void step_next(Worker& worker);
-
-  int realtime_priority_;
-  std::function<void(const Room&)> after_step_;
-  std::vector<std::unique_ptr<Loop>> loops_;
-  std::vector<std::unique_ptr<Worker>> workers_;
-  std::atomic<bool> is_stopping_{false};
-};
-
-RoomScheduler::RoomScheduler(const std::vector<Room*>& rooms, int realtime_priority,
-                             std::function<void(const Room&)> after_step)
-    : realtime_priority_(realtime_priority), after_step_(std::move(after_step)) {
-  const std::size_t cores = std::max(2U, std::thread::hardware_concurrency());
-  for (Room* room : rooms) loops_.push_back(std::make_unique<Loop>(*room));
-  for (std::size_t i = 0; i < std::min(cores - 1, loops_.size()); ++i) workers_.push_back(std::make_unique<Worker>());
-  for (std::size_t i = 0; i < loops_.size(); ++i) workers_[i % workers_.size()]->loops.push_back(loops_[i].get());
-}
-
-RoomScheduler::~RoomScheduler() {
-  stop();
-}
-
-std::vector<std::string> RoomScheduler::start() {
-  for (const auto& worker : workers_) worker->thread = std::thread([this, &worker = *worker] { run(worker); });
-  std::set<std::string> lines;
-  for (const auto& worker : workers_) {
-    for (std::string& line : worker->not_granted.get_future().get()) lines.insert(std::move(line));
-  }
-  return {lines.begin(), lines.end()};
-}
-
-void RoomScheduler::stop() {
-  is_stopping_.store(true, std::memory_order_relaxed);
-  for (const auto& worker : workers_) {
-    if (worker->thread.joinable()) worker->thread.join();
-  }
-}
-
-void RoomScheduler::run(Worker& worker) {
-  worker.not_granted.set_value(realtime::request_realtime(realtime_priority_));
-  const LocalTime start = SteadyClock().now();
-  for (Loop* loop : worker.loops) {
-    loop->timer = std::make_unique<realtime::PeriodicTimer>(loop->room.period(), start);
-    loop->next = start;
-  }
-  while (!is_stopping_.load(std::memory_order_relaxed)) step_next(worker);
-}
-
-void RoomScheduler::step_next(Worker& worker) {
-  Loop& loop = **std::min_element(worker.loops.begin(), worker.loops.end(),
-                                  [](const Loop* a, const Loop* b) { return a->next < b->next; });
-  const LocalTime deadline = loop.timer->wait();
-  loop.next = deadline + loop.room.period();
-  const SteadyClock clock;
-  const LocalTime begin = clock.now();
-  loop.room.step(server_time_of_own_clock(begin));
-  const LocalTime end = clock.now();
-  loop.timing.step_time.record(end - begin);
-  ++loop.timing.steps;
-  if (end > loop.next) {
-    ++loop.timing.overruns;
-    loop.room.report(kFaultOverrun);
-  }
-  after_step_(loop.room);
-}
-
-std::vector<RoomTiming> RoomScheduler::timings() const {
-  std::vector<RoomTiming> timings;
-  for (const auto& loop : loops_) {
-    timings.push_back(loop->timing);
-    if (loop->timer == nullptr) continue;
-    timings.back().lateness = loop->timer->lateness();
-    timings.back().missed = loop->timer->missed();
-  }
-  return timings;
-}
-
 }  // namespace
 
 struct LiveServer::Impl {
@@ -175,6 +56,7 @@ struct LiveServer::Impl {
   void finish_when_closed(LocalTime deadline);
   void await_steps();
   void await_poll_time();
+  void tell_of_slow_rooms();
   void log(const std::string& line) const {
     if (owner.on_log) owner.on_log(line);
   }
@@ -271,8 +153,13 @@ void LiveServer::Impl::await_poll_time() {
   poll_timer.async_wait([this](const error_code& error) {
     if (error) return;
     hub.poll(clock.now());
+    tell_of_slow_rooms();
     await_poll_time();
   });
+}
+
+void LiveServer::Impl::tell_of_slow_rooms() {
+  for (const std::string& line : scheduler.news()) log(line);
 }
 
 void LiveServer::Impl::begin_stop(const std::string& why) {

@@ -1,6 +1,6 @@
 // A whole server in one object: sockets, session hub, rooms and their threads, for the program and for tests.
 //
-//   worker threads                          io thread (run())
+//   a thread a room                         io thread (run())
 //   Room::step() ──mailboxes, rings──▶      SessionHub::poll(): updates and answers go out
 //        └──────── eventfd ─────────▶       wakes at once after each step
 //   ◀──mailboxes, rings──                   SessionHub::on_…: what the sockets bring
@@ -13,8 +13,8 @@
 #include <string>
 #include <vector>
 
-#include "common/base/histogram.hpp"
 #include "common/base/time.hpp"
+#include "server/net/room_scheduler.hpp"
 #include "server/session/session_hub.hpp"
 
 namespace tandem::server {
@@ -26,15 +26,6 @@ struct LiveServerSettings {
   std::optional<Duration> duration{};      ///< stop by itself after this long
   bool stops_on_signals = false;           ///< SIGINT and SIGTERM call stop()
   HubSettings hub{};                       ///< datagram_port, and connection_ids where empty, are filled in
-};
-
-/// How well a room's loop kept its time.
-struct RoomTiming {
-  std::uint64_t steps = 0;
-  std::uint64_t overruns = 0;  ///< steps that ended after the next deadline (kFaultOverrun)
-  std::uint64_t missed = 0;    ///< deadlines skipped
-  Histogram lateness;          ///< of waking up
-  Histogram step_time;
 };
 
 class LiveServer {

@@ -103,6 +103,30 @@ TEST(Safety, WhatIsNotDisplayedFadesWithinTheFaultTimeAndIsNoSilence) {
   EXPECT_EQ(rig.chain.faults(), kSafetyRamping);
 }
 
+TEST(Safety, ALoopOrARoomThatDoesNotKeepItsRateLetsTheForceGo) {
+  for (const bool is_room : {false, true}) {
+    Rig rig;
+    SafetyInput input = good_input();
+    rig.run(input, 600);
+    ASSERT_EQ(rig.out.f.z(), 3.0);
+    input.is_room_slow = is_room;
+    double largest_step_n = 0;
+    for (int i = 0; i < 200; ++i) {
+      const double before_n = rig.out.f.z();
+      if (!is_room) rig.now += kTick / 4;
+      rig.tick(input);
+      largest_step_n = std::max(largest_step_n, std::abs(rig.out.f.z() - before_n));
+    }
+    EXPECT_TRUE(rig.chain.is_quiet());
+    EXPECT_EQ(describe_safety_faults(rig.chain.faults()), "slow");
+    EXPECT_LE(largest_step_n, 3.0 / 15 * 1.25 + kRounding) << "in 15 ms, as after any fault";
+    input.is_room_slow = false;
+    rig.run(input, 150);
+    EXPECT_TRUE(rig.chain.faults() & kSafetyRamping) << "back by the ramp";
+    EXPECT_LT(rig.out.f.z(), 1.0);
+  }
+}
+
 TEST(Safety, SlewBoundsEachChangeOfForceAndTorque) {
   SafetySettings settings;
   settings.slew_n_per_s = 100;

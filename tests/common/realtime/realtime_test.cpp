@@ -3,9 +3,15 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <linux/capability.h>
+#include <sys/resource.h>
+#include <sys/syscall.h>
+#include <unistd.h>
 
+#include <fstream>
 #include <stdexcept>
 #include <thread>
+#include <vector>
 
 namespace tandem::realtime {
 namespace {
@@ -66,6 +72,29 @@ TEST(Realtime, ImpossibleRequestsAreEachAnsweredByOneLineWithARemedy) {
   EXPECT_THAT(missing, Contains(HasSubstr("CPU 100000")));
   EXPECT_THAT(missing, Contains(HasSubstr("priority 1000")));
   EXPECT_THAT(missing, Contains(HasSubstr("use a priority from 1 to 99")));
+}
+
+std::size_t pages_in_use() {
+  std::size_t pages = 0;
+  std::ifstream("/proc/self/statm") >> pages;
+  return pages;
+}
+
+/// Ends with 0 when an allocation beyond a small limit of locked memory still succeeds.
+[[noreturn]] void allocate_under_a_small_limit() {
+  const rlim_t limit = pages_in_use() * 4096 + (16U << 20U);
+  const rlimit limits{limit, limit};
+  setrlimit(RLIMIT_MEMLOCK, &limits);
+  __user_cap_header_struct header{_LINUX_CAPABILITY_VERSION_3, 0};
+  __user_cap_data_struct none[_LINUX_CAPABILITY_U32S_3] = {};
+  syscall(SYS_capset, &header, none);
+  request_realtime(1);
+  std::vector<char> later(64U << 20U);
+  _exit(later.back());
+}
+
+TEST(Realtime, AMemoryLimitThatComesLaterDoesNotEndTheProgram) {
+  EXPECT_EXIT(allocate_under_a_small_limit(), testing::ExitedWithCode(0), "");
 }
 
 }  // namespace

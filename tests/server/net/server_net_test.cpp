@@ -1,12 +1,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/ip/udp.hpp>
 #include <boost/asio/read.hpp>
 #include <boost/asio/write.hpp>
 #include <filesystem>
 #include <fstream>
+#include <thread>
 
 #include "server/app/server_report.hpp"
 #include "server/assets/scene_library.hpp"
@@ -121,6 +123,38 @@ TEST(LiveServer, StepsItsRoomsAndReportsItsOwnTiming) {
   const boost::json::object json = report_json(*running.server);
   EXPECT_EQ(json.at("rooms").at(0).at("name"), "bench");
   EXPECT_EQ(json.at("joins"), 1);
+}
+
+TEST(LiveServer, ARoomThatNobodyIsInSleeps) {
+  test::RunningServer running(test::two_hands_scene());
+  std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  running.stop();
+  EXPECT_EQ(running.server->room_timings()[0].steps, 0U);
+}
+
+/// Two rooms, of which the first takes 4 ms for a step of one.
+TEST(LiveServer, ASlowRoomSaysSoAndHoldsUpNobodyElse) {
+  std::vector<std::unique_ptr<Room>> rooms;
+  for (const char* name : {"slow", "quick"})
+    rooms.push_back(std::make_unique<Room>(RoomId{1}, name, test::scene_of(test::two_hands_scene(name))));
+  for (const auto& room : rooms) ASSERT_TRUE(room->post({.seat = {0, UserId{1}, UserRole::kObserver}}));
+  LiveServer server({.port = 0}, std::move(rooms));
+  std::vector<std::string> log;
+  server.on_log = [&log](const std::string& line) { log.push_back(line); };
+  std::atomic<int> slow_steps{0}, slow_reports{0}, quick_reports{0};
+  server.on_step = [&](const Room& room) {
+    Room& its = const_cast<Room&>(room);
+    if (its.output(0).poll() && (its.output(0).front().update.tick_faults & kFaultRoomSlow) != 0)
+      ++(room.name() == "slow" ? slow_reports : quick_reports);
+    if (room.name() != "slow") return;
+    std::this_thread::sleep_for(std::chrono::milliseconds(4));
+    if (++slow_steps == 200) server.stop();
+  };
+  server.run();
+  EXPECT_GT(server.room_timings()[0].slow, 50U);
+  EXPECT_GT(slow_reports, 50);
+  EXPECT_GT(server.room_timings()[1].steps, 2 * server.room_timings()[0].steps);
+  EXPECT_THAT(log, testing::Contains(HasSubstr("room slow steps at less than 90 %")));
 }
 
 TEST(LiveServer, SendsStateToWhereTheUsersDatagramsComeFrom) {

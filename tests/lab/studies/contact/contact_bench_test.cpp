@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "common/base/json.hpp"
-#include "lab/cli/bench_commands.hpp"
+#include "lab/cli/bench/bench_commands.hpp"
 #include "lab/studies/contact/contact_bench.hpp"
 #include "lab/studies/contact/contact_scaling.hpp"
 #include "lab/studies/contact/mesh_source.hpp"

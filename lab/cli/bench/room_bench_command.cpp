@@ -15,7 +15,7 @@
 #include "common/base/tick_faults.hpp"
 #include "common/base/time.hpp"
 #include "common/realtime/realtime.hpp"
-#include "lab/cli/bench_commands.hpp"
+#include "lab/cli/bench/bench_commands.hpp"
 #include "lab/experiment/experiment.hpp"
 #include "lab/report/check.hpp"
 #include "lab/session/simulated_user.hpp"

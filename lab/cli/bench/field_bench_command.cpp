@@ -16,7 +16,7 @@
 
 #include "common/base/json_pretty.hpp"
 #include "common/docking/lennard_jones.hpp"
-#include "lab/cli/bench_commands.hpp"
+#include "lab/cli/bench/bench_commands.hpp"
 #include "lab/experiment/experiment.hpp"
 
 namespace tandem::lab {

@@ -21,5 +21,7 @@ void add_field_bench(CLI::App& bench, int& exit_code);
 void add_proxy_bench(CLI::App& bench, int& exit_code);
 /// room [--scene NAME] [--users N] [--json]
 void add_room_bench(CLI::App& bench, int& exit_code);
+/// server [--clients N] [--rooms N] [--overload] [--json]
+void add_server_bench(CLI::App& bench, int& exit_code);
 
 }  // namespace tandem::lab

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "common/base/json_pretty.hpp"
-#include "lab/cli/bench_commands.hpp"
+#include "lab/cli/bench/bench_commands.hpp"
 #include "lab/report/check.hpp"
 #include "lab/report/format.hpp"
 #include "lab/studies/contact/mesh_source.hpp"

@@ -24,7 +24,7 @@
 #include "common/base/progress.hpp"
 #include "common/haptics/prediction/force_stream.hpp"
 #include "devices/sim/sim_device.hpp"
-#include "lab/cli/bench_commands.hpp"
+#include "lab/cli/bench/bench_commands.hpp"
 #include "lab/experiment/experiment.hpp"
 #include "lab/experiment/experiment_library.hpp"
 #include "lab/experiment/quantities.hpp"

@@ -18,7 +18,7 @@
 #include "common/haptics/coupling/laws.hpp"
 #include "common/haptics/coupling/saturation.hpp"
 #include "common/haptics/safety.hpp"
-#include "lab/cli/bench_commands.hpp"
+#include "lab/cli/bench/bench_commands.hpp"
 #include "lab/report/check.hpp"
 
 namespace tandem::lab {

@@ -1,4 +1,4 @@
-#include "lab/cli/bench_commands.hpp"
+#include "lab/cli/bench/bench_commands.hpp"
 
 #include <CLI/CLI.hpp>
 #include <array>

@@ -2,7 +2,7 @@
 
 #include <CLI/CLI.hpp>
 
-#include "lab/cli/bench_commands.hpp"
+#include "lab/cli/bench/bench_commands.hpp"
 #include "lab/cli/commands.hpp"
 
 namespace tandem::lab {
@@ -15,6 +15,7 @@ void add_bench_command(CLI::App& app, int& exit_code) {
   add_field_bench(*bench, exit_code);
   add_proxy_bench(*bench, exit_code);
   add_room_bench(*bench, exit_code);
+  add_server_bench(*bench, exit_code);
   add_contact_bench(*bench, exit_code);
   add_contact_scaling(*bench, exit_code);
 }

@@ -5,7 +5,7 @@
 #include <memory>
 
 #include "common/base/json_pretty.hpp"
-#include "lab/cli/bench_commands.hpp"
+#include "lab/cli/bench/bench_commands.hpp"
 #include "lab/report/format.hpp"
 #include "lab/results/output_folder.hpp"
 #include "lab/studies/contact/contact_bench.hpp"

@@ -1,0 +1,205 @@
+// `tandem-lab bench server`: a whole server with its sockets and rooms, and users that send and receive at 1 kHz, all on
+// this machine.
+
+#include <CLI/CLI.hpp>
+#include <atomic>
+#include <iostream>
+#include <memory>
+#include <numeric>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "common/base/json_pretty.hpp"
+#include "lab/cli/bench/bench_commands.hpp"
+#include "lab/report/check.hpp"
+#include "lab/session/server_load.hpp"
+#include "server/net/live_server.hpp"
+
+namespace tandem::lab {
+namespace {
+
+constexpr Duration kSettling = std::chrono::seconds(1);
+/// Of the first room with --overload: a step and this take five periods.
+constexpr Duration kOverload = std::chrono::milliseconds(4);
+
+struct Options {
+  std::size_t clients = 16;
+  std::size_t rooms = 1;
+  std::size_t bodies = 3;
+  double seconds = 5;
+  bool is_overloaded = false;
+  bool wants_json = false;
+};
+
+struct ServerBenchResult {
+  LoadResult load;
+  std::vector<double> kept;  ///< share of its rate that each room kept, while the load ran
+  std::vector<server::RoomTiming> timings;
+};
+
+/// A server on a thread of its own, whose rooms' steps are counted.
+class ServerUnderLoad {
+ public:
+  explicit ServerUnderLoad(const Options& options) : steps_(options.rooms) {
+    std::vector<std::unique_ptr<server::Room>> rooms;
+    const std::size_t users = (options.clients + options.rooms - 1) / options.rooms;
+    if (users > proto::kMaxUsers || users * options.bodies >= proto::kMaxBodies) {
+      throw std::invalid_argument("a room takes at most 16 users and 63 cubes; use more --rooms or fewer --bodies");
+    }
+    for (std::size_t i = 0; i < options.rooms; ++i) {
+      const std::string name = "room " + std::to_string(i + 1);
+      const auto scene = server::load_scene_text(crowded_scene(name, users, options.bodies), name, ".");
+      rooms.push_back(std::make_unique<server::Room>(RoomId{static_cast<std::uint32_t>(i + 1)}, name, scene));
+    }
+    server::LiveServerSettings settings;
+    settings.port = 0;
+    settings.realtime_priority = 60;
+    settings.hub.max_connections = options.clients + 1;
+    server_ = std::make_unique<server::LiveServer>(settings, std::move(rooms));
+    server_->on_log = [](const std::string& line) {
+      if (line.starts_with("room ")) std::cerr << line << '\n';
+    };
+    server_->on_step = [this, is_overloaded = options.is_overloaded](const server::Room& room) {
+      ++steps_[room.id().value - 1];
+      const SteadyClock clock;
+      const LocalTime until = clock.now() + kOverload;
+      while (is_overloaded && room.id().value == 1 && clock.now() < until) {
+      }
+    };
+    thread_ = std::thread([this] { server_->run(); });
+  }
+  ~ServerUnderLoad() { stop(); }
+  ServerUnderLoad(const ServerUnderLoad&) = delete;
+  ServerUnderLoad& operator=(const ServerUnderLoad&) = delete;
+
+  void stop() {
+    if (!thread_.joinable()) return;
+    server_->stop();
+    thread_.join();
+  }
+  std::vector<std::uint64_t> steps() const { return {steps_.begin(), steps_.end()}; }
+  server::LiveServer& server() { return *server_; }
+
+ private:
+  std::vector<std::atomic<std::uint64_t>> steps_;
+  std::unique_ptr<server::LiveServer> server_;
+  std::thread thread_;
+};
+
+ServerBenchResult measure(const Options& options) {
+  ServerUnderLoad subject(options);
+  ServerLoad load(subject.server().port(), options.clients, options.rooms);
+  load.run(kSettling);
+  ServerBenchResult result;
+  const std::vector<std::uint64_t> before = subject.steps();
+  const LocalTime begin = SteadyClock().now();
+  result.load = load.run(from_seconds(options.seconds));
+  const double took_s = to_seconds(SteadyClock().now() - begin);
+  const std::vector<std::uint64_t> after = subject.steps();
+  for (std::size_t i = 0; i < options.rooms; ++i) {
+    const double period_s = to_seconds(subject.server().rooms()[i]->period());
+    result.kept.push_back(static_cast<double>(after[i] - before[i]) * period_s / took_s);
+  }
+  subject.stop();
+  result.timings = subject.server().room_timings();
+  return result;
+}
+
+double microseconds(Duration duration) {
+  return to_seconds(duration) * 1e6;
+}
+
+boost::json::object quantiles_us(const Histogram& histogram) {
+  return {{"p50", microseconds(histogram.quantile(0.5))},
+          {"p99", microseconds(histogram.quantile(0.99))},
+          {"max", microseconds(histogram.max())}};
+}
+
+double least_kept(const Options& options, const ServerBenchResult& result) {
+  return *std::min_element(result.kept.begin() + (options.is_overloaded ? 1 : 0), result.kept.end());
+}
+
+std::vector<Check> checks_of(const Options& options, const ServerBenchResult& result) {
+  if (options.is_overloaded && options.rooms == 1) return {};
+  const std::string whose = options.is_overloaded ? "steps kept by the rooms that are not overloaded" : "steps kept";
+  return {{"server", whose + ", least", 100 * least_kept(options, result), Relation::kAtLeast, 99, "%", 1}};
+}
+
+boost::json::object to_json(const Options& options, const ServerBenchResult& result, const std::vector<Check>& checks) {
+  boost::json::array rooms;
+  for (std::size_t i = 0; i < result.timings.size(); ++i) {
+    const server::RoomTiming& timing = result.timings[i];
+    rooms.push_back(boost::json::object{{"kept_percent", 100 * result.kept[i]},
+                                        {"step_us", quantiles_us(timing.step_time)},
+                                        {"lateness_us", quantiles_us(timing.lateness)},
+                                        {"overruns", timing.overruns},
+                                        {"slow_steps", timing.slow}});
+  }
+  const double steps_per_s = std::accumulate(result.kept.begin(), result.kept.end(), 0.0) * 1000;
+  return {{"clients", options.clients},
+          {"rooms", options.rooms},
+          {"is_overloaded", options.is_overloaded},
+          {"steps_per_s", steps_per_s},
+          {"inputs_per_s", static_cast<double>(result.load.inputs_sent) / options.seconds},
+          {"states_per_s", static_cast<double>(result.load.states_received) / options.seconds},
+          {"added_latency_us", quantiles_us(result.load.added_latency)},
+          {"answer_us", quantiles_us(result.load.answer)},
+          {"longest_silence_us", microseconds(result.load.longest_silence.max())},
+          {"each_room", rooms},
+          {"checks", to_json(checks)}};
+}
+
+void print(const Options& options, const ServerBenchResult& result, const std::vector<Check>& checks) {
+  std::cout << options.clients << " clients in " << options.rooms << (options.rooms == 1 ? " room" : " rooms")
+            << (options.is_overloaded ? ", the first overloaded" : "") << "\n  room  kept %  step p50, p99 [µs]  overruns\n";
+  for (std::size_t i = 0; i < result.timings.size(); ++i) {
+    const server::RoomTiming& timing = result.timings[i];
+    std::cout << "  " << i + 1 << "  " << 100 * result.kept[i] << "  " << microseconds(timing.step_time.quantile(0.5)) << ", "
+              << microseconds(timing.step_time.quantile(0.99)) << "  " << timing.overruns << '\n';
+  }
+  const auto line = [](const char* what, const Histogram& h) {
+    std::cout << what << " p50 " << microseconds(h.quantile(0.5)) << ", p99 " << microseconds(h.quantile(0.99)) << " µs\n";
+  };
+  std::cout << "states/s " << static_cast<double>(result.load.states_received) / options.seconds << ", inputs/s "
+            << static_cast<double>(result.load.inputs_sent) / options.seconds << '\n';
+  line("from the begin of a step to the send of its state ", result.load.added_latency);
+  line("from an input's send to the state that has used it", result.load.answer);
+  std::cout << "longest silence at a user " << microseconds(result.load.longest_silence.max()) / 1e3 << " ms\n";
+  print_checks(std::cout, checks);
+}
+
+int run(const Options& options) {
+  const ServerBenchResult result = measure(options);
+  const std::vector<Check> checks = checks_of(options, result);
+  if (options.wants_json) {
+    std::cout << pretty_json(to_json(options, result, checks));
+  } else {
+    print(options, result, checks);
+  }
+  return all_hold(checks) ? 0 : 1;
+}
+
+}  // namespace
+
+void add_server_bench(CLI::App& bench, int& exit_code) {
+  const auto options = std::make_shared<Options>();
+  CLI::App* command = bench.add_subcommand("server", "A whole server over loopback, with users at 1 kHz on the same machine");
+  command->add_option("--clients", options->clients, "users in all, dealt to the rooms in turn")
+      ->check(CLI::Range(1, 64))
+      ->capture_default_str();
+  command->add_option("--rooms", options->rooms, "rooms, each with a scene of its own; at most 16 users in each")
+      ->check(CLI::Range(1, 32))
+      ->capture_default_str();
+  command->add_option("--bodies", options->bodies, "cubes of each user; at most 63 in a room")
+      ->check(CLI::Range(1, 4))
+      ->capture_default_str();
+  command->add_option("--seconds", options->seconds, "how long [s], after one second to settle")
+      ->check(CLI::Range(0.1, 3600.0))
+      ->capture_default_str();
+  command->add_flag("--overload", options->is_overloaded, "each step of the first room takes 4 ms more");
+  command->add_flag("--json", options->wants_json, "print JSON instead of a table");
+  command->callback([options, &exit_code] { exit_code = run(*options); });
+}
+
+}  // namespace tandem::lab

@@ -1,0 +1,44 @@
+// Users that are little work themselves, over real sockets, for a server that is measured on the same machine.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "common/base/histogram.hpp"
+#include "common/base/time.hpp"
+
+namespace tandem::lab {
+
+/// A scene for `users` hands: each tool stands over a cube of its own, with more cubes around it.
+/// In      users             1..16
+///         bodies_per_user   1..4, and at most 63 in all
+std::string crowded_scene(const std::string& name, std::size_t users, std::size_t bodies_per_user);
+
+/// What the users of one server saw.
+struct LoadResult {
+  std::uint64_t inputs_sent = 0;
+  std::uint64_t states_received = 0;
+  Histogram added_latency;    ///< from the begin of a step to the send of its state, by the server's clock
+  Histogram answer;           ///< from the send of an input to the arrival of the first state that has used it
+  Histogram longest_silence;  ///< one entry a user
+};
+
+/// Joins, and then sends each user's input and takes what has come once a tick, all on the calling thread. Each hand
+/// presses on its cube.
+class ServerLoad {
+ public:
+  /// Fails   std::runtime_error: a user could not connect or join
+  ServerLoad(std::uint16_t port, std::size_t users, std::size_t rooms);
+  ~ServerLoad();
+  /// At 1 kHz for `duration`; may be called again. What came before the first call is not counted.
+  LoadResult run(Duration duration);
+
+ private:
+  struct User;
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace tandem::lab

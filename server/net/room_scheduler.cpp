@@ -1,0 +1,131 @@
+#include "server/net/room_scheduler.hpp"
+
+#include <future>
+#include <set>
+#include <thread>
+#include <utility>
+
+#include "common/realtime/rate_watch.hpp"
+#include "common/realtime/realtime.hpp"
+
+namespace tandem::server {
+namespace {
+
+/// How often an empty room looks whether somebody has come.
+constexpr Duration kLookAgain = std::chrono::milliseconds(5);
+constexpr Duration kTrustedAgainAfter = std::chrono::seconds(1);
+
+}  // namespace
+
+/// One room's thread, timer and measurements; touched by that thread alone while it runs, but for `is_slow`.
+struct RoomScheduler::Loop {
+  explicit Loop(Room& its_room) : room(its_room), rate(its_room.period()) {}
+
+  Room& room;
+  std::promise<std::vector<std::string>> not_granted;
+  std::unique_ptr<realtime::PeriodicTimer> timer;
+  realtime::RateWatch rate;
+  RoomTiming timing;
+  LocalTime slow_until{};  ///< counts as slow until then, if it keeps its rate so long; LocalTime{}: does not
+  std::atomic<bool> is_slow{false};
+  bool is_told_slow = false;  ///< io thread's
+  std::thread thread;
+};
+
+RoomScheduler::RoomScheduler(const std::vector<Room*>& rooms, int realtime_priority,
+                             std::function<void(const Room&)> after_step)
+    : realtime_priority_(realtime_priority), after_step_(std::move(after_step)) {
+  for (Room* room : rooms) loops_.push_back(std::make_unique<Loop>(*room));
+}
+
+RoomScheduler::~RoomScheduler() {
+  stop();
+}
+
+std::vector<std::string> RoomScheduler::start() {
+  for (const auto& loop : loops_) loop->thread = std::thread([this, &loop = *loop] { run(loop); });
+  std::set<std::string> lines;
+  for (const auto& loop : loops_) {
+    for (std::string& line : loop->not_granted.get_future().get()) lines.insert(std::move(line));
+  }
+  return {lines.begin(), lines.end()};
+}
+
+void RoomScheduler::stop() {
+  is_stopping_.store(true, std::memory_order_relaxed);
+  for (const auto& loop : loops_) {
+    if (loop->thread.joinable()) loop->thread.join();
+  }
+}
+
+void RoomScheduler::run(Loop& loop) {
+  loop.not_granted.set_value(realtime::request_realtime(realtime_priority_));
+  loop.timer = std::make_unique<realtime::PeriodicTimer>(loop.room.period(), SteadyClock().now());
+  while (!is_stopping_.load(std::memory_order_relaxed)) {
+    if (!loop.room.is_idle()) {
+      step(loop);
+      continue;
+    }
+    std::this_thread::sleep_for(kLookAgain);
+    loop.timer->restart(SteadyClock().now());
+    loop.rate.restart();
+  }
+}
+
+void RoomScheduler::step(Loop& loop) {
+  const LocalTime deadline = loop.timer->wait();
+  const SteadyClock clock;
+  const LocalTime begin = clock.now();
+  loop.room.step(server_time_of_own_clock(begin));
+  const LocalTime end = clock.now();
+  loop.timing.step_time.record(end - begin);
+  ++loop.timing.steps;
+  if (end > deadline + loop.room.period()) {
+    ++loop.timing.overruns;
+    loop.room.report(kFaultOverrun);
+  }
+  keep_rate(loop, end);
+  after_step_(loop.room);
+}
+
+void RoomScheduler::keep_rate(Loop& loop, LocalTime now) {
+  const bool was_slow = loop.slow_until != LocalTime{};
+  if (loop.rate.is_slow(now)) {
+    loop.slow_until = now + kTrustedAgainAfter;
+    if (!was_slow && realtime_priority_ > 0) realtime::drop_realtime();
+  } else if (was_slow && now >= loop.slow_until) {
+    loop.slow_until = LocalTime{};
+    realtime::request_realtime(realtime_priority_);
+  }
+  const bool is_slow = loop.slow_until != LocalTime{};
+  loop.is_slow.store(is_slow, std::memory_order_relaxed);
+  if (!is_slow) return;
+  ++loop.timing.slow;
+  loop.room.report(kFaultRoomSlow);
+}
+
+std::vector<std::string> RoomScheduler::news() {
+  std::vector<std::string> lines;
+  for (const auto& loop : loops_) {
+    const bool is_slow = loop->is_slow.load(std::memory_order_relaxed);
+    if (std::exchange(loop->is_told_slow, is_slow) == is_slow) continue;
+    const std::string room = "room " + loop->room.name();
+    lines.push_back(is_slow ? room + " steps at less than 90 % of its rate: its users feel no force; fewer bodies, contacts "
+                                     "or atoms, a lower step_rate_hz, fewer rooms or a faster machine would help"
+                            : room + " keeps its rate again");
+  }
+  return lines;
+}
+
+std::vector<RoomTiming> RoomScheduler::timings() const {
+  std::vector<RoomTiming> timings;
+  for (const auto& loop : loops_) {
+    timings.push_back(loop->timing);
+    if (loop->timer == nullptr) continue;
+    timings.back().lateness = loop->timer->lateness();
+    timings.back().missed = loop->timer->missed();
+  }
+  return timings;
+}
+
+}  // namespace tandem::server

@@ -1,0 +1,63 @@
+// The threads that step a server's rooms.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "common/base/histogram.hpp"
+#include "common/base/time.hpp"
+#include "server/room/room.hpp"
+
+namespace tandem::server {
+
+/// How well a room's loop kept its time.
+struct RoomTiming {
+  std::uint64_t steps = 0;
+  std::uint64_t overruns = 0;  ///< steps that ended after the next deadline (kFaultOverrun)
+  std::uint64_t missed = 0;    ///< deadlines skipped
+  std::uint64_t slow = 0;      ///< steps while it did not keep 90 % of its rate, and the second after (kFaultRoomSlow)
+  Histogram lateness;          ///< of waking up
+  Histogram step_time;
+};
+
+/// A thread for each room, with absolute deadlines of its own period. A room that nobody is in sleeps.
+///
+/// All run at one SCHED_FIFO priority, below the io thread: reading a datagram takes microseconds, and a step that used
+/// the datagram before it would be a millisecond older. A room that does not keep its rate leaves that priority to the
+/// others until it has kept its rate for a second: its own users wait, nobody else's.
+class RoomScheduler {
+ public:
+  /// In      realtime_priority  1–98; 0: the normal scheduler
+  ///         after_step         runs on the room's thread after each step: no lock, no wait
+  RoomScheduler(const std::vector<Room*>& rooms, int realtime_priority, std::function<void(const Room&)> after_step);
+  /// Stops.
+  ~RoomScheduler();
+  RoomScheduler(const RoomScheduler&) = delete;
+  RoomScheduler& operator=(const RoomScheduler&) = delete;
+
+  /// Starts the threads. Returns what they asked for and were not granted, each line once.
+  std::vector<std::string> start();
+  void stop();
+  /// Rooms that have become too slow, or keep up again, since the last call; one line for people each.
+  /// Thread  io
+  std::vector<std::string> news();
+  /// In the order of the rooms; after stop().
+  std::vector<RoomTiming> timings() const;
+
+ private:
+  struct Loop;
+  void run(Loop& loop);
+  void step(Loop& loop);
+  void keep_rate(Loop& loop, LocalTime now);
+
+  int realtime_priority_;
+  std::function<void(const Room&)> after_step_;
+  std::vector<std::unique_ptr<Loop>> loops_;
+  std::atomic<bool> is_stopping_{false};
+};
+
+}  // namespace tandem::server
