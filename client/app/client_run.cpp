@@ -133,6 +133,7 @@ bool ClientRun::join() {
     const ClientIoSnapshot io = io_.snapshot();
     if (io.status.state == SessionState::kActive && io.joined) {
       std::cerr << "tandem-client: " + joined_line(*io.joined) + "\n";
+      for (const std::string& note : shown_notes(*io.joined)) std::cerr << "tandem-client: scene: " + note + "\n";
       watch_first_graspable(*io.joined);
       return true;
     }

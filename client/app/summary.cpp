@@ -53,6 +53,10 @@ void add_setup(const RunSummary& s, json::object& out) {
   out["version"] = TANDEM_VERSION;
   out["room"] = s.io.joined ? json::value(s.io.room) : json::value();
   out["scene"] = s.io.joined ? json::value(s.io.joined->scene().name()) : json::value();
+  out["notes"] = json::array();
+  if (s.io.joined) {
+    for (const std::string& note : shown_notes(*s.io.joined)) out["notes"].as_array().emplace_back(note);
+  }
   out["user"] = session.user_name;
   out["role"] = session.role == wire::ROLE_OBSERVER   ? "observer"
                 : session.role == wire::ROLE_OPERATOR ? "operator"
@@ -200,6 +204,13 @@ json::value watched_of(const RunSummary& s) {
 }
 
 }  // namespace
+
+std::vector<std::string> shown_notes(const wire::Joined& joined) {
+  constexpr int kMaxNotes = 20;
+  std::vector<std::string> notes;
+  for (int i = 0; i < std::min(joined.notes_size(), kMaxNotes); ++i) notes.push_back(printable(joined.notes(i)));
+  return notes;
+}
 
 BodyId first_graspable(const wire::Joined& joined) {
   for (int i = 0; i < joined.scene().bodies_size(); ++i) {

@@ -15,6 +15,8 @@ namespace tandem::client {
 
 /// The body that a run watches; the invalid id when nothing can be grasped.
 BodyId first_graspable(const wire::Joined& joined);
+/// What the server says of the scene's files, fit for a terminal and bounded.
+std::vector<std::string> shown_notes(const wire::Joined& joined);
 
 /// Everything that a run leaves behind.
 struct RunSummary {

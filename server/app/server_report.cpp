@@ -29,7 +29,9 @@ boost::json::object report_json(const LiveServer& server) {
   boost::json::array rooms;
   for (std::size_t i = 0; i < timings.size(); ++i) {
     const RoomTiming& timing = timings[i];
+    const std::vector<std::string>& notes = server.rooms()[i]->scene().notes;
     rooms.push_back(boost::json::object{{"name", server.rooms()[i]->name()},
+                                        {"notes", boost::json::array(notes.begin(), notes.end())},
                                         {"steps", timing.steps},
                                         {"overruns", timing.overruns},
                                         {"missed", timing.missed},

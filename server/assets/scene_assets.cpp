@@ -185,7 +185,7 @@ geometry::ContactMesh SceneAssets::load_mesh(wire::Mesh& message, const SceneFie
     geometry::ContactMesh repaired_mesh = geometry::repaired(mesh);
     notes.push_back(message.file() + ": " + counted(repaired_mesh.mesh.triangles.size(), "triangle", "triangles") +
                     ", a " + (repaired_mesh.kind == geometry::SurfaceKind::kSolid ? "solid" : "sheet"));
-    for (const std::string& note : repaired_mesh.notes) notes.push_back(message.file() + ": " + note);
+    for (const std::string& note : repaired_mesh.notes) tell_users(message.file() + ": " + note);
     return repaired_mesh;
   } catch (const geometry::MeshError& error) {
     file_field.refuse("is " + file.string() + ", which cannot be touched: " + error.what());
@@ -256,6 +256,11 @@ void SceneAssets::add_surface(const geometry::TriangleMesh& mesh, wire::Mesh& me
   }
 }
 
+void SceneAssets::tell_users(const std::string& note) {
+  notes.push_back(note);
+  notes_for_users.push_back(note);
+}
+
 bool SceneAssets::offer(Asset asset) {
   const auto is_same = [&asset](const Asset& other) { return other.sha256 == asset.sha256; };
   if (std::any_of(assets.begin(), assets.end(), is_same)) return false;
@@ -280,7 +285,7 @@ std::shared_ptr<const docking::Molecule> SceneAssets::load_centred_molecule(wire
   message.set_file(file.filename().string());
   notes.push_back(message.file() + ": " + std::to_string(molecule->size()) + " atoms, force field " +
                   molecule->force_field);
-  for (const auto& [atom, reason] : molecule->guessed) notes.push_back(message.file() + ": " + reason);
+  for (const std::string& note : molecule->notes) tell_users(message.file() + ": " + note);
   try {
     add_molecule(*molecule, message);
   } catch (const std::invalid_argument& error) {

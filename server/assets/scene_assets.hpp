@@ -67,7 +67,8 @@ class SceneAssets {
                                                                  const SceneField& field);
 
   std::vector<Asset> assets;
-  std::vector<std::string> notes;  ///< for people
+  std::vector<std::string> notes;            ///< for people
+  std::vector<std::string> notes_for_users;  ///< those of what the scene has other than its files say
 
  private:
   struct Contact;
@@ -77,6 +78,7 @@ class SceneAssets {
   std::shared_ptr<const proto::Bytes> read(const std::filesystem::path& file, const std::string& kind,
                                            const SceneField& field);
   std::filesystem::path located(const std::string& file) const;
+  void tell_users(const std::string& note);
   /// False: it was there already.
   bool offer(Asset asset);
   void add_molecule(const docking::Molecule& molecule, wire::MoleculeSource& message);

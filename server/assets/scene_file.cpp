@@ -96,6 +96,7 @@ class SceneBuilder {
     if (description.has_molecular_field()) hide_directory(*description.mutable_molecular_field());
     scene_->assets = std::move(assets_.assets);
     scene_->notes = std::move(assets_.notes);
+    scene_->notes_for_users = std::move(assets_.notes_for_users);
     check_size();
     return scene_;
   }

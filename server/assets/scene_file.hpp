@@ -25,7 +25,8 @@ struct LoadedScene {
   std::vector<WorkspaceMapping> workspaces;          ///< of each of world.tools
   std::vector<SoftModel> soft_bodies;                ///< parallel to description.soft_bodies()
   std::vector<Asset> assets;
-  std::vector<std::string> notes;  ///< for people: e.g. atoms whose type was guessed, triangles read
+  std::vector<std::string> notes;            ///< for people: e.g. atoms whose type was guessed, triangles read
+  std::vector<std::string> notes_for_users;  ///< those of them that users are told: what was guessed, changed, left out
 };
 
 /// A tool's inertia is at least that of its mass at this distance: it stands for a pen-like thing of 5 cm

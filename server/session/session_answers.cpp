@@ -64,12 +64,34 @@ void fill(const MassProperties& mass, wire::MassProperties& out) {
   for (const double number : mass.principal_inertia_kg_m2) out.add_principal_inertia_kg_m2(number);
 }
 
+/// Of a longer note the beginning, in whole code points.
+std::string shortened(std::string note) {
+  constexpr std::size_t kMaxNoteBytes = 400;
+  if (note.size() <= kMaxNoteBytes) return note;
+  std::size_t end = kMaxNoteBytes - std::string_view("…").size();
+  while (end > 0 && (static_cast<unsigned char>(note[end]) >> 6U) == 0x2) --end;
+  return note.substr(0, end) + "…";
+}
+
+void fill_notes(const std::vector<std::string>& notes, wire::Joined& joined) {
+  constexpr std::size_t kMaxNotes = 20;
+  for (const std::string& note : notes) {
+    const auto told = static_cast<std::size_t>(joined.notes_size());
+    if (told + 1 == kMaxNotes && notes.size() > kMaxNotes) {
+      joined.add_notes("and " + std::to_string(notes.size() - told) + " more, which the server's log names");
+      return;
+    }
+    joined.add_notes(shortened(note));
+  }
+}
+
 /// What is the same for every newcomer.
 void fill(const LoadedScene& scene, wire::Joined& joined) {
   *joined.mutable_scene() = scene.description;
   for (const Asset& asset : scene.assets) fill(asset, *joined.add_assets());
   for (const physics::BodyDescription& body : scene.world.bodies) fill(body.mass, *joined.add_body_masses());
   for (const physics::ToolDescription& tool : scene.world.tools) fill(tool.mass, *joined.add_tool_masses());
+  fill_notes(scene.notes_for_users, joined);
 }
 
 }  // namespace

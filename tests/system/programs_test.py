@@ -1,9 +1,12 @@
 """What the programs say about themselves: output for programs is one JSON object, mistakes are one clear line."""
 
 import json
+import os
+import re
+import subprocess
 import unittest
 
-from support import ProgramTest, Server, finish, run, start_client
+from support import PATIENCE_S, ProgramTest, Server, finish, program, run, start_client
 
 LATENESS_KEYS = ["max", "p50", "p99", "p999"]
 
@@ -47,6 +50,55 @@ class Json(ProgramTest):
         self.assertGreater(summary["datagrams"]["received"], 100)
         self.assertEqual(summary["not_displaying_ticks"], summary["ticks_run"])
         self.assertLess(summary["silent_ticks"], summary["ticks_run"] / 2)
+
+
+PDB_LINE = "{record:<6}{serial:5d}  {name:<3} {residue:<4}{chain}{number:4d}    {x:8.3f}{y:8.3f}{z:8.3f}  1.00  0.00\n"
+
+
+class Structure(ProgramTest):
+    """A molecule that is not what its file says is told of to the operator, in the report, and to every user."""
+
+    def scene_of(self, structure):
+        body = {"name": "m", "shapes": [{"molecule": {"file": structure}}], "mass_kg": 0.1}
+        tool = {"name": "a", "mass_kg": 0.1, "holds": "m"}
+        return self.write("s.json", json.dumps({"name": "s", "bodies": [dict(body, graspable=True)], "tools": [tool],
+                                                "molecular_field": {"metres_per_angstrom": 0.01}}))
+
+    def served(self, scene):
+        """What the log, the report, the user and his report say."""
+        server = subprocess.Popen([program("tandem-server"), "--json", "--port", "0", "--scene", scene],
+                                  stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        log = ""
+        for line in server.stderr:
+            log += line
+            ready = re.search(r"listening on 127\.0\.0\.1:(\d+)", line)
+            if ready:
+                break
+        code, out, err = finish(start_client(int(ready.group(1)), "--json", "--duration", "1s"))
+        self.assertEqual(code, 0, err)
+        server.terminate()
+        report, more = server.communicate(timeout=PATIENCE_S)
+        return log + more, json.loads(report)["rooms"][0]["notes"], err, json.loads(out)["notes"]
+
+    def assert_told(self, structure, words):
+        log, report, user, user_report = self.served(self.scene_of(structure))
+        self.assertIn(words, log)
+        self.assertIn(words, "\n".join(report))
+        self.assertIn(words, user)
+        self.assertIn(words, "\n".join(user_report))
+
+    @unittest.skipUnless(os.path.exists("/usr/share/gromacs/top/oplsaa.ff"), "needs the Debian package gromacs-data")
+    def test_an_unknown_ligand(self):
+        text = "".join(PDB_LINE.format(record="ATOM", serial=i + 1, name=name, residue="ALA", chain="A", number=1,
+                                       x=1.5 * i, y=0, z=0) for i, name in enumerate(["N", "CA", "C", "O"]))
+        text += "".join(PDB_LINE.format(record="HETATM", serial=9, name=f"C{i}", residue="LIG", chain="A", number=2,
+                                        x=5, y=5, z=1.5 * i) for i in range(3))
+        self.assert_told(self.write("tiny.pdb", text), "tiny.pdb: left out, no amino acids of oplsaa: 1 residue LIG (3 atoms)")
+
+    @unittest.skipUnless(os.path.exists("/usr/share/pymol/data/tut/1hpv.pdb"), "needs the Debian package pymol-data")
+    @unittest.skipUnless(os.path.exists("/usr/share/gromacs/top/oplsaa.ff"), "needs the Debian package gromacs-data")
+    def test_the_ligand_of_1hpv(self):
+        self.assert_told("/usr/share/pymol/data/tut/1hpv.pdb", "1 residue 478 (35 atoms)")
 
 
 class Check(ProgramTest):
@@ -127,11 +179,11 @@ class Study(ProgramTest):
 
 class Help(ProgramTest):
     def test_names_the_program_without_its_path_and_its_exit_codes(self):
-        for program in ("tandem-server", "tandem-client", "tandem-lab"):
-            with self.subTest(program=program):
-                code, out, _ = run(program, "--help")
+        for name in ("tandem-server", "tandem-client", "tandem-lab"):
+            with self.subTest(program=name):
+                code, out, _ = run(name, "--help")
                 self.assertEqual(code, 0)
-                self.assertIn(f"Usage: {program} ", out)
+                self.assertIn(f"Usage: {name} ", out)
                 self.assertIn("Exit code: 0 done", out)
 
 

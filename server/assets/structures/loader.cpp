@@ -7,9 +7,11 @@
 #include <stdexcept>
 #include <utility>
 
+#include "common/base/units.hpp"
 #include "server/assets/structures/force_field.hpp"
 #include "server/assets/structures/pdb_reader.hpp"
 #include "server/assets/structures/residue_typing.hpp"
+#include "server/assets/structures/text.hpp"
 
 namespace tandem::server {
 namespace {
@@ -20,14 +22,33 @@ std::string chain_name(const std::string& chain) {
   return chain.empty() ? "(blank)" : chain;
 }
 
-std::string joined(const std::set<std::string>& names) {
+/// The first eight, and how many more there are. Names come from the file, so they are made printable.
+template <class Entries, class Text>
+std::string joined(const Entries& entries, const Text& text) {
   std::string list;
   std::size_t count = 0;
-  for (const std::string& name : names) {
-    if (++count > kMaxNamesInANote) return list + ", …";
-    list += (list.empty() ? "" : ", ") + name;
+  for (const auto& entry : entries) {
+    if (++count > kMaxNamesInANote) return list + " and " + std::to_string(entries.size() - kMaxNamesInANote) + " more";
+    list += (list.empty() ? "" : ", ") + text(entry);
   }
   return list;
+}
+
+std::string joined(const std::set<std::string>& names) {
+  return joined(names, [](const std::string& name) { return printable_text(name); });
+}
+
+/// Residues of one name that are no amino acids.
+struct LeftOut {
+  std::size_t residues = 0;
+  std::size_t atoms = 0;
+};
+using LeftOutByName = std::map<std::string, LeftOut>;
+
+/// "2 residues HOH (2 atoms)"
+std::string text_of(const LeftOutByName::value_type& entry) {
+  return counted(entry.second.residues, "residue ", "residues ") + printable_text(entry.first) + " (" +
+         counted(entry.second.atoms, "atom", "atoms") + ")";
 }
 
 bool is_selected(const std::vector<std::string>& selected, const std::string& chain) {
@@ -55,13 +76,15 @@ void check_chains(const std::vector<PdbResidue>& protein, const std::vector<std:
 
 /// Splits the protein residues off; the others of the selected chains are counted by name for a note.
 std::vector<PdbResidue> take_protein(std::vector<PdbResidue>&& residues, const ForceField& force_field,
-                                     const std::vector<std::string>& selected, std::map<std::string, int>& left_out) {
+                                     const std::vector<std::string>& selected, LeftOutByName& left_out) {
   std::vector<PdbResidue> protein;
   for (PdbResidue& residue : residues) {
     if (is_protein_residue(force_field, residue.name)) {
       protein.push_back(std::move(residue));
     } else if (is_selected(selected, residue.chain)) {
-      ++left_out[residue.name];
+      LeftOut& same_name = left_out[residue.name];
+      ++same_name.residues;
+      same_name.atoms += residue.atoms.size();
     }
   }
   return protein;
@@ -93,9 +116,17 @@ class Loader {
     }
   }
 
-  void write_notes(const std::map<std::string, int>& left_out, const PdbStructure& structure) {
-    for (const auto& [name, count] : left_out) {
-      note(std::to_string(count) + " residue(s) " + name + " left out: not an amino acid of " + force_field_.name);
+  void write_notes(const LeftOutByName& left_out, const PdbStructure& structure) {
+    if (!left_out.empty()) {
+      note("left out, no amino acids of " + force_field_.name + ": " +
+           joined(left_out, [](const auto& entry) { return text_of(entry); }));
+    }
+    if (!molecule_.guessed.empty()) {
+      note(counted(molecule_.guessed.size(), "atom", "atoms") + " without an exact entry in " + force_field_.name +
+           " guessed (" +
+           joined(guesses_,
+                  [](const auto& entry) { return printable_text(entry.first) + " " + std::to_string(entry.second); }) +
+           "), the first: " + molecule_.guessed.begin()->second);
     }
     if (missing_hydrogens_ > 0) {
       note(std::to_string(missing_hydrogens_) + " of " + std::to_string(expected_hydrogens_) +
@@ -116,7 +147,10 @@ class Loader {
  private:
   void add_atom(const PdbResidue& residue, const PdbAtom& atom, const BlockAtom& entry, const std::string& guess) {
     const AtomType& type = force_field_.type(entry.type);
-    if (!guess.empty()) molecule_.guessed.emplace(molecule_.size(), guess);
+    if (!guess.empty()) {
+      molecule_.guessed.emplace(molecule_.size(), guess);
+      ++guesses_[residue.name];
+    }
     molecule_.positions_angstrom.push_back(atom.position_angstrom);
     molecule_.sigma_angstrom.push_back(type.sigma_angstrom);
     molecule_.epsilon_kj_per_mol.push_back(type.epsilon_kj_per_mol);
@@ -135,6 +169,7 @@ class Loader {
   std::size_t missing_hydrogens_ = 0;
   std::size_t missing_heavy_ = 0;
   std::set<std::string> incomplete_;
+  std::map<std::string, std::size_t> guesses_;  ///< atoms, by the name of their residue
 };
 
 }  // namespace
@@ -143,7 +178,7 @@ docking::Molecule load_molecule(const std::filesystem::path& structure, const st
                                 const std::filesystem::path& force_field_directory) {
   const ForceField force_field = load_force_field(force_field_directory);
   PdbStructure read = read_pdb(structure);
-  std::map<std::string, int> left_out;
+  LeftOutByName left_out;
   const std::vector<PdbResidue> protein = take_protein(std::move(read.residues), force_field, chains, left_out);
   check_chains(protein, chains, structure.string());
   // Over all chains: a disulfide may lead to a chain that is not selected.

@@ -8,6 +8,8 @@
 #include <optional>
 #include <utility>
 
+#include "server/assets/structures/text.hpp"
+
 namespace tandem::server {
 namespace {
 
@@ -284,7 +286,7 @@ bool is_bound_to_carbon(const PdbResidue& residue, std::size_t hydrogen) {
 }
 
 std::string place_of(const PdbResidue& residue) {
-  return residue.name + " " + residue.id + (residue.chain.empty() ? "" : " of chain " + residue.chain);
+  return printable_text(residue.name + " " + residue.id + (residue.chain.empty() ? "" : " of chain " + residue.chain));
 }
 
 /// Adds an entry for atom i by its element, and what people are told of it.
@@ -296,8 +298,9 @@ void guess_by_element(const PdbResidue& residue, std::size_t i, const std::strin
   }
   if (atom.element == "H" && !is_bound_to_carbon(residue, i)) type = kPolarHydrogen;
   typed.atoms.push_back({atom.name, std::string(type), 0.0});
-  typed.guesses.push_back("atom " + atom.name + " of " + place_of(residue) + ": not in the force field's block " +
-                          block + ", taken as " + std::string(type) + " by its element with charge 0");
+  typed.guesses.push_back("atom " + printable_text(atom.name) + " of " + place_of(residue) +
+                          ": not in the force field's block " + block + ", taken as " + std::string(type) +
+                          " by its element with charge 0");
 }
 
 /// Without ring hydrogens the tautomer is a choice: every atom whose entry depends on it is a guess.
@@ -309,7 +312,7 @@ void mark_guessed_tautomer(const ForceField& force_field, const PdbResidue& resi
     const BlockAtom* alternative = other->find(names[i]);
     std::string& guess = typed.guesses[i];
     if (!guess.empty() || alternative == nullptr || alike(*alternative, typed.atoms[i])) continue;
-    guess = "atom " + residue.atoms[i].name + " of " + place_of(residue) +
+    guess = "atom " + printable_text(residue.atoms[i].name) + " of " + place_of(residue) +
             ": neither HD1 nor HE2 in the file, taken as HISE, neutral with the hydrogen on NE2";
   }
 }

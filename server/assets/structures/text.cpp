@@ -49,13 +49,17 @@ bool parse_finite(std::string_view field, double& value) {
   return error == std::errc() && stopped == end && std::isfinite(value);
 }
 
-std::string quoted_text(std::string_view text) {
+std::string printable_text(std::string_view text) {
   constexpr std::size_t kLongest = 40;
   std::string printable(text.substr(0, kLongest));
   for (char& c : printable) {
     if (c < ' ' || c > '~') c = '?';
   }
-  return "'" + printable + (text.size() > kLongest ? "…'" : "'");
+  return text.size() > kLongest ? printable + "…" : printable;
+}
+
+std::string quoted_text(std::string_view text) {
+  return "'" + printable_text(text) + "'";
 }
 
 }  // namespace tandem::server

@@ -23,6 +23,9 @@ std::string_view take_line(std::string_view& rest);
 /// True when the whole of `field` is one finite number.
 bool parse_finite(std::string_view field, double& value);
 
+/// For messages: at most 40 characters, other than printable ASCII as '?'.
+std::string printable_text(std::string_view text);
+
 /// For messages: in quotes, at most 40 characters, other than printable ASCII as '?'.
 std::string quoted_text(std::string_view text);
 

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "server/session/session_answers.hpp"
 #include "tests/support/hub_bench.hpp"
 
 namespace tandem::server {
@@ -124,6 +125,19 @@ TEST(SessionHub, WhoFloodsWithControlMessagesIsEndedAndNobodyElse) {
     bench.send(ben, ping);
     ASSERT_EQ(bench.hub->user_count(), 1U) << "90 a second, message " << k;
   }
+}
+
+TEST(SessionHub, TellsNewcomersWhatWasLeftOutOfTheScenesFilesInBoundedWords) {
+  auto scene = std::make_shared<server::LoadedScene>(*test::scene_of(test::two_hands_scene()));
+  for (int i = 0; i < 30; ++i) scene->notes_for_users.push_back(std::to_string(i) + std::string(400, 'x') + "ä");
+  Room room(RoomId{1}, "bench", scene);
+  RoomSeats seats(room);
+  const wire::ServerControl answer = joined_answer(1, seats, seats.take(UserRole::kManipulator).value());
+  const auto& notes = answer.joined().notes();
+  ASSERT_EQ(notes.size(), 20);
+  EXPECT_EQ(notes[18], "18" + std::string(395, 'x') + "…") << "400 bytes";
+  EXPECT_EQ(notes[19], "and 11 more, which the server's log names");
+  EXPECT_LE(answer.ByteSizeLong(), joined_answer_bound(*scene));
 }
 
 TEST(SessionHub, TwoOfOneNameAreToldApart) {

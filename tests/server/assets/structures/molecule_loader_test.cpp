@@ -205,8 +205,9 @@ TEST_F(OplsLoader, SaysWhatTheFileLacksAndWhatWasLeftOut) {
   EXPECT_EQ(type_of(molecule, "ALA", "N"), "opls_287");
   EXPECT_NE(notes.find("7 of 7 hydrogens are not in the file"), std::string::npos) << notes;
   EXPECT_NE(notes.find("ALA 1 CB"), std::string::npos) << notes;
-  EXPECT_NE(notes.find("1 residue(s) HOH left out"), std::string::npos) << notes;
-  EXPECT_NE(notes.find("1 residue(s) LIG left out"), std::string::npos) << notes;
+  EXPECT_NE(notes.find("left out, no amino acids of oplsaa: 1 residue HOH (1 atom), 1 residue LIG (2 atoms)"),
+            std::string::npos)
+      << notes;
 }
 
 TEST_F(OplsLoader, SelenomethionineIsAMethionineWithAGuessedSelenium) {
@@ -274,6 +275,37 @@ TEST_F(OplsLoader, Loads3al1WithoutAGuess) {
     EXPECT_EQ(std::count(molecule.types.begin(), molecule.types.end(), "opls_290"), 9) << "hydrogens on NZ";
     ASSERT_EQ(molecule.notes.size(), 1U);
     EXPECT_NE(molecule.notes[0].find("alternate locations"), std::string::npos) << molecule.notes[0];
+  }
+}
+
+TEST_F(OplsLoader, NamesTheLigandOf1hpvThatItLeavesOut) {
+  const std::filesystem::path file = "/usr/share/pymol/data/tut/1hpv.pdb";
+  if (!std::filesystem::exists(file)) GTEST_SKIP() << "needs the Debian package pymol-data";
+  const docking::Molecule molecule = load_molecule(file, {}, test::kOplsDirectory);
+  EXPECT_EQ(molecule.size(), 1516U) << "the protein";
+  ASSERT_FALSE(molecule.notes.empty());
+  EXPECT_EQ(molecule.notes[0],
+            "left out, no amino acids of oplsaa: 1 residue 478 (35 atoms), 80 residues HOH (80 atoms)");
+}
+
+TEST_F(OplsLoader, CountsGuessesByTheirResiduesAndSaysTheFirst) {
+  const docking::Molecule molecule = load(test::residue_text("HIS", "N CA C O CB CG ND1 CD2 CE1 NE2", 1) +
+                                          test::residue_text("ALA", "N CA C O X1", 2));
+  const auto said = std::find_if(molecule.notes.begin(), molecule.notes.end(), [](const std::string& note) {
+    return note.starts_with("7 atoms without an exact entry in oplsaa guessed (ALA 1, HIS 6), the first: atom N of ");
+  });
+  EXPECT_NE(said, molecule.notes.end()) << testing::PrintToString(molecule.notes);
+}
+
+TEST_F(OplsLoader, NotesAreFewShortAndPrintableWhateverTheFileNamesItsResidues) {
+  std::string text = test::residue_text("ALA", "N CA C O", 1);
+  for (int i = 0; i < 300; ++i) text += test::residue_text("\x1b" + std::to_string(100 + i), "C1", 2 + i);
+  const docking::Molecule molecule = load(text);
+  ASSERT_LT(molecule.notes.size(), 8U);
+  EXPECT_NE(molecule.notes[0].find(" and 292 more"), std::string::npos) << molecule.notes[0];
+  for (const std::string& note : molecule.notes) {
+    EXPECT_LT(note.size(), 400U);
+    EXPECT_TRUE(std::all_of(note.begin(), note.end(), [](char c) { return c >= ' ' && c <= '~'; })) << note;
   }
 }
 
