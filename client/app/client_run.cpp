@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <iostream>
 #include <memory>
 #include <optional>
 #include <stdexcept>
@@ -17,6 +16,7 @@
 #include "client/app/trace.hpp"
 #include "client/haptics/haptic_loop.hpp"
 #include "client/net/client_io.hpp"
+#include "common/realtime/output.hpp"
 #include "devices/sim/hand_path.hpp"
 
 namespace tandem::client {
@@ -66,7 +66,7 @@ std::string joined_line(const wire::Joined& joined) {
 
 class ClientRun {
  public:
-  explicit ClientRun(const ClientOptions& options);
+  ClientRun(const ClientOptions& options, realtime::Output& output);
 
   int run();
 
@@ -84,7 +84,10 @@ class ClientRun {
   RunSummary summary(ClientIoSnapshot io) const;
   int finish();
 
+  void say(const std::string& line) { output_.err("tandem-client: " + line + "\n"); }
+
   ClientOptions options_;
+  realtime::Output& output_;
   haptics::SafetySettings safety_;
   std::unique_ptr<devices::Device> device_;
   devices::HandPath hand_path_;  ///< names the phases of the run
@@ -107,14 +110,15 @@ class ClientRun {
   StopSignals stop_signals_;        ///< last: it stops the loop
 };
 
-ClientRun::ClientRun(const ClientOptions& options)
+ClientRun::ClientRun(const ClientOptions& options, realtime::Output& output)
     : options_(options),
+      output_(output),
       device_(devices::open_device(options.device)),
       hand_path_(devices::find_hand_path(options.device.hand)),
       io_(io_settings(options, safety_), *device_),
       report_(hand_path_.phases(), safety_.silence_zero) {
   if (!options.trace.empty()) trace_.emplace(options.trace, options.trace_every);
-  if (options.is_verbose) io_.on_log = [](const std::string& line) { std::cerr << "tandem-client: " + line + "\n"; };
+  if (options.is_verbose) io_.on_log = [this](const std::string& line) { say(line); };
 }
 
 int ClientRun::run() {
@@ -132,8 +136,8 @@ bool ClientRun::join() {
   while (true) {
     const ClientIoSnapshot io = io_.snapshot();
     if (io.status.state == SessionState::kActive && io.joined) {
-      std::cerr << "tandem-client: " + joined_line(*io.joined) + "\n";
-      for (const std::string& note : shown_notes(*io.joined)) std::cerr << "tandem-client: scene: " + note + "\n";
+      say(joined_line(*io.joined));
+      for (const std::string& note : shown_notes(*io.joined)) say("scene: " + note);
       watch_first_graspable(*io.joined);
       return true;
     }
@@ -141,7 +145,7 @@ bool ClientRun::join() {
     if (clock.now() > give_up) throw std::runtime_error("not joined within 20 s: " + io.status.why);
     std::this_thread::sleep_for(kMainPeriod);
     if (stop_signals_.is_requested()) {
-      std::cerr << "tandem-client: stopped by a signal before the room was joined\n";
+      say("stopped by a signal before the room was joined");
       return false;
     }
   }
@@ -164,7 +168,7 @@ void ClientRun::start_loop() {
   if (options_.insists_on_realtime && !realtime_not_granted_.empty()) {
     throw std::runtime_error("--insist-realtime: " + joined_lines(realtime_not_granted_));
   }
-  for (const std::string& line : realtime_not_granted_) std::cerr << "tandem-client: " + line + "\n";
+  for (const std::string& line : realtime_not_granted_) say(line);
   stop_signals_.when_requested([this] { loop_->request_stop(); });
   next_status_ = SteadyClock().now() + kStatusPeriod;
 }
@@ -200,8 +204,8 @@ void ClientRun::take_record(const TickRecord& record) {
 void ClientRun::follow_device(const devices::DeviceSample& sample) {
   if (sample.state == newest_.sample.state && sample.reason == newest_.sample.reason) return;
   if (sample.state == devices::DeviceState::kReady && newest_.tick.value == 0) return;
-  std::cerr << "tandem-client: device " << options_.device.name << " is " << devices::name_of(sample.state)
-            << (sample.reason.empty() ? "" : ": ") << sample.reason << "\n";
+  say("device " + options_.device.name + " is " + std::string(devices::name_of(sample.state)) +
+      (sample.reason.empty() ? "" : ": ") + std::string(sample.reason));
 }
 
 void ClientRun::follow_session(const ClientIoSnapshot& io) {
@@ -209,9 +213,9 @@ void ClientRun::follow_session(const ClientIoSnapshot& io) {
   if (report_.is_silent()) {
     report_.explain_silence(status.why.empty() ? "no state came, though the connection stands" : status.why);
   }
-  if (status.why != last_why_ && !status.why.empty()) std::cerr << "tandem-client: " + status.why + "\n";
+  if (status.why != last_why_ && !status.why.empty()) say(status.why);
   last_why_ = status.why;
-  if (io.stage_note != last_stage_note_) std::cerr << "tandem-client: " + io.stage_note + "\n";
+  if (io.stage_note != last_stage_note_) say(io.stage_note);
   last_stage_note_ = io.stage_note;
   explain_coupling(io.coupling_check);
   if (status.state == SessionState::kEnded) is_over_ = true;
@@ -224,7 +228,7 @@ void ClientRun::explain_coupling(const CouplingCheck& check) {
   explained_check_ = check.number;
   coupling_findings_ = explained(check, options_.device.profile);
   std::string lines = coupling_lines(coupling_findings_);
-  if (lines != last_coupling_lines_) std::cerr << lines;
+  if (lines != last_coupling_lines_) output_.err(lines);
   last_coupling_lines_ = std::move(lines);
 }
 
@@ -233,11 +237,13 @@ void ClientRun::print_status(const ClientIoSnapshot& io) {
   if (io.status.state == SessionState::kActive) {
     std::snprintf(round_trip, sizeof round_trip, "%6.1f", to_seconds(io.round_trip) * 1e3);
   }
-  std::printf("%6.1f s  %-10s round trip %s ms  state age %6.1f ms  force %5.2f N  torque %6.3f N·m  safety %s\n",
-              to_seconds(report_.length()), std::string(name_of(io.status.state)).c_str(), round_trip,
-              to_seconds(newest_.state_age) * 1e3, newest_.displayed_on_hand_D.f.norm(),
-              newest_.displayed_on_hand_D.t.norm(), haptics::describe_safety_faults(newest_.safety_faults).c_str());
-  std::fflush(stdout);
+  char line[512];
+  std::snprintf(line, sizeof line,
+                "%6.1f s  %-10s round trip %s ms  state age %6.1f ms  force %5.2f N  torque %6.3f N·m  safety %s\n",
+                to_seconds(report_.length()), std::string(name_of(io.status.state)).c_str(), round_trip,
+                to_seconds(newest_.state_age) * 1e3, newest_.displayed_on_hand_D.f.norm(),
+                newest_.displayed_on_hand_D.t.norm(), haptics::describe_safety_faults(newest_.safety_faults).c_str());
+  output_.out(line);
 }
 
 RunSummary ClientRun::summary(ClientIoSnapshot io) const {
@@ -260,14 +266,14 @@ int ClientRun::finish() {
   const ClientIoSnapshot io = io_.snapshot();
   io_.stop();
   explain_coupling(io.coupling_check);
-  if (options_.prints_json) std::cout << boost::json::serialize(to_json(summary(io))) << std::endl;
+  if (options_.prints_json) output_.out(boost::json::serialize(to_json(summary(io))) + "\n");
   bool is_good = true;
   if (trace_ && !trace_->flush()) {
-    std::cerr << "tandem-client: the trace is incomplete: " + options_.trace.string() + " could not be written\n";
+    say("the trace is incomplete: " + options_.trace.string() + " could not be written");
     is_good = false;
   }
   if (io.status.state != SessionState::kActive) {
-    std::cerr << "tandem-client: the session was lost and not regained: " + io.status.why + "\n";
+    say("the session was lost and not regained: " + io.status.why);
     is_good = false;
   }
   return is_good ? 0 : 1;
@@ -275,8 +281,8 @@ int ClientRun::finish() {
 
 }  // namespace
 
-int run_client(const ClientOptions& options) {
-  return ClientRun(options).run();
+int run_client(const ClientOptions& options, realtime::Output& output) {
+  return ClientRun(options, output).run();
 }
 
 }  // namespace tandem::client

@@ -7,14 +7,16 @@
 //                                      ◀───────────────── mailboxes ────── state, scene
 //                                      ◀─ request_stop() ── signal thread (stop_signals.hpp)
 //
-// Main may hang in a write to its terminal, so nothing that ends the force depends on it: the signal thread stops
-// the haptic thread, which knows its duration and shows the hand out by itself.
+// What main and io say is written by threads of their own (realtime/output.hpp), because a terminal may hang. Main may still
+// hang where it writes its trace, so nothing that ends the force depends on it: the signal thread stops the haptic thread,
+// which knows its duration and shows the hand out by itself.
 //
 // The haptic thread starts when the room is joined, so that the hand's path and the session share their zero, and
 // stops first, so that the hand is let go while the session still stands.
 #pragma once
 
 #include "client/app/options.hpp"
+#include "common/realtime/output.hpp"
 
 namespace tandem::client {
 
@@ -24,6 +26,6 @@ namespace tandem::client {
 /// Fails   std::invalid_argument, std::runtime_error or std::system_error: bad set-up, found before anything was
 ///         displayed
 /// Thread  main
-int run_client(const ClientOptions& options);
+int run_client(const ClientOptions& options, realtime::Output& output);
 
 }  // namespace tandem::client

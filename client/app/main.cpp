@@ -1,20 +1,32 @@
 // tandem-client: joins a room with one device. The only place that catches what goes wrong in the set-up.
 #include <exception>
-#include <iostream>
 #include <optional>
 
 #include "client/app/client_run.hpp"
 #include "client/app/options.hpp"
 #include "client/app/stop_signals.hpp"
+#include "common/realtime/output.hpp"
 
-int main(int argc, char** argv) {
+namespace {
+
+int run(int argc, char** argv, tandem::realtime::Output& output) {
   try {
-    tandem::client::block_stop_signals();
     const std::optional<tandem::client::ClientOptions> options = tandem::client::parse_client_options(argc, argv);
     if (!options) return 0;
-    return tandem::client::run_client(*options);
+    return tandem::client::run_client(*options, output);
   } catch (const std::exception& error) {
-    std::cerr << "tandem-client: " << error.what() << '\n';
+    output.err(std::string("tandem-client: ") + error.what() + "\n");
     return 2;
   }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  // Before any thread is started.
+  tandem::client::block_stop_signals();
+  static tandem::realtime::Output output("tandem-client");
+  const int code = run(argc, argv, output);
+  output.finish();
+  return code;
 }

@@ -1,5 +1,5 @@
-// Why a program that moves a hand has a thread for signals: main also writes to a terminal, and a terminal can block
-// for ever (Ctrl-S, a full pipe). Whoever takes the signals must never write, or nobody could end the force.
+// Why a program that moves a hand has a thread for signals: main also writes files, and what is behind a file can block
+// for ever (a pipe, a disk far away). Whoever takes the signals must never write, or nobody could end the force.
 #pragma once
 
 #include <atomic>

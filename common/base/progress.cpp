@@ -12,6 +12,8 @@ namespace {
 
 class ProgressLine {
  public:
+  explicit ProgressLine(std::function<void(const std::string&)> write) : write_(std::move(write)) {}
+
   void show(const std::string& what, double done) {
     if (what != what_) shown_percent_ = -1;
     what_ = what;
@@ -20,10 +22,11 @@ class ProgressLine {
     if (percent <= shown_percent_) return;
     shown_percent_ = percent;
     const bool ends = percent == 100 || !is_terminal_;
-    std::cerr << (is_terminal_ ? "\r" : "") << what << ": " << percent << " %" << (ends ? "\n" : "") << std::flush;
+    write_((is_terminal_ ? "\r" : "") + what + ": " + std::to_string(percent) + " %" + (ends ? "\n" : ""));
   }
 
  private:
+  std::function<void(const std::string&)> write_;
   bool is_terminal_ = isatty(STDERR_FILENO) != 0;
   std::string what_;
   int shown_percent_ = -1;
@@ -31,8 +34,10 @@ class ProgressLine {
 
 }  // namespace
 
-std::function<void(const std::string& what, double done)> progress_on_stderr() {
-  const auto line = std::make_shared<ProgressLine>();
+std::function<void(const std::string& what, double done)> progress_on_stderr(
+    std::function<void(const std::string& text)> write) {
+  if (!write) write = [](const std::string& text) { std::cerr << text << std::flush; };
+  const auto line = std::make_shared<ProgressLine>(std::move(write));
   return [line](const std::string& what, double done) { line->show(what, done); };
 }
 

@@ -52,8 +52,8 @@ std::string crowded_scene(const std::string& name, std::size_t users, std::size_
   out << R"(], "tools": [)";
   for (std::size_t user = 0; user < users; ++user) {
     const auto [x, y] = place_of(user);
-    out << (user > 0 ? ", " : "") << R"({"name": "tool)" << user << R"(", "placement": {"position_m": [)" << x << ", " << y
-        << ", " << kCube_m + 0.01 << "]}}";
+    out << (user > 0 ? ", " : "") << R"({"name": "tool)" << user << R"(", "placement": {"position_m": [)" << x << ", "
+        << y << ", " << kCube_m + 0.01 << "]}}";
   }
   out << R"(], "coupling": {"law": "spring-damper", "stiffness_n_per_m": 300, "damping_n_s_per_m": 3}})";
   return out.str();

@@ -1,15 +1,12 @@
 // tandem-server: opens rooms with scenes, and serves them until it is told to stop.
-#include <spdlog/sinks/stdout_sinks.h>
-#include <spdlog/spdlog.h>
-
 #include <CLI/CLI.hpp>
 #include <iomanip>
-#include <iostream>
 #include <optional>
 #include <sstream>
 
 #include "common/base/progress.hpp"
 #include "common/base/units.hpp"
+#include "common/realtime/output.hpp"
 #include "server/app/server_report.hpp"
 #include "server/assets/scene_library.hpp"
 #include "server/net/live_server.hpp"
@@ -90,12 +87,13 @@ std::string machine_note(const server::LoadedScene& scene, Duration step) {
   return text.str();
 }
 
-std::vector<std::unique_ptr<server::Room>> open_rooms(const Options& options) {
+std::vector<std::unique_ptr<server::Room>> open_rooms(const Options& options, realtime::Output& output) {
   // Not left to the parser, which would miss it before it names a misspelt option.
   if (options.scenes.empty()) throw std::invalid_argument("--scene is required, e.g. --scene peg_in_hole; see --help");
   if (options.rooms.size() > options.scenes.size()) throw std::invalid_argument("more --room than --scene were given");
   std::vector<std::unique_ptr<server::Room>> rooms;
-  const server::SceneLoading loading{options.cache, progress_on_stderr()};
+  const server::SceneLoading loading{options.cache,
+                                     progress_on_stderr([&output](const std::string& text) { output.err(text); })};
   for (std::size_t i = 0; i < options.scenes.size(); ++i) {
     const auto scene = server::load_scene(server::find_scene(options.scenes[i], server::scene_folders()), loading);
     const std::string name = i < options.rooms.size() ? options.rooms[i] : scene->description.name();
@@ -128,44 +126,41 @@ std::string mistake(const CLI::App& app, const CLI::ParseError& error) {
   return what + "; see --help" + (file.empty() ? "" : " and " + file);
 }
 
-void print_ready(const server::LiveServer& server, const std::string& address, std::ostream& out) {
-  out << "tandem-server: listening on " << address << ":" << server.port();
+std::string ready_line(const server::LiveServer& server, const std::string& address) {
+  std::string line = "tandem-server: listening on " + address + ":" + std::to_string(server.port());
   for (const auto& room : server.rooms()) {
-    const std::size_t tools = room->scene().world.tools.size();
-    out << ", room " << room->name() << " (" << tools << (tools == 1 ? " tool)" : " tools)");
+    line += ", room " + room->name() + " (" + counted(room->scene().world.tools.size(), "tool", "tools") + ")";
   }
-  out << std::endl;
+  return line + "\n";
 }
 
-void serve(const Options& options) {
+void serve(const Options& options, realtime::Output& output) {
   server::LiveServerSettings settings;
   settings.bind_address = options.bind;
   settings.port = static_cast<std::uint16_t>(options.port);
   settings.realtime_priority = options.realtime_priority;
   if (options.duration) settings.duration = *options.duration;
   settings.stops_on_signals = true;
-  server::LiveServer server(settings, open_rooms(options));
+  server::LiveServer server(settings, open_rooms(options, output));
   std::vector<std::string> machine_notes;
   for (const auto& room : server.rooms()) {
     machine_notes.push_back(machine_note(room->scene(), server::quickest_step(room->shared_scene())));
   }
   // Not before all set-up has worked: an error is then the only line.
-  for (const std::string& note : machine_notes) spdlog::info(note);
+  for (const std::string& note : machine_notes) output.log("scene", note);
   for (const auto& room : server.rooms()) {
-    for (const std::string& note : room->scene().notes) spdlog::info("{}: {}", room->name(), note);
+    for (const std::string& note : room->scene().notes) output.log("scene", room->name() + ": " + note);
   }
-  server.on_log = [](const std::string& line) { spdlog::info("{}", line); };
+  server.on_log = [&output](std::string_view kind, const std::string& line) { output.log(kind, line); };
   // With --json stdout is one object and nothing else.
-  print_ready(server, options.bind, options.writes_json ? std::cerr : std::cout);
+  const std::string ready = ready_line(server, options.bind);
+  options.writes_json ? output.err(ready) : output.out(ready);
   server.run();
-  if (options.writes_json) std::cout << boost::json::serialize(server::report_json(server)) << std::endl;
+  if (options.writes_json) output.out(boost::json::serialize(server::report_json(server)) + "\n");
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
-  spdlog::set_default_logger(spdlog::stderr_logger_st("tandem-server"));
-  spdlog::set_pattern("%H:%M:%S.%e %l %v");
+/// Options to exit code.
+int run(int argc, char** argv, realtime::Output& output) {
   Options options;
   CLI::App app("Serves shared haptic scenes: one room a scene, one fixed-step loop a room.", "tandem-server");
   declare(app, options);
@@ -174,14 +169,23 @@ int main(int argc, char** argv) {
   } catch (const CLI::Success& help_or_version) {
     return app.exit(help_or_version);
   } catch (const CLI::ParseError& error) {
-    std::cerr << "tandem-server: " << mistake(app, error) << std::endl;
+    output.err("tandem-server: " + mistake(app, error) + "\n");
     return kSetupError;
   }
   try {
-    serve(options);
+    serve(options, output);
   } catch (const std::exception& error) {
-    std::cerr << "tandem-server: " << error.what() << std::endl;
+    output.err(std::string("tandem-server: ") + error.what() + "\n");
     return kSetupError;
   }
   return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  static tandem::realtime::Output output("tandem-server");
+  const int code = run(argc, argv, output);
+  output.finish();
+  return code;
 }

@@ -37,6 +37,12 @@ int open_eventfd() {
   return descriptor;
 }
 
+/// As nohup has it.
+bool is_ignored(int signal) {
+  struct sigaction action {};
+  return sigaction(signal, nullptr, &action) == 0 && action.sa_handler == SIG_IGN;
+}
+
 std::uint64_t unguessable_id() {
   std::array<unsigned char, sizeof(std::uint64_t)> bytes{};
   if (RAND_bytes(bytes.data(), static_cast<int>(bytes.size())) != 1) {
@@ -58,7 +64,7 @@ struct LiveServer::Impl {
   void await_poll_time();
   void tell_of_slow_rooms();
   void log(const std::string& line) const {
-    if (owner.on_log) owner.on_log(line);
+    if (owner.on_log) owner.on_log("server", line);
   }
 
   LiveServer& owner;
@@ -100,7 +106,14 @@ LiveServer::Impl::Impl(LiveServer& server, LiveServerSettings server_settings,
                   [[maybe_unused]] const auto written = ::write(descriptor, &one, sizeof one);
                   if (owner.on_step) owner.on_step(room);
                 }) {
-  hub.on_log = [this](const std::string& line) { log(line); };
+  hub.on_log = [this](std::string_view kind, const std::string& line) {
+    if (owner.on_log) owner.on_log(kind, line);
+  };
+  if (!settings.stops_on_signals) return;
+  // From when the port is open: whoever connects before run() gets a goodbye too.
+  signals.add(SIGINT);
+  signals.add(SIGTERM);
+  if (!is_ignored(SIGHUP)) signals.add(SIGHUP);
 }
 
 std::vector<Room*> LiveServer::Impl::room_pointers() const {
@@ -121,8 +134,6 @@ void LiveServer::Impl::run() {
   await_steps();
   await_poll_time();
   if (settings.stops_on_signals) {
-    signals.add(SIGINT);
-    signals.add(SIGTERM);
     signals.async_wait([this](const error_code& error, int) {
       if (!error) begin_stop("stopping on a signal");
     });
@@ -159,7 +170,8 @@ void LiveServer::Impl::await_poll_time() {
 }
 
 void LiveServer::Impl::tell_of_slow_rooms() {
-  for (const std::string& line : scheduler.news()) log(line);
+  for (const std::string& line : scheduler.news())
+    if (owner.on_log) owner.on_log("rate", line);
 }
 
 void LiveServer::Impl::begin_stop(const std::string& why) {

@@ -11,6 +11,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "common/base/time.hpp"
@@ -24,8 +25,8 @@ struct LiveServerSettings {
   std::uint16_t port = 47800;              ///< TCP and UDP; 0: any
   int realtime_priority = 0;               ///< SCHED_FIFO of the room threads, io one above; 0: normal scheduler
   std::optional<Duration> duration{};      ///< stop by itself after this long
-  bool stops_on_signals = false;           ///< SIGINT and SIGTERM call stop()
-  HubSettings hub{};                       ///< datagram_port, and connection_ids where empty, are filled in
+  bool stops_on_signals = false;  ///< SIGINT, SIGTERM and SIGHUP call stop(), the last unless it was ignored before
+  HubSettings hub{};              ///< datagram_port, and connection_ids where empty, are filled in
 };
 
 class LiveServer {
@@ -55,8 +56,8 @@ class LiveServer {
   /// In the order of the rooms.
   std::vector<RoomTiming> room_timings() const;
 
-  /// Set before run(); called on the io thread.
-  std::function<void(const std::string&)> on_log;
+  /// Set before run(); called on the io thread: no wait. A line, and its kind, of which there are few.
+  std::function<void(std::string_view kind, const std::string& line)> on_log;
   /// Set before run(); called on the thread of each room after its step, while nobody else changes that room's world:
   /// no lock, no wait.
   std::function<void(const Room&)> on_step;

@@ -110,9 +110,11 @@ std::vector<std::string> RoomScheduler::news() {
     const bool is_slow = loop->is_slow.load(std::memory_order_relaxed);
     if (std::exchange(loop->is_told_slow, is_slow) == is_slow) continue;
     const std::string room = "room " + loop->room.name();
-    lines.push_back(is_slow ? room + " steps at less than 90 % of its rate: its users feel no force; fewer bodies, contacts "
-                                     "or atoms, a lower step_rate_hz, fewer rooms or a faster machine would help"
-                            : room + " keeps its rate again");
+    lines.push_back(is_slow
+                        ? room +
+                              " steps at less than 90 % of its rate: its users feel no force; fewer bodies, contacts "
+                              "or atoms, a lower step_rate_hz, fewer rooms or a faster machine would help"
+                        : room + " keeps its rate again");
   }
   return lines;
 }

@@ -209,10 +209,10 @@ void SessionHub::Impl::take_seat(Connection& connection, const wire::ClientContr
                             counters);
   connection.state = ConnectionState::kActive;
   ++counters.joins;
-  log(connection.label() + " joined room " + seats.room().name() + " as " +
-      (has_tool(role)
-           ? (role == UserRole::kOperator ? "operator" : "manipulator") + (", tool " + std::to_string(seat->tool))
-           : std::string("observer")));
+  log("joined", connection.label() + " joined room " + seats.room().name() + " as " +
+                    (has_tool(role) ? (role == UserRole::kOperator ? "operator" : "manipulator") +
+                                          (", tool " + std::to_string(seat->tool))
+                                    : std::string("observer")));
   send(connection, joined_answer(message.request(), seats, *seat));
   introduce(connection);
 }

@@ -162,10 +162,10 @@ void SessionHub::Impl::forget(Connection& connection, wire::DisconnectReason rea
   connection.state = ConnectionState::kClosed;
   active.erase(connection.id);
   if (!was_active) {
-    log(connection.label() + " closed: " + text);
+    log("closed", connection.label() + " closed: " + text);
     return;
   }
-  log(connection.label() + " left room " + connection.seats->room().name() + ": " + text);
+  log("left", connection.label() + " left room " + connection.seats->room().name() + ": " + text);
   const haptics::CouplingParameters before = connection.seats->coupling();
   connection.seats->leave(connection.seat);
   for (const proto::CouplingField& field : proto::kCouplingFields) {

@@ -86,7 +86,7 @@ class SessionHub {
   std::size_t user_count() const;
   const HubCounters& counters() const;
   /// For logs: one line a noteworthy event (joined, left and why, refused and why). Called on the io thread.
-  std::function<void(const std::string&)> on_log;
+  std::function<void(std::string_view kind, const std::string& line)> on_log;
 
  private:
   struct Impl;

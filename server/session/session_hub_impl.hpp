@@ -84,8 +84,8 @@ struct SessionHub::Impl {
   void forget(Connection& connection, wire::DisconnectReason reason, const std::string& text);
   void sweep();
   Connection* find(ConnectionHandle handle);
-  void log(const std::string& line) const {
-    if (owner.on_log) owner.on_log(line);
+  void log(std::string_view kind, const std::string& line) const {
+    if (owner.on_log) owner.on_log(kind, line);
   }
 
   SessionHub& owner;

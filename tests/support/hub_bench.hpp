@@ -82,7 +82,7 @@ class HubBench {
     for (const auto& room : rooms) pointers.push_back(room.get());
     if (!settings.connection_ids) settings.connection_ids = [ids = Random(1)]() mutable { return ids.next_u64(); };
     hub = std::make_unique<server::SessionHub>(settings, pointers, transport);
-    hub->on_log = [this](const std::string& line) { log.push_back(line); };
+    hub->on_log = [this](std::string_view, const std::string& line) { log.push_back(line); };
   }
 
   BenchClient connect() {

@@ -31,7 +31,7 @@ class RunningServer {
     std::vector<std::unique_ptr<server::Room>> rooms;
     rooms.push_back(std::make_unique<server::Room>(RoomId{1}, scene->description.name(), scene));
     server = std::make_unique<server::LiveServer>(settings, std::move(rooms));
-    server->on_log = [this](const std::string& line) {
+    server->on_log = [this](std::string_view, const std::string& line) {
       const std::lock_guard lock(mutex_);
       log_.push_back(line);
     };

@@ -7,7 +7,7 @@ import signal
 import time
 import unittest
 
-from support import ProgramTest, Server, finish, read_trace, start_client
+from support import ProgramTest, Server, finish, full_pipe, read_trace, start_client
 
 ZERO_WITHIN_S = 0.150
 RELEASE_WITHIN_S = 2.0
@@ -88,20 +88,6 @@ class UdpBlocked(ProgramTest):
             self.assertGreater(summary["force_n"]["max"], 0.05)
 
 
-def full_pipe():
-    """(read end, write end) of a pipe that takes not one byte more."""
-    reading, writing = os.pipe()
-    os.set_blocking(writing, False)
-    for size in (65536, 1):
-        try:
-            while True:
-                os.write(writing, b"x" * size)
-        except BlockingIOError:
-            pass
-    os.set_blocking(writing, True)  # the client inherits the flag with the description
-    return reading, writing
-
-
 class Stopping(ProgramTest):
     """Whatever stops a client, its last tick shows no force."""
 
@@ -148,26 +134,25 @@ class Stopping(ProgramTest):
             reading, writing = full_pipe()
             client = self.start(server, stdout=writing)
             os.close(writing)
-            time.sleep(2.5)  # main hangs in its first status line
+            time.sleep(2.5)  # two status lines
             stopped_ns = time.monotonic_ns()
             client.terminate()
-            time.sleep(2.0)
-            self.assertIsNone(client.poll(), "main still hangs")
-            while os.read(reading, 65536):  # ends when the client does
-                pass
-            os.close(reading)
             code, _, err = finish(client)
+            os.close(reading)
             self.assertEqual(code, 0, err)
             self.assert_let_go(stopped_ns)
 
     def test_a_second_signal_ends_a_client_that_hangs(self):
         with Server("--scene", "peg_in_hole") as server:
-            reading, writing = full_pipe()
-            client = self.start(server, stdout=writing)
-            os.close(writing)
+            pipe = self.path("pipe")
+            os.mkfifo(pipe)
+            reading = os.open(pipe, os.O_RDONLY | os.O_NONBLOCK)  # and never read: main hangs in its trace
+            client = start_client(server.port, "--hand", "peg-left", "--name", "ender", "--trace", pipe)
+            server.wait_for_log(r"ender.*joined|joined.*ender")
             time.sleep(2.5)
             client.terminate()
             time.sleep(1.5)
+            self.assertIsNone(client.poll(), "main still hangs")
             client.terminate()
             self.assertEqual(finish(client)[0], 1)
             os.close(reading)

@@ -80,10 +80,10 @@ class Server:
         self._close()
 
 
-def start_client(port, *arguments, stdout=subprocess.PIPE):
+def start_client(port, *arguments, stdout=subprocess.PIPE, stderr=subprocess.PIPE):
     return subprocess.Popen(
         [program("tandem-client"), "--server", f"127.0.0.1:{port}", "--headless", *arguments],
-        stdout=stdout, stderr=subprocess.PIPE, text=True)
+        stdout=stdout, stderr=stderr, text=True)
 
 
 def finish(process):
@@ -106,6 +106,20 @@ def read_trace(path):
             cells = line.strip().split(",")
             rows.append({name: float(cell) if cell else float("nan") for name, cell in zip(names, cells)})
         return rows
+
+
+def full_pipe():
+    """(read end, write end) of a pipe that takes not one byte more."""
+    reading, writing = os.pipe()
+    os.set_blocking(writing, False)
+    for size in (65536, 1):
+        try:
+            while True:
+                os.write(writing, b"x" * size)
+        except BlockingIOError:
+            pass
+    os.set_blocking(writing, True)  # who is started with it inherits the flag with the description
+    return reading, writing
 
 
 class ProgramTest(unittest.TestCase):

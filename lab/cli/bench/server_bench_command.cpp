@@ -57,8 +57,8 @@ class ServerUnderLoad {
     settings.realtime_priority = 60;
     settings.hub.max_connections = options.clients + 1;
     server_ = std::make_unique<server::LiveServer>(settings, std::move(rooms));
-    server_->on_log = [](const std::string& line) {
-      if (line.starts_with("room ")) std::cerr << line << '\n';
+    server_->on_log = [](std::string_view kind, const std::string& line) {
+      if (kind == "rate") std::cerr << line << '\n';
     };
     server_->on_step = [this, is_overloaded = options.is_overloaded](const server::Room& room) {
       ++steps_[room.id().value - 1];
@@ -152,14 +152,16 @@ boost::json::object to_json(const Options& options, const ServerBenchResult& res
 
 void print(const Options& options, const ServerBenchResult& result, const std::vector<Check>& checks) {
   std::cout << options.clients << " clients in " << options.rooms << (options.rooms == 1 ? " room" : " rooms")
-            << (options.is_overloaded ? ", the first overloaded" : "") << "\n  room  kept %  step p50, p99 [µs]  overruns\n";
+            << (options.is_overloaded ? ", the first overloaded" : "")
+            << "\n  room  kept %  step p50, p99 [µs]  overruns\n";
   for (std::size_t i = 0; i < result.timings.size(); ++i) {
     const server::RoomTiming& timing = result.timings[i];
-    std::cout << "  " << i + 1 << "  " << 100 * result.kept[i] << "  " << microseconds(timing.step_time.quantile(0.5)) << ", "
-              << microseconds(timing.step_time.quantile(0.99)) << "  " << timing.overruns << '\n';
+    std::cout << "  " << i + 1 << "  " << 100 * result.kept[i] << "  " << microseconds(timing.step_time.quantile(0.5))
+              << ", " << microseconds(timing.step_time.quantile(0.99)) << "  " << timing.overruns << '\n';
   }
   const auto line = [](const char* what, const Histogram& h) {
-    std::cout << what << " p50 " << microseconds(h.quantile(0.5)) << ", p99 " << microseconds(h.quantile(0.99)) << " µs\n";
+    std::cout << what << " p50 " << microseconds(h.quantile(0.5)) << ", p99 " << microseconds(h.quantile(0.99))
+              << " µs\n";
   };
   std::cout << "states/s " << static_cast<double>(result.load.states_received) / options.seconds << ", inputs/s "
             << static_cast<double>(result.load.inputs_sent) / options.seconds << '\n';
@@ -184,7 +186,8 @@ int run(const Options& options) {
 
 void add_server_bench(CLI::App& bench, int& exit_code) {
   const auto options = std::make_shared<Options>();
-  CLI::App* command = bench.add_subcommand("server", "A whole server over loopback, with users at 1 kHz on the same machine");
+  CLI::App* command =
+      bench.add_subcommand("server", "A whole server over loopback, with users at 1 kHz on the same machine");
   command->add_option("--clients", options->clients, "users in all, dealt to the rooms in turn")
       ->check(CLI::Range(1, 64))
       ->capture_default_str();

@@ -140,7 +140,7 @@ TEST(LiveServer, ASlowRoomSaysSoAndHoldsUpNobodyElse) {
   for (const auto& room : rooms) ASSERT_TRUE(room->post({.seat = {0, UserId{1}, UserRole::kObserver}}));
   LiveServer server({.port = 0}, std::move(rooms));
   std::vector<std::string> log;
-  server.on_log = [&log](const std::string& line) { log.push_back(line); };
+  server.on_log = [&log](std::string_view, const std::string& line) { log.push_back(line); };
   std::atomic<int> slow_steps{0}, slow_reports{0}, quick_reports{0};
   server.on_step = [&](const Room& room) {
     Room& its = const_cast<Room&>(room);
