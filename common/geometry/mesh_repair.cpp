@@ -1,6 +1,7 @@
 #include "common/geometry/mesh_repair.hpp"
 
 #include <iomanip>
+#include <map>
 #include <numbers>
 #include <optional>
 #include <sstream>
@@ -18,6 +19,9 @@ namespace {
 constexpr double kHoleShare = 0.05;
 // Longer loops are closed from their middle: clipping takes the square of their length.
 constexpr std::size_t kMaxClipped = 1000;
+
+// Each is compared with each: two seconds where every one is in the next.
+constexpr std::size_t kMaxParts = 5000;
 
 void check(const TriangleMesh& mesh) {
   if (mesh.triangles.empty()) throw MeshError("the mesh has no triangle: export its surface as triangles");
@@ -120,18 +124,18 @@ class HoleCloser {
     for (std::size_t i = 0; i < loop.size(); ++i) {
       facing += (at(loop[i]) - at(loop[0])).cross(at(loop[(i + 1) % loop.size()]) - at(loop[0]));
     }
+    std::vector<double> angles;
+    for (std::size_t i = 0; i < loop.size(); ++i) angles.push_back(angle_at(loop, i, facing));
     while (loop.size() > 3) {
-      std::size_t best = 0;
-      double least = std::numeric_limits<double>::infinity();
-      for (std::size_t i = 0; i < loop.size(); ++i) {
-        const double angle = angle_at(loop, i, facing);
-        if (angle >= least) continue;
-        least = angle;
-        best = i;
-      }
+      const auto best = static_cast<std::size_t>(std::min_element(angles.begin(), angles.end()) - angles.begin());
       const std::size_t n = loop.size();
       add(loop[(best + n - 1) % n], loop[best], loop[(best + 1) % n]);
       loop.erase(loop.begin() + static_cast<std::ptrdiff_t>(best));
+      angles.erase(angles.begin() + static_cast<std::ptrdiff_t>(best));
+      // Only the corners beside it have changed.
+      const std::size_t after = best % loop.size();
+      const std::size_t before = (best + loop.size() - 1) % loop.size();
+      for (const std::size_t i : {before, after}) angles[i] = angle_at(loop, i, facing);
     }
     if (loop.size() == 3) add(loop[0], loop[1], loop[2]);
   }
@@ -218,9 +222,15 @@ class Nesting {
 
   TriangleMesh alone(std::size_t part) const {
     TriangleMesh mesh;
-    mesh.vertices = mesh_.vertices;
-    for (const int t : parts_[part].triangles) mesh.triangles.push_back(mesh_.triangles[static_cast<std::size_t>(t)]);
-    drop_unused_vertices(mesh);
+    std::map<int, int> index_of;
+    for (const int t : parts_[part].triangles) {
+      mesh.triangles.push_back(mesh_.triangles[static_cast<std::size_t>(t)]);
+      for (int& corner : mesh.triangles.back()) {
+        const auto [entry, is_new] = index_of.try_emplace(corner, static_cast<int>(mesh.vertices.size()));
+        if (is_new) mesh.vertices.push_back(mesh_.vertices[static_cast<std::size_t>(corner)]);
+        corner = entry->second;
+      }
+    }
     return mesh;
   }
 
@@ -324,6 +334,10 @@ ContactMesh repaired(const TriangleMesh& mesh) {
     throw MeshError("the mesh has " + std::to_string(solids) + " closed and " +
                     counted(parts.size() - solids, "open part", "open parts") +
                     ": close what is open, or put it in a file of its own");
+  }
+  if (parts.size() > kMaxParts) {
+    throw MeshError("the mesh has " + std::to_string(parts.size()) + " closed parts; at most " +
+                    std::to_string(kMaxParts) + " are possible: join them, or remove those that nobody can touch");
   }
   close_holes(result, parts);
   turn_parts(result, parts);

@@ -5,6 +5,7 @@
 
 #include "common/base/units.hpp"
 #include "common/geometry/mesh_edges.hpp"
+#include "common/geometry/mesh_repair.hpp"
 
 namespace tandem::geometry {
 namespace {
@@ -14,11 +15,17 @@ constexpr double kWeldShare = 1e-7;
 constexpr double kFlatShare = 1e-9;
 // Dividing the neighbour of a flat triangle may make another flat one; chains longer than this stay gaps.
 constexpr int kFlatRounds = 8;
+// Vertices that are apart by more than 64 tolerances take two or three.
+constexpr std::size_t kMaxProbesEach = 200;
+constexpr std::size_t kMinMaxProbes = 10'000'000;
 
 /// Places already seen, hashed by cubes so much wider than the tolerance that most places look into one only.
 class Places {
  public:
-  Places(double tolerance_m, std::size_t most) : tolerance_m_(tolerance_m), slots_(std::bit_ceil(2 * most + 2), -1) {}
+  Places(double tolerance_m, std::size_t most)
+      : tolerance_m_(tolerance_m),
+        slots_(std::bit_ceil(2 * most + 2), -1),
+        max_probes_(kMinMaxProbes + kMaxProbesEach * most) {}
 
   /// Index of the first place within tolerance of `p`, which is `p` itself when it is new.
   int index_of(const Vec3& p) {
@@ -52,8 +59,12 @@ class Places {
     const std::uint64_t product = (key ^ key >> 29U) * 0xBF58476D1CE4E5B9U;
     return static_cast<std::size_t>(product ^ product >> 32U) & (slots_.size() - 1);
   }
-  int find(std::uint64_t key, const Vec3& p) const {
+  [[noreturn]] static void refuse_crowd() {
+    throw MeshError("most of its vertices are within 0.00001 of its size: is something stray far away from the rest?");
+  }
+  int find(std::uint64_t key, const Vec3& p) {
     for (std::size_t at = start_of_search(key); slots_[at] >= 0; at = (at + 1) & (slots_.size() - 1)) {
+      if (++probes_ > max_probes_) refuse_crowd();
       const Vec3& place = places_[static_cast<std::size_t>(slots_[at])];
       if ((place - p).squaredNorm() <= tolerance_m_ * tolerance_m_) return slots_[at];
     }
@@ -64,6 +75,8 @@ class Places {
   std::vector<int> slots_;
   std::vector<Vec3> places_;
   std::uint64_t last_key_ = 0;
+  std::size_t max_probes_;
+  std::size_t probes_ = 0;
 };
 
 bool has_three_corners(const std::array<int, 3>& triangle) {
@@ -174,6 +187,24 @@ std::size_t drop_flat(TriangleMesh& mesh, double tolerance_m) {
   return first;
 }
 
+/// Takes out vertices that no triangle uses; the order of the others stays.
+void drop_unused_vertices(TriangleMesh& mesh) {
+  std::vector<int> index_of(mesh.vertices.size(), -1);
+  for (const auto& triangle : mesh.triangles) {
+    for (const int corner : triangle) index_of[static_cast<std::size_t>(corner)] = 0;
+  }
+  int used = 0;
+  for (std::size_t v = 0; v < index_of.size(); ++v) {
+    if (index_of[v] < 0) continue;
+    mesh.vertices[static_cast<std::size_t>(used)] = mesh.vertices[v];
+    index_of[v] = used++;
+  }
+  mesh.vertices.resize(static_cast<std::size_t>(used));
+  for (auto& triangle : mesh.triangles) {
+    for (int& corner : triangle) corner = index_of[static_cast<std::size_t>(corner)];
+  }
+}
+
 void note(std::vector<std::string>& notes, std::size_t count, const char* one, const char* many) {
   if (count > 0) notes.push_back(counted(count, one, many));
 }
@@ -209,23 +240,6 @@ void weld(TriangleMesh& mesh, std::vector<std::string>& notes) {
        "triangle without area taken out", "triangles without area taken out");
   note(notes, drop_twins(mesh), "triangle taken out that was there twice", "triangles taken out that were there twice");
   drop_unused_vertices(mesh);
-}
-
-void drop_unused_vertices(TriangleMesh& mesh) {
-  std::vector<int> index_of(mesh.vertices.size(), -1);
-  for (const auto& triangle : mesh.triangles) {
-    for (const int corner : triangle) index_of[static_cast<std::size_t>(corner)] = 0;
-  }
-  int used = 0;
-  for (std::size_t v = 0; v < index_of.size(); ++v) {
-    if (index_of[v] < 0) continue;
-    mesh.vertices[static_cast<std::size_t>(used)] = mesh.vertices[v];
-    index_of[v] = used++;
-  }
-  mesh.vertices.resize(static_cast<std::size_t>(used));
-  for (auto& triangle : mesh.triangles) {
-    for (int& corner : triangle) corner = index_of[static_cast<std::size_t>(corner)];
-  }
 }
 
 }  // namespace tandem::geometry

@@ -269,6 +269,29 @@ TEST(MeshRepair, NamesWhatIsWrongWithADamagedFile) {
   EXPECT_THAT(error_of(tessellated_box(Vec3(0.1, 0, 0))), HasSubstr("no triangle of the mesh has an area"));
 }
 
+TEST(MeshRepair, RefusesMorePartsThanCanBeComparedWithEachOther) {
+  const TriangleMesh cube = tessellated_box(Vec3::Constant(1e-3));
+  TriangleMesh many;
+  for (int i = 0; i < 5001; ++i) {
+    const auto first = static_cast<int>(many.vertices.size());
+    for (const Vec3& vertex : cube.vertices) many.vertices.push_back(vertex + Vec3(0.002 * i, 0, 0));
+    for (const auto& t : cube.triangles) many.triangles.push_back({first + t[0], first + t[1], first + t[2]});
+  }
+  EXPECT_THAT(error_of(many), HasSubstr("5001 closed parts; at most 5000"));
+}
+
+TEST(MeshRepair, RefusesACrowdOfVerticesBesideSomethingFarAway) {
+  TriangleMesh mesh;
+  mesh.vertices = {Vec3::Zero(), Vec3::UnitX(), Vec3::UnitY()};
+  mesh.triangles = {{0, 1, 2}};
+  // 30 cubed places, two tolerances apart.
+  for (int i = 0; i < 27'000; ++i) {
+    mesh.vertices.push_back(3e-7 * Vec3(i % 30, i / 30 % 30, i / 900));
+    if (i % 3 == 2) mesh.triangles.push_back({i + 1, i + 2, i + 3});
+  }
+  EXPECT_THAT(error_of(mesh), HasSubstr("something stray far away"));
+}
+
 TEST(MeshRepair, FindsTheBunnyClosed) {
   const auto bunny = contact::bunny_mesh(0.1);
   if (!bunny) GTEST_SKIP() << "needs the package glmark2-data";
