@@ -172,6 +172,14 @@ class Loader {
   std::map<std::string, std::size_t> guesses_;  ///< atoms, by the name of their residue
 };
 
+std::vector<bool> disulfides_of(const std::vector<PdbResidue>& protein, const std::string& source) {
+  try {
+    return find_disulfides(protein);
+  } catch (const docking::MoleculeError& error) {
+    throw docking::MoleculeError(source + ": " + error.what());
+  }
+}
+
 }  // namespace
 
 docking::Molecule load_molecule(const std::filesystem::path& structure, const std::vector<std::string>& chains,
@@ -182,7 +190,7 @@ docking::Molecule load_molecule(const std::filesystem::path& structure, const st
   const std::vector<PdbResidue> protein = take_protein(std::move(read.residues), force_field, chains, left_out);
   check_chains(protein, chains, structure.string());
   // Over all chains: a disulfide may lead to a chain that is not selected.
-  const std::vector<bool> in_disulfide = find_disulfides(protein);
+  const std::vector<bool> in_disulfide = disulfides_of(protein, structure.string());
   docking::Molecule molecule;
   molecule.force_field = force_field.name;
   Loader loader(force_field, molecule);

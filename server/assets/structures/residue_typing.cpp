@@ -61,6 +61,8 @@ constexpr std::string_view kPolarHydrogen = "opls_241";
 
 constexpr double kDisulfideAngstrom = 2.0;
 constexpr double kDisulfideTolerance = 0.1;
+// Each may have to be compared with each. A virus's shell of 60 proteins has some hundred.
+constexpr std::size_t kMaxCysteines = 20'000;
 
 using Names = std::vector<std::string>;
 
@@ -364,6 +366,10 @@ std::vector<bool> find_disulfides(const std::vector<PdbResidue>& residues) {
     for (const PdbAtom& atom : residues[r].atoms) {
       if (atom.name == "SG") sulfurs.push_back({atom.position_angstrom, r});
     }
+  }
+  if (sulfurs.size() > kMaxCysteines) {
+    throw docking::MoleculeError(std::to_string(sulfurs.size()) + " cysteines; at most " +
+                                 std::to_string(kMaxCysteines) + " are possible: keep only the chains that are needed");
   }
   // Sorted along x, so that only near ones are compared.
   std::sort(sulfurs.begin(), sulfurs.end(),

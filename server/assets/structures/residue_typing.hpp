@@ -43,6 +43,7 @@ TypedResidue type_residue(const ForceField& force_field, const PdbResidue& resid
 /// For each residue whether its SG is bonded to another's.
 ///
 /// Source  GROMACS's specbond.dat: SG-SG 0.2 nm, and pdb2gmx's tolerance of 10 %
+/// Fails   MoleculeError: more than 20,000 of them
 std::vector<bool> find_disulfides(const std::vector<PdbResidue>& residues);
 
 }  // namespace tandem::server

@@ -11,6 +11,7 @@
 #include <string>
 
 #include "server/assets/structures/force_field.hpp"
+#include "server/assets/structures/residue_typing.hpp"
 #include "tests/support/molecules.hpp"
 #include "tests/support/pdb_text.hpp"
 
@@ -286,6 +287,16 @@ TEST_F(OplsLoader, NamesTheLigandOf1hpvThatItLeavesOut) {
   ASSERT_FALSE(molecule.notes.empty());
   EXPECT_EQ(molecule.notes[0],
             "left out, no amino acids of oplsaa: 1 residue 478 (35 atoms), 80 residues HOH (80 atoms)");
+}
+
+TEST(Disulfides, AreNotLookedForAmongMoreCysteinesThanAnyStructureHas) {
+  PdbResidue cysteine{"CYS", "1", "A", 0, {{"SG", "S", Vec3::Zero()}}};
+  std::vector<PdbResidue> residues(20'000, cysteine);
+  for (std::size_t i = 0; i < residues.size(); ++i)
+    residues[i].atoms[0].position_angstrom.x() = 9.0 * static_cast<double>(i);
+  EXPECT_EQ(find_disulfides(residues).size(), residues.size());
+  residues.push_back(cysteine);
+  EXPECT_THROW(find_disulfides(residues), docking::MoleculeError);
 }
 
 TEST_F(OplsLoader, CountsGuessesByTheirResiduesAndSaysTheFirst) {
