@@ -24,11 +24,24 @@ struct Options {
   std::string bind = "127.0.0.1";
   int port = 47800;
   std::optional<Duration> duration;
+  Duration build_limit = std::chrono::minutes(2);
   std::string cache = default_cache_directory().string();
   int realtime_priority = 60;
   bool controls_tool_passivity = true;
   bool writes_json = false;
 };
+
+void add_duration(CLI::App& app, const std::string& name, const std::string& help,
+                  const std::function<void(Duration)>& take) {
+  const auto parse = [name, take](const std::string& text) {
+    try {
+      take(parse_duration(text, "s"));
+    } catch (const std::invalid_argument& error) {
+      throw CLI::ValidationError(name, error.what());
+    }
+  };
+  app.add_option_function<std::string>(name, parse, help)->type_name("TIME");
+}
 
 void declare(CLI::App& app, Options& options) {
   app.set_version_flag("--version", "tandem-server " TANDEM_VERSION);
@@ -46,17 +59,8 @@ void declare(CLI::App& app, Options& options) {
       ->capture_default_str();
   app.add_option("--bind", options.bind, "address to listen on; loopback only, the transport is not encrypted yet")
       ->capture_default_str();
-  app.add_option_function<std::string>(
-         "--duration",
-         [&options](const std::string& text) {
-           try {
-             options.duration = parse_duration(text, "s");
-           } catch (const std::invalid_argument& error) {
-             throw CLI::ValidationError("--duration", error.what());
-           }
-         },
-         "stop after this long, with unit, e.g. 30s [default: never]")
-      ->type_name("TIME");
+  add_duration(app, "--duration", "stop after this long, with unit, e.g. 30s [default: never]",
+               [&options](Duration duration) { options.duration = duration; });
   app.add_option_function<std::string>(
          "--passivity,--guard", [&options](const std::string& text) { options.controls_tool_passivity = text == "on"; },
          "limit the energy that a tool puts into the world to what its user's hand put in [on]")
@@ -70,6 +74,9 @@ void declare(CLI::App& app, Options& options) {
                  "SCHED_FIFO priority of the room threads, io one above; 0: normal scheduler")
       ->check(CLI::Range(0, 98))
       ->capture_default_str();
+  add_duration(app, "--build-limit",
+               "refuse a scene whose meshes take longer to be made ready for touch, with unit [default: 120s]",
+               [&options](Duration limit) { options.build_limit = limit; });
   app.add_flag("--json", options.writes_json,
                "print what the server did as one JSON object at the end; the ready line then goes to stderr");
 }
@@ -92,8 +99,10 @@ std::vector<std::unique_ptr<server::Room>> open_rooms(const Options& options, re
   if (options.scenes.empty()) throw std::invalid_argument("--scene is required, e.g. --scene peg_in_hole; see --help");
   if (options.rooms.size() > options.scenes.size()) throw std::invalid_argument("more --room than --scene were given");
   std::vector<std::unique_ptr<server::Room>> rooms;
-  const server::SceneLoading loading{options.cache,
-                                     progress_on_stderr([&output](const std::string& text) { output.err(text); })};
+  const server::SceneLoading loading{
+      .cache_directory = options.cache,
+      .progress = progress_on_stderr([&output](const std::string& text) { output.err(text); }),
+      .max_build = options.build_limit};
   for (std::size_t i = 0; i < options.scenes.size(); ++i) {
     const auto scene = server::load_scene(server::find_scene(options.scenes[i], server::scene_folders()), loading);
     const std::string name = i < options.rooms.size() ? options.rooms[i] : scene->description.name();

@@ -1,20 +1,34 @@
 #include "server/assets/mesh_file.hpp"
 
-#include <assimp/config.h>
-#include <assimp/postprocess.h>
-#include <assimp/scene.h>
+#include <fcntl.h>
+#include <poll.h>
+#include <signal.h>
+#include <spawn.h>
+#include <sys/mman.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
-#include <assimp/Importer.hpp>
+#include <cerrno>
 #include <cstdint>
+#include <cstdlib>
+#include <cstring>
 #include <fstream>
+#include <optional>
+#include <span>
 #include <stdexcept>
+#include <utility>
+
+#include "common/base/byte_io.hpp"
+#include "common/base/time.hpp"
+#include "server/assets/mesh_reader.hpp"
 
 namespace tandem::server {
 namespace {
 
-// A client must be able to fetch an asset, and the server to build contact of it, in reasonable time.
-constexpr std::uintmax_t kMaxFileBytes = 64U << 20U;
-constexpr std::size_t kMaxTriangles = 1'000'000;
+namespace fs = std::filesystem;
+
+// In times of the reader's processor time: it waits for nothing, but others may want the processor too.
+constexpr int kMaxWaitShare = 10;
 
 /// What to install when a file of a known data package is missing.
 std::string remedy_for(const std::filesystem::path& file, const std::string& otherwise) {
@@ -26,60 +40,193 @@ std::string remedy_for(const std::filesystem::path& file, const std::string& oth
   return otherwise;
 }
 
-/// Assimp's triangles of all its meshes in one list, in file units.
-geometry::TriangleMesh triangles_of(const aiScene& scene) {
-  geometry::TriangleMesh mesh;
-  for (unsigned m = 0; m < scene.mNumMeshes; ++m) {
-    const aiMesh& part = *scene.mMeshes[m];
-    const int first = static_cast<int>(mesh.vertices.size());
-    for (unsigned v = 0; v < part.mNumVertices; ++v) {
-      mesh.vertices.emplace_back(part.mVertices[v].x, part.mVertices[v].y, part.mVertices[v].z);
-    }
-    for (unsigned f = 0; f < part.mNumFaces; ++f) {
-      const aiFace& face = part.mFaces[f];
-      if (face.mNumIndices != 3) continue;
-      const auto index = [&face, first](int corner) { return first + static_cast<int>(face.mIndices[corner]); };
-      mesh.triangles.push_back({index(0), index(1), index(2)});
-    }
+std::string mebibytes(std::size_t bytes) {
+  return std::to_string(bytes >> 20U) + " MiB";
+}
+
+/// $TANDEM_MESH_READER, else beside the running program.
+fs::path reader_program() {
+  const char* const chosen = std::getenv("TANDEM_MESH_READER");
+  if (chosen != nullptr && *chosen != '\0') return chosen;
+  std::error_code error;
+  return fs::read_symlink("/proc/self/exe", error).parent_path() / "tandem-mesh-reader";
+}
+
+/// An open descriptor, closed at the end.
+class Descriptor {
+ public:
+  explicit Descriptor(int number) : number_(number) {}
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+  ~Descriptor() { close(); }
+
+  int get() const { return number_; }
+  void close() {
+    if (number_ >= 0) ::close(number_);
+    number_ = -1;
   }
+
+ private:
+  int number_;
+};
+
+[[noreturn]] void refuse(const fs::path& file, const std::string& why) {
+  throw std::runtime_error(file.string() + ", " + why);
+}
+
+[[noreturn]] void refuse_without_reader(const fs::path& file, int error) {
+  refuse(file, "which cannot be read, for " + reader_program().string() + " cannot be started (" +
+                   std::strerror(error) + "); install it there, or set TANDEM_MESH_READER to where it is");
+}
+
+/// The bytes as a file without a name, for the reader to map.
+int memory_file(std::span<const std::byte> bytes) {
+  const int descriptor = memfd_create("mesh", MFD_CLOEXEC);
+  while (descriptor >= 0 && !bytes.empty()) {
+    const ssize_t written = ::write(descriptor, bytes.data(), bytes.size());
+    if (written > 0) bytes = bytes.subspan(static_cast<std::size_t>(written));
+    if (written < 0 && errno != EINTR) break;
+  }
+  return descriptor;
+}
+
+/// The reader as a process. Safe beside other threads: nothing of this process is used between fork and exec.
+class ReaderProcess {
+ public:
+  ReaderProcess(const std::vector<std::byte>& bytes, const fs::path& file)
+      : file_(file), file_bytes_(bytes.size()), input_(memory_file(bytes)) {
+    int ends[2] = {-1, -1};
+    if (input_.get() < 0 || pipe2(ends, O_CLOEXEC) != 0) refuse_without_reader(file, errno);
+    output_.emplace(ends[0]);
+    const Descriptor writing(ends[1]);
+    start(writing.get());
+  }
+  ReaderProcess(const ReaderProcess&) = delete;
+  ReaderProcess& operator=(const ReaderProcess&) = delete;
+  ~ReaderProcess() {
+    if (pid_ <= 0) return;
+    kill(pid_, SIGKILL);
+    wait();
+  }
+
+  /// What it says; refuses the file when it fails.
+  std::vector<std::uint8_t> reply() {
+    std::vector<std::uint8_t> reply;
+    const SteadyClock clock;
+    const LocalTime deadline =
+        clock.now() + kMaxWaitShare * std::chrono::seconds(mesh_reader::cpu_limit_s(file_bytes_));
+    while (read_more(reply)) {
+      if (clock.now() >= deadline) refuse_slow();
+      if (reply.size() > mesh_reader::kMaxReplyBytes) refuse(file_, "whose mesh is too large; reduce it");
+    }
+    check_end();
+    return reply;
+  }
+
+ private:
+  void start(int writing) {
+    posix_spawn_file_actions_t actions;
+    posix_spawn_file_actions_init(&actions);
+    posix_spawn_file_actions_adddup2(&actions, input_.get(), STDIN_FILENO);
+    posix_spawn_file_actions_adddup2(&actions, writing, STDOUT_FILENO);
+    posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, "/dev/null", O_WRONLY, 0);
+    posix_spawn_file_actions_addclosefrom_np(&actions, STDERR_FILENO + 1);
+    const std::string program = reader_program().string();
+    const std::string extension = file_.extension().string();
+    const std::string format = extension.empty() ? "" : extension.substr(1);
+    char* const arguments[] = {const_cast<char*>("tandem-mesh-reader"), const_cast<char*>(format.c_str()), nullptr};
+    const int error = posix_spawn(&pid_, program.c_str(), &actions, nullptr, arguments, environ);
+    posix_spawn_file_actions_destroy(&actions);
+    if (error == 0) return;
+    pid_ = -1;
+    refuse_without_reader(file_, error);
+  }
+
+  /// False at the end. Waits a tenth of a second at most.
+  bool read_more(std::vector<std::uint8_t>& reply) const {
+    pollfd ready{output_->get(), POLLIN, 0};
+    if (poll(&ready, 1, 100) <= 0) return true;
+    std::uint8_t piece[65536];
+    const ssize_t count = ::read(output_->get(), piece, sizeof piece);
+    if (count > 0) reply.insert(reply.end(), piece, piece + count);
+    return count > 0 || (count < 0 && errno == EINTR);
+  }
+
+  int wait() {
+    int status = 0;
+    while (waitpid(pid_, &status, 0) < 0 && errno == EINTR) {
+    }
+    pid_ = -1;
+    return status;
+  }
+
+  void check_end() {
+    const int status = wait();
+    if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return;
+    if (WIFEXITED(status) && WEXITSTATUS(status) == mesh_reader::kOutOfMemory) {
+      refuse(file_, "which needs more than " + mebibytes(mesh_reader::address_space_limit(file_bytes_)) +
+                        " to be read, far more than its size: it declares more than it holds; export the mesh again");
+    }
+    if (WIFSIGNALED(status) && (WTERMSIG(status) == SIGXCPU || WTERMSIG(status) == SIGKILL)) refuse_slow();
+    refuse(file_, "which is so damaged that its reader fails (" +
+                      (WIFSIGNALED(status) ? "signal " + std::to_string(WTERMSIG(status))
+                                           : "exit code " + std::to_string(WEXITSTATUS(status))) +
+                      "); export the mesh again");
+  }
+
+  [[noreturn]] void refuse_slow() const {
+    refuse(file_, "which takes more than " + std::to_string(mesh_reader::cpu_limit_s(file_bytes_)) +
+                      " s to be read; export the mesh again, e.g. as binary .stl or .ply");
+  }
+
+  const fs::path& file_;
+  std::size_t file_bytes_;
+  Descriptor input_;
+  std::optional<Descriptor> output_;
+  pid_t pid_ = -1;
+};
+
+/// Nothing for bytes that are not exactly a mesh of bounded size with indices in range: who parsed a hostile file may say
+/// anything.
+std::optional<geometry::TriangleMesh> mesh_of_reply(std::span<const std::uint8_t> reply) {
+  ByteReader reader(reply);
+  const std::uint8_t kind = reader.number<std::uint8_t>();
+  const std::size_t vertices = reader.u32();
+  const std::size_t triangles = reader.u32();
+  const bool is_bounded = vertices <= mesh_reader::kMaxVertices && triangles <= mesh_reader::kMaxTriangles;
+  if (!reader.ok() || kind != mesh_reader::kMesh || !is_bounded || reply.size() != vertices * 24 + triangles * 12) {
+    return std::nullopt;
+  }
+  geometry::TriangleMesh mesh;
+  mesh.vertices.resize(vertices);
+  for (Vec3& vertex : mesh.vertices) reader.array(std::span<double>(vertex.data(), 3));
+  mesh.triangles.resize(triangles);
+  bool is_in_range = true;
+  for (auto& triangle : mesh.triangles) {
+    reader.array(std::span<int>(triangle));
+    for (const int corner : triangle) is_in_range &= corner >= 0 && static_cast<std::size_t>(corner) < vertices;
+  }
+  if (!is_in_range) return std::nullopt;
   return mesh;
 }
 
-/// Positions only, so that corners that differ in colour or normal join; nodes flattened into one frame.
-geometry::TriangleMesh import_mesh(const std::vector<std::byte>& bytes, const std::filesystem::path& file) {
-  if (bytes.empty()) throw std::runtime_error(file.string() + ", which is empty; export the mesh again");
-  Assimp::Importer importer;
-  importer.SetPropertyInteger(AI_CONFIG_PP_RVC_FLAGS, aiComponent_NORMALS | aiComponent_TANGENTS_AND_BITANGENTS |
-                                                          aiComponent_COLORS | aiComponent_TEXCOORDS |
-                                                          aiComponent_BONEWEIGHTS | aiComponent_ANIMATIONS |
-                                                          aiComponent_TEXTURES | aiComponent_LIGHTS |
-                                                          aiComponent_CAMERAS | aiComponent_MATERIALS);
-  importer.SetPropertyInteger(AI_CONFIG_PP_SBP_REMOVE, aiPrimitiveType_POINT | aiPrimitiveType_LINE);
-  std::string format = file.extension().string();
-  if (!format.empty()) format.erase(0, 1);
-  // From memory: what collides is then exactly the asset that clients get, and no second file is opened.
-  const aiScene* const scene =
-      importer.ReadFileFromMemory(bytes.data(), bytes.size(),
-                                  aiProcess_RemoveComponent | aiProcess_PreTransformVertices | aiProcess_Triangulate |
-                                      aiProcess_JoinIdenticalVertices | aiProcess_SortByPType,
-                                  format.c_str());
-  if (scene == nullptr || scene->mNumMeshes == 0) {
-    const std::string reason = importer.GetErrorString();
-    throw std::runtime_error(file.string() + ", which is not a mesh that can be read" +
-                             (reason.empty() ? "" : " (" + reason + ")") + "; give a file such as .obj, .ply or .stl");
+geometry::TriangleMesh import_mesh(const std::vector<std::byte>& bytes, const fs::path& file) {
+  if (bytes.empty()) refuse(file, "which is empty; export the mesh again");
+  const std::vector<std::uint8_t> reply = ReaderProcess(bytes, file).reply();
+  if (!reply.empty() && reply.front() == mesh_reader::kRefusal) {
+    const std::size_t size = std::min(reply.size(), mesh_reader::kMaxRefusalBytes + 1);
+    std::string text(reply.begin() + 1, reply.begin() + static_cast<std::ptrdiff_t>(size));
+    for (char& c : text) c = c < ' ' || c > '~' ? '?' : c;
+    refuse(file, text);
   }
-  return triangles_of(*scene);
+  std::optional<geometry::TriangleMesh> mesh = mesh_of_reply(reply);
+  if (!mesh) refuse(file, "which is so damaged that its reader fails; export the mesh again");
+  return std::move(*mesh);
 }
 
-void check(const geometry::TriangleMesh& mesh, const std::filesystem::path& file) {
-  if (mesh.triangles.size() > kMaxTriangles) {
-    throw std::runtime_error(file.string() + ", which has " + std::to_string(mesh.triangles.size()) +
-                             " triangles; at most " + std::to_string(kMaxTriangles) + " are possible");
-  }
+void check(const geometry::TriangleMesh& mesh, const fs::path& file) {
   for (const Vec3& vertex : mesh.vertices) {
-    if (!is_finite(vertex)) {
-      throw std::runtime_error(file.string() + ", which has a vertex that is not finite; repair the mesh");
-    }
+    if (!is_finite(vertex)) refuse(file, "which has a vertex that is not finite; repair the mesh");
   }
 }
 
@@ -91,9 +238,9 @@ std::vector<std::byte> read_asset_file(const std::filesystem::path& file, const 
     throw std::runtime_error(file.string() + ", which does not exist; " + remedy_for(file, remedy));
   }
   const std::uintmax_t size = std::filesystem::file_size(file, error);
-  if (error || size > kMaxFileBytes) {
-    throw std::runtime_error(file.string() + ", which is too large; at most " + std::to_string(kMaxFileBytes >> 20U) +
-                             " MiB are possible");
+  if (error || size > mesh_reader::kMaxFileBytes) {
+    throw std::runtime_error(file.string() + ", which is too large; at most " +
+                             std::to_string(mesh_reader::kMaxFileBytes >> 20U) + " MiB are possible");
   }
   std::vector<std::byte> bytes(static_cast<std::size_t>(size));
   std::ifstream stream(file, std::ios::binary);

@@ -96,6 +96,14 @@ auto or_refused(const SceneField& field, const Read& read) {
   }
 }
 
+/// From within the building, which leaves nothing behind.
+[[noreturn]] void refuse_long_build(Duration allowed, double done) {
+  throw geometry::MeshError("the scene's meshes take longer than " + number_text(to_seconds(allowed)) +
+                            " s to be made ready for touch, and this one was done by " +
+                            std::to_string(static_cast<int>(100 * done)) +
+                            " %: simplify it, give a smaller largest_size_m, or allow more (--build-limit)");
+}
+
 struct Bounds {
   Vec3 low = Vec3::Constant(std::numeric_limits<double>::infinity());
   Vec3 high = -low;
@@ -218,10 +226,14 @@ const SceneAssets::Contact& SceneAssets::contact_of(const geometry::ContactMesh&
   if (asset.shape) {
     asset.note = describe(*asset.shape, "from cache", seconds_since(begin));
   } else {
+    const SteadyClock clock;
+    const LocalTime started = clock.now();
     const auto progress = [&](double done) {
       if (loading_.progress) loading_.progress("building contact of " + name, done);
+      if (clock.now() - started > loading_.max_build - built_) refuse_long_build(loading_.max_build, done);
     };
     asset.shape = contact::make_contact_mesh(mesh, options_for(mesh, sheet_thickness_m), progress);
+    built_ += clock.now() - started;
     asset.note = describe(*asset.shape, "built", seconds_since(begin));
     bytes = contact::contact_asset_bytes(*asset.shape);
     if (!cached.empty() && !write_whole_file(cached, {key, std::as_bytes(std::span(bytes))})) {

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "common/base/folders.hpp"
+#include "common/base/time.hpp"
 #include "common/contact/contact_shape.hpp"
 #include "common/docking/molecule.hpp"
 #include "common/geometry/mesh_repair.hpp"
@@ -26,6 +27,8 @@ struct SceneLoading {
   std::filesystem::path cache_directory = default_cache_directory();  ///< empty: build every time
   /// Called while something takes long: what, and how much of it is done (0..1).
   std::function<void(const std::string& what, double done)> progress;
+  /// For making all shapes of the scene ready for touch.
+  Duration max_build = Duration::max();
 };
 
 /// A file that the scene uses, offered to clients by the hash of its bytes.
@@ -53,7 +56,7 @@ class SceneAssets {
   std::shared_ptr<const contact::ContactShape> primitive_contact(const wire::Shape& shape);
   /// Of a mesh, from the cache when it is there. An unreadable, damaged or foreign entry is built anew; a cache that
   /// cannot be written is told of in a note, and is no error. Offered to clients; `message` leaves with its hash.
-  /// Fails   as make_contact_mesh()
+  /// Fails   as make_contact_mesh(); MeshError: the scene's shapes take longer than SceneLoading::max_build
   std::shared_ptr<const contact::ContactShape> mesh_contact(const geometry::ContactMesh& mesh, wire::Mesh& message);
   /// Offers the triangles of `mesh`, as load_mesh() gave it, and writes their hash into `message`; of more than a
   /// client takes there is a note instead.
@@ -85,6 +88,7 @@ class SceneAssets {
 
   std::filesystem::path directory_;
   SceneLoading loading_;
+  Duration built_{0};  ///< what building took so far
   std::map<std::array<double, 4>, std::shared_ptr<const contact::ContactShape>> primitives_;
   std::map<proto::Sha256, std::shared_ptr<const Contact>> contacts_;  ///< by what they are made of
   std::map<std::filesystem::path, std::shared_ptr<const proto::Bytes>> read_;

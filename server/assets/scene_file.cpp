@@ -252,9 +252,11 @@ std::shared_ptr<const LoadedScene> load_scene(const std::filesystem::path& file,
   if (!stream || std::filesystem::is_directory(file)) {
     throw SceneError(file.string() + ": cannot be read; give the path of a scene file (server/scenes holds examples)");
   }
-  std::ostringstream text;
-  text << stream.rdbuf();
-  return load_scene_text(text.str(), file.string(), file.parent_path(), loading);
+  // One more than may be, so that what is too large is seen and not read.
+  std::string text(kMaxSceneFileBytes + 1, '\0');
+  stream.read(text.data(), static_cast<std::streamsize>(text.size()));
+  text.resize(static_cast<std::size_t>(stream.gcount()));
+  return load_scene_text(text, file.string(), file.parent_path(), loading);
 }
 
 }  // namespace tandem::server

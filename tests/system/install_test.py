@@ -56,8 +56,15 @@ class Installed(ProgramTest):
         self.assertIn(code, (0, 1), err)
         self.assertTrue(json.loads(out)["findings"])
 
+    def test_the_server_finds_the_program_that_reads_meshes(self):
+        self.write("t.obj", "v 0 0 0\nv 2 0 0\nv 0 2 0\nv 0 0 2\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n")
+        body = {"name": "m", "shapes": [{"mesh": {"file": "t.obj", "largest_size_m": 0.02}}]}
+        scene = self.write("s.json", json.dumps({"name": "s", "bodies": [body], "tools": [{"name": "a"}]}))
+        code, _, err = run("tandem-server", "--port", "0", "--cache", "", "--scene", scene, "--duration", "100ms")
+        self.assertEqual(code, 0, err)
+
     def test_no_program_names_the_source_tree(self):
-        for name in ("tandem-server", "tandem-client", "tandem-lab"):
+        for name in ("tandem-server", "tandem-client", "tandem-lab", "tandem-mesh-reader"):
             with open(support.program(name), "rb") as file:
                 self.assertNotIn(support.SOURCE.encode(), file.read(), name)
 

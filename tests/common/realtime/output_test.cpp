@@ -25,7 +25,8 @@ TEST(LineLimit, OfAFloodSaysTheFirstLinesAndHowManyWereLeftOut) {
   const auto said = flooded(limit, "closed", 1000, start);
   ASSERT_EQ(said.size(), LineLimit::kMaxLines + 1);
   EXPECT_THAT(said.back(), HasSubstr("more than 60 lines a minute of the kind \"closed\""));
-  EXPECT_THAT(limit.admitted("joined", "ada joined", start), ElementsAre("ada joined")) << "other kinds are not touched";
+  EXPECT_THAT(limit.admitted("joined", "ada joined", start), ElementsAre("ada joined"))
+      << "other kinds are not touched";
   EXPECT_THAT(limit.admitted("joined", "ben joined", start + LineLimit::kWindow),
               ElementsAre("left out: 940 lines of the kind \"closed\"", "ben joined"));
   EXPECT_THAT(limit.left_out(), IsEmpty()) << "it has been said";

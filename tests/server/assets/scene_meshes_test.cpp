@@ -110,6 +110,60 @@ TEST_F(SceneFiles, BrokenMeshesAreRefused) {
   EXPECT_THAT(refusal(mesh_body("")), HasSubstr("t.obj, which is empty; export the mesh again"));
 }
 
+TEST_F(SceneFiles, MeshThatDeclaresMoreThanItHoldsIsRefusedBeforeItIsAllocated) {
+  write("t.ply",
+        "ply\nformat binary_little_endian 1.0\nelement vertex 2000000000\nproperty float x\nproperty float y\n"
+        "property float z\nend_header\n");
+  const std::string body = R"({"name": "a", "shapes": [{"mesh": {"file": "t.ply"}}]})";
+  EXPECT_THAT(refusal(physics::scene_json({.bodies = body})),
+              AllOf(HasSubstr("t.ply, which "), HasSubstr("export the mesh again")));
+}
+
+TEST_F(SceneFiles, MeshCannotBeReadWithoutTheReaderWhichIsNamed) {
+  write("t.obj", kTetrahedron);
+  setenv("TANDEM_MESH_READER", "/nowhere/reader", 1);
+  const std::string said = refusal(mesh_body(""));
+  unsetenv("TANDEM_MESH_READER");
+  EXPECT_THAT(said, AllOf(HasSubstr("t.obj, which cannot be read, for /nowhere/reader cannot be started"),
+                          HasSubstr("set TANDEM_MESH_READER")));
+  EXPECT_EQ(refusal(mesh_body("")), "accepted");
+}
+
+TEST_F(SceneFiles, MeshWhoseReaderSaysWhatIsNoMeshIsRefused) {
+  write("t.obj", kTetrahedron);
+  write("liar", "#!/bin/sh\nprintf 'M\\003\\000\\000\\000\\377\\377\\377\\377'\n");
+  std::filesystem::permissions(directory_ / "liar", std::filesystem::perms::owner_all);
+  setenv("TANDEM_MESH_READER", (directory_ / "liar").c_str(), 1);
+  const std::string said = refusal(mesh_body(""));
+  unsetenv("TANDEM_MESH_READER");
+  EXPECT_THAT(said, HasSubstr("t.obj, which is so damaged that its reader fails; export the mesh again"));
+}
+
+TEST_F(SceneFiles, BuildingLongerThanAllowedIsRefusedWithTheRemedy) {
+  write("t.obj", kTetrahedron);
+  SceneLoading loading;
+  loading.cache_directory.clear();
+  loading.max_build = std::chrono::nanoseconds(1);
+  try {
+    load_scene_text(mesh_body(R"(, "largest_size_m": 0.05)"), "test.json", directory_, loading);
+    FAIL() << "built within a nanosecond";
+  } catch (const SceneError& error) {
+    EXPECT_THAT(error.what(), AllOf(HasSubstr("t.obj, which cannot be touched"), HasSubstr("--build-limit")));
+  }
+}
+
+TEST_F(SceneFiles, SceneFileLargerThanAnyIsNotRead) {
+  const std::filesystem::path file = directory_ / "sparse.json";
+  write("sparse.json", "");
+  std::filesystem::resize_file(file, std::uintmax_t{1} << 40U);
+  try {
+    load_scene(file);
+    FAIL() << "a scene of a tebibyte was read";
+  } catch (const SceneError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("is larger than 1 MiB"));
+  }
+}
+
 TEST_F(SceneFiles, MeshFarFromItsOriginIsRefusedUntilItIsCentred) {
   std::string text;
   for (const char* corner : {"700 0 0", "700.05 0 0", "700 0.05 0", "700 0 0.05"})

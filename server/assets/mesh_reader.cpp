@@ -1,0 +1,161 @@
+// tandem-mesh-reader: parses one mesh file in bounded memory and time, for mesh_file.cpp. See mesh_reader.hpp.
+#include "server/assets/mesh_reader.hpp"
+
+#include <assimp/config.h>
+#include <assimp/postprocess.h>
+#include <assimp/scene.h>
+#include <sys/mman.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <assimp/Importer.hpp>
+#include <cerrno>
+#include <new>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "common/base/byte_io.hpp"
+
+#if defined(__SANITIZE_ADDRESS__)
+// An address space cannot be limited under it; single allocations can.
+extern "C" const char* __asan_default_options() {
+  return "max_allocation_size_mb=3000:hard_rss_limit_mb=4000:detect_leaks=0";
+}
+#endif
+
+namespace {
+
+using namespace tandem;
+using namespace tandem::server::mesh_reader;
+using Bytes = std::vector<std::uint8_t>;
+
+constexpr int kBadCall = 2;
+
+void limit(__rlimit_resource resource, std::size_t value) {
+  const rlimit both{value, value};
+  setrlimit(resource, &both);
+}
+
+/// After the program's libraries are loaded: from now on it can open nothing, whatever the file names.
+void limit_resources(std::size_t file_bytes) {
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+  limit(RLIMIT_AS, address_space_limit(file_bytes));
+#endif
+  limit(RLIMIT_CPU, cpu_limit_s(file_bytes));
+  limit(RLIMIT_CORE, 0);
+  limit(RLIMIT_NOFILE, 3);
+  std::set_new_handler([] { _exit(kOutOfMemory); });
+}
+
+/// The whole of the standard input; empty for none.
+std::span<const std::byte> input() {
+  struct stat status {};
+  if (fstat(STDIN_FILENO, &status) != 0 || status.st_size <= 0) return {};
+  const auto size = static_cast<std::size_t>(status.st_size);
+  void* const bytes = mmap(nullptr, size, PROT_READ, MAP_PRIVATE, STDIN_FILENO, 0);
+  if (bytes == MAP_FAILED) return {};
+  return {static_cast<const std::byte*>(bytes), size};
+}
+
+Bytes refusal(std::string text) {
+  if (text.size() > kMaxRefusalBytes) text.resize(kMaxRefusalBytes);
+  Bytes reply{kRefusal};
+  reply.insert(reply.end(), text.begin(), text.end());
+  return reply;
+}
+
+std::size_t triangles_of(const aiMesh& part) {
+  std::size_t count = 0;
+  for (unsigned f = 0; f < part.mNumFaces; ++f) count += part.mFaces[f].mNumIndices == 3 ? 1 : 0;
+  return count;
+}
+
+void write_vertices(const aiScene& scene, ByteWriter& writer) {
+  for (unsigned m = 0; m < scene.mNumMeshes; ++m) {
+    const aiMesh& part = *scene.mMeshes[m];
+    for (unsigned v = 0; v < part.mNumVertices; ++v) {
+      writer.f64(part.mVertices[v].x);
+      writer.f64(part.mVertices[v].y);
+      writer.f64(part.mVertices[v].z);
+    }
+  }
+}
+
+void write_triangles(const aiScene& scene, ByteWriter& writer) {
+  std::int32_t first = 0;
+  for (unsigned m = 0; m < scene.mNumMeshes; ++m) {
+    const aiMesh& part = *scene.mMeshes[m];
+    for (unsigned f = 0; f < part.mNumFaces; ++f) {
+      const aiFace& face = part.mFaces[f];
+      if (face.mNumIndices != 3) continue;
+      for (unsigned corner = 0; corner < 3; ++corner) {
+        writer.number(first + static_cast<std::int32_t>(face.mIndices[corner]));
+      }
+    }
+    first += static_cast<std::int32_t>(part.mNumVertices);
+  }
+}
+
+/// Assimp's triangles of all its meshes in one list, in file units.
+Bytes reply_of(const aiScene& scene) {
+  std::size_t vertices = 0;
+  std::size_t triangles = 0;
+  for (unsigned m = 0; m < scene.mNumMeshes; ++m) {
+    vertices += scene.mMeshes[m]->mNumVertices;
+    triangles += triangles_of(*scene.mMeshes[m]);
+  }
+  if (triangles > kMaxTriangles || vertices > kMaxVertices) {
+    return refusal("which has " + std::to_string(triangles) + " triangles; at most " + std::to_string(kMaxTriangles) +
+                   " are possible");
+  }
+  Bytes reply{kMesh};
+  reply.reserve(9 + vertices * 24 + triangles * 12);
+  ByteWriter writer(reply);
+  writer.u32(static_cast<std::uint32_t>(vertices));
+  writer.u32(static_cast<std::uint32_t>(triangles));
+  write_vertices(scene, writer);
+  write_triangles(scene, writer);
+  return reply;
+}
+
+/// Positions only, so that corners that differ in colour or normal join; nodes flattened into one frame.
+Bytes import(std::span<const std::byte> bytes, const char* format) {
+  Assimp::Importer importer;
+  importer.SetPropertyInteger(AI_CONFIG_PP_RVC_FLAGS, aiComponent_NORMALS | aiComponent_TANGENTS_AND_BITANGENTS |
+                                                          aiComponent_COLORS | aiComponent_TEXCOORDS |
+                                                          aiComponent_BONEWEIGHTS | aiComponent_ANIMATIONS |
+                                                          aiComponent_TEXTURES | aiComponent_LIGHTS |
+                                                          aiComponent_CAMERAS | aiComponent_MATERIALS);
+  importer.SetPropertyInteger(AI_CONFIG_PP_SBP_REMOVE, aiPrimitiveType_POINT | aiPrimitiveType_LINE);
+  const aiScene* const scene =
+      importer.ReadFileFromMemory(bytes.data(), bytes.size(),
+                                  aiProcess_RemoveComponent | aiProcess_PreTransformVertices | aiProcess_Triangulate |
+                                      aiProcess_JoinIdenticalVertices | aiProcess_SortByPType,
+                                  format);
+  if (scene != nullptr && scene->mNumMeshes > 0) return reply_of(*scene);
+  const std::string reason = importer.GetErrorString();
+  return refusal("which is not a mesh that can be read" + (reason.empty() ? "" : " (" + reason + ")") +
+                 "; give a file such as .obj, .ply or .stl");
+}
+
+bool write_all(std::span<const std::uint8_t> bytes) {
+  while (!bytes.empty()) {
+    const ssize_t written = ::write(STDOUT_FILENO, bytes.data(), bytes.size());
+    if (written < 0 && errno != EINTR) return false;
+    if (written > 0) bytes = bytes.subspan(static_cast<std::size_t>(written));
+  }
+  return true;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const std::span<const std::byte> bytes = input();
+  if (argc != 2 || bytes.empty()) return kBadCall;
+  limit_resources(bytes.size());
+  const bool is_written = write_all(import(bytes, argv[1]));
+  // Not through the importer's end: what it holds is the system's to free.
+  _exit(is_written ? 0 : kBadCall);
+}
