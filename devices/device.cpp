@@ -28,4 +28,11 @@ std::string_view name_of(DeviceState state) noexcept {
   return kNames[static_cast<std::size_t>(state)];
 }
 
+std::string describe(const DeviceSample& sample) {
+  std::string text(name_of(sample.state));
+  if (sample.state == DeviceState::kReady && !sample.is_valid) text += ", but gives no usable samples";
+  if (!sample.reason.empty()) text.append(": ").append(sample.reason);
+  return text;
+}
+
 }  // namespace tandem::devices

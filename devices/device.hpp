@@ -35,6 +35,7 @@ struct DeviceSpec {
   SourcedLimit torque_maximum_n_m;
   double force_limit_n = 2.0;  ///< software limit, ≤ force_maximum_n; the default is for unverified devices
   double torque_limit_n_m = 0.1;
+  double reach_m = 2.0;                ///< of the handle from D's origin, with margin: beyond, a sample is a fault
   double speed_limit_m_per_s = 3.0;    ///< a faster handle is a fault: force to zero within 20 ms, then re-armed
   double slew_limit_n_per_s = 4000.0;  ///< how fast the displayed force may change
   double slew_limit_n_m_per_s = 200.0;
@@ -60,6 +61,9 @@ struct DeviceSample {
   Twist V_DH;
   std::uint32_t buttons = 0;  ///< bits of Button
 };
+
+/// "ready"; "lost: it was unplugged; plug it in again"; "ready, but gives no usable samples: its …".
+std::string describe(const DeviceSample& sample);
 
 /// A haptic device, opened by devices/registry.hpp and closed by its destructor. Implementations do not block longer
 /// than a read takes, do not sleep, and do not allocate in read() and write(). Homing and opening again what was lost

@@ -53,6 +53,9 @@ constexpr std::array kValues{
     ValueField{"position_step_m", &DeviceProfile::position_step_m, 0.01, false},
     ValueField{"rotation_step_rad", &DeviceProfile::rotation_step_rad, 0.1, false},
 };
+// Of the workspace's diagonal: the base frame's origin may lie anywhere in it, and a workspace is often less than what
+// can be reached.
+constexpr double kReachOfWorkspace = 1.5;
 constexpr double kMaxForce_n = 1000;
 constexpr double kMaxTorque_n_m = 100;
 
@@ -81,6 +84,7 @@ void read_workspace(JsonFields& profile, DeviceProfile& result) {
   JsonFields workspace = profile.object("workspace_m");
   result.workspace_m = workspace.vector("value", Vec3::Zero(), 10);
   if (!(result.workspace_m.minCoeff() > 0)) workspace.fail("value", "it must be three widths above 0");
+  result.spec.reach_m = kReachOfWorkspace * result.workspace_m.norm();
   result.workspace_source = workspace.required_text("source");
   workspace.finish();
 }

@@ -50,6 +50,7 @@ void check_device_spec(const DeviceSpec& spec) {
   if (spec.has_torque()) {
     check_limit(spec, "torque_limit_n_m", spec.torque_limit_n_m, spec.torque_maximum_n_m, kUnverifiedTorque_n_m);
   }
+  check_positive(spec, "reach_m", spec.reach_m);
   check_positive(spec, "speed_limit_m_per_s", spec.speed_limit_m_per_s);
   check_positive(spec, "slew_limit_n_per_s", spec.slew_limit_n_per_s);
   check_positive(spec, "slew_limit_n_m_per_s", spec.slew_limit_n_m_per_s);

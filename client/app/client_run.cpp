@@ -77,7 +77,6 @@ class ClientRun {
   void keep_going();
   void drain_records();
   void take_record(const TickRecord& record);
-  void follow_device(const devices::DeviceSample& sample);
   void follow_session(const ClientIoSnapshot& io);
   void explain_coupling(const CouplingCheck& check);
   void print_status(const ClientIoSnapshot& io);
@@ -197,15 +196,9 @@ void ClientRun::take_record(const TickRecord& record) {
   const int phase = hand_path_.phase_at(record.at - *first_tick_);
   report_.add(record, phase);
   if (trace_) trace_->write(record, phase);
-  follow_device(record.sample);
+  const std::string news = report_.take_device_news();
+  if (!news.empty()) say("device " + options_.device.name + " is " + news);
   newest_ = record;
-}
-
-void ClientRun::follow_device(const devices::DeviceSample& sample) {
-  if (sample.state == newest_.sample.state && sample.reason == newest_.sample.reason) return;
-  if (sample.state == devices::DeviceState::kReady && newest_.tick.value == 0) return;
-  say("device " + options_.device.name + " is " + std::string(devices::name_of(sample.state)) +
-      (sample.reason.empty() ? "" : ": ") + std::string(sample.reason));
 }
 
 void ClientRun::follow_session(const ClientIoSnapshot& io) {

@@ -8,6 +8,7 @@ namespace tandem::client {
 namespace {
 
 constexpr Duration kSettling{std::chrono::seconds(1)};
+constexpr Duration kDeviceNews{std::chrono::seconds(1)};
 
 }  // namespace
 
@@ -42,6 +43,8 @@ double StretchStatistics::torque_mean_vector_n_m() const {
 }
 
 RunReport::RunReport(const std::vector<std::string>& phases, Duration silence_zero) : silence_zero_(silence_zero) {
+  told_.state = devices::DeviceState::kReady;  // as it should be: no news
+  told_.is_valid = true;
   for (const std::string& name : phases) phases_.push_back({name, Duration{0}, {}, {}});
 }
 
@@ -50,9 +53,18 @@ void RunReport::add(const TickRecord& record, int phase) {
   has_started_ = true;
   add_to_phase(record, phase, record.at - newest_);
   newest_ = record.at;
+  sample_ = record.sample;
   server_tick_faults_seen_ |= record.server_tick_faults;
   follow_silence(record);
   follow_body(record);
+}
+
+std::string RunReport::take_device_news() {
+  const bool is_same = sample_.is_valid == told_.is_valid && sample_.reason == told_.reason;
+  if (sample_.state == told_.state && (is_same || (told_at_ && newest_ - *told_at_ < kDeviceNews))) return {};
+  told_ = sample_;
+  told_at_ = newest_;
+  return describe(sample_);
 }
 
 void RunReport::explain_silence(const std::string& why) {

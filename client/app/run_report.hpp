@@ -73,6 +73,10 @@ class RunReport {
   /// Says why the present silence is; the first reason stays.
   void explain_silence(const std::string& why);
 
+  /// What the newest tick says of the device that the last news did not, as describe() has it; empty: nothing. While it
+  /// is ready at most once a second, so that a loose contact does not fill the terminal.
+  std::string take_device_news();
+
   const std::vector<PhaseReport>& phases() const { return phases_; }
   const std::vector<Silence>& silences() const { return silences_; }
   std::uint32_t server_tick_faults_seen() const { return server_tick_faults_seen_; }
@@ -97,6 +101,9 @@ class RunReport {
   bool is_silent_ = false;
   std::optional<LocalTime> zero_since_;
   std::vector<Silence> silences_;
+  devices::DeviceSample sample_;
+  devices::DeviceSample told_;  ///< at the last news
+  std::optional<LocalTime> told_at_;
   std::uint32_t server_tick_faults_seen_ = 0;
   bool has_seen_body_ = false;
   Pose first_body_pose_;

@@ -67,7 +67,7 @@ bool is_usable(const HapticScene& scene) {
 }  // namespace
 
 HapticCore::HapticCore(const HapticSettings& settings, devices::Device& device, ClientMailboxes& mailboxes)
-    : device_(device),
+    : reader_(device),
       writer_(device),
       mailboxes_(mailboxes),
       coupling_(settings.coupling_bounds),
@@ -87,7 +87,7 @@ bool HapticCore::offer_model(std::uint32_t generation, std::unique_ptr<ProxyWorl
 }
 
 void HapticCore::tick(LocalTime now) noexcept {
-  const devices::DeviceSample sample = read_device(now);
+  const devices::DeviceSample sample = reader_.read(now);
   ++record_.tick.value;
   record_.at = now;
   record_.sample = sample;
@@ -134,14 +134,6 @@ bool HapticCore::write(LocalTime now, const Wrench& wrench_on_hand_D) noexcept {
   displayed_work_.hold(writer_.written());
   record_.displayed_on_hand_D = writer_.written();
   return is_taken;
-}
-
-devices::DeviceSample HapticCore::read_device(LocalTime now) noexcept {
-  devices::DeviceSample sample = device_.read(now);
-  const bool is_ready = sample.state == devices::DeviceState::kReady;
-  sample.is_valid = sample.is_valid && is_ready && is_finite(sample.X_DH) && is_finite(sample.V_DH);
-  sample.buttons &= device_.spec().buttons;
-  return sample;
 }
 
 // The larger of what the device reports and what its poses say, so that neither a lagging filter nor a jump of

@@ -23,6 +23,7 @@
 #include "common/haptics/passivity/hand_passivity_controller.hpp"
 #include "common/haptics/safety.hpp"
 #include "common/realtime/handover.hpp"
+#include "devices/device_reader.hpp"
 #include "devices/device_writer.hpp"
 
 namespace tandem::client {
@@ -80,7 +81,6 @@ class HapticCore {
   void watch(BodyId body) noexcept { watched_.store(body.value, std::memory_order_relaxed); }
 
  private:
-  devices::DeviceSample read_device(LocalTime now) noexcept;
   double handle_speed(const devices::DeviceSample& sample) const noexcept;
   void advance_time(LocalTime now) noexcept;
   void take_mail() noexcept;
@@ -106,7 +106,7 @@ class HapticCore {
   /// Null: none in this scene yet.
   const ReceivedUpdate* newest() const noexcept { return has_state_ ? &mailboxes_.inbox.front() : nullptr; }
 
-  devices::Device& device_;
+  devices::DeviceReader reader_;
   devices::DeviceWriter writer_;
   ClientMailboxes& mailboxes_;
   SceneCoupling coupling_;

@@ -28,7 +28,8 @@ enum SafetyFault : std::uint32_t {
   kSafetySlewed = 1U << 2U,     ///< the change was limited
   kSafetyNotFinite = 1U << 3U,  ///< the computed wrench was NaN, infinite or absurd: zero, then re-armed by the ramp
   kSafetyTooFast = 1U << 4U,    ///< handle faster than the device's limit: zero within 20 ms, then re-armed
-  kSafetyInvalidSample = 1U << 5U,  ///< the device lost the hand: zero within 20 ms, then re-armed
+  kSafetyInvalidSample =
+      1U << 5U,  ///< the device lost the hand, or says what no hand does: zero within 20 ms, then re-armed
   kSafetyStopping = 1U << 6U,       ///< shutting down
   kSafetyNotDisplaying = 1U << 7U,  ///< nothing is meant to be felt: an observer, or no session stands
   kSafetyClutched = 1U << 8U,       ///< the hand moves back: zero within 20 ms, ramped in after release

@@ -94,6 +94,7 @@ DeviceSpec SimDevice::default_spec() {
   spec.torque_maximum_n_m = {0.17, "Phantom Premium 1.5/6DOF, roll: Hou, PhD thesis, NTU 2014, table A.1"};
   spec.force_limit_n = 7.0;
   spec.torque_limit_n_m = 0.17;
+  spec.reach_m = 1.5 * Vec3(0.381, 0.267, 0.191).norm();
   return spec;
 }
 

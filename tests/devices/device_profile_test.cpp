@@ -89,6 +89,7 @@ TEST(ShippedProfiles, SimIsTheDefaultSimulatedDevice) {
   EXPECT_EQ(sim.spec.torque_maximum_n_m, expected.torque_maximum_n_m);
   EXPECT_EQ(sim.spec.force_limit_n, expected.force_limit_n);
   EXPECT_EQ(sim.spec.torque_limit_n_m, expected.torque_limit_n_m);
+  EXPECT_EQ(sim.spec.reach_m, expected.reach_m);
   EXPECT_EQ(sim.spec.speed_limit_m_per_s, expected.speed_limit_m_per_s);
   EXPECT_EQ(sim.spec.slew_limit_n_per_s, expected.slew_limit_n_per_s);
   EXPECT_EQ(sim.spec.slew_limit_n_m_per_s, expected.slew_limit_n_m_per_s);

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cstring>
+#include <functional>
 #include <limits>
 #include <stdexcept>
 
@@ -214,6 +215,41 @@ TEST(HapticCore, LostHandIsZeroForceAndToldToTheServer) {
   EXPECT_TRUE(rig.force().isZero(0));
   EXPECT_FALSE(rig.sent().handle_valid);
   EXPECT_EQ(rig.core.counters().invalid_samples, 20U);
+}
+
+TEST(HapticCore, ASampleThatNoHandCanHaveGivenLetsTheForceGoAndIsExplained) {
+  struct Case {
+    const char* expected;
+    std::function<void(ScriptedDevice&)> spoil;
+  };
+  const Case cases[] = {
+      {"time stamp", [](ScriptedDevice& device) { device.has_frozen_clock = true; }},
+      {"orientation", [](ScriptedDevice& device) { device.sample.X_DH.q.coeffs().setZero(); }},
+      {"reach", [](ScriptedDevice& device) { device.sample.X_DH.p = Vec3(1e12, 0, 0); }},
+      {"faster than any hand", [](ScriptedDevice& device) { device.sample.V_DH.w = Vec3(0, 1e6, 0); }},
+  };
+  for (const Case& one : cases) {
+    SCOPED_TRACE(one.expected);
+    HapticRig rig("hold");
+    rig.enter_scene();
+    rig.received.update.wrench_on_hand_W.f = Vec3(0, 0, 2);
+    rig.run(700);
+    ASSERT_EQ(rig.device.last.f.z(), 2);
+    const devices::DeviceSample good = rig.device.sample;
+    one.spoil(rig.device);
+    rig.run(45);  // 20 ms until a time stamp is too old, 20 ms until the force is zero
+    EXPECT_TRUE(rig.device.last.f.isZero(0));
+    EXPECT_FALSE(rig.sent().handle_valid);
+    EXPECT_NE(describe(rig.core.record().sample).find(one.expected), std::string::npos)
+        << describe(rig.core.record().sample);
+    rig.run(1000);
+    EXPECT_TRUE(rig.device.last.f.isZero(0)) << "as long as it lasts";
+    rig.device.sample = good;
+    rig.device.has_frozen_clock = false;
+    rig.run(252);
+    EXPECT_NEAR(rig.device.last.f.z(), 1, 0.02) << "and comes back by the ramp of 0.5 s";
+    EXPECT_TRUE(rig.core.record().sample.reason.empty());
+  }
 }
 
 TEST(HapticCore, OnlyADeviceThatIsReadyIsGivenAForceAndDrives) {

@@ -21,7 +21,7 @@ class ScriptedDevice final : public devices::Device {
   }
   const devices::DeviceSpec& spec() const noexcept override { return spec_; }
   devices::DeviceSample read(LocalTime now) noexcept override {
-    sample.taken = now;
+    if (!has_frozen_clock) sample.taken = now;
     return sample;
   }
   bool write(LocalTime, const Wrench& wrench_on_hand_D) noexcept override {
@@ -34,8 +34,9 @@ class ScriptedDevice final : public devices::Device {
     return true;
   }
 
-  devices::DeviceSample sample;  ///< what the next read() gives
-  Wrench last;                   ///< taken
+  devices::DeviceSample sample;   ///< what the next read() gives
+  Wrench last;                    ///< taken
+  bool has_frozen_clock = false;  ///< samples keep the time stamp that they have
   bool all_finite = true;
   std::atomic<bool> accepts{true};  ///< false: write() is refused
   std::atomic<int> refused{0};
