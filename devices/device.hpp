@@ -27,8 +27,8 @@ bool is_verified(const SourcedLimit& limit) noexcept;
 struct DeviceSpec {
   std::string name;
   int sensed_translations = 3;
-  int sensed_rotations = 3;  ///< 0: the handle's orientation stays as it is
-  int actuated_translations = 3;
+  int sensed_rotations = 3;                             ///< 0: the handle's orientation stays as it is
+  int actuated_translations = 3;                        ///< 0: no force
   int actuated_rotations = 0;                           ///< 0: no torque
   std::uint32_t buttons = kButtonGrab | kButtonClutch;  ///< bits of Button: those that it has
   SourcedLimit force_maximum_n;  ///< of the maker; describes, and bounds the software limit when verified
@@ -42,6 +42,7 @@ struct DeviceSpec {
   double position_step_m = 0;  ///< resolution of the reported pose; 0: exact
   double rotation_step_rad = 0;
 
+  bool has_force() const { return actuated_translations > 0; }
   bool has_torque() const { return actuated_rotations > 0; }
 };
 

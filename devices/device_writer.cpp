@@ -31,14 +31,14 @@ void check_limit(const DeviceSpec& spec, const char* field, double limit, const 
            (verified ? " (" + maximum.source + ")" : " while the device's maximum is unverified"));
 }
 
-/// All that is rendered is in three directions; of rotations a device may lack any.
+/// All that is rendered is in three directions, or nothing is; of rotations a device may lack any.
 void check_axes(const DeviceSpec& spec) {
   const auto check = [&spec](const char* field, int axes, int least) {
     if (axes < least || axes > 3) fail(spec, field, axes, "it must be " + std::to_string(least) + " to 3");
   };
   check("sensed_translations", spec.sensed_translations, 3);
   check("sensed_rotations", spec.sensed_rotations, 0);
-  check("actuated_translations", spec.actuated_translations, 3);
+  if (spec.has_force()) check("actuated_translations", spec.actuated_translations, 3);
   check("actuated_rotations", spec.actuated_rotations, 0);
 }
 
@@ -59,7 +59,7 @@ void check_device_spec(const DeviceSpec& spec) {
 DeviceWriter::DeviceWriter(Device& device) : device_(device) {
   const DeviceSpec& spec = device.spec();
   check_device_spec(spec);
-  force_limit_n_ = spec.force_limit_n;
+  force_limit_n_ = spec.has_force() ? spec.force_limit_n : 0.0;
   torque_limit_n_m_ = spec.has_torque() ? spec.torque_limit_n_m : 0.0;
 }
 
@@ -67,8 +67,9 @@ bool DeviceWriter::write(LocalTime now, const Wrench& wrench_on_hand_D) noexcept
   const bool is_good = is_finite(wrench_on_hand_D);
   const Wrench wanted = is_good ? wrench_on_hand_D : Wrench{};
   const Wrench command{clamped_to_length(wanted.f, force_limit_n_), clamped_to_length(wanted.t, torque_limit_n_m_)};
-  // A device without torque shows none: that is not a clamp worth reporting.
-  was_clamped_ = !is_good || command.f != wanted.f || (torque_limit_n_m_ > 0 && command.t != wanted.t);
+  // A device without force or torque shows none: that is not a clamp worth reporting.
+  was_clamped_ =
+      !is_good || (force_limit_n_ > 0 && command.f != wanted.f) || (torque_limit_n_m_ > 0 && command.t != wanted.t);
   if (!device_.write(now, command)) return false;
   written_ = command;
   return true;

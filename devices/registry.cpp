@@ -18,11 +18,6 @@ bool is_profile(std::string_view name) {
   return std::ranges::find(profiles, name, &DeviceProfile::name) != profiles.end();
 }
 
-const DeviceKind* find_device(std::string_view name) {
-  const auto found = std::ranges::find(device_kinds(), name, &DeviceKind::name);
-  return found != device_kinds().end() ? &*found : nullptr;
-}
-
 }  // namespace
 
 const std::vector<DeviceKind>& device_kinds() {
@@ -34,8 +29,9 @@ const std::vector<DeviceKind>& device_kinds() {
   return kinds;
 }
 
-void check_device_name(std::string_view name) {
-  if (find_device(name) != nullptr) return;
+const DeviceKind& find_device_kind(std::string_view name) {
+  const auto found = std::ranges::find(device_kinds(), name, &DeviceKind::name);
+  if (found != device_kinds().end()) return *found;
   const std::string quoted = "\"" + std::string(name) + "\"";
   if (is_profile(name)) {
     throw std::invalid_argument(quoted + " has no driver in this version; for a simulated hand that holds one use " +
@@ -47,8 +43,7 @@ void check_device_name(std::string_view name) {
 }
 
 std::unique_ptr<Device> open_device(const DeviceOptions& options) {
-  check_device_name(options.name);
-  return find_device(options.name)->open(options);
+  return find_device_kind(options.name).open(options);
 }
 
 }  // namespace tandem::devices

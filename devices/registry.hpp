@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -20,24 +21,40 @@ struct DeviceOptions {
   std::string hand = "rest";       ///< what a simulated hand intends: find_hand_path()
   HandParameters hand_parameters;  ///< of a simulated hand, without the device
   std::uint64_t seed = 1;          ///< of a simulated hand's tremor
+  std::string control = "rate";    ///< what the cap of a spacemouse does: "rate" or "pose"
+  std::filesystem::path firmware;  ///< of a falcon: a file of its maker's; empty: it must be loaded already
+  /// Of a falcon. libnifalcon sends 10000, the maker's driver 3300 to 7500 depending on the pose: ours is below all of them,
+  /// so that a force is rather too weak; calibrate with a weight.
+  double motor_counts_per_n_m = 3000;
+  std::string service = "127.0.0.1:10001";  ///< of an inverse3: where its maker's service listens
+  int realtime_priority = 0;                ///< of the device's thread, where it has one; 0: normal scheduler
+};
+
+/// One that is there.
+struct FoundDevice {
+  std::string where;    ///< which, and at which port
+  std::string problem;  ///< why it cannot be opened, and what would help; empty: it can
 };
 
 /// One kind of device. A folder of devices/ defines one, by a function `DeviceKind NAME_device()`.
 struct DeviceKind {
   std::string_view name;         ///< as on the command line
   std::string_view description;  ///< one line
+  std::string_view profile;      ///< whose limits it has unless another is asked for
   /// Returns at once: what takes time, homing too, happens behind read(), which reports the state meanwhile.
   /// Fails   std::invalid_argument or std::runtime_error, which say what would help
   std::unique_ptr<Device> (*open)(const DeviceOptions& options);
+  /// Those that are plugged in: looks at most for some 100 ms. Null: of one that is no thing.
+  std::vector<FoundDevice> (*find)();
 };
 
 const std::vector<DeviceKind>& device_kinds();
 
 /// Fails   std::invalid_argument for a name that device_kinds() does not have; it names those that exist and, when it
 ///         is the name of a profile or a file with one, how a simulated hand holds such a device
-void check_device_name(std::string_view name);
+const DeviceKind& find_device_kind(std::string_view name);
 
-/// Fails   as check_device_name(), and as the device's own open
+/// Fails   as find_device_kind(), and as the device's own open
 std::unique_ptr<Device> open_device(const DeviceOptions& options);
 
 }  // namespace tandem::devices

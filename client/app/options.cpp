@@ -127,15 +127,25 @@ void add_device_options(CLI::App& app, devices::DeviceOptions& device, std::stri
   app.add_option("--device", device.name, "what the hand holds: " + listed_devices())
       ->capture_default_str()
       ->type_name("NAME");
-  app.add_option(
-         "--profile", profile,
-         "the real device that the simulated hand holds: its limits [N, N*m], axes, encoder steps [m, rad], mass [kg] "
-         "and damping [N*s/m]; a profile of devices/README.md or FILE.json")
-      ->capture_default_str()
+  app.add_option("--profile", profile,
+                 "limits [N, N*m], axes, encoder steps [m, rad], mass [kg] and damping [N*s/m] of the device, or of "
+                 "the one that "
+                 "the simulated hand holds; a profile of devices/README.md or FILE.json; default: the device's own")
       ->type_name("NAME|FILE.json");
   app.add_option("--hand", device.hand,
                  "intended trajectory of the simulated hand: FILE.json or one of " + listed(devices::hand_path_names()))
       ->capture_default_str();
+  app.add_option("--control", device.control, "what the cap of a spacemouse sets: rate or pose of the handle")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"rate", "pose"}).description(""))
+      ->type_name("rate|pose");
+  app.add_option("--firmware", device.firmware, "of a falcon: the file of its maker's, loaded when it has none yet")
+      ->type_name("FILE");
+  add_number(app, "--motor-counts", device.motor_counts_per_n_m, 100, 20000,
+             "of a falcon: what its motors are sent for a torque [counts/(N*m)]; calibrate with a weight", "COUNTS");
+  app.add_option("--service", device.service, "of an inverse3: where its maker's service listens")
+      ->capture_default_str()
+      ->type_name("ADDRESS:PORT");
   devices::HandParameters& hand = device.hand_parameters;
   // The ranges of an experiment file (lab/experiment/experiment.cpp): a run of one is a run of the other.
   add_number(app, "--hand-mass", hand.mass_kg, 0.01, 10, "without the device [kg]", "KG");
@@ -243,9 +253,9 @@ void check_links(const ClientOptions& options, const net::LinkParameters& link) 
 void complete(devices::DeviceOptions& device, const std::string& profile) {
   const char* option = "--device: ";
   try {
-    devices::check_device_name(device.name);
+    const devices::DeviceKind& kind = devices::find_device_kind(device.name);
     option = "--profile: ";
-    device.profile = devices::find_device_profile(profile);
+    device.profile = devices::find_device_profile(profile.empty() ? kind.profile : profile);
   } catch (const std::exception& error) {
     throw std::invalid_argument(option + std::string(error.what()) + "; see --help");
   }
@@ -262,7 +272,7 @@ std::optional<ClientOptions> parse_client_options(int argc, const char* const* a
   CLI::App app{"Joins a shared haptic scene with one device.", "tandem-client"};
   app.footer("Exit code: 0 done, 1 the session was lost, 2 bad set-up.");
   ClientOptions options;
-  std::string profile = "sim";
+  std::string profile;
   net::LinkParameters link;
   bool has_link = false;
   bool is_headless = false;
@@ -285,6 +295,7 @@ std::optional<ClientOptions> parse_client_options(int argc, const char* const* a
   }
   complete(options.device, profile);
   options.device.seed = options.seed;
+  options.device.realtime_priority = options.realtime_priority;
   if (!is_headless) throw std::invalid_argument("the window is not part of this version; add --headless");
   if (has_link) {
     check_links(options, link);

@@ -5,11 +5,12 @@
 namespace tandem::devices {
 
 DeviceKind sim_device() {
-  return {"sim", "a simulated hand that holds the device of --profile",
+  return {"sim", "a simulated hand that holds the device of --profile", "sim",
           [](const DeviceOptions& options) -> std::unique_ptr<Device> {
             return std::make_unique<SimDevice>(options.profile.spec, holding(options.hand_parameters, options.profile),
                                                find_hand_path(options.hand), options.seed);
-          }};
+          },
+          nullptr};
 }
 
 }  // namespace tandem::devices

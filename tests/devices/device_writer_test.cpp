@@ -51,6 +51,16 @@ TEST(DeviceWriter, PassesWhatIsWithinTheLimitsUnchanged) {
   EXPECT_FALSE(writer.was_clamped());
 }
 
+TEST(DeviceWriter, ADeviceWithoutForceIsGivenNoneAndThatIsNoClamp) {
+  RecordingDevice device = verified_device();
+  device.device_spec.actuated_translations = device.device_spec.actuated_rotations = 0;
+  DeviceWriter writer(device);
+  EXPECT_TRUE(writer.write(LocalTime{}, {Vec3(1, 0, 0), Vec3(0, 0.1, 0)}));
+  EXPECT_TRUE(device.last.f.isZero(0));
+  EXPECT_TRUE(device.last.t.isZero(0));
+  EXPECT_FALSE(writer.was_clamped());
+}
+
 TEST(DeviceWriter, ClampsAnyWrenchToTheLimitsWithItsDirectionKept) {
   const char* text = std::getenv("TANDEM_SEED");
   const std::uint64_t seed = text != nullptr ? std::strtoull(text, nullptr, 10) : 4711;

@@ -1,0 +1,69 @@
+// See threaded_device.hpp.
+#include "devices/threaded_device.hpp"
+
+#include <chrono>
+#include <exception>
+#include <utility>
+
+#include "common/realtime/realtime.hpp"
+
+namespace tandem::devices {
+namespace {
+
+constexpr Duration kMaxCommandAge = std::chrono::milliseconds(50);
+// The last packets may be lost with what the device still sends; zero is said this often.
+constexpr int kLastZeros = 3;
+constexpr Duration kWhileAbsent = std::chrono::milliseconds(5);
+
+}  // namespace
+
+ThreadedDevice::ThreadedDevice(std::unique_ptr<DeviceDriver> driver, int realtime_priority)
+    : driver_(std::move(driver)), spec_(driver_->spec()) {
+  thread_ = std::thread([this, realtime_priority] { run(realtime_priority); });
+}
+
+ThreadedDevice::~ThreadedDevice() {
+  should_stop_.store(true, std::memory_order_relaxed);
+  thread_.join();
+}
+
+DeviceSample ThreadedDevice::read(LocalTime /*now*/) noexcept {
+  samples_.poll();
+  return samples_.front();
+}
+
+bool ThreadedDevice::write(LocalTime now, const Wrench& wrench_on_hand_D) noexcept {
+  if (!is_finite(wrench_on_hand_D)) return false;
+  commands_.publish({now, wrench_on_hand_D});
+  return true;
+}
+
+void ThreadedDevice::run(int realtime_priority) {
+  // What is not granted here is not granted to the haptic thread either, which says so.
+  static_cast<void>(realtime::request_realtime(realtime_priority));
+  while (!should_stop_.load(std::memory_order_relaxed)) step(newest_command(SteadyClock().now()));
+  for (int i = 0; i < kLastZeros; ++i) step(Wrench{});
+}
+
+void ThreadedDevice::step(const Wrench& wrench_on_hand_D) noexcept {
+  const LocalTime now = SteadyClock().now();
+  DeviceSample sample;
+  try {
+    sample = driver_->step(now, wrench_on_hand_D);
+  } catch (const std::exception&) {
+    sample.state = DeviceState::kLost;
+    sample.reason = "its driver failed for want of memory or by a fault of its own; start again";
+  }
+  samples_.publish(sample);
+  if (sample.state == DeviceState::kOpening || sample.state == DeviceState::kLost) {
+    std::this_thread::sleep_for(kWhileAbsent);
+  }
+}
+
+Wrench ThreadedDevice::newest_command(LocalTime now) noexcept {
+  commands_.poll();
+  const Command& command = commands_.front();
+  return now - command.given <= kMaxCommandAge ? command.wrench_on_hand_D : Wrench{};
+}
+
+}  // namespace tandem::devices
