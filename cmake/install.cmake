@@ -24,6 +24,8 @@ tandem_data(lab/paths paths)
 tandem_data(lab/links links)
 tandem_data(devices/profiles.json devices/profiles.json)
 
+# udev reads /usr/lib: of another prefix the file is there to be copied.
+install(FILES deploy/udev/70-tandem.rules DESTINATION lib/udev/rules.d)
 install(FILES LICENSE README.md DESTINATION ${CMAKE_INSTALL_DOCDIR})
 
 # The server as a service. The unit names its program and its configuration by the prefix that is chosen at

@@ -20,9 +20,11 @@ constexpr unsigned short kGenericDesktop = 1, kMultiAxisController = 8;
 
 constexpr std::string_view kAbsent = "no SpaceMouse is plugged in; plug one in, or use --device sim";
 constexpr std::string_view kNoRights =
-    "a SpaceMouse is plugged in, but you may not open it; install deploy/udev/70-tandem.rules into /etc/udev/rules.d and "
+    "a SpaceMouse is plugged in, but you may not open it; install deploy/udev/70-tandem.rules into /etc/udev/rules.d "
+    "and "
     "plug it in again";
-constexpr std::string_view kBusy = "a SpaceMouse is plugged in, but does not open; end what else uses it, or plug it in again";
+constexpr std::string_view kBusy =
+    "a SpaceMouse is plugged in, but does not open; end what else uses it, or plug it in again";
 
 struct HidNode {
   std::string path;

@@ -119,7 +119,8 @@ void SpaceMouseDriver::move(LocalTime now) {
 }
 
 Pose SpaceMouseDriver::next_pose(double dt_s) {
-  if (control_ == CapControl::kPose) return {kFullPose_m * cap_.head<3>(), quaternion_of(kFullPose_rad * cap_.tail<3>())};
+  if (control_ == CapControl::kPose)
+    return {kFullPose_m * cap_.head<3>(), quaternion_of(kFullPose_rad * cap_.tail<3>())};
   Pose next = integrate(X_DH_, {kFullRate_m_per_s * cap_.head<3>(), kFullRate_rad_per_s * cap_.tail<3>()}, dt_s);
   next.p = next.p.cwiseMax(-kRoom_m).cwiseMin(kRoom_m);
   return next;

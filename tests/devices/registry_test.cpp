@@ -82,7 +82,7 @@ TEST(DeviceRegistry, ARealDeviceWithoutADriverIsAnsweredWithTheSimulatedOne) {
   options.name = "mine.json";
   EXPECT_THAT(error_of(options), HasSubstr("--device sim --profile mine.json"));
   options.name = "wand";
-  EXPECT_THAT(error_of(options), AllOf(HasSubstr("\"wand\""), HasSubstr("use one of: sim")));
+  EXPECT_THAT(error_of(options), AllOf(HasSubstr("\"wand\""), HasSubstr("use one of: "), HasSubstr("sim, ")));
 }
 
 }  // namespace

@@ -117,8 +117,8 @@ TEST(SpaceMouseReports, AnythingElseChangesNothing) {
   SpaceMouseReports reports;
   reports.take(Bytes{1, 35, 0, 70, 0, 105, 0, 140, 0, 175, 0, 210, 0});
   const Vec6 before = reports.deflection();
-  for (const Bytes& bad : {Bytes{}, Bytes{1}, Bytes{1, 0, 0, 0, 0, 0}, Bytes{2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}, Bytes{3},
-                           Bytes(64, 1)}) {
+  for (const Bytes& bad : {Bytes{}, Bytes{1}, Bytes{1, 0, 0, 0, 0, 0}, Bytes{2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0},
+                           Bytes{3}, Bytes(64, 1)}) {
     EXPECT_EQ(reports.take(bad), Kind::kBad) << bad.size();
   }
   EXPECT_EQ(reports.take(Bytes{0x17, 80, 0}), Kind::kOther) << "battery";

@@ -1,0 +1,310 @@
+// See falcon_driver.hpp.
+#include "devices/falcon/falcon_driver.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <utility>
+
+#include "common/base/buttons.hpp"
+
+namespace tandem::devices {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+
+constexpr Duration kReplyWait = milliseconds(10);
+constexpr Duration kLoaderWait = milliseconds(20);
+constexpr Duration kSilence = milliseconds(100);
+constexpr Duration kOpenAgain = seconds(1);
+constexpr Duration kFirstPause = milliseconds(100), kMaxPause = seconds(2), kRarely = seconds(5);
+constexpr Duration kHomingTimeout = seconds(60);
+constexpr Duration kFrozen = seconds(3);
+constexpr double kFrozenForce_n = 1;
+constexpr int kMaxProbes = 20, kMaxGreetings = 100, kMaxEchoWaits = 10, kMaxAttempts = 10;
+constexpr std::size_t kBlock = 62;
+constexpr std::uint16_t kLoaderLatency_ms = 16, kRunLatency_ms = 1;
+constexpr double kOrigin_m = 0.125;
+constexpr std::array<std::uint8_t, 3> kGreeting{0x0a, 0x43, 0x0d};
+constexpr std::array<std::uint8_t, 4> kGreetingBack{0x0a, 0x44, 0x2c, 0x0d};
+constexpr std::array<std::uint8_t, 1> kFaster{0x41};
+
+constexpr std::string_view kUnplugged = "it was unplugged or lost its power; plug it in again";
+constexpr std::string_view kSilent = "it does not answer any more; check its cable and its power supply";
+constexpr std::string_view kNoFirmware =
+    "it has no firmware; name its maker's file by --firmware FILE (Tandem may not bring it along)";
+constexpr std::string_view kLoading = "its firmware is loaded";
+constexpr std::string_view kLoadAgain = "its firmware did not go through; it is loaded again";
+constexpr std::string_view kNotLoaded =
+    "its firmware could not be loaded ten times over; check --firmware, unplug its power supply and plug it in again";
+constexpr std::string_view kHome = "pull its grip out to you, then push it straight in to the end, until its light is green";
+constexpr std::string_view kNotHomed =
+    "it was not homed within 60 s; pull its grip out to you, then push it straight in to the end";
+constexpr std::string_view kNowhere = "its encoders tell of no place that the grip can be at; home it again: plug it in again";
+constexpr std::string_view kStandsStill =
+    "its encoders do not move by a step although a force is shown; move the grip, or plug it in again";
+
+// The device's own frame: x right, y up, z out towards the user.
+Vec3 in_D(const Vec3& p) {
+  return {p.x(), kOrigin_m - p.z(), p.y()};
+}
+
+Vec3 vector_from_D(const Vec3& v) {
+  return {v.x(), v.z(), -v.y()};
+}
+
+std::uint32_t buttons_of(std::uint8_t bits) {
+  const bool is_grabbing = (bits & kFalconCentre) != 0;
+  const bool is_clutching = (bits & (kFalconLeft | kFalconRight | kFalconForward)) != 0;
+  return (is_grabbing ? kButtonGrab : 0U) | (is_clutching ? kButtonClutch : 0U);
+}
+
+DeviceSpec with_axes_of_a_falcon(DeviceSpec spec) {
+  spec.sensed_rotations = spec.actuated_rotations = 0;
+  spec.buttons = kButtonGrab | kButtonClutch;
+  return spec;
+}
+
+Duration pause_after(int attempts) {
+  if (attempts >= kMaxAttempts) return kRarely;
+  return std::min(kMaxPause, kFirstPause * (1 << std::min(attempts - 1, 10)));
+}
+
+}  // namespace
+
+FalconDriver::FalconDriver(FalconSettings settings, OpenFalcon open, std::unique_ptr<FalconPort> port)
+    : settings_(std::move(settings)),
+      open_(std::move(open)),
+      port_(std::move(port)),
+      velocity_(settings_.spec.position_step_m) {
+  settings_.spec = with_axes_of_a_falcon(settings_.spec);
+}
+
+DeviceSample FalconDriver::step(LocalTime now, const Wrench& wrench_on_hand_D) {
+  switch (phase_) {
+    case Phase::kClosed: open(now); break;
+    case Phase::kProbing: probe(now); break;
+    case Phase::kLoader: greet_loader(now); break;
+    case Phase::kUpload: upload(now); break;
+    case Phase::kRunning: return run(now, wrench_on_hand_D);
+  }
+  return not_ready(now);
+}
+
+DeviceSample FalconDriver::not_ready(LocalTime now) const {
+  DeviceSample sample;
+  sample.taken = now;
+  sample.state = was_open_ ? DeviceState::kLost : DeviceState::kOpening;
+  sample.reason = reason_;
+  return sample;
+}
+
+void FalconDriver::open(LocalTime now) {
+  if (now < next_attempt_) return;
+  next_attempt_ = now + kOpenAgain;
+  std::string_view reason;
+  if (!port_) port_ = open_(reason);
+  if (!port_) {
+    if (!was_open_) reason_ = reason;
+    return;
+  }
+  begin_probing();
+}
+
+bool FalconDriver::set_line(std::uint16_t baud, std::uint16_t latency_ms) {
+  return port_->control(FtdiRequest::kReset, kFtdiPurgeReceived) && port_->control(FtdiRequest::kReset, kFtdiPurgeToSend) &&
+         port_->control(FtdiRequest::kLatency, latency_ms) && port_->control(FtdiRequest::kBaud, baud);
+}
+
+// The purge comes after the change of speed, for what arrives in between is noise.
+void FalconDriver::begin_probing() {
+  phase_ = Phase::kProbing;
+  tries_ = 0;
+  parser_.reset();
+  set_line(kFtdiBaudRun, kRunLatency_ms);
+  port_->control(FtdiRequest::kReset, kFtdiPurgeReceived);
+  port_->control(FtdiRequest::kReset, kFtdiPurgeToSend);
+}
+
+void FalconDriver::probe(LocalTime now) {
+  FalconReply reply;
+  if (exchange(falcon_request(FalconCounts::Zero(), kFalconRed), kReplyWait, reply)) {
+    phase_ = Phase::kRunning;
+    was_open_ = true;
+    attempts_ = 0;
+    replied_ = changed_ = now;
+    has_homing_begun_ = has_pose_ = is_homed_ = is_frozen_ = false;
+    return;
+  }
+  if (!port_) return lose(now, kUnplugged);
+  if (++tries_ < kMaxProbes) return;
+  if (!settings_.firmware.empty()) return begin_loader();
+  phase_ = Phase::kClosed;  // the port stays, and is asked again
+  next_attempt_ = now + kOpenAgain;
+  reason_ = kNoFirmware;
+}
+
+void FalconDriver::begin_loader() {
+  phase_ = Phase::kLoader;
+  tries_ = 0;
+  next_attempt_ = {};
+  if (attempts_ == 0) reason_ = kLoading;
+  set_line(kFtdiBaudLoader, kLoaderLatency_ms);
+  port_->control(FtdiRequest::kLine, kFtdi8N1);
+  port_->control(FtdiRequest::kFlow, kFtdiNoFlow);
+  port_->control(FtdiRequest::kModem, kFtdiRtsLow);
+  port_->control(FtdiRequest::kModem, kFtdiDtrLow);
+  port_->control(FtdiRequest::kModem, kFtdiDtrHigh);
+}
+
+void FalconDriver::greet_loader(LocalTime now) {
+  if (now < next_attempt_) return;
+  if (!port_->write(kGreeting)) return lose(now, kUnplugged);
+  const int length = port_->read(bytes_, kLoaderWait);
+  if (length < 0) return lose(now, kUnplugged);
+  const std::span read = std::span(bytes_).first(static_cast<std::size_t>(length));
+  // A zero may come before it.
+  if (read.size() < kGreetingBack.size() || !std::ranges::equal(read.last(kGreetingBack.size()), kGreetingBack)) {
+    if (++tries_ >= kMaxGreetings) fail(now, kLoadAgain);
+    return;
+  }
+  port_->control(FtdiRequest::kModem, kFtdiDtrLow);
+  port_->control(FtdiRequest::kBaud, kFtdiBaudUpload);
+  const bool is_fast = port_->write(kFaster) && port_->read(bytes_, kLoaderWait) == 1 && bytes_[0] == kFaster[0];
+  if (!is_fast) return fail(now, kLoadAgain);
+  phase_ = Phase::kUpload;
+  uploaded_ = echoed_ = 0;
+  tries_ = 0;
+}
+
+void FalconDriver::upload(LocalTime now) {
+  const std::span firmware(settings_.firmware);
+  if (echoed_ == firmware.size()) return begin_probing();
+  if (uploaded_ == echoed_) {
+    const std::size_t size = std::min(kBlock, firmware.size() - uploaded_);
+    if (!port_->write(firmware.subspan(uploaded_, size))) return lose(now, kUnplugged);
+    uploaded_ += size;
+    tries_ = 0;
+  }
+  const int length = port_->read(bytes_, kLoaderWait);
+  if (length < 0) return lose(now, kUnplugged);
+  const auto count = static_cast<std::size_t>(length);
+  const bool is_same = count <= uploaded_ - echoed_ &&
+                       std::ranges::equal(std::span(bytes_).first(count), firmware.subspan(echoed_, count));
+  if (!is_same || ++tries_ > kMaxEchoWaits) return fail(now, kLoadAgain);
+  echoed_ += count;
+}
+
+void FalconDriver::fail(LocalTime now, std::string_view reason) {
+  ++attempts_;
+  reason_ = attempts_ >= kMaxAttempts ? kNotLoaded : reason;
+  begin_loader();
+  next_attempt_ = now + pause_after(attempts_);
+}
+
+void FalconDriver::lose(LocalTime now, std::string_view reason) {
+  port_.reset();
+  phase_ = Phase::kClosed;
+  reason_ = reason;
+  next_attempt_ = now + kOpenAgain;
+  was_open_ = true;
+  attempts_ = 0;
+  has_pose_ = is_homed_ = false;
+  force_n_ = 0;
+  velocity_.reset();
+}
+
+/// False: no reply; the port is gone when the line failed.
+bool FalconDriver::exchange(const FalconPacket& packet, Duration longest, FalconReply& reply) {
+  bool has_reply = false;
+  int length = port_->write(packet) ? port_->read(bytes_, longest) : -1;
+  // The newest counts; what is cut off in the middle is ended by the next read.
+  for (; length > 0; length = port_->read(bytes_, has_reply ? Duration{0} : longest)) {
+    for (const std::uint8_t byte : std::span(bytes_).first(static_cast<std::size_t>(length))) {
+      if (const auto one = parser_.take(byte)) {
+        reply = *one;
+        has_reply = true;
+      }
+    }
+    if (has_reply) return true;
+  }
+  if (length < 0) port_.reset();
+  return has_reply && port_ != nullptr;
+}
+
+DeviceSample FalconDriver::run(LocalTime now, const Wrench& wrench_on_hand_D) {
+  const bool may_push = is_homed_ && has_pose_ && !is_frozen_;
+  const FalconCounts motors = may_push ? motors_for(wrench_on_hand_D) : FalconCounts(FalconCounts::Zero());
+  force_n_ = motors.isZero() ? 0 : wrench_on_hand_D.f.norm();
+  const std::uint8_t light = is_homed_ ? kFalconGreen : kFalconRed;
+  FalconReply reply;
+  const bool has_reply = exchange(falcon_request(motors, light | kFalconHome), kReplyWait, reply);
+  if (!port_) {
+    lose(now, kUnplugged);
+    return not_ready(now);
+  }
+  if (has_reply) {
+    replied_ = now;
+    return sample_of(now, reply);
+  }
+  if (now - replied_ > kSilence) {
+    lose(now, kSilent);
+    return not_ready(now);
+  }
+  // The last one, with its time: it grows too old, and the force goes.
+  return is_homed_ ? last_ : homing_sample(now);
+}
+
+FalconCounts FalconDriver::motors_for(const Wrench& wrench_on_hand_D) {
+  const auto torques = falcon_torques(p_m_, vector_from_D(wrench_on_hand_D.f));
+  return torques ? falcon_motor_counts(*torques, settings_.motor_counts_per_n_m) : FalconCounts(FalconCounts::Zero());
+}
+
+DeviceSample FalconDriver::sample_of(LocalTime now, const FalconReply& reply) {
+  is_homed_ = (reply.bits & kFalconHomed) == kFalconHomed;
+  if (!is_homed_) {
+    has_pose_ = false;
+    return homing_sample(now);
+  }
+  has_homing_begun_ = false;
+  note_encoders(now, reply.encoders);
+  const Vec3 angles = falcon_angles(reply.encoders);
+  auto p = falcon_forward(angles, p_m_);
+  if (!p) p = falcon_forward(angles);
+  has_pose_ = p.has_value();
+  last_ = {};
+  last_.taken = now;
+  last_.state = DeviceState::kReady;
+  if (!p || is_frozen_) {
+    last_.reason = is_frozen_ ? kStandsStill : kNowhere;
+    velocity_.reset();
+    return last_;
+  }
+  p_m_ = *p;
+  last_.is_valid = true;
+  last_.X_DH.p = in_D(*p);
+  last_.V_DH = velocity_.add(now, last_.X_DH);
+  last_.buttons = buttons_of(reply.bits);
+  return last_;
+}
+
+void FalconDriver::note_encoders(LocalTime now, const FalconCounts& encoders) {
+  const bool has_moved = encoders != encoders_;
+  encoders_ = encoders;
+  if (has_moved) is_frozen_ = false;
+  if (has_moved || (force_n_ < kFrozenForce_n && !is_frozen_)) changed_ = now;
+  if (now - changed_ > kFrozen) is_frozen_ = true;
+}
+
+DeviceSample FalconDriver::homing_sample(LocalTime now) {
+  if (!has_homing_begun_) homing_since_ = now;
+  has_homing_begun_ = true;
+  const bool is_late = now - homing_since_ > kHomingTimeout;
+  DeviceSample sample;
+  sample.taken = now;
+  sample.state = is_late ? DeviceState::kLost : DeviceState::kHoming;
+  sample.reason = is_late ? kNotHomed : kHome;
+  return sample;
+}
+
+}  // namespace tandem::devices

@@ -1,0 +1,42 @@
+// The serial line to a Falcon, as its FTDI bridge gives it: the seam between the driver and libusb.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "common/base/time.hpp"
+#include "devices/registry.hpp"
+
+namespace tandem::devices {
+
+/// Vendor requests of the bridge, and their values.
+enum class FtdiRequest : std::uint8_t { kReset = 0, kModem = 1, kFlow = 2, kBaud = 3, kLine = 4, kLatency = 9 };
+inline constexpr std::uint16_t kFtdiReset = 0, kFtdiPurgeReceived = 1, kFtdiPurgeToSend = 2;
+inline constexpr std::uint16_t kFtdiDtrHigh = 0x0101, kFtdiDtrLow = 0x0100, kFtdiRtsLow = 0x0200;
+inline constexpr std::uint16_t kFtdiBaudLoader = 0x4138, kFtdiBaudUpload = 0x0015, kFtdiBaudRun = 0x0002;
+inline constexpr std::uint16_t kFtdi8N1 = 0x0008, kFtdiNoFlow = 0;
+
+/// An open device. Closed by its destructor.
+class FalconPort {
+ public:
+  virtual ~FalconPort() = default;
+  /// False: not done.
+  virtual bool control(FtdiRequest request, std::uint16_t value) = 0;
+  /// Starts to send; waits for what is under way before. At most 64 bytes. False: not sent, or the device is gone.
+  virtual bool write(std::span<const std::uint8_t> bytes) = 0;
+  /// Out   bytes, without the bridge's status; 0: none came within `longest`; below 0: the device is gone
+  virtual int read(std::span<std::uint8_t> bytes, Duration longest) = 0;
+};
+
+/// Opens the first device that there is. Null: none; `reason` says why, and what would help.
+using OpenFalcon = std::function<std::unique_ptr<FalconPort>(std::string_view& reason)>;
+
+/// By libusb.
+std::unique_ptr<FalconPort> open_falcon_usb_port(std::string_view& reason);
+std::vector<FoundDevice> find_falcons();
+
+}  // namespace tandem::devices
