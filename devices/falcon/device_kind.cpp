@@ -19,7 +19,8 @@ std::vector<std::uint8_t> firmware_of(const std::filesystem::path& path) {
   if (!file.is_open() || bytes.empty()) {
     throw std::runtime_error(named + " cannot be read or is empty; name the firmware file that came with the device");
   }
-  if (bytes.size() > kMaxFirmware) throw std::runtime_error(named + " has more than 64 KiB; it is no Falcon's firmware");
+  if (bytes.size() > kMaxFirmware)
+    throw std::runtime_error(named + " has more than 64 KiB; it is no Falcon's firmware");
   return bytes;
 }
 
@@ -36,7 +37,8 @@ std::unique_ptr<Device> open_falcon(const DeviceOptions& options) {
 }  // namespace
 
 DeviceKind falcon_device() {
-  return {"falcon", "a Novint Falcon: three axes, 8 N; --firmware, --motor-counts", "falcon", open_falcon, find_falcons};
+  return {"falcon", "a Novint Falcon: three axes, 8 N; --firmware, --motor-counts", "falcon", open_falcon,
+          find_falcons};
 }
 
 }  // namespace tandem::devices

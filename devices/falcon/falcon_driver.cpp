@@ -37,10 +37,12 @@ constexpr std::string_view kLoading = "its firmware is loaded";
 constexpr std::string_view kLoadAgain = "its firmware did not go through; it is loaded again";
 constexpr std::string_view kNotLoaded =
     "its firmware could not be loaded ten times over; check --firmware, unplug its power supply and plug it in again";
-constexpr std::string_view kHome = "pull its grip out to you, then push it straight in to the end, until its light is green";
+constexpr std::string_view kHome =
+    "pull its grip out to you, then push it straight in to the end, until its light is green";
 constexpr std::string_view kNotHomed =
     "it was not homed within 60 s; pull its grip out to you, then push it straight in to the end";
-constexpr std::string_view kNowhere = "its encoders tell of no place that the grip can be at; home it again: plug it in again";
+constexpr std::string_view kNowhere =
+    "its encoders tell of no place that the grip can be at; home it again: plug it in again";
 constexpr std::string_view kStandsStill =
     "its encoders do not move by a step although a force is shown; move the grip, or plug it in again";
 
@@ -82,11 +84,20 @@ FalconDriver::FalconDriver(FalconSettings settings, OpenFalcon open, std::unique
 
 DeviceSample FalconDriver::step(LocalTime now, const Wrench& wrench_on_hand_D) {
   switch (phase_) {
-    case Phase::kClosed: open(now); break;
-    case Phase::kProbing: probe(now); break;
-    case Phase::kLoader: greet_loader(now); break;
-    case Phase::kUpload: upload(now); break;
-    case Phase::kRunning: return run(now, wrench_on_hand_D);
+    case Phase::kClosed:
+      open(now);
+      break;
+    case Phase::kProbing:
+      probe(now);
+      break;
+    case Phase::kLoader:
+      greet_loader(now);
+      break;
+    case Phase::kUpload:
+      upload(now);
+      break;
+    case Phase::kRunning:
+      return run(now, wrench_on_hand_D);
   }
   return not_ready(now);
 }
@@ -112,8 +123,9 @@ void FalconDriver::open(LocalTime now) {
 }
 
 bool FalconDriver::set_line(std::uint16_t baud, std::uint16_t latency_ms) {
-  return port_->control(FtdiRequest::kReset, kFtdiPurgeReceived) && port_->control(FtdiRequest::kReset, kFtdiPurgeToSend) &&
-         port_->control(FtdiRequest::kLatency, latency_ms) && port_->control(FtdiRequest::kBaud, baud);
+  return port_->control(FtdiRequest::kReset, kFtdiPurgeReceived) &&
+         port_->control(FtdiRequest::kReset, kFtdiPurgeToSend) && port_->control(FtdiRequest::kLatency, latency_ms) &&
+         port_->control(FtdiRequest::kBaud, baud);
 }
 
 // The purge comes after the change of speed, for what arrives in between is noise.

@@ -24,7 +24,8 @@ constexpr Duration kCloseTimeout = std::chrono::milliseconds(200);
 
 constexpr std::string_view kAbsent = "no Falcon is plugged in; plug it in, with its power supply, or use --device sim";
 constexpr std::string_view kNoRights =
-    "a Falcon is plugged in, but you may not open it; install deploy/udev/70-tandem.rules into /etc/udev/rules.d and plug "
+    "a Falcon is plugged in, but you may not open it; install deploy/udev/70-tandem.rules into /etc/udev/rules.d and "
+    "plug "
     "it in again";
 constexpr std::string_view kBusy = "a Falcon is plugged in, but another program has it; end that, then start again";
 constexpr std::string_view kNoUsb = "USB cannot be used on this machine (libusb does not start); use --device sim";
@@ -138,7 +139,8 @@ void FalconUsbPort::prepare(Transfer& transfer, unsigned char endpoint, libusb_t
   transfer.port = this;
   transfer.transfer = libusb_alloc_transfer(0);
   if (transfer.transfer == nullptr) throw std::bad_alloc();
-  libusb_fill_bulk_transfer(transfer.transfer, handle_, endpoint, transfer.buffer.data(), kUsbPacket, done, &transfer, 0);
+  libusb_fill_bulk_transfer(transfer.transfer, handle_, endpoint, transfer.buffer.data(), kUsbPacket, done, &transfer,
+                            0);
 }
 
 bool FalconUsbPort::submit(Transfer& transfer, std::size_t length) {
@@ -187,8 +189,8 @@ void FalconUsbPort::work(Duration longest, Done is_done) {
 
 bool FalconUsbPort::control(FtdiRequest request, std::uint16_t value) {
   constexpr std::uint8_t kVendorOut = 0x40;  // vendor's request to the device, towards it
-  const int sent = libusb_control_transfer(handle_, kVendorOut, static_cast<std::uint8_t>(request), value, 0, nullptr, 0,
-                                           kControlTimeout_ms);
+  const int sent = libusb_control_transfer(handle_, kVendorOut, static_cast<std::uint8_t>(request), value, 0, nullptr,
+                                           0, kControlTimeout_ms);
   if (sent == LIBUSB_ERROR_NO_DEVICE) is_gone_ = true;
   if (request == FtdiRequest::kReset && value == kFtdiPurgeReceived) received_.clear();
   return sent == 0;

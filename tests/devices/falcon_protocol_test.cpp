@@ -114,8 +114,13 @@ TEST(FalconKinematics, KnowsThePosesOnTheAxis) {
     double z_m, theta_deg;
     int count;
   };
-  for (const Pose& pose : {Pose{0.075, -18.32, -1463}, {0.080, -11.80, -1284}, {0.110, 16.19, -516}, {0.125, 27.71, -200},
-                           {0.150, 47.24, 336}, {0.155, 51.55, 454}, {0.180, 82.68, 1308}}) {
+  for (const Pose& pose : {Pose{0.075, -18.32, -1463},
+                           {0.080, -11.80, -1284},
+                           {0.110, 16.19, -516},
+                           {0.125, 27.71, -200},
+                           {0.150, 47.24, 336},
+                           {0.155, 51.55, 454},
+                           {0.180, 82.68, 1308}}) {
     const auto angles = falcon_inverse({0, 0, pose.z_m});
     ASSERT_TRUE(angles) << pose.z_m;
     for (int leg = 0; leg < 3; ++leg) {

@@ -20,13 +20,13 @@
 namespace tandem::devices {
 
 struct FalconFaults {
-  int greetings_ignored = 0;          ///< of the loader, at first
-  bool greets_with_zero = false;      ///< a 00 before its answer
-  int uploads_corrupted = 0;          ///< of the first so many one byte comes back wrong
-  bool stops_in_upload = false;       ///< after 1000 bytes it says nothing more
-  bool sends_garbage = false;         ///< before each reply
-  bool splits_replies = false;        ///< over three packets of the bus
-  int replies_delayed_by = 0;         ///< packets of the bus without data before each
+  int greetings_ignored = 0;      ///< of the loader, at first
+  bool greets_with_zero = false;  ///< a 00 before its answer
+  int uploads_corrupted = 0;      ///< of the first so many one byte comes back wrong
+  bool stops_in_upload = false;   ///< after 1000 bytes it says nothing more
+  bool sends_garbage = false;     ///< before each reply
+  bool splits_replies = false;    ///< over three packets of the bus
+  int replies_delayed_by = 0;     ///< packets of the bus without data before each
   bool has_frozen_encoders = false;
   bool is_mute = false;
   bool is_unplugged = false;

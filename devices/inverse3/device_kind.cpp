@@ -1,0 +1,50 @@
+// The device "inverse3" as the registry knows it.
+#include <chrono>
+#include <stdexcept>
+
+#include "devices/inverse3/inverse3_driver.hpp"
+#include "devices/registry.hpp"
+
+namespace tandem::devices {
+namespace {
+
+constexpr Duration kLook = std::chrono::milliseconds(300);
+
+/// What a service says within a moment.
+DeviceSample look_at(Inverse3Driver& driver) {
+  const SteadyClock clock;
+  const LocalTime end = clock.now() + kLook;
+  DeviceSample sample;
+  bool is_decided = false;
+  while (!is_decided && clock.now() < end) {
+    sample = driver.step(clock.now(), {});
+    is_decided = sample.state == DeviceState::kReady || !sample.reason.empty();
+  }
+  return sample;
+}
+
+std::unique_ptr<Device> open_inverse3(const DeviceOptions& options) {
+  auto driver = std::make_unique<Inverse3Driver>(options.profile.spec, inverse3_endpoint(options.service));
+  const DeviceSample sample = look_at(*driver);
+  if (sample.state != DeviceState::kReady && !sample.reason.empty()) {
+    throw std::runtime_error("device inverse3, " + options.service + ": " + std::string(sample.reason) +
+                             "; without one use --device sim");
+  }
+  return std::make_unique<ThreadedDevice>(std::move(driver), options.realtime_priority);
+}
+
+std::vector<FoundDevice> find_inverse3() {
+  const std::string service = DeviceOptions().service;
+  Inverse3Driver driver(DeviceSpec{}, inverse3_endpoint(service));
+  if (look_at(driver).state != DeviceState::kReady) return {};
+  return {{"its service at " + service, ""}};
+}
+
+}  // namespace
+
+DeviceKind inverse3_device() {
+  return {"inverse3", "a Haply Inverse3: three axes, by its maker's service; --service", "inverse3", open_inverse3,
+          find_inverse3};
+}
+
+}  // namespace tandem::devices

@@ -1,0 +1,178 @@
+// See inverse3_driver.hpp.
+#include "devices/inverse3/inverse3_driver.hpp"
+
+#include <boost/asio/ip/address.hpp>
+#include <boost/beast/core/flat_buffer.hpp>
+#include <boost/beast/core/tcp_stream.hpp>
+#include <boost/beast/websocket.hpp>
+#include <charconv>
+#include <chrono>
+#include <stdexcept>
+#include <utility>
+
+namespace tandem::devices {
+namespace {
+
+namespace asio = boost::asio;
+namespace beast = boost::beast;
+namespace websocket = beast::websocket;
+using boost::system::error_code;
+
+constexpr Duration kWait = std::chrono::milliseconds(10);
+constexpr Duration kConnectAgain = std::chrono::seconds(1);
+constexpr Duration kSilence = std::chrono::seconds(2);
+constexpr std::size_t kMaxMessage = std::size_t{1} << 20U;
+
+constexpr std::string_view kNoService =
+    "its service does not listen; start it (systemctl start haply-inverse-service), or name another by --service";
+constexpr std::string_view kNoWebSocket = "what listens there is not the Inverse3's service; check --service";
+constexpr std::string_view kClosed = "its service has ended the connection; start it again";
+constexpr std::string_view kSilent = "its service says nothing; look whether it runs, and plug the device in again";
+constexpr std::string_view kNoDevice = "its service knows of no Inverse3, or says what cannot be read; plug the device in";
+
+}  // namespace
+
+/// One connection. Handlers hold it, so that what was abandoned ends by itself.
+struct Inverse3Driver::Link {
+  explicit Link(asio::io_context& io) : stream(io) {}
+
+  websocket::stream<beast::tcp_stream> stream;
+  beast::flat_buffer buffer;
+  std::string command;
+  bool is_open = false;
+  bool is_sending = false;
+};
+
+asio::ip::tcp::endpoint inverse3_endpoint(const std::string& service) {
+  const std::size_t colon = service.rfind(':');
+  const std::string host = service.substr(0, colon == std::string::npos ? 0 : colon);
+  const char* const end = service.data() + service.size();
+  std::uint16_t port = 0;
+  const auto [next, problem] = std::from_chars(end - (service.size() - host.size() - 1), end, port);
+  error_code error;
+  const asio::ip::address address = asio::ip::make_address(host, error);
+  if (host.empty() || error || problem != std::errc() || next != end || port == 0 || !address.is_loopback()) {
+    throw std::invalid_argument("--service: '" + service +
+                                "' must be an address of this machine and a port, for example 127.0.0.1:10001");
+  }
+  return {address, port};
+}
+
+Inverse3Driver::Inverse3Driver(DeviceSpec spec, asio::ip::tcp::endpoint service)
+    : spec_(std::move(spec)), service_(std::move(service)) {
+  spec_.actuated_rotations = 0;
+}
+
+Inverse3Driver::~Inverse3Driver() {
+  if (link_) beast::get_lowest_layer(link_->stream).close();
+  link_.reset();
+}
+
+DeviceSample Inverse3Driver::step(LocalTime now, const Wrench& wrench_on_hand_D) {
+  if (!link_) connect(now);
+  if (link_ && is_new_ && !link_->is_sending) send(wrench_on_hand_D);
+  work();
+  if (is_taken_) heard_ = now;
+  if (link_ && now - heard_ > kSilence) fail(state_ ? kSilent : kNoDevice);
+  return sample(now);
+}
+
+void Inverse3Driver::connect(LocalTime now) {
+  if (now < next_attempt_) return;
+  next_attempt_ = now + kConnectAgain;
+  heard_ = now;
+  const auto link = link_ = std::make_shared<Link>(io_);
+  beast::get_lowest_layer(link->stream).async_connect(service_, [this, link](const error_code& error) {
+    if (link != link_) return;
+    if (error) return fail(kNoService);
+    beast::get_lowest_layer(link->stream).socket().set_option(asio::ip::tcp::no_delay(true));
+    link->stream.read_message_max(kMaxMessage);
+    link->stream.async_handshake(service_.address().to_string() + ":" + std::to_string(service_.port()), "/",
+                                 [this, link](const error_code& refused) {
+                                   if (link != link_) return;
+                                   if (refused) return fail(kNoWebSocket);
+                                   link->is_open = true;
+                                   read_next(link);
+                                 });
+  });
+}
+
+void Inverse3Driver::read_next(const std::shared_ptr<Link>& link) {
+  link->stream.async_read(link->buffer, [this, link](const error_code& error, std::size_t) {
+    if (link != link_) return;
+    if (error) return fail(kClosed);
+    const auto bytes = link->buffer.data();
+    take({static_cast<const char*>(bytes.data()), bytes.size()});
+    link->buffer.consume(bytes.size());
+    read_next(link);
+  });
+}
+
+void Inverse3Driver::take(std::string_view text) {
+  auto state = read_inverse3_state(text);
+  if (!state) return;
+  is_new_ = true;
+  is_taken_ = is_taken_ || state->cursor_m.has_value();
+  if (state_ && !state->cursor_m) state->cursor_m = state_->cursor_m;
+  // A grip need not be told of each time.
+  if (state_ && !state->grip) {
+    state->grip = state_->grip;
+    state->buttons = state_->buttons;
+  }
+  state_ = std::move(state);
+}
+
+void Inverse3Driver::send(const Wrench& wrench_on_hand_D) {
+  const Vec3 force_n = is_finite(wrench_on_hand_D.f) && was_ready_ ? wrench_on_hand_D.f : Vec3(Vec3::Zero());
+  const auto link = link_;
+  link->command = inverse3_command(state_->device_id, force_n);
+  link->is_sending = true;
+  is_new_ = false;
+  link->stream.async_write(asio::buffer(link->command), [this, link](const error_code& error, std::size_t) {
+    link->is_sending = false;
+    if (link == link_ && error) fail(kClosed);
+  });
+}
+
+/// Until a state comes, or for some milliseconds.
+void Inverse3Driver::work() {
+  const SteadyClock clock;
+  const LocalTime end = clock.now() + kWait;
+  io_.restart();
+  for (Duration left = kWait; link_ && !is_taken_ && left > Duration{0}; left = end - clock.now()) io_.run_one_for(left);
+}
+
+void Inverse3Driver::fail(std::string_view reason) {
+  reason_ = reason;
+  beast::get_lowest_layer(link_->stream).close();
+  link_.reset();
+  state_.reset();
+  is_new_ = is_taken_ = has_last_ = false;
+}
+
+DeviceSample Inverse3Driver::not_ready(LocalTime now) const {
+  DeviceSample sample;
+  sample.taken = now;
+  sample.state = was_ready_ ? DeviceState::kLost : DeviceState::kOpening;
+  sample.reason = reason_;
+  return sample;
+}
+
+DeviceSample Inverse3Driver::sample(LocalTime now) {
+  if (!link_ || !state_) return not_ready(now);
+  if (!is_taken_ && has_last_) return last_;
+  if (!is_taken_) return not_ready(now);
+  has_last_ = true;
+  is_taken_ = false;
+  was_ready_ = true;
+  if (!origin_m_) origin_m_ = state_->cursor_m;
+  last_.taken = now;
+  last_.state = DeviceState::kReady;
+  last_.is_valid = true;
+  last_.X_DH = {*state_->cursor_m - *origin_m_, state_->grip.value_or(Quat::Identity())};
+  last_.V_DH.v = state_->cursor_m_per_s;
+  last_.buttons = state_->buttons;
+  return last_;
+}
+
+}  // namespace tandem::devices
