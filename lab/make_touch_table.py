@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
 """Makes the table of lab/README.md: what each stage shows of each case, against the server's own touch at zero delay.
 
-Usage: lab/make_touch_table.py [--lab PROGRAM] [--out DIR] [--seeds 30] [--other-seeds 5] [--write]
-Prints the table; with --write it also replaces the one in lab/README.md. What is in DIR from an earlier run is not run
+Usage: lab/make_touch_table.py [--lab PROGRAM] [--out DIR] [--seeds 30] [--other-seeds 5]
+       [--cases NAME,...] [--write]
+Prints the table; with --write it also replaces the one in lab/README.md, or of some cases their rows in it. What is in DIR from an earlier run is not run
 again. Exit code: 0 done, 1 tandem-lab failed, 2 wrong arguments.
 """
 
@@ -25,14 +26,14 @@ LINK = ["--set", "link.rtt_ms=100", "--set", "link.jitter_ms=10", "--set", "link
 LONG_SILENCE_MS = 110
 
 
-def trials(lab, out, stages, seeds):
+def trials(lab, out, stages, cases, seeds):
     """Rows by stage and case."""
-    command = [lab, "run", *CASES, "--single", "--json", "--truth-alone", "--stage", ",".join(stages),
+    command = [lab, "run", *cases, "--single", "--json", "--truth-alone", "--stage", ",".join(stages),
                "--seeds", str(seeds), "--out", str(out / stages[0])]
     done = subprocess.run(command + LINK, stdout=subprocess.PIPE, check=False)
     if done.returncode > 1:
         sys.exit(f"make_touch_table: {' '.join(command)} ended with {done.returncode}")
-    rows = {stage: {case: [] for case in CASES} for stage in stages}
+    rows = {stage: {case: [] for case in cases} for stage in stages}
     for row in json.loads(done.stdout)["trials"]:
         rows[row["stage"]][row["experiment"]].append(row)
     return rows
@@ -77,15 +78,29 @@ def other_cell(rows):
     return f"{error} {outcomes(rows)}".strip()
 
 
-def table(default, others, seeds, other_seeds):
+def row_of(case, default, others):
+    cells = default_cells(default[case]) + [other_cell(others[stage][case]) for stage in OTHERS]
+    return "| " + " | ".join([f"`{case}`", *cells]) + " |"
+
+
+def table(default, others, cases, seeds, other_seeds):
     lines = [f"{seeds} seeds of the default stage, {other_seeds} of the others; mean, in brackets the worst.", "",
              "| case | error of the path, % of the peak | of the torque, % | least force of the hold / truth's "
              "| calm, mm/s | step, N/ms | made, mJ | silent seeds: step at the return, N/ms | not completed | "
              + " | ".join(f"{stage}: error, %" for stage in OTHERS) + " |",
              "|" + "---|" * (9 + len(OTHERS))]
-    for case in CASES:
-        cells = default_cells(default[case]) + [other_cell(others[stage][case]) for stage in OTHERS]
-        lines.append("| " + " | ".join([f"`{case}`", *cells]) + " |")
+    return "\n".join(lines + [row_of(case, default, others) for case in cases])
+
+
+def with_rows(text, rows):
+    """The text with the table's rows of some cases replaced."""
+    lines = text.split("\n")
+    for row in rows:
+        case = row.split("|")[1]
+        places = [i for i, line in enumerate(lines) if line.startswith(f"|{case}|") and line.count("|") == row.count("|")]
+        if len(places) != 1:
+            sys.exit(f"make_touch_table: {README} has {len(places)} rows of{case}; make the whole table first")
+        lines[places[0]] = row
     return "\n".join(lines)
 
 
@@ -103,16 +118,23 @@ def main():
     parser.add_argument("--out", type=pathlib.Path, default=pathlib.Path("out/touch-table"), help="folder of the trials")
     parser.add_argument("--seeds", type=int, default=30, help="of the default stage")
     parser.add_argument("--other-seeds", type=int, default=5, help="of each other stage")
-    parser.add_argument("--write", action="store_true", help="replace the table of lab/README.md")
+    parser.add_argument("--cases", default=",".join(CASES), metavar="NAME,...", help="of the table's, all if not said")
+    parser.add_argument("--write", action="store_true", help="replace the table of lab/README.md, or these rows of it")
     options = parser.parse_args()
     if not pathlib.Path(options.lab).is_file():
         parser.error(f"--lab {options.lab}: no such program; build it first (README.md)")
-    default = trials(options.lab, options.out, [DEFAULT], options.seeds)[DEFAULT]
-    others = trials(options.lab, options.out, OTHERS, options.other_seeds)
-    text = table(default, others, options.seeds, options.other_seeds)
+    cases = options.cases.split(",")
+    if set(cases) - set(CASES):
+        parser.error(f"--cases {options.cases}: the table has {', '.join(CASES)}")
+    default = trials(options.lab, options.out, [DEFAULT], cases, options.seeds)[DEFAULT]
+    others = trials(options.lab, options.out, OTHERS, cases, options.other_seeds)
+    text = table(default, others, cases, options.seeds, options.other_seeds)
     print(text)
-    if options.write:
-        README.write_text(replaced(README.read_text(encoding="utf-8"), text), encoding="utf-8")
+    if not options.write:
+        return
+    readme = README.read_text(encoding="utf-8")
+    rows = text.split("\n")[-len(cases):]
+    README.write_text(replaced(readme, text) if cases == CASES else with_rows(readme, rows), encoding="utf-8")
 
 
 if __name__ == "__main__":

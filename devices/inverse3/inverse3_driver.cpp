@@ -28,7 +28,8 @@ constexpr std::string_view kNoService =
 constexpr std::string_view kNoWebSocket = "what listens there is not the Inverse3's service; check --service";
 constexpr std::string_view kClosed = "its service has ended the connection; start it again";
 constexpr std::string_view kSilent = "its service says nothing; look whether it runs, and plug the device in again";
-constexpr std::string_view kNoDevice = "its service knows of no Inverse3, or says what cannot be read; plug the device in";
+constexpr std::string_view kNoDevice =
+    "its service knows of no Inverse3, or says what cannot be read; plug the device in";
 
 }  // namespace
 
@@ -139,7 +140,8 @@ void Inverse3Driver::work() {
   const SteadyClock clock;
   const LocalTime end = clock.now() + kWait;
   io_.restart();
-  for (Duration left = kWait; link_ && !is_taken_ && left > Duration{0}; left = end - clock.now()) io_.run_one_for(left);
+  for (Duration left = kWait; link_ && !is_taken_ && left > Duration{0}; left = end - clock.now())
+    io_.run_one_for(left);
 }
 
 void Inverse3Driver::fail(std::string_view reason) {

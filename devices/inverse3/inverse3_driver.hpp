@@ -53,8 +53,8 @@ class Inverse3Driver final : public DeviceDriver {
   LocalTime heard_{};
   std::string_view reason_;
   bool was_ready_ = false;
-  bool is_new_ = false;     ///< a state came that no command answers yet
-  bool is_taken_ = false;   ///< … and that no sample tells yet
+  bool is_new_ = false;    ///< a state came that no command answers yet
+  bool is_taken_ = false;  ///< … and that no sample tells yet
   std::optional<Inverse3State> state_;
   std::optional<Vec3> origin_m_;
   DeviceSample last_;

@@ -102,7 +102,8 @@ class FakeService {
                                     if (error) return;
                                     take(beast::buffers_to_string(connection->buffer.data()));
                                     connection->buffer.clear();
-                                    if (hangs_up.exchange(false)) return beast::get_lowest_layer(connection->stream).close();
+                                    if (hangs_up.exchange(false))
+                                      return beast::get_lowest_layer(connection->stream).close();
                                     say(connection);
                                   });
   }
@@ -154,26 +155,29 @@ TEST(Inverse3Messages, ReadsAStateAndWritesACommandAsTheServiceHasThem) {
   EXPECT_EQ(state->cursor_m, Vec3(1, 2.5, -0.3));
   EXPECT_EQ(state->cursor_m_per_s, Vec3::Zero());
   EXPECT_FALSE(state->grip);
-  EXPECT_EQ(inverse3_command(state->device_id, Vec3(1, 0, -2)),
-            R"({"inverse3":[{"device_id":"0417","commands":{"set_cursor_force":{"values":{"x":1E0,"y":0E0,"z":-2E0}}}}]})");
+  EXPECT_EQ(
+      inverse3_command(state->device_id, Vec3(1, 0, -2)),
+      R"({"inverse3":[{"device_id":"0417","commands":{"set_cursor_force":{"values":{"x":1E0,"y":0E0,"z":-2E0}}}}]})");
 }
 
 TEST(Inverse3Messages, AnythingElseIsNoState) {
-  for (const char* text : {"", "{", "[]", "null", "{}", R"({"inverse3":[]})", R"({"inverse3":{}})", R"({"inverse3":[7]})",
-                           R"({"inverse3":[{"state":{}}]})", R"({"inverse3":[{"device_id":[]}]})",
-                           R"({"inverse3":[{"device_id":{"a":1},"state":{"cursor_position":{"x":1,"y":2,"z":3}}}]})"}) {
+  for (const char* text :
+       {"", "{", "[]", "null", "{}", R"({"inverse3":[]})", R"({"inverse3":{}})", R"({"inverse3":[7]})",
+        R"({"inverse3":[{"state":{}}]})", R"({"inverse3":[{"device_id":[]}]})",
+        R"({"inverse3":[{"device_id":{"a":1},"state":{"cursor_position":{"x":1,"y":2,"z":3}}}]})"}) {
     EXPECT_FALSE(read_inverse3_state(text)) << text;
   }
   EXPECT_FALSE(read_inverse3_state(std::string(100'000, '[')));
-  const auto half = read_inverse3_state(R"({"inverse3":[{"device_id":3,"state":{"cursor_position":{"x":"1","y":2,"z":3}}}]})");
+  const auto half =
+      read_inverse3_state(R"({"inverse3":[{"device_id":3,"state":{"cursor_position":{"x":"1","y":2,"z":3}}}]})");
   ASSERT_TRUE(half);
   EXPECT_FALSE(half->cursor_m);
 }
 
 TEST(Inverse3Service, MustBeOfThisMachine) {
   EXPECT_EQ(inverse3_endpoint("127.0.0.1:10001").port(), 10001);
-  for (const char* bad : {"", ":", "10001", "127.0.0.1", "127.0.0.1:", "127.0.0.1:0", "127.0.0.1:70000", "192.0.2.1:10001",
-                          "127.0.0.1:10001x", "example.org:10001"}) {
+  for (const char* bad : {"", ":", "10001", "127.0.0.1", "127.0.0.1:", "127.0.0.1:0", "127.0.0.1:70000",
+                          "192.0.2.1:10001", "127.0.0.1:10001x", "example.org:10001"}) {
     EXPECT_THROW(inverse3_endpoint(bad), std::invalid_argument) << bad;
   }
 }

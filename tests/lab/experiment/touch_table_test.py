@@ -33,6 +33,12 @@ class TouchTable(unittest.TestCase):
         with self.assertRaises(SystemExit):
             TABLE.replaced("a b", "new")
 
+    def test_a_row_of_one_case_replaces_that_row_alone(self):
+        text = "|a|b|\n| `wall` | 1 |\n| `push` | 2 |\n| `push` | other | table |"
+        self.assertEqual(TABLE.with_rows(text, ["| `push` | 3 |"]), text.replace("| `push` | 2 |", "| `push` | 3 |"))
+        with self.assertRaises(SystemExit):
+            TABLE.with_rows(text, ["| `mass` | 3 |"])
+
     def test_every_case_is_shipped_and_the_readme_has_a_row_of_each_and_of_no_other(self):
         for case in TABLE.CASES:
             self.assertTrue((LAB / "experiments" / f"{case}.json").is_file(), case)
