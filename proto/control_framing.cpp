@@ -105,7 +105,7 @@ bool FrameReader::feed(std::span<const std::byte> bytes) {
     bytes = bytes.subspan(taken.size());
     if (buffer_.size() - frame_ < kFrameLengthBytes) continue;
     const std::size_t payload_size = payload_size_at(frame_);
-    if (payload_size > kMaxControlBytes) {
+    if (payload_size > max_payload_bytes_) {
       is_broken_ = true;
       return false;
     }
@@ -115,7 +115,7 @@ bool FrameReader::feed(std::span<const std::byte> bytes) {
 }
 
 std::optional<std::span<const std::byte>> FrameReader::next() {
-  if (read_ == frame_) return std::nullopt;
+  if (!has_next()) return std::nullopt;
   const std::size_t payload_size = payload_size_at(read_);
   const std::span<const std::byte> payload(buffer_.data() + read_ + kFrameLengthBytes, payload_size);
   read_ += kFrameLengthBytes + payload_size;

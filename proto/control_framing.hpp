@@ -17,6 +17,8 @@ namespace tandem::proto {
 inline constexpr std::size_t kFrameLengthBytes = 4;
 /// Larger frames end the connection before anything is allocated for them.
 inline constexpr std::size_t kMaxControlBytes = 256 * 1024;
+/// Likewise of a client's, which are short: what is not read costs nothing.
+inline constexpr std::size_t kMaxClientControlBytes = 4096;
 /// Bytes of an asset in one AssetChunk.
 inline constexpr std::size_t kAssetChunkBytes = 64 * 1024;
 /// Bytes of the hash that names an asset.
@@ -34,16 +36,20 @@ void append_frame(const google::protobuf::MessageLite& message, Bytes& out);
 /// Cost    amortised O(1) a byte; holds what was fed and not yet taken, so take all frames after each feed()
 class FrameReader {
  public:
-  /// Adds bytes as they came. False once a frame announced more than kMaxControlBytes: close the stream. The
+  explicit FrameReader(std::size_t max_payload_bytes = kMaxControlBytes) : max_payload_bytes_(max_payload_bytes) {}
+
+  /// Adds bytes as they came. False once a frame announced more than max_payload_bytes: close the stream. The
   /// whole frames before that one can still be taken.
   bool feed(std::span<const std::byte> bytes);
   /// The next whole frame's payload, valid until the next call of feed() or next().
   std::optional<std::span<const std::byte>> next();
+  bool has_next() const { return read_ != frame_; }
 
  private:
   std::size_t payload_size_at(std::size_t frame) const;
   void drop_taken_bytes();
 
+  std::size_t max_payload_bytes_;
   Bytes buffer_;           ///< taken frames | whole frames | the beginning of one more
   std::size_t read_ = 0;   ///< where the first whole frame starts
   std::size_t frame_ = 0;  ///< where the unfinished frame starts

@@ -22,6 +22,10 @@ std::optional<UserRole> role_of(wire::Role role) {
   return std::nullopt;
 }
 
+std::string whole(double number) {
+  return std::to_string(static_cast<int>(number));
+}
+
 constexpr std::size_t kMaxProgramBytes = 200;
 constexpr int kMaxCapabilities = 32;
 
@@ -32,34 +36,57 @@ void SessionHub::Impl::take_control_bytes(Connection& connection, std::span<cons
     end(connection, wire::DISCONNECT_PROTOCOL_ERROR, "a control message was too long");
     return;
   }
+  serve(connection, now);
+}
+
+/// What waits of it, as far as its turn goes; the rest stays in the reader.
+void SessionHub::Impl::serve(Connection& connection, LocalTime now) {
   wire::ClientControl message;
-  while (connection.state != ConnectionState::kClosed) {
-    const auto payload = connection.reader.next();
-    if (!payload) return;
-    if (!proto::parse_control(*payload, message)) {
+  while (connection.state != ConnectionState::kClosed && connection.reader.has_next() && has_turn(connection, now)) {
+    if (!proto::parse_control(*connection.reader.next(), message)) {
       end(connection, wire::DISCONNECT_PROTOCOL_ERROR, "a control message could not be read");
       return;
     }
     connection.last_heard = now;
     if (!can_afford(connection, message, now)) {
       end(connection, wire::DISCONNECT_PROTOCOL_ERROR,
-          "too many control messages: at most 100 a second, and 200 at once");
+          "too many control messages: at most " + whole(kControlRate.per_second) + " a second, and " +
+              whole(kControlRate.at_once) + " at once");
       return;
     }
     handle(connection, message, now);
   }
 }
 
-/// A bucket of messages: who sends more than a program with a person in front of it could costs all others their states.
-/// What a client sends by itself at its own pace, state over TCP and requests for assets, counts a twentieth.
+/// Those who wait, beginning behind the one that was served last, so that each has its turn.
+void SessionHub::Impl::serve_waiting(LocalTime now) {
+  const auto serve_range = [this, now](auto from, auto to) {
+    for (; from != to && turn.has_some(now); ++from) {
+      if (!from->second->reader.has_next()) continue;
+      served_last = from->first;
+      serve(*from->second, now);
+    }
+  };
+  const auto next = connections.upper_bound(served_last);
+  serve_range(next, connections.end());
+  serve_range(connections.begin(), next);
+}
+
+/// Who has joined does not wait for what others of his address have used.
+bool SessionHub::Impl::has_turn(const Connection& connection, LocalTime now) const {
+  if (!turn.has_some(now) || !connection.turn.has_some(now)) return false;
+  return !connection.is_half_open() || connection.address->control.has_some(now);
+}
+
+/// Who sends more than a program with a person in front of it could, costs all others their states.
 bool SessionHub::Impl::can_afford(Connection& connection, const wire::ClientControl& message, LocalTime now) {
-  constexpr double kPerSecond = 100, kAtOnce = 200, kOwnPace = 0.05;
-  const bool is_first = connection.budget_at == LocalTime{};
-  const double earned = is_first ? kAtOnce : kPerSecond * to_seconds(now - connection.budget_at);
-  connection.control_budget = std::min(kAtOnce, connection.control_budget + earned);
-  connection.budget_at = now;
-  connection.control_budget -= message.has_state_datagram() || message.has_get_asset() ? kOwnPace : 1.0;
-  return connection.control_budget >= 0;
+  const bool has_own_pace = message.has_state_datagram() || message.has_get_asset();
+  const double price = has_own_pace ? kOwnPace : 1.0;
+  const double work = message.has_get_asset() || message.has_join() ? kBigAnswer : 1.0;
+  turn.take(work, now);
+  connection.turn.take(work, now);
+  connection.address->control.take(message.has_join() ? kJoinPrice : price, now);
+  return connection.control.take(price, now);
 }
 
 void SessionHub::Impl::handle(Connection& connection, const wire::ClientControl& message, LocalTime now) {
@@ -265,14 +292,29 @@ void SessionHub::Impl::set_parameter(Connection& connection, const wire::ClientC
 }
 
 /// Each the value for the own tool.
-void SessionHub::Impl::announce_parameter(const Connection& setter, std::uint32_t request,
+void SessionHub::Impl::announce_parameter(Connection& setter, std::uint32_t request,
                                           const proto::CouplingField& field) {
+  const auto index = static_cast<std::size_t>(&field - proto::kCouplingFields.data());
   for (const auto& [handle, user] : connections) {
-    if (!user->is_in(*setter.seats)) continue;
-    wire::ServerControl answer = parameter_set(field, setter.seats->coupling_in_force(user->seat));
-    if (user.get() == &setter) answer.set_request(request);
-    send(*user, answer);
+    if (!user->is_in(*setter.seats) || user.get() == &setter) continue;
+    user->changed_parameters.set(index);
+    tell_parameters(*user);
   }
+  wire::ServerControl answer = parameter_set(field, setter.seats->coupling_in_force(setter.seat));
+  answer.set_request(request);
+  send(setter, answer);
+}
+
+/// The newest of each, as soon as the user reads what came before: however many others set, he has no more to read.
+void SessionHub::Impl::tell_parameters(Connection& connection) {
+  if (connection.changed_parameters.none() ||
+      transport.queued_control_bytes(connection.handle) > kMaxQueuedBeforeParameters)
+    return;
+  const haptics::CouplingParameters in_force = connection.seats->coupling_in_force(connection.seat);
+  for (std::size_t i = 0; i < proto::kCouplingFields.size(); ++i) {
+    if (connection.changed_parameters.test(i)) send(connection, parameter_set(proto::kCouplingFields[i], in_force));
+  }
+  connection.changed_parameters.reset();
 }
 
 }  // namespace tandem::server

@@ -1,6 +1,8 @@
 #include "server/session/session_hub.hpp"
 
+#include <algorithm>
 #include <stdexcept>
+#include <utility>
 
 #include "server/session/session_hub_impl.hpp"
 
@@ -33,12 +35,44 @@ SessionHub::Impl::Impl(SessionHub& hub, HubSettings hub_settings, const std::vec
   }
 }
 
-void SessionHub::Impl::refuse_when_full(Connection& connection, LocalTime now) {
-  connection.connected = now;
-  connection.last_heard = now;
-  if (connections.size() <= settings.max_connections) return;
-  refuse(connection, 0, wire::ERROR_SERVER_FULL,
-         "the server has its " + std::to_string(settings.max_connections) + " connections; try later");
+/// Who has joined keeps his place; of those who have not, the oldest goes first, and of the address that has most of them.
+void SessionHub::Impl::make_room(Connection& newcomer) {
+  const bool is_full = connections.size() > settings.max_connections;
+  if (!is_full && half_open_of(*newcomer.address) <= kMaxHalfOpen) return;
+  const AddressUse& crowded = is_full ? most_half_open(newcomer) : *newcomer.address;
+  if (Connection* oldest = oldest_half_open(crowded, newcomer)) {
+    end(*oldest, wire::DISCONNECT_REFUSED, "did not join, and newer connections need the place");
+  } else if (is_full) {
+    refuse(newcomer, 0, wire::ERROR_SERVER_FULL,
+           "the server has its " + std::to_string(settings.max_connections) + " connections; try later");
+  }
+}
+
+std::size_t SessionHub::Impl::half_open_of(const AddressUse& address) const {
+  return static_cast<std::size_t>(std::ranges::count_if(connections, [&address](const auto& entry) {
+    return entry.second->address == &address && entry.second->is_half_open();
+  }));
+}
+
+Connection* SessionHub::Impl::oldest_half_open(const AddressUse& address, const Connection& but) {
+  for (const auto& [handle, connection] : connections) {  // in the order of their coming
+    const bool is_candidate = connection.get() != &but && connection->is_half_open();
+    if (is_candidate && connection->address == &address) return connection.get();
+  }
+  return nullptr;
+}
+
+/// Not counting `but`, which has just come.
+AddressUse& SessionHub::Impl::most_half_open(const Connection& but) {
+  AddressUse* most = but.address;
+  std::size_t count = half_open_of(*most) - 1;
+  for (auto& [name, address] : addresses) {
+    const std::size_t candidates = &address == but.address ? 0 : half_open_of(address);
+    if (candidates <= count) continue;
+    most = &address;
+    count = candidates;
+  }
+  return *most;
 }
 
 proto::DropReason SessionHub::Impl::take_datagram(std::span<const std::byte> datagram, LocalTime now,
@@ -59,6 +93,11 @@ proto::DropReason SessionHub::Impl::take_datagram(std::span<const std::byte> dat
   const proto::DropReason reason = connection.stream->receive(header, datagram, now);
   if (reason != proto::DropReason::kNone) return reason;
   connection.last_heard = now;
+  if (!connection.updates.take(1, now)) {
+    end(connection, wire::DISCONNECT_PROTOCOL_ERROR,
+        "too many client updates: at most " + std::to_string(static_cast<int>(kUpdateRate.per_second)) + " a second");
+    return proto::DropReason::kNotAllowed;
+  }
   accepted = connection.handle;
   return proto::DropReason::kNone;
 }
@@ -69,7 +108,6 @@ void SessionHub::Impl::send_newest_update(Connection& connection, LocalTime now)
   // What the seat's previous user was not sent any more.
   if (output.front().user != connection.seat.user) return;
   take_room_update(connection, output.front());
-  if (connection.state != ConnectionState::kActive) return;
   const bool is_blocked = connection.state_over_tcp && transport.queued_control_bytes(connection.handle) > 0;
   counters.bodies_thinned +=
       connection.stream->send(output.front().update, is_blocked, now,
@@ -98,16 +136,16 @@ void SessionHub::Impl::deliver_events(RoomSeats& seats) {
   }
 }
 
-/// Tells the user what it changes of the coupling.
+/// What it changes of the coupling, the user is told after all have their states.
 void SessionHub::Impl::take_room_update(Connection& connection, const UserUpdate& update) {
   RoomSeats& seats = *connection.seats;
   const Seat seat = connection.seat;
   const haptics::CouplingParameters before = seats.coupling_in_force(seat);
   seats.on_update(seat, update);
   const haptics::CouplingParameters after = seats.coupling_in_force(seat);
-  for (const proto::CouplingField& field : proto::kCouplingFields) {
-    if (connection.state != ConnectionState::kActive) return;
-    if (before.*field.value != after.*field.value) send(connection, parameter_set(field, after));
+  for (std::size_t i = 0; i < proto::kCouplingFields.size(); ++i) {
+    const auto value = proto::kCouplingFields[i].value;
+    if (before.*value != after.*value) connection.changed_parameters.set(i);
   }
 }
 
@@ -116,10 +154,14 @@ void SessionHub::Impl::end_overdue(Connection& connection, LocalTime now) {
     if (now - connection.last_heard < settings.silence_timeout) return;
     end(connection, wire::DISCONNECT_SILENCE,
         "nothing heard for " + std::to_string(settings.silence_timeout / std::chrono::milliseconds(1)) + " ms");
-  } else if (now - connection.connected >= settings.hello_timeout) {
-    end(connection, wire::DISCONNECT_SILENCE,
-        "did not join within " + std::to_string(settings.hello_timeout / std::chrono::milliseconds(1)) + " ms");
+    return;
   }
+  const bool has_greeted = connection.state == ConnectionState::kJoining;
+  const Duration allowed = has_greeted ? settings.join_timeout : settings.hello_timeout;
+  if (now - connection.connected < allowed) return;
+  end(connection, wire::DISCONNECT_SILENCE,
+      std::string(has_greeted ? "did not join" : "said no hello") + " within " +
+          std::to_string(allowed / std::chrono::milliseconds(1)) + " ms");
 }
 
 void SessionHub::Impl::send(Connection& connection, const wire::ServerControl& message) {
@@ -165,7 +207,8 @@ void SessionHub::Impl::forget(Connection& connection, wire::DisconnectReason rea
     log("closed", connection.label() + " closed: " + text);
     return;
   }
-  log("left", connection.label() + " left room " + connection.seats->room().name() + ": " + text);
+  log("left", connection.label() + " left room " + connection.seats->room().name() + ": " + text + "; " +
+      std::to_string(connection.stream->taken()) + " inputs taken");
   const haptics::CouplingParameters before = connection.seats->coupling();
   connection.seats->leave(connection.seat);
   for (const proto::CouplingField& field : proto::kCouplingFields) {
@@ -175,12 +218,22 @@ void SessionHub::Impl::forget(Connection& connection, wire::DisconnectReason rea
 }
 
 void SessionHub::Impl::sweep() {
-  std::erase_if(connections, [](const auto& entry) { return entry.second->state == ConnectionState::kClosed; });
+  const auto gone = std::erase_if(connections, [](const auto& entry) {
+    const bool is_closed = entry.second->state == ConnectionState::kClosed;
+    if (is_closed) --entry.second->address->connections;
+    return is_closed;
+  });
+  // An address is remembered until what it has used is earned again: coming anew does not help.
+  if (gone == 0 && addresses.size() <= connections.size()) return;
+  std::erase_if(addresses, [this](auto& entry) {
+    return entry.second.connections == 0 && entry.second.control.is_full(called_at);
+  });
 }
 
 Connection* SessionHub::Impl::find(ConnectionHandle handle) {
   const auto found = connections.find(handle);
-  return found == connections.end() ? nullptr : found->second.get();
+  const bool is_there = found != connections.end() && found->second->state != ConnectionState::kClosed;
+  return is_there ? found->second.get() : nullptr;
 }
 
 SessionHub::SessionHub(HubSettings settings, const std::vector<Room*>& rooms, ServerTransport& transport)
@@ -188,20 +241,26 @@ SessionHub::SessionHub(HubSettings settings, const std::vector<Room*>& rooms, Se
 
 SessionHub::~SessionHub() = default;
 
-void SessionHub::on_connected(ConnectionHandle connection, LocalTime now) {
+void SessionHub::on_connected(ConnectionHandle connection, LocalTime now, const std::string& address) {
+  impl_->called_at = now;
   auto& entry = impl_->connections[connection];
   entry = std::make_unique<Connection>();
   entry->handle = connection;
-  impl_->refuse_when_full(*entry, now);
+  entry->connected = entry->last_heard = now;
+  entry->address = &impl_->addresses[address];
+  ++entry->address->connections;
+  impl_->make_room(*entry);
   impl_->sweep();
 }
 
 void SessionHub::on_control_bytes(ConnectionHandle connection, std::span<const std::byte> bytes, LocalTime now) {
+  impl_->called_at = now;
   if (Connection* found = impl_->find(connection)) impl_->take_control_bytes(*found, bytes, now);
   impl_->sweep();
 }
 
-void SessionHub::on_disconnected(ConnectionHandle connection, LocalTime) {
+void SessionHub::on_disconnected(ConnectionHandle connection, LocalTime now) {
+  impl_->called_at = now;
   if (Connection* found = impl_->find(connection)) {
     impl_->forget(*found, wire::DISCONNECT_CONNECTION_LOST, "the connection was lost");
   }
@@ -210,25 +269,37 @@ void SessionHub::on_disconnected(ConnectionHandle connection, LocalTime) {
 
 ConnectionHandle SessionHub::on_datagram(std::span<const std::byte> datagram, LocalTime now,
                                          const std::function<bool(ConnectionHandle)>& may_belong_to) {
+  impl_->called_at = now;
   ConnectionHandle accepted = 0;
   impl_->counters.count_received(impl_->take_datagram(datagram, now, may_belong_to, accepted));
   return accepted;
 }
 
 void SessionHub::poll(LocalTime now) {
-  for (const auto& seats : impl_->rooms) impl_->deliver_events(*seats);
+  impl_->called_at = now;
   for (const auto& [handle, connection] : impl_->connections) {
     if (connection->state == ConnectionState::kActive) impl_->send_newest_update(*connection, now);
+  }
+  for (const auto& seats : impl_->rooms) impl_->deliver_events(*seats);
+  for (const auto& [handle, connection] : impl_->connections) {
+    if (connection->state == ConnectionState::kActive) impl_->tell_parameters(*connection);
     if (connection->state != ConnectionState::kClosed) impl_->end_overdue(*connection, now);
   }
+  impl_->serve_waiting(now);
   impl_->sweep();
 }
 
-void SessionHub::stop(LocalTime) {
+void SessionHub::stop(LocalTime now) {
+  impl_->called_at = now;
   for (const auto& [handle, connection] : impl_->connections) {
     impl_->end(*connection, wire::DISCONNECT_SERVER_STOPPING, "the server is stopping");
   }
   impl_->sweep();
+}
+
+bool SessionHub::is_behind(ConnectionHandle connection) const {
+  const Connection* found = impl_->find(connection);
+  return found != nullptr && found->reader.has_next();
 }
 
 ConnectionState SessionHub::state_of(ConnectionHandle connection) const {

@@ -15,6 +15,7 @@
 #include "common/base/time.hpp"
 #include "proto/datagram_channel.hpp"
 #include "server/room/room.hpp"
+#include "server/session/limits.hpp"
 
 namespace tandem::server {
 
@@ -38,16 +39,14 @@ class ServerTransport {
   virtual void close(ConnectionHandle connection) = 0;
 };
 
-/// A reader that leaves more than this unread is disconnected (DISCONNECT_SLOW).
-inline constexpr std::size_t kMaxQueuedControlBytes = 1024 * 1024;
-
 /// States of a connection (proto/STATES.md). kClosed: unknown, or ended.
 enum class ConnectionState : std::uint8_t { kGreeting, kJoining, kActive, kClosed };
 std::string_view name_of(ConnectionState state);
 
 struct HubSettings {
   Duration silence_timeout{std::chrono::milliseconds(1500)};  ///< after joining: no state and no control for this long
-  Duration hello_timeout{std::chrono::seconds(5)};            ///< from connecting to having joined
+  Duration hello_timeout{std::chrono::seconds(2)};            ///< from connecting to hello
+  Duration join_timeout{std::chrono::seconds(5)};             ///< from connecting to having joined
   std::size_t max_connections = 64;
   std::uint16_t datagram_port = 0;
   /// Draws connection ids. They must not be guessed, so live: cryptographic (LiveServer); a seeded one is for trials.
@@ -65,7 +64,8 @@ class SessionHub {
   SessionHub(HubSettings settings, const std::vector<Room*>& rooms, ServerTransport& transport);
   ~SessionHub();
 
-  void on_connected(ConnectionHandle connection, LocalTime now);
+  /// In      address  where it comes from, without a port: those of one address share limits
+  void on_connected(ConnectionHandle connection, LocalTime now, const std::string& address = "");
   void on_control_bytes(ConnectionHandle connection, std::span<const std::byte> bytes, LocalTime now);
   /// The TCP connection is gone; the user leaves its room and what it held is let go.
   void on_disconnected(ConnectionHandle connection, LocalTime now);
@@ -75,12 +75,14 @@ class SessionHub {
   ConnectionHandle on_datagram(std::span<const std::byte> datagram, LocalTime now,
                                const std::function<bool(ConnectionHandle)>& may_belong_to);
 
-  /// Sends every update that a room has published since the last call, delivers room events, and ends what has
-  /// been silent for too long.
+  /// Sends every update that a room has published since the last call, then delivers room events, ends what has been
+  /// silent for too long, and serves control messages that wait, one connection after the other (limits.hpp).
   void poll(LocalTime now);
   /// Says goodbye to everybody (DISCONNECT_SERVER_STOPPING).
   void stop(LocalTime now);
 
+  /// Messages of that connection wait for a later turn: read no more of it until then.
+  bool is_behind(ConnectionHandle connection) const;
   ConnectionState state_of(ConnectionHandle connection) const;
   std::size_t connection_count() const;
   std::size_t user_count() const;

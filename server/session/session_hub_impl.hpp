@@ -3,6 +3,7 @@
 //   session_control.cpp  what a client's control messages ask for
 #pragma once
 
+#include <bitset>
 #include <map>
 #include <memory>
 #include <optional>
@@ -18,6 +19,12 @@
 
 namespace tandem::server {
 
+/// What the connections of one address share.
+struct AddressUse {
+  net::TokenBucket control{kAddressControlRate};
+  std::size_t connections = 0;
+};
+
 struct Connection {
   ConnectionHandle handle = 0;
   ConnectionState state = ConnectionState::kGreeting;
@@ -25,21 +32,25 @@ struct Connection {
   std::uint8_t epoch = 0;
   LocalTime connected{};
   LocalTime last_heard{};
-  proto::FrameReader reader;
+  AddressUse* address = nullptr;
+  proto::FrameReader reader{proto::kMaxClientControlBytes};
+  net::TokenBucket control{kControlRate};
+  net::TokenBucket turn{kConnectionTurn};
   bool state_over_tcp = false;
-  double control_budget = 0;  ///< of messages, as of `budget_at`; see can_afford()
-  LocalTime budget_at{};
 
   // kActive
   std::string user_name;
   RoomSeats* seats = nullptr;
   Seat seat;
   std::optional<StateStream> stream;
+  net::TokenBucket updates{kUpdateRate};
+  std::bitset<proto::kCouplingFields.size()> changed_parameters;  ///< coefficients that others set, or a grip changed
 
   std::string label() const {
     if (seats == nullptr) return "connection " + std::to_string(handle);
     return "user " + std::to_string(seat.user.value) + " " + quoted(user_name);
   }
+  bool is_half_open() const { return state == ConnectionState::kGreeting || state == ConnectionState::kJoining; }
   bool is_in(const RoomSeats& room) const { return state == ConnectionState::kActive && seats == &room; }
 };
 
@@ -51,7 +62,10 @@ struct SessionHub::Impl {
 
   // session_control.cpp
   void take_control_bytes(Connection& connection, std::span<const std::byte> bytes, LocalTime now);
-  static bool can_afford(Connection& connection, const wire::ClientControl& message, LocalTime now);
+  void serve(Connection& connection, LocalTime now);
+  void serve_waiting(LocalTime now);
+  bool has_turn(const Connection& connection, LocalTime now) const;
+  bool can_afford(Connection& connection, const wire::ClientControl& message, LocalTime now);
   void handle(Connection& connection, const wire::ClientControl& message, LocalTime now);
   bool handle_in_any_state(Connection& connection, const wire::ClientControl& message);
   bool handle_active(Connection& connection, const wire::ClientControl& message, LocalTime now);
@@ -63,10 +77,14 @@ struct SessionHub::Impl {
   std::string room_names() const;
   void grab_or_release(Connection& connection, const wire::ClientControl& message);
   void set_parameter(Connection& connection, const wire::ClientControl& message);
-  void announce_parameter(const Connection& setter, std::uint32_t request, const proto::CouplingField& field);
+  void announce_parameter(Connection& setter, std::uint32_t request, const proto::CouplingField& field);
+  void tell_parameters(Connection& connection);
 
   // session_hub.cpp
-  void refuse_when_full(Connection& connection, LocalTime now);
+  void make_room(Connection& newcomer);
+  Connection* oldest_half_open(const AddressUse& address, const Connection& but);
+  AddressUse& most_half_open(const Connection& but);
+  std::size_t half_open_of(const AddressUse& address) const;
   proto::DropReason take_datagram(std::span<const std::byte> datagram, LocalTime now,
                                   const std::function<bool(ConnectionHandle)>& may_belong_to,
                                   ConnectionHandle& accepted);
@@ -96,6 +114,10 @@ struct SessionHub::Impl {
   std::unordered_map<ConnectionId, Connection*> active;
   HubCounters counters;
   proto::Bytes frame_out;
+  std::map<std::string, AddressUse> addresses;
+  net::TokenBucket turn{kTurn};
+  ConnectionHandle served_last = 0;
+  LocalTime called_at{};  ///< the call under way
 };
 
 }  // namespace tandem::server

@@ -25,6 +25,7 @@ proto::DropReason StateStream::receive(const proto::DatagramHeader& header, std:
   const proto::DropReason reason = channel_.receive(header, datagram, now, input, read);
   if (reason != proto::DropReason::kNone) return reason;
   mode_ = input.mode;
+  ++taken_;
   // An observer's updates only say that it is there and where; they never reach the world.
   if (has_tool(seat_.role) && seats_.room().input(seat_.index).publish(input)) {
     counters_.received_drops.add(proto::DropReason::kOverwritten);

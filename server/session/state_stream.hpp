@@ -20,6 +20,8 @@ class StateStream {
               proto::ChannelCounters& counters);
 
   bool is_for(const proto::DatagramHeader& header) const { return channel_.is_for(header); }
+  /// Client updates that were taken, so far.
+  std::uint64_t taken() const { return taken_; }
   /// Gives the client update in the datagram to the room, or says why it is dropped.
   proto::DropReason receive(const proto::DatagramHeader& header, std::span<const std::byte> datagram, LocalTime now);
   /// Sends what the room has published, unless it is suppressed or paced.
@@ -38,6 +40,7 @@ class StateStream {
   proto::ChannelCounters& counters_;
   proto::DatagramChannel channel_;
   proto::ServerUpdateEncoder encoder_;
+  std::uint64_t taken_ = 0;
   proto::ClientMode mode_ = proto::ClientMode::kHandle;  ///< of the newest client update
   TickFaults unsent_faults_ = 0;                         ///< of steps that nothing was sent of
   proto::ServerUpdate sent_;                             ///< last, as published; only where it may suppress the next

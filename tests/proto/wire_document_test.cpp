@@ -124,6 +124,7 @@ TEST(WireDocument, ConstantsAreThoseOfTheCode) {
                                                {"kMaxSequenceJump", kMaxSequenceJump},
                                                {"kFrameLengthBytes", kFrameLengthBytes},
                                                {"kMaxControlBytes", kMaxControlBytes},
+                                               {"kMaxClientControlBytes", kMaxClientControlBytes},
                                                {"kAssetChunkBytes", kAssetChunkBytes},
                                                {"kAssetHashBytes", kAssetHashBytes},
                                                {"kMaxBodies", kMaxBodies},

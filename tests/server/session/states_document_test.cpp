@@ -155,6 +155,10 @@ const std::map<std::string, Event>& events() {
          s.send([](auto& message) { message.mutable_ping(); });
        }},
       {"one connection too many", [](Subject&) {}},
+      {"pushed out by newer connections",
+       [](Subject& s) {
+         for (std::size_t i = 0; i < kMaxHalfOpen; ++i) s.bench.connect();
+       }},
   };
   return kEvents;
 }

@@ -1,0 +1,43 @@
+// How much of something may be asked for, on average and at once.
+#pragma once
+
+#include <algorithm>
+
+#include "common/base/time.hpp"
+
+namespace tandem::net {
+
+struct Rate {
+  double per_second = 0;
+  double at_once = 0;
+};
+
+/// A bucket of `at_once` tokens that starts full and fills by `per_second`.
+///
+/// Thread  any, one at a time; no allocation
+class TokenBucket {
+ public:
+  explicit TokenBucket(Rate rate) : rate_(rate), tokens_(rate.at_once) {}
+
+  /// True while anything is left; what is then taken may cost more than that, and is owed.
+  bool has_some(LocalTime now) const { return tokens_at(now) > 0; }
+  bool is_full(LocalTime now) const { return tokens_at(now) >= rate_.at_once; }
+  /// Says whether there was as much.
+  bool take(double cost, LocalTime now) {
+    tokens_ = tokens_at(now) - cost;
+    at_ = now;
+    return tokens_ >= 0;
+  }
+
+ private:
+  double tokens_at(LocalTime now) const {
+    if (at_ == LocalTime{}) return tokens_;
+    return std::min(rate_.at_once, tokens_ + rate_.per_second * to_seconds(now - at_));
+  }
+
+  Rate rate_;
+  double tokens_;
+  LocalTime at_{};  ///< of `tokens_`
+};
+
+}  // namespace tandem::net

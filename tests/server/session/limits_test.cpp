@@ -1,0 +1,148 @@
+// What others notice of one who asks too much: nothing (server/session/limits.hpp).
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/support/hub_bench.hpp"
+
+namespace tandem::server {
+namespace {
+
+using test::message_of;
+using testing::HasSubstr;
+
+wire::ClientControl ping() {
+  return message_of([](auto& message) { message.mutable_ping()->set_token(1); });
+}
+
+wire::ClientControl force_limit(double newtons) {
+  return message_of([newtons](auto& message) {
+    message.mutable_set_parameter()->set_name("coupling.force_limit_n");
+    message.mutable_set_parameter()->set_value(newtons);
+  });
+}
+
+test::BenchClient connect_from(test::HubBench& bench, const std::string& address) {
+  test::BenchClient client;
+  client.handle = ++bench.last_handle;
+  bench.hub->on_connected(client.handle, bench.now, address);
+  return client;
+}
+
+bool is_there(const test::HubBench& bench, const test::BenchClient& client) {
+  return bench.hub->state_of(client.handle) != ConnectionState::kClosed;
+}
+
+TEST(Limits, SilentConnectionsKeepNobodyOut) {
+  test::HubBench bench;
+  test::BenchClient ada = bench.join("ada");
+  for (int i = 0; i < 200; ++i) bench.connect();
+  EXPECT_LE(bench.hub->connection_count(), 1 + kMaxHalfOpen);
+  EXPECT_EQ(bench.join("ben").joined.user(), 2U) << "at once, not when they have timed out";
+  EXPECT_TRUE(is_there(bench, ada));
+}
+
+TEST(Limits, OfManyAddressesTheOneWithMostHalfOpenConnectionsMakesRoom) {
+  test::HubBench bench;
+  const test::BenchClient quiet = connect_from(bench, "quiet");
+  for (std::size_t i = 0; i < 8 * kMaxHalfOpen; ++i) connect_from(bench, "crowd " + std::to_string(i % 8));
+  EXPECT_EQ(bench.hub->connection_count(), HubSettings{}.max_connections);
+  EXPECT_TRUE(is_there(bench, quiet)) << "the oldest of all, but alone at its address";
+  bench.now += std::chrono::milliseconds(2001);
+  bench.hub->poll(bench.now);
+  EXPECT_EQ(bench.hub->connection_count(), 0U) << "no hello within 2 s";
+}
+
+TEST(Limits, AFloodIsServedATurnAtATimeAndThenEnded) {
+  test::HubBench bench;
+  test::BenchClient eve = bench.join("eve");
+  proto::Bytes flood;
+  for (int i = 0; i < 5000; ++i) proto::append_frame(ping(), flood);
+  bench.hub->on_control_bytes(eve.handle, flood, bench.now);
+  EXPECT_LE(static_cast<double>(bench.take(eve).size()), kConnectionTurn.at_once);
+  EXPECT_TRUE(bench.hub->is_behind(eve.handle)) << "the transport reads no more of it";
+  bench.step(20);
+  EXPECT_FALSE(is_there(bench, eve));
+  EXPECT_FALSE(bench.hub->is_behind(eve.handle));
+}
+
+TEST(Limits, ConnectionsOfOneAddressWaitForEachOtherAndNobodyElseDoes) {
+  test::HubBench bench;
+  test::BenchClient ada = bench.join("ada");
+  std::vector<test::BenchClient> crowd;
+  for (std::size_t i = 0; i < kMaxHalfOpen; ++i) bench.greet(crowd.emplace_back(connect_from(bench, "crowd")));
+  test::BenchClient ben = connect_from(bench, "home");
+  bench.greet(ben);
+  std::size_t answered = 0;
+  for (int ms = 0; ms < 2000; ++ms) {
+    bench.send_state(ada);
+    if (ms % 5 == 0) {  // 200 a second each: 3200 in all
+      for (const test::BenchClient& client : crowd) bench.send(client, ping());
+    }
+    bench.step();
+    for (const test::BenchClient& client : crowd) answered += bench.take(client).size();
+  }
+  EXPECT_LE(static_cast<double>(answered), kAddressControlRate.at_once + 2 * kAddressControlRate.per_second + 100);
+  bench.send(ben, ping());
+  EXPECT_EQ(test::described(bench.take(ben)), "pong");
+  bench.send(ada, ping());
+  EXPECT_EQ(test::described(bench.take(ada)), "pong");
+}
+
+TEST(Limits, ComingAnewDoesNotRefillAnAddress) {
+  test::HubBench bench;
+  int joins = 0;
+  for (int i = 0; i < 1000; ++i) {
+    const test::BenchClient eve = bench.join("eve");
+    joins += eve.joined.user() != 0 ? 1 : 0;
+    bench.hub->on_disconnected(eve.handle, bench.now);
+    if (i % 4 == 3) bench.step();
+  }
+  EXPECT_LE(joins, (kAddressControlRate.at_once + 0.25 * kAddressControlRate.per_second) / kJoinPrice);
+  EXPECT_GT(joins, 100);
+}
+
+TEST(Limits, WhatOthersSetWaitsAsOneForASlowReaderWhoStays) {
+  test::HubBench bench;
+  test::BenchClient ada = bench.join("ada");
+  test::BenchClient slow = bench.join("slow");
+  bench.take(slow);
+  bench.transport.queued = kMaxQueuedBeforeParameters + 1;
+  for (int i = 1; i <= 500; ++i) {
+    bench.send_state(ada);
+    bench.send_state(slow);
+    bench.send(ada, force_limit(1 + i));
+    bench.step(11);
+  }
+  EXPECT_EQ(test::described(bench.take(slow)), "");
+  bench.transport.queued = 0;
+  bench.step();
+  const auto told = bench.take(slow);
+  ASSERT_EQ(test::described(told), "parameter_set");
+  EXPECT_EQ(told[0].parameter_set().value(), 501);
+  EXPECT_EQ(bench.hub->user_count(), 2U);
+}
+
+TEST(Limits, WhoFloodsWithUpdatesIsEndedAndNobodyElse) {
+  test::HubBench bench;
+  test::BenchClient eve = bench.join("eve"), ben = bench.join("ben");
+  for (int ms = 0; ms < 1500; ++ms) {
+    for (int i = 0; i < 20 && is_there(bench, eve); ++i) bench.send_state(eve);
+    bench.send_state(ben);
+    bench.step();
+  }
+  EXPECT_FALSE(is_there(bench, eve));
+  EXPECT_THAT(bench.take(eve).back().goodbye().text(), HasSubstr("at most 4000 a second"));
+  EXPECT_TRUE(is_there(bench, ben));
+}
+
+TEST(Limits, AClientsMessageIsShort) {
+  test::HubBench bench;
+  test::BenchClient eve = bench.connect();
+  bench.send(eve, message_of([](auto& message) {
+               message.mutable_hello()->set_program(std::string(proto::kMaxClientControlBytes, 'x'));
+             }));
+  EXPECT_EQ(test::described(bench.take(eve)), "goodbye");
+}
+
+}  // namespace
+}  // namespace tandem::server
