@@ -17,6 +17,9 @@ namespace tandem::net {
 using UnsentLimit = boost::asio::detail::socket_option::integer<IPPROTO_TCP, TCP_NOTSENT_LOWAT>;
 inline constexpr int kUnsentBytes = 16 * 1024;
 
+/// Several sockets of one user of the system on one port; a connected one gets what its peer sends.
+using SharedPort = boost::asio::detail::socket_option::boolean<SOL_SOCKET, SO_REUSEPORT>;
+
 /// A system's message as part of a sentence: "Connection refused" becomes "connection refused".
 inline std::string lower_first(std::string text) {
   if (!text.empty()) text[0] = static_cast<char>(std::tolower(static_cast<unsigned char>(text[0])));

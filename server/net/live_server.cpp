@@ -60,6 +60,7 @@ struct LiveServer::Impl {
   void run();
   void begin_stop(const std::string& why);
   void finish_when_closed(LocalTime deadline);
+  void poll();
   void await_steps();
   void await_poll_time();
   void tell_of_slow_rooms();
@@ -149,12 +150,17 @@ void LiveServer::Impl::run() {
   ended = clock.now();
 }
 
+void LiveServer::Impl::poll() {
+  hub.poll(clock.now());
+  transport.begin_turn();
+}
+
 void LiveServer::Impl::await_steps() {
   step_event.async_wait(asio::posix::stream_descriptor::wait_read, [this](const error_code& error) {
     if (error) return;
     std::uint64_t count = 0;
     [[maybe_unused]] const auto taken = ::read(step_event.native_handle(), &count, sizeof count);
-    hub.poll(clock.now());
+    poll();
     await_steps();
   });
 }
@@ -163,7 +169,7 @@ void LiveServer::Impl::await_poll_time() {
   poll_timer.expires_after(kPollPeriod);
   poll_timer.async_wait([this](const error_code& error) {
     if (error) return;
-    hub.poll(clock.now());
+    poll();
     tell_of_slow_rooms();
     await_poll_time();
   });

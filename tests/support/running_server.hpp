@@ -51,6 +51,8 @@ class RunningServer {
     thread_.join();
     server.reset();
   }
+  /// From its next line of the log on the io thread waits until this is let go.
+  std::unique_lock<std::mutex> hold_io() { return std::unique_lock(mutex_); }
   bool has_logged(const std::string& words) {
     const std::lock_guard lock(mutex_);
     for (const std::string& line : log_) {

@@ -197,6 +197,44 @@ TEST(LiveServer, IgnoresAUsersDatagramsFromAnotherAddress) {
   EXPECT_EQ(running.server->counters().received_drops.of(proto::DropReason::kNotAllowed), 1U);
 }
 
+TEST(LiveServer, AFloodAtItsPortPushesOutNothingThatAUserSends) {
+  test::RunningServer running(test::two_hands_scene());
+  RawClient raw(running.server->port());
+  test::BenchClient client = raw.join();
+  asio::io_context io;
+  const udp::endpoint any(asio::ip::make_address("127.0.0.1"), 0);
+  const udp::endpoint server(any.address(), running.server->port());
+  udp::socket home(io, any), elsewhere(io, any);
+  std::array<std::byte, 2048> buffer{};
+  udp::endpoint from;
+  home.send_to(asio::buffer(state_datagram(client)), server);
+  home.receive_from(asio::buffer(buffer), from);  // the server knows where the user sends from
+  {
+    const auto held = running.hold_io();
+    { const RawClient passing(running.server->port()); }  // which the log mentions
+    std::this_thread::sleep_for(std::chrono::milliseconds(200));
+    const std::vector<std::byte> garbage(100, std::byte{0xFF});
+    for (int i = 0; i < 20'000; ++i) elsewhere.send_to(asio::buffer(garbage), server);
+    for (int i = 0; i < 10; ++i) home.send_to(asio::buffer(state_datagram(client)), server);
+  }
+  std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  running.stop();
+  EXPECT_TRUE(running.has_logged("; 11 inputs taken"));
+}
+
+TEST(LiveServer, SilentConnectionsKeepNobodyOut) {
+  test::RunningServer running(test::two_hands_scene());
+  std::vector<std::unique_ptr<RawClient>> silent;
+  for (int i = 0; i < 100; ++i) silent.push_back(std::make_unique<RawClient>(running.server->port()));
+  RawClient raw(running.server->port());
+  wire::ClientControl hello;
+  hello.mutable_hello()->set_protocol_version(proto::kProtocolVersion);
+  raw.send(hello);
+  const auto answer = raw.receive();
+  ASSERT_TRUE(answer.has_value());
+  EXPECT_TRUE(answer->has_welcome()) << answer->ShortDebugString();
+}
+
 TEST(LiveServer, SaysGoodbyeWhenItStops) {
   test::RunningServer running(test::two_hands_scene());
   RawClient raw(running.server->port());
