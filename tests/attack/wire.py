@@ -1,0 +1,190 @@
+"""Just enough of proto/WIRE.md, by hand, to be a client or a server that does not behave."""
+import math
+import socket
+import struct
+
+PROTOCOL_VERSION = 2
+HEADER_BYTES = 33
+CLIENT_UPDATE, SERVER_UPDATE = 0, 1
+OBSERVER, MANIPULATOR = 2, 1
+# Fields of ClientControl and ServerControl (proto/tandem/control.proto).
+HELLO, JOIN, GRAB, RELEASE, SET_PARAMETER, GET_ASSET, LEAVE, STATE_DATAGRAM, PING = range(2, 11)
+WELCOME, JOINED, GRABBED, RELEASED, USER_JOINED, USER_LEFT, ASSET_CHUNK, PARAMETER_SET, ERROR, GOODBYE = range(2, 12)
+
+
+# Protobuf, one field each.
+def varint(value):
+    out = b""
+    while value > 0x7F:
+        out += bytes([value & 0x7F | 0x80])
+        value >>= 7
+    return out + bytes([value])
+
+
+def whole(number, value):
+    return varint(number << 3) + varint(value)
+
+
+def double(number, value):
+    return varint(number << 3 | 1) + struct.pack("<d", value)
+
+
+def fixed64(number, value):
+    return varint(number << 3 | 1) + struct.pack("<Q", value)
+
+
+def part(number, data):
+    """A string, bytes or a message."""
+    return varint(number << 3 | 2) + varint(len(data)) + data
+
+
+def doubles(number, values):
+    return part(number, struct.pack(f"<{len(values)}d", *values))
+
+
+def floats(number, values):
+    return part(number, struct.pack(f"<{len(values)}f", *values))
+
+
+def fields(data):
+    """(number, value) of each field: an int, or bytes."""
+    at = 0
+    while at < len(data):
+        key, at = _read_varint(data, at)
+        kind = key & 7
+        if kind == 0:
+            value, at = _read_varint(data, at)
+        elif kind == 2:
+            size, at = _read_varint(data, at)
+            value, at = data[at:at + size], at + size
+        else:
+            size = 8 if kind == 1 else 4
+            value, at = int.from_bytes(data[at:at + size], "little"), at + size
+        yield key >> 3, value
+
+
+def _read_varint(data, at):
+    value = shift = 0
+    while True:
+        byte = data[at]
+        value |= (byte & 0x7F) << shift
+        at, shift = at + 1, shift + 7
+        if byte < 0x80:
+            return value, at
+
+
+# Control messages.
+def frame(message):
+    return struct.pack(">I", len(message)) + message
+
+
+def control(kind, body=b"", request=0):
+    return frame((whole(1, request) if request else b"") + part(kind, body))
+
+
+def hello(state="state-udp"):
+    return control(HELLO, whole(1, PROTOCOL_VERSION) + part(2, b"attack") + part(3, state.encode()), 1)
+
+
+def join(name, role):
+    return control(JOIN, part(2, name.encode()) + whole(3, role), 2)
+
+
+def ping(token=1):
+    return control(PING, whole(1, token))
+
+
+def set_parameter(name, value):
+    return control(SET_PARAMETER, part(1, name.encode()) + double(2, value))
+
+
+def get_asset(sha256, offset=0):
+    return control(GET_ASSET, part(1, sha256) + whole(2, offset))
+
+
+# Datagrams.
+def header(kind, connection, epoch, sequence):
+    return struct.pack(">BQQ16x", PROTOCOL_VERSION << 5 | kind << 3 | epoch, connection, sequence)
+
+
+def rigid_state(number, position_m=(0.0, 0.0, 0.0), rotation=(1.0, 0.0, 0.0, 0.0)):
+    p = b"".join(double(i + 1, value) for i, value in enumerate(position_m))
+    q = b"".join(double(i + 1, value) for i, value in enumerate(rotation))
+    return part(number, part(1, p) + part(2, q))
+
+
+def client_update(tick, sent_ns, position_m=None):
+    """Of a hand at `position_m`; None: of nobody's hand."""
+    place = position_m or (0.0, 0.0, 0.0)
+    return whole(1, tick) + rigid_state(2, place) + whole(4, int(position_m is not None)) + fixed64(5, sent_ns)
+
+
+def server_update(step, time_ns, position_m, force_n=(0.0, 0.0, 0.0), bodies=b""):
+    wrench = b"".join(double(i + 1, value) for i, value in enumerate(force_n))
+    return (whole(1, step) + fixed64(2, time_ns) + fixed64(6, time_ns) + rigid_state(7, position_m) + part(8, wrench) +
+            bodies)
+
+
+class RawClient:
+    """A client that says what it is told to say. Loopback only."""
+
+    def __init__(self, port, timeout_s=5.0):
+        self.port = port
+        self.stream = socket.create_connection(("127.0.0.1", port), timeout=timeout_s)
+        self.stream.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        self.datagrams = None
+        self.connection = self.epoch = self.sequence = self.tick = 0
+        self.assets = []
+
+    def join(self, name, role=OBSERVER, state="state-udp"):
+        """True when the server took it in."""
+        self.stream.sendall(hello(state))
+        for number, value in fields(self.receive_kind(WELCOME)):
+            self.connection = value if number == 4 else self.connection
+            self.epoch = value if number == 5 else self.epoch
+        self.stream.sendall(join(name, role))
+        for number, value in fields(self.receive_kind(JOINED)):
+            if number == 5:
+                self.assets.append(dict(fields(value)))
+        self.datagrams = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self.datagrams.connect(("127.0.0.1", self.port))
+
+    def receive_kind(self, kind):
+        """The body of the next message, which must be of that kind. Fails: ConnectionError says what came instead."""
+        for number, value in fields(self.receive()):
+            if number == kind:
+                return value
+            if number > 1:
+                raise ConnectionError(f"refused: {value!r}")
+        raise ConnectionError("an empty message")
+
+    def receive(self):
+        (size,) = struct.unpack(">I", self._exactly(4))
+        return self._exactly(size)
+
+    def _exactly(self, count):
+        data = bytearray()
+        while len(data) < count:
+            more = self.stream.recv(count - len(data))
+            if not more:
+                raise ConnectionError("closed")
+            data += more
+        return bytes(data)
+
+    def datagram(self, position_m=None):
+        """The next one that an honest client would send."""
+        self.sequence += 1
+        self.tick += 1
+        return (header(CLIENT_UPDATE, self.connection, self.epoch, self.sequence) +
+                client_update(self.tick, self.tick * 1_000_000, position_m))
+
+    def send_state(self, position_m=None):
+        self.datagrams.send(self.datagram(position_m))
+
+    def close(self):
+        self.stream.close()
+        if self.datagrams is not None:
+            self.datagrams.close()
+
+
+NAN, HUGE = math.nan, 1e300
