@@ -54,6 +54,13 @@ std::string path_problem(const DelayPath& path) {
   return path.length() > Duration(0) ? "" : complaint("delay_path", "0 s long", "longer");
 }
 
+LinkParameters for_a_stream(LinkParameters parameters) {
+  parameters.loss = 0;
+  parameters.duplication = 0;
+  parameters.allows_reordering = false;
+  return parameters;
+}
+
 }  // namespace
 
 Duration DelayPath::at(Duration time) const {
@@ -107,12 +114,16 @@ SimulatedLink::SimulatedLink(LinkParameters parameters, std::uint64_t seed, std:
 }
 
 SimulatedLink SimulatedLink::reliable(LinkParameters parameters, std::uint64_t seed, std::uint64_t stream) {
-  parameters.loss = 0;
-  parameters.duplication = 0;
-  parameters.allows_reordering = false;
-  SimulatedLink link(std::move(parameters), seed, stream);
+  SimulatedLink link(for_a_stream(std::move(parameters)), seed, stream);
   link.is_reliable_ = true;
   return link;
+}
+
+void SimulatedLink::set_parameters(LinkParameters parameters) {
+  if (const std::string problem = parameters.problem(); !problem.empty()) {
+    throw std::invalid_argument("link: " + problem);
+  }
+  parameters_ = is_reliable_ ? for_a_stream(std::move(parameters)) : std::move(parameters);
 }
 
 void SimulatedLink::send(LocalTime now, std::span<const std::byte> packet) {

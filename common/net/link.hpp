@@ -96,6 +96,9 @@ class SimulatedLink {
   /// When the next packet is due, if any is in flight.
   std::optional<LocalTime> next_due() const;
   const LinkCounters& counters() const { return counters_; }
+  /// Of what is sent from now on; what is on its way arrives as it would have.
+  /// Fails   std::invalid_argument with LinkParameters::problem()
+  void set_parameters(LinkParameters parameters);
 
  private:
   bool is_lost(LocalTime now);

@@ -443,5 +443,41 @@ TEST(LinkParameters, NameTheFirstBadFieldItsValueAndTheRemedy) {
   }
 }
 
+LinkParameters of_delay(Duration delay) {
+  LinkParameters parameters;
+  parameters.delay = delay;
+  return parameters;
+}
+
+LinkParameters of_loss(double loss) {
+  LinkParameters parameters;
+  parameters.loss = loss;
+  return parameters;
+}
+
+TEST(SimulatedLink, NewParametersHoldForWhatIsSentFromThenOn) {
+  SimulatedLink link(of_delay(milliseconds(50)), kSeed, 1);
+  link.send(LocalTime{}, packet(1));
+  link.set_parameters(of_delay(milliseconds(100)));
+  link.send(LocalTime{milliseconds(1)}, packet(2));
+  EXPECT_EQ(link.next_due(), LocalTime{milliseconds(50)}) << "what is on its way arrives as it would have";
+  EXPECT_TRUE(link.receive(LocalTime{milliseconds(50)}));
+  EXPECT_EQ(link.next_due(), LocalTime{milliseconds(101)});
+  link.set_parameters(of_delay(milliseconds(10)));
+  link.send(LocalTime{milliseconds(2)}, packet(3));
+  EXPECT_EQ(number_of(*link.receive(LocalTime{milliseconds(101)})), 2U) << "nor is it overtaken";
+  EXPECT_EQ(number_of(*link.receive(LocalTime{milliseconds(101)})), 3U);
+  link.set_parameters(of_loss(kMaxLoss));
+  for (std::uint32_t i = 0; i < 1000; ++i) link.send(LocalTime{milliseconds(200 + i)}, packet(i));
+  EXPECT_GT(link.counters().lost, 500U);
+  EXPECT_THROW(link.set_parameters(of_loss(2)), std::invalid_argument);
+}
+
+TEST(SimulatedLink, AStreamLosesNothingWhateverItIsTold) {
+  SimulatedLink link = SimulatedLink::reliable({}, kSeed, 1);
+  link.set_parameters(of_loss(kMaxLoss));
+  EXPECT_EQ(run(link, 1000, milliseconds(1)).size(), 1000U);
+}
+
 }  // namespace
 }  // namespace tandem::net
