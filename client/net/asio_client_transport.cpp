@@ -41,6 +41,13 @@ struct Links {
     return earliest;
   }
 
+  void set_parameters(const net::LinkParameters& to_server, const net::LinkParameters& to_client) {
+    up.set_parameters(to_server);
+    control_up.set_parameters(to_server);
+    down.set_parameters(to_client);
+    control_down.set_parameters(to_client);
+  }
+
   net::SimulatedLink up;
   net::SimulatedLink down;
   net::SimulatedLink control_up;
@@ -98,6 +105,12 @@ std::string AsioClientTransport::server_name() const {
 
 bool AsioClientTransport::is_drained() const {
   return closing_.expired();
+}
+
+void AsioClientTransport::set_links(const net::LinkParameters& both) {
+  if (!links_) return;
+  links_->up = links_->down = both;
+  if (current_ != nullptr && current_->links != nullptr) current_->links->set_parameters(both, both);
 }
 
 void AsioClientTransport::connect(LocalTime) {

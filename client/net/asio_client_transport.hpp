@@ -51,6 +51,10 @@ class AsioClientTransport final : public ClientTransport {
   void attach(ClientSession& session) { session_ = &session; }
   /// True when no closed connection still has bytes to send.
   bool is_drained() const;
+  /// Simulated links have these parameters from now on, up and down. Ignored when there were none from the
+  /// start.
+  /// Fails   std::invalid_argument: a bad parameter
+  void set_links(const net::LinkParameters& both);
   const LinkTraffic& link_traffic() const { return link_traffic_; }
 
   void connect(LocalTime now) override;

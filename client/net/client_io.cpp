@@ -61,6 +61,7 @@ struct ClientIo::Impl {
   std::thread thread;
 
   std::shared_ptr<const wire::Joined> joined;  // io thread's copy
+  std::shared_ptr<const AssetMap> assets;      // likewise
   LocalTime published_at{};
   mutable std::mutex mutex;  // protects `published`; never taken by the haptic thread
   ClientIoSnapshot published;
@@ -147,6 +148,12 @@ void ClientIo::Impl::publish_snapshot(LocalTime now) {
   snapshot.room = session.room();
   snapshot.coupling_check = session.coupling_check();
   snapshot.stage_note = client.stage_note();
+  snapshot.model_problem = client.model_problem();
+  snapshot.users = session.users();
+  if (!session.assets().empty() && (assets == nullptr || assets->size() != session.assets().size())) {
+    assets = std::make_shared<const AssetMap>(session.assets());
+  }
+  snapshot.assets = assets;
   published_at = now;
   const std::lock_guard lock(mutex);
   published = std::move(snapshot);
@@ -186,6 +193,11 @@ void ClientIo::release() {
 
 void ClientIo::set_parameter(const std::string& name, double value) {
   asio::post(impl_->io, [impl = impl_.get(), name, value] { impl->session.set_parameter(name, value); });
+}
+
+void ClientIo::set_links(const net::LinkParameters& both) {
+  if (const std::string problem = both.problem(); !problem.empty()) throw std::invalid_argument(problem);
+  asio::post(impl_->io, [impl = impl_.get(), both] { impl->transport.set_links(both); });
 }
 
 void ClientIo::stop() {

@@ -44,6 +44,9 @@ struct ClientIoSnapshot {
   std::string room;                            ///< joined; "" before the first welcome
   CouplingCheck coupling_check;                ///< of the coupling in force
   std::string stage_note;                      ///< Client::stage_note()
+  std::string model_problem;                   ///< Client::model_problem()
+  std::vector<wire::UserJoined> users;         ///< the others in the room
+  std::shared_ptr<const AssetMap> assets;      ///< of the scene, as far as they are here; null: none yet
 };
 
 class ClientIo {
@@ -70,6 +73,9 @@ class ClientIo {
   void grab(BodyId body);
   void release();
   void set_parameter(const std::string& name, double value);
+  /// Changes the simulated links, both directions, at once; ignored when ClientIoSettings::links has none.
+  /// Fails   std::invalid_argument: LinkParameters::problem()
+  void set_links(const net::LinkParameters& both);
   /// Leaves the room (the server is told, at most 0.5 s), and joins the thread. Idempotent.
   void stop();
   /// At most 10 ms old; at once after a change of state.

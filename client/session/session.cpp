@@ -77,6 +77,7 @@ struct ClientSession::Impl {
   void take_error(const wire::ServerControl& message, LocalTime now);
   void take_goodbye(const wire::Goodbye& goodbye, LocalTime now);
   void take_asset_chunk(const wire::AssetChunk& chunk);
+  void fetch(const std::vector<std::string>& kinds);
   void request_asset();
   void announce_assets();
   void send(wire::ClientControl& message);
@@ -108,6 +109,7 @@ struct ClientSession::Impl {
   std::string room;
   AssetFetcher assets;
   bool has_announced_assets = false;  // of this join
+  std::vector<wire::UserJoined> users;
 
   ConnectionId connection;
   std::uint8_t epoch = 0;
@@ -240,9 +242,11 @@ bool ClientSession::Impl::handle_active(const wire::ServerControl& message, Loca
       return true;
     case wire::ServerControl::kUserJoined:
       scene.meet(message.user_joined());
+      if (users.size() < proto::kMaxUsers) users.push_back(message.user_joined());
       log("user " + std::to_string(message.user_joined().user()) + " \"" + message.user_joined().name() + "\" is here");
       return true;
     case wire::ServerControl::kUserLeft:
+      std::erase_if(users, [&message](const auto& user) { return user.user() == message.user_left().user(); });
       log("user " + std::to_string(message.user_left().user()) + " left");
       return true;
     case wire::ServerControl::kBodyReturned:
@@ -314,8 +318,8 @@ void ClientSession::Impl::take_joined(const wire::Joined& answer, LocalTime now)
   log("joined \"" + joined.scene().name() + "\" as user " + std::to_string(joined.user()));
   if (owner.on_joined) owner.on_joined(joined);
   has_announced_assets = false;
-  for (const std::string& line : assets.begin(of_kinds(settings.asset_kinds, joined.assets()))) log(line);
-  request_asset();
+  users.clear();
+  fetch(settings.asset_kinds);
 }
 
 void ClientSession::Impl::take_error(const wire::ServerControl& message, LocalTime now) {
@@ -341,6 +345,11 @@ void ClientSession::Impl::take_asset_chunk(const wire::AssetChunk& chunk) {
   request_asset();
 }
 
+void ClientSession::Impl::fetch(const std::vector<std::string>& kinds) {
+  for (const std::string& line : assets.begin(of_kinds(kinds, scene.joined()->assets()))) log(line);
+  request_asset();
+}
+
 void ClientSession::Impl::request_asset() {
   asset_request = 0;
   if (assets.is_done()) return announce_assets();
@@ -356,6 +365,7 @@ void ClientSession::Impl::announce_assets() {
   if (has_announced_assets) return;
   has_announced_assets = true;
   if (owner.on_assets) owner.on_assets();
+  if (!settings.late_asset_kinds.empty()) fetch(settings.late_asset_kinds);
 }
 
 void ClientSession::Impl::send(wire::ClientControl& message) {
@@ -469,6 +479,9 @@ const CouplingCheck& ClientSession::coupling_check() const {
 }
 const std::string& ClientSession::room() const {
   return impl_->room;
+}
+const std::vector<wire::UserJoined>& ClientSession::users() const {
+  return impl_->users;
 }
 const AssetMap& ClientSession::assets() const {
   return impl_->assets.assets();

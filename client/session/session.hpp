@@ -58,8 +58,9 @@ struct SessionSettings {
   Duration buttons_kept{std::chrono::milliseconds(250)};
   Duration reconnect_delay{std::chrono::milliseconds(250)};  ///< first; doubled up to reconnect_delay_max
   Duration reconnect_delay_max{std::chrono::seconds(2)};
-  bool may_reconnect = true;               ///< after a connection that once joined was lost
-  std::vector<std::string> asset_kinds{};  ///< that are fetched, of proto/WIRE.md's; others stay at the server
+  bool may_reconnect = true;                    ///< after a connection that once joined was lost
+  std::vector<std::string> asset_kinds{};       ///< that are fetched, of proto/WIRE.md's; others stay at the server
+  std::vector<std::string> late_asset_kinds{};  ///< likewise, after on_assets: what is only drawn
   /// Empty, or why a scene whose numbers are sound cannot be shown: the session then ends, as for a bad set-up.
   std::function<std::string(const wire::Joined&)> find_scene_problem{};
   /// Asked for assets before the server is, and told what came from it; null: what is fetched lives as long as
@@ -123,13 +124,15 @@ class ClientSession {
   const CouplingCheck& coupling_check() const;
   /// The room that was asked for or, without a wish, the only one of the last Welcome; "" before that.
   const std::string& room() const;
+  /// The others who are in the room.
+  const std::vector<wire::UserJoined>& users() const;
   /// Verified bytes of the scene's files by their SHA-256; kept across reconnects. Fetched in the background.
   const AssetMap& assets() const;
   net::ClockSync& clock_sync();
   const SessionCounters& counters() const;
   /// Called on the io thread.
   std::function<void(const wire::Joined&)> on_joined;
-  /// What of the joined scene's assets can be had is in assets(), nothing more is to come; once a join.
+  /// What of the joined scene's assets of `asset_kinds` can be had is in assets(); once a join.
   std::function<void()> on_assets;
   std::function<void(const std::string&)> on_log;
   std::function<void(const wire::ParameterSet&)> on_parameter;

@@ -103,6 +103,24 @@ TEST(ClientIo, RefusesAddressesAndLinksThatCannotWork) {
   }
 }
 
+TEST(ClientIo, ChangesItsSimulatedLinkAtOnce) {
+  test::RunningServer running(test::two_hands_scene());
+  ClientIoSettings settings = settings_for(running.server->port());
+  settings.links.emplace();
+  ScriptedDevice device;
+  ClientIo io(settings, device);
+  io.start();
+  ASSERT_TRUE(test::eventually([&io] { return io.snapshot().has_clock; }));
+  net::LinkParameters link;
+  link.loss = 2;
+  EXPECT_THROW(io.set_links(link), std::invalid_argument);
+  link.loss = 0;
+  link.delay = std::chrono::milliseconds(60);
+  io.set_links(link);
+  EXPECT_TRUE(test::eventually([&io] { return io.snapshot().round_trip >= std::chrono::milliseconds(120); }));
+  EXPECT_EQ(io.snapshot().status.state, SessionState::kActive);
+}
+
 TEST(ClientIo, AnUnknownRoomEndsWithTheServersWords) {
   test::RunningServer running(test::two_hands_scene());
   ClientIoSettings settings = settings_for(running.server->port());

@@ -138,6 +138,25 @@ TEST(SessionAssets, FetchesTheKindsThatItIsToldAndNothingElse) {
   }
 }
 
+TEST(SessionAssets, FetchesWhatIsOnlyDrawnAfterWhatIsFeltIsAnnounced) {
+  const std::string bytes(1000, 'v');
+  wire::Joined joined = joined_with_asset(bytes);
+  joined.mutable_assets(0)->set_kind("surface");
+  SessionSettings settings = fetching("contact");
+  settings.late_asset_kinds = {"surface"};
+  test::SessionBench bench(settings);
+  std::vector<std::size_t> here_when_announced;
+  bench.session.on_assets = [&] { here_when_announced.push_back(bench.session.assets().size()); };
+  bench.session.on_connected(bench.now);
+  bench.say_welcome();
+  bench.transport.messages.clear();
+  bench.say_joined(joined);
+  EXPECT_EQ(here_when_announced, std::vector<std::size_t>{0});
+  EXPECT_EQ(serve_assets(bench, bytes), 1);
+  EXPECT_EQ(bench.session.assets().size(), 1U);
+  EXPECT_EQ(here_when_announced.size(), 1U);
+}
+
 class DiskStore : public ::testing::Test {
  protected:
   DiskStore() : directory_(std::filesystem::temp_directory_path() / ("tandem_store_" + std::to_string(getpid()))) {

@@ -139,5 +139,29 @@ TEST(ClientSession, AParameterFromTheServerIsBoundedBeforeItReachesTheHand) {
   EXPECT_FALSE(bench.mailboxes.scene.poll());
 }
 
+TEST(Session, KnowsWhoElseIsThere) {
+  test::SessionBench bench;
+  bench.join();
+  const auto meet = [&bench](std::uint32_t user, const std::string& name) {
+    wire::ServerControl message;
+    message.mutable_user_joined()->set_user(user);
+    message.mutable_user_joined()->set_name(name);
+    bench.say(message);
+  };
+  meet(4, "ben");
+  meet(5, "eve");
+  wire::ServerControl left;
+  left.mutable_user_left()->set_user(4);
+  bench.say(left);
+  ASSERT_EQ(bench.session.users().size(), 1U);
+  EXPECT_EQ(bench.session.users()[0].name(), "eve");
+  for (std::uint32_t user = 100; user < 1000; ++user) meet(user, "x");
+  EXPECT_LE(bench.session.users().size(), proto::kMaxUsers) << "however many a server tells of";
+  bench.session.on_disconnected(bench.now, "cut");
+  bench.wait(std::chrono::milliseconds(250));
+  bench.join();
+  EXPECT_TRUE(bench.session.users().empty());
+}
+
 }  // namespace
 }  // namespace tandem::client
