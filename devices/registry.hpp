@@ -11,6 +11,7 @@
 #include "devices/device.hpp"
 #include "devices/device_profile.hpp"
 #include "devices/hand_parameters.hpp"
+#include "devices/pointer.hpp"
 
 namespace tandem::devices {
 
@@ -27,6 +28,7 @@ struct DeviceOptions {
   /// so that a force is rather too weak; calibrate with a weight.
   double motor_counts_per_n_m = 3000;
   std::string service = "127.0.0.1:10001";  ///< of an inverse3: where its maker's service listens
+  std::shared_ptr<Pointer> pointer{};       ///< of a window, for a mouse; null: none
   int realtime_priority = 0;                ///< of the device's thread, where it has one; 0: normal scheduler
 };
 

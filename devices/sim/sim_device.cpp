@@ -9,54 +9,11 @@
 namespace tandem::devices {
 namespace {
 
-constexpr double kMaxSubStep_s = 1e-4;
+constexpr double kMaxSubStep_s = HandDynamics::kMaxStep_s;
 /// A reader that comes back later than this finds the hand where it was then; bounds the work of one read().
 constexpr Duration kMaxAdvance = std::chrono::seconds(1);
 /// Width of the tremor's band as a damping ratio. Ours: about ±1 Hz at 9 Hz, as wide as tremor spectra look.
 constexpr double kTremorDampingRatio = 0.1;
-
-void check(bool is_good, const char* field, double value, const char* remedy) {
-  if (is_good) return;
-  throw std::invalid_argument(std::string("simulated hand: ") + field + " is " + std::to_string(value) +
-                              "; it must be " + remedy);
-}
-
-bool is_at_least_zero(double value) {
-  return std::isfinite(value) && value >= 0;
-}
-
-// The steps are stable while ω·h < 2; below 0.3 their frequency is right to 0.4 %.
-bool can_be_stepped(double stiffness, double inertia) {
-  return std::sqrt(stiffness / inertia) * kMaxSubStep_s < 0.3;
-}
-
-void check_parameters(const HandParameters& hand) {
-  check(std::isfinite(hand.mass_kg) && hand.mass_kg > 0, "mass_kg", hand.mass_kg, "above 0");
-  check(std::isfinite(hand.inertia_kg_m2) && hand.inertia_kg_m2 > 0, "inertia_kg_m2", hand.inertia_kg_m2, "above 0");
-  check(is_at_least_zero(hand.damping_n_s_per_m), "damping_n_s_per_m", hand.damping_n_s_per_m, "0 or more");
-  check(is_at_least_zero(hand.damping_n_m_s_per_rad), "damping_n_m_s_per_rad", hand.damping_n_m_s_per_rad, "0 or more");
-  check(is_at_least_zero(hand.tremor_rms_n), "tremor_rms_n", hand.tremor_rms_n, "0 or more");
-  check(hand.tremor_hz > 0 && hand.tremor_hz <= 100, "tremor_hz", hand.tremor_hz, "above 0, at most 100");
-  check(is_at_least_zero(hand.encoder_step_m), "encoder_step_m", hand.encoder_step_m, "0 or more");
-  check(is_at_least_zero(hand.encoder_step_rad), "encoder_step_rad", hand.encoder_step_rad, "0 or more");
-  check(is_at_least_zero(hand.stiffness_n_per_m) && can_be_stepped(hand.stiffness_n_per_m, hand.mass_kg),
-        "stiffness_n_per_m", hand.stiffness_n_per_m, "0 or more, and sqrt(stiffness / mass) below 3000 rad/s");
-  check(is_at_least_zero(hand.stiffness_n_m_per_rad) && can_be_stepped(hand.stiffness_n_m_per_rad, hand.inertia_kg_m2),
-        "stiffness_n_m_per_rad", hand.stiffness_n_m_per_rad,
-        "0 or more, and sqrt(stiffness / inertia) below 3000 rad/s");
-}
-
-/// What a damper leaves of a speed after a while, and how much speed a force then has given.
-struct Decay {
-  double kept;
-  double speed_per_force;
-};
-
-Decay decay_of(double damping, double inertia, double dt_s) {
-  if (damping <= 0) return {1, dt_s / inertia};
-  const double lost = -std::expm1(-damping / inertia * dt_s);
-  return {1 - lost, lost / damping};
-}
 
 Vec3 rounded_to(const Vec3& a, double step) {
   if (step <= 0) return a;
@@ -71,10 +28,9 @@ SimDevice::SimDevice(DeviceSpec spec, const HandParameters& hand, HandPath path,
       path_(std::move(path)),
       random_(seed),
       estimator_(hand.encoder_step_m, hand.encoder_step_rad),
-      X_DH_(path_.pose_at(Duration(0))) {
+      hand_motion_(hand, path_.pose_at(Duration(0))) {
   spec_.position_step_m = hand.encoder_step_m;
   spec_.rotation_step_rad = hand.encoder_step_rad;
-  check_parameters(hand_);
   // The tremor is under way from the first sample: its state is drawn from the stationary distribution.
   const double omega = 2 * std::numbers::pi * hand_.tremor_hz;
   const double axis_rms_n = hand_.tremor_rms_n / std::sqrt(3.0);
@@ -118,7 +74,7 @@ DeviceSample SimDevice::read(LocalTime now) noexcept {
   sample.taken = now;
   sample.state = DeviceState::kReady;
   sample.is_valid = true;
-  sample.X_DH = quantised(X_DH_);
+  sample.X_DH = quantised(hand_motion_.pose());
   sample.V_DH = reported_twist(now, sample.X_DH);
   sample.buttons = path_.buttons_at(path_time_);
   return sample;
@@ -143,26 +99,9 @@ bool SimDevice::write(LocalTime now, const Wrench& wrench_on_hand_D) noexcept {
   return true;
 }
 
-// Half of the way, the force there, the other half: exact in position and speed under a held force alone, which decides
-// how stiff a sampled spring may be. The damper acts for the whole sub-step while the force is held,
-// v⁺ = e^(−h B/m) v + (1 − e^(−h B/m)) (K e + B v_intended + f)/B, so that no damping is too much for the sub-steps.
 void SimDevice::advance(double dt_s) noexcept {
-  const Pose intended = path_.pose_at(path_time_);
-  const Twist intended_rate = path_.twist_at(path_time_);
-  X_DH_ = integrate(X_DH_, V_DH_, dt_s / 2);
-
-  const Vec3 force = hand_.stiffness_n_per_m * (intended.p - X_DH_.p) + hand_.damping_n_s_per_m * intended_rate.v +
-                     force_on_hand_D_.f + tremor_force(dt_s);
-  const Decay decay = decay_of(hand_.damping_n_s_per_m, hand_.mass_kg, dt_s);
-  V_DH_.v = decay.kept * V_DH_.v + decay.speed_per_force * force;
-
-  const Vec3 turn = rotation_vector(intended.q * X_DH_.q.conjugate());
-  const Vec3 torque =
-      hand_.stiffness_n_m_per_rad * turn + hand_.damping_n_m_s_per_rad * intended_rate.w + force_on_hand_D_.t;
-  const Decay turning = decay_of(hand_.damping_n_m_s_per_rad, hand_.inertia_kg_m2, dt_s);
-  V_DH_.w = turning.kept * V_DH_.w + turning.speed_per_force * torque;
-
-  X_DH_ = integrate(X_DH_, V_DH_, dt_s / 2);
+  hand_motion_.advance(path_.pose_at(path_time_), path_.twist_at(path_time_), force_on_hand_D_, tremor_force(dt_s),
+                       dt_s);
 }
 
 // White noise through a resonator: ẍ + 2ζω ẋ + ω² x = w; with ⟨w w'⟩ = S δ the variance of x is S / (4ζω³).
@@ -179,7 +118,7 @@ Vec3 SimDevice::tremor_force(double dt_s) noexcept {
 }
 
 Twist SimDevice::reported_twist(LocalTime now, const Pose& reported) noexcept {
-  Twist result = V_DH_;
+  Twist result = hand_motion_.twist();
   if (hand_.encoder_step_m <= 0 && hand_.encoder_step_rad <= 0) return result;
   const Twist estimate = estimator_.add(now, reported);
   if (hand_.encoder_step_m > 0) result.v = estimate.v;

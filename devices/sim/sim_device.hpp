@@ -6,15 +6,13 @@
 #include "common/base/random.hpp"
 #include "common/haptics/velocity_estimator.hpp"
 #include "devices/device.hpp"
-#include "devices/hand_parameters.hpp"
+#include "devices/hand_dynamics.hpp"
 #include "devices/sim/hand_path.hpp"
 
 namespace tandem::devices {
 
 /// The hand of HandParameters, on a device that is always ready. read(now) advances the hand to `now` under the force
 /// last written.
-///
-/// Model   exact enough: leapfrog, sub-steps ≤ 0.1 ms, damping as its exponential, so any is stable
 class SimDevice final : public Device {
  public:
   /// The hand starts at rest at the path's first pose; path time starts at the first read.
@@ -35,8 +33,8 @@ class SimDevice final : public Device {
   /// Path time of the last read.
   Duration path_time() const noexcept { return path_time_; }
   /// The true (not quantised) state of the hand, in D.
-  const Pose& hand_pose() const { return X_DH_; }
-  const Twist& hand_twist() const { return V_DH_; }
+  const Pose& hand_pose() const { return hand_motion_.pose(); }
+  const Twist& hand_twist() const { return hand_motion_.twist(); }
 
  private:
   void advance(double dt_s) noexcept;
@@ -55,8 +53,7 @@ class SimDevice final : public Device {
   bool has_started_ = false;
   bool is_path_held_ = false;
   Duration path_time_{0};
-  Pose X_DH_;
-  Twist V_DH_;
+  HandDynamics hand_motion_;
   Wrench force_on_hand_D_;
   Vec3 tremor_state_ = Vec3::Zero();
   Vec3 tremor_rate_ = Vec3::Zero();

@@ -39,6 +39,7 @@ TEST(DeviceRegistry, NamesEachDeviceOnceAndDescribesItInALine) {
     EXPECT_NO_THROW(find_device_profile(kind.profile)) << kind.name;
   }
   EXPECT_TRUE(names.contains("sim"));
+  EXPECT_TRUE(names.contains("mouse"));
 }
 
 TEST(DeviceRegistry, TheSimulatedDeviceHasTheLimitsOfItsProfileAndIsReadyAtOnce) {

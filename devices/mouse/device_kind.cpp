@@ -1,0 +1,15 @@
+// The device "mouse" as the registry knows it.
+#include "devices/mouse/mouse_device.hpp"
+#include "devices/registry.hpp"
+
+namespace tandem::devices {
+
+DeviceKind mouse_device() {
+  return {"mouse", "mouse and keys in the window, with the limits of --profile", "sim",
+          [](const DeviceOptions& options) -> std::unique_ptr<Device> {
+            return std::make_unique<MouseDevice>(options.profile.spec, MouseDevice::default_hand(), options.pointer);
+          },
+          nullptr};
+}
+
+}  // namespace tandem::devices
