@@ -2,7 +2,10 @@
 #include "client/app/client_run.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <cstdio>
+#include <cstdlib>
+#include <iostream>
 #include <memory>
 #include <optional>
 #include <stdexcept>
@@ -16,6 +19,8 @@
 #include "client/app/trace.hpp"
 #include "client/haptics/haptic_loop.hpp"
 #include "client/net/client_io.hpp"
+#include "client/view/window.hpp"
+#include "common/geometry/surface_asset.hpp"
 #include "common/realtime/output.hpp"
 #include "devices/sim/hand_path.hpp"
 
@@ -38,7 +43,26 @@ ClientIoSettings io_settings(const ClientOptions& options, const haptics::Safety
   if (options.realtime_priority > 0) {
     settings.realtime_priority = std::max(1, options.realtime_priority - kIoPriorityBelow);
   }
+  if (!options.window.is_open) return settings;
+  settings.client.haptics.feeds_view = true;
+  settings.client.session.late_asset_kinds = {geometry::kSurfaceAssetKind, "molecule"};
+  // So that the window's sliders have a link to change.
+  if (!settings.links) settings.links = SimulatedLinks{{}, {}, options.seed};
   return settings;
+}
+
+ClientOptions with_pointer(ClientOptions options) {
+  if (options.window.is_open && options.device.name == "mouse") {
+    options.device.pointer = std::make_shared<devices::Pointer>();
+  }
+  return options;
+}
+
+/// So that nobody waits in vain.
+void check_screenshot(const std::filesystem::path& file) {
+  if (!file.empty() && !std::ofstream(file, std::ios::app)) {
+    throw std::invalid_argument("--screenshot: " + file.string() + " cannot be written");
+  }
 }
 
 std::string joined_lines(const std::vector<std::string>& lines) {
@@ -64,13 +88,32 @@ std::string joined_line(const wire::Joined& joined) {
   return scene + ", with tool " + printable(joined.scene().tools(static_cast<int>(joined.tool())).name());
 }
 
+/// Of the run with a window, while its hand may feel something.
+std::atomic<HapticLoop*> loop_to_stop{nullptr};
+
+/// A window's library ends the program by exit() when its display is gone, in the midst of a frame: the hand is let go
+/// first.
+void let_go_at_exit() {
+  HapticLoop* const loop = loop_to_stop.exchange(nullptr);
+  if (loop == nullptr) return;
+  loop->stop();
+  std::cerr << "tandem-client: the display was lost\n";
+  std::_Exit(1);
+}
+
 class ClientRun {
  public:
   ClientRun(const ClientOptions& options, realtime::Output& output);
+  ~ClientRun() { loop_to_stop = nullptr; }
+  ClientRun(const ClientRun&) = delete;
+  ClientRun& operator=(const ClientRun&) = delete;
 
   int run();
 
  private:
+  void open_window();
+  void pause();
+  void end_by_itself(const ClientIoSnapshot& io);
   bool join();
   void watch_first_graspable(const wire::Joined& joined);
   void start_loop();
@@ -88,6 +131,7 @@ class ClientRun {
   ClientOptions options_;
   realtime::Output& output_;
   haptics::SafetySettings safety_;
+  std::optional<Window> window_;  ///< none: headless
   std::unique_ptr<devices::Device> device_;
   devices::HandPath hand_path_;  ///< names the phases of the run
   ClientIo io_;
@@ -102,6 +146,7 @@ class ClientRun {
   std::vector<haptics::StabilityFinding> coupling_findings_;
   std::string last_coupling_lines_;
   LocalTime next_status_{};
+  LocalTime picture_due_{};
   std::optional<LocalTime> first_tick_;
   TickRecord newest_;
   bool is_over_ = false;
@@ -110,9 +155,9 @@ class ClientRun {
 };
 
 ClientRun::ClientRun(const ClientOptions& options, realtime::Output& output)
-    : options_(options),
+    : options_(with_pointer(options)),
       output_(output),
-      device_(devices::open_device(options.device)),
+      device_(devices::open_device(options_.device)),
       hand_path_(devices::find_hand_path(options.device.hand)),
       io_(io_settings(options, safety_), *device_),
       report_(hand_path_.phases(), safety_.silence_zero) {
@@ -121,11 +166,53 @@ ClientRun::ClientRun(const ClientOptions& options, realtime::Output& output)
 }
 
 int ClientRun::run() {
+  if (options_.window.is_open) open_window();
   io_.start();
   if (!join()) return 1;
   start_loop();
   while (!is_over_) keep_going();
   return finish();
+}
+
+void ClientRun::open_window() {
+  check_screenshot(options_.window.screenshot);
+  WindowSettings settings;
+  const SessionSettings& session = options_.io.client.session;
+  settings.title = "tandem: " + session.user_name;
+  settings.width = options_.window.width;
+  settings.height = options_.window.height;
+  settings.pointer = options_.device.pointer;
+  settings.facts = {{"you", session.user_name},
+                    {"device", options_.device.name + " (" + options_.device.profile.name + ")"},
+                    {"stage", options_.stage.name},
+                    {"predictor", options_.stage.predictor},
+                    {"passivity", options_.stage.passivity ? "controlled" : "not controlled"}};
+  if (options_.io.links) settings.link = options_.io.links->up;
+  settings.on_link = [this](const net::LinkParameters& link) { io_.set_links(link); };
+  window_.emplace(std::move(settings));
+  std::atexit(let_go_at_exit);
+}
+
+/// Until main has something to do again: at a window, for a frame.
+void ClientRun::pause() {
+  if (window_) {
+    window_->draw(io_.haptics().newest_view(), io_.snapshot(), last_coupling_lines_);
+  } else {
+    std::this_thread::sleep_for(kMainPeriod);
+  }
+}
+
+/// A window stays, and says why the session has ended.
+void ClientRun::end_by_itself(const ClientIoSnapshot& io) {
+  if (!window_) {
+    is_over_ = is_over_ || io.status.state == SessionState::kEnded;
+    return;
+  }
+  is_over_ = is_over_ || window_->is_closed();
+  if (options_.window.screenshot.empty() || is_over_ || SteadyClock().now() < picture_due_) return;
+  window_->save_next_frame(options_.window.screenshot);
+  pause();
+  is_over_ = true;
 }
 
 /// False when a signal came first.
@@ -142,9 +229,9 @@ bool ClientRun::join() {
     }
     if (io.status.state == SessionState::kEnded) throw std::runtime_error(io.status.why);
     if (clock.now() > give_up) throw std::runtime_error("not joined within 20 s: " + io.status.why);
-    std::this_thread::sleep_for(kMainPeriod);
-    if (stop_signals_.is_requested()) {
-      say("stopped by a signal before the room was joined");
+    pause();
+    if (stop_signals_.is_requested() || (window_ && window_->is_closed())) {
+      say("stopped before the room was joined");
       return false;
     }
   }
@@ -163,6 +250,7 @@ void ClientRun::start_loop() {
   settings.cpu = options_.cpu;
   settings.duration = options_.duration;
   loop_.emplace(settings, io_.haptics(), [this] { io_.notify(); });
+  if (window_) loop_to_stop = &*loop_;
   realtime_not_granted_ = loop_->start();
   if (options_.insists_on_realtime && !realtime_not_granted_.empty()) {
     throw std::runtime_error("--insist-realtime: " + joined_lines(realtime_not_granted_));
@@ -170,10 +258,11 @@ void ClientRun::start_loop() {
   for (const std::string& line : realtime_not_granted_) say(line);
   stop_signals_.when_requested([this] { loop_->request_stop(); });
   next_status_ = SteadyClock().now() + kStatusPeriod;
+  picture_due_ = SteadyClock().now() + options_.window.after;
 }
 
 void ClientRun::keep_going() {
-  std::this_thread::sleep_for(kMainPeriod);
+  pause();
   if (loop_->is_over()) is_over_ = true;
   drain_records();
   const ClientIoSnapshot io = io_.snapshot();
@@ -195,6 +284,7 @@ void ClientRun::take_record(const TickRecord& record) {
   if (!first_tick_) first_tick_ = record.at;
   const int phase = hand_path_.phase_at(record.at - *first_tick_);
   report_.add(record, phase);
+  if (window_) window_->add(record);
   if (trace_) trace_->write(record, phase);
   const std::string news = report_.take_device_news();
   if (!news.empty()) say("device " + options_.device.name + " is " + news);
@@ -211,7 +301,7 @@ void ClientRun::follow_session(const ClientIoSnapshot& io) {
   if (io.stage_note != last_stage_note_) say(io.stage_note);
   last_stage_note_ = io.stage_note;
   explain_coupling(io.coupling_check);
-  if (status.state == SessionState::kEnded) is_over_ = true;
+  end_by_itself(io);
 }
 
 // Here and not on the io thread, which has displayed or refused it already: the search for a remedy takes tens of
@@ -254,6 +344,7 @@ RunSummary ClientRun::summary(ClientIoSnapshot io) const {
 }
 
 int ClientRun::finish() {
+  loop_to_stop = nullptr;
   loop_->stop();
   drain_records();
   const ClientIoSnapshot io = io_.snapshot();

@@ -124,8 +124,8 @@ std::string listed_devices() {
 }
 
 void add_device_options(CLI::App& app, devices::DeviceOptions& device, std::string& profile) {
-  app.add_option("--device", device.name, "what the hand holds: " + listed_devices())
-      ->capture_default_str()
+  app.add_option("--device", device.name,
+                 "what the hand holds [mouse in the window; sim with --headless or --hand]: " + listed_devices())
       ->type_name("NAME");
   app.add_option("--profile", profile,
                  "limits [N, N*m], axes, encoder steps [m, rad], mass [kg] and damping [N*s/m] of the device, or of "
@@ -212,8 +212,35 @@ int last_cpu() {
   return static_cast<int>(std::max(1L, sysconf(_SC_NPROCESSORS_CONF))) - 1;
 }
 
-void add_run_options(CLI::App& app, ClientOptions& options, bool& is_headless) {
-  app.add_flag("--headless", is_headless, "without a window; required in this version");
+#ifdef TANDEM_HAS_WINDOW
+constexpr const char* kHeadlessHelp = "without a window";
+#else
+constexpr const char* kHeadlessHelp = "without a window; required, for this program was built without one";
+#endif
+
+void take_size(const std::string& text, WindowOptions& window) {
+  const auto number = [&text](std::size_t from, std::size_t to) {
+    int value = 0;
+    const auto [end, error] = std::from_chars(text.data() + from, text.data() + to, value);
+    const bool is_good = error == std::errc() && end == text.data() + to && value >= 200 && value <= 8192;
+    if (!is_good) throw std::invalid_argument("'" + text + "' must be of numbers from 200 to 8192, e.g. 1280x800");
+    return value;
+  };
+  const std::size_t cross = std::min(text.find('x'), text.size());
+  window.width = number(0, cross);
+  window.height = number(std::min(cross + 1, text.size()), text.size());
+}
+
+void add_window_options(CLI::App& app, WindowOptions& window, bool& is_headless) {
+  app.add_flag("--headless", is_headless, kHeadlessHelp);
+  app.add_option("--screenshot", window.screenshot, "write a picture of the window, then end")->type_name("FILE.png");
+  add_text(app, "--after", "when, after joining [3s]", "TIME",
+           [&window](const std::string& text) { window.after = parse_duration(text, "s"); });
+  add_text(app, "--window-size", "of the window [1280x800 pixels]", "WxH",
+           [&window](const std::string& text) { take_size(text, window); });
+}
+
+void add_run_options(CLI::App& app, ClientOptions& options) {
   app.add_option("--seed", options.seed, "of the simulated hand and links")
       ->check(CLI::NonNegativeNumber.description(""))
       ->capture_default_str();
@@ -276,12 +303,14 @@ std::optional<ClientOptions> parse_client_options(int argc, const char* const* a
   net::LinkParameters link;
   bool has_link = false;
   bool is_headless = false;
+  options.device.name.clear();
   add_session_options(app, options);
   add_deadband_option(app, options);
   add_device_options(app, options.device, profile);
   add_stage_options(app, options.stage);
   add_link_options(app, link, has_link);
-  add_run_options(app, options, is_headless);
+  add_window_options(app, options.window, is_headless);
+  add_run_options(app, options);
   app.set_version_flag("--version", "tandem-client " TANDEM_VERSION);
   try {
     app.parse(argc, argv);
@@ -293,10 +322,15 @@ std::optional<ClientOptions> parse_client_options(int argc, const char* const* a
   if (const auto cache = default_cache_directory(); !cache.empty()) {
     options.io.client.session.asset_store = disk_asset_store(cache / "assets");
   }
+  options.window.is_open = !is_headless;
+  if (is_headless && !options.window.screenshot.empty()) {
+    throw std::invalid_argument("--screenshot is of the window: leave out --headless");
+  }
+  const bool has_named_hand = app.count("--hand") > 0;
+  if (options.device.name.empty()) options.device.name = is_headless || has_named_hand ? "sim" : "mouse";
   complete(options.device, profile);
   options.device.seed = options.seed;
   options.device.realtime_priority = options.realtime_priority;
-  if (!is_headless) throw std::invalid_argument("the window is not part of this version; add --headless");
   if (has_link) {
     check_links(options, link);
     options.io.links = SimulatedLinks{link, link, options.seed};

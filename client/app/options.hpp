@@ -12,7 +12,17 @@
 
 namespace tandem::client {
 
+/// What a window shows of itself, and when it takes a picture.
+struct WindowOptions {
+  bool is_open = true;               ///< false: --headless
+  std::filesystem::path screenshot;  ///< empty: none
+  Duration after{std::chrono::seconds(3)};
+  int width = 1280;
+  int height = 800;
+};
+
 struct ClientOptions {
+  WindowOptions window;
   ClientIoSettings io;  ///< server, room, name, role, transport and simulated links
   devices::DeviceOptions device;
   StageSettings stage;               ///< what the hand is shown, predictor and passivity controller

@@ -74,7 +74,8 @@ HapticCore::HapticCore(const HapticSettings& settings, devices::Device& device, 
       stage_(require_stage(settings.stage)),
       is_passivity_controlled_(settings.stage.passivity),
       safety_(with_device_limits(settings.safety, device.spec())),
-      device_path_(device.spec().position_step_m, device.spec().rotation_step_rad) {}
+      device_path_(device.spec().position_step_m, device.spec().rotation_step_rad),
+      view_(settings.feeds_view ? std::make_unique<ViewFeed>() : nullptr) {}
 
 HapticCore::~HapticCore() = default;
 
@@ -177,6 +178,7 @@ void HapticCore::enter_scene(const HapticScene& scene) noexcept {
   passivity_.reset();
   clutch_.reset();
   outgoing_.forget_buttons();
+  if (view_ != nullptr) view_->reset();
   safety_.rearm();
 }
 
@@ -194,6 +196,7 @@ void HapticCore::take_state(const ReceivedUpdate& received) noexcept {
   record_.server_tick_faults = update.tick_faults;
   record_.held_body = update.held_body;
   note_watched_body(update);
+  if (view_ != nullptr) view_->take(update);
   passivity_.world_reported(update.energy_from_world_j, update.energy_into_world_j,
                             to_seconds(received.received - energy_reported_at_), stage_output_.is_local);
   energy_reported_at_ = received.received;
@@ -329,6 +332,12 @@ void HapticCore::count() noexcept {
 void HapticCore::publish() noexcept {
   outgoing_.write(mailboxes_.outbox.back(), record_, stage_output_, newest(), is_driving(), requested_work_);
   mailboxes_.outbox.publish();
+  publish_view();
+}
+
+void HapticCore::publish_view() noexcept {
+  if (view_ == nullptr || record_.tick.value % kViewEvery != 0) return;
+  view_->write(record_, scene_.workspace, newest(), record_.is_local ? models_.get() : nullptr);
 }
 
 }  // namespace tandem::client

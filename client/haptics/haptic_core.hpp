@@ -19,6 +19,7 @@
 #include "client/haptics/scene_coupling.hpp"
 #include "client/haptics/stages/stage.hpp"
 #include "client/haptics/tick_record.hpp"
+#include "client/haptics/view.hpp"
 #include "common/haptics/encoder_path.hpp"
 #include "common/haptics/passivity/hand_passivity_controller.hpp"
 #include "common/haptics/safety.hpp"
@@ -30,6 +31,7 @@ namespace tandem::client {
 
 struct HapticSettings {
   StageSettings stage{};
+  bool feeds_view = false;           ///< for a window
   haptics::SafetySettings safety{};  ///< slew and speed limits are taken from the device's spec
   /// Numbers of the coupling that come from the wire are bounded by these (and by the device's own limits), in newtons
   /// and metres of the device; coupling_bounds() (devices/device_profile.hpp) gives those of a known device. Stiffness,
@@ -76,6 +78,9 @@ class HapticCore {
   const HapticCounters& counters() const { return counters_; }
   /// Of the scene in force; null: it has none.
   const LocalModel* local_model() const { return models_.get(); }
+  /// Null unless HapticSettings::feeds_view, and before the first. Valid until the next call.
+  /// Thread  window
+  const View* newest_view() noexcept { return view_ != nullptr ? view_->newest() : nullptr; }
   /// Body whose state goes into TickRecord::watched_body_W.
   /// Thread  any
   void watch(BodyId body) noexcept { watched_.store(body.value, std::memory_order_relaxed); }
@@ -99,6 +104,7 @@ class HapticCore {
   void record_stage() noexcept;
   void count() noexcept;
   void publish() noexcept;
+  void publish_view() noexcept;
   /// Handle and buttons are sent to the server.
   bool is_driving() const noexcept { return scene_is_usable_ && scene_.may_drive; }
   /// The hand feels the scene.
@@ -137,6 +143,7 @@ class HapticCore {
   /// the device's own limit keep from the hand, its tool does in the world all the same, so the server has to count it.
   PortWork requested_work_;
   OutgoingUpdate outgoing_;
+  std::unique_ptr<ViewFeed> view_;  ///< null: nobody looks
   TickRecord record_;
   HapticCounters counters_;
 };

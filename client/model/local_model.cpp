@@ -241,7 +241,8 @@ void LocalModel::drive_partners(Duration played, Duration present, double period
 void LocalModel::compare_tool(const proto::ServerUpdate& update, const ModelThen& then,
                               const LocalModelInput& input) noexcept {
   const Duration ago = kInputPeriod * static_cast<int>(input.input.value - update.answered_input.value);
-  residual_ = update.wrench_on_hand_W - then.on_hand_W;
+  newest_residual_ = update.wrench_on_hand_W - then.on_hand_W;
+  residual_ = newest_residual_;
   residual_of_ = input.now - ago;
   if (update.held_body.is_valid() || tool_state_.held.is_valid()) {
     diverged_s_ = 0;
@@ -394,6 +395,12 @@ void LocalModel::remember(Tick input) noexcept {
 
 std::optional<Wrench> LocalModel::take_residual() noexcept {
   return std::exchange(residual_, std::nullopt);
+}
+
+RigidState LocalModel::partner_tool(UserId user, const RigidState& told) const noexcept {
+  const auto is_it = [user](const PartnerHere& here) { return here.is_here && here.partner.id() == user; };
+  const auto found = std::find_if(partners_.begin(), partners_.end(), is_it);
+  return found == partners_.end() ? told : world_.tool(found->tool).tool;
 }
 
 bool LocalModel::take_jump() noexcept {

@@ -78,11 +78,15 @@ class LocalModel {
   BodyId held() const { return tool_state_.held; }
   /// As the model has it now.
   RigidState body(BodyId id) const { return world_.body(id); }
+  /// Another user's tool as the model steps it; `told` where it does not.
+  RigidState partner_tool(UserId user, const RigidState& told) const noexcept;
   /// From an input to its effect being used here, the waiting at both ends included; 0: not known yet.
   Duration loop_delay() const { return loop_delay_; }
   /// What the server's wrench on the hand was beyond the model's for the same input, of the newest update that answered
   /// a known one; consumed by the call.
   std::optional<Wrench> take_residual() noexcept;
+  /// The same, whether taken or not; zero before the first.
+  const Wrench& newest_residual() const { return newest_residual_; }
   /// When that input was.
   LocalTime residual_of() const { return residual_of_; }
   /// Work of the hand's coupling on the model, less what it gave back [J].
@@ -151,6 +155,7 @@ class LocalModel {
   bool has_started_ = false;
   Duration loop_delay_{0};
   std::optional<Wrench> residual_;
+  Wrench newest_residual_;
   LocalTime residual_of_{};
   std::vector<PartnerHere> partners_;    ///< reserved for kMaxUsers
   std::optional<Tick> predicted_grasp_;  ///< input of a grasp or release that the server has not answered yet

@@ -83,6 +83,8 @@ class ClientBench {
   void receive_state() {
     proto::ServerUpdate update;
     update.step = Step{++step_};
+    update.bodies.emplace_back().id = BodyId{1};
+    update.bodies.back().state.X.p = Vec3(0.1, 0.2, 0.3);
     update.sent = server_time_of_own_clock(now);
     proto::Bytes datagram;
     proto::append_header({proto::DatagramType::kServerUpdate, 5, ConnectionId{7}, ++sequence_}, datagram);
@@ -122,6 +124,21 @@ TEST(Client, ShowsTheLocalModelOfEachJoinFromItsFirstState) {
   bench.run();
   EXPECT_TRUE(bench.is_local());
   EXPECT_NE(bench.client.haptics().local_model(), first);
+}
+
+TEST(Client, ShowsAWindowTheBodiesThatAreFeltAndThoseThatTheServerTells) {
+  ClientSettings settings;
+  settings.haptics.feeds_view = true;
+  ClientBench bench(settings);
+  bench.join(box_scene());
+  bench.run(20);
+  const View* const view = bench.client.haptics().newest_view();
+  ASSERT_NE(view, nullptr);
+  ASSERT_EQ(view->bodies.size(), 1U);
+  EXPECT_TRUE(view->record.is_local);
+  EXPECT_LT((view->told_bodies[0].state.X.p - Vec3(0.1, 0.2, 0.3)).norm(), 1e-6) << "single precision on the wire";
+  const RigidState felt = bench.client.haptics().local_model()->body(BodyId{1});
+  EXPECT_LT((view->bodies[0].state.X.p - felt.X.p).norm(), 0.01) << "up to a few ticks old";
 }
 
 TEST(Client, SaysOnceWhyASceneHasNoLocalModelAndShowsTheLatePose) {

@@ -156,13 +156,28 @@ TEST(ClientOptions, DelayAndRateAreAllowedOverAStream) {
   EXPECT_EQ(options->io.links->up.delay, std::chrono::milliseconds(25));
 }
 
-TEST(ClientOptions, WithoutHeadlessTheMissingWindowIsNamed) {
-  const char* const arguments[] = {"tandem-client"};
-  try {
-    parse_client_options(1, arguments);
-    FAIL();
-  } catch (const std::invalid_argument& error) {
-    EXPECT_THAT(error.what(), HasSubstr("add --headless"));
+std::optional<ClientOptions> parse_with_window(std::vector<const char*> arguments) {
+  arguments.insert(arguments.begin(), "tandem-client");
+  return parse_client_options(static_cast<int>(arguments.size()), arguments.data());
+}
+
+TEST(ClientOptions, WithoutHeadlessThereIsAWindowAndTheMouseIsTheDevice) {
+  const auto options = parse_with_window({"--screenshot", "a.png", "--after", "2s", "--window-size", "640x480"});
+  ASSERT_TRUE(options);
+  EXPECT_TRUE(options->window.is_open);
+  EXPECT_EQ(options->device.name, "mouse");
+  EXPECT_EQ(options->window.screenshot, "a.png");
+  EXPECT_EQ(options->window.after, std::chrono::seconds(2));
+  EXPECT_EQ(options->window.width, 640);
+  EXPECT_EQ(options->window.height, 480);
+  EXPECT_FALSE(parse({})->window.is_open);
+  EXPECT_EQ(parse_with_window({"--hand", "circle"})->device.name, "sim") << "who names a hand wants to watch it";
+  EXPECT_EQ(parse_with_window({"--device", "sim"})->device.name, "sim");
+}
+
+TEST(ClientOptions, AWindowsSizeIsTwoNumbersThatAScreenCanHave) {
+  for (const char* const size : {"640", "640x", "x480", "640x480x2", "100x100", "99999x480", "axb", ""}) {
+    EXPECT_THROW(parse_with_window({"--window-size", size}), std::invalid_argument) << size;
   }
 }
 

@@ -19,11 +19,12 @@ class HapticTickAllocation : public ::testing::TestWithParam<std::string_view> {
 TEST_P(HapticTickAllocation, IsNoneFromTheFirstTickToShutdown) {
   ScriptedDevice device;
   auto mailboxes = std::make_unique<ClientMailboxes>();
-  HapticCore core({.stage = {.name = std::string(GetParam())}}, device, *mailboxes);
+  HapticCore core({.stage = {.name = std::string(GetParam())}, .feeds_view = true}, device, *mailboxes);
   realtime::Ring<TickRecord> trace(16);
   TickRecord taken;
   auto received = std::make_unique<ReceivedUpdate>();
   received->update.bodies.resize(proto::kMaxBodies);
+  received->update.users.resize(proto::kMaxUsers);
   HapticScene scene;
   scene.may_drive = scene.may_display = true;
   core.watch(BodyId{3});

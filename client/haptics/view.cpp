@@ -1,0 +1,78 @@
+#include "client/haptics/view.hpp"
+
+#include <algorithm>
+
+#include "client/model/local_model.hpp"
+
+namespace tandem::client {
+namespace {
+
+/// Of whom the server has not told for so long, that user has left.
+constexpr Duration kUserKept = std::chrono::seconds(1);
+
+/// Replaces the one of the same id, or adds it; what the capacity does not hold is left out. Its index; past the end if so.
+template <class States, class State>
+std::size_t keep(States& states, const State& told) noexcept {
+  const auto known = std::ranges::find(states, told.id, &State::id);
+  const auto index = static_cast<std::size_t>(known - states.begin());
+  if (known != states.end()) {
+    *known = told;
+  } else if (states.size() < states.capacity()) {
+    states.push_back(told);
+  }
+  return index;
+}
+
+}  // namespace
+
+void ViewFeed::reset() noexcept {
+  next_.told_bodies.clear();
+  next_.users.clear();
+  users_told_at_.clear();
+}
+
+// Updates are thinned on the wire, so a body or a user may be missing from this one: then the last state holds.
+void ViewFeed::take(const proto::ServerUpdate& update) noexcept {
+  for (const proto::BodyState& body : update.bodies) keep(next_.told_bodies, body);
+  for (const proto::OtherUserState& user : update.users) {
+    const std::size_t index = keep(next_.users, user);
+    users_told_at_.resize(next_.users.size());
+    if (index < users_told_at_.size()) users_told_at_[index] = update.stepped;
+  }
+  forget_users(update.stepped);
+}
+
+void ViewFeed::forget_users(ServerTime now) noexcept {
+  for (std::size_t i = next_.users.size(); i-- > 0;) {
+    if (now - users_told_at_[i] <= kUserKept) continue;
+    next_.users.erase(next_.users.begin() + static_cast<std::ptrdiff_t>(i));
+    users_told_at_.erase(users_told_at_.begin() + static_cast<std::ptrdiff_t>(i));
+  }
+}
+
+void ViewFeed::write(const TickRecord& record, const WorkspaceMapping& workspace, const ReceivedUpdate* newest,
+                     const LocalModel* model) noexcept {
+  View& view = mailbox_.back();
+  view = next_;
+  view.record = record;
+  view.workspace = workspace;
+  view.has_state = newest != nullptr;
+  if (newest != nullptr) view.newest = *newest;
+  view.bodies = view.told_bodies;
+  view.loop_delay = Duration{0};
+  view.residual_on_hand_W = Wrench{};
+  if (model != nullptr && model->has_started()) {
+    view.loop_delay = model->loop_delay();
+    view.residual_on_hand_W = model->newest_residual();
+    for (proto::BodyState& body : view.bodies) body.state = model->body(body.id);
+    for (proto::OtherUserState& user : view.users) user.tool = model->partner_tool(user.id, user.tool);
+  }
+  mailbox_.publish();
+}
+
+const View* ViewFeed::newest() noexcept {
+  has_view_ = mailbox_.poll() || has_view_;
+  return has_view_ ? &mailbox_.front() : nullptr;
+}
+
+}  // namespace tandem::client

@@ -1,0 +1,162 @@
+#include "client/view/drawn_mesh.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace tandem::client {
+namespace {
+
+/// Of the angle up to which neighbouring faces are one smooth surface.
+const double kSmoothCosine = std::cos(40 * std::numbers::pi / 180);
+/// Balls of molecules with more atoms than this are made of fewer triangles.
+constexpr std::size_t kFineAtoms = 1500;
+
+constexpr Rgba kWhite{1, 1, 1, 1};
+
+std::array<std::uint8_t, 4> bytes_of(const Rgba& color) {
+  std::array<std::uint8_t, 4> result{};
+  for (std::size_t i = 0; i < 4; ++i) {
+    result[i] = static_cast<std::uint8_t>(std::lround(std::clamp(color[i], 0.0F, 1.0F) * 255));
+  }
+  return result;
+}
+
+std::array<float, 3> floats_of(const Vec3& a) {
+  return {static_cast<float>(a.x()), static_cast<float>(a.y()), static_cast<float>(a.z())};
+}
+
+/// The faces around each vertex, and their normals times twice their area.
+struct Faces {
+  explicit Faces(const geometry::TriangleMesh& mesh) : around(mesh.vertices.size()) {
+    for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+      const auto& corners = mesh.triangles[i];
+      const bool is_whole = std::ranges::all_of(corners, [&mesh](int corner) {
+        return corner >= 0 && static_cast<std::size_t>(corner) < mesh.vertices.size();
+      });
+      normals.push_back(is_whole ? normal_of(mesh, corners) : Vec3(0, 0, 0));
+      if (!is_whole || normals.back().squaredNorm() <= 0) continue;
+      for (const int corner : corners) around[static_cast<std::size_t>(corner)].push_back(i);
+    }
+  }
+
+  static Vec3 normal_of(const geometry::TriangleMesh& mesh, const std::array<int, 3>& corners) {
+    const auto at = [&](int corner) { return mesh.vertices[static_cast<std::size_t>(corners[corner])]; };
+    return (at(1) - at(0)).cross(at(2) - at(0));
+  }
+
+  /// Of the surface, at a corner of a face.
+  Vec3 smooth_normal(std::size_t vertex, std::size_t face) const {
+    Vec3 sum = Vec3::Zero();
+    const Vec3 own = normals[face].normalized();
+    for (const std::size_t other : around[vertex]) {
+      if (normals[other].normalized().dot(own) >= kSmoothCosine) sum += normals[other];
+    }
+    return sum.normalized();
+  }
+
+  std::vector<std::vector<std::size_t>> around;
+  std::vector<Vec3> normals;
+};
+
+/// A ball of radius 1: an octahedron, its edges halved so often.
+geometry::TriangleMesh ball(int halvings) {
+  geometry::TriangleMesh mesh;
+  mesh.vertices = {Vec3::UnitX(), -Vec3::UnitX(), Vec3::UnitY(), -Vec3::UnitY(), Vec3::UnitZ(), -Vec3::UnitZ()};
+  mesh.triangles = {{0, 2, 4}, {2, 1, 4}, {1, 3, 4}, {3, 0, 4}, {2, 0, 5}, {1, 2, 5}, {3, 1, 5}, {0, 3, 5}};
+  for (int i = 0; i < halvings; ++i) {
+    geometry::TriangleMesh finer{.vertices = mesh.vertices, .triangles = {}};
+    const auto middle = [&finer](int a, int b) {
+      finer.vertices.push_back(
+          (finer.vertices[static_cast<std::size_t>(a)] + finer.vertices[static_cast<std::size_t>(b)]).normalized());
+      return static_cast<int>(finer.vertices.size()) - 1;
+    };
+    for (const auto& [a, b, c] : mesh.triangles) {
+      const int ab = middle(a, b), bc = middle(b, c), ca = middle(c, a);
+      for (const std::array<int, 3>& part : {std::array{a, ab, ca}, {ab, b, bc}, {ca, bc, c}, {ab, bc, ca}}) {
+        finer.triangles.push_back(part);
+      }
+    }
+    mesh = std::move(finer);
+  }
+  return mesh;
+}
+
+/// Source  radii: Bondi, J. Phys. Chem. 68, 441 (1964); hydrogen: Rowland and Taylor, J. Phys. Chem. 100, 7384 (1996)
+struct Element {
+  double mass_u;
+  double radius_angstrom;
+  Rgba color;
+  bool is_carbon = false;
+};
+
+const Element& element_of(double mass_u) {
+  static const std::array<Element, 6> kElements{{{1.008, 1.10, {0.93F, 0.93F, 0.93F, 1}},
+                                                 {12.011, 1.70, {}, true},
+                                                 {14.007, 1.55, {0.10F, 0.35F, 0.85F, 1}},
+                                                 {15.999, 1.52, {0.84F, 0.18F, 0.10F, 1}},
+                                                 {30.974, 1.80, {0.90F, 0.45F, 0.05F, 1}},
+                                                 {32.06, 1.80, {0.93F, 0.82F, 0.20F, 1}}}};
+  return *std::ranges::min_element(kElements, {}, [mass_u](const Element& e) { return std::abs(e.mass_u - mass_u); });
+}
+
+/// Triangles between the circles of two profile points about z; a radius of 0 is a tip.
+void append_band(geometry::TriangleMesh& mesh, double low_radius, double low_z, double high_radius, double high_z) {
+  constexpr int kSides = 20;
+  const auto first = static_cast<int>(mesh.vertices.size());
+  for (int side = 0; side < kSides; ++side) {
+    const double angle = 2 * std::numbers::pi * side / kSides;
+    const Vec3 out(std::cos(angle), std::sin(angle), 0);
+    mesh.vertices.push_back(low_radius * out + low_z * Vec3::UnitZ());
+    mesh.vertices.push_back(high_radius * out + high_z * Vec3::UnitZ());
+  }
+  for (int side = 0; side < kSides; ++side) {
+    const int a = first + 2 * side, b = first + 2 * ((side + 1) % kSides);
+    mesh.triangles.push_back({a, b, b + 1});
+    mesh.triangles.push_back({a, b + 1, a + 1});
+  }
+}
+
+}  // namespace
+
+void append_mesh(DrawnMesh& out, const geometry::TriangleMesh& mesh, const Pose& X, const Rgba& color) {
+  const Faces faces(mesh);
+  const std::array<std::uint8_t, 4> bytes = bytes_of(color);
+  out.reserve(out.size() + 3 * mesh.triangles.size());
+  for (std::size_t face = 0; face < mesh.triangles.size(); ++face) {
+    if (faces.normals[face].squaredNorm() <= 0) continue;
+    for (const int corner : mesh.triangles[face]) {
+      const auto vertex = static_cast<std::size_t>(corner);
+      const Vec3 normal = faces.smooth_normal(vertex, face);
+      out.push_back({floats_of(X * mesh.vertices[vertex]), floats_of(X.q * normal), bytes});
+    }
+  }
+}
+
+void append_molecule(DrawnMesh& out, const docking::Molecule& molecule, double metres_per_angstrom,
+                     const Rgba& carbon) {
+  DrawnMesh unit;
+  append_mesh(unit, ball(molecule.size() <= kFineAtoms ? 3 : 1), Pose{}, kWhite);
+  out.reserve(out.size() + molecule.size() * unit.size());
+  for (std::size_t atom = 0; atom < molecule.size(); ++atom) {
+    const Element& element = element_of(molecule.mass_u[atom]);
+    const std::array<std::uint8_t, 4> color = bytes_of(element.is_carbon ? carbon : element.color);
+    const auto radius_m = static_cast<float>(element.radius_angstrom * metres_per_angstrom);
+    const std::array<float, 3> centre = floats_of(molecule.positions_angstrom[atom] * metres_per_angstrom);
+    for (Vertex vertex : unit) {
+      vertex.normal = vertex.position_m;
+      for (std::size_t i = 0; i < 3; ++i) vertex.position_m[i] = centre[i] + radius_m * vertex.position_m[i];
+      vertex.color = color;
+      out.push_back(vertex);
+    }
+  }
+}
+
+void append_cone(DrawnMesh& out) {
+  geometry::TriangleMesh mesh;
+  append_band(mesh, 0, 0, 1, 0);
+  append_band(mesh, 1, 0, 0, 1);
+  append_mesh(out, mesh, Pose{}, kWhite);
+}
+
+}  // namespace tandem::client

@@ -1,0 +1,200 @@
+#include "client/view/drawn_scene.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "client/session/session.hpp"
+#include "common/base/byte_io.hpp"
+#include "common/docking/molecule_asset.hpp"
+#include "common/geometry/surface_asset.hpp"
+#include "common/geometry/tessellation.hpp"
+#include "proto/placement.hpp"
+
+namespace tandem::client {
+namespace {
+
+/// What stands still widens the view unless it is larger, or farther, than so many times the ball around tools and
+/// moving things: a table does not.
+constexpr double kMaxStaticSize = 2.5;
+constexpr double kMaxStaticDistance = 5;
+/// Room around what is looked at.
+constexpr double kFocusMargin = 1.15;
+constexpr double kDefaultToolRadius_m = 0.005;
+
+Rgba rgba_of(const google::protobuf::RepeatedField<double>& rgb, const Rgba& otherwise) {
+  if (rgb.size() != 3) return otherwise;
+  return {static_cast<float>(rgb[0]), static_cast<float>(rgb[1]), static_cast<float>(rgb[2]), 1};
+}
+
+std::optional<geometry::TriangleMesh> tessellated(const wire::Shape& shape) {
+  switch (shape.kind_case()) {
+    case wire::Shape::kSphere:
+      return geometry::tessellated_sphere(shape.sphere().radius_m());
+    case wire::Shape::kBox:
+      if (shape.box().size_m_size() != 3) return std::nullopt;
+      return geometry::tessellated_box({shape.box().size_m(0), shape.box().size_m(1), shape.box().size_m(2)});
+    case wire::Shape::kCylinder:
+      return geometry::tessellated_cylinder(shape.cylinder().radius_m(), shape.cylinder().length_m());
+    case wire::Shape::kCapsule:
+      return geometry::tessellated_capsule(shape.capsule().radius_m(), shape.capsule().length_m());
+    default:
+      return std::nullopt;
+  }
+}
+
+class Builder {
+ public:
+  Builder(const wire::Joined& joined, const AssetMap& assets) : scene_(joined.scene()), assets_(assets) {}
+
+  DrawnScene build() {
+    for (const wire::Body& body : scene_.bodies()) {
+      const Rgba color = rgba_of(body.color_rgb(), {0.7F, 0.7F, 0.7F, 1});
+      out_.bodies.push_back(drawn(body.name(), body.shapes(), body.placement(), color));
+      out_.bodies.back().is_static = body.mass_kg() <= 0;
+    }
+    for (const wire::SoftBody& body : scene_.soft_bodies()) out_.soft_bodies.push_back(soft(body));
+    for (int i = 0; i < scene_.tools_size(); ++i) out_.tools.push_back(tool(i));
+    frame();
+    return std::move(out_);
+  }
+
+ private:
+  DrawnBody drawn(const std::string& name, const google::protobuf::RepeatedPtrField<wire::Shape>& shapes,
+                  const wire::Placement& placement, const Rgba& color) {
+    DrawnBody body;
+    body.name = printable(name);
+    body.X_WB_start = proto::pose_from_placement(placement);
+    for (const wire::Shape& shape : shapes) append(body, shape, color);
+    finish(body);
+    return body;
+  }
+
+  DrawnBody tool(int index) {
+    const wire::Tool& message = scene_.tools(index);
+    const Rgba color = tool_color(static_cast<std::size_t>(index));
+    DrawnBody body = drawn(message.name(), message.shapes(), message.placement(), color);
+    if (!body.mesh.empty()) return body;
+    append_mesh(body.mesh, geometry::tessellated_sphere(kDefaultToolRadius_m), Pose{}, color);
+    finish(body);
+    return body;
+  }
+
+  DrawnBody soft(const wire::SoftBody& message) {
+    google::protobuf::RepeatedPtrField<wire::Shape> shapes;
+    if (message.has_block()) {
+      for (const double size_m : message.block().size_m()) {
+        if (shapes.empty()) shapes.Add();
+        shapes.Mutable(0)->mutable_box()->add_size_m(size_m);
+      }
+    } else {
+      out_.missing.push_back(printable(message.name()) + ": the shape of a soft mesh is not sent to clients");
+    }
+    return drawn(message.name(), shapes, message.placement(), rgba_of(message.color_rgb(), {0.8F, 0.5F, 0.5F, 1}));
+  }
+
+  void append(DrawnBody& body, const wire::Shape& shape, const Rgba& color) {
+    const Pose X_BS = proto::pose_from_placement(shape.placement());
+    if (shape.has_molecule()) return append_atoms(body, shape.molecule(), color);
+    const std::optional<geometry::TriangleMesh> mesh = shape.has_mesh() ? surface(shape.mesh()) : tessellated(shape);
+    if (mesh) {
+      append_mesh(body.mesh, *mesh, X_BS, color);
+    } else {
+      out_.missing.push_back(body.name + ": its surface is not here");
+    }
+  }
+
+  std::optional<geometry::TriangleMesh> surface(const wire::Mesh& mesh) const {
+    const proto::Bytes* const bytes = find_asset(assets_, mesh.surface_sha256());
+    return bytes == nullptr ? std::nullopt : geometry::surface_from(*bytes);
+  }
+
+  void append_atoms(DrawnBody& body, const wire::MoleculeSource& source, const Rgba& color) {
+    const proto::Bytes* const bytes = find_asset(assets_, source.asset_sha256());
+    const auto molecule = bytes == nullptr ? std::nullopt : docking::molecule_from(*bytes);
+    if (!molecule) {
+      out_.missing.push_back(body.name + ": its atoms are not here");
+      return;
+    }
+    append_molecule(body.mesh, *molecule, scene_.molecular_field().metres_per_angstrom(), color);
+  }
+
+  static void finish(DrawnBody& body) {
+    for (const Vertex& vertex : body.mesh) {
+      const Vec3 at(vertex.position_m[0], vertex.position_m[1], vertex.position_m[2]);
+      body.radius_m = std::max(body.radius_m, at.norm());
+    }
+  }
+
+  /// Widens the focus to hold a ball.
+  void hold(const Vec3& centre, double radius_m) {
+    const Vec3 apart = centre - out_.focus_W;
+    const double distance = apart.norm();
+    if (distance + radius_m <= out_.focus_radius_m) return;
+    const double wide = std::max(radius_m, (distance + radius_m + out_.focus_radius_m) / 2);
+    if (distance > 0) out_.focus_W += apart / distance * std::max(0.0, wide - out_.focus_radius_m);
+    out_.focus_radius_m = wide;
+  }
+
+  void frame() {
+    bool has_any = false;
+    const auto widen = [this, &has_any](const DrawnBody& body) {
+      if (!std::exchange(has_any, true)) {
+        out_.focus_W = body.X_WB_start.p;
+        out_.focus_radius_m = body.radius_m;
+      } else {
+        hold(body.X_WB_start.p, body.radius_m);
+      }
+    };
+    for (const DrawnBody& body : out_.tools) widen(body);
+    for (const DrawnBody& body : out_.bodies) {
+      if (!body.is_static) widen(body);
+    }
+    for (const DrawnBody& body : out_.soft_bodies) widen(body);
+    const double radius_m = out_.focus_radius_m;
+    for (const DrawnBody& body : out_.bodies) {
+      const double away_m = (body.X_WB_start.p - out_.focus_W).norm();
+      const bool is_near = away_m < kMaxStaticDistance * radius_m && body.radius_m < kMaxStaticSize * radius_m;
+      if (body.is_static && is_near) widen(body);
+    }
+    out_.focus_radius_m *= kFocusMargin;
+    out_.floor_z_m = lowest_z_m();
+  }
+
+  double lowest_z_m() const {
+    double lowest = out_.focus_W.z() - out_.focus_radius_m;
+    bool has_static = false;
+    for (const DrawnBody& body : out_.bodies) {
+      if (!body.is_static) continue;
+      for (const Vertex& vertex : body.mesh) {
+        const Vec3 at = body.X_WB_start * Vec3(vertex.position_m[0], vertex.position_m[1], vertex.position_m[2]);
+        lowest = has_static ? std::min(lowest, at.z()) : at.z();
+        has_static = true;
+      }
+    }
+    return lowest;
+  }
+
+  const wire::Scene& scene_;
+  const AssetMap& assets_;
+  DrawnScene out_;
+};
+
+}  // namespace
+
+// Okabe and Ito, "Color universal design", 2008.
+Rgba tool_color(std::size_t tool) {
+  constexpr std::array<Rgba, 6> kColors{{{0.00F, 0.62F, 0.45F, 1},
+                                         {0.80F, 0.47F, 0.65F, 1},
+                                         {0.84F, 0.37F, 0.00F, 1},
+                                         {0.00F, 0.45F, 0.70F, 1},
+                                         {0.90F, 0.62F, 0.00F, 1},
+                                         {0.34F, 0.71F, 0.91F, 1}}};
+  return kColors[tool % kColors.size()];
+}
+
+DrawnScene make_drawn_scene(const wire::Joined& joined, const AssetMap& assets) {
+  return Builder(joined, assets).build();
+}
+
+}  // namespace tandem::client

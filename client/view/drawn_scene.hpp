@@ -1,0 +1,39 @@
+// What of a joined scene is drawn: a mesh for each body and tool, from the scene's message and its assets.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "client/session/asset_store.hpp"
+#include "client/view/drawn_mesh.hpp"
+#include "tandem/control.pb.h"
+
+namespace tandem::client {
+
+struct DrawnBody {
+  std::string name;  ///< fit for a screen
+  DrawnMesh mesh;    ///< in the body's frame
+  Pose X_WB_start;
+  bool is_static = false;
+  double radius_m = 0;  ///< of a ball about its origin that holds it
+};
+
+struct DrawnScene {
+  std::vector<DrawnBody> bodies;       ///< as scene.bodies
+  std::vector<DrawnBody> soft_bodies;  ///< as scene.soft_bodies, at rest: how they yield is not sent
+  std::vector<DrawnBody> tools;        ///< as scene.tools
+  std::vector<std::string> missing;    ///< what cannot be drawn (yet), and why
+  /// A ball around what users are here for: tools, what moves, and what is not much larger.
+  Vec3 focus_W = Vec3::Zero();
+  double focus_radius_m = 0.1;
+  double floor_z_m = 0;  ///< the lowest that there is
+};
+
+/// Colours of tools, by their index: those of Okabe and Ito that can be told apart by everybody. Yellow and cyan are of the
+/// arrows.
+Rgba tool_color(std::size_t tool);
+
+/// In      assets  may lack some: those shapes are left out, and named in `missing`
+DrawnScene make_drawn_scene(const wire::Joined& joined, const AssetMap& assets);
+
+}  // namespace tandem::client

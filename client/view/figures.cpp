@@ -1,0 +1,90 @@
+#include "client/view/figures.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tandem::client {
+namespace {
+
+constexpr Duration kMemory = std::chrono::seconds(2);
+/// Longer than this, what a window that stood still did not see is left out.
+constexpr Duration kMaxFrame = std::chrono::milliseconds(500);
+
+double in_ms(Duration duration) {
+  return to_seconds(duration) * 1e3;
+}
+
+template <class Value>
+void forget_old(std::vector<std::pair<LocalTime, Value>>& values, LocalTime now) {
+  std::erase_if(values, [now](const auto& value) { return now - value.first > kMemory; });
+}
+
+double share_lost(const net::LinkCounters& now, const net::LinkCounters& then) {
+  if (now.sent <= then.sent || now.lost < then.lost) return 0;
+  return static_cast<double>(now.lost - then.lost) / static_cast<double>(now.sent - then.sent);
+}
+
+}  // namespace
+
+void Curve::add(double value) {
+  values_[next_] = static_cast<float>(value);
+  next_ = (next_ + 1) % kLength;
+}
+
+double Curve::largest() const {
+  return *std::ranges::max_element(values_);
+}
+
+void Figures::add(const TickRecord& record) {
+  force_max_ = std::max(force_max_, record.displayed_on_hand_D.f.norm());
+  torque_max_ = std::max(torque_max_, record.displayed_on_hand_D.t.norm());
+  if (last_.tick.value != 0) tick_max_ms_ = std::max(tick_max_ms_, in_ms(record.at - last_.at));
+  last_ = record;
+  if (record.at >= step_end_) finish_step();
+}
+
+void Figures::finish_step() {
+  step_end_ = std::max(step_end_, last_.at - kStep) + kStep;
+  force_n.add(std::exchange(force_max_, 0));
+  torque_n_m.add(std::exchange(torque_max_, 0));
+  longest_tick_ms.add(std::exchange(tick_max_ms_, 0));
+  state_age_ms.add(std::max(0.0, in_ms(last_.state_age)));
+}
+
+void Figures::add(const View* view, const ClientIoSnapshot& io, LocalTime now) {
+  if (view != nullptr && view->has_state) take_transit(*view, now);
+  take_link(io, now);
+  next_step_ = std::max(next_step_, now - kMaxFrame);
+  for (; next_step_ <= now; next_step_ += kStep) {
+    round_trip_ms.add(io.has_clock ? in_ms(io.round_trip) : 0);
+    residual_n.add(view != nullptr ? view->residual_on_hand_W.f.norm() : 0);
+  }
+}
+
+// By the server's clock at one end and this one's at the other: their offset does not matter for how it spreads.
+void Figures::take_transit(const View& view, LocalTime now) {
+  forget_old(transits_ms_, now);
+  if (view.newest.update.step != transit_of_) {
+    const Duration here = view.newest.received.time_since_epoch(), there = view.newest.update.sent.time_since_epoch();
+    transits_ms_.emplace_back(now, in_ms(here - there));
+  }
+  transit_of_ = view.newest.update.step;
+  if (transits_ms_.empty()) return;
+  const auto count = static_cast<double>(transits_ms_.size());
+  const double first = transits_ms_.front().second;
+  double sum = 0, square_sum = 0;
+  for (const auto& [at, value] : transits_ms_) {
+    sum += value - first;
+    square_sum += (value - first) * (value - first);
+  }
+  jitter_ms = std::sqrt(std::max(0.0, square_sum / count - sum / count * (sum / count)));
+}
+
+void Figures::take_link(const ClientIoSnapshot& io, LocalTime now) {
+  forget_old(traffic_, now);
+  traffic_.emplace_back(now, io.links);
+  loss_up = share_lost(io.links.up, traffic_.front().second.up);
+  loss_down = share_lost(io.links.down, traffic_.front().second.down);
+}
+
+}  // namespace tandem::client

@@ -1,0 +1,22 @@
+// Instead of window.cpp in a program without it (TANDEM_WINDOW=OFF).
+#include <stdexcept>
+
+#include "client/view/window.hpp"
+
+namespace tandem::client {
+
+struct Window::Impl {};
+
+Window::Window(WindowSettings) {
+  throw std::runtime_error("this program was built without its window (TANDEM_WINDOW=OFF); add --headless");
+}
+
+Window::~Window() = default;
+void Window::add(const TickRecord&) {}
+void Window::draw(const View*, const ClientIoSnapshot&, const std::string&) {}
+bool Window::is_closed() const {
+  return true;
+}
+void Window::save_next_frame(const std::filesystem::path&) {}
+
+}  // namespace tandem::client

@@ -1,0 +1,221 @@
+#include "client/view/panels.hpp"
+
+#include <imgui.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+
+#include "client/view/scene_view.hpp"
+#include "common/haptics/safety.hpp"
+
+namespace tandem::client {
+namespace {
+
+constexpr float kPanelEm = 21;  ///< width, in letters' heights
+constexpr double kMaxSliderDelay_ms = 300;
+constexpr double kMaxSliderJitter_ms = 50;
+constexpr double kMaxSliderLoss = 30;  ///< %
+
+const ImVec4 kDim(0.72F, 0.76F, 0.80F, 1);
+const ImVec4 kWarning(0.98F, 0.72F, 0.20F, 1);
+
+ImVec4 color_of(const Rgba& color) {
+  return {color[0], color[1], color[2], color[3]};
+}
+
+void fact(const char* name, const std::string& value) {
+  ImGui::TextColored(kDim, "%s", name);
+  ImGui::SameLine(ImGui::GetFontSize() * 6.4F);
+  ImGui::TextUnformatted(value.c_str());
+}
+
+std::string text_of(const char* format, double value) {
+  std::array<char, 64> text{};
+  std::snprintf(text.data(), text.size(), format, value);
+  return text.data();
+}
+
+/// A curve from 0 to a round number above all that it shows.
+void curve(const char* name, const Curve& values, const char* format, double least_top, const ImVec4& color) {
+  double top = least_top;
+  while (top < values.largest()) top *= 2;
+  const ImVec2 size(ImGui::GetContentRegionAvail().x - ImGui::GetFontSize() * 2.4F, ImGui::GetFontSize() * 2.3F);
+  const std::string id = std::string("##") + name;
+  const std::string overlay = std::string(name) + "  " + text_of(format, values.newest());
+  ImGui::PushStyleColor(ImGuiCol_PlotLines, color);
+  ImGui::PlotLines(id.c_str(), values.data(), Curve::kLength, values.offset(), overlay.c_str(), 0,
+                   static_cast<float>(top), size);
+  ImGui::PopStyleColor();
+  ImGui::SameLine();
+  ImGui::TextColored(kDim, "%g", top);
+}
+
+bool slider(const char* name, double& value, double largest, const char* format) {
+  auto single = static_cast<float>(value);
+  ImGui::SetNextItemWidth(-ImGui::GetFontSize() * 4.2F);
+  const bool is_moved = ImGui::SliderFloat(name, &single, 0, static_cast<float>(largest), format);
+  value = std::clamp(static_cast<double>(single), 0.0, largest);
+  return is_moved;
+}
+
+void draw_link(net::LinkParameters& link, const std::function<void(const net::LinkParameters&)>& on_link) {
+  double delay_ms = to_seconds(link.delay) * 1e3, jitter_ms = to_seconds(link.jitter) * 1e3, loss = link.loss * 100;
+  ImGui::TextColored(kDim, "simulated link, each way");
+  bool is_moved = slider("delay", delay_ms, kMaxSliderDelay_ms, "%.0f ms");
+  is_moved = slider("jitter", jitter_ms, kMaxSliderJitter_ms, "%.1f ms") || is_moved;
+  is_moved = slider("loss", loss, kMaxSliderLoss, "%.1f %%") || is_moved;
+  if (!is_moved) return;
+  link.delay = from_seconds(delay_ms * 1e-3);
+  link.jitter = from_seconds(jitter_ms * 1e-3);
+  link.loss = loss / 100;
+  on_link(link);
+}
+
+void draw_session(const PanelContent& content) {
+  if (!ImGui::CollapsingHeader("Session", ImGuiTreeNodeFlags_DefaultOpen)) return;
+  const ClientIoSnapshot& io = *content.io;
+  fact("state", std::string(name_of(io.status.state)));
+  if (io.joined != nullptr) {
+    const std::string scene = printable(io.joined->scene().name());
+    fact("room", io.room == scene ? scene : io.room + " (" + scene + ")");
+    fact("role", io.joined->role() == wire::ROLE_MANIPULATOR ? "manipulator" : "observer");
+    fact("law", printable(io.joined->scene().coupling().law()));
+  }
+  for (const auto& [name, value] : *content.facts) fact(name.c_str(), value);
+  std::string others;
+  for (const wire::UserJoined& user : io.users) others += (others.empty() ? "" : ", ") + printable(user.name());
+  fact("with", others.empty() ? "nobody else" : others);
+  for (const std::string& line : *content.missing) ImGui::TextWrapped("not drawn: %s", line.c_str());
+}
+
+void draw_drops(const char* way, const proto::DropCounters& drops) {
+  for (std::size_t i = 1; i < static_cast<std::size_t>(proto::DropReason::kCount); ++i) {
+    const auto reason = static_cast<proto::DropReason>(i);
+    if (drops.of(reason) == 0) continue;
+    std::string words(proto::name_of(reason));
+    std::ranges::replace(words, '_', ' ');
+    ImGui::TextColored(kDim, "dropped %s, %s: %llu", way, words.c_str(),
+                       static_cast<unsigned long long>(drops.of(reason)));
+  }
+}
+
+void draw_network(const PanelContent& content, net::LinkParameters& link,
+                  const std::function<void(const net::LinkParameters&)>& on_link) {
+  if (!ImGui::CollapsingHeader("Network", ImGuiTreeNodeFlags_DefaultOpen)) return;
+  const Figures& figures = *content.figures;
+  curve("round trip [ms]", figures.round_trip_ms, "%.1f", 10, {0.80F, 0.47F, 0.65F, 1});
+  curve("state age [ms]", figures.state_age_ms, "%.1f", 5, {0.34F, 0.71F, 0.91F, 1});
+  fact("jitter", text_of("%.2f ms", figures.jitter_ms));
+  fact("loss", text_of("%.1f %% up, ", figures.loss_up * 100) + text_of("%.1f %% down", figures.loss_down * 100));
+  draw_link(link, on_link);
+  draw_drops("here", content.io->counters.received_drops);
+  draw_drops("on the way out", content.io->counters.sent_drops);
+}
+
+void draw_touch(const PanelContent& content) {
+  if (!ImGui::CollapsingHeader("Touch", ImGuiTreeNodeFlags_DefaultOpen)) return;
+  const Figures& figures = *content.figures;
+  curve("force [N]", figures.force_n, "%.2f", 1, color_of(kForceColor));
+  curve("torque [N·m]", figures.torque_n_m, "%.3f", 0.02, color_of(kTorqueColor));
+  curve("prediction's residual [N]", figures.residual_n, "%.2f", 0.5, {0.90F, 0.62F, 0.0F, 1});
+  curve("longest tick [ms]", figures.longest_tick_ms, "%.2f", 2, {0.80F, 0.80F, 0.80F, 1});
+  if (content.view == nullptr) return;
+  const TickRecord& record = content.view->record;
+  fact("safety", haptics::describe_safety_faults(record.safety_faults));
+  fact("passivity", text_of("%.0f %% of the force", record.passivity_gain * 100));
+  if (record.is_local && content.view->loop_delay > Duration{0}) {
+    fact("loop", text_of("%.1f ms to the server and back", to_seconds(content.view->loop_delay) * 1e3));
+  }
+}
+
+void draw_help(const PanelContent& content, bool& is_open) {
+  const ImVec2 size = ImGui::GetIO().DisplaySize;
+  ImGui::SetNextWindowPos(ImVec2(size.x * 0.5F, size.y * 0.5F), ImGuiCond_Always, ImVec2(0.5F, 0.5F));
+  if (ImGui::Begin("Help", &is_open,
+                   ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoCollapse)) {
+    const auto line = [](const char* what, const char* does) {
+      ImGui::TextUnformatted(what);
+      ImGui::SameLine(ImGui::GetFontSize() * 15);
+      ImGui::TextColored(kDim, "%s", does);
+    };
+    if (content.is_mouse) {
+      line("drag, left button", "move the hand in the plane of the picture");
+      line("  + Shift, or the wheel", "away from you and towards you");
+      line("  + Ctrl", "turn the hand; the wheel rolls it");
+      line("arrows, page up and down", "move the hand, without a mouse");
+      line("Space", "grab what is within reach, or let it go");
+      line("C held", "clutch: the hand moves, the tool stays");
+      line("R", "hand back to where it began");
+      ImGui::Separator();
+    }
+    line("drag, right button", "look from another side");
+    line("drag, middle button", "move the picture");
+    line(content.is_mouse ? "wheel" : "wheel, left button", "nearer and farther");
+    line("F", "fit the scene; T: follow the tool");
+    line("G", "ghosts: where the server has things");
+    line("Tab", "panels; F1: this help");
+    ImGui::Separator();
+    line("yellow arrow", "force on your hand, of the device");
+    line("cyan arrow", "torque on your hand");
+    line("glass ball, white line", "your device; the spring that joins it to the tool");
+  }
+  ImGui::End();
+}
+
+void draw_notice(const std::string& text) {
+  if (text.empty()) return;
+  const ImVec2 size = ImGui::GetIO().DisplaySize;
+  ImGui::SetNextWindowPos(ImVec2(size.x * 0.5F, ImGui::GetFontSize()), ImGuiCond_Always, ImVec2(0.5F, 0));
+  ImGui::SetNextWindowSizeConstraints(ImVec2(0, 0), ImVec2(size.x * 0.5F, size.y));
+  ImGui::Begin("##notice", nullptr,
+               ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoInputs);
+  ImGui::PushTextWrapPos(size.x * 0.5F - 2 * ImGui::GetFontSize());
+  ImGui::TextColored(kWarning, "%s", text.c_str());
+  ImGui::PopTextWrapPos();
+  ImGui::End();
+}
+
+}  // namespace
+
+std::string session_problem(const ClientIoSnapshot& io) {
+  const std::string& why = io.status.why;
+  switch (io.status.state) {
+    case SessionState::kActive:
+      return "";
+    case SessionState::kWaiting:
+      return "Connection lost, trying again: " + why;
+    case SessionState::kEnded:
+      return "The session has ended: " + why;
+    default:
+      return why.empty() ? "Connecting ..." : "Connecting again: " + why;
+  }
+}
+
+double panels_width() {
+  return (kPanelEm + 1.2) * ImGui::GetFontSize();
+}
+
+void draw_panels(const PanelContent& content, WindowSwitches& switches, net::LinkParameters& link,
+                 const std::function<void(const net::LinkParameters&)>& on_link) {
+  draw_notice(content.notice);
+  if (switches.shows_help) draw_help(content, switches.shows_help);
+  if (!switches.shows_panels) return;
+  const ImVec2 size = ImGui::GetIO().DisplaySize;
+  const float em = ImGui::GetFontSize();
+  ImGui::SetNextWindowPos(ImVec2(size.x - 0.6F * em, 0.6F * em), ImGuiCond_Always, ImVec2(1, 0));
+  ImGui::SetNextWindowSizeConstraints(ImVec2(kPanelEm * em, 0), ImVec2(kPanelEm * em, size.y - 1.2F * em));
+  ImGui::Begin("##panels", nullptr,
+               ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_AlwaysAutoResize);
+  draw_session(content);
+  draw_network(content, link, on_link);
+  draw_touch(content);
+  if (ImGui::CollapsingHeader("View", ImGuiTreeNodeFlags_DefaultOpen)) {
+    ImGui::Checkbox("server's poses as ghosts (G)", &switches.shows_ghosts);
+    ImGui::Checkbox("follow the tool (T)", &switches.follows_tool);
+    ImGui::TextColored(kDim, "F1: help");
+  }
+  ImGui::End();
+}
+
+}  // namespace tandem::client

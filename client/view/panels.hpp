@@ -1,0 +1,46 @@
+// The panels beside the scene: session, network, curves, help.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "client/haptics/view.hpp"
+#include "client/net/client_io.hpp"
+#include "client/view/figures.hpp"
+
+namespace tandem::client {
+
+/// What users switch.
+struct WindowSwitches {
+  bool shows_help = false;
+  bool shows_panels = true;
+  bool shows_ghosts = false;
+  bool follows_tool = false;
+};
+
+struct PanelContent {
+  const View* view = nullptr;
+  const ClientIoSnapshot* io = nullptr;
+  const Figures* figures = nullptr;
+  const std::vector<std::pair<std::string, std::string>>* facts = nullptr;  ///< of the run: what and which
+  const std::vector<std::string>* missing = nullptr;                        ///< of the scene, in the picture
+  std::string notice;                                                       ///< for the top of the window
+  bool is_mouse = false;
+};
+
+/// With the ImGui context that is current.
+/// In      link  the simulated link; the sliders write it
+///         on_link  called when they did
+/// Thread  the window's
+void draw_panels(const PanelContent& content, WindowSwitches& switches, net::LinkParameters& link,
+                 const std::function<void(const net::LinkParameters&)>& on_link);
+
+/// What they take of the window's width, at its right, in ImGui's pixels.
+double panels_width();
+
+/// In words, for a window: empty while all is well.
+std::string session_problem(const ClientIoSnapshot& io);
+
+}  // namespace tandem::client

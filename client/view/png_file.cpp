@@ -1,0 +1,22 @@
+#include "client/view/png_file.hpp"
+
+#include <png.h>
+
+#include <stdexcept>
+#include <string>
+
+namespace tandem::client {
+
+void write_png(const std::filesystem::path& file, std::span<const std::uint8_t> rgb, int width, int height) {
+  png_image image{};
+  image.version = PNG_IMAGE_VERSION;
+  image.width = static_cast<png_uint_32>(width);
+  image.height = static_cast<png_uint_32>(height);
+  image.format = PNG_FORMAT_RGB;
+  if (rgb.size() < PNG_IMAGE_SIZE(image) ||
+      png_image_write_to_file(&image, file.c_str(), 0, rgb.data(), 0, nullptr) == 0) {
+    throw std::runtime_error("cannot write the picture " + file.string() + ": " + std::string(image.message));
+  }
+}
+
+}  // namespace tandem::client

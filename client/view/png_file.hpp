@@ -1,0 +1,14 @@
+// Pictures as files.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <span>
+
+namespace tandem::client {
+
+/// In      rgb  three bytes a pixel, from top to bottom
+/// Fails   std::runtime_error: the file cannot be written
+void write_png(const std::filesystem::path& file, std::span<const std::uint8_t> rgb, int width, int height);
+
+}  // namespace tandem::client

@@ -1,0 +1,199 @@
+#include "client/view/scene_view.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "common/geometry/tessellation.hpp"
+
+namespace tandem::client {
+namespace {
+
+constexpr Rgba kGhost{0.85F, 0.92F, 1.0F, 0.32F};
+constexpr Rgba kHandle{1, 1, 1, 0.30F};
+constexpr Rgba kStretch{1, 1, 1, 1};
+constexpr Rgba kWhite{1, 1, 1, 1};
+
+/// Sizes of marks, in balls of what is looked at.
+constexpr double kPerNewton = 0.16;
+constexpr double kPerNewtonMetre = 3.2;
+constexpr double kRod = 0.011;
+constexpr double kHandleRadius = 0.045;
+/// Weaker ones have no arrow.
+constexpr double kMinForce_n = 0.05;
+constexpr double kMinTorque_n_m = 0.003;
+
+DrawnMesh drawn(const geometry::TriangleMesh& mesh) {
+  DrawnMesh result;
+  append_mesh(result, mesh, Pose{}, kWhite);
+  return result;
+}
+
+DrawnMesh cone() {
+  DrawnMesh result;
+  append_cone(result);
+  return result;
+}
+
+/// With z along a direction, which is not zero.
+Pose along(const Vec3& from, const Vec3& direction) {
+  return {from, Quat::FromTwoVectors(Vec3::UnitZ(), direction)};
+}
+
+std::string number(double value, const char* unit, int digits) {
+  std::array<char, 48> text{};
+  std::snprintf(text.data(), text.size(), "%.*f %s", digits, value, unit);
+  return text.data();
+}
+
+/// 1, 2 or 5 times a power of ten, about a third of `size_m`.
+double grid_for(double size_m) {
+  const double power = std::pow(10, std::floor(std::log10(size_m / 3)));
+  const double times = size_m / 3 / power;
+  return power * (times < 2 ? 1 : times < 5 ? 2 : 5);
+}
+
+/// For words before a dark ground.
+Rgba bright(const Rgba& color) {
+  return {0.45F + 0.55F * color[0], 0.45F + 0.55F * color[1], 0.45F + 0.55F * color[2], 1};
+}
+
+const proto::BodyState* find_body(const auto& states, std::size_t index) {
+  const auto found = std::ranges::find(states, body_id_at(index), &proto::BodyState::id);
+  return found == states.end() ? nullptr : &*found;
+}
+
+std::string name_of_user(const ClientIoSnapshot& io, UserId id) {
+  const auto found = std::ranges::find(io.users, id.value, &wire::UserJoined::user);
+  return found == io.users.end() ? "user " + std::to_string(id.value) : printable(found->name());
+}
+
+}  // namespace
+
+SceneView::SceneView(Renderer& renderer)
+    : renderer_(renderer),
+      ball_(renderer.add_mesh(drawn(geometry::tessellated_sphere(1)))),
+      rod_(renderer.add_mesh(drawn(geometry::tessellated_cylinder(1, 1)))),
+      cone_(renderer.add_mesh(cone())),
+      first_of_scene_(cone_ + 1) {}
+
+bool SceneView::take(const ClientIoSnapshot& io) {
+  if (io.joined == nullptr || (io.joined == joined_ && io.assets == assets_)) return false;
+  joined_ = io.joined;
+  assets_ = io.assets;
+  scene_ = make_drawn_scene(*joined_, assets_ != nullptr ? *assets_ : AssetMap{});
+  renderer_.remove_meshes_from(first_of_scene_);
+  for (const auto* things : {&scene_.bodies, &scene_.soft_bodies, &scene_.tools}) {
+    for (const DrawnBody& body : *things) renderer_.add_mesh(body.mesh);
+  }
+  return true;
+}
+
+void SceneView::arrange(const View* view, const ClientIoSnapshot& io, bool shows_ghosts) {
+  frame_.things.clear();
+  labels_.clear();
+  if (joined_ == nullptr) return;
+  frame_.focus_W = scene_.focus_W;
+  frame_.focus_radius_m = scene_.focus_radius_m;
+  frame_.floor_z_m = scene_.floor_z_m - 0.002 * scene_.focus_radius_m;
+  frame_.grid_m = grid_for(scene_.focus_radius_m);
+  add_bodies(view, shows_ghosts);
+  if (joined_->role() == wire::ROLE_MANIPULATOR) add_own_tool(view, shows_ghosts);
+  if (view != nullptr && view->has_state) add_partners(*view, io, shows_ghosts);
+}
+
+void SceneView::add(std::size_t mesh, const Pose& X, const Rgba& tint, float glow) {
+  frame_.things.push_back({.mesh = mesh, .X_W = X, .tint = tint, .glow = glow});
+}
+
+void SceneView::add_mark(std::size_t mesh, const Pose& X, const Vec3& scale, const Rgba& tint) {
+  frame_.things.push_back({.mesh = mesh, .X_W = X, .scale = scale, .tint = tint, .glow = 0.55F, .is_mark = true});
+}
+
+void SceneView::add_rod(const Vec3& from, const Vec3& to, double radius_m, const Rgba& tint) {
+  const Vec3 between = to - from;
+  if (between.norm() < radius_m) return;
+  add_mark(rod_, along((from + to) / 2, between), {radius_m, radius_m, between.norm()}, tint);
+}
+
+void SceneView::add_arrow(const Vec3& from, const Vec3& along_W, const Rgba& tint, const std::string& text) {
+  const double thick_m = kRod * scene_.focus_radius_m;
+  const double head_m = std::min(5 * thick_m, 0.6 * along_W.norm());
+  const Vec3 neck = from + along_W * (1 - head_m / along_W.norm());
+  add_rod(from, neck, thick_m, tint);
+  add_mark(cone_, along(neck, along_W), {2.4 * thick_m, 2.4 * thick_m, head_m}, tint);
+  labels_.push_back({from + along_W + 2 * thick_m * along_W.normalized(), text, tint});
+}
+
+void SceneView::add_bodies(const View* view, bool shows_ghosts) {
+  for (std::size_t i = 0; i < scene_.bodies.size(); ++i) {
+    const DrawnBody& body = scene_.bodies[i];
+    const proto::BodyState* const felt = view == nullptr ? nullptr : find_body(view->bodies, i);
+    add(first_of_scene_ + i, felt != nullptr ? felt->state.X : body.X_WB_start);
+    const proto::BodyState* const told = view == nullptr ? nullptr : find_body(view->told_bodies, i);
+    if (shows_ghosts && told != nullptr && !body.is_static) add(first_of_scene_ + i, told->state.X, kGhost, 0.3F);
+  }
+  for (std::size_t i = 0; i < scene_.soft_bodies.size(); ++i) {
+    const std::size_t mesh = first_of_scene_ + scene_.bodies.size() + i;
+    add(mesh, scene_.soft_bodies[i].X_WB_start, {1, 1, 1, 0.85F});
+  }
+}
+
+void SceneView::add_own_tool(const View* view, bool shows_ghosts) {
+  const std::size_t tool = joined_->tool();
+  if (tool >= scene_.tools.size()) return;
+  const std::size_t mesh = first_of_scene_ + scene_.bodies.size() + scene_.soft_bodies.size() + tool;
+  const bool has_state = view != nullptr && view->has_state;
+  X_WT_ = scene_.tools[tool].X_WB_start;
+  if (has_state) X_WT_ = view->record.is_local ? view->record.local_tool_W.X : view->record.tool_W.X;
+  add(mesh, X_WT_, kWhite, 0.15F);
+  if (!has_state) return;
+  if (shows_ghosts) add(mesh, view->record.tool_W.X, kGhost, 0.3F);
+  add_handle(*view);
+  add_wrench(*view);
+}
+
+// The device as it is: a ball of glass with its axes, and what joins it to the tool.
+void SceneView::add_handle(const View& view) {
+  if (!view.record.sample.is_valid) return;
+  constexpr std::array<Rgba, 3> kAxes{{{0.84F, 0.37F, 0, 1}, {0, 0.62F, 0.45F, 1}, {0.2F, 0.5F, 0.9F, 1}}};
+  const Pose& X_WH = view.record.handle_W.X;
+  const double radius_m = kHandleRadius * scene_.focus_radius_m;
+  for (int axis = 0; axis < 3; ++axis) {
+    add_rod(X_WH.p, X_WH * (1.6 * radius_m * Vec3::Unit(axis)), 0.3 * kRod * scene_.focus_radius_m,
+            kAxes[static_cast<std::size_t>(axis)]);
+  }
+  add_rod(X_WH.p, X_WT_.p, 0.35 * kRod * scene_.focus_radius_m, kStretch);
+  add_mark(ball_, X_WH, Vec3::Constant(radius_m), kHandle);
+}
+
+// In newtons of the device: what the hand feels.
+void SceneView::add_wrench(const View& view) {
+  const Wrench& on_hand_D = view.record.displayed_on_hand_D;
+  const double force_n = on_hand_D.f.norm(), torque_n_m = on_hand_D.t.norm();
+  const double size_m = scene_.focus_radius_m;
+  if (force_n > kMinForce_n) {
+    add_arrow(X_WT_.p, view.workspace.X_WD.q * on_hand_D.f * kPerNewton * size_m, kForceColor, number(force_n, "N", 2));
+  }
+  if (torque_n_m > kMinTorque_n_m) {
+    add_arrow(X_WT_.p, view.workspace.X_WD.q * on_hand_D.t * kPerNewtonMetre * size_m, kTorqueColor,
+              number(torque_n_m, "N·m", 3));
+  }
+}
+
+void SceneView::add_partners(const View& view, const ClientIoSnapshot& io, bool shows_ghosts) {
+  const std::size_t first_tool = first_of_scene_ + scene_.bodies.size() + scene_.soft_bodies.size();
+  for (const proto::OtherUserState& user : view.users) {
+    if (user.tool_index >= scene_.tools.size()) continue;
+    const DrawnBody& tool = scene_.tools[user.tool_index];
+    add(first_tool + user.tool_index, user.tool.X, kWhite, 0.15F);
+    const auto told = std::ranges::find(view.newest.update.users, user.id, &proto::OtherUserState::id);
+    if (shows_ghosts && told != view.newest.update.users.end()) {
+      add(first_tool + user.tool_index, told->tool.X, kGhost, 0.3F);
+    }
+    const Vec3 above = Vec3(0, 0, tool.radius_m + 0.08 * scene_.focus_radius_m);
+    labels_.push_back({user.tool.X.p + above, name_of_user(io, user.id), bright(tool_color(user.tool_index))});
+  }
+}
+
+}  // namespace tandem::client

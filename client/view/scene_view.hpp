@@ -1,0 +1,66 @@
+// From what is known (the joined scene, the newest view) to what is drawn: which mesh where, which words where.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "client/haptics/view.hpp"
+#include "client/net/client_io.hpp"
+#include "client/view/drawn_scene.hpp"
+#include "client/view/renderer.hpp"
+
+namespace tandem::client {
+
+/// Words at a place of the scene.
+struct SceneLabel {
+  Vec3 at_W = Vec3::Zero();
+  std::string text;
+  Rgba color{1, 1, 1, 1};
+};
+
+inline constexpr Rgba kForceColor{1.0F, 0.89F, 0.15F, 1};
+inline constexpr Rgba kTorqueColor{0.25F, 0.90F, 0.98F, 1};
+
+/// Thread  the window's
+class SceneView {
+ public:
+  explicit SceneView(Renderer& renderer);
+
+  /// Makes the scene's meshes when scene or assets are others than before. True: it did.
+  bool take(const ClientIoSnapshot& io);
+  /// In      view  null: none yet, and things are where the scene starts
+  void arrange(const View* view, const ClientIoSnapshot& io, bool shows_ghosts);
+
+  const DrawnScene& scene() const { return scene_; }
+  const DrawnFrame& frame() const { return frame_; }
+  const std::vector<SceneLabel>& labels() const { return labels_; }
+  /// The user's own tool, where it is felt.
+  const Pose& tool_pose() const { return X_WT_; }
+
+ private:
+  void add(std::size_t mesh, const Pose& X, const Rgba& tint = {1, 1, 1, 1}, float glow = 0);
+  void add_mark(std::size_t mesh, const Pose& X, const Vec3& scale, const Rgba& tint);
+  void add_rod(const Vec3& from, const Vec3& to, double radius_m, const Rgba& tint);
+  void add_arrow(const Vec3& from, const Vec3& along, const Rgba& tint, const std::string& text);
+  void add_bodies(const View* view, bool shows_ghosts);
+  void add_own_tool(const View* view, bool shows_ghosts);
+  void add_handle(const View& view);
+  void add_wrench(const View& view);
+  void add_partners(const View& view, const ClientIoSnapshot& io, bool shows_ghosts);
+
+  Renderer& renderer_;
+  std::size_t ball_;
+  std::size_t rod_;
+  std::size_t cone_;
+  std::size_t first_of_scene_ = 0;  ///< meshes: bodies, soft bodies, tools
+  std::shared_ptr<const wire::Joined> joined_;
+  std::shared_ptr<const AssetMap> assets_;
+  DrawnScene scene_;
+  DrawnFrame frame_;
+  std::vector<SceneLabel> labels_;
+  Pose X_WT_;
+};
+
+}  // namespace tandem::client

@@ -1,0 +1,287 @@
+// See window.hpp.
+#include "client/view/window.hpp"
+
+#include <epoxy/gl.h>
+// After the functions of OpenGL, which it would declare otherwise.
+#include <GLFW/glfw3.h>
+#include <backends/imgui_impl_glfw.h>
+#include <backends/imgui_impl_opengl3.h>
+#include <imgui.h>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <thread>
+
+#include "client/view/panels.hpp"
+#include "client/view/png_file.hpp"
+#include "client/view/pointer_hand.hpp"
+#include "client/view/scene_view.hpp"
+
+namespace tandem::client {
+namespace {
+
+constexpr const char* kFont = "/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf";
+constexpr float kFontPixels = 14;
+constexpr Duration kFramePeriod = std::chrono::microseconds(16'667);
+constexpr Duration kSoftwareFramePeriod = std::chrono::microseconds(33'333);
+/// Shares of the window's height: a step of the wheel moves the hand by this, an arrow key in a second by that.
+constexpr double kWheelShare = 0.02;
+constexpr double kKeyShare_per_s = 0.25;
+/// Of the hand, when the mouse goes once over the window's height.
+constexpr double kHandTurn_rad = 3;
+constexpr double kWheelTurn_rad = 0.08;
+
+/// The last words of GLFW, for a message.
+std::string glfw_problem() {
+  const char* words = nullptr;
+  glfwGetError(&words);
+  return words == nullptr ? "" : std::string(words);
+}
+
+GLFWwindow* open_window(const WindowSettings& settings) {
+  if (glfwInit() == GLFW_FALSE) {
+    throw std::runtime_error("no window can be opened: no display (" + glfw_problem() + "); add --headless");
+  }
+  glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 3);
+  glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 3);
+  glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
+  glfwWindowHint(GLFW_SAMPLES, 4);
+  glfwWindowHint(GLFW_SCALE_TO_MONITOR, GLFW_TRUE);
+  GLFWwindow* const window =
+      glfwCreateWindow(settings.width, settings.height, settings.title.c_str(), nullptr, nullptr);
+  if (window == nullptr) {
+    const std::string why = glfw_problem();
+    glfwTerminate();
+    throw std::runtime_error("no window with OpenGL 3.3 can be opened (" + why + "); add --headless");
+  }
+  glfwMakeContextCurrent(window);
+  // Frames are paced here: a hidden window must not wait for a screen.
+  glfwSwapInterval(0);
+  return window;
+}
+
+void set_style(float scale) {
+  ImGui::StyleColorsDark();
+  ImGuiStyle& style = ImGui::GetStyle();
+  style.WindowRounding = 6;
+  style.FrameRounding = 3;
+  style.WindowBorderSize = 0;
+  style.Colors[ImGuiCol_WindowBg] = {0.09F, 0.11F, 0.13F, 0.86F};
+  style.Colors[ImGuiCol_FrameBg] = {0.17F, 0.20F, 0.24F, 0.90F};
+  style.Colors[ImGuiCol_Header] = {0.20F, 0.26F, 0.33F, 0.90F};
+  style.ScaleAllSizes(scale);
+  ImGuiIO& io = ImGui::GetIO();
+  io.IniFilename = nullptr;
+  if (std::filesystem::exists(kFont)) {
+    io.Fonts->AddFontFromFileTTF(kFont, std::round(kFontPixels * scale));
+  } else {
+    io.FontGlobalScale = scale;
+  }
+}
+
+bool is_software(const std::string& driver) {
+  return driver.find("llvmpipe") != std::string::npos || driver.find("softpipe") != std::string::npos;
+}
+
+bool is_down(GLFWwindow* window, int key) {
+  return glfwGetKey(window, key) == GLFW_PRESS;
+}
+
+}  // namespace
+
+struct Window::Impl {
+  explicit Impl(WindowSettings window_settings);
+  ~Impl();
+
+  void wait_for_frame();
+  void fit() { camera.fit(scene->scene().focus_W, scene->scene().focus_radius_m); }
+  double aspect() const { return static_cast<double>(width) / std::max(1, height); }
+  void take_keys();
+  void take_mouse();
+  void take_keys_of_hand(double period_s);
+  void move_hand_by_mouse(double right, double down, double wheel);
+  void follow(const View* view);
+  void draw_labels(const Mat4f& clip) const;
+  bool is_mouse() const { return settings.pointer != nullptr; }
+
+  WindowSettings settings;
+  GLFWwindow* window;
+  std::unique_ptr<Renderer> renderer;
+  std::unique_ptr<SceneView> scene;
+  Camera camera;
+  PointerHand hand;
+  Figures figures;
+  WindowSwitches switches;
+  SteadyClock clock;
+  Duration period = kFramePeriod;
+  LocalTime next_frame{};
+  std::uint32_t hand_of = 0;  ///< generation of the scene that the hand's target is of
+  int width = 0;              ///< of the frame buffer, of the last frame
+  int height = 0;
+  std::filesystem::path picture;  ///< of the next frame; empty: none
+  bool has_turned = false;        ///< the camera is where somebody put it
+};
+
+Window::Impl::Impl(WindowSettings window_settings)
+    : settings(std::move(window_settings)), window(open_window(settings)) {
+  float scale = 1, scale_y = 1;
+  glfwGetWindowContentScale(window, &scale, &scale_y);
+  ImGui::CreateContext();
+  set_style(std::clamp(scale, 0.5F, 4.0F));
+  ImGui_ImplGlfw_InitForOpenGL(window, true);
+  ImGui_ImplOpenGL3_Init("#version 330 core");
+  renderer = std::make_unique<Renderer>();
+  scene = std::make_unique<SceneView>(*renderer);
+  if (is_software(Renderer::driver())) period = kSoftwareFramePeriod;
+}
+
+Window::Impl::~Impl() {
+  scene.reset();
+  renderer.reset();
+  ImGui_ImplOpenGL3_Shutdown();
+  ImGui_ImplGlfw_Shutdown();
+  ImGui::DestroyContext();
+  glfwDestroyWindow(window);
+  glfwTerminate();
+}
+
+void Window::Impl::wait_for_frame() {
+  const LocalTime now = clock.now();
+  if (next_frame > now) std::this_thread::sleep_for(next_frame - now);
+  next_frame = std::max(next_frame, now - period) + period;
+}
+
+void Window::Impl::take_keys() {
+  if (ImGui::GetIO().WantTextInput) return;
+  const auto pressed = [](int key) { return ImGui::IsKeyPressed(key, false); };
+  if (pressed(GLFW_KEY_F1)) switches.shows_help = !switches.shows_help;
+  if (pressed(GLFW_KEY_TAB)) switches.shows_panels = !switches.shows_panels;
+  if (pressed(GLFW_KEY_G)) switches.shows_ghosts = !switches.shows_ghosts;
+  if (pressed(GLFW_KEY_T)) switches.follows_tool = !switches.follows_tool;
+  if (pressed(GLFW_KEY_F)) fit();
+  if (!is_mouse()) return;
+  const bool is_grabbing = (hand.target().buttons & kButtonGrab) != 0;
+  if (pressed(GLFW_KEY_SPACE)) hand.press(kButtonGrab, !is_grabbing);
+  hand.press(kButtonClutch, is_down(window, GLFW_KEY_C));
+  if (pressed(GLFW_KEY_R)) hand.rest();
+  take_keys_of_hand(ImGui::GetIO().DeltaTime);
+}
+
+void Window::Impl::take_keys_of_hand(double period_s) {
+  const auto way = [this](int more, int less) { return is_down(window, more) - is_down(window, less); };
+  const double step = kKeyShare_per_s * std::min(period_s, 0.1);
+  hand.move(camera, step * way(GLFW_KEY_RIGHT, GLFW_KEY_LEFT), step * way(GLFW_KEY_DOWN, GLFW_KEY_UP));
+  hand.move_away(camera, step * way(GLFW_KEY_PAGE_UP, GLFW_KEY_PAGE_DOWN));
+}
+
+void Window::Impl::take_mouse() {
+  const ImGuiIO& io = ImGui::GetIO();
+  if (io.WantCaptureMouse || io.DisplaySize.y <= 0) return;
+  const double right = io.MouseDelta.x / io.DisplaySize.y, down = io.MouseDelta.y / io.DisplaySize.y;
+  has_turned = has_turned || io.MouseDown[1] || io.MouseDown[2] || io.MouseWheel != 0;
+  if (io.MouseDown[1]) camera.orbit(right, down);
+  if (io.MouseDown[2]) camera.pan(right, down);
+  if (is_mouse() && io.MouseDown[0]) {
+    move_hand_by_mouse(right, down, io.MouseWheel);
+  } else if (io.MouseDown[0]) {
+    camera.orbit(right, down);
+  } else {
+    camera.zoom(io.MouseWheel);
+  }
+}
+
+void Window::Impl::move_hand_by_mouse(double right, double down, double wheel) {
+  const ImGuiIO& io = ImGui::GetIO();
+  if (io.KeyCtrl) {
+    hand.turn(camera, kHandTurn_rad * right, kHandTurn_rad * down, kWheelTurn_rad * wheel);
+  } else if (io.KeyShift) {
+    hand.move(camera, right, 0);
+    hand.move_away(camera, -down);
+  } else {
+    hand.move(camera, right, down);
+    hand.move_away(camera, kWheelShare * wheel);
+  }
+}
+
+/// What the view says of the device and the tool.
+void Window::Impl::follow(const View* view) {
+  if (view == nullptr) return;
+  hand.set_workspace(view->workspace);
+  if (hand_of != view->record.scene_generation) hand.press(kButtonGrab, false);
+  hand_of = view->record.scene_generation;
+  if (view->record.sample.is_valid) hand.stay_near(view->record.sample.X_DH);
+  if (switches.follows_tool) camera.look_at(scene->tool_pose().p);
+}
+
+void Window::Impl::draw_labels(const Mat4f& clip) const {
+  const ImVec2 size = ImGui::GetIO().DisplaySize;
+  ImDrawList& list = *ImGui::GetBackgroundDrawList();
+  for (const SceneLabel& label : scene->labels()) {
+    const Eigen::Vector4f at = clip * label.at_W.cast<float>().homogeneous();
+    if (at.w() <= 0) continue;
+    const ImVec2 middle((0.5F + 0.5F * at.x() / at.w()) * size.x, (0.5F - 0.5F * at.y() / at.w()) * size.y);
+    const ImVec2 extent = ImGui::CalcTextSize(label.text.c_str());
+    const ImVec2 from(middle.x - extent.x / 2, middle.y - extent.y / 2);
+    const float rim = 0.25F * ImGui::GetFontSize();
+    list.AddRectFilled(ImVec2(from.x - rim, from.y - rim / 2),
+                       ImVec2(from.x + extent.x + rim, from.y + extent.y + rim / 2), IM_COL32(18, 22, 26, 190), rim);
+    list.AddText(from, ImGui::ColorConvertFloat4ToU32({label.color[0], label.color[1], label.color[2], 1}),
+                 label.text.c_str());
+  }
+}
+
+Window::Window(WindowSettings settings) : impl_(std::make_unique<Impl>(std::move(settings))) {}
+
+Window::~Window() = default;
+
+void Window::add(const TickRecord& record) {
+  impl_->figures.add(record);
+}
+
+void Window::draw(const View* view, const ClientIoSnapshot& io, const std::string& notice) {
+  Impl& self = *impl_;
+  self.wait_for_frame();
+  glfwPollEvents();
+  ImGui_ImplOpenGL3_NewFrame();
+  ImGui_ImplGlfw_NewFrame();
+  ImGui::NewFrame();
+  self.figures.add(view, io, self.clock.now());
+  if (self.scene->take(io) && !self.has_turned) self.fit();
+  self.take_keys();
+  self.take_mouse();
+  self.follow(view);
+  if (self.is_mouse()) self.settings.pointer->publish(self.hand.target());
+  self.scene->arrange(view, io, self.switches.shows_ghosts);
+
+  glfwGetFramebufferSize(self.window, &self.width, &self.height);
+  self.camera.leave_free(self.switches.shows_panels ? panels_width() / ImGui::GetIO().DisplaySize.x : 0);
+  self.renderer->draw(self.scene->frame(), self.camera, self.width, self.height);
+  self.draw_labels(self.camera.projection_of_world(self.aspect()));
+  const std::string problem = session_problem(io);
+  const PanelContent content{.view = view,
+                             .io = &io,
+                             .figures = &self.figures,
+                             .facts = &self.settings.facts,
+                             .missing = &self.scene->scene().missing,
+                             .notice = problem.empty() ? notice : problem,
+                             .is_mouse = self.is_mouse()};
+  draw_panels(content, self.switches, self.settings.link, self.settings.on_link);
+  ImGui::Render();
+  ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
+  if (!self.picture.empty()) {
+    const std::filesystem::path file = std::exchange(self.picture, {});
+    write_png(file, Renderer::pixels(self.width, self.height), self.width, self.height);
+  }
+  glfwSwapBuffers(self.window);
+}
+
+bool Window::is_closed() const {
+  return glfwWindowShouldClose(impl_->window) != GLFW_FALSE;
+}
+
+void Window::save_next_frame(const std::filesystem::path& file) {
+  impl_->picture = file;
+}
+
+}  // namespace tandem::client

@@ -1,0 +1,150 @@
+// What a scene is drawn as, without a window.
+#include "client/view/drawn_scene.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "common/docking/molecule_asset.hpp"
+#include "common/geometry/surface_asset.hpp"
+#include "common/geometry/tessellation.hpp"
+#include "tests/support/session_bench.hpp"
+
+namespace tandem::client {
+namespace {
+
+using testing::HasSubstr;
+using testing::SizeIs;
+
+Vec3 vector_of(const std::array<float, 3>& a) {
+  return {a[0], a[1], a[2]};
+}
+
+DrawnMesh drawn(const geometry::TriangleMesh& mesh) {
+  DrawnMesh out;
+  append_mesh(out, mesh, Pose{}, {1, 1, 1, 1});
+  return out;
+}
+
+std::string add_asset(AssetMap& assets, const std::vector<std::byte>& bytes) {
+  const proto::Sha256 hash = proto::sha256_of(bytes);
+  assets[hash] = std::make_shared<const proto::Bytes>(bytes.begin(), bytes.end());
+  return {reinterpret_cast<const char*>(hash.data()), hash.size()};
+}
+
+wire::Body& add_box(wire::Scene& scene, const std::string& name, const Vec3& at, double edge_m, double mass_kg) {
+  wire::Body& body = *scene.add_bodies();
+  body.set_name(name);
+  body.set_mass_kg(mass_kg);
+  for (const double x : at) body.mutable_placement()->add_position_m(x);
+  for (int i = 0; i < 3; ++i) body.add_shapes()->mutable_box()->add_size_m(edge_m);
+  wire::Shape shape;
+  for (int i = 0; i < 3; ++i) shape.mutable_box()->add_size_m(edge_m);
+  body.clear_shapes();
+  *body.add_shapes() = shape;
+  return body;
+}
+
+TEST(DrawnMesh, ABoxHasEdgesAndABallHasNone) {
+  for (const Vertex& vertex : drawn(geometry::tessellated_box({0.1, 0.2, 0.3}))) {
+    EXPECT_NEAR(vector_of(vertex.normal).cwiseAbs().maxCoeff(), 1, 1e-6) << "square to its face";
+  }
+  for (const Vertex& vertex : drawn(geometry::tessellated_sphere(1))) {
+    EXPECT_GT(vector_of(vertex.normal).dot(vector_of(vertex.position_m)), 0.999);
+  }
+}
+
+TEST(DrawnMesh, LeavesOutTrianglesThatAreNone) {
+  geometry::TriangleMesh mesh = geometry::tessellated_box({1, 1, 1});
+  mesh.triangles[0] = {0, 1, 99};
+  mesh.triangles[1] = {-1, 1, 2};
+  mesh.triangles[2] = {3, 3, 3};
+  EXPECT_THAT(drawn(mesh), SizeIs(3 * 9));
+}
+
+TEST(DrawnMesh, AMoleculesAtomsHaveTheColoursOfTheirElements) {
+  docking::Molecule molecule;
+  molecule.positions_angstrom = {{0, 0, 0}, {3, 0, 0}, {6, 0, 0}};
+  molecule.mass_u = {12.011, 15.9994, 1.008};
+  DrawnMesh out;
+  append_molecule(out, molecule, 0.01, {0.25F, 0.5F, 0.75F, 1});
+  double reach_m = 0;
+  std::set<std::array<std::uint8_t, 4>> carbons, oxygens;
+  for (const Vertex& vertex : out) {
+    if (vertex.position_m[0] < 0.0145F) carbons.insert(vertex.color);
+    if (vertex.position_m[0] > 0.0180F && vertex.position_m[0] < 0.045F) oxygens.insert(vertex.color);
+    reach_m = std::max(reach_m, vector_of(vertex.position_m).x());
+  }
+  EXPECT_THAT(carbons, testing::ElementsAre(std::array<std::uint8_t, 4>{64, 128, 191, 255}));
+  ASSERT_THAT(oxygens, SizeIs(1));
+  EXPECT_GT((*oxygens.begin())[0], 180) << "red";
+  EXPECT_NEAR(reach_m, 0.06 + 0.011, 1e-6) << "a hydrogen's radius";
+}
+
+TEST(DrawnScene, LooksAtWhatMovesAndNotAtTheTable) {
+  wire::Joined joined = test::minimal_joined();
+  add_box(*joined.mutable_scene(), "table", {0, 0, -0.5}, 1.0, 0);
+  add_box(*joined.mutable_scene(), "cube", {0.02, 0, 0.03}, 0.04, 0.1);
+  add_box(*joined.mutable_scene(), "block", {-0.06, 0, 0.02}, 0.04, 0);
+  const DrawnScene scene = make_drawn_scene(joined, {});
+  ASSERT_THAT(scene.bodies, SizeIs(3));
+  EXPECT_THAT(scene.missing, SizeIs(0));
+  EXPECT_LT(scene.focus_radius_m, 0.2);
+  for (const std::size_t seen : {1U, 2U}) {
+    const DrawnBody& body = scene.bodies[seen];
+    EXPECT_LE((body.X_WB_start.p - scene.focus_W).norm() + body.radius_m, scene.focus_radius_m) << body.name;
+  }
+  EXPECT_NEAR(scene.floor_z_m, -1, 1e-6);
+}
+
+TEST(DrawnScene, DrawsSurfacesAndMoleculesOnceTheirAssetsAreHereAndSaysWhatIsMissingUntilThen) {
+  AssetMap assets;
+  wire::Joined joined = test::minimal_joined();
+  wire::Scene& wire_scene = *joined.mutable_scene();
+  wire_scene.mutable_molecular_field()->set_metres_per_angstrom(0.01);
+  docking::Molecule molecule;
+  molecule.positions_angstrom = {{0, 0, 0}};
+  molecule.sigma_angstrom = {3.5};
+  molecule.epsilon_kj_per_mol = {0.3};
+  molecule.charge_e = {0};
+  molecule.mass_u = {12.011};
+  wire::Shape mesh, atoms;
+  mesh.mutable_mesh()->set_surface_sha256(
+      add_asset(assets, geometry::surface_asset_bytes(geometry::tessellated_box({0.1, 0.1, 0.1}))));
+  atoms.mutable_molecule()->set_asset_sha256(add_asset(assets, docking::molecule_asset_bytes(molecule)));
+  for (const wire::Shape* shape : {&mesh, &atoms}) {
+    wire::Body& body = *wire_scene.add_bodies();
+    body.set_name(shape->has_mesh() ? "stone" : "methane");
+    body.set_mass_kg(1);
+    *body.add_shapes() = *shape;
+  }
+  const DrawnScene blind = make_drawn_scene(joined, {});
+  EXPECT_THAT(blind.missing, testing::ElementsAre(HasSubstr("stone"), HasSubstr("methane")));
+  const DrawnScene scene = make_drawn_scene(joined, assets);
+  EXPECT_THAT(scene.missing, SizeIs(0));
+  EXPECT_THAT(scene.bodies[0].mesh, SizeIs(36));
+  EXPECT_GT(scene.bodies[1].mesh.size(), 300U);
+}
+
+TEST(DrawnScene, OfHostileBytesIsWhatCanBeDrawn) {
+  AssetMap assets;
+  wire::Joined joined = test::minimal_joined();
+  wire::Body& body = *joined.mutable_scene()->add_bodies();
+  body.set_name("\x1b[2J");
+  body.add_shapes()->mutable_mesh()->set_surface_sha256(add_asset(assets, {std::byte{1}, std::byte{2}}));
+  body.add_shapes()->mutable_box()->add_size_m(1);
+  body.add_shapes();
+  const DrawnScene scene = make_drawn_scene(joined, assets);
+  EXPECT_THAT(scene.missing, SizeIs(3));
+  EXPECT_EQ(scene.bodies[0].name.find('\x1b'), std::string::npos);
+}
+
+TEST(DrawnScene, ToolsDifferInColour) {
+  std::set<Rgba> colors;
+  for (std::size_t tool = 0; tool < 6; ++tool) colors.insert(tool_color(tool));
+  EXPECT_THAT(colors, SizeIs(6));
+}
+
+}  // namespace
+}  // namespace tandem::client
