@@ -208,7 +208,7 @@ void SessionHub::Impl::forget(Connection& connection, wire::DisconnectReason rea
     return;
   }
   log("left", connection.label() + " left room " + connection.seats->room().name() + ": " + text + "; " +
-      std::to_string(connection.stream->taken()) + " inputs taken");
+                  std::to_string(connection.stream->taken()) + " inputs taken");
   const haptics::CouplingParameters before = connection.seats->coupling();
   connection.seats->leave(connection.seat);
   for (const proto::CouplingField& field : proto::kCouplingFields) {

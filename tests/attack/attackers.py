@@ -10,7 +10,7 @@ import sys
 import time
 
 import wire
-from wire import MANIPULATOR, OBSERVER, RawClient
+from wire import MANIPULATOR, OBSERVER, OPERATOR, RawClient
 
 FLOOD = os.path.join(os.environ.get("TANDEM_BIN", "build/release/bin"), "attack-flood")
 AT_ONCE_BYTES = 1 << 18
@@ -108,7 +108,7 @@ def many_pings_at_the_limit(port, count):
 
 def parameter_flood(port, count):
     message = wire.set_parameter("coupling.force_limit_n", 50.0)
-    join_and_flood(port, count, NAME, MANIPULATOR, lambda _: message)
+    join_and_flood(port, count, NAME, OPERATOR, lambda _: message)
 
 
 def parameters_to_a_slow_reader(port, count):
@@ -117,7 +117,7 @@ def parameters_to_a_slow_reader(port, count):
     slow.stream.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
     slow.join("slow", OBSERVER)
     setter = RawClient(port)
-    setter.join(NAME, MANIPULATOR)
+    setter.join(NAME, OPERATOR)
     value = 0
     while count.is_running():
         value += 1

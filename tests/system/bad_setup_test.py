@@ -94,7 +94,7 @@ class ClientSetup(ProgramTest):
         for arguments, word in [(["--stage", "telepathy"], "late-pose"), (["--delay", "25"], "ms"),
                                 (["--loss", "120%"], "loss"), (["--hand", "no_such_hand"], "no_such_hand"),
                                 (["--profile", "wand"], "sim"),
-                                (["--device", "falcon"], "--device sim --profile falcon")]:
+                                (["--device", "omega.6"], "--device sim --profile omega.6")]:
             with self.subTest(arguments=arguments):
                 self.assert_setup_error(run("tandem-client", "--headless", *arguments), word)
 

@@ -115,7 +115,7 @@ TEST(ClientOptions, EachMistakeIsOneLineThatNamesOptionAndRemedy) {
       {{"--transport", "tcp", "--duplication", "1%"}, {"--transport tcp", "--duplication", "udp"}},
       {{"--transport", "tcp", "--reorder"}, {"--transport tcp", "--reorder", "udp"}},
       {{"--device", "wand"}, {"--device", "wand", "sim"}},
-      {{"--device", "falcon"}, {"--device", "falcon", "no driver", "--device sim --profile falcon"}},
+      {{"--device", "omega.6"}, {"--device", "omega.6", "no driver", "--device sim --profile omega.6"}},
       {{"--device", "mine.json"}, {"--device", "--device sim --profile mine.json"}},
       {{"--profile", "wand"}, {"--profile", "wand", "sim", "omega.6"}},
       {{"--profile", "/nonexistent/mine.json"}, {"--profile", "/nonexistent/mine.json", "check the path"}},

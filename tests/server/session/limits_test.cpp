@@ -103,7 +103,7 @@ TEST(Limits, ComingAnewDoesNotRefillAnAddress) {
 
 TEST(Limits, WhatOthersSetWaitsAsOneForASlowReaderWhoStays) {
   test::HubBench bench;
-  test::BenchClient ada = bench.join("ada");
+  test::BenchClient ada = bench.join("ada", wire::ROLE_OPERATOR);
   test::BenchClient slow = bench.join("slow");
   bench.take(slow);
   bench.transport.queued = kMaxQueuedBeforeParameters + 1;
