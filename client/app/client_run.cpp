@@ -182,10 +182,10 @@ void ClientRun::open_window() {
   settings.width = options_.window.width;
   settings.height = options_.window.height;
   settings.pointer = options_.device.pointer;
-  settings.facts = {{"you", session.user_name},
-                    {"device", options_.device.name + " (" + options_.device.profile.name + ")"},
-                    {"stage", options_.stage.name},
-                    {"predictor", options_.stage.predictor},
+  const bool is_observer = session.role == wire::ROLE_OBSERVER;
+  settings.facts = {{"you", session.user_name + (is_observer ? ", observer" : ", manipulator")},
+                    {"device", options_.device.name + ", as " + options_.device.profile.name},
+                    {"stage", options_.stage.name + ", predictor " + options_.stage.predictor},
                     {"passivity", options_.stage.passivity ? "controlled" : "not controlled"}};
   if (options_.io.links) settings.link = options_.io.links->up;
   settings.on_link = [this](const net::LinkParameters& link) { io_.set_links(link); };

@@ -18,6 +18,7 @@ namespace {
 /// moving things: a table does not.
 constexpr double kMaxStaticSize = 2.5;
 constexpr double kMaxStaticDistance = 5;
+constexpr double kDeskReach_m = 0.08;
 /// Room around what is looked at.
 constexpr double kFocusMargin = 1.15;
 constexpr double kDefaultToolRadius_m = 0.005;
@@ -151,7 +152,7 @@ class Builder {
       if (!body.is_static) widen(body);
     }
     for (const DrawnBody& body : out_.soft_bodies) widen(body);
-    const double radius_m = out_.focus_radius_m;
+    const double radius_m = out_.focus_radius_m = std::max(out_.focus_radius_m, least_focus_radius_m());
     for (const DrawnBody& body : out_.bodies) {
       const double away_m = (body.X_WB_start.p - out_.focus_W).norm();
       const bool is_near = away_m < kMaxStaticDistance * radius_m && body.radius_m < kMaxStaticSize * radius_m;
@@ -159,6 +160,13 @@ class Builder {
     }
     out_.focus_radius_m *= kFocusMargin;
     out_.floor_z_m = lowest_z_m();
+  }
+
+  /// What a hand on a desk reaches over, in the world.
+  double least_focus_radius_m() const {
+    double scale = scene_.tools().empty() ? 1 : 0;
+    for (const wire::Tool& tool : scene_.tools()) scale = std::max(scale, tool.workspace().position_scale());
+    return kDeskReach_m * scale;
   }
 
   double lowest_z_m() const {

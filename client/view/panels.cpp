@@ -40,7 +40,7 @@ std::string text_of(const char* format, double value) {
 void curve(const char* name, const Curve& values, const char* format, double least_top, const ImVec4& color) {
   double top = least_top;
   while (top < values.largest()) top *= 2;
-  const ImVec2 size(ImGui::GetContentRegionAvail().x - ImGui::GetFontSize() * 2.4F, ImGui::GetFontSize() * 2.3F);
+  const ImVec2 size(ImGui::GetContentRegionAvail().x - ImGui::GetFontSize() * 2.4F, ImGui::GetFontSize() * 2.1F);
   const std::string id = std::string("##") + name;
   const std::string overlay = std::string(name) + "  " + text_of(format, values.newest());
   ImGui::PushStyleColor(ImGuiCol_PlotLines, color);
@@ -79,7 +79,6 @@ void draw_session(const PanelContent& content) {
   if (io.joined != nullptr) {
     const std::string scene = printable(io.joined->scene().name());
     fact("room", io.room == scene ? scene : io.room + " (" + scene + ")");
-    fact("role", io.joined->role() == wire::ROLE_MANIPULATOR ? "manipulator" : "observer");
     fact("law", printable(io.joined->scene().coupling().law()));
   }
   for (const auto& [name, value] : *content.facts) fact(name.c_str(), value);
@@ -125,7 +124,7 @@ void draw_touch(const PanelContent& content) {
   fact("safety", haptics::describe_safety_faults(record.safety_faults));
   fact("passivity", text_of("%.0f %% of the force", record.passivity_gain * 100));
   if (record.is_local && content.view->loop_delay > Duration{0}) {
-    fact("loop", text_of("%.1f ms to the server and back", to_seconds(content.view->loop_delay) * 1e3));
+    fact("loop", text_of("%.1f ms there and back", to_seconds(content.view->loop_delay) * 1e3));
   }
 }
 
@@ -140,8 +139,8 @@ void draw_help(const PanelContent& content, bool& is_open) {
       ImGui::TextColored(kDim, "%s", does);
     };
     if (content.is_mouse) {
-      line("drag, left button", "move the hand in the plane of the picture");
-      line("  + Shift, or the wheel", "away from you and towards you");
+      line("drag, left button", "move the hand: to the sides, up and down");
+      line("  + Shift, or the wheel", "on the level: away from you and towards you");
       line("  + Ctrl", "turn the hand; the wheel rolls it");
       line("arrows, page up and down", "move the hand, without a mouse");
       line("Space", "grab what is within reach, or let it go");
@@ -154,7 +153,7 @@ void draw_help(const PanelContent& content, bool& is_open) {
     line(content.is_mouse ? "wheel" : "wheel, left button", "nearer and farther");
     line("F", "fit the scene; T: follow the tool");
     line("G", "ghosts: where the server has things");
-    line("Tab", "panels; F1: this help");
+    line("Tab", "panels; F1: this help; Ctrl+Q: quit");
     ImGui::Separator();
     line("yellow arrow", "force on your hand, of the device");
     line("cyan arrow", "torque on your hand");

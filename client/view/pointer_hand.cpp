@@ -1,17 +1,43 @@
 #include "client/view/pointer_hand.hpp"
 
-namespace tandem::client {
+#include <algorithm>
+#include <cmath>
+#include <utility>
 
-void PointerHand::shift(const Vec3& by_W) {
-  target_.X_DH.p += workspace_.X_WD.q.conjugate() * by_W / workspace_.position_scale;
+#include "common/base/buttons.hpp"
+
+namespace tandem::client {
+namespace {
+
+/// Sine of the angle over the horizon from which on somebody looks from above.
+constexpr double kAbove = 0.85;
+/// An axis that runs nearly along the look is followed no faster than if this much of it was seen.
+constexpr double kMinSeen = 0.35;
+
+bool is_from_above(const Camera& camera) {
+  return std::abs(camera.forward_W().z()) > kAbove;
 }
+
+/// Away from who looks, on the level.
+Vec3 level_forward(const Camera& camera) {
+  return Vec3::UnitZ().cross(camera.right_W());
+}
+
+}  // namespace
 
 void PointerHand::move(const Camera& camera, double right, double down) {
-  shift(camera.height_at_m(X_WH().p) * (right * camera.right_W() - down * camera.up_W()));
+  move_along(camera, right, down, is_from_above(camera) ? level_forward(camera) : Vec3(Vec3::UnitZ()));
 }
 
-void PointerHand::move_away(const Camera& camera, double share) {
-  shift(camera.height_at_m(X_WH().p) * share * camera.forward_W());
+void PointerHand::move_level(const Camera& camera, double right, double down) {
+  move_along(camera, right, down, is_from_above(camera) ? Vec3(Vec3::UnitZ()) : level_forward(camera));
+}
+
+void PointerHand::move_along(const Camera& camera, double right, double down, const Vec3& axis_W) {
+  const double seen = axis_W.dot(camera.up_W());
+  const double steep = std::copysign(std::max(std::abs(seen), kMinSeen), seen);
+  const Vec3 by_W = camera.height_at_m(X_WH().p) * (right * camera.right_W() - down / steep * axis_W);
+  target_.X_DH.p += workspace_.X_WD.q.conjugate() * by_W / workspace_.position_scale;
 }
 
 void PointerHand::turn(const Camera& camera, double right_rad, double down_rad, double roll_rad) {
@@ -22,6 +48,23 @@ void PointerHand::turn(const Camera& camera, double right_rad, double down_rad, 
 
 void PointerHand::press(std::uint32_t button, bool is_down) {
   target_.buttons = is_down ? target_.buttons | button : target_.buttons & ~button;
+}
+
+// What the scene put into the hand is held without a button: let go of by its going down and up.
+void PointerHand::toggle_grab(bool is_holding, LocalTime now) {
+  const bool is_down = (target_.buttons & kButtonGrab) != 0;
+  missed_at_.reset();
+  is_letting_go_ = is_holding && !is_down;
+  press(kButtonGrab, !is_down);
+  grabbed_at_ = now;
+}
+
+void PointerHand::follow_grab(bool is_holding, LocalTime now) {
+  if (std::exchange(is_letting_go_, false)) return press(kButtonGrab, false);
+  const bool is_down = (target_.buttons & kButtonGrab) != 0;
+  if (!is_down || is_holding || now - grabbed_at_ < kGrabPatience) return;
+  press(kButtonGrab, false);
+  missed_at_ = now;
 }
 
 void PointerHand::stay_near(const Pose& X_DH) {

@@ -192,9 +192,13 @@ void Renderer::Impl::draw_shadows(const DrawnFrame& frame, const Mat4& sun) cons
   glDepthMask(GL_TRUE);
   shadows.use();
   shadows.set("clip_of_world", sun);
+  // Farther by a slope's worth, so that no surface casts a shadow on itself.
+  glEnable(GL_POLYGON_OFFSET_FILL);
+  glPolygonOffset(2.0F, 4.0F);
   for (const DrawnThing& thing : frame.things) {
     if (!thing.is_mark && thing.tint[3] >= 1) place(shadows, thing);
   }
+  glDisable(GL_POLYGON_OFFSET_FILL);
   glBindFramebuffer(GL_FRAMEBUFFER, 0);
 }
 

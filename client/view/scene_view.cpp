@@ -116,13 +116,14 @@ void SceneView::add_rod(const Vec3& from, const Vec3& to, double radius_m, const
   add_mark(rod_, along((from + to) / 2, between), {radius_m, radius_m, between.norm()}, tint);
 }
 
-void SceneView::add_arrow(const Vec3& from, const Vec3& along_W, const Rgba& tint, const std::string& text) {
+void SceneView::add_arrow(const Vec3& from, const Vec3& along_W, const Rgba& tint, const std::string& text,
+                          double label_above) {
   const double thick_m = kRod * scene_.focus_radius_m;
   const double head_m = std::min(5 * thick_m, 0.6 * along_W.norm());
   const Vec3 neck = from + along_W * (1 - head_m / along_W.norm());
   add_rod(from, neck, thick_m, tint);
   add_mark(cone_, along(neck, along_W), {2.4 * thick_m, 2.4 * thick_m, head_m}, tint);
-  labels_.push_back({from + along_W + 2 * thick_m * along_W.normalized(), text, tint});
+  labels_.push_back({from + along_W + 2 * thick_m * along_W.normalized(), text, tint, label_above});
 }
 
 void SceneView::add_bodies(const View* view, bool shows_ghosts) {
@@ -173,11 +174,12 @@ void SceneView::add_wrench(const View& view) {
   const double force_n = on_hand_D.f.norm(), torque_n_m = on_hand_D.t.norm();
   const double size_m = scene_.focus_radius_m;
   if (force_n > kMinForce_n) {
-    add_arrow(X_WT_.p, view.workspace.X_WD.q * on_hand_D.f * kPerNewton * size_m, kForceColor, number(force_n, "N", 2));
+    add_arrow(X_WT_.p, view.workspace.X_WD.q * on_hand_D.f * kPerNewton * size_m, kForceColor, number(force_n, "N", 2),
+              0);
   }
   if (torque_n_m > kMinTorque_n_m) {
     add_arrow(X_WT_.p, view.workspace.X_WD.q * on_hand_D.t * kPerNewtonMetre * size_m, kTorqueColor,
-              number(torque_n_m, "N·m", 3));
+              number(torque_n_m, "N·m", 3), 1.5);
   }
 }
 
@@ -191,8 +193,8 @@ void SceneView::add_partners(const View& view, const ClientIoSnapshot& io, bool 
     if (shows_ghosts && told != view.newest.update.users.end()) {
       add(first_tool + user.tool_index, told->tool.X, kGhost, 0.3F);
     }
-    const Vec3 above = Vec3(0, 0, tool.radius_m + 0.08 * scene_.focus_radius_m);
-    labels_.push_back({user.tool.X.p + above, name_of_user(io, user.id), bright(tool_color(user.tool_index))});
+    const Vec3 under = user.tool.X.p - Vec3(0, 0, tool.radius_m + 0.02 * scene_.focus_radius_m);
+    labels_.push_back({under, name_of_user(io, user.id), bright(tool_color(user.tool_index)), -0.8});
   }
 }
 

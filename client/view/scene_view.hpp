@@ -18,6 +18,7 @@ struct SceneLabel {
   Vec3 at_W = Vec3::Zero();
   std::string text;
   Rgba color{1, 1, 1, 1};
+  double above = 0;  ///< that, in heights of its letters
 };
 
 inline constexpr Rgba kForceColor{1.0F, 0.89F, 0.15F, 1};
@@ -43,7 +44,7 @@ class SceneView {
   void add(std::size_t mesh, const Pose& X, const Rgba& tint = {1, 1, 1, 1}, float glow = 0);
   void add_mark(std::size_t mesh, const Pose& X, const Vec3& scale, const Rgba& tint);
   void add_rod(const Vec3& from, const Vec3& to, double radius_m, const Rgba& tint);
-  void add_arrow(const Vec3& from, const Vec3& along, const Rgba& tint, const std::string& text);
+  void add_arrow(const Vec3& from, const Vec3& along, const Rgba& tint, const std::string& text, double label_above);
   void add_bodies(const View* view, bool shows_ghosts);
   void add_own_tool(const View* view, bool shows_ghosts);
   void add_handle(const View& view);

@@ -94,6 +94,7 @@ struct Window::Impl {
   explicit Impl(WindowSettings window_settings);
   ~Impl();
 
+  static void note_key(GLFWwindow* window, int key, int, int action, int modifiers);
   void wait_for_frame();
   void fit() { camera.fit(scene->scene().focus_W, scene->scene().focus_radius_m); }
   double aspect() const { return static_cast<double>(width) / std::max(1, height); }
@@ -103,6 +104,7 @@ struct Window::Impl {
   void move_hand_by_mouse(double right, double down, double wheel);
   void follow(const View* view);
   void draw_labels(const Mat4f& clip) const;
+  void draw_hint() const;
   bool is_mouse() const { return settings.pointer != nullptr; }
 
   WindowSettings settings;
@@ -120,13 +122,18 @@ struct Window::Impl {
   int width = 0;              ///< of the frame buffer, of the last frame
   int height = 0;
   std::filesystem::path picture;  ///< of the next frame; empty: none
-  bool has_turned = false;        ///< the camera is where somebody put it
+  std::vector<int> keys_pressed;  ///< since the last frame: a key may come and go between two
+  bool is_holding = false;
+  bool has_turned = false;  ///< the camera is where somebody put it
 };
 
 Window::Impl::Impl(WindowSettings window_settings)
     : settings(std::move(window_settings)), window(open_window(settings)) {
   float scale = 1, scale_y = 1;
   glfwGetWindowContentScale(window, &scale, &scale_y);
+  glfwSetWindowUserPointer(window, this);
+  // Before ImGui's, which calls it.
+  glfwSetKeyCallback(window, note_key);
   ImGui::CreateContext();
   set_style(std::clamp(scale, 0.5F, 4.0F));
   ImGui_ImplGlfw_InitForOpenGL(window, true);
@@ -146,6 +153,13 @@ Window::Impl::~Impl() {
   glfwTerminate();
 }
 
+void Window::Impl::note_key(GLFWwindow* window, int key, int, int action, int modifiers) {
+  auto& self = *static_cast<Impl*>(glfwGetWindowUserPointer(window));
+  constexpr std::size_t kMaxKeys = 32;
+  if (key == GLFW_KEY_Q && (modifiers & GLFW_MOD_CONTROL) != 0) glfwSetWindowShouldClose(window, GLFW_TRUE);
+  if (action == GLFW_PRESS && self.keys_pressed.size() < kMaxKeys) self.keys_pressed.push_back(key);
+}
+
 void Window::Impl::wait_for_frame() {
   const LocalTime now = clock.now();
   if (next_frame > now) std::this_thread::sleep_for(next_frame - now);
@@ -153,16 +167,16 @@ void Window::Impl::wait_for_frame() {
 }
 
 void Window::Impl::take_keys() {
-  if (ImGui::GetIO().WantTextInput) return;
-  const auto pressed = [](int key) { return ImGui::IsKeyPressed(key, false); };
+  const std::vector<int> keys = std::exchange(keys_pressed, {});
+  const auto pressed = [&keys](int key) { return std::ranges::find(keys, key) != keys.end(); };
   if (pressed(GLFW_KEY_F1)) switches.shows_help = !switches.shows_help;
   if (pressed(GLFW_KEY_TAB)) switches.shows_panels = !switches.shows_panels;
   if (pressed(GLFW_KEY_G)) switches.shows_ghosts = !switches.shows_ghosts;
   if (pressed(GLFW_KEY_T)) switches.follows_tool = !switches.follows_tool;
   if (pressed(GLFW_KEY_F)) fit();
   if (!is_mouse()) return;
-  const bool is_grabbing = (hand.target().buttons & kButtonGrab) != 0;
-  if (pressed(GLFW_KEY_SPACE)) hand.press(kButtonGrab, !is_grabbing);
+  hand.follow_grab(is_holding, clock.now());
+  if (pressed(GLFW_KEY_SPACE)) hand.toggle_grab(is_holding, clock.now());
   hand.press(kButtonClutch, is_down(window, GLFW_KEY_C));
   if (pressed(GLFW_KEY_R)) hand.rest();
   take_keys_of_hand(ImGui::GetIO().DeltaTime);
@@ -172,7 +186,7 @@ void Window::Impl::take_keys_of_hand(double period_s) {
   const auto way = [this](int more, int less) { return is_down(window, more) - is_down(window, less); };
   const double step = kKeyShare_per_s * std::min(period_s, 0.1);
   hand.move(camera, step * way(GLFW_KEY_RIGHT, GLFW_KEY_LEFT), step * way(GLFW_KEY_DOWN, GLFW_KEY_UP));
-  hand.move_away(camera, step * way(GLFW_KEY_PAGE_UP, GLFW_KEY_PAGE_DOWN));
+  hand.move_level(camera, 0, step * way(GLFW_KEY_PAGE_DOWN, GLFW_KEY_PAGE_UP));
 }
 
 void Window::Impl::take_mouse() {
@@ -196,11 +210,10 @@ void Window::Impl::move_hand_by_mouse(double right, double down, double wheel) {
   if (io.KeyCtrl) {
     hand.turn(camera, kHandTurn_rad * right, kHandTurn_rad * down, kWheelTurn_rad * wheel);
   } else if (io.KeyShift) {
-    hand.move(camera, right, 0);
-    hand.move_away(camera, -down);
+    hand.move_level(camera, right, down);
   } else {
     hand.move(camera, right, down);
-    hand.move_away(camera, kWheelShare * wheel);
+    hand.move_level(camera, 0, -kWheelShare * wheel);
   }
 }
 
@@ -208,6 +221,7 @@ void Window::Impl::move_hand_by_mouse(double right, double down, double wheel) {
 void Window::Impl::follow(const View* view) {
   if (view == nullptr) return;
   hand.set_workspace(view->workspace);
+  is_holding = view->record.held_body.is_valid();
   if (hand_of != view->record.scene_generation) hand.press(kButtonGrab, false);
   hand_of = view->record.scene_generation;
   if (view->record.sample.is_valid) hand.stay_near(view->record.sample.X_DH);
@@ -222,13 +236,24 @@ void Window::Impl::draw_labels(const Mat4f& clip) const {
     if (at.w() <= 0) continue;
     const ImVec2 middle((0.5F + 0.5F * at.x() / at.w()) * size.x, (0.5F - 0.5F * at.y() / at.w()) * size.y);
     const ImVec2 extent = ImGui::CalcTextSize(label.text.c_str());
-    const ImVec2 from(middle.x - extent.x / 2, middle.y - extent.y / 2);
+    const ImVec2 from(middle.x - extent.x / 2, middle.y - extent.y * static_cast<float>(0.5 + label.above));
     const float rim = 0.25F * ImGui::GetFontSize();
     list.AddRectFilled(ImVec2(from.x - rim, from.y - rim / 2),
                        ImVec2(from.x + extent.x + rim, from.y + extent.y + rim / 2), IM_COL32(18, 22, 26, 190), rim);
     list.AddText(from, ImGui::ColorConvertFloat4ToU32({label.color[0], label.color[1], label.color[2], 1}),
                  label.text.c_str());
   }
+}
+
+void Window::Impl::draw_hint() const {
+  const char* hint = "drag with the right button: look around    F1: help";
+  if (is_mouse())
+    hint = "drag: move the hand    Shift: away, towards    Space: grab    right button: look around    F1: help";
+  if (is_holding) hint = "drag: move the hand    Space: let go    drag with Ctrl: turn it    F1: help";
+  if (hand.has_missed(clock.now())) hint = "nothing within reach to grab: move the hand nearer";
+  const float em = ImGui::GetFontSize();
+  ImGui::GetBackgroundDrawList()->AddText(ImVec2(em, ImGui::GetIO().DisplaySize.y - 2 * em),
+                                          IM_COL32(235, 240, 245, 210), hint);
 }
 
 Window::Window(WindowSettings settings) : impl_(std::make_unique<Impl>(std::move(settings))) {}
@@ -257,6 +282,7 @@ void Window::draw(const View* view, const ClientIoSnapshot& io, const std::strin
   glfwGetFramebufferSize(self.window, &self.width, &self.height);
   self.camera.leave_free(self.switches.shows_panels ? panels_width() / ImGui::GetIO().DisplaySize.x : 0);
   self.renderer->draw(self.scene->frame(), self.camera, self.width, self.height);
+  self.draw_hint();
   self.draw_labels(self.camera.projection_of_world(self.aspect()));
   const std::string problem = session_problem(io);
   const PanelContent content{.view = view,

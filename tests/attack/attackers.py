@@ -10,7 +10,7 @@ import sys
 import time
 
 import wire
-from wire import MANIPULATOR, OBSERVER, OPERATOR, RawClient
+from wire import OBSERVER, OPERATOR, RawClient
 
 FLOOD = os.path.join(os.environ.get("TANDEM_BIN", "build/release/bin"), "attack-flood")
 AT_ONCE_BYTES = 1 << 18

@@ -3,6 +3,7 @@
 No picture is compared with another machine's: what is looked for are colours, how much of them there is, and where.
 """
 
+import json
 import os
 import shutil
 import struct
@@ -11,9 +12,9 @@ import time
 import unittest
 import zlib
 
-from support import PATIENCE_S, Server, finish, program, start_client, ProgramTest
+from support import BIN, PATIENCE_S, SOURCE, ProgramTest, Server, finish, program, start_client
 
-WIDTH, HEIGHT = 800, 560
+WIDTH, HEIGHT = 720, 504
 NEEDED = ("Xvfb", "xdotool")
 
 
@@ -101,6 +102,10 @@ def is_pink(r, g, b):
     return r > 120 and 0.5 * r < g < 0.8 * r and 0.5 * r < b < 0.8 * r
 
 
+def is_green(r, g, b):
+    return g > 90 and g > 1.5 * r and g > 1.1 * b
+
+
 def is_white(r, g, b):
     return min(r, g, b) > 225
 
@@ -141,9 +146,12 @@ class WindowTest(ProgramTest):
         self.display = self.enterContext(Display())
 
     def start(self, server, *arguments):
-        return subprocess.Popen(
+        client = subprocess.Popen(
             [program("tandem-client"), "--server", f"127.0.0.1:{server.port}", "--window-size", f"{WIDTH}x{HEIGHT}",
              *arguments], env=self.display.environment(), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        self.addCleanup(client.communicate)
+        self.addCleanup(client.kill)
+        return client
 
     def picture(self, server, *arguments, after="2s", name="picture.png"):
         done = finish(self.start(server, "--screenshot", self.path(name), "--after", after, *arguments))
@@ -193,6 +201,77 @@ class Scenes(WindowTest):
             picture = self.picture(server, "--hand", "rest")
         self.assertGreater(picture.count(is_pink), 4000, "the pad")
         self.assertGreater(picture.count(is_red), 700, "the ball")
+
+
+class Demo(WindowTest):
+    def test_shows_you_and_a_partner_who_hold_one_peg(self):
+        done = subprocess.run([os.path.join(SOURCE, "deploy/demo"), "--window", "--skip-build", "--programs", BIN, "--out",
+                               self.folder, "--picture", self.path("demo.png")], env=self.display.environment(),
+                              capture_output=True, text=True, timeout=3 * PATIENCE_S)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        picture = Picture(self.path("demo.png"))
+        self.assertGreater(picture.count(is_blue), 8000, "the block")
+        self.assertGreater(picture.count(is_orange), 2000, "the peg")
+        with open(self.path("window/server.log")) as file:
+            log = file.read()
+        self.assertRegex(log, "stop", "the server was told to stop: " + log)
+
+
+class Hands(WindowTest):
+    def wait_for_window(self):
+        deadline = time.monotonic() + PATIENCE_S
+        while time.monotonic() < deadline:
+            # Nobody else gives it the keyboard where there is no window manager; refused until it is shown.
+            found = subprocess.run(["xdotool", "search", "--onlyvisible", "--name", "^tandem:", "windowfocus"],
+                                   env=self.display.environment(), capture_output=True, timeout=PATIENCE_S)
+            if found.returncode == 0:
+                return
+            time.sleep(0.1)
+        self.fail("no window opened")
+
+    def drag(self, right, down, button=1):
+        """From the middle of the scene; slowly, for a busy machine draws few frames a second."""
+        x, y, steps = WIDTH // 4, HEIGHT // 2, 16
+        self.display.do("mousemove", x, y)
+        time.sleep(0.7)
+        self.display.do("mousedown", button)
+        time.sleep(0.7)
+        for step in range(1, steps + 1):
+            self.display.do("mousemove", x + right * step // steps, y + down * step // steps)
+            time.sleep(0.2)
+        time.sleep(0.7)
+        self.display.do("mouseup", button)
+        time.sleep(0.7)
+
+    def test_a_mouse_joins_grabs_lifts_and_quits(self):
+        with Server("--scene", "two_boxes") as server:
+            client = self.start(server, "--name", "anna", "--json")
+            self.wait_for_window()
+            server.wait_for_log("anna.*joined|joined.*anna")
+            time.sleep(1)
+            self.drag(0, 75)
+            self.display.do("key", "space")
+            time.sleep(2)
+            self.drag(0, -100)
+            self.display.do("key", "ctrl+q")
+            code, out, err = finish(client)
+        self.assertEqual(code, 0, err)
+        report = json.loads(out)
+        self.assertEqual(report["driver"], "mouse")
+        self.assertGreater(report["watched_body"]["displacement_m"], 0.03, "the box is lifted")
+        self.assertGreater(report["force_n"]["max"], 1, "and its weight is felt")
+
+    def test_the_picture_follows_the_hand(self):
+        with Server("--scene", "free") as server:
+            tool = [self.picture(server).middle(is_green)]
+            client = self.start(server, "--screenshot", self.path("after.png"), "--after", "14s")
+            self.wait_for_window()
+            self.drag(80, 50)
+            code, _, err = finish(client)
+            self.assertEqual(code, 0, err)
+            tool.append(Picture(self.path("after.png")).middle(is_green))
+        self.assertAlmostEqual(tool[1][0] - tool[0][0], 80, delta=25)
+        self.assertAlmostEqual(tool[1][1] - tool[0][1], 50, delta=20)
 
 
 @unittest.skipUnless(all(map(shutil.which, NEEDED)), "needs " + " and ".join(NEEDED) + " (deploy/install-deps)")

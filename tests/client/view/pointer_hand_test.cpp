@@ -50,26 +50,38 @@ TEST(Camera, SeesWhatIsHigherHigherAndWhatIsNearerLarger) {
             1.9 * camera.height_at_m(camera.eye_W() + camera.forward_W()));
 }
 
-TEST(PointerHand, StaysUnderTheMouse) {
-  PointerHand hand;
-  hand.set_workspace(turned_workspace());
-  const Camera camera = camera_on(hand.X_WH().p);
-  const double aspect = 1.5;
-  const Eigen::Vector2d before = seen(camera, aspect, hand.X_WH().p);
-  hand.move(camera, 0.2, 0.1);
-  const Eigen::Vector2d moved = seen(camera, aspect, hand.X_WH().p) - before;
-  // Shares of the window's height; clip coordinates go over two of them.
-  EXPECT_NEAR(moved.x(), 2 * 0.2 / aspect, 1e-4);
-  EXPECT_NEAR(moved.y(), -2 * 0.1, 1e-4);
+TEST(PointerHand, StaysUnderTheMouseWhereverItIsLookedAtFrom) {
+  for (const double above : {-0.15, 0.0, 0.05, 0.2}) {
+    for (const bool is_level : {false, true}) {
+      PointerHand hand;
+      hand.set_workspace(turned_workspace());
+      Camera camera = camera_on(hand.X_WH().p);
+      camera.orbit(0, above);
+      const double aspect = 1.5;
+      const Eigen::Vector2d before = seen(camera, aspect, hand.X_WH().p);
+      is_level ? hand.move_level(camera, 0.01, 0.01) : hand.move(camera, 0.01, 0.01);
+      const Eigen::Vector2d moved = seen(camera, aspect, hand.X_WH().p) - before;
+      // Shares of the window's height; clip coordinates go over two of them.
+      EXPECT_NEAR(moved.x(), 2 * 0.01 / aspect, 0.001) << above;
+      if (above > -0.1 && above < 0.1) {
+        EXPECT_NEAR(moved.y(), -2 * 0.01, 0.002) << above << is_level;
+      }
+      EXPECT_LE(std::abs(moved.y()), 0.022) << "and never runs ahead of it";
+    }
+  }
 }
 
-TEST(PointerHand, GoesAwayAlongTheLookOfThePicture) {
+TEST(PointerHand, LiftsAndGoesAwayApart) {
   PointerHand hand;
   hand.set_workspace(turned_workspace());
   const Camera camera = camera_on(hand.X_WH().p);
   const Vec3 before = hand.X_WH().p;
-  hand.move_away(camera, 0.1);
-  EXPECT_GT((hand.X_WH().p - before).normalized().dot(camera.forward_W()), 0.9999);
+  hand.move(camera, 0, -0.1);
+  EXPECT_GT((hand.X_WH().p - before).normalized().z(), 0.9999);
+  const Vec3 lifted = hand.X_WH().p;
+  hand.move_level(camera, 0, -0.1);
+  EXPECT_NEAR(hand.X_WH().p.z(), lifted.z(), 1e-9);
+  EXPECT_GT((hand.X_WH().p - lifted).dot(camera.forward_W()), 0.01);
 }
 
 TEST(PointerHand, TurnsAboutTheAxesOfThePicture) {
@@ -99,6 +111,37 @@ TEST(PointerHand, PressesAndLetsGoOfOneButtonApart) {
   hand.press(kButtonClutch, true);
   hand.press(kButtonGrab, false);
   EXPECT_EQ(hand.target().buttons, kButtonClutch);
+}
+
+TEST(PointerHand, OneKeyGrabsAndLetsGoAlsoOfWhatTheSceneGave) {
+  PointerHand hand;
+  LocalTime now{std::chrono::seconds(1)};
+  const auto is_down = [&hand] { return (hand.target().buttons & kButtonGrab) != 0; };
+  hand.toggle_grab(false, now);
+  hand.follow_grab(false, now);
+  EXPECT_TRUE(is_down());
+  now += std::chrono::seconds(5);
+  hand.follow_grab(true, now);
+  EXPECT_TRUE(is_down()) << "as long as it holds something";
+  hand.toggle_grab(true, now);
+  EXPECT_FALSE(is_down());
+
+  hand.toggle_grab(true, now);
+  EXPECT_TRUE(is_down()) << "held without the button: down …";
+  hand.follow_grab(true, now);
+  EXPECT_FALSE(is_down()) << "… and up";
+}
+
+TEST(PointerHand, AGrabThatFoundNothingIsGivenUpAndSaysSo) {
+  PointerHand hand;
+  LocalTime now{std::chrono::seconds(1)};
+  hand.toggle_grab(false, now);
+  hand.follow_grab(false, now + std::chrono::seconds(1));
+  EXPECT_FALSE(hand.has_missed(now + std::chrono::seconds(1))) << "the server is far away";
+  hand.follow_grab(false, now + std::chrono::seconds(2));
+  EXPECT_EQ(hand.target().buttons, 0U);
+  EXPECT_TRUE(hand.has_missed(now + std::chrono::seconds(2)));
+  EXPECT_FALSE(hand.has_missed(now + std::chrono::seconds(6)));
 }
 
 }  // namespace
