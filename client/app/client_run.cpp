@@ -65,6 +65,11 @@ void check_screenshot(const std::filesystem::path& file) {
   }
 }
 
+std::string role_name(wire::Role role) {
+  if (role == wire::ROLE_OBSERVER) return "observer";
+  return role == wire::ROLE_OPERATOR ? "operator" : "manipulator";
+}
+
 std::string joined_lines(const std::vector<std::string>& lines) {
   std::string text;
   for (const std::string& line : lines) text += (text.empty() ? "" : "; ") + line;
@@ -182,8 +187,7 @@ void ClientRun::open_window() {
   settings.width = options_.window.width;
   settings.height = options_.window.height;
   settings.pointer = options_.device.pointer;
-  const bool is_observer = session.role == wire::ROLE_OBSERVER;
-  settings.facts = {{"you", session.user_name + (is_observer ? ", observer" : ", manipulator")},
+  settings.facts = {{"you", session.user_name + ", " + role_name(session.role)},
                     {"device", options_.device.name + ", as " + options_.device.profile.name},
                     {"stage", options_.stage.name + ", predictor " + options_.stage.predictor},
                     {"passivity", options_.stage.passivity ? "controlled" : "not controlled"}};
