@@ -12,6 +12,7 @@ import tempfile
 
 import attackers
 import bench
+import hostile_file
 import hostile_server
 
 SECONDS, SHORT_SECONDS = 5.0, 1.5
@@ -69,6 +70,14 @@ def scenario_cells(row):
             f"{row['growth_mb']:.1f}", f"exit code {row['code']}" if row["ended"] else "no", row["said"].replace("|", "/")[:110])
 
 
+FILE_HEAD = ("the file", "exit code", "refused after s", "most memory MB", "what the server says")
+
+
+def file_cells(row):
+    return (row["case"], str(row["code"]), f"{row['took_s']:.1f}", f"{row['memory_mb']:.0f}",
+            row["said"].replace("|", "/").removeprefix("tandem-server: ")[:150])
+
+
 def table(head, rows):
     lines = [head, ["---"] * len(head), *rows]
     return "\n".join("| " + " | ".join(cells) + " |" for cells in lines) + "\n"
@@ -105,6 +114,17 @@ def run_scenarios(names, is_short):
     return table(SCENARIO_HEAD, rows), failures
 
 
+def run_files(names, _is_short):
+    rows, failures = [], []
+    for name in names:
+        row = hostile_file.load(name)
+        problems = hostile_file.problems_of(row)
+        rows.append(file_cells(row))
+        failures += [f"{name}: {problem}" for problem in problems]
+        print(" | ".join(rows[-1]), *problems, flush=True)
+    return table(FILE_HEAD, rows), failures
+
+
 def write_readme(name, text):
     path = os.path.join(bench.HERE, "README.md")
     begin, end = f"<!-- {name} -->\n", f"<!-- end of {name} -->\n"
@@ -123,10 +143,12 @@ def main():
     options = parser.parse_args()
     attacks = options.names or (SHORT_ATTACKS if options.short else attackers.ATTACKS)
     scenarios = options.names or (SHORT_SCENARIOS if options.short else [*hostile_server.SCENARIOS, *hostile_server.GROWING])
+    files = options.names or ([] if options.short else [*hostile_file.hostile_files.FILES])
     failures = []
     for title, run, names, known in (
             ("attacks on the server", run_attacks, attacks, attackers.ATTACKS),
-            ("hostile servers", run_scenarios, scenarios, {**hostile_server.SCENARIOS, **hostile_server.GROWING})):
+            ("hostile servers", run_scenarios, scenarios, {**hostile_server.SCENARIOS, **hostile_server.GROWING}),
+            ("hostile files", run_files, files, hostile_file.hostile_files.FILES)):
         chosen = [name for name in names if name in known]
         if not chosen:
             continue
