@@ -56,6 +56,14 @@ const std::vector<DeviceKind>& device_kinds();
 ///         is the name of a profile or a file with one, how a simulated hand holds such a device
 const DeviceKind& find_device_kind(std::string_view name);
 
+/// What "auto" stands for.
+struct AutoDevice {
+  std::string name;                ///< of device_kinds()
+  std::vector<std::string> notes;  ///< for people: which one was taken, and why others were not
+};
+/// The first real device that can be opened, else "sim"; `may_be_real` false: "sim", without a look.
+AutoDevice choose_device(bool may_be_real, const std::vector<DeviceKind>& kinds = device_kinds());
+
 /// Fails   as find_device_kind(), and as the device's own open
 std::unique_ptr<Device> open_device(const DeviceOptions& options);
 

@@ -106,6 +106,15 @@ void let_go_at_exit() {
   std::_Exit(1);
 }
 
+/// What of a scene with forces and torques this device cannot show; empty: nothing.
+std::string missing_of(const devices::DeviceSpec& device) {
+  if (device.has_torque()) return {};
+  const std::string name = "device " + device.name;
+  if (!device.has_force()) return name + " shows no force: you move and see, and feel nothing";
+  const std::string turning = device.sensed_rotations > 0 ? "turns with your hand" : "keeps its orientation";
+  return name + " shows no torque: you feel forces in three directions, and your tool " + turning;
+}
+
 class ClientRun {
  public:
   ClientRun(const ClientOptions& options, realtime::Output& output);
@@ -228,6 +237,8 @@ bool ClientRun::join() {
     if (io.status.state == SessionState::kActive && io.joined) {
       say(joined_line(*io.joined));
       for (const std::string& note : shown_notes(*io.joined)) say("scene: " + note);
+      const std::string missing = missing_of(device_->spec());
+      if (io.joined->role() != wire::ROLE_OBSERVER && !missing.empty()) say(missing);
       watch_first_graspable(*io.joined);
       return true;
     }

@@ -72,21 +72,6 @@ T chosen(const std::string& text, const std::map<std::string_view, T>& choices) 
   throw std::invalid_argument("'" + text + "' does not exist; use one of: " + listed(names));
 }
 
-void take_server(const std::string& text, ClientIoSettings& io) {
-  const std::size_t colon = text.rfind(':');
-  const bool has_port = colon != std::string::npos && text.find(']', colon) == std::string::npos;
-  std::string host = has_port ? text.substr(0, colon) : text;
-  if (host.size() > 2 && host.front() == '[' && host.back() == ']') host = host.substr(1, host.size() - 2);
-  if (host.empty()) throw std::invalid_argument("'" + text + "' names no address; write for example 127.0.0.1:47800");
-  io.host = host;
-  if (!has_port) return;
-  const char* const end = text.data() + text.size();
-  const auto [next, error] = std::from_chars(text.data() + colon + 1, end, io.port);
-  if (error != std::errc() || next != end || io.port == 0) {
-    throw std::invalid_argument("'" + text + "' has no port from 1 to 65535; write for example 127.0.0.1:47800");
-  }
-}
-
 void add_session_options(CLI::App& app, ClientOptions& options) {
   ClientIoSettings& io = options.io;
   add_text(app, "--server", "server to join [127.0.0.1:47800]; loopback only in this version", "ADDRESS:PORT",
@@ -124,8 +109,12 @@ std::string listed_devices() {
 }
 
 void add_device_options(CLI::App& app, devices::DeviceOptions& device, std::string& profile) {
-  app.add_option("--device", device.name,
-                 "what the hand holds [mouse in the window; sim with --headless or --hand]: " + listed_devices())
+  device.name = "auto";
+  app.add_option(
+         "--device", device.name,
+         "what the hand holds: " + listed_devices() +
+             "; auto: the first real one that is plugged in; when there is none, mouse in the window, sim with --headless or --hand")
+      ->capture_default_str()
       ->type_name("NAME");
   app.add_option("--profile", profile,
                  "limits [N, N*m], axes, encoder steps [m, rad], mass [kg] and damping [N*s/m] of the device, or of "
@@ -277,9 +266,15 @@ void check_links(const ClientOptions& options, const net::LinkParameters& link) 
 }
 
 /// Not before the command line is parsed: help and version need no file.
-void complete(devices::DeviceOptions& device, const std::string& profile) {
+void complete(devices::DeviceOptions& device, const std::string& profile, bool has_hand, bool is_headless) {
   const char* option = "--device: ";
   try {
+    if (device.name == "auto") {
+      const devices::AutoDevice found = devices::choose_device(!has_hand && profile.empty());
+      for (const std::string& note : found.notes) std::cerr << "tandem-client: " + note + "\n";
+      const bool has_window_alone = found.name == "sim" && !is_headless && !has_hand;
+      device.name = has_window_alone ? "mouse" : found.name;
+    }
     const devices::DeviceKind& kind = devices::find_device_kind(device.name);
     option = "--profile: ";
     device.profile = devices::find_device_profile(profile.empty() ? kind.profile : profile);
@@ -294,6 +289,21 @@ std::string one_line(std::string text) {
 }
 
 }  // namespace
+
+void take_server(const std::string& text, ClientIoSettings& io) {
+  const std::size_t colon = text.rfind(':');
+  const bool has_port = colon != std::string::npos && text.find(']', colon) == std::string::npos;
+  std::string host = has_port ? text.substr(0, colon) : text;
+  if (host.size() > 2 && host.front() == '[' && host.back() == ']') host = host.substr(1, host.size() - 2);
+  if (host.empty()) throw std::invalid_argument("'" + text + "' names no address; write for example 127.0.0.1:47800");
+  io.host = host;
+  if (!has_port) return;
+  const char* const end = text.data() + text.size();
+  const auto [next, error] = std::from_chars(text.data() + colon + 1, end, io.port);
+  if (error != std::errc() || next != end || io.port == 0) {
+    throw std::invalid_argument("'" + text + "' has no port from 1 to 65535; write for example 127.0.0.1:47800");
+  }
+}
 
 std::optional<ClientOptions> parse_client_options(int argc, const char* const* argv) {
   CLI::App app{"Joins a shared haptic scene with one device.", "tandem-client"};
@@ -326,9 +336,7 @@ std::optional<ClientOptions> parse_client_options(int argc, const char* const* a
   if (is_headless && !options.window.screenshot.empty()) {
     throw std::invalid_argument("--screenshot is of the window: leave out --headless");
   }
-  const bool has_named_hand = app.count("--hand") > 0;
-  if (options.device.name.empty()) options.device.name = is_headless || has_named_hand ? "sim" : "mouse";
-  complete(options.device, profile);
+  complete(options.device, profile, app.count("--hand") > 0, is_headless);
   options.device.seed = options.seed;
   options.device.realtime_priority = options.realtime_priority;
   if (has_link) {

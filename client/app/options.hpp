@@ -37,6 +37,10 @@ struct ClientOptions {
   std::uint64_t trace_every = 1;
 };
 
+/// "127.0.0.1:47800", or without the port.
+/// Fails   std::invalid_argument: no address, or no port after the colon
+void take_server(const std::string& text, ClientIoSettings& io);
+
 /// Empty when --help or --version was asked for, and answered on stdout.
 ///
 /// Fails   std::invalid_argument: one line that names the option, the value and what would do

@@ -94,7 +94,9 @@ class ClientSetup(ProgramTest):
         for arguments, word in [(["--stage", "telepathy"], "late-pose"), (["--delay", "25"], "ms"),
                                 (["--loss", "120%"], "loss"), (["--hand", "no_such_hand"], "no_such_hand"),
                                 (["--profile", "wand"], "sim"),
-                                (["--device", "omega.6"], "--device sim --profile omega.6")]:
+                                (["--device", "touch"], "--device sim --profile touch"),
+                                (["--device", "inverse3", "--service", "192.0.2.1:1"], "this machine"),
+                                (["--device", "falcon", "--firmware", "/nowhere/f.bin"], "/nowhere/f.bin")]:
             with self.subTest(arguments=arguments):
                 self.assert_setup_error(run("tandem-client", "--headless", *arguments), word)
 

@@ -64,7 +64,7 @@ class Installed(ProgramTest):
         self.assertEqual(code, 0, err)
 
     def test_no_program_names_the_source_tree(self):
-        for name in ("tandem-server", "tandem-client", "tandem-lab", "tandem-mesh-reader"):
+        for name in ("tandem-server", "tandem-client", "tandem-doctor", "tandem-lab", "tandem-mesh-reader"):
             with open(support.program(name), "rb") as file:
                 self.assertNotIn(support.SOURCE.encode(), file.read(), name)
 
@@ -72,6 +72,12 @@ class Installed(ProgramTest):
         self.assertIn("ExecStart=PREFIX/bin/tandem-server --config PREFIX/etc/tandem/tandem-server.conf\n", self.unit)
         for line in ("DynamicUser=yes", "NoNewPrivileges=yes", "LimitRTPRIO=90", "LimitMEMLOCK=infinity"):
             self.assertIn(line + "\n", self.unit)
+
+    def test_a_rule_lets_users_open_their_devices(self):
+        with open(os.path.join(self.prefix, "lib/udev/rules.d/70-tandem.rules"), encoding="utf-8") as file:
+            rules = file.read()
+        for ids in ('"0403", ATTR{idProduct}=="cb48"', '"256f"', '"046d"'):
+            self.assertIn(ids, rules)
 
     def test_a_configuration_that_is_there_stays(self):
         with open(self.config, "a", encoding="utf-8") as file:

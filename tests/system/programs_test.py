@@ -41,6 +41,12 @@ class Json(ProgramTest):
         self.assertEqual(summary["links"]["up"]["sent"], 0)
         self.assertGreater(summary["links"]["control_up"]["delivered"], 100, "state over TCP")
 
+    def test_a_device_without_torque_says_so_in_a_line(self):
+        with Server("--scene", "two_boxes") as server:
+            code, _, err = finish(start_client(server.port, "--json", "--duration", "1s", "--profile", "touch"))
+        self.assertEqual(code, 0, err)
+        self.assertEqual(err.count("device touch shows no torque"), 1, err)
+
     def test_an_observer_is_not_silent(self):
         with Server("--scene", "two_boxes") as server:
             code, out, err = finish(start_client(server.port, "--json", "--duration", "2s", "--role", "observer"))

@@ -82,7 +82,7 @@ class Server:
 
 def start_client(port, *arguments, stdout=subprocess.PIPE, stderr=subprocess.PIPE):
     return subprocess.Popen(
-        [program("tandem-client"), "--server", f"127.0.0.1:{port}", "--headless", *arguments],
+        [program("tandem-client"), "--server", f"127.0.0.1:{port}", "--headless", "--device", "sim", *arguments],
         stdout=stdout, stderr=stderr, text=True)
 
 

@@ -1,0 +1,85 @@
+// tandem-doctor: what of this machine is ready for a session by touch.
+#include <time.h>
+
+#include <CLI/CLI.hpp>
+#include <iostream>
+#include <string>
+
+#include "client/app/doctor.hpp"
+#include "client/app/options.hpp"
+#include "common/base/json.hpp"
+#include "common/base/units.hpp"
+
+namespace tandem::client {
+namespace {
+
+constexpr int kSetupError = 2;
+
+struct DoctorOptions {
+  std::string server;
+  std::string room;
+  std::string duration = "10s";
+  int priority = 70;
+  bool prints_json = false;
+};
+
+void declare(CLI::App& app, DoctorOptions& options) {
+  app.add_option("--server", options.server, "also look at the way to this server; loopback only in this version")
+      ->type_name("ADDRESS:PORT");
+  app.add_option("--room", options.room, "room to watch there; default: the server's only room");
+  app.add_option("--duration", options.duration, "how long the loop and the link are watched each")
+      ->capture_default_str()
+      ->type_name("TIME");
+  app.add_option("--rt-priority", options.priority, "SCHED_FIFO priority to ask for; 0: normal scheduler")
+      ->capture_default_str()
+      ->check(CLI::Range(0, 99).description(""));
+  app.add_flag("--json", options.prints_json, "print one JSON object");
+  app.set_version_flag("--version", "tandem-doctor " TANDEM_VERSION);
+  app.footer("Exit code: 0 nothing is bad, 1 something is, 2 bad set-up.");
+}
+
+Duration timer_resolution() {
+  timespec resolution{};
+  clock_getres(CLOCK_MONOTONIC, &resolution);
+  return std::chrono::seconds(resolution.tv_sec) + std::chrono::nanoseconds(resolution.tv_nsec);
+}
+
+std::vector<Finding> examine(const DoctorOptions& options, const ClientIoSettings& io, Duration duration) {
+  std::vector<Finding> findings = find_devices(devices::device_kinds());
+  const auto add = [&findings](std::vector<Finding> more) {
+    for (Finding& one : more) findings.push_back(std::move(one));
+  };
+  add(judge_clocks("/sys/devices/system/clocksource/clocksource0/current_clocksource", timer_resolution()));
+  add(run_loop(options.priority, duration));
+  if (!options.server.empty()) findings.push_back(watch_link(io, duration));
+  return findings;
+}
+
+int run(const DoctorOptions& options) {
+  const Duration duration = parse_duration(options.duration, "s");
+  if (duration <= Duration{0}) throw std::invalid_argument("--duration: '" + options.duration + "' must be above 0");
+  ClientIoSettings io;
+  if (!options.server.empty()) take_server(options.server, io);
+  io.client.session.room = options.room;
+  const std::vector<Finding> findings = examine(options, io, duration);
+  std::cout << (options.prints_json ? boost::json::serialize(doctor_json(findings)) + "\n" : doctor_text(findings));
+  return doctor_exit_code(findings);
+}
+
+}  // namespace
+}  // namespace tandem::client
+
+int main(int argc, char** argv) {
+  tandem::client::DoctorOptions options;
+  CLI::App app("Says what devices, rights, clocks and links this machine has for a session by touch.", "tandem-doctor");
+  tandem::client::declare(app, options);
+  try {
+    app.parse(argc, argv);
+    return tandem::client::run(options);
+  } catch (const CLI::Success& help_or_version) {
+    return app.exit(help_or_version);
+  } catch (const std::exception& error) {
+    std::cerr << "tandem-doctor: " << error.what() << "; see --help" << std::endl;
+    return tandem::client::kSetupError;
+  }
+}
