@@ -50,8 +50,11 @@ Finding device_finding(const devices::DeviceKind& kind, const devices::FoundDevi
 }
 
 Finding not_joined(const std::string& why) {
-  return {"link", Verdict::kBad, "the server could not be joined: " + why,
-          "start it (tandem-server), check --server and --room, and that nothing blocks its TCP and UDP port", {}};
+  return {"link",
+          Verdict::kBad,
+          "the server could not be joined: " + why,
+          "start it (tandem-server), check --server and --room, and that nothing blocks its TCP and UDP port",
+          {}};
 }
 
 /// Joined, or ended, or it took too long.
@@ -59,7 +62,8 @@ bool wait_for_join(const ClientIo& io) {
   const SteadyClock clock;
   const LocalTime give_up = clock.now() + kMaxJoin;
   ClientIoSnapshot now = io.snapshot();
-  while (now.status.state != SessionState::kActive && now.status.state != SessionState::kEnded && clock.now() < give_up) {
+  while (now.status.state != SessionState::kActive && now.status.state != SessionState::kEnded &&
+         clock.now() < give_up) {
     std::this_thread::sleep_for(kLook);
     now = io.snapshot();
   }
@@ -110,8 +114,11 @@ std::vector<Finding> find_devices(const std::vector<devices::DeviceKind>& kinds)
     for (const devices::FoundDevice& found : kind.find()) findings.push_back(device_finding(kind, found));
   }
   if (findings.empty()) {
-    findings.push_back({"devices", Verdict::kWarning, "no device is plugged in",
-                        "plug one in, or use the simulated hand: tandem-client --device sim", {}});
+    findings.push_back({"devices",
+                        Verdict::kWarning,
+                        "no device is plugged in",
+                        "plug one in, or use the simulated hand: tandem-client --device sim",
+                        {}});
   }
   return findings;
 }
@@ -123,7 +130,8 @@ std::vector<Finding> judge_rights(const std::vector<std::string>& not_granted, i
   for (const std::string& line : not_granted) {
     const std::size_t colon = line.find(": ");
     const bool has_remedy = colon != std::string::npos;
-    findings.push_back({"priority", Verdict::kWarning, line.substr(0, colon), has_remedy ? line.substr(colon + 2) : "", {}});
+    findings.push_back(
+        {"priority", Verdict::kWarning, line.substr(0, colon), has_remedy ? line.substr(colon + 2) : "", {}});
   }
   return findings;
 }
@@ -161,14 +169,16 @@ Finding judge_lateness(const Histogram& lateness, std::uint64_t missed) {
                      {"max_us", 1e6 * to_seconds(lateness.max())},
                      {"ticks", lateness.count()},
                      {"missed", missed}};
-  finding.text = "a loop of 1 kHz is late by " + ms_text(tail) + " in one tick of a thousand, by " + ms_text(lateness.max()) +
-                 " at most, and missed " + std::to_string(missed) + " of " + std::to_string(lateness.count() + missed);
-  const bool is_bad = lateness.count() == 0 || tail >= kPeriod || lateness.max() >= haptics::SafetySettings{}.late_tick ||
-                      missed * 1000 > lateness.count();
+  finding.text = "a loop of 1 kHz is late by " + ms_text(tail) + " in one tick of a thousand, by " +
+                 ms_text(lateness.max()) + " at most, and missed " + std::to_string(missed) + " of " +
+                 std::to_string(lateness.count() + missed);
+  const bool is_bad = lateness.count() == 0 || tail >= kPeriod ||
+                      lateness.max() >= haptics::SafetySettings{}.late_tick || missed * 1000 > lateness.count();
   if (is_bad || tail >= kNearlyLate) {
     finding.verdict = is_bad ? Verdict::kBad : Verdict::kWarning;
-    finding.remedy = "grant the priority above, end what else runs, plug in the power supply, choose the performance governor "
-                     "(cpupower frequency-set -g performance); in a virtual machine expect no better";
+    finding.remedy =
+        "grant the priority above, end what else runs, plug in the power supply, choose the performance governor "
+        "(cpupower frequency-set -g performance); in a virtual machine expect no better";
   }
   return finding;
 }
@@ -181,14 +191,15 @@ Finding judge_link(const LinkSample& link) {
                      {"round_trip_max_ms", in_ms(link.round_trip_max)},
                      {"longest_gap_ms", in_ms(link.longest_gap)},
                      {"states", link.states}};
-  finding.text = "round trip " + ms_text(link.round_trip_min) + " to " + ms_text(link.round_trip_max) + ", longest gap " +
-                 ms_text(link.longest_gap) + ", " + std::to_string(link.states) + " states";
+  finding.text = "round trip " + ms_text(link.round_trip_min) + " to " + ms_text(link.round_trip_max) +
+                 ", longest gap " + ms_text(link.longest_gap) + ", " + std::to_string(link.states) + " states";
   const bool is_bad = link.states == 0 || link.longest_gap >= haptics::SafetySettings{}.silence_start ||
                       link.round_trip_min > kUnknownRoundTrip;
   if (is_bad) {
     finding.verdict = Verdict::kBad;
-    finding.remedy = link.states == 0 ? "UDP seems to be blocked: use tandem-client --transport tcp, or open the server's port"
-                                      : "use a cable instead of wireless, or a server that is nearer";
+    finding.remedy = link.states == 0
+                         ? "UDP seems to be blocked: use tandem-client --transport tcp, or open the server's port"
+                         : "use a cable instead of wireless, or a server that is nearer";
   } else if (link.round_trip_min > kLongRoundTrip || swing > kSwing || link.longest_gap > kGap) {
     finding.verdict = Verdict::kWarning;
     finding.remedy = "keep the stage local-model, which bears it; a cable or a nearer server would feel better";
@@ -227,8 +238,8 @@ std::vector<Finding> run_loop(int priority, Duration length) {
 std::string doctor_text(const std::vector<Finding>& findings) {
   std::string text;
   for (const Finding& finding : findings) {
-    text += std::string(name_of(finding.verdict)) + std::string(9 - name_of(finding.verdict).size(), ' ') + finding.check +
-            std::string(10 - std::min<std::size_t>(9, finding.check.size()), ' ') + finding.text + "\n";
+    text += std::string(name_of(finding.verdict)) + std::string(9 - name_of(finding.verdict).size(), ' ') +
+            finding.check + std::string(10 - std::min<std::size_t>(9, finding.check.size()), ' ') + finding.text + "\n";
     if (!finding.remedy.empty()) text += std::string(19, ' ') + "→ " + finding.remedy + "\n";
   }
   return text;

@@ -110,10 +110,10 @@ std::string listed_devices() {
 
 void add_device_options(CLI::App& app, devices::DeviceOptions& device, std::string& profile) {
   device.name = "auto";
-  app.add_option(
-         "--device", device.name,
-         "what the hand holds: " + listed_devices() +
-             "; auto: the first real one that is plugged in; when there is none, mouse in the window, sim with --headless or --hand")
+  app.add_option("--device", device.name,
+                 "what the hand holds: " + listed_devices() +
+                     "; auto: the first real one that is plugged in; when there is none, mouse in the window, sim with "
+                     "--headless or --hand")
       ->capture_default_str()
       ->type_name("NAME");
   app.add_option("--profile", profile,

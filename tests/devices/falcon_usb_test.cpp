@@ -110,11 +110,16 @@ class UsbBus {
     switch (request) {
       case USBDEVFS_CLAIMINTERFACE:
       case USBDEVFS_RELEASEINTERFACE:
-      case USBDEVFS_DISCONNECT_CLAIM: return umockdev_ioctl_client_complete(client, 0, 0);
-      case USBDEVFS_SUBMITURB: return submit(client);
-      case USBDEVFS_REAPURBNDELAY: return reap(client);
-      case USBDEVFS_DISCARDURB: return discard(client);
-      default: return umockdev_ioctl_client_complete(client, -1, request == USBDEVFS_GETDRIVER ? ENODATA : ENOTTY);
+      case USBDEVFS_DISCONNECT_CLAIM:
+        return umockdev_ioctl_client_complete(client, 0, 0);
+      case USBDEVFS_SUBMITURB:
+        return submit(client);
+      case USBDEVFS_REAPURBNDELAY:
+        return reap(client);
+      case USBDEVFS_DISCARDURB:
+        return discard(client);
+      default:
+        return umockdev_ioctl_client_complete(client, -1, request == USBDEVFS_GETDRIVER ? ENODATA : ENOTTY);
     }
   }
   void forget_urbs() {
@@ -204,7 +209,8 @@ class UsbBus {
 FalconSettings settings() {
   const DeviceProfile profile = find_device_profile("falcon");
   FalconSettings result{profile.spec, {}, 10000};
-  for (std::size_t i = 0; i < kFirmwareSize; ++i) result.firmware.push_back(static_cast<std::uint8_t>(i * 31 + i / 256));
+  for (std::size_t i = 0; i < kFirmwareSize; ++i)
+    result.firmware.push_back(static_cast<std::uint8_t>(i * 31 + i / 256));
   return result;
 }
 

@@ -119,7 +119,8 @@ TEST(Doctor, ExitCodeIsOneWhenAnythingIsBad) {
   const Finding bad{"c", Verdict::kBad, "is bad", "do that", {}};
   EXPECT_EQ(doctor_exit_code({good, warning}), 0);
   EXPECT_EQ(doctor_exit_code({good, bad, warning}), 1);
-  EXPECT_THAT(doctor_text({warning}), AllOf(HasSubstr("warning"), HasSubstr("could be better"), HasSubstr("→ do this")));
+  EXPECT_THAT(doctor_text({warning}),
+              AllOf(HasSubstr("warning"), HasSubstr("could be better"), HasSubstr("→ do this")));
   EXPECT_EQ(doctor_json({good, bad}).at("verdict").as_string(), "bad");
 }
 
