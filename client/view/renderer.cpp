@@ -98,7 +98,9 @@ class Buffers {
  private:
   static void attribute(GLuint index, GLint count, GLenum type, GLboolean is_share, std::size_t offset) {
     glEnableVertexAttribArray(index);
-    glVertexAttribPointer(index, count, type, is_share, sizeof(Vertex), reinterpret_cast<const void*>(offset));
+    const auto* const place =
+        reinterpret_cast<const void*>(offset);  // NOLINT(performance-no-int-to-ptr): as OpenGL has it
+    glVertexAttribPointer(index, count, type, is_share, sizeof(Vertex), place);
   }
 
   GLsizei count_;
