@@ -14,6 +14,8 @@ constexpr Duration kMaxCommandAge = std::chrono::milliseconds(50);
 // The last packets may be lost with what the device still sends; zero is said this often.
 constexpr int kLastZeros = 3;
 constexpr Duration kWhileAbsent = std::chrono::milliseconds(5);
+// A device that answers at once shall not take a core to itself, at the priority of the haptic thread.
+constexpr Duration kMinStep = std::chrono::microseconds(500);
 
 }  // namespace
 
@@ -55,9 +57,8 @@ void ThreadedDevice::step(const Wrench& wrench_on_hand_D) noexcept {
     sample.reason = "its driver failed for want of memory or by a fault of its own; start again";
   }
   samples_.publish(sample);
-  if (sample.state == DeviceState::kOpening || sample.state == DeviceState::kLost) {
-    std::this_thread::sleep_for(kWhileAbsent);
-  }
+  const bool is_absent = sample.state == DeviceState::kOpening || sample.state == DeviceState::kLost;
+  std::this_thread::sleep_for((is_absent ? kWhileAbsent : kMinStep) - (SteadyClock().now() - now));
 }
 
 Wrench ThreadedDevice::newest_command(LocalTime now) noexcept {

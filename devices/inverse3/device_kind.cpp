@@ -1,6 +1,7 @@
 // The device "inverse3" as the registry knows it.
 #include <chrono>
 #include <stdexcept>
+#include <utility>
 
 #include "devices/inverse3/inverse3_driver.hpp"
 #include "devices/registry.hpp"
@@ -24,7 +25,9 @@ DeviceSample look_at(Inverse3Driver& driver) {
 }
 
 std::unique_ptr<Device> open_inverse3(const DeviceOptions& options) {
-  auto driver = std::make_unique<Inverse3Driver>(options.profile.spec, inverse3_endpoint(options.service));
+  DeviceSpec spec = options.profile.spec;
+  spec.position_step_m = options.profile.position_step_m.value;
+  auto driver = std::make_unique<Inverse3Driver>(std::move(spec), inverse3_endpoint(options.service));
   const DeviceSample sample = look_at(*driver);
   if (sample.state != DeviceState::kReady && !sample.reason.empty()) {
     throw std::runtime_error("device inverse3, " + options.service + ": " + std::string(sample.reason) +

@@ -1,0 +1,109 @@
+// What a driver on a thread of its own is given, and what becomes of what it says.
+#include "devices/threaded_device.hpp"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <chrono>
+#include <stdexcept>
+#include <thread>
+
+#include "devices/device_reader.hpp"
+
+namespace tandem::devices {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+
+/// What driver and test share.
+struct Seen {
+  std::atomic<double> force_n{0};  ///< given last
+  std::atomic<double> most_n{0};
+  std::atomic<bool> throws{false};
+  std::atomic<bool> hangs{false};
+};
+
+class PlainDriver final : public DeviceDriver {
+ public:
+  explicit PlainDriver(Seen& seen) : seen_(seen) {}
+  const DeviceSpec& spec() const noexcept override { return spec_; }
+  DeviceSample step(LocalTime now, const Wrench& wrench_on_hand_D) override {
+    while (seen_.hangs) std::this_thread::sleep_for(milliseconds(1));
+    seen_.force_n = wrench_on_hand_D.f.norm();
+    if (seen_.force_n > seen_.most_n) seen_.most_n = seen_.force_n.load();
+    if (seen_.throws) throw std::runtime_error("of this test");
+    DeviceSample sample;
+    sample.taken = now;
+    sample.state = DeviceState::kReady;
+    sample.is_valid = true;
+    return sample;
+  }
+
+ private:
+  Seen& seen_;
+  DeviceSpec spec_;
+};
+
+template <class Done>
+bool wait_for(Done is_done) {
+  const SteadyClock clock;
+  const LocalTime give_up = clock.now() + seconds(30);
+  while (!is_done() && clock.now() < give_up) std::this_thread::sleep_for(milliseconds(1));
+  return is_done();
+}
+
+struct Rig {
+  bool believes() { return reader.read(clock.now()).is_valid; }
+  void push(double newton) { device.write(clock.now(), {Vec3(newton, 0, 0), {}}); }
+
+  Seen seen;
+  SteadyClock clock;
+  ThreadedDevice device{std::make_unique<PlainDriver>(seen)};
+  DeviceReader reader{device};
+};
+
+TEST(ThreadedDevice, ALoopThatStandsStillIsZeroAtTheDevice) {
+  Rig rig;
+  EXPECT_TRUE(wait_for([&rig] {
+    rig.push(5);
+    return rig.seen.force_n == 5.0;
+  }));
+  EXPECT_TRUE(wait_for([&rig] { return rig.seen.force_n == 0.0; })) << "nobody said zero, but nobody said anything";
+}
+
+TEST(ThreadedDevice, ADriverThatHangsIsNotBelieved) {
+  Rig rig;
+  EXPECT_TRUE(wait_for([&rig] { return rig.believes(); }));
+  rig.seen.hangs = true;
+  EXPECT_TRUE(wait_for([&rig] { return !rig.believes(); }));
+  rig.seen.hangs = false;
+  EXPECT_TRUE(wait_for([&rig] { return rig.believes(); }));
+}
+
+TEST(ThreadedDevice, ADriverThatThrowsIsLostAndMayComeBack) {
+  Rig rig;
+  EXPECT_TRUE(wait_for([&rig] { return rig.believes(); }));
+  rig.seen.throws = true;
+  EXPECT_TRUE(wait_for([&rig] { return rig.device.read(rig.clock.now()).state == DeviceState::kLost; }));
+  rig.seen.throws = false;
+  EXPECT_TRUE(wait_for([&rig] { return rig.believes(); }));
+}
+
+TEST(ThreadedDevice, ItsEndIsZeroAndNothingThatIsNotFiniteIsTaken) {
+  Seen seen;
+  {
+    ThreadedDevice device(std::make_unique<PlainDriver>(seen));
+    const SteadyClock clock;
+    EXPECT_TRUE(wait_for([&] {
+      device.write(clock.now(), {Vec3(3, 0, 0), {}});
+      return seen.force_n == 3.0;
+    }));
+    EXPECT_FALSE(device.write(clock.now(), {Vec3(0, std::nan(""), 0), {}}));
+  }
+  EXPECT_EQ(seen.force_n, 0.0);
+  EXPECT_EQ(seen.most_n, 3.0);
+}
+
+}  // namespace
+}  // namespace tandem::devices
