@@ -29,7 +29,8 @@ constexpr double kCube_m = 0.04;
 
 /// Of the user's cube on the table, seen from above.
 std::array<double, 2> place_of(std::size_t user) {
-  return {kSpacing_m * static_cast<double>(user % 4), kSpacing_m * static_cast<double>(user / 4)};
+  const std::size_t column = user % 4, row = user / 4;
+  return {kSpacing_m * static_cast<double>(column), kSpacing_m * static_cast<double>(row)};
 }
 
 void add_cube(std::ostream& out, std::size_t user, std::size_t number) {

