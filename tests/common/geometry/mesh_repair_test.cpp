@@ -286,7 +286,8 @@ TEST(MeshRepair, RefusesACrowdOfVerticesBesideSomethingFarAway) {
   mesh.triangles = {{0, 1, 2}};
   // 30 cubed places, two tolerances apart.
   for (int i = 0; i < 27'000; ++i) {
-    mesh.vertices.push_back(3e-7 * Vec3(i % 30, i / 30 % 30, i / 900));
+    const int row = i / 30 % 30, layer = i / 900;
+    mesh.vertices.push_back(3e-7 * Vec3(i % 30, row, layer));
     if (i % 3 == 2) mesh.triangles.push_back({i + 1, i + 2, i + 3});
   }
   EXPECT_THAT(error_of(mesh), HasSubstr("something stray far away"));
