@@ -73,47 +73,50 @@ void set_parameter(Subject& subject, const std::string& name, double value) {
 
 using Event = std::function<void(Subject&)>;
 
-const std::map<std::string, Event>& events() {
-  static const std::map<std::string, Event> kEvents{
-      {"hello",
-       [](Subject& s) {
-         s.send([](auto& message) { message.mutable_hello()->set_protocol_version(proto::kProtocolVersion); });
-       }},
-      {"hello of another version",
-       [](Subject& s) {
-         s.send([](auto& message) { message.mutable_hello()->set_protocol_version(proto::kProtocolVersion + 1); });
-       }},
-      {"leave", [](Subject& s) { s.send([](auto& message) { message.mutable_leave(); }); }},
-      {"ping", [](Subject& s) { s.send([](auto& message) { message.mutable_ping(); }); }},
-      {"message not allowed here", send_forbidden},
-      {"unreadable bytes",
-       [](Subject& s) {
-         s.bench.hub->on_control_bytes(s.client.handle, proto::Bytes(8, std::byte{0xFF}), s.bench.now);
-       }},
-      {"time-out", wait_out},
-      {"server stops", [](Subject& s) { s.bench.hub->stop(s.bench.now); }},
-      {"connection lost", [](Subject& s) { s.bench.hub->on_disconnected(s.client.handle, s.bench.now); }},
-      {"join", [](Subject& s) { join_room(s, "ada", wire::ROLE_MANIPULATOR, ""); }},
-      {"join of an unknown room", [](Subject& s) { join_room(s, "ada", wire::ROLE_MANIPULATOR, "attic"); }},
-      {"join of a full room",
-       [](Subject& s) {
-         s.bench.join("ben");
-         s.bench.join("cleo");
-         join_room(s, "ada", wire::ROLE_MANIPULATOR, "");
-       }},
-      {"join as a second operator",
-       [](Subject& s) {
-         s.bench.join("olga", wire::ROLE_OPERATOR);
-         join_room(s, "ada", wire::ROLE_OPERATOR, "");
-       }},
-      {"join with a bad name", [](Subject& s) { join_room(s, "", wire::ROLE_MANIPULATOR, ""); }},
-      {"join with a bad deadband",
-       [](Subject& s) {
-         wire::ClientControl join = test::HubBench::join_message("ada");
-         join.mutable_join()->set_deadband(0.6);
-         s.bench.send(s.client, join);
-       }},
-      {"join without a role", [](Subject& s) { join_room(s, "ada", wire::ROLE_UNSPECIFIED, ""); }},
+std::map<std::string, Event> events_before_joining() {
+  return {{"hello",
+           [](Subject& s) {
+             s.send([](auto& message) { message.mutable_hello()->set_protocol_version(proto::kProtocolVersion); });
+           }},
+          {"hello of another version",
+           [](Subject& s) {
+             s.send([](auto& message) { message.mutable_hello()->set_protocol_version(proto::kProtocolVersion + 1); });
+           }},
+          {"leave", [](Subject& s) { s.send([](auto& message) { message.mutable_leave(); }); }},
+          {"ping", [](Subject& s) { s.send([](auto& message) { message.mutable_ping(); }); }},
+          {"message not allowed here", send_forbidden},
+          {"unreadable bytes",
+           [](Subject& s) {
+             s.bench.hub->on_control_bytes(s.client.handle, proto::Bytes(8, std::byte{0xFF}), s.bench.now);
+           }},
+          {"time-out", wait_out},
+          {"server stops", [](Subject& s) { s.bench.hub->stop(s.bench.now); }},
+          {"connection lost", [](Subject& s) { s.bench.hub->on_disconnected(s.client.handle, s.bench.now); }},
+          {"join", [](Subject& s) { join_room(s, "ada", wire::ROLE_MANIPULATOR, ""); }},
+          {"join of an unknown room", [](Subject& s) { join_room(s, "ada", wire::ROLE_MANIPULATOR, "attic"); }},
+          {"join of a full room",
+           [](Subject& s) {
+             s.bench.join("ben");
+             s.bench.join("cleo");
+             join_room(s, "ada", wire::ROLE_MANIPULATOR, "");
+           }},
+          {"join as a second operator",
+           [](Subject& s) {
+             s.bench.join("olga", wire::ROLE_OPERATOR);
+             join_room(s, "ada", wire::ROLE_OPERATOR, "");
+           }},
+          {"join with a bad name", [](Subject& s) { join_room(s, "", wire::ROLE_MANIPULATOR, ""); }},
+          {"join with a bad deadband",
+           [](Subject& s) {
+             wire::ClientControl join = test::HubBench::join_message("ada");
+             join.mutable_join()->set_deadband(0.6);
+             s.bench.send(s.client, join);
+           }},
+          {"join without a role", [](Subject& s) { join_room(s, "ada", wire::ROLE_UNSPECIFIED, ""); }}};
+}
+
+std::map<std::string, Event> events_of_users() {
+  return {
       {"grab",
        [](Subject& s) {
          s.send([](auto& message) { message.mutable_grab()->set_body(1); });
@@ -160,6 +163,14 @@ const std::map<std::string, Event>& events() {
          for (std::size_t i = 0; i < kMaxHalfOpen; ++i) s.bench.connect();
        }},
   };
+}
+
+const std::map<std::string, Event>& events() {
+  static const std::map<std::string, Event> kEvents = [] {
+    std::map<std::string, Event> all = events_before_joining();
+    all.merge(events_of_users());
+    return all;
+  }();
   return kEvents;
 }
 
