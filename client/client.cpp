@@ -7,6 +7,7 @@
 #include "client/haptics/stages/stage.hpp"
 #include "client/model/local_world.hpp"
 #include "client/model/proxy_world.hpp"
+#include "client/session/scene_from_wire.hpp"
 #include "common/geometry/surface_asset.hpp"
 #include "common/realtime/realtime.hpp"
 
@@ -65,7 +66,7 @@ void Client::poll(LocalTime now) {
 
 void Client::begin_model() {
   stage_note_.clear();
-  if (session_.joined()->role() == wire::ROLE_OBSERVER) return;
+  if (!has_tool(session_.joined()->role())) return;
   const auto make = [settings = settings_.local_model, is_aside = settings_.makes_models_aside,
                      has_ball = needs_proxy_world(settings_.haptics.stage.name),
                      generation = session_.scene_generation(), joined = *session_.joined(),

@@ -19,6 +19,7 @@
 #include "client/app/trace.hpp"
 #include "client/haptics/haptic_loop.hpp"
 #include "client/net/client_io.hpp"
+#include "client/session/scene_from_wire.hpp"
 #include "client/view/window.hpp"
 #include "common/geometry/surface_asset.hpp"
 #include "common/realtime/output.hpp"
@@ -65,11 +66,6 @@ void check_screenshot(const std::filesystem::path& file) {
   }
 }
 
-std::string role_name(wire::Role role) {
-  if (role == wire::ROLE_OBSERVER) return "observer";
-  return role == wire::ROLE_OPERATOR ? "operator" : "manipulator";
-}
-
 std::string joined_lines(const std::vector<std::string>& lines) {
   std::string text;
   for (const std::string& line : lines) text += (text.empty() ? "" : "; ") + line;
@@ -89,7 +85,7 @@ std::string coupling_lines(const std::vector<haptics::StabilityFinding>& finding
 /// What a user got: two that join together may get each other's tool.
 std::string joined_line(const wire::Joined& joined) {
   const std::string scene = "joined " + printable(joined.scene().name()) + " as user " + std::to_string(joined.user());
-  if (joined.role() == wire::ROLE_OBSERVER) return scene + ", an observer";
+  if (!has_tool(joined.role())) return scene + ", an observer";
   return scene + ", with tool " + printable(joined.scene().tools(static_cast<int>(joined.tool())).name());
 }
 
@@ -238,7 +234,7 @@ bool ClientRun::join() {
       say(joined_line(*io.joined));
       for (const std::string& note : shown_notes(*io.joined)) say("scene: " + note);
       const std::string missing = missing_of(device_->spec());
-      if (io.joined->role() != wire::ROLE_OBSERVER && !missing.empty()) say(missing);
+      if (has_tool(io.joined->role()) && !missing.empty()) say(missing);
       watch_first_graspable(*io.joined);
       return true;
     }

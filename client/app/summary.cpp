@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "client/app/parameters_json.hpp"
+#include "client/session/scene_from_wire.hpp"
 #include "common/base/tick_faults.hpp"
 
 namespace tandem::client {
@@ -58,9 +59,7 @@ void add_setup(const RunSummary& s, json::object& out) {
     for (const std::string& note : shown_notes(*s.io.joined)) out["notes"].as_array().emplace_back(note);
   }
   out["user"] = session.user_name;
-  out["role"] = session.role == wire::ROLE_OBSERVER   ? "observer"
-                : session.role == wire::ROLE_OPERATOR ? "operator"
-                                                      : "manipulator";
+  out["role"] = role_name(session.role);
   out["transport"] = session.state_over_tcp ? "tcp" : "udp";
   out["stage"] = options.stage.name;
   out["predictor"] = options.stage.predictor;

@@ -31,6 +31,11 @@ std::string fill_coupling(const wire::Coupling& coupling, HapticScene& out) {
 
 }  // namespace
 
+std::string role_name(wire::Role role) {
+  if (role == wire::ROLE_OBSERVER) return "observer";
+  return role == wire::ROLE_OPERATOR ? "operator" : "manipulator";
+}
+
 std::string fill_haptic_scene(const wire::Joined& joined, HapticScene& out) {
   const wire::Scene& scene = joined.scene();
   if (joined.user() == 0) return "user is 0; it must be 1 or more";

@@ -12,6 +12,8 @@ namespace tandem::client {
 inline bool has_tool(wire::Role role) {
   return role == wire::ROLE_MANIPULATOR || role == wire::ROLE_OPERATOR;
 }
+/// As --role has it.
+std::string role_name(wire::Role role);
 
 /// Fills workspace and coupling of `out` from the user's place in the joined scene; `may_drive` and
 /// `may_display` tell a manipulator from an observer.

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "client/session/scene_from_wire.hpp"
 #include "common/geometry/tessellation.hpp"
 
 namespace tandem::client {
@@ -98,7 +99,7 @@ void SceneView::arrange(const View* view, const ClientIoSnapshot& io, bool shows
   frame_.floor_z_m = scene_.floor_z_m - 0.002 * scene_.focus_radius_m;
   frame_.grid_m = grid_for(scene_.focus_radius_m);
   add_bodies(view, shows_ghosts);
-  if (joined_->role() == wire::ROLE_MANIPULATOR) add_own_tool(view, shows_ghosts);
+  if (has_tool(joined_->role())) add_own_tool(view, shows_ghosts);
   if (view != nullptr && view->has_state) add_partners(*view, io, shows_ghosts);
 }
 
