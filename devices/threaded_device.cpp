@@ -19,6 +19,14 @@ constexpr Duration kMinStep = std::chrono::microseconds(500);
 
 }  // namespace
 
+DeviceSample absent_sample(LocalTime now, bool was_ready, std::string_view reason) noexcept {
+  DeviceSample sample;
+  sample.taken = now;
+  sample.state = was_ready ? DeviceState::kLost : DeviceState::kOpening;
+  sample.reason = reason;
+  return sample;
+}
+
 ThreadedDevice::ThreadedDevice(std::unique_ptr<DeviceDriver> driver, int realtime_priority)
     : driver_(std::move(driver)), spec_(driver_->spec()) {
   thread_ = std::thread([this, realtime_priority] { run(realtime_priority); });

@@ -10,6 +10,7 @@
 
 #include <atomic>
 #include <memory>
+#include <string_view>
 #include <thread>
 
 #include "common/realtime/mailbox.hpp"
@@ -27,6 +28,10 @@ class DeviceDriver {
   /// One exchange with the device, or one step towards one: waits at most 20 ms. Zero on the hand unless it is ready.
   virtual DeviceSample step(LocalTime now, const Wrench& wrench_on_hand_D) = 0;
 };
+
+/// What a driver says while its device is not ready.
+/// In      was_ready  it is lost then, else still being opened
+DeviceSample absent_sample(LocalTime now, bool was_ready, std::string_view reason) noexcept;
 
 /// Runs a driver on a thread of its own.
 class ThreadedDevice final : public Device {

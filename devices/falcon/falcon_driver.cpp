@@ -103,11 +103,7 @@ DeviceSample FalconDriver::step(LocalTime now, const Wrench& wrench_on_hand_D) {
 }
 
 DeviceSample FalconDriver::not_ready(LocalTime now) const {
-  DeviceSample sample;
-  sample.taken = now;
-  sample.state = was_open_ ? DeviceState::kLost : DeviceState::kOpening;
-  sample.reason = reason_;
-  return sample;
+  return absent_sample(now, was_open_, reason_);
 }
 
 void FalconDriver::open(LocalTime now) {

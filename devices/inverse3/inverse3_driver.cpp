@@ -153,11 +153,7 @@ void Inverse3Driver::fail(std::string_view reason) {
 }
 
 DeviceSample Inverse3Driver::not_ready(LocalTime now) const {
-  DeviceSample sample;
-  sample.taken = now;
-  sample.state = was_ready_ ? DeviceState::kLost : DeviceState::kOpening;
-  sample.reason = reason_;
-  return sample;
+  return absent_sample(now, was_ready_, reason_);
 }
 
 DeviceSample Inverse3Driver::sample(LocalTime now) {

@@ -76,11 +76,7 @@ DeviceSample SpaceMouseDriver::absent(LocalTime now) {
     if (port_) light(true);
     if (!was_open_) reason_ = reason;
   }
-  DeviceSample sample;
-  sample.taken = now;
-  sample.state = was_open_ ? DeviceState::kLost : DeviceState::kOpening;
-  sample.reason = reason_;
-  return sample;
+  return absent_sample(now, was_open_, reason_);
 }
 
 // Some take the first command only when it is "on".
