@@ -7,6 +7,17 @@
 
 namespace tandem::lab {
 
+double microseconds(Duration duration) {
+  return to_seconds(duration) * 1e6;
+}
+
+boost::json::object quantiles_us(const Histogram& histogram) {
+  return {{"p50", microseconds(histogram.quantile(0.5))},
+          {"p99", microseconds(histogram.quantile(0.99))},
+          {"p999", microseconds(histogram.quantile(0.999))},
+          {"max", microseconds(histogram.max())}};
+}
+
 void add_bench_command(CLI::App& app, int& exit_code) {
   CLI::App* bench = app.add_subcommand("bench", "Measures speed against a peer or a limit in the same run");
   bench->require_subcommand(1);

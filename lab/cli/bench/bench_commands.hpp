@@ -1,11 +1,18 @@
 // The measurements of `tandem-lab bench`, one file each, registered in bench_command.cpp.
 #pragma once
 
+#include "common/base/histogram.hpp"
+#include "common/base/json.hpp"
+
 namespace CLI {
 class App;
 }
 
 namespace tandem::lab {
+
+double microseconds(Duration duration);
+/// {"p50", "p99", "p999", "max"} in microseconds.
+boost::json::object quantiles_us(const Histogram& histogram);
 
 /// client [--rtt-ms MS] [--repetitions N] [--check] [--json]
 void add_client_bench(CLI::App& bench, int& exit_code);

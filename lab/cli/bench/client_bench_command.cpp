@@ -247,10 +247,6 @@ struct Row {
   std::vector<ClientBenchRun> peer;
 };
 
-double microseconds(Duration duration) {
-  return to_seconds(duration) * 1e6;
-}
-
 /// Median over the repetitions of a quantile of each: one that something else held up does not decide.
 double quantile_us(const std::vector<ClientBenchRun>& runs, Histogram ClientBenchRun::*of, double q) {
   std::vector<double> values;

@@ -158,10 +158,6 @@ void run_round(Contestant& contestant, const std::vector<Tick>& walk, double sec
   if (!is_finite(sum)) throw std::runtime_error("law " + contestant.name + " gave an infinite force");
 }
 
-double microseconds(Duration duration) {
-  return to_seconds(duration) * 1e6;
-}
-
 std::vector<Check> checks_of(const std::vector<Contestant>& all) {
   std::vector<Check> checks;
   for (const Contestant& contestant : all) {

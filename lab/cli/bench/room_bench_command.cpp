@@ -98,17 +98,6 @@ struct Options {
   bool wants_json = false;
 };
 
-double microseconds(Duration duration) {
-  return to_seconds(duration) * 1e6;
-}
-
-boost::json::object quantiles_us(const Histogram& histogram) {
-  return {{"p50", microseconds(histogram.quantile(0.5))},
-          {"p99", microseconds(histogram.quantile(0.99))},
-          {"p999", microseconds(histogram.quantile(0.999))},
-          {"max", microseconds(histogram.max())}};
-}
-
 std::vector<Check> checks_of(const RoomBenchResult& result) {
   const double overlong = 100.0 * static_cast<double>(result.overlong) / static_cast<double>(result.step.count());
   return {

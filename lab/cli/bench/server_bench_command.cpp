@@ -106,16 +106,6 @@ ServerBenchResult measure(const Options& options) {
   return result;
 }
 
-double microseconds(Duration duration) {
-  return to_seconds(duration) * 1e6;
-}
-
-boost::json::object quantiles_us(const Histogram& histogram) {
-  return {{"p50", microseconds(histogram.quantile(0.5))},
-          {"p99", microseconds(histogram.quantile(0.99))},
-          {"max", microseconds(histogram.max())}};
-}
-
 double least_kept(const Options& options, const ServerBenchResult& result) {
   return *std::min_element(result.kept.begin() + (options.is_overloaded ? 1 : 0), result.kept.end());
 }
