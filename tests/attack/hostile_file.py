@@ -1,9 +1,7 @@
 """A server that is given a file made to hurt who reads it (tests/system/hostile_files.py): what it says, and what it takes."""
 import os
-import subprocess
 import sys
 import tempfile
-import time
 
 import bench
 
@@ -17,17 +15,11 @@ BUILD_LIMIT = ("--build-limit", "2s")  # what is not wrong, but takes long, is r
 def load(case):
     """One row: exit code, seconds, peak memory of the server and its readers, last line."""
     with tempfile.TemporaryDirectory() as folder:
-        scene = hostile_files.scene_file(folder, case)
-        began = time.monotonic()
-        server = subprocess.Popen([os.path.join(bench.BIN, "tandem-server"), "--port", "0", "--cache", "", "--scene", scene, "--duration", "100ms",
-                                   *(BUILD_LIMIT if case in hostile_files.SHAPES else ())],
-                                  stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
-        said = server.stderr.read().replace(folder + os.sep, "").strip().splitlines()
-        server.stderr.close()
-        _, status, usage = os.wait4(server.pid, 0)
-        server.returncode = os.waitstatus_to_exitcode(status)
-        return {"case": case, "code": server.returncode, "took_s": time.monotonic() - began,
-                "memory_mb": usage.ru_maxrss / 1024, "said": said[-1] if said else ""}
+        seen = hostile_files.load(folder, case, os.path.join(bench.BIN, "tandem-server"), "--duration", "100ms",
+                                  *(BUILD_LIMIT if case in hostile_files.SHAPES else ()))
+        said = seen["err"].replace(folder + os.sep, "").strip().splitlines()
+        return {"case": case, "code": seen["code"], "took_s": seen["took_s"], "memory_mb": seen["memory_kib"] / 1024,
+                "said": said[-1] if said else ""}
 
 
 def problems_of(row):

@@ -8,6 +8,8 @@ import json
 import os
 import random
 import struct
+import subprocess
+import time
 
 MANY = 2_000_000_000
 SHORT_SCENE_TAIL = {"tools": [{"name": "a", "mass_kg": 0.1}]}
@@ -178,3 +180,17 @@ def scene_file(folder, case):
     with open(scene, "w") as file:
         file.write(scene_of(path))
     return scene
+
+
+def load(folder, case, server, *arguments):
+    """Gives the case to the program `server`: exit code, its lines, and of it with the processes that it starts seconds, processor
+    time and peak memory."""
+    began = time.monotonic()
+    running = subprocess.Popen([server, "--port", "0", "--cache", "", "--scene", scene_file(folder, case), *arguments],
+                               stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+    with running.stderr:
+        err = running.stderr.read()
+    _, status, usage = os.wait4(running.pid, 0)
+    running.returncode = os.waitstatus_to_exitcode(status)
+    return {"code": running.returncode, "err": err, "took_s": time.monotonic() - began,
+            "cpu_s": usage.ru_utime + usage.ru_stime, "memory_kib": usage.ru_maxrss}

@@ -14,14 +14,8 @@ MAX_CPU_S = 5  # processor time, which a busy machine does not lengthen
 class HostileFiles(ProgramTest):
     def load(self, case, *arguments):
         """(exit code, stderr, processor time in s, peak memory in KiB) of a server and the processes that it starts."""
-        scene = hostile_files.scene_file(self.folder, case)
-        server = subprocess.Popen([program("tandem-server"), "--port", "0", "--cache", "", "--scene", scene, *arguments],
-                                  stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
-        self.addCleanup(server.stderr.close)
-        err = server.stderr.read()
-        _, status, usage = os.wait4(server.pid, 0)
-        server.returncode = os.waitstatus_to_exitcode(status)
-        return server.returncode, err, usage.ru_utime + usage.ru_stime, usage.ru_maxrss
+        seen = hostile_files.load(self.folder, case, program("tandem-server"), *arguments)
+        return seen["code"], seen["err"], seen["cpu_s"], seen["memory_kib"]
 
     def assert_refused(self, case, *arguments, cpu_s=MAX_CPU_S):
         code, err, took_s, memory_kib = self.load(case, *arguments)
