@@ -1,0 +1,21 @@
+// X.509 certificates of servers: one that carries a key to be pinned, and a private authority for a house of its own.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "common/secure/key_pair.hpp"
+
+namespace tandem::secure {
+
+/// A certificate that says nothing but the key: for clients that pin it. PEM.
+std::string self_signed_certificate(const KeyPair& key);
+
+/// Makes a certificate authority and a server's certificate signed by it: ca.pem, ca-key.pem, server.pem, server-key.pem.
+///
+/// In      names  numeric addresses and host names by which clients reach the server; at least one
+/// Fails   std::invalid_argument: the folder cannot be written, or holds one of these files already
+void write_dev_certificates(const std::filesystem::path& folder, const std::vector<std::string>& names);
+
+}  // namespace tandem::secure

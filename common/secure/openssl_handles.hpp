@@ -1,0 +1,40 @@
+// Private to this folder: OpenSSL's objects with owners.
+#pragma once
+
+#include <openssl/bio.h>
+#include <openssl/evp.h>
+#include <openssl/ssl.h>
+#include <openssl/x509.h>
+
+#include <memory>
+#include <string>
+#include <string_view>
+
+namespace tandem::secure {
+
+template <auto kFree>
+using Free = decltype([](auto* object) { kFree(object); });
+
+using BioPointer = std::unique_ptr<BIO, Free<BIO_free_all>>;
+using X509Pointer = std::unique_ptr<X509, Free<X509_free>>;
+using KeyPointer = std::unique_ptr<EVP_PKEY, Free<EVP_PKEY_free>>;
+using DigestPointer = std::unique_ptr<EVP_MD_CTX, Free<EVP_MD_CTX_free>>;
+
+inline BioPointer bio_of(std::string_view text) {
+  return BioPointer(BIO_new_mem_buf(text.data(), static_cast<int>(text.size())));
+}
+
+inline std::string text_in(BIO* bio) {
+  char* data = nullptr;
+  const long size = BIO_get_mem_data(bio, &data);
+  return {data, static_cast<std::size_t>(size)};
+}
+
+inline const unsigned char* octets(const std::byte* bytes) {
+  return reinterpret_cast<const unsigned char*>(bytes);
+}
+inline unsigned char* octets(std::byte* bytes) {
+  return reinterpret_cast<unsigned char*>(bytes);
+}
+
+}  // namespace tandem::secure
