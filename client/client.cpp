@@ -13,32 +13,26 @@
 
 namespace tandem::client {
 
-struct Client::MadeModel {
-  std::uint32_t generation = 0;  ///< of the scene that it is of
-  std::unique_ptr<LocalModel> model;
-  std::unique_ptr<ProxyWorld> proxy_world;
-  std::string problem;  ///< why there is none
-
-  /// Also where there is nothing to take.
-  bool is_taken_by(HapticCore& core) {
-    return (model == nullptr || core.offer_model(generation, model)) &&
-           (proxy_world == nullptr || core.offer_model(generation, proxy_world));
-  }
+struct Client::Made {
+  std::unique_ptr<Rendering> rendering;
+  std::string problem;  ///< why it has neither model nor ball's world, though its stage wants one
 };
 
 namespace {
 
-/// What the stage asks of the session.
+/// What a stage steps.
+std::vector<std::string> asset_kinds_of(const std::string& stage) {
+  if (needs_local_model(stage)) return {"contact", "molecule"};
+  if (needs_proxy_world(stage)) return {geometry::kSurfaceAssetKind};
+  return {};
+}
+
 SessionSettings session_settings(const ClientSettings& settings) {
   SessionSettings session = settings.session;
-  session.coupling_bounds = settings.haptics.coupling_bounds;
-  if (needs_local_model(settings.haptics.stage.name)) session.asset_kinds = {"contact", "molecule"};
-  if (!needs_proxy_world(settings.haptics.stage.name)) return session;
-  session.asset_kinds = {geometry::kSurfaceAssetKind};
-  session.find_scene_problem = [](const wire::Joined& joined) {
-    const std::string problem = proxy_problem(joined);
-    return problem.empty() ? problem : "stage god-object: " + problem;
-  };
+  const double scale = settings.session.workspace.scale;
+  session.coupling_bounds =
+      haptics::coupling_bounds_in_world(settings.haptics.coupling_bounds, WorkspaceMapping{{}, scale, scale});
+  session.asset_kinds = asset_kinds_of(settings.haptics.stage.name);
   return session;
 }
 
@@ -51,37 +45,75 @@ Client::Client(const ClientSettings& settings, devices::Device& device, ClientTr
     : settings_(settings),
       core_(settings.haptics, device, mailboxes_),
       session_(session_settings(settings), transport, mailboxes_) {
-  const std::string& stage = settings.haptics.stage.name;
-  if (needs_local_model(stage) || needs_proxy_world(stage)) session_.on_assets = [this] { begin_model(); };
+  session_.find_scene_problem = [this](const wire::Joined& joined) { return problem_of_stage(joined); };
+  session_.on_assets = [this] {
+    stage_note_.clear();
+    if (std::exchange(is_stage_wanted_, false) || makes_something()) begin_rendering();
+  };
 }
 
 Client::~Client() = default;
 
+bool Client::makes_something() const {
+  const std::string& stage = settings_.haptics.stage.name;
+  return (needs_local_model(stage) || needs_proxy_world(stage)) && has_tool(session_.joined()->role());
+}
+
+std::string Client::problem_of_stage(const wire::Joined& joined) const {
+  if (!needs_proxy_world(settings_.haptics.stage.name)) return {};
+  const std::string problem = proxy_problem(joined);
+  return problem.empty() ? problem : "stage god-object: " + problem;
+}
+
 void Client::poll(LocalTime now) {
-  take_made_model();
-  hand_over_model();
+  begin_when_possible();
+  take_made();
+  hand_over();
   session_.poll(now);
   core_.service();
 }
 
-void Client::begin_model() {
-  stage_note_.clear();
-  if (!has_tool(session_.joined()->role())) return;
-  const auto make = [settings = settings_.local_model, is_aside = settings_.makes_models_aside,
-                     has_ball = needs_proxy_world(settings_.haptics.stage.name),
-                     generation = session_.scene_generation(), joined = *session_.joined(),
+void Client::set_stage(const StageSettings& stage) {
+  const StageSettings before = settings_.haptics.stage;
+  require_stage(stage);
+  settings_.haptics.stage = stage;
+  const std::string problem = session_.joined() == nullptr ? "" : problem_of_stage(*session_.joined());
+  if (!problem.empty()) {
+    settings_.haptics.stage = before;
+    stage_note_ = problem;
+    return;
+  }
+  core_.control_passivity(stage.passivity);
+  if (stage.name == before.name && stage.predictor == before.predictor && stage.wave == before.wave) return;
+  session_.set_asset_kinds(asset_kinds_of(stage.name));
+  is_stage_wanted_ = true;
+}
+
+void Client::begin_when_possible() {
+  if (!is_stage_wanted_ || making_.valid() || !session_.has_assets()) return;
+  is_stage_wanted_ = false;
+  begin_rendering();
+}
+
+void Client::begin_rendering() {
+  const StageSettings& stage = settings_.haptics.stage;
+  const auto make = [settings = settings_.local_model, is_aside = settings_.makes_models_aside, stage,
+                     makes = makes_something(), generation = session_.scene_generation(), joined = *session_.joined(),
                      assets = session_.assets()] {
     // The thread comes with the priority of the one that started it: a second of work there would starve the sockets.
     if (is_aside) realtime::drop_realtime();
-    auto made = std::make_unique<MadeModel>();
-    made->generation = generation;
+    auto made = std::make_unique<Made>();
+    made->rendering = std::make_unique<Rendering>();
+    made->rendering->stage = make_stage(stage);
+    made->rendering->generation = generation;
+    if (!makes) return made;
     try {
-      if (has_ball) {
-        made->proxy_world = std::make_unique<ProxyWorld>(joined, assets);
+      if (needs_proxy_world(stage.name)) {
+        made->rendering->proxy_world = std::make_unique<ProxyWorld>(joined, assets);
       } else {
         const auto world = make_local_world(joined, assets);
         if (is_aside) require_in_time(world, kMaxModelStep);
-        made->model = std::make_unique<LocalModel>(world, joined.tool(), settings);
+        made->rendering->local_model = std::make_unique<LocalModel>(world, joined.tool(), settings);
       }
     } catch (const std::exception& error) {
       made->problem = printable(error.what());
@@ -92,21 +124,25 @@ void Client::begin_model() {
   making_ = std::async(settings_.makes_models_aside ? std::launch::async : std::launch::deferred, make);
   if (settings_.makes_models_aside) return;
   making_.wait();
-  take_made_model();
-  hand_over_model();
+  take_made();
+  hand_over();
 }
 
-void Client::take_made_model() {
+void Client::take_made() {
   if (!making_.valid() || making_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return;
   made_ = making_.get();
-  if (made_->generation != session_.scene_generation()) {
+  if (made_->rendering->generation != session_.scene_generation()) {
     made_.reset();
     return;
   }
+  note_problem();
+}
+
+void Client::note_problem() {
   const bool is_new_problem = made_->problem != model_problem_;
   model_problem_ = made_->problem;
-  if (made_->proxy_world != nullptr) {
-    stage_note_ = "stage god-object: " + made_->proxy_world->note();
+  if (made_->rendering->proxy_world != nullptr) {
+    stage_note_ = "stage god-object: " + made_->rendering->proxy_world->note();
   } else if (needs_proxy_world(settings_.haptics.stage.name)) {
     stage_note_ = "stage god-object: no force is displayed, for a ball cannot touch this scene: " + model_problem_;
   } else if (!model_problem_.empty() && is_new_problem && session_.on_log) {
@@ -114,11 +150,11 @@ void Client::take_made_model() {
   }
 }
 
-// Refused while the haptic thread has not yet entered a newer scene than that of the model before the last.
-void Client::hand_over_model() {
+// Refused while the haptic thread has not yet taken the one before: that may be in use.
+void Client::hand_over() {
   if (made_ == nullptr) return;
-  const bool is_of_this_scene = made_->generation == session_.scene_generation();
-  if (!is_of_this_scene || made_->is_taken_by(core_)) made_.reset();
+  const bool is_of_this_scene = made_->rendering->generation == session_.scene_generation();
+  if (!is_of_this_scene || core_.offer(made_->rendering)) made_.reset();
 }
 
 }  // namespace tandem::client

@@ -7,7 +7,8 @@
 //
 // Each join is a new generation of the scene. When its assets are here and the stage shows a local model, or touches
 // with a ball, the model or the ball's world is made (up to a second for a large mesh) and handed over to the haptic
-// thread (common/realtime/handover.hpp).
+// thread with its stage (client/haptics/rendering.hpp). Likewise when another stage is asked for; until then the hand
+// is shown the old one.
 #pragma once
 
 #include <future>
@@ -50,6 +51,14 @@ class Client {
   /// keeps time-outs and does what the stage leaves to this thread.
   /// Thread  io
   void poll(LocalTime now);
+  /// Another stage, predictor or passivity controller, without a step of the force. What the stage needs of the scene is
+  /// fetched and made first. A scene that it cannot show leaves the old one, and stage_note() says why.
+  /// Fails   std::invalid_argument: as HapticCore; nothing changes
+  /// Thread  io
+  void set_stage(const StageSettings& stage);
+  /// What was asked for last, in use or on its way.
+  /// Thread  io
+  const StageSettings& stage() const { return settings_.haptics.stage; }
   /// Why the last scene whose local model, or ball's world, was to be made has none; empty when it has one. Instead of
   /// a local model the late pose is shown, instead of what a ball touches nothing.
   /// Thread  io
@@ -59,17 +68,22 @@ class Client {
   const std::string& stage_note() const { return stage_note_; }
 
  private:
-  struct MadeModel;
-  void begin_model();
-  void take_made_model();
-  void hand_over_model();
+  struct Made;
+  bool makes_something() const;
+  void begin_rendering();
+  void begin_when_possible();
+  std::string problem_of_stage(const wire::Joined& joined) const;
+  void take_made();
+  void note_problem();
+  void hand_over();
 
   ClientSettings settings_;
   ClientMailboxes mailboxes_;
   HapticCore core_;
   ClientSession session_;
-  std::future<std::unique_ptr<MadeModel>> making_;
-  std::unique_ptr<MadeModel> made_;  ///< not handed over yet
+  std::future<std::unique_ptr<Made>> making_;
+  std::unique_ptr<Made> made_;    ///< not handed over yet
+  bool is_stage_wanted_ = false;  ///< another one: begun once the scene's assets are here
   std::string model_problem_;
   std::string stage_note_;
 };

@@ -18,8 +18,8 @@ if(TANDEM_PCH)
     OPTIONS ${tandem_test_options}
     HEADERS ${tandem_common_headers} <gmock/gmock.h> <gtest/gtest.h>)
 endif()
-# What is built of meshes is kept between tests, apart from the user's own cache.
-set(tandem_test_environment "TANDEM_CACHE=${PROJECT_BINARY_DIR}/cache")
+# What is built of meshes, and a server's keys, are kept between tests, apart from the user's own.
+set(tandem_test_environment "TANDEM_CACHE=${PROJECT_BINARY_DIR}/cache;TANDEM_STATE=${PROJECT_BINARY_DIR}/state")
 # A sanitizer makes numerical code up to a hundred times slower.
 set(tandem_test_timeout 900)
 if(TANDEM_SANITIZE)

@@ -35,7 +35,9 @@ struct DeviceSpec {
   SourcedLimit torque_maximum_n_m;
   double force_limit_n = 2.0;  ///< software limit, ≤ force_maximum_n; the default is for unverified devices
   double torque_limit_n_m = 0.1;
-  double reach_m = 2.0;                ///< of the handle from D's origin, with margin: beyond, a sample is a fault
+  Vec3 workspace_m =
+      Vec3::Zero();      ///< widths of what the handle reaches about D's origin; zero: not known, or no limits
+  double reach_m = 2.0;  ///< of the handle from D's origin, with margin: beyond, a sample is a fault
   double speed_limit_m_per_s = 3.0;    ///< a faster handle is a fault: force to zero within 20 ms, then re-armed
   double slew_limit_n_per_s = 4000.0;  ///< how fast the displayed force may change
   double slew_limit_n_m_per_s = 200.0;
@@ -79,6 +81,8 @@ class Device {
   /// What to display on the hand, in D, torque about the handle's origin. Called only by DeviceWriter, which clamps.
   /// False: the command was not delivered.
   virtual bool write(LocalTime now, const Wrench& wrench_on_hand_D) noexcept = 0;
+  /// Since the last call the hand was let go, whatever was written: a watchdog said zero while this program stood still.
+  virtual bool has_let_go() noexcept { return false; }
 };
 
 }  // namespace tandem::devices

@@ -22,14 +22,17 @@ struct DeviceOptions {
   std::string hand = "rest";       ///< what a simulated hand intends: find_hand_path()
   HandParameters hand_parameters;  ///< of a simulated hand, without the device
   std::uint64_t seed = 1;          ///< of a simulated hand's tremor
+  std::filesystem::path motors;    ///< of a simulated hand: where its commands go as well; empty: nowhere
   std::string control = "rate";    ///< what the cap of a spacemouse does: "rate" or "pose"
   std::filesystem::path firmware;  ///< of a falcon: a file of its maker's; empty: it must be loaded already
   /// Of a falcon. libnifalcon sends 10000, the maker's driver 3300 to 7500 depending on the pose: ours is below all of them,
   /// so that a force is rather too weak; calibrate with a weight.
   double motor_counts_per_n_m = 3000;
   std::string service = "127.0.0.1:10001";  ///< of an inverse3: where its maker's service listens
-  std::shared_ptr<Pointer> pointer{};       ///< of a window, for a mouse; null: none
-  int realtime_priority = 0;                ///< of the device's thread, where it has one; 0: normal scheduler
+  std::string rumble = "auto";         ///< of a mouse: a game pad that shows its force, /dev/input/eventN; or "off"
+  std::filesystem::path library{};     ///< of a vendor's SDK, as its user has it; empty: where the system finds it
+  std::shared_ptr<Pointer> pointer{};  ///< of a window, for a mouse; null: none
+  int realtime_priority = 0;           ///< of the device's thread, where it has one; 0: normal scheduler
 };
 
 /// One that is there.

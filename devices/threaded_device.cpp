@@ -13,22 +13,40 @@ namespace {
 constexpr Duration kMaxCommandAge = std::chrono::milliseconds(50);
 // The last packets may be lost with what the device still sends; zero is said this often.
 constexpr int kLastZeros = 3;
+constexpr Duration kLookAgain = std::chrono::seconds(1);
 constexpr Duration kWhileAbsent = std::chrono::milliseconds(5);
 // A device that answers at once shall not take a core to itself, at the priority of the haptic thread.
 constexpr Duration kMinStep = std::chrono::microseconds(500);
 
 }  // namespace
 
-DeviceSample absent_sample(LocalTime now, bool was_ready, std::string_view reason) noexcept {
+bool Absence::is_time_to_look(LocalTime now) noexcept {
+  if (now < next_look_) return false;
+  next_look_ = now + kLookAgain;
+  return true;
+}
+
+void Absence::begin(LocalTime now, std::string_view reason) noexcept {
+  was_there_ = true;
+  reason_ = reason;
+  next_look_ = now + kLookAgain;
+}
+
+void Absence::go_on(std::string_view reason) noexcept {
+  if (!was_there_) reason_ = reason;
+}
+
+DeviceSample Absence::sample(LocalTime now) const noexcept {
   DeviceSample sample;
   sample.taken = now;
-  sample.state = was_ready ? DeviceState::kLost : DeviceState::kOpening;
-  sample.reason = reason;
+  sample.state = was_there_ ? DeviceState::kLost : DeviceState::kOpening;
+  sample.reason = reason_;
   return sample;
 }
 
-ThreadedDevice::ThreadedDevice(std::unique_ptr<DeviceDriver> driver, int realtime_priority)
-    : driver_(std::move(driver)), spec_(driver_->spec()) {
+ThreadedDevice::ThreadedDevice(std::unique_ptr<DeviceDriver> driver, int realtime_priority,
+                               std::shared_ptr<Watchdog> watchdog)
+    : watchdog_(std::move(watchdog)), driver_(std::move(driver)), spec_(driver_->spec()) {
   thread_ = std::thread([this, realtime_priority] { run(realtime_priority); });
 }
 
@@ -58,6 +76,7 @@ void ThreadedDevice::run(int realtime_priority) {
 void ThreadedDevice::step(const Wrench& wrench_on_hand_D) noexcept {
   const LocalTime now = SteadyClock().now();
   DeviceSample sample;
+  if (watchdog_) watchdog_->beat(now, wrench_on_hand_D.f != Vec3::Zero() || wrench_on_hand_D.t != Vec3::Zero());
   try {
     sample = driver_->step(now, wrench_on_hand_D);
   } catch (const std::exception&) {

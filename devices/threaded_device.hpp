@@ -5,7 +5,8 @@
 //
 // 1. A command that is older than 50 ms is a loop that stands still: the driver is given zero instead.
 // 2. A driver that hangs gives no newer sample: its time stamp grows old, which DeviceReader takes for a fault.
-// 3. The end, and so the destructor, gives the driver zero before it is closed.
+// 3. A program that is stopped or killed says nothing: a watchdog, where there is one, says zero in its place.
+// 4. The end, and so the destructor, gives the driver zero before it is closed.
 #pragma once
 
 #include <atomic>
@@ -15,6 +16,7 @@
 
 #include "common/realtime/mailbox.hpp"
 #include "devices/device.hpp"
+#include "devices/watchdog.hpp"
 
 namespace tandem::devices {
 
@@ -29,15 +31,36 @@ class DeviceDriver {
   virtual DeviceSample step(LocalTime now, const Wrench& wrench_on_hand_D) = 0;
 };
 
-/// What a driver says while its device is not ready.
-/// In      was_ready  it is lost then, else still being opened
-DeviceSample absent_sample(LocalTime now, bool was_ready, std::string_view reason) noexcept;
+/// A device that is not there, to its driver: when to look for it again, and what to say meanwhile. One that was there
+/// once is lost, and stays so for the reason for which it went; one that never was is being opened.
+class Absence {
+ public:
+  /// Once a second after it was lost or looked for, and at first.
+  bool is_time_to_look(LocalTime now) noexcept;
+  /// It is there: when it goes, it is lost.
+  void end() noexcept { was_there_ = true; }
+  /// It went.
+  void begin(LocalTime now, std::string_view reason) noexcept;
+  /// It is still not there.
+  void go_on(std::string_view reason) noexcept;
+  /// In      reason  a literal, which holds whether it was there before or not
+  void say(std::string_view reason) noexcept { reason_ = reason; }
+  bool was_there() const noexcept { return was_there_; }
+  DeviceSample sample(LocalTime now) const noexcept;
+
+ private:
+  LocalTime next_look_{};
+  std::string_view reason_;
+  bool was_there_ = false;
+};
 
 /// Runs a driver on a thread of its own.
 class ThreadedDevice final : public Device {
  public:
   /// `realtime_priority` as request_realtime() has it.
-  explicit ThreadedDevice(std::unique_ptr<DeviceDriver> driver, int realtime_priority = 0);
+  /// `watchdog` is told of each command; null: none.
+  explicit ThreadedDevice(std::unique_ptr<DeviceDriver> driver, int realtime_priority = 0,
+                          std::shared_ptr<Watchdog> watchdog = nullptr);
   /// Gives the driver zero and ends the thread.
   ~ThreadedDevice() override;
   ThreadedDevice(const ThreadedDevice&) = delete;
@@ -47,6 +70,7 @@ class ThreadedDevice final : public Device {
   DeviceSample read(LocalTime now) noexcept override;
   /// The driver takes it with its next step: a few milliseconds later at most.
   bool write(LocalTime now, const Wrench& wrench_on_hand_D) noexcept override;
+  bool has_let_go() noexcept override { return watchdog_ && watchdog_->has_let_go(); }
 
  private:
   struct Command {
@@ -58,6 +82,7 @@ class ThreadedDevice final : public Device {
   void step(const Wrench& wrench_on_hand_D) noexcept;
   Wrench newest_command(LocalTime now) noexcept;
 
+  std::shared_ptr<Watchdog> watchdog_;
   std::unique_ptr<DeviceDriver> driver_;
   DeviceSpec spec_;
   realtime::Mailbox<DeviceSample> samples_;

@@ -63,6 +63,7 @@ def default_cells(rows):
             mean_and_worst(values(judged, "limit_cycle_m_per_s", 1e3), max, 2),
             mean_and_worst(values(judged, "force_step_max_n_per_ms"), max, 2),
             mean_and_worst(values(judged, "energy_created_max_j", 1e3), max, 1),
+            mean_and_worst(values(judged, "energy_of_late_display_j", 1e3), min, 0),
             silent_cell(rows), outcomes(judged) or "–"]
 
 
@@ -86,9 +87,9 @@ def row_of(case, default, others):
 def table(default, others, cases, seeds, other_seeds):
     lines = [f"{seeds} seeds of the default stage, {other_seeds} of the others; mean, in brackets the worst.", "",
              "| case | error of the path, % of the peak | of the torque, % | least force of the hold / truth's "
-             "| calm, mm/s | step, N/ms | made, mJ | silent seeds: step at the return, N/ms | not completed | "
+             "| calm, mm/s | step, N/ms | made, mJ | by a display right but late, mJ (least) | silent seeds: step at the return, N/ms | not completed | "
              + " | ".join(f"{stage}: error, %" for stage in OTHERS) + " |",
-             "|" + "---|" * (9 + len(OTHERS))]
+             "|" + "---|" * (10 + len(OTHERS))]
     return "\n".join(lines + [row_of(case, default, others) for case in cases])
 
 

@@ -1,6 +1,5 @@
 #include "proto/datagram.hpp"
 
-#include <algorithm>
 #include <array>
 #include <boost/endian/conversion.hpp>
 #include <cassert>
@@ -10,13 +9,11 @@ namespace {
 
 constexpr std::size_t kConnectionOffset = 1;
 constexpr std::size_t kSequenceOffset = 9;
-constexpr std::size_t kTagOffset = 17;
 
 constexpr unsigned kVersionShift = 5;
 constexpr unsigned kTypeShift = 3;
 constexpr unsigned kTypeMask = 0b11;
 constexpr unsigned kEpochMask = kMaxEpoch;
-constexpr unsigned kMaxType = static_cast<unsigned>(DatagramType::kServerUpdate);
 
 std::uint64_t load_u64(std::span<const std::byte> datagram, std::size_t offset) {
   return boost::endian::load_big_u64(reinterpret_cast<const unsigned char*>(datagram.data() + offset));
@@ -26,7 +23,7 @@ std::uint64_t load_u64(std::span<const std::byte> datagram, std::size_t offset) 
 
 void append_header(const DatagramHeader& header, Bytes& out) {
   assert(header.epoch <= kMaxEpoch);
-  std::array<unsigned char, kDatagramHeaderBytes> bytes{};  // the tag stays zero: null cipher
+  std::array<unsigned char, kDatagramHeaderBytes> bytes{};  // the tag is put in by the seal
   bytes[0] =
       static_cast<unsigned char>((kProtocolVersion << kVersionShift) |
                                  (static_cast<unsigned>(header.type) << kTypeShift) | (header.epoch & kEpochMask));
@@ -41,12 +38,7 @@ DropReason parse_header(std::span<const std::byte> datagram, DatagramHeader& out
   if (datagram.size() > kMaxDatagramBytes) return DropReason::kTooLong;
   const auto first = std::to_integer<unsigned>(datagram[0]);
   if (first >> kVersionShift != kProtocolVersion) return DropReason::kVersion;
-  const unsigned type = (first >> kTypeShift) & kTypeMask;
-  if (type > kMaxType) return DropReason::kType;
-  const auto tag = datagram.subspan(kTagOffset, kDatagramHeaderBytes - kTagOffset);
-  if (std::ranges::any_of(tag, [](std::byte b) { return b != std::byte{0}; })) return DropReason::kTag;
-
-  out.type = static_cast<DatagramType>(type);
+  out.type = static_cast<DatagramType>((first >> kTypeShift) & kTypeMask);
   out.epoch = static_cast<std::uint8_t>(first & kEpochMask);
   out.connection.value = load_u64(datagram, kConnectionOffset);
   out.sequence = load_u64(datagram, kSequenceOffset);

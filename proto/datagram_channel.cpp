@@ -1,24 +1,58 @@
 #include "proto/datagram_channel.hpp"
 
+#include <cstring>
+
 namespace tandem::proto {
 
 DropReason read_header(std::span<const std::byte> datagram, DatagramType expected, DatagramHeader& out) {
   if (const DropReason reason = parse_header(datagram, out); reason != DropReason::kNone) return reason;
-  return out.type == expected ? DropReason::kNone : DropReason::kType;
+  return out.type == expected || out.type == path_beside(expected) ? DropReason::kNone : DropReason::kType;
 }
 
 DatagramChannel::DatagramChannel(const Settings& settings, ChannelCounters& counters)
     : settings_(settings),
       counters_(&counters),
+      seal_(settings.secret, DatagramSeal::Use::kSeal, settings.sends == DatagramType::kClientUpdate, settings.epoch),
+      opener_(settings.secret, DatagramSeal::Use::kOpen, settings.sends != DatagramType::kClientUpdate, settings.epoch),
       deadband_(settings.deadband),
       send_rate_(net::kDeadbandFloor, settings.max_rate_hz),
       last_heard_(settings.opened),
-      last_sent_(settings.opened) {}
+      last_sent_(settings.opened) {
+  settings_.secret.reset();  // wiped: the seals have made their keys
+}
 
-DropReason DatagramChannel::check_freshness(std::uint64_t sequence) const {
-  if (sequence == newest_) return DropReason::kDuplicate;
-  if (sequence < newest_) return DropReason::kLate;
-  return sequence - newest_ > kMaxSequenceJump ? DropReason::kSequenceJump : DropReason::kNone;
+/// Steps 3 and 4.
+DropReason DatagramChannel::open(const DatagramHeader& header, std::span<const std::byte> datagram,
+                                 std::span<const std::byte>& payload) {
+  if (const DropReason reason = window_.check(header.sequence); reason != DropReason::kNone) return reason;
+  if (header.sequence > newest_ && header.sequence - newest_ > kMaxSequenceJump) return DropReason::kSequenceJump;
+  return opener_.open(header, datagram, payload);
+}
+
+DropReason DatagramChannel::receive_path(const DatagramHeader& header, std::span<const std::byte> datagram,
+                                         std::uint64_t& number) {
+  // Nobody has to prove anything where nothing is authentic.
+  if (opener_.is_null()) return DropReason::kType;
+  std::span<const std::byte> payload;
+  if (const DropReason reason = open(header, datagram, payload); reason != DropReason::kNone) return reason;
+  if (payload.size() != kPathBytes) return DropReason::kMalformed;
+  window_.accept(header.sequence);
+  std::memcpy(&number, payload.data(), sizeof number);
+  return DropReason::kNone;
+}
+
+std::span<const std::byte> DatagramChannel::path_message(std::uint64_t number, LocalTime now) {
+  begin_header(path_beside(settings_.sends), now);
+  const auto bytes = std::as_bytes(std::span(&number, 1));
+  datagram_.insert(datagram_.end(), bytes.begin(), bytes.end());
+  seal_.seal(sequence_, datagram_);
+  return datagram_;
+}
+
+void DatagramChannel::begin_header(DatagramType type, LocalTime now) {
+  seal_.keep_fresh(now);
+  datagram_.clear();
+  append_header({type, seal_.epoch(), settings_.connection, ++sequence_}, datagram_);
 }
 
 void DatagramChannel::note_heard(Duration sent_by_peer, LocalTime now) {
@@ -71,8 +105,7 @@ bool DatagramChannel::begin_datagram(LocalTime now, bool is_blocked) {
     counters_->sent_drops.add(DropReason::kOverwritten);
     return false;
   }
-  datagram_.clear();
-  append_header({settings_.sends, settings_.epoch, settings_.connection, ++sequence_}, datagram_);
+  begin_header(settings_.sends, now);
   return true;
 }
 

@@ -3,14 +3,13 @@
 //
 // Receive, in this order; the first check that fails names the drop reason (WIRE.md, "Checks on receive"):
 //
-//   1 size, version, type, tag, ids      read_header()  nothing is known of the sender yet
-//   2 connection and epoch               is_for()       the server also asks where the datagram comes from
-//   3 newer than all before              receive()      remembers nothing yet (a replay window goes here)
-//   4 authentic                          receive()      (opening the seal goes here: the header is associated data,
-//                                                       direction, epoch and sequence are the nonce; until then the tag
-//                                                       is zero, which 1 checks)
-//   5 payload, ranges, role              receive()      by the owner's `read`
-//   6 newest sequence, stamps, delays    receive()      only now, so that what is damaged or forged changes nothing
+//   1 size, version, type, ids           read_header()  nothing is known of the sender yet
+//   2 connection                         is_for()       the server also asks where the datagram comes from
+//   3 not a copy, not far ahead          receive()      by the replay window, which remembers nothing yet
+//   4 authentic                          receive()      opened (datagram_seal.hpp); here the epoch is checked too
+//   5 newer than all state before        receive()      state only: a path message may be late
+//   6 payload, ranges, role              receive()      by the owner's `read`
+//   7 window, newest, stamps             receive()      only now, so that what is damaged or forged changes nothing
 //
 // Send:
 //
@@ -20,16 +19,19 @@
 //   4 has a stream taken the last one?   send()         else dropped as overwritten, without using a sequence
 //   5 header with the next sequence      send()
 //   6 payload                            send()         by the owner's `append`
-//   7 seal                               send()         (sealing goes here: the whole datagram is in one buffer)
+//   7 seal                               send()         in place
 //   8 hand over                          send()         by the owner's `deliver`; refused: dropped as send_failed
 #pragma once
 
+#include <bitset>
 #include <cstdint>
+#include <optional>
 #include <span>
 
 #include "common/net/deadband.hpp"
 #include "common/net/send_rate.hpp"
 #include "proto/datagram.hpp"
+#include "proto/datagram_seal.hpp"
 #include "proto/state.hpp"
 
 namespace tandem::proto {
@@ -51,7 +53,36 @@ struct ChannelCounters {
 };
 
 /// Step 1 of receiving: parse_header(), and kType for what the other end never sends.
+/// In      expected  what state it sends; its path message is let through too
 DropReason read_header(std::span<const std::byte> datagram, DatagramType expected, DatagramHeader& out);
+
+/// Which of the last kSize sequences have been here: whether an old datagram is a late one or a copy. Asked before a
+/// datagram is opened, told after: what is forged changes nothing.
+class ReplayWindow {
+ public:
+  static constexpr std::size_t kSize = 4096;
+
+  /// kDuplicate: it has been here. kLate: so old that nobody knows.
+  DropReason check(std::uint64_t sequence) const {
+    if (sequence > newest_) return DropReason::kNone;
+    if (newest_ - sequence >= kSize) return DropReason::kLate;
+    return seen_.test(sequence % kSize) ? DropReason::kDuplicate : DropReason::kNone;
+  }
+  /// Of a sequence that check() let through.
+  void accept(std::uint64_t sequence) {
+    if (sequence > newest_) {
+      if (sequence - newest_ >= kSize) seen_.reset();
+      for (std::uint64_t gap = newest_ + 1; gap < sequence && sequence - newest_ < kSize; ++gap)
+        seen_.reset(gap % kSize);
+      newest_ = sequence;
+    }
+    seen_.set(sequence % kSize);
+  }
+
+ private:
+  std::uint64_t newest_ = 0;
+  std::bitset<kSize> seen_;
+};
 
 /// Thread  io
 class DatagramChannel {
@@ -60,30 +91,37 @@ class DatagramChannel {
     DatagramType sends = DatagramType::kClientUpdate;
     ConnectionId connection;
     std::uint8_t epoch = 0;
-    double deadband = 0;     ///< Weber fraction (common/net/deadband.hpp); 0: nothing is suppressed
-    double max_rate_hz = 0;  ///< of the loop that makes the updates
-    bool is_stream = false;  ///< datagrams travel inside a byte stream, which paces itself
-    LocalTime opened{};      ///< counts as the time of the last datagram until there is one
+    double deadband = 0;                       ///< Weber fraction (common/net/deadband.hpp); 0: nothing is suppressed
+    double max_rate_hz = 0;                    ///< of the loop that makes the updates
+    bool is_stream = false;                    ///< datagrams travel inside a byte stream, which paces itself
+    LocalTime opened{};                        ///< counts as the time of the last datagram until there is one
+    std::optional<secure::Exported> secret{};  ///< for the seals; none: null cipher
   };
   /// In      counters  must outlive the channel
   DatagramChannel(const Settings& settings, ChannelCounters& counters);
 
-  bool is_for(const DatagramHeader& header) const {
-    return header.connection == settings_.connection && header.epoch == settings_.epoch;
-  }
-  /// Steps 3 to 6 for a datagram whose header is `header`.
+  bool is_for(const DatagramHeader& header) const { return header.connection == settings_.connection; }
+  /// Steps 3 to 7 for a datagram of state whose header is `header`.
   ///
   /// In      read(payload, update)  fills `update`, or says why it cannot be used
   /// Out     `update` is unspecified unless kNone
   template <class Update, class Read>
   DropReason receive(const DatagramHeader& header, std::span<const std::byte> datagram, LocalTime now, Update& update,
                      const Read& read) {
-    if (const DropReason reason = check_freshness(header.sequence); reason != DropReason::kNone) return reason;
-    if (const DropReason reason = read(payload_of(datagram), update); reason != DropReason::kNone) return reason;
+    std::span<const std::byte> payload;
+    if (const DropReason reason = open(header, datagram, payload); reason != DropReason::kNone) return reason;
+    if (header.sequence < newest_) {
+      window_.accept(header.sequence);
+      return DropReason::kLate;
+    }
+    if (const DropReason reason = read(payload, update); reason != DropReason::kNone) return reason;
+    window_.accept(header.sequence);
     newest_ = header.sequence;
     take_stamps(update, now);
     return DropReason::kNone;
   }
+  /// The same for a path message, which may be older than the newest state.
+  DropReason receive_path(const DatagramHeader& header, std::span<const std::byte> datagram, std::uint64_t& number);
   bool has_heard() const { return has_heard_; }
   LocalTime last_heard() const { return last_heard_; }
   LocalTime last_sent() const { return last_sent_; }
@@ -120,11 +158,16 @@ class DatagramChannel {
     stamp(update, now);
     if (!begin_datagram(now, is_blocked)) return;
     append(update, datagram_);
+    seal_.seal(sequence_, datagram_);
     count_sent(deliver(std::span<const std::byte>(datagram_)));
   }
+  /// A path message, sealed; until the next one or the next update.
+  std::span<const std::byte> path_message(std::uint64_t number, LocalTime now);
 
  private:
-  DropReason check_freshness(std::uint64_t sequence) const;
+  DropReason open(const DatagramHeader& header, std::span<const std::byte> datagram,
+                  std::span<const std::byte>& payload);
+  void begin_header(DatagramType type, LocalTime now);
   void take_stamps(const ClientUpdate& update, LocalTime now);
   void take_stamps(const ServerUpdate& update, LocalTime now);
   void note_heard(Duration sent_by_peer, LocalTime now);
@@ -135,9 +178,12 @@ class DatagramChannel {
 
   Settings settings_;
   ChannelCounters* counters_;
+  DatagramSeal seal_;
+  DatagramSeal opener_;
+  ReplayWindow window_;
   net::Deadband deadband_;
   net::SendRate send_rate_;
-  std::uint64_t newest_ = 0;    ///< sequence received
+  std::uint64_t newest_ = 0;    ///< sequence of state received
   std::uint64_t sequence_ = 0;  ///< sent last
   std::uint64_t number_ = 0;    ///< of the loop's last update
   bool has_heard_ = false;

@@ -14,7 +14,7 @@ enum class DropReason : std::uint8_t {
   kTooLong,            ///< longer than kMaxDatagramBytes
   kVersion,            ///< another protocol version
   kType,               ///< not a type that this side receives
-  kTag,                ///< authentication failed (null cipher: tag not zero)
+  kTag,                ///< authentication failed, or another epoch (null cipher: tag not zero)
   kUnknownConnection,  ///< no connection of that id and epoch
   kLate,               ///< older than what is already here
   kDuplicate,          ///< the same sequence again

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "client/app/run_report.hpp"
+#include "client/app/second_hand.hpp"
 #include "client/app/stop_signals.hpp"
 #include "client/app/summary.hpp"
 #include "client/app/trace.hpp"
@@ -46,6 +47,7 @@ ClientIoSettings io_settings(const ClientOptions& options, const haptics::Safety
   }
   if (!options.window.is_open) return settings;
   settings.client.haptics.feeds_view = true;
+  settings.client.session.wants_soft_shapes = true;
   settings.client.session.late_asset_kinds = {geometry::kSurfaceAssetKind, "molecule"};
   // So that the window's sliders have a link to change.
   if (!settings.links) settings.links = SimulatedLinks{{}, {}, options.seed};
@@ -57,6 +59,19 @@ ClientOptions with_pointer(ClientOptions options) {
     options.device.pointer = std::make_shared<devices::Pointer>();
   }
   return options;
+}
+
+/// Where one is plugged in and is not the hand's device; null: none.
+std::shared_ptr<devices::Device> cap_for_camera(const std::string& device_of_hand) {
+  const devices::DeviceKind& kind = devices::find_device_kind("spacemouse");
+  if (device_of_hand == kind.name) return nullptr;
+  const std::vector<devices::FoundDevice> found = kind.find();
+  if (std::ranges::none_of(found, [](const auto& each) { return each.problem.empty(); })) return nullptr;
+  devices::DeviceOptions options;
+  options.name = kind.name;
+  options.profile = devices::find_device_profile(std::string(kind.profile));
+  options.control = "pose";
+  return devices::open_device(options);
 }
 
 /// So that nobody waits in vain.
@@ -82,50 +97,44 @@ std::string coupling_lines(const std::vector<haptics::StabilityFinding>& finding
   return text;
 }
 
-/// What a user got: two that join together may get each other's tool.
-std::string joined_line(const wire::Joined& joined) {
-  const std::string scene = "joined " + printable(joined.scene().name()) + " as user " + std::to_string(joined.user());
-  if (!has_tool(joined.role())) return scene + ", an observer";
-  return scene + ", with tool " + printable(joined.scene().tools(static_cast<int>(joined.tool())).name());
+std::string stage_line(const StageSettings& stage) {
+  return "stage " + stage.name + ", predictor " + stage.predictor + ", passivity " + (stage.passivity ? "on" : "off");
 }
 
 /// Of the run with a window, while its hand may feel something.
 std::atomic<HapticLoop*> loop_to_stop{nullptr};
+std::atomic<SecondHand*> second_to_stop{nullptr};
 
 /// A window's library ends the program by exit() when its display is gone, in the midst of a frame: the hand is let go
 /// first.
 void let_go_at_exit() {
   HapticLoop* const loop = loop_to_stop.exchange(nullptr);
   if (loop == nullptr) return;
+  if (SecondHand* const second = second_to_stop.exchange(nullptr)) second->stop();
   loop->stop();
   std::cerr << "tandem-client: the display was lost\n";
   std::_Exit(1);
 }
 
-/// What of a scene with forces and torques this device cannot show; empty: nothing.
-std::string missing_of(const devices::DeviceSpec& device) {
-  if (device.has_torque()) return {};
-  const std::string name = "device " + device.name;
-  if (!device.has_force()) return name + " shows no force: you move and see, and feel nothing";
-  const std::string turning = device.sensed_rotations > 0 ? "turns with your hand" : "keeps its orientation";
-  return name + " shows no torque: you feel forces in three directions, and your tool " + turning;
-}
-
 class ClientRun {
  public:
   ClientRun(const ClientOptions& options, realtime::Output& output);
-  ~ClientRun() { loop_to_stop = nullptr; }
+  ~ClientRun() {
+    loop_to_stop = nullptr;
+    second_to_stop = nullptr;
+  }
   ClientRun(const ClientRun&) = delete;
   ClientRun& operator=(const ClientRun&) = delete;
 
   int run();
 
  private:
+  void open_second();
   void open_window();
   void pause();
   void end_by_itself(const ClientIoSnapshot& io);
   bool join();
-  void watch_first_graspable(const wire::Joined& joined);
+  void watch_first_graspable(const std::shared_ptr<const wire::Joined>& joined);
   void start_loop();
   void keep_going();
   void drain_records();
@@ -134,6 +143,7 @@ class ClientRun {
   void explain_coupling(const CouplingCheck& check);
   void print_status(const ClientIoSnapshot& io);
   RunSummary summary(ClientIoSnapshot io) const;
+  void print_json(const ClientIoSnapshot& io);
   int finish();
 
   void say(const std::string& line) { output_.err("tandem-client: " + line + "\n"); }
@@ -147,11 +157,13 @@ class ClientRun {
   ClientIo io_;
   std::optional<TraceWriter> trace_;
   RunReport report_;
+  std::shared_ptr<const wire::Joined> watched_in_;
   BodyId watched_;
   std::string watched_name_;
   std::vector<std::string> realtime_not_granted_;
   std::string last_why_;
   std::string last_stage_note_;
+  std::string last_news_;
   std::uint64_t explained_check_ = 0;
   std::vector<haptics::StabilityFinding> coupling_findings_;
   std::string last_coupling_lines_;
@@ -160,8 +172,9 @@ class ClientRun {
   std::optional<LocalTime> first_tick_;
   TickRecord newest_;
   bool is_over_ = false;
-  std::optional<HapticLoop> loop_;  ///< gone before what it uses
-  StopSignals stop_signals_;        ///< last: it stops the loop
+  std::optional<HapticLoop> loop_;      ///< gone before what it uses
+  std::unique_ptr<SecondHand> second_;  ///< null: one device
+  StopSignals stop_signals_;            ///< last: it stops the loop
 };
 
 ClientRun::ClientRun(const ClientOptions& options, realtime::Output& output)
@@ -177,11 +190,20 @@ ClientRun::ClientRun(const ClientOptions& options, realtime::Output& output)
 
 int ClientRun::run() {
   if (options_.window.is_open) open_window();
+  open_second();
   io_.start();
   if (!join()) return 1;
   start_loop();
   while (!is_over_) keep_going();
   return finish();
+}
+
+/// Before anything is joined: what cannot be opened is said at once.
+void ClientRun::open_second() {
+  if (!options_.second_device) return;
+  const ClientOptions options = SecondHand::options_of(options_);
+  second_ = std::make_unique<SecondHand>(options, io_settings(options, safety_),
+                                         [this](const std::string& line) { say(line); });
 }
 
 void ClientRun::open_window() {
@@ -193,11 +215,12 @@ void ClientRun::open_window() {
   settings.height = options_.window.height;
   settings.pointer = options_.device.pointer;
   settings.facts = {{"you", session.user_name + ", " + role_name(session.role)},
-                    {"device", options_.device.name + ", as " + options_.device.profile.name},
-                    {"stage", options_.stage.name + ", predictor " + options_.stage.predictor},
-                    {"passivity", options_.stage.passivity ? "controlled" : "not controlled"}};
+                    {"device", options_.device.name + ", as " + options_.device.profile.name}};
   if (options_.io.links) settings.link = options_.io.links->up;
-  settings.on_link = [this](const net::LinkParameters& link) { io_.set_links(link); };
+  settings.client = &io_;
+  if (options_.window.screenshot.empty()) settings.cap = cap_for_camera(options_.device.name);
+  // A picture is the same whoever takes it.
+  settings.remembers = options_.window.screenshot.empty();
   window_.emplace(std::move(settings));
   std::atexit(let_go_at_exit);
 }
@@ -235,7 +258,7 @@ bool ClientRun::join() {
       for (const std::string& note : shown_notes(*io.joined)) say("scene: " + note);
       const std::string missing = missing_of(device_->spec());
       if (has_tool(io.joined->role()) && !missing.empty()) say(missing);
-      watch_first_graspable(*io.joined);
+      watch_first_graspable(io.joined);
       return true;
     }
     if (io.status.state == SessionState::kEnded) throw std::runtime_error(io.status.why);
@@ -248,11 +271,13 @@ bool ClientRun::join() {
   }
 }
 
-void ClientRun::watch_first_graspable(const wire::Joined& joined) {
-  watched_ = first_graspable(joined);
-  if (!watched_.is_valid()) return;
-  watched_name_ = joined.scene().bodies(static_cast<int>(watched_.value) - 1).name();
+/// Anew in each scene.
+void ClientRun::watch_first_graspable(const std::shared_ptr<const wire::Joined>& joined) {
+  watched_in_ = joined;
+  watched_ = first_graspable(*joined);
   io_.haptics().watch(watched_);
+  if (!watched_.is_valid()) return;
+  watched_name_ = joined->scene().bodies(static_cast<int>(watched_.value) - 1).name();
 }
 
 void ClientRun::start_loop() {
@@ -267,7 +292,12 @@ void ClientRun::start_loop() {
     throw std::runtime_error("--insist-realtime: " + joined_lines(realtime_not_granted_));
   }
   for (const std::string& line : realtime_not_granted_) say(line);
-  stop_signals_.when_requested([this] { loop_->request_stop(); });
+  if (second_) second_->start();
+  second_to_stop = second_.get();
+  stop_signals_.when_requested([this] {
+    loop_->request_stop();
+    if (second_) second_->request_stop();
+  });
   next_status_ = SteadyClock().now() + kStatusPeriod;
   picture_due_ = SteadyClock().now() + options_.window.after;
 }
@@ -276,6 +306,7 @@ void ClientRun::keep_going() {
   pause();
   if (loop_->is_over()) is_over_ = true;
   drain_records();
+  if (second_) second_->poll();
   const ClientIoSnapshot io = io_.snapshot();
   follow_session(io);
   const LocalTime now = SteadyClock().now();
@@ -304,11 +335,16 @@ void ClientRun::take_record(const TickRecord& record) {
 
 void ClientRun::follow_session(const ClientIoSnapshot& io) {
   const SessionStatus& status = io.status;
+  if (io.joined != nullptr && io.joined != watched_in_) watch_first_graspable(io.joined);
   if (report_.is_silent()) {
     report_.explain_silence(status.why.empty() ? "no state came, though the connection stands" : status.why);
   }
   if (status.why != last_why_ && !status.why.empty()) say(status.why);
   last_why_ = status.why;
+  if (io.news != last_news_) say(io.news);
+  last_news_ = io.news;
+  if (stage_line(io.stage) != stage_line(options_.stage)) say(stage_line(io.stage));
+  options_.stage = io.stage;
   if (io.stage_note != last_stage_note_) say(io.stage_note);
   last_stage_note_ = io.stage_note;
   explain_coupling(io.coupling_check);
@@ -354,15 +390,27 @@ RunSummary ClientRun::summary(ClientIoSnapshot io) const {
           .run = report_};
 }
 
+void ClientRun::print_json(const ClientIoSnapshot& io) {
+  boost::json::object report = to_json(summary(io));
+  if (second_) report["second"] = second_->summary();
+  output_.out(boost::json::serialize(report) + "\n");
+}
+
 int ClientRun::finish() {
   loop_to_stop = nullptr;
+  second_to_stop = nullptr;
+  if (second_) second_->stop();
   loop_->stop();
   drain_records();
   const ClientIoSnapshot io = io_.snapshot();
   io_.stop();
   explain_coupling(io.coupling_check);
-  if (options_.prints_json) output_.out(boost::json::serialize(to_json(summary(io))) + "\n");
+  if (options_.prints_json) print_json(io);
   bool is_good = true;
+  if (second_ && !second_->is_good()) {
+    say("the second device's session was lost and not regained");
+    is_good = false;
+  }
   if (trace_ && !trace_->flush()) {
     say("the trace is incomplete: " + options_.trace.string() + " could not be written");
     is_good = false;

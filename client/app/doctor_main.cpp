@@ -7,6 +7,7 @@
 
 #include "client/app/doctor.hpp"
 #include "client/app/options.hpp"
+#include "client/app/security_options.hpp"
 #include "common/base/json.hpp"
 #include "common/base/units.hpp"
 
@@ -17,15 +18,18 @@ constexpr int kSetupError = 2;
 
 struct DoctorOptions {
   std::string server;
+  SecurityOptions security;
   std::string room;
   std::string duration = "10s";
   int priority = 70;
   bool prints_json = false;
+
+  bool watches_link() const { return !server.empty() || !security.invitation.empty(); }
 };
 
 void declare(CLI::App& app, DoctorOptions& options) {
-  app.add_option("--server", options.server, "also look at the way to this server; loopback only in this version")
-      ->type_name("ADDRESS:PORT");
+  app.add_option("--server", options.server, "also look at the way to this server")->type_name("ADDRESS:PORT");
+  add_security_options(app, options.security);
   app.add_option("--room", options.room, "room to watch there; default: the server's only room");
   app.add_option("--duration", options.duration, "how long the loop and the link are watched each")
       ->capture_default_str()
@@ -51,7 +55,7 @@ std::vector<Finding> examine(const DoctorOptions& options, const ClientIoSetting
   };
   add(judge_clocks("/sys/devices/system/clocksource/clocksource0/current_clocksource", timer_resolution()));
   add(run_loop(options.priority, duration));
-  if (!options.server.empty()) findings.push_back(watch_link(io, duration));
+  if (options.watches_link()) findings.push_back(watch_link(io, duration));
   return findings;
 }
 
@@ -60,6 +64,9 @@ int run(const DoctorOptions& options) {
   if (duration <= Duration{0}) throw std::invalid_argument("--duration: '" + options.duration + "' must be above 0");
   ClientIoSettings io;
   if (!options.server.empty()) take_server(options.server, io);
+  // Watches only: whatever the token would allow.
+  io.client.session.role = wire::ROLE_OBSERVER;
+  if (options.watches_link()) apply_security(options.security, true, io);
   io.client.session.room = options.room;
   const std::vector<Finding> findings = examine(options, io, duration);
   std::cout << (options.prints_json ? boost::json::serialize(doctor_json(findings)) + "\n" : doctor_text(findings));

@@ -6,13 +6,16 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <functional>
 #include <iostream>
 #include <map>
+#include <numbers>
 #include <sstream>
 #include <stdexcept>
 #include <vector>
 
+#include "client/app/security_options.hpp"
 #include "client/session/asset_store.hpp"
 #include "common/base/folders.hpp"
 #include "common/base/units.hpp"
@@ -74,8 +77,8 @@ T chosen(const std::string& text, const std::map<std::string_view, T>& choices) 
 
 void add_session_options(CLI::App& app, ClientOptions& options) {
   ClientIoSettings& io = options.io;
-  add_text(app, "--server", "server to join [127.0.0.1:47800]; loopback only in this version", "ADDRESS:PORT",
-           [&io](const std::string& text) { take_server(text, io); });
+  add_text(app, "--server", "server to join [127.0.0.1:47800]; with --ca by its name in the certificate",
+           "ADDRESS:PORT", [&io](const std::string& text) { take_server(text, io); });
   app.add_option("--room", io.client.session.room, "room to join; default: the server's only room");
   app.add_option("--name", io.client.session.user_name, "your name in the room")->capture_default_str();
   add_text(app, "--role", "what you may do; one operator a room may also set its parameters [manipulator]",
@@ -124,6 +127,10 @@ void add_device_options(CLI::App& app, devices::DeviceOptions& device, std::stri
   app.add_option("--hand", device.hand,
                  "intended trajectory of the simulated hand: FILE.json or one of " + listed(devices::hand_path_names()))
       ->capture_default_str();
+  app.add_option("--motors", device.motors,
+                 "of a simulated hand: a file or pipe that is told each force, three doubles [N], as motors are; a "
+                 "watchdog says zero there when this program is stopped or killed")
+      ->type_name("FILE");
   app.add_option("--control", device.control, "what the cap of a spacemouse sets: rate or pose of the handle")
       ->capture_default_str()
       ->check(CLI::IsMember({"rate", "pose"}).description(""))
@@ -135,6 +142,13 @@ void add_device_options(CLI::App& app, devices::DeviceOptions& device, std::stri
   app.add_option("--service", device.service, "of an inverse3: where its maker's service listens")
       ->capture_default_str()
       ->type_name("ADDRESS:PORT");
+  app.add_option("--library", device.library,
+                 "of forcedimension and openhaptics: the maker's shared library; default: as the system finds it")
+      ->type_name("FILE");
+  app.add_option("--rumble", device.rumble,
+                 "of a mouse: the game pad whose rumble shows the force; auto: the first that there is")
+      ->capture_default_str()
+      ->type_name("auto|off|/dev/input/eventN");
   devices::HandParameters& hand = device.hand_parameters;
   // The ranges of an experiment file (lab/experiment/experiment.cpp): a run of one is a run of the other.
   add_number(app, "--hand-mass", hand.mass_kg, 0.01, 10, "without the device [kg]", "KG");
@@ -144,6 +158,43 @@ void add_device_options(CLI::App& app, devices::DeviceOptions& device, std::stri
   add_number(app, "--hand-tremor", hand.tremor_rms_n, 0, 10, "force around 9 Hz [N rms]", "N");
   add_number(app, "--hand-encoder-step", hand.encoder_step_m, 0, 0.01,
              "quantisation of the reported position, where coarser than the device's; 0: none [m]", "M");
+}
+
+void add_workspace_options(CLI::App& app, ClientOptions& options) {
+  WorkspaceSettings& workspace = options.io.client.session.workspace;
+  add_number(app, "--workspace-scale", workspace.scale, 0.1, 10,
+             "how much farther your tool goes for a way of your hand than the scene says; forces at the device grow as "
+             "much, so that work stays what it was",
+             "FACTOR");
+  add_text(app, "--workspace-turn",
+           "turn of your device about the scene's vertical, as you look at it, -180 to 180 [0]", "DEGREES",
+           [&workspace](const std::string& text) {
+             double degrees = 0;
+             if (!CLI::detail::lexical_cast(text, degrees) || !(std::abs(degrees) <= 180)) {
+               throw std::invalid_argument("'" + text + "' must be a number from -180 to 180");
+             }
+             workspace.turn_rad = degrees * std::numbers::pi / 180;
+           });
+  add_text(app, "--border", "where your device's reach ends, a soft wall is felt and the tool goes on [on]", "on|off",
+           [&options](const std::string& text) {
+             options.io.client.haptics.has_border = chosen<bool>(text, {{"on", true}, {"off", false}});
+           });
+}
+
+void add_second_device_options(CLI::App& app, devices::DeviceOptions& second) {
+  app.add_option("--second-device", second.name,
+                 "what your other hand holds: it has a tool of its own, as a second user of the room")
+      ->type_name("NAME");
+  app.add_option("--second-hand", second.hand, "as --hand, of a simulated second hand")->capture_default_str();
+}
+
+/// The second device takes what the options say of its kind.
+devices::DeviceOptions second_device(const devices::DeviceOptions& first, const devices::DeviceOptions& named) {
+  devices::DeviceOptions second = first;
+  second.name = named.name;
+  second.hand = named.hand;
+  second.profile = devices::find_device_profile(devices::find_device_kind(named.name).profile);
+  return second;
 }
 
 void add_stage_options(CLI::App& app, StageSettings& stage) {
@@ -311,12 +362,18 @@ std::optional<ClientOptions> parse_client_options(int argc, const char* const* a
   ClientOptions options;
   std::string profile;
   net::LinkParameters link;
+  SecurityOptions security;
   bool has_link = false;
   bool is_headless = false;
   options.device.name.clear();
+  devices::DeviceOptions second;
+  second.name.clear();
   add_session_options(app, options);
+  add_security_options(app, security);
   add_deadband_option(app, options);
   add_device_options(app, options.device, profile);
+  add_second_device_options(app, second);
+  add_workspace_options(app, options);
   add_stage_options(app, options.stage);
   add_link_options(app, link, has_link);
   add_window_options(app, options.window, is_headless);
@@ -339,6 +396,12 @@ std::optional<ClientOptions> parse_client_options(int argc, const char* const* a
   complete(options.device, profile, app.count("--hand") > 0, is_headless);
   options.device.seed = options.seed;
   options.device.realtime_priority = options.realtime_priority;
+  try {
+    if (!second.name.empty()) options.second_device = second_device(options.device, second);
+  } catch (const std::exception& error) {
+    throw std::invalid_argument("--second-device: " + std::string(error.what()) + "; see --help");
+  }
+  apply_security(security, app.count("--role") > 0, options.io);
   if (has_link) {
     check_links(options, link);
     options.io.links = SimulatedLinks{link, link, options.seed};

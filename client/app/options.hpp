@@ -25,9 +25,10 @@ struct ClientOptions {
   WindowOptions window;
   ClientIoSettings io;  ///< server, room, name, role, transport and simulated links
   devices::DeviceOptions device;
-  StageSettings stage;               ///< what the hand is shown, predictor and passivity controller
-  std::uint64_t seed = 1;            ///< of the links, and as device.seed of the hand
-  std::optional<Duration> duration;  ///< none: until a signal
+  std::optional<devices::DeviceOptions> second_device;  ///< of the same person's other hand
+  StageSettings stage;                                  ///< what the hand is shown, predictor and passivity controller
+  std::uint64_t seed = 1;                               ///< of the links, and as device.seed of the hand
+  std::optional<Duration> duration;                     ///< none: until a signal
   int realtime_priority = 70;
   int cpu = -1;
   bool insists_on_realtime = false;

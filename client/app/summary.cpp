@@ -15,8 +15,9 @@ namespace json = boost::json;
 double in_ms(Duration duration) {
   return to_seconds(duration) * 1e3;
 }
-double in_us(Duration duration) {
-  return to_seconds(duration) * 1e6;
+json::object quantiles_us(const Histogram& histogram) {
+  const auto us = [&histogram](double q) { return to_seconds(histogram.quantile(q)) * 1e6; };
+  return {{"p50", us(0.5)}, {"p99", us(0.99)}, {"p999", us(0.999)}, {"max", us(1)}};
 }
 
 json::array array_of(const std::vector<std::string>& texts) {
@@ -100,11 +101,9 @@ void add_loop(const RunSummary& s, json::object& out) {
   out["ticks_run"] = s.loop.ticks_run;
   out["ticks_expected"] = s.loop.ticks_expected;
   out["tick_rate_hz"] = s.loop.tick_rate_hz;
-  const Histogram& late = s.loop.lateness;
-  out["lateness_us"] = {{"p50", in_us(late.quantile(0.5))},
-                        {"p99", in_us(late.quantile(0.99))},
-                        {"p999", in_us(late.quantile(0.999))},
-                        {"max", in_us(late.max())}};
+  out["lateness_us"] = quantiles_us(s.loop.lateness);
+  out["late_by_1_ms_share"] = s.loop.lateness.share_above(std::chrono::milliseconds(1));
+  out["tick_us"] = quantiles_us(s.loop.tick);
   out["missed"] = s.loop.missed;
   out["throttle_suspects"] = s.loop.throttle_suspects;
   out["realtime_not_granted"] = array_of(s.realtime_not_granted);
@@ -209,6 +208,20 @@ std::vector<std::string> shown_notes(const wire::Joined& joined) {
   std::vector<std::string> notes;
   for (int i = 0; i < std::min(joined.notes_size(), kMaxNotes); ++i) notes.push_back(printable(joined.notes(i)));
   return notes;
+}
+
+std::string joined_line(const wire::Joined& joined) {
+  const std::string scene = "joined " + printable(joined.scene().name()) + " as user " + std::to_string(joined.user());
+  if (!has_tool(joined.role())) return scene + ", an observer";
+  return scene + ", with tool " + printable(joined.scene().tools(static_cast<int>(joined.tool())).name());
+}
+
+std::string missing_of(const devices::DeviceSpec& device) {
+  if (device.has_torque()) return {};
+  const std::string name = "device " + device.name;
+  if (!device.has_force()) return name + " shows no force: you move and see, and feel nothing";
+  const std::string turning = device.sensed_rotations > 0 ? "turns with your hand" : "keeps its orientation";
+  return name + " shows no torque: you feel forces in three directions, and your tool " + turning;
 }
 
 BodyId first_graspable(const wire::Joined& joined) {

@@ -18,6 +18,11 @@ BodyId first_graspable(const wire::Joined& joined);
 /// What the server says of the scene's files, fit for a terminal and bounded.
 std::vector<std::string> shown_notes(const wire::Joined& joined);
 
+/// What a user got: two that join together may get each other's tool.
+std::string joined_line(const wire::Joined& joined);
+/// What of a scene with forces and torques this device cannot show; empty: nothing.
+std::string missing_of(const devices::DeviceSpec& device);
+
 /// Everything that a run leaves behind.
 struct RunSummary {
   ClientOptions options;  ///< as given: what it takes to repeat the run

@@ -1,8 +1,8 @@
 // Clutching: while the button is down the tool stays and the hand moves back.
 //
 // The frozen handle pulls the hand nowhere: a force computed from it would not change as the hand moves, so it could
-// do any amount of work. The haptic core therefore tells the safety chain, which takes the force to zero within 20 ms
-// of the press and ramps it in after the release (kSafetyClutched); so the jump of V_WH at the edges is not felt.
+// do any amount of work. The haptic core therefore tells the safety chain, which takes the force to zero by 0.1 N/ms
+// from the press on and ramps it in after the release (kSafetyClutched); so the jump of V_WH at the edges is not felt.
 #pragma once
 
 #include "common/base/spatial.hpp"
@@ -19,6 +19,7 @@ namespace tandem::client {
 class Clutch {
  public:
   RigidState apply(const RigidState& raw_W, bool is_pressed) noexcept;
+  bool is_pressed() const noexcept { return was_pressed_; }
   /// Forgets the offsets: the handle is where the workspace mapping puts it.
   void reset() noexcept;
 

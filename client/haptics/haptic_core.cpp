@@ -24,26 +24,13 @@ Duration age_of(const ReceivedUpdate& newest, LocalTime now) noexcept {
 // updates at 1 kHz would seem to jump when it is read twice in a row.
 constexpr double kMinSpeedGap_s = 0.001;
 
+/// Of ω of the blend from one rendering to the next: a difference of 18 N goes by less than 0.1 N in a millisecond.
+constexpr double kRenderingBlend_per_s = 15;
+/// In which the passivity controller comes or goes.
+constexpr double kPassivityFade_s = 0.3;
+
 bool is_clutch_down(const devices::DeviceSample& sample) {
   return (sample.buttons & kButtonClutch) != 0;
-}
-
-bool is_among(const std::vector<std::string_view>& names, std::string_view name) {
-  return std::find(names.begin(), names.end(), name) != names.end();
-}
-
-std::unique_ptr<Stage> require_stage(const StageSettings& settings) {
-  if (!is_among(stage_names(), settings.name)) {
-    throw std::invalid_argument("stage '" + settings.name + "' does not exist; use one of: " + listed_stage_names());
-  }
-  if (!is_among(predictor_names(), settings.predictor)) {
-    throw std::invalid_argument("predictor '" + settings.predictor +
-                                "' does not exist; use one of: " + listed_predictor_names());
-  }
-  if (!haptics::is_usable(settings.wave)) {
-    throw std::invalid_argument("the wave's impedance must be above 0, for example 10 N*s/m and 0.01 N*m*s/rad");
-  }
-  return make_stage(settings);
 }
 
 haptics::SafetySettings with_device_limits(haptics::SafetySettings settings, const devices::DeviceSpec& spec) {
@@ -66,25 +53,37 @@ bool is_usable(const HapticScene& scene) {
 
 }  // namespace
 
+Rendering::Rendering() = default;
+Rendering::~Rendering() = default;
+
 HapticCore::HapticCore(const HapticSettings& settings, devices::Device& device, ClientMailboxes& mailboxes)
     : reader_(device),
       writer_(device),
       mailboxes_(mailboxes),
       coupling_(settings.coupling_bounds),
-      stage_(require_stage(settings.stage)),
-      is_passivity_controlled_(settings.stage.passivity),
+      blend_(kRenderingBlend_per_s),
+      wants_passivity_(settings.stage.passivity),
+      passivity_share_(settings.stage.passivity ? 1 : 0),
+      watches_passivity_(settings.stage.passivity || settings.feeds_view),
+      workspace_(device.spec(), settings.has_border),
       safety_(with_device_limits(settings.safety, device.spec())),
       device_path_(device.spec().position_step_m, device.spec().rotation_step_rad),
-      view_(settings.feeds_view ? std::make_unique<ViewFeed>() : nullptr) {}
+      view_(settings.feeds_view ? std::make_unique<ViewFeed>() : nullptr) {
+  auto first = std::make_unique<Rendering>();
+  first->stage = require_stage(settings.stage);
+  offer(first);
+  renderings_.enter(entered_ = offered_);
+}
 
 HapticCore::~HapticCore() = default;
 
-bool HapticCore::offer_model(std::uint32_t generation, std::unique_ptr<LocalModel>& model) {
-  return models_.offer(generation, model);
-}
-
-bool HapticCore::offer_model(std::uint32_t generation, std::unique_ptr<ProxyWorld>& world) {
-  return proxy_worlds_.offer(generation, world);
+bool HapticCore::offer(std::unique_ptr<Rendering>& rendering) {
+  const std::uint32_t number = offered_.load(std::memory_order_relaxed) + 1;
+  Stage* const stage = rendering->stage.get();
+  if (!renderings_.offer(number, rendering)) return false;
+  newest_stage_ = stage;
+  offered_.store(number, std::memory_order_release);
+  return true;
 }
 
 void HapticCore::tick(LocalTime now) noexcept {
@@ -100,7 +99,8 @@ void HapticCore::tick(LocalTime now) noexcept {
   record_.state_age = newest() != nullptr ? age_of(*newest(), now) : Duration{-1};
   run_stage(now);
   const Wrench controlled_on_hand_W = through_passivity_controller(stage_output_.wrench_on_hand_W);
-  write(now, through_safety(now, scene_.workspace.device_wrench(controlled_on_hand_W), speed_m_per_s));
+  asked_D_ = workspace_.mapping().device_wrench(controlled_on_hand_W) + Wrench{workspace_.wall_on_hand_D(), {}};
+  write(now, through_safety(now, asked_D_, speed_m_per_s));
   request(controlled_on_hand_W);
   report_displayed();
   record_.is_clamped = writer_.was_clamped();
@@ -149,13 +149,23 @@ double HapticCore::handle_speed(const devices::DeviceSample& sample) const noexc
 
 // The state before the scene: a state of an older connection, published just before the scene that replaces it,
 // is then forgotten with that connection. The other way round it could be taken for one of the new scene.
+// What a rendering is of was published before it was offered: the number is read first, so that its scene is here.
 void HapticCore::take_mail() noexcept {
+  const std::uint32_t offered = offered_.load(std::memory_order_acquire);
   const bool has_new_state = mailboxes_.inbox.poll();
   if (has_new_state) has_state_ = true;
   if (mailboxes_.scene.poll()) enter_scene(mailboxes_.scene.front());
+  if (offered != entered_) enter_rendering(offered);
   state_is_new_ = has_new_state && has_state_;
   if (!state_is_new_) return;
   take_state(mailboxes_.inbox.front());
+}
+
+void HapticCore::enter_rendering(std::uint32_t number) noexcept {
+  entered_ = number;
+  renderings_.enter(number);
+  passivity_.forget_local_model();
+  blend_.jump();
 }
 
 void HapticCore::enter_scene(const HapticScene& scene) noexcept {
@@ -168,21 +178,22 @@ void HapticCore::enter_scene(const HapticScene& scene) noexcept {
   scene_is_usable_ = scene.generation != 0 && is_usable(scene);
   if (!is_new) return change_scene();
   if (scene_is_usable_) coupling_.start(scene);
-  models_.enter(scene.generation);
-  proxy_worlds_.enter(scene.generation);
   record_.scene_generation = scene.generation;
   record_.has_watched_body = false;
   has_state_ = false;
-  stage_->reset();
+  rendering().stage->reset();
+  blend_.reset();
   stage_output_ = {};
   passivity_.reset();
   clutch_.reset();
+  workspace_.enter(scene_.workspace);
   outgoing_.forget_buttons();
   if (view_ != nullptr) view_->reset();
   safety_.rearm();
 }
 
 void HapticCore::change_scene() noexcept {
+  workspace_.change(scene_.workspace);
   if (scene_is_usable_) coupling_.go_to(scene_);
   // What nobody feels need not be ramped, and what was refused should not be felt on the way to something better.
   if (!is_displaying()) coupling_.jump();
@@ -223,14 +234,29 @@ void HapticCore::move_handle(const devices::DeviceSample& sample) noexcept {
     device_path_.lose_pose();
     displayed_work_.lose_pose();
   }
-  if (!scene_is_usable_ || !sample.is_valid) return;
-  const RigidState raw_W{scene_.workspace.world_pose(sample.X_DH), scene_.workspace.world_twist(sample.V_DH)};
-  raw_X_WH_ = scene_.workspace.world_pose(X_DH_path_);
-  record_.handle_W = clutch_.apply(raw_W, is_clutch_down(sample));
+  if (!scene_is_usable_ || !sample.is_valid) return workspace_.rest();
+  move_base(sample);
+  const WorkspaceMapping& map = workspace_.mapping();
+  RigidState raw_W{map.world_pose(sample.X_DH), map.world_twist(sample.V_DH)};
+  raw_W.V.v += workspace_.rate_W();
+  raw_X_WH_ = map.world_pose(X_DH_path_);
+  record_.handle_W = clutch_.apply(raw_W, is_clutched());
   X_WH_path_ = record_.handle_W.X;
-  if (is_clutch_down(sample)) return;
+  if (is_clutched()) return;
   X_WH_path_.p += raw_X_WH_.p - raw_W.X.p;
   X_WH_path_.q = (raw_X_WH_.q * raw_W.X.q.conjugate() * X_WH_path_.q).normalized();
+}
+
+// Under the clutch, where the tool stands and nothing is felt, it stands too, and may be put elsewhere.
+void HapticCore::move_base(const devices::DeviceSample& sample) noexcept {
+  if (workspace_.is_changing() && safety_.is_quiet() && clutch_.is_pressed()) workspace_.take_change();
+  if (!is_displaying() || is_clutched()) return workspace_.rest();
+  workspace_.advance(sample.X_DH.p, shown_of_scene_D().f, period_s_);
+}
+
+/// Also while another mapping waits for the force to be gone.
+bool HapticCore::is_clutched() const noexcept {
+  return is_clutch_down(record_.sample) || workspace_.is_changing();
 }
 
 // Without a hand for a tick or two the last tool and wave are sent again; who is not displaying has none.
@@ -238,7 +264,9 @@ void HapticCore::run_stage(LocalTime now) noexcept {
   if (!is_displaying()) stage_output_ = {};
   stage_output_.wrench_on_hand_W = {};
   if (!is_displaying() || newest() == nullptr || !record_.sample.is_valid) return;
-  stage_output_ = stage_->tick(stage_input(now));
+  stage_output_ = rendering().stage->tick(stage_input(now));
+  blend_.advance(period_s_);
+  stage_output_.wrench_on_hand_W = blend_.apply(stage_output_.wrench_on_hand_W);
 }
 
 StageInput HapticCore::stage_input(LocalTime now) const noexcept {
@@ -254,20 +282,31 @@ StageInput HapticCore::stage_input(LocalTime now) const noexcept {
   input.coupling = &coupling_.law();
   input.parameters = &coupling_.parameters();
   input.scene = &scene_;
-  input.local_model = models_.get();
-  input.proxy_world = proxy_worlds_.get();
+  if (is_of_this_scene()) {
+    input.local_model = rendering().local_model.get();
+    input.proxy_world = rendering().proxy_world.get();
+  }
   input.watched = BodyId{watched_last_};
   return input;
 }
 
 Wrench HapticCore::through_passivity_controller(const Wrench& stage_wrench_on_hand_W) noexcept {
-  if (!is_passivity_controlled_) return stage_wrench_on_hand_W;
+  fade_passivity();
+  if (!watches_passivity_) return stage_wrench_on_hand_W;
   if (!record_.sample.is_valid || !scene_is_usable_) {
     passivity_.lose_hand();
     return {};
   }
   passivity_.local_model_reported(stage_output_.energy_from_local_j);
-  return passivity_.apply(raw_X_WH_, stage_wrench_on_hand_W, period_s_);
+  const Wrench controlled = passivity_.apply(raw_X_WH_, stage_wrench_on_hand_W, period_s_);
+  if (passivity_share_ >= 1) return controlled;
+  return stage_wrench_on_hand_W + (controlled - stage_wrench_on_hand_W) * passivity_share_;
+}
+
+void HapticCore::fade_passivity() noexcept {
+  const bool is_on = wants_passivity_.load(std::memory_order_relaxed);
+  watches_passivity_ = watches_passivity_ || is_on;
+  passivity_share_ = std::clamp(passivity_share_ + (is_on ? 1 : -1) * period_s_ / kPassivityFade_s, 0.0, 1.0);
 }
 
 Wrench HapticCore::through_safety(LocalTime now, const Wrench& controlled_on_hand_D,
@@ -277,9 +316,10 @@ Wrench HapticCore::through_safety(LocalTime now, const Wrench& controlled_on_han
   input.state_age = record_.state_age;
   input.has_state = has_state_;
   input.is_displaying = is_displaying();
-  input.is_clutched = record_.sample.is_valid && is_clutch_down(record_.sample);
+  input.is_clutched = record_.sample.is_valid && is_clutched();
   input.sample_is_valid = record_.sample.is_valid;
   input.handle_speed_m_per_s = handle_speed_m_per_s;
+  if (record_.sample.is_valid) input.handle_v = record_.sample.V_DH.v;
   input.is_room_slow = has_state_ && (record_.server_tick_faults & kFaultRoomSlow) != 0;
   Wrench safe = safety_.apply(now, input);
   record_.safety_faults = safety_.faults();
@@ -304,19 +344,27 @@ void HapticCore::request(const Wrench& controlled_on_hand_W) noexcept {
 
 void HapticCore::report_displayed() noexcept {
   if (!scene_is_usable_) return;
-  const Wrench on_hand_W = scene_.workspace.world_wrench(writer_.written());
-  if (is_passivity_controlled_) passivity_.set_displayed(on_hand_W);
-  stage_->set_displayed(on_hand_W);
+  const Wrench on_hand_W = workspace_.mapping().world_wrench(shown_of_scene_D());
+  if (watches_passivity_) passivity_.set_displayed(on_hand_W);
+  rendering().stage->set_displayed(on_hand_W);
+}
+
+/// Without the border's share, which is a matter between device and hand.
+Wrench HapticCore::shown_of_scene_D() const noexcept {
+  const double asked_n = asked_D_.f.norm();
+  if (asked_n <= 0 || workspace_.wall_on_hand_D().isZero(0)) return writer_.written();
+  const double share = std::min(1.0, writer_.written().f.norm() / asked_n);
+  return writer_.written() - Wrench{share * workspace_.wall_on_hand_D(), {}};
 }
 
 void HapticCore::record_stage() noexcept {
-  record_.stage_wrench_on_hand_D = scene_.workspace.device_wrench(stage_output_.wrench_on_hand_W);
+  record_.stage_wrench_on_hand_D = workspace_.mapping().device_wrench(stage_output_.wrench_on_hand_W);
   record_.is_local = stage_output_.is_local;
   record_.local_tool_W = stage_output_.tool;
   record_.has_local_body = stage_output_.has_watched_body;
   record_.local_body_W = stage_output_.watched_body;
   record_.is_predicting = stage_output_.is_predicting;
-  record_.passivity_gain = is_passivity_controlled_ ? passivity_.gain() : 1.0;
+  record_.passivity_gain = 1 + passivity_share_ * (passivity_.gain() - 1);
   record_.passivity_withheld_j = passivity_.withheld_j();
 }
 
@@ -324,7 +372,7 @@ void HapticCore::count() noexcept {
   counters_.add(record_);
   counters_.energy_to_hand_j = displayed_work_.to_hand_j();
   counters_.energy_from_hand_j = displayed_work_.from_hand_j();
-  counters_.passivity_withheld_j = passivity_.withheld_j() * scene_.workspace.hand_joules_per_world_joule();
+  counters_.passivity_withheld_j = passivity_.withheld_j() * workspace_.mapping().hand_joules_per_world_joule();
   counters_.passivity_limited_ticks = passivity_.limited_ticks();
   counters_.bad_energy_reports = passivity_.dropped_reports();
 }
@@ -337,7 +385,7 @@ void HapticCore::publish() noexcept {
 
 void HapticCore::publish_view() noexcept {
   if (view_ == nullptr || record_.tick.value % kViewEvery != 0) return;
-  view_->write(record_, scene_.workspace, newest(), record_.is_local ? models_.get() : nullptr);
+  view_->write(record_, workspace_.mapping(), newest(), record_.is_local ? local_model() : nullptr);
 }
 
 }  // namespace tandem::client

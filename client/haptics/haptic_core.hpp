@@ -13,10 +13,13 @@
 #include <memory>
 
 #include "client/haptics/clutch.hpp"
+#include "client/haptics/hand_workspace.hpp"
 #include "client/haptics/mailboxes.hpp"
 #include "client/haptics/outgoing_update.hpp"
 #include "client/haptics/port_work.hpp"
+#include "client/haptics/rendering.hpp"
 #include "client/haptics/scene_coupling.hpp"
+#include "client/haptics/stages/force_blend.hpp"
 #include "client/haptics/stages/stage.hpp"
 #include "client/haptics/tick_record.hpp"
 #include "client/haptics/view.hpp"
@@ -32,6 +35,7 @@ namespace tandem::client {
 struct HapticSettings {
   StageSettings stage{};
   bool feeds_view = false;           ///< for a window
+  bool has_border = true;            ///< rate control and a soft wall where the device's workspace ends
   haptics::SafetySettings safety{};  ///< slew and speed limits are taken from the device's spec
   /// Numbers of the coupling that come from the wire are bounded by these (and by the device's own limits), in newtons
   /// and metres of the device; coupling_bounds() (devices/device_profile.hpp) gives those of a known device. Stiffness,
@@ -66,18 +70,21 @@ class HapticCore {
   bool write_zero(LocalTime now) noexcept;
   /// Off-path work of the stage (Stage::service()), a millisecond of it at most.
   /// Thread  one at a time other than the haptic one
-  void service() noexcept { stage_->service(); }
-  /// What stages that render the scene themselves have of the scene `generation`; false leaves it with the caller, to
-  /// be offered again later (Handover::offer()).
+  void service() noexcept { newest_stage_->service(); }
+  /// From the next tick on the hand is shown the scene in that way; the force goes over within 0.3 s, at most 18 N of
+  /// difference by less than 0.1 N in a millisecond. False leaves it with the caller, to be offered again later
+  /// (Handover::offer()).
   /// Thread  io
-  bool offer_model(std::uint32_t generation, std::unique_ptr<LocalModel>& model);
-  bool offer_model(std::uint32_t generation, std::unique_ptr<ProxyWorld>& world);
+  bool offer(std::unique_ptr<Rendering>& rendering);
+  /// From the next tick on with or without the passivity controller, faded over 0.3 s.
+  /// Thread  any
+  void control_passivity(bool is_on) noexcept { wants_passivity_.store(is_on, std::memory_order_relaxed); }
 
   /// The last tick.
   const TickRecord& record() const { return record_; }
   const HapticCounters& counters() const { return counters_; }
   /// Of the scene in force; null: it has none.
-  const LocalModel* local_model() const { return models_.get(); }
+  const LocalModel* local_model() const { return is_of_this_scene() ? rendering().local_model.get() : nullptr; }
   /// Null unless HapticSettings::feeds_view, and before the first. Valid until the next call.
   /// Thread  window
   const View* newest_view() noexcept { return view_ != nullptr ? view_->newest() : nullptr; }
@@ -89,11 +96,16 @@ class HapticCore {
   double handle_speed(const devices::DeviceSample& sample) const noexcept;
   void advance_time(LocalTime now) noexcept;
   void take_mail() noexcept;
+  void enter_rendering(std::uint32_t number) noexcept;
+  Rendering& rendering() const noexcept { return *renderings_.get(); }
+  bool is_of_this_scene() const noexcept { return rendering().generation == scene_.generation; }
+  void fade_passivity() noexcept;
   void enter_scene(const HapticScene& scene) noexcept;
   void change_scene() noexcept;
   void take_state(const ReceivedUpdate& received) noexcept;
   void note_watched_body(const proto::ServerUpdate& update) noexcept;
   void move_handle(const devices::DeviceSample& sample) noexcept;
+  void move_base(const devices::DeviceSample& sample) noexcept;
   void run_stage(LocalTime now) noexcept;
   StageInput stage_input(LocalTime now) const noexcept;
   Wrench through_passivity_controller(const Wrench& stage_wrench_on_hand_W) noexcept;
@@ -101,6 +113,8 @@ class HapticCore {
   bool write(LocalTime now, const Wrench& wrench_on_hand_D) noexcept;
   void request(const Wrench& controlled_on_hand_W) noexcept;
   void report_displayed() noexcept;
+  bool is_clutched() const noexcept;
+  Wrench shown_of_scene_D() const noexcept;
   void record_stage() noexcept;
   void count() noexcept;
   void publish() noexcept;
@@ -116,15 +130,21 @@ class HapticCore {
   devices::DeviceWriter writer_;
   ClientMailboxes& mailboxes_;
   SceneCoupling coupling_;
-  std::unique_ptr<Stage> stage_;
-  StageOutput stage_output_;  ///< of the last tick at which it ran
-  bool is_passivity_controlled_;
+  realtime::Handover<Rendering> renderings_;  ///< numbered in the order in which they were offered
+  std::atomic<std::uint32_t> offered_{0};     ///< the number of the last
+  std::uint32_t entered_ = 0;                 ///< the number of that in use
+  Stage* newest_stage_ = nullptr;             ///< of the io thread: of the last that was offered
+  ForceBlend blend_;                          ///< from one rendering to the next
+  StageOutput stage_output_;                  ///< of the last tick at which a stage ran
+  std::atomic<bool> wants_passivity_;
+  double passivity_share_;  ///< of the wrench that the passivity controller gives
+  /// It keeps its account, also while it is switched off: what is stored when it comes back was paid for before.
+  bool watches_passivity_;
   haptics::HandPassivityController passivity_;
+  HandWorkspace workspace_;
   Clutch clutch_;
   haptics::SafetyChain safety_;
   HapticScene scene_;
-  realtime::Handover<LocalModel> models_;
-  realtime::Handover<ProxyWorld> proxy_worlds_;
   bool scene_is_usable_ = false;
   bool has_state_ = false;
   bool state_is_new_ = false;
@@ -137,6 +157,7 @@ class HapticCore {
   std::atomic<std::uint32_t> watched_{0};
   std::uint32_t watched_last_ = 0;
   devices::DeviceSample last_sample_;  ///< of the last tick, when valid
+  Wrench asked_D_;                     ///< of the device, by scene and border together
   haptics::EncoderPath device_path_;
   PortWork displayed_work_;  ///< device joules
   /// World joules, of the wrench after the passivity controller and before the safety stages: what ramp, slew limit and

@@ -54,9 +54,11 @@ void HapticLoop::run(const std::function<void(std::vector<std::string>)>& on_rea
 }
 
 void HapticLoop::tick(const Clock& clock) noexcept {
-  core_.tick(clock.now());
+  const LocalTime begin = clock.now();
+  core_.tick(begin);
   if (!trace_.push(core_.record())) trace_overflows_.fetch_add(1, std::memory_order_relaxed);
   if (after_tick_) after_tick_();
+  report_.tick.record(clock.now() - begin);
 }
 
 LocalTime HapticLoop::show_out(realtime::PeriodicTimer& timer, const Clock& clock) {

@@ -38,6 +38,7 @@ struct HapticLoopReport {
   std::uint64_t ticks_expected = 0;  ///< deadlines between the first and the last, whether met or not
   double tick_rate_hz = 0;           ///< mean, over the whole run
   Histogram lateness;
+  Histogram tick;  ///< how long one takes
   std::uint64_t missed = 0;
   std::uint64_t throttle_suspects = 0;  ///< only counted at real-time priority
   /// False: the 50 ms ran out, and zero was written at once or, by a failing device, not taken.

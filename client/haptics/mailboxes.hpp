@@ -1,5 +1,5 @@
 // What passes between a client's io thread and its haptic thread by value: three newest-wins mailboxes. Local models,
-// which own memory, are handed over (HapticCore::offer_model()).
+// which own memory, are handed over (rendering.hpp).
 #pragma once
 
 #include <array>

@@ -61,10 +61,13 @@ void ViewFeed::write(const TickRecord& record, const WorkspaceMapping& workspace
   view.bodies = view.told_bodies;
   view.loop_delay = Duration{0};
   view.residual_on_hand_W = Wrench{};
+  view.contacts_W.clear();
   if (model != nullptr && model->has_started()) {
     view.loop_delay = model->loop_delay();
     view.residual_on_hand_W = model->newest_residual();
     for (proto::BodyState& body : view.bodies) body.state = model->body(body.id);
+    view.contacts_W.resize(view.contacts_W.capacity());
+    view.contacts_W.resize(model->contact_points_W({view.contacts_W.data(), view.contacts_W.size()}));
     for (proto::OtherUserState& user : view.users) user.tool = model->partner_tool(user.id, user.tool);
   }
   mailbox_.publish();

@@ -28,6 +28,8 @@ struct View {
   boost::container::static_vector<proto::BodyState, proto::kMaxBodies> told_bodies;
   /// As they are felt: the local model's where there is one, else as told.
   boost::container::static_vector<proto::BodyState, proto::kMaxBodies> bodies;
+  /// Where the local model's tool, or what it holds, touches; spread over them where there are more.
+  boost::container::static_vector<Vec3, 48> contacts_W;
   /// Other users, with the tools that are felt.
   boost::container::static_vector<proto::OtherUserState, proto::kMaxUsers> users;
 };

@@ -13,6 +13,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "client/haptics/mailboxes.hpp"
@@ -78,6 +79,8 @@ class LocalModel {
   BodyId held() const { return tool_state_.held; }
   /// As the model has it now.
   RigidState body(BodyId id) const { return world_.body(id); }
+  /// Where the tool, or what it holds, touches now (World::contact_points_W()).
+  std::size_t contact_points_W(std::span<Vec3> out) const noexcept { return world_.contact_points_W(tool_, out); }
   /// Another user's tool as the model steps it; `told` where it does not.
   RigidState partner_tool(UserId user, const RigidState& told) const noexcept;
   /// From an input to its effect being used here, the waiting at both ends included; 0: not known yet.

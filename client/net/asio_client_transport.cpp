@@ -62,12 +62,27 @@ void add(net::LinkCounters& sum, const net::LinkCounters& counters) {
   sum.queue_full += counters.queue_full;
 }
 
+/// Of a host's addresses the first.
+asio::ip::address address_of(asio::io_context& io, const std::string& host, bool is_encrypted) {
+  error_code error;
+  asio::ip::make_address(host, error);
+  if (!error || !is_encrypted) return net::numeric_address("cannot connect to", host, is_encrypted);
+  const auto found = tcp::resolver(io).resolve(host, "", error);
+  if (error || found.empty()) {
+    throw std::invalid_argument("cannot connect to \"" + host + "\": " + net::lower_first(error.message()) +
+                                "; is that the name or address of a server?");
+  }
+  return found.begin()->endpoint().address();
+}
+
 }  // namespace
 
 struct AsioClientTransport::Connection {
-  explicit Connection(asio::io_context& io) : stream(io), datagrams(io), pump_timer(io), linger(io) {}
+  Connection(asio::io_context& io, const secure::TlsContext* tls_context)
+      : stream(io), tls(tls_context), datagrams(io), pump_timer(io), linger(io) {}
 
   tcp::socket stream;
+  secure::TlsStream tls;
   udp::socket datagrams;
   asio::steady_timer pump_timer;
   std::optional<LocalTime> pump_due;  ///< what the timer waits for
@@ -75,18 +90,22 @@ struct AsioClientTransport::Connection {
   std::unique_ptr<Links> links;
   LinkTraffic before;  // sums over earlier connections
   proto::Bytes unsent;
+  proto::Bytes plain;  ///< of one read
   bool is_waiting_to_write = false;
   bool is_connected = false;
   bool is_closing = false;
+  bool has_said_all = false;
   std::optional<std::string> lost_because;  // end of stream, not yet told
   std::array<std::byte, 64 * 1024> incoming{};
 };
 
 AsioClientTransport::AsioClientTransport(asio::io_context& io, const std::string& host, std::uint16_t port,
-                                         std::optional<SimulatedLinks> links, const Clock& clock)
+                                         const std::optional<secure::Trust>& trust, std::optional<SimulatedLinks> links,
+                                         const Clock& clock)
     : io_(io),
-      address_(net::loopback_address("cannot connect to", host)),
+      address_(address_of(io, host, trust.has_value())),
       port_(port),
+      tls_(trust ? std::optional(secure::TlsContext::client(*trust)) : std::nullopt),
       links_(std::move(links)),
       clock_(clock) {
   if (!links_) return;
@@ -115,7 +134,7 @@ void AsioClientTransport::set_links(const net::LinkParameters& both) {
 
 void AsioClientTransport::connect(LocalTime) {
   close();
-  const auto connection = std::make_shared<Connection>(io_);
+  const auto connection = std::make_shared<Connection>(io_, tls_ ? &*tls_ : nullptr);
   if (links_) {
     connection->links = std::make_unique<Links>(*links_, kLinksPerConnection * connections_);
     connection->before = link_traffic_;
@@ -150,7 +169,9 @@ void AsioClientTransport::connected(const ConnectionPointer& connection) {
   }
   connection->stream.set_option(net::UnsentLimit(net::kUnsentBytes), error);
   read(connection);
-  session_->on_connected(clock_.now());
+  connection->tls.start(connection->unsent);
+  flush(connection);
+  if (connection->tls.is_plain()) session_->on_connected(clock_.now());
 }
 
 void AsioClientTransport::read(const ConnectionPointer& connection) {
@@ -166,15 +187,34 @@ void AsioClientTransport::read(const ConnectionPointer& connection) {
           lost(connection, "the connection to " + server_name() + " was lost: " + net::lower_first(error.message()));
           return;
         }
-        const auto bytes = std::span(connection->incoming).first(size);
-        if (connection->links != nullptr) {
-          connection->links->control_down.send(clock_.now(), bytes);
-          schedule_pump(connection);
-        } else {
-          session_->on_control_bytes(bytes, clock_.now());
-        }
+        take_bytes(connection, std::span(connection->incoming).first(size));
         read(connection);
       });
+}
+
+void AsioClientTransport::take_bytes(const ConnectionPointer& connection, std::span<const std::byte> bytes) {
+  const bool was_established = connection->tls.is_established();
+  connection->plain.clear();
+  const bool is_good = connection->tls.receive(bytes, connection->plain, connection->unsent);
+  flush(connection);
+  if (!was_established && connection->tls.is_established()) session_->on_connected(clock_.now());
+  deliver_control(connection, connection->plain);
+  if (!is_good) lost(connection, "cannot connect safely to " + server_name() + ": " + connection->tls.problem());
+}
+
+void AsioClientTransport::deliver_control(const ConnectionPointer& connection, std::span<const std::byte> bytes) {
+  if (bytes.empty() || !is_current(*connection)) return;
+  if (connection->links != nullptr) {
+    connection->links->control_down.send(clock_.now(), bytes);
+    schedule_pump(connection);
+  } else {
+    session_->on_control_bytes(bytes, clock_.now());
+  }
+}
+
+std::optional<secure::Exported> AsioClientTransport::exported(std::string_view label,
+                                                              std::span<const std::byte> context) {
+  return current_ == nullptr ? std::nullopt : current_->tls.exported(label, context);
 }
 
 void AsioClientTransport::lost(const ConnectionPointer& connection, const std::string& why) {
@@ -238,7 +278,7 @@ void AsioClientTransport::send_control(std::span<const std::byte> bytes) {
     schedule_pump(current_);
     return;
   }
-  current_->unsent.insert(current_->unsent.end(), bytes.begin(), bytes.end());
+  current_->tls.send(bytes, current_->unsent);
   flush(current_);
 }
 
@@ -304,7 +344,12 @@ void AsioClientTransport::close() {
 void AsioClientTransport::finish_when_drained(Connection& connection) {
   if (!connection.is_closing || !connection.unsent.empty()) return;
   if (connection.links != nullptr && connection.links->control_up.next_due()) return;
+  if (!std::exchange(connection.has_said_all, true)) connection.tls.close(connection.unsent);
   error_code ignored;
+  while (!ignored && !connection.unsent.empty()) {
+    const std::size_t sent = connection.stream.write_some(asio::buffer(connection.unsent), ignored);
+    connection.unsent.erase(connection.unsent.begin(), connection.unsent.begin() + static_cast<std::ptrdiff_t>(sent));
+  }
   connection.stream.shutdown(tcp::socket::shutdown_send, ignored);
 }
 
@@ -333,7 +378,7 @@ void AsioClientTransport::pump(const ConnectionPointer& connection) {
   Links& links = *connection->links;
   const LocalTime now = clock_.now();
   while (const auto bytes = links.control_up.receive(now)) {
-    connection->unsent.insert(connection->unsent.end(), bytes->begin(), bytes->end());
+    connection->tls.send(*bytes, connection->unsent);
   }
   flush(connection);
   while (const auto datagram = links.up.receive(now)) {

@@ -3,6 +3,7 @@
 //   session ──▶ [link up] ──▶ socket        both links absent: bytes go straight through
 //   session ◀── [link down] ◀── socket      present: held until due, by one timer on the io thread
 //
+// Control bytes go through a secure::TlsStream between link and socket; with --insecure that leaves them as they are.
 // State and control have a link each way (control: reliable). Each connection gets sockets and links of its own, so
 // nothing of an old one can reach the session. What the TCP socket does not take waits here, and state over TCP is
 // only sent when nothing waits.
@@ -14,7 +15,9 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
+#include <string_view>
 
 #include "client/session/session.hpp"
 #include "common/net/link.hpp"
@@ -41,10 +44,12 @@ struct LinkTraffic {
 /// Thread  the one that runs the io_context
 class AsioClientTransport final : public ClientTransport {
  public:
-  /// `host` is a numeric loopback address or "localhost".
-  /// Fails   std::invalid_argument: another address (until the transport is secured), or a bad link parameter
+  /// In      host   a numeric address; with `trust` also the name of a host, which is looked up here, and may take long
+  ///         trust  by what the server is known; none: nothing is encrypted, loopback only
+  /// Fails   std::invalid_argument: another address, a file that holds no authority, or a bad link parameter
   AsioClientTransport(boost::asio::io_context& io, const std::string& host, std::uint16_t port,
-                      std::optional<SimulatedLinks> links, const Clock& clock);
+                      const std::optional<secure::Trust>& trust, std::optional<SimulatedLinks> links,
+                      const Clock& clock);
   ~AsioClientTransport() override;
 
   /// Whom to call; before the first connect().
@@ -60,6 +65,7 @@ class AsioClientTransport final : public ClientTransport {
   void connect(LocalTime now) override;
   void send_control(std::span<const std::byte> bytes) override;
   bool send_datagram(std::span<const std::byte> datagram) override;
+  std::optional<secure::Exported> exported(std::string_view label, std::span<const std::byte> context) override;
   void set_datagram_port(std::uint16_t port) override;
   std::size_t queued_control_bytes() const override;
   void close() override;
@@ -70,6 +76,8 @@ class AsioClientTransport final : public ClientTransport {
 
   void connected(const ConnectionPointer& connection);
   void read(const ConnectionPointer& connection);
+  void take_bytes(const ConnectionPointer& connection, std::span<const std::byte> bytes);
+  void deliver_control(const ConnectionPointer& connection, std::span<const std::byte> bytes);
   void await_datagrams(const ConnectionPointer& connection);
   void receive_datagrams(Connection& connection);
   void flush(const ConnectionPointer& connection);
@@ -87,6 +95,7 @@ class AsioClientTransport final : public ClientTransport {
   boost::asio::io_context& io_;
   boost::asio::ip::address address_;
   std::uint16_t port_;
+  std::optional<secure::TlsContext> tls_;  ///< none: nothing is encrypted
   std::optional<SimulatedLinks> links_;
   const Clock& clock_;
   ClientSession* session_ = nullptr;

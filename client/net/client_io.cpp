@@ -70,7 +70,7 @@ struct ClientIo::Impl {
 ClientIo::Impl::Impl(ClientIo& client_io, ClientIoSettings client_settings, devices::Device& device)
     : owner(client_io),
       settings(with_models_made_aside(std::move(client_settings))),
-      transport(io, settings.host, settings.port, settings.links, clock),
+      transport(io, settings.host, settings.port, settings.trust, settings.links, clock),
       client(settings.client, device, transport),
       session(client.session()),
       tick_event(io, open_eventfd()) {
@@ -146,7 +146,12 @@ void ClientIo::Impl::publish_snapshot(LocalTime now) {
   for (const auto& [hash, bytes] : session.assets()) snapshot.asset_bytes += bytes->size();
   snapshot.joined = joined;
   snapshot.room = session.room();
+  snapshot.rooms = session.rooms();
+  snapshot.news = session.news();
+  snapshot.coupling = session.coupling();
+  snapshot.soft_offsets = session.soft_offsets();
   snapshot.coupling_check = session.coupling_check();
+  snapshot.stage = client.stage();
   snapshot.stage_note = client.stage_note();
   snapshot.model_problem = client.model_problem();
   snapshot.users = session.users();
@@ -193,6 +198,27 @@ void ClientIo::release() {
 
 void ClientIo::set_parameter(const std::string& name, double value) {
   asio::post(impl_->io, [impl = impl_.get(), name, value] { impl->session.set_parameter(name, value); });
+}
+
+void ClientIo::kick(UserId user) {
+  asio::post(impl_->io, [impl = impl_.get(), user] { impl->session.kick(user); });
+}
+
+void ClientIo::reset_room() {
+  asio::post(impl_->io, [impl = impl_.get()] { impl->session.reset_room(); });
+}
+
+void ClientIo::change_room(const std::string& room) {
+  asio::post(impl_->io, [impl = impl_.get(), room] { impl->session.change_room(room, impl->clock.now()); });
+}
+
+void ClientIo::set_stage(const StageSettings& stage) {
+  require_stage(stage);
+  asio::post(impl_->io, [impl = impl_.get(), stage] { impl->client.set_stage(stage); });
+}
+
+void ClientIo::set_workspace(const WorkspaceSettings& workspace) {
+  asio::post(impl_->io, [impl = impl_.get(), workspace] { impl->session.set_workspace(workspace); });
 }
 
 void ClientIo::set_links(const net::LinkParameters& both) {

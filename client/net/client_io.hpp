@@ -23,9 +23,10 @@
 namespace tandem::client {
 
 struct ClientIoSettings {
-  std::string host = "127.0.0.1";  ///< numeric loopback address or "localhost", until the transport is secured
+  std::string host = "127.0.0.1";  ///< without `trust` a numeric loopback address or "localhost"
   std::uint16_t port = 47800;
-  ClientSettings client;  ///< makes_models_aside is set
+  std::optional<secure::Trust> trust{};  ///< by what the server is known; none: nothing is encrypted (--insecure)
+  ClientSettings client;                 ///< makes_models_aside is set
   std::optional<SimulatedLinks> links;
   int realtime_priority = 0;  ///< SCHED_FIFO, below the haptic thread's; 0: normal scheduler
 };
@@ -39,20 +40,25 @@ struct ClientIoSnapshot {
   Duration round_trip{0};
   Duration minimum_round_trip{0};
   LinkTraffic links;
-  std::uint64_t asset_bytes = 0;               ///< fetched and verified
-  std::shared_ptr<const wire::Joined> joined;  ///< from the last join; null before the first
-  std::string room;                            ///< joined; "" before the first welcome
-  CouplingCheck coupling_check;                ///< of the coupling in force
-  std::string stage_note;                      ///< Client::stage_note()
-  std::string model_problem;                   ///< Client::model_problem()
-  std::vector<wire::UserJoined> users;         ///< the others in the room
-  std::shared_ptr<const AssetMap> assets;      ///< of the scene, as far as they are here; null: none yet
+  std::uint64_t asset_bytes = 0;                                       ///< fetched and verified
+  std::shared_ptr<const wire::Joined> joined;                          ///< from the last join; null before the first
+  std::string room;                                                    ///< joined; "" before the first welcome
+  std::vector<std::string> rooms;                                      ///< of the server
+  std::string news;                                                    ///< ClientSession::news()
+  haptics::CouplingParameters coupling;                                ///< of the own tool, as the server told last
+  std::vector<std::shared_ptr<const std::vector<Vec3>>> soft_offsets;  ///< ClientSession::soft_offsets()
+  CouplingCheck coupling_check;                                        ///< of the coupling in force
+  StageSettings stage;                                                 ///< Client::stage()
+  std::string stage_note;                                              ///< Client::stage_note()
+  std::string model_problem;                                           ///< Client::model_problem()
+  std::vector<wire::UserJoined> users;                                 ///< the others in the room
+  std::shared_ptr<const AssetMap> assets;  ///< of the scene, as far as they are here; null: none yet
 };
 
 class ClientIo {
  public:
   /// In      device  must outlive this
-  /// Fails   std::invalid_argument: not a loopback address, a bad link parameter, or as Client; std::system_error: no
+  /// Fails   std::invalid_argument: no address, one that needs encryption, a bad link parameter, or as Client; std::system_error: no
   ///         sockets
   ClientIo(ClientIoSettings settings, devices::Device& device);
   /// Stops.
@@ -73,6 +79,13 @@ class ClientIo {
   void grab(BodyId body);
   void release();
   void set_parameter(const std::string& name, double value);
+  void kick(UserId user);
+  void reset_room();
+  void change_room(const std::string& room);
+  /// Client::set_stage()
+  /// Fails   std::invalid_argument: as there
+  void set_stage(const StageSettings& stage);
+  void set_workspace(const WorkspaceSettings& workspace);
   /// Changes the simulated links, both directions, at once; ignored when ClientIoSettings::links has none.
   /// Fails   std::invalid_argument: LinkParameters::problem()
   void set_links(const net::LinkParameters& both);

@@ -14,11 +14,21 @@ std::string JoinedScene::take(const wire::Joined& answer, wire::Role role, Local
   joined_ = std::make_unique<wire::Joined>(answer);
   scene_ = offered;
   told_ = scene_.coupling;
+  told_workspace_ = scene_.workspace;
+  scene_.workspace = with_user(told_workspace_, own_workspace_);
   ++scene_.generation;
   held_ = BodyId{};
   watch_.note_grip(held_, Vec3::Zero(), now);
   check();
   return {};
+}
+
+void JoinedScene::set_workspace(const WorkspaceSettings& workspace) {
+  own_workspace_ = workspace;
+  if (joined_ == nullptr) return;
+  scene_.workspace = with_user(told_workspace_, own_workspace_);
+  check();
+  publish();
 }
 
 std::string JoinedScene::name_of(BodyId body) const {

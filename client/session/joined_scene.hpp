@@ -7,6 +7,7 @@
 #include <string>
 
 #include "client/haptics/coupling_check.hpp"
+#include "client/haptics/hand_workspace.hpp"
 #include "client/haptics/mailboxes.hpp"
 
 namespace tandem::client {
@@ -38,6 +39,8 @@ class JoinedScene {
   }
   /// False: no such coefficient, or out of its range; nothing changes.
   bool set_parameter(const wire::ParameterSet& parameter, LocalTime now);
+  /// What the user changes of the scene's mapping.
+  void set_workspace(const WorkspaceSettings& workspace);
   /// Checks the coupling again once a burst of changes is over.
   void check_when_due(LocalTime now);
 
@@ -58,6 +61,8 @@ class JoinedScene {
   std::function<void(const std::string&)> log_;
   std::unique_ptr<wire::Joined> joined_;
   HapticScene scene_;
+  WorkspaceMapping told_workspace_;  ///< by the server
+  WorkspaceSettings own_workspace_;
   haptics::CouplingParameters told_;  ///< by the server; scene_.coupling once it has been checked
   BodyId held_;
 };

@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "client/haptics/coupling_check.hpp"
+#include "client/haptics/hand_workspace.hpp"
 #include "client/haptics/mailboxes.hpp"
 #include "client/session/asset_fetcher.hpp"
 #include "common/base/time.hpp"
@@ -37,6 +38,10 @@ class ClientTransport {
   virtual void send_control(std::span<const std::byte> bytes) = 0;
   /// Freshest-only; false when it could not be sent now.
   virtual bool send_datagram(std::span<const std::byte> datagram) = 0;
+  /// What the connection's TLS exports (RFC 8446 §7.5); nothing where it is not encrypted.
+  virtual std::optional<secure::Exported> exported(std::string_view /*label*/, std::span<const std::byte> /*context*/) {
+    return std::nullopt;
+  }
   /// Where datagrams go, from the server's Welcome.
   virtual void set_datagram_port(std::uint16_t port) = 0;
   /// Control bytes that the connection has not taken yet; over TCP, state is sent only when it is 0.
@@ -49,6 +54,7 @@ struct SessionSettings {
   std::string room = "";  ///< "": the server's only room
   std::string user_name = "user";
   wire::Role role = wire::ROLE_MANIPULATOR;
+  proto::Bytes token{};         ///< that lets in, once (proto/join_token.hpp); only sent where it is encrypted
   bool state_over_tcp = false;  ///< where UDP does not pass
   Duration silence_timeout{std::chrono::milliseconds(1500)};
   Duration setup_timeout{std::chrono::seconds(5)};  ///< for each of connecting, greeting and joining
@@ -60,15 +66,16 @@ struct SessionSettings {
   Duration reconnect_delay_max{std::chrono::seconds(2)};
   bool may_reconnect = true;                    ///< after a connection that once joined was lost
   std::vector<std::string> asset_kinds{};       ///< that are fetched, of proto/WIRE.md's; others stay at the server
+  bool wants_soft_shapes = false;               ///< is told how soft bodies yield: for a window
   std::vector<std::string> late_asset_kinds{};  ///< likewise, after on_assets: what is only drawn
-  /// Empty, or why a scene whose numbers are sound cannot be shown: the session then ends, as for a bad set-up.
-  std::function<std::string(const wire::Joined&)> find_scene_problem{};
   /// Asked for assets before the server is, and told what came from it; null: what is fetched lives as long as
   /// the session.
   std::shared_ptr<AssetStore> asset_store{};
   /// Weber fraction (common/net/deadband.hpp): what differs by less is not sent at once, in either direction; 0: all
   /// is.
   double deadband = 0;
+  /// What the user changes of the scene's workspace mapping.
+  WorkspaceSettings workspace{};
   /// Of the coupling, that the user's device bears, in its newtons and metres: the tool at the server is pulled no harder.
   haptics::CouplingParameters coupling_bounds = haptics::kNoCouplingBounds;
   /// What the scene's coupling is checked with (CouplingWatch): one that is unstable on it is not displayed, and the
@@ -113,17 +120,37 @@ class ClientSession {
   void grab(BodyId body);
   void release();
   void set_parameter(const std::string& name, double value);
+  /// As the operator: that user's session ends, and it takes a new invitation to come back.
+  void kick(UserId user);
+  /// Back to the start, all that moves; for the room's operator.
+  void reset_room();
+  /// Leaves this room for another of the same server; when that refuses, comes back.
+  void change_room(const std::string& room, LocalTime now);
+  /// Now and for the scenes to come. The force goes, the tool stays where it is, and the force comes back by the ramp.
+  void set_workspace(const WorkspaceSettings& workspace);
   void leave(LocalTime now);
+  /// Fetches assets of these kinds instead from now on; has_assets() says when all that can be had is here.
+  void set_asset_kinds(std::vector<std::string> kinds);
+  /// In a room, and nothing of the kinds that are wanted is still to come.
+  bool has_assets() const;
 
   const SessionStatus& status() const;
   /// The scene and this user's place in it, from the last Joined; null before the first.
   const wire::Joined* joined() const;
   /// HapticScene::generation of the last join; 0: none.
   std::uint32_t scene_generation() const;
+  /// Of the own tool, as the server told last.
+  const haptics::CouplingParameters& coupling() const;
   /// The last check of the coupling in force; explained() says what it found.
   const CouplingCheck& coupling_check() const;
   /// The room that was asked for or, without a wish, the only one of the last Welcome; "" before that.
   const std::string& room() const;
+  /// Of the last Welcome.
+  const std::vector<std::string>& rooms() const;
+  /// How the scene's soft bodies yield, as told last: offsets of proto::soft_lattice(). Null: not told.
+  const std::vector<std::shared_ptr<const std::vector<Vec3>>>& soft_offsets() const;
+  /// What the server refused last, or the last news of the room, for people; "" before the first.
+  const std::string& news() const;
   /// The others who are in the room.
   const std::vector<wire::UserJoined>& users() const;
   /// Verified bytes of the scene's files by their SHA-256; kept across reconnects. Fetched in the background.
@@ -132,6 +159,8 @@ class ClientSession {
   const SessionCounters& counters() const;
   /// Called on the io thread.
   std::function<void(const wire::Joined&)> on_joined;
+  /// Empty, or why a scene whose numbers are sound cannot be shown: the session then ends, as for a bad set-up.
+  std::function<std::string(const wire::Joined&)> find_scene_problem;
   /// What of the joined scene's assets of `asset_kinds` can be had is in assets(); once a join.
   std::function<void()> on_assets;
   std::function<void(const std::string&)> on_log;

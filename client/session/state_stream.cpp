@@ -15,14 +15,16 @@ constexpr double kTickRate_hz = 1000;
 StateStream::StateStream(const SessionSettings& settings, ClientMailboxes& mailboxes, proto::ChannelCounters& counters)
     : settings_(settings), mailboxes_(mailboxes), counters_(counters) {}
 
-void StateStream::begin(ConnectionId connection, std::uint8_t epoch, LocalTime now) {
+void StateStream::begin(ConnectionId connection, std::uint8_t epoch, const std::optional<secure::Exported>& secret,
+                        LocalTime now) {
   channel_.emplace(proto::DatagramChannel::Settings{.sends = proto::DatagramType::kClientUpdate,
                                                     .connection = connection,
                                                     .epoch = epoch,
                                                     .deadband = settings_.deadband,
                                                     .max_rate_hz = kTickRate_hz,
                                                     .is_stream = settings_.state_over_tcp,
-                                                    .opened = now},
+                                                    .opened = now,
+                                                    .secret = secret},
                    counters_);
   clock_.reset();
   newest_ = sent_ = proto::ClientUpdate{};
@@ -32,13 +34,14 @@ void StateStream::begin(ConnectionId connection, std::uint8_t epoch, LocalTime n
   mailboxes_.outbox.poll();
 }
 
-proto::DropReason StateStream::receive(std::span<const std::byte> datagram, LocalTime now) {
+proto::DropReason StateStream::receive(std::span<const std::byte> datagram, LocalTime now, const Deliver& answer) {
   proto::DatagramHeader header;
   if (const proto::DropReason reason = proto::read_header(datagram, proto::DatagramType::kServerUpdate, header);
       reason != proto::DropReason::kNone) {
     return reason;
   }
   if (!channel_ || !channel_->is_for(header)) return proto::DropReason::kUnknownConnection;
+  if (header.type != proto::DatagramType::kServerUpdate) return answer_challenge(header, datagram, now, answer);
   const auto read = [this](std::span<const std::byte> payload, proto::ServerUpdate& out) {
     const proto::DropReason reason = proto::parse_server_update(payload, out);
     if (reason != proto::DropReason::kNone) return reason;
@@ -51,6 +54,15 @@ proto::DropReason StateStream::receive(std::span<const std::byte> datagram, Loca
   newest_step_ = received_.update.step;
   newest_stepped_ = received_.update.stepped;
   publish_received(now);
+  return reason;
+}
+
+proto::DropReason StateStream::answer_challenge(const proto::DatagramHeader& header,
+                                                std::span<const std::byte> datagram, LocalTime now,
+                                                const Deliver& answer) {
+  std::uint64_t number = 0;
+  const proto::DropReason reason = channel_->receive_path(header, datagram, number);
+  if (reason == proto::DropReason::kNone) answer(channel_->path_message(number, now));
   return reason;
 }
 

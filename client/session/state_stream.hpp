@@ -21,12 +21,13 @@ class StateStream {
   StateStream(const SessionSettings& settings, ClientMailboxes& mailboxes, proto::ChannelCounters& counters);
 
   /// A connection has joined. Forgets all of the one before, and what the haptic thread wrote so far.
-  void begin(ConnectionId connection, std::uint8_t epoch, LocalTime now);
+  /// In      secret  for the seals of its datagrams; none: null cipher
+  void begin(ConnectionId connection, std::uint8_t epoch, const std::optional<secure::Exported>& secret, LocalTime now);
   /// From now on every datagram is of an unknown connection, and none is sent.
   void end() { channel_.reset(); }
 
-  /// Publishes the server update in the datagram, or says why it is dropped.
-  proto::DropReason receive(std::span<const std::byte> datagram, LocalTime now);
+  /// Publishes the server update in the datagram, or says why it is dropped. Asked whether the client is here, answers.
+  proto::DropReason receive(std::span<const std::byte> datagram, LocalTime now, const Deliver& answer);
   /// Sends the newest haptic update, unless it is suppressed or paced; without a new one for `keep_alive` the last.
   ///
   /// In      coupling    in force: places are compared by the force that it makes of them
@@ -42,6 +43,8 @@ class StateStream {
   net::ClockSync& clock() { return clock_; }
 
  private:
+  proto::DropReason answer_challenge(const proto::DatagramHeader& header, std::span<const std::byte> datagram,
+                                     LocalTime now, const Deliver& answer);
   void publish_received(LocalTime now);
   bool has_changed(const net::Deadband& deadband, Duration since, const haptics::CouplingParameters& coupling) const;
   bool is_urgent() const;

@@ -13,6 +13,10 @@ constexpr double kFarthest_m = 1000;
 /// Of a turn, when the mouse goes once over the window.
 constexpr double kTurn_rad = std::numbers::pi;
 constexpr double kZoomStep = 1.15;
+/// Of a cap that is deflected fully: shares of the window's height, and steps of zoom for each.
+constexpr double kSteerPan_per_s = 0.7;
+constexpr double kSteerOrbit_per_s = 0.35;
+constexpr double kSteerZoom = 9;
 
 /// Rows: right, up, back.
 Mat4f view_of(const Vec3& right, const Vec3& up, const Vec3& back, const Vec3& eye) {
@@ -42,6 +46,15 @@ void Camera::pan(double right, double down) {
 
 void Camera::zoom(double steps) {
   distance_m_ = std::clamp(distance_m_ * std::pow(kZoomStep, -steps), kNearest_m, kFarthest_m);
+}
+
+void Camera::steer(const Vec3& deflection, const Vec3& turn, double seconds) {
+  const double period_s = std::clamp(seconds, 0.0, 0.1);
+  const Vec3 way = kSteerPan_per_s * period_s * deflection.cwiseMax(-1.0).cwiseMin(1.0);
+  const Vec3 angle = kSteerOrbit_per_s * period_s * turn.cwiseMax(-1.0).cwiseMin(1.0);
+  pan(way.x(), -way.z());
+  zoom(-kSteerZoom * way.y());
+  orbit(angle.z(), angle.x());
 }
 
 Vec3 Camera::forward_W() const {

@@ -22,6 +22,9 @@ class Camera {
   void pan(double right, double down);
   /// Nearer for more than 0 steps.
   void zoom(double steps);
+  /// As a 3D mouse's cap holds the scene: it goes and turns that way as long as the cap is deflected.
+  /// In      deflection  -1..1: to the right, away, up; turns about the same
+  void steer(const Vec3& deflection, const Vec3& turn, double seconds);
 
   /// What is looked at is in the middle of what this share of the window's width leaves free at the right.
   void leave_free(double share) { left_free_ = share; }

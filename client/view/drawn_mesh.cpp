@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numbers>
+#include <utility>
 
 namespace tandem::client {
 namespace {
@@ -86,17 +88,18 @@ geometry::TriangleMesh ball(int halvings) {
 struct Element {
   double mass_u;
   double radius_angstrom;
+  double covalent_angstrom;
   Rgba color;
   bool is_carbon = false;
 };
 
 const Element& element_of(double mass_u) {
-  static const std::array<Element, 6> kElements{{{1.008, 1.10, {0.93F, 0.93F, 0.93F, 1}},
-                                                 {12.011, 1.70, {}, true},
-                                                 {14.007, 1.55, {0.10F, 0.35F, 0.85F, 1}},
-                                                 {15.999, 1.52, {0.84F, 0.18F, 0.10F, 1}},
-                                                 {30.974, 1.80, {0.90F, 0.45F, 0.05F, 1}},
-                                                 {32.06, 1.80, {0.93F, 0.82F, 0.20F, 1}}}};
+  static const std::array<Element, 6> kElements{{{1.008, 1.10, 0.31, {0.93F, 0.93F, 0.93F, 1}},
+                                                 {12.011, 1.70, 0.76, {}, true},
+                                                 {14.007, 1.55, 0.71, {0.10F, 0.35F, 0.85F, 1}},
+                                                 {15.999, 1.52, 0.66, {0.84F, 0.18F, 0.10F, 1}},
+                                                 {30.974, 1.80, 1.07, {0.90F, 0.45F, 0.05F, 1}},
+                                                 {32.06, 1.80, 1.05, {0.93F, 0.82F, 0.20F, 1}}}};
   return *std::ranges::min_element(kElements, {}, [mass_u](const Element& e) { return std::abs(e.mass_u - mass_u); });
 }
 
@@ -115,6 +118,60 @@ void append_band(geometry::TriangleMesh& mesh, double low_radius, double low_z, 
     mesh.triangles.push_back({a, b, b + 1});
     mesh.triangles.push_back({a, b + 1, a + 1});
   }
+}
+
+constexpr double kBallAngstrom = 0.42;
+constexpr double kStickAngstrom = 0.18;
+constexpr double kBondSlackAngstrom = 0.4;
+constexpr double kMaxBondAngstrom = 2.6;
+
+/// In      unit  of radius 1
+void append_ball(DrawnMesh& out, const DrawnMesh& unit, const Vec3& centre_m, double radius_m, const Rgba& color) {
+  const std::array<std::uint8_t, 4> bytes = bytes_of(color);
+  const std::array<float, 3> centre = floats_of(centre_m);
+  for (Vertex vertex : unit) {
+    vertex.normal = vertex.position_m;
+    for (std::size_t i = 0; i < 3; ++i) {
+      vertex.position_m[i] = centre[i] + static_cast<float>(radius_m) * vertex.position_m[i];
+    }
+    vertex.color = bytes;
+    out.push_back(vertex);
+  }
+}
+
+void append_stick(DrawnMesh& out, const Vec3& from, const Vec3& to, double radius_m, const Rgba& color) {
+  geometry::TriangleMesh mesh;
+  append_band(mesh, radius_m, 0, radius_m, (to - from).norm());
+  append_mesh(out, mesh, {from, Quat::FromTwoVectors(Vec3::UnitZ(), to - from)}, color);
+}
+
+/// Atoms by cells of the longest bond, so that the cost is linear.
+std::vector<std::pair<std::size_t, std::size_t>> bonds_of(const docking::Molecule& molecule) {
+  using Cell = std::array<int, 3>;
+  const auto cell_of = [&molecule](std::size_t atom) -> Cell {
+    const Vec3 cell = (molecule.positions_angstrom[atom] / kMaxBondAngstrom).array().floor();
+    return {static_cast<int>(cell.x()), static_cast<int>(cell.y()), static_cast<int>(cell.z())};
+  };
+  const auto is_bond = [&molecule](std::size_t a, std::size_t b) {
+    const double reach = element_of(molecule.mass_u[a]).covalent_angstrom +
+                         element_of(molecule.mass_u[b]).covalent_angstrom + kBondSlackAngstrom;
+    const double apart = (molecule.positions_angstrom[a] - molecule.positions_angstrom[b]).norm();
+    return apart > 0 && apart < std::min(reach, kMaxBondAngstrom);
+  };
+  std::map<Cell, std::vector<std::size_t>> cells;
+  std::vector<std::pair<std::size_t, std::size_t>> bonds;
+  for (std::size_t atom = 0; atom < molecule.size(); ++atom) {
+    const Cell own = cell_of(atom);
+    for (int i = 0; i < 27; ++i) {
+      const auto near = cells.find({own[0] + i % 3 - 1, own[1] + i / 3 % 3 - 1, own[2] + i / 9 - 1});
+      if (near == cells.end()) continue;
+      for (const std::size_t other : near->second) {
+        if (is_bond(atom, other)) bonds.emplace_back(other, atom);
+      }
+    }
+    cells[own].push_back(atom);
+  }
+  return bonds;
 }
 
 }  // namespace
@@ -140,15 +197,26 @@ void append_molecule(DrawnMesh& out, const docking::Molecule& molecule, double m
   out.reserve(out.size() + molecule.size() * unit.size());
   for (std::size_t atom = 0; atom < molecule.size(); ++atom) {
     const Element& element = element_of(molecule.mass_u[atom]);
-    const std::array<std::uint8_t, 4> color = bytes_of(element.is_carbon ? carbon : element.color);
-    const auto radius_m = static_cast<float>(element.radius_angstrom * metres_per_angstrom);
-    const std::array<float, 3> centre = floats_of(molecule.positions_angstrom[atom] * metres_per_angstrom);
-    for (Vertex vertex : unit) {
-      vertex.normal = vertex.position_m;
-      for (std::size_t i = 0; i < 3; ++i) vertex.position_m[i] = centre[i] + radius_m * vertex.position_m[i];
-      vertex.color = color;
-      out.push_back(vertex);
-    }
+    append_ball(out, unit, molecule.positions_angstrom[atom] * metres_per_angstrom,
+                element.radius_angstrom * metres_per_angstrom, element.is_carbon ? carbon : element.color);
+  }
+}
+
+void append_sticks(DrawnMesh& out, const docking::Molecule& molecule, double metres_per_angstrom, const Rgba& carbon) {
+  DrawnMesh unit;
+  append_mesh(unit, ball(molecule.size() <= kFineAtoms ? 2 : 1), Pose{}, kWhite);
+  const auto color_of = [&](std::size_t atom) -> const Rgba& {
+    const Element& element = element_of(molecule.mass_u[atom]);
+    return element.is_carbon ? carbon : element.color;
+  };
+  const auto at = [&](std::size_t atom) -> Vec3 { return molecule.positions_angstrom[atom] * metres_per_angstrom; };
+  for (std::size_t atom = 0; atom < molecule.size(); ++atom) {
+    append_ball(out, unit, at(atom), kBallAngstrom * metres_per_angstrom, color_of(atom));
+  }
+  for (const auto& [a, b] : bonds_of(molecule)) {
+    const Vec3 middle = (at(a) + at(b)) / 2;
+    append_stick(out, at(a), middle, kStickAngstrom * metres_per_angstrom, color_of(a));
+    append_stick(out, middle, at(b), kStickAngstrom * metres_per_angstrom, color_of(b));
   }
 }
 

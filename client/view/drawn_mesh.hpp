@@ -11,6 +11,9 @@
 
 namespace tandem::client {
 
+/// How molecules are drawn.
+enum class MoleculeStyle : std::uint8_t { kBalls, kSticks };
+
 using Rgba = std::array<float, 4>;  ///< as a screen has it (sRGB), 0 to 1; the last is how opaque
 
 /// One corner of a triangle, as the shaders of renderer.cpp read it.
@@ -30,6 +33,11 @@ void append_mesh(DrawnMesh& out, const geometry::TriangleMesh& mesh, const Pose&
 /// Adds a ball for each atom, of its van der Waals radius: carbons in the molecule's own colour, the others as is usual
 /// (nitrogen blue, oxygen red, sulphur yellow, hydrogen white). The client knows elements by their masses only.
 void append_molecule(DrawnMesh& out, const docking::Molecule& molecule, double metres_per_angstrom, const Rgba& carbon);
+
+/// Likewise with a small ball for each atom and a stick, of both atoms' colours, for each bond: two atoms nearer than their
+/// covalent radii and 0.4 Å.
+/// Source  radii: Cordero et al., Dalton Trans. 2832 (2008)
+void append_sticks(DrawnMesh& out, const docking::Molecule& molecule, double metres_per_angstrom, const Rgba& carbon);
 
 /// Adds a cone along z: its base of radius 1 at 0, its tip at 1.
 void append_cone(DrawnMesh& out);

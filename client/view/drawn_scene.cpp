@@ -10,6 +10,7 @@
 #include "common/geometry/surface_asset.hpp"
 #include "common/geometry/tessellation.hpp"
 #include "proto/placement.hpp"
+#include "proto/soft_shape.hpp"
 
 namespace tandem::client {
 namespace {
@@ -46,7 +47,8 @@ std::optional<geometry::TriangleMesh> tessellated(const wire::Shape& shape) {
 
 class Builder {
  public:
-  Builder(const wire::Joined& joined, const AssetMap& assets) : scene_(joined.scene()), assets_(assets) {}
+  Builder(const wire::Joined& joined, const AssetMap& assets, MoleculeStyle molecules)
+      : scene_(joined.scene()), assets_(assets), molecules_(molecules) {}
 
   DrawnScene build() {
     for (const wire::Body& body : scene_.bodies()) {
@@ -82,16 +84,14 @@ class Builder {
   }
 
   DrawnBody soft(const wire::SoftBody& message) {
-    google::protobuf::RepeatedPtrField<wire::Shape> shapes;
-    if (message.has_block()) {
-      for (const double size_m : message.block().size_m()) {
-        if (shapes.empty()) shapes.Add();
-        shapes.Mutable(0)->mutable_box()->add_size_m(size_m);
-      }
-    } else {
-      out_.missing.push_back(printable(message.name()) + ": the shape of a soft mesh is not sent to clients");
-    }
-    return drawn(message.name(), shapes, message.placement(), rgba_of(message.color_rgb(), {0.8F, 0.5F, 0.5F, 1}));
+    DrawnBody body;
+    body.name = printable(message.name());
+    body.X_WB_start = proto::pose_from_placement(message.placement());
+    const std::vector<Vec3> at_rest(proto::kSoftLatticePoints, Vec3(0, 0, 0));
+    body.mesh = drawn_soft_block(message, at_rest);
+    if (body.mesh.empty()) out_.missing.push_back(body.name + ": the shape of a soft mesh is not sent to clients");
+    finish(body);
+    return body;
   }
 
   void append(DrawnBody& body, const wire::Shape& shape, const Rgba& color) {
@@ -117,7 +117,8 @@ class Builder {
       out_.missing.push_back(body.name + ": its atoms are not here");
       return;
     }
-    append_molecule(body.mesh, *molecule, scene_.molecular_field().metres_per_angstrom(), color);
+    const auto append_as = molecules_ == MoleculeStyle::kSticks ? append_sticks : append_molecule;
+    append_as(body.mesh, *molecule, scene_.molecular_field().metres_per_angstrom(), color);
   }
 
   static void finish(DrawnBody& body) {
@@ -185,6 +186,7 @@ class Builder {
 
   const wire::Scene& scene_;
   const AssetMap& assets_;
+  MoleculeStyle molecules_;
   DrawnScene out_;
 };
 
@@ -201,8 +203,23 @@ Rgba tool_color(std::size_t tool) {
   return kColors[tool % kColors.size()];
 }
 
-DrawnScene make_drawn_scene(const wire::Joined& joined, const AssetMap& assets) {
-  return Builder(joined, assets).build();
+DrawnScene make_drawn_scene(const wire::Joined& joined, const AssetMap& assets, MoleculeStyle molecules) {
+  return Builder(joined, assets, molecules).build();
+}
+
+DrawnMesh drawn_soft_block(const wire::SoftBody& body, std::span<const Vec3> offsets_W) {
+  DrawnMesh out;
+  const auto& size_m = body.block().size_m();
+  if (!body.has_block() || size_m.size() != 3 || offsets_W.size() != proto::kSoftLatticePoints) return out;
+  const Pose X_WS = proto::pose_from_placement(body.placement());
+  geometry::TriangleMesh mesh;
+  for (std::size_t i = 0; i < offsets_W.size(); ++i) {
+    mesh.vertices.push_back(proto::soft_lattice()[i].cwiseProduct(Vec3(size_m[0], size_m[1], size_m[2])) +
+                            X_WS.q.conjugate() * offsets_W[i]);
+  }
+  for (const std::array<int, 3>& face : proto::soft_lattice_faces()) mesh.triangles.push_back(face);
+  append_mesh(out, mesh, Pose{}, rgba_of(body.color_rgb(), {0.8F, 0.5F, 0.5F, 1}));
+  return out;
 }
 
 }  // namespace tandem::client

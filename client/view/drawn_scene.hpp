@@ -1,6 +1,7 @@
 // What of a joined scene is drawn: a mesh for each body and tool, from the scene's message and its assets.
 #pragma once
 
+#include <span>
 #include <string>
 #include <vector>
 
@@ -20,7 +21,7 @@ struct DrawnBody {
 
 struct DrawnScene {
   std::vector<DrawnBody> bodies;       ///< as scene.bodies
-  std::vector<DrawnBody> soft_bodies;  ///< as scene.soft_bodies, at rest: how they yield is not sent
+  std::vector<DrawnBody> soft_bodies;  ///< as scene.soft_bodies, at rest; blocks over proto::soft_lattice()
   std::vector<DrawnBody> tools;        ///< as scene.tools
   std::vector<std::string> missing;    ///< what cannot be drawn (yet), and why
   /// A ball around what users are here for: tools, what moves, and what is not much larger.
@@ -34,6 +35,10 @@ struct DrawnScene {
 Rgba tool_color(std::size_t tool);
 
 /// In      assets  may lack some: those shapes are left out, and named in `missing`
-DrawnScene make_drawn_scene(const wire::Joined& joined, const AssetMap& assets);
+DrawnScene make_drawn_scene(const wire::Joined& joined, const AssetMap& assets, MoleculeStyle molecules = {});
+
+/// A soft block as it is now, in its own frame; empty for a body that is none.
+/// In      offsets_W  of proto::soft_lattice(), as many
+DrawnMesh drawn_soft_block(const wire::SoftBody& body, std::span<const Vec3> offsets_W);
 
 }  // namespace tandem::client

@@ -59,7 +59,30 @@ bool slider(const char* name, double& value, double largest, const char* format)
   return is_moved;
 }
 
-void draw_link(net::LinkParameters& link, const std::function<void(const net::LinkParameters&)>& on_link) {
+/// A choice among names, and what was chosen in it; empty: nothing new.
+std::string chosen(const char* label, const std::string& now, const std::vector<std::string>& names) {
+  std::string choice;
+  ImGui::SetNextItemWidth(-ImGui::GetFontSize() * 5.2F);
+  if (!ImGui::BeginCombo(label, now.c_str())) return choice;
+  for (const std::string& name : names) {
+    if (ImGui::Selectable(name.c_str(), name == now) && name != now) choice = name;
+  }
+  ImGui::EndCombo();
+  return choice;
+}
+
+std::vector<std::string> strings(const std::vector<std::string_view>& views) {
+  return {views.begin(), views.end()};
+}
+
+/// A part of the panels that remembers whether it is open.
+bool begin_part(const char* title, bool& is_open) {
+  ImGui::SetNextItemOpen(is_open, ImGuiCond_Once);
+  is_open = ImGui::CollapsingHeader(title);
+  return is_open;
+}
+
+void draw_link(ClientIo& client, net::LinkParameters& link) {
   double delay_ms = to_seconds(link.delay) * 1e3, jitter_ms = to_seconds(link.jitter) * 1e3, loss = link.loss * 100;
   ImGui::TextColored(kDim, "simulated link, each way");
   bool is_moved = slider("delay", delay_ms, kMaxSliderDelay_ms, "%.0f ms");
@@ -69,23 +92,61 @@ void draw_link(net::LinkParameters& link, const std::function<void(const net::Li
   link.delay = from_seconds(delay_ms * 1e-3);
   link.jitter = from_seconds(jitter_ms * 1e-3);
   link.loss = loss / 100;
-  on_link(link);
+  client.set_links(link);
+}
+
+/// Other rooms of the server, and what an operator may.
+void draw_room(const PanelContent& content) {
+  const ClientIoSnapshot& io = *content.io;
+  const std::string scene = printable(io.joined->scene().name());
+  if (io.rooms.size() > 1) {
+    const std::string room = chosen("room", io.room, io.rooms);
+    if (!room.empty()) content.client->change_room(room);
+  } else {
+    fact("room", io.room);
+  }
+  if (scene != io.room) fact("scene", scene);
+  if (io.joined->role() == wire::ROLE_OPERATOR && ImGui::Button("put everything back")) content.client->reset_room();
 }
 
 void draw_session(const PanelContent& content) {
-  if (!ImGui::CollapsingHeader("Session", ImGuiTreeNodeFlags_DefaultOpen)) return;
   const ClientIoSnapshot& io = *content.io;
   fact("state", std::string(name_of(io.status.state)));
-  if (io.joined != nullptr) {
-    const std::string scene = printable(io.joined->scene().name());
-    fact("room", io.room == scene ? scene : io.room + " (" + scene + ")");
-    fact("law", printable(io.joined->scene().coupling().law()));
-  }
+  if (io.joined != nullptr) draw_room(content);
   for (const auto& [name, value] : *content.facts) fact(name.c_str(), value);
   std::string others;
   for (const wire::UserJoined& user : io.users) others += (others.empty() ? "" : ", ") + printable(user.name());
   fact("with", others.empty() ? "nobody else" : others);
   for (const std::string& line : *content.missing) ImGui::TextWrapped("not drawn: %s", line.c_str());
+  if (!io.news.empty()) ImGui::TextWrapped("%s", io.news.c_str());
+}
+
+/// For the room's operator: one number of the coupling, in steps that a hand can tell apart.
+void draw_coefficient(ClientIo& client, const char* label, const char* name, double now, double largest) {
+  double value = now;
+  if (slider(label, value, largest, "%.3g") && value > 0) client.set_parameter(name, value);
+}
+
+/// How the scene is shown to the hand.
+void draw_stage(const PanelContent& content) {
+  const ClientIoSnapshot& io = *content.io;
+  StageSettings wanted = io.stage;
+  const std::string stage = chosen("stage", wanted.name, strings(stage_names()));
+  const std::string predictor = chosen("predictor", wanted.predictor, strings(predictor_names()));
+  if (!stage.empty()) wanted.name = stage;
+  if (!predictor.empty()) wanted.predictor = predictor;
+  const bool is_switched = ImGui::Checkbox("passivity controller", &wanted.passivity);
+  if (!stage.empty() || !predictor.empty() || is_switched) content.client->set_stage(wanted);
+  if (!io.stage_note.empty()) ImGui::TextWrapped("%s", io.stage_note.c_str());
+  if (io.joined == nullptr) return;
+  fact("law", printable(io.joined->scene().coupling().law()));
+  if (io.joined->role() != wire::ROLE_OPERATOR) {
+    fact("coupling",
+         text_of("%.0f N/m, ", io.coupling.stiffness_n_per_m) + text_of("%.1f N·s/m", io.coupling.damping_n_s_per_m));
+    return;
+  }
+  draw_coefficient(*content.client, "N/m", "coupling.stiffness_n_per_m", io.coupling.stiffness_n_per_m, 2000);
+  draw_coefficient(*content.client, "N·s/m", "coupling.damping_n_s_per_m", io.coupling.damping_n_s_per_m, 20);
 }
 
 void draw_drops(const char* way, const proto::DropCounters& drops) {
@@ -99,21 +160,18 @@ void draw_drops(const char* way, const proto::DropCounters& drops) {
   }
 }
 
-void draw_network(const PanelContent& content, net::LinkParameters& link,
-                  const std::function<void(const net::LinkParameters&)>& on_link) {
-  if (!ImGui::CollapsingHeader("Network", ImGuiTreeNodeFlags_DefaultOpen)) return;
+void draw_network(const PanelContent& content, net::LinkParameters& link) {
   const Figures& figures = *content.figures;
   curve("round trip [ms]", figures.round_trip_ms, "%.1f", 10, {0.80F, 0.47F, 0.65F, 1});
   curve("state age [ms]", figures.state_age_ms, "%.1f", 5, {0.34F, 0.71F, 0.91F, 1});
   fact("jitter", text_of("%.2f ms", figures.jitter_ms));
   fact("loss", text_of("%.1f %% up, ", figures.loss_up * 100) + text_of("%.1f %% down", figures.loss_down * 100));
-  draw_link(link, on_link);
+  draw_link(*content.client, link);
   draw_drops("here", content.io->counters.received_drops);
   draw_drops("on the way out", content.io->counters.sent_drops);
 }
 
 void draw_touch(const PanelContent& content) {
-  if (!ImGui::CollapsingHeader("Touch", ImGuiTreeNodeFlags_DefaultOpen)) return;
   const Figures& figures = *content.figures;
   curve("force [N]", figures.force_n, "%.2f", 1, color_of(kForceColor));
   curve("torque [N·m]", figures.torque_n_m, "%.3f", 0.02, color_of(kTorqueColor));
@@ -126,6 +184,19 @@ void draw_touch(const PanelContent& content) {
   if (record.is_local && content.view->loop_delay > Duration{0}) {
     fact("loop", text_of("%.1f ms there and back", to_seconds(content.view->loop_delay) * 1e3));
   }
+}
+
+void draw_view(WindowSwitches& switches) {
+  ImGui::Checkbox("server's poses as ghosts (G)", &switches.shows_ghosts);
+  ImGui::Checkbox("contact points (P)", &switches.shows_contacts);
+  ImGui::Checkbox("follow the tool (T)", &switches.follows_tool);
+  bool are_sticks = switches.molecules == MoleculeStyle::kSticks;
+  if (ImGui::Checkbox("atoms as sticks (M)", &are_sticks)) {
+    switches.molecules = are_sticks ? MoleculeStyle::kSticks : MoleculeStyle::kBalls;
+  }
+  ImGui::Checkbox("cut away what is in front (X)", &switches.cuts);
+  if (switches.cuts) slider("depth", switches.cut_share, 1, "%.2f");
+  ImGui::TextColored(kDim, "F1: help");
 }
 
 void draw_help(const PanelContent& content, bool& is_open) {
@@ -143,7 +214,7 @@ void draw_help(const PanelContent& content, bool& is_open) {
       line("  + Shift, or the wheel", "on the level: away from you and towards you");
       line("  + Ctrl", "turn the hand; the wheel rolls it");
       line("arrows, page up and down", "move the hand, without a mouse");
-      line("Space", "grab what is within reach, or let it go");
+      line("double click, or Space", "grab what is within reach, or let it go");
       line("C held", "clutch: the hand moves, the tool stays");
       line("R", "hand back to where it began");
       ImGui::Separator();
@@ -152,7 +223,9 @@ void draw_help(const PanelContent& content, bool& is_open) {
     line("drag, middle button", "move the picture");
     line(content.is_mouse ? "wheel" : "wheel, left button", "nearer and farther");
     line("F", "fit the scene; T: follow the tool");
-    line("G", "ghosts: where the server has things");
+    line("3D mouse", "the cap holds the scene, where it is not your device");
+    line("G", "ghosts: where the server has things; P: contact points");
+    line("X", "cut away what is in front; M: atoms as balls or sticks");
     line("Tab", "panels; F1: this help; Ctrl+Q: quit");
     ImGui::Separator();
     line("yellow arrow", "force on your hand, of the device");
@@ -195,8 +268,7 @@ double panels_width() {
   return (kPanelEm + 1.2) * ImGui::GetFontSize();
 }
 
-void draw_panels(const PanelContent& content, WindowSwitches& switches, net::LinkParameters& link,
-                 const std::function<void(const net::LinkParameters&)>& on_link) {
+void draw_panels(const PanelContent& content, WindowSwitches& switches, net::LinkParameters& link) {
   draw_notice(content.notice);
   if (switches.shows_help) draw_help(content, switches.shows_help);
   if (!switches.shows_panels) return;
@@ -206,14 +278,11 @@ void draw_panels(const PanelContent& content, WindowSwitches& switches, net::Lin
   ImGui::SetNextWindowSizeConstraints(ImVec2(kPanelEm * em, 0), ImVec2(kPanelEm * em, size.y - 1.2F * em));
   ImGui::Begin("##panels", nullptr,
                ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_AlwaysAutoResize);
-  draw_session(content);
-  draw_network(content, link, on_link);
-  draw_touch(content);
-  if (ImGui::CollapsingHeader("View", ImGuiTreeNodeFlags_DefaultOpen)) {
-    ImGui::Checkbox("server's poses as ghosts (G)", &switches.shows_ghosts);
-    ImGui::Checkbox("follow the tool (T)", &switches.follows_tool);
-    ImGui::TextColored(kDim, "F1: help");
-  }
+  if (begin_part("Session", switches.is_open[0])) draw_session(content);
+  if (begin_part("Network", switches.is_open[1])) draw_network(content, link);
+  if (begin_part("Touch", switches.is_open[2])) draw_touch(content);
+  if (begin_part("Stage", switches.is_open[3])) draw_stage(content);
+  if (begin_part("View", switches.is_open[4])) draw_view(switches);
   ImGui::End();
 }
 

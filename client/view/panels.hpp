@@ -1,26 +1,33 @@
 // The panels beside the scene: session, network, curves, help.
 #pragma once
 
-#include <functional>
+#include <array>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "client/haptics/view.hpp"
 #include "client/net/client_io.hpp"
+#include "client/view/drawn_mesh.hpp"
 #include "client/view/figures.hpp"
 
 namespace tandem::client {
 
-/// What users switch.
+/// What users switch, and a window remembers.
 struct WindowSwitches {
   bool shows_help = false;
   bool shows_panels = true;
   bool shows_ghosts = false;
+  bool shows_contacts = true;
   bool follows_tool = false;
+  bool cuts = false;       ///< away what is nearer than a plane
+  double cut_share = 0.5;  ///< where that is: 0 before, 1 behind the ball that is looked at
+  MoleculeStyle molecules{};
+  std::array<bool, 5> is_open{true, true, true, true, true};  ///< of the panels' parts, from above
 };
 
 struct PanelContent {
+  ClientIo* client = nullptr;  ///< what is asked for goes there
   const View* view = nullptr;
   const ClientIoSnapshot* io = nullptr;
   const Figures* figures = nullptr;
@@ -32,10 +39,8 @@ struct PanelContent {
 
 /// With the ImGui context that is current.
 /// In      link  the simulated link; the sliders write it
-///         on_link  called when they did
 /// Thread  the window's
-void draw_panels(const PanelContent& content, WindowSwitches& switches, net::LinkParameters& link,
-                 const std::function<void(const net::LinkParameters&)>& on_link);
+void draw_panels(const PanelContent& content, WindowSwitches& switches, net::LinkParameters& link);
 
 /// What they take of the window's width, at its right, in ImGui's pixels.
 double panels_width();

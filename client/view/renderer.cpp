@@ -231,12 +231,18 @@ void Renderer::Impl::draw_things(const DrawnFrame& frame, const Mat4& clip, cons
   things.set("sun_of_world", sun);
   things.set("eye", camera.eye_W());
   things.set("to_sun", kToSun);
+  const bool is_cut = frame.cut_W && !are_marks;
+  const Eigen::Vector4d cut_W = is_cut ? Eigen::Vector4d(frame.cut_W->coeffs()) : Eigen::Vector4d(0, 0, 0, 1);
+  const Eigen::Vector4f cut = cut_W.cast<float>();
+  things.set("cut", Rgba{cut.x(), cut.y(), cut.z(), cut.w()});
+  glEnable(GL_CLIP_DISTANCE0);
   for (const DrawnThing& thing : frame.things) {
     if ((thing.tint[3] >= 1) != is_opaque || thing.is_mark != are_marks) continue;
     things.set("tint", thing.tint);
     things.set("glow", thing.glow);
     place(things, thing);
   }
+  glDisable(GL_CLIP_DISTANCE0);
 }
 
 Renderer::Renderer() : impl_(std::make_unique<Impl>()) {
@@ -249,6 +255,10 @@ Renderer::~Renderer() = default;
 std::size_t Renderer::add_mesh(const DrawnMesh& mesh) {
   impl_->meshes.push_back(std::make_unique<Buffers>(mesh));
   return impl_->meshes.size() - 1;
+}
+
+void Renderer::replace_mesh(std::size_t mesh, const DrawnMesh& by) {
+  if (mesh < impl_->meshes.size()) impl_->meshes[mesh] = std::make_unique<Buffers>(by);
 }
 
 void Renderer::remove_meshes_from(std::size_t mesh) {

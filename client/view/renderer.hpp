@@ -2,7 +2,9 @@
 // through last.
 #pragma once
 
+#include <Eigen/Geometry>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -26,7 +28,8 @@ struct DrawnFrame {
   Vec3 focus_W = Vec3::Zero();  ///< shadows are cast within a ball about this
   double focus_radius_m = 0.2;
   double floor_z_m = 0;
-  double grid_m = 0.05;  ///< between two lines of the floor
+  double grid_m = 0.05;                               ///< between two lines of the floor
+  std::optional<Eigen::Hyperplane<double, 3>> cut_W;  ///< things are drawn on its positive side only; none: whole
 };
 
 /// Thread  the one whose OpenGL context is current
@@ -39,6 +42,7 @@ class Renderer {
   Renderer& operator=(const Renderer&) = delete;
 
   std::size_t add_mesh(const DrawnMesh& mesh);
+  void replace_mesh(std::size_t mesh, const DrawnMesh& by);
   /// Of those added since `mesh`, itself too.
   void remove_meshes_from(std::size_t mesh);
   /// Into the window's frame buffer, all of it.

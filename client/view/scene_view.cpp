@@ -20,6 +20,7 @@ constexpr double kPerNewton = 0.16;
 constexpr double kPerNewtonMetre = 3.2;
 constexpr double kRod = 0.011;
 constexpr double kHandleRadius = 0.045;
+constexpr double kContact = 0.009;
 /// Weaker ones have no arrow.
 constexpr double kMinForce_n = 0.05;
 constexpr double kMinTorque_n_m = 0.003;
@@ -78,11 +79,17 @@ SceneView::SceneView(Renderer& renderer)
       cone_(renderer.add_mesh(cone())),
       first_of_scene_(cone_ + 1) {}
 
-bool SceneView::take(const ClientIoSnapshot& io) {
-  if (io.joined == nullptr || (io.joined == joined_ && io.assets == assets_)) return false;
+bool SceneView::take(const ClientIoSnapshot& io, MoleculeStyle molecules) {
+  if (io.joined == nullptr) return false;
+  if (io.joined == joined_ && io.assets == assets_ && molecules == molecules_) {
+    take_soft_offsets(io);
+    return false;
+  }
   joined_ = io.joined;
   assets_ = io.assets;
-  scene_ = make_drawn_scene(*joined_, assets_ != nullptr ? *assets_ : AssetMap{});
+  molecules_ = molecules;
+  soft_offsets_.clear();
+  scene_ = make_drawn_scene(*joined_, assets_ != nullptr ? *assets_ : AssetMap{}, molecules);
   renderer_.remove_meshes_from(first_of_scene_);
   for (const auto* things : {&scene_.bodies, &scene_.soft_bodies, &scene_.tools}) {
     for (const DrawnBody& body : *things) renderer_.add_mesh(body.mesh);
@@ -90,7 +97,20 @@ bool SceneView::take(const ClientIoSnapshot& io) {
   return true;
 }
 
-void SceneView::arrange(const View* view, const ClientIoSnapshot& io, bool shows_ghosts) {
+void SceneView::take_soft_offsets(const ClientIoSnapshot& io) {
+  soft_offsets_.resize(io.soft_offsets.size());
+  const std::size_t bodies = std::min(io.soft_offsets.size(), scene_.soft_bodies.size());
+  for (std::size_t i = 0; i < bodies; ++i) {
+    if (io.soft_offsets[i] == nullptr || io.soft_offsets[i] == soft_offsets_[i]) continue;
+    soft_offsets_[i] = io.soft_offsets[i];
+    const wire::SoftBody& body = joined_->scene().soft_bodies(static_cast<int>(i));
+    renderer_.replace_mesh(first_of_scene_ + scene_.bodies.size() + i, drawn_soft_block(body, *soft_offsets_[i]));
+  }
+}
+
+void SceneView::arrange(const View* view, const ClientIoSnapshot& io, const WindowSwitches& switches,
+                        const Camera& camera) {
+  const bool shows_ghosts = switches.shows_ghosts;
   frame_.things.clear();
   labels_.clear();
   if (joined_ == nullptr) return;
@@ -98,9 +118,15 @@ void SceneView::arrange(const View* view, const ClientIoSnapshot& io, bool shows
   frame_.focus_radius_m = scene_.focus_radius_m;
   frame_.floor_z_m = scene_.floor_z_m - 0.002 * scene_.focus_radius_m;
   frame_.grid_m = grid_for(scene_.focus_radius_m);
+  frame_.cut_W.reset();
+  if (switches.cuts) {
+    const double depth_m = (2 * switches.cut_share - 1) * scene_.focus_radius_m;
+    frame_.cut_W.emplace(camera.forward_W(), camera.focus_W() + depth_m * camera.forward_W());
+  }
   add_bodies(view, shows_ghosts);
   if (has_tool(joined_->role())) add_own_tool(view, shows_ghosts);
   if (view != nullptr && view->has_state) add_partners(*view, io, shows_ghosts);
+  if (view != nullptr && switches.shows_contacts) add_contacts(*view);
 }
 
 void SceneView::add(std::size_t mesh, const Pose& X, const Rgba& tint, float glow) {
@@ -137,7 +163,7 @@ void SceneView::add_bodies(const View* view, bool shows_ghosts) {
   }
   for (std::size_t i = 0; i < scene_.soft_bodies.size(); ++i) {
     const std::size_t mesh = first_of_scene_ + scene_.bodies.size() + i;
-    add(mesh, scene_.soft_bodies[i].X_WB_start, {1, 1, 1, 0.85F});
+    add(mesh, scene_.soft_bodies[i].X_WB_start);
   }
 }
 
@@ -167,6 +193,12 @@ void SceneView::add_handle(const View& view) {
   }
   add_rod(X_WH.p, X_WT_.p, 0.35 * kRod * scene_.focus_radius_m, kStretch);
   add_mark(ball_, X_WH, Vec3::Constant(radius_m), kHandle);
+}
+
+void SceneView::add_contacts(const View& view) {
+  for (const Vec3& at_W : view.contacts_W) {
+    add_mark(ball_, {at_W, Quat::Identity()}, Vec3::Constant(kContact * scene_.focus_radius_m), kContactColor);
+  }
 }
 
 // In newtons of the device: what the hand feels.

@@ -9,6 +9,7 @@
 #include "client/haptics/view.hpp"
 #include "client/net/client_io.hpp"
 #include "client/view/drawn_scene.hpp"
+#include "client/view/panels.hpp"
 #include "client/view/renderer.hpp"
 
 namespace tandem::client {
@@ -22,6 +23,7 @@ struct SceneLabel {
 };
 
 inline constexpr Rgba kForceColor{1.0F, 0.89F, 0.15F, 1};
+inline constexpr Rgba kContactColor{0.80F, 0.0F, 0.60F, 1};
 inline constexpr Rgba kTorqueColor{0.25F, 0.90F, 0.98F, 1};
 
 /// Thread  the window's
@@ -29,10 +31,11 @@ class SceneView {
  public:
   explicit SceneView(Renderer& renderer);
 
-  /// Makes the scene's meshes when scene or assets are others than before. True: it did.
-  bool take(const ClientIoSnapshot& io);
+  /// Makes the scene's meshes when scene, assets or style are others than before, and those of soft bodies that have
+  /// yielded. True: there is another scene, or more of it.
+  bool take(const ClientIoSnapshot& io, MoleculeStyle molecules);
   /// In      view  null: none yet, and things are where the scene starts
-  void arrange(const View* view, const ClientIoSnapshot& io, bool shows_ghosts);
+  void arrange(const View* view, const ClientIoSnapshot& io, const WindowSwitches& switches, const Camera& camera);
 
   const DrawnScene& scene() const { return scene_; }
   const DrawnFrame& frame() const { return frame_; }
@@ -49,6 +52,8 @@ class SceneView {
   void add_own_tool(const View* view, bool shows_ghosts);
   void add_handle(const View& view);
   void add_wrench(const View& view);
+  void add_contacts(const View& view);
+  void take_soft_offsets(const ClientIoSnapshot& io);
   void add_partners(const View& view, const ClientIoSnapshot& io, bool shows_ghosts);
 
   Renderer& renderer_;
@@ -58,6 +63,8 @@ class SceneView {
   std::size_t first_of_scene_ = 0;  ///< meshes: bodies, soft bodies, tools
   std::shared_ptr<const wire::Joined> joined_;
   std::shared_ptr<const AssetMap> assets_;
+  MoleculeStyle molecules_{};
+  std::vector<std::shared_ptr<const std::vector<Vec3>>> soft_offsets_;
   DrawnScene scene_;
   DrawnFrame frame_;
   std::vector<SceneLabel> labels_;

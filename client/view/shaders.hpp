@@ -9,6 +9,7 @@ layout(location = 1) in vec3 normal;
 layout(location = 2) in vec4 color;
 uniform mat4 clip_of_world, sun_of_world, world_of_thing;
 uniform vec3 scale;
+uniform vec4 cut;
 out vec3 at, up;
 out vec4 paint, in_sun;
 void main() {
@@ -18,6 +19,7 @@ void main() {
   paint = color;
   in_sun = sun_of_world * world;
   gl_Position = clip_of_world * world;
+  gl_ClipDistance[0] = dot(cut, world);
 })";
 
 // Light adds up in linear light; a screen's numbers are its power 1/2.2. The sky lights from above, the ground a little

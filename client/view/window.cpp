@@ -17,6 +17,7 @@
 #include "client/view/png_file.hpp"
 #include "client/view/pointer_hand.hpp"
 #include "client/view/scene_view.hpp"
+#include "client/view/window_memory.hpp"
 
 namespace tandem::client {
 namespace {
@@ -31,6 +32,10 @@ constexpr double kKeyShare_per_s = 0.25;
 /// Of the hand, when the mouse goes once over the window's height.
 constexpr double kHandTurn_rad = 3;
 constexpr double kWheelTurn_rad = 0.08;
+constexpr Duration kDoubleClick = std::chrono::milliseconds(500);
+constexpr double kDoubleClickPixels = 8;
+/// Of a 3D mouse, deflected fully.
+constexpr double kCapReach_m = 0.04, kCapReach_rad = 0.5;
 
 /// The last words of GLFW, for a message.
 std::string glfw_problem() {
@@ -95,11 +100,13 @@ struct Window::Impl {
   ~Impl();
 
   static void note_key(GLFWwindow* window, int key, int, int action, int modifiers);
+  static void note_button(GLFWwindow* window, int button, int action, int modifiers);
   void wait_for_frame();
   void fit() { camera.fit(scene->scene().focus_W, scene->scene().focus_radius_m); }
   double aspect() const { return static_cast<double>(width) / std::max(1, height); }
   void take_keys();
   void take_mouse();
+  void take_cap();
   void take_keys_of_hand(double period_s);
   void move_hand_by_mouse(double right, double down, double wheel);
   void follow(const View* view);
@@ -121,8 +128,11 @@ struct Window::Impl {
   std::uint32_t hand_of = 0;  ///< generation of the scene that the hand's target is of
   int width = 0;              ///< of the frame buffer, of the last frame
   int height = 0;
-  std::filesystem::path picture;  ///< of the next frame; empty: none
-  std::vector<int> keys_pressed;  ///< since the last frame: a key may come and go between two
+  std::filesystem::path picture;    ///< of the next frame; empty: none
+  std::vector<int> keys_pressed;    ///< since the last frame: a key may come and go between two
+  bool has_double_clicked = false;  ///< likewise
+  LocalTime clicked_at{};           ///< last, and where
+  Eigen::Vector2d clicked = Eigen::Vector2d::Zero();
   bool is_holding = false;
   bool has_turned = false;  ///< the camera is where somebody put it
 };
@@ -134,16 +144,19 @@ Window::Impl::Impl(WindowSettings window_settings)
   glfwSetWindowUserPointer(window, this);
   // Before ImGui's, which calls it.
   glfwSetKeyCallback(window, note_key);
+  glfwSetMouseButtonCallback(window, note_button);
   ImGui::CreateContext();
   set_style(std::clamp(scale, 0.5F, 4.0F));
   ImGui_ImplGlfw_InitForOpenGL(window, true);
   ImGui_ImplOpenGL3_Init("#version 330 core");
+  if (settings.remembers) switches = remembered_switches(window_memory_file());
   renderer = std::make_unique<Renderer>();
   scene = std::make_unique<SceneView>(*renderer);
   if (is_software(Renderer::driver())) period = kSoftwareFramePeriod;
 }
 
 Window::Impl::~Impl() {
+  if (settings.remembers) remember_switches(window_memory_file(), switches);
   scene.reset();
   renderer.reset();
   ImGui_ImplOpenGL3_Shutdown();
@@ -160,6 +173,19 @@ void Window::Impl::note_key(GLFWwindow* window, int key, int, int action, int mo
   if (action == GLFW_PRESS && self.keys_pressed.size() < kMaxKeys) self.keys_pressed.push_back(key);
 }
 
+/// By the time of its events and not of the frames: where few are drawn a second, both clicks come in one.
+void Window::Impl::note_button(GLFWwindow* window, int button, int action, int) {
+  auto& self = *static_cast<Impl*>(glfwGetWindowUserPointer(window));
+  if (button != GLFW_MOUSE_BUTTON_LEFT || action != GLFW_PRESS) return;
+  Eigen::Vector2d at;
+  glfwGetCursorPos(window, &at.x(), &at.y());
+  const LocalTime now = self.clock.now();
+  const bool is_second = now - self.clicked_at < kDoubleClick && (at - self.clicked).norm() < kDoubleClickPixels;
+  self.has_double_clicked = self.has_double_clicked || is_second;
+  self.clicked_at = is_second ? LocalTime{} : now;
+  self.clicked = at;
+}
+
 void Window::Impl::wait_for_frame() {
   const LocalTime now = clock.now();
   if (next_frame > now) std::this_thread::sleep_for(next_frame - now);
@@ -173,6 +199,11 @@ void Window::Impl::take_keys() {
   if (pressed(GLFW_KEY_TAB)) switches.shows_panels = !switches.shows_panels;
   if (pressed(GLFW_KEY_G)) switches.shows_ghosts = !switches.shows_ghosts;
   if (pressed(GLFW_KEY_T)) switches.follows_tool = !switches.follows_tool;
+  if (pressed(GLFW_KEY_P)) switches.shows_contacts = !switches.shows_contacts;
+  if (pressed(GLFW_KEY_X)) switches.cuts = !switches.cuts;
+  if (pressed(GLFW_KEY_M)) {
+    switches.molecules = switches.molecules == MoleculeStyle::kBalls ? MoleculeStyle::kSticks : MoleculeStyle::kBalls;
+  }
   if (pressed(GLFW_KEY_F)) fit();
   if (!is_mouse()) return;
   hand.follow_grab(is_holding, clock.now());
@@ -191,7 +222,9 @@ void Window::Impl::take_keys_of_hand(double period_s) {
 
 void Window::Impl::take_mouse() {
   const ImGuiIO& io = ImGui::GetIO();
+  const bool is_double_click = std::exchange(has_double_clicked, false);
   if (io.WantCaptureMouse || io.DisplaySize.y <= 0) return;
+  if (is_mouse() && is_double_click) hand.toggle_grab(is_holding, clock.now());
   const double right = io.MouseDelta.x / io.DisplaySize.y, down = io.MouseDelta.y / io.DisplaySize.y;
   has_turned = has_turned || io.MouseDown[1] || io.MouseDown[2] || io.MouseWheel != 0;
   if (io.MouseDown[1]) camera.orbit(right, down);
@@ -203,6 +236,16 @@ void Window::Impl::take_mouse() {
   } else {
     camera.zoom(io.MouseWheel);
   }
+}
+
+/// Which is opened with its pose as control (devices/spacemouse).
+void Window::Impl::take_cap() {
+  if (settings.cap == nullptr) return;
+  const devices::DeviceSample sample = settings.cap->read(clock.now());
+  if (!sample.is_valid) return;
+  const Vec3 way = sample.X_DH.p / kCapReach_m, turn = rotation_vector(sample.X_DH.q) / kCapReach_rad;
+  has_turned = has_turned || way.norm() + turn.norm() > 0.05;
+  camera.steer(way, turn, ImGui::GetIO().DeltaTime);
 }
 
 void Window::Impl::move_hand_by_mouse(double right, double down, double wheel) {
@@ -247,9 +290,10 @@ void Window::Impl::draw_labels(const Mat4f& clip) const {
 
 void Window::Impl::draw_hint() const {
   const char* hint = "drag with the right button: look around    F1: help";
-  if (is_mouse())
-    hint = "drag: move the hand    Shift: away, towards    Space: grab    right button: look around    F1: help";
-  if (is_holding) hint = "drag: move the hand    Space: let go    drag with Ctrl: turn it    F1: help";
+  if (is_mouse()) {
+    hint = "drag: move the hand    Shift: away, towards    double click: grab    right button: look around    F1: help";
+    if (is_holding) hint = "drag: move the hand    double click: let go    drag with Ctrl: turn it    F1: help";
+  }
   if (hand.has_missed(clock.now())) hint = "nothing within reach to grab: move the hand nearer";
   const float em = ImGui::GetFontSize();
   ImGui::GetBackgroundDrawList()->AddText(ImVec2(em, ImGui::GetIO().DisplaySize.y - 2 * em),
@@ -272,12 +316,13 @@ void Window::draw(const View* view, const ClientIoSnapshot& io, const std::strin
   ImGui_ImplGlfw_NewFrame();
   ImGui::NewFrame();
   self.figures.add(view, io, self.clock.now());
-  if (self.scene->take(io) && !self.has_turned) self.fit();
+  if (self.scene->take(io, self.switches.molecules) && !self.has_turned) self.fit();
   self.take_keys();
   self.take_mouse();
+  self.take_cap();
   self.follow(view);
   if (self.is_mouse()) self.settings.pointer->publish(self.hand.target());
-  self.scene->arrange(view, io, self.switches.shows_ghosts);
+  self.scene->arrange(view, io, self.switches, self.camera);
 
   glfwGetFramebufferSize(self.window, &self.width, &self.height);
   self.camera.leave_free(self.switches.shows_panels ? panels_width() / ImGui::GetIO().DisplaySize.x : 0);
@@ -285,14 +330,15 @@ void Window::draw(const View* view, const ClientIoSnapshot& io, const std::strin
   self.draw_hint();
   self.draw_labels(self.camera.projection_of_world(self.aspect()));
   const std::string problem = session_problem(io);
-  const PanelContent content{.view = view,
+  const PanelContent content{.client = self.settings.client,
+                             .view = view,
                              .io = &io,
                              .figures = &self.figures,
                              .facts = &self.settings.facts,
                              .missing = &self.scene->scene().missing,
                              .notice = problem.empty() ? notice : problem,
                              .is_mouse = self.is_mouse()};
-  draw_panels(content, self.switches, self.settings.link, self.settings.on_link);
+  draw_panels(content, self.switches, self.settings.link);
   ImGui::Render();
   ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
   if (!self.picture.empty()) {

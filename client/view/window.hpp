@@ -8,7 +8,6 @@
 #pragma once
 
 #include <filesystem>
-#include <functional>
 #include <memory>
 #include <string>
 #include <utility>
@@ -16,6 +15,7 @@
 
 #include "client/haptics/view.hpp"
 #include "client/net/client_io.hpp"
+#include "devices/device.hpp"
 #include "devices/pointer.hpp"
 
 namespace tandem::client {
@@ -24,11 +24,13 @@ struct WindowSettings {
   std::string title = "tandem";
   int width = 1280;
   int height = 800;
+  std::shared_ptr<devices::Device> cap{};  ///< a 3D mouse that steers the camera; null: none
+  bool remembers = true;                   ///< what users switched, from one run to the next (window_memory.hpp)
+  ClientIo* client = nullptr;              ///< what users ask for goes there; outlives the window
   /// What the window writes as mouse and keys say; null: the device is no mouse, and the mouse only turns the picture.
   std::shared_ptr<devices::Pointer> pointer{};
   std::vector<std::pair<std::string, std::string>> facts{};  ///< of the run, for the session's panel
   net::LinkParameters link{};                                ///< of the simulated link, at first
-  std::function<void(const net::LinkParameters&)> on_link{};
 };
 
 /// Thread  main: one, that which made it

@@ -45,4 +45,12 @@ Duration Histogram::quantile(double q) const {
   return max_;
 }
 
+double Histogram::share_above(Duration value) const {
+  if (count_ == 0) return 0;
+  std::uint64_t above = 0;
+  const std::size_t edge = bucket_of(static_cast<std::uint64_t>(std::max(value, Duration{0}).count()));
+  for (std::size_t i = edge + 1; i < kBuckets; ++i) above += buckets_[i];
+  return static_cast<double>(above) / static_cast<double>(count_);
+}
+
 }  // namespace tandem

@@ -23,6 +23,8 @@ class Histogram {
   Duration max() const { return max_; }
   /// Upper edge of the bucket that holds the q-quantile (0 ≤ q ≤ 1), never above max(); 0 when empty.
   Duration quantile(double q) const;
+  /// Share of the durations above this one, to a bucket; 0 when empty.
+  double share_above(Duration value) const;
 
  private:
   static constexpr std::size_t kSubBuckets = 32;             // per power of two

@@ -1,11 +1,12 @@
 #include "common/contact/contact_shape.hpp"
 
+#include <algorithm>
 #include <iomanip>
+#include <iterator>
 #include <limits>
 #include <sstream>
 #include <stdexcept>
 
-#include "common/base/byte_io.hpp"
 #include "common/contact/distance_grid.hpp"
 #include "common/contact/primitive_fields.hpp"
 #include "common/geometry/mesh_repair.hpp"
@@ -15,15 +16,13 @@
 namespace tandem::contact {
 namespace {
 
-constexpr std::uint32_t kKind = 0x41435454;  // "TTCA"
-constexpr double kMaxRigidDepth = 5e-4;
 // Of the half thickness. Below 1/2, with something left for what a hard contact still gives way.
 constexpr double kRigidShare = 0.4;
 // The share of a surface that may be thinner than what the rigid depth is made for: the tips of wedges and spikes, of
 // which there is no thinnest.
 constexpr double kThinShare = 0.02;
-// However thin a shape is: a fifth of what single contacts give way under a hand.
-constexpr double kMinRigidDepth = 5e-5;
+// Of the field's error: what a point of one part must be inside of another to be left out.
+constexpr double kBuriedErrors = 2;
 // Of a shell's spacing: what the rounding of its points may come to.
 constexpr double kRoundingShare = 1e-3;
 
@@ -50,19 +49,6 @@ void require_near_origin(const geometry::TriangleMesh& mesh, double spacing_m) {
   throw geometry::MeshError(message.str());
 }
 
-void set_bounds(ContactShape& shape) {
-  const auto& points = shape.shells.surface.points;
-  if (points.empty()) return;
-  Eigen::Vector3f low = points.front().p_S;
-  Eigen::Vector3f high = low;
-  for (const ShellPoint& point : points) {
-    low = low.cwiseMin(point.p_S);
-    high = high.cwiseMax(point.p_S);
-  }
-  shape.low_S = low.cast<double>();
-  shape.high_S = high.cast<double>();
-}
-
 std::shared_ptr<const ContactShape> make_primitive(std::shared_ptr<const DistanceField> field,
                                                    const geometry::TriangleMesh& outline, double half_thickness_m,
                                                    const ContactShapeOptions& options) {
@@ -70,7 +56,7 @@ std::shared_ptr<const ContactShape> make_primitive(std::shared_ptr<const Distanc
   shape->shells = sample_surface(outline, *field, options);
   shape->field = std::move(field);
   shape->rigid_depth_m = rigid_depth_of(half_thickness_m);
-  set_bounds(*shape);
+  shape->set_bounds();
   return shape;
 }
 
@@ -105,6 +91,26 @@ double thin_half_thickness(const DistanceField& field, const PointShell& shell) 
   return std::min(*thin, limit_m);
 }
 
+/// Of both without the points that are in the other one.
+PointShell joined(const DistanceField& field, const PointShell& solid, const PointShell& sheet) {
+  std::vector<ShellPoint> points;
+  for (const PointShell* shell : {&solid, &sheet}) {
+    std::ranges::copy_if(shell->points, std::back_inserter(points), [&field](const ShellPoint& point) {
+      return field.distance_m(point.p_S.cast<double>()) > -kBuriedErrors * field.error_m();
+    });
+  }
+  return PointShell::of(std::move(points), std::max(solid.spacing_m, sheet.spacing_m));
+}
+
+/// Solids and sheets beside them, each sampled as what it is.
+PointShells sample_parts(const geometry::ContactMesh& mesh, const DistanceField& field,
+                         const ContactShapeOptions& options, const std::function<void(double)>& progress) {
+  PointShells shells = sample_surface(mesh, options, progress);
+  if (mesh.sheet.triangles.empty()) return shells;
+  const PointShells sheet = sample_surface({mesh.sheet, geometry::SurfaceKind::kSheet, {}}, options, progress);
+  return {joined(field, shells.surface, sheet.surface), joined(field, shells.features, sheet.features)};
+}
+
 /// Joins the progress of stages, which may each begin again, into one that never goes back.
 class StagedProgress {
  public:
@@ -124,6 +130,19 @@ class StagedProgress {
 };
 
 }  // namespace
+
+void ContactShape::set_bounds() {
+  const auto& points = shells.surface.points;
+  if (points.empty()) return;
+  Eigen::Vector3f low = points.front().p_S;
+  Eigen::Vector3f high = low;
+  for (const ShellPoint& point : points) {
+    low = low.cwiseMin(point.p_S);
+    high = high.cwiseMax(point.p_S);
+  }
+  low_S = low.cast<double>();
+  high_S = high.cast<double>();
+}
 
 std::size_t ContactShape::memory_bytes() const {
   const auto* grid = dynamic_cast<const DistanceGrid*>(field.get());
@@ -161,47 +180,17 @@ std::shared_ptr<const ContactShape> make_contact_mesh(const geometry::ContactMes
                                                       const ContactShapeOptions& options,
                                                       const std::function<void(double)>& progress) {
   require_near_origin(mesh.mesh, options.spacing_m);
+  require_near_origin(mesh.sheet, options.spacing_m);
   auto shape = std::make_shared<ContactShape>();
   StagedProgress staged(progress);
   const geometry::TriangleTree tree(mesh.mesh);
   shape->field = DistanceGrid::build(mesh, tree, options, staged.stage(0.05, 0.7));
-  shape->shells = sample_surface(mesh, options, staged.stage(0.7, 0.95));
+  shape->shells = sample_parts(mesh, *shape->field, options, staged.stage(0.7, 0.95));
   shape->rigid_depth_m = rigid_depth_of(thin_half_thickness(*shape->field, shape->shells.surface));
-  set_bounds(*shape);
+  // All who touch it get the same numbers, the server too.
+  auto coded = contact_shape_from(contact_asset_bytes(*shape, 0), std::numeric_limits<std::size_t>::max());
   staged.reach(1);
-  return shape;
-}
-
-std::vector<std::uint8_t> contact_asset_bytes(const ContactShape& shape) {
-  const auto* grid = dynamic_cast<const DistanceGrid*>(shape.field.get());
-  if (grid == nullptr) throw std::invalid_argument("only the shape of a mesh is an asset: a primitive is its formula");
-  std::vector<std::uint8_t> bytes = begin_asset(kKind, kContactAssetVersion);
-  ByteWriter(bytes).f64(shape.rigid_depth_m);
-  grid->write(bytes);
-  shape.shells.surface.write(bytes);
-  shape.shells.features.write(bytes);
-  end_asset(bytes);
-  return bytes;
-}
-
-std::shared_ptr<const ContactShape> contact_shape_from(std::span<const std::uint8_t> bytes) {
-  auto content = asset_content(bytes, kKind, kContactAssetVersion);
-  if (!content) return nullptr;
-  auto& rest = *content;
-  ByteReader reader(rest);
-  auto shape = std::make_shared<ContactShape>();
-  shape->rigid_depth_m = reader.f64();
-  if (!reader.ok() || !(shape->rigid_depth_m >= kMinRigidDepth && shape->rigid_depth_m <= kMaxRigidDepth)) {
-    return nullptr;
-  }
-  shape->field = DistanceGrid::read(rest);
-  if (!shape->field) return nullptr;
-  auto surface = PointShell::read(rest);
-  auto features = PointShell::read(rest);
-  if (!surface || !features || surface->points.empty() || !rest.empty()) return nullptr;
-  shape->shells = {std::move(*surface), std::move(*features)};
-  set_bounds(*shape);
-  return shape;
+  return coded;
 }
 
 }  // namespace tandem::contact

@@ -4,19 +4,13 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/base/byte_io.hpp"
-
 namespace tandem::contact {
 namespace {
 
 constexpr double kMinGradient = 0.1;
 constexpr double kMaxGradient = 2.0;
-/// Bounds of what is read from files: a brick from a micrometre to a kilometre, in a world of a thousand kilometres.
-constexpr double kSmallest = 1e-6;
-constexpr double kMaxBrick = 1e3;
 constexpr double kWorld = 1e6;
 constexpr double kFarthest = 1e100;  ///< its square is finite
-constexpr std::uint32_t kMaxBricksAlong = 1U << 16U;
 
 /// Eight neighbouring values and a place between them, 0..1 along each axis.
 template <typename T>
@@ -94,14 +88,6 @@ Vec3 usable(const Vec3& gradient) {
   const double length = gradient.norm();
   if (is_usable(length * length)) return gradient;
   return length > kMaxGradient ? Vec3(gradient / length) : Vec3(Vec3::UnitZ());
-}
-
-bool is_between(double value, double low, double high) {
-  return value >= low && value <= high;
-}
-
-bool is_in_world(const Vec3& p) {
-  return p.cwiseAbs().maxCoeff() <= kWorld && p.allFinite();
 }
 
 }  // namespace
@@ -239,54 +225,6 @@ bool DistanceGrid::set_levels(std::span<const std::uint8_t> levels, std::size_t 
     first += samples_of(level);
   }
   return has_bricks && first == sample_count;
-}
-
-void DistanceGrid::write(std::vector<std::uint8_t>& bytes) const {
-  ByteWriter writer(bytes);
-  for (const std::uint32_t count : bricks_) writer.u32(count);
-  writer.u32(static_cast<std::uint32_t>(samples_.size()));
-  for (const Vec3& p : {origin_S_, low_S_, high_S_}) writer.array(std::span<const double>(p.data(), 3));
-  for (const double value : {brick_m_, quantum_m_, band_m_, error_m_}) writer.f64(value);
-  std::vector<std::uint8_t> levels(refs_.size());
-  std::transform(refs_.begin(), refs_.end(), levels.begin(),
-                 [](std::uint32_t ref) { return static_cast<std::uint8_t>(ref & ((1U << kLevelBits) - 1U)); });
-  writer.array(std::span<const std::uint8_t>(levels));
-  writer.array(std::span<const float>(corners_m_));
-  writer.array(std::span<const std::int16_t>(samples_));
-}
-
-/// Whether all single numbers are such that every query is finite.
-bool DistanceGrid::is_sound() const {
-  const bool has_numbers = is_between(brick_m_, kSmallest, kMaxBrick) && is_between(quantum_m_, 1e-15, kMaxBrick) &&
-                           is_between(band_m_, 0, kMaxBrick) && is_between(error_m_, 0, kMaxBrick);
-  const bool has_corners = std::all_of(corners_m_.begin(), corners_m_.end(),
-                                       [](float corner) { return is_between(corner, -kWorld, kWorld); });
-  return has_numbers && has_corners && is_in_world(origin_S_) && is_in_world(low_S_) && is_in_world(high_S_);
-}
-
-std::unique_ptr<DistanceGrid> DistanceGrid::read(std::span<const std::uint8_t>& bytes) {
-  ByteReader reader(bytes);
-  std::unique_ptr<DistanceGrid> grid(new DistanceGrid);
-  for (std::uint32_t& count : grid->bricks_) count = reader.u32();
-  const std::size_t sample_count = reader.u32();
-  for (Vec3* p : {&grid->origin_S_, &grid->low_S_, &grid->high_S_}) reader.array(std::span<double>(p->data(), 3));
-  for (double* value : {&grid->brick_m_, &grid->quantum_m_, &grid->band_m_, &grid->error_m_}) *value = reader.f64();
-  if (!reader.ok()) return nullptr;
-  for (const std::uint32_t count : grid->bricks_) {
-    if (count < 1 || count > kMaxBricksAlong) return nullptr;
-  }
-  // Of counts up to 2¹⁶ these sums do not overflow, and nothing is allocated that the bytes do not fill.
-  const std::size_t needed =
-      grid->brick_total() + grid->corner_total() * sizeof(float) + sample_count * sizeof(std::int16_t);
-  if (needed > bytes.size()) return nullptr;
-  std::vector<std::uint8_t> levels(grid->brick_total());
-  grid->corners_m_.resize(grid->corner_total());
-  grid->samples_.resize(sample_count);
-  reader.array(std::span<std::uint8_t>(levels));
-  reader.array(std::span<float>(grid->corners_m_));
-  reader.array(std::span<std::int16_t>(grid->samples_));
-  grid->bricks_per_m_ = 1.0 / grid->brick_m_;
-  return reader.ok() && grid->is_sound() && grid->set_levels(levels, sample_count) ? std::move(grid) : nullptr;
 }
 
 }  // namespace tandem::contact

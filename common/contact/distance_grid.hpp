@@ -9,6 +9,7 @@
 #include <span>
 #include <vector>
 
+#include "common/base/byte_io.hpp"
 #include "common/contact/distance_field.hpp"
 #include "common/geometry/mesh_repair.hpp"
 #include "common/geometry/triangle_tree.hpp"
@@ -16,6 +17,7 @@
 namespace tandem::contact {
 
 struct ContactShapeOptions;
+class BrickLattice;
 
 /// Signed distance in bricks of 4³, 8³ or 16³ cells where the surface is near, and on a coarse lattice elsewhere.
 ///
@@ -49,15 +51,16 @@ class DistanceGrid final : public DistanceField {
   std::size_t brick_count(int cells) const;                     ///< of those with `cells`³ cells
   std::size_t memory_bytes() const;
 
-  /// Appends to `bytes`, little-endian.
-  void write(std::vector<std::uint8_t>& bytes) const;
-  /// Reads what write() wrote and moves `bytes` past it. Null for anything else: every count, index and number of a
-  /// hostile file is checked.
-  static std::unique_ptr<DistanceGrid> read(std::span<const std::uint8_t>& bytes);
+  /// Appends to `bytes`, exactly and packed: build() has left nothing that is not coded.
+  void write(std::vector<std::uint8_t>& bytes, int packing_level) const;
+  /// Reads what write() wrote and moves `bytes` past it. Null for anything else, or for more memory than `limit_bytes`:
+  /// every count, index and number of a hostile file is checked.
+  static std::unique_ptr<DistanceGrid> read(std::span<const std::uint8_t>& bytes, std::size_t limit_bytes);
 
  private:
   friend class DistanceGridBuilder;
 
+  static constexpr std::size_t kMaxBricks = std::size_t{1} << 24U;
   static constexpr std::uint32_t kLevels = 3;
   static constexpr std::uint32_t kLevelBits = 2;
   static constexpr std::uint32_t kFirstSampleLimit = 1U << (32U - kLevelBits);
@@ -72,6 +75,13 @@ class DistanceGrid final : public DistanceField {
 
   DistanceGrid() = default;
   double cell_m(std::uint32_t level) const { return brick_m_ / cells_of(level); }
+  /// What a sample at a corner of the lattice is predicted to be.
+  int corner_quanta(std::size_t corner) const;
+  BrickLattice lattice() const;
+  bool take_lattice(const BrickLattice& lattice);
+  bool read_header(ByteReader& reader);
+  bool read_corners(ByteReader& reader, std::size_t limit_bytes);
+  bool read_samples(ByteReader& reader, std::size_t limit_bytes);
   std::size_t brick_total() const;
   std::size_t corner_total() const;
   bool set_levels(std::span<const std::uint8_t> levels, std::size_t sample_count);
@@ -94,7 +104,9 @@ class DistanceGrid final : public DistanceField {
   std::array<std::uint32_t, 3> bricks_ = {1, 1, 1};  ///< along x, y, z
   double brick_m_ = 1;                               ///< edge of a brick
   double bricks_per_m_ = 1;
-  double quantum_m_ = 1;  ///< of the samples
+  double quantum_m_ = 1;           ///< of the samples
+  double corner_quantum_m_ = 1;    ///< of the distances at corners
+  std::uint16_t sample_step_ = 1;  ///< SampleCoding::step
   double band_m_ = 0;
   double error_m_ = 0;
   Vec3 low_S_ = Vec3::Zero();  ///< box around all that is nearer than 0
@@ -103,7 +115,7 @@ class DistanceGrid final : public DistanceField {
   std::uint32_t coarsest_ = 0;
   /// For each brick, x fastest: 0 without samples, else first sample · 4 + level + 1.
   std::vector<std::uint32_t> refs_;
-  std::vector<float> corners_m_;  ///< exact distances at the corners of all bricks
+  std::vector<float> corners_m_;  ///< distances at the corners of all bricks
   std::vector<std::int16_t> samples_;
 };
 

@@ -5,20 +5,24 @@
 #include <cmath>
 #include <exception>
 #include <limits>
+#include <memory>
 #include <mutex>
 #include <stdexcept>
 #include <string>
 #include <thread>
 #include <utility>
 
-#include "common/contact/brick_sampler.hpp"
+#include "common/contact/asset/brick_lattice.hpp"
 #include "common/contact/contact_shape.hpp"
 #include "common/contact/distance_grid.hpp"
 
 namespace tandem::contact {
 namespace {
 
-constexpr std::size_t kMaxBricks = std::size_t{1} << 24U;
+/// Of the tolerance: how coarsely distances near the surface are coded.
+constexpr double kCodingShare = 1.0 / 16;
+/// Of a brick: how coarsely the distances at its corners, for what is far, are coded.
+constexpr double kCornerSteps = 512;
 
 void require(bool is_met, const char* field, double value, const char* remedy) {
   if (is_met) return;
@@ -78,14 +82,22 @@ class ParallelFor {
   const std::function<void(double)>& progress_;
 };
 
-/// Signed for a solid, to the plate around a sheet. Refers to the tree.
-ExactDistance exact_distance(const geometry::TriangleTree& tree, geometry::SurfaceKind kind, double sheet_thickness_m) {
+/// Signed for a solid, to the plate around a sheet; of both the nearer. Refers to the trees.
+///
+/// In      sheet  beside a solid; null: none
+ExactDistance exact_distance(const geometry::TriangleTree& tree, geometry::SurfaceKind kind,
+                             const geometry::TriangleTree* sheet, double sheet_thickness_m) {
   const bool is_solid = kind == geometry::SurfaceKind::kSolid;
-  return [&tree, is_solid, half_thickness_m = sheet_thickness_m / 2](const Vec3& p_S, int& hint) {
+  return [&tree, is_solid, sheet, half_thickness_m = sheet_thickness_m / 2](const Vec3& p_S, int& hint) {
     const geometry::TriangleTree::Closest closest = tree.closest(p_S, std::numeric_limits<double>::infinity(), hint);
     hint = closest.triangle;
     if (!is_solid) return closest.distance_m - half_thickness_m;
-    return (p_S - closest.point_S).dot(closest.normal_S) < 0 ? -closest.distance_m : closest.distance_m;
+    const bool is_inside = (p_S - closest.point_S).dot(closest.normal_S) < 0;
+    const double distance_m = is_inside ? -closest.distance_m : closest.distance_m;
+    // A plate may only be nearer than that within so much of its middle.
+    const double reach_m = distance_m + half_thickness_m;
+    if (sheet == nullptr || reach_m <= 0) return distance_m;
+    return std::min(distance_m, sheet->closest(p_S, reach_m).distance_m - half_thickness_m);
   };
 }
 
@@ -96,7 +108,8 @@ class DistanceGridBuilder {
   DistanceGridBuilder(const geometry::ContactMesh& mesh, const geometry::TriangleTree& tree,
                       const ContactShapeOptions& options, const std::function<void(double)>& progress)
       : options_(options),
-        exact_(exact_distance(tree, mesh.kind, options.sheet_thickness_m)),
+        sheet_(mesh.sheet.triangles.empty() ? nullptr : std::make_unique<geometry::TriangleTree>(mesh.sheet)),
+        exact_(exact_distance(tree, mesh.kind, sheet_.get(), options.sheet_thickness_m)),
         parallel_(options.threads, progress),
         grid_(new DistanceGrid) {
     lay_lattice(mesh);
@@ -109,7 +122,8 @@ class DistanceGridBuilder {
                    kRounding * grid_->brick_m_);
     find_bricks();
     sample_bricks();
-    for (std::uint32_t level = 0; level < DistanceGrid::kLevels; ++level) match_borders(level);
+    code_corners();
+    code_samples();
     measure_error();
     collect();
     return std::move(grid_);
@@ -120,9 +134,8 @@ class DistanceGridBuilder {
   void measure_corners();
   void find_bricks();
   void sample_bricks();
-  void match_borders(std::uint32_t level);
-  void match_border(Brick& brick) const;
-  const Brick* owner_of(const Brick& brick, const Halves& at, Halves& at_owner) const;
+  void code_samples();
+  void code_corners();
   void measure_error();
   void collect();
   Vec3 corner_S(std::size_t x, std::size_t y, std::size_t z) const {
@@ -130,33 +143,29 @@ class DistanceGridBuilder {
            Vec3(static_cast<double>(x), static_cast<double>(y), static_cast<double>(z)) * grid_->brick_m_;
   }
   std::size_t corners_along(std::size_t axis) const { return std::size_t{grid_->bricks_[axis]} + 1; }
-  std::array<std::uint32_t, 3> position_of(std::uint32_t index) const {
-    const auto& [nx, ny, nz] = grid_->bricks_;
-    return {index % nx, index / nx % ny, index / nx / ny};
-  }
-  std::uint32_t index_of(const std::array<std::uint32_t, 3>& position) const {
-    return (position[2] * grid_->bricks_[1] + position[1]) * grid_->bricks_[0] + position[0];
-  }
 
   ContactShapeOptions options_;
+  std::unique_ptr<const geometry::TriangleTree> sheet_;
   ExactDistance exact_;
   ParallelFor parallel_;
   std::unique_ptr<DistanceGrid> grid_;
-  std::vector<Brick> bricks_;
-  std::vector<std::int32_t> brick_at_;  ///< for each brick of the lattice, its place in bricks_ or −1
+  BrickLattice lattice_;
 };
 
 void DistanceGridBuilder::lay_lattice(const geometry::ContactMesh& mesh) {
   DistanceGrid& grid = *grid_;
   Vec3 low = mesh.mesh.vertices.at(static_cast<std::size_t>(mesh.mesh.triangles.at(0)[0]));
   Vec3 high = low;
-  for (const auto& triangle : mesh.mesh.triangles) {
-    for (const int vertex : triangle) {
-      low = low.cwiseMin(mesh.mesh.vertices[static_cast<std::size_t>(vertex)]);
-      high = high.cwiseMax(mesh.mesh.vertices[static_cast<std::size_t>(vertex)]);
+  for (const geometry::TriangleMesh* part : {&mesh.mesh, &mesh.sheet}) {
+    for (const auto& triangle : part->triangles) {
+      for (const int vertex : triangle) {
+        low = low.cwiseMin(part->vertices[static_cast<std::size_t>(vertex)]);
+        high = high.cwiseMax(part->vertices[static_cast<std::size_t>(vertex)]);
+      }
     }
   }
-  const double thickness = mesh.kind == geometry::SurfaceKind::kSheet ? options_.sheet_thickness_m / 2 : 0.0;
+  const bool has_sheet = mesh.kind == geometry::SurfaceKind::kSheet || sheet_ != nullptr;
+  const double thickness = has_sheet ? options_.sheet_thickness_m / 2 : 0.0;
   grid.low_S_ = low.array() - thickness;
   grid.high_S_ = high.array() + thickness;
   grid.brick_m_ = kBrickCells * options_.cell_m;
@@ -168,7 +177,7 @@ void DistanceGridBuilder::lay_lattice(const geometry::ContactMesh& mesh) {
   const double margin = grid.band_m_ + grid.brick_m_;
   const Vec3 size = grid.high_S_ - grid.low_S_ + Vec3::Constant(2 * margin);
   const Vec3 counts = (size * grid.bricks_per_m_).array().ceil();
-  if (!(counts.prod() <= static_cast<double>(kMaxBricks)) || !is_finite(size)) {
+  if (!(counts.prod() <= static_cast<double>(DistanceGrid::kMaxBricks)) || !is_finite(size)) {
     throw geometry::MeshError("mesh is " + std::to_string((high - low).maxCoeff()) +
                               " m long: too large for cells of " + std::to_string(options_.cell_m) +
                               " m; is its unit metres? Scale it, or enlarge cell_m");
@@ -177,6 +186,10 @@ void DistanceGridBuilder::lay_lattice(const geometry::ContactMesh& mesh) {
     grid.bricks_[axis] = static_cast<std::uint32_t>(counts[static_cast<Eigen::Index>(axis)]);
   }
   grid.origin_S_ = 0.5 * (low + high - counts * grid.brick_m_);
+  grid.corner_quantum_m_ = grid.brick_m_ / kCornerSteps;
+  grid.sample_step_ = static_cast<std::uint16_t>(
+      std::clamp(std::floor(options_.tolerance_m * kCodingShare / grid.quantum_m_), 1.0, 1024.0));
+  lattice_ = BrickLattice(grid.bricks_);
 }
 
 void DistanceGridBuilder::measure_corners() {
@@ -208,86 +221,45 @@ void DistanceGridBuilder::find_bricks() {
         const Vec3 middle_S = corner_S(x, y, z) + Vec3::Constant(0.5 * grid_->brick_m_);
         if (std::abs(exact_(middle_S, hint)) > grid_->band_m_ + 0.5 * diagonal_m) continue;
         Brick brick;
-        brick.index =
-            index_of({static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y), static_cast<std::uint32_t>(z)});
+        brick.index = lattice_.index_of(
+            {static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y), static_cast<std::uint32_t>(z)});
         brick.hint = hint;
         layers[z].push_back(std::move(brick));
       }
     }
   });
-  brick_at_.assign(grid_->brick_total(), -1);
   for (std::vector<Brick>& layer : layers) {
-    for (Brick& brick : layer) {
-      brick_at_[brick.index] = static_cast<std::int32_t>(bricks_.size());
-      bricks_.push_back(std::move(brick));
-    }
+    for (Brick& brick : layer) lattice_.add(std::move(brick));
   }
 }
 
 void DistanceGridBuilder::sample_bricks() {
-  parallel_.run(bricks_.size(), 0.15, 0.97, [&](std::size_t i) {
-    Brick& brick = bricks_[i];
-    const auto [x, y, z] = position_of(brick.index);
+  parallel_.run(lattice_.bricks.size(), 0.15, 0.97, [&](std::size_t i) {
+    Brick& brick = lattice_.bricks[i];
+    const auto [x, y, z] = lattice_.position_of(brick.index);
     sample_brick(exact_, corner_S(x, y, z), grid_->brick_m_, grid_->band_m_, options_.tolerance_m, grid_->quantum_m_,
                  DistanceGrid::kLevels, brick);
   });
 }
 
-/// A place that several bricks share is owned by the coarsest of them, of those the first; the samples that the others
-/// have there become what the owner interpolates to. All coarser levels have been matched.
-void DistanceGridBuilder::match_borders(std::uint32_t level) {
-  parallel_.run(bricks_.size(), 0.97 + 0.01 * level, 0.98 + 0.01 * level, [&](std::size_t i) {
-    if (bricks_[i].level == level) match_border(bricks_[i]);
-  });
+/// From here on the samples are what they are at all who get them.
+void DistanceGridBuilder::code_samples() {
+  const SampleCoding coding{grid_->sample_step_};
+  lattice_.code(
+      coding, [this](std::size_t corner) { return grid_->corner_quanta(corner); },
+      [&coding](int, int predicted, int sample) { return coding.steps_to(sample, predicted); });
 }
 
-void DistanceGridBuilder::match_border(Brick& brick) const {
-  const int step = step_of(brick.level);
-  const auto is_border = [](int position) { return position == 0 || position == kBrickHalves; };
-  for (int z = 0; z <= kBrickHalves; z += step) {
-    for (int y = 0; y <= kBrickHalves; y += step) {
-      const int stride = is_border(z) || is_border(y) ? step : kBrickHalves;
-      for (int x = 0; x <= kBrickHalves; x += stride) {
-        Halves at_owner{};
-        const Brick* owner = owner_of(brick, {x, y, z}, at_owner);
-        if (owner == &brick) continue;
-        // Of the same level it has a sample there. It alone may be looked at: others of its own are being matched.
-        brick.samples[brick.offset(x, y, z)] =
-            owner->level == brick.level ? owner->samples[owner->offset(at_owner[0], at_owner[1], at_owner[2])]
-                                        : static_cast<std::int16_t>(std::lround(owner->interpolated_at(at_owner)));
-      }
-    }
+void DistanceGridBuilder::code_corners() {
+  for (float& corner_m : grid_->corners_m_) {
+    const double steps = std::round(static_cast<double>(corner_m) / grid_->corner_quantum_m_);
+    corner_m = static_cast<float>(steps * grid_->corner_quantum_m_);
   }
-}
-
-/// The owner of a place on the border of `brick`, and where in the owner that is.
-const Brick* DistanceGridBuilder::owner_of(const Brick& brick, const Halves& at, Halves& at_owner) const {
-  const auto position = position_of(brick.index);
-  const Brick* owner = &brick;
-  for (int i = 1; i < 8; ++i) {
-    std::array<std::uint32_t, 3> beside = position;
-    Halves at_beside = at;
-    bool is_there = true;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      if ((i >> axis & 1) == 0) continue;
-      const bool is_low = at[axis] == 0;
-      // Below 0 the position wraps around, and is out of the lattice too.
-      beside[axis] += is_low ? ~0U : 1U;
-      at_beside[axis] = is_low ? kBrickHalves : 0;
-      is_there = is_there && (is_low || at[axis] == kBrickHalves) && beside[axis] < grid_->bricks_[axis];
-    }
-    const std::int32_t place = is_there ? brick_at_[index_of(beside)] : -1;
-    if (place < 0) continue;
-    const Brick& other = bricks_[static_cast<std::size_t>(place)];
-    if (std::pair(other.level, other.index) >= std::pair(owner->level, owner->index)) continue;
-    owner = &other;
-    at_owner = at_beside;
-  }
-  return owner;
 }
 
 void DistanceGridBuilder::measure_error() {
-  for (const Brick& brick : bricks_) {
+  grid_->error_m_ = grid_->corner_quantum_m_ / 2;
+  for (const Brick& brick : lattice_.bricks) {
     for (const TestPoint& test : brick.tests) {
       const double interpolated_m = brick.interpolated_at({test.at[0], test.at[1], test.at[2]}) * grid_->quantum_m_;
       grid_->error_m_ = std::max(grid_->error_m_, std::abs(interpolated_m - static_cast<double>(test.distance_m)));
@@ -296,20 +268,8 @@ void DistanceGridBuilder::measure_error() {
 }
 
 void DistanceGridBuilder::collect() {
-  std::vector<std::uint8_t> levels(grid_->brick_total(), 0);
-  std::size_t count = 0;
-  for (const Brick& brick : bricks_) {
-    levels[brick.index] = static_cast<std::uint8_t>(brick.level + 1);
-    count += brick.samples.size();
-  }
-  if (!grid_->set_levels(levels, count)) {
-    throw geometry::MeshError("mesh needs " + std::to_string(count) +
-                              " distance samples, more than a grid can hold; enlarge cell_m or "
-                              "tolerance_m");
-  }
-  grid_->samples_.reserve(count);
-  for (const Brick& brick : bricks_)
-    grid_->samples_.insert(grid_->samples_.end(), brick.samples.begin(), brick.samples.end());
+  if (grid_->take_lattice(lattice_)) return;
+  throw geometry::MeshError("mesh needs more distance samples than a grid can hold; enlarge cell_m or tolerance_m");
 }
 
 std::unique_ptr<DistanceGrid> DistanceGrid::build(const geometry::ContactMesh& mesh, const geometry::TriangleTree& tree,

@@ -43,11 +43,16 @@ struct PointShell {
   /// Builds the tree over `points`, which it puts in order.
   static PointShell of(std::vector<ShellPoint> points, double spacing_m);
 
+  /// The same of points that are in that order already.
+  static PointShell in_order(std::vector<ShellPoint> points, double spacing_m);
+
   double area_m2() const;
   std::size_t memory_bytes() const;
-  void write(std::vector<std::uint8_t>& bytes) const;
-  /// Nothing for anything that write() did not write: counts, indices, finiteness, nesting are checked.
-  static std::optional<PointShell> read(std::span<const std::uint8_t>& bytes);
+  /// The points, as coarsely as contact_asset_bytes() says; the tree follows from them.
+  void write(std::vector<std::uint8_t>& bytes, int packing_level) const;
+  /// Nothing for anything that write() did not write, or for more memory than `limit_bytes`: counts and numbers are
+  /// checked.
+  static std::optional<PointShell> read(std::span<const std::uint8_t>& bytes, std::size_t limit_bytes);
 };
 
 /// Both shells of a surface.

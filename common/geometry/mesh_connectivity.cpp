@@ -1,9 +1,8 @@
 #include "common/geometry/mesh_connectivity.hpp"
 
+#include <algorithm>
 #include <cstdint>
-#include <iomanip>
 #include <numeric>
-#include <sstream>
 
 #include "common/base/units.hpp"
 #include "common/geometry/mesh_repair.hpp"
@@ -29,17 +28,14 @@ class Connector {
   /// Finds the other half of every edge.
   void pair_edges() {
     const EdgeUses edges(mesh_);
-    std::size_t refused = 0;
-    HalfEdge first_refused;
     for (std::size_t edge = 0; edge < edges.edge_count(); ++edge) {
       const auto uses = edges.uses(edge);
       if (uses.size() == 2) {
         join(uses[0], uses[1]);
       } else if (uses.size() > 2 && !pair_around(uses)) {
-        if (refused++ == 0) first_refused = uses[0];
+        for (const HalfEdge& half : uses) unpaired_.push_back(half.triangle);
       }
     }
-    if (refused > 0) refuse(refused, first_refused);
   }
 
   /// Gives each fan of triangles around a vertex a vertex of its own. Out: how many were added.
@@ -95,6 +91,15 @@ class Connector {
       }
     }
     return total;
+  }
+
+  void mark_unpaired(std::vector<MeshPart>& parts) const {
+    std::vector<bool> is_unpaired(mesh_.triangles.size(), false);
+    for (const int t : unpaired_) is_unpaired[static_cast<std::size_t>(t)] = true;
+    for (MeshPart& part : parts) {
+      part.is_unpaired =
+          std::ranges::any_of(part.triangles, [&](int t) { return is_unpaired[static_cast<std::size_t>(t)]; });
+    }
   }
 
   void find_borders(MeshPart& part, std::vector<int>& border_from) const {
@@ -160,16 +165,6 @@ class Connector {
     return true;
   }
 
-  [[noreturn]] void refuse(std::size_t count, const HalfEdge& first) const {
-    const Vec3& p = mesh_.vertices[static_cast<std::size_t>(start_of(mesh_, first))];
-    std::ostringstream message;
-    message << counted(count, "edge has", "edges have")
-            << " three or more triangles that do not pair up as surfaces of solids, the first near ("
-            << std::setprecision(6) << p.x() << ", " << p.y() << ", " << p.z()
-            << ") m: separate the parts that meet there, or remove the inner walls";
-    throw MeshError(message.str());
-  }
-
   static int find(std::vector<int>& root, int corner) {
     while (root[static_cast<std::size_t>(corner)] != corner) {
       int& above = root[static_cast<std::size_t>(corner)];
@@ -224,6 +219,7 @@ class Connector {
   TriangleMesh& mesh_;
   std::vector<int> partner_;  // of each half-edge; kNone: a border
   std::vector<Turning> turning_;
+  std::vector<int> unpaired_;  // triangles at edges that do not pair up
 };
 
 }  // namespace
@@ -243,6 +239,7 @@ std::vector<MeshPart> connect(TriangleMesh& mesh, std::vector<std::string>& note
   }
   std::vector<int> border_from(mesh.vertices.size(), kNone);
   for (MeshPart& part : parts) connector.find_borders(part, border_from);
+  connector.mark_unpaired(parts);
   return parts;
 }
 

@@ -13,6 +13,7 @@ struct MeshPart {
   std::vector<int> triangles;
   std::vector<std::vector<int>> borders;  ///< loops of vertices, in the direction of the triangles at them
   bool is_orientable = true;
+  bool is_unpaired = false;  ///< it ends at an edge of three or more triangles that do not pair up
 };
 
 /// Makes `mesh` a manifold: where more than two triangles meet at an edge, those that enclose material between them are
@@ -20,7 +21,7 @@ struct MeshPart {
 /// each part alike, as most of them run.
 ///
 /// In      mesh  welded
-/// Fails   MeshError: edges at which triangles do not pair up
+/// Where they do not pair up, each triangle at the edge ends there.
 std::vector<MeshPart> connect(TriangleMesh& mesh, std::vector<std::string>& notes);
 
 }  // namespace tandem::geometry

@@ -1,15 +1,19 @@
 #include "common/geometry/mesh_repair.hpp"
 
+#include <algorithm>
+#include <functional>
 #include <iomanip>
 #include <map>
 #include <numbers>
 #include <optional>
 #include <sstream>
+#include <utility>
 
 #include "common/base/units.hpp"
 #include "common/geometry/mesh_connectivity.hpp"
 #include "common/geometry/mesh_weld.hpp"
 #include "common/geometry/triangle_tree.hpp"
+#include "common/geometry/winding_number.hpp"
 
 namespace tandem::geometry {
 namespace {
@@ -310,6 +314,123 @@ void turn_parts(ContactMesh& result, const std::vector<MeshPart>& parts) {
   }
 }
 
+/// What a triangle is: between inside and outside, or with one of them on both sides.
+enum class Side : std::uint8_t { kBorder, kInside, kOutside };
+
+/// A triangle itself makes the winding number jump by 1. Half way, which is what the others make there, it is ½ where a
+/// solid is on one side, 0 where none is, and 1 or more inside of one; of a solid that is inside out less than 0.
+Side side_of(double half_way) {
+  const double others = std::abs(half_way);
+  if (others < 0.25) return Side::kOutside;
+  return others < 0.75 ? Side::kBorder : Side::kInside;
+}
+
+std::vector<Side> sides_of(const TriangleMesh& mesh) {
+  const WindingNumber winding(mesh);
+  std::vector<Side> sides;
+  sides.reserve(mesh.triangles.size());
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    Vec3 middle = Vec3::Zero();
+    for (const int corner : mesh.triangles[t]) middle += mesh.vertices[static_cast<std::size_t>(corner)] / 3;
+    sides.push_back(side_of(winding.at(middle, static_cast<int>(t))));
+  }
+  return sides;
+}
+
+/// The vertices that some triangles use, and these.
+TriangleMesh part_of(const TriangleMesh& mesh, const std::vector<int>& triangles) {
+  TriangleMesh part;
+  std::vector<int> index_of(mesh.vertices.size(), -1);
+  for (const int t : triangles) {
+    part.triangles.push_back(mesh.triangles[static_cast<std::size_t>(t)]);
+    for (int& corner : part.triangles.back()) {
+      int& index = index_of[static_cast<std::size_t>(corner)];
+      if (index < 0) {
+        index = static_cast<int>(part.vertices.size());
+        part.vertices.push_back(mesh.vertices[static_cast<std::size_t>(corner)]);
+      }
+      corner = index;
+    }
+  }
+  return part;
+}
+
+double volume_m3(const TriangleMesh& mesh) {
+  double volume = 0;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    volume += (mesh.vertices[static_cast<std::size_t>(mesh.triangles[t][0])] - mesh.vertices.front())
+                  .dot(doubled_area(mesh, t)) /
+              6;
+  }
+  return volume;
+}
+
+/// Makes a solid of what has its inside on one side, and a sheet of what has the outside on both.
+void divide_by_winding(ContactMesh& result) {
+  const std::vector<Side> sides = sides_of(result.mesh);
+  std::vector<int> border, open;
+  for (std::size_t t = 0; t < sides.size(); ++t) {
+    if (sides[t] == Side::kBorder) border.push_back(static_cast<int>(t));
+    if (sides[t] == Side::kOutside) open.push_back(static_cast<int>(t));
+  }
+  const std::size_t inner = sides.size() - border.size() - open.size();
+  if (inner > 0) {
+    result.notes.push_back(
+        counted(inner, "triangle inside the solid is left out", "triangles inside the solid are left out"));
+  }
+  result.sheet = part_of(result.mesh, open);
+  result.mesh = part_of(result.mesh, border);
+  if (!border.empty()) {
+    // Without what was inside, edges pair up that did not before. What this says has been said.
+    std::vector<std::string> repeated;
+    weld(result.mesh, repeated);
+    const std::vector<MeshPart> parts = connect(result.mesh, repeated);
+    if (parts.size() <= kMaxParts) turn_parts(result, parts);
+    result.parts.push_back(
+        {SurfaceKind::kSolid, border.size(), 1, volume_m3(result.mesh), 0, "enclosed, by the winding number"});
+  }
+  if (!open.empty()) {
+    result.parts.push_back({SurfaceKind::kSheet, open.size(), 1, 0, 0, "has the outside on both sides"});
+  }
+}
+
+/// Parts that are all sound: each is a solid or a sheet by itself.
+void divide_by_parts(ContactMesh& result, std::vector<MeshPart>& parts) {
+  std::vector<MeshPart> solids;
+  std::vector<int> open;
+  PartReport sheets{SurfaceKind::kSheet, 0, 0, 0, 0, "open"};
+  for (MeshPart& part : parts) {
+    if (is_solid(result.mesh, part)) {
+      solids.push_back(std::move(part));
+      continue;
+    }
+    open.insert(open.end(), part.triangles.begin(), part.triangles.end());
+    ++sheets.parts;
+    sheets.holes += part.borders.size();
+  }
+  sheets.triangles = open.size();
+  if (solids.size() > kMaxParts) {
+    throw MeshError("the mesh has " + std::to_string(solids.size()) + " closed parts; at most " +
+                    std::to_string(kMaxParts) + " are possible: join them, or remove those that nobody can touch");
+  }
+  if (sheets.parts > 0) result.notes.push_back(note_of_sheet(result.mesh, parts));
+  result.sheet = part_of(result.mesh, open);
+  std::vector<std::size_t> holes;
+  for (const MeshPart& part : solids) holes.push_back(part.borders.size());
+  close_holes(result, solids);
+  turn_parts(result, solids);
+  for (std::size_t i = 0; i < solids.size(); ++i) {
+    const PartMeasures measures = measured(result.mesh, solids[i]);
+    result.parts.push_back({SurfaceKind::kSolid, solids[i].triangles.size(), 1, measures.volume_m3, holes[i],
+                            holes[i] > 0 ? "closed but for small holes" : "closed"});
+  }
+  if (sheets.parts == 0) return;
+  std::vector<int> closed;
+  for (const MeshPart& part : solids) closed.insert(closed.end(), part.triangles.begin(), part.triangles.end());
+  result.mesh = part_of(result.mesh, closed);
+  result.parts.push_back(sheets);
+}
+
 }  // namespace
 
 ContactMesh repaired(const TriangleMesh& mesh) {
@@ -323,24 +444,24 @@ ContactMesh repaired(const TriangleMesh& mesh) {
   }
   std::vector<MeshPart> parts = connect(result.mesh, result.notes);
   close_slits(result, parts);
-  const auto solids = static_cast<std::size_t>(
-      std::count_if(parts.begin(), parts.end(), [&](const MeshPart& part) { return is_solid(result.mesh, part); }));
-  if (solids == 0) {
-    result.kind = SurfaceKind::kSheet;
+  const auto is_solid_here = [&](const MeshPart& part) { return is_solid(result.mesh, part); };
+  const bool is_unpaired = std::ranges::any_of(parts, &MeshPart::is_unpaired);
+  if (is_unpaired) {
+    divide_by_winding(result);
+  } else if (std::ranges::any_of(parts, is_solid_here)) {
+    divide_by_parts(result, parts);
+  } else {
+    std::size_t borders = 0;
+    for (const MeshPart& part : parts) borders += part.borders.size();
     result.notes.push_back(note_of_sheet(result.mesh, parts));
-    return result;
+    result.parts.push_back({SurfaceKind::kSheet, result.mesh.triangles.size(), parts.size(), 0, borders, "open"});
+    result.sheet = std::move(result.mesh);
+    result.mesh = {};
   }
-  if (solids < parts.size()) {
-    throw MeshError("the mesh has " + std::to_string(solids) + " closed and " +
-                    counted(parts.size() - solids, "open part", "open parts") +
-                    ": close what is open, or put it in a file of its own");
-  }
-  if (parts.size() > kMaxParts) {
-    throw MeshError("the mesh has " + std::to_string(parts.size()) + " closed parts; at most " +
-                    std::to_string(kMaxParts) + " are possible: join them, or remove those that nobody can touch");
-  }
-  close_holes(result, parts);
-  turn_parts(result, parts);
+  std::ranges::stable_sort(result.parts, std::greater<>(), &PartReport::triangles);
+  if (!result.mesh.triangles.empty()) return result;
+  result.kind = SurfaceKind::kSheet;
+  result.mesh = std::exchange(result.sheet, {});
   return result;
 }
 

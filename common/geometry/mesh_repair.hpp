@@ -14,12 +14,24 @@ namespace tandem::geometry {
 /// kSolid: encloses a volume. kSheet: an open surface, touchable from both sides.
 enum class SurfaceKind : std::uint8_t { kSolid, kSheet };
 
+/// What one part of a mesh, or several that hang together, was taken for.
+struct PartReport {
+  SurfaceKind kind = SurfaceKind::kSolid;
+  std::size_t triangles = 0;
+  std::size_t parts = 1;  ///< that are alike in this
+  double volume_m3 = 0;   ///< of a solid
+  std::size_t holes = 0;  ///< closed, of a solid; open, of a sheet
+  std::string why;        ///< in words
+};
+
 /// A mesh that contact assets can be built of: welded, without triangles that have no area or that are there twice,
 /// turned consistently where that is possible; a solid's normals point out and its small holes are closed.
 struct ContactMesh {
   TriangleMesh mesh;
   SurfaceKind kind = SurfaceKind::kSolid;
-  std::vector<std::string> notes;  ///< for people: what was changed, with counts
+  std::vector<std::string> notes;   ///< for people: what was changed, with counts
+  TriangleMesh sheet{};             ///< of a solid: what beside it is open
+  std::vector<PartReport> parts{};  ///< what each was taken for, the largest first
 };
 
 /// Why a mesh cannot be touched, and what to do about it.
@@ -28,7 +40,16 @@ class MeshError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// Fails   MeshError: no triangle left, a non-finite vertex, an index out of range, neither a solid nor a sheet
+/// What is inside is told by the winding number where edges do not pair up: walls inside are left out, flipped triangles
+/// turned, and what has the outside on both sides is a sheet.
+///
+/// Fails   MeshError: no triangle left, a non-finite vertex, an index out of range, or too many parts
 ContactMesh repaired(const TriangleMesh& mesh);
+
+/// Solid and sheet in one.
+TriangleMesh all_of(const ContactMesh& mesh);
+
+/// What its parts were taken for, a line each, the largest first; after the tenth how many more there are.
+std::vector<std::string> part_lines(const ContactMesh& mesh);
 
 }  // namespace tandem::geometry

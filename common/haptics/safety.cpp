@@ -12,6 +12,9 @@ namespace {
 
 // Beyond this a wrench is as wrong as NaN: five orders above any device, and every sum below stays finite.
 constexpr double kAbsurdWrench = 1e6;
+// Ours: carried things and shaken ones run along their force at 0.5 m/s at most; a device of 0.15 kg that nobody holds
+// gets there within 15 mm under 5 N.
+constexpr double kDriving_n = 1, kDriven_m_per_s = 1;
 // A tick in time. Ramp and slew limit count no more for one that came later, and a late one counts as this.
 constexpr double kTick_s = 0.001;
 // When a state ends a silence, the gain falls on for about so long, and what the wrench rose by meanwhile comes in
@@ -19,6 +22,8 @@ constexpr double kTick_s = 0.001;
 constexpr double kFallEnds_s = 0.006;
 constexpr double kShownAgain_s = 0.020;
 constexpr double kSteepestFall_per_s = 60;
+// Of the clutch: as steep as what nobody takes for a step (0.1 N/ms), and likewise in torque.
+constexpr double kClutchFall_n_per_s = 100, kClutchFall_n_m_per_s = 5;
 constexpr Duration kSilencePromise{std::chrono::milliseconds(150)};
 constexpr Duration kFaultPromise{std::chrono::milliseconds(20)};
 
@@ -57,6 +62,12 @@ double length_share(const Vec3& part, const Vec3& whole) {
 bool is_plausible(const Wrench& wrench) {
   return is_finite(wrench) && wrench.f.cwiseAbs().maxCoeff() < kAbsurdWrench &&
          wrench.t.cwiseAbs().maxCoeff() < kAbsurdWrench;
+}
+
+/// Hands move as fast by themselves, but not where a force takes them.
+bool is_driven_off(const Vec3& handle_v, const Vec3& force_on_hand) {
+  const double force_n = force_on_hand.norm();
+  return force_n >= kDriving_n && handle_v.dot(force_on_hand) > kDriven_m_per_s * force_n;
 }
 
 /// A share that goes back to 1.
@@ -139,6 +150,7 @@ SafetyFaults SafetyChain::present_faults(const SafetyInput& input) const noexcep
   if (!is_plausible(input.wrench)) faults |= kSafetyNotFinite;
   // Written so that a NaN speed counts as too fast.
   if (!(input.handle_speed_m_per_s <= settings_.speed_limit_m_per_s)) faults |= kSafetyTooFast;
+  if (is_driven_off(input.handle_v, displayed_.f)) faults |= kSafetyTooFast;
   if (!input.sample_is_valid) faults |= kSafetyInvalidSample;
   if (input.is_clutched) faults |= kSafetyClutched;
   if (is_stopping_) faults |= kSafetyStopping;
@@ -151,7 +163,7 @@ void SafetyChain::update_gain(const SafetyInput& input, double elapsed_s, double
   // A fault that came and went within the decay is still played out to zero, and to a zero that the device took.
   if (is_quiet() && faults_ == 0) latched_ = 0;
   if (latched_ != 0 || !input.has_state || !input.is_displaying) {
-    gain_ = std::max(0.0, gain_ - elapsed_s / to_seconds(settings_.fault_decay));
+    gain_ = std::max(0.0, gain_ - let_go_by(input, elapsed_s));
   } else {
     const double fall_per_s = silence < 1 ? 0 : fall_per_s_;
     gain_ = std::clamp(gain_ + rise_s * (1 / to_seconds(settings_.start_ramp) - fall_per_s), 0.0, 1.0);
@@ -171,6 +183,17 @@ void SafetyChain::update_gain(const SafetyInput& input, double elapsed_s, double
   if (is_silent) faults_ |= kSafetySilence;
   if (!input.is_displaying) faults_ |= kSafetyNotDisplaying;
   if (gain_ < 1 && latched_ == 0 && !is_silent && input.is_displaying) faults_ |= kSafetyRamping;
+}
+
+// A clutch is no fault: it is let go as gently as a hand feels no step.
+double SafetyChain::let_go_by(const SafetyInput& input, double elapsed_s) const noexcept {
+  const double most = elapsed_s / to_seconds(settings_.fault_decay);
+  const bool is_gentle = latched_ == kSafetyClutched && input.has_state && input.is_displaying;
+  if (!is_gentle) return most;
+  const double force_s = displayed_.f.norm() / kClutchFall_n_per_s;
+  const double torque_s = displayed_.t.norm() / kClutchFall_n_m_per_s;
+  const double length_s = std::max(force_s, torque_s);  // of the fall from here
+  return length_s > 0 ? std::min(most, gain_ * elapsed_s / length_s) : most;
 }
 
 double SafetyChain::silence_gain(Duration state_age) const noexcept {

@@ -27,12 +27,12 @@ enum SafetyFault : std::uint32_t {
   kSafetySilence = 1U << 1U,    ///< no server state, or none for longer than silence_start: decaying or zero
   kSafetySlewed = 1U << 2U,     ///< the change was limited
   kSafetyNotFinite = 1U << 3U,  ///< the computed wrench was NaN, infinite or absurd: zero, then re-armed by the ramp
-  kSafetyTooFast = 1U << 4U,    ///< handle faster than the device's limit: zero within 20 ms, then re-armed
+  kSafetyTooFast = 1U << 4U,    ///< handle faster than the device's limit, or driven off: zero within 20 ms, re-armed
   kSafetyInvalidSample =
       1U << 5U,  ///< the device lost the hand, or says what no hand does: zero within 20 ms, then re-armed
   kSafetyStopping = 1U << 6U,       ///< shutting down
   kSafetyNotDisplaying = 1U << 7U,  ///< nothing is meant to be felt: an observer, or no session stands
-  kSafetyClutched = 1U << 8U,       ///< the hand moves back: zero within 20 ms, ramped in after release
+  kSafetyClutched = 1U << 8U,       ///< the hand moves back: to zero by 0.1 N/ms at most, ramped in after release
   kSafetyLate = 1U << 9U,           ///< the loop stood still: zero within 20 ticks, then re-armed by the ramp
   kSafetySlow = 1U << 10U,  ///< the loop, or the server's room, runs at below 90 % of its rate: zero, then re-armed
 };
@@ -65,7 +65,8 @@ struct SafetyInput {
   bool is_clutched = false;
   bool sample_is_valid = true;
   double handle_speed_m_per_s = 0;
-  bool is_room_slow = false;  ///< the server says so (kFaultRoomSlow)
+  Vec3 handle_v = Vec3::Zero();  ///< [m/s], in the wrench's frame
+  bool is_room_slow = false;     ///< the server says so (kFaultRoomSlow)
 };
 
 /// The stages before the clamp. One call a tick.
@@ -73,6 +74,8 @@ struct SafetyInput {
 /// Model   gain g: rises by dt / start_ramp; g ≤ silence gain of the state's age, from 1 to 0 without a corner, as
 ///         there is none when the silence ends; after a fault it falls by dt / fault_decay to 0 before it may rise
 ///         again, and it falls so while there is no state or nothing to display.
+///         A handle that runs along a force of 1 N or more, as displayed, at above 1 m/s is driven by it: no hand holds it.
+///         The clutch alone lets go no faster than 100 N/s and 5 N·m/s.
 ///         out = slew(g · wrench), and while g falls |out| ≤ |displayed before| · g / g_before, for force and
 ///         torque each; what that kept back comes in again within 60 ms once g falls no more. Without a usable
 ///         wrench (no state, no sample, not finite, clutched) out is the displayed one · g / g_before. A fault's
@@ -102,6 +105,7 @@ class SafetyChain {
   double advance_time(LocalTime now) noexcept;
   SafetyFaults present_faults(const SafetyInput& input) const noexcept;
   void update_gain(const SafetyInput& input, double elapsed_s, double rise_s) noexcept;
+  double let_go_by(const SafetyInput& input, double elapsed_s) const noexcept;
   double silence_gain(Duration state_age) const noexcept;
   Wrench slewed(const Wrench& target, double rise_s) noexcept;
 

@@ -19,6 +19,8 @@ class SoftBodies {
   virtual TickFaults advance(std::span<const std::optional<Pose>> X_WT) noexcept = 0;
   /// For soft_wrench(): of one of them, until the next advance(). Empty for one that is not there.
   virtual const SoftContact& contact(std::size_t tool) const noexcept = 0;
+  /// Where the nodes of one are, for viewers.
+  virtual std::span<const Vec3> nodes_W(std::size_t body) const = 0;
 };
 
 }  // namespace tandem::physics

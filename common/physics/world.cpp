@@ -26,11 +26,24 @@ RigidBody make_tool(const ToolDescription& tool) {
   return {tool.mass, traits, radius_m(tool.touch, tool.mass), tool.X_WT};
 }
 
+/// Of shapes that can come near each other at all: in a small scene fewer than the limit, and each costs 0.7 MB.
+std::size_t possible_pairs(const WorldDescription& world) {
+  std::size_t pairs = 0, moving = 0, all = 0;
+  const auto add = [&](std::size_t parts, bool is_static) {
+    pairs += parts * (is_static ? moving : all);
+    if (!is_static) moving += parts;
+    all += parts;
+  };
+  for (const BodyDescription& body : world.bodies) add(body.touch.parts.size(), body.mass.mass_kg <= 0);
+  for (const ToolDescription& tool : world.tools) add(tool.touch.parts.size(), false);
+  return std::max<std::size_t>(pairs, 1);
+}
+
 TouchStage::Limits touch_limits(const WorldDescription& world) {
   return {world.bodies.size() + world.tools.size(),
           world.tools.size(),
           world.bodies.size(),
-          world.limits.contact_pairs,
+          std::min(world.limits.contact_pairs, possible_pairs(world)),
           world.limits.contact_points,
           world.limits.body_speed_m_per_s};
 }
@@ -114,6 +127,17 @@ std::span<const BodyId> World::put_back() const noexcept {
   return impl_->put_back;
 }
 
+void World::put_all_back() noexcept {
+  for (std::size_t i = 0; i < impl_->tools.size(); ++i) {
+    if (impl_->tools[i].held != impl_->scene->tools[i].holds_body) release(i);
+  }
+  impl_->puts_all_back = true;
+}
+
+std::span<const Vec3> World::soft_nodes_W(std::size_t soft_body) const {
+  return impl_->soft == nullptr ? std::span<const Vec3>() : impl_->soft->nodes_W(soft_body);
+}
+
 void World::set_tool(std::size_t index, const RigidState& state) {
   WorldTool& tool = impl_->tools[index];
   if (!tool.held && is_finite(state)) tool.rigid.set_state(state);
@@ -139,6 +163,11 @@ void World::keep_implicit(BodyId id, double seconds) {
     changed.kept = steps > 0 ? std::max(changed.kept, steps) : 0;
     if (steps == 0) changed.adopted = 0;
   });
+}
+
+std::size_t World::contact_points_W(std::size_t index, std::span<Vec3> out) const noexcept {
+  const WorldTool& tool = impl_->tools[index];
+  return tool.is_active ? impl_->touch.pressed_points_W(impl_->thing_of(tool), out) : 0;
 }
 
 void World::set_soft_contact(std::size_t tool, const SoftContact& contact) {

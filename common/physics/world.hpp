@@ -126,11 +126,18 @@ class World {
   /// Bodies that the last step put back to their starts, at rest: not finite any more, or beyond limits.bounds_m with
   /// nobody's hand on them.
   std::span<const BodyId> put_back() const noexcept;
+  /// In the next step each body that moves comes back to its start, at rest, and whoever holds it lets go; but not of what
+  /// his tool holds from the start.
+  void put_all_back() noexcept;
+  /// Of a soft body, as the last step left them; for viewers.
+  std::span<const Vec3> soft_nodes_W(std::size_t soft_body) const;
   ToolState tool(std::size_t tool) const;
   /// What the tool, or the body that it holds, touched in the last step.
   TouchSummary touch(std::size_t tool) const;
   /// What soft bodies do to the tool, or to what it holds, linearised; a trust radius of 0: nothing.
   const SoftContact& soft_contact(std::size_t tool) const noexcept;
+  /// Where the tool, or what it holds, touched in the last step: as many as fit, spread over them. How many were written.
+  std::size_t contact_points_W(std::size_t tool, std::span<Vec3> out) const noexcept;
   /// Mean normal of the contacts of a free tool with a body in the last step, unit, out of the body; zero: none.
   Vec3 pressing_normal_W(std::size_t tool, BodyId body) const;
   /// Bit i: tool i holds the body, or pressed on it in the last step, itself or through other things that move. 0 of a

@@ -127,6 +127,7 @@ struct World::Impl {
   std::unique_ptr<SoftBodies> soft;  ///< null without soft bodies
   EffectStage effects;
   std::vector<BodyId> put_back;  ///< in the last step
+  bool puts_all_back = false;    ///< in the next
   std::uint64_t steps_done = 0;
   std::unique_ptr<FreeBodies> free;
 };

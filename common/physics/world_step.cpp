@@ -189,13 +189,15 @@ TickFaults World::Impl::limit_or_restore(std::size_t index) noexcept {
   WorldBody& body = bodies[index];
   const bool is_finite = body.rigid.is_finite();
   const bool is_outside = is_finite && body.hands == 0 && body.rigid.state().X.p.norm() > scene->limits.bounds_m;
-  if (is_finite && !is_outside) return limit_speed(body.rigid);
+  const bool is_asked = puts_all_back && body.hands == 0;
+  if (is_finite && !is_outside && !is_asked) return limit_speed(body.rigid);
   put_back.push_back(body_id_at(index));
   // Out and in again, so that no contact keeps a number that is not finite.
   if (body.is_free()) free->remove(index);
   body.rigid.set_state(body.start());
   if (body.is_free()) free->add(index, body.rigid);
-  return is_outside ? TickFaults{kFaultOutOfBounds} : TickFaults{kFaultNotFinite};
+  if (is_outside) return TickFaults{kFaultOutOfBounds};
+  return is_finite ? TickFaults{0} : TickFaults{kFaultNotFinite};
 }
 
 TickFaults World::Impl::limit_or_restore_all() noexcept {
@@ -204,6 +206,7 @@ TickFaults World::Impl::limit_or_restore_all() noexcept {
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     if (!bodies[i].rigid.is_static()) faults |= limit_or_restore(i);
   }
+  puts_all_back = false;
   for (WorldTool& tool : tools) {
     if (!tool.is_free()) continue;
     if (tool.rigid.is_finite()) {

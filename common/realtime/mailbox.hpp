@@ -20,6 +20,10 @@ namespace tandem::realtime {
 template <class T>
 class Mailbox {
  public:
+  Mailbox() = default;
+  /// With that in all its slots: what needs memory has it from the start.
+  explicit Mailbox(const T& initial) { slots_.fill(initial); }
+
   /// The slot that the next publish() hands over. Holds an arbitrary older value: assign all of it.
   T& back() { return slots_[back_]; }
 

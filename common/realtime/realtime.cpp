@@ -10,6 +10,7 @@
 #include <time.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstddef>
@@ -109,8 +110,7 @@ std::vector<std::string> request_realtime(int priority, int cpu) {
 }
 
 void drop_realtime() {
-  const sched_param normal{};
-  pthread_setschedparam(pthread_self(), SCHED_OTHER, &normal);
+  set_priority(pthread_self(), 0);
 }
 
 bool has_realtime_priority() {
@@ -118,6 +118,25 @@ bool has_realtime_priority() {
   sched_param parameters{};
   if (pthread_getschedparam(pthread_self(), &policy, &parameters) != 0) return false;
   return policy == SCHED_FIFO || policy == SCHED_RR;
+}
+
+std::size_t usable_cores() {
+  cpu_set_t cpus;
+  const bool is_known = sched_getaffinity(0, sizeof(cpus), &cpus) == 0;
+  return is_known ? std::max(1U, static_cast<unsigned>(CPU_COUNT(&cpus))) : 1;
+}
+
+Duration cpu_time(pthread_t thread) {
+  clockid_t clock{};
+  timespec time{};
+  if (pthread_getcpuclockid(thread, &clock) != 0 || clock_gettime(clock, &time) != 0) return Duration{0};
+  return std::chrono::seconds(time.tv_sec) + std::chrono::nanoseconds(time.tv_nsec);
+}
+
+bool set_priority(pthread_t thread, int priority) {
+  sched_param parameters{};
+  parameters.sched_priority = priority;
+  return pthread_setschedparam(thread, priority > 0 ? SCHED_FIFO : SCHED_OTHER, &parameters) == 0;
 }
 
 PeriodicTimer::PeriodicTimer(Duration period, LocalTime start) : period_(period), next_(start) {

@@ -2,6 +2,9 @@
 // granted is returned, printed once by the program, and the loop goes on unless told to insist.
 #pragma once
 
+#include <pthread.h>
+
+#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -22,6 +25,13 @@ std::vector<std::string> request_realtime(int priority, int cpu = -1);
 void drop_realtime();
 /// Whether the calling thread runs at SCHED_FIFO (or SCHED_RR) priority.
 bool has_realtime_priority();
+
+/// How many cores this process may run on, as it was started (`taskset`, a container's share); at least 1.
+std::size_t usable_cores();
+/// Processor time that a thread of this process has used.
+Duration cpu_time(pthread_t thread);
+/// SCHED_FIFO `priority` for a thread of this process; 0: the normal scheduler. Returns whether it was granted.
+bool set_priority(pthread_t thread, int priority);
 
 /// Sleeps to absolute deadlines start + n·period on SteadyClock's clock, and records how late
 /// each wake-up was.

@@ -26,12 +26,15 @@ std::vector<std::uint8_t> firmware_of(const std::filesystem::path& path) {
 
 std::unique_ptr<Device> open_falcon(const DeviceOptions& options) {
   FalconSettings settings{options.profile.spec, firmware_of(options.firmware), options.motor_counts_per_n_m};
+  settings.spec.workspace_m = options.profile.workspace_m;
   settings.spec.position_step_m = options.profile.position_step_m.value;
+  const auto watchdog = std::make_shared<Watchdog>(options.realtime_priority);
+  const OpenFalcon open_port = [watchdog](std::string_view& why) { return open_falcon_usb_port(why, watchdog.get()); };
   std::string_view reason;
-  auto port = open_falcon_usb_port(reason);
+  auto port = open_port(reason);
   if (!port) throw std::runtime_error("device falcon: " + std::string(reason));
-  auto driver = std::make_unique<FalconDriver>(std::move(settings), open_falcon_usb_port, std::move(port));
-  return std::make_unique<ThreadedDevice>(std::move(driver), options.realtime_priority);
+  auto driver = std::make_unique<FalconDriver>(std::move(settings), open_port, std::move(port));
+  return std::make_unique<ThreadedDevice>(std::move(driver), options.realtime_priority, watchdog);
 }
 
 }  // namespace

@@ -16,7 +16,6 @@ using std::chrono::seconds;
 constexpr Duration kReplyWait = milliseconds(10);
 constexpr Duration kLoaderWait = milliseconds(20);
 constexpr Duration kSilence = milliseconds(100);
-constexpr Duration kOpenAgain = seconds(1);
 constexpr Duration kFirstPause = milliseconds(100), kMaxPause = seconds(2), kRarely = seconds(5);
 constexpr Duration kHomingTimeout = seconds(60);
 constexpr Duration kFrozen = seconds(3);
@@ -25,6 +24,7 @@ constexpr int kMaxProbes = 20, kMaxGreetings = 100, kMaxEchoWaits = 10, kMaxAtte
 constexpr std::size_t kBlock = 62;
 constexpr std::uint16_t kLoaderLatency_ms = 16, kRunLatency_ms = 1;
 constexpr double kOrigin_m = 0.125;
+constexpr double kPulledOut_m = 0.170;
 constexpr std::array<std::uint8_t, 3> kGreeting{0x0a, 0x43, 0x0d};
 constexpr std::array<std::uint8_t, 4> kGreetingBack{0x0a, 0x44, 0x2c, 0x0d};
 constexpr std::array<std::uint8_t, 1> kFaster{0x41};
@@ -38,7 +38,8 @@ constexpr std::string_view kLoadAgain = "its firmware did not go through; it is 
 constexpr std::string_view kNotLoaded =
     "its firmware could not be loaded ten times over; check --firmware, unplug its power supply and plug it in again";
 constexpr std::string_view kHome =
-    "pull its grip out to you, then push it straight in to the end, until its light is green";
+    "pull its grip out to you, then push it straight in to the end, until its light is blue";
+constexpr std::string_view kPullOut = "pull its grip out to you again, until its light is green";
 constexpr std::string_view kNotHomed =
     "it was not homed within 60 s; pull its grip out to you, then push it straight in to the end";
 constexpr std::string_view kNowhere =
@@ -99,22 +100,14 @@ DeviceSample FalconDriver::step(LocalTime now, const Wrench& wrench_on_hand_D) {
     case Phase::kRunning:
       return run(now, wrench_on_hand_D);
   }
-  return not_ready(now);
-}
-
-DeviceSample FalconDriver::not_ready(LocalTime now) const {
-  return absent_sample(now, was_open_, reason_);
+  return absence_.sample(now);
 }
 
 void FalconDriver::open(LocalTime now) {
-  if (now < next_attempt_) return;
-  next_attempt_ = now + kOpenAgain;
+  if (!absence_.is_time_to_look(now)) return;
   std::string_view reason;
   if (!port_) port_ = open_(reason);
-  if (!port_) {
-    if (!was_open_) reason_ = reason;
-    return;
-  }
+  if (!port_) return absence_.go_on(reason);
   begin_probing();
 }
 
@@ -138,25 +131,24 @@ void FalconDriver::probe(LocalTime now) {
   FalconReply reply;
   if (exchange(falcon_request(FalconCounts::Zero(), kFalconRed), kReplyWait, reply)) {
     phase_ = Phase::kRunning;
-    was_open_ = true;
+    absence_.end();
     attempts_ = 0;
     replied_ = changed_ = now;
-    has_homing_begun_ = has_pose_ = is_homed_ = is_frozen_ = false;
+    has_homing_begun_ = has_pose_ = is_homed_ = is_in_ = is_frozen_ = false;
     return;
   }
   if (!port_) return lose(now, kUnplugged);
   if (++tries_ < kMaxProbes) return;
   if (!settings_.firmware.empty()) return begin_loader();
   phase_ = Phase::kClosed;  // the port stays, and is asked again
-  next_attempt_ = now + kOpenAgain;
-  reason_ = kNoFirmware;
+  absence_.say(kNoFirmware);
 }
 
 void FalconDriver::begin_loader() {
   phase_ = Phase::kLoader;
   tries_ = 0;
-  next_attempt_ = {};
-  if (attempts_ == 0) reason_ = kLoading;
+  loader_due_ = {};
+  if (attempts_ == 0) absence_.say(kLoading);
   set_line(kFtdiBaudLoader, kLoaderLatency_ms);
   port_->control(FtdiRequest::kLine, kFtdi8N1);
   port_->control(FtdiRequest::kFlow, kFtdiNoFlow);
@@ -166,7 +158,7 @@ void FalconDriver::begin_loader() {
 }
 
 void FalconDriver::greet_loader(LocalTime now) {
-  if (now < next_attempt_) return;
+  if (now < loader_due_) return;
   if (!port_->write(kGreeting)) return lose(now, kUnplugged);
   const int length = port_->read(bytes_, kLoaderWait);
   if (length < 0) return lose(now, kUnplugged);
@@ -205,17 +197,15 @@ void FalconDriver::upload(LocalTime now) {
 
 void FalconDriver::fail(LocalTime now, std::string_view reason) {
   ++attempts_;
-  reason_ = attempts_ >= kMaxAttempts ? kNotLoaded : reason;
+  absence_.say(attempts_ >= kMaxAttempts ? kNotLoaded : reason);
   begin_loader();
-  next_attempt_ = now + pause_after(attempts_);
+  loader_due_ = now + pause_after(attempts_);
 }
 
 void FalconDriver::lose(LocalTime now, std::string_view reason) {
   port_.reset();
   phase_ = Phase::kClosed;
-  reason_ = reason;
-  next_attempt_ = now + kOpenAgain;
-  was_open_ = true;
+  absence_.begin(now, reason);
   attempts_ = 0;
   has_pose_ = is_homed_ = false;
   force_n_ = 0;
@@ -241,15 +231,16 @@ bool FalconDriver::exchange(const FalconPacket& packet, Duration longest, Falcon
 }
 
 DeviceSample FalconDriver::run(LocalTime now, const Wrench& wrench_on_hand_D) {
-  const bool may_push = is_homed_ && has_pose_ && !is_frozen_;
+  const bool may_push = is_homed_ && !is_in_ && has_pose_ && !is_frozen_;
   const FalconCounts motors = may_push ? motors_for(wrench_on_hand_D) : FalconCounts(FalconCounts::Zero());
   force_n_ = motors.isZero() ? 0 : wrench_on_hand_D.f.norm();
-  const std::uint8_t light = is_homed_ ? kFalconGreen : kFalconRed;
+  const std::uint8_t in_or_out = is_in_ ? kFalconBlue : kFalconGreen;
+  const std::uint8_t light = is_homed_ ? in_or_out : kFalconRed;
   FalconReply reply;
   const bool has_reply = exchange(falcon_request(motors, light | kFalconHome), kReplyWait, reply);
   if (!port_) {
     lose(now, kUnplugged);
-    return not_ready(now);
+    return absence_.sample(now);
   }
   if (has_reply) {
     replied_ = now;
@@ -257,10 +248,10 @@ DeviceSample FalconDriver::run(LocalTime now, const Wrench& wrench_on_hand_D) {
   }
   if (now - replied_ > kSilence) {
     lose(now, kSilent);
-    return not_ready(now);
+    return absence_.sample(now);
   }
   // The last one, with its time: it grows too old, and the force goes.
-  return is_homed_ ? last_ : homing_sample(now);
+  return is_homed_ && !is_in_ ? last_ : homing_sample(now);
 }
 
 FalconCounts FalconDriver::motors_for(const Wrench& wrench_on_hand_D) {
@@ -272,13 +263,16 @@ DeviceSample FalconDriver::sample_of(LocalTime now, const FalconReply& reply) {
   is_homed_ = (reply.bits & kFalconHomed) == kFalconHomed;
   if (!is_homed_) {
     has_pose_ = false;
+    is_in_ = true;
     return homing_sample(now);
   }
-  has_homing_begun_ = false;
   note_encoders(now, reply.encoders);
   const Vec3 angles = falcon_angles(reply.encoders);
   auto p = falcon_forward(angles, p_m_);
   if (!p) p = falcon_forward(angles);
+  if (p && p->z() >= kPulledOut_m) is_in_ = false;
+  if (is_in_) return homing_sample(now);
+  has_homing_begun_ = false;
   has_pose_ = p.has_value();
   last_ = {};
   last_.taken = now;
@@ -312,6 +306,7 @@ DeviceSample FalconDriver::homing_sample(LocalTime now) {
   sample.taken = now;
   sample.state = is_late ? DeviceState::kLost : DeviceState::kHoming;
   sample.reason = is_late ? kNotHomed : kHome;
+  if (is_homed_) sample.reason = kPullOut;
   return sample;
 }
 

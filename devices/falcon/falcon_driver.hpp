@@ -1,6 +1,6 @@
 // A Falcon from the first byte to the force at the hand, in steps.
 //
-//   closed ─▶ probing ──reply──────────────────────────────▶ running ─▶ homing ─▶ ready
+//   closed ─▶ probing ──reply──────────────────────────────▶ running ─▶ homing (red) ─▶ pulled out (blue) ─▶ ready (green)
 //     ▲         │ none after 20 tries                           ▲
 //     │         ▼                                               │ a reply
 //     │      loader (10 times: 0A 43 0D until 0A 44 2C 0D) ─▶ upload (each byte comes back) ─▶ probing
@@ -32,7 +32,8 @@ struct FalconSettings {
 ///
 /// Model   angles of the encoders → forward kinematics (warm start) → p_DH; its velocity by VelocityEstimator over
 ///         steps of DeviceSpec::position_step_m; force → τ = J⁻ᵀ F → motor counts, scaled together to ±4095.
-///         Zero force unless every arm knows its zero. Encoders that do not change by a count for 3 s while 1 N or more is
+///         Zero force unless every arm knows its zero and, where it learnt that just now, before the grip was pulled out to
+///         z = 0.170 m of the device's own frame: nobody is pushed who still leans on the stop. Encoders that do not change by a count for 3 s while 1 N or more is
 ///         shown are frozen: a hand trembles by more.
 /// Thread  the device's
 class FalconDriver final : public DeviceDriver {
@@ -56,7 +57,6 @@ class FalconDriver final : public DeviceDriver {
   DeviceSample sample_of(LocalTime now, const FalconReply& reply);
   void note_encoders(LocalTime now, const FalconCounts& encoders);
   DeviceSample homing_sample(LocalTime now);
-  DeviceSample not_ready(LocalTime now) const;
   FalconCounts motors_for(const Wrench& wrench_on_hand_D);
   bool exchange(const FalconPacket& packet, Duration longest, FalconReply& reply);
   bool set_line(std::uint16_t baud, std::uint16_t latency_ms);
@@ -67,11 +67,10 @@ class FalconDriver final : public DeviceDriver {
   OpenFalcon open_;
   std::unique_ptr<FalconPort> port_;
   Phase phase_ = Phase::kClosed;
-  std::string_view reason_;
-  bool was_open_ = false;
-  LocalTime next_attempt_{};
-  int tries_ = 0;     ///< in this phase
-  int attempts_ = 0;  ///< to load the firmware
+  Absence absence_;
+  LocalTime loader_due_{};  ///< its next attempt
+  int tries_ = 0;           ///< in this phase
+  int attempts_ = 0;        ///< to load the firmware
   std::size_t uploaded_ = 0;
   std::size_t echoed_ = 0;
   FalconPacketParser parser_;
@@ -80,6 +79,7 @@ class FalconDriver final : public DeviceDriver {
   DeviceSample last_;  ///< of a homed device
   bool is_homed_ = false;
   bool has_homing_begun_ = false;
+  bool is_in_ = false;  ///< was homed just now, and is to be pulled out before it is ready
   LocalTime homing_since_{};
   Vec3 p_m_ = Vec3(0, 0, 0.125);  ///< in the device's own frame
   bool has_pose_ = false;

@@ -4,12 +4,14 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string_view>
 #include <vector>
 
 #include "common/base/time.hpp"
 #include "devices/registry.hpp"
+#include "devices/watchdog.hpp"
 
 namespace tandem::devices {
 
@@ -35,8 +37,10 @@ class FalconPort {
 /// Opens the first device that there is. Null: none; `reason` says why, and what would help.
 using OpenFalcon = std::function<std::unique_ptr<FalconPort>(std::string_view& reason)>;
 
-/// By libusb.
-std::unique_ptr<FalconPort> open_falcon_usb_port(std::string_view& reason);
+/// By libusb; until it is closed the watchdog, if there is one, watches over it.
+std::unique_ptr<FalconPort> open_falcon_usb_port(std::string_view& reason, Watchdog* watchdog = nullptr);
+/// What makes the device that this process has open let go; none: it has none open.
+std::optional<ZeroCommand> falcon_zero();
 std::vector<FoundDevice> find_falcons();
 
 }  // namespace tandem::devices

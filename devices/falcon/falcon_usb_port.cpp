@@ -5,9 +5,12 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <cstdio>
 #include <cstring>
+#include <filesystem>
 #include <string>
 
+#include "devices/falcon/falcon_packet.hpp"
 #include "devices/falcon/falcon_port.hpp"
 
 namespace tandem::devices {
@@ -28,6 +31,9 @@ constexpr std::string_view kNoRights =
     "plug "
     "it in again";
 constexpr std::string_view kBusy = "a Falcon is plugged in, but another program has it; end that, then start again";
+constexpr std::string_view kNoWatchdog =
+    "no watchdog could be started for the Falcon (too many processes or open files); end other programs, then start "
+    "again";
 constexpr std::string_view kNoUsb = "USB cannot be used on this machine (libusb does not start); use --device sim";
 
 timeval timeval_of(Duration duration) {
@@ -78,7 +84,7 @@ std::string_view reason_of(int error) {
 
 class FalconUsbPort final : public FalconPort {
  public:
-  explicit FalconUsbPort(libusb_device_handle* handle);
+  FalconUsbPort(libusb_device_handle* handle, Watchdog* watchdog);
   ~FalconUsbPort() override;
   FalconUsbPort(const FalconUsbPort&) = delete;
   FalconUsbPort& operator=(const FalconUsbPort&) = delete;
@@ -106,6 +112,7 @@ class FalconUsbPort final : public FalconPort {
   bool is_anything_under_way() const;
 
   libusb_device_handle* handle_;
+  Watchdog* watchdog_;  ///< null: none
   std::array<Transfer, 2> in_;
   Transfer out_;
   std::vector<std::uint8_t> received_;
@@ -113,7 +120,7 @@ class FalconUsbPort final : public FalconPort {
   bool is_closing_ = false;
 };
 
-FalconUsbPort::FalconUsbPort(libusb_device_handle* handle) : handle_(handle) {
+FalconUsbPort::FalconUsbPort(libusb_device_handle* handle, Watchdog* watchdog) : handle_(handle), watchdog_(watchdog) {
   received_.reserve(kMaxWaiting);
   prepare(out_, kEndpointOut, on_sent);
   for (Transfer& in : in_) {
@@ -129,6 +136,7 @@ FalconUsbPort::~FalconUsbPort() {
     if (one->is_under_way) libusb_cancel_transfer(one->transfer);
   }
   work(kCloseTimeout, [this] { return !is_anything_under_way(); });
+  if (watchdog_ != nullptr) watchdog_->release();
   libusb_release_interface(handle_, kInterface);
   libusb_close(handle_);
   // One that libusb has not given back by now was given back by closing the device.
@@ -228,11 +236,34 @@ libusb_device_handle* claimed(libusb_device* device, std::string_view& reason) {
 
 }  // namespace
 
-std::unique_ptr<FalconPort> open_falcon_usb_port(std::string_view& reason) {
+// libusb keeps the descriptor to itself.
+std::optional<ZeroCommand> falcon_zero() {
+  const FalconPacket zero = falcon_request(FalconCounts::Zero(), kFalconRed | kFalconHome);
+  const FalconList list;
+  for (libusb_device* const device : list.falcons()) {
+    std::array<char, 32> node{};
+    std::snprintf(node.data(), node.size(), "/dev/bus/usb/%03d/%03d", libusb_get_bus_number(device),
+                  libusb_get_device_address(device));
+    std::error_code error;
+    for (const auto& entry : std::filesystem::directory_iterator("/proc/self/fd", error)) {
+      const std::string target = std::filesystem::read_symlink(entry, error).string();
+      if (!target.ends_with(node.data())) continue;
+      return ZeroCommand{std::stoi(entry.path().filename()), kEndpointOut, {zero.begin(), zero.end()}};
+    }
+  }
+  return std::nullopt;
+}
+
+std::unique_ptr<FalconPort> open_falcon_usb_port(std::string_view& reason, Watchdog* watchdog) {
   const FalconList list;
   reason = usb() == nullptr ? kNoUsb : kAbsent;
   for (libusb_device* const device : list.falcons()) {
-    if (libusb_device_handle* const handle = claimed(device, reason)) return std::make_unique<FalconUsbPort>(handle);
+    libusb_device_handle* const handle = claimed(device, reason);
+    if (handle == nullptr) continue;
+    auto port = std::make_unique<FalconUsbPort>(handle, watchdog);
+    const auto zero = falcon_zero();
+    if (watchdog == nullptr || (zero && watchdog->watch_over(*zero))) return port;
+    reason = kNoWatchdog;
   }
   return nullptr;
 }

@@ -19,7 +19,6 @@ namespace websocket = beast::websocket;
 using boost::system::error_code;
 
 constexpr Duration kWait = std::chrono::milliseconds(10);
-constexpr Duration kConnectAgain = std::chrono::seconds(1);
 constexpr Duration kSilence = std::chrono::seconds(2);
 constexpr std::size_t kMaxMessage = std::size_t{1} << 20U;
 
@@ -79,8 +78,7 @@ DeviceSample Inverse3Driver::step(LocalTime now, const Wrench& wrench_on_hand_D)
 }
 
 void Inverse3Driver::connect(LocalTime now) {
-  if (now < next_attempt_) return;
-  next_attempt_ = now + kConnectAgain;
+  if (!absence_.is_time_to_look(now)) return;
   heard_ = now;
   const auto link = link_ = std::make_shared<Link>(io_);
   beast::get_lowest_layer(link->stream).async_connect(service_, [this, link](const error_code& error) {
@@ -124,7 +122,7 @@ void Inverse3Driver::take(std::string_view text) {
 }
 
 void Inverse3Driver::send(const Wrench& wrench_on_hand_D) {
-  const Vec3 force_n = is_finite(wrench_on_hand_D.f) && was_ready_ ? wrench_on_hand_D.f : Vec3(Vec3::Zero());
+  const Vec3 force_n = is_finite(wrench_on_hand_D.f) && absence_.was_there() ? wrench_on_hand_D.f : Vec3(Vec3::Zero());
   const auto link = link_;
   link->command = inverse3_command(state_->device_id, force_n);
   link->is_sending = true;
@@ -145,24 +143,20 @@ void Inverse3Driver::work() {
 }
 
 void Inverse3Driver::fail(std::string_view reason) {
-  reason_ = reason;
+  absence_.say(reason);
   beast::get_lowest_layer(link_->stream).close();
   link_.reset();
   state_.reset();
   is_new_ = is_taken_ = has_last_ = false;
 }
 
-DeviceSample Inverse3Driver::not_ready(LocalTime now) const {
-  return absent_sample(now, was_ready_, reason_);
-}
-
 DeviceSample Inverse3Driver::sample(LocalTime now) {
-  if (!link_ || !state_) return not_ready(now);
+  if (!link_ || !state_) return absence_.sample(now);
   if (!is_taken_ && has_last_) return last_;
-  if (!is_taken_) return not_ready(now);
+  if (!is_taken_) return absence_.sample(now);
   has_last_ = true;
   is_taken_ = false;
-  was_ready_ = true;
+  absence_.end();
   if (!origin_m_) origin_m_ = state_->cursor_m;
   last_.taken = now;
   last_.state = DeviceState::kReady;

@@ -43,16 +43,13 @@ class Inverse3Driver final : public DeviceDriver {
   void take(std::string_view text);
   void fail(std::string_view reason);
   DeviceSample sample(LocalTime now);
-  DeviceSample not_ready(LocalTime now) const;
 
   DeviceSpec spec_;
   boost::asio::ip::tcp::endpoint service_;
   boost::asio::io_context io_;
   std::shared_ptr<Link> link_;  ///< null: none
-  LocalTime next_attempt_{};
+  Absence absence_;
   LocalTime heard_{};
-  std::string_view reason_;
-  bool was_ready_ = false;
   bool is_new_ = false;    ///< a state came that no command answers yet
   bool is_taken_ = false;  ///< … and that no sample tells yet
   std::optional<Inverse3State> state_;

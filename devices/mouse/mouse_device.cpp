@@ -17,8 +17,9 @@ bool is_usable(const PointerTarget& target) {
 
 }  // namespace
 
-MouseDevice::MouseDevice(DeviceSpec spec, const HandParameters& hand, std::shared_ptr<Pointer> pointer)
-    : spec_(std::move(spec)), pointer_(std::move(pointer)), hand_(hand, Pose{}) {
+MouseDevice::MouseDevice(DeviceSpec spec, const HandParameters& hand, std::shared_ptr<Pointer> pointer,
+                         std::unique_ptr<Rumble> rumble)
+    : spec_(std::move(spec)), pointer_(std::move(pointer)), rumble_(std::move(rumble)), hand_(hand, Pose{}) {
   spec_.position_step_m = 0;
   spec_.rotation_step_rad = 0;
   if (pointer_ == nullptr) {
@@ -70,6 +71,7 @@ bool MouseDevice::write(LocalTime now, const Wrench& wrench_on_hand_D) noexcept 
   if (has_started_ && now > last_read_) read(now);
   if (!is_finite(wrench_on_hand_D)) return false;
   on_hand_D_ = wrench_on_hand_D;
+  if (rumble_) rumble_->show(wrench_on_hand_D.f.norm() / spec_.force_limit_n);
   return true;
 }
 

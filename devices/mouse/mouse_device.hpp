@@ -5,6 +5,7 @@
 
 #include "devices/device.hpp"
 #include "devices/hand_dynamics.hpp"
+#include "devices/mouse/rumble.hpp"
 #include "devices/pointer.hpp"
 
 namespace tandem::devices {
@@ -23,8 +24,9 @@ class MouseDevice final : public Device {
   /// Farther from its base the hand does not go.
   static constexpr double kReach_m = 0.5;
 
-  /// In      pointer  not null
-  MouseDevice(DeviceSpec spec, const HandParameters& hand, std::shared_ptr<Pointer> pointer);
+  /// In      pointer  not null; rumble  null: none, else shows the force as a share of the device's limit
+  MouseDevice(DeviceSpec spec, const HandParameters& hand, std::shared_ptr<Pointer> pointer,
+              std::unique_ptr<Rumble> rumble = nullptr);
   /// A hand on a mouse: damped more than one in the air (ratio 0.8), so that what is displayed does not swing.
   static HandParameters default_hand();
 
@@ -37,6 +39,7 @@ class MouseDevice final : public Device {
 
   DeviceSpec spec_;
   std::shared_ptr<Pointer> pointer_;
+  std::unique_ptr<Rumble> rumble_;
   HandDynamics hand_;
   PointerTarget target_;
   Pose intended_;

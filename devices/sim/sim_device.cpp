@@ -12,6 +12,9 @@ namespace {
 constexpr double kMaxSubStep_s = HandDynamics::kMaxStep_s;
 /// A reader that comes back later than this finds the hand where it was then; bounds the work of one read().
 constexpr Duration kMaxAdvance = std::chrono::seconds(1);
+constexpr double kTick_s = 0.001;
+constexpr double kStop_n_per_m = 5000;
+constexpr double kEye_s = 0.2, kMaxMadeUp_m = 0.01;
 /// Width of the tremor's band as a damping ratio. Ours: about ±1 Hz at 9 Hz, as wide as tremor spectra look.
 constexpr double kTremorDampingRatio = 0.1;
 
@@ -100,8 +103,38 @@ bool SimDevice::write(LocalTime now, const Wrench& wrench_on_hand_D) noexcept {
 }
 
 void SimDevice::advance(double dt_s) noexcept {
-  hand_motion_.advance(path_.pose_at(path_time_), path_.twist_at(path_time_), force_on_hand_D_, tremor_force(dt_s),
-                       dt_s);
+  const RigidState aim = intended();
+  hand_motion_.advance(aim.X, aim.V, force_on_hand_D_, tremor_force(dt_s) + stop_force(), dt_s);
+}
+
+void SimDevice::steer(const Vec3& offset_m, double scale) noexcept {
+  if (!is_finite(offset_m)) return;
+  offset_rate_m_per_s_ = (offset_m - offset_m_) / kTick_s;
+  offset_m_ = offset_m;
+  scale_ = scale;
+  const Vec3 missing = path_.pose_at(path_time_).p / scale_ - offset_m_ - hand_motion_.pose().p;
+  made_up_m_ = clamped_to_length(made_up_m_ + kTick_s / kEye_s * missing, kMaxMadeUp_m);
+}
+
+RigidState SimDevice::intended() const noexcept {
+  RigidState aim{path_.pose_at(path_time_), path_.twist_at(path_time_)};
+  aim.X.p = aim.X.p / scale_ - offset_m_ + made_up_m_;
+  aim.V.v = aim.V.v / scale_ - offset_rate_m_per_s_;
+  const Vec3 half = spec_.workspace_m / 2;
+  for (int i = 0; i < 3; ++i) {
+    if (half[i] <= 0 || std::abs(aim.X.p[i]) <= half[i]) continue;
+    aim.X.p[i] = std::clamp(aim.X.p[i], -half[i], half[i]);
+    aim.V.v[i] = 0;
+  }
+  return aim;
+}
+
+/// Of the device's own limits.
+Vec3 SimDevice::stop_force() const noexcept {
+  const Vec3 half = spec_.workspace_m / 2;
+  if (half.isZero(0)) return Vec3::Zero();
+  const Vec3& p = hand_motion_.pose().p;
+  return kStop_n_per_m * (p.cwiseMin(half).cwiseMax(-half) - p);
 }
 
 // White noise through a resonator: ẍ + 2ζω ẋ + ω² x = w; with ⟨w w'⟩ = S δ the variance of x is S / (4ζω³).

@@ -12,7 +12,7 @@
 namespace tandem::devices {
 
 /// The hand of HandParameters, on a device that is always ready. read(now) advances the hand to `now` under the force
-/// last written.
+/// last written. Where DeviceSpec::workspace_m is set the device has stops there.
 class SimDevice final : public Device {
  public:
   /// The hand starts at rest at the path's first pose; path time starts at the first read.
@@ -24,6 +24,10 @@ class SimDevice final : public Device {
   DeviceSample read(LocalTime now) noexcept override;
   bool write(LocalTime now, const Wrench& wrench_on_hand_D) noexcept override;
 
+  /// The person looks at what moves with the hand, once a tick, and wants that along the path: the hand intends
+  /// path / scale − offset, as far as the device reaches, and what the eye sees missing is made up for within 0.2 s, by at
+  /// most 10 mm.
+  void steer(const Vec3& offset_m, double scale) noexcept;
   /// Keeps the hand at the path's first way point until start_path(); for hands that shall start together.
   void hold_path() noexcept { is_path_held_ = true; }
   /// Path time is 0 at `now` and runs from there.
@@ -38,6 +42,8 @@ class SimDevice final : public Device {
 
  private:
   void advance(double dt_s) noexcept;
+  RigidState intended() const noexcept;
+  Vec3 stop_force() const noexcept;
   Duration path_time_at(LocalTime time) const noexcept;
   Vec3 tremor_force(double dt_s) noexcept;
   Twist reported_twist(LocalTime now, const Pose& reported) noexcept;
@@ -55,6 +61,10 @@ class SimDevice final : public Device {
   Duration path_time_{0};
   HandDynamics hand_motion_;
   Wrench force_on_hand_D_;
+  Vec3 offset_m_ = Vec3::Zero();  ///< steer()
+  Vec3 offset_rate_m_per_s_ = Vec3::Zero();
+  Vec3 made_up_m_ = Vec3::Zero();
+  double scale_ = 1;
   Vec3 tremor_state_ = Vec3::Zero();
   Vec3 tremor_rate_ = Vec3::Zero();
 };

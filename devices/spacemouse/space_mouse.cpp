@@ -11,7 +11,6 @@ namespace {
 
 // A step of the driver, and so of the filter.
 constexpr Duration kStep = std::chrono::milliseconds(1);
-constexpr Duration kOpenAgain = std::chrono::seconds(1);
 constexpr Duration kReleased = std::chrono::milliseconds(150);
 constexpr int kMaxReportsAStep = 16;
 constexpr double kMaxStep_s = 0.02;
@@ -44,11 +43,10 @@ SpaceMouseDriver::~SpaceMouseDriver() {
 
 DeviceSample SpaceMouseDriver::step(LocalTime now, const Wrench& /*wrench_on_hand_D*/) {
   if (!port_) return absent(now);
-  was_open_ = true;
+  absence_.end();
   if (!take_report(now)) {
     port_.reset();
-    reason_ = kUnplugged;
-    next_attempt_ = now + kOpenAgain;
+    absence_.begin(now, kUnplugged);
     return absent(now);
   }
   if (now - reported_ > kReleased) reports_.rest();
@@ -69,14 +67,13 @@ DeviceSample SpaceMouseDriver::absent(LocalTime now) {
   cap_.setZero();
   cap_rate_.setZero();
   has_moved_ = false;
-  if (now >= next_attempt_) {
-    next_attempt_ = now + kOpenAgain;
+  if (absence_.is_time_to_look(now)) {
     std::string_view reason;
     port_ = open_(reason);
     if (port_) light(true);
-    if (!was_open_) reason_ = reason;
+    absence_.go_on(reason);
   }
-  return absent_sample(now, was_open_, reason_);
+  return absence_.sample(now);
 }
 
 // Some take the first command only when it is "on".

@@ -44,9 +44,7 @@ class SpaceMouseDriver final : public DeviceDriver {
   CapControl control_;
   OpenHid open_;
   std::unique_ptr<HidPort> port_;
-  std::string_view reason_;
-  bool was_open_ = false;
-  LocalTime next_attempt_{};
+  Absence absence_;
   SpaceMouseReports reports_;
   LocalTime reported_{};
   LocalTime moved_{};

@@ -12,12 +12,16 @@ namespace tandem::lab {
 void add_run_command(CLI::App& app, int& exit_code);
 /// live FILE|NAME --out DIR [--set NAME=VALUE,…] [--stage S,…] [--single] [--seeds N] [--rt-priority N] [--json]
 void add_live_command(CLI::App& app, int& exit_code);
+/// link [--listen A] [--server A] [--port P] [--delay T] [--jitter T] [--loss S] [--capture FILE]
+void add_link_command(CLI::App& app, int& exit_code);
 /// bench …: see bench_commands.hpp
 void add_bench_command(CLI::App& app, int& exit_code);
 /// calibrate --profile NAME|FILE.json --out DIR [--masses KG,…] [--seed N] [--json]
 void add_calibrate_command(CLI::App& app, int& exit_code);
 /// check [--law L] [--stiffness N/m] [--damping N·s/m] [--tool-mass KG] [--profile NAME|FILE.json] … [--json]
 void add_check_command(CLI::App& app, int& exit_code);
+/// mesh [FILE …] [--all DIR …] [--picture F.png] [--largest-size M] [--up y|z] [--json]
+void add_mesh_command(CLI::App& app, int& exit_code);
 /// reproduce [NAME] --out DIR
 void add_reproduce_command(CLI::App& app, int& exit_code);
 /// fit-order SERIES.csv|.traj [--most P] [--fit F] [--values] [--rate Hz] [--time-unit s|ms] [--columns …] [--json]

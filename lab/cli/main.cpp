@@ -39,9 +39,11 @@ int main(int argument_count, char** arguments) {
   int exit_code = 0;
   tandem::lab::add_run_command(app, exit_code);
   tandem::lab::add_live_command(app, exit_code);
+  tandem::lab::add_link_command(app, exit_code);
   tandem::lab::add_bench_command(app, exit_code);
   tandem::lab::add_calibrate_command(app, exit_code);
   tandem::lab::add_check_command(app, exit_code);
+  tandem::lab::add_mesh_command(app, exit_code);
   tandem::lab::add_reproduce_command(app, exit_code);
   tandem::lab::add_fit_order_command(app, exit_code);
   tandem::lab::add_report_command(app, exit_code);

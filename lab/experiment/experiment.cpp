@@ -164,6 +164,8 @@ ExperimentUser user_of(JsonFields& user, const json::object& document, std::size
   result.hand = hand_of(user, result.hand_name, directory);
   result.hand_parameters = hand_parameters_of(user.object("hand_parameters"));
   result.device = device_of(user, directory);
+  result.is_bounded = user.boolean("bounded", false);
+  result.motion_scale = user.number("motion_scale", 1, 0.1, 10);
   result.pipeline = pipeline_of(user, context.pipeline);
   result.state_over_tcp = user.choice("transport", 0, {"udp", "tcp"}) == 1;
   take_links(user, document, index, context, result);
@@ -275,6 +277,8 @@ json::object user_json(const ExperimentUser& user) {
                       {"hand", user.hand_name},
                       {"hand_parameters", client::to_json(user.hand_parameters)},
                       {"device", user.device.name},
+                      {"bounded", user.is_bounded},
+                      {"motion_scale", user.motion_scale},
                       {"transport", user.state_over_tcp ? "tcp" : "udp"},
                       {"tick_phase_ms", in_milliseconds(user.tick_phase)},
                       {"link", link_json(user.up)},

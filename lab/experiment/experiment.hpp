@@ -29,7 +29,9 @@ struct ExperimentUser {
   devices::HandPath hand = devices::named_hand_path("rest");
   devices::HandParameters hand_parameters;                              ///< without the device
   devices::DeviceProfile device = devices::find_device_profile("sim");  ///< what the hand holds
-  Pipeline pipeline;                                                    ///< between the server's state and the hand
+  bool is_bounded = false;  ///< the device's workspace ends; whoever holds it looks at the tool and steers
+  double motion_scale = 1;  ///< WorkspaceSettings::scale
+  Pipeline pipeline;        ///< between the server's state and the hand
   bool state_over_tcp = false;
   net::LinkParameters up;
   net::LinkParameters down;

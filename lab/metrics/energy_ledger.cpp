@@ -1,6 +1,7 @@
 #include "lab/metrics/energy_ledger.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <deque>
 #include <numeric>
 #include <utility>
@@ -69,6 +70,21 @@ class GreatestRise {
   double greatest_ = 0;
 };
 
+/// From a hand's motion to the step that uses it, and from a step to the hand: means over the trial.
+std::size_t loop_ticks(const UserTrace& user) {
+  if (user.ticks.empty() || user.answered.empty()) return 0;
+  double way_s = 0, age_s = 0;
+  const std::uint64_t first = user.ticks.front().tick.value;
+  for (const AnsweredInput& answer : user.answered) {
+    const std::uint64_t place = answer.tick.value - std::min(first, answer.tick.value);
+    way_s += to_seconds(answer.time - user.ticks[std::min<std::size_t>(place, user.ticks.size() - 1)].time);
+  }
+  for (const TickSample& tick : user.ticks) age_s += to_seconds(std::max(tick.state_age, Duration{0}));
+  const double loop_s =
+      way_s / static_cast<double>(user.answered.size()) + age_s / static_cast<double>(user.ticks.size());
+  return static_cast<std::size_t>(std::lround(std::max(loop_s, 0.0) * 1e3));
+}
+
 }  // namespace
 
 EnergyLedger energy_ledger(const SessionTrace& trace) {
@@ -95,6 +111,23 @@ EnergyLedger energy_ledger(const SessionTrace& trace) {
   ledger.created_in_100_ms_j = in_100_ms.value();
   ledger.created_in_1_s_j = in_1_s.value();
   return ledger;
+}
+
+double late_energy_j(const SessionTrace& truth, const SessionTrace& trial) {
+  GreatestRise rise(Duration::max() / 2);
+  std::vector<std::size_t> loops;
+  for (const UserTrace& user : trial.users) loops.push_back(loop_ticks(user));
+  double energy_j = 0;
+  for (std::size_t j = 0;; ++j) {
+    for (std::size_t i = 0; i < truth.users.size(); ++i) {
+      const UserTrace& user = truth.users[i];
+      if (j + 1 >= user.ticks.size()) return rise.value();
+      const Wrench error_D = user.ticks[j - std::min(j, loops[i])].displayed_D - user.ticks[j].displayed_D;
+      energy_j +=
+          held_work_j(error_D, user.ticks[j].hand_D, user.ticks[j + 1].hand_D) / user.hand_joules_per_world_joule;
+    }
+    rise.add(truth.users.front().ticks[j].time, energy_j);
+  }
 }
 
 }  // namespace tandem::lab

@@ -37,4 +37,13 @@ struct EnergyLedger {
 /// Cost    O(ticks)
 EnergyLedger energy_ledger(const SessionTrace& trace);
 
+/// What a display would make that shows every hand of `truth` the right wrench, but one loop of `trial` late.
+///
+/// Model   the greatest rise of Σ_users Σ_j [F(j − n) − F(j)]·(x_{j+1} − x_j), F and x of `truth`
+///         n  the mean of that user's loop in ticks: from a hand's motion to the step that uses it, and from a step to the hand
+/// Source  δF v τ, summed along the path: the energy of a force that errs by what it changes within τ
+/// Limits  what a local model foresees of its own hand is counted as if it came late
+/// Out     world joules; 0 or more
+double late_energy_j(const SessionTrace& truth, const SessionTrace& trial);
+
 }  // namespace tandem::lab

@@ -75,6 +75,10 @@ double of_ledger(const TrialView& view) {
                                                                                     : kNothing;
 }
 
+double energy_of_late_display_j(const TrialView& view) {
+  return view.reference != nullptr ? late_energy_j(*view.reference, view.trace) : kNothing;
+}
+
 /// Where a user saw the watched body at `time`, straight between ticks. `from` is where the search begins.
 std::optional<Vec3> view_at(const UserTrace& user, Duration time, std::size_t& from) {
   while (from + 1 < user.ticks.size() && user.ticks[from + 1].time <= time) ++from;
@@ -221,6 +225,13 @@ const std::vector<TrialMetric>& trial_metrics() {
        of_ledger<&EnergyLedger::created_in_100_ms_j>},
       {"energy_created_in_1_s_j", "Likewise within 1 s.", Combine::kGreatest, nullptr,
        of_ledger<&EnergyLedger::created_in_1_s_j>},
+      {"energy_of_late_display_j",
+       "What a display would make that showed every hand of the reference the right wrench a loop late (the mean way "
+       "of "
+       "this trial's inputs and states, with their waiting): the greatest rise of Σ over users of ∫ [F(t − loop) − "
+       "F(t)] v "
+       "dt, in world joules (energy_ledger.hpp).",
+       Combine::kGreatest, nullptr, energy_of_late_display_j},
       {"energy_withheld_by_safety_j",
        "Work on the hands that ramp, decay in silence, slew limit and clamp left out, in world joules; a line of its "
        "own, for E(t) is of the force before them.",

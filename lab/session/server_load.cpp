@@ -14,6 +14,7 @@
 
 #include "common/realtime/realtime.hpp"
 #include "proto/control_framing.hpp"
+#include "proto/datagram_seal.hpp"
 #include "proto/placement.hpp"
 #include "proto/state_codec.hpp"
 
@@ -62,10 +63,12 @@ std::string crowded_scene(const std::string& name, std::size_t users, std::size_
 
 /// One user: his control connection, which only joins, and his socket for state.
 struct ServerLoad::User {
-  User(asio::io_context& io, std::uint16_t port, const std::string& name, const std::string& room)
-      : control(io), state(io, udp::endpoint(asio::ip::address_v4::loopback(), 0)) {
+  User(asio::io_context& io, std::uint16_t port, const std::string& name, const std::string& room,
+       const secure::TlsContext* context, const secure::Bytes& token)
+      : control(io), tls(context), state(io, udp::endpoint(asio::ip::address_v4::loopback(), 0)) {
     control.connect({asio::ip::address_v4::loopback(), port});
-    join(name, room);
+    shake_hands();
+    join(name, room, token);
     state.connect({asio::ip::address_v4::loopback(), port});
     state.non_blocking(true);
   }
@@ -73,18 +76,40 @@ struct ServerLoad::User {
   void say(const wire::ClientControl& message) {
     proto::Bytes frame;
     proto::append_frame(message, frame);
-    asio::write(control, asio::buffer(frame));
+    proto::Bytes out;
+    tls.send(frame, out);
+    asio::write(control, asio::buffer(out));
+  }
+  void shake_hands() {
+    proto::Bytes out;
+    tls.start(out);
+    asio::write(control, asio::buffer(out));
+    while (!tls.is_established()) read_more();
+  }
+  void read_more() {
+    std::array<std::byte, 4096> bytes;
+    proto::Bytes out;
+    const std::size_t size = control.read_some(asio::buffer(bytes));
+    if (!tls.receive(std::span(bytes).first(size), heard, out)) throw std::runtime_error(tls.problem());
+    asio::write(control, asio::buffer(out));
+  }
+  /// The next bytes of the stream.
+  proto::Bytes take(std::size_t size) {
+    while (heard.size() < size) read_more();
+    const auto end = heard.begin() + static_cast<std::ptrdiff_t>(size);
+    proto::Bytes taken(heard.begin(), end);
+    heard.erase(heard.begin(), end);
+    return taken;
   }
   wire::ServerControl hear() {
-    std::array<unsigned char, proto::kFrameLengthBytes> length{};
-    asio::read(control, asio::buffer(length));
-    proto::Bytes payload((length[0] << 24U) | (length[1] << 16U) | (length[2] << 8U) | length[3]);
-    asio::read(control, asio::buffer(payload));
+    std::size_t size = 0;
+    for (const std::byte byte : take(proto::kFrameLengthBytes)) size = size << 8U | std::to_integer<std::size_t>(byte);
+    const proto::Bytes payload = take(size);
     wire::ServerControl message;
     if (!proto::parse_control(payload, message)) throw std::runtime_error("the server said what nobody can read");
     return message;
   }
-  void join(const std::string& name, const std::string& room) {
+  void join(const std::string& name, const std::string& room, const secure::Bytes& token) {
     wire::ClientControl hello;
     hello.mutable_hello()->set_protocol_version(proto::kProtocolVersion);
     hello.mutable_hello()->add_capabilities(proto::kCapabilityStateUdp);
@@ -96,6 +121,11 @@ struct ServerLoad::User {
     join.mutable_join()->set_room(room);
     join.mutable_join()->set_user_name(name);
     join.mutable_join()->set_role(wire::ROLE_MANIPULATOR);
+    join.mutable_join()->set_token(token.data(), token.size());
+    const auto secret = tls.exported(secure::kDatagramExport, proto::seal_context(connection));
+    using Use = proto::DatagramSeal::Use;
+    seal = proto::DatagramSeal(secret, Use::kSeal, true, epoch);
+    opener = proto::DatagramSeal(secret, Use::kOpen, false, epoch);
     say(join);
     const wire::ServerControl joined = hear();
     if (!joined.has_joined()) throw std::runtime_error(name + " cannot join " + room + ": " + joined.error().text());
@@ -116,10 +146,22 @@ struct ServerLoad::User {
     datagram.clear();
     proto::append_header({proto::DatagramType::kClientUpdate, epoch, connection, ++sequence}, datagram);
     proto::append_client_update(update, datagram);
+    if (deliver()) ++result.inputs_sent;
+    sent_at[tick.value % sent_at.size()] = now;
+  }
+
+  bool deliver() {
+    seal.seal(sequence, datagram);
     boost::system::error_code error;
     state.send(asio::buffer(datagram), 0, error);
-    if (!error) ++result.inputs_sent;
-    sent_at[tick.value % sent_at.size()] = now;
+    return !error;
+  }
+  /// As the server asks.
+  void answer_challenge(std::span<const std::byte> number) {
+    datagram.clear();
+    proto::append_header({proto::DatagramType::kPathResponse, epoch, connection, ++sequence}, datagram);
+    datagram.insert(datagram.end(), number.begin(), number.end());
+    deliver();
   }
 
   void receive(LocalTime now, Tick newest, LoadResult& result) {
@@ -128,8 +170,14 @@ struct ServerLoad::User {
     for (std::size_t size = state.receive(asio::buffer(buffer), 0, error); !error;
          size = state.receive(asio::buffer(buffer), 0, error)) {
       proto::ServerUpdate update;
+      proto::DatagramHeader header;
+      std::span<const std::byte> payload;
       const std::span<const std::byte> bytes = std::span(buffer).first(size);
-      if (proto::parse_server_update(proto::payload_of(bytes), update) != proto::DropReason::kNone) continue;
+      if (proto::parse_header(bytes, header) != proto::DropReason::kNone ||
+          opener.open(header, bytes, payload) != proto::DropReason::kNone)
+        continue;
+      if (header.type == proto::DatagramType::kPathChallenge) answer_challenge(payload);
+      if (proto::parse_server_update(payload, update) != proto::DropReason::kNone) continue;
       ++result.states_received;
       result.added_latency.record(update.sent - update.stepped);
       if (heard_at != LocalTime{}) silence = std::max(silence, now - heard_at);
@@ -142,7 +190,11 @@ struct ServerLoad::User {
   }
 
   tcp::socket control;
+  secure::TlsStream tls;
+  proto::Bytes heard;  ///< of the stream, not taken yet
   udp::socket state;
+  proto::DatagramSeal seal{{}, proto::DatagramSeal::Use::kSeal, true, 0};
+  proto::DatagramSeal opener{{}, proto::DatagramSeal::Use::kOpen, false, 0};
   ConnectionId connection;
   std::uint8_t epoch = 0;
   std::uint64_t sequence = 0;
@@ -156,15 +208,44 @@ struct ServerLoad::User {
 
 struct ServerLoad::Impl {
   asio::io_context io;
+  std::optional<secure::TlsContext> tls;
   std::vector<std::unique_ptr<User>> users;
   Tick tick;
 };
 
-ServerLoad::ServerLoad(std::uint16_t port, std::size_t users, std::size_t rooms) : impl_(std::make_unique<Impl>()) {
+ServerLoad::ServerLoad(std::uint16_t port, std::size_t users, std::size_t rooms,
+                       const std::optional<LoadSecurity>& security)
+    : impl_(std::make_unique<Impl>()) {
+  if (security) impl_->tls = secure::TlsContext::client(security->trust);
   for (std::size_t i = 0; i < users; ++i) {
-    impl_->users.push_back(std::make_unique<User>(impl_->io, port, "user " + std::to_string(i + 1),
-                                                  "room " + std::to_string(i % rooms + 1)));
+    impl_->users.push_back(std::make_unique<User>(
+        impl_->io, port, "user " + std::to_string(i + 1), "room " + std::to_string(i % rooms + 1),
+        impl_->tls ? &*impl_->tls : nullptr, security ? security->token() : secure::Bytes{}));
   }
+}
+
+Duration ServerLoad::seal_cost() {
+  constexpr int kTurns = 20, kDatagrams = 1000;
+  constexpr std::size_t kUsualPayload = 200;
+  using Use = proto::DatagramSeal::Use;
+  const secure::Exported secret;
+  proto::DatagramSeal seal(secret, Use::kSeal, true, 0), opener(secret, Use::kOpen, true, 0);
+  proto::Bytes datagram;
+  std::span<const std::byte> payload;
+  Duration least = Duration::max();
+  for (int turn = 0; turn < kTurns; ++turn) {
+    const LocalTime begin = SteadyClock().now();
+    for (std::uint64_t sequence = 1; sequence <= kDatagrams; ++sequence) {
+      const proto::DatagramHeader header{proto::DatagramType::kClientUpdate, 0, ConnectionId{1}, sequence};
+      datagram.clear();
+      proto::append_header(header, datagram);
+      datagram.resize(proto::kDatagramHeaderBytes + kUsualPayload);
+      seal.seal(sequence, datagram);
+      opener.open(header, datagram, payload);
+    }
+    least = std::min(least, (SteadyClock().now() - begin) / (2 * kDatagrams));
+  }
+  return least;
 }
 
 ServerLoad::~ServerLoad() = default;

@@ -3,11 +3,14 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "common/base/histogram.hpp"
 #include "common/base/time.hpp"
+#include "common/secure/tls.hpp"
 
 namespace tandem::lab {
 
@@ -15,6 +18,12 @@ namespace tandem::lab {
 /// In      users             1..16
 ///         bodies_per_user   1..4, and at most 63 in all
 std::string crowded_scene(const std::string& name, std::size_t users, std::size_t bodies_per_user);
+
+/// How the users of a load know their server, and get in.
+struct LoadSecurity {
+  secure::Trust trust;
+  std::function<secure::Bytes()> token;
+};
 
 /// What the users of one server saw.
 struct LoadResult {
@@ -29,11 +38,14 @@ struct LoadResult {
 /// presses on its cube.
 class ServerLoad {
  public:
+  /// In      security  none: nothing is encrypted
   /// Fails   std::runtime_error: a user could not connect or join
-  ServerLoad(std::uint16_t port, std::size_t users, std::size_t rooms);
+  ServerLoad(std::uint16_t port, std::size_t users, std::size_t rooms, const std::optional<LoadSecurity>& security);
   ~ServerLoad();
   /// At 1 kHz for `duration`; may be called again. What came before the first call is not counted.
   LoadResult run(Duration duration);
+  /// What sealing and opening one of these datagrams takes here, each: the least of several turns.
+  static Duration seal_cost();
 
  private:
   struct User;

@@ -189,7 +189,7 @@ void VirtualNetwork::deliver_datagrams(VirtualClientTransport& client, server::S
     const auto is_of_this_client = [&](server::ConnectionHandle connection) {
       return connection == client.connection_;
     };
-    if (hub.on_datagram(datagram, now, is_of_this_client) != 0) client.server_knows_address_ = true;
+    if (hub.on_datagram(datagram, now, is_of_this_client).connection != 0) client.server_knows_address_ = true;
   }
 }
 

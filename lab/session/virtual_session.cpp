@@ -46,19 +46,32 @@ std::optional<std::size_t> watched_body(const Experiment& experiment, const serv
   return graspable ? graspable : movable;
 }
 
+devices::DeviceSpec spec_of(const ExperimentUser& user) {
+  devices::DeviceSpec spec = user.device.spec;
+  if (user.is_bounded) spec.workspace_m = user.device.workspace_m;
+  return spec;
+}
+
 /// A person with everything on their side of the network.
 struct VirtualUser {
   VirtualUser(const ExperimentUser& description, VirtualClientTransport& its_transport, std::uint64_t seed,
               const std::shared_ptr<client::AssetStore>& assets)
       : user(description),
         transport(its_transport),
-        device(description.device.spec, devices::holding(description.hand_parameters, description.device),
+        device(spec_of(description), devices::holding(description.hand_parameters, description.device),
                description.hand, seed),
         client(client_settings_with_ledger(description, assets), device, transport),
         seed_of_hand(seed) {
     device.hold_path();
   }
 
+  /// Looks where the tool's handle is, and steers it along the path.
+  void steer(const WorkspaceMapping& scene) {
+    const client::TickRecord& seen = client.haptics().record();
+    if (seen.scene_generation == 0 || !seen.sample.is_valid) return;
+    const Vec3 handle = scene.X_WD.q.conjugate() * (seen.handle_W.X.p - scene.X_WD.p) / scene.position_scale;
+    device.steer(handle / user.motion_scale - seen.sample.X_DH.p, user.motion_scale);
+  }
   /// The one in use; null: the stage has none.
   const client::LocalModel* model() const { return client.haptics().local_model(); }
 
@@ -93,7 +106,7 @@ std::string field_kernel_of(const server::LoadedScene& scene) {
 
 struct VirtualSession {
   VirtualSession(const Experiment& its_experiment, std::shared_ptr<const server::LoadedScene> its_scene,
-                 const OnTick& listener);
+                 const OnTick& listener, const OnClient& user_at_window);
 
   void run_slot();
   void run_client_slot(std::size_t index, LocalTime now);
@@ -106,6 +119,7 @@ struct VirtualSession {
 
   const Experiment& experiment;
   const OnTick& on_tick;
+  const OnClient& on_client;
   std::shared_ptr<const server::LoadedScene> scene;
   VirtualClock clock;
   VirtualNetwork network{clock};
@@ -121,9 +135,10 @@ struct VirtualSession {
 };
 
 VirtualSession::VirtualSession(const Experiment& its_experiment, std::shared_ptr<const server::LoadedScene> its_scene,
-                               const OnTick& listener)
+                               const OnTick& listener, const OnClient& user_at_window)
     : experiment(its_experiment),
       on_tick(listener),
+      on_client(user_at_window),
       scene(std::move(its_scene)),
       room(RoomId{1}, "lab", scene, {.controls_tool_passivity = experiment.controls_passivity()}),
       hub(hub_settings(experiment.seed), {&room}, network),
@@ -173,6 +188,9 @@ void VirtualSession::run_client_slot(std::size_t index, LocalTime now) {
   VirtualUser& user = *users[index];
   user.transport.deliver(user.client.session(), now);
   if ((now.time_since_epoch() - user.user.tick_phase) % kHapticPeriod == Duration(0)) {
+    const bool is_steered = user.user.is_bounded || user.user.motion_scale != 1;
+    if (are_hands_moving && user.tool && is_steered) user.steer(scene->workspaces[*user.tool]);
+    if (are_hands_moving && on_client) on_client(index, now - hands_started, user.client);
     user.client.haptics().tick(now);
     if (are_hands_moving) record_tick(index);
   }
@@ -273,8 +291,8 @@ SessionTrace VirtualSession::take_trace() {
 }  // namespace
 
 SessionTrace run_virtual_session(const Experiment& experiment, const std::shared_ptr<const server::LoadedScene>& scene,
-                                 const OnTick& on_tick) {
-  VirtualSession session(experiment, scene, on_tick);
+                                 const OnTick& on_tick, const OnClient& on_client) {
+  VirtualSession session(experiment, scene, on_tick, on_client);
   session.join_all();
   session.start_hands();
   const LocalTime end = session.clock.now() + experiment.duration;

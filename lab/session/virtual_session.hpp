@@ -14,9 +14,11 @@
 // are rounded up to slots.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <stdexcept>
 
+#include "client/client.hpp"
 #include "lab/experiment/experiment.hpp"
 #include "lab/session/trace.hpp"
 
@@ -27,6 +29,9 @@ struct CouldNotJoin : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// Called before each haptic tick of a moving hand, as what its user does at a window would be.
+using OnClient = std::function<void(std::size_t user, Duration time, client::Client& client)>;
+
 /// Runs one trial of an experiment.
 ///
 /// The users join one after the other, so that the n-th manipulator gets the n-th tool whatever the links do;
@@ -35,6 +40,6 @@ struct CouldNotJoin : std::runtime_error {
 /// Fails   std::invalid_argument when the scene has not enough tools for the manipulators; CouldNotJoin (says who and
 ///         why)
 SessionTrace run_virtual_session(const Experiment& experiment, const std::shared_ptr<const server::LoadedScene>& scene,
-                                 const OnTick& on_tick = {});
+                                 const OnTick& on_tick = {}, const OnClient& on_client = {});
 
 }  // namespace tandem::lab

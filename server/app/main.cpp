@@ -7,6 +7,8 @@
 #include "common/base/progress.hpp"
 #include "common/base/units.hpp"
 #include "common/realtime/output.hpp"
+#include "common/secure/certificate.hpp"
+#include "server/app/security.hpp"
 #include "server/app/server_report.hpp"
 #include "server/assets/scene_library.hpp"
 #include "server/net/live_server.hpp"
@@ -29,6 +31,12 @@ struct Options {
   int realtime_priority = 60;
   bool controls_tool_passivity = true;
   bool writes_json = false;
+  bool is_insecure = false;
+  server::SecurityOptions security;
+  std::string address;  ///< by which clients reach the server; empty: own_address()
+  int invitations = 0;
+  server::Invited invited;
+  std::filesystem::path dev_certificates;
 };
 
 void add_duration(CLI::App& app, const std::string& name, const std::string& help,
@@ -41,6 +49,38 @@ void add_duration(CLI::App& app, const std::string& name, const std::string& hel
     }
   };
   app.add_option_function<std::string>(name, parse, help)->type_name("TIME");
+}
+
+void declare_security(CLI::App& app, Options& options) {
+  app.add_option_function<int>(
+         "--invite", [&options](int number) { options.invitations = number; },
+         "print so many invitations, each for one person, who pastes it after tandem-client --join within 15 minutes; "
+         "tandem-token makes more [0; 1 without a number]")
+      ->expected(0, 1)
+      ->default_str("1")
+      ->check(CLI::Range(1, 64).description(""))
+      ->type_name("N");
+  app.add_option("--invite-role", options.invited.role, "what the invited may be, or less")
+      ->check(CLI::IsMember({"manipulator", "operator", "observer"}).description(""))
+      ->capture_default_str()
+      ->type_name("manipulator|operator|observer");
+  app.add_option("--address", options.address,
+                 "by which others reach this server, for invitations and --dev-certs [an address of this machine]")
+      ->type_name("ADDRESS|NAME");
+  app.add_option("--state", options.security.state, "folder of the keys that the server makes itself")
+      ->capture_default_str()
+      ->type_name("DIR");
+  app.add_option("--cert", options.security.certificate, "certificate of the server, with those below the authority's")
+      ->type_name("FILE.pem");
+  app.add_option("--key", options.security.key, "its private key, without a password")->type_name("FILE.pem");
+  app.add_option("--issuer", options.security.issuers,
+                 "public key of a service whose join tokens let in too (tandem-token)")
+      ->type_name("KEY");
+  app.add_option("--dev-certs", options.dev_certificates,
+                 "make a private authority and a certificate for this server in a new folder, and end")
+      ->type_name("DIR");
+  app.add_flag("--insecure", options.is_insecure,
+               "nothing is encrypted and everybody may join; for clients on this machine only");
 }
 
 void declare(CLI::App& app, Options& options) {
@@ -57,7 +97,8 @@ void declare(CLI::App& app, Options& options) {
       ->check(CLI::Range(0, 65535).description(""))
       ->type_name("PORT")
       ->capture_default_str();
-  app.add_option("--bind", options.bind, "address to listen on; loopback only, the transport is not encrypted yet")
+  app.add_option("--bind", options.bind,
+                 "address to listen on, e.g. 0.0.0.0 for all of this machine; with --insecure loopback only")
       ->capture_default_str();
   add_duration(app, "--duration", "stop after this long, with unit, e.g. 30s [default: never]",
                [&options](Duration duration) { options.duration = duration; });
@@ -77,6 +118,7 @@ void declare(CLI::App& app, Options& options) {
   add_duration(app, "--build-limit",
                "refuse a scene whose meshes take longer to be made ready for touch, with unit [default: 120s]",
                [&options](Duration limit) { options.build_limit = limit; });
+  declare_security(app, options);
   app.add_flag("--json", options.writes_json,
                "print what the server did as one JSON object at the end; the ready line then goes to stderr");
 }
@@ -135,12 +177,39 @@ std::string mistake(const CLI::App& app, const CLI::ParseError& error) {
   return what + "; see --help" + (file.empty() ? "" : " and " + file);
 }
 
-std::string ready_line(const server::LiveServer& server, const std::string& address) {
+std::string ready_line(const server::LiveServer& server, const std::string& address,
+                       const std::optional<server::ServerKeys>& keys) {
   std::string line = "tandem-server: listening on " + address + ":" + std::to_string(server.port());
+  line += keys ? ", key " + secure::text_of(keys->identity.id()) : std::string(", INSECURE: nothing is encrypted");
   for (const auto& room : server.rooms()) {
     line += ", room " + room->name() + " (" + counted(room->scene().world.tools.size(), "tool", "tools") + ")";
   }
   return line + "\n";
+}
+
+std::string address_for_clients(const Options& options) {
+  if (!options.address.empty()) return options.address;
+  const bool is_any = options.bind == "0.0.0.0" || options.bind == "::";
+  return is_any ? server::own_address() : options.bind;
+}
+
+std::string invitations(const Options& options, std::uint16_t port, const server::ServerKeys& keys) {
+  std::string address = address_for_clients(options);
+  if (address.find(':') != std::string::npos) address = "[" + address + "]";
+  std::string lines;
+  for (int i = 0; i < options.invitations; ++i) {
+    lines += server::invitation_line(options.invited, address + ":" + std::to_string(port), keys) + "\n";
+  }
+  return lines;
+}
+
+void make_dev_certificates(const Options& options, realtime::Output& output) {
+  const std::filesystem::path& folder = options.dev_certificates;
+  secure::write_dev_certificates(
+      folder, {address_for_clients(options), server::own_address(), server::own_host_name(), "localhost", "127.0.0.1"});
+  output.out("made " + folder.string() + "/{ca,server}.pem and their keys\n  tandem-server --cert " +
+             (folder / "server.pem").string() + " --key " + (folder / "server-key.pem").string() +
+             " ...\n  tandem-client --ca ca.pem --token TOKEN ...   (a copy of ca.pem; keep ca-key.pem to yourself)\n");
 }
 
 void serve(const Options& options, realtime::Output& output) {
@@ -150,6 +219,15 @@ void serve(const Options& options, realtime::Output& output) {
   settings.realtime_priority = options.realtime_priority;
   if (options.duration) settings.duration = *options.duration;
   settings.stops_on_signals = true;
+  if (options.is_insecure && options.invitations > 0) {
+    throw std::invalid_argument("--insecure needs no --invite: everybody on this machine may join");
+  }
+  std::optional<server::ServerKeys> keys;
+  if (!options.is_insecure) {
+    keys = server::open_keys(options.security);
+    settings.tls = server::tls_of(*keys);
+    settings.hub.admission = server::admission_of(*keys, options.security);
+  }
   server::LiveServer server(settings, open_rooms(options, output));
   std::vector<std::string> machine_notes;
   for (const auto& room : server.rooms()) {
@@ -162,7 +240,8 @@ void serve(const Options& options, realtime::Output& output) {
   }
   server.on_log = [&output](std::string_view kind, const std::string& line) { output.log(kind, line); };
   // With --json stdout is one object and nothing else.
-  const std::string ready = ready_line(server, options.bind);
+  std::string ready = ready_line(server, options.bind, keys);
+  if (keys) ready += invitations(options, server.port(), *keys);
   options.writes_json ? output.err(ready) : output.out(ready);
   server.run();
   if (options.writes_json) output.out(boost::json::serialize(server::report_json(server)) + "\n");
@@ -182,7 +261,11 @@ int run(int argc, char** argv, realtime::Output& output) {
     return kSetupError;
   }
   try {
-    serve(options, output);
+    if (options.dev_certificates.empty()) {
+      serve(options, output);
+    } else {
+      make_dev_certificates(options, output);
+    }
   } catch (const std::exception& error) {
     output.err(std::string("tandem-server: ") + error.what() + "\n");
     return kSetupError;

@@ -22,6 +22,14 @@ boost::json::object drops(const proto::DropCounters& counters) {
   return object;
 }
 
+boost::json::object refusals(const HubCounters& counters) {
+  boost::json::object object;
+  for (std::size_t code = 0; code < counters.refusals.size(); ++code) {
+    if (counters.refusals[code] > 0) object[wire::ErrorCode_Name(static_cast<int>(code))] = counters.refusals[code];
+  }
+  return object;
+}
+
 }  // namespace
 
 boost::json::object report_json(const LiveServer& server) {
@@ -45,6 +53,8 @@ boost::json::object report_json(const LiveServer& server) {
           {"port", server.port()},
           {"up_s", to_seconds(server.up())},
           {"joins", counters.joins},
+          {"refusals", refusals(counters)},
+          {"failed_handshakes", server.failed_handshakes()},
           {"datagrams", boost::json::object{{"received", counters.datagrams_received},
                                             {"sent", counters.datagrams_sent},
                                             {"received_drops", drops(counters.received_drops)},

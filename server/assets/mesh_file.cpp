@@ -8,7 +8,10 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <cctype>
 #include <cerrno>
+#include <charconv>
 #include <cstdint>
 #include <cstdlib>
 #include <cstring>
@@ -19,6 +22,7 @@
 #include <utility>
 
 #include "common/base/byte_io.hpp"
+#include "common/base/json.hpp"
 #include "common/base/time.hpp"
 #include "server/assets/mesh_reader.hpp"
 
@@ -29,6 +33,10 @@ namespace fs = std::filesystem;
 
 // In times of the reader's processor time: it waits for nothing, but others may want the processor too.
 constexpr int kMaxWaitShare = 10;
+/// Files that one file may need beside it.
+constexpr std::size_t kMaxBeside = 64;
+/// A longer .gltf holds its numbers itself.
+constexpr std::size_t kMaxDescription = std::size_t{4} << 20U;
 
 /// What to install when a file of a known data package is missing.
 std::string remedy_for(const std::filesystem::path& file, const std::string& otherwise) {
@@ -79,22 +87,109 @@ class Descriptor {
                    std::strerror(error) + "); install it there, or set TANDEM_MESH_READER to where it is");
 }
 
-/// The bytes as a file without a name, for the reader to map.
-int memory_file(std::span<const std::byte> bytes) {
-  const int descriptor = memfd_create("mesh", MFD_CLOEXEC);
+/// A file for the reader, by the name that others call it.
+struct GivenFile {
+  std::string name;
+  std::vector<std::byte> bytes;
+};
+
+void write_all(int descriptor, std::span<const std::byte> bytes) {
   while (descriptor >= 0 && !bytes.empty()) {
     const ssize_t written = ::write(descriptor, bytes.data(), bytes.size());
     if (written > 0) bytes = bytes.subspan(static_cast<std::size_t>(written));
-    if (written < 0 && errno != EINTR) break;
+    if (written < 0 && errno != EINTR) return;
   }
+}
+
+void append(int descriptor, const std::string& name, std::span<const std::byte> bytes) {
+  std::vector<std::uint8_t> head;
+  ByteWriter writer(head);
+  writer.u32(static_cast<std::uint32_t>(name.size()));
+  writer.u32(static_cast<std::uint32_t>(bytes.size()));
+  write_all(descriptor, std::as_bytes(std::span(head)));
+  write_all(descriptor, std::as_bytes(std::span(name)));
+  write_all(descriptor, bytes);
+}
+
+/// The mesh, and what it needs beside it, as a file without a name, for the reader to map.
+int memory_file(std::span<const std::byte> bytes, const std::vector<GivenFile>& beside) {
+  const int descriptor = memfd_create("mesh", MFD_CLOEXEC);
+  append(descriptor, "", bytes);
+  for (const GivenFile& file : beside) append(descriptor, file.name, file.bytes);
   return descriptor;
+}
+
+/// "%20" as a space.
+std::string unescaped(const std::string& uri) {
+  std::string text;
+  for (std::size_t i = 0; i < uri.size(); ++i) {
+    unsigned code = 0;
+    const bool is_code = uri[i] == '%' && i + 2 < uri.size() &&
+                         std::from_chars(uri.data() + i + 1, uri.data() + i + 3, code, 16).ptr == uri.data() + i + 3;
+    text += is_code ? static_cast<char>(code) : uri[i];
+    i += is_code ? 2 : 0;
+  }
+  return text;
+}
+
+/// Names of files beside a .gltf that hold its numbers; none that leads out of its folder.
+std::vector<std::string> buffers_of(std::span<const std::byte> gltf) {
+  namespace json = boost::json;
+  std::vector<std::string> names;
+  if (gltf.size() > kMaxDescription) return names;
+  boost::system::error_code error;
+  const json::value document = json::parse({reinterpret_cast<const char*>(gltf.data()), gltf.size()}, error);
+  const auto add = [&names](const json::value& buffer) {
+    const json::value* const uri = buffer.is_object() ? buffer.as_object().if_contains("uri") : nullptr;
+    if (uri == nullptr || !uri->is_string() || uri->as_string().starts_with("data:")) return;
+    const std::string name = unescaped(std::string(uri->as_string()));
+    const fs::path path = fs::path(name).lexically_normal();
+    const bool is_beside = !path.empty() && path.is_relative() && *path.begin() != "..";
+    if (is_beside && names.size() < kMaxBeside) names.push_back(name);
+  };
+  const json::value* const buffers =
+      !error && document.is_object() ? document.as_object().if_contains("buffers") : nullptr;
+  if (buffers != nullptr && buffers->is_array()) std::ranges::for_each(buffers->as_array(), add);
+  // Version 1 has them by name.
+  if (buffers != nullptr && buffers->is_object()) {
+    for (const auto& [key, buffer] : buffers->as_object()) add(buffer);
+  }
+  return names;
+}
+
+std::vector<GivenFile> files_beside(std::span<const std::byte> bytes, const fs::path& file) {
+  std::vector<GivenFile> files;
+  std::string extension = file.extension().string();
+  std::ranges::transform(extension, extension.begin(), [](unsigned char c) { return std::tolower(c); });
+  if (extension != ".gltf") return files;
+  std::size_t total = bytes.size();
+  for (const std::string& name : buffers_of(bytes)) {
+    const fs::path path = file.parent_path() / name;
+    std::error_code error;
+    // The reader says which one is missing.
+    if (!fs::is_regular_file(path, error)) continue;
+    std::vector<std::byte> buffer = read_asset_file(path, "");
+    total += buffer.size();
+    if (total > mesh_reader::kMaxFileBytes) {
+      refuse(file,
+             "which with its buffers is too large; at most " + mebibytes(mesh_reader::kMaxFileBytes) + " are possible");
+    }
+    files.push_back({name, std::move(buffer)});
+  }
+  return files;
+}
+
+std::size_t bytes_of(std::span<const std::byte> bytes, const std::vector<GivenFile>& beside) {
+  std::size_t total = bytes.size();
+  for (const GivenFile& file : beside) total += file.bytes.size();
+  return total;
 }
 
 /// The reader as a process. Safe beside other threads: nothing of this process is used between fork and exec.
 class ReaderProcess {
  public:
-  ReaderProcess(const std::vector<std::byte>& bytes, const fs::path& file)
-      : file_(file), file_bytes_(bytes.size()), input_(memory_file(bytes)) {
+  ReaderProcess(const std::vector<std::byte>& bytes, const std::vector<GivenFile>& beside, const fs::path& file)
+      : file_(file), file_bytes_(bytes_of(bytes, beside)), input_(memory_file(bytes, beside)) {
     int ends[2] = {-1, -1};
     if (input_.get() < 0 || pipe2(ends, O_CLOEXEC) != 0) refuse_without_reader(file, errno);
     output_.emplace(ends[0]);
@@ -212,7 +307,7 @@ std::optional<geometry::TriangleMesh> mesh_of_reply(std::span<const std::uint8_t
 
 geometry::TriangleMesh import_mesh(const std::vector<std::byte>& bytes, const fs::path& file) {
   if (bytes.empty()) refuse(file, "which is empty; export the mesh again");
-  const std::vector<std::uint8_t> reply = ReaderProcess(bytes, file).reply();
+  const std::vector<std::uint8_t> reply = ReaderProcess(bytes, files_beside(bytes, file), file).reply();
   if (!reply.empty() && reply.front() == mesh_reader::kRefusal) {
     const std::size_t size = std::min(reply.size(), mesh_reader::kMaxRefusalBytes + 1);
     std::string text(reply.begin() + 1, reply.begin() + static_cast<std::ptrdiff_t>(size));

@@ -17,7 +17,8 @@ namespace tandem::server {
 std::vector<std::byte> read_asset_file(const std::filesystem::path& file, const std::string& remedy);
 
 /// Triangles of all parts of a mesh in one frame, in the file's units; corners that differ only in colour or normal are
-/// joined. `file` tells the format by its extension and is named in messages; only `bytes` are read.
+/// joined. `file` tells the format by its extension and is named in messages. Beside `bytes`, of a .gltf
+/// the buffers are read that lie in its folder or below.
 /// Fails   std::runtime_error: empty, not a mesh, more than a million triangles, a vertex that is not finite
 geometry::TriangleMesh mesh_of_bytes(const std::vector<std::byte>& bytes, const std::filesystem::path& file);
 

@@ -1,6 +1,7 @@
 // tandem-mesh-reader: parses one mesh file in bounded memory and time, for mesh_file.cpp. See mesh_reader.hpp.
 #include "server/assets/mesh_reader.hpp"
 
+#include <assimp/MemoryIOWrapper.h>
 #include <assimp/config.h>
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
@@ -9,11 +10,15 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <assimp/IOSystem.hpp>
 #include <assimp/Importer.hpp>
 #include <cerrno>
 #include <new>
 #include <span>
 #include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 #include "common/base/byte_io.hpp"
@@ -120,9 +125,58 @@ Bytes reply_of(const aiScene& scene) {
   return reply;
 }
 
+/// A file that was given, or its name alone.
+struct GivenFile {
+  std::string name;
+  std::span<const std::byte> bytes;
+};
+
+std::vector<GivenFile> files_of(std::span<const std::byte> input) {
+  std::vector<GivenFile> files;
+  auto rest = octets_of(input);
+  while (!rest.empty()) {
+    ByteReader reader(rest);
+    const std::size_t name = reader.u32(), size = reader.u32();
+    if (!reader.ok() || name > rest.size() || size > rest.size() - name) return {};
+    files.push_back({std::string(rest.begin(), rest.begin() + static_cast<std::ptrdiff_t>(name)),
+                     std::as_bytes(rest.subspan(name, size))});
+    rest = rest.subspan(name + size);
+  }
+  return files;
+}
+
+/// What Assimp may open: the files that were given.
+class GivenFiles final : public Assimp::IOSystem {
+ public:
+  explicit GivenFiles(std::vector<GivenFile> files) : files_(std::move(files)) {}
+
+  bool Exists(const char* name) const override { return find(name) != nullptr; }
+  char getOsSeparator() const override { return '/'; }
+  Assimp::IOStream* Open(const char* name, const char*) override {
+    const GivenFile* const file = find(name);
+    if (file == nullptr) return nullptr;
+    return new Assimp::MemoryIOStream(reinterpret_cast<const std::uint8_t*>(file->bytes.data()), file->bytes.size());
+  }
+  void Close(Assimp::IOStream* stream) override { delete stream; }
+
+ private:
+  const GivenFile* find(std::string_view name) const {
+    while (name.starts_with("./") || name.starts_with("/")) name.remove_prefix(name.front() == '/' ? 1 : 2);
+    const auto found = std::ranges::find(files_, name, &GivenFile::name);
+    return found == files_.end() ? nullptr : &*found;
+  }
+
+  std::vector<GivenFile> files_;
+};
+
 /// Positions only, so that corners that differ in colour or normal join; nodes flattened into one frame.
-Bytes import(std::span<const std::byte> bytes, const char* format) {
+Bytes import(std::span<const std::byte> bytes, const std::string& format) {
+  std::vector<GivenFile> files = files_of(bytes);
+  if (files.empty()) return refusal("which is empty; export the mesh again");
+  const std::string name = "mesh." + format;
+  files.front().name = name;
   Assimp::Importer importer;
+  importer.SetIOHandler(new GivenFiles(std::move(files)));
   importer.SetPropertyInteger(AI_CONFIG_PP_RVC_FLAGS, aiComponent_NORMALS | aiComponent_TANGENTS_AND_BITANGENTS |
                                                           aiComponent_COLORS | aiComponent_TEXCOORDS |
                                                           aiComponent_BONEWEIGHTS | aiComponent_ANIMATIONS |
@@ -130,10 +184,8 @@ Bytes import(std::span<const std::byte> bytes, const char* format) {
                                                           aiComponent_CAMERAS | aiComponent_MATERIALS);
   importer.SetPropertyInteger(AI_CONFIG_PP_SBP_REMOVE, aiPrimitiveType_POINT | aiPrimitiveType_LINE);
   const aiScene* const scene =
-      importer.ReadFileFromMemory(bytes.data(), bytes.size(),
-                                  aiProcess_RemoveComponent | aiProcess_PreTransformVertices | aiProcess_Triangulate |
-                                      aiProcess_JoinIdenticalVertices | aiProcess_SortByPType,
-                                  format);
+      importer.ReadFile(name, aiProcess_RemoveComponent | aiProcess_PreTransformVertices | aiProcess_Triangulate |
+                                  aiProcess_JoinIdenticalVertices | aiProcess_SortByPType);
   if (scene != nullptr && scene->mNumMeshes > 0) return reply_of(*scene);
   const std::string reason = importer.GetErrorString();
   return refusal("which is not a mesh that can be read" + (reason.empty() ? "" : " (" + reason + ")") +

@@ -3,7 +3,8 @@
 // bounded memory and time, opens nothing, and may crash:
 //
 //   tandem-mesh-reader FORMAT      FORMAT  the file's extension without the dot
-//   standard input                 the file's bytes, of a descriptor whose size fstat() knows
+//   standard input                 the file and those that it needs (the buffers of a .gltf), of a descriptor whose size
+//                                  fstat() knows: of each u32 length of its name, u32 bytes, the name, the bytes
 //   standard output, exit code 0   kMesh, u32 vertices, u32 triangles, f64 x y z each, i32 a b c each; or kRefusal and text
 //   exit code kOutOfMemory         it needed more than address_space_limit()
 //   SIGXCPU                        it needed longer than cpu_limit_s()

@@ -24,8 +24,8 @@ constexpr Duration kAcceptAgain = std::chrono::milliseconds(100);
 constexpr int kPortTries = 16;
 /// Above the hub's own limit, for connections that only linger; beyond it the oldest of these goes.
 constexpr std::size_t kMaxPeers = 512;
-/// A user who comes from ever new places gets no socket of his own for each.
-constexpr Duration kOwnSocketAgain = std::chrono::milliseconds(100);
+/// A user who comes from ever new places gets no path for each.
+constexpr Duration kNewPathAgain = std::chrono::milliseconds(100);
 
 /// What shares the limits of an address: a host, or of IPv6 the network that one host may have for itself (64 bits).
 std::string name_of(const asio::ip::address& address) {
@@ -36,21 +36,37 @@ std::string name_of(const asio::ip::address& address) {
 
 }  // namespace
 
+/// Where a user's datagrams come from.
+struct AsioServerTransport::Path {
+  Path(asio::io_context& io, udp::endpoint from, std::uint64_t number)
+      : socket(io), to(std::move(from)), check(number) {}
+
+  udp::socket socket;  ///< his own, connected; not open: all goes on through the port that everybody knows
+  udp::endpoint to;
+  net::PathCheck check;
+};
+
 struct AsioServerTransport::Peer {
-  Peer(tcp::socket connected, ConnectionHandle its_handle)
-      : socket(std::move(connected)),
-        datagrams(socket.get_executor()),
-        linger(socket.get_executor()),
-        handle(its_handle) {}
+  Peer(tcp::socket connected, ConnectionHandle its_handle, const secure::TlsContext* tls_context)
+      : socket(std::move(connected)), linger(socket.get_executor()), handle(its_handle), tls(tls_context) {}
+
+  void close_paths() {
+    error_code ignored;
+    for (const auto& one : {path, new_path}) {
+      if (one != nullptr) one->socket.close(ignored);
+    }
+  }
+  /// Where state goes: to the path that has been checked; before there is one, to the one that is being checked.
+  Path* destination() const { return path != nullptr ? path.get() : new_path.get(); }
 
   tcp::socket socket;
-  udp::socket datagrams;  ///< his own, once it is known where he sends from
+  std::shared_ptr<Path> path;      ///< checked
+  std::shared_ptr<Path> new_path;  ///< not yet
+  LocalTime new_path_at{};
   asio::steady_timer linger;
   ConnectionHandle handle;
   asio::ip::address address;
-  std::optional<udp::endpoint> datagrams_from;
-  std::optional<udp::endpoint> own_socket_to;
-  LocalTime own_socket_at{};
+  secure::TlsStream tls;
   proto::Bytes unsent;
   bool is_waiting_to_write = false;
   bool is_closing = false;
@@ -59,9 +75,9 @@ struct AsioServerTransport::Peer {
 };
 
 AsioServerTransport::AsioServerTransport(asio::io_context& io, const std::string& address, std::uint16_t port,
-                                         const Clock& clock)
-    : io_(io), clock_(clock), acceptor_(io), udp_(io), accept_again_(io) {
-  listen(net::loopback_address("cannot listen on", address), port);
+                                         const Clock& clock, const secure::TlsContext* tls)
+    : io_(io), clock_(clock), tls_(tls), acceptor_(io), udp_(io), accept_again_(io) {
+  listen(net::numeric_address("cannot listen on", address, tls != nullptr), port);
 }
 
 AsioServerTransport::~AsioServerTransport() = default;
@@ -128,7 +144,7 @@ void AsioServerTransport::accept() {
 void AsioServerTransport::welcome(tcp::socket socket) {
   make_room();
   error_code error;
-  const auto peer = std::make_shared<Peer>(std::move(socket), ++last_handle_);
+  const auto peer = std::make_shared<Peer>(std::move(socket), ++last_handle_, tls_);
   peer->address = peer->socket.remote_endpoint(error).address();
   if (!error) peer->socket.non_blocking(true, error);
   if (!error) peer->socket.set_option(tcp::no_delay(true), error);
@@ -148,7 +164,9 @@ void AsioServerTransport::make_room() {
 void AsioServerTransport::read(const PeerPointer& peer) {
   const LocalTime now = clock_.now();
   if (!peer->socket.is_open()) return;
-  if (hub_->is_behind(peer->handle) || !peer->reads.has_some(now) || !reads_.has_some(now)) {
+  const bool begins = tls_ != nullptr && !peer->tls.has_received();
+  if (hub_->is_behind(peer->handle) || !peer->reads.has_some(now) || !reads_.has_some(now) ||
+      (begins && !handshakes_.has_some(now))) {
     return rest([this, peer] { read(peer); });
   }
   peer->socket.async_wait(tcp::socket::wait_read, [this, peer](const error_code& error) {
@@ -169,15 +187,28 @@ bool AsioServerTransport::read_some(const PeerPointer& peer) {
     drop(peer);
     return false;
   }
-  if (!peer->is_closing) hub_->on_control_bytes(peer->handle, std::span(incoming_).first(size), now);
+  take_bytes(peer, std::span(incoming_).first(size));
   return true;
+}
+
+void AsioServerTransport::take_bytes(const PeerPointer& peer, std::span<const std::byte> bytes) {
+  if (peer->is_closing) return;
+  if (tls_ != nullptr && !peer->tls.has_received()) handshakes_.take(1, clock_.now());
+  plain_.clear();
+  const bool is_good = peer->tls.receive(bytes, plain_, peer->unsent);
+  flush(peer);
+  if (!plain_.empty()) hub_->on_control_bytes(peer->handle, plain_, clock_.now());
+  if (is_good) return;
+  ++failed_handshakes_;
+  hub_->on_disconnected(peer->handle, clock_.now(), peer->tls.problem());
+  close(peer->handle);  // not at once: the peer should read why
 }
 
 void AsioServerTransport::drop(const PeerPointer& peer) {
   error_code ignored;
   peer->linger.cancel();
   peer->socket.close(ignored);
-  peer->datagrams.close(ignored);
+  peer->close_paths();
   if (peers_.erase(peer->handle) > 0) hub_->on_disconnected(peer->handle, clock_.now());
 }
 
@@ -185,8 +216,14 @@ void AsioServerTransport::send_control(ConnectionHandle connection, std::span<co
   const auto found = peers_.find(connection);
   if (found == peers_.end() || found->second->is_closing) return;
   const PeerPointer& peer = found->second;
-  peer->unsent.insert(peer->unsent.end(), bytes.begin(), bytes.end());
+  peer->tls.send(bytes, peer->unsent);
   flush(peer);
+}
+
+std::optional<secure::Exported> AsioServerTransport::exported(ConnectionHandle connection, std::string_view label,
+                                                              std::span<const std::byte> context) {
+  const auto found = peers_.find(connection);
+  return found == peers_.end() ? std::nullopt : found->second->tls.exported(label, context);
 }
 
 // A write error is left to the pending read, which sees it too: the hub must not be called from inside its own call.
@@ -219,9 +256,9 @@ void AsioServerTransport::close(ConnectionHandle connection) {
   const auto found = peers_.find(connection);
   if (found == peers_.end() || found->second->is_closing) return;
   const PeerPointer peer = found->second;
-  error_code ignored;
   peer->is_closing = true;
-  peer->datagrams.close(ignored);
+  peer->close_paths();
+  peer->tls.close(peer->unsent);
   peer->linger.expires_after(kLinger);
   peer->linger.async_wait([this, peer](const error_code& stopped) {
     if (!stopped) drop(peer);
@@ -237,14 +274,19 @@ void AsioServerTransport::finish_sending(const PeerPointer& peer) {
 
 bool AsioServerTransport::send_datagram(ConnectionHandle connection, std::span<const std::byte> datagram) {
   const auto found = peers_.find(connection);
-  if (found == peers_.end() || !found->second->datagrams_from) return false;
-  Peer& peer = *found->second;
+  if (found == peers_.end()) return false;
+  Path* const path = found->second->destination();
+  return path != nullptr && send_on(*path, datagram);
+}
+
+bool AsioServerTransport::send_on(Path& path, std::span<const std::byte> datagram) {
+  if (!path.check.take(datagram.size())) return false;
   error_code error;
   const asio::const_buffer bytes(datagram.data(), datagram.size());
-  if (peer.datagrams.is_open() && peer.own_socket_to == peer.datagrams_from) {
-    peer.datagrams.send(bytes, 0, error);
+  if (path.socket.is_open()) {
+    path.socket.send(bytes, 0, error);
   } else {
-    udp_.send_to(bytes, *peer.datagrams_from, 0, error);
+    udp_.send_to(bytes, path.to, 0, error);
   }
   return !error;
 }
@@ -258,13 +300,13 @@ void AsioServerTransport::await_datagrams() {
   });
 }
 
-void AsioServerTransport::await_own_datagrams(const PeerPointer& peer) {
-  if (!peer->datagrams.is_open()) return;
-  if (!peer->datagram_turn.has_some(clock_.now())) return rest([this, peer] { await_own_datagrams(peer); });
-  peer->datagrams.async_wait(udp::socket::wait_read, [this, peer](const error_code& error) {
+void AsioServerTransport::await_own_datagrams(const PeerPointer& peer, const std::shared_ptr<Path>& path) {
+  if (!path->socket.is_open()) return;
+  if (!peer->datagram_turn.has_some(clock_.now())) return rest([this, peer, path] { await_own_datagrams(peer, path); });
+  path->socket.async_wait(udp::socket::wait_read, [this, peer, path](const error_code& error) {
     if (error) return;
-    receive_from(peer->datagrams, peer->datagram_turn);
-    await_own_datagrams(peer);
+    receive_from(path->socket, peer->datagram_turn);
+    await_own_datagrams(peer, path);
   });
 }
 
@@ -282,33 +324,60 @@ void AsioServerTransport::receive_from(udp::socket& socket, net::TokenBucket& tu
 }
 
 void AsioServerTransport::take_datagram(std::span<const std::byte> datagram, const udp::endpoint& from) {
+  // Without encryption nothing but the address says whose it is.
   const auto comes_from_its_user = [this, &from](ConnectionHandle connection) {
     const auto found = peers_.find(connection);
-    return found != peers_.end() && found->second->address == from.address();
+    return found != peers_.end() && (tls_ != nullptr || found->second->address == from.address());
   };
-  const ConnectionHandle accepted = hub_->on_datagram(datagram, clock_.now(), comes_from_its_user);
-  const auto found = peers_.find(accepted);
-  if (found == peers_.end()) return;
-  found->second->datagrams_from = from;
-  if (found->second->own_socket_to != from) give_own_socket(found->second);
+  const AcceptedDatagram accepted = hub_->on_datagram(datagram, clock_.now(), comes_from_its_user);
+  const auto found = peers_.find(accepted.connection);
+  if (found != peers_.end()) note_path(PeerPointer(found->second), accepted, datagram.size(), from);
 }
 
-// Where it cannot be had, all goes on through the port that everybody knows.
-void AsioServerTransport::give_own_socket(const PeerPointer& peer) {
+void AsioServerTransport::note_path(const PeerPointer& peer, const AcceptedDatagram& datagram, std::size_t bytes,
+                                    const udp::endpoint& from) {
+  if (peer->path != nullptr && peer->path->to == from) return;
+  if (peer->new_path == nullptr || peer->new_path->to != from) open_path(peer, from);
+  if (peer->new_path == nullptr || peer->new_path->to != from) return;
+  net::PathCheck& check = peer->new_path->check;
+  check.note_received(bytes);
+  if (datagram.path_answer) check.note_answer(*datagram.path_answer);
+  if (tls_ == nullptr) check.trust();
+  if (!check.is_valid()) return ask(*peer);
+  error_code ignored;
+  if (peer->path != nullptr) peer->path->socket.close(ignored);
+  peer->path = std::exchange(peer->new_path, nullptr);
+}
+
+/// Not too soon after the last one.
+void AsioServerTransport::open_path(const PeerPointer& peer, const udp::endpoint& to) {
   const LocalTime now = clock_.now();
-  if (peer->own_socket_at != LocalTime{} && now - peer->own_socket_at < kOwnSocketAgain) return;
-  peer->own_socket_at = now;
+  if (peer->new_path_at != LocalTime{} && now - peer->new_path_at < kNewPathAgain) return;
+  peer->new_path_at = now;
+  const auto path = std::make_shared<Path>(io_, to, secure::random_u64());
   error_code error;
+  if (peer->new_path != nullptr) peer->new_path->socket.close(error);
+  error.clear();
   udp::socket own(io_);
-  own.open(peer->datagrams_from->protocol(), error);
+  // By the address that its TCP connection was made to: a machine may have several.
+  const udp::endpoint here(peer->socket.local_endpoint(error).address(), port_);
+  if (!error) own.open(to.protocol(), error);
   if (!error) own.non_blocking(true, error);
   if (!error) own.set_option(net::SharedPort(true), error);
-  if (!error) own.bind(udp_.local_endpoint(error), error);
-  if (!error) own.connect(*peer->datagrams_from, error);
-  if (error) return;
-  peer->own_socket_to = peer->datagrams_from;
-  peer->datagrams = std::move(own);
-  await_own_datagrams(peer);
+  if (!error) own.bind(here, error);
+  if (!error) own.connect(to, error);
+  // Where it cannot be had, all goes on through the port that everybody knows.
+  if (!error) path->socket = std::move(own);
+  peer->new_path = path;
+  await_own_datagrams(peer, path);
+}
+
+void AsioServerTransport::ask(Peer& peer) {
+  Path& path = *peer.new_path;
+  const LocalTime now = clock_.now();
+  if (!path.check.is_due(now)) return;
+  const auto question = hub_->path_challenge(peer.handle, path.check.number(), now);
+  if (!question.empty()) send_on(path, question);
 }
 
 }  // namespace tandem::server

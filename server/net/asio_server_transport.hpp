@@ -7,10 +7,15 @@
 // Nobody holds up anybody:
 //
 //   listener          kAcceptTurn              the rest waits in the kernel
+//   TLS, begun        kHandshakeTurn           the first words of the others wait in the kernel
 //   TCP, each         kConnectionReadTurn      kReadTurn for all; none while messages of it wait in the hub
 //   UDP, the port     kStrangersTurn           anybody's datagrams: garbage, and the first ones of a user
 //   UDP, each user    kConnectionDatagramTurn  a socket of his own, connected to where his datagrams come from: the
 //                                              kernel keeps them in a buffer that no flood at the port fills
+//
+// What passes on the TCP sockets goes through a secure::TlsStream each; with --insecure that leaves bytes as they are, and
+// only then is the server bound to loopback. Where a user's datagrams come from is a path: a new one is used beside the old
+// until it has said back what the server asks (common/net/path_check.hpp), then instead of it.
 //
 // What has used up its turn is not waited for until the next one (begin_turn()): a flood stays in the kernel, which
 // drops it there, and costs this thread no more than its turn.
@@ -25,11 +30,13 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "common/base/time.hpp"
+#include "common/net/path_check.hpp"
 #include "server/session/session_hub.hpp"
 
 namespace tandem::server {
@@ -40,9 +47,11 @@ namespace tandem::server {
 class AsioServerTransport final : public ServerTransport {
  public:
   /// Opens the port (0: any free one) for TCP and UDP.
-  /// Fails   std::invalid_argument: not a loopback address (until the transport is secured);
+  /// In      tls  null: nothing is encrypted, loopback only; else outlives the transport
+  /// Fails   std::invalid_argument: not an address, or not loopback without TLS;
   ///         std::runtime_error: port in use or not allowed, with the remedy
-  AsioServerTransport(boost::asio::io_context& io, const std::string& address, std::uint16_t port, const Clock& clock);
+  AsioServerTransport(boost::asio::io_context& io, const std::string& address, std::uint16_t port, const Clock& clock,
+                      const secure::TlsContext* tls);
   ~AsioServerTransport() override;
 
   std::uint16_t port() const { return port_; }
@@ -53,13 +62,18 @@ class AsioServerTransport final : public ServerTransport {
   void begin_turn();
   /// Connections that are open, those that only send what is queued included.
   std::size_t open_connections() const { return peers_.size(); }
+  /// Connections that ended because their TLS did not come about or broke.
+  std::uint64_t failed_handshakes() const { return failed_handshakes_; }
 
   void send_control(ConnectionHandle connection, std::span<const std::byte> bytes) override;
   bool send_datagram(ConnectionHandle connection, std::span<const std::byte> datagram) override;
   std::size_t queued_control_bytes(ConnectionHandle connection) const override;
+  std::optional<secure::Exported> exported(ConnectionHandle connection, std::string_view label,
+                                           std::span<const std::byte> context) override;
   void close(ConnectionHandle connection) override;
 
  private:
+  struct Path;
   struct Peer;
   using PeerPointer = std::shared_ptr<Peer>;
 
@@ -73,14 +87,20 @@ class AsioServerTransport final : public ServerTransport {
   void rest(std::function<void()> go_on) { resting_.push_back(std::move(go_on)); }
   void make_room();
   bool read_some(const PeerPointer& peer);
+  void take_bytes(const PeerPointer& peer, std::span<const std::byte> bytes);
   void await_datagrams();
-  void await_own_datagrams(const PeerPointer& peer);
+  void await_own_datagrams(const PeerPointer& peer, const std::shared_ptr<Path>& path);
   void receive_from(boost::asio::ip::udp::socket& socket, net::TokenBucket& turn);
   void take_datagram(std::span<const std::byte> datagram, const boost::asio::ip::udp::endpoint& from);
-  void give_own_socket(const PeerPointer& peer);
+  void note_path(const PeerPointer& peer, const AcceptedDatagram& datagram, std::size_t bytes,
+                 const boost::asio::ip::udp::endpoint& from);
+  void open_path(const PeerPointer& peer, const boost::asio::ip::udp::endpoint& to);
+  void ask(Peer& peer);
+  bool send_on(Path& path, std::span<const std::byte> datagram);
 
   boost::asio::io_context& io_;
   const Clock& clock_;
+  const secure::TlsContext* tls_;
   boost::asio::ip::tcp::acceptor acceptor_;
   boost::asio::ip::udp::socket udp_;
   boost::asio::steady_timer accept_again_;
@@ -91,8 +111,11 @@ class AsioServerTransport final : public ServerTransport {
   net::TokenBucket accepts_{kAcceptTurn};
   net::TokenBucket reads_{kReadTurn};
   net::TokenBucket strangers_{kStrangersTurn};
+  net::TokenBucket handshakes_{kHandshakeTurn};
+  std::uint64_t failed_handshakes_ = 0;
   std::vector<std::function<void()>> resting_;
   std::array<std::byte, kReadBytes> incoming_{};
+  proto::Bytes plain_;  ///< of the connection that is being read
 };
 
 }  // namespace tandem::server

@@ -1,12 +1,9 @@
 #include "server/net/live_server.hpp"
 
-#include <openssl/rand.h>
 #include <sys/eventfd.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
-#include <bit>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/posix/stream_descriptor.hpp>
 #include <boost/asio/post.hpp>
@@ -16,7 +13,6 @@
 #include <stdexcept>
 #include <system_error>
 
-#include "common/realtime/realtime.hpp"
 #include "server/net/asio_server_transport.hpp"
 #include "server/net/room_scheduler.hpp"
 
@@ -41,14 +37,6 @@ int open_eventfd() {
 bool is_ignored(int signal) {
   struct sigaction action {};
   return sigaction(signal, nullptr, &action) == 0 && action.sa_handler == SIG_IGN;
-}
-
-std::uint64_t unguessable_id() {
-  std::array<unsigned char, sizeof(std::uint64_t)> bytes{};
-  if (RAND_bytes(bytes.data(), static_cast<int>(bytes.size())) != 1) {
-    throw std::runtime_error("the system gives no random bytes, which connection ids need; look at /dev/urandom");
-  }
-  return std::bit_cast<std::uint64_t>(bytes);
 }
 
 }  // namespace
@@ -91,11 +79,11 @@ LiveServer::Impl::Impl(LiveServer& server, LiveServerSettings server_settings,
     : owner(server),
       settings(std::move(server_settings)),
       rooms(std::move(server_rooms)),
-      transport(io, settings.bind_address, settings.port, clock),
+      transport(io, settings.bind_address, settings.port, clock, settings.tls.get()),
       hub(
           [this] {
             settings.hub.datagram_port = transport.port();
-            if (!settings.hub.connection_ids) settings.hub.connection_ids = unguessable_id;
+            if (!settings.hub.connection_ids) settings.hub.connection_ids = secure::random_u64;
             return settings.hub;
           }(),
           room_pointers(), transport),
@@ -125,12 +113,7 @@ std::vector<Room*> LiveServer::Impl::room_pointers() const {
 
 void LiveServer::Impl::run() {
   started = clock.now();
-  std::vector<std::string> not_granted = scheduler.start();
-  const int io_priority = settings.realtime_priority > 0 ? settings.realtime_priority + 1 : 0;
-  for (const std::string& line : realtime::request_realtime(io_priority)) {
-    if (std::find(not_granted.begin(), not_granted.end(), line) == not_granted.end()) not_granted.push_back(line);
-  }
-  for (const std::string& line : not_granted) log(line);
+  for (const std::string& line : scheduler.start()) log(line);
   transport.serve(hub);
   await_steps();
   await_poll_time();
@@ -170,6 +153,7 @@ void LiveServer::Impl::await_poll_time() {
   poll_timer.async_wait([this](const error_code& error) {
     if (error) return;
     poll();
+    scheduler.share(clock.now());
     tell_of_slow_rooms();
     await_poll_time();
   });
@@ -229,6 +213,10 @@ Duration LiveServer::up() const {
 
 const HubCounters& LiveServer::counters() const {
   return impl_->hub.counters();
+}
+
+std::uint64_t LiveServer::failed_handshakes() const {
+  return impl_->transport.failed_handshakes();
 }
 
 std::vector<RoomTiming> LiveServer::room_timings() const {

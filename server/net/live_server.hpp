@@ -21,12 +21,13 @@
 namespace tandem::server {
 
 struct LiveServerSettings {
-  std::string bind_address = "127.0.0.1";  ///< loopback only, until the transport is secured
+  std::string bind_address = "127.0.0.1";  ///< without `tls` loopback only
   std::uint16_t port = 47800;              ///< TCP and UDP; 0: any
   int realtime_priority = 0;               ///< SCHED_FIFO of the room threads, io one above; 0: normal scheduler
   std::optional<Duration> duration{};      ///< stop by itself after this long
   bool stops_on_signals = false;  ///< SIGINT, SIGTERM and SIGHUP call stop(), the last unless it was ignored before
-  HubSettings hub{};              ///< datagram_port, and connection_ids where empty, are filled in
+  std::shared_ptr<const secure::TlsContext> tls{};  ///< null: nothing is encrypted
+  HubSettings hub{};                                ///< datagram_port, and connection_ids where empty, are filled in
 };
 
 class LiveServer {
@@ -53,6 +54,7 @@ class LiveServer {
   // What the server did; after run().
   Duration up() const;
   const HubCounters& counters() const;
+  std::uint64_t failed_handshakes() const;
   /// In the order of the rooms.
   std::vector<RoomTiming> room_timings() const;
 

@@ -1,12 +1,13 @@
 #include "server/net/room_scheduler.hpp"
 
+#include <algorithm>
 #include <future>
 #include <set>
 #include <thread>
 #include <utility>
 
 #include "common/realtime/rate_watch.hpp"
-#include "common/realtime/realtime.hpp"
+#include "server/net/realtime_share.hpp"
 
 namespace tandem::server {
 namespace {
@@ -14,6 +15,9 @@ namespace {
 /// How often an empty room looks whether somebody has come.
 constexpr Duration kLookAgain = std::chrono::milliseconds(5);
 constexpr Duration kTrustedAgainAfter = std::chrono::seconds(1);
+constexpr Duration kSharePeriod = std::chrono::milliseconds(25);
+constexpr double kWindowsOfAMean = 10;
+constexpr std::uint64_t kEnoughSteps = 5;
 
 }  // namespace
 
@@ -26,10 +30,36 @@ struct RoomScheduler::Loop {
   std::unique_ptr<realtime::PeriodicTimer> timer;
   realtime::RateWatch rate;
   RoomTiming timing;
+  std::atomic<std::uint64_t> steps{0};
   LocalTime slow_until{};  ///< counts as slow until then, if it keeps its rate so long; LocalTime{}: does not
   std::atomic<bool> is_slow{false};
   bool is_told_slow = false;  ///< io thread's
   std::thread thread;
+};
+
+/// What one thread of real-time priority needs of a core, and whether it has it.
+struct RoomScheduler::Meter {
+  /// At the end of a window. A room that gets less than it needs makes fewer steps: what counts is what it would use at its
+  /// rate. A mean over some 250 ms: the kernel counts a second, and a hiccup is no need.
+  void measure(Duration window) {
+    const Duration used = realtime::cpu_time(thread) - cpu_time;
+    cpu_time += used;
+    double need = used / std::chrono::duration<double, std::nano>(window);
+    if (loop != nullptr) {
+      const std::uint64_t steps = loop->steps.load(std::memory_order_relaxed) - steps_before;
+      steps_before += steps;
+      const Duration at_its_rate = static_cast<Duration::rep>(steps) * loop->room.period();
+      if (steps >= kEnoughSteps) need = std::max(need, used / std::chrono::duration<double, std::nano>(at_its_rate));
+    }
+    user.demand += (need - user.demand) / kWindowsOfAMean;
+  }
+
+  pthread_t thread{};
+  const Loop* loop = nullptr;  ///< nullptr: io, which has no rate of its own
+  Duration cpu_time{0};
+  std::uint64_t steps_before = 0;
+  RealtimeUser user{};
+  LocalTime not_before{};  ///< gets no priority until then
 };
 
 RoomScheduler::RoomScheduler(const std::vector<Room*>& rooms, int realtime_priority,
@@ -47,6 +77,14 @@ std::vector<std::string> RoomScheduler::start() {
   std::set<std::string> lines;
   for (const auto& loop : loops_) {
     for (std::string& line : loop->not_granted.get_future().get()) lines.insert(std::move(line));
+  }
+  const int io_priority = realtime_priority_ > 0 ? realtime_priority_ + 1 : 0;
+  for (std::string& line : realtime::request_realtime(io_priority)) lines.insert(std::move(line));
+  if (realtime::has_realtime_priority()) {
+    meters_.push_back({.thread = pthread_self(), .loop = nullptr});
+    for (const auto& loop : loops_) meters_.push_back({.thread = loop->thread.native_handle(), .loop = loop.get()});
+    for (Meter& meter : meters_) meter.cpu_time = realtime::cpu_time(meter.thread);
+    shared_ = SteadyClock().now();
   }
   return {lines.begin(), lines.end()};
 }
@@ -80,6 +118,7 @@ void RoomScheduler::step(Loop& loop) {
   const LocalTime end = clock.now();
   loop.timing.step_time.record(end - begin);
   ++loop.timing.steps;
+  loop.steps.store(loop.timing.steps, std::memory_order_relaxed);
   if (end > deadline + loop.room.period()) {
     ++loop.timing.overruns;
     loop.room.report(kFaultOverrun);
@@ -89,19 +128,36 @@ void RoomScheduler::step(Loop& loop) {
 }
 
 void RoomScheduler::keep_rate(Loop& loop, LocalTime now) {
-  const bool was_slow = loop.slow_until != LocalTime{};
   if (loop.rate.is_slow(now)) {
     loop.slow_until = now + kTrustedAgainAfter;
-    if (!was_slow && realtime_priority_ > 0) realtime::drop_realtime();
-  } else if (was_slow && now >= loop.slow_until) {
+  } else if (now >= loop.slow_until) {
     loop.slow_until = LocalTime{};
-    realtime::request_realtime(realtime_priority_);
   }
   const bool is_slow = loop.slow_until != LocalTime{};
   loop.is_slow.store(is_slow, std::memory_order_relaxed);
   if (!is_slow) return;
   ++loop.timing.slow;
   loop.room.report(kFaultRoomSlow);
+}
+
+void RoomScheduler::share(LocalTime now) {
+  if (meters_.empty() || now < shared_ + kSharePeriod) return;
+  const Duration window = now - std::exchange(shared_, now);
+  std::vector<RealtimeUser> users;
+  for (Meter& meter : meters_) {
+    meter.measure(window);
+    users.push_back(meter.user);
+  }
+  share_realtime(users, cores_);
+  for (std::size_t i = 0; i < users.size(); ++i) give(meters_[i], users[i].has_priority, now);
+}
+
+/// Priority is lost at once, and gained by who has fitted for a second.
+void RoomScheduler::give(Meter& meter, bool has_priority, LocalTime now) {
+  if (!has_priority) meter.not_before = now + kTrustedAgainAfter;
+  if (has_priority == meter.user.has_priority || (has_priority && now < meter.not_before)) return;
+  meter.user.has_priority = has_priority;
+  realtime::set_priority(meter.thread, has_priority ? realtime_priority_ : 0);
 }
 
 std::vector<std::string> RoomScheduler::news() {

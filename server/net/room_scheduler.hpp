@@ -10,6 +10,7 @@
 
 #include "common/base/histogram.hpp"
 #include "common/base/time.hpp"
+#include "common/realtime/realtime.hpp"
 #include "server/room/room.hpp"
 
 namespace tandem::server {
@@ -27,8 +28,8 @@ struct RoomTiming {
 /// A thread for each room, with absolute deadlines of its own period. A room that nobody is in sleeps.
 ///
 /// All run at one SCHED_FIFO priority, below the io thread: reading a datagram takes microseconds, and a step that used
-/// the datagram before it would be a millisecond older. A room that does not keep its rate leaves that priority to the
-/// others until it has kept its rate for a second: its own users wait, nobody else's.
+/// the datagram before it would be a millisecond older. By `share_realtime()` a room that is measured to be too large, or one too
+/// many, leaves that priority to the others until it has fitted for a second: its own users wait, nobody else's.
 class RoomScheduler {
  public:
   /// In      realtime_priority  1–98; 0: the normal scheduler
@@ -39,9 +40,13 @@ class RoomScheduler {
   RoomScheduler(const RoomScheduler&) = delete;
   RoomScheduler& operator=(const RoomScheduler&) = delete;
 
-  /// Starts the threads. Returns what they asked for and were not granted, each line once.
+  /// Starts the threads, and takes the calling one for io: one above them. Returns what was asked for and not granted, each
+  /// line once.
   std::vector<std::string> start();
   void stop();
+  /// Measures what each thread needs and shares the real-time priority anew; at most each 25 ms.
+  /// Thread  io
+  void share(LocalTime now);
   /// Rooms that have become too slow, or keep up again, since the last call; one line for people each.
   /// Thread  io
   std::vector<std::string> news();
@@ -50,6 +55,8 @@ class RoomScheduler {
 
  private:
   struct Loop;
+  struct Meter;
+  void give(Meter& meter, bool has_priority, LocalTime now);
   void run(Loop& loop);
   void step(Loop& loop);
   void keep_rate(Loop& loop, LocalTime now);
@@ -57,6 +64,9 @@ class RoomScheduler {
   int realtime_priority_;
   std::function<void(const Room&)> after_step_;
   std::vector<std::unique_ptr<Loop>> loops_;
+  std::vector<Meter> meters_;  ///< of io, and of each room; empty without real-time priority
+  std::size_t cores_ = realtime::usable_cores();
+  LocalTime shared_{};
   std::atomic<bool> is_stopping_{false};
 };
 

@@ -73,7 +73,7 @@ class SoftWorld final : public physics::SoftBodies {
 
   /// For viewers, of the last result: nodes, and the surface over them.
   std::size_t body_count() const;
-  std::span<const Vec3> nodes_W(std::size_t body) const;
+  std::span<const Vec3> nodes_W(std::size_t body) const override;
   const SoftModel& model(std::size_t body) const;
 
   int period_steps() const;

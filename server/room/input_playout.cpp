@@ -12,6 +12,7 @@ constexpr double kUsualTicks_per_s = 1000;
 constexpr Duration kMaxGap = std::chrono::milliseconds(115);
 /// In ticks; see the class.
 constexpr double kStrideTolerance = 0.75;
+constexpr double kNoLead_m = 1e-6;
 /// More ticks than this from one input to the next are another client's count: differences stay exact as doubles.
 constexpr std::uint64_t kMaxStep = 1U << 20U;
 
@@ -74,6 +75,8 @@ void InputPlayout::reset() noexcept {
   played_ = 0;
   steps_behind_ = 0;
   underrun_s_ = 0;
+  has_run_on_ = false;
+  lead_.setZero();
   delay_.reset();
 }
 
@@ -106,7 +109,7 @@ void InputPlayout::choose_tick(double wanted) noexcept {
   const double stride = std::round(step_s_ * ticks_per_second());
   const bool keeps_stride = played_ != 0 && std::abs(wanted - so_far - stride) <= kStrideTolerance;
   double chosen = keeps_stride ? so_far + stride : std::round(wanted);
-  if (played_ != 0) {
+  if (played_ != 0 && !has_run_on_) {
     steps_behind_ = chosen > so_far + std::max(stride, 1.0) ? steps_behind_ + 1 : 0;
     chosen = std::min(chosen, so_far + std::max(stride, 1.0) * (steps_behind_ % kCatchUpSteps == 1 ? 2 : 1));
   }
@@ -140,7 +143,29 @@ std::optional<PlayedInput> InputPlayout::play(Duration now) noexcept {
   PlayedInput played = at_tick(played_);
   played.has_underrun = has_underrun;
   played.handle = held(played.handle, underrun_s_);
+  lead(played);
   return played;
+}
+
+/// What ran on stays where it is; once something to play is there, it goes over to that.
+void InputPlayout::lead(PlayedInput& played) noexcept {
+  if (has_run_on_) lead_ = played_p_ - played.handle.X.p;
+  if (!played.has_underrun) {
+    has_run_on_ = false;
+    lead_ = lead_.norm() < kNoLead_m ? Vec3(Vec3::Zero()) : Vec3(lead_ * (1 - step_s_ / kLeadFade_s));
+  }
+  played.handle.X.p += lead_;
+  played_p_ = played.handle.X.p;
+}
+
+void InputPlayout::run_on(PlayedInput& played) noexcept {
+  has_run_on_ = true;
+  const Vec3 v = std::max(0.0, 1 - underrun_s_ / kRunOn_s) * input(0).handle.V.v;
+  const Vec3 more = clamped_to_length(lead_ + step_s_ * v, kRunOnMost_m) - lead_;
+  lead_ += more;
+  played.handle.X.p += more;
+  played.handle.V.v = more / step_s_;
+  played_p_ = played.handle.X.p;
 }
 
 }  // namespace tandem::server

@@ -35,6 +35,8 @@ struct PlayedInput {
 ///         only when it has drifted 0.75 ticks from where the delay wants it: a jitter of time stamps moves nothing.
 ///         On underrun, the last one's poses are held and its twists fade to zero in kTwistFade_s; what then comes is
 ///         caught up with at 5/4 of the hand's pace, two of its ticks in every fourth step, not by a jump.
+///         With run_on() the hand is taken to go on as it went, slower and slower until kRunOn_s, by kRunOnMost_m at most.
+///         What then comes is played at once from where it is due, and the difference goes within some kLeadFade_s.
 /// Limits  a client that leaves gaps by itself (a deadband) is played later by their length
 /// Thread  the room's; time is counted in steps; no allocation
 class InputPlayout {
@@ -43,6 +45,9 @@ class InputPlayout {
   static constexpr net::PlayoutSettings kDelay{.quantile = 0.985};
   static constexpr double kTwistFade_s = 0.020;
   static constexpr std::uint32_t kCatchUpSteps = 4;
+  static constexpr double kRunOn_s = 0.25;
+  static constexpr double kRunOnMost_m = 0.02;
+  static constexpr double kLeadFade_s = 0.05;
 
   explicit InputPlayout(double step_s) : step_s_(step_s) {}
 
@@ -51,6 +56,9 @@ class InputPlayout {
   /// What is played in the step at `now`; once a step. Before the first input is due it is that one, held; nothing
   /// when there is none.
   std::optional<PlayedInput> play(Duration now) noexcept;
+  /// Of an input that play() just gave with an underrun: the hand goes on. Where it has stopped instead, its tool presses by
+  /// as much more; so it is for one that would lose what it shares.
+  void run_on(PlayedInput& played) noexcept;
   /// Starts anew: there is no way from the inputs so far to the next.
   void reset() noexcept;
 
@@ -62,6 +70,7 @@ class InputPlayout {
   double ticks_per_second() const noexcept;
   double ticks_until(Duration client_time) const noexcept;
   void choose_tick(double wanted) noexcept;
+  void lead(PlayedInput& played) noexcept;
   PlayedInput at_tick(std::uint64_t tick) const noexcept;
 
   double step_s_;
@@ -71,6 +80,9 @@ class InputPlayout {
   std::uint64_t played_ = 0;        ///< tick; 0: none yet
   std::uint32_t steps_behind_ = 0;  ///< in a row
   double underrun_s_ = 0;
+  bool has_run_on_ = false;
+  Vec3 lead_ = Vec3::Zero();      ///< of what is played before what came
+  Vec3 played_p_ = Vec3::Zero();  ///< with it
 
   net::PlayoutDelay delay_{kDelay};
 };

@@ -16,6 +16,9 @@ std::vector<BodyId> moving_bodies_of(const LoadedScene& scene) {
   return moving;
 }
 
+/// How often windows are told how soft bodies yield.
+constexpr double kSoftOffsets_hz = 20;
+
 }  // namespace
 
 /// What the room's loop keeps of a seat: large, so made once, and taken over by the seat's next user.
@@ -52,7 +55,9 @@ Room::Room(RoomId id, std::string name, std::shared_ptr<const LoadedScene> scene
       options_(options),
       period_(from_seconds(1.0 / scene_->description.step_rate_hz())),
       moving_bodies_(moving_bodies_of(*scene_)),
-      world_(make_server_world(scene_, options.steps_soft_aside)) {
+      world_(make_server_world(scene_, options.steps_soft_aside)),
+      soft_lattices_(scene_->soft_bodies),
+      soft_offsets_(soft_lattices_.at_rest()) {
   const bool is_limited =
       options.controls_tool_passivity && scene_->world.coupling.dynamics != haptics::ToolDynamics::kAtHandle;
   for (auto& user : users_) user = std::make_unique<User>(*this, is_limited);
@@ -104,6 +109,29 @@ void Room::step(ServerTime now) noexcept {
   for (const auto& user : users_) {
     if (user->seat.user.is_valid()) publish_to(*user);
   }
+  publish_soft_offsets();
+}
+
+void Room::publish_soft_offsets() noexcept {
+  const auto every = static_cast<std::uint64_t>(std::max(1.0, 1 / (kSoftOffsets_hz * to_seconds(period_))));
+  if (scene_->soft_bodies.empty() || step_.value % every != 0) return;
+  soft_lattices_.measure(world_, soft_offsets_.back());
+  soft_offsets_.publish();
+}
+
+/// Who held something is told that he does not any more.
+void Room::reset() noexcept {
+  std::array<BodyId, proto::kMaxUsers> held{};
+  const auto held_by = [this](const User& user) { return world_.tool(user.seat.tool).held; };
+  for (const auto& user : users_) {
+    if (user->seat.is_manipulator()) held[user->seat.index] = held_by(*user);
+  }
+  world_.put_all_back();
+  for (const auto& user : users_) {
+    const BodyId before = held[user->seat.index];
+    if (!user->seat.is_manipulator() || !before.is_valid() || held_by(*user) == before) continue;
+    emit({RoomEvent::Kind::kReleased, user->seat.user, before, 0, {}});
+  }
 }
 
 void Room::apply_commands() noexcept {
@@ -126,6 +154,8 @@ void Room::apply(const RoomCommand& command) noexcept {
       return serve_request(user, command);
     case RoomCommand::Kind::kSetCoupling:
       return world_.set_coupling(command.coupling);
+    case RoomCommand::Kind::kReset:
+      return reset();
     case RoomCommand::Kind::kJoin:
       return;
   }

@@ -32,12 +32,13 @@
 #include "server/assets/scene_file.hpp"
 #include "server/room/seat.hpp"
 #include "server/room/server_world.hpp"
+#include "server/room/soft_lattices.hpp"
 
 namespace tandem::server {
 
 /// From io to the room, about a seat; only kJoin looks at more of it than `index` and `user`.
 struct RoomCommand {
-  enum class Kind : std::uint8_t { kJoin, kLeave, kGrab, kRelease, kSetCoupling };
+  enum class Kind : std::uint8_t { kJoin, kLeave, kGrab, kRelease, kSetCoupling, kReset };
   Kind kind = Kind::kJoin;
   Seat seat;
   BodyId body = {};                           ///< kGrab; invalid: the nearest in reach
@@ -61,6 +62,9 @@ struct UserUpdate {
   std::uint64_t requests_served = 0;  ///< kGrab and kRelease of this user that the room has served so far
   proto::ServerUpdate update;
 };
+
+/// How the scene's soft bodies yield, for windows: of each, the offsets of proto::soft_lattice() from where it is at rest.
+using SoftOffsets = std::vector<std::vector<Vec3>>;
 
 /// More commands wait for the next step: io refills the ring while the room empties it.
 inline constexpr int kMaxCommandsPerStep = 64;
@@ -91,6 +95,8 @@ class Room {
   /// The mailboxes of a seat, by Seat::index: io writes the input, the room the output.
   realtime::Mailbox<proto::ClientUpdate>& input(std::size_t seat);
   realtime::Mailbox<UserUpdate>& output(std::size_t seat);
+  /// Of a room with soft bodies, 20 times a second; else never anything.
+  realtime::Mailbox<SoftOffsets>& soft_offsets() { return soft_offsets_; }
 
   // room side
   /// One fixed step at `now` (stamps updates; does not change the physics).
@@ -128,6 +134,8 @@ class Room {
   void take_newest(User& user) noexcept;
   void follow_grab_button(User& user, std::uint32_t buttons) noexcept;
   void settle_tools() noexcept;
+  void reset() noexcept;
+  void publish_soft_offsets() noexcept;
   void describe_world(ServerTime now, TickFaults faults) noexcept;
   void publish_to(User& user) noexcept;
   void describe_tool(const User& user, proto::ServerUpdate& update) const noexcept;
@@ -144,6 +152,8 @@ class Room {
   realtime::Ring<RoomEvent> events_{256};
   std::array<std::unique_ptr<User>, proto::kMaxUsers> users_;  ///< by Seat::index
   proto::ServerUpdate common_;                                 ///< of this step: what all users are told alike
+  SoftLattices soft_lattices_;
+  realtime::Mailbox<SoftOffsets> soft_offsets_;
   Step step_;
   std::int64_t steps_empty_ = 0;  ///< since the last user left
   bool is_as_at_start_ = true;

@@ -71,6 +71,11 @@ void RoomSeats::set_coupling(const Seat& seat, const haptics::CouplingParameters
   post_surely({.kind = RoomCommand::Kind::kSetCoupling, .seat = seat, .coupling = parameters});
 }
 
+bool RoomSeats::reset(const Seat& seat) {
+  flush();
+  return waiting_.empty() && room_.post({.kind = RoomCommand::Kind::kReset, .seat = seat});
+}
+
 haptics::CouplingParameters RoomSeats::coupling_in_force(const Seat& seat) const {
   if (!has_tool(seat.role)) return coupling_;
   const BodyId held = held_[seat.index];

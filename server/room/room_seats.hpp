@@ -32,6 +32,8 @@ class RoomSeats {
   void leave(const Seat& seat);
   bool has_operator() const;
   void set_coupling(const Seat& seat, const haptics::CouplingParameters& parameters);
+  /// All that moves back to its start (World::put_all_back()). False: the room does not keep up, and nothing is asked.
+  bool reset(const Seat& seat);
   /// False, and nothing is asked of the room, when it does not keep up or this seat's last request is not served yet
   /// (on_update()): one user cannot fill the queue that all share. The user is told.
   bool grab(const Seat& seat, BodyId body, std::uint32_t request);

@@ -49,8 +49,9 @@ class PlayoutDriver final : public ToolDriver {
     if (input.newest.handle_valid) playout_.take(input.newest, now);
   }
   std::optional<std::uint32_t> drive(UserInput& input, Duration now) noexcept override {
-    const auto played = playout_.play(now);
+    auto played = playout_.play(now);
     if (!played) return std::nullopt;
+    if (played->has_underrun && port_.squeezes()) playout_.run_on(*played);
     input.answered = played->tick;
     input.on_hand_W = played->on_hand_W;
     port_.report(played->energy_from_hand_j, played->energy_to_hand_j, to_seconds(period_));

@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include "proto/state.hpp"
+
 namespace tandem::server {
 
 void ToolPort::open(std::size_t tool, const haptics::CouplingParameters& bounds) noexcept {
@@ -15,6 +17,15 @@ void ToolPort::open(std::size_t tool, const haptics::CouplingParameters& bounds)
 void ToolPort::close() noexcept {
   clear_handle();
   world_.deactivate_tool(tool_);
+}
+
+bool ToolPort::squeezes() const noexcept {
+  const std::uint32_t own = 1U << tool_;
+  for (std::size_t i = 0; i < proto::kMaxBodies; ++i) {
+    const std::uint32_t hands = world_.hands_on(body_id_at(i));
+    if ((hands & own) != 0 && (hands & ~own) != 0) return !state().held.is_valid();
+  }
+  return false;
 }
 
 void ToolPort::set_handle(const RigidState& handle) noexcept {

@@ -24,6 +24,8 @@ class ToolPort {
   void close() noexcept;
   std::size_t tool() const noexcept { return tool_; }
   physics::ToolState state() const noexcept { return world_.tool(tool_); }
+  /// With another's: both press on a thing that this one does not hold.
+  bool squeezes() const noexcept;
   /// In force now.
   const haptics::CouplingParameters& coupling() const noexcept { return world_.coupling(tool_); }
 

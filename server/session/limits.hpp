@@ -17,8 +17,9 @@ inline constexpr double kOwnPace = 0.05;
 inline constexpr net::Rate kUpdateRate{4000, 4000};
 /// A reader that leaves more than this unread is disconnected (DISCONNECT_SLOW).
 inline constexpr std::size_t kMaxQueuedControlBytes = 1024 * 1024;
-/// While more than this waits for a reader, parameters that others set wait beside it, the newest of each.
-inline constexpr std::size_t kMaxQueuedBeforeParameters = 16 * 1024;
+/// While more than this waits for a reader, news of others wait beside it: of each parameter the newest, of users who is
+/// there by then.
+inline constexpr std::size_t kMaxQueuedBeforeNews = 16 * 1024;
 
 // One address's: those who share it and have not joined wait, in turn.
 /// Control messages of all of them, joined ones included.
@@ -38,6 +39,7 @@ inline constexpr net::Rate kReadTurn{64'000, 64};                ///< reads of T
 inline constexpr net::Rate kConnectionReadTurn{2000, 2};         ///< of one connection
 inline constexpr std::size_t kReadBytes = 4096;                  ///< at one read
 inline constexpr net::Rate kAcceptTurn{4000, 8};                 ///< new connections
+inline constexpr net::Rate kHandshakeTurn{500, 4};               ///< TLS handshakes begun: a signature each, 0.2 ms
 inline constexpr net::Rate kStrangersTurn{64'000, 64};           ///< datagrams to the port that everybody knows
 inline constexpr net::Rate kConnectionDatagramTurn{32'000, 32};  ///< datagrams of one user, from where he always sends
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "proto/soft_shape.hpp"
 #include "server/session/user_name.hpp"
 
 namespace tandem::server {
@@ -188,6 +189,19 @@ wire::ServerControl grab_answer(const RoomEvent& event) {
 wire::ServerControl body_returned(BodyId body) {
   wire::ServerControl message;
   message.mutable_body_returned()->set_body(body.value);
+  return message;
+}
+
+wire::ServerControl room_reset(std::uint32_t request, UserId by) {
+  wire::ServerControl message;
+  message.set_request(request);
+  message.mutable_room_reset()->set_user(by.value);
+  return message;
+}
+
+wire::ServerControl soft_shape(std::size_t soft_body, const std::vector<Vec3>& offsets_W) {
+  wire::ServerControl message;
+  proto::write_soft_shape(soft_body, offsets_W, *message.mutable_soft_shape());
   return message;
 }
 

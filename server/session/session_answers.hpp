@@ -35,6 +35,8 @@ wire::ServerControl grab_answer(const RoomEvent& event);
 
 /// To all: it left the scene, or was not finite any more.
 wire::ServerControl body_returned(BodyId body);
+wire::ServerControl room_reset(std::uint32_t request, UserId by);
+wire::ServerControl soft_shape(std::size_t soft_body, const std::vector<Vec3>& offsets_W);
 /// What a coefficient now is for a user.
 wire::ServerControl parameter_set(const proto::CouplingField& field, const haptics::CouplingParameters& in_force);
 

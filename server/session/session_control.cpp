@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <utility>
 
 #include "server/session/session_hub_impl.hpp"
 #include "server/session/user_name.hpp"
@@ -123,8 +124,14 @@ bool SessionHub::Impl::handle_active(Connection& connection, const wire::ClientC
     case wire::ClientControl::kRelease:
       grab_or_release(connection, message);
       return true;
+    case wire::ClientControl::kKick:
+      kick(connection, message);
+      return true;
     case wire::ClientControl::kSetParameter:
       set_parameter(connection, message);
+      return true;
+    case wire::ClientControl::kResetRoom:
+      reset_room(connection, message);
       return true;
     case wire::ClientControl::kGetAsset:
       send(connection, asset_answer(message.request(), message.get_asset(), connection.seats->room().scene()));
@@ -184,6 +191,34 @@ std::string SessionHub::Impl::room_names() const {
 }
 
 void SessionHub::Impl::join(Connection& connection, const wire::ClientControl& message) {
+  wire::ClientControl granted = message;
+  Admission::Ticket ticket;
+  if (let_in(connection, message.request(), *granted.mutable_join(), ticket)) {
+    join_as_granted(connection, granted, ticket);
+  }
+}
+
+/// Cuts what is wanted to what is granted.
+bool SessionHub::Impl::let_in(Connection& connection, std::uint32_t request, wire::JoinRoom& wanted,
+                              Admission::Ticket& ticket) {
+  if (!admission) return true;
+  const auto exported =
+      transport.exported(connection.handle, secure::kResumeExport, proto::seal_context(connection.id));
+  if (const auto refusal = admission->admit(wanted, exported, called_at, ticket)) {
+    refuse(connection, request, refusal->code, refusal->text);
+    return false;
+  }
+  if (!ticket.is_resumed) return true;
+  // Who comes back may be here still, by a connection that has not been found dead yet.
+  for (const auto& [handle, other] : connections) {
+    if (other->credential != ticket.id || other->state != ConnectionState::kActive) continue;
+    end(*other, wire::DISCONNECT_RESUMED, "the user came back on another connection");
+  }
+  return true;
+}
+
+void SessionHub::Impl::join_as_granted(Connection& connection, const wire::ClientControl& message,
+                                       const Admission::Ticket& ticket) {
   const wire::JoinRoom& wanted = message.join();
   RoomSeats* seats = find_room(wanted.room());
   if (!is_acceptable_user_name(wanted.user_name())) {
@@ -205,11 +240,12 @@ void SessionHub::Impl::join(Connection& connection, const wire::ClientControl& m
            "coupling_bounds: " + std::string(bad->name) + " must be " + std::to_string(bad->low) + " to " +
                std::to_string(bad->high) + ", or absent");
   } else {
-    take_seat(connection, message, *seats);
+    take_seat(connection, message, *seats, ticket);
   }
 }
 
-void SessionHub::Impl::take_seat(Connection& connection, const wire::ClientControl& message, RoomSeats& seats) {
+void SessionHub::Impl::take_seat(Connection& connection, const wire::ClientControl& message, RoomSeats& seats,
+                                 const Admission::Ticket& ticket) {
   const wire::JoinRoom& wanted = message.join();
   const UserRole role = *role_of(wanted.role());
   const auto seat = seats.take(role, wanted.deadband() > 0, proto::read_bounds(wanted.coupling_bounds()));
@@ -226,22 +262,39 @@ void SessionHub::Impl::take_seat(Connection& connection, const wire::ClientContr
   connection.user_name = name_beside(wanted.user_name(), taken);
   connection.seats = &seats;
   connection.seat = *seat;
-  connection.stream.emplace(seats, *seat,
-                            proto::DatagramChannel::Settings{.sends = proto::DatagramType::kServerUpdate,
-                                                             .connection = connection.id,
-                                                             .epoch = connection.epoch,
-                                                             .deadband = wanted.deadband(),
-                                                             .max_rate_hz = 1 / to_seconds(seats.room().period()),
-                                                             .is_stream = connection.state_over_tcp},
-                            counters);
+  connection.stream.emplace(
+      seats, *seat,
+      proto::DatagramChannel::Settings{
+          .sends = proto::DatagramType::kServerUpdate,
+          .connection = connection.id,
+          .epoch = connection.epoch,
+          .deadband = wanted.deadband(),
+          .max_rate_hz = 1 / to_seconds(seats.room().period()),
+          .is_stream = connection.state_over_tcp,
+          .secret = transport.exported(connection.handle, secure::kDatagramExport, proto::seal_context(connection.id))},
+      counters);
+  connection.wants_soft_shapes = wanted.wants_soft_shapes();
   connection.state = ConnectionState::kActive;
   ++counters.joins;
   log("joined", connection.label() + " joined room " + seats.room().name() + " as " +
                     (has_tool(role) ? (role == UserRole::kOperator ? "operator" : "manipulator") +
                                           (", tool " + std::to_string(seat->tool))
                                     : std::string("observer")));
-  send(connection, joined_answer(message.request(), seats, *seat));
+  wire::ServerControl answer = joined_answer(message.request(), seats, *seat);
+  give_credential(connection, wanted, ticket, *answer.mutable_joined());
+  send(connection, answer);
   introduce(connection);
+}
+
+void SessionHub::Impl::give_credential(Connection& connection, const wire::JoinRoom& granted,
+                                       const Admission::Ticket& ticket, wire::Joined& joined) {
+  if (!admission) return;
+  wire::JoinRoom here = granted;
+  here.set_room(connection.seats->room().name());
+  connection.credential = admission->note_joined(ticket, here, called_at);
+  if (!connection.credential) return;
+  joined.set_resume_credential(connection.credential->data(), connection.credential->size());
+  joined.set_resume_within_s(static_cast<std::uint32_t>(kResumeWithin / std::chrono::seconds(1)));
 }
 
 void SessionHub::Impl::introduce(Connection& newcomer) {
@@ -250,7 +303,20 @@ void SessionHub::Impl::introduce(Connection& newcomer) {
     if (is_other) send(newcomer, user_joined(other->seat, other->user_name));
   }
   if (newcomer.state != ConnectionState::kActive) return;
-  broadcast(*newcomer.seats, user_joined(newcomer.seat, newcomer.user_name), &newcomer);
+  announce_presence(newcomer, user_joined(newcomer.seat, newcomer.user_name));
+}
+
+/// Of who came and has left again before somebody could be told, he is told nothing.
+void SessionHub::Impl::announce_presence(const Connection& whose, const wire::ServerControl& message) {
+  const auto is_his_coming = [&whose](const wire::ServerControl& told) {
+    return told.has_user_joined() && told.user_joined().user() == whose.seat.user.value;
+  };
+  for (const auto& [handle, user] : connections) {
+    if (user.get() == &whose || !user->is_in(*whose.seats)) continue;
+    if (!message.has_user_left() || std::erase_if(user->presence, is_his_coming) == 0)
+      user->presence.push_back(message);
+    tell_news(*user);
+  }
 }
 
 void SessionHub::Impl::grab_or_release(Connection& connection, const wire::ClientControl& message) {
@@ -262,6 +328,23 @@ void SessionHub::Impl::grab_or_release(Connection& connection, const wire::Clien
       message.has_grab() ? connection.seats->grab(connection.seat, BodyId{message.grab().body()}, message.request())
                          : connection.seats->release(connection.seat, message.request());
   if (!was_posted) send(connection, error_answer(message.request(), wire::ERROR_NOT_ALLOWED, kRoomBusy));
+}
+
+/// Who is kicked may come back only with a new token.
+void SessionHub::Impl::kick(Connection& connection, const wire::ClientControl& message) {
+  const auto found = std::ranges::find_if(connections, [&](const auto& entry) {
+    return entry.second->is_in(*connection.seats) && entry.second->seat.user.value == message.kick().user();
+  });
+  if (connection.seat.role != UserRole::kOperator) {
+    send(connection, error_answer(message.request(), wire::ERROR_NOT_ALLOWED, "only the room's operator may kick"));
+  } else if (found == connections.end() || found->second.get() == &connection) {
+    send(connection, error_answer(message.request(), wire::ERROR_BAD_VALUE, "no other user of that number is here"));
+  } else {
+    wire::ServerControl answer = user_left(found->second->seat, wire::DISCONNECT_KICKED);
+    end(*found->second, wire::DISCONNECT_KICKED, "kicked by the room's operator");
+    answer.set_request(message.request());
+    send(connection, answer);
+  }
 }
 
 void SessionHub::Impl::set_parameter(Connection& connection, const wire::ClientControl& message) {
@@ -291,6 +374,21 @@ void SessionHub::Impl::set_parameter(Connection& connection, const wire::ClientC
   }
 }
 
+void SessionHub::Impl::reset_room(Connection& connection, const wire::ClientControl& message) {
+  if (connection.seat.role != UserRole::kOperator) {
+    send(connection, error_answer(message.request(), wire::ERROR_NOT_ALLOWED,
+                                  "only the room's operator may reset it; join with --role operator"));
+  } else if (!connection.seats->reset(connection.seat)) {
+    send(connection, error_answer(message.request(), wire::ERROR_NOT_ALLOWED, kRoomBusy));
+  } else {
+    log("reset", connection.label() + " reset room " + connection.seats->room().name());
+    for (const auto& [handle, user] : connections) {
+      if (!user->is_in(*connection.seats)) continue;
+      send(*user, room_reset(user.get() == &connection ? message.request() : 0, connection.seat.user));
+    }
+  }
+}
+
 /// Each the value for the own tool.
 void SessionHub::Impl::announce_parameter(Connection& setter, std::uint32_t request,
                                           const proto::CouplingField& field) {
@@ -298,18 +396,19 @@ void SessionHub::Impl::announce_parameter(Connection& setter, std::uint32_t requ
   for (const auto& [handle, user] : connections) {
     if (!user->is_in(*setter.seats) || user.get() == &setter) continue;
     user->changed_parameters.set(index);
-    tell_parameters(*user);
+    tell_news(*user);
   }
   wire::ServerControl answer = parameter_set(field, setter.seats->coupling_in_force(setter.seat));
   answer.set_request(request);
   send(setter, answer);
 }
 
-/// The newest of each, as soon as the user reads what came before: however many others set, he has no more to read.
-void SessionHub::Impl::tell_parameters(Connection& connection) {
-  if (connection.changed_parameters.none() ||
-      transport.queued_control_bytes(connection.handle) > kMaxQueuedBeforeParameters)
-    return;
+/// As soon as the user reads what came before: however many others set, come and go, he has no more to read.
+void SessionHub::Impl::tell_news(Connection& connection) {
+  const bool has_news = !connection.presence.empty() || connection.changed_parameters.any();
+  if (!has_news || transport.queued_control_bytes(connection.handle) > kMaxQueuedBeforeNews) return;
+  for (const wire::ServerControl& message : std::exchange(connection.presence, {})) send(connection, message);
+  if (connection.changed_parameters.none()) return;
   const haptics::CouplingParameters in_force = connection.seats->coupling_in_force(connection.seat);
   for (std::size_t i = 0; i < proto::kCouplingFields.size(); ++i) {
     if (connection.changed_parameters.test(i)) send(connection, parameter_set(proto::kCouplingFields[i], in_force));

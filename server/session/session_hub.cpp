@@ -26,6 +26,7 @@ SessionHub::Impl::Impl(SessionHub& hub, HubSettings hub_settings, const std::vec
                        ServerTransport& hub_transport)
     : owner(hub), settings(std::move(hub_settings)), transport(hub_transport) {
   if (!settings.connection_ids) throw std::invalid_argument("HubSettings.connection_ids is empty; give it a source");
+  if (settings.admission) admission.emplace(*settings.admission);
   for (Room* room : hub_rooms) {
     if (joined_answer_bound(room->scene()) > proto::kMaxControlBytes) {
       throw std::invalid_argument("room " + room->name() + ": the scene's description is over " +
@@ -77,7 +78,7 @@ AddressUse& SessionHub::Impl::most_half_open(const Connection& but) {
 
 proto::DropReason SessionHub::Impl::take_datagram(std::span<const std::byte> datagram, LocalTime now,
                                                   const std::function<bool(ConnectionHandle)>& may_belong_to,
-                                                  ConnectionHandle& accepted) {
+                                                  AcceptedDatagram& accepted) {
   proto::DatagramHeader header;
   if (const proto::DropReason reason = proto::read_header(datagram, proto::DatagramType::kClientUpdate, header);
       reason != proto::DropReason::kNone) {
@@ -90,7 +91,10 @@ proto::DropReason SessionHub::Impl::take_datagram(std::span<const std::byte> dat
     return proto::DropReason::kUnknownConnection;
   }
   if (may_belong_to && !may_belong_to(connection.handle)) return proto::DropReason::kNotAllowed;
-  const proto::DropReason reason = connection.stream->receive(header, datagram, now);
+  const bool is_state = header.type == proto::DatagramType::kClientUpdate;
+  std::uint64_t path_answer = 0;
+  const proto::DropReason reason = is_state ? connection.stream->receive(header, datagram, now)
+                                            : connection.stream->receive_path(header, datagram, path_answer);
   if (reason != proto::DropReason::kNone) return reason;
   connection.last_heard = now;
   if (!connection.updates.take(1, now)) {
@@ -98,7 +102,8 @@ proto::DropReason SessionHub::Impl::take_datagram(std::span<const std::byte> dat
         "too many client updates: at most " + std::to_string(static_cast<int>(kUpdateRate.per_second)) + " a second");
     return proto::DropReason::kNotAllowed;
   }
-  accepted = connection.handle;
+  accepted.connection = connection.handle;
+  if (!is_state) accepted.path_answer = path_answer;
   return proto::DropReason::kNone;
 }
 
@@ -127,13 +132,33 @@ void SessionHub::Impl::deliver_events(RoomSeats& seats) {
   RoomEvent event;
   while (seats.room().next_event(event)) {
     if (event.kind == RoomEvent::Kind::kPutBack) {
-      broadcast(seats, body_returned(event.body), nullptr);
+      broadcast(seats, body_returned(event.body));
       continue;
     }
     for (const auto& [handle, connection] : connections) {
       if (connection->is_in(seats) && connection->seat.user == event.user) send(*connection, grab_answer(event));
     }
   }
+}
+
+/// Of rooms with soft bodies, to those who asked for it.
+void SessionHub::Impl::tell_soft_shapes(RoomSeats& seats) {
+  if (!seats.room().soft_offsets().poll()) return;
+  const SoftOffsets& offsets = seats.room().soft_offsets().front();
+  for (std::size_t body = 0; body < offsets.size(); ++body) {
+    const wire::ServerControl message = soft_shape(body, offsets[body]);
+    for (const auto& [handle, connection] : connections) {
+      if (connection->is_in(seats) && connection->wants_soft_shapes) tell_soft_shape(*connection, message);
+    }
+  }
+}
+
+/// Nothing waits behind a shape: while anything does, it is left out, as is one that has not changed.
+void SessionHub::Impl::tell_soft_shape(Connection& connection, const wire::ServerControl& message) {
+  std::string& told = connection.soft_shapes_told[message.soft_shape().soft_body()];
+  if (told == message.soft_shape().offsets() || transport.queued_control_bytes(connection.handle) > 0) return;
+  told = message.soft_shape().offsets();
+  send(connection, message);
 }
 
 /// What it changes of the coupling, the user is told after all have their states.
@@ -179,14 +204,15 @@ void SessionHub::Impl::send_unchecked(Connection& connection, const wire::Server
   transport.send_control(connection.handle, frame_out);
 }
 
-void SessionHub::Impl::broadcast(const RoomSeats& seats, const wire::ServerControl& message, const Connection* except) {
+void SessionHub::Impl::broadcast(const RoomSeats& seats, const wire::ServerControl& message) {
   for (const auto& [handle, connection] : connections) {
-    if (connection->is_in(seats) && connection.get() != except) send(*connection, message);
+    if (connection->is_in(seats)) send(*connection, message);
   }
 }
 
 void SessionHub::Impl::refuse(Connection& connection, std::uint32_t request, wire::ErrorCode code,
                               const std::string& text) {
+  ++counters.refusals[static_cast<std::size_t>(code)];
   send(connection, error_answer(request, code, text));
   end(connection, wire::DISCONNECT_REFUSED, text);
 }
@@ -209,12 +235,17 @@ void SessionHub::Impl::forget(Connection& connection, wire::DisconnectReason rea
   }
   log("left", connection.label() + " left room " + connection.seats->room().name() + ": " + text + "; " +
                   std::to_string(connection.stream->taken()) + " inputs taken");
+  if (connection.credential && (reason == wire::DISCONNECT_LEFT || reason == wire::DISCONNECT_KICKED)) {
+    admission->revoke(*connection.credential);
+  } else if (connection.credential && reason != wire::DISCONNECT_RESUMED) {
+    admission->note_lost(*connection.credential, called_at);
+  }
   const haptics::CouplingParameters before = connection.seats->coupling();
   connection.seats->leave(connection.seat);
   for (const proto::CouplingField& field : proto::kCouplingFields) {
     if (before.*field.value != connection.seats->coupling().*field.value) announce_parameter(connection, 0, field);
   }
-  broadcast(*connection.seats, user_left(connection.seat, reason), &connection);
+  announce_presence(connection, user_left(connection.seat, reason));
 }
 
 void SessionHub::Impl::sweep() {
@@ -259,20 +290,27 @@ void SessionHub::on_control_bytes(ConnectionHandle connection, std::span<const s
   impl_->sweep();
 }
 
-void SessionHub::on_disconnected(ConnectionHandle connection, LocalTime now) {
+void SessionHub::on_disconnected(ConnectionHandle connection, LocalTime now, const std::string& why) {
   impl_->called_at = now;
   if (Connection* found = impl_->find(connection)) {
-    impl_->forget(*found, wire::DISCONNECT_CONNECTION_LOST, "the connection was lost");
+    impl_->forget(*found, wire::DISCONNECT_CONNECTION_LOST, why);
   }
   impl_->sweep();
 }
 
-ConnectionHandle SessionHub::on_datagram(std::span<const std::byte> datagram, LocalTime now,
+AcceptedDatagram SessionHub::on_datagram(std::span<const std::byte> datagram, LocalTime now,
                                          const std::function<bool(ConnectionHandle)>& may_belong_to) {
   impl_->called_at = now;
-  ConnectionHandle accepted = 0;
+  AcceptedDatagram accepted;
   impl_->counters.count_received(impl_->take_datagram(datagram, now, may_belong_to, accepted));
   return accepted;
+}
+
+std::span<const std::byte> SessionHub::path_challenge(ConnectionHandle connection, std::uint64_t number,
+                                                      LocalTime now) {
+  Connection* const found = impl_->find(connection);
+  if (found == nullptr || found->state != ConnectionState::kActive) return {};
+  return found->stream->path_challenge(number, now);
 }
 
 void SessionHub::poll(LocalTime now) {
@@ -280,9 +318,12 @@ void SessionHub::poll(LocalTime now) {
   for (const auto& [handle, connection] : impl_->connections) {
     if (connection->state == ConnectionState::kActive) impl_->send_newest_update(*connection, now);
   }
-  for (const auto& seats : impl_->rooms) impl_->deliver_events(*seats);
+  for (const auto& seats : impl_->rooms) {
+    impl_->deliver_events(*seats);
+    impl_->tell_soft_shapes(*seats);
+  }
   for (const auto& [handle, connection] : impl_->connections) {
-    if (connection->state == ConnectionState::kActive) impl_->tell_parameters(*connection);
+    if (connection->state == ConnectionState::kActive) impl_->tell_news(*connection);
     if (connection->state != ConnectionState::kClosed) impl_->end_overdue(*connection, now);
   }
   impl_->serve_waiting(now);

@@ -3,9 +3,11 @@
 // The states of a connection are those of proto/STATES.md.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -15,6 +17,7 @@
 #include "common/base/time.hpp"
 #include "proto/datagram_channel.hpp"
 #include "server/room/room.hpp"
+#include "server/session/admission.hpp"
 #include "server/session/limits.hpp"
 
 namespace tandem::server {
@@ -34,6 +37,11 @@ class ServerTransport {
   /// Control bytes that the connection has not taken yet. The hub sends state over TCP only when it is 0
   /// (freshest-only), and ends a connection whose reader lets kMaxQueuedControlBytes pile up.
   virtual std::size_t queued_control_bytes(ConnectionHandle connection) const = 0;
+  /// What the connection's TLS exports (RFC 8446 §7.5); nothing where it is not encrypted.
+  virtual std::optional<secure::Exported> exported(ConnectionHandle, std::string_view /*label*/,
+                                                   std::span<const std::byte> /*context*/) {
+    return std::nullopt;
+  }
   /// Closes after what is queued has been sent. The hub has forgotten the connection by then: no call about it
   /// need follow, and one that does is ignored.
   virtual void close(ConnectionHandle connection) = 0;
@@ -51,11 +59,20 @@ struct HubSettings {
   std::uint16_t datagram_port = 0;
   /// Draws connection ids. They must not be guessed, so live: cryptographic (LiveServer); a seeded one is for trials.
   std::function<std::uint64_t()> connection_ids{};
+  /// Who may join; none: everybody (--insecure, trials).
+  std::optional<AdmissionSettings> admission{};
+};
+
+/// A datagram that was taken.
+struct AcceptedDatagram {
+  ConnectionHandle connection = 0;             ///< 0: it was dropped
+  std::optional<std::uint64_t> path_answer{};  ///< it was no state, and says the number of a challenge back
 };
 
 struct HubCounters : proto::ChannelCounters {
   std::uint64_t bodies_thinned = 0;
   std::uint64_t joins = 0;
+  std::array<std::uint64_t, wire::ErrorCode_ARRAYSIZE> refusals{};  ///< of connections and joins, by wire::ErrorCode
 };
 
 class SessionHub {
@@ -68,12 +85,14 @@ class SessionHub {
   void on_connected(ConnectionHandle connection, LocalTime now, const std::string& address = "");
   void on_control_bytes(ConnectionHandle connection, std::span<const std::byte> bytes, LocalTime now);
   /// The TCP connection is gone; the user leaves its room and what it held is let go.
-  void on_disconnected(ConnectionHandle connection, LocalTime now);
-  /// A datagram from anywhere. Returns the connection that it was accepted for, else 0 (counted, no reply): the
-  /// transport may then remember where that connection's datagrams come from. `may_belong_to` lets the
-  /// transport veto a connection (wrong peer address).
-  ConnectionHandle on_datagram(std::span<const std::byte> datagram, LocalTime now,
+  void on_disconnected(ConnectionHandle connection, LocalTime now, const std::string& why = "the connection was lost");
+  /// A datagram from anywhere; one that is dropped is counted, and not answered. Of one that is accepted the transport may
+  /// remember where it came from. `may_belong_to` lets the transport veto a connection (wrong peer address).
+  AcceptedDatagram on_datagram(std::span<const std::byte> datagram, LocalTime now,
                                const std::function<bool(ConnectionHandle)>& may_belong_to);
+  /// A datagram that asks its receiver to say `number` back; empty: that connection has no state, or no seal. Stays until
+  /// the next call for that connection.
+  std::span<const std::byte> path_challenge(ConnectionHandle connection, std::uint64_t number, LocalTime now);
 
   /// Sends every update that a room has published since the last call, then delivers room events, ends what has been
   /// silent for too long, and serves control messages that wait, one connection after the other (limits.hpp).

@@ -44,7 +44,12 @@ struct Connection {
   Seat seat;
   std::optional<StateStream> stream;
   net::TokenBucket updates{kUpdateRate};
+  bool wants_soft_shapes = false;
+  std::map<std::uint32_t, std::string> soft_shapes_told;  ///< offsets, by soft body
+  std::optional<Admission::Id> credential;                ///< by which the user may come back
+  // News that he was not told yet.
   std::bitset<proto::kCouplingFields.size()> changed_parameters;  ///< coefficients that others set, or a grip changed
+  std::vector<wire::ServerControl> presence;  ///< of users who came and stay, or whom he knew and who left: in order
 
   std::string label() const {
     if (seats == nullptr) return "connection " + std::to_string(handle);
@@ -71,14 +76,22 @@ struct SessionHub::Impl {
   bool handle_active(Connection& connection, const wire::ClientControl& message, LocalTime now);
   void greet(Connection& connection, const wire::ClientControl& message);
   void join(Connection& connection, const wire::ClientControl& message);
-  void take_seat(Connection& connection, const wire::ClientControl& message, RoomSeats& seats);
+  bool let_in(Connection& connection, std::uint32_t request, wire::JoinRoom& wanted, Admission::Ticket& ticket);
+  void join_as_granted(Connection& connection, const wire::ClientControl& message, const Admission::Ticket& ticket);
+  void take_seat(Connection& connection, const wire::ClientControl& message, RoomSeats& seats,
+                 const Admission::Ticket& ticket);
+  void give_credential(Connection& connection, const wire::JoinRoom& granted, const Admission::Ticket& ticket,
+                       wire::Joined& joined);
   void introduce(Connection& newcomer);
   RoomSeats* find_room(const std::string& name);
   std::string room_names() const;
   void grab_or_release(Connection& connection, const wire::ClientControl& message);
+  void kick(Connection& connection, const wire::ClientControl& message);
   void set_parameter(Connection& connection, const wire::ClientControl& message);
+  void reset_room(Connection& connection, const wire::ClientControl& message);
   void announce_parameter(Connection& setter, std::uint32_t request, const proto::CouplingField& field);
-  void tell_parameters(Connection& connection);
+  void announce_presence(const Connection& whose, const wire::ServerControl& message);
+  void tell_news(Connection& connection);
 
   // session_hub.cpp
   void make_room(Connection& newcomer);
@@ -87,16 +100,18 @@ struct SessionHub::Impl {
   std::size_t half_open_of(const AddressUse& address) const;
   proto::DropReason take_datagram(std::span<const std::byte> datagram, LocalTime now,
                                   const std::function<bool(ConnectionHandle)>& may_belong_to,
-                                  ConnectionHandle& accepted);
+                                  AcceptedDatagram& accepted);
   void send_newest_update(Connection& connection, LocalTime now);
   bool deliver_state(Connection& connection, std::span<const std::byte> datagram);
   void deliver_events(RoomSeats& seats);
+  void tell_soft_shapes(RoomSeats& seats);
+  void tell_soft_shape(Connection& connection, const wire::ServerControl& message);
   void take_room_update(Connection& connection, const UserUpdate& update);
   void end_overdue(Connection& connection, LocalTime now);
 
   void send(Connection& connection, const wire::ServerControl& message);
   void send_unchecked(Connection& connection, const wire::ServerControl& message);
-  void broadcast(const RoomSeats& seats, const wire::ServerControl& message, const Connection* except);
+  void broadcast(const RoomSeats& seats, const wire::ServerControl& message);
   void refuse(Connection& connection, std::uint32_t request, wire::ErrorCode code, const std::string& text);
   void end(Connection& connection, wire::DisconnectReason reason, const std::string& text, std::uint32_t request = 0);
   void forget(Connection& connection, wire::DisconnectReason reason, const std::string& text);
@@ -109,6 +124,7 @@ struct SessionHub::Impl {
   SessionHub& owner;
   HubSettings settings;
   ServerTransport& transport;
+  std::optional<Admission> admission;
   std::vector<std::unique_ptr<RoomSeats>> rooms;
   std::map<ConnectionHandle, std::unique_ptr<Connection>> connections;
   std::unordered_map<ConnectionId, Connection*> active;

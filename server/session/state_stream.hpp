@@ -24,6 +24,14 @@ class StateStream {
   std::uint64_t taken() const { return taken_; }
   /// Gives the client update in the datagram to the room, or says why it is dropped.
   proto::DropReason receive(const proto::DatagramHeader& header, std::span<const std::byte> datagram, LocalTime now);
+  /// A path message: the number that it says back, or why it is dropped.
+  proto::DropReason receive_path(const proto::DatagramHeader& header, std::span<const std::byte> datagram,
+                                 std::uint64_t& number) {
+    return channel_.receive_path(header, datagram, number);
+  }
+  std::span<const std::byte> path_challenge(std::uint64_t number, LocalTime now) {
+    return channel_.path_message(number, now);
+  }
   /// Sends what the room has published, unless it is suppressed or paced.
   ///
   /// In      is_blocked  state goes over TCP, and the connection has not taken all that was sent before

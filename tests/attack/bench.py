@@ -49,7 +49,8 @@ def write_hand(folder):
 class Server:
     def __init__(self, scene, *arguments):
         self.log = []
-        self.process = subprocess.Popen([os.path.join(BIN, "tandem-server"), "--scene", scene, "--port", "0", "--cache", "", *arguments],
+        self.process = subprocess.Popen([os.path.join(BIN, "tandem-server"), "--insecure", "--scene", scene, "--port", "0", "--cache", "",
+                                         *arguments],
                                         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         self.port = int(re.search(r"listening on 127\.0\.0\.1:(\d+)", self.process.stdout.readline()).group(1))
         self._reader = threading.Thread(target=self._read_log, daemon=True)
@@ -135,7 +136,8 @@ def last_group(log, pattern, default=""):
 
 
 def start_client(port, folder, *arguments):
-    return subprocess.Popen([os.path.join(BIN, "tandem-client"), "--server", f"127.0.0.1:{port}", "--headless", "--json", *arguments],
+    return subprocess.Popen([os.path.join(BIN, "tandem-client"), "--insecure", "--server", f"127.0.0.1:{port}", "--headless", "--json",
+                             *arguments],
                             stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
 

@@ -78,6 +78,22 @@ def frame(message):
     return struct.pack(">I", len(message)) + message
 
 
+def receive_frame(stream):
+    """The next message. Fails: ConnectionError at the end of the stream."""
+    (size,) = struct.unpack(">I", receive_exactly(stream, 4))
+    return receive_exactly(stream, size)
+
+
+def receive_exactly(stream, count):
+    data = bytearray()
+    while len(data) < count:
+        more = stream.recv(count - len(data))
+        if not more:
+            raise ConnectionError("closed")
+        data += more
+    return bytes(data)
+
+
 def control(kind, body=b"", request=0):
     return frame((whole(1, request) if request else b"") + part(kind, body))
 
@@ -159,17 +175,7 @@ class RawClient:
         raise ConnectionError("an empty message")
 
     def receive(self):
-        (size,) = struct.unpack(">I", self._exactly(4))
-        return self._exactly(size)
-
-    def _exactly(self, count):
-        data = bytearray()
-        while len(data) < count:
-            more = self.stream.recv(count - len(data))
-            if not more:
-                raise ConnectionError("closed")
-            data += more
-        return bytes(data)
+        return receive_frame(self.stream)
 
     def datagram(self, position_m=None):
         """The next one that an honest client would send."""

@@ -293,5 +293,51 @@ TEST(Client, AModelOfASceneThatWasLeftIsNotShownInTheNext) {
   EXPECT_EQ(bench.client.session().scene_generation(), 2U);
 }
 
+TEST(Client, AnotherStageIsShownOnceWhatItNeedsIsMade) {
+  ClientBench bench({.haptics = {.stage = {.name = "hold"}}});
+  bench.join(box_scene());
+  bench.run();
+  EXPECT_FALSE(bench.is_local());
+  bench.client.set_stage({.name = "local-model"});
+  bench.run(3);
+  EXPECT_TRUE(bench.is_local());
+  const LocalModel* const model = bench.client.haptics().local_model();
+  ASSERT_NE(model, nullptr);
+  bench.client.set_stage({.name = "god-object"});
+  bench.run(3);
+  EXPECT_TRUE(bench.is_local());
+  EXPECT_EQ(bench.client.haptics().local_model(), nullptr);
+  EXPECT_THAT(bench.client.stage_note(), HasSubstr("ball of 5 mm"));
+  bench.client.set_stage({.name = "late-pose"});
+  bench.run(3);
+  EXPECT_FALSE(bench.is_local());
+  bench.join_again(box_scene());
+  bench.run(3);
+  EXPECT_FALSE(bench.is_local()) << "it stays over a new join";
+}
+
+TEST(Client, AStageThatCannotShowTheSceneIsNotTakenAndOneThatDoesNotExistNeither) {
+  ClientBench bench;
+  wire::Joined joined = box_scene();
+  joined.mutable_scene()->mutable_bodies(0)->mutable_shapes(0)->mutable_molecule();
+  bench.join(joined);
+  bench.run();
+  bench.client.set_stage({.name = "god-object"});
+  bench.run(3);
+  EXPECT_EQ(bench.client.stage().name, "local-model");
+  EXPECT_THAT(bench.client.stage_note(), HasSubstr("use stage local-model"));
+  EXPECT_THROW(bench.client.set_stage({.name = "magic"}), std::invalid_argument);
+  EXPECT_THROW(bench.client.set_stage({.predictor = "magic"}), std::invalid_argument);
+  EXPECT_EQ(bench.client.stage().name, "local-model");
+}
+
+TEST(Client, AStageThatIsChosenBeforeTheRoomIsJoinedIsShownThere) {
+  ClientBench bench({.haptics = {.stage = {.name = "hold"}}});
+  bench.client.set_stage({.name = "local-model"});
+  bench.join(box_scene());
+  bench.run(3);
+  EXPECT_TRUE(bench.is_local());
+}
+
 }  // namespace
 }  // namespace tandem::client

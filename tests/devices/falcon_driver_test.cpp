@@ -91,6 +91,14 @@ struct Rig {
     run(5);
   }
 
+  /// In, and out again.
+  DeviceSample home() {
+    falcon.grip_m = Vec3(0, 0, 0.078);
+    run(3);
+    falcon.grip_m = Vec3(0, 0, 0.175);
+    return until(DeviceState::kReady, 10);
+  }
+
   FalconSimulator falcon{kFirmwareSize};
   FalconDriver driver;
   LocalTime now{seconds(100)};
@@ -111,14 +119,35 @@ TEST(FalconDriver, LoadsTheFirmwareHomesAndIsReadyWhereTheGripIs) {
   EXPECT_EQ(rig.falcon.lights_and_home, kFalconRed | kFalconHome);
   sample = rig.run(200, {Vec3(0, 0, 5), {}});
   EXPECT_TRUE(rig.falcon.motors.isZero()) << "no force before it is homed";
-  rig.falcon.grip_m = Vec3(0, 0, 0.078);
-  rig.until(DeviceState::kReady, 10);
+  rig.home();
   rig.falcon.grip_m = Vec3(0.01, 0.02, 0.12);
   sample = rig.run(50);
   EXPECT_TRUE(sample.is_valid);
   EXPECT_NEAR((sample.X_DH.p - Vec3(0.01, 0.005, 0.02)).norm(), 0, 6e-5) << "x right, y away from the user, z up";
   EXPECT_EQ(sample.taken, rig.now);
   EXPECT_EQ(rig.falcon.lights_and_home, kFalconGreen | kFalconHome);
+}
+
+TEST(FalconDriver, HomedItIsBlueAndWithoutForceUntilItIsPulledOut) {
+  Rig rig;
+  rig.falcon.has_firmware = true;
+  rig.until(DeviceState::kHoming, 50);
+  rig.falcon.grip_m = Vec3(0, 0, 0.078);
+  rig.run(3);
+  EXPECT_EQ(rig.falcon.lights_and_home, kFalconBlue | kFalconHome);
+  rig.falcon.grip_m = Vec3(0, 0, 0.169);
+  DeviceSample sample = rig.run(100, {Vec3(0, 0, 5), {}});
+  EXPECT_EQ(sample.state, DeviceState::kHoming);
+  EXPECT_THAT(std::string(sample.reason), HasSubstr("pull its grip out"));
+  EXPECT_TRUE(rig.falcon.motors.isZero());
+  rig.falcon.grip_m = Vec3(0, 0, 0.171);
+  sample = rig.run(3, {Vec3(0, 0, 5), {}});
+  EXPECT_EQ(sample.state, DeviceState::kReady);
+  EXPECT_TRUE(sample.is_valid);
+  EXPECT_EQ(rig.falcon.lights_and_home, kFalconGreen | kFalconHome);
+  EXPECT_FALSE(rig.falcon.motors.isZero());
+  rig.falcon.grip_m = Vec3(0, 0, 0.12);
+  EXPECT_EQ(rig.run(3).state, DeviceState::kReady) << "once is enough";
 }
 
 TEST(FalconDriver, OneThatHasItsFirmwareNeedsNone) {
@@ -165,9 +194,7 @@ TEST(FalconDriver, HomingThatTakesLongIsSaidAndStillCounts) {
   DeviceSample sample = rig.run(61'000);
   EXPECT_EQ(sample.state, DeviceState::kLost);
   EXPECT_THAT(std::string(sample.reason), HasSubstr("60 s"));
-  rig.falcon.grip_m = Vec3(0, 0, 0.078);
-  sample = rig.run(3);
-  EXPECT_EQ(sample.state, DeviceState::kReady);
+  EXPECT_EQ(rig.home().state, DeviceState::kReady);
 }
 
 TEST(FalconDriver, ForceIsTheOneThatWasAskedForInEveryDirection) {
@@ -237,8 +264,7 @@ TEST(FalconDriver, UnpluggedItIsLostAndComesBackThroughFirmwareAndHoming) {
   EXPECT_EQ(rig.falcon.uploads_begun, 1);
   rig.run(50, {Vec3(0, 0, 3), {}});
   EXPECT_TRUE(rig.falcon.motors.isZero());
-  rig.falcon.grip_m = Vec3(0, 0, 0.078);
-  rig.until(DeviceState::kReady, 10);
+  rig.home();
 }
 
 TEST(FalconDriver, FrozenEncodersUnderAForceLetItGoUntilTheyMove) {
@@ -274,7 +300,7 @@ TEST(FalconDriver, EncodersOfNoPlaceGiveNoSampleAndNoForce) {
 
 TEST(FalconDriver, OnItsThreadASessionRunsAndItsEndIsZero) {
   FalconSimulator falcon(kFirmwareSize);
-  falcon.grip_m = Vec3(0, 0, 0.078);
+  falcon.is_homed = true;
   {
     ThreadedDevice device(
         std::make_unique<FalconDriver>(settings(), opener(falcon), std::make_unique<SimulatedPort>(falcon)));

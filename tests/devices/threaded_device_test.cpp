@@ -1,14 +1,19 @@
 // What a driver on a thread of its own is given, and what becomes of what it says.
 #include "devices/threaded_device.hpp"
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
+#include <algorithm>
+#include <array>
 #include <atomic>
 #include <chrono>
 #include <stdexcept>
 #include <thread>
 
 #include "devices/device_reader.hpp"
+#include "devices/device_writer.hpp"
 
 namespace tandem::devices {
 namespace {
@@ -79,6 +84,48 @@ TEST(ThreadedDevice, ADriverThatHangsIsNotBelieved) {
   EXPECT_TRUE(wait_for([&rig] { return !rig.believes(); }));
   rig.seen.hangs = false;
   EXPECT_TRUE(wait_for([&rig] { return rig.believes(); }));
+}
+
+/// The newest of what a pipe was told; −1: nothing.
+int newest_byte(int pipe) {
+  std::array<std::uint8_t, 64> bytes{};
+  const ssize_t count = read(pipe, bytes.data(), bytes.size());
+  return count > 0 ? bytes[static_cast<std::size_t>(count) - 1] : -1;
+}
+
+TEST(ThreadedDevice, AWatchdogSaysZeroForADriverThatHangsWithAForceAndTheHandIsLetGo) {
+  int ends[2] = {-1, -1};
+  ASSERT_EQ(pipe2(ends, O_CLOEXEC | O_NONBLOCK), 0);
+  const auto watchdog = std::make_shared<Watchdog>(0);
+  ASSERT_TRUE(watchdog->watch_over({.descriptor = ends[1], .usb_endpoint = std::nullopt, .bytes = {42}}));
+  Seen seen;
+  const SteadyClock clock;
+  ThreadedDevice device(std::make_unique<PlainDriver>(seen), 0, watchdog);
+  DeviceWriter writer(device);
+  const auto push = [&] { return writer.write(clock.now(), {Vec3(1, 0, 0), {}}); };
+  EXPECT_TRUE(wait_for([&] { return push() && seen.force_n == 1.0; }));
+
+  seen.hangs = true;
+  int said = -1;
+  EXPECT_TRUE(wait_for([&] { return (said = std::max(said, newest_byte(ends[0]))) == 42; }));
+  EXPECT_FALSE(push());
+  EXPECT_EQ(writer.written().f.norm(), 0.0) << "from there the force comes back";
+  EXPECT_TRUE(push()) << "once only";
+  seen.hangs = false;
+  EXPECT_TRUE(wait_for([&] { return push() && seen.force_n == 1.0; }));
+}
+
+TEST(ThreadedDevice, AWatchdogLeavesADriverAloneThatHangsWithoutAForce) {
+  int ends[2] = {-1, -1};
+  ASSERT_EQ(pipe2(ends, O_CLOEXEC | O_NONBLOCK), 0);
+  const auto watchdog = std::make_shared<Watchdog>(0);
+  ASSERT_TRUE(watchdog->watch_over({.descriptor = ends[1], .usb_endpoint = std::nullopt, .bytes = {42}}));
+  Rig rig;
+  watchdog->beat(rig.clock.now(), false);
+  std::this_thread::sleep_for(4 * Watchdog::kMaxSilence);
+  EXPECT_FALSE(watchdog->has_let_go());
+  watchdog->release();
+  EXPECT_EQ(newest_byte(ends[0]), -1);
 }
 
 TEST(ThreadedDevice, ADriverThatThrowsIsLostAndMayComeBack) {

@@ -13,7 +13,7 @@ namespace {
 
 using namespace tandem;
 
-/// As small as can be, for the runner changes every byte: coarse cells, and few points.
+/// Not packed, so that a changed byte reaches the readers. As small as can be, for the runner changes every byte: coarse cells, and few points.
 contact::ContactShapeOptions coarse_options() {
   contact::ContactShapeOptions options;
   options.cell_m = 2e-3;
@@ -27,7 +27,7 @@ contact::ContactShapeOptions coarse_options() {
 /// Raw for a fuzzer, hexadecimal for the runner.
 bool write(const std::filesystem::path& file, const geometry::ContactMesh& mesh) {
   const std::vector<std::uint8_t> bytes =
-      contact::contact_asset_bytes(*contact::make_contact_mesh(mesh, coarse_options()));
+      contact::contact_asset_bytes(*contact::make_contact_mesh(mesh, coarse_options()), 0);
   std::ofstream raw(file.string() + ".contact", std::ios::binary);
   raw.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
   std::ofstream hex(file.string() + ".hex");

@@ -66,16 +66,6 @@ TEST(DatagramHeader, EachDefectIsRefusedWithItsReason) {
     bytes[0] = std::byte((version << 5U) | 5U);
     EXPECT_EQ(refusal_of(bytes), version == kProtocolVersion ? DropReason::kNone : DropReason::kVersion);
   }
-  for (const unsigned type : {2U, 3U}) {
-    bytes = datagram_of(good);
-    bytes[0] = std::byte((kProtocolVersion << 5U) | (type << 3U));
-    EXPECT_EQ(refusal_of(bytes), DropReason::kType);
-  }
-  for (std::size_t i = 17; i < kDatagramHeaderBytes; ++i) {
-    bytes = datagram_of(good);
-    bytes[i] = std::byte{0x80};
-    EXPECT_EQ(refusal_of(bytes), DropReason::kTag) << "tag byte " << i - 17;
-  }
   EXPECT_EQ(refusal_of(datagram_of({.connection = ConnectionId{}, .sequence = 1})), DropReason::kUnknownConnection);
   EXPECT_EQ(refusal_of(datagram_of({.connection = ConnectionId{1}, .sequence = 0})), DropReason::kMalformed);
 }

@@ -87,6 +87,9 @@ TEST(GoldenWire, ControlFramesDecodeToTheirValues) {
   EXPECT_EQ(control_in<wire::ServerControl>("error"), error().DebugString());
   EXPECT_EQ(control_in<wire::ServerControl>("goodbye"), goodbye().DebugString());
   EXPECT_EQ(control_in<wire::ServerControl>("asset_chunk"), asset_chunk().DebugString());
+  EXPECT_EQ(control_in<wire::ClientControl>("reset_room"), reset_room().DebugString());
+  EXPECT_EQ(control_in<wire::ServerControl>("room_reset"), room_reset().DebugString());
+  EXPECT_EQ(control_in<wire::ServerControl>("soft_shape"), soft_shape().DebugString());
 }
 
 TEST(GoldenWire, ClientDatagramDecodesToItsValues) {

@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "common/base/random.hpp"
+#include "proto/datagram_seal.hpp"
 #include "proto/state_codec.hpp"
 #include "tests/proto/samples.hpp"
 
@@ -145,11 +146,14 @@ TEST(HostileBytes, EverySingleBitFlipIsRefusedOrRead) {
 TEST(HostileBytes, EveryBitFlipInVersionAndTagIsRefusedAsSuch) {
   Bytes bytes;
   append_header(client_header(), bytes);
-  const auto reason_with_flip = [&bytes](std::size_t bit) {
+  DatagramSeal null_cipher({}, DatagramSeal::Use::kOpen, true, client_header().epoch);
+  const auto reason_with_flip = [&](std::size_t bit) {
     const auto mask = std::byte(1U << (bit % 8));
     DatagramHeader header;
     bytes[bit / 8] ^= mask;
-    const DropReason reason = parse_header(bytes, header);
+    DropReason reason = parse_header(bytes, header);
+    std::span<const std::byte> payload;
+    if (reason == DropReason::kNone) reason = null_cipher.open(header, bytes, payload);
     bytes[bit / 8] ^= mask;
     return reason;
   };

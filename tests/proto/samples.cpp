@@ -2,6 +2,7 @@
 
 #include <limits>
 
+#include "proto/soft_shape.hpp"
 #include "proto/state_codec.hpp"
 
 namespace tandem::proto {
@@ -117,6 +118,13 @@ wire::ClientControl grab() {
   return message;
 }
 
+wire::ClientControl reset_room() {
+  wire::ClientControl message;
+  message.set_request(11);
+  message.mutable_reset_room();
+  return message;
+}
+
 wire::ServerControl welcome() {
   wire::ServerControl message;
   message.set_request(1);
@@ -178,6 +186,21 @@ wire::ServerControl asset_chunk() {
   chunk.set_offset(65'536);
   chunk.set_total_bytes(65'600);
   chunk.set_data("v 0.0 0.0 0.0\nv 1.0 0.0 0.0\n");
+  return message;
+}
+
+wire::ServerControl room_reset() {
+  wire::ServerControl message;
+  message.set_request(11);
+  message.mutable_room_reset()->set_user(3);
+  return message;
+}
+
+wire::ServerControl soft_shape() {
+  wire::ServerControl message;
+  std::vector<Vec3> offsets_W;
+  for (const Vec3& point : soft_lattice()) offsets_W.emplace_back(0, 0, point.z() > 0 ? point.x() - 0.5 : 0.0);
+  write_soft_shape(2, offsets_W, *message.mutable_soft_shape());
   return message;
 }
 
@@ -267,6 +290,9 @@ std::vector<GoldenMessage> golden_messages() {
           {"error", Packing::kServerControlFrame, framed(error())},
           {"goodbye", Packing::kServerControlFrame, framed(goodbye())},
           {"asset_chunk", Packing::kServerControlFrame, framed(asset_chunk())},
+          {"reset_room", Packing::kClientControlFrame, framed(reset_room())},
+          {"room_reset", Packing::kServerControlFrame, framed(room_reset())},
+          {"soft_shape", Packing::kServerControlFrame, framed(soft_shape())},
           {"client_update", Packing::kClientDatagram, client_datagram()},
           {"server_update", Packing::kServerDatagram, server_datagram()}};
 }

@@ -23,12 +23,16 @@ struct GoldenMessage {
 wire::ClientControl hello();
 wire::ClientControl join();
 wire::ClientControl grab();
+wire::ClientControl reset_room();
 wire::ServerControl welcome();
 /// With a scene that has every kind of shape, and numbers that defaults would not give.
 wire::ServerControl joined();
 wire::ServerControl error();
 wire::ServerControl goodbye();
 wire::ServerControl asset_chunk();
+wire::ServerControl room_reset();
+/// A block that is pressed in at its middle.
+wire::ServerControl soft_shape();
 DatagramHeader client_header();
 DatagramHeader server_header();
 /// With a local model's tool.

@@ -43,6 +43,18 @@ class RecordingTransport final : public server::ServerTransport {
   }
   std::size_t queued_control_bytes(server::ConnectionHandle) const override { return queued; }
   void close(server::ConnectionHandle connection) override { closed.insert(connection); }
+  std::optional<secure::Exported> exported(server::ConnectionHandle connection, std::string_view label,
+                                           std::span<const std::byte>) override {
+    if (!is_encrypted) return std::nullopt;
+    return export_of(connection, label);
+  }
+  /// As the TLS of that connection would have it at both ends: another one for each connection and purpose.
+  static secure::Exported export_of(server::ConnectionHandle connection, std::string_view label) {
+    secure::Exported exported;
+    exported.secret.bytes()[0] = static_cast<std::byte>(connection);
+    exported.secret.bytes()[1] = static_cast<std::byte>(label == secure::kResumeExport);
+    return exported;
+  }
 
   std::map<server::ConnectionHandle, proto::FrameReader> readers;
   std::map<server::ConnectionHandle, std::vector<wire::ServerControl>> messages;
@@ -50,6 +62,7 @@ class RecordingTransport final : public server::ServerTransport {
   std::set<server::ConnectionHandle> closed;
   std::size_t queued = 0;
   bool takes_datagrams = true;
+  bool is_encrypted = false;
 };
 
 /// A control message with request 42 and what `fill` puts in.
@@ -157,7 +170,9 @@ class HubBench {
     return datagram;
   }
 
-  server::ConnectionHandle deliver(const proto::Bytes& datagram) { return hub->on_datagram(datagram, now, {}); }
+  server::ConnectionHandle deliver(const proto::Bytes& datagram) {
+    return hub->on_datagram(datagram, now, {}).connection;
+  }
   server::ConnectionHandle send_state(BenchClient& client) {
     return deliver(datagram_of(client, resting_input(client)));
   }

@@ -5,7 +5,8 @@ import socket
 import threading
 import unittest
 
-from support import ProgramTest, Server, bytes_field, finish, frame, free_port, receive_frame, run, start_client, varint_field
+from support import ProgramTest, Server, finish, free_port, run, start_client
+from wire import ERROR, HELLO, control, part, receive_frame, whole
 
 ERROR_WRONG_VERSION = 1
 
@@ -59,9 +60,16 @@ class ServerSetup(ProgramTest):
             port = str(holder.getsockname()[1])
             self.assert_setup_error(run("tandem-server", "--port", port, "--scene", "two_boxes"), port, "in use")
 
-    def test_an_address_that_is_not_loopback(self):
-        result = run("tandem-server", "--port", "0", "--bind", "0.0.0.0", "--scene", "two_boxes")
-        self.assert_setup_error(result, "0.0.0.0", "loopback")
+    def test_an_address_that_is_not_loopback_without_encryption(self):
+        result = run("tandem-server", "--insecure", "--port", "0", "--bind", "0.0.0.0", "--scene", "two_boxes")
+        self.assert_setup_error(result, "0.0.0.0", "loopback", "--insecure")
+
+    def test_keys_that_are_none(self):
+        self.assert_setup_error(run("tandem-server", "--scene", "two_boxes", "--key", self.write("k.pem", "none")), "--cert")
+        self.assert_setup_error(run("tandem-server", "--scene", "two_boxes", "--cert", "/nowhere/c.pem", "--key",
+                                    self.write("k.pem", "none")), "k.pem", "private key")
+        self.assert_setup_error(run("tandem-server", "--scene", "two_boxes", "--issuer", "none"), "--issuer", "none")
+        self.assert_setup_error(run("tandem-server", "--scene", "two_boxes", "--insecure", "--invite", "1"), "--invite")
 
 
 class ClientSetup(ProgramTest):
@@ -71,8 +79,14 @@ class ClientSetup(ProgramTest):
 
     def test_an_address_that_is_not_loopback(self):
         # Refused before any packet is sent (TEST-NET-1, which is routed nowhere).
-        result = run("tandem-client", "--headless", "--server", "192.0.2.1:47800", "--duration", "1s")
+        result = run("tandem-client", "--headless", "--insecure", "--server", "192.0.2.1:47800", "--duration", "1s")
         self.assert_setup_error(result, "192.0.2.1", "loopback")
+
+    def test_a_server_that_nothing_vouches_for(self):
+        self.assert_setup_error(run("tandem-client", "--headless", "--duration", "1s"), "--join", "--insecure")
+        self.assert_setup_error(run("tandem-client", "--headless", "--join", "127.0.0.1:1/x/y"), "--join")
+        self.assert_setup_error(run("tandem-client", "--headless", "--pin", "x"), "--pin")
+        self.assert_setup_error(run("tandem-client", "--headless", "--insecure", "--ca", "a.pem"), "only one")
 
     def test_an_unknown_room(self):
         with Server("--scene", "two_boxes") as server:
@@ -98,22 +112,21 @@ class ClientSetup(ProgramTest):
                                 (["--device", "inverse3", "--service", "192.0.2.1:1"], "this machine"),
                                 (["--device", "falcon", "--firmware", "/nowhere/f.bin"], "/nowhere/f.bin")]:
             with self.subTest(arguments=arguments):
-                self.assert_setup_error(run("tandem-client", "--headless", *arguments), word)
+                self.assert_setup_error(run("tandem-client", "--headless", "--insecure", *arguments), word)
 
     def test_without_headless(self):
-        self.assert_setup_error(run("tandem-client"), "--headless")
+        self.assert_setup_error(run("tandem-client", "--insecure"), "--headless")
 
 
 class WrongVersion(ProgramTest):
     def test_the_server_names_its_version_to_an_old_client(self):
         with Server("--scene", "two_boxes") as server, socket.create_connection(("127.0.0.1", server.port)) as peer:
             peer.settimeout(20)
-            hello = bytes_field(2, varint_field(1, 999))
-            peer.sendall(frame(varint_field(1, 1) + hello))
+            peer.sendall(control(HELLO, whole(1, 999), 1))
             answer = receive_frame(peer)
-            error = bytes_field(10, b"")[:1]  # tag of ServerControl.error
+            error = part(ERROR, b"")[:1]  # tag of ServerControl.error
             self.assertIn(error, answer)
-            self.assertIn(varint_field(1, ERROR_WRONG_VERSION), answer)
+            self.assertIn(whole(1, ERROR_WRONG_VERSION), answer)
             self.assertIn(b"999", answer)
 
     def test_the_client_ends_with_the_servers_words(self):
@@ -124,8 +137,7 @@ class WrongVersion(ProgramTest):
             with connection:
                 receive_frame(connection)
                 text = b"this server speaks protocol version 999"
-                error = bytes_field(10, varint_field(1, ERROR_WRONG_VERSION) + bytes_field(2, text))
-                connection.sendall(frame(varint_field(1, 1) + error))
+                connection.sendall(control(ERROR, whole(1, ERROR_WRONG_VERSION) + part(2, text), 1))
                 connection.recv(1000)
 
         thread = threading.Thread(target=refuse)

@@ -26,12 +26,12 @@ class Doctor(ProgramTest):
 
     def test_the_way_to_a_server_is_measured(self):
         with Server("--scene", "two_boxes") as server:
-            link = self.examine("--server", f"127.0.0.1:{server.port}")["link"]
+            link = self.examine("--insecure", "--server", f"127.0.0.1:{server.port}")["link"]
         self.assertGreater(link["numbers"]["states"], 10)
         self.assertGreater(link["numbers"]["round_trip_max_ms"], 0)
 
     def test_a_server_that_is_not_there_is_bad(self):
-        link = self.examine("--server", f"127.0.0.1:{free_port()}")["link"]
+        link = self.examine("--insecure", "--server", f"127.0.0.1:{free_port()}")["link"]
         self.assertEqual(link["verdict"], "bad")
         self.assertIn("tandem-server", link["remedy"])
 

@@ -55,7 +55,7 @@ class ServersReader(ProgramTest):
     def start(self, *arguments, **streams):
         self.port = free_port()
         streams = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, **streams}
-        server = subprocess.Popen([program("tandem-server"), "--port", str(self.port), "--scene", "wall", *arguments],
+        server = subprocess.Popen([program("tandem-server"), "--insecure", "--port", str(self.port), "--scene", "wall", *arguments],
                                   **streams)
         self.addCleanup(lambda: (server.kill(), server.wait()))
         connect(self.port).close()
@@ -134,7 +134,7 @@ class SignalsToTheServer(ProgramTest):
                 self.assertIn("the server ended the connection", finish(client)[2])
 
     def test_one_that_is_ignored_from_the_start_stays_so(self):
-        server = subprocess.Popen(["nohup", program("tandem-server"), "--port", "0", "--scene", "wall", "--json"],
+        server = subprocess.Popen(["nohup", program("tandem-server"), "--insecure", "--port", "0", "--scene", "wall", "--json"],
                                   stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         while "listening on" not in server.stderr.readline():
             pass

@@ -48,6 +48,34 @@ class ServerKilled(ProgramTest):
         self.assertGreater(max(map(force_n, after)), 0.05, "the force comes back with the server")
 
 
+class ManySessions(ProgramTest):
+    SESSIONS = 10
+    # Models of two sessions and the making of a third are there at a time; one of this scene has 17 MB.
+    GROWTH_MB = 60
+
+    def resident_mb(self, process):
+        with open(f"/proc/{process.pid}/smaps_rollup") as file:
+            return next(int(line.split()[1]) / 1024 for line in file if line.startswith("Rss:"))
+
+    def test_each_new_session_costs_no_more_memory(self):
+        server = Server("--scene", "two_boxes")
+        client = start_client(server.port, "--name", "again", "--duration", "600s")
+        server.wait_for_log(r"again.*joined")
+        time.sleep(2)
+        first_mb = self.resident_mb(client)
+        for _ in range(self.SESSIONS):
+            server.kill()
+            server = Server("--scene", "two_boxes", port=server.port)
+            server.wait_for_log(r"again.*joined")
+            time.sleep(1)
+        grown_mb = self.resident_mb(client) - first_mb
+        client.send_signal(signal.SIGINT)
+        self.assertEqual(finish(client)[0], 0)
+        with server:
+            pass
+        self.assertLess(grown_mb, self.GROWTH_MB)
+
+
 class ClientVanished(ProgramTest):
     def test_a_frozen_client_is_released_within_two_seconds(self):
         with Server("--scene", "peg_in_hole") as server:

@@ -9,7 +9,7 @@ from support import ProgramTest, Server, finish, run, start_client
 
 # A closed tetrahedron of 4 cm.
 TETRAHEDRON = "v 0 0 0\nv 4 0 0\nv 0 4 0\nv 0 0 4\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 4 3\n"
-# Three triangles at one edge: no inside, no sheet.
+# Three triangles at one edge: nothing has an inside.
 FIN = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 -1 0\nv 0 0 1\nf 1 2 3\nf 1 2 4\nf 1 2 5\n"
 
 
@@ -39,10 +39,16 @@ class Meshes(ProgramTest):
             self.assertIn("part.obj: contact from cache in", second)
             self.assertNotIn("building", second)
 
-    def test_a_mesh_without_an_inside_is_refused_with_the_reason(self):
+    def test_sheets_that_meet_at_an_edge_are_touched_and_said_to_be_sheets(self):
         with tempfile.TemporaryDirectory() as folder:
-            self.assert_setup_error(run("tandem-server", "--scene", mesh_scene(folder, FIN), "--port", "0"),
-                                    "tandem-server: ", "part.obj", "cannot be touched", "three")
+            code, _, said = run("tandem-server", "--scene", mesh_scene(folder, FIN), "--port", "0", "--duration", "100ms")
+            self.assertEqual(code, 0, said)
+            self.assertIn("part.obj: 3 triangles, a sheet", said)
+
+    def test_a_file_without_triangles_is_refused_with_the_reason(self):
+        with tempfile.TemporaryDirectory() as folder:
+            self.assert_setup_error(run("tandem-server", "--scene", mesh_scene(folder, "v 0 0 0\nv 1 0 0\n"), "--port", "0"),
+                                    "tandem-server: ", "part.obj", "not a mesh that can be read")
 
 
 class Soft(ProgramTest):

@@ -21,11 +21,11 @@ void give_way(const Vec3& way, Vec3& offset, Vec3& slope) {
 
 // o(t) = e^(−ωt) (o (1 + ωt) + ȯ t),  ȯ(t) = e^(−ωt) (ȯ (1 − ωt) − ω² t o)
 void ForceBlend::advance(double period_s) noexcept {
-  const double turned = kRate * period_s;
+  const double turned = rate_per_s_ * period_s;
   if (!(turned > 0) || !std::isfinite(turned)) return;
   const double left = std::exp(-turned);
   const Wrench offset = (offset_ * (1 + turned) + slope_ * period_s) * left;
-  slope_ = (slope_ * (1 - turned) - offset_ * (kRate * turned)) * left;
+  slope_ = (slope_ * (1 - turned) - offset_ * (rate_per_s_ * turned)) * left;
   offset_ = offset;
 }
 

@@ -19,18 +19,21 @@ class ForceBlend {
   /// Of ω, per second; faster is sooner true and a steeper change.
   static constexpr double kRate = 80.0;
 
+  explicit ForceBlend(double rate_per_s = kRate) noexcept : rate_per_s_(rate_per_s) {}
+
   /// The next target is another rule's than the last one was.
   void jump() noexcept { jumps_ = true; }
   /// Once a tick, before apply().
   void advance(double period_s) noexcept;
   /// What is shown; once a tick. A target that is not finite is shown as it is, and forgotten.
   Wrench apply(const Wrench& target) noexcept;
-  void reset() noexcept { *this = ForceBlend(); }
+  void reset() noexcept { *this = ForceBlend(rate_per_s_); }
 
   /// What is still to fade.
   const Wrench& offset() const noexcept { return offset_; }
 
  private:
+  double rate_per_s_;
   Wrench offset_;
   Wrench slope_;   ///< per second
   Wrench target_;  ///< last

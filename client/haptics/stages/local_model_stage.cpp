@@ -97,6 +97,7 @@ class LocalModelStage final : public Stage {
   ScoredResidual scored_;
   ForceBlend blend_;
   bool was_local_ = false;
+  bool has_shown_ = false;  ///< what a stage shows first comes from none of its own: HapticCore blends it in
 };
 
 StageOutput LocalModelStage::tick(const StageInput& input) noexcept {
@@ -119,7 +120,8 @@ StageOutput LocalModelStage::tick(const StageInput& input) noexcept {
     if (output.has_watched_body) output.watched_body = model->body(input.watched);
   }
   const bool has_jumped = model != nullptr && model->take_jump();
-  if (has_jumped || output.is_local != was_local_) blend_.jump();
+  if (has_jumped || (has_shown_ && output.is_local != was_local_)) blend_.jump();
+  has_shown_ = true;
   was_local_ = output.is_local;
   output.wrench_on_hand_W = blend_.apply(output.wrench_on_hand_W);
   return output;

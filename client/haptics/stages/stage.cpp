@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <stdexcept>
 
 #include "client/haptics/stages/makers.hpp"
 #include "common/haptics/prediction/force_stream.hpp"
@@ -29,15 +30,32 @@ std::string listed(const std::vector<std::string_view>& names) {
   return text;
 }
 
+bool is_among(const std::vector<std::string_view>& names, std::string_view name) {
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
 }  // namespace
 
 std::unique_ptr<Stage> make_stage(const StageSettings& settings) {
-  const std::vector<std::string_view> predictors = predictor_names();
-  if (std::find(predictors.begin(), predictors.end(), settings.predictor) == predictors.end()) return nullptr;
+  if (!is_among(predictor_names(), settings.predictor)) return nullptr;
   for (const StageEntry& entry : kStages) {
     if (entry.name == settings.name) return entry.make(settings);
   }
   return nullptr;
+}
+
+std::unique_ptr<Stage> require_stage(const StageSettings& settings) {
+  if (!is_among(stage_names(), settings.name)) {
+    throw std::invalid_argument("stage '" + settings.name + "' does not exist; use one of: " + listed_stage_names());
+  }
+  if (!is_among(predictor_names(), settings.predictor)) {
+    throw std::invalid_argument("predictor '" + settings.predictor +
+                                "' does not exist; use one of: " + listed_predictor_names());
+  }
+  if (!haptics::is_usable(settings.wave)) {
+    throw std::invalid_argument("the wave's impedance must be above 0, for example 10 N*s/m and 0.01 N*m*s/rad");
+  }
+  return make_stage(settings);
 }
 
 bool needs_local_model(std::string_view stage) {

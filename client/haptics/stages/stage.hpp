@@ -92,6 +92,8 @@ class Stage {
 
 /// Null for an unknown name or predictor.
 std::unique_ptr<Stage> make_stage(const StageSettings& settings);
+/// Fails   std::invalid_argument: a stage or predictor that does not exist, with those that do; an unusable impedance
+std::unique_ptr<Stage> require_stage(const StageSettings& settings);
 /// Whether the stage shows a local model, which Client makes.
 bool needs_local_model(std::string_view stage);
 /// Whether the stage shows what a ball touches instead of the scene's tool, and so not every scene (proxy_problem()).

@@ -56,6 +56,8 @@ class HandPassivityController {
   /// The local model's running net output (StageOutput::energy_from_local_j); ignored when not finite. The first one
   /// only sets where to count from.
   void local_model_reported(double net_j) noexcept;
+  /// Another local model reports from now on.
+  void forget_local_model() noexcept { has_local_ = false; }
   /// What may be displayed until the next tick.
   /// In      X_WH  of the hand, without clutch; on_hand_W  about the handle
   /// Fails   zero for a pose, wrench or period that is not finite; the balance is kept

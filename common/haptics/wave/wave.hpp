@@ -12,6 +12,8 @@ namespace tandem::haptics {
 struct WaveImpedance {
   double linear_n_s_per_m = 10.0;       ///< b; also the drag felt until the first echo. Higher: stiffer, but heavier
   double angular_n_m_s_per_rad = 0.01;  ///< its rotational twin
+
+  bool operator==(const WaveImpedance&) const = default;
 };
 /// Both are finite and above 0, and no square root of them overflows.
 inline bool is_usable(const WaveImpedance& b) {

@@ -238,6 +238,27 @@ TickFaults TouchStage::write_back(double step_s, std::span<TouchThing> things) n
   return faults;
 }
 
+template <class Use>
+void TouchStage::for_each_pressed_W(std::size_t thing, const Use& use) const noexcept {
+  for (std::size_t i = 0; i < patches_.size(); ++i) {
+    const NearPairs::Pair& pair = *patch_pairs_[i];
+    if (results_[i].pressing == 0 || (pair.thing_a != thing && pair.thing_b != thing)) continue;
+    for (const contact::ContactPoint& contact : patches_[i].contacts) {
+      if (contact.depth_m > 0) use(contact.p_W);
+    }
+  }
+}
+
+std::size_t TouchStage::pressed_points_W(std::size_t thing, std::span<Vec3> out) const noexcept {
+  std::size_t count = 0, index = 0, written = 0;
+  for_each_pressed_W(thing, [&count](const Vec3&) { ++count; });
+  const std::size_t kept = std::min(count, out.size());
+  for_each_pressed_W(thing, [&](const Vec3& p_W) {
+    if (written < kept && index++ * kept / count == written) out[written++] = p_W;
+  });
+  return written;
+}
+
 TouchBetween TouchStage::between(std::size_t thing, std::size_t other) const noexcept {
   TouchBetween sum;
   for (std::size_t i = 0; i < patches_.size(); ++i) {

@@ -38,6 +38,8 @@ class TouchStage {
   const TouchContact& contact(std::size_t thing) const { return felt_[thing]; }
   /// Of `thing` on `other` in the last step. Cost: the pairs that were near.
   TouchBetween between(std::size_t thing, std::size_t other) const noexcept;
+  /// Where `thing` pressed or was pressed, in W: as many as there are, or spread over them. How many were written.
+  std::size_t pressed_points_W(std::size_t thing, std::span<Vec3> out) const noexcept;
 
  private:
   // In the order of the step.
@@ -52,6 +54,8 @@ class TouchStage {
   void add_couplings(std::span<const TouchThing> things, std::span<TouchCoupling> couplings,
                      std::span<TouchJoint> joints) noexcept;
   void add_coupling(const contact::SolverCoupling& coupling, Wrench& answer) noexcept;
+  template <class Use>
+  void for_each_pressed_W(std::size_t thing, const Use& use) const noexcept;
   TickFaults solve(double step_s) noexcept;
   void feel() noexcept;
   void find_reached(std::span<const TouchThing> things) noexcept;

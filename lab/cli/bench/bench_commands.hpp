@@ -24,6 +24,8 @@ void add_contact_scaling(CLI::App& bench, int& exit_code);
 void add_coupling_bench(CLI::App& bench, int& exit_code);
 /// field [--scene NAME] [--seconds S] [--json]
 void add_field_bench(CLI::App& bench, int& exit_code);
+/// loop [--seconds S] [--with-window] [--pairs N] [--scene NAME] [--rt-priority N] [--check] [--json]
+void add_loop_bench(CLI::App& bench, int& exit_code);
 /// proxy --mesh FILE [--size-mm S] [--radius-mm R] [--steps N] [--no-shading] [--check] [--json]
 void add_proxy_bench(CLI::App& bench, int& exit_code);
 /// room [--scene NAME] [--users N] [--json]

@@ -1,6 +1,8 @@
 // `tandem-lab bench server`: a whole server with its sockets and rooms, and users that send and receive at 1 kHz, all on
 // this machine.
 
+#include <sys/resource.h>
+
 #include <CLI/CLI.hpp>
 #include <atomic>
 #include <iostream>
@@ -11,9 +13,11 @@
 #include <vector>
 
 #include "common/base/json_pretty.hpp"
+#include "common/secure/certificate.hpp"
 #include "lab/cli/bench/bench_commands.hpp"
 #include "lab/report/check.hpp"
 #include "lab/session/server_load.hpp"
+#include "server/app/security.hpp"
 #include "server/net/live_server.hpp"
 
 namespace tandem::lab {
@@ -29,13 +33,29 @@ struct Options {
   std::size_t bodies = 3;
   double seconds = 5;
   bool is_overloaded = false;
+  bool is_insecure = false;
   bool wants_json = false;
 };
+
+/// Of this process without its calling thread, which is the load; or of that thread alone.
+double cpu_seconds(int who) {
+  rusage usage{};
+  getrusage(who, &usage);
+  const auto seconds = [](const timeval& time) {
+    return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec);
+  };
+  return seconds(usage.ru_utime) + seconds(usage.ru_stime);
+}
+double server_cpu_seconds() {
+  return cpu_seconds(RUSAGE_SELF) - cpu_seconds(RUSAGE_THREAD);
+}
 
 struct ServerBenchResult {
   LoadResult load;
   std::vector<double> kept;  ///< share of its rate that each room kept, while the load ran
   std::vector<server::RoomTiming> timings;
+  double server_cpu_s_per_s = 0;
+  double aead_percent = 0;  ///< of the server's processor time
 };
 
 /// A server on a thread of its own, whose rooms' steps are counted.
@@ -56,6 +76,10 @@ class ServerUnderLoad {
     settings.port = 0;
     settings.realtime_priority = 60;
     settings.hub.max_connections = options.clients + 1;
+    if (!options.is_insecure) {
+      settings.tls = server::tls_of(keys_);
+      settings.hub.admission = server::admission_of(keys_, {});
+    }
     server_ = std::make_unique<server::LiveServer>(settings, std::move(rooms));
     server_->on_log = [](std::string_view kind, const std::string& line) {
       if (kind == "rate") std::cerr << line << '\n';
@@ -80,8 +104,18 @@ class ServerUnderLoad {
   }
   std::vector<std::uint64_t> steps() const { return {steps_.begin(), steps_.end()}; }
   server::LiveServer& server() { return *server_; }
+  LoadSecurity security() const {
+    return {{.pin = keys_.identity.id()}, [this] { return server::token_for({}, keys_.identity.id(), keys_.issuer); }};
+  }
 
  private:
+  static server::ServerKeys make_keys() {
+    using Kind = secure::KeyPair::Kind;
+    const auto identity = secure::KeyPair::make(Kind::kP256);
+    return {identity, secure::KeyPair::make(Kind::kEd25519), secure::self_signed_certificate(identity)};
+  }
+
+  const server::ServerKeys keys_ = make_keys();
   std::vector<std::atomic<std::uint64_t>> steps_;
   std::unique_ptr<server::LiveServer> server_;
   std::thread thread_;
@@ -89,13 +123,20 @@ class ServerUnderLoad {
 
 ServerBenchResult measure(const Options& options) {
   ServerUnderLoad subject(options);
-  ServerLoad load(subject.server().port(), options.clients, options.rooms);
+  const auto security = options.is_insecure ? std::nullopt : std::optional(subject.security());
+  ServerLoad load(subject.server().port(), options.clients, options.rooms, security);
   load.run(kSettling);
   ServerBenchResult result;
   const std::vector<std::uint64_t> before = subject.steps();
   const LocalTime begin = SteadyClock().now();
+  const double cpu_before_s = server_cpu_seconds();
   result.load = load.run(from_seconds(options.seconds));
   const double took_s = to_seconds(SteadyClock().now() - begin);
+  result.server_cpu_s_per_s = (server_cpu_seconds() - cpu_before_s) / took_s;
+  const auto datagrams = static_cast<double>(result.load.inputs_sent + result.load.states_received);
+  if (!options.is_insecure) {
+    result.aead_percent = 100 * datagrams / took_s * to_seconds(ServerLoad::seal_cost()) / result.server_cpu_s_per_s;
+  }
   const std::vector<std::uint64_t> after = subject.steps();
   for (std::size_t i = 0; i < options.rooms; ++i) {
     const double period_s = to_seconds(subject.server().rooms()[i]->period());
@@ -130,6 +171,9 @@ boost::json::object to_json(const Options& options, const ServerBenchResult& res
   return {{"clients", options.clients},
           {"rooms", options.rooms},
           {"is_overloaded", options.is_overloaded},
+          {"is_encrypted", !options.is_insecure},
+          {"cpu_seconds_per_second", result.server_cpu_s_per_s},
+          {"aead_percent_of_cpu", result.aead_percent},
           {"steps_per_s", steps_per_s},
           {"inputs_per_s", static_cast<double>(result.load.inputs_sent) / options.seconds},
           {"states_per_s", static_cast<double>(result.load.states_received) / options.seconds},
@@ -157,6 +201,8 @@ void print(const Options& options, const ServerBenchResult& result, const std::v
             << static_cast<double>(result.load.inputs_sent) / options.seconds << '\n';
   line("from the begin of a step to the send of its state ", result.load.added_latency);
   line("from an input's send to the state that has used it", result.load.answer);
+  std::cout << "processor time of the server " << result.server_cpu_s_per_s << " s/s, of it the AEAD "
+            << result.aead_percent << " %\n";
   std::cout << "longest silence at a user " << microseconds(result.load.longest_silence.max()) / 1e3 << " ms\n";
   print_checks(std::cout, checks);
 }
@@ -191,6 +237,7 @@ void add_server_bench(CLI::App& bench, int& exit_code) {
       ->check(CLI::Range(0.1, 3600.0))
       ->capture_default_str();
   command->add_flag("--overload", options->is_overloaded, "each step of the first room takes 4 ms more");
+  command->add_flag("--insecure", options->is_insecure, "nothing is encrypted, to compare");
   command->add_flag("--json", options->wants_json, "print JSON instead of a table");
   command->callback([options, &exit_code] { exit_code = run(*options); });
 }

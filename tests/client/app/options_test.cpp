@@ -20,7 +20,7 @@ using ::testing::HasSubstr;
 using ::testing::Not;
 
 std::optional<ClientOptions> parse(std::vector<const char*> arguments) {
-  arguments.insert(arguments.begin(), {"tandem-client", "--headless"});
+  arguments.insert(arguments.begin(), {"tandem-client", "--headless", "--insecure"});
   return parse_client_options(static_cast<int>(arguments.size()), arguments.data());
 }
 
@@ -157,7 +157,7 @@ TEST(ClientOptions, DelayAndRateAreAllowedOverAStream) {
 }
 
 std::optional<ClientOptions> parse_with_window(std::vector<const char*> arguments) {
-  arguments.insert(arguments.begin(), "tandem-client");
+  arguments.insert(arguments.begin(), {"tandem-client", "--insecure"});
   return parse_client_options(static_cast<int>(arguments.size()), arguments.data());
 }
 

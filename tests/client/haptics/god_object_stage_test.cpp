@@ -283,8 +283,11 @@ struct PressingRig : HapticRig {
     scene.coupling.force_limit_n = 50;
     received.update.tool.X.p.z() = device.sample.X_DH.p.z() = 0.05;
     enter_scene();
-    auto world = std::make_unique<ProxyWorld>(scene_of({box_shape({0.2, 0.2, 0.02})}), AssetMap{});
-    EXPECT_TRUE(core.offer_model(scene.generation, world));
+    auto rendering = std::make_unique<Rendering>();
+    rendering->stage = make_stage({.name = "god-object"});
+    rendering->generation = scene.generation;
+    rendering->proxy_world = std::make_unique<ProxyWorld>(scene_of({box_shape({0.2, 0.2, 0.02})}), AssetMap{});
+    EXPECT_TRUE(core.offer(rendering));
     run(1500);
   }
   /// At 0.1 m/s, and waits there.

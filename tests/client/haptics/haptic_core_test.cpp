@@ -384,5 +384,63 @@ TEST(HapticCore, UnknownPredictorIsRefusedWithTheNamesThatExist) {
   }
 }
 
+void show(HapticRig& rig, const std::string& stage) {
+  auto rendering = std::make_unique<Rendering>();
+  rendering->stage = make_stage({.name = stage});
+  ASSERT_TRUE(rig.core.offer(rendering));
+}
+
+/// In a millisecond, over the next 600.
+double largest_step_n(HapticRig& rig) {
+  double largest_n = 0;
+  for (int i = 0; i < 600; ++i) {
+    const Vec3 before = rig.force();
+    rig.run(1);
+    largest_n = std::max(largest_n, (rig.force() - before).norm());
+  }
+  return largest_n;
+}
+
+TEST(HapticCore, FromOneStageToAnotherTheForceGoesWithoutAStep) {
+  HapticRig rig("hold");
+  rig.enter_scene();
+  rig.received.update.wrench_on_hand_W.f = Vec3(0, 0, 2);
+  rig.device.sample.X_DH.p = Vec3(0.01, 0, 0);
+  rig.run(700);
+  ASSERT_NEAR(rig.force().z(), 2, 1e-9);
+  show(rig, "late-pose");
+  EXPECT_LE(largest_step_n(rig), 0.1);
+  ASSERT_LT((rig.force() - Vec3(-3, 0, 0)).norm(), 0.02) << "300 N/m over 10 mm: the other stage";
+  show(rig, "hold");
+  EXPECT_LE(largest_step_n(rig), 0.1);
+  EXPECT_LT((rig.force() - Vec3(0, 0, 2)).norm(), 0.02);
+}
+
+TEST(HapticCore, ThePassivityControllerComesAndGoesWithoutAStep) {
+  HapticRig rig("hold");
+  rig.enter_scene();
+  rig.received.update.wrench_on_hand_W.f = Vec3(2, 0, 0);
+  rig.run(700);
+  const auto move = [&rig](int ticks) {
+    double largest_n = 0;
+    for (int i = 0; i < ticks; ++i) {
+      const Vec3 before = rig.force();
+      rig.device.sample.X_DH.p.x() += 2e-5;
+      rig.run(1);
+      largest_n = std::max(largest_n, (rig.force() - before).norm());
+    }
+    return largest_n;
+  };
+  // A force that nobody pays for, along the hand's way.
+  move(100);
+  ASSERT_NEAR(rig.force().x(), 2, 1e-6);
+  rig.core.control_passivity(true);
+  EXPECT_LE(move(1000), 0.1);
+  EXPECT_LT(rig.force().x(), 1.5) << "it is withheld";
+  rig.core.control_passivity(false);
+  EXPECT_LE(move(1000), 0.1);
+  EXPECT_NEAR(rig.force().x(), 2, 1e-6);
+}
+
 }  // namespace
 }  // namespace tandem::client

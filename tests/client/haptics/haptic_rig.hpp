@@ -20,8 +20,10 @@ inline std::size_t law_index(std::string_view name) {
 
 /// Core, device and mailboxes; server states arrive when the test says so.
 struct HapticRig {
-  explicit HapticRig(const std::string& stage = "late-pose", bool feeds_view = false)
-      : core({.stage = {.name = stage, .passivity = false}, .feeds_view = feeds_view}, device, mailboxes) {
+  explicit HapticRig(const std::string& stage = "late-pose", bool feeds_view = false,
+                     const Vec3& workspace_m = Vec3::Zero())
+      : device(workspace_m),
+        core({.stage = {.name = stage, .passivity = false}, .feeds_view = feeds_view}, device, mailboxes) {
     scene.law = law_index("spring-damper");
   }
 

@@ -9,8 +9,9 @@ namespace tandem::client {
 
 class ScriptedDevice final : public devices::Device {
  public:
-  ScriptedDevice() {
+  explicit ScriptedDevice(const Vec3& workspace_m = Vec3::Zero()) {
     spec_.name = "scripted";
+    spec_.workspace_m = workspace_m;
     spec_.actuated_rotations = 3;
     spec_.force_maximum_n = {10.0, "this test"};
     spec_.torque_maximum_n_m = {1.0, "this test"};

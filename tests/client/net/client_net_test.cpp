@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "client/net/client_io.hpp"
+#include "server/app/security.hpp"
 #include "tests/client/haptics/scripted_device.hpp"
 #include "tests/support/hub_bench.hpp"
 #include "tests/support/running_server.hpp"
@@ -72,6 +73,56 @@ TEST(ClientIo, StateGoesOverTcpWhenAsked) {
   ClientIo io(settings, device);
   io.start();
   EXPECT_TRUE(test::eventually(has_received(io, 100)));
+}
+
+/// An encrypted server, and how its clients get in.
+struct EncryptedServer {
+  EncryptedServer() {
+    server::LiveServerSettings settings{.port = 0};
+    settings.tls = server::tls_of(keys);
+    settings.hub.admission = server::admission_of(keys, options);
+    running = std::make_unique<test::RunningServer>(test::two_hands_scene(), settings);
+  }
+  ClientIoSettings client(const std::string& role = "manipulator") const {
+    ClientIoSettings settings = settings_for(running->server->port());
+    settings.trust = secure::Trust{.pin = keys.identity.id()};
+    settings.client.session.token = server::token_for({.role = role}, keys.identity.id(), keys.issuer);
+    if (role == "operator") settings.client.session.role = wire::ROLE_OPERATOR;
+    return settings;
+  }
+
+  const server::SecurityOptions options{.state = std::filesystem::path(testing::TempDir()) / "client_net_state",
+                                        .certificate = {},
+                                        .key = {},
+                                        .issuers = {}};
+  const server::ServerKeys keys = server::open_keys(options);
+  std::unique_ptr<test::RunningServer> running;
+};
+
+TEST(ClientIo, AnEncryptedSessionGetsStateUntilItsUserIsKickedAndThenStaysOut) {
+  EncryptedServer server;
+  ScriptedDevice device, other_device;
+  ClientIo olga(server.client("operator"), other_device), ada(server.client(), device);
+  olga.start();
+  ada.start();
+  ASSERT_TRUE(test::eventually(has_received(ada, 100))) << ada.snapshot().status.why;
+  ASSERT_TRUE(test::eventually(has_received(olga, 100))) << olga.snapshot().status.why;
+  olga.kick(UserId{ada.snapshot().joined->user()});
+  ASSERT_TRUE(test::eventually(is_in(ada, SessionState::kEnded)));
+  EXPECT_THAT(ada.snapshot().status.why, HasSubstr("kicked"));
+  EXPECT_EQ(olga.snapshot().status.state, SessionState::kActive);
+}
+
+TEST(ClientIo, AnEncryptedSessionOverTcpAndThroughASimulatedLinkIsTheSame) {
+  EncryptedServer server;
+  ClientIoSettings settings = server.client();
+  settings.client.session.state_over_tcp = true;
+  settings.links.emplace();
+  settings.links->up.delay = settings.links->down.delay = std::chrono::milliseconds(5);
+  ScriptedDevice device;
+  ClientIo io(settings, device);
+  io.start();
+  EXPECT_TRUE(test::eventually(has_received(io, 100))) << io.snapshot().status.why;
 }
 
 TEST(ClientIo, SaysThatNobodyListensThere) {

@@ -5,12 +5,25 @@
 
 #include <limits>
 
+#include "proto/soft_shape.hpp"
 #include "tests/support/session_bench.hpp"
 
 namespace tandem::client {
 namespace {
 
 using testing::HasSubstr;
+
+TEST(ClientSession, ItsUserScalesAndTurnsTheScenesWorkspaceFromTheFirstJoinOn) {
+  SessionSettings settings;
+  settings.workspace = {.scale = 1.5, .turn_rad = 0.5};
+  test::SessionBench bench(settings);
+  bench.join();
+  ASSERT_TRUE(bench.mailboxes.scene.poll());
+  const WorkspaceMapping& told = bench.mailboxes.scene.front().workspace;
+  EXPECT_EQ(told.position_scale, 3.0);
+  EXPECT_EQ(told.force_scale, 0.75);
+  EXPECT_NEAR(rotation_vector(told.X_WD.q).z(), 0.5, 1e-12);
+}
 
 TEST(ClientSession, PublishesTheSceneOfEachJoinAsANewGeneration) {
   test::SessionBench bench;
@@ -161,6 +174,70 @@ TEST(Session, KnowsWhoElseIsThere) {
   bench.wait(std::chrono::milliseconds(250));
   bench.join();
   EXPECT_TRUE(bench.session.users().empty());
+}
+
+wire::ServerControl welcome_with_rooms() {
+  wire::ServerControl message;
+  message.mutable_welcome()->set_protocol_version(proto::kProtocolVersion);
+  message.mutable_welcome()->set_connection_id(8);
+  for (const char* room : {"hall", "attic"}) message.mutable_welcome()->add_rooms(room);
+  return message;
+}
+
+void greet(test::SessionBench& bench) {
+  bench.session.on_connected(bench.now);
+  bench.say(welcome_with_rooms());
+}
+
+TEST(ClientSession, GoesToAnotherRoomAndComesBackFromOneThatRefuses) {
+  test::SessionBench bench({.room = "hall"});
+  greet(bench);
+  bench.say_joined();
+  ASSERT_EQ(bench.state(), "active");
+  EXPECT_THAT(bench.session.rooms(), testing::ElementsAre("hall", "attic"));
+  bench.transport.messages.clear();
+  bench.session.change_room("attic", bench.now);
+  EXPECT_EQ(test::described(bench.transport.messages), "leave");
+  EXPECT_FALSE(bench.scene_may_display()) << "no force on the way";
+  EXPECT_EQ(bench.state(), "connecting");
+  bench.transport.messages.clear();
+  greet(bench);
+  ASSERT_EQ(test::described(bench.transport.messages), "hello, join");
+  EXPECT_EQ(bench.transport.messages.back().join().room(), "attic");
+  bench.say_error(wire::ERROR_ROOM_FULL);
+  EXPECT_THAT(bench.session.news(), HasSubstr("attic"));
+  bench.transport.messages.clear();
+  greet(bench);
+  EXPECT_EQ(bench.transport.messages.back().join().room(), "hall");
+  bench.say_joined();
+  EXPECT_EQ(bench.state(), "active");
+  bench.session.change_room("attic", bench.now);
+  greet(bench);
+  bench.say_joined();
+  EXPECT_EQ(bench.session.room(), "attic");
+  EXPECT_EQ(bench.state(), "active");
+}
+
+TEST(ClientSession, KeepsTheShapesOfItsSoftBodiesAndNoOthers) {
+  test::SessionBench bench;
+  wire::Joined joined = test::minimal_joined();
+  joined.mutable_scene()->add_soft_bodies()->set_name("pad");
+  greet(bench);
+  bench.say_joined(joined);
+  wire::ServerControl message;
+  const std::vector<Vec3> offsets(proto::kSoftLatticePoints, Vec3(0, 0, 0.01));
+  proto::write_soft_shape(0, offsets, *message.mutable_soft_shape());
+  bench.say(message);
+  ASSERT_EQ(bench.session.soft_offsets().size(), 1U);
+  ASSERT_NE(bench.session.soft_offsets()[0], nullptr);
+  EXPECT_NEAR((*bench.session.soft_offsets()[0])[7].z(), 0.01, 5e-5);
+  message.mutable_soft_shape()->set_soft_body(1);
+  bench.say(message);
+  message.mutable_soft_shape()->set_soft_body(0);
+  message.mutable_soft_shape()->set_offsets("short");
+  bench.say(message);
+  EXPECT_EQ(bench.state(), "active");
+  EXPECT_NEAR((*bench.session.soft_offsets()[0])[7].z(), 0.01, 5e-5);
 }
 
 }  // namespace

@@ -75,6 +75,12 @@ const std::map<std::string, Event>& events() {
          message.mutable_goodbye()->set_reason(wire::DISCONNECT_SERVER_STOPPING);
          b.say(message);
        }},
+      {"goodbye to one who is kicked",
+       [](test::SessionBench& b) {
+         wire::ServerControl message;
+         message.mutable_goodbye()->set_reason(wire::DISCONNECT_KICKED);
+         b.say(message);
+       }},
       {"message not allowed here", say_forbidden},
       {"unreadable bytes",
        [](test::SessionBench& b) { b.session.on_control_bytes(proto::Bytes(8, std::byte{0xFF}), b.now); }},

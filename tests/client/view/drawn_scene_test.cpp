@@ -9,6 +9,7 @@
 #include "common/docking/molecule_asset.hpp"
 #include "common/geometry/surface_asset.hpp"
 #include "common/geometry/tessellation.hpp"
+#include "proto/soft_shape.hpp"
 #include "tests/support/session_bench.hpp"
 
 namespace tandem::client {
@@ -138,6 +139,45 @@ TEST(DrawnScene, OfHostileBytesIsWhatCanBeDrawn) {
   const DrawnScene scene = make_drawn_scene(joined, assets);
   EXPECT_THAT(scene.missing, SizeIs(3));
   EXPECT_EQ(scene.bodies[0].name.find('\x1b'), std::string::npos);
+}
+
+TEST(DrawnScene, ASoftBlockIsDrawnAsItYields) {
+  wire::Joined joined = test::minimal_joined();
+  wire::SoftBody& pad = *joined.mutable_scene()->add_soft_bodies();
+  pad.set_name("pad");
+  for (const double size_m : {0.1, 0.2, 0.04}) pad.mutable_block()->add_size_m(size_m);
+  pad.mutable_placement()->add_rotation_xyz_deg(0);
+  pad.mutable_placement()->add_rotation_xyz_deg(0);
+  pad.mutable_placement()->add_rotation_xyz_deg(90);
+  const DrawnScene scene = make_drawn_scene(joined, {});
+  ASSERT_THAT(scene.soft_bodies, SizeIs(1));
+  const auto reach = [](const DrawnMesh& mesh) {
+    Vec3 most = Vec3::Zero();
+    for (const Vertex& vertex : mesh) most = most.cwiseMax(vector_of(vertex.position_m));
+    return most;
+  };
+  EXPECT_LT((reach(scene.soft_bodies[0].mesh) - Vec3(0.05, 0.1, 0.02)).norm(), 1e-6);
+  const std::vector<Vec3> offsets(proto::kSoftLatticePoints, Vec3(0.01, 0, 0));
+  const Vec3 moved = reach(drawn_soft_block(pad, offsets)) - reach(scene.soft_bodies[0].mesh);
+  EXPECT_LT((moved - Vec3(0, -0.01, 0)).norm(), 1e-6) << "offsets are of the world, which is turned";
+  EXPECT_THAT(drawn_soft_block(pad, {offsets.data(), 7}), SizeIs(0));
+}
+
+TEST(DrawnMesh, SticksAreWhereAtomsAreBonded) {
+  docking::Molecule molecule;
+  // Two carbons of a bond, one hydrogen on the first, one far away; two hydrogens that are near, but not bonded.
+  molecule.positions_angstrom = {{0, 0, 0}, {1.54, 0, 0}, {0, 1.09, 0}, {9, 0, 0}, {-0.2, -1.07, 0}};
+  molecule.mass_u = {12.011, 12.011, 1.008, 1.008, 1.008};
+  DrawnMesh bonded, alone;
+  append_sticks(bonded, molecule, 0.01, {1, 1, 0, 1});
+  molecule.positions_angstrom = {{0, 0, 0}, {4, 0, 0}, {0, 4, 0}, {9, 0, 0}, {0, -4, 0}};
+  append_sticks(alone, molecule, 0.01, {1, 1, 0, 1});
+  DrawnMesh one;
+  molecule.positions_angstrom = {{0, 0, 0}, {1.54, 0, 0}, {0, 4, 0}, {9, 0, 0}, {0, -4, 0}};
+  append_sticks(one, molecule, 0.01, {1, 1, 0, 1});
+  const std::size_t stick = one.size() - alone.size();
+  EXPECT_GT(stick, 0U);
+  EXPECT_EQ(bonded.size() - alone.size(), 3 * stick);
 }
 
 TEST(DrawnScene, ToolsDifferInColour) {

@@ -63,6 +63,16 @@ TEST(Histogram, HoldsDurationsBeyondItsRangeInTheLastBucket) {
   EXPECT_GT(histogram.quantile(0.5), std::chrono::seconds(100));
 }
 
+TEST(Histogram, TellsTheShareAboveADuration) {
+  Histogram histogram;
+  for (int i = 0; i < 3; ++i) histogram.record(std::chrono::microseconds(900));
+  histogram.record(std::chrono::microseconds(1100));
+  EXPECT_DOUBLE_EQ(histogram.share_above(std::chrono::milliseconds(1)), 0.25);
+  EXPECT_DOUBLE_EQ(histogram.share_above(std::chrono::milliseconds(2)), 0);
+  EXPECT_DOUBLE_EQ(histogram.share_above(Duration{0}), 1);
+  EXPECT_DOUBLE_EQ(Histogram().share_above(Duration{0}), 0);
+}
+
 TEST(Histogram, IsZeroWhenEmpty) {
   EXPECT_EQ(Histogram().quantile(0.99), Duration(0));
 }

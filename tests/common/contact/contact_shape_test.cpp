@@ -2,10 +2,12 @@
 
 #include <gmock/gmock.h>
 
+#include <cstring>
 #include <stdexcept>
 
 #include "common/base/byte_io.hpp"
 #include "common/base/random.hpp"
+#include "common/contact/asset/packing.hpp"
 #include "common/geometry/tessellation.hpp"
 #include "tests/common/contact/mesh_measures.hpp"
 
@@ -115,7 +117,8 @@ class ContactAsset : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
     // Small, so that damaging it thousands of times is quick: 3 mm.
-    asset = contact_asset_bytes(*make_contact_mesh(mesh_box(Vec3(3e-3, 3e-3, 2e-3))));
+    // Not packed, so that a changed byte gets past the unpacking.
+    asset = contact_asset_bytes(*make_contact_mesh(mesh_box(Vec3(3e-3, 3e-3, 2e-3))), 0);
   }
   static inline std::vector<std::uint8_t> asset;
 };
@@ -123,7 +126,7 @@ class ContactAsset : public ::testing::Test {
 TEST_F(ContactAsset, IsTheSameShapeAgain) {
   const auto shape = contact_shape_from(asset);
   ASSERT_TRUE(shape);
-  EXPECT_EQ(contact_asset_bytes(*shape), asset);
+  EXPECT_EQ(contact_asset_bytes(*shape, 0), asset);
   const auto original = make_contact_mesh(mesh_box(Vec3(3e-3, 3e-3, 2e-3)));
   EXPECT_EQ(shape->low_S, original->low_S);
   EXPECT_EQ(shape->high_S, original->high_S);
@@ -175,6 +178,32 @@ TEST_F(ContactAsset, SurvivesHostileBytes) {
     ASSERT_TRUE(std::isfinite(used(*shape, random)));
   }
   EXPECT_GT(refused, 500);
+}
+
+TEST_F(ContactAsset, IsTheSameShapePacked) {
+  const auto shape = contact_shape_from(asset);
+  const std::vector<std::uint8_t> packed = contact_asset_bytes(*shape);
+  EXPECT_LT(8 * packed.size(), shape->memory_bytes());
+  EXPECT_EQ(contact_asset_bytes(*contact_shape_from(packed), 0), asset);
+}
+
+// A kilobyte that says that it is gigabytes of zeros, or really is.
+TEST_F(ContactAsset, TakesNoMoreMemoryThanAllowed) {
+  const auto shape = contact_shape_from(asset);
+  EXPECT_TRUE(contact_shape_from(asset, shape->memory_bytes()));
+  EXPECT_FALSE(contact_shape_from(asset, shape->memory_bytes() - 1));
+
+  std::vector<std::uint8_t> bomb;
+  append_block(bomb, std::vector<std::uint8_t>(std::size_t{64} << 20U), kPackingLevel);
+  ASSERT_LT(bomb.size(), 16'384U);
+  std::span<const std::uint8_t> rest(bomb);
+  ByteReader reader(rest);
+  EXPECT_FALSE(read_block(reader, std::size_t{1} << 20U));
+  // One that lies about its size, and unpacks to more.
+  const std::uint32_t told = 1000;
+  std::memcpy(bomb.data(), &told, sizeof(told));
+  rest = bomb;
+  EXPECT_FALSE(read_block(reader, std::size_t{1} << 20U));
 }
 
 TEST_F(ContactAsset, IsOnlyMadeOfMeshes) {

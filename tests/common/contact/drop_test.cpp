@@ -67,8 +67,8 @@ TEST(Drop, ABallComesToRestAndNeverGainsEnergy) {
   for (const ShapePointer& ball : balls) {
     const Course course = course_of({ball, 0.1, sphere_inertia(0.1, 0.01), {{0, 0, 0.03}, Quat::Identity()}}, 1.5);
     EXPECT_LT(course.risen_j, kShareGained * course.fallen_j);
-    // It may roll on, slowly: its points are not quite round.
-    EXPECT_LT(course.speed_m_per_s, 5e-3);
+    // It may roll on, slowly: its points are not quite round, and packed normals err by a tenth of a degree.
+    EXPECT_LT(course.speed_m_per_s, 8e-3);
     EXPECT_GT(course.fallen_j, 0.01);
   }
 }

@@ -4,6 +4,7 @@
 
 #include <numbers>
 
+#include "common/base/random.hpp"
 #include "common/contact/contact_shape.hpp"
 #include "common/contact/primitive_fields.hpp"
 #include "common/geometry/mesh_repair.hpp"
@@ -258,58 +259,83 @@ TEST(PointShell, IsTheSameEachTime) {
   const geometry::ContactMesh mesh = solid(geometry::tessellated_cylinder(0.004, 0.01));
   std::vector<std::uint8_t> first;
   std::vector<std::uint8_t> second;
-  sample_surface(mesh, {}, {}).surface.write(first);
-  sample_surface(mesh, {}, {}).surface.write(second);
+  sample_surface(mesh, {}, {}).surface.write(first, 0);
+  sample_surface(mesh, {}, {}).surface.write(second, 0);
   EXPECT_EQ(first, second);
 }
 
 TEST(PointShell, ReadsWhatItWroteAndNothingElse) {
   const PointShell shell = sample_surface(solid(geometry::tessellated_sphere(0.002)), {}, {}).surface;
   std::vector<std::uint8_t> bytes;
-  shell.write(bytes);
+  shell.write(bytes, 0);
   bytes.push_back(77);
   std::span<const std::uint8_t> rest(bytes);
-  const auto read = PointShell::read(rest);
+  const auto read = PointShell::read(rest, kMaxShapeBytes);
   ASSERT_TRUE(read);
   ASSERT_EQ(rest.size(), 1U);
   std::vector<std::uint8_t> again;
-  read->write(again);
+  read->write(again, 0);
   EXPECT_TRUE(std::equal(again.begin(), again.end(), bytes.begin()));
 
   bytes.pop_back();
   for (std::size_t size = 0; size < bytes.size(); size += 7) {
     std::span<const std::uint8_t> cut = std::span(bytes).first(size);
-    ASSERT_FALSE(PointShell::read(cut)) << size;
+    ASSERT_FALSE(PointShell::read(cut, kMaxShapeBytes)) << size;
   }
 }
 
-TEST(PointShell, RefusesTreesThatLeadAstray) {
+TEST(PointShell, IsWithinTheStatedErrorOnceCoded) {
+  const PointShell shell = sample_surface(solid(geometry::tessellated_sphere(0.02)), {}, {}).surface;
+  std::vector<std::uint8_t> bytes;
+  shell.write(bytes, kPackingLevel);
+  std::span<const std::uint8_t> rest(bytes);
+  const auto coded = PointShell::read(rest, kMaxShapeBytes);
+  ASSERT_TRUE(coded);
+  ASSERT_EQ(coded->points.size(), shell.points.size());
+  EXPECT_LT(bytes.size(), 9 * shell.points.size());
+  for (std::size_t i = 0; i < shell.points.size(); ++i) {
+    const ShellPoint& before = shell.points[i];
+    const ShellPoint& after = coded->points[i];
+    ASSERT_LE((after.p_S - before.p_S).cwiseAbs().maxCoeff(), 1.01 * shell.spacing_m / 512) << i;
+    ASSERT_GT(after.normal_S.dot(before.normal_S), std::cos(0.1 * std::numbers::pi / 180)) << i;
+  }
+  EXPECT_NEAR(coded->area_m2(), shell.area_m2(), 1e-5 * shell.area_m2());
+}
+
+TEST(PointShell, EveryNormalIsTheSameWhenCodedAgain) {
+  Random random(3);
+  std::vector<ShellPoint> points;
+  for (int i = 0; i < 20'000; ++i) {
+    const Vec3 normal = Vec3(random.normal(), random.normal(), i % 4 == 0 ? 0 : random.normal()).normalized();
+    points.push_back({Eigen::Vector3f::Zero(), normal.cast<float>(), 1e-7F});
+  }
+  std::vector<std::uint8_t> first;
+  PointShell::in_order(points, 4.5e-4).write(first, 0);
+  std::span<const std::uint8_t> rest(first);
+  std::vector<std::uint8_t> second;
+  PointShell::read(rest, kMaxShapeBytes)->write(second, 0);
+  EXPECT_EQ(first, second);
+}
+
+TEST(PointShell, RefusesNumbersOutOfRange) {
   const PointShell good = sample_surface(solid(geometry::tessellated_sphere(0.002)), {}, {}).surface;
-  const auto is_read = [](const PointShell& shell) {
-    std::vector<std::uint8_t> bytes;
-    shell.write(bytes);
-    std::span<const std::uint8_t> rest(bytes);
-    return PointShell::read(rest).has_value();
+  std::vector<std::uint8_t> bytes;
+  good.write(bytes, 0);
+  const auto is_read_with = [&](std::size_t at, std::uint8_t value) {
+    std::vector<std::uint8_t> spoilt = bytes;
+    spoilt[at] = value;
+    std::span<const std::uint8_t> rest(spoilt);
+    return PointShell::read(rest, kMaxShapeBytes).has_value();
   };
-  ASSERT_TRUE(is_read(good));
-  const auto spoilt = [&](auto&& spoil) {
-    PointShell shell = good;
-    spoil(shell);
-    return is_read(shell);
-  };
-  EXPECT_FALSE(spoilt([](PointShell& s) { s.nodes[1].next = 0; }));
-  EXPECT_FALSE(spoilt([](PointShell& s) { s.nodes[1].next = 1'000'000; }));
-  EXPECT_FALSE(spoilt([](PointShell& s) { s.nodes[0].next += 1; }));
-  EXPECT_FALSE(spoilt([](PointShell& s) { s.nodes[2].first += 1; }));
-  EXPECT_FALSE(spoilt([](PointShell& s) { s.nodes[2].count = 0xFFFFFFFF; }));
-  EXPECT_FALSE(spoilt([](PointShell& s) { s.nodes.back().is_leaf = false; }));
-  EXPECT_FALSE(spoilt([](PointShell& s) { s.nodes.pop_back(); }));
-  EXPECT_FALSE(spoilt([](PointShell& s) { s.points.pop_back(); }));
-  EXPECT_FALSE(spoilt([](PointShell& s) { s.points[3].p_S.x() = std::numeric_limits<float>::quiet_NaN(); }));
-  EXPECT_FALSE(spoilt([](PointShell& s) { s.points[3].normal_S *= 2; }));
-  EXPECT_FALSE(spoilt([](PointShell& s) { s.points[3].area_m2 = -1; }));
-  EXPECT_FALSE(spoilt([](PointShell& s) { s.nodes[0].radius_m = std::numeric_limits<float>::infinity(); }));
-  EXPECT_FALSE(spoilt([](PointShell& s) { s.spacing_m = std::numeric_limits<double>::quiet_NaN(); }));
+  EXPECT_TRUE(is_read_with(0, bytes[0]));
+  EXPECT_FALSE(is_read_with(7, 0xBF)) << "a negative spacing";
+  EXPECT_FALSE(is_read_with(7, 0x7F)) << "an infinite one";
+  EXPECT_FALSE(is_read_with(11, 0x7F)) << "two billion points";
+  const std::size_t column = 8 + 4 * good.points.size(), head = 12;
+  EXPECT_FALSE(is_read_with(head + 3 * column + 8 + 3 * good.points.size(), 0x40)) << "no place on the octahedron";
+  EXPECT_FALSE(is_read_with(head + 5 * column + 8, 1)) << "a negative area";
+  std::span<const std::uint8_t> rest(bytes);
+  EXPECT_FALSE(PointShell::read(rest, sizeof(ShellPoint) * (good.points.size() - 1)).has_value());
 }
 
 TEST(PointShell, EndsWhereSinglePrecisionCannotDivideASurface) {

@@ -74,6 +74,19 @@ TEST(Realtime, ImpossibleRequestsAreEachAnsweredByOneLineWithARemedy) {
   EXPECT_THAT(missing, Contains(HasSubstr("use a priority from 1 to 99")));
 }
 
+TEST(Realtime, ProcessorTimeIsThatOfTheThreadAskedAbout) {
+  const Duration before = cpu_time(pthread_self());
+  Duration of_sleeper{1};
+  std::thread([&of_sleeper] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    of_sleeper = cpu_time(pthread_self());
+  }).join();
+  EXPECT_LT(of_sleeper, std::chrono::milliseconds(20)) << "it slept";
+  while (cpu_time(pthread_self()) - before < std::chrono::milliseconds(20)) {
+  }
+  EXPECT_GT(usable_cores(), 0U);
+}
+
 std::size_t pages_in_use() {
   std::size_t pages = 0;
   std::ifstream("/proc/self/statm") >> pages;

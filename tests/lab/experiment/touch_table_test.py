@@ -14,14 +14,14 @@ SPEC.loader.exec_module(TABLE)
 def row(silence_ms, error, outcome="completed"):
     return {"silence_max_ms": silence_ms, "path_error_of_peak": error, "path_torque_error_of_peak": None,
             "hold_force_least_ratio": 1 - error, "limit_cycle_m_per_s": error / 100, "force_step_max_n_per_ms": error,
-            "energy_created_max_j": error / 1000, "outcome": outcome,
+            "energy_created_max_j": error / 1000, "energy_of_late_display_j": error / 10, "outcome": outcome,
             "return_step_max_n_per_ms": None if silence_ms <= 110 else error}
 
 
 class TouchTable(unittest.TestCase):
     def test_silent_seeds_are_counted_and_in_no_other_cell(self):
         cells = TABLE.default_cells([row(60, 0.01), row(110, 0.03), row(111, 0.9, "dropped")])
-        self.assertEqual(cells, ["2.0 (3.0)", "–", "0.98 (0.97)", "0.20 (0.30)", "0.02 (0.03)", "0.0 (0.0)", "1: 0.90", "–"])
+        self.assertEqual(cells, ["2.0 (3.0)", "–", "0.98 (0.97)", "0.20 (0.30)", "0.02 (0.03)", "0.0 (0.0)", "2 (1)", "1: 0.90", "–"])
 
     def test_what_did_not_complete_is_named(self):
         self.assertEqual(TABLE.default_cells([row(0, 0.5, "dropped"), row(0, 0.1)])[-1], "1 dropped")

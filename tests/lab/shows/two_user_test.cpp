@@ -60,6 +60,15 @@ TEST(SqueezeSlippery, IsLiftedAndNotDroppedAt200Ms) {
   EXPECT_EQ(squeeze["slew_activations"], 0);
 }
 
+// A gap of 85 ms while both move at 150 mm/s along the way in which they press: 13 mm.
+TEST(CarryAlongFast, IsNotDroppedInAGapOfTheNetwork) {
+  const Shown shown("carry_along_fast", disturbed(100, {"seed=25"}));
+  EXPECT_GT(shown["silence_max_ms"], 80);
+  EXPECT_FALSE(shown.was_silent());
+  EXPECT_EQ(shown.outcome(), "completed");
+  EXPECT_LE(shown["energy_created_max_j"], 0.002);
+}
+
 /// What several have a hand on, carried, turned and pulled apart.
 class Together : public testing::TestWithParam<At> {};
 
@@ -73,6 +82,7 @@ TEST_P(Together, IsFeltAsAtTheServerAndNotDropped) {
   EXPECT_LE(shown["limit_cycle_m_per_s"], 0.002);
   EXPECT_LE(shown["force_step_max_n_per_ms"], 0.3);
   EXPECT_LE(shown["energy_created_max_j"], is_near ? 0.005 : 0.03);
+  EXPECT_LE(shown["energy_created_max_j"], std::max(0.002, 0.25 * shown["energy_of_late_display_j"]));
 }
 
 INSTANTIATE_TEST_SUITE_P(Default, Together,

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <deque>
 #include <numbers>
+#include <vector>
 
 #include "common/base/random.hpp"
 #include "common/net/link.hpp"
@@ -247,6 +248,54 @@ TEST(InputPlayout, HoldsTheLastWhenDryAndLetsItsMotionFade) {
   EXPECT_EQ(speed, 0);
 }
 
+/// A hand at 0.15 m/s, of whose ticks none between 1000 and 1085 come; at `stops` ticks it stands still.
+struct Gap {
+  explicit Gap(std::uint64_t its_stop) : stops(its_stop) {
+    for (std::uint64_t now = 1; now <= 1600; ++now) {
+      if (now <= 1000 || now > 1085) playout.take(input(now), std::chrono::milliseconds(now));
+      auto step = playout.play(std::chrono::milliseconds(now));
+      if (step->has_underrun) playout.run_on(*step);
+      played_m.push_back(step->handle.X.p.x());
+      behind_m.push_back(place_m(now) - played_m.back());
+    }
+  }
+  double place_m(std::uint64_t tick) const { return 0.15 * kStep_s * static_cast<double>(std::min(tick, stops)); }
+  proto::ClientUpdate input(std::uint64_t tick) const {
+    proto::ClientUpdate update = input_of(tick, static_cast<double>(tick) * kStep_s);
+    update.handle = {};
+    update.handle.X.p.x() = place_m(tick);
+    update.handle.V.v.x() = tick < stops ? 0.15 : 0;
+    return update;
+  }
+
+  std::uint64_t stops;
+  InputPlayout playout{kStep_s};
+  std::vector<double> played_m, behind_m;
+};
+
+TEST(InputPlayout, RunsOnThroughAGapWithTheHandThatGoesOn) {
+  const Gap gap(9000);
+  EXPECT_LE(*std::max_element(gap.behind_m.begin(), gap.behind_m.begin() + 1085), 0.0035) << "it waits for 13 mm else";
+  for (std::size_t i = 1; i < gap.played_m.size(); ++i) {
+    const double moved_m = gap.played_m[i] - gap.played_m[i - 1];
+    ASSERT_GE(moved_m, -1e-9) << i << ": not back";
+    ASSERT_LE(moved_m, 2 * 0.15 * kStep_s + 1e-9) << i << ": no jump";
+  }
+  EXPECT_NEAR(gap.behind_m.back(), 0.15 * to_seconds(gap.playout.delay()), 2 * 0.15 * kStep_s)
+      << "nothing is left of it";
+}
+
+TEST(InputPlayout, RunningOnWithAHandThatStoppedEndsWhereItStopped) {
+  const Gap gap(1005);
+  const double farthest_m = -*std::min_element(gap.behind_m.begin(), gap.behind_m.end());
+  EXPECT_GT(farthest_m, 0.005);
+  EXPECT_LE(farthest_m, InputPlayout::kRunOnMost_m);
+  EXPECT_NEAR(gap.behind_m.back(), 0, 2e-4);
+  for (std::size_t i = 1; i < gap.played_m.size(); ++i) {
+    ASSERT_LE(std::abs(gap.played_m[i] - gap.played_m[i - 1]), 2 * 0.15 * kStep_s + 1e-9) << i << ": no jump";
+  }
+}
+
 TEST(InputPlayout, StartsAtTheFirstInputAndForgetsWhatALongSilenceLeft) {
   InputPlayout playout(kStep_s);
   EXPECT_FALSE(playout.play(Duration{0}));
@@ -276,8 +325,9 @@ TEST(InputPlayout, HostileTimesAndTicksGiveFiniteStatesWithinTheLimits) {
       playout.take(input, from_seconds(now_s));
     }
     if (random.uniform() < 0.01) playout.reset();
-    const auto played = playout.play(from_seconds(now_s));
+    auto played = playout.play(from_seconds(now_s));
     if (!played) continue;
+    if (played->has_underrun) playout.run_on(*played);
     ASSERT_TRUE(is_finite(played->handle.X));
     ASSERT_LE(played->handle.V.v.norm(), proto::kMaxSpeedMPerS * (1 + 1e-9));
     ASSERT_LE(played->handle.V.w.norm(), proto::kMaxTurnRadPerS * (1 + 1e-9));

@@ -421,5 +421,37 @@ TEST(RoomBounds, AllAreToldOfABodyThatIsPutBack) {
   EXPECT_EQ(room.world().body(BodyId{1}).X.p, Vec3(0, 0, 0));
 }
 
+TEST_F(RoomTest, AResetPutsAllBackAndWhoHeldSomethingIsTold) {
+  join(0, 7, 0);
+  join(1, 8, 1);
+  step();
+  send(0, {0, 0, 0.05}, kButtonGrab);
+  step();
+  const auto grabbed = event();
+  ASSERT_TRUE(grabbed);
+  ASSERT_EQ(grabbed->body, BodyId{2});
+  for (int i = 0; i < 400; ++i) {
+    send(0, {0, 0, 0.05 + 2e-4 * i}, kButtonGrab);
+    step();
+  }
+  ASSERT_GT(room_.world().body(BodyId{2}).X.p.z(), 0.03);
+  post(RoomCommand::Kind::kReset, 1, 8);
+  step();
+  EXPECT_LT((room_.world().body(BodyId{2}).X.p - Vec3(0, 0, 0.02)).norm(), 1e-3);
+  EXPECT_FALSE(update(0)->held_body.is_valid());
+  const auto released = event();
+  ASSERT_TRUE(released);
+  EXPECT_EQ(released->kind, RoomEvent::Kind::kReleased);
+  EXPECT_EQ(released->user, UserId{7});
+  for (const std::uint32_t body : {2U, 3U}) {
+    const auto back = event();
+    ASSERT_TRUE(back);
+    EXPECT_EQ(back->kind, RoomEvent::Kind::kPutBack);
+    EXPECT_EQ(back->body, BodyId{body});
+  }
+  step(100);
+  EXPECT_FALSE(event()) << "once";
+}
+
 }  // namespace
 }  // namespace tandem::server

@@ -106,7 +106,7 @@ TEST(Limits, WhatOthersSetWaitsAsOneForASlowReaderWhoStays) {
   test::BenchClient ada = bench.join("ada", wire::ROLE_OPERATOR);
   test::BenchClient slow = bench.join("slow");
   bench.take(slow);
-  bench.transport.queued = kMaxQueuedBeforeParameters + 1;
+  bench.transport.queued = kMaxQueuedBeforeNews + 1;
   for (int i = 1; i <= 500; ++i) {
     bench.send_state(ada);
     bench.send_state(slow);
@@ -120,6 +120,32 @@ TEST(Limits, WhatOthersSetWaitsAsOneForASlowReaderWhoStays) {
   ASSERT_EQ(test::described(told), "parameter_set");
   EXPECT_EQ(told[0].parameter_set().value(), 501);
   EXPECT_EQ(bench.hub->user_count(), 2U);
+}
+
+TEST(Limits, WhoComesAndGoesWhileAReaderIsSlowIsNotToldToHim) {
+  test::HubBench bench;
+  const test::BenchClient ada = bench.join("ada");
+  test::BenchClient slow = bench.join("slow", wire::ROLE_OBSERVER);
+  bench.take(slow);
+  bench.transport.queued = kMaxQueuedBeforeNews + 1;
+  bench.hub->on_disconnected(ada.handle, bench.now);
+  test::BenchClient eve;
+  for (int i = 0; i < 50; ++i) {
+    if (i > 0) bench.hub->on_disconnected(eve.handle, bench.now);
+    for (int ms = 0; ms < 20; ms += 10) {
+      bench.send_state(slow);
+      bench.step(10);
+    }
+    eve = bench.join("eve");
+    ASSERT_NE(eve.joined.user(), 0U);
+  }
+  EXPECT_EQ(test::described(bench.take(slow)), "");
+  bench.transport.queued = 0;
+  bench.step();
+  const auto told = bench.take(slow);
+  ASSERT_EQ(test::described(told), "user_left, user_joined");
+  EXPECT_EQ(told[0].user_left().user(), ada.joined.user()) << "of whom he knew";
+  EXPECT_EQ(told[1].user_joined().user(), eve.joined.user()) << "the only one of fifty who is there";
 }
 
 TEST(Limits, WhoFloodsWithUpdatesIsEndedAndNobodyElse) {

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "proto/soft_shape.hpp"
 #include "server/session/session_answers.hpp"
 #include "tests/support/hub_bench.hpp"
 
@@ -403,6 +404,46 @@ TEST(SessionHub, StoppingSaysGoodbyeToEverybody) {
     EXPECT_TRUE(bench.transport.closed.contains(client.handle));
   }
   EXPECT_EQ(bench.hub->connection_count(), 0U);
+}
+
+/// two_hands_scene() with a soft pad under the first tool.
+std::string soft_scene() {
+  std::string scene = test::two_hands_scene();
+  const std::string old = "\"coupling\"";
+  return scene.replace(scene.find(old), old.size(),
+                       R"("soft_bodies": [{"name": "pad", "block": {"size_m": [0.06, 0.06, 0.03], "spacing_m": 0.01},
+                          "placement": {"position_m": [-0.02, 0, -0.05]}, "anchored": ["-z"]}], "coupling")");
+}
+
+test::BenchClient join_with_shapes(test::HubBench& bench, const std::string& name, bool wants) {
+  test::BenchClient client = bench.connect();
+  wire::ClientControl join = test::HubBench::join_message(name);
+  join.mutable_join()->set_wants_soft_shapes(wants);
+  bench.greet(client);
+  bench.send(client, join);
+  return client;
+}
+
+std::size_t shapes_in(const std::vector<wire::ServerControl>& messages) {
+  return static_cast<std::size_t>(std::ranges::count_if(messages, [](const auto& m) { return m.has_soft_shape(); }));
+}
+
+TEST(SessionHub, TellsShapesOfSoftBodiesToThoseWhoAskedAndNeverBeforeAnythingElse) {
+  test::HubBench bench({}, {soft_scene()});
+  test::BenchClient ada = join_with_shapes(bench, "ada", true), ben = join_with_shapes(bench, "ben", false);
+  bench.step(500);
+  const auto told = bench.take(ada);
+  const std::size_t shapes = shapes_in(told);
+  EXPECT_GT(shapes, 0U) << "it sags";
+  EXPECT_LE(shapes, 10U) << "20 a second";
+  EXPECT_EQ(shapes_in(bench.take(ben)), 0U);
+  const auto last = std::ranges::find_if(told, [](const auto& m) { return m.has_soft_shape(); });
+  const auto offsets = proto::read_soft_shape(last->soft_shape());
+  ASSERT_TRUE(offsets);
+  EXPECT_EQ(offsets->size(), proto::kSoftLatticePoints);
+  bench.transport.queued = 1;
+  bench.step(500);
+  EXPECT_EQ(shapes_in(bench.take(ada)), 0U) << "something waits for the reader";
 }
 
 }  // namespace

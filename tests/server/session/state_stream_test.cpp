@@ -63,7 +63,7 @@ TEST(StateStream, DropsEachBadDatagramForItsOwnReason) {
   bench.send_state(ada);
   const auto reason_of = [&bench](const proto::Bytes& datagram, const std::function<bool(ConnectionHandle)>& may = {}) {
     const proto::DropCounters before = bench.hub->counters().received_drops;
-    EXPECT_EQ(bench.hub->on_datagram(datagram, bench.now, may), 0U);
+    EXPECT_EQ(bench.hub->on_datagram(datagram, bench.now, may).connection, 0U);
     for (int i = 1; i < static_cast<int>(proto::DropReason::kCount); ++i) {
       const auto reason = static_cast<proto::DropReason>(i);
       if (bench.hub->counters().received_drops.of(reason) > before.of(reason)) return reason;

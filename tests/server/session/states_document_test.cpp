@@ -132,6 +132,30 @@ std::map<std::string, Event> events_of_users() {
          s.send([](auto& message) { message.mutable_release(); });
          s.bench.step();
        }},
+      {"kick by the operator",
+       [](Subject& s) {
+         const std::uint32_t kicked = s.client.joined.user();
+         s.client = s.bench.join("olga", wire::ROLE_OPERATOR);
+         s.send([kicked](auto& message) { message.mutable_kick()->set_user(kicked); });
+       }},
+      {"kick by another user",
+       [](Subject& s) {
+         const std::uint32_t other = s.bench.join("olga", wire::ROLE_OPERATOR).joined.user();
+         s.bench.take(s.client);
+         s.send([other](auto& message) { message.mutable_kick()->set_user(other); });
+       }},
+      {"kick of an unknown user",
+       [](Subject& s) {
+         s.client = s.bench.join("olga", wire::ROLE_OPERATOR);
+         s.send([](auto& message) { message.mutable_kick()->set_user(77); });
+       }},
+      {"kicked",
+       [](Subject& s) {
+         const auto olga = s.bench.join("olga", wire::ROLE_OPERATOR);
+         s.bench.take(s.client);
+         s.bench.send(
+             olga, test::message_of([&s](auto& message) { message.mutable_kick()->set_user(s.client.joined.user()); }));
+       }},
       {"set_parameter by the operator",
        [](Subject& s) {
          s.client = s.bench.join("olga", wire::ROLE_OPERATOR);
@@ -148,6 +172,12 @@ std::map<std::string, Event> events_of_users() {
          s.client = s.bench.join("olga", wire::ROLE_OPERATOR);
          set_parameter(s, "coupling.force_limit_n", -5);
        }},
+      {"reset_room by the operator",
+       [](Subject& s) {
+         s.client = s.bench.join("olga", wire::ROLE_OPERATOR);
+         s.send([](auto& message) { message.mutable_reset_room(); });
+       }},
+      {"reset_room by another user", [](Subject& s) { s.send([](auto& message) { message.mutable_reset_room(); }); }},
       {"get_asset of an unknown hash",
        [](Subject& s) { s.send([](auto& message) { message.mutable_get_asset()->set_sha256("?"); }); }},
       {"state_datagram",

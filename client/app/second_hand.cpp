@@ -1,0 +1,101 @@
+// See second_hand.hpp.
+#include "client/app/second_hand.hpp"
+
+#include <stdexcept>
+#include <utility>
+
+#include "client/app/summary.hpp"
+
+namespace tandem::client {
+namespace {
+
+HapticLoopSettings loop_settings(const ClientOptions& options) {
+  HapticLoopSettings settings;
+  settings.realtime_priority = options.realtime_priority;
+  settings.duration = options.duration;
+  return settings;
+}
+
+}  // namespace
+
+ClientOptions SecondHand::options_of(const ClientOptions& first) {
+  ClientOptions options = first;
+  options.device = *first.second_device;
+  options.second_device.reset();
+  options.window = {};
+  options.window.is_open = false;
+  options.trace.clear();
+  options.seed = first.seed + 1;
+  options.device.seed = options.seed;
+  SessionSettings& session = options.io.client.session;
+  session.user_name += " 2";
+  if (session.role == wire::ROLE_OPERATOR) session.role = wire::ROLE_MANIPULATOR;  // there is one a room
+  return options;
+}
+
+SecondHand::SecondHand(ClientOptions options, ClientIoSettings io, std::function<void(const std::string&)> say)
+    : options_(std::move(options)),
+      say_(std::move(say)),
+      device_(devices::open_device(options_.device)),
+      io_(std::move(io), *device_),
+      report_({}, haptics::SafetySettings{}.silence_zero),
+      loop_(loop_settings(options_), io_.haptics(), [this] { io_.notify(); }) {}
+
+void SecondHand::start() {
+  io_.start();
+}
+
+void SecondHand::poll() {
+  last_ = io_.snapshot();
+  if (!has_started_ && last_.status.state == SessionState::kActive && last_.joined) start_loop();
+  if (!has_started_ && last_.status.state == SessionState::kEnded) {
+    throw std::runtime_error("second device: " + last_.status.why);
+  }
+  if (has_started_) take_news();
+  if (last_.status.why != last_why_ && !last_.status.why.empty()) say_("second device: " + last_.status.why);
+  last_why_ = last_.status.why;
+}
+
+void SecondHand::start_loop() {
+  has_started_ = true;
+  realtime_not_granted_ = loop_.start();
+  say_("second device: " + joined_line(*last_.joined));
+  const std::string missing = missing_of(device_->spec());
+  if (!missing.empty()) say_(missing);
+}
+
+void SecondHand::take_news() {
+  TickRecord record;
+  while (loop_.pop(record)) {
+    report_.add(record, -1);
+    const std::string news = report_.take_device_news();
+    if (!news.empty()) say_("second device " + options_.device.name + " is " + news);
+  }
+}
+
+void SecondHand::request_stop() noexcept {
+  loop_.request_stop();
+}
+
+void SecondHand::stop() {
+  loop_.stop();
+  if (has_started_) take_news();
+  last_ = io_.snapshot();
+  io_.stop();
+}
+
+boost::json::object SecondHand::summary() const {
+  return to_json(RunSummary{.options = options_,
+                            .device = device_->spec(),
+                            .realtime_not_granted = realtime_not_granted_,
+                            .loop = loop_.report(),
+                            .trace_overflows = loop_.trace_overflows(),
+                            .counters = io_.haptics().counters(),
+                            .io = last_,
+                            .coupling_findings = {},
+                            .watched = {},
+                            .watched_name = {},
+                            .run = report_});
+}
+
+}  // namespace tandem::client

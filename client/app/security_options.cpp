@@ -1,0 +1,73 @@
+#include "client/app/security_options.hpp"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <iostream>
+#include <stdexcept>
+
+#include "client/app/options.hpp"
+#include "proto/join_token.hpp"
+
+namespace tandem::client {
+namespace {
+
+secure::KeyId key_of(const std::string& text) {
+  const auto bytes = secure::bytes_of_text(text);
+  secure::KeyId key{};
+  if (!bytes || bytes->size() != key.size()) {
+    throw std::invalid_argument("--pin: '" + text + "' is no key; copy the one that the server prints when it starts");
+  }
+  std::ranges::copy(*bytes, key.begin());
+  return key;
+}
+
+void take_token(const proto::Bytes& token, bool keeps_role, ClientIoSettings& io) {
+  const auto claims = proto::peek_token(token);
+  if (!claims) throw std::invalid_argument("--token: no join token; copy all of what tandem-token prints");
+  io.client.session.token = token;
+  if (!keeps_role) io.client.session.role = claims->role();
+}
+
+void apply_invitation(std::string text, bool keeps_role, ClientIoSettings& io) {
+  if (text == "-") std::getline(std::cin, text);
+  const auto invitation = proto::invitation_of(text);
+  // It is not repeated: what is wrong with it may be a letter, and the rest is a secret.
+  if (!invitation) throw std::invalid_argument("--join: no invitation; copy all of what tandem-server --invite prints");
+  take_server(invitation->server, io);
+  io.trust = secure::Trust{.pin = invitation->key};
+  take_token(invitation->token, keeps_role, io);
+}
+
+}  // namespace
+
+void add_security_options(CLI::App& app, SecurityOptions& options) {
+  app.add_option("--join", options.invitation,
+                 "invitation, as tandem-server --invite prints it: server, its key and a token, in one; -: read from "
+                 "stdin, where other users of this machine do not see it")
+      ->type_name("INVITATION");
+  app.add_option("--pin", options.pin, "key of the server, as it prints it; instead of --ca")->type_name("KEY");
+  app.add_option("--ca", options.authorities, "certificates of authorities that vouch for the server")
+      ->type_name("FILE.pem");
+  app.add_option("--token", options.token, "join token, as tandem-token prints it; for --pin and --ca")
+      ->type_name("TOKEN");
+  app.add_flag("--insecure", options.is_insecure,
+               "nothing is encrypted and nobody is known; for a server on this machine that was started so");
+}
+
+void apply_security(const SecurityOptions& options, bool keeps_role, ClientIoSettings& io) {
+  const bool knows_server = !options.pin.empty() || !options.authorities.empty();
+  const int ways = (options.invitation.empty() ? 0 : 1) + (knows_server ? 1 : 0) + (options.is_insecure ? 1 : 0);
+  if (ways != 1) {
+    throw std::invalid_argument(std::string(ways == 0 ? "by what is the server known? give " : "give only one of ") +
+                                "--join with an invitation, --pin or --ca with --token, or, for a server on this "
+                                "machine, --insecure; see --help");
+  }
+  if (!options.invitation.empty()) return apply_invitation(options.invitation, keeps_role, io);
+  if (options.is_insecure) return;
+  io.trust = secure::Trust{.ca_file = options.authorities, .host = io.host};
+  if (!options.pin.empty()) io.trust->pin = key_of(options.pin);
+  const auto token = secure::bytes_of_text(options.token);
+  take_token(token.value_or(proto::Bytes{}), keeps_role, io);
+}
+
+}  // namespace tandem::client

@@ -1,0 +1,30 @@
+// By what the client knows its server, and by what the server lets it in: the same options for each program that joins.
+#pragma once
+
+#include <string>
+
+#include "client/net/client_io.hpp"
+
+namespace CLI {
+class App;
+}
+
+namespace tandem::client {
+
+struct SecurityOptions {
+  std::string invitation;
+  std::string pin;
+  std::string authorities;
+  std::string token;
+  bool is_insecure = false;
+};
+
+void add_security_options(CLI::App& app, SecurityOptions& options);
+
+/// Fills in server, trust and token.
+///
+/// In      keeps_role  the user has named a role; else it is that of the token
+/// Fails   std::invalid_argument: one line that names the option and what would do
+void apply_security(const SecurityOptions& options, bool keeps_role, ClientIoSettings& io);
+
+}  // namespace tandem::client

@@ -1,0 +1,314 @@
+#include <algorithm>
+#include <utility>
+
+#include "client/session/session_impl.hpp"
+#include "proto/coupling_fields.hpp"
+#include "proto/soft_shape.hpp"
+
+namespace tandem::client {
+namespace {
+
+google::protobuf::RepeatedPtrField<wire::AssetInfo> of_kinds(
+    const std::vector<std::string>& kinds, const google::protobuf::RepeatedPtrField<wire::AssetInfo>& offered) {
+  google::protobuf::RepeatedPtrField<wire::AssetInfo> wanted;
+  for (const wire::AssetInfo& info : offered) {
+    if (std::ranges::find(kinds, info.kind()) != kinds.end()) *wanted.Add() = info;
+  }
+  return wanted;
+}
+
+/// True for refusals that time can cure: our own old connection may still hold the place.
+bool may_pass(wire::ErrorCode code) {
+  return code == wire::ERROR_ROOM_FULL || code == wire::ERROR_SERVER_FULL;
+}
+
+}  // namespace
+
+void ClientSession::Impl::take_control_bytes(std::span<const std::byte> bytes, LocalTime now) {
+  if (status.state == SessionState::kEnded || status.state == SessionState::kWaiting) return;
+  counters.bytes_received += bytes.size();
+  if (!reader.feed(bytes)) {
+    lose(now, "protocol error: the server announced a control message that is too long");
+    return;
+  }
+  wire::ServerControl message;
+  while (status.state != SessionState::kEnded && status.state != SessionState::kWaiting) {
+    const auto payload = reader.next();
+    if (!payload) return;
+    if (!proto::parse_control(*payload, message)) {
+      lose(now, "protocol error: a control message of the server could not be read");
+      return;
+    }
+    handle(message, now);
+  }
+}
+
+void ClientSession::Impl::handle(const wire::ServerControl& message, LocalTime now) {
+  if (message.has_welcome() && status.state == SessionState::kGreeting) {
+    take_welcome(message.welcome(), now);
+  } else if (message.has_joined() && status.state == SessionState::kJoining) {
+    take_joined(message.joined(), now);
+  } else if (message.has_goodbye()) {
+    take_goodbye(message.goodbye(), now);
+  } else if (message.has_error()) {
+    take_error(message, now);
+  } else if (!handle_active(message, now)) {
+    lose(now, "protocol error: the server sent a message that is not allowed in state " +
+                  std::string(name_of(status.state)));
+  }
+}
+
+bool ClientSession::Impl::handle_active(const wire::ServerControl& message, LocalTime now) {
+  if (status.state != SessionState::kActive) return false;
+  switch (message.message_case()) {
+    case wire::ServerControl::kGrabbed:
+      scene.hold(BodyId{message.grabbed().body()}, now);
+      log("grabbed body " + std::to_string(message.grabbed().body()));
+      return true;
+    case wire::ServerControl::kReleased:
+      scene.hold(BodyId{}, now);
+      log("released body " + std::to_string(message.released().body()));
+      return true;
+    case wire::ServerControl::kUserJoined:
+      scene.meet(message.user_joined());
+      if (users.size() < proto::kMaxUsers) users.push_back(message.user_joined());
+      log("user " + std::to_string(message.user_joined().user()) + " \"" + message.user_joined().name() + "\" is here");
+      return true;
+    case wire::ServerControl::kUserLeft:
+      std::erase_if(users, [&message](const auto& user) { return user.user() == message.user_left().user(); });
+      log("user " + std::to_string(message.user_left().user()) + " left");
+      return true;
+    case wire::ServerControl::kBodyReturned:
+      log(scene.name_of(BodyId{message.body_returned().body()}) + " is back at its start");
+      return true;
+    case wire::ServerControl::kAssetChunk:
+      take_asset_chunk(message.asset_chunk());
+      return true;
+    case wire::ServerControl::kParameterSet:
+      if (scene.set_parameter(message.parameter_set(), now) && owner.on_parameter) {
+        owner.on_parameter(message.parameter_set());
+      }
+      return true;
+    case wire::ServerControl::kRoomReset:
+      news = "the operator has put everything back";
+      log(news);
+      return true;
+    case wire::ServerControl::kSoftShape:
+      take_soft_shape(message.soft_shape());
+      return true;
+    case wire::ServerControl::kStateDatagram:
+      owner.on_datagram(std::as_bytes(std::span(message.state_datagram())), now);
+      return true;
+    case wire::ServerControl::kPong:
+      return true;
+    default:
+      return false;
+  }
+}
+
+void ClientSession::Impl::take_welcome(const wire::Welcome& welcome, LocalTime now) {
+  if (welcome.protocol_version() != proto::kProtocolVersion) {
+    lose(now,
+         "the server speaks protocol version " + std::to_string(welcome.protocol_version()) + ", this client " +
+             std::to_string(proto::kProtocolVersion) + "; use programs of the same version",
+         true);
+    return;
+  }
+  if (welcome.connection_id() == 0 || welcome.epoch() > proto::kMaxEpoch || welcome.datagram_port() > 65535) {
+    lose(now, "protocol error: the server's welcome has a field out of range");
+    return;
+  }
+  connection = ConnectionId{welcome.connection_id()};
+  epoch = static_cast<std::uint8_t>(welcome.epoch());
+  room = settings.room;
+  if (room.empty() && welcome.rooms_size() == 1) room = printable(welcome.rooms(0));
+  rooms.clear();
+  for (const std::string& name : welcome.rooms()) rooms.push_back(printable(name));
+  transport.set_datagram_port(static_cast<std::uint16_t>(welcome.datagram_port()));
+  enter(SessionState::kJoining, now);
+  wire::ClientControl message;
+  message.mutable_join()->set_room(settings.room);
+  message.mutable_join()->set_user_name(settings.user_name);
+  message.mutable_join()->set_role(settings.role);
+  message.mutable_join()->set_deadband(settings.deadband);
+  message.mutable_join()->set_wants_soft_shapes(settings.wants_soft_shapes);
+  proto::write_bounds(settings.coupling_bounds, *message.mutable_join()->mutable_coupling_bounds());
+  credentials.fill(*message.mutable_join(), transport, connection);
+  send_request(message);
+}
+
+void ClientSession::Impl::take_joined(const wire::Joined& answer, LocalTime now) {
+  std::string problem = scene.take(answer, settings.role, now);
+  if (problem.empty() && owner.find_scene_problem) problem = owner.find_scene_problem(answer);
+  if (!problem.empty() && room_left) return come_back("its scene cannot be used: " + problem, now);
+  if (!problem.empty()) {
+    wire::ClientControl message;
+    message.mutable_leave();
+    send(message);
+    lose(now, "the server's scene cannot be used: " + problem, true);
+    return;
+  }
+  if (has_joined) ++counters.reconnects;
+  has_joined = true;
+  room_left.reset();
+  soft_offsets.assign(std::size_t(scene.joined()->scene().soft_bodies_size()), nullptr);
+  credentials.take(answer);
+  stream.begin(connection, epoch, transport.exported(secure::kDatagramExport, proto::seal_context(connection)), now);
+  retry_delay = settings.reconnect_delay;
+  enter(SessionState::kActive, now);
+  status.why.clear();
+  scene.publish();
+  const wire::Joined& joined = *scene.joined();
+  log("joined \"" + joined.scene().name() + "\" as user " + std::to_string(joined.user()));
+  if (owner.on_joined) owner.on_joined(joined);
+  has_announced_assets = has_new_kinds = false;
+  users.clear();
+  fetch(settings.asset_kinds);
+}
+
+void ClientSession::Impl::take_error(const wire::ServerControl& message, LocalTime now) {
+  const wire::Error& error = message.error();
+  if (status.state != SessionState::kActive && room_left) return come_back(error.text(), now);
+  if (status.state != SessionState::kActive) {
+    lose(now, "the server refused: " + error.text(), !(has_joined && may_pass(error.code())));
+    return;
+  }
+  if (asset_request != 0 && message.request() == asset_request) {
+    assets.on_refused();
+    request_asset();
+  }
+  news = "refused: " + printable(error.text());
+  log(news);
+  if (owner.on_refused) owner.on_refused(error);
+}
+
+void ClientSession::Impl::take_goodbye(const wire::Goodbye& goodbye, LocalTime now) {
+  const bool is_final = goodbye.reason() == wire::DISCONNECT_WRONG_VERSION ||
+                        goodbye.reason() == wire::DISCONNECT_KICKED || goodbye.reason() == wire::DISCONNECT_RESUMED;
+  lose(now, "the server ended the connection: " + goodbye.text(), is_final);
+}
+
+void ClientSession::Impl::take_asset_chunk(const wire::AssetChunk& chunk) {
+  if (const std::string problem = assets.on_chunk(chunk); !problem.empty()) log(problem);
+  request_asset();
+}
+
+/// Only where the scene has such a body.
+void ClientSession::Impl::take_soft_shape(const wire::SoftShape& told) {
+  auto offsets = proto::read_soft_shape(told);
+  if (!offsets || told.soft_body() >= soft_offsets.size()) return log("ignored the shape of a soft body");
+  soft_offsets[told.soft_body()] = std::make_shared<const std::vector<Vec3>>(std::move(*offsets));
+}
+
+/// To the room that was left for one that is not to be had.
+void ClientSession::Impl::come_back(const std::string& why, LocalTime now) {
+  news = "room " + printable(settings.room) + ": " + printable(why);
+  log(news);
+  go_to_room(*std::exchange(room_left, std::nullopt), now);
+}
+
+void ClientSession::Impl::go_to_room(const std::string& wanted, LocalTime now) {
+  stop_state();
+  if (status.state == SessionState::kJoining || status.state == SessionState::kActive) {
+    wire::ClientControl message;
+    message.mutable_leave();
+    send(message);
+  }
+  transport.close();
+  settings.room = wanted;
+  status.why = "going to room " + printable(wanted);
+  connect(now);
+}
+
+void ClientSession::Impl::fetch(const std::vector<std::string>& kinds) {
+  for (const std::string& line : assets.begin(of_kinds(kinds, scene.joined()->assets()))) log(line);
+  request_asset();
+}
+
+void ClientSession::Impl::request_asset() {
+  asset_request = 0;
+  if (assets.is_done()) return announce_assets();
+  const auto wanted = assets.next_request();
+  if (!wanted) return;
+  wire::ClientControl message;
+  *message.mutable_get_asset() = *wanted;
+  send_request(message);
+  asset_request = last_request;
+}
+
+void ClientSession::Impl::announce_assets() {
+  if (std::exchange(has_new_kinds, false)) return fetch(settings.asset_kinds);
+  if (has_announced_assets) return;
+  has_announced_assets = true;
+  if (owner.on_assets) owner.on_assets();
+  if (!settings.late_asset_kinds.empty()) fetch(settings.late_asset_kinds);
+}
+
+void ClientSession::Impl::send(wire::ClientControl& message) {
+  frame_out.clear();
+  proto::append_frame(message, frame_out);
+  counters.bytes_sent += frame_out.size();
+  transport.send_control(frame_out);
+}
+
+void ClientSession::Impl::send_request(wire::ClientControl& message) {
+  message.set_request(++last_request);
+  send(message);
+}
+
+void ClientSession::grab(BodyId body) {
+  impl_->request([body](wire::ClientControl& message) { message.mutable_grab()->set_body(body.value); });
+}
+
+void ClientSession::release() {
+  impl_->request([](wire::ClientControl& message) { message.mutable_release(); });
+}
+
+void ClientSession::set_parameter(const std::string& name, double value) {
+  impl_->request([&](wire::ClientControl& message) {
+    message.mutable_set_parameter()->set_name(name);
+    message.mutable_set_parameter()->set_value(value);
+  });
+}
+
+void ClientSession::reset_room() {
+  impl_->request([](wire::ClientControl& message) { message.mutable_reset_room(); });
+}
+
+void ClientSession::kick(UserId user) {
+  impl_->request([user](wire::ClientControl& message) { message.mutable_kick()->set_user(user.value); });
+}
+
+void ClientSession::change_room(const std::string& room, LocalTime now) {
+  if (impl_->status.state != SessionState::kActive || room == impl_->room) return;
+  if (impl_->credentials.are_asked_for()) {
+    impl_->news = "an invitation lets into one room; ask for one into room " + printable(room);
+    return;
+  }
+  impl_->room_left = impl_->room;
+  impl_->go_to_room(room, now);
+}
+
+void ClientSession::leave(LocalTime) {
+  const SessionState state = impl_->status.state;
+  if (state == SessionState::kEnded) return;
+  if (state == SessionState::kGreeting || state == SessionState::kJoining || state == SessionState::kActive) {
+    wire::ClientControl message;
+    message.mutable_leave();
+    impl_->send(message);
+  }
+  impl_->end("left", false);
+}
+
+void ClientSession::set_asset_kinds(std::vector<std::string> kinds) {
+  impl_->settings.asset_kinds = std::move(kinds);
+  if (impl_->status.state != SessionState::kActive) return;
+  impl_->has_new_kinds = true;
+  if (impl_->assets.is_done()) impl_->request_asset();
+}
+
+bool ClientSession::has_assets() const {
+  return impl_->status.state == SessionState::kActive && impl_->has_announced_assets && impl_->assets.is_done();
+}
+
+}  // namespace tandem::client

@@ -1,0 +1,105 @@
+// Private to this folder: what a ClientSession is made of, and what its two sources do with it.
+//   session.cpp          the connection as a whole: connect, lose, time-outs, state both ways
+//   session_control.cpp  what the server's control messages say, and what is asked of it
+#pragma once
+
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "client/session/credentials.hpp"
+#include "client/session/joined_scene.hpp"
+#include "client/session/session.hpp"
+#include "client/session/state_stream.hpp"
+#include "proto/control_framing.hpp"
+
+namespace tandem::client {
+
+struct ClientSession::Impl {
+  Impl(ClientSession& session, SessionSettings session_settings, ClientTransport& session_transport,
+       ClientMailboxes& session_mailboxes)
+      : owner(session),
+        settings(std::move(session_settings)),
+        transport(session_transport),
+        scene(settings.device, session_mailboxes, [this](const std::string& line) { log(line); }),
+        stream(settings, session_mailboxes, counters),
+        credentials(std::exchange(settings.token, {})),
+        retry_delay(settings.reconnect_delay),
+        assets(kMaxAssetBytes, settings.asset_store) {}
+
+  // Connecting and losing
+  void enter(SessionState state, LocalTime now);
+  void connect(LocalTime now);
+  void connected(LocalTime now);
+  void lose(LocalTime now, const std::string& why, bool is_final = false);
+  void end(const std::string& why, bool is_setup_error);
+  void stop_state();
+  void check_time_outs(LocalTime now);
+
+  // Control
+  void take_control_bytes(std::span<const std::byte> bytes, LocalTime now);
+  void handle(const wire::ServerControl& message, LocalTime now);
+  bool handle_active(const wire::ServerControl& message, LocalTime now);
+  void take_welcome(const wire::Welcome& welcome, LocalTime now);
+  void take_joined(const wire::Joined& joined, LocalTime now);
+  void take_error(const wire::ServerControl& message, LocalTime now);
+  void take_goodbye(const wire::Goodbye& goodbye, LocalTime now);
+  void take_asset_chunk(const wire::AssetChunk& chunk);
+  void take_soft_shape(const wire::SoftShape& told);
+  void come_back(const std::string& why, LocalTime now);
+  void go_to_room(const std::string& wanted, LocalTime now);
+  void fetch(const std::vector<std::string>& kinds);
+  void request_asset();
+  void announce_assets();
+  void send(wire::ClientControl& message);
+  void send_request(wire::ClientControl& message);
+  /// Of an active user; else nothing.
+  template <class Fill>
+  void request(const Fill& fill) {
+    if (status.state != SessionState::kActive) return;
+    wire::ClientControl message;
+    fill(message);
+    send_request(message);
+  }
+
+  // State
+  void send_newest(LocalTime now);
+  bool deliver_state(std::span<const std::byte> datagram);
+
+  void log(const std::string& line) const {
+    if (owner.on_log) owner.on_log(printable(line));
+  }
+
+  ClientSession& owner;
+  SessionSettings settings;
+  ClientTransport& transport;
+  SessionCounters counters;
+  JoinedScene scene;
+  StateStream stream;
+
+  SessionStatus status;
+  LocalTime entered{};  // the present state
+  bool has_joined = false;
+  Credentials credentials;
+  Duration retry_delay;
+  proto::FrameReader reader;
+  std::uint32_t last_request = 0;
+  std::uint32_t asset_request = 0;  // 0: none awaited
+
+  std::string room;
+  std::vector<std::string> rooms;
+  std::optional<std::string> room_left;  // where it is wanted back when the next one refuses
+  std::vector<std::shared_ptr<const std::vector<Vec3>>> soft_offsets;
+  std::string news;
+  AssetFetcher assets;
+  bool has_announced_assets = false;  // of this join
+  bool has_new_kinds = false;         // to be fetched once what is on its way is here
+  std::vector<wire::UserJoined> users;
+
+  ConnectionId connection;
+  std::uint8_t epoch = 0;
+  proto::Bytes frame_out;
+};
+
+}  // namespace tandem::client

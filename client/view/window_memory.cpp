@@ -1,0 +1,88 @@
+// See window_memory.hpp.
+#include "client/view/window_memory.hpp"
+
+#include <algorithm>
+#include <boost/json.hpp>
+#include <cstdlib>
+#include <fstream>
+#include <iterator>
+#include <string>
+
+namespace tandem::client {
+namespace {
+
+namespace json = boost::json;
+
+constexpr std::size_t kMaxBytes = 16 * 1024;
+
+/// Each switch under its name in the file.
+template <class Switches, class Use>
+void for_each_switch(Switches& switches, const Use& use) {
+  use("shows_panels", switches.shows_panels);
+  use("shows_ghosts", switches.shows_ghosts);
+  use("shows_contacts", switches.shows_contacts);
+  use("follows_tool", switches.follows_tool);
+  use("cuts", switches.cuts);
+  for (std::size_t i = 0; i < switches.is_open.size(); ++i) {
+    use(("part_" + std::to_string(i) + "_is_open").c_str(), switches.is_open[i]);
+  }
+}
+
+json::value read_json(const std::filesystem::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  std::string text(kMaxBytes + 1, '\0');
+  in.read(text.data(), static_cast<std::streamsize>(text.size()));
+  text.resize(static_cast<std::size_t>(std::max<std::streamsize>(0, in.gcount())));
+  json::error_code error;
+  json::value value = text.size() > kMaxBytes ? json::value() : json::parse(text, error);
+  return error ? json::value() : value;
+}
+
+std::filesystem::path home_of_state() {
+  if (const char* state = std::getenv("XDG_STATE_HOME"); state != nullptr && *state == '/') return state;
+  if (const char* home = std::getenv("HOME"); home != nullptr && *home == '/') {
+    return std::filesystem::path(home) / ".local/state";
+  }
+  return {};
+}
+
+}  // namespace
+
+std::filesystem::path window_memory_file() {
+  const std::filesystem::path home = home_of_state();
+  return home.empty() ? home : home / "tandem" / "window.json";
+}
+
+WindowSwitches remembered_switches(const std::filesystem::path& file) {
+  WindowSwitches switches;
+  const json::value value = read_json(file);
+  const json::object* const object = value.if_object();
+  if (object == nullptr) return switches;
+  for_each_switch(switches, [object](const char* name, bool& is_on) {
+    const json::value* const told = object->if_contains(name);
+    if (told != nullptr && told->is_bool()) is_on = told->get_bool();
+  });
+  if (const json::value* const told = object->if_contains("cut_share"); told != nullptr && told->is_number()) {
+    switches.cut_share = std::clamp(told->to_number<double>(), 0.0, 1.0);
+  }
+  const json::value* const style = object->if_contains("molecules");
+  if (style != nullptr && *style == json::value("sticks")) switches.molecules = MoleculeStyle::kSticks;
+  return switches;
+}
+
+void remember_switches(const std::filesystem::path& file, const WindowSwitches& switches) {
+  json::object object;
+  for_each_switch(switches, [&object](const char* name, const bool& is_on) { object[name] = is_on; });
+  object["cut_share"] = switches.cut_share;
+  object["molecules"] = switches.molecules == MoleculeStyle::kSticks ? "sticks" : "balls";
+  if (file.empty()) return;
+  std::error_code error;
+  std::filesystem::create_directories(file.parent_path(), error);
+  const std::filesystem::path beside = file.string() + ".new";
+  std::ofstream out(beside, std::ios::trunc);
+  out << json::serialize(object) << "\n";
+  out.close();
+  if (out) std::filesystem::rename(beside, file, error);
+}
+
+}  // namespace tandem::client

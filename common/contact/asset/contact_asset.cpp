@@ -1,0 +1,47 @@
+// The shape of a mesh as bytes: a grid, and two shells of points.
+#include <stdexcept>
+
+#include "common/base/byte_io.hpp"
+#include "common/contact/contact_shape.hpp"
+#include "common/contact/distance_grid.hpp"
+
+namespace tandem::contact {
+namespace {
+
+constexpr std::uint32_t kKind = 0x41435454;  // "TTCA"
+
+}  // namespace
+
+std::vector<std::uint8_t> contact_asset_bytes(const ContactShape& shape, int packing_level) {
+  const auto* grid = dynamic_cast<const DistanceGrid*>(shape.field.get());
+  if (grid == nullptr) throw std::invalid_argument("only the shape of a mesh is an asset: a primitive is its formula");
+  std::vector<std::uint8_t> bytes = begin_asset(kKind, kContactAssetVersion);
+  ByteWriter(bytes).f64(shape.rigid_depth_m);
+  grid->write(bytes, packing_level);
+  shape.shells.surface.write(bytes, packing_level);
+  shape.shells.features.write(bytes, packing_level);
+  end_asset(bytes);
+  return bytes;
+}
+
+std::shared_ptr<const ContactShape> contact_shape_from(std::span<const std::uint8_t> bytes, std::size_t limit_bytes) {
+  auto content = asset_content(bytes, kKind, kContactAssetVersion);
+  if (!content) return nullptr;
+  auto& rest = *content;
+  ByteReader reader(rest);
+  auto shape = std::make_shared<ContactShape>();
+  shape->rigid_depth_m = reader.f64();
+  if (!reader.ok() || !(shape->rigid_depth_m >= kMinRigidDepth && shape->rigid_depth_m <= kMaxRigidDepth)) {
+    return nullptr;
+  }
+  shape->field = DistanceGrid::read(rest, limit_bytes);
+  if (!shape->field) return nullptr;
+  auto surface = PointShell::read(rest, limit_bytes);
+  auto features = PointShell::read(rest, limit_bytes);
+  if (!surface || !features || surface->points.empty() || !rest.empty()) return nullptr;
+  shape->shells = {std::move(*surface), std::move(*features)};
+  shape->set_bounds();
+  return shape->memory_bytes() <= limit_bytes ? shape : nullptr;
+}
+
+}  // namespace tandem::contact

@@ -1,0 +1,198 @@
+// A grid as bytes: levels, corners and samples, each as few small numbers, packed. All that is read is checked.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "common/contact/asset/brick_lattice.hpp"
+#include "common/contact/asset/packing.hpp"
+#include "common/contact/distance_grid.hpp"
+
+namespace tandem::contact {
+namespace {
+
+/// Bounds of what is read from files: a brick from a micrometre to a kilometre, in a world of a thousand kilometres.
+constexpr double kSmallest = 1e-6;
+constexpr double kMaxBrick = 1e3;
+constexpr double kWorld = 1e6;
+constexpr std::uint32_t kMaxBricksAlong = 1U << 16U;
+constexpr int kDepths = 5;  ///< of SampleCoding: the corners of a brick, and four times the middles between
+constexpr double kMaxCorner = 1 << 28;
+
+bool is_between(double value, double low, double high) {
+  return value >= low && value <= high;
+}
+
+bool is_in_world(const Vec3& p) {
+  return p.cwiseAbs().maxCoeff() <= kWorld && p.allFinite();
+}
+
+/// Of seven neighbours that came before, on a lattice: what would continue them trilinearly.
+class CornerPredictor {
+ public:
+  explicit CornerPredictor(const std::array<std::uint32_t, 3>& bricks)
+      : row_(std::size_t{bricks[0]} + 1), plane_(row_ * (std::size_t{bricks[1]} + 1)) {}
+
+  std::int64_t predict(const std::vector<std::int32_t>& corners, std::size_t at) const {
+    const bool has_x = at % row_ > 0, has_y = at % plane_ >= row_, has_z = at >= plane_;
+    const auto before = [&](bool is_there, std::size_t by) { return is_there ? std::int64_t{corners[at - by]} : 0; };
+    return before(has_x, 1) + before(has_y, row_) + before(has_z, plane_) - before(has_x && has_y, 1 + row_) -
+           before(has_x && has_z, 1 + plane_) - before(has_y && has_z, row_ + plane_) +
+           before(has_x && has_y && has_z, 1 + row_ + plane_);
+  }
+
+ private:
+  std::size_t row_;
+  std::size_t plane_;
+};
+
+}  // namespace
+
+int DistanceGrid::corner_quanta(std::size_t corner) const {
+  const double quanta = std::round(static_cast<double>(corners_m_[corner]) / quantum_m_);
+  return static_cast<int>(std::clamp(quanta, -kSampleSteps, kSampleSteps));
+}
+
+/// Bricks with their levels and samples; without samples, of a grid that is being read, with room for them.
+BrickLattice DistanceGrid::lattice() const {
+  BrickLattice lattice(bricks_);
+  for (std::size_t i = 0; i < refs_.size(); ++i) {
+    if (refs_[i] == 0) continue;
+    Brick brick;
+    brick.index = static_cast<std::uint32_t>(i);
+    brick.level = level_of(refs_[i]);
+    brick.samples.resize(samples_of(brick.level));
+    const auto first = static_cast<std::ptrdiff_t>(refs_[i] >> kLevelBits);
+    if (!samples_.empty()) std::copy_n(samples_.begin() + first, brick.samples.size(), brick.samples.begin());
+    lattice.add(std::move(brick));
+  }
+  return lattice;
+}
+
+/// Out     false: more samples than a grid can hold
+bool DistanceGrid::take_lattice(const BrickLattice& lattice) {
+  std::vector<std::uint8_t> levels(brick_total(), 0);
+  std::size_t count = 0;
+  for (const Brick& brick : lattice.bricks) {
+    levels[brick.index] = static_cast<std::uint8_t>(brick.level + 1);
+    count += brick.samples.size();
+  }
+  if (!set_levels(levels, count)) return false;
+  samples_.clear();
+  samples_.reserve(count);
+  for (const Brick& brick : lattice.bricks) samples_.insert(samples_.end(), brick.samples.begin(), brick.samples.end());
+  return true;
+}
+
+void DistanceGrid::write(std::vector<std::uint8_t>& bytes, int packing_level) const {
+  ByteWriter writer(bytes);
+  for (const std::uint32_t count : bricks_) writer.u32(count);
+  for (const Vec3& p : {origin_S_, low_S_, high_S_}) writer.array(std::span<const double>(p.data(), 3));
+  for (const double value : {brick_m_, quantum_m_, corner_quantum_m_, band_m_, error_m_}) writer.f64(value);
+  writer.number(sample_step_);
+  std::vector<std::uint8_t> levels(refs_.size());
+  std::transform(refs_.begin(), refs_.end(), levels.begin(),
+                 [](std::uint32_t ref) { return static_cast<std::uint8_t>(ref & ((1U << kLevelBits) - 1U)); });
+  append_block(bytes, levels, packing_level);
+
+  std::vector<std::uint8_t> numbers;
+  std::vector<std::int32_t> corners(corners_m_.size());
+  const CornerPredictor predictor(bricks_);
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    corners[i] = static_cast<std::int32_t>(std::lround(static_cast<double>(corners_m_[i]) / corner_quantum_m_));
+    put_number(numbers, static_cast<std::int32_t>(corners[i] - predictor.predict(corners, i)));
+  }
+  append_block(bytes, numbers, packing_level);
+
+  std::array<std::vector<std::uint8_t>, kDepths> coded;
+  const SampleCoding coding{sample_step_};
+  BrickLattice lattice = this->lattice();
+  lattice.code(
+      coding, [this](std::size_t corner) { return corner_quanta(corner); },
+      [&](int depth, int predicted, int sample) {
+        const int r = coding.steps_to(sample, predicted);
+        put_number(coded[static_cast<std::size_t>(depth)], r);
+        return r;
+      });
+  for (const std::vector<std::uint8_t>& of_depth : coded) append_block(bytes, of_depth, packing_level);
+}
+
+bool DistanceGrid::read_header(ByteReader& reader) {
+  for (std::uint32_t& count : bricks_) count = reader.u32();
+  for (Vec3* p : {&origin_S_, &low_S_, &high_S_}) reader.array(std::span<double>(p->data(), 3));
+  for (double* value : {&brick_m_, &quantum_m_, &corner_quantum_m_, &band_m_, &error_m_}) *value = reader.f64();
+  sample_step_ = reader.number<std::uint16_t>();
+  if (!reader.ok() || sample_step_ < 1) return false;
+  // Of counts up to 2¹⁶ the products do not overflow.
+  const bool has_counts = std::all_of(bricks_.begin(), bricks_.end(),
+                                      [](std::uint32_t count) { return count >= 1 && count <= kMaxBricksAlong; });
+  if (!has_counts || brick_total() > kMaxBricks) return false;
+  bricks_per_m_ = 1.0 / brick_m_;
+  return is_between(brick_m_, kSmallest, kMaxBrick) && is_between(quantum_m_, 1e-15, kMaxBrick) &&
+         is_between(corner_quantum_m_, 1e-15, kMaxBrick) && is_between(band_m_, 0, kMaxBrick) &&
+         is_between(error_m_, 0, kMaxBrick) && is_in_world(origin_S_) && is_in_world(low_S_) && is_in_world(high_S_);
+}
+
+bool DistanceGrid::read_corners(ByteReader& reader, std::size_t limit_bytes) {
+  const auto block = read_block(reader, limit_bytes);
+  if (!block || block->size() < corner_total()) return false;
+  std::span<const std::uint8_t> rest = *block;
+  ByteReader numbers(rest);
+  std::vector<std::int32_t> corners(corner_total());
+  corners_m_.resize(corners.size());
+  const CornerPredictor predictor(bricks_);
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    const auto corner = static_cast<double>(predictor.predict(corners, i) + take_number(numbers));
+    if (!is_between(corner, -kMaxCorner, kMaxCorner)) return false;
+    corners[i] = static_cast<std::int32_t>(corner);
+    corners_m_[i] = static_cast<float>(corner * corner_quantum_m_);
+    if (!is_between(corners_m_[i], -kWorld, kWorld)) return false;
+  }
+  return numbers.ok() && rest.empty();
+}
+
+bool DistanceGrid::read_samples(ByteReader& reader, std::size_t limit_bytes) {
+  std::array<std::vector<std::uint8_t>, kDepths> blocks;
+  std::array<std::span<const std::uint8_t>, kDepths> rests;
+  for (std::size_t depth = 0; depth < kDepths; ++depth) {
+    auto block = read_block(reader, limit_bytes);
+    if (!block) return false;
+    limit_bytes -= block->size();
+    blocks[depth] = std::move(*block);
+    rests[depth] = blocks[depth];
+  }
+  std::array<ByteReader, kDepths> numbers{ByteReader(rests[0]), ByteReader(rests[1]), ByteReader(rests[2]),
+                                          ByteReader(rests[3]), ByteReader(rests[4])};
+  BrickLattice lattice = this->lattice();
+  lattice.code(
+      SampleCoding{sample_step_}, [this](std::size_t corner) { return corner_quanta(corner); },
+      [&](int depth, int, int) { return take_number(numbers[static_cast<std::size_t>(depth)]); });
+  const bool is_whole = std::all_of(numbers.begin(), numbers.end(), [](const ByteReader& each) { return each.ok(); }) &&
+                        std::all_of(rests.begin(), rests.end(), [](const auto& rest) { return rest.empty(); });
+  return is_whole && take_lattice(lattice);
+}
+
+std::unique_ptr<DistanceGrid> DistanceGrid::read(std::span<const std::uint8_t>& bytes, std::size_t limit_bytes) {
+  ByteReader reader(bytes);
+  std::unique_ptr<DistanceGrid> grid(new DistanceGrid);
+  if (!grid->read_header(reader)) return nullptr;
+  const std::size_t lattice_bytes = grid->brick_total() * sizeof(std::uint32_t) + grid->corner_total() * sizeof(float);
+  if (lattice_bytes > limit_bytes) return nullptr;
+  const auto levels = read_block(reader, grid->brick_total());
+  if (!levels || levels->size() != grid->brick_total()) return nullptr;
+  std::size_t sample_count = 0;
+  for (const std::uint8_t level : *levels) {
+    if (level > kLevels) return nullptr;
+    if (level > 0) sample_count += samples_of(level - 1U);
+  }
+  if (sample_count * sizeof(std::int16_t) > limit_bytes - lattice_bytes) return nullptr;
+  // More bytes than that no writer needs: most of the numbers take one.
+  constexpr std::size_t kMaxNumberBytes = 5;
+  constexpr std::size_t kBytesPerSample = 3;
+  const bool is_read = grid->set_levels(*levels, sample_count) &&
+                       grid->read_corners(reader, kMaxNumberBytes * grid->corner_total()) &&
+                       grid->read_samples(reader, kBytesPerSample * sample_count);
+  return is_read ? std::move(grid) : nullptr;
+}
+
+}  // namespace tandem::contact

@@ -1,0 +1,96 @@
+#include "common/contact/asset/packing.hpp"
+
+#include <zstd.h>
+
+namespace tandem::contact {
+namespace {
+
+// First bytes of the longer forms.
+constexpr std::uint8_t kTwoBytes = 254;
+constexpr std::uint8_t kFourBytes = 255;
+
+std::vector<std::uint8_t> packed(std::span<const std::uint8_t> raw, int level) {
+  if (level <= 0 || raw.empty()) return {};
+  std::vector<std::uint8_t> bytes(ZSTD_compressBound(raw.size()));
+  const std::size_t size = ZSTD_compress(bytes.data(), bytes.size(), raw.data(), raw.size(), level);
+  bytes.resize(ZSTD_isError(size) != 0 ? 0 : size);
+  return bytes;
+}
+
+/// 0, −1, 1, −2, … as 0, 1, 2, 3, …
+std::uint32_t folded_of(std::int32_t value) {
+  return (static_cast<std::uint32_t>(value) << 1U) ^ static_cast<std::uint32_t>(value >> 31);
+}
+
+std::int32_t unfolded(std::uint32_t folded) {
+  return static_cast<std::int32_t>(folded >> 1U) ^ -static_cast<std::int32_t>(folded & 1U);
+}
+
+}  // namespace
+
+void put_number(std::vector<std::uint8_t>& bytes, std::int32_t value) {
+  const std::uint32_t folded = folded_of(value);
+  ByteWriter writer(bytes);
+  if (folded < kTwoBytes) {
+    writer.number(static_cast<std::uint8_t>(folded));
+  } else if (folded <= 0xFFFF) {
+    writer.number(kTwoBytes);
+    writer.number(static_cast<std::uint16_t>(folded));
+  } else {
+    writer.number(kFourBytes);
+    writer.u32(folded);
+  }
+}
+
+std::int32_t take_number(ByteReader& reader) {
+  std::uint32_t folded = reader.number<std::uint8_t>();
+  if (folded == kTwoBytes) {
+    folded = reader.number<std::uint16_t>();
+  } else if (folded == kFourBytes) {
+    folded = reader.u32();
+  }
+  return unfolded(folded);
+}
+
+std::vector<std::uint8_t> planes_of(std::span<const std::int32_t> values) {
+  std::vector<std::uint8_t> planes;
+  planes.reserve(4 * values.size());
+  for (unsigned shift = 0; shift < 32; shift += 8) {
+    for (const std::int32_t value : values) planes.push_back(static_cast<std::uint8_t>(folded_of(value) >> shift));
+  }
+  return planes;
+}
+
+std::vector<std::int32_t> values_of(std::span<const std::uint8_t> planes) {
+  std::vector<std::int32_t> values(planes.size() / 4);
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    std::uint32_t folded = 0;
+    for (unsigned plane = 0; plane < 4; ++plane)
+      folded |= std::uint32_t{planes[plane * values.size() + i]} << 8U * plane;
+    values[i] = unfolded(folded);
+  }
+  return values;
+}
+
+void append_block(std::vector<std::uint8_t>& bytes, std::span<const std::uint8_t> raw, int packing_level) {
+  const std::vector<std::uint8_t> shorter = packed(raw, packing_level);
+  const bool is_packed = !shorter.empty() && shorter.size() < raw.size();
+  const std::span<const std::uint8_t> kept = is_packed ? std::span<const std::uint8_t>(shorter) : raw;
+  ByteWriter writer(bytes);
+  writer.u32(static_cast<std::uint32_t>(raw.size()));
+  writer.u32(static_cast<std::uint32_t>(kept.size()));
+  writer.array(kept);
+}
+
+std::optional<std::vector<std::uint8_t>> read_block(ByteReader& reader, std::size_t limit_bytes) {
+  const std::size_t raw_size = reader.u32();
+  std::vector<std::uint8_t> kept(reader.count(1));
+  reader.array(std::span(kept));
+  if (!reader.ok() || kept.size() > raw_size || raw_size > limit_bytes) return std::nullopt;
+  if (kept.size() == raw_size) return kept;
+  std::vector<std::uint8_t> raw(raw_size);
+  if (ZSTD_decompress(raw.data(), raw.size(), kept.data(), kept.size()) != raw_size) return std::nullopt;
+  return raw;
+}
+
+}  // namespace tandem::contact

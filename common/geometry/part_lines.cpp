@@ -1,0 +1,38 @@
+// What repair made of a mesh: as one list of triangles, and in words.
+#include <iomanip>
+#include <sstream>
+
+#include "common/base/units.hpp"
+#include "common/geometry/mesh_repair.hpp"
+
+namespace tandem::geometry {
+
+TriangleMesh all_of(const ContactMesh& mesh) {
+  TriangleMesh all = mesh.mesh;
+  const auto first = static_cast<int>(all.vertices.size());
+  all.vertices.insert(all.vertices.end(), mesh.sheet.vertices.begin(), mesh.sheet.vertices.end());
+  for (const auto& [a, b, c] : mesh.sheet.triangles) all.triangles.push_back({first + a, first + b, first + c});
+  return all;
+}
+
+std::vector<std::string> part_lines(const ContactMesh& mesh) {
+  constexpr std::size_t kMaxLines = 10;
+  std::vector<std::string> lines;
+  for (const PartReport& part : mesh.parts) {
+    if (lines.size() == kMaxLines) {
+      lines.push_back("and " + counted(mesh.parts.size() - kMaxLines, "smaller part", "smaller parts"));
+      break;
+    }
+    std::ostringstream line;
+    line << (part.kind == SurfaceKind::kSolid ? "a solid"
+             : part.parts == 1                ? "a sheet"
+                                              : "sheets")
+         << " of " << counted(part.triangles, "triangle", "triangles") << ": " << part.why;
+    if (part.holes > 0) line << ", " << counted(part.holes, "hole", "holes");
+    if (part.kind == SurfaceKind::kSolid) line << ", " << std::setprecision(3) << part.volume_m3 * 1e6 << " cm³";
+    lines.push_back(line.str());
+  }
+  return lines;
+}
+
+}  // namespace tandem::geometry

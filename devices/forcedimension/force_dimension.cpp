@@ -1,0 +1,98 @@
+// See force_dimension.hpp.
+#include "devices/forcedimension/force_dimension.hpp"
+
+#include <utility>
+
+#include "common/base/buttons.hpp"
+
+namespace tandem::devices {
+namespace {
+
+constexpr std::string_view kAbsent = "its maker's SDK finds no device; plug it in, switch it on, or look at its rights";
+constexpr std::string_view kLost = "its maker's SDK cannot reach it any more; look at its cable and its power supply";
+
+// The SDK's axes in D, and the other way.
+Vec3 in_D(const Vec3& v) {
+  return {v.y(), -v.x(), v.z()};
+}
+Vec3 from_D(const Vec3& v) {
+  return {-v.y(), v.x(), v.z()};
+}
+
+/// A rotation of the handle, told in the SDK's axes by its rows.
+Quat orientation_D(const double (&rows)[3][3]) {
+  Eigen::Matrix3d R, to_D;
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) R(i, j) = rows[i][j];
+  }
+  to_D << 0, 1, 0, -1, 0, 0, 0, 0, 1;
+  return Quat(Eigen::Matrix3d(to_D * R * to_D.transpose()));
+}
+
+}  // namespace
+
+DhdFunctions dhd_functions(const std::filesystem::path& library) {
+  VendorLibrary dhd("Force Dimension SDK", library, {"libdhd.so.3", "libdhd.so", "libdrd.so.3", "libdrd.so"});
+  DhdFunctions found;
+  dhd.find(found.open, "dhdOpen");
+  dhd.find(found.close, "dhdClose");
+  dhd.find(found.enable_force, "dhdEnableForce");
+  dhd.find(found.get_pose, "dhdGetPositionAndOrientationFrame");
+  dhd.find(found.set_force, "dhdSetForceAndTorque");
+  dhd.find(found.get_button, "dhdGetButton");
+  dhd.require_all();
+  return found;
+}
+
+ForceDimensionDriver::ForceDimensionDriver(DeviceSpec spec, const DhdFunctions& dhd)
+    : spec_(std::move(spec)), dhd_(dhd), velocity_(spec_.position_step_m, spec_.rotation_step_rad) {}
+
+ForceDimensionDriver::~ForceDimensionDriver() {
+  if (id_ < 0) return;
+  show({});
+  dhd_.enable_force(0, static_cast<char>(id_));
+  dhd_.close(static_cast<char>(id_));
+}
+
+bool ForceDimensionDriver::open(LocalTime now) {
+  if (id_ >= 0) return true;
+  if (!absence_.is_time_to_look(now)) return false;
+  id_ = dhd_.open();
+  if (id_ < 0) {
+    absence_.go_on(kAbsent);
+    return false;
+  }
+  absence_.end();
+  velocity_.reset();
+  dhd_.enable_force(1, static_cast<char>(id_));
+  return true;
+}
+
+bool ForceDimensionDriver::show(const Wrench& wrench_on_hand_D) {
+  const Vec3 f = from_D(wrench_on_hand_D.f), t = from_D(wrench_on_hand_D.t);
+  return dhd_.set_force(f.x(), f.y(), f.z(), t.x(), t.y(), t.z(), static_cast<char>(id_)) >= 0;
+}
+
+DeviceSample ForceDimensionDriver::step(LocalTime now, const Wrench& wrench_on_hand_D) {
+  if (!open(now)) return absence_.sample(now);
+  Vec3 p;
+  double rows[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+  const auto id = static_cast<char>(id_);
+  if (dhd_.get_pose(&p.x(), &p.y(), &p.z(), rows, id) < 0 || !show(wrench_on_hand_D)) {
+    dhd_.close(id);
+    id_ = -1;
+    absence_.begin(now, kLost);
+    return absence_.sample(now);
+  }
+  DeviceSample sample;
+  sample.taken = now;
+  sample.state = DeviceState::kReady;
+  sample.is_valid = true;
+  sample.X_DH = {in_D(p), orientation_D(rows)};
+  sample.V_DH = velocity_.add(now, sample.X_DH);
+  if (dhd_.get_button(0, id) > 0) sample.buttons |= kButtonGrab;
+  if (dhd_.get_button(1, id) > 0) sample.buttons |= kButtonClutch;
+  return sample;
+}
+
+}  // namespace tandem::devices

@@ -1,0 +1,73 @@
+// Devices of 3D Systems (Touch, Touch X, Phantom) by their maker's OpenHaptics, its HD layer. Written after its public
+// documentation; no hardware was here.
+#pragma once
+
+#include <memory>
+
+#include "devices/threaded_device.hpp"
+#include "devices/vendor_library.hpp"
+
+namespace tandem::devices {
+
+/// What is used of the HD layer. Millimetres, newtons; x right, y up, z towards the user.
+struct HdFunctions {
+  struct Error {
+    unsigned code = 0;  ///< 0: none
+    int internal_code = 0;
+    unsigned device = 0;
+  };
+  unsigned (*init_device)(const char*) = nullptr;
+  void (*disable_device)(unsigned) = nullptr;
+  void (*make_current)(unsigned) = nullptr;
+  void (*enable)(unsigned) = nullptr;
+  void (*start_scheduler)() = nullptr;
+  void (*stop_scheduler)() = nullptr;
+  /// Calls the function once on the servo thread, and waits for it.
+  void (*schedule)(unsigned (*)(void*), void*, unsigned short) = nullptr;
+  void (*begin_frame)(unsigned) = nullptr;
+  void (*end_frame)(unsigned) = nullptr;
+  void (*get_doubles)(unsigned, double*) = nullptr;
+  void (*get_integers)(unsigned, int*) = nullptr;
+  void (*set_doubles)(unsigned, const double*) = nullptr;
+  Error (*get_error)() = nullptr;
+};
+/// Fails   std::runtime_error: as VendorLibrary
+HdFunctions hd_functions(const std::filesystem::path& library);
+
+/// Base frame D: x right, y away from the user, z up. First button grab, second clutch. No torque.
+///
+/// Thread  the device's; each step waits for one of the SDK's servo thread, a millisecond
+class OpenHapticsDriver final : public DeviceDriver {
+ public:
+  OpenHapticsDriver(DeviceSpec spec, const HdFunctions& hd);
+  ~OpenHapticsDriver() override;
+  OpenHapticsDriver(const OpenHapticsDriver&) = delete;
+  OpenHapticsDriver& operator=(const OpenHapticsDriver&) = delete;
+
+  const DeviceSpec& spec() const noexcept override { return spec_; }
+  DeviceSample step(LocalTime now, const Wrench& wrench_on_hand_D) override;
+
+ private:
+  /// What one servo tick takes and gives.
+  struct Frame {
+    const HdFunctions* hd = nullptr;
+    unsigned device = 0;
+    double force_n[3] = {};
+    double velocity_mm_per_s[3] = {};
+    double transform[16] = {};  ///< columns; the place in mm
+    int buttons = 0;
+    bool is_good = false;
+  };
+  static unsigned exchange(void* frame);
+  bool open(LocalTime now);
+  void close();
+  bool run(const Vec3& force_on_hand_D);
+
+  DeviceSpec spec_;
+  HdFunctions hd_;
+  Absence absence_;
+  bool is_open_ = false;
+  Frame frame_;
+};
+
+}  // namespace tandem::devices

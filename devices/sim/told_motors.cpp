@@ -1,0 +1,44 @@
+// See told_motors.hpp.
+#include "devices/sim/told_motors.hpp"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <stdexcept>
+#include <system_error>
+#include <utility>
+
+namespace tandem::devices {
+namespace {
+
+constexpr std::size_t kCommandBytes = 3 * sizeof(double);
+
+int opened(const std::filesystem::path& file) {
+  const int descriptor = open(file.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_NONBLOCK | O_CLOEXEC, 0644);
+  if (descriptor >= 0) return descriptor;
+  throw std::runtime_error("--motors: " + file.string() + " cannot be written (" +
+                           std::generic_category().message(errno) + "); name a file, or a pipe that somebody reads");
+}
+
+}  // namespace
+
+ToldMotors::ToldMotors(std::unique_ptr<Device> device, const std::filesystem::path& file, int realtime_priority)
+    : device_(std::move(device)), file_(opened(file)), watchdog_(realtime_priority) {
+  const std::vector<std::uint8_t> zero(kCommandBytes, 0);
+  if (!watchdog_.watch_over({.descriptor = file_, .usb_endpoint = std::nullopt, .bytes = zero}))
+    throw std::runtime_error("--motors: no watchdog could be started; end other programs, then start again");
+}
+
+ToldMotors::~ToldMotors() {
+  watchdog_.release();
+  close(file_);
+}
+
+bool ToldMotors::write(LocalTime now, const Wrench& wrench_on_hand_D) noexcept {
+  watchdog_.beat(now, wrench_on_hand_D.f != Vec3::Zero());
+  const bool is_told = ::write(file_, wrench_on_hand_D.f.data(), kCommandBytes) == static_cast<ssize_t>(kCommandBytes);
+  return device_->write(now, wrench_on_hand_D) && is_told;
+}
+
+}  // namespace tandem::devices

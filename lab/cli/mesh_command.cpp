@@ -1,0 +1,156 @@
+// `tandem-lab mesh`: what mesh files are taken for, and which of a folder's can be loaded.
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cctype>
+#include <cstdio>
+#include <filesystem>
+#include <iostream>
+#include <map>
+#include <memory>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "client/view/png_file.hpp"
+#include "common/base/json_pretty.hpp"
+#include "lab/cli/commands.hpp"
+#include "lab/studies/contact/mesh_facts.hpp"
+
+namespace tandem::lab {
+namespace {
+
+namespace json = boost::json;
+namespace fs = std::filesystem;
+
+constexpr int kPicturePixels = 640;
+const std::set<std::string> kFormats{"3ds", "dae", "glb", "gltf", "obj", "off", "ply", "stl"};
+
+struct Options {
+  std::vector<std::string> files;
+  std::vector<std::string> folders;
+  std::string picture;
+  std::string up = "z";
+  double largest_size_m = 0.1;
+  bool wants_json = false;
+};
+
+std::string format_of(const fs::path& file) {
+  std::string text = file.extension().string();
+  std::ranges::transform(text, text.begin(), [](unsigned char c) { return std::tolower(c); });
+  return text.empty() ? text : text.substr(1);
+}
+
+json::object json_of(const std::string& file, const MeshFacts& facts) {
+  json::array parts;
+  for (const geometry::PartReport& part : facts.mesh.parts) {
+    parts.emplace_back(json::object{{"kind", part.kind == geometry::SurfaceKind::kSolid ? "solid" : "sheet"},
+                                    {"triangles", part.triangles},
+                                    {"parts", part.parts},
+                                    {"volume_m3", part.volume_m3},
+                                    {"holes", part.holes},
+                                    {"why", part.why}});
+  }
+  json::array notes;
+  for (const std::string& note : facts.mesh.notes) notes.emplace_back(note);
+  return {{"file", file},
+          {"size_m", {facts.size_m.x(), facts.size_m.y(), facts.size_m.z()}},
+          {"parts", std::move(parts)},
+          {"volume_m3", facts.volume_m3},
+          {"is_watertight", facts.is_watertight},
+          {"thinnest_wall_m", facts.thinnest_wall_m},
+          {"resolution_m", facts.resolution_m},
+          {"notes", std::move(notes)}};
+}
+
+void print(const std::string& file, const MeshFacts& facts) {
+  std::printf("%s: %.4g x %.4g x %.4g mm\n", file.c_str(), facts.size_m.x() * 1e3, facts.size_m.y() * 1e3,
+              facts.size_m.z() * 1e3);
+  for (const std::string& line : geometry::part_lines(facts.mesh)) std::printf("  %s\n", line.c_str());
+  for (const std::string& note : facts.mesh.notes) std::printf("  note: %s\n", note.c_str());
+  std::printf("  volume %.4g cm³, %s\n", facts.volume_m3 * 1e6, facts.is_watertight ? "watertight" : "not watertight");
+  if (facts.thinnest_wall_m <= 0) return;
+  std::printf("  thinnest wall %.3g mm, resolution %.3g mm%s\n", facts.thinnest_wall_m * 1e3, facts.resolution_m * 1e3,
+              facts.thinnest_wall_m < 2 * facts.resolution_m ? ": walls thinner than two cells are felt softer" : "");
+}
+
+/// Of each format how many files there are with triangles, and why the others were refused.
+struct Tally {
+  std::map<std::string, int> loaded;
+  std::map<std::string, std::vector<std::string>> refused;
+};
+
+Tally tally_of(const std::vector<std::string>& folders, const Options& options) {
+  Tally tally;
+  std::vector<fs::path> files;
+  for (const std::string& folder : folders) {
+    for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+      if (entry.is_regular_file() && kFormats.contains(format_of(entry.path()))) files.push_back(entry.path());
+    }
+  }
+  std::ranges::sort(files);
+  for (const fs::path& file : files) {
+    std::fprintf(stderr, "\r%zu of %zu", static_cast<std::size_t>(&file - files.data()) + 1, files.size());
+    try {
+      mesh_facts(file, options.largest_size_m, options.up == "z");
+      ++tally.loaded[format_of(file)];
+    } catch (const std::exception& error) {
+      tally.refused[format_of(file)].push_back(error.what());
+    }
+  }
+  std::fprintf(stderr, "\n");
+  return tally;
+}
+
+void print(const Tally& tally) {
+  std::printf("| format | loaded | refused |\n| --- | --- | --- |\n");
+  for (const std::string& format : kFormats) {
+    const auto loaded = tally.loaded.find(format);
+    const auto refused = tally.refused.find(format);
+    std::printf("| %s | %d | %zu |\n", format.c_str(), loaded == tally.loaded.end() ? 0 : loaded->second,
+                refused == tally.refused.end() ? 0 : refused->second.size());
+  }
+  std::printf("\n");
+  for (const auto& [format, lines] : tally.refused) {
+    for (const std::string& line : lines) std::printf("* %s\n", line.c_str());
+  }
+}
+
+void run(const Options& options) {
+  if (!options.folders.empty()) print(tally_of(options.folders, options));
+  json::array all;
+  for (const std::string& file : options.files) {
+    const MeshFacts facts = mesh_facts(file, options.largest_size_m, options.up == "z");
+    if (options.wants_json) {
+      all.emplace_back(json_of(file, facts));
+    } else {
+      print(file, facts);
+    }
+    if (options.picture.empty()) continue;
+    client::write_png(options.picture, picture_of(facts.mesh, kPicturePixels), kPicturePixels, kPicturePixels);
+  }
+  if (options.wants_json) std::cout << pretty_json(all);
+}
+
+}  // namespace
+
+void add_mesh_command(CLI::App& app, int& exit_code) {
+  const auto options = std::make_shared<Options>();
+  CLI::App* const command = app.add_subcommand("mesh", "says what mesh files are taken for: solids and sheets");
+  command->add_option("FILE", options->files, "mesh files: .obj, .stl, .ply, .off, .gltf, .glb, .3ds, .dae");
+  command->add_option("--all", options->folders, "load every mesh file in these folders, and print a table by format");
+  command->add_option("--picture", options->picture, "write what the file looks like to this PNG file");
+  command->add_option("--largest-size", options->largest_size_m, "longest edge [m]; 0: the file is in metres")
+      ->check(CLI::Range(0.0, 1000.0))
+      ->capture_default_str();
+  command->add_option("--up", options->up, "axis of the file that points up")
+      ->check(CLI::IsMember({"y", "z"}))
+      ->capture_default_str();
+  command->add_flag("--json", options->wants_json, "print JSON");
+  command->callback([options, &exit_code] {
+    run(*options);
+    exit_code = 0;
+  });
+}
+
+}  // namespace tandem::lab

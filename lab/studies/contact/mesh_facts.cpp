@@ -1,0 +1,178 @@
+#include "lab/studies/contact/mesh_facts.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include "common/contact/contact_shape.hpp"
+#include "common/geometry/mesh_edges.hpp"
+#include "common/geometry/triangle_tree.hpp"
+#include "server/assets/mesh_file.hpp"
+
+namespace tandem::lab {
+namespace {
+
+constexpr std::size_t kWallSamples = 4000;
+constexpr double kThinShare = 0.02;
+/// Meshes larger than this get cells in proportion (server/assets/scene_assets.cpp).
+constexpr double kFullResolutionSize_m = 0.2;
+
+void place(geometry::TriangleMesh& mesh, double largest_size_m, bool z_is_up) {
+  Vec3 low = Vec3::Constant(std::numeric_limits<double>::infinity()), high = -low;
+  for (Vec3& vertex : mesh.vertices) {
+    if (!z_is_up) vertex = Vec3(vertex.x(), -vertex.z(), vertex.y());
+    low = low.cwiseMin(vertex);
+    high = high.cwiseMax(vertex);
+  }
+  if (largest_size_m <= 0) return;
+  const double scale = largest_size_m / std::max((high - low).maxCoeff(), 1e-300);
+  for (Vec3& vertex : mesh.vertices) vertex = (vertex - (low + high) / 2) * scale;
+}
+
+Vec3 middle_of(const geometry::TriangleMesh& mesh, std::size_t triangle) {
+  Vec3 middle = Vec3::Zero();
+  for (const int corner : mesh.triangles[triangle]) middle += mesh.vertices[static_cast<std::size_t>(corner)] / 3;
+  return middle;
+}
+
+/// The diameter of the largest ball inside that touches the surface at `p`.
+/// Source  Ma, Bae & Choi, "3D medial axis point approximation using nearest neighbors and the normal field", 2012
+double wall_at(const geometry::TriangleTree& tree, const Vec3& p, const Vec3& normal, double largest_m) {
+  double radius = largest_m;
+  for (int round = 0; round < 20; ++round) {
+    const Vec3 centre = p - radius * normal;
+    const auto closest = tree.closest(centre);
+    if (closest.distance_m > radius * (1 - 1e-3)) break;
+    const Vec3 to = p - closest.point_S;
+    const double along = 2 * normal.dot(to);
+    if (!(along > 0)) break;
+    radius = std::min(radius * 0.999, to.squaredNorm() / along);
+  }
+  return 2 * radius;
+}
+
+double thinnest_wall_m(const geometry::TriangleMesh& mesh, double largest_m) {
+  const geometry::TriangleTree tree(mesh);
+  std::vector<double> walls;
+  for (std::size_t t = 0; t < mesh.triangles.size(); t += 1 + mesh.triangles.size() / kWallSamples) {
+    walls.push_back(wall_at(tree, middle_of(mesh, t), geometry::doubled_area(mesh, t).normalized(), largest_m));
+  }
+  const auto thin = walls.begin() + static_cast<std::ptrdiff_t>(kThinShare * static_cast<double>(walls.size()));
+  std::nth_element(walls.begin(), thin, walls.end());
+  return *thin;
+}
+
+/// A square picture with the depth of each pixel.
+class Canvas {
+ public:
+  explicit Canvas(int pixels)
+      : pixels_(pixels),
+        rgb_(static_cast<std::size_t>(pixels) * static_cast<std::size_t>(pixels) * 3, 255),
+        depth_(static_cast<std::size_t>(pixels) * static_cast<std::size_t>(pixels),
+               -std::numeric_limits<double>::infinity()) {}
+
+  /// In      corners  x to the right, y up, z to the viewer, 0..1
+  void draw(const std::array<Vec3, 3>& corners, bool is_sheet) {
+    const Vec3 normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
+    if (normal.squaredNorm() == 0 || normal.z() == 0) return;
+    const double facing = std::abs(normal.normalized().dot(Vec3(0.3, 0.4, 0.87)));
+    const auto pixel_of = [this](double at) { return static_cast<int>(std::floor(at * pixels_)); };
+    Vec3 low = corners[0], high = low;
+    for (const Vec3& corner : corners) {
+      low = low.cwiseMin(corner);
+      high = high.cwiseMax(corner);
+    }
+    for (int y = std::max(0, pixel_of(low.y())); y <= std::min(pixels_ - 1, pixel_of(high.y())); ++y) {
+      for (int x = std::max(0, pixel_of(low.x())); x <= std::min(pixels_ - 1, pixel_of(high.x())); ++x) {
+        shade(corners, normal, {(x + 0.5) / pixels_, (y + 0.5) / pixels_, 0}, facing, is_sheet);
+      }
+    }
+  }
+  std::vector<std::uint8_t> take() { return std::move(rgb_); }
+
+ private:
+  void shade(const std::array<Vec3, 3>& corners, const Vec3& normal, const Vec3& at, double facing, bool is_sheet) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      const Vec3 side = corners[(i + 1) % 3] - corners[i];
+      const Vec3 off = at - corners[i];
+      if ((side.x() * off.y() - side.y() * off.x()) * normal.z() < 0) return;
+    }
+    const Vec3 off = at - corners[0];
+    const double z = corners[0].z() - (normal.x() * off.x() + normal.y() * off.y()) / normal.z();
+    const auto row = static_cast<std::size_t>(pixels_ - 1 - static_cast<int>(at.y() * pixels_));
+    const std::size_t index = row * static_cast<std::size_t>(pixels_) + static_cast<std::size_t>(at.x() * pixels_);
+    if (z <= depth_[index]) return;
+    depth_[index] = z;
+    const double light = (0.25 + 0.75 * facing) * (0.6 + 0.4 * std::clamp(z, 0.0, 1.0));
+    const Vec3 colour = light * (is_sheet ? Vec3(90, 130, 230) : Vec3(225, 215, 200));
+    for (std::size_t channel = 0; channel < 3; ++channel) {
+      rgb_[3 * index + channel] = static_cast<std::uint8_t>(colour[static_cast<Eigen::Index>(channel)]);
+    }
+  }
+
+  int pixels_;
+  std::vector<std::uint8_t> rgb_;
+  std::vector<double> depth_;
+};
+
+}  // namespace
+
+MeshFacts mesh_facts(const std::filesystem::path& file, double largest_size_m, bool z_is_up) {
+  geometry::TriangleMesh read = server::read_mesh_file(file, "give a mesh file");
+  if (read.triangles.empty()) throw std::runtime_error(file.string() + ", which has no triangle; give a surface mesh");
+  place(read, largest_size_m, z_is_up);
+  MeshFacts facts;
+  try {
+    facts.mesh = geometry::repaired(read);
+  } catch (const geometry::MeshError& error) {
+    throw std::runtime_error(file.string() + ", which cannot be touched: " + error.what());
+  }
+  Vec3 low = Vec3::Constant(std::numeric_limits<double>::infinity()), high = -low;
+  for (const Vec3& vertex : geometry::all_of(facts.mesh).vertices) {
+    low = low.cwiseMin(vertex);
+    high = high.cwiseMax(vertex);
+  }
+  facts.size_m = high - low;
+  facts.is_watertight = facts.mesh.kind == geometry::SurfaceKind::kSolid && facts.mesh.sheet.triangles.empty();
+  for (const geometry::PartReport& part : facts.mesh.parts) {
+    facts.volume_m3 += part.volume_m3;
+    facts.is_watertight = facts.is_watertight && part.holes == 0;
+  }
+  const bool has_solid = facts.mesh.kind == geometry::SurfaceKind::kSolid;
+  if (has_solid) facts.thinnest_wall_m = thinnest_wall_m(facts.mesh.mesh, facts.size_m.maxCoeff());
+  facts.resolution_m =
+      contact::ContactShapeOptions{}.cell_m / 4 * std::max(1.0, facts.size_m.maxCoeff() / kFullResolutionSize_m);
+  return facts;
+}
+
+std::vector<std::uint8_t> picture_of(const geometry::ContactMesh& mesh, int pixels) {
+  const Vec3 to_viewer = Vec3(0.8, -1.0, 0.7).normalized();
+  const Vec3 right = Vec3::UnitZ().cross(to_viewer).normalized();
+  const Vec3 up = to_viewer.cross(right);
+  Vec3 low = Vec3::Constant(std::numeric_limits<double>::infinity()), high = -low;
+  const auto seen = [&](const Vec3& p) { return Vec3(p.dot(right), p.dot(up), p.dot(to_viewer)); };
+  for (const geometry::TriangleMesh* part : {&mesh.mesh, &mesh.sheet}) {
+    for (const Vec3& vertex : part->vertices) {
+      low = low.cwiseMin(seen(vertex));
+      high = high.cwiseMax(seen(vertex));
+    }
+  }
+  const double scale = 0.92 / std::max((high - low).maxCoeff(), 1e-300);
+  const Vec3 middle = (low + high) / 2;
+  Canvas canvas(pixels);
+  for (const geometry::TriangleMesh* part : {&mesh.mesh, &mesh.sheet}) {
+    const bool is_sheet = part == &mesh.sheet || mesh.kind == geometry::SurfaceKind::kSheet;
+    for (const auto& triangle : part->triangles) {
+      std::array<Vec3, 3> corners;
+      for (std::size_t i = 0; i < 3; ++i) {
+        const Vec3& vertex = part->vertices[static_cast<std::size_t>(triangle[i])];
+        corners[i] = (seen(vertex) - middle) * scale + Vec3::Constant(0.5);
+      }
+      canvas.draw(corners, is_sheet);
+    }
+  }
+  return canvas.take();
+}
+
+}  // namespace tandem::lab

@@ -1,0 +1,32 @@
+// What a mesh file is, before anybody touches it: what its parts were taken for, how thin it is, what it looks like.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "common/geometry/mesh_repair.hpp"
+
+namespace tandem::lab {
+
+struct MeshFacts {
+  geometry::ContactMesh mesh;
+  Vec3 size_m = Vec3::Zero();
+  double volume_m3 = 0;        ///< of its solids
+  bool is_watertight = false;  ///< no sheet, and no hole that was closed
+  double thinnest_wall_m = 0;  ///< than which all but 2 % of the surface of its solids is thicker; 0: no solid
+  double resolution_m = 0;     ///< cells near the surface that contact would have
+};
+
+/// In      largest_size_m  the file's longest edge becomes that; 0: the file's units are metres
+///         z_is_up         false: y is up in the file
+/// Fails   std::runtime_error that names the file and why it cannot be used
+MeshFacts mesh_facts(const std::filesystem::path& file, double largest_size_m, bool z_is_up);
+
+/// Seen from the side and above, orthographic, the nearer the lighter; sheets are blue.
+///
+/// Out     rgb, three bytes a pixel, from top to bottom, `pixels` square
+std::vector<std::uint8_t> picture_of(const geometry::ContactMesh& mesh, int pixels);
+
+}  // namespace tandem::lab

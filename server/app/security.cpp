@@ -1,0 +1,133 @@
+#include "server/app/security.hpp"
+
+#include <arpa/inet.h>
+#include <ifaddrs.h>
+#include <net/if.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cstdlib>
+#include <ctime>
+#include <fstream>
+#include <stdexcept>
+
+#include "common/secure/certificate.hpp"
+
+namespace tandem::server {
+namespace {
+
+std::string text_in(const std::filesystem::path& file) {
+  std::ifstream in(file);
+  std::string text{std::istreambuf_iterator<char>(in), {}};
+  if (text.empty()) throw std::invalid_argument("--cert: " + file.string() + " cannot be read; give a PEM file");
+  return text;
+}
+
+std::filesystem::path from_environment(const char* name, const char* below) {
+  const char* const value = std::getenv(name);
+  return value == nullptr || *value == '\0' ? std::filesystem::path() : std::filesystem::path(value) / below;
+}
+
+wire::Role role_named(const std::string& name) {
+  if (name == "observer") return wire::ROLE_OBSERVER;
+  return name == "operator" ? wire::ROLE_OPERATOR : wire::ROLE_MANIPULATOR;
+}
+
+std::string minute_of(std::uint64_t unix_ms) {
+  const auto seconds = static_cast<std::time_t>(unix_ms / 1000);
+  std::tm utc{};
+  gmtime_r(&seconds, &utc);
+  std::array<char, 32> text{};
+  std::strftime(text.data(), text.size(), "%Y-%m-%d %H:%M UTC", &utc);
+  return text.data();
+}
+
+}  // namespace
+
+std::filesystem::path default_state_folder() {
+  auto folder = from_environment("TANDEM_STATE", "");
+  if (folder.empty()) folder = from_environment("XDG_STATE_HOME", "tandem");
+  if (folder.empty()) folder = from_environment("HOME", ".local/state/tandem");
+  return folder;
+}
+
+ServerKeys open_keys(const SecurityOptions& options) {
+  if (options.state.empty()) throw std::invalid_argument("--state: give a folder for the server's keys");
+  if (options.certificate.empty() != options.key.empty()) {
+    throw std::invalid_argument("--cert and --key belong together; give both, or none");
+  }
+  using Kind = secure::KeyPair::Kind;
+  const bool has_own = options.key.empty();
+  const auto identity = has_own ? secure::KeyPair::load_or_make(options.state / "server-key.pem", Kind::kP256)
+                                : secure::KeyPair::load(options.key);
+  const std::string pem = has_own ? secure::self_signed_certificate(identity) : text_in(options.certificate);
+  return {identity, secure::KeyPair::load_or_make(options.state / "token-key.pem", Kind::kEd25519), pem};
+}
+
+std::shared_ptr<const secure::TlsContext> tls_of(const ServerKeys& keys) {
+  return std::make_shared<const secure::TlsContext>(secure::TlsContext::server(keys.identity, keys.certificate_pem));
+}
+
+AdmissionSettings admission_of(const ServerKeys& keys, const SecurityOptions& options) {
+  AdmissionSettings settings{
+      .audience = keys.identity.id(), .issuers = {keys.issuer.public_key()}, .unix_ms = unix_ms_now};
+  for (const std::string& text : options.issuers) {
+    const auto bytes = secure::bytes_of_text(text);
+    secure::PublicKey key{};
+    if (!bytes || bytes->size() != key.size()) {
+      throw std::invalid_argument("--issuer: '" + text +
+                                  "' is no key; copy the one that tandem-token --new-key prints");
+    }
+    std::ranges::copy(*bytes, key.begin());
+    settings.issuers.push_back(key);
+  }
+  return settings;
+}
+
+std::uint64_t unix_ms_now() {
+  return static_cast<std::uint64_t>(std::chrono::system_clock::now().time_since_epoch() / std::chrono::milliseconds(1));
+}
+
+proto::Bytes token_for(const Invited& invited, const secure::KeyId& audience, const secure::KeyPair& issuer) {
+  wire::TokenClaims claims;
+  claims.set_audience(audience.data(), audience.size());
+  claims.set_user_name(invited.name);
+  claims.set_role(role_named(invited.role));
+  claims.set_room(invited.room);
+  claims.set_max_force_n(invited.max_force_n);
+  claims.set_issued_ms(unix_ms_now());
+  claims.set_expires_ms(claims.issued_ms() + static_cast<std::uint64_t>(invited.life / std::chrono::milliseconds(1)));
+  return proto::sign_token(claims, issuer);
+}
+
+std::string invitation_line(const Invited& invited, const std::string& server, const ServerKeys& keys) {
+  const proto::Bytes token = token_for(invited, keys.identity.id(), keys.issuer);
+  const auto until = proto::peek_token(token)->expires_ms();
+  return "invitation (one " + invited.role + ", until " + minute_of(until) + "): tandem-client --join " +
+         proto::text_of(proto::Invitation{server, keys.identity.id(), token});
+}
+
+std::string own_address() {
+  ifaddrs* list = nullptr;
+  std::string found = "127.0.0.1";
+  if (getifaddrs(&list) != 0) return found;
+  for (const ifaddrs* one = list; one != nullptr; one = one->ifa_next) {
+    const bool is_up = (one->ifa_flags & IFF_UP) != 0 && (one->ifa_flags & IFF_LOOPBACK) == 0;
+    if (!is_up || one->ifa_addr == nullptr || one->ifa_addr->sa_family != AF_INET) continue;
+    std::array<char, INET_ADDRSTRLEN> text{};
+    inet_ntop(AF_INET, &reinterpret_cast<const sockaddr_in*>(one->ifa_addr)->sin_addr, text.data(), text.size());
+    found = text.data();
+    break;
+  }
+  freeifaddrs(list);
+  return found;
+}
+
+std::string own_host_name() {
+  std::array<char, 256> name{};
+  return ::gethostname(name.data(), name.size() - 1) == 0 && name[0] != '\0' ? name.data() : "localhost";
+}
+
+}  // namespace tandem::server

@@ -1,0 +1,62 @@
+// What makes a server known, and whom it lets in: keys kept in a folder, certificates, invitations.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "common/base/time.hpp"
+#include "common/secure/tls.hpp"
+#include "proto/join_token.hpp"
+#include "server/session/admission.hpp"
+
+namespace tandem::server {
+
+/// $TANDEM_STATE, else $XDG_STATE_HOME/tandem, else $HOME/.local/state/tandem; empty when none is set.
+std::filesystem::path default_state_folder();
+
+struct SecurityOptions {
+  std::filesystem::path state = default_state_folder();  ///< keys that the server makes itself
+  std::filesystem::path certificate;                     ///< empty: one that says nothing but the key
+  std::filesystem::path key;
+  std::vector<std::string> issuers;  ///< public keys of others who issue tokens
+};
+
+/// The keys of one server.
+struct ServerKeys {
+  secure::KeyPair identity;
+  secure::KeyPair issuer;  ///< signs invitations
+  std::string certificate_pem;
+};
+/// Makes what is not there yet.
+/// Fails   std::invalid_argument: a file that cannot be read or written, or a key that is none
+ServerKeys open_keys(const SecurityOptions& options);
+
+std::shared_ptr<const secure::TlsContext> tls_of(const ServerKeys& keys);
+/// Fails   std::invalid_argument: one of the issuers is no key
+AdmissionSettings admission_of(const ServerKeys& keys, const SecurityOptions& options);
+
+/// Milliseconds since 1970, UTC.
+std::uint64_t unix_ms_now();
+
+/// What a token is to let in.
+struct Invited {
+  std::string role = "manipulator";
+  std::string room{};  ///< empty: any
+  std::string name{};  ///< empty: as the user says
+  double max_force_n = 0;
+  Duration life{std::chrono::minutes(15)};
+};
+/// Fails   std::invalid_argument: out of the ranges of proto/join_token.hpp
+proto::Bytes token_for(const Invited& invited, const secure::KeyId& audience, const secure::KeyPair& issuer);
+
+/// "invitation (one manipulator, until 2026-11-22 05:15 UTC): tandem-client --join …"
+std::string invitation_line(const Invited& invited, const std::string& server, const ServerKeys& keys);
+
+/// An address of this machine by which others reach it: of its first network that is up; else 127.0.0.1.
+std::string own_address();
+std::string own_host_name();
+
+}  // namespace tandem::server

@@ -1,0 +1,159 @@
+#include "server/session/admission.hpp"
+
+#include <algorithm>
+#include <stdexcept>
+
+#include "proto/coupling_fields.hpp"
+#include "proto/join_token.hpp"
+
+namespace tandem::server {
+namespace {
+
+/// What the issuer's clock may be ahead.
+constexpr std::uint64_t kClockError_ms = 60'000;
+
+std::span<const std::byte> bytes_in(const std::string& text) {
+  return std::as_bytes(std::span(text));
+}
+
+/// Of bytes that have its length.
+template <class Array>
+Array array_of(const std::string& text) {
+  Array array{};
+  std::ranges::copy(bytes_in(text).first(array.size()), array.begin());
+  return array;
+}
+
+/// Who may do more may do less.
+int rank_of(wire::Role role) {
+  if (role == wire::ROLE_OPERATOR) return 2;
+  return role == wire::ROLE_MANIPULATOR ? 1 : 0;
+}
+
+std::optional<Refusal> cut_to(const wire::TokenClaims& claims, wire::JoinRoom& join) {
+  if (join.role() == wire::ROLE_UNSPECIFIED) join.set_role(claims.role());
+  if (rank_of(join.role()) > rank_of(claims.role())) {
+    return Refusal{wire::ERROR_NOT_ALLOWED, "the token does not let its holder join in that role; leave out --role"};
+  }
+  if (!claims.room().empty() && !join.room().empty() && join.room() != claims.room()) {
+    return Refusal{wire::ERROR_NOT_ALLOWED, "the token is for another room; leave out --room"};
+  }
+  if (!claims.room().empty()) join.set_room(claims.room());
+  if (!claims.user_name().empty()) join.set_user_name(claims.user_name());
+  if (claims.max_force_n() == 0) return std::nullopt;
+  wire::Coupling& bounds = *join.mutable_coupling_bounds();
+  const double wanted = bounds.has_force_limit_n() ? bounds.force_limit_n() : claims.max_force_n();
+  bounds.set_force_limit_n(std::min(wanted, claims.max_force_n()));
+  return std::nullopt;
+}
+
+}  // namespace
+
+Admission::Admission(AdmissionSettings settings) : settings_(std::move(settings)) {
+  if (!settings_.unix_ms) throw std::invalid_argument("AdmissionSettings.unix_ms is empty; give it a clock");
+  started_ms_ = settings_.unix_ms();
+}
+
+std::optional<Refusal> Admission::admit(wire::JoinRoom& join, const std::optional<secure::Exported>& exported,
+                                        LocalTime now, Ticket& ticket) {
+  forget_expired(now);
+  if (join.has_resume()) return admit_again(join, exported, ticket);
+  if (join.resume_key().size() == ticket.resume_key.size()) {
+    ticket.resume_key = array_of<secure::PublicKey>(join.resume_key());
+    ticket.has_resume_key = true;
+  }
+  return admit_by_token(join, ticket);
+}
+
+std::optional<Refusal> Admission::admit_by_token(wire::JoinRoom& join, Ticket& ticket) {
+  const auto claims = proto::read_token(bytes_in(join.token()), settings_.issuers);
+  if (!claims) {
+    return Refusal{wire::ERROR_BAD_TOKEN, join.token().empty()
+                                              ? "no one joins without an invitation; ask for one"
+                                              : "the token is not valid here; ask for a new invitation"};
+  }
+  if (!secure::is_equal(bytes_in(claims->audience()), settings_.audience)) {
+    return Refusal{wire::ERROR_BAD_TOKEN, "the token is for another server; ask for a new invitation"};
+  }
+  if (auto refusal = check_times(*claims)) return refusal;
+  ticket.id = array_of<Id>(claims->id());
+  ticket.expires_ms = claims->expires_ms();
+  if (used_.contains(ticket.id)) {
+    return Refusal{wire::ERROR_TOKEN_USED, "the token was used before, and lets in once; ask for a new invitation"};
+  }
+  if (used_.size() >= settings_.max_used_tokens) {
+    return Refusal{wire::ERROR_SERVER_FULL, "too many have joined lately; try later"};
+  }
+  return cut_to(*claims, join);
+}
+
+std::optional<Refusal> Admission::check_times(const wire::TokenClaims& claims) const {
+  const std::uint64_t now = settings_.unix_ms();
+  const char* problem = nullptr;
+  if (now >= claims.expires_ms()) problem = "the token has expired; ask for a new invitation";
+  if (claims.issued_ms() > now + kClockError_ms) problem = "the token is from the future; set the clocks";
+  if (claims.issued_ms() < started_ms_) {
+    problem = "the token is older than the server's start, and may have been used; ask for a new invitation";
+  }
+  if (problem == nullptr) return std::nullopt;
+  return Refusal{wire::ERROR_TOKEN_EXPIRED, problem};
+}
+
+/// The same answer to whatever is wrong: who guesses learns nothing.
+std::optional<Refusal> Admission::admit_again(wire::JoinRoom& join, const std::optional<secure::Exported>& exported,
+                                              Ticket& ticket) {
+  const Refusal refusal{wire::ERROR_BAD_CREDENTIAL, "the session cannot be resumed; ask for a new invitation"};
+  secure::Signature signature{};
+  const wire::Resume& resume = join.resume();
+  if (!exported || resume.credential().size() != ticket.id.size() || resume.signature().size() != signature.size()) {
+    return refusal;
+  }
+  ticket.id = array_of<Id>(resume.credential());
+  ticket.is_resumed = true;
+  signature = array_of<secure::Signature>(resume.signature());
+  const auto found = credentials_.find(ticket.id);
+  if (found == credentials_.end()) return refusal;
+  const Credential& credential = found->second;
+  if (!secure::has_signed(credential.key, exported->secret.bytes(), signature)) return refusal;
+  if (!join.room().empty() && join.room() != credential.granted.room()) {
+    return Refusal{wire::ERROR_NOT_ALLOWED, "the session was in another room"};
+  }
+  const double deadband = join.deadband();
+  join = credential.granted;
+  join.set_deadband(deadband);
+  return std::nullopt;
+}
+
+std::optional<Admission::Id> Admission::note_joined(const Ticket& ticket, const wire::JoinRoom& granted,
+                                                    LocalTime now) {
+  forget_expired(now);
+  if (ticket.is_resumed) {
+    const auto found = credentials_.find(ticket.id);
+    if (found == credentials_.end()) return std::nullopt;
+    found->second.lost.reset();
+    return ticket.id;
+  }
+  used_[ticket.id] = ticket.expires_ms;
+  if (!ticket.has_resume_key || credentials_.size() >= settings_.max_credentials) return std::nullopt;
+  Id id{};
+  secure::fill_random(id);
+  Credential& credential = credentials_[id];
+  credential.key = ticket.resume_key;
+  credential.granted = granted;
+  credential.granted.clear_token();
+  return id;
+}
+
+void Admission::note_lost(const Id& credential, LocalTime now) {
+  const auto found = credentials_.find(credential);
+  if (found != credentials_.end()) found->second.lost = now;
+}
+
+void Admission::forget_expired(LocalTime now) {
+  const std::uint64_t unix_ms = settings_.unix_ms();
+  std::erase_if(used_, [unix_ms](const auto& entry) { return unix_ms >= entry.second; });
+  std::erase_if(credentials_,
+                [now](const auto& entry) { return entry.second.lost && now - *entry.second.lost >= kResumeWithin; });
+}
+
+}  // namespace tandem::server

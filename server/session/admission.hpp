@@ -1,0 +1,89 @@
+// Who may join, and as what: by a token that is used once, or by coming back with the key that the first join named.
+//
+//   JoinRoom.token ──▶ signature ▶ audience ▶ times ▶ not used ──▶ role, room, name and force of the request cut to the token's
+//   JoinRoom.resume ─▶ credential known, not expired ▶ signature of this connection's export ──▶ those of the first join
+//
+// A token is used up only when its user has got a seat. What has been used is remembered until it expires; when there is
+// no room to remember one more, it is refused and nothing is forgotten. After a restart nothing is remembered, so
+// tokens from before the start are refused.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/base/time.hpp"
+#include "common/secure/key_pair.hpp"
+#include "common/secure/tls.hpp"
+#include "tandem/control.pb.h"
+#include "tandem/token.pb.h"
+
+namespace tandem::server {
+
+/// How long after its loss a connection may be resumed.
+inline constexpr Duration kResumeWithin = std::chrono::minutes(15);
+
+struct AdmissionSettings {
+  secure::KeyId audience{};                ///< this server's key
+  std::vector<secure::PublicKey> issuers;  ///< whose tokens let in
+  std::function<std::uint64_t()> unix_ms;  ///< milliseconds since 1970, UTC
+  std::size_t max_used_tokens = 4096;
+  std::size_t max_credentials = 1024;
+};
+
+/// Why somebody is not let in.
+struct Refusal {
+  wire::ErrorCode code = wire::ERROR_UNSPECIFIED;
+  std::string text;
+};
+
+/// Thread  io
+class Admission {
+ public:
+  using Id = std::array<std::byte, 16>;
+  /// What was let in, until it has got a seat or not.
+  struct Ticket {
+    bool is_resumed = false;
+    Id id{};  ///< of the token, or of the credential
+    std::uint64_t expires_ms = 0;
+    secure::PublicKey resume_key{};
+    bool has_resume_key = false;
+  };
+
+  explicit Admission(AdmissionSettings settings);
+
+  /// Checks the request and cuts it to what is granted: afterwards its room, name, role and force are those allowed.
+  ///
+  /// In      exported  of this connection for kResumeExport; none: nobody can resume
+  std::optional<Refusal> admit(wire::JoinRoom& join, const std::optional<secure::Exported>& exported, LocalTime now,
+                               Ticket& ticket);
+  /// The ticket's holder has a seat: its token is used, and it may come back as `granted` says.
+  /// Out     the credential; none: it named no key, or too many are remembered
+  std::optional<Id> note_joined(const Ticket& ticket, const wire::JoinRoom& granted, LocalTime now);
+  /// The connection is gone, and may be resumed within kResumeWithin.
+  void note_lost(const Id& credential, LocalTime now);
+  void revoke(const Id& credential) { credentials_.erase(credential); }
+
+ private:
+  struct Credential {
+    secure::PublicKey key{};
+    wire::JoinRoom granted;
+    std::optional<LocalTime> lost{};
+  };
+  std::optional<Refusal> admit_by_token(wire::JoinRoom& join, Ticket& ticket);
+  std::optional<Refusal> admit_again(wire::JoinRoom& join, const std::optional<secure::Exported>& exported,
+                                     Ticket& ticket);
+  std::optional<Refusal> check_times(const wire::TokenClaims& claims) const;
+  void forget_expired(LocalTime now);
+
+  AdmissionSettings settings_;
+  std::uint64_t started_ms_;
+  std::map<Id, std::uint64_t> used_;  ///< tokens, until when they would have been valid
+  std::map<Id, Credential> credentials_;
+};
+
+}  // namespace tandem::server

@@ -1,0 +1,71 @@
+// The colours that mean something can be told apart by those who lack a kind of cone, too.
+#include <gtest/gtest.h>
+
+#include <Eigen/LU>
+#include <array>
+#include <cmath>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "client/view/scene_view.hpp"
+
+namespace tandem::client {
+namespace {
+
+using Mat3 = Eigen::Matrix3d;
+
+Vec3 linear(const Rgba& color) {
+  const auto of = [](float c) { return c <= 0.04045F ? c / 12.92 : std::pow((c + 0.055) / 1.055, 2.4); };
+  return {of(color[0]), of(color[1]), of(color[2])};
+}
+
+/// From linear light to what the three kinds of cones take, in Viénot's normalisation.
+Mat3 cones_of_light() {
+  Mat3 cones;
+  cones << 17.8824, 43.5161, 4.11935, 3.45565, 27.1554, 3.86714, 0.0299566, 0.184309, 1.46709;
+  return cones;
+}
+
+/// Source  Viénot, Brettel, Mollon, "Digital video colourmaps for checking the legibility of displays by dichromats",
+///         Color Res. Appl. 24(4), 1999
+Vec3 seen_by_protanopes(const Vec3& light) {
+  Mat3 lack = Mat3::Identity();
+  lack.row(0) = Vec3(0, 2.02344, -2.52581);
+  return cones_of_light().inverse() * lack * cones_of_light() * light;
+}
+Vec3 seen_by_deuteranopes(const Vec3& light) {
+  Mat3 lack = Mat3::Identity();
+  lack.row(1) = Vec3(0.494207, 0, 1.24827);
+  return cones_of_light().inverse() * lack * cones_of_light() * light;
+}
+
+/// CIE L*a*b*, D65.
+Vec3 lab(const Vec3& light) {
+  Mat3 xyz_of_light;
+  xyz_of_light << 0.4124, 0.3576, 0.1805, 0.2126, 0.7152, 0.0722, 0.0193, 0.1192, 0.9505;
+  const Vec3 xyz = (xyz_of_light * light.cwiseMax(0.0)).cwiseQuotient(Vec3(0.9505, 1, 1.089));
+  const auto f = [](double t) { return t > 0.008856 ? std::cbrt(t) : 7.787 * t + 16.0 / 116; };
+  return {116 * f(xyz.y()) - 16, 500 * (f(xyz.x()) - f(xyz.y())), 200 * (f(xyz.y()) - f(xyz.z()))};
+}
+
+// A difference of 10 is plain to see side by side.
+TEST(Palette, TellsToolsArrowsAndContactsApartForEverybody) {
+  std::vector<std::pair<std::string, Rgba>> colors{
+      {"force", kForceColor}, {"torque", kTorqueColor}, {"contact", kContactColor}};
+  for (std::size_t tool = 0; tool < 6; ++tool) colors.emplace_back("tool " + std::to_string(tool), tool_color(tool));
+  const std::pair<const char*, Vec3 (*)(const Vec3&)> eyes[] = {{"usual", [](const Vec3& light) { return light; }},
+                                                                {"protanope", seen_by_protanopes},
+                                                                {"deuteranope", seen_by_deuteranopes}};
+  for (const auto& [eye, seen] : eyes) {
+    for (std::size_t i = 0; i < colors.size(); ++i) {
+      for (std::size_t k = 0; k < i; ++k) {
+        const double apart = (lab(seen(linear(colors[i].second))) - lab(seen(linear(colors[k].second)))).norm();
+        EXPECT_GT(apart, 10) << eye << ": " << colors[i].first << " and " << colors[k].first;
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace tandem::client

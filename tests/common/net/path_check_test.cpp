@@ -1,0 +1,37 @@
+#include "common/net/path_check.hpp"
+
+#include <gtest/gtest.h>
+
+namespace tandem::net {
+namespace {
+
+constexpr LocalTime kStart{std::chrono::seconds(1)};
+
+TEST(PathCheck, GivesAnAddressNoMoreThanThreeTimesWhatCameUntilItSaysTheNumberBack) {
+  PathCheck check(42);
+  EXPECT_FALSE(check.take(1)) << "nothing came";
+  check.note_received(100);
+  EXPECT_TRUE(check.take(200));
+  EXPECT_FALSE(check.take(101));
+  EXPECT_TRUE(check.take(100));
+  check.note_received(1);
+  EXPECT_TRUE(check.take(3));
+  EXPECT_FALSE(check.take(1));
+  check.note_answer(41);
+  EXPECT_FALSE(check.is_valid());
+  check.note_answer(42);
+  EXPECT_TRUE(check.is_valid());
+  EXPECT_TRUE(check.take(1'000'000));
+}
+
+TEST(PathCheck, AsksAgainUntilItIsAnswered) {
+  PathCheck check(42);
+  EXPECT_TRUE(check.is_due(kStart));
+  EXPECT_FALSE(check.is_due(kStart + PathCheck::kAskAgain / 2));
+  EXPECT_TRUE(check.is_due(kStart + PathCheck::kAskAgain));
+  check.note_answer(42);
+  EXPECT_FALSE(check.is_due(kStart + 10 * PathCheck::kAskAgain));
+}
+
+}  // namespace
+}  // namespace tandem::net

@@ -1,0 +1,144 @@
+// Runs a program with a device that is not there: fake_device falcon|spacemouse PROGRAM ARGUMENT...
+//
+// By umockdev, whose wrapper has to start it. Lines on stdin move the device and break it, `tell` answers in a line on
+// stderr. Ends with the program, and with its exit code; `stop` sends it SIGTERM.
+#include <sched.h>
+#include <signal.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <functional>
+#include <iostream>
+#include <map>
+#include <sstream>
+#include <string>
+#include <thread>
+
+#include "tests/devices/falcon_usb_bus.hpp"
+#include "tests/devices/hid_node.hpp"
+
+namespace tandem::devices {
+namespace {
+
+constexpr std::size_t kFirmwareSize = 7914;
+
+/// What a line does, by its first word.
+using Commands = std::map<std::string, std::function<void(std::istream&)>>;
+
+void say(const std::string& line) {
+  std::cerr << "fake: " + line + "\n" << std::flush;
+}
+
+struct FakeFalcon {
+  FalconSimulator falcon{kFirmwareSize};
+  UsbBus bus{falcon};
+  Vec3 at_m = Vec3(0, 0, 0.125);  ///< with the bus's lock
+
+  FakeFalcon() {
+    std::thread([this] { tremble(); }).detach();
+  }
+  /// As a hand does: encoders that stand still under a force are taken for frozen.
+  [[noreturn]] void tremble() {
+    for (int i = 0;; ++i) {
+      bus.with_falcon([&](FalconSimulator& f) { f.grip_m = at_m + Vec3(2e-4 * (i % 2), 0, 0); });
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    }
+  }
+
+  Commands commands() {
+    return {{"grip", [this](std::istream& in) { grip(in); }},
+            {"fault", [this](std::istream& in) { fault(in); }},
+            {"unplug", [this](std::istream&) { bus.unplug(); }},
+            {"plug", [this](std::istream&) { bus.plug_in(); }},
+            {"power", [this](std::istream&) { bus.with_falcon([](FalconSimulator& f) { f.cycle_power(); }); }},
+            {"tell", [this](std::istream&) { tell(); }}};
+  }
+  void grip(std::istream& in) {
+    Vec3 p;
+    in >> p.x() >> p.y() >> p.z();
+    bus.with_falcon([&](FalconSimulator&) { at_m = p; });
+  }
+  void fault(std::istream& in) {
+    std::string name;
+    int value = 0;
+    in >> name >> value;
+    bus.with_falcon([&](FalconSimulator& f) {
+      FalconFaults& faults = f.faults;
+      if (name == "corrupt") faults.uploads_corrupted = value;
+      if (name == "garbage") faults.sends_garbage = value != 0;
+      if (name == "split") faults.splits_replies = value != 0;
+      if (name == "delay") faults.replies_delayed_by = value;
+      if (name == "frozen") faults.has_frozen_encoders = value != 0;
+      if (name == "mute") faults.is_mute = value != 0;
+    });
+  }
+  void tell() {
+    std::ostringstream line;
+    bus.with_falcon([&line](FalconSimulator& f) {
+      line << "motors " << f.motors.cwiseAbs().maxCoeff() << " light " << int{f.lights_and_home} << " uploads "
+           << f.uploads_begun;
+    });
+    say(line.str());
+  }
+};
+
+struct FakeSpaceMouse {
+  HidNode node;
+
+  Commands commands() {
+    return {{"report", [this](std::istream& in) { report(in); }},
+            {"unplug", [this](std::istream&) { node.unplug(); }},
+            {"plug", [this](std::istream&) { node.plug_in(); }},
+            {"tell", [this](std::istream&) { say("light " + std::to_string(node.light())); }}};
+  }
+  /// Bytes in hexadecimal numbers; sent again and again, as a cap that is held.
+  void report(std::istream& in) {
+    std::vector<std::uint8_t> bytes;
+    for (unsigned byte = 0; in >> std::hex >> byte;) bytes.push_back(static_cast<std::uint8_t>(byte));
+    node.hold(bytes);
+  }
+};
+
+void obey(const Commands& commands, pid_t program) {
+  for (std::string line; std::getline(std::cin, line);) {
+    std::istringstream words(line);
+    std::string first;
+    words >> first;
+    if (first == "stop") kill(program, SIGTERM);
+    if (const auto found = commands.find(first); found != commands.end()) found->second(words);
+  }
+}
+
+int run(const Commands& commands, char** program_and_arguments) {
+  pid_t program = 0;
+  posix_spawnattr_t attributes;
+  posix_spawnattr_init(&attributes);
+  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSCHEDULER);
+  posix_spawnattr_setschedpolicy(&attributes, SCHED_OTHER);
+  if (posix_spawnp(&program, program_and_arguments[0], nullptr, &attributes, program_and_arguments, environ) != 0)
+    return 127;
+  std::thread([commands, program] { obey(commands, program); }).detach();
+  int status = 0;
+  waitpid(program, &status, 0);
+  return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+}
+
+template <class Fake>
+int run_with(char** program_and_arguments) {
+  // As quick as a kernel, where that is allowed: its threads inherit it.
+  const sched_param priority{.sched_priority = 75};
+  sched_setscheduler(0, SCHED_FIFO, &priority);
+  Fake fake;
+  std::_Exit(run(fake.commands(), program_and_arguments));  // the thread waits for stdin still
+}
+
+}  // namespace
+}  // namespace tandem::devices
+
+int main(int argument_count, char** arguments) {
+  using namespace tandem::devices;
+  if (argument_count < 3) return 2;
+  return arguments[1] == std::string("falcon") ? run_with<FakeFalcon>(arguments + 2)
+                                               : run_with<FakeSpaceMouse>(arguments + 2);
+}

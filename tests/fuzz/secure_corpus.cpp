@@ -1,0 +1,82 @@
+// Writes what the fuzz targets of the transport start from, by the real writers: sealed datagrams, tokens, invitations, the
+// first words of a client.
+#include <filesystem>
+#include <fstream>
+#include <iomanip>
+#include <iostream>
+
+#include "proto/datagram_channel.hpp"
+#include "proto/join_token.hpp"
+#include "proto/state_codec.hpp"
+#include "tests/fuzz/secure_seeds.hpp"
+
+namespace {
+
+using namespace tandem;
+
+/// Raw for a fuzzer, hexadecimal for the runner.
+void write(const std::filesystem::path& file, std::span<const std::byte> bytes) {
+  std::filesystem::create_directories(file.parent_path());
+  std::ofstream raw(file.string() + ".seed", std::ios::binary), hex(file.string() + ".hex");
+  raw.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+  hex << std::hex << std::setfill('0');
+  for (const std::byte byte : bytes) hex << std::setw(2) << std::to_integer<int>(byte);
+  if (!raw.flush() || !hex.flush()) throw std::runtime_error(file.string() + " cannot be written");
+}
+
+template <class Update, class Append>
+void write_datagrams(const std::filesystem::path& folder, proto::DatagramType type, const std::string& name,
+                     const Append& append) {
+  proto::ChannelCounters counters;
+  proto::DatagramChannel channel(
+      {.sends = type, .connection = fuzz::kConnection, .max_rate_hz = 1000, .secret = fuzz::fixed_secret()}, counters);
+  Update update;
+  channel.send(update, LocalTime(std::chrono::seconds(1)), false, append, [&](std::span<const std::byte> datagram) {
+    write(folder / name, datagram);
+    return true;
+  });
+  write(folder / (name + "_path"), channel.path_message(7, LocalTime(std::chrono::seconds(1))));
+}
+
+void write_tokens(const std::filesystem::path& folder) {
+  const auto issuer = secure::KeyPair::make(secure::KeyPair::Kind::kEd25519);
+  wire::TokenClaims claims;
+  claims.set_audience(std::string(sizeof(secure::KeyId), 'a'));
+  claims.set_role(wire::ROLE_MANIPULATOR);
+  claims.set_room("attic");
+  claims.set_user_name("ada");
+  claims.set_max_force_n(3);
+  claims.set_issued_ms(1);
+  claims.set_expires_ms(60'001);
+  const proto::Bytes token = proto::sign_token(claims, issuer);
+  write(folder / "token", token);
+  const std::string text = proto::text_of(proto::Invitation{"127.0.0.1:47800", issuer.id(), token});
+  write(folder / "invitation", std::as_bytes(std::span(text)));
+}
+
+void write_hello(const std::filesystem::path& folder) {
+  const auto key = secure::KeyPair::make(secure::KeyPair::Kind::kP256);
+  const auto context = secure::TlsContext::client({.pin = key.id()});
+  secure::TlsStream client(&context);
+  secure::Bytes hello;
+  client.start(hello);
+  write(folder / "client_hello", hello);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc != 2) {
+    std::cerr << "usage: " << argv[0] << " FOLDER\n";
+    return 2;
+  }
+  const std::filesystem::path folder(argv[1]);
+  write_datagrams<proto::ClientUpdate>(folder / "datagrams", proto::DatagramType::kClientUpdate, "client",
+                                       proto::append_client_update);
+  write_datagrams<proto::ServerUpdate>(
+      folder / "datagrams", proto::DatagramType::kServerUpdate, "server",
+      [](const proto::ServerUpdate& update, proto::Bytes& out) { proto::ServerUpdateEncoder().append(update, out); });
+  write_tokens(folder / "tokens");
+  write_hello(folder / "tls");
+  return 0;
+}

@@ -1,0 +1,19 @@
+// What the seeds of the fuzz targets of the transport are made with, so that they get past its first checks.
+#pragma once
+
+#include <algorithm>
+
+#include "common/base/ids.hpp"
+#include "common/secure/tls.hpp"
+
+namespace tandem::fuzz {
+
+inline constexpr ConnectionId kConnection{0x1122334455667788};
+
+inline secure::Exported fixed_secret() {
+  secure::Exported exported;
+  std::ranges::fill(exported.secret.bytes(), std::byte{0x5A});
+  return exported;
+}
+
+}  // namespace tandem::fuzz

@@ -1,0 +1,86 @@
+#include "proto/soft_shape.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <map>
+#include <set>
+#include <utility>
+
+namespace tandem::proto {
+namespace {
+
+std::vector<Vec3> offsets_of(double largest_m) {
+  std::vector<Vec3> offsets;
+  for (const Vec3& point : soft_lattice()) offsets.push_back(largest_m * Vec3(point.y(), -point.x(), 2 * point.z()));
+  return offsets;
+}
+
+TEST(SoftShape, ComesAsItWentToWithinHalfAQuantum) {
+  for (const double largest_m : {1e-4, 0.01, 1.0, 100.0}) {
+    wire::SoftShape told;
+    write_soft_shape(3, offsets_of(largest_m), told);
+    EXPECT_EQ(told.soft_body(), 3U);
+    EXPECT_LE(told.quantum_m(), std::max(5e-5, largest_m / 32000));
+    const auto read = read_soft_shape(told);
+    ASSERT_TRUE(read);
+    for (std::size_t i = 0; i < kSoftLatticePoints; ++i) {
+      EXPECT_LE(((*read)[i] - offsets_of(largest_m)[i]).cwiseAbs().maxCoeff(), 0.501 * told.quantum_m());
+    }
+  }
+}
+
+TEST(SoftShape, IsSmall) {
+  wire::SoftShape told;
+  write_soft_shape(0, offsets_of(0.01), told);
+  EXPECT_LE(told.ByteSizeLong(), 1800U);
+}
+
+TEST(SoftShape, WhatIsNotFiniteCountsAsNone) {
+  std::vector<Vec3> offsets = offsets_of(0.01);
+  offsets[5].x() = std::numeric_limits<double>::quiet_NaN();
+  offsets[6].y() = std::numeric_limits<double>::infinity();
+  wire::SoftShape told;
+  write_soft_shape(0, offsets, told);
+  const auto read = read_soft_shape(told);
+  ASSERT_TRUE(read);
+  EXPECT_EQ((*read)[5].x(), 0);
+  EXPECT_EQ((*read)[6].y(), 0);
+  EXPECT_NEAR((*read)[7].z(), offsets[7].z(), 5e-5);
+}
+
+TEST(SoftShape, HostileOnesAreRefused) {
+  wire::SoftShape sound;
+  write_soft_shape(0, offsets_of(0.01), sound);
+  for (const double quantum_m : {0.0, -1.0, 1e9, std::numeric_limits<double>::quiet_NaN()}) {
+    wire::SoftShape told = sound;
+    told.set_quantum_m(quantum_m);
+    EXPECT_FALSE(read_soft_shape(told)) << quantum_m;
+  }
+  for (const std::size_t bytes :
+       {std::size_t{0}, std::size_t{6}, sound.offsets().size() - 1, sound.offsets().size() + 6}) {
+    wire::SoftShape told = sound;
+    told.set_offsets(std::string(bytes, 'x'));
+    EXPECT_FALSE(read_soft_shape(told)) << bytes;
+  }
+}
+
+// Each edge is of two triangles, in both directions; and what is enclosed is the whole box.
+TEST(SoftLattice, IsAClosedSurfaceSeenFromOutside) {
+  std::map<std::pair<int, int>, int> edges;
+  double volume = 0;
+  for (const auto& [a, b, c] : soft_lattice_faces()) {
+    for (const auto& edge : {std::pair(a, b), std::pair(b, c), std::pair(c, a)}) ++edges[edge];
+    const auto at = [](int i) { return soft_lattice()[static_cast<std::size_t>(i)]; };
+    volume += at(a).cross(at(b)).dot(at(c)) / 6;
+  }
+  for (const auto& [edge, count] : edges) {
+    EXPECT_EQ(count, 1);
+    EXPECT_EQ(edges.count({edge.second, edge.first}), 1U);
+  }
+  EXPECT_NEAR(volume, 1, 1e-9);
+}
+
+}  // namespace
+}  // namespace tandem::proto

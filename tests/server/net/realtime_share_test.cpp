@@ -1,0 +1,50 @@
+// Who keeps real-time priority: io first, then the rooms that need least.
+#include "server/net/realtime_share.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <vector>
+
+namespace tandem::server {
+namespace {
+
+using testing::ElementsAre;
+
+/// After one turn on two cores, who has priority; before it, all or none had.
+std::vector<bool> shared(const std::vector<double>& demands, bool had_priority = true) {
+  std::vector<RealtimeUser> users;
+  for (const double demand : demands) users.push_back({demand, had_priority});
+  share_realtime(users, 2);
+  std::vector<bool> have;
+  for (const RealtimeUser& user : users) have.push_back(user.has_priority);
+  return have;
+}
+
+TEST(RealtimeShare, TheRoomThatIsTooLargeGoesAndThoseThatItHoldsUpStay) {
+  EXPECT_THAT(shared({0.3, 5.0, 0.35, 0.35, 0.35}), ElementsAre(true, false, true, true, true));
+}
+
+TEST(RealtimeShare, ARoomThatNeedsNearlyAWholeCoreGoesEvenAlone) {
+  EXPECT_THAT(shared({0.1, 0.94}), ElementsAre(true, false));
+  EXPECT_THAT(shared({0.1, 0.92}), ElementsAre(true, true));
+}
+
+TEST(RealtimeShare, OfTooManyRoomsTheLargestGoUntilTheOthersFit) {
+  EXPECT_THAT(shared({0.4, 0.6, 0.5, 0.4, 0.3}), ElementsAre(true, false, true, true, true));
+}
+
+TEST(RealtimeShare, IoHasPriorityWhateverItNeeds) {
+  EXPECT_THAT(shared({1.5, 0.5}), ElementsAre(true, false));
+}
+
+TEST(RealtimeShare, ARoomThatJustFitsKeepsItsPriorityButDoesNotGainIt) {
+  EXPECT_THAT(shared({0, 0.9}, true), ElementsAre(true, true));
+  EXPECT_THAT(shared({0, 0.9}, false), ElementsAre(true, false));
+  EXPECT_THAT(shared({0, 0.84}, false), ElementsAre(true, true));
+  EXPECT_THAT(shared({0, 0.84, 0.84}, false), ElementsAre(true, true, true));
+  EXPECT_THAT(shared({0.1, 0.84, 0.84}, false), ElementsAre(true, true, false));
+}
+
+}  // namespace
+}  // namespace tandem::server

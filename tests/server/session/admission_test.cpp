@@ -1,0 +1,250 @@
+// Who is let in by a token, and who comes back by a credential: what the hub answers to each that should not be.
+#include "server/session/admission.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "proto/join_token.hpp"
+#include "tests/support/hub_bench.hpp"
+
+namespace tandem::server {
+namespace {
+
+using testing::HasSubstr;
+
+class AdmissionTest : public testing::Test {
+ protected:
+  HubSettings settings() {
+    HubSettings settings;
+    settings.admission = AdmissionSettings{
+        .audience = server_key.id(), .issuers = {issuer.public_key()}, .unix_ms = [this] { return unix_ms; }};
+    return settings;
+  }
+  wire::TokenClaims claims() const {
+    wire::TokenClaims claims;
+    claims.set_audience(server_key.id().data(), 32);
+    claims.set_role(wire::ROLE_MANIPULATOR);
+    claims.set_issued_ms(unix_ms);
+    claims.set_expires_ms(unix_ms + 60'000);
+    return claims;
+  }
+  proto::Bytes token(const std::function<void(wire::TokenClaims&)>& change = {}) const {
+    wire::TokenClaims changed = claims();
+    if (change) change(changed);
+    return proto::sign_token(changed, issuer);
+  }
+
+  wire::ClientControl join_by(const proto::Bytes& by, wire::Role role = wire::ROLE_UNSPECIFIED) const {
+    wire::ClientControl join = test::HubBench::join_message("ada", role);
+    join.mutable_join()->set_token(by.data(), by.size());
+    const secure::PublicKey key = client_key.public_key();
+    join.mutable_join()->set_resume_key(key.data(), key.size());
+    return join;
+  }
+  wire::ClientControl resume_by(const test::BenchClient& client, const std::string& credential,
+                                const secure::KeyPair& key) const {
+    wire::ClientControl join = test::HubBench::join_message("ada", wire::ROLE_UNSPECIFIED);
+    const auto exported = test::RecordingTransport::export_of(client.handle, secure::kResumeExport);
+    const secure::Signature signature = key.sign(exported.secret.bytes());
+    join.mutable_join()->mutable_resume()->set_credential(credential);
+    join.mutable_join()->mutable_resume()->set_signature(signature.data(), signature.size());
+    return join;
+  }
+  test::BenchClient greeted() {
+    test::BenchClient client = bench->connect();
+    bench->greet(client);
+    return client;
+  }
+  /// What the hub says to that join; its client when it is in.
+  std::string answer_to(const test::BenchClient& client, const wire::ClientControl& join, wire::Joined* in = nullptr) {
+    bench->send(client, join);
+    auto messages = bench->take(client);
+    std::erase_if(messages, [](const wire::ServerControl& message) { return message.has_user_joined(); });
+    if (in != nullptr && !messages.empty()) *in = messages[0].joined();
+    return test::described(messages);
+  }
+  std::string answer_to(const wire::ClientControl& join) { return answer_to(greeted(), join); }
+  void start_server() {
+    bench = std::make_unique<test::HubBench>(settings());
+    bench->transport.is_encrypted = true;
+  }
+  void SetUp() override { start_server(); }
+  /// A user who is in, with a credential.
+  test::BenchClient joined_client() {
+    test::BenchClient client = greeted();
+    EXPECT_EQ(answer_to(client, join_by(token()), &client.joined), "joined");
+    EXPECT_EQ(client.joined.resume_credential().size(), 16U);
+    return client;
+  }
+  std::uint64_t refusals(wire::ErrorCode code) const {
+    return bench->hub->counters().refusals[static_cast<std::size_t>(code)];
+  }
+
+  std::uint64_t unix_ms = 1'700'000'000'000;
+  const secure::KeyPair server_key = secure::KeyPair::make(secure::KeyPair::Kind::kP256);
+  const secure::KeyPair issuer = secure::KeyPair::make(secure::KeyPair::Kind::kEd25519);
+  const secure::KeyPair client_key = secure::KeyPair::make(secure::KeyPair::Kind::kEd25519);
+  std::unique_ptr<test::HubBench> bench;
+};
+
+TEST_F(AdmissionTest, WithoutATokenNobodyJoins) {
+  EXPECT_EQ(answer_to(test::HubBench::join_message("ada")), "error ERROR_BAD_TOKEN, goodbye");
+  EXPECT_EQ(refusals(wire::ERROR_BAD_TOKEN), 1U);
+  EXPECT_EQ(bench->hub->user_count(), 0U);
+}
+
+TEST_F(AdmissionTest, ATokenLetsInOnce) {
+  const proto::Bytes once = token();
+  EXPECT_EQ(answer_to(join_by(once)), "joined");
+  EXPECT_EQ(answer_to(join_by(once)), "error ERROR_TOKEN_USED, goodbye");
+  EXPECT_EQ(refusals(wire::ERROR_TOKEN_USED), 1U);
+}
+
+TEST_F(AdmissionTest, ATokenThatGotNoSeatIsStillGood) {
+  const proto::Bytes mine = token();
+  const test::BenchClient a = joined_client();
+  joined_client();
+  EXPECT_EQ(answer_to(join_by(mine)), "error ERROR_ROOM_FULL, goodbye");
+  bench->hub->on_disconnected(a.handle, bench->now);
+  EXPECT_EQ(answer_to(join_by(mine)), "joined");
+}
+
+TEST_F(AdmissionTest, ExpiredEarlyForeignAndTamperedTokensAreRefusedEachForItsReason) {
+  proto::Bytes tampered = token();
+  tampered[tampered.size() / 2] ^= std::byte{1};
+  EXPECT_EQ(answer_to(join_by(tampered)), "error ERROR_BAD_TOKEN, goodbye");
+  EXPECT_EQ(answer_to(join_by(token([](auto& c) { c.set_audience(std::string(32, 'x')); }))),
+            "error ERROR_BAD_TOKEN, goodbye");
+  EXPECT_EQ(answer_to(join_by(token([](auto& c) { c.set_room("attic"); }))), "error ERROR_UNKNOWN_ROOM, goodbye");
+  wire::ClientControl elsewhere = join_by(token([](auto& c) { c.set_room("attic"); }));
+  elsewhere.mutable_join()->set_room("bench");
+  EXPECT_EQ(answer_to(elsewhere), "error ERROR_NOT_ALLOWED, goodbye");
+  const auto shifted = [this](std::int64_t by_ms) {
+    return token([by_ms](auto& c) {
+      c.set_issued_ms(c.issued_ms() + static_cast<std::uint64_t>(by_ms));
+      c.set_expires_ms(c.expires_ms() + static_cast<std::uint64_t>(by_ms));
+    });
+  };
+  EXPECT_EQ(answer_to(join_by(shifted(120'000))), "error ERROR_TOKEN_EXPIRED, goodbye") << "from the future";
+  EXPECT_EQ(answer_to(join_by(shifted(-1))), "error ERROR_TOKEN_EXPIRED, goodbye") << "older than the server";
+  const proto::Bytes mine = token();
+  unix_ms += 60'000;
+  EXPECT_EQ(answer_to(join_by(mine)), "error ERROR_TOKEN_EXPIRED, goodbye");
+  EXPECT_EQ(bench->hub->user_count(), 0U);
+}
+
+TEST_F(AdmissionTest, ATokenIsNotUsedAgainAfterTheServerWasRestarted) {
+  const proto::Bytes once = token();
+  EXPECT_EQ(answer_to(join_by(once)), "joined");
+  ++unix_ms;
+  start_server();
+  EXPECT_EQ(answer_to(join_by(once)), "error ERROR_TOKEN_EXPIRED, goodbye");
+}
+
+TEST_F(AdmissionTest, WhenTheTableIsFullAnotherTokenIsRefusedAndNoneForgotten) {
+  HubSettings small = settings();
+  small.admission->max_used_tokens = 1;
+  bench = std::make_unique<test::HubBench>(small);
+  const proto::Bytes once = token();
+  const test::BenchClient client = greeted();
+  EXPECT_EQ(answer_to(client, join_by(once)), "joined");
+  EXPECT_EQ(answer_to(join_by(token())), "error ERROR_SERVER_FULL, goodbye");
+  EXPECT_EQ(answer_to(join_by(once)), "error ERROR_TOKEN_USED, goodbye");
+  unix_ms += 60'000;
+  EXPECT_EQ(answer_to(join_by(token())), "joined") << "the first one's time is over";
+}
+
+TEST_F(AdmissionTest, RoleNameAndForceAreTheTokens) {
+  const auto observer = [](auto& c) { c.set_role(wire::ROLE_OBSERVER); };
+  EXPECT_EQ(answer_to(join_by(token(observer), wire::ROLE_MANIPULATOR)), "error ERROR_NOT_ALLOWED, goodbye");
+  test::BenchClient client = greeted();
+  EXPECT_EQ(answer_to(client, join_by(token(observer)), &client.joined), "joined");
+  EXPECT_EQ(client.joined.role(), wire::ROLE_OBSERVER);
+  bench->send(client, test::message_of([](auto& message) { message.mutable_grab(); }));
+  EXPECT_EQ(test::described(bench->take(client)), "error ERROR_NOT_ALLOWED");
+  const auto limited = [](auto& c) {
+    c.set_user_name("guest");
+    c.set_max_force_n(1.5);
+  };
+  EXPECT_EQ(answer_to(join_by(token(limited))), "joined");
+  const auto told = bench->take(client);
+  ASSERT_EQ(test::described(told), "user_joined");
+  EXPECT_EQ(told[0].user_joined().name(), "guest");
+  EXPECT_EQ(told[0].user_joined().coupling_bounds().force_limit_n(), 1.5);
+}
+
+TEST_F(AdmissionTest, WhoLostTheConnectionComesBackWithItsKeyAsWhatItWas) {
+  const test::BenchClient before = joined_client();
+  bench->hub->on_disconnected(before.handle, bench->now);
+  bench->now += kResumeWithin - std::chrono::seconds(1);
+  test::BenchClient after = greeted();
+  EXPECT_EQ(answer_to(after, resume_by(after, before.joined.resume_credential(), client_key), &after.joined), "joined");
+  EXPECT_EQ(after.joined.role(), wire::ROLE_MANIPULATOR);
+  EXPECT_EQ(after.joined.resume_credential(), before.joined.resume_credential());
+}
+
+TEST_F(AdmissionTest, WhoIsStillHereByAnOldConnectionLeavesIt) {
+  const test::BenchClient before = joined_client();
+  const test::BenchClient after = greeted();
+  EXPECT_EQ(answer_to(after, resume_by(after, before.joined.resume_credential(), client_key)), "joined");
+  const auto told = bench->take(before);
+  ASSERT_EQ(test::described(told), "goodbye");
+  EXPECT_EQ(told[0].goodbye().reason(), wire::DISCONNECT_RESUMED);
+  EXPECT_EQ(bench->hub->user_count(), 1U);
+}
+
+TEST_F(AdmissionTest, AStolenCredentialIsWorthNothingWithoutItsKey) {
+  const test::BenchClient victim = joined_client();
+  const std::string& stolen = victim.joined.resume_credential();
+  const test::BenchClient thief = greeted();
+  const secure::KeyPair other = secure::KeyPair::make(secure::KeyPair::Kind::kEd25519);
+  EXPECT_EQ(answer_to(thief, resume_by(thief, stolen, other)), "error ERROR_BAD_CREDENTIAL, goodbye");
+  const test::BenchClient second = greeted();
+  EXPECT_EQ(answer_to(second, resume_by(victim, stolen, client_key)), "error ERROR_BAD_CREDENTIAL, goodbye")
+      << "a signature of another connection";
+  EXPECT_EQ(refusals(wire::ERROR_BAD_CREDENTIAL), 2U);
+  EXPECT_EQ(bench->hub->user_count(), 1U) << "the victim notices nothing";
+}
+
+TEST_F(AdmissionTest, ACredentialEndsWithItsTimeWithLeavingAndInAnotherRoom) {
+  const test::BenchClient late = joined_client();
+  bench->hub->on_disconnected(late.handle, bench->now);
+  bench->now += kResumeWithin;
+  test::BenchClient again = greeted();
+  EXPECT_EQ(answer_to(again, resume_by(again, late.joined.resume_credential(), client_key)),
+            "error ERROR_BAD_CREDENTIAL, goodbye");
+  const test::BenchClient leaving = joined_client();
+  bench->send(leaving, test::message_of([](auto& message) { message.mutable_leave(); }));
+  again = greeted();
+  EXPECT_EQ(answer_to(again, resume_by(again, leaving.joined.resume_credential(), client_key)),
+            "error ERROR_BAD_CREDENTIAL, goodbye");
+  const test::BenchClient here = joined_client();
+  bench->hub->on_disconnected(here.handle, bench->now);
+  again = greeted();
+  wire::ClientControl elsewhere = resume_by(again, here.joined.resume_credential(), client_key);
+  elsewhere.mutable_join()->set_room("attic");
+  EXPECT_EQ(answer_to(again, elsewhere), "error ERROR_NOT_ALLOWED, goodbye");
+}
+
+TEST_F(AdmissionTest, WhoIsKickedDoesNotComeBack) {
+  test::BenchClient operator_client = greeted();
+  EXPECT_EQ(answer_to(operator_client, join_by(token([](auto& c) { c.set_role(wire::ROLE_OPERATOR); }))), "joined");
+  const test::BenchClient kicked = joined_client();
+  bench->send(operator_client,
+              test::message_of([&](auto& message) { message.mutable_kick()->set_user(kicked.joined.user()); }));
+  const test::BenchClient again = greeted();
+  EXPECT_EQ(answer_to(again, resume_by(again, kicked.joined.resume_credential(), client_key)),
+            "error ERROR_BAD_CREDENTIAL, goodbye");
+}
+
+TEST_F(AdmissionTest, WithoutTlsNothingCanBeResumed) {
+  bench->transport.is_encrypted = false;
+  const test::BenchClient before = joined_client();
+  bench->hub->on_disconnected(before.handle, bench->now);
+  const test::BenchClient after = greeted();
+  EXPECT_EQ(answer_to(after, resume_by(after, before.joined.resume_credential(), client_key)),
+            "error ERROR_BAD_CREDENTIAL, goodbye");
+}
+
+}  // namespace
+}  // namespace tandem::server

@@ -1,0 +1,144 @@
+"""The client stands still or is killed while it shows a force: its watchdog says zero to the motors.
+
+`--motors` is where the commands of a simulated device go, as those of a real one go to its USB descriptor.
+"""
+
+import fcntl
+import os
+import signal
+import struct
+import threading
+import time
+import unittest
+
+from support import PATIENCE_S, ProgramTest, Server, finish, start_client
+from stall_test import PRESSES
+
+COMMAND = struct.Struct("3d")
+F_SETPIPE_SZ = 1031
+SLEW_N = 4.0  # a tick's, of the simulated device
+
+
+class Motors:
+    """The far end of a device's line: what it was told, and when."""
+
+    def __init__(self, path):
+        os.mkfifo(path)
+        self.path = path
+        self.told = []  # (time, force [N])
+        self._pipe = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
+        fcntl.fcntl(self._pipe, F_SETPIPE_SZ, 1 << 20)
+        os.set_blocking(self._pipe, True)
+        threading.Thread(target=self._read, daemon=True).start()
+
+    def _read(self):
+        data = b""
+        while True:
+            more = os.read(self._pipe, 65536)
+            if not more:
+                time.sleep(0.001)  # nobody has it open
+            now = time.monotonic()
+            data += more
+            whole = len(data) // COMMAND.size * COMMAND.size
+            for x, y, z in COMMAND.iter_unpack(data[:whole]):
+                self.told.append((now, (x * x + y * y + z * z) ** 0.5))
+            data = data[whole:]
+
+    def wait_for(self, is_it, after):
+        """Time of the first command after `after` whose force is_it."""
+        deadline = time.monotonic() + PATIENCE_S
+        while time.monotonic() < deadline:
+            for at, force_n in self.told[:]:
+                if at >= after and is_it(force_n):
+                    return at
+            time.sleep(0.005)
+        raise AssertionError("the motors were never told so")
+
+
+class Watchdog(ProgramTest):
+    def setUp(self):
+        super().setUp()
+        self.server = Server("--scene", "wall")
+        self.addCleanup(self.server.__exit__)
+        self.motors = Motors(self.path("motors"))
+        self.trace = self.path("trace.csv")
+        self.client = start_client(self.server.port, "--hand", self.write("press.json", PRESSES), "--motors",
+                                   self.motors.path, "--trace", self.trace, "--duration", "600s")
+        self.addCleanup(self.end_client)
+        self.wait_for_force(time.monotonic())
+
+    def end_client(self):
+        if self.client.poll() is None:
+            self.client.kill()
+        self.client.communicate()
+
+    def wait_for_force(self, after):
+        return self.motors.wait_for(lambda force_n: force_n > 3, after)
+
+    def wait_for_zero(self, after):
+        return self.motors.wait_for(lambda force_n: force_n == 0, after)
+
+    def watchdogs(self):
+        """Process ids of the client's children."""
+        with open(f"/proc/{self.client.pid}/task/{self.client.pid}/children") as file:
+            return [int(word) for word in file.read().split()]
+
+    def test_says_zero_while_the_client_stands_still_and_the_force_comes_back_by_its_ramp(self):
+        for _ in range(3):
+            stopped = time.monotonic()
+            os.kill(self.client.pid, signal.SIGSTOP)
+            self.wait_for_zero(stopped)
+            time.sleep(0.2)
+            self.assertEqual(self.motors.told[-1][1], 0, "zero was not the last word")
+            told = len(self.motors.told)
+            os.kill(self.client.pid, signal.SIGCONT)
+            back = self.wait_for_force(time.monotonic())
+            self.check_return([force_n for at, force_n in self.motors.told[told:] if at <= back])
+
+    def check_return(self, forces_n):
+        """A command that was under way when it was stopped may come out, and is answered by zero at once; then the ramp."""
+        late = [force_n for force_n in forces_n[:20] if force_n > 1]
+        self.assertLessEqual(len(late), 2, "the old force was shown again")
+        ramp = forces_n[20:]
+        for before, now in zip(ramp, ramp[1:]):
+            self.assertLessEqual(now - before, 0.5, "the force did not come back by its ramp")
+        self.assertGreater(len(forces_n), 100, "the force was back at once")
+
+    def test_says_zero_when_the_client_is_killed_and_ends(self):
+        processes = self.watchdogs()
+        self.assertEqual(len(processes), 1)
+        killed = time.monotonic()
+        self.client.kill()
+        self.client.wait(PATIENCE_S)
+        self.wait_for_zero(killed)
+        deadline = time.monotonic() + PATIENCE_S
+        while os.path.exists(f"/proc/{processes[0]}") and time.monotonic() < deadline:
+            time.sleep(0.01)
+        self.assertFalse(os.path.exists(f"/proc/{processes[0]}"), "the watchdog is still there")
+        self.assertEqual(self.motors.told[-1][1], 0)
+
+    def test_says_nothing_after_an_end_in_order(self):
+        self.client.send_signal(signal.SIGINT)
+        self.assertEqual(finish(self.client)[0], 0)
+        self.assertEqual(self.motors.told[-1][1], 0)
+
+    def test_is_not_ended_by_what_a_terminal_sends(self):
+        (process,) = self.watchdogs()
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGTSTP):
+            os.kill(process, number)
+        stopped = time.monotonic()
+        os.kill(self.client.pid, signal.SIGSTOP)
+        self.wait_for_zero(stopped)
+        os.kill(self.client.pid, signal.SIGCONT)
+
+
+class WithoutWatchdog(ProgramTest):
+    def test_a_missing_watchdog_is_said_before_there_is_a_force(self):
+        os.environ["TANDEM_WATCHDOG"] = self.path("nothing")
+        self.addCleanup(os.environ.pop, "TANDEM_WATCHDOG")
+        client = start_client(9, "--motors", self.path("motors"))
+        self.assert_setup_error(finish(client), "nothing", "watchdog", "TANDEM_WATCHDOG")
+
+
+if __name__ == "__main__":
+    unittest.main()

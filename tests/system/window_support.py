@@ -1,0 +1,229 @@
+"""A display that nobody sees, a window on it, and what its pictures show: for the tests of the window.
+
+No picture is compared with another machine's: what is looked for are colours, how much of them there is, and where.
+"""
+
+import mmap
+import os
+import shutil
+import struct
+import subprocess
+import tempfile
+import time
+import unittest
+import zlib
+
+from support import PATIENCE_S, ProgramTest, finish, program
+
+WIDTH, HEIGHT = 720, 504
+NEEDED = ("Xvfb", "xdotool")
+
+
+class Picture:
+    """A PNG file of eight bits a channel, as the program writes them."""
+
+    def __init__(self, path):
+        with open(path, "rb") as file:
+            data = file.read()
+        assert data[:8] == b"\x89PNG\r\n\x1a\n", "no PNG file"
+        packed, at = b"", 8
+        while at < len(data):
+            (size,) = struct.unpack(">I", data[at:at + 4])
+            kind, chunk = data[at + 4:at + 8], data[at + 8:at + 8 + size]
+            if kind == b"IHDR":
+                self.width, self.height, depth, color = struct.unpack(">IIBB", chunk[:10])
+                assert (depth, color) == (8, 2), "three channels of eight bits"
+            if kind == b"IDAT":
+                packed += chunk
+            at += 12 + size
+        self.rows = self._unfiltered(zlib.decompress(packed))
+
+    @classmethod
+    def of_rows(cls, width, height, rows):
+        picture = cls.__new__(cls)
+        picture.width, picture.height, picture.rows = width, height, rows
+        return picture
+
+    def at(self, x, y):
+        return tuple(self.rows[y][3 * x:3 * x + 3])
+
+    def runs(self, is_it, left=0.0):
+        """(first x, y, length) of the runs of pixels that are it, in the part right of `left`."""
+        found = []
+        for y, row in enumerate(self.rows):
+            first = None
+            for x in range(int(self.width * left), self.width + 1):
+                if x < self.width and is_it(*row[3 * x:3 * x + 3]):
+                    first = x if first is None else first
+                elif first is not None:
+                    found.append((first, y, x - first))
+                    first = None
+        return found
+
+    def _unfiltered(self, data):
+        stride, rows, before = 3 * self.width, [], bytearray(3 * self.width)
+        for y in range(self.height):
+            start = y * (stride + 1)
+            kind, row = data[start], bytearray(data[start + 1:start + 1 + stride])
+            for i in range(stride):
+                left = row[i - 3] if i >= 3 else 0
+                up, corner = before[i], before[i - 3] if i >= 3 else 0
+                if kind == 1:
+                    row[i] = (row[i] + left) & 255
+                elif kind == 2:
+                    row[i] = (row[i] + up) & 255
+                elif kind == 3:
+                    row[i] = (row[i] + (left + up) // 2) & 255
+                elif kind == 4:
+                    guess = left + up - corner
+                    by = min((abs(guess - left), 0, left), (abs(guess - up), 1, up), (abs(guess - corner), 2, corner))[2]
+                    row[i] = (row[i] + by) & 255
+            rows.append(row)
+            before = row
+        return rows
+
+    def places(self, is_it, right=0.62):
+        """(x, y) of the pixels of the scene, left of the panels, whose (red, green, blue) are it."""
+        end = 3 * int(self.width * right)
+        return [(x, y) for y, row in enumerate(self.rows)
+                for x, color in enumerate(zip(row[0:end:3], row[1:end:3], row[2:end:3])) if is_it(*color)]
+
+    def count(self, is_it):
+        return len(self.places(is_it))
+
+    def middle(self, is_it):
+        places = self.places(is_it)
+        assert places, "there is none of that colour"
+        return sum(x for x, _ in places) / len(places), sum(y for _, y in places) / len(places)
+
+
+def is_yellow(r, g, b):
+    return r > 150 and g > 125 and b < 90 and abs(r - g) < 70
+
+
+def is_cyan(r, g, b):
+    return r < 110 and g > 150 and b > 160
+
+
+def is_orange(r, g, b):
+    return r > 110 and 0.4 * r < g < 0.72 * r and b < 0.45 * r
+
+
+def is_blue(r, g, b):
+    return b > 100 and b > 1.25 * g and b > 1.7 * r
+
+
+def is_red(r, g, b):
+    return r > 110 and g < 0.45 * r and b < 0.45 * r
+
+
+def is_cream(r, g, b):
+    return r > 190 and g > 180 and 150 < b < r and r - b < 50
+
+
+def is_pink(r, g, b):
+    return r > 120 and 0.5 * r < g < 0.8 * r and 0.5 * r < b < 0.8 * r
+
+
+def is_green(r, g, b):
+    return g > 90 and g > 1.5 * r and g > 1.1 * b
+
+
+def is_white(r, g, b):
+    return min(r, g, b) > 225
+
+
+class Display:
+    """A display of its own that nobody sees."""
+
+    def __init__(self, width=WIDTH, height=HEIGHT):
+        self.folder = tempfile.TemporaryDirectory()
+        read, write = os.pipe()
+        self.process = subprocess.Popen(
+            ["Xvfb", "-displayfd", str(write), "-screen", "0", f"{width}x{height}x24", "-nolisten", "tcp", "-noreset", "-fbdir",
+             self.folder.name],
+            pass_fds=[write], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        os.close(write)
+        with os.fdopen(read) as told:
+            self.name = ":" + told.readline().strip()
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.process.terminate()
+        self.process.wait(PATIENCE_S)
+        self.folder.cleanup()
+
+    def picture(self):
+        """What it shows now: Xvfb keeps it in a file, as xwd would write it."""
+        with open(os.path.join(self.folder.name, "Xvfb_screen0"), "rb") as file:
+            with mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:
+                header = struct.unpack(">25I", data[:100])
+                width, height, stride = header[4], header[5], header[12]
+                start = header[0] + 12 * header[19]
+                pixels = data[start:start + stride * height]
+        rows = []
+        for y in range(height):
+            row = bytearray(3 * width)
+            line = pixels[y * stride:y * stride + 4 * width]
+            row[0::3], row[1::3], row[2::3] = line[2::4], line[1::4], line[0::4]
+            rows.append(row)
+        return Picture.of_rows(width, height, rows)
+
+    def environment(self):
+        variables = {key: value for key, value in os.environ.items() if key != "WAYLAND_DISPLAY"}
+        # Mesa's drawing in software, whatever the machine has.
+        return variables | {"DISPLAY": self.name, "LIBGL_ALWAYS_SOFTWARE": "1", "XDG_STATE_HOME": self.folder.name}
+
+    def do(self, *arguments):
+        subprocess.run(["xdotool", *map(str, arguments)], env=self.environment(), check=True, timeout=PATIENCE_S,
+                       stdout=subprocess.DEVNULL)
+
+
+@unittest.skipUnless(all(map(shutil.which, NEEDED)), "needs " + " and ".join(NEEDED) + " (deploy/install-deps)")
+class WindowTest(ProgramTest):
+    #: Of the display, and of the window on it; none: as large as that.
+    width, height, window = WIDTH, HEIGHT, None
+
+    def setUp(self):
+        super().setUp()
+        self.display = self.enterContext(Display(self.width, self.height))
+
+    def start(self, server, *arguments):
+        client = subprocess.Popen(
+            [program("tandem-client"), "--insecure", "--server", f"127.0.0.1:{server.port}", "--window-size",
+             self.window or f"{self.width}x{self.height}", *arguments], env=self.display.environment(), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        self.addCleanup(client.communicate)
+        self.addCleanup(client.kill)
+        return client
+
+    def picture(self, server, *arguments, after="2s", name="picture.png"):
+        done = finish(self.start(server, "--screenshot", self.path(name), "--after", after, *arguments))
+        self.assertEqual(done[0], 0, done[2])
+        return Picture(self.path(name))
+
+    def wait_for_window(self):
+        deadline = time.monotonic() + PATIENCE_S
+        while time.monotonic() < deadline:
+            # Nobody else gives it the keyboard where there is no window manager; refused until it is shown.
+            found = subprocess.run(["xdotool", "search", "--onlyvisible", "--name", "^tandem:", "windowfocus"],
+                                   env=self.display.environment(), capture_output=True, timeout=PATIENCE_S)
+            if found.returncode == 0:
+                return
+            time.sleep(0.1)
+        self.fail("no window opened")
+
+    def drag(self, right, down, button=1):
+        """From the middle of the scene; slowly, for a busy machine draws few frames a second."""
+        x, y, steps = self.width // 4, self.height // 2, 16
+        self.display.do("mousemove", x, y)
+        time.sleep(0.7)
+        self.display.do("mousedown", button)
+        time.sleep(0.7)
+        for step in range(1, steps + 1):
+            self.display.do("mousemove", x + right * step // steps, y + down * step // steps)
+            time.sleep(0.2)
+        time.sleep(0.7)
+        self.display.do("mouseup", button)
+        time.sleep(0.7)

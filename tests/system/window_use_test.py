@@ -1,0 +1,247 @@
+"""A person at the window, with synthetic mouse and keys: joins, grabs, lifts, changes delay and stage, goes to another room,
+resizes and closes the window by a real window manager. What there is to click is found by its colours."""
+
+import json
+import os
+import shutil
+import subprocess
+import time
+import unittest
+
+from support import BIN, PATIENCE_S, SOURCE, Server, finish, start_client
+from window_support import WindowTest, is_orange, is_yellow
+
+#: Of Dear ImGui's dark style: a slider's handle, and the arrow's button of a choice before the panel's ground.
+HANDLE = (61, 133, 224)
+#: Heights of a row in a choice, and its rim; of the panel's letters.
+ROW, RIM = 18, 8
+
+
+def is_near(color, to, by):
+    return all(abs(a - b) <= by for a, b in zip(color, to))
+
+
+def is_handle(r, g, b):
+    return is_near((r, g, b), HANDLE, 3)
+
+
+def is_arrow_button(r, g, b):
+    return 25 < r < 60 and 60 < g < 100 and 105 < b < 165
+
+
+def blocks(picture, is_it, shortest, longest, left=0.6):
+    """Middles of what is so wide, at least ten pixels high and, but for words within, of one colour; from above."""
+    width_at = {x: length for x, _, length in picture.runs(is_it, left=left) if shortest <= length <= longest}
+    found = []
+    for x, width in width_at.items():
+        if x - 1 in width_at:
+            continue
+        first = None
+        for y in range(picture.height + 1):
+            if y < picture.height and is_it(*picture.at(x + 1, y)):
+                first = y if first is None else first
+            elif first is not None:
+                if y - first >= 10:
+                    found.append((x + width / 2, (first + y) / 2))
+                first = None
+    return sorted(found, key=lambda place: place[1])
+
+
+class UseTest(WindowTest):
+    width, height = 800, 700
+
+    def setUp(self):
+        super().setUp()
+        # A small window is drawn fast; the curves and the view's switches are closed, so that the rest has room.
+        memory = os.path.join(self.display.folder.name, "tandem")
+        os.makedirs(memory)
+        with open(os.path.join(memory, "window.json"), "w") as file:
+            json.dump({"part_2_is_open": False, "part_4_is_open": False}, file)
+
+    def click(self, x, y):
+        self.display.do("mousemove", int(x), int(y))
+        time.sleep(0.5)
+        self.display.do("mousedown", 1)
+        time.sleep(0.4)
+        self.display.do("mouseup", 1)
+        time.sleep(0.8)
+
+    def double_click(self, x, y):
+        self.display.do("mousemove", int(x), int(y))
+        time.sleep(0.5)
+        self.display.do("click", "--repeat", 2, "--delay", 20, 1)
+        time.sleep(1)
+
+    def point_away(self):
+        """What the mouse is over has another colour."""
+        self.display.do("mousemove", self.width // 4, self.height - 60)
+        time.sleep(1)
+
+    def sliders(self):
+        """Handles of the sliders: delay, jitter, loss."""
+        self.point_away()
+        return blocks(self.display.picture(), is_handle, 6, 16)
+
+    def choices(self):
+        """Buttons of the choices, from above."""
+        self.point_away()
+        return blocks(self.display.picture(), is_arrow_button, 14, 26, left=0.84)
+
+    def choose(self, choice, entry):
+        """The so-manieth entry, from 0, of the so-manieth choice."""
+        x, y = self.choices()[choice]
+        self.click(x, y)
+        self.click(x - 60, y + 10 + RIM + ROW * (entry + 0.5))
+
+    def join(self, server, *arguments):
+        client = self.start(server, "--name", "anna", "--json", *arguments)
+        self.wait_for_window()
+        server.wait_for_log("anna.*joined|joined.*anna")
+        time.sleep(1.5)
+        return client
+
+
+class ClickThrough(UseTest):
+    def test_joins_grabs_lifts_changes_delay_and_stage_and_quits(self):
+        with Server("--scene", "two_boxes") as server:
+            client = self.join(server)
+            self.drag(0, 105)
+            self.display.do("key", "space")
+            time.sleep(2)
+            self.drag(0, -140)
+            handles = self.sliders()
+            self.assertEqual(len(handles), 3, f"delay, jitter, loss: {handles}")
+            x, y = handles[0]
+            self.display.do("mousemove", int(x), int(y))
+            time.sleep(0.5)
+            self.display.do("mousedown", 1)
+            time.sleep(0.5)
+            self.display.do("mousemove", int(x + 30), int(y))
+            time.sleep(0.7)
+            self.display.do("mouseup", 1)
+            time.sleep(2)
+            self.choose(0, 1)
+            time.sleep(2)
+            self.display.do("key", "ctrl+q")
+            code, out, err = finish(client)
+        self.assertEqual(code, 0, err)
+        report = json.loads(out)
+        self.assertGreater(report["watched_body"]["displacement_m"], 0.03, "the box is lifted")
+        self.assertGreater(report["round_trip_ms"]["newest"], 20, "the delay has changed")
+        self.assertIn("stage late-pose", err)
+        self.assertEqual(report["stage"], "late-pose")
+
+    def test_goes_to_another_room_and_back_in_the_same_window(self):
+        with Server("--scene", "two_boxes", "--scene", "free") as server:
+            client = self.join(server, "--room", "two_boxes")
+            boxes = self.display.picture().count(is_yellow)
+            self.choose(0, 1)
+            server.wait_for_log("anna.*joined room free")
+            time.sleep(2)
+            self.assertLess(self.display.picture().count(is_yellow), boxes / 4, "there are no boxes")
+            self.choose(0, 0)
+            time.sleep(2)
+            self.display.do("key", "ctrl+q")
+            code, out, err = finish(client)
+        self.assertEqual(code, 0, err)
+        self.assertEqual(json.loads(out)["room"], "two_boxes")
+
+    def test_an_operator_puts_everything_back(self):
+        with Server("--scene", "two_boxes") as server:
+            client = self.join(server, "--role", "operator")
+            self.drag(0, 105)
+            self.display.do("key", "space")
+            time.sleep(2)
+            self.drag(0, -140)
+            buttons = blocks(self.display.picture(), is_arrow_button, 60, 200)
+            self.assertTrue(buttons, "a button to put everything back")
+            self.click(*buttons[0])
+            server.wait_for_log("anna.* reset room two_boxes")
+            self.display.do("key", "ctrl+q")
+            code, _, err = finish(client)
+        self.assertEqual(code, 0, err)
+        self.assertIn("put everything back", err)
+
+
+@unittest.skipUnless(shutil.which("openbox"), "needs openbox (deploy/install-deps)")
+class WindowManager(UseTest):
+    width, height, window = 1180, 1000, "700x500"
+
+    def setUp(self):
+        super().setUp()
+        manager = subprocess.Popen(["openbox", "--sm-disable"], env=self.display.environment(), stdout=subprocess.DEVNULL,
+                                   stderr=subprocess.DEVNULL)
+        self.addCleanup(manager.wait, PATIENCE_S)
+        self.addCleanup(manager.terminate)
+        time.sleep(1)
+
+    def test_resizes_and_closes_the_window(self):
+        with Server("--scene", "two_boxes") as server:
+            client = self.start(server, "--name", "anna", "--json")
+            self.wait_for_window()
+            server.wait_for_log("anna.*joined|joined.*anna")
+            time.sleep(2)
+            small = self.display.picture().count(is_yellow)
+            window = ["search", "--onlyvisible", "--name", "^tandem:"]
+            self.display.do(*window, "windowsize", "1100", "800")
+            time.sleep(3)
+            large = self.display.picture().count(is_yellow)
+            self.display.do(*window, "windowminimize")
+            time.sleep(1)
+            self.display.do(*["search", "--name", "^tandem:"], "windowmap", "windowactivate")
+            time.sleep(2)
+            self.display.do("key", "alt+F4")
+            code, out, err = finish(client)
+        self.assertEqual(code, 0, err)
+        self.assertGreater(large, 1.5 * small, "the scene grows with its window")
+        self.assertEqual(json.loads(out)["stage"], "local-model")
+
+
+@unittest.skipUnless(shutil.which("xrdb"), "needs xrdb (deploy/install-deps)")
+class FineScreen(UseTest):
+    width, height, window = 1440, 1100, "700x540"
+
+    def handle_sizes(self, server, name):
+        client = self.start(server, "--name", name)
+        self.wait_for_window()
+        server.wait_for_log(f"{name}.*joined|joined.*{name}")
+        time.sleep(2)
+        sizes = [length for _, _, length in self.display.picture().runs(is_handle) if length > 5]
+        self.display.do("key", "ctrl+q")
+        self.assertEqual(finish(client)[0], 0)
+        return sizes
+
+    def test_letters_and_sliders_are_twice_as_many_pixels_at_twice_the_resolution(self):
+        with Server("--scene", "free") as server:
+            usual = self.handle_sizes(server, "anna")
+            subprocess.run(["xrdb", "-merge"], input="Xft.dpi: 192\n", text=True, env=self.display.environment(), check=True)
+            fine = self.handle_sizes(server, "ben")
+        self.assertGreater(max(fine), 1.7 * max(usual))
+
+
+class Demo(UseTest):
+    width, height = 1280, 800
+
+    def test_a_box_is_lifted_together_with_the_partner_by_the_mouse_alone_within_a_minute(self):
+        demo = subprocess.Popen([os.path.join(SOURCE, "deploy/demo"), "--window", "--skip-build", "--programs", BIN, "--out",
+                                 self.folder], env=self.display.environment() | {"USER": "anna"}, stdout=subprocess.PIPE,
+                                stderr=subprocess.PIPE, text=True)
+        self.addCleanup(demo.communicate)
+        self.addCleanup(demo.kill)
+        began = time.monotonic()
+        self.wait_for_window()
+        time.sleep(7)
+        before = self.display.picture().middle(is_orange)
+        self.drag(0, 25)
+        self.double_click(self.width // 4, self.height // 2)
+        self.drag(0, -170)
+        after = self.display.picture().middle(is_orange)
+        self.assertLess(time.monotonic() - began, 60)
+        self.assertLess(after[1], before[1] - 20, "the crate is higher")
+        self.display.do("key", "ctrl+q")
+        out, err = demo.communicate(timeout=PATIENCE_S)
+        self.assertEqual(demo.returncode, 0, out + err)
+
+
+if __name__ == "__main__":
+    unittest.main()
