@@ -28,9 +28,15 @@ void take_token(const proto::Bytes& token, bool keeps_role, ClientIoSettings& io
   if (!keeps_role) io.client.session.role = claims->role();
 }
 
-void apply_invitation(std::string text, bool keeps_role, ClientIoSettings& io) {
-  if (text == "-") std::getline(std::cin, text);
-  const auto invitation = proto::invitation_of(text);
+/// Arguments can be read by other users of the machine.
+std::string or_from_stdin(const std::string& text) {
+  std::string line = text;
+  if (text == "-") std::getline(std::cin, line);
+  return line;
+}
+
+void apply_invitation(const std::string& text, bool keeps_role, ClientIoSettings& io) {
+  const auto invitation = proto::invitation_of(or_from_stdin(text));
   // It is not repeated: what is wrong with it may be a letter, and the rest is a secret.
   if (!invitation) throw std::invalid_argument("--join: no invitation; copy all of what tandem-server --invite prints");
   take_server(invitation->server, io);
@@ -48,7 +54,8 @@ void add_security_options(CLI::App& app, SecurityOptions& options) {
   app.add_option("--pin", options.pin, "key of the server, as it prints it; instead of --ca")->type_name("KEY");
   app.add_option("--ca", options.authorities, "certificates of authorities that vouch for the server")
       ->type_name("FILE.pem");
-  app.add_option("--token", options.token, "join token, as tandem-token prints it; for --pin and --ca")
+  app.add_option("--token", options.token,
+                 "join token, as tandem-token prints it; for --pin and --ca; -: read from stdin, as of --join")
       ->type_name("TOKEN");
   app.add_flag("--insecure", options.is_insecure,
                "nothing is encrypted and nobody is known; for a server on this machine that was started so");
@@ -66,7 +73,7 @@ void apply_security(const SecurityOptions& options, bool keeps_role, ClientIoSet
   if (options.is_insecure) return;
   io.trust = secure::Trust{.ca_file = options.authorities, .host = io.host};
   if (!options.pin.empty()) io.trust->pin = key_of(options.pin);
-  const auto token = secure::bytes_of_text(options.token);
+  const auto token = secure::bytes_of_text(or_from_stdin(options.token));
   take_token(token.value_or(proto::Bytes{}), keeps_role, io);
 }
 

@@ -1,6 +1,11 @@
 #include "client/session/credentials.hpp"
 
 namespace tandem::client {
+namespace {
+
+constexpr std::size_t kCredentialBytes = 16;
+
+}  // namespace
 
 void Credentials::fill(wire::JoinRoom& join, ClientTransport& transport, ConnectionId connection) {
   const auto exported = transport.exported(secure::kResumeExport, proto::seal_context(connection));
@@ -20,7 +25,9 @@ void Credentials::fill(wire::JoinRoom& join, ClientTransport& transport, Connect
 void Credentials::take(const wire::Joined& joined) {
   secure::wipe(token_);
   token_.clear();
-  credential_ = joined.resume_credential();
+  // Of another length it is none of ours, and what is sent back must fit into a message.
+  const bool is_one = joined.resume_credential().size() == kCredentialBytes;
+  credential_ = is_one ? joined.resume_credential() : std::string();
 }
 
 }  // namespace tandem::client

@@ -131,6 +131,10 @@ void ClientSession::on_disconnected(LocalTime now, const std::string& why) {
   impl_->lose(now, why);
 }
 
+void ClientSession::fail(const std::string& why) {
+  impl_->end("the session ended by a fault of this program: " + why, false);
+}
+
 void ClientSession::on_control_bytes(std::span<const std::byte> bytes, LocalTime now) {
   impl_->take_control_bytes(bytes, now);
 }

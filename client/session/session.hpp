@@ -23,6 +23,7 @@
 #include "common/base/time.hpp"
 #include "common/haptics/coupling/rendered_coupling.hpp"
 #include "common/net/clock_sync.hpp"
+#include "common/net/text.hpp"
 #include "common/realtime/mailbox.hpp"
 #include "proto/datagram_channel.hpp"
 #include "tandem/control.pb.h"
@@ -100,8 +101,7 @@ struct SessionStatus {
   bool is_setup_error = false;
 };
 
-/// Text from the wire, made fit for a terminal: one line, no escape sequences, bounded.
-std::string printable(std::string text);
+using net::printable;
 
 class ClientSession {
  public:
@@ -129,6 +129,8 @@ class ClientSession {
   /// Now and for the scenes to come. The force goes, the tool stays where it is, and the force comes back by the ramp.
   void set_workspace(const WorkspaceSettings& workspace);
   void leave(LocalTime now);
+  /// Ends the session for a fault of this program: the force goes.
+  void fail(const std::string& why);
   /// Fetches assets of these kinds instead from now on; has_assets() says when all that can be had is here.
   void set_asset_kinds(std::vector<std::string> kinds);
   /// In a room, and nothing of the kinds that are wanted is still to come.

@@ -148,12 +148,14 @@ void ClientSession::Impl::take_joined(const wire::Joined& answer, LocalTime now)
     lose(now, "the server's scene cannot be used: " + problem, true);
     return;
   }
+  auto secret = transport.exported(secure::kDatagramExport, proto::seal_context(connection));
+  if (credentials.are_asked_for() && !secret) return lose(now, "there are no keys for datagrams");
   if (has_joined) ++counters.reconnects;
   has_joined = true;
   room_left.reset();
   soft_offsets.assign(std::size_t(scene.joined()->scene().soft_bodies_size()), nullptr);
   credentials.take(answer);
-  stream.begin(connection, epoch, transport.exported(secure::kDatagramExport, proto::seal_context(connection)), now);
+  stream.begin(connection, epoch, std::move(secret), now);
   retry_delay = settings.reconnect_delay;
   enter(SessionState::kActive, now);
   status.why.clear();

@@ -5,6 +5,8 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <cerrno>
+#include <cstdlib>
 #include <fstream>
 #include <sstream>
 #include <stdexcept>
@@ -18,6 +20,59 @@ constexpr std::size_t kMaxKeyFileBytes = 16 * 1024;
 
 std::shared_ptr<EVP_PKEY> shared(EVP_PKEY* key) {
   return {key, EVP_PKEY_free};
+}
+
+[[noreturn]] void refuse(const std::filesystem::path& file) {
+  throw std::invalid_argument(file.string() + " cannot be written");
+}
+
+[[noreturn]] void refuse_to_replace(const std::filesystem::path& file) {
+  throw std::invalid_argument(file.string() + " is there already; choose another place, or remove it");
+}
+
+bool write_all(int descriptor, std::string_view text) {
+  while (!text.empty()) {
+    const ssize_t size = ::write(descriptor, text.data(), text.size());
+    if (size < 0 && errno == EINTR) continue;
+    if (size <= 0) return false;
+    text.remove_prefix(static_cast<std::size_t>(size));
+  }
+  return ::fsync(descriptor) == 0;
+}
+
+/// So that a name in it is there after the power has failed; a file system that cannot do so is no error.
+void sync_folder(const std::filesystem::path& folder) {
+  const int descriptor = ::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (descriptor < 0) return;
+  ::fsync(descriptor);
+  ::close(descriptor);
+}
+
+/// False: the file is there already, and stays as it is, also when another process makes it at the same time.
+bool write_new(const std::filesystem::path& file, std::string_view text, bool is_private) {
+  std::error_code error;
+  if (std::filesystem::create_directories(file.parent_path(), error)) ::chmod(file.parent_path().c_str(), S_IRWXU);
+  std::string beside = file.string() + ".XXXXXX";
+  const int descriptor = ::mkostemp(beside.data(), O_CLOEXEC);  // readable by its owner alone
+  if (descriptor < 0) refuse(file);
+  bool is_written = write_all(descriptor, text) && (is_private || ::fchmod(descriptor, 0644) == 0);
+  is_written = ::close(descriptor) == 0 && is_written;
+  const bool is_named = is_written && ::link(beside.c_str(), file.c_str()) == 0;
+  const bool was_there = is_written && !is_named && errno == EEXIST;
+  ::unlink(beside.c_str());
+  if (!is_named && !was_there) refuse(file);
+  sync_folder(file.parent_path());
+  return is_named;
+}
+
+/// Out     as write_new()
+bool write_private(const std::filesystem::path& file, EVP_PKEY* key) {
+  // Secure memory: it is wiped when it is freed.
+  const BioPointer bio(BIO_new(BIO_s_secmem()));
+  if (PEM_write_bio_PrivateKey(bio.get(), key, nullptr, nullptr, 0, nullptr, nullptr) != 1) refuse(file);
+  char* data = nullptr;
+  const long size = BIO_get_mem_data(bio.get(), &data);
+  return write_new(file, {data, static_cast<std::size_t>(size)}, true);
 }
 
 }  // namespace
@@ -49,19 +104,11 @@ KeyPair KeyPair::load(const std::filesystem::path& file) {
 KeyPair KeyPair::load_or_make(const std::filesystem::path& file, Kind kind) {
   if (std::filesystem::exists(file)) return load(file);
   const KeyPair key = make(kind);
-  key.save(file);
-  return key;
+  return write_private(file, key.handle()) ? key : load(file);
 }
 
 void KeyPair::save(const std::filesystem::path& file) const {
-  // Secure memory: it is wiped when it is freed.
-  const BioPointer bio(BIO_new(BIO_s_secmem()));
-  if (PEM_write_bio_PrivateKey(bio.get(), handle(), nullptr, nullptr, 0, nullptr, nullptr) != 1) {
-    throw std::invalid_argument("cannot write a key to " + file.string());
-  }
-  std::string text = text_in(bio.get());
-  write_key_file(file, text, true);
-  wipe(std::as_writable_bytes(std::span(text)));
+  if (!write_private(file, handle())) refuse_to_replace(file);
 }
 
 KeyId KeyPair::id() const {
@@ -102,15 +149,7 @@ bool has_signed(const PublicKey& key, std::span<const std::byte> message, const 
 }
 
 void write_key_file(const std::filesystem::path& file, const std::string& text, bool is_private) {
-  const auto fail = [&file] { throw std::invalid_argument(file.string() + " cannot be written"); };
-  std::error_code error;
-  if (std::filesystem::create_directories(file.parent_path(), error)) ::chmod(file.parent_path().c_str(), S_IRWXU);
-  const std::string beside = file.string() + ".new";
-  const int descriptor = ::open(beside.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, is_private ? 0600 : 0644);
-  if (descriptor < 0) fail();
-  const bool is_written = ::write(descriptor, text.data(), text.size()) == static_cast<ssize_t>(text.size());
-  ::close(descriptor);
-  if (!is_written || ::rename(beside.c_str(), file.c_str()) != 0) fail();
+  if (!write_new(file, text, is_private)) refuse_to_replace(file);
 }
 
 }  // namespace tandem::secure

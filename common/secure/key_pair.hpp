@@ -53,7 +53,7 @@ class KeyPair {
 bool has_signed(const PublicKey& key, std::span<const std::byte> message, const Signature& signature);
 
 /// Writes `text` to a file that only its owner can read when `is_private`; whole or not at all.
-/// Fails   std::invalid_argument: it cannot be written
+/// Fails   std::invalid_argument: it cannot be written, or is there already
 void write_key_file(const std::filesystem::path& file, const std::string& text, bool is_private);
 
 }  // namespace tandem::secure

@@ -4,7 +4,9 @@
 #include <openssl/pem.h>
 #include <openssl/x509v3.h>
 
+#include <algorithm>
 #include <array>
+#include <cstdint>
 #include <stdexcept>
 
 #include "common/secure/openssl_handles.hpp"
@@ -14,6 +16,12 @@ namespace {
 
 constexpr const char* kSuites = "TLS_AES_256_GCM_SHA384:TLS_CHACHA20_POLY1305_SHA256";
 constexpr const char* kSuitesWithoutAes = "TLS_CHACHA20_POLY1305_SHA256:TLS_AES_256_GCM_SHA384";
+/// No others: of the larger ones a stranger's few hundred bytes cost a server up to a tenth of a second.
+constexpr const char* kGroups = "X25519:P-256";
+/// A session has no need of any; a peer who asks for more costs a derivation of keys for each few bytes.
+constexpr std::uintptr_t kMaxKeyUpdates = 32;
+/// Bytes given to OpenSSL before key updates are looked at again: each is one of 22 bytes at least.
+constexpr std::size_t kReceivedAtOnce = 512;
 
 bool has_fast_aes() {
 #if defined(__x86_64__) || defined(__i386__)
@@ -28,6 +36,17 @@ std::string alpn_list() {
   return static_cast<char>(kAlpn.size()) + std::string(kAlpn);
 }
 
+/// As a stream may be moved, its connection keeps the number itself.
+std::uintptr_t key_updates_of(const SSL* connection) {
+  return reinterpret_cast<std::uintptr_t>(SSL_get_app_data(connection));
+}
+
+void count_key_updates(int is_sent, int, int type, const void* message, std::size_t size, SSL* connection, void*) {
+  if (is_sent != 0 || type != SSL3_RT_HANDSHAKE || size == 0) return;
+  if (*static_cast<const unsigned char*>(message) != SSL3_MT_KEY_UPDATE) return;
+  SSL_set_app_data(connection, reinterpret_cast<void*>(key_updates_of(connection) + 1));  // NOLINT: a number
+}
+
 std::shared_ptr<SSL_CTX> context_of(const SSL_METHOD* method) {
   std::shared_ptr<SSL_CTX> context(SSL_CTX_new(method), SSL_CTX_free);
   if (context == nullptr) throw std::runtime_error("OpenSSL cannot be used: no TLS context");
@@ -35,6 +54,8 @@ std::shared_ptr<SSL_CTX> context_of(const SSL_METHOD* method) {
   SSL_CTX_set_min_proto_version(c, TLS1_3_VERSION);
   SSL_CTX_set_max_proto_version(c, TLS1_3_VERSION);
   SSL_CTX_set_ciphersuites(c, has_fast_aes() ? kSuites : kSuitesWithoutAes);
+  if (SSL_CTX_set1_groups_list(c, kGroups) != 1) throw std::runtime_error("OpenSSL has neither X25519 nor P-256");
+  SSL_CTX_set_msg_callback(c, count_key_updates);
   SSL_CTX_set_session_cache_mode(c, SSL_SESS_CACHE_OFF);
   SSL_CTX_set_options(
       c, SSL_OP_NO_TICKET | SSL_OP_NO_RENEGOTIATION | SSL_OP_CIPHER_SERVER_PREFERENCE | SSL_OP_PRIORITIZE_CHACHA);
@@ -93,6 +114,12 @@ TlsContext TlsContext::server(const KeyPair& key, const std::string& certificate
   TlsContext context;
   context.context_ = context_of(TLS_server_method());
   SSL_CTX* const c = context.handle();
+  const bool is_quick = EVP_PKEY_get_base_id(key.handle()) == EVP_PKEY_ED25519 ||
+                        (EVP_PKEY_get_base_id(key.handle()) == EVP_PKEY_EC && EVP_PKEY_get_bits(key.handle()) == 256);
+  if (!is_quick) {
+    throw std::invalid_argument(
+        "the server's key is neither of P-256 nor of Ed25519; others take too long for each who connects");
+  }
   use_certificates(c, certificate_pem);
   if (SSL_CTX_use_PrivateKey(c, key.handle()) != 1 || SSL_CTX_check_private_key(c) != 1) {
     throw std::invalid_argument("the server's certificate is not that of its key");
@@ -201,8 +228,20 @@ bool TlsStream::receive(std::span<const std::byte> from_peer, Bytes& plain, Byte
     plain.insert(plain.end(), from_peer.begin(), from_peer.end());
     return true;
   }
-  BIO_write(SSL_get_rbio(ssl_.get()), from_peer.data(), static_cast<int>(from_peer.size()));
-  bool is_good = is_established_ || shake_hands();
+  bool is_good = true;
+  while (is_good && !from_peer.empty()) {
+    const auto some = from_peer.first(std::min(from_peer.size(), kReceivedAtOnce));
+    from_peer = from_peer.subspan(some.size());
+    BIO_write(SSL_get_rbio(ssl_.get()), some.data(), static_cast<int>(some.size()));
+    is_good = (is_established_ || shake_hands()) && read(plain);
+  }
+  collect(to_peer);
+  return is_good;
+}
+
+/// What has come whole.
+bool TlsStream::read(Bytes& plain) {
+  bool is_good = true;
   std::array<std::byte, 4096> piece;
   while (is_good && is_established_) {
     ERR_clear_error();
@@ -216,7 +255,10 @@ bool TlsStream::receive(std::span<const std::byte> from_peer, Bytes& plain, Byte
     plain.insert(plain.end(), piece.begin(), piece.begin() + size);
   }
   wipe(piece);
-  collect(to_peer);
+  if (is_good && key_updates_of(ssl_.get()) > kMaxKeyUpdates) {
+    problem_ = "the other end asks for new keys again and again";
+    is_good = false;
+  }
   return is_good;
 }
 

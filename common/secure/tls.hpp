@@ -5,7 +5,8 @@
 //   socket ◀── to_peer ◀── send() ◀── session          and the bytes go through as they are
 //
 // TLS 1.3 only, without early data, tickets or resumption, by AES-256-GCM or ChaCha20-Poly1305; the application is
-// named by ALPN, so that a server of something else is not taken for one of ours.
+// named by ALPN, so that a server of something else is not taken for one of ours. A peer can make the other end derive
+// keys 32 times, and only by X25519 or P-256.
 #pragma once
 
 #include <filesystem>
@@ -49,7 +50,8 @@ struct Trust {
 class TlsContext {
  public:
   /// In      certificate_pem  the server's, then those between it and the authority
-  /// Fails   std::invalid_argument: no certificate, or not that of the key
+  /// Fails   std::invalid_argument: no certificate, or not that of the key; a key that is neither of P-256 nor of
+  ///         Ed25519
   static TlsContext server(const KeyPair& key, const std::string& certificate_pem);
   /// Fails   std::invalid_argument: neither pin nor authority, or a file that holds none
   static TlsContext client(const Trust& trust);
@@ -94,6 +96,7 @@ class TlsStream {
 
  private:
   bool shake_hands();
+  bool read(Bytes& plain);
   bool fail();
   void collect(Bytes& to_peer);
 

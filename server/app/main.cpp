@@ -18,7 +18,7 @@ namespace {
 
 using namespace tandem;
 
-constexpr int kSetupError = 2;
+constexpr int kFault = 1, kSetupError = 2;
 
 struct Options {
   std::vector<std::string> scenes;
@@ -85,7 +85,7 @@ void declare_security(CLI::App& app, Options& options) {
 
 void declare(CLI::App& app, Options& options) {
   app.set_version_flag("--version", "tandem-server " TANDEM_VERSION);
-  app.footer("Exit code: 0 done, 2 bad input or set-up.");
+  app.footer("Exit code: 0 done, 1 ended by a fault, 2 bad input or set-up.");
   app.set_config("--config", "", "file with options under these names without the dashes; the command line goes before")
       ->type_name("FILE");
   app.allow_config_extras(CLI::config_extras_mode::error);
@@ -212,7 +212,18 @@ void make_dev_certificates(const Options& options, realtime::Output& output) {
              " ...\n  tandem-client --ca ca.pem --token TOKEN ...   (a copy of ca.pem; keep ca-key.pem to yourself)\n");
 }
 
-void serve(const Options& options, realtime::Output& output) {
+/// The exit code. What fails after the set-up is no set-up error: whoever watches over the program starts it again.
+int run(server::LiveServer& server, realtime::Output& output) {
+  try {
+    server.run();
+    return 0;
+  } catch (const std::exception& error) {
+    output.err(std::string("tandem-server: ended by a fault: ") + error.what() + "\n");
+    return kFault;
+  }
+}
+
+int serve(const Options& options, realtime::Output& output) {
   server::LiveServerSettings settings;
   settings.bind_address = options.bind;
   settings.port = static_cast<std::uint16_t>(options.port);
@@ -223,8 +234,10 @@ void serve(const Options& options, realtime::Output& output) {
     throw std::invalid_argument("--insecure needs no --invite: everybody on this machine may join");
   }
   std::optional<server::ServerKeys> keys;
+  std::shared_ptr<void> lock;
   if (!options.is_insecure) {
     keys = server::open_keys(options.security);
+    lock = server::lock_state(options.security.state);
     settings.tls = server::tls_of(*keys);
     settings.hub.admission = server::admission_of(*keys, options.security);
   }
@@ -243,8 +256,9 @@ void serve(const Options& options, realtime::Output& output) {
   std::string ready = ready_line(server, options.bind, keys);
   if (keys) ready += invitations(options, server.port(), *keys);
   options.writes_json ? output.err(ready) : output.out(ready);
-  server.run();
+  const int code = run(server, output);
   if (options.writes_json) output.out(boost::json::serialize(server::report_json(server)) + "\n");
+  return code;
 }
 
 /// Options to exit code.
@@ -261,11 +275,8 @@ int run(int argc, char** argv, realtime::Output& output) {
     return kSetupError;
   }
   try {
-    if (options.dev_certificates.empty()) {
-      serve(options, output);
-    } else {
-      make_dev_certificates(options, output);
-    }
+    if (options.dev_certificates.empty()) return serve(options, output);
+    make_dev_certificates(options, output);
   } catch (const std::exception& error) {
     output.err(std::string("tandem-server: ") + error.what() + "\n");
     return kSetupError;

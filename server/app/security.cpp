@@ -1,8 +1,10 @@
 #include "server/app/security.hpp"
 
 #include <arpa/inet.h>
+#include <fcntl.h>
 #include <ifaddrs.h>
 #include <net/if.h>
+#include <sys/file.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -64,6 +66,15 @@ ServerKeys open_keys(const SecurityOptions& options) {
                                 : secure::KeyPair::load(options.key);
   const std::string pem = has_own ? secure::self_signed_certificate(identity) : text_in(options.certificate);
   return {identity, secure::KeyPair::load_or_make(options.state / "token-key.pem", Kind::kEd25519), pem};
+}
+
+std::shared_ptr<void> lock_state(const std::filesystem::path& state) {
+  const std::filesystem::path file = state / "lock";
+  const int descriptor = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
+  if (descriptor < 0) throw std::invalid_argument("--state: " + file.string() + " cannot be written");
+  const std::shared_ptr<void> lock(nullptr, [descriptor](void*) { ::close(descriptor); });
+  if (::flock(descriptor, LOCK_EX | LOCK_NB) == 0) return lock;
+  throw std::invalid_argument("--state: another server has " + state.string() + "; give each a folder of its own");
 }
 
 std::shared_ptr<const secure::TlsContext> tls_of(const ServerKeys& keys) {

@@ -34,6 +34,10 @@ struct ServerKeys {
 /// Fails   std::invalid_argument: a file that cannot be read or written, or a key that is none
 ServerKeys open_keys(const SecurityOptions& options);
 
+/// The folder is one server's until what is returned goes: two would each take the same token once.
+/// Fails   std::invalid_argument: another server has it, or it cannot be written
+std::shared_ptr<void> lock_state(const std::filesystem::path& state);
+
 std::shared_ptr<const secure::TlsContext> tls_of(const ServerKeys& keys);
 /// Fails   std::invalid_argument: one of the issuers is no key
 AdmissionSettings admission_of(const ServerKeys& keys, const SecurityOptions& options);

@@ -30,6 +30,10 @@ constexpr Duration kNewPathAgain = std::chrono::milliseconds(100);
 /// What shares the limits of an address: a host, or of IPv6 the network that one host may have for itself (64 bits).
 std::string name_of(const asio::ip::address& address) {
   if (!address.is_v6()) return address.to_string();
+  // A listener of "::" has IPv4 too.
+  if (address.to_v6().is_v4_mapped()) {
+    return asio::ip::make_address_v4(asio::ip::v4_mapped, address.to_v6()).to_string();
+  }
   const auto bytes = address.to_v6().to_bytes();
   return {bytes.begin(), bytes.begin() + 8};
 }
@@ -196,6 +200,7 @@ void AsioServerTransport::take_bytes(const PeerPointer& peer, std::span<const st
   if (tls_ != nullptr && !peer->tls.has_received()) handshakes_.take(1, clock_.now());
   plain_.clear();
   const bool is_good = peer->tls.receive(bytes, plain_, peer->unsent);
+  if (peer->unsent.size() > kMaxQueuedControlBytes) return drop(peer);
   flush(peer);
   if (!plain_.empty()) hub_->on_control_bytes(peer->handle, plain_, clock_.now());
   if (is_good) return;

@@ -87,8 +87,8 @@ std::optional<Refusal> Admission::admit_by_token(wire::JoinRoom& join, Ticket& t
   return cut_to(*claims, join);
 }
 
-std::optional<Refusal> Admission::check_times(const wire::TokenClaims& claims) const {
-  const std::uint64_t now = settings_.unix_ms();
+std::optional<Refusal> Admission::check_times(const wire::TokenClaims& claims) {
+  const std::uint64_t now = unix_ms();
   const char* problem = nullptr;
   if (now >= claims.expires_ms()) problem = "the token has expired; ask for a new invitation";
   if (claims.issued_ms() > now + kClockError_ms) problem = "the token is from the future; set the clocks";
@@ -149,9 +149,12 @@ void Admission::note_lost(const Id& credential, LocalTime now) {
   if (found != credentials_.end()) found->second.lost = now;
 }
 
+std::uint64_t Admission::unix_ms() {
+  return newest_ms_ = std::max(newest_ms_, settings_.unix_ms());
+}
+
 void Admission::forget_expired(LocalTime now) {
-  const std::uint64_t unix_ms = settings_.unix_ms();
-  std::erase_if(used_, [unix_ms](const auto& entry) { return unix_ms >= entry.second; });
+  std::erase_if(used_, [unix_ms = unix_ms()](const auto& entry) { return unix_ms >= entry.second; });
   std::erase_if(credentials_,
                 [now](const auto& entry) { return entry.second.lost && now - *entry.second.lost >= kResumeWithin; });
 }

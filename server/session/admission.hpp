@@ -77,11 +77,14 @@ class Admission {
   std::optional<Refusal> admit_by_token(wire::JoinRoom& join, Ticket& ticket);
   std::optional<Refusal> admit_again(wire::JoinRoom& join, const std::optional<secure::Exported>& exported,
                                      Ticket& ticket);
-  std::optional<Refusal> check_times(const wire::TokenClaims& claims) const;
+  std::optional<Refusal> check_times(const wire::TokenClaims& claims);
+  /// Milliseconds since 1970, never before what they were.
+  std::uint64_t unix_ms();
   void forget_expired(LocalTime now);
 
   AdmissionSettings settings_;
   std::uint64_t started_ms_;
+  std::uint64_t newest_ms_ = 0;       ///< a clock that is set back makes no used token valid again
   std::map<Id, std::uint64_t> used_;  ///< tokens, until when they would have been valid
   std::map<Id, Credential> credentials_;
 };

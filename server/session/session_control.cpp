@@ -247,6 +247,9 @@ void SessionHub::Impl::join_as_granted(Connection& connection, const wire::Clien
 void SessionHub::Impl::take_seat(Connection& connection, const wire::ClientControl& message, RoomSeats& seats,
                                  const Admission::Ticket& ticket) {
   const wire::JoinRoom& wanted = message.join();
+  auto secret = transport.exported(connection.handle, secure::kDatagramExport, proto::seal_context(connection.id));
+  // Where tokens are asked for, nothing goes out unsealed.
+  if (admission && !secret) return end(connection, wire::DISCONNECT_PROTOCOL_ERROR, "no keys for datagrams");
   const UserRole role = *role_of(wanted.role());
   const auto seat = seats.take(role, wanted.deadband() > 0, proto::read_bounds(wanted.coupling_bounds()));
   if (!seat) {
@@ -262,17 +265,15 @@ void SessionHub::Impl::take_seat(Connection& connection, const wire::ClientContr
   connection.user_name = name_beside(wanted.user_name(), taken);
   connection.seats = &seats;
   connection.seat = *seat;
-  connection.stream.emplace(
-      seats, *seat,
-      proto::DatagramChannel::Settings{
-          .sends = proto::DatagramType::kServerUpdate,
-          .connection = connection.id,
-          .epoch = connection.epoch,
-          .deadband = wanted.deadband(),
-          .max_rate_hz = 1 / to_seconds(seats.room().period()),
-          .is_stream = connection.state_over_tcp,
-          .secret = transport.exported(connection.handle, secure::kDatagramExport, proto::seal_context(connection.id))},
-      counters);
+  connection.stream.emplace(seats, *seat,
+                            proto::DatagramChannel::Settings{.sends = proto::DatagramType::kServerUpdate,
+                                                             .connection = connection.id,
+                                                             .epoch = connection.epoch,
+                                                             .deadband = wanted.deadband(),
+                                                             .max_rate_hz = 1 / to_seconds(seats.room().period()),
+                                                             .is_stream = connection.state_over_tcp,
+                                                             .secret = std::move(secret)},
+                            counters);
   connection.wants_soft_shapes = wanted.wants_soft_shapes();
   connection.state = ConnectionState::kActive;
   ++counters.joins;

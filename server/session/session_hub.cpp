@@ -237,7 +237,7 @@ void SessionHub::Impl::forget(Connection& connection, wire::DisconnectReason rea
                   std::to_string(connection.stream->taken()) + " inputs taken");
   if (connection.credential && (reason == wire::DISCONNECT_LEFT || reason == wire::DISCONNECT_KICKED)) {
     admission->revoke(*connection.credential);
-  } else if (connection.credential && reason != wire::DISCONNECT_RESUMED) {
+  } else if (connection.credential) {  // also before the same user's new connection has its seat: it may not get one
     admission->note_lost(*connection.credential, called_at);
   }
   const haptics::CouplingParameters before = connection.seats->coupling();

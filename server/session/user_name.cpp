@@ -5,39 +5,12 @@
 #include <cstdint>
 #include <optional>
 
+#include "common/net/text.hpp"
+
 namespace tandem::server {
 namespace {
 
 constexpr std::size_t kMaxNameBytes = 64;
-
-/// Takes one code point off the front; nothing for overlong forms, surrogates and all else that is not UTF-8.
-std::optional<std::uint32_t> take_code_point(std::string_view& text) {
-  const auto lead = static_cast<unsigned char>(text.front());
-  const std::size_t length = lead < 0x80          ? 1
-                             : lead >> 5U == 0x6  ? 2
-                             : lead >> 4U == 0xE  ? 3
-                             : lead >> 3U == 0x1E ? 4
-                                                  : 0;
-  if (length == 0 || text.size() < length) return std::nullopt;
-  std::uint32_t code = length == 1 ? lead : lead & (0x7FU >> length);
-  for (std::size_t i = 1; i < length; ++i) {
-    const auto next = static_cast<unsigned char>(text[i]);
-    if (next >> 6U != 0x2) return std::nullopt;
-    code = (code << 6U) | (next & 0x3FU);
-  }
-  constexpr std::uint32_t kMinOfLength[] = {0, 0, 0x80, 0x800, 0x10000};
-  if (code < kMinOfLength[length] || code > 0x10FFFF || (code >= 0xD800 && code <= 0xDFFF)) return std::nullopt;
-  text.remove_prefix(length);
-  return code;
-}
-
-bool is_harmless(std::uint32_t code) {
-  const bool is_control = code < 0x20 || (code >= 0x7F && code <= 0x9F);
-  const bool breaks_line = code == 0x2028 || code == 0x2029;
-  const bool turns_text =
-      code == 0x200E || code == 0x200F || (code >= 0x202A && code <= 0x202E) || (code >= 0x2066 && code <= 0x2069);
-  return !is_control && !breaks_line && !turns_text;
-}
 
 bool is_between(std::uint32_t code, std::uint32_t first, std::uint32_t last) {
   return code >= first && code <= last;
@@ -63,8 +36,8 @@ bool is_acceptable_user_name(std::string_view name) {
   if (name.empty() || name.size() > kMaxNameBytes) return false;
   bool was_space = true;  // at either end a space is invisible
   while (!name.empty()) {
-    const auto code = take_code_point(name);
-    if (!code || !is_harmless(*code) || is_invisible(*code)) return false;
+    const auto code = net::take_code_point(name);
+    if (!code || !net::is_harmless(*code) || is_invisible(*code)) return false;
     if (was_space && is_space(*code)) return false;
     was_space = is_space(*code);
   }

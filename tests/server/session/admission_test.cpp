@@ -145,6 +145,7 @@ TEST_F(AdmissionTest, WhenTheTableIsFullAnotherTokenIsRefusedAndNoneForgotten) {
   HubSettings small = settings();
   small.admission->max_used_tokens = 1;
   bench = std::make_unique<test::HubBench>(small);
+  bench->transport.is_encrypted = true;
   const proto::Bytes once = token();
   const test::BenchClient client = greeted();
   EXPECT_EQ(answer_to(client, join_by(once)), "joined");
@@ -237,13 +238,30 @@ TEST_F(AdmissionTest, WhoIsKickedDoesNotComeBack) {
             "error ERROR_BAD_CREDENTIAL, goodbye");
 }
 
-TEST_F(AdmissionTest, WithoutTlsNothingCanBeResumed) {
+TEST_F(AdmissionTest, WithoutKeysForItsDatagramsNobodyIsIn) {
   bench->transport.is_encrypted = false;
-  const test::BenchClient before = joined_client();
-  bench->hub->on_disconnected(before.handle, bench->now);
-  const test::BenchClient after = greeted();
-  EXPECT_EQ(answer_to(after, resume_by(after, before.joined.resume_credential(), client_key)),
+  EXPECT_EQ(answer_to(join_by(token())), "goodbye") << "its state would go out as it is";
+  EXPECT_EQ(bench->hub->user_count(), 0U);
+}
+
+TEST_F(AdmissionTest, WhoIsRefusedWhenHeComesBackHasNoMoreTimeThanOthers) {
+  const test::BenchClient before = joined_client(), after = greeted();
+  wire::ClientControl bad = resume_by(after, before.joined.resume_credential(), client_key);
+  bad.mutable_join()->set_deadband(9);
+  EXPECT_EQ(answer_to(after, bad), "error ERROR_BAD_VALUE, goodbye");
+  bench->now += kResumeWithin;
+  const test::BenchClient late = greeted();
+  EXPECT_EQ(answer_to(late, resume_by(late, before.joined.resume_credential(), client_key)),
             "error ERROR_BAD_CREDENTIAL, goodbye");
+}
+
+TEST_F(AdmissionTest, AClockThatIsSetBackMakesNoUsedTokenGood) {
+  const proto::Bytes once = token();
+  EXPECT_EQ(answer_to(join_by(once)), "joined");
+  unix_ms += 60'000;
+  EXPECT_EQ(answer_to(join_by(token())), "joined") << "and what has expired is forgotten";
+  unix_ms -= 60'000;
+  EXPECT_EQ(answer_to(join_by(once)), "error ERROR_TOKEN_EXPIRED, goodbye");
 }
 
 }  // namespace
