@@ -22,6 +22,10 @@ if(TANDEM_SANITIZE)
     # are on (preset ubsan).
     add_compile_options(-fno-sanitize=null,alignment,vptr,object-size,pointer-overflow,nonnull-attribute,returns-nonnull-attribute)
   endif()
+  if(TANDEM_SANITIZE MATCHES "address")
+    # What nobody has set is NaN, and so is what is made of it: `Wrench{force, {}}` leaves its torque as it was in memory.
+    add_compile_definitions(EIGEN_INITIALIZE_MATRICES_BY_NAN)
+  endif()
   if(TANDEM_SANITIZE MATCHES "thread")
     # ThreadSanitizer does not model fences; Asio's own are not needed where every hand-over has a lock.
     add_compile_definitions(BOOST_ASIO_DISABLE_FENCED_BLOCK)

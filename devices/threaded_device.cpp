@@ -18,6 +18,10 @@ constexpr Duration kWhileAbsent = std::chrono::milliseconds(5);
 // A device that answers at once shall not take a core to itself, at the priority of the haptic thread.
 constexpr Duration kMinStep = std::chrono::microseconds(500);
 
+bool is_zero(const Wrench& wrench) {
+  return wrench.f.isZero(0) && wrench.t.isZero(0);
+}
+
 }  // namespace
 
 bool Absence::is_time_to_look(LocalTime now) noexcept {
@@ -66,6 +70,11 @@ bool ThreadedDevice::write(LocalTime now, const Wrench& wrench_on_hand_D) noexce
   return true;
 }
 
+bool ThreadedDevice::has_let_go() noexcept {
+  const bool by_thread = gave_zero_.exchange(false, std::memory_order_acq_rel);
+  return (watchdog_ && watchdog_->has_let_go()) || by_thread;
+}
+
 void ThreadedDevice::run(int realtime_priority) {
   // What is not granted here is not granted to the haptic thread either, which says so.
   static_cast<void>(realtime::request_realtime(realtime_priority));
@@ -76,13 +85,17 @@ void ThreadedDevice::run(int realtime_priority) {
 void ThreadedDevice::step(const Wrench& wrench_on_hand_D) noexcept {
   const LocalTime now = SteadyClock().now();
   DeviceSample sample;
-  if (watchdog_) watchdog_->beat(now, wrench_on_hand_D.f != Vec3::Zero() || wrench_on_hand_D.t != Vec3::Zero());
+  may_be_on_ = may_be_on_ || !is_zero(wrench_on_hand_D);
+  if (watchdog_) watchdog_->beat(now, may_be_on_);
   try {
     sample = driver_->step(now, wrench_on_hand_D);
   } catch (const std::exception&) {
     sample.state = DeviceState::kLost;
     sample.reason = "its driver failed for want of memory or by a fault of its own; start again";
   }
+  // Zero counts once it has come to the device, not when it sets out.
+  const bool has_exchanged = sample.state == DeviceState::kReady && sample.taken >= now;
+  if (is_zero(wrench_on_hand_D) && has_exchanged) may_be_on_ = false;
   samples_.publish(sample);
   const bool is_absent = sample.state == DeviceState::kOpening || sample.state == DeviceState::kLost;
   std::this_thread::sleep_for((is_absent ? kWhileAbsent : kMinStep) - (SteadyClock().now() - now));
@@ -91,7 +104,9 @@ void ThreadedDevice::step(const Wrench& wrench_on_hand_D) noexcept {
 Wrench ThreadedDevice::newest_command(LocalTime now) noexcept {
   commands_.poll();
   const Command& command = commands_.front();
-  return now - command.given <= kMaxCommandAge ? command.wrench_on_hand_D : Wrench{};
+  const bool is_stale = now - command.given > kMaxCommandAge;
+  if (is_stale && !is_zero(command.wrench_on_hand_D)) gave_zero_.store(true, std::memory_order_release);
+  return is_stale || gave_zero_.load(std::memory_order_acquire) ? Wrench{} : command.wrench_on_hand_D;
 }
 
 }  // namespace tandem::devices

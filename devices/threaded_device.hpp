@@ -3,7 +3,8 @@
 //   haptic thread   write() ──▶ newest command ──▶  device thread   driver.step(now, command)
 //                   read()  ◀── newest sample  ◀──                  waits for the device, at most some 10 ms
 //
-// 1. A command that is older than 50 ms is a loop that stands still: the driver is given zero instead.
+// 1. A command that is older than 50 ms is a loop that stands still: the driver is given zero instead, until the loop has
+//    asked has_let_go() and so knows from where its force has to come back.
 // 2. A driver that hangs gives no newer sample: its time stamp grows old, which DeviceReader takes for a fault.
 // 3. A program that is stopped or killed says nothing: a watchdog, where there is one, says zero in its place.
 // 4. The end, and so the destructor, gives the driver zero before it is closed.
@@ -70,7 +71,7 @@ class ThreadedDevice final : public Device {
   DeviceSample read(LocalTime now) noexcept override;
   /// The driver takes it with its next step: a few milliseconds later at most.
   bool write(LocalTime now, const Wrench& wrench_on_hand_D) noexcept override;
-  bool has_let_go() noexcept override { return watchdog_ && watchdog_->has_let_go(); }
+  bool has_let_go() noexcept override;
 
  private:
   struct Command {
@@ -88,6 +89,8 @@ class ThreadedDevice final : public Device {
   realtime::Mailbox<DeviceSample> samples_;
   realtime::Mailbox<Command> commands_;
   std::atomic<bool> should_stop_{false};
+  std::atomic<bool> gave_zero_{false};  ///< in place of a force, and the loop does not know yet
+  bool may_be_on_ = false;              ///< a force that the device has not exchanged for zero yet
   std::thread thread_;
 };
 

@@ -110,8 +110,13 @@ std::atomic<SecondHand*> second_to_stop{nullptr};
 void let_go_at_exit() {
   HapticLoop* const loop = loop_to_stop.exchange(nullptr);
   if (loop == nullptr) return;
-  if (SecondHand* const second = second_to_stop.exchange(nullptr)) second->stop();
+  SecondHand* const second = second_to_stop.exchange(nullptr);
+  loop->request_stop();
+  if (second != nullptr) second->request_stop();
   loop->stop();
+  if (second != nullptr) second->stop();
+  // A device with a thread of its own has zero by then (devices/threaded_device.hpp).
+  std::this_thread::sleep_for(std::chrono::milliseconds(60));
   std::cerr << "tandem-client: the display was lost\n";
   std::_Exit(1);
 }
@@ -399,8 +404,10 @@ void ClientRun::print_json(const ClientIoSnapshot& io) {
 int ClientRun::finish() {
   loop_to_stop = nullptr;
   second_to_stop = nullptr;
-  if (second_) second_->stop();
+  loop_->request_stop();
+  if (second_) second_->request_stop();
   loop_->stop();
+  if (second_) second_->stop();
   drain_records();
   const ClientIoSnapshot io = io_.snapshot();
   io_.stop();

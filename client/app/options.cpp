@@ -190,6 +190,10 @@ void add_second_device_options(CLI::App& app, devices::DeviceOptions& second) {
 
 /// The second device takes what the options say of its kind.
 devices::DeviceOptions second_device(const devices::DeviceOptions& first, const devices::DeviceOptions& named) {
+  if (named.name == first.name && named.name == "inverse3") {
+    throw std::invalid_argument(
+        "--second-device inverse3: its service would give both hands the same device; only one inverse3 a program");
+  }
   devices::DeviceOptions second = first;
   second.name = named.name;
   second.hand = named.hand;

@@ -99,7 +99,8 @@ void HapticCore::tick(LocalTime now) noexcept {
   record_.state_age = newest() != nullptr ? age_of(*newest(), now) : Duration{-1};
   run_stage(now);
   const Wrench controlled_on_hand_W = through_passivity_controller(stage_output_.wrench_on_hand_W);
-  asked_D_ = workspace_.mapping().device_wrench(controlled_on_hand_W) + Wrench{workspace_.wall_on_hand_D(), {}};
+  asked_D_ =
+      workspace_.mapping().device_wrench(controlled_on_hand_W) + Wrench{workspace_.wall_on_hand_D(), Vec3::Zero()};
   write(now, through_safety(now, asked_D_, speed_m_per_s));
   request(controlled_on_hand_W);
   report_displayed();
@@ -249,7 +250,12 @@ void HapticCore::move_handle(const devices::DeviceSample& sample) noexcept {
 
 // Under the clutch, where the tool stands and nothing is felt, it stands too, and may be put elsewhere.
 void HapticCore::move_base(const devices::DeviceSample& sample) noexcept {
-  if (workspace_.is_changing() && safety_.is_quiet() && clutch_.is_pressed()) workspace_.take_change();
+  if (workspace_.is_changing() && safety_.is_quiet() && clutch_.is_pressed()) {
+    workspace_.take_change();
+    // Nothing is felt: the coupling need not be on its way in the new mapping, and the handle's jump is nobody's work.
+    if (scene_is_usable_) coupling_.jump();
+    passivity_.lose_hand();
+  }
   if (!is_displaying() || is_clutched()) return workspace_.rest();
   workspace_.advance(sample.X_DH.p, shown_of_scene_D().f, period_s_);
 }
@@ -263,7 +269,10 @@ bool HapticCore::is_clutched() const noexcept {
 void HapticCore::run_stage(LocalTime now) noexcept {
   if (!is_displaying()) stage_output_ = {};
   stage_output_.wrench_on_hand_W = {};
-  if (!is_displaying() || newest() == nullptr || !record_.sample.is_valid) return;
+  if (!is_displaying() || newest() == nullptr || !record_.sample.is_valid) {
+    if (safety_.is_quiet()) blend_.reset();  // what was shown before is long gone
+    return;
+  }
   stage_output_ = rendering().stage->tick(stage_input(now));
   blend_.advance(period_s_);
   stage_output_.wrench_on_hand_W = blend_.apply(stage_output_.wrench_on_hand_W);
@@ -354,7 +363,7 @@ Wrench HapticCore::shown_of_scene_D() const noexcept {
   const double asked_n = asked_D_.f.norm();
   if (asked_n <= 0 || workspace_.wall_on_hand_D().isZero(0)) return writer_.written();
   const double share = std::min(1.0, writer_.written().f.norm() / asked_n);
-  return writer_.written() - Wrench{share * workspace_.wall_on_hand_D(), {}};
+  return writer_.written() - Wrench{share * workspace_.wall_on_hand_D(), Vec3::Zero()};
 }
 
 void HapticCore::record_stage() noexcept {

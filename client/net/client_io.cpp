@@ -88,7 +88,12 @@ void ClientIo::Impl::run() {
   session.start(clock.now());
   await_ticks();
   await_poll_time();
-  io.run();
+  try {
+    io.run();
+  } catch (const std::exception& error) {
+    // Out of memory or threads: a program that ended here would leave the force on.
+    session.fail(error.what());
+  }
   publish_snapshot(clock.now());
 }
 

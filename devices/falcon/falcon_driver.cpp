@@ -214,6 +214,7 @@ void FalconDriver::lose(LocalTime now, std::string_view reason) {
 
 /// False: no reply; the port is gone when the line failed.
 bool FalconDriver::exchange(const FalconPacket& packet, Duration longest, FalconReply& reply) {
+  const LocalTime end = SteadyClock().now() + 2 * longest;
   bool has_reply = false;
   int length = port_->write(packet) ? port_->read(bytes_, longest) : -1;
   // The newest counts; what is cut off in the middle is ended by the next read.
@@ -224,7 +225,8 @@ bool FalconDriver::exchange(const FalconPacket& packet, Duration longest, Falcon
         has_reply = true;
       }
     }
-    if (has_reply) return true;
+    // Bytes without end that are no packet keep nobody here: the next command is due.
+    if (has_reply || SteadyClock().now() >= end) return has_reply;
   }
   if (length < 0) port_.reset();
   return has_reply && port_ != nullptr;

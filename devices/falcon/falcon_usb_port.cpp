@@ -8,7 +8,9 @@
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
+#include <memory>
 #include <string>
+#include <utility>
 
 #include "devices/falcon/falcon_packet.hpp"
 #include "devices/falcon/falcon_port.hpp"
@@ -41,13 +43,12 @@ timeval timeval_of(Duration duration) {
   return {us / 1000000, us % 1000000};
 }
 
-/// libusb's context, one a program, made when the first needs it.
-libusb_context* usb() {
-  static libusb_context* const context = [] {
-    libusb_context* made = nullptr;
-    return libusb_init(&made) == LIBUSB_SUCCESS ? made : nullptr;
-  }();
-  return context;
+/// libusb's context; each port has one of its own, for what one thread waits for in a context may be done by another's.
+using Usb = std::shared_ptr<libusb_context>;
+/// Null: USB cannot be used.
+Usb open_usb() {
+  libusb_context* made = nullptr;
+  return libusb_init(&made) == LIBUSB_SUCCESS ? Usb(made, libusb_exit) : nullptr;
 }
 
 bool is_falcon(libusb_device* device) {
@@ -59,9 +60,9 @@ bool is_falcon(libusb_device* device) {
 /// All that are plugged in, held until the list goes.
 class FalconList {
  public:
-  FalconList() {
-    if (usb() == nullptr) return;
-    const ssize_t count = libusb_get_device_list(usb(), &all_);
+  explicit FalconList(Usb usb) : usb_(std::move(usb)) {
+    if (usb_ == nullptr) return;
+    const ssize_t count = libusb_get_device_list(usb_.get(), &all_);
     for (ssize_t i = 0; i < count; ++i) {
       if (is_falcon(all_[i])) falcons_.push_back(all_[i]);
     }
@@ -74,6 +75,7 @@ class FalconList {
   const std::vector<libusb_device*>& falcons() const { return falcons_; }
 
  private:
+  Usb usb_;
   libusb_device** all_ = nullptr;
   std::vector<libusb_device*> falcons_;
 };
@@ -84,7 +86,7 @@ std::string_view reason_of(int error) {
 
 class FalconUsbPort final : public FalconPort {
  public:
-  FalconUsbPort(libusb_device_handle* handle, Watchdog* watchdog);
+  FalconUsbPort(Usb usb, libusb_device_handle* handle, Watchdog* watchdog);
   ~FalconUsbPort() override;
   FalconUsbPort(const FalconUsbPort&) = delete;
   FalconUsbPort& operator=(const FalconUsbPort&) = delete;
@@ -111,6 +113,7 @@ class FalconUsbPort final : public FalconPort {
   void work(Duration longest, Done is_done);
   bool is_anything_under_way() const;
 
+  Usb usb_;
   libusb_device_handle* handle_;
   Watchdog* watchdog_;  ///< null: none
   std::array<Transfer, 2> in_;
@@ -120,7 +123,8 @@ class FalconUsbPort final : public FalconPort {
   bool is_closing_ = false;
 };
 
-FalconUsbPort::FalconUsbPort(libusb_device_handle* handle, Watchdog* watchdog) : handle_(handle), watchdog_(watchdog) {
+FalconUsbPort::FalconUsbPort(Usb usb, libusb_device_handle* handle, Watchdog* watchdog)
+    : usb_(std::move(usb)), handle_(handle), watchdog_(watchdog) {
   received_.reserve(kMaxWaiting);
   prepare(out_, kEndpointOut, on_sent);
   for (Transfer& in : in_) {
@@ -191,7 +195,7 @@ void FalconUsbPort::work(Duration longest, Done is_done) {
     const Duration left = end - clock.now();
     if (left <= Duration{0}) return;
     timeval timeout = timeval_of(left);
-    if (libusb_handle_events_timeout_completed(usb(), &timeout, nullptr) != LIBUSB_SUCCESS) return;
+    if (libusb_handle_events_timeout_completed(usb_.get(), &timeout, nullptr) != LIBUSB_SUCCESS) return;
   }
 }
 
@@ -234,42 +238,49 @@ libusb_device_handle* claimed(libusb_device* device, std::string_view& reason) {
   return nullptr;
 }
 
+/// Of one that this process has open; libusb keeps the descriptor to itself.
+std::optional<ZeroCommand> zero_of(libusb_device* device) {
+  const FalconPacket zero = falcon_request(FalconCounts::Zero(), kFalconRed | kFalconHome);
+  std::array<char, 32> node{};
+  std::snprintf(node.data(), node.size(), "/dev/bus/usb/%03d/%03d", libusb_get_bus_number(device),
+                libusb_get_device_address(device));
+  std::error_code error;
+  for (const auto& entry : std::filesystem::directory_iterator("/proc/self/fd", error)) {
+    const std::string target = std::filesystem::read_symlink(entry, error).string();
+    if (!target.ends_with(node.data())) continue;
+    return ZeroCommand{std::stoi(entry.path().filename()), kEndpointOut, {zero.begin(), zero.end()}};
+  }
+  return std::nullopt;
+}
+
 }  // namespace
 
-// libusb keeps the descriptor to itself.
 std::optional<ZeroCommand> falcon_zero() {
-  const FalconPacket zero = falcon_request(FalconCounts::Zero(), kFalconRed | kFalconHome);
-  const FalconList list;
+  const FalconList list(open_usb());
   for (libusb_device* const device : list.falcons()) {
-    std::array<char, 32> node{};
-    std::snprintf(node.data(), node.size(), "/dev/bus/usb/%03d/%03d", libusb_get_bus_number(device),
-                  libusb_get_device_address(device));
-    std::error_code error;
-    for (const auto& entry : std::filesystem::directory_iterator("/proc/self/fd", error)) {
-      const std::string target = std::filesystem::read_symlink(entry, error).string();
-      if (!target.ends_with(node.data())) continue;
-      return ZeroCommand{std::stoi(entry.path().filename()), kEndpointOut, {zero.begin(), zero.end()}};
-    }
+    if (auto zero = zero_of(device)) return zero;
   }
   return std::nullopt;
 }
 
 std::unique_ptr<FalconPort> open_falcon_usb_port(std::string_view& reason, Watchdog* watchdog) {
-  const FalconList list;
-  reason = usb() == nullptr ? kNoUsb : kAbsent;
+  const Usb usb = open_usb();
+  const FalconList list(usb);
+  reason = usb == nullptr ? kNoUsb : kAbsent;
   for (libusb_device* const device : list.falcons()) {
     libusb_device_handle* const handle = claimed(device, reason);
     if (handle == nullptr) continue;
-    auto port = std::make_unique<FalconUsbPort>(handle, watchdog);
-    const auto zero = falcon_zero();
-    if (watchdog == nullptr || (zero && watchdog->watch_over(*zero))) return port;
+    auto port = std::make_unique<FalconUsbPort>(usb, handle, watchdog);
+    if (watchdog == nullptr) return port;
+    const auto zero = zero_of(device);
+    if (zero && watchdog->watch_over(*zero)) return port;
     reason = kNoWatchdog;
   }
   return nullptr;
 }
 
 std::vector<FoundDevice> find_falcons() {
-  const FalconList list;
+  const FalconList list(open_usb());
   std::vector<FoundDevice> found;
   for (libusb_device* const device : list.falcons()) {
     const std::string where = "USB bus " + std::to_string(libusb_get_bus_number(device)) + ", device " +

@@ -11,6 +11,9 @@ namespace {
 constexpr std::string_view kAbsent = "its maker's SDK finds no device; plug it in, switch it on, or look at its rights";
 constexpr std::string_view kLost = "its maker's SDK cannot reach it any more; look at its cable and its power supply";
 
+/// Of 125 µs, as many as there can be: without a new force for 32 ms the device lets go by itself, says its maker.
+constexpr unsigned char kWatchdogUnits = 255;
+
 // The SDK's axes in D, and the other way.
 Vec3 in_D(const Vec3& v) {
   return {v.y(), -v.x(), v.z()};
@@ -41,6 +44,7 @@ DhdFunctions dhd_functions(const std::filesystem::path& library) {
   dhd.find(found.set_force, "dhdSetForceAndTorque");
   dhd.find(found.get_button, "dhdGetButton");
   dhd.require_all();
+  dhd.find(found.set_watchdog, "dhdSetWatchdog");  // versions before 3.3.2 have none
   return found;
 }
 
@@ -48,10 +52,15 @@ ForceDimensionDriver::ForceDimensionDriver(DeviceSpec spec, const DhdFunctions& 
     : spec_(std::move(spec)), dhd_(dhd), velocity_(spec_.position_step_m, spec_.rotation_step_rad) {}
 
 ForceDimensionDriver::~ForceDimensionDriver() {
-  if (id_ < 0) return;
+  if (id_ >= 0) close();
+}
+
+/// Whatever still reaches it: without a force.
+void ForceDimensionDriver::close() {
   show({});
   dhd_.enable_force(0, static_cast<char>(id_));
   dhd_.close(static_cast<char>(id_));
+  id_ = -1;
 }
 
 bool ForceDimensionDriver::open(LocalTime now) {
@@ -64,6 +73,7 @@ bool ForceDimensionDriver::open(LocalTime now) {
   }
   absence_.end();
   velocity_.reset();
+  if (dhd_.set_watchdog != nullptr) dhd_.set_watchdog(kWatchdogUnits, static_cast<char>(id_));
   dhd_.enable_force(1, static_cast<char>(id_));
   return true;
 }
@@ -79,8 +89,7 @@ DeviceSample ForceDimensionDriver::step(LocalTime now, const Wrench& wrench_on_h
   double rows[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
   const auto id = static_cast<char>(id_);
   if (dhd_.get_pose(&p.x(), &p.y(), &p.z(), rows, id) < 0 || !show(wrench_on_hand_D)) {
-    dhd_.close(id);
-    id_ = -1;
+    close();
     absence_.begin(now, kLost);
     return absence_.sample(now);
   }

@@ -70,7 +70,9 @@ Inverse3Driver::~Inverse3Driver() {
 
 DeviceSample Inverse3Driver::step(LocalTime now, const Wrench& wrench_on_hand_D) {
   if (!link_) connect(now);
-  if (link_ && is_new_ && !link_->is_sending) send(wrench_on_hand_D);
+  // One command a state; but zero waits for none.
+  const bool must_let_go = state_ && !shown_n_.isZero(0) && wrench_on_hand_D.f.isZero(0);
+  if (link_ && (is_new_ || must_let_go) && !link_->is_sending) send(wrench_on_hand_D);
   work();
   if (is_taken_) heard_ = now;
   if (link_ && now - heard_ > kSilence) fail(state_ ? kSilent : kNoDevice);
@@ -124,6 +126,7 @@ void Inverse3Driver::take(std::string_view text) {
 void Inverse3Driver::send(const Wrench& wrench_on_hand_D) {
   const Vec3 force_n = is_finite(wrench_on_hand_D.f) && absence_.was_there() ? wrench_on_hand_D.f : Vec3(Vec3::Zero());
   const auto link = link_;
+  shown_n_ = force_n;
   link->command = inverse3_command(state_->device_id, force_n);
   link->is_sending = true;
   is_new_ = false;
@@ -148,6 +151,7 @@ void Inverse3Driver::fail(std::string_view reason) {
   link_.reset();
   state_.reset();
   is_new_ = is_taken_ = has_last_ = false;
+  shown_n_.setZero();
 }
 
 DeviceSample Inverse3Driver::sample(LocalTime now) {

@@ -50,8 +50,9 @@ class Inverse3Driver final : public DeviceDriver {
   std::shared_ptr<Link> link_;  ///< null: none
   Absence absence_;
   LocalTime heard_{};
-  bool is_new_ = false;    ///< a state came that no command answers yet
-  bool is_taken_ = false;  ///< … and that no sample tells yet
+  Vec3 shown_n_ = Vec3::Zero();  ///< sent last
+  bool is_new_ = false;          ///< a state came that no command answers yet
+  bool is_taken_ = false;        ///< … and that no sample tells yet
   std::optional<Inverse3State> state_;
   std::optional<Vec3> origin_m_;
   DeviceSample last_;

@@ -24,6 +24,7 @@ __attribute__((visibility("default"))) int fake_buttons = 0;
 __attribute__((visibility("default"))) double fake_force[6] = {};
 __attribute__((visibility("default"))) int fake_is_open = 0;
 __attribute__((visibility("default"))) int fake_has_force_on = 0;
+__attribute__((visibility("default"))) int fake_watchdog_units = 0;
 __attribute__((visibility("default"))) int fake_is_in_frame = 0;
 __attribute__((visibility("default"))) int fake_calls_out_of_frame = 0;
 }
@@ -34,6 +35,10 @@ EXPORTED int dhdOpen() {
 }
 EXPORTED int dhdClose(char) {
   fake_is_open = 0;
+  return 0;
+}
+EXPORTED int dhdSetWatchdog(unsigned char units, char) {
+  fake_watchdog_units = units;
   return 0;
 }
 EXPORTED int dhdEnableForce(unsigned char is_on, char) {

@@ -117,7 +117,7 @@ TEST(FalconDriver, LoadsTheFirmwareHomesAndIsReadyWhereTheGripIs) {
   EXPECT_THAT(std::string(sample.reason), HasSubstr("push it straight in"));
   EXPECT_EQ(rig.falcon.uploaded, firmware());
   EXPECT_EQ(rig.falcon.lights_and_home, kFalconRed | kFalconHome);
-  sample = rig.run(200, {Vec3(0, 0, 5), {}});
+  sample = rig.run(200, {Vec3(0, 0, 5), Vec3::Zero()});
   EXPECT_TRUE(rig.falcon.motors.isZero()) << "no force before it is homed";
   rig.home();
   rig.falcon.grip_m = Vec3(0.01, 0.02, 0.12);
@@ -136,12 +136,12 @@ TEST(FalconDriver, HomedItIsBlueAndWithoutForceUntilItIsPulledOut) {
   rig.run(3);
   EXPECT_EQ(rig.falcon.lights_and_home, kFalconBlue | kFalconHome);
   rig.falcon.grip_m = Vec3(0, 0, 0.169);
-  DeviceSample sample = rig.run(100, {Vec3(0, 0, 5), {}});
+  DeviceSample sample = rig.run(100, {Vec3(0, 0, 5), Vec3::Zero()});
   EXPECT_EQ(sample.state, DeviceState::kHoming);
   EXPECT_THAT(std::string(sample.reason), HasSubstr("pull its grip out"));
   EXPECT_TRUE(rig.falcon.motors.isZero());
   rig.falcon.grip_m = Vec3(0, 0, 0.171);
-  sample = rig.run(3, {Vec3(0, 0, 5), {}});
+  sample = rig.run(3, {Vec3(0, 0, 5), Vec3::Zero()});
   EXPECT_EQ(sample.state, DeviceState::kReady);
   EXPECT_TRUE(sample.is_valid);
   EXPECT_EQ(rig.falcon.lights_and_home, kFalconGreen | kFalconHome);
@@ -203,7 +203,7 @@ TEST(FalconDriver, ForceIsTheOneThatWasAskedForInEveryDirection) {
   rig.falcon.grip_m = Vec3(0.01, -0.015, 0.13);
   rig.run(50);
   for (const Vec3& force : {Vec3(2, 0, 0), Vec3(0, 2, 0), Vec3(0, 0, -2), Vec3(-1, 1, 1)}) {
-    rig.run(2, {force, {}});
+    rig.run(2, {force, Vec3::Zero()});
     EXPECT_NEAR((shown_force(rig.falcon) - force).norm(), 0, 0.05) << force.transpose();
   }
   rig.run(2);
@@ -228,7 +228,7 @@ TEST(FalconDriver, GarbageSplitAndDelayedRepliesCostNothing) {
   rig.falcon.faults.replies_delayed_by = 4;
   for (int i = 0; i < 300; ++i) {
     rig.falcon.grip_m.x() = 0.02 * std::sin(0.01 * i);
-    const DeviceSample sample = rig.step({Vec3(0, 0, 1), {}});
+    const DeviceSample sample = rig.step({Vec3(0, 0, 1), Vec3::Zero()});
     ASSERT_TRUE(sample.is_valid) << i << ": " << describe(sample);
     ASSERT_EQ(sample.taken, rig.now);
     ASSERT_NEAR(sample.X_DH.p.x(), rig.falcon.grip_m.x(), 2e-4) << i;
@@ -252,9 +252,9 @@ TEST(FalconDriver, ARepliesSilenceAgesAndThenItIsLost) {
 TEST(FalconDriver, UnpluggedItIsLostAndComesBackThroughFirmwareAndHoming) {
   Rig rig;
   rig.make_ready();
-  rig.run(10, {Vec3(0, 0, 3), {}});
+  rig.run(10, {Vec3(0, 0, 3), Vec3::Zero()});
   rig.falcon.faults.is_unplugged = true;
-  DeviceSample sample = rig.step({Vec3(0, 0, 3), {}});
+  DeviceSample sample = rig.step({Vec3(0, 0, 3), Vec3::Zero()});
   EXPECT_EQ(sample.state, DeviceState::kLost);
   EXPECT_THAT(std::string(sample.reason), HasSubstr("plug it in again"));
   rig.run(2500);
@@ -262,7 +262,7 @@ TEST(FalconDriver, UnpluggedItIsLostAndComesBackThroughFirmwareAndHoming) {
   rig.falcon.faults.is_unplugged = false;
   rig.until(DeviceState::kHoming, 4000);
   EXPECT_EQ(rig.falcon.uploads_begun, 1);
-  rig.run(50, {Vec3(0, 0, 3), {}});
+  rig.run(50, {Vec3(0, 0, 3), Vec3::Zero()});
   EXPECT_TRUE(rig.falcon.motors.isZero());
   rig.home();
 }
@@ -271,14 +271,14 @@ TEST(FalconDriver, FrozenEncodersUnderAForceLetItGoUntilTheyMove) {
   Rig rig;
   rig.make_ready();
   rig.falcon.faults.has_frozen_encoders = true;
-  DeviceSample sample = rig.run(2900, {Vec3(0, 0, 2), {}});
+  DeviceSample sample = rig.run(2900, {Vec3(0, 0, 2), Vec3::Zero()});
   EXPECT_TRUE(sample.is_valid);
   EXPECT_FALSE(rig.falcon.motors.isZero());
-  sample = rig.run(200, {Vec3(0, 0, 2), {}});
+  sample = rig.run(200, {Vec3(0, 0, 2), Vec3::Zero()});
   EXPECT_FALSE(sample.is_valid);
   EXPECT_THAT(std::string(sample.reason), HasSubstr("do not move"));
   EXPECT_TRUE(rig.falcon.motors.isZero()) << "whatever the loop says";
-  rig.run(10'000, {Vec3(0, 0, 2), {}});
+  rig.run(10'000, {Vec3(0, 0, 2), Vec3::Zero()});
   EXPECT_TRUE(rig.falcon.motors.isZero());
   rig.falcon.faults.has_frozen_encoders = false;
   rig.falcon.grip_m.x() += 1e-3;
@@ -293,8 +293,8 @@ TEST(FalconDriver, EncodersOfNoPlaceGiveNoSampleAndNoForce) {
   rig.falcon.grip_m = Vec3(0, 0, 0.18);
   rig.run(10);
   rig.falcon.is_homed = false;  // a device that lost its zero is homed again
-  EXPECT_EQ(rig.step({Vec3(0, 0, 2), {}}).state, DeviceState::kHoming);
-  rig.step({Vec3(0, 0, 2), {}});
+  EXPECT_EQ(rig.step({Vec3(0, 0, 2), Vec3::Zero()}).state, DeviceState::kHoming);
+  rig.step({Vec3(0, 0, 2), Vec3::Zero()});
   EXPECT_TRUE(rig.falcon.motors.isZero());
 }
 
@@ -312,7 +312,7 @@ TEST(FalconDriver, OnItsThreadASessionRunsAndItsEndIsZero) {
     int ready = 0;
     while (ready < 200 && clock.now() < give_up) {
       sample = reader.read(clock.now());
-      writer.write(clock.now(), sample.is_valid ? Wrench{Vec3(0, 0, 2), {}} : Wrench{});
+      writer.write(clock.now(), sample.is_valid ? Wrench{Vec3(0, 0, 2), Vec3::Zero()} : Wrench{});
       ready += sample.is_valid ? 1 : 0;
       std::this_thread::sleep_for(milliseconds(1));
     }

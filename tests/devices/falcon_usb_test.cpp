@@ -40,7 +40,7 @@ bool tick_until(Device& device, const Vec3& force, Over is_over) {
   const LocalTime give_up = clock.now() + seconds(60);
   for (LocalTime now = clock.now(); now < give_up; now = clock.now()) {
     const DeviceSample sample = reader.read(now);
-    writer.write(now, sample.is_valid ? Wrench{force, {}} : Wrench{});
+    writer.write(now, sample.is_valid ? Wrench{force, Vec3::Zero()} : Wrench{});
     if (is_over(sample)) return true;
     std::this_thread::sleep_for(milliseconds(1));
   }

@@ -202,12 +202,26 @@ TEST(Inverse3, GivesOneCommandForEachState) {
   service.delay_ms = 3;
   Rig rig(service.endpoint());
   rig.until(DeviceState::kReady);
-  for (int i = 0; i < 100; ++i) rig.step({Vec3(0, 0, 1.5), {}});
+  for (int i = 0; i < 100; ++i) rig.step({Vec3(0, 0, 1.5), Vec3::Zero()});
   EXPECT_LE(service.commands, service.states);
   EXPECT_GE(service.commands, service.states - 2);
   EXPECT_THAT(service.last_command(), HasSubstr(R"("z":1.5E0)"));
   for (int i = 0; i < 5; ++i) rig.step();
   EXPECT_THAT(service.last_command(), HasSubstr(R"("z":0E0)"));
+}
+
+TEST(Inverse3, ZeroWaitsForNoStateOfAServiceThatHasFallenSilent) {
+  FakeService service;
+  Rig rig(service.endpoint());
+  rig.until(DeviceState::kReady);
+  const LocalTime give_up = rig.clock.now() + seconds(1);  // well before the silence is a fault
+  const auto is_shown = [&service](const char* z) { return service.last_command().find(z) != std::string::npos; };
+  while (!is_shown(R"("z":1.5E0)") && rig.clock.now() < give_up) rig.step({Vec3(0, 0, 1.5), Vec3::Zero()});
+  service.is_mute = true;
+  for (int i = 0; i < 20; ++i) rig.step({Vec3(0, 0, 1.5), Vec3::Zero()});
+  ASSERT_TRUE(is_shown(R"("z":1.5E0)"));
+  while (!is_shown(R"("z":0E0)") && rig.clock.now() < give_up) rig.step();
+  EXPECT_TRUE(is_shown(R"("z":0E0)"));
 }
 
 TEST(Inverse3, ASlowServiceGivesOldSamplesWhichTheReaderDoesNotBelieve) {
@@ -244,7 +258,7 @@ TEST(Inverse3, AConnectionThatIsCutIsMadeAnew) {
   Rig rig(service.endpoint());
   rig.until(DeviceState::kReady);
   service.hangs_up = true;
-  rig.until(DeviceState::kLost, {Vec3(1, 0, 0), {}});
+  rig.until(DeviceState::kLost, {Vec3(1, 0, 0), Vec3::Zero()});
   rig.until(DeviceState::kReady);
   EXPECT_EQ(service.connections, 2);
 }
@@ -296,7 +310,7 @@ TEST(Inverse3, FromTheRegistryItRunsOnItsThread) {
     int ready = 0;
     while (ready < 100 && clock.now() < give_up) {
       ready += reader.read(clock.now()).is_valid ? 1 : 0;
-      device->write(clock.now(), {Vec3(0, 1, 0), {}});
+      device->write(clock.now(), {Vec3(0, 1, 0), Vec3::Zero()});
       std::this_thread::sleep_for(milliseconds(1));
     }
     EXPECT_EQ(ready, 100);

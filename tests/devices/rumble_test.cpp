@@ -127,7 +127,7 @@ TEST_F(Pad, WhatDoesNotRumbleIsRefusedOrLeftOut) {
 TEST_F(Pad, ShowsTheForceOfAMouse) {
   const DeviceProfile profile = find_device_profile("sim");
   MouseDevice mouse(profile.spec, MouseDevice::default_hand(), std::make_shared<Pointer>(), open_rumble(kNode));
-  mouse.write(LocalTime{}, {Vec3(0, 0, -profile.spec.force_limit_n), {}});
+  mouse.write(LocalTime{}, {Vec3(0, 0, -profile.spec.force_limit_n), Vec3::Zero()});
   EXPECT_TRUE(comes([this] { return strong == 0xffff; }));
   mouse.write(LocalTime{}, {});
   EXPECT_TRUE(comes([this] { return strong == 0; }));

@@ -60,7 +60,7 @@ bool wait_for(Done is_done) {
 
 struct Rig {
   bool believes() { return reader.read(clock.now()).is_valid; }
-  void push(double newton) { device.write(clock.now(), {Vec3(newton, 0, 0), {}}); }
+  void push(double newton) { device.write(clock.now(), {Vec3(newton, 0, 0), Vec3::Zero()}); }
 
   Seen seen;
   SteadyClock clock;
@@ -75,6 +75,26 @@ TEST(ThreadedDevice, ALoopThatStandsStillIsZeroAtTheDevice) {
     return rig.seen.force_n == 5.0;
   }));
   EXPECT_TRUE(wait_for([&rig] { return rig.seen.force_n == 0.0; })) << "nobody said zero, but nobody said anything";
+}
+
+TEST(ThreadedDevice, ALoopThatComesBackHasNoForceBeforeItKnowsThatItsOwnWasLetGo) {
+  Rig rig;
+  EXPECT_TRUE(wait_for([&rig] {
+    rig.push(5);
+    return rig.seen.force_n == 5.0;
+  }));
+  EXPECT_FALSE(rig.device.has_let_go());
+  EXPECT_TRUE(wait_for([&rig] { return rig.seen.force_n == 0.0; }));
+  for (int i = 0; i < 20; ++i) {
+    rig.push(5);
+    std::this_thread::sleep_for(milliseconds(1));
+    ASSERT_EQ(rig.seen.force_n, 0.0) << "the device jumps to what the loop believes to be on";
+  }
+  DeviceWriter writer(rig.device);
+  const auto push = [&] { return writer.write(rig.clock.now(), {Vec3(1, 0, 0), Vec3::Zero()}); };
+  EXPECT_FALSE(push());
+  EXPECT_TRUE(writer.written().f.isZero(0));
+  EXPECT_TRUE(wait_for([&] { return push() && rig.seen.force_n == 1.0; }));
 }
 
 TEST(ThreadedDevice, ADriverThatHangsIsNotBelieved) {
@@ -102,7 +122,7 @@ TEST(ThreadedDevice, AWatchdogSaysZeroForADriverThatHangsWithAForceAndTheHandIsL
   const SteadyClock clock;
   ThreadedDevice device(std::make_unique<PlainDriver>(seen), 0, watchdog);
   DeviceWriter writer(device);
-  const auto push = [&] { return writer.write(clock.now(), {Vec3(1, 0, 0), {}}); };
+  const auto push = [&] { return writer.write(clock.now(), {Vec3(1, 0, 0), Vec3::Zero()}); };
   EXPECT_TRUE(wait_for([&] { return push() && seen.force_n == 1.0; }));
 
   seen.hangs = true;
@@ -143,7 +163,7 @@ TEST(ThreadedDevice, ItsEndIsZeroAndNothingThatIsNotFiniteIsTaken) {
     ThreadedDevice device(std::make_unique<PlainDriver>(seen));
     const SteadyClock clock;
     EXPECT_TRUE(wait_for([&] {
-      device.write(clock.now(), {Vec3(3, 0, 0), {}});
+      device.write(clock.now(), {Vec3(3, 0, 0), Vec3::Zero()});
       return seen.force_n == 3.0;
     }));
     EXPECT_FALSE(device.write(clock.now(), {Vec3(0, std::nan(""), 0), {}}));

@@ -69,15 +69,16 @@ TEST(ForceDimension, IsReadInMetresAndFeelsNewtonsInItsOwnAxes) {
   EXPECT_EQ(sdk.force(), Vec3(-2, 1, 3));
   EXPECT_EQ(sdk.torque(), Vec3(-0.2, 0.1, 0.3));
   EXPECT_EQ(sdk.number("fake_has_force_on"), 1);
+  EXPECT_EQ(sdk.number("fake_watchdog_units"), 255) << "it lets go by itself";
 }
 
 TEST(ForceDimension, ForceAndMotionAreOfTheSameAxes) {
   FakeSdk sdk;
   ForceDimensionDriver driver(spec(), dhd_functions(TANDEM_FAKE_SDK));
   for (const Vec3& axis : {Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(0, 0, 1)}) {
-    driver.step(at(0), {axis, {}});
+    driver.step(at(0), {axis, Vec3::Zero()});
     sdk.place(0.01 * sdk.force());
-    EXPECT_NEAR((driver.step(at(1), {axis, {}}).X_DH.p - 0.01 * axis).norm(), 0, 1e-12) << axis.transpose();
+    EXPECT_NEAR((driver.step(at(1), {axis, Vec3::Zero()}).X_DH.p - 0.01 * axis).norm(), 0, 1e-12) << axis.transpose();
   }
 }
 
@@ -85,14 +86,14 @@ TEST(ForceDimension, GoneItIsLostAndComesBackAndItsEndIsZero) {
   FakeSdk sdk;
   {
     ForceDimensionDriver driver(spec(), dhd_functions(TANDEM_FAKE_SDK));
-    driver.step(at(0), {Vec3(1, 0, 0), {}});
+    driver.step(at(0), {Vec3(1, 0, 0), Vec3::Zero()});
     sdk.number("fake_is_there") = 0;
-    const DeviceSample lost = driver.step(at(1), {Vec3(1, 0, 0), {}});
+    const DeviceSample lost = driver.step(at(1), {Vec3(1, 0, 0), Vec3::Zero()});
     EXPECT_EQ(lost.state, DeviceState::kLost);
     EXPECT_FALSE(lost.is_valid);
     sdk.number("fake_is_there") = 1;
     EXPECT_EQ(driver.step(at(500), {}).state, DeviceState::kLost) << "looked for once a second";
-    EXPECT_EQ(driver.step(at(1100), {Vec3(1, 0, 0), {}}).state, DeviceState::kReady);
+    EXPECT_EQ(driver.step(at(1100), {Vec3(1, 0, 0), Vec3::Zero()}).state, DeviceState::kReady);
   }
   EXPECT_EQ(sdk.force(), Vec3::Zero());
   EXPECT_EQ(sdk.number("fake_has_force_on"), 0);
@@ -106,7 +107,7 @@ TEST(OpenHaptics, IsReadInMillimetresWithinFramesAndFeelsNewtons) {
   sdk.numbers("fake_velocity_mm_per_s")[0] = 100;
   sdk.turn(quaternion_of(Vec3(0, 0.3, 0)));
   sdk.number("fake_buttons") = 1;
-  const DeviceSample sample = driver.step(at(0), {Vec3(1, 2, 3), {}});
+  const DeviceSample sample = driver.step(at(0), {Vec3(1, 2, 3), Vec3::Zero()});
   ASSERT_TRUE(sample.is_valid);
   EXPECT_NEAR((sample.X_DH.p - Vec3(0.01, -0.03, 0.02)).norm(), 0, 1e-12);
   EXPECT_NEAR((sample.V_DH.v - Vec3(0.1, 0, 0)).norm(), 0, 1e-12);
@@ -121,12 +122,12 @@ TEST(OpenHaptics, GoneItIsLostAndComesBackAndItsEndIsZero) {
   FakeSdk sdk;
   {
     OpenHapticsDriver driver(spec(), hd_functions(TANDEM_FAKE_SDK));
-    driver.step(at(0), {Vec3(1, 0, 0), {}});
+    driver.step(at(0), {Vec3(1, 0, 0), Vec3::Zero()});
     sdk.number("fake_is_there") = 0;
-    EXPECT_EQ(driver.step(at(1), {Vec3(1, 0, 0), {}}).state, DeviceState::kLost);
+    EXPECT_EQ(driver.step(at(1), {Vec3(1, 0, 0), Vec3::Zero()}).state, DeviceState::kLost);
     EXPECT_EQ(driver.step(at(1100), {}).state, DeviceState::kLost) << "not there yet";
     sdk.number("fake_is_there") = 1;
-    EXPECT_EQ(driver.step(at(2200), {Vec3(1, 0, 0), {}}).state, DeviceState::kReady);
+    EXPECT_EQ(driver.step(at(2200), {Vec3(1, 0, 0), Vec3::Zero()}).state, DeviceState::kReady);
     EXPECT_EQ(sdk.force(), Vec3(1, 0, 0));
   }
   EXPECT_EQ(sdk.force(), Vec3::Zero());
