@@ -148,7 +148,7 @@ class Falcon(FakeDevice):
             for fault in ("garbage 1", "split 1", "delay 2"):
                 falcon.do("fault " + fault)
             time.sleep(1)
-            self.assertGreater(falcon.tell()["motors"], 0)
+            falcon.until(lambda state: state["motors"] > 0)
             self.assertFalse([line for line in falcon.lines[begin:] if " is lost" in line], "nothing is lost by that")
             for fault in ("garbage 0", "split 0", "delay 0"):
                 falcon.do("fault " + fault)

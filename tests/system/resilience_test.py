@@ -1,5 +1,6 @@
 """Programs killed, frozen and cut off mid-session: no force without a partner, nothing held for ever."""
 
+import itertools
 import json
 import math
 import os
@@ -7,7 +8,7 @@ import signal
 import time
 import unittest
 
-from support import ProgramTest, Server, finish, full_pipe, read_trace, start_client
+from support import PATIENCE_S, ProgramTest, Server, finish, full_pipe, read_trace, start_client
 
 ZERO_WITHIN_S = 0.150
 RELEASE_WITHIN_S = 2.0
@@ -119,11 +120,19 @@ class UdpBlocked(ProgramTest):
 class Stopping(ProgramTest):
     """Whatever stops a client, its last tick shows no force."""
 
+    numbers = itertools.count()
+
     def start(self, server, **streams):
-        self.trace = self.path("trace.csv")
+        self.trace = self.path(f"trace{next(self.numbers)}.csv")
         client = start_client(server.port, "--hand", "peg-left", "--name", "ender", "--trace", self.trace, **streams)
         server.wait_for_log(r"ender.*joined|joined.*ender")
         return client
+
+    def wait_for_force(self):
+        deadline = time.monotonic() + PATIENCE_S
+        while max(map(force_n, read_trace(self.trace)), default=0) <= 0.05:
+            self.assertLess(time.monotonic(), deadline, "no force came")
+            time.sleep(0.2)
 
     def assert_let_go(self, stopped_ns):
         rows = read_trace(self.trace)
@@ -136,7 +145,7 @@ class Stopping(ProgramTest):
             for number in (signal.SIGINT, signal.SIGTERM, signal.SIGQUIT, signal.SIGHUP):
                 with self.subTest(signal=number.name):
                     client = self.start(server)
-                    time.sleep(2.5)
+                    self.wait_for_force()
                     stopped_ns = time.monotonic_ns()
                     client.send_signal(number)
                     code, _, err = finish(client)

@@ -103,11 +103,13 @@ def run(name, *arguments):
 
 
 def read_trace(path):
-    """Rows of a client's CSV trace as dictionaries of floats."""
+    """Rows of a client's CSV trace as dictionaries of floats; while it is written, those that are whole."""
     with open(path) as file:
         names = file.readline().strip().split(",")
         rows = []
         for line in file:
+            if not line.endswith("\n"):
+                break
             cells = line.strip().split(",")
             rows.append({name: float(cell) if cell else float("nan") for name, cell in zip(names, cells)})
         return rows
