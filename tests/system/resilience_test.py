@@ -124,8 +124,9 @@ class Stopping(ProgramTest):
 
     def start(self, server, **streams):
         self.trace = self.path(f"trace{next(self.numbers)}.csv")
+        begin = time.monotonic()
         client = start_client(server.port, "--hand", "peg-left", "--name", "ender", "--trace", self.trace, **streams)
-        server.wait_for_log(r"ender.*joined|joined.*ender")
+        server.wait_for_log(r"ender.*joined|joined.*ender", after=begin)
         return client
 
     def wait_for_force(self):
