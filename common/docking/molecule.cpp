@@ -11,6 +11,7 @@ constexpr double kMaxCoordinateAngstrom = 1e6;
 constexpr double kMinSigmaAngstrom = 0.1;
 constexpr double kMaxSigmaAngstrom = 20;
 constexpr double kMaxEpsilonKjPerMol = 1e4;
+constexpr double kMaxCharge_e = 100;
 
 [[noreturn]] void refuse(std::size_t atom, const std::string& field, double value, const std::string& range) {
   throw std::invalid_argument("molecule: atom " + std::to_string(atom) + ": " + field + " = " + std::to_string(value) +
@@ -35,10 +36,12 @@ Vec3 Molecule::centre_of_mass_angstrom() const {
 
 void validate(const Molecule& molecule) {
   const std::size_t count = molecule.size();
-  if (molecule.sigma_angstrom.size() != count || molecule.epsilon_kj_per_mol.size() != count) {
+  if (molecule.sigma_angstrom.size() != count || molecule.epsilon_kj_per_mol.size() != count ||
+      molecule.charge_e.size() != count) {
     throw std::invalid_argument("molecule: " + std::to_string(count) + " positions, but " +
-                                std::to_string(molecule.sigma_angstrom.size()) + " sigma and " +
-                                std::to_string(molecule.epsilon_kj_per_mol.size()) + " epsilon values");
+                                std::to_string(molecule.sigma_angstrom.size()) + " sigma, " +
+                                std::to_string(molecule.epsilon_kj_per_mol.size()) + " epsilon and " +
+                                std::to_string(molecule.charge_e.size()) + " charge values");
   }
   for (std::size_t i = 0; i < count; ++i) {
     for (const double coordinate : molecule.positions_angstrom[i]) {
@@ -50,6 +53,8 @@ void validate(const Molecule& molecule) {
     }
     const double epsilon = molecule.epsilon_kj_per_mol[i];
     if (!(epsilon >= 0 && epsilon <= kMaxEpsilonKjPerMol)) refuse(i, "epsilon", epsilon, "0 to 1e4 kJ/mol");
+    const double charge = molecule.charge_e[i];
+    if (!(std::abs(charge) <= kMaxCharge_e)) refuse(i, "charge", charge, "within 100 e");
   }
 }
 

@@ -1,4 +1,4 @@
-// A rigid molecule as the field sees it: atom positions and Lennard-Jones parameters. Å, kJ/mol and e inside
+// A rigid molecule as the field sees it: atom positions, Lennard-Jones parameters, charges. Å, kJ/mol and e inside
 // this folder; metres and newtons begin at physics::MolecularForces.
 #pragma once
 
@@ -31,7 +31,7 @@ struct Molecule {
 };
 
 /// Refuses what the field kernels cannot bound: arrays of unequal length, coordinates not finite or beyond 1e6 Å,
-/// σ other than 0 or 0.1 … 20 Å, ε outside 0 … 1e4 kJ/mol.
+/// σ other than 0 or 0.1 … 20 Å, ε outside 0 … 1e4 kJ/mol, charges beyond 100 e.
 ///
 /// Fails   std::invalid_argument naming the atom, the value and the range
 void validate(const Molecule& molecule);

@@ -1,6 +1,6 @@
 #include "common/docking/molecule_asset.hpp"
 
-#include <cmath>
+#include <algorithm>
 #include <stdexcept>
 #include <string>
 
@@ -11,16 +11,11 @@ namespace {
 
 constexpr std::uint32_t kKind = 0x4C4F4D54;  // "TMOL"
 constexpr std::size_t kAtomBytes = 7 * sizeof(double);
-constexpr double kMaxCharge_e = 100;
 constexpr double kMaxMass_u = 1e4;
 
-bool has_sound_charges_and_masses(const Molecule& molecule) {
-  for (std::size_t i = 0; i < molecule.size(); ++i) {
-    const bool is_charge = std::abs(molecule.charge_e[i]) <= kMaxCharge_e;
-    const bool is_mass = molecule.mass_u[i] >= 0 && molecule.mass_u[i] <= kMaxMass_u;
-    if (!is_charge || !is_mass) return false;
-  }
-  return true;
+bool has_sound_masses(const Molecule& molecule) {
+  return std::all_of(molecule.mass_u.begin(), molecule.mass_u.end(),
+                     [](double mass) { return mass >= 0 && mass <= kMaxMass_u; });
 }
 
 bool is_sound(const Molecule& molecule) {
@@ -29,7 +24,7 @@ bool is_sound(const Molecule& molecule) {
   } catch (const std::invalid_argument&) {
     return false;
   }
-  return molecule.size() > 0 && has_sound_charges_and_masses(molecule);
+  return molecule.size() > 0 && has_sound_masses(molecule);
 }
 
 void write_atom(const Molecule& molecule, std::size_t atom, ByteWriter& writer) {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/docking/lennard_jones.hpp"
+#include "common/docking/molecular_field.hpp"
 
 namespace tandem::physics {
 namespace {
@@ -27,7 +27,7 @@ double soft_limit(double magnitude, double limit) {
 struct MolecularForces::Pair {
   std::size_t a = 0;
   std::size_t b = 0;
-  docking::LennardJonesField field;
+  docking::MolecularField field;
   double gyration_radius_m = 0;
   double energy_kj_per_mol = 0;
 };
@@ -42,7 +42,7 @@ MolecularForces::MolecularForces(const WorldDescription& world)
       const docking::Molecule& molecule_a = *world.bodies[a].molecule;
       const docking::Molecule& molecule_b = *world.bodies[b].molecule;
       const double radius = 0.5 * (gyration_radius_angstrom(molecule_a) + gyration_radius_angstrom(molecule_b));
-      pairs_.push_back({a, b, docking::LennardJonesField(molecule_a, molecule_b), radius * metres_per_angstrom_, 0});
+      pairs_.push_back({a, b, docking::MolecularField(molecule_a, molecule_b), radius * metres_per_angstrom_, 0});
     }
   }
 }
@@ -68,10 +68,10 @@ bool MolecularForces::add_pair(Pair& pair, std::span<const Pose> X_WB, std::span
   const Pose X_AB = X_WB[pair.a].inverse() * X_WB[pair.b];
   const docking::FieldResult result = pair.field.evaluate({X_AB.p / metres_per_angstrom_, X_AB.q});
   // Atoms on top of each other: the field has no value there. The last energy stays; nothing pushes.
-  if (!std::isfinite(result.energy_kj_per_mol) || !is_finite(result.force_on_b) || !is_finite(result.torque_on_b)) {
+  if (!std::isfinite(result.energy_kj_per_mol()) || !is_finite(result.force_on_b) || !is_finite(result.torque_on_b)) {
     return true;
   }
-  pair.energy_kj_per_mol = result.energy_kj_per_mol;
+  pair.energy_kj_per_mol = result.energy_kj_per_mol();
   const double newtons = newtons_per_kcal_per_mol_angstrom_ / docking::kKilojoulesPerKilocalorie;
   const Vec3 f_b = newtons * result.force_on_b;
   const Vec3 t_b = newtons * metres_per_angstrom_ * result.torque_on_b;

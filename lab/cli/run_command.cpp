@@ -18,7 +18,7 @@
 
 #include "common/base/json_pretty.hpp"
 #include "common/base/progress.hpp"
-#include "common/docking/lennard_jones.hpp"
+#include "common/docking/molecular_field.hpp"
 #include "lab/cli/commands.hpp"
 #include "lab/experiment/experiment_library.hpp"
 #include "lab/experiment/trial_grid.hpp"
@@ -162,7 +162,7 @@ void print_notes(const std::filesystem::path& folder, std::span<const TrialResul
 }
 
 int run(const Options& options) {
-  if (!options.kernel.empty()) docking::LennardJonesField::use_by_default(options.kernel);
+  if (!options.kernel.empty()) docking::MolecularField::use_by_default(options.kernel);
   std::vector<Trial> trials = trials_of(options);
   RunSettings settings;
   settings.out = options.out;

@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "client/client.hpp"
-#include "common/docking/lennard_jones.hpp"
+#include "common/docking/molecular_field.hpp"
 #include "devices/sim/sim_device.hpp"
 #include "lab/session/session_settings.hpp"
 #include "lab/session/virtual_network.hpp"
@@ -101,7 +101,7 @@ TickSample sample_of(VirtualUser& user, Duration time, LocalTime now) {
 std::string field_kernel_of(const server::LoadedScene& scene) {
   std::size_t molecules = 0;
   for (const physics::BodyDescription& body : scene.world.bodies) molecules += body.molecule != nullptr ? 1 : 0;
-  return molecules < 2 ? std::string() : std::string(docking::LennardJonesField::default_kernel());
+  return molecules < 2 ? std::string() : std::string(docking::MolecularField::default_kernel());
 }
 
 struct VirtualSession {

@@ -5,7 +5,8 @@
 #include <exception>
 #include <string>
 
-#include "common/docking/lennard_jones.hpp"
+#include "common/docking/exact_field.hpp"
+#include "common/docking/molecular_field.hpp"
 #include "server/assets/structures/loader.hpp"
 
 namespace {
@@ -27,8 +28,8 @@ void print_atoms(const char* which, const Molecule& molecule, const Pose& X_A, c
 void print_result(const std::string& kernel, const FieldResult& result) {
   const Vec3& f = result.force_on_b;
   const Vec3& t = result.torque_on_b;
-  std::printf("result %s %.17g %.17g %.17g %.17g %.17g %.17g %.17g\n", kernel.c_str(), result.energy_kj_per_mol, f.x(),
-              f.y(), f.z(), t.x(), t.y(), t.z());
+  std::printf("result %s %.17g %.17g %.17g %.17g %.17g %.17g %.17g\n", kernel.c_str(), result.energy_kj_per_mol(),
+              f.x(), f.y(), f.z(), t.x(), t.y(), t.z());
 }
 
 int dump(char** arguments) {
@@ -39,12 +40,12 @@ int dump(char** arguments) {
   const Pose X_AB = {{pose[0], pose[1], pose[2]}, tandem::Quat(pose[3], pose[4], pose[5], pose[6]).normalized()};
   std::vector<Vec3> forces_on_a;
   std::vector<Vec3> forces_on_b;
-  const FieldResult exact = tandem::docking::lennard_jones_exact(a, b, X_AB, &forces_on_a, &forces_on_b);
+  const FieldResult exact = tandem::docking::exact_field(a, b, X_AB, {}, {&forces_on_a, &forces_on_b});
   print_atoms("A", a, Pose{}, forces_on_a);
   print_atoms("B", b, X_AB, forces_on_b);
   print_result("exact", exact);
-  for (const std::string_view kernel : tandem::docking::LennardJonesField::available_kernels()) {
-    tandem::docking::LennardJonesField field(a, b, kernel);
+  for (const std::string_view kernel : tandem::docking::MolecularField::available_kernels()) {
+    tandem::docking::MolecularField field(a, b, {}, kernel);
     print_result(std::string(kernel), field.evaluate(X_AB));
   }
   return EXIT_SUCCESS;

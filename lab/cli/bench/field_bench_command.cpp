@@ -15,7 +15,8 @@
 #include <vector>
 
 #include "common/base/json_pretty.hpp"
-#include "common/docking/lennard_jones.hpp"
+#include "common/docking/exact_field.hpp"
+#include "common/docking/molecular_field.hpp"
 #include "lab/cli/bench/bench_commands.hpp"
 #include "lab/experiment/experiment.hpp"
 
@@ -84,10 +85,10 @@ std::vector<Contestant> contestants_for(const Pair& pair) {
   contestants.push_back({"exact",
                          "double",
                          pair.a->size() * pair.b->size(),
-                         [&pair](const Pose& X) { return docking::lennard_jones_exact(*pair.a, *pair.b, X); },
+                         [&pair](const Pose& X) { return docking::exact_field(*pair.a, *pair.b, X); },
                          {}});
-  for (const std::string_view kernel : docking::LennardJonesField::available_kernels()) {
-    const auto field = std::make_shared<docking::LennardJonesField>(*pair.a, *pair.b, kernel);
+  for (const std::string_view kernel : docking::MolecularField::available_kernels()) {
+    const auto field = std::make_shared<docking::MolecularField>(*pair.a, *pair.b, docking::FieldModel{}, kernel);
     contestants.push_back({std::string(kernel),
                            "float pairs, double sums",
                            field->pair_count(),
@@ -104,7 +105,7 @@ void run_round(Contestant& contestant, const std::vector<Pose>& poses, double se
   std::size_t evaluations = 0;
   double energy_sum = 0;
   do {
-    for (const Pose& X : poses) energy_sum += contestant.evaluate(X).energy_kj_per_mol;
+    for (const Pose& X : poses) energy_sum += contestant.evaluate(X).energy_kj_per_mol();
     evaluations += poses.size();
   } while (clock.now() < end);
   if (!std::isfinite(energy_sum)) throw std::runtime_error("kernel " + contestant.kernel + " gave an infinite energy");
@@ -118,11 +119,11 @@ double median(std::vector<double> values) {
 
 boost::json::object report(const Options& options, const Pair& pair, const std::vector<Contestant>& contestants) {
   const double exact_s = median(contestants.front().seconds_per_evaluation);
-  const double exact_energy = contestants.front().evaluate(pair.X_AB_angstrom).energy_kj_per_mol;
+  const double exact_energy = contestants.front().evaluate(pair.X_AB_angstrom).energy_kj_per_mol();
   boost::json::array rows;
   for (const Contestant& contestant : contestants) {
     const double seconds = median(contestant.seconds_per_evaluation);
-    const double energy = contestant.evaluate(pair.X_AB_angstrom).energy_kj_per_mol;
+    const double energy = contestant.evaluate(pair.X_AB_angstrom).energy_kj_per_mol();
     rows.push_back(boost::json::object{{"kernel", contestant.kernel},
                                        {"precision", contestant.precision},
                                        {"pairs", contestant.pairs},

@@ -3,23 +3,27 @@
 
 #include <random>
 
-#include "common/docking/lennard_jones.hpp"
+#include "common/docking/molecular_field.hpp"
 #include "tests/support/allocation_counter.hpp"
 #include "tests/support/molecules.hpp"
 
 namespace tandem::docking {
 namespace {
 
-TEST(LennardJonesField, EvaluateAllocatesNothing) {
+TEST(MolecularField, EvaluateAllocatesNothing) {
   std::mt19937 random(1);
   const Molecule a = test::random_molecule(300, random);
   const Molecule b = test::random_molecule(100, random);
-  for (const std::string_view kernel : LennardJonesField::available_kernels()) {
-    LennardJonesField field(a, b, kernel);
-    const std::uint64_t before = test::allocation_count();
-    const FieldResult result = field.evaluate({{25, 1, 2}, Quat::Identity()});
-    EXPECT_EQ(test::allocation_count(), before) << kernel;
-    EXPECT_NE(result.energy_kj_per_mol, 0.0) << kernel;
+  for (const double cutoff : {0.0, 8.0}) {
+    FieldModel model;
+    model.cutoff_angstrom = cutoff;
+    for (const std::string_view kernel : MolecularField::available_kernels()) {
+      MolecularField field(a, b, model, kernel);
+      const std::uint64_t before = test::allocation_count();
+      const FieldResult result = field.evaluate({{22, 1, 2}, Quat::Identity()});
+      EXPECT_EQ(test::allocation_count(), before) << kernel << " " << cutoff;
+      EXPECT_NE(result.energy_kj_per_mol(), 0.0) << kernel << " " << cutoff;
+    }
   }
 }
 

@@ -9,7 +9,7 @@
 
 #include "common/base/byte_io.hpp"
 #include "common/base/random.hpp"
-#include "common/docking/lennard_jones.hpp"
+#include "common/docking/exact_field.hpp"
 #include "tests/support/molecules.hpp"
 
 namespace tandem::docking {
@@ -46,7 +46,7 @@ TEST(MoleculeAsset, ReadsBackToTheBitSoThatBothEndsFeelTheSameField) {
   EXPECT_EQ(read->charge_e, written.charge_e);
   EXPECT_EQ(read->mass_u, written.mass_u);
   const Pose far{Vec3(25, 3, -4), Quat(0.5, 0.5, -0.5, 0.5)};
-  EXPECT_EQ(lennard_jones_exact(*read, *read, far).force_on_b, lennard_jones_exact(written, written, far).force_on_b);
+  EXPECT_EQ(exact_field(*read, *read, far).force_on_b, exact_field(written, written, far).force_on_b);
 }
 
 TEST(MoleculeAsset, EveryNumberOutOfItsRangeIsRefusedAlsoUnderAGoodChecksum) {

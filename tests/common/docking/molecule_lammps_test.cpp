@@ -9,7 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "common/docking/lennard_jones.hpp"
+#include "common/docking/exact_field.hpp"
+#include "common/docking/molecular_field.hpp"
 #include "server/assets/structures/loader.hpp"
 #include "tests/support/molecules.hpp"
 #include "tests/support/source_path.hpp"
@@ -73,9 +74,9 @@ TEST_F(AgainstLammps, TheDoubleKernelAgreesInEnergyAndEveryAtomForceTo1e8) {
   for (const Golden& golden : poses_) {
     std::vector<Vec3> forces;
     std::vector<Vec3> on_b;
-    const FieldResult result = lennard_jones_exact(a_, b_, golden.X_AB, &forces, &on_b);
+    const FieldResult result = exact_field(a_, b_, golden.X_AB, {}, {&forces, &on_b});
     forces.insert(forces.end(), on_b.begin(), on_b.end());
-    EXPECT_NEAR(result.energy_kj_per_mol, golden.energy_kj_per_mol, 1e-8 * std::abs(golden.energy_kj_per_mol));
+    EXPECT_NEAR(result.energy_kj_per_mol(), golden.energy_kj_per_mol, 1e-8 * std::abs(golden.energy_kj_per_mol));
     // Below 1e-6 of the largest force pair forces cancel, and with them the digits of the text file.
     const double floor = 1e-6 * largest_norm(golden.forces);
     for (std::size_t i = 0; i < forces.size(); ++i) {
@@ -97,9 +98,9 @@ TEST_F(AgainstLammps, TheFloatKernelsAgreeTo1e5OfTheLargestAtomForce) {
       torque += arm.cross(golden.forces[a_.size() + j]);
       reach = std::max(reach, arm.norm());
     }
-    for (const std::string_view kernel : LennardJonesField::available_kernels()) {
-      const FieldResult result = LennardJonesField(a_, b_, kernel).evaluate(golden.X_AB);
-      EXPECT_NEAR(result.energy_kj_per_mol, golden.energy_kj_per_mol, 1e-5 * std::abs(golden.energy_kj_per_mol));
+    for (const std::string_view kernel : MolecularField::available_kernels()) {
+      const FieldResult result = MolecularField(a_, b_, {}, kernel).evaluate(golden.X_AB);
+      EXPECT_NEAR(result.energy_kj_per_mol(), golden.energy_kj_per_mol, 1e-5 * std::abs(golden.energy_kj_per_mol));
       EXPECT_LT((result.force_on_b - force).norm(), 1e-5 * largest) << kernel << ", pose " << golden.name;
       EXPECT_LT((result.torque_on_b - torque).norm(), 1e-5 * largest * reach) << kernel << ", pose " << golden.name;
     }
@@ -121,14 +122,14 @@ Molecule only_atom(const Molecule& all, std::size_t index) {
 TEST_F(AgainstLammps, TheFloatKernelsGiveEveryAtomForceTo1e5OfTheLargest) {
   for (const Golden& golden : poses_) {
     const double largest = largest_norm(golden.forces);
-    for (const std::string_view kernel : LennardJonesField::available_kernels()) {
+    for (const std::string_view kernel : MolecularField::available_kernels()) {
       for (std::size_t j = 0; j < b_.size(); ++j) {
-        const FieldResult result = LennardJonesField(a_, only_atom(b_, j), kernel).evaluate(golden.X_AB);
+        const FieldResult result = MolecularField(a_, only_atom(b_, j), {}, kernel).evaluate(golden.X_AB);
         ASSERT_LE((result.force_on_b - golden.forces[a_.size() + j]).norm(), 1e-5 * largest)
             << kernel << ", atom " << j << " of B, pose " << golden.name;
       }
       for (std::size_t i = 0; i < a_.size(); ++i) {
-        const FieldResult result = LennardJonesField(b_, only_atom(a_, i), kernel).evaluate(golden.X_AB.inverse());
+        const FieldResult result = MolecularField(b_, only_atom(a_, i), {}, kernel).evaluate(golden.X_AB.inverse());
         const Vec3 force_A = golden.X_AB.q * result.force_on_b;
         ASSERT_LE((force_A - golden.forces[i]).norm(), 1e-5 * largest)
             << kernel << ", atom " << i << " of A, pose " << golden.name;

@@ -10,7 +10,8 @@
 #include <random>
 #include <stdexcept>
 
-#include "common/docking/lennard_jones.hpp"
+#include "common/docking/exact_field.hpp"
+#include "common/docking/molecular_field.hpp"
 #include "tests/support/molecules.hpp"
 
 namespace tandem::docking {
@@ -54,7 +55,7 @@ double largest_norm(const std::vector<Vec3>& vectors) {
 }
 
 double energy_at(const Pair& pair, const Pose& X_AB) {
-  return lennard_jones_exact(pair.a, pair.b, X_AB).energy_kj_per_mol;
+  return exact_field(pair.a, pair.b, X_AB).energy_kj_per_mol();
 }
 
 /// Five-point central difference: the error is of order h⁴ and stays below 1e-8 for h = 1e-3 Å.
@@ -73,9 +74,9 @@ TEST(LennardJones, TwoAtomsFollowTheClosedForm) {
     const double energy = 4 * epsilon * (p6 * p6 - p6);
     const double force = 4 * epsilon * (12 * p6 * p6 - 6 * p6) / r;
     std::vector<Vec3> on_a;
-    const FieldResult result = lennard_jones_exact(test::one_atom(sigma, epsilon), test::one_atom(sigma, epsilon),
-                                                   {{0, r, 0}, Quat::Identity()}, &on_a);
-    EXPECT_NEAR(result.energy_kj_per_mol, energy, 1e-13) << "at " << reduced << " sigma";
+    const FieldResult result = exact_field(test::one_atom(sigma, epsilon), test::one_atom(sigma, epsilon),
+                                           {{0, r, 0}, Quat::Identity()}, {}, {&on_a});
+    EXPECT_NEAR(result.energy_kj_per_mol(), energy, 1e-13) << "at " << reduced << " sigma";
     EXPECT_NEAR(result.force_on_b.y(), force, 1e-12 * std::max(1.0, std::abs(force))) << "at " << reduced << " sigma";
     EXPECT_EQ(on_a[0], -result.force_on_b);
   }
@@ -83,10 +84,10 @@ TEST(LennardJones, TwoAtomsFollowTheClosedForm) {
 
 TEST(LennardJones, MixesGeometrically) {
   const FieldResult mixed =
-      lennard_jones_exact(test::one_atom(2.0, 0.1), test::one_atom(8.0, 0.9), {{5, 0, 0}, Quat::Identity()});
+      exact_field(test::one_atom(2.0, 0.1), test::one_atom(8.0, 0.9), {{5, 0, 0}, Quat::Identity()});
   const FieldResult same =
-      lennard_jones_exact(test::one_atom(4.0, 0.3), test::one_atom(4.0, 0.3), {{5, 0, 0}, Quat::Identity()});
-  EXPECT_NEAR(mixed.energy_kj_per_mol, same.energy_kj_per_mol, 1e-15);
+      exact_field(test::one_atom(4.0, 0.3), test::one_atom(4.0, 0.3), {{5, 0, 0}, Quat::Identity()});
+  EXPECT_NEAR(mixed.energy_kj_per_mol(), same.energy_kj_per_mol(), 1e-15);
   EXPECT_NEAR(mixed.force_on_b.x(), same.force_on_b.x(), 1e-14);
 }
 
@@ -94,7 +95,7 @@ TEST(LennardJones, ForceAndTorqueAreTheGradientOfTheEnergy) {
   std::mt19937 random(kSeed);
   for (const double gap : {1.5, 2.5, 6.0}) {
     const Pair pair = random_pair(40, 30, gap, random);
-    const FieldResult result = lennard_jones_exact(pair.a, pair.b, pair.X_AB);
+    const FieldResult result = exact_field(pair.a, pair.b, pair.X_AB);
     for (int axis = 0; axis < 3; ++axis) {
       const Vec3 e = Vec3::Unit(axis);
       const double force = -derivative([&](double s) { return energy_at(pair, {pair.X_AB.p + s * e, pair.X_AB.q}); });
@@ -110,12 +111,12 @@ TEST(LennardJones, ForceAndTorqueAreTheGradientOfTheEnergy) {
 TEST(LennardJones, DoesNotDependOnTheCommonPose) {
   std::mt19937 random(kSeed);
   const Pair pair = random_pair(50, 40, 2.5, random);
-  const FieldResult before = lennard_jones_exact(pair.a, pair.b, pair.X_AB);
+  const FieldResult before = exact_field(pair.a, pair.b, pair.X_AB);
   const Pose moved = {{12, -7, 30}, test::random_rotation(random)};
   Pair other = pair;
   for (Vec3& p : other.a.positions_angstrom) p = moved * p;
-  const FieldResult after = lennard_jones_exact(other.a, other.b, moved * pair.X_AB);
-  EXPECT_NEAR(after.energy_kj_per_mol, before.energy_kj_per_mol, 1e-10 * std::abs(before.energy_kj_per_mol));
+  const FieldResult after = exact_field(other.a, other.b, moved * pair.X_AB);
+  EXPECT_NEAR(after.energy_kj_per_mol(), before.energy_kj_per_mol(), 1e-10 * std::abs(before.energy_kj_per_mol()));
   EXPECT_LT((after.force_on_b - moved.q * before.force_on_b).norm(), 1e-10 * before.force_on_b.norm());
   EXPECT_LT((after.torque_on_b - moved.q * before.torque_on_b).norm(), 1e-10 * before.torque_on_b.norm());
 }
@@ -125,7 +126,7 @@ TEST(LennardJones, ForcesAndTorquesOfBothMoleculesSumToZero) {
   const Pair pair = random_pair(60, 45, 2.0, random);
   std::vector<Vec3> on_a;
   std::vector<Vec3> on_b;
-  lennard_jones_exact(pair.a, pair.b, pair.X_AB, &on_a, &on_b);
+  exact_field(pair.a, pair.b, pair.X_AB, {}, {&on_a, &on_b});
   const double scale = std::max(largest_norm(on_a), largest_norm(on_b));
   Vec3 force = Vec3::Zero();
   Vec3 torque = Vec3::Zero();
@@ -145,9 +146,9 @@ TEST(LennardJones, ForcesAndTorquesOfBothMoleculesSumToZero) {
 TEST(LennardJones, ExchangingTheMoleculesTurnsTheForceRound) {
   std::mt19937 random(kSeed);
   const Pair pair = random_pair(30, 50, 2.0, random);
-  const FieldResult ab = lennard_jones_exact(pair.a, pair.b, pair.X_AB);
-  const FieldResult ba = lennard_jones_exact(pair.b, pair.a, pair.X_AB.inverse());
-  EXPECT_NEAR(ba.energy_kj_per_mol, ab.energy_kj_per_mol, 1e-11 * std::abs(ab.energy_kj_per_mol));
+  const FieldResult ab = exact_field(pair.a, pair.b, pair.X_AB);
+  const FieldResult ba = exact_field(pair.b, pair.a, pair.X_AB.inverse());
+  EXPECT_NEAR(ba.energy_kj_per_mol(), ab.energy_kj_per_mol(), 1e-11 * std::abs(ab.energy_kj_per_mol()));
   EXPECT_LT((pair.X_AB.q * ba.force_on_b + ab.force_on_b).norm(), 1e-10 * ab.force_on_b.norm());
 }
 
@@ -156,25 +157,25 @@ TEST(LennardJones, AtomsWithoutParametersAreNotFelt) {
   const Molecule polar_hydrogen = test::one_atom(0.0, 0.0);
   for (const double x : {0.0, 1.0, 4.0}) {
     const Pose X_AB = {{x, 0, 0}, Quat::Identity()};
-    EXPECT_EQ(lennard_jones_exact(a, polar_hydrogen, X_AB).energy_kj_per_mol, 0.0);
-    EXPECT_EQ(LennardJonesField(polar_hydrogen, a).evaluate(X_AB).force_on_b, Vec3(Vec3::Zero()));
+    EXPECT_EQ(exact_field(a, polar_hydrogen, X_AB).energy_kj_per_mol(), 0.0);
+    EXPECT_EQ(MolecularField(polar_hydrogen, a).evaluate(X_AB).force_on_b, Vec3(Vec3::Zero()));
   }
-  EXPECT_EQ(LennardJonesField(a, polar_hydrogen).pair_count(), 0U);
+  EXPECT_EQ(MolecularField(a, polar_hydrogen).pair_count(), 0U);
 }
 
 TEST(LennardJones, OverlapGivesAHugeFiniteForceThatStaysTheGradient) {
   const double sigma = 3.0;
   const double core = sigma / 4;
   const Pair pair = {test::one_atom(sigma, 1.0), test::one_atom(sigma, 1.0), {}};
-  const auto at = [&](double r) { return lennard_jones_exact(pair.a, pair.b, {{r, 0, 0}, Quat::Identity()}); };
+  const auto at = [&](double r) { return exact_field(pair.a, pair.b, {{r, 0, 0}, Quat::Identity()}); };
   for (const double r : {0.01, 0.3, core - 0.01, core + 0.01}) {
-    const double gradient = -derivative([&](double s) { return at(r + s).energy_kj_per_mol; });
+    const double gradient = -derivative([&](double s) { return at(r + s).energy_kj_per_mol(); });
     EXPECT_NEAR(at(r).force_on_b.x(), gradient, 1e-7 * gradient) << "r = " << r;
     EXPECT_GT(at(r).force_on_b.x(), 1e6) << "r = " << r;
   }
   EXPECT_NEAR(at(core - 1e-9).force_on_b.x() / at(core + 1e-9).force_on_b.x(), 1.0, 1e-7);
-  EXPECT_GT(at(0).energy_kj_per_mol, at(core).energy_kj_per_mol);
-  EXPECT_TRUE(std::isfinite(at(0).energy_kj_per_mol));
+  EXPECT_GT(at(0).energy_kj_per_mol(), at(core).energy_kj_per_mol());
+  EXPECT_TRUE(std::isfinite(at(0).energy_kj_per_mol()));
   EXPECT_EQ(at(0).force_on_b, Vec3(Vec3::Zero()));
 }
 
@@ -182,12 +183,12 @@ TEST(LennardJones, APoseThatIsNoPoseGivesZeros) {
   const Molecule atom = test::one_atom(3.0, 1.0);
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const double infinity = std::numeric_limits<double>::infinity();
-  LennardJonesField field(atom, atom);
+  MolecularField field(atom, atom);
   for (const Pose& X_AB : {Pose{{nan, 0, 0}, Quat::Identity()}, Pose{{0, infinity, 0}, Quat::Identity()},
                            Pose{{1e300, 0, 0}, Quat::Identity()}, Pose{{3, 0, 0}, Quat(0, 0, 0, 0)},
                            Pose{{3, 0, 0}, Quat(1e200, 0, 0, 0)}, Pose{{3, 0, 0}, Quat(nan, 0, 0, 0)}}) {
-    EXPECT_EQ(lennard_jones_exact(atom, atom, X_AB).energy_kj_per_mol, 0.0);
-    EXPECT_EQ(field.evaluate(X_AB).energy_kj_per_mol, 0.0);
+    EXPECT_EQ(exact_field(atom, atom, X_AB).energy_kj_per_mol(), 0.0);
+    EXPECT_EQ(field.evaluate(X_AB).energy_kj_per_mol(), 0.0);
     EXPECT_EQ(field.evaluate(X_AB).torque_on_b, Vec3(Vec3::Zero()));
   }
 }
@@ -200,8 +201,8 @@ TEST(LennardJones, RefusesParametersThatItCannotBound) {
   for (const Molecule& bad : {test::one_atom(1e-9, 1.0), test::one_atom(21.0, 1.0), test::one_atom(nan, 1.0),
                               test::one_atom(3.0, -1.0), test::one_atom(3.0, nan),
                               test::one_atom(3.0, 1.0, {nan, 0, 0}), test::one_atom(3.0, 1.0, {2e6, 0, 0}), unequal}) {
-    EXPECT_THROW(LennardJonesField(good, bad), std::invalid_argument);
-    EXPECT_THROW(lennard_jones_exact(bad, good, Pose{}), std::invalid_argument);
+    EXPECT_THROW(MolecularField(good, bad), std::invalid_argument);
+    EXPECT_THROW(exact_field(bad, good, Pose{}), std::invalid_argument);
   }
 }
 
@@ -216,7 +217,7 @@ TEST(Molecule, CentreOfMassWeighsByMass) {
 /// What every kernel this CPU can run must hold.
 class Kernel : public testing::TestWithParam<std::string_view> {};
 
-INSTANTIATE_TEST_SUITE_P(LennardJones, Kernel, testing::ValuesIn(LennardJonesField::available_kernels()),
+INSTANTIATE_TEST_SUITE_P(LennardJones, Kernel, testing::ValuesIn(MolecularField::available_kernels()),
                          [](const auto& kernel) { return std::string(kernel.param); });
 
 TEST_P(Kernel, AgreesWithDoubleAtomByAtom) {
@@ -224,12 +225,12 @@ TEST_P(Kernel, AgreesWithDoubleAtomByAtom) {
   for (const double gap : {1.0, 2.0, 4.0, 20.0}) {
     const Pair pair = random_pair(301, 37, gap, random);
     std::vector<Vec3> exact;
-    lennard_jones_exact(pair.a, pair.b, pair.X_AB, nullptr, &exact);
+    exact_field(pair.a, pair.b, pair.X_AB, {}, {nullptr, &exact});
     const double largest = largest_norm(exact);
     for (std::size_t j = 0; j < pair.b.size(); ++j) {
       const Molecule atom =
           test::one_atom(pair.b.sigma_angstrom[j], pair.b.epsilon_kj_per_mol[j], pair.b.positions_angstrom[j]);
-      const Vec3 force = LennardJonesField(pair.a, atom, GetParam()).evaluate(pair.X_AB).force_on_b;
+      const Vec3 force = MolecularField(pair.a, atom, {}, GetParam()).evaluate(pair.X_AB).force_on_b;
       EXPECT_LT((force - exact[j]).norm(), 1e-5 * largest) << "atom " << j << ", gap " << gap << ", seed " << kSeed;
     }
   }
@@ -240,14 +241,14 @@ TEST_P(Kernel, AgreesWithDoubleForEveryPaddingAndBeyondOneDrain) {
   for (const std::size_t count : {1, 15, 16, 17, 63, 64, 65, 1023, 1025, 2100}) {
     const Pair pair = random_pair(count, 23, 2.0, random);
     std::vector<Vec3> on_b;
-    const FieldResult exact = lennard_jones_exact(pair.a, pair.b, pair.X_AB, nullptr, &on_b);
-    const FieldResult result = LennardJonesField(pair.a, pair.b, GetParam()).evaluate(pair.X_AB);
+    const FieldResult exact = exact_field(pair.a, pair.b, pair.X_AB, {}, {nullptr, &on_b});
+    const FieldResult result = MolecularField(pair.a, pair.b, {}, GetParam()).evaluate(pair.X_AB);
     const double largest = std::max(largest_norm(on_b), 1e-6);
     // Repulsion and attraction cancel in the energy; what an error in position makes of it is force times error.
-    const double energy_scale = std::max(std::abs(exact.energy_kj_per_mol), largest);
+    const double energy_scale = std::max(std::abs(exact.energy_kj_per_mol()), largest);
     double reach = 0;
     for (const Vec3& p : pair.b.positions_angstrom) reach = std::max(reach, p.norm());
-    EXPECT_NEAR(result.energy_kj_per_mol, exact.energy_kj_per_mol, 1e-5 * energy_scale) << count;
+    EXPECT_NEAR(result.energy_kj_per_mol(), exact.energy_kj_per_mol(), 1e-5 * energy_scale) << count;
     EXPECT_LT((result.force_on_b - exact.force_on_b).norm(), 1e-5 * largest) << count;
     EXPECT_LT((result.torque_on_b - exact.torque_on_b).norm(), 1e-5 * largest * reach) << count;
   }
@@ -260,30 +261,30 @@ TEST_P(Kernel, LosesNothingFarFromTheOrigin) {
   for (Vec3& p : pair.a.positions_angstrom) p += away;
   pair.X_AB.p += away;
   std::vector<Vec3> on_b;
-  const FieldResult exact = lennard_jones_exact(pair.a, pair.b, pair.X_AB, nullptr, &on_b);
-  const FieldResult result = LennardJonesField(pair.a, pair.b, GetParam()).evaluate(pair.X_AB);
+  const FieldResult exact = exact_field(pair.a, pair.b, pair.X_AB, {}, {nullptr, &on_b});
+  const FieldResult result = MolecularField(pair.a, pair.b, {}, GetParam()).evaluate(pair.X_AB);
   EXPECT_LT((result.force_on_b - exact.force_on_b).norm(), 1e-5 * largest_norm(on_b));
-  EXPECT_NEAR(result.energy_kj_per_mol, exact.energy_kj_per_mol, 1e-5 * std::abs(exact.energy_kj_per_mol));
+  EXPECT_NEAR(result.energy_kj_per_mol(), exact.energy_kj_per_mol(), 1e-5 * std::abs(exact.energy_kj_per_mol()));
 }
 
 TEST_P(Kernel, StaysFiniteAndCloseToDoubleInOverlap) {
   std::mt19937 random(kSeed);
   const Pair pair = random_pair(100, 100, -8.0, random);
-  const FieldResult exact = lennard_jones_exact(pair.a, pair.b, pair.X_AB);
-  LennardJonesField field(pair.a, pair.b, GetParam());
+  const FieldResult exact = exact_field(pair.a, pair.b, pair.X_AB);
+  MolecularField field(pair.a, pair.b, {}, GetParam());
   const FieldResult result = field.evaluate(pair.X_AB);
   EXPECT_GT(exact.force_on_b.norm(), 1e6);
   EXPECT_LT((result.force_on_b - exact.force_on_b).norm(), 1e-4 * exact.force_on_b.norm());
-  EXPECT_NEAR(result.energy_kj_per_mol, exact.energy_kj_per_mol, 1e-4 * exact.energy_kj_per_mol);
+  EXPECT_NEAR(result.energy_kj_per_mol(), exact.energy_kj_per_mol(), 1e-4 * exact.energy_kj_per_mol());
 }
 
 TEST_P(Kernel, StaysFiniteForCoincidentAndForFarAwayAtoms) {
   for (const double sigma : {0.1, 3.0, 20.0}) {
     const Molecule atom = test::one_atom(sigma, 1e4);
-    LennardJonesField field(atom, atom, GetParam());
+    MolecularField field(atom, atom, {}, GetParam());
     for (const double x : {0.0, 1e-30, 1e-12, 1e-3, 1e3, 1e6, 9e8}) {
       const FieldResult result = field.evaluate({{x, 0, 0}, Quat::Identity()});
-      EXPECT_TRUE(std::isfinite(result.energy_kj_per_mol)) << "sigma " << sigma << ", r " << x;
+      EXPECT_TRUE(std::isfinite(result.energy_kj_per_mol())) << "sigma " << sigma << ", r " << x;
       EXPECT_TRUE(is_finite(result.force_on_b) && is_finite(result.torque_on_b)) << "sigma " << sigma << ", r " << x;
     }
   }
@@ -292,34 +293,34 @@ TEST_P(Kernel, StaysFiniteForCoincidentAndForFarAwayAtoms) {
 TEST_P(Kernel, RepeatsItselfToTheBit) {
   std::mt19937 random(kSeed);
   const Pair pair = random_pair(333, 77, 2.0, random);
-  LennardJonesField one(pair.a, pair.b, GetParam());
-  LennardJonesField other(pair.a, pair.b, GetParam());
+  MolecularField one(pair.a, pair.b, {}, GetParam());
+  MolecularField other(pair.a, pair.b, {}, GetParam());
   const FieldResult first = one.evaluate(pair.X_AB);
   other.evaluate({{50, 0, 0}, Quat::Identity()});
   const FieldResult second = other.evaluate(pair.X_AB);
-  EXPECT_EQ(first.energy_kj_per_mol, second.energy_kj_per_mol);
+  EXPECT_EQ(first.energy_kj_per_mol(), second.energy_kj_per_mol());
   EXPECT_EQ(first.force_on_b, second.force_on_b);
   EXPECT_EQ(first.torque_on_b, second.torque_on_b);
 }
 
-TEST(LennardJonesField, PicksTheWidestKernelAndNamesThoseItHas) {
+TEST(MolecularField, PicksTheWidestKernelAndNamesThoseItHas) {
   const Molecule atom = test::one_atom(3.0, 1.0);
-  const auto kernels = LennardJonesField::available_kernels();
+  const auto kernels = MolecularField::available_kernels();
   ASSERT_FALSE(kernels.empty());
   EXPECT_EQ(kernels.back(), "portable");
-  EXPECT_EQ(LennardJonesField(atom, atom).kernel(), kernels.front());
+  EXPECT_EQ(MolecularField(atom, atom).kernel(), kernels.front());
   try {
-    const LennardJonesField field(atom, atom, "neon");
+    const MolecularField field(atom, atom, {}, "neon");
     FAIL() << "an unknown kernel was taken";
   } catch (const std::invalid_argument& error) {
     EXPECT_NE(std::string(error.what()).find("portable"), std::string::npos) << error.what();
   }
 }
 
-TEST(LennardJonesField, WorksWithoutAtoms) {
+TEST(MolecularField, WorksWithoutAtoms) {
   const Molecule atom = test::one_atom(3.0, 1.0);
-  EXPECT_EQ(LennardJonesField(Molecule(), atom).evaluate(Pose{}).energy_kj_per_mol, 0.0);
-  EXPECT_EQ(LennardJonesField(atom, Molecule()).evaluate(Pose{}).energy_kj_per_mol, 0.0);
+  EXPECT_EQ(MolecularField(Molecule(), atom).evaluate(Pose{}).energy_kj_per_mol(), 0.0);
+  EXPECT_EQ(MolecularField(atom, Molecule()).evaluate(Pose{}).energy_kj_per_mol(), 0.0);
 }
 
 }  // namespace

@@ -9,7 +9,7 @@
 
 #include "common/base/json_fields.hpp"
 #include "common/base/json_pretty.hpp"
-#include "common/docking/lennard_jones.hpp"
+#include "common/docking/molecular_field.hpp"
 #include "lab/metrics/trial_metrics.hpp"
 #include "lab/results/study_hdf5.hpp"
 #include "lab/results/study_report.hpp"
@@ -103,12 +103,12 @@ TEST_F(Study, TheReportDefinesEveryMetricAndDrawsEveryStage) {
 }
 
 TEST(FieldKernel, CanBeForcedAndLetGo) {
-  docking::LennardJonesField::use_by_default("portable");
-  EXPECT_EQ(docking::LennardJonesField::default_kernel(), "portable");
-  EXPECT_THROW(docking::LennardJonesField::use_by_default("abacus"), std::invalid_argument);
-  EXPECT_EQ(docking::LennardJonesField::default_kernel(), "portable");
-  docking::LennardJonesField::use_by_default("");
-  EXPECT_EQ(docking::LennardJonesField::default_kernel(), docking::LennardJonesField::available_kernels().front());
+  docking::MolecularField::use_by_default("portable");
+  EXPECT_EQ(docking::MolecularField::default_kernel(), "portable");
+  EXPECT_THROW(docking::MolecularField::use_by_default("abacus"), std::invalid_argument);
+  EXPECT_EQ(docking::MolecularField::default_kernel(), "portable");
+  docking::MolecularField::use_by_default("");
+  EXPECT_EQ(docking::MolecularField::default_kernel(), docking::MolecularField::available_kernels().front());
 }
 
 TEST(SeedGroup, MeansAndWorstLeaveOutWhatIsNull) {

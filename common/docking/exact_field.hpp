@@ -1,0 +1,38 @@
+// The field in double precision over all pairs: for energies, reports and checks.
+#pragma once
+
+#include <vector>
+
+#include "common/docking/field_model.hpp"
+#include "common/docking/molecule.hpp"
+
+namespace tandem::docking {
+
+using Matrix6 = Eigen::Matrix<double, 6, 6>;
+
+/// What exact_field() fills beside its result; null: left out.
+struct ExactDetails {
+  std::vector<Vec3>* forces_on_a = nullptr;  ///< one an atom, kJ/mol/Å, in A's frame
+  std::vector<Vec3>* forces_on_b = nullptr;
+  /// ∂(force, torque on B)/∂(displacement [Å], rotation vector [rad] of B about its origin, in A's frame).
+  Matrix6* gradient = nullptr;
+};
+
+/// Double precision, all pairs.
+///
+/// Model   V = Σ_ij 4 ε_ij [(σ_ij/r)¹² − (σ_ij/r)⁶] + k q_i q_j/(ε r), ε_ij = √(ε_i ε_j), σ_ij = √(σ_i σ_j);
+///         ε a constant or ∝ r. Inside the core, r < σ_ij/4 (V there is above 3e7 ε) and for charges r < 0.8 Å, V goes
+///         on in r² along its tangent, so f = f(r_c)·d/r_c: overlap gives a huge but finite force, still the
+///         gradient of V, and two coincident atoms, between which no direction exists, give none. With a cut-off each
+///         power of r is force-switched.
+/// Source  Jorgensen, Maxwell, Tirado-Rives, JACS 118 (1996) 11225: form and geometric mixing; the core is ours
+/// In      X_AB  pose of B's frame in A's, position in Å; one that is not finite, not a rotation or farther than
+///               1e9 Å gives zeros
+/// Fails   std::invalid_argument, see validate()
+FieldResult exact_field(const Molecule& a, const Molecule& b, const Pose& X_AB_angstrom, const FieldModel& model = {},
+                        const ExactDetails& details = {});
+
+/// Whether a field is evaluated there: finite, a rotation, within 1e9 Å.
+bool is_evaluable(const Pose& X_AB_angstrom);
+
+}  // namespace tandem::docking

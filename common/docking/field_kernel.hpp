@@ -1,0 +1,110 @@
+// The border between the field and its kernels, which are compiled once per instruction set.
+//
+// Only plain structs of pointers may cross it, and this header may include nothing that defines inline functions: an
+// inline function emitted by the AVX-512 file could be the copy that the linker keeps for the whole program, which
+// then stops with an illegal instruction on a CPU without AVX-512.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+namespace tandem::docking {
+
+/// Lanes of the widest kernel; atom counts of tiles are padded to a multiple.
+inline constexpr std::size_t kLanes = 16;
+/// Atoms that share one local origin. Neighbours in a file are neighbours in space, so a tile is small (a few
+/// residues) and a float coordinate in it keeps about 5e-7 Å, however large the molecule.
+inline constexpr std::size_t kTileAtoms = 128;
+/// Tiles after which the float lanes are emptied into doubles.
+inline constexpr std::size_t kDrainTiles = 8;
+/// Lennard-Jones distances are bounded from below at this fraction of σ, squared (see exact_field.hpp).
+inline constexpr float kCoreFractionSquared = 0.0625F;
+
+/// Atoms of A that are evaluated together. Padding repeats the last atom, without parameters.
+struct Tile {
+  std::size_t begin = 0;
+  std::size_t end = 0;    ///< a multiple of kLanes after begin
+  double origin[3] = {};  ///< Å, of the tile's float positions
+  float core2 = 0;        ///< Å², above each pair's core radius, squared
+  float reach2 = 0;       ///< Å²: a probe farther from the origin than its root is in no core
+};
+
+/// Molecule A, arrays of floats aligned to 64 bytes.
+struct Target {
+  const float* x = nullptr;  ///< Å, relative to the atom's tile origin
+  const float* y = nullptr;
+  const float* z = nullptr;
+  const float* c6 = nullptr;      ///< 2 √ε σ³
+  const float* s3 = nullptr;      ///< σ³
+  const float* sigma = nullptr;   ///< Å
+  const float* charge = nullptr;  ///< e
+  const Tile* tiles = nullptr;    ///< those with a Lennard-Jones term first
+  std::size_t lj_tiles = 0;
+  std::size_t tile_count = 0;
+};
+
+/// Atoms of molecule B in A's frame, those with a Lennard-Jones term first.
+struct Probes {
+  std::size_t lj_count = 0;
+  std::size_t count = 0;
+  const double* x = nullptr;  ///< Å
+  const double* y = nullptr;
+  const double* z = nullptr;
+  const double* arm_x = nullptr;  ///< Å, from the origin of B's frame, in A's
+  const double* arm_y = nullptr;
+  const double* arm_z = nullptr;
+  const float* c6 = nullptr;
+  const float* s3 = nullptr;
+  const float* sigma = nullptr;
+  const float* charge = nullptr;  ///< e k/ε
+};
+
+/// Which terms are evaluated, and how they end.
+struct KernelModel {
+  bool has_charges = false;
+  bool is_distance_dependent = false;
+  float charge_core_squared = 0;
+  // Of cut-off fields: forces are switched between start and cutoff, see force_switch().
+  float start = 0;
+  float cutoff = 0;
+  float a12 = 0, b12 = 0, c12 = 0;
+  float a6 = 0, b6 = 0, c6 = 0;
+  float aq = 0, bq = 0, cq = 0;
+};
+
+/// kJ/mol and Å, of B, torque about the origin of B's frame.
+struct FieldSums {
+  double lennard_jones = 0;
+  double coulomb = 0;
+  double force[3] = {};
+  double torque[3] = {};
+};
+
+/// Probes [first, last) of B against these tiles of A, of kLanes atoms each: the neighbours of those probes.
+struct NearWork {
+  std::size_t first = 0;
+  std::size_t last = 0;
+  const std::uint32_t* tiles = nullptr;
+  std::size_t tile_count = 0;
+};
+
+/// Adds to `sums` all pairs, without a cut-off.
+using AllPairsKernel = void (*)(const Target&, const Probes&, const KernelModel&, FieldSums& sums) noexcept;
+/// Adds to `sums` the pairs of `work` below the cut-off; any atom may have a Lennard-Jones term.
+using NearKernel = void (*)(const Target&, const Probes&, const KernelModel&, const NearWork& work,
+                            FieldSums& sums) noexcept;
+
+void all_pairs_portable(const Target&, const Probes&, const KernelModel&, FieldSums&) noexcept;
+void near_portable(const Target&, const Probes&, const KernelModel&, const NearWork&, FieldSums&) noexcept;
+/// 12 × count × lanes multiply-adds that need nothing but registers: a measure of the CPU's limit.
+double multiply_adds_portable(std::size_t count) noexcept;
+#ifdef TANDEM_FIELD_X86
+void all_pairs_avx2(const Target&, const Probes&, const KernelModel&, FieldSums&) noexcept;
+void near_avx2(const Target&, const Probes&, const KernelModel&, const NearWork&, FieldSums&) noexcept;
+double multiply_adds_avx2(std::size_t count) noexcept;
+void all_pairs_avx512(const Target&, const Probes&, const KernelModel&, FieldSums&) noexcept;
+void near_avx512(const Target&, const Probes&, const KernelModel&, const NearWork&, FieldSums&) noexcept;
+double multiply_adds_avx512(std::size_t count) noexcept;
+#endif
+
+}  // namespace tandem::docking

@@ -1,0 +1,370 @@
+// The set-up and dispatch of the float kernels.
+//
+// The float arrays of A are fixed at construction; a call transforms B's positions in double and hands both to the
+// kernel that the CPU runs (field_kernel.hpp). Sums over B's atoms are in double.
+#include "common/docking/molecular_field.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <new>
+#include <optional>
+#include <stdexcept>
+#include <string>
+
+#include "common/docking/cluster_tree.hpp"
+#include "common/docking/exact_field.hpp"
+#include "common/docking/field_kernel.hpp"
+
+namespace tandem::docking {
+namespace {
+
+constexpr std::align_val_t kAlignment{64};
+
+bool has_lennard_jones(const Molecule& molecule, std::size_t atom) {
+  return molecule.sigma_angstrom[atom] > 0 && molecule.epsilon_kj_per_mol[atom] > 0;
+}
+
+struct AlignedDelete {
+  void operator()(float* floats) const { ::operator delete[](floats, kAlignment); }
+};
+using AlignedFloats = std::unique_ptr<float[], AlignedDelete>;
+
+AlignedFloats aligned_floats(std::size_t count) {
+  AlignedFloats floats(new (kAlignment) float[count]);
+  std::fill_n(floats.get(), count, 0.0F);
+  return floats;
+}
+
+struct NamedKernel {
+  std::string_view name;
+  AllPairsKernel all_pairs;
+  NearKernel near;
+  double (*multiply_adds)(std::size_t) noexcept;
+  std::size_t lanes;
+};
+
+std::vector<NamedKernel> runnable_kernels() {
+  std::vector<NamedKernel> kernels;
+#ifdef TANDEM_FIELD_X86
+  if (__builtin_cpu_supports("avx512f")) {
+    kernels.push_back({"avx512", all_pairs_avx512, near_avx512, multiply_adds_avx512, 16});
+  }
+  if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) {
+    kernels.push_back({"avx2", all_pairs_avx2, near_avx2, multiply_adds_avx2, 8});
+  }
+#endif
+  kernels.push_back({"portable", all_pairs_portable, near_portable, multiply_adds_portable, 4});
+  return kernels;
+}
+
+/// Index into runnable_kernels(): process-wide, because results that must not depend on the CPU need the same kernel at
+/// both ends of a session, wherever a field is made.
+std::atomic<std::size_t> default_kernel_index{0};
+
+NamedKernel kernel_named(std::string_view name) {
+  if (name.empty()) return runnable_kernels()[default_kernel_index];
+  std::string known;
+  for (const NamedKernel& kernel : runnable_kernels()) {
+    if (kernel.name == name) return kernel;
+    known += (known.empty() ? "" : ", ") + std::string(kernel.name);
+  }
+  throw std::invalid_argument("molecular-field kernel '" + std::string(name) + "': this CPU has " + known);
+}
+
+KernelModel kernel_model(const FieldModel& model) {
+  KernelModel made;
+  made.has_charges = model.dielectric != Dielectric::kNone;
+  made.is_distance_dependent = model.dielectric == Dielectric::kDistance;
+  made.charge_core_squared = static_cast<float>(kChargeCoreAngstrom * kChargeCoreAngstrom);
+  if (model.cutoff_angstrom == 0) return made;
+  const double start = model.cutoff_angstrom - kSwitchWidthAngstrom;
+  made.start = static_cast<float>(start);
+  made.cutoff = static_cast<float>(model.cutoff_angstrom);
+  const auto fill = [&](double alpha, float& a, float& b, float& c) {
+    const ForceSwitch shape = force_switch(alpha, start, model.cutoff_angstrom);
+    a = static_cast<float>(shape.a);
+    b = static_cast<float>(shape.b);
+    c = static_cast<float>(shape.c);
+  };
+  fill(12, made.a12, made.b12, made.c12);
+  fill(6, made.a6, made.b6, made.c6);
+  fill(made.is_distance_dependent ? 2 : 1, made.aq, made.bq, made.cq);
+  return made;
+}
+
+/// Which atoms have a term: those with Lennard-Jones parameters first, then those with a charge alone.
+struct Interacting {
+  std::vector<std::size_t> atoms;
+  std::size_t lj_count = 0;
+
+  Interacting(const Molecule& molecule, const FieldModel& model) {
+    for (std::size_t i = 0; i < molecule.size(); ++i) {
+      if (has_lennard_jones(molecule, i)) atoms.push_back(i);
+    }
+    lj_count = atoms.size();
+    if (model.dielectric == Dielectric::kNone) return;
+    for (std::size_t i = 0; i < molecule.size(); ++i) {
+      if (!has_lennard_jones(molecule, i) && molecule.charge_e[i] != 0) atoms.push_back(i);
+    }
+  }
+
+  std::vector<Vec3> positions(const Molecule& molecule) const {
+    std::vector<Vec3> found;
+    for (const std::size_t atom : atoms) found.push_back(molecule.positions_angstrom[atom]);
+    return found;
+  }
+
+  void reorder(const std::vector<std::uint32_t>& order) {
+    std::vector<std::size_t> ordered;
+    for (const std::uint32_t index : order) ordered.push_back(atoms[index]);
+    atoms = std::move(ordered);
+  }
+};
+
+float c6_of(const Molecule& m, std::size_t i) {
+  if (!has_lennard_jones(m, i)) return 0;
+  return static_cast<float>(2 * std::sqrt(m.epsilon_kj_per_mol[i]) * std::pow(m.sigma_angstrom[i], 3));
+}
+
+float s3_of(const Molecule& m, std::size_t i) {
+  return static_cast<float>(std::pow(m.sigma_angstrom[i], 3));
+}
+
+float sigma_of(const Molecule& m, std::size_t i) {
+  return has_lennard_jones(m, i) ? static_cast<float>(m.sigma_angstrom[i]) : 0.0F;
+}
+
+float charge_of(const Molecule& m, std::size_t i, const FieldModel& model) {
+  return model.dielectric == Dielectric::kNone ? 0.0F : static_cast<float>(m.charge_e[i]);
+}
+
+float largest_sigma(const Molecule& molecule) {
+  float largest = 0;
+  for (std::size_t i = 0; i < molecule.size(); ++i) largest = std::max(largest, sigma_of(molecule, i));
+  return largest;
+}
+
+}  // namespace
+
+struct MolecularField::Impl {
+  Impl(const Molecule& a, const Molecule& b, const FieldModel& field_model, std::string_view kernel_name);
+
+  void lay_out_a(const Molecule& a, const Interacting& chosen, float largest_sigma_b);
+  void add_tiles(const Molecule& a, const std::vector<std::size_t>& atoms, std::size_t begin, std::size_t end,
+                 std::size_t tile_atoms, float largest_sigma_b);
+  void lay_out_b(const Molecule& b, const Interacting& chosen);
+  void place_b(const Pose& X_AB, const Eigen::Matrix3d& R_AB, std::size_t begin, std::size_t end) noexcept;
+  void add_neighbours(const Pose& X_AB, FieldSums& sums) noexcept;
+
+  FieldModel model;
+  KernelModel constants;
+  NamedKernel kernel;
+  std::optional<ClusterTree> tree_a, tree_b;  ///< with a cut-off
+  std::optional<NeighbourSearch> search;
+  std::size_t count_a = 0;
+  std::size_t lj_count_a = 0;
+  std::size_t pairs = 0;
+
+  AlignedFloats x_a, y_a, z_a, c6_a, s3_a, sigma_a, charge_a;
+  std::size_t filled_a = 0;
+  std::vector<Tile> tiles;
+  std::size_t lj_tiles = 0;
+
+  std::vector<Vec3> positions_b;  ///< in B's frame
+  std::size_t lj_count_b = 0;
+  std::vector<float> c6_b, s3_b, sigma_b, charge_b;
+  std::vector<double> x_b, y_b, z_b, arm_x, arm_y, arm_z;
+
+  Target target() const {
+    return {x_a.get(),     y_a.get(),      z_a.get(),    c6_a.get(), s3_a.get(),
+            sigma_a.get(), charge_a.get(), tiles.data(), lj_tiles,   tiles.size()};
+  }
+  Probes probes() const {
+    return {lj_count_b,   positions_b.size(), x_b.data(),  y_b.data(),  z_b.data(),     arm_x.data(),
+            arm_y.data(), arm_z.data(),       c6_b.data(), s3_b.data(), sigma_b.data(), charge_b.data()};
+  }
+};
+
+MolecularField::Impl::Impl(const Molecule& a, const Molecule& b, const FieldModel& field_model,
+                           std::string_view kernel_name)
+    : model(field_model), constants(kernel_model(field_model)), kernel(kernel_named(kernel_name)) {
+  Interacting chosen_a(a, model);
+  Interacting chosen_b(b, model);
+  if (model.cutoff_angstrom > 0) {
+    tree_a.emplace(chosen_a.positions(a));
+    tree_b.emplace(chosen_b.positions(b));
+    search.emplace(*tree_a, *tree_b);
+    chosen_a.reorder(tree_a->order());
+    chosen_b.reorder(tree_b->order());
+  }
+  lay_out_a(a, chosen_a, largest_sigma(b));
+  lay_out_b(b, chosen_b);
+}
+
+void MolecularField::Impl::lay_out_a(const Molecule& a, const Interacting& chosen, float largest_sigma_b) {
+  count_a = chosen.atoms.size();
+  lj_count_a = chosen.lj_count;
+  const std::size_t padded = count_a + 2 * kLanes;
+  for (AlignedFloats* floats : {&x_a, &y_a, &z_a, &c6_a, &s3_a, &sigma_a, &charge_a}) *floats = aligned_floats(padded);
+  if (model.cutoff_angstrom > 0) {
+    add_tiles(a, chosen.atoms, 0, count_a, kLanes, largest_sigma_b);
+  } else {
+    add_tiles(a, chosen.atoms, 0, chosen.lj_count, kTileAtoms, largest_sigma_b);
+    lj_tiles = tiles.size();
+    add_tiles(a, chosen.atoms, chosen.lj_count, count_a, kTileAtoms, largest_sigma_b);
+  }
+}
+
+void MolecularField::Impl::add_tiles(const Molecule& a, const std::vector<std::size_t>& atoms, std::size_t begin,
+                                     std::size_t end, std::size_t tile_atoms, float largest_sigma_b) {
+  for (; begin < end; begin += tile_atoms) {
+    const std::size_t count = std::min(tile_atoms, end - begin);
+    Tile tile;
+    tile.begin = filled_a;
+    tile.end = filled_a + (count + kLanes - 1) / kLanes * kLanes;
+    Vec3 origin = Vec3::Zero();
+    for (std::size_t i = 0; i < count; ++i) origin += a.positions_angstrom[atoms[begin + i]];
+    origin /= static_cast<double>(count);
+    double radius = 0;
+    float sigma = 0;
+    for (std::size_t i = tile.begin; i < tile.end; ++i) {
+      const bool is_padding = i - tile.begin >= count;
+      const std::size_t atom = atoms[begin + std::min(i - tile.begin, count - 1)];
+      const Vec3 local = a.positions_angstrom[atom] - origin;
+      x_a[i] = static_cast<float>(local.x());
+      y_a[i] = static_cast<float>(local.y());
+      z_a[i] = static_cast<float>(local.z());
+      s3_a[i] = s3_of(a, atom);
+      sigma_a[i] = sigma_of(a, atom);
+      c6_a[i] = is_padding ? 0.0F : c6_of(a, atom);
+      charge_a[i] = is_padding ? 0.0F : charge_of(a, atom, model);
+      radius = std::max(radius, local.norm());
+      sigma = std::max(sigma, sigma_a[i]);
+    }
+    std::copy_n(origin.data(), 3, tile.origin);
+    constexpr float kMargin = 1.01F;
+    tile.core2 = kMargin * kCoreFractionSquared * sigma * largest_sigma_b;
+    if (constants.has_charges) tile.core2 = std::max(tile.core2, kMargin * constants.charge_core_squared);
+    const double reach = kMargin * radius + std::sqrt(tile.core2);
+    tile.reach2 = static_cast<float>(reach * reach);
+    filled_a = tile.end;
+    tiles.push_back(tile);
+  }
+}
+
+void MolecularField::Impl::lay_out_b(const Molecule& b, const Interacting& chosen) {
+  const double coulomb = kCoulombKjAngstromPerMol / model.permittivity;
+  lj_count_b = chosen.lj_count;
+  for (const std::size_t j : chosen.atoms) {
+    positions_b.push_back(b.positions_angstrom[j]);
+    c6_b.push_back(c6_of(b, j));
+    s3_b.push_back(s3_of(b, j));
+    sigma_b.push_back(sigma_of(b, j));
+    charge_b.push_back(static_cast<float>(coulomb * static_cast<double>(charge_of(b, j, model))));
+  }
+  for (std::vector<double>* values : {&x_b, &y_b, &z_b, &arm_x, &arm_y, &arm_z}) values->resize(positions_b.size());
+}
+
+void MolecularField::Impl::place_b(const Pose& X_AB, const Eigen::Matrix3d& R_AB, std::size_t begin,
+                                   std::size_t end) noexcept {
+  for (std::size_t j = begin; j < end; ++j) {
+    const Vec3 arm = R_AB * positions_b[j];
+    arm_x[j] = arm.x();
+    arm_y[j] = arm.y();
+    arm_z[j] = arm.z();
+    x_b[j] = X_AB.p.x() + arm.x();
+    y_b[j] = X_AB.p.y() + arm.y();
+    z_b[j] = X_AB.p.z() + arm.z();
+  }
+}
+
+void MolecularField::Impl::add_neighbours(const Pose& X_AB, FieldSums& sums) noexcept {
+  const Eigen::Matrix3d R_AB = X_AB.q.toRotationMatrix();
+  const Target a = target();
+  const Probes b = probes();
+  pairs = 0;
+  search->run(X_AB, model.cutoff_angstrom, [&](std::uint32_t leaf, std::span<const std::uint32_t> near) {
+    const std::size_t begin = leaf * kLanes;
+    const std::size_t end = std::min(begin + kLanes, positions_b.size());
+    place_b(X_AB, R_AB, begin, end);
+    kernel.near(a, b, constants, {begin, end, near.data(), near.size()}, sums);
+    pairs += (end - begin) * near.size() * kLanes;
+  });
+}
+
+MolecularField::MolecularField(const Molecule& a, const Molecule& b, const FieldModel& model, std::string_view kernel) {
+  validate(a);
+  validate(b);
+  validate(model);
+  impl_ = std::make_unique<Impl>(a, b, model, kernel);
+}
+
+void MolecularField::use_by_default(std::string_view kernel) {
+  const auto kernels = runnable_kernels();
+  const std::string_view wanted = kernel.empty() ? kernels.front().name : kernel_named(kernel).name;
+  std::size_t index = 0;
+  while (kernels[index].name != wanted) ++index;
+  default_kernel_index = index;
+}
+
+std::string_view MolecularField::default_kernel() {
+  return kernel_named("").name;
+}
+
+MolecularField::~MolecularField() = default;
+MolecularField::MolecularField(MolecularField&&) noexcept = default;
+MolecularField& MolecularField::operator=(MolecularField&&) noexcept = default;
+
+FieldResult MolecularField::evaluate(const Pose& X_AB_angstrom) noexcept {
+  FieldResult result;
+  if (!is_evaluable(X_AB_angstrom)) return result;
+  Impl& f = *impl_;
+  FieldSums sums;
+  if (f.search) {
+    f.add_neighbours(X_AB_angstrom, sums);
+  } else {
+    f.place_b(X_AB_angstrom, X_AB_angstrom.q.toRotationMatrix(), 0, f.positions_b.size());
+    f.kernel.all_pairs(f.target(), f.probes(), f.constants, sums);
+  }
+  result.lennard_jones_kj_per_mol = sums.lennard_jones;
+  result.coulomb_kj_per_mol = sums.coulomb;
+  result.force_on_b = Vec3(sums.force[0], sums.force[1], sums.force[2]);
+  result.torque_on_b = Vec3(sums.torque[0], sums.torque[1], sums.torque[2]);
+  return result;
+}
+
+std::string_view MolecularField::kernel() const {
+  return impl_->kernel.name;
+}
+
+std::string_view MolecularField::method() const {
+  return impl_->search ? "clusters" : "all-pairs";
+}
+
+std::size_t MolecularField::pair_count() const {
+  if (impl_->search) return impl_->pairs;
+  const std::size_t charges_a = impl_->count_a - impl_->lj_count_a;
+  const std::size_t charges_b = impl_->positions_b.size() - impl_->lj_count_b;
+  const std::size_t both = impl_->lj_count_a * impl_->lj_count_b;
+  return both + charges_a * impl_->positions_b.size() + impl_->lj_count_a * charges_b;
+}
+
+std::vector<std::string_view> MolecularField::available_kernels() {
+  std::vector<std::string_view> names;
+  for (const NamedKernel& kernel : runnable_kernels()) names.push_back(kernel.name);
+  return names;
+}
+
+std::size_t MolecularField::run_multiply_adds(std::string_view kernel, std::size_t loops) {
+  const NamedKernel chosen = kernel_named(kernel);
+  [[maybe_unused]] const volatile double kept = chosen.multiply_adds(loops);
+  return 12 * loops * chosen.lanes;
+}
+
+double usual_cutoff_angstrom(std::size_t atoms_a, std::size_t atoms_b) {
+  const double pairs = static_cast<double>(atoms_a) * static_cast<double>(atoms_b);
+  return pairs <= kMaxAllPairs ? 0.0 : kUsualCutoffAngstrom;
+}
+
+}  // namespace tandem::docking

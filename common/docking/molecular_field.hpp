@@ -1,0 +1,60 @@
+// The field of two rigid molecules for the haptic loop.
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <string_view>
+#include <vector>
+
+#include "common/docking/field_model.hpp"
+#include "common/docking/molecule.hpp"
+
+namespace tandem::docking {
+
+/// The 1 kHz path: pair terms in float, sums in double, arrays laid out and padded once, one fixed order
+/// of summation per kernel. The same model as exact_field(), cores and cut-off included.
+///
+/// Without a cut-off all pairs are evaluated; with one those of neighbouring clusters of 16 atoms. The result depends
+/// on the pose alone, never on earlier ones.
+///
+/// Cost    pair_count() pairs, no allocation in evaluate(); README.md has measured rates
+/// Thread  any, one at a time per object
+class MolecularField {
+ public:
+  /// `kernel`: "" picks the widest that the CPU has; or a name of available_kernels().
+  /// Throws std::invalid_argument for another name, or see the two validate().
+  MolecularField(const Molecule& a, const Molecule& b, const FieldModel& model = {}, std::string_view kernel = "");
+  ~MolecularField();
+  MolecularField(MolecularField&&) noexcept;
+  MolecularField& operator=(MolecularField&&) noexcept;
+
+  FieldResult evaluate(const Pose& X_AB_angstrom) noexcept;
+  std::string_view kernel() const;
+  /// "all-pairs" or "clusters".
+  std::string_view method() const;
+  /// Pairs of atoms that evaluate() computes; with a cut-off, that the last call did. Atoms without a term are left out.
+  std::size_t pair_count() const;
+
+  /// Names of the kernels this CPU can run, widest first; "portable" is always the last.
+  static std::vector<std::string_view> available_kernels();
+  /// From now on "" picks this kernel in the whole process; "": the widest again. Before fields are made.
+  /// Throws std::invalid_argument for a name that is not one of available_kernels().
+  /// Thread  any
+  static void use_by_default(std::string_view kernel);
+  /// What "" picks.
+  static std::string_view default_kernel();
+  /// Runs multiply-adds of registers only, with the instructions of this kernel. How many it ran: 12 · loops · lanes.
+  static std::size_t run_multiply_adds(std::string_view kernel, std::size_t loops);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// All pairs up to this many, beyond it a cut-off: a core computes them within a millisecond.
+inline constexpr double kMaxAllPairs = 3e6;
+inline constexpr double kUsualCutoffAngstrom = 8;
+/// 0 (none) or kUsualCutoffAngstrom.
+double usual_cutoff_angstrom(std::size_t atoms_a, std::size_t atoms_b);
+
+}  // namespace tandem::docking
