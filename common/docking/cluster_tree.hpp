@@ -16,8 +16,8 @@ class ClusterTree {
   struct Node {
     Vec3 lower = Vec3::Zero();
     Vec3 upper = Vec3::Zero();
-    double radius = 0;             ///< of the sphere about the box's centre that holds all points
-    std::uint32_t first_leaf = 0;  ///< atoms order()[kLanes · first_leaf …]
+    double radius = 0;               ///< of the sphere about the box's centre that holds all points
+    std::uint32_t first_leaf = 0;    ///< atoms order()[kLanes · first_leaf …]
     std::uint32_t children[2] = {};  ///< indices; zeros: a leaf
 
     bool is_leaf() const { return children[0] == 0; }
@@ -26,7 +26,7 @@ class ClusterTree {
 
   explicit ClusterTree(std::span<const Vec3> points);
 
-  const std::vector<Node>& nodes() const { return nodes_; }         ///< the first is the root; none without points
+  const std::vector<Node>& nodes() const { return nodes_; }           ///< the first is the root; none without points
   const std::vector<std::uint32_t>& order() const { return order_; }  ///< index of each point, leaf by leaf
   std::size_t depth() const { return depth_; }
 

@@ -55,8 +55,7 @@ struct PowerTerm {
 };
 
 Central combined(double k1, const Central& one, double k2, const Central& two) {
-  return {k1 * one.energy + k2 * two.energy, k1 * one.push + k2 * two.push,
-          k1 * one.push_slope + k2 * two.push_slope};
+  return {k1 * one.energy + k2 * two.energy, k1 * one.push + k2 * two.push, k1 * one.push_slope + k2 * two.push_slope};
 }
 
 /// What `at_core`, the pair at the core's radius, becomes inside it.

@@ -288,7 +288,7 @@ std::shared_ptr<const docking::Molecule> SceneAssets::load_centred_molecule(wire
   read(file, "structure", file_field);
   auto molecule = std::make_shared<docking::Molecule>();
   try {
-    *molecule = load_molecule(file, {message.chains().begin(), message.chains().end()}, force_field_directory);
+    *molecule = load_molecule(file, {{message.chains().begin(), message.chains().end()}}, force_field_directory);
   } catch (const docking::MoleculeError& error) {
     field.refuse(std::string("cannot be used: ") + error.what());
   }

@@ -3,13 +3,13 @@
 
 #include <algorithm>
 #include <map>
+#include <numeric>
 #include <set>
 #include <stdexcept>
 #include <utility>
 
 #include "common/base/units.hpp"
 #include "server/assets/structures/force_field.hpp"
-#include "server/assets/structures/pdb_reader.hpp"
 #include "server/assets/structures/residue_typing.hpp"
 #include "server/assets/structures/text.hpp"
 
@@ -17,6 +17,9 @@ namespace tandem::server {
 namespace {
 
 constexpr std::size_t kMaxNamesInANote = 8;
+constexpr double kSigmaPerRadius = 1.7817974362806785;  // 2^(5/6)
+constexpr double kMinSigmaAngstrom = 0.1;               // what docking::validate() allows, or none
+constexpr double kSamePlaceAngstrom = 0.01;
 
 std::string chain_name(const std::string& chain) {
   return chain.empty() ? "(blank)" : chain;
@@ -51,43 +54,52 @@ std::string text_of(const LeftOutByName::value_type& entry) {
          counted(entry.second.atoms, "atom", "atoms") + ")";
 }
 
-bool is_selected(const std::vector<std::string>& selected, const std::string& chain) {
-  return selected.empty() || std::find(selected.begin(), selected.end(), chain) != selected.end();
-}
-
-void check_chains(const std::vector<PdbResidue>& protein, const std::vector<std::string>& selected,
-                  const std::string& source) {
+void check_selection(const std::vector<PdbResidue>& protein, const std::vector<PdbResidue>& others,
+                     const StructureSelection& selection, const std::string& source) {
   std::set<std::string> chains;
   std::set<std::string> shown;
   for (const PdbResidue& residue : protein) {
     chains.insert(residue.chain);
     shown.insert(chain_name(residue.chain));
   }
-  if (chains.empty()) {
-    throw docking::MoleculeError(source + ": no protein atoms; a structure in PDB format with amino acids is needed");
-  }
-  for (const std::string& wanted : selected) {
-    if (!chains.contains(wanted)) {
-      throw docking::MoleculeError(source + ": no protein in chain '" + wanted + "'; chains with protein are " +
-                                   joined(shown));
+  for (const std::string& wanted : selection.entries) {
+    StructureSelection one{{wanted}};
+    const auto is_it = [&one](const PdbResidue& residue) { return one.takes_residue(residue); };
+    if (wanted.find('/') != std::string::npos) {
+      if (std::any_of(others.begin(), others.end(), is_it) || std::any_of(protein.begin(), protein.end(), is_it)) {
+        continue;
+      }
+      std::set<std::string> names;
+      for (const PdbResidue& residue : others) names.insert(residue.chain + "/" + residue.name);
+      throw docking::MoleculeError(source + ": no residue '" + wanted + "'; other than amino acids there are " +
+                                   (names.empty() ? "none" : joined(names)));
     }
+    if (chains.contains(wanted)) continue;
+    throw docking::MoleculeError(source + ": no protein in chain '" + printable_text(wanted) +
+                                 "'; chains with protein are " + joined(shown));
   }
 }
 
-/// Splits the protein residues off; the others of the selected chains are counted by name for a note.
-std::vector<PdbResidue> take_protein(std::vector<PdbResidue>&& residues, const ForceField& force_field,
-                                     const std::vector<std::string>& selected, LeftOutByName& left_out) {
-  std::vector<PdbResidue> protein;
-  for (PdbResidue& residue : residues) {
-    if (is_protein_residue(force_field, residue.name)) {
-      protein.push_back(std::move(residue));
-    } else if (is_selected(selected, residue.chain)) {
+bool has_own_charges(const PdbResidue& residue) {
+  return !residue.atoms.empty() && residue.atoms.front().charge_e.has_value();
+}
+
+/// Those selected; the others of the selected chains are counted by name for a note.
+std::vector<PdbResidue> take_selected(const std::vector<PdbResidue>& others, const StructureSelection& selection,
+                                      LeftOutByName& left_out, std::vector<std::string>& dropped) {
+  std::vector<PdbResidue> taken;
+  for (const PdbResidue& residue : others) {
+    if (selection.takes_residue(residue) || (has_own_charges(residue) && selection.takes_chain(residue.chain))) {
+      taken.push_back(residue);
+    } else if (selection.takes_chain(residue.chain)) {
       LeftOut& same_name = left_out[residue.name];
       ++same_name.residues;
       same_name.atoms += residue.atoms.size();
+      dropped.push_back(printable_text("residue " + residue.name + " " + residue.id + " of chain " + residue.chain) +
+                        ": no amino acid, and not selected");
     }
   }
-  return protein;
+  return taken;
 }
 
 bool has_atom(const PdbResidue& residue, std::string_view name) {
@@ -101,10 +113,10 @@ bool follows_in_chain(const PdbResidue& earlier, const PdbResidue& later) {
 
 class Loader {
  public:
-  Loader(const ForceField& force_field, docking::Molecule& molecule) : force_field_(force_field), molecule_(molecule) {}
+  Loader(const ForceField& force_field, docking::Molecule& molecule, StructureReport& report)
+      : force_field_(force_field), molecule_(molecule), report_(report) {}
 
-  void add(const PdbResidue& residue, const ResidueContext& context) {
-    const TypedResidue typed = type_residue(force_field_, residue, context);
+  void add(const PdbResidue& residue, const TypedResidue& typed) {
     for (std::size_t i = 0; i < residue.atoms.size(); ++i) {
       add_atom(residue, residue.atoms[i], typed.atoms[i], typed.guesses[i]);
     }
@@ -113,6 +125,10 @@ class Loader {
     for (const std::string& name : typed.missing_heavy) {
       ++missing_heavy_;
       incomplete_.insert(residue.name + " " + residue.id + " " + name);
+      report_.missing.push_back("atom " + place_text(residue, name));
+    }
+    for (const std::string& name : typed.missing_hydrogen_names) {
+      report_.missing.push_back("hydrogen " + place_text(residue, name));
     }
   }
 
@@ -151,13 +167,16 @@ class Loader {
       molecule_.guessed.emplace(molecule_.size(), guess);
       ++guesses_[residue.name];
     }
+    // A radius is half the distance of the minimum, 2^(1/6) σ.
+    const double sigma = atom.radius_angstrom ? kSigmaPerRadius * *atom.radius_angstrom : type.sigma_angstrom;
     molecule_.positions_angstrom.push_back(atom.position_angstrom);
-    molecule_.sigma_angstrom.push_back(type.sigma_angstrom);
+    molecule_.sigma_angstrom.push_back(sigma < kMinSigmaAngstrom ? 0 : sigma);
     molecule_.epsilon_kj_per_mol.push_back(type.epsilon_kj_per_mol);
-    molecule_.charge_e.push_back(entry.charge_e);
+    molecule_.charge_e.push_back(atom.charge_e.value_or(entry.charge_e));
     molecule_.mass_u.push_back(type.mass_u);
     molecule_.atom_names.push_back(atom.name);
     molecule_.residue_names.push_back(residue.name);
+    report_.places.push_back(place_text(residue, atom.name));
     molecule_.types.push_back(entry.type);
   }
 
@@ -165,6 +184,7 @@ class Loader {
 
   const ForceField& force_field_;
   docking::Molecule& molecule_;
+  StructureReport& report_;
   std::size_t expected_hydrogens_ = 0;
   std::size_t missing_hydrogens_ = 0;
   std::size_t missing_heavy_ = 0;
@@ -180,34 +200,67 @@ std::vector<bool> disulfides_of(const std::vector<PdbResidue>& protein, const st
   }
 }
 
+/// Sorted along x, so that only near ones are compared.
+void check_places(const std::vector<Vec3>& positions, const std::vector<std::string>& places,
+                  const std::string& source) {
+  std::vector<std::size_t> order(positions.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::sort(order.begin(), order.end(), [&positions](std::size_t i, std::size_t j) {
+    return std::lexicographical_compare(positions[i].begin(), positions[i].end(), positions[j].begin(),
+                                        positions[j].end());
+  });
+  for (std::size_t n = 1; n < order.size(); ++n) {
+    const std::size_t i = order[n - 1], j = order[n];
+    if ((positions[i] - positions[j]).cwiseAbs().maxCoeff() > kSamePlaceAngstrom) continue;
+    throw docking::MoleculeError(source + ": atoms " + places[i] + " and " + places[j] +
+                                 " are on one place; correct or delete one of them");
+  }
+}
+
 }  // namespace
 
-docking::Molecule load_molecule(const std::filesystem::path& structure, const std::vector<std::string>& chains,
-                                const std::filesystem::path& force_field_directory) {
+docking::Molecule load_molecule(const std::filesystem::path& structure, const StructureSelection& selection,
+                                const std::filesystem::path& force_field_directory, StructureReport* report) {
   const ForceField force_field = load_force_field(force_field_directory);
-  PdbStructure read = read_pdb(structure);
-  LeftOutByName left_out;
-  const std::vector<PdbResidue> protein = take_protein(std::move(read.residues), force_field, chains, left_out);
-  check_chains(protein, chains, structure.string());
+  PdbStructure read = read_structure(structure);
+  std::vector<PdbResidue> protein, others;
+  for (PdbResidue& residue : read.residues) {
+    (is_protein_residue(force_field, residue.name) ? protein : others).push_back(std::move(residue));
+  }
+  const std::string source = structure.string();
+  check_selection(protein, others, selection, source);
   // Over all chains: a disulfide may lead to a chain that is not selected.
-  const std::vector<bool> in_disulfide = disulfides_of(protein, structure.string());
+  const std::vector<bool> in_disulfide = disulfides_of(protein, source);
   docking::Molecule molecule;
   molecule.force_field = force_field.name;
-  Loader loader(force_field, molecule);
+  StructureReport told;
+  told.dropped = std::move(read.dropped);
+  Loader loader(force_field, molecule, told);
   for (std::size_t r = 0; r < protein.size(); ++r) {
-    if (!is_selected(chains, protein[r].chain)) continue;
+    if (!selection.takes_chain(protein[r].chain) && !selection.takes_residue(protein[r])) continue;
     ResidueContext context;
     context.first_of_chain = r == 0 || !follows_in_chain(protein[r - 1], protein[r]);
     context.last_of_chain = r + 1 == protein.size() || !follows_in_chain(protein[r], protein[r + 1]);
     context.in_disulfide = in_disulfide[r];
-    loader.add(protein[r], context);
+    loader.add(protein[r], type_residue(force_field, protein[r], context));
+  }
+  LeftOutByName left_out;
+  for (const PdbResidue& residue : take_selected(others, selection, left_out, told.dropped)) {
+    loader.add(residue, type_by_element(residue));
+  }
+  if (molecule.size() == 0) {
+    throw docking::MoleculeError(source +
+                                 ": no protein atoms; a structure with amino acids is needed, or a choice of " +
+                                 "residues, e.g. FILE:A/LIG");
   }
   loader.write_notes(left_out, read);
+  check_places(molecule.positions_angstrom, told.places, source);
   try {
     docking::validate(molecule);
   } catch (const std::invalid_argument& error) {
-    throw docking::MoleculeError(structure.string() + " with " + force_field.directory + ": " + error.what());
+    throw docking::MoleculeError(source + " with " + force_field.directory + ": " + error.what());
   }
+  if (report != nullptr) *report = std::move(told);
   return molecule;
 }
 

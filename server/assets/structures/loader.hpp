@@ -1,4 +1,4 @@
-// Structure files to molecules: a tolerant PDB reader and the OPLS-AA parameters of GROMACS's data files.
+// Structure files to molecules: tolerant readers and the OPLS-AA parameters of GROMACS's data files.
 #pragma once
 
 #include <filesystem>
@@ -7,21 +7,32 @@
 
 #include "common/docking/molecule.hpp"
 #include "common/docking/molecule_error.hpp"
+#include "server/assets/structures/structure_file.hpp"
 
 namespace tandem::server {
 
-/// Reads the protein atoms of these chains, or of all when none is named (first model, first alternate location, no
-/// solvent, no hetero groups) and gives each its OPLS-AA type, charge and Lennard-Jones parameters.
+/// What people may want to know of single atoms, beside Molecule::guessed and the counts in Molecule::notes.
+struct StructureReport {
+  std::vector<std::string> places;   ///< of each atom of the molecule: "CG of VAL 12A of chain B"
+  std::vector<std::string> missing;  ///< atoms that the force field expects and the file lacks
+  std::vector<std::string> dropped;  ///< atoms and residues of the file that were left out, with the reason
+};
+
+/// Reads what is selected (first model, first alternate location) and gives each atom its OPLS-AA type, charge and
+/// Lennard-Jones parameters. Charges and radii of a PQR file stay its own: σ = 2^(5/6) · radius, and of radius 0 no
+/// Lennard-Jones term.
 ///
 /// An atom without an exact entry is typed by its element (residue_typing.hpp) and named in Molecule::guessed; atoms
-/// that the file lacks or the force field does not know are counted in Molecule::notes. Nothing is added: a file
-/// without hydrogens gives heavy atoms with all-atom parameters, whose attraction is about a third too weak.
+/// that the file lacks and those left out are counted in Molecule::notes and named in the report.
+/// Nothing is added: a file without hydrogens gives heavy atoms with all-atom parameters, whose attraction is about a
+/// third too weak.
 ///
 /// Source  the parameter files of `force_field_directory` (GROMACS: ffnonbonded.itp, aminoacids.rtp, …), read at
 ///         run time: Jorgensen, Maxwell, Tirado-Rives, JACS 118 (1996) 11225
-/// Fails   MoleculeError: file missing or damaged, no atoms left, chain not there (names those that are), force
-///         field missing (names the Debian package) or with another mixing rule than the geometric one
-docking::Molecule load_molecule(const std::filesystem::path& structure, const std::vector<std::string>& chains,
-                                const std::filesystem::path& force_field_directory);
+/// Fails   MoleculeError: file missing or damaged, no atoms left, two atoms on one place, chain or residue not there
+///         (names those that are), force field missing (names the Debian package) or with another mixing rule than
+///         the geometric one
+docking::Molecule load_molecule(const std::filesystem::path& structure, const StructureSelection& selection,
+                                const std::filesystem::path& force_field_directory, StructureReport* report = nullptr);
 
 }  // namespace tandem::server

@@ -45,18 +45,28 @@ constexpr std::array<Renaming, 12> kCapAtoms = {{
 
 constexpr std::array<std::string_view, 4> kCaps = {"ACE", "NAC", "NH2", "NHE"};
 
-/// Stand-ins by element: the alkane, amide and sulfide entries of OPLS-AA. Selenium of MSE is taken as sulfur.
+/// Stand-ins by element: the alkane, amide and sulfide entries of OPLS-AA. Selenium of MSE is taken as sulfur, zinc and iron
+/// as magnesium, whose ions are as small.
 struct ElementType {
   std::string_view element;
   std::string_view type;
 };
-constexpr std::array<ElementType, 7> kTypeOfElement = {{{"C", "opls_135"},
-                                                        {"N", "opls_238"},
-                                                        {"O", "opls_236"},
-                                                        {"S", "opls_202"},
-                                                        {"SE", "opls_202"},
-                                                        {"P", "opls_393"},
-                                                        {"H", "opls_140"}}};
+constexpr std::array<ElementType, 16> kTypeOfElement = {{{"C", "opls_135"},
+                                                         {"N", "opls_238"},
+                                                         {"O", "opls_236"},
+                                                         {"S", "opls_202"},
+                                                         {"SE", "opls_202"},
+                                                         {"P", "opls_393"},
+                                                         {"H", "opls_140"},
+                                                         {"F", "opls_164"},
+                                                         {"CL", "opls_151"},
+                                                         {"BR", "opls_722"},
+                                                         {"NA", "opls_407"},
+                                                         {"K", "opls_408"},
+                                                         {"MG", "opls_411"},
+                                                         {"ZN", "opls_411"},
+                                                         {"FE", "opls_411"},
+                                                         {"CA", "opls_412"}}};
 constexpr std::string_view kPolarHydrogen = "opls_241";
 
 constexpr double kDisulfideAngstrom = 2.0;
@@ -287,10 +297,6 @@ bool is_bound_to_carbon(const PdbResidue& residue, std::size_t hydrogen) {
   return carbon;
 }
 
-std::string place_of(const PdbResidue& residue) {
-  return printable_text(residue.name + " " + residue.id + (residue.chain.empty() ? "" : " of chain " + residue.chain));
-}
-
 /// Adds an entry for atom i by its element, and what people are told of it.
 void guess_by_element(const PdbResidue& residue, std::size_t i, const std::string& block, TypedResidue& typed) {
   const PdbAtom& atom = residue.atoms[i];
@@ -300,9 +306,9 @@ void guess_by_element(const PdbResidue& residue, std::size_t i, const std::strin
   }
   if (atom.element == "H" && !is_bound_to_carbon(residue, i)) type = kPolarHydrogen;
   typed.atoms.push_back({atom.name, std::string(type), 0.0});
-  typed.guesses.push_back("atom " + printable_text(atom.name) + " of " + place_of(residue) +
-                          ": not in the force field's block " + block + ", taken as " + std::string(type) +
-                          " by its element with charge 0");
+  typed.guesses.push_back("atom " + place_text(residue, atom.name) + ": not in the force field" +
+                          (block.empty() ? "" : "'s block " + block) + ", taken as " + std::string(type) +
+                          " by its element with " + (atom.charge_e ? "the file's charge" : "charge 0"));
 }
 
 /// Without ring hydrogens the tautomer is a choice: every atom whose entry depends on it is a guess.
@@ -314,7 +320,7 @@ void mark_guessed_tautomer(const ForceField& force_field, const PdbResidue& resi
     const BlockAtom* alternative = other->find(names[i]);
     std::string& guess = typed.guesses[i];
     if (!guess.empty() || alternative == nullptr || alike(*alternative, typed.atoms[i])) continue;
-    guess = "atom " + printable_text(residue.atoms[i].name) + " of " + place_of(residue) +
+    guess = "atom " + place_text(residue, residue.atoms[i].name) +
             ": neither HD1 nor HE2 in the file, taken as HISE, neutral with the hydrogen on NE2";
   }
 }
@@ -347,11 +353,18 @@ TypedResidue type_residue(const ForceField& force_field, const PdbResidue& resid
     if (matcher.is_used(k)) continue;
     if (hydrogen) {
       ++typed.missing_hydrogens;
+      typed.missing_hydrogen_names.push_back(atoms[k].name);
     } else {
       typed.missing_heavy.push_back(atoms[k].name);
     }
   }
   mark_guessed_tautomer(force_field, residue, names, typed);
+  return typed;
+}
+
+TypedResidue type_by_element(const PdbResidue& residue) {
+  TypedResidue typed;
+  for (std::size_t i = 0; i < residue.atoms.size(); ++i) guess_by_element(residue, i, "", typed);
   return typed;
 }
 

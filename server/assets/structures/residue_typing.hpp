@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "server/assets/structures/force_field.hpp"
-#include "server/assets/structures/pdb_reader.hpp"
+#include "server/assets/structures/residue_collector.hpp"
 
 namespace tandem::server {
 
@@ -31,6 +31,7 @@ struct TypedResidue {
   std::size_t expected_hydrogens = 0;
   std::size_t missing_hydrogens = 0;
   std::vector<std::string> missing_heavy;  ///< names
+  std::vector<std::string> missing_hydrogen_names;
 };
 
 /// Whether the force field has a block of an amino acid or cap (ACE, NAC/NME, NH2, NHE) for this residue name.
@@ -39,6 +40,9 @@ bool is_protein_residue(const ForceField& force_field, std::string_view residue_
 /// Source  block and chain-end choice follow pdb2gmx (GROMACS manual, "gmx pdb2gmx"); the fallbacks are ours
 /// In      residue  one for which is_protein_residue()
 TypedResidue type_residue(const ForceField& force_field, const PdbResidue& residue, const ResidueContext& context);
+
+/// Every atom by its element, as a guess: a ligand, an ion, a sugar, which the force field does not know.
+TypedResidue type_by_element(const PdbResidue& residue);
 
 /// For each residue whether its SG is bonded to another's.
 ///

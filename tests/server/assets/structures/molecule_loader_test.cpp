@@ -36,7 +36,7 @@ class OplsLoader : public testing::Test {
 
   static docking::Molecule load(const std::string& text, const std::vector<std::string>& chains = {}) {
     const PdbFile file(text);
-    return load_molecule(file.path(), chains, test::kOplsDirectory);
+    return load_molecule(file.path(), {chains}, test::kOplsDirectory);
   }
 
   static std::string type_of(const docking::Molecule& molecule, const std::string& residue, const std::string& atom) {
@@ -290,7 +290,7 @@ TEST_F(OplsLoader, NamesTheLigandOf1hpvThatItLeavesOut) {
 }
 
 TEST(Disulfides, AreNotLookedForAmongMoreCysteinesThanAnyStructureHas) {
-  PdbResidue cysteine{"CYS", "1", "A", 0, {{"SG", "S", Vec3::Zero()}}};
+  PdbResidue cysteine{"CYS", "1", "A", 0, {{"SG", "S", Vec3::Zero(), {}, {}}}};
   std::vector<PdbResidue> residues(20'000, cysteine);
   for (std::size_t i = 0; i < residues.size(); ++i)
     residues[i].atoms[0].position_angstrom.x() = 9.0 * static_cast<double>(i);

@@ -7,6 +7,7 @@
 #include <iterator>
 #include <random>
 
+#include "server/assets/structures/structure_file.hpp"
 #include "tests/support/molecules.hpp"
 #include "tests/support/pdb_text.hpp"
 
@@ -119,11 +120,6 @@ TEST(PdbReader, RefusesWhatIsNotAFiniteCoordinateAndSaysWhere) {
   EXPECT_NE(message_of(good.substr(0, 52)).find("x.pdb:1: atom line ends at column 52"), std::string::npos);
 }
 
-TEST(PdbReader, NamesTheFormatOfFilesThatAreNotPdb) {
-  EXPECT_NE(message_of("data_1ABC\n_entry.id 1ABC\n").find("mmCIF"), std::string::npos);
-  EXPECT_NE(message_of("\x1f\x8b\x08").find("gunzip"), std::string::npos);
-}
-
 TEST(PdbReader, BoundsTheNumberOfAtoms) {
   const std::string atom = test::to_text({.name = " CA "}).substr(0, 54) + "\n";
   std::string text;
@@ -132,8 +128,8 @@ TEST(PdbReader, BoundsTheNumberOfAtoms) {
 }
 
 TEST(PdbReader, MissingFilesAndFoldersAreErrorsNotCrashes) {
-  EXPECT_THROW(read_pdb("/nowhere/at/all.pdb"), docking::MoleculeError);
-  EXPECT_THROW(read_pdb("/tmp"), docking::MoleculeError);
+  EXPECT_THROW(read_structure("/nowhere/at/all.pdb"), docking::MoleculeError);
+  EXPECT_THROW(read_structure("/tmp"), docking::MoleculeError);
   EXPECT_TRUE(parse_pdb("", "x.pdb").residues.empty());
 }
 

@@ -1,0 +1,21 @@
+// The atoms of an mmCIF file: its _atom_site loop, nothing else.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "server/assets/structures/residue_collector.hpp"
+
+namespace tandem::server {
+
+/// Reads the first model of the first data block that has atoms. Names, numbers and chains are the authors' (auth_…), as
+/// in the PDB file of the same entry, where the file has them. Written here, not with gemmi, because only one loop is
+/// wanted, in one pass and without a copy of the file.
+///
+/// Source  Hall, Allen, Brown, Acta Cryst. A47 (1991) 655 and iucr.org "CIF 1.1 syntax": words, quotes, text fields
+/// In      source  name of the file, for messages
+/// Fails   MoleculeError with file and line: no _atom_site loop, a coordinate missing or not a number within 1e6 Å, a
+///         row cut off, too many atoms
+PdbStructure parse_mmcif(std::string_view text, const std::string& source);
+
+}  // namespace tandem::server

@@ -1,0 +1,18 @@
+// The PQR format of PDB2PQR and APBS: atoms with a charge and a radius of their own, in columns divided by blanks.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "server/assets/structures/residue_collector.hpp"
+
+namespace tandem::server {
+
+/// Reads ATOM and HETATM records: serial, atom, residue, chain (may be missing), number, x y z, charge, radius.
+/// Residues that are split off as a chain's end (NTER, NTE, CTER, CTE) are joined to the one of the same number.
+///
+/// In      source  name of the file, for messages
+/// Fails   MoleculeError with file and line: a record without its numbers, charge beyond 100 e or radius beyond 10 Å
+PdbStructure parse_pqr(std::string_view text, const std::string& source);
+
+}  // namespace tandem::server
