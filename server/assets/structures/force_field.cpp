@@ -150,11 +150,39 @@ void read_blocks(const fs::path& path, ForceField& force_field) {
   }
 }
 
+HydrogenRule read_rule(const ParameterFile& file, const Words& words) {
+  if (words.size() < 4) file.fail("hydrogens need count, rule, name and the atom that carries them");
+  HydrogenRule rule;
+  rule.count = static_cast<int>(file.number(words[0]));
+  rule.kind = static_cast<int>(file.number(words[1]));
+  rule.name = words[2];
+  rule.anchors.assign(words.begin() + 3, words.end());
+  if (rule.count < 1 || rule.count > 4) file.fail("hydrogens need a count of 1 to 4");
+  return rule;
+}
+
+/// "ALA 3", then the rules; the count is not needed to tell them apart.
+void read_hydrogens(const fs::path& path, ForceField& force_field) {
+  ParameterFile file(path);
+  Words words;
+  std::vector<HydrogenRule>* rules = nullptr;
+  while (file.next(words)) {
+    if (words.size() <= 2) {
+      rules = &force_field.hydrogens[std::string(words.front())];
+    } else if (rules == nullptr) {
+      file.fail("a rule before the first residue");
+    } else {
+      rules->push_back(read_rule(file, words));
+    }
+  }
+}
+
 /// "H" added three times is H1, H2, H3; added once it is H.
 void read_addition(ParameterFile& file, const Words& header, TerminusEdit& edit) {
   if (header.size() < 3) file.fail("an added atom needs count, rule and name");
   const int count = static_cast<int>(file.number(header[0]));
   const std::string name(header[2]);
+  if (name.starts_with('H')) edit.hydrogens.push_back(read_rule(file, header));
   Words words;
   if (count < 1 || count > 4 || !file.next(words) || words.size() < 3) {
     file.fail("an added atom needs a count of 1 to 4 and a second line with type, mass and charge");
@@ -257,6 +285,7 @@ ForceField load_force_field(const fs::path& directory) {
   check_combination_rule(directory / "forcefield.itp");
   read_types(directory / "ffnonbonded.itp", force_field);
   read_blocks(directory / "aminoacids.rtp", force_field);
+  read_hydrogens(directory / "aminoacids.hdb", force_field);
   force_field.n_termini = read_termini(directory / "aminoacids.n.tdb");
   force_field.c_termini = read_termini(directory / "aminoacids.c.tdb");
   drop_renamed_additions(force_field.c_termini);

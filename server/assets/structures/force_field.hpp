@@ -24,6 +24,17 @@ struct BlockAtom {
   double charge_e = 0;
 };
 
+/// How hydrogens are added to an atom: one line of aminoacids.hdb.
+struct HydrogenRule {
+  int count = 0;
+  int kind = 0;                      ///< the geometry: hydrogens.hpp
+  std::string name;                  ///< of one hydrogen; more are numbered: HB1, HB2
+  std::vector<std::string> anchors;  ///< the atom that carries them, and those that give the directions; "-C": of the
+                                     ///< residue before
+
+  std::string hydrogen(int i) const { return count == 1 ? name : name + std::to_string(i + 1); }
+};
+
 struct ResidueBlock {
   std::string name;
   std::vector<BlockAtom> atoms;
@@ -37,6 +48,7 @@ struct TerminusEdit {
   std::vector<BlockAtom> replaced;  ///< by name; an atom that the block lacks is one the end brings along ("OXT")
   std::vector<BlockAtom> added;     ///< H1, H2, H3 …
   std::vector<std::string> deleted;
+  std::vector<HydrogenRule> hydrogens;
 };
 
 struct AtomAlias {
@@ -50,6 +62,7 @@ struct ForceField {
   std::string directory;  ///< for messages
   std::map<std::string, AtomType, std::less<>> types;
   std::map<std::string, ResidueBlock, std::less<>> blocks;
+  std::map<std::string, std::vector<HydrogenRule>, std::less<>> hydrogens;  ///< by block
   std::map<std::string, TerminusEdit, std::less<>> n_termini;
   std::map<std::string, TerminusEdit, std::less<>> c_termini;
   std::map<std::string, std::string, std::less<>> block_of_residue;  ///< where the names differ: LYS → LYSH
@@ -61,7 +74,7 @@ struct ForceField {
   const AtomType& type(std::string_view name) const;
 };
 
-/// Reads forcefield.itp, ffnonbonded.itp, aminoacids.rtp, .n.tdb, .c.tdb and .r2b of the folder, and xlateat.dat of it
+/// Reads forcefield.itp, ffnonbonded.itp, aminoacids.rtp, .hdb, .n.tdb, .c.tdb and .r2b of the folder, and xlateat.dat of it
 /// or of its parent.
 ///
 /// Fails   MoleculeError: folder or file missing (names the Debian package), a line that cannot be read (names it), a

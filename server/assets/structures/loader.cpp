@@ -200,6 +200,16 @@ std::vector<bool> disulfides_of(const std::vector<PdbResidue>& protein, const st
   }
 }
 
+std::vector<ResidueContext> contexts_of(const std::vector<PdbResidue>& protein, const std::vector<bool>& in_disulfide) {
+  std::vector<ResidueContext> contexts(protein.size());
+  for (std::size_t r = 0; r < protein.size(); ++r) {
+    contexts[r].first_of_chain = r == 0 || !follows_in_chain(protein[r - 1], protein[r]);
+    contexts[r].last_of_chain = r + 1 == protein.size() || !follows_in_chain(protein[r], protein[r + 1]);
+    contexts[r].in_disulfide = in_disulfide[r];
+  }
+  return contexts;
+}
+
 /// Sorted along x, so that only near ones are compared.
 void check_places(const std::vector<Vec3>& positions, const std::vector<std::string>& places,
                   const std::string& source) {
@@ -220,7 +230,8 @@ void check_places(const std::vector<Vec3>& positions, const std::vector<std::str
 }  // namespace
 
 docking::Molecule load_molecule(const std::filesystem::path& structure, const StructureSelection& selection,
-                                const std::filesystem::path& force_field_directory, StructureReport* report) {
+                                const std::filesystem::path& force_field_directory, Hydrogens hydrogens,
+                                StructureReport* report) {
   const ForceField force_field = load_force_field(force_field_directory);
   PdbStructure read = read_structure(structure);
   std::vector<PdbResidue> protein, others;
@@ -236,13 +247,14 @@ docking::Molecule load_molecule(const std::filesystem::path& structure, const St
   StructureReport told;
   told.dropped = std::move(read.dropped);
   Loader loader(force_field, molecule, told);
+  const std::vector<ResidueContext> contexts = contexts_of(protein, in_disulfide);
+  // Over all chains: a residue's hydrogens may depend on the one before.
+  if (hydrogens != Hydrogens::kGiven) build_hydrogens(force_field, protein, contexts);
   for (std::size_t r = 0; r < protein.size(); ++r) {
     if (!selection.takes_chain(protein[r].chain) && !selection.takes_residue(protein[r])) continue;
-    ResidueContext context;
-    context.first_of_chain = r == 0 || !follows_in_chain(protein[r - 1], protein[r]);
-    context.last_of_chain = r + 1 == protein.size() || !follows_in_chain(protein[r], protein[r + 1]);
-    context.in_disulfide = in_disulfide[r];
-    loader.add(protein[r], type_residue(force_field, protein[r], context));
+    TypedResidue typed = type_residue(force_field, protein[r], contexts[r]);
+    if (hydrogens == Hydrogens::kUnited) unite_hydrogens(force_field, protein[r], typed);
+    loader.add(protein[r], typed);
   }
   LeftOutByName left_out;
   for (const PdbResidue& residue : take_selected(others, selection, left_out, told.dropped)) {

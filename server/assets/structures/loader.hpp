@@ -7,6 +7,7 @@
 
 #include "common/docking/molecule.hpp"
 #include "common/docking/molecule_error.hpp"
+#include "server/assets/structures/hydrogens.hpp"
 #include "server/assets/structures/structure_file.hpp"
 
 namespace tandem::server {
@@ -24,8 +25,8 @@ struct StructureReport {
 ///
 /// An atom without an exact entry is typed by its element (residue_typing.hpp) and named in Molecule::guessed; atoms
 /// that the file lacks and those left out are counted in Molecule::notes and named in the report.
-/// Nothing is added: a file without hydrogens gives heavy atoms with all-atom parameters, whose attraction is about a
-/// third too weak.
+/// With Hydrogens::kGiven nothing is added: a file without hydrogens gives heavy atoms with all-atom parameters, whose
+/// attraction is about a third too weak.
 ///
 /// Source  the parameter files of `force_field_directory` (GROMACS: ffnonbonded.itp, aminoacids.rtp, …), read at
 ///         run time: Jorgensen, Maxwell, Tirado-Rives, JACS 118 (1996) 11225
@@ -33,6 +34,7 @@ struct StructureReport {
 ///         (names those that are), force field missing (names the Debian package) or with another mixing rule than
 ///         the geometric one
 docking::Molecule load_molecule(const std::filesystem::path& structure, const StructureSelection& selection,
-                                const std::filesystem::path& force_field_directory, StructureReport* report = nullptr);
+                                const std::filesystem::path& force_field_directory,
+                                Hydrogens hydrogens = Hydrogens::kGiven, StructureReport* report = nullptr);
 
 }  // namespace tandem::server

@@ -56,7 +56,8 @@ class Words {
 
   std::size_t position() const { return at_; }
   std::size_t line_of(std::size_t position) const {
-    return 1 + static_cast<std::size_t>(std::count(text_.begin(), text_.begin() + static_cast<std::ptrdiff_t>(position), '\n'));
+    return 1 + static_cast<std::size_t>(
+                   std::count(text_.begin(), text_.begin() + static_cast<std::ptrdiff_t>(position), '\n'));
   }
 
  private:
@@ -91,7 +92,8 @@ class Parser {
         continue;
       }
       std::vector<std::string_view> tags;
-      while ((has_word = words_.next(word)) && word.is_keyword("_") && tags.size() < kMaxColumns) tags.push_back(word.text);
+      while ((has_word = words_.next(word)) && word.is_keyword("_") && tags.size() < kMaxColumns)
+        tags.push_back(word.text);
       if (tags.empty() || !tags.front().starts_with("_atom_site.")) continue;
       read_atoms(tags, word, has_word);
       PdbStructure structure = residues_.take();
@@ -158,7 +160,8 @@ class Parser {
     for (std::size_t axis = 0; axis < 3; ++axis) {
       double& coordinate = atom.position_angstrom[static_cast<Eigen::Index>(axis)];
       if (!parse_finite(row_[xyz[axis]], coordinate) || std::abs(coordinate) > kMaxCoordinateAngstrom) {
-        fail("coordinate " + quoted_text(row_[xyz[axis]]) + " is not a number within 1e6 Å; correct or delete this row");
+        fail("coordinate " + quoted_text(row_[xyz[axis]]) +
+             " is not a number within 1e6 Å; correct or delete this row");
       }
     }
     const std::string_view alternate = value(alternate_);

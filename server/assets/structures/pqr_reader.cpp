@@ -79,9 +79,10 @@ PdbStructure parse_pqr(std::string_view text, const std::string& source) {
     if (line == "END") break;
     if (!line.starts_with("ATOM") && !line.starts_with("HETATM")) continue;
     if (!add_atom(line, segment, residues)) {
-      throw docking::MoleculeError(source + ":" + std::to_string(number) +
-                                   ": not a PQR record: serial, atom, residue, number, x, y, z, charge within 100 e and "
-                                   "radius within 10 Å, divided by blanks, are needed; correct or delete this line");
+      throw docking::MoleculeError(
+          source + ":" + std::to_string(number) +
+          ": not a PQR record: serial, atom, residue, number, x, y, z, charge within 100 e and "
+          "radius within 10 Å, divided by blanks, are needed; correct or delete this line");
     }
   }
   PdbStructure structure = residues.take();

@@ -197,7 +197,7 @@ std::string n_terminus(const Names& names, const std::string& block) {
   return hydrogens == 2 ? "NH2" : "NH3+";
 }
 
-void apply(const TerminusEdit& edit, std::vector<BlockAtom>& atoms) {
+void apply_to_atoms(const TerminusEdit& edit, std::vector<BlockAtom>& atoms) {
   const auto put = [&atoms](const BlockAtom& atom) {
     const auto same = std::find_if(atoms.begin(), atoms.end(), [&](const BlockAtom& a) { return a.name == atom.name; });
     if (same == atoms.end()) {
@@ -211,11 +211,27 @@ void apply(const TerminusEdit& edit, std::vector<BlockAtom>& atoms) {
   for (const BlockAtom& atom : edit.added) put(atom);
 }
 
-/// Block with its chain ends. A residue that is both ends, both charged, takes the zwitterion's entries.
-std::vector<BlockAtom> block_with_ends(const ForceField& force_field, const ResidueBlock& block,
-                                       const ResidueContext& context, Names& names) {
-  std::vector<BlockAtom> atoms = block.atoms;
-  if (!block.is_amino_acid()) return atoms;
+/// What a residue is made of, with its chain ends.
+struct Composition {
+  std::vector<BlockAtom> atoms;
+  std::vector<HydrogenRule> rules;
+
+  void apply(const TerminusEdit& edit) {
+    apply_to_atoms(edit, atoms);
+    for (const std::string& name : edit.deleted) {
+      std::erase_if(rules, [&name](const HydrogenRule& rule) { return rule.name == name; });
+    }
+    rules.insert(rules.end(), edit.hydrogens.begin(), edit.hydrogens.end());
+  }
+};
+
+/// A residue that is both ends, both charged, takes the zwitterion's entries.
+Composition block_with_ends(const ForceField& force_field, const ResidueBlock& block, const ResidueContext& context,
+                            Names& names) {
+  Composition made{block.atoms, {}};
+  const auto rules = force_field.hydrogens.find(block.name);
+  if (rules != force_field.hydrogens.end()) made.rules = rules->second;
+  if (!block.is_amino_acid()) return made;
   std::string n_end = context.first_of_chain ? n_terminus(names, block.name) : "";
   std::string c_end;
   if (has(names, "OXT")) c_end = has(names, "HXT") || has(names, "HO") ? "COOH" : "COO-";
@@ -230,9 +246,9 @@ std::vector<BlockAtom> block_with_ends(const ForceField& force_field, const Resi
   }
   const TerminusEdit* n_edit = n_end.empty() ? nullptr : find_edit(force_field.n_termini, block.name, n_end);
   const TerminusEdit* c_edit = c_end.empty() ? nullptr : find_edit(force_field.c_termini, block.name, c_end);
-  if (n_edit != nullptr) apply(*n_edit, atoms);
-  if (c_edit != nullptr) apply(*c_edit, atoms);
-  return atoms;
+  if (n_edit != nullptr) made.apply(*n_edit);
+  if (c_edit != nullptr) made.apply(*c_edit);
+  return made;
 }
 
 bool alike(const BlockAtom& a, const BlockAtom& b) {
@@ -336,9 +352,11 @@ bool is_protein_residue(const ForceField& force_field, std::string_view residue_
 TypedResidue type_residue(const ForceField& force_field, const PdbResidue& residue, const ResidueContext& context) {
   Names names = normalised_names(force_field, residue, *default_block(force_field, residue.name), context);
   const ResidueBlock& block = *choose_block(force_field, residue.name, context, names);
-  const std::vector<BlockAtom> atoms = block_with_ends(force_field, block, context, names);
+  const Composition composition = block_with_ends(force_field, block, context, names);
+  const std::vector<BlockAtom>& atoms = composition.atoms;
   const Matcher matcher(atoms, residue, names);
   TypedResidue typed;
+  typed.rules = composition.rules;
   for (std::size_t i = 0; i < residue.atoms.size(); ++i) {
     if (const BlockAtom* entry = matcher.of(i)) {
       typed.atoms.push_back(*entry);
@@ -359,6 +377,7 @@ TypedResidue type_residue(const ForceField& force_field, const PdbResidue& resid
     }
   }
   mark_guessed_tautomer(force_field, residue, names, typed);
+  typed.names = std::move(names);
   return typed;
 }
 

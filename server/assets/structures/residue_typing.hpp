@@ -27,6 +27,8 @@ struct ResidueContext {
 
 struct TypedResidue {
   std::vector<BlockAtom> atoms;      ///< the entry of each of the residue's
+  std::vector<std::string> names;    ///< likewise: as the force field calls it, for hydrogens.hpp
+  std::vector<HydrogenRule> rules;   ///< of the block and its chain ends
   std::vector<std::string> guesses;  ///< likewise: empty for an exact entry; else for people
   std::size_t expected_hydrogens = 0;
   std::size_t missing_hydrogens = 0;

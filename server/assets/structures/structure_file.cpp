@@ -25,7 +25,8 @@ constexpr std::size_t kChunkBytes = std::size_t{1} << 20;
 std::string text_of(const fs::path& path) {
   std::error_code error;
   if (!fs::is_regular_file(path, error)) {
-    throw docking::MoleculeError(path.string() + ": no such file; give the path of a structure in PDB, mmCIF or PQR format");
+    throw docking::MoleculeError(path.string() +
+                                 ": no such file; give the path of a structure in PDB, mmCIF or PQR format");
   }
   const std::unique_ptr<gzFile_s, int (*)(gzFile)> file(gzopen(path.c_str(), "rb"), gzclose);
   if (file == nullptr) throw docking::MoleculeError(path.string() + ": cannot be read; check its permissions");
@@ -63,7 +64,9 @@ bool is_named_pqr(fs::path path) {
 
 PdbStructure read_structure(const fs::path& path) {
   const std::string text = text_of(path);
-  if (text.starts_with("BZh") || text.starts_with("PK") || text.starts_with("\xFD" "7zXZ")) {
+  if (text.starts_with("BZh") || text.starts_with("PK") ||
+      text.starts_with("\xFD"
+                       "7zXZ")) {
     throw docking::MoleculeError(path.string() + ": compressed, not by gzip; unpack it first");
   }
   if (is_mmcif(text)) return parse_mmcif(text, path.string());

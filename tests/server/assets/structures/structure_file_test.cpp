@@ -105,7 +105,8 @@ TEST(MmcifReader, SurvivesDamagedFiles) {
   for (unsigned seed = 0; seed < 300; ++seed) {
     std::mt19937 random(seed);
     std::string text = kCif.substr(0, seed % 3 == 0 ? random() % kCif.size() : kCif.size());
-    for (unsigned i = 0; i <= seed % 30 && !text.empty(); ++i) text[random() % text.size()] = static_cast<char>(random());
+    for (unsigned i = 0; i <= seed % 30 && !text.empty(); ++i)
+      text[random() % text.size()] = static_cast<char>(random());
     try {
       for (const PdbResidue& residue : parse_mmcif(text, "x.cif").residues) {
         for (const PdbAtom& atom : residue.atoms) ASSERT_TRUE(is_finite(atom.position_angstrom)) << "seed " << seed;
@@ -127,8 +128,9 @@ TEST(PqrReader, KeepsChargesAndRadiiAndJoinsChainEnds) {
   EXPECT_EQ(structure.residues[0].atoms[0].charge_e, 0.185);
   EXPECT_EQ(structure.residues[0].atoms[1].radius_angstrom, 1.908);
   EXPECT_EQ(structure.residues[1].chain, "B");
-  for (const std::string bad : {"ATOM 1 N ALA 4 1 2 3 0.1", "ATOM 1 N ALA 4 1 2 nan 0.1 1", "ATOM 1 N ALA 4 1 2 3 101 1",
-                                "ATOM 1 N ALA 4 1 2 3 0.1 -1", "ATOM 1 N ALA 4 1 2 1e7 0.1 1"}) {
+  for (const std::string bad :
+       {"ATOM 1 N ALA 4 1 2 3 0.1", "ATOM 1 N ALA 4 1 2 nan 0.1 1", "ATOM 1 N ALA 4 1 2 3 101 1",
+        "ATOM 1 N ALA 4 1 2 3 0.1 -1", "ATOM 1 N ALA 4 1 2 1e7 0.1 1"}) {
     EXPECT_THROW(parse_pqr(bad, "x.pqr"), docking::MoleculeError) << bad;
   }
 }
@@ -230,7 +232,8 @@ TEST_P(RealStructure, HasAnExactEntryForNinetyEightOfAHundredAtoms) {
   if (!fs::exists(test::kOplsDirectory)) GTEST_SKIP() << "needs the Debian package gromacs-data";
   if (!fs::exists(GetParam().path)) GTEST_SKIP() << "needs the Debian package " << GetParam().package;
   StructureReport report;
-  const docking::Molecule molecule = load_molecule(GetParam().path, {}, test::kOplsDirectory, &report);
+  const docking::Molecule molecule =
+      load_molecule(GetParam().path, {}, test::kOplsDirectory, Hydrogens::kGiven, &report);
   EXPECT_EQ(molecule.size(), GetParam().atoms);
   ASSERT_EQ(report.places.size(), molecule.size());
   std::size_t inexact = 0;
@@ -238,7 +241,8 @@ TEST_P(RealStructure, HasAnExactEntryForNinetyEightOfAHundredAtoms) {
     // Which nitrogen of a histidine has the hydrogen is a choice; the entry is the force field's.
     if (why.find("neither HD1 nor HE2") == std::string::npos) ++inexact;
   }
-  EXPECT_LE(static_cast<double>(inexact), 0.02 * static_cast<double>(molecule.size())) << molecule.guessed.begin()->second;
+  EXPECT_LE(static_cast<double>(inexact), 0.02 * static_cast<double>(molecule.size()))
+      << molecule.guessed.begin()->second;
   RecordProperty("inexact", static_cast<int>(inexact));
 }
 
@@ -260,7 +264,7 @@ TEST(LoadedSelection, TakesALigandThatIsNamedAndSaysThatItIsGuessed) {
   EXPECT_EQ(ligand.guessed.size(), 35U);
   EXPECT_EQ(load_molecule(file, {{"A"}}, test::kOplsDirectory).size(), 758U);
   StructureReport report;
-  load_molecule(file, {}, test::kOplsDirectory, &report);
+  load_molecule(file, {}, test::kOplsDirectory, Hydrogens::kGiven, &report);
   EXPECT_EQ(report.dropped.size(), 81U) << "80 waters and the ligand";
   EXPECT_GT(report.missing.size(), 1516U) << "each hydrogen by name";
   try {
@@ -273,7 +277,8 @@ TEST(LoadedSelection, TakesALigandThatIsNamedAndSaysThatItIsGuessed) {
 
 TEST(LoadedStructure, TwoAtomsOnOnePlaceAreRefusedByName) {
   if (!fs::exists(test::kOplsDirectory)) GTEST_SKIP() << "needs the Debian package gromacs-data";
-  const std::string text = test::residue_text("ALA", "N CA C O", 1, 'A') + test::residue_text("ALA", "N CA C O", 1, 'B');
+  const std::string text =
+      test::residue_text("ALA", "N CA C O", 1, 'A') + test::residue_text("ALA", "N CA C O", 1, 'B');
   const test::PdbFile file(text);
   try {
     load_molecule(file.path(), {}, test::kOplsDirectory);

@@ -1,0 +1,113 @@
+// Hydrogens that are built, against where GROMACS puts them; united atoms.
+#include "server/assets/structures/hydrogens.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <fstream>
+#include <map>
+#include <numeric>
+#include <sstream>
+#include <string>
+
+#include "server/assets/structures/loader.hpp"
+#include "tests/support/molecules.hpp"
+#include "tests/support/pdb_text.hpp"
+#include "tests/support/source_path.hpp"
+
+namespace tandem::server {
+namespace {
+
+const std::filesystem::path k1ubqFile = "/usr/share/freesasa/test-data/1ubq.pdb";
+
+double total(const std::vector<double>& values) {
+  return std::accumulate(values.begin(), values.end(), 0.0);
+}
+
+class Ubiquitin : public testing::Test {
+ protected:
+  void SetUp() override {
+    if (!std::filesystem::exists(test::kOplsDirectory) || !std::filesystem::exists(k1ubqFile)) {
+      GTEST_SKIP() << "needs the Debian packages gromacs-data and freesasa";
+    }
+  }
+};
+
+TEST_F(Ubiquitin, EveryBuiltHydrogenIsWhereGromacsPutsIt) {
+  std::map<std::string, Vec3> expected;
+  std::ifstream golden(test::source_path("tests/golden/1ubq_hydrogens.txt"));
+  ASSERT_TRUE(golden);
+  for (std::string line; std::getline(golden, line);) {
+    if (line.starts_with('#')) continue;
+    std::istringstream words(line);
+    std::string residue, name;
+    Vec3 p;
+    words >> residue >> name >> p.x() >> p.y() >> p.z();
+    expected[name + " of " + residue] = p;
+  }
+  ASSERT_EQ(expected.size(), 629U);
+  StructureReport report;
+  const docking::Molecule molecule = load_molecule(k1ubqFile, {}, test::kOplsDirectory, Hydrogens::kBuild, &report);
+  EXPECT_EQ(molecule.size(), 602U + 629U);
+  EXPECT_TRUE(report.missing.empty()) << report.missing.front();
+  EXPECT_TRUE(molecule.guessed.empty()) << molecule.guessed.begin()->second;
+  EXPECT_NEAR(total(molecule.charge_e), 0, 1e-9);
+  std::size_t compared = 0;
+  for (std::size_t i = 0; i < molecule.size(); ++i) {
+    // "HB1 of MET 1 of chain A"
+    std::istringstream words(report.places[i]);
+    std::string name, of, residue_name, residue;
+    words >> name >> of >> residue_name >> residue;
+    const auto found = expected.find(name + " of " + residue);
+    if (!name.starts_with('H')) continue;
+    ASSERT_NE(found, expected.end()) << report.places[i];
+    // The golden file has three decimals, and so had the heavy atoms that GROMACS read, in nm.
+    EXPECT_LT((molecule.positions_angstrom[i] - found->second).norm(), 0.002) << report.places[i];
+    ++compared;
+  }
+  EXPECT_EQ(compared, 629U);
+}
+
+TEST_F(Ubiquitin, UnitedAtomsKeepTheChargeAndTheMassAndOnlyPolarHydrogens) {
+  const docking::Molecule all = load_molecule(k1ubqFile, {}, test::kOplsDirectory, Hydrogens::kBuild);
+  const docking::Molecule united = load_molecule(k1ubqFile, {}, test::kOplsDirectory, Hydrogens::kUnited);
+  EXPECT_NEAR(total(united.charge_e), total(all.charge_e), 1e-9);
+  // The force field's own masses; its CH of a ring (of one TYR, two PHE, one HIS: 16) has that of the carbon alone.
+  EXPECT_NEAR(total(united.mass_u), total(all.mass_u) - 16 * 1.008, 0.01);
+  std::size_t hydrogens = 0;
+  for (std::size_t i = 0; i < united.size(); ++i) {
+    if (!united.atom_names[i].starts_with('H')) continue;
+    ++hydrogens;
+    EXPECT_EQ(united.sigma_angstrom[i], 0) << united.atom_names[i] << " of " << united.residue_names[i];
+  }
+  EXPECT_EQ(united.size(), 602U + hydrogens);
+  EXPECT_EQ(hydrogens, 144U);
+  EXPECT_EQ(std::count(united.types.begin(), united.types.end(), "opls_005"), 6) << "glycines";
+}
+
+TEST_F(Ubiquitin, HydrogensOfTheFileAreReplaced) {
+  const std::filesystem::path with = "/usr/share/freesasa/test-data/1d3z.pdb";
+  if (!std::filesystem::exists(with)) GTEST_SKIP() << "needs the Debian package freesasa";
+  const docking::Molecule built = load_molecule(with, {}, test::kOplsDirectory, Hydrogens::kBuild);
+  const docking::Molecule given = load_molecule(with, {}, test::kOplsDirectory);
+  EXPECT_EQ(built.size(), 1231U);
+  EXPECT_EQ(given.size(), 1231U);
+  double farthest = 0;
+  for (std::size_t i = 0; i < 20; ++i) {
+    farthest = std::max(farthest, (built.positions_angstrom[i] - given.positions_angstrom[i]).norm());
+  }
+  EXPECT_GT(farthest, 0.01);
+}
+
+TEST(BuiltHydrogens, AreLeftOutWhereAnAtomIsMissing) {
+  if (!std::filesystem::exists(test::kOplsDirectory)) GTEST_SKIP() << "needs the Debian package gromacs-data";
+  // On a line, and without CB: no directions across, and nothing that is not finite.
+  const test::PdbFile file(test::residue_text("ALA", "N CA C O", 1) + test::residue_text("GLY", "N CA C O", 2));
+  StructureReport report;
+  const docking::Molecule molecule = load_molecule(file.path(), {}, test::kOplsDirectory, Hydrogens::kBuild, &report);
+  for (const Vec3& p : molecule.positions_angstrom) EXPECT_TRUE(is_finite(p));
+  EXPECT_FALSE(report.missing.empty());
+}
+
+}  // namespace
+}  // namespace tandem::server
