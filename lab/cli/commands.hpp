@@ -24,6 +24,8 @@ void add_check_command(CLI::App& app, int& exit_code);
 void add_mesh_command(CLI::App& app, int& exit_code);
 /// reproduce [NAME] --out DIR
 void add_reproduce_command(CLI::App& app, int& exit_code);
+/// energy --receptor F[:chains] --ligand F[:chains] [--hydrogens H] [--cutoff C] [--dielectric D] [--json] …
+void add_energy_command(CLI::App& app, int& exit_code);
 /// fit-order SERIES.csv|.traj [--most P] [--fit F] [--values] [--rate Hz] [--time-unit s|ms] [--columns …] [--json]
 void add_fit_order_command(CLI::App& app, int& exit_code);
 /// report --out FILE --session NAME=DIR …: from the folders that live sessions left to one HTML file and a verdict

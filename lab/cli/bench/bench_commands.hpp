@@ -22,6 +22,8 @@ void add_contact_bench(CLI::App& bench, int& exit_code);
 void add_contact_scaling(CLI::App& bench, int& exit_code);
 /// coupling [--seconds S] [--check] [--json]
 void add_coupling_bench(CLI::App& bench, int& exit_code);
+/// docking --receptor F --ligand F [--cutoff C] [--kernel K] [--json]
+void add_docking_bench(CLI::App& bench, int& exit_code);
 /// field [--scene NAME] [--seconds S] [--json]
 void add_field_bench(CLI::App& bench, int& exit_code);
 /// loop [--seconds S] [--with-window] [--pairs N] [--scene NAME] [--rt-priority N] [--check] [--json]

@@ -56,8 +56,8 @@ std::vector<Vec3> geometry(const HydrogenRule& rule, const std::vector<Vec3>& p)
     const Vec3 outwards = away_from_mean({p[0], p[1], p[2]}).normalized();
     const Vec3 across = (p[0] - p[1]).cross(p[0] - p[2]).normalized();
     for (const double side : {1.0, -1.0}) {
-      made.push_back(p[0] + kBondAngstrom * (std::cos(kTetrahedral / 2) * outwards +
-                                             side * std::sin(kTetrahedral / 2) * across));
+      made.push_back(p[0] + kBondAngstrom *
+                                (std::cos(kTetrahedral / 2) * outwards + side * std::sin(kTetrahedral / 2) * across));
     }
   } else if (rule.kind == 3) {
     for (const double dihedral : {0.0, std::numbers::pi}) made.push_back(placed(p[0], p[1], p[2], kThird, dihedral));

@@ -1,0 +1,76 @@
+// See docking_pair.hpp.
+#include "lab/cli/docking_pair.hpp"
+
+#include <CLI/CLI.hpp>
+#include <charconv>
+#include <stdexcept>
+
+#include "common/docking/molecular_field.hpp"
+
+namespace tandem::lab {
+namespace {
+
+bool parse_number(std::string_view text, double& value) {
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  return error == std::errc() && end == text.data() + text.size();
+}
+
+/// "none", "1" or "4r".
+void set_dielectric(const std::string& text, docking::FieldModel& model) {
+  if (text == "none") return;
+  const bool grows = text.ends_with('r');
+  model.dielectric = grows ? docking::Dielectric::kDistance : docking::Dielectric::kConstant;
+  if (!parse_number(grows ? text.substr(0, text.size() - 1) : text, model.permittivity)) {
+    throw std::invalid_argument("--dielectric " + text + ": must be none, a number such as 1, or one with r such as 4r");
+  }
+}
+
+void set_cutoff(const std::string& text, std::size_t atoms_a, std::size_t atoms_b, docking::FieldModel& model) {
+  if (text == "none") return;
+  if (text == "auto") {
+    model.cutoff_angstrom = docking::usual_cutoff_angstrom(atoms_a, atoms_b);
+  } else if (!parse_number(text, model.cutoff_angstrom)) {
+    throw std::invalid_argument("--cutoff " + text + ": must be none, auto or a distance of 4 to 100 Å");
+  }
+}
+
+docking::Molecule load(const DockingOptions& options, const std::string& text, server::StructureReport& report) {
+  const server::StructureChoice choice = server::structure_choice(text);
+  const server::Hydrogens hydrogens = options.hydrogens == "build"    ? server::Hydrogens::kBuild
+                                      : options.hydrogens == "united" ? server::Hydrogens::kUnited
+                                                                      : server::Hydrogens::kGiven;
+  return server::load_molecule(choice.file, choice.selection, options.force_field_directory, hydrogens, &report);
+}
+
+}  // namespace
+
+void add_docking_options(CLI::App& command, DockingOptions& options) {
+  command.add_option("--receptor", options.receptor, "structure file, or FILE:A,B/LIG for chain A and residues LIG of B")
+      ->required();
+  command.add_option("--ligand", options.ligand, "likewise")->required();
+  command.add_option("--hydrogens", options.hydrogens, "those given, built anew, or united with carbon")
+      ->check(CLI::IsMember({"given", "build", "united"}))
+      ->capture_default_str();
+  command.add_option("--cutoff", options.cutoff, "none, auto (8 above 3 million pairs), or a distance, 4 to 100 [Å]")
+      ->capture_default_str();
+  command.add_option("--dielectric", options.dielectric, "none (no charges), a constant such as 1, or 4r")
+      ->capture_default_str();
+  command.add_option("--force-field", options.force_field_directory, "folder of GROMACS parameters")
+      ->capture_default_str();
+}
+
+DockingPair load_docking_pair(const DockingOptions& options) {
+  DockingPair pair;
+  pair.receptor = load(options, options.receptor, pair.receptor_report);
+  pair.ligand = load(options, options.ligand, pair.ligand_report);
+  set_dielectric(options.dielectric, pair.model);
+  set_cutoff(options.cutoff, pair.receptor.size(), pair.ligand.size(), pair.model);
+  docking::validate(pair.model);
+  return pair;
+}
+
+boost::json::array json_of(const Vec3& vector) {
+  return {vector.x(), vector.y(), vector.z()};
+}
+
+}  // namespace tandem::lab

@@ -1,0 +1,41 @@
+// Two structure files and what acts between them, as the commands energy and bench docking are told.
+#pragma once
+
+#include <string>
+
+#include "common/base/json.hpp"
+#include "common/docking/field_model.hpp"
+#include "server/assets/structures/loader.hpp"
+
+namespace CLI {
+class App;
+}
+
+namespace tandem::lab {
+
+struct DockingOptions {
+  std::string receptor;
+  std::string ligand;
+  std::string hydrogens = "given";
+  std::string cutoff = "none";
+  std::string dielectric = "4r";
+  std::string force_field_directory = "/usr/share/gromacs/top/oplsaa.ff";
+};
+
+struct DockingPair {
+  docking::Molecule receptor;
+  docking::Molecule ligand;
+  server::StructureReport receptor_report;
+  server::StructureReport ligand_report;
+  docking::FieldModel model;
+};
+
+/// --receptor F --ligand F [--hydrogens H] [--cutoff C] [--dielectric D] [--force-field DIR]
+void add_docking_options(CLI::App& command, DockingOptions& options);
+
+/// Throws docking::MoleculeError or std::invalid_argument naming file or option.
+DockingPair load_docking_pair(const DockingOptions& options);
+
+boost::json::array json_of(const Vec3& vector);
+
+}  // namespace tandem::lab
