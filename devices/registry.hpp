@@ -32,7 +32,8 @@ struct DeviceOptions {
   std::string rumble = "auto";         ///< of a mouse: a game pad that shows its force, /dev/input/eventN; or "off"
   std::filesystem::path library{};     ///< of a vendor's SDK, as its user has it; empty: where the system finds it
   std::shared_ptr<Pointer> pointer{};  ///< of a window, for a mouse; null: none
-  int realtime_priority = 0;           ///< of the device's thread, where it has one; 0: normal scheduler
+  std::shared_ptr<const std::vector<DeviceSample>> recorded{};  ///< of replay: where the hand was, at least once
+  int realtime_priority = 0;  ///< of the device's thread, where it has one; 0: normal scheduler
 };
 
 /// One that is there.

@@ -20,6 +20,7 @@
 #include "client/app/trace.hpp"
 #include "client/haptics/haptic_loop.hpp"
 #include "client/net/client_io.hpp"
+#include "client/recording/client_recorder.hpp"
 #include "client/session/scene_from_wire.hpp"
 #include "client/view/window.hpp"
 #include "common/geometry/surface_asset.hpp"
@@ -144,6 +145,8 @@ class ClientRun {
   void keep_going();
   void drain_records();
   void take_record(const TickRecord& record);
+  void open_recording();
+  void record_link(const ClientIoSnapshot& io, LocalTime now);
   void follow_session(const ClientIoSnapshot& io);
   void explain_coupling(const CouplingCheck& check);
   void print_status(const ClientIoSnapshot& io);
@@ -161,6 +164,8 @@ class ClientRun {
   devices::HandPath hand_path_;  ///< names the phases of the run
   ClientIo io_;
   std::optional<TraceWriter> trace_;
+  std::unique_ptr<ClientRecorder> recorder_;  ///< null: nothing is recorded
+  LocalTime next_link_record_{};
   RunReport report_;
   std::shared_ptr<const wire::Joined> watched_in_;
   BodyId watched_;
@@ -189,8 +194,46 @@ ClientRun::ClientRun(const ClientOptions& options, realtime::Output& output)
       hand_path_(devices::find_hand_path(options.device.hand)),
       io_(io_settings(options, safety_), *device_),
       report_(hand_path_.phases(), safety_.silence_zero) {
+  open_recording();
   if (!options.trace.empty()) trace_.emplace(options.trace, options.trace_every);
   if (options.is_verbose) io_.on_log = [this](const std::string& line) { say(line); };
+}
+
+void ClientRun::open_recording() {
+  if (options_.record.empty()) return;
+  const auto since_1970 = std::chrono::system_clock::now().time_since_epoch();
+  ClientRecording settings{.file = options_.record,
+                           .every = options_.record_every,
+                           .unix_offset = since_1970 - SteadyClock().now().time_since_epoch(),
+                           .rotation = options_.record_rotation};
+  settings.about.set_program("tandem-client " TANDEM_VERSION);
+  settings.about.set_recording(secure::random_u64());
+  settings.about.set_user_name(options_.io.client.session.user_name);
+  settings.about.set_device(options_.device.name);
+  settings.about.set_profile(options_.device.profile.name);
+  settings.about.set_stage(options_.stage.name);
+  recorder_ = std::make_unique<ClientRecorder>(std::move(settings), [&output = output_](const std::string& news) {
+    output.err("tandem-client: " + news + "\n");
+  });
+}
+
+void ClientRun::record_link(const ClientIoSnapshot& io, LocalTime now) {
+  if (recorder_ == nullptr || now < next_link_record_) return;
+  next_link_record_ = now + kStatusPeriod;
+  LinkFigures figures{.at = now,
+                      .state = name_of(io.status.state),
+                      .has_clock = io.has_clock,
+                      .clock_offset = io.clock_offset,
+                      .round_trip = io.round_trip,
+                      .minimum_round_trip = io.minimum_round_trip,
+                      .sent = io.counters.datagrams_sent,
+                      .received = io.counters.datagrams_received,
+                      .reconnects = io.counters.reconnects};
+  for (std::size_t i = 1; i < static_cast<std::size_t>(proto::DropReason::kCount); ++i) {
+    const auto reason = static_cast<proto::DropReason>(i);
+    figures.dropped += io.counters.received_drops.of(reason) + io.counters.sent_drops.of(reason);
+  }
+  recorder_->add(figures);
 }
 
 int ClientRun::run() {
@@ -315,6 +358,7 @@ void ClientRun::keep_going() {
   const ClientIoSnapshot io = io_.snapshot();
   follow_session(io);
   const LocalTime now = SteadyClock().now();
+  record_link(io, now);
   if (!options_.prints_json && now >= next_status_) {
     next_status_ += kStatusPeriod;
     print_status(io);
@@ -333,6 +377,7 @@ void ClientRun::take_record(const TickRecord& record) {
   report_.add(record, phase);
   if (window_) window_->add(record);
   if (trace_) trace_->write(record, phase);
+  if (recorder_) recorder_->add(record, phase);
   const std::string news = report_.take_device_news();
   if (!news.empty()) say("device " + options_.device.name + " is " + news);
   newest_ = record;
@@ -398,6 +443,13 @@ RunSummary ClientRun::summary(ClientIoSnapshot io) const {
 void ClientRun::print_json(const ClientIoSnapshot& io) {
   boost::json::object report = to_json(summary(io));
   if (second_) report["second"] = second_->summary();
+  if (recorder_) {
+    report["recording"] = {{"file", recorder_->file().path().string()},
+                           {"files", recorder_->file().parts()},
+                           {"bytes", recorder_->file().bytes_written()},
+                           {"messages", recorder_->file().messages_written()},
+                           {"lost", recorder_->lost()}};
+  }
   output_.out(boost::json::serialize(report) + "\n");
 }
 
@@ -412,6 +464,7 @@ int ClientRun::finish() {
   const ClientIoSnapshot io = io_.snapshot();
   io_.stop();
   explain_coupling(io.coupling_check);
+  if (recorder_) recorder_->finish();
   if (options_.prints_json) print_json(io);
   bool is_good = true;
   if (second_ && !second_->is_good()) {
@@ -421,6 +474,9 @@ int ClientRun::finish() {
   if (trace_ && !trace_->flush()) {
     say("the trace is incomplete: " + options_.trace.string() + " could not be written");
     is_good = false;
+  }
+  if (recorder_ && recorder_->lost() > 0) {
+    say("the recording is incomplete: " + std::to_string(recorder_->lost()) + " messages are not in it");
   }
   if (io.status.state != SessionState::kActive) {
     say("the session was lost and not regained: " + io.status.why);

@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "client/app/security_options.hpp"
+#include "client/recording/recorded_hand.hpp"
 #include "client/session/asset_store.hpp"
 #include "common/base/folders.hpp"
 #include "common/base/units.hpp"
@@ -196,6 +197,7 @@ devices::DeviceOptions second_device(const devices::DeviceOptions& first, const 
   }
   devices::DeviceOptions second = first;
   second.name = named.name;
+  second.recorded = named.recorded;
   second.hand = named.hand;
   second.profile = devices::find_device_profile(devices::find_device_kind(named.name).profile);
   return second;
@@ -310,6 +312,26 @@ void add_run_options(CLI::App& app, ClientOptions& options) {
       ->check(CLI::Range(1, 1000000).description(""));
 }
 
+void add_recording_options(CLI::App& app, ClientOptions& options) {
+  app.add_option("--record", options.record,
+                 "record device, tool, forces, faults and the link into this file (MCAP; tandem-replay reads it, and "
+                 "--device replay:FILE moves the same hand again)")
+      ->type_name("FILE.mcap");
+  app.add_option("--record-every", options.record_every, "only every n-th tick")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 1000000).description(""));
+  add_text(app, "--record-rotate-size", "begin another file after so many [MB]; 0: never [1000]", "MB",
+           [&options](const std::string& text) {
+             double megabytes = 0;
+             if (!CLI::detail::lexical_cast(text, megabytes) || !(megabytes >= 0 && megabytes <= 1e6)) {
+               throw std::invalid_argument("'" + text + "' must be a number from 0 to 1e6");
+             }
+             options.record_rotation.max_bytes = static_cast<std::uint64_t>(megabytes * 1e6);
+           });
+  add_text(app, "--record-rotate-age", "begin another file after this long; 0s: never [3600s]", "TIME",
+           [&options](const std::string& text) { options.record_rotation.max_age = parse_duration(text, "s"); });
+}
+
 void check_links(const ClientOptions& options, const net::LinkParameters& link) {
   const std::string problem = link.problem();
   if (!problem.empty()) throw std::invalid_argument("simulated link: " + problem);
@@ -336,6 +358,14 @@ void complete(devices::DeviceOptions& device, const std::string& profile, bool h
   } catch (const std::exception& error) {
     throw std::invalid_argument(option + std::string(error.what()) + "; see --help");
   }
+}
+
+/// "replay:FILE" is the device "replay" with what is in the file.
+void take_recorded(devices::DeviceOptions& device) {
+  constexpr std::string_view kReplay = "replay:";
+  if (!device.name.starts_with(kReplay)) return;
+  device.recorded = read_recorded_hand(device.name.substr(kReplay.size()));
+  device.name = "replay";
 }
 
 std::string one_line(std::string text) {
@@ -382,6 +412,7 @@ std::optional<ClientOptions> parse_client_options(int argc, const char* const* a
   add_link_options(app, link, has_link);
   add_window_options(app, options.window, is_headless);
   add_run_options(app, options);
+  add_recording_options(app, options);
   app.set_version_flag("--version", "tandem-client " TANDEM_VERSION);
   try {
     app.parse(argc, argv);
@@ -397,10 +428,12 @@ std::optional<ClientOptions> parse_client_options(int argc, const char* const* a
   if (is_headless && !options.window.screenshot.empty()) {
     throw std::invalid_argument("--screenshot is of the window: leave out --headless");
   }
+  take_recorded(options.device);
   complete(options.device, profile, app.count("--hand") > 0, is_headless);
   options.device.seed = options.seed;
   options.device.realtime_priority = options.realtime_priority;
   try {
+    take_recorded(second);
     if (!second.name.empty()) options.second_device = second_device(options.device, second);
   } catch (const std::exception& error) {
     throw std::invalid_argument("--second-device: " + std::string(error.what()) + "; see --help");

@@ -8,6 +8,7 @@
 
 #include "client/haptics/stages/stage.hpp"
 #include "client/net/client_io.hpp"
+#include "common/recording/recording_file.hpp"
 #include "devices/registry.hpp"
 
 namespace tandem::client {
@@ -36,6 +37,9 @@ struct ClientOptions {
   bool is_verbose = false;
   std::filesystem::path trace;  ///< empty: none
   std::uint64_t trace_every = 1;
+  std::filesystem::path record;  ///< empty: nothing is recorded
+  std::uint64_t record_every = 1;
+  recording::RotationSettings record_rotation;
 };
 
 /// "127.0.0.1:47800", or without the port.

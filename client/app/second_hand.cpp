@@ -25,6 +25,7 @@ ClientOptions SecondHand::options_of(const ClientOptions& first) {
   options.window = {};
   options.window.is_open = false;
   options.trace.clear();
+  options.record.clear();
   options.seed = first.seed + 1;
   options.device.seed = options.seed;
   SessionSettings& session = options.io.client.session;

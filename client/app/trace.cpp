@@ -121,6 +121,13 @@ std::string trace_header() {
   return line;
 }
 
+std::string trace_row(const TickRecord& record, LocalTime start, int phase) {
+  std::string line;
+  Row row(line, Row::Kind::kValues);
+  fill(row, record, start, phase);
+  return line;
+}
+
 TraceWriter::TraceWriter(const std::filesystem::path& file, std::uint64_t every) : out_(file), every_(every) {
   if (every == 0) throw std::invalid_argument("a trace of every 0th tick makes no sense; use 1 or more");
   if (!out_) {

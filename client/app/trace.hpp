@@ -36,5 +36,8 @@ class TraceWriter {
 
 /// The header row: comma-separated names with units.
 std::string trace_header();
+/// A row, as TraceWriter writes it.
+/// In      start  of t_s
+std::string trace_row(const TickRecord& record, LocalTime start, int phase);
 
 }  // namespace tandem::client

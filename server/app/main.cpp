@@ -12,6 +12,8 @@
 #include "server/app/server_report.hpp"
 #include "server/assets/scene_library.hpp"
 #include "server/net/live_server.hpp"
+#include "server/recording/server_checkpoint.hpp"
+#include "server/recording/server_recorder.hpp"
 #include "server/session/user_name.hpp"
 
 namespace {
@@ -37,6 +39,9 @@ struct Options {
   int invitations = 0;
   server::Invited invited;
   std::filesystem::path dev_certificates;
+  bool resumes = false;
+  std::filesystem::path record;  ///< empty: nothing is recorded
+  recording::RotationSettings rotation;
 };
 
 void add_duration(CLI::App& app, const std::string& name, const std::string& help,
@@ -83,6 +88,24 @@ void declare_security(CLI::App& app, Options& options) {
                "nothing is encrypted and everybody may join; for clients on this machine only");
 }
 
+void declare_recording(CLI::App& app, Options& options) {
+  app.add_flag("--resume", options.resumes,
+               "keep in --state, every 0.5 s, where things are, who may come back and which tokens were used; after a "
+               "restart the server goes on from there");
+  app.add_option("--record", options.record,
+                 "record each room into a file in this folder (MCAP; tandem-replay reads it): what it needs to be "
+                 "played back, and where things are")
+      ->type_name("DIR");
+  app.add_option_function<double>(
+         "--record-rotate-size",
+         [&options](double megabytes) { options.rotation.max_bytes = static_cast<std::uint64_t>(megabytes * 1e6); },
+         "begin another file after so many [MB]; 0: never [1000]")
+      ->check(CLI::Range(0.0, 1e6).description(""))
+      ->type_name("MB");
+  add_duration(app, "--record-rotate-age", "begin another file after this long, with unit; 0s: never [default: 3600s]",
+               [&options](Duration age) { options.rotation.max_age = age; });
+}
+
 void declare(CLI::App& app, Options& options) {
   app.set_version_flag("--version", "tandem-server " TANDEM_VERSION);
   app.footer("Exit code: 0 done, 1 ended by a fault, 2 bad input or set-up.");
@@ -119,6 +142,7 @@ void declare(CLI::App& app, Options& options) {
                "refuse a scene whose meshes take longer to be made ready for touch, with unit [default: 120s]",
                [&options](Duration limit) { options.build_limit = limit; });
   declare_security(app, options);
+  declare_recording(app, options);
   app.add_flag("--json", options.writes_json,
                "print what the server did as one JSON object at the end; the ready line then goes to stderr");
 }
@@ -223,6 +247,36 @@ int run(server::LiveServer& server, realtime::Output& output) {
   }
 }
 
+/// A scene that comes with Tandem by its name, any other by its place.
+std::string scene_name(const std::string& named) {
+  std::error_code error;
+  return std::filesystem::exists(named, error) ? std::filesystem::absolute(named).string() : named;
+}
+
+std::string key_text(const secure::KeyId& id) {
+  return {reinterpret_cast<const char*>(id.data()), id.size()};
+}
+
+/// Null: nothing is recorded.
+std::unique_ptr<server::ServerRecorder> start_recording(const Options& options, const server::LiveServer& server,
+                                                        const server::ServerCheckpoint* checkpoint,
+                                                        realtime::Output& output) {
+  if (options.record.empty()) return nullptr;
+  std::vector<server::RoomRecording> settings(server.rooms().size());
+  const Duration unix_offset =
+      std::chrono::system_clock::now().time_since_epoch() - SteadyClock().now().time_since_epoch();
+  for (std::size_t i = 0; i < settings.size(); ++i) {
+    settings[i].program = "tandem-server " TANDEM_VERSION;
+    settings[i].scene_file = scene_name(options.scenes[i]);
+    settings[i].recording = secure::random_u64();
+    settings[i].unix_offset = unix_offset;
+    settings[i].rotation = options.rotation;
+    if (checkpoint != nullptr) settings[i].restored = checkpoint->restored(i);
+  }
+  return std::make_unique<server::ServerRecorder>(options.record, server.rooms(), settings,
+                                                  [&output](const std::string& news) { output.log("record", news); });
+}
+
 int serve(const Options& options, realtime::Output& output) {
   server::LiveServerSettings settings;
   settings.bind_address = options.bind;
@@ -241,7 +295,15 @@ int serve(const Options& options, realtime::Output& output) {
     settings.tls = server::tls_of(*keys);
     settings.hub.admission = server::admission_of(*keys, options.security);
   }
-  server::LiveServer server(settings, open_rooms(options, output));
+  std::vector<std::unique_ptr<server::Room>> rooms = open_rooms(options, output);
+  std::unique_ptr<server::ServerCheckpoint> checkpoint;  // outlives the rooms, which it watches
+  if (options.resumes) {
+    checkpoint = std::make_unique<server::ServerCheckpoint>(
+        options.security.state, rooms, keys ? key_text(keys->identity.id()) : "", server::unix_ms_now,
+        [&output](const std::string& news) { output.log("checkpoint", news); });
+    if (keys) settings.hub.admission->resumed = checkpoint->admission();
+  }
+  server::LiveServer server(settings, std::move(rooms));
   std::vector<std::string> machine_notes;
   for (const auto& room : server.rooms()) {
     machine_notes.push_back(machine_note(room->scene(), server::quickest_step(room->shared_scene())));
@@ -251,13 +313,19 @@ int serve(const Options& options, realtime::Output& output) {
   for (const auto& room : server.rooms()) {
     for (const std::string& note : room->scene().notes) output.log("scene", room->name() + ": " + note);
   }
+  const auto recorder = start_recording(options, server, checkpoint.get(), output);
+  server.on_admission = [&checkpoint](const wire::AdmissionState& state) {
+    if (checkpoint) checkpoint->note(state);
+  };
   server.on_log = [&output](std::string_view kind, const std::string& line) { output.log(kind, line); };
   // With --json stdout is one object and nothing else.
   std::string ready = ready_line(server, options.bind, keys);
   if (keys) ready += invitations(options, server.port(), *keys);
   options.writes_json ? output.err(ready) : output.out(ready);
   const int code = run(server, output);
-  if (options.writes_json) output.out(boost::json::serialize(server::report_json(server)) + "\n");
+  if (recorder) recorder->finish();
+  if (checkpoint) checkpoint->finish();
+  if (options.writes_json) output.out(boost::json::serialize(server::report_json(server, recorder.get())) + "\n");
   return code;
 }
 

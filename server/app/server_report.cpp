@@ -30,9 +30,15 @@ boost::json::object refusals(const HubCounters& counters) {
   return object;
 }
 
+boost::json::object recording(const RoomRecorder& recorder) {
+  return {{"file", recorder.file().path().string()},          {"files", recorder.file().parts()},
+          {"bytes", recorder.file().bytes_written()},         {"messages", recorder.file().messages_written()},
+          {"messages_lost", recorder.file().messages_lost()}, {"steps_lost", recorder.steps_lost()}};
+}
+
 }  // namespace
 
-boost::json::object report_json(const LiveServer& server) {
+boost::json::object report_json(const LiveServer& server, const ServerRecorder* recorder) {
   const std::vector<RoomTiming> timings = server.room_timings();
   boost::json::array rooms;
   for (std::size_t i = 0; i < timings.size(); ++i) {
@@ -46,6 +52,7 @@ boost::json::object report_json(const LiveServer& server) {
                                         {"slow", timing.slow},
                                         {"lateness_us", quantiles_us(timing.lateness)},
                                         {"step_time_us", quantiles_us(timing.step_time)}});
+    if (recorder != nullptr) rooms.back().as_object()["recording"] = recording(*recorder->rooms()[i]);
   }
   const HubCounters& counters = server.counters();
   return {{"program", "tandem-server"},

@@ -98,6 +98,9 @@ LiveServer::Impl::Impl(LiveServer& server, LiveServerSettings server_settings,
   hub.on_log = [this](std::string_view kind, const std::string& line) {
     if (owner.on_log) owner.on_log(kind, line);
   };
+  hub.on_admission = [this](const wire::AdmissionState& state) {
+    if (owner.on_admission) owner.on_admission(state);
+  };
   if (!settings.stops_on_signals) return;
   // From when the port is open: whoever connects before run() gets a goodbye too.
   signals.add(SIGINT);

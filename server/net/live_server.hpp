@@ -60,6 +60,8 @@ class LiveServer {
 
   /// Set before run(); called on the io thread: no wait. A line, and its kind, of which there are few.
   std::function<void(std::string_view kind, const std::string& line)> on_log;
+  /// Set before run(); called on the io thread: no wait. Who may come back, and which tokens were used: it has changed.
+  std::function<void(const wire::AdmissionState&)> on_admission;
   /// Set before run(); called on the thread of each room after its step, while nobody else changes that room's world:
   /// no lock, no wait.
   std::function<void(const Room&)> on_step;

@@ -73,6 +73,10 @@ realtime::Mailbox<UserUpdate>& Room::output(std::size_t seat) {
   return users_[seat]->outbox;
 }
 
+const Seat& Room::seat(std::size_t index) const {
+  return users_[index]->seat;
+}
+
 const haptics::ToolPassivityController& Room::tool_passivity(std::size_t seat) const {
   return users_[seat]->port.passivity();
 }
@@ -93,6 +97,7 @@ void Room::start_anew_when_left() noexcept {
   const double after_s = scene_->world.limits.reset_after_s;
   if (is_as_at_start_ || after_s == 0 || static_cast<double>(steps_empty_) * to_seconds(period_) < after_s) return;
   world_ = make_server_world(scene_, options_.steps_soft_aside);
+  left_.fill(std::nullopt);
   is_as_at_start_ = true;
 }
 
@@ -101,6 +106,7 @@ void Room::step(ServerTime now) noexcept {
   start_anew_when_left();
   TickFaults faults = std::exchange(pending_faults_, 0);
   faults |= take_inputs();
+  keep_left_things();
   faults |= world_.step();
   for (const BodyId body : world_.put_back()) emit({RoomEvent::Kind::kPutBack, UserId{}, body, 0, {}});
   ++step_.value;
@@ -110,6 +116,7 @@ void Room::step(ServerTime now) noexcept {
     if (user->seat.user.is_valid()) publish_to(*user);
   }
   publish_soft_offsets();
+  for (RoomWatcher* const watcher : watchers_) watcher->on_step(*this, now, faults);
 }
 
 void Room::publish_soft_offsets() noexcept {
@@ -137,7 +144,11 @@ void Room::reset() noexcept {
 void Room::apply_commands() noexcept {
   for (const auto& user : users_) user->has_grabbed = false;
   RoomCommand command;
-  for (int i = 0; i < kMaxCommandsPerStep && commands_.pop(command); ++i) apply(command);
+  for (int i = 0; i < kMaxCommandsPerStep && commands_.pop(command); ++i) {
+    for (RoomWatcher* const watcher : watchers_) watcher->on_command(command);
+    apply(command);
+  }
+  for (RoomWatcher* const watcher : watchers_) watcher->on_commands_done();
 }
 
 void Room::apply(const RoomCommand& command) noexcept {
@@ -168,7 +179,82 @@ void Room::join(const Seat& seat) noexcept {
   user.seat = seat;
   // What the seat's former user sent last is not this one's.
   user.inbox.poll();
-  if (seat.is_manipulator()) user.port.open(seat.tool, seat.coupling_bounds);
+  if (seat.is_manipulator()) open_port(user);
+}
+
+/// Of a tool that was left in resume() everything is as it was then; the scene's own idea of what it holds does not count.
+void Room::open_port(User& user) noexcept {
+  const std::size_t tool = user.seat.tool;
+  const auto left = std::exchange(left_[tool], std::nullopt);
+  const auto holds = scene_->world.tools[tool].holds_body;
+  const BodyId by_scene = holds ? body_id_at(*holds) : BodyId{};
+  const RigidState before = world_.body(by_scene);
+  user.port.open(tool, user.seat.coupling_bounds);
+  if (!left) return;
+  if (by_scene.is_valid()) {
+    world_.release(tool);
+    world_.set_body(by_scene, before);
+  }
+  if (left->held.is_valid()) {
+    world_.hold(tool, left->held, left->X_BT);
+    user.grab_button = true;
+  } else {
+    world_.set_tool(tool, left->state);
+  }
+}
+
+/// Nobody's hand is on it yet.
+void Room::keep_left_things() noexcept {
+  for (auto& left : left_) {
+    if (!left) continue;
+    if (time_done() > kKeptFor) {
+      left.reset();
+    } else if (left->held.is_valid()) {
+      world_.set_body(left->held, {left->state.X * left->X_BT.inverse(), Twist{}});
+    }
+  }
+}
+
+void Room::resume(const RoomState& state) {
+  const auto is_there = [](const RigidState& of) {
+    return is_finite(of) && of.X.p.norm() <= proto::kMaxPositionM && of.V.v.norm() <= proto::kMaxSpeedMPerS &&
+           of.V.w.norm() <= proto::kMaxTurnRadPerS;
+  };
+  for (const proto::BodyState& body : state.bodies) {
+    if (std::ranges::find(moving_bodies_, body.id) == moving_bodies_.end() || !is_there(body.state)) continue;
+    world_.set_body(body.id, body.state);
+    is_as_at_start_ = false;
+  }
+  for (const RoomState::Tool& tool : state.tools) {
+    const bool holds = std::ranges::find(moving_bodies_, tool.held) != moving_bodies_.end();
+    if (tool.tool >= scene_->world.tools.size() || !is_there(tool.state) || !is_finite(tool.X_BT)) continue;
+    left_[tool.tool] = tool;
+    if (!holds) left_[tool.tool]->held = BodyId{};
+    is_as_at_start_ = false;
+  }
+}
+
+RoomState Room::state() const noexcept {
+  RoomState state;
+  for (const BodyId id : moving_bodies_) {
+    const RigidState now = world_.body(id);
+    const Pose& start = scene_->world.bodies[id.value - 1].X_WB;
+    const bool is_at_start = now.X.p == start.p && now.V.v.isZero(0) && now.V.w.isZero(0);
+    if (!is_at_start) state.bodies.push_back({id, now, UserId{}});
+  }
+  for (const auto& user : users_) {
+    if (!user->seat.is_manipulator()) continue;
+    const physics::ToolState tool = world_.tool(user->seat.tool);
+    Pose X_BT;
+    if (tool.held.is_valid()) X_BT = world_.body(tool.held).X.inverse() * tool.tool.X;
+    state.tools.push_back({user->seat.tool, tool.tool, tool.held, X_BT});
+  }
+  for (const auto& left : left_) {
+    const bool is_listed =
+        left && std::ranges::any_of(state.tools, [&](const auto& t) { return t.tool == left->tool; });
+    if (left && !is_listed) state.tools.push_back(*left);
+  }
+  return state;
 }
 
 void Room::leave(User& user) noexcept {
@@ -226,7 +312,10 @@ TickFaults Room::take_inputs() noexcept {
 }
 
 TickFaults Room::take_input(User& user) noexcept {
-  if (user.inbox.poll()) take_newest(user);
+  if (user.inbox.poll()) {
+    for (RoomWatcher* const watcher : watchers_) watcher->on_input(user.seat.index, user.inbox.front());
+    take_newest(user);
+  }
   const UserInput& input = user.input;
   if (!input.is_there) return 0;
   const bool is_stale = time_done() - input.arrived > kInputStaleAfter;

@@ -21,6 +21,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -72,9 +73,42 @@ inline constexpr int kMaxCommandsPerStep = 64;
 /// Older input than this is not followed any more: the hand may be anywhere by then.
 inline constexpr Duration kInputStaleAfter = std::chrono::milliseconds(115);
 
+/// For so long a tool waits, with what it held, for the user who had it before the room was resumed.
+inline constexpr Duration kKeptFor = std::chrono::seconds(10);
+
 struct RoomOptions {
   bool steps_soft_aside = false;        ///< soft bodies by a thread of their own; the same bits
   bool controls_tool_passivity = true;  ///< a tool puts no more into the world than its user's hand put in
+};
+
+/// Where everything is, for a room that goes on from there: after a crash of the server, say.
+struct RoomState {
+  /// One that a user has.
+  struct Tool {
+    std::uint8_t tool = 0;
+    RigidState state;
+    BodyId held;
+    Pose X_BT;  ///< in what it holds
+  };
+  boost::container::static_vector<proto::BodyState, proto::kMaxBodies> bodies;  ///< not where the scene starts them
+  boost::container::static_vector<Tool, proto::kMaxUsers> tools;
+};
+
+class Room;
+
+/// Sees what each step uses, in that order, and when it is done: enough to do the same again.
+///
+/// Thread  the room's: no allocation, lock or wait
+class RoomWatcher {
+ public:
+  virtual ~RoomWatcher() = default;
+  /// A command is applied.
+  virtual void on_command(const RoomCommand& command) noexcept = 0;
+  /// All commands of the step have been; next, inputs are taken out of the mailboxes.
+  virtual void on_commands_done() noexcept {}
+  /// An input is taken.
+  virtual void on_input(std::size_t seat, const proto::ClientUpdate& input) noexcept = 0;
+  virtual void on_step(const Room& room, ServerTime now, TickFaults faults) noexcept = 0;
 };
 
 class Room {
@@ -98,6 +132,12 @@ class Room {
   /// Of a room with soft bodies, 20 times a second; else never anything.
   realtime::Mailbox<SoftOffsets>& soft_offsets() { return soft_offsets_; }
 
+  /// Before the first step, at most two; they outlive the room's steps.
+  void watch(RoomWatcher& watcher) { watchers_.push_back(&watcher); }
+  /// Before the first step: things are there and move so. Who takes a tool of then within kKeptFor has it where it was, and in
+  /// his hand what it held; until then that hangs where it was. What is out of range is left as the scene says.
+  void resume(const RoomState& state);
+
   // room side
   /// One fixed step at `now` (stamps updates; does not change the physics).
   void step(ServerTime now) noexcept;
@@ -110,6 +150,11 @@ class Room {
   /// Events that found no place: io has not taken any for 256 of them.
   std::uint64_t events_lost() const { return events_lost_; }
   const physics::World& world() const { return world_; }
+  /// For resume(). No allocation.
+  RoomState state() const noexcept;
+  /// Who has the seat; invalid: nobody.
+  const Seat& seat(std::size_t index) const;
+  const RoomOptions& options() const { return options_; }
   /// The newest input that moves a tool; Tick{} without one.
   Tick answered(std::size_t tool) const;
   /// Of a seat; without effect in a room that does not control the passivity of tools.
@@ -126,6 +171,8 @@ class Room {
   void apply(const RoomCommand& command) noexcept;
   void join(const Seat& seat) noexcept;
   void leave(User& user) noexcept;
+  void open_port(User& user) noexcept;
+  void keep_left_things() noexcept;
   void serve_request(User& user, const RoomCommand& command) noexcept;
   void grab(User& user, BodyId body, std::uint32_t request) noexcept;
   void release(User& user, std::uint32_t request) noexcept;
@@ -154,6 +201,8 @@ class Room {
   proto::ServerUpdate common_;                                 ///< of this step: what all users are told alike
   SoftLattices soft_lattices_;
   realtime::Mailbox<SoftOffsets> soft_offsets_;
+  boost::container::static_vector<RoomWatcher*, 2> watchers_;
+  std::array<std::optional<RoomState::Tool>, proto::kMaxUsers> left_;  ///< by tool: of resume(), nobody has it yet
   Step step_;
   std::int64_t steps_empty_ = 0;  ///< since the last user left
   bool is_as_at_start_ = true;

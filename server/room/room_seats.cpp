@@ -22,17 +22,22 @@ bool RoomSeats::has_operator() const {
   return std::ranges::any_of(seats_, [](const auto& seat) { return seat && seat->role == UserRole::kOperator; });
 }
 
-std::optional<std::uint8_t> RoomSeats::free_tool() const {
-  for (std::size_t tool = 0; tool < std::min(room_.scene().world.tools.size(), proto::kMaxUsers); ++tool) {
-    const bool is_taken = std::any_of(seats_.begin(), seats_.end(), [tool](const auto& seat) {
-      return seat && has_tool(seat->role) && seat->tool == tool;
-    });
-    if (!is_taken) return static_cast<std::uint8_t>(tool);
+std::optional<std::uint8_t> RoomSeats::free_tool(std::optional<std::uint8_t> wanted) const {
+  const std::size_t tools = std::min(room_.scene().world.tools.size(), proto::kMaxUsers);
+  const auto is_free = [&](std::size_t tool) {
+    return tool < tools && std::ranges::none_of(seats_, [tool](const auto& seat) {
+             return seat && has_tool(seat->role) && seat->tool == tool;
+           });
+  };
+  if (wanted && is_free(*wanted)) return wanted;
+  for (std::size_t tool = 0; tool < tools; ++tool) {
+    if (is_free(tool)) return static_cast<std::uint8_t>(tool);
   }
   return std::nullopt;
 }
 
-std::optional<Seat> RoomSeats::take(UserRole role, bool leaves_gaps, const haptics::CouplingParameters& device_bounds) {
+std::optional<Seat> RoomSeats::take(UserRole role, bool leaves_gaps, const haptics::CouplingParameters& device_bounds,
+                                    std::string_view user_name, std::optional<std::uint8_t> wanted_tool) {
   const auto& limits = room_.scene().description.limits();
   const std::size_t limit = has_tool(role) ? limits.manipulators() : limits.observers();
   const auto free = std::find(seats_.begin(), seats_.end(), std::nullopt);
@@ -40,11 +45,12 @@ std::optional<Seat> RoomSeats::take(UserRole role, bool leaves_gaps, const hapti
   if (free == seats_.end() || count(role) >= limit) return std::nullopt;
   Seat seat{static_cast<std::uint8_t>(free - seats_.begin()), UserId{}, role, 0, leaves_gaps};
   if (has_tool(role)) {
-    const auto tool = free_tool();
+    const auto tool = free_tool(wanted_tool);
     if (!tool) return std::nullopt;
     seat.tool = *tool;
     seat.coupling_bounds = haptics::coupling_bounds_in_world(device_bounds, room_.scene().workspaces[seat.tool]);
   }
+  std::ranges::copy(user_name.substr(0, seat.user_name.size() - 1), seat.user_name.begin());
   seat.user = UserId{++last_user_};
   *free = seat;
   requested_[seat.index] = served_[seat.index] = 0;

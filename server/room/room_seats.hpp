@@ -4,6 +4,7 @@
 #include <array>
 #include <deque>
 #include <optional>
+#include <string_view>
 
 #include "common/base/ids.hpp"
 #include "server/room/room.hpp"
@@ -26,8 +27,11 @@ class RoomSeats {
   /// The n-th manipulator takes the n-th free tool. Nothing when the scene's limits are reached.
   /// In      leaves_gaps  what does not come from this user is little enough to be extrapolated (a deadband)
   ///         device_bounds  of the coupling, that this user's device bears, in its newtons and metres
+  ///         user_name  for recordings
+  ///         tool  that the user would have, when it is free: the one he had before
   std::optional<Seat> take(UserRole role, bool leaves_gaps = false,
-                           const haptics::CouplingParameters& device_bounds = haptics::kNoCouplingBounds);
+                           const haptics::CouplingParameters& device_bounds = haptics::kNoCouplingBounds,
+                           std::string_view user_name = "", std::optional<std::uint8_t> tool = std::nullopt);
   /// With an operator goes what was set: the coupling is the scene's again.
   void leave(const Seat& seat);
   bool has_operator() const;
@@ -47,7 +51,7 @@ class RoomSeats {
  private:
   /// With or without a tool, as `role`.
   std::size_t count(UserRole role) const;
-  std::optional<std::uint8_t> free_tool() const;
+  std::optional<std::uint8_t> free_tool(std::optional<std::uint8_t> wanted) const;
   void post_surely(const RoomCommand& command);
   bool post_request(const RoomCommand& command);
 

@@ -1,6 +1,7 @@
 // A place in a room, and who has it.
 #pragma once
 
+#include <array>
 #include <cstdint>
 
 #include "common/base/ids.hpp"
@@ -22,6 +23,7 @@ struct Seat {
   std::uint8_t tool = 0;     ///< where has_tool(role)
   bool leaves_gaps = false;  ///< the user does not send what is little enough to be extrapolated (a deadband)
   haptics::CouplingParameters coupling_bounds = haptics::kNoCouplingBounds;  ///< that his device bears, in the world
+  std::array<char, 80> user_name{};                                          ///< for recordings; ends at the first zero
 
   bool is_manipulator() const { return user.is_valid() && has_tool(role); }
 };

@@ -52,6 +52,54 @@ std::optional<Refusal> cut_to(const wire::TokenClaims& claims, wire::JoinRoom& j
 Admission::Admission(AdmissionSettings settings) : settings_(std::move(settings)) {
   if (!settings_.unix_ms) throw std::invalid_argument("AdmissionSettings.unix_ms is empty; give it a clock");
   started_ms_ = settings_.unix_ms();
+  resume(settings_.resumed);
+}
+
+void Admission::resume(const wire::AdmissionState& state) {
+  if (state.started_ms() != 0) started_ms_ = std::min(started_ms_, state.started_ms());
+  for (const wire::UsedToken& token : state.used()) {
+    if (token.id().size() == sizeof(Id)) used_[array_of<Id>(token.id())] = token.expires_ms();
+  }
+  for (const wire::ResumeCredential& in : state.credentials()) {
+    if (in.id().size() != sizeof(Id) || in.key().size() != sizeof(secure::PublicKey)) continue;
+    Credential& credential = credentials_[array_of<Id>(in.id())];
+    credential.key = array_of<secure::PublicKey>(in.key());
+    credential.granted = in.granted();
+    // Who was connected when the server ended has lost it then.
+    credential.lost_before_ms = in.lost_ms() != 0 ? in.lost_ms() : settings_.unix_ms();
+    if (in.tool() > 0) credential.tool = static_cast<std::uint8_t>(in.tool() - 1);
+  }
+}
+
+wire::AdmissionState Admission::state(LocalTime now) const {
+  const auto text = [](const auto& bytes) {
+    return std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  };
+  wire::AdmissionState out;
+  out.set_started_ms(started_ms_);
+  for (const auto& [id, expires_ms] : used_) {
+    wire::UsedToken& token = *out.add_used();
+    token.set_id(text(id));
+    token.set_expires_ms(expires_ms);
+  }
+  for (const auto& [id, credential] : credentials_) {
+    wire::ResumeCredential& to = *out.add_credentials();
+    to.set_id(text(id));
+    to.set_key(text(credential.key));
+    *to.mutable_granted() = credential.granted;
+    to.set_lost_ms(credential.lost_before_ms);
+    if (credential.lost) {
+      const auto ago_ms = static_cast<std::uint64_t>((now - *credential.lost) / std::chrono::milliseconds(1));
+      to.set_lost_ms(settings_.unix_ms() - ago_ms);
+    }
+    if (credential.tool) to.set_tool(1U + *credential.tool);
+  }
+  return out;
+}
+
+void Admission::revoke(const Id& credential) {
+  credentials_.erase(credential);
+  ++changes_;
 }
 
 std::optional<Refusal> Admission::admit(wire::JoinRoom& join, const std::optional<secure::Exported>& exported,
@@ -118,6 +166,7 @@ std::optional<Refusal> Admission::admit_again(wire::JoinRoom& join, const std::o
   if (!join.room().empty() && join.room() != credential.granted.room()) {
     return Refusal{wire::ERROR_NOT_ALLOWED, "the session was in another room"};
   }
+  ticket.tool = credential.tool;
   const double deadband = join.deadband();
   join = credential.granted;
   join.set_deadband(deadband);
@@ -125,12 +174,15 @@ std::optional<Refusal> Admission::admit_again(wire::JoinRoom& join, const std::o
 }
 
 std::optional<Admission::Id> Admission::note_joined(const Ticket& ticket, const wire::JoinRoom& granted,
-                                                    LocalTime now) {
+                                                    std::optional<std::uint8_t> tool, LocalTime now) {
   forget_expired(now);
+  ++changes_;
   if (ticket.is_resumed) {
     const auto found = credentials_.find(ticket.id);
     if (found == credentials_.end()) return std::nullopt;
     found->second.lost.reset();
+    found->second.lost_before_ms = 0;
+    found->second.tool = tool;
     return ticket.id;
   }
   used_[ticket.id] = ticket.expires_ms;
@@ -141,12 +193,15 @@ std::optional<Admission::Id> Admission::note_joined(const Ticket& ticket, const 
   credential.key = ticket.resume_key;
   credential.granted = granted;
   credential.granted.clear_token();
+  credential.tool = tool;
   return id;
 }
 
 void Admission::note_lost(const Id& credential, LocalTime now) {
   const auto found = credentials_.find(credential);
-  if (found != credentials_.end()) found->second.lost = now;
+  if (found == credentials_.end()) return;
+  found->second.lost = now;
+  ++changes_;
 }
 
 std::uint64_t Admission::unix_ms() {
@@ -154,7 +209,14 @@ std::uint64_t Admission::unix_ms() {
 }
 
 void Admission::forget_expired(LocalTime now) {
-  std::erase_if(used_, [unix_ms = unix_ms()](const auto& entry) { return unix_ms >= entry.second; });
+  const std::uint64_t now_ms = unix_ms();
+  std::erase_if(used_, [now_ms](const auto& entry) { return now_ms >= entry.second; });
+  for (auto& [id, credential] : credentials_) {
+    if (credential.lost_before_ms == 0 || credential.lost) continue;
+    const std::uint64_t ago_ms = now_ms - std::min(now_ms, credential.lost_before_ms);
+    const std::uint64_t known_ms = std::min<std::uint64_t>(ago_ms, 2 * (kResumeWithin / std::chrono::milliseconds(1)));
+    credential.lost = now - std::chrono::milliseconds(known_ms);
+  }
   std::erase_if(credentials_,
                 [now](const auto& entry) { return entry.second.lost && now - *entry.second.lost >= kResumeWithin; });
 }

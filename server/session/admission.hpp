@@ -4,8 +4,8 @@
 //   JoinRoom.resume ─▶ credential known, not expired ▶ signature of this connection's export ──▶ those of the first join
 //
 // A token is used up only when its user has got a seat. What has been used is remembered until it expires; when there is
-// no room to remember one more, it is refused and nothing is forgotten. After a restart nothing is remembered, so
-// tokens from before the start are refused.
+// no room to remember one more, it is refused and nothing is forgotten. What is remembered can outlive the server (state(),
+// AdmissionSettings::resumed); where it does not, tokens from before the start are refused.
 #pragma once
 
 #include <array>
@@ -19,6 +19,7 @@
 #include "common/base/time.hpp"
 #include "common/secure/key_pair.hpp"
 #include "common/secure/tls.hpp"
+#include "tandem/checkpoint.pb.h"
 #include "tandem/control.pb.h"
 #include "tandem/token.pb.h"
 
@@ -33,6 +34,7 @@ struct AdmissionSettings {
   std::function<std::uint64_t()> unix_ms;  ///< milliseconds since 1970, UTC
   std::size_t max_used_tokens = 4096;
   std::size_t max_credentials = 1024;
+  wire::AdmissionState resumed{};  ///< of a server that was this one before; empty: it begins anew
 };
 
 /// Why somebody is not let in.
@@ -52,6 +54,7 @@ class Admission {
     std::uint64_t expires_ms = 0;
     secure::PublicKey resume_key{};
     bool has_resume_key = false;
+    std::optional<std::uint8_t> tool{};  ///< of who comes back: the one he had
   };
 
   explicit Admission(AdmissionSettings settings);
@@ -61,19 +64,26 @@ class Admission {
   /// In      exported  of this connection for kResumeExport; none: nobody can resume
   std::optional<Refusal> admit(wire::JoinRoom& join, const std::optional<secure::Exported>& exported, LocalTime now,
                                Ticket& ticket);
-  /// The ticket's holder has a seat: its token is used, and it may come back as `granted` says.
+  /// The ticket's holder has a seat: its token is used, and it may come back as `granted` says, to `tool` if that is free.
   /// Out     the credential; none: it named no key, or too many are remembered
-  std::optional<Id> note_joined(const Ticket& ticket, const wire::JoinRoom& granted, LocalTime now);
+  std::optional<Id> note_joined(const Ticket& ticket, const wire::JoinRoom& granted, std::optional<std::uint8_t> tool,
+                                LocalTime now);
   /// The connection is gone, and may be resumed within kResumeWithin.
   void note_lost(const Id& credential, LocalTime now);
-  void revoke(const Id& credential) { credentials_.erase(credential); }
+  void revoke(const Id& credential);
+  /// All that must outlive the server, and how often that has changed.
+  wire::AdmissionState state(LocalTime now) const;
+  std::uint64_t changes() const { return changes_; }
 
  private:
   struct Credential {
     secure::PublicKey key{};
     wire::JoinRoom granted;
     std::optional<LocalTime> lost{};
+    std::uint64_t lost_before_ms = 0;  ///< since 1970, by the server before; 0: not lost then
+    std::optional<std::uint8_t> tool{};
   };
+  void resume(const wire::AdmissionState& state);
   std::optional<Refusal> admit_by_token(wire::JoinRoom& join, Ticket& ticket);
   std::optional<Refusal> admit_again(wire::JoinRoom& join, const std::optional<secure::Exported>& exported,
                                      Ticket& ticket);
@@ -87,6 +97,7 @@ class Admission {
   std::uint64_t newest_ms_ = 0;       ///< a clock that is set back makes no used token valid again
   std::map<Id, std::uint64_t> used_;  ///< tokens, until when they would have been valid
   std::map<Id, Credential> credentials_;
+  std::uint64_t changes_ = 1;
 };
 
 }  // namespace tandem::server

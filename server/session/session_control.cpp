@@ -251,18 +251,20 @@ void SessionHub::Impl::take_seat(Connection& connection, const wire::ClientContr
   // Where tokens are asked for, nothing goes out unsealed.
   if (admission && !secret) return end(connection, wire::DISCONNECT_PROTOCOL_ERROR, "no keys for datagrams");
   const UserRole role = *role_of(wanted.role());
-  const auto seat = seats.take(role, wanted.deadband() > 0, proto::read_bounds(wanted.coupling_bounds()));
+  std::vector<std::string> taken;
+  for (const auto& [handle, other] : connections) {
+    if (other->is_in(seats)) taken.push_back(other->user_name);
+  }
+  const std::string user_name = name_beside(wanted.user_name(), taken);
+  const auto seat =
+      seats.take(role, wanted.deadband() > 0, proto::read_bounds(wanted.coupling_bounds()), user_name, ticket.tool);
   if (!seat) {
     refuse(connection, message.request(), wire::ERROR_ROOM_FULL,
            "room " + seats.room().name() + " is full: no free place for " +
                (has_tool(role) ? "a manipulator; join as an observer, or wait" : "an observer"));
     return;
   }
-  std::vector<std::string> taken;
-  for (const auto& [handle, other] : connections) {
-    if (other->is_in(seats)) taken.push_back(other->user_name);
-  }
-  connection.user_name = name_beside(wanted.user_name(), taken);
+  connection.user_name = user_name;
   connection.seats = &seats;
   connection.seat = *seat;
   connection.stream.emplace(seats, *seat,
@@ -292,7 +294,8 @@ void SessionHub::Impl::give_credential(Connection& connection, const wire::JoinR
   if (!admission) return;
   wire::JoinRoom here = granted;
   here.set_room(connection.seats->room().name());
-  connection.credential = admission->note_joined(ticket, here, called_at);
+  const auto tool = has_tool(connection.seat.role) ? std::optional(connection.seat.tool) : std::nullopt;
+  connection.credential = admission->note_joined(ticket, here, tool, called_at);
   if (!connection.credential) return;
   joined.set_resume_credential(connection.credential->data(), connection.credential->size());
   joined.set_resume_within_s(static_cast<std::uint32_t>(kResumeWithin / std::chrono::seconds(1)));

@@ -261,6 +261,12 @@ void SessionHub::Impl::sweep() {
   });
 }
 
+void SessionHub::Impl::tell_admission() {
+  if (!admission || !owner.on_admission || admission->changes() == admission_told) return;
+  admission_told = admission->changes();
+  owner.on_admission(admission->state(called_at));
+}
+
 Connection* SessionHub::Impl::find(ConnectionHandle handle) {
   const auto found = connections.find(handle);
   const bool is_there = found != connections.end() && found->second->state != ConnectionState::kClosed;
@@ -328,6 +334,7 @@ void SessionHub::poll(LocalTime now) {
   }
   impl_->serve_waiting(now);
   impl_->sweep();
+  impl_->tell_admission();
 }
 
 void SessionHub::stop(LocalTime now) {
@@ -336,6 +343,7 @@ void SessionHub::stop(LocalTime now) {
     impl_->end(*connection, wire::DISCONNECT_SERVER_STOPPING, "the server is stopping");
   }
   impl_->sweep();
+  impl_->tell_admission();
 }
 
 bool SessionHub::is_behind(ConnectionHandle connection) const {

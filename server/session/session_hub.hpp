@@ -108,6 +108,8 @@ class SessionHub {
   const HubCounters& counters() const;
   /// For logs: one line a noteworthy event (joined, left and why, refused and why). Called on the io thread.
   std::function<void(std::string_view kind, const std::string& line)> on_log;
+  /// What must outlive the server has changed; within poll() and stop().
+  std::function<void(const wire::AdmissionState&)> on_admission;
 
  private:
   struct Impl;

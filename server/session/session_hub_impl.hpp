@@ -116,6 +116,7 @@ struct SessionHub::Impl {
   void end(Connection& connection, wire::DisconnectReason reason, const std::string& text, std::uint32_t request = 0);
   void forget(Connection& connection, wire::DisconnectReason reason, const std::string& text);
   void sweep();
+  void tell_admission();
   Connection* find(ConnectionHandle handle);
   void log(std::string_view kind, const std::string& line) const {
     if (owner.on_log) owner.on_log(kind, line);
@@ -125,6 +126,7 @@ struct SessionHub::Impl {
   HubSettings settings;
   ServerTransport& transport;
   std::optional<Admission> admission;
+  std::uint64_t admission_told = 0;
   std::vector<std::unique_ptr<RoomSeats>> rooms;
   std::map<ConnectionHandle, std::unique_ptr<Connection>> connections;
   std::unordered_map<ConnectionId, Connection*> active;

@@ -4,11 +4,13 @@
 #include <gtest/gtest.h>
 
 #include <LinearMath/btAlignedAllocator.h>
+#include <unistd.h>
 
 #include <cmath>
 #include <cstdlib>
 #include <optional>
 
+#include "server/recording/room_recorder.hpp"
 #include "tests/common/physics/scene_support.hpp"
 #include "tests/support/allocation_counter.hpp"
 
@@ -350,6 +352,12 @@ TEST(Room, StepDoesNotAllocateInSteadyContactNorDoesBullet) {
 }
 
 TEST_F(RoomTest, OurOwnPartOfAStepDoesNotAllocateEvenWhenItGrabs) {
+  // Nor does its recorder, whose ring gets full on the way.
+  const auto file =
+      std::filesystem::temp_directory_path() / ("tandem_room_test" + std::to_string(::getpid()) + ".mcap");
+  std::filesystem::remove(file);
+  RoomRecorder recorder(room_, {.file = file, .program = "test", .recording = 1, .capacity = 1000});
+  room_.watch(recorder);
   join(0, 7, 0);
   join(1, 8, 1);
   observe(2, 9);
@@ -363,6 +371,10 @@ TEST_F(RoomTest, OurOwnPartOfAStepDoesNotAllocateEvenWhenItGrabs) {
   }
   EXPECT_EQ(test::allocation_count(), before);
   EXPECT_EQ(event()->kind, RoomEvent::Kind::kGrabbed) << "the steps above must have done something";
+  recorder.finish();
+  std::filesystem::remove(file);
+  EXPECT_GT(recorder.file().messages_written(), 200U);
+  EXPECT_GT(recorder.steps_lost(), 0U);
 }
 
 TEST_F(RoomTest, AnEmptyRoomIsIdleAndAsItWas) {

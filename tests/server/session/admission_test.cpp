@@ -238,6 +238,60 @@ TEST_F(AdmissionTest, WhoIsKickedDoesNotComeBack) {
             "error ERROR_BAD_CREDENTIAL, goodbye");
 }
 
+TEST_F(AdmissionTest, AServerThatGoesOnKnowsUsedTokensAndWhoMayComeBackToWhichTool) {
+  wire::AdmissionState kept;
+  const auto keep = [this, &kept] {
+    bench->hub->on_admission = [&kept](const wire::AdmissionState& state) { kept = state; };
+  };
+  keep();
+  const proto::Bytes used = token();
+  const test::BenchClient lost = joined_client(), here = joined_client(), watching = greeted();
+  EXPECT_EQ(answer_to(watching, join_by(used, wire::ROLE_OBSERVER)), "joined");
+  ASSERT_EQ(here.joined.tool(), 1U);
+  bench->hub->on_disconnected(lost.handle, bench->now);
+  bench->now += kResumeWithin - std::chrono::seconds(10);
+  unix_ms += static_cast<std::uint64_t>((kResumeWithin - std::chrono::seconds(10)) / std::chrono::milliseconds(1));
+  bench->hub->poll(bench->now);  // the others have been silent, and are lost now
+  const auto restart = [&] {
+    HubSettings resumed = settings();
+    ASSERT_TRUE(resumed.admission->resumed.ParseFromString(kept.SerializeAsString()));
+    bench = std::make_unique<test::HubBench>(resumed);
+    bench->transport.is_encrypted = true;
+    keep();
+  };
+  unix_ms += 1000;
+  restart();
+  test::BenchClient again = greeted();
+  EXPECT_EQ(answer_to(again, resume_by(again, here.joined.resume_credential(), client_key), &again.joined), "joined");
+  EXPECT_EQ(again.joined.tool(), 1U) << "the one he had, though the first is free";
+  again = greeted();
+  EXPECT_EQ(answer_to(again, resume_by(again, lost.joined.resume_credential(), client_key), &again.joined), "joined");
+  EXPECT_EQ(again.joined.tool(), 0U);
+  bench->hub->on_disconnected(again.handle, bench->now);
+  bench->hub->poll(bench->now);
+  unix_ms += static_cast<std::uint64_t>(kResumeWithin / std::chrono::milliseconds(1));
+  restart();
+  again = greeted();
+  EXPECT_EQ(answer_to(again, resume_by(again, lost.joined.resume_credential(), client_key)),
+            "error ERROR_BAD_CREDENTIAL, goodbye")
+      << "the time goes on while no server runs";
+}
+
+TEST_F(AdmissionTest, AServerThatGoesOnLetsInByATokenOfBeforeOnce) {
+  wire::AdmissionState kept;
+  bench->hub->on_admission = [&kept](const wire::AdmissionState& state) { kept = state; };
+  const proto::Bytes used = token(), unused = token();
+  EXPECT_EQ(answer_to(join_by(used)), "joined");
+  bench->hub->poll(bench->now);
+  unix_ms += 1000;
+  HubSettings resumed = settings();
+  resumed.admission->resumed = kept;
+  bench = std::make_unique<test::HubBench>(resumed);
+  bench->transport.is_encrypted = true;
+  EXPECT_EQ(answer_to(join_by(used)), "error ERROR_TOKEN_USED, goodbye");
+  EXPECT_EQ(answer_to(join_by(unused)), "joined");
+}
+
 TEST_F(AdmissionTest, WithoutKeysForItsDatagramsNobodyIsIn) {
   bench->transport.is_encrypted = false;
   EXPECT_EQ(answer_to(join_by(token())), "goodbye") << "its state would go out as it is";

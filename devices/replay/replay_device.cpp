@@ -1,0 +1,42 @@
+#include "devices/replay/replay_device.hpp"
+
+#include <utility>
+
+namespace tandem::devices {
+
+ReplayDevice::ReplayDevice(DeviceSpec spec, std::shared_ptr<const std::vector<DeviceSample>> samples)
+    : spec_(std::move(spec)), samples_(std::move(samples)) {}
+
+DeviceSample ReplayDevice::read(LocalTime now) noexcept {
+  if (!std::exchange(has_started_, true)) started_ = now;
+  const std::vector<DeviceSample>& samples = *samples_;
+  const LocalTime due = samples.front().taken + (now - started_);
+  while (at_ + 1 < samples.size() && samples[at_ + 1].taken <= due) ++at_;
+  DeviceSample sample = samples[at_];
+  const bool is_over = at_ + 1 == samples.size() && due > sample.taken;
+  if (!is_over && sample.is_valid && at_ + 1 < samples.size()) {
+    const DeviceSample& next = samples[at_ + 1];
+    const Duration gap = next.taken - sample.taken;
+    if (next.is_valid && gap > Duration(0) && gap <= kMaxGap) {
+      const double u = to_seconds(due - sample.taken) / to_seconds(gap);
+      sample.X_DH.p += u * (next.X_DH.p - sample.X_DH.p);
+      sample.X_DH.q = sample.X_DH.q.slerp(u, next.X_DH.q);
+      sample.V_DH.v += u * (next.V_DH.v - sample.V_DH.v);
+      sample.V_DH.w += u * (next.V_DH.w - sample.V_DH.w);
+    }
+  }
+  sample.taken = now;
+  sample.reason = sample.is_valid ? "" : "as it was when it was recorded";
+  if (is_over) {
+    sample.state = DeviceState::kLost;
+    sample.is_valid = false;
+    sample.reason = "the recording is over";
+  }
+  return sample;
+}
+
+bool ReplayDevice::write(LocalTime /*now*/, const Wrench& /*wrench_on_hand_D*/) noexcept {
+  return true;
+}
+
+}  // namespace tandem::devices

@@ -1,0 +1,132 @@
+// tandem-replay: recordings of tandem-server and tandem-client, looked into, written as tables, played back.
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <exception>
+#include <iostream>
+#include <memory>
+#include <string>
+
+#include "lab/recording/recording_facts.hpp"
+#include "lab/recording/recording_tables.hpp"
+#include "lab/recording/session_replay.hpp"
+#include "lab/results/output_folder.hpp"
+#include "lab/results/tables.hpp"
+
+namespace tandem::lab {
+namespace {
+
+struct Options {
+  std::string file;
+  std::string out;
+  std::string scene;
+  bool writes_json = false;
+};
+
+void add_file(CLI::App& command, Options& options) {
+  command.add_option("file", options.file, "the first file of the recording; those that follow are found beside it")
+      ->required()
+      ->type_name("FILE.mcap");
+}
+
+void add_json(CLI::App& command, Options& options) {
+  command.add_flag("--json", options.writes_json, "print one JSON object");
+}
+
+int info(const Options& options) {
+  const boost::json::object facts = recording_facts(options.file);
+  std::cout << (options.writes_json ? boost::json::serialize(facts) + "\n" : facts_text(facts));
+  return 0;
+}
+
+int export_tables(const Options& options) {
+  const auto tables = recording_tables(options.file);
+  const std::filesystem::path folder = made_folder(options.out);
+  for (const auto& [name, table] : tables) write_csv(folder / (name + ".csv"), table);
+  write_tables_hdf5(folder / "recording.h5", tables,
+                    {{"recording", options.file}, {"facts", boost::json::serialize(recording_facts(options.file))}});
+  for (const auto& [name, table] : tables) {
+    std::cout << (folder / (name + ".csv")).string() << ": " << table.row_count() << " rows\n";
+  }
+  std::cout << (folder / "recording.h5").string() << ": all of them\n";
+  return 0;
+}
+
+std::string verdict(const ReplayResult& result) {
+  std::string text = std::to_string(result.steps) + " steps with " + std::to_string(result.inputs) + " inputs and " +
+                     std::to_string(result.commands) + " commands: ";
+  if (result.divergence) {
+    text += "the first difference is " + result.divergence->thing + " after step " +
+            std::to_string(result.divergence->step);
+  } else {
+    text += "the same state after each";
+  }
+  if (result.missing_step) text += "; step " + std::to_string(*result.missing_step) + " is not in the recording";
+  if (!result.is_whole) text += "; the recording ends without its end";
+  if (!result.note.empty()) text += "; " + result.note;
+  if (result.divergence && result.program != "tandem-server " TANDEM_VERSION) {
+    text += "; it was recorded by " + result.program + ", and this is version " TANDEM_VERSION;
+  }
+  return text;
+}
+
+boost::json::object to_json(const ReplayResult& result) {
+  boost::json::object out{{"steps", result.steps},          {"inputs", result.inputs},   {"commands", result.commands},
+                          {"is_equal", !result.divergence}, {"divergence", nullptr},     {"missing_step", nullptr},
+                          {"is_whole", result.is_whole},    {"program", result.program}, {"note", result.note}};
+  if (result.divergence) {
+    out["divergence"] = boost::json::object{{"step", result.divergence->step}, {"thing", result.divergence->thing}};
+  }
+  if (result.missing_step) out["missing_step"] = *result.missing_step;
+  return out;
+}
+
+int play(const Options& options) {
+  const ReplayResult result = replay_session(options.file, options.scene);
+  std::cout << (options.writes_json ? boost::json::serialize(to_json(result)) : verdict(result)) << '\n';
+  return result.divergence || result.missing_step ? 1 : 0;
+}
+
+void declare(CLI::App& app, Options& options, int& exit_code) {
+  app.set_version_flag("--version", "tandem-replay " TANDEM_VERSION);
+  app.require_subcommand(1);
+  app.footer("Exit code: 0 done, 1 the states differ or steps are missing, 2 bad input or set-up.");
+  CLI::App* const tell = app.add_subcommand("info", "What is in a recording: who, how long, what, and what is missing");
+  add_file(*tell, options);
+  add_json(*tell, options);
+  tell->callback([&] { exit_code = info(options); });
+  CLI::App* const write = app.add_subcommand("export", "Its time series as CSV files and one HDF5 file");
+  add_file(*write, options);
+  write->add_option("--out", options.out, "folder for them")->required()->type_name("DIR");
+  write->callback([&] { exit_code = export_tables(options); });
+  CLI::App* const again =
+      app.add_subcommand("play", "The steps of a room again, with the same inputs: is the state after each the same?");
+  add_file(*again, options);
+  again->add_option("--scene", options.scene, "the scene of then, where it is not where the recording says")
+      ->type_name("FILE|NAME");
+  add_json(*again, options);
+  again->callback([&] { exit_code = play(options); });
+}
+
+}  // namespace
+}  // namespace tandem::lab
+
+int main(int argument_count, char** arguments) {
+  CLI::App app{"tandem-replay: recordings of tandem-server --record and tandem-client --record", "tandem-replay"};
+  tandem::lab::Options options;
+  int exit_code = 0;
+  tandem::lab::declare(app, options, exit_code);
+  try {
+    app.parse(argument_count, arguments);
+    return exit_code;
+  } catch (const CLI::Success& help_or_version) {
+    return app.exit(help_or_version);
+  } catch (const CLI::ParseError& error) {
+    std::string text = error.what();
+    std::replace(text.begin(), text.end(), '\n', ' ');
+    std::cerr << "tandem-replay: " << text << "; see --help\n";
+    return 2;
+  } catch (const std::exception& error) {
+    std::cerr << "tandem-replay: " << error.what() << '\n';
+    return 2;
+  }
+}

@@ -1,0 +1,36 @@
+// A room's recording, played back: the same steps with the same inputs in a new room. The same build on the same machine
+// must come to the same state after each.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "server/room/room.hpp"
+
+namespace tandem::lab {
+
+/// The first step after which the two rooms are not the same.
+struct Divergence {
+  std::uint64_t step = 0;
+  std::string thing;  ///< of the scene: the first that differs
+};
+
+struct ReplayResult {
+  std::uint64_t steps = 0, commands = 0, inputs = 0;
+  std::optional<Divergence> divergence;
+  std::optional<std::uint64_t> missing_step;  ///< played to there: this one is not in the recording
+  bool is_whole = true;                       ///< of the recording's files: each had its end
+  std::string program;                        ///< that recorded
+  std::string note;                           ///< why the states may differ, as far as that is known
+};
+
+/// In      scene  instead of the file that the recording names; empty: that
+///         on_step  called after each step
+/// Fails   std::invalid_argument: no recording of a room, one that does not begin at its start, or another scene than it names
+ReplayResult replay_session(const std::filesystem::path& recording, const std::filesystem::path& scene = {},
+                            const std::function<void(const server::Room&)>& on_step = {});
+
+}  // namespace tandem::lab

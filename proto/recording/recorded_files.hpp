@@ -1,0 +1,28 @@
+// A recording that may have rotated, read as one.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "common/recording/mcap_reader.hpp"
+
+namespace tandem::proto {
+
+/// How far a recording goes.
+struct RecordingEnd {
+  std::vector<std::filesystem::path> files;  ///< that were read
+  bool is_whole = true;                      ///< each had its end
+  std::string why;                           ///< it is not, with the file's name
+};
+
+/// False: enough was read.
+using OnMessage = std::function<bool(const std::string& topic, const recording::Message& message)>;
+
+/// Reads `first` and, where they stand beside it, those that follow: "attic.mcap", "attic-002.mcap", … A file that ends
+/// anywhere is read to there.
+/// Fails   std::invalid_argument: `first` cannot be opened, or has no message
+RecordingEnd read_recording(const std::filesystem::path& first, const OnMessage& on_message);
+
+}  // namespace tandem::proto

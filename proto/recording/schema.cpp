@@ -1,0 +1,40 @@
+#include "proto/recording/schema.hpp"
+
+#include <google/protobuf/descriptor.h>
+#include <google/protobuf/descriptor.pb.h>
+#include <google/protobuf/stubs/logging.h>
+
+#include <set>
+
+namespace tandem::proto {
+namespace {
+
+/// What a file imports stands before it.
+void add_file(const google::protobuf::FileDescriptor& file, std::set<std::string>& added,
+              google::protobuf::FileDescriptorSet& out) {
+  if (!added.insert(file.name()).second) return;
+  for (int i = 0; i < file.dependency_count(); ++i) add_file(*file.dependency(i), added, out);
+  file.CopyTo(out.add_file());
+}
+
+}  // namespace
+
+recording::Channel channel_of(const std::string& topic, const google::protobuf::Message& example) {
+  google::protobuf::FileDescriptorSet files;
+  std::set<std::string> added;
+  add_file(*example.GetDescriptor()->file(), added, files);
+  return {topic, example.GetDescriptor()->full_name(), bytes_of(files)};
+}
+
+recording::Bytes bytes_of(const google::protobuf::Message& message) {
+  recording::Bytes bytes(message.ByteSizeLong());
+  message.SerializeToArray(bytes.data(), static_cast<int>(bytes.size()));
+  return bytes;
+}
+
+bool parse_recorded(const recording::Message& from, google::protobuf::Message& out) {
+  const google::protobuf::LogSilencer silencer;
+  return out.ParseFromArray(from.data.data(), static_cast<int>(from.data.size()));
+}
+
+}  // namespace tandem::proto

@@ -1,0 +1,188 @@
+#include "server/recording/server_checkpoint.hpp"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <stdexcept>
+#include <system_error>
+#include <utility>
+
+namespace tandem::server {
+namespace {
+
+constexpr const char* kFileName = "checkpoint.pb";
+constexpr std::uint64_t kWriteEvery_ms = 500;
+constexpr double kTakeEvery_s = 0.1;
+constexpr Duration kPeriod = std::chrono::milliseconds(20);
+/// Of 64 rooms and all that Admission remembers; what is longer is none of ours.
+constexpr std::uintmax_t kMaxFileBytes = 16U << 20U;
+
+/// Errno; 0: done.
+int write_all(int descriptor, const std::string& bytes) {
+  std::size_t done = 0;
+  while (done < bytes.size()) {
+    const ssize_t written = ::write(descriptor, bytes.data() + done, bytes.size() - done);
+    if (written < 0 && errno != EINTR) return errno;
+    done += written > 0 ? static_cast<std::size_t>(written) : 0;
+  }
+  return ::fsync(descriptor) == 0 ? 0 : errno;
+}
+
+/// Likewise. The folder is flushed too: the name is there after a loss of power.
+int replace_file(const std::filesystem::path& file, const std::string& bytes) {
+  const std::string unfinished = file.string() + ".unfinished";
+  const int descriptor = ::open(unfinished.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0600);
+  if (descriptor < 0) return errno;
+  const int error = write_all(descriptor, bytes);
+  ::close(descriptor);
+  if (error != 0) return error;
+  if (::rename(unfinished.c_str(), file.c_str()) != 0) return errno;
+  const int folder = ::open(file.parent_path().c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (folder < 0) return errno;
+  const int flushed = ::fsync(folder) == 0 ? 0 : errno;
+  ::close(folder);
+  return flushed;
+}
+
+}  // namespace
+
+/// Takes how a room is, on the room's thread.
+class ServerCheckpoint::Watch final : public RoomWatcher {
+ public:
+  explicit Watch(const Room& room)
+      : name(room.name()),
+        scene(room.shared_scene()),
+        every_(static_cast<std::uint64_t>(std::max(1.0, std::round(kTakeEvery_s / to_seconds(room.period()))))) {}
+
+  void on_command(const RoomCommand& /*command*/) noexcept override {}
+  void on_input(std::size_t /*seat*/, const proto::ClientUpdate& /*input*/) noexcept override {}
+  void on_step(const Room& room, ServerTime /*now*/, TickFaults /*faults*/) noexcept override {
+    // Of one that goes to sleep, how it sleeps.
+    if (room.steps_done().value % every_ != 0 && !room.is_idle()) return;
+    states.back() = room.state();
+    states.publish();
+  }
+
+  // Of the room, which may be gone before this.
+  const std::string name;
+  const std::shared_ptr<const LoadedScene> scene;
+  realtime::Mailbox<RoomState> states;
+
+ private:
+  std::uint64_t every_;
+};
+
+ServerCheckpoint::ServerCheckpoint(const std::filesystem::path& folder, const std::vector<std::unique_ptr<Room>>& rooms,
+                                   std::string audience, std::function<std::uint64_t()> unix_ms,
+                                   std::function<void(const std::string&)> on_news)
+    : file_(folder / kFileName),
+      audience_(std::move(audience)),
+      unix_ms_(std::move(unix_ms)),
+      on_news_(std::move(on_news)),
+      restored_(rooms.size()) {
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  lock_ = ::open((file_.string() + ".lock").c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
+  if (lock_ < 0) {
+    throw std::invalid_argument("--resume: " + folder.string() + " cannot be written: " + std::strerror(errno) +
+                                "; name another folder by --state");
+  }
+  if (::flock(lock_, LOCK_EX | LOCK_NB) != 0) {
+    ::close(lock_);
+    throw std::invalid_argument("--resume: another server keeps its checkpoints in " + folder.string() +
+                                "; give each its own by --state");
+  }
+  for (const auto& room : rooms) rooms_.push_back(room.get());
+  read();
+  for (Room* const room : rooms_) {
+    watches_.push_back(std::make_unique<Watch>(*room));
+    room->watch(*watches_.back());
+    *newest_.add_rooms() = checkpoint_of(room->name(), room->scene(), room->state());
+  }
+  newest_.set_audience(audience_);
+  *newest_.mutable_admission() = admission_;
+  thread_ = std::make_unique<recording::RecorderThread>(kPeriod, [this] { work(); });
+}
+
+ServerCheckpoint::~ServerCheckpoint() {
+  thread_.reset();
+  ::close(lock_);
+}
+
+void ServerCheckpoint::read() {
+  std::error_code error;
+  if (!std::filesystem::exists(file_, error)) return;
+  wire::ServerCheckpoint before;
+  std::ifstream in(file_, std::ios::binary);
+  const bool is_read =
+      std::filesystem::file_size(file_, error) <= kMaxFileBytes && !error && before.ParseFromIstream(&in);
+  if (!is_read) return on_news_(file_.string() + " cannot be read: everything begins anew");
+  resume(before);
+}
+
+void ServerCheckpoint::resume(const wire::ServerCheckpoint& before) {
+  const std::uint64_t now_ms = unix_ms_();
+  const double age_s = 1e-3 * static_cast<double>(now_ms - std::min(now_ms, before.written_ms()));
+  if (before.audience() == audience_) admission_ = before.admission();
+  for (std::size_t i = 0; i < rooms_.size(); ++i) {
+    const double limit_s = rooms_[i]->scene().world.limits.reset_after_s;
+    const auto found = std::ranges::find(before.rooms(), rooms_[i]->name(), &wire::RoomCheckpoint::room);
+    if (found == before.rooms().end() || (limit_s > 0 && age_s > limit_s)) continue;
+    const auto state = state_of(*found, rooms_[i]->scene());
+    if (!state || (state->bodies.empty() && state->tools.empty())) continue;
+    rooms_[i]->resume(*state);
+    restored_[i] = *found;
+    on_news_("room " + rooms_[i]->name() + " goes on as it was " + std::to_string(static_cast<int>(1e3 * age_s)) +
+             " ms ago");
+  }
+}
+
+void ServerCheckpoint::note(const wire::AdmissionState& admission) {
+  admissions_.back() = admission.SerializeAsString();
+  admissions_.publish();
+}
+
+void ServerCheckpoint::work() {
+  const bool has_news = admissions_.poll();
+  if (has_news) newest_.mutable_admission()->ParseFromString(admissions_.front());
+  if (!has_news && unix_ms_() < written_ms_ + kWriteEvery_ms) return;
+  bool is_awake = has_news;
+  for (std::size_t i = 0; i < watches_.size(); ++i) {
+    if (!watches_[i]->states.poll()) continue;
+    is_awake = true;
+    *newest_.mutable_rooms(static_cast<int>(i)) =
+        checkpoint_of(watches_[i]->name, *watches_[i]->scene, watches_[i]->states.front());
+  }
+  written_ms_ = unix_ms_();
+  if (is_awake) write();
+}
+
+void ServerCheckpoint::write() {
+  newest_.set_written_ms(unix_ms_());
+  const int error = replace_file(file_, newest_.SerializeAsString());
+  const bool was_failing = std::exchange(is_failing_, error != 0);
+  if (is_failing_ && !was_failing) {
+    on_news_(file_.string() + " cannot be written: " + std::strerror(error) +
+             "; a restart would go on from an older one");
+  }
+}
+
+void ServerCheckpoint::finish() {
+  if (thread_ == nullptr) return;
+  thread_->stop();
+  thread_.reset();
+  if (admissions_.poll()) newest_.mutable_admission()->ParseFromString(admissions_.front());
+  for (std::size_t i = 0; i < rooms_.size(); ++i) {
+    *newest_.mutable_rooms(static_cast<int>(i)) =
+        checkpoint_of(rooms_[i]->name(), rooms_[i]->scene(), rooms_[i]->state());
+  }
+  write();
+}
+
+}  // namespace tandem::server

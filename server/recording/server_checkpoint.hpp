@@ -1,0 +1,69 @@
+// What a server keeps on disk to go on from when it was killed: where everything in its rooms is, who may come back, and
+// which tokens were used.
+//
+//   room threads ──mailbox each 100 ms──┐
+//   io thread ──mailbox, each change────┴▶ checkpoint thread: one file, each 0.5 s, at once when somebody joined or was kicked
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/recording/recorder_thread.hpp"
+#include "server/recording/room_checkpoint.hpp"
+#include "tandem/checkpoint.pb.h"
+
+namespace tandem::server {
+
+/// The file is written under another name, flushed to the disk and renamed: whoever reads it finds one whole state or the next.
+class ServerCheckpoint {
+ public:
+  /// Takes the folder for this process, lets the rooms go on from what it holds, and watches them from then on, as long as they
+  /// step; they do not yet. What is older than a room's limits.reset_after_s, or of another scene, is left.
+  /// In      audience  the server's key; empty: nobody comes back by a credential
+  ///         unix_ms  milliseconds since 1970
+  ///         on_news  for people; called here and on the thread
+  /// Fails   std::invalid_argument: another server has the folder, or it cannot be written
+  ServerCheckpoint(const std::filesystem::path& folder, const std::vector<std::unique_ptr<Room>>& rooms,
+                   std::string audience, std::function<std::uint64_t()> unix_ms,
+                   std::function<void(const std::string&)> on_news);
+  ~ServerCheckpoint();
+  ServerCheckpoint(const ServerCheckpoint&) = delete;
+  ServerCheckpoint& operator=(const ServerCheckpoint&) = delete;
+
+  /// Of before; empty: nothing, or of a server with another key.
+  const wire::AdmissionState& admission() const { return admission_; }
+  /// What a room goes on from; nothing: as its scene says.
+  const std::optional<wire::RoomCheckpoint>& restored(std::size_t room) const { return restored_.at(room); }
+  /// Thread  io
+  void note(const wire::AdmissionState& admission);
+  /// While the rooms are there, after their last steps: writes how they are. Idempotent.
+  void finish();
+
+ private:
+  class Watch;
+  void read();
+  void resume(const wire::ServerCheckpoint& before);
+  void work();
+  void write();
+
+  std::filesystem::path file_;
+  std::string audience_;
+  std::function<std::uint64_t()> unix_ms_;
+  std::function<void(const std::string&)> on_news_;
+  int lock_ = -1;
+  std::vector<Room*> rooms_;
+  std::vector<std::unique_ptr<Watch>> watches_;
+  wire::AdmissionState admission_;
+  std::vector<std::optional<wire::RoomCheckpoint>> restored_;
+  realtime::Mailbox<std::string> admissions_;  ///< serialised
+  // The thread's.
+  wire::ServerCheckpoint newest_;
+  std::uint64_t written_ms_ = 0;
+  bool is_failing_ = false;
+  std::unique_ptr<recording::RecorderThread> thread_;
+};
+
+}  // namespace tandem::server

@@ -1,0 +1,40 @@
+// The recordings of a server's rooms, and the thread that writes them all.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "common/recording/recorder_thread.hpp"
+#include "server/recording/room_recorder.hpp"
+
+namespace tandem::server {
+
+/// A file a room in a folder: ROOM-20261122T071500Z.mcap, and -002, … as it rotates.
+class ServerRecorder {
+ public:
+  /// Watches the rooms from now on; they outlive it, and do not step yet.
+  /// In      scene_files  of each room, as it was named
+  ///         on_news  called on the recorder's thread
+  /// Fails   std::invalid_argument: the folder or a file cannot be made
+  ServerRecorder(const std::filesystem::path& folder, const std::vector<std::unique_ptr<Room>>& rooms,
+                 const std::vector<RoomRecording>& settings, std::function<void(const std::string&)> on_news);
+  ~ServerRecorder();
+  ServerRecorder(const ServerRecorder&) = delete;
+  ServerRecorder& operator=(const ServerRecorder&) = delete;
+
+  /// After the rooms' last steps: writes what waits, and the ends. Idempotent.
+  void finish();
+  /// In the order of the rooms; after finish().
+  const std::vector<std::unique_ptr<RoomRecorder>>& rooms() const { return recorders_; }
+
+ private:
+  void drain();
+
+  std::vector<std::unique_ptr<RoomRecorder>> recorders_;
+  std::function<void(const std::string&)> on_news_;
+  std::unique_ptr<recording::RecorderThread> thread_;
+};
+
+}  // namespace tandem::server

@@ -1,0 +1,105 @@
+// A room that goes on from how another one was: things are where they were, and who comes back has his tool and what it held.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "server/room/room.hpp"
+#include "tests/common/physics/scene_support.hpp"
+
+namespace tandem::server {
+namespace {
+
+constexpr const char* kTwoCubes =
+    R"({"name": "floor", "shapes": [{"box": {"size_m": [1, 1, 0.1]}}], "placement": {"position_m": [0, 0, -0.05]}},
+       {"name": "a", "shapes": [{"box": {"size_m": [0.04, 0.04, 0.04]}}], "mass_kg": 0.2, "graspable": true,
+        "placement": {"position_m": [0, 0, 0.02]}},
+       {"name": "b", "shapes": [{"box": {"size_m": [0.04, 0.04, 0.04]}}], "mass_kg": 0.2,
+        "placement": {"position_m": [0.2, 0, 0.02]}})";
+constexpr const char* kTwoTools =
+    R"({"name": "l", "placement": {"position_m": [0, 0, 0.05]}}, {"name": "r", "placement": {"position_m": [0.5, 0, 0.3]}})";
+
+class RoomResumeTest : public ::testing::Test {
+ protected:
+  RoomResumeTest() : room_(RoomId{1}, "test", physics::load_parts({.bodies = kTwoCubes, .tools = kTwoTools})) {}
+
+  void join(std::uint8_t seat, std::uint32_t user, std::uint8_t tool) {
+    ASSERT_TRUE(room_.post({.seat = {seat, UserId{user}, UserRole::kManipulator, tool}}));
+  }
+  void send(std::uint8_t seat, const Vec3& p) {
+    proto::ClientUpdate update;
+    update.input_tick = Tick{++ticks_};
+    update.handle.X.p = p;
+    update.handle_valid = true;
+    room_.input(seat).publish(update);
+  }
+  void step(int count = 1) {
+    for (int i = 0; i < count; ++i) room_.step(ServerTime(room_.period() * static_cast<Duration::rep>(++steps_)));
+  }
+
+  Room room_;
+  std::uint64_t ticks_ = 0;
+  std::uint64_t steps_ = 0;
+};
+
+TEST_F(RoomResumeTest, GoesOnFromTheStateOfAnother) {
+  join(0, 7, 0);
+  join(1, 8, 1);
+  send(0, {0, 0, 0.05});
+  step();
+  ASSERT_TRUE(room_.post({.kind = RoomCommand::Kind::kGrab, .seat = {0, UserId{7}}, .body = BodyId{2}, .request = 1}));
+  for (int i = 0; i < 400; ++i) {
+    send(0, {0, 1e-4 * i, 0.05 + 2e-4 * i});
+    send(1, {0.5, 0, 0.3});
+    step();
+  }
+  ASSERT_EQ(room_.world().tool(0).held, BodyId{2});
+  const RoomState state = room_.state();
+  Room next(RoomId{1}, "test", room_.shared_scene());
+  next.resume(state);
+  EXPECT_FALSE(next.is_idle()) << "nobody is there, but it is not as the scene says";
+  EXPECT_LT((next.world().body(BodyId{2}).X.p - room_.world().body(BodyId{2}).X.p).norm(), 1e-12);
+  const Vec3 hung = next.world().body(BodyId{2}).X.p;
+  for (int i = 1; i <= 1000; ++i) next.step(ServerTime(next.period() * i));
+  EXPECT_LT((next.world().body(BodyId{2}).X.p - hung).norm(), 1e-9) << "it hangs where it was held";
+  // Who has the other tool comes back first; what he does not hold is not his.
+  ASSERT_TRUE(next.post({.seat = {0, UserId{1}, UserRole::kManipulator, 1}}));
+  ASSERT_TRUE(next.post({.seat = {1, UserId{2}, UserRole::kManipulator, 0}}));
+  next.step(ServerTime(next.period() * 1001));
+  EXPECT_EQ(next.world().tool(0).held, BodyId{2});
+  EXPECT_FALSE(next.world().tool(1).held.is_valid());
+  EXPECT_LT((next.world().tool(1).tool.X.p - room_.world().tool(1).tool.X.p).norm(), 1e-3);
+  EXPECT_LT((next.world().tool(0).tool.X.p - room_.world().tool(0).tool.X.p).norm(), 1e-3);
+}
+
+TEST_F(RoomResumeTest, WhatWasHeldFallsWhenNobodyComesBackForIt) {
+  RoomState state;
+  state.bodies.push_back({BodyId{2}, {{Vec3(0, 0, 0.3), Quat::Identity()}, {}}, UserId{}});
+  state.tools.push_back(
+      {0, {{Vec3(0, 0, 0.33), Quat::Identity()}, {}}, BodyId{2}, {Vec3(0, 0, 0.03), Quat::Identity()}});
+  room_.resume(state);
+  const auto steps_in = [this](Duration time) { return static_cast<int>(time / room_.period()); };
+  step(steps_in(kKeptFor) - 10);
+  EXPECT_NEAR(room_.world().body(BodyId{2}).X.p.z(), 0.3, 1e-9);
+  step(2000);
+  EXPECT_NEAR(room_.world().body(BodyId{2}).X.p.z(), 0.02, 1e-3);
+  step(steps_in(std::chrono::seconds(30)));
+  EXPECT_TRUE(room_.is_idle()) << "and after a while all is as the scene says";
+  EXPECT_EQ(room_.world().body(BodyId{2}).X.p, Vec3(0, 0, 0.02));
+}
+
+TEST_F(RoomResumeTest, IgnoresWhatOfAStateIsOutOfRange) {
+  RoomState state;
+  const double nan = std::nan("");
+  state.bodies.push_back({BodyId{2}, {{Vec3(nan, 0, 0), Quat::Identity()}, {}}, UserId{}});
+  state.bodies.push_back({BodyId{1}, {{Vec3(0, 0, 5), Quat::Identity()}, {}}, UserId{}});  // the floor
+  state.bodies.push_back({BodyId{99}, {}, UserId{}});
+  state.bodies.push_back({BodyId{3}, {{Vec3(0, 0, 1e9), Quat::Identity()}, {}}, UserId{}});
+  state.tools.push_back({15, {}, BodyId{2}, {}});
+  state.tools.push_back({0, {{Vec3(0, 0, nan), Quat::Identity()}, {}}, BodyId{2}, {}});
+  room_.resume(state);
+  EXPECT_TRUE(room_.is_idle()) << "all is as the scene says";
+}
+
+}  // namespace
+}  // namespace tandem::server

@@ -1,0 +1,168 @@
+"""Sessions recorded at both ends, killed, read by another reader, played back, and their hand as a device."""
+
+import glob
+import json
+import os
+import random
+import resource
+import signal
+import subprocess
+import time
+import unittest
+
+import mcap_reader
+from support import PATIENCE_S, ProgramTest, Server, finish, free_port, program, read_trace, run, start_client
+
+STEP_NUMBER = 1  # field of RecordedStep
+KILLS = int(os.environ.get("TANDEM_KILLS", "6"))
+
+
+def two_clients(port, folder, seconds):
+    return [start_client(port, "--name", name, "--hand", hand, "--duration", f"{seconds}s", "--json",
+                         "--record", os.path.join(folder, name + ".mcap"))
+            for name, hand in (("anna", "peg-left"), ("ben", "peg-right"))]
+
+
+class Session(ProgramTest):
+    def record(self):
+        folder = self.path("server")
+        with Server("--scene", "peg_in_hole", "--record", folder) as server:
+            first = start_client(server.port, "--name", "anna", "--hand", "peg-left", "--duration", "5s", "--json",
+                                 "--record", self.path("anna.mcap"), "--trace", self.path("anna.csv"))
+            server.wait_for_log("anna.*joined")
+            second = start_client(server.port, "--name", "ben", "--hand", "peg-right", "--duration", "4s", "--json")
+            for client in (first, second):
+                code, _, err = finish(client)
+                self.assertEqual(code, 0, err)
+        return glob.glob(os.path.join(folder, "*.mcap"))
+
+    def test_plays_back_to_the_same_states_and_another_reader_agrees(self):
+        files = self.record()
+        self.assertEqual(len(files), 1)
+        self.check_room(files[0])
+        self.check_export(files[0])
+        self.check_client(self.path("anna.mcap"))
+        self.check_hand_in_another_scene(self.path("anna.mcap"))
+
+    def check_room(self, file):
+        code, out, err = run("tandem-replay", "play", file, "--json")
+        self.assertEqual(code, 0, out + err)
+        played = json.loads(out)
+        self.assertTrue(played["is_equal"], played)
+        self.assertGreater(played["steps"], 4000)
+        self.assertGreater(played["inputs"], 5000)
+        facts = json.loads(run("tandem-replay", "info", file, "--json")[1])
+        self.assertEqual([user["name"] for user in facts["users"]], ["anna", "ben"])
+        self.assertTrue(all(user["left_s"] > user["joined_s"] for user in facts["users"]))
+        self.assertEqual(facts["steps"]["missing"], 0)
+        recording = mcap_reader.Recording(file)
+        self.assertTrue(recording.is_whole)
+        steps = [mcap_reader.fields(data)[STEP_NUMBER][0] for _, data in recording.of("/step")]
+        self.assertEqual(steps, list(range(1, played["steps"] + 1)))
+        self.assertEqual({name: len(recording.of(name)) for name in facts["messages"]}, facts["messages"])
+
+    def check_export(self, file):
+        code, out, err = run("tandem-replay", "export", file, "--out", self.path("tables"))
+        self.assertEqual(code, 0, out + err)
+        bodies = read_trace(self.path("tables/bodies.csv"))
+        self.assertGreater(len(bodies), 200)
+        self.assertGreater(max(abs(row["peg_p_x_m"] - bodies[0]["peg_p_x_m"]) for row in bodies), 1e-4, "the peg moved")
+        self.assertGreater(len(read_trace(self.path("tables/inputs.csv"))), 5000)
+        with open(self.path("tables/recording.h5"), "rb") as h5:
+            self.assertEqual(h5.read(8), b"\x89HDF\r\n\x1a\n")
+
+    def check_client(self, file):
+        recording = mcap_reader.Recording(file)
+        self.assertTrue(recording.is_whole)
+        self.assertEqual(len(recording.of("/session")), 1)
+        self.assertGreaterEqual(len(recording.of("/link")), 4)
+        trace = read_trace(self.path("anna.csv"))
+        self.assertEqual(len(recording.of("/tick")), len(trace))
+        self.assertEqual(run("tandem-replay", "export", file, "--out", self.path("ticks"))[0], 0)
+        exported = read_trace(self.path("ticks/ticks.csv"))
+        self.assertEqual(len(exported), len(trace))
+        for column in ("device_p_x_m", "displayed_force_z_n", "tick", "safety_faults", "state_age_s"):
+            self.assertEqual([row[column] for row in exported if row[column] == row[column]],
+                             [row[column] for row in trace if row[column] == row[column]], column)
+
+    def check_hand_in_another_scene(self, file):
+        with Server("--scene", "two_boxes") as server:
+            code, _, err = run("tandem-client", "--insecure", "--headless", "--server", f"127.0.0.1:{server.port}",
+                               "--device", f"replay:{file}", "--duration", "3s", "--trace", self.path("again.csv"))
+            self.assertEqual(code, 0, err)
+        then, now = read_trace(self.path("anna.csv")), read_trace(self.path("again.csv"))
+        self.assertGreater(len(now), 2000)
+        # Between two of its samples the hand goes evenly: a micrometre within a millisecond.
+        for row in now[::50]:
+            due = then[0]["t_s"] + row["t_s"]
+            near = min(then, key=lambda other: abs(other["t_s"] - due))
+            for axis in "xyz":
+                self.assertAlmostEqual(row[f"device_p_{axis}_m"], near[f"device_p_{axis}_m"], delta=2e-4)
+
+    def test_a_file_that_is_none_is_refused_in_one_line(self):
+        empty = self.write("empty.mcap", "")
+        other = self.write("other.mcap", "not a recording at all")
+        for command in ("info", "play"):
+            self.assert_setup_error(run("tandem-replay", command, empty), "empty.mcap")
+            self.assert_setup_error(run("tandem-replay", command, other), "other.mcap", "no MCAP file")
+        self.assert_setup_error(run("tandem-replay", "info", self.path("absent.mcap")), "absent.mcap")
+        self.assert_setup_error(run("tandem-client", "--insecure", "--headless", "--device", "replay:" + other), "other.mcap")
+        self.assert_setup_error(run("tandem-client", "--insecure", "--headless", "--device", "replay"), "replay:FILE")
+
+
+class Killed(ProgramTest):
+    """kill -9 of the server: what was flushed is there, for another reader and to be played back."""
+
+    def test_at_random_moments(self):
+        seed = int(os.environ.get("TANDEM_TEST_SEED", "1"))
+        print(f"TANDEM_TEST_SEED={seed}")
+        moments = random.Random(seed)
+        for number in range(KILLS):
+            folder = self.path(f"r{number}")
+            server = Server("--scene", "peg_in_hole", "--record", folder)
+            client = start_client(server.port, "--name", "anna", "--hand", "peg-left", "--duration", "60s",
+                                  "--record", self.path(f"c{number}.mcap"))
+            server.wait_for_log("anna.*joined")
+            time.sleep(moments.uniform(0.3, 2.0))
+            killed = time.time()
+            server.kill()
+            client.kill()
+            client.communicate()
+            file, = glob.glob(os.path.join(folder, "*.mcap"))
+            recording = mcap_reader.Recording(file)
+            self.assertFalse(recording.is_whole)
+            steps = recording.of("/step")
+            self.assertTrue(steps)
+            self.assertLess(killed - steps[-1][0] * 1e-9, 1.0, "at most one second is lost")
+            code, out, err = run("tandem-replay", "play", file, "--json")
+            self.assertEqual(code, 0, out + err)
+            self.assertEqual(json.loads(out)["steps"], len(steps))
+            self.assertTrue(mcap_reader.Recording(self.path(f"c{number}.mcap")).of("/tick"))
+
+
+class FullDisk(ProgramTest):
+    def test_is_told_once_and_the_session_goes_on(self):
+        def small_disk():
+            signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+            resource.setrlimit(resource.RLIMIT_FSIZE, (60_000, 60_000))
+
+        port = free_port()
+        server = subprocess.Popen([program("tandem-server"), "--insecure", "--port", str(port), "--scene", "free",
+                                   "--cache", "", "--json", "--record", self.path("small")],
+                                  stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, preexec_fn=small_disk)
+        while "listening" not in server.stderr.readline():
+            pass
+        code, out, err = finish(start_client(port, "--hand", "circle", "--duration", "4s", "--json"))
+        self.assertEqual(code, 0, err)
+        self.assertEqual(json.loads(out)["reconnects"], 0)
+        server.terminate()
+        out, log = server.communicate(timeout=PATIENCE_S)
+        self.assertEqual(len([line for line in log.splitlines() if "cannot be written" in line]), 1, log)
+        report = json.loads(out)["rooms"][0]["recording"]
+        self.assertGreater(report["messages_lost"], 1000)
+        recording = mcap_reader.Recording(report["file"])
+        self.assertGreater(len(recording.of("/step")), 100, "what got to the disk is whole")
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,111 @@
+"""kill -9 of a server that keeps checkpoints: the next one goes on from there, and everybody comes back by himself."""
+
+import glob
+import json
+import os
+import random
+import signal
+import subprocess
+import time
+import unittest
+
+from secure_test import SecureServer, SecureTest, start_client
+from support import PATIENCE_S, finish, free_port, program, read_trace, run
+
+KILLS = int(os.environ.get("TANDEM_KILLS", "4"))
+# A peg that two hands move covers less in a second.
+MOST_MOVED_M = 0.05
+
+
+class KeptServer(SecureServer):
+    """A server with --resume that records; `end` it by a signal."""
+
+    def __init__(self, folder, port, number):
+        self.records = os.path.join(folder, f"records{number}")
+        super().__init__(folder, "--resume", "--record", self.records, port=port, scene="peg_in_hole")
+
+    def end(self, sign=signal.SIGKILL):
+        self.process.send_signal(sign)
+        self.process.wait(PATIENCE_S)
+        self._reader.join(PATIENCE_S)
+        self.process.stdout.close()
+        self.process.stderr.close()
+
+    def recording(self):
+        return glob.glob(os.path.join(self.records, "*.mcap"))[0]
+
+
+class Restarts(SecureTest):
+    def bodies(self, server, number):
+        folder = self.path(f"tables{number}")
+        code, _, err = run("tandem-replay", "export", server.recording(), "--out", folder)
+        self.assertEqual(code, 0, err)
+        return read_trace(os.path.join(folder, "bodies.csv"))
+
+    def moved(self, one, other):
+        return max(abs(one[f"peg_p_{axis}_m"] - other[f"peg_p_{axis}_m"]) for axis in "xyz")
+
+    def test_go_on_where_the_killed_server_was(self):
+        seed = int(os.environ.get("TANDEM_TEST_SEED", "1"))
+        print(f"TANDEM_TEST_SEED={seed}")
+        moments = random.Random(seed)
+        port = free_port()
+        server = KeptServer(self.folder, port, 0)
+        invitations = [server.invitation("--name", name) for name in ("anna", "ben")]
+        clients = []
+        for invitation, name, hand in zip(invitations, ("anna", "ben"), ("peg-left", "peg-right")):
+            clients.append(start_client("--join", invitation, "--hand", hand, "--duration", "60s"))
+            server.wait_for(f"{name}.*joined")
+        before = None
+        for number in range(KILLS + 1):
+            time.sleep(moments.uniform(1.0, 3.0))
+            ended = time.time()
+            server.end()
+            rows = self.bodies(server, number)
+            self.assertLess(ended - rows[-1]["unix_s"], 1.0)
+            if before is not None:
+                self.assertLess(self.moved(rows[0], before), MOST_MOVED_M, "at most a second was lost")
+            played = run("tandem-replay", "play", server.recording(), "--json")
+            self.assertEqual(played[0], 0, played)
+            before = rows[-1]
+            if number == KILLS:
+                break
+            server = KeptServer(self.folder, port, number + 1)
+            server.wait_for("goes on as it was")
+            for name in ("anna", "ben"):
+                server.wait_for(f"{name}.*joined")
+        for client in clients:
+            client.kill()
+            client.communicate()
+
+    def test_a_token_that_was_used_stays_used_and_a_drained_server_goes_on(self):
+        port = free_port()
+        server = KeptServer(self.folder, port, 0)
+        used, unused = server.invitation("--name", "anna"), server.invitation("--name", "ben")
+        client = start_client("--join", used, "--duration", "60s")
+        server.wait_for("anna.*joined")
+        time.sleep(0.5)
+        server.end()
+        server = KeptServer(self.folder, port, 1)
+        server.wait_for("anna.*joined")
+        self.assert_refused(["used before"], "--join", used)
+        self.assert_joined(start_client("--join", unused, "--duration", "1s"))
+        server.end(signal.SIGTERM)
+        server = KeptServer(self.folder, port, 2)
+        server.wait_for("anna.*joined")
+        client.kill()
+        client.communicate()
+        server.end()
+
+    def test_two_servers_do_not_share_a_folder(self):
+        with SecureServer(self.folder, "--resume") as server:
+            result = run("tandem-server", "--scene", "free", "--port", "0", "--resume", "--state", server.state)
+            self.assert_setup_error(result, "--resume", "another server")
+
+    def test_without_the_option_everything_begins_anew(self):
+        with SecureServer(self.folder) as server:
+            self.assertFalse(os.path.exists(os.path.join(server.state, "checkpoint.pb")))
+
+
+if __name__ == "__main__":
+    unittest.main()
