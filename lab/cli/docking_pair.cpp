@@ -21,7 +21,8 @@ void set_dielectric(const std::string& text, docking::FieldModel& model) {
   const bool grows = text.ends_with('r');
   model.dielectric = grows ? docking::Dielectric::kDistance : docking::Dielectric::kConstant;
   if (!parse_number(grows ? text.substr(0, text.size() - 1) : text, model.permittivity)) {
-    throw std::invalid_argument("--dielectric " + text + ": must be none, a number such as 1, or one with r such as 4r");
+    throw std::invalid_argument("--dielectric " + text +
+                                ": must be none, a number such as 1, or one with r such as 4r");
   }
 }
 
@@ -45,7 +46,8 @@ docking::Molecule load(const DockingOptions& options, const std::string& text, s
 }  // namespace
 
 void add_docking_options(CLI::App& command, DockingOptions& options) {
-  command.add_option("--receptor", options.receptor, "structure file, or FILE:A,B/LIG for chain A and residues LIG of B")
+  command
+      .add_option("--receptor", options.receptor, "structure file, or FILE:A,B/LIG for chain A and residues LIG of B")
       ->required();
   command.add_option("--ligand", options.ligand, "likewise")->required();
   command.add_option("--hydrogens", options.hydrogens, "those given, built anew, or united with carbon")

@@ -36,8 +36,8 @@ struct Energies {
 Energies energies_of(const DockingPair& pair, const Options& options) {
   Energies found;
   if (!options.move_angstrom.empty()) found.X_AB.p = Vec3(options.move_angstrom.data());
-  found.result = docking::exact_field(pair.receptor, pair.ligand, found.X_AB, pair.model,
-                                      {&found.on_receptor, &found.on_ligand});
+  found.result =
+      docking::exact_field(pair.receptor, pair.ligand, found.X_AB, pair.model, {&found.on_receptor, &found.on_ligand});
   const Vec3 arm = pair.ligand.centre_of_mass_angstrom();
   found.centre = found.X_AB * arm;
   found.torque = found.result.torque_on_b - arm.cross(found.result.force_on_b);

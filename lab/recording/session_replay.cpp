@@ -5,7 +5,7 @@
 #include <stdexcept>
 #include <vector>
 
-#include "common/docking/lennard_jones.hpp"
+#include "common/docking/molecular_field.hpp"
 #include "proto/recording/recorded_files.hpp"
 #include "proto/recording/schema.hpp"
 #include "server/assets/scene_library.hpp"
@@ -123,8 +123,8 @@ class Replay {
 
   void use_kernel(const std::string& kernel) {
     if (kernel.empty()) return;
-    const auto kernels = docking::LennardJonesField::available_kernels();
-    if (std::ranges::find(kernels, kernel) != kernels.end()) return docking::LennardJonesField::use_by_default(kernel);
+    const auto kernels = docking::MolecularField::available_kernels();
+    if (std::ranges::find(kernels, kernel) != kernels.end()) return docking::MolecularField::use_by_default(kernel);
     result_.note = "the molecular field was computed by the kernel " + kernel + ", which this CPU does not have";
   }
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/docking/lennard_jones.hpp"
+#include "common/docking/molecular_field.hpp"
 #include "proto/recording/exact_state.hpp"
 #include "proto/recording/schema.hpp"
 
@@ -22,7 +22,7 @@ std::vector<recording::Channel> channels() {
 std::string field_kernel_of(const LoadedScene& scene) {
   const auto molecules =
       std::ranges::count_if(scene.world.bodies, [](const auto& body) { return body.molecule != nullptr; });
-  return molecules < 2 ? std::string() : std::string(docking::LennardJonesField::default_kernel());
+  return molecules < 2 ? std::string() : std::string(docking::MolecularField::default_kernel());
 }
 
 wire::RecordedRoom description_of(const Room& room, const RoomRecording& settings) {

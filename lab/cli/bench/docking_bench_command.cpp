@@ -88,8 +88,8 @@ json::object measured(const Options& options) {
           {"dielectric", options.pair.dielectric},
           {"cutoff_angstrom", pair.model.cutoff_angstrom},
           {"evaluations", times.count()},
-          {"eval_us", json::object{{"p50", microseconds(times.quantile(0.5))},
-                                   {"p99", microseconds(times.quantile(0.99))}}},
+          {"eval_us",
+           json::object{{"p50", microseconds(times.quantile(0.5))}, {"p99", microseconds(times.quantile(0.99))}}},
           {"gpairs_per_s", 1e-9 * pairs / seconds},
           {"limit_gmultiply_adds_per_s", 1e-9 * limit}};
 }
@@ -106,8 +106,8 @@ void run(const Options& options) {
               static_cast<long long>(result.at("atoms_ligand").to_number<std::int64_t>()),
               result.at("method").as_string().c_str(), result.at("kernel").as_string().c_str(),
               static_cast<long long>(result.at("pairs").to_number<std::int64_t>()));
-  std::printf("%.4g us, p99 %.4g us; %.3g Gpair/s, at a limit of %.4g G multiply-adds/s\n",
-              times.at("p50").as_double(), times.at("p99").as_double(), result.at("gpairs_per_s").as_double(),
+  std::printf("%.4g us, p99 %.4g us; %.3g Gpair/s, at a limit of %.4g G multiply-adds/s\n", times.at("p50").as_double(),
+              times.at("p99").as_double(), result.at("gpairs_per_s").as_double(),
               result.at("limit_gmultiply_adds_per_s").as_double());
 }
 

@@ -8,8 +8,14 @@ namespace {
 TEST(Printable, KeepsWhatIsReadAndTakesOutWhatCommandsATerminal) {
   EXPECT_EQ(printable("Grüße, 手 👋"), "Grüße, 手 👋");
   EXPECT_EQ(printable("a\x1B[31mb\nc\x7F"), "a?[31mb?c?");
-  EXPECT_EQ(printable("a\xC2\x9B" "31mb"), "a?31mb") << "the same command in one code point";
-  EXPECT_EQ(printable("a\xE2\x80\xAE" "b"), "a?b") << "text from right to left";
+  EXPECT_EQ(printable("a\xC2\x9B"
+                      "31mb"),
+            "a?31mb")
+      << "the same command in one code point";
+  EXPECT_EQ(printable("a\xE2\x80\xAE"
+                      "b"),
+            "a?b")
+      << "text from right to left";
   EXPECT_EQ(printable("a\xFF\xC3"), "a??") << "no UTF-8";
 }
 
