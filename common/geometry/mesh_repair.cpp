@@ -11,9 +11,9 @@
 
 #include "common/base/units.hpp"
 #include "common/geometry/mesh_connectivity.hpp"
+#include "common/geometry/mesh_sides.hpp"
 #include "common/geometry/mesh_weld.hpp"
 #include "common/geometry/triangle_tree.hpp"
-#include "common/geometry/winding_number.hpp"
 
 namespace tandem::geometry {
 namespace {
@@ -312,29 +312,6 @@ void turn_parts(ContactMesh& result, const std::vector<MeshPart>& parts) {
     result.notes.push_back(counted(buried, "part lies inside another and is felt only there",
                                    "parts lie inside others and are felt only there"));
   }
-}
-
-/// What a triangle is: between inside and outside, or with one of them on both sides.
-enum class Side : std::uint8_t { kBorder, kInside, kOutside };
-
-/// A triangle itself makes the winding number jump by 1. Half way, which is what the others make there, it is ½ where a
-/// solid is on one side, 0 where none is, and 1 or more inside of one; of a solid that is inside out less than 0.
-Side side_of(double half_way) {
-  const double others = std::abs(half_way);
-  if (others < 0.25) return Side::kOutside;
-  return others < 0.75 ? Side::kBorder : Side::kInside;
-}
-
-std::vector<Side> sides_of(const TriangleMesh& mesh) {
-  const WindingNumber winding(mesh);
-  std::vector<Side> sides;
-  sides.reserve(mesh.triangles.size());
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    Vec3 middle = Vec3::Zero();
-    for (const int corner : mesh.triangles[t]) middle += mesh.vertices[static_cast<std::size_t>(corner)] / 3;
-    sides.push_back(side_of(winding.at(middle, static_cast<int>(t))));
-  }
-  return sides;
 }
 
 /// The vertices that some triangles use, and these.

@@ -1,0 +1,101 @@
+// The fast winding number against the sum of solid angles, and what it is of surfaces that are no simple solids.
+#include "common/geometry/winding_number.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "common/base/random.hpp"
+#include "common/geometry/tessellation.hpp"
+
+namespace tandem::geometry {
+namespace {
+
+double exact(const TriangleMesh& mesh, const Vec3& p, int without = -1) {
+  double sum = 0;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    if (static_cast<int>(t) == without) continue;
+    std::array<Vec3, 3> to;
+    for (std::size_t i = 0; i < 3; ++i) to[i] = mesh.vertices[static_cast<std::size_t>(mesh.triangles[t][i])] - p;
+    const double a = to[0].norm(), b = to[1].norm(), c = to[2].norm();
+    sum += 2 * std::atan2(to[0].dot(to[1].cross(to[2])),
+                          a * b * c + to[0].dot(to[1]) * c + to[1].dot(to[2]) * a + to[2].dot(to[0]) * b);
+  }
+  return sum / (4 * std::numbers::pi);
+}
+
+void add(TriangleMesh& mesh, const TriangleMesh& other, const Vec3& by) {
+  const auto first = static_cast<int>(mesh.vertices.size());
+  for (const Vec3& vertex : other.vertices) mesh.vertices.push_back(vertex + by);
+  for (const auto& triangle : other.triangles) {
+    mesh.triangles.push_back({triangle[0] + first, triangle[1] + first, triangle[2] + first});
+  }
+}
+
+/// A torus of 2 n² triangles; without some, a soup with holes.
+TriangleMesh torus(int n, double missing, Random& random) {
+  TriangleMesh mesh;
+  for (int i = 0; i < n; ++i) {
+    for (int j = 0; j < n; ++j) {
+      const double u = 2 * std::numbers::pi * i / n, v = 2 * std::numbers::pi * j / n;
+      const double r = 0.05 + 0.02 * std::cos(v) + 0.001 * random.uniform();
+      mesh.vertices.emplace_back(r * std::cos(u), r * std::sin(u), 0.02 * std::sin(v));
+    }
+  }
+  for (int i = 0; i < n; ++i) {
+    for (int j = 0; j < n; ++j) {
+      const int a = i * n + j, b = (i + 1) % n * n + j, c = (i + 1) % n * n + (j + 1) % n, d = i * n + (j + 1) % n;
+      if (random.uniform() >= missing) mesh.triangles.push_back({a, b, c});
+      if (random.uniform() >= missing) mesh.triangles.push_back({a, c, d});
+    }
+  }
+  return mesh;
+}
+
+TEST(WindingNumber, IsTheSumOfSolidAnglesWithinItsTolerance) {
+  Random random(1, 2);
+  double worst = 0;
+  for (const double missing : {0.0, 0.3}) {
+    const TriangleMesh mesh = torus(60, missing, random);
+    const WindingNumber winding(mesh);
+    for (int i = 0; i < 2000; ++i) {
+      const Vec3 p = 0.1 * Vec3(random.uniform() * 2 - 1, random.uniform() * 2 - 1, random.uniform() - 0.5);
+      worst = std::max(worst, std::abs(winding.at(p) - exact(mesh, p)));
+    }
+    for (std::size_t t = 0; t < mesh.triangles.size(); t += 7) {
+      Vec3 middle = Vec3::Zero();
+      for (const int corner : mesh.triangles[t]) middle += mesh.vertices[static_cast<std::size_t>(corner)] / 3;
+      const int without = static_cast<int>(t);
+      worst = std::max(worst, std::abs(winding.at(middle, without) - exact(mesh, middle, without)));
+    }
+  }
+  RecordProperty("worst", std::to_string(worst));
+  EXPECT_LT(worst, WindingNumber::kTolerance);
+  EXPECT_GT(worst, 1e-9) << "that would be the sum itself";
+}
+
+TEST(WindingNumber, IsTheSumForTrianglesOfVeryDifferentSizes) {
+  Random random(3, 2);
+  TriangleMesh mesh = tessellated_box(Vec3(0.2, 0.2, 0.2));
+  add(mesh, torus(40, 0, random), Vec3(0.02, 0, 0));
+  add(mesh, tessellated_box(Vec3(0.5, 1e-3, 1e-3)), Vec3(0, 0.05, 0));
+  const WindingNumber winding(mesh);
+  for (int i = 0; i < 2000; ++i) {
+    const Vec3 p = 0.3 * Vec3(random.uniform() * 2 - 1, random.uniform() * 2 - 1, random.uniform() * 2 - 1);
+    EXPECT_NEAR(winding.at(p), exact(mesh, p), WindingNumber::kTolerance);
+  }
+}
+
+TEST(WindingNumber, IsTwoWhereSolidsOverlapAndZeroOutside) {
+  TriangleMesh mesh = tessellated_sphere(0.03);
+  add(mesh, tessellated_sphere(0.03), Vec3(0.02, 0, 0));
+  const WindingNumber winding(mesh);
+  EXPECT_NEAR(winding.at(Vec3(0.01, 0, 0)), 2, 0.05);
+  EXPECT_NEAR(winding.at(Vec3(-0.02, 0, 0)), 1, 0.05);
+  EXPECT_NEAR(winding.at(Vec3(0.04, 0, 0)), 1, 0.05);
+  EXPECT_NEAR(winding.at(Vec3(0.07, 0, 0)), 0, 0.05);
+}
+
+}  // namespace
+}  // namespace tandem::geometry
