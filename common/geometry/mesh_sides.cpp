@@ -10,7 +10,7 @@ namespace tandem::geometry {
 namespace {
 
 // Of more triangles than so many, they are shared among the processors.
-constexpr std::size_t kLeastForThreads = 5000;
+constexpr std::size_t kMinForThreads = 5000;
 constexpr std::size_t kMaxThreads = 16;
 
 /// A triangle itself makes the winding number jump by 1. Half way, which is what the others make there, it is ½ where a
@@ -36,7 +36,7 @@ std::vector<Side> sides_of(const TriangleMesh& mesh) {
     for (std::size_t t = first; t < last; ++t) sides[t] = side_of(winding, mesh, t);
   };
   const std::size_t processors = std::max(1U, std::thread::hardware_concurrency());
-  const std::size_t threads = sides.size() < kLeastForThreads ? 1 : std::min(processors, kMaxThreads);
+  const std::size_t threads = sides.size() < kMinForThreads ? 1 : std::min(processors, kMaxThreads);
   std::vector<std::jthread> helpers;
   for (std::size_t i = 1; i < threads; ++i) {
     helpers.emplace_back(decide, sides.size() * i / threads, sides.size() * (i + 1) / threads);

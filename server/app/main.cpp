@@ -289,9 +289,9 @@ int serve(const Options& options, realtime::Output& output) {
   }
   std::optional<server::ServerKeys> keys;
   std::shared_ptr<void> lock;
+  if (!options.is_insecure || options.resumes) lock = server::lock_state(options.security.state);
   if (!options.is_insecure) {
     keys = server::open_keys(options.security);
-    lock = server::lock_state(options.security.state);
     settings.tls = server::tls_of(*keys);
     settings.hub.admission = server::admission_of(*keys, options.security);
   }

@@ -5,6 +5,7 @@
 #include <ifaddrs.h>
 #include <net/if.h>
 #include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -69,7 +70,10 @@ ServerKeys open_keys(const SecurityOptions& options) {
 }
 
 std::shared_ptr<void> lock_state(const std::filesystem::path& state) {
+  if (state.empty()) throw std::invalid_argument("--state: give a folder for what the server keeps");
   const std::filesystem::path file = state / "lock";
+  std::error_code error;
+  if (std::filesystem::create_directories(state, error)) ::chmod(state.c_str(), S_IRWXU);
   const int descriptor = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
   if (descriptor < 0) throw std::invalid_argument("--state: " + file.string() + " cannot be written");
   const std::shared_ptr<void> lock(nullptr, [descriptor](void*) { ::close(descriptor); });

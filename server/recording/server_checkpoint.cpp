@@ -1,7 +1,6 @@
 #include "server/recording/server_checkpoint.hpp"
 
 #include <fcntl.h>
-#include <sys/file.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -86,18 +85,6 @@ ServerCheckpoint::ServerCheckpoint(const std::filesystem::path& folder, const st
       unix_ms_(std::move(unix_ms)),
       on_news_(std::move(on_news)),
       restored_(rooms.size()) {
-  std::error_code error;
-  std::filesystem::create_directories(folder, error);
-  lock_ = ::open((file_.string() + ".lock").c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
-  if (lock_ < 0) {
-    throw std::invalid_argument("--resume: " + folder.string() + " cannot be written: " + std::strerror(errno) +
-                                "; name another folder by --state");
-  }
-  if (::flock(lock_, LOCK_EX | LOCK_NB) != 0) {
-    ::close(lock_);
-    throw std::invalid_argument("--resume: another server keeps its checkpoints in " + folder.string() +
-                                "; give each its own by --state");
-  }
   for (const auto& room : rooms) rooms_.push_back(room.get());
   read();
   for (Room* const room : rooms_) {
@@ -112,7 +99,6 @@ ServerCheckpoint::ServerCheckpoint(const std::filesystem::path& folder, const st
 
 ServerCheckpoint::~ServerCheckpoint() {
   thread_.reset();
-  ::close(lock_);
 }
 
 void ServerCheckpoint::read() {

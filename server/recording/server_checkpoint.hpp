@@ -20,12 +20,11 @@ namespace tandem::server {
 /// The file is written under another name, flushed to the disk and renamed: whoever reads it finds one whole state or the next.
 class ServerCheckpoint {
  public:
-  /// Takes the folder for this process, lets the rooms go on from what it holds, and watches them from then on, as long as they
+  /// In a folder that is this server's alone (lock_state() of server/app): lets the rooms go on from what it holds, and watches them from then on, as long as they
   /// step; they do not yet. What is older than a room's limits.reset_after_s, or of another scene, is left.
   /// In      audience  the server's key; empty: nobody comes back by a credential
   ///         unix_ms  milliseconds since 1970
   ///         on_news  for people; called here and on the thread
-  /// Fails   std::invalid_argument: another server has the folder, or it cannot be written
   ServerCheckpoint(const std::filesystem::path& folder, const std::vector<std::unique_ptr<Room>>& rooms,
                    std::string audience, std::function<std::uint64_t()> unix_ms,
                    std::function<void(const std::string&)> on_news);
@@ -53,7 +52,6 @@ class ServerCheckpoint {
   std::string audience_;
   std::function<std::uint64_t()> unix_ms_;
   std::function<void(const std::string&)> on_news_;
-  int lock_ = -1;
   std::vector<Room*> rooms_;
   std::vector<std::unique_ptr<Watch>> watches_;
   wire::AdmissionState admission_;

@@ -23,7 +23,7 @@ class HostileFiles(ProgramTest):
         self.assertEqual(code, 2, err)
         self.assertEqual(len(lines), 1, err)
         self.assertIn(os.path.join(self.folder, hostile_files.FILES[case][0]), lines[0].replace("file is a.", "file is " + self.path("a.")), "names the file")
-        self.assertRegex(lines[0], "[;:] .*(give|export|at most|allow more|keep|unpack|correct|not a scene|no geometry|simplify|join|stray)",
+        self.assertRegex(lines[0], "[;:] .*(give|export|at most|allow more|keep|unpack|correct|not a scene|no geometry|simplify|join|stray|fetch)",
                          "and what would be right")
         self.assertLess(took_s, cpu_s)
         self.assertLess(memory_kib, MAX_MEMORY_KIB)

@@ -100,7 +100,7 @@ class Restarts(SecureTest):
     def test_two_servers_do_not_share_a_folder(self):
         with SecureServer(self.folder, "--resume") as server:
             result = run("tandem-server", "--scene", "free", "--port", "0", "--resume", "--state", server.state)
-            self.assert_setup_error(result, "--resume", "another server")
+            self.assert_setup_error(result, "--state", "another server")
 
     def test_without_the_option_everything_begins_anew(self):
         with SecureServer(self.folder) as server:
