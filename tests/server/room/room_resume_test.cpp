@@ -19,6 +19,9 @@ constexpr const char* kTwoCubes =
 constexpr const char* kTwoTools =
     R"({"name": "l", "placement": {"position_m": [0, 0, 0.05]}}, {"name": "r", "placement": {"position_m": [0.5, 0, 0.3]}})";
 
+/// g T²: a body is held from the first step on, at the end of it.
+constexpr double kFallOfAStep_m = 1.01 * 9.81e-6;
+
 class RoomResumeTest : public ::testing::Test {
  protected:
   RoomResumeTest() : room_(RoomId{1}, "test", physics::load_parts({.bodies = kTwoCubes, .tools = kTwoTools})) {}
@@ -61,7 +64,7 @@ TEST_F(RoomResumeTest, GoesOnFromTheStateOfAnother) {
   EXPECT_LT((next.world().body(BodyId{2}).X.p - room_.world().body(BodyId{2}).X.p).norm(), 1e-12);
   const Vec3 hung = next.world().body(BodyId{2}).X.p;
   for (int i = 1; i <= 1000; ++i) next.step(ServerTime(next.period() * i));
-  EXPECT_LT((next.world().body(BodyId{2}).X.p - hung).norm(), 1e-9) << "it hangs where it was held";
+  EXPECT_LT((next.world().body(BodyId{2}).X.p - hung).norm(), kFallOfAStep_m) << "it hangs where it was held";
   // Who has the other tool comes back first; what he does not hold is not his.
   ASSERT_TRUE(next.post({.seat = {0, UserId{1}, UserRole::kManipulator, 1}}));
   ASSERT_TRUE(next.post({.seat = {1, UserId{2}, UserRole::kManipulator, 0}}));
@@ -80,12 +83,12 @@ TEST_F(RoomResumeTest, WhatWasHeldFallsWhenNobodyComesBackForIt) {
   room_.resume(state);
   const auto steps_in = [this](Duration time) { return static_cast<int>(time / room_.period()); };
   step(steps_in(kKeptFor) - 10);
-  EXPECT_NEAR(room_.world().body(BodyId{2}).X.p.z(), 0.3, 1e-9);
+  EXPECT_NEAR(room_.world().body(BodyId{2}).X.p.z(), 0.3, kFallOfAStep_m);
   step(2000);
   EXPECT_NEAR(room_.world().body(BodyId{2}).X.p.z(), 0.02, 1e-3);
   step(steps_in(std::chrono::seconds(30)));
   EXPECT_TRUE(room_.is_idle()) << "and after a while all is as the scene says";
-  EXPECT_EQ(room_.world().body(BodyId{2}).X.p, Vec3(0, 0, 0.02));
+  EXPECT_LT((room_.world().body(BodyId{2}).X.p - Vec3(0, 0, 0.02)).norm(), 1e-8);
 }
 
 TEST_F(RoomResumeTest, IgnoresWhatOfAStateIsOutOfRange) {
