@@ -52,8 +52,11 @@ proto::Sha256 key_of(const geometry::ContactMesh& mesh, double sheet_thickness_m
   writer.u32(contact::kContactAssetVersion);
   writer.f64(sheet_thickness_m);
   writer.u32(static_cast<std::uint32_t>(mesh.kind));
-  for (const Vec3& vertex : mesh.mesh.vertices) writer.array(std::span<const double>(vertex.data(), 3));
-  for (const auto& triangle : mesh.mesh.triangles) writer.array(std::span<const int>(triangle));
+  for (const geometry::TriangleMesh* part : {&mesh.mesh, &mesh.sheet}) {
+    writer.u32(static_cast<std::uint32_t>(part->vertices.size()));
+    for (const Vec3& vertex : part->vertices) writer.array(std::span<const double>(vertex.data(), 3));
+    for (const auto& triangle : part->triangles) writer.array(std::span<const int>(triangle));
+  }
   return proto::sha256_of(std::as_bytes(std::span(bytes)));
 }
 

@@ -110,9 +110,10 @@ class SceneBuilder {
     for (int i = 0; i < shapes.size(); ++i) {
       SolidShape solid;
       if (shapes[i].has_mesh()) {
-        geometry::ContactMesh mesh = assets_.load_mesh(*shapes[i].mutable_mesh(), mesh_field(field, i));
-        solid.mesh = std::make_shared<const geometry::TriangleMesh>(std::move(mesh.mesh));
-        solid.mesh_kind = mesh.kind;
+        solid.touched = std::make_shared<const geometry::ContactMesh>(
+            assets_.load_mesh(*shapes[i].mutable_mesh(), mesh_field(field, i)));
+        solid.mesh = {solid.touched, &solid.touched->mesh};
+        solid.mesh_kind = solid.touched->kind;
       }
       solid.shape = shapes[i];
       solids.push_back(std::move(solid));
@@ -135,13 +136,12 @@ class SceneBuilder {
 
   std::shared_ptr<const contact::ContactShape> mesh_contact(wire::Mesh& message, const SolidShape& shape,
                                                             const SceneField& file_field) {
-    const geometry::ContactMesh mesh{*shape.mesh, shape.mesh_kind, {}};
     const auto refuse = [&](const std::exception& error) {
       file_field.refuse("is " + message.file() + ", which cannot be touched: " + error.what());
     };
     try {
-      auto contact = assets_.mesh_contact(mesh, message);
-      assets_.add_surface(*shape.mesh, message);
+      auto contact = assets_.mesh_contact(*shape.touched, message);
+      assets_.add_surface(geometry::all_of(*shape.touched), message);
       return contact;
     } catch (const geometry::MeshError& error) {
       refuse(error);

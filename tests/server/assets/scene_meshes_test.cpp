@@ -189,6 +189,21 @@ TEST_F(SceneFiles, BodyWithoutVolumeIsRefusedBeforeItsContactIsBuilt) {
   }
 }
 
+TEST_F(SceneFiles, AnOpenPartBesideAClosedOneIsTouchedToo) {
+  write("t.obj",
+        "v 0 0 0\nv 2 0 0\nv 0 2 0\nv 0 0 2\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
+        "v 4 0 0\nv 6 0 0\nv 6 2 0\nv 4 2 0\nf 5 6 7\nf 5 7 8\n");
+  const auto scene = load(mesh_body(R"(, "scale": 0.01)"));
+  const contact::ContactShape& shape = *scene->world.bodies[0].touch.parts[0].shape;
+  EXPECT_GT(shape.high_S.x(), 0.059);
+  EXPECT_LT(shape.field->distance_m(Vec3(0.05, 0.01, 0)), 0) << "a plate";
+  EXPECT_LT(shape.field->distance_m(Vec3(0.004, 0.004, 0.004)), 0) << "a solid";
+  EXPECT_GT(shape.field->distance_m(Vec3(0.03, 0.01, 0)), 0);
+  const auto surface = geometry::surface_from(*scene->assets[2].bytes);
+  ASSERT_TRUE(surface.has_value());
+  EXPECT_EQ(surface->triangles.size(), 6U);
+}
+
 TEST_F(SceneFiles, AssetIsTheFileAndItsHash) {
   write("t.obj", kTetrahedron);
   const std::string body = R"("shapes": [{"mesh": {"file": "t.obj"}}]})";
