@@ -16,6 +16,13 @@
 #include "tests/devices/falcon_simulator.hpp"
 #include "tests/devices/falcon_usb_bus.hpp"
 
+#ifdef __SANITIZE_ADDRESS__
+// libusb 1.0.26 loses 56 bytes of its own when a context ends after a device was unplugged.
+extern "C" const char* __lsan_default_suppressions() {
+  return "leak:libusb-1.0";
+}
+#endif
+
 namespace tandem::devices {
 namespace {
 

@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <string>
 #include <tuple>
+#include <type_traits>
 
 #include "common/docking/exact_field.hpp"
 #include "common/docking/molecular_field.hpp"
@@ -67,7 +68,7 @@ Pose moved(const Pose& X, const Vec3& by, const Vec3& turn) {
 
 /// Five-point central difference of a function of one length [Å].
 template <typename Function>
-auto derivative(const Function& f) {
+std::invoke_result_t<Function, double> derivative(const Function& f) {
   const double h = 1e-3;
   return (8.0 * (f(h) - f(-h)) - (f(2 * h) - f(-2 * h))) / (12.0 * h);
 }
