@@ -59,9 +59,7 @@ OpenHapticsDriver::OpenHapticsDriver(DeviceSpec spec, const HdFunctions& hd) : s
 }
 
 OpenHapticsDriver::~OpenHapticsDriver() {
-  if (!is_open_) return;
-  run(Vec3::Zero());
-  close();
+  if (is_open_) close();
 }
 
 bool OpenHapticsDriver::open(LocalTime now) {
@@ -83,7 +81,9 @@ bool OpenHapticsDriver::open(LocalTime now) {
   return true;
 }
 
+/// Whatever still reaches it: without a force.
 void OpenHapticsDriver::close() {
+  run(Vec3::Zero());
   hd_.stop_scheduler();
   hd_.disable_device(frame_.device);
   is_open_ = false;
