@@ -6,7 +6,10 @@
 #include <cstdlib>
 #include <fstream>
 #include <iterator>
+#include <span>
 #include <string>
+
+#include "common/base/folders.hpp"
 
 namespace tandem::client {
 namespace {
@@ -76,13 +79,8 @@ void remember_switches(const std::filesystem::path& file, const WindowSwitches& 
   object["cut_share"] = switches.cut_share;
   object["molecules"] = switches.molecules == MoleculeStyle::kSticks ? "sticks" : "balls";
   if (file.empty()) return;
-  std::error_code error;
-  std::filesystem::create_directories(file.parent_path(), error);
-  const std::filesystem::path beside = file.string() + ".new";
-  std::ofstream out(beside, std::ios::trunc);
-  out << json::serialize(object) << "\n";
-  out.close();
-  if (out) std::filesystem::rename(beside, file, error);
+  const std::string text = json::serialize(object) + "\n";
+  replace_file(file, {std::as_bytes(std::span(text))});
 }
 
 }  // namespace tandem::client

@@ -1,23 +1,64 @@
 #include "common/base/folders.hpp"
 
+#include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
-#include <atomic>
+#include <algorithm>
+#include <cerrno>
+#include <cstdio>
 #include <cstdlib>
-#include <fstream>
 #include <string>
-#include <system_error>
 
 namespace tandem {
 namespace {
 
-bool write_parts(const std::filesystem::path& file, std::initializer_list<std::span<const std::byte>> parts) {
-  std::ofstream stream(file, std::ios::binary);
-  for (const std::span<const std::byte> part : parts) {
-    stream.write(reinterpret_cast<const char*>(part.data()), static_cast<std::streamsize>(part.size()));
+using Parts = std::initializer_list<std::span<const std::byte>>;
+
+std::error_code last_error() {
+  return {errno, std::generic_category()};
+}
+
+bool write_all(int descriptor, std::span<const std::byte> bytes) {
+  while (!bytes.empty()) {
+    const ssize_t size = ::write(descriptor, bytes.data(), bytes.size());
+    if (size < 0 && errno == EINTR) continue;
+    if (size <= 0) return false;
+    bytes = bytes.subspan(static_cast<std::size_t>(size));
   }
-  stream.flush();
-  return stream.good();
+  return true;
+}
+
+bool write_parts(int descriptor, Parts parts, unsigned mode) {
+  return std::ranges::all_of(parts, [=](auto part) { return write_all(descriptor, part); }) &&
+         ::fchmod(descriptor, mode) == 0 && ::fsync(descriptor) == 0;
+}
+
+/// So that a name in it is there after the power has failed; a file system that cannot do so is no error.
+void sync_folder(const std::filesystem::path& folder) {
+  const int descriptor = ::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (descriptor < 0) return;
+  ::fsync(descriptor);
+  ::close(descriptor);
+}
+
+enum class Old { kReplaced, kStays };
+
+std::error_code write_file(const std::filesystem::path& file, Parts parts, unsigned mode, Old old) {
+  std::error_code error;
+  if (file.has_parent_path()) std::filesystem::create_directories(file.parent_path(), error);
+  std::string partial = file.string() + ".XXXXXX";
+  const int descriptor = ::mkostemp(partial.data(), O_CLOEXEC);  // readable by its owner alone
+  if (descriptor < 0) return last_error();
+  error = write_parts(descriptor, parts, mode) ? std::error_code{} : last_error();
+  if (::close(descriptor) != 0 && !error) error = last_error();
+  if (!error) {
+    const auto name = old == Old::kReplaced ? ::rename : ::link;
+    if (name(partial.c_str(), file.c_str()) != 0) error = last_error();
+  }
+  if (error || old == Old::kStays) ::unlink(partial.c_str());
+  if (!error) sync_folder(file.parent_path());
+  return error;
 }
 
 }  // namespace
@@ -41,19 +82,12 @@ std::filesystem::path default_cache_directory() {
   return {};
 }
 
-bool write_whole_file(const std::filesystem::path& file, std::initializer_list<std::span<const std::byte>> parts) {
-  static std::atomic<unsigned> serial{0};
-  std::error_code error;
-  std::filesystem::create_directories(file.parent_path(), error);
-  const std::filesystem::path partial =
-      file.string() + "." + std::to_string(getpid()) + "-" + std::to_string(serial++) + ".partial";
-  bool is_there = write_parts(partial, parts);
-  if (is_there) {
-    std::filesystem::rename(partial, file, error);
-    is_there = !error;
-  }
-  if (!is_there) std::filesystem::remove(partial, error);
-  return is_there;
+std::error_code replace_file(const std::filesystem::path& file, Parts parts, unsigned mode) {
+  return write_file(file, parts, mode, Old::kReplaced);
+}
+
+std::error_code write_new_file(const std::filesystem::path& file, Parts parts, unsigned mode) {
+  return write_file(file, parts, mode, Old::kStays);
 }
 
 }  // namespace tandem

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <initializer_list>
 #include <span>
+#include <system_error>
 
 namespace tandem {
 
@@ -17,10 +18,17 @@ std::filesystem::path data_folder();
 /// $TANDEM_CACHE, else $XDG_CACHE_HOME/tandem, else $HOME/.cache/tandem; empty (no cache) when none is set.
 std::filesystem::path default_cache_directory();
 
-/// Writes the parts as one file, under another name first: who reads meanwhile sees all of it or nothing. Makes
-/// the folder.
-/// Out     false: it cannot be written, and nothing is left of it
+/// Writes the parts as one file, under another name first: who reads meanwhile, or after a loss of power, sees all of
+/// it or nothing. Makes the folder.
+/// mode    of the file, as in chmod(2)
+/// Out     what stood in the way; then nothing is left of it, and what stood there before stands
 /// Thread  any
-bool write_whole_file(const std::filesystem::path& file, std::initializer_list<std::span<const std::byte>> parts);
+std::error_code replace_file(const std::filesystem::path& file, std::initializer_list<std::span<const std::byte>> parts,
+                             unsigned mode = 0644);
+
+/// Likewise; file_exists where the file is there already, and stays as it is, also when another process makes it at the
+/// same time.
+std::error_code write_new_file(const std::filesystem::path& file,
+                               std::initializer_list<std::span<const std::byte>> parts, unsigned mode = 0644);
 
 }  // namespace tandem

@@ -1,16 +1,14 @@
 #include "common/secure/key_pair.hpp"
 
-#include <fcntl.h>
 #include <openssl/pem.h>
 #include <sys/stat.h>
-#include <unistd.h>
 
-#include <cerrno>
 #include <cstdlib>
 #include <fstream>
 #include <sstream>
 #include <stdexcept>
 
+#include "common/base/folders.hpp"
 #include "common/secure/openssl_handles.hpp"
 
 namespace tandem::secure {
@@ -30,39 +28,13 @@ std::shared_ptr<EVP_PKEY> shared(EVP_PKEY* key) {
   throw std::invalid_argument(file.string() + " is there already; choose another place, or remove it");
 }
 
-bool write_all(int descriptor, std::string_view text) {
-  while (!text.empty()) {
-    const ssize_t size = ::write(descriptor, text.data(), text.size());
-    if (size < 0 && errno == EINTR) continue;
-    if (size <= 0) return false;
-    text.remove_prefix(static_cast<std::size_t>(size));
-  }
-  return ::fsync(descriptor) == 0;
-}
-
-/// So that a name in it is there after the power has failed; a file system that cannot do so is no error.
-void sync_folder(const std::filesystem::path& folder) {
-  const int descriptor = ::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (descriptor < 0) return;
-  ::fsync(descriptor);
-  ::close(descriptor);
-}
-
-/// False: the file is there already, and stays as it is, also when another process makes it at the same time.
+/// False: the file is there already, and stays as it is.
 bool write_new(const std::filesystem::path& file, std::string_view text, bool is_private) {
-  std::error_code error;
-  if (std::filesystem::create_directories(file.parent_path(), error)) ::chmod(file.parent_path().c_str(), S_IRWXU);
-  std::string beside = file.string() + ".XXXXXX";
-  const int descriptor = ::mkostemp(beside.data(), O_CLOEXEC);  // readable by its owner alone
-  if (descriptor < 0) refuse(file);
-  bool is_written = write_all(descriptor, text) && (is_private || ::fchmod(descriptor, 0644) == 0);
-  is_written = ::close(descriptor) == 0 && is_written;
-  const bool is_named = is_written && ::link(beside.c_str(), file.c_str()) == 0;
-  const bool was_there = is_written && !is_named && errno == EEXIST;
-  ::unlink(beside.c_str());
-  if (!is_named && !was_there) refuse(file);
-  sync_folder(file.parent_path());
-  return is_named;
+  std::error_code ignored;
+  if (std::filesystem::create_directories(file.parent_path(), ignored)) ::chmod(file.parent_path().c_str(), S_IRWXU);
+  const std::error_code error = write_new_file(file, {std::as_bytes(std::span(text))}, is_private ? 0600 : 0644);
+  if (error && error != std::errc::file_exists) refuse(file);
+  return !error;
 }
 
 /// Out     as write_new()

@@ -1,16 +1,14 @@
 #include "server/recording/server_checkpoint.hpp"
 
-#include <fcntl.h>
-#include <unistd.h>
-
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
-#include <cstring>
 #include <fstream>
+#include <span>
 #include <stdexcept>
 #include <system_error>
 #include <utility>
+
+#include "common/base/folders.hpp"
 
 namespace tandem::server {
 namespace {
@@ -21,33 +19,6 @@ constexpr double kTakeEvery_s = 0.1;
 constexpr Duration kPeriod = std::chrono::milliseconds(20);
 /// Of 64 rooms and all that Admission remembers; what is longer is none of ours.
 constexpr std::uintmax_t kMaxFileBytes = 16U << 20U;
-
-/// Errno; 0: done.
-int write_all(int descriptor, const std::string& bytes) {
-  std::size_t done = 0;
-  while (done < bytes.size()) {
-    const ssize_t written = ::write(descriptor, bytes.data() + done, bytes.size() - done);
-    if (written < 0 && errno != EINTR) return errno;
-    done += written > 0 ? static_cast<std::size_t>(written) : 0;
-  }
-  return ::fsync(descriptor) == 0 ? 0 : errno;
-}
-
-/// Likewise. The folder is flushed too: the name is there after a loss of power.
-int replace_file(const std::filesystem::path& file, const std::string& bytes) {
-  const std::string unfinished = file.string() + ".unfinished";
-  const int descriptor = ::open(unfinished.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0600);
-  if (descriptor < 0) return errno;
-  const int error = write_all(descriptor, bytes);
-  ::close(descriptor);
-  if (error != 0) return error;
-  if (::rename(unfinished.c_str(), file.c_str()) != 0) return errno;
-  const int folder = ::open(file.parent_path().c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (folder < 0) return errno;
-  const int flushed = ::fsync(folder) == 0 ? 0 : errno;
-  ::close(folder);
-  return flushed;
-}
 
 }  // namespace
 
@@ -151,11 +122,11 @@ void ServerCheckpoint::work() {
 
 void ServerCheckpoint::write() {
   newest_.set_written_ms(unix_ms_());
-  const int error = replace_file(file_, newest_.SerializeAsString());
-  const bool was_failing = std::exchange(is_failing_, error != 0);
+  const std::string bytes = newest_.SerializeAsString();
+  const std::error_code error = replace_file(file_, {std::as_bytes(std::span(bytes))}, 0600);
+  const bool was_failing = std::exchange(is_failing_, static_cast<bool>(error));
   if (is_failing_ && !was_failing) {
-    on_news_(file_.string() + " cannot be written: " + std::strerror(error) +
-             "; a restart would go on from an older one");
+    on_news_(file_.string() + " cannot be written: " + error.message() + "; a restart would go on from an older one");
   }
 }
 

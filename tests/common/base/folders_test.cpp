@@ -1,0 +1,92 @@
+// Files are written whole or not at all.
+#include "common/base/folders.hpp"
+
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <fstream>
+#include <iterator>
+#include <string>
+#include <string_view>
+
+namespace tandem {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::span<const std::byte> bytes_of(std::string_view text) {
+  return std::as_bytes(std::span(text));
+}
+
+std::string text_of(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+unsigned mode_of(const fs::path& file) {
+  struct stat status {};
+  return ::stat(file.c_str(), &status) == 0 ? status.st_mode & 07777U : 0;
+}
+
+class WholeFile : public ::testing::Test {
+ protected:
+  WholeFile() : folder(fs::temp_directory_path() / ("tandem_folders_test_" + std::to_string(::getpid()))) {}
+  ~WholeFile() override { fs::remove_all(folder); }
+
+  [[nodiscard]] std::ptrdiff_t files() const { return std::distance(fs::directory_iterator(folder), {}); }
+
+  const fs::path folder;
+};
+
+TEST_F(WholeFile, IsItsPartsInAFolderThatIsMade) {
+  const fs::path file = folder / "deep" / "file";
+  EXPECT_FALSE(replace_file(file, {bytes_of("one "), bytes_of(""), bytes_of("two")}));
+  EXPECT_EQ(text_of(file), "one two");
+  EXPECT_EQ(mode_of(file), 0644U);
+}
+
+TEST_F(WholeFile, ReplacesWhatWasThere) {
+  const fs::path file = folder / "file";
+  EXPECT_FALSE(replace_file(file, {bytes_of("a long text")}));
+  EXPECT_FALSE(replace_file(file, {bytes_of("short")}, 0600));
+  EXPECT_EQ(text_of(file), "short");
+  EXPECT_EQ(mode_of(file), 0600U);
+  EXPECT_EQ(files(), 1);
+}
+
+TEST_F(WholeFile, NewOneLeavesWhatWasThere) {
+  const fs::path file = folder / "file";
+  EXPECT_FALSE(write_new_file(file, {bytes_of("first")}, 0600));
+  EXPECT_EQ(mode_of(file), 0600U);
+  EXPECT_EQ(write_new_file(file, {bytes_of("second")}), std::errc::file_exists);
+  EXPECT_EQ(text_of(file), "first");
+  EXPECT_EQ(files(), 1);
+}
+
+TEST_F(WholeFile, LeavesNothingWhereItCannotBe) {
+  fs::create_directories(folder / "file" / "is a folder");
+  EXPECT_TRUE(replace_file(folder / "file", {bytes_of("text")}));
+  EXPECT_EQ(files(), 1);
+  EXPECT_EQ(replace_file("/proc/no folder/file", {bytes_of("text")}), std::errc::no_such_file_or_directory);
+}
+
+TEST_F(WholeFile, StaysAsItWasWhereThereIsNoRoom) {
+  const fs::path file = folder / "file";
+  EXPECT_FALSE(replace_file(file, {bytes_of("old")}));
+  rlimit before{};
+  ::getrlimit(RLIMIT_FSIZE, &before);
+  const rlimit narrow{4, before.rlim_max};
+  ::signal(SIGXFSZ, SIG_IGN);
+  ::setrlimit(RLIMIT_FSIZE, &narrow);
+  const std::error_code error = replace_file(file, {bytes_of("longer than four bytes")});
+  ::setrlimit(RLIMIT_FSIZE, &before);
+  EXPECT_EQ(error, std::errc::file_too_large);
+  EXPECT_EQ(text_of(file), "old");
+  EXPECT_EQ(files(), 1);
+}
+
+}  // namespace
+}  // namespace tandem
