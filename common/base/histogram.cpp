@@ -25,12 +25,14 @@ void Histogram::record(Duration value) {
   const Duration clipped = std::max(value, Duration{0});
   ++buckets_[bucket_of(static_cast<std::uint64_t>(clipped.count()))];
   ++count_;
+  sum_ += clipped;
   max_ = std::max(max_, clipped);
 }
 
 void Histogram::merge(const Histogram& other) {
   for (std::size_t i = 0; i < kBuckets; ++i) buckets_[i] += other.buckets_[i];
   count_ += other.count_;
+  sum_ += other.sum_;
   max_ = std::max(max_, other.max_);
 }
 
@@ -45,12 +47,15 @@ Duration Histogram::quantile(double q) const {
   return max_;
 }
 
-double Histogram::share_above(Duration value) const {
-  if (count_ == 0) return 0;
+std::uint64_t Histogram::count_above(Duration value) const {
   std::uint64_t above = 0;
   const std::size_t edge = bucket_of(static_cast<std::uint64_t>(std::max(value, Duration{0}).count()));
   for (std::size_t i = edge + 1; i < kBuckets; ++i) above += buckets_[i];
-  return static_cast<double>(above) / static_cast<double>(count_);
+  return above;
+}
+
+double Histogram::share_above(Duration value) const {
+  return count_ == 0 ? 0 : static_cast<double>(count_above(value)) / static_cast<double>(count_);
 }
 
 }  // namespace tandem

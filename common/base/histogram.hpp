@@ -20,10 +20,14 @@ class Histogram {
   void merge(const Histogram& other);
 
   std::uint64_t count() const { return count_; }
+  /// Of all durations.
+  Duration sum() const { return sum_; }
   Duration max() const { return max_; }
   /// Upper edge of the bucket that holds the q-quantile (0 ≤ q ≤ 1), never above max(); 0 when empty.
   Duration quantile(double q) const;
-  /// Share of the durations above this one, to a bucket; 0 when empty.
+  /// How many durations are above this one, to a bucket.
+  std::uint64_t count_above(Duration value) const;
+  /// Likewise as a share of all; 0 when empty.
   double share_above(Duration value) const;
 
  private:
@@ -33,8 +37,9 @@ class Histogram {
   static std::size_t bucket_of(std::uint64_t nanoseconds);
   static std::uint64_t upper_edge(std::size_t bucket);
 
-  std::array<std::uint32_t, kBuckets> buckets_{};
+  std::array<std::uint64_t, kBuckets> buckets_{};  // 32 bits would be full after 50 days at 1 kHz
   std::uint64_t count_ = 0;
+  Duration sum_{0};
   Duration max_{0};
 };
 

@@ -12,7 +12,7 @@ struct NamedFault {
   std::string_view name;
 };
 /// In the order of the bits.
-constexpr std::array<NamedFault, 12> kNames{{
+constexpr std::array<NamedFault, kTickFaultBits> kNames{{
     {kFaultNotFinite, "not_finite"},
     {kFaultSpeedLimited, "speed_limited"},
     {kFaultCouplingSaturated, "coupling_saturated"},

@@ -2,6 +2,7 @@
 // user can be told.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <string_view>
@@ -44,6 +45,8 @@ enum TickFault : std::uint32_t {
   kFaultOutOfBounds = 1U << 11U,
 };
 using TickFaults = std::uint32_t;
+/// How many of them there are.
+inline constexpr std::size_t kTickFaultBits = 12;
 
 /// One name a bit. A newer server may send bits that this program does not know: they are shown ("bit_20"), not
 /// hidden.

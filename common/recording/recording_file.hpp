@@ -1,6 +1,7 @@
 // A recording on disk: MCAP files that follow each other as size and age say, on a disk that may be full.
 #pragma once
 
+#include <atomic>
 #include <chrono>
 #include <filesystem>
 #include <functional>
@@ -40,9 +41,11 @@ class RecordingFile {
   void finish();
 
   const std::filesystem::path& path() const { return path_; }
-  std::uint64_t messages_written() const { return messages_written_; }
-  std::uint64_t messages_lost() const { return messages_lost_; }
-  std::uint64_t bytes_written() const { return bytes_written_; }
+  // Thread  any
+  std::uint64_t messages_written() const { return messages_written_.load(std::memory_order_relaxed); }
+  std::uint64_t messages_lost() const { return messages_lost_.load(std::memory_order_relaxed); }
+  std::uint64_t bytes_written() const { return bytes_written_.load(std::memory_order_relaxed); }
+  // Thread  that of the calls above
   std::uint32_t parts() const { return part_; }
   /// What a person should be told since the last call: the disk takes nothing, or takes again; empty: nothing.
   std::string take_news();
@@ -67,7 +70,7 @@ class RecordingFile {
   bool is_finished_ = false;
   std::uint64_t size_ = 0;  ///< of this part, as far as it is good
   std::uint64_t begun_ns_ = 0;
-  std::uint64_t bytes_written_ = 0, messages_written_ = 0, messages_lost_ = 0;
+  std::atomic<std::uint64_t> bytes_written_{0}, messages_written_{0}, messages_lost_{0};
   bool is_failing_ = false;
   std::string news_;
 };

@@ -50,7 +50,7 @@ class RoomRecorder final : public RoomWatcher {
 
   /// Steps that are not in the recording. Thread  any
   std::uint64_t steps_lost() const { return steps_lost_.load(std::memory_order_relaxed); }
-  /// Thread  as drain()
+  /// Thread  as drain(); its counters: any
   const recording::RecordingFile& file() const { return file_; }
   /// What a person should be told since the last call; empty: nothing. Thread  as drain()
   std::string take_news();

@@ -124,6 +124,7 @@ void ServerCheckpoint::write() {
   newest_.set_written_ms(unix_ms_());
   const std::string bytes = newest_.SerializeAsString();
   const std::error_code error = replace_file(file_, {std::as_bytes(std::span(bytes))}, 0600);
+  (error ? failures_ : writes_).fetch_add(1, std::memory_order_relaxed);
   const bool was_failing = std::exchange(is_failing_, static_cast<bool>(error));
   if (is_failing_ && !was_failing) {
     on_news_(file_.string() + " cannot be written: " + error.message() + "; a restart would go on from an older one");

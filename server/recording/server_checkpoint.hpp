@@ -5,6 +5,7 @@
 //   io thread ──mailbox, each change────┴▶ checkpoint thread: one file, each 0.5 s, at once when somebody joined or was kicked
 #pragma once
 
+#include <atomic>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -40,6 +41,9 @@ class ServerCheckpoint {
   void note(const wire::AdmissionState& admission);
   /// While the rooms are there, after their last steps: writes how they are. Idempotent.
   void finish();
+  /// How often it has been written, and how often it could not. Thread  any
+  std::uint64_t writes() const { return writes_.load(std::memory_order_relaxed); }
+  std::uint64_t failures() const { return failures_.load(std::memory_order_relaxed); }
 
  private:
   class Watch;
@@ -61,6 +65,7 @@ class ServerCheckpoint {
   wire::ServerCheckpoint newest_;
   std::uint64_t written_ms_ = 0;
   bool is_failing_ = false;
+  std::atomic<std::uint64_t> writes_{0}, failures_{0};
   std::unique_ptr<recording::RecorderThread> thread_;
 };
 

@@ -26,7 +26,7 @@ class ServerRecorder {
 
   /// After the rooms' last steps: writes what waits, and the ends. Idempotent.
   void finish();
-  /// In the order of the rooms; after finish().
+  /// In the order of the rooms; after finish(), and what they count at any time.
   const std::vector<std::unique_ptr<RoomRecorder>>& rooms() const { return recorders_; }
 
  private:

@@ -81,6 +81,12 @@ const haptics::ToolPassivityController& Room::tool_passivity(std::size_t seat) c
   return users_[seat]->port.passivity();
 }
 
+double Room::braked_j() const noexcept {
+  double sum_j = 0;
+  for (const auto& user : users_) sum_j += user->port.braked_j();
+  return sum_j;
+}
+
 bool Room::is_empty() const noexcept {
   return std::ranges::none_of(users_, [](const auto& user) { return user->seat.user.is_valid(); });
 }

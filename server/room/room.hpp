@@ -132,7 +132,7 @@ class Room {
   /// Of a room with soft bodies, 20 times a second; else never anything.
   realtime::Mailbox<SoftOffsets>& soft_offsets() { return soft_offsets_; }
 
-  /// Before the first step, at most two; they outlive the room's steps.
+  /// Before the first step, at most kMaxWatchers; they outlive the room's steps.
   void watch(RoomWatcher& watcher) { watchers_.push_back(&watcher); }
   /// Before the first step: things are there and move so. Who takes a tool of then within kKeptFor has it where it was, and in
   /// his hand what it held; until then that hangs where it was. What is out of range is left as the scene says.
@@ -149,6 +149,8 @@ class Room {
   void report(TickFaults faults) { pending_faults_ |= faults; }
   /// Events that found no place: io has not taken any for 256 of them.
   std::uint64_t events_lost() const { return events_lost_; }
+  /// What the passivity controllers of its tools took out of their motion.
+  double braked_j() const noexcept;
   const physics::World& world() const { return world_; }
   /// For resume(). No allocation.
   RoomState state() const noexcept;
@@ -201,7 +203,8 @@ class Room {
   proto::ServerUpdate common_;                                 ///< of this step: what all users are told alike
   SoftLattices soft_lattices_;
   realtime::Mailbox<SoftOffsets> soft_offsets_;
-  boost::container::static_vector<RoomWatcher*, 2> watchers_;
+  static constexpr std::size_t kMaxWatchers = 3;  // a recorder, a checkpoint, metrics
+  boost::container::static_vector<RoomWatcher*, kMaxWatchers> watchers_;
   std::array<std::optional<RoomState::Tool>, proto::kMaxUsers> left_;  ///< by tool: of resume(), nobody has it yet
   Step step_;
   std::int64_t steps_empty_ = 0;  ///< since the last user left

@@ -1,7 +1,9 @@
 #include "server/room/tool_port.hpp"
 
+#include <cmath>
 #include <utility>
 
+#include "common/physics/tool_hand.hpp"
 #include "proto/state.hpp"
 
 namespace tandem::server {
@@ -36,6 +38,7 @@ void ToolPort::set_handle(const RigidState& handle) noexcept {
 
 void ToolPort::clear_handle() noexcept {
   has_handle_ = false;
+  brake_n_s_per_m_ = 0;
   world_.brake(tool_, 0);
   world_.clear_handle(tool_);
 }
@@ -48,9 +51,10 @@ TickFaults ToolPort::limit(double step_s) noexcept {
   if (!is_limited_) return 0;
   const physics::TouchSummary touch = world_.touch(tool_);
   const bool acts = state().held.is_valid() || touch.contacts > 0 || touch.soft_force_n > 0;
-  const double brake_n_s_per_m = passivity_.brake_n_s_per_m(step_s, acts);
-  world_.brake(tool_, brake_n_s_per_m);
-  return brake_n_s_per_m > 0 ? TickFaults{kFaultToolEnergyLimited} : 0;
+  step_s_ = step_s;
+  brake_n_s_per_m_ = passivity_.brake_n_s_per_m(step_s, acts);
+  world_.brake(tool_, brake_n_s_per_m_);
+  return brake_n_s_per_m_ > 0 ? TickFaults{kFaultToolEnergyLimited} : 0;
 }
 
 void ToolPort::settle() noexcept {
@@ -58,6 +62,11 @@ void ToolPort::settle() noexcept {
   const physics::ToolState tool = state();
   const double net_into_world_j = tool.energy_into_world_j - tool.energy_from_world_j;
   passivity_.stepped(tool.tool.X, tool.pull_on_tool_W, net_into_world_j);
+  // b (v² + (kBrakeLever_m ω)²) h with the velocities at the end of the step, at which the solver has the brake act.
+  const double lever_speed_m_per_s = physics::kBrakeLever_m * tool.tool.V.w.norm();
+  const double speed_squared = tool.tool.V.v.squaredNorm() + lever_speed_m_per_s * lever_speed_m_per_s;
+  const double braked_j = brake_n_s_per_m_ * speed_squared * step_s_;
+  if (std::isfinite(braked_j)) braked_j_ += braked_j;
 }
 
 }  // namespace tandem::server

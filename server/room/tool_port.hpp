@@ -41,6 +41,8 @@ class ToolPort {
   /// After a step: measures what the tool did.
   void settle() noexcept;
   const haptics::ToolPassivityController& passivity() const noexcept { return passivity_; }
+  /// What the passivity controller's brake took out of the tool's motion, of all who had this port.
+  double braked_j() const noexcept { return braked_j_; }
 
  private:
   physics::World& world_;
@@ -48,6 +50,9 @@ class ToolPort {
   std::size_t tool_ = 0;
   bool has_handle_ = false;
   haptics::ToolPassivityController passivity_;
+  double brake_n_s_per_m_ = 0;  ///< in the step under way
+  double step_s_ = 0;
+  double braked_j_ = 0;
 };
 
 }  // namespace tandem::server

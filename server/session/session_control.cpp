@@ -151,6 +151,7 @@ void SessionHub::Impl::greet(Connection& connection, const wire::ClientControl& 
     const std::string text = "this server speaks protocol version " + std::to_string(proto::kProtocolVersion) +
                              ", the client " + std::to_string(hello.protocol_version()) +
                              "; use programs of the same version";
+    ++counters.refusals[wire::ERROR_WRONG_VERSION];
     send(connection, error_answer(message.request(), wire::ERROR_WRONG_VERSION, text));
     end(connection, wire::DISCONNECT_WRONG_VERSION, text);
     return;

@@ -103,6 +103,8 @@ proto::DropReason SessionHub::Impl::take_datagram(std::span<const std::byte> dat
     return proto::DropReason::kNotAllowed;
   }
   accepted.connection = connection.handle;
+  const auto round_trip = is_state ? connection.stream->round_trip() : std::nullopt;
+  if (round_trip && *round_trip >= Duration{0}) counters.round_trip.record(*round_trip);
   if (!is_state) accepted.path_answer = path_answer;
   return proto::DropReason::kNone;
 }
@@ -228,6 +230,7 @@ void SessionHub::Impl::end(Connection& connection, wire::DisconnectReason reason
 void SessionHub::Impl::forget(Connection& connection, wire::DisconnectReason reason, const std::string& text) {
   const bool was_active = connection.state == ConnectionState::kActive;
   connection.state = ConnectionState::kClosed;
+  ++counters.ends[static_cast<std::size_t>(reason)];
   active.erase(connection.id);
   if (!was_active) {
     log("closed", connection.label() + " closed: " + text);
@@ -364,6 +367,15 @@ std::size_t SessionHub::user_count() const {
   std::size_t count = 0;
   for (const auto& [handle, connection] : impl_->connections) count += connection->state == ConnectionState::kActive;
   return count;
+}
+
+std::array<std::size_t, 3> SessionHub::users_in(std::size_t room) const {
+  std::array<std::size_t, 3> users{};
+  const RoomSeats& seats = *impl_->rooms[room];
+  for (const auto& [handle, connection] : impl_->connections) {
+    if (connection->is_in(seats)) ++users[static_cast<std::size_t>(connection->seat.role)];
+  }
+  return users;
 }
 
 const HubCounters& SessionHub::counters() const {

@@ -13,6 +13,7 @@
 #include <string_view>
 #include <vector>
 
+#include "common/base/histogram.hpp"
 #include "common/base/ids.hpp"
 #include "common/base/time.hpp"
 #include "proto/datagram_channel.hpp"
@@ -72,7 +73,9 @@ struct AcceptedDatagram {
 struct HubCounters : proto::ChannelCounters {
   std::uint64_t bodies_thinned = 0;
   std::uint64_t joins = 0;
-  std::array<std::uint64_t, wire::ErrorCode_ARRAYSIZE> refusals{};  ///< of connections and joins, by wire::ErrorCode
+  std::array<std::uint64_t, wire::ErrorCode_ARRAYSIZE> refusals{};     ///< of connections and joins, by wire::ErrorCode
+  std::array<std::uint64_t, wire::DisconnectReason_ARRAYSIZE> ends{};  ///< of connections, by wire::DisconnectReason
+  Histogram round_trip;  ///< of each input that was taken, as this end measures it; what a client says in it can lie
 };
 
 class SessionHub {
@@ -105,6 +108,8 @@ class SessionHub {
   ConnectionState state_of(ConnectionHandle connection) const;
   std::size_t connection_count() const;
   std::size_t user_count() const;
+  /// Of a room, in the order of the constructor, by UserRole.
+  std::array<std::size_t, 3> users_in(std::size_t room) const;
   const HubCounters& counters() const;
   /// For logs: one line a noteworthy event (joined, left and why, refused and why). Called on the io thread.
   std::function<void(std::string_view kind, const std::string& line)> on_log;

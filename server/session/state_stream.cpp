@@ -26,6 +26,9 @@ proto::DropReason StateStream::receive(const proto::DatagramHeader& header, std:
   if (reason != proto::DropReason::kNone) return reason;
   mode_ = input.mode;
   ++taken_;
+  if (input.acknowledged_sent != ServerTime{}) {
+    round_trip_ = server_time_of_own_clock(now) - input.acknowledged_sent - input.acknowledged_held;
+  }
   // An observer's updates only say that it is there and where; they never reach the world.
   if (has_tool(seat_.role) && seats_.room().input(seat_.index).publish(input)) {
     counters_.received_drops.add(proto::DropReason::kOverwritten);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 
 #include "proto/datagram_channel.hpp"
 #include "proto/state_codec.hpp"
@@ -24,6 +25,9 @@ class StateStream {
   std::uint64_t taken() const { return taken_; }
   /// Gives the client update in the datagram to the room, or says why it is dropped.
   proto::DropReason receive(const proto::DatagramHeader& header, std::span<const std::byte> datagram, LocalTime now);
+  /// From the send of a state to the input that says it has come, less what the client had it for; none: it has said
+  /// nothing of the kind yet.
+  std::optional<Duration> round_trip() const { return round_trip_; }
   /// A path message: the number that it says back, or why it is dropped.
   proto::DropReason receive_path(const proto::DatagramHeader& header, std::span<const std::byte> datagram,
                                  std::uint64_t& number) {
@@ -49,6 +53,7 @@ class StateStream {
   proto::DatagramChannel channel_;
   proto::ServerUpdateEncoder encoder_;
   std::uint64_t taken_ = 0;
+  std::optional<Duration> round_trip_;
   proto::ClientMode mode_ = proto::ClientMode::kHandle;  ///< of the newest client update
   TickFaults unsent_faults_ = 0;                         ///< of steps that nothing was sent of
   proto::ServerUpdate sent_;                             ///< last, as published; only where it may suppress the next

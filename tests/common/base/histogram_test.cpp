@@ -53,6 +53,7 @@ TEST(Histogram, MergedEqualsRecordedTogether) {
   a.merge(b);
   EXPECT_EQ(a.count(), both.count());
   EXPECT_EQ(a.max(), both.max());
+  EXPECT_EQ(a.sum(), both.sum());
   EXPECT_EQ(a.quantile(0.9), both.quantile(0.9));
 }
 
@@ -71,6 +72,14 @@ TEST(Histogram, TellsTheShareAboveADuration) {
   EXPECT_DOUBLE_EQ(histogram.share_above(std::chrono::milliseconds(2)), 0);
   EXPECT_DOUBLE_EQ(histogram.share_above(Duration{0}), 1);
   EXPECT_DOUBLE_EQ(Histogram().share_above(Duration{0}), 0);
+}
+
+TEST(Histogram, TellsTheExactSumAndHowManyAreAboveADuration) {
+  Histogram histogram;
+  for (const int us : {1, 10, 900, 1100}) histogram.record(std::chrono::microseconds(us));
+  EXPECT_EQ(histogram.sum(), std::chrono::microseconds(2011));
+  EXPECT_EQ(histogram.count_above(std::chrono::milliseconds(1)), 1U);
+  EXPECT_EQ(histogram.count_above(std::chrono::microseconds(5)), 3U);
 }
 
 TEST(Histogram, IsZeroWhenEmpty) {

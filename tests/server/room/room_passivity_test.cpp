@@ -47,7 +47,9 @@ class Flung {
       input.energy_from_hand_j = from_hand_j_;
       input.energy_to_hand_j = to_hand_j_;
       room_.input(0).publish(input);
+      const Vec3 before_W = room_.world().tool(0).tool.X.p;
       room_.step(ServerTime(std::chrono::milliseconds(tick)));
+      tool_way_m_ += (room_.world().tool(0).tool.X.p - before_W).norm();
       room_.output(0).poll();
       told_ = room_.output(0).front().update;
       faults_ |= told_.tick_faults;
@@ -66,6 +68,9 @@ class Flung {
   double way_to_handle_m() const { return (room_.world().tool(0).tool.X.p - handle_p_).norm(); }
   double kinetic_j() const { return 0.25 * room_.world().body(BodyId{1}).V.v.squaredNorm(); }
   double created_max_j() const { return created_max_j_; }
+  /// What the coupling can have done at most along the tool's way.
+  double max_pull_j() const { return room_.world().coupling(0).force_limit_n * tool_way_m_; }
+  double braked_j() const { return room_.braked_j(); }
   bool is_held() const { return told_.held_body.is_valid(); }
   bool was_limited() const { return (faults_ & kFaultToolEnergyLimited) != 0; }
   const haptics::ToolPassivityController& controller() const { return room_.tool_passivity(0); }
@@ -96,6 +101,7 @@ class Flung {
   double from_hand_j_ = 0;
   double to_hand_j_ = 0;
   double created_max_j_ = 0;
+  double tool_way_m_ = 0;
 };
 
 TEST(RoomPassivity, AHandThatSuppliesTheEnergyFlingsTheBox) {
@@ -105,6 +111,7 @@ TEST(RoomPassivity, AHandThatSuppliesTheEnergyFlingsTheBox) {
     EXPECT_TRUE(flung.is_held());
     EXPECT_NEAR(flung.kinetic_j(), 0.09, 0.005);
     EXPECT_FALSE(flung.was_limited());
+    EXPECT_EQ(flung.braked_j(), 0);
     EXPECT_EQ(flung.controller().dropped_reports(), 0U);
   }
 }
@@ -116,6 +123,14 @@ TEST(RoomPassivity, AHandThatSuppliesNothingHardlyMovesIt) {
   EXPECT_LE(flung.created_max_j(), kMaxCreated_j);
   EXPECT_LE(flung.kinetic_j(), kMaxCreated_j);
   EXPECT_TRUE(flung.was_limited()) << "and everybody is told";
+}
+
+/// The handle runs away, so that the coupling pulls with nearly all that it may, and the brake holds against it.
+TEST(RoomPassivity, WhatTheBrakeTakesIsWhatThePullDoes) {
+  Flung flung(true);
+  flung.run(0);
+  EXPECT_GT(flung.braked_j(), 0.5 * flung.max_pull_j());
+  EXPECT_LE(flung.braked_j(), 1.01 * flung.max_pull_j());
 }
 
 TEST(RoomPassivity, AHandThatSuppliesHalfCreatesLittle) {

@@ -446,5 +446,43 @@ TEST(SessionHub, TellsShapesOfSoftBodiesToThoseWhoAskedAndNeverBeforeAnythingEls
   EXPECT_EQ(shapes_in(bench.take(ada)), 0U) << "something waits for the reader";
 }
 
+TEST(SessionHub, CountsRefusalsOfOldProgramsAndWhyConnectionsEnded) {
+  test::HubBench bench;
+  test::BenchClient old = bench.connect();
+  wire::ClientControl hello;
+  hello.mutable_hello()->set_protocol_version(proto::kProtocolVersion - 1);
+  bench.send(old, hello);
+  test::BenchClient anna = bench.join("anna");
+  test::BenchClient ben = bench.join("ben", wire::ROLE_OBSERVER);
+  EXPECT_EQ(bench.hub->users_in(0), (std::array<std::size_t, 3>{1, 1, 0}));
+  wire::ClientControl leave;
+  leave.mutable_leave();
+  bench.send(anna, leave);
+  bench.hub->on_disconnected(ben.handle, bench.now);
+  EXPECT_EQ(bench.hub->users_in(0), (std::array<std::size_t, 3>{0, 0, 0}));
+  const HubCounters& counters = bench.hub->counters();
+  EXPECT_EQ(counters.refusals[wire::ERROR_WRONG_VERSION], 1U);
+  EXPECT_EQ(counters.ends[wire::DISCONNECT_WRONG_VERSION], 1U);
+  EXPECT_EQ(counters.ends[wire::DISCONNECT_LEFT], 1U);
+  EXPECT_EQ(counters.ends[wire::DISCONNECT_CONNECTION_LOST], 1U);
+}
+
+TEST(SessionHub, MeasuresTheRoundTripByItsOwnClock) {
+  test::HubBench bench;
+  test::BenchClient anna = bench.join("anna");
+  const auto answer_after = [&](Duration away, Duration held) {
+    proto::ClientUpdate input = bench.resting_input(anna);
+    input.acknowledged_sent = server_time_of_own_clock(bench.now - away);
+    input.acknowledged_held = held;
+    bench.deliver(bench.datagram_of(anna, input));
+  };
+  bench.send_state(anna);  // says nothing yet of what it got
+  EXPECT_EQ(bench.hub->counters().round_trip.count(), 0U);
+  answer_after(std::chrono::milliseconds(42), std::chrono::milliseconds(2));
+  answer_after(-std::chrono::hours(1), Duration{0});  // a lie: of what has not been sent yet
+  EXPECT_EQ(bench.hub->counters().round_trip.count(), 1U);
+  EXPECT_EQ(bench.hub->counters().round_trip.max(), std::chrono::milliseconds(40));
+}
+
 }  // namespace
 }  // namespace tandem::server
