@@ -11,6 +11,7 @@
 #include "server/app/security.hpp"
 #include "server/app/server_report.hpp"
 #include "server/assets/scene_library.hpp"
+#include "server/metrics/monitor.hpp"
 #include "server/net/live_server.hpp"
 #include "server/recording/server_checkpoint.hpp"
 #include "server/recording/server_recorder.hpp"
@@ -42,6 +43,8 @@ struct Options {
   bool resumes = false;
   std::filesystem::path record;  ///< empty: nothing is recorded
   recording::RotationSettings rotation;
+  std::optional<std::string> metrics;  ///< [ADDRESS:]PORT
+  std::optional<std::string> agones;   ///< port, or auto
 };
 
 void add_duration(CLI::App& app, const std::string& name, const std::string& help,
@@ -106,6 +109,20 @@ void declare_recording(CLI::App& app, Options& options) {
                [&options](Duration age) { options.rotation.max_age = age; });
 }
 
+void declare_monitoring(CLI::App& app, Options& options) {
+  app.add_option("--metrics", options.metrics,
+                 "answer GET /metrics (Prometheus), /healthz and /readyz over HTTP at this port of this machine's own; "
+                 "0: any free one, printed")
+      ->type_name("[ADDRESS:]PORT");
+  app.add_option_function<std::string>(
+         "--agones", [&options](const std::string& port) { options.agones = port; },
+         "tell the Agones sidecar on this machine, in Kubernetes, how the server is; auto: at the port "
+         "$AGONES_SDK_HTTP_PORT, else 9358")
+      ->expected(0, 1)
+      ->default_str("auto")
+      ->type_name("PORT");
+}
+
 void declare(CLI::App& app, Options& options) {
   app.set_version_flag("--version", "tandem-server " TANDEM_VERSION);
   app.footer("Exit code: 0 done, 1 ended by a fault, 2 bad input or set-up.");
@@ -143,6 +160,7 @@ void declare(CLI::App& app, Options& options) {
                [&options](Duration limit) { options.build_limit = limit; });
   declare_security(app, options);
   declare_recording(app, options);
+  declare_monitoring(app, options);
   app.add_flag("--json", options.writes_json,
                "print what the server did as one JSON object at the end; the ready line then goes to stderr");
 }
@@ -278,6 +296,9 @@ std::unique_ptr<server::ServerRecorder> start_recording(const Options& options, 
 }
 
 int serve(const Options& options, realtime::Output& output) {
+  server::MonitorSettings watching{.metrics = options.metrics};
+  if (options.agones) watching.agones = server::agones_port(*options.agones);
+  server::Monitor monitor(watching, [&output](const std::string& news) { output.log("agones", news); });
   server::LiveServerSettings settings;
   settings.bind_address = options.bind;
   settings.port = static_cast<std::uint16_t>(options.port);
@@ -314,6 +335,8 @@ int serve(const Options& options, realtime::Output& output) {
     for (const std::string& note : room->scene().notes) output.log("scene", room->name() + ": " + note);
   }
   const auto recorder = start_recording(options, server, checkpoint.get(), output);
+  const auto watched = monitor.watch(server, recorder.get(), checkpoint.get());
+  if (!monitor.address().empty()) output.log("metrics", "metrics at http://" + monitor.address() + "/metrics");
   server.on_admission = [&checkpoint](const wire::AdmissionState& state) {
     if (checkpoint) checkpoint->note(state);
   };

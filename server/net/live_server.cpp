@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/posix/stream_descriptor.hpp>
 #include <boost/asio/post.hpp>
@@ -13,6 +14,7 @@
 #include <stdexcept>
 #include <system_error>
 
+#include "common/realtime/mailbox.hpp"
 #include "server/net/asio_server_transport.hpp"
 #include "server/net/room_scheduler.hpp"
 
@@ -24,6 +26,7 @@ using boost::system::error_code;
 
 /// Time-outs are checked at least this often, even when no room steps.
 constexpr Duration kPollPeriod = std::chrono::milliseconds(5);
+constexpr Duration kPublishEvery = std::chrono::milliseconds(100);
 /// How long stop() waits for goodbyes to be read.
 constexpr Duration kStopWithin = std::chrono::seconds(1);
 
@@ -51,6 +54,7 @@ struct LiveServer::Impl {
   void poll();
   void await_steps();
   void await_poll_time();
+  void publish_figures();
   void tell_of_slow_rooms();
   void log(const std::string& line) const {
     if (owner.on_log) owner.on_log("server", line);
@@ -69,7 +73,12 @@ struct LiveServer::Impl {
   asio::steady_timer duration_timer{io};
   asio::steady_timer stop_timer{io};
   asio::signal_set signals{io};
-  bool is_stopping = false;
+  // For who asks from elsewhere.
+  std::atomic<bool> is_serving{false}, is_stopping{false};
+  std::atomic<LocalTime> io_went_round{LocalTime{}};
+  std::atomic<std::size_t> users{0};
+  realtime::Mailbox<ServerFigures> figures;
+  LocalTime published{};
   LocalTime started{};
   LocalTime ended{};
 };
@@ -94,7 +103,8 @@ LiveServer::Impl::Impl(LiveServer& server, LiveServerSettings server_settings,
                   // Fails only when the counter is full: then the io thread has been woken already.
                   [[maybe_unused]] const auto written = ::write(descriptor, &one, sizeof one);
                   if (owner.on_step) owner.on_step(room);
-                }) {
+                }),
+      figures({.users = std::vector<std::array<std::size_t, 3>>(rooms.size())}) {
   hub.on_log = [this](std::string_view kind, const std::string& line) {
     if (owner.on_log) owner.on_log(kind, line);
   };
@@ -116,10 +126,12 @@ std::vector<Room*> LiveServer::Impl::room_pointers() const {
 
 void LiveServer::Impl::run() {
   started = clock.now();
+  io_went_round.store(started, std::memory_order_relaxed);
   for (const std::string& line : scheduler.start()) log(line);
   transport.serve(hub);
   await_steps();
   await_poll_time();
+  is_serving.store(true, std::memory_order_release);
   if (settings.stops_on_signals) {
     signals.async_wait([this](const error_code& error, int) {
       if (!error) begin_stop("stopping on a signal");
@@ -158,8 +170,23 @@ void LiveServer::Impl::await_poll_time() {
     poll();
     scheduler.share(clock.now());
     tell_of_slow_rooms();
+    publish_figures();
     await_poll_time();
   });
+}
+
+void LiveServer::Impl::publish_figures() {
+  const LocalTime now = clock.now();
+  io_went_round.store(now, std::memory_order_relaxed);
+  if (now < published + kPublishEvery) return;
+  published = now;
+  users.store(hub.user_count(), std::memory_order_relaxed);
+  ServerFigures& newest = figures.back();
+  newest.hub = hub.counters();
+  newest.failed_handshakes = transport.failed_handshakes();
+  newest.connections = transport.open_connections();
+  for (std::size_t i = 0; i < rooms.size(); ++i) newest.users[i] = hub.users_in(i);
+  figures.publish();
 }
 
 void LiveServer::Impl::tell_of_slow_rooms() {
@@ -168,8 +195,7 @@ void LiveServer::Impl::tell_of_slow_rooms() {
 }
 
 void LiveServer::Impl::begin_stop(const std::string& why) {
-  if (is_stopping) return;
-  is_stopping = true;
+  if (is_stopping.exchange(true)) return;
   log(why);
   transport.stop_accepting();
   hub.stop(clock.now());
@@ -208,6 +234,24 @@ void LiveServer::stop() {
 
 void LiveServer::abandon() {
   impl_->io.stop();
+}
+
+const ServerFigures& LiveServer::newest_figures() {
+  impl_->figures.poll();
+  return impl_->figures.front();
+}
+
+std::vector<RoomTiming> LiveServer::newest_timings() {
+  return impl_->scheduler.newest_timings();
+}
+
+ServerPulse LiveServer::pulse() const {
+  ServerPulse pulse{.is_serving = impl_->is_serving.load(std::memory_order_acquire),
+                    .is_stopping = impl_->is_stopping.load(),
+                    .users = impl_->users.load(std::memory_order_relaxed),
+                    .io = impl_->io_went_round.load(std::memory_order_relaxed)};
+  for (std::size_t i = 0; i < impl_->rooms.size(); ++i) pulse.rooms.push_back(impl_->scheduler.went_round(i));
+  return pulse;
 }
 
 Duration LiveServer::up() const {

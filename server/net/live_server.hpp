@@ -6,6 +6,7 @@
 //   ◀──mailboxes, rings──                   SessionHub::on_…: what the sockets bring
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -30,6 +31,23 @@ struct LiveServerSettings {
   HubSettings hub{};                                ///< datagram_port, and connection_ids where empty, are filled in
 };
 
+/// What a server has counted so far.
+struct ServerFigures {
+  HubCounters hub{};
+  std::uint64_t failed_handshakes = 0;
+  std::size_t connections = 0;                      ///< joined or not
+  std::vector<std::array<std::size_t, 3>> users{};  ///< of each room, by UserRole
+};
+
+/// Whether a server goes on.
+struct ServerPulse {
+  bool is_serving = false;  ///< run() has begun
+  bool is_stopping = false;
+  std::size_t users = 0;
+  LocalTime io{};                  ///< when its io thread last went round
+  std::vector<LocalTime> rooms{};  ///< likewise each room: it has stepped, or found that nobody is there
+};
+
 class LiveServer {
  public:
   /// Opens the port.
@@ -50,6 +68,13 @@ class LiveServer {
   /// Lets run() return at once, without a goodbye, as a crash would.
   /// Thread  any
   void abandon();
+
+  // What it does, while it runs: a tenth of a second old, and neither io nor rooms wait for who asks.
+  /// Thread  any, always the same for these two
+  const ServerFigures& newest_figures();
+  std::vector<RoomTiming> newest_timings();
+  /// Thread  any
+  ServerPulse pulse() const;
 
   // What the server did; after run().
   Duration up() const;

@@ -6,6 +6,7 @@
 #include <thread>
 #include <utility>
 
+#include "common/realtime/mailbox.hpp"
 #include "common/realtime/rate_watch.hpp"
 #include "server/net/realtime_share.hpp"
 
@@ -17,13 +18,18 @@ constexpr Duration kLookAgain = std::chrono::milliseconds(5);
 constexpr Duration kTrustedAgainAfter = std::chrono::seconds(1);
 constexpr Duration kSharePeriod = std::chrono::milliseconds(25);
 constexpr double kWindowsOfAMean = 10;
+constexpr Duration kPublishEvery = std::chrono::milliseconds(100);
 constexpr std::uint64_t kEnoughSteps = 5;
 
 }  // namespace
 
-/// One room's thread, timer and measurements; touched by that thread alone while it runs, but for `is_slow`.
+/// One room's thread, timer and measurements; touched by that thread alone while it runs, but for what is atomic and the
+/// mailbox.
 struct RoomScheduler::Loop {
-  explicit Loop(Room& its_room) : room(its_room), rate(its_room.period()) {}
+  explicit Loop(Room& its_room)
+      : room(its_room),
+        rate(its_room.period()),
+        publish_every(std::max<std::uint64_t>(1, static_cast<std::uint64_t>(kPublishEvery / its_room.period()))) {}
 
   Room& room;
   std::promise<std::vector<std::string>> not_granted;
@@ -31,6 +37,9 @@ struct RoomScheduler::Loop {
   realtime::RateWatch rate;
   RoomTiming timing;
   std::atomic<std::uint64_t> steps{0};
+  std::atomic<LocalTime> went_round{LocalTime{}};
+  std::uint64_t publish_every;  ///< steps
+  realtime::Mailbox<RoomTiming> published;
   LocalTime slow_until{};  ///< counts as slow until then, if it keeps its rate so long; LocalTime{}: does not
   std::atomic<bool> is_slow{false};
   bool is_told_slow = false;  ///< io thread's
@@ -73,6 +82,7 @@ RoomScheduler::~RoomScheduler() {
 }
 
 std::vector<std::string> RoomScheduler::start() {
+  for (const auto& loop : loops_) loop->went_round.store(SteadyClock().now(), std::memory_order_relaxed);
   for (const auto& loop : loops_) loop->thread = std::thread([this, &loop = *loop] { run(loop); });
   std::set<std::string> lines;
   for (const auto& loop : loops_) {
@@ -105,8 +115,10 @@ void RoomScheduler::run(Loop& loop) {
       continue;
     }
     std::this_thread::sleep_for(kLookAgain);
-    loop.timer->restart(SteadyClock().now());
+    const LocalTime now = SteadyClock().now();
+    loop.timer->restart(now);
     loop.rate.restart();
+    loop.went_round.store(now, std::memory_order_relaxed);
   }
 }
 
@@ -125,6 +137,30 @@ void RoomScheduler::step(Loop& loop) {
   }
   keep_rate(loop, end);
   after_step_(loop.room);
+  loop.went_round.store(end, std::memory_order_relaxed);
+  if (loop.timing.steps % loop.publish_every == 0 || loop.room.is_idle()) publish(loop);
+}
+
+/// Some 17 KB are copied.
+void RoomScheduler::publish(Loop& loop) {
+  RoomTiming& timing = loop.published.back();
+  timing = loop.timing;
+  timing.lateness = loop.timer->lateness();
+  timing.missed = loop.timer->missed();
+  loop.published.publish();
+}
+
+std::vector<RoomTiming> RoomScheduler::newest_timings() {
+  std::vector<RoomTiming> timings;
+  for (const auto& loop : loops_) {
+    loop->published.poll();
+    timings.push_back(loop->published.front());
+  }
+  return timings;
+}
+
+LocalTime RoomScheduler::went_round(std::size_t room) const {
+  return loops_[room]->went_round.load(std::memory_order_relaxed);
 }
 
 void RoomScheduler::keep_rate(Loop& loop, LocalTime now) {

@@ -52,6 +52,11 @@ class RoomScheduler {
   std::vector<std::string> news();
   /// In the order of the rooms; after stop().
   std::vector<RoomTiming> timings() const;
+  /// Likewise while they run, a tenth of a second old; the rooms wait for nobody.
+  /// Thread  any, always the same
+  std::vector<RoomTiming> newest_timings();
+  /// When the loop of a room last went round: it has stepped, or found that nobody is there. Thread  any
+  LocalTime went_round(std::size_t room) const;
 
  private:
   struct Loop;
@@ -60,6 +65,7 @@ class RoomScheduler {
   void run(Loop& loop);
   void step(Loop& loop);
   void keep_rate(Loop& loop, LocalTime now);
+  static void publish(Loop& loop);
 
   int realtime_priority_;
   std::function<void(const Room&)> after_step_;

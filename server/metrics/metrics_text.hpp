@@ -1,0 +1,46 @@
+// What a server counts, as text that Prometheus reads (exposition format 0.0.4).
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/base/tick_faults.hpp"
+#include "server/net/live_server.hpp"
+
+namespace tandem::server {
+
+struct RoomFigures {
+  std::string name;
+  Duration period{0};
+  bool is_awake = false;
+  RoomTiming timing;
+  std::array<std::uint64_t, kTickFaultBits> fault_steps{};
+  double braked_j = 0;
+  std::uint64_t events_lost = 0;
+  bool is_recorded = false;  ///< else the next three say nothing
+  std::uint64_t recorded_bytes = 0;
+  std::uint64_t recorded_messages_lost = 0;
+  std::uint64_t recorded_steps_lost = 0;
+};
+
+/// At one moment. Counts only grow while the server runs.
+struct MetricsSnapshot {
+  bool is_ready = false;
+  bool is_healthy = false;
+  ServerFigures server;
+  std::vector<RoomFigures> rooms;  ///< in the order of ServerFigures::users
+  bool has_checkpoint = false;     ///< else the next two say nothing
+  std::uint64_t checkpoint_writes = 0;
+  std::uint64_t checkpoint_failures = 0;
+};
+
+/// The only labels that are not one of a fixed set are the names of rooms, which the operator chose.
+std::string metrics_text(const MetricsSnapshot& snapshot);
+
+/// Processor time, memory and descriptors of this process, under the names that Prometheus' own clients use.
+std::string process_metrics_text();
+
+}  // namespace tandem::server
