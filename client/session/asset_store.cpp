@@ -89,7 +89,7 @@ std::shared_ptr<const proto::Bytes> DiskAssetStore::find(const proto::Sha256& ha
 void DiskAssetStore::keep(const proto::Sha256& hash, const std::shared_ptr<const proto::Bytes>& bytes) {
   if (bytes->size() > limit_bytes_) return;
   make_room_for(bytes->size());
-  replace_file(file_of(hash), {std::span<const std::byte>(*bytes)});
+  replace_cache_file(file_of(hash), {std::span<const std::byte>(*bytes)});
 }
 
 void DiskAssetStore::make_room_for(std::uint64_t bytes) const {

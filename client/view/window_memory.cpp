@@ -80,7 +80,7 @@ void remember_switches(const std::filesystem::path& file, const WindowSwitches& 
   object["molecules"] = switches.molecules == MoleculeStyle::kSticks ? "sticks" : "balls";
   if (file.empty()) return;
   const std::string text = json::serialize(object) + "\n";
-  replace_file(file, {std::as_bytes(std::span(text))});
+  replace_cache_file(file, {std::as_bytes(std::span(text))});
 }
 
 }  // namespace tandem::client

@@ -29,9 +29,11 @@ bool write_all(int descriptor, std::span<const std::byte> bytes) {
   return true;
 }
 
-bool write_parts(int descriptor, Parts parts, unsigned mode) {
+enum class Disk { kAwaited, kNotAwaited };
+
+bool write_parts(int descriptor, Parts parts, unsigned mode, Disk disk) {
   return std::ranges::all_of(parts, [=](auto part) { return write_all(descriptor, part); }) &&
-         ::fchmod(descriptor, mode) == 0 && ::fsync(descriptor) == 0;
+         ::fchmod(descriptor, mode) == 0 && (disk == Disk::kNotAwaited || ::fsync(descriptor) == 0);
 }
 
 /// So that a name in it is there after the power has failed; a file system that cannot do so is no error.
@@ -44,20 +46,20 @@ void sync_folder(const std::filesystem::path& folder) {
 
 enum class Old { kReplaced, kStays };
 
-std::error_code write_file(const std::filesystem::path& file, Parts parts, unsigned mode, Old old) {
+std::error_code write_file(const std::filesystem::path& file, Parts parts, unsigned mode, Old old, Disk disk) {
   std::error_code error;
   if (file.has_parent_path()) std::filesystem::create_directories(file.parent_path(), error);
   std::string partial = file.string() + ".XXXXXX";
   const int descriptor = ::mkostemp(partial.data(), O_CLOEXEC);  // readable by its owner alone
   if (descriptor < 0) return last_error();
-  error = write_parts(descriptor, parts, mode) ? std::error_code{} : last_error();
+  error = write_parts(descriptor, parts, mode, disk) ? std::error_code{} : last_error();
   if (::close(descriptor) != 0 && !error) error = last_error();
   if (!error) {
     const auto name = old == Old::kReplaced ? ::rename : ::link;
     if (name(partial.c_str(), file.c_str()) != 0) error = last_error();
   }
   if (error || old == Old::kStays) ::unlink(partial.c_str());
-  if (!error) sync_folder(file.parent_path());
+  if (!error && disk == Disk::kAwaited) sync_folder(file.parent_path());
   return error;
 }
 
@@ -83,11 +85,15 @@ std::filesystem::path default_cache_directory() {
 }
 
 std::error_code replace_file(const std::filesystem::path& file, Parts parts, unsigned mode) {
-  return write_file(file, parts, mode, Old::kReplaced);
+  return write_file(file, parts, mode, Old::kReplaced, Disk::kAwaited);
+}
+
+std::error_code replace_cache_file(const std::filesystem::path& file, Parts parts) {
+  return write_file(file, parts, 0644, Old::kReplaced, Disk::kNotAwaited);
 }
 
 std::error_code write_new_file(const std::filesystem::path& file, Parts parts, unsigned mode) {
-  return write_file(file, parts, mode, Old::kStays);
+  return write_file(file, parts, mode, Old::kStays, Disk::kAwaited);
 }
 
 }  // namespace tandem

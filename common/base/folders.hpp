@@ -26,7 +26,12 @@ std::filesystem::path default_cache_directory();
 std::error_code replace_file(const std::filesystem::path& file, std::initializer_list<std::span<const std::byte>> parts,
                              unsigned mode = 0644);
 
-/// Likewise; file_exists where the file is there already, and stays as it is, also when another process makes it at the
+/// Likewise, of what can be made or fetched again: does not wait for the disk, so that io may call it. After a loss of
+/// power it may be there in part, and who reads it must notice.
+std::error_code replace_cache_file(const std::filesystem::path& file,
+                                   std::initializer_list<std::span<const std::byte>> parts);
+
+/// As replace_file(); file_exists where the file is there already, and stays as it is, also when another process makes it at the
 /// same time.
 std::error_code write_new_file(const std::filesystem::path& file,
                                std::initializer_list<std::span<const std::byte>> parts, unsigned mode = 0644);

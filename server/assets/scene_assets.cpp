@@ -239,7 +239,7 @@ const SceneAssets::Contact& SceneAssets::contact_of(const geometry::ContactMesh&
     built_ += clock.now() - started;
     asset.note = describe(*asset.shape, "built", seconds_since(begin));
     bytes = contact::contact_asset_bytes(*asset.shape);
-    if (!cached.empty() && replace_file(cached, {key, std::as_bytes(std::span(bytes))})) {
+    if (!cached.empty() && replace_cache_file(cached, {key, std::as_bytes(std::span(bytes))})) {
       asset.note += "; " + cached.string() + " cannot be written, so the next start builds it again";
     }
   }

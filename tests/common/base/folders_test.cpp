@@ -57,6 +57,15 @@ TEST_F(WholeFile, ReplacesWhatWasThere) {
   EXPECT_EQ(files(), 1);
 }
 
+TEST_F(WholeFile, OfACacheReplacesWhatWasThereToo) {
+  const fs::path file = folder / "deep" / "file";
+  EXPECT_FALSE(replace_cache_file(file, {bytes_of("a long text")}));
+  EXPECT_FALSE(replace_cache_file(file, {bytes_of("short")}));
+  EXPECT_EQ(text_of(file), "short");
+  EXPECT_EQ(mode_of(file), 0644U);
+  EXPECT_TRUE(replace_cache_file(folder / "deep", {bytes_of("text")})) << "a folder is there";
+}
+
 TEST_F(WholeFile, NewOneLeavesWhatWasThere) {
   const fs::path file = folder / "file";
   EXPECT_FALSE(write_new_file(file, {bytes_of("first")}, 0600));
