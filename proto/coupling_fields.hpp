@@ -25,6 +25,9 @@ struct CouplingField {
   bool accepts(double number) const { return std::isfinite(number) && number >= low && number <= high; }
 };
 
+/// The law, by name: SetParameter and ParameterSet have it as text.
+inline constexpr std::string_view kLawParameter = "coupling.law";
+
 /// In the order of kCouplingRanges.
 inline constexpr std::array<CouplingField, haptics::kCouplingRanges.size()> kCouplingFields{{
     {"coupling.stiffness_n_per_m", &haptics::CouplingParameters::stiffness_n_per_m, haptics::kCouplingRanges[0].low,

@@ -83,12 +83,12 @@ physics::WorldDescription world_from_wire(const wire::Scene& scene) {
   world.limits = limits_from_wire(scene.limits());
   for (const wire::Body& body : scene.bodies()) world.bodies.push_back(body_from_wire(body));
   for (const wire::Tool& tool : scene.tools()) world.tools.push_back(tool_from_wire(tool, scene));
-  world.coupling.law = scene.coupling().law();
   for (const CouplingField& field : kCouplingFields) {
     world.coupling.parameters.*(field.value) = (scene.coupling().*field.get)();
   }
-  if (const auto law = haptics::make_coupling_law(world.coupling.law, world.coupling.parameters)) {
-    world.coupling.dynamics = law->tool_dynamics();
+  if (const haptics::CouplingLawInfo* const law = haptics::find_coupling_law(scene.coupling().law())) {
+    world.coupling.law = law->name;
+    world.coupling.dynamics = law->tool;
   }
   const wire::MolecularField& field = scene.molecular_field();
   world.metres_per_angstrom = field.metres_per_angstrom();

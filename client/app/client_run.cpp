@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "client/app/run_report.hpp"
+#include "client/app/run_settings.hpp"
 #include "client/app/second_hand.hpp"
 #include "client/app/stop_signals.hpp"
 #include "client/app/summary.hpp"
@@ -23,9 +24,9 @@
 #include "client/recording/client_recorder.hpp"
 #include "client/session/scene_from_wire.hpp"
 #include "client/view/window.hpp"
-#include "common/geometry/surface_asset.hpp"
 #include "common/realtime/output.hpp"
 #include "devices/sim/hand_path.hpp"
+#include "proto/coupling_fields.hpp"
 
 namespace tandem::client {
 namespace {
@@ -34,53 +35,6 @@ constexpr Duration kMainPeriod{std::chrono::milliseconds(10)};
 constexpr Duration kStatusPeriod{std::chrono::seconds(1)};
 // The session has time-outs of its own for each step; this only bounds their sum.
 constexpr Duration kMaxJoin{std::chrono::seconds(20)};
-// The io thread runs this far below the haptic thread.
-constexpr int kIoPriorityBelow = 10;
-
-ClientIoSettings io_settings(const ClientOptions& options, const haptics::SafetySettings& safety) {
-  ClientIoSettings settings = options.io;
-  settings.client.session.device = options.device.profile;
-  settings.client.haptics.stage = options.stage;
-  settings.client.haptics.safety = safety;
-  settings.client.haptics.coupling_bounds = devices::coupling_bounds(options.device.profile);
-  if (options.realtime_priority > 0) {
-    settings.realtime_priority = std::max(1, options.realtime_priority - kIoPriorityBelow);
-  }
-  if (!options.window.is_open) return settings;
-  settings.client.haptics.feeds_view = true;
-  settings.client.session.wants_soft_shapes = true;
-  settings.client.session.late_asset_kinds = {geometry::kSurfaceAssetKind, "molecule"};
-  // So that the window's sliders have a link to change.
-  if (!settings.links) settings.links = SimulatedLinks{{}, {}, options.seed};
-  return settings;
-}
-
-ClientOptions with_pointer(ClientOptions options) {
-  if (options.window.is_open && options.device.name == "mouse") {
-    options.device.pointer = std::make_shared<devices::Pointer>();
-  }
-  return options;
-}
-
-/// Where one is plugged in and is not the hand's device; null: none.
-std::shared_ptr<devices::Device> cap_for_camera(const std::string& device_of_hand) {
-  const devices::DeviceKind& kind = devices::find_device_kind("spacemouse");
-  if (device_of_hand == kind.name) return nullptr;
-  const std::vector<devices::FoundDevice> found = kind.find();
-  if (std::ranges::none_of(found, [](const auto& each) { return each.problem.empty(); })) return nullptr;
-  devices::DeviceOptions options;
-  options.name = kind.name;
-  options.profile = devices::find_device_profile(std::string(kind.profile));
-  options.control = "pose";
-  return devices::open_device(options);
-}
-
-/// So that nobody waits in vain.
-void check_screenshot(const std::filesystem::path& file) {
-  if (!file.empty() && !std::ofstream(file, std::ios::app)) {
-    throw std::invalid_argument("--screenshot: " + file.string() + " cannot be written");
-  }
-}
 
 std::string joined_lines(const std::vector<std::string>& lines) {
   std::string text;
@@ -147,6 +101,7 @@ class ClientRun {
   void take_record(const TickRecord& record);
   void open_recording();
   void record_link(const ClientIoSnapshot& io, LocalTime now);
+  void set_what_is_due();
   void follow_session(const ClientIoSnapshot& io);
   void explain_coupling(const CouplingCheck& check);
   void print_status(const ClientIoSnapshot& io);
@@ -174,6 +129,7 @@ class ClientRun {
   std::string last_why_;
   std::string last_stage_note_;
   std::string last_news_;
+  std::size_t sets_done_ = 0;
   std::uint64_t explained_check_ = 0;
   std::vector<haptics::StabilityFinding> coupling_findings_;
   std::string last_coupling_lines_;
@@ -354,6 +310,7 @@ void ClientRun::keep_going() {
   pause();
   if (loop_->is_over()) is_over_ = true;
   drain_records();
+  set_what_is_due();
   if (second_) second_->poll();
   const ClientIoSnapshot io = io_.snapshot();
   follow_session(io);
@@ -362,6 +319,17 @@ void ClientRun::keep_going() {
   if (!options_.prints_json && now >= next_status_) {
     next_status_ += kStatusPeriod;
     print_status(io);
+  }
+}
+
+void ClientRun::set_what_is_due() {
+  for (; sets_done_ < options_.sets.size() && options_.sets[sets_done_].first <= report_.length(); ++sets_done_) {
+    const wire::SetParameter& next = options_.sets[sets_done_].second;
+    if (next.name() == proto::kLawParameter) {
+      io_.set_law(next.text());
+    } else {
+      io_.set_parameter(next.name(), next.value());
+    }
   }
 }
 

@@ -15,6 +15,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "client/app/room_parameter.hpp"
 #include "client/app/security_options.hpp"
 #include "client/recording/recorded_hand.hpp"
 #include "client/session/asset_store.hpp"
@@ -222,6 +223,25 @@ void add_stage_options(CLI::App& app, StageSettings& stage) {
              "of the stage wave [N*m*s/rad]", "N*M*S/RAD");
 }
 
+void add_set_option(CLI::App& app, std::vector<std::pair<Duration, wire::SetParameter>>& sets) {
+  app.add_option_function<std::vector<std::string>>(
+         "--set",
+         [&sets](const std::vector<std::string>& texts) {
+           for (const std::string& text : texts) {
+             try {
+               sets.push_back(parameter_to_set(text));
+             } catch (const std::invalid_argument& error) {
+               throw CLI::ValidationError("--set", error.what());
+             }
+           }
+           std::ranges::stable_sort(sets, {}, [](const auto& set) { return set.first; });
+         },
+         "as the room's operator, set a parameter of the room so long after joining, until you leave: "
+         "coupling.law=spring-damper, coupling.stiffness_n_per_m=400@5s, ...")
+      ->type_name("NAME=VALUE[@TIME]")
+      ->allow_extra_args(false);
+}
+
 /// `link` is used for both directions, `is_used` is set when any of it was given.
 void add_link_options(CLI::App& app, net::LinkParameters& link, bool& is_used) {
   const auto add = [&app, &is_used](const std::string& name, const std::string& help, const std::string& type,
@@ -409,6 +429,7 @@ std::optional<ClientOptions> parse_client_options(int argc, const char* const* a
   add_second_device_options(app, second);
   add_workspace_options(app, options);
   add_stage_options(app, options.stage);
+  add_set_option(app, options.sets);
   add_link_options(app, link, has_link);
   add_window_options(app, options.window, is_headless);
   add_run_options(app, options);

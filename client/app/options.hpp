@@ -5,6 +5,8 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "client/haptics/stages/stage.hpp"
 #include "client/net/client_io.hpp"
@@ -28,8 +30,10 @@ struct ClientOptions {
   devices::DeviceOptions device;
   std::optional<devices::DeviceOptions> second_device;  ///< of the same person's other hand
   StageSettings stage;                                  ///< what the hand is shown, predictor and passivity controller
-  std::uint64_t seed = 1;                               ///< of the links, and as device.seed of the hand
-  std::optional<Duration> duration;                     ///< none: until a signal
+  /// Of the room, by its operator: each so long after joining, the first first.
+  std::vector<std::pair<Duration, wire::SetParameter>> sets;
+  std::uint64_t seed = 1;            ///< of the links, and as device.seed of the hand
+  std::optional<Duration> duration;  ///< none: until a signal
   int realtime_priority = 70;
   int cpu = -1;
   bool insists_on_realtime = false;

@@ -93,7 +93,7 @@ Wrench LocalModel::step(const LocalModelInput& input) noexcept {
   if (input.newest == nullptr) return {};
   if (!has_started_) start(input.newest->update);
   if (input.is_new) take_update(input);
-  world_.set_coupling(input.scene->coupling);
+  world_.set_coupling(haptics::coupling_laws()[input.scene->law], input.scene->coupling);
   world_.set_coupling_bounds(tool_, input.scene->coupling_bounds[tool_]);
   for (const PartnerHere& here : partners_) {
     if (here.is_here) world_.set_coupling_bounds(here.tool, input.scene->coupling_bounds[here.tool]);

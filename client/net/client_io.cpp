@@ -154,6 +154,7 @@ void ClientIo::Impl::publish_snapshot(LocalTime now) {
   snapshot.rooms = session.rooms();
   snapshot.news = session.news();
   snapshot.coupling = session.coupling();
+  snapshot.law = session.law().name;
   snapshot.soft_offsets = session.soft_offsets();
   snapshot.coupling_check = session.coupling_check();
   snapshot.stage = client.stage();
@@ -203,6 +204,10 @@ void ClientIo::release() {
 
 void ClientIo::set_parameter(const std::string& name, double value) {
   asio::post(impl_->io, [impl = impl_.get(), name, value] { impl->session.set_parameter(name, value); });
+}
+
+void ClientIo::set_law(const std::string& law) {
+  asio::post(impl_->io, [impl = impl_.get(), law] { impl->session.set_law(law); });
 }
 
 void ClientIo::kick(UserId user) {

@@ -46,6 +46,7 @@ struct ClientIoSnapshot {
   std::vector<std::string> rooms;                                      ///< of the server
   std::string news;                                                    ///< ClientSession::news()
   haptics::CouplingParameters coupling;                                ///< of the own tool, as the server told last
+  std::string_view law;                                                ///< ClientSession::law()
   std::vector<std::shared_ptr<const std::vector<Vec3>>> soft_offsets;  ///< ClientSession::soft_offsets()
   CouplingCheck coupling_check;                                        ///< of the coupling in force
   StageSettings stage;                                                 ///< Client::stage()
@@ -79,6 +80,7 @@ class ClientIo {
   void grab(BodyId body);
   void release();
   void set_parameter(const std::string& name, double value);
+  void set_law(const std::string& law);
   void kick(UserId user);
   void reset_room();
   void change_room(const std::string& room);

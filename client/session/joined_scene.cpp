@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "client/session/scene_from_wire.hpp"
+#include "common/net/text.hpp"
 #include "proto/coupling_fields.hpp"
 
 namespace tandem::client {
@@ -14,6 +15,7 @@ std::string JoinedScene::take(const wire::Joined& answer, wire::Role role, Local
   joined_ = std::make_unique<wire::Joined>(answer);
   scene_ = offered;
   told_ = scene_.coupling;
+  told_law_ = scene_.law;
   told_workspace_ = scene_.workspace;
   scene_.workspace = with_user(told_workspace_, own_workspace_);
   ++scene_.generation;
@@ -60,6 +62,7 @@ void JoinedScene::hold(BodyId body, LocalTime now) {
 }
 
 bool JoinedScene::set_parameter(const wire::ParameterSet& parameter, LocalTime now) {
+  if (parameter.name() == proto::kLawParameter) return set_law(parameter.text(), now);
   const proto::CouplingField* field = proto::find_coupling_field(parameter.name());
   if (field == nullptr || !field->accepts(parameter.value())) {
     log_("ignored parameter " + parameter.name() + " = " + std::to_string(parameter.value()));
@@ -71,14 +74,32 @@ bool JoinedScene::set_parameter(const wire::ParameterSet& parameter, LocalTime n
   return true;
 }
 
+bool JoinedScene::set_law(const std::string& name, LocalTime now) {
+  const haptics::CouplingLawInfo* const found = name.empty() ? nullptr : haptics::find_coupling_law(name);
+  if (found == nullptr || (found != &law() && !haptics::are_exchangeable(law(), *found))) {
+    log_("ignored law " + net::printable(name));
+    return false;
+  }
+  told_law_ = static_cast<std::size_t>(found - haptics::coupling_laws().data());
+  watch_.note_change(now);
+  log_("the law is now " + name);
+  return true;
+}
+
 void JoinedScene::check_when_due(LocalTime now) {
   if (!watch_.is_due(now)) return;
   watch_.forget_changes();
   const HapticScene before = scene_;
   // What a hand feels changes when all of a burst is here, and found fit for the device.
   scene_.coupling = told_;
+  scene_.law = told_law_;
+  // A local model that is made later starts with what is in force.
+  wire::Coupling& in_force = *joined_->mutable_scene()->mutable_coupling();
+  in_force.set_law(std::string(law().name));
+  for (const proto::CouplingField& field : proto::kCouplingFields) (in_force.*field.set)(told_.*field.value);
   check();
-  if (scene_.may_display != before.may_display || scene_.coupling != before.coupling) publish();
+  const bool is_changed = scene_.coupling != before.coupling || scene_.law != before.law;
+  if (scene_.may_display != before.may_display || is_changed) publish();
 }
 
 // The session goes on either way, and the hand drives its tool: only what it would feel is left out.

@@ -37,23 +37,26 @@ class JoinedScene {
   void note_grip(const proto::ServerUpdate& update, LocalTime now) {
     watch_.note_grip(update.held_body, update.X_BT.p, now);
   }
-  /// False: no such coefficient, or out of its range; nothing changes.
+  /// Of the law or a coefficient. False: there is none of that name, it is out of its range, or no law that can take the
+  /// place of the one before; nothing changes.
   bool set_parameter(const wire::ParameterSet& parameter, LocalTime now);
   /// What the user changes of the scene's mapping.
   void set_workspace(const WorkspaceSettings& workspace);
   /// Checks the coupling again once a burst of changes is over.
   void check_when_due(LocalTime now);
 
-  /// Null before the first.
+  /// With the coupling in force, once it has been checked. Null before the first.
   const wire::Joined* joined() const { return joined_.get(); }
   /// Of a body, for people; "body 7" where the scene has none of that number.
   std::string name_of(BodyId body) const;
   std::uint32_t generation() const { return scene_.generation; }
   /// The server's, checked or not.
   const haptics::CouplingParameters& coupling() const { return told_; }
+  const haptics::CouplingLawInfo& law() const { return haptics::coupling_laws()[told_law_]; }
   const CouplingCheck& last_check() const { return watch_.last(); }
 
  private:
+  bool set_law(const std::string& name, LocalTime now);
   void check();
 
   CouplingWatch watch_;
@@ -64,6 +67,7 @@ class JoinedScene {
   WorkspaceMapping told_workspace_;  ///< by the server
   WorkspaceSettings own_workspace_;
   haptics::CouplingParameters told_;  ///< by the server; scene_.coupling once it has been checked
+  std::size_t told_law_ = 0;          ///< likewise
   BodyId held_;
 };
 

@@ -166,6 +166,10 @@ const wire::Joined* ClientSession::joined() const {
 std::uint32_t ClientSession::scene_generation() const {
   return impl_->scene.generation();
 }
+const haptics::CouplingLawInfo& ClientSession::law() const {
+  return impl_->scene.law();
+}
+
 const haptics::CouplingParameters& ClientSession::coupling() const {
   return impl_->scene.coupling();
 }

@@ -120,6 +120,8 @@ class ClientSession {
   void grab(BodyId body);
   void release();
   void set_parameter(const std::string& name, double value);
+  /// As the room's operator: its coupling law, until he leaves.
+  void set_law(const std::string& law);
   /// As the operator: that user's session ends, and it takes a new invitation to come back.
   void kick(UserId user);
   /// Back to the start, all that moves; for the room's operator.
@@ -143,6 +145,8 @@ class ClientSession {
   std::uint32_t scene_generation() const;
   /// Of the own tool, as the server told last.
   const haptics::CouplingParameters& coupling() const;
+  /// Of the room, likewise; before the first join the default.
+  const haptics::CouplingLawInfo& law() const;
   /// The last check of the coupling in force; explained() says what it found.
   const CouplingCheck& coupling_check() const;
   /// The room that was asked for or, without a wish, the only one of the last Welcome; "" before that.

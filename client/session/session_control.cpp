@@ -85,9 +85,7 @@ bool ClientSession::Impl::handle_active(const wire::ServerControl& message, Loca
       take_asset_chunk(message.asset_chunk());
       return true;
     case wire::ServerControl::kParameterSet:
-      if (scene.set_parameter(message.parameter_set(), now) && owner.on_parameter) {
-        owner.on_parameter(message.parameter_set());
-      }
+      take_parameter(message.parameter_set(), now);
       return true;
     case wire::ServerControl::kRoomReset:
       news = "the operator has put everything back";
@@ -104,6 +102,13 @@ bool ClientSession::Impl::handle_active(const wire::ServerControl& message, Loca
     default:
       return false;
   }
+}
+
+void ClientSession::Impl::take_parameter(const wire::ParameterSet& parameter, LocalTime now) {
+  const haptics::CouplingLawInfo& before = scene.law();
+  if (!scene.set_parameter(parameter, now)) return;
+  if (&before != &scene.law()) news = "the room's law is now " + std::string(scene.law().name);
+  if (owner.on_parameter) owner.on_parameter(parameter);
 }
 
 void ClientSession::Impl::take_welcome(const wire::Welcome& welcome, LocalTime now) {
@@ -270,6 +275,13 @@ void ClientSession::set_parameter(const std::string& name, double value) {
   impl_->request([&](wire::ClientControl& message) {
     message.mutable_set_parameter()->set_name(name);
     message.mutable_set_parameter()->set_value(value);
+  });
+}
+
+void ClientSession::set_law(const std::string& law) {
+  impl_->request([&](wire::ClientControl& message) {
+    message.mutable_set_parameter()->set_name(std::string(proto::kLawParameter));
+    message.mutable_set_parameter()->set_text(law);
   });
 }
 

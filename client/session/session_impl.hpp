@@ -41,6 +41,7 @@ struct ClientSession::Impl {
   void take_control_bytes(std::span<const std::byte> bytes, LocalTime now);
   void handle(const wire::ServerControl& message, LocalTime now);
   bool handle_active(const wire::ServerControl& message, LocalTime now);
+  void take_parameter(const wire::ParameterSet& parameter, LocalTime now);
   void take_welcome(const wire::Welcome& welcome, LocalTime now);
   void take_joined(const wire::Joined& joined, LocalTime now);
   void take_error(const wire::ServerControl& message, LocalTime now);

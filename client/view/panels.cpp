@@ -7,6 +7,7 @@
 #include <cstdio>
 
 #include "client/view/scene_view.hpp"
+#include "common/haptics/coupling/laws.hpp"
 #include "common/haptics/safety.hpp"
 
 namespace tandem::client {
@@ -127,6 +128,41 @@ void draw_coefficient(ClientIo& client, const char* label, const char* name, dou
   if (slider(label, value, largest, "%.3g") && value > 0) client.set_parameter(name, value);
 }
 
+/// A choice that nobody here has, and why.
+void closed_choice(const char* label, const std::string& now, const std::string& why) {
+  ImGui::BeginDisabled();
+  chosen(label, now, {});
+  ImGui::EndDisabled();
+  ImGui::PushStyleColor(ImGuiCol_Text, kDim);
+  ImGui::TextWrapped("%s", why.c_str());
+  ImGui::PopStyleColor();
+}
+
+/// The room's, which its operator sets.
+void draw_law(const PanelContent& content) {
+  const ClientIoSnapshot& io = *content.io;
+  const wire::Coupling& of_scene = io.joined->scene().coupling();
+  std::vector<std::string> laws;
+  std::string why_none;
+  for (const haptics::CouplingLawInfo& law : haptics::coupling_laws()) {
+    const std::string problem =
+        haptics::law_change_problem(*haptics::find_coupling_law(of_scene.law()), law, of_scene.has_adaptive());
+    if (problem.empty()) {
+      laws.emplace_back(law.name);
+    } else {
+      why_none = problem;
+    }
+  }
+  const std::string now(io.law);
+  if (io.joined->role() != wire::ROLE_OPERATOR) {
+    closed_choice("law", now, "set by the room's operator (--role operator)");
+  } else if (laws.size() < 2) {
+    closed_choice("law", now, why_none);
+  } else if (const std::string law = chosen("law", now, laws); !law.empty()) {
+    content.client->set_law(law);
+  }
+}
+
 /// How the scene is shown to the hand.
 void draw_stage(const PanelContent& content) {
   const ClientIoSnapshot& io = *content.io;
@@ -139,7 +175,7 @@ void draw_stage(const PanelContent& content) {
   if (!stage.empty() || !predictor.empty() || is_switched) content.client->set_stage(wanted);
   if (!io.stage_note.empty()) ImGui::TextWrapped("%s", io.stage_note.c_str());
   if (io.joined == nullptr) return;
-  fact("law", printable(io.joined->scene().coupling().law()));
+  draw_law(content);
   if (io.joined->role() != wire::ROLE_OPERATOR) {
     fact("coupling",
          text_of("%.0f N/m, ", io.coupling.stiffness_n_per_m) + text_of("%.1f N·s/m", io.coupling.damping_n_s_per_m));

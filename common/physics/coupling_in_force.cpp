@@ -6,11 +6,18 @@
 
 namespace tandem::physics {
 
-haptics::CouplingParameters coupling_in_force(const SceneCoupling& coupling, const haptics::CouplingParameters& base,
-                                              const MovedMass& moved) noexcept {
-  haptics::CouplingParameters result = base;
-  if (coupling.fit) {
-    result = haptics::adapted(*coupling.fit, moved.mass_kg, moved.inertia_kg_m2, base);
+namespace {
+
+bool is_adaptive(const SceneCoupling& coupling) noexcept {
+  return coupling.fit.has_value() && coupling.law == haptics::kAdaptiveLaw;
+}
+
+}  // namespace
+
+haptics::CouplingParameters coupling_in_force(const SceneCoupling& coupling, const MovedMass& moved) noexcept {
+  haptics::CouplingParameters result = coupling.parameters;
+  if (is_adaptive(coupling)) {
+    result = haptics::adapted(*coupling.fit, moved.mass_kg, moved.inertia_kg_m2, coupling.parameters);
     // A cubic may dip between the places where it was checked.
     for (const haptics::CouplingRange& range : haptics::kCouplingRanges) {
       if (is_chosen_by_law(coupling, range.value)) {
@@ -25,7 +32,7 @@ haptics::CouplingParameters coupling_in_force(const SceneCoupling& coupling, con
 }
 
 bool is_chosen_by_law(const SceneCoupling& coupling, double haptics::CouplingParameters::*coefficient) noexcept {
-  if (!coupling.fit) return false;
+  if (!is_adaptive(coupling)) return false;
   using C = haptics::CouplingParameters;
   const bool is_linear = coefficient == &C::stiffness_n_per_m || coefficient == &C::damping_n_s_per_m;
   const bool is_angular = coefficient == &C::stiffness_n_m_per_rad || coefficient == &C::damping_n_m_s_per_rad;

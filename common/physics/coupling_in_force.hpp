@@ -2,19 +2,19 @@
 #pragma once
 
 #include <optional>
-#include <string>
+#include <string_view>
 
 #include "common/base/mass_properties.hpp"
 #include "common/haptics/coupling/adaptive.hpp"
-#include "common/haptics/coupling/coupling_law.hpp"
+#include "common/haptics/coupling/laws.hpp"
 
 namespace tandem::physics {
 
-/// A scene's coupling as the world uses it.
+/// A scene's coupling as the world uses it: copied without allocation.
 struct SceneCoupling {
-  std::string law;  ///< a name that make_coupling_law() knows
+  std::string_view law = haptics::kDefaultCouplingLaw;  ///< a name of coupling_laws()
   haptics::CouplingParameters parameters;
-  std::optional<haptics::AdaptiveFit> fit;  ///< of the law `adaptive` alone
+  std::optional<haptics::AdaptiveFit> fit;  ///< for the law `adaptive`; while another is in force it rests
   haptics::ToolDynamics dynamics = haptics::ToolDynamics::kWithMass;
 };
 
@@ -30,10 +30,9 @@ inline MovedMass moved_mass(const MassProperties& mass, bool is_held_body) noexc
   return {mass.mass_kg, mass.principal_inertia_kg_m2.mean(), is_held_body};
 }
 
-/// `base` as it is in force for a tool: by the fit for what it moves, and without damping where the tool has no mass,
-/// for that would hold it back from where spring and contact balance.
-haptics::CouplingParameters coupling_in_force(const SceneCoupling& coupling, const haptics::CouplingParameters& base,
-                                              const MovedMass& moved) noexcept;
+/// The coefficients as they are in force for a tool: by the fit for what it moves, and without damping where the tool
+/// has no mass, for that would hold it back from where spring and contact balance.
+haptics::CouplingParameters coupling_in_force(const SceneCoupling& coupling, const MovedMass& moved) noexcept;
 /// The law chooses this coefficient itself: nobody can set it.
 bool is_chosen_by_law(const SceneCoupling& coupling, double haptics::CouplingParameters::*coefficient) noexcept;
 

@@ -7,14 +7,13 @@
 namespace tandem::physics {
 
 void ToolHand::advance(double step_s) noexcept {
-  if (ramp_.advance(step_s)) law_->set_parameters(ramp_.now());
+  fade_.advance(step_s);
 }
 
 void ToolHand::reset(const haptics::CouplingParameters& coupling) noexcept {
   let_go();
   brake_n_s_per_m_ = 0;
-  ramp_.jump_to(coupling);
-  law_->set_parameters(coupling);
+  fade_.jump_to(fade_.target_law(), coupling);
   energy_into_world_j_ = 0;
   energy_from_world_j_ = 0;
 }
@@ -40,9 +39,9 @@ void ToolHand::let_go() noexcept {
 Joint ToolHand::tether(const Pose& X_WT) const noexcept {
   constexpr double kNoStretch = 1e-6;  // m, rad
   const haptics::CouplingState state = haptics::coupling_state(target_.X, target_.V, X_WT, target_.V);
-  const Wrench pull = law_->wrench_on_tool_W(state);
+  const Wrench pull = fade_.law().wrench_on_tool_W(state);
   const double d = state.d_W.norm(), theta = state.theta_W.norm();
-  const haptics::CouplingParameters& c = ramp_.now();
+  const haptics::CouplingParameters& c = fade_.parameters();
   Joint spring;
   spring.stiffness_n_per_m = d > kNoStretch ? pull.f.norm() / d : c.stiffness_n_per_m;
   spring.stiffness_n_m_per_rad = theta > kNoStretch ? pull.t.norm() / theta : c.stiffness_n_m_per_rad;
@@ -59,7 +58,7 @@ double ToolHand::stored_energy_j(const Pose& X_WT) const noexcept {
     haptics::CouplingState state;
     state.d_W = share * end.d_W;
     state.theta_W = share * end.theta_W;
-    const Wrench pull = law_->wrench_on_tool_W(state);
+    const Wrench pull = fade_.law().wrench_on_tool_W(state);
     const double weight = i == 0 || i == kPieces ? 1 : (i % 2 == 1 ? 4 : 2);
     sum += weight * (pull.f.dot(end.d_W) + pull.t.dot(end.theta_W));
   }
@@ -69,7 +68,7 @@ double ToolHand::stored_energy_j(const Pose& X_WT) const noexcept {
 bool ToolHand::is_saturated() const noexcept {
   // A bent force never quite reaches its limit, and without a bend it does so up to rounding.
   constexpr double kAtLimit = 1 - 1e-9;
-  const haptics::CouplingParameters& c = ramp_.now();
+  const haptics::CouplingParameters& c = fade_.parameters();
   const double share = kAtLimit * (1 - c.saturation_softness / 2);
   return pulls() && (wrench_on_tool_W_.f.norm() >= share * c.force_limit_n ||
                      wrench_on_tool_W_.t.norm() >= share * c.torque_limit_n_m);

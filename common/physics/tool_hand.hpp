@@ -1,12 +1,10 @@
 // One user's pull on the world: the coupling from handle to tool, and the account of the work it does.
 #pragma once
 
-#include <memory>
 #include <string_view>
 
 #include "common/contact/contact_solver.hpp"
-#include "common/haptics/coupling/coupling_ramp.hpp"
-#include "common/haptics/coupling/laws.hpp"
+#include "common/haptics/coupling/law_fade.hpp"
 #include "common/physics/joints/joint.hpp"
 
 namespace tandem::physics {
@@ -20,12 +18,14 @@ inline constexpr double kBrakeLever_m = 0.03;
 ///         positive and negative parts are summed apart, so that both sums only grow and loss of an update does no harm
 class ToolHand {
  public:
-  /// In      law  a name that make_coupling_law() knows
+  /// In      law  a name that find_coupling_law() knows
   ToolHand(std::string_view law, const haptics::CouplingParameters& coupling)
-      : law_(haptics::make_coupling_law(law, coupling)), ramp_(coupling) {}
+      : fade_(*haptics::find_coupling_law(law), coupling) {}
 
-  /// Moves there (CouplingRamp), with advance().
-  void set_coupling(const haptics::CouplingParameters& coupling) noexcept { ramp_.go_to(coupling); }
+  /// Moves there (LawFade), with advance().
+  void set_coupling(const haptics::CouplingLawInfo& law, const haptics::CouplingParameters& coupling) noexcept {
+    fade_.go_to(law, coupling);
+  }
   void advance(double step_s) noexcept;
   /// A new user, with this coupling at once: no handle, empty account.
   void reset(const haptics::CouplingParameters& coupling) noexcept;
@@ -41,9 +41,9 @@ class ToolHand {
   bool has_handle() const { return has_handle_; }
   bool pulls() const { return pulls_; }
   /// What the law makes of a tool that holds nothing.
-  haptics::ToolDynamics dynamics() const { return law_->tool_dynamics(); }
+  haptics::ToolDynamics dynamics() const { return fade_.law().tool_dynamics(); }
   /// In force now.
-  const haptics::CouplingParameters& parameters() const { return ramp_.now(); }
+  const haptics::CouplingParameters& parameters() const { return fade_.parameters(); }
   /// Where the tool is pulled to. Only while it pulls.
   const Pose& target_pose() const { return target_.X; }
   const RigidState& target() const { return target_; }
@@ -51,7 +51,7 @@ class ToolHand {
   /// What the solver needs to know of the pull on `body`, the tool being at `X_WT` now. Only while it pulls.
   contact::SolverCoupling coupling(int body, const Pose& X_WT) const noexcept {
     return {body,
-            law_.get(),
+            &fade_.law(),
             target_.X,
             target_.V,
             X_WT,
@@ -73,9 +73,8 @@ class ToolHand {
   double energy_from_world_j() const { return energy_from_world_j_; }
 
  private:
-  std::unique_ptr<haptics::CouplingLaw> law_;
+  haptics::LawFade fade_;
   double brake_n_s_per_m_ = 0;
-  haptics::CouplingRamp ramp_;
   bool pulls_ = false;
   bool has_handle_ = false;  ///< and pulls to it; else to where the tool was
   RigidState target_;

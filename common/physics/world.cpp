@@ -53,7 +53,7 @@ TouchStage::Limits touch_limits(const WorldDescription& world) {
 World::Impl::Impl(std::shared_ptr<const WorldDescription> world, std::unique_ptr<FreeBodies> free_bodies,
                   std::unique_ptr<SoftBodies> soft_bodies)
     : scene(std::move(world)),
-      coupling(scene->coupling.parameters),
+      coupling(scene->coupling),
       field(*scene),
       touch(touch_limits(*scene)),
       soft(std::move(soft_bodies)),
@@ -64,7 +64,7 @@ World::Impl::Impl(std::shared_ptr<const WorldDescription> world, std::unique_ptr
     if (body.anchor) bodies.back().anchor.set(*body.anchor);
   }
   for (const ToolDescription& tool : scene->tools) {
-    tools.push_back({make_tool(tool), &tool, ToolHand(scene->coupling.law, coupling)});
+    tools.push_back({make_tool(tool), &tool, ToolHand(coupling.law, coupling.parameters)});
     if (tool.holds_body) bodies[*tool.holds_body].waits = true;
   }
   things.resize(bodies.size() + tools.size());

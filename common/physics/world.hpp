@@ -90,8 +90,11 @@ class World {
   void move_grip(std::size_t tool, const Pose& X_BT, double most_m);
   void release(std::size_t tool);
 
-  /// Replaces the coupling's coefficients, by CouplingRamp from the next step on; what the law chooses itself for a
-  /// tool stays (coupling_in_force()). Ignored when one is negative or not finite.
+  /// Replaces the coupling's law and coefficients, by LawFade from the next step on; what the law chooses itself for a
+  /// tool stays (coupling_in_force()). Ignored when a coefficient is negative or not finite, or the law cannot take the
+  /// place of the scene's (are_exchangeable()).
+  void set_coupling(const haptics::CouplingLawInfo& law, const haptics::CouplingParameters& parameters);
+  /// The coefficients alone.
   void set_coupling(const haptics::CouplingParameters& parameters);
   /// What the device of the tool's user bears: the coupling of this tool is held to it (rendered_coupling()). Until the
   /// tool is taken out of the world. Ignored when one is negative or NaN.

@@ -21,7 +21,7 @@ void World::Impl::attach(WorldTool& tool, std::size_t index, const Pose& X_BT) {
   tool.passes_through.reset();
   tool.held = index;
   tool.X_BT = X_BT;
-  tool.hand.set_coupling(coupling_of(tool));
+  couple(tool);
 }
 
 void World::Impl::detach(WorldTool& tool) {
@@ -35,13 +35,17 @@ void World::Impl::detach(WorldTool& tool) {
   if (overlaps(tool.description->touch, X_WT, body.description->touch, X_WB, kPressedDepth_m))
     tool.passes_through = tool.held;
   tool.held.reset();
-  tool.hand.set_coupling(coupling_of(tool));
+  couple(tool);
 }
 
 haptics::CouplingParameters World::Impl::coupling_of(const WorldTool& tool) const {
   const RigidBody& moved = tool.held ? bodies[*tool.held].rigid : tool.rigid;
-  const auto in_force = coupling_in_force(scene->coupling, coupling, moved_mass(moved.mass(), tool.held.has_value()));
-  return haptics::rendered_coupling(scene->coupling.law, in_force, tool.coupling_bounds);
+  const auto in_force = coupling_in_force(coupling, moved_mass(moved.mass(), tool.held.has_value()));
+  return haptics::rendered_coupling(coupling.law, in_force, tool.coupling_bounds);
+}
+
+void World::Impl::couple(WorldTool& tool) const {
+  tool.hand.set_coupling(*haptics::find_coupling_law(coupling.law), coupling_of(tool));
 }
 
 /// To the body's surface; of a molecule, from the tool's origin to the nearest atom.
@@ -157,11 +161,19 @@ void World::release(std::size_t index) {
   if (!tool.hand.has_handle()) tool.hand.let_go();
 }
 
-void World::set_coupling(const haptics::CouplingParameters& parameters) {
+void World::set_coupling(const haptics::CouplingLawInfo& law, const haptics::CouplingParameters& parameters) {
+  SceneCoupling& coupling = impl_->coupling;
+  const bool is_other_law = law.name != coupling.law;
   // Asked every tick: what is in force for each tool costs more to find than to keep.
-  if (parameters == impl_->coupling || !haptics::is_usable(parameters)) return;
-  impl_->coupling = parameters;
-  for (WorldTool& tool : impl_->tools) tool.hand.set_coupling(impl_->coupling_of(tool));
+  if ((!is_other_law && parameters == coupling.parameters) || !haptics::is_usable(parameters)) return;
+  if (is_other_law && !haptics::are_exchangeable(law, *haptics::find_coupling_law(coupling.law))) return;
+  coupling.law = law.name;
+  coupling.parameters = parameters;
+  for (WorldTool& tool : impl_->tools) impl_->couple(tool);
+}
+
+void World::set_coupling(const haptics::CouplingParameters& parameters) {
+  set_coupling(*haptics::find_coupling_law(impl_->coupling.law), parameters);
 }
 
 void World::set_coupling_bounds(std::size_t index, const haptics::CouplingParameters& bounds) {
@@ -169,7 +181,7 @@ void World::set_coupling_bounds(std::size_t index, const haptics::CouplingParame
   const auto is_bound = [&bounds](const haptics::CouplingRange& range) { return bounds.*range.value >= 0; };
   if (bounds == tool.coupling_bounds || !std::ranges::all_of(haptics::kCouplingRanges, is_bound)) return;
   tool.coupling_bounds = bounds;
-  tool.hand.set_coupling(impl_->coupling_of(tool));
+  impl_->couple(tool);
 }
 
 const haptics::CouplingParameters& World::coupling(std::size_t tool) const {

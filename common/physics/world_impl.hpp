@@ -88,6 +88,7 @@ struct World::Impl {
   void detach(WorldTool& tool);
   double distance_m(const WorldTool& tool, std::size_t body, double limit_m) const;
   haptics::CouplingParameters coupling_of(const WorldTool& tool) const;
+  void couple(WorldTool& tool) const;
 
   // The step, in this order.
   TickFaults apply_field() noexcept;
@@ -113,7 +114,7 @@ struct World::Impl {
   double coupling_energy_j(std::uint32_t without_hands) const;
 
   std::shared_ptr<const WorldDescription> scene;
-  haptics::CouplingParameters coupling;
+  SceneCoupling coupling;  ///< the scene's, as somebody has set it
   std::vector<WorldBody> bodies;
   std::vector<WorldTool> tools;
   MolecularForces field;

@@ -1,6 +1,7 @@
 #include "lab/experiment/experiment.hpp"
 
 #include <algorithm>
+#include <array>
 #include <set>
 #include <stdexcept>
 #include <utility>
@@ -22,6 +23,9 @@ constexpr double kMaxUserSeconds = 1200;
 constexpr double kLongest_s = 600;
 // A JSON number above this may have lost its last digits on the way through other programs.
 constexpr std::uint64_t kMaxSeed = 1ULL << 53U;
+
+/// In the order of server::UserRole.
+constexpr std::array<std::string_view, 3> kRoles{"manipulator", "observer", "operator"};
 
 Duration from_milliseconds(double value) {
   return from_seconds(value * 1e-3);
@@ -158,8 +162,7 @@ ExperimentUser user_of(JsonFields& user, const json::object& document, std::size
   ExperimentUser result;
   const std::filesystem::path& directory = context.file.directory;
   result.name = user.required_text("name");
-  result.role = user.choice("role", 0, {"manipulator", "observer"}) == 0 ? server::UserRole::kManipulator
-                                                                         : server::UserRole::kObserver;
+  result.role = static_cast<server::UserRole>(user.choice("role", 0, {kRoles.begin(), kRoles.end()}));
   result.hand_name = user.text("hand", "rest");
   result.hand = hand_of(user, result.hand_name, directory);
   result.hand_parameters = hand_parameters_of(user.object("hand_parameters"));
@@ -273,7 +276,7 @@ void change(json::value& scene, const std::string& name, const json::value& valu
 
 json::object user_json(const ExperimentUser& user) {
   json::object result{{"name", user.name},
-                      {"role", user.role == server::UserRole::kManipulator ? "manipulator" : "observer"},
+                      {"role", role_name(user.role)},
                       {"hand", user.hand_name},
                       {"hand_parameters", client::to_json(user.hand_parameters)},
                       {"device", user.device.name},
@@ -287,6 +290,10 @@ json::object user_json(const ExperimentUser& user) {
 }
 
 }  // namespace
+
+std::string_view role_name(server::UserRole role) {
+  return kRoles[static_cast<std::size_t>(role)];
+}
 
 json::object link_json(const net::LinkParameters& link) {
   json::object result{{"rtt_ms", 2 * in_milliseconds(link.delay)}};
@@ -374,7 +381,7 @@ std::string scene_text(const Experiment& experiment) {
 }
 
 void check_manipulators(const Experiment& experiment, const server::LoadedScene& scene) {
-  const auto manipulators = std::ranges::count(experiment.users, server::UserRole::kManipulator, &ExperimentUser::role);
+  const auto manipulators = std::ranges::count_if(experiment.users, server::has_tool, &ExperimentUser::role);
   const std::size_t tools = scene.world.tools.size();
   if (static_cast<std::size_t>(manipulators) > tools) {
     throw std::invalid_argument("experiment " + experiment.name + ": users has " + std::to_string(manipulators) +

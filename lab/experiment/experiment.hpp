@@ -21,6 +21,9 @@
 
 namespace tandem::lab {
 
+/// As experiment files have it.
+std::string_view role_name(server::UserRole role);
+
 /// One simulated person with device, client and link.
 struct ExperimentUser {
   std::string name;

@@ -35,7 +35,7 @@ json::object link_counters_json(const net::LinkCounters& counters) {
 
 json::object parameters_json(const UserTrace& trace) {
   const ExperimentUser& user = trace.user;
-  return {{"role", user.role == server::UserRole::kManipulator ? "manipulator" : "observer"},
+  return {{"role", role_name(user.role)},
           {"device", user.device.name},
           {"hand", user.hand_name},
           {"hand_parameters", client::to_json(user.hand_parameters)},

@@ -134,7 +134,7 @@ void LiveTrialServer::take(SessionTrace& trace, LiveTiming& timing) {
   trace.bodies = std::move(bodies_);
   std::size_t tool = 0;
   for (UserTrace& user : trace.users) {
-    if (user.user.role == server::UserRole::kManipulator) user.answered = std::move(answered_[tool++]);
+    if (server::has_tool(user.user.role)) user.answered = std::move(answered_[tool++]);
   }
   trace.room_steps = server_.rooms().front()->steps_done().value;
   trace.hub = server_.counters();
@@ -236,7 +236,7 @@ void LiveUser::take_ticks() {
 }
 
 bool LiveUser::is_ready() const {
-  if (user_.role != server::UserRole::kManipulator) return true;
+  if (!server::has_tool(user_.role)) return true;
   if (newest() == nullptr || newest()->newest_step.value == 0) return false;
   const std::string& stage = user_.pipeline.stage;
   return newest()->is_local || !(client::needs_local_model(stage) || client::needs_proxy_world(stage));

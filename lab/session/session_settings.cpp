@@ -21,7 +21,9 @@ client::ClientSettings client_settings(const ExperimentUser& user, std::shared_p
   settings.haptics.stage.passivity = user.pipeline.passivity;
   settings.haptics.coupling_bounds = devices::coupling_bounds(user.device);
   settings.session.user_name = user.name;
-  settings.session.role = user.role == server::UserRole::kManipulator ? wire::ROLE_MANIPULATOR : wire::ROLE_OBSERVER;
+  settings.session.role = user.role == server::UserRole::kOperator      ? wire::ROLE_OPERATOR
+                          : user.role == server::UserRole::kManipulator ? wire::ROLE_MANIPULATOR
+                                                                        : wire::ROLE_OBSERVER;
   settings.session.workspace.scale = user.motion_scale;
   settings.session.state_over_tcp = user.state_over_tcp;
   settings.session.deadband = user.pipeline.deadband;

@@ -156,7 +156,7 @@ VirtualSession::VirtualSession(const Experiment& its_experiment, std::shared_ptr
     UserTrace& user_trace = trace.users.emplace_back();
     user_trace.user = user;
     user_trace.hand_seed = users.back()->seed_of_hand;
-    if (user.role == server::UserRole::kManipulator) {
+    if (server::has_tool(user.role)) {
       users.back()->tool = tool;
       user_trace.hand_joules_per_world_joule = scene->workspaces[tool++].hand_joules_per_world_joule();
     }
@@ -215,7 +215,7 @@ void VirtualSession::join_all() {
   // One more round trip, so that the hands start with the world in sight of everybody.
   for (const auto& user : users) {
     const LocalTime give_up = clock.now() + kJoinTimeout;
-    const bool is_manipulator = user->user.role == server::UserRole::kManipulator;
+    const bool is_manipulator = server::has_tool(user->user.role);
     while (is_manipulator && user->client.haptics().record().newest_step.value == 0 && clock.now() < give_up)
       run_slot();
   }

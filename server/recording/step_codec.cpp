@@ -85,7 +85,10 @@ wire::RecordedCommand recorded(const RoomCommand& command) {
   }
   out.set_body(command.body.value);
   out.set_request(command.request);
-  if (command.kind == RoomCommand::Kind::kSetCoupling) write(command.coupling, *out.mutable_coupling());
+  if (command.kind == RoomCommand::Kind::kSetCoupling) {
+    write(command.coupling, *out.mutable_coupling());
+    if (command.law != nullptr) out.set_law(std::string(command.law->name));
+  }
   return out;
 }
 
@@ -103,7 +106,10 @@ std::optional<RoomCommand> command_of(const wire::RecordedCommand& in) {
   command.request = in.request();
   const bool is_join = command.kind == RoomCommand::Kind::kJoin;
   if (is_join && !read(in.coupling_bounds(), command.seat.coupling_bounds)) return std::nullopt;
-  if (command.kind == RoomCommand::Kind::kSetCoupling && !read(in.coupling(), command.coupling)) return std::nullopt;
+  if (command.kind == RoomCommand::Kind::kSetCoupling) {
+    if (!read(in.coupling(), command.coupling)) return std::nullopt;
+    if (!in.law().empty() && (command.law = haptics::find_coupling_law(in.law())) == nullptr) return std::nullopt;
+  }
   std::ranges::copy(std::string_view(in.user_name()).substr(0, command.seat.user_name.size() - 1),
                     command.seat.user_name.begin());
   return command;

@@ -170,7 +170,8 @@ void Room::apply(const RoomCommand& command) noexcept {
     case RoomCommand::Kind::kRelease:
       return serve_request(user, command);
     case RoomCommand::Kind::kSetCoupling:
-      return world_.set_coupling(command.coupling);
+      return command.law == nullptr ? world_.set_coupling(command.coupling)
+                                    : world_.set_coupling(*command.law, command.coupling);
     case RoomCommand::Kind::kReset:
       return reset();
     case RoomCommand::Kind::kJoin:

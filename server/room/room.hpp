@@ -42,9 +42,10 @@ struct RoomCommand {
   enum class Kind : std::uint8_t { kJoin, kLeave, kGrab, kRelease, kSetCoupling, kReset };
   Kind kind = Kind::kJoin;
   Seat seat;
-  BodyId body = {};                           ///< kGrab; invalid: the nearest in reach
-  std::uint32_t request = 0;                  ///< kGrab, kRelease: carried back in the event
-  haptics::CouplingParameters coupling = {};  ///< kSetCoupling
+  BodyId body = {};                               ///< kGrab; invalid: the nearest in reach
+  std::uint32_t request = 0;                      ///< kGrab, kRelease: carried back in the event
+  haptics::CouplingParameters coupling = {};      ///< kSetCoupling
+  const haptics::CouplingLawInfo* law = nullptr;  ///< kSetCoupling; null: it stays
 };
 
 /// From the room to io. kPutBack concerns all users, and only its `body` counts.

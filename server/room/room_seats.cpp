@@ -10,7 +10,7 @@ constexpr std::size_t kMaxWaiting = 4 * proto::kMaxUsers;
 
 }  // namespace
 
-RoomSeats::RoomSeats(Room& room) : room_(room), coupling_(room.scene().world.coupling.parameters) {}
+RoomSeats::RoomSeats(Room& room) : room_(room), coupling_(room.scene().world.coupling) {}
 
 std::size_t RoomSeats::count(UserRole role) const {
   return static_cast<std::size_t>(std::count_if(seats_.begin(), seats_.end(), [role](const auto& seat) {
@@ -64,17 +64,33 @@ std::optional<Seat> RoomSeats::take(UserRole role, bool leaves_gaps, const hapti
 }
 
 void RoomSeats::leave(const Seat& seat) {
-  const haptics::CouplingParameters& of_scene = room_.scene().world.coupling.parameters;
-  if (seat.role == UserRole::kOperator && coupling_ != of_scene) set_coupling(seat, of_scene);
+  const physics::SceneCoupling& of_scene = room_.scene().world.coupling;
+  const bool is_as_in_scene = coupling_.law == of_scene.law && coupling_.parameters == of_scene.parameters;
+  if (seat.role == UserRole::kOperator && !is_as_in_scene) {
+    coupling_ = of_scene;
+    post_coupling(seat);
+  }
   seats_[seat.index].reset();
   post_surely({.kind = RoomCommand::Kind::kLeave, .seat = seat});
 }
 
 void RoomSeats::set_coupling(const Seat& seat, const haptics::CouplingParameters& parameters) {
-  coupling_ = parameters;
+  coupling_.parameters = parameters;
+  post_coupling(seat);
+}
+
+void RoomSeats::set_law(const Seat& seat, const haptics::CouplingLawInfo& law) {
+  coupling_.law = law.name;
+  post_coupling(seat);
+}
+
+void RoomSeats::post_coupling(const Seat& seat) {
   // Only the newest counts, so a flood of them waits as one.
   std::erase_if(waiting_, [](const RoomCommand& older) { return older.kind == RoomCommand::Kind::kSetCoupling; });
-  post_surely({.kind = RoomCommand::Kind::kSetCoupling, .seat = seat, .coupling = parameters});
+  post_surely({.kind = RoomCommand::Kind::kSetCoupling,
+               .seat = seat,
+               .coupling = coupling_.parameters,
+               .law = haptics::find_coupling_law(coupling_.law)});
 }
 
 bool RoomSeats::reset(const Seat& seat) {
@@ -83,11 +99,10 @@ bool RoomSeats::reset(const Seat& seat) {
 }
 
 haptics::CouplingParameters RoomSeats::coupling_in_force(const Seat& seat) const {
-  if (!has_tool(seat.role)) return coupling_;
+  if (!has_tool(seat.role)) return coupling_.parameters;
   const BodyId held = held_[seat.index];
   const auto body = held.is_valid() ? std::optional<std::size_t>(held.value - 1) : std::nullopt;
-  return physics::coupling_in_force(room_.scene().world.coupling, coupling_,
-                                    moved_mass(room_.scene(), seat.tool, body));
+  return physics::coupling_in_force(coupling_, moved_mass(room_.scene(), seat.tool, body));
 }
 
 void RoomSeats::on_update(const Seat& seat, const UserUpdate& told) {

@@ -20,7 +20,7 @@ class RoomSeats {
 
   Room& room() const { return room_; }
   /// As the scene's file or the operator has set it.
-  const haptics::CouplingParameters& coupling() const { return coupling_; }
+  const physics::SceneCoupling& coupling() const { return coupling_; }
   /// What this is for the seat's tool and what it holds (common/physics/coupling_in_force.hpp).
   haptics::CouplingParameters coupling_in_force(const Seat& seat) const;
 
@@ -36,6 +36,8 @@ class RoomSeats {
   void leave(const Seat& seat);
   bool has_operator() const;
   void set_coupling(const Seat& seat, const haptics::CouplingParameters& parameters);
+  /// In      law  that the scene can have (haptics::law_change_problem())
+  void set_law(const Seat& seat, const haptics::CouplingLawInfo& law);
   /// All that moves back to its start (World::put_all_back()). False: the room does not keep up, and nothing is asked.
   bool reset(const Seat& seat);
   /// False, and nothing is asked of the room, when it does not keep up or this seat's last request is not served yet
@@ -52,11 +54,12 @@ class RoomSeats {
   /// With or without a tool, as `role`.
   std::size_t count(UserRole role) const;
   std::optional<std::uint8_t> free_tool(std::optional<std::uint8_t> wanted) const;
+  void post_coupling(const Seat& seat);
   void post_surely(const RoomCommand& command);
   bool post_request(const RoomCommand& command);
 
   Room& room_;
-  haptics::CouplingParameters coupling_;
+  physics::SceneCoupling coupling_;
   std::array<std::optional<Seat>, proto::kMaxUsers> seats_{};
   std::array<BodyId, proto::kMaxUsers> held_{};              ///< by the seat's tool
   std::array<std::uint64_t, proto::kMaxUsers> requested_{};  ///< grabs and releases since the seat's user joined

@@ -138,6 +138,7 @@ wire::ServerControl joined_answer(std::uint32_t request, const RoomSeats& seats,
   joined.set_user(seat.user.value);
   joined.set_role(wire_role(seat.role));
   fill(scene, joined);
+  joined.mutable_scene()->mutable_coupling()->set_law(std::string(seats.coupling().law));
   const haptics::CouplingParameters coupling = seats.coupling_in_force(seat);
   for (const proto::CouplingField& field : proto::kCouplingFields) {
     (joined.mutable_scene()->mutable_coupling()->*field.set)(coupling.*field.value);
@@ -209,6 +210,13 @@ wire::ServerControl parameter_set(const proto::CouplingField& field, const hapti
   wire::ServerControl message;
   message.mutable_parameter_set()->set_name(std::string(field.name));
   message.mutable_parameter_set()->set_value(in_force.*field.value);
+  return message;
+}
+
+wire::ServerControl law_set(std::string_view law) {
+  wire::ServerControl message;
+  message.mutable_parameter_set()->set_name(std::string(proto::kLawParameter));
+  message.mutable_parameter_set()->set_text(std::string(law));
   return message;
 }
 

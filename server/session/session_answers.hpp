@@ -39,6 +39,7 @@ wire::ServerControl room_reset(std::uint32_t request, UserId by);
 wire::ServerControl soft_shape(std::size_t soft_body, const std::vector<Vec3>& offsets_W);
 /// What a coefficient now is for a user.
 wire::ServerControl parameter_set(const proto::CouplingField& field, const haptics::CouplingParameters& in_force);
+wire::ServerControl law_set(std::string_view law);
 
 /// A chunk of an asset of the scene, or the error that says why not.
 wire::ServerControl asset_answer(std::uint32_t request, const wire::GetAsset& wanted, const LoadedScene& scene);

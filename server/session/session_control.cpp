@@ -354,28 +354,77 @@ void SessionHub::Impl::kick(Connection& connection, const wire::ClientControl& m
 
 void SessionHub::Impl::set_parameter(Connection& connection, const wire::ClientControl& message) {
   const wire::SetParameter& wanted = message.set_parameter();
+  const bool is_law = wanted.name() == proto::kLawParameter;
   const proto::CouplingField* field = proto::find_coupling_field(wanted.name());
-  haptics::CouplingParameters parameters = connection.seats->coupling();
+  haptics::CouplingParameters parameters = connection.seats->coupling().parameters;
   if (field != nullptr) parameters.*(field->value) = wanted.value();
   if (connection.seat.role != UserRole::kOperator) {
     send(connection, error_answer(message.request(), wire::ERROR_NOT_ALLOWED,
                                   "only the room's operator may set parameters; join with --role operator"));
+  } else if (is_law) {
+    set_law(connection, message);
   } else if (field == nullptr) {
-    std::string names;
-    for (const proto::CouplingField& known : proto::kCouplingFields)
-      names += (names.empty() ? "" : ", ") + std::string(known.name);
+    std::string names(proto::kLawParameter);
+    for (const proto::CouplingField& known : proto::kCouplingFields) names += ", " + std::string(known.name);
     send(connection, error_answer(message.request(), wire::ERROR_UNKNOWN_PARAMETER, "settable parameters: " + names));
   } else if (!field->accepts(wanted.value())) {
     send(connection, error_answer(message.request(), wire::ERROR_BAD_VALUE,
                                   std::string(field->name) + " must be " + std::to_string(field->low) + " to " +
                                       std::to_string(field->high)));
-  } else if (physics::is_chosen_by_law(connection.seats->room().scene().world.coupling, field->value)) {
-    send(connection,
-         error_answer(message.request(), wire::ERROR_NOT_ALLOWED,
-                      std::string(field->name) + " follows what a tool moves: the scene's law is adaptive"));
+  } else if (physics::is_chosen_by_law(connection.seats->coupling(), field->value)) {
+    send(connection, error_answer(message.request(), wire::ERROR_NOT_ALLOWED,
+                                  std::string(field->name) + " follows what a tool moves: the law is adaptive"));
   } else {
     connection.seats->set_coupling(connection.seat, parameters);
     announce_parameter(connection, message.request(), *field);
+  }
+}
+
+/// Also under hands that press: both ends fade it (haptics::LawFade).
+void SessionHub::Impl::set_law(Connection& connection, const wire::ClientControl& message) {
+  RoomSeats& seats = *connection.seats;
+  const physics::SceneCoupling& of_scene = seats.room().scene().world.coupling;
+  const std::string& name = message.set_parameter().text();
+  const haptics::CouplingLawInfo* const law = name.empty() ? nullptr : haptics::find_coupling_law(name);
+  if (law == nullptr) {
+    return send(connection, error_answer(message.request(), wire::ERROR_BAD_VALUE,
+                                         std::string(proto::kLawParameter) +
+                                             " must be one of: " + haptics::listed_coupling_law_names()));
+  }
+  const std::string problem =
+      haptics::law_change_problem(*haptics::find_coupling_law(of_scene.law), *law, of_scene.fit.has_value());
+  if (!problem.empty()) return send(connection, error_answer(message.request(), wire::ERROR_NOT_ALLOWED, problem));
+  wire::ServerControl answer = law_set(law->name);
+  answer.set_request(message.request());
+  send(connection, answer);
+  if (law->name == seats.coupling().law) return;
+  log("law", connection.label() + " set the law " + name + " in room " + seats.room().name());
+  change_coupling(
+      seats, [&] { seats.set_law(connection.seat, *law); }, &connection);
+}
+
+/// Each user is told what of it concerns him.
+/// In      but  knows the new law already
+void SessionHub::Impl::change_coupling(RoomSeats& seats, const std::function<void()>& change, const Connection* but) {
+  std::vector<std::pair<Connection*, haptics::CouplingParameters>> before;
+  for (const auto& [handle, user] : connections) {
+    if (user->is_in(seats)) before.emplace_back(user.get(), seats.coupling_in_force(user->seat));
+  }
+  const std::string_view law_before = seats.coupling().law;
+  change();
+  for (const auto& [user, coupling] : before) {
+    if (!user->is_in(seats)) continue;
+    if (user != but && law_before != seats.coupling().law) user->has_new_law = true;
+    user->note_changes(coupling);
+    tell_news(*user);
+  }
+}
+
+void Connection::note_changes(const haptics::CouplingParameters& before) {
+  const haptics::CouplingParameters now = seats->coupling_in_force(seat);
+  for (std::size_t i = 0; i < proto::kCouplingFields.size(); ++i) {
+    const auto value = proto::kCouplingFields[i].value;
+    if (before.*value != now.*value) changed_parameters.set(i);
   }
 }
 
@@ -410,9 +459,10 @@ void SessionHub::Impl::announce_parameter(Connection& setter, std::uint32_t requ
 
 /// As soon as the user reads what came before: however many others set, come and go, he has no more to read.
 void SessionHub::Impl::tell_news(Connection& connection) {
-  const bool has_news = !connection.presence.empty() || connection.changed_parameters.any();
+  const bool has_news = !connection.presence.empty() || connection.has_new_law || connection.changed_parameters.any();
   if (!has_news || transport.queued_control_bytes(connection.handle) > kMaxQueuedBeforeNews) return;
   for (const wire::ServerControl& message : std::exchange(connection.presence, {})) send(connection, message);
+  if (std::exchange(connection.has_new_law, false)) send(connection, law_set(connection.seats->coupling().law));
   if (connection.changed_parameters.none()) return;
   const haptics::CouplingParameters in_force = connection.seats->coupling_in_force(connection.seat);
   for (std::size_t i = 0; i < proto::kCouplingFields.size(); ++i) {

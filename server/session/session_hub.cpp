@@ -169,11 +169,7 @@ void SessionHub::Impl::take_room_update(Connection& connection, const UserUpdate
   const Seat seat = connection.seat;
   const haptics::CouplingParameters before = seats.coupling_in_force(seat);
   seats.on_update(seat, update);
-  const haptics::CouplingParameters after = seats.coupling_in_force(seat);
-  for (std::size_t i = 0; i < proto::kCouplingFields.size(); ++i) {
-    const auto value = proto::kCouplingFields[i].value;
-    if (before.*value != after.*value) connection.changed_parameters.set(i);
-  }
+  connection.note_changes(before);
 }
 
 void SessionHub::Impl::end_overdue(Connection& connection, LocalTime now) {
@@ -243,11 +239,7 @@ void SessionHub::Impl::forget(Connection& connection, wire::DisconnectReason rea
   } else if (connection.credential) {  // also before the same user's new connection has its seat: it may not get one
     admission->note_lost(*connection.credential, called_at);
   }
-  const haptics::CouplingParameters before = connection.seats->coupling();
-  connection.seats->leave(connection.seat);
-  for (const proto::CouplingField& field : proto::kCouplingFields) {
-    if (before.*field.value != connection.seats->coupling().*field.value) announce_parameter(connection, 0, field);
-  }
+  change_coupling(*connection.seats, [&connection] { connection.seats->leave(connection.seat); });
   announce_presence(connection, user_left(connection.seat, reason));
 }
 

@@ -48,6 +48,7 @@ struct Connection {
   std::map<std::uint32_t, std::string> soft_shapes_told;  ///< offsets, by soft body
   std::optional<Admission::Id> credential;                ///< by which the user may come back
   // News that he was not told yet.
+  bool has_new_law = false;
   std::bitset<proto::kCouplingFields.size()> changed_parameters;  ///< coefficients that others set, or a grip changed
   std::vector<wire::ServerControl> presence;  ///< of users who came and stay, or whom he knew and who left: in order
 
@@ -55,6 +56,8 @@ struct Connection {
     if (seats == nullptr) return "connection " + std::to_string(handle);
     return "user " + std::to_string(seat.user.value) + " " + quoted(user_name);
   }
+  /// What concerns him is not what it was `before`: he is to be told.
+  void note_changes(const haptics::CouplingParameters& before);
   bool is_half_open() const { return state == ConnectionState::kGreeting || state == ConnectionState::kJoining; }
   bool is_in(const RoomSeats& room) const { return state == ConnectionState::kActive && seats == &room; }
 };
@@ -89,7 +92,9 @@ struct SessionHub::Impl {
   void kick(Connection& connection, const wire::ClientControl& message);
   void set_parameter(Connection& connection, const wire::ClientControl& message);
   void reset_room(Connection& connection, const wire::ClientControl& message);
+  void set_law(Connection& connection, const wire::ClientControl& message);
   void announce_parameter(Connection& setter, std::uint32_t request, const proto::CouplingField& field);
+  void change_coupling(RoomSeats& seats, const std::function<void()>& change, const Connection* but = nullptr);
   void announce_presence(const Connection& whose, const wire::ServerControl& message);
   void tell_news(Connection& connection);
 

@@ -212,7 +212,7 @@ constexpr std::array kLaws{
     CouplingLawInfo{
         "spring-damper", true, ToolDynamics::kWithMass, "f = k d + b v", "McNeely, Puterbaugh, Troy, SIGGRAPH 1999",
         "one stiffness for light touch and firm grip; a light tool buzzes", &linear_curve, &slope_of_linear},
-    CouplingLawInfo{"adaptive", true, ToolDynamics::kWithMass, "f = k(m) d + b(k) v",
+    CouplingLawInfo{kAdaptiveLaw, true, ToolDynamics::kWithMass, "f = k(m) d + b(k) v",
                     "Hou, PhD thesis, NTU, 2014, eqs. 5.1-5.16",
                     "needs a calibration of the device; outside its masses the nearest end counts", &linear_curve,
                     &slope_of_linear},
@@ -264,6 +264,26 @@ std::string listed_coupling_law_names() {
   std::string text;
   for (const CouplingLawInfo& law : kLaws) text.append(text.empty() ? "" : ", ").append(law.name);
   return text;
+}
+
+std::string law_change_problem(const CouplingLawInfo& of_scene, const CouplingLawInfo& wanted, bool has_fit) {
+  if (&wanted == &of_scene) return {};
+  if (!are_exchangeable(of_scene, wanted)) {
+    const CouplingLawInfo& other = of_scene.tool == ToolDynamics::kWithMass ? wanted : of_scene;
+    return "the tool of the law " + std::string(other.name) +
+           (other.tool == ToolDynamics::kMassless ? " has no mass" : " is where the handle is") +
+           ", so a change would move tools by a step; name the law in the scene's file";
+  }
+  if (!wanted.is_passive) {
+    return "the law " + std::string(wanted.name) +
+           " can create energy, and its force jumps when a hand turns: nobody can ask for that on the hands of others; "
+           "name "
+           "the law in the scene's file";
+  }
+  if (wanted.name == kAdaptiveLaw && !has_fit) {
+    return "the law adaptive needs the fit of a device, which this scene has not; name law and fit in the scene's file";
+  }
+  return {};
 }
 
 double steepest_slope_factor(std::string_view law, const CouplingParameters& parameters) noexcept {

@@ -36,6 +36,7 @@ struct CouplingLawInfo {
 };
 
 inline constexpr std::string_view kDefaultCouplingLaw = "stable-dynamic";
+inline constexpr std::string_view kAdaptiveLaw = "adaptive";  ///< the one that needs a fit
 
 /// All laws, the default first.
 std::span<const CouplingLawInfo> coupling_laws() noexcept;
@@ -45,6 +46,15 @@ const CouplingLawInfo* find_coupling_law(std::string_view name) noexcept;
 std::unique_ptr<CouplingLaw> make_coupling_law(std::string_view name, const CouplingParameters& parameters);
 /// "stable-dynamic, spring-damper, …": for messages.
 std::string listed_coupling_law_names();
+
+/// One may take the other's place under a hand: both have a tool with mass. The tool of another kind would be moved by a
+/// step, and the hand with it.
+constexpr bool are_exchangeable(const CouplingLawInfo& a, const CouplingLawInfo& b) noexcept {
+  return a.tool == ToolDynamics::kWithMass && b.tool == ToolDynamics::kWithMass;
+}
+/// Why a running scene of law `of_scene` cannot have `wanted`; empty when it can.
+/// In      has_fit  the scene has that of the adaptive law
+std::string law_change_problem(const CouplingLawInfo& of_scene, const CouplingLawInfo& wanted, bool has_fit);
 
 /// Largest slope ∂f/∂d of a law's elastic part, as a multiple of its stiffness parameter; 0 for a law without one.
 ///

@@ -49,6 +49,27 @@ TEST(ClientOptions, DefaultsRunTheSimulatedHandAgainstThisMachine) {
   EXPECT_FALSE(options->duration.has_value());
 }
 
+TEST(ClientOptions, ParametersToSetAreCheckedAndInTheOrderOfTheirTimes) {
+  const auto options = parse({"--set", "coupling.law=qsa-dynamic@2s", "--set", "coupling.stiffness_n_per_m=400",
+                              "--set", "coupling.law=spring-damper@1500ms"});
+  ASSERT_TRUE(options.has_value());
+  ASSERT_EQ(options->sets.size(), 3U);
+  EXPECT_EQ(options->sets[0].second.value(), 400);
+  EXPECT_EQ(options->sets[0].first, Duration{0});
+  EXPECT_EQ(options->sets[1].second.text(), "spring-damper");
+  EXPECT_EQ(options->sets[1].first, Duration(std::chrono::milliseconds(1500)));
+  EXPECT_EQ(options->sets[2].second.text(), "qsa-dynamic");
+  EXPECT_THAT(error_of({"--set", "coupling.law"}), HasSubstr("NAME=VALUE"));
+  EXPECT_THAT(error_of({"--set", "coupling.law=hooke"}), AllOf(HasSubstr("hooke"), HasSubstr("spring-damper")));
+  EXPECT_THAT(error_of({"--set", "coupling.law="}), HasSubstr("spring-damper"));
+  EXPECT_THAT(error_of({"--set", "gravity=1"}), HasSubstr("coupling.damping_n_s_per_m"));
+  for (const char* value : {"-1", "nan", "many", "2e5", ""}) {
+    const std::string text = "coupling.stiffness_n_per_m=" + std::string(value);
+    EXPECT_THAT(error_of({"--set", text.c_str()}), HasSubstr("range")) << value;
+  }
+  EXPECT_THAT(error_of({"--set", "coupling.stiffness_n_per_m=1@soon"}), HasSubstr("soon"));
+}
+
 TEST(ClientOptions, TheSimulatedHandHoldsADeviceByItsProfile) {
   EXPECT_EQ(parse({})->device.name, "sim");
   EXPECT_EQ(parse({})->device.profile.name, "sim");

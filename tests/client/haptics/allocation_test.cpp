@@ -37,6 +37,10 @@ TEST_P(HapticTickAllocation, IsNoneFromTheFirstTickToShutdown) {
       ++scene.generation;
       mailboxes->scene.publish(scene);
     }
+    if (i % 500 == 300) {
+      scene.law = 1 - scene.law;
+      mailboxes->scene.publish(scene);
+    }
     if (i < 1500) {
       received->received = now;
       mailboxes->inbox.publish(*received);

@@ -105,6 +105,30 @@ TEST(HapticCore, RendersTheScenesLaw) {
   }
 }
 
+TEST(HapticCore, AnotherLawOfTheSameSceneFadesInWithoutAStep) {
+  for (const char* name : {"stable-dynamic", "qsa-dynamic", "stable-dynamic-literal", "adaptive"}) {
+    HapticRig rig;
+    rig.scene.law = law_index("spring-damper");
+    rig.scene.coupling.stiffness_n_per_m = 400;
+    rig.enter_scene();
+    rig.device.sample.X_DH.p = Vec3(0.008, 0, 0);
+    rig.run(700);
+    EXPECT_NEAR(rig.force().x(), -3.2, 1e-9);
+    rig.scene.law = law_index(name);
+    rig.mailboxes.scene.publish(rig.scene);
+    Vec3 before = rig.force();
+    for (int i = 1; i <= 310; ++i) {
+      rig.run(1);
+      ASSERT_LT((rig.force() - before).norm(), 0.02) << name << ", " << i << " ms";
+      before = rig.force();
+    }
+    haptics::CouplingState state;
+    state.d_W = Vec3(0.008, 0, 0);
+    const Vec3 expected = haptics::make_coupling_law(name, rig.scene.coupling)->wrench_on_tool_W(state).f;
+    EXPECT_LT((rig.force() + expected).norm(), 1e-9) << name;
+  }
+}
+
 TEST(HapticCore, SceneThatMakesNoSenseDisplaysNothing) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   std::vector<HapticScene> scenes(7);

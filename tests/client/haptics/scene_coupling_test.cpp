@@ -52,6 +52,30 @@ TEST(SceneCoupling, RampsAChangeInATenthOfASecondUnlessItJumps) {
   EXPECT_EQ(coupling.parameters().stiffness_n_per_m, 600);
 }
 
+TEST(SceneCoupling, FadesToAnotherLawInThreeTenthsOfASecondUnlessItJumps) {
+  SceneCoupling coupling(kBounds);
+  LocalTime now{std::chrono::seconds(1)};
+  haptics::CouplingState stretched;
+  stretched.d_W = {0.01, 0, 0};
+  const auto force_n = [&] { return coupling.law().wrench_on_tool_W(stretched).f.x(); };
+  const auto run = [&](int ticks) {
+    for (int i = 0; i < ticks; ++i) coupling.advance(now += std::chrono::milliseconds(1));
+  };
+  coupling.start(scene_of("stable-dynamic", 300));
+  run(1);
+  const double before_n = force_n();
+  coupling.go_to(scene_of("spring-damper", 300));
+  run(150);
+  EXPECT_NEAR(force_n(), (before_n + 3) / 2, 1e-9) << "half way";
+  run(151);
+  EXPECT_EQ(coupling.law().name(), "spring-damper");
+  EXPECT_NEAR(force_n(), 3, 1e-12);
+  coupling.go_to(scene_of("stable-dynamic", 300));
+  run(10);
+  coupling.jump();
+  EXPECT_EQ(force_n(), before_n);
+}
+
 TEST(SceneCoupling, KnowsAnUnusableScene) {
   EXPECT_TRUE(SceneCoupling::is_usable(scene_of("spring-damper", 300)));
   EXPECT_FALSE(SceneCoupling::is_usable(scene_of("spring-damper", std::numeric_limits<double>::quiet_NaN())));

@@ -63,6 +63,10 @@ std::shared_ptr<physics::WorldDescription> scene() {
   return world;
 }
 
+std::size_t index_of_law(std::string_view name) {
+  return static_cast<std::size_t>(haptics::find_coupling_law(name) - haptics::coupling_laws().data());
+}
+
 RigidState at(const Vec3& p, const Vec3& v = Vec3::Zero()) {
   return {{p, Quat::Identity()}, {v, Vec3::Zero()}};
 }
@@ -76,6 +80,7 @@ class Across {
         model(world, 0, settings),
         one_way_(static_cast<std::size_t>(one_way_ticks)) {
     scene_.coupling = world->coupling.parameters;
+    scene_.law = index_of_law(world->coupling.law);
     server.activate_tool(0);
   }
 
@@ -380,6 +385,7 @@ TEST(LocalModel, FeelsASoftContactThatTheServerTellsWithoutAStep) {
   input.newest = &newest;
   HapticScene asked;
   asked.coupling = world->coupling.parameters;
+  asked.law = index_of_law(world->coupling.law);
   input.scene = &asked;
   double before = 0, steepest = 0;
   for (std::uint64_t k = 1; k < 500; ++k) {

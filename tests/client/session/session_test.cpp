@@ -152,6 +152,32 @@ TEST(ClientSession, AParameterFromTheServerIsBoundedBeforeItReachesTheHand) {
   EXPECT_FALSE(bench.mailboxes.scene.poll());
 }
 
+TEST(ClientSession, ALawFromTheServerIsTakenWhereItCanReplaceTheOneBefore) {
+  test::SessionBench bench;
+  bench.join();
+  bench.mailboxes.scene.poll();
+  const auto say_law = [&bench](const std::string& law) {
+    wire::ServerControl message;
+    message.mutable_parameter_set()->set_name("coupling.law");
+    message.mutable_parameter_set()->set_text(law);
+    bench.say(message);
+    bench.wait(CouplingWatch::kQuiet);
+    return bench.mailboxes.scene.poll();
+  };
+  ASSERT_TRUE(haptics::are_exchangeable(bench.session.law(), *haptics::find_coupling_law("qsa-dynamic")));
+  ASSERT_TRUE(say_law("qsa-dynamic"));
+  const HapticScene& scene = bench.mailboxes.scene.front();
+  EXPECT_EQ(haptics::coupling_laws()[scene.law].name, "qsa-dynamic");
+  EXPECT_EQ(scene.generation, 1U) << "no ramp is restarted, no model made anew";
+  EXPECT_EQ(bench.session.joined()->scene().coupling().law(), "qsa-dynamic") << "a model that is made later has it";
+  EXPECT_THAT(bench.session.news(), HasSubstr("qsa-dynamic"));
+  for (const char* law : {"", "hooke", "qsa-static", "direct", "\x1b[2J"}) {
+    EXPECT_FALSE(say_law(law)) << law;
+    EXPECT_EQ(bench.session.law().name, "qsa-dynamic") << law;
+  }
+  EXPECT_EQ(bench.session.status().state, SessionState::kActive);
+}
+
 TEST(Session, KnowsWhoElseIsThere) {
   test::SessionBench bench;
   bench.join();

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
+#include <utility>
 
 #include "common/haptics/coupling/rendered_coupling.hpp"
 #include "server/room/server_world.hpp"
@@ -60,6 +62,84 @@ TEST(World, AToolIsPulledNoHarderThanItsUsersDeviceBearsUntilHeLeaves) {
   world.deactivate_tool(0);
   world.activate_tool(0);
   EXPECT_EQ(world.coupling(0).stiffness_n_per_m, 900) << "who comes next has a device of his own";
+}
+
+const haptics::CouplingLawInfo& named(std::string_view name) {
+  return *haptics::find_coupling_law(name);
+}
+
+/// Two tools 8 mm inside of a block, the second by a device that bears 150 N/m, under a law that is set before they come.
+std::unique_ptr<World> pressed(std::string_view law_from_the_start, std::string_view of_scene = haptics::kAdaptiveLaw) {
+  const std::string beside = R"({"name": "u", "placement": {"position_m": [0.05, 0, 0.005]}})";
+  std::unique_ptr<World> pressed(
+      new World(server::make_server_world(load_parts({.bodies = block(),
+                                                      .tools = ball_at(kRadius_m) + "," + beside,
+                                                      .coupling = coupling_with(std::string(of_scene))}))));
+  World& world = *pressed;
+  world.set_coupling(named(law_from_the_start), {});
+  haptics::CouplingParameters weak = haptics::kNoCouplingBounds;
+  weak.stiffness_n_per_m = 150;
+  world.set_coupling_bounds(1, weak);
+  for (const std::size_t tool : {0, 1}) {
+    world.activate_tool(tool);
+    world.set_handle(tool, at({0.05 * static_cast<double>(tool), 0, kRadius_m - 0.008}));
+  }
+  run(world, 300);
+  return pressed;
+}
+Vec3 on_hand_n(const World& world, std::size_t tool) {
+  return world.tool(tool).wrench_on_hand_W.f;
+}
+
+TEST(World, AnotherLawUnderPressedToolsMakesNoStepAndIsThenAsFromTheStart) {
+  for (const haptics::CouplingLawInfo& to : haptics::coupling_laws()) {
+    const auto pressed_always = pressed(to.name);
+    const World& always = *pressed_always;
+    for (const haptics::CouplingLawInfo& from : haptics::coupling_laws()) {
+      if (&from == &to || !haptics::are_exchangeable(from, to)) continue;
+      const auto pressed_first = pressed(from.name);
+      World& changed = *pressed_first;
+      changed.set_coupling(to, {});
+      for (int i = 0; i < 400; ++i) {
+        const Vec3 before[] = {on_hand_n(changed, 0), on_hand_n(changed, 1)};
+        changed.step();
+        for (const std::size_t tool : {0, 1}) {
+          ASSERT_LT((on_hand_n(changed, tool) - before[tool]).norm(), 0.02)
+              << from.name << " to " << to.name << ", " << i;
+        }
+      }
+      for (const std::size_t tool : {0, 1}) {
+        const Vec3 wanted = on_hand_n(always, tool);
+        ASSERT_GT(wanted.norm(), 0.1);
+        EXPECT_LT((on_hand_n(changed, tool) - wanted).norm(), 0.001 * wanted.norm()) << from.name << " to " << to.name;
+        EXPECT_EQ(changed.coupling(tool), always.coupling(tool)) << from.name << " to " << to.name;
+      }
+    }
+  }
+}
+
+TEST(World, WhoTakesAToolWhileALawFadesHasTheNewOneAtOnce) {
+  const auto made = pressed("spring-damper");
+  World& world = *made;
+  world.set_coupling(named("stable-dynamic"), {});
+  run(world, 100);
+  world.deactivate_tool(0);
+  world.activate_tool(0);
+  world.set_handle(0, at({0, 0, kRadius_m - 0.008}));
+  run(world, 150);
+  EXPECT_NEAR(on_hand_n(world, 0).z(), on_hand_n(*pressed("stable-dynamic"), 0).z(), 1e-3);
+}
+
+TEST(World, ALawWhoseToolIsAnotherIsIgnored) {
+  for (const auto& [of_scene, wanted] :
+       {std::pair{"spring-damper", "qsa-static"}, {"spring-damper", "direct"}, {"qsa-static", "spring-damper"}}) {
+    const auto made = pressed(of_scene, of_scene);
+    World& world = *made;
+    const Vec3 before = on_hand_n(world, 0);
+    world.set_coupling(named(wanted), {.stiffness_n_per_m = 900});
+    run(world, 500);
+    EXPECT_LT((on_hand_n(world, 0) - before).norm(), 1e-6) << of_scene << " to " << wanted;
+  }
 }
 
 TEST(MasslessTool, IsAtTheHandleAfterAStepHoweverItMoves) {

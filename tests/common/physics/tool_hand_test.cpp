@@ -92,7 +92,7 @@ TEST(ToolHand, ANewCouplingIsReachedInATenthOfASecondAndByNoStep) {
   haptics::CouplingParameters after;
   for (const proto::CouplingField& field : proto::kCouplingFields) after.*field.value = 2 * before.*field.value;
   ToolHand hand("spring-damper", before);
-  hand.set_coupling(after);
+  hand.set_coupling(*haptics::find_coupling_law("spring-damper"), after);
   double last = before.stiffness_n_per_m;
   for (int i = 0; i < 100; ++i) {
     hand.advance(1e-3);
@@ -100,7 +100,7 @@ TEST(ToolHand, ANewCouplingIsReachedInATenthOfASecondAndByNoStep) {
     last = hand.parameters().stiffness_n_per_m;
   }
   EXPECT_EQ(hand.parameters(), after) << "every coefficient";
-  hand.set_coupling(before);
+  hand.set_coupling(*haptics::find_coupling_law("spring-damper"), before);
   hand.reset(before);
   EXPECT_EQ(hand.parameters(), before) << "a new user starts with it";
 }

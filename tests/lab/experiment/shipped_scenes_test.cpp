@@ -111,9 +111,9 @@ TEST_P(ShippedExperiment, HasACouplingThatTheSimulatedDeviceCanShowWithWhateverI
     }
     const devices::DeviceProfile device = devices::find_device_profile("sim");
     for (const physics::MovedMass& each : moved) {
-      const devices::LoopCoupling loop = devices::loop_coupling(
-          *law, physics::coupling_in_force(scene->world.coupling, scene->world.coupling.parameters, each), each.mass_kg,
-          each.inertia_kg_m2, each.is_held_body);
+      const devices::LoopCoupling loop =
+          devices::loop_coupling(*law, physics::coupling_in_force(scene->world.coupling, each), each.mass_kg,
+                                 each.inertia_kg_m2, each.is_held_body);
       EXPECT_TRUE(haptics::is_stable_coupling(loop.parameters, loop.tool_mass_kg, loop.tool_inertia_kg_m2,
                                               devices::loop_device(device, scene->workspaces[tool]),
                                               loop.slope_factor));

@@ -46,7 +46,7 @@ class SessionReplayTest : public ::testing::Test {
   fs::path scene() const { return folder_ / "s.json"; }
   fs::path file() const { return folder_ / "r.mcap"; }
 
-  /// Two hands that come, push, grab, turn, change the coupling, reset and leave, by networks that lose and delay.
+  /// Two hands that come, push, grab, turn, change coupling and law, reset and leave, by networks that lose and delay.
   /// In      mode  of the first
   void record(proto::ClientMode mode, const std::function<void(server::RoomRecording&)>& change = {}) {
     server::Room room(RoomId{1}, "attic", server::load_scene(scene()));
@@ -60,6 +60,7 @@ class SessionReplayTest : public ::testing::Test {
     const auto ben = seats.take(server::UserRole::kManipulator, true, {.stiffness_n_per_m = 200}, "ben");
     for (int i = 0; i < 3000; ++i) {
       if (i == 1200) seats.set_coupling(*anna, {.stiffness_n_per_m = 500});
+      if (i == 1350) seats.set_law(*anna, *haptics::find_coupling_law("stable-dynamic"));
       if (i == 1500) seats.reset(*anna);
       if (i == 2700) seats.leave(*ben);
       if (i % 500 == 100) seats.grab(*ben, BodyId{}, 1);

@@ -282,13 +282,13 @@ TEST(SceneFile, AdaptiveFitIsReadAsWritten) {
       "inertia_range_kg_m2": [1e-5, 1e-3], "stiffness_n_m_per_rad": [0.1, 100], "damping_n_m_s_per_rad": [0.01]}})"}),
                                      "s.json", ".");
   const haptics::CouplingParameters base;
-  const haptics::CouplingParameters c = physics::coupling_in_force(scene->world.coupling, base, {0.5, 1e-4, true});
+  const haptics::CouplingParameters c = physics::coupling_in_force(scene->world.coupling, {0.5, 1e-4, true});
   EXPECT_DOUBLE_EQ(c.stiffness_n_per_m, 200);
   EXPECT_DOUBLE_EQ(c.damping_n_s_per_m, 3);
   EXPECT_DOUBLE_EQ(c.stiffness_n_m_per_rad, 0.11);
   EXPECT_DOUBLE_EQ(c.damping_n_m_s_per_rad, 0.01);
   EXPECT_EQ(c.force_limit_n, base.force_limit_n);
-  EXPECT_DOUBLE_EQ(physics::coupling_in_force(scene->world.coupling, base, {9, 1e-4, true}).stiffness_n_per_m, 300)
+  EXPECT_DOUBLE_EQ(physics::coupling_in_force(scene->world.coupling, {9, 1e-4, true}).stiffness_n_per_m, 300)
       << "nearest end";
 }
 

@@ -5,7 +5,7 @@
 #include <numbers>
 
 #include "common/haptics/wave/wave_port.hpp"
-#include "server/room/room.hpp"
+#include "server/room/room_seats.hpp"
 #include "tests/common/physics/scene_support.hpp"
 #include "tests/support/allocation_counter.hpp"
 
@@ -211,6 +211,36 @@ TEST_F(RoomBridge, NoModeNorAChangeOfItAllocates) {
   const std::uint64_t before = test::allocation_count();
   run(600);
   EXPECT_EQ(test::allocation_count() - before, 0U);
+}
+
+/// On the hand of the second of two users, who presses 8 mm deep; the first has nothing in his hand.
+TEST(RoomLaw, IsTheScenesAgainWhenTheOperatorHasLeft) {
+  const auto scene = physics::load_parts({.tools = R"({"name": "l", "placement": {"position_m": [0, 0, 2]}},
+                   {"name": "r", "placement": {"position_m": [0, 0, 0.505]}})"});
+  Room room(RoomId{1}, "test", scene);
+  RoomSeats seats(room);
+  const auto anna = seats.take(UserRole::kOperator), ben = seats.take(UserRole::kManipulator);
+  std::uint64_t tick = 0;
+  const auto force_after_a_second_n = [&] {
+    for (int i = 0; i < 1000; ++i) {
+      proto::ClientUpdate update;
+      update.input_tick = Tick{++tick};
+      update.sent = LocalTime(std::chrono::milliseconds(tick));
+      update.handle.X.p = {0, 0, 0.497};
+      update.handle_valid = true;
+      room.input(ben->index).publish(update);
+      room.step(ServerTime(room.period() * static_cast<Duration::rep>(tick)));
+    }
+    return room.world().tool(ben->tool).wrench_on_hand_W.f.z();
+  };
+  const double of_scene_n = force_after_a_second_n();
+  EXPECT_NEAR(of_scene_n, 2.4, 0.1) << "300 N/m";
+  seats.set_law(*anna, *haptics::find_coupling_law("stable-dynamic"));
+  EXPECT_EQ(seats.coupling().law, "stable-dynamic");
+  EXPECT_NEAR(force_after_a_second_n(), 6.5 * (1 - std::exp(-std::pow(2.4 / 6.5, 2))), 0.1);
+  seats.leave(*anna);
+  EXPECT_EQ(seats.coupling().law, "spring-damper");
+  EXPECT_NEAR(force_after_a_second_n(), of_scene_n, 1e-6);
 }
 
 }  // namespace

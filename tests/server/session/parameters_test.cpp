@@ -130,5 +130,84 @@ TEST(SessionParameters, OnlyTheOperatorSetsThemAndTakesThemAlong) {
   EXPECT_EQ(bench.rooms.front()->world().coupling(0).stiffness_n_per_m, 200);
 }
 
+wire::ClientControl set_law(const std::string& law) {
+  return message_of([&](auto& message) {
+    message.mutable_set_parameter()->set_name("coupling.law");
+    message.mutable_set_parameter()->set_text(law);
+  });
+}
+
+TEST(SessionLaw, IsTheOperatorsToldToAllAndKnownToNewcomersUntilHeLeaves) {
+  test::HubBench bench;
+  test::BenchClient ada = bench.join("ada");
+  test::BenchClient olga = bench.join("olga", wire::ROLE_OPERATOR);
+  bench.take(ada);
+  bench.send(ada, set_law("stable-dynamic"));
+  EXPECT_EQ(test::described(bench.take(ada)), "error ERROR_NOT_ALLOWED");
+  bench.send(olga, set_law("stable-dynamic"));
+  const auto own = bench.take(olga);
+  ASSERT_EQ(test::described(own), "parameter_set");
+  EXPECT_EQ(own[0].request(), 42U);
+  EXPECT_EQ(own[0].parameter_set().text(), "stable-dynamic");
+  const auto others = bench.take(ada);
+  ASSERT_EQ(test::described(others), "parameter_set");
+  EXPECT_EQ(others[0].parameter_set().name(), "coupling.law");
+  EXPECT_EQ(others[0].parameter_set().text(), "stable-dynamic");
+  bench.send(olga, set_law("stable-dynamic"));
+  EXPECT_EQ(test::described(bench.take(olga)), "parameter_set");
+  EXPECT_EQ(test::described(bench.take(ada)), "") << "nothing is new";
+  EXPECT_EQ(bench.join("eve", wire::ROLE_OBSERVER).joined.scene().coupling().law(), "stable-dynamic");
+  bench.take(ada);
+  bench.send(olga, message_of([](auto& message) { message.mutable_leave(); }));
+  const auto told = bench.take(ada);
+  ASSERT_EQ(test::described(told), "parameter_set, user_left");
+  EXPECT_EQ(told[0].parameter_set().text(), "spring-damper") << "the scene's";
+  EXPECT_EQ(bench.join("cleo").joined.scene().coupling().law(), "spring-damper");
+}
+
+TEST(SessionLaw, ThatTheSceneCannotHaveIsRefusedWithTheReason) {
+  test::HubBench bench;
+  test::BenchClient olga = bench.join("olga", wire::ROLE_OPERATOR);
+  const auto answer_to = [&](const std::string& law) {
+    bench.send(olga, set_law(law));
+    return bench.take(olga).at(0);
+  };
+  for (const char* law : {"", "hooke"}) EXPECT_EQ(answer_to(law).error().code(), wire::ERROR_BAD_VALUE) << law;
+  for (const char* law : {"qsa-static", "direct", "adaptive", "qsa-dynamic", "stable-dynamic-literal"}) {
+    const wire::ServerControl answer = answer_to(law);
+    EXPECT_EQ(answer.error().code(), wire::ERROR_NOT_ALLOWED) << law;
+    EXPECT_NE(answer.error().text().find(law), std::string::npos) << answer.error().text();
+  }
+  EXPECT_EQ(bench.join("cleo").joined.scene().coupling().law(), "spring-damper");
+  for (const char* law : {"qsa-static", "direct"}) {
+    test::HubBench other = bench_with_coupling(R"({"law": ")" + std::string(law) + "\"}");
+    test::BenchClient ada = other.join("ada", wire::ROLE_OPERATOR);
+    other.send(ada, set_law("spring-damper"));
+    EXPECT_EQ(test::described(other.take(ada)), "error ERROR_NOT_ALLOWED") << law;
+    other.send(ada, set_law(law));
+    EXPECT_EQ(test::described(other.take(ada)), "parameter_set") << "it has that: " << law;
+  }
+}
+
+TEST(SessionLaw, ThatIsNoLongerAdaptiveLeavesTheCoefficientsToTheOperator) {
+  test::HubBench bench = bench_with_coupling(R"({"law": "adaptive", "stiffness_n_per_m": 250, "adaptive": {
+      "mass_range_kg": [0.01, 1], "stiffness_n_per_m": [100, 1000], "damping_n_s_per_m": [5]}})");
+  test::BenchClient ada = bench.join("ada", wire::ROLE_OPERATOR);
+  test::BenchClient ben = bench.join("ben");
+  bench.take(ada);
+  const std::map<std::string, double> scene{
+      {"coupling.law", 0}, {"coupling.stiffness_n_per_m", 250}, {"coupling.damping_n_s_per_m", 3}};
+  bench.send(ada, set_law("spring-damper"));
+  EXPECT_EQ(parameters_in(bench.take(ada)), scene);
+  EXPECT_EQ(parameters_in(bench.take(ben)), scene);
+  bench.send(ada, set_parameter("coupling.stiffness_n_per_m", 500));
+  EXPECT_EQ(test::described(bench.take(ada)), "parameter_set");
+  bench.take(ben);
+  bench.send(ada, set_law("adaptive"));
+  EXPECT_EQ(parameters_in(bench.take(ben)),
+            (std::map<std::string, double>{
+                {"coupling.law", 0}, {"coupling.stiffness_n_per_m", 150}, {"coupling.damping_n_s_per_m", 5}}));
+}
+
 }  // namespace
 }  // namespace tandem::server

@@ -1,0 +1,62 @@
+// See run_settings.hpp.
+#include "client/app/run_settings.hpp"
+
+#include <algorithm>
+#include <fstream>
+#include <stdexcept>
+#include <vector>
+
+#include "common/geometry/surface_asset.hpp"
+
+namespace tandem::client {
+namespace {
+
+// The io thread runs this far below the haptic thread.
+constexpr int kIoPriorityBelow = 10;
+
+}  // namespace
+
+ClientIoSettings io_settings(const ClientOptions& options, const haptics::SafetySettings& safety) {
+  ClientIoSettings settings = options.io;
+  settings.client.session.device = options.device.profile;
+  settings.client.haptics.stage = options.stage;
+  settings.client.haptics.safety = safety;
+  settings.client.haptics.coupling_bounds = devices::coupling_bounds(options.device.profile);
+  if (options.realtime_priority > 0) {
+    settings.realtime_priority = std::max(1, options.realtime_priority - kIoPriorityBelow);
+  }
+  if (!options.window.is_open) return settings;
+  settings.client.haptics.feeds_view = true;
+  settings.client.session.wants_soft_shapes = true;
+  settings.client.session.late_asset_kinds = {geometry::kSurfaceAssetKind, "molecule"};
+  // So that the window's sliders have a link to change.
+  if (!settings.links) settings.links = SimulatedLinks{{}, {}, options.seed};
+  return settings;
+}
+
+ClientOptions with_pointer(ClientOptions options) {
+  if (options.window.is_open && options.device.name == "mouse") {
+    options.device.pointer = std::make_shared<devices::Pointer>();
+  }
+  return options;
+}
+
+std::shared_ptr<devices::Device> cap_for_camera(const std::string& device_of_hand) {
+  const devices::DeviceKind& kind = devices::find_device_kind("spacemouse");
+  if (device_of_hand == kind.name) return nullptr;
+  const std::vector<devices::FoundDevice> found = kind.find();
+  if (std::ranges::none_of(found, [](const auto& each) { return each.problem.empty(); })) return nullptr;
+  devices::DeviceOptions options;
+  options.name = kind.name;
+  options.profile = devices::find_device_profile(std::string(kind.profile));
+  options.control = "pose";
+  return devices::open_device(options);
+}
+
+void check_screenshot(const std::filesystem::path& file) {
+  if (!file.empty() && !std::ofstream(file, std::ios::app)) {
+    throw std::invalid_argument("--screenshot: " + file.string() + " cannot be written");
+  }
+}
+
+}  // namespace tandem::client

@@ -1,0 +1,21 @@
+// What a run of the client is set up with, from its options.
+#pragma once
+
+#include <memory>
+
+#include "client/app/options.hpp"
+#include "common/haptics/safety.hpp"
+#include "devices/device.hpp"
+
+namespace tandem::client {
+
+ClientIoSettings io_settings(const ClientOptions& options, const haptics::SafetySettings& safety);
+/// The mouse of a window needs one.
+ClientOptions with_pointer(ClientOptions options);
+/// Where one is plugged in and is not the hand's device; null: none.
+std::shared_ptr<devices::Device> cap_for_camera(const std::string& device_of_hand);
+/// So that nobody waits in vain.
+/// Fails   std::invalid_argument: it cannot be written
+void check_screenshot(const std::filesystem::path& file);
+
+}  // namespace tandem::client

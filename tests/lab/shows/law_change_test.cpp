@@ -1,0 +1,159 @@
+// The operator changes the room's law while hands press: no step of the force, and then that law's force.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <chrono>
+#include <map>
+#include <string>
+#include <utility>
+
+#include "tests/lab/shows/shown.hpp"
+
+namespace tandem::lab {
+namespace {
+
+using namespace std::chrono_literals;
+using Ticks = std::vector<TickSample>;
+
+/// Of the wall's 14 s: the hand presses deeper from 5.1 s to 7.1 s, and is still from 9.6 s to 13.1 s.
+struct Change {
+  Duration there{};
+  Duration back{};
+};
+constexpr Change kMoving{5500ms, 6300ms}, kStill{11s, 11800ms};
+/// Of the check for the hand's device and of the fade there is nothing left by then.
+constexpr Duration kWatched = 750ms;
+
+Trial operated(const std::string& name, Quantities quantities) {
+  Trial trial = shipped_trial(name, quantities);
+  trial.experiment.users.at(0).role = server::UserRole::kOperator;
+  return trial;
+}
+
+SessionTrace run(const Trial& trial, const OnClient& on_client = {}) {
+  return run_virtual_session(trial.experiment, load_experiment_scene(trial.experiment), {}, on_client);
+}
+
+/// What the first user sets, each at its time.
+OnClient setting(const std::map<Duration, std::string>& laws) {
+  return [laws, last = Duration{-1}](std::size_t user, Duration time, client::Client& client) mutable {
+    if (user != 0) return;
+    for (const auto& [at, law] : laws) {
+      if (at > last && at <= time) client.session().set_law(law);
+    }
+    last = time;
+  };
+}
+
+/// In a millisecond, of the force on the hand.
+double largest_step_n(const Ticks& ticks, Duration from) {
+  double largest = 0;
+  for (std::size_t k = 1; k < ticks.size(); ++k) {
+    if (ticks[k].time <= from || ticks[k].time > from + kWatched) continue;
+    largest = std::max(largest, (ticks[k].displayed_D.f - ticks[k - 1].displayed_D.f).norm());
+  }
+  return largest;
+}
+
+Vec3 force_at_n(const Ticks& ticks, Duration time) {
+  const auto at = std::ranges::find_if(ticks, [time](const TickSample& tick) { return tick.time >= time; });
+  return at == ticks.end() ? Vec3(Vec3::Zero()) : at->displayed_D.f;
+}
+
+/// The wall is pressed deep enough that each law shows more than a newton.
+Quantities wall_with(const std::string& law, const std::string& stage) {
+  return {"link.rtt_ms=20", "law=" + law, "stage=" + stage};
+}
+
+class ChangedLaw : public testing::TestWithParam<std::pair<const char*, const char*>> {};
+
+TEST_P(ChangedLaw, WhileTheHandPressesMakesNoStepAndIsThenAsFromTheStart) {
+  const auto [first, second] = GetParam();
+  const OnClient there_and_back =
+      setting({{kMoving.there, second}, {kMoving.back, first}, {kStill.there, second}, {kStill.back, first}});
+  const Ticks changed = run(operated("wall", wall_with(first, "local-model")), there_and_back).users.at(0).ticks;
+  const Ticks of_first = run(operated("wall", wall_with(first, "local-model"))).users.at(0).ticks;
+  const Ticks of_second = run(operated("wall", wall_with(second, "local-model"))).users.at(0).ticks;
+  for (const Duration when : {kMoving.there, kMoving.back, kStill.there, kStill.back}) {
+    const double of_scene_n = std::max(largest_step_n(of_first, when), largest_step_n(of_second, when));
+    ASSERT_GT(force_at_n(changed, when).norm(), 1) << "nothing was felt, so nothing was tested";
+    EXPECT_LE(largest_step_n(changed, when), 0.1 + of_scene_n) << to_seconds(when) << " s";
+    EXPECT_GT(force_at_n(changed, when + kWatched).norm(), 1) << to_seconds(when) << " s: it is felt all the time";
+  }
+  const auto expect_same = [&](const Ticks& always, Duration time) {
+    const Vec3 wanted = force_at_n(always, time);
+    EXPECT_LE((force_at_n(changed, time) - wanted).norm(), 0.01 * wanted.norm()) << to_seconds(time) << " s";
+  };
+  expect_same(of_second, kStill.there + kWatched);
+  expect_same(of_first, kStill.back + kWatched);
+}
+
+// The laws that any scene can have: the adaptive one, which needs a fit, is the linear one with other coefficients.
+INSTANTIATE_TEST_SUITE_P(Pairs, ChangedLaw,
+                         testing::Values(std::pair{"spring-damper", "stable-dynamic"},
+                                         std::pair{"stable-dynamic", "spring-damper"}),
+                         [](const auto& each) {
+                           std::string name = std::string(each.param.first) + "_and_" + each.param.second;
+                           std::ranges::replace(name, '-', '_');
+                           return name;
+                         });
+
+// Who finds the jumps of his scene too much has the calm law at once, and the scene's own again.
+TEST(ChangedLawOfAnActiveScene, CalmsTheHand) {
+  const Ticks changed = run(operated("wall", wall_with("qsa-dynamic", "local-model")),
+                            setting({{1s, "spring-damper"}, {kStill.back, "qsa-dynamic"}}))
+                            .users.at(0)
+                            .ticks;
+  EXPECT_LE(largest_step_n(changed, kMoving.there), 0.1);
+  EXPECT_LE(largest_step_n(changed, kStill.there), 0.1);
+  EXPECT_GT(force_at_n(changed, kStill.there + kWatched).norm(), 1);
+  EXPECT_GT(largest_step_n(changed, 12s), 0.5) << "the scene's own law jumps: that is why nobody else can have it";
+}
+
+class ChangedLawInStage : public testing::TestWithParam<const char*> {};
+
+// There the hand is shown what the server says, or is coupled to its tool.
+TEST_P(ChangedLawInStage, MakesNoStepOfTheForce) {
+  const Quantities quantities = wall_with("spring-damper", GetParam());
+  const Ticks always = run(operated("wall", quantities)).users.at(0).ticks;
+  const Ticks changed =
+      run(operated("wall", quantities), setting({{kStill.there, "stable-dynamic"}, {kStill.back, "spring-damper"}}))
+          .users.at(0)
+          .ticks;
+  for (const Duration when : {kStill.there, kStill.back}) {
+    EXPECT_LE(largest_step_n(changed, when), 0.1 + largest_step_n(always, when)) << to_seconds(when) << " s";
+    EXPECT_GT(force_at_n(changed, when + kWatched).norm(), 1) << to_seconds(when) << " s";
+  }
+  const Vec3 at_last = force_at_n(always, kStill.back + kWatched);
+  EXPECT_LE((force_at_n(changed, kStill.back + kWatched) - at_last).norm(), 0.01 * at_last.norm());
+}
+
+INSTANTIATE_TEST_SUITE_P(Stages, ChangedLawInStage, testing::Values("late-pose", "hold", "wave", "god-object"),
+                         [](const auto& each) {
+                           std::string name = each.param;
+                           std::ranges::replace(name, '-', '_');
+                           return name;
+                         });
+
+// A cube of 0.3 kg is held in the air by friction alone. Sharp enough, the other law presses more, not less.
+TEST(ChangedLawOfTwo, MakesNoStepForEitherAndDropsNothing) {
+  const Quantities quantities{"link.rtt_ms=50", "coupling.curve_sharpness=4"};
+  const SessionTrace always = run(operated("squeeze", quantities));
+  const SessionTrace changed =
+      run(operated("squeeze", quantities), setting({{8500ms, "stable-dynamic"}, {9700ms, "spring-damper"}}));
+  ASSERT_EQ(changed.users.size(), 2U);
+  for (std::size_t user = 0; user < 2; ++user) {
+    const Ticks& ticks = changed.users[user].ticks;
+    for (const Duration when : {Duration(8500ms), Duration(9700ms)}) {
+      EXPECT_LE(largest_step_n(ticks, when), 0.1 + largest_step_n(always.users[user].ticks, when)) << user;
+    }
+    const Vec3 wanted = force_at_n(always.users[user].ticks, 11s);
+    ASSERT_GT(wanted.norm(), 2) << "still held";
+    EXPECT_GT((force_at_n(ticks, 9600ms) - force_at_n(always.users[user].ticks, 9600ms)).norm(), 0.15)
+        << "the other law was felt";
+    EXPECT_LE((force_at_n(ticks, 11s) - wanted).norm(), 0.01 * wanted.norm()) << user;
+  }
+}
+
+}  // namespace
+}  // namespace tandem::lab
