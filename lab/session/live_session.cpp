@@ -102,7 +102,7 @@ LiveTrialServer::LiveTrialServer(const Experiment& experiment, const std::shared
   const auto steps = static_cast<std::size_t>(experiment.duration / server_.rooms().front()->period()) + 2;
   answered_.resize(scene->world.tools.size());
   for (std::vector<AnsweredInput>& answered : answered_) answered.reserve(steps);
-  server_.on_step = [this](const server::Room& room) { record(room); };
+  server_.on_step = [this](const server::Room& room, LocalTime) { record(room); };
   serving_ = std::async(std::launch::async, [this] { server_.run(); });
 }
 

@@ -98,11 +98,11 @@ LiveServer::Impl::Impl(LiveServer& server, LiveServerSettings server_settings,
           room_pointers(), transport),
       step_event(io, open_eventfd()),
       scheduler(room_pointers(), settings.realtime_priority,
-                [this, descriptor = step_event.native_handle()](const Room& room) {
+                [this, descriptor = step_event.native_handle()](const Room& room, LocalTime deadline) {
+                  if (owner.on_step) owner.on_step(room, deadline);
                   const std::uint64_t one = 1;
                   // Fails only when the counter is full: then the io thread has been woken already.
                   [[maybe_unused]] const auto written = ::write(descriptor, &one, sizeof one);
-                  if (owner.on_step) owner.on_step(room);
                 }),
       figures({.users = std::vector<std::array<std::size_t, 3>>(rooms.size())}) {
   hub.on_log = [this](std::string_view kind, const std::string& line) {

@@ -26,12 +26,18 @@ constexpr std::uint64_t kEnoughSteps = 5;
 /// One room's thread, timer and measurements; touched by that thread alone while it runs, but for what is atomic and the
 /// mailbox.
 struct RoomScheduler::Loop {
-  explicit Loop(Room& its_room)
+  /// `place`: 0 to 1, of its deadlines in a period.
+  Loop(Room& its_room, double place)
       : room(its_room),
+        phase(from_seconds(place * to_seconds(its_room.period()))),
         rate(its_room.period()),
         publish_every(std::max<std::uint64_t>(1, static_cast<std::uint64_t>(kPublishEvery / its_room.period()))) {}
 
+  /// Where a timer starts that is to wake within a period from now.
+  LocalTime last_deadline(LocalTime now) const { return now - (now.time_since_epoch() - phase) % room.period(); }
+
   Room& room;
+  const Duration phase;
   std::promise<std::vector<std::string>> not_granted;
   std::unique_ptr<realtime::PeriodicTimer> timer;
   realtime::RateWatch rate;
@@ -72,9 +78,12 @@ struct RoomScheduler::Meter {
 };
 
 RoomScheduler::RoomScheduler(const std::vector<Room*>& rooms, int realtime_priority,
-                             std::function<void(const Room&)> after_step)
+                             std::function<void(const Room&, LocalTime)> after_step)
     : realtime_priority_(realtime_priority), after_step_(std::move(after_step)) {
-  for (Room* room : rooms) loops_.push_back(std::make_unique<Loop>(*room));
+  for (Room* room : rooms) {
+    const double place = static_cast<double>(loops_.size()) / static_cast<double>(rooms.size());
+    loops_.push_back(std::make_unique<Loop>(*room, place));
+  }
 }
 
 RoomScheduler::~RoomScheduler() {
@@ -108,7 +117,7 @@ void RoomScheduler::stop() {
 
 void RoomScheduler::run(Loop& loop) {
   loop.not_granted.set_value(realtime::request_realtime(realtime_priority_));
-  loop.timer = std::make_unique<realtime::PeriodicTimer>(loop.room.period(), SteadyClock().now());
+  loop.timer = std::make_unique<realtime::PeriodicTimer>(loop.room.period(), loop.last_deadline(SteadyClock().now()));
   while (!is_stopping_.load(std::memory_order_relaxed)) {
     if (!loop.room.is_idle()) {
       step(loop);
@@ -116,7 +125,7 @@ void RoomScheduler::run(Loop& loop) {
     }
     std::this_thread::sleep_for(kLookAgain);
     const LocalTime now = SteadyClock().now();
-    loop.timer->restart(now);
+    loop.timer->restart(loop.last_deadline(now));
     loop.rate.restart();
     loop.went_round.store(now, std::memory_order_relaxed);
   }
@@ -136,7 +145,7 @@ void RoomScheduler::step(Loop& loop) {
     loop.room.report(kFaultOverrun);
   }
   keep_rate(loop, end);
-  after_step_(loop.room);
+  after_step_(loop.room, deadline);
   loop.went_round.store(end, std::memory_order_relaxed);
   if (loop.timing.steps % loop.publish_every == 0 || loop.room.is_idle()) publish(loop);
 }

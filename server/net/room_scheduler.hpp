@@ -25,7 +25,8 @@ struct RoomTiming {
   Histogram step_time;
 };
 
-/// A thread for each room, with absolute deadlines of its own period. A room that nobody is in sleeps.
+/// A thread for each room, with absolute deadlines of its own period, spread evenly over it: rooms that are due at one moment
+/// would wait for each other on few cores. A room that nobody is in sleeps.
 ///
 /// All run at one SCHED_FIFO priority, below the io thread: reading a datagram takes microseconds, and a step that used
 /// the datagram before it would be a millisecond older. By `share_realtime()` a room that is measured to be too large, or one too
@@ -33,8 +34,9 @@ struct RoomTiming {
 class RoomScheduler {
  public:
   /// In      realtime_priority  1–98; 0: the normal scheduler
-  ///         after_step         runs on the room's thread after each step: no lock, no wait
-  RoomScheduler(const std::vector<Room*>& rooms, int realtime_priority, std::function<void(const Room&)> after_step);
+  ///         after_step         runs on the room's thread after each step, with the step's deadline: no lock, no wait
+  RoomScheduler(const std::vector<Room*>& rooms, int realtime_priority,
+                std::function<void(const Room&, LocalTime)> after_step);
   /// Stops.
   ~RoomScheduler();
   RoomScheduler(const RoomScheduler&) = delete;
@@ -68,7 +70,7 @@ class RoomScheduler {
   static void publish(Loop& loop);
 
   int realtime_priority_;
-  std::function<void(const Room&)> after_step_;
+  std::function<void(const Room&, LocalTime)> after_step_;
   std::vector<std::unique_ptr<Loop>> loops_;
   std::vector<Meter> meters_;  ///< of io, and of each room; empty without real-time priority
   std::size_t cores_ = realtime::usable_cores();

@@ -74,7 +74,7 @@ TEST(Monitor, SaysWhichRoomDoesNotStep) {
   EXPECT_THAT(get(monitor, "/readyz"), AllOf(StartsWith("HTTP/1.1 503"), HasSubstr("loaded")));
   LiveServer server({.port = 0}, std::move(rooms));
   std::atomic<bool> is_held{false};
-  server.on_step = [&is_held](const Room& room) {
+  server.on_step = [&is_held](const Room& room, LocalTime) {
     while (room.name() == "stuck" && is_held) std::this_thread::sleep_for(milliseconds(1));
   };
   auto watched = monitor.watch(server);

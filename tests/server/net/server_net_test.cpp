@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <atomic>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/ip/udp.hpp>
@@ -8,6 +9,7 @@
 #include <boost/asio/write.hpp>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <thread>
 
 #include "server/app/server_report.hpp"
@@ -142,7 +144,7 @@ TEST(LiveServer, ASlowRoomSaysSoAndHoldsUpNobodyElse) {
   std::vector<std::string> log;
   server.on_log = [&log](std::string_view, const std::string& line) { log.push_back(line); };
   std::atomic<int> slow_steps{0}, slow_reports{0}, quick_reports{0};
-  server.on_step = [&](const Room& room) {
+  server.on_step = [&](const Room& room, LocalTime) {
     Room& its = const_cast<Room&>(room);
     if (its.output(0).poll() && (its.output(0).front().update.tick_faults & kFaultRoomSlow) != 0)
       ++(room.name() == "slow" ? slow_reports : quick_reports);
@@ -155,6 +157,25 @@ TEST(LiveServer, ASlowRoomSaysSoAndHoldsUpNobodyElse) {
   EXPECT_GT(slow_reports, 50);
   EXPECT_GT(server.room_timings()[1].steps, 2 * server.room_timings()[0].steps);
   EXPECT_THAT(log, testing::Contains(HasSubstr("room slow steps at less than 90 %")));
+}
+
+TEST(LiveServer, TheRoomsAreDueAtDifferentMoments) {
+  std::vector<std::unique_ptr<Room>> rooms;
+  for (const char* name : {"first", "second", "third", "fourth"})
+    rooms.push_back(std::make_unique<Room>(RoomId{1}, name, test::scene_of(test::two_hands_scene(name))));
+  for (const auto& room : rooms) ASSERT_TRUE(room->post({.seat = {0, UserId{1}, UserRole::kObserver}}));
+  const Duration period = rooms.front()->period();
+  LiveServer server({.port = 0}, std::move(rooms));
+  const std::map<std::string, std::size_t> index{{"first", 0}, {"second", 1}, {"third", 2}, {"fourth", 3}};
+  std::array<std::atomic<Duration>, 4> phase{};
+  std::atomic<int> steps{0};
+  server.on_step = [&](const Room& room, LocalTime deadline) {
+    phase[index.at(room.name())] = deadline.time_since_epoch() % period;
+    if (++steps == 200) server.stop();
+  };
+  server.run();
+  for (std::size_t i = 0; i < phase.size(); ++i)
+    EXPECT_EQ(phase[i].load(), period * static_cast<Duration::rep>(i) / 4) << "room " << i;
 }
 
 TEST(LiveServer, SendsStateToWhereTheUsersDatagramsComeFrom) {
