@@ -44,9 +44,10 @@ void add_cube(std::ostream& out, std::size_t user, std::size_t number) {
 
 }  // namespace
 
-std::string crowded_scene(const std::string& name, std::size_t users, std::size_t bodies_per_user) {
+std::string crowded_scene(const std::string& name, std::size_t users, std::size_t bodies_per_user, double rate_hz) {
   std::ostringstream out;
-  out << R"({"name": ")" << name << R"(", "bodies": [{"name": "table", "shapes": [{"box": {"size_m": [2, 2, 0.1]}}],)"
+  out << R"({"name": ")" << name << R"(", "step_rate_hz": )" << rate_hz
+      << R"(, "bodies": [{"name": "table", "shapes": [{"box": {"size_m": [2, 2, 0.1]}}],)"
       << R"("placement": {"position_m": [0, 0, -0.05]}})";
   for (std::size_t user = 0; user < users; ++user) {
     for (std::size_t number = 0; number < bodies_per_user; ++number) add_cube(out, user, number);
@@ -164,7 +165,8 @@ struct ServerLoad::User {
     deliver();
   }
 
-  void receive(LocalTime now, Tick newest, LoadResult& result) {
+  /// `deadline_of`: of the step of this user's room.
+  void receive(LocalTime now, Tick newest, const std::function<LocalTime(Step)>& deadline_of, LoadResult& result) {
     std::array<std::byte, 2048> buffer;
     boost::system::error_code error;
     for (std::size_t size = state.receive(asio::buffer(buffer), 0, error); !error;
@@ -179,12 +181,14 @@ struct ServerLoad::User {
       if (header.type == proto::DatagramType::kPathChallenge) answer_challenge(payload);
       if (proto::parse_server_update(payload, update) != proto::DropReason::kNone) continue;
       ++result.states_received;
-      result.added_latency.record(update.sent - update.stepped);
+      const LocalTime deadline = deadline_of(update.step);
+      result.added_latency.record(update.sent - server_time_of_own_clock(deadline));
       if (heard_at != LocalTime{}) silence = std::max(silence, now - heard_at);
       heard_at = now;
       const bool is_known = update.answered_input.value + sent_at.size() > newest.value;
       if (update.answered_input <= answered || !is_known) continue;
       answered = update.answered_input;
+      result.input_age.record(deadline - sent_at[answered.value % sent_at.size()]);
       result.answer.record(now - sent_at[answered.value % sent_at.size()]);
     }
   }
@@ -210,17 +214,20 @@ struct ServerLoad::Impl {
   asio::io_context io;
   std::optional<secure::TlsContext> tls;
   std::vector<std::unique_ptr<User>> users;
+  std::vector<std::function<LocalTime(Step)>> deadlines;  ///< of each user's room
   Tick tick;
 };
 
 ServerLoad::ServerLoad(std::uint16_t port, std::size_t users, std::size_t rooms,
-                       const std::optional<LoadSecurity>& security)
+                       const std::optional<LoadSecurity>& security,
+                       std::function<LocalTime(std::size_t, Step)> deadline)
     : impl_(std::make_unique<Impl>()) {
   if (security) impl_->tls = secure::TlsContext::client(security->trust);
   for (std::size_t i = 0; i < users; ++i) {
     impl_->users.push_back(std::make_unique<User>(
         impl_->io, port, "user " + std::to_string(i + 1), "room " + std::to_string(i % rooms + 1),
         impl_->tls ? &*impl_->tls : nullptr, security ? security->token() : secure::Bytes{}));
+    impl_->deadlines.emplace_back([deadline, room = i % rooms](Step step) { return deadline(room, step); });
   }
 }
 
@@ -250,17 +257,18 @@ Duration ServerLoad::seal_cost() {
 
 ServerLoad::~ServerLoad() = default;
 
-LoadResult ServerLoad::run(Duration duration) {
+LoadResult ServerLoad::run(Duration duration, double rate_hz) {
   LoadResult result;
   const SteadyClock clock;
   const LocalTime begin = clock.now();
-  realtime::PeriodicTimer timer(std::chrono::milliseconds(1), begin);
+  realtime::PeriodicTimer timer(from_seconds(1 / rate_hz), begin);
   for (const auto& user : impl_->users) user->silence = Duration{0};
   while (timer.wait() < begin + duration) {
     ++impl_->tick.value;
-    for (const auto& user : impl_->users) {
-      user->receive(clock.now(), impl_->tick, result);
-      user->send(clock.now(), impl_->tick, result);
+    for (std::size_t i = 0; i < impl_->users.size(); ++i) {
+      User& user = *impl_->users[i];
+      user.receive(clock.now(), impl_->tick, impl_->deadlines[i], result);
+      user.send(clock.now(), impl_->tick, result);
     }
   }
   for (const auto& user : impl_->users) result.longest_silence.record(user->silence);

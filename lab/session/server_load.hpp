@@ -9,6 +9,7 @@
 #include <string>
 
 #include "common/base/histogram.hpp"
+#include "common/base/ids.hpp"
 #include "common/base/time.hpp"
 #include "common/secure/tls.hpp"
 
@@ -17,7 +18,8 @@ namespace tandem::lab {
 /// A scene for `users` hands: each tool stands over a cube of its own, with more cubes around it.
 /// In      users             1..16
 ///         bodies_per_user   1..4, and at most 63 in all
-std::string crowded_scene(const std::string& name, std::size_t users, std::size_t bodies_per_user);
+///         rate_hz           of its steps
+std::string crowded_scene(const std::string& name, std::size_t users, std::size_t bodies_per_user, double rate_hz);
 
 /// How the users of a load know their server, and get in.
 struct LoadSecurity {
@@ -29,7 +31,8 @@ struct LoadSecurity {
 struct LoadResult {
   std::uint64_t inputs_sent = 0;
   std::uint64_t states_received = 0;
-  Histogram added_latency;    ///< from the begin of a step to the send of its state, by the server's clock
+  Histogram added_latency;    ///< from the deadline of a step to the send of its state, by the server's clock
+  Histogram input_age;        ///< from the send of an input to the deadline of the step that used it
   Histogram answer;           ///< from the send of an input to the arrival of the first state that has used it
   Histogram longest_silence;  ///< one entry a user
 };
@@ -39,11 +42,13 @@ struct LoadResult {
 class ServerLoad {
  public:
   /// In      security  none: nothing is encrypted
+  ///         deadline  of a step of a room (0, 1, …), as soon as its state is sent
   /// Fails   std::runtime_error: a user could not connect or join
-  ServerLoad(std::uint16_t port, std::size_t users, std::size_t rooms, const std::optional<LoadSecurity>& security);
+  ServerLoad(std::uint16_t port, std::size_t users, std::size_t rooms, const std::optional<LoadSecurity>& security,
+             std::function<LocalTime(std::size_t room, Step step)> deadline);
   ~ServerLoad();
-  /// At 1 kHz for `duration`; may be called again. What came before the first call is not counted.
-  LoadResult run(Duration duration);
+  /// At `rate_hz` for `duration`; may be called again.
+  LoadResult run(Duration duration, double rate_hz);
   /// What sealing and opening one of these datagrams takes here, each: the least of several turns.
   static Duration seal_cost();
 

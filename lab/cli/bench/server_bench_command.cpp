@@ -1,9 +1,11 @@
 // `tandem-lab bench server`: a whole server with its sockets and rooms, and users that send and receive at 1 kHz, all on
-// this machine.
+// this machine; and before and after it, a bare echo of as many datagrams.
 
 #include <sys/resource.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <array>
 #include <atomic>
 #include <iostream>
 #include <memory>
@@ -17,6 +19,7 @@
 #include "lab/cli/bench/bench_commands.hpp"
 #include "lab/report/check.hpp"
 #include "lab/session/server_load.hpp"
+#include "lab/session/udp_echo.hpp"
 #include "server/app/security.hpp"
 #include "server/net/live_server.hpp"
 
@@ -24,6 +27,13 @@ namespace tandem::lab {
 namespace {
 
 constexpr Duration kSettling = std::chrono::seconds(1);
+/// In which the time is dealt; the middle one of their latencies counts.
+constexpr int kTurns = 3;
+constexpr Duration kEchoTime = std::chrono::seconds(1);
+constexpr int kRoomPriority = 60;
+constexpr double kMaxLatency_us = 500;
+constexpr double kMaxEchoes = 2;
+constexpr double kMaxAead_percent = 10;
 /// Of the first room with --overload: a step and this take five periods.
 constexpr Duration kOverload = std::chrono::milliseconds(4);
 
@@ -31,6 +41,7 @@ struct Options {
   std::size_t clients = 16;
   std::size_t rooms = 1;
   std::size_t bodies = 3;
+  double rate_hz = 1000;
   double seconds = 5;
   bool is_overloaded = false;
   bool is_insecure = false;
@@ -51,17 +62,22 @@ double server_cpu_seconds() {
 }
 
 struct ServerBenchResult {
-  LoadResult load;
+  Histogram echo;  ///< before and after the server
+  std::array<LoadResult, kTurns> turns;
+  double took_s = 0;         ///< of all turns
   std::vector<double> kept;  ///< share of its rate that each room kept, while the load ran
   std::vector<server::RoomTiming> timings;
   double server_cpu_s_per_s = 0;
   double aead_percent = 0;  ///< of the server's processor time
 };
 
+/// When the newest steps of a room were due. Written by the room, read by the load.
+using Deadlines = std::array<std::atomic<LocalTime>, 4096>;
+
 /// A server on a thread of its own, whose rooms' steps are counted.
 class ServerUnderLoad {
  public:
-  explicit ServerUnderLoad(const Options& options) : steps_(options.rooms) {
+  explicit ServerUnderLoad(const Options& options) : steps_(options.rooms), deadlines_(options.rooms) {
     std::vector<std::unique_ptr<server::Room>> rooms;
     const std::size_t users = (options.clients + options.rooms - 1) / options.rooms;
     if (users > proto::kMaxUsers || users * options.bodies >= proto::kMaxBodies) {
@@ -69,12 +85,13 @@ class ServerUnderLoad {
     }
     for (std::size_t i = 0; i < options.rooms; ++i) {
       const std::string name = "room " + std::to_string(i + 1);
-      const auto scene = server::load_scene_text(crowded_scene(name, users, options.bodies), name, ".");
+      const auto scene =
+          server::load_scene_text(crowded_scene(name, users, options.bodies, options.rate_hz), name, ".");
       rooms.push_back(std::make_unique<server::Room>(RoomId{static_cast<std::uint32_t>(i + 1)}, name, scene));
     }
     server::LiveServerSettings settings;
     settings.port = 0;
-    settings.realtime_priority = 60;
+    settings.realtime_priority = kRoomPriority;
     settings.hub.max_connections = options.clients + 1;
     if (!options.is_insecure) {
       settings.tls = server::tls_of(keys_);
@@ -84,11 +101,13 @@ class ServerUnderLoad {
     server_->on_log = [](std::string_view kind, const std::string& line) {
       if (kind == "rate") std::cerr << line << '\n';
     };
-    server_->on_step = [this, is_overloaded = options.is_overloaded](const server::Room& room) {
-      ++steps_[room.id().value - 1];
+    server_->on_step = [this, is_overloaded = options.is_overloaded](const server::Room& room, LocalTime deadline) {
+      const std::size_t index = room.id().value - 1;
+      ++steps_[index];
+      deadlines_[index][room.steps_done().value % deadlines_[index].size()] = deadline;
       const SteadyClock clock;
       const LocalTime until = clock.now() + kOverload;
-      while (is_overloaded && room.id().value == 1 && clock.now() < until) {
+      while (is_overloaded && index == 0 && clock.now() < until) {
       }
     };
     thread_ = std::thread([this] { server_->run(); });
@@ -103,6 +122,9 @@ class ServerUnderLoad {
     thread_.join();
   }
   std::vector<std::uint64_t> steps() const { return {steps_.begin(), steps_.end()}; }
+  LocalTime deadline(std::size_t room, Step step) const {
+    return deadlines_[room][step.value % deadlines_[room].size()];
+  }
   server::LiveServer& server() { return *server_; }
   LoadSecurity security() const {
     return {{.pin = keys_.identity.id()}, [this] { return server::token_for({}, keys_.identity.id(), keys_.issuer); }};
@@ -117,33 +139,67 @@ class ServerUnderLoad {
 
   const server::ServerKeys keys_ = make_keys();
   std::vector<std::atomic<std::uint64_t>> steps_;
+  std::vector<Deadlines> deadlines_;
   std::unique_ptr<server::LiveServer> server_;
   std::thread thread_;
 };
 
+/// As many as a user's inputs and answers; at the priority of the server's io.
+Histogram echo(const Options& options) {
+  return udp_echo_latency(options.clients, options.rate_hz, kEchoTime, kRoomPriority + 1);
+}
+
+/// The middle one of the turns' p99 [µs].
+double median_p99_us(const ServerBenchResult& result, Histogram LoadResult::*what) {
+  std::array<double, kTurns> p99_us{};
+  std::ranges::transform(result.turns, p99_us.begin(),
+                         [what](const LoadResult& turn) { return microseconds((turn.*what).quantile(0.99)); });
+  std::ranges::sort(p99_us);
+  return p99_us[kTurns / 2];
+}
+
+Histogram of_all_turns(const ServerBenchResult& result, Histogram LoadResult::*what) {
+  Histogram all;
+  for (const LoadResult& turn : result.turns) all.merge(turn.*what);
+  return all;
+}
+
+double per_second(const ServerBenchResult& result, std::uint64_t LoadResult::*what) {
+  std::uint64_t sum = 0;
+  for (const LoadResult& turn : result.turns) sum += turn.*what;
+  return static_cast<double>(sum) / result.took_s;
+}
+
 ServerBenchResult measure(const Options& options) {
+  ServerBenchResult result;
+  result.echo = echo(options);
   ServerUnderLoad subject(options);
   const auto security = options.is_insecure ? std::nullopt : std::optional(subject.security());
-  ServerLoad load(subject.server().port(), options.clients, options.rooms, security);
-  load.run(kSettling);
-  ServerBenchResult result;
-  const std::vector<std::uint64_t> before = subject.steps();
-  const LocalTime begin = SteadyClock().now();
-  const double cpu_before_s = server_cpu_seconds();
-  result.load = load.run(from_seconds(options.seconds));
-  const double took_s = to_seconds(SteadyClock().now() - begin);
-  result.server_cpu_s_per_s = (server_cpu_seconds() - cpu_before_s) / took_s;
-  const auto datagrams = static_cast<double>(result.load.inputs_sent + result.load.states_received);
-  if (!options.is_insecure) {
-    result.aead_percent = 100 * datagrams / took_s * to_seconds(ServerLoad::seal_cost()) / result.server_cpu_s_per_s;
+  ServerLoad load(subject.server().port(), options.clients, options.rooms, security,
+                  [&subject](std::size_t room, Step step) { return subject.deadline(room, step); });
+  load.run(kSettling, options.rate_hz);
+  result.kept.resize(options.rooms);
+  double cpu_s = 0;
+  for (LoadResult& turn : result.turns) {
+    const std::vector<std::uint64_t> before = subject.steps();
+    const LocalTime begin = SteadyClock().now();
+    const double cpu_before_s = server_cpu_seconds();
+    turn = load.run(from_seconds(options.seconds / kTurns), options.rate_hz);
+    result.took_s += to_seconds(SteadyClock().now() - begin);
+    cpu_s += server_cpu_seconds() - cpu_before_s;
+    const std::vector<std::uint64_t> after = subject.steps();
+    for (std::size_t i = 0; i < options.rooms; ++i) result.kept[i] += static_cast<double>(after[i] - before[i]);
   }
-  const std::vector<std::uint64_t> after = subject.steps();
-  for (std::size_t i = 0; i < options.rooms; ++i) {
-    const double period_s = to_seconds(subject.server().rooms()[i]->period());
-    result.kept.push_back(static_cast<double>(after[i] - before[i]) * period_s / took_s);
+  for (double& kept : result.kept) kept /= options.rate_hz * result.took_s;
+  result.server_cpu_s_per_s = cpu_s / result.took_s;
+  const double datagrams_per_s =
+      per_second(result, &LoadResult::inputs_sent) + per_second(result, &LoadResult::states_received);
+  if (!options.is_insecure) {
+    result.aead_percent = 100 * datagrams_per_s * to_seconds(ServerLoad::seal_cost()) / result.server_cpu_s_per_s;
   }
   subject.stop();
   result.timings = subject.server().room_timings();
+  result.echo.merge(echo(options));
   return result;
 }
 
@@ -154,7 +210,17 @@ double least_kept(const Options& options, const ServerBenchResult& result) {
 std::vector<Check> checks_of(const Options& options, const ServerBenchResult& result) {
   if (options.is_overloaded && options.rooms == 1) return {};
   const std::string whose = options.is_overloaded ? "steps kept by the rooms that are not overloaded" : "steps kept";
-  return {{"server", whose + ", least", 100 * least_kept(options, result), Relation::kAtLeast, 99, "%", 1}};
+  std::vector<Check> checks{
+      {"server", whose + ", least", 100 * least_kept(options, result), Relation::kAtLeast, 99, "%", 1}};
+  if (options.is_overloaded) return checks;
+  const double latency_us = median_p99_us(result, &LoadResult::added_latency);
+  const double echoes = latency_us / microseconds(result.echo.quantile(0.99));
+  checks.push_back({"server", "added latency, p99", latency_us, Relation::kAtMost, kMaxLatency_us, "µs", 0});
+  checks.push_back({"server", "added latency, p99, of a bare echo's", echoes, Relation::kAtMost, kMaxEchoes, "", 2});
+  if (options.is_insecure) return checks;
+  checks.push_back({"server", "sealing and opening, of the server's processor time", result.aead_percent,
+                    Relation::kAtMost, kMaxAead_percent, "%", 1});
+  return checks;
 }
 
 boost::json::object to_json(const Options& options, const ServerBenchResult& result, const std::vector<Check>& checks) {
@@ -167,19 +233,30 @@ boost::json::object to_json(const Options& options, const ServerBenchResult& res
                                         {"overruns", timing.overruns},
                                         {"slow_steps", timing.slow}});
   }
-  const double steps_per_s = std::accumulate(result.kept.begin(), result.kept.end(), 0.0) * 1000;
+  const double steps_per_s = std::accumulate(result.kept.begin(), result.kept.end(), 0.0) * options.rate_hz;
+  Histogram step_time;
+  std::uint64_t overruns = 0;
+  for (const server::RoomTiming& timing : result.timings) {
+    step_time.merge(timing.step_time);
+    overruns += timing.overruns;
+  }
   return {{"clients", options.clients},
           {"rooms", options.rooms},
+          {"rate_hz", options.rate_hz},
           {"is_overloaded", options.is_overloaded},
           {"is_encrypted", !options.is_insecure},
           {"cpu_seconds_per_second", result.server_cpu_s_per_s},
           {"aead_percent_of_cpu", result.aead_percent},
           {"steps_per_s", steps_per_s},
-          {"inputs_per_s", static_cast<double>(result.load.inputs_sent) / options.seconds},
-          {"states_per_s", static_cast<double>(result.load.states_received) / options.seconds},
-          {"added_latency_us", quantiles_us(result.load.added_latency)},
-          {"answer_us", quantiles_us(result.load.answer)},
-          {"longest_silence_us", microseconds(result.load.longest_silence.max())},
+          {"datagrams_in_per_s", per_second(result, &LoadResult::inputs_sent)},
+          {"datagrams_out_per_s", per_second(result, &LoadResult::states_received)},
+          {"added_latency_us", quantiles_us(of_all_turns(result, &LoadResult::added_latency))},
+          {"echo_latency_us", quantiles_us(result.echo)},
+          {"input_age_us", quantiles_us(of_all_turns(result, &LoadResult::input_age))},
+          {"answer_us", quantiles_us(of_all_turns(result, &LoadResult::answer))},
+          {"longest_silence_us", microseconds(of_all_turns(result, &LoadResult::longest_silence).max())},
+          {"step_us", quantiles_us(step_time)},
+          {"overruns", overruns},
           {"each_room", rooms},
           {"checks", to_json(checks)}};
 }
@@ -197,13 +274,16 @@ void print(const Options& options, const ServerBenchResult& result, const std::v
     std::cout << what << " p50 " << microseconds(h.quantile(0.5)) << ", p99 " << microseconds(h.quantile(0.99))
               << " µs\n";
   };
-  std::cout << "states/s " << static_cast<double>(result.load.states_received) / options.seconds << ", inputs/s "
-            << static_cast<double>(result.load.inputs_sent) / options.seconds << '\n';
-  line("from the begin of a step to the send of its state ", result.load.added_latency);
-  line("from an input's send to the state that has used it", result.load.answer);
+  std::cout << "datagrams/s in " << per_second(result, &LoadResult::inputs_sent) << ", out "
+            << per_second(result, &LoadResult::states_received) << '\n';
+  line("from a step's deadline to the send of its state     ", of_all_turns(result, &LoadResult::added_latency));
+  line("from a datagram's send to its answer's by an echo   ", result.echo);
+  line("from an input's send to the deadline of its step    ", of_all_turns(result, &LoadResult::input_age));
+  line("from an input's send to the arrival of its state    ", of_all_turns(result, &LoadResult::answer));
   std::cout << "processor time of the server " << result.server_cpu_s_per_s << " s/s, of it the AEAD "
             << result.aead_percent << " %\n";
-  std::cout << "longest silence at a user " << microseconds(result.load.longest_silence.max()) / 1e3 << " ms\n";
+  std::cout << "longest silence at a user "
+            << microseconds(of_all_turns(result, &LoadResult::longest_silence).max()) / 1e3 << " ms\n";
   print_checks(std::cout, checks);
 }
 
@@ -233,7 +313,10 @@ void add_server_bench(CLI::App& bench, int& exit_code) {
   command->add_option("--bodies", options->bodies, "cubes of each user; at most 63 in a room")
       ->check(CLI::Range(1, 4))
       ->capture_default_str();
-  command->add_option("--seconds", options->seconds, "how long [s], after one second to settle")
+  command->add_option("--rate-hz", options->rate_hz, "inputs of each user and steps of each room, a second [Hz]")
+      ->check(CLI::Range(60, 4000))
+      ->capture_default_str();
+  command->add_option("--seconds", options->seconds, "how long [s], after one second to settle; in three turns")
       ->check(CLI::Range(0.1, 3600.0))
       ->capture_default_str();
   command->add_flag("--overload", options->is_overloaded, "each step of the first room takes 4 ms more");

@@ -1,0 +1,97 @@
+#include "lab/session/udp_echo.hpp"
+
+#include <sys/socket.h>
+
+#include <array>
+#include <atomic>
+#include <boost/asio/buffer.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/udp.hpp>
+#include <cstring>
+#include <thread>
+#include <vector>
+
+#include "common/realtime/realtime.hpp"
+
+namespace tandem::lab {
+namespace {
+
+namespace asio = boost::asio;
+using asio::ip::udp;
+using boost::system::error_code;
+
+constexpr std::size_t kDatagramBytes = 220;
+using Datagram = std::array<std::byte, kDatagramBytes>;
+
+/// Answers on a thread of its own.
+class Echo {
+ public:
+  explicit Echo(int priority) : socket_(io_, udp::endpoint(asio::ip::address_v4::loopback(), 0)) {
+    timeval look_again{.tv_sec = 0, .tv_usec = 10'000};
+    setsockopt(socket_.native_handle(), SOL_SOCKET, SO_RCVTIMEO, &look_again, sizeof look_again);
+    thread_ = std::thread([this, priority] { run(priority); });
+  }
+  ~Echo() { stop(); }
+  Echo(const Echo&) = delete;
+  Echo& operator=(const Echo&) = delete;
+
+  udp::endpoint address() const { return socket_.local_endpoint(); }
+  const Histogram& stop() {
+    is_stopping_ = true;
+    if (thread_.joinable()) thread_.join();
+    return latency_;
+  }
+
+ private:
+  void run(int priority) {
+    realtime::request_realtime(priority);
+    const SteadyClock clock;
+    Datagram datagram;
+    while (!is_stopping_) {
+      sockaddr_in from{};
+      socklen_t from_size = sizeof from;
+      auto* const address = reinterpret_cast<sockaddr*>(&from);
+      if (::recvfrom(socket_.native_handle(), datagram.data(), datagram.size(), 0, address, &from_size) < 0) continue;
+      LocalTime sent;
+      std::memcpy(&sent, datagram.data(), sizeof sent);
+      latency_.record(clock.now() - sent);
+      ::sendto(socket_.native_handle(), datagram.data(), datagram.size(), 0, address, from_size);
+    }
+  }
+
+  asio::io_context io_;
+  udp::socket socket_;
+  std::atomic<bool> is_stopping_{false};
+  Histogram latency_;
+  std::thread thread_;
+};
+
+}  // namespace
+
+Histogram udp_echo_latency(std::size_t users, double rate_hz, Duration duration, int priority) {
+  Echo echo(priority);
+  asio::io_context io;
+  std::vector<udp::socket> sockets;
+  for (std::size_t i = 0; i < users; ++i) {
+    sockets.emplace_back(io, udp::endpoint(asio::ip::address_v4::loopback(), 0));
+    sockets.back().connect(echo.address());
+    sockets.back().non_blocking(true);
+  }
+  const SteadyClock clock;
+  const LocalTime begin = clock.now();
+  realtime::PeriodicTimer timer(from_seconds(1 / rate_hz), begin);
+  Datagram datagram{};
+  error_code error;
+  while (timer.wait() < begin + duration) {
+    for (udp::socket& socket : sockets) {
+      Datagram answer;
+      while (socket.receive(asio::buffer(answer), 0, error) > 0) continue;
+      const LocalTime now = clock.now();
+      std::memcpy(datagram.data(), &now, sizeof now);
+      socket.send(asio::buffer(datagram), 0, error);
+    }
+  }
+  return echo.stop();
+}
+
+}  // namespace tandem::lab
