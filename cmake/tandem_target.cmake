@@ -7,8 +7,10 @@ if(TANDEM_WERROR)
   target_compile_options(tandem_flags INTERFACE -Werror)
 endif()
 # GCC 12 reports false positives of these inside inlined library code (Eigen, Asio, std::string concatenation).
-target_compile_options(tandem_flags INTERFACE
-  -Wno-array-bounds -Wno-stringop-overflow -Wno-stringop-overread -Wno-maybe-uninitialized -Wno-restrict)
+if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+  target_compile_options(tandem_flags INTERFACE
+    -Wno-array-bounds -Wno-stringop-overflow -Wno-stringop-overread -Wno-maybe-uninitialized -Wno-restrict)
+endif()
 # A sum has one fixed order and no contraction into FMA, so results do not change with the CPU.
 target_compile_options(tandem_flags INTERFACE -ffp-contract=off -fno-math-errno)
 target_include_directories(tandem_flags INTERFACE ${PROJECT_SOURCE_DIR})

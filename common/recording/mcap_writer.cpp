@@ -135,10 +135,10 @@ Bytes McapWriter::take_chunk() {
   std::map<std::uint16_t, std::uint64_t> index_offsets;
   for (const auto& [channel, entries] : index_) {
     index_offsets[channel] = file_bytes_ + out.size();
-    put_record(out, Op::kMessageIndex, [&](ByteWriter& content) {
-      content.number(channel);
-      content.u32(static_cast<std::uint32_t>(entries.size() * sizeof(entries.front())));
-      for (const auto& entry : entries) content.array(std::span<const std::uint64_t>(entry));
+    put_record(out, Op::kMessageIndex, [number = channel, &its = entries](ByteWriter& content) {
+      content.number(number);
+      content.u32(static_cast<std::uint32_t>(its.size() * sizeof(its.front())));
+      for (const auto& entry : its) content.array(std::span<const std::uint64_t>(entry));
     });
   }
   put_record(chunk_indexes_, Op::kChunkIndex, [&](ByteWriter& content) {
