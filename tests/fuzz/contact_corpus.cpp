@@ -1,13 +1,12 @@
 // Writes what contact_asset_fuzz starts from: assets of a small solid and a small sheet, as this version writes them.
 // Committed ones would be refused at their version number after the first change of the format, and nobody would see.
 #include <filesystem>
-#include <fstream>
-#include <iomanip>
 #include <iostream>
 #include <string>
 
 #include "common/contact/contact_shape.hpp"
 #include "common/geometry/tessellation.hpp"
+#include "tests/fuzz/seed_file.hpp"
 
 namespace {
 
@@ -24,19 +23,11 @@ contact::ContactShapeOptions coarse_options() {
   return options;
 }
 
-/// Raw for a fuzzer, hexadecimal for the runner.
-bool write(const std::filesystem::path& file, const geometry::ContactMesh& mesh) {
+void write(const std::filesystem::path& file, const geometry::ContactMesh& mesh) {
   const std::vector<std::uint8_t> bytes =
       contact::contact_asset_bytes(*contact::make_contact_mesh(mesh, coarse_options()), 0);
-  std::ofstream raw(file.string() + ".contact", std::ios::binary);
-  raw.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
-  std::ofstream hex(file.string() + ".hex");
-  hex << std::hex << std::setfill('0');
-  for (const std::uint8_t byte : bytes) hex << std::setw(2) << static_cast<int>(byte);
+  fuzz::write_seed(file, std::as_bytes(std::span(bytes)));
   std::cout << file.string() << ": " << bytes.size() << " bytes\n";
-  raw.flush();
-  hex.flush();
-  return raw && hex;
 }
 
 }  // namespace
@@ -47,11 +38,8 @@ int main(int argc, char** argv) {
     return 2;
   }
   const std::filesystem::path folder(argv[1]);
-  std::filesystem::create_directories(folder);
   const geometry::TriangleMesh triangle{{Vec3(0, 0, 0), Vec3(3e-3, 0, 0), Vec3(0, 3e-3, 0)}, {{0, 1, 2}}};
-  const bool is_written =
-      write(folder / "solid", {geometry::tessellated_box(Vec3(3e-3, 3e-3, 2e-3)), geometry::SurfaceKind::kSolid, {}}) &&
-      write(folder / "sheet", {triangle, geometry::SurfaceKind::kSheet, {}});
-  if (!is_written) std::cerr << "cannot write to " << folder << '\n';
-  return is_written ? 0 : 2;
+  write(folder / "solid", {geometry::tessellated_box(Vec3(3e-3, 3e-3, 2e-3)), geometry::SurfaceKind::kSolid, {}});
+  write(folder / "sheet", {triangle, geometry::SurfaceKind::kSheet, {}});
+  return 0;
 }

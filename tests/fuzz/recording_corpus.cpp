@@ -1,25 +1,18 @@
 // Writes what recording_fuzz starts from, by the real writer: a whole recording, one that was killed, an empty one.
 #include <cstdint>
 #include <filesystem>
-#include <fstream>
-#include <iomanip>
 #include <iostream>
 
 #include "common/recording/mcap_writer.hpp"
+#include "tests/fuzz/seed_file.hpp"
 
 namespace {
 
 using tandem::recording::Bytes;
 using tandem::recording::McapWriter;
 
-/// Raw for a fuzzer, hexadecimal for the runner.
 void write(const std::filesystem::path& file, const Bytes& bytes) {
-  std::filesystem::create_directories(file.parent_path());
-  std::ofstream raw(file.string() + ".seed", std::ios::binary), hex(file.string() + ".hex");
-  raw.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
-  hex << std::hex << std::setfill('0');
-  for (const std::uint8_t byte : bytes) hex << std::setw(2) << static_cast<int>(byte);
-  if (!raw.flush() || !hex.flush()) throw std::runtime_error(file.string() + " cannot be written");
+  tandem::fuzz::write_seed(file, std::as_bytes(std::span(bytes)));
 }
 
 void append(Bytes& file, const Bytes& part) {

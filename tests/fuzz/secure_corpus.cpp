@@ -1,28 +1,17 @@
 // Writes what the fuzz targets of the transport start from, by the real writers: sealed datagrams, tokens, invitations, the
 // first words of a client.
 #include <filesystem>
-#include <fstream>
-#include <iomanip>
 #include <iostream>
 
 #include "proto/datagram_channel.hpp"
 #include "proto/join_token.hpp"
 #include "proto/state_codec.hpp"
 #include "tests/fuzz/secure_seeds.hpp"
+#include "tests/fuzz/seed_file.hpp"
 
 namespace {
 
 using namespace tandem;
-
-/// Raw for a fuzzer, hexadecimal for the runner.
-void write(const std::filesystem::path& file, std::span<const std::byte> bytes) {
-  std::filesystem::create_directories(file.parent_path());
-  std::ofstream raw(file.string() + ".seed", std::ios::binary), hex(file.string() + ".hex");
-  raw.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
-  hex << std::hex << std::setfill('0');
-  for (const std::byte byte : bytes) hex << std::setw(2) << std::to_integer<int>(byte);
-  if (!raw.flush() || !hex.flush()) throw std::runtime_error(file.string() + " cannot be written");
-}
 
 template <class Update, class Append>
 void write_datagrams(const std::filesystem::path& folder, proto::DatagramType type, const std::string& name,
@@ -32,10 +21,10 @@ void write_datagrams(const std::filesystem::path& folder, proto::DatagramType ty
       {.sends = type, .connection = fuzz::kConnection, .max_rate_hz = 1000, .secret = fuzz::fixed_secret()}, counters);
   Update update;
   channel.send(update, LocalTime(std::chrono::seconds(1)), false, append, [&](std::span<const std::byte> datagram) {
-    write(folder / name, datagram);
+    fuzz::write_seed(folder / name, datagram);
     return true;
   });
-  write(folder / (name + "_path"), channel.path_message(7, LocalTime(std::chrono::seconds(1))));
+  fuzz::write_seed(folder / (name + "_path"), channel.path_message(7, LocalTime(std::chrono::seconds(1))));
 }
 
 void write_tokens(const std::filesystem::path& folder) {
@@ -49,9 +38,9 @@ void write_tokens(const std::filesystem::path& folder) {
   claims.set_issued_ms(1);
   claims.set_expires_ms(60'001);
   const proto::Bytes token = proto::sign_token(claims, issuer);
-  write(folder / "token", token);
+  fuzz::write_seed(folder / "token", token);
   const std::string text = proto::text_of(proto::Invitation{"127.0.0.1:47800", issuer.id(), token});
-  write(folder / "invitation", std::as_bytes(std::span(text)));
+  fuzz::write_seed(folder / "invitation", std::as_bytes(std::span(text)));
 }
 
 void write_hello(const std::filesystem::path& folder) {
@@ -60,7 +49,7 @@ void write_hello(const std::filesystem::path& folder) {
   secure::TlsStream client(&context);
   secure::Bytes hello;
   client.start(hello);
-  write(folder / "client_hello", hello);
+  fuzz::write_seed(folder / "client_hello", hello);
 }
 
 }  // namespace

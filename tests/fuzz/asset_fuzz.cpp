@@ -1,0 +1,38 @@
+// Any bytes as a surface or a molecule that a server sends, as the first byte chooses: what is read is sound, and the same
+// after it was written. The checksum at the end is set right first, or nothing would get past it.
+#include <cstdint>
+#include <cstdlib>
+#include <vector>
+
+#include "common/base/byte_io.hpp"
+#include "common/docking/molecule_asset.hpp"
+#include "common/geometry/surface_asset.hpp"
+
+namespace {
+
+void check(bool is_good) {
+  if (!is_good) std::abort();
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace tandem;
+  if (size <= sizeof(std::uint64_t)) return 0;
+  std::vector<std::uint8_t> raw(data + 1, data + size - sizeof(std::uint64_t));
+  end_asset(raw);
+  const std::span<const std::byte> bytes = std::as_bytes(std::span(raw));
+  if (data[0] % 2 == 0) {
+    const auto surface = geometry::surface_from(bytes);
+    if (!surface) return 0;
+    for (const Vec3& vertex : surface->vertices) check(vertex.allFinite());
+    const auto again = geometry::surface_from(geometry::surface_asset_bytes(*surface));
+    check(again && again->vertices == surface->vertices && again->triangles == surface->triangles);
+  } else {
+    const auto molecule = docking::molecule_from(bytes);
+    if (!molecule) return 0;
+    const auto again = docking::molecule_asset_bytes(*molecule);
+    check(std::ranges::equal(again, bytes));
+  }
+  return 0;
+}

@@ -1,0 +1,59 @@
+// Any corners and triangles as a mesh that somebody brings: it is made ready for touch, or refused. What parses files (Assimp) is a
+// program of its own with bounded memory and time, and not tested here.
+#include <cmath>
+#include <cstdint>
+#include <cstdlib>
+#include <span>
+
+#include "common/geometry/mesh_repair.hpp"
+#include "common/geometry/surface_asset.hpp"
+
+namespace {
+
+using namespace tandem;
+
+void check(bool is_good) {
+  if (!is_good) std::abort();
+}
+
+void check(const geometry::TriangleMesh& mesh) {
+  const auto count = static_cast<int>(mesh.vertices.size());
+  for (const Vec3& vertex : mesh.vertices) check(vertex.allFinite());
+  for (const auto& triangle : mesh.triangles) {
+    for (const int corner : triangle) check(corner >= 0 && corner < count);
+    check(triangle[0] != triangle[1] && triangle[1] != triangle[2] && triangle[2] != triangle[0]);
+  }
+}
+
+/// Model   power of two of the unit, count of vertices, x y z of each as signed bytes, then corners of triangles
+geometry::TriangleMesh mesh_of(std::span<const std::uint8_t> bytes) {
+  geometry::TriangleMesh mesh;
+  if (bytes.size() < 2) return mesh;
+  const double unit_m = std::ldexp(1.0, static_cast<std::int8_t>(bytes[0]));
+  const std::size_t count = bytes[1];
+  bytes = bytes.subspan(2);
+  for (; mesh.vertices.size() < count && bytes.size() >= 3; bytes = bytes.subspan(3)) {
+    const auto at = [&bytes](std::size_t i) { return static_cast<double>(static_cast<std::int8_t>(bytes[i])); };
+    mesh.vertices.emplace_back(unit_m * Vec3(at(0), at(1), at(2)));
+  }
+  for (; bytes.size() >= 3; bytes = bytes.subspan(3)) mesh.triangles.push_back({bytes[0], bytes[1], bytes[2]});
+  return mesh;
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  try {
+    const geometry::ContactMesh made = geometry::repaired(mesh_of({data, size}));
+    const geometry::TriangleMesh all = geometry::all_of(made);
+    check(made.mesh);
+    check(made.sheet);
+    check(!all.triangles.empty());
+    geometry::part_lines(made);
+    const auto again = geometry::surface_from(geometry::surface_asset_bytes(all));
+    check(again.has_value() && again->triangles == all.triangles);
+  } catch (const geometry::MeshError&) {
+  } catch (const std::invalid_argument&) {  // too far from the origin for single precision
+  }
+  return 0;
+}

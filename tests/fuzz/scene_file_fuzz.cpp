@@ -1,0 +1,21 @@
+// Any bytes as a scene file: it is loaded, or refused in one line that people can read.
+#include <cstdint>
+#include <cstdlib>
+#include <string>
+
+#include "common/net/text.hpp"
+#include "server/assets/scene_file.hpp"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace tandem;
+  const std::string text(reinterpret_cast<const char*>(data), size);
+  try {
+    // Files that it names are looked for where none are.
+    const auto scene = server::load_scene_text(text, "fuzz.json", "/nowhere");
+    if (scene == nullptr || scene->world.bodies.size() != scene->body_shapes.size()) std::abort();
+  } catch (const server::SceneError& error) {
+    const std::string line = error.what();
+    if (line.empty() || line.find('\n') != std::string::npos) std::abort();
+  }
+  return 0;
+}

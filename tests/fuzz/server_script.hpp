@@ -1,0 +1,48 @@
+// What a server says to a client, as bytes: the input of hostile_server_fuzz.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace tandem::fuzz {
+
+/// One thing that happens to the client. Unknown kinds are time.
+enum class ServerAct : std::uint8_t {
+  kMessage,   ///< a control message in a frame
+  kStream,    ///< bytes of the control stream as they are
+  kDatagram,  ///< likewise a datagram
+  kState,     ///< a state behind a header that is right
+  kHangUp,    ///< the connection ends
+  kTime,      ///< as many milliseconds as there are bytes
+};
+
+struct ScriptedAct {
+  ServerAct act = ServerAct::kTime;
+  std::span<const std::byte> bytes;
+};
+
+/// Model   act (1 byte), size (2 bytes, little-endian), bytes; cut off where the input ends
+inline ScriptedAct next_act(std::span<const std::byte>& script) {
+  constexpr std::size_t kHead = 3;
+  const auto number = [&script](std::size_t i) { return std::to_integer<std::size_t>(script[i]); };
+  if (script.size() < kHead) {
+    script = {};
+    return {};
+  }
+  const ServerAct act{static_cast<std::uint8_t>(number(0))};
+  const std::size_t size = std::min(number(1) + 256 * number(2), script.size() - kHead);
+  const ScriptedAct next{act, script.subspan(kHead, size)};
+  script = script.subspan(kHead + size);
+  return next;
+}
+
+inline void append_act(ServerAct act, std::span<const std::byte> bytes, std::vector<std::byte>& script) {
+  for (const std::size_t number : {static_cast<std::size_t>(act), bytes.size() % 256, bytes.size() / 256})
+    script.push_back(static_cast<std::byte>(number));
+  script.insert(script.end(), bytes.begin(), bytes.end());
+}
+
+}  // namespace tandem::fuzz

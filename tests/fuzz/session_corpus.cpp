@@ -1,0 +1,131 @@
+// Writes what hostile_server_fuzz starts from: what a real hub with a real room says to a client that joins, presses on
+// things and asks for what a user asks for, in the order in which it comes.
+#include <filesystem>
+#include <iostream>
+#include <map>
+#include <string>
+
+#include "client/client.hpp"
+#include "common/base/random.hpp"
+#include "proto/control_framing.hpp"
+#include "server/assets/scene_file.hpp"
+#include "server/session/session_hub.hpp"
+#include "tests/client/haptics/scripted_device.hpp"
+#include "tests/fuzz/seed_file.hpp"
+#include "tests/fuzz/server_script.hpp"
+
+namespace {
+
+using namespace tandem;
+
+constexpr server::ConnectionHandle kUser = 1;
+constexpr int kToldMilliseconds = 40;
+
+/// A hub and a client that hear each other at once; what the hub says is kept.
+class Session final : public server::ServerTransport, public client::ClientTransport {
+ public:
+  explicit Session(const std::shared_ptr<const server::LoadedScene>& scene)
+      : room_(RoomId{1}, scene->description.name(), scene),
+        hub_(hub_settings(), {&room_}, *this),
+        client_({.haptics = {.stage = {.name = "local-model"}}, .session = {.wants_soft_shapes = true}}, device_, *this) {
+    client_.session().start(now_);
+    hub_.on_connected(kUser, now_, "127.0.0.1");
+    client_.session().on_connected(now_);
+  }
+
+  std::vector<std::byte> script() {
+    for (int ms = 0; ms < kToldMilliseconds; ++ms) {
+      now_ += std::chrono::milliseconds(1);
+      device_.sample.X_DH.p.z() = -0.001 * ms;
+      if (ms == 10) client_.session().grab(BodyId{1});
+      if (ms == 20) client_.session().reset_room();
+      if (ms == 25) client_.session().set_parameter("coupling.stiffness", 250);
+      if (ms == 30) client_.session().release();
+      room_.step(server_time_of_own_clock(now_));
+      hub_.poll(now_);
+      client_.haptics().tick(now_);
+      client_.poll(now_);
+      deliver();
+      fuzz::append_act(fuzz::ServerAct::kTime, std::vector<std::byte>(1), script_);
+    }
+    client_.session().leave(now_);
+    deliver();
+    fuzz::append_act(fuzz::ServerAct::kHangUp, {}, script_);
+    return script_;
+  }
+
+  // What the hub sends.
+  void send_control(server::ConnectionHandle, std::span<const std::byte> bytes) override {
+    reader_.feed(bytes);
+    while (const auto payload = reader_.next()) fuzz::append_act(fuzz::ServerAct::kMessage, *payload, script_);
+    down_.emplace_back(true, proto::Bytes(bytes.begin(), bytes.end()));
+  }
+  bool send_datagram(server::ConnectionHandle, std::span<const std::byte> datagram) override {
+    const auto act = ++datagrams_ % 2 == 0 ? fuzz::ServerAct::kDatagram : fuzz::ServerAct::kState;
+    fuzz::append_act(act, act == fuzz::ServerAct::kState ? proto::payload_of(datagram) : datagram, script_);
+    down_.emplace_back(false, proto::Bytes(datagram.begin(), datagram.end()));
+    return true;
+  }
+  std::size_t queued_control_bytes(server::ConnectionHandle) const override { return 0; }
+  void close(server::ConnectionHandle) override {}
+
+  // What the client sends.
+  void connect(LocalTime) override {}
+  void send_control(std::span<const std::byte> bytes) override { up_.emplace_back(true, proto::Bytes(bytes.begin(), bytes.end())); }
+  bool send_datagram(std::span<const std::byte> bytes) override {
+    up_.emplace_back(false, proto::Bytes(bytes.begin(), bytes.end()));
+    return true;
+  }
+  void set_datagram_port(std::uint16_t) override {}
+  std::size_t queued_control_bytes() const override { return 0; }
+  void close() override {}
+
+ private:
+  using Said = std::vector<std::pair<bool, proto::Bytes>>;  ///< on the control stream?
+
+  static server::HubSettings hub_settings() {
+    server::HubSettings settings;
+    settings.connection_ids = [ids = Random(1)]() mutable { return ids.next_u64(); };
+    return settings;
+  }
+
+  void deliver() {
+    for (const auto& [is_control, bytes] : std::exchange(up_, {})) {
+      if (is_control) hub_.on_control_bytes(kUser, bytes, now_);
+      if (!is_control) hub_.on_datagram(bytes, now_, {});
+    }
+    for (const auto& [is_control, bytes] : std::exchange(down_, {})) {
+      if (is_control) client_.session().on_control_bytes(bytes, now_);
+      if (!is_control) client_.session().on_datagram(bytes, now_);
+    }
+  }
+
+  LocalTime now_{std::chrono::seconds(10)};
+  Said up_, down_;
+  proto::FrameReader reader_;
+  std::vector<std::byte> script_;
+  std::size_t datagrams_ = 0;
+  server::Room room_;
+  server::SessionHub hub_;
+  client::ScriptedDevice device_{Vec3::Constant(0.2)};
+  client::Client client_;
+};
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc != 3) {
+    std::cerr << "usage: " << argv[0] << " FOLDER SCENES\n";
+    return 2;
+  }
+  const std::filesystem::path folder(argv[1]), scenes(argv[2]);
+  // Small, for the client makes a world of its own of each that it hears of.
+  const std::string small = R"({"name": "small",
+    "bodies": [{"name": "box", "shapes": [{"box": {"size_m": [0.02, 0.02, 0.02]}}], "mass_kg": 0.1, "graspable": true}],
+    "tools": [{"name": "a", "placement": {"position_m": [0, 0, 0.02]}}, {"name": "b"}],
+    "coupling": {"law": "spring-damper", "stiffness_n_per_m": 300, "damping_n_s_per_m": 3}})";
+  fuzz::write_seed(folder / "small", Session(server::load_scene_text(small, "small.json", ".")).script());
+  for (const std::string name : {"wall", "soft_pad"})
+    fuzz::write_seed(folder / name, Session(server::load_scene(scenes / (name + ".json"))).script());
+  return 0;
+}
