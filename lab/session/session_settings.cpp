@@ -34,7 +34,6 @@ client::ClientSettings client_settings(const ExperimentUser& user, std::shared_p
 
 server::HubSettings hub_settings(std::uint64_t seed) {
   server::HubSettings settings;
-  settings.datagram_port = 1;
   settings.connection_ids = [ids = Random(seed)]() mutable { return ids.next_u64(); };
   return settings;
 }

@@ -36,7 +36,7 @@ class VirtualClientTransport final : public client::ClientTransport {
   void connect(LocalTime now) override;
   void send_control(std::span<const std::byte> bytes) override;
   bool send_datagram(std::span<const std::byte> datagram) override;
-  void set_datagram_port(std::uint16_t port) override { has_datagram_port_ = port != 0; }
+  void set_datagram_port(std::uint16_t) override { has_datagram_port_ = true; }
   std::size_t queued_control_bytes() const override;
   void close() override;
 

@@ -91,7 +91,6 @@ LiveServer::Impl::Impl(LiveServer& server, LiveServerSettings server_settings,
       transport(io, settings.bind_address, settings.port, clock, settings.tls.get()),
       hub(
           [this] {
-            settings.hub.datagram_port = transport.port();
             if (!settings.hub.connection_ids) settings.hub.connection_ids = secure::random_u64;
             return settings.hub;
           }(),

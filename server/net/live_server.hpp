@@ -28,7 +28,7 @@ struct LiveServerSettings {
   std::optional<Duration> duration{};      ///< stop by itself after this long
   bool stops_on_signals = false;  ///< SIGINT, SIGTERM and SIGHUP call stop(), the last unless it was ignored before
   std::shared_ptr<const secure::TlsContext> tls{};  ///< null: nothing is encrypted
-  HubSettings hub{};                                ///< datagram_port, and connection_ids where empty, are filled in
+  HubSettings hub{};                                ///< connection_ids, where empty, is filled in
 };
 
 /// What a server has counted so far.

@@ -84,7 +84,8 @@ void write_meshes(const fs::path& folder) {
   twice.insert(twice.end(), faces.begin(), faces.end());
   write_mesh(folder / "twice", cube, twice);
   write_mesh(folder / "sheet", {{0, 0, 0}, {20, 0, 0}, {0, 20, 0}, {20, 20, 1}}, {{0, 1, 2}, {2, 1, 3}});
-  write_mesh(folder / "fin", {{0, 0, 0}, {20, 0, 0}, {0, 20, 0}, {0, 0, 20}, {0, -20, 0}}, {{0, 1, 2}, {0, 1, 3}, {0, 1, 4}});
+  write_mesh(folder / "fin", {{0, 0, 0}, {20, 0, 0}, {0, 20, 0}, {0, 0, 20}, {0, -20, 0}},
+             {{0, 1, 2}, {0, 1, 3}, {0, 1, 4}});
 }
 
 void write_assets(const fs::path& folder) {

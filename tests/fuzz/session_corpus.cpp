@@ -27,7 +27,8 @@ class Session final : public server::ServerTransport, public client::ClientTrans
   explicit Session(const std::shared_ptr<const server::LoadedScene>& scene)
       : room_(RoomId{1}, scene->description.name(), scene),
         hub_(hub_settings(), {&room_}, *this),
-        client_({.haptics = {.stage = {.name = "local-model"}}, .session = {.wants_soft_shapes = true}}, device_, *this) {
+        client_({.haptics = {.stage = {.name = "local-model"}}, .session = {.wants_soft_shapes = true}}, device_,
+                *this) {
     client_.session().start(now_);
     hub_.on_connected(kUser, now_, "127.0.0.1");
     client_.session().on_connected(now_);
@@ -71,7 +72,9 @@ class Session final : public server::ServerTransport, public client::ClientTrans
 
   // What the client sends.
   void connect(LocalTime) override {}
-  void send_control(std::span<const std::byte> bytes) override { up_.emplace_back(true, proto::Bytes(bytes.begin(), bytes.end())); }
+  void send_control(std::span<const std::byte> bytes) override {
+    up_.emplace_back(true, proto::Bytes(bytes.begin(), bytes.end()));
+  }
   bool send_datagram(std::span<const std::byte> bytes) override {
     up_.emplace_back(false, proto::Bytes(bytes.begin(), bytes.end()));
     return true;

@@ -36,7 +36,7 @@ class Manifests(ProgramTest):
 
     def test_the_server_takes_the_arguments_and_answers_the_probes(self):
         port = self.server["ports"][0]
-        self.assertEqual((port["containerPort"], port["hostPort"], port["protocol"]), (47800, 47800, "TCPUDP"))
+        self.assertEqual((port["containerPort"], port["portPolicy"], port["protocol"]), (47800, "Dynamic", "TCPUDP"))
         arguments = self.container["args"]
         code, key, err = run("tandem-token", "--new-key", self.path("service.pem"))
         self.assertEqual(code, 0, err)

@@ -62,8 +62,8 @@ class SecureServer:
             time.sleep(0.01)
         raise AssertionError(f"nothing in the log is like {pattern!r}: {self.log}")
 
-    def invitation(self, *arguments, address="127.0.0.1"):
-        code, out, err = run("tandem-token", "--state", self.state, "--server", f"{address}:{self.port}", *arguments)
+    def invitation(self, *arguments, address="127.0.0.1", port=None):
+        code, out, err = run("tandem-token", "--state", self.state, "--server", f"{address}:{port or self.port}", *arguments)
         assert code == 0, err
         return out.split("--join ")[1].strip()
 
@@ -282,14 +282,16 @@ class Misbehaviour(SecureTest):
 
 
 class Meddler(threading.Thread):
-    """Between a client and its server, TCP as it is; what it does to datagrams that go up is `mischief(self, datagram)`."""
+    """Between a client and its server, TCP as it is; what it does to datagrams that go up is `mischief(self, datagram)`. It is
+    where the server is, on another address, or at `mapped_to`."""
 
-    def __init__(self, port, mischief):
+    def __init__(self, port, mischief, mapped_to=None):
         super().__init__(daemon=True)
         self.mischief, self.is_over = mischief, False
-        self.listener = socket.create_server(("127.0.0.2", port))
+        here = mapped_to or port
+        self.listener = socket.create_server(("127.0.0.2", here))
         self.client_side = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-        self.client_side.bind(("127.0.0.2", port))
+        self.client_side.bind(("127.0.0.2", here))
         self.server_side, self.elsewhere = (self.socket_to(port) for _ in range(2))
         self.port, self.client = port, None
         self.counts = {"up": 0, "elsewhere_up": 0, "elsewhere_down": 0}
@@ -393,6 +395,15 @@ class Datagrams(SecureTest):
         self.assertLessEqual(counts["elsewhere_down"], 3 * counts["elsewhere_up"])
         self.assertGreater(client["datagrams"]["received"], 3000, "state went on to the client meanwhile")
         self.assertEqual(server["joins"], 1)
+
+    def test_go_to_the_port_that_the_client_knows_where_it_is_mapped_to_another(self):
+        with SecureServer(self.folder) as server:
+            mapped_to = free_port()
+            meddler = Meddler(server.port, Meddler.send, mapped_to)
+            client = start_client("--join", server.invitation(address="127.0.0.2", port=mapped_to), "--duration", "1s")
+            self.assert_joined(client, 300)
+            meddler.stop()
+        self.assertGreater(meddler.counts["up"], 300)
 
     def test_of_a_stranger_are_answered_by_silence(self):
         with SecureServer(self.folder) as server, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as stranger:
