@@ -4,12 +4,15 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <array>
 #include <csignal>
 #include <iostream>
+#include <map>
 #include <memory>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include "common/base/units.hpp"
 #include "common/realtime/realtime.hpp"
@@ -23,25 +26,45 @@ constexpr Duration kStep = std::chrono::microseconds(500);
 
 struct Options {
   LinkProxySettings proxy;
+  std::vector<std::string> listen{proxy.listen};
   std::string delay = "0ms";
   std::string jitter = "0ms";
   std::string loss = "0%";
+  std::string duplication = "0%";
   std::string duration;
 };
+
+/// By the address that each listens at.
+using Proxies = std::map<std::string, std::unique_ptr<LinkProxy>>;
 
 void obey(const std::string& word, LinkProxy& proxy) {
   if (word == "cut" || word == "restore") {
     proxy.cut(word == "cut");
   } else if (word == "move") {
     proxy.move();
+  } else if (word == "reset") {
+    proxy.reset();
   } else {
-    throw std::invalid_argument("'" + word + "' is not understood; say cut, restore or move");
+    throw std::invalid_argument("'" + word + "' is not understood; say cut, restore, move or reset");
   }
-  std::cout << word << std::endl;
+}
+
+/// A word, of all links, or with the address of one.
+void obey_line(const std::string& line, const Proxies& proxies) {
+  const std::size_t space = std::min(line.find(' '), line.size());
+  const std::string word = line.substr(0, space);
+  if (space == line.size()) {
+    for (const auto& [address, proxy] : proxies) obey(word, *proxy);
+  } else {
+    const auto found = proxies.find(line.substr(space + 1));
+    if (found == proxies.end()) throw std::invalid_argument("'" + line + "' names no address of --listen");
+    obey(word, *found->second);
+  }
+  std::cout << line << std::endl;
 }
 
 /// What has been typed so far, a line each.
-void listen_to_stdin(std::string& begun, bool& has_ended, LinkProxy& proxy) {
+void listen_to_stdin(std::string& begun, bool& has_ended, const Proxies& proxies) {
   pollfd input{STDIN_FILENO, POLLIN, 0};
   if (has_ended || ::poll(&input, 1, 0) <= 0) return;
   std::array<char, 256> bytes{};
@@ -49,9 +72,24 @@ void listen_to_stdin(std::string& begun, bool& has_ended, LinkProxy& proxy) {
   has_ended = size <= 0;
   if (!has_ended) begun.append(bytes.data(), static_cast<std::size_t>(size));
   for (std::size_t end = begun.find('\n'); end != std::string::npos; end = begun.find('\n')) {
-    obey(begun.substr(0, end), proxy);
+    obey_line(begun.substr(0, end), proxies);
     begun.erase(0, end + 1);
   }
+}
+
+Proxies open_links(const Options& options) {
+  if (options.listen.size() > 1 && !options.proxy.capture.empty()) {
+    throw std::invalid_argument("--capture is of one link; give only one --listen");
+  }
+  Proxies proxies;
+  LinkProxySettings settings = options.proxy;
+  for (const std::string& address : options.listen) {
+    settings.listen = address;
+    if (proxies.contains(address)) throw std::invalid_argument("--listen " + address + " is given twice");
+    proxies[address] = std::make_unique<LinkProxy>(settings);
+    ++settings.seed;
+  }
+  return proxies;
 }
 
 int run(Options options) {
@@ -59,19 +97,22 @@ int run(Options options) {
   options.proxy.link.delay = parse_duration(options.delay, "ms");
   options.proxy.link.jitter = parse_duration(options.jitter, "ms");
   options.proxy.link.loss = parse_fraction(options.loss, net::kMaxLoss);
+  options.proxy.link.duplication = parse_fraction(options.duplication);
   if (const std::string problem = options.proxy.link.problem(); !problem.empty()) throw std::invalid_argument(problem);
-  LinkProxy proxy(options.proxy);
+  const Proxies proxies = open_links(options);
   const SteadyClock clock;
   const LocalTime end =
       options.duration.empty() ? LocalTime::max() : clock.now() + parse_duration(options.duration, "s");
-  std::cout << "tandem-lab link: from " << options.proxy.listen << " to " << options.proxy.server << ", port "
-            << options.proxy.port << std::endl;
+  for (const std::string& address : options.listen) {
+    std::cout << "tandem-lab link: from " << address << " to " << options.proxy.server << ", port "
+              << options.proxy.port << std::endl;
+  }
   realtime::PeriodicTimer timer(kStep, clock.now());
   std::string begun;
   bool has_ended = false;
   while (timer.wait() < end) {
-    proxy.step(clock.now());
-    listen_to_stdin(begun, has_ended, proxy);
+    for (const auto& [address, proxy] : proxies) proxy->step(clock.now());
+    listen_to_stdin(begun, has_ended, proxies);
   }
   return 0;
 }
@@ -82,15 +123,23 @@ void add_link_command(CLI::App& app, int& exit_code) {
   const auto options = std::make_shared<Options>();
   CLI::App* command = app.add_subcommand(
       "link",
-      "A simulated link between real programs; cut, restore and move on stdin break it, mend it, and change where "
-      "datagrams come from");
-  command->add_option("--listen", options->proxy.listen, "address that clients connect to")->capture_default_str();
+      "A simulated link between real programs; cut and restore on stdin let nothing through and mend it, move changes "
+      "where datagrams come from, reset ends the connections; with an address of --listen behind it, of that link "
+      "only");
+  command->add_option("--listen", options->listen, "address that clients connect to; given again, another link")
+      ->allow_extra_args(false)
+      ->type_name("ADDRESS")
+      ->capture_default_str();
   command->add_option("--server", options->proxy.server, "address of the server")->capture_default_str();
   command->add_option("--port", options->proxy.port, "TCP and UDP, of both")->capture_default_str();
   command->add_option("--delay", options->delay, "each way, e.g. 25ms")->capture_default_str();
   command->add_option("--jitter", options->jitter, "its standard deviation")->capture_default_str();
   command->add_option("--loss", options->loss, "share of datagrams lost")->capture_default_str();
-  command->add_option("--seed", options->proxy.seed, "of jitter and loss")->capture_default_str();
+  command->add_option("--duplication", options->duplication, "share of datagrams delivered twice")
+      ->capture_default_str();
+  command->add_flag("--reorder", options->proxy.link.allows_reordering, "let jitter reorder datagrams");
+  command->add_option("--seed", options->proxy.seed, "of jitter, loss and duplication; of the next link one more")
+      ->capture_default_str();
   command->add_option("--capture", options->proxy.capture, "write all bytes that go through to this file");
   command->add_option("--duration", options->duration, "end after this long, with unit [default: never]");
   command->callback([options, &exit_code] { exit_code = run(*options); });

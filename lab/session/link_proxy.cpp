@@ -4,7 +4,7 @@
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/ip/udp.hpp>
-#include <boost/asio/write.hpp>
+#include <fstream>
 #include <map>
 #include <span>
 #include <vector>
@@ -20,6 +20,8 @@ using net::SimulatedLink;
 
 constexpr std::size_t kBytesAtOnce = 16 * 1024;
 constexpr int kDatagramsAtOnce = 256;
+/// Of a client whose datagrams come from somewhere else by now, or not at all any more.
+constexpr Duration kForgetAfter = std::chrono::minutes(1);
 
 /// One direction of a stream.
 struct Pipe {
@@ -51,7 +53,15 @@ struct Flow {
   udp::socket server;
   SimulatedLink up;
   SimulatedLink down;
+  LocalTime heard{};  ///< when the client sent last
 };
+
+/// Closed without a farewell: the other end is told that the connection is no more.
+void reset_socket(tcp::socket& socket) {
+  error_code error;
+  socket.set_option(tcp::socket::linger(true, 0), error);
+  socket.close(error);
+}
 
 }  // namespace
 
@@ -151,6 +161,7 @@ void LinkProxy::Impl::take_from_clients(LocalTime now) {
       connect(*flow);
     }
     if (!error && !is_cut) flow->up.send(now, std::span(bytes).first(size));
+    flow->heard = now;
     note(std::span(bytes).first(size));
   }
 }
@@ -179,6 +190,7 @@ LinkProxy::~LinkProxy() = default;
 void LinkProxy::step(LocalTime now) {
   impl_->take_from_clients(now);
   for (const auto& [client, flow] : impl_->flows) impl_->carry(*flow, client, now);
+  std::erase_if(impl_->flows, [now](const auto& known) { return now - known.second->heard > kForgetAfter; });
   if (impl_->is_cut) return;
   impl_->accept();
   for (const auto& stream : impl_->streams) impl_->carry(*stream, now);
@@ -191,6 +203,22 @@ void LinkProxy::cut(bool is_cut) {
 
 void LinkProxy::move() {
   for (const auto& [client, flow] : impl_->flows) impl_->connect(*flow);
+}
+
+void LinkProxy::reset() {
+  for (const auto& stream : impl_->streams) {
+    reset_socket(stream->client);
+    reset_socket(stream->server);
+  }
+  impl_->streams.clear();
+}
+
+std::size_t LinkProxy::streams() const {
+  return impl_->streams.size();
+}
+
+std::size_t LinkProxy::flows() const {
+  return impl_->flows.size();
 }
 
 }  // namespace tandem::lab

@@ -2,11 +2,12 @@
 // the server, TCP and UDP of one port number.
 //
 //   client ══ TCP ══▶ [reliable link up] ══▶ server        a user's datagrams leave by a socket of their own, as behind a
-//   client ◀══ UDP ══ [link down] ◀══════════ server       NAT: move() gives each another one, cut() lets nothing through
+//   client ◀══ UDP ══ [link down] ◀══════════ server       NAT: move() gives each another one, cut() lets nothing through,
+//                                                          reset() ends the streams
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
-#include <fstream>
 #include <memory>
 #include <string>
 
@@ -37,6 +38,11 @@ class LinkProxy {
   void cut(bool is_cut);
   /// Datagrams to the server come from another port from now on.
   void move();
+  /// Ends all streams at once for both ends (TCP reset), as a NAT does that was started anew; new ones may come.
+  void reset();
+  /// Streams and clients' datagram addresses that are known at the moment; one that is silent for a minute is forgotten.
+  std::size_t streams() const;
+  std::size_t flows() const;
 
  private:
   struct Impl;
