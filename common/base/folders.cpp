@@ -9,6 +9,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <string>
+#include <string_view>
 
 namespace tandem {
 namespace {
@@ -46,10 +47,22 @@ void sync_folder(const std::filesystem::path& folder) {
 
 enum class Old { kReplaced, kStays };
 
+/// What mkostemp(3) fills in, behind the file's name.
+constexpr std::string_view kUnfinished = ".XXXXXX";
+
+bool is_unfinished(const std::string& name, const std::string& file) {
+  if (!name.starts_with(file) || name.size() != file.size() + kUnfinished.size() || name[file.size()] != '.')
+    return false;
+  const auto is_alphanumeric = [](char c) {
+    return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z');
+  };
+  return std::all_of(name.begin() + static_cast<std::ptrdiff_t>(file.size()) + 1, name.end(), is_alphanumeric);
+}
+
 std::error_code write_file(const std::filesystem::path& file, Parts parts, unsigned mode, Old old, Disk disk) {
   std::error_code error;
   if (file.has_parent_path()) std::filesystem::create_directories(file.parent_path(), error);
-  std::string partial = file.string() + ".XXXXXX";
+  std::string partial = file.string().append(kUnfinished);
   const int descriptor = ::mkostemp(partial.data(), O_CLOEXEC);  // readable by its owner alone
   if (descriptor < 0) return last_error();
   error = write_parts(descriptor, parts, mode, disk) ? std::error_code{} : last_error();
@@ -90,6 +103,19 @@ std::error_code replace_file(const std::filesystem::path& file, Parts parts, uns
 
 std::error_code replace_cache_file(const std::filesystem::path& file, Parts parts) {
   return write_file(file, parts, 0644, Old::kReplaced, Disk::kNotAwaited);
+}
+
+std::size_t remove_unfinished(const std::filesystem::path& file) {
+  std::size_t number = 0;
+  std::error_code error;
+  const auto folder = file.has_parent_path() ? file.parent_path() : std::filesystem::path(".");
+  for (std::filesystem::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error)) {
+    std::error_code ignored;
+    const bool is_file = entry->symlink_status(ignored).type() == std::filesystem::file_type::regular;
+    if (!is_file || !is_unfinished(entry->path().filename().string(), file.filename().string())) continue;
+    number += std::filesystem::remove(entry->path(), ignored) ? 1 : 0;
+  }
+  return number;
 }
 
 std::error_code write_new_file(const std::filesystem::path& file, Parts parts, unsigned mode) {

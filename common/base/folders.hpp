@@ -31,6 +31,12 @@ std::error_code replace_file(const std::filesystem::path& file, std::initializer
 std::error_code replace_cache_file(const std::filesystem::path& file,
                                    std::initializer_list<std::span<const std::byte>> parts);
 
+/// Removes what writers left beside the file that were killed while they wrote it. Only for who alone writes it: whether
+/// another one still writes cannot be told.
+/// Out     how many there were
+/// Thread  any
+std::size_t remove_unfinished(const std::filesystem::path& file);
+
 /// As replace_file(); file_exists where the file is there already, and stays as it is, also when another process makes it at the
 /// same time.
 std::error_code write_new_file(const std::filesystem::path& file,

@@ -57,6 +57,7 @@ ServerCheckpoint::ServerCheckpoint(const std::filesystem::path& folder, const st
       on_news_(std::move(on_news)),
       restored_(rooms.size()) {
   for (const auto& room : rooms) rooms_.push_back(room.get());
+  remove_unfinished(file_);
   read();
   for (Room* const room : rooms_) {
     watches_.push_back(std::make_unique<Watch>(*room));

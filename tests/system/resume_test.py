@@ -102,6 +102,14 @@ class Restarts(SecureTest):
             result = run("tandem-server", "--scene", "free", "--port", "0", "--resume", "--state", server.state)
             self.assert_setup_error(result, "--state", "another server")
 
+    def test_what_a_server_left_that_was_killed_while_it_wrote_is_removed(self):
+        with SecureServer(self.folder, "--resume") as server:
+            left = os.path.join(server.state, "checkpoint.pb.a1B2c3")
+        with open(left, "w") as file:
+            file.write("half")
+        with SecureServer(self.folder, "--resume"):
+            self.assertFalse(os.path.exists(left))
+
     def test_without_the_option_everything_begins_anew(self):
         with SecureServer(self.folder) as server:
             self.assertFalse(os.path.exists(os.path.join(server.state, "checkpoint.pb")))

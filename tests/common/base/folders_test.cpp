@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <csignal>
@@ -95,6 +96,35 @@ TEST_F(WholeFile, StaysAsItWasWhereThereIsNoRoom) {
   EXPECT_EQ(error, std::errc::file_too_large);
   EXPECT_EQ(text_of(file), "old");
   EXPECT_EQ(files(), 1);
+}
+
+TEST_F(WholeFile, OfAKilledWriterIsRemovedByTheNextAlone) {
+  const fs::path file = folder / "file";
+  EXPECT_FALSE(replace_file(file, {bytes_of("old")}));
+  const pid_t writer = ::fork();
+  if (writer == 0) {
+    const rlimit narrow{4, 4};
+    ::signal(SIGXFSZ, SIG_DFL);
+    const rlimit no_core{0, 0};
+    ::setrlimit(RLIMIT_CORE, &no_core);
+    ::setrlimit(RLIMIT_FSIZE, &narrow);
+    replace_file(file, {bytes_of("longer than four bytes")});
+    ::_exit(0);
+  }
+  int status = 0;
+  ASSERT_EQ(::waitpid(writer, &status, 0), writer);
+  ASSERT_TRUE(WIFSIGNALED(status));
+  ASSERT_EQ(files(), 2) << "what it had begun";
+
+  for (const char* const other : {"file.abcde", "file.abcdefg", "file.abc-ef", "filex.abcdef", "file-abcdef"}) {
+    EXPECT_FALSE(replace_file(folder / other, {bytes_of("text")}));
+  }
+  fs::create_directories(folder / "file.folder");
+  fs::create_symlink(file, folder / "file.alinkk");
+  EXPECT_EQ(remove_unfinished(file), 1U);
+  EXPECT_EQ(files(), 8);
+  EXPECT_EQ(text_of(file), "old");
+  EXPECT_EQ(remove_unfinished(folder / "no folder" / "file"), 0U);
 }
 
 }  // namespace
