@@ -125,8 +125,8 @@ def run_files(names, _is_short):
     return table(FILE_HEAD, rows), failures
 
 
-def write_readme(name, text):
-    path = os.path.join(bench.HERE, "README.md")
+def write_readme(name, text, folder=bench.HERE):
+    path = os.path.join(folder, "README.md")
     begin, end = f"<!-- {name} -->\n", f"<!-- end of {name} -->\n"
     with open(path) as file:
         whole = file.read()
