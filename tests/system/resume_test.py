@@ -54,7 +54,7 @@ class Restarts(SecureTest):
         invitations = [server.invitation("--name", name) for name in ("anna", "ben")]
         clients = []
         for invitation, name, hand in zip(invitations, ("anna", "ben"), ("peg-left", "peg-right")):
-            clients.append(start_client("--join", invitation, "--hand", hand, "--duration", "60s"))
+            clients.append(start_client("--join", invitation, "--hand", hand, "--duration", f"{60 + 10 * KILLS}s"))
             server.wait_for(f"{name}.*joined")
         before = None
         for number in range(KILLS + 1):
