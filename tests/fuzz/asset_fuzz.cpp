@@ -1,20 +1,14 @@
 // Any bytes as a surface or a molecule that a server sends, as the first byte chooses: what is read is sound, and the same
 // after it was written. The checksum at the end is set right first, or nothing would get past it.
 #include <cstdint>
-#include <cstdlib>
 #include <vector>
 
 #include "common/base/byte_io.hpp"
 #include "common/docking/molecule_asset.hpp"
 #include "common/geometry/surface_asset.hpp"
+#include "tests/fuzz/check.hpp"
 
-namespace {
-
-void check(bool is_good) {
-  if (!is_good) std::abort();
-}
-
-}  // namespace
+using tandem::fuzz::check;
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace tandem;

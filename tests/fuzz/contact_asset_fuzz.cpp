@@ -2,17 +2,15 @@
 // being written and read again. The checksum at the end is set right first, or nothing would get past it.
 #include <cmath>
 #include <cstdint>
-#include <cstdlib>
 #include <vector>
 
 #include "common/base/byte_io.hpp"
 #include "common/contact/contact_shape.hpp"
+#include "tests/fuzz/check.hpp"
 
 namespace {
 
-void check(bool is_good) {
-  if (!is_good) std::abort();
-}
+using tandem::fuzz::check;
 
 void ask(const tandem::contact::ContactShape& shape) {
   for (const double share : {-1.0, 0.0, 0.3, 0.5, 0.9, 1.0, 2.0}) {

@@ -1,18 +1,15 @@
 // Any bytes as a datagram, read by either side; what is read must survive being written and read again.
 #include <cstdint>
-#include <cstdlib>
 #include <span>
 
 #include "proto/state_codec.hpp"
+#include "tests/fuzz/check.hpp"
 
 namespace {
 
+using tandem::fuzz::check;
 using tandem::proto::Bytes;
 using tandem::proto::DropReason;
-
-void check(bool is_good) {
-  if (!is_good) std::abort();
-}
 
 void read_as_client_update(std::span<const std::byte> payload) {
   tandem::proto::ClientUpdate update;

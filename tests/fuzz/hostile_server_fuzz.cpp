@@ -2,24 +2,21 @@
 // whatever comes, the force at the hand is finite, below the device's limit, and changes no faster than it may.
 #include <cmath>
 #include <cstdint>
-#include <cstdlib>
 #include <memory>
 
 #include "client/client.hpp"
 #include "proto/control_framing.hpp"
 #include "tests/client/haptics/scripted_device.hpp"
+#include "tests/fuzz/check.hpp"
 #include "tests/fuzz/server_script.hpp"
 
 namespace {
 
 using namespace tandem;
+using fuzz::check;
 
 constexpr Duration kTick = std::chrono::milliseconds(1);
 constexpr int kMaxTicks = 400;
-
-void check(bool is_good) {
-  if (!is_good) std::abort();
-}
 
 /// The connection is there as soon as it is wanted; nothing that is sent arrives.
 class Line final : public client::ClientTransport {

@@ -1,18 +1,12 @@
 // Any bytes as a join token, and as the text of an invitation: what is read is within its ranges and reads back.
 #include <cstdint>
-#include <cstdlib>
 #include <span>
 #include <string_view>
 
 #include "proto/join_token.hpp"
+#include "tests/fuzz/check.hpp"
 
-namespace {
-
-void check(bool is_good) {
-  if (!is_good) std::abort();
-}
-
-}  // namespace
+using tandem::fuzz::check;
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace tandem;

@@ -2,19 +2,16 @@
 // program of its own with bounded memory and time, and not tested here.
 #include <cmath>
 #include <cstdint>
-#include <cstdlib>
 #include <span>
 
 #include "common/geometry/mesh_repair.hpp"
 #include "common/geometry/surface_asset.hpp"
+#include "tests/fuzz/check.hpp"
 
 namespace {
 
 using namespace tandem;
-
-void check(bool is_good) {
-  if (!is_good) std::abort();
-}
+using fuzz::check;
 
 void check(const geometry::TriangleMesh& mesh) {
   const auto count = static_cast<int>(mesh.vertices.size());

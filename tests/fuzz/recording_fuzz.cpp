@@ -1,19 +1,13 @@
 // Any bytes as a recording: the reader ends, what it gives lies within the file's limits, and what it read can be written and
 // read again.
 #include <cstdint>
-#include <cstdlib>
 #include <sstream>
 
 #include "common/recording/mcap_reader.hpp"
 #include "common/recording/mcap_writer.hpp"
+#include "tests/fuzz/check.hpp"
 
-namespace {
-
-void check(bool is_good) {
-  if (!is_good) std::abort();
-}
-
-}  // namespace
+using tandem::fuzz::check;
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace tandem::recording;

@@ -1,21 +1,18 @@
 // Any bytes as a sealed datagram, at either end of a connection whose keys are known: past the seal, so that what an
 // authentic but hostile peer says is read too. What is opened once is not opened again.
 #include <cstdint>
-#include <cstdlib>
 #include <span>
 
 #include "proto/datagram_channel.hpp"
 #include "proto/state_codec.hpp"
+#include "tests/fuzz/check.hpp"
 #include "tests/fuzz/secure_seeds.hpp"
 
 namespace {
 
 using namespace tandem;
+using fuzz::check;
 using proto::DropReason;
-
-void check(bool is_good) {
-  if (!is_good) std::abort();
-}
 
 proto::DatagramChannel channel_that_sends(proto::DatagramType type, proto::ChannelCounters& counters) {
   return {{.sends = type, .connection = fuzz::kConnection, .max_rate_hz = 1000, .secret = fuzz::fixed_secret()},

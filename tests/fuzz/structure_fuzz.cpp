@@ -2,20 +2,17 @@
 // hangs together, or it is refused in one line.
 #include <array>
 #include <cstdint>
-#include <cstdlib>
 #include <string>
 
 #include "server/assets/structures/mmcif_reader.hpp"
 #include "server/assets/structures/pdb_reader.hpp"
 #include "server/assets/structures/pqr_reader.hpp"
+#include "tests/fuzz/check.hpp"
 
 namespace {
 
 using namespace tandem;
-
-void check(bool is_good) {
-  if (!is_good) std::abort();
-}
+using fuzz::check;
 
 void check(const server::PdbStructure& structure) {
   for (const server::PdbResidue& residue : structure.residues) {
