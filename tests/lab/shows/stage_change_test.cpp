@@ -5,20 +5,14 @@
 #include <chrono>
 #include <utility>
 
+#include "tests/lab/shows/pressed_wall.hpp"
 #include "tests/lab/shows/shown.hpp"
 
 namespace tandem::lab {
 namespace {
 
 using namespace std::chrono_literals;
-using Ticks = std::vector<TickSample>;
 
-/// Of the wall's 14 s: the hand presses deeper from 5.1 s to 7.1 s, and is still from 9.6 s to 13.1 s.
-struct Change {
-  Duration there{};
-  Duration back{};
-};
-constexpr Change kMoving{5500ms, 6300ms}, kStill{11s, 11800ms};
 constexpr Duration kWatched = 700ms;
 
 Ticks pressed(const OnClient& on_client) {
@@ -39,30 +33,15 @@ Ticks pressed_while(const client::StageSettings& there) {
   });
 }
 
-/// In a millisecond.
-double largest_step_n(const Ticks& ticks, Duration from) {
-  double largest = 0;
-  for (std::size_t k = 1; k < ticks.size(); ++k) {
-    if (ticks[k].time <= from || ticks[k].time > from + kWatched) continue;
-    largest = std::max(largest, (ticks[k].displayed_D.f - ticks[k - 1].displayed_D.f).norm());
-  }
-  return largest;
-}
-
-double force_at_n(const Ticks& ticks, Duration time) {
-  const auto at = std::ranges::find_if(ticks, [time](const TickSample& tick) { return tick.time >= time; });
-  return at == ticks.end() ? 0 : at->displayed_D.f.norm();
-}
-
 class Changed : public testing::TestWithParam<client::StageSettings> {};
 
 TEST_P(Changed, WhileTheHandPressesMakesNoStepOfTheForce) {
   const Ticks ticks = pressed_while(GetParam());
   for (const Change& change : {kMoving, kStill}) {
-    ASSERT_GT(force_at_n(ticks, change.there), 2) << "nothing was felt, so nothing was tested";
+    ASSERT_GT(force_at_n(ticks, change.there).norm(), 2) << "nothing was felt, so nothing was tested";
     for (const Duration when : {change.there, change.back}) {
-      EXPECT_LE(largest_step_n(ticks, when), 0.1) << to_seconds(when) << " s";
-      EXPECT_GT(force_at_n(ticks, when + kWatched), 1) << to_seconds(when) << " s: it is felt all the time";
+      EXPECT_LE(largest_step_n(ticks, when, kWatched), 0.1) << to_seconds(when) << " s";
+      EXPECT_GT(force_at_n(ticks, when + kWatched).norm(), 1) << to_seconds(when) << " s: it is felt all the time";
     }
   }
 }
@@ -90,8 +69,8 @@ TEST(ChangedDelay, WhileTheHandPressesMakesNoStepOfTheForce) {
   user.up.delay_path.starts_anywhere = user.down.delay_path.starts_anywhere = false;
   const Ticks ticks = run_virtual_session(trial.experiment, load_experiment_scene(trial.experiment)).users.at(0).ticks;
   for (const Duration when : {kMoving.there, kStill.there}) {
-    EXPECT_GT(force_at_n(ticks, when), 2);
-    EXPECT_LE(largest_step_n(ticks, when), 0.1);
+    EXPECT_GT(force_at_n(ticks, when).norm(), 2);
+    EXPECT_LE(largest_step_n(ticks, when, kWatched), 0.1);
   }
 }
 
