@@ -268,7 +268,7 @@ void add_link_options(CLI::App& app, net::LinkParameters& link, bool& is_used) {
            link.rate_limit_bytes_per_s = value;
            is_used = true;
          },
-         "capacity" + each + " [bytes/s]")
+         "capacity" + each + ", of datagrams and control together [bytes/s]")
       ->type_name("BYTES/S");
   app.add_flag_callback(
       "--reorder", [&link, &is_used] { link.allows_reordering = is_used = true; }, "let jitter reorder datagrams");

@@ -30,7 +30,10 @@ struct Links {
       : up(links.up, links.seed, first_stream),
         down(links.down, links.seed, first_stream + 1),
         control_up(net::SimulatedLink::reliable(links.up, links.seed, first_stream + 2)),
-        control_down(net::SimulatedLink::reliable(links.down, links.seed, first_stream + 3)) {}
+        control_down(net::SimulatedLink::reliable(links.down, links.seed, first_stream + 3)) {
+    control_up.share_line(up);
+    control_down.share_line(down);
+  }
 
   std::optional<LocalTime> next_due() const {
     std::optional<LocalTime> earliest;

@@ -136,8 +136,8 @@ void SimulatedLink::send(LocalTime now, std::span<const std::byte> packet) {
   LocalTime on_wire = now;
   if (parameters_.rate_limit_bytes_per_s > 0) {
     const double seconds = static_cast<double>(packet.size()) / parameters_.rate_limit_bytes_per_s;
-    line_free_ = std::max(line_free_, now) + from_seconds(seconds);
-    on_wire = line_free_;
+    *line_free_ = std::max(*line_free_, now) + from_seconds(seconds);
+    on_wire = *line_free_;
   }
   // Drawn for every packet, so that changing the loss leaves the delays as they were; copies have draws of their own.
   const Duration delay = draw_delay(delays_, on_wire);
@@ -161,8 +161,7 @@ std::optional<std::vector<std::byte>> SimulatedLink::receive(LocalTime now) {
 }
 
 std::size_t SimulatedLink::queued_bytes(LocalTime now) const {
-  if (line_free_ <= now) return 0;
-  return static_cast<std::size_t>(to_seconds(line_free_ - now) * parameters_.rate_limit_bytes_per_s);
+  return static_cast<std::size_t>(to_seconds(line_wait(now)) * parameters_.rate_limit_bytes_per_s);
 }
 
 std::optional<LocalTime> SimulatedLink::next_due() const {

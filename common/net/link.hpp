@@ -2,9 +2,11 @@
 // the same class runs under virtual time in the lab and live inside the client.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -77,8 +79,9 @@ struct LinkCounters {
 
 /// Carries packets (or, when reliable, stream chunks) from send() to receive(). Times must not decrease.
 ///
-/// A packet passes the queue limit, then the rate limit, then the loss. The same seed and stream give the same
-/// fate to the same packets; loss and duplication leave the draws of the packets' own delays as they are.
+/// A packet passes the queue limit, then the rate limit, which other links may share, then the loss. The same seed and
+/// stream give the same fate to the same packets; loss and duplication leave the draws of the packets' own delays as
+/// they are.
 /// Thread  one at a time
 class SimulatedLink {
  public:
@@ -87,10 +90,15 @@ class SimulatedLink {
   SimulatedLink(LinkParameters parameters, std::uint64_t seed, std::uint64_t stream);
   /// A link for a byte stream: same delay and rate, order kept, nothing lost, doubled or refused.
   static SimulatedLink reliable(LinkParameters parameters, std::uint64_t seed, std::uint64_t stream);
+  /// From now on both links send on one line, as the datagrams and the stream of one direction do: the rate limit, which
+  /// should be the same in both, bounds their sum, and what one sends waits for what the other has sent before.
+  void share_line(SimulatedLink& other) { line_free_ = other.line_free_; }
 
   void send(LocalTime now, std::span<const std::byte> packet);
   /// The next packet due at `now`, in order of arrival; empty when none is due.
   std::optional<std::vector<std::byte>> receive(LocalTime now);
+  /// How long what is sent now waits for the rate limit to let it onto the line.
+  Duration line_wait(LocalTime now) const { return std::max(Duration{0}, *line_free_ - now); }
   /// Bytes that still wait for the rate limit to let them onto the line.
   std::size_t queued_bytes(LocalTime now) const;
   /// When the next packet is due, if any is in flight.
@@ -129,7 +137,8 @@ class SimulatedLink {
   LocalTime period_end_{};
   bool has_period_ = false;
   LocalTime last_due_{};
-  LocalTime line_free_{};
+  std::shared_ptr<LocalTime> line_free_ =
+      std::make_shared<LocalTime>();                            ///< when the line is idle; one for all who share it
   std::multimap<LocalTime, std::vector<std::byte>> in_flight_;  ///< by when they are due; alike, as they were sent
   LinkCounters counters_;
 };

@@ -96,6 +96,9 @@ struct LinkProxy::Impl {
   std::vector<std::unique_ptr<Stream>> streams;
   std::map<udp::endpoint, std::unique_ptr<Flow>> flows;
   std::uint64_t links = 0;
+  // Nothing is sent on these: all streams and datagrams of a direction share their line.
+  SimulatedLink line_up{settings.link, settings.seed, 0};
+  SimulatedLink line_down{settings.link, settings.seed, 0};
   bool is_cut = false;
   std::ofstream capture;
 };
@@ -112,6 +115,8 @@ void LinkProxy::Impl::accept() {
     socket->set_option(tcp::no_delay(true));
   }
   streams.push_back(std::make_unique<Stream>(std::move(client), std::move(server), settings, links));
+  streams.back()->up.link.share_line(line_up);
+  streams.back()->down.link.share_line(line_down);
   links += 2;
 }
 
@@ -157,6 +162,8 @@ void LinkProxy::Impl::take_from_clients(LocalTime now) {
     auto& flow = flows[from];
     if (flow == nullptr) {
       flow = std::make_unique<Flow>(io, settings, links);
+      flow->up.share_line(line_up);
+      flow->down.share_line(line_down);
       links += 2;
       connect(*flow);
     }

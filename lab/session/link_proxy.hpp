@@ -20,7 +20,7 @@ struct LinkProxySettings {
   std::string listen = "127.0.0.2";  ///< clients connect there
   std::string server = "127.0.0.1";
   std::uint16_t port = 47800;  ///< of both: the server names its UDP port itself
-  net::LinkParameters link;    ///< each way
+  net::LinkParameters link;    ///< each way; its rate limit is of all users together
   std::uint64_t seed = 1;
   std::string capture;  ///< file of all bytes that go through, each way; empty: none
 };

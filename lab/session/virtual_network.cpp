@@ -46,7 +46,10 @@ VirtualClientTransport::VirtualClientTransport(const Clock& clock, net::LinkPara
       datagrams_up_(up, seed, first_stream),
       datagrams_down_(down, seed, first_stream + 1),
       stream_up_(net::SimulatedLink::reliable(std::move(up), seed, first_stream + 2)),
-      stream_down_(net::SimulatedLink::reliable(std::move(down), seed, first_stream + 3)) {}
+      stream_down_(net::SimulatedLink::reliable(std::move(down), seed, first_stream + 3)) {
+  stream_up_.share_line(datagrams_up_);
+  stream_down_.share_line(datagrams_down_);
+}
 
 void VirtualClientTransport::connect(LocalTime now) {
   ++attempt_;

@@ -3,8 +3,9 @@
 //   ClientSession ── VirtualClientTransport ══ up: datagrams, stream ══▶ ┐
 //                                          ◀══ down: datagrams, stream ══╡ VirtualNetwork ── SessionHub
 //
-// A stream (TCP) is a reliable SimulatedLink: its delay and rate are those of the datagrams, but what retransmission
-// would cost it under loss is not modelled. Connecting takes one round trip.
+// A stream (TCP) is a reliable SimulatedLink with the delay of the datagrams, on one line with them: of the rate limit each
+// has what the other leaves, in the order of sending. What retransmission would cost the stream under loss is not
+// modelled. Connecting takes one round trip.
 #pragma once
 
 #include <cstdint>

@@ -320,6 +320,23 @@ TEST(SimulatedLink, SpacesPacketsByTheRateLimit) {
   }
 }
 
+TEST(SimulatedLink, WaitsForWhatAnotherHasSentOnTheSameLine) {
+  LinkParameters parameters;
+  parameters.rate_limit_bytes_per_s = 100'000;
+  SimulatedLink stream = SimulatedLink::reliable(parameters, kSeed, 6);
+  SimulatedLink datagrams(parameters, kSeed, 7);
+  SimulatedLink elsewhere(parameters, kSeed, 8);
+  stream.share_line(datagrams);
+  stream.send(LocalTime{}, packet(0, 2000));  // 20 ms on the line
+  datagrams.send(LocalTime{}, packet(1, 500));
+  elsewhere.send(LocalTime{}, packet(1, 500));
+  stream.send(LocalTime{}, packet(2, 500));
+  EXPECT_EQ(datagrams.next_due(), LocalTime(milliseconds(20 + 5)));
+  EXPECT_EQ(elsewhere.next_due(), LocalTime(milliseconds(5)));
+  ASSERT_TRUE(stream.receive(LocalTime(milliseconds(20))));
+  EXPECT_EQ(stream.next_due(), LocalTime(milliseconds(20 + 5 + 5)));
+}
+
 TEST(SimulatedLink, RefusesWhatTheQueueCannotHold) {
   LinkParameters parameters;
   parameters.delay = milliseconds(10);
