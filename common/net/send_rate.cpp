@@ -2,16 +2,6 @@
 
 namespace tandem::net {
 
-void SendRate::LeastOver::add(Duration at, Duration value) noexcept {
-  if (began_ == Duration::min()) began_ = at;
-  if (at - began_ >= half_) {
-    before_ = at - began_ >= 2 * half_ ? Duration::max() : current_;
-    current_ = Duration::max();
-    began_ = at;
-  }
-  current_ = std::min(current_, value);
-}
-
 Duration SendRate::interval() const noexcept {
   if (is_draining_) return floor_;
   return limit_hz_ < kUnlimited ? std::min(floor_, from_seconds(1 / limit_hz_)) : Duration{0};

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "common/base/time.hpp"
+#include "common/net/least_over.hpp"
 
 namespace tandem::net {
 
@@ -51,20 +52,6 @@ class SendRate {
 
  private:
   static constexpr double kUnlimited = std::numeric_limits<double>::infinity();
-
-  /// Least of what was added within the last one to two halves of a span.
-  class LeastOver {
-   public:
-    explicit LeastOver(Duration span) : half_(span / 2) {}
-    void add(Duration at, Duration value) noexcept;
-    Duration least() const noexcept { return std::min(current_, before_); }
-
-   private:
-    Duration half_;
-    Duration began_ = Duration::min();
-    Duration current_ = Duration::max();
-    Duration before_ = Duration::max();
-  };
 
   Duration interval() const noexcept;
   void fall(Duration sent, Duration queue) noexcept;

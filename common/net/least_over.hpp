@@ -1,0 +1,37 @@
+// The least of the values of a recent span, without keeping them.
+#pragma once
+
+#include <algorithm>
+
+#include "common/base/time.hpp"
+
+namespace tandem::net {
+
+/// Least of what was added within the last one to two halves of a span.
+///
+/// Thread  any, one at a time; no allocation
+class LeastOver {
+ public:
+  explicit LeastOver(Duration span) : half_(span / 2) {}
+
+  /// In      at  must not decrease
+  void add(Duration at, Duration value) noexcept {
+    if (began_ == Duration::min()) began_ = at;
+    if (at - began_ >= half_) {
+      before_ = at - began_ >= 2 * half_ ? Duration::max() : current_;
+      current_ = Duration::max();
+      began_ = at;
+    }
+    current_ = std::min(current_, value);
+  }
+  /// Duration::max(): nothing was added.
+  Duration least() const noexcept { return std::min(current_, before_); }
+
+ private:
+  Duration half_;
+  Duration began_ = Duration::min();
+  Duration current_ = Duration::max();
+  Duration before_ = Duration::max();
+};
+
+}  // namespace tandem::net
