@@ -48,7 +48,8 @@ Client::Client(const ClientSettings& settings, devices::Device& device, ClientTr
   session_.find_scene_problem = [this](const wire::Joined& joined) { return problem_of_stage(joined); };
   session_.on_assets = [this] {
     stage_note_.clear();
-    if (std::exchange(is_stage_wanted_, false) || makes_something()) begin_rendering();
+    is_stage_wanted_ = is_stage_wanted_ || makes_something();
+    begin_when_possible();
   };
 }
 
@@ -85,8 +86,8 @@ void Client::set_stage(const StageSettings& stage) {
   }
   core_.control_passivity(stage.passivity);
   if (stage.name == before.name && stage.predictor == before.predictor && stage.wave == before.wave) return;
-  session_.set_asset_kinds(asset_kinds_of(stage.name));
   is_stage_wanted_ = true;
+  session_.set_asset_kinds(asset_kinds_of(stage.name));
 }
 
 void Client::begin_when_possible() {
@@ -120,7 +121,6 @@ void Client::begin_rendering() {
     }
     return made;
   };
-  // A future that is replaced waits for its thread: at most for one model.
   making_ = std::async(settings_.makes_models_aside ? std::launch::async : std::launch::deferred, make);
   if (settings_.makes_models_aside) return;
   making_.wait();

@@ -1,30 +1,42 @@
 #include "client/session/asset_fetcher.hpp"
 
 #include <algorithm>
-#include <vector>
+#include <span>
+#include <utility>
 
 #include "proto/control_framing.hpp"
 
 namespace tandem::client {
 
-std::vector<std::string> AssetFetcher::begin(const google::protobuf::RepeatedPtrField<wire::AssetInfo>& wanted) {
-  wanted_.clear();
-  partial_.clear();
-  is_awaiting_ = false;
+std::vector<std::string> AssetFetcher::begin(const AssetInfos& wanted, bool is_connected_anew) {
+  std::deque<Wanted> before = std::exchange(wanted_, {});
+  if (is_connected_anew) awaited_.clear();
+  std::vector<std::string> left_out = add(wanted);
+  for (Wanted& now : wanted_) {
+    const auto then = std::ranges::find(before, now.hash, &Wanted::hash);
+    if (then == before.end() || then->info.size_bytes() != now.info.size_bytes()) continue;
+    now.number = then->number;
+    now.bytes = std::move(then->bytes);
+    now.asked_to = is_connected_anew ? now.bytes.size() : then->asked_to;
+  }
+  return left_out;
+}
+
+std::vector<std::string> AssetFetcher::add(const AssetInfos& wanted) {
   std::vector<std::string> left_out;
   std::uint64_t planned = held_bytes_;
   for (const wire::AssetInfo& info : wanted) {
     const auto hash = proto::hash_from(info.sha256());
     if (!hash) {
       left_out.push_back("asset " + info.name() + " left out: its hash is not 32 bytes");
-    } else if (assets_.contains(*hash)) {
+    } else if (assets_.contains(*hash) || std::ranges::find(wanted_, *hash, &Wanted::hash) != wanted_.end()) {
       continue;
     } else if (info.size_bytes() > limit_bytes_ - std::min(planned, limit_bytes_)) {
       left_out.push_back("asset " + info.name() + " left out: with it, assets would be over " +
                          std::to_string(limit_bytes_) + " bytes");
     } else {
       planned += info.size_bytes();
-      if (!take_from_store(*hash, info.size_bytes())) wanted_.push_back(info);
+      if (!take_from_store(*hash, info.size_bytes())) wanted_.push_back({info, *hash, ++last_number_, {}, 0});
     }
   }
   return left_out;
@@ -38,53 +50,65 @@ bool AssetFetcher::take_from_store(const proto::Sha256& hash, std::uint64_t size
   return true;
 }
 
-std::optional<wire::GetAsset> AssetFetcher::next_request() {
-  if (is_awaiting_ || wanted_.empty()) return std::nullopt;
-  wire::GetAsset request;
-  request.set_sha256(wanted_.front().sha256());
-  request.set_offset(partial_.size());
-  is_awaiting_ = true;
-  return request;
+std::optional<wire::GetAsset> AssetFetcher::next_request(std::uint32_t request, std::size_t max_bytes) {
+  const auto is_open = [](const Wanted& wanted) {
+    return wanted.asked_to < wanted.info.size_bytes() || wanted.info.size_bytes() == 0;
+  };
+  const auto next = std::ranges::find_if(wanted_, is_open);
+  const std::size_t most = std::min(max_bytes, proto::kAssetChunkBytes);
+  if (next == wanted_.end() || most == 0) return std::nullopt;
+  // Of an asset without bytes, too, one piece is asked for.
+  const bool is_awaited = std::ranges::find(awaited_, next->number, &Awaited::wanted) != awaited_.end();
+  if (next->info.size_bytes() == 0 && is_awaited) return std::nullopt;
+  const std::size_t bytes =
+      static_cast<std::size_t>(std::min<std::uint64_t>(most, next->info.size_bytes() - next->asked_to));
+  awaited_.push_back({request, next->number, next->asked_to, bytes});
+  wire::GetAsset message;
+  message.set_sha256(next->info.sha256());
+  message.set_offset(next->asked_to);
+  message.set_max_bytes(static_cast<std::uint32_t>(std::max<std::size_t>(1, bytes)));
+  next->asked_to += bytes;
+  return message;
 }
 
-std::string AssetFetcher::on_chunk(const wire::AssetChunk& chunk) {
-  if (!is_awaiting_ || wanted_.empty()) return "an asset chunk came that was not asked for";
-  is_awaiting_ = false;
-  const wire::AssetInfo& wanted = wanted_.front();
-  const std::uint64_t missing = wanted.size_bytes() - partial_.size();
-  const bool is_next = chunk.sha256() == wanted.sha256() && chunk.offset() == partial_.size() &&
-                       chunk.total_bytes() == wanted.size_bytes();
-  const bool fits = chunk.data().size() <= std::min<std::uint64_t>(missing, proto::kAssetChunkBytes);
-  if (!is_next || !fits || (chunk.data().empty() && missing > 0)) {
-    std::string problem = "asset " + wanted.name() + ": the chunk is not the one asked for";
-    forget_first();
-    return problem;
-  }
+std::string AssetFetcher::on_chunk(std::uint32_t request, const wire::AssetChunk& chunk) {
+  if (!is_next(request)) return "an asset chunk came that was not asked for";
+  const Awaited awaited = awaited_.front();
+  awaited_.pop_front();
+  const auto wanted = std::ranges::find(wanted_, awaited.wanted, &Wanted::number);
+  if (wanted == wanted_.end()) return {};  // given up, or not wanted any more
+  std::string problem = take(*wanted, awaited, chunk);
+  if (!problem.empty() || assets_.contains(wanted->hash)) wanted_.erase(wanted);
+  return problem;
+}
+
+std::string AssetFetcher::take(Wanted& wanted, const Awaited& awaited, const wire::AssetChunk& chunk) {
+  const std::uint64_t size = wanted.info.size_bytes();
+  const bool is_it = chunk.sha256() == wanted.info.sha256() && chunk.offset() == awaited.offset &&
+                     awaited.offset == wanted.bytes.size() && chunk.total_bytes() == size &&
+                     chunk.data().size() == awaited.bytes;
+  if (!is_it) return "asset " + wanted.info.name() + ": the chunk is not the one asked for";
   const auto data = std::as_bytes(std::span(chunk.data()));
-  partial_.insert(partial_.end(), data.begin(), data.end());
-  return partial_.size() == wanted.size_bytes() ? finish() : std::string();
+  wanted.bytes.insert(wanted.bytes.end(), data.begin(), data.end());
+  return wanted.bytes.size() == size ? finish(wanted) : std::string();
 }
 
-std::string AssetFetcher::finish() {
-  const wire::AssetInfo& wanted = wanted_.front();
-  const proto::Sha256 hash = proto::sha256_of(partial_);
-  if (hash != proto::hash_from(wanted.sha256())) {
-    std::string problem = "asset " + wanted.name() + ": the bytes do not match their hash";
-    forget_first();
-    return problem;
+std::string AssetFetcher::finish(Wanted& wanted) {
+  if (proto::sha256_of(wanted.bytes) != wanted.hash) {
+    return "asset " + wanted.info.name() + ": the bytes do not match their hash";
   }
-  const auto bytes = std::make_shared<const proto::Bytes>(std::move(partial_));
+  const auto bytes = std::make_shared<const proto::Bytes>(std::move(wanted.bytes));
   held_bytes_ += bytes->size();
-  assets_[hash] = bytes;
-  if (store_) store_->keep(hash, bytes);
-  forget_first();
+  assets_[wanted.hash] = bytes;
+  if (store_) store_->keep(wanted.hash, bytes);
   return {};
 }
 
-void AssetFetcher::forget_first() {
-  is_awaiting_ = false;
-  partial_ = proto::Bytes();
-  if (!wanted_.empty()) wanted_.pop_front();
+void AssetFetcher::on_refused(std::uint32_t request) {
+  if (!is_next(request)) return;
+  const std::uint64_t refused = awaited_.front().wanted;
+  awaited_.pop_front();
+  std::erase_if(wanted_, [refused](const Wanted& wanted) { return wanted.number == refused; });
 }
 
 }  // namespace tandem::client

@@ -1,8 +1,9 @@
-// Fetches the files of a scene by content hash, one chunk at a time, and keeps only what hashes right.
+// Fetches the files of a scene by content hash, in pieces, and keeps only what hashes right.
 #pragma once
 
 #include <cstdint>
 #include <deque>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -18,7 +19,10 @@ namespace tandem::client {
 /// Memory that a server can make a client use for assets.
 inline constexpr std::uint64_t kMaxAssetBytes = 256ULL * 1024 * 1024;
 
-/// Asks for one chunk, waits for it, asks for the next: control messages of people never wait behind a file.
+using AssetInfos = google::protobuf::RepeatedPtrField<wire::AssetInfo>;
+
+/// Asks for piece after piece, as many ahead as its caller lets it, and puts together what comes. What has come of an asset
+/// is kept when the connection is lost, as long as the asset is wanted.
 ///
 /// Thread  io
 class AssetFetcher {
@@ -27,15 +31,22 @@ class AssetFetcher {
   explicit AssetFetcher(std::uint64_t limit_bytes = kMaxAssetBytes, std::shared_ptr<AssetStore> store = nullptr)
       : limit_bytes_(limit_bytes), store_(std::move(store)) {}
 
-  /// A new list to fetch; what is here or in the store already is not fetched again. Returns one line for each asset
-  /// that is left out (bad hash, over the limit).
-  std::vector<std::string> begin(const google::protobuf::RepeatedPtrField<wire::AssetInfo>& wanted);
-  /// The next chunk to ask for; empty while an answer is awaited or all is here.
-  std::optional<wire::GetAsset> next_request();
-  /// Takes an answer. The problem when it cannot be used (the asset is then given up); else empty.
-  std::string on_chunk(const wire::AssetChunk& chunk);
-  /// The server refused the chunk asked for last: its asset is given up.
-  void on_refused() { forget_first(); }
+  /// A new list to fetch, in its order. What is here or in the store already is not fetched again. Returns one line for
+  /// each asset that is left out (bad hash, over the limit).
+  ///
+  /// In      is_connected_anew  what was asked for is not answered any more
+  std::vector<std::string> begin(const AssetInfos& wanted, bool is_connected_anew);
+  /// The next piece to ask for, of `max_bytes` at most, as request number `request`; empty while all is asked for.
+  std::optional<wire::GetAsset> next_request(std::uint32_t request, std::size_t max_bytes);
+  /// Anything was asked for and not answered.
+  bool is_awaiting() const { return !awaited_.empty(); }
+  /// Answers come in the order of the requests: this one's is the next.
+  bool is_next(std::uint32_t request) const { return is_awaiting() && awaited_.front().request == request; }
+  /// Takes the answer to a request that is_next(). The problem when it cannot be used (its asset is then given up); else
+  /// empty.
+  std::string on_chunk(std::uint32_t request, const wire::AssetChunk& chunk);
+  /// The server refused a request that is_next(): its asset is given up.
+  void on_refused(std::uint32_t request);
 
   /// Nothing on the list is still to come: it is here, or was left out or given up.
   bool is_done() const { return wanted_.empty(); }
@@ -43,17 +54,33 @@ class AssetFetcher {
   std::uint64_t bytes() const { return held_bytes_; }
 
  private:
+  struct Wanted {
+    wire::AssetInfo info;
+    proto::Sha256 hash{};
+    std::uint64_t number = 0;    ///< no other one, of the same asset neither, has it
+    proto::Bytes bytes;          ///< that have come
+    std::uint64_t asked_to = 0;  ///< all before it has come or is awaited
+  };
+  /// A piece that was asked for and not answered.
+  struct Awaited {
+    std::uint32_t request = 0;
+    std::uint64_t wanted = 0;  ///< Wanted::number
+    std::uint64_t offset = 0;
+    std::size_t bytes = 0;
+  };
+
   bool take_from_store(const proto::Sha256& hash, std::uint64_t size);
-  std::string finish();
-  void forget_first();
+  std::vector<std::string> add(const AssetInfos& wanted);
+  std::string take(Wanted& wanted, const Awaited& awaited, const wire::AssetChunk& chunk);
+  std::string finish(Wanted& wanted);
 
   std::uint64_t limit_bytes_;
   std::shared_ptr<AssetStore> store_;
   AssetMap assets_;
   std::uint64_t held_bytes_ = 0;
-  std::deque<wire::AssetInfo> wanted_;  ///< their hashes have 32 bytes
-  proto::Bytes partial_;                ///< of wanted_.front()
-  bool is_awaiting_ = false;
+  std::uint64_t last_number_ = 0;
+  std::deque<Wanted> wanted_;
+  std::deque<Awaited> awaited_;
 };
 
 }  // namespace tandem::client

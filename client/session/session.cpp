@@ -144,11 +144,17 @@ void ClientSession::on_datagram(std::span<const std::byte> datagram, LocalTime n
   const proto::DropReason reason = impl_->stream.receive(
       datagram, now, [this](std::span<const std::byte> answer) { return impl_->deliver_state(answer); });
   impl_->counters.count_received(reason);
-  if (reason == proto::DropReason::kNone) impl_->scene.note_grip(impl_->stream.newest_update(), now);
+  if (reason != proto::DropReason::kNone) return;
+  const proto::ServerUpdate& update = impl_->stream.newest_update();
+  impl_->scene.note_grip(update, now);
+  impl_->fetch_rate.state_came(now, now.time_since_epoch() - update.sent.time_since_epoch(), datagram.size());
 }
 
 void ClientSession::poll(LocalTime now) {
-  if (impl_->status.state == SessionState::kActive) impl_->send_newest(now);
+  if (impl_->status.state == SessionState::kActive) {
+    impl_->send_newest(now);
+    impl_->request_assets(now);
+  }
   impl_->scene.check_when_due(now);
   impl_->check_time_outs(now);
 }

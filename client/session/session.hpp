@@ -69,6 +69,7 @@ struct SessionSettings {
   std::vector<std::string> asset_kinds{};       ///< that are fetched, of proto/WIRE.md's; others stay at the server
   bool wants_soft_shapes = false;               ///< is told how soft bodies yield: for a window
   std::vector<std::string> late_asset_kinds{};  ///< likewise, after on_assets: what is only drawn
+  bool fetches_one_at_a_time = false;  ///< a piece is asked for when the one before is here: the lab's comparison
   /// Asked for assets before the server is, and told what came from it; null: what is fetched lives as long as
   /// the session.
   std::shared_ptr<AssetStore> asset_store{};
@@ -159,7 +160,8 @@ class ClientSession {
   const std::string& news() const;
   /// The others who are in the room.
   const std::vector<wire::UserJoined>& users() const;
-  /// Verified bytes of the scene's files by their SHA-256; kept across reconnects. Fetched in the background.
+  /// Verified bytes of the scene's files by their SHA-256; kept across reconnects, as is what has come of one that is not
+  /// whole yet. Fetched in the background, no faster than leaves room for state (common/net/fetch_rate.hpp).
   const AssetMap& assets() const;
   net::ClockSync& clock_sync();
   const SessionCounters& counters() const;

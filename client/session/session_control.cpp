@@ -8,9 +8,8 @@
 namespace tandem::client {
 namespace {
 
-google::protobuf::RepeatedPtrField<wire::AssetInfo> of_kinds(
-    const std::vector<std::string>& kinds, const google::protobuf::RepeatedPtrField<wire::AssetInfo>& offered) {
-  google::protobuf::RepeatedPtrField<wire::AssetInfo> wanted;
+AssetInfos of_kinds(const std::vector<std::string>& kinds, const AssetInfos& offered) {
+  AssetInfos wanted;
   for (const wire::AssetInfo& info : offered) {
     if (std::ranges::find(kinds, info.kind()) != kinds.end()) *wanted.Add() = info;
   }
@@ -82,7 +81,7 @@ bool ClientSession::Impl::handle_active(const wire::ServerControl& message, Loca
       log(scene.name_of(BodyId{message.body_returned().body()}) + " is back at its start");
       return true;
     case wire::ServerControl::kAssetChunk:
-      take_asset_chunk(message.asset_chunk());
+      take_asset_chunk(message, now);
       return true;
     case wire::ServerControl::kParameterSet:
       take_parameter(message.parameter_set(), now);
@@ -168,9 +167,12 @@ void ClientSession::Impl::take_joined(const wire::Joined& answer, LocalTime now)
   const wire::Joined& joined = *scene.joined();
   log("joined \"" + joined.scene().name() + "\" as user " + std::to_string(joined.user()));
   if (owner.on_joined) owner.on_joined(joined);
-  has_announced_assets = has_new_kinds = false;
   users.clear();
-  fetch(settings.asset_kinds);
+  has_announced_assets = false;
+  fetch_rate.reset();
+  fetch(settings.asset_kinds, true);
+  announce_assets();
+  request_assets(now);
 }
 
 void ClientSession::Impl::take_error(const wire::ServerControl& message, LocalTime now) {
@@ -180,9 +182,10 @@ void ClientSession::Impl::take_error(const wire::ServerControl& message, LocalTi
     lose(now, "the server refused: " + error.text(), !(has_joined && may_pass(error.code())));
     return;
   }
-  if (asset_request != 0 && message.request() == asset_request) {
-    assets.on_refused();
-    request_asset();
+  if (assets.is_next(message.request())) {
+    fetch_rate.answered(now);
+    assets.on_refused(message.request());
+    announce_assets();
   }
   news = "refused: " + printable(error.text());
   log(news);
@@ -195,9 +198,12 @@ void ClientSession::Impl::take_goodbye(const wire::Goodbye& goodbye, LocalTime n
   lose(now, "the server ended the connection: " + goodbye.text(), is_final);
 }
 
-void ClientSession::Impl::take_asset_chunk(const wire::AssetChunk& chunk) {
-  if (const std::string problem = assets.on_chunk(chunk); !problem.empty()) log(problem);
-  request_asset();
+void ClientSession::Impl::take_asset_chunk(const wire::ServerControl& message, LocalTime now) {
+  if (assets.is_next(message.request())) fetch_rate.answered(now);
+  const std::string problem = assets.on_chunk(message.request(), message.asset_chunk());
+  if (!problem.empty()) log(problem);
+  announce_assets();
+  request_assets(now);
 }
 
 /// Only where the scene has such a body.
@@ -227,28 +233,32 @@ void ClientSession::Impl::go_to_room(const std::string& wanted, LocalTime now) {
   connect(now);
 }
 
-void ClientSession::Impl::fetch(const std::vector<std::string>& kinds) {
-  for (const std::string& line : assets.begin(of_kinds(kinds, scene.joined()->assets()))) log(line);
-  request_asset();
+void ClientSession::Impl::fetch(const std::vector<std::string>& kinds, bool is_connected_anew) {
+  const AssetInfos wanted = of_kinds(kinds, scene.joined()->assets());
+  for (const std::string& line : assets.begin(wanted, is_connected_anew)) log(line);
 }
 
-void ClientSession::Impl::request_asset() {
-  asset_request = 0;
-  if (assets.is_done()) return announce_assets();
-  const auto wanted = assets.next_request();
-  if (!wanted) return;
-  wire::ClientControl message;
-  *message.mutable_get_asset() = *wanted;
-  send_request(message);
-  asset_request = last_request;
+void ClientSession::Impl::request_assets(LocalTime now) {
+  const auto may_ask = [this, now] {
+    if (!settings.fetches_one_at_a_time) return fetch_rate.may_ask(now);
+    return assets.is_awaiting() ? 0 : proto::kAssetChunkBytes;
+  };
+  while (const std::size_t bytes = may_ask()) {
+    const auto wanted = assets.next_request(last_request + 1, bytes);
+    if (!wanted) return;
+    wire::ClientControl message;
+    *message.mutable_get_asset() = *wanted;
+    send_request(message);
+    fetch_rate.asked(now, wanted->max_bytes());
+  }
 }
 
+/// Then what is only drawn follows.
 void ClientSession::Impl::announce_assets() {
-  if (std::exchange(has_new_kinds, false)) return fetch(settings.asset_kinds);
-  if (has_announced_assets) return;
+  if (has_announced_assets || !assets.is_done()) return;
   has_announced_assets = true;
   if (owner.on_assets) owner.on_assets();
-  if (!settings.late_asset_kinds.empty()) fetch(settings.late_asset_kinds);
+  if (!settings.late_asset_kinds.empty()) fetch(settings.late_asset_kinds, false);
 }
 
 void ClientSession::Impl::send(wire::ClientControl& message) {
@@ -317,12 +327,13 @@ void ClientSession::leave(LocalTime) {
 void ClientSession::set_asset_kinds(std::vector<std::string> kinds) {
   impl_->settings.asset_kinds = std::move(kinds);
   if (impl_->status.state != SessionState::kActive) return;
-  impl_->has_new_kinds = true;
-  if (impl_->assets.is_done()) impl_->request_asset();
+  impl_->has_announced_assets = false;
+  impl_->fetch(impl_->settings.asset_kinds, false);
+  impl_->announce_assets();
 }
 
 bool ClientSession::has_assets() const {
-  return impl_->status.state == SessionState::kActive && impl_->has_announced_assets && impl_->assets.is_done();
+  return impl_->status.state == SessionState::kActive && impl_->has_announced_assets;
 }
 
 }  // namespace tandem::client

@@ -12,6 +12,7 @@
 #include "client/session/joined_scene.hpp"
 #include "client/session/session.hpp"
 #include "client/session/state_stream.hpp"
+#include "common/net/fetch_rate.hpp"
 #include "proto/control_framing.hpp"
 
 namespace tandem::client {
@@ -46,12 +47,12 @@ struct ClientSession::Impl {
   void take_joined(const wire::Joined& joined, LocalTime now);
   void take_error(const wire::ServerControl& message, LocalTime now);
   void take_goodbye(const wire::Goodbye& goodbye, LocalTime now);
-  void take_asset_chunk(const wire::AssetChunk& chunk);
+  void take_asset_chunk(const wire::ServerControl& message, LocalTime now);
   void take_soft_shape(const wire::SoftShape& told);
   void come_back(const std::string& why, LocalTime now);
   void go_to_room(const std::string& wanted, LocalTime now);
-  void fetch(const std::vector<std::string>& kinds);
-  void request_asset();
+  void fetch(const std::vector<std::string>& kinds, bool is_connected_anew);
+  void request_assets(LocalTime now);
   void announce_assets();
   void send(wire::ClientControl& message);
   void send_request(wire::ClientControl& message);
@@ -86,7 +87,6 @@ struct ClientSession::Impl {
   Duration retry_delay;
   proto::FrameReader reader;
   std::uint32_t last_request = 0;
-  std::uint32_t asset_request = 0;  // 0: none awaited
 
   std::string room;
   std::vector<std::string> rooms;
@@ -94,8 +94,8 @@ struct ClientSession::Impl {
   std::vector<std::shared_ptr<const std::vector<Vec3>>> soft_offsets;
   std::string news;
   AssetFetcher assets;
-  bool has_announced_assets = false;  // of this join
-  bool has_new_kinds = false;         // to be fetched once what is on its way is here
+  net::FetchRate fetch_rate;
+  bool has_announced_assets = false;  // of this join and these kinds
   std::vector<wire::UserJoined> users;
 
   ConnectionId connection;

@@ -239,7 +239,8 @@ wire::ServerControl asset_answer(std::uint32_t request, const wire::GetAsset& wa
   chunk.set_offset(wanted.offset());
   chunk.set_total_bytes(bytes.size());
   const auto offset = static_cast<std::size_t>(wanted.offset());
-  chunk.set_data(bytes.data() + offset, std::min(proto::kAssetChunkBytes, bytes.size() - offset));
+  const std::size_t bound = wanted.max_bytes() > 0 ? wanted.max_bytes() : proto::kAssetChunkBytes;
+  chunk.set_data(bytes.data() + offset, std::min({bound, proto::kAssetChunkBytes, bytes.size() - offset}));
   return answer;
 }
 

@@ -82,6 +82,7 @@ TEST(GoldenWire, ControlFramesDecodeToTheirValues) {
   EXPECT_EQ(control_in<wire::ClientControl>("hello"), hello().DebugString());
   EXPECT_EQ(control_in<wire::ClientControl>("join"), join().DebugString());
   EXPECT_EQ(control_in<wire::ClientControl>("grab"), grab().DebugString());
+  EXPECT_EQ(control_in<wire::ClientControl>("get_asset"), get_asset().DebugString());
   EXPECT_EQ(control_in<wire::ServerControl>("welcome"), welcome().DebugString());
   EXPECT_EQ(control_in<wire::ServerControl>("joined"), joined().DebugString());
   EXPECT_EQ(control_in<wire::ServerControl>("error"), error().DebugString());

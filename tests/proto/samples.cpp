@@ -118,6 +118,15 @@ wire::ClientControl grab() {
   return message;
 }
 
+wire::ClientControl get_asset() {
+  wire::ClientControl message;
+  message.set_request(301);
+  message.mutable_get_asset()->set_sha256(hash_bytes());
+  message.mutable_get_asset()->set_offset(65'536);
+  message.mutable_get_asset()->set_max_bytes(1750);
+  return message;
+}
+
 wire::ClientControl reset_room() {
   wire::ClientControl message;
   message.set_request(11);
@@ -285,6 +294,7 @@ std::vector<GoldenMessage> golden_messages() {
   return {{"hello", Packing::kClientControlFrame, framed(hello())},
           {"join", Packing::kClientControlFrame, framed(join())},
           {"grab", Packing::kClientControlFrame, framed(grab())},
+          {"get_asset", Packing::kClientControlFrame, framed(get_asset())},
           {"welcome", Packing::kServerControlFrame, framed(welcome())},
           {"joined", Packing::kServerControlFrame, framed(joined())},
           {"error", Packing::kServerControlFrame, framed(error())},

@@ -23,6 +23,7 @@ struct GoldenMessage {
 wire::ClientControl hello();
 wire::ClientControl join();
 wire::ClientControl grab();
+wire::ClientControl get_asset();
 wire::ClientControl reset_room();
 wire::ServerControl welcome();
 /// With a scene that has every kind of shape, and numbers that defaults would not give.

@@ -2,12 +2,15 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <span>
 
 #include "client/session/asset_fetcher.hpp"
 #include "client/session/asset_store.hpp"
+#include "common/net/fetch_rate.hpp"
 #include "tests/support/session_bench.hpp"
 
 namespace tandem::client {
@@ -30,24 +33,42 @@ SessionSettings fetching(const std::string& kind) {
   return settings;
 }
 
-/// Answers every asset request from `bytes`; returns how many there were.
-int serve_assets(test::SessionBench& bench, const std::string& bytes) {
-  int served = 0;
-  while (!bench.transport.messages.empty()) {
+wire::ServerControl answer_to(const wire::ClientControl& request, const std::string& bytes) {
+  wire::ServerControl answer;
+  answer.set_request(request.request());
+  wire::AssetChunk& chunk = *answer.mutable_asset_chunk();
+  chunk.set_sha256(request.get_asset().sha256());
+  chunk.set_offset(request.get_asset().offset());
+  chunk.set_total_bytes(bytes.size());
+  chunk.set_data(bytes.substr(request.get_asset().offset(), request.get_asset().max_bytes()));
+  return answer;
+}
+
+/// Answers every asset request from the bytes of that hash, else from the only ones, until none has come for a while;
+/// returns how many bytes were asked for.
+std::size_t serve_assets(test::SessionBench& bench, const std::vector<std::string>& contents) {
+  std::size_t served = 0;
+  for (int idle = 0; idle < 100; ++idle) {
     const auto requests = std::exchange(bench.transport.messages, {});
     for (const wire::ClientControl& request : requests) {
-      wire::ServerControl answer;
-      answer.set_request(request.request());
-      wire::AssetChunk& chunk = *answer.mutable_asset_chunk();
-      chunk.set_sha256(request.get_asset().sha256());
-      chunk.set_offset(request.get_asset().offset());
-      chunk.set_total_bytes(bytes.size());
-      chunk.set_data(bytes.substr(request.get_asset().offset(), proto::kAssetChunkBytes));
+      if (!request.has_get_asset()) continue;
+      const auto is_it = [&request](const std::string& bytes) {
+        const proto::Sha256 hash = proto::sha256_of(std::as_bytes(std::span(bytes)));
+        return request.get_asset().sha256() == std::string(reinterpret_cast<const char*>(hash.data()), hash.size());
+      };
+      const auto found = std::ranges::find_if(contents, is_it);
+      const wire::ServerControl answer = answer_to(request, found == contents.end() ? contents.front() : *found);
+      served += answer.asset_chunk().data().size();
       bench.say(answer);
-      ++served;
+      idle = 0;
     }
+    bench.wait(std::chrono::milliseconds(1));
   }
   return served;
+}
+
+std::size_t serve_assets(test::SessionBench& bench, const std::string& bytes) {
+  return serve_assets(bench, std::vector{bytes});
 }
 
 TEST(SessionAssets, FetchesAnAssetOnceAndKeepsItOnlyWhenItsHashIsRight) {
@@ -58,7 +79,7 @@ TEST(SessionAssets, FetchesAnAssetOnceAndKeepsItOnlyWhenItsHashIsRight) {
   bench.say_welcome();
   bench.transport.messages.clear();
   bench.say_joined(joined);
-  EXPECT_EQ(serve_assets(bench, bytes), 3);
+  EXPECT_EQ(serve_assets(bench, bytes), bytes.size());
   ASSERT_EQ(bench.session.assets().size(), 1U);
   EXPECT_EQ(bench.session.assets().begin()->second->size(), bytes.size());
   bench.session.on_disconnected(bench.now, "cut");
@@ -67,7 +88,7 @@ TEST(SessionAssets, FetchesAnAssetOnceAndKeepsItOnlyWhenItsHashIsRight) {
   bench.say_welcome();
   bench.transport.messages.clear();
   bench.say_joined(joined);
-  EXPECT_EQ(serve_assets(bench, bytes), 0) << "it is here already";
+  EXPECT_EQ(serve_assets(bench, bytes), 0U) << "it is here already";
 
   test::SessionBench cheated(fetching("contact"));
   cheated.session.on_connected(cheated.now);
@@ -104,10 +125,10 @@ TEST(SessionAssets, AsksTheStoreBeforeTheServerAndSaysOnceAJoinThatNothingMoreIs
   const auto store = memory_asset_store();
   StoreBench first(store, joined);
   EXPECT_EQ(first.announced, 0) << "it is not here yet";
-  EXPECT_EQ(serve_assets(first.bench, bytes), 3);
+  EXPECT_EQ(serve_assets(first.bench, bytes), bytes.size());
   EXPECT_EQ(first.announced, 1);
   StoreBench second(store, joined);
-  EXPECT_EQ(serve_assets(second.bench, bytes), 0);
+  EXPECT_EQ(serve_assets(second.bench, bytes), 0U);
   EXPECT_EQ(second.announced, 1);
   EXPECT_EQ(second.bench.session.assets().size(), 1U);
   StoreBench without(nullptr, test::minimal_joined());
@@ -132,7 +153,7 @@ TEST(SessionAssets, FetchesTheKindsThatItIsToldAndNothingElse) {
     bench.say_welcome();
     bench.transport.messages.clear();
     bench.say_joined(joined);
-    EXPECT_EQ(serve_assets(bench, expected), 1);
+    EXPECT_EQ(serve_assets(bench, expected), expected.size());
     ASSERT_EQ(bench.session.assets().size(), 1U);
     EXPECT_EQ(bench.session.assets().begin()->second->size(), expected.size());
   }
@@ -152,9 +173,116 @@ TEST(SessionAssets, FetchesWhatIsOnlyDrawnAfterWhatIsFeltIsAnnounced) {
   bench.transport.messages.clear();
   bench.say_joined(joined);
   EXPECT_EQ(here_when_announced, std::vector<std::size_t>{0});
-  EXPECT_EQ(serve_assets(bench, bytes), 1);
+  EXPECT_EQ(serve_assets(bench, bytes), bytes.size());
   EXPECT_EQ(bench.session.assets().size(), 1U);
   EXPECT_EQ(here_when_announced.size(), 1U);
+}
+
+TEST(SessionAssets, KeepsWhatHasComeOfAnAssetWhenTheConnectionIsLost) {
+  const std::string bytes(150'000, 'v');
+  const wire::Joined joined = joined_with_asset(bytes);
+  StoreBench bench(nullptr, joined);
+  std::size_t here = 0;
+  while (here < bytes.size() / 2) {
+    for (const wire::ClientControl& request : std::exchange(bench.bench.transport.messages, {})) {
+      if (!request.has_get_asset()) continue;
+      here += request.get_asset().max_bytes();
+      bench.bench.say(answer_to(request, bytes));
+    }
+    bench.bench.wait(std::chrono::milliseconds(1));
+  }
+  bench.bench.session.on_disconnected(bench.bench.now, "cut");
+  bench.bench.wait(std::chrono::milliseconds(250));
+  bench.bench.session.on_connected(bench.bench.now);
+  bench.bench.say_welcome();
+  bench.bench.transport.messages.clear();
+  bench.bench.say_joined(joined);
+  EXPECT_EQ(serve_assets(bench.bench, bytes), bytes.size() - here);
+  EXPECT_EQ(bench.bench.session.assets().size(), 1U);
+}
+
+TEST(SessionAssets, GivesAnAssetUpWhosePiecesAreNotThoseAskedFor) {
+  const std::string bytes(150'000, 'v');
+  using Damage = std::function<void(wire::ServerControl&)>;
+  const std::vector<Damage> damages{
+      [](wire::ServerControl& answer) { answer.mutable_asset_chunk()->mutable_data()->pop_back(); },
+      [](wire::ServerControl& answer) { answer.mutable_asset_chunk()->mutable_data()->push_back('v'); },
+      [](wire::ServerControl& answer) { answer.mutable_asset_chunk()->set_offset(7); },
+      [](wire::ServerControl& answer) { answer.mutable_asset_chunk()->set_total_bytes(1U << 30U); },
+      [](wire::ServerControl& answer) { answer.mutable_asset_chunk()->mutable_sha256()->front() ^= 1; }};
+  for (const Damage& damage : damages) {
+    StoreBench bench(nullptr, joined_with_asset(bytes));
+    const auto requests = std::exchange(bench.bench.transport.messages, {});
+    ASSERT_EQ(requests.size(), 2U) << "a pair, before anything is known of the line";
+    wire::ServerControl answer = answer_to(requests[0], bytes);
+    damage(answer);
+    bench.bench.say(answer);
+    bench.bench.say(answer_to(requests[1], bytes));
+    EXPECT_EQ(bench.announced, 1) << "what needs it says that it is missing";
+    EXPECT_EQ(serve_assets(bench.bench, bytes), 0U);
+    EXPECT_EQ(bench.bench.state(), "active");
+  }
+  StoreBench unasked(nullptr, joined_with_asset(bytes));
+  const auto requests = std::exchange(unasked.bench.transport.messages, {});
+  wire::ServerControl answer = answer_to(requests.at(1), bytes);
+  unasked.bench.say(answer);
+  EXPECT_TRUE(unasked.bench.session.assets().empty());
+  EXPECT_EQ(unasked.bench.state(), "active");
+}
+
+TEST(SessionAssets, AnswersToWhatWasAskedForBeforeTheKindsChangedTwiceSpoilNothing) {
+  const std::string bytes(150'000, 'v');
+  StoreBench bench(nullptr, joined_with_asset(bytes));
+  const auto before = std::exchange(bench.bench.transport.messages, {});
+  ASSERT_EQ(before.size(), 2U);
+  bench.bench.session.set_asset_kinds({"surface"});
+  bench.bench.session.set_asset_kinds({"contact"});
+  bench.bench.wait(std::chrono::milliseconds(30));
+  EXPECT_FALSE(bench.bench.session.has_assets());
+  const auto after = std::exchange(bench.bench.transport.messages, {});
+  for (const wire::ClientControl& request : before) bench.bench.say(answer_to(request, bytes));
+  for (const wire::ClientControl& request : after) {
+    if (request.has_get_asset()) bench.bench.say(answer_to(request, bytes));
+  }
+  serve_assets(bench.bench, bytes);
+  EXPECT_EQ(bench.bench.session.assets().size(), 1U);
+  EXPECT_TRUE(bench.bench.session.has_assets());
+}
+
+TEST(SessionAssets, AsksForOneChunkAtATimeWhereItIsToldTo) {
+  const std::string bytes(150'000, 'v');
+  SessionSettings settings = fetching("contact");
+  settings.fetches_one_at_a_time = true;
+  test::SessionBench bench(settings);
+  bench.session.on_connected(bench.now);
+  bench.say_welcome();
+  bench.transport.messages.clear();
+  bench.say_joined(joined_with_asset(bytes));
+  bench.wait(std::chrono::milliseconds(100));
+  ASSERT_EQ(bench.transport.messages.size(), 1U);
+  EXPECT_EQ(bench.transport.messages[0].get_asset().max_bytes(), proto::kAssetChunkBytes);
+  EXPECT_EQ(serve_assets(bench, bytes), bytes.size());
+  EXPECT_EQ(bench.session.assets().size(), 1U);
+}
+
+TEST(SessionAssets, HasNoMoreInFlightThanABoundHoweverFastTheLineIs) {
+  const std::string bytes(4'000'000, 'v');
+  StoreBench bench(nullptr, joined_with_asset(bytes));
+  for (int i = 0; i < 100; ++i) {
+    const auto requests = std::exchange(bench.bench.transport.messages, {});
+    for (const wire::ClientControl& request : requests) {
+      if (request.has_get_asset()) bench.bench.say(answer_to(request, bytes));
+    }
+    bench.bench.wait(std::chrono::milliseconds(1));
+  }
+  std::size_t in_flight = 0;
+  for (int i = 0; i < 1000; ++i) {
+    for (const wire::ClientControl& request : std::exchange(bench.bench.transport.messages, {})) {
+      if (request.has_get_asset()) in_flight += request.get_asset().max_bytes();
+    }
+    bench.bench.wait(std::chrono::milliseconds(1));
+  }
+  EXPECT_LE(in_flight, net::FetchRate::kMaxInFlight);
 }
 
 class DiskStore : public ::testing::Test {
@@ -225,7 +353,7 @@ TEST(AssetFetcher, PlansNoMoreThanItsLimitHoweverManyAreOffered) {
     info.set_sha256(std::string(31, 'h') + static_cast<char>('a' + joined.assets_size()));
     info.set_size_bytes(size);
   }
-  EXPECT_EQ(fetcher.begin(joined.assets()).size(), 2U);
+  EXPECT_EQ(fetcher.begin(joined.assets(), true).size(), 2U);
 }
 
 }  // namespace

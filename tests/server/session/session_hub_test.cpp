@@ -5,6 +5,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <limits>
 
 #include "proto/soft_shape.hpp"
 #include "server/session/session_answers.hpp"
@@ -282,6 +283,18 @@ TEST(SessionHub, ServesAnAssetChunkByChunkToItsLastByte) {
     fetched += answers[0].asset_chunk().data();
   }
   EXPECT_EQ(fetched, bytes);
+  const auto piece_bytes = [&](std::uint32_t max_bytes, std::size_t offset) {
+    bench.step();
+    bench.send(ada, message_of([&](auto& message) {
+                 message.mutable_get_asset()->set_sha256(ada.joined.assets(0).sha256());
+                 message.mutable_get_asset()->set_offset(offset);
+                 message.mutable_get_asset()->set_max_bytes(max_bytes);
+               }));
+    return bench.take(ada).at(0).asset_chunk().data().size();
+  };
+  EXPECT_EQ(piece_bytes(1000, 7), 1000U);
+  EXPECT_EQ(piece_bytes(1000, bytes.size() - 7), 7U);
+  EXPECT_EQ(piece_bytes(std::numeric_limits<std::uint32_t>::max(), 7), proto::kAssetChunkBytes);
   bench.step();
   bench.send(ada, message_of([&](auto& message) {
                message.mutable_get_asset()->set_sha256(ada.joined.assets(0).sha256());
