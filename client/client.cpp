@@ -67,9 +67,11 @@ std::string Client::problem_of_stage(const wire::Joined& joined) const {
 }
 
 void Client::poll(LocalTime now) {
+  note_join(now);
   begin_when_possible();
   take_made();
   hand_over();
+  note_local(now);
   session_.poll(now);
   core_.service();
 }
@@ -154,7 +156,25 @@ void Client::note_problem() {
 void Client::hand_over() {
   if (made_ == nullptr) return;
   const bool is_of_this_scene = made_->rendering->generation == session_.scene_generation();
-  if (!is_of_this_scene || core_.offer(made_->rendering)) made_.reset();
+  const bool has_model = made_->rendering->local_model != nullptr;
+  if (is_of_this_scene && !core_.offer(made_->rendering)) return;
+  if (is_of_this_scene && has_model) {
+    offered_ = core_.offered();
+    offered_generation_ = session_.scene_generation();
+  }
+  made_.reset();
+}
+
+void Client::note_join(LocalTime now) {
+  if (session_.status().state != SessionState::kActive || session_.scene_generation() == joined_generation_) return;
+  joined_generation_ = session_.scene_generation();
+  joined_at_ = now;
+  local_after_.reset();
+}
+
+void Client::note_local(LocalTime now) {
+  const bool is_offered = offered_ != 0 && offered_generation_ == joined_generation_;
+  if (!local_after_ && is_offered && core_.shown_locally() >= offered_) local_after_ = now - joined_at_;
 }
 
 }  // namespace tandem::client

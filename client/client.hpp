@@ -13,6 +13,7 @@
 
 #include <future>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "client/haptics/haptic_core.hpp"
@@ -66,6 +67,9 @@ class Client {
   /// What a user should know of how the scene in force is shown: one line, or empty.
   /// Thread  io
   const std::string& stage_note() const { return stage_note_; }
+  /// From the last join until the hand was first shown a local model of its scene; none: not yet.
+  /// Thread  io
+  std::optional<Duration> local_after() const { return local_after_; }
 
  private:
   struct Made;
@@ -76,6 +80,8 @@ class Client {
   void take_made();
   void note_problem();
   void hand_over();
+  void note_join(LocalTime now);
+  void note_local(LocalTime now);
 
   ClientSettings settings_;
   ClientMailboxes mailboxes_;
@@ -86,6 +92,11 @@ class Client {
   bool is_stage_wanted_ = false;  ///< another one: begun once the scene's assets are here
   std::string model_problem_;
   std::string stage_note_;
+  std::uint32_t joined_generation_ = 0;   ///< of the last scene that was joined …
+  LocalTime joined_at_{};                 ///< … then
+  std::uint32_t offered_ = 0;             ///< number of the last rendering with a local model …
+  std::uint32_t offered_generation_ = 0;  ///< … of this scene
+  std::optional<Duration> local_after_;
 };
 
 }  // namespace tandem::client

@@ -128,6 +128,7 @@ void add_network(const ClientIoSnapshot& io, json::object& out) {
                   {"control_up", link_of(io.links.control_up)},
                   {"control_down", link_of(io.links.control_down)}};
   out["asset_bytes"] = io.asset_bytes;
+  out["local_after_s"] = io.local_after ? json::value(to_seconds(*io.local_after)) : json::value();
 }
 
 void add_forces(const RunSummary& s, json::object& out) {

@@ -273,7 +273,11 @@ void HapticCore::run_stage(LocalTime now) noexcept {
     if (safety_.is_quiet()) blend_.reset();  // what was shown before is long gone
     return;
   }
-  stage_output_ = rendering().stage->tick(stage_input(now));
+  const StageInput input = stage_input(now);
+  stage_output_ = rendering().stage->tick(input);
+  if (stage_output_.is_local && input.local_model != nullptr) {
+    shown_locally_.store(entered_, std::memory_order_relaxed);
+  }
   blend_.advance(period_s_);
   stage_output_.wrench_on_hand_W = blend_.apply(stage_output_.wrench_on_hand_W);
 }

@@ -76,6 +76,12 @@ class HapticCore {
   /// (Handover::offer()).
   /// Thread  io
   bool offer(std::unique_ptr<Rendering>& rendering);
+  /// Number of the last rendering that offer() has taken.
+  /// Thread  io
+  std::uint32_t offered() const noexcept { return offered_.load(std::memory_order_relaxed); }
+  /// Number of the newest rendering whose local model the hand was shown; 0: of none.
+  /// Thread  any
+  std::uint32_t shown_locally() const noexcept { return shown_locally_.load(std::memory_order_relaxed); }
   /// From the next tick on with or without the passivity controller, faded over 0.3 s.
   /// Thread  any
   void control_passivity(bool is_on) noexcept { wants_passivity_.store(is_on, std::memory_order_relaxed); }
@@ -133,9 +139,10 @@ class HapticCore {
   realtime::Handover<Rendering> renderings_;  ///< numbered in the order in which they were offered
   std::atomic<std::uint32_t> offered_{0};     ///< the number of the last
   std::uint32_t entered_ = 0;                 ///< the number of that in use
-  Stage* newest_stage_ = nullptr;             ///< of the io thread: of the last that was offered
-  ForceBlend blend_;                          ///< from one rendering to the next
-  StageOutput stage_output_;                  ///< of the last tick at which a stage ran
+  std::atomic<std::uint32_t> shown_locally_{0};
+  Stage* newest_stage_ = nullptr;  ///< of the io thread: of the last that was offered
+  ForceBlend blend_;               ///< from one rendering to the next
+  StageOutput stage_output_;       ///< of the last tick at which a stage ran
   std::atomic<bool> wants_passivity_;
   double passivity_share_;  ///< of the wrench that the passivity controller gives
   /// It keeps its account, also while it is switched off: what is stored when it comes back was paid for before.

@@ -295,6 +295,10 @@ std::string_view role_name(server::UserRole role) {
   return kRoles[static_cast<std::size_t>(role)];
 }
 
+std::vector<std::string_view> asset_deliveries() {
+  return {"here", "fetched", "fetched-in-turn"};
+}
+
 json::object link_json(const net::LinkParameters& link) {
   json::object result{{"rtt_ms", 2 * in_milliseconds(link.delay)}};
   for (const auto& field : client::to_json(link)) {
@@ -335,6 +339,7 @@ Experiment parse_experiment(const ExperimentFile& source) {
   result.pipeline = pipeline_of(file, result.pipeline);
   result.reference_stage = one_of(file, "reference_stage", truth_stage(), known_stages());
   result.link = link_of(file.object("link"), source.directory);
+  result.assets = one_of(file, "assets", result.assets, asset_deliveries());
   result.users = users_of(file, {source, result.pipeline, object_in(source.document, "link")});
   result.outcome = outcome_of(file, result.users);
   skip_grid(file);
@@ -365,7 +370,8 @@ json::object experiment_json(const Experiment& experiment) {
                       {"server_phase_ms", in_milliseconds(experiment.server_phase)},
                       {"sample_period_ms", experiment.sample_period / kHapticPeriod},
                       {"reference_stage", experiment.reference_stage},
-                      {"link", link_json(experiment.link)}};
+                      {"link", link_json(experiment.link)},
+                      {"assets", experiment.assets}};
   result = with(std::move(result), pipeline_json(experiment.pipeline));
   if (experiment.outcome) result["outcome"] = json_of(*experiment.outcome);
   json::array& users = result["users"].emplace_array();

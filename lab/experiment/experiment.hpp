@@ -61,6 +61,7 @@ struct Experiment {
   Duration sample_period{from_seconds(0.010)};  ///< of the CSV files
   Pipeline pipeline;                            ///< of users that say nothing else
   net::LinkParameters link;                     ///< likewise, each way
+  std::string assets = "here";                  ///< of asset_deliveries()
   std::string reference_stage;                  ///< of the run at zero delay that this one is held against
   std::optional<OutcomeRule> outcome;
   std::vector<ExperimentUser> users;
@@ -70,6 +71,10 @@ struct Experiment {
     return std::any_of(users.begin(), users.end(), [](const ExperimentUser& user) { return user.pipeline.passivity; });
   }
 };
+
+/// How users get the scene's assets. "here": they have them from the start, for a trial is about state. "fetched": over
+/// their links after joining, as in life; "fetched-in-turn": likewise, each piece asked for once the one before is here.
+std::vector<std::string_view> asset_deliveries();
 
 /// Virtual time advances in these; loops with a period of 1 ms can be in one of four phases to each other.
 inline constexpr Duration kSlot{from_seconds(0.00025)};

@@ -41,11 +41,12 @@ bool is_perfect(const net::LinkParameters& link) {
          link.delay_path.points.empty() && !link.spoils_datagrams() && link.rate_limit_bytes_per_s == 0;
 }
 
-client::ClientIoSettings io_settings(const ExperimentUser& user, const server::LoadedScene& scene, std::uint16_t port,
-                                     std::uint64_t link_seed, int realtime_priority) {
+client::ClientIoSettings io_settings(const Experiment& experiment, const ExperimentUser& user,
+                                     const server::LoadedScene& scene, std::uint16_t port, std::uint64_t link_seed,
+                                     int realtime_priority) {
   client::ClientIoSettings settings;
   settings.port = port;
-  settings.client = client_settings(user, assets_of(scene));
+  settings.client = client_settings(experiment, user, assets_of(experiment, scene));
   settings.client.session.may_reconnect = false;
   if (!is_perfect(user.up) || !is_perfect(user.down))
     settings.links = client::SimulatedLinks{user.up, user.down, link_seed};
@@ -322,9 +323,9 @@ LiveSession::LiveSession(const Experiment& its_experiment, std::shared_ptr<const
                                   "no such setting: leave it out");
     }
     const UserTrace& virtual_user = beside.users[i];
-    users.push_back(std::make_unique<LiveUser>(user,
-                                               io_settings(user, *scene, server.port(), experiment.seed + i, priority),
-                                               virtual_user.hand_seed, priority, hands_start_ns));
+    users.push_back(std::make_unique<LiveUser>(
+        user, io_settings(experiment, user, *scene, server.port(), experiment.seed + i, priority),
+        virtual_user.hand_seed, priority, hands_start_ns));
     if (trace.watched_body) users.back()->watch(body_id_at(*trace.watched_body));
     UserTrace& user_trace = trace.users.emplace_back();
     user_trace.user = user;

@@ -14,6 +14,10 @@ std::shared_ptr<client::AssetStore> assets_of(const server::LoadedScene& scene) 
   return store;
 }
 
+std::shared_ptr<client::AssetStore> assets_of(const Experiment& experiment, const server::LoadedScene& scene) {
+  return experiment.assets == "here" ? assets_of(scene) : nullptr;
+}
+
 client::ClientSettings client_settings(const ExperimentUser& user, std::shared_ptr<client::AssetStore> assets) {
   client::ClientSettings settings;
   settings.haptics.stage.name = user.pipeline.stage;
@@ -29,6 +33,13 @@ client::ClientSettings client_settings(const ExperimentUser& user, std::shared_p
   settings.session.deadband = user.pipeline.deadband;
   settings.session.asset_store = std::move(assets);
   settings.local_model.errors = user.pipeline.model;
+  return settings;
+}
+
+client::ClientSettings client_settings(const Experiment& experiment, const ExperimentUser& user,
+                                       std::shared_ptr<client::AssetStore> assets) {
+  client::ClientSettings settings = client_settings(user, std::move(assets));
+  settings.session.fetches_one_at_a_time = experiment.assets == "fetched-in-turn";
   return settings;
 }
 

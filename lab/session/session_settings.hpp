@@ -10,12 +10,16 @@
 
 namespace tandem::lab {
 
-/// All files of a scene, so that nobody has to fetch them: a trial is about state, not about how long they take to
-/// load.
+/// All files of a scene, so that nobody has to fetch them.
 std::shared_ptr<client::AssetStore> assets_of(const server::LoadedScene& scene);
+/// Those if the experiment's users have them from the start; else null.
+std::shared_ptr<client::AssetStore> assets_of(const Experiment& experiment, const server::LoadedScene& scene);
 
 /// In      assets  may be shared by users of one thread
 client::ClientSettings client_settings(const ExperimentUser& user, std::shared_ptr<client::AssetStore> assets);
+/// The same as `experiment` has them.
+client::ClientSettings client_settings(const Experiment& experiment, const ExperimentUser& user,
+                                       std::shared_ptr<client::AssetStore> assets);
 
 /// Seeded connection ids are good enough for a trial, whose only clients are its own. The port is that of a virtual
 /// network; a live server puts its own there.

@@ -10,6 +10,7 @@
 
 #include "client/haptics/haptic_core.hpp"
 #include "client/session/session.hpp"
+#include "common/base/histogram.hpp"
 #include "common/base/tick_faults.hpp"
 #include "common/net/link.hpp"
 #include "lab/experiment/experiment.hpp"
@@ -81,6 +82,10 @@ struct UserTrace {
   net::LinkCounters link_up;  ///< datagrams
   net::LinkCounters link_down;
   TrafficCounters traffic;  ///< since the hands started
+  // Since connecting.
+  std::optional<Duration> local_after = {};  ///< client::Client::local_after()
+  std::uint64_t stream_bytes = 0;            ///< both ways
+  Histogram state_waits;  ///< of the server's datagrams for the line; where assets are fetched, until local_after
 };
 
 /// The bodies of the world at one instant, in the order of the scene.

@@ -59,7 +59,7 @@ void VirtualClientTransport::connect(LocalTime now) {
 
 void VirtualClientTransport::send_control(std::span<const std::byte> bytes) {
   if (!is_open_) return;
-  traffic_.bytes += bytes.size();
+  count_stream(bytes.size());
   send_chunk(stream_up_, clock_.now(), Chunk::kBytes, attempt_, bytes);
 }
 
@@ -129,7 +129,7 @@ VirtualClientTransport* VirtualNetwork::client_of(server::ConnectionHandle conne
 
 void VirtualNetwork::send_control(server::ConnectionHandle connection, std::span<const std::byte> bytes) {
   if (auto* client = client_of(connection)) {
-    client->traffic_.bytes += bytes.size();
+    client->count_stream(bytes.size());
     send_chunk(client->stream_down_, clock_.now(), Chunk::kBytes, client->server_attempt_, bytes);
   }
 }
@@ -138,6 +138,7 @@ bool VirtualNetwork::send_datagram(server::ConnectionHandle connection, std::spa
   auto* client = client_of(connection);
   if (client == nullptr || !client->server_knows_address_) return false;
   client->count_datagram(datagram.size());
+  client->waits_down_.record(client->datagrams_down_.line_wait(clock_.now()));
   client->datagrams_down_.send(clock_.now(), datagram);
   return true;
 }

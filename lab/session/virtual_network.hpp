@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "client/session/session.hpp"
+#include "common/base/histogram.hpp"
 #include "common/base/time.hpp"
 #include "common/net/link.hpp"
 #include "server/session/session_hub.hpp"
@@ -25,7 +26,8 @@ class VirtualNetwork;
 /// What one client and the server gave the network, both ways together; lost or not.
 struct TrafficCounters {
   std::uint64_t datagrams = 0;
-  std::uint64_t bytes = 0;  ///< of datagrams and streams, without the headers of UDP, TCP and IP
+  std::uint64_t bytes = 0;         ///< of datagrams and streams, without the headers of UDP, TCP and IP
+  std::uint64_t stream_bytes = 0;  ///< of streams alone
 };
 
 /// One client's end.
@@ -49,6 +51,8 @@ class VirtualClientTransport final : public client::ClientTransport {
   const net::LinkCounters& datagrams_up() const { return datagrams_up_.counters(); }
   const net::LinkCounters& datagrams_down() const { return datagrams_down_.counters(); }
   const TrafficCounters& traffic() const { return traffic_; }
+  /// How long the server's datagrams waited for the line, which they share with the stream.
+  const Histogram& waits_down() const { return waits_down_; }
   /// When something last arrived at the server's end.
   LocalTime heard_at_server() const { return heard_at_server_; }
 
@@ -59,6 +63,10 @@ class VirtualClientTransport final : public client::ClientTransport {
     ++traffic_.datagrams;
     traffic_.bytes += bytes;
   }
+  void count_stream(std::size_t bytes) {
+    traffic_.bytes += bytes;
+    traffic_.stream_bytes += bytes;
+  }
 
   const Clock& clock_;
   net::SimulatedLink datagrams_up_;
@@ -66,6 +74,7 @@ class VirtualClientTransport final : public client::ClientTransport {
   net::SimulatedLink stream_up_;
   net::SimulatedLink stream_down_;
   TrafficCounters traffic_;
+  Histogram waits_down_;
   LocalTime heard_at_server_{};
   // Arrived, not handed on yet.
   Packets arrived_datagrams_up_;

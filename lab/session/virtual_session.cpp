@@ -21,13 +21,6 @@ std::uint64_t hand_seed(std::uint64_t seed, std::size_t user) {
   return Random(seed, kHandStreams + user).next_u64();
 }
 
-/// An experiment's account of energy is kept.
-client::ClientSettings client_settings_with_ledger(const ExperimentUser& user,
-                                                   const std::shared_ptr<client::AssetStore>& assets) {
-  client::ClientSettings settings = client_settings(user, assets);
-  return settings;
-}
-
 // The body of the outcome's rule, else the first that hands can hold, else the first that can move: what users look at.
 std::optional<std::size_t> watched_body(const Experiment& experiment, const server::LoadedScene& scene) {
   std::optional<std::size_t> movable;
@@ -54,13 +47,13 @@ devices::DeviceSpec spec_of(const ExperimentUser& user) {
 
 /// A person with everything on their side of the network.
 struct VirtualUser {
-  VirtualUser(const ExperimentUser& description, VirtualClientTransport& its_transport, std::uint64_t seed,
-              const std::shared_ptr<client::AssetStore>& assets)
+  VirtualUser(const ExperimentUser& description, const client::ClientSettings& settings,
+              VirtualClientTransport& its_transport, std::uint64_t seed)
       : user(description),
         transport(its_transport),
         device(spec_of(description), devices::holding(description.hand_parameters, description.device),
                description.hand, seed),
-        client(client_settings_with_ledger(description, assets), device, transport),
+        client(settings, device, transport),
         seed_of_hand(seed) {
     device.hold_path();
   }
@@ -146,12 +139,13 @@ VirtualSession::VirtualSession(const Experiment& its_experiment, std::shared_ptr
   check_manipulators(experiment, *scene);
   const std::optional<std::size_t> watched = watched_body(experiment, *scene);
   trace.watched_body = watched;
-  const std::shared_ptr<client::AssetStore> assets = assets_of(*scene);
+  const std::shared_ptr<client::AssetStore> assets = assets_of(experiment, *scene);
   std::size_t tool = 0;
   for (std::size_t i = 0; i < experiment.users.size(); ++i) {
     const ExperimentUser& user = experiment.users[i];
     VirtualClientTransport& transport = network.add_client(user.up, user.down, experiment.seed);
-    users.push_back(std::make_unique<VirtualUser>(user, transport, hand_seed(experiment.seed, i), assets));
+    users.push_back(std::make_unique<VirtualUser>(user, client_settings(experiment, user, assets), transport,
+                                                  hand_seed(experiment.seed, i)));
     if (watched) users.back()->client.haptics().watch(body_id_at(*watched));
     UserTrace& user_trace = trace.users.emplace_back();
     user_trace.user = user;
@@ -253,6 +247,10 @@ void VirtualSession::record_tick(std::size_t index) {
     user.stayed_connected = false;
     user.why_disconnected = status.why;
   }
+  if (!user.local_after && users[index]->client.local_after()) {
+    user.local_after = users[index]->client.local_after();
+    user.state_waits = users[index]->transport.waits_down();
+  }
   user.ticks.push_back(sample);
   if (on_tick) on_tick(index, users[index]->client.haptics().record(), sample.phase);
 }
@@ -276,6 +274,8 @@ SessionTrace VirtualSession::take_trace() {
     user.energy_from_hand_j = end.energy_from_hand_j - users[i]->at_start.energy_from_hand_j;
     user.passivity_dissipated_j = passivity_dissipated_j(users[i]->client.haptics(), users[i]->user.pipeline) -
                                   users[i]->passivity_dissipated_at_start_j;
+    if (experiment.assets == "here" || !user.local_after) user.state_waits = users[i]->transport.waits_down();
+    user.stream_bytes = users[i]->transport.traffic().stream_bytes;
     user.traffic = users[i]->transport.traffic();
     user.traffic.datagrams -= users[i]->traffic_at_start.datagrams;
     user.traffic.bytes -= users[i]->traffic_at_start.bytes;

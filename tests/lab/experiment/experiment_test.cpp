@@ -47,7 +47,7 @@ TEST_F(ExperimentFile, EveryFieldArrives) {
   const Experiment experiment = parse(R"({
       "name": "n", "description": "d", "scene": "./scene.json", "duration_s": 2.5, "seed": 9, "server_phase_ms": 0.5,
       "sample_period_ms": 2, "link": {"rtt_ms": 9, "queue_limit": 12}, "deadband": 0.1, "passivity": false,
-      "model": {"mass_scale": 1.4}, "reference_stage": "hold", "law": "qsa-static",
+      "model": {"mass_scale": 1.4}, "assets": "fetched", "reference_stage": "hold", "law": "qsa-static",
       "coupling": {"stiffness_n_per_m": 250}, "scene_changes": {"bodies.cube.friction": 0.5},
       "outcome": {"body": "cube", "lifted_above_m": 0.05, "during": "wave"}, "seeds": 4, "grid": [],
       "users": [{
@@ -78,6 +78,7 @@ TEST_F(ExperimentFile, EveryFieldArrives) {
   EXPECT_FALSE(experiment.pipeline.passivity);
   EXPECT_EQ(user.pipeline.deadband, 0.1);
   EXPECT_EQ(user.pipeline.model.mass_scale, 1.4);
+  EXPECT_EQ(experiment.assets, "fetched");
   EXPECT_EQ(experiment.reference_stage, "hold");
   EXPECT_EQ(experiment.scene_changes.at("bodies.cube.friction"), boost::json::value(0.5));
   EXPECT_EQ(experiment.scene_changes.at("coupling.law"), boost::json::value("qsa-static"));
@@ -165,7 +166,8 @@ TEST_F(ExperimentFile, SaysWhatIsWrongWhereAndWhatWouldBeRight) {
       {"{}", "e.json: name is missing; it must be a text in quotes"},
       {R"({"name": "n", "scene": "./scene.json"})", "e.json: users is missing; it must be a list of 1 to 16 objects"},
       {R"({"name": "n", "scene": "./scene.json", "users": [{"name": "a"}], "sed": 1})",
-       "e.json: sed is 1; there is no such field here; known: coupling, deadband, description, duration_s, grid, "
+       "e.json: sed is 1; there is no such field here; known: assets, coupling, deadband, description, duration_s, "
+       "grid, "
        "law, link, model, name, outcome, passivity, predictor, reference_stage, sample_period_ms, scene, "
        "scene_changes, seed, "
        "seeds, server_phase_ms, stage, users"},
@@ -178,6 +180,8 @@ TEST_F(ExperimentFile, SaysWhatIsWrongWhereAndWhatWouldBeRight) {
        "e.json: duration_s is 500; duration times users must be at most 1200 s"},
       {R"({"name": "n", "scene": "./scene.json", "users": [{"name": "a"}, {"name": "a"}]})",
        "e.json: users[1].name is \"a\"; each user needs a name of its own"},
+      {R"({"name": "n", "scene": "./scene.json", "assets": "there", "users": [{"name": "a"}]})",
+       "e.json: assets is \"there\"; it must be one of here, fetched, fetched-in-turn"},
       {one_user(R"("stage": "telepathy")"),
        "e.json: users[0].stage is \"telepathy\"; it must be one of " + listed_stages()},
       {one_user(R"("role": "king")"),
