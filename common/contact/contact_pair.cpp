@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "common/contact/flat/plane_contacts.hpp"
+
 namespace tandem::contact {
 namespace {
 
@@ -43,8 +45,8 @@ struct ContactPair::Direction {
 };
 
 ContactPair::ContactPair(std::uint32_t budget) : budget_(std::max(8U, budget)), primary_(budget_), other_(budget_ / 2) {
-  now_.reserve(budget_);
-  before_.reserve(budget_);
+  now_.reserve(budget_ + kSmallNode);
+  before_.reserve(budget_ + kSmallNode);
 }
 
 void ContactPair::bind(const ContactShape* a, const ContactShape* b) noexcept {
@@ -97,10 +99,26 @@ void ContactPair::search(ShellCandidates& candidates, const Direction& direction
   const Eigen::Matrix3d R_FP = direction.X_FP.q.toRotationMatrix();
   const Eigen::Matrix3d R_WF = direction.X_WF.q.toRotationMatrix();
   const Eigen::Matrix3d R_out = direction.sign * R_WF;
+  const double rigid_depth_m = std::min(a_->rigid_depth_m, b_->rigid_depth_m);
+  PlaneContacts planes{candidates.shell(),
+                       direction.field.planes(),
+                       direction.X_FP,
+                       direction.X_WF * direction.X_FP,
+                       R_WF,
+                       band_m,
+                       rigid_depth_m,
+                       direction.share,
+                       direction.sign,
+                       direction.id_bits,
+                       candidates.room()};
   const double margin_m = band_m + 2 * direction.field.error_m() + kRounding_m;
   for (const ShellPart& part : candidates.parts()) {
     for (const ShellCandidate& candidate : candidates.candidates(part)) {
       if (candidate.distance_m > margin_m + part.motion_m) continue;
+      if (candidate.planes != 0) {
+        planes.add(candidate.node, candidate.planes, now_);
+        continue;
+      }
       const Vec3 p_F = R_FP * candidate.p_P.cast<double>() + direction.X_FP.p;
       const DistanceSample sample = direction.field.sample(p_F);
       if (sample.distance_m >= band_m) continue;

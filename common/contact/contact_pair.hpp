@@ -48,10 +48,11 @@ class ContactPair {
 
   /// Finds every point deeper than −`band_m`. Bristles of points that were there before are carried along with B.
   ///
-  /// Model   while the budget holds, the result depends on the poses alone, not on those before; but where the shapes
-  ///         were parallel at the last walk of the tree, up to eight points of a leaf are one, whose depth differs from
-  ///         theirs by at most the size of the leaf × the turn since then, which the slack of the walk bounds. Beyond
-  ///         the budget, points are merged where contact is shallowest; their areas add up
+  /// Model   while the budget holds, force, moment and stiffness depend on the poses alone, not on those before; but where
+  ///         the shapes were parallel at the last walk of the tree, up to eight points of a leaf are one, whose depth
+  ///         differs from theirs by at most the size of the leaf × the turn since then, which the slack of the walk
+  ///         bounds. Of flat on flat a few contacts act as all of a face (PlaneContacts). Beyond the budget, points are
+  ///         merged where contact is shallowest; their areas add up
   /// In      band_m  beyond a field's `band_m()` depths are as good as its sample(): to look ahead in fast motion
   /// Fails   no contact for a pose that is not finite
   ContactWork find(const Pose& X_WA, const Pose& X_WB, double band_m) noexcept;

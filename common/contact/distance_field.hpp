@@ -1,6 +1,9 @@
 // The one question that contact asks of a shape: how far is this point from your surface, and which way is out?
 #pragma once
 
+#include <cstdint>
+#include <span>
+
 #include "common/base/spatial.hpp"
 
 namespace tandem::contact {
@@ -9,6 +12,19 @@ struct DistanceSample {
   double distance_m = 0;          ///< negative inside
   Vec3 gradient = Vec3::UnitZ();  ///< of the distance: out of the shape; length about 1, never 0
 };
+
+struct OrientedBox;
+
+/// A part of a surface is flat: distance = normal·p + offset.
+struct FieldPlane {
+  Vec3 normal = Vec3::UnitZ();  ///< unit, out of the shape
+  double offset_m = 0;
+
+  double distance_m(const Vec3& p) const { return normal.dot(p) + offset_m; }
+};
+/// Of a field's planes, a bit each.
+using PlaneSet = std::uint64_t;
+inline constexpr std::size_t kMaxPlanes = 64;
 
 /// Signed distance to the surface of a shape, in the frame of the shape S.
 ///
@@ -22,6 +38,13 @@ class DistanceField {
   virtual double distance_m(const Vec3& p_S) const noexcept = 0;
   /// The same distance with its gradient.
   virtual DistanceSample sample(const Vec3& p_S) const noexcept = 0;
+
+  /// The planes of its flat parts, kMaxPlanes at most; they live as long as the field.
+  virtual std::span<const FieldPlane> planes() const noexcept { return {}; }
+  /// Those whose largest distance is the field's all over a box, where it is not positive: a face, or where faces meet
+  /// at a convex edge or corner. Where it is positive, so is the field's, and not less. Within what samples are rounded
+  /// to; none: it is not so, or not known.
+  virtual PlaneSet planes_over(const OrientedBox& /*box_S*/) const noexcept { return 0; }
 
   virtual double error_m() const noexcept = 0;
   virtual double band_m() const noexcept = 0;

@@ -202,7 +202,7 @@ std::size_t DistanceGrid::brick_count(int cells) const {
 
 std::size_t DistanceGrid::memory_bytes() const {
   return sizeof(*this) + refs_.capacity() * sizeof(refs_[0]) + corners_m_.capacity() * sizeof(corners_m_[0]) +
-         samples_.capacity() * sizeof(samples_[0]);
+         samples_.capacity() * sizeof(samples_[0]) + planes_.memory_bytes();
 }
 
 /// In      levels  for each brick 0 without samples, else level + 1

@@ -11,6 +11,7 @@
 
 #include "common/base/byte_io.hpp"
 #include "common/contact/distance_field.hpp"
+#include "common/contact/flat/plane_map.hpp"
 #include "common/geometry/mesh_repair.hpp"
 #include "common/geometry/triangle_tree.hpp"
 
@@ -41,10 +42,15 @@ class DistanceGrid final : public DistanceField {
 
   double distance_m(const Vec3& p_S) const noexcept override;
   DistanceSample sample(const Vec3& p_S) const noexcept override;
+  std::span<const FieldPlane> planes() const noexcept override { return planes_.planes(); }
+  PlaneSet planes_over(const OrientedBox& box_S) const noexcept override { return planes_.planes_over(box_S); }
   /// The largest error at the points that the build tested: middles of cells, where interpolation is worst. Most of it
   /// is inside of sharp convex edges and beneath them, where the distance itself has a crease.
   double error_m() const noexcept override { return error_m_; }
   double band_m() const noexcept override { return band_m_; }
+
+  /// Finds out where the distance is that to one of these planes, about: each is fitted to the samples near it.
+  void find_planes(std::vector<FieldPlane> guesses);
 
   double finest_cell_m() const { return cell_m(finest_); }
   double coarsest_cell_m() const { return cell_m(coarsest_); }  ///< of the cells near the surface
@@ -72,6 +78,7 @@ class DistanceGrid final : public DistanceField {
   }
 
   struct Place;
+  class PlaneFinder;
 
   DistanceGrid() = default;
   double cell_m(std::uint32_t level) const { return brick_m_ / cells_of(level); }
@@ -117,6 +124,7 @@ class DistanceGrid final : public DistanceField {
   std::vector<std::uint32_t> refs_;
   std::vector<float> corners_m_;  ///< distances at the corners of all bricks
   std::vector<std::int16_t> samples_;
+  PlaneMap planes_;
 };
 
 }  // namespace tandem::contact

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <limits>
 
+#include "common/contact/flat/flat_runs.hpp"
+
 namespace tandem::contact {
 namespace {
 
@@ -74,9 +76,10 @@ ShellPoint merged(std::span<const ShellPoint> points) {
   return {on_surface(points, position / area, direction.cast<double>()), direction, static_cast<float>(area)};
 }
 
+/// Halves, but at borders of flat parts where there are some.
 class TreeBuilder {
  public:
-  TreeBuilder(PointShell& shell, bool is_in_order) : shell_(shell), is_in_order_(is_in_order) {}
+  explicit TreeBuilder(PointShell& shell) : shell_(shell), borders_(borders_of_parts(shell.points)) {}
 
   void build(std::uint32_t first, std::uint32_t count) {
     const std::size_t at = shell_.nodes.size();
@@ -89,9 +92,9 @@ class TreeBuilder {
     }
     shell_.nodes.push_back(node_of(points, first, (low + high) / 2));
     if (count > kShellLeafPoints) {
-      if (!is_in_order_) split(points, high - low);
-      build(first, count / 2);
-      build(first + count / 2, count - count / 2);
+      const std::uint32_t middle = middle_of(first, count);
+      build(first, middle - first);
+      build(middle, first + count - middle);
     }
     shell_.nodes[at].next = static_cast<std::uint32_t>(shell_.nodes.size());
   }
@@ -112,37 +115,43 @@ class TreeBuilder {
     return node;
   }
 
-  static void split(std::span<ShellPoint> points, const Vec3& size) {
-    int axis = 0;
-    size.maxCoeff(&axis);
-    const auto middle = points.begin() + static_cast<std::ptrdiff_t>(points.size() / 2);
-    std::nth_element(points.begin(), middle, points.end(),
-                     [axis](const ShellPoint& a, const ShellPoint& b) { return a.p_S[axis] < b.p_S[axis]; });
+  // The border that is nearest to the middle.
+  std::uint32_t middle_of(std::uint32_t first, std::uint32_t count) const {
+    const std::uint32_t half = first + count / 2;
+    const auto above = std::ranges::lower_bound(borders_, half);
+    std::uint32_t middle = half, farthest = count;
+    const auto try_border = [&](std::uint32_t border) {
+      const std::uint32_t off = border > half ? border - half : half - border;
+      if (border <= first || border >= first + count || off >= farthest) return;
+      farthest = off;
+      middle = border;
+    };
+    if (above != borders_.begin()) try_border(*std::prev(above));
+    if (above != borders_.end()) try_border(*above);
+    return middle;
   }
 
   PointShell& shell_;
-  bool is_in_order_;
+  std::vector<std::uint32_t> borders_;
 };
 
-PointShell with_tree(std::vector<ShellPoint> points, double spacing_m, bool is_in_order) {
+}  // namespace
+
+PointShell PointShell::of(std::vector<ShellPoint> points, double spacing_m) {
+  order_by_parts(points);
+  return in_order(std::move(points), spacing_m);
+}
+
+PointShell PointShell::in_order(std::vector<ShellPoint> points, double spacing_m) {
   PointShell shell;
   shell.spacing_m = spacing_m;
   shell.points = std::move(points);
   if (shell.points.empty()) return shell;
   shell.nodes.reserve(shell.points.size() / 2);
-  TreeBuilder(shell, is_in_order).build(0, static_cast<std::uint32_t>(shell.points.size()));
+  TreeBuilder(shell).build(0, static_cast<std::uint32_t>(shell.points.size()));
   shell.nodes.shrink_to_fit();
+  shell.flat_nodes = find_flat_nodes(shell.points, shell.nodes);
   return shell;
-}
-
-}  // namespace
-
-PointShell PointShell::of(std::vector<ShellPoint> points, double spacing_m) {
-  return with_tree(std::move(points), spacing_m, false);
-}
-
-PointShell PointShell::in_order(std::vector<ShellPoint> points, double spacing_m) {
-  return with_tree(std::move(points), spacing_m, true);
 }
 
 double PointShell::area_m2() const {
@@ -152,7 +161,8 @@ double PointShell::area_m2() const {
 }
 
 std::size_t PointShell::memory_bytes() const {
-  return sizeof(*this) + points.capacity() * sizeof(ShellPoint) + nodes.capacity() * sizeof(ShellNode);
+  return sizeof(*this) + points.capacity() * sizeof(ShellPoint) + nodes.capacity() * sizeof(ShellNode) +
+         flat_nodes.capacity() * sizeof(FlatNode);
 }
 
 }  // namespace tandem::contact

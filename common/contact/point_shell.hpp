@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "common/contact/distance_field.hpp"
+#include "common/contact/flat/flat_node.hpp"
 #include "common/geometry/mesh_repair.hpp"
 
 namespace tandem::contact {
@@ -26,9 +27,12 @@ struct ShellNode {
   std::uint32_t first = 0;
   std::uint32_t count = 0;
   std::uint32_t next = 0;  ///< index of the node to go on with when this one is left out; node + 1 is its first child
+  std::uint32_t flat = kNotFlat;  ///< index in PointShell::flat_nodes
   bool is_leaf = false;
   /// All its points as one, on the surface as they are: used where work must be bounded.
   ShellPoint mean;
+
+  static constexpr std::uint32_t kNotFlat = 0xffffffff;
 };
 
 /// The most points below a leaf.
@@ -38,7 +42,8 @@ inline constexpr std::uint32_t kShellLeafPoints = 8;
 struct PointShell {
   std::vector<ShellPoint> points;
   std::vector<ShellNode> nodes;  ///< node 0 is the root; empty without points
-  double spacing_m = 0;          ///< no point of the surface is farther than this from a shell point
+  std::vector<FlatNode> flat_nodes;
+  double spacing_m = 0;  ///< no point of the surface is farther than this from a shell point
 
   /// Builds the tree over `points`, which it puts in order.
   static PointShell of(std::vector<ShellPoint> points, double spacing_m);

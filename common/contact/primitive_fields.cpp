@@ -1,6 +1,9 @@
 #include "common/contact/primitive_fields.hpp"
 
+#include <array>
 #include <limits>
+
+#include "common/contact/flat/flat_node.hpp"
 
 namespace tandem::contact {
 namespace {
@@ -27,10 +30,25 @@ double distance_to_corner(double a, double b) {
   return std::max(a, b);
 }
 
+/// Whether holds(p) for all corners of a box; where that bounds a convex region, then for all of the box.
+template <typename Holds>
+bool all_corners(const OrientedBox& box, const Holds& holds) {
+  for (unsigned i = 0; i < 8; ++i) {
+    const Vec3 sign((i & 1U) != 0 ? 1 : -1, (i & 2U) != 0 ? 1 : -1, (i & 4U) != 0 ? 1 : -1);
+    if (!holds(Vec3(box.centre + box.axes * sign.cwiseProduct(box.half_m)))) return false;
+  }
+  return true;
+}
+
 class HalfSpaceField final : public ExactField {
  public:
   double distance_m(const Vec3& p_S) const noexcept override { return p_S.z(); }
   DistanceSample sample(const Vec3& p_S) const noexcept override { return {p_S.z(), Vec3::UnitZ()}; }
+  std::span<const FieldPlane> planes() const noexcept override { return {&plane_, 1}; }
+  PlaneSet planes_over(const OrientedBox& /*box_S*/) const noexcept override { return 1; }
+
+ private:
+  FieldPlane plane_{Vec3::UnitZ(), 0};
 };
 
 class SphereField final : public ExactField {
@@ -47,23 +65,39 @@ class SphereField final : public ExactField {
 
 class BoxField final : public ExactField {
  public:
-  explicit BoxField(const Vec3& size_m) : half_m_(size_m / 2) {}
+  explicit BoxField(const Vec3& size_m) : half_m_(size_m / 2) {
+    for (int axis = 0; axis < 3; ++axis) {
+      planes_[2 * static_cast<std::size_t>(axis)] = {-Vec3::Unit(axis), -half_m_[axis]};
+      planes_[2 * static_cast<std::size_t>(axis) + 1] = {Vec3::Unit(axis), -half_m_[axis]};
+    }
+  }
   double distance_m(const Vec3& p_S) const noexcept override;
   DistanceSample sample(const Vec3& p_S) const noexcept override;
+  std::span<const FieldPlane> planes() const noexcept override { return planes_; }
+  PlaneSet planes_over(const OrientedBox& /*box_S*/) const noexcept override {
+    return (PlaneSet{1} << planes_.size()) - 1;
+  }
 
  private:
   Vec3 half_m_;
+  std::array<FieldPlane, 6> planes_;  ///< below and above, along each axis
 };
 
 class CylinderField final : public ExactField {
  public:
-  CylinderField(double radius_m, double length_m) : radius_m_(radius_m), half_length_m_(length_m / 2) {}
+  CylinderField(double radius_m, double length_m)
+      : radius_m_(radius_m),
+        half_length_m_(length_m / 2),
+        ends_{{{-Vec3::UnitZ(), -half_length_m_}, {Vec3::UnitZ(), -half_length_m_}}} {}
   double distance_m(const Vec3& p_S) const noexcept override;
   DistanceSample sample(const Vec3& p_S) const noexcept override;
+  std::span<const FieldPlane> planes() const noexcept override { return ends_; }
+  PlaneSet planes_over(const OrientedBox& box_S) const noexcept override;
 
  private:
   double radius_m_;
   double half_length_m_;
+  std::array<FieldPlane, 2> ends_;
 };
 
 class CapsuleField final : public ExactField {
@@ -112,6 +146,17 @@ DistanceSample CylinderField::sample(const Vec3& p_S) const noexcept {
   const Vec3 nearest = beyond_side > beyond_end ? radial.outward : axial;
   if (beyond_side <= 0 || beyond_end <= 0) return {distance, nearest};
   return {distance, direction_or(beyond_side * radial.outward + beyond_end * axial, nearest)};
+}
+
+PlaneSet CylinderField::planes_over(const OrientedBox& box_S) const noexcept {
+  const bool is_above = box_S.centre.z() > 0;
+  const bool is_over = all_corners(box_S, [&](const Vec3& p) {
+    if ((p.z() > 0) != is_above) return false;
+    const double beyond_side = std::hypot(p.x(), p.y()) - radius_m_;
+    return beyond_side <= std::min(0.0, std::abs(p.z()) - half_length_m_);
+  });
+  if (!is_over) return 0;
+  return is_above ? 2 : 1;
 }
 
 double CapsuleField::distance_m(const Vec3& p_S) const noexcept {

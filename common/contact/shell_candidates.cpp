@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <limits>
 
 #include "common/contact/contact_shape.hpp"
+#include "common/contact/flat/plane_contacts.hpp"
 
 namespace tandem::contact {
 namespace {
@@ -15,14 +17,12 @@ namespace {
 constexpr double kSlackMin_m = 2e-4;
 constexpr double kSlackMax_m = 2e-3;
 constexpr double kStepsPerWalk = 2;
-// Of a capacity, what a list must shrink to before it is fine again: no flicker between fine and coarse.
-constexpr double kFineAgain = 0.8;
-// Weight of depth against error of force in choosing what to refine; between 0.03 and 0.3 it changes little.
-constexpr double kDepthMatters = 0.1;
-// More than any gain: goes first.
-constexpr double kDeepestFirst_m = 1;
-// Parts of a shell: their balls are small, so that they move little when the shape turns.
-constexpr std::size_t kParts = 64;
+// Nodes above planes need no slack to be cheap: a walk finds them again soon.
+constexpr double kPlaneSlack_m = 3e-4;
+// How far to the side points may go while part and field move by 1 against each other. Motion is measured at the solid's
+// own ball, points near it may be a little outside; of a tiny solid that would be much.
+constexpr double kSideways = 1.5;
+constexpr double kMinSolid_m = 5e-3;
 // Points of a leaf whose distances differ by less than this act as one: where flat meets flat, the resolution of
 // contact is a leaf (a millimetre or two), and its work a quarter or less. A few quanta of a distance grid.
 // Until the next walk the shapes may turn: then each point is off by up to the size of the leaf × that angle.
@@ -49,12 +49,6 @@ ContactWork& ContactWork::operator+=(const ContactWork& other) {
   return *this;
 }
 
-/// A node of the cut through the tree, and what refining it gains.
-struct ShellCandidates::Cut {
-  float gain_m = 0;
-  std::uint32_t node = 0;
-};
-
 ShellCandidates::ShellCandidates(ShellCandidates&& other) noexcept = default;
 ShellCandidates::~ShellCandidates() = default;
 
@@ -75,6 +69,7 @@ void ShellCandidates::bind(const PointShell& shell, const ContactShape& points, 
   solid_radius_m_ = radius_of(solid);
   capacity_ = std::min<std::uint32_t>(capacity, static_cast<std::uint32_t>(candidates_.capacity()) - 1);
   candidates_.clear();
+  contacts_ = 0;
   is_coarse_ = false;
   slack_limit_m_ = kSlackMax_m;
   gap_m_ = -1;
@@ -186,7 +181,11 @@ bool ShellCandidates::has_expired(ShellPart& part, const Pose& X_FP, double band
   part.has_old_look = part.count == 0 && most_m + band_m <= part.reach_m;
   if (part.has_old_look) return false;
   look_at(part, X_FP);
-  return part.motion_m + band_m > part.reach_m;
+  return is_due(part, band_m);
+}
+
+bool ShellCandidates::is_due(const ShellPart& part, double band_m) {
+  return !part.is_walked || part.motion_m + band_m > part.reach_m || part.motion_m > part.plane_motion_m;
 }
 
 // Faster parts get more slack, so that a walk lasts for some steps.
@@ -195,7 +194,7 @@ double ShellCandidates::slack_of(const ShellPart& part) const {
   return std::clamp(kStepsPerWalk * motion_a_step, kSlackMin_m, slack_limit_m_);
 }
 
-void ShellCandidates::begin_walk(ShellPart& part, const Pose& X_FP) noexcept {
+void ShellCandidates::begin_walk(ShellPart& part, const Pose& X_FP, double slack_m) noexcept {
   part.begin = static_cast<std::uint32_t>(candidates_.size());
   part.is_walked = true;
   part.motion_m = 0;
@@ -206,64 +205,52 @@ void ShellCandidates::begin_walk(ShellPart& part, const Pose& X_FP) noexcept {
   part.looked_motion_m = 0;
   part.looked_drift_m = drift_m_;
   part.has_old_look = false;
+  part.plane_motion_m = std::min(slack_m, kPlaneSlack_m);
+  plane_motion_m_ = part.plane_motion_m;
+  contacts_before_ = contacts_;
+  has_planes_ = false;
   reach_m_ = std::numeric_limits<double>::infinity();
 }
 
 void ShellCandidates::end_walk(ShellPart& part) noexcept {
   part.count = static_cast<std::uint32_t>(candidates_.size()) - part.begin;
   part.reach_m = reach_m_;
+  part.contacts = contacts_ - contacts_before_;
+  if (!has_planes_) part.plane_motion_m = std::numeric_limits<double>::infinity();
 }
 
 // False: there are more than fit.
 bool ShellCandidates::walk_expired(const Pose& X_FP, double band_m) noexcept {
   std::swap(candidates_, old_candidates_);
   candidates_.clear();
+  contacts_ = 0;
   for (ShellPart& part : parts_) {
-    if (!part.is_walked || part.motion_m + band_m > part.reach_m) {
+    if (is_due(part, band_m)) {
       const double slack = slack_of(part);
-      begin_walk(part, X_FP);
+      begin_walk(part, X_FP, slack);
       if (!gather_all(part.node, band_m + slack)) return false;
       end_walk(part);
     } else {
-      if (candidates_.size() + part.count > capacity_) return false;
+      if (!has_room(part.contacts)) return false;
+      contacts_ += part.contacts;
       const auto from = old_candidates_.begin() + part.begin;
       part.begin = static_cast<std::uint32_t>(candidates_.size());
       candidates_.insert(candidates_.end(), from, from + part.count);
     }
   }
-  if (2 * candidates_.size() < capacity_) slack_limit_m_ = std::min(kSlackMax_m, 1.25 * slack_limit_m_);
+  if (2 * contacts_ < capacity_) slack_limit_m_ = std::min(kSlackMax_m, 1.25 * slack_limit_m_);
   return true;
 }
 
 bool ShellCandidates::walk_all(const Pose& X_FP, double reach_m) noexcept {
   candidates_.clear();
+  contacts_ = 0;
   for (ShellPart& part : parts_) {
-    begin_walk(part, X_FP);
+    begin_walk(part, X_FP, kSlackMin_m);
     if (!gather_all(part.node, reach_m)) return false;
     end_walk(part);
   }
   return true;
-}
-
-void ShellCandidates::walk_coarse(const Pose& X_FP, double reach_m) noexcept {
-  if (is_coarse_) {
-    walk_whole(X_FP, reach_m);
-    if (fine_count_ > kFineAgain * capacity_) return;
-    // That count was a lower bound: all may be too many still.
-    divide(kParts);
-    is_coarse_ = !walk_all(X_FP, reach_m);
-    if (!is_coarse_) return;
-  }
-  divide(1);
-  is_coarse_ = true;
-  walk_whole(X_FP, reach_m);
-}
-
-void ShellCandidates::walk_whole(const Pose& X_FP, double reach_m) noexcept {
-  candidates_.clear();
-  begin_walk(parts_[0], X_FP);
-  gather_coarse(reach_m);
-  end_walk(parts_[0]);
 }
 
 double ShellCandidates::distance_at(const Eigen::Vector3f& p_P) const {
@@ -287,8 +274,13 @@ bool ShellCandidates::gather_all(std::uint32_t root, double reach_m) noexcept {
     ++work_.nodes;
     if (!is_reached(distance_at(node.centre_S) - node.radius_m, reach_m)) {
       i = node.next;
+    } else if (const PlaneSet planes = planes_below(node)) {
+      if (!gather_planes(i, planes, reach_m)) return false;
+      i = node.next;
     } else if (node.is_leaf) {
-      if (!gather_leaf(node, reach_m, capacity_ - candidates_.size())) return false;
+      const std::size_t size_before = candidates_.size();
+      if (!gather_leaf(node, reach_m, capacity_ - contacts_)) return false;
+      contacts_ += candidates_.size() - size_before;
       i = node.next;
     } else {
       ++i;
@@ -297,23 +289,31 @@ bool ShellCandidates::gather_all(std::uint32_t root, double reach_m) noexcept {
   return true;
 }
 
-// Adds the node to the cut if it is near. Its gain: what its force is wrong by at most when its points are one, as
-// depth.
-//
-// A node that lies wholly inside or outside may be replaced by its mean, for force is linear in depth; one that the
-// other surface cuts through may not. A flat node at an angle to the surface, or one around an edge, spans `rise` in
-// depth. A little for the depth itself, and what holds the deepest point before all else: that one is never merged.
-void ShellCandidates::open_node(std::uint32_t index, double reach_m) noexcept {
+// For all places that the node may go to until its part is walked again.
+PlaneSet ShellCandidates::planes_below(const ShellNode& node) const noexcept {
+  if (node.flat == ShellNode::kNotFlat || solid_radius_m_ < kMinSolid_m) return 0;
+  OrientedBox box_F = shell_->flat_nodes[node.flat].box_S().moved(R_FP_, p_FP_);
+  box_F.half_m.array() += kSideways * plane_motion_m_;
+  return largest_over(field_->planes(), field_->planes_over(box_F), box_F);
+}
+
+// False: there is no room.
+bool ShellCandidates::gather_planes(std::uint32_t index, PlaneSet planes, double reach_m) noexcept {
   const ShellNode& node = shell_->nodes[index];
-  ++work_.nodes;
-  const DistanceSample sample = field_->sample(R_FP_ * node.centre_S.cast<double>() + p_FP_);
-  if (!is_reached(sample.distance_m - node.radius_m, reach_m)) return;
-  const Vec3 normal_F = R_FP_ * node.mean.normal_S.cast<double>();
-  const double rise = node.radius_m * normal_F.cross(sample.gradient).norm();
-  const double depth = -sample.distance_m;
-  const double error = depth > rise ? 0 : std::max(0.0, depth + rise);
-  const double first = has_deepest(node) ? kDeepestFirst_m : 0;
-  cut_.push_back({static_cast<float>(first + error + kDepthMatters * (depth + node.radius_m)), index});
+  const OrientedBox box_F = shell_->flat_nodes[node.flat].box_S().moved(R_FP_, p_FP_);
+  double nearest = -std::numeric_limits<double>::infinity();
+  for (PlaneSet rest = planes; rest != 0; rest &= rest - 1) {
+    const FieldPlane& plane_F = field_->planes()[static_cast<std::size_t>(std::countr_zero(rest))];
+    nearest = std::max(nearest, plane_F.distance_m(box_F.centre) - box_F.reach_m(plane_F.normal));
+  }
+  if (!is_reached(nearest, reach_m)) return true;
+  const std::size_t contacts = contacts_of_node(node, static_cast<std::size_t>(std::popcount(planes)));
+  if (!has_room(contacts)) return false;
+  contacts_ += contacts;
+  has_planes_ = true;
+  candidates_.push_back(
+      {node.mean.p_S, node.mean.area_m2, static_cast<float>(nearest), node.first, node.count, index, planes});
+  return true;
 }
 
 // False, and nothing gathered: its points do not fit into `room`.
@@ -356,130 +356,6 @@ void ShellCandidates::merge_flat(std::size_t begin) noexcept {
   mean.count = candidates_.back().first + 1 - mean.first;
   candidates_.resize(begin);
   candidates_.push_back(mean);
-}
-
-// Refines the cut through the tree where that gains most, until nothing finer fits. Nothing that may be near is left
-// out. Points one by one get little of the room: two means do nearly as well for eight of them.
-void ShellCandidates::gather_coarse(double reach_m) noexcept {
-  const auto best_last = [](const Cut& a, const Cut& b) {
-    return a.gain_m != b.gain_m ? a.gain_m < b.gain_m : a.node > b.node;
-  };
-  candidates_.clear();
-  cut_.clear();
-  fine_count_ = 0;
-  deepest_point_ = find_deepest();
-  open_node(0, reach_m);
-  while (!cut_.empty()) {
-    std::pop_heap(cut_.begin(), cut_.end(), best_last);
-    const std::uint32_t index = cut_.back().node;
-    cut_.pop_back();
-    const ShellNode& node = shell_->nodes[index];
-    const std::size_t opened = cut_.size();
-    const std::size_t used = candidates_.size() + opened;
-    if (node.is_leaf) {
-      gather_leaf_coarse(node, reach_m, used);
-    } else if (!open_children(index, reach_m, capacity_ - used)) {
-      gather_mean(node);
-    }
-    for (std::size_t size = opened + 1; size <= cut_.size(); ++size) {
-      std::push_heap(cut_.begin(), cut_.begin() + static_cast<std::ptrdiff_t>(size), best_last);
-    }
-  }
-  std::sort(candidates_.begin(), candidates_.end(),
-            [](const ShellCandidate& a, const ShellCandidate& b) { return a.first < b.first; });
-}
-
-// No point inside: one that is not there.
-std::uint32_t ShellCandidates::find_deepest() noexcept {
-  const auto& nodes = shell_->nodes;
-  double deepest = 0;
-  auto point = std::numeric_limits<std::uint32_t>::max();
-  for (std::uint32_t i = 0; i < nodes.size();) {
-    const ShellNode& node = nodes[i];
-    ++work_.nodes;
-    const bool may_be_deeper = -distance_at(node.centre_S) + node.radius_m > deepest;
-    if (may_be_deeper && node.is_leaf) {
-      for (std::uint32_t k = node.first; k < node.first + node.count; ++k) {
-        const double depth = -distance_at(shell_->points[k].p_S);
-        if (depth <= deepest) continue;
-        deepest = depth;
-        point = k;
-      }
-      work_.points += node.count;
-    }
-    i = may_be_deeper && !node.is_leaf ? i + 1 : node.next;
-  }
-  return point;
-}
-
-bool ShellCandidates::has_deepest(const ShellNode& node) const {
-  return deepest_point_ >= node.first && deepest_point_ < node.first + node.count;
-}
-
-void ShellCandidates::gather_leaf_coarse(const ShellNode& node, double reach_m, std::size_t used) noexcept {
-  const std::size_t for_points = has_deepest(node) ? capacity_ : capacity_ / 8;
-  if (used < for_points && gather_leaf(node, reach_m, for_points - used)) {
-    fine_count_ += node.count;
-  } else if (used + 2 <= capacity_) {
-    gather_halves(node, reach_m);
-  } else {
-    gather_mean(node);
-  }
-}
-
-// A leaf that the other surface cuts through, as two: what is inside, and what is near. Force is linear in depth on
-// either side, so that the means stand for their points exactly where the other surface is flat.
-void ShellCandidates::gather_halves(const ShellNode& leaf, double reach_m) noexcept {
-  std::array<ShellCandidate, 2> halves;
-  std::array<double, 2> sums{};  // of area × distance
-  for (std::uint32_t i = leaf.first; i < leaf.first + leaf.count; ++i) {
-    const ShellPoint& point = shell_->points[i];
-    const double distance = distance_at(point.p_S);
-    ++work_.points;
-    if (!is_reached(distance, reach_m)) continue;
-    ++fine_count_;
-    const std::size_t side = distance < 0 ? 0 : 1;
-    ShellCandidate& half = halves[side];
-    sums[side] += point.area_m2 * distance;
-    if (half.count == 0) half.first = i;
-    half.p_P += point.area_m2 * point.p_S;
-    half.area_m2 += point.area_m2;
-    half.count = i + 1 - half.first;
-  }
-  for (std::size_t side = 0; side < halves.size(); ++side) {
-    ShellCandidate& half = halves[side];
-    if (half.area_m2 <= 0) continue;
-    half.p_P /= half.area_m2;
-    // Around something round the mean lies off the surface: moved to where it is as near as its points are. Beyond the
-    // band distances are bounds, and nothing is to be made of them.
-    const DistanceSample mean = field_->sample(R_FP_ * half.p_P.cast<double>() + p_FP_);
-    const bool is_known = std::abs(mean.distance_m) <= field_->band_m();
-    const double distance = is_known ? sums[side] / half.area_m2 : distance_at(half.p_P);
-    if (is_known) half.p_P += (R_FP_.transpose() * mean.gradient * (distance - mean.distance_m)).cast<float>();
-    half.distance_m = static_cast<float>(distance);
-    candidates_.push_back(half);
-  }
-}
-
-// False, and nothing opened: they do not fit into `room`. Leaves the order of the heap to the caller.
-bool ShellCandidates::open_children(std::uint32_t parent, double reach_m, std::size_t room) noexcept {
-  const std::size_t size_before = cut_.size();
-  const auto& nodes = shell_->nodes;
-  for (std::uint32_t child = parent + 1; child < nodes[parent].next; child = nodes[child].next) {
-    open_node(child, reach_m);
-    if (cut_.size() - size_before > room) {
-      cut_.resize(size_before);
-      return false;
-    }
-  }
-  return true;
-}
-
-void ShellCandidates::gather_mean(const ShellNode& node) noexcept {
-  const double distance = distance_at(node.mean.p_S);
-  ++work_.points;
-  fine_count_ += node.count;
-  candidates_.push_back({node.mean.p_S, node.mean.area_m2, static_cast<float>(distance), node.first, node.count});
 }
 
 }  // namespace tandem::contact

@@ -24,13 +24,15 @@ struct ContactWork {
   ContactWork& operator+=(const ContactWork& other);
 };
 
-/// A point of the shell, or the mean of several.
+/// A point of the shell, or the mean of several, or a node above planes of the field.
 struct ShellCandidate {
   Eigen::Vector3f p_P = Eigen::Vector3f::Zero();
   float area_m2 = 0;
-  float distance_m = 0;  ///< at the last walk
+  float distance_m = 0;  ///< at the last walk; of a node, at least
   std::uint32_t first = 0;
   std::uint32_t count = 0;  ///< it stands for points first .. first + count − 1
+  std::uint32_t node = 0;   ///< it is this one, if it has planes
+  PlaneSet planes = 0;      ///< below the node; none for points
 };
 
 /// A part of the shell with its candidates: parts are walked one by one, when they have moved too far.
@@ -38,7 +40,8 @@ struct ShellPart {
   std::uint32_t node = 0;   ///< the root of its tree
   std::uint32_t begin = 0;  ///< its candidates
   std::uint32_t count = 0;
-  double motion_m = 0;  ///< none of its points is nearer to the field than at its last walk, less this
+  std::size_t contacts = 0;  ///< as many as must find room
+  double motion_m = 0;       ///< none of its points is nearer to the field than at its last walk, less this
 
   /// Of the points alone at the last look, and where ShellCandidates::drift_m_ was then.
   double looked_motion_m = 0;
@@ -48,7 +51,8 @@ struct ShellPart {
   // Of the last walk:
   bool is_walked = false;
   std::uint32_t steps_since = 0;
-  double reach_m = 0;  ///< all points that were nearer than this are candidates
+  double reach_m = 0;         ///< all points that were nearer than this are candidates
+  double plane_motion_m = 0;  ///< until which nodes are above their planes
   Vec3 centre_F = Vec3::Zero();
   Vec3 solid_P = Vec3::Zero();
   Quat q_FP = Quat::Identity();
@@ -81,26 +85,40 @@ class ShellCandidates {
     return std::span(candidates_).subspan(part.begin, part.count);
   }
   std::span<const ShellPart> parts() const { return parts_; }
+  const PointShell& shell() const { return *shell_; }
+  /// For more contacts than contacts_of_node() for each node, and one for each other candidate.
+  std::size_t room() const { return capacity_ - contacts_; }
 
  private:
-  struct Cut;
+  /// A node of the cut through the tree, and what refining it gains.
+  struct Cut {
+    float gain_m = 0;
+    std::uint32_t node = 0;
+  };
 
+  static constexpr std::size_t kParts = 64;  ///< their balls are small, so that they move little when the shape turns
+
+  bool has_room(std::size_t contacts) const { return contacts_ + contacts <= capacity_; }
+  bool has_flat_parts() const { return !shell_->flat_nodes.empty(); }
   void divide(std::size_t parts) noexcept;
   bool is_out_of_reach(const Pose& X_FP, double band_m) noexcept;
   void add_drift(const Pose& X_FP) noexcept;
   void look_at(ShellPart& part, const Pose& X_FP) const noexcept;
+  static bool is_due(const ShellPart& part, double band_m);
   bool has_expired(ShellPart& part, const Pose& X_FP, double band_m) const noexcept;
   void remember_gap(const Pose& X_FP, double band_m) noexcept;
   bool walk_expired(const Pose& X_FP, double band_m) noexcept;
   bool walk_all(const Pose& X_FP, double reach_m) noexcept;
   void walk_coarse(const Pose& X_FP, double reach_m) noexcept;
   void walk_whole(const Pose& X_FP, double reach_m) noexcept;
-  void begin_walk(ShellPart& part, const Pose& X_FP) noexcept;
+  void begin_walk(ShellPart& part, const Pose& X_FP, double slack_m) noexcept;
   void end_walk(ShellPart& part) noexcept;
   double slack_of(const ShellPart& part) const;
 
   bool is_reached(double nearest_m, double reach_m) noexcept;
   bool gather_all(std::uint32_t root, double reach_m) noexcept;
+  PlaneSet planes_below(const ShellNode& node) const noexcept;
+  bool gather_planes(std::uint32_t index, PlaneSet planes, double reach_m) noexcept;
   bool gather_leaf(const ShellNode& node, double reach_m, std::size_t room) noexcept;
   void merge_flat(std::size_t begin) noexcept;
   void gather_coarse(double reach_m) noexcept;
@@ -124,6 +142,7 @@ class ShellCandidates {
   std::vector<ShellPart> parts_;
   std::vector<ShellCandidate> candidates_;
   std::vector<ShellCandidate> old_candidates_;
+  std::size_t contacts_ = 0;  ///< that must find room
   std::vector<Cut> cut_;
   bool is_coarse_ = false;
   double slack_limit_m_ = 0;
@@ -138,6 +157,9 @@ class ShellCandidates {
   Vec3 p_FP_ = Vec3::Zero();
   Vec3 solid_P_ = Vec3::Zero();
   double reach_m_ = 0;
+  double plane_motion_m_ = 0;
+  std::size_t contacts_before_ = 0;  ///< the part that is walked
+  bool has_planes_ = false;          ///< the part that is walked
   std::uint32_t deepest_point_ = 0;  ///< of a coarse walk
   std::size_t fine_count_ = 0;       ///< at least how many candidates a coarse walk would have had as points
   ContactWork work_;

@@ -1,5 +1,7 @@
 // The shape of a mesh as bytes: a grid, and two shells of points.
+#include <memory>
 #include <stdexcept>
+#include <utility>
 
 #include "common/base/byte_io.hpp"
 #include "common/contact/contact_shape.hpp"
@@ -34,11 +36,13 @@ std::shared_ptr<const ContactShape> contact_shape_from(std::span<const std::uint
   if (!reader.ok() || !(shape->rigid_depth_m >= kMinRigidDepth && shape->rigid_depth_m <= kMaxRigidDepth)) {
     return nullptr;
   }
-  shape->field = DistanceGrid::read(rest, limit_bytes);
-  if (!shape->field) return nullptr;
+  std::unique_ptr<DistanceGrid> grid = DistanceGrid::read(rest, limit_bytes);
+  if (!grid) return nullptr;
   auto surface = PointShell::read(rest, limit_bytes);
   auto features = PointShell::read(rest, limit_bytes);
   if (!surface || !features || surface->points.empty() || !rest.empty()) return nullptr;
+  grid->find_planes(planes_of(*surface));
+  shape->field = std::move(grid);
   shape->shells = {std::move(*surface), std::move(*features)};
   shape->set_bounds();
   return shape->memory_bytes() <= limit_bytes ? shape : nullptr;

@@ -1,0 +1,420 @@
+#include "common/contact/flat/plane_contacts.hpp"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <boost/container/static_vector.hpp>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <numbers>
+#include <utility>
+
+#include "common/contact/contact_pair.hpp"
+#include "common/contact/flat/plane_map.hpp"
+
+namespace tandem::contact {
+namespace {
+
+// Of depth over points that act as one: a few times what points and distances are rounded to.
+constexpr double kSpan_m = 5e-6;
+// More where all of them press, or none: this share of the least depth, or of the gap. Of those that press, never more
+// than `kMaxSpan_m`: of the deepest point, a few tenths of that are lost.
+constexpr double kSpanShare = 0.5;
+constexpr double kMaxSpan_m = 5e-5;
+// Of a node's area: less has no force.
+constexpr double kMinShare = 1e-9;
+// Of unit vectors that act as one, their product: they differ by 0.01 rad.
+constexpr double kSameNormal = 1 - 5e-5;
+
+/// Whether depths between these act as one.
+bool is_alike(double low, double high, double rigid_depth_m) {
+  const bool is_cut = low < 0 && high > 0;
+  const bool is_half_rigid = low < rigid_depth_m && high > rigid_depth_m;
+  double most = kSpan_m;
+  if (!is_cut && !is_half_rigid) most += kSpanShare * std::min(std::abs(low), std::abs(high));
+  if (low >= 0) most = std::min(most, kMaxSpan_m);
+  return high - low <= most;
+}
+
+/// Contacts as one: where they press, at the centre of their pressure.
+struct Mean {
+  double area = 0, depth = 0;  ///< the latter × area
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  Vec3 p = Vec3::Zero(), normal = Vec3::Zero();
+  Vec3 first_normal = Vec3::Zero();
+  bool is_flat = true;
+
+  void add(const ContactPoint& contact) {
+    const double weight = contact.area_m2 * (contact.depth_m > 0 ? contact.depth_m : 1);
+    if (area == 0) first_normal = contact.normal_W;
+    is_flat = is_flat && first_normal.dot(contact.normal_W) >= kSameNormal;
+    area += contact.area_m2;
+    depth += contact.area_m2 * contact.depth_m;
+    low = std::min(low, contact.depth_m);
+    high = std::max(high, contact.depth_m);
+    p += weight * contact.p_W;
+    normal += weight * contact.normal_W;
+  }
+  ContactPoint contact(std::uint32_t first, std::uint32_t end) const {
+    ContactPoint mean;
+    const double weight = low > 0 ? depth : area;
+    mean.p_W = p / weight;
+    mean.normal_W = is_flat ? Vec3(normal.normalized()) : first_normal;
+    mean.depth_m = depth / area;
+    mean.area_m2 = area;
+    mean.id = first;
+    mean.count = end - first;
+    return mean;
+  }
+};
+
+/// Sums over a part of a node, in the axes of its plane: its share of the node's area, and moments of that.
+struct Group {
+  double area = 0, u = 0, v = 0, uu = 0, uv = 0, vv = 0;
+
+  Group operator*(double factor) const {
+    return {factor * area, factor * u, factor * v, factor * uu, factor * uv, factor * vv};
+  }
+};
+
+/// A distance that is linear over a patch: `middle + u · along + v · across`.
+struct Slope {
+  double middle = 0, along = 0, across = 0;
+
+  double at(const Eigen::Vector2d& p) const { return middle + p.x() * along + p.y() * across; }
+  Slope operator-(const Slope& other) const {
+    return {middle - other.middle, along - other.along, across - other.across};
+  }
+  Slope operator-() const { return {-middle, -along, -across}; }
+  /// Below `distance`.
+  Slope below(double distance) const { return {middle - distance, along, across}; }
+};
+
+/// A convex part of a rectangle about (0, 0).
+class Polygon {
+ public:
+  Polygon(double half_u, double half_v)
+      : corners_{Eigen::Vector2d(-half_u, -half_v), Eigen::Vector2d(half_u, -half_v), Eigen::Vector2d(half_u, half_v),
+                 Eigen::Vector2d(-half_u, half_v)} {}
+
+  /// Leaves what is not above 0.
+  void cut(const Slope& slope) {
+    boost::container::static_vector<Eigen::Vector2d, kMaxCorners> left;
+    for (std::size_t i = 0; i < corners_.size(); ++i) {
+      const Eigen::Vector2d& here = corners_[i];
+      const Eigen::Vector2d& next = corners_[i + 1 == corners_.size() ? 0 : i + 1];
+      const double at_here = slope.at(here), at_next = slope.at(next);
+      // Of a convex part one corner more is left at most; where rounding makes it another, what is lost is as small.
+      if (left.size() + 2 > left.capacity()) break;
+      if (at_here <= 0) left.push_back(here);
+      if ((at_here <= 0) == (at_next <= 0)) continue;
+      const double share = at_here / (at_here - at_next);
+      left.emplace_back(here + share * (next - here));
+    }
+    corners_ = left;
+  }
+  bool is_empty() const { return corners_.size() < 3; }
+  void clear() { corners_.clear(); }
+  double least(const Slope& slope) const {
+    double least = std::numeric_limits<double>::infinity();
+    for (const Eigen::Vector2d& corner : corners_) least = std::min(least, slope.at(corner));
+    return least;
+  }
+
+  Group sum() const {
+    Group sum;
+    for (std::size_t i = 0; i < corners_.size(); ++i) {
+      const Eigen::Vector2d& p = corners_[i];
+      const Eigen::Vector2d& q = corners_[i + 1 == corners_.size() ? 0 : i + 1];
+      const double cross = p.x() * q.y() - q.x() * p.y();  // twice the area of the triangle with the middle
+      sum.area += cross / 2;
+      sum.u += cross * (p.x() + q.x()) / 6;
+      sum.v += cross * (p.y() + q.y()) / 6;
+      sum.uu += cross * (p.x() * p.x() + p.x() * q.x() + q.x() * q.x()) / 12;
+      sum.vv += cross * (p.y() * p.y() + p.y() * q.y() + q.y() * q.y()) / 12;
+      sum.uv += cross * (p.x() * q.y() + 2 * p.x() * p.y() + 2 * q.x() * q.y() + q.x() * p.y()) / 24;
+    }
+    return sum;
+  }
+
+ private:
+  /// Each cut adds one.
+  static constexpr std::size_t kMaxCorners = 4 + PlaneMap::kMaxInBox + 6;
+
+  boost::container::static_vector<Eigen::Vector2d, kMaxCorners> corners_;
+};
+
+/// Four points that have the sums of a group, each a quarter: at mean + s₁ ± s₂.
+struct Four {
+  double area;
+  std::array<double, 4> u, v;
+
+  explicit Four(const Group& group) : area(group.area) {
+    const double mean_u = group.u / group.area, mean_v = group.v / group.area;
+    const double uu = std::max(0.0, group.uu / group.area - mean_u * mean_u);
+    const double uv = group.uv / group.area - mean_u * mean_v;
+    const double vv = std::max(0.0, group.vv / group.area - mean_v * mean_v);
+    // Cholesky's factor of the covariance: it turns with it, and never jumps.
+    const double along = std::sqrt(uu);
+    const double shear = along > 0 ? std::clamp(uv / along, -std::sqrt(vv), std::sqrt(vv)) : 0;
+    const double across = std::sqrt(std::max(0.0, vv - shear * shear));
+    for (std::size_t k = 0; k < 4; ++k) {
+      const double first = k < 2 ? -1 : 1, second = k % 2 == 0 ? -1 : 1;
+      u[k] = mean_u + first * along;
+      v[k] = mean_v + first * shear + second * across;
+    }
+  }
+};
+
+/// Planes below a node, seen from its points.
+struct Below {
+  Vec3 normal_W, normal_P;
+  double offset_m;
+
+  double distance_m(const Vec3& p_P) const { return normal_P.dot(p_P) + offset_m; }
+};
+using Planes = boost::container::static_vector<Below, PlaneMap::kMaxInBox>;
+
+/// Of a node: half a dozen slices of each plane are more than are ever met.
+constexpr std::size_t kMaxParts = 48;
+
+/// Of one node after the other.
+class NodeContacts {
+ public:
+  NodeContacts(const PlaneContacts& search, PlaneSet planes, std::vector<ContactPoint>& contacts)
+      : search_(search), contacts_(contacts), R_WP_(search.X_WP.q.toRotationMatrix()) {
+    const Eigen::Matrix3d R_PF = search.X_FP.q.conjugate().toRotationMatrix();
+    for (PlaneSet rest = planes; rest != 0; rest &= rest - 1) {
+      const FieldPlane& plane_F = search.planes_F[static_cast<std::size_t>(std::countr_zero(rest))];
+      all_.push_back(
+          {search.sign * (search.R_WF * plane_F.normal), R_PF * plane_F.normal, plane_F.distance_m(search.X_FP.p)});
+    }
+  }
+
+  /// From now on it is about what is in this box: the planes that matter there, the nearest to its middle first.
+  /// Out     at least and at most so deep
+  std::pair<double, double> look_at(const OrientedBox& box) {
+    planes_ = all_;
+    const auto first = std::ranges::max_element(planes_, std::less{},
+                                                [&](const Below& below) { return below.distance_m(box.centre); });
+    std::iter_swap(planes_.begin(), first);
+    const Below nearest = planes_[0];
+    const double distance = nearest.distance_m(box.centre);
+    const auto is_farther = [&](const Below& below) {
+      return box.reach_m(below.normal_P - nearest.normal_P) <= distance - below.distance_m(box.centre);
+    };
+    planes_.erase(std::remove_if(planes_.begin() + 1, planes_.end(), is_farther), planes_.end());
+    double low = std::numeric_limits<double>::infinity(), high = low;
+    for (const Below& below : planes_) {
+      const double middle = -below.distance_m(box.centre), reach = box.reach_m(below.normal_P);
+      low = std::min(low, middle - reach);
+      high = std::min(high, middle + reach);
+    }
+    return {low, high};
+  }
+  bool has_one_plane() const { return planes_.size() == 1; }
+
+  void add_points(const ShellNode& node) {
+    for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
+      const ShellPoint& point = search_.shell.points[i];
+      const Vec3 p_P = point.p_S.cast<double>();
+      const Below* largest = nullptr;
+      double largest_m = -std::numeric_limits<double>::infinity();
+      int positive = 0;
+      for (const Below& plane : planes_) {
+        const double distance = plane.distance_m(p_P);
+        if (distance > 0) ++positive;
+        if (distance <= largest_m) continue;
+        largest_m = distance;
+        largest = &plane;
+      }
+      // Beyond an edge there is nothing to press on.
+      if (positive < 2) add(*largest, p_P, largest_m, point.area_m2, i, i + 1);
+    }
+  }
+
+  /// All of it presses on one plane, or none.
+  void add_whole(const ShellNode& node, const FlatNode& flat) {
+    const auto quarters = quarters_of(node);
+    const Vec3 mean = flat.mean_S.cast<double>();
+    const Vec3 along = flat.deviation_along_m * flat.along_S.cast<double>();
+    const Vec3 across = flat.deviation_across_m * flat.across_S.cast<double>();
+    for (std::size_t k = 0; k < 4; ++k) {
+      const Vec3 p_P = mean + (k < 2 ? -1 : 1) * along + (k % 2 == 0 ? -1 : 1) * across;
+      add(planes_[0], p_P, planes_[0].distance_m(p_P), node.mean.area_m2 / 4, quarters[k], quarters[k + 1]);
+    }
+  }
+
+  /// As a rectangle with its mean and covariance: where each plane is the nearest, what presses and what does not.
+  ///
+  /// In      is_sliced  in slices of depth, so that the nearest place is not hidden
+  /// Out     false: there would be more of them than its points have names, or than there is room for
+  bool add_parts(const ShellNode& node, const FlatNode& flat, std::size_t room, bool is_sliced) {
+    const double half_u = std::max(kThinnest_m, std::numbers::sqrt3 * flat.deviation_along_m);
+    const double half_v = std::max(kThinnest_m, std::numbers::sqrt3 * flat.deviation_across_m);
+    boost::container::static_vector<Slope, PlaneMap::kMaxInBox> slopes;
+    for (const Below& plane : planes_) slopes.push_back(slope_of(plane, flat));
+    const std::size_t most_parts = std::min({room / 4, std::size_t{node.count} / 4, parts_.capacity()});
+    parts_.clear();
+    for (const bool is_gap : {false, true}) {
+      for (std::size_t i = 0; i < slopes.size(); ++i) {
+        Polygon polygon(half_u, half_v);
+        polygon.cut(is_gap ? -slopes[i] : slopes[i]);
+        if (is_gap) polygon.cut(slopes[i].below(search_.band_m));
+        for (std::size_t k = 0; k < slopes.size(); ++k) {
+          // Beyond an edge there is nothing to press on.
+          if (k != i) polygon.cut(is_gap ? slopes[k] : slopes[k] - slopes[i]);
+        }
+        const double density = 1 / (4 * half_u * half_v);
+        const double slice_m = is_sliced ? kFirstSlice_m : std::numeric_limits<double>::infinity();
+        if (!add_slices(planes_[i], slopes[i], polygon, slice_m, density, most_parts)) return false;
+        if (!is_gap && i == 0) first_slices_ = parts_.size();
+      }
+    }
+    put_parts(node, flat);
+    return true;
+  }
+
+ private:
+  static Slope slope_of(const Below& plane, const FlatNode& flat) {
+    return {plane.distance_m(flat.mean_S.cast<double>()), plane.normal_P.dot(flat.along_S.cast<double>()),
+            plane.normal_P.dot(flat.across_S.cast<double>())};
+  }
+
+  void put_parts(const ShellNode& node, const FlatNode& flat) {
+    const Vec3 mean = flat.mean_S.cast<double>();
+    const Vec3 along = flat.along_S.cast<double>();
+    const Vec3 across = flat.across_S.cast<double>();
+    const auto quarters = quarters_of(node);
+    // Names that stay while slices come and go: the slices that press on the nearest plane have the first ones, all else
+    // the last; the deepest slice has the rest.
+    const auto first_other = static_cast<std::uint32_t>(std::max<std::size_t>(1, first_slices_));
+    for (std::size_t k = 0; k < 4; ++k) {
+      const auto put = [&](std::uint32_t part, std::uint32_t first, std::uint32_t end) {
+        const auto& [plane, four] = parts_[part];
+        const Vec3 p_P = mean + four.u[k] * along + four.v[k] * across;
+        add(*plane, p_P, plane->distance_m(p_P), four.area * node.mean.area_m2 / 4, first, end);
+      };
+      const auto count = static_cast<std::uint32_t>(parts_.size());
+      std::uint32_t name = quarters[k];
+      for (std::uint32_t part = 1; part < first_other; ++part, ++name) put(part, name, name + 1);
+      const std::uint32_t end = quarters[k + 1] - (count - first_other);
+      if (count > 0) put(0, name, end);
+      for (std::uint32_t part = first_other; part < count; ++part)
+        put(part, end + part - first_other, end + part - first_other + 1);
+    }
+  }
+
+  static constexpr double kThinnest_m = 1e-7;
+  // From the nearest place on: what four points in a slice hide of it is a fifth.
+  static constexpr double kFirstSlice_m = 1.6e-5;
+  static constexpr double kNextSlice = 4;
+
+  bool add_slices(const Below& plane, const Slope& slope, Polygon rest, double slice_m, double density,
+                  std::size_t most_parts) {
+    if (rest.is_empty()) return true;
+    const double nearest_m = rest.least(slope);
+    for (; !rest.is_empty(); slice_m *= kNextSlice) {
+      Polygon slice = rest;
+      if (std::isinf(slice_m)) {
+        rest.clear();
+      } else {
+        slice.cut(slope.below(nearest_m + slice_m));
+        rest.cut(-slope.below(nearest_m + slice_m));
+      }
+      const Group group = slice.is_empty() ? Group() : slice.sum() * density;
+      if (group.area < kMinShare) continue;
+      if (parts_.size() >= most_parts) return false;
+      parts_.push_back({&plane, Four(group)});
+    }
+    return true;
+  }
+
+  void add(const Below& plane, const Vec3& p_P, double distance, double area_m2, std::uint32_t first,
+           std::uint32_t end) {
+    if (distance >= search_.band_m) return;
+    ContactPoint& contact = contacts_.emplace_back();
+    contact.p_W = R_WP_ * p_P + search_.X_WP.p;
+    contact.normal_W = plane.normal_W;
+    contact.depth_m = -distance;
+    contact.area_m2 = search_.share * area_m2;
+    contact.id = first | search_.id_bits;
+    contact.count = end - first;
+  }
+
+  const PlaneContacts& search_;
+  std::vector<ContactPoint>& contacts_;
+  Eigen::Matrix3d R_WP_;
+  Planes all_, planes_;
+  boost::container::static_vector<std::pair<const Below*, Four>, kMaxParts> parts_;
+  std::size_t first_slices_ = 0;  ///< of the parts, those that press on the nearest plane
+};
+
+}  // namespace
+
+std::size_t contacts_of_node(const ShellNode& node, std::size_t planes) {
+  return (node.count > kSmallNode ? kMaxNodeContacts : kLeafContacts) * planes;
+}
+
+bool merge_contacts(std::vector<ContactPoint>& contacts, std::size_t begin, double rigid_depth_m, bool must) noexcept {
+  if (contacts.size() < begin + 2) return true;
+  std::array<Mean, 2> sides;
+  for (std::size_t i = begin; i < contacts.size(); ++i) sides[contacts[i].depth_m > 0 ? 0 : 1].add(contacts[i]);
+  const auto may_merge = [&](const Mean& side) {
+    return !(side.area > 0) || (side.is_flat && is_alike(side.low, side.high, rigid_depth_m));
+  };
+  // Beside more that presses, what does not press yet is little.
+  const bool has_little_gap = sides[1].is_flat && sides[1].area <= sides[0].area;
+  if (!must && !(may_merge(sides[0]) && (has_little_gap || may_merge(sides[1])))) return false;
+  const std::uint32_t first = contacts[begin].id;
+  const std::uint32_t last = contacts.back().id;
+  const std::uint32_t end = last + contacts.back().count;
+  const bool has_both = sides[0].area > 0 && sides[1].area > 0;
+  contacts.resize(begin);
+  // Of both, the last point has the name of those that do not press.
+  if (sides[0].area > 0) contacts.push_back(sides[0].contact(first, has_both ? last : end));
+  if (sides[1].area > 0) contacts.push_back(sides[1].contact(has_both ? last : first, end));
+  return true;
+}
+
+void PlaneContacts::add(std::uint32_t root, PlaneSet planes, std::vector<ContactPoint>& contacts) noexcept {
+  NodeContacts node_contacts(*this, planes, contacts);
+  const auto plane_count = static_cast<std::size_t>(std::popcount(planes));
+  const std::uint32_t end = shell.nodes[root].next;
+  for (std::uint32_t i = root; i < end;) {
+    const ShellNode& node = shell.nodes[i];
+    const FlatNode& flat = shell.flat_nodes[node.flat];
+    const auto [low, high] = node_contacts.look_at(flat.box_S());
+    const std::uint32_t child = i + 1;
+    i = node.next;
+    // All of it is this node's now; what it does not take, others may have.
+    room += contacts_of_node(node, plane_count);
+    if (high <= -band_m) continue;
+    const std::size_t begin = contacts.size();
+    const bool is_small = node.count <= kSmallNode;
+    const bool is_one = is_alike(low, high, rigid_depth_m) && (is_small || node_contacts.has_one_plane());
+    if (node.is_leaf || (is_one && is_small)) {
+      node_contacts.add_points(node);
+      merge_contacts(contacts, begin, rigid_depth_m, room < node.count);
+    } else if (!flat.is_rectangle || !node_contacts.add_parts(node, flat, room, true)) {
+      std::size_t of_children = 0;
+      for (std::uint32_t k = child; k < node.next; k = shell.nodes[k].next) {
+        of_children += contacts_of_node(shell.nodes[k], plane_count);
+      }
+      if (!is_one && room >= of_children) {
+        room -= of_children;
+        i = child;
+      } else if (is_small) {
+        node_contacts.add_points(node);
+        merge_contacts(contacts, begin, rigid_depth_m, true);
+      } else if (((low >= 0 || high <= 0) && node_contacts.has_one_plane()) ||
+                 !node_contacts.add_parts(node, flat, room, false)) {
+        node_contacts.add_whole(node, flat);
+      }
+    }
+    room -= std::min(room, contacts.size() - begin);
+  }
+}
+
+}  // namespace tandem::contact

@@ -1,0 +1,315 @@
+#include "common/contact/flat/plane_map.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "common/contact/flat/flat_node.hpp"
+#include "common/contact/point_shell.hpp"
+
+namespace tandem::contact {
+namespace {
+
+constexpr float kMinArea_m2 = 4e-6F;
+// Of flat nodes, the largest: what a shape can make its reader do is bounded.
+constexpr std::size_t kMaxNodes = 1024;
+// Nodes on one plane: how far the mean of the one may be from the plane of the other, and how much turned.
+constexpr double kSamePlane_m = 5e-6;
+constexpr double kSameNormal = 1e-3;
+// Of the normals of a plane and of its points; and what is as narrow has no plane.
+constexpr double kFacing = 0.995;
+constexpr float kMinHalf_m = 5e-4F;
+
+/// Flat nodes on one plane.
+struct OnePlane {
+  double area_m2 = 0;
+  Vec3 mean = Vec3::Zero();
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< × area
+  Vec3 normal = Vec3::Zero();
+
+  bool has(const Vec3& other_mean, const Vec3& other_normal) const {
+    return normal.cross(other_normal).norm() < kSameNormal && normal.dot(other_normal) > 0 &&
+           std::abs(normal.dot(other_mean - mean)) < kSamePlane_m;
+  }
+  void add(const FlatNode& flat, double area, const Vec3& out) {
+    const Vec3 along = flat.deviation_along_m * flat.along_S.cast<double>();
+    const Vec3 across = flat.deviation_across_m * flat.across_S.cast<double>();
+    const Vec3 way = flat.mean_S.cast<double>() - mean;
+    const double sum = area_m2 + area;
+    covariance +=
+        area * (along * along.transpose() + across * across.transpose() + area_m2 / sum * way * way.transpose());
+    mean += area / sum * way;
+    area_m2 = sum;
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(covariance);
+    normal = solver.eigenvectors().col(0);
+    if (normal.dot(out) < 0) normal = -normal;
+  }
+};
+
+}  // namespace
+
+std::vector<FieldPlane> planes_of(const PointShell& surface) {
+  std::vector<const ShellNode*> flats;
+  for (std::size_t i = 0; i < surface.nodes.size();) {
+    const ShellNode& node = surface.nodes[i];
+    const bool is_flat = node.flat != ShellNode::kNotFlat;
+    if (is_flat && node.mean.area_m2 >= kMinArea_m2) flats.push_back(&node);
+    i = is_flat ? node.next : i + 1;
+  }
+  std::ranges::stable_sort(flats,
+                           [](const ShellNode* a, const ShellNode* b) { return a->mean.area_m2 > b->mean.area_m2; });
+  if (flats.size() > kMaxNodes) flats.resize(kMaxNodes);
+  std::vector<OnePlane> planes;
+  for (const ShellNode* node : flats) {
+    const FlatNode& flat = surface.flat_nodes[node->flat];
+    const Vec3 out = node->mean.normal_S.cast<double>();
+    Vec3 normal = flat.along_S.cast<double>().cross(flat.across_S.cast<double>());
+    if (normal.dot(out) < 0) normal = -normal;
+    // Edges lie on planes too, but face elsewhere.
+    if (normal.dot(out) < kFacing || flat.half_m.head<2>().minCoeff() < kMinHalf_m) continue;
+    const Vec3 mean = flat.mean_S.cast<double>();
+    auto plane = std::ranges::find_if(planes, [&](const OnePlane& other) { return other.has(mean, normal); });
+    if (plane == planes.end()) plane = planes.insert(planes.end(), OnePlane{});
+    plane->add(flat, node->mean.area_m2, out);
+  }
+  std::ranges::stable_sort(planes, [](const OnePlane& a, const OnePlane& b) { return a.area_m2 > b.area_m2; });
+  if (planes.size() > kMaxPlanes) planes.resize(kMaxPlanes);
+  std::vector<FieldPlane> found;
+  for (const OnePlane& plane : planes) found.push_back({plane.normal, -plane.normal.dot(plane.mean)});
+  return found;
+}
+
+namespace {
+
+/// Calls visit(p) for the corners of a box until it says false; whether it never did.
+template <typename Visit>
+bool for_corners(const Vec3& middle, const Eigen::Matrix3d& half_edges, const Visit& visit) {
+  for (const double z : {-1.0, 1.0}) {
+    for (const double y : {-1.0, 1.0}) {
+      for (const double x : {-1.0, 1.0}) {
+        if (!visit(Vec3(middle + half_edges * Vec3(x, y, z)))) return false;
+      }
+    }
+  }
+  return true;
+}
+
+}  // namespace
+
+/// Cubes of one size that may meet a box.
+struct PlaneMap::Range {
+  double edge_m;
+  Vec3 origin;
+  Vec3 most;  ///< of the middles of cubes from the middle of the box, along its axes
+  std::array<std::int64_t, 3> begin, end;
+
+  /// Calls visit(x, y, z, middle) until it says false; whether it never did.
+  template <typename Visit>
+  bool all_of(const OrientedBox& box, const Visit& visit) const {
+    const Vec3 step = edge_m * box.axes.row(0).transpose();
+    for (std::int64_t z = begin[2]; z < end[2]; ++z) {
+      for (std::int64_t y = begin[1]; y < end[1]; ++y) {
+        const Vec3 row = origin + edge_m * Vec3(0.5, static_cast<double>(y) + 0.5, static_cast<double>(z) + 0.5);
+        const Vec3 at = box.axes.transpose() * (row - box.centre);
+        // Of the row, what |at + x · step| ≤ most leaves along each axis of the box.
+        auto low = static_cast<double>(begin[0]), high = static_cast<double>(end[0] - 1);
+        for (int i = 0; i < 3; ++i) {
+          if (std::abs(step[i]) < 1e-9 * edge_m) {
+            if (std::abs(at[i]) > most[i]) high = -1;
+            continue;
+          }
+          const double middle = -at[i] / step[i], reach = most[i] / std::abs(step[i]);
+          low = std::max(low, middle - reach);
+          high = std::min(high, middle + reach);
+        }
+        if (!(low <= high)) continue;
+        const auto last = static_cast<std::int64_t>(std::floor(high));
+        for (auto x = static_cast<std::int64_t>(std::ceil(low)); x <= last; ++x) {
+          if (!visit(x, y, z, Vec3(row + edge_m * static_cast<double>(x) * Vec3::UnitX()))) return false;
+        }
+      }
+    }
+    return true;
+  }
+};
+
+PlaneMap::PlaneMap(std::vector<FieldPlane> planes, const Vec3& origin_S, const std::array<std::uint32_t, 3>& bricks,
+                   double brick_m)
+    : planes_(std::move(planes)), sets_{0, 0, 0}, origin_S_(origin_S), bricks_(bricks), brick_m_(brick_m) {
+  refs_.resize(std::size_t{bricks[0]} * bricks[1] * bricks[2]);
+  harmless_.resize(refs_.size());
+}
+
+std::uint8_t PlaneMap::index_of(PlaneSet set) {
+  if (set == 0) return kNone;
+  const auto found = std::find(sets_.begin() + 3, sets_.end(), set);
+  if (found == sets_.end() && sets_.size() == kFirstMixed) return kNone;
+  const auto index = static_cast<std::uint8_t>(found - sets_.begin());
+  if (found == sets_.end()) sets_.push_back(set);
+  return index;
+}
+
+void PlaneMap::set(std::size_t brick, const Blocks& blocks) {
+  if (std::ranges::all_of(blocks, [&](std::uint8_t block) { return block == blocks[0]; })) {
+    refs_[brick] = blocks[0];
+    harmless_[brick] = harmless_in(blocks[0], middle_of(brick), brick_m_);
+    return;
+  }
+  refs_[brick] = kFirstMixed + static_cast<std::uint32_t>(mixed_.size());
+  mixed_.push_back(blocks);
+}
+
+Vec3 PlaneMap::middle_of(std::size_t brick) const {
+  const Vec3 place(static_cast<double>(brick % bricks_[0]) + 0.5,
+                   static_cast<double>(brick / bricks_[0] % bricks_[1]) + 0.5,
+                   static_cast<double>(brick / bricks_[0] / bricks_[1]) + 0.5);
+  return origin_S_ + brick_m_ * place;
+}
+
+PlaneSet PlaneMap::harmless_in(std::uint8_t index, const Vec3& middle, double edge_m) const {
+  PlaneSet harmless = 0;
+  if (index == kNone || index == kInside) return harmless;
+  for (std::size_t i = 0; i < planes_.size(); ++i) {
+    const PlaneSet plane = PlaneSet{1} << i;
+    const double above_m = planes_[i].distance_m(middle) - edge_m / 2 * planes_[i].normal.cwiseAbs().sum();
+    const bool is_harmless = index == kOutside ? above_m >= 0 : is_below(plane, sets_[index], middle, edge_m);
+    if (is_harmless) harmless |= plane;
+  }
+  return harmless;
+}
+
+bool PlaneMap::is_largest(PlaneSet all, std::uint8_t index, const Vec3& middle, double edge_m) const noexcept {
+  if (index == kOutside) return is_beyond(all, 1, 0, middle, edge_m);
+  if (index == kInside) return is_beyond(all, -1, kDeep_m, middle, edge_m);
+  return is_below(all & ~sets_[index], sets_[index], middle, edge_m);
+}
+
+std::size_t PlaneMap::memory_bytes() const {
+  return planes_.capacity() * sizeof(FieldPlane) + sets_.capacity() * sizeof(PlaneSet) +
+         refs_.capacity() * sizeof(refs_[0]) + mixed_.capacity() * sizeof(Blocks) +
+         harmless_.capacity() * sizeof(PlaneSet);
+}
+
+// Of what is beyond the lattice, the one cube at its border.
+PlaneMap::Range PlaneMap::range_of(const OrientedBox& box_S, double edge_m) const noexcept {
+  Range range{edge_m, origin_S_, box_S.half_m + edge_m / 2 * box_S.axes.cwiseAbs().colwise().sum().transpose(), {}, {}};
+  const Vec3 reach = box_S.axes.cwiseAbs() * box_S.half_m;
+  const Vec3 low = (box_S.centre - reach - origin_S_) / edge_m;
+  const Vec3 high = (box_S.centre + reach - origin_S_) / edge_m;
+  for (int i = 0; i < 3; ++i) {
+    const auto axis = static_cast<std::size_t>(i);
+    const double most = std::round(bricks_[axis] * brick_m_ / edge_m);
+    range.begin[axis] = static_cast<std::int64_t>(std::floor(std::clamp(low[i], 0.0, most)));
+    range.end[axis] = static_cast<std::int64_t>(std::clamp(std::floor(high[i]) + 1, 0.0, most));
+  }
+  return range;
+}
+
+std::uint8_t PlaneMap::at(const Vec3& p_S) const noexcept {
+  const Vec3 scaled = (p_S - origin_S_) / brick_m_;
+  for (int i = 0; i < 3; ++i) {
+    if (!(scaled[i] >= 0 && scaled[i] < bricks_[static_cast<std::size_t>(i)])) return kOutside;
+  }
+  const auto x = static_cast<std::size_t>(scaled[0]), y = static_cast<std::size_t>(scaled[1]),
+             z = static_cast<std::size_t>(scaled[2]);
+  const std::uint32_t ref = refs_[(z * bricks_[1] + y) * bricks_[0] + x];
+  if (ref < kFirstMixed) return static_cast<std::uint8_t>(ref);
+  const auto block = [](double part) {
+    return std::min<std::size_t>(static_cast<std::size_t>(part * kBlocks), kBlocks - 1);
+  };
+  return mixed_[ref - kFirstMixed]
+               [(block(scaled[2] - static_cast<double>(z)) * kBlocks + block(scaled[1] - static_cast<double>(y))) *
+                    kBlocks +
+                block(scaled[0] - static_cast<double>(x))];
+}
+
+/// Calls of_brick(brick) and, in mixed ones, of_block(index, middle) for those that meet a box until one says false;
+/// whether none did.
+template <typename OfBrick, typename OfBlock>
+bool PlaneMap::for_blocks(const OrientedBox& box_S, const OfBrick& of_brick, const OfBlock& of_block) const noexcept {
+  const Range bricks = range_of(box_S, brick_m_);
+  const Range blocks = range_of(box_S, brick_m_ / kBlocks);
+  return bricks.all_of(box_S, [&](std::int64_t x, std::int64_t y, std::int64_t z, const Vec3&) {
+    const auto index = static_cast<std::size_t>((z * bricks_[1] + y) * bricks_[0] + x);
+    if (refs_[index] < kFirstMixed) return of_brick(index);
+    const Blocks& mixed = mixed_[refs_[index] - kFirstMixed];
+    Range inside = blocks;
+    const std::array<std::int64_t, 3> brick = {x, y, z};
+    for (std::size_t i = 0; i < 3; ++i) {
+      inside.begin[i] = std::max<std::int64_t>(blocks.begin[i], brick[i] * kBlocks);
+      inside.end[i] = std::min<std::int64_t>(blocks.end[i], (brick[i] + 1) * kBlocks);
+    }
+    return inside.all_of(box_S, [&](std::int64_t bx, std::int64_t by, std::int64_t bz, const Vec3& middle) {
+      const std::int64_t in_brick = ((bz - z * kBlocks) * kBlocks + by - y * kBlocks) * kBlocks + bx - x * kBlocks;
+      return of_block(mixed[static_cast<std::size_t>(in_brick)], middle);
+    });
+  });
+}
+
+double PlaneMap::largest_m(PlaneSet set, const Vec3& p_S) const noexcept {
+  double largest = -std::numeric_limits<double>::infinity();
+  for (; set != 0; set &= set - 1) {
+    largest = std::max(largest, planes_[static_cast<std::size_t>(std::countr_zero(set))].distance_m(p_S));
+  }
+  return largest;
+}
+
+// Whether the largest distance × sign is at least that, at the middle and the corners of a cube.
+bool PlaneMap::is_beyond(PlaneSet set, double sign, double least_m, const Vec3& middle, double edge_m) const noexcept {
+  const auto is_there = [&](const Vec3& p_S) { return sign * largest_m(set, p_S) >= least_m; };
+  return is_there(middle) && for_corners(middle, edge_m / 2 * Eigen::Matrix3d::Identity(), is_there);
+}
+
+// None of the others is nearer than those of a set, all over a cube.
+bool PlaneMap::is_below(PlaneSet others, PlaneSet set, const Vec3& middle, double edge_m) const noexcept {
+  for (; others != 0; others &= others - 1) {
+    const FieldPlane& other = planes_[static_cast<std::size_t>(std::countr_zero(others))];
+    bool is_below = false;
+    for (PlaneSet rest = set; rest != 0 && !is_below; rest &= rest - 1) {
+      const FieldPlane& plane = planes_[static_cast<std::size_t>(std::countr_zero(rest))];
+      const Vec3 slope = other.normal - plane.normal;
+      const double at_middle = slope.dot(middle) + other.offset_m - plane.offset_m;
+      is_below = at_middle + edge_m / 2 * slope.cwiseAbs().sum() <= kSamePlane_m;
+    }
+    if (!is_below) return false;
+  }
+  return true;
+}
+
+PlaneSet PlaneMap::planes_over(const OrientedBox& box_S) const noexcept {
+  if (planes_.empty() || !box_S.centre.allFinite()) return 0;
+  PlaneSet all = 0;
+  bool is_beyond_anywhere = false;
+  const auto look_at = [&](std::uint8_t index) {
+    all |= sets_[index];
+    is_beyond_anywhere = is_beyond_anywhere || index == kOutside || index == kInside;
+    return index != kNone && std::popcount(all) <= kMaxInBox;
+  };
+  const Eigen::Matrix3d half_edges = box_S.axes * box_S.half_m.asDiagonal();
+  // What ends at its corners fails there first.
+  if (!look_at(at(box_S.centre))) return 0;
+  if (!for_corners(box_S.centre, half_edges, [&](const Vec3& corner) { return look_at(at(corner)); })) return 0;
+  const auto look_at_brick = [&](std::size_t brick) { return look_at(static_cast<std::uint8_t>(refs_[brick])); };
+  if (!for_blocks(box_S, look_at_brick, [&](std::uint8_t index, const Vec3&) { return look_at(index); })) return 0;
+  if (all == 0 || (std::popcount(all) == 1 && !is_beyond_anywhere)) return all;
+  // Of several it is the largest, everywhere: also where blocks know only some of them.
+  const auto is_largest_of_brick = [&](std::size_t brick) {
+    const auto index = static_cast<std::uint8_t>(refs_[brick]);
+    if (index == kOutside && (all & harmless_[brick]) != 0) return true;
+    if (index > kInside) return (all & ~sets_[index] & ~harmless_[brick]) == 0;
+    return is_largest(all, index, middle_of(brick), brick_m_);
+  };
+  const auto is_largest_of_block = [&](std::uint8_t index, const Vec3& middle) {
+    return is_largest(all, index, middle, brick_m_ / kBlocks);
+  };
+  if (!for_blocks(box_S, is_largest_of_brick, is_largest_of_block)) return 0;
+  const auto is_right_beyond = [&](const Vec3& corner) {
+    return at(corner) != kOutside || largest_m(all, corner) >= 0;
+  };
+  return for_corners(box_S.centre, half_edges, is_right_beyond) ? all : 0;
+}
+
+}  // namespace tandem::contact

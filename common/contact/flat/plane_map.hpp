@@ -1,0 +1,78 @@
+// Where a sampled distance field is the distance to a plane.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "common/contact/distance_field.hpp"
+
+namespace tandem::contact {
+
+struct PointShell;
+
+/// The planes that the largest flat parts of a surface lie on, kMaxPlanes at most.
+std::vector<FieldPlane> planes_of(const PointShell& surface);
+
+/// For each block of a lattice, the planes whose largest distance the field in it is, if there are such. A brick of the
+/// lattice has eight blocks along each edge.
+///
+/// Thread  any, at the same time
+class PlaneMap {
+ public:
+  static constexpr std::uint32_t kBlocks = 8;  ///< of a brick, along an edge
+  /// What a block is, or of which planes: an index of sets.
+  static constexpr std::uint8_t kNone = 0;
+  static constexpr std::uint8_t kOutside = 1;  ///< far outside of all surfaces
+  static constexpr std::uint8_t kInside = 2;   ///< deeper than contact goes
+  static constexpr double kDeep_m = 1e-3;      ///< contact is rigid long before
+  using Blocks = std::array<std::uint8_t, std::size_t{kBlocks} * kBlocks * kBlocks>;
+  /// That meet in one corner.
+  static constexpr int kMaxInBlock = 3;
+  /// All over a box: a face of four sides, and the one below.
+  static constexpr int kMaxInBox = 6;
+
+  PlaneMap() = default;
+  PlaneMap(std::vector<FieldPlane> planes, const Vec3& origin_S, const std::array<std::uint32_t, 3>& bricks,
+           double brick_m);
+
+  /// kNone where there are too many.
+  std::uint8_t index_of(PlaneSet set);
+  /// Once for each brick that is not kNone, in any order.
+  void set(std::size_t brick, const Blocks& blocks);
+
+  std::span<const FieldPlane> planes() const { return planes_; }
+  /// See DistanceField::planes_over().
+  PlaneSet planes_over(const OrientedBox& box_S) const noexcept;
+  std::size_t memory_bytes() const;
+
+ private:
+  struct Range;
+  Range range_of(const OrientedBox& box_S, double edge_m) const noexcept;
+  std::uint8_t at(const Vec3& p_S) const noexcept;
+  template <typename OfBrick, typename OfBlock>
+  bool for_blocks(const OrientedBox& box_S, const OfBrick& of_brick, const OfBlock& of_block) const noexcept;
+  PlaneSet harmless_in(std::uint8_t index, const Vec3& middle, double edge_m) const;
+  Vec3 middle_of(std::size_t brick) const;
+  bool is_largest(PlaneSet all, std::uint8_t index, const Vec3& middle, double edge_m) const noexcept;
+  double largest_m(PlaneSet set, const Vec3& p_S) const noexcept;
+  bool is_beyond(PlaneSet set, double sign, double least_m, const Vec3& middle, double edge_m) const noexcept;
+  bool is_below(PlaneSet others, PlaneSet set, const Vec3& middle, double edge_m) const noexcept;
+
+  std::vector<FieldPlane> planes_;
+  std::vector<PlaneSet> sets_;
+  Vec3 origin_S_ = Vec3::Zero();
+  std::array<std::uint32_t, 3> bricks_ = {0, 0, 0};
+  double brick_m_ = 1;
+  /// For each brick: the index of all of it, or kFirstMixed + index in mixed_.
+  std::vector<std::uint32_t> refs_;
+  /// For each brick that is not mixed: the planes that may be added to its set, as they are nowhere nearer; of one that
+  /// is far outside, those that all of it is above.
+  std::vector<PlaneSet> harmless_;
+  std::vector<Blocks> mixed_;
+  static constexpr std::uint32_t kFirstMixed = 256;
+};
+
+}  // namespace tandem::contact

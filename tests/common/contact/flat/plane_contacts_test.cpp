@@ -1,0 +1,319 @@
+#include "common/contact/flat/plane_contacts.hpp"
+
+#include <gtest/gtest.h>
+
+#include <bit>
+#include <cmath>
+#include <memory>
+#include <random>
+
+#include "common/contact/contact_pair.hpp"
+#include "common/contact/primitive_fields.hpp"
+#include "tests/common/contact/hand_made_shell.hpp"
+#include "tests/common/contact/test_meshes.hpp"
+
+namespace tandem::contact {
+namespace {
+
+constexpr double kEdge_m = 0.02;
+constexpr double kBand_m = 2e-4;
+constexpr double kStiffness_n_per_m3 = 5e9;
+
+/// A cube as a mesh, at an angle to the lattice of its grid.
+std::shared_ptr<const ContactShape> oblique_cube(const Quat& q_SB) {
+  geometry::TriangleMesh mesh = box_mesh(Vec3::Constant(kEdge_m));
+  for (Vec3& vertex : mesh.vertices) vertex = q_SB * vertex;
+  return make_contact_mesh({mesh, geometry::SurfaceKind::kSolid, {}});
+}
+
+/// What presses on A, about the origin of the world.
+struct Pressure {
+  Wrench on_a_W;
+  double stiffness_n_per_m = 0;
+
+  void add(const Vec3& p_W, const Vec3& normal_W, double depth_m, double area_m2) {
+    if (depth_m <= 0) return;
+    const Vec3 force = kStiffness_n_per_m3 * area_m2 * depth_m * normal_W;
+    on_a_W += {force, p_W.cross(force)};
+    stiffness_n_per_m += kStiffness_n_per_m3 * area_m2;
+  }
+};
+
+Pressure of_contacts(const ContactPair& pair) {
+  Pressure sum;
+  for (const ContactPoint& contact : pair.contacts()) {
+    sum.add(contact.p_W, contact.normal_W, contact.depth_m, contact.area_m2);
+  }
+  return sum;
+}
+
+void add_all_points(const ContactShape& points, const Pose& X_WP, const ContactShape& solid, const Pose& X_WF,
+                    double sign, Pressure& sum) {
+  const Pose X_FP = X_WF.inverse() * X_WP;
+  for (const ShellPoint& point : points.shells.surface.points) {
+    const Vec3 p_P = point.p_S.cast<double>();
+    const DistanceSample sample = solid.field->sample(X_FP * p_P);
+    sum.add(X_WP * p_P, sign * (X_WF.q * sample.gradient.normalized()), -sample.distance_m, point.area_m2 / 2);
+  }
+}
+
+Pressure of_all_points(const ContactShape& a, const Pose& X_WA, const ContactShape& b, const Pose& X_WB) {
+  Pressure sum;
+  add_all_points(a, X_WA, b, X_WB, 1, sum);
+  add_all_points(b, X_WB, a, X_WA, -1, sum);
+  return sum;
+}
+
+/// B's upper face is z = 0 there; A lies on it, `depth_m` deep in the middle of its edge below x < 0.
+struct Stack {
+  std::shared_ptr<const ContactShape> shape;
+  Quat q_SB;
+
+  Pose X_WB() const { return {Vec3(0, 0, -kEdge_m / 2), q_SB.conjugate()}; }
+  Pose X_WA(double depth_m, double tilt, double turn = 0.2) const {
+    const Quat q = Quat(Eigen::AngleAxisd(tilt, Vec3::UnitY())) * Quat(Eigen::AngleAxisd(turn, Vec3::UnitZ()));
+    const double lowest_m = kEdge_m / 2 * std::sin(tilt) * (std::cos(turn) + std::sin(turn));
+    return {Vec3(0.002, 0.001, kEdge_m / 2 + lowest_m - depth_m), q * q_SB.conjugate()};
+  }
+};
+
+Stack oblique_stack() {
+  const Quat q_SB(Eigen::AngleAxisd(0.7, Vec3(1, 2, 3).normalized()));
+  return {oblique_cube(q_SB), q_SB};
+}
+
+TEST(FlatNode, ItsFourPointsHaveItsAreaMeanAndCovariance) {
+  const PointShell shell = PointShell::of(box_points(Vec3(0.03, 0.02, 0.01), 5e-4), 5e-4);
+  std::size_t checked = 0, rectangles = 0;
+  for (const ShellNode& node : shell.nodes) {
+    if (node.flat == ShellNode::kNotFlat) continue;
+    const FlatNode& flat = shell.flat_nodes[node.flat];
+    Vec3 mean = Vec3::Zero();
+    Eigen::Matrix3d square = Eigen::Matrix3d::Zero();
+    double area = 0;
+    for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
+      const Vec3 p = shell.points[i].p_S.cast<double>();
+      area += shell.points[i].area_m2;
+      mean += shell.points[i].area_m2 * p;
+      square += shell.points[i].area_m2 * p * p.transpose();
+      const OrientedBox box = flat.box_S();
+      EXPECT_TRUE(((box.axes.transpose() * (p - box.centre)).cwiseAbs().array() <= box.half_m.array() + 1e-8).all());
+    }
+    mean /= area;
+    const Eigen::Matrix3d covariance = square / area - mean * mean.transpose();
+    Eigen::Matrix3d of_four = Eigen::Matrix3d::Zero();
+    for (const auto& [axis, deviation] :
+         {std::pair(flat.along_S, flat.deviation_along_m), std::pair(flat.across_S, flat.deviation_across_m)}) {
+      of_four += deviation * deviation * axis.cast<double>() * axis.cast<double>().transpose();
+    }
+    // What is taken for a rectangle is one within a few per cent.
+    const double extent_m = flat.half_m.norm();
+    EXPECT_NEAR((flat.mean_S.cast<double>() - mean).norm(), 0, flat.is_rectangle ? 0.06 * extent_m : 1e-8);
+    EXPECT_NEAR((of_four - covariance).norm(), 0, (flat.is_rectangle ? 0.15 : 1e-5) * covariance.trace() + 1e-12);
+    checked += node.is_leaf ? 0 : 1;
+    rectangles += flat.is_rectangle ? 1 : 0;
+  }
+  EXPECT_GT(checked, 100U);
+  EXPECT_GT(rectangles, 20U);
+}
+
+TEST(FlatNode, IsARectangleOnlyIfItIsCoveredEvenly) {
+  const auto root_of = [](const std::vector<Vec3>& places) {
+    std::vector<ShellPoint> points;
+    for (const Vec3& p : places) points.push_back({p.cast<float>(), Eigen::Vector3f::UnitZ(), 1e-7F});
+    const PointShell shell = PointShell::of(std::move(points), 5e-4);
+    EXPECT_NE(shell.nodes.at(0).flat, ShellNode::kNotFlat);
+    return shell.flat_nodes.at(shell.nodes.at(0).flat);
+  };
+  const Quat turn(Eigen::AngleAxisd(0.4, Vec3::UnitZ()));
+  std::vector<Vec3> face, two_sides, triangle, line;
+  for (int i = 0; i < 40; ++i) {
+    line.push_back(turn * Vec3(4e-4 * i, 0, 0));
+    two_sides.push_back(turn * Vec3(4e-4 * i, 0, 0));
+    two_sides.push_back(turn * Vec3(0, 4e-4 * (i + 1), 0));
+    for (int k = 0; k < 30; ++k) face.push_back(turn * Vec3(4e-4 * i, 4e-4 * k, 0));
+    for (int k = 0; k < i; ++k) triangle.push_back(turn * Vec3(4e-4 * i, 4e-4 * k, 0));
+  }
+  EXPECT_TRUE(root_of(face).is_rectangle);
+  EXPECT_NEAR(root_of(face).half_m.head<2>().maxCoeff(), 19.5 * 4e-4, 5e-6);
+  EXPECT_NEAR(root_of(face).half_m.head<2>().minCoeff(), 14.5 * 4e-4, 5e-6);
+  EXPECT_TRUE(root_of(line).is_rectangle);
+  EXPECT_FALSE(root_of(triangle).is_rectangle);
+  EXPECT_FALSE(root_of(two_sides).is_rectangle) << "projected on its axes it looks like one";
+}
+
+TEST(FlatRuns, PointsOfAFaceAndOfAnEdgeFollowEachOther) {
+  const PointShell shell = PointShell::of(box_points(Vec3(0.03, 0.02, 0.01), 5e-4), 5e-4);
+  // What is on rectangles of more than a leaf.
+  double area_m2 = 0;
+  for (std::size_t i = 0; i < shell.nodes.size();) {
+    const ShellNode& node = shell.nodes[i];
+    const bool is_rectangle = node.flat != ShellNode::kNotFlat && shell.flat_nodes[node.flat].is_rectangle;
+    if (is_rectangle) area_m2 += node.mean.area_m2;
+    i = is_rectangle ? node.next : i + 1;
+  }
+  EXPECT_GT(area_m2, 0.8 * shell.area_m2());
+}
+
+// Where a field says that it is a plane over a box, it is.
+//
+// In  at_edges_m  of what several planes are right to: what is between samples
+void expect_planes_are_right(const DistanceField& field, double reach_m, double tolerance_m, double at_edges_m,
+                             unsigned seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  const auto vector = [&] { return Vec3(uniform(random), uniform(random), uniform(random)); };
+  std::size_t found = 0, found_of_several = 0;
+  for (int i = 0; i < 20'000; ++i) {
+    OrientedBox box;
+    box.axes = Quat(Eigen::AngleAxisd(3 * uniform(random), vector().normalized())).toRotationMatrix();
+    if (i % 2 == 0) box.axes = Eigen::Matrix3d::Identity();
+    box.half_m = Vec3(2e-3, 2e-3, 3e-4).cwiseProduct(vector().cwiseAbs());
+    box.centre = reach_m * vector();
+    const PlaneSet planes = field.planes_over(box);
+    if (planes == 0) continue;
+    ++found;
+    found_of_several += std::popcount(planes) > 1 ? 1 : 0;
+    for (int k = 0; k < 30; ++k) {
+      const Vec3 p = box.centre + box.axes * vector().cwiseProduct(box.half_m);
+      const double distance = field.sample(p).distance_m;
+      double largest = -1;
+      for (std::size_t plane = 0; plane < field.planes().size(); ++plane) {
+        if ((planes >> plane & 1U) != 0) largest = std::max(largest, field.planes()[plane].distance_m(p));
+      }
+      // Deeper than contact goes, and beyond edges, it is only of the right sign.
+      if (distance < -5e-4 && largest < -5e-4) continue;
+      const double most = (std::popcount(planes) > 1 ? at_edges_m : tolerance_m) + 0.01 * std::abs(distance);
+      if (largest > 0) {
+        ASSERT_GE(distance, largest - most) << "seed " << seed;
+      } else {
+        ASSERT_NEAR(distance, largest, most) << "seed " << seed;
+      }
+    }
+  }
+  EXPECT_GT(found, 50U);
+  if (at_edges_m > 0) {
+    EXPECT_GT(found_of_several, 20U);
+  }
+}
+
+TEST(PlaneMap, IsWhereSamplesLieOnAPlane) {
+  expect_planes_are_right(*oblique_cube(Quat::Identity())->field, 0.013, 3e-6, 1.5e-4, 1);
+  expect_planes_are_right(*oblique_stack().shape->field, 0.015, 3e-6, 1.5e-4, 2);
+}
+
+TEST(PlaneMap, OfPrimitivesIsByFormula) {
+  expect_planes_are_right(*box_field(Vec3(0.02, 0.03, 0.01)), 0.02, 1e-15, 1e-15, 3);
+  expect_planes_are_right(*cylinder_field(0.01, 0.02), 0.013, 1e-15, 0, 4);
+  expect_planes_are_right(*half_space_field(), 0.01, 1e-15, 0, 5);
+}
+
+TEST(PlaneContacts, HaveTheForceAndMomentOfAllPoints) {
+  const Stack stack = oblique_stack();
+  ContactPair pair;
+  for (const double tilt : {0.0, 1e-5, 1e-4, 1e-3, 1e-2}) {
+    for (const double depth_m : {2e-5, 5e-5, 2e-4}) {
+      pair.bind(stack.shape.get(), stack.shape.get());
+      const Pose X_WA = stack.X_WA(depth_m, tilt);
+      const ContactWork work = pair.find(X_WA, stack.X_WB(), kBand_m);
+      EXPECT_FALSE(work.is_coarse);
+      const Pressure few = of_contacts(pair);
+      const Pressure all = of_all_points(*stack.shape, X_WA, *stack.shape, stack.X_WB());
+      // Distances are rounded to 2 µm: of what is 20 µm deep and less.
+      const double error_n = 0.02 * all.on_a_W.f.norm() + 6e-7 * all.stiffness_n_per_m;
+      EXPECT_NEAR((few.on_a_W.f - all.on_a_W.f).norm(), 0, error_n) << "tilt " << tilt << ", depth " << depth_m;
+      EXPECT_NEAR((few.on_a_W.t - all.on_a_W.t).norm(), 0, error_n * kEdge_m) << "tilt " << tilt;
+      EXPECT_LE(few.on_a_W.f.cross(all.on_a_W.f).norm(), 0.0175 * few.on_a_W.f.norm() * all.on_a_W.f.norm());
+    }
+  }
+}
+
+TEST(PlaneContacts, AFaceOnAFaceHasFewOfThem) {
+  const Stack stack = oblique_stack();
+  ContactPair pair;
+  pair.bind(stack.shape.get(), stack.shape.get());
+  pair.find(stack.X_WA(2e-5, 0), stack.X_WB(), kBand_m);
+  std::size_t pressing = 0;
+  for (const ShellPoint& point : stack.shape->shells.surface.points) {
+    const Pose X_BA = stack.X_WB().inverse() * stack.X_WA(2e-5, 0);
+    pressing += stack.shape->field->distance_m(X_BA * point.p_S.cast<double>()) < 0 ? 1 : 0;
+  }
+  EXPECT_GT(pressing, 1000U);
+  EXPECT_LT(pair.contacts().size(), 400U);
+}
+
+// At 5e9 N/m³ a face of 20 mm has 2 N/µm: what stands for its points must not show.
+TEST(PlaneContacts, ForceHasNoStepsWhileABoxTilts) {
+  const Stack stack = oblique_stack();
+  ContactPair pair;
+  pair.bind(stack.shape.get(), stack.shape.get());
+  double few_n = 0, all_n = 0;
+  for (int i = 0; i <= 400; ++i) {
+    const double tilt = 2e-3 * i / 400;
+    const Pose X_WA = stack.X_WA(2e-5, tilt);
+    pair.find(X_WA, stack.X_WB(), kBand_m);
+    const double few_now_n = of_contacts(pair).on_a_W.f.norm();
+    if (i % 4 == 0) {
+      const double all_now_n = of_all_points(*stack.shape, X_WA, *stack.shape, stack.X_WB()).on_a_W.f.norm();
+      // Along edges samples are rounder than the planes.
+      EXPECT_NEAR(few_now_n, all_now_n, 0.02 * all_now_n + 0.3) << "tilt " << tilt;
+      all_n = all_now_n;
+    }
+    if (i > 0) {
+      EXPECT_NEAR(few_now_n, few_n, 0.02 * few_n + 0.2) << "tilt " << tilt;
+    }
+    few_n = few_now_n;
+  }
+  EXPECT_GT(all_n, 1);
+}
+
+TEST(PlaneContacts, ForceFollowsTheOverlapWhileABoxSlidesOverAnEdge) {
+  const auto below = make_contact_box({0.03, 0.03, 0.03});
+  const auto box = make_contact_box({0.02, 0.02, 0.02});
+  ContactPair pair;
+  pair.bind(box.get(), below.get());
+  const double depth_m = 2e-5, step_m = 5e-5;
+  double whole_n = 0, before_n = 0;
+  for (int i = 0; i < 510; ++i) {
+    const double x_m = i * step_m;
+    pair.find({Vec3(x_m, 0.001, 0.025 - depth_m), Quat::Identity()}, {}, kBand_m);
+    const double now_n = of_contacts(pair).on_a_W.f.z();
+    if (i == 0) whole_n = before_n = now_n;
+    const double overlap = std::clamp((0.025 - x_m) / 0.02, 0.0, 1.0);
+    ASSERT_NEAR(now_n, overlap * whole_n, 0.06 * whole_n) << x_m;
+    // The points of both edges come in one step: of each, a strip of half a millimetre.
+    ASSERT_NEAR(now_n, before_n, 0.06 * whole_n) << x_m;
+    before_n = now_n;
+  }
+  EXPECT_GT(whole_n, 10);
+  EXPECT_NEAR(before_n, 0, 0.01 * whole_n);
+}
+
+TEST(PlaneContacts, BristlesStayWhileWhatStandsForThePointsChanges) {
+  const Stack stack = oblique_stack();
+  ContactPair pair;
+  pair.bind(stack.shape.get(), stack.shape.get());
+  const Vec3 bristle_W(1e-6, 2e-6, 0);
+  pair.find(stack.X_WA(1e-4, 0), stack.X_WB(), kBand_m);
+  for (ContactPoint& contact : pair.contacts()) {
+    if (contact.depth_m > 0) contact.bristle_W = bristle_W;
+  }
+  std::size_t size_before = pair.contacts().size();
+  bool has_changed = false;
+  for (const double tilt : {0.0, 1e-3, 4e-3, 1e-3, 0.0}) {
+    pair.find(stack.X_WA(1e-4 + 0.02 * tilt, tilt), stack.X_WB(), kBand_m);
+    double weight = 0, weight_of_bristles = 0;
+    for (ContactPoint& contact : pair.contacts()) {
+      if (contact.depth_m <= 0 || contact.normal_W.z() < 0.99) continue;
+      weight += contact.area_m2;
+      weight_of_bristles += contact.area_m2 * contact.bristle_W.dot(bristle_W) / bristle_W.squaredNorm();
+    }
+    EXPECT_NEAR(weight_of_bristles, weight, 0.05 * weight) << "tilt " << tilt;
+    has_changed = has_changed || pair.contacts().size() != size_before;
+    size_before = pair.contacts().size();
+  }
+  EXPECT_TRUE(has_changed);
+}
+
+}  // namespace
+}  // namespace tandem::contact
