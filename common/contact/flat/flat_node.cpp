@@ -18,6 +18,8 @@ namespace {
 
 // Points are rounded to less than 1 µm along each axis.
 constexpr double kFlat_m = 3e-6;
+// No shape that was sampled here has more; what bytes from elsewhere can ask for is bounded.
+constexpr std::size_t kMaxPoints = 600'000;
 // Points that cover a rectangle: fewer are looked at one by one. Of its half sides and their deviations; of its cells.
 constexpr std::size_t kMinRectangle = 33;
 constexpr std::uint32_t kMinPart = 128;  ///< to have sides of its own
@@ -91,12 +93,14 @@ bool reaches_sides(std::span<const ShellPoint> points, const OrientedBox& box) {
   for (const int along : {0, 1}) {
     const int across = 1 - along;
     if (box.half_m[across] <= kFlat_m) continue;  // a line
-    const auto bins = std::clamp(static_cast<int>(2 * box.half_m[along] / (kSideBin * spacing_m)), 1, kMaxSideBins);
+    const bool is_line = box.half_m[along] <= kFlat_m;
+    const double most_bins = is_line ? 1 : 2 * box.half_m[along] / (kSideBin * std::max(spacing_m, kFlat_m));
+    const auto bins = static_cast<int>(std::clamp<double>(most_bins, 1, kMaxSideBins));
     std::array<std::bitset<kMaxSideBins>, 2> found;
     for (const ShellPoint& point : points) {
       const Vec3 off = box.axes.transpose() * (point.p_S.cast<double>() - box.centre);
       if (box.half_m[across] - std::abs(off[across]) > kToSide * spacing_m) continue;
-      const auto bin = static_cast<int>(bins * (off[along] / box.half_m[along] + 1) / 2);
+      const auto bin = is_line ? 0 : static_cast<int>(bins * (off[along] / box.half_m[along] + 1) / 2);
       found[off[across] > 0 ? 1 : 0].set(static_cast<std::size_t>(std::clamp(bin, 0, bins - 1)));
     }
     if (static_cast<int>(found[0].count()) < bins || static_cast<int>(found[1].count()) < bins) return false;
@@ -115,19 +119,19 @@ bool covers_evenly(std::span<const ShellPoint> points, const Moments& moments, c
     if (way[i] > kUneven * box.half_m[i]) return false;
     if (std::abs(std::sqrt(covariance(i, i)) - deviation_m) > kUneven * deviation_m) return false;
   }
-  constexpr int cells = 4;  // along each side; nothing in one of them is no rectangle
-  std::array<double, std::size_t{cells} * cells> areas{};
+  constexpr int kCells = 4;  // along each side; nothing in one of them is no rectangle
+  std::array<double, std::size_t{kCells} * kCells> areas{};
   for (const ShellPoint& point : points) {
     const Vec3 off = box.axes.transpose() * (point.p_S.cast<double>() - box.centre);
     const auto cell = [&](int i) {
-      // All of a line is in all cells beside it.
-      const double place = box.half_m[i] <= kFlat_m ? 0 : cells * (off[i] / box.half_m[i] + 1) / 2;
-      return std::clamp(static_cast<int>(place), 0, cells - 1);
+      // All of a line is in all kCells beside it.
+      const double place = box.half_m[i] <= kFlat_m ? 0 : kCells * (off[i] / box.half_m[i] + 1) / 2;
+      return std::clamp(static_cast<int>(place), 0, kCells - 1);
     };
-    areas[static_cast<std::size_t>(cell(1) * cells + cell(0))] += point.area_m2;
+    areas[static_cast<std::size_t>(cell(1) * kCells + cell(0))] += point.area_m2;
   }
   const bool is_line = box.half_m[1] <= kFlat_m || box.half_m[0] <= kFlat_m;
-  const double even = moments.area_m2 / (is_line ? cells : cells * cells);
+  const double even = moments.area_m2 / (is_line ? kCells : kCells * kCells);
   const double uneven = points.size() >= kManyPoints ? kUnevenCell : kUnevenSmallCell;
   return std::ranges::none_of(
       areas, [&](double area) { return std::abs(area / even - 1) > uneven && !(is_line && area == 0); });
@@ -224,6 +228,7 @@ std::array<std::uint32_t, 5> quarters_of(const ShellNode& node) {
 
 std::vector<FlatNode> find_flat_nodes(std::span<const ShellPoint> points, std::span<ShellNode> nodes) {
   std::vector<FlatNode> found;
+  if (points.size() > kMaxPoints) return found;
   std::size_t flat_end = 0;  // of the nodes below the last flat one
   std::optional<Eigen::Matrix3d> axes;
   for (std::size_t i = 0; i < nodes.size(); ++i) {

@@ -26,6 +26,8 @@ constexpr double kBrickCells = 4;
 constexpr double kEdge_m = 1e-4;
 // What a larger lattice would take: 12 bytes a brick, and the time to fill them.
 constexpr std::size_t kMaxBricksWithPlanes = std::size_t{1} << 20U;
+// To planes, that are looked at: a few seconds. Blocks that come later have no planes.
+constexpr std::int64_t kMaxDistances = 500'000'000;
 // Nothing that is nearer to a surface is far outside.
 constexpr double kOutside_m = 3e-4;
 // Contact is rigid before it is as deep: what is below it is as good as any.
@@ -192,10 +194,12 @@ class DistanceGrid::PlaneFinder {
   }
 
   /// What PlaneMap says of some blocks.
-  std::uint8_t index_of(PlaneMap& map, const Vec3& low_S, std::uint32_t ref, const Blocks& blocks) const {
+  std::uint8_t index_of(PlaneMap& map, const Vec3& low_S, std::uint32_t ref, const Blocks& blocks) {
+    if (distances_left_ < 0) return PlaneMap::kNone;
     PlaneSet set = 0;
     const bool is_known = for_samples(low_S, ref, blocks, [&](const Vec3& p_S, double sample_m) {
       if (matches(set, p_S, sample_m)) return true;
+      distances_left_ -= static_cast<std::int64_t>(planes_.size());
       bool is_found = false;
       PlaneSet beyond = set;  // outside of an edge it is farther than from each plane
       for_planes(low_S, [&](std::size_t i) {
@@ -233,7 +237,8 @@ class DistanceGrid::PlaneFinder {
     return largest;
   }
   /// The largest distance to the planes; outside of an edge the true one may be more.
-  bool matches(PlaneSet set, const Vec3& p_S, double sample_m) const {
+  bool matches(PlaneSet set, const Vec3& p_S, double sample_m) {
+    distances_left_ -= 1 + std::popcount(set);
     const double largest = largest_m(set, p_S);
     const double error_m = sample_m - largest;
     const bool is_edge = std::popcount(set) > 1;
@@ -245,6 +250,7 @@ class DistanceGrid::PlaneFinder {
   const DistanceGrid& grid_;
   double step_m_;
   std::vector<FieldPlane> planes_;
+  std::int64_t distances_left_ = kMaxDistances;
 };
 
 void DistanceGrid::find_planes(std::vector<FieldPlane> guesses) {

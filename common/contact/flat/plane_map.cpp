@@ -19,6 +19,10 @@ constexpr std::size_t kMaxNodes = 1024;
 // Nodes on one plane: how far the mean of the one may be from the plane of the other, and how much turned.
 constexpr double kSamePlane_m = 5e-6;
 constexpr double kSameNormal = 1e-3;
+// Bricks of several sets: 32 MB.
+constexpr std::size_t kMaxMixed = std::size_t{1} << 16U;
+// Bricks and blocks that a box may meet: what a walk of the tree may cost. Larger nodes are divided.
+constexpr std::size_t kMaxLooks = 4096;
 // Of the normals of a plane and of its points; and what is as narrow has no plane.
 constexpr double kFacing = 0.995;
 constexpr float kMinHalf_m = 5e-4F;
@@ -158,14 +162,14 @@ void PlaneMap::set(std::size_t brick, const Blocks& blocks) {
     harmless_[brick] = harmless_in(blocks[0], middle_of(brick), brick_m_);
     return;
   }
+  if (mixed_.size() == kMaxMixed) return;
   refs_[brick] = kFirstMixed + static_cast<std::uint32_t>(mixed_.size());
   mixed_.push_back(blocks);
 }
 
 Vec3 PlaneMap::middle_of(std::size_t brick) const {
-  const Vec3 place(static_cast<double>(brick % bricks_[0]) + 0.5,
-                   static_cast<double>(brick / bricks_[0] % bricks_[1]) + 0.5,
-                   static_cast<double>(brick / bricks_[0] / bricks_[1]) + 0.5);
+  const std::size_t x = brick % bricks_[0], y = brick / bricks_[0] % bricks_[1], z = brick / bricks_[0] / bricks_[1];
+  const Vec3 place(static_cast<double>(x) + 0.5, static_cast<double>(y) + 0.5, static_cast<double>(z) + 0.5);
   return origin_S_ + brick_m_ * place;
 }
 
@@ -283,7 +287,9 @@ PlaneSet PlaneMap::planes_over(const OrientedBox& box_S) const noexcept {
   if (planes_.empty() || !box_S.centre.allFinite()) return 0;
   PlaneSet all = 0;
   bool is_beyond_anywhere = false;
+  std::size_t looked = 0;
   const auto look_at = [&](std::uint8_t index) {
+    if (++looked > kMaxLooks) return false;
     all |= sets_[index];
     is_beyond_anywhere = is_beyond_anywhere || index == kOutside || index == kInside;
     return index != kNone && std::popcount(all) <= kMaxInBox;
