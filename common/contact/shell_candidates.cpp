@@ -71,6 +71,7 @@ void ShellCandidates::bind(const PointShell& shell, const ContactShape& points, 
   candidates_.clear();
   contacts_ = 0;
   is_coarse_ = false;
+  coarse_walks_ = 0;
   slack_limit_m_ = kSlackMax_m;
   gap_m_ = -1;
   drift_m_ = 0;
@@ -293,6 +294,8 @@ bool ShellCandidates::gather_all(std::uint32_t root, double reach_m) noexcept {
 PlaneSet ShellCandidates::planes_below(const ShellNode& node) const noexcept {
   if (node.flat == ShellNode::kNotFlat || solid_radius_m_ < kMinSolid_m) return 0;
   OrientedBox box_F = shell_->flat_nodes[node.flat].box_S().moved(R_FP_, p_FP_);
+  // How far the shapes move is measured at the solid: what is farther out may move more.
+  if ((box_F.centre - solid_centre_F_).norm() + box_F.half_m.norm() > kSideways * solid_radius_m_) return 0;
   box_F.half_m.array() += kSideways * plane_motion_m_;
   return largest_over(field_->planes(), field_->planes_over(box_F), box_F);
 }

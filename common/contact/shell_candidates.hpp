@@ -161,6 +161,7 @@ class ShellCandidates {
   std::size_t contacts_before_ = 0;  ///< the part that is walked
   bool has_planes_ = false;          ///< the part that is walked
   std::uint32_t deepest_point_ = 0;  ///< of a coarse walk
+  std::uint32_t coarse_walks_ = 0;   ///< since the last bind()
   std::size_t fine_count_ = 0;       ///< at least how many candidates a coarse walk would have had as points
   ContactWork work_;
 };

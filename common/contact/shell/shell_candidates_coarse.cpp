@@ -12,6 +12,7 @@ namespace {
 
 // Of a capacity, what a list must shrink to before it is fine again: no flicker between fine and coarse.
 constexpr double kFineAgain = 0.8;
+constexpr std::uint32_t kWalksPerTry = 8;
 // Weight of depth against error of force in choosing what to refine; between 0.03 and 0.3 it changes little.
 constexpr double kDepthMatters = 0.1;
 // More than any gain: goes first.
@@ -21,10 +22,11 @@ constexpr double kDeepestFirst_m = 1;
 
 void ShellCandidates::walk_coarse(const Pose& X_FP, double reach_m) noexcept {
   if (is_coarse_) {
-    // Of planes few contacts are made: how many, only a walk can tell.
-    if (!has_flat_parts()) {
+    // Of planes few contacts are made: how many, only a fine walk can tell; now and then it is tried.
+    const bool is_tried = has_flat_parts() && ++coarse_walks_ % kWalksPerTry == 0;
+    if (!is_tried) {
       walk_whole(X_FP, reach_m);
-      if (fine_count_ > kFineAgain * capacity_) return;
+      if (has_flat_parts() || fine_count_ > kFineAgain * capacity_) return;
     }
     // That count was a lower bound: all may be too many still.
     divide(kParts);
