@@ -21,7 +21,8 @@ struct ContactPoint {
   /// Which sample it is, the same from step to step: the index of the point in its shell, of the first point where it
   /// stands for several; with kOtherDirection for the points of the shape that has the larger surface.
   std::uint32_t id = 0;
-  std::uint32_t count = 1;  ///< of its shell's points, from `id` on, that it stands for
+  /// Of its shell's points, from `id` on, that it stands for; of a slice of a face, those whose friction it takes over.
+  std::uint32_t count = 1;
 
   static constexpr std::uint32_t kOtherDirection = 1U << 31;
 };

@@ -43,7 +43,7 @@ class DistanceField {
   virtual std::span<const FieldPlane> planes() const noexcept { return {}; }
   /// Those whose largest distance is the field's all over a box, where it is not positive: a face, or where faces meet
   /// at a convex edge or corner. Where it is positive, so is the field's, and not less. Within what samples are rounded
-  /// to; none: it is not so, or not known.
+  /// to. Six at most; none: it is not so, or not known.
   virtual PlaneSet planes_over(const OrientedBox& /*box_S*/) const noexcept { return 0; }
 
   virtual double error_m() const noexcept = 0;

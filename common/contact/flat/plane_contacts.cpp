@@ -269,7 +269,11 @@ class NodeContacts {
         const double density = 1 / (4 * half_u * half_v);
         const double slice_m = is_sliced ? kFirstSlice_m : std::numeric_limits<double>::infinity();
         if (!add_slices(planes_[i], slopes[i], polygon, slice_m, density, most_parts)) return false;
-        if (!is_gap && i == 0) first_slices_ = parts_.size();
+        if (!is_gap && i == 0) {
+          first_slices_ = parts_.size();
+          const auto area = [](const auto& part) { return part.second.area; };
+          if (!parts_.empty()) std::iter_swap(parts_.begin(), std::ranges::max_element(parts_, std::less{}, area));
+        }
       }
     }
     put_parts(node, flat);
@@ -288,7 +292,7 @@ class NodeContacts {
     const Vec3 across = flat.across_S.cast<double>();
     const auto quarters = quarters_of(node);
     // Names that stay while slices come and go: the slices that press on the nearest plane have the first ones, all else
-    // the last; the deepest slice has the rest.
+    // the last; the largest slice has the rest.
     const auto first_other = static_cast<std::uint32_t>(std::max<std::size_t>(1, first_slices_));
     for (std::size_t k = 0; k < 4; ++k) {
       const auto put = [&](std::uint32_t part, std::uint32_t first, std::uint32_t end) {

@@ -14,7 +14,7 @@ constexpr double kDeepestPose_m = 2e-3;
 constexpr double kBand_m = 3e-4;
 constexpr std::size_t kPlacingPoints = 20000;
 constexpr int kBisections = 20;
-constexpr double kSamePlane_m = 2e-5;
+constexpr double kSamePlane_m = 1e-5;
 
 Vec3 random_direction(Random& random) {
   const Vec3 v(random.normal(), random.normal(), random.normal());

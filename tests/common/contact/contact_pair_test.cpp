@@ -305,9 +305,9 @@ std::pair<std::size_t, std::size_t> count_deep(const PointShell& shell, const Di
   return {leaves, points};
 }
 
-TEST(ContactPair, FlatOnFlatTakesLeavesForPoints) {
-  const ContactShape block = box_shape(Vec3(0.02, 0.02, 0.01), 4e-4);
-  const ContactShape table = box_shape(Vec3(0.04, 0.04, 0.02), 4e-4);
+TEST(ContactPair, ParallelSurfacesTakeLeavesForPoints) {
+  const ContactShape block = without_flat_parts(box_shape(Vec3(0.02, 0.02, 0.01), 4e-4));
+  const ContactShape table = without_flat_parts(box_shape(Vec3(0.04, 0.04, 0.02), 4e-4));
   ContactPair pair(kContactBudget);
   pair.bind(&block, &table);
   const double stiffness_n_per_m = 5e9 * 0.02 * 0.02;
@@ -450,6 +450,31 @@ TEST(ContactPair, APoseThatIsNotFiniteHasNoContacts) {
   EXPECT_TRUE(pair.contacts().empty());
   pair.find(X_in, {}, kBand_m);
   EXPECT_FALSE(pair.contacts().empty()) << "and harms nothing";
+}
+
+TEST(ContactPair, OfFacesFitsIntoAnyRoomAndAllocatesNothing) {
+  const ContactShape a = box_shape(Vec3(0.03, 0.03, 0.03));
+  const ContactShape b = box_shape(Vec3(0.04, 0.04, 0.04));
+  for (const std::uint32_t budget : {16U, 64U, 128U, 256U, 2048U}) {
+    ContactPair pair(budget);
+    pair.bind(&a, &b);
+    std::mt19937 random(budget);
+    std::uniform_real_distribution<double> uniform(-1, 1);
+    const std::uint64_t before = test::allocation_count();
+    for (int i = 0; i < 400; ++i) {
+      const double turn = std::pow(10.0, -4 + 4 * std::abs(uniform(random)));
+      const Vec3 axis(uniform(random), uniform(random), 0.1 * uniform(random));
+      const Pose X_WA{Vec3(0.02 * uniform(random), 0.02 * uniform(random), 0.035 - 2e-4 * std::abs(uniform(random))),
+                      quaternion_of(turn * axis)};
+      pair.find(X_WA, {}, i % 3 == 0 ? 1e-2 : kBand_m);
+      const auto contacts = pair.contacts();
+      ASSERT_LE(contacts.size(), budget) << i;
+      for (std::size_t k = 1; k < contacts.size(); ++k) {
+        ASSERT_LT(contacts[k - 1].id, contacts[k].id) << i << ", " << k;
+      }
+    }
+    EXPECT_EQ(test::allocation_count(), before);
+  }
 }
 
 TEST(ContactPair, AllocatesNothingOnceItIsThere) {
