@@ -108,7 +108,7 @@ bool reaches_sides(std::span<const ShellPoint> points, const OrientedBox& box) {
   return true;
 }
 
-/// Whether the points have the mean and the covariance of a rectangle, and each quarter of it a quarter of their area.
+/// Whether the points have the mean and the covariance of a rectangle, and each of its cells its share of their area.
 bool covers_evenly(std::span<const ShellPoint> points, const Moments& moments, const OrientedBox& box) {
   if (points.size() < kMinRectangle) return false;
   const Vec3 way = (box.axes.transpose() * (moments.mean - box.centre)).cwiseAbs();
@@ -124,7 +124,7 @@ bool covers_evenly(std::span<const ShellPoint> points, const Moments& moments, c
   for (const ShellPoint& point : points) {
     const Vec3 off = box.axes.transpose() * (point.p_S.cast<double>() - box.centre);
     const auto cell = [&](int i) {
-      // All of a line is in all kCells beside it.
+      // Of a line, across it, all is in the first.
       const double place = box.half_m[i] <= kFlat_m ? 0 : kCells * (off[i] / box.half_m[i] + 1) / 2;
       return std::clamp(static_cast<int>(place), 0, kCells - 1);
     };
@@ -200,6 +200,14 @@ OrientedBox FlatNode::box_S() const {
   Eigen::Matrix3d axes;
   axes << along_S.cast<double>(), across_S.cast<double>(), along_S.cast<double>().cross(across_S.cast<double>());
   return {centre_S.cast<double>(), axes, half_m.cast<double>()};
+}
+
+double largest_m(std::span<const FieldPlane> planes, PlaneSet set, const Vec3& p) {
+  double largest = -std::numeric_limits<double>::infinity();
+  for (; set != 0; set &= set - 1) {
+    largest = std::max(largest, planes[static_cast<std::size_t>(std::countr_zero(set))].distance_m(p));
+  }
+  return largest;
 }
 
 PlaneSet largest_over(std::span<const FieldPlane> planes, PlaneSet set, const OrientedBox& box) {

@@ -27,6 +27,9 @@ struct OrientedBox {
   double reach_m(const Vec3& normal) const { return (axes.transpose() * normal).cwiseAbs().dot(half_m); }
 };
 
+/// The largest distance to some planes of a field; of none, minus infinity.
+double largest_m(std::span<const FieldPlane> planes, PlaneSet set, const Vec3& p);
+
 /// Of planes of a field those whose distance may be the largest somewhere in a box.
 PlaneSet largest_over(std::span<const FieldPlane> planes, PlaneSet set, const OrientedBox& box);
 

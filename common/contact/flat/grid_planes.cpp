@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "common/contact/distance_grid.hpp"
+#include "common/contact/flat/flat_node.hpp"
 
 namespace tandem::contact {
 namespace {
@@ -217,7 +218,8 @@ class DistanceGrid::PlaneFinder {
       return is_found && std::popcount(set) <= PlaneMap::kMaxInBlock;
     });
     const auto all_match = [&](const Vec3& p_S, double sample_m) {
-      return matches(set, p_S, sample_m) || (sample_m <= -kInside_m && largest_m(set, p_S) <= -PlaneMap::kDeep_m);
+      return matches(set, p_S, sample_m) ||
+             (sample_m <= -kInside_m && largest_m(planes_, set, p_S) <= -PlaneMap::kDeep_m);
     };
     if (is_known && set != 0 && for_samples(low_S, ref, blocks, all_match)) return map.index_of(set);
     double least_m = std::numeric_limits<double>::infinity(), most_m = -least_m;
@@ -229,17 +231,10 @@ class DistanceGrid::PlaneFinder {
     return far_index(least_m, most_m);
   }
 
-  double largest_m(PlaneSet set, const Vec3& p_S) const {
-    double largest = -std::numeric_limits<double>::infinity();
-    for (; set != 0; set &= set - 1) {
-      largest = std::max(largest, planes_[static_cast<std::size_t>(std::countr_zero(set))].distance_m(p_S));
-    }
-    return largest;
-  }
   /// The largest distance to the planes; outside of an edge the true one may be more.
   bool matches(PlaneSet set, const Vec3& p_S, double sample_m) {
     distances_left_ -= 1 + std::popcount(set);
-    const double largest = largest_m(set, p_S);
+    const double largest = largest_m(planes_, set, p_S);
     const double error_m = sample_m - largest;
     const bool is_edge = std::popcount(set) > 1;
     const double most_m = kFittedSteps * step_m_ + kFittedShare * std::abs(sample_m) +

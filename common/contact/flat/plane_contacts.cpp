@@ -355,14 +355,13 @@ class NodeContacts {
   std::size_t first_slices_ = 0;  ///< of the parts, those that press on the nearest plane
 };
 
-}  // namespace
-
-std::size_t contacts_of_node(const ShellNode& node, std::size_t planes) {
-  return (node.count > kSmallNode ? kMaxNodeContacts : kLeafContacts) * planes;
-}
-
-bool merge_contacts(std::vector<ContactPoint>& contacts, std::size_t begin, double rigid_depth_m, bool must) noexcept {
-  if (contacts.size() < begin + 2) return true;
+/// Makes one contact of those that press, and one of those that do not, if they act alike: with the force and the moment
+/// that all have, and the same stiffness but for turns about the contact.
+///
+/// In      begin  of neighbours in a shell, in their order
+///         must   even if they do not
+void merge_contacts(std::vector<ContactPoint>& contacts, std::size_t begin, double rigid_depth_m, bool must) noexcept {
+  if (contacts.size() < begin + 2) return;
   std::array<Mean, 2> sides;
   for (std::size_t i = begin; i < contacts.size(); ++i) sides[contacts[i].depth_m > 0 ? 0 : 1].add(contacts[i]);
   const auto may_merge = [&](const Mean& side) {
@@ -370,7 +369,7 @@ bool merge_contacts(std::vector<ContactPoint>& contacts, std::size_t begin, doub
   };
   // Beside more that presses, what does not press yet is little.
   const bool has_little_gap = sides[1].is_flat && sides[1].area <= sides[0].area;
-  if (!must && !(may_merge(sides[0]) && (has_little_gap || may_merge(sides[1])))) return false;
+  if (!must && !(may_merge(sides[0]) && (has_little_gap || may_merge(sides[1])))) return;
   const std::uint32_t first = contacts[begin].id;
   const std::uint32_t last = contacts.back().id;
   const std::uint32_t end = last + contacts.back().count;
@@ -379,7 +378,12 @@ bool merge_contacts(std::vector<ContactPoint>& contacts, std::size_t begin, doub
   // Of both, the last point has the name of those that do not press.
   if (sides[0].area > 0) contacts.push_back(sides[0].contact(first, has_both ? last : end));
   if (sides[1].area > 0) contacts.push_back(sides[1].contact(has_both ? last : first, end));
-  return true;
+}
+
+}  // namespace
+
+std::size_t contacts_of_node(const ShellNode& node, std::size_t planes) {
+  return (node.count > kSmallNode ? kMaxNodeContacts : kLeafContacts) * planes;
 }
 
 void PlaneContacts::add(std::uint32_t root, PlaneSet planes, std::vector<ContactPoint>& contacts) noexcept {

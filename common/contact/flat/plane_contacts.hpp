@@ -21,14 +21,6 @@ inline constexpr std::size_t kLeafContacts = 2;
 /// What must be left for a node.
 std::size_t contacts_of_node(const ShellNode& node, std::size_t planes);
 
-/// Makes one contact of those that press, and one of those that do not, if they act alike: with the force and the moment
-/// that all have, and the same stiffness but for turns about the contact.
-///
-/// In      begin  of neighbours in a shell, in their order
-///         must   even if they do not
-/// Out     false: they are as they were
-bool merge_contacts(std::vector<ContactPoint>& contacts, std::size_t begin, double rigid_depth_m, bool must) noexcept;
-
 /// Points of a shell (frame P) on planes of a field (frame F).
 ///
 /// Model   a point's depth below a plane is −(n·p + c): linear over a node; below several, the least. Four contacts with a

@@ -253,17 +253,9 @@ bool PlaneMap::for_blocks(const OrientedBox& box_S, const OfBrick& of_brick, con
   });
 }
 
-double PlaneMap::largest_m(PlaneSet set, const Vec3& p_S) const noexcept {
-  double largest = -std::numeric_limits<double>::infinity();
-  for (; set != 0; set &= set - 1) {
-    largest = std::max(largest, planes_[static_cast<std::size_t>(std::countr_zero(set))].distance_m(p_S));
-  }
-  return largest;
-}
-
 // Whether the largest distance × sign is at least that, at the middle and the corners of a cube.
 bool PlaneMap::is_beyond(PlaneSet set, double sign, double least_m, const Vec3& middle, double edge_m) const noexcept {
-  const auto is_there = [&](const Vec3& p_S) { return sign * largest_m(set, p_S) >= least_m; };
+  const auto is_there = [&](const Vec3& p_S) { return sign * largest_m(planes_, set, p_S) >= least_m; };
   return is_there(middle) && for_corners(middle, edge_m / 2 * Eigen::Matrix3d::Identity(), is_there);
 }
 
@@ -313,7 +305,7 @@ PlaneSet PlaneMap::planes_over(const OrientedBox& box_S) const noexcept {
   };
   if (!for_blocks(box_S, is_largest_of_brick, is_largest_of_block)) return 0;
   const auto is_right_beyond = [&](const Vec3& corner) {
-    return at(corner) != kOutside || largest_m(all, corner) >= 0;
+    return at(corner) != kOutside || largest_m(planes_, all, corner) >= 0;
   };
   return for_corners(box_S.centre, half_edges, is_right_beyond) ? all : 0;
 }

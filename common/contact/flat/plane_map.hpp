@@ -57,7 +57,6 @@ class PlaneMap {
   PlaneSet harmless_in(std::uint8_t index, const Vec3& middle, double edge_m) const;
   Vec3 middle_of(std::size_t brick) const;
   bool is_largest(PlaneSet all, std::uint8_t index, const Vec3& middle, double edge_m) const noexcept;
-  double largest_m(PlaneSet set, const Vec3& p_S) const noexcept;
   bool is_beyond(PlaneSet set, double sign, double least_m, const Vec3& middle, double edge_m) const noexcept;
   bool is_below(PlaneSet others, PlaneSet set, const Vec3& middle, double edge_m) const noexcept;
 
