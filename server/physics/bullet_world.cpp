@@ -47,6 +47,9 @@ void install_contact_rules() {
 /// How far outside their exact surface hulls and triangle meshes are felt, so that Bullet's distance algorithm
 /// meets them before they overlap. Primitives do not grow: Bullet takes their margin off inside.
 constexpr double kCollisionMargin_m = 1e-4;
+/// A body that has been slower for two seconds (Bullet's time), with all that it touches, rests: it costs nothing until something
+/// acts on it, and then answers in the same step.
+constexpr double kRest_m_per_s = 2e-5, kRest_rad_per_s = 5e-4;
 
 /// Hulls with more points are replaced by what supports them in 42 directions (btShapeHull): the cost of a
 /// contact grows with the number of points, and the difference stays inside the exact hull.
@@ -178,14 +181,21 @@ void CollisionShape::assemble(const std::vector<SolidShape>& shapes, const Pose&
 bool is_same(const Pose& a, const Pose& b) {
   return a.p == b.p && a.q.coeffs() == b.q.coeffs();
 }
+bool is_same(const Twist& a, const Twist& b) {
+  return a.v == b.v && a.w == b.w;
+}
 
 /// A body of the scene as Bullet has it; in Bullet's world while `rigid` is set.
 struct Slot {
   std::unique_ptr<CollisionShape> shape;
   std::unique_ptr<btRigidBody> body;
   physics::RigidBody* rigid = nullptr;
-  Pose known;  ///< the centre's pose that Bullet has, as the rigid body was given it
+  Pose known;           ///< the centre's pose that Bullet has, as the rigid body was given it
+  Twist known_V;        ///< likewise its velocity
+  bool sleeps = false;  ///< at rest, and left out of the step
 
+  bool is_free() const { return rigid != nullptr && !rigid->is_static(); }
+  bool is_disturbed() const;
   void take_pose();
   void take_velocity(double step_s);
   void give();
@@ -201,8 +211,7 @@ Slot make_slot(const physics::BodyDescription& description, const std::vector<So
   slot.body = std::make_unique<btRigidBody>(info);
   slot.body->setFriction(description.traits.friction);
   slot.body->setRestitution(description.traits.restitution);
-  // A user may touch any body at any time, and a sleeping one would not answer at once.
-  if (!is_static) slot.body->setActivationState(DISABLE_DEACTIVATION);
+  slot.body->setSleepingThresholds(kRest_m_per_s, kRest_rad_per_s);
   if (!description.traits.has_gravity) slot.body->setFlags(slot.body->getFlags() | BT_DISABLE_WORLD_GRAVITY);
   // Faster than its half thickness a step, a body is swept, so that it does not pass through thin walls.
   slot.body->setCcdMotionThreshold(slot.shape->half_thickness_m());
@@ -219,6 +228,9 @@ class BulletWorld final : public physics::FreeBodies {
   void step(double step_s) noexcept override;
 
  private:
+  void wake_neighbours(const btRigidBody& body);
+  void take(Slot& slot, double step_s);
+
   // Bullet's world is destroyed before what it refers to.
   std::vector<Slot> slots_;
   btDefaultCollisionConfiguration configuration_;
@@ -254,11 +266,24 @@ void BulletWorld::add(std::size_t index, physics::RigidBody& rigid) {
   const int all = btBroadphaseProxy::AllFilter;
   const int mask = rigid.is_static() ? all ^ btBroadphaseProxy::StaticFilter : all;
   world_.addRigidBody(slot.body.get(), collides ? group : 0, collides ? mask : 0);
+  if (!rigid.is_static()) slot.body->forceActivationState(ACTIVE_TAG);
 }
 
 void BulletWorld::remove(std::size_t index) {
+  wake_neighbours(*slots_[index].body);
   slots_[index].rigid = nullptr;
   world_.removeRigidBody(slots_[index].body.get());
+}
+
+/// Who may rest on it falls.
+void BulletWorld::wake_neighbours(const btRigidBody& body) {
+  const btBroadphasePairArray& pairs = broadphase_.getOverlappingPairCache()->getOverlappingPairArray();
+  for (int i = 0; i < pairs.size(); ++i) {
+    auto* const first = static_cast<btCollisionObject*>(pairs[i].m_pProxy0->m_clientObject);
+    auto* const second = static_cast<btCollisionObject*>(pairs[i].m_pProxy1->m_clientObject);
+    if (first == &body) second->activate();
+    if (second == &body) first->activate();
+  }
 }
 
 void Slot::take_pose() {
@@ -281,20 +306,41 @@ void Slot::take_velocity(double step_s) {
 
 void Slot::give() {
   known = from_bullet(body->getWorldTransform());
-  rigid->set_centre(known, {from_bullet(body->getLinearVelocity()), from_bullet(body->getAngularVelocity())});
+  known_V = {from_bullet(body->getLinearVelocity()), from_bullet(body->getAngularVelocity())};
+  rigid->set_centre(known, known_V);
+}
+
+bool Slot::is_disturbed() const {
+  const Wrench& applied = rigid->applied_W();
+  return !applied.f.isZero(0) || !applied.t.isZero(0) || !is_same(known, rigid->centre_pose()) ||
+         !is_same(known_V, rigid->velocity_of_centre_W());
+}
+
+void BulletWorld::take(Slot& slot, double step_s) {
+  if (slot.sleeps && slot.is_disturbed()) slot.body->activate(true);
+  slot.sleeps = !slot.body->isActive();
+  if (slot.sleeps) return;
+  // Bullet's own matrix is not rounded to a quaternion and back at each step.
+  if (!is_same(slot.known, slot.rigid->centre_pose())) {
+    wake_neighbours(*slot.body);
+    slot.take_pose();
+  }
+  slot.take_velocity(step_s);
 }
 
 void BulletWorld::step(double step_s) noexcept {
+  bool is_any_awake = false;
   for (Slot& slot : slots_) {
-    if (slot.rigid == nullptr || slot.rigid->is_static()) continue;
-    // Bullet's own matrix is not rounded to a quaternion and back at each step.
-    if (!is_same(slot.known, slot.rigid->centre_pose())) slot.take_pose();
-    slot.take_velocity(step_s);
+    if (!slot.is_free()) continue;
+    take(slot, step_s);
+    is_any_awake = is_any_awake || !slot.sleeps;
   }
+  if (!is_any_awake) return;
   // No sub-steps: Bullet then advances by exactly this time.
   world_.stepSimulation(step_s, 0);
   for (Slot& slot : slots_) {
-    if (slot.rigid != nullptr && !slot.rigid->is_static()) slot.give();
+    // Whom another has woken in this step has moved, too; and who fell asleep in it is told that it rests.
+    if (slot.is_free() && (!slot.sleeps || slot.body->isActive())) slot.give();
   }
 }
 

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "common/base/json_pretty.hpp"
+#include "common/realtime/realtime.hpp"
 #include "common/secure/certificate.hpp"
 #include "lab/cli/bench/bench_commands.hpp"
 #include "lab/report/check.hpp"
@@ -39,7 +40,7 @@ constexpr Duration kOverload = std::chrono::milliseconds(4);
 
 struct Options {
   std::size_t clients = 16;
-  std::size_t rooms = 1;
+  std::size_t rooms = 0;  ///< 0: one for every two users
   std::size_t bodies = 3;
   double rate_hz = 1000;
   double seconds = 5;
@@ -69,6 +70,7 @@ struct ServerBenchResult {
   std::vector<server::RoomTiming> timings;
   double server_cpu_s_per_s = 0;
   double aead_percent = 0;  ///< of the server's processor time
+  double wake_us = 0;       ///< processor time of one sleep and wake-up: what no room can do without
 };
 
 /// When the newest steps of a room were due. Written by the room, read by the load.
@@ -149,6 +151,20 @@ Histogram echo(const Options& options) {
   return udp_echo_latency(options.clients, options.rate_hz, kEchoTime, kRoomPriority + 1);
 }
 
+/// Processor time that a thread needs to sleep until a deadline and wake up, on this machine when nothing else runs [µs].
+double wake_cost_us() {
+  constexpr int kWakes = 1000;
+  double cost_us = 0;
+  std::thread([&cost_us] {
+    realtime::request_realtime(kRoomPriority);
+    realtime::PeriodicTimer timer(std::chrono::microseconds(500), SteadyClock().now());
+    const double before_s = cpu_seconds(RUSAGE_THREAD);
+    for (int i = 0; i < kWakes; ++i) timer.wait();
+    cost_us = 1e6 * (cpu_seconds(RUSAGE_THREAD) - before_s) / kWakes;
+  }).join();
+  return cost_us;
+}
+
 /// The middle one of the turns' p99 [µs].
 double median_p99_us(const ServerBenchResult& result, Histogram LoadResult::*what) {
   std::array<double, kTurns> p99_us{};
@@ -172,6 +188,7 @@ double per_second(const ServerBenchResult& result, std::uint64_t LoadResult::*wh
 
 ServerBenchResult measure(const Options& options) {
   ServerBenchResult result;
+  result.wake_us = wake_cost_us();
   result.echo = echo(options);
   ServerUnderLoad subject(options);
   const auto security = options.is_insecure ? std::nullopt : std::optional(subject.security());
@@ -247,6 +264,7 @@ boost::json::object to_json(const Options& options, const ServerBenchResult& res
           {"is_encrypted", !options.is_insecure},
           {"cpu_seconds_per_second", result.server_cpu_s_per_s},
           {"aead_percent_of_cpu", result.aead_percent},
+          {"wake_us", result.wake_us},
           {"steps_per_s", steps_per_s},
           {"datagrams_in_per_s", per_second(result, &LoadResult::inputs_sent)},
           {"datagrams_out_per_s", per_second(result, &LoadResult::states_received)},
@@ -282,6 +300,9 @@ void print(const Options& options, const ServerBenchResult& result, const std::v
   line("from an input's send to the arrival of its state    ", of_all_turns(result, &LoadResult::answer));
   std::cout << "processor time of the server " << result.server_cpu_s_per_s << " s/s, of it the AEAD "
             << result.aead_percent << " %\n";
+  std::cout << "one sleep and wake-up of an idle machine takes " << result.wake_us
+            << " µs of processor time: all rooms' take up to "
+            << 1e-6 * result.wake_us * options.rate_hz * static_cast<double>(options.rooms) << " s/s\n";
   std::cout << "longest silence at a user "
             << microseconds(of_all_turns(result, &LoadResult::longest_silence).max()) / 1e3 << " ms\n";
   print_checks(std::cout, checks);
@@ -309,7 +330,7 @@ void add_server_bench(CLI::App& bench, int& exit_code) {
       ->capture_default_str();
   command->add_option("--rooms", options->rooms, "rooms, each with a scene of its own; at most 16 users in each")
       ->check(CLI::Range(1, 32))
-      ->capture_default_str();
+      ->default_str("one for every two users");
   command->add_option("--bodies", options->bodies, "cubes of each user; at most 63 in a room")
       ->check(CLI::Range(1, 4))
       ->capture_default_str();
@@ -322,7 +343,10 @@ void add_server_bench(CLI::App& bench, int& exit_code) {
   command->add_flag("--overload", options->is_overloaded, "each step of the first room takes 4 ms more");
   command->add_flag("--insecure", options->is_insecure, "nothing is encrypted, to compare");
   command->add_flag("--json", options->wants_json, "print JSON instead of a table");
-  command->callback([options, &exit_code] { exit_code = run(*options); });
+  command->callback([options, &exit_code] {
+    if (options->rooms == 0) options->rooms = (options->clients + 1) / 2;
+    exit_code = run(*options);
+  });
 }
 
 }  // namespace tandem::lab

@@ -1,0 +1,100 @@
+// Bodies at rest, which cost nothing, and must not be felt to.
+#include "server/physics/bullet_world.hpp"
+
+#include <gtest/gtest.h>
+
+#include <vector>
+
+#include "tests/common/physics/scene_support.hpp"
+
+namespace tandem::server {
+namespace {
+
+constexpr double kStep_s = 1e-3;
+constexpr double kEdge_m = 0.04;
+
+/// A table, and two cubes of 0.2 kg, one on the other.
+class Stack : public testing::Test {
+ protected:
+  static constexpr std::size_t kLower = 1, kUpper = 2;
+
+  Stack() {
+    for (const physics::BodyDescription& body : scene_->world.bodies) {
+      bodies_.emplace_back(body.mass, body.traits, 1, body.X_WB);
+    }
+    for (std::size_t i = 0; i < bodies_.size(); ++i) free_->add(i, bodies_[i]);
+  }
+
+  static std::string cube(const std::string& name, double z_m) {
+    return R"(, {"name": ")" + name + R"(", "shapes": [{"box": {"size_m": [0.04, 0.04, 0.04]}}], "mass_kg": 0.2, "graspable": true,
+                 "placement": {"position_m": [0, 0, )" +
+           std::to_string(z_m) + "]}}";
+  }
+  void run(double seconds) {
+    for (double time_s = 0; time_s < seconds; time_s += kStep_s) free_->step(kStep_s);
+  }
+  bool rests(std::size_t body) const {
+    const Twist& V = bodies_[body].velocity_of_centre_W();
+    return V.v.isZero(0) && V.w.isZero(0);
+  }
+  double height_m(std::size_t body) const { return bodies_[body].centre_W().z(); }
+
+  std::shared_ptr<const LoadedScene> scene_ = physics::load_parts(
+      {.bodies = R"({"name": "table", "shapes": [{"box": {"size_m": [2, 2, 0.1]}}], "placement": {"position_m": [0, 0, -0.05]}})" +
+                 cube("lower", kEdge_m / 2) + cube("upper", 1.5 * kEdge_m)});
+  std::vector<physics::RigidBody> bodies_;
+  std::unique_ptr<physics::FreeBodies> free_ = make_bullet_world(scene_->world, scene_->body_shapes);
+};
+
+TEST_F(Stack, RestsWithoutAnyMotion) {
+  run(4);
+  EXPECT_TRUE(rests(kLower));
+  EXPECT_TRUE(rests(kUpper));
+  const Vec3 place = bodies_[kUpper].centre_W();
+  run(4);
+  EXPECT_EQ(bodies_[kUpper].centre_W(), place);
+  EXPECT_NEAR(height_m(kUpper), 1.5 * kEdge_m, 1e-4);
+}
+
+TEST_F(Stack, AnswersAForceInTheSameStep) {
+  run(4);
+  // Twice what friction holds.
+  bodies_[kUpper].apply_wrench({{0, 2, 0}, Vec3::Zero()}, bodies_[kUpper].centre_W());
+  run(kStep_s / 2);
+  const double pushed_m_per_s = 2 / 0.2 * kStep_s, braked_m_per_s = 0.5 * 9.81 * kStep_s;
+  EXPECT_NEAR(bodies_[kUpper].velocity_of_centre_W().v.y(), pushed_m_per_s - braked_m_per_s, 0.1 * pushed_m_per_s);
+}
+
+TEST_F(Stack, AnswersAVelocityInTheSameStep) {
+  run(4);
+  bodies_[kUpper].set_centre(bodies_[kUpper].centre_pose(), {{0, 0, 1}, Vec3::Zero()});
+  run(kStep_s / 2);
+  EXPECT_NEAR(height_m(kUpper), 1.5 * kEdge_m + kStep_s, 1e-4);
+}
+
+TEST_F(Stack, FallsWhenWhatItRestsOnIsTaken) {
+  run(4);
+  free_->remove(kLower);
+  run(0.05);
+  EXPECT_NEAR(height_m(kUpper), 1.5 * kEdge_m - 9.81 * 0.05 * 0.05 / 2, 1e-3);
+}
+
+TEST_F(Stack, FallsWhenWhatItRestsOnIsPutElsewhere) {
+  run(4);
+  bodies_[kLower].set_centre({{0.5, 0, kEdge_m / 2}, Quat::Identity()}, {});
+  run(0.05);
+  EXPECT_NEAR(height_m(kUpper), 1.5 * kEdge_m - 9.81 * 0.05 * 0.05 / 2, 1e-3);
+}
+
+TEST_F(Stack, WakesWhatIsRunInto) {
+  run(4);
+  bodies_[kLower].set_centre({{0.2, 0, kEdge_m / 2}, Quat::Identity()}, {});
+  run(4);
+  ASSERT_TRUE(rests(kLower) && rests(kUpper));
+  bodies_[kLower].set_centre(bodies_[kLower].centre_pose(), {{-2, 0, 0}, Vec3::Zero()});
+  run(0.2);
+  EXPECT_LT(bodies_[kUpper].centre_W().x(), -0.005);
+}
+
+}  // namespace
+}  // namespace tandem::server
