@@ -18,6 +18,9 @@
 namespace tandem::geometry {
 namespace {
 
+/// Areas squared of what is larger are no numbers any more in single precision.
+constexpr double kMaxCoordinate_m = 1e12;
+
 // A part with borders is a solid with holes when what closes them is less than this share of its surface: for a cup it
 // is 1/3 to 1/2, a cut pipe ten times as long as wide 1/10, the holes of a scan 1/1000.
 constexpr double kHoleShare = 0.05;
@@ -40,6 +43,11 @@ void check(const TriangleMesh& mesh) {
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
     if (is_finite(mesh.vertices[v])) continue;
     throw MeshError("vertex " + std::to_string(v) + " is not a finite number: the file is damaged, export it again");
+  }
+  for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
+    if (mesh.vertices[v].cwiseAbs().maxCoeff() <= kMaxCoordinate_m) continue;
+    throw MeshError("vertex " + std::to_string(v) +
+                    " is more than 1e12 m from the origin: the file is damaged, or the scale is wrong");
   }
 }
 

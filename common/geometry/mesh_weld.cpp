@@ -1,5 +1,6 @@
 #include "common/geometry/mesh_weld.hpp"
 
+#include <algorithm>
 #include <bit>
 #include <cstdint>
 
@@ -18,6 +19,7 @@ constexpr int kFlatRounds = 8;
 // Vertices that are apart by more than 64 tolerances take two or three.
 constexpr std::size_t kMaxProbesEach = 200;
 constexpr std::size_t kMinMaxProbes = 10'000'000;
+constexpr double kFarthestCube = 0x1p62;
 
 /// Places already seen, hashed by cubes so much wider than the tolerance that most places look into one only.
 class Places {
@@ -50,7 +52,9 @@ class Places {
   std::uint64_t key_of(const Vec3& p) const {
     std::uint64_t key = 0;
     for (const double value : p) {
-      const auto cube = static_cast<std::int64_t>(std::floor(value / (64 * tolerance_m_)));
+      // So far from the origin that cubes are narrower than what doubles tell apart, the last one has all places.
+      const double cubes = std::clamp(value / (64 * tolerance_m_), -kFarthestCube, kFarthestCube);
+      const auto cube = static_cast<std::int64_t>(std::floor(cubes));
       key = key * 0x9E3779B97F4A7C15U + static_cast<std::uint64_t>(cube);
     }
     return key;

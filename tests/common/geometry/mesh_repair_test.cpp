@@ -325,6 +325,8 @@ TEST(MeshRepair, NamesWhatIsWrongWithADamagedFile) {
   mesh = tessellated_box(kCube);
   mesh.vertices[5].y() = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THAT(error_of(mesh), HasSubstr("vertex 5 is not a finite number"));
+  mesh.vertices[5] = {-1e37, 0, 0};
+  EXPECT_THAT(error_of(mesh), HasSubstr("vertex 5 is more than 1e12 m from the origin"));
   EXPECT_THAT(error_of({}), HasSubstr("no triangle"));
   EXPECT_THAT(error_of(tessellated_box(Vec3(0.1, 0, 0))), HasSubstr("no triangle of the mesh has an area"));
 }
