@@ -30,15 +30,14 @@ bool is_harmless(std::uint32_t code) {
   return !is_control && !breaks_line && !turns_text;
 }
 
-std::string printable(std::string_view text) {
-  constexpr std::size_t kMaxBytes = 400;
+std::string printable(std::string_view text, std::size_t most_bytes) {
   std::string result;
   while (!text.empty()) {
     const std::string_view before = text;
     const auto code = take_code_point(text);
     if (!code) text.remove_prefix(1);
     const std::string_view taken = code && is_harmless(*code) ? before.substr(0, before.size() - text.size()) : "?";
-    if (result.size() + taken.size() > kMaxBytes) break;
+    if (result.size() + taken.size() > most_bytes) break;
     result += taken;
   }
   return result;

@@ -1,6 +1,13 @@
 #include "server/assets/scene_field.hpp"
 
+#include "common/net/text.hpp"
+
 namespace tandem::server {
+namespace {
+
+constexpr std::size_t kMaxErrorBytes = 4000;
+
+}  // namespace
 
 SceneField SceneField::in(const std::string& name) const {
   SceneField field = *this;
@@ -13,7 +20,8 @@ SceneField SceneField::in(const std::string& name, std::size_t index) const {
 }
 
 void SceneField::refuse(const std::string& text) const {
-  throw SceneError(origin_ + ": " + (field_.empty() ? "" : field_ + " ") + text);
+  // What the file says may be part of it.
+  throw SceneError(net::printable(origin_ + ": " + (field_.empty() ? "" : field_ + " ") + text, kMaxErrorBytes));
 }
 
 void SceneField::require_within(double value, double low, double high, const std::string& demand) const {

@@ -73,6 +73,7 @@ std::vector<BadScene> bad_bodies() {
       {"MissingComma", "{\n \"name\": \"s\"\n \"bodies\": []\n}", {"peg.json: line 3:", "Expected , or }"}},
       {"CutOff", "{\n\"bodies\": [\n", {"line 3:", "Unexpected end"}},
       {"UnknownField", with_body(R"("mas_kg": 1)"), {"bodies[0].mas_kg", "is not a field of a scene"}},
+      {"FieldOfTwoLines", with_body(R"("mas\nkg": 1)"), {"mas?kg"}},
       {"WrongType", with_body(R"("mass_kg": "heavy")"), {"bodies[0].mass_kg", "heavy"}},
       {"NoName", R"({"bodies": [], "tools": []})", {"peg.json: name is empty"}},
       {"NoBodies", physics::scene_json({.bodies = ""}), {"bodies is empty"}},
