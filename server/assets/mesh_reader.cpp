@@ -37,6 +37,7 @@ using namespace tandem::server::mesh_reader;
 using Bytes = std::vector<std::uint8_t>;
 
 constexpr int kBadCall = 2;
+constexpr std::size_t kMaxPlyHeader = 65536;
 
 void limit(__rlimit_resource resource, std::size_t value) {
   const rlimit both{value, value};
@@ -169,12 +170,29 @@ class GivenFiles final : public Assimp::IOSystem {
   std::vector<GivenFile> files_;
 };
 
+/// Assimp leaves out a newline behind the header of a binary PLY, even where it is the first byte of a coordinate: that one is
+/// put there twice. Empty: nothing has to be done.
+std::vector<std::byte> ply_with_newline(std::span<const std::byte> bytes) {
+  constexpr std::string_view kEnd = "end_header\n";
+  const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  const std::size_t end = text.substr(0, kMaxPlyHeader).find(kEnd);
+  if (end == std::string_view::npos || text.substr(0, end).find("\nformat binary_") == std::string_view::npos)
+    return {};
+  const std::size_t data = end + kEnd.size();
+  if (data >= text.size() || text[data] != '\n') return {};
+  std::vector<std::byte> doubled(bytes.begin(), bytes.end());
+  doubled.insert(doubled.begin() + static_cast<std::ptrdiff_t>(data), std::byte{'\n'});
+  return doubled;
+}
+
 /// Positions only, so that corners that differ in colour or normal join; nodes flattened into one frame.
 Bytes import(std::span<const std::byte> bytes, const std::string& format) {
   std::vector<GivenFile> files = files_of(bytes);
   if (files.empty()) return refusal("which is empty; export the mesh again");
   const std::string name = "mesh." + format;
   files.front().name = name;
+  const std::vector<std::byte> ply = format == "ply" ? ply_with_newline(files.front().bytes) : std::vector<std::byte>{};
+  if (!ply.empty()) files.front().bytes = ply;
   Assimp::Importer importer;
   importer.SetIOHandler(new GivenFiles(std::move(files)));
   importer.SetPropertyInteger(AI_CONFIG_PP_RVC_FLAGS, aiComponent_NORMALS | aiComponent_TANGENTS_AND_BITANGENTS |

@@ -1,7 +1,9 @@
 // Files that a scene names: meshes, their cache, and what clients are told of them.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
 #include <sys/stat.h>
+#include <array>
 
 #include <algorithm>
 #include <filesystem>
@@ -108,6 +110,23 @@ TEST_F(SceneFiles, BrokenMeshesAreRefused) {
   EXPECT_THAT(refusal(mesh_body("")), HasSubstr("t.obj, which is not a mesh that can be read"));
   write("t.obj", "");
   EXPECT_THAT(refusal(mesh_body("")), HasSubstr("t.obj, which is empty; export the mesh again"));
+}
+
+TEST_F(SceneFiles, BinaryPlyMayBeginWithTheByteOfANewline) {
+  std::string ply =
+      "ply\nformat binary_little_endian 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
+      "element face 4\nproperty list uchar int vertex_indices\nend_header\n";
+  const auto put = [&ply](const auto& value) { ply.append(reinterpret_cast<const char*>(&value), sizeof value); };
+  // The lowest byte of 0.04 in single precision is 10.
+  for (const float x : {0.04F, 0.F, 0.F, 0.F, 0.F, 0.F, 0.F, 0.04F, 0.F, 0.F, 0.F, 0.04F}) put(x);
+  for (const auto& corners : {std::array{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {0, 3, 2}}) {
+    ply += '\3';
+    for (const int corner : corners) put(corner);
+  }
+  write("t.ply", ply);
+  const auto scene =
+      load(physics::scene_json({.bodies = R"({"name": "a", "shapes": [{"mesh": {"file": "t.ply"}}], "mass_kg": 1})"}));
+  EXPECT_NEAR(scene->world.bodies[0].mass.X_BC.p.sum(), 0.03, 1e-8);
 }
 
 TEST_F(SceneFiles, MeshThatDeclaresMoreThanItHoldsIsRefusedBeforeItIsAllocated) {
