@@ -189,6 +189,8 @@ PointShells sample_surface(const geometry::TriangleMesh& outline, const Distance
   ContactShapeOptions spread_under = options;
   spread_under.spacing_m *= kOutlineMargin;
   spread_under.max_points = std::min(spread_under.max_points, kPrimitivePoints);
+  // A primitive has none. Where its points are far apart its outline's corners would all be some: of a ball of 10 m that took 10 s.
+  spread_under.feature_height_m = std::numeric_limits<double>::infinity();
   const SpreadSamples spread = spread_samples(surface, spread_under, {});
   std::vector<Candidate> candidates = candidates_of(spread);
   for (Candidate& candidate : candidates) put_on_surface(field, options.feature_spacing_m, candidate);
