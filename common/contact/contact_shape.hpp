@@ -51,8 +51,12 @@ struct ContactShapeOptions {
   /// between which a sharp feature would slip through.
   double feature_angle_deg = 25;
   double feature_spacing_m = 2.5e-4;
-  double feature_height_m = 5e-5;    ///< vertices that stand out farther than this from the shell are added to it
+  double feature_height_m = 5e-5;  ///< vertices that stand out farther than this from the shell are added to it
+#ifndef FUZZING_BUILD_MODE_UNSAFE_FOR_PRODUCTION
   std::size_t max_points = 400'000;  ///< larger surfaces get a wider spacing; bumps may add a quarter
+#else
+  std::size_t max_points = 1'000;  ///< a fuzzer tries scenes by the thousand
+#endif
 
   /// A sheet is felt as a plate of this thickness around it.
   double sheet_thickness_m = 1e-3;

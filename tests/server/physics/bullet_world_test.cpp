@@ -26,7 +26,8 @@ class Stack : public testing::Test {
   }
 
   static std::string cube(const std::string& name, double z_m) {
-    return R"(, {"name": ")" + name + R"(", "shapes": [{"box": {"size_m": [0.04, 0.04, 0.04]}}], "mass_kg": 0.2, "graspable": true,
+    return R"(, {"name": ")" + name +
+           R"(", "shapes": [{"box": {"size_m": [0.04, 0.04, 0.04]}}], "mass_kg": 0.2, "graspable": true,
                  "placement": {"position_m": [0, 0, )" +
            std::to_string(z_m) + "]}}";
   }
@@ -40,8 +41,9 @@ class Stack : public testing::Test {
   double height_m(std::size_t body) const { return bodies_[body].centre_W().z(); }
 
   std::shared_ptr<const LoadedScene> scene_ = physics::load_parts(
-      {.bodies = R"({"name": "table", "shapes": [{"box": {"size_m": [2, 2, 0.1]}}], "placement": {"position_m": [0, 0, -0.05]}})" +
-                 cube("lower", kEdge_m / 2) + cube("upper", 1.5 * kEdge_m)});
+      {.bodies =
+           R"({"name": "table", "shapes": [{"box": {"size_m": [2, 2, 0.1]}}], "placement": {"position_m": [0, 0, -0.05]}})" +
+           cube("lower", kEdge_m / 2) + cube("upper", 1.5 * kEdge_m)});
   std::vector<physics::RigidBody> bodies_;
   std::unique_ptr<physics::FreeBodies> free_ = make_bullet_world(scene_->world, scene_->body_shapes);
 };
