@@ -41,13 +41,11 @@ void check(const TriangleMesh& mesh) {
     }
   }
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
-    if (is_finite(mesh.vertices[v])) continue;
-    throw MeshError("vertex " + std::to_string(v) + " is not a finite number: the file is damaged, export it again");
-  }
-  for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
-    if (mesh.vertices[v].cwiseAbs().maxCoeff() <= kMaxCoordinate_m) continue;
-    throw MeshError("vertex " + std::to_string(v) +
-                    " is more than 1e12 m from the origin: the file is damaged, or the scale is wrong");
+    const Vec3& p = mesh.vertices[v];
+    if (is_finite(p) && p.cwiseAbs().maxCoeff() <= kMaxCoordinate_m) continue;
+    const std::string vertex = "vertex " + std::to_string(v);
+    if (!is_finite(p)) throw MeshError(vertex + " is not a finite number: the file is damaged, export it again");
+    throw MeshError(vertex + " is more than 1e12 m from the origin: the file is damaged, or the scale is wrong");
   }
 }
 

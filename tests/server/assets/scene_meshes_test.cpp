@@ -1,11 +1,10 @@
 // Files that a scene names: meshes, their cache, and what clients are told of them.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-
 #include <sys/stat.h>
-#include <array>
 
 #include <algorithm>
+#include <array>
 #include <filesystem>
 #include <fstream>
 #include <functional>
