@@ -90,6 +90,13 @@ def table(rows):
     return "".join("| " + " | ".join(map(str, line)) + " |\n" for line in lines)
 
 
+def rows_with(old, rows, targets):
+    """The rows of a table as it stands, with those of this run in the place of theirs, in the order of the targets."""
+    cells = [[cell.strip() for cell in line.strip("| ").split("|")] for line in old.splitlines()[2:]]
+    of = {row[0]: row for row in cells + rows}
+    return [of[name] for name in targets if name in of]
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("targets", nargs="*", metavar="TARGET", help="a file of this folder without .cpp (default: all)")
@@ -115,7 +122,8 @@ def main():
     print(table(rows), end="")
     if arguments.write:
         before, rest = README.read_text().split(MARKS[0])
-        README.write_text(before + MARKS[0] + table(rows) + MARKS[1] + rest.split(MARKS[1])[1])
+        old, after = rest.split(MARKS[1])
+        README.write_text(before + MARKS[0] + table(rows_with(old, rows, list(targets))) + MARKS[1] + after)
     return int(any(row[-1] for row in rows))
 
 
