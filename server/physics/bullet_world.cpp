@@ -35,11 +35,21 @@ btScalar combined_restitution(const btCollisionObject* a, const btCollisionObjec
   return std::max(a->getRestitution(), b->getRestitution());
 }
 
-/// Bullet's rules of combination are global; they are set once, to the same for every world.
+/// How far boxes around bodies are beyond them: who is no farther from another may touch it, and rests or wakes with it. Bullet's own
+/// 20 and 50 mm are for things of metres.
+constexpr double kNear_m = 1e-3;
+/// A body that has been slower for so long, with all that are near it, rests: it costs nothing until something acts on it, and
+/// then answers in the same step.
+constexpr double kRest_m_per_s = 2e-5, kRest_rad_per_s = 5e-4, kRest_s = 0.5;
+
+/// Bullet's rules are global; they are set once, to the same for every world.
 void install_contact_rules() {
   [[maybe_unused]] static const bool is_installed = [] {
     gCalculateCombinedFrictionCallback = combined_friction;
     gCalculateCombinedRestitutionCallback = combined_restitution;
+    gContactBreakingThreshold = kNear_m;
+    gDbvtMargin = kNear_m;
+    gDeactivationTime = kRest_s;
     return true;
   }();
 }
@@ -47,9 +57,6 @@ void install_contact_rules() {
 /// How far outside their exact surface hulls and triangle meshes are felt, so that Bullet's distance algorithm
 /// meets them before they overlap. Primitives do not grow: Bullet takes their margin off inside.
 constexpr double kCollisionMargin_m = 1e-4;
-/// A body that has been slower for two seconds (Bullet's time), with all that it touches, rests: it costs nothing until something
-/// acts on it, and then answers in the same step.
-constexpr double kRest_m_per_s = 2e-5, kRest_rad_per_s = 5e-4;
 
 /// Hulls with more points are replaced by what supports them in 42 directions (btShapeHull): the cost of a
 /// contact grows with the number of points, and the difference stays inside the exact hull.
@@ -246,6 +253,9 @@ BulletWorld::BulletWorld(const physics::WorldDescription& world, std::span<const
   install_contact_rules();
   world_.setGravity(to_bullet(world.gravity_m_per_s2));
   world_.setForceUpdateAllAabbs(false);
+  // Else the distance at which a contact ends is a share of each body's size, not kNear_m.
+  dispatcher_.setDispatcherFlags(dispatcher_.getDispatcherFlags() &
+                                 ~btCollisionDispatcher::CD_USE_RELATIVE_CONTACT_BREAKING_THRESHOLD);
   btContactSolverInfo& solver = world_.getSolverInfo();
   // Overlap is undone by moving the bodies, never by giving them speed: a resting body rests, and pressing a
   // tool into a body does not store energy there.

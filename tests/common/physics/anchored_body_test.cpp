@@ -36,7 +36,7 @@ TEST(AnchoredBody, HangsByWeightOverStiffness) {
   World world = world_with_block(external, R"("stiffness_n_per_m": 400, "damping_n_s_per_m": 10)");
   EXPECT_EQ(run(world, 2000), 0U);
   EXPECT_TRUE(external.contains(0));
-  EXPECT_NEAR(world.body(kBlock).X.p.z(), -kMass_kg * 9.81 / 400, 1e-9);
+  EXPECT_NEAR(world.body(kBlock).X.p.z(), -kMass_kg * 9.81 / 400, 1e-7) << "at rest from 0.02 mm/s on";
 }
 
 TEST(AnchoredBody, StandsOnATableAsStiffAsTheAnchorMayBe) {

@@ -13,10 +13,10 @@ namespace {
 constexpr double kStep_s = 1e-3;
 constexpr double kEdge_m = 0.04;
 
-/// A table, and two cubes of 0.2 kg, one on the other.
+/// A table, two cubes of 0.2 kg, one on the other, and one 10 mm beside them.
 class Stack : public testing::Test {
  protected:
-  static constexpr std::size_t kLower = 1, kUpper = 2;
+  static constexpr std::size_t kLower = 1, kUpper = 2, kBeside = 3;
 
   Stack() {
     for (const physics::BodyDescription& body : scene_->world.bodies) {
@@ -25,11 +25,11 @@ class Stack : public testing::Test {
     for (std::size_t i = 0; i < bodies_.size(); ++i) free_->add(i, bodies_[i]);
   }
 
-  static std::string cube(const std::string& name, double z_m) {
+  static std::string cube(const std::string& name, double y_m, double z_m) {
     return R"(, {"name": ")" + name +
            R"(", "shapes": [{"box": {"size_m": [0.04, 0.04, 0.04]}}], "mass_kg": 0.2, "graspable": true,
-                 "placement": {"position_m": [0, 0, )" +
-           std::to_string(z_m) + "]}}";
+                 "placement": {"position_m": [0, )" +
+           std::to_string(y_m) + ", " + std::to_string(z_m) + "]}}";
   }
   void run(double seconds) {
     for (double time_s = 0; time_s < seconds; time_s += kStep_s) free_->step(kStep_s);
@@ -43,7 +43,7 @@ class Stack : public testing::Test {
   std::shared_ptr<const LoadedScene> scene_ = physics::load_parts(
       {.bodies =
            R"({"name": "table", "shapes": [{"box": {"size_m": [2, 2, 0.1]}}], "placement": {"position_m": [0, 0, -0.05]}})" +
-           cube("lower", kEdge_m / 2) + cube("upper", 1.5 * kEdge_m)});
+           cube("lower", 0, kEdge_m / 2) + cube("upper", 0, 1.5 * kEdge_m) + cube("beside", -0.05, kEdge_m / 2)});
   std::vector<physics::RigidBody> bodies_;
   std::unique_ptr<physics::FreeBodies> free_ = make_bullet_world(scene_->world, scene_->body_shapes);
 };
@@ -86,6 +86,17 @@ TEST_F(Stack, FallsWhenWhatItRestsOnIsPutElsewhere) {
   bodies_[kLower].set_centre({{0.5, 0, kEdge_m / 2}, Quat::Identity()}, {});
   run(0.05);
   EXPECT_NEAR(height_m(kUpper), 1.5 * kEdge_m - 9.81 * 0.05 * 0.05 / 2, 1e-3);
+}
+
+TEST_F(Stack, DoesNotWakeWhatStandsBesideIt) {
+  run(4);
+  free_->remove(kUpper);
+  run(1);
+  EXPECT_TRUE(rests(kBeside)) << bodies_[kBeside].velocity_of_centre_W().v.norm();
+  free_->add(kUpper, bodies_[kUpper]);
+  run(0.02);
+  EXPECT_TRUE(rests(kBeside)) << bodies_[kBeside].velocity_of_centre_W().v.norm();
+  EXPECT_FALSE(rests(kUpper));
 }
 
 TEST_F(Stack, WakesWhatIsRunInto) {
