@@ -240,10 +240,60 @@ def datagram_of_a_user(port, count):
         client.close()
 
 
+def tls_handshakes(port, count):
+    """Whole handshakes, and then nothing: the dearest that a stranger can ask for."""
+    stay = []
+    while count.is_running():
+        try:
+            stay.append(RawClient(port, 1.0, True))
+            count.sent += 1
+        except OSError:
+            count.ended += 1
+        if len(stay) >= 16:
+            stay.pop(0).close()
+
+
+def tls_half_hello(port, count):
+    """The first half of a ClientHello, by 200 at a time that stay."""
+    hello = bytes.fromhex("1603010200010001fc0303") + bytes(100)
+    stay = []
+    while count.is_running():
+        try:
+            client = RawClient(port, 1.0)
+            client.stream.sendall(hello)
+            stay.append(client)
+            count.sent += 1
+        except OSError:
+            count.ended += 1
+        if len(stay) >= 200:
+            stay.pop(0).close()
+        time.sleep(0.0005)
+
+
+def tls_joins_by_guess(port, count):
+    """Joins with tokens that nobody has signed."""
+    while count.is_running():
+        try:
+            client = RawClient(port, 1.0, True)
+            for _ in range(100):
+                count.sent += 1
+                client.join(NAME, OBSERVER, "state-tcp", os.urandom(180))
+        except OSError:
+            count.ended += 1
+
+
+def datagram_sealed_by_nobody(port, count):
+    """As long as a user's, to nobody's connection."""
+    datagrams(port, count, wire.header(wire.CLIENT_UPDATE, 0x1234567890ABCDEF, 0, 1) + os.urandom(120))
+
+
+# Of servers as they are by default; the others attack one with --insecure.
+OF_SECURE_SERVERS = {function.__name__: function for function in (
+    tls_handshakes, tls_half_hello, tls_joins_by_guess, datagram_sealed_by_nobody)}
 ATTACKS = {function.__name__: function for function in (
     ping_flood_before_joining, ping_flood, many_pings_at_the_limit, parameter_flood, parameters_to_a_slow_reader, slow_reader,
     asset_flood, big_messages, state_over_tcp_flood, join_and_leave, silent_64, half_open, datagram_garbage, datagram_unknown,
-    datagram_of_a_user)}
+    datagram_of_a_user)} | OF_SECURE_SERVERS
 
 
 def main():

@@ -1,4 +1,5 @@
 """A server under attack with a well-behaved user in it: what that user keeps, measured."""
+import base64
 import csv
 import json
 import os
@@ -9,6 +10,8 @@ import sys
 import threading
 import time
 
+import attackers
+import wire
 from wire import OBSERVER, RawClient
 
 HERE = os.path.dirname(os.path.abspath(__file__))
@@ -47,9 +50,11 @@ def write_hand(folder):
 
 
 class Server:
-    def __init__(self, scene, *arguments):
-        self.log = []
-        self.process = subprocess.Popen([os.path.join(BIN, "tandem-server"), "--insecure", "--scene", scene, "--port", "0", "--cache", "",
+    def __init__(self, scene, *arguments, state=None):
+        """`state`: the folder of its keys; None: nothing is encrypted."""
+        self.log, self.state = [], state
+        security = ["--state", state, "--bind", "127.0.0.1"] if state else ["--insecure"]
+        self.process = subprocess.Popen([os.path.join(BIN, "tandem-server"), *security, "--scene", scene, "--port", "0", "--cache", "",
                                          *arguments],
                                         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         self.port = int(re.search(r"listening on 127\.0\.0\.1:(\d+)", self.process.stdout.readline()).group(1))
@@ -59,6 +64,15 @@ class Server:
     def _read_log(self):
         for line in self.process.stderr:
             self.log.append(line.rstrip())
+
+    def invitation(self):
+        done = subprocess.run([os.path.join(BIN, "tandem-token"), "--state", self.state, "--server", f"127.0.0.1:{self.port}"],
+                              capture_output=True, text=True, check=True, timeout=PATIENCE_S)
+        return done.stdout.split("--join ")[1].strip()
+
+    def how_to_join(self):
+        """Options of tandem-client."""
+        return ("--join", self.invitation()) if self.state else ("--insecure", "--server", f"127.0.0.1:{self.port}")
 
     def memory_mb(self):
         with open(f"/proc/{self.process.pid}/status") as file:
@@ -81,22 +95,39 @@ def clock_ns():
 class Newcomer(threading.Thread):
     """Joins and leaves all the time: how long a person has to wait who comes during an attack."""
 
-    def __init__(self, port):
+    def __init__(self, server):
         super().__init__(daemon=True)
-        self.port, self.waits_s, self.refused = port, [], 0
+        self.server, self.waits_s, self.refused = server, [], 0
         self.is_over = threading.Event()
 
     def run(self):
         while not self.is_over.wait(0.4):
+            token = self._token() if self.server.state else b""
             begin = time.monotonic()
             try:
-                client = RawClient(self.port, 3.0)
-                client.join("newcomer", OBSERVER)
-                self._await_state(client)
+                client = RawClient(self.server.port, 3.0, bool(token))
+                if token:
+                    client.join("newcomer", OBSERVER, "state-tcp", token)
+                    self._await_state_of_stream(client)
+                else:
+                    client.join("newcomer", OBSERVER)
+                    self._await_state(client)
                 self.waits_s.append(time.monotonic() - begin)
                 client.close()
             except OSError:
                 self.refused += 1
+
+    def _token(self):
+        text = self.server.invitation().split("/")[2]
+        return base64.urlsafe_b64decode(text + "=" * (-len(text) % 4))
+
+    @staticmethod
+    def _await_state_of_stream(client):
+        client.stream.sendall(wire.frame(wire.part(wire.STATE_DATAGRAM, client.datagram())))
+        for _ in range(100):
+            if any(number == wire.STATE for number, _ in wire.fields(client.receive())):
+                return
+        raise TimeoutError("no state came")
 
     def _await_state(self, client):
         client.datagrams.settimeout(0.002)
@@ -135,21 +166,21 @@ def last_group(log, pattern, default=""):
     return found[-1] if found else default
 
 
-def start_client(port, folder, *arguments):
-    return subprocess.Popen([os.path.join(BIN, "tandem-client"), "--insecure", "--server", f"127.0.0.1:{port}", "--headless", "--json",
-                             *arguments],
+def start_client(*arguments):
+    return subprocess.Popen([os.path.join(BIN, "tandem-client"), "--headless", "--json", *arguments],
                             stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
 
 def run_attack(name, seconds, folder, rights=()):
     """One row of the table. `rights`: options of the server about its real-time rights."""
     trace = os.path.join(folder, "trace.csv")
-    server = Server(write_scene(folder), *rights)
+    state = os.path.join(folder, "state") if name in attackers.OF_SECURE_SERVERS else None
+    server = Server(write_scene(folder), *rights, state=state)
     try:
-        ada = start_client(server.port, folder, "--name", "ada", "--hand", write_hand(folder), "--trace", trace)
+        ada = start_client(*server.how_to_join(), "--name", "ada", "--hand", write_hand(folder), "--trace", trace)
         time.sleep(SETTLED_S)
         memory = server.memory_mb()
-        newcomer = Newcomer(server.port)
+        newcomer = Newcomer(server)
         newcomer.start()
         begin_ns = clock_ns()
         attacker = None

@@ -265,7 +265,7 @@ def run_scenario(name, make_lies, lies_for_s=LIES_FOR_S):
         server = bench.Server(bench.write_scene(folder))
         proxy = Proxy(server.port, lies)
         try:
-            client = bench.start_client(proxy.port, folder, "--hand", bench.write_hand(folder), "--trace", trace)
+            client = bench.start_client("--insecure", "--server", f"127.0.0.1:{proxy.port}", "--hand", bench.write_hand(folder), "--trace", trace)
             time.sleep(LIES_AFTER_S)
             memory = memory_mb(client.pid)
             lies.is_lying, began_ns = True, bench.clock_ns()

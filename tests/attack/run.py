@@ -16,7 +16,8 @@ import hostile_file
 import hostile_server
 
 SECONDS, SHORT_SECONDS = 5.0, 1.5
-SHORT_ATTACKS = ("ping_flood", "parameter_flood", "slow_reader", "silent_64", "datagram_garbage", "datagram_of_a_user")
+SHORT_ATTACKS = ("ping_flood", "parameter_flood", "slow_reader", "silent_64", "datagram_garbage", "datagram_of_a_user", "tls_handshakes",
+                 "tls_half_hello")
 SHORT_SCENARIOS = ("frozen step, rising sequence", "users without end")
 NOT_REAL_TIME = ("--rt-priority", "0")
 WITHOUT_RIGHTS = ("datagram_garbage",)

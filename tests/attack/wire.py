@@ -1,6 +1,7 @@
 """Just enough of proto/WIRE.md, by hand, to be a client or a server that does not behave."""
 import math
 import socket
+import ssl
 import struct
 
 PROTOCOL_VERSION = 2
@@ -9,7 +10,7 @@ CLIENT_UPDATE, SERVER_UPDATE = 0, 1
 MANIPULATOR, OBSERVER, OPERATOR = 1, 2, 3
 # Fields of ClientControl and ServerControl (proto/tandem/control.proto).
 HELLO, JOIN, GRAB, RELEASE, SET_PARAMETER, GET_ASSET, LEAVE, STATE_DATAGRAM, PING = range(2, 11)
-WELCOME, JOINED, GRABBED, RELEASED, USER_JOINED, USER_LEFT, ASSET_CHUNK, PARAMETER_SET, ERROR, GOODBYE = range(2, 12)
+WELCOME, JOINED, GRABBED, RELEASED, USER_JOINED, USER_LEFT, ASSET_CHUNK, PARAMETER_SET, ERROR, GOODBYE, STATE = range(2, 13)
 
 
 # Protobuf, one field each.
@@ -102,8 +103,8 @@ def hello(state="state-udp"):
     return control(HELLO, whole(1, PROTOCOL_VERSION) + part(2, b"attack") + part(3, state.encode()), 1)
 
 
-def join(name, role):
-    return control(JOIN, part(2, name.encode()) + whole(3, role), 2)
+def join(name, role, token=b""):
+    return control(JOIN, part(2, name.encode()) + whole(3, role) + (part(6, token) if token else b""), 2)
 
 
 def ping(token=1):
@@ -141,24 +142,34 @@ def server_update(step, time_ns, position_m, force_n=(0.0, 0.0, 0.0), bodies=b""
             bodies)
 
 
+def tls(stream):
+    """That stream with TLS, to any server."""
+    context = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
+    context.check_hostname, context.verify_mode = False, ssl.CERT_NONE
+    context.set_alpn_protocols(["tandem/2"])
+    return context.wrap_socket(stream)
+
+
 class RawClient:
     """A client that says what it is told to say. Loopback only."""
 
-    def __init__(self, port, timeout_s=5.0):
+    def __init__(self, port, timeout_s=5.0, is_secure=False):
         self.port = port
         self.stream = socket.create_connection(("127.0.0.1", port), timeout=timeout_s)
         self.stream.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        if is_secure:
+            self.stream = tls(self.stream)
         self.datagrams = None
         self.connection = self.epoch = self.sequence = self.tick = 0
         self.assets = []
 
-    def join(self, name, role=OBSERVER, state="state-udp"):
-        """True when the server took it in."""
+    def join(self, name, role=OBSERVER, state="state-udp", token=b""):
+        """Fails: ConnectionError, refused."""
         self.stream.sendall(hello(state))
         for number, value in fields(self.receive_kind(WELCOME)):
             self.connection = value if number == 4 else self.connection
             self.epoch = value if number == 5 else self.epoch
-        self.stream.sendall(join(name, role))
+        self.stream.sendall(join(name, role, token))
         for number, value in fields(self.receive_kind(JOINED)):
             if number == 5:
                 self.assets.append(dict(fields(value)))

@@ -7,7 +7,6 @@ import re
 import select
 import shutil
 import socket
-import ssl
 import struct
 import subprocess
 import threading
@@ -15,7 +14,7 @@ import time
 import unittest
 
 from support import PATIENCE_S, ProgramTest, finish, free_port, program, run
-from wire import frame, part, receive_exactly, whole
+from wire import frame, part, receive_exactly, tls, whole
 
 HELLO, JOIN, GRAB = 2, 3, 4
 JOINED, ERROR, GOODBYE = 3, 10, 11
@@ -200,10 +199,7 @@ class TlsPeer:
     """A peer by Python's ssl that says what it is told to say."""
 
     def __init__(self, port):
-        context = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
-        context.check_hostname, context.verify_mode = False, ssl.CERT_NONE
-        context.set_alpn_protocols(["tandem/2"])
-        self.stream = context.wrap_socket(socket.create_connection(("127.0.0.1", port), timeout=PATIENCE_S))
+        self.stream = tls(socket.create_connection(("127.0.0.1", port), timeout=PATIENCE_S))
 
     def say(self, number, body):
         self.stream.sendall(frame(whole(1, 1) + part(number, body)))
