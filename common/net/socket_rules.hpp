@@ -6,8 +6,12 @@
 #include <boost/asio/detail/socket_option.hpp>
 #include <boost/asio/ip/address.hpp>
 #include <cctype>
+#include <charconv>
+#include <cstdint>
+#include <optional>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 
 namespace tandem::net {
 
@@ -23,6 +27,14 @@ using SharedPort = boost::asio::detail::socket_option::boolean<SOL_SOCKET, SO_RE
 inline std::string lower_first(std::string text) {
   if (!text.empty()) text[0] = static_cast<char>(std::tolower(static_cast<unsigned char>(text[0])));
   return text;
+}
+
+/// A port in digits and nothing else, 0 included.
+inline std::optional<std::uint16_t> port_of(std::string_view text) {
+  std::uint16_t port = 0;
+  const char* const end = text.data() + text.size();
+  const auto [next, problem] = std::from_chars(text.data(), end, port);
+  return problem == std::errc() && next == end ? std::optional(port) : std::nullopt;
 }
 
 /// The address that `text` names; `purpose` begins the message, e.g. "cannot listen on". Without encryption only this

@@ -33,16 +33,18 @@ class Handover {
     return true;
   }
 
+  /// The object of `generation`, before it is entered; null while it has none.
+  /// Thread  user
+  T* offered(std::uint32_t generation) const noexcept {
+    const std::size_t slot = generation % kSlots;
+    return generations_[slot].load(std::memory_order_acquire) == generation ? objects_[slot].get() : nullptr;
+  }
   /// From now on the user uses the object of `generation` and never one of an older generation.
   /// Thread  user
   void enter(std::uint32_t generation) noexcept { entered_.store(generation, std::memory_order_release); }
   /// The object of the generation entered last; null while it has none.
   /// Thread  user
-  T* get() const noexcept {
-    const std::uint32_t generation = entered_.load(std::memory_order_relaxed);
-    const std::size_t slot = generation % kSlots;
-    return generations_[slot].load(std::memory_order_acquire) == generation ? objects_[slot].get() : nullptr;
-  }
+  T* get() const noexcept { return offered(entered_.load(std::memory_order_relaxed)); }
 
  private:
   static constexpr std::size_t kSlots = 2;

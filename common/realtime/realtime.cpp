@@ -143,7 +143,7 @@ PeriodicTimer::PeriodicTimer(Duration period, LocalTime start) : period_(period)
   if (period <= Duration{0}) throw std::invalid_argument("the period of a timer must be above 0");
 }
 
-LocalTime PeriodicTimer::wait() {
+LocalTime PeriodicTimer::wait(Duration early) {
   const SteadyClock clock;
   next_ += period_;
   const Duration behind = clock.now() - next_;
@@ -153,7 +153,7 @@ LocalTime PeriodicTimer::wait() {
     next_ += skipped * period_;
   }
   const timespec deadline = timespec_of(next_);
-  while (clock_nanosleep(CLOCK_BOOTTIME, TIMER_ABSTIME, &deadline, nullptr) == EINTR) {
+  while (-behind > early && clock_nanosleep(CLOCK_BOOTTIME, TIMER_ABSTIME, &deadline, nullptr) == EINTR) {
   }
   const Duration late = clock.now() - next_;
   lateness_.record(late);

@@ -43,10 +43,16 @@ class PeriodicTimer {
   PeriodicTimer(Duration period, LocalTime start);
   /// Sleeps to the next deadline. When that has passed by more than a period, the missed ones are skipped and
   /// counted, so that a late loop does not run a burst to catch up. Returns the deadline that it woke for.
-  LocalTime wait();
+  ///
+  /// In      early  does not sleep when the deadline is no farther away than this
+  LocalTime wait(Duration early = Duration{0});
+  /// What the next wait() is for, unless it has been missed by then.
+  LocalTime due() const { return next_ + period_; }
 
   /// The next deadline is a period after `start`; what was missed before is not counted.
   void restart(LocalTime start) { next_ = start; }
+  /// Every deadline from the next on is so much later.
+  void shift(Duration later) { next_ += later; }
 
   const Histogram& lateness() const { return lateness_; }
   std::uint64_t missed() const { return missed_; }

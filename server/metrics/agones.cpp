@@ -8,7 +8,6 @@
 #include <boost/beast/core/tcp_stream.hpp>
 #include <boost/beast/http.hpp>
 #include <boost/json/parse.hpp>
-#include <charconv>
 #include <cstdlib>
 #include <stdexcept>
 #include <utility>
@@ -62,10 +61,7 @@ std::uint16_t agones_port(const std::string& text) {
   const char* const of_environment = std::getenv(kVariable);
   const bool is_given = text != "auto";
   const std::string digits = is_given ? text : of_environment != nullptr ? of_environment : "9358";
-  std::uint16_t port = 0;
-  const char* const end = digits.data() + digits.size();
-  const auto [next, problem] = std::from_chars(digits.data(), end, port);
-  if (problem == std::errc() && next == end && port > 0) return port;
+  if (const auto port = net::port_of(digits); port.value_or(0) > 0) return *port;
   throw std::invalid_argument((is_given ? std::string("--agones") : kVariable) + (" \"" + digits) +
                               "\": not a port; use 1 to 65535");
 }

@@ -8,7 +8,6 @@
 #include <boost/beast/core/flat_buffer.hpp>
 #include <boost/beast/core/tcp_stream.hpp>
 #include <boost/beast/http.hpp>
-#include <charconv>
 #include <deque>
 #include <sstream>
 #include <stdexcept>
@@ -38,11 +37,10 @@ tcp::endpoint loopback_endpoint(const std::string& option, const std::string& te
   if (host.size() > 2 && host.front() == '[' && host.back() == ']') host = host.substr(1, host.size() - 2);
   if (host == "localhost") host = "127.0.0.1";
   const std::string digits = has_host ? text.substr(colon + 1) : text;
-  std::uint16_t port = 0;
-  const auto [end, problem] = std::from_chars(digits.data(), digits.data() + digits.size(), port);
+  const auto port = net::port_of(digits);
   error_code error;
   const asio::ip::address address = asio::ip::make_address(host, error);
-  if (error || problem != std::errc() || end != digits.data() + digits.size()) {
+  if (error || !port) {
     throw std::invalid_argument(option + " \"" + text +
                                 "\": not a port, or a numeric address and a port; use 9464 or " + "127.0.0.1:9464");
   }
@@ -52,7 +50,7 @@ tcp::endpoint loopback_endpoint(const std::string& option, const std::string& te
                                 "of this machine's own are allowed; use 127.0.0.1:" + digits +
                                 ", and a proxy that asks for a password where others are to read it");
   }
-  return {address, port};
+  return {address, *port};
 }
 
 bool is_of_http(const error_code& error) {

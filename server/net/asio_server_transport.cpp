@@ -1,10 +1,14 @@
 #include "server/net/asio_server_transport.hpp"
 
+#include <sys/epoll.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <array>
 #include <boost/asio/buffer.hpp>
 #include <optional>
 #include <stdexcept>
+#include <system_error>
 #include <utility>
 
 #include "common/net/socket_rules.hpp"
@@ -26,6 +30,11 @@ constexpr int kPortTries = 16;
 constexpr std::size_t kMaxPeers = 512;
 /// A user who comes from ever new places gets no path for each.
 constexpr Duration kNewPathAgain = std::chrono::milliseconds(100);
+constexpr Duration kCountTurnsFor = std::chrono::milliseconds(10);
+/// From a turn to the next, so that users' datagrams may wait for it.
+constexpr Duration kOftenEnough = std::chrono::microseconds(300);
+// Of the time, in which turns come so often: from which on datagrams wait for them, and down to which they still do.
+constexpr double kShareToBegin = 0.8, kShareToGoOn = 0.6;
 
 /// What shares the limits of an address: a host, or of IPv6 the network that one host may have for itself (64 bits).
 std::string name_of(const asio::ip::address& address) {
@@ -42,10 +51,17 @@ std::string name_of(const asio::ip::address& address) {
 
 /// Where a user's datagrams come from.
 struct AsioServerTransport::Path {
-  Path(asio::io_context& io, udp::endpoint from, std::uint64_t number)
-      : socket(io), to(std::move(from)), check(number) {}
+  Path(udp::endpoint from, std::uint64_t number) : to(std::move(from)), check(number) {}
+  ~Path() { close(); }
+  Path(const Path&) = delete;
+  Path& operator=(const Path&) = delete;
 
-  udp::socket socket;  ///< his own, connected; not open: all goes on through the port that everybody knows
+  bool is_open() const { return socket >= 0; }
+  void close() {
+    if (is_open()) ::close(std::exchange(socket, -1));
+  }
+
+  int socket = -1;  ///< his own, connected; not open: all goes on through the port that everybody knows
   udp::endpoint to;
   net::PathCheck check;
 };
@@ -55,9 +71,8 @@ struct AsioServerTransport::Peer {
       : socket(std::move(connected)), linger(socket.get_executor()), handle(its_handle), tls(tls_context) {}
 
   void close_paths() {
-    error_code ignored;
     for (const auto& one : {path, new_path}) {
-      if (one != nullptr) one->socket.close(ignored);
+      if (one != nullptr) one->close();
     }
   }
   /// Where state goes: to the path that has been checked; before there is one, to the one that is being checked.
@@ -80,11 +95,16 @@ struct AsioServerTransport::Peer {
 
 AsioServerTransport::AsioServerTransport(asio::io_context& io, const std::string& address, std::uint16_t port,
                                          const Clock& clock, const secure::TlsContext* tls)
-    : io_(io), clock_(clock), tls_(tls), acceptor_(io), udp_(io), accept_again_(io) {
+    : io_(io), clock_(clock), tls_(tls), acceptor_(io), udp_(io), accept_again_(io), users_wake_(io) {
   listen(net::numeric_address("cannot listen on", address, tls != nullptr), port);
+  users_ = epoll_create1(EPOLL_CLOEXEC);
+  if (users_ < 0) throw std::system_error(errno, std::generic_category(), "cannot wait for users' datagrams");
+  users_wake_.assign(users_);
 }
 
-AsioServerTransport::~AsioServerTransport() = default;
+AsioServerTransport::~AsioServerTransport() {
+  if (!users_wake_.is_open()) ::close(users_);
+}
 
 void AsioServerTransport::listen(const asio::ip::address& address, std::uint16_t port) {
   error_code error;
@@ -115,6 +135,7 @@ void AsioServerTransport::serve(SessionHub& hub) {
   hub_ = &hub;
   accept();
   await_datagrams();
+  await_users();
 }
 
 void AsioServerTransport::stop_accepting() {
@@ -124,7 +145,27 @@ void AsioServerTransport::stop_accepting() {
 }
 
 void AsioServerTransport::begin_turn() {
+  count_turn(clock_.now());
   for (const auto& go_on : std::exchange(resting_, {})) go_on();
+  if (reads_in_turns_) read_users();
+}
+
+/// Where turns come in bursts, what comes between them would wait for the next burst, past the step that it is for.
+void AsioServerTransport::count_turn(LocalTime now) {
+  const Duration gap = now - std::exchange(turned_, now);
+  if (gap <= kOftenEnough) often_ += gap;
+  if (now < turns_from_ + kCountTurnsFor) return;
+  const double share =
+      to_seconds(std::exchange(often_, Duration{0})) / to_seconds(now - std::exchange(turns_from_, now));
+  const bool in_turns = share > (reads_in_turns_ ? kShareToGoOn : kShareToBegin);
+  if (in_turns == reads_in_turns_) return;
+  reads_in_turns_ = in_turns;
+  if (in_turns) {
+    users_wake_.release();
+  } else {
+    users_wake_.assign(users_);
+    await_users();
+  }
 }
 
 void AsioServerTransport::accept() {
@@ -287,12 +328,8 @@ bool AsioServerTransport::send_datagram(ConnectionHandle connection, std::span<c
 bool AsioServerTransport::send_on(Path& path, std::span<const std::byte> datagram) {
   if (!path.check.take(datagram.size())) return false;
   error_code error;
-  const asio::const_buffer bytes(datagram.data(), datagram.size());
-  if (path.socket.is_open()) {
-    path.socket.send(bytes, 0, error);
-  } else {
-    udp_.send_to(bytes, path.to, 0, error);
-  }
+  if (path.is_open()) return ::send(path.socket, datagram.data(), datagram.size(), MSG_NOSIGNAL) >= 0;
+  udp_.send_to(asio::const_buffer(datagram.data(), datagram.size()), path.to, 0, error);
   return !error;
 }
 
@@ -300,32 +337,65 @@ void AsioServerTransport::await_datagrams() {
   if (!strangers_.has_some(clock_.now())) return rest([this] { await_datagrams(); });
   udp_.async_wait(udp::socket::wait_read, [this](const error_code& error) {
     if (error) return;
-    receive_from(udp_, strangers_);
+    // One byte more than allowed, so that a longer datagram is seen as too long instead of being cut to size.
+    std::array<std::byte, proto::kMaxDatagramBytes + 1> buffer;
+    udp::endpoint from;
+    error_code problem;
+    while (problem != asio::error::would_block && strangers_.has_some(clock_.now())) {
+      strangers_.take(1, clock_.now());
+      const std::size_t size = udp_.receive_from(asio::buffer(buffer), from, 0, problem);
+      if (!problem) take_datagram(std::span(buffer).first(size), from);  // else a refusal of something sent earlier
+    }
     await_datagrams();
   });
 }
 
-void AsioServerTransport::await_own_datagrams(const PeerPointer& peer, const std::shared_ptr<Path>& path) {
-  if (!path->socket.is_open()) return;
-  if (!peer->datagram_turn.has_some(clock_.now())) return rest([this, peer, path] { await_own_datagrams(peer, path); });
-  path->socket.async_wait(udp::socket::wait_read, [this, peer, path](const error_code& error) {
+void AsioServerTransport::await_users() {
+  users_wake_.async_wait(asio::posix::stream_descriptor::wait_read, [this](const error_code& error) {
     if (error) return;
-    receive_from(path->socket, peer->datagram_turn);
-    await_own_datagrams(peer, path);
+    read_users();
+    if (!reads_in_turns_) await_users();
   });
 }
 
-void AsioServerTransport::receive_from(udp::socket& socket, net::TokenBucket& turn) {
-  // One byte more than allowed, so that a longer datagram is seen as too long instead of being cut to size.
-  std::array<std::byte, proto::kMaxDatagramBytes + 1> buffer;
-  udp::endpoint from;
-  while (socket.is_open() && turn.has_some(clock_.now())) {
-    turn.take(1, clock_.now());
-    error_code error;
-    const std::size_t size = socket.receive_from(asio::buffer(buffer), from, 0, error);
-    if (error == asio::error::would_block) return;
-    if (!error) take_datagram(std::span(buffer).first(size), from);  // else a refusal of something sent earlier
+/// What of them has come. Those that find no place here are there the next time.
+void AsioServerTransport::read_users() {
+  std::array<epoll_event, 64> ready;
+  const int count = epoll_wait(users_, ready.data(), static_cast<int>(ready.size()), 0);
+  for (int i = 0; i < count; ++i) {
+    const auto found = peers_.find(ready[static_cast<std::size_t>(i)].data.u64);
+    if (found == peers_.end()) continue;
+    const PeerPointer peer = found->second;
+    for (const auto& path : {peer->path, peer->new_path}) {
+      if (path != nullptr) read_path(peer, path);
+    }
   }
+}
+
+void AsioServerTransport::read_path(const PeerPointer& peer, const std::shared_ptr<Path>& path) {
+  std::array<std::byte, proto::kMaxDatagramBytes + 1> buffer;
+  while (path->is_open()) {
+    const LocalTime now = clock_.now();
+    if (!peer->datagram_turn.has_some(now)) {
+      expect_of(*path, peer->handle, false, false);
+      return rest([this, peer, path] { expect_of(*path, peer->handle, false, true); });
+    }
+    peer->datagram_turn.take(1, now);
+    const auto size = ::recv(path->socket, buffer.data(), buffer.size(), MSG_DONTWAIT);
+    if (size < 0 && (errno == EAGAIN || errno == EWOULDBLOCK)) return;
+    // Else a refusal of something sent earlier.
+    if (size >= 0) take_datagram(std::span(buffer).first(static_cast<std::size_t>(size)), path->to);
+  }
+}
+
+/// Whether datagrams of that path are to be told of.
+void AsioServerTransport::expect_of(Path& path, ConnectionHandle peer, bool is_new, bool expects) {
+  if (!path.is_open()) return;
+  epoll_event event{};
+  event.events = expects ? static_cast<std::uint32_t>(EPOLLIN) : 0U;
+  event.data.u64 = peer;
+  // Where there is no place for it, all goes on through the port that everybody knows.
+  if (epoll_ctl(users_, is_new ? EPOLL_CTL_ADD : EPOLL_CTL_MOD, path.socket, &event) != 0) path.close();
 }
 
 void AsioServerTransport::take_datagram(std::span<const std::byte> datagram, const udp::endpoint& from) {
@@ -349,8 +419,7 @@ void AsioServerTransport::note_path(const PeerPointer& peer, const AcceptedDatag
   if (datagram.path_answer) check.note_answer(*datagram.path_answer);
   if (tls_ == nullptr) check.trust();
   if (!check.is_valid()) return ask(*peer);
-  error_code ignored;
-  if (peer->path != nullptr) peer->path->socket.close(ignored);
+  if (peer->path != nullptr) peer->path->close();
   peer->path = std::exchange(peer->new_path, nullptr);
 }
 
@@ -359,10 +428,9 @@ void AsioServerTransport::open_path(const PeerPointer& peer, const udp::endpoint
   const LocalTime now = clock_.now();
   if (peer->new_path_at != LocalTime{} && now - peer->new_path_at < kNewPathAgain) return;
   peer->new_path_at = now;
-  const auto path = std::make_shared<Path>(io_, to, secure::random_u64());
+  const auto path = std::make_shared<Path>(to, secure::random_u64());
+  if (peer->new_path != nullptr) peer->new_path->close();
   error_code error;
-  if (peer->new_path != nullptr) peer->new_path->socket.close(error);
-  error.clear();
   udp::socket own(io_);
   // By the address that its TCP connection was made to: a machine may have several.
   const udp::endpoint here(peer->socket.local_endpoint(error).address(), port_);
@@ -371,10 +439,11 @@ void AsioServerTransport::open_path(const PeerPointer& peer, const udp::endpoint
   if (!error) own.set_option(net::SharedPort(true), error);
   if (!error) own.bind(here, error);
   if (!error) own.connect(to, error);
-  // Where it cannot be had, all goes on through the port that everybody knows.
-  if (!error) path->socket = std::move(own);
+  // Where it cannot be had, all goes on through the port that everybody knows. Asio has it no longer: it would be woken by each
+  // datagram.
+  if (!error) path->socket = own.release(error);
   peer->new_path = path;
-  await_own_datagrams(peer, path);
+  expect_of(*path, peer->handle, true, true);
 }
 
 void AsioServerTransport::ask(Peer& peer) {

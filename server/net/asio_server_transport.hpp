@@ -13,6 +13,9 @@
 //   UDP, each user    kConnectionDatagramTurn  a socket of his own, connected to where his datagrams come from: the
 //                                              kernel keeps them in a buffer that no flood at the port fills
 //
+// Where turns are rare a user's datagram wakes this thread; where they come several times a millisecond all are read at the next
+// one, for waking up costs more than reading does.
+//
 // What passes on the TCP sockets goes through a secure::TlsStream each; with --insecure that leaves bytes as they are, and
 // only then is the server bound to loopback. Where a user's datagrams come from is a path: a new one is used beside the old
 // until it has said back what the server asks (common/net/path_check.hpp), then instead of it.
@@ -25,6 +28,7 @@
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/ip/udp.hpp>
+#include <boost/asio/posix/stream_descriptor.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <cstdint>
 #include <functional>
@@ -89,8 +93,11 @@ class AsioServerTransport final : public ServerTransport {
   bool read_some(const PeerPointer& peer);
   void take_bytes(const PeerPointer& peer, std::span<const std::byte> bytes);
   void await_datagrams();
-  void await_own_datagrams(const PeerPointer& peer, const std::shared_ptr<Path>& path);
-  void receive_from(boost::asio::ip::udp::socket& socket, net::TokenBucket& turn);
+  void count_turn(LocalTime now);
+  void await_users();
+  void read_users();
+  void read_path(const PeerPointer& peer, const std::shared_ptr<Path>& path);
+  void expect_of(Path& path, ConnectionHandle peer, bool is_new, bool expects);
   void take_datagram(std::span<const std::byte> datagram, const boost::asio::ip::udp::endpoint& from);
   void note_path(const PeerPointer& peer, const AcceptedDatagram& datagram, std::size_t bytes,
                  const boost::asio::ip::udp::endpoint& from);
@@ -114,6 +121,12 @@ class AsioServerTransport final : public ServerTransport {
   net::TokenBucket handshakes_{kHandshakeTurn};
   std::uint64_t failed_handshakes_ = 0;
   std::vector<std::function<void()>> resting_;
+  int users_ = -1;  ///< epoll's descriptor of all users' sockets
+  /// Of the same, while their datagrams wake this thread.
+  boost::asio::posix::stream_descriptor users_wake_;
+  bool reads_in_turns_ = false;
+  LocalTime turned_{}, turns_from_{};
+  Duration often_{0};  ///< since turns_from_, in which turns came often
   std::array<std::byte, kReadBytes> incoming_{};
   proto::Bytes plain_;  ///< of the connection that is being read
 };

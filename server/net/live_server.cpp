@@ -51,6 +51,7 @@ struct LiveServer::Impl {
   void run();
   void begin_stop(const std::string& why);
   void finish_when_closed(LocalTime deadline);
+  void go_round();
   void poll();
   void await_steps();
   void await_poll_time();
@@ -73,6 +74,8 @@ struct LiveServer::Impl {
   asio::steady_timer duration_timer{io};
   asio::steady_timer stop_timer{io};
   asio::signal_set signals{io};
+  std::atomic<bool> has_news{false};  ///< there are states that have not been sent
+  std::atomic<bool> sleeps{false};    ///< or is about to
   // For who asks from elsewhere.
   std::atomic<bool> is_serving{false}, is_stopping{false};
   std::atomic<LocalTime> io_went_round{LocalTime{}};
@@ -96,13 +99,19 @@ LiveServer::Impl::Impl(LiveServer& server, LiveServerSettings server_settings,
           }(),
           room_pointers(), transport),
       step_event(io, open_eventfd()),
-      scheduler(room_pointers(), settings.realtime_priority,
-                [this, descriptor = step_event.native_handle()](const Room& room, LocalTime deadline) {
-                  if (owner.on_step) owner.on_step(room, deadline);
-                  const std::uint64_t one = 1;
-                  // Fails only when the counter is full: then the io thread has been woken already.
-                  [[maybe_unused]] const auto written = ::write(descriptor, &one, sizeof one);
-                }),
+      scheduler(
+          room_pointers(), settings.realtime_priority,
+          [this](const Room& room, LocalTime deadline) {
+            if (owner.on_step) owner.on_step(room, deadline);
+          },
+          [this, descriptor = step_event.native_handle()] {
+            has_news.store(true);
+            // Who is awake looks before it sleeps.
+            if (!sleeps.load()) return;
+            const std::uint64_t one = 1;
+            // Fails only when the counter is full: then the io thread has been woken already.
+            [[maybe_unused]] const auto written = ::write(descriptor, &one, sizeof one);
+          }),
       figures({.users = std::vector<std::array<std::size_t, 3>>(rooms.size())}) {
   hub.on_log = [this](std::string_view kind, const std::string& line) {
     if (owner.on_log) owner.on_log(kind, line);
@@ -142,9 +151,20 @@ void LiveServer::Impl::run() {
       if (!error) begin_stop("stopping after the asked duration");
     });
   }
-  io.run();
+  go_round();
   scheduler.stop();
   ended = clock.now();
+}
+
+/// As io_context::run(), and looks for new states before it sleeps: rooms wake it only when it does.
+void LiveServer::Impl::go_round() {
+  while (!io.stopped()) {
+    if (has_news.exchange(false)) poll();
+    if (io.poll_one() > 0) continue;
+    sleeps.store(true);
+    if (!has_news.load()) io.run_one();
+    sleeps.store(false);
+  }
 }
 
 void LiveServer::Impl::poll() {
@@ -157,7 +177,6 @@ void LiveServer::Impl::await_steps() {
     if (error) return;
     std::uint64_t count = 0;
     [[maybe_unused]] const auto taken = ::read(step_event.native_handle(), &count, sizeof count);
-    poll();
     await_steps();
   });
 }

@@ -11,17 +11,17 @@ constexpr double kMaxToGain = 0.85;
 
 }  // namespace
 
-void share_realtime(std::span<RealtimeUser> users, std::size_t cores) {
-  if (users.empty()) return;
-  std::vector<RealtimeUser*> others;
-  for (RealtimeUser& user : users.subspan(1)) others.push_back(&user);
-  std::ranges::stable_sort(others, {}, &RealtimeUser::demand);
-  users[0].has_priority = true;
-  double sum = users[0].demand;
-  for (RealtimeUser* user : others) {
-    const double most = user->has_priority ? kMaxToKeep : kMaxToGain;
-    user->has_priority = user->demand <= most && sum + user->demand <= most * static_cast<double>(cores);
-    if (user->has_priority) sum += user->demand;
+void share_realtime(const std::vector<double>& demands, std::vector<bool>& has_priority, std::size_t cores) {
+  if (demands.empty()) return;
+  std::vector<std::size_t> others;
+  for (std::size_t user = 1; user < demands.size(); ++user) others.push_back(user);
+  std::ranges::stable_sort(others, {}, [&demands](std::size_t user) { return demands[user]; });
+  has_priority[0] = true;
+  double sum = demands[0];
+  for (const std::size_t user : others) {
+    const double most = has_priority[user] ? kMaxToKeep : kMaxToGain;
+    has_priority[user] = demands[user] <= most && sum + demands[user] <= most * static_cast<double>(cores);
+    if (has_priority[user]) sum += demands[user];
   }
 }
 

@@ -2,15 +2,9 @@
 #pragma once
 
 #include <cstddef>
-#include <span>
+#include <vector>
 
 namespace tandem::server {
-
-/// A thread that wants real-time priority.
-struct RealtimeUser {
-  double demand = 0;  ///< share of a core that it needs to keep its rate
-  bool has_priority = true;
-};
 
 /// The first user (io) has priority in any case. Then who needs least, as long as nobody needs 93 % of a core alone, nor all
 /// with priority together 93 % of `cores`; 85 % for who has none yet, so that nobody comes and goes.
@@ -18,7 +12,9 @@ struct RealtimeUser {
 /// Why     where threads of real-time priority use more than 95 % of a core in a second the kernel stops all of them for the
 ///         rest of it (sched_rt_runtime_us): 50 ms of silence for rooms that did nothing wrong. Below that it deals them to
 ///         cores well by itself: five that need 34 % each never waited longer than 2 ms on two cores.
-/// In      cores  at least 1
-void share_realtime(std::span<RealtimeUser> users, std::size_t cores);
+/// In      demands       of each user: share of a core that it needs to keep its rate
+///         cores         at least 1
+/// In-out  has_priority  of each user
+void share_realtime(const std::vector<double>& demands, std::vector<bool>& has_priority, std::size_t cores);
 
 }  // namespace tandem::server

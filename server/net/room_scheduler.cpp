@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <future>
+#include <optional>
+#include <semaphore>
 #include <set>
 #include <thread>
 #include <utility>
@@ -9,80 +11,130 @@
 #include "common/realtime/mailbox.hpp"
 #include "common/realtime/rate_watch.hpp"
 #include "server/net/realtime_share.hpp"
+#include "server/net/room_placement.hpp"
 
 namespace tandem::server {
 namespace {
 
-/// How often an empty room looks whether somebody has come.
+/// How often a thread looks whether somebody has come to an empty room.
 constexpr Duration kLookAgain = std::chrono::milliseconds(5);
+/// A thread that would sleep for less goes on at once: to sleep and to wake up takes as long.
+constexpr Duration kNotWorthASleep = std::chrono::microseconds(50);
+/// New states wait for those of the next rooms at most so long.
+constexpr Duration kTellWithin = std::chrono::microseconds(60);
 constexpr Duration kTrustedAgainAfter = std::chrono::seconds(1);
 constexpr Duration kSharePeriod = std::chrono::milliseconds(25);
 constexpr double kWindowsOfAMean = 10;
+constexpr int kStepsOfAMean = 64;
 constexpr Duration kPublishEvery = std::chrono::milliseconds(100);
 constexpr std::uint64_t kEnoughSteps = 5;
+// Of a core, what a room may need that shares a thread, and that is to share one again; and of the shortest of all periods, how long
+// its steps may be.
+constexpr double kMaxShared = 0.3;
+constexpr double kMaxToShareAgain = 0.2;
+/// A thread that has more time looks now and then whether it has been given a room, or somebody has come.
+constexpr Duration kLongSleep = std::chrono::milliseconds(2);
+/// Of its period, by which a room's deadlines may be off their place, and move there in a step.
+constexpr int kPlaces = 64;
+
+/// How long something has been going on: written by one thread, read by any.
+class Busy {
+ public:
+  void begin(LocalTime now) { began_.store(now, std::memory_order_release); }
+  void end(LocalTime now) {
+    const LocalTime began = began_.load(std::memory_order_relaxed);
+    done_.store(done_.load(std::memory_order_relaxed) + (now - began).count(), std::memory_order_release);
+    began_.store(LocalTime{}, std::memory_order_release);
+  }
+  /// In all, with what has not ended yet.
+  Duration until(LocalTime now) const {
+    for (;;) {
+      const LocalTime began = began_.load(std::memory_order_acquire);
+      const Duration done(done_.load(std::memory_order_acquire));
+      if (began_.load(std::memory_order_relaxed) != began) continue;  // it has ended or begun meanwhile
+      return began == LocalTime{} ? done : done + std::max(Duration{0}, now - began);
+    }
+  }
+
+ private:
+  std::atomic<LocalTime> began_{LocalTime{}};  ///< LocalTime{}: it does not
+  std::atomic<Duration::rep> done_{0};
+};
 
 }  // namespace
 
-/// One room's thread, timer and measurements; touched by that thread alone while it runs, but for what is atomic and the
-/// mailbox.
+/// One room, its timer and measurements; touched by the thread that steps it alone, but for what is atomic and the mailbox.
 struct RoomScheduler::Loop {
-  /// `place`: 0 to 1, of its deadlines in a period.
-  Loop(Room& its_room, double place)
+  explicit Loop(Room& its_room)
       : room(its_room),
-        phase(from_seconds(place * to_seconds(its_room.period()))),
+        timer(its_room.period(), LocalTime{}),
         rate(its_room.period()),
         publish_every(std::max<std::uint64_t>(1, static_cast<std::uint64_t>(kPublishEvery / its_room.period()))) {}
 
-  /// Where a timer starts that is to wake within a period from now.
-  LocalTime last_deadline(LocalTime now) const { return now - (now.time_since_epoch() - phase) % room.period(); }
-
   Room& room;
-  const Duration phase;
-  std::promise<std::vector<std::string>> not_granted;
-  std::unique_ptr<realtime::PeriodicTimer> timer;
+  realtime::PeriodicTimer timer;
   realtime::RateWatch rate;
   RoomTiming timing;
-  std::atomic<std::uint64_t> steps{0};
-  std::atomic<LocalTime> went_round{LocalTime{}};
   std::uint64_t publish_every;  ///< steps
-  realtime::Mailbox<RoomTiming> published;
+  bool is_awake = false;
+  Duration phase{0};       ///< of its deadlines in a period
+  Duration mean_step{0};   ///< what rooms after it on the same thread wait for
   LocalTime slow_until{};  ///< counts as slow until then, if it keeps its rate so long; LocalTime{}: does not
+
+  std::atomic<std::size_t> stepper{0};  ///< whose it is; written by that one alone, when it hands it on
+  std::atomic<std::size_t> wanted{0};   ///< whose it is to be; written by io
+  std::atomic<std::uint64_t> steps{0};
+  Busy busy;                         ///< with its steps
+  std::atomic<bool> is_left{false};  ///< nobody is there, and it is not yet as at its start: that takes long
+  std::atomic<LocalTime> went_round{LocalTime{}};
   std::atomic<bool> is_slow{false};
-  bool is_told_slow = false;  ///< io thread's
-  std::thread thread;
+  realtime::Mailbox<RoomTiming> published;
+
+  // Io's.
+  std::uint64_t steps_before = 0;  ///< until the last look
+  Duration busy_before{0};
+  double demand = 0;  ///< share of a core that it needs for that
+  Duration step{0};   ///< how long one takes
+  bool has_priority = true;
+  LocalTime no_priority_before{}, alone_until{};
+  bool is_told_slow = false;
 };
 
-/// What one thread of real-time priority needs of a core, and whether it has it.
-struct RoomScheduler::Meter {
-  /// At the end of a window. A room that gets less than it needs makes fewer steps: what counts is what it would use at its
-  /// rate. A mean over some 250 ms: the kernel counts a second, and a hiccup is no need.
-  void measure(Duration window) {
-    const Duration used = realtime::cpu_time(thread) - cpu_time;
-    cpu_time += used;
-    double need = used / std::chrono::duration<double, std::nano>(window);
-    if (loop != nullptr) {
-      const std::uint64_t steps = loop->steps.load(std::memory_order_relaxed) - steps_before;
-      steps_before += steps;
-      const Duration at_its_rate = static_cast<Duration::rep>(steps) * loop->room.period();
-      if (steps >= kEnoughSteps) need = std::max(need, used / std::chrono::duration<double, std::nano>(at_its_rate));
-    }
-    user.demand += (need - user.demand) / kWindowsOfAMean;
-  }
-
-  pthread_t thread{};
-  const Loop* loop = nullptr;  ///< nullptr: io, which has no rate of its own
-  Duration cpu_time{0};
-  std::uint64_t steps_before = 0;
-  RealtimeUser user{};
-  LocalTime not_before{};  ///< gets no priority until then
+/// A thread and the rooms that it steps.
+struct RoomScheduler::Stepper {
+  std::size_t index = 0;
+  double place = 0;                     ///< 0 to 1: of its first room's deadlines in a period
+  std::vector<Loop*> loops;             ///< in the order in which they are due
+  LocalTime looked{};                   ///< for users of empty rooms
+  LocalTime news_since{};               ///< there are states that nobody was told of; LocalTime{}: none
+  std::counting_semaphore<> called{0};  ///< there is a room for it, or the end
+  bool was_called = true;
+  std::promise<std::vector<std::string>> not_granted;
+  std::thread thread;
+  Busy busy;  ///< with steps, of all its rooms
+  // Io's.
+  Duration cpu_before{0}, busy_before{0};  ///< until the last look
+  double cpu_of_busy = 1;                  ///< since then, wake-ups included
 };
 
 RoomScheduler::RoomScheduler(const std::vector<Room*>& rooms, int realtime_priority,
-                             std::function<void(const Room&, LocalTime)> after_step)
-    : realtime_priority_(realtime_priority), after_step_(std::move(after_step)) {
+                             std::function<void(const Room&, LocalTime)> after_step, std::function<void()> after_turn)
+    : realtime_priority_(realtime_priority),
+      after_step_(std::move(after_step)),
+      after_turn_(std::move(after_turn)),
+      workers_(std::min(cores_, rooms.size())) {
   for (Room* room : rooms) {
-    const double place = static_cast<double>(loops_.size()) / static_cast<double>(rooms.size());
-    loops_.push_back(std::make_unique<Loop>(*room, place));
+    loops_.push_back(std::make_unique<Loop>(*room));
+    const std::size_t worker = (loops_.size() - 1) % workers_;
+    loops_.back()->stepper.store(worker, std::memory_order_relaxed);
+    loops_.back()->wanted.store(worker, std::memory_order_relaxed);
+  }
+  for (std::size_t i = 0; i < workers_ + rooms.size(); ++i) {
+    steppers_.push_back(std::make_unique<Stepper>());
+    steppers_[i]->index = i;
+    steppers_[i]->place = i < workers_ ? static_cast<double>(i) / static_cast<double>(workers_)
+                                       : static_cast<double>(i - workers_) / static_cast<double>(rooms.size());
+    steppers_[i]->loops.reserve(rooms.size());
   }
 }
 
@@ -92,70 +144,140 @@ RoomScheduler::~RoomScheduler() {
 
 std::vector<std::string> RoomScheduler::start() {
   for (const auto& loop : loops_) loop->went_round.store(SteadyClock().now(), std::memory_order_relaxed);
-  for (const auto& loop : loops_) loop->thread = std::thread([this, &loop = *loop] { run(loop); });
+  for (const auto& stepper : steppers_) stepper->thread = std::thread([this, &stepper = *stepper] { run(stepper); });
   std::set<std::string> lines;
-  for (const auto& loop : loops_) {
-    for (std::string& line : loop->not_granted.get_future().get()) lines.insert(std::move(line));
+  for (const auto& stepper : steppers_) {
+    for (std::string& line : stepper->not_granted.get_future().get()) lines.insert(std::move(line));
   }
   const int io_priority = realtime_priority_ > 0 ? realtime_priority_ + 1 : 0;
   for (std::string& line : realtime::request_realtime(io_priority)) lines.insert(std::move(line));
-  if (realtime::has_realtime_priority()) {
-    meters_.push_back({.thread = pthread_self(), .loop = nullptr});
-    for (const auto& loop : loops_) meters_.push_back({.thread = loop->thread.native_handle(), .loop = loop.get()});
-    for (Meter& meter : meters_) meter.cpu_time = realtime::cpu_time(meter.thread);
-    shared_ = SteadyClock().now();
-  }
+  has_realtime_ = realtime::has_realtime_priority();
+  io_cpu_ = realtime::cpu_time(pthread_self());
+  shared_ = SteadyClock().now();
   return {lines.begin(), lines.end()};
 }
 
 void RoomScheduler::stop() {
   is_stopping_.store(true, std::memory_order_relaxed);
-  for (const auto& loop : loops_) {
-    if (loop->thread.joinable()) loop->thread.join();
+  for (const auto& stepper : steppers_) stepper->called.release();
+  for (const auto& stepper : steppers_) {
+    if (stepper->thread.joinable()) stepper->thread.join();
   }
 }
 
-void RoomScheduler::run(Loop& loop) {
-  loop.not_granted.set_value(realtime::request_realtime(realtime_priority_));
-  loop.timer = std::make_unique<realtime::PeriodicTimer>(loop.room.period(), loop.last_deadline(SteadyClock().now()));
+void RoomScheduler::run(Stepper& stepper) {
+  stepper.not_granted.set_value(realtime::request_realtime(realtime_priority_));
   while (!is_stopping_.load(std::memory_order_relaxed)) {
-    if (!loop.room.is_idle()) {
-      step(loop);
+    hand_over(stepper);
+    if (stepper.loops.empty()) {
+      tell(stepper);
+      stepper.called.acquire();
+      stepper.was_called = true;
       continue;
     }
-    std::this_thread::sleep_for(kLookAgain);
     const LocalTime now = SteadyClock().now();
-    loop.timer->restart(loop.last_deadline(now));
-    loop.rate.restart();
-    loop.went_round.store(now, std::memory_order_relaxed);
+    look_for_users(stepper, now);
+    Loop* next = nullptr;
+    for (Loop* loop : stepper.loops) {
+      if (loop->is_awake && (next == nullptr || loop->timer.due() < next->timer.due())) next = loop;
+    }
+    const Duration time = next != nullptr ? next->timer.due() - now : Duration::max();
+    if (time > kNotWorthASleep) tell(stepper);
+    if (time <= kLongSleep) {
+      step(stepper, *next);
+    } else {
+      stepper.was_called = stepper.called.try_acquire_for(std::min(time - kLongSleep / 2, kLookAgain));
+    }
   }
 }
 
-void RoomScheduler::step(Loop& loop) {
-  const LocalTime deadline = loop.timer->wait();
+/// Gives away what is to be another's, and takes what has been given.
+void RoomScheduler::hand_over(Stepper& stepper) {
+  std::erase_if(stepper.loops, [&](Loop* loop) {
+    const std::size_t wanted = loop->wanted.load(std::memory_order_relaxed);
+    if (wanted == stepper.index) return false;
+    loop->stepper.store(wanted, std::memory_order_release);
+    steppers_[wanted]->called.release();
+    return true;
+  });
+  if (!stepper.was_called && !stepper.called.try_acquire()) return;
+  stepper.was_called = false;
+  for (const auto& loop : loops_) {
+    if (loop->stepper.load(std::memory_order_acquire) != stepper.index) continue;
+    if (std::ranges::find(stepper.loops, loop.get()) == stepper.loops.end()) stepper.loops.push_back(loop.get());
+  }
+}
+
+void RoomScheduler::look_for_users(Stepper& stepper, LocalTime now) {
+  if (now < stepper.looked + kLookAgain) return;
+  stepper.looked = now;
+  for (Loop* loop : stepper.loops) {
+    if (loop->is_awake) continue;
+    loop->went_round.store(now, std::memory_order_relaxed);
+    loop->is_awake = !loop->room.is_idle();
+    if (!loop->is_awake) continue;
+    loop->rate.restart();
+    loop->timer.restart(now - (now.time_since_epoch() - loop->phase) % loop->room.period());
+  }
+}
+
+void RoomScheduler::tell(Stepper& stepper) {
+  if (std::exchange(stepper.news_since, LocalTime{}) != LocalTime{}) after_turn_();
+}
+
+void RoomScheduler::step(Stepper& stepper, Loop& loop) {
+  const LocalTime deadline = loop.timer.wait(kNotWorthASleep);
   const SteadyClock clock;
   const LocalTime begin = clock.now();
+  loop.busy.begin(begin);
+  stepper.busy.begin(begin);
   loop.room.step(server_time_of_own_clock(begin));
   const LocalTime end = clock.now();
   loop.timing.step_time.record(end - begin);
   ++loop.timing.steps;
-  loop.steps.store(loop.timing.steps, std::memory_order_relaxed);
   if (end > deadline + loop.room.period()) {
     ++loop.timing.overruns;
     loop.room.report(kFaultOverrun);
   }
   keep_rate(loop, end);
-  after_step_(loop.room, deadline);
+  after_step_(loop.room, std::min(deadline, begin));
+  if (stepper.news_since == LocalTime{}) stepper.news_since = end;
+  const LocalTime done = clock.now();
+  if (done - stepper.news_since >= kTellWithin) tell(stepper);
+  loop.busy.end(done);
+  stepper.busy.end(done);
+  loop.steps.store(loop.timing.steps, std::memory_order_relaxed);
   loop.went_round.store(end, std::memory_order_relaxed);
-  if (loop.timing.steps % loop.publish_every == 0 || loop.room.is_idle()) publish(loop);
+  loop.mean_step += (done - begin - loop.mean_step) / kStepsOfAMean;
+  settle(stepper, loop);
+  loop.is_awake = !loop.room.is_idle();
+  loop.is_left.store(loop.is_awake && loop.room.is_empty(), std::memory_order_relaxed);
+  if (loop.timing.steps % loop.publish_every == 0 || !loop.is_awake) publish(loop);
+}
+
+/// A room is due when those before it on the same thread have mostly been stepped. Its deadlines go there bit by bit.
+void RoomScheduler::settle(const Stepper& stepper, Loop& loop) {
+  const Duration period = loop.room.period();
+  Duration place = from_seconds(stepper.place * to_seconds(period));
+  for (const Loop* before : stepper.loops) {
+    if (before == &loop) break;
+    if (before->is_awake) place += before->mean_step;
+  }
+  // From −½ to ½ of a period.
+  const Duration off = ((place - loop.phase) % period + period + period / 2) % period - period / 2;
+  const Duration most = period / kPlaces;
+  if (off <= most && off >= -most) return;
+  const Duration later = std::clamp(off, -most, most);
+  loop.phase = (loop.phase + later + period) % period;
+  loop.timer.shift(later);
 }
 
 /// Some 17 KB are copied.
 void RoomScheduler::publish(Loop& loop) {
   RoomTiming& timing = loop.published.back();
   timing = loop.timing;
-  timing.lateness = loop.timer->lateness();
-  timing.missed = loop.timer->missed();
+  timing.lateness = loop.timer.lateness();
+  timing.missed = loop.timer.missed();
   loop.published.publish();
 }
 
@@ -186,23 +308,82 @@ void RoomScheduler::keep_rate(Loop& loop, LocalTime now) {
 }
 
 void RoomScheduler::share(LocalTime now) {
-  if (meters_.empty() || now < shared_ + kSharePeriod) return;
-  const Duration window = now - std::exchange(shared_, now);
-  std::vector<RealtimeUser> users;
-  for (Meter& meter : meters_) {
-    meter.measure(window);
-    users.push_back(meter.user);
-  }
-  share_realtime(users, cores_);
-  for (std::size_t i = 0; i < users.size(); ++i) give(meters_[i], users[i].has_priority, now);
+  if (loops_.empty() || now < shared_ + kSharePeriod) return;
+  measure(now, now - std::exchange(shared_, now));
+  if (has_realtime_) give_priority(now);
+  place(now);
 }
 
-/// Priority is lost at once, and gained by who has fitted for a second.
-void RoomScheduler::give(Meter& meter, bool has_priority, LocalTime now) {
-  if (!has_priority) meter.not_before = now + kTrustedAgainAfter;
-  if (has_priority == meter.user.has_priority || (has_priority && now < meter.not_before)) return;
-  meter.user.has_priority = has_priority;
-  realtime::set_priority(meter.thread, has_priority ? realtime_priority_ : 0);
+/// A room that gets less than it needs makes fewer steps: what counts is what it would use at its rate. The processor time of a
+/// thread, wake-ups included, is its rooms' by how long it was with each. Means over some 250 ms: the kernel counts a second,
+/// and a hiccup is no need.
+void RoomScheduler::measure(LocalTime now, Duration window) {
+  const auto share_of = [](Duration part, Duration whole) {
+    return whole > Duration{0} ? std::max(0.0, part / std::chrono::duration<double, std::nano>(whole)) : 0;
+  };
+  const Duration io_cpu = realtime::cpu_time(pthread_self());
+  io_demand_ += (share_of(io_cpu - std::exchange(io_cpu_, io_cpu), window) - io_demand_) / kWindowsOfAMean;
+  for (const auto& stepper : steppers_) {
+    const Duration cpu = realtime::cpu_time(stepper->thread.native_handle()), busy = stepper->busy.until(now);
+    const Duration busy_lately = busy - std::exchange(stepper->busy_before, busy);
+    const double cpu_of_busy = share_of(cpu - std::exchange(stepper->cpu_before, cpu), busy_lately);
+    stepper->cpu_of_busy = busy_lately > Duration{0} ? cpu_of_busy : 1;
+  }
+  for (const auto& loop : loops_) {
+    const std::uint64_t all_steps = loop->steps.load(std::memory_order_relaxed);
+    const std::uint64_t steps = all_steps - std::exchange(loop->steps_before, all_steps);
+    const Duration all_busy = loop->busy.until(now);
+    const Duration busy = std::max(Duration{0}, all_busy - std::exchange(loop->busy_before, all_busy));
+    const Duration at_its_rate = static_cast<Duration::rep>(steps) * loop->room.period();
+    const double load = share_of(busy, steps >= kEnoughSteps ? std::min(window, at_its_rate) : window);
+    const double cpu_of_busy = steppers_[loop->stepper.load(std::memory_order_relaxed)]->cpu_of_busy;
+    loop->demand += (load * cpu_of_busy - loop->demand) / kWindowsOfAMean;
+    const Duration step = busy / std::max<Duration::rep>(1, static_cast<Duration::rep>(steps));
+    loop->step += (step - loop->step) / static_cast<Duration::rep>(kWindowsOfAMean);
+  }
+}
+
+/// Priority is lost at once, and gained by who has fitted for a second. It is that of a room's own thread: shared threads always
+/// have it, and who has none does not share.
+void RoomScheduler::give_priority(LocalTime now) {
+  std::vector<double> demands{io_demand_};
+  std::vector<bool> have_priority{true};
+  for (const auto& loop : loops_) {
+    demands.push_back(loop->demand);
+    have_priority.push_back(loop->has_priority);
+  }
+  share_realtime(demands, have_priority, cores_);
+  for (std::size_t i = 0; i < loops_.size(); ++i) {
+    Loop& loop = *loops_[i];
+    const bool has_priority = have_priority[i + 1];
+    if (!has_priority) loop.no_priority_before = now + kTrustedAgainAfter;
+    if (has_priority == loop.has_priority || (has_priority && now < loop.no_priority_before)) continue;
+    loop.has_priority = has_priority;
+    realtime::set_priority(steppers_[workers_ + i]->thread.native_handle(), has_priority ? realtime_priority_ : 0);
+  }
+}
+
+/// Where periods differ, a step may not take much of the shortest: who has that one would be held up, and could not tell why.
+void RoomScheduler::place(LocalTime now) {
+  Duration shortest = Duration::max();
+  for (const auto& loop : loops_) shortest = std::min(shortest, loop->room.period());
+  std::vector<double> loads;
+  std::vector<std::optional<std::size_t>> workers;
+  for (const auto& loop : loops_) {
+    const std::size_t stepper = loop->wanted.load(std::memory_order_relaxed);
+    const bool shares = stepper < workers_;
+    const double most = shares ? kMaxShared : kMaxToShareAgain;
+    const bool is_of_shortest = loop->room.period() == shortest;
+    const bool is_short = loop->step <= (is_of_shortest ? shortest : from_seconds(most * to_seconds(shortest)));
+    const bool is_small = loop->demand <= most && is_short && !loop->is_left.load(std::memory_order_relaxed);
+    if (!is_small || !loop->has_priority) loop->alone_until = now + kTrustedAgainAfter;
+    loads.push_back(now >= loop->alone_until ? loop->demand : kSharesWithNobody);
+    workers.push_back(shares ? std::optional(stepper) : std::nullopt);
+  }
+  place_rooms(loads, workers, workers_);
+  for (std::size_t i = 0; i < loops_.size(); ++i) {
+    loops_[i]->wanted.store(workers[i].value_or(workers_ + i), std::memory_order_relaxed);
+  }
 }
 
 std::vector<std::string> RoomScheduler::news() {
@@ -224,9 +405,8 @@ std::vector<RoomTiming> RoomScheduler::timings() const {
   std::vector<RoomTiming> timings;
   for (const auto& loop : loops_) {
     timings.push_back(loop->timing);
-    if (loop->timer == nullptr) continue;
-    timings.back().lateness = loop->timer->lateness();
-    timings.back().missed = loop->timer->missed();
+    timings.back().lateness = loop->timer.lateness();
+    timings.back().missed = loop->timer.missed();
   }
   return timings;
 }

@@ -21,12 +21,14 @@ struct RoomTiming {
   std::uint64_t overruns = 0;  ///< steps that ended after the next deadline (kFaultOverrun)
   std::uint64_t missed = 0;    ///< deadlines skipped
   std::uint64_t slow = 0;      ///< steps while it did not keep 90 % of its rate, and the second after (kFaultRoomSlow)
-  Histogram lateness;          ///< of waking up
+  Histogram lateness;          ///< of the beginning of a step
   Histogram step_time;
 };
 
-/// A thread for each room, with absolute deadlines of its own period, spread evenly over it: rooms that are due at one moment
-/// would wait for each other on few cores. A room that nobody is in sleeps.
+/// Steps each room at the deadlines of its own period. Small rooms share threads, one a core, and are due there one after the other:
+/// a thread that has woken up steps all of them before it sleeps again. A room that is measured to need much of a core, whose steps are
+/// long beside the periods of others, or that everybody has left (it will be made anew) has a thread of its own
+/// (room_placement.hpp). A room that nobody is in sleeps.
 ///
 /// All run at one SCHED_FIFO priority, below the io thread: reading a datagram takes microseconds, and a step that used
 /// the datagram before it would be a millisecond older. By `share_realtime()` a room that is measured to be too large, or one too
@@ -35,8 +37,9 @@ class RoomScheduler {
  public:
   /// In      realtime_priority  1–98; 0: the normal scheduler
   ///         after_step         runs on the room's thread after each step, with the step's deadline: no lock, no wait
+  ///         after_turn         runs on that thread too: of one or more rooms there are new states to send; likewise
   RoomScheduler(const std::vector<Room*>& rooms, int realtime_priority,
-                std::function<void(const Room&, LocalTime)> after_step);
+                std::function<void(const Room&, LocalTime)> after_step, std::function<void()> after_turn);
   /// Stops.
   ~RoomScheduler();
   RoomScheduler(const RoomScheduler&) = delete;
@@ -46,7 +49,7 @@ class RoomScheduler {
   /// line once.
   std::vector<std::string> start();
   void stop();
-  /// Measures what each thread needs and shares the real-time priority anew; at most each 25 ms.
+  /// Measures what io and each room need, and shares threads and the real-time priority anew; at most each 25 ms.
   /// Thread  io
   void share(LocalTime now);
   /// Rooms that have become too slow, or keep up again, since the last call; one line for people each.
@@ -62,18 +65,30 @@ class RoomScheduler {
 
  private:
   struct Loop;
-  struct Meter;
-  void give(Meter& meter, bool has_priority, LocalTime now);
-  void run(Loop& loop);
-  void step(Loop& loop);
+  struct Stepper;
+  void run(Stepper& stepper);
+  void hand_over(Stepper& stepper);
+  void look_for_users(Stepper& stepper, LocalTime now);
+  void tell(Stepper& stepper);
+  void step(Stepper& stepper, Loop& loop);
   void keep_rate(Loop& loop, LocalTime now);
+  static void settle(const Stepper& stepper, Loop& loop);
   static void publish(Loop& loop);
+  void measure(LocalTime now, Duration window);
+  void give_priority(LocalTime now);
+  void place(LocalTime now);
 
   int realtime_priority_;
   std::function<void(const Room&, LocalTime)> after_step_;
-  std::vector<std::unique_ptr<Loop>> loops_;
-  std::vector<Meter> meters_;  ///< of io, and of each room; empty without real-time priority
+  std::function<void()> after_turn_;
   std::size_t cores_ = realtime::usable_cores();
+  std::vector<std::unique_ptr<Loop>> loops_;
+  /// Those that rooms share, then one for each room.
+  std::vector<std::unique_ptr<Stepper>> steppers_;
+  std::size_t workers_ = 0;  ///< how many of them are shared
+  bool has_realtime_ = false;
+  double io_demand_ = 0;  ///< share of a core
+  Duration io_cpu_{0};
   LocalTime shared_{};
   std::atomic<bool> is_stopping_{false};
 };

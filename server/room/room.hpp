@@ -146,6 +146,8 @@ class Room {
   /// Nobody is here or has asked to come, and all is as the scene says, or stays as it was left: a step would change
   /// nothing that anybody could miss.
   bool is_idle() const;
+  /// Nobody is here.
+  bool is_empty() const noexcept;
   /// Adds `faults` to what the next updates report (the loop's own, e.g. kFaultOverrun).
   void report(TickFaults faults) { pending_faults_ |= faults; }
   /// Events that found no place: io has not taken any for 256 of them.
@@ -168,7 +170,6 @@ class Room {
 
   /// Time as the physics knows it.
   Duration time_done() const noexcept { return period_ * static_cast<Duration::rep>(step_.value); }
-  bool is_empty() const noexcept;
   void start_anew_when_left() noexcept;
   void apply_commands() noexcept;
   void apply(const RoomCommand& command) noexcept;

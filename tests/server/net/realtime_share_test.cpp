@@ -13,11 +13,8 @@ using testing::ElementsAre;
 
 /// After one turn on two cores, who has priority; before it, all or none had.
 std::vector<bool> shared(const std::vector<double>& demands, bool had_priority = true) {
-  std::vector<RealtimeUser> users;
-  for (const double demand : demands) users.push_back({demand, had_priority});
-  share_realtime(users, 2);
-  std::vector<bool> have;
-  for (const RealtimeUser& user : users) have.push_back(user.has_priority);
+  std::vector<bool> have(demands.size(), had_priority);
+  share_realtime(demands, have, 2);
   return have;
 }
 

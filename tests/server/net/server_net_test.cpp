@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <boost/asio/ip/tcp.hpp>
@@ -9,9 +10,11 @@
 #include <boost/asio/write.hpp>
 #include <filesystem>
 #include <fstream>
-#include <map>
+#include <string>
 #include <thread>
+#include <vector>
 
+#include "common/realtime/realtime.hpp"
 #include "server/app/server_report.hpp"
 #include "server/assets/scene_library.hpp"
 #include "tests/support/hub_bench.hpp"
@@ -159,23 +162,66 @@ TEST(LiveServer, ASlowRoomSaysSoAndHoldsUpNobodyElse) {
   EXPECT_THAT(log, testing::Contains(HasSubstr("room slow steps at less than 90 %")));
 }
 
-TEST(LiveServer, TheRoomsAreDueAtDifferentMoments) {
+/// Rooms with somebody in each, who only looks.
+std::vector<std::unique_ptr<Room>> busy_rooms(std::size_t count, double rate_hz, double rate_of_first_hz) {
   std::vector<std::unique_ptr<Room>> rooms;
-  for (const char* name : {"first", "second", "third", "fourth"})
-    rooms.push_back(std::make_unique<Room>(RoomId{1}, name, test::scene_of(test::two_hands_scene(name))));
-  for (const auto& room : rooms) ASSERT_TRUE(room->post({.seat = {0, UserId{1}, UserRole::kObserver}}));
-  const Duration period = rooms.front()->period();
-  LiveServer server({.port = 0}, std::move(rooms));
-  const std::map<std::string, std::size_t> index{{"first", 0}, {"second", 1}, {"third", 2}, {"fourth", 3}};
-  std::array<std::atomic<Duration>, 4> phase{};
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::string name = "room " + std::to_string(i);
+    std::string scene = test::two_hands_scene(name);
+    scene.insert(1, R"("step_rate_hz": )" + std::to_string(i == 0 ? rate_of_first_hz : rate_hz) + ", ");
+    const RoomId id{static_cast<std::uint32_t>(i)};
+    rooms.push_back(std::make_unique<Room>(id, name, test::scene_of(scene)));
+    if (!rooms.back()->post({.seat = {0, UserId{1}, UserRole::kObserver}})) throw std::runtime_error("a room is full");
+  }
+  return rooms;
+}
+
+TEST(LiveServer, SmallRoomsShareThreadsAndAreDueOneAfterTheOther) {
+  const std::size_t threads = realtime::usable_cores();
+  constexpr double kRate_hz = 100;
+  LiveServer server({.port = 0}, busy_rooms(2 * threads, kRate_hz, kRate_hz));
+  const Duration period = server.rooms().front()->period();
+  std::vector<std::thread::id> thread(2 * threads);
+  std::vector<std::atomic<Duration>> phase(2 * threads);
   std::atomic<int> steps{0};
   server.on_step = [&](const Room& room, LocalTime deadline) {
-    phase[index.at(room.name())] = deadline.time_since_epoch() % period;
-    if (++steps == 200) server.stop();
+    thread[room.id().value] = std::this_thread::get_id();
+    phase[room.id().value] = deadline.time_since_epoch() % period;
+    std::this_thread::sleep_for(std::chrono::microseconds(500));
+    if (room.id().value == 0 && ++steps == 100) server.stop();
   };
   server.run();
-  for (std::size_t i = 0; i < phase.size(); ++i)
-    EXPECT_EQ(phase[i].load(), period * static_cast<Duration::rep>(i) / 4) << "room " << i;
+  for (std::size_t i = 0; i < threads; ++i) {
+    EXPECT_EQ(thread[i], thread[i + threads]);
+    const Duration after = (phase[i + threads].load() - phase[i].load() + period) % period;
+    EXPECT_GE(after, std::chrono::microseconds(200)) << i;
+    EXPECT_LT(after, period / 2) << i;
+  }
+}
+
+/// On what thread each room is stepped, where each step of the first takes 3 ms more.
+std::vector<std::thread::id> threads_beside_long_steps(double rate_hz, double rate_of_first_hz, int steps_of_first) {
+  LiveServer server({.port = 0}, busy_rooms(2 * realtime::usable_cores(), rate_hz, rate_of_first_hz));
+  std::vector<std::thread::id> thread(server.rooms().size());
+  std::atomic<int> steps{0};
+  server.on_step = [&](const Room& room, LocalTime) {
+    thread[room.id().value] = std::this_thread::get_id();
+    if (room.id().value != 0) return;
+    std::this_thread::sleep_for(std::chrono::milliseconds(3));
+    if (++steps == steps_of_first) server.stop();
+  };
+  server.run();
+  return thread;
+}
+
+TEST(LiveServer, ARoomThatTakesLongerThanItsPeriodGetsAThreadOfItsOwn) {
+  const auto thread = threads_beside_long_steps(1000, 1000, 200);
+  EXPECT_EQ(std::ranges::count(thread, thread[0]), 1);
+}
+
+TEST(LiveServer, ASlowRateIsNoReasonToHoldUpAFastOne) {
+  const auto thread = threads_beside_long_steps(1000, 60, 60);
+  EXPECT_EQ(std::ranges::count(thread, thread[0]), 1) << "3 ms of its 16.7 are little, but not of the others' 1";
 }
 
 TEST(LiveServer, SendsStateToWhereTheUsersDatagramsComeFrom) {

@@ -1,0 +1,67 @@
+#include "server/net/room_placement.hpp"
+
+#include <algorithm>
+#include <vector>
+
+namespace tandem::server {
+namespace {
+
+// Of a worker's time.
+constexpr double kMaxToTake = 0.7;   ///< with who comes
+constexpr double kMaxToBear = 0.85;  ///< beyond it somebody goes
+constexpr double kUneven = 0.25;     ///< between two workers
+
+using Places = std::span<std::optional<std::size_t>>;
+
+std::vector<double> loads_of_workers(std::span<const double> loads, Places workers, std::size_t count) {
+  std::vector<double> sums(count);
+  for (std::size_t i = 0; i < loads.size(); ++i) {
+    if (workers[i]) sums[*workers[i]] += loads[i];
+  }
+  return sums;
+}
+
+/// Of a worker's rooms the largest of at most `most`; none: there is none.
+std::optional<std::size_t> largest_of(std::size_t worker, double most, std::span<const double> loads, Places workers) {
+  std::optional<std::size_t> largest;
+  for (std::size_t i = 0; i < loads.size(); ++i) {
+    if (workers[i] == worker && loads[i] <= most && (!largest || loads[i] > loads[*largest])) largest = i;
+  }
+  return largest;
+}
+
+/// Where there is most time.
+std::size_t idlest_of(const std::vector<double>& sums) {
+  return static_cast<std::size_t>(std::ranges::min_element(sums) - sums.begin());
+}
+
+}  // namespace
+
+void place_rooms(std::span<const double> loads, std::span<std::optional<std::size_t>> workers, std::size_t count) {
+  for (std::size_t i = 0; i < loads.size(); ++i) {
+    if (loads[i] == kSharesWithNobody) workers[i].reset();
+  }
+  std::vector<double> sums = loads_of_workers(loads, workers, count);
+  for (std::size_t i = 0; i < loads.size(); ++i) {
+    const std::size_t to = idlest_of(sums);
+    if (workers[i] || sums[to] + loads[i] > kMaxToTake) continue;
+    workers[i] = to;
+    sums[to] += loads[i];
+  }
+  const auto busiest = static_cast<std::size_t>(std::ranges::max_element(sums) - sums.begin());
+  const std::size_t idlest = idlest_of(sums);
+  const double difference = sums[busiest] - sums[idlest];
+  const bool has_too_much = sums[busiest] > kMaxToBear;
+  if (!has_too_much && difference < kUneven) return;
+  // Where it is only uneven, more than half of the difference would turn it round.
+  const double room_there = kMaxToTake - sums[idlest];
+  const double most = has_too_much ? room_there : std::min(room_there, difference / 2);
+  const auto one = largest_of(busiest, most, loads, workers);
+  if (one && loads[*one] > 0) {
+    workers[*one] = idlest;
+  } else if (has_too_much) {
+    workers[*largest_of(busiest, kSharesWithNobody, loads, workers)].reset();
+  }
+}
+
+}  // namespace tandem::server
