@@ -30,6 +30,7 @@ class Collector {
 
   /// All of `from` in the frame of the other mesh.
   void collect(const ExactSurface& from, const Pose& X_OF) {
+    from_half_m_ = from.half_thickness_m();
     for (const Vec3& corner : from.corners()) corner_at(X_OF * corner);
     for (const auto& [begin, end] : from.edges()) edge_between(X_OF * begin, X_OF * end);
   }
@@ -41,8 +42,8 @@ class Collector {
  private:
   /// Signed distance; infinite for what is outside by more than `near_m` or inside by more than the search sees.
   double distance_m(const Vec3& p_O, double near_m) const {
-    if (!other_.may_touch(p_O, near_m)) return std::numeric_limits<double>::infinity();
-    return other_.distance_m(p_O, near_m + deepest_m_);
+    if (!other_.may_touch(p_O, near_m + from_half_m_)) return std::numeric_limits<double>::infinity();
+    return other_.distance_m(p_O, near_m + from_half_m_ + deepest_m_) - from_half_m_;
   }
   void corner_at(const Vec3& p_O) {
     const double distance = distance_m(p_O, 0);
@@ -65,6 +66,7 @@ class Collector {
   const ExactSurface& other_;
   double shallowest_m_;
   double deepest_m_;
+  double from_half_m_ = 0;
 };
 
 class AllPoints final : public Collector {
@@ -94,7 +96,8 @@ class Deepest final : public Collector {
 
 }  // namespace
 
-ExactSurface::ExactSurface(const geometry::TriangleMesh& mesh) : mesh_(mesh), tree_(mesh), bounds_(bounds_of(mesh)) {
+ExactSurface::ExactSurface(const geometry::TriangleMesh& mesh, double half_thickness_m)
+    : mesh_(mesh), half_thickness_m_(half_thickness_m), tree_(mesh), bounds_(bounds_of(mesh)) {
   std::vector<bool> is_used(mesh.vertices.size(), false);
   for (const auto& triangle : mesh.triangles) {
     for (const int index : triangle) is_used[static_cast<std::size_t>(index)] = true;
@@ -109,13 +112,26 @@ ExactSurface::ExactSurface(const geometry::TriangleMesh& mesh) : mesh_(mesh), tr
 
 bool ExactSurface::may_touch(const Vec3& p_S, double radius_m) const {
   const Vec3 outside = (bounds_.min() - p_S).cwiseMax(p_S - bounds_.max()).cwiseMax(0.0);
-  return outside.squaredNorm() <= radius_m * radius_m;
+  const double reach_m = radius_m + half_thickness_m_;
+  return outside.squaredNorm() <= reach_m * reach_m;
+}
+
+geometry::TriangleTree::Closest ExactSurface::closest(const Vec3& p_S, double limit_m) const {
+  geometry::TriangleTree::Closest closest = tree_.closest(p_S, limit_m);
+  if (closest.triangle < 0) return closest;
+  const Vec3 off = p_S - closest.point_S;
+  if (half_thickness_m_ <= 0) {
+    closest.normal_S.normalize();
+    if (off.dot(closest.normal_S) < 0) closest.distance_m = -closest.distance_m;
+  } else if (closest.distance_m > 0) {
+    closest.normal_S = off / closest.distance_m;
+  }
+  return closest;
 }
 
 double ExactSurface::distance_m(const Vec3& p_S, double limit_m) const {
-  const geometry::TriangleTree::Closest closest = tree_.closest(p_S, limit_m);
-  if (closest.triangle < 0) return std::numeric_limits<double>::infinity();
-  return (p_S - closest.point_S).dot(closest.normal_S) < 0 ? -closest.distance_m : closest.distance_m;
+  const geometry::TriangleTree::Closest nearest = closest(p_S, limit_m + half_thickness_m_);
+  return nearest.triangle < 0 ? std::numeric_limits<double>::infinity() : nearest.distance_m - half_thickness_m_;
 }
 
 std::vector<Vec3> ExactSurface::samples(std::size_t count, std::uint64_t seed) const {
@@ -160,10 +176,12 @@ double deepest_overlap_m(const ExactSurface& a, const Pose& X_WA, const ExactSur
 
 double corner_gap_m(const ExactSurface& a, const Pose& X_WA, const ExactSurface& b, const Pose& X_WB) {
   double gap = std::numeric_limits<double>::infinity();
-  const auto shrink = [&gap](const ExactSurface& from, const ExactSurface& to, const Pose& X_TF) {
+  const double halves_m = a.half_thickness_m() + b.half_thickness_m();
+  const auto shrink = [&gap, halves_m](const ExactSurface& from, const ExactSurface& to, const Pose& X_TF) {
     for (const Vec3& corner : from.corners()) {
       const Vec3 p = X_TF * corner;
-      if (to.may_touch(p, gap)) gap = std::min(gap, to.tree().closest(p, gap).distance_m);
+      if (!to.may_touch(p, gap + halves_m)) continue;
+      gap = std::min(gap, std::max(0.0, to.tree().closest(p, gap + halves_m).distance_m - halves_m));
     }
   };
   shrink(a, b, X_WB.inverse() * X_WA);

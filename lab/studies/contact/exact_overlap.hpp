@@ -13,23 +13,29 @@
 
 namespace tandem::lab {
 
-/// A mesh prepared for exact questions. S: the frame of the mesh.
+/// A mesh prepared for exact questions: the surface of a solid, or the middle of a plate. S: the frame of the mesh.
 class ExactSurface {
  public:
-  explicit ExactSurface(const geometry::TriangleMesh& mesh);
+  /// In      half_thickness_m  of the plate, which is all that is no farther from the mesh; 0: a solid
+  explicit ExactSurface(const geometry::TriangleMesh& mesh, double half_thickness_m = 0);
 
   const geometry::TriangleTree& tree() const { return tree_; }
+  double half_thickness_m() const { return half_thickness_m_; }
+  /// The nearest place of the mesh, with the direction that leads out of the body from there; triangle −1: none within
+  /// `limit_m`. Its distance is negative inside a solid; of a plate it is that to its middle.
+  geometry::TriangleTree::Closest closest(const Vec3& p_S, double limit_m) const;
   std::span<const Vec3> corners() const { return corners_; }  ///< those that triangles use
   std::span<const std::array<Vec3, 2>> edges() const { return edges_; }
   /// Whether a ball about `p_S` meets the bounding box.
   bool may_touch(const Vec3& p_S, double radius_m) const;
-  /// Signed distance where it is less than `limit_m`, else infinite, inside too.
+  /// Signed distance to the body where it is less than `limit_m`, else infinite, inside too.
   double distance_m(const Vec3& p_S, double limit_m) const;
   /// `count` points spread over the surface by area, the same for the same seed.
   std::vector<Vec3> samples(std::size_t count, std::uint64_t seed) const;
 
  private:
   geometry::TriangleMesh mesh_;
+  double half_thickness_m_;
   geometry::TriangleTree tree_;
   Eigen::AlignedBox3d bounds_;
   std::vector<Vec3> corners_;

@@ -36,7 +36,9 @@ bool is_deeper(const TouchObject& from, const Pose& X_TF, const TouchObject& to,
     const double rough = -to.shape->field->distance_m(p_T);
     if (rough > depth_m) return true;
     // Past its band the field tells no more than the side.
-    if (rough > 0.5 * to.shape->field->band_m() && -to.exact->tree().signed_distance_m(p_T) > depth_m) return true;
+    if (rough > 0.5 * to.shape->field->band_m() &&
+        -to.exact->distance_m(p_T, std::numeric_limits<double>::infinity()) > depth_m)
+      return true;
   }
   return false;
 }

@@ -35,11 +35,13 @@ double deepest_exact_m(const TouchTrace& trace, const ExactSurface& tool, const 
 class PointsThrough {
  public:
   /// In      points_M  in the frame of the moving body
-  PointsThrough(const std::vector<Vec3>& points_M, const ExactSurface& other) : other_(other) {
+  ///         half_m    as far from them its surface is: half the thickness of a plate
+  PointsThrough(const std::vector<Vec3>& points_M, double half_m, const ExactSurface& other)
+      : other_(other), reach_m_(half_m + other.half_thickness_m()) {
     for (const Vec3& p_M : points_M) followers_.push_back({.p_M = p_M});
   }
 
-  /// The moving body relative to the other; returns how many points are through now.
+  /// The moving body relative to the other; returns how many points are through now, or went through since the last step.
   std::size_t step(const Pose& X_OM);
   double deepest_m() const { return deepest_m_; }
 
@@ -50,10 +52,12 @@ class PointsThrough {
     Vec3 entry_O = Vec3::Zero();  ///< normal of the side that it was last outside of
     bool is_inside = false;
     bool is_through = false;
+    bool was_through = false;  ///< in this step
   };
   void move(Follower& follower, const Vec3& p_O);
 
   const ExactSurface& other_;
+  double reach_m_;  ///< from the middle of a plate to that of the other, or to a solid, where they touch
   std::vector<Follower> followers_;
   double deepest_m_ = 0;
   bool has_started_ = false;
@@ -63,40 +67,46 @@ std::size_t PointsThrough::step(const Pose& X_OM) {
   std::size_t through = 0;
   for (Follower& follower : followers_) {
     const Vec3 p_O = X_OM * follower.p_M;
+    follower.was_through = false;
     if (!has_started_) follower.last_O = p_O;
     const Vec3 from_O = follower.last_O;
     const double length = (p_O - from_O).norm();
     const int pieces = std::clamp(static_cast<int>(std::ceil(length / kPiece_m)), 1, kMaxPieces);
     // The ball around the stretch: far from the box, nothing on it matters.
-    if (follower.is_inside || other_.may_touch((from_O + p_O) / 2, length / 2 + kTooDeep_m)) {
+    if (follower.is_inside || other_.may_touch((from_O + p_O) / 2, length / 2 + kTooDeep_m + reach_m_)) {
       for (int i = 1; i <= pieces; ++i) move(follower, from_O + (p_O - from_O) * i / pieces);
     }
     follower.last_O = p_O;
-    through += follower.is_through ? 1 : 0;
+    through += follower.is_through || follower.was_through ? 1 : 0;
   }
   has_started_ = true;
   return through;
 }
 
 void PointsThrough::move(Follower& follower, const Vec3& p_O) {
-  const geometry::TriangleTree::Closest closest = other_.tree().closest(p_O, kTooDeep_m);
+  const geometry::TriangleTree::Closest closest = other_.closest(p_O, kTooDeep_m + reach_m_);
   if (closest.triangle < 0) {
-    // Farther from the surface than a point may be inside.
-    if (follower.is_inside) {
+    // Of a solid: farther from the surface than a point may be inside. A plate has been left.
+    const bool is_solid = other_.half_thickness_m() <= 0;
+    if (follower.is_inside && is_solid) {
       follower.is_through = true;
       deepest_m_ = std::max(deepest_m_, -other_.distance_m(p_O, std::numeric_limits<double>::infinity()));
     }
+    follower.is_inside = follower.is_inside && is_solid;
+    follower.is_through = follower.is_through && is_solid;
     return;
   }
-  const Vec3 normal = closest.normal_S.stableNormalized();
-  follower.is_inside = (p_O - closest.point_S).dot(normal) < 0;
+  const double depth_m = reach_m_ - closest.distance_m;
+  follower.is_inside = depth_m > 0;
   if (!follower.is_inside) {
-    follower.entry_O = normal;
+    follower.entry_O = closest.normal_S;
     follower.is_through = false;
     return;
   }
-  deepest_m_ = std::max(deepest_m_, closest.distance_m);
-  if (closest.distance_m > kShallow_m && normal.dot(follower.entry_O) < 0) follower.is_through = true;
+  deepest_m_ = std::max(deepest_m_, depth_m);
+  if (depth_m > kShallow_m && closest.normal_S.dot(follower.entry_O) < 0) {
+    follower.is_through = follower.was_through = true;
+  }
 }
 
 /// Follows points of the surface of each of two bodies against the other, and counts how often the pair goes from none
@@ -109,7 +119,8 @@ class PopThroughWatch {
  public:
   /// In      a, b  apart at the first step
   PopThroughWatch(const ExactSurface& a, const ExactSurface& b)
-      : a_in_b_(a.samples(kPointsOfBody, 1), b), b_in_a_(b.samples(kPointsOfBody, 2), a) {}
+      : a_in_b_(a.samples(kPointsOfBody, 1), a.half_thickness_m(), b),
+        b_in_a_(b.samples(kPointsOfBody, 2), b.half_thickness_m(), a) {}
 
   void step(const Pose& X_WA, const Pose& X_WB) {
     const std::size_t through = a_in_b_.step(X_WB.inverse() * X_WA) + b_in_a_.step(X_WA.inverse() * X_WB);

@@ -52,10 +52,12 @@ TouchObject make_touch_object(const std::string& name, const geometry::TriangleM
   } catch (const geometry::MeshError& error) {
     throw std::invalid_argument(name + " cannot be touched: " + error.what());
   }
-  const auto built = contact::make_contact_mesh(object.mesh);
+  const contact::ContactShapeOptions options;
+  const auto built = contact::make_contact_mesh(object.mesh, options);
   object.build_s = to_seconds(clock.now() - begin);
   object.shape = through_a_file(contact::contact_asset_bytes(*built), clock, object.cache_load_s);
-  object.exact = std::make_shared<const ExactSurface>(object.mesh.mesh);
+  const bool is_sheet = object.mesh.kind == geometry::SurfaceKind::kSheet;
+  object.exact = std::make_shared<const ExactSurface>(object.mesh.mesh, is_sheet ? options.sheet_thickness_m / 2 : 0);
   return object;
 }
 

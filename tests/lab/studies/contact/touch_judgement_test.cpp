@@ -90,6 +90,42 @@ TEST(PopThrough, IsNotCountedForATouchWithinItsBounds) {
   EXPECT_EQ(events_of_fall(2e-2, 0.01 + 1e-2 - 2.5e-3, 1e-4), 1U);
 }
 
+/// A square of 0.2 m without thickness, open all round.
+geometry::TriangleMesh square() {
+  return {{{-0.1, -0.1, 0}, {0.1, -0.1, 0}, {0.1, 0.1, 0}, {-0.1, 0.1, 0}}, {{0, 1, 2}, {0, 2, 3}}};
+}
+
+TouchFigures judged_sheets(const std::vector<Vec3>& way, double per_step_m) {
+  const ExactSurface sheet(square(), 5e-4);
+  TouchTrace trace;
+  for (std::size_t i = 1; i < way.size(); ++i) {
+    const double length = (way[i] - way[i - 1]).norm();
+    for (double at = 0; at < length; at += per_step_m) {
+      trace.emplace_back().X_WT.p = way[i - 1] + (way[i] - way[i - 1]) * (at / length);
+    }
+  }
+  return figures_of({trace}, sheet, sheet);
+}
+
+TEST(PopThrough, OfASheetThroughASheetIsCountedOnceHoweverFast) {
+  for (const double per_step_m : {1e-4, 1e-3, 4e-2}) {
+    EXPECT_EQ(judged_sheets({{0, 0, 0.02}, {0, 0, -0.02}, {0, 0, -0.06}}, per_step_m).pop_throughs, 1U) << per_step_m;
+  }
+}
+
+TEST(PopThrough, IsNotThatASheetIsBelowTheOtherHavingGoneAroundItsRim) {
+  const TouchFigures figures =
+      judged_sheets({{0, 0, 0.02}, {0.3, 0, 0.02}, {0.3, 0, -0.02}, {0, 0, -0.02}, {0, 0, -0.0012}}, 1e-3);
+  EXPECT_EQ(figures.pop_throughs, 0U);
+  EXPECT_EQ(figures.max_penetration_m, 0);
+}
+
+TEST(PopThrough, OfSheetsThatTouchPenetrationIsThatOfTheirPlates) {
+  const TouchFigures figures = judged_sheets({{0, 0, 0.02}, {0, 0, 0.0007}}, 1e-5);
+  EXPECT_EQ(figures.pop_throughs, 0U);
+  EXPECT_NEAR(figures.max_penetration_m, 3e-4, 2e-5);
+}
+
 TEST(TouchPath, BeginsApartTouchesWhereSaidAndIsTheSameTwice) {
   const ExactSurface sphere(make_sphere(0.02, 4)), cube(make_cube(0.05));
   TouchPlan plan;
