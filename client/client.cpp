@@ -15,7 +15,8 @@ namespace tandem::client {
 
 struct Client::Made {
   std::unique_ptr<Rendering> rendering;
-  std::string problem;  ///< why it has neither model nor ball's world, though its stage wants one
+  AssetLevel level = AssetLevel::kNone;  ///< of what it is made of
+  std::string problem;                   ///< why it has neither model nor ball's world, though its stage wants one
 };
 
 namespace {
@@ -93,7 +94,7 @@ void Client::set_stage(const StageSettings& stage) {
 }
 
 void Client::begin_when_possible() {
-  if (!is_stage_wanted_ || making_.valid() || !session_.has_assets()) return;
+  if (!is_stage_wanted_ || making_.valid() || session_.asset_level() == AssetLevel::kNone) return;
   is_stage_wanted_ = false;
   begin_rendering();
 }
@@ -101,7 +102,8 @@ void Client::begin_when_possible() {
 void Client::begin_rendering() {
   const StageSettings& stage = settings_.haptics.stage;
   const auto make = [settings = settings_.local_model, is_aside = settings_.makes_models_aside, stage,
-                     makes = makes_something(), generation = session_.scene_generation(), joined = *session_.joined(),
+                     makes = makes_something(), level = session_.asset_level(),
+                     generation = session_.scene_generation(), joined = *session_.joined(),
                      assets = session_.assets()] {
     // The thread comes with the priority of the one that started it: a second of work there would starve the sockets.
     if (is_aside) realtime::drop_realtime();
@@ -109,6 +111,7 @@ void Client::begin_rendering() {
     made->rendering = std::make_unique<Rendering>();
     made->rendering->stage = make_stage(stage);
     made->rendering->generation = generation;
+    made->level = level;
     if (!makes) return made;
     try {
       if (needs_proxy_world(stage.name)) {
@@ -157,9 +160,18 @@ void Client::hand_over() {
   if (made_ == nullptr) return;
   const bool is_of_this_scene = made_->rendering->generation == session_.scene_generation();
   const bool has_model = made_->rendering->local_model != nullptr;
+  // What cannot be made of the whole assets does not take away what is made of coarse ones.
+  const bool has_coarse = offered_ != 0 && offered_generation_ == session_.scene_generation() &&
+                          offered_level_ == AssetLevel::kCoarse && offered_stage_ == settings_.haptics.stage.name;
+  if (!made_->problem.empty() && has_coarse) {
+    made_.reset();
+    return;
+  }
   if (is_of_this_scene && !core_.offer(made_->rendering)) return;
   if (is_of_this_scene && has_model) {
     offered_ = core_.offered();
+    offered_level_ = made_->level;
+    offered_stage_ = settings_.haptics.stage.name;
     offered_generation_ = session_.scene_generation();
   }
   made_.reset();
@@ -170,11 +182,14 @@ void Client::note_join(LocalTime now) {
   joined_generation_ = session_.scene_generation();
   joined_at_ = now;
   local_after_.reset();
+  full_local_after_.reset();
 }
 
 void Client::note_local(LocalTime now) {
   const bool is_offered = offered_ != 0 && offered_generation_ == joined_generation_;
-  if (!local_after_ && is_offered && core_.shown_locally() >= offered_) local_after_ = now - joined_at_;
+  if (full_local_after_ || !is_offered || core_.shown_locally() < offered_) return;
+  if (!local_after_) local_after_ = now - joined_at_;
+  if (offered_level_ == AssetLevel::kFull) full_local_after_ = now - joined_at_;
 }
 
 }  // namespace tandem::client

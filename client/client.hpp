@@ -7,8 +7,9 @@
 //
 // Each join is a new generation of the scene. When its assets are here and the stage shows a local model, or touches
 // with a ball, the model or the ball's world is made (up to a second for a large mesh) and handed over to the haptic
-// thread with its stage (client/haptics/rendering.hpp). Likewise when another stage is asked for; until then the hand
-// is shown the old one.
+// thread with its stage (client/haptics/rendering.hpp). Of large assets coarse ones are here first: the model made of them
+// is replaced by that of the whole ones, which goes on where it is. Likewise when another stage is asked for; until then
+// the hand is shown the old one.
 #pragma once
 
 #include <future>
@@ -70,6 +71,9 @@ class Client {
   /// From the last join until the hand was first shown a local model of its scene; none: not yet.
   /// Thread  io
   std::optional<Duration> local_after() const { return local_after_; }
+  /// Likewise a model that all of the scene's assets are in, and none that stands for another.
+  /// Thread  io
+  std::optional<Duration> full_local_after() const { return full_local_after_; }
 
  private:
   struct Made;
@@ -96,7 +100,10 @@ class Client {
   LocalTime joined_at_{};                 ///< … then
   std::uint32_t offered_ = 0;             ///< number of the last rendering with a local model …
   std::uint32_t offered_generation_ = 0;  ///< … of this scene
+  AssetLevel offered_level_ = AssetLevel::kNone;
+  std::string offered_stage_;
   std::optional<Duration> local_after_;
+  std::optional<Duration> full_local_after_;
 };
 
 }  // namespace tandem::client

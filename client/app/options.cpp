@@ -22,6 +22,7 @@
 #include "common/base/folders.hpp"
 #include "common/base/units.hpp"
 #include "common/net/deadband.hpp"
+#include "common/net/socket_rules.hpp"
 #include "devices/sim/hand_path.hpp"
 
 namespace tandem::client {
@@ -403,9 +404,8 @@ void take_server(const std::string& text, ClientIoSettings& io) {
   if (host.empty()) throw std::invalid_argument("'" + text + "' names no address; write for example 127.0.0.1:47800");
   io.host = host;
   if (!has_port) return;
-  const char* const end = text.data() + text.size();
-  const auto [next, error] = std::from_chars(text.data() + colon + 1, end, io.port);
-  if (error != std::errc() || next != end || io.port == 0) {
+  io.port = net::port_of(text.substr(colon + 1)).value_or(0);
+  if (io.port == 0) {
     throw std::invalid_argument("'" + text + "' has no port from 1 to 65535; write for example 127.0.0.1:47800");
   }
 }

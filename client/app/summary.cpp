@@ -128,7 +128,11 @@ void add_network(const ClientIoSnapshot& io, json::object& out) {
                   {"control_up", link_of(io.links.control_up)},
                   {"control_down", link_of(io.links.control_down)}};
   out["asset_bytes"] = io.asset_bytes;
-  out["local_after_s"] = io.local_after ? json::value(to_seconds(*io.local_after)) : json::value();
+  const auto seconds = [](const std::optional<Duration>& after) {
+    return after ? json::value(to_seconds(*after)) : json::value();
+  };
+  out["local_after_s"] = seconds(io.local_after);
+  out["full_local_after_s"] = seconds(io.full_local_after);
 }
 
 void add_forces(const RunSummary& s, json::object& out) {

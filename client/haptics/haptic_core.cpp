@@ -164,6 +164,11 @@ void HapticCore::take_mail() noexcept {
 
 void HapticCore::enter_rendering(std::uint32_t number) noexcept {
   entered_ = number;
+  // Before it is entered: from then on the maker may free the one before.
+  const Rendering& before = rendering();
+  const Rendering& next = *renderings_.offered(number);
+  const bool goes_on = next.generation == before.generation && next.local_model && before.local_model;
+  if (goes_on && scene_is_usable_) next.local_model->go_on_from(*before.local_model, scene_);
   renderings_.enter(number);
   passivity_.forget_local_model();
   blend_.jump();

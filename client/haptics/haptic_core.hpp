@@ -72,7 +72,8 @@ class HapticCore {
   /// Thread  one at a time other than the haptic one
   void service() noexcept { newest_stage_->service(); }
   /// From the next tick on the hand is shown the scene in that way; the force goes over within 0.3 s, at most 18 N of
-  /// difference by less than 0.1 N in a millisecond. False leaves it with the caller, to be offered again later
+  /// difference by less than 0.1 N in a millisecond. Its local model goes on where the one before is, if both are of the
+  /// same scene (LocalModel::go_on_from()). False leaves it with the caller, to be offered again later
   /// (Handover::offer()).
   /// Thread  io
   bool offer(std::unique_ptr<Rendering>& rendering);

@@ -126,6 +126,48 @@ void LocalModel::start(const proto::ServerUpdate& update) noexcept {
   tool_state_ = world_.tool(tool_);
 }
 
+// What has a size that depends on the scene is exchanged, so nothing is allocated.
+void LocalModel::go_on_from(LocalModel& other, const HapticScene& scene) noexcept {
+  const bool is_alike = copies_.size() == other.copies_.size() && tools_ == other.tools_ && tool_ == other.tool_;
+  if (has_started_ || !other.has_started_ || !is_alike) return;
+  has_started_ = true;
+  world_.set_coupling(haptics::coupling_laws()[scene.law], scene.coupling);
+  world_.set_coupling_bounds(tool_, scene.coupling_bounds[tool_]);
+  for (const PartnerHere& here : other.partners_)
+    world_.set_coupling_bounds(here.tool, scene.coupling_bounds[here.tool]);
+  for (const Copy& copy : other.copies_) {
+    if (copy.is_known) world_.set_body(copy.id, other.world_.body(copy.id));
+  }
+  put_tool(tool_, other.world_.tool(tool_));
+  for (const PartnerHere& here : other.partners_) {
+    if (here.is_here) put_tool(here.tool, other.world_.tool(here.tool));
+  }
+  std::swap(copies_, other.copies_);
+  std::swap(history_, other.history_);
+  std::swap(partners_, other.partners_);
+  tool_reconciler_ = other.tool_reconciler_;
+  playout_ = other.playout_;
+  loop_delay_ = other.loop_delay_;
+  residual_ = other.residual_;
+  newest_residual_ = other.newest_residual_;
+  residual_of_ = other.residual_of_;
+  predicted_grasp_ = other.predicted_grasp_;
+  grab_button_ = other.grab_button_;
+  diverged_s_ = other.diverged_s_;
+  soft_ = other.soft_;
+  soft_of_ = other.soft_of_;
+  tool_state_ = world_.tool(tool_);
+}
+
+void LocalModel::put_tool(std::size_t tool, const physics::ToolState& as) noexcept {
+  world_.activate_tool(tool, false);
+  if (as.held.is_valid()) {
+    world_.hold(tool, as.held, world_.body(as.held).X.inverse() * as.tool.X);
+  } else {
+    world_.set_tool(tool, as.tool);
+  }
+}
+
 void LocalModel::take_update(const LocalModelInput& input) noexcept {
   const proto::ServerUpdate& update = input.newest->update;
   const Duration stepped = update.stepped.time_since_epoch();

@@ -74,6 +74,13 @@ class LocalModel {
   /// Out     on the hand, about the handle, in W
   Wrench step(const LocalModelInput& input) noexcept;
 
+  /// Instead of starting as the server has it: goes on where another model of the same scene is, with all that it knew.
+  /// Does nothing when that one has not started, or has other bodies or tools. The other one is not to be stepped again.
+  /// Effects begin anew, and a tool that has just let go may touch what it held.
+  ///
+  /// In      scene  as in LocalModelInput: by whose coupling, within whose bounds, tools are pulled from the start
+  void go_on_from(LocalModel& other, const HapticScene& scene) noexcept;
+
   bool has_started() const { return has_started_; }
   RigidState tool() const { return tool_state_.tool; }
   BodyId held() const { return tool_state_.held; }
@@ -124,6 +131,7 @@ class LocalModel {
 
   static std::vector<Copy> copies_of(const physics::WorldDescription& description, const LocalModelSettings& settings);
   void start(const proto::ServerUpdate& update) noexcept;
+  void put_tool(std::size_t tool, const physics::ToolState& as) noexcept;
   void take_update(const LocalModelInput& input) noexcept;
   void compare_tool(const proto::ServerUpdate& update, const ModelThen& then, const LocalModelInput& input) noexcept;
   void mirror_grasp(const proto::ServerUpdate& update) noexcept;

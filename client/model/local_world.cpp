@@ -116,9 +116,23 @@ class Builder {
   }
 
   const proto::Bytes& asset(const wire::Shape& shape, const std::string& field) const {
-    const proto::Bytes* const bytes = find_asset(assets_, needed_hash(shape));
+    const proto::Bytes* bytes = find_asset(assets_, needed_hash(shape));
+    if (bytes == nullptr) bytes = coarse_asset(needed_hash(shape));
     if (bytes == nullptr) throw std::runtime_error(field + ".shapes: an asset is not here");
     return *bytes;
+  }
+
+  /// What stands for the contact asset of that hash; null: nothing that is here.
+  const proto::Bytes* coarse_asset(const std::string& hash) const {
+    const auto is_fine = [&hash](const wire::AssetInfo& info) {
+      return info.sha256() == hash && info.kind() == "contact";
+    };
+    if (hash.empty() || std::ranges::none_of(joined_.assets(), is_fine)) return nullptr;
+    for (const wire::AssetInfo& info : joined_.assets()) {
+      if (info.kind() != "coarse-contact" || info.coarse_of() != hash) continue;
+      if (const proto::Bytes* const bytes = find_asset(assets_, info.sha256())) return bytes;
+    }
+    return nullptr;
   }
 
   const wire::Joined& joined_;

@@ -11,7 +11,7 @@
 
 namespace tandem::client {
 
-/// The world of a LocalModel.
+/// The world of a LocalModel. Of a mesh whose contact asset is not here, the coarse one if that is.
 ///
 /// In      joined  of a manipulator, as fill_haptic_scene() accepts it
 /// Fails   std::exception whose message names the field or asset that cannot be used; the hand is then shown the

@@ -161,6 +161,7 @@ void ClientIo::Impl::publish_snapshot(LocalTime now) {
   snapshot.stage_note = client.stage_note();
   snapshot.model_problem = client.model_problem();
   snapshot.local_after = client.local_after();
+  snapshot.full_local_after = client.full_local_after();
   snapshot.users = session.users();
   if (!session.assets().empty() && (assets == nullptr || assets->size() != session.assets().size())) {
     assets = std::make_shared<const AssetMap>(session.assets());

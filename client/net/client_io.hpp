@@ -53,6 +53,7 @@ struct ClientIoSnapshot {
   std::string stage_note;                                              ///< Client::stage_note()
   std::string model_problem;                                           ///< Client::model_problem()
   std::optional<Duration> local_after;                                 ///< Client::local_after()
+  std::optional<Duration> full_local_after;                            ///< Client::full_local_after()
   std::vector<wire::UserJoined> users;                                 ///< the others in the room
   std::shared_ptr<const AssetMap> assets;  ///< of the scene, as far as they are here; null: none yet
 };

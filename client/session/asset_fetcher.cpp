@@ -1,6 +1,7 @@
 #include "client/session/asset_fetcher.hpp"
 
 #include <algorithm>
+#include <set>
 #include <span>
 #include <utility>
 
@@ -40,6 +41,22 @@ std::vector<std::string> AssetFetcher::add(const AssetInfos& wanted) {
     }
   }
   return left_out;
+}
+
+bool AssetFetcher::has(const wire::AssetInfo& info) {
+  const auto hash = proto::hash_from(info.sha256());
+  if (!hash) return false;
+  const bool fits = info.size_bytes() <= limit_bytes_ - std::min(held_bytes_, limit_bytes_);
+  return assets_.contains(*hash) || (fits && take_from_store(*hash, info.size_bytes()));
+}
+
+std::size_t AssetFetcher::left_of(const AssetInfos& some) const {
+  std::set<proto::Sha256> hashes;
+  for (const wire::AssetInfo& info : some) {
+    if (const auto hash = proto::hash_from(info.sha256())) hashes.insert(*hash);
+  }
+  return static_cast<std::size_t>(
+      std::ranges::count_if(wanted_, [&hashes](const Wanted& wanted) { return hashes.contains(wanted.hash); }));
 }
 
 bool AssetFetcher::take_from_store(const proto::Sha256& hash, std::uint64_t size) {

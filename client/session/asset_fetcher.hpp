@@ -36,6 +36,9 @@ class AssetFetcher {
   ///
   /// In      is_connected_anew  what was asked for is not answered any more
   std::vector<std::string> begin(const AssetInfos& wanted, bool is_connected_anew);
+  /// Here, or in the store: then here from now on.
+  bool has(const wire::AssetInfo& info);
+
   /// The next piece to ask for, of `max_bytes` at most, as request number `request`; empty while all is asked for.
   std::optional<wire::GetAsset> next_request(std::uint32_t request, std::size_t max_bytes);
   /// Anything was asked for and not answered.
@@ -48,6 +51,9 @@ class AssetFetcher {
   /// The server refused a request that is_next(): its asset is given up.
   void on_refused(std::uint32_t request);
 
+  /// How many are still to come: not here, not left out, not given up; and how many of these.
+  std::size_t left() const { return wanted_.size(); }
+  std::size_t left_of(const AssetInfos& some) const;
   /// Nothing on the list is still to come: it is here, or was left out or given up.
   bool is_done() const { return wanted_.empty(); }
   const AssetMap& assets() const { return assets_; }

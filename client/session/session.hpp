@@ -68,7 +68,7 @@ struct SessionSettings {
   bool may_reconnect = true;                    ///< after a connection that once joined was lost
   std::vector<std::string> asset_kinds{};       ///< that are fetched, of proto/WIRE.md's; others stay at the server
   bool wants_soft_shapes = false;               ///< is told how soft bodies yield: for a window
-  std::vector<std::string> late_asset_kinds{};  ///< likewise, after on_assets: what is only drawn
+  std::vector<std::string> late_asset_kinds{};  ///< likewise, once all those are here: what is only drawn
   bool fetches_one_at_a_time = false;  ///< a piece is asked for when the one before is here: the lab's comparison
   /// Asked for assets before the server is, and told what came from it; null: what is fetched lives as long as
   /// the session.
@@ -87,6 +87,10 @@ struct SessionSettings {
 
 enum class SessionState { kConnecting, kGreeting, kJoining, kActive, kWaiting, kEnded };
 std::string_view name_of(SessionState state);
+
+/// What is here of the assets of the joined scene that are wanted, or cannot be had. kCoarse: of each itself, or what stands
+/// for it.
+enum class AssetLevel : std::uint8_t { kNone, kCoarse, kFull };
 
 struct SessionCounters : proto::ChannelCounters {
   std::uint64_t bytes_sent = 0;
@@ -134,10 +138,10 @@ class ClientSession {
   void leave(LocalTime now);
   /// Ends the session for a fault of this program: the force goes.
   void fail(const std::string& why);
-  /// Fetches assets of these kinds instead from now on; has_assets() says when all that can be had is here.
+  /// Fetches assets of these kinds instead from now on; asset_level() and on_assets say what of them is here.
   void set_asset_kinds(std::vector<std::string> kinds);
-  /// In a room, and nothing of the kinds that are wanted is still to come.
-  bool has_assets() const;
+  /// kNone where not in a room.
+  AssetLevel asset_level() const;
 
   const SessionStatus& status() const;
   /// The scene and this user's place in it, from the last Joined; null before the first.
@@ -161,7 +165,8 @@ class ClientSession {
   /// The others who are in the room.
   const std::vector<wire::UserJoined>& users() const;
   /// Verified bytes of the scene's files by their SHA-256; kept across reconnects, as is what has come of one that is not
-  /// whole yet. Fetched in the background, no faster than leaves room for state (common/net/fetch_rate.hpp).
+  /// whole yet. Fetched in the background, no faster than leaves room for state (common/net/fetch_rate.hpp); of large ones
+  /// what stands for them first (AssetInfo.coarse_of).
   const AssetMap& assets() const;
   net::ClockSync& clock_sync();
   const SessionCounters& counters() const;
@@ -169,7 +174,7 @@ class ClientSession {
   std::function<void(const wire::Joined&)> on_joined;
   /// Empty, or why a scene whose numbers are sound cannot be shown: the session then ends, as for a bad set-up.
   std::function<std::string(const wire::Joined&)> find_scene_problem;
-  /// What of the joined scene's assets of `asset_kinds` can be had is in assets(); once a join.
+  /// asset_level() has risen: once or twice a join.
   std::function<void()> on_assets;
   std::function<void(const std::string&)> on_log;
   std::function<void(const wire::ParameterSet&)> on_parameter;

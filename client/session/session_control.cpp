@@ -1,4 +1,6 @@
 #include <algorithm>
+#include <map>
+#include <string_view>
 #include <utility>
 
 #include "client/session/session_impl.hpp"
@@ -14,6 +16,24 @@ AssetInfos of_kinds(const std::vector<std::string>& kinds, const AssetInfos& off
     if (std::ranges::find(kinds, info.kind()) != kinds.end()) *wanted.Add() = info;
   }
   return wanted;
+}
+
+/// What may stand for others until those are here, by their hashes.
+std::map<std::string_view, const wire::AssetInfo*> coarse_ones(const AssetInfos& offered) {
+  std::map<std::string_view, const wire::AssetInfo*> coarse;
+  for (const wire::AssetInfo& info : offered) {
+    if (info.kind() == "coarse-contact") coarse.emplace(info.coarse_of(), &info);
+  }
+  return coarse;
+}
+
+/// What stands for `fine`; null: nothing. Whatever else names itself coarse stands for nothing.
+const wire::AssetInfo* stand_in(const wire::AssetInfo& fine,
+                                const std::map<std::string_view, const wire::AssetInfo*>& coarse) {
+  const auto found = coarse.find(fine.sha256());
+  const bool is_one = found != coarse.end() && fine.kind() == "contact" &&
+                      found->second->size_bytes() < fine.size_bytes() && found->second->sha256() != fine.sha256();
+  return is_one ? found->second : nullptr;
 }
 
 /// True for refusals that time can cure: our own old connection may still hold the place.
@@ -159,7 +179,7 @@ void ClientSession::Impl::take_joined(const wire::Joined& answer, LocalTime now)
   room_left.reset();
   soft_offsets.assign(std::size_t(scene.joined()->scene().soft_bodies_size()), nullptr);
   credentials.take(answer);
-  stream.begin(connection, epoch, std::move(secret), now);
+  stream.begin(connection, epoch, secret, now);
   retry_delay = settings.reconnect_delay;
   enter(SessionState::kActive, now);
   status.why.clear();
@@ -168,7 +188,7 @@ void ClientSession::Impl::take_joined(const wire::Joined& answer, LocalTime now)
   log("joined \"" + joined.scene().name() + "\" as user " + std::to_string(joined.user()));
   if (owner.on_joined) owner.on_joined(joined);
   users.clear();
-  has_announced_assets = false;
+  asset_level = AssetLevel::kNone;
   fetch_rate.reset();
   fetch(settings.asset_kinds, true);
   announce_assets();
@@ -234,8 +254,23 @@ void ClientSession::Impl::go_to_room(const std::string& wanted, LocalTime now) {
 }
 
 void ClientSession::Impl::fetch(const std::vector<std::string>& kinds, bool is_connected_anew) {
-  const AssetInfos wanted = of_kinds(kinds, scene.joined()->assets());
-  for (const std::string& line : assets.begin(wanted, is_connected_anew)) log(line);
+  const AssetInfos& offered = scene.joined()->assets();
+  const auto coarse_of = coarse_ones(offered);
+  AssetInfos first, fine;
+  for (const wire::AssetInfo& info : of_kinds(kinds, offered)) {
+    const wire::AssetInfo* const coarse = assets.has(info) ? nullptr : stand_in(info, coarse_of);
+    *first.Add() = coarse != nullptr ? *coarse : info;
+    if (coarse != nullptr) *fine.Add() = info;
+  }
+  AssetInfos all = first;
+  all.MergeFrom(fine);
+  for (const std::string& line : assets.begin(all, is_connected_anew)) log(line);
+  fine_left = assets.left_of(fine);
+}
+
+void ClientSession::Impl::fetch_late() {
+  const AssetInfos late = of_kinds(settings.late_asset_kinds, scene.joined()->assets());
+  for (const std::string& line : assets.begin(late, false)) log(line);
 }
 
 void ClientSession::Impl::request_assets(LocalTime now) {
@@ -255,10 +290,13 @@ void ClientSession::Impl::request_assets(LocalTime now) {
 
 /// Then what is only drawn follows.
 void ClientSession::Impl::announce_assets() {
-  if (has_announced_assets || !assets.is_done()) return;
-  has_announced_assets = true;
+  if (asset_level == AssetLevel::kFull) return;
+  const AssetLevel before = asset_level;
+  if (assets.left() <= fine_left) asset_level = AssetLevel::kCoarse;
+  if (assets.is_done()) asset_level = AssetLevel::kFull;
+  if (asset_level == before) return;
   if (owner.on_assets) owner.on_assets();
-  if (!settings.late_asset_kinds.empty()) fetch(settings.late_asset_kinds, false);
+  if (asset_level == AssetLevel::kFull) fetch_late();
 }
 
 void ClientSession::Impl::send(wire::ClientControl& message) {
@@ -327,13 +365,13 @@ void ClientSession::leave(LocalTime) {
 void ClientSession::set_asset_kinds(std::vector<std::string> kinds) {
   impl_->settings.asset_kinds = std::move(kinds);
   if (impl_->status.state != SessionState::kActive) return;
-  impl_->has_announced_assets = false;
+  impl_->asset_level = AssetLevel::kNone;
   impl_->fetch(impl_->settings.asset_kinds, false);
   impl_->announce_assets();
 }
 
-bool ClientSession::has_assets() const {
-  return impl_->status.state == SessionState::kActive && impl_->has_announced_assets;
+AssetLevel ClientSession::asset_level() const {
+  return impl_->status.state == SessionState::kActive ? impl_->asset_level : AssetLevel::kNone;
 }
 
 }  // namespace tandem::client

@@ -52,6 +52,7 @@ struct ClientSession::Impl {
   void come_back(const std::string& why, LocalTime now);
   void go_to_room(const std::string& wanted, LocalTime now);
   void fetch(const std::vector<std::string>& kinds, bool is_connected_anew);
+  void fetch_late();
   void request_assets(LocalTime now);
   void announce_assets();
   void send(wire::ClientControl& message);
@@ -95,7 +96,8 @@ struct ClientSession::Impl {
   std::string news;
   AssetFetcher assets;
   net::FetchRate fetch_rate;
-  bool has_announced_assets = false;  // of this join and these kinds
+  AssetLevel asset_level = AssetLevel::kNone;  // of this join and these kinds
+  std::size_t fine_left = 0;                   // assets at the end of what is fetched that others stand for meanwhile
   std::vector<wire::UserJoined> users;
 
   ConnectionId connection;

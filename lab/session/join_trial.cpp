@@ -1,21 +1,86 @@
 #include "lab/session/join_trial.hpp"
 
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <utility>
+
 #include "lab/session/virtual_session.hpp"
 
 namespace tandem::lab {
 namespace {
 
+/// Below, a share of a force says nothing.
+constexpr double kMinForce_n = 0.5;
+/// In which a rendering goes over into the next.
+constexpr Duration kGoingOver = std::chrono::milliseconds(400);
+
 double milliseconds(Duration duration) {
   return 1e3 * to_seconds(duration);
 }
 
+/// Of the first user.
+struct JoinTrial {
+  SessionTrace trace;
+  std::vector<Vec3> tool_W;           ///< of each tick, by the local model
+  Duration coarse_at{0}, full_at{0};  ///< since the hands started; 0: before
+};
+
+JoinTrial run_trial(const Experiment& experiment, const std::shared_ptr<const server::LoadedScene>& scene) {
+  JoinTrial trial;
+  const OnTick note_tool = [&trial](std::size_t user, const client::TickRecord& record, int) {
+    if (user == 0) trial.tool_W.push_back(record.local_tool_W.X.p);
+  };
+  const OnClient note_model = [&trial](std::size_t user, Duration time, client::Client& client) {
+    if (user != 0) return;
+    if (!client.local_after()) trial.coarse_at = time;
+    if (!client.full_local_after()) trial.full_at = time;
+  };
+  trial.trace = run_virtual_session(experiment, scene, note_tool, note_model);
+  return trial;
+}
+
+double force_n(const TickSample& tick) {
+  return tick.stage_D.f.norm();
+}
+
+double largest_step_n(const std::vector<TickSample>& ticks, Duration from) {
+  double largest = 0;
+  for (std::size_t i = 1; i < ticks.size(); ++i) {
+    if (ticks[i].time < from || ticks[i].time > from + kGoingOver) continue;
+    largest = std::max(largest, (ticks[i].stage_D.f - ticks[i - 1].stage_D.f).norm());
+  }
+  return largest;
+}
+
+/// Each tick of touch by coarse assets beside the same tick of the trial that has all of them.
+void compare_coarse(const JoinTrial& trial, const JoinTrial& here, JoinFigures& figures) {
+  const std::vector<TickSample>&ticks = trial.trace.users.front().ticks, &usual = here.trace.users.front().ticks;
+  double error = 0, square = 0, apart = 0;
+  for (std::size_t i = 0; i < std::min(ticks.size(), usual.size()); ++i) {
+    if (ticks[i].time <= trial.full_at) figures.going_over_n = force_n(ticks[i]);
+    const bool is_coarse = ticks[i].time > trial.coarse_at + kGoingOver && ticks[i].time <= trial.full_at;
+    if (!is_coarse || force_n(usual[i]) < kMinForce_n) continue;
+    ++figures.coarse_ticks;
+    error += (ticks[i].stage_D.f - usual[i].stage_D.f).squaredNorm();
+    square += usual[i].stage_D.f.squaredNorm();
+    apart += (trial.tool_W[i] - here.tool_W[i]).squaredNorm();
+  }
+  figures.step_n = largest_step_n(ticks, trial.full_at);
+  figures.usual_step_n = largest_step_n(usual, trial.full_at);
+  if (figures.coarse_ticks == 0) return;
+  figures.coarse_force_share = std::sqrt(error / square);
+  figures.coarse_mm = 1e3 * std::sqrt(apart / static_cast<double>(figures.coarse_ticks));
+}
+
 JoinFigures figures_of(const Experiment& experiment, const SessionTrace& trace) {
   const UserTrace& user = trace.users.front();
-  const bool is_fetching_over = experiment.assets != "here" && user.local_after;
-  const Duration watched = is_fetching_over ? *user.local_after : trace.joined_after + experiment.duration;
+  const bool is_fetching_over = experiment.assets != "here" && user.full_local_after;
+  const Duration watched = is_fetching_over ? *user.full_local_after : trace.joined_after + experiment.duration;
   JoinFigures figures;
   figures.assets = experiment.assets;
   if (user.local_after) figures.local_after_s = to_seconds(*user.local_after);
+  if (user.full_local_after) figures.full_local_after_s = to_seconds(*user.full_local_after);
   figures.stream_bytes = static_cast<double>(user.stream_bytes);
   figures.wait_p99_ms = milliseconds(user.state_waits.quantile(0.99));
   figures.wait_max_ms = milliseconds(user.state_waits.max());
@@ -27,9 +92,17 @@ JoinFigures figures_of(const Experiment& experiment, const SessionTrace& trace) 
 
 std::vector<JoinFigures> measure_join(Experiment experiment, const std::shared_ptr<const server::LoadedScene>& scene) {
   std::vector<JoinFigures> figures;
+  experiment.assets = "here";
+  const JoinTrial here = run_trial(experiment, scene);
   for (const std::string_view delivery : asset_deliveries()) {
     experiment.assets = delivery;
-    figures.push_back(figures_of(experiment, run_virtual_session(experiment, scene)));
+    if (delivery == "here") {
+      figures.push_back(figures_of(experiment, here.trace));
+      continue;
+    }
+    const JoinTrial trial = run_trial(experiment, scene);
+    figures.push_back(figures_of(experiment, trial.trace));
+    compare_coarse(trial, here, figures.back());
   }
   return figures;
 }

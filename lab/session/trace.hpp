@@ -83,9 +83,10 @@ struct UserTrace {
   net::LinkCounters link_down;
   TrafficCounters traffic;  ///< since the hands started
   // Since connecting.
-  std::optional<Duration> local_after = {};  ///< client::Client::local_after()
-  std::uint64_t stream_bytes = 0;            ///< both ways
-  Histogram state_waits;  ///< of the server's datagrams for the line; where assets are fetched, until local_after
+  std::optional<Duration> local_after = {};       ///< client::Client::local_after()
+  std::optional<Duration> full_local_after = {};  ///< client::Client::full_local_after()
+  std::uint64_t stream_bytes = 0;                 ///< both ways
+  Histogram state_waits;  ///< of the server's datagrams for the line; where assets are fetched, until full_local_after
 };
 
 /// The bodies of the world at one instant, in the order of the scene.

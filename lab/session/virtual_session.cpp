@@ -247,8 +247,9 @@ void VirtualSession::record_tick(std::size_t index) {
     user.stayed_connected = false;
     user.why_disconnected = status.why;
   }
-  if (!user.local_after && users[index]->client.local_after()) {
-    user.local_after = users[index]->client.local_after();
+  if (!user.local_after) user.local_after = users[index]->client.local_after();
+  if (!user.full_local_after && users[index]->client.full_local_after()) {
+    user.full_local_after = users[index]->client.full_local_after();
     user.state_waits = users[index]->transport.waits_down();
   }
   user.ticks.push_back(sample);
@@ -274,7 +275,7 @@ SessionTrace VirtualSession::take_trace() {
     user.energy_from_hand_j = end.energy_from_hand_j - users[i]->at_start.energy_from_hand_j;
     user.passivity_dissipated_j = passivity_dissipated_j(users[i]->client.haptics(), users[i]->user.pipeline) -
                                   users[i]->passivity_dissipated_at_start_j;
-    if (experiment.assets == "here" || !user.local_after) user.state_waits = users[i]->transport.waits_down();
+    if (experiment.assets == "here" || !user.full_local_after) user.state_waits = users[i]->transport.waits_down();
     user.stream_bytes = users[i]->transport.traffic().stream_bytes;
     user.traffic = users[i]->transport.traffic();
     user.traffic.datagrams -= users[i]->traffic_at_start.datagrams;

@@ -25,6 +25,23 @@ constexpr double kFullResolutionSize_m = 0.2;
 /// No asset is as large: what is larger is not one.
 constexpr std::uintmax_t kMaxEntryBytes = 1U << 30U;
 
+/// A larger asset has a coarse one, which clients touch until they have it: cells, tolerance and distances between points are
+/// so many times larger.
+constexpr std::size_t kMaxBytesWithoutCoarse = 200 * 1024;
+constexpr double kCoarseCells = 4;
+constexpr double kCoarseTolerance = 8;
+constexpr double kCoarsePoints = 3;
+
+contact::ContactShapeOptions coarser(contact::ContactShapeOptions options) {
+  options.cell_m *= kCoarseCells;
+  options.tolerance_m *= kCoarseTolerance;
+  options.band_m = std::max(options.band_m, options.cell_m);
+  options.spacing_m *= kCoarsePoints;
+  options.feature_spacing_m *= kCoarsePoints;
+  options.feature_height_m *= kCoarsePoints;
+  return options;
+}
+
 contact::ContactShapeOptions options_for(const geometry::ContactMesh& mesh, double sheet_thickness_m) {
   Vec3 low = mesh.mesh.vertices.front(), high = low;
   for (const Vec3& vertex : mesh.mesh.vertices) {
@@ -45,9 +62,9 @@ contact::ContactShapeOptions options_for(const geometry::ContactMesh& mesh, doub
 }
 
 /// Everything that the asset's bytes depend on.
-proto::Sha256 key_of(const geometry::ContactMesh& mesh, double sheet_thickness_m) {
+proto::Sha256 key_of(const geometry::ContactMesh& mesh, double sheet_thickness_m, bool is_coarse) {
   std::vector<std::uint8_t> bytes;
-  bytes.reserve(32 + mesh.mesh.vertices.size() * sizeof(Vec3) + mesh.mesh.triangles.size() * sizeof(int) * 3);
+  bytes.reserve(56 + mesh.mesh.vertices.size() * sizeof(Vec3) + mesh.mesh.triangles.size() * sizeof(int) * 3);
   ByteWriter writer(bytes);
   writer.u32(contact::kContactAssetVersion);
   writer.f64(sheet_thickness_m);
@@ -56,6 +73,9 @@ proto::Sha256 key_of(const geometry::ContactMesh& mesh, double sheet_thickness_m
     writer.u32(static_cast<std::uint32_t>(part->vertices.size()));
     for (const Vec3& vertex : part->vertices) writer.array(std::span<const double>(vertex.data(), 3));
     for (const auto& triangle : part->triangles) writer.array(std::span<const int>(triangle));
+  }
+  if (is_coarse) {
+    for (const double factor : {kCoarseCells, kCoarseTolerance, kCoarsePoints}) writer.f64(factor);
   }
   return proto::sha256_of(std::as_bytes(std::span(bytes)));
 }
@@ -215,8 +235,8 @@ std::shared_ptr<const contact::ContactShape> SceneAssets::primitive_contact(cons
 }
 
 const SceneAssets::Contact& SceneAssets::contact_of(const geometry::ContactMesh& mesh, double sheet_thickness_m,
-                                                    const std::string& name) {
-  const proto::Sha256 key = key_of(mesh, sheet_thickness_m);
+                                                    const std::string& name, bool is_coarse) {
+  const proto::Sha256 key = key_of(mesh, sheet_thickness_m, is_coarse);
   std::shared_ptr<const Contact>& entry = contacts_[key];
   if (entry) return *entry;
   const auto begin = std::chrono::steady_clock::now();
@@ -235,7 +255,8 @@ const SceneAssets::Contact& SceneAssets::contact_of(const geometry::ContactMesh&
       if (loading_.progress) loading_.progress("building contact of " + name, done);
       if (clock.now() - started > loading_.max_build - built_) refuse_long_build(loading_.max_build, done);
     };
-    asset.shape = contact::make_contact_mesh(mesh, options_for(mesh, sheet_thickness_m), progress);
+    const contact::ContactShapeOptions options = options_for(mesh, sheet_thickness_m);
+    asset.shape = contact::make_contact_mesh(mesh, is_coarse ? coarser(options) : options, progress);
     built_ += clock.now() - started;
     asset.note = describe(*asset.shape, "built", seconds_since(begin));
     bytes = contact::contact_asset_bytes(*asset.shape);
@@ -251,12 +272,25 @@ const SceneAssets::Contact& SceneAssets::contact_of(const geometry::ContactMesh&
 
 std::shared_ptr<const contact::ContactShape> SceneAssets::mesh_contact(const geometry::ContactMesh& mesh,
                                                                        wire::Mesh& message) {
-  const Contact& asset = contact_of(mesh, message.sheet_thickness_m(), message.file());
+  const Contact& asset = contact_of(mesh, message.sheet_thickness_m(), message.file(), false);
   message.set_contact_sha256(asset.sha256.data(), asset.sha256.size());
   if (offer({asset.sha256, "contact", sized_name(message) + ".contact", asset.bytes})) {
     notes.push_back(message.file() + ": " + asset.note);
+    if (asset.bytes->size() > kMaxBytesWithoutCoarse) add_coarse_contact(mesh, message, asset);
   }
   return asset.shape;
+}
+
+void SceneAssets::add_coarse_contact(const geometry::ContactMesh& mesh, const wire::Mesh& message,
+                                     const Contact& fine) {
+  try {
+    const Contact& coarse = contact_of(mesh, message.sheet_thickness_m(), message.file(), true);
+    if (coarse.bytes->size() > fine.bytes->size() / 4) return;
+    offer({coarse.sha256, "coarse-contact", sized_name(message) + ".coarse", coarse.bytes, fine.sha256});
+  } catch (const std::exception& problem) {
+    notes.push_back(message.file() +
+                    ": whoever joins waits for all of its contact: no coarse one can be made: " + problem.what());
+  }
 }
 
 void SceneAssets::add_surface(const geometry::TriangleMesh& mesh, wire::Mesh& message) {

@@ -7,6 +7,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -34,11 +35,12 @@ struct SceneLoading {
 /// A file that the scene uses, offered to clients by the hash of its bytes.
 struct Asset {
   proto::Sha256 sha256{};
-  /// "mesh", "structure", "contact" (common/contact/contact_shape.hpp), "surface" (common/geometry/surface_asset.hpp),
+  /// "mesh", "structure", "contact" and "coarse-contact" (common/contact/contact_shape.hpp), "surface" (common/geometry/surface_asset.hpp),
   /// or "molecule" (common/docking/molecule_asset.hpp)
   std::string kind;
   std::string name;  ///< base name
   std::shared_ptr<const proto::Bytes> bytes;
+  std::optional<proto::Sha256> coarse_of{};  ///< of a "coarse-contact": what it may stand for
 };
 
 /// Reads the files of one scene and makes contact shapes; the same file is read once, and equal shapes are made once.
@@ -76,7 +78,10 @@ class SceneAssets {
  private:
   struct Contact;
 
-  const Contact& contact_of(const geometry::ContactMesh& mesh, double sheet_thickness_m, const std::string& name);
+  const Contact& contact_of(const geometry::ContactMesh& mesh, double sheet_thickness_m, const std::string& name,
+                            bool is_coarse);
+  /// Offers what clients may touch until they have `fine`, unless that is hardly larger.
+  void add_coarse_contact(const geometry::ContactMesh& mesh, const wire::Mesh& message, const Contact& fine);
   /// The file's bytes, kept as an asset of `kind`.
   std::shared_ptr<const proto::Bytes> read(const std::filesystem::path& file, const std::string& kind,
                                            const SceneField& field);

@@ -54,6 +54,7 @@ void fill(const Asset& asset, wire::AssetInfo& info) {
   info.set_size_bytes(asset.bytes->size());
   info.set_kind(asset.kind);
   info.set_name(asset.name);
+  if (asset.coarse_of) info.set_coarse_of(asset.coarse_of->data(), asset.coarse_of->size());
 }
 
 void fill(const MassProperties& mass, wire::MassProperties& out) {

@@ -163,6 +163,12 @@ wire::ServerControl joined() {
   asset.set_size_bytes(123'456);
   asset.set_kind("mesh");
   asset.set_name("bunny.obj");
+  wire::AssetInfo& coarse = *joined.add_assets();
+  coarse.set_sha256(std::string(32, 'c'));
+  coarse.set_size_bytes(2345);
+  coarse.set_kind("coarse-contact");
+  coarse.set_name("bunny_100mm.coarse");
+  coarse.set_coarse_of(hash_bytes());
   wire::MassProperties& mass = *joined.add_body_masses();
   mass.set_mass_kg(0.25);
   add_numbers(*mass.mutable_centre(), {0.01, 0, -0.02, 0.5, 0.5, 0.5, -0.5});

@@ -144,6 +144,8 @@ class Mistakes(ProgramTest):
                                   ["--b is ", "empty.obj, which is empty"]),
                                  (["bench", "room", "--users", "1", "--hands", "rest", "rest"],
                                   ["--hands names 2 paths for 1 user"]),
+                                 (["bench", "join", "--loss", "2"], ["--loss", "0 to 0.95"]),
+                                 (["bench", "join", "--experiment", "no.json"], ["no.json"]),
                                  (["run", experiment, "--out", self.folder, "--stage", "telepathy"],
                                   ["--stage telepathy", "late-pose, hold"]),
                                  (["run", experiment, "--out", self.folder, "--threads", "-1"], ["--threads", "1 to 256"]),
@@ -159,6 +161,21 @@ class Mistakes(ProgramTest):
         for port in ("0", "65536", "-1", "47800x", ""):
             with self.subTest(port=port):
                 self.assert_setup_error(run("01_smallest_client", port), "01_smallest_client: ", f"'{port}'", "65535")
+
+
+class Join(ProgramTest):
+    def test_prints_a_row_for_each_line_and_each_way_to_get_the_assets(self):
+        experiment = self.write("e.json", json.dumps({"name": "e", "scene": "free", "duration_s": 0.2,
+                                                      "users": [{"name": "a", "hand": "rest"}]}))
+        code, out, err = run("tandem-lab", "bench", "join", "--experiment", experiment, "--rate-mbit", "10", "5", "--loss",
+                             "0", "--json")
+        self.assertEqual(code, 0, err)
+        lines = json.loads(out)["lines"]
+        self.assertEqual([line["rate_mbit_per_s"] for line in lines], [10, 5])
+        for line in lines:
+            self.assertEqual([way["assets"] for way in line["ways"]], ["here", "fetched", "fetched-in-turn"])
+            for way in line["ways"]:
+                self.assertLess(way["local_after_s"], 0.2, "there is nothing to fetch")
 
 
 class Study(ProgramTest):

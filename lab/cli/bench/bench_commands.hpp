@@ -26,6 +26,8 @@ void add_coupling_bench(CLI::App& bench, int& exit_code);
 void add_docking_bench(CLI::App& bench, int& exit_code);
 /// field [--scene NAME] [--seconds S] [--json]
 void add_field_bench(CLI::App& bench, int& exit_code);
+/// join [--experiment NAME] [--rate-mbit R...] [--loss SHARE...] [--rtt-ms MS] [--jitter-ms MS] [--json]
+void add_join_bench(CLI::App& bench, int& exit_code);
 /// loop [--seconds S] [--with-window] [--pairs N] [--scene NAME] [--rt-priority N] [--check] [--json]
 void add_loop_bench(CLI::App& bench, int& exit_code);
 /// proxy --mesh FILE [--size-mm S] [--radius-mm R] [--steps N] [--no-shading] [--check] [--json]

@@ -125,8 +125,14 @@ class Across {
     input.buttons = buttons;
     input.newest = has_newest_ ? &newest_ : nullptr;
     input.scene = &scene_;
-    return model.step(input);
+    return (next_ ? *next_ : model).step(input);
   }
+  /// From now on another model of the same scene goes on where this one is.
+  void go_over(const std::shared_ptr<const physics::WorldDescription>& world) {
+    next_.emplace(world, 0, LocalModelSettings{});
+    next_->go_on_from(model, scene_);
+  }
+  LocalModel& newest_model() { return next_ ? *next_ : model; }
 
   physics::World server;
   LocalModel model;
@@ -170,6 +176,8 @@ class Across {
     told.bodies.push_back({kBlock, server.body(kBlock), UserId{}});
     return told;
   }
+
+  std::optional<LocalModel> next_;
 
   LocalTime now() const { return LocalTime{kPeriod * static_cast<int>(tick_.value)}; }
 
@@ -415,6 +423,52 @@ TEST(LocalWorld, OneThatThisMachineCannotStepInTimeIsRefused) {
   } catch (const std::runtime_error& error) {
     EXPECT_THAT(error.what(), testing::HasSubstr("ms on this machine, and may take"));
   }
+}
+
+/// Pushes the block for 0.4 s, then holds it.
+RigidState pushing(int tick) {
+  const double x = -0.04 + 0.05 * std::min(tick, 400) / 400.0;
+  return at({x, 0, 0.02}, {tick < 400 ? 0.125 : 0.0, 0, 0});
+}
+
+TEST(LocalModel, GoesOnInAnotherModelOfItsSceneAsIfItWereTheSame) {
+  const auto world = scene();
+  Across one(world, 30), other(world, 30);
+  double apart_n = 0, apart_m = 0, force_n = 0;
+  for (int tick = 0; tick < 1200; ++tick) {
+    if (tick == 350) other.go_over(world);  // in the middle of the push
+    const Wrench felt = one.tick(pushing(tick));
+    const Wrench felt_by_other = other.tick(pushing(tick));
+    apart_n = std::max(apart_n, (felt.f - felt_by_other.f).norm());
+    apart_m = std::max(apart_m, (one.model.body(kBlock).X.p - other.newest_model().body(kBlock).X.p).norm());
+    force_n = std::max(force_n, felt.f.norm());
+  }
+  EXPECT_GT(force_n, 0.5);
+  EXPECT_LT(apart_n, 0.05 * force_n);
+  EXPECT_LT(apart_m, 5e-4);
+}
+
+TEST(LocalModel, GoesOnInAnotherModelWithWhatItHolds) {
+  const auto world = scene();
+  Across across(world, 30);
+  for (int tick = 0; tick < 300; ++tick) across.tick(at({-0.025, 0, 0.02}), tick > 100 ? kButtonGrab : 0U);
+  ASSERT_EQ(across.model.held(), kBlock);
+  const Vec3 before = across.model.body(kBlock).X.p;
+  across.go_over(world);
+  for (int tick = 0; tick < 50; ++tick) across.tick(at({-0.025, 0, 0.02}), kButtonGrab);
+  EXPECT_EQ(across.newest_model().held(), kBlock);
+  EXPECT_LT((across.newest_model().body(kBlock).X.p - before).norm(), 1e-3);
+  EXPECT_GT(across.newest_model().loop_delay(), std::chrono::milliseconds(50)) << "what was known is known";
+}
+
+TEST(LocalModel, DoesNotGoOnFromAModelOfAnotherScene) {
+  const auto world = scene();
+  Across across(world, 10);
+  for (int tick = 0; tick < 100; ++tick) across.tick(at({-0.06, 0, 0.02}));
+  auto smaller = scene();
+  smaller->bodies.pop_back();
+  across.go_over(smaller);
+  EXPECT_FALSE(across.newest_model().has_started());
 }
 
 }  // namespace

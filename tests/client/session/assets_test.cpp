@@ -178,6 +178,103 @@ TEST(SessionAssets, FetchesWhatIsOnlyDrawnAfterWhatIsFeltIsAnnounced) {
   EXPECT_EQ(here_when_announced.size(), 1U);
 }
 
+/// One asset of 150,000 bytes, and one of 2,000 that stands for it.
+struct CoarseAndFine {
+  CoarseAndFine() : joined(joined_with_asset(fine)) {
+    *joined.add_assets() = joined_with_asset(coarse).assets(0);
+    joined.mutable_assets(1)->set_kind("coarse-contact");
+    joined.mutable_assets(1)->set_coarse_of(joined.assets(0).sha256());
+  }
+
+  std::string fine = std::string(150'000, 'f');
+  std::string coarse = std::string(2000, 'c');
+  wire::Joined joined;
+};
+
+TEST(SessionAssets, FetchesWhatStandsForAnAssetFirstAndSaysOfBothThatTheyAreHere) {
+  const CoarseAndFine assets;
+  StoreBench bench(nullptr, assets.joined);
+  std::vector<std::pair<AssetLevel, std::size_t>> announced;
+  bench.bench.session.on_assets = [&] {
+    announced.emplace_back(bench.bench.session.asset_level(), bench.bench.session.assets().size());
+  };
+  EXPECT_EQ(bench.bench.session.asset_level(), AssetLevel::kNone);
+  EXPECT_EQ(serve_assets(bench.bench, {assets.fine, assets.coarse}), assets.fine.size() + assets.coarse.size());
+  const std::vector<std::pair<AssetLevel, std::size_t>> expected{{AssetLevel::kCoarse, 1}, {AssetLevel::kFull, 2}};
+  EXPECT_EQ(announced, expected);
+
+  const auto store = memory_asset_store();
+  const auto bytes = std::as_bytes(std::span(assets.fine));
+  store->keep(proto::sha256_of(bytes), std::make_shared<const proto::Bytes>(bytes.begin(), bytes.end()));
+  StoreBench again(store, assets.joined);
+  EXPECT_EQ(serve_assets(again.bench, {assets.fine, assets.coarse}), 0U) << "nothing need stand for it";
+  EXPECT_EQ(again.announced, 1);
+}
+
+TEST(SessionAssets, AsksForTheWholeOneAlthoughWhatStandsForItIsDamaged) {
+  const CoarseAndFine assets;
+  StoreBench bench(nullptr, assets.joined);
+  EXPECT_GT(serve_assets(bench.bench, {assets.fine, std::string(2000, 'x')}), assets.fine.size() - 1);
+  EXPECT_EQ(bench.bench.session.assets().size(), 1U);
+  EXPECT_EQ(bench.bench.session.asset_level(), AssetLevel::kFull);
+}
+
+TEST(SessionAssets, KeepsWhatHasComeOfAWholeOneWhenTheConnectionIsLostAfterTheCoarseOne) {
+  const CoarseAndFine assets;
+  StoreBench bench(nullptr, assets.joined);
+  std::size_t served = 0;
+  while (served < assets.fine.size() / 2) {
+    for (const wire::ClientControl& request : std::exchange(bench.bench.transport.messages, {})) {
+      if (!request.has_get_asset() || served >= assets.fine.size() / 2) continue;
+      const bool is_fine = request.get_asset().sha256() == assets.joined.assets(0).sha256();
+      served += is_fine ? request.get_asset().max_bytes() : 0;
+      bench.bench.say(answer_to(request, is_fine ? assets.fine : assets.coarse));
+    }
+    bench.bench.wait(std::chrono::milliseconds(1));
+  }
+  bench.bench.session.on_disconnected(bench.bench.now, "cut");
+  bench.bench.wait(std::chrono::milliseconds(250));
+  bench.bench.session.on_connected(bench.bench.now);
+  bench.bench.say_welcome();
+  bench.bench.transport.messages.clear();
+  bench.bench.say_joined(assets.joined);
+  EXPECT_EQ(bench.bench.session.asset_level(), AssetLevel::kCoarse);
+  EXPECT_EQ(serve_assets(bench.bench, {assets.fine, assets.coarse}), assets.fine.size() - served);
+}
+
+TEST(SessionAssets, NothingStandsForItself) {
+  CoarseAndFine assets;
+  assets.joined.mutable_assets(1)->set_sha256(assets.joined.assets(0).sha256());
+  StoreBench bench(nullptr, assets.joined);
+  EXPECT_EQ(serve_assets(bench.bench, {assets.fine}), assets.fine.size());
+  EXPECT_EQ(bench.bench.session.asset_level(), AssetLevel::kFull);
+}
+
+TEST(SessionAssets, WhatOnlySaysThatItStandsForAnAssetDoesNot) {
+  using Damage = std::function<void(wire::AssetInfo&)>;
+  const std::vector<Damage> damages{[](wire::AssetInfo& coarse) { coarse.set_kind("contact"); },
+                                    [](wire::AssetInfo& coarse) { coarse.set_kind("molecule"); },
+                                    [](wire::AssetInfo& coarse) { coarse.set_size_bytes(150'000); },
+                                    [](wire::AssetInfo& coarse) { coarse.set_coarse_of(coarse.sha256()); },
+                                    [](wire::AssetInfo& coarse) { coarse.set_coarse_of(coarse.coarse_of().substr(1)); },
+                                    [](wire::AssetInfo& coarse) { coarse.set_coarse_of(""); }};
+  for (const Damage& damage : damages) {
+    CoarseAndFine assets;
+    damage(*assets.joined.mutable_assets(1));
+    StoreBench bench(nullptr, assets.joined);
+    std::vector<AssetLevel> levels;
+    bench.bench.session.on_assets = [&] { levels.push_back(bench.bench.session.asset_level()); };
+    serve_assets(bench.bench, {assets.fine, assets.coarse});
+    EXPECT_EQ(levels, std::vector{AssetLevel::kFull});
+  }
+  // Two that stand for each other, and one for itself: what is wanted is fetched, once, and none in its place.
+  CoarseAndFine cycle;
+  cycle.joined.mutable_assets(0)->set_coarse_of(cycle.joined.assets(1).sha256());
+  StoreBench bench(nullptr, cycle.joined);
+  EXPECT_EQ(serve_assets(bench.bench, {cycle.fine, cycle.coarse}), cycle.fine.size() + cycle.coarse.size());
+  EXPECT_EQ(bench.bench.session.asset_level(), AssetLevel::kFull);
+}
+
 TEST(SessionAssets, KeepsWhatHasComeOfAnAssetWhenTheConnectionIsLost) {
   const std::string bytes(150'000, 'v');
   const wire::Joined joined = joined_with_asset(bytes);
@@ -238,7 +335,7 @@ TEST(SessionAssets, AnswersToWhatWasAskedForBeforeTheKindsChangedTwiceSpoilNothi
   bench.bench.session.set_asset_kinds({"surface"});
   bench.bench.session.set_asset_kinds({"contact"});
   bench.bench.wait(std::chrono::milliseconds(30));
-  EXPECT_FALSE(bench.bench.session.has_assets());
+  EXPECT_EQ(bench.bench.session.asset_level(), AssetLevel::kNone);
   const auto after = std::exchange(bench.bench.transport.messages, {});
   for (const wire::ClientControl& request : before) bench.bench.say(answer_to(request, bytes));
   for (const wire::ClientControl& request : after) {
@@ -246,7 +343,7 @@ TEST(SessionAssets, AnswersToWhatWasAskedForBeforeTheKindsChangedTwiceSpoilNothi
   }
   serve_assets(bench.bench, bytes);
   EXPECT_EQ(bench.bench.session.assets().size(), 1U);
-  EXPECT_TRUE(bench.bench.session.has_assets());
+  EXPECT_EQ(bench.bench.session.asset_level(), AssetLevel::kFull);
 }
 
 TEST(SessionAssets, AsksForOneChunkAtATimeWhereItIsToldTo) {

@@ -14,6 +14,8 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr Duration kWatched = 700ms;
+/// Of the push's 10.5 s: into the block from 4.7 s to 5.5 s, still from then to 9.5 s.
+constexpr Duration kPushing = 4900ms, kHolding = 7s;
 
 Ticks pressed(const OnClient& on_client) {
   const Trial trial = shipped_trial("wall", {"link.rtt_ms=20"});
@@ -58,6 +60,39 @@ INSTANTIATE_TEST_SUITE_P(
       std::ranges::replace(name, '-', '_');
       return name;
     });
+
+/// Everything about a hand that pushes a block of 0.5 kg over 100 ms, with or without another model of the same scene in
+/// the middle of the push, and another while it is held.
+UserTrace pushed(bool is_changed) {
+  const Trial trial = shipped_trial("push", {"link.rtt_ms=100"});
+  bool was_there = false;
+  const OnClient change = [&](std::size_t, Duration time, client::Client& client) {
+    const bool is_there = time >= kPushing && time < kHolding;
+    if (!is_changed || std::exchange(was_there, is_there) == is_there) return;
+    client::StageSettings same;
+    if (is_there) same.wave.linear_n_s_per_m *= 2;  // of another stage
+    client.set_stage(same);
+  };
+  return run_virtual_session(trial.experiment, load_experiment_scene(trial.experiment), {}, change).users.at(0);
+}
+
+TEST(ChangedModel, OfTheSameSceneGoesOnWhereTheOneBeforeItIs) {
+  const UserTrace changed = pushed(true), usual = pushed(false);
+  ASSERT_EQ(changed.ticks.size(), usual.ticks.size());
+  for (const Duration when : {kPushing, kHolding}) {
+    ASSERT_GT(force_at_n(usual.ticks, when).norm(), 0.5) << "nothing was felt, so nothing was tested";
+    EXPECT_LE(largest_step_n(changed.ticks, when, kWatched), largest_step_n(usual.ticks, when, kWatched) + 0.1);
+    double apart_n = 0, apart_m = 0;
+    for (std::size_t k = 0; k < usual.ticks.size(); ++k) {
+      if (usual.ticks[k].time <= when || usual.ticks[k].time > when + kWatched) continue;
+      apart_n = std::max(apart_n, (changed.ticks[k].displayed_D.f - usual.ticks[k].displayed_D.f).norm());
+      apart_m = std::max(apart_m, (changed.ticks[k].view_W - usual.ticks[k].view_W).norm());
+    }
+    EXPECT_LE(apart_n, 0.15);
+    EXPECT_LE(apart_m, 5e-4);
+  }
+  EXPECT_LE(changed.energy_to_hand_j, usual.energy_to_hand_j + 1e-3);
+}
 
 // Half a round trip of 10 ms more each way, and less again.
 TEST(ChangedDelay, WhileTheHandPressesMakesNoStepOfTheForce) {

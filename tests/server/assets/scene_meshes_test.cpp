@@ -9,8 +9,12 @@
 #include <fstream>
 #include <functional>
 #include <limits>
+#include <sstream>
+#include <string>
+#include <vector>
 
 #include "common/geometry/surface_asset.hpp"
+#include "common/geometry/tessellation.hpp"
 #include "server/assets/scene_file.hpp"
 #include "tests/common/physics/scene_support.hpp"
 
@@ -222,11 +226,33 @@ TEST_F(SceneFiles, AnOpenPartBesideAClosedOneIsTouchedToo) {
   EXPECT_EQ(surface->triangles.size(), 6U);
 }
 
+TEST_F(SceneFiles, OfALargeAssetACoarseOneIsOfferedThatNamesIt) {
+  std::ostringstream text;
+  const geometry::TriangleMesh mesh = geometry::tessellated_sphere(0.04);
+  for (const Vec3& p : mesh.vertices) text << "v " << p.x() << ' ' << p.y() << ' ' << p.z() << '\n';
+  for (const auto& t : mesh.triangles) text << "f " << t[0] + 1 << ' ' << t[1] + 1 << ' ' << t[2] + 1 << '\n';
+  write("t.obj", text.str());
+  const auto scene = load(mesh_body(""));
+  const auto of_kind = [&scene](const std::string& kind) {
+    return std::ranges::find(scene->assets, kind, &Asset::kind);
+  };
+  const auto fine = of_kind("contact"), coarse = of_kind("coarse-contact");
+  ASSERT_NE(coarse, scene->assets.end());
+  EXPECT_EQ(coarse->coarse_of, fine->sha256);
+  EXPECT_LT(coarse->bytes->size(), fine->bytes->size() / 4);
+  const auto shape = contact::contact_shape_from(octets_of(*coarse->bytes));
+  ASSERT_NE(shape, nullptr);
+  EXPECT_NEAR(shape->field->distance_m(Vec3(0.041, 0, 0)), 1e-3, 5e-4);
+}
+
 TEST_F(SceneFiles, AssetIsTheFileAndItsHash) {
   write("t.obj", kTetrahedron);
   const std::string body = R"("shapes": [{"mesh": {"file": "t.obj"}}]})";
   const auto scene = load(physics::scene_json({.bodies = R"({"name": "a", )" + body + R"(, {"name": "b", )" + body}));
-  ASSERT_EQ(scene->assets.size(), 3U) << "the same file twice is one asset, and so is what is made of it";
+  std::vector<std::string> kinds;
+  for (const Asset& asset : scene->assets) kinds.push_back(asset.kind);
+  ASSERT_THAT(kinds, testing::ElementsAre("mesh", "contact", "coarse-contact", "surface"))
+      << "the same file twice is one asset, and so is what is made of it";
   EXPECT_EQ(scene->assets[0].name, "t.obj");
   EXPECT_EQ(scene->assets[0].kind, "mesh");
   EXPECT_EQ(scene->assets[0].bytes->size(), std::string(kTetrahedron).size());
@@ -241,7 +267,7 @@ TEST_F(SceneFiles, AssetIsTheFileAndItsHash) {
 TEST_F(SceneFiles, SurfaceAssetIsTheMeshAsItIsTouched) {
   write("t.obj", kTetrahedron);
   const auto scene = load(mesh_body(R"(, "largest_size_m": 0.1, "centre": true)"));
-  const Asset& asset = scene->assets[2];
+  const Asset& asset = scene->assets.back();
   EXPECT_EQ(asset.kind, "surface");
   EXPECT_EQ(asset.name, "t.obj.100000um.surface");
   EXPECT_EQ(asset.sha256, proto::sha256_of(*asset.bytes));
