@@ -149,20 +149,27 @@ def big_messages(port, count):
     join_and_flood(port, count, NAME, None, lambda _: wire.control(wire.HELLO, words))
 
 
-def half_open(port, count):
-    """Connects and says nothing, 200 at a time, again and again."""
+def _stay(port, count, at_once, hello=b"", secure=False):
+    """Connects, says `hello` and stays, `at_once` at a time, again and again."""
     silent = []
     while count.is_running():
         try:
-            silent.append(RawClient(port, 1.0))
+            client = RawClient(port, 1.0, secure)
+            client.stream.sendall(hello)
+            silent.append(client)
             count.sent += 1
         except OSError:
             count.ended += 1
-        if len(silent) >= 200:
+        if len(silent) >= at_once:
             silent.pop(0).close()
         time.sleep(0.0005)
     for client in silent:
         client.close()
+
+
+def half_open(port, count):
+    """Connects and says nothing, 200 at a time."""
+    _stay(port, count, 200)
 
 
 def silent_64(port, count):
@@ -242,32 +249,12 @@ def datagram_of_a_user(port, count):
 
 def tls_handshakes(port, count):
     """Whole handshakes, and then nothing: the dearest that a stranger can ask for."""
-    stay = []
-    while count.is_running():
-        try:
-            stay.append(RawClient(port, 1.0, True))
-            count.sent += 1
-        except OSError:
-            count.ended += 1
-        if len(stay) >= 16:
-            stay.pop(0).close()
+    _stay(port, count, 16, secure=True)
 
 
 def tls_half_hello(port, count):
     """The first half of a ClientHello, by 200 at a time that stay."""
-    hello = bytes.fromhex("1603010200010001fc0303") + bytes(100)
-    stay = []
-    while count.is_running():
-        try:
-            client = RawClient(port, 1.0)
-            client.stream.sendall(hello)
-            stay.append(client)
-            count.sent += 1
-        except OSError:
-            count.ended += 1
-        if len(stay) >= 200:
-            stay.pop(0).close()
-        time.sleep(0.0005)
+    _stay(port, count, 200, hello=bytes.fromhex("1603010200010001fc0303") + bytes(100))
 
 
 def tls_joins_by_guess(port, count):

@@ -1,4 +1,5 @@
 """Just enough of proto/WIRE.md, by hand, to be a client or a server that does not behave."""
+import base64
 import math
 import socket
 import ssl
@@ -105,6 +106,11 @@ def hello(state="state-udp"):
 
 def join(name, role, token=b""):
     return control(JOIN, part(2, name.encode()) + whole(3, role) + (part(6, token) if token else b""), 2)
+
+
+def token_bytes(text):
+    """JoinRoom.token of a token as tandem-token and a server's invitation write it."""
+    return base64.urlsafe_b64decode(text + "=" * (-len(text) % 4))
 
 
 def ping(token=1):

@@ -71,30 +71,32 @@ std::size_t serve_assets(test::SessionBench& bench, const std::string& bytes) {
   return serve_assets(bench, std::vector{bytes});
 }
 
+void join(test::SessionBench& bench, const wire::Joined& joined) {
+  bench.session.on_connected(bench.now);
+  bench.say_welcome();
+  bench.transport.messages.clear();
+  bench.say_joined(joined);
+}
+
+void lose_the_connection_and_join_again(test::SessionBench& bench, const wire::Joined& joined) {
+  bench.session.on_disconnected(bench.now, "cut");
+  bench.wait(std::chrono::milliseconds(250));
+  join(bench, joined);
+}
+
 TEST(SessionAssets, FetchesAnAssetOnceAndKeepsItOnlyWhenItsHashIsRight) {
   const std::string bytes(150'000, 'v');
   const wire::Joined joined = joined_with_asset(bytes);
   test::SessionBench bench(fetching("contact"));
-  bench.session.on_connected(bench.now);
-  bench.say_welcome();
-  bench.transport.messages.clear();
-  bench.say_joined(joined);
+  join(bench, joined);
   EXPECT_EQ(serve_assets(bench, bytes), bytes.size());
   ASSERT_EQ(bench.session.assets().size(), 1U);
   EXPECT_EQ(bench.session.assets().begin()->second->size(), bytes.size());
-  bench.session.on_disconnected(bench.now, "cut");
-  bench.wait(std::chrono::milliseconds(250));
-  bench.session.on_connected(bench.now);
-  bench.say_welcome();
-  bench.transport.messages.clear();
-  bench.say_joined(joined);
+  lose_the_connection_and_join_again(bench, joined);
   EXPECT_EQ(serve_assets(bench, bytes), 0U) << "it is here already";
 
   test::SessionBench cheated(fetching("contact"));
-  cheated.session.on_connected(cheated.now);
-  cheated.say_welcome();
-  cheated.transport.messages.clear();
-  cheated.say_joined(joined);
+  join(cheated, joined);
   serve_assets(cheated, std::string(150'000, 'w'));
   EXPECT_TRUE(cheated.session.assets().empty());
   EXPECT_EQ(cheated.state(), "active") << "a bad file is no reason to let go of the hand";
@@ -109,10 +111,7 @@ struct StoreBench {
           return settings;
         }()) {
     bench.session.on_assets = [this] { ++announced; };
-    bench.session.on_connected(bench.now);
-    bench.say_welcome();
-    bench.transport.messages.clear();
-    bench.say_joined(joined);
+    join(bench, joined);
   }
 
   test::SessionBench bench;
@@ -149,10 +148,7 @@ TEST(SessionAssets, FetchesTheKindsThatItIsToldAndNothingElse) {
   for (const std::string kind : {"contact", "surface"}) {
     const std::string& expected = kind == "surface" ? triangles : bytes;
     test::SessionBench bench(fetching(kind));
-    bench.session.on_connected(bench.now);
-    bench.say_welcome();
-    bench.transport.messages.clear();
-    bench.say_joined(joined);
+    join(bench, joined);
     EXPECT_EQ(serve_assets(bench, expected), expected.size());
     ASSERT_EQ(bench.session.assets().size(), 1U);
     EXPECT_EQ(bench.session.assets().begin()->second->size(), expected.size());
@@ -168,10 +164,7 @@ TEST(SessionAssets, FetchesWhatIsOnlyDrawnAfterWhatIsFeltIsAnnounced) {
   test::SessionBench bench(settings);
   std::vector<std::size_t> here_when_announced;
   bench.session.on_assets = [&] { here_when_announced.push_back(bench.session.assets().size()); };
-  bench.session.on_connected(bench.now);
-  bench.say_welcome();
-  bench.transport.messages.clear();
-  bench.say_joined(joined);
+  join(bench, joined);
   EXPECT_EQ(here_when_announced, std::vector<std::size_t>{0});
   EXPECT_EQ(serve_assets(bench, bytes), bytes.size());
   EXPECT_EQ(bench.session.assets().size(), 1U);
@@ -232,12 +225,7 @@ TEST(SessionAssets, KeepsWhatHasComeOfAWholeOneWhenTheConnectionIsLostAfterTheCo
     }
     bench.bench.wait(std::chrono::milliseconds(1));
   }
-  bench.bench.session.on_disconnected(bench.bench.now, "cut");
-  bench.bench.wait(std::chrono::milliseconds(250));
-  bench.bench.session.on_connected(bench.bench.now);
-  bench.bench.say_welcome();
-  bench.bench.transport.messages.clear();
-  bench.bench.say_joined(assets.joined);
+  lose_the_connection_and_join_again(bench.bench, assets.joined);
   EXPECT_EQ(bench.bench.session.asset_level(), AssetLevel::kCoarse);
   EXPECT_EQ(serve_assets(bench.bench, {assets.fine, assets.coarse}), assets.fine.size() - served);
 }
@@ -288,12 +276,7 @@ TEST(SessionAssets, KeepsWhatHasComeOfAnAssetWhenTheConnectionIsLost) {
     }
     bench.bench.wait(std::chrono::milliseconds(1));
   }
-  bench.bench.session.on_disconnected(bench.bench.now, "cut");
-  bench.bench.wait(std::chrono::milliseconds(250));
-  bench.bench.session.on_connected(bench.bench.now);
-  bench.bench.say_welcome();
-  bench.bench.transport.messages.clear();
-  bench.bench.say_joined(joined);
+  lose_the_connection_and_join_again(bench.bench, joined);
   EXPECT_EQ(serve_assets(bench.bench, bytes), bytes.size() - here);
   EXPECT_EQ(bench.bench.session.assets().size(), 1U);
 }
