@@ -108,7 +108,7 @@ void EffectStage::apply_one(double time_s, double step_s, std::size_t index, std
   if (owner) {
     const TouchThing& thing = things[*owner];
     meeting.of_owner = mobility_at(thing, p_WT);
-    meeting.X_WO = thing.rigid->state().X;
+    meeting.X_WO = thing.rigid->pose();
     if (can_move(thing)) meeting.V_WO = velocity_at(velocities_[*owner], thing, p_WT);
     between = touch.between(tool.thing, *owner);
   }

@@ -11,10 +11,7 @@ RigidBody::RigidBody(const MassProperties& mass, const BodyTraits& traits, doubl
 }
 
 RigidState RigidBody::state() const {
-  RigidState state;
-  state.X = X_WC_ * X_CB_;
-  state.V = {velocity_at_W(state.X.p), V_WC_.w};
-  return state;
+  return {X_WB_, {velocity_at_W(X_WB_.p), V_WC_.w}};
 }
 
 void RigidBody::set_state(const RigidState& state) {
@@ -24,6 +21,7 @@ void RigidBody::set_state(const RigidState& state) {
 
 void RigidBody::set_centre(const Pose& X_WC, const Twist& V_WC) {
   X_WC_ = X_WC;
+  X_WB_ = X_WC_ * X_CB_;
   V_WC_ = V_WC;
   applied_W_ = {};
 }
@@ -43,6 +41,7 @@ void RigidBody::advance(const Twist& V_WC, double step_s) {
 
 void RigidBody::shift(const Pose& by_W, const Twist& dv) {
   X_WC_ = {X_WC_.p + by_W.p, (by_W.q * X_WC_.q).normalized()};
+  X_WB_ = X_WC_ * X_CB_;
   V_WC_ = {V_WC_.v + dv.v, V_WC_.w + dv.w};
 }
 

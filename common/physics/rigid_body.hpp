@@ -25,6 +25,7 @@ class RigidBody {
   double friction() const { return traits_.friction; }
 
   RigidState state() const;
+  const Pose& pose() const { return X_WB_; }  ///< of B
   void set_state(const RigidState& state);
   /// The same of C, whose axes are the principal ones.
   const Pose& centre_pose() const { return X_WC_; }
@@ -59,6 +60,7 @@ class RigidBody {
   double radius_m_;
   Pose X_CB_;
   Pose X_WC_;
+  Pose X_WB_;  ///< follows from it
   Twist V_WC_;
   Wrench applied_W_;
 };

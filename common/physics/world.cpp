@@ -181,7 +181,7 @@ TouchSummary World::touch(std::size_t index) const {
   const SoftContact& soft = soft_contact(index);
   if (soft.trust_radius_m > 0) {
     const WorldTool& tool = impl_->tools[index];
-    const Pose X_W = (tool.held ? impl_->bodies[*tool.held].rigid : tool.rigid).state().X;
+    const Pose X_W = (tool.held ? impl_->bodies[*tool.held].rigid : tool.rigid).pose();
     summary.soft_force_n = soft_wrench(soft, X_W).f.norm();
   }
   return summary;

@@ -8,8 +8,7 @@ double World::Impl::mechanical_energy_j() const {
   for (const WorldBody& body : bodies) {
     if (body.rigid.is_static()) continue;
     energy += body.rigid.mechanical_energy_j(scene->gravity_m_per_s2);
-    if (body.has_anchor())
-      energy += physics::stored_energy_j(body.anchor.joint(), body.start().X, body.rigid.state().X);
+    if (body.has_anchor()) energy += physics::stored_energy_j(body.anchor.joint(), body.start().X, body.rigid.pose());
   }
   for (const WorldTool& tool : tools) {
     if (tool.is_free() && tool.has_mass()) energy += tool.rigid.mechanical_energy_j(scene->gravity_m_per_s2);

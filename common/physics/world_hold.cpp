@@ -31,7 +31,7 @@ void World::Impl::detach(WorldTool& tool) {
   // It is free again when no tool has touched it for a while (adopt()).
   --body.hands;
   body.adopted = adoption_steps();
-  const Pose X_WT = tool.rigid.state().X, X_WB = body.rigid.state().X;
+  const Pose X_WT = tool.rigid.pose(), X_WB = body.rigid.pose();
   if (overlaps(tool.description->touch, X_WT, body.description->touch, X_WB, kPressedDepth_m))
     tool.passes_through = tool.held;
   tool.held.reset();
@@ -51,8 +51,8 @@ void World::Impl::couple(WorldTool& tool) const {
 /// To the body's surface; of a molecule, from the tool's origin to the nearest atom.
 double World::Impl::distance_m(const WorldTool& tool, std::size_t index, double limit_m) const {
   const WorldBody& body = bodies[index];
-  const Pose X_WT = tool.rigid.state().X;
-  const Pose X_WB = body.rigid.state().X;
+  const Pose X_WT = tool.rigid.pose();
+  const Pose X_WB = body.rigid.pose();
   if (body.molecule() == nullptr) {
     return physics::distance_m(tool.description->touch, X_WT, body.description->touch, X_WB, limit_m);
   }
@@ -130,8 +130,8 @@ GrabResult World::grab(std::size_t index, BodyId id) {
     }
   }
   if (!nearest) return GrabResult::kOutOfReach;
-  const Pose X_WT = tool.rigid.state().X;
-  impl_->attach(tool, *nearest, impl_->bodies[*nearest].rigid.state().X.inverse() * X_WT);
+  const Pose X_WT = tool.rigid.pose();
+  impl_->attach(tool, *nearest, impl_->bodies[*nearest].rigid.pose().inverse() * X_WT);
   if (!tool.hand.has_handle()) tool.hand.anchor_at(X_WT);
   return GrabResult::kGrabbed;
 }

@@ -17,7 +17,7 @@ constexpr double kOutOfReach_m = 1e6;
 TickFaults World::Impl::apply_field() noexcept {
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     if (bodies[i].molecule() == nullptr) continue;
-    poses[i] = bodies[i].rigid.state().X;
+    poses[i] = bodies[i].rigid.pose();
     if (bodies[i].is_absent) poses[i].p.setConstant(kOutOfReach_m * static_cast<double>(i + 1));
     wrenches[i] = Wrench{};
   }
@@ -71,7 +71,7 @@ void World::Impl::describe_joints() noexcept {
   touch_joints.clear();
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     WorldBody& body = bodies[i];
-    if (body.has_anchor()) touch_joints.push_back({i, &body.anchor, body.start(), body.rigid.state().X});
+    if (body.has_anchor()) touch_joints.push_back({i, &body.anchor, body.start(), body.rigid.pose()});
   }
 }
 
@@ -95,7 +95,7 @@ void World::Impl::anchor_free_bodies() noexcept {
 void World::Impl::add_soft_wrenches() noexcept {
   const auto add = [](TouchThing& thing, const SoftContact& contact) {
     if (thing.role != TouchThing::Role::kImplicit && thing.role != TouchThing::Role::kExternal) return;
-    const Pose X_WT = thing.rigid->state().X;
+    const Pose X_WT = thing.rigid->pose();
     const Wrench wrench = soft_wrench(contact, X_WT);
     const Vec3 lever = X_WT.p - thing.rigid->centre_W();
     thing.wrench_W += {wrench.f, wrench.t + lever.cross(wrench.f)};
@@ -123,7 +123,7 @@ TickFaults World::Impl::step_soft() noexcept {
     const TouchThing& thing = things[i];
     std::optional<Pose>& X_WT = soft_tools[soft_index_of(i)];
     X_WT.reset();
-    if (thing.role != TouchThing::Role::kAbsent) X_WT = thing.rigid->state().X;
+    if (thing.role != TouchThing::Role::kAbsent) X_WT = thing.rigid->pose();
   }
   return soft->advance(soft_tools);
 }
@@ -188,7 +188,7 @@ TickFaults World::Impl::limit_speed(RigidBody& rigid) noexcept {
 TickFaults World::Impl::limit_or_restore(std::size_t index) noexcept {
   WorldBody& body = bodies[index];
   const bool is_finite = body.rigid.is_finite();
-  const bool is_outside = is_finite && body.hands == 0 && body.rigid.state().X.p.norm() > scene->limits.bounds_m;
+  const bool is_outside = is_finite && body.hands == 0 && body.rigid.pose().p.norm() > scene->limits.bounds_m;
   const bool is_asked = puts_all_back && body.hands == 0;
   if (is_finite && !is_outside && !is_asked) return limit_speed(body.rigid);
   put_back.push_back(body_id_at(index));
@@ -222,7 +222,7 @@ TickFaults World::Impl::limit_or_restore_all() noexcept {
 void World::Impl::end_passing_through(WorldTool& tool) noexcept {
   if (!tool.passes_through || !tool.is_active) return;
   const WorldBody& body = bodies[*tool.passes_through];
-  const Pose X_WT = tool.rigid.state().X, X_WB = body.rigid.state().X;
+  const Pose X_WT = tool.rigid.pose(), X_WB = body.rigid.pose();
   if (!overlaps(tool.description->touch, X_WT, body.description->touch, X_WB, 0)) tool.passes_through.reset();
 }
 

@@ -385,9 +385,13 @@ void Room::describe_world(ServerTime now, TickFaults faults) noexcept {
   common_.field_energy_kj_per_mol = world_.field_energy_kj_per_mol();
   common_.bodies.clear();
   for (const BodyId id : moving_bodies_) common_.bodies.push_back({id, world_.body(id), UserId{}});
+  common_.users.clear();
   for (const auto& user : users_) {
     if (!user->seat.is_manipulator()) continue;
-    const BodyId held = world_.tool(user->seat.tool).held;
+    const physics::ToolState tool = world_.tool(user->seat.tool);
+    const BodyId held = tool.held;
+    common_.users.push_back({user->seat.user, tool.tool, held, user->seat.tool, tool.has_handle, tool.handle,
+                             user->input.handle_age(), user->input.on_hand_W});
     const auto body = std::find_if(common_.bodies.begin(), common_.bodies.end(),
                                    [held](const proto::BodyState& candidate) { return candidate.id == held; });
     // Of several who hold a body, the one in the first seat is named.
@@ -403,12 +407,9 @@ void Room::publish_to(User& user) noexcept {
   update = common_;
   update.answered_input = user.input.answered;
   if (user.seat.is_manipulator()) describe_tool(user, update);
-  for (const auto& other : users_) {
-    if (other.get() == &user || !other->seat.is_manipulator()) continue;
-    const physics::ToolState tool = world_.tool(other->seat.tool);
-    update.users.push_back({other->seat.user, tool.tool, tool.held, other->seat.tool, tool.has_handle, tool.handle,
-                            other->input.handle_age(), other->input.on_hand_W});
-  }
+  // Of the others.
+  const auto own = std::ranges::find(update.users, user.seat.user, &proto::OtherUserState::id);
+  if (own != update.users.end()) update.users.erase(own);
   user.outbox.publish();
 }
 

@@ -131,7 +131,7 @@ void InertialessThings::add_drags(std::span<const TouchThing> things, std::span<
     haptics::CouplingLaw& law = *drag_laws_[drags++];
     law.set_parameters({0, drag.fluid.damping_n_s_per_m, 0, drag.fluid.damping_n_m_s_per_rad, drag.force_limit_n,
                         drag.torque_limit_n_m, 0, 1});
-    const Pose X_W = things[i].rigid->state().X;
+    const Pose X_W = things[i].rigid->pose();
     couplings.push_back({body_of_thing[i], &law, X_W, drag.V_W, X_W});
   }
 }

@@ -56,8 +56,8 @@ TickFaults NearPairs::find(std::span<const TouchThing> things, std::span<const d
 }
 
 bool NearPairs::add(std::span<const TouchThing> things, std::size_t a, std::size_t b, double band_m) noexcept {
-  const Pose X_WA = things[a].rigid->state().X;
-  const Pose X_WB = things[b].rigid->state().X;
+  const Pose& X_WA = things[a].rigid->pose();
+  const Pose& X_WB = things[b].rigid->pose();
   const TouchModel& model_a = *things[a].model;
   const TouchModel& model_b = *things[b].model;
   if ((X_WA.p - X_WB.p).norm() > model_a.radius_m + model_b.radius_m + band_m) return true;

@@ -120,8 +120,8 @@ TickFaults TouchStage::find_contacts(std::span<const TouchThing> things) noexcep
   for (NearPairs::Pair* const near : pairs_.near()) {
     const TouchThing& a = things[near->thing_a];
     const TouchThing& b = things[near->thing_b];
-    const Pose X_WA = a.rigid->state().X * a.model->parts[near->part_a].X_BS;
-    const Pose X_WB = b.rigid->state().X * b.model->parts[near->part_b].X_BS;
+    const Pose X_WA = a.rigid->pose() * a.model->parts[near->part_a].X_BS;
+    const Pose X_WB = b.rigid->pose() * b.model->parts[near->part_b].X_BS;
     const contact::ContactWork work = near->contacts.find(X_WA, X_WB, near->band_m);
     if (work.is_coarse) faults |= kFaultContactCoarse;
     if (!near->contacts.contacts().empty()) add_patch(things, *near);
@@ -233,7 +233,7 @@ TickFaults TouchStage::write_back(double step_s, std::span<TouchThing> things) n
     if (limit_motion(bodies_[i].V_WC, 2 * thing.model->radius_m, limits_.speed_m_per_s)) faults |= kFaultSpeedLimited;
     thing.rigid->advance(bodies_[i].V_WC, step_s);
     felt.V_WC = bodies_[i].V_WC;
-    if (thing.is_massless()) thing.rigid->set_state({thing.rigid->state().X, Twist{}});
+    if (thing.is_massless()) thing.rigid->set_state({thing.rigid->pose(), Twist{}});
   }
   return faults;
 }
