@@ -105,12 +105,13 @@ def with_rows(text, rows):
     return "\n".join(lines)
 
 
-def replaced(text, new):
-    before, begin, rest = text.partition(BEGIN)
-    _, end, after = rest.partition(END)
+def replaced(text, new, file=README, begins=BEGIN, ends=END):
+    """The text of a file with what is between two lines replaced."""
+    before, begin, rest = text.partition(begins)
+    _, end, after = rest.partition(ends)
     if not begin or not end:
-        sys.exit(f"make_touch_table: {README} has no place for the table: {BEGIN} … {END}")
-    return f"{before}{BEGIN}\n{new}\n{END}{after}"
+        sys.exit(f"{file} has no place for the table: {begins} … {ends}")
+    return f"{before}{begins}\n{new}\n{ends}{after}"
 
 
 def main():

@@ -1,0 +1,91 @@
+"""The corpus of meshes is what its classes say, and the table of lab/studies/contact/README.md counts its runs."""
+
+import collections
+import json
+import pathlib
+import stat
+import sys
+import tempfile
+import types
+import unittest
+
+LAB = pathlib.Path(__file__).resolve().parents[3] / "lab"
+sys.path.insert(0, str(LAB))
+import make_contact_table as table  # noqa: E402
+import mesh_corpus  # noqa: E402
+
+CLOSED = {"flat faces", "round", "scans", "thin walls"}
+OPEN = {"sheets", "large holes"}
+
+
+def lone_edges(mesh):
+    """Directed edges without one the other way."""
+    edges = collections.Counter((t[i], t[(i + 1) % 3]) for t in mesh.triangles for i in range(3))
+    return [edge for edge, count in edges.items() if count != 1 or edges[edge[::-1]] != 1]
+
+
+def volume(mesh):
+    total = 0
+    for a, b, c in mesh.triangles:
+        (ax, ay, az), (bx, by, bz), (cx, cy, cz) = (mesh.vertices[i] for i in (a, b, c))
+        total += ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx)
+    return total / 6
+
+
+class Corpus(unittest.TestCase):
+    def test_has_a_hundred_meshes_of_every_class(self):
+        made = list(mesh_corpus.made())
+        self.assertGreaterEqual(len(made), 100)
+        self.assertEqual(len({(kind, name) for kind, name, _ in made}), len(made))
+        self.assertEqual({kind for kind, _, _ in made}, CLOSED | OPEN | {"no clean solid"})
+
+    def test_closed_classes_are_closed_and_face_outwards(self):
+        for kind, name, mesh in mesh_corpus.made():
+            with self.subTest(f"{kind}: {name}"):
+                if kind in CLOSED:
+                    self.assertEqual(lone_edges(mesh), [])
+                    self.assertGreater(volume(mesh), 0)
+                elif kind in OPEN:
+                    self.assertTrue(lone_edges(mesh))
+
+    def test_is_written_in_every_format(self):
+        with tempfile.TemporaryDirectory() as folder:
+            files = mesh_corpus.write_made(pathlib.Path(folder))
+            self.assertEqual({file.suffix[1:] for _, file in files}, set(mesh_corpus.WRITERS))
+            self.assertTrue(all(file.stat().st_size > 100 for _, file in files))
+
+
+def run(p99_us=50, depth_m=1e-4, pops=0, holds=True):
+    return {"step_us": {"p99": p99_us}, "max_penetration_m": depth_m, "pop_throughs": pops, "check": {"checks": [{"holds": holds}]}}
+
+
+class Table(unittest.TestCase):
+    def test_a_row_counts_what_misses_its_bound(self):
+        meshes = [(True, [run(50), run(300, 7e-4, 2)]), (True, [run(100, holds=False), {"error": "late"}]), (False, [])]
+        self.assertEqual(table.row("round", meshes),
+                         ["round", 3, 2, 4, "200, 300", 1, "0.100, 0.700", 1, 1, 1, 1])
+        self.assertEqual(table.row("none", [(False, [])])[4], "–")
+
+    def test_a_pair_is_run_once(self):
+        with tempfile.TemporaryDirectory() as name:
+            folder = pathlib.Path(name)
+            lab = folder / "lab"
+            lab.write_text(f"#!/bin/sh\necho run >>{folder}/runs\necho '{json.dumps(run())}'\n", encoding="utf-8")
+            lab.chmod(lab.stat().st_mode | stat.S_IXUSR)
+            options = types.SimpleNamespace(lab=str(lab), out=folder, check=1, steps=0)
+            for _ in range(2):
+                self.assertEqual(table.run_pair(options, folder / "a.obj", "a", "self", folder / "a.obj"), run())
+            self.assertEqual((folder / "runs").read_text(encoding="utf-8"), "run\n")
+
+    def test_a_bench_that_fails_says_why(self):
+        with tempfile.TemporaryDirectory() as name:
+            folder = pathlib.Path(name)
+            lab = folder / "lab"
+            lab.write_text("#!/bin/sh\necho no triangles >&2\nexit 2\n", encoding="utf-8")
+            lab.chmod(lab.stat().st_mode | stat.S_IXUSR)
+            options = types.SimpleNamespace(lab=str(lab), out=folder, check=1, steps=0)
+            self.assertEqual(table.run_pair(options, folder / "a.obj", "a", "self", folder / "a.obj"), {"error": "no triangles", "code": 2})
+
+
+if __name__ == "__main__":
+    unittest.main()
