@@ -26,6 +26,9 @@ constexpr std::size_t kPageBytes = 4096;
 // that is told apart from a busy machine well enough.
 constexpr Duration kThrottleLateness{std::chrono::milliseconds(25)};
 
+/// Wake-ups of a mean.
+constexpr int kWakingMean = 64;
+
 std::string not_granted(const std::string& what, int error, const std::string& remedy) {
   return what + " not granted (" + std::generic_category().message(error) + "): " + remedy;
 }
@@ -152,8 +155,12 @@ LocalTime PeriodicTimer::wait(Duration early) {
     missed_ += static_cast<std::uint64_t>(skipped);
     next_ += skipped * period_;
   }
-  const timespec deadline = timespec_of(next_);
-  while (-behind > early && clock_nanosleep(CLOCK_BOOTTIME, TIMER_ABSTIME, &deadline, nullptr) == EINTR) {
+  if (clock.now() + early < next_) {
+    const LocalTime end = next_ - std::min(early, 2 * waking_);
+    const timespec until = timespec_of(end);
+    while (clock_nanosleep(CLOCK_BOOTTIME, TIMER_ABSTIME, &until, nullptr) == EINTR) {
+    }
+    waking_ += (std::min(clock.now() - end, early) - waking_) / kWakingMean;
   }
   const Duration late = clock.now() - next_;
   lateness_.record(late);

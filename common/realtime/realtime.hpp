@@ -44,7 +44,8 @@ class PeriodicTimer {
   /// Sleeps to the next deadline. When that has passed by more than a period, the missed ones are skipped and
   /// counted, so that a late loop does not run a burst to catch up. Returns the deadline that it woke for.
   ///
-  /// In      early  does not sleep when the deadline is no farther away than this
+  /// In      early  may wake so much before the deadline: it does not sleep when that is no farther away, and else sleeps
+  ///                less by twice what waking up takes
   LocalTime wait(Duration early = Duration{0});
   /// What the next wait() is for, unless it has been missed by then.
   LocalTime due() const { return next_ + period_; }
@@ -63,6 +64,7 @@ class PeriodicTimer {
  private:
   Duration period_;
   LocalTime next_;
+  Duration waking_{0};  ///< how late wake-ups are, lately
   Histogram lateness_;
   std::uint64_t missed_ = 0;
   std::uint64_t throttle_suspects_ = 0;

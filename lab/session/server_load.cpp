@@ -29,6 +29,8 @@ constexpr double kSpacing_m = 0.15;
 constexpr double kCube_m = 0.04;
 /// Inputs that would be later than this are left out.
 constexpr Duration kMaxLate = std::chrono::milliseconds(10);
+/// No state is so old.
+constexpr Duration kMaxAge = std::chrono::seconds(1);
 
 /// Of the user's cube on the table, seen from above.
 std::array<double, 2> place_of(std::size_t user) {
@@ -184,6 +186,7 @@ struct ServerLoad::User {
       if (proto::parse_server_update(payload, update) != proto::DropReason::kNone) continue;
       ++result.states_received;
       const LocalTime deadline = deadline_of(update.step);
+      if (update.sent > server_time_of_own_clock(deadline + kMaxAge)) continue;  // its room has yet to say
       result.added_latency.record(update.sent - server_time_of_own_clock(deadline));
       if (heard_at != LocalTime{}) silence = std::max(silence, now - heard_at);
       heard_at = now;
@@ -222,7 +225,7 @@ struct ServerLoad::Impl {
 
 ServerLoad::ServerLoad(std::uint16_t port, std::size_t users, std::size_t rooms,
                        const std::optional<LoadSecurity>& security,
-                       std::function<LocalTime(std::size_t, Step)> deadline)
+                       const std::function<LocalTime(std::size_t, Step)>& deadline)
     : impl_(std::make_unique<Impl>()) {
   if (security) impl_->tls = secure::TlsContext::client(security->trust);
   for (std::size_t i = 0; i < users; ++i) {

@@ -45,7 +45,7 @@ class ServerLoad {
   ///         deadline  of a step of a room (0, 1, …), as soon as its state is sent
   /// Fails   std::runtime_error: a user could not connect or join
   ServerLoad(std::uint16_t port, std::size_t users, std::size_t rooms, const std::optional<LoadSecurity>& security,
-             std::function<LocalTime(std::size_t room, Step step)> deadline);
+             const std::function<LocalTime(std::size_t room, Step step)>& deadline);
   ~ServerLoad();
   /// At `rate_hz` for `duration`; may be called again.
   LoadResult run(Duration duration, double rate_hz);

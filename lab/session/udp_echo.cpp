@@ -2,6 +2,7 @@
 
 #include <sys/socket.h>
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <boost/asio/buffer.hpp>
@@ -9,6 +10,7 @@
 #include <boost/asio/ip/udp.hpp>
 #include <cstring>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "common/realtime/realtime.hpp"
@@ -21,12 +23,15 @@ using asio::ip::udp;
 using boost::system::error_code;
 
 constexpr std::size_t kDatagramBytes = 220;
+/// Taking its memory and its priority costs the thread some milliseconds.
+constexpr Duration kSettling = std::chrono::milliseconds(200);
 using Datagram = std::array<std::byte, kDatagramBytes>;
 
 /// Answers on a thread of its own.
 class Echo {
  public:
-  explicit Echo(int priority) : socket_(io_, udp::endpoint(asio::ip::address_v4::loopback(), 0)) {
+  /// What is sent before `from` is not counted.
+  Echo(int priority, LocalTime from) : from_(from), socket_(io_, udp::endpoint(asio::ip::address_v4::loopback(), 0)) {
     timeval look_again{.tv_sec = 0, .tv_usec = 10'000};
     setsockopt(socket_.native_handle(), SOL_SOCKET, SO_RCVTIMEO, &look_again, sizeof look_again);
     thread_ = std::thread([this, priority] { run(priority); });
@@ -36,10 +41,10 @@ class Echo {
   Echo& operator=(const Echo&) = delete;
 
   udp::endpoint address() const { return socket_.local_endpoint(); }
-  const Histogram& stop() {
+  std::pair<Histogram, Duration> stop() {
     is_stopping_ = true;
     if (thread_.joinable()) thread_.join();
-    return latency_;
+    return {latency_, cpu_};
   }
 
  private:
@@ -47,29 +52,35 @@ class Echo {
     realtime::request_realtime(priority);
     const SteadyClock clock;
     Datagram datagram;
-    while (!is_stopping_) {
+    const auto cpu = [] { return realtime::cpu_time(pthread_self()); };
+    for (; !is_stopping_; cpu_ = cpu()) {
       sockaddr_in from{};
       socklen_t from_size = sizeof from;
       auto* const address = reinterpret_cast<sockaddr*>(&from);
       if (::recvfrom(socket_.native_handle(), datagram.data(), datagram.size(), 0, address, &from_size) < 0) continue;
       LocalTime sent;
       std::memcpy(&sent, datagram.data(), sizeof sent);
-      latency_.record(clock.now() - sent);
+      if (sent >= from_) latency_.record(clock.now() - sent);
       ::sendto(socket_.native_handle(), datagram.data(), datagram.size(), 0, address, from_size);
     }
   }
 
+  LocalTime from_;
   asio::io_context io_;
   udp::socket socket_;
   std::atomic<bool> is_stopping_{false};
   Histogram latency_;
+  Duration cpu_{0};
   std::thread thread_;
 };
 
 }  // namespace
 
-Histogram udp_echo_latency(std::size_t users, double rate_hz, Duration duration, int priority) {
-  Echo echo(priority);
+std::pair<Histogram, Duration> udp_echo_latency(std::size_t users, double rate_hz, Duration duration, int priority) {
+  const Duration cpu_before = realtime::cpu_time(pthread_self());
+  const SteadyClock clock;
+  const LocalTime begin = clock.now(), counted_from = begin + std::min(kSettling, duration / 4);
+  Echo echo(priority, counted_from);
   asio::io_context io;
   std::vector<udp::socket> sockets;
   for (std::size_t i = 0; i < users; ++i) {
@@ -77,8 +88,6 @@ Histogram udp_echo_latency(std::size_t users, double rate_hz, Duration duration,
     sockets.back().connect(echo.address());
     sockets.back().non_blocking(true);
   }
-  const SteadyClock clock;
-  const LocalTime begin = clock.now();
   realtime::PeriodicTimer timer(from_seconds(1 / rate_hz), begin);
   Datagram datagram{};
   error_code error;
@@ -91,7 +100,8 @@ Histogram udp_echo_latency(std::size_t users, double rate_hz, Duration duration,
       socket.send(asio::buffer(datagram), 0, error);
     }
   }
-  return echo.stop();
+  const auto [latency, cpu] = echo.stop();
+  return {latency, cpu + realtime::cpu_time(pthread_self()) - cpu_before};
 }
 
 }  // namespace tandem::lab

@@ -2,17 +2,18 @@
 #pragma once
 
 #include <cstddef>
+#include <utility>
 
 #include "common/base/histogram.hpp"
 #include "common/base/time.hpp"
 
 namespace tandem::lab {
 
-/// Sends one datagram for each of `users` sockets at `rate_hz`, in turn, on the calling thread, to a thread of
-/// real-time priority `priority` (0: normal), over loopback; datagrams are as large as a user's usual input.
+/// Sends one datagram for each of `users` sockets at `rate_hz`, in turn, on the calling thread, to a thread of real-time
+/// priority `priority` (0: normal), over loopback; datagrams are as large as a user's usual input.
 ///
-/// Out     from the send of each datagram to the send of its answer
+/// Out     after a fifth of a second to settle: from the send of each datagram to the send of its answer; processor time of both threads
 /// Fails   boost::system::system_error: no sockets
-Histogram udp_echo_latency(std::size_t users, double rate_hz, Duration duration, int priority);
+std::pair<Histogram, Duration> udp_echo_latency(std::size_t users, double rate_hz, Duration duration, int priority);
 
 }  // namespace tandem::lab

@@ -33,6 +33,8 @@ constexpr Duration kNewPathAgain = std::chrono::milliseconds(100);
 constexpr Duration kCountTurnsFor = std::chrono::milliseconds(10);
 /// From a turn to the next, so that users' datagrams may wait for it.
 constexpr Duration kOftenEnough = std::chrono::microseconds(300);
+/// New states do not wait for what all users have sent.
+constexpr std::size_t kUsersAtOnce = 4;
 // Of the time, in which turns come so often: from which on datagrams wait for them, and down to which they still do.
 constexpr double kShareToBegin = 0.8, kShareToGoOn = 0.6;
 
@@ -147,7 +149,12 @@ void AsioServerTransport::stop_accepting() {
 void AsioServerTransport::begin_turn() {
   count_turn(clock_.now());
   for (const auto& go_on : std::exchange(resting_, {})) go_on();
-  if (reads_in_turns_) read_users();
+  has_unread_users_ = reads_in_turns_;
+}
+
+bool AsioServerTransport::read_some_users() {
+  if (has_unread_users_) has_unread_users_ = read_users() && reads_in_turns_;
+  return has_unread_users_;
 }
 
 /// Where turns come in bursts, what comes between them would wait for the next burst, past the step that it is for.
@@ -358,9 +365,9 @@ void AsioServerTransport::await_users() {
   });
 }
 
-/// What of them has come. Those that find no place here are there the next time.
-void AsioServerTransport::read_users() {
-  std::array<epoll_event, 64> ready;
+/// What of a few of them has come. Out: there may be more.
+bool AsioServerTransport::read_users() {
+  std::array<epoll_event, kUsersAtOnce> ready;
   const int count = epoll_wait(users_, ready.data(), static_cast<int>(ready.size()), 0);
   for (int i = 0; i < count; ++i) {
     const auto found = peers_.find(ready[static_cast<std::size_t>(i)].data.u64);
@@ -370,6 +377,7 @@ void AsioServerTransport::read_users() {
       if (path != nullptr) read_path(peer, path);
     }
   }
+  return count == static_cast<int>(ready.size());
 }
 
 void AsioServerTransport::read_path(const PeerPointer& peer, const std::shared_ptr<Path>& path) {

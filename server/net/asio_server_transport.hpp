@@ -62,8 +62,10 @@ class AsioServerTransport final : public ServerTransport {
   /// Starts to accept and to receive for `hub`.
   void serve(SessionHub& hub);
   void stop_accepting();
-  /// Goes on with what waits for its turn. Call it once states have been sent, about each millisecond.
+  /// Goes on with what waits for its turn. Call it whenever states have been sent.
   void begin_turn();
+  /// Reads what some users have sent, where their datagrams wait for turns. Out: there may be more.
+  bool read_some_users();
   /// Connections that are open, those that only send what is queued included.
   std::size_t open_connections() const { return peers_.size(); }
   /// Connections that ended because their TLS did not come about or broke.
@@ -95,7 +97,7 @@ class AsioServerTransport final : public ServerTransport {
   void await_datagrams();
   void count_turn(LocalTime now);
   void await_users();
-  void read_users();
+  bool read_users();
   void read_path(const PeerPointer& peer, const std::shared_ptr<Path>& path);
   void expect_of(Path& path, ConnectionHandle peer, bool is_new, bool expects);
   void take_datagram(std::span<const std::byte> datagram, const boost::asio::ip::udp::endpoint& from);
@@ -125,6 +127,7 @@ class AsioServerTransport final : public ServerTransport {
   /// Of the same, while their datagrams wake this thread.
   boost::asio::posix::stream_descriptor users_wake_;
   bool reads_in_turns_ = false;
+  bool has_unread_users_ = false;  ///< of this turn
   LocalTime turned_{}, turns_from_{};
   Duration often_{0};  ///< since turns_from_, in which turns came often
   std::array<std::byte, kReadBytes> incoming_{};

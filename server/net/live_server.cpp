@@ -51,6 +51,7 @@ struct LiveServer::Impl {
   void run();
   void begin_stop(const std::string& why);
   void finish_when_closed(LocalTime deadline);
+  void wake();
   void go_round();
   void poll();
   void await_steps();
@@ -74,8 +75,9 @@ struct LiveServer::Impl {
   asio::steady_timer duration_timer{io};
   asio::steady_timer stop_timer{io};
   asio::signal_set signals{io};
-  std::atomic<bool> has_news{false};  ///< there are states that have not been sent
-  std::atomic<bool> sleeps{false};    ///< or is about to
+  std::atomic<bool> has_news{false};                      ///< there are states that have not been sent
+  std::atomic<LocalTime> stays_awake_until{LocalTime{}};  ///< for states that are about to come
+  std::atomic<bool> sleeps{false};                        ///< or is about to
   // For who asks from elsewhere.
   std::atomic<bool> is_serving{false}, is_stopping{false};
   std::atomic<LocalTime> io_went_round{LocalTime{}};
@@ -101,16 +103,17 @@ LiveServer::Impl::Impl(LiveServer& server, LiveServerSettings server_settings,
       step_event(io, open_eventfd()),
       scheduler(
           room_pointers(), settings.realtime_priority,
+          [this](LocalTime until) {
+            stays_awake_until.store(until);
+            wake();
+          },
           [this](const Room& room, LocalTime deadline) {
             if (owner.on_step) owner.on_step(room, deadline);
           },
-          [this, descriptor = step_event.native_handle()] {
+          [this] {
+            stays_awake_until.store(LocalTime{});
             has_news.store(true);
-            // Who is awake looks before it sleeps.
-            if (!sleeps.load()) return;
-            const std::uint64_t one = 1;
-            // Fails only when the counter is full: then the io thread has been woken already.
-            [[maybe_unused]] const auto written = ::write(descriptor, &one, sizeof one);
+            wake();
           }),
       figures({.users = std::vector<std::array<std::size_t, 3>>(rooms.size())}) {
   hub.on_log = [this](std::string_view kind, const std::string& line) {
@@ -156,13 +159,24 @@ void LiveServer::Impl::run() {
   ended = clock.now();
 }
 
-/// As io_context::run(), and looks for new states before it sleeps: rooms wake it only when it does.
+/// Who is awake looks for new states before it sleeps. Thread  any
+void LiveServer::Impl::wake() {
+  if (!sleeps.load()) return;
+  const std::uint64_t one = 1;
+  // Fails only when the counter is full: then the io thread has been woken already.
+  [[maybe_unused]] const auto written = ::write(step_event.native_handle(), &one, sizeof one);
+}
+
+/// As io_context::run(), and looks for new states before it sleeps: rooms wake it only when it does, and a step ahead where that is
+/// short.
 void LiveServer::Impl::go_round() {
   while (!io.stopped()) {
     if (has_news.exchange(false)) poll();
-    if (io.poll_one() > 0) continue;
+    const bool may_have_more = transport.read_some_users();
+    if (io.poll_one() > 0 || may_have_more) continue;
+    if (clock.now() < stays_awake_until.load()) continue;
     sleeps.store(true);
-    if (!has_news.load()) io.run_one();
+    if (!has_news.load() && clock.now() >= stays_awake_until.load()) io.run_one();
     sleeps.store(false);
   }
 }

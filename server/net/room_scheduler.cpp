@@ -18,18 +18,23 @@ namespace {
 
 /// How often a thread looks whether somebody has come to an empty room.
 constexpr Duration kLookAgain = std::chrono::milliseconds(5);
-/// A thread that would sleep for less goes on at once: to sleep and to wake up takes as long.
+/// To sleep and to wake up takes about as long. A thread that would sleep for less goes on at once; and who sends new states wakes
+/// up while a shorter step goes on, to wait for its end.
 constexpr Duration kNotWorthASleep = std::chrono::microseconds(50);
-/// New states wait for those of the next rooms at most so long.
+// Of a core: where io needs so much, it is not told of each step until it needs less than that again. New states wait for those of
+// the next rooms, at most so long and a step.
+constexpr double kBusyIo = 0.6, kNotBusyIo = 0.4;
 constexpr Duration kTellWithin = std::chrono::microseconds(60);
+/// Between a room's step and the next deadline on the same thread: what one takes longer does not make all others late.
+constexpr Duration kMaxApart = kNotWorthASleep / 2;
 constexpr Duration kTrustedAgainAfter = std::chrono::seconds(1);
 constexpr Duration kSharePeriod = std::chrono::milliseconds(25);
 constexpr double kWindowsOfAMean = 10;
 constexpr int kStepsOfAMean = 64;
 constexpr Duration kPublishEvery = std::chrono::milliseconds(100);
 constexpr std::uint64_t kEnoughSteps = 5;
-// Of a core, what a room may need that shares a thread, and that is to share one again; and of the shortest of all periods, how long
-// its steps may be.
+// What a room may need of a core that shares a thread, and that is to share one again; likewise how long its steps may be, as a
+// share of the shortest period of all rooms.
 constexpr double kMaxShared = 0.3;
 constexpr double kMaxToShareAgain = 0.2;
 /// A thread that has more time looks now and then whether it has been given a room, or somebody has come.
@@ -93,7 +98,7 @@ struct RoomScheduler::Loop {
   // Io's.
   std::uint64_t steps_before = 0;  ///< until the last look
   Duration busy_before{0};
-  double demand = 0;  ///< share of a core that it needs for that
+  double demand = 0;  ///< share of a core that it needs to keep its rate
   Duration step{0};   ///< how long one takes
   bool has_priority = true;
   LocalTime no_priority_before{}, alone_until{};
@@ -118,10 +123,12 @@ struct RoomScheduler::Stepper {
 };
 
 RoomScheduler::RoomScheduler(const std::vector<Room*>& rooms, int realtime_priority,
-                             std::function<void(const Room&, LocalTime)> after_step, std::function<void()> after_turn)
+                             std::function<void(LocalTime)> before_news,
+                             std::function<void(const Room&, LocalTime)> after_step, std::function<void()> on_news)
     : realtime_priority_(realtime_priority),
+      before_news_(std::move(before_news)),
       after_step_(std::move(after_step)),
-      after_turn_(std::move(after_turn)),
+      on_news_(std::move(on_news)),
       workers_(std::min(cores_, rooms.size())) {
   for (Room* room : rooms) {
     loops_.push_back(std::make_unique<Loop>(*room));
@@ -222,7 +229,7 @@ void RoomScheduler::look_for_users(Stepper& stepper, LocalTime now) {
 }
 
 void RoomScheduler::tell(Stepper& stepper) {
-  if (std::exchange(stepper.news_since, LocalTime{}) != LocalTime{}) after_turn_();
+  if (std::exchange(stepper.news_since, LocalTime{}) != LocalTime{}) on_news_();
 }
 
 void RoomScheduler::step(Stepper& stepper, Loop& loop) {
@@ -231,6 +238,10 @@ void RoomScheduler::step(Stepper& stepper, Loop& loop) {
   const LocalTime begin = clock.now();
   loop.busy.begin(begin);
   stepper.busy.begin(begin);
+  const bool tells_at_once = cores_ > 1 && !is_io_busy_.load(std::memory_order_relaxed);
+  // Where each core has a step, io would keep one from its end.
+  const bool has_free_core = stepping_.fetch_add(1, std::memory_order_relaxed) + 1 < cores_;
+  if (tells_at_once && has_free_core && loop.mean_step < kNotWorthASleep) before_news_(begin + kNotWorthASleep);
   loop.room.step(server_time_of_own_clock(begin));
   const LocalTime end = clock.now();
   loop.timing.step_time.record(end - begin);
@@ -243,7 +254,8 @@ void RoomScheduler::step(Stepper& stepper, Loop& loop) {
   after_step_(loop.room, std::min(deadline, begin));
   if (stepper.news_since == LocalTime{}) stepper.news_since = end;
   const LocalTime done = clock.now();
-  if (done - stepper.news_since >= kTellWithin) tell(stepper);
+  stepping_.fetch_sub(1, std::memory_order_relaxed);
+  if (tells_at_once || done - stepper.news_since >= kTellWithin) tell(stepper);
   loop.busy.end(done);
   stepper.busy.end(done);
   loop.steps.store(loop.timing.steps, std::memory_order_relaxed);
@@ -255,13 +267,22 @@ void RoomScheduler::step(Stepper& stepper, Loop& loop) {
   if (loop.timing.steps % loop.publish_every == 0 || !loop.is_awake) publish(loop);
 }
 
-/// A room is due when those before it on the same thread have mostly been stepped. Its deadlines go there bit by bit.
+/// A room is due a little after those before it on the same thread have been stepped. Its deadlines go there bit by bit.
 void RoomScheduler::settle(const Stepper& stepper, Loop& loop) {
   const Duration period = loop.room.period();
+  Duration all{0};
+  Duration::rep count = 0;
+  for (const Loop* one : stepper.loops) {
+    if (!one->is_awake) continue;
+    all += one->mean_step;
+    ++count;
+  }
+  // Half of what is left of the period stays free.
+  const Duration spare = std::max(Duration{0}, period - all) / std::max<Duration::rep>(1, 2 * count);
   Duration place = from_seconds(stepper.place * to_seconds(period));
   for (const Loop* before : stepper.loops) {
     if (before == &loop) break;
-    if (before->is_awake) place += before->mean_step;
+    if (before->is_awake) place += before->mean_step + std::min({before->mean_step / 2, kMaxApart, spare});
   }
   // From −½ to ½ of a period.
   const Duration off = ((place - loop.phase) % period + period + period / 2) % period - period / 2;
@@ -323,6 +344,7 @@ void RoomScheduler::measure(LocalTime now, Duration window) {
   };
   const Duration io_cpu = realtime::cpu_time(pthread_self());
   io_demand_ += (share_of(io_cpu - std::exchange(io_cpu_, io_cpu), window) - io_demand_) / kWindowsOfAMean;
+  is_io_busy_.store(io_demand_ > (is_io_busy_ ? kNotBusyIo : kBusyIo), std::memory_order_relaxed);
   for (const auto& stepper : steppers_) {
     const Duration cpu = realtime::cpu_time(stepper->thread.native_handle()), busy = stepper->busy.until(now);
     const Duration busy_lately = busy - std::exchange(stepper->busy_before, busy);

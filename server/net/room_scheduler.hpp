@@ -26,7 +26,7 @@ struct RoomTiming {
 };
 
 /// Steps each room at the deadlines of its own period. Small rooms share threads, one a core, and are due there one after the other:
-/// a thread that has woken up steps all of them before it sleeps again. A room that is measured to need much of a core, whose steps are
+/// a thread that has woken up mostly steps several before it sleeps again. A room that is measured to need much of a core, whose steps are
 /// long beside the periods of others, or that everybody has left (it will be made anew) has a thread of its own
 /// (room_placement.hpp). A room that nobody is in sleeps.
 ///
@@ -36,10 +36,12 @@ struct RoomTiming {
 class RoomScheduler {
  public:
   /// In      realtime_priority  1–98; 0: the normal scheduler
-  ///         after_step         runs on the room's thread after each step, with the step's deadline: no lock, no wait
-  ///         after_turn         runs on that thread too: of one or more rooms there are new states to send; likewise
-  RoomScheduler(const std::vector<Room*>& rooms, int realtime_priority,
-                std::function<void(const Room&, LocalTime)> after_step, std::function<void()> after_turn);
+  // These run on the room's thread: no lock, no wait.
+  ///         before_news        a step begins, at whose end there are new states, mostly before that time
+  ///         after_step         with the step's deadline
+  ///         on_news            of one or more rooms there are new states to send
+  RoomScheduler(const std::vector<Room*>& rooms, int realtime_priority, std::function<void(LocalTime)> before_news,
+                std::function<void(const Room&, LocalTime)> after_step, std::function<void()> on_news);
   /// Stops.
   ~RoomScheduler();
   RoomScheduler(const RoomScheduler&) = delete;
@@ -79,8 +81,9 @@ class RoomScheduler {
   void place(LocalTime now);
 
   int realtime_priority_;
+  std::function<void(LocalTime)> before_news_;
   std::function<void(const Room&, LocalTime)> after_step_;
-  std::function<void()> after_turn_;
+  std::function<void()> on_news_;
   std::size_t cores_ = realtime::usable_cores();
   std::vector<std::unique_ptr<Loop>> loops_;
   /// Those that rooms share, then one for each room.
@@ -88,6 +91,8 @@ class RoomScheduler {
   std::size_t workers_ = 0;  ///< how many of them are shared
   bool has_realtime_ = false;
   double io_demand_ = 0;  ///< share of a core
+  std::atomic<bool> is_io_busy_{false};
+  std::atomic<std::size_t> stepping_{0};  ///< threads that are in a step
   Duration io_cpu_{0};
   LocalTime shared_{};
   std::atomic<bool> is_stopping_{false};

@@ -1,5 +1,5 @@
 // `tandem-lab bench server`: a whole server with its sockets and rooms, and users that send and receive at 1 kHz, all on
-// this machine; and before and after it, a bare echo of as many datagrams.
+// this machine; and beside it, a bare echo of datagrams.
 
 #include <sys/resource.h>
 
@@ -8,6 +8,7 @@
 #include <array>
 #include <atomic>
 #include <fstream>
+#include <future>
 #include <iostream>
 #include <memory>
 #include <numeric>
@@ -31,7 +32,7 @@ namespace {
 constexpr Duration kSettling = std::chrono::seconds(1);
 /// In which the time is dealt; the middle one of their latencies counts.
 constexpr int kTurns = 3;
-constexpr Duration kEchoTime = std::chrono::seconds(1);
+constexpr std::size_t kEchoUsers = 2;
 constexpr int kRoomPriority = 60;
 constexpr double kMaxLatency_us = 500;
 constexpr double kMaxEchoes = 2;
@@ -76,7 +77,7 @@ std::array<double, 2> machine_time() {
 }
 
 struct ServerBenchResult {
-  Histogram echo;  ///< before and after the server
+  Histogram echo;  ///< meanwhile
   std::array<LoadResult, kTurns> turns;
   double took_s = 0;         ///< of all turns
   std::vector<double> kept;  ///< share of its rate that each room kept, while the load ran
@@ -160,11 +161,6 @@ class ServerUnderLoad {
   std::thread thread_;
 };
 
-/// As many as a user's inputs and answers; at the priority of the server's io.
-Histogram echo(const Options& options) {
-  return udp_echo_latency(options.clients, options.rate_hz, kEchoTime, kRoomPriority + 1);
-}
-
 /// Processor time that a thread needs to sleep until a deadline and wake up, on this machine when nothing else runs [µs].
 double wake_cost_us() {
   constexpr int kWakes = 1000;
@@ -203,7 +199,6 @@ double per_second(const ServerBenchResult& result, std::uint64_t LoadResult::*wh
 ServerBenchResult measure(const Options& options) {
   ServerBenchResult result;
   result.wake_us = wake_cost_us();
-  result.echo = echo(options);
   ServerUnderLoad subject(options);
   const auto security = options.is_insecure ? std::nullopt : std::optional(subject.security());
   ServerLoad load(subject.server().port(), options.clients, options.rooms, security,
@@ -216,9 +211,15 @@ ServerBenchResult measure(const Options& options) {
     const std::vector<std::uint64_t> before = subject.steps();
     const LocalTime begin = SteadyClock().now();
     const double cpu_before_s = server_cpu_seconds();
-    turn = load.run(from_seconds(options.seconds / kTurns), options.rate_hz);
+    const Duration duration = from_seconds(options.seconds / kTurns);
+    // Datagrams like a user's, at the priority of the server's io: what this machine gives while it has so much to do.
+    auto echo =
+        std::async(std::launch::async, udp_echo_latency, kEchoUsers, options.rate_hz, duration, kRoomPriority + 1);
+    turn = load.run(duration, options.rate_hz);
+    const auto [echo_latency, echo_cpu] = echo.get();
+    result.echo.merge(echo_latency);
     result.took_s += to_seconds(SteadyClock().now() - begin);
-    cpu_s += server_cpu_seconds() - cpu_before_s;
+    cpu_s += server_cpu_seconds() - cpu_before_s - to_seconds(echo_cpu);
     const std::vector<std::uint64_t> after = subject.steps();
     for (std::size_t i = 0; i < options.rooms; ++i) result.kept[i] += static_cast<double>(after[i] - before[i]);
   }
@@ -233,7 +234,6 @@ ServerBenchResult measure(const Options& options) {
   }
   subject.stop();
   result.timings = subject.server().room_timings();
-  result.echo.merge(echo(options));
   return result;
 }
 

@@ -34,6 +34,20 @@ TEST(PeriodicTimer, NeverWakesBeforeItsDeadlineAndDeadlinesAreAPeriodApart) {
   EXPECT_EQ(timer.lateness().count(), 20U);
 }
 
+TEST(PeriodicTimer, MayWakeAheadByAsMuchAsItIsTold) {
+  const SteadyClock clock;
+  const Duration early = std::chrono::microseconds(500);
+  PeriodicTimer timer(std::chrono::milliseconds(2), clock.now());
+  int ahead = 0;
+  for (int i = 0; i < 200; ++i) {
+    const LocalTime deadline = timer.wait(early);
+    const LocalTime now = clock.now();
+    EXPECT_GE(now, deadline - early);
+    if (now < deadline) ++ahead;
+  }
+  EXPECT_GT(ahead, 0) << "it knows by then how long waking up takes";
+}
+
 TEST(PeriodicTimer, LateLoopSkipsWhatItMissedInsteadOfABurst) {
   const SteadyClock clock;
   const LocalTime start = clock.now();
