@@ -36,8 +36,8 @@ struct RoomTiming {
 class RoomScheduler {
  public:
   /// In      realtime_priority  1–98; 0: the normal scheduler
-  // These run on the room's thread: no lock, no wait.
-  ///         before_news        a step begins, at whose end there are new states, mostly before that time
+  ///         before_news        as the next two on the room's thread, without a lock or a wait: a step begins, at whose end there
+  ///                            are new states, mostly before that time
   ///         after_step         with the step's deadline
   ///         on_news            of one or more rooms there are new states to send
   RoomScheduler(const std::vector<Room*>& rooms, int realtime_priority, std::function<void(LocalTime)> before_news,

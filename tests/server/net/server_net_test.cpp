@@ -158,8 +158,7 @@ TEST(LiveServer, ASlowRoomSaysSoAndHoldsUpNobodyElse) {
   server.run();
   EXPECT_GT(server.room_timings()[0].slow, 50U);
   EXPECT_GT(slow_reports, 50);
-  // Beside other tests it may get a fraction of its rate; held up, it would be as slow.
-  EXPECT_GT(4 * server.room_timings()[1].steps, 5 * server.room_timings()[0].steps);
+  EXPECT_GT(server.room_timings()[1].steps, 2 * server.room_timings()[0].steps);
   EXPECT_THAT(log, testing::Contains(HasSubstr("room slow steps at less than 90 %")));
 }
 
