@@ -21,6 +21,9 @@ class SoftBodies {
   virtual const SoftContact& contact(std::size_t tool) const noexcept = 0;
   /// Where the nodes of one are, for viewers.
   virtual std::span<const Vec3> nodes_W(std::size_t body) const = 0;
+  /// Before the first advance(): the nodes of one are here, at rest; those that are glued down stay.
+  /// Fails   std::invalid_argument: another number of nodes
+  virtual void set_nodes(std::size_t body, std::span<const Vec3> nodes_W) = 0;
 };
 
 }  // namespace tandem::physics

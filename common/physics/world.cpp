@@ -137,6 +137,9 @@ void World::put_all_back() noexcept {
 std::span<const Vec3> World::soft_nodes_W(std::size_t soft_body) const {
   return impl_->soft == nullptr ? std::span<const Vec3>() : impl_->soft->nodes_W(soft_body);
 }
+void World::set_soft_nodes(std::size_t soft_body, std::span<const Vec3> nodes_W) {
+  impl_->soft->set_nodes(soft_body, nodes_W);
+}
 
 void World::set_tool(std::size_t index, const RigidState& state) {
   WorldTool& tool = impl_->tools[index];

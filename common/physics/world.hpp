@@ -134,6 +134,9 @@ class World {
   void put_all_back() noexcept;
   /// Of a soft body, as the last step left them; for viewers.
   std::span<const Vec3> soft_nodes_W(std::size_t soft_body) const;
+  /// Before the first step: the nodes of a soft body that the world has are here, at rest.
+  /// Fails   std::invalid_argument: another number of nodes
+  void set_soft_nodes(std::size_t soft_body, std::span<const Vec3> nodes_W);
   ToolState tool(std::size_t tool) const;
   /// What the tool, or the body that it holds, touched in the last step.
   TouchSummary touch(std::size_t tool) const;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
 namespace tandem::server {
 
@@ -87,8 +88,11 @@ bool SoftBody::finish(double step_s, double speed_limit_m_per_s) {
   return is_limited;
 }
 
-void SoftBody::reset() {
-  for (int i = 0; i < node_count(); ++i) put_at_rest(i, to_bullet(model_.nodes_W[static_cast<std::size_t>(i)]));
+void SoftBody::put(std::span<const Vec3> nodes_W) {
+  if (nodes_W.size() != model_.nodes_W.size()) throw std::invalid_argument("a soft body of another number of nodes");
+  for (int i = 0; i < node_count(); ++i) {
+    if (inverse_mass(i) > 0) put_at_rest(i, to_bullet(nodes_W[static_cast<std::size_t>(i)]));
+  }
 }
 
 void SoftBody::copy(const SoftBody& other) {

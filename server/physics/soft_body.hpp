@@ -5,6 +5,7 @@
 #include <BulletSoftBody/btSoftBody.h>
 
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "server/physics/bullet_convert.hpp"
@@ -36,7 +37,10 @@ class SoftBody {
   /// Velocities from positions, damped along the links and limited. True when a node had to be slowed.
   bool finish(double step_s, double speed_limit_m_per_s);
   /// Back to the start, at rest.
-  void reset();
+  void reset() { put(model_.nodes_W); }
+  /// Nodes that are not glued down are here, at rest.
+  /// Fails   std::invalid_argument: another number of them
+  void put(std::span<const Vec3> nodes_W);
   /// Where another of the same model is, at rest.
   void copy(const SoftBody& other);
 

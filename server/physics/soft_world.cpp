@@ -72,6 +72,8 @@ class Stepper {
     result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   }
 
+  void put(std::size_t body, std::span<const Vec3> nodes_W) { bodies_[body]->step.body().put(nodes_W); }
+
   void copy_nodes(Result& result) const {
     result.nodes_W.resize(bodies_.size());
     for (std::size_t b = 0; b < bodies_.size(); ++b) {
@@ -255,6 +257,10 @@ std::size_t SoftWorld::body_count() const {
 }
 std::span<const Vec3> SoftWorld::nodes_W(std::size_t body) const {
   return impl_->taken.nodes_W[body];
+}
+void SoftWorld::set_nodes(std::size_t body, std::span<const Vec3> nodes_W) {
+  impl_->stepper.put(body, nodes_W);
+  impl_->stepper.copy_nodes(impl_->taken);
 }
 const SoftModel& SoftWorld::model(std::size_t body) const {
   return impl_->settings.bodies[body];

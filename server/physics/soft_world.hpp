@@ -74,6 +74,7 @@ class SoftWorld final : public physics::SoftBodies {
   /// For viewers, of the last result: nodes, and the surface over them.
   std::size_t body_count() const;
   std::span<const Vec3> nodes_W(std::size_t body) const override;
+  void set_nodes(std::size_t body, std::span<const Vec3> nodes_W) override;
   const SoftModel& model(std::size_t body) const;
 
   int period_steps() const;

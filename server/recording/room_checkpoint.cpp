@@ -22,6 +22,12 @@ std::string hash_of(const LoadedScene& scene) {
 
 }  // namespace
 
+wire::RoomCheckpoint checkpoint_of(const Room& room) {
+  RoomState state;
+  room.describe(state);
+  return checkpoint_of(room.name(), room.scene(), state);
+}
+
 wire::RoomCheckpoint checkpoint_of(const std::string& room, const LoadedScene& scene, const RoomState& state) {
   wire::RoomCheckpoint out;
   out.set_room(room);
@@ -39,6 +45,9 @@ wire::RoomCheckpoint checkpoint_of(const std::string& room, const LoadedScene& s
     for (const double number : tool.X_BT.p) to.add_in_body(number);
     const Quat& q = tool.X_BT.q;
     for (const double number : {q.w(), q.x(), q.y(), q.z()}) to.add_in_body(number);
+  }
+  for (const Vec3& node_W : state.soft_nodes_W) {
+    for (const double number : node_W) out.add_soft_nodes(number);
   }
   return out;
 }
@@ -60,6 +69,9 @@ std::optional<RoomState> state_of(const wire::RoomCheckpoint& checkpoint, const 
     state.tools.push_back(
         {static_cast<std::uint8_t>(tool.tool()), proto::read_exact(tool.state()), BodyId{tool.held_body()}, X_BT});
   }
+  const auto& soft = checkpoint.soft_nodes();
+  if (soft.size() % 3 != 0) return std::nullopt;
+  for (int i = 0; i < soft.size(); i += 3) state.soft_nodes_W.emplace_back(soft[i], soft[i + 1], soft[i + 2]);
   return state;
 }
 

@@ -9,6 +9,8 @@
 
 namespace tandem::server {
 
+/// Of a room between its steps.
+wire::RoomCheckpoint checkpoint_of(const Room& room);
 wire::RoomCheckpoint checkpoint_of(const std::string& room, const LoadedScene& scene, const RoomState& state);
 /// Fails   nothing: it is of another scene, or a number is missing. Ranges are Room::resume()'s to check
 std::optional<RoomState> state_of(const wire::RoomCheckpoint& checkpoint, const LoadedScene& scene);

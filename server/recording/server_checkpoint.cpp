@@ -28,6 +28,7 @@ class ServerCheckpoint::Watch final : public RoomWatcher {
   explicit Watch(const Room& room)
       : name(room.name()),
         scene(room.shared_scene()),
+        states(with_all_nodes(*scene)),
         every_(static_cast<std::uint64_t>(std::max(1.0, std::round(kTakeEvery_s / to_seconds(room.period()))))) {}
 
   void on_command(const RoomCommand& /*command*/) noexcept override {}
@@ -35,7 +36,7 @@ class ServerCheckpoint::Watch final : public RoomWatcher {
   void on_step(const Room& room, ServerTime /*now*/, TickFaults /*faults*/) noexcept override {
     // Of one that goes to sleep, how it sleeps.
     if (room.steps_done().value % every_ != 0 && !room.is_idle()) return;
-    states.back() = room.state();
+    room.describe(states.back());
     states.publish();
   }
 
@@ -45,6 +46,15 @@ class ServerCheckpoint::Watch final : public RoomWatcher {
   realtime::Mailbox<RoomState> states;
 
  private:
+  /// So that the room's thread need not allocate.
+  static RoomState with_all_nodes(const LoadedScene& scene) {
+    RoomState state;
+    for (const SoftModel& body : scene.soft_bodies) {
+      state.soft_nodes_W.insert(state.soft_nodes_W.end(), body.nodes_W.begin(), body.nodes_W.end());
+    }
+    return state;
+  }
+
   std::uint64_t every_;
 };
 
@@ -62,7 +72,7 @@ ServerCheckpoint::ServerCheckpoint(const std::filesystem::path& folder, const st
   for (Room* const room : rooms_) {
     watches_.push_back(std::make_unique<Watch>(*room));
     room->watch(*watches_.back());
-    *newest_.add_rooms() = checkpoint_of(room->name(), room->scene(), room->state());
+    *newest_.add_rooms() = checkpoint_of(*room);
   }
   newest_.set_audience(audience_);
   *newest_.mutable_admission() = admission_;
@@ -93,7 +103,7 @@ void ServerCheckpoint::resume(const wire::ServerCheckpoint& before) {
     const auto found = std::ranges::find(before.rooms(), rooms_[i]->name(), &wire::RoomCheckpoint::room);
     if (found == before.rooms().end() || (limit_s > 0 && age_s > limit_s)) continue;
     const auto state = state_of(*found, rooms_[i]->scene());
-    if (!state || (state->bodies.empty() && state->tools.empty())) continue;
+    if (!state || (state->bodies.empty() && state->tools.empty() && state->soft_nodes_W.empty())) continue;
     rooms_[i]->resume(*state);
     restored_[i] = *found;
     on_news_("room " + rooms_[i]->name() + " goes on as it was " + std::to_string(static_cast<int>(1e3 * age_s)) +
@@ -138,8 +148,7 @@ void ServerCheckpoint::finish() {
   thread_.reset();
   if (admissions_.poll()) newest_.mutable_admission()->ParseFromString(admissions_.front());
   for (std::size_t i = 0; i < rooms_.size(); ++i) {
-    *newest_.mutable_rooms(static_cast<int>(i)) =
-        checkpoint_of(rooms_[i]->name(), rooms_[i]->scene(), rooms_[i]->state());
+    *newest_.mutable_rooms(static_cast<int>(i)) = checkpoint_of(*rooms_[i]);
   }
   write();
 }

@@ -239,10 +239,26 @@ void Room::resume(const RoomState& state) {
     if (!holds) left_[tool.tool]->held = BodyId{};
     is_as_at_start_ = false;
   }
+  resume_soft_bodies(state.soft_nodes_W);
 }
 
-RoomState Room::state() const noexcept {
-  RoomState state;
+void Room::resume_soft_bodies(std::span<const Vec3> nodes_W) {
+  std::size_t count = 0;
+  for (const SoftModel& body : scene_->soft_bodies) count += body.nodes_W.size();
+  const auto is_there = [](const Vec3& p) { return p.allFinite() && p.norm() <= proto::kMaxPositionM; };
+  if (nodes_W.empty() || nodes_W.size() != count || !std::ranges::all_of(nodes_W, is_there)) return;
+  for (std::size_t i = 0; i < scene_->soft_bodies.size(); ++i) {
+    const std::size_t nodes = scene_->soft_bodies[i].nodes_W.size();
+    world_.set_soft_nodes(i, nodes_W.first(nodes));
+    nodes_W = nodes_W.subspan(nodes);
+  }
+  is_as_at_start_ = false;
+}
+
+void Room::describe(RoomState& state) const noexcept {
+  state.bodies.clear();
+  state.tools.clear();
+  describe_soft_bodies(state.soft_nodes_W);
   for (const BodyId id : moving_bodies_) {
     const RigidState now = world_.body(id);
     const Pose& start = scene_->world.bodies[id.value - 1].X_WB;
@@ -261,7 +277,17 @@ RoomState Room::state() const noexcept {
         left && std::ranges::any_of(state.tools, [&](const auto& t) { return t.tool == left->tool; });
     if (left && !is_listed) state.tools.push_back(*left);
   }
-  return state;
+}
+
+void Room::describe_soft_bodies(std::vector<Vec3>& nodes_W) const noexcept {
+  nodes_W.clear();
+  bool is_at_start = true;
+  for (std::size_t i = 0; i < scene_->soft_bodies.size(); ++i) {
+    const std::span<const Vec3> now_W = world_.soft_nodes_W(i);
+    is_at_start = is_at_start && std::ranges::equal(now_W, scene_->soft_bodies[i].nodes_W);
+    nodes_W.insert(nodes_W.end(), now_W.begin(), now_W.end());
+  }
+  if (is_at_start) nodes_W.clear();
 }
 
 void Room::leave(User& user) noexcept {

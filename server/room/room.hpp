@@ -93,6 +93,7 @@ struct RoomState {
   };
   boost::container::static_vector<proto::BodyState, proto::kMaxBodies> bodies;  ///< not where the scene starts them
   boost::container::static_vector<Tool, proto::kMaxUsers> tools;
+  std::vector<Vec3> soft_nodes_W;  ///< of all soft bodies in their order; none: as the scene starts them
 };
 
 class Room;
@@ -155,8 +156,8 @@ class Room {
   /// What the passivity controllers of its tools took out of their motion.
   double braked_j() const noexcept;
   const physics::World& world() const { return world_; }
-  /// For resume(). No allocation.
-  RoomState state() const noexcept;
+  /// For resume(). Without allocation where `state` has been here before, or the scene has no soft bodies.
+  void describe(RoomState& state) const noexcept;
   /// Who has the seat; invalid: nobody.
   const Seat& seat(std::size_t index) const;
   const RoomOptions& options() const { return options_; }
@@ -176,6 +177,8 @@ class Room {
   void join(const Seat& seat) noexcept;
   void leave(User& user) noexcept;
   void open_port(User& user) noexcept;
+  void resume_soft_bodies(std::span<const Vec3> nodes_W);
+  void describe_soft_bodies(std::vector<Vec3>& nodes_W) const noexcept;
   void keep_left_things() noexcept;
   void serve_request(User& user, const RoomCommand& command) noexcept;
   void grab(User& user, BodyId body, std::uint32_t request) noexcept;

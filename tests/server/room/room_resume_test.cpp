@@ -1,9 +1,11 @@
 // A room that goes on from how another one was: things are where they were, and who comes back has his tool and what it held.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include "server/recording/room_checkpoint.hpp"
 #include "server/room/room.hpp"
 #include "tests/common/physics/scene_support.hpp"
 
@@ -18,6 +20,13 @@ constexpr const char* kTwoCubes =
         "placement": {"position_m": [0.2, 0, 0.02]}})";
 constexpr const char* kTwoTools =
     R"({"name": "l", "placement": {"position_m": [0, 0, 0.05]}}, {"name": "r", "placement": {"position_m": [0.5, 0, 0.3]}})";
+
+constexpr const char* kTwoPads =
+    R"("soft_bodies": [
+       {"name": "glued", "block": {"size_m": [0.08, 0.08, 0.04], "spacing_m": 0.02}, "mass_kg": 0.3, "anchored": ["-z"],
+        "placement": {"position_m": [0.3, 0.3, 0.02]}},
+       {"name": "loose", "block": {"size_m": [0.08, 0.08, 0.04], "spacing_m": 0.02}, "mass_kg": 0.3,
+        "placement": {"position_m": [-0.3, 0.3, 0.8]}}])";
 
 /// g T²: a body is held from the first step on, at the end of it.
 constexpr double kFallOfAStep_m = 1.01 * 9.81e-6;
@@ -57,7 +66,8 @@ TEST_F(RoomResumeTest, GoesOnFromTheStateOfAnother) {
     step();
   }
   ASSERT_EQ(room_.world().tool(0).held, BodyId{2});
-  const RoomState state = room_.state();
+  RoomState state;
+  room_.describe(state);
   Room next(RoomId{1}, "test", room_.shared_scene());
   next.resume(state);
   EXPECT_FALSE(next.is_idle()) << "nobody is there, but it is not as the scene says";
@@ -73,6 +83,39 @@ TEST_F(RoomResumeTest, GoesOnFromTheStateOfAnother) {
   EXPECT_FALSE(next.world().tool(1).held.is_valid());
   EXPECT_LT((next.world().tool(1).tool.X.p - room_.world().tool(1).tool.X.p).norm(), 1e-3);
   EXPECT_LT((next.world().tool(0).tool.X.p - room_.world().tool(0).tool.X.p).norm(), 1e-3);
+}
+
+TEST_F(RoomResumeTest, SoftBodiesGoOnWhereTheyWere) {
+  const auto scene = physics::load_parts({.bodies = kTwoCubes, .tools = kTwoTools, .rest = kTwoPads});
+  Room room(RoomId{1}, "test", scene), next(RoomId{1}, "test", scene);
+  RoomState at_start;
+  room.describe(at_start);
+  EXPECT_TRUE(at_start.soft_nodes_W.empty());
+  ASSERT_TRUE(room.post({.seat = {0, UserId{7}, UserRole::kManipulator, 0}}));
+  for (int i = 1; i <= 300; ++i) room.step(ServerTime(room.period() * i));
+  const wire::RoomCheckpoint kept = checkpoint_of(room);
+  const auto state = state_of(kept, *scene);
+  ASSERT_TRUE(state);
+  wire::RoomCheckpoint torn = kept;
+  torn.mutable_soft_nodes()->RemoveLast();
+  EXPECT_FALSE(state_of(torn, *scene));
+  next.resume(*state);
+  EXPECT_FALSE(next.is_idle());
+  for (std::size_t pad = 0; pad < 2; ++pad) {
+    EXPECT_TRUE(std::ranges::equal(next.world().soft_nodes_W(pad), room.world().soft_nodes_W(pad))) << pad;
+    EXPECT_FALSE(std::ranges::equal(next.world().soft_nodes_W(pad), scene->soft_bodies[pad].nodes_W)) << pad;
+  }
+  // And it yields on from there: the loose one has fallen for 0.3 s and falls on to the floor.
+  const auto lowest_m = [](const Room& of) {
+    double lowest = 1;
+    for (const Vec3& node_W : of.world().soft_nodes_W(1)) lowest = std::min(lowest, node_W.z());
+    return lowest;
+  };
+  const double left_m = lowest_m(next);
+  EXPECT_LT(left_m, 0.75);
+  for (int i = 1; i <= 1500; ++i) next.step(ServerTime(next.period() * i));
+  EXPECT_LT(lowest_m(next), left_m - 0.3);
+  EXPECT_GT(lowest_m(next), -0.02);
 }
 
 TEST_F(RoomResumeTest, WhatWasHeldFallsWhenNobodyComesBackForIt) {
