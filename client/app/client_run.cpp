@@ -296,7 +296,7 @@ void ClientRun::start_loop() {
     throw std::runtime_error("--insist-realtime: " + joined_lines(realtime_not_granted_));
   }
   for (const std::string& line : realtime_not_granted_) say(line);
-  if (second_) second_->start();
+  if (second_) second_->start(io_.snapshot());
   second_to_stop = second_.get();
   stop_signals_.when_requested([this] {
     loop_->request_stop();
@@ -311,8 +311,8 @@ void ClientRun::keep_going() {
   if (loop_->is_over()) is_over_ = true;
   drain_records();
   set_what_is_due();
-  if (second_) second_->poll();
   const ClientIoSnapshot io = io_.snapshot();
+  if (second_) second_->poll(io);
   follow_session(io);
   const LocalTime now = SteadyClock().now();
   record_link(io, now);

@@ -185,8 +185,9 @@ void add_workspace_options(CLI::App& app, ClientOptions& options) {
 }
 
 void add_second_device_options(CLI::App& app, devices::DeviceOptions& second) {
-  app.add_option("--second-device", second.name,
-                 "what your other hand holds: it has a tool of its own, as a second user of the room")
+  app.add_option(
+         "--second-device", second.name,
+         "what your other hand holds: it has a tool of its own, as a second user of the room; --join lets both in")
       ->type_name("NAME");
   app.add_option("--second-hand", second.hand, "as --hand, of a simulated second hand")->capture_default_str();
 }

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "client/app/summary.hpp"
+#include "client/session/credentials.hpp"
 
 namespace tandem::client {
 namespace {
@@ -26,6 +27,7 @@ ClientOptions SecondHand::options_of(const ClientOptions& first) {
   options.window.is_open = false;
   options.trace.clear();
   options.record.clear();
+  options.io.client.session.token.clear();
   options.seed = first.seed + 1;
   options.device.seed = options.seed;
   SessionSettings& session = options.io.client.session;
@@ -42,12 +44,18 @@ SecondHand::SecondHand(ClientOptions options, ClientIoSettings io, std::function
       report_({}, haptics::SafetySettings{}.silence_zero),
       loop_(loop_settings(options_), io_.haptics(), [this] { io_.notify(); }) {}
 
-void SecondHand::start() {
+void SecondHand::start(const ClientIoSnapshot& first) {
+  if (first.beside) io_.set_credentials(*first.beside);
   io_.start();
 }
 
-void SecondHand::poll() {
+void SecondHand::poll(const ClientIoSnapshot& first) {
   last_ = io_.snapshot();
+  const auto is_in_room = [](const ClientIoSnapshot& of) { return of.status.state == SessionState::kActive; };
+  if (is_in_room(first) && is_in_room(last_) && first.room != last_.room && first.room != followed_to_) {
+    followed_to_ = first.room;  // once: it may be full
+    io_.change_room(first.room);
+  }
   if (!has_started_ && last_.status.state == SessionState::kActive && last_.joined) start_loop();
   if (!has_started_ && last_.status.state == SessionState::kEnded) {
     throw std::runtime_error("second device: " + last_.status.why);

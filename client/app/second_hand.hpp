@@ -29,11 +29,11 @@ class SecondHand {
   /// Fails   as devices::open_device() and ClientIo
   SecondHand(ClientOptions options, ClientIoSettings io, std::function<void(const std::string&)> say);
 
-  /// Begins to join; poll() goes on.
-  void start();
-  /// Takes what its loop recorded; starts the loop once it has joined.
+  /// Begins to join beside the first, which has joined; poll() goes on.
+  void start(const ClientIoSnapshot& first);
+  /// Takes what its loop recorded; starts the loop once it has joined; goes to the room that the first has gone to.
   /// Fails   std::runtime_error: it cannot join
-  void poll();
+  void poll(const ClientIoSnapshot& first);
   /// Lets the hand go, now or in the end.
   /// Thread  any
   void request_stop() noexcept;
@@ -53,6 +53,7 @@ class SecondHand {
   RunReport report_;
   ClientIoSnapshot last_;
   std::string last_why_;
+  std::string followed_to_;
   std::vector<std::string> realtime_not_granted_;
   HapticLoop loop_;  ///< gone before what it uses
   bool has_started_ = false;

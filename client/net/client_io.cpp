@@ -11,6 +11,7 @@
 #include <system_error>
 #include <thread>
 
+#include "client/session/credentials.hpp"
 #include "common/realtime/realtime.hpp"
 
 namespace tandem::client {
@@ -61,6 +62,7 @@ struct ClientIo::Impl {
   std::thread thread;
 
   std::shared_ptr<const wire::Joined> joined;  // io thread's copy
+  std::shared_ptr<const Credentials> beside;   // likewise
   std::shared_ptr<const AssetMap> assets;      // likewise
   LocalTime published_at{};
   mutable std::mutex mutex;  // protects `published`; never taken by the haptic thread
@@ -78,7 +80,10 @@ ClientIo::Impl::Impl(ClientIo& client_io, ClientIoSettings client_settings, devi
   session.on_log = [this](const std::string& line) {
     if (owner.on_log) owner.on_log(line);
   };
-  session.on_joined = [this](const wire::Joined& answer) { joined = std::make_shared<const wire::Joined>(answer); };
+  session.on_joined = [this](const wire::Joined& answer) {
+    joined = std::make_shared<const wire::Joined>(answer);
+    beside = session.credentials_beside();
+  };
 }
 
 void ClientIo::Impl::run() {
@@ -150,6 +155,7 @@ void ClientIo::Impl::publish_snapshot(LocalTime now) {
   snapshot.counters.received_drops.add(proto::DropReason::kSimulatedLoss, down.lost + down.queue_full);
   for (const auto& [hash, bytes] : session.assets()) snapshot.asset_bytes += bytes->size();
   snapshot.joined = joined;
+  snapshot.beside = beside;
   snapshot.room = session.room();
   snapshot.rooms = session.rooms();
   snapshot.news = session.news();
@@ -177,6 +183,10 @@ ClientIo::ClientIo(ClientIoSettings settings, devices::Device& device)
 
 ClientIo::~ClientIo() {
   stop();
+}
+
+void ClientIo::set_credentials(const Credentials& credentials) {
+  impl_->session.set_credentials(credentials);
 }
 
 void ClientIo::start() {

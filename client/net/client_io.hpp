@@ -42,6 +42,7 @@ struct ClientIoSnapshot {
   LinkTraffic links;
   std::uint64_t asset_bytes = 0;                                       ///< fetched and verified
   std::shared_ptr<const wire::Joined> joined;                          ///< from the last join; null before the first
+  std::shared_ptr<const Credentials> beside;                           ///< ClientSession::credentials_beside()
   std::string room;                                                    ///< joined; "" before the first welcome
   std::vector<std::string> rooms;                                      ///< of the server
   std::string news;                                                    ///< ClientSession::news()
@@ -69,6 +70,8 @@ class ClientIo {
   ClientIo(const ClientIo&) = delete;
   ClientIo& operator=(const ClientIo&) = delete;
 
+  /// Before start(): instead of the settings' token.
+  void set_credentials(const Credentials& credentials);
   /// Starts the thread, which connects.
   void start();
   /// What the haptic thread ticks, and calls notify() after.

@@ -119,6 +119,14 @@ ClientSession::ClientSession(SessionSettings settings, ClientTransport& transpor
 
 ClientSession::~ClientSession() = default;
 
+void ClientSession::set_credentials(const Credentials& credentials) {
+  impl_->credentials = credentials;
+}
+
+std::shared_ptr<const Credentials> ClientSession::credentials_beside() const {
+  return impl_->credentials.beside();
+}
+
 void ClientSession::start(LocalTime now) {
   impl_->connect(now);
 }

@@ -108,11 +108,15 @@ struct SessionStatus {
 
 using net::printable;
 
+class Credentials;
+
 class ClientSession {
  public:
   ClientSession(SessionSettings settings, ClientTransport& transport, ClientMailboxes& mailboxes);
   ~ClientSession();
 
+  /// Before start(): instead of the settings' token.
+  void set_credentials(const Credentials& credentials);
   void start(LocalTime now);
   void on_connected(LocalTime now);
   void on_disconnected(LocalTime now, const std::string& why);
@@ -162,6 +166,8 @@ class ClientSession {
   const std::vector<std::shared_ptr<const std::vector<Vec3>>>& soft_offsets() const;
   /// What the server refused last, or the last news of the room, for people; "" before the first.
   const std::string& news() const;
+  /// That let in a second device of the user; null: without them it joins as anybody does.
+  std::shared_ptr<const Credentials> credentials_beside() const;
   /// The others who are in the room.
   const std::vector<wire::UserJoined>& users() const;
   /// Verified bytes of the scene's files by their SHA-256; kept across reconnects, as is what has come of one that is not

@@ -244,7 +244,7 @@ void ClientSession::Impl::go_to_room(const std::string& wanted, LocalTime now) {
   stop_state();
   if (status.state == SessionState::kJoining || status.state == SessionState::kActive) {
     wire::ClientControl message;
-    message.mutable_leave();
+    message.mutable_leave()->set_to_return(credentials.can_return());
     send(message);
   }
   transport.close();
@@ -343,8 +343,9 @@ void ClientSession::kick(UserId user) {
 
 void ClientSession::change_room(const std::string& room, LocalTime now) {
   if (impl_->status.state != SessionState::kActive || room == impl_->room) return;
-  if (impl_->credentials.are_asked_for()) {
-    impl_->news = "an invitation lets into one room; ask for one into room " + printable(room);
+  const Credentials& credentials = impl_->credentials;
+  if (credentials.are_asked_for() && (credentials.are_for_one_room() || !credentials.can_return())) {
+    impl_->news = "the invitation was into one room; ask for one into room " + printable(room);
     return;
   }
   impl_->room_left = impl_->room;

@@ -68,6 +68,8 @@ void Admission::resume(const wire::AdmissionState& state) {
     // Who was connected when the server ended has lost it then.
     credential.lost_before_ms = in.lost_ms() != 0 ? in.lost_ms() : settings_.unix_ms();
     if (in.tool() > 0) credential.tool = static_cast<std::uint8_t>(in.tool() - 1);
+    credential.claims = in.claims();
+    if (in.beside().size() == sizeof(Id)) credential.beside = array_of<Id>(in.beside());
   }
 }
 
@@ -93,13 +95,20 @@ wire::AdmissionState Admission::state(LocalTime now) const {
       to.set_lost_ms(settings_.unix_ms() - ago_ms);
     }
     if (credential.tool) to.set_tool(1U + *credential.tool);
+    *to.mutable_claims() = credential.claims;
+    if (credential.beside) to.set_beside(text(*credential.beside));
   }
   return out;
 }
 
-void Admission::revoke(const Id& credential) {
+std::optional<Admission::Id> Admission::revoke(const Id& credential) {
   credentials_.erase(credential);
   ++changes_;
+  const auto second = find_beside(credential);
+  if (second == credentials_.end()) return std::nullopt;
+  const Id id = second->first;
+  credentials_.erase(second);
+  return id;
 }
 
 std::optional<Refusal> Admission::admit(wire::JoinRoom& join, const std::optional<secure::Exported>& exported,
@@ -110,6 +119,7 @@ std::optional<Refusal> Admission::admit(wire::JoinRoom& join, const std::optiona
     ticket.resume_key = array_of<secure::PublicKey>(join.resume_key());
     ticket.has_resume_key = true;
   }
+  if (join.has_beside()) return admit_beside(join, exported, ticket);
   return admit_by_token(join, ticket);
 }
 
@@ -132,6 +142,7 @@ std::optional<Refusal> Admission::admit_by_token(wire::JoinRoom& join, Ticket& t
   if (used_.size() >= settings_.max_used_tokens) {
     return Refusal{wire::ERROR_SERVER_FULL, "too many have joined lately; try later"};
   }
+  ticket.claims = *claims;
   return cut_to(*claims, join);
 }
 
@@ -147,30 +158,61 @@ std::optional<Refusal> Admission::check_times(const wire::TokenClaims& claims) {
   return Refusal{wire::ERROR_TOKEN_EXPIRED, problem};
 }
 
+Admission::Credentials::iterator Admission::find_signed(const wire::Resume& by,
+                                                        const std::optional<secure::Exported>& exported) {
+  if (!exported || by.credential().size() != sizeof(Id) || by.signature().size() != sizeof(secure::Signature)) {
+    return credentials_.end();
+  }
+  const auto found = credentials_.find(array_of<Id>(by.credential()));
+  if (found == credentials_.end()) return found;
+  const auto signature = array_of<secure::Signature>(by.signature());
+  return secure::has_signed(found->second.key, exported->secret.bytes(), signature) ? found : credentials_.end();
+}
+
+Admission::Credentials::iterator Admission::find_beside(const Id& first) {
+  return std::ranges::find_if(credentials_, [&first](const auto& entry) { return entry.second.beside == first; });
+}
+
 /// The same answer to whatever is wrong: who guesses learns nothing.
 std::optional<Refusal> Admission::admit_again(wire::JoinRoom& join, const std::optional<secure::Exported>& exported,
                                               Ticket& ticket) {
-  const Refusal refusal{wire::ERROR_BAD_CREDENTIAL, "the session cannot be resumed; ask for a new invitation"};
-  secure::Signature signature{};
-  const wire::Resume& resume = join.resume();
-  if (!exported || resume.credential().size() != ticket.id.size() || resume.signature().size() != signature.size()) {
-    return refusal;
+  const auto found = find_signed(join.resume(), exported);
+  if (found == credentials_.end()) {
+    return Refusal{wire::ERROR_BAD_CREDENTIAL, "the session cannot be resumed; ask for a new invitation"};
   }
-  ticket.id = array_of<Id>(resume.credential());
+  ticket.id = found->first;
   ticket.is_resumed = true;
-  signature = array_of<secure::Signature>(resume.signature());
-  const auto found = credentials_.find(ticket.id);
-  if (found == credentials_.end()) return refusal;
   const Credential& credential = found->second;
-  if (!secure::has_signed(credential.key, exported->secret.bytes(), signature)) return refusal;
-  if (!join.room().empty() && join.room() != credential.granted.room()) {
-    return Refusal{wire::ERROR_NOT_ALLOWED, "the session was in another room"};
-  }
-  ticket.tool = credential.tool;
-  const double deadband = join.deadband();
-  join = credential.granted;
-  join.set_deadband(deadband);
+  const bool goes_elsewhere = !join.room().empty() && join.room() != credential.granted.room();
+  const bool is_for_any_room = !credential.claims.id().empty() && credential.claims.room().empty();
+  if (goes_elsewhere && !is_for_any_room) return Refusal{wire::ERROR_NOT_ALLOWED, "the session was in another room"};
+  if (!goes_elsewhere) ticket.tool = credential.tool;
+  wire::JoinRoom granted = credential.granted;
+  granted.set_deadband(join.deadband());
+  if (goes_elsewhere) granted.set_room(join.room());
+  join = granted;
   return std::nullopt;
+}
+
+std::optional<Refusal> Admission::admit_beside(wire::JoinRoom& join, const std::optional<secure::Exported>& exported,
+                                               Ticket& ticket) {
+  const auto found = find_signed(join.beside(), exported);
+  if (found == credentials_.end() || found->second.lost || found->second.lost_before_ms != 0) {
+    return Refusal{wire::ERROR_BAD_CREDENTIAL, "the first device is not here; let it join again"};
+  }
+  const auto second = find_beside(found->first);
+  const bool is_here = second != credentials_.end() && !second->second.lost;
+  if (found->second.beside || is_here || !ticket.has_resume_key) {
+    return Refusal{wire::ERROR_NOT_ALLOWED, "an invitation is for two devices of one person at most"};
+  }
+  ticket.beside = found->first;
+  ticket.claims = found->second.claims;
+  const wire::JoinRoom& first = found->second.granted;
+  join.set_room(first.room());
+  // There is one operator a room.
+  const bool has_tool = join.role() != wire::ROLE_OBSERVER && first.role() != wire::ROLE_OBSERVER;
+  join.set_role(has_tool ? wire::ROLE_MANIPULATOR : wire::ROLE_OBSERVER);
+  return cut_to(ticket.claims, join);
 }
 
 std::optional<Admission::Id> Admission::note_joined(const Ticket& ticket, const wire::JoinRoom& granted,
@@ -183,9 +225,16 @@ std::optional<Admission::Id> Admission::note_joined(const Ticket& ticket, const 
     found->second.lost.reset();
     found->second.lost_before_ms = 0;
     found->second.tool = tool;
+    found->second.granted.set_room(granted.room());
     return ticket.id;
   }
-  used_[ticket.id] = ticket.expires_ms;
+  if (ticket.beside) {
+    // One that was lost, and will not come back now.
+    const auto before = find_beside(*ticket.beside);
+    if (before != credentials_.end()) credentials_.erase(before);
+  } else {
+    used_[ticket.id] = ticket.expires_ms;
+  }
   if (!ticket.has_resume_key || credentials_.size() >= settings_.max_credentials) return std::nullopt;
   Id id{};
   secure::fill_random(id);
@@ -193,7 +242,10 @@ std::optional<Admission::Id> Admission::note_joined(const Ticket& ticket, const 
   credential.key = ticket.resume_key;
   credential.granted = granted;
   credential.granted.clear_token();
+  credential.granted.clear_beside();
   credential.tool = tool;
+  credential.claims = ticket.claims;
+  credential.beside = ticket.beside;
   return id;
 }
 

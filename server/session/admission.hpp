@@ -1,7 +1,9 @@
 // Who may join, and as what: by a token that is used once, or by coming back with the key that the first join named.
 //
 //   JoinRoom.token ──▶ signature ▶ audience ▶ times ▶ not used ──▶ role, room, name and force of the request cut to the token's
-//   JoinRoom.resume ─▶ credential known, not expired ▶ signature of this connection's export ──▶ those of the first join
+//   JoinRoom.resume ─▶ credential known, not expired ▶ signature of this connection's export ──▶ those of the first join,
+//                      in another room where the token was for any
+//   JoinRoom.beside ─▶ likewise, of a user who is here, with one device ──▶ his room, and what his token allows
 //
 // A token is used up only when its user has got a seat. What has been used is remembered until it expires; when there is
 // no room to remember one more, it is refused and nothing is forgotten. What is remembered can outlive the server (state(),
@@ -55,6 +57,8 @@ class Admission {
     secure::PublicKey resume_key{};
     bool has_resume_key = false;
     std::optional<std::uint8_t> tool{};  ///< of who comes back: the one he had
+    wire::TokenClaims claims;            ///< of a newcomer's token, or of the user's beside whom it is
+    std::optional<Id> beside{};
   };
 
   explicit Admission(AdmissionSettings settings);
@@ -70,7 +74,9 @@ class Admission {
                                 LocalTime now);
   /// The connection is gone, and may be resumed within kResumeWithin.
   void note_lost(const Id& credential, LocalTime now);
-  void revoke(const Id& credential);
+  /// It lets in no more, nor does that of a second device beside it.
+  /// Out     the second device's; none: there is no such
+  std::optional<Id> revoke(const Id& credential);
   /// All that must outlive the server, and how often that has changed.
   wire::AdmissionState state(LocalTime now) const;
   std::uint64_t changes() const { return changes_; }
@@ -82,11 +88,19 @@ class Admission {
     std::optional<LocalTime> lost{};
     std::uint64_t lost_before_ms = 0;  ///< since 1970, by the server before; 0: not lost then
     std::optional<std::uint8_t> tool{};
+    wire::TokenClaims claims;
+    std::optional<Id> beside{};  ///< of a second device
   };
+  using Credentials = std::map<Id, Credential>;
   void resume(const wire::AdmissionState& state);
   std::optional<Refusal> admit_by_token(wire::JoinRoom& join, Ticket& ticket);
   std::optional<Refusal> admit_again(wire::JoinRoom& join, const std::optional<secure::Exported>& exported,
                                      Ticket& ticket);
+  std::optional<Refusal> admit_beside(wire::JoinRoom& join, const std::optional<secure::Exported>& exported,
+                                      Ticket& ticket);
+  /// Whose it is who has signed that; end(): nobody's.
+  Credentials::iterator find_signed(const wire::Resume& by, const std::optional<secure::Exported>& exported);
+  Credentials::iterator find_beside(const Id& first);
   std::optional<Refusal> check_times(const wire::TokenClaims& claims);
   /// Milliseconds since 1970, never before what they were.
   std::uint64_t unix_ms();
@@ -96,7 +110,7 @@ class Admission {
   std::uint64_t started_ms_;
   std::uint64_t newest_ms_ = 0;       ///< a clock that is set back makes no used token valid again
   std::map<Id, std::uint64_t> used_;  ///< tokens, until when they would have been valid
-  std::map<Id, Credential> credentials_;
+  Credentials credentials_;
   std::uint64_t changes_ = 1;
 };
 

@@ -104,6 +104,9 @@ void SessionHub::Impl::handle(Connection& connection, const wire::ClientControl&
 
 bool SessionHub::Impl::handle_in_any_state(Connection& connection, const wire::ClientControl& message) {
   if (message.has_leave()) {
+    if (message.leave().to_return() && connection.credential) {
+      admission->note_lost(*std::exchange(connection.credential, std::nullopt), called_at);
+    }
     end(connection, wire::DISCONNECT_LEFT, "asked to leave", message.request());
     return true;
   }

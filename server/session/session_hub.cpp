@@ -235,12 +235,22 @@ void SessionHub::Impl::forget(Connection& connection, wire::DisconnectReason rea
   log("left", connection.label() + " left room " + connection.seats->room().name() + ": " + text + "; " +
                   std::to_string(connection.stream->taken()) + " inputs taken");
   if (connection.credential && (reason == wire::DISCONNECT_LEFT || reason == wire::DISCONNECT_KICKED)) {
-    admission->revoke(*connection.credential);
+    end_second_device(admission->revoke(*connection.credential), reason);
   } else if (connection.credential) {  // also before the same user's new connection has its seat: it may not get one
     admission->note_lost(*connection.credential, called_at);
   }
   change_coupling(*connection.seats, [&connection] { connection.seats->leave(connection.seat); });
   announce_presence(connection, user_left(connection.seat, reason));
+}
+
+/// Who left or was kicked does so with both devices.
+void SessionHub::Impl::end_second_device(const std::optional<Admission::Id>& credential,
+                                         wire::DisconnectReason reason) {
+  if (!credential) return;
+  for (const auto& [handle, other] : connections) {
+    const bool is_it = other->credential == credential && other->state == ConnectionState::kActive;
+    if (is_it) end(*other, reason, "the user's first device went");
+  }
 }
 
 void SessionHub::Impl::sweep() {

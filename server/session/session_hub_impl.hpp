@@ -121,6 +121,7 @@ struct SessionHub::Impl {
   void end(Connection& connection, wire::DisconnectReason reason, const std::string& text, std::uint32_t request = 0);
   void forget(Connection& connection, wire::DisconnectReason reason, const std::string& text);
   void sweep();
+  void end_second_device(const std::optional<Admission::Id>& credential, wire::DisconnectReason reason);
   void tell_admission();
   Connection* find(ConnectionHandle handle);
   void log(std::string_view kind, const std::string& line) const {

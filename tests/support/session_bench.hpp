@@ -29,6 +29,9 @@ class RecordingClientTransport final : public client::ClientTransport {
   }
   void set_datagram_port(std::uint16_t its_port) override { port = its_port; }
   std::size_t queued_control_bytes() const override { return queued; }
+  std::optional<secure::Exported> exported(std::string_view, std::span<const std::byte>) override {
+    return is_encrypted ? std::optional<secure::Exported>(std::in_place) : std::nullopt;
+  }
   void close() override { ++closes; }
 
   proto::FrameReader reader;
@@ -37,6 +40,7 @@ class RecordingClientTransport final : public client::ClientTransport {
   std::uint16_t port = 0;
   std::size_t queued = 0;
   bool takes_datagrams = true;
+  bool is_encrypted = false;
   int connects = 0;
   int closes = 0;
 };

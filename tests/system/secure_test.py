@@ -110,6 +110,17 @@ class Invitations(SecureTest):
         self.assertEqual(server.report["joins"], 2)
         self.assertEqual(server.report["refusals"], {})
 
+    def test_let_in_both_devices_of_a_person_and_they_come_back(self):
+        with SecureServer(self.folder, scene="peg_in_hole") as server:
+            client = start_client("--join", server.invitation("--name", "ada"), "--hand", "peg-left", "--second-device",
+                                  "sim", "--second-hand", "peg-right", "--duration", "8s")
+            server.wait_for(r"ada\W+joined room")
+            server.wait_for(r"ada \(2\)\W+joined room")
+            report = self.assert_joined(client)
+        self.assertEqual(report["second"]["status"]["state"], report["status"]["state"])
+        self.assertGreater(report["second"]["datagrams"]["received"], 100)
+        self.assertEqual((server.report["joins"], server.report["refusals"]), (2, {}))
+
     def test_are_read_from_stdin_too(self):
         with SecureServer(self.folder) as server:
             client = subprocess.Popen([program("tandem-client"), "--headless", "--device", "sim", "--json", "--join", "-",

@@ -5,6 +5,8 @@
 
 #include <limits>
 
+#include "client/session/credentials.hpp"
+#include "proto/join_token.hpp"
 #include "proto/soft_shape.hpp"
 #include "tests/support/session_bench.hpp"
 
@@ -242,6 +244,65 @@ TEST(ClientSession, GoesToAnotherRoomAndComesBackFromOneThatRefuses) {
   bench.say_joined();
   EXPECT_EQ(bench.session.room(), "attic");
   EXPECT_EQ(bench.state(), "active");
+}
+
+/// A user who is in the hall by a token.
+void join_by_token(test::SessionBench& bench) {
+  bench.transport.is_encrypted = true;
+  greet(bench);
+  EXPECT_FALSE(bench.transport.messages.back().join().token().empty());
+  wire::Joined joined = test::minimal_joined();
+  joined.set_resume_credential(std::string(16, 'c'));
+  bench.say_joined(joined);
+  ASSERT_EQ(bench.state(), "active");
+  bench.transport.messages.clear();
+}
+
+/// Signed by whom does not matter to a client.
+proto::Bytes token_for(const std::string& room) {
+  wire::TokenClaims claims;
+  claims.set_audience(std::string(32, 'a'));
+  claims.set_role(wire::ROLE_MANIPULATOR);
+  claims.set_room(room);
+  claims.set_issued_ms(1'700'000'000'000);
+  claims.set_expires_ms(1'700'000'060'000);
+  return proto::sign_token(claims, secure::KeyPair::make(secure::KeyPair::Kind::kEd25519));
+}
+
+TEST(ClientSession, GoesToAnotherRoomByItsCredentialWhereTheTokenWasForAny) {
+  test::SessionBench bench({.room = "hall", .token = token_for("")});
+  join_by_token(bench);
+  bench.session.change_room("attic", bench.now);
+  ASSERT_EQ(test::described(bench.transport.messages), "leave");
+  EXPECT_TRUE(bench.transport.messages.back().leave().to_return());
+  greet(bench);
+  const wire::JoinRoom& join = bench.transport.messages.back().join();
+  EXPECT_EQ(join.room(), "attic");
+  EXPECT_EQ(join.resume().credential(), std::string(16, 'c'));
+}
+
+TEST(ClientSession, StaysWhereItsTokenIsForThatRoomAlone) {
+  test::SessionBench bench({.room = "hall", .token = token_for("hall")});
+  join_by_token(bench);
+  bench.session.change_room("attic", bench.now);
+  EXPECT_TRUE(bench.transport.messages.empty());
+  EXPECT_EQ(bench.state(), "active");
+  EXPECT_THAT(bench.session.news(), HasSubstr("attic"));
+}
+
+TEST(ClientSession, ASecondOneOfTheSameUserShowsWhatTheFirstHas) {
+  test::SessionBench first({.room = "hall", .token = token_for("")}), second({.room = "hall"});
+  second.transport.is_encrypted = true;
+  EXPECT_EQ(first.session.credentials_beside(), nullptr);
+  join_by_token(first);
+  ASSERT_NE(first.session.credentials_beside(), nullptr);
+  second.session.set_credentials(*first.session.credentials_beside());
+  greet(second);
+  const wire::JoinRoom& join = second.transport.messages.back().join();
+  EXPECT_EQ(join.beside().credential(), std::string(16, 'c'));
+  EXPECT_FALSE(join.has_resume());
+  EXPECT_TRUE(join.token().empty());
+  EXPECT_EQ(join.resume_key().size(), 32U) << "it comes back by itself";
 }
 
 TEST(ClientSession, KeepsTheShapesOfItsSoftBodiesAndNoOthers) {

@@ -64,15 +64,25 @@ class AdmissionTest : public testing::Test {
     return test::described(messages);
   }
   std::string answer_to(const wire::ClientControl& join) { return answer_to(greeted(), join); }
-  void start_server() {
-    bench = std::make_unique<test::HubBench>(settings());
+  /// Of a second device whose first one has `credential`, from `client`'s connection.
+  wire::ClientControl join_beside(const test::BenchClient& client, const std::string& credential,
+                                  const secure::KeyPair& key) const {
+    wire::ClientControl join = resume_by(client, credential, key);
+    join.mutable_join()->mutable_beside()->Swap(join.mutable_join()->mutable_resume());
+    join.mutable_join()->clear_resume();
+    const secure::PublicKey own = second_key.public_key();
+    join.mutable_join()->set_resume_key(own.data(), own.size());
+    return join;
+  }
+  void start_server(const std::vector<std::string>& scenes = {test::two_hands_scene()}) {
+    bench = std::make_unique<test::HubBench>(settings(), scenes);
     bench->transport.is_encrypted = true;
   }
   void SetUp() override { start_server(); }
   /// A user who is in, with a credential.
-  test::BenchClient joined_client() {
+  test::BenchClient joined_client(const std::function<void(wire::TokenClaims&)>& change = {}) {
     test::BenchClient client = greeted();
-    EXPECT_EQ(answer_to(client, join_by(token()), &client.joined), "joined");
+    EXPECT_EQ(answer_to(client, join_by(token(change)), &client.joined), "joined");
     EXPECT_EQ(client.joined.resume_credential().size(), 16U);
     return client;
   }
@@ -84,6 +94,7 @@ class AdmissionTest : public testing::Test {
   const secure::KeyPair server_key = secure::KeyPair::make(secure::KeyPair::Kind::kP256);
   const secure::KeyPair issuer = secure::KeyPair::make(secure::KeyPair::Kind::kEd25519);
   const secure::KeyPair client_key = secure::KeyPair::make(secure::KeyPair::Kind::kEd25519);
+  const secure::KeyPair second_key = secure::KeyPair::make(secure::KeyPair::Kind::kEd25519);
   std::unique_ptr<test::HubBench> bench;
 };
 
@@ -219,12 +230,122 @@ TEST_F(AdmissionTest, ACredentialEndsWithItsTimeWithLeavingAndInAnotherRoom) {
   again = greeted();
   EXPECT_EQ(answer_to(again, resume_by(again, leaving.joined.resume_credential(), client_key)),
             "error ERROR_BAD_CREDENTIAL, goodbye");
-  const test::BenchClient here = joined_client();
+  const test::BenchClient here = joined_client([](auto& claims) { claims.set_room("bench"); });
   bench->hub->on_disconnected(here.handle, bench->now);
   again = greeted();
   wire::ClientControl elsewhere = resume_by(again, here.joined.resume_credential(), client_key);
   elsewhere.mutable_join()->set_room("attic");
   EXPECT_EQ(answer_to(again, elsewhere), "error ERROR_NOT_ALLOWED, goodbye");
+}
+
+TEST_F(AdmissionTest, ATokenForAnyRoomLetsItsUserGoFromOneToAnother) {
+  start_server({test::two_hands_scene("hall"), test::two_hands_scene("attic")});
+  test::BenchClient user = greeted();
+  wire::ClientControl first = join_by(token());
+  first.mutable_join()->set_room("hall");
+  ASSERT_EQ(answer_to(user, first, &user.joined), "joined");
+  const std::string credential = user.joined.resume_credential();
+  for (const std::string room : {"attic", "hall", "cellar", "attic"}) {
+    bench->send(user, test::message_of([](auto& message) { message.mutable_leave()->set_to_return(true); }));
+    EXPECT_EQ(bench->hub->user_count(), 0U) << "his tool is free at once";
+    user = greeted();
+    wire::ClientControl join = resume_by(user, credential, client_key);
+    join.mutable_join()->set_room(room);
+    const std::string answer = answer_to(user, join, &user.joined);
+    if (room == "cellar") {
+      EXPECT_EQ(answer, "error ERROR_UNKNOWN_ROOM, goodbye") << "and he may go back";
+      continue;
+    }
+    EXPECT_EQ(answer, "joined") << room;
+    EXPECT_EQ(user.joined.scene().name(), room);
+    EXPECT_EQ(user.joined.resume_credential(), credential);
+  }
+  // Who comes back without saying where to is where he was last.
+  bench->hub->on_disconnected(user.handle, bench->now);
+  user = greeted();
+  EXPECT_EQ(answer_to(user, resume_by(user, credential, client_key), &user.joined), "joined");
+  EXPECT_EQ(user.joined.scene().name(), "attic");
+}
+
+TEST_F(AdmissionTest, ASecondDeviceJoinsBesideTheFirstWithinItsToken) {
+  const test::BenchClient first = joined_client([](auto& claims) { claims.set_max_force_n(2); });
+  const std::string& credential = first.joined.resume_credential();
+  test::BenchClient second = greeted();
+  wire::ClientControl join = join_beside(second, credential, client_key);
+  join.mutable_join()->set_role(wire::ROLE_OPERATOR);
+  join.mutable_join()->set_room("attic");
+  ASSERT_EQ(answer_to(second, join, &second.joined), "joined");
+  EXPECT_EQ(second.joined.scene().name(), "bench");
+  EXPECT_EQ(second.joined.role(), wire::ROLE_MANIPULATOR);
+  EXPECT_NE(second.joined.tool(), first.joined.tool());
+  EXPECT_NE(second.joined.resume_credential(), credential) << "it comes back by itself";
+  bool is_told = false;
+  for (const wire::ServerControl& message : bench->take(first)) {
+    is_told = is_told || message.user_joined().coupling_bounds().force_limit_n() == 2;
+  }
+  EXPECT_TRUE(is_told) << "with no more force than the token allows";
+  const test::BenchClient third = greeted();
+  EXPECT_EQ(answer_to(third, join_beside(third, credential, client_key)), "error ERROR_NOT_ALLOWED, goodbye")
+      << "one beside the first";
+  const test::BenchClient fourth = greeted();
+  EXPECT_EQ(answer_to(fourth, join_beside(fourth, second.joined.resume_credential(), second_key)),
+            "error ERROR_NOT_ALLOWED, goodbye")
+      << "and none beside the second";
+  // One that was lost makes place for another, and cannot come back then.
+  bench->hub->on_disconnected(second.handle, bench->now);
+  test::BenchClient new_second = greeted();
+  EXPECT_EQ(answer_to(new_second, join_beside(new_second, credential, client_key), &new_second.joined), "joined");
+  const test::BenchClient late = greeted();
+  EXPECT_EQ(answer_to(late, resume_by(late, second.joined.resume_credential(), second_key)),
+            "error ERROR_BAD_CREDENTIAL, goodbye");
+}
+
+TEST_F(AdmissionTest, ASecondDeviceNeedsTheFirstOnesKeyAndPresence) {
+  const test::BenchClient first = joined_client();
+  const test::BenchClient thief = greeted();
+  EXPECT_EQ(answer_to(thief, join_beside(thief, first.joined.resume_credential(), second_key)),
+            "error ERROR_BAD_CREDENTIAL, goodbye");
+  bench->hub->on_disconnected(first.handle, bench->now);
+  const test::BenchClient early = greeted();
+  EXPECT_EQ(answer_to(early, join_beside(early, first.joined.resume_credential(), client_key)),
+            "error ERROR_BAD_CREDENTIAL, goodbye");
+}
+
+TEST_F(AdmissionTest, WhoIsKickedGoesWithBothDevicesAlsoAfterARestart) {
+  wire::AdmissionState kept;
+  bench->hub->on_admission = [&kept](const wire::AdmissionState& state) { kept = state; };
+  const test::BenchClient first = joined_client([](auto& claims) { claims.set_room("bench"); });
+  test::BenchClient second = greeted();
+  ASSERT_EQ(answer_to(second, join_beside(second, first.joined.resume_credential(), client_key), &second.joined),
+            "joined");
+  bench->hub->poll(bench->now);
+  Admission again({.audience = server_key.id(),
+                   .issuers = {issuer.public_key()},
+                   .unix_ms = [this] { return unix_ms; },
+                   .resumed = kept});
+  const auto id_of = [](const test::BenchClient& client) {
+    Admission::Id id{};
+    std::ranges::copy(std::as_bytes(std::span(client.joined.resume_credential())), id.begin());
+    return id;
+  };
+  EXPECT_EQ(again.revoke(id_of(first)), id_of(second));
+  test::BenchClient operator_client = greeted();
+  // There are two tools, and the operator needs one.
+  bench->hub->on_disconnected(second.handle, bench->now);
+  EXPECT_EQ(answer_to(operator_client, join_by(token([](auto& c) { c.set_role(wire::ROLE_OPERATOR); }))), "joined");
+  bench->send(operator_client,
+              test::message_of([&](auto& message) { message.mutable_kick()->set_user(first.joined.user()); }));
+  const test::BenchClient late = greeted();
+  EXPECT_EQ(answer_to(late, resume_by(late, second.joined.resume_credential(), second_key)),
+            "error ERROR_BAD_CREDENTIAL, goodbye");
+}
+
+TEST_F(AdmissionTest, WhoLeavesTakesTheSecondDeviceAlong) {
+  const test::BenchClient first = joined_client();
+  test::BenchClient second = greeted();
+  ASSERT_EQ(answer_to(second, join_beside(second, first.joined.resume_credential(), client_key)), "joined");
+  bench->send(first, test::message_of([](auto& message) { message.mutable_leave(); }));
+  EXPECT_EQ(bench->hub->user_count(), 0U);
 }
 
 TEST_F(AdmissionTest, WhoIsKickedDoesNotComeBack) {
