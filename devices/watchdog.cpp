@@ -114,6 +114,7 @@ Watchdog::~Watchdog() {
 
 bool Watchdog::watch_over(const ZeroCommand& zero) {
   release();
+  if (zero.bytes.empty() || zero.bytes.size() > kMaxZeroBytes) return false;
   int ends[2] = {-1, -1};
   if (pipe2(ends, O_CLOEXEC) != 0) return false;
   lifeline_ = ends[1];

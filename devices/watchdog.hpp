@@ -8,7 +8,7 @@
 //
 // 1. The device's descriptor is inherited, not opened again: the kernel gives a claimed USB interface to an open file,
 //    whichever process holds it. So zero goes through while the owner stands still, and the interface stays claimed after its
-//    death until zero is said.
+//    death until zero is said; a socket likewise stays connected.
 // 2. A program of its own, so that it has none of this one's memory, threads and signals; in a session of its own, so that
 //    what a terminal sends does not reach it.
 // 3. It acts only while a force is on: a device that is opened, homed or given zero may take its time.
@@ -29,11 +29,13 @@
 
 namespace tandem::devices {
 
+inline constexpr std::size_t kMaxZeroBytes = 512;
+
 /// How a device is told to let go.
 struct ZeroCommand {
   int descriptor = -1;                         ///< open, as long as the watchdog has it
   std::optional<std::uint8_t> usb_endpoint{};  ///< of usbfs, bulk out; none: write(2)
-  std::vector<std::uint8_t> bytes;             ///< 1 to 64
+  std::vector<std::uint8_t> bytes;             ///< 1 to kMaxZeroBytes
 };
 /// Waits at most 20 ms. False: the device did not take it.
 bool say_zero(const ZeroCommand& zero) noexcept;

@@ -28,7 +28,7 @@ constexpr int kMaxZeros = 5;
 ZeroCommand zero_from(std::string_view endpoint, std::string_view hex) {
   ZeroCommand zero{.descriptor = kDevice, .bytes = {}};
   if (endpoint != "-") zero.usb_endpoint = static_cast<std::uint8_t>(std::atoi(endpoint.data()));
-  for (std::size_t i = 0; i + 1 < hex.size() && zero.bytes.size() < 64; i += 2)
+  for (std::size_t i = 0; i + 1 < hex.size() && zero.bytes.size() < kMaxZeroBytes; i += 2)
     zero.bytes.push_back(static_cast<std::uint8_t>(std::stoi(std::string(hex.substr(i, 2)), nullptr, 16)));
   return zero;
 }

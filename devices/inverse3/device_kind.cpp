@@ -27,13 +27,14 @@ DeviceSample look_at(Inverse3Driver& driver) {
 std::unique_ptr<Device> open_inverse3(const DeviceOptions& options) {
   DeviceSpec spec = options.profile.spec;
   spec.position_step_m = options.profile.position_step_m.value;
-  auto driver = std::make_unique<Inverse3Driver>(std::move(spec), inverse3_endpoint(options.service));
+  const auto watchdog = std::make_shared<Watchdog>(options.realtime_priority);
+  auto driver = std::make_unique<Inverse3Driver>(std::move(spec), inverse3_endpoint(options.service), watchdog);
   const DeviceSample sample = look_at(*driver);
   if (sample.state != DeviceState::kReady && !sample.reason.empty()) {
     throw std::runtime_error("device inverse3, " + options.service + ": " + std::string(sample.reason) +
                              "; without one use --device sim");
   }
-  return std::make_unique<ThreadedDevice>(std::move(driver), options.realtime_priority);
+  return std::make_unique<ThreadedDevice>(std::move(driver), options.realtime_priority, watchdog);
 }
 
 std::vector<FoundDevice> find_inverse3() {

@@ -29,6 +29,20 @@ constexpr std::string_view kClosed = "its service has ended the connection; star
 constexpr std::string_view kSilent = "its service says nothing; look whether it runs, and plug the device in again";
 constexpr std::string_view kNoDevice =
     "its service knows of no Inverse3, or says what cannot be read; plug the device in";
+constexpr std::string_view kNoWatchdog =
+    "no watchdog could be started for it (too many processes or open files); end other programs, then start again";
+
+/// A whole message from a client: final, text, of 126 to 65535 bytes, masked by zero, which leaves it as it is.
+std::vector<std::uint8_t> websocket_message(std::string text) {
+  constexpr std::size_t kLeast = 126;
+  if (text.size() < kLeast) text.resize(kLeast, ' ');
+  std::vector<std::uint8_t> bytes{0x81, 0x80 | 126};
+  for (const std::size_t part : {text.size() >> 8U, text.size() & 255U})
+    bytes.push_back(static_cast<std::uint8_t>(part));
+  bytes.insert(bytes.end(), 4, 0);
+  bytes.insert(bytes.end(), text.begin(), text.end());
+  return bytes;
+}
 
 }  // namespace
 
@@ -58,18 +72,20 @@ asio::ip::tcp::endpoint inverse3_endpoint(const std::string& service) {
   return {address, port};
 }
 
-Inverse3Driver::Inverse3Driver(DeviceSpec spec, asio::ip::tcp::endpoint service)
-    : spec_(std::move(spec)), service_(std::move(service)) {
+Inverse3Driver::Inverse3Driver(DeviceSpec spec, asio::ip::tcp::endpoint service, std::shared_ptr<Watchdog> watchdog)
+    : spec_(std::move(spec)), service_(std::move(service)), watchdog_(std::move(watchdog)) {
   spec_.actuated_rotations = 0;
 }
 
 Inverse3Driver::~Inverse3Driver() {
+  if (watchdog_) watchdog_->release();
   if (link_) beast::get_lowest_layer(link_->stream).close();
   link_.reset();
 }
 
 DeviceSample Inverse3Driver::step(LocalTime now, const Wrench& wrench_on_hand_D) {
   if (!link_) connect(now);
+  if (link_ && state_ && !is_watched_over()) fail(kNoWatchdog);
   // One command a state; but zero waits for none.
   const bool must_let_go = state_ && !shown_n_.isZero(0) && wrench_on_hand_D.f.isZero(0);
   if (link_ && (is_new_ || must_let_go) && !link_->is_sending) send(wrench_on_hand_D);
@@ -77,6 +93,15 @@ DeviceSample Inverse3Driver::step(LocalTime now, const Wrench& wrench_on_hand_D)
   if (is_taken_) heard_ = now;
   if (link_ && now - heard_ > kSilence) fail(state_ ? kSilent : kNoDevice);
   return sample(now);
+}
+
+/// Of this connection and device.
+bool Inverse3Driver::is_watched_over() {
+  if (!watchdog_ || state_->device_id == watched_id_) return true;
+  watched_id_ = state_->device_id;
+  return watchdog_->watch_over({.descriptor = beast::get_lowest_layer(link_->stream).socket().native_handle(),
+                                .usb_endpoint = std::nullopt,
+                                .bytes = websocket_message(inverse3_command(watched_id_, Vec3::Zero()))});
 }
 
 void Inverse3Driver::connect(LocalTime now) {
@@ -147,6 +172,8 @@ void Inverse3Driver::work() {
 
 void Inverse3Driver::fail(std::string_view reason) {
   absence_.say(reason);
+  if (watchdog_) watchdog_->release();
+  watched_id_.clear();
   beast::get_lowest_layer(link_->stream).close();
   link_.reset();
   state_.reset();

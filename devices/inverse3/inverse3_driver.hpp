@@ -1,7 +1,8 @@
 // A Haply Inverse3 by its maker's service, which runs on the same machine: JSON over a WebSocket.
 //
 // The service answers each command with the next state, so there is one command for each state, zero when there is nothing
-// to feel. Who sends none gets none.
+// to feel. Who sends none gets none. What the service does with the last force of a program that is stopped or dies is not
+// known; so a watchdog has the connection too, and says zero on it.
 #pragma once
 
 #include <boost/asio/io_context.hpp>
@@ -13,6 +14,7 @@
 
 #include "devices/inverse3/inverse3_messages.hpp"
 #include "devices/threaded_device.hpp"
+#include "devices/watchdog.hpp"
 
 namespace tandem::devices {
 
@@ -25,7 +27,8 @@ boost::asio::ip::tcp::endpoint inverse3_endpoint(const std::string& service);
 /// Thread  the device's
 class Inverse3Driver final : public DeviceDriver {
  public:
-  Inverse3Driver(DeviceSpec spec, boost::asio::ip::tcp::endpoint service);
+  /// In      watchdog  told of each connection; null: none
+  Inverse3Driver(DeviceSpec spec, boost::asio::ip::tcp::endpoint service, std::shared_ptr<Watchdog> watchdog = nullptr);
   ~Inverse3Driver() override;
   Inverse3Driver(const Inverse3Driver&) = delete;
   Inverse3Driver& operator=(const Inverse3Driver&) = delete;
@@ -39,6 +42,7 @@ class Inverse3Driver final : public DeviceDriver {
   void connect(LocalTime now);
   void work();
   void read_next(const std::shared_ptr<Link>& link);
+  bool is_watched_over();
   void send(const Wrench& wrench_on_hand_D);
   void take(std::string_view text);
   void fail(std::string_view reason);
@@ -46,6 +50,8 @@ class Inverse3Driver final : public DeviceDriver {
 
   DeviceSpec spec_;
   boost::asio::ip::tcp::endpoint service_;
+  std::shared_ptr<Watchdog> watchdog_;
+  std::string watched_id_;  ///< the device whose zero the watchdog has; empty: none
   boost::asio::io_context io_;
   std::shared_ptr<Link> link_;  ///< null: none
   Absence absence_;

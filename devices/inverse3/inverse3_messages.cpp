@@ -9,6 +9,8 @@ namespace {
 
 namespace json = boost::json;
 
+constexpr std::size_t kMaxIdBytes = 128;
+
 const json::value* field(const json::value* value, std::string_view name) {
   const json::object* const object = value != nullptr ? value->if_object() : nullptr;
   return object != nullptr ? object->if_contains(name) : nullptr;
@@ -58,6 +60,7 @@ std::optional<Inverse3State> read_inverse3_state(std::string_view text) {
   if (id == nullptr || !(id->is_string() || id->is_number())) return std::nullopt;
   Inverse3State state;
   state.device_id = json::serialize(*id);
+  if (state.device_id.size() > kMaxIdBytes) return std::nullopt;
   state.cursor_m = vector(field(said, "cursor_position"));
   state.cursor_m_per_s = vector(field(said, "cursor_velocity")).value_or(Vec3::Zero());
   read_grip(first_of(message, "wireless_verse_grip"), state);

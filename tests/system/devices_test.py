@@ -324,6 +324,26 @@ class Inverse3(ProgramTest):
         self.assertEqual(service.force, [0, 0, 0], "its end is zero")
 
 
+    def test_a_client_that_is_stopped_or_killed_leaves_no_force(self):
+        service = Service()
+        self.addCleanup(service.end)
+        with Server("--scene", "two_boxes") as server:
+            session = Session([program("tandem-client"), "--insecure", "--server", f"127.0.0.1:{server.port}", "--headless", "--json",
+                               "--device", "inverse3", "--service", f"127.0.0.1:{service.port}"])
+            self.addCleanup(session.kill)
+            session.wait_for("joined two_boxes")
+            self.press(service)
+            for _ in range(3):
+                session.process.send_signal(signal.SIGSTOP)
+                stopped = time.monotonic()
+                self.until(lambda: service.force == [0, 0, 0], "its watchdog says zero")
+                self.assertLess(time.monotonic() - stopped, 2, "and not the end of the connection")
+                session.process.send_signal(signal.SIGCONT)
+                self.until(lambda: service.force[2] > 0.1, "the force comes back")
+            session.process.kill()
+            self.until(lambda: service.force == [0, 0, 0], "its watchdog says zero")
+
+
 class TwoDevices(ProgramTest):
     def test_one_person_holds_a_peg_by_both_ends(self):
         with Server("--scene", "peg_in_hole") as server:
