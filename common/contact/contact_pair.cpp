@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "common/contact/flat/ball_contacts.hpp"
+#include "common/contact/flat/flat_node.hpp"
 #include "common/contact/flat/plane_contacts.hpp"
 
 namespace tandem::contact {
@@ -12,6 +14,8 @@ namespace {
 constexpr double kFineSpacing_m = 5e-4;
 // Candidates keep distances in single precision.
 constexpr double kRounding_m = 1e-8;
+// For so much motion of a ball it is asked once which planes are around it.
+constexpr double kBallSlack_m = 1e-3;
 
 double area_m2(const ContactShape& shape) {
   return shape.shells.surface.nodes.empty() ? 0 : shape.shells.surface.nodes[0].mean.area_m2;
@@ -64,6 +68,12 @@ void ContactPair::bind(const ContactShape* a, const ContactShape* b) noexcept {
   is_mutual_ = is_fine(*a) && is_fine(*b);
   const PointShell& others = is_mutual_ ? second.shells.surface : second.shells.features;
   const std::uint32_t for_others = others.nodes.empty() ? 0 : budget_ / (is_mutual_ ? 2 : 4);
+  ball_ = nullptr;
+  if (a->ball_radius_m > 0 && !b->field->planes().empty()) ball_ = a;
+  if (b->ball_radius_m > 0 && !a->field->planes().empty()) ball_ = b;
+  ball_share_ = is_mutual_ ? 0.5 : (ball_ == &first ? 1 : 0);
+  ball_on_ = nullptr;
+  ball_planes_reach_m_ = -1;
   primary_.bind(first.shells.surface, first, second, budget_ - for_others);
   other_.bind(others, second, first, for_others);
 }
@@ -72,7 +82,22 @@ ContactWork ContactPair::find(const Pose& X_WA, const Pose& X_WB, double band_m)
   std::swap(now_, before_);
   now_.clear();
   first_of_other_before_ = std::exchange(first_of_other_, 0);
+  const FieldPlane* ball_was_on = std::exchange(ball_on_, nullptr);
   if (!is_bound() || !is_finite(X_WA) || !is_finite(X_WB)) return {};
+  const auto turn_since = [](const Quat& q, Quat& before) {
+    return (q * std::exchange(before, q).conjugate()).toRotationMatrix();
+  };
+  const Eigen::Matrix3d turn_of_a = turn_since(X_WA.q, q_WA_before_);
+  const Eigen::Matrix3d turn_of_b = turn_since(X_WB.q, q_WB_before_);
+  if (ball_ != nullptr && has_ball_contacts(X_WA, X_WB, band_m)) {
+    const Eigen::Matrix3d& turn_of_plane = ball_ == a_ ? turn_of_b : turn_of_a;
+    if (ball_on_ == ball_was_on) {
+      carry_ball_bristles(turn_of_plane);
+    } else {
+      share_bristles(turn_of_plane);
+    }
+    return {};
+  }
 
   const Pose X_BA = X_WB.inverse() * X_WA;
   const Pose X_AB = X_WA.inverse() * X_WB;
@@ -88,11 +113,87 @@ ContactWork ContactPair::find(const Pose& X_WA, const Pose& X_WB, double band_m)
   first_of_other_ = now_.size();
   search(other_, second, band_m);
 
-  const Eigen::Matrix3d turn = (X_WB.q * q_WB_before_.conjugate()).toRotationMatrix();
-  carry_bristles(0, first_of_other_, 0, first_of_other_before_, turn);
-  carry_bristles(first_of_other_, now_.size(), first_of_other_before_, before_.size(), turn);
-  q_WB_before_ = X_WB.q;
+  if (ball_was_on != nullptr) {
+    share_bristles(ball_ == a_ ? turn_of_b : turn_of_a);
+    return work;
+  }
+  carry_bristles(0, first_of_other_, 0, first_of_other_before_, turn_of_b);
+  carry_bristles(first_of_other_, now_.size(), first_of_other_before_, before_.size(), turn_of_b);
   return work;
+}
+
+// Whether now_ has all that there is: of a ball far away nothing, of a ball on a plane what add_ball_on_plane() says.
+bool ContactPair::has_ball_contacts(const Pose& X_WA, const Pose& X_WB, double band_m) noexcept {
+  const bool is_ball_a = ball_ == a_;
+  const DistanceField& field = is_ball_a ? *b_->field : *a_->field;
+  const Pose& X_WF = is_ball_a ? X_WB : X_WA;
+  const Vec3 centre_F = X_WF.inverse() * (is_ball_a ? X_WA.p : X_WB.p);
+  const double radius_m = ball_->ball_radius_m;
+  if (field.distance_m(centre_F) - field.error_m() > radius_m + band_m) return true;
+  const PlaneSet planes = planes_around_ball(centre_F, radius_m + band_m);
+  ball_on_ = plane_below_ball(field, planes, centre_F, radius_m, band_m);
+  if (ball_on_ == nullptr) return false;
+  add_ball_on_plane(*ball_on_, X_WF, centre_F, radius_m, band_m, ball_share_, is_ball_a ? 1 : -1, now_);
+  first_of_other_ = now_.size();
+  return true;
+}
+
+// A grid needs microseconds to answer: asked with some slack, it serves for as long as the box it was asked for has the
+// one around the ball in it, and is not much larger.
+PlaneSet ContactPair::planes_around_ball(const Vec3& centre_F, double reach_m) noexcept {
+  const double moved_m = (centre_F - ball_planes_centre_F_).cwiseAbs().maxCoeff();
+  const bool is_in = moved_m + reach_m <= ball_planes_reach_m_;
+  const bool is_tight = ball_planes_reach_m_ <= reach_m + 2 * kBallSlack_m;
+  if (is_in && (is_tight || ball_planes_ != 0)) return ball_planes_;
+  ball_planes_centre_F_ = centre_F;
+  ball_planes_reach_m_ = reach_m + kBallSlack_m;
+  const OrientedBox box{centre_F, Eigen::Matrix3d::Identity(), Vec3::Constant(ball_planes_reach_m_)};
+  const DistanceField& field = ball_ == a_ ? *b_->field : *a_->field;
+  ball_planes_ = field.planes_over(box);
+  return ball_planes_;
+}
+
+// What is new of a contact that has grown was not there when the rest stuck: force stays, not the displacement.
+void ContactPair::carry_ball_bristles(const Eigen::Matrix3d& turn) noexcept {
+  std::size_t before = 0;
+  for (ContactPoint& point : now_) {
+    while (before < before_.size() && before_[before].id < point.id) ++before;
+    if (before == before_.size()) return;
+    const ContactPoint& old = before_[before];
+    if (old.id == point.id) point.bristle_W = std::min(1.0, old.area_m2 / point.area_m2) * (turn * old.bristle_W);
+  }
+}
+
+// Between contacts that have nothing in common but what presses: each takes over a share in proportion to its depth, as
+// friction may have it, and all of them the force that there was and its moment about the normal.
+void ContactPair::share_bristles(const Eigen::Matrix3d& turn) noexcept {
+  const auto weight = [](const ContactPoint& point) { return point.area_m2 * std::max(0.0, point.depth_m); };
+  const auto centre_of = [&](const std::vector<ContactPoint>& points) {
+    Vec3 sum = Vec3::Zero();
+    double weights = 0;
+    for (const ContactPoint& point : points) {
+      sum += weight(point) * point.p_W;
+      weights += weight(point);
+    }
+    return std::pair<Vec3, double>(weights > 0 ? Vec3(sum / weights) : sum, weights);
+  };
+  const auto [old_centre_W, old_weights] = centre_of(before_);
+  const auto [centre_W, weights] = centre_of(now_);
+  if (!(old_weights > 0 && weights > 0)) return;
+  Vec3 force = Vec3::Zero(), moment = Vec3::Zero(), normal = Vec3::Zero();
+  for (const ContactPoint& old : before_) {
+    force += old.area_m2 * (turn * old.bristle_W);
+    moment += old.area_m2 * (turn * (old.p_W - old_centre_W).cross(old.bristle_W));
+  }
+  for (const ContactPoint& point : now_) normal += weight(point) * point.normal_W;
+  normal.normalize();
+  double spread = 0;
+  for (const ContactPoint& point : now_) spread += weight(point) * (point.p_W - centre_W).cross(normal).squaredNorm();
+  const Vec3 twist = spread > 0 ? Vec3(normal.dot(moment) / spread * normal) : Vec3::Zero();
+  for (ContactPoint& point : now_) {
+    const Vec3 bristle_W = std::max(0.0, point.depth_m) * (force / weights + twist.cross(point.p_W - centre_W));
+    point.bristle_W = bristle_W - point.normal_W * point.normal_W.dot(bristle_W);
+  }
 }
 
 void ContactPair::search(ShellCandidates& candidates, const Direction& direction, double band_m) noexcept {

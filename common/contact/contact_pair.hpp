@@ -19,12 +19,14 @@ struct ContactPoint {
   double area_m2 = 0;
   Vec3 bristle_W = Vec3::Zero();  ///< tangential displacement of A past B since they stuck; written by the solver
   /// Which sample it is, the same from step to step: the index of the point in its shell, of the first point where it
-  /// stands for several; with kOtherDirection for the points of the shape that has the larger surface.
+  /// stands for several; with kOtherDirection for the points of the shape that has the larger surface. With kClosedForm
+  /// it is no sample but a part of a ball: which one, from its deepest point outwards.
   std::uint32_t id = 0;
   /// Of its shell's points, from `id` on, that it stands for; of a slice of a face, those whose friction it takes over.
   std::uint32_t count = 1;
 
   static constexpr std::uint32_t kOtherDirection = 1U << 31;
+  static constexpr std::uint32_t kClosedForm = 1U << 30;
 };
 
 /// Points of a pair that a step looks at; beyond it, they are merged with their neighbours. A budget in points and
@@ -53,7 +55,9 @@ class ContactPair {
   ///         the shapes were parallel at the last walk of the tree, up to eight points of a leaf are one, whose depth
   ///         differs from theirs by at most the size of the leaf × the turn since then, which the slack of the walk
   ///         bounds. Of flat on flat a few contacts act as all of a face (PlaneContacts). Beyond the budget, points are
-  ///         merged where contact is shallowest; their areas add up
+  ///         merged where contact is shallowest; their areas add up. A ball on one plane has the few contacts of
+  ///         add_ball_on_plane(), which have the force that its points tend to when they get finer; near an edge it
+  ///         depends on the last millimetre of motion whether these are found or its points
   /// In      band_m  beyond a field's `band_m()` depths are as good as its sample(): to look ahead in fast motion
   /// Fails   no contact for a pose that is not finite
   ContactWork find(const Pose& X_WA, const Pose& X_WB, double band_m) noexcept;
@@ -65,7 +69,11 @@ class ContactPair {
  private:
   struct Direction;
 
+  bool has_ball_contacts(const Pose& X_WA, const Pose& X_WB, double band_m) noexcept;
+  PlaneSet planes_around_ball(const Vec3& centre_F, double reach_m) noexcept;
   void search(ShellCandidates& candidates, const Direction& direction, double band_m) noexcept;
+  void carry_ball_bristles(const Eigen::Matrix3d& turn) noexcept;
+  void share_bristles(const Eigen::Matrix3d& turn) noexcept;
   void carry_bristles(std::size_t now, std::size_t now_end, std::size_t before, std::size_t before_end,
                       const Eigen::Matrix3d& turn_of_b) noexcept;
 
@@ -80,7 +88,14 @@ class ContactPair {
   std::vector<ContactPoint> before_;
   std::size_t first_of_other_ = 0;  ///< where the second direction begins
   std::size_t first_of_other_before_ = 0;
+  Quat q_WA_before_ = Quat::Identity();
   Quat q_WB_before_ = Quat::Identity();
+  const ContactShape* ball_ = nullptr;   ///< of the two, if the other one has planes
+  double ball_share_ = 1;                ///< of the force, from the ball's own points
+  const FieldPlane* ball_on_ = nullptr;  ///< now_ is that of the ball on this plane
+  PlaneSet ball_planes_ = 0;             ///< all over a box of this size about this place, last asked for
+  Vec3 ball_planes_centre_F_ = Vec3::Zero();
+  double ball_planes_reach_m_ = -1;
 };
 
 }  // namespace tandem::contact

@@ -49,9 +49,9 @@ void require_near_origin(const geometry::TriangleMesh& mesh, double spacing_m) {
   throw geometry::MeshError(message.str());
 }
 
-std::shared_ptr<const ContactShape> make_primitive(std::shared_ptr<const DistanceField> field,
-                                                   const geometry::TriangleMesh& outline, double half_thickness_m,
-                                                   const ContactShapeOptions& options) {
+std::shared_ptr<ContactShape> make_primitive(std::shared_ptr<const DistanceField> field,
+                                             const geometry::TriangleMesh& outline, double half_thickness_m,
+                                             const ContactShapeOptions& options) {
   auto shape = std::make_shared<ContactShape>();
   shape->shells = sample_surface(outline, *field, options);
   shape->field = std::move(field);
@@ -152,7 +152,9 @@ std::size_t ContactShape::memory_bytes() const {
 
 std::shared_ptr<const ContactShape> make_contact_sphere(double radius_m, const ContactShapeOptions& options) {
   require_positive(radius_m, "sphere", "radius");
-  return make_primitive(sphere_field(radius_m), geometry::tessellated_sphere(radius_m), radius_m, options);
+  auto shape = make_primitive(sphere_field(radius_m), geometry::tessellated_sphere(radius_m), radius_m, options);
+  shape->ball_radius_m = radius_m;
+  return shape;
 }
 
 std::shared_ptr<const ContactShape> make_contact_box(const Vec3& size_m, const ContactShapeOptions& options) {

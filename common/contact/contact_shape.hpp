@@ -22,6 +22,7 @@ struct ContactShape {
   /// Depth at which contact becomes rigid: less than half of the shape's thin places, so that what presses is
   /// stopped before it sees the far side.
   double rigid_depth_m = 5e-4;
+  double ball_radius_m = 0;  ///< it is one ball about the origin of S; 0: it is not
 
   double radius_m() const { return std::max(low_S.norm(), high_S.norm()); }  ///< about the origin of S, an upper bound
   std::size_t memory_bytes() const;
