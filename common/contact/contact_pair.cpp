@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "common/contact/flat/ball_contacts.hpp"
 #include "common/contact/flat/flat_node.hpp"
 #include "common/contact/flat/plane_contacts.hpp"
 
@@ -16,6 +15,8 @@ constexpr double kFineSpacing_m = 5e-4;
 constexpr double kRounding_m = 1e-8;
 // For so much motion of a ball it is asked once which planes are around it.
 constexpr double kBallSlack_m = 1e-3;
+// Of its ring, what a ball's core takes over a step: in a tenth of a second it forgets that a touch was lighter.
+constexpr double kCoreGrowth = 1e-2;
 
 double area_m2(const ContactShape& shape) {
   return shape.shells.surface.nodes.empty() ? 0 : shape.shells.surface.nodes[0].mean.area_m2;
@@ -95,6 +96,7 @@ ContactWork ContactPair::find(const Pose& X_WA, const Pose& X_WB, double band_m)
       carry_ball_bristles(turn_of_plane);
     } else {
       share_bristles(turn_of_plane);
+      for (const ContactPoint& point : now_) keep_core(point, point.bristle_W, point.area_m2);
     }
     return {};
   }
@@ -153,15 +155,36 @@ PlaneSet ContactPair::planes_around_ball(const Vec3& centre_F, double reach_m) n
   return ball_planes_;
 }
 
-// What is new of a contact that has grown was not there when the rest stuck: force stays, not the displacement.
+// As if it were points: what is new of a contact that has grown has no bristle, and when it shrinks, what came last goes
+// first. So a force that trembles loses nothing of the friction of what presses all the time.
 void ContactPair::carry_ball_bristles(const Eigen::Matrix3d& turn) noexcept {
   std::size_t before = 0;
   for (ContactPoint& point : now_) {
     while (before < before_.size() && before_[before].id < point.id) ++before;
-    if (before == before_.size()) return;
+    if (before == before_.size() || before_[before].id != point.id || before_[before].bristle_W == Vec3::Zero()) {
+      keep_core(point, Vec3::Zero(), point.area_m2);
+      continue;
+    }
     const ContactPoint& old = before_[before];
-    if (old.id == point.id) point.bristle_W = std::min(1.0, old.area_m2 / point.area_m2) * (turn * old.bristle_W);
+    const std::size_t slot = point.id & ~ContactPoint::kClosedForm;
+    const Vec3 lead_W = turn * core_leads_W_[slot], old_W = turn * old.bristle_W;
+    const double old_core_m2 = core_areas_m2_[slot], old_ring_m2 = old.area_m2 - old_core_m2;
+    double core_m2 = std::min(old_core_m2, point.area_m2);
+    const double ring_m2 = point.area_m2 - core_m2;
+    Vec3 core_W = core_m2 * (old_W + lead_W);  // × its area, as the ring's
+    Vec3 ring_W = Vec3::Zero();
+    if (old_ring_m2 > 0) ring_W = std::min(1.0, ring_m2 / old_ring_m2) * (old_ring_m2 * old_W - old_core_m2 * lead_W);
+    point.bristle_W = (core_W + ring_W) / point.area_m2;
+    core_W += kCoreGrowth * ring_W;
+    core_m2 += kCoreGrowth * ring_m2;
+    keep_core(point, core_W / core_m2, core_m2);
   }
+}
+
+void ContactPair::keep_core(const ContactPoint& point, const Vec3& core_bristle_W, double core_area_m2) noexcept {
+  const std::size_t slot = point.id & ~ContactPoint::kClosedForm;
+  core_leads_W_[slot] = core_bristle_W - point.bristle_W;
+  core_areas_m2_[slot] = core_area_m2;
 }
 
 // Between contacts that have nothing in common but what presses: each takes over a share in proportion to its depth, as

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "common/contact/contact_shape.hpp"
+#include "common/contact/flat/ball_contacts.hpp"
 #include "common/contact/shell_candidates.hpp"
 
 namespace tandem::contact {
@@ -73,6 +74,7 @@ class ContactPair {
   PlaneSet planes_around_ball(const Vec3& centre_F, double reach_m) noexcept;
   void search(ShellCandidates& candidates, const Direction& direction, double band_m) noexcept;
   void carry_ball_bristles(const Eigen::Matrix3d& turn) noexcept;
+  void keep_core(const ContactPoint& point, const Vec3& core_bristle_W, double core_area_m2) noexcept;
   void share_bristles(const Eigen::Matrix3d& turn) noexcept;
   void carry_bristles(std::size_t now, std::size_t now_end, std::size_t before, std::size_t before_end,
                       const Eigen::Matrix3d& turn_of_b) noexcept;
@@ -93,7 +95,11 @@ class ContactPair {
   const ContactShape* ball_ = nullptr;   ///< of the two, if the other one has planes
   double ball_share_ = 1;                ///< of the force, from the ball's own points
   const FieldPlane* ball_on_ = nullptr;  ///< now_ is that of the ball on this plane
-  PlaneSet ball_planes_ = 0;             ///< all over a box of this size about this place, last asked for
+  /// Of each contact of a ball, the area that has been pressing all the time, and how far its bristle is ahead of the
+  /// contact's, which is the mean of it and of the ring around it.
+  std::array<double, kMaxBallContacts> core_areas_m2_ = {};
+  std::array<Vec3, kMaxBallContacts> core_leads_W_;
+  PlaneSet ball_planes_ = 0;  ///< all over a box of this size about this place, last asked for
   Vec3 ball_planes_centre_F_ = Vec3::Zero();
   double ball_planes_reach_m_ = -1;
 };
