@@ -217,13 +217,13 @@ void TlsStream::collect(Bytes& to_peer) {
   BIO* const bio = SSL_get_wbio(ssl_.get());
   const std::size_t waiting = BIO_ctrl_pending(bio);
   if (waiting == 0) return;
+  has_answered_ = true;
   const std::size_t before = to_peer.size();
   to_peer.resize(before + waiting);
   BIO_read(bio, to_peer.data() + before, static_cast<int>(waiting));
 }
 
 bool TlsStream::receive(std::span<const std::byte> from_peer, Bytes& plain, Bytes& to_peer) {
-  has_received_ = true;
   if (ssl_ == nullptr) {
     plain.insert(plain.end(), from_peer.begin(), from_peer.end());
     return true;

@@ -78,7 +78,8 @@ class TlsStream {
   bool is_plain() const { return ssl_ == nullptr; }
   /// Both ends know each other: from now on bytes are delivered.
   bool is_established() const { return is_established_; }
-  bool has_received() const { return has_received_; }
+  /// Something was appended to `to_peer`: of a server, that a whole greeting came and was paid for by a signature.
+  bool has_answered() const { return has_answered_; }
   /// A client's first words; nothing of a server.
   bool start(Bytes& to_peer);
   /// Takes what came from the peer; appends what it said, and what the peer has to be sent.
@@ -106,7 +107,7 @@ class TlsStream {
   std::unique_ptr<ssl_st, Free> ssl_;
   const TlsContext* context_;
   bool is_established_ = false;
-  bool has_received_ = false;
+  bool has_answered_ = false;
   std::string problem_;
 };
 

@@ -216,7 +216,7 @@ void AsioServerTransport::make_room() {
 void AsioServerTransport::read(const PeerPointer& peer) {
   const LocalTime now = clock_.now();
   if (!peer->socket.is_open()) return;
-  const bool begins = tls_ != nullptr && !peer->tls.has_received();
+  const bool begins = tls_ != nullptr && !peer->tls.has_answered();
   if (hub_->is_behind(peer->handle) || !peer->reads.has_some(now) || !reads_.has_some(now) ||
       (begins && !handshakes_.has_some(now))) {
     return rest([this, peer] { read(peer); });
@@ -245,9 +245,11 @@ bool AsioServerTransport::read_some(const PeerPointer& peer) {
 
 void AsioServerTransport::take_bytes(const PeerPointer& peer, std::span<const std::byte> bytes) {
   if (peer->is_closing) return;
-  if (tls_ != nullptr && !peer->tls.has_received()) handshakes_.take(1, clock_.now());
   plain_.clear();
+  const bool had_answered = peer->tls.has_answered();
   const bool is_good = peer->tls.receive(bytes, plain_, peer->unsent);
+  // Half a greeting costs nothing but its bytes: it must not take the turn of those who greet in full.
+  if (peer->tls.has_answered() && !had_answered) handshakes_.take(1, clock_.now());
   if (peer->unsent.size() > kMaxQueuedControlBytes) return drop(peer);
   flush(peer);
   if (!plain_.empty()) hub_->on_control_bytes(peer->handle, plain_, clock_.now());
