@@ -15,7 +15,8 @@ constexpr Duration kExtrapolatedFor = std::chrono::milliseconds(15);
 
 void report_energy(ToolPort& port, const UserInput& input) noexcept {
   if (!input.newest.handle_valid) return;
-  port.report(input.newest.energy_from_hand_j, input.newest.energy_to_hand_j, to_seconds(input.since_last));
+  port.report(input.newest.handle.X, input.newest.energy_from_hand_j, input.newest.energy_to_hand_j,
+              to_seconds(input.since_last));
 }
 
 /// ClientMode::kHandle: the coupling pulls the tool to the newest handle.
@@ -54,7 +55,7 @@ class PlayoutDriver final : public ToolDriver {
     if (played->has_underrun && port_.squeezes()) playout_.run_on(*played);
     input.answered = played->tick;
     input.on_hand_W = played->on_hand_W;
-    port_.report(played->energy_from_hand_j, played->energy_to_hand_j, to_seconds(period_));
+    port_.report(played->handle.X, played->energy_from_hand_j, played->energy_to_hand_j, to_seconds(period_));
     port_.set_handle(played->handle);
     return played->buttons;
   }

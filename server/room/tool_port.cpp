@@ -7,10 +7,17 @@
 #include "proto/state.hpp"
 
 namespace tandem::server {
+namespace {
+
+/// What a hand works against may for a moment be more than its coupling's limit: what was predicted, the damper.
+constexpr double kOverLimit = 2.0;
+
+}  // namespace
 
 void ToolPort::open(std::size_t tool, const haptics::CouplingParameters& bounds) noexcept {
   tool_ = tool;
   has_handle_ = false;
+  reported_at_.reset();
   passivity_.reset();
   world_.set_coupling_bounds(tool_, bounds);
   world_.activate_tool(tool_);
@@ -38,13 +45,18 @@ void ToolPort::set_handle(const RigidState& handle) noexcept {
 
 void ToolPort::clear_handle() noexcept {
   has_handle_ = false;
+  reported_at_.reset();
   brake_n_s_per_m_ = 0;
   world_.brake(tool_, 0);
   world_.clear_handle(tool_);
 }
 
-void ToolPort::report(double from_hand_j, double to_hand_j, double elapsed_s) noexcept {
-  passivity_.hand_reported(from_hand_j, to_hand_j, elapsed_s);
+void ToolPort::report(const Pose& X_WH, double from_hand_j, double to_hand_j, double elapsed_s) noexcept {
+  const Pose before = std::exchange(reported_at_, X_WH).value_or(X_WH);
+  const haptics::CouplingParameters& limits = coupling();
+  const double could_do_j = kOverLimit * (limits.force_limit_n * (X_WH.p - before.p).norm() +
+                                          limits.torque_limit_n_m * X_WH.q.angularDistance(before.q));
+  passivity_.hand_reported(from_hand_j, to_hand_j, elapsed_s, could_do_j);
 }
 
 TickFaults ToolPort::limit(double step_s) noexcept {

@@ -2,6 +2,8 @@
 // world is accounted for.
 #pragma once
 
+#include <optional>
+
 #include "common/base/tick_faults.hpp"
 #include "common/haptics/passivity/tool_passivity_controller.hpp"
 #include "common/physics/world.hpp"
@@ -34,8 +36,9 @@ class ToolPort {
   /// There is no handle until the next set_handle(), and nothing else pulls for the user.
   void clear_handle() noexcept;
 
-  /// The client's running sums of energy; `elapsed_s` since those before.
-  void report(double from_hand_j, double to_hand_j, double elapsed_s) noexcept;
+  /// The client's running sums of energy when its handle was at `X_WH`; `elapsed_s` since those before. Of what it says
+  /// its hand put in counts what a hand can do on that way against the strongest pull of its coupling.
+  void report(const Pose& X_WH, double from_hand_j, double to_hand_j, double elapsed_s) noexcept;
   /// Before a step: limits what pulls for the user to the energy that the hand put in.
   TickFaults limit(double step_s) noexcept;
   /// After a step: measures what the tool did.
@@ -49,6 +52,7 @@ class ToolPort {
   bool is_limited_;
   std::size_t tool_ = 0;
   bool has_handle_ = false;
+  std::optional<Pose> reported_at_;  ///< X_WH
   haptics::ToolPassivityController passivity_;
   double brake_n_s_per_m_ = 0;  ///< in the step under way
   double step_s_ = 0;

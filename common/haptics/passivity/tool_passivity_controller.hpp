@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 
 #include "common/base/spatial.hpp"
 #include "common/haptics/passivity/energy_report.hpp"
@@ -48,7 +49,9 @@ class ToolPassivityController {
   static constexpr double kFirmBrake_n_s_per_m = 2000;
 
   /// The client's running sums, for every input that came; `elapsed_s` since the one before.
-  void hand_reported(double from_hand_j, double to_hand_j, double elapsed_s) noexcept;
+  /// In      could_do_j  the most that a hand can have done since then, on the way that its handle took
+  void hand_reported(double from_hand_j, double to_hand_j, double elapsed_s,
+                     double could_do_j = std::numeric_limits<double>::infinity()) noexcept;
   /// After a step: where the tool is, what the coupling with its brake did on it, and the world's running sum of what
   /// this user put in less what he drew (its own, so trusted).
   void stepped(const Pose& X_WT, const Wrench& on_tool_W, double net_into_world_j) noexcept;
