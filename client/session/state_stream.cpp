@@ -46,7 +46,7 @@ proto::DropReason StateStream::receive(std::span<const std::byte> datagram, Loca
     const proto::DropReason reason = proto::parse_server_update(payload, out);
     if (reason != proto::DropReason::kNone) return reason;
     // A server that says the same again and again is as silent as one that says nothing.
-    const bool goes_on = out.step > newest_step_ && out.stepped >= newest_stepped_;
+    const bool goes_on = out.step > newest_step_ && out.stepped > newest_stepped_;
     return goes_on ? proto::DropReason::kNone : proto::DropReason::kDuplicate;
   };
   const proto::DropReason reason = channel_->receive(header, datagram, now, received_.update, read);

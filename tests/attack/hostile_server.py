@@ -21,6 +21,7 @@ LIES_FOR_S = 6.0
 ZERO_WITHIN_S = 5.0
 MEMORY_MB = 200
 COUPLING, STIFFNESS = 5, 2  # of Scene, of Coupling (proto/tandem/scene.proto)
+STEPPED = 2  # of ServerUpdate: server time of the step (proto/tandem/state.proto)
 
 
 def raw_fields(data):
@@ -72,6 +73,18 @@ class Frozen(Lies):
     def state(self, payload):
         self.kept = self.kept or payload if self.is_lying else None
         return self.kept or payload
+
+
+class Timeless(Lies):
+    """Steps go on, the time of the world does not."""
+
+    first = None
+
+    def state(self, payload):
+        if not self.is_lying:
+            return payload
+        self.first = self.first or [raw for number, raw in raw_fields(payload) if number == STEPPED][0]
+        return replaced(payload, STEPPED, self.first)
 
 
 class Silent(Lies):
@@ -140,6 +153,7 @@ def many_users():
 # What must happen: the force is zero, or the program has ended and says why.
 SCENARIOS = {
     "frozen step, rising sequence": Frozen,
+    "frozen time, rising steps": Timeless,
     "nothing any more": Silent,
     "pose of NaN": lambda: Replacing(7, rigid_state(7, (NAN, 0.0, 0.0))),
     "pose of 1e300 m": lambda: Replacing(7, rigid_state(7, (HUGE, 0.0, 0.0))),

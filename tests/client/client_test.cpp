@@ -85,7 +85,7 @@ class ClientBench {
     update.step = Step{++step_};
     update.bodies.emplace_back().id = BodyId{1};
     update.bodies.back().state.X.p = Vec3(0.1, 0.2, 0.3);
-    update.sent = server_time_of_own_clock(now);
+    update.stepped = update.sent = server_time_of_own_clock(now);
     proto::Bytes datagram;
     proto::append_header({proto::DatagramType::kServerUpdate, 5, ConnectionId{7}, ++sequence_}, datagram);
     proto::ServerUpdateEncoder().append(update, datagram);

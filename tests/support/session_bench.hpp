@@ -128,6 +128,7 @@ class SessionBench {
   proto::ServerUpdate next_update() {
     proto::ServerUpdate update;
     update.step = Step{++step};
+    update.stepped = ServerTime(std::chrono::milliseconds(step));
     return update;
   }
   void send_update() { session.on_datagram(datagram_of(next_update()), now); }
