@@ -10,7 +10,7 @@
 namespace tandem::devices {
 namespace {
 
-constexpr Duration kMaxCommandAge = std::chrono::milliseconds(50);
+constexpr Duration kMaxCommandAge = std::chrono::milliseconds(20);  // as a tick that is late (SafetyChain)
 // The last packets may be lost with what the device still sends; zero is said this often.
 constexpr int kLastZeros = 3;
 constexpr Duration kLookAgain = std::chrono::seconds(1);

@@ -3,7 +3,7 @@
 //   haptic thread   write() ──▶ newest command ──▶  device thread   driver.step(now, command)
 //                   read()  ◀── newest sample  ◀──                  waits for the device, at most some 10 ms
 //
-// 1. A command that is older than 50 ms is a loop that stands still: the driver is given zero instead, until the loop has
+// 1. A command that is older than 20 ms is a loop that stands still: the driver is given zero instead, until the loop has
 //    asked has_let_go() and so knows from where its force has to come back.
 // 2. A driver that hangs gives no newer sample: its time stamp grows old, which DeviceReader takes for a fault.
 // 3. A program that is stopped or killed says nothing: a watchdog, where there is one, says zero in its place.

@@ -11,11 +11,13 @@
 
 #include <array>
 #include <cerrno>
+#include <chrono>
 #include <csignal>
 #include <cstdlib>
 #include <new>
 #include <stdexcept>
 #include <system_error>
+#include <thread>
 #include <utility>
 
 #include "devices/watchdog_program.hpp"
@@ -24,6 +26,7 @@ namespace tandem::devices {
 namespace {
 
 constexpr unsigned kUsbTimeout_ms = 20;
+constexpr auto kEndsWithin = std::chrono::milliseconds(500);
 
 std::string hex(std::span<const std::uint8_t> bytes) {
   constexpr std::string_view kDigits = "0123456789abcdef";
@@ -138,7 +141,16 @@ bool Watchdog::watch_over(const ZeroCommand& zero) {
 void Watchdog::release() {
   if (lifeline_ >= 0) close(std::exchange(lifeline_, -1));
   if (process_ > 0) {
-    while (waitpid(process_, nullptr, 0) < 0 && errno == EINTR) {
+    // It ends as soon as its lifeline does; one that is stopped must not hold up the end.
+    const auto deadline = std::chrono::steady_clock::now() + kEndsWithin;
+    pid_t ended = 0;
+    while ((ended = waitpid(process_, nullptr, WNOHANG)) == 0 && std::chrono::steady_clock::now() < deadline) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    if (ended == 0) {
+      kill(process_, SIGKILL);
+      while (waitpid(process_, nullptr, 0) < 0 && errno == EINTR) {
+      }
     }
   }
   process_ = -1;

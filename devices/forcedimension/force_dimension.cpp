@@ -43,8 +43,8 @@ DhdFunctions dhd_functions(const std::filesystem::path& library) {
   dhd.find(found.get_pose, "dhdGetPositionAndOrientationFrame");
   dhd.find(found.set_force, "dhdSetForceAndTorque");
   dhd.find(found.get_button, "dhdGetButton");
+  dhd.find(found.set_watchdog, "dhdSetWatchdog");  // from 3.3.2 on; without it a program that dies leaves its force
   dhd.require_all();
-  dhd.find(found.set_watchdog, "dhdSetWatchdog");  // versions before 3.3.2 have none
   return found;
 }
 
@@ -73,7 +73,7 @@ bool ForceDimensionDriver::open(LocalTime now) {
   }
   absence_.end();
   velocity_.reset();
-  if (dhd_.set_watchdog != nullptr) dhd_.set_watchdog(kWatchdogUnits, static_cast<char>(id_));
+  dhd_.set_watchdog(kWatchdogUnits, static_cast<char>(id_));
   dhd_.enable_force(1, static_cast<char>(id_));
   return true;
 }

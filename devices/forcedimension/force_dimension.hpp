@@ -19,7 +19,7 @@ struct DhdFunctions {
   int (*get_pose)(double*, double*, double*, double (*)[3], char) = nullptr;
   int (*set_force)(double, double, double, double, double, double, char) = nullptr;
   int (*get_button)(int, char) = nullptr;
-  int (*set_watchdog)(unsigned char, char) = nullptr;  ///< null: this version has none
+  int (*set_watchdog)(unsigned char, char) = nullptr;
 };
 /// Fails   std::runtime_error: as VendorLibrary
 DhdFunctions dhd_functions(const std::filesystem::path& library);

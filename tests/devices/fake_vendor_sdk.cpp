@@ -1,5 +1,5 @@
 // A shared library with the functions of Force Dimension's and 3D Systems' SDKs that the drivers use: it answers with what
-// the test sets and keeps what it is told. With WITHOUT_FORCE it lacks those that show a force.
+// the test sets and keeps what it is told. With WITHOUT_FORCE it lacks those that show a force or let it go.
 #include <cstring>
 
 #define EXPORTED extern "C" __attribute__((visibility("default")))
@@ -37,10 +37,12 @@ EXPORTED int dhdClose(char) {
   fake_is_open = 0;
   return 0;
 }
+#ifndef WITHOUT_FORCE
 EXPORTED int dhdSetWatchdog(unsigned char units, char) {
   fake_watchdog_units = units;
   return 0;
 }
+#endif
 EXPORTED int dhdEnableForce(unsigned char is_on, char) {
   fake_has_force_on = is_on;
   return 0;

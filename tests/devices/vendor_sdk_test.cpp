@@ -138,8 +138,9 @@ TEST(OpenHaptics, GoneItIsLostAndComesBackAndItsEndIsZero) {
 TEST(VendorSdk, WithoutItOrWithAnotherVersionItIsSaid) {
   EXPECT_THAT([] { dhd_functions("/nowhere/libdhd.so"); },
               ThrowsMessage<std::runtime_error>(AllOf(HasSubstr("Force Dimension SDK"), HasSubstr("--library"))));
-  EXPECT_THAT([] { dhd_functions(TANDEM_FAKE_SDK_WITHOUT_FORCE); },
-              ThrowsMessage<std::runtime_error>(HasSubstr("has no dhdSetForceAndTorque")));
+  EXPECT_THAT(
+      [] { dhd_functions(TANDEM_FAKE_SDK_WITHOUT_FORCE); },
+      ThrowsMessage<std::runtime_error>(AllOf(HasSubstr("has no dhdSetForceAndTorque"), HasSubstr("dhdSetWatchdog"))));
   EXPECT_THAT([] { hd_functions(TANDEM_FAKE_SDK_WITHOUT_FORCE); },
               ThrowsMessage<std::runtime_error>(HasSubstr("has no hdSetDoublev")));
 }
