@@ -94,7 +94,7 @@ void HapticCore::tick(LocalTime now) noexcept {
   advance_time(now);
   const double speed_m_per_s = handle_speed(sample);
   take_mail();
-  coupling_.advance(now);
+  coupling_.advance(period_s_);
   move_handle(sample);
   record_.state_age = newest() != nullptr ? age_of(*newest(), now) : Duration{-1};
   run_stage(now);

@@ -29,9 +29,8 @@ void SceneCoupling::jump() noexcept {
   fade_.jump_to(fade_.target_law(), fade_.target());
 }
 
-void SceneCoupling::advance(LocalTime now) noexcept {
-  fade_.advance(to_seconds(now - advanced_at_));
-  advanced_at_ = now;
+void SceneCoupling::advance(double period_s) noexcept {
+  fade_.advance(period_s);
 }
 
 }  // namespace tandem::client

@@ -22,7 +22,8 @@ class SceneCoupling {
   void start(const HapticScene& scene) noexcept;
   /// Ends ramp and fade.
   void jump() noexcept;
-  void advance(LocalTime now) noexcept;
+  /// By a tick; after a stall too by no more than one (HapticCore).
+  void advance(double period_s) noexcept;
 
   const haptics::CouplingLaw& law() const noexcept { return fade_.law(); }
   /// In force in law().
@@ -34,7 +35,6 @@ class SceneCoupling {
 
   haptics::CouplingParameters device_bounds_;
   haptics::LawFade fade_{haptics::coupling_laws().front(), haptics::CouplingParameters{}};
-  LocalTime advanced_at_{};
 };
 
 }  // namespace tandem::client
