@@ -12,7 +12,8 @@ struct Rate {
   double at_once = 0;
 };
 
-/// A bucket of `at_once` tokens that starts full and fills by `per_second`.
+/// A bucket of `at_once` tokens that starts full and fills by `per_second`. As much may be owed, or what one
+/// thing costs, and no more: whoever stops asking has something again after twice `at_once`.
 ///
 /// Thread  any, one at a time; no allocation
 class TokenBucket {
@@ -24,9 +25,10 @@ class TokenBucket {
   bool is_full(LocalTime now) const { return tokens_at(now) >= rate_.at_once; }
   /// Says whether there was as much.
   bool take(double cost, LocalTime now) {
-    tokens_ = tokens_at(now) - cost;
+    const double left = tokens_at(now) - cost;
+    tokens_ = std::max(left, -std::max(rate_.at_once, cost));
     at_ = now;
-    return tokens_ >= 0;
+    return left >= 0;
   }
 
  private:

@@ -93,9 +93,12 @@ void RoomSeats::post_coupling(const Seat& seat) {
                .law = haptics::find_coupling_law(coupling_.law)});
 }
 
-bool RoomSeats::reset(const Seat& seat) {
+bool RoomSeats::reset(const Seat& seat, LocalTime now) {
   flush();
-  return waiting_.empty() && room_.post({.kind = RoomCommand::Kind::kReset, .seat = seat});
+  if (!waiting_.empty() || !resets_.has_some(now)) return false;
+  if (!room_.post({.kind = RoomCommand::Kind::kReset, .seat = seat})) return false;
+  resets_.take(1, now);
+  return true;
 }
 
 haptics::CouplingParameters RoomSeats::coupling_in_force(const Seat& seat) const {

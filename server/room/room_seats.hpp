@@ -7,9 +7,13 @@
 #include <string_view>
 
 #include "common/base/ids.hpp"
+#include "common/net/token_bucket.hpp"
 #include "server/room/room.hpp"
 
 namespace tandem::server {
+
+/// Of one room, that are granted.
+inline constexpr net::Rate kResetRate{1, 2};
 
 /// Hands out the places of one room and tells the room's loop.
 ///
@@ -38,8 +42,9 @@ class RoomSeats {
   void set_coupling(const Seat& seat, const haptics::CouplingParameters& parameters);
   /// In      law  that the scene can have (haptics::law_change_problem())
   void set_law(const Seat& seat, const haptics::CouplingLawInfo& law);
-  /// All that moves back to its start (World::put_all_back()). False: the room does not keep up, and nothing is asked.
-  bool reset(const Seat& seat);
+  /// All that moves back to its start (World::put_all_back()). False, and nothing is asked: the room does not keep up, or
+  /// it was reset just now (kResetRate), for each reset tells everybody of every body that moves.
+  bool reset(const Seat& seat, LocalTime now);
   /// False, and nothing is asked of the room, when it does not keep up or this seat's last request is not served yet
   /// (on_update()): one user cannot fill the queue that all share. The user is told.
   bool grab(const Seat& seat, BodyId body, std::uint32_t request);
@@ -65,6 +70,7 @@ class RoomSeats {
   std::array<std::uint64_t, proto::kMaxUsers> requested_{};  ///< grabs and releases since the seat's user joined
   std::array<std::uint64_t, proto::kMaxUsers> served_{};
   std::uint32_t last_user_ = 0;
+  net::TokenBucket resets_{kResetRate};
   /// Joins and leaves must not be lost; bounded because a room that is behind takes nobody in.
   std::deque<RoomCommand> waiting_;
 };

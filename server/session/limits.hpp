@@ -22,7 +22,7 @@ inline constexpr std::size_t kMaxQueuedControlBytes = 1024 * 1024;
 inline constexpr std::size_t kMaxQueuedBeforeNews = 16 * 1024;
 
 // One address's: those who share it and have not joined wait, in turn.
-/// Control messages of all of them, joined ones included.
+/// Control messages of all of them, joined ones included but for what those send at their own pace.
 inline constexpr net::Rate kAddressControlRate{1000, 2000};
 /// What joining counts there, for it costs others most.
 inline constexpr double kJoinPrice = 10;
@@ -39,7 +39,7 @@ inline constexpr net::Rate kReadTurn{64'000, 64};                ///< reads of T
 inline constexpr net::Rate kConnectionReadTurn{2000, 2};         ///< of one connection
 inline constexpr std::size_t kReadBytes = 4096;                  ///< at one read
 inline constexpr net::Rate kAcceptTurn{4000, 8};                 ///< new connections
-inline constexpr net::Rate kHandshakeTurn{500, 4};               ///< TLS handshakes begun: a signature each, 0.2 ms
+inline constexpr net::Rate kHandshakeTurn{500, 4};               ///< TLS handshakes answered: a signature each, 0.2 ms
 inline constexpr net::Rate kStrangersTurn{64'000, 64};           ///< datagrams to the port that everybody knows
 inline constexpr net::Rate kConnectionDatagramTurn{32'000, 32};  ///< datagrams of one user, from where he always sends
 

@@ -86,7 +86,10 @@ bool SessionHub::Impl::can_afford(Connection& connection, const wire::ClientCont
   const double work = message.has_get_asset() || message.has_join() ? kBigAnswer : 1.0;
   turn.take(work, now);
   connection.turn.take(work, now);
-  connection.address->control.take(message.has_join() ? kJoinPrice : price, now);
+  // What a joined user sends at his own pace is his connection's: it must keep no newcomer of his address waiting.
+  if (connection.is_half_open() || !has_own_pace) {
+    connection.address->control.take(message.has_join() ? kJoinPrice : price, now);
+  }
   return connection.control.take(price, now);
 }
 
@@ -435,7 +438,7 @@ void SessionHub::Impl::reset_room(Connection& connection, const wire::ClientCont
   if (connection.seat.role != UserRole::kOperator) {
     send(connection, error_answer(message.request(), wire::ERROR_NOT_ALLOWED,
                                   "only the room's operator may reset it; join with --role operator"));
-  } else if (!connection.seats->reset(connection.seat)) {
+  } else if (!connection.seats->reset(connection.seat, called_at)) {
     send(connection, error_answer(message.request(), wire::ERROR_NOT_ALLOWED, kRoomBusy));
   } else {
     log("reset", connection.label() + " reset room " + connection.seats->room().name());

@@ -63,14 +63,15 @@ Connection* SessionHub::Impl::oldest_half_open(const AddressUse& address, const 
   return nullptr;
 }
 
-/// Not counting `but`, which has just come.
+/// Not counting `but`, which has just come; of addresses with as many, the one whose oldest came first.
 AddressUse& SessionHub::Impl::most_half_open(const Connection& but) {
   AddressUse* most = but.address;
-  std::size_t count = half_open_of(*most) - 1;
-  for (auto& [name, address] : addresses) {
-    const std::size_t candidates = &address == but.address ? 0 : half_open_of(address);
+  std::size_t count = 0;
+  for (const auto& [handle, connection] : connections) {  // in the order of their coming
+    if (connection.get() == &but || !connection->is_half_open()) continue;
+    const std::size_t candidates = half_open_of(*connection->address) - (connection->address == but.address ? 1 : 0);
     if (candidates <= count) continue;
-    most = &address;
+    most = connection->address;
     count = candidates;
   }
   return *most;

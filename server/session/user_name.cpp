@@ -26,8 +26,19 @@ bool is_space(std::uint32_t code) {
 bool is_invisible(std::uint32_t code) {
   return code == 0xAD || code == 0x34F || code == 0x61C || code == 0x115F || code == 0x1160 ||
          is_between(code, 0x17B4, 0x17B5) || is_between(code, 0x180B, 0x180F) || is_between(code, 0x200B, 0x200D) ||
-         is_between(code, 0x2060, 0x2065) || code == 0x2800 || code == 0x3164 || is_between(code, 0xFE00, 0xFE0F) ||
-         code == 0xFEFF || code == 0xFFA0 || is_between(code, 0xFFF0, 0xFFFB) || is_between(code, 0xE0000, 0xE0FFF);
+         is_between(code, 0x2060, 0x206F) || code == 0x2800 || code == 0x3164 || is_between(code, 0xFE00, 0xFE0F) ||
+         code == 0xFEFF || code == 0xFFA0 || is_between(code, 0xFFF0, 0xFFFB) || is_between(code, 0x1BCA0, 0x1BCA3) ||
+         is_between(code, 0x1D173, 0x1D17A) || is_between(code, 0xE0000, 0xE0FFF);
+}
+
+/// As many whole ones as there is place for.
+std::string first_characters(std::string_view name, std::size_t most_bytes) {
+  std::string_view rest = name;
+  std::size_t size = 0;
+  while (!rest.empty() && net::take_code_point(rest) && name.size() - rest.size() <= most_bytes) {
+    size = name.size() - rest.size();
+  }
+  return std::string(name.substr(0, size));
 }
 
 }  // namespace
@@ -38,7 +49,8 @@ bool is_acceptable_user_name(std::string_view name) {
   while (!name.empty()) {
     const auto code = net::take_code_point(name);
     if (!code || !net::is_harmless(*code) || is_invisible(*code)) return false;
-    if (was_space && is_space(*code)) return false;
+    // The blanks but U+0020 look like it: they would give one name twice.
+    if (is_space(*code) && (was_space || *code != ' ')) return false;
     was_space = is_space(*code);
   }
   return !was_space;
@@ -47,7 +59,8 @@ bool is_acceptable_user_name(std::string_view name) {
 std::string name_beside(const std::string& name, const std::vector<std::string>& taken) {
   std::string result = name;
   for (int number = 2; std::ranges::find(taken, result) != taken.end(); ++number) {
-    result = name + " (" + std::to_string(number) + ")";
+    const std::string suffix = " (" + std::to_string(number) + ")";
+    result = first_characters(name, kMaxNameBytes - suffix.size()) + suffix;
   }
   return result;
 }

@@ -111,22 +111,28 @@ def parameter_flood(port, count):
     join_and_flood(port, count, NAME, OPERATOR, lambda _: message)
 
 
-def parameters_to_a_slow_reader(port, count):
-    """One sets parameters at 90 a second; the other, who joins and never reads, must not grow or be ended for that."""
+def _tell_a_slow_reader(port, count, message_of):
+    """One says something to all at 90 a second; the other, who joins and never reads, must not grow or be ended for that."""
     slow = RawClient(port)
     slow.stream.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
     slow.join("slow", OBSERVER)
     setter = RawClient(port)
     setter.join(NAME, OPERATOR)
-    value = 0
     while count.is_running():
-        value += 1
-        setter.stream.sendall(wire.set_parameter("coupling.force_limit_n", 50.0 + value % 2))
+        setter.stream.sendall(message_of(count.sent))
         setter.stream.recv(1 << 16)
         for client in (slow, setter):
             client.send_state()
         count.sent += 1
         time.sleep(1 / 90)
+
+
+def parameters_to_a_slow_reader(port, count):
+    _tell_a_slow_reader(port, count, lambda turn: wire.set_parameter("coupling.force_limit_n", 50.0 + turn % 2))
+
+
+def resets_to_a_slow_reader(port, count):
+    _tell_a_slow_reader(port, count, lambda _: wire.control(wire.RESET_ROOM))
 
 
 def slow_reader(port, count):
@@ -278,8 +284,8 @@ def datagram_sealed_by_nobody(port, count):
 OF_SECURE_SERVERS = {function.__name__: function for function in (
     tls_handshakes, tls_half_hello, tls_joins_by_guess, datagram_sealed_by_nobody)}
 ATTACKS = {function.__name__: function for function in (
-    ping_flood_before_joining, ping_flood, many_pings_at_the_limit, parameter_flood, parameters_to_a_slow_reader, slow_reader,
-    asset_flood, big_messages, state_over_tcp_flood, join_and_leave, silent_64, half_open, datagram_garbage, datagram_unknown,
+    ping_flood_before_joining, ping_flood, many_pings_at_the_limit, parameter_flood, parameters_to_a_slow_reader,
+    resets_to_a_slow_reader, slow_reader, asset_flood, big_messages, state_over_tcp_flood, join_and_leave, silent_64, half_open, datagram_garbage, datagram_unknown,
     datagram_of_a_user)} | OF_SECURE_SERVERS
 
 

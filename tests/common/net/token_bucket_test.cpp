@@ -39,5 +39,12 @@ TEST(TokenBucket, WhatCostsMoreThanIsLeftIsOwed) {
   EXPECT_TRUE(bucket.has_some(at_ms(9)));
 }
 
+TEST(TokenBucket, NoMoreIsOwedThanItHolds) {
+  TokenBucket bucket({100, 20});
+  for (int i = 0; i < 1000; ++i) bucket.take(1, at_ms(0));
+  EXPECT_FALSE(bucket.has_some(at_ms(200)));
+  EXPECT_TRUE(bucket.has_some(at_ms(201)));
+}
+
 }  // namespace
 }  // namespace tandem::net

@@ -61,7 +61,7 @@ class SessionReplayTest : public ::testing::Test {
     for (int i = 0; i < 3000; ++i) {
       if (i == 1200) seats.set_coupling(*anna, {.stiffness_n_per_m = 500});
       if (i == 1350) seats.set_law(*anna, *haptics::find_coupling_law("stable-dynamic"));
-      if (i == 1500) seats.reset(*anna);
+      if (i == 1500) seats.reset(*anna, LocalTime(std::chrono::milliseconds(i)));
       if (i == 2700) seats.leave(*ben);
       if (i % 500 == 100) seats.grab(*ben, BodyId{}, 1);
       if (i % 500 == 300) seats.release(*ben, 2);

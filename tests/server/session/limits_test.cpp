@@ -52,6 +52,45 @@ TEST(Limits, OfManyAddressesTheOneWithMostHalfOpenConnectionsMakesRoom) {
   EXPECT_EQ(bench.hub->connection_count(), 0U) << "no hello within 2 s";
 }
 
+TEST(Limits, OfAddressesWithAsManyTheOneThatCameFirstMakesRoom) {
+  for (const char* name : {"a newcomer", "z newcomer"}) {
+    test::HubBench bench;
+    for (std::size_t i = 0; i < HubSettings{}.max_connections; ++i)
+      connect_from(bench, "one of many " + std::to_string(i));
+    const test::BenchClient newcomer = connect_from(bench, name);
+    for (int i = 0; i < 30; ++i) connect_from(bench, "another " + std::to_string(i));
+    EXPECT_TRUE(is_there(bench, newcomer)) << name << ": older ones are there";
+  }
+}
+
+TEST(Limits, WhoHasJoinedKeepsNobodyOfHisAddressOutAtHisOwnPace) {
+  test::HubBench bench;
+  std::vector<test::BenchClient> crowd{bench.join("ada"), bench.join("ben")};
+  const wire::ClientControl state = message_of([](auto& message) { message.set_state_datagram("x"); });
+  for (int i = 0; i < 40'000; ++i) {
+    bench.send(crowd[i % 2], state);
+    if (i % 2 == 1) bench.step();
+  }
+  EXPECT_EQ(bench.join("cleo", wire::ROLE_OBSERVER).joined.user(), 3U);
+}
+
+TEST(Limits, ARoomIsResetOnceASecond) {
+  test::HubBench bench;
+  test::BenchClient ada = bench.join("ada", wire::ROLE_OPERATOR), ben = bench.join("ben");
+  bench.take(ben);
+  for (int ms = 0; ms < 3000; ms += 20) {
+    bench.send_state(ada);
+    bench.send_state(ben);
+    bench.send(ada, message_of([](auto& message) { message.mutable_reset_room(); }));
+    bench.step(20);
+  }
+  EXPECT_TRUE(is_there(bench, ada));
+  int resets = 0;
+  for (const auto& message : bench.take(ben)) resets += message.has_room_reset() ? 1 : 0;
+  EXPECT_GE(resets, 4);
+  EXPECT_LE(resets, 5);
+}
+
 TEST(Limits, AFloodIsServedATurnAtATimeAndThenEnded) {
   test::HubBench bench;
   test::BenchClient eve = bench.join("eve");

@@ -104,7 +104,8 @@ TEST(SessionHub, RefusesNamesThatCouldSpoilALogOrAWindow) {
 
 TEST(SessionHub, RefusesNamesThatCannotBeSeenOrLookLikeAnother) {
   for (const std::string name :
-       {" ", "a ", " a", "a  b", "\u200b", "ad\u200da", "\u3000", "a\u00ad", "\ufeffa", "a\U000E0041", "\u3164"}) {
+       {" ", "a ", " a", "a  b", "\u200b", "ad\u200da", "\u3000", "a\u00ad", "\ufeffa", "a\U000E0041", "\u3164",
+        "\u206a", "ada\u206f", "a\U0001BCA0", "a\U0001D173", "a\u00a0b"}) {
     test::HubBench bench;
     EXPECT_EQ(bench.join(name).joined.user(), 0U) << testing::PrintToString(name);
   }
@@ -149,6 +150,17 @@ TEST(SessionHub, TwoOfOneNameAreToldApart) {
   const auto told = bench.take(ada);
   ASSERT_EQ(test::described(told), "user_joined");
   EXPECT_EQ(told[0].user_joined().name(), "ada (2)");
+}
+
+TEST(SessionHub, TwoOfOneLongNameAreToldApartWithinItsLength) {
+  std::string longest;
+  for (int i = 0; i < 32; ++i) longest += "\u00e9";
+  test::HubBench bench;
+  test::BenchClient ada = bench.join(longest);
+  bench.join(longest);
+  const auto told = bench.take(ada);
+  ASSERT_EQ(test::described(told), "user_joined");
+  EXPECT_EQ(told[0].user_joined().name(), longest.substr(0, 60) + " (2)");
 }
 
 TEST(SessionHub, GivesEachManipulatorAToolOfItsOwnAndReusesItAfterALeave) {
