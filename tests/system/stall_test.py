@@ -14,6 +14,7 @@ STALLS = int(os.environ.get("TANDEM_STALLS", "3"))
 DURATIONS_S = (0.02, 0.07, 0.2, 0.5)
 RECOVERY_S = 0.9
 LATE_S = 0.021
+ZERO_WITHIN_TICKS = 25  # 20, and what a machine that is just back takes of them
 SLEW_N_PER_MS = 4.0  # of the simulated device (SafetySettings)
 PRESSES = """{"points": [{"t_s": 0, "position_m": [0, 0, 0], "phase": "approach"},
  {"t_s": 1.5, "position_m": [0.073, 0, 0], "phase": "hold"}, {"t_s": 600, "position_m": [0.073, 0, 0]}]}"""
@@ -63,16 +64,18 @@ class Stall(ProgramTest):
             self.assertLessEqual(step, SLEW_N_PER_MS + 1e-6, f"at {row['t_s']} s")
 
     def check_late_ticks(self, rows):
-        """After each the force falls to zero before it rises; how many there were."""
-        count = 0
+        """After each the force falls to zero, soon and before it rises; how many there were."""
+        count = ticks = 0
         falling_from = None
         for before, row in zip(rows, rows[1:]):
             now = length(force_n(row))
             if (row["local_ns"] - before["local_ns"]) * 1e-9 > LATE_S + 0.001:
                 count += 1
-                falling_from = length(force_n(before))
+                falling_from, ticks = length(force_n(before)), 0
             if falling_from is None:
                 continue
+            ticks += 1
+            self.assertTrue(now == 0 or ticks < ZERO_WITHIN_TICKS, f"at {row['t_s']} s it is not zero, {ticks} ticks after")
             self.assertLessEqual(now, falling_from + 1e-6, f"at {row['t_s']} s it rises before it was zero")
             falling_from = None if now == 0 else now
         return count
