@@ -2,6 +2,7 @@
 // server/README.md. Who goes beyond a limit of his own is ended; who meets one that he shares with others waits.
 #pragma once
 
+#include <chrono>
 #include <cstddef>
 
 #include "common/base/time.hpp"
@@ -28,6 +29,8 @@ inline constexpr net::Rate kAddressControlRate{1000, 2000};
 inline constexpr double kJoinPrice = 10;
 /// Connections that have not joined; beyond it the oldest of them is ended.
 inline constexpr std::size_t kMaxHalfOpen = 16;
+/// Who stays no longer than that leaves a line of another kind in the log, where those of a kind are bounded.
+inline constexpr Duration kShortStay{std::chrono::seconds(5)};
 
 // A turn of the io thread is about a millisecond: what control, accepting and reading may take of it, so that states go
 // out on time. What is more waits for the next turn, here or in the kernel.

@@ -224,6 +224,7 @@ void SessionHub::Impl::end(Connection& connection, wire::DisconnectReason reason
   transport.close(connection.handle);
 }
 
+/// Who comes and goes fills no log that others' leaving belongs in.
 void SessionHub::Impl::forget(Connection& connection, wire::DisconnectReason reason, const std::string& text) {
   const bool was_active = connection.state == ConnectionState::kActive;
   connection.state = ConnectionState::kClosed;
@@ -233,7 +234,8 @@ void SessionHub::Impl::forget(Connection& connection, wire::DisconnectReason rea
     log("closed", connection.label() + " closed: " + text);
     return;
   }
-  log("left", connection.label() + " left room " + connection.seats->room().name() + ": " + text + "; " +
+  const bool came_just_now = called_at - connection.connected < kShortStay;
+  log(came_just_now ? "left soon" : "left", connection.label() + " left room " + connection.seats->room().name() + ": " + text + "; " +
                   std::to_string(connection.stream->taken()) + " inputs taken");
   if (connection.credential && (reason == wire::DISCONNECT_LEFT || reason == wire::DISCONNECT_KICKED)) {
     end_second_device(admission->revoke(*connection.credential), reason);
