@@ -8,7 +8,9 @@ import signal
 import time
 import unittest
 
-from support import PATIENCE_S, ProgramTest, Server, finish, full_pipe, read_trace, start_client
+from support import PATIENCE_S, SOURCE, ProgramTest, Server, finish, full_pipe, read_trace, start_client
+
+import wire  # of tests/attack, where support.py looks too
 
 ZERO_WITHIN_S = 0.150
 RELEASE_WITHIN_S = 2.0
@@ -47,6 +49,44 @@ class ServerKilled(ProgramTest):
             self.assertEqual(force_n(row), 0.0, f"at {row['t_s']} s, {row['state_age_s']} s after the last arrival")
         after = [row for row in rows if row["t_s"] > silent[-1]["t_s"] + 1.0]
         self.assertGreater(max(map(force_n, after)), 0.05, "the force comes back with the server")
+
+
+class RoomReset(ProgramTest):
+    RESETS = 3
+    PRESSES = {"points": [{"t_s": 0, "position_m": [0, 0, 0], "phase": "approach"}, {"t_s": 1.5, "position_m": [0.0863, 0, 0]},
+                          {"t_s": 600, "position_m": [0.0863, 0, 0]}]}
+
+    def write_scene(self):
+        """The block on its spring, and a second tool for the operator."""
+        with open(os.path.join(SOURCE, "server/scenes/push.json")) as file:
+            scene = json.load(file)
+        scene["tools"].append({"name": "operator's", "placement": {"position_m": [-0.05, 0.3, 0]}, "mass_kg": 0.03})
+        scene["limits"] = {"manipulators": 2}
+        return self.write("scene.json", json.dumps(scene))
+
+    def test_what_a_hand_presses_on_goes_back_without_a_step_of_force(self):
+        trace = self.path("trace.csv")
+        with Server("--scene", self.write_scene()) as server:
+            client = start_client(server.port, "--hand", self.write("hand.json", json.dumps(self.PRESSES)), "--trace", trace)
+            time.sleep(1.0)
+            operator = wire.RawClient(server.port)
+            operator.join("olga", wire.OPERATOR)
+            for reset in range(self.RESETS + 1):
+                if reset > 0:
+                    operator.stream.sendall(wire.control(wire.RESET_ROOM))
+                for _ in range(30):
+                    operator.send_state()
+                    time.sleep(0.05)
+            client.send_signal(signal.SIGINT)
+            _, _, err = finish(client)
+            operator.close()
+        self.assertIn("the operator has put everything back", err)
+        pressing = [row for row in read_trace(trace) if row["t_s"] > 2.5][:-100]
+        forces = [force_n(row) for row in pressing]
+        self.assertGreater(min(forces), 1, "the hand pressed all the time")
+        self.assertGreater(max(forces) - min(forces), 0.2, "the block went back, and was pushed away again")
+        steps = [math.dist(*([row[f"displayed_force_{axis}_n"] for axis in "xyz"] for row in pair)) for pair in itertools.pairwise(pressing)]
+        self.assertLess(max(steps), 0.5)
 
 
 class ManySessions(ProgramTest):
