@@ -6,8 +6,10 @@
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/ip/udp.hpp>
 #include <boost/asio/steady_timer.hpp>
+#include <cerrno>
 #include <stdexcept>
 
+#include "client/net/stamped_receive.hpp"
 #include "common/net/socket_rules.hpp"
 
 namespace tandem::client {
@@ -244,7 +246,9 @@ void AsioClientTransport::set_datagram_port(std::uint16_t port) {
   if (!error) current_->datagrams.non_blocking(true, error);
   // Connected, so that the kernel lets only the server's datagrams through.
   if (!error) current_->datagrams.connect(server, error);
-  if (!error) await_datagrams(current_);
+  if (error) return;
+  stamp_what_comes(current_->datagrams.native_handle());
+  await_datagrams(current_);
 }
 
 void AsioClientTransport::await_datagrams(const ConnectionPointer& connection) {
@@ -261,15 +265,14 @@ void AsioClientTransport::receive_datagrams(Connection& connection) {
   // One byte more than allowed, so that a longer datagram is seen as too long instead of being cut to size.
   std::array<std::byte, proto::kMaxDatagramBytes + 1> buffer;
   for (int taken = 0; taken < kDatagramsPerWake && is_current(connection); ++taken) {
-    error_code error;
-    const std::size_t size = connection.datagrams.receive(asio::buffer(buffer), 0, error);
-    if (error == asio::error::would_block) return;
-    if (error) continue;  // a refusal of something sent earlier; TCP tells what it means
-    const auto datagram = std::span(buffer).first(size);
+    const auto received = receive_stamped(connection.datagrams.native_handle(), buffer, clock_.now());
+    if (!received && (errno == EAGAIN || errno == EWOULDBLOCK)) return;
+    if (!received) continue;  // a refusal of something sent earlier; TCP tells what it means
+    const auto datagram = std::span(buffer).first(received->bytes);
     if (connection.links != nullptr) {
       connection.links->down.send(clock_.now(), datagram);
     } else {
-      session_->on_datagram(datagram, clock_.now());
+      session_->on_datagram(datagram, received->came);
     }
   }
 }

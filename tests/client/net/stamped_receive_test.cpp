@@ -1,0 +1,73 @@
+// A datagram is as old as the kernel says, however late it is read.
+#include "client/net/stamped_receive.hpp"
+
+#include <gtest/gtest.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <chrono>
+#include <thread>
+
+namespace tandem::client {
+namespace {
+
+/// Two sockets of this machine, the first connected to the second.
+class StampedReceive : public testing::Test {
+ protected:
+  StampedReceive() {
+    sockaddr_in place{};
+    place.sin_family = AF_INET;
+    place.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    EXPECT_EQ(bind(to_, reinterpret_cast<sockaddr*>(&place), sizeof place), 0);
+    socklen_t size = sizeof place;
+    getsockname(to_, reinterpret_cast<sockaddr*>(&place), &size);
+    EXPECT_EQ(connect(from_, reinterpret_cast<sockaddr*>(&place), sizeof place), 0);
+  }
+  ~StampedReceive() override {
+    close(from_);
+    close(to_);
+  }
+
+  int from_ = socket(AF_INET, SOCK_DGRAM, 0), to_ = socket(AF_INET, SOCK_DGRAM, 0);
+  SteadyClock clock_;
+  std::array<std::byte, 100> buffer_{};
+};
+
+TEST_F(StampedReceive, WhatWaitedIsAsOldAsItIs) {
+  stamp_what_comes(to_);
+  const LocalTime before = clock_.now();
+  ASSERT_EQ(send(from_, "abc", 3, 0), 3);
+  const LocalTime after = clock_.now();
+  std::this_thread::sleep_for(std::chrono::milliseconds(60));
+  const auto received = receive_stamped(to_, buffer_, clock_.now());
+  ASSERT_TRUE(received);
+  EXPECT_EQ(received->bytes, 3U);
+  EXPECT_EQ(buffer_[2], std::byte{'c'});
+  // The wall clock may be slewed a little against the other.
+  constexpr Duration kSlack = std::chrono::milliseconds(2);
+  EXPECT_GE(received->came, before - kSlack);
+  EXPECT_LE(received->came, after + kSlack) << "and not 60 ms later, when it was read";
+  EXPECT_FALSE(receive_stamped(to_, buffer_, clock_.now()));
+  EXPECT_EQ(errno, EAGAIN);
+}
+
+TEST_F(StampedReceive, WithoutAStampItCameWhenItIsRead) {
+  ASSERT_EQ(send(from_, "abc", 3, 0), 3);
+  const LocalTime now{std::chrono::seconds(5)};
+  const auto received = receive_stamped(to_, buffer_, now);
+  ASSERT_TRUE(received);
+  EXPECT_EQ(received->came, now);
+}
+
+TEST_F(StampedReceive, OneThatIsLongerThanTheBufferIsCutToIt) {
+  stamp_what_comes(to_);
+  const std::array<char, 200> much{};
+  ASSERT_EQ(send(from_, much.data(), much.size(), 0), 200);
+  EXPECT_EQ(receive_stamped(to_, buffer_, clock_.now())->bytes, buffer_.size());
+}
+
+}  // namespace
+}  // namespace tandem::client
