@@ -1,9 +1,13 @@
 #include "client/session/asset_store.hpp"
 
 #include <algorithm>
+#include <deque>
 #include <fstream>
+#include <future>
+#include <mutex>
 #include <span>
 #include <system_error>
+#include <utility>
 #include <vector>
 
 #include "common/base/folders.hpp"
@@ -53,15 +57,27 @@ class DiskAssetStore final : public AssetStore {
   DiskAssetStore(fs::path directory, std::uint64_t limit_bytes)
       : directory_(std::move(directory)), limit_bytes_(limit_bytes) {}
 
+  ~DiskAssetStore() override { wait(); }
+
   std::shared_ptr<const proto::Bytes> find(const proto::Sha256& hash) override;
   void keep(const proto::Sha256& hash, const std::shared_ptr<const proto::Bytes>& bytes) override;
 
  private:
+  using Kept = std::pair<proto::Sha256, std::shared_ptr<const proto::Bytes>>;
+
+  void wait() {
+    if (writing_.valid()) writing_.wait();
+  }
+  void write_waiting();
   fs::path file_of(const proto::Sha256& hash) const;
   void make_room_for(std::uint64_t bytes) const;
 
   fs::path directory_;
   std::uint64_t limit_bytes_;
+  std::mutex mutex_;          ///< of `waiting_` and `is_writing_`
+  std::deque<Kept> waiting_;  ///< until it is in its file
+  bool is_writing_ = false;
+  std::future<void> writing_;  ///< the thread that writes, while there is something
 };
 
 fs::path DiskAssetStore::file_of(const proto::Sha256& hash) const {
@@ -69,6 +85,11 @@ fs::path DiskAssetStore::file_of(const proto::Sha256& hash) const {
 }
 
 std::shared_ptr<const proto::Bytes> DiskAssetStore::find(const proto::Sha256& hash) {
+  {
+    const std::scoped_lock lock(mutex_);
+    const auto waits = std::ranges::find(waiting_, hash, &Kept::first);
+    if (waits != waiting_.end()) return waits->second;
+  }
   const fs::path file = file_of(hash);
   std::error_code error;
   if (!fs::is_regular_file(file, error)) return nullptr;
@@ -88,8 +109,29 @@ std::shared_ptr<const proto::Bytes> DiskAssetStore::find(const proto::Sha256& ha
 
 void DiskAssetStore::keep(const proto::Sha256& hash, const std::shared_ptr<const proto::Bytes>& bytes) {
   if (bytes->size() > limit_bytes_) return;
-  make_room_for(bytes->size());
-  replace_cache_file(file_of(hash), {std::span<const std::byte>(*bytes)});
+  {
+    const std::scoped_lock lock(mutex_);
+    waiting_.emplace_back(hash, bytes);
+    if (std::exchange(is_writing_, true)) return;
+  }
+  writing_ = std::async(std::launch::async, [this] { write_waiting(); });
+}
+
+/// A disk that hangs then holds up no force.
+void DiskAssetStore::write_waiting() {
+  while (true) {
+    Kept next;
+    {
+      const std::scoped_lock lock(mutex_);
+      is_writing_ = !waiting_.empty();
+      if (!is_writing_) return;
+      next = waiting_.front();
+    }
+    make_room_for(next.second->size());
+    replace_cache_file(file_of(next.first), {std::span<const std::byte>(*next.second)});
+    const std::scoped_lock lock(mutex_);
+    waiting_.pop_front();
+  }
 }
 
 void DiskAssetStore::make_room_for(std::uint64_t bytes) const {

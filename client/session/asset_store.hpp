@@ -36,7 +36,8 @@ inline constexpr std::uint64_t kDefaultAssetStoreBytes = 1ULL << 30U;
 
 /// A folder with a file for each asset. Others can write to it, so what is read is hashed, and what is damaged is
 /// removed. When it would be over its limit, the files go that were not used for longest.
-/// Cost    a find reads and hashes the whole asset: about 0.1 s for 30 MB
+/// Cost    a find reads and hashes the whole asset: about 0.1 s for 30 MB; what is kept is written by a thread of its own,
+///         which the end of the store waits for
 std::shared_ptr<AssetStore> disk_asset_store(std::filesystem::path directory,
                                              std::uint64_t limit_bytes = kDefaultAssetStoreBytes);
 

@@ -337,9 +337,7 @@ int serve(const Options& options, realtime::Output& output) {
   const auto recorder = start_recording(options, server, checkpoint.get(), output);
   const auto watched = monitor.watch(server, recorder.get(), checkpoint.get());
   if (!monitor.address().empty()) output.log("metrics", "metrics at http://" + monitor.address() + "/metrics");
-  server.on_admission = [&checkpoint](const wire::AdmissionState& state) {
-    if (checkpoint) checkpoint->note(state);
-  };
+  if (checkpoint) server.on_admission = [&checkpoint](const wire::AdmissionState& state) { checkpoint->note(state); };
   server.on_log = [&output](std::string_view kind, const std::string& line) { output.log(kind, line); };
   // With --json stdout is one object and nothing else.
   std::string ready = ready_line(server, options.bind, keys);

@@ -119,9 +119,6 @@ LiveServer::Impl::Impl(LiveServer& server, LiveServerSettings server_settings,
   hub.on_log = [this](std::string_view kind, const std::string& line) {
     if (owner.on_log) owner.on_log(kind, line);
   };
-  hub.on_admission = [this](const wire::AdmissionState& state) {
-    if (owner.on_admission) owner.on_admission(state);
-  };
   if (!settings.stops_on_signals) return;
   // From when the port is open: whoever connects before run() gets a goodbye too.
   signals.add(SIGINT);
@@ -257,6 +254,7 @@ const std::vector<std::unique_ptr<Room>>& LiveServer::rooms() const {
 }
 
 void LiveServer::run() {
+  impl_->hub.on_admission = on_admission;
   impl_->run();
 }
 

@@ -390,23 +390,36 @@ TEST_F(DiskStore, GivesBackWhatAnotherProgramKept) {
   EXPECT_EQ(*found, *bytes);
 }
 
+TEST_F(DiskStore, WhatIsKeptIsThereAtOnceWhetherItIsWrittenOrNot) {
+  const auto store = disk_asset_store(directory_);
+  for (char letter = 'a'; letter <= 'z'; ++letter) {
+    const auto bytes = bytes_of(letter, 100'000);
+    const proto::Sha256 hash = proto::sha256_of(*bytes);
+    store->keep(hash, bytes);
+    const auto found = store->find(hash);
+    ASSERT_NE(found, nullptr) << letter;
+    EXPECT_EQ(*found, *bytes);
+  }
+}
+
 TEST_F(DiskStore, NeverGivesBytesOfAnotherHashAndRemovesThem) {
   const auto bytes = bytes_of('a', 1000);
   const proto::Sha256 hash = proto::sha256_of(*bytes);
+  disk_asset_store(directory_)->keep(hash, bytes);
   const auto store = disk_asset_store(directory_);
-  store->keep(hash, bytes);
   std::fstream(only_file(), std::ios::binary | std::ios::in | std::ios::out).seekp(500).put('b');
   EXPECT_EQ(store->find(hash), nullptr);
   EXPECT_TRUE(std::filesystem::is_empty(directory_));
 }
 
 TEST_F(DiskStore, StaysWithinItsLimitByWhatWasNotUsedForLongest) {
-  const auto store = disk_asset_store(directory_, 2500);
+  // One after the other, as programs use it: each has written at its end.
+  const auto store = [this] { return disk_asset_store(directory_, 2500); };
   std::vector<proto::Sha256> hashes;
   for (const char letter : {'a', 'b', 'c'}) {
     const auto bytes = bytes_of(letter, 1000);
     hashes.push_back(proto::sha256_of(*bytes));
-    store->keep(hashes.back(), bytes);
+    store()->keep(hashes.back(), bytes);
     // The clock of a file system may be coarse.
     const auto hours = std::chrono::hours(letter == 'a' ? 1 : 2);
     for (const auto& entry : std::filesystem::directory_iterator(directory_)) {
@@ -414,15 +427,15 @@ TEST_F(DiskStore, StaysWithinItsLimitByWhatWasNotUsedForLongest) {
       std::filesystem::last_write_time(entry, std::filesystem::file_time_type::clock::now() - hours);
     }
     if (letter != 'b') continue;
-    EXPECT_NE(store->find(hashes[0]), nullptr) << "used now, so b is the oldest";
+    EXPECT_NE(store()->find(hashes[0]), nullptr) << "used now, so b is the oldest";
   }
-  EXPECT_NE(store->find(hashes[0]), nullptr);
-  EXPECT_EQ(store->find(hashes[1]), nullptr);
-  EXPECT_NE(store->find(hashes[2]), nullptr);
+  EXPECT_NE(store()->find(hashes[0]), nullptr);
+  EXPECT_EQ(store()->find(hashes[1]), nullptr);
+  EXPECT_NE(store()->find(hashes[2]), nullptr);
   const auto huge = bytes_of('d', 3000);
-  store->keep(proto::sha256_of(*huge), huge);
-  EXPECT_EQ(store->find(proto::sha256_of(*huge)), nullptr);
-  EXPECT_NE(store->find(hashes[0]), nullptr) << "what cannot be kept must push nothing out";
+  store()->keep(proto::sha256_of(*huge), huge);
+  EXPECT_EQ(store()->find(proto::sha256_of(*huge)), nullptr);
+  EXPECT_NE(store()->find(hashes[0]), nullptr) << "what cannot be kept must push nothing out";
 }
 
 TEST(AssetFetcher, PlansNoMoreThanItsLimitHoweverManyAreOffered) {
