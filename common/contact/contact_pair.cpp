@@ -15,7 +15,7 @@ constexpr double kFineSpacing_m = 5e-4;
 constexpr double kRounding_m = 1e-8;
 // For so much motion of a ball it is asked once which planes are around it.
 constexpr double kBallSlack_m = 1e-3;
-// Of its ring, what a ball's core takes over a step: in a tenth of a second it forgets that a touch was lighter.
+// Of its ring, what a ball's core takes over a step: in a hundred steps it forgets that a touch was lighter.
 constexpr double kCoreGrowth = 1e-2;
 
 double area_m2(const ContactShape& shape) {

@@ -4,9 +4,7 @@
 #include <array>
 #include <bit>
 #include <cmath>
-#include <limits>
 #include <numbers>
-#include <utility>
 
 #include "common/contact/contact_pair.hpp"
 #include "common/contact/flat/flat_node.hpp"
@@ -60,7 +58,10 @@ const FieldPlane* plane_below_ball(const DistanceField& field, PlaneSet planes, 
   box.centre = centre_F - (radius_m - cap_m / 2) * nearest->normal;
   const double half_m = std::sqrt(cap_m * (2 * radius_m - cap_m));
   box.half_m = Vec3(half_m, half_m, cap_m / 2);
-  return std::has_single_bit(largest_over(all, planes, box)) ? nearest : nullptr;
+  // A field that does not know its distance exactly lets balls through that are clear, beside an edge: over the cap
+  // another plane may then be the largest than at the centre.
+  const PlaneSet nearest_alone = PlaneSet{1} << static_cast<unsigned>(nearest - all.data());
+  return largest_over(all, planes, box) == nearest_alone ? nearest : nullptr;
 }
 
 void add_ball_on_plane(const FieldPlane& plane, const Pose& X_WF, const Vec3& centre_F, double radius_m, double band_m,

@@ -27,8 +27,9 @@ const FieldPlane* plane_below_ball(const DistanceField& field, PlaneSet planes, 
 ///         m = 0.143 of the depth; a pair on each of two axes for [m, 0.65] and [0.65, 1] of it. Each pair lies where
 ///         the tilt is that of all (a²/4 × area; a² = 2Rδ − ⅔δ²); m is chosen so that the moment of friction about the
 ///         normal is too (8/15 a × force). What does not press yet is in slices that end at a gap of 16, 64 and 256 µm
-///         and at the band, on the axis. Force and stiffness by area are exact, and all is continuous in the pose. The
-///         axes are the plane's: they do not turn with the ball.
+///         and at the band, on the axis; while nothing presses, the third of them is four on a ring, where pairs will press.
+///         Force and stiffness by area are exact, and continuous in the pose. The axes are the plane's: they do not turn
+///         with the ball.
 ///         Points of the plane in the ball give the force with R − δ for R (their normals point to its centre)
 /// Source  our derivation
 /// In      ball_share  of the force that is the ball's points', the rest is the plane's; 0..1

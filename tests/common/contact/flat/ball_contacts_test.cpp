@@ -254,6 +254,23 @@ TEST(BallContacts, GoOverIntoPointsWithoutAStepInForce) {
   }
 }
 
+/// A grid far from the surface knows less than the distance: what it lets through is asked of the planes.
+TEST(BallContacts, OfABallThatIsClearBesideAnEdgeThereIsNone) {
+  const double radius_m = 5e-3, half_m = 0.01;
+  const ShapePointer ball = make_contact_sphere(radius_m);
+  for (const ShapePointer& box : boxes()) {
+    ContactPair pair;
+    pair.bind(ball.get(), box.get());
+    for (double x_m = 0.2e-3; x_m < 9e-3; x_m += 0.25e-3) {
+      for (double z_m = 0.2e-3; z_m < 9e-3; z_m += 0.25e-3) {
+        if (std::hypot(x_m, z_m) < radius_m + 0.3e-3) continue;
+        pair.find({Vec3(half_m + x_m, 0.0013, half_m + z_m), Quat::Identity()}, {}, kBand_m);
+        EXPECT_EQ(Touch(pair).force_W, Vec3(0, 0, 0)) << x_m << " " << z_m;
+      }
+    }
+  }
+}
+
 TEST(BallContacts, KeepFrictionWhenTheyGoOverIntoPointsAndBack) {
   const ShapePointer ball = make_contact_sphere(5e-3);
   for (const ShapePointer& box : boxes()) {
