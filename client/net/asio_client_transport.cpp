@@ -270,7 +270,7 @@ void AsioClientTransport::receive_datagrams(Connection& connection) {
     if (!received) continue;  // a refusal of something sent earlier; TCP tells what it means
     const auto datagram = std::span(buffer).first(received->bytes);
     if (connection.links != nullptr) {
-      connection.links->down.send(clock_.now(), datagram);
+      connection.links->down.send(received->came, datagram);
     } else {
       session_->on_datagram(datagram, received->came);
     }
@@ -401,8 +401,10 @@ void AsioClientTransport::deliver_due(Connection& connection, LocalTime now) {
   while (const auto bytes = links.control_down.receive(now)) {
     if (is_current(connection)) session_->on_control_bytes(*bytes, clock_.now());
   }
-  while (const auto datagram = links.down.receive(now)) {
-    if (is_current(connection)) session_->on_datagram(*datagram, clock_.now());
+  // However late this is: each came when it was due.
+  for (auto due = links.down.next_due(); due && *due <= now; due = links.down.next_due()) {
+    const auto datagram = links.down.receive(now);
+    if (datagram && is_current(connection)) session_->on_datagram(*datagram, *due);
   }
   report_loss_when_due(connection);
 }
