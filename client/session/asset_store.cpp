@@ -1,16 +1,19 @@
 #include "client/session/asset_store.hpp"
 
 #include <algorithm>
+#include <condition_variable>
 #include <deque>
 #include <fstream>
-#include <future>
 #include <mutex>
 #include <span>
+#include <stop_token>
 #include <system_error>
+#include <thread>
 #include <utility>
 #include <vector>
 
 #include "common/base/folders.hpp"
+#include "common/realtime/realtime.hpp"
 
 namespace tandem::client {
 namespace {
@@ -55,9 +58,10 @@ class MemoryAssetStore final : public AssetStore {
 class DiskAssetStore final : public AssetStore {
  public:
   DiskAssetStore(fs::path directory, std::uint64_t limit_bytes)
-      : directory_(std::move(directory)), limit_bytes_(limit_bytes) {}
-
-  ~DiskAssetStore() override { wait(); }
+      : directory_(std::move(directory)), limit_bytes_(limit_bytes), writer_([this](const std::stop_token& stop) {
+          realtime::drop_realtime();
+          write_until(stop);
+        }) {}
 
   std::shared_ptr<const proto::Bytes> find(const proto::Sha256& hash) override;
   void keep(const proto::Sha256& hash, const std::shared_ptr<const proto::Bytes>& bytes) override;
@@ -65,19 +69,16 @@ class DiskAssetStore final : public AssetStore {
  private:
   using Kept = std::pair<proto::Sha256, std::shared_ptr<const proto::Bytes>>;
 
-  void wait() {
-    if (writing_.valid()) writing_.wait();
-  }
-  void write_waiting();
+  void write_until(const std::stop_token& stop);
   fs::path file_of(const proto::Sha256& hash) const;
   void make_room_for(std::uint64_t bytes) const;
 
   fs::path directory_;
   std::uint64_t limit_bytes_;
-  std::mutex mutex_;          ///< of `waiting_` and `is_writing_`
+  std::mutex mutex_;  // protects waiting_
+  std::condition_variable_any news_;
   std::deque<Kept> waiting_;  ///< until it is in its file
-  bool is_writing_ = false;
-  std::future<void> writing_;  ///< the thread that writes, while there is something
+  std::jthread writer_;       ///< the last member, for it uses the others
 };
 
 fs::path DiskAssetStore::file_of(const proto::Sha256& hash) const {
@@ -112,24 +113,19 @@ void DiskAssetStore::keep(const proto::Sha256& hash, const std::shared_ptr<const
   {
     const std::scoped_lock lock(mutex_);
     waiting_.emplace_back(hash, bytes);
-    if (std::exchange(is_writing_, true)) return;
   }
-  writing_ = std::async(std::launch::async, [this] { write_waiting(); });
+  news_.notify_one();
 }
 
-/// A disk that hangs then holds up no force.
-void DiskAssetStore::write_waiting() {
-  while (true) {
-    Kept next;
-    {
-      const std::scoped_lock lock(mutex_);
-      is_writing_ = !waiting_.empty();
-      if (!is_writing_) return;
-      next = waiting_.front();
-    }
+/// A disk that hangs then holds up no force. What waits at the end is written before it.
+void DiskAssetStore::write_until(const std::stop_token& stop) {
+  std::unique_lock lock(mutex_);
+  while (news_.wait(lock, stop, [this] { return !waiting_.empty(); })) {
+    const Kept next = waiting_.front();
+    lock.unlock();
     make_room_for(next.second->size());
     replace_cache_file(file_of(next.first), {std::span<const std::byte>(*next.second)});
-    const std::scoped_lock lock(mutex_);
+    lock.lock();
     waiting_.pop_front();
   }
 }

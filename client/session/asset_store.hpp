@@ -19,7 +19,7 @@ using AssetMap = std::map<proto::Sha256, std::shared_ptr<const proto::Bytes>>;
 /// Out     null: no hash, or not here
 const proto::Bytes* find_asset(const AssetMap& assets, const std::string& hash);
 
-/// Thread  io
+/// Thread  any, one at a time; a folder's, which two devices of a person share, any
 class AssetStore {
  public:
   virtual ~AssetStore() = default;
