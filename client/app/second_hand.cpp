@@ -52,10 +52,7 @@ void SecondHand::start(const ClientIoSnapshot& first) {
 void SecondHand::poll(const ClientIoSnapshot& first) {
   last_ = io_.snapshot();
   const auto is_in_room = [](const ClientIoSnapshot& of) { return of.status.state == SessionState::kActive; };
-  if (is_in_room(first) && is_in_room(last_) && first.room != last_.room && first.room != followed_to_) {
-    followed_to_ = first.room;  // once: it may be full
-    io_.change_room(first.room);
-  }
+  if (is_in_room(first) && is_in_room(last_)) follow(first.room);
   if (!has_started_ && last_.status.state == SessionState::kActive && last_.joined) start_loop();
   if (!has_started_ && last_.status.state == SessionState::kEnded) {
     throw std::runtime_error("second device: " + last_.status.why);
@@ -63,6 +60,12 @@ void SecondHand::poll(const ClientIoSnapshot& first) {
   if (has_started_) take_news();
   if (last_.status.why != last_why_ && !last_.status.why.empty()) say_("second device: " + last_.status.why);
   last_why_ = last_.status.why;
+}
+
+/// Once: it may be full.
+void SecondHand::follow(const std::string& room) {
+  const bool is_tried = room == std::exchange(followed_to_, room);
+  if (room != last_.room && !is_tried) io_.change_room(room);
 }
 
 void SecondHand::start_loop() {

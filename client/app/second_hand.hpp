@@ -43,6 +43,7 @@ class SecondHand {
   bool is_good() const { return last_.status.state == SessionState::kActive; }
 
  private:
+  void follow(const std::string& room);
   void start_loop();
   void take_news();
 

@@ -13,7 +13,7 @@ struct Rate {
 };
 
 /// A bucket of `at_once` tokens that starts full and fills by `per_second`. As much may be owed, or what one
-/// thing costs, and no more: whoever stops asking has something again after twice `at_once`.
+/// thing costs, and no more: whoever stops asking has something again after at_once / per_second.
 ///
 /// Thread  any, one at a time; no allocation
 class TokenBucket {

@@ -78,7 +78,7 @@ class TlsStream {
   bool is_plain() const { return ssl_ == nullptr; }
   /// Both ends know each other: from now on bytes are delivered.
   bool is_established() const { return is_established_; }
-  /// Something was appended to `to_peer`: of a server, that a whole greeting came and was paid for by a signature.
+  /// Something was appended to `to_peer`: of a server, what a whole greeting is answered with, a signature mostly.
   bool has_answered() const { return has_answered_; }
   /// A client's first words; nothing of a server.
   bool start(Bytes& to_peer);

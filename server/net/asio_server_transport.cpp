@@ -216,9 +216,7 @@ void AsioServerTransport::make_room() {
 void AsioServerTransport::read(const PeerPointer& peer) {
   const LocalTime now = clock_.now();
   if (!peer->socket.is_open()) return;
-  const bool begins = tls_ != nullptr && !peer->tls.has_answered();
-  if (hub_->is_behind(peer->handle) || !peer->reads.has_some(now) || !reads_.has_some(now) ||
-      (begins && !handshakes_.has_some(now))) {
+  if (hub_->is_behind(peer->handle) || !peer->reads.has_some(now) || !reads_.has_some(now) || must_wait(*peer, now)) {
     return rest([this, peer] { read(peer); });
   }
   peer->socket.async_wait(tcp::socket::wait_read, [this, peer](const error_code& error) {
@@ -227,9 +225,15 @@ void AsioServerTransport::read(const PeerPointer& peer) {
   });
 }
 
+/// For its turn to shake hands.
+bool AsioServerTransport::must_wait(const Peer& peer, LocalTime now) const {
+  return tls_ != nullptr && !peer.tls.has_answered() && !handshakes_.has_some(now);
+}
+
 /// False when the stream has ended.
 bool AsioServerTransport::read_some(const PeerPointer& peer) {
   const LocalTime now = clock_.now();
+  if (must_wait(*peer, now)) return true;  // others had that turn since it asked
   peer->reads.take(1, now);
   reads_.take(1, now);
   error_code error;

@@ -92,6 +92,7 @@ class AsioServerTransport final : public ServerTransport {
   void drop(const PeerPointer& peer);
   void rest(std::function<void()> go_on) { resting_.push_back(std::move(go_on)); }
   void make_room();
+  bool must_wait(const Peer& peer, LocalTime now) const;
   bool read_some(const PeerPointer& peer);
   void take_bytes(const PeerPointer& peer, std::span<const std::byte> bytes);
   void await_datagrams();

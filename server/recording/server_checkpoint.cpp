@@ -17,8 +17,8 @@ constexpr const char* kFileName = "checkpoint.pb";
 constexpr std::uint64_t kWriteEvery_ms = 500;
 constexpr double kTakeEvery_s = 0.1;
 constexpr Duration kPeriod = std::chrono::milliseconds(20);
-/// Of 64 rooms and all that Admission remembers; what is longer is none of ours.
-constexpr std::uintmax_t kMaxFileBytes = 16U << 20U;
+/// Of 64 rooms, each with the nodes of eight soft bodies, and all that Admission remembers; what is longer is none of ours.
+constexpr std::uintmax_t kMaxFileBytes = 64U << 20U;
 
 }  // namespace
 

@@ -101,6 +101,11 @@ wire::AdmissionState Admission::state(LocalTime now) const {
   return out;
 }
 
+Admission::Id Admission::first_of(const Id& credential) const {
+  const auto found = credentials_.find(credential);
+  return found == credentials_.end() ? credential : found->second.beside.value_or(credential);
+}
+
 std::optional<Admission::Id> Admission::revoke(const Id& credential) {
   credentials_.erase(credential);
   ++changes_;
@@ -197,12 +202,13 @@ std::optional<Refusal> Admission::admit_again(wire::JoinRoom& join, const std::o
 std::optional<Refusal> Admission::admit_beside(wire::JoinRoom& join, const std::optional<secure::Exported>& exported,
                                                Ticket& ticket) {
   const auto found = find_signed(join.beside(), exported);
-  if (found == credentials_.end() || found->second.lost || found->second.lost_before_ms != 0) {
+  if (found == credentials_.end() || found->second.lost) {
     return Refusal{wire::ERROR_BAD_CREDENTIAL, "the first device is not here; let it join again"};
   }
   const auto second = find_beside(found->first);
   const bool is_here = second != credentials_.end() && !second->second.lost;
-  if (found->second.beside || is_here || !ticket.has_resume_key) {
+  const bool is_room = second != credentials_.end() || credentials_.size() < settings_.max_credentials;
+  if (found->second.beside || is_here || !ticket.has_resume_key || !is_room) {
     return Refusal{wire::ERROR_NOT_ALLOWED, "an invitation is for two devices of one person at most"};
   }
   ticket.beside = found->first;

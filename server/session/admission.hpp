@@ -74,6 +74,8 @@ class Admission {
                                 LocalTime now);
   /// The connection is gone, and may be resumed within kResumeWithin.
   void note_lost(const Id& credential, LocalTime now);
+  /// That of the device which this one is beside; of a first device, its own.
+  Id first_of(const Id& credential) const;
   /// It lets in no more, nor does that of a second device beside it.
   /// Out     the second device's; none: there is no such
   std::optional<Id> revoke(const Id& credential);

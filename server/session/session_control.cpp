@@ -230,7 +230,9 @@ void SessionHub::Impl::join_as_granted(Connection& connection, const wire::Clien
   RoomSeats* seats = find_room(wanted.room());
   if (!is_acceptable_user_name(wanted.user_name())) {
     refuse(connection, message.request(), wire::ERROR_BAD_NAME,
-           "a user name is 1 to 64 bytes of printable UTF-8, without invisible characters; choose another");
+           "a user name is 1 to 64 bytes of printable UTF-8, without invisible characters, its blanks single spaces "
+           "between "
+           "others; choose another");
   } else if (!role_of(wanted.role())) {
     refuse(connection, message.request(), wire::ERROR_BAD_VALUE, "the role must be manipulator, operator or observer");
   } else if (seats == nullptr) {
@@ -285,6 +287,7 @@ void SessionHub::Impl::take_seat(Connection& connection, const wire::ClientContr
                             counters);
   connection.wants_soft_shapes = wanted.wants_soft_shapes();
   connection.state = ConnectionState::kActive;
+  connection.joined = called_at;
   ++counters.joins;
   log("joined", connection.label() + " joined room " + seats.room().name() + " as " +
                     (has_tool(role) ? (role == UserRole::kOperator ? "operator" : "manipulator") +

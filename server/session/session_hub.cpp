@@ -224,7 +224,6 @@ void SessionHub::Impl::end(Connection& connection, wire::DisconnectReason reason
   transport.close(connection.handle);
 }
 
-/// Who comes and goes fills no log that others' leaving belongs in.
 void SessionHub::Impl::forget(Connection& connection, wire::DisconnectReason reason, const std::string& text) {
   const bool was_active = connection.state == ConnectionState::kActive;
   connection.state = ConnectionState::kClosed;
@@ -234,11 +233,12 @@ void SessionHub::Impl::forget(Connection& connection, wire::DisconnectReason rea
     log("closed", connection.label() + " closed: " + text);
     return;
   }
-  const bool came_just_now = called_at - connection.connected < kShortStay;
-  log(came_just_now ? "left soon" : "left", connection.label() + " left room " + connection.seats->room().name() + ": " + text + "; " +
-                  std::to_string(connection.stream->taken()) + " inputs taken");
+  // Kinds apart, for of each there are few lines: whoever joins and leaves again must not use up those of others.
+  const std::string_view kind = called_at - connection.joined < kShortStay ? "left soon" : "left";
+  log(kind, connection.label() + " left room " + connection.seats->room().name() + ": " + text + "; " +
+                std::to_string(connection.stream->taken()) + " inputs taken");
   if (connection.credential && (reason == wire::DISCONNECT_LEFT || reason == wire::DISCONNECT_KICKED)) {
-    end_second_device(admission->revoke(*connection.credential), reason);
+    end_other_device(*connection.credential, reason);
   } else if (connection.credential) {  // also before the same user's new connection has its seat: it may not get one
     admission->note_lost(*connection.credential, called_at);
   }
@@ -246,13 +246,15 @@ void SessionHub::Impl::forget(Connection& connection, wire::DisconnectReason rea
   announce_presence(connection, user_left(connection.seat, reason));
 }
 
-/// Who left or was kicked does so with both devices.
-void SessionHub::Impl::end_second_device(const std::optional<Admission::Id>& credential,
-                                         wire::DisconnectReason reason) {
-  if (!credential) return;
+/// Who left by the first device, or was kicked with either, goes with both.
+void SessionHub::Impl::end_other_device(const Admission::Id& credential, wire::DisconnectReason reason) {
+  const Admission::Id first = reason == wire::DISCONNECT_KICKED ? admission->first_of(credential) : credential;
+  const std::optional<Admission::Id> second = admission->revoke(first);
+  const std::optional<Admission::Id> gone = first == credential ? second : first;
+  if (!gone) return;
   for (const auto& [handle, other] : connections) {
-    const bool is_it = other->credential == credential && other->state == ConnectionState::kActive;
-    if (is_it) end(*other, reason, "the user's first device went");
+    const bool is_it = other->credential == gone && other->state == ConnectionState::kActive;
+    if (is_it) end(*other, reason, "the user's other device went");
   }
 }
 

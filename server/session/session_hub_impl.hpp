@@ -39,6 +39,7 @@ struct Connection {
   bool state_over_tcp = false;
 
   // kActive
+  LocalTime joined{};
   std::string user_name;
   RoomSeats* seats = nullptr;
   Seat seat;
@@ -121,7 +122,7 @@ struct SessionHub::Impl {
   void end(Connection& connection, wire::DisconnectReason reason, const std::string& text, std::uint32_t request = 0);
   void forget(Connection& connection, wire::DisconnectReason reason, const std::string& text);
   void sweep();
-  void end_second_device(const std::optional<Admission::Id>& credential, wire::DisconnectReason reason);
+  void end_other_device(const Admission::Id& credential, wire::DisconnectReason reason);
   void tell_admission();
   Connection* find(ConnectionHandle handle);
   void log(std::string_view kind, const std::string& line) const {

@@ -340,6 +340,24 @@ TEST_F(AdmissionTest, WhoIsKickedGoesWithBothDevicesAlsoAfterARestart) {
             "error ERROR_BAD_CREDENTIAL, goodbye");
 }
 
+TEST_F(AdmissionTest, WhoIsKickedByTheSecondDeviceGoesWithBoth) {
+  std::string scene = test::two_hands_scene();
+  scene.insert(scene.find(R"({"name": "b")"), R"({"name": "c", "placement": {"position_m": [0, 0.05, 0]}}, )");
+  start_server({scene});
+  const test::BenchClient first = joined_client();
+  test::BenchClient second = greeted();
+  ASSERT_EQ(answer_to(second, join_beside(second, first.joined.resume_credential(), client_key), &second.joined),
+            "joined");
+  test::BenchClient operator_client = greeted();
+  ASSERT_EQ(answer_to(operator_client, join_by(token([](auto& c) { c.set_role(wire::ROLE_OPERATOR); }))), "joined");
+  bench->send(operator_client,
+              test::message_of([&](auto& message) { message.mutable_kick()->set_user(second.joined.user()); }));
+  EXPECT_EQ(bench->hub->user_count(), 1U);
+  const test::BenchClient again = greeted();
+  EXPECT_EQ(answer_to(again, join_beside(again, first.joined.resume_credential(), client_key)),
+            "error ERROR_BAD_CREDENTIAL, goodbye");
+}
+
 TEST_F(AdmissionTest, WhoLeavesTakesTheSecondDeviceAlong) {
   const test::BenchClient first = joined_client();
   test::BenchClient second = greeted();
