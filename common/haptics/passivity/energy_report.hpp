@@ -11,7 +11,7 @@ namespace tandem::haptics {
 ///
 /// Fails   a report with a number that is negative, not finite or smaller than before is dropped whole, and counted.
 ///         What flowed in counts at most at `max_power_w` over time, a second of it at once: reports that arrive in a
-///         bunch count whole, false ones no faster than that; and only what the peer could have done, where that is
+///         bunch count whole within that, false ones no faster; and only what the peer could have done, where that is
 ///         known. What is above either limit is lost. What flowed out counts in full.
 /// Thread  haptic or room: no allocation, no throw
 class EnergyReport {

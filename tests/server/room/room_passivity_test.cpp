@@ -60,6 +60,13 @@ class Flung {
   }
   /// For 0.2 s, so that the room holds the box where it is.
   void lose_hand() { rest(200, false); }
+  /// The hand is where it is, and says each step that it has done so much more work.
+  void claim_at_rest(int steps, double work_j) {
+    for (int i = 0; i < steps; ++i) {
+      from_hand_j_ += work_j;
+      rest(1, true);
+    }
+  }
   /// The hand is `away_m` from there, at rest.
   void begin_at(double away_m) {
     handle_p_ = room_.world().tool(0).tool.X.p + Vec3(0, away_m, 0);
@@ -123,6 +130,12 @@ TEST(RoomPassivity, AHandThatSuppliesNothingHardlyMovesIt) {
   EXPECT_LE(flung.created_max_j(), kMaxCreated_j);
   EXPECT_LE(flung.kinetic_j(), kMaxCreated_j);
   EXPECT_TRUE(flung.was_limited()) << "and everybody is told";
+}
+
+TEST(RoomPassivity, AHandAtRestIsNotBelievedThatItDoesWork) {
+  Flung flung(true);
+  flung.claim_at_rest(1500, 0.01);
+  EXPECT_LE(flung.controller().balance_j(), haptics::EnergyReport::kMaxUnclaimed_j + 1e-3) << "of 15 J";
 }
 
 /// The handle runs away, so that the coupling pulls with nearly all that it may, and the brake holds against it.
