@@ -17,7 +17,7 @@ namespace {
 constexpr const char* kSuites = "TLS_AES_256_GCM_SHA384:TLS_CHACHA20_POLY1305_SHA256";
 constexpr const char* kSuitesWithoutAes = "TLS_CHACHA20_POLY1305_SHA256:TLS_AES_256_GCM_SHA384";
 /// No others: of the larger ones a stranger's few hundred bytes cost a server up to a tenth of a second.
-constexpr const char* kGroups = "X25519:P-256";
+constexpr std::array<int, 2> kGroups{NID_X25519, NID_X9_62_prime256v1};
 /// A session has no need of any; a peer who asks for more costs a derivation of keys for each few bytes.
 constexpr std::uintptr_t kMaxKeyUpdates = 32;
 /// Bytes given to OpenSSL before key updates are looked at again: each is one of 22 bytes at least.
@@ -54,7 +54,9 @@ std::shared_ptr<SSL_CTX> context_of(const SSL_METHOD* method) {
   SSL_CTX_set_min_proto_version(c, TLS1_3_VERSION);
   SSL_CTX_set_max_proto_version(c, TLS1_3_VERSION);
   SSL_CTX_set_ciphersuites(c, has_fast_aes() ? kSuites : kSuitesWithoutAes);
-  if (SSL_CTX_set1_groups_list(c, kGroups) != 1) throw std::runtime_error("OpenSSL has neither X25519 nor P-256");
+  std::array<int, kGroups.size()> groups = kGroups;  // OpenSSL's macro takes no const ones
+  if (SSL_CTX_set1_groups(c, groups.data(), groups.size()) != 1)
+    throw std::runtime_error("OpenSSL has neither X25519 nor P-256");
   SSL_CTX_set_msg_callback(c, count_key_updates);
   SSL_CTX_set_session_cache_mode(c, SSL_SESS_CACHE_OFF);
   SSL_CTX_set_options(
