@@ -18,7 +18,7 @@ using namespace std::chrono_literals;
 /// Of the check for the hand's device and of the fade there is nothing left by then.
 constexpr Duration kWatched = 750ms;
 
-Trial operated(const std::string& name, Quantities quantities) {
+Trial operated(const std::string& name, const Quantities& quantities) {
   Trial trial = shipped_trial(name, quantities);
   trial.experiment.users.at(0).role = server::UserRole::kOperator;
   return trial;
