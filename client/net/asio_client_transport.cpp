@@ -265,14 +265,15 @@ void AsioClientTransport::receive_datagrams(Connection& connection) {
   // One byte more than allowed, so that a longer datagram is seen as too long instead of being cut to size.
   std::array<std::byte, proto::kMaxDatagramBytes + 1> buffer;
   for (int taken = 0; taken < kDatagramsPerWake && is_current(connection); ++taken) {
-    const auto received = receive_stamped(connection.datagrams.native_handle(), buffer, clock_.now());
+    LocalTime came{};
+    const auto received = receive_stamped(connection.datagrams.native_handle(), buffer, clock_.now(), came);
     if (!received && (errno == EAGAIN || errno == EWOULDBLOCK)) return;
     if (!received) continue;  // a refusal of something sent earlier; TCP tells what it means
-    const auto datagram = std::span(buffer).first(received->bytes);
+    const auto datagram = std::span(buffer).first(*received);
     if (connection.links != nullptr) {
-      connection.links->down.send(received->came, datagram);
+      connection.links->down.send(came, datagram);
     } else {
-      session_->on_datagram(datagram, received->came);
+      session_->on_datagram(datagram, came);
     }
   }
 }

@@ -38,7 +38,8 @@ void stamp_what_comes(int socket) noexcept {
   static_cast<void>(setsockopt(socket, SOL_SOCKET, SO_TIMESTAMPNS, &on, sizeof on));
 }
 
-std::optional<StampedSize> receive_stamped(int socket, std::span<std::byte> buffer, LocalTime now) noexcept {
+std::optional<std::size_t> receive_stamped(int socket, std::span<std::byte> buffer, LocalTime now,
+                                           LocalTime& came) noexcept {
   alignas(cmsghdr) std::array<char, CMSG_SPACE(sizeof(timespec))> control;
   iovec place{buffer.data(), buffer.size()};
   msghdr message{};
@@ -48,7 +49,8 @@ std::optional<StampedSize> receive_stamped(int socket, std::span<std::byte> buff
   message.msg_controllen = control.size();
   const ssize_t size = recvmsg(socket, &message, MSG_DONTWAIT);
   if (size < 0) return std::nullopt;
-  return StampedSize{static_cast<std::size_t>(size), now - age_of(message)};
+  came = now - age_of(message);
+  return static_cast<std::size_t>(size);
 }
 
 }  // namespace tandem::client
