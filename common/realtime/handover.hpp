@@ -29,6 +29,7 @@ class Handover {
     const std::uint32_t older = generations_[slot].load(std::memory_order_relaxed);
     if (objects_[slot] != nullptr && older >= entered_.load(std::memory_order_acquire)) return false;
     objects_[slot] = std::move(object);
+    shown_[slot].store(objects_[slot].get(), std::memory_order_relaxed);
     generations_[slot].store(generation, std::memory_order_release);
     return true;
   }
@@ -37,7 +38,8 @@ class Handover {
   /// Thread  user
   T* offered(std::uint32_t generation) const noexcept {
     const std::size_t slot = generation % kSlots;
-    return generations_[slot].load(std::memory_order_acquire) == generation ? objects_[slot].get() : nullptr;
+    const bool is_it = generations_[slot].load(std::memory_order_acquire) == generation;
+    return is_it ? shown_[slot].load(std::memory_order_relaxed) : nullptr;
   }
   /// From now on the user uses the object of `generation` and never one of an older generation.
   /// Thread  user
@@ -49,7 +51,9 @@ class Handover {
  private:
   static constexpr std::size_t kSlots = 2;
 
-  std::array<std::unique_ptr<T>, kSlots> objects_;
+  std::array<std::unique_ptr<T>, kSlots> objects_;  ///< the maker's alone
+  /// Theirs, for the user: atomic, for a compiler may load it before it knows whether it is the one asked for.
+  std::array<std::atomic<T*>, kSlots> shown_{};
   std::array<std::atomic<std::uint32_t>, kSlots> generations_{};
   std::atomic<std::uint32_t> entered_{0};
 };
