@@ -176,6 +176,8 @@ void RoomScheduler::run(Stepper& stepper) {
   stepper.not_granted.set_value(realtime::request_realtime(realtime_priority_));
   while (!is_stopping_.load(std::memory_order_relaxed)) {
     hand_over(stepper);
+    // The call that it took there may have been that for the end: there is no other.
+    if (is_stopping_.load(std::memory_order_relaxed)) break;
     if (stepper.loops.empty()) {
       tell(stepper);
       stepper.called.acquire();
