@@ -298,15 +298,20 @@ class Inverse3(ProgramTest):
             time.sleep(0.02)
         self.until(lambda: service.force[2] > 0.1, "what is below pushes up")
 
+    def pressing(self, server, service):
+        """A client whose device is the service's, and presses."""
+        session = Session([program("tandem-client"), "--insecure", "--server", f"127.0.0.1:{server.port}", "--headless", "--json",
+                           "--device", "inverse3", "--service", f"127.0.0.1:{service.port}"])
+        self.addCleanup(session.kill)
+        session.wait_for("joined two_boxes")
+        self.press(service)
+        return session
+
     def test_a_session_through_a_service_that_hangs_up_and_is_slow(self):
         service = Service()
         self.addCleanup(service.end)
         with Server("--scene", "two_boxes") as server:
-            session = Session([program("tandem-client"), "--insecure", "--server", f"127.0.0.1:{server.port}", "--headless", "--json",
-                               "--device", "inverse3", "--service", f"127.0.0.1:{service.port}"])
-            self.addCleanup(session.kill)
-            session.wait_for("joined two_boxes")
-            self.press(service)
+            session = self.pressing(server, service)
             service.hang_up()
             session.wait_for("device inverse3 is lost: its service has ended the connection")
             service.force = [0.0, 0.0, 0.0]
@@ -323,16 +328,11 @@ class Inverse3(ProgramTest):
         self.assertTrue(report["all_forces_finite"])
         self.assertEqual(service.force, [0, 0, 0], "its end is zero")
 
-
     def test_a_client_that_is_stopped_or_killed_leaves_no_force(self):
         service = Service()
         self.addCleanup(service.end)
         with Server("--scene", "two_boxes") as server:
-            session = Session([program("tandem-client"), "--insecure", "--server", f"127.0.0.1:{server.port}", "--headless", "--json",
-                               "--device", "inverse3", "--service", f"127.0.0.1:{service.port}"])
-            self.addCleanup(session.kill)
-            session.wait_for("joined two_boxes")
-            self.press(service)
+            session = self.pressing(server, service)
             for _ in range(3):
                 session.process.send_signal(signal.SIGSTOP)
                 stopped = time.monotonic()
