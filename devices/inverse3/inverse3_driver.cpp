@@ -84,6 +84,7 @@ Inverse3Driver::~Inverse3Driver() {
 }
 
 DeviceSample Inverse3Driver::step(LocalTime now, const Wrench& wrench_on_hand_D) {
+  now_ = now;
   if (!link_) connect(now);
   if (link_ && state_ && !is_watched_over()) fail(kNoWatchdog);
   // One command a state; but zero waits for none.
@@ -171,7 +172,11 @@ void Inverse3Driver::work() {
 }
 
 void Inverse3Driver::fail(std::string_view reason) {
-  absence_.say(reason);
+  // What was there stays lost for a second, so that it is told of and not only done.
+  if (has_last_)
+    absence_.begin(now_, reason);
+  else
+    absence_.say(reason);
   if (watchdog_) watchdog_->release();
   watched_id_.clear();
   beast::get_lowest_layer(link_->stream).close();

@@ -55,6 +55,7 @@ class Inverse3Driver final : public DeviceDriver {
   boost::asio::io_context io_;
   std::shared_ptr<Link> link_;  ///< null: none
   Absence absence_;
+  LocalTime now_{};  ///< of this step
   LocalTime heard_{};
   Vec3 shown_n_ = Vec3::Zero();  ///< sent last
   bool is_new_ = false;          ///< a state came that no command answers yet

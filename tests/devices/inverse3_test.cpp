@@ -258,9 +258,12 @@ TEST(Inverse3, AConnectionThatIsCutIsMadeAnew) {
   Rig rig(service.endpoint());
   rig.until(DeviceState::kReady);
   service.hangs_up = true;
+  std::this_thread::sleep_for(seconds(1));  // it has been there for long
   rig.until(DeviceState::kLost, {Vec3(1, 0, 0), Vec3::Zero()});
+  const LocalTime lost = rig.clock.now();
   rig.until(DeviceState::kReady);
   EXPECT_EQ(service.connections, 2);
+  EXPECT_GT(rig.clock.now() - lost, milliseconds(500)) << "long enough to be told of";
 }
 
 TEST(Inverse3, SilenceAndNonsenseAreSaid) {
