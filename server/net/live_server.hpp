@@ -24,7 +24,7 @@ namespace tandem::server {
 struct LiveServerSettings {
   std::string bind_address = "127.0.0.1";  ///< without `tls` loopback only
   std::uint16_t port = 47800;              ///< TCP and UDP; 0: any
-  int realtime_priority = 0;               ///< SCHED_FIFO of the room threads, io one above; 0: normal scheduler
+  int realtime_priority = 0;               ///< SCHED_FIFO of the room threads; 0: normal scheduler
   std::optional<Duration> duration{};      ///< stop by itself after this long
   bool stops_on_signals = false;  ///< SIGINT, SIGTERM and SIGHUP call stop(), the last unless it was ignored before
   std::shared_ptr<const secure::TlsContext> tls{};  ///< null: nothing is encrypted

@@ -41,6 +41,8 @@ constexpr double kMaxToShareAgain = 0.2;
 constexpr Duration kLongSleep = std::chrono::milliseconds(2);
 /// Of its period, by which a room's deadlines may be off their place, and move there in a step.
 constexpr int kPlaces = 64;
+// Io waits for steps that are not longer, and comes before them again when one is: it reads and sends for all rooms.
+constexpr Duration kIoWaitsFor = std::chrono::microseconds(100), kIoWaitsNotFor = std::chrono::microseconds(150);
 
 /// How long something has been going on: written by one thread, read by any.
 class Busy {
@@ -139,8 +141,9 @@ RoomScheduler::RoomScheduler(const std::vector<Room*>& rooms, int realtime_prior
   for (std::size_t i = 0; i < workers_ + rooms.size(); ++i) {
     steppers_.push_back(std::make_unique<Stepper>());
     steppers_[i]->index = i;
-    steppers_[i]->place = i < workers_ ? static_cast<double>(i) / static_cast<double>(workers_)
-                                       : static_cast<double>(i - workers_) / static_cast<double>(rooms.size());
+    // The middle of its share of a period: the kernel's own tick comes at whole milliseconds, and takes some 30 us.
+    const std::size_t number = i < workers_ ? i : i - workers_, of = i < workers_ ? workers_ : rooms.size();
+    steppers_[i]->place = (static_cast<double>(number) + 0.5) / static_cast<double>(of);
     steppers_[i]->loops.reserve(rooms.size());
   }
 }
@@ -333,7 +336,10 @@ void RoomScheduler::keep_rate(Loop& loop, LocalTime now) {
 void RoomScheduler::share(LocalTime now) {
   if (loops_.empty() || now < shared_ + kSharePeriod) return;
   measure(now, now - std::exchange(shared_, now));
-  if (has_realtime_) give_priority(now);
+  if (has_realtime_) {
+    give_priority(now);
+    give_io_priority();
+  }
   place(now);
 }
 
@@ -385,6 +391,20 @@ void RoomScheduler::give_priority(LocalTime now) {
     loop.has_priority = has_priority;
     realtime::set_priority(steppers_[workers_ + i]->thread.native_handle(), has_priority ? realtime_priority_ : 0);
   }
+}
+
+/// Below the rooms' while their steps are short: above, it would mostly wake up on the core of a step, which then goes on on
+/// another, some 40 us later.
+void RoomScheduler::give_io_priority() {
+  if (cores_ < 2) return;
+  Duration longest{0};
+  for (const auto& loop : loops_) {
+    if (loop->has_priority) longest = std::max(longest, loop->step);
+  }
+  const bool waits = longest <= (io_waits_ ? kIoWaitsNotFor : kIoWaitsFor);
+  if (waits == io_waits_) return;
+  io_waits_ = waits;
+  realtime::set_priority(pthread_self(), waits ? std::max(1, realtime_priority_ - 1) : realtime_priority_ + 1);
 }
 
 /// Where periods differ, a step may not take much of the shortest: who has that one would be held up, and could not tell why.

@@ -30,9 +30,9 @@ struct RoomTiming {
 /// long beside the periods of others, or that everybody has left (it will be made anew) has a thread of its own
 /// (room_placement.hpp). A room that nobody is in sleeps.
 ///
-/// All run at one SCHED_FIFO priority, below the io thread: reading a datagram takes microseconds, and a step that used
-/// the datagram before it would be a millisecond older. By `share_realtime()` a room that is measured to be too large, or one too
-/// many, leaves that priority to the others until it has fitted for a second: its own users wait, nobody else's.
+/// All run at one SCHED_FIFO priority. The io thread's is below theirs while no step takes more than 100 us, so that it interrupts
+/// none; above where one does, because all others would wait for it. By `share_realtime()` a room that is measured to be too large,
+/// or one too many, leaves that priority to the others until it has fitted for a second: its own users wait, nobody else's.
 class RoomScheduler {
  public:
   /// In      realtime_priority  1–98; 0: the normal scheduler
@@ -47,7 +47,7 @@ class RoomScheduler {
   RoomScheduler(const RoomScheduler&) = delete;
   RoomScheduler& operator=(const RoomScheduler&) = delete;
 
-  /// Starts the threads, and takes the calling one for io: one above them. Returns what was asked for and not granted, each
+  /// Starts the threads, and takes the calling one for io: one above them at first. Returns what was asked for and not granted, each
   /// line once.
   std::vector<std::string> start();
   void stop();
@@ -78,6 +78,7 @@ class RoomScheduler {
   static void publish(Loop& loop);
   void measure(LocalTime now, Duration window);
   void give_priority(LocalTime now);
+  void give_io_priority();
   void place(LocalTime now);
 
   int realtime_priority_;
@@ -90,7 +91,8 @@ class RoomScheduler {
   std::vector<std::unique_ptr<Stepper>> steppers_;
   std::size_t workers_ = 0;  ///< how many of them are shared
   bool has_realtime_ = false;
-  double io_demand_ = 0;  ///< share of a core
+  bool io_waits_ = false;  ///< for steps: it has less priority than they
+  double io_demand_ = 0;   ///< share of a core
   std::atomic<bool> is_io_busy_{false};
   std::atomic<std::size_t> stepping_{0};  ///< threads that are in a step
   Duration io_cpu_{0};
