@@ -28,6 +28,7 @@ constexpr double kDefaultContactStiffness_n_per_m3 = 1e10;
 constexpr double kMaxMeshScale = 1e12;
 /// Below that of nature itself: 1e-10 m/Å, and 7e-11 N a kcal/mol/Å.
 constexpr double kMinMolecularScale = 1e-12;
+constexpr double kMaxMolecularEnergy = 1e6;
 
 using Table = std::vector<SceneRange>;
 using Text = std::string_view;
@@ -157,8 +158,20 @@ void add_tools_and_settings(Table& table) {
                "N/(kcal/mol/Å)",
                kMinMolecularScale,
                1000,
-               {world.newtons_per_kcal_per_mol_angstrom}},
+               {0},
+               1,
+               "found"},
               {"MolecularField.force_limit_n", "N", kMin, 1000, {world.molecular_force_limit_n}},
+              {"MolecularField.cutoff_angstrom",
+               "Å",
+               docking::kMinCutoffAngstrom,
+               docking::kMaxCutoffAngstrom,
+               {0},
+               1,
+               "none"},
+              {"MolecularField.zero_area_kt", "kT", 0, 1000, {0}},
+              {"MolecularField.knee_kcal_per_mol", "kcal/mol", -kMaxMolecularEnergy, kMaxMolecularEnergy, {0}},
+              {"MolecularField.minimum_kcal_per_mol", "kcal/mol", -kMaxMolecularEnergy, kMaxMolecularEnergy, {0}},
               {"Limits.manipulators", "", 1, users, {}},
               {"Limits.observers", "", 0, users - 1, {}},
               {"Limits.body_speed_m_per_s", "m/s", kMin, 1000, {limits.body_speed_m_per_s}},

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 #include <utility>
 
 #include "common/haptics/coupling/laws.hpp"
@@ -39,12 +40,40 @@ physics::ToolDescription tool_from_wire(const wire::Tool& tool, const wire::Scen
   return result;
 }
 
+docking::FieldModel field_model_of(const wire::MolecularField& field) {
+  docking::FieldModel model;
+  docking::set_dielectric(model, field.dielectric());
+  model.cutoff_angstrom = field.cutoff_angstrom();
+  docking::validate(model);
+  return model;
+}
+
+void set_molecular_field(const wire::MolecularField& field, physics::WorldDescription& world) {
+  world.metres_per_angstrom = field.metres_per_angstrom();
+  world.newtons_per_kcal_per_mol_angstrom = field.newtons_per_kcal_per_mol_angstrom();
+  world.molecular_force_limit_n = field.force_limit_n();
+  world.field_model = field_model_of(field);
+  world.molecular_zero_kt = field.zero_area_kt();
+  world.molecular_knee_kcal_per_mol = field.knee_kcal_per_mol();
+  world.molecular_minimum_kcal_per_mol = field.minimum_kcal_per_mol();
+}
+
 physics::WorldLimits limits_from_wire(const wire::Limits& limits) {
   return {limits.body_speed_m_per_s(), limits.grab_reach_m(), limits.contact_points(), limits.contact_pairs(),
           limits.atom_pairs(),         limits.bounds_m(),     limits.reset_after_s()};
 }
 
 }  // namespace
+
+std::string find_molecular_problem(const wire::Scene& scene, const std::string& path) {
+  if (!scene.has_molecular_field()) return {};
+  try {
+    field_model_of(scene.molecular_field());
+  } catch (const std::invalid_argument& error) {
+    return (path.empty() ? "" : path + ".") + "molecular_field: " + error.what();
+  }
+  return {};
+}
 
 std::string find_mass_problem(const wire::MassProperties& message, const std::string& path) {
   if (std::string problem = find_range_problem(message, path); !problem.empty() || message.mass_kg() == 0) {
@@ -90,10 +119,7 @@ physics::WorldDescription world_from_wire(const wire::Scene& scene) {
     world.coupling.law = law->name;
     world.coupling.dynamics = law->tool;
   }
-  const wire::MolecularField& field = scene.molecular_field();
-  world.metres_per_angstrom = field.metres_per_angstrom();
-  world.newtons_per_kcal_per_mol_angstrom = field.newtons_per_kcal_per_mol_angstrom();
-  world.molecular_force_limit_n = field.force_limit_n();
+  if (scene.has_molecular_field()) set_molecular_field(scene.molecular_field(), world);
   world.effects = effects_of(scene);
   return world;
 }

@@ -18,6 +18,10 @@ namespace tandem::proto {
 /// In      scene  complete; its numbers are taken as they are
 physics::WorldDescription world_from_wire(const wire::Scene& scene);
 
+/// What is wrong with a scene's molecular field beside its numbers (scene_ranges.hpp); empty: nothing.
+/// In      path  with which the text begins; "": with the field
+std::string find_molecular_problem(const wire::Scene& scene, const std::string& path = "");
+
 /// What is wrong with how mass is spread, as sent: a number that is out of its range (scene_ranges.hpp), a part that is
 /// lacking, axes that are not of unit length; empty when there is nothing. A mass of 0 stands alone.
 ///

@@ -47,6 +47,7 @@ class Builder {
     if (const std::string problem = proto::find_effect_problem(scene); !problem.empty()) {
       throw std::runtime_error("scene." + problem);
     }
+    require_none(proto::find_molecular_problem(scene, "scene"));
     world_ = proto::world_from_wire(scene);
     for (int i = 0; i < scene.bodies_size(); ++i) add_body(i);
     for (int i = 0; i < scene.tools_size(); ++i) add_tool(i);

@@ -1,6 +1,7 @@
 // See field_model.hpp.
 #include "common/docking/field_model.hpp"
 
+#include <charconv>
 #include <cmath>
 #include <stdexcept>
 
@@ -11,6 +12,19 @@ constexpr double kMinPermittivity = 0.1;
 constexpr double kMaxPermittivity = 1000;
 
 }  // namespace
+
+void set_dielectric(FieldModel& model, const std::string& text) {
+  model.dielectric = Dielectric::kNone;
+  if (text == "none") return;
+  const bool grows = text.ends_with('r');
+  const char* const end = text.data() + text.size() - (grows ? 1 : 0);
+  const auto [read, error] = std::from_chars(text.data(), end, model.permittivity);
+  if (error != std::errc() || read != end) {
+    throw std::invalid_argument("dielectric \"" + text +
+                                "\" must be none, a number such as 1, or one with r such as 4r");
+  }
+  model.dielectric = grows ? Dielectric::kDistance : Dielectric::kConstant;
+}
 
 void validate(const FieldModel& model) {
   if (!(model.permittivity >= kMinPermittivity && model.permittivity <= kMaxPermittivity)) {

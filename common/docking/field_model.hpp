@@ -30,6 +30,10 @@ struct FieldModel {
   double cutoff_angstrom = 0;  ///< no force beyond; 0: all pairs
 };
 
+/// Sets the charges' part by "none", a constant such as "1", or one times the distance such as "4r".
+/// Fails   std::invalid_argument naming the text, for another
+void set_dielectric(FieldModel& model, const std::string& text);
+
 /// Fails   std::invalid_argument naming field, value and range: permittivity 0.1 … 1000, cut-off 0 or 4 … 100 Å
 void validate(const FieldModel& model);
 

@@ -15,7 +15,52 @@ double gyration_radius_angstrom(const docking::Molecule& molecule) {
   return std::max(1.0, std::sqrt(sum / static_cast<double>(molecule.size())));
 }
 
+/// At 298.15 K.
+constexpr double kKt_kcal_per_mol = 0.592484;
+/// How fast the logarithm of an energy above the knee grows: of r^−12 at 3 Å 4, and more as attraction takes off it. Ours.
+constexpr double kSteepness_per_angstrom = 8;
+constexpr double kLeastScale = 1e-12;
+
+/// Below this energy nothing is felt.
+double zero_end(const WorldDescription& world) {
+  return world.molecular_minimum_kcal_per_mol + world.molecular_zero_kt * kKt_kcal_per_mol;
+}
+
+/// Above the edge of the zero area.
+double knee(const WorldDescription& world) {
+  const double knee = world.molecular_knee_kcal_per_mol;
+  return world.molecular_zero_kt > 0 ? std::max(knee, zero_end(world) + kKt_kcal_per_mol) : knee;
+}
+
+/// So that what grows as kSteepness_per_angstrom says comes to about a quarter of the force limit.
+double knee_width(const WorldDescription& world) {
+  const double newtons = std::max(kLeastScale, world.newtons_per_kcal_per_mol_angstrom);
+  return kKneeOfLimit * world.molecular_force_limit_n / (kSteepness_per_angstrom * newtons);
+}
+
 }  // namespace
+
+double felt_share(const WorldDescription& world, double energy_kcal_per_mol) {
+  double share = 1;
+  if (world.molecular_zero_kt > 0) {
+    const double u = std::clamp((energy_kcal_per_mol - zero_end(world)) / kKt_kcal_per_mol, 0.0, 1.0);
+    share = u * u * (3 - 2 * u);
+  }
+  const double x = (energy_kcal_per_mol - knee(world)) / knee_width(world);
+  return x > 0 ? share / std::sqrt(1 + x * x) : share;
+}
+
+double felt_energy_kcal_per_mol(const WorldDescription& world, double energy_kcal_per_mol) {
+  double felt = energy_kcal_per_mol;
+  if (world.molecular_zero_kt > 0) {
+    const double u = std::max(0.0, (energy_kcal_per_mol - zero_end(world)) / kKt_kcal_per_mol);
+    // Half a kT is lost in the edge; and zero is still where nothing acts.
+    felt = zero_end(world) + kKt_kcal_per_mol * (u < 1 ? 0.5 + u * u * u * (1 - u / 2) : u);
+  }
+  const double above = energy_kcal_per_mol - knee(world);
+  const double width = knee_width(world);
+  return above > 0 ? felt - above + width * std::asinh(above / width) : felt;
+}
 
 double soft_limit(double magnitude, double limit) {
   const double knee = 0.5 * limit;
@@ -30,19 +75,18 @@ struct MolecularForces::Pair {
   docking::MolecularField field;
   double gyration_radius_m = 0;
   double energy_kj_per_mol = 0;
+  double felt_kcal_per_mol = 0;
 };
 
-MolecularForces::MolecularForces(const WorldDescription& world)
-    : metres_per_angstrom_(world.metres_per_angstrom),
-      newtons_per_kcal_per_mol_angstrom_(world.newtons_per_kcal_per_mol_angstrom),
-      force_limit_n_(world.molecular_force_limit_n) {
+MolecularForces::MolecularForces(const WorldDescription& world) : world_(&world) {
   for (std::size_t a = 0; a < world.bodies.size(); ++a) {
     for (std::size_t b = a + 1; b < world.bodies.size(); ++b) {
       if (!world.bodies[a].molecule || !world.bodies[b].molecule) continue;
       const docking::Molecule& molecule_a = *world.bodies[a].molecule;
       const docking::Molecule& molecule_b = *world.bodies[b].molecule;
       const double radius = 0.5 * (gyration_radius_angstrom(molecule_a) + gyration_radius_angstrom(molecule_b));
-      pairs_.push_back({a, b, docking::MolecularField(molecule_a, molecule_b), radius * metres_per_angstrom_, 0});
+      pairs_.push_back({a, b, docking::MolecularField(molecule_a, molecule_b, world.field_model),
+                        radius * world.metres_per_angstrom, 0, 0});
     }
   }
 }
@@ -51,35 +95,38 @@ MolecularForces::~MolecularForces() = default;
 
 bool MolecularForces::add_wrenches(std::span<const Pose> X_WB, std::span<Wrench> wrenches_W) noexcept {
   bool is_limited = false;
-  energy_kj_per_mol_ = 0;
+  energy_kj_per_mol_ = felt_kcal_per_mol_ = 0;
   for (Pair& pair : pairs_) {
     is_limited |= add_pair(pair, X_WB, wrenches_W);
     energy_kj_per_mol_ += pair.energy_kj_per_mol;
+    felt_kcal_per_mol_ += pair.felt_kcal_per_mol;
   }
   return is_limited;
 }
 
 double MolecularForces::energy_j() const {
-  return newtons_per_kcal_per_mol_angstrom_ * metres_per_angstrom_ * energy_kj_per_mol_ /
-         docking::kKilojoulesPerKilocalorie;
+  return world_->newtons_per_kcal_per_mol_angstrom * world_->metres_per_angstrom * felt_kcal_per_mol_;
 }
 
 bool MolecularForces::add_pair(Pair& pair, std::span<const Pose> X_WB, std::span<Wrench> wrenches_W) noexcept {
   const Pose X_AB = X_WB[pair.a].inverse() * X_WB[pair.b];
-  const docking::FieldResult result = pair.field.evaluate({X_AB.p / metres_per_angstrom_, X_AB.q});
+  const docking::FieldResult result = pair.field.evaluate({X_AB.p / world_->metres_per_angstrom, X_AB.q});
   // Atoms on top of each other: the field has no value there. The last energy stays; nothing pushes.
   if (!std::isfinite(result.energy_kj_per_mol()) || !is_finite(result.force_on_b) || !is_finite(result.torque_on_b)) {
     return true;
   }
   pair.energy_kj_per_mol = result.energy_kj_per_mol();
-  const double newtons = newtons_per_kcal_per_mol_angstrom_ / docking::kKilojoulesPerKilocalorie;
+  const double energy_kcal_per_mol = pair.energy_kj_per_mol / docking::kKilojoulesPerKilocalorie;
+  pair.felt_kcal_per_mol = felt_energy_kcal_per_mol(*world_, energy_kcal_per_mol);
+  const double newtons = world_->newtons_per_kcal_per_mol_angstrom / docking::kKilojoulesPerKilocalorie *
+                         felt_share(*world_, energy_kcal_per_mol);
   const Vec3 f_b = newtons * result.force_on_b;
-  const Vec3 t_b = newtons * metres_per_angstrom_ * result.torque_on_b;
+  const Vec3 t_b = newtons * world_->metres_per_angstrom * result.torque_on_b;
   const Vec3 t_a = -t_b - X_AB.p.cross(f_b);
 
   const double twist = (t_a.squaredNorm() + t_b.squaredNorm()) / (2 * pair.gyration_radius_m * pair.gyration_radius_m);
   const double magnitude = std::sqrt(f_b.squaredNorm() + twist);
-  const double bounded = soft_limit(magnitude, force_limit_n_);
+  const double bounded = soft_limit(magnitude, world_->molecular_force_limit_n);
   const double factor = magnitude > 0 ? bounded / magnitude : 1.0;
   const Quat& q_WA = X_WB[pair.a].q;
   wrenches_W[pair.a] += Wrench{q_WA * (-factor * f_b), q_WA * (factor * t_a)};

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "common/base/mass_properties.hpp"
+#include "common/docking/field_model.hpp"
 #include "common/docking/molecule.hpp"
 #include "common/physics/coupling_in_force.hpp"
 #include "common/physics/effects/effect_settings.hpp"
@@ -45,6 +46,9 @@ struct ToolDescription {
   std::optional<std::size_t> holds_body;  ///< from the start; index into bodies
 };
 
+/// A knee of what is felt of a molecular field is where so much of its force limit is.
+inline constexpr double kKneeOfLimit = 0.25;
+
 /// Immutable while a world runs.
 struct WorldDescription {
   Vec3 gravity_m_per_s2{0, 0, -9.81};
@@ -57,6 +61,11 @@ struct WorldDescription {
   double metres_per_angstrom = 0.01;                ///< S_x
   double newtons_per_kcal_per_mol_angstrom = 0.03;  ///< S_f
   double molecular_force_limit_n = 20;  ///< the molecular force between two bodies is bounded smoothly by this
+  docking::FieldModel field_model;
+  // Of what is felt of it.
+  double molecular_zero_kt = 0;               ///< nothing so near to the minimum; 0: no zero area
+  double molecular_minimum_kcal_per_mol = 0;  ///< the least energy of two molecules
+  double molecular_knee_kcal_per_mol = 0;     ///< above it, less than all
   std::vector<EffectSettings> effects;
 };
 

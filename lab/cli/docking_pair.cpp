@@ -15,17 +15,6 @@ bool parse_number(std::string_view text, double& value) {
   return error == std::errc() && end == text.data() + text.size();
 }
 
-/// "none", "1" or "4r".
-void set_dielectric(const std::string& text, docking::FieldModel& model) {
-  if (text == "none") return;
-  const bool grows = text.ends_with('r');
-  model.dielectric = grows ? docking::Dielectric::kDistance : docking::Dielectric::kConstant;
-  if (!parse_number(grows ? text.substr(0, text.size() - 1) : text, model.permittivity)) {
-    throw std::invalid_argument("--dielectric " + text +
-                                ": must be none, a number such as 1, or one with r such as 4r");
-  }
-}
-
 void set_cutoff(const std::string& text, std::size_t atoms_a, std::size_t atoms_b, docking::FieldModel& model) {
   if (text == "none") return;
   if (text == "auto") {
@@ -37,10 +26,8 @@ void set_cutoff(const std::string& text, std::size_t atoms_a, std::size_t atoms_
 
 docking::Molecule load(const DockingOptions& options, const std::string& text, server::StructureReport& report) {
   const server::StructureChoice choice = server::structure_choice(text);
-  const server::Hydrogens hydrogens = options.hydrogens == "build"    ? server::Hydrogens::kBuild
-                                      : options.hydrogens == "united" ? server::Hydrogens::kUnited
-                                                                      : server::Hydrogens::kGiven;
-  return server::load_molecule(choice.file, choice.selection, options.force_field_directory, hydrogens, &report);
+  return server::load_molecule(choice.file, choice.selection, options.force_field_directory,
+                               server::hydrogens_of(options.hydrogens), &report);
 }
 
 }  // namespace
@@ -65,7 +52,7 @@ DockingPair load_docking_pair(const DockingOptions& options) {
   DockingPair pair;
   pair.receptor = load(options, options.receptor, pair.receptor_report);
   pair.ligand = load(options, options.ligand, pair.ligand_report);
-  set_dielectric(options.dielectric, pair.model);
+  docking::set_dielectric(pair.model, options.dielectric);
   set_cutoff(options.cutoff, pair.receptor.size(), pair.ligand.size(), pair.model);
   docking::validate(pair.model);
   return pair;

@@ -319,18 +319,20 @@ bool SceneAssets::offer(Asset asset) {
 
 std::shared_ptr<const docking::Molecule> SceneAssets::load_centred_molecule(wire::MoleculeSource& message,
                                                                             const std::string& force_field_directory,
-                                                                            const SceneField& field) {
+                                                                            const SceneField& field,
+                                                                            Vec3& centre_angstrom) {
   const SceneField file_field = field.in("file");
   const std::filesystem::path file = located(message.file());
   read(file, "structure", file_field);
   auto molecule = std::make_shared<docking::Molecule>();
   try {
-    *molecule = load_molecule(file, {{message.chains().begin(), message.chains().end()}}, force_field_directory);
+    *molecule = load_molecule(file, {{message.chains().begin(), message.chains().end()}}, force_field_directory,
+                              hydrogens_of(message.hydrogens()));
   } catch (const docking::MoleculeError& error) {
     field.refuse(std::string("cannot be used: ") + error.what());
   }
-  const Vec3 centre = molecule->centre_of_mass_angstrom();
-  for (Vec3& position : molecule->positions_angstrom) position -= centre;
+  centre_angstrom = molecule->centre_of_mass_angstrom();
+  for (Vec3& position : molecule->positions_angstrom) position -= centre_angstrom;
   message.set_file(file.filename().string());
   notes.push_back(message.file() + ": " + std::to_string(molecule->size()) + " atoms, force field " +
                   molecule->force_field);

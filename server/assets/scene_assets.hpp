@@ -66,10 +66,14 @@ class SceneAssets {
 
   /// Reads the chosen chains; the origin is the centre of mass. Offered to clients; `message` leaves with its base name
   /// and the hash of what is offered.
+  /// Out     centre_angstrom  the origin, as the file has it
   /// Fails   SceneError
   std::shared_ptr<const docking::Molecule> load_centred_molecule(wire::MoleculeSource& message,
                                                                  const std::string& force_field_directory,
-                                                                 const SceneField& field);
+                                                                 const SceneField& field, Vec3& centre_angstrom);
+
+  /// A note that users are shown too.
+  void tell_users(const std::string& note);
 
   std::vector<Asset> assets;
   std::vector<std::string> notes;            ///< for people
@@ -86,7 +90,6 @@ class SceneAssets {
   std::shared_ptr<const proto::Bytes> read(const std::filesystem::path& file, const std::string& kind,
                                            const SceneField& field);
   std::filesystem::path located(const std::string& file) const;
-  void tell_users(const std::string& note);
   /// False: it was there already.
   bool offer(Asset asset);
   void add_molecule(const docking::Molecule& molecule, wire::MoleculeSource& message);

@@ -6,9 +6,11 @@
 
 #include "proto/effects_from_wire.hpp"
 #include "proto/state.hpp"
+#include "proto/world_from_wire.hpp"
 #include "server/assets/scene_coupling.hpp"
 #include "server/assets/scene_effects.hpp"
 #include "server/assets/scene_soft_checks.hpp"
+#include "server/assets/structures/hydrogens.hpp"
 
 namespace tandem::server {
 namespace {
@@ -25,6 +27,7 @@ void complete(Shapes& shapes) {
   for (wire::Shape& shape : shapes) {
     shape.mutable_placement();
     if (shape.has_mesh()) complete_mesh(*shape.mutable_mesh());
+    if (shape.has_molecule() && shape.molecule().hydrogens().empty()) shape.mutable_molecule()->set_hydrogens("given");
   }
 }
 
@@ -46,6 +49,7 @@ void complete_molecular_field(wire::Scene& scene) {
   if (!is_needed && !scene.has_molecular_field()) return;
   wire::MolecularField& molecular = *scene.mutable_molecular_field();
   if (molecular.force_field_directory().empty()) molecular.set_force_field_directory(kDefaultForceFieldDirectory);
+  if (molecular.dielectric().empty()) molecular.set_dielectric(kDefaultDielectric);
 }
 
 /// Of bodies and tools, from the origin.
@@ -101,7 +105,12 @@ void check(const wire::Shape& shape, const SceneField& field) {
   if (shape.has_mesh()) check_mesh(shape.mesh(), field.in("mesh"));
   if (!shape.has_molecule()) return;
   const SceneField molecule = field.in("molecule");
-  if (shape.molecule().file().empty()) molecule.in("file").refuse("is empty; name a PDB file");
+  if (shape.molecule().file().empty()) molecule.in("file").refuse("is empty; name a structure file");
+  try {
+    hydrogens_of(shape.molecule().hydrogens());
+  } catch (const std::invalid_argument& error) {
+    molecule.refuse(error.what());
+  }
   if (!shape.molecule().asset_sha256().empty()) {
     molecule.in("asset_sha256").refuse("is the server's to set; leave it out");
   }
@@ -249,6 +258,7 @@ void complete_and_check(wire::Scene& scene, const SceneField& file) {
   check_limits(scene, file.in("limits"));
   check_soft_bodies(scene, file);
   if (const std::string problem = proto::find_effect_problem(scene); !problem.empty()) file.refuse(problem);
+  if (const std::string problem = proto::find_molecular_problem(scene); !problem.empty()) file.refuse(problem);
 }
 
 }  // namespace tandem::server

@@ -11,6 +11,8 @@ namespace tandem::server {
 
 /// The default of MolecularField::force_field_directory, from Debian package gromacs-data.
 inline constexpr const char* kDefaultForceFieldDirectory = "/usr/share/gromacs/top/oplsaa.ff";
+/// The default of MolecularField::dielectric.
+inline constexpr const char* kDefaultDielectric = "4r";
 
 /// Fills in every default of `scene` and refuses the first field that cannot be: first what one number may be
 /// (proto/scene_ranges.hpp), then what fields must be together.

@@ -11,6 +11,7 @@
 #include "proto/placement.hpp"
 #include "proto/world_from_wire.hpp"
 #include "server/assets/mass_properties.hpp"
+#include "server/assets/molecular_scale.hpp"
 #include "server/assets/scene_checks.hpp"
 #include "server/assets/scene_coupling.hpp"
 #include "server/assets/scene_effects.hpp"
@@ -92,6 +93,7 @@ class SceneBuilder {
       add_soft_body(*description.mutable_soft_bodies(i), file_.in("soft_bodies", static_cast<std::size_t>(i)));
     }
     check_atom_pairs();
+    scale_molecules();
     scene_->world.coupling.fit = adaptive_fit(description.coupling());
     if (description.has_molecular_field()) hide_directory(*description.mutable_molecular_field());
     scene_->assets = std::move(assets_.assets);
@@ -161,9 +163,9 @@ class SceneBuilder {
     physics::BodyDescription& body = scene_->world.bodies[static_cast<std::size_t>(index)];
     if (message.shapes(0).has_molecule()) {
       const wire::MolecularField& molecular = scene_->description.molecular_field();
-      body.molecule =
-          assets_.load_centred_molecule(*message.mutable_shapes(0)->mutable_molecule(),
-                                        molecular.force_field_directory(), field.in("shapes", 0).in("molecule"));
+      body.molecule = assets_.load_centred_molecule(
+          *message.mutable_shapes(0)->mutable_molecule(), molecular.force_field_directory(),
+          field.in("shapes", 0).in("molecule"), centres_angstrom_.emplace_back());
       body.mass = mass_properties_of(message.mass_kg(), *body.molecule, molecular.metres_per_angstrom());
       scene_->body_shapes.push_back({SolidShape{message.shapes(0), nullptr, {}}});
       return;
@@ -195,8 +197,26 @@ class SceneBuilder {
     assets_.notes.push_back(soft_note(scene_->soft_bodies.back(), scene_->description));
   }
 
+  /// What the author left to be found.
+  void scale_molecules() {
+    std::vector<const docking::Molecule*> molecules;
+    for (const physics::BodyDescription& body : scene_->world.bodies) {
+      if (body.molecule != nullptr) molecules.push_back(body.molecule.get());
+    }
+    if (molecules.size() < 2) return;
+    wire::MolecularField& field = *scene_->description.mutable_molecular_field();
+    for (std::string& note : complete_molecular_scale(field, molecules, centres_angstrom_, scene_->world.field_model)) {
+      assets_.tell_users(std::move(note));
+    }
+    scene_->world.newtons_per_kcal_per_mol_angstrom = field.newtons_per_kcal_per_mol_angstrom();
+    scene_->world.molecular_knee_kcal_per_mol = field.knee_kcal_per_mol();
+    scene_->world.molecular_minimum_kcal_per_mol = field.minimum_kcal_per_mol();
+  }
+
   /// Work that is too large for the rate is refused here, and not found out in somebody's hand.
   void check_atom_pairs() const {
+    // With a cut-off it goes with how much of them touches.
+    if (scene_->world.field_model.cutoff_angstrom > 0) return;
     double pairs = 0, atoms = 0;
     for (const physics::BodyDescription& body : scene_->world.bodies) {
       if (body.molecule == nullptr) continue;
@@ -208,9 +228,8 @@ class SceneBuilder {
     file_.in("limits")
         .in("atom_pairs")
         .refuse("is " + number_text(most) + ", and the molecules have " + number_text(pairs) +
-                " pairs, all of them evaluated in each step; choose chains that touch (molecule.chains), or raise it "
-                "where server and "
-                "clients can bear that");
+                " pairs, all of them evaluated in each step; give molecular_field.cutoff_angstrom (8 is usual), choose "
+                "chains that touch (molecule.chains), or raise it where server and clients can bear that");
   }
 
   /// Paths of the server are not the clients' business.
@@ -229,6 +248,7 @@ class SceneBuilder {
 
   SceneField file_;
   SceneAssets assets_;
+  std::vector<Vec3> centres_angstrom_;  ///< of each molecule, in its file
   std::shared_ptr<LoadedScene> scene_;
 };
 

@@ -6,6 +6,8 @@
 #include <map>
 #include <numbers>
 #include <optional>
+#include <stdexcept>
+#include <string>
 #include <utility>
 
 namespace tandem::server {
@@ -110,6 +112,13 @@ const char* united_type(const HydrogenRule& rule) {
 }
 
 }  // namespace
+
+Hydrogens hydrogens_of(const std::string& text) {
+  if (text == "given") return Hydrogens::kGiven;
+  if (text == "build") return Hydrogens::kBuild;
+  if (text == "united") return Hydrogens::kUnited;
+  throw std::invalid_argument("hydrogens \"" + text + "\" must be given, build or united");
+}
 
 void build_hydrogens(const ForceField& force_field, std::vector<PdbResidue>& residues,
                      std::span<const ResidueContext> contexts) {

@@ -14,6 +14,10 @@ enum class Hydrogens {
   kUnited,  ///< likewise, but on carbon they are part of it: CH, CH2, CH3
 };
 
+/// "given", "build" or "united".
+/// Fails   std::invalid_argument for another, naming these
+Hydrogens hydrogens_of(const std::string& text);
+
 /// The residues without their hydrogens and then with those of the rules of their blocks and chain ends. A rule of which
 /// an atom is missing, or farther than a bond from the one before, adds nothing.
 ///

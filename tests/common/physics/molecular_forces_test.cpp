@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cmath>
+#include <numbers>
 
 #include "common/base/random.hpp"
 #include "server/assets/mass_properties.hpp"
@@ -106,7 +107,7 @@ TEST(MolecularForces, SumToZeroInForceAndTorqueEvenWhenBounded) {
     ASSERT_LT((wrenches[0].f + wrenches[1].f).norm(), 1e-12 * size) << "seed " << kSeed << " draw " << i;
     ASSERT_LT(torque.norm(), 1e-12 * size) << "seed " << kSeed << " draw " << i;
   }
-  EXPECT_GT(bounded, 10) << "the draws must reach the bound";
+  EXPECT_GT(bounded, 3) << "the draws must reach the bound, which a share of the energy rarely leaves anything to";
   EXPECT_LT(bounded, 290) << "and the free field";
 }
 
@@ -119,6 +120,79 @@ TEST(MolecularForces, CoincidingAtomsPushNoMoreThanTheLimit) {
   EXPECT_TRUE(is_finite(wrenches[0]));
   EXPECT_TRUE(std::isfinite(forces.energy_kj_per_mol()));
   EXPECT_LE(wrenches[0].f.norm(), 20);
+}
+
+/// Work of what b feels on a closed path of six axes, the sum of its parts' sizes, and the energies on the way.
+struct Loop {
+  double work_j = 0, absolute_j = 0, least_kcal_per_mol = 1e9, most_kcal_per_mol = -1e9;
+};
+Loop work_on_a_loop(const WorldDescription& world, double distance_m, double way_m, double turn_rad) {
+  constexpr int kSteps = 20000;
+  MolecularForces forces(world);
+  const auto pose = [&](int i) {
+    const double t = std::numbers::pi * i / kSteps;
+    return Pose{Vec3(distance_m + way_m * std::cos(t), way_m * std::sin(t), 0.7 * way_m * std::sin(2 * t)),
+                quaternion_of(turn_rad * Vec3(std::sin(t), std::cos(2 * t), std::sin(t + 1)))};
+  };
+  const auto wrench = [&](int i) {
+    const std::array<Pose, 2> poses{Pose{}, pose(i)};
+    std::array<Wrench, 2> wrenches{};
+    EXPECT_FALSE(forces.add_wrenches(poses, wrenches))
+        << "the bound acts, where nothing is conservative, at " << forces.energy_kj_per_mol();
+    return wrenches[1];
+  };
+  Loop loop;
+  for (int i = 0; i < kSteps; ++i) {
+    // Simpson's rule between two poses.
+    const Pose from = pose(2 * i), to = pose(2 * i + 2);
+    const Vec3 turned = rotation_vector(to.q * from.q.conjugate());
+    const Wrench f0 = wrench(2 * i), f1 = wrench(2 * i + 1), f2 = wrench(2 * i + 2);
+    const double work = ((f0.f + 4 * f1.f + f2.f).dot(to.p - from.p) + (f0.t + 4 * f1.t + f2.t).dot(turned)) / 6;
+    loop.work_j += work;
+    loop.absolute_j += std::abs(work);
+    const double energy = forces.energy_kj_per_mol() / docking::kKilojoulesPerKilocalorie;
+    loop.least_kcal_per_mol = std::min(loop.least_kcal_per_mol, energy);
+    loop.most_kcal_per_mol = std::max(loop.most_kcal_per_mol, energy);
+  }
+  return loop;
+}
+
+TEST(MolecularForces, WhatIsFeltDoesNoWorkOnAClosedPath) {
+  const auto scene = two_molecules(8, 0.1, 0);
+  WorldDescription world = scene->world;
+  for (const double cutoff : {0.0, 8.0}) {
+    for (const auto dielectric : {docking::Dielectric::kNone, docking::Dielectric::kDistance}) {
+      world.field_model.cutoff_angstrom = cutoff;
+      world.field_model.dielectric = dielectric;
+      world.molecular_minimum_kcal_per_mol = -3.5;
+      for (const double zero_kt : {0.0, 1.0}) {
+        world.molecular_zero_kt = zero_kt;
+        world.molecular_knee_kcal_per_mol = 0.5;
+        const Loop loop = work_on_a_loop(world, 0.0765, 0.008, 0.3);
+        EXPECT_GT(loop.most_kcal_per_mol, 3) << "beyond the knee";
+        EXPECT_LT(loop.least_kcal_per_mol, -1) << "and on the way to the minimum";
+        EXPECT_LT(std::abs(loop.work_j), 1e-6 * loop.absolute_j) << "cut-off " << cutoff << ", zero area " << zero_kt;
+      }
+    }
+  }
+}
+
+TEST(MolecularForces, ShareIsTheSlopeOfWhatIsFelt) {
+  WorldDescription world;
+  world.molecular_zero_kt = 2;
+  world.molecular_minimum_kcal_per_mol = -10;
+  world.molecular_knee_kcal_per_mol = 3;
+  const double h = 1e-5;
+  for (double energy = -12; energy < 1000; energy += energy < 10 ? 0.05 : 10) {
+    const double slope =
+        (felt_energy_kcal_per_mol(world, energy + h) - felt_energy_kcal_per_mol(world, energy - h)) / (2 * h);
+    EXPECT_NEAR(felt_share(world, energy), slope, 1e-6) << energy;
+    EXPECT_NEAR(felt_share(world, energy + h), felt_share(world, energy), 4 * h) << energy << ": no edge";
+  }
+  EXPECT_EQ(felt_share(world, -10 + 2 * 0.592), 0) << "within the zero area";
+  EXPECT_EQ(felt_share(world, 0), 1) << "apart";
+  EXPECT_EQ(felt_energy_kcal_per_mol(world, 0), 0);
+  EXPECT_LT(felt_share(world, 1000), 0.2);
 }
 
 TEST(MolecularForces, ShippedHelicesPullWithOneNewtonAtMost) {

@@ -1,0 +1,198 @@
+#include "server/assets/molecular_scale.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <numbers>
+#include <utility>
+
+#include "common/docking/exact_field.hpp"
+#include "common/docking/molecular_field.hpp"
+#include "common/physics/world_description.hpp"
+#include "proto/scene_ranges.hpp"
+
+namespace tandem::server {
+namespace {
+
+using docking::FieldModel;
+using docking::kKilojoulesPerKilocalorie;
+using docking::Molecule;
+
+constexpr double kStrongestPull_n = 1;
+/// Of molecules that do not attract each other.
+constexpr double kScaleWithoutPull = 0.03;
+constexpr double kTouching_kcal_per_mol = 5;
+constexpr double kCoarseStep_angstrom = 1, kFineStep_angstrom = 0.1;
+constexpr double kLookOut_angstrom = 4, kLookIn_angstrom = 2;
+constexpr double kApart_angstrom = 6;
+constexpr int kSides = 12;
+
+double extent_angstrom(const Molecule& molecule) {
+  double extent = 0;
+  for (const Vec3& position : molecule.positions_angstrom) extent = std::max(extent, position.norm());
+  return extent;
+}
+
+/// Spread evenly (Fibonacci's spiral).
+Vec3 side(int index) {
+  const double z = 1 - (2 * index + 1.0) / kSides, turn = index * std::numbers::pi * (3 - std::sqrt(5.0));
+  const double r = std::sqrt(1 - z * z);
+  return {r * std::cos(turn), r * std::sin(turn), z};
+}
+
+/// One pair of molecules on its way together along a line.
+class Approach {
+ public:
+  Approach(const Molecule& a, const Molecule& b, const FieldModel& model)
+      : field_(a, b, model), farthest_(extent_angstrom(a) + extent_angstrom(b) + kApart_angstrom) {}
+
+  /// kcal/mol, and the push outwards in kcal/mol/Å.
+  std::pair<double, double> at(const Vec3& direction_A, double distance) {
+    const docking::FieldResult result = field_.evaluate({distance * direction_A, Quat::Identity()});
+    return {result.energy_kj_per_mol() / kKilojoulesPerKilocalorie,
+            result.force_on_b.dot(direction_A) / kKilojoulesPerKilocalorie};
+  }
+
+  double contact(const Vec3& direction_A) {
+    double distance = farthest_;
+    while (distance > 0 && at(direction_A, distance).first < kTouching_kcal_per_mol) distance -= kCoarseStep_angstrom;
+    // Like charges may push each other away from much farther than they touch.
+    while (distance < farthest_ && at(direction_A, distance).first >= kTouching_kcal_per_mol)
+      distance += kFineStep_angstrom;
+    return distance;
+  }
+
+  /// kcal/mol/Å, along the line.
+  double strongest_pull(const Vec3& direction_A, double contact) {
+    double strongest = 0;
+    for (double out = 0; out < kLookOut_angstrom; out += kFineStep_angstrom) {
+      strongest = std::max(strongest, -at(direction_A, contact + out).second);
+    }
+    return strongest;
+  }
+
+  /// The energy at which it pushes as strongly, on the way in.
+  double energy_of_push(const Vec3& direction_A, double contact, double push) {
+    double energy = 0;
+    for (double in = -kLookOut_angstrom; in < kLookIn_angstrom; in += kFineStep_angstrom) {
+      const auto [here, pushes] = at(direction_A, contact - in);
+      energy = here;
+      if (pushes >= push) break;
+    }
+    return energy;
+  }
+
+ private:
+  docking::MolecularField field_;
+  double farthest_;
+};
+
+std::vector<Vec3> ways(const Vec3& offset) {
+  std::vector<Vec3> directions;
+  if (offset.norm() > 1) directions.push_back(offset.normalized());
+  for (int i = 0; i < kSides; ++i) directions.push_back(side(i));
+  return directions;
+}
+
+/// B displaced by `step` of the 6×6 gradient's coordinates.
+Pose moved(const Pose& X, const Eigen::Matrix<double, 6, 1>& step) {
+  return {X.p + step.head<3>(), (quaternion_of(step.tail<3>()) * X.q).normalized()};
+}
+
+}  // namespace
+
+double contact_distance_angstrom(const Molecule& a, const Molecule& b, const FieldModel& model,
+                                 const Vec3& direction_A) {
+  return Approach(a, b, model).contact(direction_A);
+}
+
+std::pair<Pose, double> minimum_near(const Molecule& a, const Molecule& b, const FieldModel& model,
+                                     const Pose& X_AB_angstrom) {
+  constexpr int kSteps = 200;
+  constexpr double kLongest_angstrom = 0.5, kGain_kj_per_mol = 1e-6 * kKilojoulesPerKilocalorie;
+  using Vector6 = Eigen::Matrix<double, 6, 1>;
+  const double radius = std::max(1.0, extent_angstrom(b));
+  Pose X = X_AB_angstrom;
+  docking::Matrix6 gradient;
+  docking::FieldResult here = docking::exact_field(a, b, X, model, {nullptr, nullptr, &gradient});
+  double damping = 1;
+  for (int i = 0; i < kSteps && damping < 1e12; ++i) {
+    Vector6 push;
+    push << here.force_on_b, here.torque_on_b;
+    // Turns in units of the way of the farthest atom.
+    Vector6 scale;
+    scale << 1, 1, 1, radius, radius, radius;
+    docking::Matrix6 stiffness = -0.5 * (gradient + gradient.transpose());
+    stiffness.diagonal() += damping * scale.cwiseAbs2();
+    Vector6 step = stiffness.ldlt().solve(push);
+    if (!step.allFinite() || step.dot(push) <= 0) {
+      damping *= 4;
+      continue;
+    }
+    const double way = step.cwiseProduct(scale).norm();
+    if (way > kLongest_angstrom) step *= kLongest_angstrom / way;
+    const Pose next = moved(X, step);
+    docking::Matrix6 gradient_there;
+    const docking::FieldResult there = docking::exact_field(a, b, next, model, {nullptr, nullptr, &gradient_there});
+    const double gain = here.energy_kj_per_mol() - there.energy_kj_per_mol();
+    if (!(gain > 0)) {
+      damping *= 4;
+      if (way < 1e-7) break;
+      continue;
+    }
+    X = next;
+    here = there;
+    gradient = gradient_there;
+    damping = std::max(1e-6, damping / 3);
+    if (gain < kGain_kj_per_mol) break;
+  }
+  return {X, here.energy_kj_per_mol() / kKilojoulesPerKilocalorie};
+}
+
+std::vector<std::string> complete_molecular_scale(wire::MolecularField& field,
+                                                  std::span<const Molecule* const> molecules,
+                                                  std::span<const Vec3> centres_angstrom, const FieldModel& model) {
+  std::vector<std::string> notes;
+  struct Line {
+    Approach* approach;
+    Vec3 direction_A;
+    double contact;
+  };
+  std::vector<std::unique_ptr<Approach>> approaches;
+  std::vector<Line> lines;
+  double minimum = 0;
+  for (std::size_t a = 0; a < molecules.size(); ++a) {
+    for (std::size_t b = a + 1; b < molecules.size(); ++b) {
+      const Vec3 offset = centres_angstrom[b] - centres_angstrom[a];
+      approaches.push_back(std::make_unique<Approach>(*molecules[a], *molecules[b], model));
+      for (const Vec3& way : ways(offset)) {
+        lines.push_back({approaches.back().get(), way, approaches.back()->contact(way)});
+      }
+      if (field.zero_area_kt() == 0 || field.minimum_kcal_per_mol() != 0) continue;
+      minimum = std::min(minimum, minimum_near(*molecules[a], *molecules[b], model, {offset, Quat::Identity()}).second);
+    }
+  }
+  if (lines.empty()) return notes;
+  if (field.newtons_per_kcal_per_mol_angstrom() == 0) {
+    double pull = 0;
+    for (const Line& line : lines) pull = std::max(pull, line.approach->strongest_pull(line.direction_A, line.contact));
+    field.set_newtons_per_kcal_per_mol_angstrom(pull > 0 ? kStrongestPull_n / pull : kScaleWithoutPull);
+  }
+  if (field.knee_kcal_per_mol() == 0) {
+    const double push = physics::kKneeOfLimit * field.force_limit_n() / field.newtons_per_kcal_per_mol_angstrom();
+    double knee = std::numeric_limits<double>::infinity();
+    for (const Line& line : lines)
+      knee = std::min(knee, line.approach->energy_of_push(line.direction_A, line.contact, push));
+    field.set_knee_kcal_per_mol(knee);
+  }
+  if (minimum < 0) field.set_minimum_kcal_per_mol(minimum);
+  // 1 kcal/mol/Å is 69.477 pN.
+  constexpr double kNanonewtons = 0.0694770;
+  notes.push_back("1 N in the hand is " + proto::number_text(kNanonewtons / field.newtons_per_kcal_per_mol_angstrom()) +
+                  " nN between the molecules, and 1 cm is " + proto::number_text(0.01 / field.metres_per_angstrom()) +
+                  " angstrom");
+  return notes;
+}
+
+}  // namespace tandem::server

@@ -1,0 +1,41 @@
+// How large a scene makes what acts between its molecules, where its author leaves that open: found by a probe of them.
+#pragma once
+
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "common/docking/field_model.hpp"
+#include "common/docking/molecule.hpp"
+#include "tandem/scene.pb.h"
+
+namespace tandem::server {
+
+/// How far `b` is from the origin of `a` along `direction_A` where they touch: from there on outwards no place has an energy
+/// above 5 kcal/mol [Å].
+/// In      a, b  about their centres; b turned as a is
+double contact_distance_angstrom(const docking::Molecule& a, const docking::Molecule& b, const docking::FieldModel& model,
+                                 const Vec3& direction_A);
+
+/// The pose of least energy near `X_AB_angstrom`, downhill all the way.
+///
+/// Model   Levenberg's steps by the 6×6 gradient of exact_field(), at most 0.5 Å and as much at the farthest atom, until no
+///         step gains 1e-6 kcal/mol
+/// Out     the pose, and its energy [kcal/mol]
+std::pair<Pose, double> minimum_near(const docking::Molecule& a, const docking::Molecule& b,
+                                     const docking::FieldModel& model, const Pose& X_AB_angstrom);
+
+/// Fills in the numbers of `field` that are 0 for "found": newtons_per_kcal_per_mol_angstrom, knee_kcal_per_mol and, with a
+/// zero area, minimum_kcal_per_mol. Each two molecules are brought together along their centres, as their files have them,
+/// and from twelve sides.
+///
+/// In      molecules      about their centres
+///         centres        of each in its file [Å]
+/// Out     what was found, one line for people each
+std::vector<std::string> complete_molecular_scale(wire::MolecularField& field,
+                                                  std::span<const docking::Molecule* const> molecules,
+                                                  std::span<const Vec3> centres_angstrom,
+                                                  const docking::FieldModel& model);
+
+}  // namespace tandem::server
