@@ -8,6 +8,7 @@
 #include "common/base/units.hpp"
 #include "common/realtime/output.hpp"
 #include "common/secure/certificate.hpp"
+#include "server/app/docking_options.hpp"
 #include "server/app/security.hpp"
 #include "server/app/server_report.hpp"
 #include "server/assets/scene_library.hpp"
@@ -25,6 +26,7 @@ constexpr int kFault = 1, kSetupError = 2;
 
 struct Options {
   std::vector<std::string> scenes;
+  std::shared_ptr<const wire::Scene> docking;  ///< of --receptor and --ligand
   std::vector<std::string> rooms;
   std::string bind = "127.0.0.1";
   int port = 47800;
@@ -131,7 +133,9 @@ void declare(CLI::App& app, Options& options) {
   app.allow_config_extras(CLI::config_extras_mode::error);
   app.add_option("--scene", options.scenes, "scene file, or name of a scene that comes with Tandem; one room each")
       ->type_name("FILE|NAME");
-  app.add_option("--room", options.rooms, "name of the room, in the order of --scene [default: the scene's name]")
+  options.docking = server::declare_docking(app);
+  app.add_option("--room", options.rooms,
+                 "name of the room, in the order of --scene, then of --receptor [default: the scene's name]")
       ->type_name("NAME");
   app.add_option("--port", options.port, "TCP and UDP port, 0 to 65535; 0: any free one, printed")
       ->check(CLI::Range(0, 65535).description(""))
@@ -152,7 +156,7 @@ void declare(CLI::App& app, Options& options) {
       ->type_name("DIR")
       ->capture_default_str();
   app.add_option("--rt-priority", options.realtime_priority,
-                 "SCHED_FIFO priority of the room threads, io one above; 0: normal scheduler")
+                 "SCHED_FIFO priority of the room threads; 0: normal scheduler")
       ->check(CLI::Range(0, 98))
       ->capture_default_str();
   add_duration(app, "--build-limit",
@@ -180,7 +184,9 @@ std::string machine_note(const server::LoadedScene& scene, Duration step) {
 
 std::vector<std::unique_ptr<server::Room>> open_rooms(const Options& options, realtime::Output& output) {
   // Not left to the parser, which would miss it before it names a misspelt option.
-  if (options.scenes.empty()) throw std::invalid_argument("--scene is required, e.g. --scene peg_in_hole; see --help");
+  if (options.scenes.empty())
+    throw std::invalid_argument(
+        "--scene is required, e.g. --scene peg_in_hole, or --receptor and --ligand; see --help");
   if (options.rooms.size() > options.scenes.size()) throw std::invalid_argument("more --room than --scene were given");
   std::vector<std::unique_ptr<server::Room>> rooms;
   const server::SceneLoading loading{
@@ -364,6 +370,9 @@ int run(int argc, char** argv, realtime::Output& output) {
     return kSetupError;
   }
   try {
+    if (const auto scene = server::write_docking_scene(*options.docking, options.cache); !scene.empty()) {
+      options.scenes.push_back(scene.string());
+    }
     if (options.dev_certificates.empty()) return serve(options, output);
     make_dev_certificates(options, output);
   } catch (const std::exception& error) {

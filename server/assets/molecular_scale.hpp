@@ -15,8 +15,8 @@ namespace tandem::server {
 /// How far `b` is from the origin of `a` along `direction_A` where they touch: from there on outwards no place has an energy
 /// above 5 kcal/mol [Å].
 /// In      a, b  about their centres; b turned as a is
-double contact_distance_angstrom(const docking::Molecule& a, const docking::Molecule& b, const docking::FieldModel& model,
-                                 const Vec3& direction_A);
+double contact_distance_angstrom(const docking::Molecule& a, const docking::Molecule& b,
+                                 const docking::FieldModel& model, const Vec3& direction_A);
 
 /// The pose of least energy near `X_AB_angstrom`, downhill all the way.
 ///

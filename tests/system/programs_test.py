@@ -2,6 +2,7 @@
 
 import json
 import os
+import pathlib
 import re
 import subprocess
 import unittest
@@ -105,6 +106,41 @@ class Structure(ProgramTest):
     @unittest.skipUnless(os.path.exists("/usr/share/gromacs/top/oplsaa.ff"), "needs the Debian package gromacs-data")
     def test_the_ligand_of_1hpv(self):
         self.assert_told("/usr/share/pymol/data/tut/1hpv.pdb", "1 residue 478 (35 atoms)")
+
+
+HELICES = "/usr/share/pymol/test/dat/3al1.pdb"
+
+
+class Docking(ProgramTest):
+    """A room of two structure files, without a scene file."""
+
+    @unittest.skipUnless(os.path.exists(HELICES), "needs the Debian package pymol-data")
+    @unittest.skipUnless(os.path.exists("/usr/share/gromacs/top/oplsaa.ff"), "needs the Debian package gromacs-data")
+    def test_two_hands_hold_two_files(self):
+        cache = self.path("cache")
+        # The ligand is brought where it pulls, and back.
+        path = self.write("bring.json", json.dumps({"points": [
+            {"t_s": 0, "position_m": [0, 0, 0]}, {"t_s": 2, "position_m": [0, -0.075, 0]}, {"t_s": 3.5},
+            {"t_s": 5, "position_m": [0, 0, 0]}]}))
+        with Server("--receptor", HELICES + ":A", "--ligand", HELICES + ":B", "--cache", cache) as server:
+            holds = start_client(server.port, "--json", "--duration", "7s")
+            server.wait_for_log("user 1 .* joined")
+            brings = start_client(server.port, "--json", "--duration", "6s", "--hand", path)
+            for code, out, err in (finish(holds), finish(brings)):
+                self.assertEqual(code, 0, err)
+                report = json.loads(out)
+                self.assertTrue(report["all_forces_finite"])
+                self.assertEqual(report["stage"], "local-model")
+                self.assertGreater(report["force_n"]["max"], 0.2, "they are felt")
+                self.assertIn("1 N in the hand is", "\n".join(report["notes"]))
+        (scene,) = pathlib.Path(cache).glob("docking-*.json")
+        with Server("--scene", str(scene)) as server:
+            self.assertTrue(server.port, "what was made can be given again")
+
+    def test_what_is_wrong_is_said(self):
+        self.assert_setup_error(run("tandem-server", "--receptor", "a.pdb"), "--receptor and --ligand go together")
+        self.assert_setup_error(run("tandem-server", "--receptor", "a.pdb", "--ligand", "b.pdb"), "a.pdb: no such file")
+        self.assert_setup_error(run("tandem-server", "--receptor", "a.pdb", "--ligand", "b.pdb", "--cache", ""), "--cache")
 
 
 class Check(ProgramTest):

@@ -1,0 +1,154 @@
+#include "server/assets/docking_scene.hpp"
+
+#include <google/protobuf/util/json_util.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <filesystem>
+#include <numbers>
+#include <string>
+
+#include "common/docking/molecular_field.hpp"
+#include "common/physics/world_description.hpp"
+#include "server/assets/molecular_scale.hpp"
+#include "server/assets/scene_checks.hpp"
+#include "server/assets/structures/loader.hpp"
+
+namespace tandem::server {
+namespace {
+
+constexpr double kMetresPerAngstrom = 0.01;
+constexpr double kApart_angstrom = 8;
+constexpr double kZeroArea_kt = 1;
+/// A third of a millisecond of one AVX-512 core: server and clients each compute them in every tick.
+constexpr std::size_t kMaxAllPairs = 1'000'000;
+/// The least energy of more takes longer to find than people wait.
+constexpr std::size_t kMaxToMinimise = 4'000'000;
+/// Of a small molecule; larger ones weigh less, so that a hand can turn them as easily.
+constexpr double kMass_kg = 0.2, kLeastMass_kg = 0.02, kGyrationRadius_m = 0.065;
+constexpr std::array kColors{std::array{0.3, 0.55, 0.85}, std::array{0.85, 0.5, 0.3}};
+
+docking::Molecule load(wire::MoleculeSource& source, const std::string& force_field_directory) {
+  const auto load_with = [&](const std::string& hydrogens) {
+    source.set_hydrogens(hydrogens);
+    return load_molecule(source.file(), {{source.chains().begin(), source.chains().end()}}, force_field_directory,
+                         hydrogens_of(hydrogens));
+  };
+  if (!source.hydrogens().empty()) return load_with(source.hydrogens());
+  constexpr double kHydrogen_u = 1.5;
+  docking::Molecule molecule = load_with("given");
+  const bool has_any = std::ranges::any_of(molecule.mass_u, [](double mass_u) { return mass_u < kHydrogen_u; });
+  return has_any ? molecule : load_with("build");
+}
+
+/// Returns the centre.
+Vec3 centre(docking::Molecule& molecule) {
+  const Vec3 centre = molecule.centre_of_mass_angstrom();
+  for (Vec3& position : molecule.positions_angstrom) position -= centre;
+  return centre;
+}
+
+double gyration_radius_m(const docking::Molecule& molecule) {
+  double sum = 0;
+  for (const Vec3& position : molecule.positions_angstrom) sum += position.squaredNorm();
+  return kMetresPerAngstrom * std::sqrt(sum / static_cast<double>(molecule.size()));
+}
+
+/// Rounded for people: µm, and ten thousandths of a degree.
+double rounded(double value, double step) {
+  return std::round(value / step) * step;
+}
+
+template <class Numbers>
+void put(Numbers* out, const Vec3& values, double step) {
+  for (const double value : values) out->Add(rounded(value, step));
+}
+
+/// `y_m` along the line between them, turned so that it is y.
+void place(wire::Placement& placement, double y_m, const Quat& q) {
+  put(placement.mutable_position_m(), {0, y_m, 0}, 1e-6);
+  const Vec3 zyx = q.toRotationMatrix().eulerAngles(2, 1, 0);
+  put(placement.mutable_rotation_xyz_deg(), zyx.reverse() * 180 / std::numbers::pi, 1e-4);
+}
+
+void add(wire::Scene& scene, const std::string& name, const wire::MoleculeSource& source,
+         const docking::Molecule& molecule, double y_m, const Quat& q) {
+  wire::Body& body = *scene.add_bodies();
+  body.set_name(name);
+  *body.add_shapes()->mutable_molecule() = source;
+  const double ratio = kGyrationRadius_m / std::max(1e-3, gyration_radius_m(molecule));
+  body.set_mass_kg(rounded(std::clamp(kMass_kg * ratio * ratio, kLeastMass_kg, kMass_kg), 1e-3));
+  body.set_gravity(false);
+  body.set_graspable(true);
+  body.set_linear_damping_per_s(2);
+  body.set_angular_damping_per_s(2);
+  for (const double part : kColors.at(static_cast<std::size_t>(scene.bodies_size() - 1))) body.add_color_rgb(part);
+  place(*body.mutable_placement(), y_m, q);
+  wire::Tool& tool = *scene.add_tools();
+  tool.set_name(name);
+  tool.set_holds(name);
+  tool.set_mass_kg(body.mass_kg());
+  put(tool.mutable_placement()->mutable_position_m(), {0, y_m, 0}, 1e-6);
+}
+
+/// As of the shipped docking scene.
+void set_coupling(wire::Coupling& coupling) {
+  coupling.set_law("spring-damper");
+  coupling.set_stiffness_n_per_m(250);
+  coupling.set_damping_n_s_per_m(5);
+  coupling.set_stiffness_n_m_per_rad(0.3);
+  coupling.set_damping_n_m_s_per_rad(0.015);
+  coupling.set_force_limit_n(6.5);
+  coupling.set_torque_limit_n_m(0.3);
+}
+
+}  // namespace
+
+wire::Scene docking_scene(wire::MoleculeSource receptor, wire::MoleculeSource ligand,
+                          const wire::MolecularField& field) {
+  wire::Scene scene;
+  wire::MolecularField& molecular = *scene.mutable_molecular_field();
+  molecular = field;
+  if (molecular.force_field_directory().empty()) molecular.set_force_field_directory(kDefaultForceFieldDirectory);
+  if (molecular.dielectric().empty()) molecular.set_dielectric(kDefaultDielectric);
+  docking::Molecule a = load(receptor, molecular.force_field_directory());
+  docking::Molecule b = load(ligand, molecular.force_field_directory());
+  const std::size_t pairs = a.size() * b.size();
+  if (!molecular.has_cutoff_angstrom()) {
+    molecular.set_cutoff_angstrom(pairs > kMaxAllPairs ? docking::kUsualCutoffAngstrom : 0);
+  }
+  if (!molecular.has_zero_area_kt() && pairs <= kMaxToMinimise) molecular.set_zero_area_kt(kZeroArea_kt);
+  molecular.set_metres_per_angstrom(kMetresPerAngstrom);
+  docking::FieldModel model;
+  docking::set_dielectric(model, molecular.dielectric());
+  model.cutoff_angstrom = molecular.cutoff_angstrom();
+  docking::validate(model);
+
+  const Vec3 centre_a = centre(a);
+  const Vec3 offset = centre(b) - centre_a;
+  const Vec3 line = offset.norm() > 1 ? Vec3(offset.normalized()) : Vec3(Vec3::UnitY());
+  const double half_m = 0.5 * kMetresPerAngstrom * (contact_distance_angstrom(a, b, model, line) + kApart_angstrom);
+  const Quat q = Quat::FromTwoVectors(line, Vec3::UnitY());
+  scene.set_name("docking");
+  add(scene, "receptor", receptor, a, -half_m, q);
+  add(scene, "ligand", ligand, b, half_m, q);
+  set_coupling(*scene.mutable_coupling());
+  for (int i = 0; i < 3; ++i) scene.add_gravity_m_per_s2(0);
+  wire::Limits& limits = *scene.mutable_limits();
+  if (molecular.cutoff_angstrom() == 0 && pairs > physics::WorldLimits().atom_pairs) {
+    limits.set_atom_pairs(static_cast<std::uint32_t>(std::min<std::size_t>(pairs, 2'000'000'000)));
+  }
+  return scene;
+}
+
+std::string scene_text(const wire::Scene& scene) {
+  google::protobuf::util::JsonPrintOptions options;
+  options.add_whitespace = true;
+  options.preserve_proto_field_names = true;
+  std::string text;
+  if (!google::protobuf::util::MessageToJsonString(scene, &text, options).ok()) text.clear();
+  return text;
+}
+
+}  // namespace tandem::server

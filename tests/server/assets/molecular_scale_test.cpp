@@ -1,0 +1,193 @@
+// What a probe finds of two molecules, against closed forms of two atoms and on a real pair; and the scene made of two files.
+#include "server/assets/molecular_scale.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <filesystem>
+
+#include "common/docking/exact_field.hpp"
+#include "common/docking/molecular_field.hpp"
+#include "server/assets/docking_scene.hpp"
+#include "server/assets/scene_checks.hpp"
+#include "server/assets/scene_file.hpp"
+#include "server/assets/structures/loader.hpp"
+
+namespace tandem::server {
+namespace {
+
+using docking::kKilojoulesPerKilocalorie;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+constexpr double kSigma = 3.4, kEpsilon = 1.0;
+
+docking::Molecule atom(double charge_e = 0) {
+  docking::Molecule molecule;
+  molecule.positions_angstrom = {Vec3::Zero()};
+  molecule.sigma_angstrom = {kSigma};
+  molecule.epsilon_kj_per_mol = {kEpsilon};
+  molecule.charge_e = {charge_e};
+  molecule.mass_u = {39.95};
+  return molecule;
+}
+
+wire::MolecularField open_field() {
+  wire::MolecularField field;
+  field.set_metres_per_angstrom(0.01);
+  field.set_force_limit_n(20);
+  return field;
+}
+
+TEST(MolecularScale, OfTwoAtomsIsThatOfTheClosedForm) {
+  const docking::Molecule a = atom(), b = atom();
+  wire::MolecularField field = open_field();
+  const std::array<const docking::Molecule*, 2> molecules{&a, &b};
+  const std::array<Vec3, 2> centres{Vec3::Zero(), Vec3(4, 0, 0)};
+  const auto notes = complete_molecular_scale(field, molecules, centres, {});
+  // The strongest pull is at (26/7)^(1/6) σ.
+  const double s6 = 7.0 / 26;
+  const double pull = 24 * kEpsilon / kSigma * std::pow(s6, 1.0 / 6) * (s6 - 2 * s6 * s6) / kKilojoulesPerKilocalorie;
+  EXPECT_NEAR(field.newtons_per_kcal_per_mol_angstrom(), 1 / pull, 0.01 / pull);
+  // A quarter of the limit: the energy at which V' is so large, between two steps of 0.1 Å.
+  const auto energy = [](double r) {
+    const double x = std::pow(kSigma / r, 6);
+    return 4 * kEpsilon * (x * x - x) / kKilojoulesPerKilocalorie;
+  };
+  const auto push = [](double r) {
+    const double x = std::pow(kSigma / r, 6);
+    return 24 * kEpsilon / r * (2 * x * x - x) / kKilojoulesPerKilocalorie;
+  };
+  double r = 1.12 * kSigma;
+  while (push(r) < 5 * pull) r -= 1e-4;
+  EXPECT_GE(field.knee_kcal_per_mol(), energy(r) - 1e-3);
+  EXPECT_LE(field.knee_kcal_per_mol(), energy(r - 0.1) + 1e-3);
+  EXPECT_EQ(field.minimum_kcal_per_mol(), 0) << "nobody asked";
+  EXPECT_THAT(notes, ElementsAre(HasSubstr("1 N in the hand is")));
+}
+
+TEST(MolecularScale, KeepsWhatTheAuthorSays) {
+  const docking::Molecule a = atom(), b = atom();
+  wire::MolecularField field = open_field();
+  field.set_newtons_per_kcal_per_mol_angstrom(0.25);
+  field.set_knee_kcal_per_mol(2);
+  field.set_minimum_kcal_per_mol(-3);
+  field.set_zero_area_kt(1);
+  const std::array<const docking::Molecule*, 2> molecules{&a, &b};
+  const std::array<Vec3, 2> centres{Vec3::Zero(), Vec3(4, 0, 0)};
+  complete_molecular_scale(field, molecules, centres, {});
+  EXPECT_EQ(field.newtons_per_kcal_per_mol_angstrom(), 0.25);
+  EXPECT_EQ(field.knee_kcal_per_mol(), 2);
+  EXPECT_EQ(field.minimum_kcal_per_mol(), -3);
+}
+
+TEST(MolecularScale, LikeChargesThatOnlyRepelHaveOneToo) {
+  const docking::Molecule a = atom(5), b = atom(5);
+  wire::MolecularField field = open_field();
+  docking::FieldModel model;
+  model.dielectric = docking::Dielectric::kConstant;
+  model.permittivity = 1;
+  const std::array<const docking::Molecule*, 2> molecules{&a, &b};
+  const std::array<Vec3, 2> centres{Vec3::Zero(), Vec3::Zero()};
+  complete_molecular_scale(field, molecules, centres, model);
+  EXPECT_GT(field.newtons_per_kcal_per_mol_angstrom(), 0);
+  EXPECT_TRUE(std::isfinite(field.knee_kcal_per_mol()));
+}
+
+TEST(MolecularScale, ContactIsWhereTheEnergyIs5) {
+  const docking::Molecule a = atom(), b = atom();
+  const double distance = contact_distance_angstrom(a, b, {}, Vec3::UnitY());
+  const docking::FieldResult inside = docking::exact_field(a, b, {Vec3(0, distance - 0.1, 0), Quat::Identity()});
+  const docking::FieldResult here = docking::exact_field(a, b, {Vec3(0, distance, 0), Quat::Identity()});
+  EXPECT_LT(here.energy_kj_per_mol(), 5 * kKilojoulesPerKilocalorie);
+  EXPECT_GT(inside.energy_kj_per_mol(), 5 * kKilojoulesPerKilocalorie);
+}
+
+TEST(MinimumNear, OfTwoAtomsIsTheirEpsilon) {
+  const auto [X, energy] = minimum_near(atom(), atom(), {}, {Vec3(3, 1, 2), Quat::Identity()});
+  EXPECT_NEAR(energy, -kEpsilon / kKilojoulesPerKilocalorie, 1e-6);
+  EXPECT_NEAR(X.p.norm(), std::pow(2.0, 1.0 / 6) * kSigma, 1e-3);
+}
+
+TEST(MinimumNear, OfARealPairHasNoForceLeft) {
+  const std::filesystem::path file = "/usr/share/pymol/test/dat/3al1.pdb";
+  if (!std::filesystem::exists(file) || !std::filesystem::exists(kDefaultForceFieldDirectory)) GTEST_SKIP();
+  const docking::Molecule a = load_molecule(file, {{"A"}}, kDefaultForceFieldDirectory);
+  const docking::Molecule b = load_molecule(file, {{"B"}}, kDefaultForceFieldDirectory);
+  for (const auto dielectric : {docking::Dielectric::kNone, docking::Dielectric::kDistance}) {
+    docking::FieldModel model;
+    model.dielectric = dielectric;
+    const docking::FieldResult start = docking::exact_field(a, b, Pose{}, model);
+    const auto [X, energy] = minimum_near(a, b, model, Pose{});
+    const docking::FieldResult end = docking::exact_field(a, b, X, model);
+    EXPECT_LT(end.energy_kj_per_mol(), start.energy_kj_per_mol());
+    EXPECT_NEAR(end.energy_kj_per_mol() / kKilojoulesPerKilocalorie, energy, 1e-9);
+    EXPECT_LT(end.force_on_b.norm(), 1e-2 * start.force_on_b.norm());
+    EXPECT_LT(end.torque_on_b.norm(), 1e-2 * start.torque_on_b.norm());
+  }
+}
+
+const char* const kHelices = "/usr/share/pymol/test/dat/3al1.pdb";
+
+wire::MoleculeSource helix(const std::string& chain) {
+  wire::MoleculeSource source;
+  source.set_file(kHelices);
+  source.add_chains(chain);
+  source.set_hydrogens("given");
+  return source;
+}
+
+TEST(DockingScene, OfTwoFilesIsApartAsTheFilesHaveThemAndPullsWithOneNewton) {
+  if (!std::filesystem::exists(kHelices) || !std::filesystem::exists(kDefaultForceFieldDirectory)) GTEST_SKIP();
+  const wire::Scene asked = docking_scene(helix("A"), helix("B"), {});
+  const auto scene = load_scene_text(scene_text(asked), "two files", ".");
+  const wire::MolecularField& field = scene->description.molecular_field();
+  EXPECT_EQ(field.dielectric(), "4r");
+  EXPECT_EQ(field.cutoff_angstrom(), 0);
+  EXPECT_EQ(field.zero_area_kt(), 1);
+  const physics::BodyDescription& a = scene->world.bodies.at(0);
+  const physics::BodyDescription& b = scene->world.bodies.at(1);
+  EXPECT_LT(a.X_WB.q.angularDistance(b.X_WB.q), 1e-12) << "turned alike";
+  double nearest_angstrom = 1e9;
+  for (const Vec3& of_a : a.molecule->positions_angstrom) {
+    for (const Vec3& of_b : b.molecule->positions_angstrom) {
+      const Vec3 way = a.X_WB * (0.01 * of_a) - b.X_WB * (0.01 * of_b);
+      nearest_angstrom = std::min(nearest_angstrom, 100 * way.norm());
+    }
+  }
+  EXPECT_GT(nearest_angstrom, 5) << "8 angstrom along the line of centres, askew to their surfaces";
+  EXPECT_LT(nearest_angstrom, 12);
+  // The least energy is found, and at most what the files' own pose has.
+  const docking::Molecule native_a = load_molecule(kHelices, {{"A"}}, kDefaultForceFieldDirectory);
+  const docking::Molecule native_b = load_molecule(kHelices, {{"B"}}, kDefaultForceFieldDirectory);
+  const docking::FieldResult native = docking::exact_field(native_a, native_b, Pose{}, scene->world.field_model);
+  EXPECT_LT(field.minimum_kcal_per_mol(), native.energy_kj_per_mol() / kKilojoulesPerKilocalorie);
+  EXPECT_GT(field.knee_kcal_per_mol(), field.minimum_kcal_per_mol());
+
+  // Along the line of centres, one of those that the probe looks at.
+  physics::WorldDescription world = scene->world;
+  world.molecular_zero_kt = 0;
+  docking::MolecularField pull(*a.molecule, *b.molecule, world.field_model);
+  const Pose X_AB = a.X_WB.inverse() * b.X_WB;
+  double strongest_n = 0;
+  for (double share = 1, pull_n = 0; pull_n > -1; share -= 0.002) {
+    const docking::FieldResult result = pull.evaluate({100 * share * X_AB.p, X_AB.q});
+    pull_n = -result.force_on_b.dot(X_AB.p.normalized()) / kKilojoulesPerKilocalorie *
+             world.newtons_per_kcal_per_mol_angstrom;
+    strongest_n = std::max(strongest_n, pull_n);
+  }
+  EXPECT_GT(strongest_n, 0.3);
+  EXPECT_LT(strongest_n, 1.02);
+}
+
+TEST(DockingScene, AWrongDielectricIsSaid) {
+  if (!std::filesystem::exists(kHelices) || !std::filesystem::exists(kDefaultForceFieldDirectory)) GTEST_SKIP();
+  wire::MolecularField field;
+  field.set_dielectric("four");
+  EXPECT_THROW(docking_scene(helix("A"), helix("B"), field), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace tandem::server
