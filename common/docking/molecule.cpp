@@ -34,6 +34,26 @@ Vec3 Molecule::centre_of_mass_angstrom() const {
   return size() == 0 ? sum : Vec3(sum / static_cast<double>(size()));
 }
 
+std::vector<std::size_t> residue_starts(const Molecule& molecule) {
+  const std::size_t count = molecule.size();
+  for (const auto* texts :
+       {&molecule.atom_names, &molecule.elements, &molecule.residue_names, &molecule.residue_ids, &molecule.chains}) {
+    if (texts->size() != count || molecule.segments.size() != count) {
+      throw std::invalid_argument("molecule: " + std::to_string(count) +
+                                  " atoms, but not for each a name, element, residue and chain; read it from its file");
+    }
+  }
+  std::vector<std::size_t> starts;
+  for (std::size_t i = 0; i < count; ++i) {
+    const bool continues = i > 0 && molecule.residue_ids[i] == molecule.residue_ids[i - 1] &&
+                           molecule.residue_names[i] == molecule.residue_names[i - 1] &&
+                           molecule.chains[i] == molecule.chains[i - 1] &&
+                           molecule.segments[i] == molecule.segments[i - 1];
+    if (!continues) starts.push_back(i);
+  }
+  return starts;
+}
+
 void validate(const Molecule& molecule) {
   const std::size_t count = molecule.size();
   if (molecule.sigma_angstrom.size() != count || molecule.epsilon_kj_per_mol.size() != count ||

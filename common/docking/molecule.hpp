@@ -19,7 +19,11 @@ struct Molecule {
   std::vector<double> charge_e;
   std::vector<double> mass_u;
   std::vector<std::string> atom_names;     ///< "CA"
+  std::vector<std::string> elements;       ///< upper case: "C", "ZN"
   std::vector<std::string> residue_names;  ///< of the residue that each atom is in, "GLU"
+  std::vector<std::string> residue_ids;    ///< likewise: number and insertion code, "12A"
+  std::vector<std::string> chains;         ///< likewise: "B"; empty where the file names none
+  std::vector<int> segments;               ///< likewise: counts the ends of chains before it in the file
   std::vector<std::string> types;          ///< force-field type of each atom, "opls_238"
   /// Atoms for which the force field has no exact entry, each with what people should know: atom, residue, stand-in.
   std::map<std::size_t, std::string> guessed;
@@ -29,6 +33,11 @@ struct Molecule {
   std::size_t size() const { return positions_angstrom.size(); }
   Vec3 centre_of_mass_angstrom() const;
 };
+
+/// The first atom of each residue, ascending: of each run of atoms with one chain, residue and segment.
+///
+/// Fails   std::invalid_argument: an atom without name or residue, as a client's molecule has them (molecule_asset.hpp)
+std::vector<std::size_t> residue_starts(const Molecule& molecule);
 
 /// Refuses what the field kernels cannot bound: arrays of unequal length, coordinates not finite or beyond 1e6 Å,
 /// σ other than 0 or 0.1 … 20 Å, ε outside 0 … 1e4 kJ/mol, charges beyond 100 e.

@@ -175,7 +175,11 @@ class Loader {
     molecule_.charge_e.push_back(atom.charge_e.value_or(entry.charge_e));
     molecule_.mass_u.push_back(type.mass_u);
     molecule_.atom_names.push_back(atom.name);
+    molecule_.elements.push_back(atom.element);
     molecule_.residue_names.push_back(residue.name);
+    molecule_.residue_ids.push_back(residue.id);
+    molecule_.chains.push_back(residue.chain);
+    molecule_.segments.push_back(residue.segment);
     report_.places.push_back(place_text(residue, atom.name));
     molecule_.types.push_back(entry.type);
   }
