@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
+#include <string>
 
 #include "common/docking/field_kernel.hpp"
 
@@ -127,6 +129,8 @@ FieldResult exact_field(const Molecule& a, const Molecule& b, const Pose& X_AB_a
   if (details.forces_on_a != nullptr) details.forces_on_a->assign(a.size(), Vec3::Zero());
   if (details.forces_on_b != nullptr) details.forces_on_b->assign(b.size(), Vec3::Zero());
   if (details.gradient != nullptr) details.gradient->setZero();
+  if (details.energies_of_a != nullptr) details.energies_of_a->assign(a.size(), Eigen::Vector2d::Zero());
+  if (details.energies_of_b != nullptr) details.energies_of_b->assign(b.size(), Eigen::Vector2d::Zero());
   FieldResult result;
   if (!is_evaluable(X_AB_angstrom)) return result;
   const PairField field(model);
@@ -135,6 +139,7 @@ FieldResult exact_field(const Molecule& a, const Molecule& b, const Pose& X_AB_a
     const Vec3 position = X_AB_angstrom.p + arm;
     Vec3 force = Vec3::Zero();
     Eigen::Matrix3d stiffness = Eigen::Matrix3d::Zero();
+    Eigen::Vector2d energy = Eigen::Vector2d::Zero();
     for (std::size_t i = 0; i < a.size(); ++i) {
       const Vec3 offset = position - a.positions_angstrom[i];
       const double r2 = offset.squaredNorm();
@@ -142,8 +147,9 @@ FieldResult exact_field(const Molecule& a, const Molecule& b, const Pose& X_AB_a
                                              std::sqrt(a.epsilon_kj_per_mol[i] * b.epsilon_kj_per_mol[j]));
       const Central coulomb = field.coulomb(r2, a.charge_e[i] * b.charge_e[j]);
       const Vec3 pair_force = (lj.push + coulomb.push) * offset;
-      result.lennard_jones_kj_per_mol += lj.energy;
-      result.coulomb_kj_per_mol += coulomb.energy;
+      const Eigen::Vector2d pair_energy(lj.energy, coulomb.energy);
+      energy += pair_energy;
+      if (details.energies_of_a != nullptr) (*details.energies_of_a)[i] += pair_energy;
       force += pair_force;
       if (details.forces_on_a != nullptr) (*details.forces_on_a)[i] -= pair_force;
       if (details.gradient == nullptr) continue;
@@ -151,11 +157,29 @@ FieldResult exact_field(const Molecule& a, const Molecule& b, const Pose& X_AB_a
                    (lj.push_slope + coulomb.push_slope) * offset * offset.transpose();
     }
     if (details.forces_on_b != nullptr) (*details.forces_on_b)[j] = force;
+    if (details.energies_of_b != nullptr) (*details.energies_of_b)[j] = energy;
     if (details.gradient != nullptr) add_gradient(*details.gradient, stiffness, arm, force);
+    result.lennard_jones_kj_per_mol += energy[0];
+    result.coulomb_kj_per_mol += energy[1];
     result.force_on_b += force;
     result.torque_on_b += arm.cross(force);
   }
   return result;
+}
+
+std::vector<Eigen::Vector2d> residue_energies(const Molecule& molecule,
+                                              std::span<const Eigen::Vector2d> atom_energies) {
+  if (atom_energies.size() != molecule.size()) {
+    throw std::invalid_argument("residue energies: " + std::to_string(atom_energies.size()) + " energies of " +
+                                std::to_string(molecule.size()) + " atoms");
+  }
+  const std::vector<std::size_t> starts = residue_starts(molecule);
+  std::vector<Eigen::Vector2d> sums(starts.size(), Eigen::Vector2d::Zero());
+  for (std::size_t r = 0; r < starts.size(); ++r) {
+    const std::size_t end = r + 1 < starts.size() ? starts[r + 1] : molecule.size();
+    for (std::size_t i = starts[r]; i < end; ++i) sums[r] += atom_energies[i];
+  }
+  return sums;
 }
 
 }  // namespace tandem::docking

@@ -1,6 +1,7 @@
 // The field in double precision over all pairs: for energies, reports and checks.
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "common/docking/field_model.hpp"
@@ -16,6 +17,9 @@ struct ExactDetails {
   std::vector<Vec3>* forces_on_b = nullptr;
   /// ∂(force, torque on B)/∂(displacement [Å], rotation vector [rad] of B about its origin, in A's frame).
   Matrix6* gradient = nullptr;
+  /// One an atom: Lennard-Jones and Coulomb of its pairs [kJ/mol], so that those of either molecule sum to the result's.
+  std::vector<Eigen::Vector2d>* energies_of_a = nullptr;
+  std::vector<Eigen::Vector2d>* energies_of_b = nullptr;
 };
 
 /// Double precision, all pairs.
@@ -31,6 +35,11 @@ struct ExactDetails {
 /// Fails   std::invalid_argument, see validate()
 FieldResult exact_field(const Molecule& a, const Molecule& b, const Pose& X_AB_angstrom, const FieldModel& model = {},
                         const ExactDetails& details = {});
+
+/// Sums of such energies over the atoms of each residue, in the order of residue_starts().
+///
+/// Fails   std::invalid_argument: see residue_starts(), or not one energy an atom
+std::vector<Eigen::Vector2d> residue_energies(const Molecule& molecule, std::span<const Eigen::Vector2d> atom_energies);
 
 /// Whether a field is evaluated there: finite, a rotation, within 1e9 Å.
 bool is_evaluable(const Pose& X_AB_angstrom);

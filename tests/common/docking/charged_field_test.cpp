@@ -243,6 +243,92 @@ TEST_P(Model, TheAnswerDependsOnThePoseAlone) {
   }
 }
 
+/// `per_residue` atoms each, numbered from 1.
+void name_residues(Molecule& molecule, std::size_t per_residue) {
+  const std::size_t count = molecule.size();
+  molecule.atom_names.assign(count, "C");
+  molecule.elements.assign(count, "C");
+  molecule.residue_names.assign(count, "LIG");
+  molecule.chains.assign(count, "A");
+  molecule.segments.assign(count, 0);
+  for (std::size_t i = 0; i < count; ++i) molecule.residue_ids.push_back(std::to_string(1 + i / per_residue));
+}
+
+Eigen::Vector2d sum_of(const std::vector<Eigen::Vector2d>& energies) {
+  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+  for (const Eigen::Vector2d& energy : energies) sum += energy;
+  return sum;
+}
+
+TEST(ResidueEnergies, OfTwoResiduesFollowTheClosedForm) {
+  Molecule a = test::one_atom(3, 0.5);
+  const Molecule other = test::one_atom(3, 0.5, {0, 6, 0});
+  a.positions_angstrom.push_back(other.positions_angstrom[0]);
+  for (std::vector<double>* values : {&a.sigma_angstrom, &a.epsilon_kj_per_mol, &a.mass_u}) {
+    values->push_back(values->front());
+  }
+  a.charge_e = {0.25, -0.5};
+  name_residues(a, 1);
+  Molecule b = test::one_atom(3, 0.5);
+  b.charge_e = {0.5};
+  name_residues(b, 1);
+  std::vector<Eigen::Vector2d> of_a, of_b;
+  ExactDetails details;
+  details.energies_of_a = &of_a;
+  details.energies_of_b = &of_b;
+  const FieldModel model = model_of(Dielectric::kConstant);
+  exact_field(a, b, {{4, 0, 0}, Quat::Identity()}, model, details);
+  const std::vector<Eigen::Vector2d> residues = residue_energies(a, of_a);
+  ASSERT_EQ(residues.size(), 2U);
+  const auto expected = [&model](double charge2, double r) {
+    const double p6 = std::pow(3 / r, 6);
+    return Eigen::Vector2d(4 * 0.5 * (p6 * p6 - p6), kCoulombKjAngstromPerMol * charge2 / (model.permittivity * r));
+  };
+  const Eigen::Vector2d near = expected(0.125, 4), far = expected(-0.25, std::hypot(4.0, 6.0));
+  EXPECT_LT((residues[0] - near).cwiseAbs().maxCoeff(), 1e-12);
+  EXPECT_LT((residues[1] - far).cwiseAbs().maxCoeff(), 1e-12);
+  EXPECT_LT((residue_energies(b, of_b).front() - near - far).cwiseAbs().maxCoeff(), 1e-12);
+}
+
+TEST(ResidueEnergies, OfEitherMoleculeSumToTheWhole) {
+  std::mt19937 random(kSeed);
+  for (const double cutoff : {0.0, 8.0}) {
+    Pair pair = charged_pair(200, 150, 2.5, random);
+    name_residues(pair.a, 7);
+    name_residues(pair.b, 11);
+    std::vector<Eigen::Vector2d> of_a, of_b;
+    ExactDetails details;
+    details.energies_of_a = &of_a;
+    details.energies_of_b = &of_b;
+    const FieldModel model = model_of(Dielectric::kDistance, cutoff);
+    const FieldResult result = exact_field(pair.a, pair.b, pair.X_AB, model, details);
+    const Eigen::Vector2d whole(result.lennard_jones_kj_per_mol, result.coulomb_kj_per_mol);
+    const std::vector<Eigen::Vector2d> residues_a = residue_energies(pair.a, of_a);
+    const std::vector<Eigen::Vector2d> residues_b = residue_energies(pair.b, of_b);
+    EXPECT_EQ(residues_a.size(), 29U);
+    EXPECT_EQ(residues_b.size(), 14U);
+    for (int term = 0; term < 2; ++term) {
+      EXPECT_NEAR(sum_of(residues_a)[term], whole[term], 1e-9 * std::abs(whole[term]));
+      EXPECT_NEAR(sum_of(residues_b)[term], whole[term], 1e-9 * std::abs(whole[term]));
+    }
+    EXPECT_EQ(exact_field(pair.a, pair.b, pair.X_AB, model).energy_kj_per_mol(), result.energy_kj_per_mol());
+  }
+}
+
+TEST(ResidueEnergies, BeginAResidueWhereNumberNameChainOrSegmentChange) {
+  Molecule molecule;
+  for (int i = 0; i < 6; ++i) molecule.positions_angstrom.emplace_back(i, 0, 0);
+  name_residues(molecule, 6);
+  molecule.residue_ids = {"1", "1A", "1A", "1A", "1A", "1A"};
+  molecule.residue_names = {"GLY", "GLY", "ALA", "ALA", "ALA", "ALA"};
+  molecule.chains = {"A", "A", "A", "B", "B", "B"};
+  molecule.segments = {0, 0, 0, 0, 1, 1};
+  EXPECT_EQ(residue_starts(molecule), (std::vector<std::size_t>{0, 1, 2, 3, 4}));
+  EXPECT_THROW(residue_energies(molecule, {}), std::invalid_argument);
+  molecule.chains.pop_back();
+  EXPECT_THROW(residue_starts(molecule), std::invalid_argument);
+}
+
 TEST(Clusters, ComputeFewPairsOfManyAndNoneFarAway) {
   std::mt19937 random(kSeed);
   const Pair pair = charged_pair(3000, 2000, 2.0, random);
