@@ -19,7 +19,7 @@ double gyration_radius_angstrom(const docking::Molecule& molecule) {
 constexpr double kKt_kcal_per_mol = 0.592484;
 /// How fast the logarithm of an energy above the knee grows: of r^−12 at 3 Å 4, and more as attraction takes off it. Ours.
 constexpr double kSteepness_per_angstrom = 8;
-constexpr double kLeastScale = 1e-12;
+constexpr double kMinScale = 1e-12;
 
 /// Below this energy nothing is felt.
 double zero_end(const WorldDescription& world) {
@@ -34,7 +34,7 @@ double knee(const WorldDescription& world) {
 
 /// So that what grows as kSteepness_per_angstrom says comes to about a quarter of the force limit.
 double knee_width(const WorldDescription& world) {
-  const double newtons = std::max(kLeastScale, world.newtons_per_kcal_per_mol_angstrom);
+  const double newtons = std::max(kMinScale, world.newtons_per_kcal_per_mol_angstrom);
   return kKneeOfLimit * world.molecular_force_limit_n / (kSteepness_per_angstrom * newtons);
 }
 

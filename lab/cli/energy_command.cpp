@@ -1,43 +1,87 @@
 // `tandem-lab energy`: what two structures as they lie in their files do to each other, in double precision.
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cmath>
 #include <cstdio>
+#include <filesystem>
 #include <iostream>
 #include <memory>
+#include <stdexcept>
 #include <string>
+#include <system_error>
 #include <vector>
 
 #include "common/base/json_pretty.hpp"
+#include "common/base/units.hpp"
 #include "common/docking/exact_field.hpp"
 #include "lab/cli/commands.hpp"
 #include "lab/cli/docking_pair.hpp"
+#include "server/assets/structures/structure_writer.hpp"
+#include "server/assets/structures/text.hpp"
 
 namespace tandem::lab {
 namespace {
 
 namespace json = boost::json;
+namespace fs = std::filesystem;
+
+/// A residue is told of from here on, in either term: less is the sum of what far residues do.
+constexpr double kMinResidueEnergyKjPerMol = 0.01;
 
 struct Options {
   DockingOptions pair;
   std::vector<double> move_angstrom;
+  std::string save;
+  bool wants_residues = false;
   bool wants_atoms = false;
   bool wants_report = false;
   bool wants_json = false;
+};
+
+struct ResidueEnergy {
+  std::size_t atom = 0;                                  ///< its first
+  Eigen::Vector2d kj_per_mol = Eigen::Vector2d::Zero();  ///< Lennard-Jones, Coulomb
 };
 
 struct Energies {
   docking::FieldResult result;
   Pose X_AB;
   std::vector<Vec3> on_receptor, on_ligand;
-  Vec3 centre = Vec3::Zero();  ///< of the ligand's mass, in the receptor's file
-  Vec3 torque = Vec3::Zero();  ///< about it
+  std::vector<ResidueEnergy> of_receptor, of_ligand;  ///< where asked for, the greatest first
+  Vec3 centre = Vec3::Zero();                         ///< of the ligand's mass, in the receptor's file
+  Vec3 torque = Vec3::Zero();                         ///< about it
 };
+
+std::vector<ResidueEnergy> residues_of(const docking::Molecule& molecule,
+                                       const std::vector<Eigen::Vector2d>& atom_energies) {
+  const std::vector<std::size_t> starts = docking::residue_starts(molecule);
+  const std::vector<Eigen::Vector2d> sums = docking::residue_energies(molecule, atom_energies);
+  std::vector<ResidueEnergy> residues;
+  for (std::size_t r = 0; r < starts.size(); ++r) residues.push_back({starts[r], sums[r]});
+  std::erase_if(residues, [](const ResidueEnergy& residue) {
+    return residue.kj_per_mol.cwiseAbs().maxCoeff() < kMinResidueEnergyKjPerMol;
+  });
+  std::stable_sort(residues.begin(), residues.end(), [](const ResidueEnergy& one, const ResidueEnergy& two) {
+    return std::abs(one.kj_per_mol.sum()) > std::abs(two.kj_per_mol.sum());
+  });
+  return residues;
+}
 
 Energies energies_of(const DockingPair& pair, const Options& options) {
   Energies found;
   if (!options.move_angstrom.empty()) found.X_AB.p = Vec3(options.move_angstrom.data());
-  found.result =
-      docking::exact_field(pair.receptor, pair.ligand, found.X_AB, pair.model, {&found.on_receptor, &found.on_ligand});
+  std::vector<Eigen::Vector2d> of_receptor, of_ligand;
+  docking::ExactDetails details{&found.on_receptor, &found.on_ligand};
+  if (options.wants_residues) {
+    details.energies_of_a = &of_receptor;
+    details.energies_of_b = &of_ligand;
+  }
+  found.result = docking::exact_field(pair.receptor, pair.ligand, found.X_AB, pair.model, details);
+  if (options.wants_residues) {
+    found.of_receptor = residues_of(pair.receptor, of_receptor);
+    found.of_ligand = residues_of(pair.ligand, of_ligand);
+  }
   const Vec3 arm = pair.ligand.centre_of_mass_angstrom();
   found.centre = found.X_AB * arm;
   found.torque = found.result.torque_on_b - arm.cross(found.result.force_on_b);
@@ -61,6 +105,19 @@ json::array atoms_json(const docking::Molecule& molecule, const server::Structur
                                    {"epsilon_kj_mol", molecule.epsilon_kj_per_mol[i]},
                                    {"charge_e", molecule.charge_e[i]},
                                    {"force_kj_mol_angstrom", json_of(forces[i])}});
+  }
+  return rows;
+}
+
+json::array residues_json(const docking::Molecule& molecule, const std::vector<ResidueEnergy>& residues) {
+  json::array rows;
+  for (const auto& [atom, energy] : residues) {
+    rows.emplace_back(json::object{{"chain", server::printable_text(molecule.chains[atom])},
+                                   {"residue", server::printable_text(molecule.residue_names[atom])},
+                                   {"number", server::printable_text(molecule.residue_ids[atom])},
+                                   {"lj_kj_mol", energy[0]},
+                                   {"coulomb_kj_mol", energy[1]},
+                                   {"total_kj_mol", energy.sum()}});
   }
   return rows;
 }
@@ -91,6 +148,11 @@ json::object energy_json(const DockingPair& pair, const Energies& found, const O
     object["receptor_report"] = report_json(pair.receptor, pair.receptor_report);
     object["ligand_report"] = report_json(pair.ligand, pair.ligand_report);
   }
+  if (options.wants_residues) {
+    object["receptor_residues"] = residues_json(pair.receptor, found.of_receptor);
+    object["ligand_residues"] = residues_json(pair.ligand, found.of_ligand);
+  }
+  if (!options.save.empty()) object["saved"] = options.save;
   if (options.wants_atoms) {
     object["receptor_atoms"] = atoms_json(pair.receptor, pair.receptor_report, Pose{}, found.on_receptor);
     object["ligand_atoms"] = atoms_json(pair.ligand, pair.ligand_report, found.X_AB, found.on_ligand);
@@ -113,6 +175,23 @@ void print_molecule(const char* which, const docking::Molecule& molecule, const 
   print_lines("  left out: ", report.dropped);
 }
 
+/// The last line has what is left, so that the columns sum to the energies above them.
+void print_residues(const char* which, const docking::Molecule& molecule, const std::vector<ResidueEnergy>& residues,
+                    const docking::FieldResult& result) {
+  std::printf("%s, chain residue number: Lennard-Jones, Coulomb, both [kJ/mol]\n", which);
+  Eigen::Vector2d others(result.lennard_jones_kj_per_mol, result.coulomb_kj_per_mol);
+  for (const auto& [atom, energy] : residues) {
+    std::printf("  %-4s %-5s %-6s %12.3f %12.3f %12.3f\n", server::printable_text(molecule.chains[atom]).c_str(),
+                server::printable_text(molecule.residue_names[atom]).c_str(),
+                server::printable_text(molecule.residue_ids[atom]).c_str(), energy[0], energy[1], energy.sum());
+    others -= energy;
+  }
+  const std::size_t left = docking::residue_starts(molecule).size() - residues.size();
+  if (left == 0) return;
+  std::printf("  %-17s %12.3f %12.3f %12.3f\n", counted(left, "other", "others").c_str(), others[0], others[1],
+              others.sum());
+}
+
 void print(const DockingPair& pair, const Energies& found, const Options& options) {
   print_molecule("receptor", pair.receptor, pair.receptor_report, options.wants_report);
   print_molecule("ligand", pair.ligand, pair.ligand_report, options.wants_report);
@@ -123,11 +202,44 @@ void print(const DockingPair& pair, const Energies& found, const Options& option
   std::printf("force on the ligand  %.8g %.8g %.8g kJ/mol/Å\n", f.x(), f.y(), f.z());
   std::printf("torque on it         %.8g %.8g %.8g kJ/mol, about its centre of mass\n", found.torque.x(),
               found.torque.y(), found.torque.z());
+  if (options.wants_residues) {
+    print_residues("receptor", pair.receptor, found.of_receptor, result);
+    print_residues("ligand", pair.ligand, found.of_ligand, result);
+  }
+  if (!options.save.empty()) std::printf("saved as %s\n", options.save.c_str());
+}
+
+/// Without folders: who gets the complex need not know where its files were.
+std::string file_remark(const char* which, const std::string& text) {
+  const server::StructureChoice choice = server::structure_choice(text);
+  std::string remark = std::string(which) + " from " + fs::path(choice.file).filename().string();
+  for (const std::string& entry : choice.selection.entries) remark += " " + entry;
+  return remark;
+}
+
+/// Before the work: a name that cannot be written to, or a structure that would be lost.
+void check_save(const Options& options) {
+  if (options.save.empty()) return;
+  server::check_complex_name(options.save);
+  for (const std::string& text : {options.pair.receptor, options.pair.ligand}) {
+    std::error_code error;
+    if (!fs::equivalent(server::structure_choice(text).file, options.save, error) || error) continue;
+    throw std::invalid_argument("--save " + options.save + " is a structure that is read; give another name");
+  }
+}
+
+void save(const DockingPair& pair, const Energies& found, const Options& options) {
+  std::vector<std::string> remarks = server::energy_remarks(found.result, pair.model);
+  remarks.insert(remarks.begin(),
+                 {file_remark("receptor", options.pair.receptor), file_remark("ligand", options.pair.ligand)});
+  server::save_complex(options.save, pair.receptor, pair.ligand, found.X_AB, remarks);
 }
 
 void run(const Options& options) {
+  check_save(options);
   const DockingPair pair = load_docking_pair(options.pair);
   const Energies found = energies_of(pair, options);
+  if (!options.save.empty()) save(pair, found, options);
   if (options.wants_json) {
     std::cout << pretty_json(energy_json(pair, found, options));
   } else {
@@ -143,6 +255,10 @@ void add_energy_command(CLI::App& app, int& exit_code) {
   add_docking_options(*command, options->pair);
   command->add_option("--move", options->move_angstrom, "the ligand by x,y,z before [Å]")->delimiter(',')->expected(3);
   command->add_flag("--atoms", options->wants_atoms, "with --json: each atom's parameters and the force on it");
+  command->add_flag("--per-residue", options->wants_residues,
+                    "each residue's energies with the other molecule [kJ/mol], where one is at least 0.01 kJ/mol");
+  command->add_option("--save", options->save,
+                      "write both as FILE.pdb or FILE.cif, receptor as in its file, ligand as moved [Å]");
   command->add_flag("--report", options->wants_report, "name each atom that is guessed, missing or left out");
   command->add_flag("--json", options->wants_json, "print JSON");
   command->callback([options, &exit_code] {

@@ -26,7 +26,7 @@ constexpr std::size_t kMaxAllPairs = 1'000'000;
 /// The least energy of more takes longer to find than people wait.
 constexpr std::size_t kMaxToMinimise = 4'000'000;
 /// Of a small molecule; larger ones weigh less, so that a hand can turn them as easily.
-constexpr double kMass_kg = 0.2, kLeastMass_kg = 0.02, kGyrationRadius_m = 0.065;
+constexpr double kMass_kg = 0.2, kMinMass_kg = 0.02, kGyrationRadius_m = 0.065;
 constexpr std::array kColors{std::array{0.3, 0.55, 0.85}, std::array{0.85, 0.5, 0.3}};
 
 docking::Molecule load(wire::MoleculeSource& source, const std::string& force_field_directory) {
@@ -78,7 +78,7 @@ void add(wire::Scene& scene, const std::string& name, const wire::MoleculeSource
   body.set_name(name);
   *body.add_shapes()->mutable_molecule() = source;
   const double ratio = kGyrationRadius_m / std::max(1e-3, gyration_radius_m(molecule));
-  body.set_mass_kg(rounded(std::clamp(kMass_kg * ratio * ratio, kLeastMass_kg, kMass_kg), 1e-3));
+  body.set_mass_kg(rounded(std::clamp(kMass_kg * ratio * ratio, kMinMass_kg, kMass_kg), 1e-3));
   body.set_gravity(false);
   body.set_graspable(true);
   body.set_linear_damping_per_s(2);

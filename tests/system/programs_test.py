@@ -143,6 +143,42 @@ class Docking(ProgramTest):
         self.assert_setup_error(run("tandem-server", "--receptor", "a.pdb", "--ligand", "b.pdb", "--cache", ""), "--cache")
 
 
+@unittest.skipUnless(os.path.exists("/usr/share/pymol/test/dat/3al1.pdb"), "needs the Debian package pymol-data")
+@unittest.skipUnless(os.path.exists("/usr/share/gromacs/top/oplsaa.ff"), "needs the Debian package gromacs-data")
+class Energy(ProgramTest):
+    STRUCTURE = "/usr/share/pymol/test/dat/3al1.pdb"
+
+    def energy(self, receptor, ligand, *options):
+        return run("tandem-lab", "energy", "--receptor", receptor, "--ligand", ligand, "--json", *options)
+
+    def test_of_a_saved_complex_is_that_of_the_pose(self):
+        file = self.path("complex.cif")
+        code, out, err = self.energy(self.STRUCTURE + ":A", self.STRUCTURE + ":A", "--move", "0,25,0", "--save", file)
+        self.assertEqual(code, 0, err)
+        saved = json.loads(out)
+        self.assertEqual(saved["saved"], file)
+        code, out, err = self.energy(file + ":A", file + ":B")
+        self.assertEqual(code, 0, err)
+        self.assertAlmostEqual(json.loads(out)["total_kj_mol"], saved["total_kj_mol"], delta=1e-4)
+
+    def test_of_residues_sums_to_the_whole(self):
+        code, out, err = self.energy(self.STRUCTURE + ":A", self.STRUCTURE + ":B", "--per-residue")
+        self.assertEqual(code, 0, err)
+        report = json.loads(out)
+        for which in ("receptor_residues", "ligand_residues"):
+            residues = report[which]
+            self.assertEqual([row["total_kj_mol"] for row in residues],
+                             sorted((row["total_kj_mol"] for row in residues), key=abs, reverse=True))
+            for key in ("lj_kj_mol", "coulomb_kj_mol"):
+                self.assertAlmostEqual(sum(row[key] for row in residues), report[key], delta=1e-6)
+
+    def test_is_not_saved_over_what_is_read_or_in_an_unknown_format(self):
+        with open(self.STRUCTURE, encoding="utf-8") as original:
+            file = self.write("own.pdb", original.read())
+        self.assert_setup_error(self.energy(file + ":A", file + ":B", "--save", file), "tandem-lab: ", "--save", "give another name")
+        self.assert_setup_error(self.energy(file + ":A", file + ":B", "--save", self.path("x.mol2")), "tandem-lab: ", "in .pdb or .cif")
+
+
 class Check(ProgramTest):
     def test_a_coupling_that_is_unstable_is_refused_with_a_value_that_is_not(self):
         arguments = ["check", "--law", "spring-damper", "--device", "omega.6", "--tool-mass", "0.05", "--json"]
