@@ -55,24 +55,6 @@ class StepFeeder final : public server::RoomWatcher {
   std::vector<TakenInput> inputs_;
 };
 
-std::shared_ptr<const server::LoadedScene> scene_for(const wire::RecordedRoom& recorded,
-                                                     const std::filesystem::path& instead) {
-  const std::string named = instead.empty() ? recorded.scene_file() : instead.string();
-  if (named.empty()) throw std::invalid_argument("the recording names no scene file; give it by --scene");
-  const auto scene = server::load_scene(server::find_scene(named, server::scene_folders()));
-  if (scene->description.SerializeAsString() != recorded.scene().SerializeAsString()) {
-    throw std::invalid_argument("scene " + named + " is not as it was recorded; give the file of then by --scene");
-  }
-  const auto is_same = [](const server::Asset& asset, const wire::AssetInfo& then) {
-    const auto* const hash = reinterpret_cast<const char*>(asset.sha256.data());
-    return then.sha256() == std::string_view(hash, asset.sha256.size());
-  };
-  if (!std::ranges::equal(scene->assets, recorded.assets(), is_same)) {
-    throw std::invalid_argument("scene " + named + ": a mesh or structure is not as it was recorded");
-  }
-  return scene;
-}
-
 std::string thing_of(const wire::Scene& scene, const server::StateHashes& now, const wire::RecordedStep& then) {
   for (int i = 0; i < std::min(then.body_hashes_size(), static_cast<int>(now.bodies.size())); ++i) {
     if (now.bodies[static_cast<std::size_t>(i)] == then.body_hashes(i)) continue;
@@ -110,7 +92,7 @@ class Replay {
     result_.program = recorded.program();
     use_kernel(recorded.field_kernel());
     room_ = std::make_unique<server::Room>(
-        RoomId{1}, recorded.room(), scene_for(recorded, scene_),
+        RoomId{1}, recorded.room(), recorded_scene(recorded, scene_),
         server::RoomOptions{.controls_tool_passivity = recorded.controls_tool_passivity()});
     if (recorded.has_restored()) {
       const auto state = server::state_of(recorded.restored(), room_->scene());
@@ -161,6 +143,24 @@ class Replay {
 };
 
 }  // namespace
+
+std::shared_ptr<const server::LoadedScene> recorded_scene(const wire::RecordedRoom& recorded,
+                                                          const std::filesystem::path& instead) {
+  const std::string named = instead.empty() ? recorded.scene_file() : instead.string();
+  if (named.empty()) throw std::invalid_argument("the recording names no scene file; give it by --scene");
+  const auto scene = server::load_scene(server::find_scene(named, server::scene_folders()));
+  if (scene->description.SerializeAsString() != recorded.scene().SerializeAsString()) {
+    throw std::invalid_argument("scene " + named + " is not as it was recorded; give the file of then by --scene");
+  }
+  const auto is_same = [](const server::Asset& asset, const wire::AssetInfo& then) {
+    const auto* const hash = reinterpret_cast<const char*>(asset.sha256.data());
+    return then.sha256() == std::string_view(hash, asset.sha256.size());
+  };
+  if (!std::ranges::equal(scene->assets, recorded.assets(), is_same)) {
+    throw std::invalid_argument("scene " + named + ": a mesh or structure is not as it was recorded");
+  }
+  return scene;
+}
 
 ReplayResult replay_session(const std::filesystem::path& recording, const std::filesystem::path& scene,
                             const std::function<void(const server::Room&)>& on_step) {

@@ -5,10 +5,12 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 
 #include "server/room/room.hpp"
+#include "tandem/recording.pb.h"
 
 namespace tandem::lab {
 
@@ -26,6 +28,12 @@ struct ReplayResult {
   std::string program;                        ///< that recorded
   std::string note;                           ///< why the states may differ, as far as that is known
 };
+
+/// The scene that a room's recording names.
+/// In      instead  of the file that it names; empty: that
+/// Fails   std::invalid_argument: none is named, or it is another than then; SceneError
+std::shared_ptr<const server::LoadedScene> recorded_scene(const wire::RecordedRoom& recorded,
+                                                          const std::filesystem::path& instead);
 
 /// In      scene  instead of the file that the recording names; empty: that
 ///         on_step  called after each step

@@ -34,6 +34,12 @@ double extent_angstrom(const Molecule& molecule) {
   return extent;
 }
 
+/// To four digits: kernels differ in the last ones of a float, and the same scene is to be the same on other machines.
+double rounded(double value) {
+  const double step = std::pow(10, std::floor(std::log10(std::max(1e-12, std::abs(value)))) - 3);
+  return std::round(value / step) * step;
+}
+
 /// Spread evenly (Fibonacci's spiral).
 Vec3 side(int index) {
   const double z = 1 - (2 * index + 1.0) / kSides, turn = index * std::numbers::pi * (3 - std::sqrt(5.0));
@@ -177,16 +183,16 @@ std::vector<std::string> complete_molecular_scale(wire::MolecularField& field,
   if (field.newtons_per_kcal_per_mol_angstrom() == 0) {
     double pull = 0;
     for (const Line& line : lines) pull = std::max(pull, line.approach->strongest_pull(line.direction_A, line.contact));
-    field.set_newtons_per_kcal_per_mol_angstrom(pull > 0 ? kStrongestPull_n / pull : kScaleWithoutPull);
+    field.set_newtons_per_kcal_per_mol_angstrom(rounded(pull > 0 ? kStrongestPull_n / pull : kScaleWithoutPull));
   }
   if (field.knee_kcal_per_mol() == 0) {
     const double push = physics::kKneeOfLimit * field.force_limit_n() / field.newtons_per_kcal_per_mol_angstrom();
     double knee = std::numeric_limits<double>::infinity();
     for (const Line& line : lines)
       knee = std::min(knee, line.approach->energy_of_push(line.direction_A, line.contact, push));
-    field.set_knee_kcal_per_mol(knee);
+    field.set_knee_kcal_per_mol(rounded(knee));
   }
-  if (minimum < 0) field.set_minimum_kcal_per_mol(minimum);
+  if (minimum < 0) field.set_minimum_kcal_per_mol(rounded(minimum));
   // 1 kcal/mol/Å is 69.477 pN.
   constexpr double kNanonewtons = 0.0694770;
   notes.push_back("1 N in the hand is " + proto::number_text(kNanonewtons / field.newtons_per_kcal_per_mol_angstrom()) +

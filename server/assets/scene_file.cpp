@@ -87,6 +87,7 @@ class SceneBuilder {
   std::shared_ptr<const LoadedScene> build() {
     wire::Scene& description = scene_->description;
     scene_->world = proto::world_from_wire(description);
+    scene_->molecule_centres_angstrom.resize(scene_->world.bodies.size(), Vec3::Zero());
     for (int i = 0; i < description.bodies_size(); ++i) add_body(i);
     for (int i = 0; i < description.tools_size(); ++i) add_tool(i);
     for (int i = 0; i < description.soft_bodies_size(); ++i) {
@@ -165,7 +166,7 @@ class SceneBuilder {
       const wire::MolecularField& molecular = scene_->description.molecular_field();
       body.molecule = assets_.load_centred_molecule(
           *message.mutable_shapes(0)->mutable_molecule(), molecular.force_field_directory(),
-          field.in("shapes", 0).in("molecule"), centres_angstrom_.emplace_back());
+          field.in("shapes", 0).in("molecule"), scene_->molecule_centres_angstrom[static_cast<std::size_t>(index)]);
       body.mass = mass_properties_of(message.mass_kg(), *body.molecule, molecular.metres_per_angstrom());
       scene_->body_shapes.push_back({SolidShape{message.shapes(0), nullptr, {}}});
       return;
@@ -200,12 +201,15 @@ class SceneBuilder {
   /// What the author left to be found.
   void scale_molecules() {
     std::vector<const docking::Molecule*> molecules;
-    for (const physics::BodyDescription& body : scene_->world.bodies) {
-      if (body.molecule != nullptr) molecules.push_back(body.molecule.get());
+    std::vector<Vec3> centres_angstrom;
+    for (std::size_t i = 0; i < scene_->world.bodies.size(); ++i) {
+      if (scene_->world.bodies[i].molecule == nullptr) continue;
+      molecules.push_back(scene_->world.bodies[i].molecule.get());
+      centres_angstrom.push_back(scene_->molecule_centres_angstrom[i]);
     }
     if (molecules.size() < 2) return;
     wire::MolecularField& field = *scene_->description.mutable_molecular_field();
-    for (std::string& note : complete_molecular_scale(field, molecules, centres_angstrom_, scene_->world.field_model)) {
+    for (std::string& note : complete_molecular_scale(field, molecules, centres_angstrom, scene_->world.field_model)) {
       assets_.tell_users(std::move(note));
     }
     scene_->world.newtons_per_kcal_per_mol_angstrom = field.newtons_per_kcal_per_mol_angstrom();
@@ -248,7 +252,6 @@ class SceneBuilder {
 
   SceneField file_;
   SceneAssets assets_;
-  std::vector<Vec3> centres_angstrom_;  ///< of each molecule, in its file
   std::shared_ptr<LoadedScene> scene_;
 };
 

@@ -22,6 +22,7 @@ struct LoadedScene {
   wire::Scene description;                           ///< every default filled in; file names reduced to base names
   physics::WorldDescription world;                   ///< the same for the world: masses, contact shapes, molecules
   std::vector<std::vector<SolidShape>> body_shapes;  ///< of each of world.bodies
+  std::vector<Vec3> molecule_centres_angstrom;       ///< likewise: a molecule's origin, as its file has it
   std::vector<WorkspaceMapping> workspaces;          ///< of each of world.tools
   std::vector<SoftModel> soft_bodies;                ///< parallel to description.soft_bodies()
   std::vector<Asset> assets;

@@ -122,7 +122,8 @@ class Docking(ProgramTest):
         path = self.write("bring.json", json.dumps({"points": [
             {"t_s": 0, "position_m": [0, 0, 0]}, {"t_s": 2, "position_m": [0, -0.075, 0]}, {"t_s": 3.5},
             {"t_s": 5, "position_m": [0, 0, 0]}]}))
-        with Server("--receptor", HELICES + ":A", "--ligand", HELICES + ":B", "--cache", cache) as server:
+        with Server("--receptor", HELICES + ":A", "--ligand", HELICES + ":B", "--cache", cache,
+                    "--record", self.path("recording")) as server:
             holds = start_client(server.port, "--json", "--duration", "7s")
             server.wait_for_log("user 1 .* joined")
             brings = start_client(server.port, "--json", "--duration", "6s", "--hand", path)
@@ -133,9 +134,30 @@ class Docking(ProgramTest):
                 self.assertEqual(report["stage"], "local-model")
                 self.assertGreater(report["force_n"]["max"], 0.2, "they are felt")
                 self.assertIn("1 N in the hand is", "\n".join(report["notes"]))
+        self.check_complex(*pathlib.Path(self.path("recording")).glob("*.mcap"))
         (scene,) = pathlib.Path(cache).glob("docking-*.json")
         with Server("--scene", str(scene)) as server:
             self.assertTrue(server.port, "what was made can be given again")
+
+    def check_complex(self, recording):
+        """The least energy on the way is found, and its structure read back has it too."""
+        file = self.path("best.cif")
+        code, out, err = run("tandem-replay", "complex", str(recording), "--save", file, "--json")
+        self.assertEqual(code, 0, err)
+        best = json.loads(out)
+        code, out, err = run("tandem-replay", "complex", str(recording), "--save", self.path("first.pdb"), "--at", "500ms",
+                             "--json")
+        self.assertEqual(code, 0, err)
+        first = json.loads(out)
+        self.assertLess(best["total_kj_mol"], first["total_kj_mol"] - 20, "they attract each other")
+        self.assertLess(best["rmsd_angstrom"], first["rmsd_angstrom"], "and come to where the file has them")
+        self.assertGreater(first["rmsd_angstrom"], 6, "drawn apart")
+        code, out, err = run("tandem-lab", "energy", "--receptor", file + ":A", "--ligand", file + ":B", "--dielectric", "4r",
+                             "--json")
+        self.assertEqual(code, 0, err)
+        self.assertAlmostEqual(json.loads(out)["total_kj_mol"], best["total_kj_mol"], delta=1e-2)
+        self.assert_setup_error(run("tandem-replay", "complex", str(recording), "--save", self.path("best.xyz")), "best.xyz")
+        self.assert_setup_error(run("tandem-replay", "complex", str(recording), "--save", file, "--at", "0s"), "later")
 
     def test_what_is_wrong_is_said(self):
         self.assert_setup_error(run("tandem-server", "--receptor", "a.pdb"), "--receptor and --ligand go together")

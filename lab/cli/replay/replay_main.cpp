@@ -1,11 +1,15 @@
 // tandem-replay: recordings of tandem-server and tandem-client, looked into, written as tables, played back.
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cstdio>
 #include <exception>
 #include <iostream>
 #include <memory>
+#include <optional>
 #include <string>
 
+#include "common/base/units.hpp"
+#include "lab/recording/recorded_complex.hpp"
 #include "lab/recording/recording_facts.hpp"
 #include "lab/recording/recording_tables.hpp"
 #include "lab/recording/session_replay.hpp"
@@ -19,6 +23,7 @@ struct Options {
   std::string file;
   std::string out;
   std::string scene;
+  std::string at = "best";
   bool writes_json = false;
 };
 
@@ -30,6 +35,11 @@ void add_file(CLI::App& command, Options& options) {
 
 void add_json(CLI::App& command, Options& options) {
   command.add_flag("--json", options.writes_json, "print one JSON object");
+}
+
+void add_scene(CLI::App& command, Options& options) {
+  command.add_option("--scene", options.scene, "the scene of then, where it is not where the recording says")
+      ->type_name("FILE|NAME");
 }
 
 int info(const Options& options) {
@@ -48,6 +58,21 @@ int export_tables(const Options& options) {
     std::cout << (folder / (name + ".csv")).string() << ": " << table.row_count() << " rows\n";
   }
   std::cout << (folder / "recording.h5").string() << ": all of them\n";
+  return 0;
+}
+
+int save_complex(const Options& options) {
+  const std::optional<Duration> at =
+      options.at == "best" ? std::nullopt : std::optional(parse_duration(options.at, "s"));
+  const boost::json::object saved = save_recorded_complex(options.file, at, options.scene, options.out);
+  if (options.writes_json) {
+    std::cout << boost::json::serialize(saved) << '\n';
+    return 0;
+  }
+  const auto number = [&saved](const char* key) { return saved.at(key).as_double(); };
+  std::printf("at %.2f s: %.2f kJ/mol (Lennard-Jones %.2f, Coulomb %.2f), %.2f angstrom from the files' own pose\n%s\n",
+              number("t_s"), number("total_kj_mol"), number("lj_kj_mol"), number("coulomb_kj_mol"),
+              number("rmsd_angstrom"), options.out.c_str());
   return 0;
 }
 
@@ -98,11 +123,22 @@ void declare(CLI::App& app, Options& options, int& exit_code) {
   add_file(*write, options);
   write->add_option("--out", options.out, "folder for them")->required()->type_name("DIR");
   write->callback([&] { exit_code = export_tables(options); });
+  CLI::App* const complex =
+      app.add_subcommand("complex", "What two molecules were brought to, as a structure file, with its energy");
+  add_file(*complex, options);
+  complex->add_option("--at", options.at, "so long after the beginning, with unit, e.g. 12s; best: the least energy")
+      ->type_name("TIME|best")
+      ->capture_default_str();
+  complex->add_option("--save", options.out, "PDB or mmCIF, by the name's ending")
+      ->required()
+      ->type_name("FILE.pdb|FILE.cif");
+  add_scene(*complex, options);
+  add_json(*complex, options);
+  complex->callback([&] { exit_code = save_complex(options); });
   CLI::App* const again =
       app.add_subcommand("play", "The steps of a room again, with the same inputs: is the state after each the same?");
   add_file(*again, options);
-  again->add_option("--scene", options.scene, "the scene of then, where it is not where the recording says")
-      ->type_name("FILE|NAME");
+  add_scene(*again, options);
   add_json(*again, options);
   again->callback([&] { exit_code = play(options); });
 }
