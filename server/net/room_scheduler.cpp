@@ -41,8 +41,10 @@ constexpr double kMaxToShareAgain = 0.2;
 constexpr Duration kLongSleep = std::chrono::milliseconds(2);
 /// Of its period, by which a room's deadlines may be off their place, and move there in a step.
 constexpr int kPlaces = 64;
-// Io waits for steps that are not longer, and comes before them again when one is: it reads and sends for all rooms.
-constexpr Duration kIoWaitsFor = std::chrono::microseconds(100), kIoWaitsNotFor = std::chrono::microseconds(150);
+// Io waits for steps that together, on one thread, are not longer; where one alone is, it comes before them again at once: it
+// reads and sends for all rooms.
+constexpr Duration kIoWaitsFor = std::chrono::microseconds(250), kIoWaitsNotFor = std::chrono::microseconds(500);
+constexpr Duration kIoWaitsAgainAfter = std::chrono::milliseconds(100);
 
 /// How long something has been going on: written by one thread, read by any.
 class Busy {
@@ -160,6 +162,7 @@ std::vector<std::string> RoomScheduler::start() {
     for (std::string& line : stepper->not_granted.get_future().get()) lines.insert(std::move(line));
   }
   const int io_priority = realtime_priority_ > 0 ? realtime_priority_ + 1 : 0;
+  io_thread_ = pthread_self();
   for (std::string& line : realtime::request_realtime(io_priority)) lines.insert(std::move(line));
   has_realtime_ = realtime::has_realtime_priority();
   io_cpu_ = realtime::cpu_time(pthread_self());
@@ -256,6 +259,7 @@ void RoomScheduler::step(Stepper& stepper, Loop& loop) {
     loop.room.report(kFaultOverrun);
   }
   keep_rate(loop, end);
+  if (has_realtime_.load(std::memory_order_relaxed) && end - begin > kIoWaitsNotFor) put_io_first(end);
   after_step_(loop.room, std::min(deadline, begin));
   if (stepper.news_since == LocalTime{}) stepper.news_since = end;
   const LocalTime done = clock.now();
@@ -338,7 +342,7 @@ void RoomScheduler::share(LocalTime now) {
   measure(now, now - std::exchange(shared_, now));
   if (has_realtime_) {
     give_priority(now);
-    give_io_priority();
+    give_io_priority(now);
   }
   place(now);
 }
@@ -395,16 +399,24 @@ void RoomScheduler::give_priority(LocalTime now) {
 
 /// Below the rooms' while their steps are short: above, it would mostly wake up on the core of a step, which then goes on on
 /// another, some 40 us later.
-void RoomScheduler::give_io_priority() {
-  if (cores_ < 2) return;
-  Duration longest{0};
+void RoomScheduler::give_io_priority(LocalTime now) {
+  std::vector<Duration> steps(steppers_.size());
   for (const auto& loop : loops_) {
-    if (loop->has_priority) longest = std::max(longest, loop->step);
+    if (loop->has_priority) steps[loop->stepper.load(std::memory_order_relaxed)] += loop->step;
   }
-  const bool waits = longest <= (io_waits_ ? kIoWaitsNotFor : kIoWaitsFor);
-  if (waits == io_waits_) return;
-  io_waits_ = waits;
-  realtime::set_priority(pthread_self(), waits ? std::max(1, realtime_priority_ - 1) : realtime_priority_ + 1);
+  if (cores_ < 2 || std::ranges::max(steps) > kIoWaitsFor) return put_io_first(now);
+  const LocalTime since = io_first_at_.load(std::memory_order_relaxed);
+  if (now < since + kIoWaitsAgainAfter || io_waits_.exchange(true)) return;
+  realtime::set_priority(io_thread_, std::max(1, realtime_priority_ - 1));
+}
+
+/// By a room too: rooms that leave io no processor leave it none to find that out.
+/// Thread  io, rooms'
+void RoomScheduler::put_io_first(LocalTime now) {
+  io_first_at_.store(now, std::memory_order_relaxed);
+  io_waits_.store(false, std::memory_order_relaxed);
+  // Whatever it was: io may be about to take the lower one, and would not come to take it back.
+  realtime::set_priority(io_thread_, realtime_priority_ + 1);
 }
 
 /// Where periods differ, a step may not take much of the shortest: who has that one would be held up, and could not tell why.

@@ -30,9 +30,10 @@ struct RoomTiming {
 /// long beside the periods of others, or that everybody has left (it will be made anew) has a thread of its own
 /// (room_placement.hpp). A room that nobody is in sleeps.
 ///
-/// All run at one SCHED_FIFO priority. The io thread's is below theirs while no step takes more than 100 us, so that it interrupts
-/// none; above where one does, because all others would wait for it. By `share_realtime()` a room that is measured to be too large,
-/// or one too many, leaves that priority to the others until it has fitted for a second: its own users wait, nobody else's.
+/// All run at one SCHED_FIFO priority. The io thread's is below theirs while the steps of no thread take more than 250 us, so
+/// that it interrupts none; above for 100 ms after a step of 500 us, because all others would wait for it. By
+/// `share_realtime()` a room that is measured to be too large, or one too many, leaves that priority to the others until it has
+/// fitted for a second: its own users wait, nobody else's.
 class RoomScheduler {
  public:
   /// In      realtime_priority  1–98; 0: the normal scheduler
@@ -78,7 +79,8 @@ class RoomScheduler {
   static void publish(Loop& loop);
   void measure(LocalTime now, Duration window);
   void give_priority(LocalTime now);
-  void give_io_priority();
+  void give_io_priority(LocalTime now);
+  void put_io_first(LocalTime now);
   void place(LocalTime now);
 
   int realtime_priority_;
@@ -90,9 +92,11 @@ class RoomScheduler {
   /// Those that rooms share, then one for each room.
   std::vector<std::unique_ptr<Stepper>> steppers_;
   std::size_t workers_ = 0;  ///< how many of them are shared
-  bool has_realtime_ = false;
-  bool io_waits_ = false;  ///< for steps: it has less priority than they
-  double io_demand_ = 0;   ///< share of a core
+  std::atomic<bool> has_realtime_{false};
+  pthread_t io_thread_{};
+  std::atomic<bool> io_waits_{false};  ///< for steps: it has less priority than they
+  std::atomic<LocalTime> io_first_at_{LocalTime{}};
+  double io_demand_ = 0;  ///< share of a core
   std::atomic<bool> is_io_busy_{false};
   std::atomic<std::size_t> stepping_{0};  ///< threads that are in a step
   Duration io_cpu_{0};
