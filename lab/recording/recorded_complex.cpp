@@ -94,6 +94,8 @@ double rmsd_angstrom(const docking::Molecule& molecule, const Pose& X) {
 boost::json::object save_recorded_complex(const std::filesystem::path& recording, std::optional<Duration> at,
                                           const std::filesystem::path& scene_file, const std::filesystem::path& file) {
   server::check_complex_name(file);
+  if (std::filesystem::exists(file))
+    throw std::invalid_argument(file.string() + " is there already; give another name");
   Search search(at, scene_file);
   proto::read_recording(
       recording, [&search](const std::string& topic, const auto& message) { return search.take(topic, message); });

@@ -3,22 +3,20 @@
 
 #include <CLI/CLI.hpp>
 #include <filesystem>
-#include <memory>
-
-#include "tandem/scene.pb.h"
+#include <functional>
 
 namespace tandem::server {
 
-/// Declares --receptor, --ligand and what goes with them.
-/// Out     to be filled by the parser: bodies[0] and bodies[1] with a molecule each, where both were given, and the field
-std::shared_ptr<const wire::Scene> declare_docking(CLI::App& app);
-
-/// Writes the scene of receptor and ligand into `folder`, under a name that goes with its content, so that recordings of it
+/// Writes the scene of receptor and ligand into a folder, under a name that goes with its content, so that recordings of it
 /// can be played back later.
 ///
-/// Out     the file; empty: nothing was given
-/// Fails   std::invalid_argument: only one was given, or the folder is empty or cannot be written;
+/// Out     the file; empty: neither was given
+/// Fails   std::invalid_argument: only one was given, or what goes with both, or the folder is empty or cannot be written;
 ///         docking::MoleculeError, see docking_scene()
-std::filesystem::path write_docking_scene(const wire::Scene& asked, const std::filesystem::path& folder);
+using WriteDockingScene = std::function<std::filesystem::path(const std::filesystem::path& folder)>;
+
+/// Declares --receptor, --ligand and what goes with them.
+/// Out     to be called after the parser
+WriteDockingScene declare_docking(CLI::App& app);
 
 }  // namespace tandem::server

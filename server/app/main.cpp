@@ -26,7 +26,7 @@ constexpr int kFault = 1, kSetupError = 2;
 
 struct Options {
   std::vector<std::string> scenes;
-  std::shared_ptr<const wire::Scene> docking;  ///< of --receptor and --ligand
+  server::WriteDockingScene write_docking_scene;
   std::vector<std::string> rooms;
   std::string bind = "127.0.0.1";
   int port = 47800;
@@ -133,7 +133,7 @@ void declare(CLI::App& app, Options& options) {
   app.allow_config_extras(CLI::config_extras_mode::error);
   app.add_option("--scene", options.scenes, "scene file, or name of a scene that comes with Tandem; one room each")
       ->type_name("FILE|NAME");
-  options.docking = server::declare_docking(app);
+  options.write_docking_scene = server::declare_docking(app);
   app.add_option("--room", options.rooms,
                  "name of the room, in the order of --scene, then of --receptor [default: the scene's name]")
       ->type_name("NAME");
@@ -152,7 +152,8 @@ void declare(CLI::App& app, Options& options) {
       ->check(CLI::IsMember({"on", "off"}).description(""))
       ->type_name("on|off");
   app.add_option("--cache", options.cache,
-                 "folder that keeps what was built of meshes for contact; \"\": none, build at every start")
+                 "folder that keeps what was built of meshes for contact (\"\": none, build at every start) and the "
+                 "scenes of --receptor")
       ->type_name("DIR")
       ->capture_default_str();
   app.add_option("--rt-priority", options.realtime_priority,
@@ -370,16 +371,17 @@ int run(int argc, char** argv, realtime::Output& output) {
     return kSetupError;
   }
   try {
-    if (const auto scene = server::write_docking_scene(*options.docking, options.cache); !scene.empty()) {
-      options.scenes.push_back(scene.string());
+    if (!options.dev_certificates.empty()) {
+      make_dev_certificates(options, output);
+      return 0;
     }
-    if (options.dev_certificates.empty()) return serve(options, output);
-    make_dev_certificates(options, output);
+    const std::filesystem::path docking = options.write_docking_scene(options.cache);
+    if (!docking.empty()) options.scenes.push_back(docking.string());
+    return serve(options, output);
   } catch (const std::exception& error) {
     output.err(std::string("tandem-server: ") + error.what() + "\n");
     return kSetupError;
   }
-  return 0;
 }
 
 }  // namespace

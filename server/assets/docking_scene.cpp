@@ -23,8 +23,6 @@ constexpr double kApart_angstrom = 8;
 constexpr double kZeroArea_kt = 1;
 /// A third of a millisecond of one AVX-512 core: server and clients each compute them in every tick.
 constexpr std::size_t kMaxAllPairs = 1'000'000;
-/// The least energy of more takes longer to find than people wait.
-constexpr std::size_t kMaxToMinimise = 4'000'000;
 /// Of a small molecule; larger ones weigh less, so that a hand can turn them as easily.
 constexpr double kMass_kg = 0.2, kMinMass_kg = 0.02, kGyrationRadius_m = 0.065;
 constexpr std::array kColors{std::array{0.3, 0.55, 0.85}, std::array{0.85, 0.5, 0.3}};
@@ -118,7 +116,7 @@ wire::Scene docking_scene(wire::MoleculeSource receptor, wire::MoleculeSource li
   if (!molecular.has_cutoff_angstrom()) {
     molecular.set_cutoff_angstrom(pairs > kMaxAllPairs ? docking::kUsualCutoffAngstrom : 0);
   }
-  if (!molecular.has_zero_area_kt() && pairs <= kMaxToMinimise) molecular.set_zero_area_kt(kZeroArea_kt);
+  if (!molecular.has_zero_area_kt() && pairs <= kMaxAllPairs) molecular.set_zero_area_kt(kZeroArea_kt);
   molecular.set_metres_per_angstrom(kMetresPerAngstrom);
   docking::FieldModel model;
   docking::set_dielectric(model, molecular.dielectric());

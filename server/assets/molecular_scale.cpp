@@ -5,6 +5,8 @@
 #include <limits>
 #include <memory>
 #include <numbers>
+#include <stdexcept>
+#include <tuple>
 #include <utility>
 
 #include "common/docking/exact_field.hpp"
@@ -23,10 +25,19 @@ constexpr double kStrongestPull_n = 1;
 /// Of molecules that do not attract each other.
 constexpr double kScaleWithoutPull = 0.03;
 constexpr double kTouching_kcal_per_mol = 5;
+/// A second or two.
+constexpr std::size_t kMaxToMinimise = 1'000'000;
 constexpr double kCoarseStep_angstrom = 1, kFineStep_angstrom = 0.1;
 constexpr double kLookOut_angstrom = 4, kLookIn_angstrom = 2;
 constexpr double kApart_angstrom = 6;
-constexpr int kSides = 12;
+constexpr int kSides = 6;
+/// Below, in kcal/mol/Å, what is found is no attraction.
+constexpr double kNoPull = 1e-3;
+/// A zero area must be this much above the least energy to leave something to be felt, in kT.
+constexpr double kFelt_kt = 3;
+constexpr double kKt_kcal_per_mol = 0.592484;
+/// As scenes may have.
+constexpr double kMaxEnergy_kcal_per_mol = 1e6;
 
 double extent_angstrom(const Molecule& molecule) {
   double extent = 0;
@@ -47,42 +58,48 @@ Vec3 side(int index) {
   return {r * std::cos(turn), r * std::sin(turn), z};
 }
 
+docking::MolecularField field_of(const Molecule& a, const Molecule& b, FieldModel model, bool has_charges) {
+  if (!has_charges) model.dielectric = docking::Dielectric::kNone;
+  // The same numbers on every CPU: recordings and checkpoints are of the same scene elsewhere.
+  return {a, b, model, "portable"};
+}
+
 /// One pair of molecules on its way together along a line.
 class Approach {
  public:
   Approach(const Molecule& a, const Molecule& b, const FieldModel& model)
-      : field_(a, b, model), farthest_(extent_angstrom(a) + extent_angstrom(b) + kApart_angstrom) {}
+      : field_(field_of(a, b, model, true)),
+        repulsion_(field_of(a, b, model, false)),
+        farthest_(extent_angstrom(a) + extent_angstrom(b) + kApart_angstrom) {}
 
-  /// kcal/mol, and the push outwards in kcal/mol/Å.
-  std::pair<double, double> at(const Vec3& direction_A, double distance) {
-    const docking::FieldResult result = field_.evaluate({distance * direction_A, Quat::Identity()});
-    return {result.energy_kj_per_mol() / kKilojoulesPerKilocalorie,
-            result.force_on_b.dot(direction_A) / kKilojoulesPerKilocalorie};
-  }
-
+  /// Of the atoms themselves: charges may push from much farther away.
   double contact(const Vec3& direction_A) {
     double distance = farthest_;
-    while (distance > 0 && at(direction_A, distance).first < kTouching_kcal_per_mol) distance -= kCoarseStep_angstrom;
-    // Like charges may push each other away from much farther than they touch.
-    while (distance < farthest_ && at(direction_A, distance).first >= kTouching_kcal_per_mol)
+    while (distance > 0 && at(repulsion_, direction_A, distance).first < kTouching_kcal_per_mol)
+      distance -= kCoarseStep_angstrom;
+    while (distance < farthest_ && at(repulsion_, direction_A, distance).first >= kTouching_kcal_per_mol)
       distance += kFineStep_angstrom;
     return distance;
   }
 
-  /// kcal/mol/Å, along the line.
-  double strongest_pull(const Vec3& direction_A, double contact) {
-    double strongest = 0;
+  /// kcal/mol/Å, along the line; and the distance and energy where that is least.
+  std::tuple<double, double, double> strongest_pull(const Vec3& direction_A, double contact) {
+    double strongest = 0, least = 0, where = contact;
     for (double out = 0; out < kLookOut_angstrom; out += kFineStep_angstrom) {
-      strongest = std::max(strongest, -at(direction_A, contact + out).second);
+      const auto [energy, pushes] = at(field_, direction_A, contact + out);
+      strongest = std::max(strongest, -pushes);
+      if (energy >= least) continue;
+      least = energy;
+      where = contact + out;
     }
-    return strongest;
+    return {strongest, where, least};
   }
 
   /// The energy at which it pushes as strongly, on the way in.
   double energy_of_push(const Vec3& direction_A, double contact, double push) {
     double energy = 0;
     for (double in = -kLookOut_angstrom; in < kLookIn_angstrom; in += kFineStep_angstrom) {
-      const auto [here, pushes] = at(direction_A, contact - in);
+      const auto [here, pushes] = at(field_, direction_A, contact - in);
       energy = here;
       if (pushes >= push) break;
     }
@@ -90,7 +107,15 @@ class Approach {
   }
 
  private:
+  /// kcal/mol, and the push outwards in kcal/mol/Å.
+  static std::pair<double, double> at(docking::MolecularField& field, const Vec3& direction_A, double distance) {
+    const docking::FieldResult result = field.evaluate({distance * direction_A, Quat::Identity()});
+    return {result.energy_kj_per_mol() / kKilojoulesPerKilocalorie,
+            result.force_on_b.dot(direction_A) / kKilojoulesPerKilocalorie};
+  }
+
   docking::MolecularField field_;
+  docking::MolecularField repulsion_;
   double farthest_;
 };
 
@@ -105,6 +130,81 @@ std::vector<Vec3> ways(const Vec3& offset) {
 Pose moved(const Pose& X, const Eigen::Matrix<double, 6, 1>& step) {
   return {X.p + step.head<3>(), (quaternion_of(step.tail<3>()) * X.q).normalized()};
 }
+
+/// To what scenes may have.
+double bounded(double energy_kcal_per_mol) {
+  return rounded(std::clamp(energy_kcal_per_mol, -kMaxEnergy_kcal_per_mol, kMaxEnergy_kcal_per_mol));
+}
+
+/// Each two of some molecules, from several sides.
+class Probe {
+ public:
+  Probe(std::span<const Molecule* const> molecules, std::span<const Vec3> centres_angstrom, const FieldModel& model)
+      : model_(model) {
+    for (std::size_t a = 0; a < molecules.size(); ++a) {
+      for (std::size_t b = a + 1; b < molecules.size(); ++b) {
+        const Vec3 offset = centres_angstrom[b] - centres_angstrom[a];
+        pairs_.push_back({molecules[a], molecules[b], offset, {}, Approach(*molecules[a], *molecules[b], model)});
+        for (const Vec3& way : ways(offset)) pairs_.back().ways.emplace_back(way, pairs_.back().approach.contact(way));
+      }
+    }
+  }
+  bool is_empty() const { return pairs_.empty(); }
+
+  double strongest_pull() {
+    double strongest = 0;
+    for (Pair& pair : pairs_) {
+      for (const auto& [way, contact] : pair.ways)
+        strongest = std::max(strongest, std::get<0>(pair.approach.strongest_pull(way, contact)));
+    }
+    return strongest;
+  }
+
+  double energy_of_push(double push) {
+    double least = std::numeric_limits<double>::infinity();
+    for (Pair& pair : pairs_) {
+      for (const auto& [way, contact] : pair.ways)
+        least = std::min(least, pair.approach.energy_of_push(way, contact, push));
+    }
+    return least;
+  }
+
+  /// From where the files have them, and from the best place of all ways; 0 where nothing attracts.
+  /// Fails   std::invalid_argument: more atoms than can be waited for
+  double minimum() {
+    double least = 0;
+    for (Pair& pair : pairs_) {
+      if (pair.a->size() * pair.b->size() > kMaxToMinimise) {
+        throw std::invalid_argument(
+            "has a zero area and no minimum_kcal_per_mol, which takes too long to be found for " +
+            std::to_string(pair.a->size()) + " x " + std::to_string(pair.b->size()) +
+            " atoms; give it, or leave out zero_area_kt");
+      }
+      Pose best{pair.offset, Quat::Identity()};
+      double best_energy = std::numeric_limits<double>::infinity();
+      for (const auto& [way, contact] : pair.ways) {
+        const auto [pull, where, energy] = pair.approach.strongest_pull(way, contact);
+        if (energy >= best_energy) continue;
+        best_energy = energy;
+        best.p = where * way;
+      }
+      for (const Pose& start : {Pose{pair.offset, Quat::Identity()}, best})
+        least = std::min(least, minimum_near(*pair.a, *pair.b, model_, start).second);
+    }
+    return least;
+  }
+
+ private:
+  struct Pair {
+    const Molecule* a;
+    const Molecule* b;
+    Vec3 offset;
+    std::vector<std::pair<Vec3, double>> ways;  ///< and where they touch on each
+    Approach approach;
+  };
+  FieldModel model_;
+  std::vector<Pair> pairs_;
+};
 
 }  // namespace
 
@@ -159,45 +259,33 @@ std::pair<Pose, double> minimum_near(const Molecule& a, const Molecule& b, const
 std::vector<std::string> complete_molecular_scale(wire::MolecularField& field,
                                                   std::span<const Molecule* const> molecules,
                                                   std::span<const Vec3> centres_angstrom, const FieldModel& model) {
+  Probe probe(molecules, centres_angstrom, model);
   std::vector<std::string> notes;
-  struct Line {
-    Approach* approach;
-    Vec3 direction_A;
-    double contact;
-  };
-  std::vector<std::unique_ptr<Approach>> approaches;
-  std::vector<Line> lines;
-  double minimum = 0;
-  for (std::size_t a = 0; a < molecules.size(); ++a) {
-    for (std::size_t b = a + 1; b < molecules.size(); ++b) {
-      const Vec3 offset = centres_angstrom[b] - centres_angstrom[a];
-      approaches.push_back(std::make_unique<Approach>(*molecules[a], *molecules[b], model));
-      for (const Vec3& way : ways(offset)) {
-        lines.push_back({approaches.back().get(), way, approaches.back()->contact(way)});
-      }
-      if (field.zero_area_kt() == 0 || field.minimum_kcal_per_mol() != 0) continue;
-      minimum = std::min(minimum, minimum_near(*molecules[a], *molecules[b], model, {offset, Quat::Identity()}).second);
-    }
-  }
-  if (lines.empty()) return notes;
+  if (probe.is_empty()) return notes;
   if (field.newtons_per_kcal_per_mol_angstrom() == 0) {
-    double pull = 0;
-    for (const Line& line : lines) pull = std::max(pull, line.approach->strongest_pull(line.direction_A, line.contact));
-    field.set_newtons_per_kcal_per_mol_angstrom(rounded(pull > 0 ? kStrongestPull_n / pull : kScaleWithoutPull));
+    const double pull = probe.strongest_pull();
+    field.set_newtons_per_kcal_per_mol_angstrom(rounded(pull > kNoPull ? kStrongestPull_n / pull : kScaleWithoutPull));
   }
   if (field.knee_kcal_per_mol() == 0) {
     const double push = physics::kKneeOfLimit * field.force_limit_n() / field.newtons_per_kcal_per_mol_angstrom();
-    double knee = std::numeric_limits<double>::infinity();
-    for (const Line& line : lines)
-      knee = std::min(knee, line.approach->energy_of_push(line.direction_A, line.contact, push));
-    field.set_knee_kcal_per_mol(rounded(knee));
+    field.set_knee_kcal_per_mol(bounded(probe.energy_of_push(push)));
   }
-  if (minimum < 0) field.set_minimum_kcal_per_mol(rounded(minimum));
   // 1 kcal/mol/Å is 69.477 pN.
   constexpr double kNanonewtons = 0.0694770;
   notes.push_back("1 N in the hand is " + proto::number_text(kNanonewtons / field.newtons_per_kcal_per_mol_angstrom()) +
                   " nN between the molecules, and 1 cm is " + proto::number_text(0.01 / field.metres_per_angstrom()) +
                   " angstrom");
+  if (field.zero_area_kt() == 0) return notes;
+  if (field.minimum_kcal_per_mol() == 0) field.set_minimum_kcal_per_mol(bounded(probe.minimum()));
+  const double minimum = field.minimum_kcal_per_mol();
+  if (minimum < -(field.zero_area_kt() + kFelt_kt) * kKt_kcal_per_mol) {
+    notes.push_back("no force within " + proto::number_text(field.zero_area_kt()) + " kT of the least energy, " +
+                    proto::number_text(minimum) + " kcal/mol");
+  } else {
+    notes.push_back("no zero area: the least energy that was found is " + proto::number_text(minimum) +
+                    " kcal/mol, and nothing would be left to be felt");
+    field.set_zero_area_kt(0);
+  }
   return notes;
 }
 

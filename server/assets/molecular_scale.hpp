@@ -12,8 +12,8 @@
 
 namespace tandem::server {
 
-/// How far `b` is from the origin of `a` along `direction_A` where they touch: from there on outwards no place has an energy
-/// above 5 kcal/mol [Å].
+/// How far `b` is from the origin of `a` along `direction_A` where they touch: from there on outwards no place has a
+/// Lennard-Jones energy above 5 kcal/mol [Å].
 /// In      a, b  about their centres; b turned as a is
 double contact_distance_angstrom(const docking::Molecule& a, const docking::Molecule& b,
                                  const docking::FieldModel& model, const Vec3& direction_A);
@@ -28,11 +28,13 @@ std::pair<Pose, double> minimum_near(const docking::Molecule& a, const docking::
 
 /// Fills in the numbers of `field` that are 0 for "found": newtons_per_kcal_per_mol_angstrom, knee_kcal_per_mol and, with a
 /// zero area, minimum_kcal_per_mol. Each two molecules are brought together along their centres, as their files have them,
-/// and from twelve sides.
+/// and from six sides; the minimum is that of the descents from there and from the files' own pose. A zero area in which
+/// all attraction would be is taken out again.
 ///
 /// In      molecules      about their centres
 ///         centres        of each in its file [Å]
 /// Out     what was found, one line for people each
+/// Fails   std::invalid_argument: a minimum of more than a million pairs of atoms is to be found
 std::vector<std::string> complete_molecular_scale(wire::MolecularField& field,
                                                   std::span<const docking::Molecule* const> molecules,
                                                   std::span<const Vec3> centres_angstrom,

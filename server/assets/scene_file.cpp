@@ -209,9 +209,15 @@ class SceneBuilder {
     }
     if (molecules.size() < 2) return;
     wire::MolecularField& field = *scene_->description.mutable_molecular_field();
-    for (std::string& note : complete_molecular_scale(field, molecules, centres_angstrom, scene_->world.field_model)) {
-      assets_.tell_users(std::move(note));
+    try {
+      for (std::string& note :
+           complete_molecular_scale(field, molecules, centres_angstrom, scene_->world.field_model)) {
+        assets_.tell_users(std::move(note));
+      }
+    } catch (const std::invalid_argument& error) {
+      file_.in("molecular_field").refuse(error.what());
     }
+    scene_->world.molecular_zero_kt = field.zero_area_kt();
     scene_->world.newtons_per_kcal_per_mol_angstrom = field.newtons_per_kcal_per_mol_angstrom();
     scene_->world.molecular_knee_kcal_per_mol = field.knee_kcal_per_mol();
     scene_->world.molecular_minimum_kcal_per_mol = field.minimum_kcal_per_mol();

@@ -101,8 +101,8 @@ class Configuration(ProgramTest):
         text = re.sub(r"^# ([a-z][a-z-]* = )", r"\1", self.example(), flags=re.M)
         text = text.replace('duration = "3600s"', 'duration = "200ms"').replace("json = false", "json = true")
         text = text.replace("/var/cache/tandem", self.path("cache")).replace("/var/lib/tandem", self.path("state"))
-        # These name files that are not here, or end the program.
-        text = re.sub(r"^(cert|key|issuer|dev-certs) = .*$", "", text, flags=re.M)
+        # These name files that are not here, or go with one, or end the program.
+        text = re.sub(r"^(cert|key|issuer|dev-certs|receptor|ligand|hydrogens|dielectric|cutoff) = .*$", "", text, flags=re.M)
         config = self.write("all.conf", text)
         code, out, err = run("tandem-server", "--config", config, "--port", "0")  # the command line goes before
         self.assertEqual(code, 0, err)

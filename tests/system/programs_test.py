@@ -157,9 +157,15 @@ class Docking(ProgramTest):
         self.assertEqual(code, 0, err)
         self.assertAlmostEqual(json.loads(out)["total_kj_mol"], best["total_kj_mol"], delta=1e-2)
         self.assert_setup_error(run("tandem-replay", "complex", str(recording), "--save", self.path("best.xyz")), "best.xyz")
-        self.assert_setup_error(run("tandem-replay", "complex", str(recording), "--save", file, "--at", "0s"), "later")
+        self.assert_setup_error(run("tandem-replay", "complex", str(recording), "--save", self.path("no.pdb"), "--at", "0s"), "later")
+        self.assert_setup_error(run("tandem-replay", "complex", str(recording), "--save", file), "is there already")
 
     def test_what_is_wrong_is_said(self):
+        self.assert_setup_error(run("tandem-server", "--receptor", "", "--ligand", ":A"), "--receptor")
+        self.assert_setup_error(run("tandem-server", "--receptor", ":A", "--ligand", ":B"), "names no file")
+        self.assert_setup_error(run("tandem-server", "--scene", "two_boxes", "--dielectric", "4r"), "--receptor")
+        config = self.write("dock.conf", 'hydrogens = "untied"\nreceptor = "a.pdb"\nligand = "b.pdb"\n')
+        self.assert_setup_error(run("tandem-server", "--config", config), "hydrogens")
         self.assert_setup_error(run("tandem-server", "--receptor", "a.pdb"), "--receptor and --ligand go together")
         self.assert_setup_error(run("tandem-server", "--receptor", "a.pdb", "--ligand", "b.pdb"), "a.pdb: no such file")
         self.assert_setup_error(run("tandem-server", "--receptor", "a.pdb", "--ligand", "b.pdb", "--cache", ""), "--cache")

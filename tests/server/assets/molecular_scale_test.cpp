@@ -84,16 +84,51 @@ TEST(MolecularScale, KeepsWhatTheAuthorSays) {
 }
 
 TEST(MolecularScale, LikeChargesThatOnlyRepelHaveOneToo) {
-  const docking::Molecule a = atom(5), b = atom(5);
+  const docking::Molecule a = atom(4), b = atom(4);
   wire::MolecularField field = open_field();
   docking::FieldModel model;
-  model.dielectric = docking::Dielectric::kConstant;
-  model.permittivity = 1;
+  model.dielectric = docking::Dielectric::kDistance;
   const std::array<const docking::Molecule*, 2> molecules{&a, &b};
   const std::array<Vec3, 2> centres{Vec3::Zero(), Vec3::Zero()};
   complete_molecular_scale(field, molecules, centres, model);
-  EXPECT_GT(field.newtons_per_kcal_per_mol_angstrom(), 0);
-  EXPECT_TRUE(std::isfinite(field.knee_kcal_per_mol()));
+  EXPECT_NEAR(field.newtons_per_kcal_per_mol_angstrom(), 0.03, 1e-9) << "nothing pulls";
+  // 5 N are 167 kcal/mol/Å: deep in the repulsion of the atoms, and not where their charges push each other.
+  const double charges = 16 * docking::kCoulombKjAngstromPerMol / (4 * kSigma * kSigma) / kKilojoulesPerKilocalorie;
+  EXPECT_GT(field.knee_kcal_per_mol(), charges);
+  EXPECT_LT(field.knee_kcal_per_mol(), 3 * charges);
+}
+
+TEST(MolecularScale, AZeroAreaThatWouldTakeAllAttractionIsLeftOut) {
+  const docking::Molecule a = atom(), b = atom();
+  const std::array<const docking::Molecule*, 2> molecules{&a, &b};
+  // On top of each other, where no direction leads down.
+  const std::array<Vec3, 2> centres{Vec3::Zero(), Vec3::Zero()};
+  wire::MolecularField field = open_field();
+  field.set_zero_area_kt(1);
+  const auto notes = complete_molecular_scale(field, molecules, centres, {});
+  EXPECT_EQ(field.zero_area_kt(), 0);
+  EXPECT_NEAR(field.minimum_kcal_per_mol(), -kEpsilon / kKilojoulesPerKilocalorie, 1e-3) << "found from a side";
+  EXPECT_THAT(notes, ::testing::Contains(HasSubstr("no zero area")));
+}
+
+TEST(MolecularScale, AMinimumThatTakesTooLongIsToBeGiven) {
+  docking::Molecule large = atom();
+  for (int i = 1; i < 1100; ++i) {
+    large.positions_angstrom.emplace_back(4.0 * (i % 10), 4.0 * (i / 10 % 10), 4.0 * (i / 100));
+    large.sigma_angstrom.push_back(kSigma);
+    large.epsilon_kj_per_mol.push_back(kEpsilon);
+    large.charge_e.push_back(0);
+    large.mass_u.push_back(39.95);
+  }
+  const std::array<const docking::Molecule*, 2> molecules{&large, &large};
+  const std::array<Vec3, 2> centres{Vec3::Zero(), Vec3(60, 0, 0)};
+  docking::FieldModel model;
+  model.cutoff_angstrom = 8;
+  wire::MolecularField field = open_field();
+  field.set_zero_area_kt(1);
+  EXPECT_THROW(complete_molecular_scale(field, molecules, centres, model), std::invalid_argument);
+  field.set_minimum_kcal_per_mol(-100);
+  EXPECT_NO_THROW(complete_molecular_scale(field, molecules, centres, model));
 }
 
 TEST(MolecularScale, ContactIsWhereTheEnergyIs5) {
@@ -164,11 +199,11 @@ TEST(DockingScene, OfTwoFilesIsApartAsTheFilesHaveThemAndPullsWithOneNewton) {
   const docking::Molecule native_b = load_molecule(kHelices, {{"B"}}, kDefaultForceFieldDirectory);
   const docking::FieldResult native = docking::exact_field(native_a, native_b, Pose{}, scene->world.field_model);
   EXPECT_LT(field.minimum_kcal_per_mol(), native.energy_kj_per_mol() / kKilojoulesPerKilocalorie);
+  EXPECT_LT(field.minimum_kcal_per_mol(), -3) << "several kT: the zero area leaves most to be felt";
   EXPECT_GT(field.knee_kcal_per_mol(), field.minimum_kcal_per_mol());
 
   // Along the line of centres, one of those that the probe looks at.
-  physics::WorldDescription world = scene->world;
-  world.molecular_zero_kt = 0;
+  const physics::WorldDescription& world = scene->world;
   docking::MolecularField pull(*a.molecule, *b.molecule, world.field_model);
   const Pose X_AB = a.X_WB.inverse() * b.X_WB;
   double strongest_n = 0;
