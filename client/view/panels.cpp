@@ -7,6 +7,7 @@
 #include <cstdio>
 
 #include "client/view/scene_view.hpp"
+#include "common/docking/molecule.hpp"
 #include "common/haptics/coupling/laws.hpp"
 #include "common/haptics/safety.hpp"
 
@@ -215,6 +216,12 @@ void draw_touch(const PanelContent& content) {
   curve("longest tick [ms]", figures.longest_tick_ms, "%.2f", 2, {0.80F, 0.80F, 0.80F, 1});
   if (content.view == nullptr) return;
   const TickRecord& record = content.view->record;
+  // Only molecules have any.
+  if (const double energy = content.view->newest.update.field_energy_kj_per_mol;
+      content.view->has_state && energy != 0) {
+    fact("energy",
+         text_of("%.1f kJ/mol, ", energy) + text_of("%.1f kcal/mol", energy / docking::kKilojoulesPerKilocalorie));
+  }
   fact("safety", haptics::describe_safety_faults(record.safety_faults));
   fact("passivity", text_of("%.0f %% of the force", record.passivity_gain * 100));
   if (record.is_local && content.view->loop_delay > Duration{0}) {
