@@ -210,9 +210,9 @@ class SceneBuilder {
     if (molecules.size() < 2) return;
     wire::MolecularField& field = *scene_->description.mutable_molecular_field();
     try {
-      for (std::string& note :
+      for (const std::string& note :
            complete_molecular_scale(field, molecules, centres_angstrom, scene_->world.field_model)) {
-        assets_.tell_users(std::move(note));
+        assets_.tell_users(note);
       }
     } catch (const std::invalid_argument& error) {
       file_.in("molecular_field").refuse(error.what());

@@ -114,7 +114,8 @@ TEST(MolecularScale, AZeroAreaThatWouldTakeAllAttractionIsLeftOut) {
 TEST(MolecularScale, AMinimumThatTakesTooLongIsToBeGiven) {
   docking::Molecule large = atom();
   for (int i = 1; i < 1100; ++i) {
-    large.positions_angstrom.emplace_back(4.0 * (i % 10), 4.0 * (i / 10 % 10), 4.0 * (i / 100));
+    const int column = i % 10, row = i / 10 % 10, layer = i / 100;
+    large.positions_angstrom.emplace_back(4.0 * column, 4.0 * row, 4.0 * layer);
     large.sigma_angstrom.push_back(kSigma);
     large.epsilon_kj_per_mol.push_back(kEpsilon);
     large.charge_e.push_back(0);
