@@ -5,8 +5,9 @@
 #include <limits>
 #include <memory>
 #include <numbers>
+#include <optional>
 #include <stdexcept>
-#include <tuple>
+#include <string_view>
 #include <utility>
 
 #include "common/docking/exact_field.hpp"
@@ -36,8 +37,6 @@ constexpr double kNoPull = 1e-3;
 /// A zero area must be this much above the least energy to leave something to be felt, in kT.
 constexpr double kFelt_kt = 3;
 constexpr double kKt_kcal_per_mol = 0.592484;
-/// As scenes may have.
-constexpr double kMaxEnergy_kcal_per_mol = 1e6;
 
 double extent_angstrom(const Molecule& molecule) {
   double extent = 0;
@@ -64,6 +63,14 @@ docking::MolecularField field_of(const Molecule& a, const Molecule& b, FieldMode
   return {a, b, model, "portable"};
 }
 
+/// What is found of two molecules on a line together; distances in Å.
+struct Way {
+  Vec3 direction_A;
+  double contact = 0;
+  double strongest_pull = 0;  ///< kcal/mol/Å, along the line
+  double best = 0, least_kcal_per_mol = 0;
+};
+
 /// One pair of molecules on its way together along a line.
 class Approach {
  public:
@@ -82,24 +89,24 @@ class Approach {
     return distance;
   }
 
-  /// kcal/mol/Å, along the line; and the distance and energy where that is least.
-  std::tuple<double, double, double> strongest_pull(const Vec3& direction_A, double contact) {
-    double strongest = 0, least = 0, where = contact;
+  Way along(const Vec3& direction_A) {
+    Way way{direction_A, contact(direction_A)};
+    way.best = way.contact;
     for (double out = 0; out < kLookOut_angstrom; out += kFineStep_angstrom) {
-      const auto [energy, pushes] = at(field_, direction_A, contact + out);
-      strongest = std::max(strongest, -pushes);
-      if (energy >= least) continue;
-      least = energy;
-      where = contact + out;
+      const auto [energy, pushes] = at(field_, direction_A, way.contact + out);
+      way.strongest_pull = std::max(way.strongest_pull, -pushes);
+      if (energy >= way.least_kcal_per_mol) continue;
+      way.least_kcal_per_mol = energy;
+      way.best = way.contact + out;
     }
-    return {strongest, where, least};
+    return way;
   }
 
   /// The energy at which it pushes as strongly, on the way in.
-  double energy_of_push(const Vec3& direction_A, double contact, double push) {
+  double energy_of_push(const Way& way, double push) {
     double energy = 0;
     for (double in = -kLookOut_angstrom; in < kLookIn_angstrom; in += kFineStep_angstrom) {
-      const auto [here, pushes] = at(field_, direction_A, contact - in);
+      const auto [here, pushes] = at(field_, way.direction_A, way.contact - in);
       energy = here;
       if (pushes >= push) break;
     }
@@ -132,8 +139,9 @@ Pose moved(const Pose& X, const Eigen::Matrix<double, 6, 1>& step) {
 }
 
 /// To what scenes may have.
-double bounded(double energy_kcal_per_mol) {
-  return rounded(std::clamp(energy_kcal_per_mol, -kMaxEnergy_kcal_per_mol, kMaxEnergy_kcal_per_mol));
+double bounded(double value, std::string_view field) {
+  const proto::SceneRange& range = proto::scene_range(field);
+  return rounded(std::clamp(value, range.low, range.high));
 }
 
 /// Each two of some molecules, from several sides.
@@ -145,17 +153,15 @@ class Probe {
       for (std::size_t b = a + 1; b < molecules.size(); ++b) {
         const Vec3 offset = centres_angstrom[b] - centres_angstrom[a];
         pairs_.push_back({molecules[a], molecules[b], offset, {}, Approach(*molecules[a], *molecules[b], model)});
-        for (const Vec3& way : ways(offset)) pairs_.back().ways.emplace_back(way, pairs_.back().approach.contact(way));
+        for (const Vec3& way : ways(offset)) pairs_.back().ways.push_back(pairs_.back().approach.along(way));
       }
     }
   }
-  bool is_empty() const { return pairs_.empty(); }
 
-  double strongest_pull() {
+  double strongest_pull() const {
     double strongest = 0;
-    for (Pair& pair : pairs_) {
-      for (const auto& [way, contact] : pair.ways)
-        strongest = std::max(strongest, std::get<0>(pair.approach.strongest_pull(way, contact)));
+    for (const Pair& pair : pairs_) {
+      for (const Way& way : pair.ways) strongest = std::max(strongest, way.strongest_pull);
     }
     return strongest;
   }
@@ -163,33 +169,25 @@ class Probe {
   double energy_of_push(double push) {
     double least = std::numeric_limits<double>::infinity();
     for (Pair& pair : pairs_) {
-      for (const auto& [way, contact] : pair.ways)
-        least = std::min(least, pair.approach.energy_of_push(way, contact, push));
+      for (const Way& way : pair.ways) least = std::min(least, pair.approach.energy_of_push(way, push));
     }
     return least;
   }
 
   /// From where the files have them, and from the best place of all ways; 0 where nothing attracts.
   /// Fails   std::invalid_argument: more atoms than can be waited for
-  double minimum() {
+  double minimum() const {
     double least = 0;
-    for (Pair& pair : pairs_) {
+    for (const Pair& pair : pairs_) {
       if (pair.a->size() * pair.b->size() > kMaxToMinimise) {
         throw std::invalid_argument(
             "has a zero area and no minimum_kcal_per_mol, which takes too long to be found for " +
             std::to_string(pair.a->size()) + " x " + std::to_string(pair.b->size()) +
             " atoms; give it, or leave out zero_area_kt");
       }
-      Pose best{pair.offset, Quat::Identity()};
-      double best_energy = std::numeric_limits<double>::infinity();
-      for (const auto& [way, contact] : pair.ways) {
-        const auto [pull, where, energy] = pair.approach.strongest_pull(way, contact);
-        if (energy >= best_energy) continue;
-        best_energy = energy;
-        best.p = where * way;
-      }
-      for (const Pose& start : {Pose{pair.offset, Quat::Identity()}, best})
-        least = std::min(least, minimum_near(*pair.a, *pair.b, model_, start).second);
+      const Way& best = *std::ranges::min_element(pair.ways, {}, &Way::least_kcal_per_mol);
+      for (const Vec3& start : {pair.offset, Vec3(best.best * best.direction_A)})
+        least = std::min(least, minimum_near(*pair.a, *pair.b, model_, {start, Quat::Identity()}).second);
     }
     return least;
   }
@@ -199,7 +197,7 @@ class Probe {
     const Molecule* a;
     const Molecule* b;
     Vec3 offset;
-    std::vector<std::pair<Vec3, double>> ways;  ///< and where they touch on each
+    std::vector<Way> ways;
     Approach approach;
   };
   FieldModel model_;
@@ -259,16 +257,17 @@ std::pair<Pose, double> minimum_near(const Molecule& a, const Molecule& b, const
 std::vector<std::string> complete_molecular_scale(wire::MolecularField& field,
                                                   std::span<const Molecule* const> molecules,
                                                   std::span<const Vec3> centres_angstrom, const FieldModel& model) {
-  Probe probe(molecules, centres_angstrom, model);
   std::vector<std::string> notes;
-  if (probe.is_empty()) return notes;
+  if (molecules.size() < 2) return notes;
+  std::optional<Probe> made;  // takes its time, and an author may have given all numbers
+  const auto probe = [&]() -> Probe& { return made ? *made : made.emplace(molecules, centres_angstrom, model); };
   if (field.newtons_per_kcal_per_mol_angstrom() == 0) {
-    const double pull = probe.strongest_pull();
+    const double pull = probe().strongest_pull();
     field.set_newtons_per_kcal_per_mol_angstrom(rounded(pull > kNoPull ? kStrongestPull_n / pull : kScaleWithoutPull));
   }
   if (field.knee_kcal_per_mol() == 0) {
     const double push = physics::kKneeOfLimit * field.force_limit_n() / field.newtons_per_kcal_per_mol_angstrom();
-    field.set_knee_kcal_per_mol(bounded(probe.energy_of_push(push)));
+    field.set_knee_kcal_per_mol(bounded(probe().energy_of_push(push), "MolecularField.knee_kcal_per_mol"));
   }
   // 1 kcal/mol/Å is 69.477 pN.
   constexpr double kNanonewtons = 0.0694770;
@@ -276,7 +275,9 @@ std::vector<std::string> complete_molecular_scale(wire::MolecularField& field,
                   " nN between the molecules, and 1 cm is " + proto::number_text(0.01 / field.metres_per_angstrom()) +
                   " angstrom");
   if (field.zero_area_kt() == 0) return notes;
-  if (field.minimum_kcal_per_mol() == 0) field.set_minimum_kcal_per_mol(bounded(probe.minimum()));
+  if (field.minimum_kcal_per_mol() == 0) {
+    field.set_minimum_kcal_per_mol(bounded(probe().minimum(), "MolecularField.minimum_kcal_per_mol"));
+  }
   const double minimum = field.minimum_kcal_per_mol();
   if (minimum < -(field.zero_area_kt() + kFelt_kt) * kKt_kcal_per_mol) {
     notes.push_back("no force within " + proto::number_text(field.zero_area_kt()) + " kT of the least energy, " +

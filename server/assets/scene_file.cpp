@@ -200,6 +200,7 @@ class SceneBuilder {
 
   /// What the author left to be found.
   void scale_molecules() {
+    if (!scene_->description.has_molecular_field()) return;
     std::vector<const docking::Molecule*> molecules;
     std::vector<Vec3> centres_angstrom;
     for (std::size_t i = 0; i < scene_->world.bodies.size(); ++i) {
@@ -207,7 +208,6 @@ class SceneBuilder {
       molecules.push_back(scene_->world.bodies[i].molecule.get());
       centres_angstrom.push_back(scene_->molecule_centres_angstrom[i]);
     }
-    if (molecules.size() < 2) return;
     wire::MolecularField& field = *scene_->description.mutable_molecular_field();
     try {
       for (const std::string& note :
