@@ -20,7 +20,7 @@
 namespace tandem::proto {
 
 /// Version of everything on the wire, control and state; peers of another version are refused.
-inline constexpr std::uint32_t kProtocolVersion = 2;
+inline constexpr std::uint32_t kProtocolVersion = 3;
 inline constexpr std::size_t kDatagramHeaderBytes = 33;
 inline constexpr std::size_t kTagBytes = 16;
 /// The tag is the end of the header; what is before it is authenticated as it stands.

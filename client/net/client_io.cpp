@@ -162,6 +162,7 @@ void ClientIo::Impl::publish_snapshot(LocalTime now) {
   snapshot.coupling = session.coupling();
   snapshot.law = session.law().name;
   snapshot.soft_offsets = session.soft_offsets();
+  snapshot.kept_poses = session.kept_poses();
   snapshot.coupling_check = session.coupling_check();
   snapshot.stage = client.stage();
   snapshot.stage_note = client.stage_note();
@@ -228,6 +229,10 @@ void ClientIo::kick(UserId user) {
 
 void ClientIo::reset_room() {
   asio::post(impl_->io, [impl = impl_.get()] { impl->session.reset_room(); });
+}
+
+void ClientIo::ask_pose(const wire::AskPose& asked) {
+  asio::post(impl_->io, [impl = impl_.get(), asked] { impl->session.ask_pose(asked); });
 }
 
 void ClientIo::change_room(const std::string& room) {

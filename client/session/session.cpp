@@ -196,6 +196,10 @@ const std::string& ClientSession::room() const {
 const std::vector<std::string>& ClientSession::rooms() const {
   return impl_->rooms;
 }
+const std::shared_ptr<const std::vector<wire::KeptPose>>& ClientSession::kept_poses() const {
+  return impl_->kept_poses;
+}
+
 const std::vector<std::shared_ptr<const std::vector<Vec3>>>& ClientSession::soft_offsets() const {
   return impl_->soft_offsets;
 }

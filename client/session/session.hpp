@@ -135,6 +135,8 @@ class ClientSession {
   void kick(UserId user);
   /// Back to the start, all that moves; for the room's operator.
   void reset_room();
+  /// Keeps a pose of the room's two molecules, or goes to another one.
+  void ask_pose(const wire::AskPose& asked);
   /// Leaves this room for another of the same server; when that refuses, comes back.
   void change_room(const std::string& room, LocalTime now);
   /// Now and for the scenes to come. The force goes, the tool stays where it is, and the force comes back by the ramp.
@@ -164,6 +166,8 @@ class ClientSession {
   const std::vector<std::string>& rooms() const;
   /// How the scene's soft bodies yield, as told last: offsets of proto::soft_lattice(). Null: not told.
   const std::vector<std::shared_ptr<const std::vector<Vec3>>>& soft_offsets() const;
+  /// Of the room's two molecules, sound, by their numbers; null: none was told.
+  const std::shared_ptr<const std::vector<wire::KeptPose>>& kept_poses() const;
   /// What the server refused last, or the last news of the room, for people; "" before the first.
   const std::string& news() const;
   /// That let in a second device of the user; null: without them it joins as anybody does.

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <string_view>
 #include <utility>
@@ -113,6 +114,13 @@ bool ClientSession::Impl::handle_active(const wire::ServerControl& message, Loca
     case wire::ServerControl::kSoftShape:
       take_soft_shape(message.soft_shape());
       return true;
+    case wire::ServerControl::kKeptPose:
+      take_kept_pose(message.kept_pose());
+      return true;
+    case wire::ServerControl::kPoseTaken:
+      news = printable(message.pose_taken().text());
+      log(news);
+      return true;
     case wire::ServerControl::kStateDatagram:
       owner.on_datagram(std::as_bytes(std::span(message.state_datagram())), now);
       return true;
@@ -121,6 +129,26 @@ bool ClientSession::Impl::handle_active(const wire::ServerControl& message, Loca
     default:
       return false;
   }
+}
+
+/// In their order from 0 on; one that cannot be is none.
+void ClientSession::Impl::take_kept_pose(const wire::KeptPose& told) {
+  constexpr std::size_t kMaxTold = 256;
+  auto poses = kept_poses ? std::make_shared<std::vector<wire::KeptPose>>(*kept_poses)
+                          : std::make_shared<std::vector<wire::KeptPose>>();
+  const auto& numbers = told.in_first();
+  const bool is_pose =
+      numbers.size() == 7 && std::abs(Quat(numbers[3], numbers[4], numbers[5], numbers[6]).norm() - 1) < 1e-6;
+  if (!is_pose || told.number() != poses->size() || poses->size() == kMaxTold) return;
+  poses->push_back(told);
+  wire::KeptPose& pose = poses->back();
+  pose.set_name(printable(told.name()));
+  pose.set_user_name(printable(told.user_name()));
+  if (told.is_news()) {
+    news = pose.user_name() + " kept \"" + pose.name() + "\"";
+    log(news);
+  }
+  kept_poses = std::move(poses);
 }
 
 void ClientSession::Impl::take_parameter(const wire::ParameterSet& parameter, LocalTime now) {
@@ -177,6 +205,7 @@ void ClientSession::Impl::take_joined(const wire::Joined& answer, LocalTime now)
   if (has_joined) ++counters.reconnects;
   has_joined = true;
   room_left.reset();
+  kept_poses.reset();
   soft_offsets.assign(std::size_t(scene.joined()->scene().soft_bodies_size()), nullptr);
   credentials.take(answer);
   stream.begin(connection, epoch, secret, now);
@@ -335,6 +364,10 @@ void ClientSession::set_law(const std::string& law) {
 
 void ClientSession::reset_room() {
   impl_->request([](wire::ClientControl& message) { message.mutable_reset_room(); });
+}
+
+void ClientSession::ask_pose(const wire::AskPose& asked) {
+  impl_->request([&asked](wire::ClientControl& message) { *message.mutable_ask_pose() = asked; });
 }
 
 void ClientSession::kick(UserId user) {

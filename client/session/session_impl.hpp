@@ -49,6 +49,7 @@ struct ClientSession::Impl {
   void take_goodbye(const wire::Goodbye& goodbye, LocalTime now);
   void take_asset_chunk(const wire::ServerControl& message, LocalTime now);
   void take_soft_shape(const wire::SoftShape& told);
+  void take_kept_pose(const wire::KeptPose& told);
   void come_back(const std::string& why, LocalTime now);
   void go_to_room(const std::string& wanted, LocalTime now);
   void fetch(const std::vector<std::string>& kinds, bool is_connected_anew);
@@ -99,6 +100,7 @@ struct ClientSession::Impl {
   AssetLevel asset_level = AssetLevel::kNone;  // of this join and these kinds
   std::size_t fine_left = 0;                   // assets at the end of what is fetched that others stand for meanwhile
   std::vector<wire::UserJoined> users;
+  std::shared_ptr<const std::vector<wire::KeptPose>> kept_poses;
 
   ConnectionId connection;
   std::uint8_t epoch = 0;

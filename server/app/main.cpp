@@ -14,6 +14,7 @@
 #include "server/assets/scene_library.hpp"
 #include "server/metrics/monitor.hpp"
 #include "server/net/live_server.hpp"
+#include "server/recording/pose_keeper.hpp"
 #include "server/recording/server_checkpoint.hpp"
 #include "server/recording/server_recorder.hpp"
 #include "server/session/user_name.hpp"
@@ -43,7 +44,8 @@ struct Options {
   server::Invited invited;
   std::filesystem::path dev_certificates;
   bool resumes = false;
-  std::filesystem::path record;  ///< empty: nothing is recorded
+  std::optional<std::filesystem::path> keep;  ///< of poses of molecules; none: in the folder of the server's state
+  std::filesystem::path record;               ///< empty: nothing is recorded
   recording::RotationSettings rotation;
   std::optional<std::string> metrics;  ///< [ADDRESS:]PORT
   std::optional<std::string> agones;   ///< port, or auto
@@ -97,6 +99,11 @@ void declare_recording(CLI::App& app, Options& options) {
   app.add_flag("--resume", options.resumes,
                "keep in --state, every 0.5 s, where things are, who may come back and which tokens were used; after a "
                "restart the server goes on from there");
+  app.add_option_function<std::string>(
+         "--keep", [&options](const std::string& folder) { options.keep = folder; },
+         "folder of the poses of two molecules that users keep: lists and structure files (\"\": none are written) "
+         "[default: poses in --state]")
+      ->type_name("DIR");
   app.add_option("--record", options.record,
                  "record each room into a file in this folder (MCAP; tandem-replay reads it): what it needs to be "
                  "played back, and where things are")
@@ -331,6 +338,10 @@ int serve(const Options& options, realtime::Output& output) {
         [&output](const std::string& news) { output.log("checkpoint", news); });
     if (keys) settings.hub.admission->resumed = checkpoint->admission();
   }
+  server::PoseKeeper poses(options.keep.value_or(options.security.state.empty() ? std::filesystem::path()
+                                                                                : options.security.state / "poses"),
+                           rooms, server::unix_ms_now);
+  settings.hub.poses = &poses;
   server::LiveServer server(settings, std::move(rooms));
   std::vector<std::string> machine_notes;
   for (const auto& room : server.rooms()) {
@@ -350,6 +361,7 @@ int serve(const Options& options, realtime::Output& output) {
   std::string ready = ready_line(server, options.bind, keys);
   if (keys) ready += invitations(options, server.port(), *keys);
   options.writes_json ? output.err(ready) : output.out(ready);
+  poses.start();
   const int code = run(server, output);
   if (recorder) recorder->finish();
   if (checkpoint) checkpoint->finish();

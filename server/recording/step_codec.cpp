@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "proto/coupling_fields.hpp"
+#include "proto/recording/exact_state.hpp"
 #include "proto/state_codec.hpp"
 
 namespace tandem::server {
@@ -89,12 +90,16 @@ wire::RecordedCommand recorded(const RoomCommand& command) {
     write(command.coupling, *out.mutable_coupling());
     if (command.law != nullptr) out.set_law(std::string(command.law->name));
   }
+  if (command.kind == RoomCommand::Kind::kPlace) {
+    out.set_beside(command.beside.value);
+    proto::write_exact({command.X_SB, Twist{}}, *out.mutable_placed());
+  }
   return out;
 }
 
 std::optional<RoomCommand> command_of(const wire::RecordedCommand& in) {
   RoomCommand command;
-  if (in.kind() < 0 || in.kind() > static_cast<int>(RoomCommand::Kind::kReset)) return std::nullopt;
+  if (in.kind() < 0 || in.kind() > static_cast<int>(RoomCommand::Kind::kPlace)) return std::nullopt;
   if (in.seat() >= proto::kMaxUsers || in.tool() >= proto::kMaxUsers) return std::nullopt;
   command.kind = static_cast<RoomCommand::Kind>(in.kind());
   command.seat.index = static_cast<std::uint8_t>(in.seat());
@@ -109,6 +114,11 @@ std::optional<RoomCommand> command_of(const wire::RecordedCommand& in) {
   if (command.kind == RoomCommand::Kind::kSetCoupling) {
     if (!read(in.coupling(), command.coupling)) return std::nullopt;
     if (!in.law().empty() && (command.law = haptics::find_coupling_law(in.law())) == nullptr) return std::nullopt;
+  }
+  if (command.kind == RoomCommand::Kind::kPlace) {
+    command.beside = BodyId{in.beside()};
+    command.X_SB = proto::read_exact(in.placed()).X;
+    if (!is_finite(command.X_SB) || std::abs(command.X_SB.q.norm() - 1) > 1e-6) return std::nullopt;
   }
   std::ranges::copy(std::string_view(in.user_name()).substr(0, command.seat.user_name.size() - 1),
                     command.seat.user_name.begin());

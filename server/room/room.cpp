@@ -147,6 +147,22 @@ void Room::reset() noexcept {
   }
 }
 
+/// A hand that holds it stays where it is, and has it from there: its coupling feels no step.
+void Room::place(BodyId body, const Pose& X_WB) noexcept {
+  const bool moves = std::ranges::find(moving_bodies_, body) != moving_bodies_.end();
+  if (!moves || !is_finite(X_WB) || X_WB.p.norm() > proto::kMaxPositionM) return;
+  constexpr double kWholeWay_m = 1e6;
+  Twist velocity;
+  for (const auto& user : users_) {
+    if (!user->seat.is_manipulator()) continue;
+    const physics::ToolState held = world_.tool(user->seat.tool);
+    if (held.held != body) continue;
+    world_.move_grip(user->seat.tool, X_WB.inverse() * held.tool.X, kWholeWay_m);
+    velocity = {held.tool.V.v + held.tool.V.w.cross(X_WB.p - held.tool.X.p), held.tool.V.w};
+  }
+  world_.set_body(body, {X_WB, velocity});
+}
+
 void Room::apply_commands() noexcept {
   for (const auto& user : users_) user->has_grabbed = false;
   RoomCommand command;
@@ -174,6 +190,8 @@ void Room::apply(const RoomCommand& command) noexcept {
                                     : world_.set_coupling(*command.law, command.coupling);
     case RoomCommand::Kind::kReset:
       return reset();
+    case RoomCommand::Kind::kPlace:
+      return place(command.body, world_.body(command.beside).X * command.X_SB);
     case RoomCommand::Kind::kJoin:
       return;
   }

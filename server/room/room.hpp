@@ -39,13 +39,15 @@ namespace tandem::server {
 
 /// From io to the room, about a seat; only kJoin looks at more of it than `index` and `user`.
 struct RoomCommand {
-  enum class Kind : std::uint8_t { kJoin, kLeave, kGrab, kRelease, kSetCoupling, kReset };
+  enum class Kind : std::uint8_t { kJoin, kLeave, kGrab, kRelease, kSetCoupling, kReset, kPlace };
   Kind kind = Kind::kJoin;
   Seat seat;
-  BodyId body = {};                               ///< kGrab; invalid: the nearest in reach
+  BodyId body = {};                               ///< kGrab; invalid: the nearest in reach. kPlace
   std::uint32_t request = 0;                      ///< kGrab, kRelease: carried back in the event
   haptics::CouplingParameters coupling = {};      ///< kSetCoupling
   const haptics::CouplingLawInfo* law = nullptr;  ///< kSetCoupling; null: it stays
+  BodyId beside = {};                             ///< kPlace: of another body
+  Pose X_SB = {};                                 ///< kPlace: of `body` in the frame of that one
 };
 
 /// From the room to io. kPutBack concerns all users, and only its `body` counts.
@@ -189,6 +191,7 @@ class Room {
   void follow_grab_button(User& user, std::uint32_t buttons) noexcept;
   void settle_tools() noexcept;
   void reset() noexcept;
+  void place(BodyId body, const Pose& X_WB) noexcept;
   void publish_soft_offsets() noexcept;
   void describe_world(ServerTime now, TickFaults faults) noexcept;
   void publish_to(User& user) noexcept;
@@ -208,7 +211,7 @@ class Room {
   proto::ServerUpdate common_;                                 ///< of this step: what all users are told alike
   SoftLattices soft_lattices_;
   realtime::Mailbox<SoftOffsets> soft_offsets_;
-  static constexpr std::size_t kMaxWatchers = 3;  // a recorder, a checkpoint, metrics
+  static constexpr std::size_t kMaxWatchers = 4;  // a recorder, a checkpoint, a keeper of poses, metrics
   boost::container::static_vector<RoomWatcher*, kMaxWatchers> watchers_;
   std::array<std::optional<RoomState::Tool>, proto::kMaxUsers> left_;  ///< by tool: of resume(), nobody has it yet
   Step step_;

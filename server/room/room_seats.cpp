@@ -101,6 +101,12 @@ bool RoomSeats::reset(const Seat& seat, LocalTime now) {
   return true;
 }
 
+bool RoomSeats::place(const Seat& seat, RoomCommand placing) {
+  flush();
+  placing.seat = seat;
+  return waiting_.empty() && room_.post(placing);
+}
+
 haptics::CouplingParameters RoomSeats::coupling_in_force(const Seat& seat) const {
   if (!has_tool(seat.role)) return coupling_.parameters;
   const BodyId held = held_[seat.index];

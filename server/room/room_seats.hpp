@@ -14,6 +14,8 @@ namespace tandem::server {
 
 /// Of one room, that are granted.
 inline constexpr net::Rate kResetRate{1, 2};
+/// Likewise what all users ask of its molecules' poses.
+inline constexpr net::Rate kPoseRate{4, 8};
 
 /// Hands out the places of one room and tells the room's loop.
 ///
@@ -45,6 +47,10 @@ class RoomSeats {
   /// All that moves back to its start (World::put_all_back()). False, and nothing is asked: the room does not keep up, or
   /// it was reset just now (kResetRate), for each reset tells everybody of every body that moves.
   bool reset(const Seat& seat, LocalTime now);
+  bool may_ask_pose(LocalTime now) { return poses_.take(1, now); }
+  /// In      placing  lacks the seat
+  /// Out     false: the room does not keep up
+  bool place(const Seat& seat, RoomCommand placing);
   /// False, and nothing is asked of the room, when it does not keep up or this seat's last request is not served yet
   /// (on_update()): one user cannot fill the queue that all share. The user is told.
   bool grab(const Seat& seat, BodyId body, std::uint32_t request);
@@ -71,6 +77,7 @@ class RoomSeats {
   std::array<std::uint64_t, proto::kMaxUsers> served_{};
   std::uint32_t last_user_ = 0;
   net::TokenBucket resets_{kResetRate};
+  net::TokenBucket poses_{kPoseRate};
   /// Joins and leaves must not be lost; bounded because a room that is behind takes nobody in.
   std::deque<RoomCommand> waiting_;
 };

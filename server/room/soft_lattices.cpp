@@ -30,13 +30,13 @@ SoftLattices::Point SoftLattices::point_at(const Vec3& at_W, const std::vector<V
     return (nodes_W[a] - at_W).squaredNorm() < (nodes_W[b] - at_W).squaredNorm();
   };
   std::partial_sort(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(near), order.end(), is_nearer);
-  Point point;
+  Point point{};
   double sum = 0;
   for (std::size_t i = 0; i < near; ++i) {
-    point.nodes[i] = order[i];
-    sum += point.weights[i] = 1 / std::max((nodes_W[order[i]] - at_W).norm(), 1e-9);
+    point[i] = {order[i], 1 / std::max((nodes_W[order[i]] - at_W).norm(), 1e-9)};
+    sum += point[i].second;
   }
-  for (double& weight : point.weights) weight /= sum;
+  for (auto& [node, weight] : point) weight /= sum;
   return point;
 }
 
@@ -52,11 +52,8 @@ void SoftLattices::measure(const physics::World& world, std::vector<std::vector<
     const std::vector<Vec3>& rest_W = rest_W_[body];
     if (now_W.size() != rest_W.size()) continue;
     for (std::size_t i = 0; i < points_[body].size(); ++i) {
-      const Point& point = points_[body][i];
       Vec3 offset = Vec3::Zero();
-      for (std::size_t k = 0; k < kNear; ++k) {
-        offset += point.weights[k] * (now_W[point.nodes[k]] - rest_W[point.nodes[k]]);
-      }
+      for (const auto& [node, weight] : points_[body][i]) offset += weight * (now_W[node] - rest_W[node]);
       out[body][i] = offset;
     }
   }

@@ -1,6 +1,9 @@
 // From the nodes of soft bodies to what windows are told of them.
 #pragma once
 
+#include <array>
+#include <cstddef>
+#include <utility>
 #include <vector>
 
 #include "common/physics/world.hpp"
@@ -23,10 +26,7 @@ class SoftLattices {
 
  private:
   static constexpr std::size_t kNear = 4;
-  struct Point {
-    std::array<std::size_t, kNear> nodes{};
-    std::array<double, kNear> weights{};
-  };
+  using Point = std::array<std::pair<std::size_t, double>, kNear>;  ///< nodes and their weights
   static Point point_at(const Vec3& at_W, const std::vector<Vec3>& nodes_W);
 
   std::vector<std::vector<Vec3>> rest_W_;  ///< nodes

@@ -194,6 +194,12 @@ wire::ServerControl body_returned(BodyId body) {
   return message;
 }
 
+wire::ServerControl kept_pose(const wire::KeptPose& pose) {
+  wire::ServerControl message;
+  *message.mutable_kept_pose() = pose;
+  return message;
+}
+
 wire::ServerControl room_reset(std::uint32_t request, UserId by) {
   wire::ServerControl message;
   message.set_request(request);

@@ -35,6 +35,7 @@ wire::ServerControl grab_answer(const RoomEvent& event);
 
 /// To all: it left the scene, or was not finite any more.
 wire::ServerControl body_returned(BodyId body);
+wire::ServerControl kept_pose(const wire::KeptPose& pose);
 wire::ServerControl room_reset(std::uint32_t request, UserId by);
 wire::ServerControl soft_shape(std::size_t soft_body, const std::vector<Vec3>& offsets_W);
 /// What a coefficient now is for a user.

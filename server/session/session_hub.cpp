@@ -144,6 +144,37 @@ void SessionHub::Impl::deliver_events(RoomSeats& seats) {
   }
 }
 
+void Connection::note_changes(const haptics::CouplingParameters& before) {
+  const haptics::CouplingParameters now = seats->coupling_in_force(seat);
+  for (std::size_t i = 0; i < proto::kCouplingFields.size(); ++i) {
+    const auto value = proto::kCouplingFields[i].value;
+    if (before.*value != now.*value) changed_parameters.set(i);
+  }
+}
+
+void SessionHub::Impl::tell_poses() {
+  if (settings.poses == nullptr) return;
+  settings.poses->deliver(
+      [this](const Room& room, UserId user, const wire::ServerControl& answer, const RoomCommand* placing) {
+        const auto asker = std::ranges::find_if(connections, [&](const auto& entry) {
+          const Connection& connection = *entry.second;
+          return connection.state == ConnectionState::kActive && &connection.seats->room() == &room &&
+                 connection.seat.user == user;
+        });
+        if (asker == connections.end() && !answer.has_kept_pose()) return;  // nobody's any more
+        if (placing != nullptr && !asker->second->seats->place(asker->second->seat, *placing)) {
+          return send(*asker->second, error_answer(answer.request(), wire::ERROR_NOT_ALLOWED, kRoomBusy));
+        }
+        if (answer.has_error()) return send(*asker->second, answer);
+        wire::ServerControl for_others = answer;
+        for_others.clear_request();
+        for (const auto& [handle, connection] : connections) {
+          if (connection->state != ConnectionState::kActive || &connection->seats->room() != &room) continue;
+          send(*connection, connection->seat.user == user ? answer : for_others);
+        }
+      });
+}
+
 /// Of rooms with soft bodies, to those who asked for it.
 void SessionHub::Impl::tell_soft_shapes(RoomSeats& seats) {
   if (!seats.room().soft_offsets().poll()) return;
@@ -338,6 +369,7 @@ void SessionHub::poll(LocalTime now) {
     impl_->deliver_events(*seats);
     impl_->tell_soft_shapes(*seats);
   }
+  impl_->tell_poses();
   for (const auto& [handle, connection] : impl_->connections) {
     if (connection->state == ConnectionState::kActive) impl_->tell_news(*connection);
     if (connection->state != ConnectionState::kClosed) impl_->end_overdue(*connection, now);

@@ -17,6 +17,7 @@
 #include "common/base/ids.hpp"
 #include "common/base/time.hpp"
 #include "proto/datagram_channel.hpp"
+#include "server/recording/pose_keeper.hpp"
 #include "server/room/room.hpp"
 #include "server/session/admission.hpp"
 #include "server/session/limits.hpp"
@@ -62,6 +63,8 @@ struct HubSettings {
   std::function<std::uint64_t()> connection_ids{};
   /// Who may join; none: everybody (--insecure, trials).
   std::optional<AdmissionSettings> admission{};
+  /// Outlives the hub; null: no poses are kept.
+  PoseKeeper* poses = nullptr;
 };
 
 /// A datagram that was taken.

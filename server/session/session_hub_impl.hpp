@@ -93,6 +93,7 @@ struct SessionHub::Impl {
   void kick(Connection& connection, const wire::ClientControl& message);
   void set_parameter(Connection& connection, const wire::ClientControl& message);
   void reset_room(Connection& connection, const wire::ClientControl& message);
+  void ask_pose(Connection& connection, const wire::ClientControl& message);
   void set_law(Connection& connection, const wire::ClientControl& message);
   void announce_parameter(Connection& setter, std::uint32_t request, const proto::CouplingField& field);
   void change_coupling(RoomSeats& seats, const std::function<void()>& change, const Connection* but = nullptr);
@@ -110,6 +111,7 @@ struct SessionHub::Impl {
   void send_newest_update(Connection& connection, LocalTime now);
   bool deliver_state(Connection& connection, std::span<const std::byte> datagram);
   void deliver_events(RoomSeats& seats);
+  void tell_poses();
   void tell_soft_shapes(RoomSeats& seats);
   void tell_soft_shape(Connection& connection, const wire::ServerControl& message);
   void take_room_update(Connection& connection, const UserUpdate& update);

@@ -9,6 +9,7 @@
 #include "common/base/random.hpp"
 #include "proto/control_framing.hpp"
 #include "server/assets/scene_file.hpp"
+#include "server/recording/pose_keeper.hpp"
 #include "server/session/session_hub.hpp"
 #include "tests/client/haptics/scripted_device.hpp"
 #include "tests/fuzz/seed_file.hpp"
@@ -25,7 +26,9 @@ constexpr int kToldMilliseconds = 40;
 class Session final : public server::ServerTransport, public client::ClientTransport {
  public:
   explicit Session(const std::shared_ptr<const server::LoadedScene>& scene)
-      : room_(RoomId{1}, scene->description.name(), scene),
+      : rooms_(one_room(scene)),
+        room_(*rooms_.front()),
+        poses_({}, rooms_, [] { return 1'700'000'000'000; }),
         hub_(hub_settings(), {&room_}, *this),
         client_({.haptics = {.stage = {.name = "local-model"}}, .session = {.wants_soft_shapes = true}}, device_,
                 *this) {
@@ -42,7 +45,11 @@ class Session final : public server::ServerTransport, public client::ClientTrans
       if (ms == 20) client_.session().reset_room();
       if (ms == 25) client_.session().set_parameter("coupling.stiffness", 250);
       if (ms == 30) client_.session().release();
+      if (ms == 15 || ms == 35) ask_pose(wire::AskPose::KEEP);
+      if (ms == 22) ask_pose(wire::AskPose::MINIMISE);
+      if (ms == 28) ask_pose(wire::AskPose::UNDO);
       room_.step(server_time_of_own_clock(now_));
+      poses_.work();
       hub_.poll(now_);
       client_.haptics().tick(now_);
       client_.poll(now_);
@@ -86,10 +93,23 @@ class Session final : public server::ServerTransport, public client::ClientTrans
  private:
   using Said = std::vector<std::pair<bool, proto::Bytes>>;  ///< on the control stream?
 
-  static server::HubSettings hub_settings() {
+  static std::vector<std::unique_ptr<server::Room>> one_room(const std::shared_ptr<const server::LoadedScene>& scene) {
+    std::vector<std::unique_ptr<server::Room>> rooms;
+    rooms.push_back(std::make_unique<server::Room>(RoomId{1}, scene->description.name(), scene));
+    return rooms;
+  }
+
+  server::HubSettings hub_settings() {
     server::HubSettings settings;
+    settings.poses = &poses_;
     settings.connection_ids = [ids = Random(1)]() mutable { return ids.next_u64(); };
     return settings;
+  }
+
+  void ask_pose(wire::AskPose::Kind kind) {
+    wire::AskPose asked;
+    asked.set_kind(kind);
+    client_.session().ask_pose(asked);
   }
 
   void deliver() {
@@ -108,7 +128,9 @@ class Session final : public server::ServerTransport, public client::ClientTrans
   proto::FrameReader reader_;
   std::vector<std::byte> script_;
   std::size_t datagrams_ = 0;
-  server::Room room_;
+  std::vector<std::unique_ptr<server::Room>> rooms_;
+  server::Room& room_;
+  server::PoseKeeper poses_;
   server::SessionHub hub_;
   client::ScriptedDevice device_{Vec3::Constant(0.2)};
   client::Client client_;
@@ -128,7 +150,7 @@ int main(int argc, char** argv) {
     "tools": [{"name": "a", "placement": {"position_m": [0, 0, 0.02]}}, {"name": "b"}],
     "coupling": {"law": "spring-damper", "stiffness_n_per_m": 300, "damping_n_s_per_m": 3}})";
   fuzz::write_seed(folder / "small", Session(server::load_scene_text(small, "small.json", ".")).script());
-  for (const std::string name : {"wall", "soft_pad"})
+  for (const std::string name : {"wall", "soft_pad", "docking_helices"})
     fuzz::write_seed(folder / name, Session(server::load_scene(scenes / (name + ".json"))).script());
   return 0;
 }

@@ -29,7 +29,7 @@ TEST(DatagramHeader, HasTheDocumentedLayout) {
                                    .sequence = 0x1112131415161718},
                                   0);
   ASSERT_EQ(bytes.size(), kDatagramHeaderBytes);
-  EXPECT_EQ(bytes[0], std::byte{0b010'01'101});
+  EXPECT_EQ(bytes[0], std::byte{0b011'01'101});
   for (std::size_t i = 0; i < 8; ++i) EXPECT_EQ(bytes[1 + i], std::byte(0x01 + i));
   for (std::size_t i = 0; i < 8; ++i) EXPECT_EQ(bytes[9 + i], std::byte(0x11 + i));
   for (std::size_t i = 17; i < kDatagramHeaderBytes; ++i) EXPECT_EQ(bytes[i], std::byte{0});

@@ -89,6 +89,8 @@ TEST(GoldenWire, ControlFramesDecodeToTheirValues) {
   EXPECT_EQ(control_in<wire::ServerControl>("goodbye"), goodbye().DebugString());
   EXPECT_EQ(control_in<wire::ServerControl>("asset_chunk"), asset_chunk().DebugString());
   EXPECT_EQ(control_in<wire::ClientControl>("reset_room"), reset_room().DebugString());
+  EXPECT_EQ(control_in<wire::ClientControl>("ask_pose"), ask_pose().DebugString());
+  EXPECT_EQ(control_in<wire::ServerControl>("kept_pose"), kept_pose().DebugString());
   EXPECT_EQ(control_in<wire::ServerControl>("room_reset"), room_reset().DebugString());
   EXPECT_EQ(control_in<wire::ServerControl>("soft_shape"), soft_shape().DebugString());
 }

@@ -134,6 +134,32 @@ wire::ClientControl reset_room() {
   return message;
 }
 
+wire::ClientControl ask_pose() {
+  wire::ClientControl message;
+  message.set_request(12);
+  message.mutable_ask_pose()->set_kind(wire::AskPose::KEEP);
+  message.mutable_ask_pose()->set_name("near");
+  return message;
+}
+
+wire::ServerControl kept_pose() {
+  wire::ServerControl message;
+  message.set_request(12);
+  wire::KeptPose& pose = *message.mutable_kept_pose();
+  pose.set_number(1);
+  pose.set_name("near");
+  pose.set_user_name("ada");
+  for (const double number : {0.25, -10.5, 0.125, 0.5, 0.5, 0.5, -0.5}) pose.add_in_first(number);
+  pose.set_lj_kj_per_mol(-120.5);
+  pose.set_coulomb_kj_per_mol(-62.25);
+  pose.set_rmsd_angstrom(0.75);
+  pose.set_contacts(33);
+  pose.set_hydrogen_bonds(2);
+  pose.set_kept_ms(1'700'000'000'000);
+  pose.set_is_news(true);
+  return message;
+}
+
 wire::ServerControl welcome() {
   wire::ServerControl message;
   message.set_request(1);
@@ -309,6 +335,8 @@ std::vector<GoldenMessage> golden_messages() {
           {"reset_room", Packing::kClientControlFrame, framed(reset_room())},
           {"room_reset", Packing::kServerControlFrame, framed(room_reset())},
           {"soft_shape", Packing::kServerControlFrame, framed(soft_shape())},
+          {"ask_pose", Packing::kClientControlFrame, framed(ask_pose())},
+          {"kept_pose", Packing::kServerControlFrame, framed(kept_pose())},
           {"client_update", Packing::kClientDatagram, client_datagram()},
           {"server_update", Packing::kServerDatagram, server_datagram()}};
 }

@@ -327,5 +327,33 @@ TEST(ClientSession, KeepsTheShapesOfItsSoftBodiesAndNoOthers) {
   EXPECT_NEAR((*bench.session.soft_offsets()[0])[7].z(), 0.01, 5e-5);
 }
 
+TEST(ClientSession, KeepsPosesInTheirOrderAndNoneThatCannotBe) {
+  test::SessionBench bench;
+  greet(bench);
+  bench.say_joined(test::minimal_joined());
+  EXPECT_EQ(bench.session.kept_poses(), nullptr);
+  wire::ServerControl message;
+  wire::KeptPose& told = *message.mutable_kept_pose();
+  const auto say = [&](std::uint32_t number, const std::vector<double>& in_first) {
+    told.set_number(number);
+    told.mutable_in_first()->Assign(in_first.begin(), in_first.end());
+    bench.say(message);
+  };
+  told.set_name("the \x1b[31mfirst");
+  say(0, {0, 0, 0, 2, 0, 0, 0});
+  say(0, {0, 0, 0, 1, 0, 0});
+  say(1, {0, 0, 0, 1, 0, 0, 0});
+  EXPECT_EQ(bench.session.kept_poses(), nullptr);
+  say(0, {1, 2, 3, 1, 0, 0, 0});
+  say(0, {4, 5, 6, 1, 0, 0, 0});
+  ASSERT_NE(bench.session.kept_poses(), nullptr);
+  EXPECT_EQ(bench.session.kept_poses()->size(), 1U);
+  EXPECT_EQ(bench.session.kept_poses()->front().in_first(1), 2);
+  EXPECT_EQ(bench.session.kept_poses()->front().name().find('\x1b'), std::string::npos);
+  for (std::uint32_t number = 1; number < 1000; ++number) say(number, {1, 2, 3, 1, 0, 0, 0});
+  EXPECT_EQ(bench.session.kept_poses()->size(), 256U) << "a server cannot fill a client";
+  EXPECT_EQ(bench.state(), "active");
+}
+
 }  // namespace
 }  // namespace tandem::client

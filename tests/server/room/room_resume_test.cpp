@@ -1,4 +1,5 @@
-// A room that goes on from how another one was: things are where they were, and who comes back has his tool and what it held.
+// A room that goes on from how another one was: things are where they were, and who comes back has his tool and what it held;
+// and bodies that are put elsewhere.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -145,6 +146,56 @@ TEST_F(RoomResumeTest, IgnoresWhatOfAStateIsOutOfRange) {
   state.tools.push_back({0, {{Vec3(0, 0, nan), Quat::Identity()}, {}}, BodyId{2}, {}});
   room_.resume(state);
   EXPECT_TRUE(room_.is_idle()) << "all is as the scene says";
+}
+
+TEST_F(RoomResumeTest, WhoHoldsABodyThatIsPlacedElsewhereFeelsNothingOfIt) {
+  join(0, 7, 0);
+  send(0, {0, 0, 0.05});
+  step();
+  ASSERT_TRUE(room_.post({.kind = RoomCommand::Kind::kGrab, .seat = {0, UserId{7}}, .body = BodyId{2}, .request = 1}));
+  for (int i = 0; i < 200; ++i) {
+    send(0, {0, 0, 0.05 + 2e-4 * i});
+    step();
+  }
+  const physics::ToolState before = room_.world().tool(0);
+  ASSERT_EQ(before.held, BodyId{2});
+  RoomCommand place;
+  place.kind = RoomCommand::Kind::kPlace;
+  place.seat = {0, UserId{7}};
+  place.body = BodyId{2};
+  place.beside = BodyId{3};
+  const Pose X_WB{before.tool.X.p + Vec3(0.002, 0, -0.005), quaternion_of({0, 0, 1})};
+  place.X_SB = room_.world().body(BodyId{3}).X.inverse() * X_WB;
+  ASSERT_TRUE(room_.post(place));
+  send(0, {0, 0, 0.09});
+  step();
+  EXPECT_LT((room_.world().body(BodyId{2}).X.p - X_WB.p).norm(), 1e-4);
+  EXPECT_LT(room_.world().body(BodyId{2}).X.q.angularDistance(X_WB.q), 1e-3);
+  const physics::ToolState after = room_.world().tool(0);
+  EXPECT_EQ(after.held, BodyId{2});
+  EXPECT_LT((after.tool.X.p - before.tool.X.p).norm(), 3e-4) << "no more than it moved anyway";
+  EXPECT_LT((after.wrench_on_hand_W.f - before.wrench_on_hand_W.f).norm(), 0.1);
+}
+
+TEST_F(RoomResumeTest, ABodyIsPlacedNowhereThatItCannotBe) {
+  join(0, 7, 0);
+  step();
+  const Pose before = room_.world().body(BodyId{2}).X;
+  RoomCommand place;
+  place.kind = RoomCommand::Kind::kPlace;
+  place.seat = {0, UserId{7}};
+  place.beside = BodyId{3};
+  for (const Vec3& p : {Vec3(std::nan(""), 0, 0), Vec3(1e9, 0, 0)}) {
+    place.body = BodyId{2};
+    place.X_SB.p = p;
+    ASSERT_TRUE(room_.post(place));
+  }
+  place.body = BodyId{1};  // the floor
+  place.X_SB.p = Vec3(0, 0, 1);
+  ASSERT_TRUE(room_.post(place));
+  step();
+  EXPECT_LT((room_.world().body(BodyId{2}).X.p - before.p).norm(), 1e-4);
+  EXPECT_LT(room_.world().body(BodyId{1}).X.p.z(), 0);
 }
 
 }  // namespace

@@ -178,6 +178,8 @@ std::map<std::string, Event> events_of_users() {
          s.send([](auto& message) { message.mutable_reset_room(); });
        }},
       {"reset_room by another user", [](Subject& s) { s.send([](auto& message) { message.mutable_reset_room(); }); }},
+      {"ask_pose where there are no molecules",
+       [](Subject& s) { s.send([](auto& message) { message.mutable_ask_pose(); }); }},
       {"get_asset of an unknown hash",
        [](Subject& s) { s.send([](auto& message) { message.mutable_get_asset()->set_sha256("?"); }); }},
       {"state_datagram",

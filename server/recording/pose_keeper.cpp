@@ -1,0 +1,476 @@
+#include "server/recording/pose_keeper.hpp"
+
+#include <fcntl.h>
+#include <google/protobuf/util/json_util.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <deque>
+#include <fstream>
+#include <iomanip>
+#include <iterator>
+#include <optional>
+#include <span>
+#include <sstream>
+#include <utility>
+
+#include "common/base/folders.hpp"
+#include "common/docking/atom_contacts.hpp"
+#include "common/docking/exact_field.hpp"
+#include "common/realtime/mailbox.hpp"
+#include "common/realtime/ring.hpp"
+#include "common/recording/recorder_thread.hpp"
+#include "server/assets/molecular_scale.hpp"
+#include "server/assets/structures/structure_writer.hpp"
+#include "server/recording/room_checkpoint.hpp"
+#include "tandem/checkpoint.pb.h"
+
+namespace tandem::server {
+namespace {
+
+constexpr Duration kPeriod = std::chrono::milliseconds(20);
+constexpr std::size_t kMaxWaiting = 64;
+constexpr double kRests_s = 0.5, kStill_angstrom = 0.1, kElsewhere_angstrom = 0.5;
+constexpr std::size_t kMaxTrail = 100;
+/// Some seconds, for 200 evaluations.
+constexpr std::size_t kMaxPairsToMinimise = 10'000'000;
+constexpr std::uintmax_t kMaxListBytes = 1U << 20U;
+constexpr int kPoseNumbers = 7;
+constexpr const char* kAsInFiles = "as in the files";
+
+using Kind = wire::AskPose;
+
+/// Two bodies, and the step after which they were there.
+struct Sample {
+  Pose X_WA, X_WB;
+  Step step;
+};
+
+struct Request {
+  std::size_t site = 0;
+  UserId user;
+  std::string user_name;
+  std::uint32_t number = 0;
+  wire::AskPose asked;
+};
+
+struct Answer {
+  std::size_t site = 0;
+  UserId user;
+  wire::ServerControl message;
+  std::optional<RoomCommand> placing;
+};
+
+docking::Molecule in_its_file(const docking::Molecule& molecule, const Vec3& centre) {
+  docking::Molecule moved = molecule;
+  for (Vec3& position : moved.positions_angstrom) position += centre;
+  return moved;
+}
+
+void write(const Pose& X, google::protobuf::RepeatedField<double>& out) {
+  out.Clear();
+  for (const double number : X.p) out.Add(number);
+  for (const double number : {X.q.w(), X.q.x(), X.q.y(), X.q.z()}) out.Add(number);
+}
+
+std::optional<Pose> read(const google::protobuf::RepeatedField<double>& in) {
+  if (in.size() != kPoseNumbers) return std::nullopt;
+  const Pose X{{in[0], in[1], in[2]}, Quat(in[3], in[4], in[5], in[6])};
+  if (!docking::is_evaluable(X)) return std::nullopt;
+  return X;
+}
+
+std::string text_of(double value) {
+  std::ostringstream text;
+  text << std::fixed << std::setprecision(2) << value;
+  return text.str();
+}
+
+/// As a CSV field; names have no control characters.
+std::string csv_text(const std::string& text) {
+  std::string out = "\"";
+  for (const char c : text) out += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return out + "\"";
+}
+
+/// Fit for a file's name.
+std::string file_name(const std::string& room) {
+  std::string name;
+  for (const char c : room) {
+    const bool is_plain = std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '-' || c == '_';
+    name += is_plain ? c : '_';
+  }
+  return name;
+}
+
+std::string hex_of(const std::string& bytes, std::size_t count) {
+  std::ostringstream text;
+  for (std::size_t i = 0; i < std::min(count, bytes.size()); ++i) {
+    text << std::hex << std::setw(2) << std::setfill('0') << static_cast<int>(static_cast<unsigned char>(bytes[i]));
+  }
+  return text.str();
+}
+
+std::error_code replace_text(const std::filesystem::path& file, const std::string& text) {
+  return replace_file(file, {std::as_bytes(std::span(text))});
+}
+
+/// A room with two molecules.
+class Site final : public RoomWatcher {
+ public:
+  Site(const Room& of, const std::filesystem::path& folder, std::size_t first, std::size_t second)
+      : room(&of),
+        name_(of.name()),
+        first_(body_id_at(first)),
+        second_(body_id_at(second)),
+        scene_(of.shared_scene()),
+        a_(*scene_->world.bodies[first].molecule),
+        b_(*scene_->world.bodies[second].molecule),
+        centre_a_(scene_->molecule_centres_angstrom[first]),
+        centre_b_(scene_->molecule_centres_angstrom[second]),
+        period_(of.period()) {
+    if (!folder.empty()) {
+      folder_ = folder / (file_name(name_) + "-" + hex_of(checkpoint_of(of).scene_sha256(), 4));
+    }
+    kept_.push_back(described(as_in_files()));
+    kept_.front().set_name(kAsInFiles);
+    read_list();
+    kept_for_io = kept_;
+  }
+  ~Site() override {
+    if (lock_ >= 0) ::close(lock_);
+  }
+  Site(const Site&) = delete;
+  Site& operator=(const Site&) = delete;
+
+  void on_command(const RoomCommand& /*command*/) noexcept override {}
+  void on_input(std::size_t /*seat*/, const proto::ClientUpdate& /*input*/) noexcept override {}
+  void on_step(const Room& of, ServerTime /*now*/, TickFaults /*faults*/) noexcept override {
+    if (of.is_empty()) return;
+    samples_.back() = {of.world().body(first_).X, of.world().body(second_).X, of.steps_done()};
+    samples_.publish();
+  }
+
+  /// Looks where the molecules are.
+  void watch() {
+    if (!samples_.poll()) return;
+    const Sample& now = samples_.front();
+    X_AB_ = now.X_WA.inverse() * now.X_WB;
+    X_AB_->p /= scene_->world.metres_per_angstrom;
+    if (!still_ || docking::rmsd_angstrom(b_, *still_, *X_AB_) > kStill_angstrom) {
+      still_ = X_AB_;
+      still_since_ = now.step;
+    }
+    const double rested_s = to_seconds(period_) * static_cast<double>(now.step.value - still_since_.value);
+    if (rested_s >= kRests_s && is_elsewhere()) mark(*X_AB_);
+  }
+
+  Answer serve(const Request& request, std::uint64_t unix_ms) {
+    Answer answer{request.site, request.user, {}, std::nullopt};
+    answer.message.set_request(request.number);
+    if (!X_AB_) return refused(answer, wire::ERROR_NOT_ALLOWED, "the molecules are nowhere yet; try again");
+    switch (request.asked.kind()) {
+      case Kind::KEEP:
+        return keep(request, unix_ms, answer);
+      case Kind::GO_TO: {
+        const auto found = std::ranges::find(kept_, request.asked.number(), &wire::KeptPose::number);
+        if (found == kept_.end()) return refused(answer, wire::ERROR_BAD_VALUE, "no pose has that number here");
+        return leave_for(*read(found->in_first()), "to " + found->name(), request, answer);
+      }
+      case Kind::UNDO:
+        return undo(request, answer);
+      case Kind::REDO:
+        if (at_ + 1 >= trail_.size() || is_elsewhere())
+          return refused(answer, wire::ERROR_NOT_ALLOWED, "there is nothing to go forward to");
+        return place(trail_[++at_], "forward again", request, answer);
+      case Kind::MINIMISE:
+        return minimise(request, answer);
+      default:
+        return refused(answer, wire::ERROR_BAD_VALUE, "this server does not know what is asked of the pose");
+    }
+  }
+
+  const Room* room;
+  std::vector<wire::KeptPose> kept_for_io;  ///< io's own
+
+ private:
+  Pose as_in_files() const { return {centre_b_ - centre_a_, Quat::Identity()}; }
+
+  bool is_elsewhere() const {
+    return trail_.empty() || docking::rmsd_angstrom(b_, trail_[at_], *X_AB_) > kElsewhere_angstrom;
+  }
+
+  /// Behind where the trail is now, if it is not the same; what was ahead is gone.
+  void mark(const Pose& X_AB) {
+    constexpr double kSame_angstrom = 0.01;
+    if (!trail_.empty() && docking::rmsd_angstrom(b_, trail_[at_], X_AB) < kSame_angstrom) return;
+    trail_.resize(trail_.empty() ? 0 : at_ + 1);
+    if (trail_.size() == kMaxTrail) trail_.erase(trail_.begin());
+    trail_.push_back(X_AB);
+    at_ = trail_.size() - 1;
+  }
+
+  static Answer& refused(Answer& answer, wire::ErrorCode code, const std::string& text) {
+    answer.message.mutable_error()->set_code(code);
+    answer.message.mutable_error()->set_text(text);
+    return answer;
+  }
+
+  Answer& place(const Pose& X_AB, const std::string& text, const Request& request, Answer& answer) {
+    wire::PoseTaken& taken = *answer.message.mutable_pose_taken();
+    taken.set_user(request.user.value);
+    taken.set_kind(request.asked.kind());
+    taken.set_text(request.user_name + ": " + text);
+    Pose X_SB = X_AB;
+    X_SB.p *= scene_->world.metres_per_angstrom;
+    answer.placing.emplace();
+    answer.placing->kind = RoomCommand::Kind::kPlace;
+    answer.placing->body = second_;
+    answer.placing->beside = first_;
+    answer.placing->X_SB = X_SB;
+    // What was asked meanwhile starts from there.
+    X_AB_ = still_ = X_AB;
+    return answer;
+  }
+
+  /// Where it is now can be come back to.
+  Answer& leave_for(const Pose& X_AB, const std::string& text, const Request& request, Answer& answer) {
+    if (is_elsewhere()) mark(*X_AB_);
+    mark(X_AB);
+    return place(X_AB, text, request, answer);
+  }
+
+  Answer& undo(const Request& request, Answer& answer) {
+    if (trail_.empty()) return refused(answer, wire::ERROR_NOT_ALLOWED, "there is nothing to go back to");
+    if (is_elsewhere()) {
+      mark(*X_AB_);
+    } else if (at_ == 0) {
+      return refused(answer, wire::ERROR_NOT_ALLOWED, "there is nothing to go back to");
+    }
+    if (at_ == 0) return refused(answer, wire::ERROR_NOT_ALLOWED, "there is nothing to go back to");
+    return place(trail_[--at_], "back", request, answer);
+  }
+
+  Answer& minimise(const Request& request, Answer& answer) {
+    if (a_.size() * b_.size() > kMaxPairsToMinimise) {
+      return refused(answer, wire::ERROR_NOT_ALLOWED,
+                     "these molecules are too large to be minimised: " + std::to_string(a_.size()) + " x " +
+                         std::to_string(b_.size()) + " atoms");
+    }
+    const auto [X_AB, energy] = minimum_near(a_, b_, scene_->world.field_model, *X_AB_);
+    return leave_for(X_AB, "to the minimum nearby, " + text_of(energy * docking::kKilojoulesPerKilocalorie) + " kJ/mol",
+                     request, answer);
+  }
+
+  wire::KeptPose described(const Pose& X_AB) const {
+    const docking::FieldResult result = docking::exact_field(a_, b_, X_AB, scene_->world.field_model);
+    wire::KeptPose pose;
+    write(X_AB, *pose.mutable_in_first());
+    pose.set_lj_kj_per_mol(result.lennard_jones_kj_per_mol);
+    pose.set_coulomb_kj_per_mol(result.coulomb_kj_per_mol);
+    pose.set_rmsd_angstrom(docking::rmsd_angstrom(b_, as_in_files(), X_AB));
+    pose.set_contacts(static_cast<std::uint32_t>(docking::atom_contacts(a_, b_, X_AB).size()));
+    pose.set_hydrogen_bonds(static_cast<std::uint32_t>(docking::hydrogen_bonds(a_, b_, X_AB).size()));
+    return pose;
+  }
+
+  Answer& keep(const Request& request, std::uint64_t unix_ms, Answer& answer) {
+    if (kept_.size() > kMaxKeptPoses) {
+      return refused(answer, wire::ERROR_NOT_ALLOWED,
+                     "this room has kept " + std::to_string(kMaxKeptPoses) + " poses, and keeps no more");
+    }
+    wire::KeptPose pose = described(*X_AB_);
+    pose.set_number(static_cast<std::uint32_t>(kept_.size()));
+    pose.set_name(request.asked.name().empty() ? "pose " + std::to_string(pose.number()) : request.asked.name());
+    pose.set_user_name(request.user_name);
+    pose.set_kept_ms(unix_ms);
+    kept_.push_back(pose);
+    if (const std::string problem = write_down(pose); !problem.empty()) {
+      kept_.pop_back();
+      return refused(answer, wire::ERROR_NOT_ALLOWED, "the pose cannot be written: " + problem);
+    }
+    if (is_elsewhere()) mark(*X_AB_);
+    *answer.message.mutable_kept_pose() = pose;
+    answer.message.mutable_kept_pose()->set_is_news(true);
+    return answer;
+  }
+
+  void read_list() {
+    if (folder_.empty()) return;
+    std::error_code error;
+    const std::filesystem::path file = folder_ / "poses.json";
+    if (std::filesystem::file_size(file, error) > kMaxListBytes || error) return;
+    std::ifstream in(file, std::ios::binary);
+    const std::string text{std::istreambuf_iterator<char>(in), {}};
+    wire::KeptPoses list;
+    if (!google::protobuf::util::JsonStringToMessage(text, &list).ok()) return;
+    for (const wire::KeptPose& pose : list.poses()) {
+      if (kept_.size() > kMaxKeptPoses || pose.number() != kept_.size() || !read(pose.in_first())) return;
+      kept_.push_back(pose);
+    }
+  }
+
+  /// Empty, or what stands in the way.
+  std::string write_down(const wire::KeptPose& pose) {
+    if (folder_.empty()) return {};
+    std::error_code error;
+    std::filesystem::create_directories(folder_, error);
+    if (lock_ < 0) lock_ = ::open((folder_ / "lock").c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
+    if (lock_ < 0) return "the server cannot write into its folder (--keep)";
+    if (::flock(lock_, LOCK_EX | LOCK_NB) != 0) return "another server keeps poses in that folder (--keep)";
+    wire::KeptPoses list;
+    for (std::size_t i = 1; i < kept_.size(); ++i) *list.add_poses() = kept_[i];
+    google::protobuf::util::JsonPrintOptions options;
+    options.add_whitespace = true;
+    std::string json;
+    if (!google::protobuf::util::MessageToJsonString(list, &json, options).ok()) return "its name is no UTF-8";
+    try {
+      save(pose);
+    } catch (const std::exception& problem) {
+      return problem.what();
+    }
+    error = replace_text(folder_ / "poses.csv", csv());
+    if (!error) error = replace_text(folder_ / "poses.json", json);
+    return error ? error.message() : std::string();
+  }
+
+  void save(const wire::KeptPose& pose) const {
+    const docking::Molecule a = in_its_file(a_, centre_a_), b = in_its_file(b_, centre_b_);
+    const Pose X_AB = *read(pose.in_first());
+    const Pose X_files = Pose{centre_a_, Quat::Identity()} * X_AB * Pose{-centre_b_, Quat::Identity()};
+    docking::FieldResult result;
+    result.lennard_jones_kj_per_mol = pose.lj_kj_per_mol();
+    result.coulomb_kj_per_mol = pose.coulomb_kj_per_mol();
+    std::vector<std::string> remarks = energy_remarks(result, scene_->world.field_model);
+    remarks.insert(remarks.begin(), "pose " + std::to_string(pose.number()) + " of room " + name_);
+    const std::filesystem::path file = folder_ / std::to_string(pose.number());
+    // A file of that number is of a list that was lost, or of a server that was killed before it listed it.
+    for (const char* ending : {".cif", ".pdb"}) {
+      std::filesystem::path name = file;
+      std::error_code error;
+      std::filesystem::remove(name += ending, error);
+    }
+    save_complex(file.string() + ".cif", a, b, X_files, remarks);
+    try {
+      save_complex(file.string() + ".pdb", a, b, X_files, remarks);
+    } catch (const docking::MoleculeError&) {
+      // What PDB cannot hold is in the other.
+    }
+  }
+
+  std::string csv() const {
+    std::ostringstream text;
+    text << "number,kept_unix_ms,name,user,lj_kj_mol,coulomb_kj_mol,total_kj_mol,rmsd_angstrom,contacts,hydrogen_bonds,"
+            "x_angstrom,y_angstrom,z_angstrom,qw,qx,qy,qz\n"
+         << std::setprecision(12);
+    for (std::size_t i = 1; i < kept_.size(); ++i) {
+      const wire::KeptPose& pose = kept_[i];
+      text << pose.number() << ',' << pose.kept_ms() << ',' << csv_text(pose.name()) << ','
+           << csv_text(pose.user_name()) << ',' << pose.lj_kj_per_mol() << ',' << pose.coulomb_kj_per_mol() << ','
+           << pose.lj_kj_per_mol() + pose.coulomb_kj_per_mol() << ',' << pose.rmsd_angstrom() << ',' << pose.contacts()
+           << ',' << pose.hydrogen_bonds();
+      for (const double number : pose.in_first()) text << ',' << number;
+      text << '\n';
+    }
+    return text.str();
+  }
+
+  std::string name_;
+  BodyId first_, second_;
+  std::shared_ptr<const LoadedScene> scene_;
+  const docking::Molecule& a_;
+  const docking::Molecule& b_;
+  Vec3 centre_a_, centre_b_;
+  Duration period_;
+  std::filesystem::path folder_;
+  int lock_ = -1;
+  realtime::Mailbox<Sample> samples_;
+  std::vector<wire::KeptPose> kept_;
+  std::optional<Pose> X_AB_;   ///< newest [Å]
+  std::optional<Pose> still_;  ///< since then it has moved less than kStill_angstrom
+  Step still_since_{};
+  std::vector<Pose> trail_;
+  std::size_t at_ = 0;  ///< where in it
+};
+
+}  // namespace
+
+struct PoseKeeper::Impl {
+  std::vector<std::unique_ptr<Site>> sites;
+  realtime::Ring<Request> requests{kMaxWaiting};
+  realtime::Ring<Answer> answers{kMaxWaiting};
+  std::deque<Answer> unsaid;
+  std::function<std::uint64_t()> unix_ms;
+  std::unique_ptr<recording::RecorderThread> thread;
+
+  Site* find(const Room& room) const {
+    const auto found = std::ranges::find_if(sites, [&room](const auto& site) { return site->room == &room; });
+    return found == sites.end() ? nullptr : found->get();
+  }
+};
+
+PoseKeeper::PoseKeeper(std::filesystem::path folder, const std::vector<std::unique_ptr<Room>>& rooms,
+                       std::function<std::uint64_t()> unix_ms)
+    : impl_(std::make_unique<Impl>()) {
+  impl_->unix_ms = std::move(unix_ms);
+  for (const auto& room : rooms) {
+    std::vector<std::size_t> molecules;
+    const auto& bodies = room->scene().world.bodies;
+    for (std::size_t i = 0; i < bodies.size(); ++i) {
+      if (bodies[i].molecule != nullptr) molecules.push_back(i);
+    }
+    if (molecules.size() != 2) continue;
+    impl_->sites.push_back(std::make_unique<Site>(*room, folder, molecules[0], molecules[1]));
+    room->watch(*impl_->sites.back());
+  }
+}
+
+PoseKeeper::~PoseKeeper() = default;
+
+void PoseKeeper::start() {
+  if (!impl_->sites.empty()) impl_->thread = std::make_unique<recording::RecorderThread>(kPeriod, [this] { work(); });
+}
+
+void PoseKeeper::work() {
+  for (const auto& site : impl_->sites) site->watch();
+  Request request;
+  while (impl_->unsaid.empty() && impl_->requests.pop(request)) {
+    impl_->unsaid.push_back(impl_->sites[request.site]->serve(request, impl_->unix_ms()));
+  }
+  while (!impl_->unsaid.empty() && impl_->answers.push(impl_->unsaid.front())) impl_->unsaid.pop_front();
+}
+
+bool PoseKeeper::has_molecules(const Room& room) const {
+  return impl_->find(room) != nullptr;
+}
+
+const std::vector<wire::KeptPose>& PoseKeeper::kept(const Room& room) const {
+  static const std::vector<wire::KeptPose> kNone;
+  const Site* const site = impl_->find(room);
+  return site == nullptr ? kNone : site->kept_for_io;
+}
+
+bool PoseKeeper::ask(const Room& room, UserId user, const std::string& user_name, std::uint32_t request,
+                     const wire::AskPose& asked) {
+  for (std::size_t i = 0; i < impl_->sites.size(); ++i) {
+    if (impl_->sites[i]->room == &room) return impl_->requests.push({i, user, user_name, request, asked});
+  }
+  return false;
+}
+
+void PoseKeeper::deliver(
+    const std::function<void(const Room&, UserId, const wire::ServerControl&, const RoomCommand*)>& on_answer) {
+  Answer answer;
+  while (impl_->answers.pop(answer)) {
+    Site& site = *impl_->sites[answer.site];
+    if (answer.message.has_kept_pose()) {
+      site.kept_for_io.push_back(answer.message.kept_pose());
+      site.kept_for_io.back().clear_is_news();
+    }
+    on_answer(*site.room, answer.user, answer.message, answer.placing ? &*answer.placing : nullptr);
+  }
+}
+
+}  // namespace tandem::server

@@ -1,0 +1,199 @@
+// Poses kept, gone to, undone and done again, in a room of two helices.
+#include "server/recording/pose_keeper.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <vector>
+
+#include "server/assets/docking_scene.hpp"
+#include "server/assets/scene_file.hpp"
+#include "tests/support/molecules.hpp"
+
+namespace tandem::server {
+namespace {
+
+using testing::HasSubstr;
+
+/// Two helices apart, nobody holding them; loaded once.
+const std::shared_ptr<const LoadedScene>& helices() {
+  static const std::shared_ptr<const LoadedScene> kScene = [] {
+    wire::MoleculeSource a, b;
+    a.set_file(test::k3al1File);
+    b.set_file(test::k3al1File);
+    a.add_chains("A");
+    b.add_chains("B");
+    wire::Scene scene = docking_scene(a, b, wire::MolecularField());
+    for (wire::Tool& tool : *scene.mutable_tools()) tool.clear_holds();
+    // Too weak to move them while nobody holds them.
+    scene.mutable_molecular_field()->set_newtons_per_kcal_per_mol_angstrom(1e-6);
+    return load_scene_text(scene_text(scene), "helices", ".");
+  }();
+  return kScene;
+}
+
+class PoseKeeperTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    if (!std::filesystem::exists(test::k3al1File) || !std::filesystem::exists(test::kOplsDirectory)) {
+      GTEST_SKIP() << "needs the Debian packages pymol-data and gromacs-data";
+    }
+    start(folder_);
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+
+  /// Another room of the same scene, and its keeper.
+  void start(const std::filesystem::path& folder) {
+    keeper_.reset();
+    rooms_.clear();
+    rooms_.push_back(std::make_unique<Room>(RoomId{1}, "a room", helices()));
+    keeper_ = std::make_unique<PoseKeeper>(folder, rooms_, [] { return 1'700'000'000'000ULL; });
+    ASSERT_TRUE(room().post({.seat = {0, UserId{7}, UserRole::kManipulator, 0}}));
+    step(1);
+  }
+
+  Room& room() { return *rooms_.front(); }
+
+  void step(int count) {
+    for (int i = 0; i < count; ++i) {
+      room().step(ServerTime(room().period() * static_cast<Duration::rep>(room().steps_done().value + 1)));
+    }
+    keeper_->work();
+  }
+
+  /// The second molecule is moved by so much, and left there for so long.
+  void move(const Vec3& by_angstrom, int rest_steps) {
+    RoomCommand command;
+    command.kind = RoomCommand::Kind::kPlace;
+    command.seat = {0, UserId{7}};
+    command.body = BodyId{2};
+    command.beside = BodyId{1};
+    command.X_SB = pose();
+    command.X_SB.p += helices()->world.metres_per_angstrom * by_angstrom;
+    ASSERT_TRUE(room().post(command));
+    for (int done = 0; done < rest_steps; done += 20) step(20);
+  }
+
+  Pose pose() { return room().world().body(BodyId{1}).X.inverse() * room().world().body(BodyId{2}).X; }
+
+  /// What is told to all, or to who asked; what the room is to do, it does.
+  wire::ServerControl ask(wire::AskPose::Kind kind, std::uint32_t number = 0, const std::string& name = "") {
+    wire::AskPose asked;
+    asked.set_kind(kind);
+    asked.set_number(number);
+    asked.set_name(name);
+    EXPECT_TRUE(keeper_->ask(room(), UserId{7}, "ada", 31, asked));
+    keeper_->work();
+    wire::ServerControl told;
+    keeper_->deliver([&](const Room& of, UserId user, const wire::ServerControl& answer, const RoomCommand* placing) {
+      EXPECT_EQ(&of, &room());
+      EXPECT_EQ(user, UserId{7});
+      told = answer;
+      if (placing == nullptr) return;
+      RoomCommand command = *placing;
+      command.seat = {0, UserId{7}};
+      EXPECT_TRUE(room().post(command));
+    });
+    step(1);
+    return told;
+  }
+
+  double apart_angstrom(const Pose& one, const Pose& other) {
+    return (one.p - other.p).norm() / helices()->world.metres_per_angstrom;
+  }
+
+  const std::filesystem::path folder_ =
+      std::filesystem::temp_directory_path() / ("tandem_poses_" + std::to_string(::getpid()));
+  std::vector<std::unique_ptr<Room>> rooms_;
+  std::unique_ptr<PoseKeeper> keeper_;
+};
+
+TEST_F(PoseKeeperTest, UndoGoesBackToWhereItRestedAndRedoForwardAgain) {
+  const Pose first = pose();
+  move({0, 0, 0}, 700);
+  move({5, 0, 0}, 700);
+  const Pose second = pose();
+  move({0, 5, 0}, 100);  // on its way: not where it rested
+  const Pose third = pose();
+  EXPECT_THAT(ask(wire::AskPose::UNDO).pose_taken().text(), HasSubstr("ada: back"));
+  EXPECT_LT(apart_angstrom(pose(), second), 0.2);
+  ask(wire::AskPose::UNDO);
+  EXPECT_LT(apart_angstrom(pose(), first), 0.2);
+  EXPECT_THAT(ask(wire::AskPose::UNDO).error().text(), HasSubstr("nothing to go back to"));
+  ask(wire::AskPose::REDO);
+  EXPECT_LT(apart_angstrom(pose(), second), 0.2);
+  ask(wire::AskPose::REDO);
+  EXPECT_LT(apart_angstrom(pose(), third), 0.2) << "where it was when it was sent back";
+  EXPECT_THAT(ask(wire::AskPose::REDO).error().text(), HasSubstr("nothing to go forward to"));
+  ask(wire::AskPose::UNDO);
+  move({0, 0, 4}, 700);
+  EXPECT_THAT(ask(wire::AskPose::REDO).error().text(), HasSubstr("nothing to go forward to")) << "it went elsewhere";
+}
+
+TEST_F(PoseKeeperTest, AKeptPoseIsCountedWrittenAndReadAgain) {
+  ASSERT_EQ(keeper_->kept(room()).size(), 1U);
+  EXPECT_EQ(keeper_->kept(room())[0].rmsd_angstrom(), 0);
+  EXPECT_GT(keeper_->kept(room())[0].contacts(), 10U) << "the files have them together";
+  const wire::KeptPose apart = ask(wire::AskPose::KEEP, 0, "a \"first\" one").kept_pose();
+  EXPECT_EQ(apart.number(), 1U);
+  EXPECT_EQ(apart.user_name(), "ada");
+  EXPECT_EQ(apart.contacts(), 0U);
+  EXPECT_NEAR(apart.rmsd_angstrom(), 8, 3) << "drawn apart by the scene";
+  EXPECT_EQ(ask(wire::AskPose::KEEP).kept_pose().name(), "pose 2");
+  std::filesystem::path list;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder_)) {
+    if (entry.path().filename() == "poses.csv") list = entry.path();
+  }
+  for (const char* file : {"1.cif", "1.pdb", "2.cif", "poses.json"}) {
+    EXPECT_TRUE(std::filesystem::exists(list.parent_path() / file)) << file;
+  }
+  std::ifstream in(list);
+  std::stringstream text;
+  text << in.rdbuf();
+  EXPECT_THAT(text.str(), HasSubstr("1,1700000000000,\"a \"\"first\"\" one\",\"ada\","));
+  start(folder_);
+  ASSERT_EQ(keeper_->kept(room()).size(), 3U);
+  EXPECT_EQ(keeper_->kept(room())[1].name(), "a \"first\" one");
+  move({9, 0, 0}, 20);
+  ask(wire::AskPose::GO_TO, 1);
+  EXPECT_LT((helices()->world.metres_per_angstrom * apart.in_first(0) - pose().p.x()), 1e-3);
+  EXPECT_EQ(ask(wire::AskPose::KEEP).kept_pose().number(), 3U) << "counted on";
+}
+
+TEST_F(PoseKeeperTest, TheMinimumNearbyIsTheFilesOwn) {
+  ask(wire::AskPose::GO_TO, 0);
+  const wire::ServerControl told = ask(wire::AskPose::MINIMISE);
+  EXPECT_THAT(told.pose_taken().text(), HasSubstr("to the minimum nearby, -"));
+  const wire::KeptPose found = ask(wire::AskPose::KEEP).kept_pose();
+  EXPECT_LT(found.rmsd_angstrom(), 1.0);
+  EXPECT_LT(found.lj_kj_per_mol() + found.coulomb_kj_per_mol(),
+            keeper_->kept(room())[0].lj_kj_per_mol() + keeper_->kept(room())[0].coulomb_kj_per_mol());
+  ask(wire::AskPose::UNDO);
+  EXPECT_LT(ask(wire::AskPose::KEEP).kept_pose().rmsd_angstrom(), 0.1);
+}
+
+TEST_F(PoseKeeperTest, WhatIsNoListIsLeftAlone) {
+  ask(wire::AskPose::KEEP);
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder_)) {
+    if (entry.path().filename() == "poses.json")
+      std::ofstream(entry.path()) << R"({"poses": [{"number": 1, "inFirst": [1, 2]}]})";
+  }
+  start(folder_);
+  EXPECT_EQ(keeper_->kept(room()).size(), 1U);
+}
+
+TEST_F(PoseKeeperTest, ThereIsAnEndToWhatIsKept) {
+  start("");
+  for (std::size_t i = 1; i <= kMaxKeptPoses; ++i) ASSERT_EQ(ask(wire::AskPose::KEEP).kept_pose().number(), i);
+  EXPECT_THAT(ask(wire::AskPose::KEEP).error().text(), HasSubstr("keeps no more"));
+  EXPECT_EQ(keeper_->kept(room()).size(), kMaxKeptPoses + 1);
+  EXPECT_EQ(ask(wire::AskPose::GO_TO, kMaxKeptPoses).message_case(), wire::ServerControl::kPoseTaken);
+}
+
+}  // namespace
+}  // namespace tandem::server

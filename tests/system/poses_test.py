@@ -1,0 +1,192 @@
+"""Poses of two molecules that users keep, go back to and find again: told, felt, written down, played back."""
+
+import csv
+import json
+import math
+import os
+import pathlib
+import struct
+import threading
+import time
+import unittest
+
+from support import ProgramTest, Server, finish, read_trace, run, start_client
+
+import wire  # of tests/attack, where support.py looks too
+
+HELICES = "/usr/share/pymol/test/dat/3al1.pdb"
+KEEP, GO_TO, UNDO, REDO, MINIMISE = range(5)
+
+
+class Holder:
+    """Holds the receptor still, and asks for poses."""
+
+    def __init__(self, port, cache):
+        (scene,) = pathlib.Path(cache).glob("docking-*.json")
+        self.place = json.loads(scene.read_text())["tools"][0]["placement"]["position_m"]
+        self.client = wire.RawClient(port)
+        self.client.join("ada", wire.MANIPULATOR)
+        self.is_done = False
+        self.thread = threading.Thread(target=self.hold)
+        self.thread.start()
+        self.request = 100
+
+    def hold(self):
+        while not self.is_done:
+            self.client.send_state(self.place)
+            time.sleep(0.01)
+
+    def close(self):
+        self.is_done = True
+        self.thread.join()
+        self.client.close()
+
+    def next(self, *kinds):
+        while True:
+            for number, value in wire.fields(self.client.receive()):
+                if number in kinds:
+                    return number, dict(wire.fields(value))
+
+    def kept(self, count):
+        return [self.pose_of(self.next(wire.KEPT_POSE)[1]) for _ in range(count)]
+
+    @staticmethod
+    def pose_of(found):
+        """Fields of a KeptPose: number, name, energy [kJ/mol], RMSD [angstrom], contacts."""
+        number_at = lambda field: struct.unpack("<d", found.get(field, 0).to_bytes(8, "little"))[0]
+        return {"number": found.get(1, 0), "name": found[2].decode(), "energy": number_at(5) + number_at(6), "rmsd": number_at(7),
+                "contacts": found.get(8, 0)}
+
+    def ask(self, kind, number=0, name=""):
+        """The pose that was kept, or in words what was done, or why not."""
+        self.request += 1
+        body = wire.whole(1, kind) + wire.whole(2, number) + wire.part(3, name.encode())
+        self.client.stream.sendall(wire.control(wire.ASK_POSE, body, self.request))
+        answered, found = self.next(wire.KEPT_POSE, wire.POSE_TAKEN, wire.ERROR)
+        if answered == wire.KEPT_POSE:
+            return self.pose_of(found)
+        return found[3 if answered == wire.POSE_TAKEN else 2].decode()
+
+
+@unittest.skipUnless(os.path.exists(HELICES), "needs the Debian package pymol-data")
+@unittest.skipUnless(os.path.exists("/usr/share/gromacs/top/oplsaa.ff"), "needs the Debian package gromacs-data")
+class KeptPoses(ProgramTest):
+    def server(self, *arguments):
+        return Server("--receptor", HELICES + ":A", "--ligand", HELICES + ":B", "--cache", self.path("cache"), "--keep", self.path("kept"),
+                      *arguments)
+
+    def test_poses_are_kept_gone_to_and_found_again(self):
+        # The ligand is brought where it pulls, and left there.
+        path = self.write("bring.json", json.dumps({"points": [
+            {"t_s": 0, "position_m": [0, 0, 0]}, {"t_s": 4}, {"t_s": 5.5, "position_m": [0, -0.075, 0]}]}))
+        trace = self.path("trace.csv")
+        with self.server("--record", self.path("recording")) as server:
+            holder = Holder(server.port, self.path("cache"))
+            try:
+                (native,) = holder.kept(1)
+                brings = start_client(server.port, "--json", "--duration", "12s", "--hand", path, "--trace", trace)
+                server.wait_for_log("user 2 .* joined")
+                time.sleep(0.3)
+                apart, near = self.keep_two(holder)
+                self.go_to_and_fro(holder, apart)
+                code, out, err = finish(brings)
+                self.assertEqual(code, 0, err)
+            finally:
+                holder.close()
+        self.assertEqual((native["number"], native["name"], native["rmsd"]), (0, "as in the files", 0))
+        self.assertIn('ada kept "near"', err)
+        self.check_forces(json.loads(out), read_trace(trace))
+        self.check_files([apart, near])
+        self.check_playback(*pathlib.Path(self.path("recording")).glob("*.mcap"))
+        with self.server() as again:
+            holder = Holder(again.port, self.path("cache"))
+            try:
+                self.assertEqual([pose["name"] for pose in holder.kept(3)], ["as in the files", "pose 1", "near"])
+            finally:
+                holder.close()
+
+    def keep_two(self, holder):
+        apart = holder.ask(KEEP)
+        time.sleep(6)
+        near = holder.ask(KEEP, name="near")
+        self.assertEqual((apart["number"], apart["name"], apart["contacts"]), (1, "pose 1", 0))
+        self.assertEqual((near["number"], near["name"]), (2, "near"))
+        self.assertGreater(near["contacts"], 10)
+        self.assertLess(near["energy"], apart["energy"] - 20)
+        self.assertLess(near["rmsd"], apart["rmsd"] - 5)
+        return apart, near
+
+    def energy_now(self, holder):
+        """Of a pose that is kept for it."""
+        time.sleep(0.3)
+        return holder.ask(KEEP, name="now")["energy"]
+
+    def go_to_and_fro(self, holder, apart):
+        self.assertEqual(holder.ask(GO_TO, 1), "ada: to pose 1")
+        time.sleep(0.1)
+        self.assertEqual(holder.ask(UNDO), "ada: back")
+        before = self.energy_now(holder)
+        self.assertLess(before, apart["energy"] - 20)
+        found = holder.ask(MINIMISE)
+        self.assertRegex(found, r"^ada: to the minimum nearby, -\d+\.\d\d kJ/mol$")
+        self.assertLess(float(found.split()[-2]), before + 1)
+        self.assertEqual(holder.ask(GO_TO, 1), "ada: to pose 1")
+        self.assertGreater(self.energy_now(holder), apart["energy"] - 15, "they are apart again")
+        self.assertIn("no pose has that number", holder.ask(GO_TO, 99))
+        self.assertIn("1 to 64 bytes", holder.ask(KEEP, name="a\nb"))
+
+    def check_forces(self, report, rows):
+        self.assertTrue(report["all_forces_finite"])
+        forces = [[row[f"displayed_force_{axis}_n"] for axis in "xyz"] for row in rows]
+        steps = [math.dist(*pair) for pair in zip(forces, forces[1:])]
+        self.assertLess(max(steps), 0.2, "though the molecules are somewhere else from one step to the next")
+        self.assertGreater(max(math.hypot(*force) for force in forces), 0.2, "they are felt")
+
+    def check_files(self, kept):
+        (folder,) = pathlib.Path(self.path("kept")).iterdir()
+        with open(folder / "poses.csv") as file:
+            rows = list(csv.DictReader(file))
+        self.assertEqual([row["name"] for row in rows][:2], ["pose 1", "near"])
+        for row, pose in zip(rows, kept):
+            self.assertAlmostEqual(float(row["total_kj_mol"]), pose["energy"], delta=1e-6)
+            self.assertEqual(row["user"], "ada")
+            for ending, allowed in (("cif", 1e-2), ("pdb", 1)):
+                file = folder / f"{row['number']}.{ending}"
+                code, out, err = run("tandem-lab", "energy", "--receptor", f"{file}:A", "--ligand", f"{file}:B", "--json")
+                self.assertEqual(code, 0, err)
+                self.assertAlmostEqual(json.loads(out)["total_kj_mol"], pose["energy"], delta=allowed)
+
+    def check_playback(self, recording):
+        code, out, err = run("tandem-replay", "play", str(recording), "--json")
+        self.assertEqual(code, 0, out + err)
+
+    def test_observers_keep_none_and_other_rooms_have_none(self):
+        with self.server() as server:
+            watcher = wire.RawClient(server.port)
+            watcher.join("otto", wire.OBSERVER)
+            watcher.receive_kind(wire.KEPT_POSE)
+            watcher.stream.sendall(wire.control(wire.ASK_POSE, b"", 7))
+            self.assertIn(b"observers keep no poses", dict(wire.fields(watcher.receive_kind(wire.ERROR)))[2])
+            watcher.close()
+        with Server("--scene", "two_boxes") as server:
+            client = wire.RawClient(server.port)
+            client.join("ada", wire.MANIPULATOR)
+            client.stream.sendall(wire.control(wire.ASK_POSE, b"", 7))
+            self.assertIn(b"there are none here", dict(wire.fields(client.receive_kind(wire.ERROR)))[2])
+            client.close()
+
+    def test_a_folder_that_takes_nothing_is_said_and_the_pose_is_not_kept(self):
+        taken = self.write("taken", "a file where the folder should be")
+        with Server("--receptor", HELICES + ":A", "--ligand", HELICES + ":B", "--cache", self.path("cache"), "--keep", taken) as server:
+            holder = Holder(server.port, self.path("cache"))
+            try:
+                holder.kept(1)
+                time.sleep(0.3)
+                self.assertIn("cannot write into its folder (--keep)", holder.ask(KEEP))
+                self.assertIn("no pose has that number", holder.ask(GO_TO, 1))
+            finally:
+                holder.close()
+
+
+if __name__ == "__main__":
+    unittest.main()
