@@ -112,13 +112,14 @@ class Builder {
 
   void append_atoms(DrawnBody& body, const wire::MoleculeSource& source, const Rgba& color) {
     const proto::Bytes* const bytes = find_asset(assets_, source.asset_sha256());
-    const auto molecule = bytes == nullptr ? std::nullopt : docking::molecule_from(*bytes);
+    auto molecule = bytes == nullptr ? std::nullopt : docking::molecule_from(*bytes);
     if (!molecule) {
       out_.missing.push_back(body.name + ": its atoms are not here");
       return;
     }
     const auto append_as = molecules_ == MoleculeStyle::kSticks ? append_sticks : append_molecule;
     append_as(body.mesh, *molecule, scene_.molecular_field().metres_per_angstrom(), color);
+    body.molecule = std::make_shared<const docking::Molecule>(std::move(*molecule));
   }
 
   static void finish(DrawnBody& body) {

@@ -1,12 +1,14 @@
 // What of a joined scene is drawn: a mesh for each body and tool, from the scene's message and its assets.
 #pragma once
 
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "client/session/asset_store.hpp"
 #include "client/view/drawn_mesh.hpp"
+#include "common/docking/molecule.hpp"
 #include "tandem/control.pb.h"
 
 namespace tandem::client {
@@ -16,7 +18,8 @@ struct DrawnBody {
   DrawnMesh mesh;    ///< in the body's frame
   Pose X_WB_start;
   bool is_static = false;
-  double radius_m = 0;  ///< of a ball about its origin that holds it
+  double radius_m = 0;                                ///< of a ball about its origin that holds it
+  std::shared_ptr<const docking::Molecule> molecule;  ///< in the body's frame; null: it is none, or not here
 };
 
 struct DrawnScene {

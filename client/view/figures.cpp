@@ -6,6 +6,7 @@
 namespace tandem::client {
 namespace {
 
+constexpr Duration kBetweenCounts = std::chrono::milliseconds(200);
 constexpr Duration kMemory = std::chrono::seconds(2);
 /// Longer than this, what a window that stood still did not see is left out.
 constexpr Duration kMaxFrame = std::chrono::milliseconds(500);
@@ -22,6 +23,19 @@ void forget_old(std::vector<std::pair<LocalTime, Value>>& values, LocalTime now)
 double share_lost(const net::LinkCounters& now, const net::LinkCounters& then) {
   if (now.sent <= then.sent || now.lost < then.lost) return 0;
   return static_cast<double>(now.lost - then.lost) / static_cast<double>(now.sent - then.sent);
+}
+
+/// Where a body is felt, or where the scene starts it.
+Pose pose_of(const DrawnScene& scene, const View* view, std::size_t body) {
+  if (view == nullptr) return scene.bodies[body].X_WB_start;
+  const auto found = std::ranges::find(view->bodies, body_id_at(body), &proto::BodyState::id);
+  return found == view->bodies.end() ? scene.bodies[body].X_WB_start : found->state.X;
+}
+
+/// Of the second molecule in the first one's frame, as a kept pose has it.
+Pose pose_of(const wire::KeptPose& kept) {
+  const auto& n = kept.in_first();
+  return {{n[0], n[1], n[2]}, Quat(n[3], n[4], n[5], n[6])};
 }
 
 }  // namespace
@@ -59,6 +73,27 @@ void Figures::add(const View* view, const ClientIoSnapshot& io, LocalTime now) {
     round_trip_ms.add(io.has_clock ? in_ms(io.round_trip) : 0);
     residual_n.add(view != nullptr ? view->residual_on_hand_W.f.norm() : 0);
   }
+}
+
+void Figures::add_molecules(const DrawnScene& scene, const View* view, const ClientIoSnapshot& io, LocalTime now) {
+  if (now < next_count_) return;
+  next_count_ = now + kBetweenCounts;
+  std::size_t found = 0;
+  for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+    if (scene.bodies[i].molecule == nullptr) continue;
+    if (found < molecules.size()) molecules[found] = i;
+    ++found;
+  }
+  has_molecules = found == molecules.size() && io.joined != nullptr;
+  if (!has_molecules) return hydrogen_bonds.clear();
+  Pose X_AB = pose_of(scene, view, molecules[0]).inverse() * pose_of(scene, view, molecules[1]);
+  X_AB.p /= io.joined->scene().molecular_field().metres_per_angstrom();
+  const docking::Molecule& a = *scene.bodies[molecules[0]].molecule;
+  const docking::Molecule& b = *scene.bodies[molecules[1]].molecule;
+  contacts = docking::atom_contacts(a, b, X_AB).size();
+  hydrogen_bonds = docking::hydrogen_bonds(a, b, X_AB);
+  rmsd_angstrom.reset();
+  if (io.kept_poses != nullptr) rmsd_angstrom = docking::rmsd_angstrom(b, X_AB, pose_of(io.kept_poses->front()));
 }
 
 // By the server's clock at one end and this one's at the other: their offset does not matter for how it spreads.

@@ -2,11 +2,14 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <utility>
 #include <vector>
 
 #include "client/haptics/view.hpp"
 #include "client/net/client_io.hpp"
+#include "client/view/drawn_scene.hpp"
+#include "common/docking/atom_contacts.hpp"
 
 namespace tandem::client {
 
@@ -37,6 +40,8 @@ class Figures {
   void add(const TickRecord& record);
   /// Once a frame.
   void add(const View* view, const ClientIoSnapshot& io, LocalTime now);
+  /// Likewise, in a scene of exactly two molecules: how they are to each other, counted some times a second.
+  void add_molecules(const DrawnScene& scene, const View* view, const ClientIoSnapshot& io, LocalTime now);
 
   Curve force_n, torque_n_m;          ///< largest displayed in a step
   Curve round_trip_ms, state_age_ms;  ///< newest
@@ -44,6 +49,13 @@ class Figures {
   Curve longest_tick_ms;              ///< longest time from one tick to the next
   double jitter_ms = 0;               ///< standard deviation of the server's updates' way here, of the last 2 s
   double loss_up = 0, loss_down = 0;  ///< shares that the simulated links lost in the last 2 s
+
+  // Of the first and the second molecule of the scene, where they are felt.
+  bool has_molecules = false;
+  std::array<std::size_t, 2> molecules{};  ///< their bodies, by index
+  std::size_t contacts = 0;
+  docking::AtomPairs hydrogen_bonds;
+  std::optional<double> rmsd_angstrom;  ///< from where their files have them
 
  private:
   void finish_step();
@@ -54,6 +66,7 @@ class Figures {
   double force_max_ = 0, torque_max_ = 0, tick_max_ms_ = 0;
   LocalTime step_end_{};
   LocalTime next_step_{};
+  LocalTime next_count_{};
   Step transit_of_;
   std::vector<std::pair<LocalTime, double>> transits_ms_;
   std::vector<std::pair<LocalTime, LinkTraffic>> traffic_;

@@ -218,7 +218,7 @@ void draw_touch(const PanelContent& content) {
   const TickRecord& record = content.view->record;
   // Only molecules have any.
   if (const double energy = content.view->newest.update.field_energy_kj_per_mol;
-      content.view->has_state && energy != 0) {
+      content.view->has_state && energy != 0 && !figures.has_molecules) {
     fact("energy",
          text_of("%.1f kJ/mol, ", energy) + text_of("%.1f kcal/mol", energy / docking::kKilojoulesPerKilocalorie));
   }
@@ -269,6 +269,7 @@ void draw_help(const PanelContent& content, bool& is_open) {
     line("3D mouse", "the cap holds the scene, where it is not your device");
     line("G", "ghosts: where the server has things; P: contact points");
     line("X", "cut away what is in front; M: atoms as balls or sticks");
+    if (content.figures->has_molecules) line("K", "keep this pose of the molecules; Z: back, Y: forward again");
     line("Tab", "panels; F1: this help; Ctrl+Q: quit");
     ImGui::Separator();
     line("yellow arrow", "force on your hand, of the device");
@@ -322,6 +323,7 @@ void draw_panels(const PanelContent& content, WindowSwitches& switches, net::Lin
   ImGui::Begin("##panels", nullptr,
                ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_AlwaysAutoResize);
   if (begin_part("Session", switches.is_open[0])) draw_session(content);
+  if (content.figures->has_molecules && begin_part("Molecules", switches.is_open[5])) draw_poses(content, switches);
   if (begin_part("Network", switches.is_open[1])) draw_network(content, link);
   if (begin_part("Touch", switches.is_open[2])) draw_touch(content);
   if (begin_part("Stage", switches.is_open[3])) draw_stage(content);

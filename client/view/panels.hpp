@@ -23,7 +23,8 @@ struct WindowSwitches {
   bool cuts = false;       ///< away what is nearer than a plane
   double cut_share = 0.5;  ///< where that is: 0 before, 1 behind the ball that is looked at
   MoleculeStyle molecules{};
-  std::array<bool, 5> is_open{true, true, true, true, true};  ///< of the panels' parts, from above
+  std::array<bool, 6> is_open{true, true, true, true, true, true};  ///< of the panels' parts, the molecules' last
+  std::array<char, 65> pose_name{};  ///< being typed, of a pose to be kept; not remembered
 };
 
 struct PanelContent {
@@ -41,6 +42,11 @@ struct PanelContent {
 /// In      link  the simulated link; the sliders write it
 /// Thread  the window's
 void draw_panels(const PanelContent& content, WindowSwitches& switches, net::LinkParameters& link);
+
+/// Of a room of two molecules; the server refuses it where it cannot be.
+void ask_pose(ClientIo* client, wire::AskPose::Kind kind, std::uint32_t number = 0, const char* name = "");
+/// Their part of the panels (pose_panel.cpp).
+void draw_poses(const PanelContent& content, WindowSwitches& switches);
 
 /// What they take of the window's width, at its right, in ImGui's pixels.
 double panels_width();

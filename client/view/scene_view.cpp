@@ -14,6 +14,7 @@ constexpr Rgba kGhost{0.85F, 0.92F, 1.0F, 0.32F};
 constexpr Rgba kHandle{1, 1, 1, 0.30F};
 constexpr Rgba kStretch{1, 1, 1, 1};
 constexpr Rgba kWhite{1, 1, 1, 1};
+constexpr Rgba kHydrogenBond{1, 1, 1, 1};
 
 /// Sizes of marks, in balls of what is looked at.
 constexpr double kPerNewton = 0.16;
@@ -109,7 +110,7 @@ void SceneView::take_soft_offsets(const ClientIoSnapshot& io) {
 }
 
 void SceneView::arrange(const View* view, const ClientIoSnapshot& io, const WindowSwitches& switches,
-                        const Camera& camera) {
+                        const Camera& camera, const Figures& figures) {
   const bool shows_ghosts = switches.shows_ghosts;
   frame_.things.clear();
   labels_.clear();
@@ -127,6 +128,7 @@ void SceneView::arrange(const View* view, const ClientIoSnapshot& io, const Wind
   if (has_tool(joined_->role())) add_own_tool(view, shows_ghosts);
   if (view != nullptr && view->has_state) add_partners(*view, io, shows_ghosts);
   if (view != nullptr && switches.shows_contacts) add_contacts(*view);
+  if (switches.shows_contacts && figures.has_molecules) add_hydrogen_bonds(figures);
 }
 
 void SceneView::add(std::size_t mesh, const Pose& X, const Rgba& tint, float glow) {
@@ -198,6 +200,30 @@ void SceneView::add_handle(const View& view) {
 void SceneView::add_contacts(const View& view) {
   for (const Vec3& at_W : view.contacts_W) {
     add_mark(ball_, {at_W, Quat::Identity()}, Vec3::Constant(kContact * scene_.focus_radius_m), kContactColor);
+  }
+}
+
+/// Dashed, from donor to acceptor.
+void SceneView::add_hydrogen_bonds(const Figures& figures) {
+  constexpr int kDashes = 5;
+  const double scale = joined_->scene().molecular_field().metres_per_angstrom();
+  const auto [a, b] = figures.molecules;
+  if (std::max(a, b) >= scene_.bodies.size() || std::max(a, b) >= frame_.things.size()) return;
+  const docking::Molecule* const first = scene_.bodies[a].molecule.get();
+  const docking::Molecule* const second = scene_.bodies[b].molecule.get();
+  if (first == nullptr || second == nullptr) return;
+  // add_bodies() has put them there, each with the ghosts that came before it.
+  const auto pose_of = [this](std::size_t body) {
+    return std::ranges::find(frame_.things, first_of_scene_ + body, &DrawnThing::mesh)->X_W;
+  };
+  const Pose X_WA = pose_of(a), X_WB = pose_of(b);
+  for (const auto& [i, j] : figures.hydrogen_bonds) {
+    if (i >= first->size() || j >= second->size()) continue;
+    const Vec3 from = X_WA * Vec3(scale * first->positions_angstrom[i]);
+    const Vec3 step = (X_WB * Vec3(scale * second->positions_angstrom[j]) - from) / (2 * kDashes + 1);
+    for (int dash = 0; dash < kDashes; ++dash) {
+      add_rod(from + (2 * dash + 1) * step, from + (2 * dash + 2) * step, 0.12 * scale, kHydrogenBond);
+    }
   }
 }
 

@@ -35,7 +35,8 @@ class SceneView {
   /// yielded. True: there is another scene, or more of it.
   bool take(const ClientIoSnapshot& io, MoleculeStyle molecules);
   /// In      view  null: none yet, and things are where the scene starts
-  void arrange(const View* view, const ClientIoSnapshot& io, const WindowSwitches& switches, const Camera& camera);
+  void arrange(const View* view, const ClientIoSnapshot& io, const WindowSwitches& switches, const Camera& camera,
+               const Figures& figures);
 
   const DrawnScene& scene() const { return scene_; }
   const DrawnFrame& frame() const { return frame_; }
@@ -53,6 +54,7 @@ class SceneView {
   void add_handle(const View& view);
   void add_wrench(const View& view);
   void add_contacts(const View& view);
+  void add_hydrogen_bonds(const Figures& figures);
   void take_soft_offsets(const ClientIoSnapshot& io);
   void add_partners(const View& view, const ClientIoSnapshot& io, bool shows_ghosts);
 

@@ -194,6 +194,7 @@ void Window::Impl::wait_for_frame() {
 
 void Window::Impl::take_keys() {
   const std::vector<int> keys = std::exchange(keys_pressed, {});
+  if (ImGui::GetIO().WantTextInput) return;  // somebody types
   const auto pressed = [&keys](int key) { return std::ranges::find(keys, key) != keys.end(); };
   if (pressed(GLFW_KEY_F1)) switches.shows_help = !switches.shows_help;
   if (pressed(GLFW_KEY_TAB)) switches.shows_panels = !switches.shows_panels;
@@ -205,6 +206,11 @@ void Window::Impl::take_keys() {
     switches.molecules = switches.molecules == MoleculeStyle::kBalls ? MoleculeStyle::kSticks : MoleculeStyle::kBalls;
   }
   if (pressed(GLFW_KEY_F)) fit();
+  if (figures.has_molecules) {
+    if (pressed(GLFW_KEY_K)) ask_pose(settings.client, wire::AskPose::KEEP);
+    if (pressed(GLFW_KEY_Z)) ask_pose(settings.client, wire::AskPose::UNDO);
+    if (pressed(GLFW_KEY_Y)) ask_pose(settings.client, wire::AskPose::REDO);
+  }
   if (!is_mouse()) return;
   hand.follow_grab(is_holding, clock.now());
   if (pressed(GLFW_KEY_SPACE)) hand.toggle_grab(is_holding, clock.now());
@@ -322,7 +328,8 @@ void Window::draw(const View* view, const ClientIoSnapshot& io, const std::strin
   self.take_cap();
   self.follow(view);
   if (self.is_mouse()) self.settings.pointer->publish(self.hand.target());
-  self.scene->arrange(view, io, self.switches, self.camera);
+  self.figures.add_molecules(self.scene->scene(), view, io, self.clock.now());
+  self.scene->arrange(view, io, self.switches, self.camera, self.figures);
 
   glfwGetFramebufferSize(self.window, &self.width, &self.height);
   self.camera.leave_free(self.switches.shows_panels ? panels_width() / ImGui::GetIO().DisplaySize.x : 0);

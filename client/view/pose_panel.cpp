@@ -1,0 +1,91 @@
+// The part of the panels for scenes of two molecules: how they are to each other, and the poses that users keep.
+#include <imgui.h>
+
+#include <array>
+#include <cstdio>
+#include <cstring>
+
+#include "client/view/panels.hpp"
+#include "common/docking/field_model.hpp"
+#include "common/docking/molecule.hpp"
+
+namespace tandem::client {
+namespace {
+
+constexpr int kRowsShown = 8;
+
+std::string text_of(const char* format, double value) {
+  std::array<char, 64> text{};
+  std::snprintf(text.data(), text.size(), format, value);
+  return text.data();
+}
+
+std::string counted(std::size_t count, const char* what) {
+  return std::to_string(count) + " " + what + (count == 1 ? "" : "s");
+}
+
+void draw_kept(const PanelContent& content, const std::vector<wire::KeptPose>& poses) {
+  const float row = ImGui::GetTextLineHeightWithSpacing();
+  const float height = row * static_cast<float>(1 + std::min<std::size_t>(kRowsShown, poses.size()));
+  if (!ImGui::BeginTable("poses", 4, ImGuiTableFlags_ScrollY | ImGuiTableFlags_RowBg, ImVec2(0, height))) return;
+  ImGui::TableSetupScrollFreeze(0, 1);
+  ImGui::TableSetupColumn("pose", ImGuiTableColumnFlags_WidthStretch);
+  for (const char* name : {"kJ/mol", "RMSD", "H-bonds"}) {
+    ImGui::TableSetupColumn(name, ImGuiTableColumnFlags_WidthFixed, 4 * ImGui::GetFontSize());
+  }
+  ImGui::TableHeadersRow();
+  for (const wire::KeptPose& pose : poses) {
+    ImGui::TableNextRow();
+    ImGui::TableNextColumn();
+    ImGui::PushID(static_cast<int>(pose.number()));
+    if (ImGui::Selectable(pose.name().c_str(), false, ImGuiSelectableFlags_SpanAllColumns)) {
+      ask_pose(content.client, wire::AskPose::GO_TO, pose.number());
+    }
+    if (ImGui::IsItemHovered() && !pose.user_name().empty()) ImGui::SetTooltip("kept by %s", pose.user_name().c_str());
+    ImGui::PopID();
+    for (const std::string& text : {text_of("%.0f", pose.lj_kj_per_mol() + pose.coulomb_kj_per_mol()),
+                                    text_of("%.2f", pose.rmsd_angstrom()), std::to_string(pose.hydrogen_bonds())}) {
+      ImGui::TableNextColumn();
+      ImGui::TextUnformatted(text.c_str());
+    }
+  }
+  ImGui::EndTable();
+}
+
+}  // namespace
+
+void ask_pose(ClientIo* client, wire::AskPose::Kind kind, std::uint32_t number, const char* name) {
+  wire::AskPose asked;
+  asked.set_kind(kind);
+  asked.set_number(number);
+  asked.set_name(name);
+  if (client != nullptr) client->ask_pose(asked);
+}
+
+void draw_poses(const PanelContent& content, WindowSwitches& switches) {
+  const Figures& figures = *content.figures;
+  if (content.view != nullptr && content.view->has_state) {
+    const double energy = content.view->newest.update.field_energy_kj_per_mol;
+    ImGui::Text("%.1f kJ/mol (%.1f kcal/mol)", energy, energy / docking::kKilojoulesPerKilocalorie);
+  }
+  ImGui::TextUnformatted(
+      (counted(figures.contacts, "contact") + ", " + counted(figures.hydrogen_bonds.size(), "hydrogen bond")).c_str());
+  if (figures.rmsd_angstrom) ImGui::Text("%.2f Å RMSD from the files' pose", *figures.rmsd_angstrom);
+  if (content.io->kept_poses == nullptr || content.io->joined->role() == wire::ROLE_OBSERVER) return;
+  ImGui::SetNextItemWidth(-4 * ImGui::GetFontSize());
+  const bool is_entered = ImGui::InputTextWithHint("##name", "name of a pose", switches.pose_name.data(),
+                                                   switches.pose_name.size(), ImGuiInputTextFlags_EnterReturnsTrue);
+  ImGui::SameLine();
+  if (ImGui::Button("keep (K)") || is_entered) {
+    ask_pose(content.client, wire::AskPose::KEEP, 0, switches.pose_name.data());
+    switches.pose_name = {};
+  }
+  if (ImGui::Button("undo (Z)")) ask_pose(content.client, wire::AskPose::UNDO);
+  ImGui::SameLine();
+  if (ImGui::Button("redo (Y)")) ask_pose(content.client, wire::AskPose::REDO);
+  ImGui::SameLine();
+  if (ImGui::Button("minimise")) ask_pose(content.client, wire::AskPose::MINIMISE);
+  draw_kept(content, *content.io->kept_poses);
+}
+
+}  // namespace tandem::client
