@@ -34,16 +34,23 @@ std::shared_ptr<const docking::Molecule> cluster(int count) {
   return molecule;
 }
 
-/// Two bodies of `atoms` atoms each, `gap_m` apart along x, without gravity; tiny balls stand for them in Bullet.
-std::shared_ptr<server::LoadedScene> two_molecules(int atoms, double gap_m, double damping_per_s) {
+/// Two bodies of `atoms` atoms each, `gap_m` apart along x, without gravity; tiny balls stand for them in Bullet. The
+/// second one has half the first one's mass. A tool holds each from the start, where `held`.
+std::shared_ptr<server::LoadedScene> two_molecules(int atoms, double gap_m, double damping_per_s, double mass_kg = 0.2,
+                                                   bool held = false) {
   const auto body = [&](const std::string& name, double x, double mass) {
     return R"({"name": ")" + name + R"(", "shapes": [{"sphere": {"radius_m": 0.001}}], "gravity": false, "mass_kg": )" +
            std::to_string(mass) + R"(, "linear_damping_per_s": )" + std::to_string(damping_per_s) +
            R"(, "angular_damping_per_s": )" + std::to_string(damping_per_s) + R"(, "placement": {"position_m": [)" +
-           std::to_string(x) + R"(, 0, 1], "rotation_xyz_deg": [10, 20, 30]}})";
+           std::to_string(x) + R"(, 0, 1], "rotation_xyz_deg": [10, 20, 30]}, "graspable": true})";
+  };
+  const auto tool = [held](const std::string& name, double x) {
+    return R"({"name": ")" + name + (held ? R"(", "holds": ")" + name : "") + R"(", "placement": {"position_m": [)" +
+           std::to_string(x) + ", 0, 1]}}";
   };
   auto scene = std::make_shared<server::LoadedScene>(
-      *load_parts({.bodies = body("a", 0, 0.2) + "," + body("b", gap_m, 0.1),
+      *load_parts({.bodies = body("a", 0, mass_kg) + "," + body("b", gap_m, mass_kg / 2),
+                   .tools = tool("a", 0) + "," + tool("b", gap_m),
                    .rest = R"("molecular_field": {"newtons_per_kcal_per_mol_angstrom": 0.5, "force_limit_n": 20})"}));
   const double scale = scene->description.molecular_field().metres_per_angstrom();
   for (BodyDescription& described : scene->world.bodies) {
@@ -241,6 +248,44 @@ TEST(MolecularPair, DroppedTogetherSettlesWithoutGainingEnergy) {
   }
   EXPECT_LT(last, start - 1e-3) << "they must have found each other";
   EXPECT_LT(world.stored_energy_j() - world.field_energy_j(), 1e-6) << "and rest";
+}
+
+/// Hands that come towards each other with 0.1 m/s, and stop where their couplings pull with `push_n`. The field's wrench
+/// is that of a step's beginning; what damps it is the coupling, which is implicit.
+double speed_after_pressing(double mass_kg, double damping_per_s, double push_n) {
+  const auto scene = two_molecules(8, 0.2, damping_per_s, mass_kg, true);
+  World world(server::make_server_world(scene));
+  std::array<RigidState, 2> hands;
+  for (std::size_t i = 0; i < 2; ++i) {
+    world.activate_tool(i);
+    hands[i].X = world.tool(i).tool.X;
+  }
+  double fastest = 0;
+  for (int step = 0; step < 4000; ++step) {
+    for (std::size_t i = 0; i < 2; ++i) {
+      hands[i].V.v.setZero();
+      if (world.tool(i).pull_on_tool_W.f.norm() < push_n) hands[i].V.v.x() = i == 0 ? 0.1 : -0.1;
+      hands[i].X.p += 0.001 * hands[i].V.v;
+      world.set_handle(i, hands[i]);
+    }
+    world.step();
+    if (step < 3500) continue;
+    for (const BodyId id : {BodyId{1}, BodyId{2}}) fastest = std::max(fastest, world.body(id).V.v.norm());
+  }
+  EXPECT_GT(world.tool(0).pull_on_tool_W.f.norm(), 0.9 * push_n) << "they must press on each other";
+  return fastest;
+}
+
+// Sub-steps would change nothing for who holds a molecule.
+TEST(MolecularPair, InTwoHandsComesToRestHoweverItIsPressedLightOrMassiveOrOverDamped) {
+  for (const double mass_kg : {0.04, 0.2}) {
+    for (const double damping_per_s : {0.0, 2.0, 200.0}) {
+      for (const double push_n : {0.5, 2.0, 6.0}) {
+        EXPECT_LT(speed_after_pressing(mass_kg, damping_per_s, push_n), 1e-3)
+            << mass_kg << " kg, " << damping_per_s << " /s, " << push_n << " N";
+      }
+    }
+  }
 }
 
 }  // namespace
