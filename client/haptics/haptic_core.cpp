@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <stdexcept>
 
 #include "client/model/local_model.hpp"
@@ -28,6 +29,8 @@ constexpr double kMinSpeedGap_s = 0.001;
 constexpr double kRenderingBlend_per_s = 15;
 /// In which the passivity controller comes or goes.
 constexpr double kPassivityFade_s = 0.3;
+/// When somebody points: to be noticed, and no more; ours.
+constexpr double kMaxNudge_n = 0.3, kNudgeShare = 0.1;
 
 bool is_clutch_down(const devices::DeviceSample& sample) {
   return (sample.buttons & kButtonClutch) != 0;
@@ -66,6 +69,7 @@ HapticCore::HapticCore(const HapticSettings& settings, devices::Device& device, 
       passivity_share_(settings.stage.passivity ? 1 : 0),
       watches_passivity_(settings.stage.passivity || settings.feeds_view),
       workspace_(device.spec(), settings.has_border),
+      nudge_n_(std::min(kMaxNudge_n, kNudgeShare * device.spec().force_limit_n)),
       safety_(with_device_limits(settings.safety, device.spec())),
       device_path_(device.spec().position_step_m, device.spec().rotation_step_rad),
       view_(settings.feeds_view ? std::make_unique<ViewFeed>() : nullptr) {
@@ -99,8 +103,8 @@ void HapticCore::tick(LocalTime now) noexcept {
   record_.state_age = newest() != nullptr ? age_of(*newest(), now) : Duration{-1};
   run_stage(now);
   const Wrench controlled_on_hand_W = through_passivity_controller(stage_output_.wrench_on_hand_W);
-  asked_D_ =
-      workspace_.mapping().device_wrench(controlled_on_hand_W) + Wrench{workspace_.wall_on_hand_D(), Vec3::Zero()};
+  advance_nudge();
+  asked_D_ = workspace_.mapping().device_wrench(controlled_on_hand_W) + Wrench{own_force_D(), Vec3::Zero()};
   write(now, through_safety(now, asked_D_, speed_m_per_s));
   request(controlled_on_hand_W);
   report_displayed();
@@ -176,7 +180,9 @@ void HapticCore::enter_rendering(std::uint32_t number) noexcept {
 
 void HapticCore::enter_scene(const HapticScene& scene) noexcept {
   const bool is_new = scene.generation != scene_.generation;
+  const bool is_shown_a_place = !is_new && scene.places_shown != scene_.places_shown;
   scene_ = scene;
+  if (is_shown_a_place) nudge_towards(scene.shown_W);
   if (scene_.tool < scene_.coupling_bounds.size()) {
     scene_.coupling_bounds[scene_.tool] =
         haptics::coupling_bounds_in_world(coupling_.device_bounds(), scene_.workspace);
@@ -196,6 +202,29 @@ void HapticCore::enter_scene(const HapticScene& scene) noexcept {
   outgoing_.forget_buttons();
   if (view_ != nullptr) view_->reset();
   safety_.rearm();
+}
+
+void HapticCore::nudge_towards(const Vec3& place_W) noexcept {
+  const Vec3 way_W = place_W - record_.handle_W.X.p;
+  nudge_way_D_.setZero();
+  nudged_s_ = 0;
+  if (way_W.allFinite() && way_W.norm() > 1e-6)
+    nudge_way_D_ = workspace_.mapping().X_WD.q.conjugate() * way_W.normalized();
+}
+
+/// Three pushes, of which the place does not depend on the hand's way: they cannot ring.
+void HapticCore::advance_nudge() noexcept {
+  constexpr double kPeriod_s = 0.25, kPush_s = 0.08, kPushes = 3;
+  nudge_D_.setZero();
+  if (nudge_way_D_.isZero(0)) return;
+  nudged_s_ += period_s_;
+  const double into_s = std::fmod(nudged_s_, kPeriod_s);
+  if (nudged_s_ >= kPushes * kPeriod_s) {
+    nudge_way_D_.setZero();
+  } else if (is_displaying() && !is_clutched() && into_s < kPush_s) {
+    const double rise = std::sin(std::numbers::pi * into_s / kPush_s);
+    nudge_D_ = nudge_n_ * rise * rise * nudge_way_D_;
+  }
 }
 
 void HapticCore::change_scene() noexcept {
@@ -367,12 +396,12 @@ void HapticCore::report_displayed() noexcept {
   rendering().stage->set_displayed(on_hand_W);
 }
 
-/// Without the border's share, which is a matter between device and hand.
+/// Without the share of border and nudge.
 Wrench HapticCore::shown_of_scene_D() const noexcept {
   const double asked_n = asked_D_.f.norm();
-  if (asked_n <= 0 || workspace_.wall_on_hand_D().isZero(0)) return writer_.written();
+  if (asked_n <= 0 || own_force_D().isZero(0)) return writer_.written();
   const double share = std::min(1.0, writer_.written().f.norm() / asked_n);
-  return writer_.written() - Wrench{share * workspace_.wall_on_hand_D(), Vec3::Zero()};
+  return writer_.written() - Wrench{share * own_force_D(), Vec3::Zero()};
 }
 
 void HapticCore::record_stage() noexcept {

@@ -109,6 +109,10 @@ class HapticCore {
   void fade_passivity() noexcept;
   void enter_scene(const HapticScene& scene) noexcept;
   void change_scene() noexcept;
+  void nudge_towards(const Vec3& place_W) noexcept;
+  void advance_nudge() noexcept;
+  /// Of border and nudge, which are a matter between device and hand.
+  Vec3 own_force_D() const noexcept { return workspace_.wall_on_hand_D() + nudge_D_; }
   void take_state(const ReceivedUpdate& received) noexcept;
   void note_watched_body(const proto::ServerUpdate& update) noexcept;
   void move_handle(const devices::DeviceSample& sample) noexcept;
@@ -150,6 +154,10 @@ class HapticCore {
   bool watches_passivity_;
   haptics::HandPassivityController passivity_;
   HandWorkspace workspace_;
+  Vec3 nudge_way_D_ = Vec3::Zero();  ///< zero: none
+  Vec3 nudge_D_ = Vec3::Zero();      ///< of this tick [N]
+  double nudge_n_;                   ///< at its strongest
+  double nudged_s_ = 0;
   Clutch clutch_;
   haptics::SafetyChain safety_;
   HapticScene scene_;

@@ -31,6 +31,8 @@ struct HapticScene {
   std::size_t law = 0;                   ///< index into coupling_laws()
   haptics::CouplingParameters coupling;  ///< in force for this user's tool, where it is going (CouplingRamp)
   std::uint32_t tool = 0;                ///< this user's, index into the scene's
+  std::uint32_t places_shown = 0;        ///< one more for each place that somebody else points at …
+  Vec3 shown_W = Vec3::Zero();           ///< … which is the last
   /// Of the coupling, that the users' devices bear, by tool; in the world.
   std::array<haptics::CouplingParameters, proto::kMaxUsers> coupling_bounds = [] {
     std::array<haptics::CouplingParameters, proto::kMaxUsers> bounds;

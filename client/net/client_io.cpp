@@ -163,6 +163,7 @@ void ClientIo::Impl::publish_snapshot(LocalTime now) {
   snapshot.law = session.law().name;
   snapshot.soft_offsets = session.soft_offsets();
   snapshot.kept_poses = session.kept_poses();
+  snapshot.pointed = session.pointed();
   snapshot.coupling_check = session.coupling_check();
   snapshot.stage = client.stage();
   snapshot.stage_note = client.stage_note();
@@ -233,6 +234,10 @@ void ClientIo::reset_room() {
 
 void ClientIo::ask_pose(const wire::AskPose& asked) {
   asio::post(impl_->io, [impl = impl_.get(), asked] { impl->session.ask_pose(asked); });
+}
+
+void ClientIo::point(const wire::Point& place) {
+  asio::post(impl_->io, [impl = impl_.get(), place] { impl->session.point(place); });
 }
 
 void ClientIo::change_room(const std::string& room) {

@@ -49,6 +49,7 @@ struct ClientIoSnapshot {
   haptics::CouplingParameters coupling;                                ///< of the own tool, as the server told last
   std::string_view law;                                                ///< ClientSession::law()
   std::shared_ptr<const std::vector<wire::KeptPose>> kept_poses;       ///< ClientSession::kept_poses()
+  std::vector<std::pair<LocalTime, wire::Pointed>> pointed;            ///< ClientSession::pointed()
   std::vector<std::shared_ptr<const std::vector<Vec3>>> soft_offsets;  ///< ClientSession::soft_offsets()
   CouplingCheck coupling_check;                                        ///< of the coupling in force
   StageSettings stage;                                                 ///< Client::stage()
@@ -90,6 +91,7 @@ class ClientIo {
   void kick(UserId user);
   void reset_room();
   void ask_pose(const wire::AskPose& asked);
+  void point(const wire::Point& place);
   void change_room(const std::string& room);
   /// Client::set_stage()
   /// Fails   std::invalid_argument: as there

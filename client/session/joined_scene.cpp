@@ -56,6 +56,12 @@ void JoinedScene::meet(const wire::UserJoined& user) {
   publish();
 }
 
+void JoinedScene::show(const Vec3& place_W) {
+  ++scene_.places_shown;
+  scene_.shown_W = place_W;
+  publish();
+}
+
 void JoinedScene::hold(BodyId body, LocalTime now) {
   held_ = body;
   watch_.note_change(now);

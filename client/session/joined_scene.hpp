@@ -31,6 +31,8 @@ class JoinedScene {
 
   /// Another user is in the room. Bounds that are not sound are left out.
   void meet(const wire::UserJoined& user);
+  /// Somebody else points at a place, which the hand is nudged towards.
+  void show(const Vec3& place_W);
   /// The server says what this user's tool holds, and what a coefficient is for it.
   void hold(BodyId body, LocalTime now);
   /// Where the tool is on the body that it holds.

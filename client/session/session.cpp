@@ -196,6 +196,10 @@ const std::string& ClientSession::room() const {
 const std::vector<std::string>& ClientSession::rooms() const {
   return impl_->rooms;
 }
+const std::vector<std::pair<LocalTime, wire::Pointed>>& ClientSession::pointed() const {
+  return impl_->pointed;
+}
+
 const std::shared_ptr<const std::vector<wire::KeptPose>>& ClientSession::kept_poses() const {
   return impl_->kept_poses;
 }

@@ -137,6 +137,8 @@ class ClientSession {
   void reset_room();
   /// Keeps a pose of the room's two molecules, or goes to another one.
   void ask_pose(const wire::AskPose& asked);
+  /// Shows the others a place.
+  void point(const wire::Point& place);
   /// Leaves this room for another of the same server; when that refuses, comes back.
   void change_room(const std::string& room, LocalTime now);
   /// Now and for the scenes to come. The force goes, the tool stays where it is, and the force comes back by the ramp.
@@ -166,6 +168,9 @@ class ClientSession {
   const std::vector<std::string>& rooms() const;
   /// How the scene's soft bodies yield, as told last: offsets of proto::soft_lattice(). Null: not told.
   const std::vector<std::shared_ptr<const std::vector<Vec3>>>& soft_offsets() const;
+  /// What users point at, and since when: the last place of each, for kPointed.
+  const std::vector<std::pair<LocalTime, wire::Pointed>>& pointed() const;
+  static constexpr Duration kPointed = std::chrono::seconds(5);
   /// Of the room's two molecules, sound, by their numbers; null: none was told.
   const std::shared_ptr<const std::vector<wire::KeptPose>>& kept_poses() const;
   /// What the server refused last, or the last news of the room, for people; "" before the first.

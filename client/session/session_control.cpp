@@ -117,6 +117,9 @@ bool ClientSession::Impl::handle_active(const wire::ServerControl& message, Loca
     case wire::ServerControl::kKeptPose:
       take_kept_pose(message.kept_pose());
       return true;
+    case wire::ServerControl::kPointed:
+      take_pointed(message.pointed(), now);
+      return true;
     case wire::ServerControl::kPoseTaken:
       news = printable(message.pose_taken().text());
       log(news);
@@ -149,6 +152,29 @@ void ClientSession::Impl::take_kept_pose(const wire::KeptPose& told) {
     log(news);
   }
   kept_poses = std::move(poses);
+}
+
+/// Of a user who is here, and a place that is one.
+void ClientSession::Impl::take_pointed(const wire::Pointed& told, LocalTime now) {
+  constexpr double kMaxPlace_m = 1000;
+  const wire::Point& point = told.point();
+  const auto is_place = [](const auto& p) {
+    return p.size() == 3 && std::ranges::all_of(p, [](double x) { return std::abs(x) <= kMaxPlace_m; });
+  };
+  const bool is_own = told.user() == scene.joined()->user();
+  const auto who = std::ranges::find(users, told.user(), &wire::UserJoined::user);
+  if ((!is_own && who == users.end()) || !is_place(point.place()) || !is_place(point.place_w()) ||
+      point.body() > std::size_t(scene.joined()->scene().bodies_size())) {
+    return;
+  }
+  std::erase_if(pointed,
+                [&](const auto& other) { return other.second.user() == told.user() || now - other.first > kPointed; });
+  pointed.emplace_back(now, told);
+  if (is_own) return;
+  const std::string at = point.body() == 0 ? "a place" : scene.name_of(BodyId{point.body()});
+  news = printable(who->name()) + " points at " + at;
+  log(news);
+  scene.show({point.place_w(0), point.place_w(1), point.place_w(2)});
 }
 
 void ClientSession::Impl::take_parameter(const wire::ParameterSet& parameter, LocalTime now) {
@@ -206,6 +232,7 @@ void ClientSession::Impl::take_joined(const wire::Joined& answer, LocalTime now)
   has_joined = true;
   room_left.reset();
   kept_poses.reset();
+  pointed.clear();
   soft_offsets.assign(std::size_t(scene.joined()->scene().soft_bodies_size()), nullptr);
   credentials.take(answer);
   stream.begin(connection, epoch, secret, now);
@@ -368,6 +395,10 @@ void ClientSession::reset_room() {
 
 void ClientSession::ask_pose(const wire::AskPose& asked) {
   impl_->request([&asked](wire::ClientControl& message) { *message.mutable_ask_pose() = asked; });
+}
+
+void ClientSession::point(const wire::Point& place) {
+  impl_->request([&place](wire::ClientControl& message) { *message.mutable_point() = place; });
 }
 
 void ClientSession::kick(UserId user) {

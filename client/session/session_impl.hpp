@@ -50,6 +50,7 @@ struct ClientSession::Impl {
   void take_asset_chunk(const wire::ServerControl& message, LocalTime now);
   void take_soft_shape(const wire::SoftShape& told);
   void take_kept_pose(const wire::KeptPose& told);
+  void take_pointed(const wire::Pointed& told, LocalTime now);
   void come_back(const std::string& why, LocalTime now);
   void go_to_room(const std::string& wanted, LocalTime now);
   void fetch(const std::vector<std::string>& kinds, bool is_connected_anew);
@@ -101,6 +102,7 @@ struct ClientSession::Impl {
   std::size_t fine_left = 0;                   // assets at the end of what is fetched that others stand for meanwhile
   std::vector<wire::UserJoined> users;
   std::shared_ptr<const std::vector<wire::KeptPose>> kept_poses;
+  std::vector<std::pair<LocalTime, wire::Pointed>> pointed;
 
   ConnectionId connection;
   std::uint8_t epoch = 0;

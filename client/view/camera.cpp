@@ -71,6 +71,12 @@ double Camera::height_at_m(const Vec3& point_W) const {
   return 2 * depth_m * std::tan(kFieldOfView_rad / 2);
 }
 
+std::pair<Vec3, Vec3> Camera::ray_at(double across, double down, double aspect) const {
+  const double size = std::tan(kFieldOfView_rad / 2);
+  const double right = (2 * across - 1 + left_free_) * aspect * size, up = (1 - 2 * down) * size;
+  return {eye_W(), (forward_W() + right * right_W() + up * up_W()).normalized()};
+}
+
 Mat4f Camera::projection_of_world(double aspect) const {
   const double near_m = 0.02 * distance_m_, far_m = 60 * distance_m_;
   const double scale = 1 / std::tan(kFieldOfView_rad / 2);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <utility>
 
 #include "common/base/spatial.hpp"
 
@@ -37,6 +38,10 @@ class Camera {
   Vec3 up_W() const { return right_W().cross(forward_W()); }
   /// World metres that the window's height shows at the depth of a point.
   double height_at_m(const Vec3& point_W) const;
+
+  /// From the eye through a place of the picture: shares of its width from the left, and of its height from above.
+  /// Out     a point of it, and its direction
+  std::pair<Vec3, Vec3> ray_at(double across, double down, double aspect) const;
 
   /// From the world to clip coordinates.
   /// In      aspect  width by height

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 
 #include "client/session/session.hpp"
@@ -191,6 +192,26 @@ class Builder {
   DrawnScene out_;
 };
 
+/// How many times `along` it is from `from` to a triangle; infinite: it is not met.
+double along_ray(const Vec3& from, const Vec3& along, const Vertex* corners) {
+  constexpr double kNever = std::numeric_limits<double>::infinity();
+  std::array<Vec3, 3> p;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const auto& at = corners[k].position_m;
+    p.at(k) = {at[0], at[1], at[2]};
+  }
+  Eigen::Matrix3d columns;
+  columns << p[1] - p[0], p[2] - p[0], -along;
+  const Vec3 right = from - p[0];
+  const double determinant = columns.determinant();
+  if (determinant == 0) return kNever;
+  const Vec3 crossed = columns.col(0).cross(columns.col(1));
+  const double at = crossed.dot(right) / determinant;
+  const double u = right.cross(columns.col(1)).dot(columns.col(2)) / determinant;
+  const double v = columns.col(0).cross(right).dot(columns.col(2)) / determinant;
+  return at > 0 && u >= 0 && v >= 0 && u + v <= 1 ? at : kNever;
+}
+
 }  // namespace
 
 // Okabe and Ito, "Color universal design", 2008.
@@ -221,6 +242,23 @@ DrawnMesh drawn_soft_block(const wire::SoftBody& body, std::span<const Vec3> off
   for (const std::array<int, 3>& face : proto::soft_lattice_faces()) mesh.triangles.push_back(face);
   append_mesh(out, mesh, Pose{}, rgba_of(body.color_rgb(), {0.8F, 0.5F, 0.5F, 1}));
   return out;
+}
+
+std::optional<std::pair<std::size_t, Vec3>> first_hit(const DrawnScene& scene, std::span<const Pose> X_WB,
+                                                      const Vec3& from_W, const Vec3& along_W) {
+  std::optional<std::pair<std::size_t, Vec3>> found;
+  double nearest = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < std::min(scene.bodies.size(), X_WB.size()); ++i) {
+    const DrawnMesh& mesh = scene.bodies[i].mesh;
+    const Vec3 from = X_WB[i].inverse() * from_W, along = X_WB[i].q.conjugate() * along_W;
+    for (std::size_t corner = 0; corner + 2 < mesh.size(); corner += 3) {
+      const double at = along_ray(from, along, &mesh[corner]);
+      if (at >= nearest) continue;
+      nearest = at;
+      found.emplace(i, from + at * along);
+    }
+  }
+  return found;
 }
 
 }  // namespace tandem::client

@@ -2,8 +2,10 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "client/session/asset_store.hpp"
@@ -43,5 +45,10 @@ DrawnScene make_drawn_scene(const wire::Joined& joined, const AssetMap& assets, 
 /// A soft block as it is now, in its own frame; empty for a body that is none.
 /// In      offsets_W  of proto::soft_lattice(), as many
 DrawnMesh drawn_soft_block(const wire::SoftBody& body, std::span<const Vec3> offsets_W);
+
+/// The body that a ray meets first, by index, and where, in its frame.
+/// In      X_WB  one a body
+std::optional<std::pair<std::size_t, Vec3>> first_hit(const DrawnScene& scene, std::span<const Pose> X_WB,
+                                                      const Vec3& from_W, const Vec3& along_W);
 
 }  // namespace tandem::client

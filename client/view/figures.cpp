@@ -25,13 +25,6 @@ double share_lost(const net::LinkCounters& now, const net::LinkCounters& then) {
   return static_cast<double>(now.lost - then.lost) / static_cast<double>(now.sent - then.sent);
 }
 
-/// Where a body is felt, or where the scene starts it.
-Pose pose_of(const DrawnScene& scene, const View* view, std::size_t body) {
-  if (view == nullptr) return scene.bodies[body].X_WB_start;
-  const auto found = std::ranges::find(view->bodies, body_id_at(body), &proto::BodyState::id);
-  return found == view->bodies.end() ? scene.bodies[body].X_WB_start : found->state.X;
-}
-
 /// Of the second molecule in the first one's frame, as a kept pose has it.
 Pose pose_of(const wire::KeptPose& kept) {
   const auto& n = kept.in_first();
@@ -39,6 +32,12 @@ Pose pose_of(const wire::KeptPose& kept) {
 }
 
 }  // namespace
+
+Pose felt_pose(const DrawnScene& scene, const View* view, std::size_t body) {
+  if (view == nullptr) return scene.bodies[body].X_WB_start;
+  const auto found = std::ranges::find(view->bodies, body_id_at(body), &proto::BodyState::id);
+  return found == view->bodies.end() ? scene.bodies[body].X_WB_start : found->state.X;
+}
 
 void Curve::add(double value) {
   values_[next_] = static_cast<float>(value);
@@ -86,7 +85,7 @@ void Figures::add_molecules(const DrawnScene& scene, const View* view, const Cli
   }
   has_molecules = found == molecules.size() && io.joined != nullptr;
   if (!has_molecules) return hydrogen_bonds.clear();
-  Pose X_AB = pose_of(scene, view, molecules[0]).inverse() * pose_of(scene, view, molecules[1]);
+  Pose X_AB = felt_pose(scene, view, molecules[0]).inverse() * felt_pose(scene, view, molecules[1]);
   X_AB.p /= io.joined->scene().molecular_field().metres_per_angstrom();
   const docking::Molecule& a = *scene.bodies[molecules[0]].molecule;
   const docking::Molecule& b = *scene.bodies[molecules[1]].molecule;

@@ -29,6 +29,9 @@ class Curve {
   std::size_t next_ = 0;
 };
 
+/// Where a body is felt, or where the scene starts it.
+Pose felt_pose(const DrawnScene& scene, const View* view, std::size_t body);
+
 /// Thread  the window's
 class Figures {
  public:

@@ -270,6 +270,7 @@ void draw_help(const PanelContent& content, bool& is_open) {
     line("G", "ghosts: where the server has things; P: contact points");
     line("X", "cut away what is in front; M: atoms as balls or sticks");
     if (content.figures->has_molecules) line("K", "keep this pose of the molecules; Z: back, Y: forward again");
+    line("V", "point at what is under the mouse: the others see it, and feel which way it is");
     line("Tab", "panels; F1: this help; Ctrl+Q: quit");
     ImGui::Separator();
     line("yellow arrow", "force on your hand, of the device");

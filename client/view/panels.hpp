@@ -45,6 +45,8 @@ void draw_panels(const PanelContent& content, WindowSwitches& switches, net::Lin
 
 /// Of a room of two molecules; the server refuses it where it cannot be.
 void ask_pose(ClientIo* client, wire::AskPose::Kind kind, std::uint32_t number = 0, const char* name = "");
+/// Keeps the pose of now under the name that was typed.
+void keep_pose(ClientIo* client, WindowSwitches& switches);
 /// Their part of the panels (pose_panel.cpp).
 void draw_poses(const PanelContent& content, WindowSwitches& switches);
 

@@ -2,6 +2,7 @@
 #include <imgui.h>
 
 #include <array>
+#include <cmath>
 #include <cstdio>
 #include <cstring>
 
@@ -31,7 +32,7 @@ void draw_kept(const PanelContent& content, const std::vector<wire::KeptPose>& p
   ImGui::TableSetupScrollFreeze(0, 1);
   ImGui::TableSetupColumn("pose", ImGuiTableColumnFlags_WidthStretch);
   for (const char* name : {"kJ/mol", "RMSD", "H-bonds"}) {
-    ImGui::TableSetupColumn(name, ImGuiTableColumnFlags_WidthFixed, 4 * ImGui::GetFontSize());
+    ImGui::TableSetupColumn(name, ImGuiTableColumnFlags_WidthFixed, ImGui::CalcTextSize(name).x);
   }
   ImGui::TableHeadersRow();
   for (const wire::KeptPose& pose : poses) {
@@ -62,24 +63,30 @@ void ask_pose(ClientIo* client, wire::AskPose::Kind kind, std::uint32_t number, 
   if (client != nullptr) client->ask_pose(asked);
 }
 
+void keep_pose(ClientIo* client, WindowSwitches& switches) {
+  ask_pose(client, wire::AskPose::KEEP, 0, switches.pose_name.data());
+  switches.pose_name = {};
+}
+
 void draw_poses(const PanelContent& content, WindowSwitches& switches) {
   const Figures& figures = *content.figures;
   if (content.view != nullptr && content.view->has_state) {
     const double energy = content.view->newest.update.field_energy_kj_per_mol;
-    ImGui::Text("%.1f kJ/mol (%.1f kcal/mol)", energy, energy / docking::kKilojoulesPerKilocalorie);
+    const bool is_overlap = std::abs(energy) >= 1e6;
+    ImGui::Text(is_overlap ? "%.1e kJ/mol (%.1e kcal/mol)" : "%.1f kJ/mol (%.1f kcal/mol)", energy,
+                energy / docking::kKilojoulesPerKilocalorie);
   }
   ImGui::TextUnformatted(
       (counted(figures.contacts, "contact") + ", " + counted(figures.hydrogen_bonds.size(), "hydrogen bond")).c_str());
   if (figures.rmsd_angstrom) ImGui::Text("%.2f Å RMSD from the files' pose", *figures.rmsd_angstrom);
   if (content.io->kept_poses == nullptr || content.io->joined->role() == wire::ROLE_OBSERVER) return;
-  ImGui::SetNextItemWidth(-4 * ImGui::GetFontSize());
+  const ImGuiStyle& style = ImGui::GetStyle();
+  const char* const keep = "keep (K)";
+  ImGui::SetNextItemWidth(-ImGui::CalcTextSize(keep).x - 2 * style.FramePadding.x - style.ItemSpacing.x);
   const bool is_entered = ImGui::InputTextWithHint("##name", "name of a pose", switches.pose_name.data(),
                                                    switches.pose_name.size(), ImGuiInputTextFlags_EnterReturnsTrue);
   ImGui::SameLine();
-  if (ImGui::Button("keep (K)") || is_entered) {
-    ask_pose(content.client, wire::AskPose::KEEP, 0, switches.pose_name.data());
-    switches.pose_name = {};
-  }
+  if (ImGui::Button(keep) || is_entered) keep_pose(content.client, switches);
   if (ImGui::Button("undo (Z)")) ask_pose(content.client, wire::AskPose::UNDO);
   ImGui::SameLine();
   if (ImGui::Button("redo (Y)")) ask_pose(content.client, wire::AskPose::REDO);

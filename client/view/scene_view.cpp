@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <numbers>
 
 #include "client/session/scene_from_wire.hpp"
 #include "common/geometry/tessellation.hpp"
@@ -110,7 +111,7 @@ void SceneView::take_soft_offsets(const ClientIoSnapshot& io) {
 }
 
 void SceneView::arrange(const View* view, const ClientIoSnapshot& io, const WindowSwitches& switches,
-                        const Camera& camera, const Figures& figures) {
+                        const Camera& camera, const Figures& figures, LocalTime now) {
   const bool shows_ghosts = switches.shows_ghosts;
   frame_.things.clear();
   labels_.clear();
@@ -128,7 +129,8 @@ void SceneView::arrange(const View* view, const ClientIoSnapshot& io, const Wind
   if (has_tool(joined_->role())) add_own_tool(view, shows_ghosts);
   if (view != nullptr && view->has_state) add_partners(*view, io, shows_ghosts);
   if (view != nullptr && switches.shows_contacts) add_contacts(*view);
-  if (switches.shows_contacts && figures.has_molecules) add_hydrogen_bonds(figures);
+  if (switches.shows_contacts && figures.has_molecules) add_hydrogen_bonds(view, figures);
+  add_pointed(view, io, now);
 }
 
 void SceneView::add(std::size_t mesh, const Pose& X, const Rgba& tint, float glow) {
@@ -204,19 +206,15 @@ void SceneView::add_contacts(const View& view) {
 }
 
 /// Dashed, from donor to acceptor.
-void SceneView::add_hydrogen_bonds(const Figures& figures) {
+void SceneView::add_hydrogen_bonds(const View* view, const Figures& figures) {
   constexpr int kDashes = 5;
   const double scale = joined_->scene().molecular_field().metres_per_angstrom();
   const auto [a, b] = figures.molecules;
-  if (std::max(a, b) >= scene_.bodies.size() || std::max(a, b) >= frame_.things.size()) return;
+  if (std::max(a, b) >= scene_.bodies.size()) return;
   const docking::Molecule* const first = scene_.bodies[a].molecule.get();
   const docking::Molecule* const second = scene_.bodies[b].molecule.get();
   if (first == nullptr || second == nullptr) return;
-  // add_bodies() has put them there, each with the ghosts that came before it.
-  const auto pose_of = [this](std::size_t body) {
-    return std::ranges::find(frame_.things, first_of_scene_ + body, &DrawnThing::mesh)->X_W;
-  };
-  const Pose X_WA = pose_of(a), X_WB = pose_of(b);
+  const Pose X_WA = felt_pose(scene_, view, a), X_WB = felt_pose(scene_, view, b);
   for (const auto& [i, j] : figures.hydrogen_bonds) {
     if (i >= first->size() || j >= second->size()) continue;
     const Vec3 from = X_WA * Vec3(scale * first->positions_angstrom[i]);
@@ -224,6 +222,30 @@ void SceneView::add_hydrogen_bonds(const Figures& figures) {
     for (int dash = 0; dash < kDashes; ++dash) {
       add_rod(from + (2 * dash + 1) * step, from + (2 * dash + 2) * step, 0.12 * scale, kHydrogenBond);
     }
+  }
+}
+
+/// A cone that stands on the place and beats, in the colour of who points.
+void SceneView::add_pointed(const View* view, const ClientIoSnapshot& io, LocalTime now) {
+  constexpr double kBeats_per_s = 2;
+  const double size_m = scene_.focus_radius_m;
+  for (const auto& [since, told] : io.pointed) {
+    if (now - since > ClientSession::kPointed) continue;
+    const wire::Point& point = told.point();
+    const std::size_t body = point.body() - std::size_t{1};
+    Vec3 at_W(point.place(0), point.place(1), point.place(2));
+    if (point.body() != 0) {
+      if (body >= scene_.bodies.size()) continue;  // of the scene before
+      at_W = felt_pose(scene_, view, body) * at_W;
+    }
+    const auto user = std::ranges::find(io.users, told.user(), &wire::UserJoined::user);
+    const bool is_own = io.joined != nullptr && told.user() == io.joined->user();
+    const Rgba color = bright(tool_color(user != io.users.end() ? user->tool() : io.joined->tool()));
+    const double beat = 0.5 * std::abs(std::sin(std::numbers::pi * kBeats_per_s * to_seconds(now - since)));
+    const Vec3 tail_W = at_W + Vec3(0, 0, (0.16 + 0.1 * beat) * size_m);
+    add_mark(cone_, along(tail_W, at_W - tail_W), {0.03 * size_m, 0.03 * size_m, (tail_W - at_W).norm()}, color);
+    add_mark(ball_, {at_W, Quat::Identity()}, Vec3::Constant((0.015 + 0.01 * beat) * size_m), color);
+    labels_.push_back({tail_W, (is_own ? "you" : name_of_user(io, UserId{told.user()})) + ": here", color, 1});
   }
 }
 

@@ -36,7 +36,7 @@ class SceneView {
   bool take(const ClientIoSnapshot& io, MoleculeStyle molecules);
   /// In      view  null: none yet, and things are where the scene starts
   void arrange(const View* view, const ClientIoSnapshot& io, const WindowSwitches& switches, const Camera& camera,
-               const Figures& figures);
+               const Figures& figures, LocalTime now);
 
   const DrawnScene& scene() const { return scene_; }
   const DrawnFrame& frame() const { return frame_; }
@@ -54,7 +54,8 @@ class SceneView {
   void add_handle(const View& view);
   void add_wrench(const View& view);
   void add_contacts(const View& view);
-  void add_hydrogen_bonds(const Figures& figures);
+  void add_hydrogen_bonds(const View* view, const Figures& figures);
+  void add_pointed(const View* view, const ClientIoSnapshot& io, LocalTime now);
   void take_soft_offsets(const ClientIoSnapshot& io);
   void add_partners(const View& view, const ClientIoSnapshot& io, bool shows_ghosts);
 

@@ -110,6 +110,7 @@ struct Window::Impl {
   void take_keys_of_hand(double period_s);
   void move_hand_by_mouse(double right, double down, double wheel);
   void follow(const View* view);
+  void point(const View* view);
   void draw_labels(const Mat4f& clip) const;
   void draw_hint() const;
   bool is_mouse() const { return settings.pointer != nullptr; }
@@ -134,6 +135,7 @@ struct Window::Impl {
   LocalTime clicked_at{};           ///< last, and where
   Eigen::Vector2d clicked = Eigen::Vector2d::Zero();
   bool is_holding = false;
+  bool wants_to_point = false;
   bool has_turned = false;  ///< the camera is where somebody put it
 };
 
@@ -206,8 +208,9 @@ void Window::Impl::take_keys() {
     switches.molecules = switches.molecules == MoleculeStyle::kBalls ? MoleculeStyle::kSticks : MoleculeStyle::kBalls;
   }
   if (pressed(GLFW_KEY_F)) fit();
+  if (pressed(GLFW_KEY_V)) wants_to_point = true;
   if (figures.has_molecules) {
-    if (pressed(GLFW_KEY_K)) ask_pose(settings.client, wire::AskPose::KEEP);
+    if (pressed(GLFW_KEY_K)) keep_pose(settings.client, switches);
     if (pressed(GLFW_KEY_Z)) ask_pose(settings.client, wire::AskPose::UNDO);
     if (pressed(GLFW_KEY_Y)) ask_pose(settings.client, wire::AskPose::REDO);
   }
@@ -277,6 +280,24 @@ void Window::Impl::follow(const View* view) {
   if (switches.follows_tool) camera.look_at(scene->tool_pose().p);
 }
 
+/// At what is under the mouse, or else where the own tool is.
+void Window::Impl::point(const View* view) {
+  if (!std::exchange(wants_to_point, false) || settings.client == nullptr) return;
+  const ImGuiIO& io = ImGui::GetIO();
+  const auto [from_W, along_W] = camera.ray_at(io.MousePos.x / std::max(1.0F, io.DisplaySize.x),
+                                               io.MousePos.y / std::max(1.0F, io.DisplaySize.y), aspect());
+  std::vector<Pose> X_WB;
+  for (std::size_t i = 0; i < scene->scene().bodies.size(); ++i) X_WB.push_back(felt_pose(scene->scene(), view, i));
+  const auto hit = io.WantCaptureMouse ? std::nullopt : first_hit(scene->scene(), X_WB, from_W, along_W);
+  wire::Point place;
+  const Vec3 at = hit ? hit->second : scene->tool_pose().p;
+  const Vec3 at_W = hit ? X_WB[hit->first] * at : at;
+  if (hit) place.set_body(static_cast<std::uint32_t>(hit->first) + 1);
+  for (const double number : at) place.add_place(number);
+  for (const double number : at_W) place.add_place_w(number);
+  settings.client->point(place);
+}
+
 void Window::Impl::draw_labels(const Mat4f& clip) const {
   const ImVec2 size = ImGui::GetIO().DisplaySize;
   ImDrawList& list = *ImGui::GetBackgroundDrawList();
@@ -327,9 +348,10 @@ void Window::draw(const View* view, const ClientIoSnapshot& io, const std::strin
   self.take_mouse();
   self.take_cap();
   self.follow(view);
+  self.point(view);
   if (self.is_mouse()) self.settings.pointer->publish(self.hand.target());
   self.figures.add_molecules(self.scene->scene(), view, io, self.clock.now());
-  self.scene->arrange(view, io, self.switches, self.camera, self.figures);
+  self.scene->arrange(view, io, self.switches, self.camera, self.figures, self.clock.now());
 
   glfwGetFramebufferSize(self.window, &self.width, &self.height);
   self.camera.leave_free(self.switches.shows_panels ? panels_width() / ImGui::GetIO().DisplaySize.x : 0);

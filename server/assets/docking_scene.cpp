@@ -25,7 +25,8 @@ constexpr double kZeroArea_kt = 1;
 constexpr std::size_t kMaxAllPairs = 1'000'000;
 /// Of a small molecule; larger ones weigh less, so that a hand can turn them as easily.
 constexpr double kMass_kg = 0.2, kMinMass_kg = 0.02, kGyrationRadius_m = 0.065;
-constexpr std::array kColors{std::array{0.3, 0.55, 0.85}, std::array{0.85, 0.5, 0.3}};
+/// As a window draws the tools that hold them.
+constexpr std::array kColors{std::array{0.0, 0.62, 0.45}, std::array{0.8, 0.47, 0.65}};
 
 docking::Molecule load(wire::MoleculeSource& source, const std::string& force_field_directory) {
   const auto load_with = [&](const std::string& hydrogens) {

@@ -17,6 +17,9 @@ inline constexpr net::Rate kResetRate{1, 2};
 /// Likewise what all users ask of its molecules' poses.
 inline constexpr net::Rate kPoseRate{4, 8};
 
+/// Likewise what they point at.
+inline constexpr net::Rate kPointRate{4, 8};
+
 /// Hands out the places of one room and tells the room's loop.
 ///
 /// Thread  io
@@ -48,6 +51,7 @@ class RoomSeats {
   /// it was reset just now (kResetRate), for each reset tells everybody of every body that moves.
   bool reset(const Seat& seat, LocalTime now);
   bool may_ask_pose(LocalTime now) { return poses_.take(1, now); }
+  bool may_point(LocalTime now) { return points_.take(1, now); }
   /// In      placing  lacks the seat
   /// Out     false: the room does not keep up
   bool place(const Seat& seat, RoomCommand placing);
@@ -78,6 +82,7 @@ class RoomSeats {
   std::uint32_t last_user_ = 0;
   net::TokenBucket resets_{kResetRate};
   net::TokenBucket poses_{kPoseRate};
+  net::TokenBucket points_{kPointRate};
   /// Joins and leaves must not be lost; bounded because a room that is behind takes nobody in.
   std::deque<RoomCommand> waiting_;
 };

@@ -142,6 +142,9 @@ bool SessionHub::Impl::handle_active(Connection& connection, const wire::ClientC
     case wire::ClientControl::kAskPose:
       ask_pose(connection, message);
       return true;
+    case wire::ClientControl::kPoint:
+      point(connection, message);
+      return true;
     case wire::ClientControl::kGetAsset:
       send(connection, asset_answer(message.request(), message.get_asset(), connection.seats->room().scene()));
       return true;
@@ -447,24 +450,6 @@ void SessionHub::Impl::reset_room(Connection& connection, const wire::ClientCont
       if (!user->is_in(*connection.seats)) continue;
       send(*user, room_reset(user.get() == &connection ? message.request() : 0, connection.seat.user));
     }
-  }
-}
-
-/// The answer comes later, by tell_poses().
-void SessionHub::Impl::ask_pose(Connection& connection, const wire::ClientControl& message) {
-  const Room& room = connection.seats->room();
-  const std::string& name = message.ask_pose().name();
-  const auto refuse_with = [&](auto code, auto text) { send(connection, error_answer(message.request(), code, text)); };
-  if (settings.poses == nullptr || !settings.poses->has_molecules(room)) {
-    refuse_with(wire::ERROR_NOT_ALLOWED, "poses are kept in rooms of two molecules; there are none here");
-  } else if (!connection.seat.is_manipulator()) {
-    refuse_with(wire::ERROR_NOT_ALLOWED, "observers keep no poses; join as a manipulator");
-  } else if (!name.empty() && !is_acceptable_user_name(name)) {
-    refuse_with(wire::ERROR_BAD_NAME, "a pose's name is 1 to 64 bytes of printable UTF-8; choose another");
-  } else if (!connection.seats->may_ask_pose(called_at) ||
-             !settings.poses->ask(room, connection.seat.user, connection.user_name, message.request(),
-                                  message.ask_pose())) {
-    refuse_with(wire::ERROR_NOT_ALLOWED, kRoomBusy);
   }
 }
 

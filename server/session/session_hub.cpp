@@ -1,10 +1,12 @@
 #include "server/session/session_hub.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <stdexcept>
 #include <utility>
 
 #include "server/session/session_hub_impl.hpp"
+#include "server/session/user_name.hpp"
 
 namespace tandem::server {
 
@@ -152,6 +154,24 @@ void Connection::note_changes(const haptics::CouplingParameters& before) {
   }
 }
 
+/// The answer comes later, by tell_poses().
+void SessionHub::Impl::ask_pose(Connection& connection, const wire::ClientControl& message) {
+  const Room& room = connection.seats->room();
+  const std::string& name = message.ask_pose().name();
+  const auto refuse_with = [&](auto code, auto text) { send(connection, error_answer(message.request(), code, text)); };
+  if (settings.poses == nullptr || !settings.poses->has_molecules(room)) {
+    refuse_with(wire::ERROR_NOT_ALLOWED, "poses are kept in rooms of two molecules; there are none here");
+  } else if (!connection.seat.is_manipulator()) {
+    refuse_with(wire::ERROR_NOT_ALLOWED, "observers keep no poses; join as a manipulator");
+  } else if (!name.empty() && !is_acceptable_user_name(name)) {
+    refuse_with(wire::ERROR_BAD_NAME, "a pose's name is 1 to 64 bytes of printable UTF-8; choose another");
+  } else if (!connection.seats->may_ask_pose(called_at) ||
+             !settings.poses->ask(room, connection.seat.user, connection.user_name, message.request(),
+                                  message.ask_pose())) {
+    refuse_with(wire::ERROR_NOT_ALLOWED, kRoomBusy);
+  }
+}
+
 void SessionHub::Impl::tell_poses() {
   if (settings.poses == nullptr) return;
   settings.poses->deliver(
@@ -166,13 +186,41 @@ void SessionHub::Impl::tell_poses() {
           return send(*asker->second, error_answer(answer.request(), wire::ERROR_NOT_ALLOWED, kRoomBusy));
         }
         if (answer.has_error()) return send(*asker->second, answer);
-        wire::ServerControl for_others = answer;
-        for_others.clear_request();
-        for (const auto& [handle, connection] : connections) {
-          if (connection->state != ConnectionState::kActive || &connection->seats->room() != &room) continue;
-          send(*connection, connection->seat.user == user ? answer : for_others);
-        }
+        tell_room(room, user, answer.request(), answer);
       });
+}
+
+/// To all in the room: they see it, and their hands feel it.
+void SessionHub::Impl::point(Connection& connection, const wire::ClientControl& message) {
+  constexpr double kMaxPlace_m = 1000;
+  const wire::Point& point = message.point();
+  const auto refuse_with = [&](auto code, auto text) { send(connection, error_answer(message.request(), code, text)); };
+  const auto is_place = [](const auto& p) {
+    return p.size() == 3 && std::ranges::all_of(p, [](double x) { return std::abs(x) <= kMaxPlace_m; });
+  };
+  if (!connection.seat.is_manipulator()) {
+    refuse_with(wire::ERROR_NOT_ALLOWED, "observers do not point; join as a manipulator");
+  } else if (!is_place(point.place()) || !is_place(point.place_w())) {
+    refuse_with(wire::ERROR_BAD_VALUE, "a place is three numbers in metres, -1000 to 1000");
+  } else if (point.body() > connection.seats->room().scene().world.bodies.size()) {
+    refuse_with(wire::ERROR_UNKNOWN_BODY, "no body has that number here");
+  } else if (!connection.seats->may_point(called_at)) {
+    refuse_with(wire::ERROR_NOT_ALLOWED, kRoomBusy);
+  } else {
+    wire::ServerControl told;
+    told.mutable_pointed()->set_user(connection.seat.user.value);
+    *told.mutable_pointed()->mutable_point() = point;
+    tell_room(connection.seats->room(), connection.seat.user, message.request(), told);
+  }
+}
+
+/// With the request's number for who asked.
+void SessionHub::Impl::tell_room(const Room& room, UserId asker, std::uint32_t request, wire::ServerControl message) {
+  for (const auto& [handle, connection] : connections) {
+    if (connection->state != ConnectionState::kActive || &connection->seats->room() != &room) continue;
+    message.set_request(connection->seat.user == asker ? request : 0);
+    send(*connection, message);
+  }
 }
 
 /// Of rooms with soft bodies, to those who asked for it.

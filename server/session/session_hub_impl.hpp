@@ -94,6 +94,8 @@ struct SessionHub::Impl {
   void set_parameter(Connection& connection, const wire::ClientControl& message);
   void reset_room(Connection& connection, const wire::ClientControl& message);
   void ask_pose(Connection& connection, const wire::ClientControl& message);
+  void point(Connection& connection, const wire::ClientControl& message);
+  void tell_room(const Room& room, UserId asker, std::uint32_t request, wire::ServerControl message);
   void set_law(Connection& connection, const wire::ClientControl& message);
   void announce_parameter(Connection& setter, std::uint32_t request, const proto::CouplingField& field);
   void change_coupling(RoomSeats& seats, const std::function<void()>& change, const Connection* but = nullptr);

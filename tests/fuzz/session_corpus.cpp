@@ -46,6 +46,7 @@ class Session final : public server::ServerTransport, public client::ClientTrans
       if (ms == 25) client_.session().set_parameter("coupling.stiffness", 250);
       if (ms == 30) client_.session().release();
       if (ms == 15 || ms == 35) ask_pose(wire::AskPose::KEEP);
+      if (ms == 18) point();
       if (ms == 22) ask_pose(wire::AskPose::MINIMISE);
       if (ms == 28) ask_pose(wire::AskPose::UNDO);
       room_.step(server_time_of_own_clock(now_));
@@ -110,6 +111,16 @@ class Session final : public server::ServerTransport, public client::ClientTrans
     wire::AskPose asked;
     asked.set_kind(kind);
     client_.session().ask_pose(asked);
+  }
+
+  void point() {
+    wire::Point place;
+    place.set_body(1);
+    for (int i = 0; i < 3; ++i) {
+      place.add_place(0.01 * i);
+      place.add_place_w(0.02 * i);
+    }
+    client_.session().point(place);
   }
 
   void deliver() {

@@ -142,6 +142,19 @@ wire::ClientControl ask_pose() {
   return message;
 }
 
+wire::ServerControl pointed() {
+  wire::ServerControl message;
+  message.set_request(8);
+  message.mutable_pointed()->set_user(2);
+  wire::Point& point = *message.mutable_pointed()->mutable_point();
+  point.set_body(1);
+  for (const double number : {0.25, -0.5, 0.125}) {
+    point.add_place(number);
+    point.add_place_w(2 * number);
+  }
+  return message;
+}
+
 wire::ServerControl kept_pose() {
   wire::ServerControl message;
   message.set_request(12);
@@ -337,6 +350,7 @@ std::vector<GoldenMessage> golden_messages() {
           {"soft_shape", Packing::kServerControlFrame, framed(soft_shape())},
           {"ask_pose", Packing::kClientControlFrame, framed(ask_pose())},
           {"kept_pose", Packing::kServerControlFrame, framed(kept_pose())},
+          {"pointed", Packing::kServerControlFrame, framed(pointed())},
           {"client_update", Packing::kClientDatagram, client_datagram()},
           {"server_update", Packing::kServerDatagram, server_datagram()}};
 }

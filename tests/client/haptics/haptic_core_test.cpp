@@ -442,5 +442,38 @@ TEST(HapticCore, ThePassivityControllerComesAndGoesWithoutAStep) {
   EXPECT_NEAR(rig.force().x(), 2, 1e-6);
 }
 
+TEST(HapticCore, APlaceThatSomebodyPointsAtIsFeltThreeTimesAndGently) {
+  HapticRig rig("hold");
+  rig.enter_scene();
+  rig.scene.shown_W = Vec3(5, 5, 5);
+  rig.run(700);
+  ASSERT_TRUE(rig.force().isZero(0)) << "of a time before this scene";
+  ++rig.scene.places_shown;
+  rig.scene.shown_W = rig.core.record().handle_W.X.p + Vec3(0, 0.3, 0);
+  rig.mailboxes.scene.publish(rig.scene);
+  int pushes = 0;
+  Vec3 before = Vec3::Zero(), impulse = Vec3::Zero();
+  double strongest_n = 0;
+  for (int ms = 0; ms < 1000; ++ms) {
+    rig.run(1);
+    const Vec3 now = rig.force();
+    if (before.isZero(0) && !now.isZero(0)) ++pushes;
+    ASSERT_LT((now - before).norm(), 0.02) << ms;
+    strongest_n = std::max(strongest_n, now.norm());
+    impulse += 0.001 * now;
+    before = now;
+  }
+  EXPECT_EQ(pushes, 3);
+  EXPECT_TRUE(rig.force().isZero(0)) << "it is over";
+  EXPECT_NEAR(strongest_n, std::min(0.3, 0.1 * rig.device.spec().force_limit_n), 1e-3);
+  EXPECT_NEAR(impulse.y(), 3 * 0.5 * 0.08 * strongest_n, 1e-4);
+  EXPECT_NEAR(impulse.x(), 0, 1e-12);
+  rig.scene.may_display = false;
+  ++rig.scene.places_shown;
+  rig.mailboxes.scene.publish(rig.scene);
+  rig.run(10);
+  EXPECT_TRUE(rig.force().isZero(0)) << "not by who feels nothing";
+}
+
 }  // namespace
 }  // namespace tandem::client

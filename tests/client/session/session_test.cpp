@@ -355,5 +355,46 @@ TEST(ClientSession, KeepsPosesInTheirOrderAndNoneThatCannotBe) {
   EXPECT_EQ(bench.state(), "active");
 }
 
+TEST(ClientSession, APlaceThatIsPointedAtIsOfSomebodyHereAndIsShownToTheHand) {
+  test::SessionBench bench;
+  greet(bench);
+  bench.say_joined(test::minimal_joined());
+  wire::ServerControl joined;
+  joined.mutable_user_joined()->set_user(7);
+  joined.mutable_user_joined()->set_name("ben");
+  bench.say(joined);
+  const auto places = [&] {
+    bench.mailboxes.scene.poll();
+    return bench.mailboxes.scene.front().places_shown;
+  };
+  const auto say = [&](std::uint32_t user, std::uint32_t body, double far, int numbers = 3) {
+    wire::ServerControl message;
+    wire::Pointed& told = *message.mutable_pointed();
+    told.set_user(user);
+    told.mutable_point()->set_body(body);
+    for (int i = 0; i < numbers; ++i) {
+      told.mutable_point()->add_place(far);
+      told.mutable_point()->add_place_w(2 * far);
+    }
+    bench.say(message);
+  };
+  say(8, 0, 0.1);     // nobody
+  say(7, 99, 0.1);    // nothing
+  say(7, 0, 1e9);     // nowhere
+  say(7, 0, 0.1, 2);  // no place
+  EXPECT_EQ(bench.session.pointed().size(), 0U);
+  EXPECT_EQ(places(), 0U);
+  say(7, 0, 0.1);
+  say(7, 0, 0.2);
+  ASSERT_EQ(bench.session.pointed().size(), 1U) << "the last of each user";
+  EXPECT_EQ(bench.session.pointed()[0].second.point().place(1), 0.2);
+  EXPECT_EQ(places(), 2U);
+  EXPECT_EQ(bench.mailboxes.scene.front().shown_W, Vec3::Constant(0.4));
+  say(test::minimal_joined().user(), 0, 0.3);
+  EXPECT_EQ(bench.session.pointed().size(), 2U);
+  EXPECT_EQ(places(), 2U) << "the own hand knows";
+  EXPECT_EQ(bench.state(), "active");
+}
+
 }  // namespace
 }  // namespace tandem::client

@@ -44,5 +44,16 @@ TEST(Camera, ALongPauseIsNoLeap) {
   EXPECT_LT((camera.eye_W() - before).norm(), 0.2);
 }
 
+TEST(Camera, ARayIsThroughWhatIsDrawnThere) {
+  Camera camera = steered({0.3, 0, 0.2}, {0.2, 0, 0.5});
+  camera.leave_free(0.25);
+  const double aspect = 1.6;
+  const Vec3 point_W(0.13, 0.18, 0.33);
+  const Eigen::Vector4f at = camera.projection_of_world(aspect) * point_W.cast<float>().homogeneous();
+  const auto [from_W, along_W] = camera.ray_at(0.5 + 0.5 * at.x() / at.w(), 0.5 - 0.5 * at.y() / at.w(), aspect);
+  EXPECT_LT((point_W - from_W).cross(along_W).norm(), 1e-5);
+  EXPECT_GT((point_W - from_W).dot(along_W), 0);
+}
+
 }  // namespace
 }  // namespace tandem::client

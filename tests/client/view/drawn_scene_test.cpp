@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <numbers>
 #include <set>
 
 #include "common/docking/molecule_asset.hpp"
@@ -184,6 +185,21 @@ TEST(DrawnScene, ToolsDifferInColour) {
   std::set<Rgba> colors;
   for (std::size_t tool = 0; tool < 6; ++tool) colors.insert(tool_color(tool));
   EXPECT_THAT(colors, SizeIs(6));
+}
+
+TEST(DrawnScene, ARayMeetsTheNearestBodyWhereItIs) {
+  wire::Joined joined = test::minimal_joined();
+  add_box(*joined.mutable_scene(), "near", {0, 0, 0}, 0.04, 0.1);
+  add_box(*joined.mutable_scene(), "far", {0, 0, 0}, 0.04, 0.1);
+  const DrawnScene scene = make_drawn_scene(joined, {});
+  const Quat quarter(Eigen::AngleAxisd(std::numbers::pi / 2, Vec3::UnitZ()));
+  const std::vector<Pose> X_WB{{{0, 0.2, 0}, quarter}, {{0, 0.5, 0}, Quat::Identity()}};
+  const auto hit = first_hit(scene, X_WB, {0.01, -1, 0.005}, {0, 1, 0});
+  ASSERT_TRUE(hit.has_value());
+  EXPECT_EQ(hit->first, 0U);
+  EXPECT_LT((X_WB[0] * hit->second - Vec3(0.01, 0.18, 0.005)).norm(), 1e-6);
+  EXPECT_EQ(first_hit(scene, X_WB, {0.03, -1, 0}, {0, 1, 0}), std::nullopt) << "beside both";
+  EXPECT_EQ(first_hit(scene, X_WB, {0, 1, 0}, {0, 1, 0}), std::nullopt) << "behind it";
 }
 
 }  // namespace

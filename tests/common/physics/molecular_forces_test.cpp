@@ -288,5 +288,35 @@ TEST(MolecularPair, InTwoHandsComesToRestHoweverItIsPressedLightOrMassiveOrOverD
   }
 }
 
+TEST(MolecularPair, IsTakenAtAnotherAtomWhileTheOtherIsHeldAndTurnsAboutThat) {
+  const auto scene = two_molecules(8, 0.2, 2, 0.2, true);
+  World world(server::make_server_world(scene));
+  const auto hold_at = [&](const Vec3& place_W) {
+    RigidState hand{world.tool(0).tool.X, {}};
+    hand.X.p = place_W;
+    for (int step = 0; step < 3000; ++step) {
+      world.set_handle(0, hand);
+      world.step();
+    }
+  };
+  world.activate_tool(0);
+  world.activate_tool(1);
+  const Vec3 centre_W = world.body(BodyId{1}).X.p;
+  world.release(0);
+  const Vec3 corner = scene->world.metres_per_angstrom * scene->world.bodies[0].molecule->positions_angstrom[7];
+  const Vec3 corner_W = world.body(BodyId{1}).X * corner;
+  hold_at(centre_W + 3 * (corner_W - centre_W));
+  EXPECT_EQ(world.grab(0, BodyId{1}), GrabResult::kOutOfReach) << "not from afar";
+  hold_at(corner_W);
+  ASSERT_EQ(world.grab(0, BodyId{}), GrabResult::kGrabbed);
+  const Vec3 tool_W = world.tool(0).tool.X.p;
+  const Vec3 place_B = world.body(BodyId{1}).X.inverse() * tool_W;
+  EXPECT_LT((place_B - corner).norm(), 0.01) << "it floats, and has gone a little";
+  const Quat before = world.body(BodyId{1}).X.q;
+  hold_at(tool_W + Vec3(0, 0, 0.02));
+  EXPECT_LT((world.body(BodyId{1}).X * place_B - (tool_W + Vec3(0, 0, 0.02))).norm(), 1e-4) << "it follows the hand";
+  EXPECT_LT(before.angularDistance(world.body(BodyId{1}).X.q), 0.2) << "which also holds how it is turned";
+}
+
 }  // namespace
 }  // namespace tandem::physics

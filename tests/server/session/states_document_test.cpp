@@ -71,6 +71,16 @@ void set_parameter(Subject& subject, const std::string& name, double value) {
   });
 }
 
+void point_at(Subject& subject, std::uint32_t body) {
+  subject.send([&](auto& message) {
+    message.mutable_point()->set_body(body);
+    for (const double number : {0.01, 0.02, -0.03}) {
+      message.mutable_point()->add_place(number);
+      message.mutable_point()->add_place_w(number);
+    }
+  });
+}
+
 using Event = std::function<void(Subject&)>;
 
 std::map<std::string, Event> events_before_joining() {
@@ -180,6 +190,8 @@ std::map<std::string, Event> events_of_users() {
       {"reset_room by another user", [](Subject& s) { s.send([](auto& message) { message.mutable_reset_room(); }); }},
       {"ask_pose where there are no molecules",
        [](Subject& s) { s.send([](auto& message) { message.mutable_ask_pose(); }); }},
+      {"point at a body", [](Subject& s) { point_at(s, 1); }},
+      {"point at a body that is not there", [](Subject& s) { point_at(s, 99); }},
       {"get_asset of an unknown hash",
        [](Subject& s) { s.send([](auto& message) { message.mutable_get_asset()->set_sha256("?"); }); }},
       {"state_datagram",
