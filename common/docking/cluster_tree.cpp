@@ -19,17 +19,17 @@ std::uint32_t ClusterTree::split(std::span<const Vec3> points, std::size_t begin
   depth_ = std::max(depth_, depth);
   Node node;
   node.first_leaf = static_cast<std::uint32_t>(begin / kLanes);
-  node.lower = node.upper = points[order_[begin]];
+  Vec3 lower = points[order_[begin]], upper = lower;
   for (std::size_t i = begin; i < end; ++i) {
-    node.lower = node.lower.cwiseMin(points[order_[i]]);
-    node.upper = node.upper.cwiseMax(points[order_[i]]);
+    lower = lower.cwiseMin(points[order_[i]]);
+    upper = upper.cwiseMax(points[order_[i]]);
   }
-  for (std::size_t i = begin; i < end; ++i) {
-    node.radius = std::max(node.radius, (points[order_[i]] - node.centre()).norm());
-  }
+  node.centre = 0.5 * (lower + upper);
+  node.half = 0.5 * (upper - lower);
+  node.radius = node.half.maxCoeff();
   if (end - begin > kLanes) {
     Eigen::Index axis = 0;
-    (node.upper - node.lower).maxCoeff(&axis);
+    node.half.maxCoeff(&axis);
     // Whole leaves on the left. Ties are broken by the index, so that every machine has the same clusters.
     const std::size_t leaves = (end - begin + kLanes - 1) / kLanes;
     const std::size_t middle = begin + leaves / 2 * kLanes;
@@ -50,16 +50,16 @@ NeighbourSearch::NeighbourSearch(const ClusterTree& a, const ClusterTree& b) : a
   arena_.resize((b.depth() + 2) * a.nodes().size());
 }
 
-void NeighbourSearch::collect(std::uint32_t node, const Vec3& centre, double reach, double radius, bool only_leaves,
+void NeighbourSearch::collect(std::uint32_t node, const Vec3& centre, const Vec3& half, double radius,
                               std::size_t& near) noexcept {
   const ClusterTree::Node& a = a_[node];
-  const Vec3 outside = (a.lower - centre).cwiseMax(centre - a.upper).cwiseMax(0.0);
-  if (outside.squaredNorm() > reach * reach) return;
-  if (a.is_leaf() || (!only_leaves && a.radius <= radius)) {
+  const Vec3 gap = ((centre - a.centre).cwiseAbs() - (half + a.half)).cwiseMax(0.0);
+  if (gap.squaredNorm() > cutoff2_) return;
+  if (a.is_leaf() || a.radius <= radius) {
     arena_[near++] = node;
     return;
   }
-  for (const std::uint32_t child : a.children) collect(child, centre, reach, radius, only_leaves, near);
+  for (const std::uint32_t child : a.children) collect(child, centre, half, radius, near);
 }
 
 }  // namespace tandem::docking

@@ -14,14 +14,13 @@ namespace tandem::docking {
 class ClusterTree {
  public:
   struct Node {
-    Vec3 lower = Vec3::Zero();
-    Vec3 upper = Vec3::Zero();
-    double radius = 0;               ///< of the sphere about the box's centre that holds all points
+    Vec3 centre = Vec3::Zero();      ///< of the box that holds all points
+    Vec3 half = Vec3::Zero();        ///< of its sides
+    double radius = 0;               ///< half of the longest side
     std::uint32_t first_leaf = 0;    ///< atoms order()[kLanes · first_leaf …]
     std::uint32_t children[2] = {};  ///< indices; zeros: a leaf
 
     bool is_leaf() const { return children[0] == 0; }
-    Vec3 centre() const { return 0.5 * (lower + upper); }
   };
 
   explicit ClusterTree(std::span<const Vec3> points);
@@ -43,42 +42,47 @@ class NeighbourSearch {
  public:
   NeighbourSearch(const ClusterTree& a, const ClusterTree& b);
 
-  /// Calls found(leaf of B, leaves of A within the cut-off of its sphere) for each leaf of B that has any, in order.
+  /// Calls found(leaf of B, leaves of A of which the box is within the cut-off of its box) for each leaf of B that has
+  /// any, in order.
   /// Cost    the nodes near the border; no allocation
   template <class Found>
   void run(const Pose& X_AB, double cutoff, const Found& found) {
     if (a_.empty() || b_.empty()) return;
+    R_AB_ = X_AB.q.toRotationMatrix();
+    p_AB_ = X_AB.p;
+    cutoff2_ = cutoff * cutoff;
     arena_[0] = 0;
-    visit(X_AB, cutoff, 0, std::span<const std::uint32_t>(arena_.data(), 1), 1, found);
+    visit(0, std::span<const std::uint32_t>(arena_.data(), 1), 1, found);
   }
 
  private:
-  /// Appends to `near` what of A's node is within the reach of a sphere: nodes not much larger than it, or leaves.
-  void collect(std::uint32_t node, const Vec3& centre, double reach, double radius, bool only_leaves,
-               std::size_t& near) noexcept;
+  /// Appends to `near` what of A's node is within the cut-off of a box: nodes not larger than `radius`, or leaves.
+  void collect(std::uint32_t node, const Vec3& centre, const Vec3& half, double radius, std::size_t& near) noexcept;
 
   template <class Found>
-  void visit(const Pose& X_AB, double cutoff, std::uint32_t node_b, std::span<const std::uint32_t> candidates,
-             std::size_t level, const Found& found) {
+  void visit(std::uint32_t node_b, std::span<const std::uint32_t> candidates, std::size_t level, const Found& found) {
     const ClusterTree::Node& b = b_[node_b];
-    const Vec3 centre = X_AB * b.centre();
+    const Vec3 centre = p_AB_ + R_AB_ * b.centre;
+    const Vec3 half = R_AB_.cwiseAbs() * b.half;  // of a box along A's axes around B's
+    const double radius = b.is_leaf() ? 0 : b.radius;
     const std::size_t begin = level * a_.size();
     std::size_t end = begin;
-    for (const std::uint32_t candidate : candidates) {
-      collect(candidate, centre, cutoff + b.radius, b.radius, b.is_leaf(), end);
-    }
+    for (const std::uint32_t candidate : candidates) collect(candidate, centre, half, radius, end);
     const std::span<const std::uint32_t> near(arena_.data() + begin, end - begin);
     if (near.empty()) return;
     if (b.is_leaf()) {
       for (std::size_t i = begin; i < end; ++i) arena_[i] = a_[arena_[i]].first_leaf;
       return found(b.first_leaf, near);
     }
-    for (const std::uint32_t child : b.children) visit(X_AB, cutoff, child, near, level + 1, found);
+    for (const std::uint32_t child : b.children) visit(child, near, level + 1, found);
   }
 
   const std::vector<ClusterTree::Node>& a_;
   const std::vector<ClusterTree::Node>& b_;
   std::vector<std::uint32_t> arena_;  ///< candidate nodes of each level of B's tree
+  Eigen::Matrix3d R_AB_ = Eigen::Matrix3d::Identity();
+  Vec3 p_AB_ = Vec3::Zero();
+  double cutoff2_ = 0;
 };
 
 }  // namespace tandem::docking

@@ -24,7 +24,8 @@ inline constexpr float kCoreFractionSquared = 0.0625F;
 struct Tile {
   std::size_t begin = 0;
   std::size_t end = 0;    ///< a multiple of kLanes after begin
-  double origin[3] = {};  ///< Å, of the tile's float positions
+  double origin[3] = {};  ///< Å, of the tile's float positions; with a cut-off the centre of its box
+  float half[3] = {};     ///< Å, half of the sides of a box about the origin that holds all atoms
   float core2 = 0;        ///< Å², above each pair's core radius, squared
   float reach2 = 0;       ///< Å²: a probe farther from the origin than its root is in no core
 };
@@ -70,6 +71,7 @@ struct KernelModel {
   float a12 = 0, b12 = 0, c12 = 0;
   float a6 = 0, b6 = 0, c6 = 0;
   float aq = 0, bq = 0, cq = 0;
+  float third_a12 = 0, quarter_b12 = 0, third_a6 = 0, quarter_b6 = 0, third_aq = 0, quarter_bq = 0;
 };
 
 /// kJ/mol and Å, of B, torque about the origin of B's frame.

@@ -81,15 +81,17 @@ KernelModel kernel_model(const FieldModel& model) {
   const double start = model.cutoff_angstrom - kSwitchWidthAngstrom;
   made.start = static_cast<float>(start);
   made.cutoff = static_cast<float>(model.cutoff_angstrom);
-  const auto fill = [&](double alpha, float& a, float& b, float& c) {
+  const auto fill = [&](double alpha, float& a, float& b, float& c, float& third_a, float& quarter_b) {
     const ForceSwitch shape = force_switch(alpha, start, model.cutoff_angstrom);
+    third_a = static_cast<float>(shape.a / 3);
+    quarter_b = static_cast<float>(shape.b / 4);
     a = static_cast<float>(shape.a);
     b = static_cast<float>(shape.b);
     c = static_cast<float>(shape.c);
   };
-  fill(12, made.a12, made.b12, made.c12);
-  fill(6, made.a6, made.b6, made.c6);
-  fill(made.is_distance_dependent ? 2 : 1, made.aq, made.bq, made.cq);
+  fill(12, made.a12, made.b12, made.c12, made.third_a12, made.quarter_b12);
+  fill(6, made.a6, made.b6, made.c6, made.third_a6, made.quarter_b6);
+  fill(made.is_distance_dependent ? 2 : 1, made.aq, made.bq, made.cq, made.third_aq, made.quarter_bq);
   return made;
 }
 
@@ -128,7 +130,7 @@ float c6_of(const Molecule& m, std::size_t i) {
 }
 
 float s3_of(const Molecule& m, std::size_t i) {
-  return static_cast<float>(std::pow(m.sigma_angstrom[i], 3));
+  return has_lennard_jones(m, i) ? static_cast<float>(std::pow(m.sigma_angstrom[i], 3)) : 0.0F;
 }
 
 float sigma_of(const Molecule& m, std::size_t i) {
@@ -223,9 +225,12 @@ void MolecularField::Impl::add_tiles(const Molecule& a, const std::vector<std::s
     Tile tile;
     tile.begin = filled_a;
     tile.end = filled_a + (count + kLanes - 1) / kLanes * kLanes;
-    Vec3 origin = Vec3::Zero();
-    for (std::size_t i = 0; i < count; ++i) origin += a.positions_angstrom[atoms[begin + i]];
-    origin /= static_cast<double>(count);
+    Vec3 lower = a.positions_angstrom[atoms[begin]], upper = lower;
+    for (std::size_t i = 0; i < count; ++i) {
+      lower = lower.cwiseMin(a.positions_angstrom[atoms[begin + i]]);
+      upper = upper.cwiseMax(a.positions_angstrom[atoms[begin + i]]);
+    }
+    const Vec3 origin = 0.5 * (lower + upper);
     double radius = 0;
     float sigma = 0;
     for (std::size_t i = tile.begin; i < tile.end; ++i) {
@@ -243,6 +248,7 @@ void MolecularField::Impl::add_tiles(const Molecule& a, const std::vector<std::s
       sigma = std::max(sigma, sigma_a[i]);
     }
     std::copy_n(origin.data(), 3, tile.origin);
+    for (int axis = 0; axis < 3; ++axis) tile.half[axis] = static_cast<float>(upper[axis] - origin[axis]) + 1e-5F;
     constexpr float kMargin = 1.01F;
     tile.core2 = kMargin * kCoreFractionSquared * sigma * largest_sigma_b;
     if (constants.has_charges) tile.core2 = std::max(tile.core2, kMargin * constants.charge_core_squared);

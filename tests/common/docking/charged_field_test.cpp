@@ -342,6 +342,29 @@ TEST(Clusters, ComputeFewPairsOfManyAndNoneFarAway) {
   EXPECT_EQ(MolecularField(pair.a, pair.b).method(), "all-pairs");
 }
 
+TEST(Clusters, AgreeWithTheExactFieldWhereALeafHasMoreNeighboursThanAreHeldAtOnce) {
+  std::mt19937 random(kSeed);
+  for (const double gap : {-8.0, 1.5}) {
+    const Pair pair = charged_pair(4000, 50, gap, random);
+    for (const Dielectric dielectric : {Dielectric::kConstant, Dielectric::kDistance}) {
+      const FieldModel model = model_of(dielectric, 30);
+      std::vector<Vec3> on_b;
+      const FieldResult exact = exact_field(pair.a, pair.b, pair.X_AB, model, {nullptr, &on_b});
+      const double largest = largest_norm(on_b);
+      for (const std::string_view kernel : MolecularField::available_kernels()) {
+        MolecularField field(pair.a, pair.b, model, kernel);
+        const FieldResult result = field.evaluate(pair.X_AB);
+        EXPECT_GT(field.pair_count(), 50U * 64 * 16) << "one list held them all";
+        const double bound = gap < 0 ? 1e-4 : 1e-5;  // at a core a float's place errs by 1e-6 of the distance
+        EXPECT_LT((result.force_on_b - exact.force_on_b).norm(), bound * largest) << kernel << " gap " << gap;
+        EXPECT_NEAR(result.energy_kj_per_mol(), exact.energy_kj_per_mol(),
+                    bound * std::max(std::abs(exact.energy_kj_per_mol()), largest))
+            << kernel << " gap " << gap;
+      }
+    }
+  }
+}
+
 TEST(Clusters, WorkWithoutAtoms) {
   const Molecule atom = test::one_atom(3.0, 1.0);
   EXPECT_EQ(MolecularField(Molecule(), atom, model_of(Dielectric::kNone, 8)).evaluate(Pose{}).energy_kj_per_mol(), 0);

@@ -1,0 +1,89 @@
+// The search over two trees of clusters: against every pair of points.
+#include "common/docking/cluster_tree.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <random>
+#include <set>
+#include <utility>
+#include <vector>
+
+#include "common/docking/field_kernel.hpp"
+#include "tests/support/molecules.hpp"
+
+namespace tandem::docking {
+namespace {
+
+constexpr unsigned kSeed = 20261123;
+
+using Leaves = std::pair<std::uint32_t, std::uint32_t>;  ///< of A and of B
+
+std::vector<std::uint32_t> leaf_of_each_point(const ClusterTree& tree) {
+  std::vector<std::uint32_t> leaves(tree.order().size());
+  for (std::size_t i = 0; i < leaves.size(); ++i) leaves[tree.order()[i]] = static_cast<std::uint32_t>(i / kLanes);
+  return leaves;
+}
+
+std::set<Leaves> leaves_with_a_pair(const std::vector<Vec3>& a, const std::vector<Vec3>& b, const ClusterTree& tree_a,
+                                    const ClusterTree& tree_b, const Pose& X_AB, double cutoff) {
+  const std::vector<std::uint32_t> leaf_a = leaf_of_each_point(tree_a), leaf_b = leaf_of_each_point(tree_b);
+  std::set<Leaves> found;
+  for (std::size_t j = 0; j < b.size(); ++j) {
+    const Vec3 p = X_AB * b[j];
+    for (std::size_t i = 0; i < a.size(); ++i) {
+      if ((a[i] - p).squaredNorm() < cutoff * cutoff) found.insert({leaf_a[i], leaf_b[j]});
+    }
+  }
+  return found;
+}
+
+TEST(NeighbourSearch, FindsAllLeavesWithAPairAndFewOthers) {
+  std::mt19937 random(kSeed);
+  std::uniform_real_distribution<double> offset(-45, 45);
+  const std::vector<Vec3> a = test::random_molecule(1500, random).positions_angstrom;
+  const std::vector<Vec3> b = test::random_molecule(333, random).positions_angstrom;
+  const ClusterTree tree_a(a), tree_b(b);
+  NeighbourSearch search(tree_a, tree_b);
+  std::size_t needed_in_all = 0, found_in_all = 0;
+  for (int pose = 0; pose < 40; ++pose) {
+    const Pose X_AB = {Vec3(offset(random), offset(random), offset(random)), test::random_rotation(random)};
+    const double cutoff = pose % 2 == 0 ? 8 : 14;
+    const std::set<Leaves> needed = leaves_with_a_pair(a, b, tree_a, tree_b, X_AB, cutoff);
+    std::set<Leaves> found;
+    std::size_t count = 0;
+    search.run(X_AB, cutoff, [&](std::uint32_t leaf_b, std::span<const std::uint32_t> near) {
+      count += near.size();
+      for (const std::uint32_t leaf_a : near) found.insert({leaf_a, leaf_b});
+    });
+    EXPECT_EQ(count, found.size()) << "a pair of leaves was found twice, pose " << pose << ", seed " << kSeed;
+    EXPECT_TRUE(std::includes(found.begin(), found.end(), needed.begin(), needed.end())) << pose << " " << kSeed;
+    needed_in_all += needed.size();
+    found_in_all += found.size();
+  }
+  EXPECT_GT(needed_in_all, 1000U);
+  EXPECT_LT(found_in_all, 3 * needed_in_all);
+}
+
+TEST(ClusterTree, BoxesHoldTheirPointsAndLeavesAllOfThem) {
+  std::mt19937 random(kSeed);
+  for (const std::size_t count : {1UL, 16UL, 17UL, 500UL}) {
+    const std::vector<Vec3> points = test::random_molecule(count, random).positions_angstrom;
+    const ClusterTree tree(points);
+    std::vector<std::uint32_t> order = tree.order();
+    for (const ClusterTree::Node& node : tree.nodes()) {
+      const std::size_t begin = node.first_leaf * kLanes;
+      const std::size_t end = node.is_leaf() ? std::min(begin + kLanes, count) : begin + 1;
+      for (std::size_t i = begin; i < end; ++i) {
+        const Vec3 outside = (points[order[i]] - node.centre).cwiseAbs() - node.half;
+        EXPECT_LT(outside.maxCoeff(), 1e-12);
+      }
+    }
+    std::sort(order.begin(), order.end());
+    for (std::size_t i = 0; i < count; ++i) ASSERT_EQ(order[i], i);
+  }
+}
+
+}  // namespace
+}  // namespace tandem::docking
