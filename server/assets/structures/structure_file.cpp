@@ -81,7 +81,8 @@ bool StructureSelection::takes_residue(const PdbResidue& residue) const {
   return std::any_of(entries.begin(), entries.end(), [&residue](const std::string& entry) {
     const std::size_t slash = entry.find('/');
     if (slash == std::string::npos) return false;
-    return entry.substr(slash + 1) == residue.name && (slash == 0 || entry.substr(0, slash) == residue.chain);
+    const std::string name = entry.substr(slash + 1);
+    return (name == "*" || name == residue.name) && (slash == 0 || entry.substr(0, slash) == residue.chain);
   });
 }
 

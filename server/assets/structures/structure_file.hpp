@@ -17,7 +17,7 @@ namespace tandem::server {
 PdbStructure read_structure(const std::filesystem::path& path);
 
 /// Which residues are wanted: of each entry "A" chain A's amino acids, "A/478" the residues named 478 of chain A with
-/// whatever they are, "/HOH" those of all chains. None: the amino acids of all chains.
+/// whatever they are, "/HOH" those of all chains, "A/*" and "/*" all there are. None: the amino acids of all chains.
 struct StructureSelection {
   std::vector<std::string> entries;
 

@@ -152,6 +152,10 @@ TEST(StructureChoice, SplitsFileAndEntries) {
   EXPECT_FALSE(selection.takes_residue({"478", "1", "A", 0, {}}));
   EXPECT_TRUE(selection.takes_residue({"HOH", "1", "W", 0, {}}));
   EXPECT_TRUE(StructureSelection{}.takes_chain("Q"));
+  const StructureSelection of_w{{"W/*"}}, all{{"/*"}};
+  EXPECT_TRUE(of_w.takes_residue({"HOH", "1", "W", 0, {}}));
+  EXPECT_FALSE(of_w.takes_residue({"HOH", "1", "A", 0, {}}));
+  EXPECT_TRUE(all.takes_residue({"DG", "1", "A", 0, {}}));
 }
 
 /// A file that vanishes after the test.
