@@ -80,6 +80,9 @@ struct FieldSums {
   double coulomb = 0;
   double force[3] = {};
   double torque[3] = {};
+  // Of pairs below a cut-off, how many were held against each other: atoms with boxes, atoms with atoms, and those of
+  // registers with a pair within the cut-off, of which the field was computed.
+  std::size_t boxes = 0, distances = 0, pairs = 0;
 };
 
 /// Probes [first, last) of B against these tiles of A, of kLanes atoms each: the neighbours of those probes.

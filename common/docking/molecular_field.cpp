@@ -95,6 +95,38 @@ KernelModel kernel_model(const FieldModel& model) {
   return made;
 }
 
+/// Arithmetic of one pair, as README.md counts it.
+struct PairCost {
+  std::size_t with_lennard_jones, charges_alone;  ///< of all pairs
+  std::size_t switched, distance, box;            ///< of those below a cut-off: the three passes
+};
+
+/// Instructions with fused multiply-adds, each as long as one.
+PairCost fused_cost(Dielectric dielectric) {
+  switch (dielectric) {
+    case Dielectric::kNone:
+      return {22, 0, 55, 6, 18};
+    case Dielectric::kConstant:
+      return {28, 19, 63, 6, 18};
+    case Dielectric::kDistance:
+      return {25, 16, 64, 6, 18};
+  }
+  return {};
+}
+
+/// Additions, multiplications, divisions and roots of the portable kernel: two make a multiply-add of its limit.
+PairCost separate_cost(Dielectric dielectric) {
+  switch (dielectric) {
+    case Dielectric::kNone:
+      return {26, 0, 68, 8, 21};
+    case Dielectric::kConstant:
+      return {32, 22, 82, 8, 21};
+    case Dielectric::kDistance:
+      return {30, 20, 83, 8, 21};
+  }
+  return {};
+}
+
 /// Which atoms have a term: those with Lennard-Jones parameters first, then those with a charge alone.
 struct Interacting {
   std::vector<std::size_t> atoms;
@@ -166,7 +198,7 @@ struct MolecularField::Impl {
   std::optional<NeighbourSearch> search;
   std::size_t count_a = 0;
   std::size_t lj_count_a = 0;
-  std::size_t pairs = 0;
+  FieldSums last;
 
   AlignedFloats x_a, y_a, z_a, c6_a, s3_a, sigma_a, charge_a;
   std::size_t filled_a = 0;
@@ -177,6 +209,9 @@ struct MolecularField::Impl {
   std::size_t lj_count_b = 0;
   std::vector<float> c6_b, s3_b, sigma_b, charge_b;
   std::vector<double> x_b, y_b, z_b, arm_x, arm_y, arm_z;
+
+  std::size_t all_lj_pairs() const { return lj_count_a * lj_count_b; }
+  std::size_t all_charge_pairs() const { return count_a * positions_b.size() - all_lj_pairs(); }
 
   Target target() const {
     return {x_a.get(),     y_a.get(),      z_a.get(),    c6_a.get(), s3_a.get(),
@@ -289,13 +324,11 @@ void MolecularField::Impl::add_neighbours(const Pose& X_AB, FieldSums& sums) noe
   const Eigen::Matrix3d R_AB = X_AB.q.toRotationMatrix();
   const Target a = target();
   const Probes b = probes();
-  pairs = 0;
   search->run(X_AB, model.cutoff_angstrom, [&](std::uint32_t leaf, std::span<const std::uint32_t> near) {
     const std::size_t begin = leaf * kLanes;
     const std::size_t end = std::min(begin + kLanes, positions_b.size());
     place_b(X_AB, R_AB, begin, end);
     kernel.near(a, b, constants, {begin, end, near.data(), near.size()}, sums);
-    pairs += (end - begin) * near.size() * kLanes;
   });
 }
 
@@ -333,6 +366,7 @@ FieldResult MolecularField::evaluate(const Pose& X_AB_angstrom) noexcept {
     f.place_b(X_AB_angstrom, X_AB_angstrom.q.toRotationMatrix(), 0, f.positions_b.size());
     f.kernel.all_pairs(f.target(), f.probes(), f.constants, sums);
   }
+  f.last = sums;
   result.lennard_jones_kj_per_mol = sums.lennard_jones;
   result.coulomb_kj_per_mol = sums.coulomb;
   result.force_on_b = Vec3(sums.force[0], sums.force[1], sums.force[2]);
@@ -349,11 +383,17 @@ std::string_view MolecularField::method() const {
 }
 
 std::size_t MolecularField::pair_count() const {
-  if (impl_->search) return impl_->pairs;
-  const std::size_t charges_a = impl_->count_a - impl_->lj_count_a;
-  const std::size_t charges_b = impl_->positions_b.size() - impl_->lj_count_b;
-  const std::size_t both = impl_->lj_count_a * impl_->lj_count_b;
-  return both + charges_a * impl_->positions_b.size() + impl_->lj_count_a * charges_b;
+  return impl_->search ? impl_->last.pairs : impl_->all_lj_pairs() + impl_->all_charge_pairs();
+}
+
+std::size_t MolecularField::multiply_adds() const {
+  const Impl& f = *impl_;
+  const bool is_fused = f.kernel.multiply_adds != multiply_adds_portable;
+  const PairCost cost = is_fused ? fused_cost(f.model.dielectric) : separate_cost(f.model.dielectric);
+  const std::size_t done =
+      f.search ? cost.box * f.last.boxes + cost.distance * f.last.distances + cost.switched * f.last.pairs
+               : cost.with_lennard_jones * f.all_lj_pairs() + cost.charges_alone * f.all_charge_pairs();
+  return is_fused ? done : done / 2;
 }
 
 std::vector<std::string_view> MolecularField::available_kernels() {

@@ -32,8 +32,11 @@ class MolecularField {
   std::string_view kernel() const;
   /// "all-pairs" or "clusters".
   std::string_view method() const;
-  /// Pairs of atoms that evaluate() computes; with a cut-off, that the last call did. Atoms without a term are left out.
+  /// Pairs of atoms that evaluate() computes; with a cut-off, that the last call did: whole registers with a pair within
+  /// it. Atoms without a term are left out.
   std::size_t pair_count() const;
+  /// Multiply-adds that the last evaluate() needed, as README.md counts them; set-up and sums by atom left out.
+  std::size_t multiply_adds() const;
 
   /// Names of the kernels this CPU can run, widest first; "portable" is always the last.
   static std::vector<std::string_view> available_kernels();

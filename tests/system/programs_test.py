@@ -245,6 +245,8 @@ class Mistakes(ProgramTest):
                                  (["bench", "room", "--users", "1", "--hands", "rest", "rest"],
                                   ["--hands names 2 paths for 1 user"]),
                                  (["bench", "join", "--loss", "2"], ["--loss", "0 to 0.95"]),
+                                 (["bench", "docking", "--receptor", "a.pdb", "--ligand", "b.pdb", "--sweep"],
+                                  ["--sweep requires --interface-atoms"]),
                                  (["bench", "join", "--experiment", "no.json"], ["no.json"]),
                                  (["run", experiment, "--out", self.folder, "--stage", "telepathy"],
                                   ["--stage telepathy", "late-pose, hold"]),

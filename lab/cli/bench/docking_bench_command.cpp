@@ -1,5 +1,5 @@
-// `tandem-lab bench docking`: how long one evaluation of two structures' field takes, beside how many multiply-adds
-// this machine does in the same run.
+// `tandem-lab bench docking`: how long one evaluation of two structures' field takes, and what share of the multiply-adds
+// that this machine does in the same run; where wanted, at an interface of a given size, or of several.
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -18,14 +18,21 @@
 #include "common/docking/molecular_field.hpp"
 #include "lab/cli/bench/bench_commands.hpp"
 #include "lab/cli/docking_pair.hpp"
+#include "lab/report/format.hpp"
+#include "lab/results/output_folder.hpp"
+#include "lab/studies/docking/field_scaling.hpp"
+#include "lab/studies/docking/interface.hpp"
 
 namespace tandem::lab {
 namespace {
 
 namespace json = boost::json;
 
-/// Poses in a round: the ligand swings by ±0.5 Å and turns a little, so that nothing is the same twice.
+/// Poses in a round: the ligand swings by ±0.5 Å and turns a little, by no more at its far end, so that nothing is the
+/// same twice.
 constexpr int kPoses = 16;
+constexpr double kSwingAngstrom = 0.5;
+constexpr double kTurnRad = 0.01;
 /// Between the rounds the limit is measured, so that a change of the clock rate meets both.
 constexpr int kRounds = 10;
 constexpr std::size_t kLimitLoops = 200'000;
@@ -33,9 +40,15 @@ constexpr std::size_t kLimitLoops = 200'000;
 struct Options {
   DockingOptions pair;
   std::string kernel;
+  std::size_t interface_atoms = 0;
+  std::string out;
   double seconds = 2;
+  bool wants_sweep = false;
   bool wants_json = false;
 };
+
+/// Of a sweep, parts of --interface-atoms.
+constexpr std::size_t kSweepParts[] = {32, 16, 8, 4, 2, 1};
 
 /// Best of the rounds, as a limit has to be.
 double multiply_adds_per_s(std::string_view kernel, const SteadyClock& clock) {
@@ -44,71 +57,111 @@ double multiply_adds_per_s(std::string_view kernel, const SteadyClock& clock) {
   return done / to_seconds(clock.now() - begin);
 }
 
-std::vector<Pose> poses_about(const docking::Molecule& ligand) {
+std::vector<Pose> poses_about(const docking::Molecule& ligand, const Pose& X_AB) {
   const Vec3 centre = ligand.centre_of_mass_angstrom();
+  double radius = 0;
+  for (const Vec3& p : ligand.positions_angstrom) radius = std::max(radius, (p - centre).norm());
+  const double turn = std::min(kTurnRad, kSwingAngstrom / radius);
   std::vector<Pose> poses;
   for (int i = 0; i < kPoses; ++i) {
     const double phase = 2 * std::numbers::pi * i / kPoses;
-    Pose X;
-    X.q = quaternion_of(Vec3(0.01 * std::sin(phase), 0, 0.01 * std::cos(phase)));
-    X.p = centre - X.q * centre + 0.5 * Vec3(std::sin(phase), std::cos(phase), std::sin(2 * phase));
+    Pose X = X_AB;
+    X.q = quaternion_of(turn * Vec3(std::sin(phase), 0, std::cos(phase))) * X_AB.q;
+    X.p = X_AB * centre - X.q * centre + kSwingAngstrom * Vec3(std::sin(phase), std::cos(phase), std::sin(2 * phase));
     poses.push_back(X);
   }
   return poses;
 }
 
-json::object measured(const Options& options) {
-  const DockingPair pair = load_docking_pair(options.pair);
-  docking::MolecularField field(pair.receptor, pair.ligand, pair.model, options.kernel);
-  const std::vector<Pose> poses = poses_about(pair.ligand);
+double reach_of(const docking::FieldModel& model) {
+  return model.cutoff_angstrom > 0 ? model.cutoff_angstrom : docking::kUsualCutoffAngstrom;
+}
+
+json::object measured(const DockingPair& pair, docking::MolecularField& field, const Pose& X_AB, double for_seconds) {
+  const std::vector<Pose> poses = poses_about(pair.ligand, X_AB);
   const SteadyClock clock;
   Histogram times;
-  double limit = 0, energy = 0, pairs = 0, seconds = 0;
-  for (const Pose& X : poses) energy += field.evaluate(X).energy_kj_per_mol();
+  double limit = 0, energy = 0, pairs = 0, multiply_adds = 0;
+  for (const Pose& X : poses) {
+    energy += field.evaluate(X).energy_kj_per_mol();
+    pairs += static_cast<double>(field.pair_count()) / kPoses;
+    multiply_adds += static_cast<double>(field.multiply_adds()) / kPoses;
+  }
   for (int round = 0; round < kRounds; ++round) {
     limit = std::max(limit, multiply_adds_per_s(field.kernel(), clock));
-    const LocalTime end = clock.now() + from_seconds(options.seconds / kRounds);
+    const LocalTime end = clock.now() + from_seconds(for_seconds / kRounds);
     do {
       for (const Pose& X : poses) {
         const LocalTime begin = clock.now();
         energy += field.evaluate(X).energy_kj_per_mol();
-        const Duration taken = clock.now() - begin;
-        times.record(taken);
-        seconds += to_seconds(taken);
-        pairs += static_cast<double>(field.pair_count());
+        times.record(clock.now() - begin);
       }
     } while (clock.now() < end);
   }
   if (!std::isfinite(energy)) throw std::runtime_error("kernel " + std::string(field.kernel()) + ": energy not finite");
-  return {{"atoms_receptor", pair.receptor.size()},
-          {"atoms_ligand", pair.ligand.size()},
-          {"pairs", field.pair_count()},
-          {"method", field.method()},
-          {"kernel", field.kernel()},
-          {"dielectric", options.pair.dielectric},
-          {"cutoff_angstrom", pair.model.cutoff_angstrom},
-          {"evaluations", times.count()},
-          {"eval_us",
-           json::object{{"p50", microseconds(times.quantile(0.5))}, {"p99", microseconds(times.quantile(0.99))}}},
-          {"gpairs_per_s", 1e-9 * pairs / seconds},
-          {"limit_gmultiply_adds_per_s", 1e-9 * limit}};
+  const double median_s = 1e-6 * microseconds(times.quantile(0.5));
+  json::object row = interface_facts(pair.receptor, pair.ligand, X_AB, reach_of(pair.model));
+  row["pairs"] = std::llround(pairs);
+  row["evaluations"] = times.count();
+  row["eval_us"] =
+      json::object{{"p50", microseconds(times.quantile(0.5))}, {"p99", microseconds(times.quantile(0.99))}};
+  row["gpairs_per_s"] = 1e-9 * pairs / median_s;
+  row["multiply_adds"] = std::llround(multiply_adds);
+  row["limit_gmultiply_adds_per_s"] = 1e-9 * limit;
+  row["share_of_limit"] = multiply_adds / median_s / limit;
+  return row;
+}
+
+std::vector<Pose> poses_of(const Options& options, const DockingPair& pair) {
+  if (options.interface_atoms == 0) return {Pose{}};
+  std::vector<std::size_t> sizes;
+  for (const std::size_t part : kSweepParts) {
+    const std::size_t size = options.interface_atoms / part;
+    if (size > 0 && (options.wants_sweep || part == 1)) sizes.push_back(size);
+  }
+  return poses_by_interface(pair.receptor, pair.ligand, reach_of(pair.model), sizes);
+}
+
+void print_row(const json::object& row) {
+  const json::object& times = row.at("eval_us").as_object();
+  const json::value& shortest = row.at("min_distance_angstrom");
+  std::printf("%lld atoms in the interface (shortest distance %s Å), %lld pairs within reach, %lld computed\n",
+              static_cast<long long>(row.at("interface_atoms").to_number<std::int64_t>()),
+              shortest.is_null() ? "> reach:" : format_fixed(shortest.as_double(), 2).c_str(),
+              static_cast<long long>(row.at("pairs_within").to_number<std::int64_t>()),
+              static_cast<long long>(row.at("pairs").to_number<std::int64_t>()));
+  std::printf("  %.4g us, p99 %.4g us; %.3g Gpair/s, %.0f %% of %.4g G multiply-adds/s\n", times.at("p50").as_double(),
+              times.at("p99").as_double(), row.at("gpairs_per_s").as_double(),
+              100 * row.at("share_of_limit").as_double(), row.at("limit_gmultiply_adds_per_s").as_double());
 }
 
 void run(const Options& options) {
-  const json::object result = measured(options);
-  if (options.wants_json) {
-    std::cout << pretty_json(result);
-    return;
+  const DockingPair pair = load_docking_pair(options.pair);
+  docking::MolecularField field(pair.receptor, pair.ligand, pair.model, options.kernel);
+  json::object result{{"atoms_receptor", pair.receptor.size()},
+                      {"atoms_ligand", pair.ligand.size()},
+                      {"method", field.method()},
+                      {"kernel", field.kernel()},
+                      {"dielectric", options.pair.dielectric},
+                      {"cutoff_angstrom", pair.model.cutoff_angstrom}};
+  const std::string title = std::to_string(pair.receptor.size()) + " x " + std::to_string(pair.ligand.size()) +
+                            " atoms, " + std::string(field.method()) + ", kernel " + std::string(field.kernel());
+  if (!options.wants_json) std::cout << title << std::endl;
+  json::array rows;
+  for (const Pose& X_AB : poses_of(options, pair)) {
+    rows.emplace_back(measured(pair, field, X_AB, options.seconds));
+    if (!options.wants_json) print_row(rows.back().as_object());
   }
-  const json::object& times = result.at("eval_us").as_object();
-  std::printf("%lld x %lld atoms, %s, kernel %s, %lld pairs\n",
-              static_cast<long long>(result.at("atoms_receptor").to_number<std::int64_t>()),
-              static_cast<long long>(result.at("atoms_ligand").to_number<std::int64_t>()),
-              result.at("method").as_string().c_str(), result.at("kernel").as_string().c_str(),
-              static_cast<long long>(result.at("pairs").to_number<std::int64_t>()));
-  std::printf("%.4g us, p99 %.4g us; %.3g Gpair/s, at a limit of %.4g G multiply-adds/s\n", times.at("p50").as_double(),
-              times.at("p99").as_double(), result.at("gpairs_per_s").as_double(),
-              result.at("limit_gmultiply_adds_per_s").as_double());
+  if (options.wants_sweep) {
+    result["rows"] = rows;
+  } else {
+    for (const auto& [name, value] : rows.front().as_object()) result[name] = value;
+  }
+  if (options.wants_json) std::cout << pretty_json(result);
+  if (options.out.empty()) return;
+  const auto folder = made_folder(options.out);
+  write_text_file(folder / "docking-scaling.json", pretty_json(result));
+  write_text_file(folder / "report.html", field_scaling_html(title, rows));
 }
 
 }  // namespace
@@ -119,7 +172,16 @@ void add_docking_bench(CLI::App& bench, int& exit_code) {
   options->pair.cutoff = "auto";
   add_docking_options(*command, options->pair);
   command->add_option("--kernel", options->kernel, "avx512, avx2 or portable; default: the widest");
-  command->add_option("--seconds", options->seconds, "time to measure [s]")
+  auto* const interface_atoms = command->add_option("--interface-atoms", options->interface_atoms,
+                                                    "move the ligand until so many atoms of both are within the "
+                                                    "cut-off (8 Å without) of the other; default: as in the files");
+  interface_atoms->check(CLI::Range(std::size_t{1}, std::size_t{1'000'000}));
+  auto* const sweep =
+      command->add_flag("--sweep", options->wants_sweep, "likewise for 1/32, 1/16, … of them: cost against interface");
+  sweep->needs(interface_atoms);
+  command->add_option("--out", options->out, "of a sweep: folder for docking-scaling.json and report.html")
+      ->needs(sweep);
+  command->add_option("--seconds", options->seconds, "time to measure, of each pose [s]")
       ->check(CLI::Range(0.01, 600.0))
       ->capture_default_str();
   command->add_flag("--json", options->wants_json, "print JSON");

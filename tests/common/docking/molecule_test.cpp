@@ -317,6 +317,32 @@ TEST(MolecularField, PicksTheWidestKernelAndNamesThoseItHas) {
   }
 }
 
+TEST(MolecularField, CountsTheMultiplyAddsOfItsPairs) {
+  Molecule a = test::one_atom(3, 1), b = test::one_atom(0, 0);
+  for (int i = 1; i < 5; ++i) {
+    const Molecule other = test::one_atom(3, 1, {4.0 * i, 0, 0});
+    a.positions_angstrom.push_back(other.positions_angstrom[0]);
+    for (std::vector<double>* values : {&a.sigma_angstrom, &a.epsilon_kj_per_mol, &a.charge_e, &a.mass_u}) {
+      values->push_back(values->front());
+    }
+  }
+  b.charge_e = {1};
+  FieldModel model;
+  const std::string_view widest = MolecularField::available_kernels().front();
+  const bool is_fused = widest != "portable";
+  EXPECT_EQ(MolecularField(a, a, model).multiply_adds(), is_fused ? 25U * 22 : 25U * 13);
+  model.dielectric = Dielectric::kDistance;
+  EXPECT_EQ(MolecularField(a, b, model).multiply_adds(), is_fused ? 5U * 16 : 5U * 10);
+  EXPECT_EQ(MolecularField(a, a, model, "portable").multiply_adds(), 25U * 15);
+  model.cutoff_angstrom = 8;
+  MolecularField near(a, b, model);
+  EXPECT_EQ(near.multiply_adds(), 0U);
+  near.evaluate({{0, 3, 0}, Quat::Identity()});
+  EXPECT_GT(near.multiply_adds(), near.pair_count() * (is_fused ? 64 : 41));
+  near.evaluate({{90, 0, 0}, Quat::Identity()});
+  EXPECT_EQ(near.multiply_adds(), 0U);
+}
+
 TEST(MolecularField, WorksWithoutAtoms) {
   const Molecule atom = test::one_atom(3.0, 1.0);
   EXPECT_EQ(MolecularField(Molecule(), atom).evaluate(Pose{}).energy_kj_per_mol(), 0.0);
