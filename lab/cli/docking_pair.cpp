@@ -44,7 +44,7 @@ void add_docking_options(CLI::App& command, DockingOptions& options) {
       ->capture_default_str();
   command.add_option("--dielectric", options.dielectric, "none (no charges), a constant such as 1, or 4r")
       ->capture_default_str();
-  command.add_option("--force-field", options.force_field_directory, "folder of GROMACS parameters")
+  command.add_option("--force-field", options.force_field_directory, "folder of GROMACS parameters, or built-in")
       ->capture_default_str();
 }
 

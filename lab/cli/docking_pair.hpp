@@ -19,7 +19,7 @@ struct DockingOptions {
   std::string hydrogens = "given";
   std::string cutoff = "none";
   std::string dielectric = "4r";
-  std::string force_field_directory = "/usr/share/gromacs/top/oplsaa.ff";
+  std::string force_field_directory = server::default_force_field();
 };
 
 struct DockingPair {

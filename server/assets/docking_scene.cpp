@@ -38,7 +38,7 @@ docking::Molecule load(wire::MoleculeSource& source, const std::string& force_fi
   constexpr double kHydrogen_u = 1.5;
   docking::Molecule molecule = load_with("given");
   const bool has_any = std::ranges::any_of(molecule.mass_u, [](double mass_u) { return mass_u < kHydrogen_u; });
-  return has_any ? molecule : load_with("build");
+  return has_any || force_field_directory == kBuiltInForceField ? molecule : load_with("build");
 }
 
 /// Returns the centre.
@@ -109,7 +109,7 @@ wire::Scene docking_scene(wire::MoleculeSource receptor, wire::MoleculeSource li
   wire::Scene scene;
   wire::MolecularField& molecular = *scene.mutable_molecular_field();
   molecular = field;
-  if (molecular.force_field_directory().empty()) molecular.set_force_field_directory(kDefaultForceFieldDirectory);
+  if (molecular.force_field_directory().empty()) molecular.set_force_field_directory(default_force_field());
   if (molecular.dielectric().empty()) molecular.set_dielectric(kDefaultDielectric);
   docking::Molecule a = load(receptor, molecular.force_field_directory());
   docking::Molecule b = load(ligand, molecular.force_field_directory());

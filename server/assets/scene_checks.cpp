@@ -10,7 +10,7 @@
 #include "server/assets/scene_coupling.hpp"
 #include "server/assets/scene_effects.hpp"
 #include "server/assets/scene_soft_checks.hpp"
-#include "server/assets/structures/hydrogens.hpp"
+#include "server/assets/structures/loader.hpp"
 
 namespace tandem::server {
 namespace {
@@ -48,7 +48,7 @@ void complete_molecular_field(wire::Scene& scene) {
   const bool is_needed = std::any_of(scene.bodies().begin(), scene.bodies().end(), has_molecule);
   if (!is_needed && !scene.has_molecular_field()) return;
   wire::MolecularField& molecular = *scene.mutable_molecular_field();
-  if (molecular.force_field_directory().empty()) molecular.set_force_field_directory(kDefaultForceFieldDirectory);
+  if (molecular.force_field_directory().empty()) molecular.set_force_field_directory(default_force_field());
   if (molecular.dielectric().empty()) molecular.set_dielectric(kDefaultDielectric);
 }
 

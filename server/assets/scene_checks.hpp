@@ -9,8 +9,6 @@
 
 namespace tandem::server {
 
-/// The default of MolecularField::force_field_directory, from Debian package gromacs-data.
-inline constexpr const char* kDefaultForceFieldDirectory = "/usr/share/gromacs/top/oplsaa.ff";
 /// The default of MolecularField::dielectric.
 inline constexpr const char* kDefaultDielectric = "4r";
 

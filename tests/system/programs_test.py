@@ -189,6 +189,15 @@ class Energy(ProgramTest):
         self.assertEqual(code, 0, err)
         self.assertAlmostEqual(json.loads(out)["total_kj_mol"], saved["total_kj_mol"], delta=1e-4)
 
+    def test_without_parameter_files(self):
+        code, out, err = self.energy(self.STRUCTURE + ":A", self.STRUCTURE + ":B", "--force-field", "built-in")
+        self.assertEqual(code, 0, err)
+        self.assertIn("built-in parameters by element, no charges", out)
+        self.assertEqual(json.loads(out)["coulomb_kj_mol"], 0)
+        self.assertLess(json.loads(out)["lj_kj_mol"], -10)
+        self.assert_setup_error(self.energy(self.STRUCTURE + ":A", self.STRUCTURE + ":B", "--force-field", "/nowhere"),
+                                "/nowhere", "gromacs-data")
+
     def test_of_residues_sums_to_the_whole(self):
         code, out, err = self.energy(self.STRUCTURE + ":A", self.STRUCTURE + ":B", "--per-residue")
         self.assertEqual(code, 0, err)

@@ -10,6 +10,7 @@
 #include <system_error>
 #include <utility>
 
+#include "server/assets/structures/loader.hpp"
 #include "server/assets/structures/text.hpp"
 
 namespace tandem::server {
@@ -274,6 +275,7 @@ const AtomType& ForceField::type(std::string_view type_name) const {
 }
 
 ForceField load_force_field(const fs::path& directory) {
+  if (directory == kBuiltInForceField) return built_in_force_field();
   std::error_code error;
   if (!fs::is_directory(directory, error)) {
     throw docking::MoleculeError("force-field directory " + directory.string() + " does not exist" + kRemedy);

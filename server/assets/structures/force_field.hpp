@@ -67,6 +67,8 @@ struct ForceField {
   std::map<std::string, TerminusEdit, std::less<>> c_termini;
   std::map<std::string, std::string, std::less<>> block_of_residue;  ///< where the names differ: LYS → LYSH
   std::vector<AtomAlias> aliases;
+  bool is_by_element =
+      false;  ///< types are elements, and "HP", a hydrogen that is not on carbon; blocks only name residues
 
   const ResidueBlock* block(std::string_view name) const;
 
@@ -74,8 +76,14 @@ struct ForceField {
   const AtomType& type(std::string_view name) const;
 };
 
+/// What stands in for OPLS-AA without its files: Lennard-Jones parameters by element, no charges.
+///
+/// Source  Jorgensen, Maxwell, Tirado-Rives, JACS 118 (1996) 11225: C, H of alkanes, N, O of amides, S of thiols; P, halogens of
+///         the same set; ions of Åqvist, J. Phys. Chem. 94 (1990) 8021, with zinc and iron as magnesium
+ForceField built_in_force_field();
+
 /// Reads forcefield.itp, ffnonbonded.itp, aminoacids.rtp, .hdb, .n.tdb, .c.tdb and .r2b of the folder, and xlateat.dat of it
-/// or of its parent.
+/// or of its parent. In place of a folder "built-in": built_in_force_field().
 ///
 /// Fails   MoleculeError: folder or file missing (names the Debian package), a line that cannot be read (names it), a
 ///         combination rule other than 3, geometric

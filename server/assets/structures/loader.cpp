@@ -151,6 +151,7 @@ class Loader {
     if (missing_heavy_ > 0) {
       note(std::to_string(missing_heavy_) + " other atoms are not in the file: " + joined(incomplete_));
     }
+    if (force_field_.is_by_element) note_parameters();
     if (structure.alternate_atoms > 0) {
       note(std::to_string(structure.alternate_atoms) + " atoms of other alternate locations in the file left out");
     }
@@ -161,6 +162,18 @@ class Loader {
   }
 
  private:
+  void note_parameters() {
+    std::error_code error;
+    const bool is_installed = std::filesystem::is_directory(kOplsDirectory, error);
+    const auto has_charge = [](double charge_e) { return charge_e != 0; };
+    const bool is_charged = std::any_of(molecule_.charge_e.begin(), molecule_.charge_e.end(), has_charge);
+    note((is_installed ? "" : "gromacs-data is not installed: ") + std::string("built-in parameters by element, ") +
+         (is_charged ? "the file's charges; " : "no charges; ") +
+         (is_installed ? "name " + std::string(kOplsDirectory) : "install gromacs-data") + " for OPLS-AA");
+    if (std::find(molecule_.elements.begin(), molecule_.elements.end(), "H") == molecule_.elements.end())
+      note("no hydrogens in the file, and none are built without OPLS-AA: the attraction is too weak");
+  }
+
   void add_atom(const PdbResidue& residue, const PdbAtom& atom, const BlockAtom& entry, const std::string& guess) {
     const AtomType& type = force_field_.type(entry.type);
     if (!guess.empty()) {
@@ -233,10 +246,20 @@ void check_places(const std::vector<Vec3>& positions, const std::vector<std::str
 
 }  // namespace
 
+std::string default_force_field(const std::filesystem::path& opls) {
+  std::error_code error;
+  return std::filesystem::is_directory(opls, error) ? opls.string() : kBuiltInForceField;
+}
+
 docking::Molecule load_molecule(const std::filesystem::path& structure, const StructureSelection& selection,
                                 const std::filesystem::path& force_field_directory, Hydrogens hydrogens,
                                 StructureReport* report) {
   const ForceField force_field = load_force_field(force_field_directory);
+  if (force_field.is_by_element && hydrogens != Hydrogens::kGiven) {
+    throw docking::MoleculeError(
+        structure.string() + ": hydrogens are built and united by rules of OPLS-AA, which built-in parameters lack; " +
+        "install the Debian package gromacs-data, or take the hydrogens that are given");
+  }
   PdbStructure read = read_structure(structure);
   std::vector<PdbResidue> protein, others;
   for (PdbResidue& residue : read.residues) {
@@ -256,13 +279,14 @@ docking::Molecule load_molecule(const std::filesystem::path& structure, const St
   if (hydrogens != Hydrogens::kGiven) build_hydrogens(force_field, protein, contexts);
   for (std::size_t r = 0; r < protein.size(); ++r) {
     if (!selection.takes_chain(protein[r].chain) && !selection.takes_residue(protein[r])) continue;
-    TypedResidue typed = type_residue(force_field, protein[r], contexts[r]);
+    TypedResidue typed = force_field.is_by_element ? type_by_element(force_field, protein[r])
+                                                   : type_residue(force_field, protein[r], contexts[r]);
     if (hydrogens == Hydrogens::kUnited) unite_hydrogens(force_field, protein[r], typed);
     loader.add(protein[r], typed);
   }
   LeftOutByName left_out;
   for (const PdbResidue& residue : take_selected(others, selection, left_out, told.dropped)) {
-    loader.add(residue, type_by_element(residue));
+    loader.add(residue, type_by_element(force_field, residue));
   }
   if (molecule.size() == 0) {
     throw docking::MoleculeError(source +

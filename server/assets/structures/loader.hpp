@@ -12,6 +12,14 @@
 
 namespace tandem::server {
 
+/// Of Debian package gromacs-data.
+inline constexpr const char* kOplsDirectory = "/usr/share/gromacs/top/oplsaa.ff";
+/// In place of a folder: parameters by element, which need no file.
+inline constexpr const char* kBuiltInForceField = "built-in";
+
+/// What is used where nobody names a force field: `opls`, or where there is no such folder kBuiltInForceField.
+std::string default_force_field(const std::filesystem::path& opls = kOplsDirectory);
+
 /// What people may want to know of single atoms, beside Molecule::guessed and the counts in Molecule::notes.
 struct StructureReport {
   std::vector<std::string> places;   ///< of each atom of the molecule: "CG of VAL 12A of chain B"
@@ -25,6 +33,8 @@ struct StructureReport {
 ///
 /// An atom without an exact entry is typed by its element (residue_typing.hpp) and named in Molecule::guessed; atoms
 /// that the file lacks and those left out are counted in Molecule::notes and named in the report.
+/// With kBuiltInForceField all atoms have the parameters of their elements and charge 0 (a PQR file's stay its own), and
+/// Molecule::notes says so; hydrogens cannot be built.
 /// With Hydrogens::kGiven nothing is added: a file without hydrogens gives heavy atoms with all-atom parameters, whose
 /// attraction is about a third too weak.
 ///
@@ -32,7 +42,7 @@ struct StructureReport {
 ///         run time: Jorgensen, Maxwell, Tirado-Rives, JACS 118 (1996) 11225
 /// Fails   MoleculeError: file missing or damaged, no atoms left, two atoms on one place, chain or residue not there
 ///         (names those that are), force field missing (names the Debian package) or with another mixing rule than
-///         the geometric one
+///         the geometric one; hydrogens other than given with kBuiltInForceField
 docking::Molecule load_molecule(const std::filesystem::path& structure, const StructureSelection& selection,
                                 const std::filesystem::path& force_field_directory,
                                 Hydrogens hydrogens = Hydrogens::kGiven, StructureReport* report = nullptr);

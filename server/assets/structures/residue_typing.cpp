@@ -314,13 +314,21 @@ bool is_bound_to_carbon(const PdbResidue& residue, std::size_t hydrogen) {
 }
 
 /// Adds an entry for atom i by its element, and what people are told of it.
-void guess_by_element(const PdbResidue& residue, std::size_t i, const std::string& block, TypedResidue& typed) {
+void guess_by_element(const ForceField& force_field, const PdbResidue& residue, std::size_t i, const std::string& block,
+                      TypedResidue& typed) {
   const PdbAtom& atom = residue.atoms[i];
-  std::string_view type = "opls_135";  // an unknown element: in a protein a carbon-sized atom is the likeliest
+  const bool is_polar_hydrogen = atom.element == "H" && !is_bound_to_carbon(residue, i);
+  if (force_field.is_by_element && force_field.types.contains(atom.element)) {
+    typed.atoms.push_back({atom.name, is_polar_hydrogen ? "HP" : atom.element, 0.0});
+    typed.guesses.emplace_back();
+    return;
+  }
+  // An unknown element: in a protein a carbon-sized atom is the likeliest.
+  std::string_view type = force_field.is_by_element ? "C" : "opls_135";
   for (const ElementType& known : kTypeOfElement) {
     if (known.element == atom.element) type = known.type;
   }
-  if (atom.element == "H" && !is_bound_to_carbon(residue, i)) type = kPolarHydrogen;
+  if (is_polar_hydrogen) type = kPolarHydrogen;
   typed.atoms.push_back({atom.name, std::string(type), 0.0});
   typed.guesses.push_back("atom " + place_text(residue, atom.name) + ": not in the force field" +
                           (block.empty() ? "" : "'s block " + block) + ", taken as " + std::string(type) +
@@ -362,7 +370,7 @@ TypedResidue type_residue(const ForceField& force_field, const PdbResidue& resid
       typed.atoms.push_back(*entry);
       typed.guesses.emplace_back();
     } else {
-      guess_by_element(residue, i, block.name, typed);
+      guess_by_element(force_field, residue, i, block.name, typed);
     }
   }
   for (std::size_t k = 0; k < atoms.size(); ++k) {
@@ -381,9 +389,9 @@ TypedResidue type_residue(const ForceField& force_field, const PdbResidue& resid
   return typed;
 }
 
-TypedResidue type_by_element(const PdbResidue& residue) {
+TypedResidue type_by_element(const ForceField& force_field, const PdbResidue& residue) {
   TypedResidue typed;
-  for (std::size_t i = 0; i < residue.atoms.size(); ++i) guess_by_element(residue, i, "", typed);
+  for (std::size_t i = 0; i < residue.atoms.size(); ++i) guess_by_element(force_field, residue, i, "", typed);
   return typed;
 }
 

@@ -43,8 +43,9 @@ bool is_protein_residue(const ForceField& force_field, std::string_view residue_
 /// In      residue  one for which is_protein_residue()
 TypedResidue type_residue(const ForceField& force_field, const PdbResidue& residue, const ResidueContext& context);
 
-/// Every atom by its element, as a guess: a ligand, an ion, a sugar, which the force field does not know.
-TypedResidue type_by_element(const PdbResidue& residue);
+/// Every atom by its element: a ligand, an ion, a sugar, which the force field does not know; a guess, unless the force
+/// field is by element.
+TypedResidue type_by_element(const ForceField& force_field, const PdbResidue& residue);
 
 /// For each residue whether its SG is bonded to another's.
 ///

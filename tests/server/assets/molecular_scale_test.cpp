@@ -14,6 +14,7 @@
 #include "server/assets/scene_checks.hpp"
 #include "server/assets/scene_file.hpp"
 #include "server/assets/structures/loader.hpp"
+#include "tests/support/pdb_text.hpp"
 
 namespace tandem::server {
 namespace {
@@ -149,9 +150,9 @@ TEST(MinimumNear, OfTwoAtomsIsTheirEpsilon) {
 
 TEST(MinimumNear, OfARealPairHasNoForceLeft) {
   const std::filesystem::path file = "/usr/share/pymol/test/dat/3al1.pdb";
-  if (!std::filesystem::exists(file) || !std::filesystem::exists(kDefaultForceFieldDirectory)) GTEST_SKIP();
-  const docking::Molecule a = load_molecule(file, {{"A"}}, kDefaultForceFieldDirectory);
-  const docking::Molecule b = load_molecule(file, {{"B"}}, kDefaultForceFieldDirectory);
+  if (!std::filesystem::exists(file) || !std::filesystem::exists(kOplsDirectory)) GTEST_SKIP();
+  const docking::Molecule a = load_molecule(file, {{"A"}}, kOplsDirectory);
+  const docking::Molecule b = load_molecule(file, {{"B"}}, kOplsDirectory);
   for (const auto dielectric : {docking::Dielectric::kNone, docking::Dielectric::kDistance}) {
     docking::FieldModel model;
     model.dielectric = dielectric;
@@ -176,7 +177,7 @@ wire::MoleculeSource helix(const std::string& chain) {
 }
 
 TEST(DockingScene, OfTwoFilesIsApartAsTheFilesHaveThemAndPullsWithOneNewton) {
-  if (!std::filesystem::exists(kHelices) || !std::filesystem::exists(kDefaultForceFieldDirectory)) GTEST_SKIP();
+  if (!std::filesystem::exists(kHelices) || !std::filesystem::exists(kOplsDirectory)) GTEST_SKIP();
   const wire::Scene asked = docking_scene(helix("A"), helix("B"), {});
   const auto scene = load_scene_text(scene_text(asked), "two files", ".");
   const wire::MolecularField& field = scene->description.molecular_field();
@@ -196,8 +197,8 @@ TEST(DockingScene, OfTwoFilesIsApartAsTheFilesHaveThemAndPullsWithOneNewton) {
   EXPECT_GT(nearest_angstrom, 5) << "8 angstrom along the line of centres, askew to their surfaces";
   EXPECT_LT(nearest_angstrom, 12);
   // The least energy is found, and at most what the files' own pose has.
-  const docking::Molecule native_a = load_molecule(kHelices, {{"A"}}, kDefaultForceFieldDirectory);
-  const docking::Molecule native_b = load_molecule(kHelices, {{"B"}}, kDefaultForceFieldDirectory);
+  const docking::Molecule native_a = load_molecule(kHelices, {{"A"}}, kOplsDirectory);
+  const docking::Molecule native_b = load_molecule(kHelices, {{"B"}}, kOplsDirectory);
   const docking::FieldResult native = docking::exact_field(native_a, native_b, Pose{}, scene->world.field_model);
   EXPECT_LT(field.minimum_kcal_per_mol(), native.energy_kj_per_mol() / kKilojoulesPerKilocalorie);
   EXPECT_LT(field.minimum_kcal_per_mol(), -3) << "several kT: the zero area leaves most to be felt";
@@ -218,8 +219,24 @@ TEST(DockingScene, OfTwoFilesIsApartAsTheFilesHaveThemAndPullsWithOneNewton) {
   EXPECT_LT(strongest_n, 1.02);
 }
 
+TEST(DockingScene, OfFilesWithoutHydrogensNeedsNoParameterFiles) {
+  const test::PdbFile file(test::residue_text("ALA", "N CA C O CB", 1) + test::residue_text("GLY", "N CA C O", 1, 'B'));
+  wire::MoleculeSource receptor, ligand;
+  receptor.set_file(file.path().string());
+  receptor.add_chains("A");
+  ligand.set_file(file.path().string());
+  ligand.add_chains("B");
+  wire::MolecularField field;
+  field.set_force_field_directory(kBuiltInForceField);
+  const auto scene = load_scene_text(scene_text(docking_scene(receptor, ligand, field)), "two files", ".");
+  EXPECT_EQ(scene->world.bodies.at(0).molecule->size(), 5U);
+  EXPECT_EQ(scene->world.bodies.at(0).molecule->force_field, "built-in");
+  EXPECT_EQ(scene->description.bodies(0).shapes(0).molecule().hydrogens(), "given");
+  EXPECT_THAT(scene->notes_for_users, ::testing::Contains(HasSubstr("built-in parameters by element, no charges")));
+}
+
 TEST(DockingScene, AWrongDielectricIsSaid) {
-  if (!std::filesystem::exists(kHelices) || !std::filesystem::exists(kDefaultForceFieldDirectory)) GTEST_SKIP();
+  if (!std::filesystem::exists(kHelices) || !std::filesystem::exists(kOplsDirectory)) GTEST_SKIP();
   wire::MolecularField field;
   field.set_dielectric("four");
   EXPECT_THROW(docking_scene(helix("A"), helix("B"), field), std::invalid_argument);
