@@ -69,15 +69,18 @@ Central inside_core(Central at_core, double core2, double r2) {
 
 class PairField {
  public:
-  explicit PairField(const FieldModel& model)
+  PairField(const FieldModel& model, bool is_arithmetic)
       : dielectric_(model.dielectric),
+        is_arithmetic_(is_arithmetic),
         coulomb_(kCoulombKjAngstromPerMol / model.permittivity),
         repulsion_(12, model.cutoff_angstrom),
         attraction_(6, model.cutoff_angstrom),
         charge_(model.dielectric == Dielectric::kDistance ? 2 : 1, model.cutoff_angstrom) {}
 
-  Central lennard_jones(double r2, double sigma2, double epsilon) const {
-    if (sigma2 == 0 || epsilon == 0) return {};
+  Central lennard_jones(double r2, double sigma_a, double sigma_b, double epsilon) const {
+    if (sigma_a == 0 || sigma_b == 0 || epsilon == 0) return {};
+    const double mean = 0.5 * (sigma_a + sigma_b);
+    const double sigma2 = is_arithmetic_ ? mean * mean : sigma_a * sigma_b;
     const double core2 = static_cast<double>(kCoreFractionSquared) * sigma2;
     const double r = std::sqrt(std::max(r2, core2));
     const double s6 = sigma2 * sigma2 * sigma2;
@@ -94,6 +97,7 @@ class PairField {
 
  private:
   Dielectric dielectric_;
+  bool is_arithmetic_;
   double coulomb_;
   PowerTerm repulsion_, attraction_, charge_;
 };
@@ -133,7 +137,7 @@ FieldResult exact_field(const Molecule& a, const Molecule& b, const Pose& X_AB_a
   if (details.energies_of_b != nullptr) details.energies_of_b->assign(b.size(), Eigen::Vector2d::Zero());
   FieldResult result;
   if (!is_evaluable(X_AB_angstrom)) return result;
-  const PairField field(model);
+  const PairField field(model, a.mixes_arithmetically || b.mixes_arithmetically);
   for (std::size_t j = 0; j < b.size(); ++j) {
     const Vec3 arm = X_AB_angstrom.q * b.positions_angstrom[j];
     const Vec3 position = X_AB_angstrom.p + arm;
@@ -143,7 +147,7 @@ FieldResult exact_field(const Molecule& a, const Molecule& b, const Pose& X_AB_a
     for (std::size_t i = 0; i < a.size(); ++i) {
       const Vec3 offset = position - a.positions_angstrom[i];
       const double r2 = offset.squaredNorm();
-      const Central lj = field.lennard_jones(r2, a.sigma_angstrom[i] * b.sigma_angstrom[j],
+      const Central lj = field.lennard_jones(r2, a.sigma_angstrom[i], b.sigma_angstrom[j],
                                              std::sqrt(a.epsilon_kj_per_mol[i] * b.epsilon_kj_per_mol[j]));
       const Central coulomb = field.coulomb(r2, a.charge_e[i] * b.charge_e[j]);
       const Vec3 pair_force = (lj.push + coulomb.push) * offset;

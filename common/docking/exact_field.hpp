@@ -24,7 +24,8 @@ struct ExactDetails {
 
 /// Double precision, all pairs.
 ///
-/// Model   V = Σ_ij 4 ε_ij [(σ_ij/r)¹² − (σ_ij/r)⁶] + k q_i q_j/(ε r), ε_ij = √(ε_i ε_j), σ_ij = √(σ_i σ_j);
+/// Model   V = Σ_ij 4 ε_ij [(σ_ij/r)¹² − (σ_ij/r)⁶] + k q_i q_j/(ε r), ε_ij = √(ε_i ε_j), σ_ij = √(σ_i σ_j) or
+///         (σ_i + σ_j)/2 (Molecule::mixes_arithmetically);
 ///         ε a constant or ∝ r. Inside the core, r < σ_ij/4 (V there is above 3e7 ε) and for charges r < 0.8 Å, V goes
 ///         on in r² along its tangent, so f = f(r_c)·d/r_c: overlap gives a huge but finite force, still the
 ///         gradient of V, and two coincident atoms, between which no direction exists, give none. With a cut-off each

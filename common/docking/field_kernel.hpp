@@ -35,8 +35,8 @@ struct Target {
   const float* x = nullptr;  ///< Å, relative to the atom's tile origin
   const float* y = nullptr;
   const float* z = nullptr;
-  const float* c6 = nullptr;      ///< 2 √ε σ³
-  const float* s3 = nullptr;      ///< σ³
+  const float* c6 = nullptr;      ///< 2 √ε σ³; with arithmetic mixing 2 √ε
+  const float* s3 = nullptr;      ///< σ³; with arithmetic mixing σ/2
   const float* sigma = nullptr;   ///< Å
   const float* charge = nullptr;  ///< e
   const Tile* tiles = nullptr;    ///< those with a Lennard-Jones term first
@@ -64,6 +64,7 @@ struct Probes {
 struct KernelModel {
   bool has_charges = false;
   bool is_distance_dependent = false;
+  bool is_arithmetic = false;  ///< the mixing of σ
   float charge_core_squared = 0;
   // Of cut-off fields: forces are switched between start and cutoff, see force_switch().
   float start = 0;

@@ -156,13 +156,15 @@ struct Interacting {
   }
 };
 
-float c6_of(const Molecule& m, std::size_t i) {
+float c6_of(const Molecule& m, std::size_t i, bool is_arithmetic) {
   if (!has_lennard_jones(m, i)) return 0;
-  return static_cast<float>(2 * std::sqrt(m.epsilon_kj_per_mol[i]) * std::pow(m.sigma_angstrom[i], 3));
+  const double size = is_arithmetic ? 1 : std::pow(m.sigma_angstrom[i], 3);
+  return static_cast<float>(2 * std::sqrt(m.epsilon_kj_per_mol[i]) * size);
 }
 
-float s3_of(const Molecule& m, std::size_t i) {
-  return has_lennard_jones(m, i) ? static_cast<float>(std::pow(m.sigma_angstrom[i], 3)) : 0.0F;
+float s3_of(const Molecule& m, std::size_t i, bool is_arithmetic) {
+  if (!has_lennard_jones(m, i)) return 0;
+  return static_cast<float>(is_arithmetic ? 0.5 * m.sigma_angstrom[i] : std::pow(m.sigma_angstrom[i], 3));
 }
 
 float sigma_of(const Molecule& m, std::size_t i) {
@@ -226,6 +228,7 @@ struct MolecularField::Impl {
 MolecularField::Impl::Impl(const Molecule& a, const Molecule& b, const FieldModel& field_model,
                            std::string_view kernel_name)
     : model(field_model), constants(kernel_model(field_model)), kernel(kernel_named(kernel_name)) {
+  constants.is_arithmetic = a.mixes_arithmetically || b.mixes_arithmetically;
   Interacting chosen_a(a, model);
   Interacting chosen_b(b, model);
   if (model.cutoff_angstrom > 0) {
@@ -275,9 +278,9 @@ void MolecularField::Impl::add_tiles(const Molecule& a, const std::vector<std::s
       x_a[i] = static_cast<float>(local.x());
       y_a[i] = static_cast<float>(local.y());
       z_a[i] = static_cast<float>(local.z());
-      s3_a[i] = s3_of(a, atom);
+      s3_a[i] = s3_of(a, atom, constants.is_arithmetic);
       sigma_a[i] = sigma_of(a, atom);
-      c6_a[i] = is_padding ? 0.0F : c6_of(a, atom);
+      c6_a[i] = is_padding ? 0.0F : c6_of(a, atom, constants.is_arithmetic);
       charge_a[i] = is_padding ? 0.0F : charge_of(a, atom, model);
       radius = std::max(radius, local.norm());
       sigma = std::max(sigma, sigma_a[i]);
@@ -285,7 +288,9 @@ void MolecularField::Impl::add_tiles(const Molecule& a, const std::vector<std::s
     std::copy_n(origin.data(), 3, tile.origin);
     for (int axis = 0; axis < 3; ++axis) tile.half[axis] = static_cast<float>(upper[axis] - origin[axis]) + 1e-5F;
     constexpr float kMargin = 1.01F;
-    tile.core2 = kMargin * kCoreFractionSquared * sigma * largest_sigma_b;
+    const float mean_sigma = 0.5F * (sigma + largest_sigma_b);
+    tile.core2 =
+        kMargin * kCoreFractionSquared * (constants.is_arithmetic ? mean_sigma * mean_sigma : sigma * largest_sigma_b);
     if (constants.has_charges) tile.core2 = std::max(tile.core2, kMargin * constants.charge_core_squared);
     const double reach = kMargin * radius + std::sqrt(tile.core2);
     tile.reach2 = static_cast<float>(reach * reach);
@@ -299,8 +304,8 @@ void MolecularField::Impl::lay_out_b(const Molecule& b, const Interacting& chose
   lj_count_b = chosen.lj_count;
   for (const std::size_t j : chosen.atoms) {
     positions_b.push_back(b.positions_angstrom[j]);
-    c6_b.push_back(c6_of(b, j));
-    s3_b.push_back(s3_of(b, j));
+    c6_b.push_back(c6_of(b, j, constants.is_arithmetic));
+    s3_b.push_back(s3_of(b, j, constants.is_arithmetic));
     sigma_b.push_back(sigma_of(b, j));
     charge_b.push_back(static_cast<float>(coulomb * static_cast<double>(charge_of(b, j, model))));
   }
@@ -389,7 +394,11 @@ std::size_t MolecularField::pair_count() const {
 std::size_t MolecularField::multiply_adds() const {
   const Impl& f = *impl_;
   const bool is_fused = f.kernel.multiply_adds != multiply_adds_portable;
-  const PairCost cost = is_fused ? fused_cost(f.model.dielectric) : separate_cost(f.model.dielectric);
+  PairCost cost = is_fused ? fused_cost(f.model.dielectric) : separate_cost(f.model.dielectric);
+  if (f.constants.is_arithmetic) {
+    cost.with_lennard_jones += 1;
+    cost.switched += 4;
+  }
   const std::size_t done =
       f.search ? cost.box * f.last.boxes + cost.distance * f.last.distances + cost.switched * f.last.pairs
                : cost.with_lennard_jones * f.all_lj_pairs() + cost.charges_alone * f.all_charge_pairs();

@@ -29,6 +29,8 @@ struct Molecule {
   std::map<std::size_t, std::string> guessed;
   std::vector<std::string> notes;  ///< what else the loader saw and people should know: atoms left out or missing
   std::string force_field;         ///< e.g. "oplsaa"
+  /// The force field's mixing: σ_ij = (σ_i + σ_j)/2 in place of √(σ_i σ_j). Two molecules mix so where either does.
+  bool mixes_arithmetically = false;
 
   std::size_t size() const { return positions_angstrom.size(); }
   Vec3 centre_of_mass_angstrom() const;

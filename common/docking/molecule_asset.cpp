@@ -54,7 +54,8 @@ std::vector<std::byte> molecule_asset_bytes(const Molecule& molecule) {
                                 "position, parameters, charge and mass within their ranges, and 1 to " +
                                 std::to_string(kMaxMoleculeAssetAtoms) + " are allowed");
   }
-  std::vector<std::uint8_t> octets = begin_asset(kKind, kMoleculeAssetVersion);
+  std::vector<std::uint8_t> octets =
+      begin_asset(kKind, molecule.mixes_arithmetically ? kArithmeticMoleculeAssetVersion : kMoleculeAssetVersion);
   ByteWriter writer(octets);
   writer.u32(static_cast<std::uint32_t>(count));
   for (std::size_t atom = 0; atom < count; ++atom) write_atom(molecule, atom, writer);
@@ -64,11 +65,14 @@ std::vector<std::byte> molecule_asset_bytes(const Molecule& molecule) {
 
 std::optional<Molecule> molecule_from(std::span<const std::byte> bytes) {
   auto content = asset_content(octets_of(bytes), kKind, kMoleculeAssetVersion);
+  const bool is_arithmetic = !content;
+  if (is_arithmetic) content = asset_content(octets_of(bytes), kKind, kArithmeticMoleculeAssetVersion);
   if (!content) return std::nullopt;
   ByteReader reader(*content);
   const std::uint32_t count = reader.count(kAtomBytes);
   if (!reader.ok() || count > kMaxMoleculeAssetAtoms) return std::nullopt;
   Molecule molecule;
+  molecule.mixes_arithmetically = is_arithmetic;
   for (std::uint32_t atom = 0; atom < count; ++atom) read_atom(reader, molecule);
   if (!reader.ok() || !content->empty() || !is_sound(molecule)) return std::nullopt;
   return molecule;

@@ -12,6 +12,7 @@
 namespace tandem::docking {
 
 inline constexpr std::uint32_t kMoleculeAssetVersion = 1;
+inline constexpr std::uint32_t kArithmeticMoleculeAssetVersion = 2;  ///< the same with Molecule::mixes_arithmetically
 inline constexpr std::size_t kMaxMoleculeAssetAtoms = 1'000'000;
 
 /// Positions, masses and the parameters of the field, in double precision, so that both ends compute the same forces;
@@ -21,7 +22,7 @@ inline constexpr std::size_t kMaxMoleculeAssetAtoms = 1'000'000;
 /// Fails   std::invalid_argument: see validate(), or more atoms than kMaxMoleculeAssetAtoms
 std::vector<std::byte> molecule_asset_bytes(const Molecule& molecule);
 
-/// Nothing for bytes that are not exactly such an asset of this version with numbers that the field can bear.
+/// Nothing for bytes that are not exactly such an asset of one of these versions with numbers that the field can bear.
 std::optional<Molecule> molecule_from(std::span<const std::byte> bytes);
 
 }  // namespace tandem::docking

@@ -106,6 +106,8 @@ void write_assets(const fs::path& folder) {
     molecule.mass_u.push_back(12);
   }
   write("molecule", 1, docking::molecule_asset_bytes(molecule));
+  molecule.mixes_arithmetically = true;
+  write("arithmetic_molecule", 1, docking::molecule_asset_bytes(molecule));
 }
 
 }  // namespace

@@ -139,21 +139,27 @@ TEST(Cutoff, OutOfRangeIsRefusedByName) {
   }
 }
 
-/// Each dielectric, with and without a cut-off.
-class Model : public testing::TestWithParam<std::tuple<Dielectric, double>> {
+/// Each dielectric, with and without a cut-off, and both mixing rules.
+class Model : public testing::TestWithParam<std::tuple<Dielectric, double, bool>> {
  protected:
   static FieldModel model() { return model_of(std::get<0>(GetParam()), std::get<1>(GetParam())); }
+  static bool is_arithmetic() { return std::get<2>(GetParam()); }
+  static Pair mixing_pair(std::size_t count_a, std::size_t count_b, double gap_angstrom, std::mt19937& random) {
+    Pair pair = charged_pair(count_a, count_b, gap_angstrom, random);
+    pair.a.mixes_arithmetically = pair.b.mixes_arithmetically = is_arithmetic();
+    return pair;
+  }
 };
 
 INSTANTIATE_TEST_SUITE_P(Every, Model,
                          testing::Combine(testing::Values(Dielectric::kNone, Dielectric::kConstant,
                                                           Dielectric::kDistance),
-                                          testing::Values(0.0, 8.0)));
+                                          testing::Values(0.0, 8.0), testing::Bool()));
 
 TEST_P(Model, ForceAndTorqueAreTheGradientOfTheEnergy) {
   std::mt19937 random(kSeed);
   for (const double gap : {1.2, 2.5, 6.0}) {
-    const Pair pair = charged_pair(80, 60, gap, random);
+    const Pair pair = mixing_pair(80, 60, gap, random);
     const FieldResult result = exact_field(pair.a, pair.b, pair.X_AB, model());
     const auto energy = [&](const Vec3& by, const Vec3& turn) {
       return exact_field(pair.a, pair.b, moved(pair.X_AB, by, turn), model()).energy_kj_per_mol();
@@ -170,7 +176,7 @@ TEST_P(Model, ForceAndTorqueAreTheGradientOfTheEnergy) {
 
 TEST_P(Model, TheSixBySixGradientIsThatOfForceAndTorque) {
   std::mt19937 random(kSeed);
-  const Pair pair = charged_pair(80, 60, 1.5, random);
+  const Pair pair = mixing_pair(80, 60, 1.5, random);
   Matrix6 gradient;
   exact_field(pair.a, pair.b, pair.X_AB, model(), {nullptr, nullptr, &gradient});
   for (int column = 0; column < 6; ++column) {
@@ -191,7 +197,7 @@ TEST_P(Model, KernelsAgreeWithTheExactField) {
   std::mt19937 random(kSeed);
   for (const std::size_t count : {1UL, 16UL, 17UL, 130UL, 1500UL}) {
     for (const double gap : {-3.0, 0.3, 2.0, 5.0}) {
-      const Pair pair = charged_pair(count, 70, gap, random);
+      const Pair pair = mixing_pair(count, 70, gap, random);
       std::vector<Vec3> on_b;
       const FieldResult exact = exact_field(pair.a, pair.b, pair.X_AB, model(), {nullptr, &on_b});
       const double largest = std::max(largest_norm(on_b), 1e-6);
@@ -217,6 +223,7 @@ TEST_P(Model, KernelsAgreeWithTheExactField) {
 TEST_P(Model, CoincidentAtomsStayFiniteInEveryKernel) {
   Molecule atom = test::one_atom(3, 1e4);
   atom.charge_e = {1};
+  atom.mixes_arithmetically = is_arithmetic();
   Molecule hydrogen = test::one_atom(0, 0);
   hydrogen.charge_e = {-1};
   for (const std::string_view kernel : MolecularField::available_kernels()) {
@@ -232,7 +239,7 @@ TEST_P(Model, CoincidentAtomsStayFiniteInEveryKernel) {
 
 TEST_P(Model, TheAnswerDependsOnThePoseAlone) {
   std::mt19937 random(kSeed);
-  const Pair pair = charged_pair(900, 400, 2.0, random);
+  const Pair pair = mixing_pair(900, 400, 2.0, random);
   for (const std::string_view kernel : MolecularField::available_kernels()) {
     MolecularField one(pair.a, pair.b, model(), kernel), other(pair.a, pair.b, model(), kernel);
     const FieldResult first = one.evaluate(pair.X_AB);

@@ -49,6 +49,20 @@ TEST(MoleculeAsset, ReadsBackToTheBitSoThatBothEndsFeelTheSameField) {
   EXPECT_EQ(exact_field(*read, *read, far).force_on_b, exact_field(written, written, far).force_on_b);
 }
 
+TEST(MoleculeAsset, KeepsTheMixingOfItsForceFieldAndOthersAsTheyWere) {
+  Molecule molecule = sample(20);
+  const std::vector<std::byte> geometric = molecule_asset_bytes(molecule);
+  molecule.mixes_arithmetically = true;
+  const std::vector<std::byte> arithmetic = molecule_asset_bytes(molecule);
+  EXPECT_FALSE(molecule_from(geometric)->mixes_arithmetically);
+  ASSERT_TRUE(molecule_from(arithmetic));
+  EXPECT_TRUE(molecule_from(arithmetic)->mixes_arithmetically);
+  EXPECT_EQ(geometric[4], std::byte{1}) << "clients before this one read geometric molecules";
+  std::vector<std::byte> later = arithmetic;
+  later[4] = std::byte{3};
+  EXPECT_FALSE(molecule_from(sealed(later)));
+}
+
 TEST(MoleculeAsset, EveryNumberOutOfItsRangeIsRefusedAlsoUnderAGoodChecksum) {
   constexpr std::size_t kFirstAtom = 12;
   for (std::size_t number = 0; number < 7; ++number) {

@@ -91,6 +91,23 @@ TEST(LennardJones, MixesGeometrically) {
   EXPECT_NEAR(mixed.force_on_b.x(), same.force_on_b.x(), 1e-14);
 }
 
+TEST(LennardJones, MixesArithmeticallyWhereEitherMoleculeDoes) {
+  Molecule small = test::one_atom(2.0, 0.1), large = test::one_atom(8.0, 0.9),
+           polar_hydrogen = test::one_atom(0.0, 0.2);
+  const Molecule mean = test::one_atom(5.0, 0.3);
+  large.mixes_arithmetically = true;
+  for (const double r : {0.5, 4.0, 7.0}) {
+    const Pose X_AB = {{r, 0, 0}, Quat::Identity()};
+    const FieldResult same = exact_field(mean, mean, X_AB);
+    for (const FieldResult& mixed : {exact_field(small, large, X_AB), exact_field(large, small, X_AB)}) {
+      EXPECT_NEAR(mixed.energy_kj_per_mol(), same.energy_kj_per_mol(), 1e-14 * std::abs(same.energy_kj_per_mol())) << r;
+      EXPECT_NEAR(mixed.force_on_b.x(), same.force_on_b.x(), 1e-14 * std::abs(same.force_on_b.x())) << r;
+    }
+    EXPECT_EQ(exact_field(large, polar_hydrogen, X_AB).energy_kj_per_mol(), 0) << "no size, no term";
+    EXPECT_EQ(MolecularField(large, polar_hydrogen).evaluate(X_AB).energy_kj_per_mol(), 0);
+  }
+}
+
 TEST(LennardJones, ForceAndTorqueAreTheGradientOfTheEnergy) {
   std::mt19937 random(kSeed);
   for (const double gap : {1.5, 2.5, 6.0}) {
@@ -331,6 +348,9 @@ TEST(MolecularField, CountsTheMultiplyAddsOfItsPairs) {
   const std::string_view widest = MolecularField::available_kernels().front();
   const bool is_fused = widest != "portable";
   EXPECT_EQ(MolecularField(a, a, model).multiply_adds(), is_fused ? 25U * 22 : 25U * 13);
+  a.mixes_arithmetically = true;
+  EXPECT_EQ(MolecularField(a, a, model).multiply_adds(), is_fused ? 25U * 23 : 25U * 27 / 2);
+  a.mixes_arithmetically = false;
   model.dielectric = Dielectric::kDistance;
   EXPECT_EQ(MolecularField(a, b, model).multiply_adds(), is_fused ? 5U * 16 : 5U * 10);
   EXPECT_EQ(MolecularField(a, a, model, "portable").multiply_adds(), 25U * 15);
